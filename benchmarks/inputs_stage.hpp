@@ -20,9 +20,9 @@ struct InputLine {
 
 class InputsStage {
  public:
-  // `behind`: elements with one input, linked downstream in a row.
+  // `downstream`: elements with one input, linked downstream in a row.
   InputsStage(const std::string& launch, std::vector<InputLine> inputs,
-              const std::vector<std::string>& behind = {})
+              const std::vector<std::string>& downstream = {})
       : element_(made(launch)), inputs_(std::move(inputs)) {
     sink_ =
         gst::Ref<GstPad>::adopt(GST_PAD(gst_object_ref_sink(gst_pad_new("sink", GST_PAD_SINK))));
@@ -31,8 +31,8 @@ class InputsStage {
       return GST_FLOW_OK;
     });
     auto out = gst::Ref<GstPad>::adopt(gst_element_get_static_pad(element_.get(), "src"));
-    for (const std::string& line : behind) {
-      GstElement* const element = behind_.emplace_back(made(line)).get();
+    for (const std::string& line : downstream) {
+      GstElement* const element = downstream_.emplace_back(made(line)).get();
       const auto in = gst::Ref<GstPad>::adopt(gst_element_get_static_pad(element, "sink"));
       gst_pad_link(out.get(), in.get());
       out = gst::Ref<GstPad>::adopt(gst_element_get_static_pad(element, "src"));
@@ -46,7 +46,7 @@ class InputsStage {
   }
   ~InputsStage() {
     gst_element_set_state(element_.get(), GST_STATE_NULL);
-    for (const auto& element : behind_) gst_element_set_state(element.get(), GST_STATE_NULL);
+    for (const auto& element : downstream_) gst_element_set_state(element.get(), GST_STATE_NULL);
     for (const auto& source : sources_) gst_pad_set_active(source.get(), FALSE);
     gst_pad_set_active(sink_.get(), FALSE);
   }
@@ -90,7 +90,7 @@ class InputsStage {
   }
 
   gst::Ref<GstElement> element_;
-  std::vector<gst::Ref<GstElement>> behind_;
+  std::vector<gst::Ref<GstElement>> downstream_;
   gst::Ref<GstPad> sink_;
   std::vector<InputLine> inputs_;
   std::vector<gst::Ref<GstPad>> sources_;

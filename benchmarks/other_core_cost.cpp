@@ -122,7 +122,7 @@ int main(int argc, char** argv) {
     std::printf("written by %s\n", how);
     print("one core writes and reads", page, write, -1);
     print("another core reads what this one writes", page, write, cores[1]);
-    print("another core reads what nobody writes", untouched, write, cores[1]);
+    print("another core reads what is not written", untouched, write, cores[1]);
   };
   all("memcpy", write_by_memcpy);
   all("stores", write_by_stores);

@@ -106,7 +106,7 @@ engines_archive() {
   mkdir "$work/$package"
   if ! (cd "$work/$package" && "download_$kind" "$package" "$version"); then
     tail -n 6 "$log" >&2
-    fail "cannot fetch $package $version; what was said last is above" \
+    fail "cannot fetch $package $version; the last message is above" \
       'Is there a network? If it needs a proxy, apt and npm must know it. Then: tools/setup --engines-only' \
       'To go on without engines: make SETUP_FLAGS=--no-engines TARGET'
   fi

@@ -47,7 +47,7 @@ packages_install() {
   # What an interrupted call left half installed is finished first.
   if [[ -n $(dpkg --audit) ]]; then
     as_root env DEBIAN_FRONTEND=noninteractive dpkg --configure -a ||
-      fail 'dpkg was interrupted earlier and cannot go on by itself; what it says is above'
+      fail 'dpkg was interrupted earlier and cannot continue; its message is above'
   fi
   local network='Is there a network? Do the addresses in /etc/apt/sources.list* answer? Then call tools/setup again.'
   say 'apt-get update'
@@ -59,6 +59,6 @@ packages_install() {
   say "apt-get install $*"
   apt_get install --no-install-recommends --yes "$@" > "$log" 2>&1 || {
     tail -n 6 "$log" >&2
-    fail 'the packages could not be installed; what apt said last is above' "$network"
+    fail 'the packages could not be installed; the last message of apt is above' "$network"
   }
 }

@@ -119,6 +119,65 @@ done
         self.assertIn("   src/two.cpp: Error while processing", lines)
 
 
+def run_check(check, files):
+    """The exit status and what a check of tools/checks finds in a tree of these files, {path: text}."""
+    with tempfile.TemporaryDirectory(prefix="weir checks ") as folder:
+        root = pathlib.Path(folder)
+        for path, content in files.items():
+            (root / path).parent.mkdir(parents=True, exist_ok=True)
+            (root / path).write_text(content)
+        (root / "tools").mkdir(exist_ok=True)
+        for tool in ("checks", "sources"):
+            shutil.copy(TOOLS / tool, root / "tools")
+        result = subprocess.run([root / "tools/checks", check], text=True, capture_output=True, check=False)
+    if result.stderr:
+        raise AssertionError(result.stderr)
+    return result.returncode, [line.strip() for line in result.stdout.splitlines() if line.startswith("   ")]
+
+
+class Vocabulary(unittest.TestCase):
+    """tools/checks vocabulary."""
+
+    def check(self, text, name="src/one.cpp"):
+        return run_check("vocabulary", {name: text})
+
+    def test_terms_of_the_field_are_no_finding(self):
+        for text in ("// Sends the event again. Nearest neighbour.\n", "class SourceMap source_map;\n", "int kNobody = 65534;\n",
+                     "int retell, hearsay, crews_;\n", '// A file that "untold" names.\n', "auto x = not_in_vainness;\n"):
+            with self.subTest(text):
+                self.assertEqual(self.check(text), (0, []))
+
+    def test_home_made_names_are_found_in_each_spelling(self):
+        for name in ("PeerWish", "peer_wish", "kPeerWishes", "told", "tell_peer", "isToldOnce", "picture_map", "WayBack", "thread_crew",
+                     "opened_model", "heard_", "lies_so", "gives_way", "nobody"):
+            with self.subTest(name):
+                status, findings = self.check(f"\nint {name} = 1;\n")
+                self.assertEqual((status, len(findings)), (1, 1), findings)
+                self.assertTrue(findings[0].startswith(f"src/one.cpp:2: '{name}': use "), findings)
+
+    def test_home_made_words_are_found_in_comments_and_texts(self):
+        for text, found in (("// It is sent anew.", "anew"), ("/* Sent\n in vain. */", "in vain"), ('f("nobody waits");', "nobody"),
+                            ('f("a \\"quoted\\" element behind");', "element behind"), ("// the way back", "way back"),
+                            ('f(R"(the script says why)");', "says why")):
+            with self.subTest(text):
+                status, findings = self.check(text + "\n")
+                self.assertEqual((status, len(findings)), (1, 1), findings)
+                self.assertIn(f"'{found}': use ", findings[0])
+
+    def test_names_in_texts_and_words_in_names_are_no_finding(self):
+        self.assertEqual(self.check('f("told", "tell");  // told() of a library\nint behind_it = a.by_itself();\n'), (0, []))
+
+    def test_python_scripts_and_builds_are_checked_too(self):
+        for name, text in (("a.py", "# anew\n"), ("tools/run", "#!/bin/bash\n# anew\n"), ("meson.build", "# anew\n"),
+                           ("a.py", 'def f():\n  """Waits\n  in vain."""\n'), ("a.py", "told = 1  # 'x'\n")):
+            with self.subTest(name):
+                self.assertEqual(self.check(text, name)[0], 1)
+        self.assertEqual(self.check("anew\n", "README"), (0, []))
+
+    def test_a_finding_names_its_line(self):
+        self.assertEqual(self.check('"""One\ntwo\n"""\n\nx = "a"  # b\ntold = 1\n', "a.py"), (1, ["a.py:6: 'told': use report, post, log"]))
+
+
 class Compatibility(unittest.TestCase):
     """tools/checks compatibility, over a tree with one page."""
 
@@ -128,17 +187,7 @@ class Compatibility(unittest.TestCase):
 
     def check(self, name, text):
         """The exit status and what is found where the tree has a file of this name and text."""
-        with tempfile.TemporaryDirectory(prefix="weir checks ") as folder:
-            root = pathlib.Path(folder)
-            for path, content in ((self.PAGE, self.TEXT), (name, text)):
-                (root / path).parent.mkdir(parents=True, exist_ok=True)
-                (root / path).write_text(content)
-            (root / "tools").mkdir(exist_ok=True)
-            for tool in ("checks", "sources"):
-                shutil.copy(TOOLS / tool, root / "tools")
-            result = subprocess.run([root / "tools/checks", "compatibility"], text=True, capture_output=True, check=False)
-        self.assertEqual(result.stderr, "")
-        return result.returncode, [line.strip() for line in result.stdout.splitlines() if line.startswith("   ")]
+        return run_check("compatibility", {self.PAGE: self.TEXT, name: text})
 
     def test_pages_and_headings_that_exist_are_no_finding(self):
         for text in (f"// {self.PAGE} 6.1: pads.\n", f"// Rules ({self.PAGE} 6.1, 6.2 and 6.1).\n", f"// {self.PAGE}\n",

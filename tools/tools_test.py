@@ -108,25 +108,25 @@ class Setup(unittest.TestCase):
         self.assertEqual(left, {"toy", ".lock"})
 
     def test_installs_packages_and_engines_once(self):
-        status, said = self.setup()
-        self.assertEqual(status, 0, said)
-        self.assertIn("install: first second authority", said.replace("to install, with what they depend on", "install"))
+        status, output = self.setup()
+        self.assertEqual(status, 0, output)
+        self.assertIn("install: first second authority", output.replace("to install, with what they depend on", "install"))
         self.assert_engine_is_whole()
         self.assertIn("apt-get", self.calls())
         self.assertEqual(self.setup(), (0, ""))
         self.assertEqual(self.calls(), "")
 
     def test_check_only_looks(self):
-        status, said = self.setup("--check")
+        status, output = self.setup("--check")
         self.assertEqual(status, 1)
         for words in ("first second", "toy", "to install: tools/setup"):
-            self.assertIn(words, said)
+            self.assertIn(words, output)
         self.assertEqual(self.calls(), "")
         self.assertFalse(self.engine.parent.exists())
         self.setup()
         self.assertEqual(self.setup("--check"), (0, "setup: nothing is missing\n"))
 
-    def test_parts_can_be_asked_for(self):
+    def test_parts_can_be_selected(self):
         self.assertEqual(self.setup("--no-engines")[0], 0)
         self.assertFalse(self.engine.exists())
         self.assertEqual(self.setup("--no-engines", "--check")[0], 0)
@@ -134,15 +134,15 @@ class Setup(unittest.TestCase):
         self.assert_engine_is_whole()
 
     def test_no_tests_leaves_out_what_only_tests_need(self):
-        status, said = self.setup("--check", "--no-tests")
+        status, output = self.setup("--check", "--no-tests")
         self.assertEqual(status, 1)
-        self.assertIn("to install: tools/setup --no-tests", said)
+        self.assertIn("to install: tools/setup --no-tests", output)
         self.assertEqual(self.setup("--no-tests")[0], 0)
         self.assertEqual((self.fake / "installed").read_text(), "first\nauthority\n")
         self.assert_engine_is_whole()
         self.assertEqual(self.setup("--no-tests"), (0, ""))
-        status, said = self.setup("--check")
-        self.assertEqual((status, "what they depend on: second\n" in said), (1, True), said)
+        status, output = self.setup("--check")
+        self.assertEqual((status, "what they depend on: second\n" in output), (1, True), output)
 
     def test_engines_only_installs_no_compiler(self):
         self.assertEqual(self.setup("--engines-only")[0], 0)
@@ -156,9 +156,9 @@ class Setup(unittest.TestCase):
 
     def test_an_archive_that_differs_from_its_pin_is_not_unpacked(self):
         self.make_archive("another library")
-        status, said = self.setup()
+        status, output = self.setup()
         self.assertEqual(status, 1)
-        self.assertIn("toy 1.0 is not what tools/engines.txt pins", said)
+        self.assertIn("toy 1.0 is not what tools/engines.txt pins", output)
         self.assertFalse(self.engine.exists())
         self.make_archive("the library")
         self.pin_archive()
@@ -170,8 +170,8 @@ class Setup(unittest.TestCase):
         self.assertEqual(self.setup()[0], -9)
         self.assertFalse(self.engine.exists())
         (self.fake / "interrupted").unlink()
-        status, said = self.setup()
-        self.assertEqual(status, 0, said)
+        status, output = self.setup()
+        self.assertEqual(status, 0, output)
         self.assert_engine_is_whole()
 
     def test_a_new_pin_brings_the_engine_again(self):
@@ -181,25 +181,25 @@ class Setup(unittest.TestCase):
         self.assertEqual(self.setup()[0], 0)
         self.assertEqual((self.engine / "lib" / "libtoy.so.1").read_text(), "a newer library")
 
-    def test_no_network_is_said_plainly(self):
+    def test_no_network_is_reported(self):
         (self.fake / "offline").touch()
-        status, said = self.setup()
+        status, output = self.setup()
         self.assertEqual(status, 1)
-        self.assertIn("the packages could not be installed", said)
-        self.assertIn("Is there a network?", said)
+        self.assertIn("the packages could not be installed", output)
+        self.assertIn("Is there a network?", output)
         (self.fake / "installed").write_text("first\nsecond\nauthority\n")
-        status, said = self.setup()
+        status, output = self.setup()
         self.assertEqual(status, 1)
-        self.assertIn("cannot fetch toy 1.0", said)
-        self.assertIn("npm ERR! network", said)
-        self.assertIn("--no-engines", said)
+        self.assertIn("cannot fetch toy 1.0", output)
+        self.assertIn("npm ERR! network", output)
+        self.assertIn("--no-engines", output)
         self.assertFalse(self.engine.exists())
 
     def test_a_machine_without_engines_is_no_failure(self):
         (self.fake / "architecture").write_text("riscv64\n")
-        status, said = self.setup()
+        status, output = self.setup()
         self.assertEqual(status, 0)
-        self.assertIn("no engine is published for riscv64", said)
+        self.assertIn("no engine is published for riscv64", output)
 
     def test_wrong_options_are_refused(self):
         self.assertIn("unknown option '--al'", self.setup("--al")[1])
@@ -208,7 +208,7 @@ class Setup(unittest.TestCase):
         self.assertEqual(self.calls(), "")
 
     @unittest.skipUnless(os.geteuid() == 0 and shutil.which("setpriv"), "needs root, to be someone else")
-    def test_a_user_is_asked(self):
+    def test_a_user_is_prompted(self):
         for path in (self.root, *self.root.rglob("*")):
             os.chown(path, 65534, 65534)
         command = ["setpriv", "--reuid=65534", "--regid=65534", "--clear-groups", self.tools / "setup"]
@@ -235,7 +235,7 @@ class Configure(unittest.TestCase):
         for _ in range(2):
             self.configure()
             self.assertTrue(built.exists())
-            built.unlink()  # as it is gone when Meson is stopped while it configures anew
+            built.unlink()  # as it is gone when Meson is stopped while it configures again
 
     def test_configures_again_when_a_package_has_come(self):
         (self.root / "tools" / "packages.txt").write_text("[test]  to test\ntoy-dev?  # a toy\n")
@@ -307,7 +307,7 @@ echo "ninja $*" >> "$FAKE/calls"
         self.call("install", "build", "/usr")
         self.assertRegex((self.root / "calls").read_text(), "^meson install .*--strip")
 
-    def test_uninstall_of_nothing_says_so(self):
+    def test_uninstall_of_nothing_is_reported(self):
         self.assertIn("nothing to do", self.call("uninstall", "/usr"))
 
 

@@ -18,9 +18,9 @@ HAS_ONNX = "onnxruntime" in os.environ["WEIR_MODULE_PATH"]
 SANITIZED = os.environ["WEIR_SANITIZED"] != "none"
 
 
-def weir(*words, **environment):
+def weir(*arguments, **environment):
     """Runs the command without a terminal and checks that it prints no terminal control characters."""
-    done = subprocess.run([COMMAND, *map(str, words)], env={**os.environ, **environment}, cwd=SOURCE, timeout=60,
+    done = subprocess.run([COMMAND, *map(str, arguments)], env={**os.environ, **environment}, cwd=SOURCE, timeout=60,
                           text=True, capture_output=True, stdin=subprocess.DEVNULL)
     assert not re.search(r"[\033\r\b]", done.stdout + done.stderr), repr(done)
     return done
@@ -54,10 +54,10 @@ class Case(unittest.TestCase):
         self.good(subprocess.run(["bash", "-c", line], cwd=SOURCE, env={**os.environ, **environment}, capture_output=True,
                                  text=True, timeout=60))
 
-    def refused(self, done, code, *said):
+    def refused(self, done, code, *texts):
         self.assertEqual(done.returncode, code, done.stdout + done.stderr)
-        for words in said:
-            self.assertIn(words, done.stdout + done.stderr)
+        for arguments in texts:
+            self.assertIn(arguments, done.stdout + done.stderr)
 
     def plugins_of(self, *folders):
         """Environment for a GStreamer that finds only the plug-ins of these folders and scans them again."""

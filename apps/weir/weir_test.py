@@ -16,14 +16,14 @@ from weir_case import HAS_ONNX, PLUGIN, SOURCE, Case, weir
 
 class Usage(Case):
     def test_help_names_the_subcommands(self):
-        said = self.good(weir("--help"))
+        output = self.good(weir("--help"))
         for name in ("check", "doctor", "inspect", "new", "pbtxt", "run"):
-            self.assertIn(name, said)
+            self.assertIn(name, output)
 
     def test_version(self):
         self.assertRegex(self.good(weir("--version")), r"^weir \d+\.\d+\.\d+\n$")
 
-    def test_wrong_words_are_usage_errors(self):
+    def test_wrong_arguments_are_usage_errors(self):
         for words in ((), ("docter",), ("inspect",), ("run",), ("doctor", "--jsn")):
             self.refused(weir(*words), 2)
 
@@ -34,15 +34,15 @@ class Usage(Case):
 
 
 class Doctor(Case):
-    def test_it_tells_what_is_there(self):
-        said = self.good(weir("doctor"))
+    def test_it_lists_what_is_installed(self):
+        output = self.good(weir("doctor"))
         for words in ("GStreamer 1.", str(PLUGIN), "tensor_filter", "Conflicts\n  none", "Engines"):
-            self.assertIn(words, said)
-        self.assertRegex(said, r"fake +usable +1 +\S*/libweir-engine-fake.so\n")
-        self.assertRegex(said, r"Decoders\n  decoder +state +place\n(  \S+ +usable.*\n)*?  direct_video +usable +\S*/libweir-decoder-direct_video.so\n")
-        self.assertRegex(said, r"Converters\n  converter +state +place\n(?:  \w+ +usable .*\n)*  python3 +usable +\S*/libweir-converter-python3.so\n")
+            self.assertIn(words, output)
+        self.assertRegex(output, r"fake +usable +1 +\S*/libweir-engine-fake.so\n")
+        self.assertRegex(output, r"Decoders\n  decoder +state +place\n(  \S+ +usable.*\n)*?  direct_video +usable +\S*/libweir-decoder-direct_video.so\n")
+        self.assertRegex(output, r"Converters\n  converter +state +place\n(?:  \w+ +usable .*\n)*  python3 +usable +\S*/libweir-converter-python3.so\n")
         for folder in os.environ["WEIR_MODULE_PATH"].split(":"):
-            self.assertIn(f"\n  {folder}\n", said)
+            self.assertIn(f"\n  {folder}\n", output)
 
     @unittest.skipUnless(HAS_ONNX, "the engine onnxruntime is not built")
     def test_an_engine_comes_with_the_version_and_place_of_its_library(self):
@@ -56,50 +56,50 @@ class Doctor(Case):
                          rf"onnxruntime +usable +{onnx['version']} +onnx +{re.escape(onnx['library'])}\n")
 
     def test_json(self):
-        told = json.loads(self.good(weir("doctor", "--json")))
-        self.assertTrue(told["usable"])
-        self.assertEqual(told["plugin"]["file"], str(PLUGIN))
-        self.assertIn("tensor_converter", [e["name"] for e in told["elements"]])
-        states = {e["name"]: e["state"] for e in told["engines"]}
+        report = json.loads(self.good(weir("doctor", "--json")))
+        self.assertTrue(report["usable"])
+        self.assertEqual(report["plugin"]["file"], str(PLUGIN))
+        self.assertIn("tensor_converter", [e["name"] for e in report["elements"]])
+        states = {e["name"]: e["state"] for e in report["engines"]}
         self.assertEqual(states["fake"], "usable")
         self.assertEqual(states["bad-version"], "refused")
         self.assertEqual(states["openvino"], "not available")
-        decoders = {d["name"]: d for d in told["decoders"]}
+        decoders = {d["name"]: d for d in report["decoders"]}
         messages = {"flatbuf", "flexbuf", "protobuf"}  # a build may lack their libraries
         self.assertEqual(set(decoders) - messages, {"bounding_boxes", "direct_video", "image_labeling", "image_segment",
                                                     "octet_stream", "pose_estimation", "python3", "tensor_region"})
-        converters = {c["name"]: c["state"] for c in told["converters"]}
+        converters = {c["name"]: c["state"] for c in report["converters"]}
         self.assertEqual(set(converters) - messages, {"python3"})
         self.assertEqual(set(converters.values()), {"usable"})
         self.assertEqual(set(decoders) & messages, set(converters) & messages)
-        self.assertTrue(pathlib.Path(told["converters"][0]["module"]).is_file())
+        self.assertTrue(pathlib.Path(report["converters"][0]["module"]).is_file())
 
     def test_a_decoder_and_a_converter_that_cannot_be_opened_are_reported(self):
         for kind in ("decoder", "converter"):
             (self.folder / f"libweir-{kind}-broken.so").write_text("no library")
-        said = self.good(weir("doctor", WEIR_MODULE_PATH=str(self.folder)))
+        output = self.good(weir("doctor", WEIR_MODULE_PATH=str(self.folder)))
         for kind in ("decoder", "converter"):
-            self.assertRegex(said, rf"broken +refused +\S*/libweir-{kind}-broken.so\n")
-        self.assertRegex(said, r"broken is rejected\n    reason: .*(invalid ELF header|file too short)")
-        told = json.loads(self.good(weir("doctor", "--json", WEIR_MODULE_PATH=str(self.folder))))
-        self.assertEqual(told["converters"][0]["state"], "refused")
-        self.assertNotEqual({d["name"]: d for d in told["decoders"]}["broken"]["problem"], "")
+            self.assertRegex(output, rf"broken +refused +\S*/libweir-{kind}-broken.so\n")
+        self.assertRegex(output, r"broken is rejected\n    reason: .*(invalid ELF header|file too short)")
+        report = json.loads(self.good(weir("doctor", "--json", WEIR_MODULE_PATH=str(self.folder))))
+        self.assertEqual(report["converters"][0]["state"], "refused")
+        self.assertNotEqual({d["name"]: d for d in report["decoders"]}["broken"]["problem"], "")
 
     def test_missing_engines_come_with_their_command(self):
-        said = self.good(weir("doctor", WEIR_MODULE_PATH=str(self.folder)))
+        output = self.good(weir("doctor", WEIR_MODULE_PATH=str(self.folder)))
         for name in ("onnxruntime", "tensorflow-lite"):
-            self.assertIn(f"{name} is not installed", said)
-            self.assertIn(f"tools/setup --engine {name}", said)
+            self.assertIn(f"{name} is not installed", output)
+            self.assertIn(f"tools/setup --engine {name}", output)
 
-    def test_an_engine_that_says_nothing_of_a_library_is_usable(self):
+    def test_an_engine_without_a_library_version_is_usable(self):
         engines = {e["name"]: e for e in json.loads(self.good(weir("doctor", "--json")))["engines"]}
         self.assertEqual((engines["adder"]["state"], engines["adder"]["problem"]), ("usable", ""))
 
     def test_a_module_that_cannot_be_used_is_named(self):
         (self.folder / "libweir-engine-onnxruntime.so").write_text("no module")
-        said = self.good(weir("doctor", WEIR_MODULE_PATH=str(self.folder)))
-        self.assertIn("onnxruntime is refused", said)
-        self.assertIn(str(self.folder / "libweir-engine-onnxruntime.so"), said)
+        output = self.good(weir("doctor", WEIR_MODULE_PATH=str(self.folder)))
+        self.assertIn("onnxruntime is refused", output)
+        self.assertIn(str(self.folder / "libweir-engine-onnxruntime.so"), output)
 
     def test_a_missing_plugin_is_an_error_with_its_fix(self):
         self.refused(weir("doctor", **self.plugins_of(self.folder)), 1, "not found", str(self.folder), "make install")
@@ -109,24 +109,24 @@ class Doctor(Case):
         path.write_text(text)
         return path
 
-    def test_doctor_says_which_file_and_which_variable_decided(self):
+    def test_doctor_names_the_file_and_the_variable_that_decided(self):
         path = self.ini("[filter]\npriority_onnx=a, b\nenable_symlink=yes\n")
         variables = {"WEIR_CONFIG": str(path), "WEIR_FILTER_ENABLE_SYMLINK": "no"}
-        said = self.good(weir("doctor", **variables))
-        self.assertIn(f"{path}: read", said)
-        self.assertRegex(said, rf"\[filter\] priority_onnx +a, b +{re.escape(str(path))}:2\n")
-        self.assertRegex(said, r"\[filter\] enable_symlink +no +WEIR_FILTER_ENABLE_SYMLINK\n")
-        told = json.loads(self.good(weir("doctor", "--json", **variables)))["configuration"]
-        self.assertEqual(told["files"], [{"path": str(path), "state": "read"}])
-        self.assertIn({"group": "filter", "key": "priority_onnx", "value": "a, b", "origin": f"{path}:2"}, told["settings"])
-        self.assertEqual(told["problems"], [])
+        output = self.good(weir("doctor", **variables))
+        self.assertIn(f"{path}: read", output)
+        self.assertRegex(output, rf"\[filter\] priority_onnx +a, b +{re.escape(str(path))}:2\n")
+        self.assertRegex(output, r"\[filter\] enable_symlink +no +WEIR_FILTER_ENABLE_SYMLINK\n")
+        report = json.loads(self.good(weir("doctor", "--json", **variables)))["configuration"]
+        self.assertEqual(report["files"], [{"path": str(path), "state": "read"}])
+        self.assertIn({"group": "filter", "key": "priority_onnx", "value": "a, b", "origin": f"{path}:2"}, report["settings"])
+        self.assertEqual(report["problems"], [])
 
     def test_doctor_lives_through_a_module_that_crashes(self):
         shutil.copy(pathlib.Path(os.environ["WEIR_CRASHING_MODULES"]) / "libweir-engine-crashing.so", self.folder)
         shutil.copy(self.folder / "libweir-engine-crashing.so", self.folder / "libweir-decoder-crashing.so")
         path = f"{self.folder}:{os.environ['WEIR_MODULE_PATH']}"
-        told = json.loads(self.good(weir("doctor", "--json", WEIR_MODULE_PATH=path)))
-        engines = {engine["name"]: engine for engine in told["engines"]}
+        report = json.loads(self.good(weir("doctor", "--json", WEIR_MODULE_PATH=path)))
+        engines = {engine["name"]: engine for engine in report["engines"]}
         self.assertEqual(engines["crashing"]["state"], "refused")
         self.assertRegex(engines["crashing"]["problem"], r"the module cannot be loaded: it terminates the process: (signal (6|11)|exit\()")
         self.assertEqual(engines["scaling"]["state"], "usable", "the others are looked at as ever")
@@ -134,10 +134,10 @@ class Doctor(Case):
 
     def test_doctor_names_lines_of_the_configuration_that_are_wrong(self):
         path = self.ini("[filter]\nhello\npriorty_onnx=a\n")
-        said = self.good(weir("doctor", WEIR_CONFIG=str(path)))
-        self.assertIn(f"problem: {path}:2: the line is neither a group nor a key with its value: hello", said)
+        output = self.good(weir("doctor", WEIR_CONFIG=str(path)))
+        self.assertIn(f"problem: {path}:2: the line is neither a group nor a key with its value: hello", output)
         self.assertIn(f"problem: {path}:3: unknown setting: [filter] priorty_onnx "
-                      "(did you mean [filter] priority_onnx?)", said)
+                      "(did you mean [filter] priority_onnx?)", output)
         self.assertIn("problem: the configuration file cannot be read: /no/such.ini", self.good(weir("doctor", WEIR_CONFIG="/no/such.ini")))
         home = {"HOME": str(self.folder), "XDG_CONFIG_HOME": str(self.folder / "x")}
         without = {name: value for name, value in os.environ.items() if name != "WEIR_CONFIG"}
@@ -153,27 +153,27 @@ class Doctor(Case):
         extra.write_text("[decoder]\ndecoders=here\n[own]\nkey=1\n[pytorch]\nenable_use_gpu=1\n")
         variables = {"NNSTREAMER_CONF": str(path), "NNSTREAMER_TRAINERS": "/no/trainers",
                      "WEIR_FILTER_PRIORITY_ONNX": "b", "WEIR_NNSTREAMER_ENABLE": "yes"}
-        said = self.good(weir("doctor", **variables))
-        self.assertIn(f"{path} (NNSTREAMER_CONF): read\n", said)
-        self.assertIn(f"{extra} (extra_config_path): read\n", said)
+        output = self.good(weir("doctor", **variables))
+        self.assertIn(f"{path} (NNSTREAMER_CONF): read\n", output)
+        self.assertIn(f"{extra} (extra_config_path): read\n", output)
         # If Weir was built for that path, it is listed only once.
-        self.assertRegex(said, r"/etc/nnstreamer\.ini \((hard-coded|built for)\): not needed: an earlier file was read\n")
-        self.assertRegex(said, rf"\[filter\] framework_priority_onnx +a +{re.escape(str(path))}:6 +"
+        self.assertRegex(output, r"/etc/nnstreamer\.ini \((hard-coded|built for)\): not needed: an earlier file was read\n")
+        self.assertRegex(output, rf"\[filter\] framework_priority_onnx +a +{re.escape(str(path))}:6 +"
                                r"overridden by \[filter\] priority_onnx \(WEIR_FILTER_PRIORITY_ONNX\)\n")
-        self.assertRegex(said, rf"\[pytorch\] enable_use_gpu +1 +{re.escape(str(extra))}:6 +"
+        self.assertRegex(output, rf"\[pytorch\] enable_use_gpu +1 +{re.escape(str(extra))}:6 +"
                                r"without effect: Weir's engine pytorch runs on the processor\n")
-        self.assertRegex(said, rf"\[own\] key +1 +{re.escape(str(extra))}:4")
-        self.assertRegex(said, rf"filters +{re.escape(str(self.folder))} +{re.escape(str(path))}:7 +there\n")
-        self.assertRegex(said, r"trainers +/no/trainers +NNSTREAMER_TRAINERS +not there\n")
-        self.assertIn(f"problem: {path}:3: neither true nor false: [common] enable_symlink=perhaps", said)
-        self.assertIn(f"problem: {extra}:2: the path is not absolute and is ignored: [decoder] decoders=here", said)
-        told = json.loads(self.good(weir("doctor", "--json", **variables)))["nnstreamer"]
-        self.assertEqual(told["files"][0], {"path": str(path), "source": "NNSTREAMER_CONF", "state": "read"})
-        self.assertEqual(len(told["problems"]), 2)
-        self.assertEqual({s["key"]: s["without_effect"] for s in told["settings"] if s["without_effect"]},
+        self.assertRegex(output, rf"\[own\] key +1 +{re.escape(str(extra))}:4")
+        self.assertRegex(output, rf"filters +{re.escape(str(self.folder))} +{re.escape(str(path))}:7 +there\n")
+        self.assertRegex(output, r"trainers +/no/trainers +NNSTREAMER_TRAINERS +not there\n")
+        self.assertIn(f"problem: {path}:3: neither true nor false: [common] enable_symlink=perhaps", output)
+        self.assertIn(f"problem: {extra}:2: the path is not absolute and is ignored: [decoder] decoders=here", output)
+        report = json.loads(self.good(weir("doctor", "--json", **variables)))["nnstreamer"]
+        self.assertEqual(report["files"][0], {"path": str(path), "source": "NNSTREAMER_CONF", "state": "read"})
+        self.assertEqual(len(report["problems"]), 2)
+        self.assertEqual({s["key"]: s["without_effect"] for s in report["settings"] if s["without_effect"]},
                          {"enable_use_gpu": "Weir's engine pytorch runs on the processor"})
         self.assertIn({"kind": "filters", "path": "/usr/lib/nnstreamer/filters", "origin": "hard-coded",
-                       "found": os.path.isdir("/usr/lib/nnstreamer/filters")}, told["folders"])
+                       "found": os.path.isdir("/usr/lib/nnstreamer/filters")}, report["folders"])
         off = self.good(weir("doctor", **{**variables, "WEIR_NNSTREAMER_ENABLE": "no"}))
         self.assertIn("not used: enable=false in [nnstreamer]\n", off)
         self.assertNotIn(str(path), off)
@@ -184,28 +184,28 @@ class Doctor(Case):
         path = self.folder / "nns.ini"
         path.write_text(f"[decoder]\ndecoders={self.folder}\n[trainer]\ntrainer={self.folder}\n")
         variables = {"NNSTREAMER_CONF": str(path), "WEIR_NNSTREAMER_ENABLE": "yes", "WEIR_NNSTREAMER_LIBRARY": "/no/lib.so"}
-        said = self.good(weir("doctor", **variables))
-        self.assertIn("their functions: /no/lib.so: not there\n", said)
-        self.assertRegex(said, rf"decoder +text +refused +{re.escape(str(self.folder))}/libnnstreamer_decoder_text.so\n")
-        self.assertIn("the decoder text is rejected\n    reason: the library with the functions that sub-plugins", said)
-        self.assertNotIn("linked", said, "links are passed over")
-        told = json.loads(self.good(weir("doctor", "--json", **variables)))["sub_plugins"]
-        self.assertEqual([(f["kind"], f["name"], f["state"]) for f in told["files"] if f["file"].startswith(str(self.folder))],
+        output = self.good(weir("doctor", **variables))
+        self.assertIn("their functions: /no/lib.so: not there\n", output)
+        self.assertRegex(output, rf"decoder +text +refused +{re.escape(str(self.folder))}/libnnstreamer_decoder_text.so\n")
+        self.assertIn("the decoder text is rejected\n    reason: the library with the functions that sub-plugins", output)
+        self.assertNotIn("linked", output, "links are skipped")
+        report = json.loads(self.good(weir("doctor", "--json", **variables)))["sub_plugins"]
+        self.assertEqual([(f["kind"], f["name"], f["state"]) for f in report["files"] if f["file"].startswith(str(self.folder))],
                          [("decoder", "text", "refused")])
-        self.assertEqual((told["library"], told["found"]), ("/no/lib.so", False))
+        self.assertEqual((report["library"], report["found"]), ("/no/lib.so", False))
 
     def test_inspect_explains_the_choice_of_the_engine(self):
         model = self.folder / "a.scl"
         model.write_text("x")
-        path = self.ini("[filter]\npriority_scl=nobody, scaling, fake\n")
-        told = json.loads(self.good(weir("inspect", "--json", model, WEIR_CONFIG=str(path))))["engine"]
-        self.assertEqual(told["name"], "scaling")
-        self.assertEqual(told["reason"],
+        path = self.ini("[filter]\npriority_scl=absent, scaling, fake\n")
+        report = json.loads(self.good(weir("inspect", "--json", model, WEIR_CONFIG=str(path))))["engine"]
+        self.assertEqual(report["name"], "scaling")
+        self.assertEqual(report["reason"],
                          f"the file has the extension .scl; first installed engine of priority_scl ({path}:2)")
-        self.assertEqual(told["others"], ["fake"])
-        said = self.good(weir("inspect", model, WEIR_CONFIG=str(path), WEIR_FILTER_PRIORITY_SCL="fake"))
+        self.assertEqual(report["others"], ["fake"])
+        output = self.good(weir("inspect", model, WEIR_CONFIG=str(path), WEIR_FILTER_PRIORITY_SCL="fake"))
         self.assertIn("Engine  fake 1: the file has the extension .scl; first installed engine of priority_scl "
-                      "(WEIR_FILTER_PRIORITY_SCL)", said)
+                      "(WEIR_FILTER_PRIORITY_SCL)", output)
         self.refused(weir("inspect", model), 1, "WEIR-3001: no engine claims this model file by its name")
 
     def test_modules_are_looked_for_in_folders_of_the_configuration(self):
@@ -220,15 +220,15 @@ class Doctor(Case):
         paths = self.plugins_of(self.folder)
         self.refused(weir("doctor", **paths), 1, f"cannot be loaded: {self.folder / PLUGIN.name}", "reason: ")
         done = weir("doctor", "--json", **paths)
-        told = json.loads(done.stdout)
-        self.assertEqual((done.returncode, told["usable"], told["plugin"]["found"]), (1, False, False))
-        self.assertIn("file too short", told["plugin"]["load_error"])
+        report = json.loads(done.stdout)
+        self.assertEqual((done.returncode, report["usable"], report["plugin"]["found"]), (1, False, False))
+        self.assertIn("file too short", report["plugin"]["load_error"])
 
     def test_a_second_copy_is_a_conflict(self):
         copy = pathlib.Path(shutil.copy(PLUGIN, self.folder))
-        said = self.good(weir("doctor", **self.plugins_of(PLUGIN.parent, self.folder)))
-        self.assertIn("another copy of Weir's plug-in", said)
-        self.assertIn(str(copy), said)
+        output = self.good(weir("doctor", **self.plugins_of(PLUGIN.parent, self.folder)))
+        self.assertIn("another copy of Weir's plug-in", output)
+        self.assertIn(str(copy), output)
 
 
 if __name__ == "__main__":

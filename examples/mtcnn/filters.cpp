@@ -80,7 +80,7 @@ std::vector<Box> regions_of(const weir_frame& frame, uint32_t side, size_t count
   std::vector<Box> out;
   for (uint32_t i = 0; i < count; ++i) {
     const auto map = weir::source_map(frame, i);
-    if (!map) refuse("regions come without their way back", "", "frames of tensor_preprocess");
+    if (!map) refuse("regions come without a source map", "", "frames of tensor_preprocess");
     const auto end = static_cast<double>(side);
     const weir::Point from = map->to_source({0, 0}), to = map->to_source({end, end});
     out.push_back({static_cast<float>(from.x), static_cast<float>(from.y), static_cast<float>(to.x),

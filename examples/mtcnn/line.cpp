@@ -10,7 +10,7 @@ namespace {
 namespace fs = std::filesystem;
 
 struct Format {
-  const char *framework, *folder, *names[3], *ending;
+  const char *framework, *folder, *names[3], *extension;
   bool turned, planes, fixed;
   const char* custom = "";
   bool bytes = false;
@@ -133,7 +133,7 @@ weir::Result<Networks> find_networks(const std::string& framework, const std::st
     bool there = true;
     for (int i = 0; i < 3; ++i) {
       const fs::path stem = fs::path(folder) / format.folder / format.names[i];
-      const std::string file = stem.string() + format.ending;
+      const std::string file = stem.string() + format.extension;
       there = there && fs::exists(file);
       out.files[i] = (framework == "caffe" ? stem.string() + ".prototxt," : "") + file;
     }

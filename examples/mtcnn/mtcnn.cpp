@@ -38,7 +38,7 @@ std::string pictures_of(const std::string& file) {
          " ! decodebin ! videoconvert ! video/x-raw,format=(string){I420,NV12}";
 }
 
-std::optional<uint32_t> number_behind(const std::string& text, const std::string& key) {
+std::optional<uint32_t> number_after(const std::string& text, const std::string& key) {
   const size_t at = text.find(key);
   if (at == std::string::npos) return std::nullopt;
   return static_cast<uint32_t>(std::strtoul(text.c_str() + at + key.size(), nullptr, 10));
@@ -52,8 +52,7 @@ weir::Result<Size> size_of(const std::string& file) {
   auto frame = made->pull("first", 30s);
   if (!frame) return frame.error();
   const std::string caps = *frame ? (*frame)->caps() : "";
-  const auto width = number_behind(caps, "width=(int)"),
-             height = number_behind(caps, "height=(int)");
+  const auto width = number_after(caps, "width=(int)"), height = number_after(caps, "height=(int)");
   if (width && height) return Size{*width, *height};
   return weir::Error{.code = weir::Code::FILE_NOT_FOUND,
                      .what = "there is no picture in the file",
@@ -107,7 +106,7 @@ weir::Error nothing_comes(double seconds) {
 }
 
 // For pictures smaller than the smallest face: prints an empty list for each.
-weir::Status nobody(const Options& options, weir::Nanoseconds patience) {
+weir::Status print_no_faces(const Options& options, weir::Nanoseconds patience) {
   auto made = weir::Pipeline::parse(pictures_of(options.input) + " ! appsink name=out sync=false");
   if (!made) return made.error();
   if (auto status = made->start(); !status) return status;
@@ -134,7 +133,7 @@ weir::Status play(const Options& options) {
   const Setup setup{*picture, pyramid(*picture, options.min_face), networks->turned};
   const auto patience = std::chrono::duration_cast<weir::Nanoseconds>(
       std::chrono::duration<double>(options.patience));
-  if (setup.layers.empty()) return nobody(options, patience);
+  if (setup.layers.empty()) return print_no_faces(options, patience);
   StageTimes times;
   [[maybe_unused]] const auto filters = {proposals(setup, &times), refinement(setup, &times),
                                          landmarks(&times)};
@@ -190,7 +189,7 @@ int main(int argc, char** argv) {
   app.add_flag("--rounded", options.rounded,
                "Round what is resized to bytes, as mtcnn-kernels takes it: to compare engines");
   app.add_option("--output", options.output, "A clip (.mkv) with the faces drawn");
-  app.add_flag("--draw", options.draw, "Draw, and show it to nobody at the clip's rate");
+  app.add_flag("--draw", options.draw, "Draw, and show it on no screen, at the clip's rate");
   app.add_flag("--show", options.show, "Show it in a window");
   app.add_flag("--live", options.live, "Pictures come at the rate of the clip, as from a camera");
   app.add_option("--rate", options.rate, "Pictures per second, where the clip has more");

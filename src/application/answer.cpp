@@ -6,7 +6,7 @@ namespace weir::application {
 namespace {
 
 struct LastError {
-  std::string words;
+  std::string text;
   int number = 0;
 };
 thread_local LastError last_error;
@@ -51,9 +51,9 @@ Refusal refusal(const Error& error) {
 int fail(const Refusal& refusal) noexcept {
   last_error.number = static_cast<int>(refusal.error.code);
   try {
-    last_error.words = refusal.error.message();
+    last_error.text = refusal.error.message();
   } catch (...) {
-    last_error.words.clear();
+    last_error.text.clear();
   }
   return refusal.number;
 }
@@ -65,7 +65,7 @@ Error null_pointer(const char* what) {
 }  // namespace weir::application
 
 const char* ml_error() {
-  return weir::application::last_error.words.c_str();
+  return weir::application::last_error.text.c_str();
 }
 
 int ml_error_number() {

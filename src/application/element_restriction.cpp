@@ -14,9 +14,9 @@ namespace {
 
 // Once per process.
 void log_faults(const config::NnstreamerConfiguration& configuration) {
-  static std::once_flag told;
+  static std::once_flag reported;
   if (configuration.faults().empty()) return;
-  std::call_once(told, [&configuration] {
+  std::call_once(reported, [&configuration] {
     for (const auto& fault : configuration.faults())
       std::fprintf(stderr, "weir: configuration: %s\n", fault.message().c_str());
   });

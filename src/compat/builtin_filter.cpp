@@ -188,14 +188,14 @@ int invoke(const Framework*, GstTensorFilterProperties* prop, void* priv,
     const size_t count = now.empty() ? prop->input_meta.num_tensors : now.size();
     std::vector<weir_tensor> tensors;
     for (size_t i = 0; i < count; ++i) {
-      const auto* said =
+      const auto* meta =
           i < prop->input_meta.num_tensors ? tensor_at(prop->input_meta, i) : nullptr;
       tensors.push_back(weir_tensor_of(input[i].data, input[i].size,
                                        i < now.size() && now[i].type < WEIR_TYPE_END ? now[i].type
-                                       : said ? static_cast<uint32_t>(said->type)
+                                       : meta ? static_cast<uint32_t>(meta->type)
                                               : uint32_t{WEIR_UINT8}));
-      if (said && gst_tensor_info_validate(said) && gst_tensor_info_get_size(said) == input[i].size)
-        tensors.back().info = info_of(*said, now, i);
+      if (meta && gst_tensor_info_validate(meta) && gst_tensor_info_get_size(meta) == input[i].size)
+        tensors.back().info = info_of(*meta, now, i);
     }
     const auto outcome = model.invoke(tensors);
     if (!outcome) return no("invoke", outcome.error());

@@ -37,8 +37,8 @@ FilterModel::FilterModel(std::shared_ptr<OpenFilter> filter)
     filter_->properties().configure_outputs(outputs_.infos);
   }
   if (dynamic_) {
-    const size_t said = known.outputs ? (*out).num_tensors : 0;
-    const size_t declared = std::max(said, filter_->properties().declared_outputs());
+    const size_t static_count = known.outputs ? (*out).num_tensors : 0;
+    const size_t declared = std::max(static_count, filter_->properties().declared_outputs());
     outputs_ = open_tensors(declared > 0 && declared <= WEIR_TENSOR_LIMIT ? declared : kMostUnsaid);
   }
   if (filter_->properties().asynchronous())
@@ -70,9 +70,9 @@ void FilterModel::describe_outputs(std::span<const weir_tensor_info> in) {
     properties.configure_outputs(outputs_.infos);
     return;
   }
-  TensorsInfo asked, out;
-  asked.assign(in);
-  const int result = filter_->set_inputs(asked.get(), out.get());
+  TensorsInfo offered, out;
+  offered.assign(in);
+  const int result = filter_->set_inputs(offered.get(), out.get());
   if (result < 0) {
     stream_.clear();
     throw broke(filter_->name(),
@@ -112,9 +112,9 @@ void FilterModel::point_to(const weir_frame& in) {
 // In a stream of flexible tensors, sizes change from frame to frame.
 void FilterModel::follow(const weir_frame& in) {
   point_to(in);
-  const auto told = [&](uint32_t i) { return same(in.tensors[i].info, stream_[i]); };
+  const auto is_known = [&](uint32_t i) { return same(in.tensors[i].info, stream_[i]); };
   bool known = stream_.size() == in.n_tensors;
-  for (uint32_t i = 0; known && i < in.n_tensors; ++i) known = told(i);
+  for (uint32_t i = 0; known && i < in.n_tensors; ++i) known = is_known(i);
   if (known) return;
   std::vector<weir_tensor_info> now;
   for (uint32_t i = 0; i < in.n_tensors; ++i) now.push_back(in.tensors[i].info);

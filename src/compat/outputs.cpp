@@ -78,7 +78,7 @@ Failure other_size(const std::string& name, size_t index, const GstTensorMemory&
   return broke(name, "returned an output whose size differs from its description",
                which(index, memory),
                std::to_string(bytes_of(info)) + " bytes: " + weir::describe(info),
-               "output[].data and output[].size as output_meta says");
+               "output[].data and output[].size as in output_meta");
 }
 
 }  // namespace weir::compat

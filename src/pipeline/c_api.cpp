@@ -33,21 +33,21 @@ int number_of(GstState state) noexcept {
 
 // Converts the result of the program's function to an error of the stream.
 Status call(weir_frame_function function, void* data, const weir_pulled& frame) {
-  weir_error* said = nullptr;
-  const int result = function(&frame, data, &said);
+  weir_error* failure = nullptr;
+  const int result = function(&frame, data, &failure);
   if (result >= 0) {
-    weir_error_free(said);
+    weir_error_free(failure);
     return ok();
   }
-  const std::string what = weir_error_what(said);
+  const std::string what = weir_error_what(failure);
   Error error{
       .code = Code::CALLBACK_FAILED,
       .what = "the callback for frames failed: " + (what.empty() ? "without a message" : what),
-      .offered = weir_error_offered(said),
-      .needed = weir_error_needed(said),
-      .difference = weir_error_difference(said),
-      .fix = weir_error_fix(said)};
-  weir_error_free(said);
+      .offered = weir_error_offered(failure),
+      .needed = weir_error_needed(failure),
+      .difference = weir_error_difference(failure),
+      .fix = weir_error_fix(failure)};
+  weir_error_free(failure);
   return error;
 }
 

@@ -96,84 +96,84 @@ class Outside(unittest.TestCase):
         self.assertEqual(done.returncode, 0, done.stdout + done.stderr)
         self.assertRegex(done.stdout, r"limit +integer +127 +above it is 1")
         self.assertIn("EOS", done.stdout)
-        out, said, code = self.play([[1, 99, 100, 255]], "framework=threshold custom=limit:99", "uint8")
-        self.assertEqual(code, 0, said)
+        out, output, code = self.play([[1, 99, 100, 255]], "framework=threshold custom=limit:99", "uint8")
+        self.assertEqual(code, 0, output)
         self.assertEqual(list(out), [0, 0, 1, 1])
 
     def test_dynamic_shapes_and_memory_of_their_own(self):
         for name in ("outside-c", "outside-cpp"):
             with self.subTest(name):
-                out, said, code = self.play([[1, -2, 3], [-1, 4, -1]], f"framework={name} custom=factor:2")
-                self.assertEqual(code, 0, said)
+                out, output, code = self.play([[1, -2, 3], [-1, 4, -1]], f"framework={name} custom=factor:2")
+                self.assertEqual(code, 0, output)
                 self.assertEqual(self.flexible(out, [3, 2, 3, 1]), [[2, -4, 6], [1, 3], [-2, 8, -2], [4]])
 
     def test_a_frame_that_they_drop(self):
         for name in ("outside-c", "outside-cpp"):
             with self.subTest(name):
-                out, said, code = self.play([[5], [6]], f"framework={name}")
-                self.assertEqual((out, code), (b"", 0), said)
+                out, output, code = self.play([[5], [6]], f"framework={name}")
+                self.assertEqual((out, code), (b"", 0), output)
 
     def test_any_number_of_outputs_asynchronously(self):
         for name in ("outside-c", "outside-cpp"):
             with self.subTest(name):
-                out, said, code = self.play([[1, 2], [3, 4]], f"framework={name} invoke-async=true custom=repeat:2")
-                self.assertEqual(code, 0, said)
+                out, output, code = self.play([[1, 2], [3, 4]], f"framework={name} invoke-async=true custom=repeat:2")
+                self.assertEqual(code, 0, output)
                 self.assertEqual(self.flexible(out, [2] * 8),
                                  [[1, 2], [1, 2], [2, 4], [1, 2], [3, 4], [3, 4], [6, 8], [3, 4]])
 
-    def test_errors_in_their_words(self):
+    def test_error_texts(self):
         for name in ("outside-c", "outside-cpp"):
             with self.subTest(name):
                 for more in ("", " invoke-async=true"):
-                    _, said, code = self.play([[1, float("nan")]], f"framework={name}{more}")
+                    _, output, code = self.play([[1, float("nan")]], f"framework={name}{more}")
                     self.assertNotEqual(code, 0)
                     for words in ("WEIR-3006: a value is not a number", "offered: NaN", "needed: numbers",
                                   "first difference: the first NaN", "fix: clean the input"):
-                        self.assertIn(words, said)
-                _, said, code = self.play([[1, 2]], f"framework={name} custom=factor:two")
+                        self.assertIn(words, output)
+                _, output, code = self.play([[1, 2]], f"framework={name} custom=factor:two")
                 self.assertNotEqual(code, 0)
-                self.assertRegex(said, "WEIR-1004: an option is no number")
-                self.assertIn("fix: custom=factor:2.5", said)
+                self.assertRegex(output, "WEIR-1004: an option is no number")
+                self.assertIn("fix: custom=factor:2.5", output)
 
     def edit(self, name, command):
         """Sends the command while a frame with an hour of work is processed; returns stderr and stdout."""
         line = f"tensor_filter name=f framework={name} invoke-async=true async-timeout=0 custom=rest:3600 ! fakesink async=false"
         with subprocess.Popen([self.folder / "edited", line], env=self.env, text=True, stdin=subprocess.PIPE, stdout=subprocess.PIPE,
                               stderr=subprocess.PIPE) as program:
-            said = ""
+            output = ""
             try:
                 program.stdin.write("frame\n")
                 program.stdin.flush()
-                while "a request rests" not in said:
+                while "a request rests" not in output:
                     more = program.stderr.readline()
-                    self.assertTrue(more, said)
-                    said += more
+                    self.assertTrue(more, output)
+                    output += more
                 answered, rest = program.communicate(command, timeout=120)  # far less than an hour, far more than needed
             finally:
                 program.kill()
-            self.assertEqual(program.returncode, 0, said + rest)
-            return said + rest, answered
+            self.assertEqual(program.returncode, 0, output + rest)
+            return output + rest, answered
 
     def test_a_request_that_a_flush_or_a_stop_cancels(self):
         for name in ("outside-c", "outside-cpp"):
             with self.subTest(name):
-                said, answered = self.edit(name, "stop\n")
-                self.assertEqual(said.count(f"{name}: cancel() was called"), 1, said)
+                output, answered = self.edit(name, "stop\n")
+                self.assertEqual(output.count(f"{name}: cancel() was called"), 1, output)
                 self.assertIn("stopped: held 0, pushed 0\n", answered)
                 # The second frame replaces the first, which was cancelled.
-                said, answered = self.edit(name, "flush\nframe\nstop\n")
-                self.assertEqual(said.count(f"{name}: cancel() was called"), 2, said)
-                self.assertEqual(said.count(f"{name}: a request rests"), 2, said)
+                output, answered = self.edit(name, "flush\nframe\nstop\n")
+                self.assertEqual(output.count(f"{name}: cancel() was called"), 2, output)
+                self.assertEqual(output.count(f"{name}: a request rests"), 2, output)
                 self.assertIn("flushed: held 0, pushed 0\n", answered)
                 self.assertIn("stopped: held 0, pushed 0\n", answered)
 
     def test_a_request_that_is_cancelled_at_its_time_out(self):
         for name in ("outside-c", "outside-cpp"):
             with self.subTest(name):
-                _, said, code = self.play([[1, 2]], f"framework={name} invoke-async=true async-timeout=100 custom=rest:3600")
+                _, output, code = self.play([[1, 2]], f"framework={name} invoke-async=true async-timeout=100 custom=rest:3600")
                 self.assertNotEqual(code, 0)
-                self.assertIn("WEIR-3015: the engine did not answer in time", said)
-                self.assertIn(f"{name}: cancel() was called", said)
+                self.assertIn("WEIR-3015: the engine did not answer in time", output)
+                self.assertIn(f"{name}: cancel() was called", output)
 
     def test_options_with_types_and_help(self):
         for name in MODULES:
@@ -199,10 +199,10 @@ class Outside(unittest.TestCase):
         built = run(["c++", "-std=c++20", "-shared", "-fPIC", f"-I{include}", SOURCE / "tests/abi/outside/threshold.cpp",
                      "-o", self.folder / "libweir-engine-tomorrow.so"])
         self.assertEqual(built.returncode, 0, built.stderr)
-        _, said, code = self.play([[1]], "framework=tomorrow", "uint8")
+        _, output, code = self.play([[1]], "framework=tomorrow", "uint8")
         self.assertNotEqual(code, 0)
-        self.assertIn("WEIR-3007", said)
-        self.assertIn("the module was built for another major version of Weir's ABI: build it again", said)
+        self.assertIn("WEIR-3007", output)
+        self.assertIn("the module was built for another major version of Weir's ABI: build it again", output)
 
     def test_a_module_of_a_later_minor_version_runs(self):
         """Every table and struct that may grow has grown; the frozen ones have not."""
@@ -221,8 +221,8 @@ class Outside(unittest.TestCase):
                 built = run(compiler + ["-shared", "-fPIC", f"-I{include}", SOURCE / "tests/abi/outside" / source,
                                         "-o", self.folder / f"libweir-engine-{name}.so", "-pthread"])
                 self.assertEqual(built.returncode, 0, built.stderr)
-                out, said, code = self.play([[1, -2, 3]], f"framework={name} custom=factor:2")
-                self.assertEqual(code, 0, said)
+                out, output, code = self.play([[1, -2, 3]], f"framework={name} custom=factor:2")
+                self.assertEqual(code, 0, output)
                 self.assertEqual(self.flexible(out, [3, 2]), [[2, -4, 6], [1, 3]])
 
 

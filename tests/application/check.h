@@ -11,26 +11,26 @@
 static int failed_checks;
 
 /* Flushes, so that reports survive a crash in a later line. */
-#define TELL(...) (printf(__VA_ARGS__), fflush(stdout))
+#define REPORT(...) (printf(__VA_ARGS__), fflush(stdout))
 
-#define CHECK(condition)                                             \
-  do {                                                               \
-    if (!(condition)) {                                              \
-      TELL("%s:%d: not true: %s\n", __FILE__, __LINE__, #condition); \
-      TELL("  last error: %s\n", ml_error());                        \
-      ++failed_checks;                                               \
-    }                                                                \
+#define CHECK(condition)                                               \
+  do {                                                                 \
+    if (!(condition)) {                                                \
+      REPORT("%s:%d: not true: %s\n", __FILE__, __LINE__, #condition); \
+      REPORT("  last error: %s\n", ml_error());                        \
+      ++failed_checks;                                                 \
+    }                                                                  \
   } while (0)
 
 /* The call returns `number`, and ml_error() contains these words. */
-#define CHECK_REFUSED(call, number, words)                                                  \
-  do {                                                                                      \
-    const int answer_ = (call);                                                             \
-    if (answer_ != (number) || !strstr(ml_error(), words)) {                                \
-      TELL("%s:%d: %s gave %d with: %s\n  wanted %d with: %s\n", __FILE__, __LINE__, #call, \
-           answer_, ml_error(), (int)(number), words);                                      \
-      ++failed_checks;                                                                      \
-    }                                                                                       \
+#define CHECK_REFUSED(call, number, words)                                                    \
+  do {                                                                                        \
+    const int answer_ = (call);                                                               \
+    if (answer_ != (number) || !strstr(ml_error(), words)) {                                  \
+      REPORT("%s:%d: %s gave %d with: %s\n  wanted %d with: %s\n", __FILE__, __LINE__, #call, \
+             answer_, ml_error(), (int)(number), words);                                      \
+      ++failed_checks;                                                                        \
+    }                                                                                         \
   } while (0)
 
 #define OK(call) CHECK((call) == ML_ERROR_NONE)

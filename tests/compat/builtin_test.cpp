@@ -199,9 +199,9 @@ TEST_F(BuiltInFilter, RejectsTooManyTensors) {
   GstTensorMemory out{place, sizeof place};
   GstTensorsInfo ignored;
   for (const unsigned count : {257u, 0xFFFFFFFFu}) {
-    auto said = *many.get();
-    said.num_tensors = count;
-    EXPECT_LT(opened.info(SET_INPUT_INFO, &said, &ignored), 0) << count;
+    auto info = *many.get();
+    info.num_tensors = count;
+    EXPECT_LT(opened.info(SET_INPUT_INFO, &info, &ignored), 0) << count;
     opened.prop.input_meta.num_tensors = count;
     EXPECT_LT(opened.invoke(&in, &out), 0) << count;
     void* other = nullptr;

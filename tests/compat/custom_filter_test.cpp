@@ -41,9 +41,9 @@ TEST(CompatCustomFilter, AboveZeroDropsAndBelowFails) {
   auto h = harness_of(line("by_hand", "custom=1"), kFour);
   EXPECT_EQ(pushed<float>(h, {101, 0, 0, 0}), Floats{});
   EXPECT_EQ(pushed<float>(h, {3, 0, 0, 0}), (Floats{3, 0, 0, 0}));
-  const auto said = frame_error<float>(h, {-101, 0, 0, 0});
-  EXPECT_SAYS(said, "by_hand.so failed on a frame");
-  EXPECT_SAYS(said, "-22 (Invalid argument)");
+  const auto message = frame_error<float>(h, {-101, 0, 0, 0});
+  EXPECT_SAYS(message, "by_hand.so failed on a frame");
+  EXPECT_SAYS(message, "-22 (Invalid argument)");
   EXPECT_EQ(stat(h, "tensor_filter", "dropped-error"), 1u);
 }
 
@@ -112,9 +112,9 @@ TEST(CompatCustomFilter, MissingAllocatedOutputsAreReported) {
     EXPECT_SAYS(frame_error<uint64_t>(h, {2, 0}), "allocates its outputs and returned none");
   }
   auto h = harness_of(line("allocating", address), tensors("uint64", "2"));
-  const auto said = frame_error<uint64_t>(h, {3, 0});
-  EXPECT_SAYS(said, "returned an output of a different size");
-  EXPECT_SAYS(said, "output 0: 17 bytes");
+  const auto message = frame_error<uint64_t>(h, {3, 0});
+  EXPECT_SAYS(message, "returned an output of a different size");
+  EXPECT_SAYS(message, "output 0: 17 bytes");
   EXPECT_EQ(freed, 1);
 }
 
@@ -128,10 +128,10 @@ TEST(CompatCustomFilter, IncompleteTablesAreRejected) {
                                                 {7, "NNStreamer_custom is NULL"},
                                                 {8, "nnstreamer_no_such_function"}};
   for (const auto& [number, words] : faults) {
-    const auto said = start_error(line("unruly" + std::to_string(number)));
-    EXPECT_SAYS(said, "WEIR-3007");
-    EXPECT_SAYS(said, words);
-    EXPECT_SAYS(said, "fix:");
+    const auto message = start_error(line("unruly" + std::to_string(number)));
+    EXPECT_SAYS(message, "WEIR-3007");
+    EXPECT_SAYS(message, words);
+    EXPECT_SAYS(message, "fix:");
   }
 }
 
@@ -147,10 +147,10 @@ TEST(CompatCustomFilter, ImpossibleSizesAreRejected) {
       {"type", "output 0 with type 11"},
       {"negative-type", "output 0 with type -1"}};
   for (const auto& [name, words] : faults) {
-    const auto said = fault(name);
-    EXPECT_SAYS(said, "WEIR-5003");
-    EXPECT_SAYS(said, "unruly0.so declares an invalid tensor");
-    EXPECT_SAYS(said, words);
+    const auto message = fault(name);
+    EXPECT_SAYS(message, "WEIR-5003");
+    EXPECT_SAYS(message, "unruly0.so declares an invalid tensor");
+    EXPECT_SAYS(message, words);
   }
   EXPECT_SAYS(fault("input-fails"), "getInputDim returned -5 (Input/output error)");
 }

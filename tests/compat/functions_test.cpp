@@ -188,23 +188,23 @@ TEST(CompatAccelerators, TheUsersListThenTheFrameworks) {
   EXPECT_STREQ(get_accl_hw_str(static_cast<accl_hw>(77)), "none");
 }
 
-int freed, told;
+int freed, reported;
 void free_one(void*) {
   ++freed;
 }
 void count_replacement(void*, void*) {
-  ++told;
+  ++reported;
 }
 
 TEST(CompatSharedModels, TheLastUserFrees) {
   int model = 0, other = 0, a = 0, b = 0;
-  freed = told = 0;
+  freed = reported = 0;
   EXPECT_EQ(nnstreamer_filter_shared_model_get(&a, "k"), nullptr);
   EXPECT_EQ(nnstreamer_filter_shared_model_insert_and_get(&a, "k", &model), &model);
   EXPECT_EQ(nnstreamer_filter_shared_model_insert_and_get(&b, "k", &other), &model);
   nnstreamer_filter_shared_model_replace(&a, "k", &other, count_replacement, free_one);
   EXPECT_EQ(freed, 1);
-  EXPECT_EQ(told, 1);
+  EXPECT_EQ(reported, 1);
   EXPECT_EQ(nnstreamer_filter_shared_model_get(&b, "k"), &other);
   EXPECT_TRUE(nnstreamer_filter_shared_model_remove(&a, "k", free_one));
   EXPECT_FALSE(nnstreamer_filter_shared_model_remove(&a, "k", free_one));

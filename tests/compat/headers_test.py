@@ -21,8 +21,8 @@ NEED_NO_GLIB = {"tensor_typedef.h", "tensor_filter_custom.h", "tensor_filter_cus
 
 
 def gstreamer():
-    said = subprocess.run(["pkg-config", "--cflags", "gstreamer-1.0"], capture_output=True, text=True, check=True)
-    return [word.replace("-I", "-isystem", 1) for word in shlex.split(said.stdout)]
+    output = subprocess.run(["pkg-config", "--cflags", "gstreamer-1.0"], capture_output=True, text=True, check=True)
+    return [word.replace("-I", "-isystem", 1) for word in shlex.split(output.stdout)]
 
 
 def compile_alone(language, standard, compiler, name, how):

@@ -113,19 +113,19 @@ TEST(CompatProgram, FilterReportsTheTensorsOfAFunction) {
   ASSERT_EQ(NNS_custom_easy_register("adder", add, &number, three.get(), two.get()), 0);
   const Easy adder("adder");
   const auto filter = lone_element(kLine);
-  const auto told = [&](const char* property) {
+  const auto reported = [&](const char* property) {
     gchar* raw = nullptr;
     g_object_get(filter.get(), property, &raw, nullptr);
     const weir::gst::UniqueText text{raw};
     return std::string(raw ? raw : "NULL");
   };
-  EXPECT_EQ(told("input"), "2,3:4,1");
-  EXPECT_EQ(told("inputtype"), "uint8,int16,float32");
-  EXPECT_EQ(told("inputname"), ",,") << "three tensors without names";
-  EXPECT_EQ(told("inputranks"), "1,2,1");
-  EXPECT_EQ(told("inputlayout"), "ANY,ANY,ANY");
-  EXPECT_EQ(told("output"), "2,3");
-  EXPECT_EQ(told("outputname"), ",");
+  EXPECT_EQ(reported("input"), "2,3:4,1");
+  EXPECT_EQ(reported("inputtype"), "uint8,int16,float32");
+  EXPECT_EQ(reported("inputname"), ",,") << "three tensors without names";
+  EXPECT_EQ(reported("inputranks"), "1,2,1");
+  EXPECT_EQ(reported("inputlayout"), "ANY,ANY,ANY");
+  EXPECT_EQ(reported("output"), "2,3");
+  EXPECT_EQ(reported("outputname"), ",");
 }
 
 TEST(CompatProgram, FunctionDecidesSizesForAnyInput) {
@@ -165,8 +165,8 @@ TEST(CompatProgram, FunctionDecidesSizes) {
   const auto two = Ref<GstBuffer>::adopt(gst_harness_pull(h.get()));
   EXPECT_EQ(gst_buffer_n_memory(two.get()), 2u);
   EXPECT_EQ(content(two.get()).size(), 2 * (128u + 9));
-  const auto said = frame_error<uint8_t>(h, {17});
-  EXPECT_SAYS(said, "returned more outputs than expected\n  offered: 17\n  needed: at most 16");
+  const auto message = frame_error<uint8_t>(h, {17});
+  EXPECT_SAYS(message, "returned more outputs than expected\n  offered: 17\n  needed: at most 16");
   EXPECT_SAYS(start_error(line), "invoke-dynamic=true");
 }
 

@@ -22,7 +22,7 @@ Ref<GstBuffer> converted(const Harness& h, const Bytes& bytes) {
   GstBuffer* out = gst_harness_try_pull(h.get());
   return Ref<GstBuffer>::adopt(out ? out : gst_buffer_new());
 }
-std::string said(const std::string& what) {
+std::string message(const std::string& what) {
   auto h = harness("", caps(what));
   return error_of(h, frame({1, 2, 3}));
 }
@@ -35,7 +35,7 @@ TEST(SubPluginConverter, AcceptsTheCapsThatItDeclares) {
   EXPECT_EQ(GST_BUFFER_PTS(out.get()), 5u) << "the input's, where the converter gives none";
   EXPECT_SAYS(caps_text(h), "dimensions=(string)3:1, types=(string)uint8");
   EXPECT_SAYS(caps_text(h), "framerate=(fraction)10/1");
-  EXPECT_EQ(content(converted(h, {4, 5}).get()), (Bytes{4, 5})) << "each frame says its own";
+  EXPECT_EQ(content(converted(h, {4, 5}).get()), (Bytes{4, 5})) << "each frame has its own";
   EXPECT_SAYS(caps_text(h), "dimensions=(string)2:1");
   EXPECT_EQ(stat(h, "consumed"), 2u);
 }
@@ -90,7 +90,7 @@ TEST(SubPluginConverter, CanWriteHeaders) {
   gst_harness_set_src_caps_str(flexible.get(), caps("flexible").c_str());
   const auto out = converted(flexible, {1, 2, 3});
   EXPECT_EQ(gst_buffer_get_size(out.get()), 128u + 3u) << "one header, not two";
-  EXPECT_NE(said("cut"), "");
+  EXPECT_NE(message("cut"), "");
 }
 
 TEST(SubPluginConverter, CanOmitWhatDownstreamCapsFix) {
@@ -104,7 +104,7 @@ TEST(SubPluginConverter, CanOmitWhatDownstreamCapsFix) {
 }
 
 TEST(SubPluginConverter, RejectsAStreamWithAMessage) {
-  EXPECT_SAYS(caps_error("", caps("refuse")), "WEIR-2002: the converter bytes refuses this stream");
+  EXPECT_SAYS(caps_error("", caps("refuse")), "WEIR-2002: the converter bytes rejects this stream");
   EXPECT_SAYS(caps_error("", caps("refuse")), "offered: x-test/bytes");
   EXPECT_SAYS(caps_error("", caps("first-dims")),
               "WEIR-5003: the converter bytes returned invalid tensors");
@@ -122,7 +122,7 @@ TEST(SubPluginConverter, HasItsFramesCombined) {
   EXPECT_EQ(error_of(h, frame({7, 8, 9}, 9)), "");
   EXPECT_EQ(stat(h, "held"), 1u);
   EXPECT_EQ(error_of(h, frame({7}, 10)), "");
-  EXPECT_EQ(stat(h, "dropped-flush"), 1u) << "frames of another kind begin anew";
+  EXPECT_EQ(stat(h, "dropped-flush"), 1u) << "frames of another kind start a new tensor";
 }
 
 TEST(SubPluginConverter, CannotHaveAllFramesCombined) {
@@ -137,17 +137,19 @@ TEST(SubPluginConverter, CannotHaveAllFramesCombined) {
 }
 
 TEST(SubPluginConverter, IsValidated) {
-  EXPECT_SAYS(said("null"), "WEIR-5003: the converter bytes made nothing of a frame");
-  EXPECT_SAYS(said("no-buffer"), "WEIR-5003: the converter bytes gives something else for a frame");
+  EXPECT_SAYS(message("null"), "WEIR-5003: the converter bytes returned nothing for a frame");
+  EXPECT_SAYS(message("no-buffer"),
+              "WEIR-5003: the converter bytes returned no GstBuffer for a frame");
   const std::string nonsense = "WEIR-5003: the converter bytes returned invalid tensors\n";
-  EXPECT_SAYS(said("count"), nonsense + "  offered: 300 tensors\n  needed: 1 to 256");
-  EXPECT_SAYS(said("none"), nonsense + "  offered: 0 tensors");
-  EXPECT_SAYS(said("extra"), nonsense + "  offered: 20 tensors, `extra` is NULL");
-  EXPECT_SAYS(said("type"), nonsense + "  offered: tensor 0: type 77");
-  EXPECT_SAYS(said("dims"), nonsense + "  offered: tensor 0: dimensions ");
-  EXPECT_SAYS(said("format"), nonsense + "  offered: format 9");
-  EXPECT_SAYS(said("size"),
-              "WEIR-2004: the converter bytes gives a frame of another size than it says\n  "
+  EXPECT_SAYS(message("count"), nonsense + "  offered: 300 tensors\n  needed: 1 to 256");
+  EXPECT_SAYS(message("none"), nonsense + "  offered: 0 tensors");
+  EXPECT_SAYS(message("extra"), nonsense + "  offered: 20 tensors, `extra` is NULL");
+  EXPECT_SAYS(message("type"), nonsense + "  offered: tensor 0: type 77");
+  EXPECT_SAYS(message("dims"), nonsense + "  offered: tensor 0: dimensions ");
+  EXPECT_SAYS(message("format"), nonsense + "  offered: format 9");
+  EXPECT_SAYS(message("size"),
+              "WEIR-2004: the converter bytes returned a frame whose size differs from its "
+              "declared size\n  "
               "offered: 3 bytes\n  needed: 4 bytes for 1 tensor: uint8 4:1");
 }
 
@@ -155,13 +157,13 @@ TEST(SubPluginConverter, MustAgreeWithTheUser) {
   harness("", caps());
   auto h = harness("input-dim=2 input-type=uint8", caps());
   EXPECT_EQ(content(converted(h, {1, 2}).get()), (Bytes{1, 2}));
-  EXPECT_SAYS(error_of(h, frame({1, 2, 3})), "WEIR-2001: a frame is not what input-dim");
+  EXPECT_SAYS(error_of(h, frame({1, 2, 3})), "WEIR-2001: a frame does not match input-dim");
 }
 
 TEST(SubPluginConverter, IsReportedWhenItsFileIsRejected) {
   const auto find = WEIR_LIBRARY(nnstreamer_converter_find);
   ASSERT_NE(find("bytes"), nullptr);
-  for (const char* name : {"lacking", "nobody", "twice", "any"}) EXPECT_EQ(find(name), nullptr);
+  for (const char* name : {"lacking", "absent", "twice", "any"}) EXPECT_EQ(find(name), nullptr);
   auto h = harness("", caps());
   EXPECT_EQ(accepted(h, "x-test/capless"), "EMPTY") << "its query_caps gives NULL";
 }
@@ -274,7 +276,8 @@ TEST(ConverterFunction, OfTheProgramConvertsAnyMedium) {
     EXPECT_SAYS(caps_text(h), "dimensions=(string)1:1:1:1, types=(string)uint8");
     EXPECT_EQ(content(converted(h, {1, 2, 3}).get()), (Bytes{1, 2, 3, 1, 2, 3}));
     EXPECT_SAYS(caps_text(h), "dimensions=(string)3:2");
-    EXPECT_SAYS(error_of(h, frame({255})), "WEIR-5003: the function twice made nothing of a frame");
+    EXPECT_SAYS(error_of(h, frame({255})),
+                "WEIR-5003: the function twice returned nothing for a frame");
   }
   EXPECT_EQ(frames, 6);
   auto gathered = harness("mode=custom-code:twice frames-per-tensor=2", video("GRAY8", 3, 1));

@@ -20,7 +20,7 @@ std::string text(const Bytes& bytes) {
 std::string refusal(const std::string& mode) {
   return error_of("mode=" + mode, kThree, {1, 2, 3});
 }
-std::string said(const std::string& what) {
+std::string message(const std::string& what) {
   return error_of("mode=adding option1=" + what, kThree, {1, 2, 3});
 }
 
@@ -61,8 +61,8 @@ TEST(SubPluginDecoder, ReceivesFlexibleTensorsWithTheirHeaders) {
                             "mode=bare")};
   gst_harness_set_src_caps_str(h.get(), video("GRAY8", 4, 2).c_str());
   const auto out = Ref<GstBuffer>::adopt(gst_harness_push_and_pull(h.get(), frame(Bytes(8, 0))));
-  const std::string told = text(content(out.get()));
-  EXPECT_SAYS(told, "format 1, 1 tensors; type 5, 1:4:2, 136 bytes, sum ");
+  const std::string reported = text(content(out.get()));
+  EXPECT_SAYS(reported, "format 1, 1 tensors; type 5, 1:4:2, 136 bytes, sum ");
 }
 
 TEST(SubPluginDecoder, IsListed) {
@@ -79,28 +79,31 @@ TEST(SubPluginDecoder, WarnsAboutRejectedOptionsAndContinues) {
   Errors errors(element.get());
   EXPECT_EQ(gst_element_set_state(element.get(), GST_STATE_PAUSED), GST_STATE_CHANGE_SUCCESS);
   EXPECT_SAYS(errors.next_warning(),
-              "WEIR-1004: the decoder adding does not take an option and goes on without it\n  "
+              "WEIR-1004: the decoder adding does not accept an option and continues without it\n  "
               "offered: option3=y");
   gst_element_set_state(element.get(), GST_STATE_NULL);
 }
 
 TEST(SubPluginDecoder, ReportsWhatIsWrongWithItsCaps) {
-  EXPECT_SAYS(said("no-caps"), "WEIR-2001: the decoder adding makes nothing of these tensors");
-  EXPECT_SAYS(said("no-caps"), "offered: 1 tensor: uint8 3");
-  EXPECT_SAYS(said("any-caps"), "WEIR-5003: the decoder adding gives no caps that say anything");
-  EXPECT_SAYS(said("any-caps"), "offered: ANY");
-  EXPECT_SAYS(said("empty-caps"), "offered: EMPTY");
-  EXPECT_SAYS(said("no-caps-at-all"), "offered: something else");
+  EXPECT_SAYS(message("no-caps"), "WEIR-2001: the decoder adding does not accept these tensors");
+  EXPECT_SAYS(message("no-caps"), "offered: 1 tensor: uint8 3");
+  EXPECT_SAYS(message("any-caps"),
+              "WEIR-5003: the decoder adding returned caps without any media type");
+  EXPECT_SAYS(message("any-caps"), "offered: ANY");
+  EXPECT_SAYS(message("empty-caps"), "offered: EMPTY");
+  EXPECT_SAYS(message("no-caps-at-all"), "offered: something else");
 }
 
 TEST(SubPluginDecoder, ReportsWhatIsWrongWithAFrame) {
-  EXPECT_SAYS(said("error"), "WEIR-5003: the decoder adding failed on a frame\n  offered: error");
-  EXPECT_SAYS(said("not-negotiated"), "offered: not-negotiated");
-  EXPECT_SAYS(said("nothing"),
-              "WEIR-5003: the decoder adding made nothing of a frame and says ok\n  offered: a "
+  EXPECT_SAYS(message("error"),
+              "WEIR-5003: the decoder adding failed on a frame\n  offered: error");
+  EXPECT_SAYS(message("not-negotiated"), "offered: not-negotiated");
+  EXPECT_SAYS(message("nothing"),
+              "WEIR-5003: the decoder adding returned success without an output\n  offered: a "
               "buffer without memory");
-  EXPECT_SAYS(said("picture"), "WEIR-2004: the decoder made less than a picture of its caps");
-  EXPECT_SAYS(said("picture"), "offered: 3 bytes\n  needed: 32 bytes");
+  EXPECT_SAYS(message("picture"),
+              "WEIR-2004: the output of the decoder is smaller than a picture of its caps");
+  EXPECT_SAYS(message("picture"), "offered: 3 bytes\n  needed: 32 bytes");
 }
 
 TEST(SubPluginDecoder, CanDropFrames) {
@@ -239,7 +242,7 @@ TEST(CustomCodeDecoder, MustBeRegisteredAndProduceABuffer) {
   const auto remove = WEIR_LIBRARY(nnstreamer_decoder_custom_unregister);
   int flow = GST_FLOW_ERROR;
   ASSERT_EQ(add("failing", count, &flow), 0);
-  const std::string missing = error_of("mode=custom-code option1=nobody", kThree, {1, 2, 3});
+  const std::string missing = error_of("mode=custom-code option1=absent", kThree, {1, 2, 3});
   EXPECT_SAYS(missing, "WEIR-5002: no decoder is registered under this name");
   EXPECT_SAYS(missing, "needed: one of: failing");
   EXPECT_SAYS(error_of("mode=custom-code"), "offered: mode=custom-code option1=");
@@ -247,7 +250,7 @@ TEST(CustomCodeDecoder, MustBeRegisteredAndProduceABuffer) {
               "WEIR-5003: the function failing failed on a frame\n  offered: error");
   flow = GST_FLOW_OK;
   EXPECT_SAYS(error_of("mode=custom-code option1=failing", kThree, {1, 2, 3}),
-              "the function failing made nothing of a frame and says ok");
+              "the function failing returned success without an output");
   remove("failing");
 }
 

@@ -27,9 +27,9 @@ TEST(CompatSubPlugin, Version0RejectsInputsWithItsNumber) {
   Errors errors(h);
   gst_harness_set_src_caps_str(h.get(), tensors("int8", "2").c_str());
   gst_harness_push(h.get(), frame<int8_t>({1, 2}));
-  const auto said = errors.next();
-  EXPECT_SAYS(said, "the filter hand0 rejects these inputs");
-  EXPECT_SAYS(said, "-22 (Invalid argument)");
+  const auto message = errors.next();
+  EXPECT_SAYS(message, "the filter hand0 rejects these inputs");
+  EXPECT_SAYS(message, "-22 (Invalid argument)");
 }
 
 TEST(CompatSubPlugin, Version1TransfersItsMemory) {
@@ -113,9 +113,9 @@ TEST(CompatSubPlugin, ReceivesProperties) {
 TEST(CompatSubPlugin, ClassAddsANumber) {
   auto h = harness_of("tensor_filter framework=classes custom=1.5", tensors("float32", "2"));
   EXPECT_EQ(pushed<float>(h, {1, 2}), (Floats{2.5, 3.5}));
-  const auto said = frame_error<float>(h, {13, 0});
-  EXPECT_SAYS(said, "the filter classes failed on a frame");
-  EXPECT_SAYS(said, "-22 (Invalid argument)");
+  const auto message = frame_error<float>(h, {13, 0});
+  EXPECT_SAYS(message, "the filter classes failed on a frame");
+  EXPECT_SAYS(message, "-22 (Invalid argument)");
 }
 
 TEST(CompatSubPlugin, ClassReportsThatItCannotBeConfigured) {
@@ -149,10 +149,10 @@ TEST(CompatSubPlugin, FaultyDescriptorsAreRejected) {
       {8, "getFrameworkInfo returned -5"},
       {9, "no eventHandler"}};
   for (const auto& [number, words] : faults) {
-    const auto said = start_error("tensor_filter framework=faulty" + std::to_string(number));
-    EXPECT_SAYS(said, "WEIR-3007");
-    EXPECT_SAYS(said, words);
-    EXPECT_SAYS(said, number == 4 ? "fix: " : "fix: correct the rejected part and rebuild");
+    const auto message = start_error("tensor_filter framework=faulty" + std::to_string(number));
+    EXPECT_SAYS(message, "WEIR-3007");
+    EXPECT_SAYS(message, words);
+    EXPECT_SAYS(message, number == 4 ? "fix: " : "fix: correct the rejected part and rebuild");
   }
 }
 

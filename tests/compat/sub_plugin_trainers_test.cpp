@@ -18,7 +18,7 @@ std::string refusal(const char* name) {
 }
 
 TEST(SubPluginTrainer, IsOpenedByItsName) {
-  EXPECT_EQ(table().find(Kind::Trainer, "taking"), nullptr) << "not before it is asked for";
+  EXPECT_EQ(table().find(Kind::Trainer, "taking"), nullptr) << "not before it is requested";
   const auto opened = open(Kind::Trainer, "taking");
   ASSERT_TRUE(opened && *opened) << refusal("taking");
   const auto& trainer = *static_cast<const GstTensorTrainerFramework*>(*opened);

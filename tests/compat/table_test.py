@@ -19,7 +19,7 @@ FACT = ("guint", "RW", "3", "1..9")
 
 
 class Table(unittest.TestCase):
-    def test_it_is_what_the_plugin_says(self):
+    def test_it_matches_the_plugin(self):
         done = subprocess.run([SOURCE / "tools" / "gen-docs", "--check", "--build", os.environ["WEIR_BUILD"]],
                               capture_output=True, text=True, timeout=120, check=False)
         self.assertEqual((done.returncode, done.stdout), (0, ""), done.stderr)
@@ -43,11 +43,11 @@ class Table(unittest.TestCase):
             ('Enum "M" Default: 1, "ON"; (0): OFF - No; (1): ON - Yes', "writable")), [])
 
     def test_each_difference_is_reported(self):
-        for own, said in {("Integer. Range: 1 - 9 Default: 3", "writable"): "another type: Integer",
+        for own, output in {("Integer. Range: 1 - 9 Default: 3", "writable"): "another type: Integer",
                           ("Unsigned Integer. Range: 1 - 8 Default: 3", "writable"): "takes 1 to 8, there 1 to 9",
                           ("Unsigned Integer. Range: 1 - 9 Default: 4", "writable"): "starts as 4, there 3",
                           (UINT[0], "readable"): "can only be read"}.items():
-            self.assertEqual(compat_table.differences(FACT, own), [said])
+            self.assertEqual(compat_table.differences(FACT, own), [output])
         self.assertEqual(compat_table.differences(("mode", "RW", "0", "0=OFF, 1=ON"),
                                                   ('Enum "M" Default: 0, "OFF"; (0): OFF - No', "writable")), ["lacks ON"])
 

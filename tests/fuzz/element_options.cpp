@@ -73,8 +73,8 @@ void check_window(FuzzInput* input) {
 
 void check_accelerator(std::string_view text) {
   std::optional<Error> warning;
-  const auto wish = infer::parse_accelerator(text, &warning);
-  const auto chosen = infer::choose_accelerator(wish, {"cpu", "cpu.simd", "gpu"});
+  const auto requested = infer::parse_accelerator(text, &warning);
+  const auto chosen = infer::choose_accelerator(requested, {"cpu", "cpu.simd", "gpu"});
   require(chosen.find(' ') == chosen.npos, "an accelerator is a list of names");
 }
 

@@ -78,12 +78,12 @@ std::string run(infer::Model& model) {
   out.n_tensors = static_cast<uint32_t>(outputs.size());
   out.tensors = outputs.data();
   const auto made = (*session)->invoke(in, out);
-  std::string said = made ? "" : made.error().message();
+  std::string text = made ? "" : made.error().message();
   for (auto& tensor : outputs) {
     EXPECT_LE(tensor.bytes, tensor.data ? uint64_t{1} << 32 : tensor.bytes);
     if (tensor.release) tensor.release(tensor.owner);
   }
-  return said;
+  return text;
 }
 
 // A 3x3 convolution over two planes of 4x4, then pooling: writes two files and returns their common
@@ -155,9 +155,9 @@ TEST_P(DamagedModels, AreRejectedOrRun) {
   std::mt19937 random(20261121);
   int ran = 0;
   for (int i = 0; i < kFilesOfAFormat; ++i) {
-    const std::string said = outcome(damaged(whole, random));
-    ran += said.empty();
-    EXPECT_TRUE(said.empty() || said.starts_with("WEIR-") || said.starts_with("an input")) << said;
+    const std::string text = outcome(damaged(whole, random));
+    ran += text.empty();
+    EXPECT_TRUE(text.empty() || text.starts_with("WEIR-") || text.starts_with("an input")) << text;
   }
   const auto counts = isolation->monitor->counts();
   std::printf("%s: %d ran, %d were refused, of those %d by the end of the worker, %d by silence\n",

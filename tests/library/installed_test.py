@@ -98,7 +98,7 @@ class Installed(unittest.TestCase):
         self.assertEqual(done.stdout, "engine: fake\ninput x: 16 bytes\noutput y: 16 bytes\n", done.stderr)
         self.assertEqual(done.returncode, 0)
 
-    def test_what_is_wrong_is_said(self):
+    def test_errors_are_reported(self):
         for program in ("model_once.cpp", "model_once.c"):
             done = self.start(program, "/no/such/file.onnx")
             self.assertEqual(done.returncode, 1, program)
@@ -116,7 +116,7 @@ class Installed(unittest.TestCase):
         done = self.start("pipeline_push_pull.cpp", f"tensor_filter framework=fake model={self.model}")
         self.assertEqual(done.stdout, "0 ms: 1 2 3 4\n100 ms: 2 3 4 5\n200 ms: 3 4 5 6\n", done.stderr)
 
-    def test_what_is_wrong_in_a_pipeline_is_said(self):
+    def test_errors_in_a_pipeline_are_reported(self):
         done = self.start("pipeline_push_pull.cpp", "tensor_filtre")
         self.assertEqual(done.returncode, 1)
         self.assertIn("did you mean tensor_filter?", done.stderr)
@@ -138,9 +138,9 @@ class Installed(unittest.TestCase):
     def expect_words(self, program, element, *words):
         done = self.start(program, element)
         self.assertEqual(done.returncode, 1, done.stdout + done.stderr)
-        said = re.sub(r"weirtensorfilter\d+: ", "", done.stderr)
+        output = re.sub(r"weirtensorfilter\d+: ", "", done.stderr)
         for part in words:
-            self.assertIn(part, said)
+            self.assertIn(part, output)
 
     def test_filters_of_the_program_run_by_name(self):
         easy = "tensor_filter framework=custom-easy model="
@@ -150,7 +150,7 @@ class Installed(unittest.TestCase):
                            "-64 -8 0 8 \n-8 0 8 64 \n0 8 64 216 \n")
         self.expect_output("custom_filter.c", easy + "step", "11 12 13 14 \n")
 
-    def test_filters_of_the_program_are_refused_in_words(self):
+    def test_filters_of_the_program_are_refused_with_a_reason(self):
         easy = "tensor_filter framework=custom-easy model="
         self.expect_words("custom_filter.cpp", easy + "dubler", "WEIR-5002", "one of: doubler, odd, positive",
                           "did you mean doubler?")

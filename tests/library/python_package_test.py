@@ -50,7 +50,7 @@ class Files(unittest.TestCase):
 class Models(Files):
     """The engine `fake` adds 1 to float32 (?, 4); `scaling` multiplies any length."""
 
-    def test_a_model_says_what_it_is(self):
+    def test_a_model_describes_itself(self):
         with weir.Model(self.any, engine="fake") as model:
             self.assertEqual(model.engine, "fake")
             (x,), (y,) = model.inputs, model.outputs
@@ -93,7 +93,7 @@ class Models(Files):
         np.testing.assert_array_equal(model.invoke(np.array([2, 4], np.float32))[0], [5, 10])
         self.assertIsNone(weir.Model(self.any, engine="fake", options={"drop-at": 0}).invoke(np.zeros((1, 4), np.float32)))
 
-    def test_what_is_wrong_is_said_in_parts(self):
+    def test_errors_are_reported_in_parts(self):
         error = self.error(weir.Model, "/no/such/file.onnx", engine="fake")
         self.assertEqual(error.code, weir.Code.MODEL_NOT_FOUND)
         self.assertEqual(error.code, 3003)
@@ -114,7 +114,7 @@ class Models(Files):
         with self.assertRaises(ValueError):
             weir.Model(self.any, engine="fake", timeout=-1)
 
-    def test_a_closed_model_is_said_to_be_closed(self):
+    def test_a_closed_model_is_reported_as_closed(self):
         model = weir.Model(self.any, engine="fake")
         model.close()
         model.close()
@@ -266,7 +266,7 @@ class Pipelines(Files):
         self.assertEqual(pipeline.get("v", "drop"), "true")
         self.assertEqual(self.error(pipeline.set, "i", "silnt", True).code, weir.Code.OPTION_VALUE)
 
-    def test_what_is_wrong_is_said(self):
+    def test_errors_are_reported(self):
         self.assertIn("did you mean tensor_filter?", str(self.error(weir.Pipeline, "tensor_filtre")))
         with weir.Pipeline(LOOP.format(f"tensor_filter framework=fake model={self.any}")) as pipeline:
             pipeline.push("in", np.zeros((1, 5), np.float32))

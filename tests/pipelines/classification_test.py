@@ -47,17 +47,17 @@ def play(photo, preparation, rest):
 
 @unittest.skipIf(missing(), missing())
 class Classification(unittest.TestCase):
-    def classify(self, photo, model, told):
+    def classify(self, photo, model, report):
         """The classes by descending score, and the output of image_labeling."""
         with tempfile.TemporaryDirectory() as folder:
             scores, text, labels = (pathlib.Path(folder) / name for name in ("scores", "text", "labels"))
-            labels.write_text("\n".join(told["card"]["labels"]) + "\n")
-            done = play(photo, told["card"]["preparation"],
+            labels.write_text("\n".join(report["card"]["labels"]) + "\n")
+            done = play(photo, report["card"]["preparation"],
                         f'tensor_filter model="{model}" ! tee name=t ! queue ! filesink location={scores} '
                         f"t. ! queue ! tensor_decoder mode=image_labeling option1={labels} ! filesink location={text}")
             self.assertEqual(done.returncode, 0, done.stderr)
             self.assertNotRegex(done.stderr, r"object-alive, type-name=\(string\)\w+")
-            output = told["outputs"][0]
+            output = report["outputs"][0]
             values = [v for (v,) in struct.iter_unpack(FORMATS[output["type"]], scores.read_bytes())]
             label = text.read_bytes().rstrip(b"\0").decode()
         return sorted(range(len(values)), key=lambda i: -values[i]), label
@@ -69,15 +69,15 @@ class Classification(unittest.TestCase):
         for photo, by_model in json.loads(RESULTS.read_text())["classification"].items():
             for model, reference in by_model.items():
                 with self.subTest(photo=photo, model=model):
-                    told = models[model]
+                    report = models[model]
                     ours, label = self.classify(SHARED / "media" / "image" / photo,
-                                                SHARED / "models" / "classification" / model, told)
-                    kind = told["outputs"][0]["type"]
+                                                SHARED / "models" / "classification" / model, report)
+                    kind = report["outputs"][0]["type"]
                     if kind == "float32":
                         kind += " probability" if reference[0][2] <= 1 else " score"
                     clear = reference[0][2] - reference[1][2] >= CLEAR[kind]
                     self.assertIn(reference[0][0], ours[:1] if clear else ours[:3])
-                    self.assertEqual(label, told["card"]["labels"][ours[0]])
+                    self.assertEqual(label, report["card"]["labels"][ours[0]])
                     compared += 1
         self.assertGreaterEqual(compared, 20)
 
@@ -89,11 +89,11 @@ class Classification(unittest.TestCase):
     # MANIFEST: persons on bus and three_people, none on burger and cats_and_dogs.
     def test_persons_are_seen(self):
         model = SHARED / "models" / "classification" / "vww_96_int8.tflite"
-        told = inspect(model)
-        told["outputs"][0]["type"] = "uint8"  # avoids comparing int8 scores; only the label matters here
+        report = inspect(model)
+        report["outputs"][0]["type"] = "uint8"  # avoids comparing int8 scores; only the label matters here
         for photo, label in (("image/bus.jpg", "person"), ("face/three_people.jpg", "person"),
                              ("image/burger.jpg", "no person"), ("image/cats_and_dogs.jpg", "no person")):
-            self.assertEqual(self.classify(SHARED / "media" / photo, model, told)[1], label, photo)
+            self.assertEqual(self.classify(SHARED / "media" / photo, model, report)[1], label, photo)
 
 
 @unittest.skipIf(missing(), missing())
@@ -114,7 +114,7 @@ class Demo(unittest.TestCase):
         self.assertIn("WEIR-3008", done.stderr)
         self.assertIn('"sha256": "', done.stderr)
 
-    def test_it_says_what_is_not_there(self):
+    def test_it_reports_what_is_missing(self):
         self.assertIn("nosuch.jpg is not there", self.demo("nosuch.jpg", "mnist.onnx").stderr)
         self.assertIn("nosuch.onnx is not there", self.demo("orange.png", "nosuch.onnx").stderr)
 

@@ -61,7 +61,7 @@ class DemoTest(unittest.TestCase):
         self.assertEqual(done.returncode, 2)
         self.assertIn("--seconds must be 1 or more", done.stderr)
 
-    def test_it_says_what_is_not_built(self):
+    def test_it_reports_what_is_not_built(self):
         done = self.run_demo("--build", "/nowhere")
         self.assertNotEqual(done.returncode, 0)
         self.assertIn("make build", done.stderr)

@@ -48,8 +48,8 @@ def missing(command):
     """What the command needs but this build or machine lacks; otherwise nothing."""
     if "../shared/" in command and not (SOURCE / "../shared").exists():
         return "../shared"
-    for ending, engine in ENGINES.items():
-        if ending in command and not has_engine(engine):
+    for extension, engine in ENGINES.items():
+        if extension in command and not has_engine(engine):
             return f"the engine {engine}"
     for name in re.findall(r"tensor_decoder mode=(protobuf|flatbuf|flexbuf)", command):
         if not has_module("decoder", name):
@@ -95,11 +95,11 @@ class Documents(unittest.TestCase):
                         continue
                     done = subprocess.run(["bash", "-c", command], cwd=SOURCE, timeout=SECONDS, text=True,
                                           capture_output=True, stdin=subprocess.DEVNULL)
-                    said = done.stdout + done.stderr
-                    self.assertEqual(done.returncode, 0, said)
-                    self.assertEqual(re.findall(LEAKED, said), [], command)
+                    output = done.stdout + done.stderr
+                    self.assertEqual(done.returncode, 0, output)
+                    self.assertEqual(re.findall(LEAKED, output), [], command)
                     for word in ("CRITICAL", "WARNING", "ERROR", "runtime error"):
-                        self.assertNotIn(word, said)
+                        self.assertNotIn(word, output)
         self.assertGreater(count, 5, "the READMEs have pipelines")
 
 

@@ -52,7 +52,7 @@ class Flow(unittest.TestCase):
                            f"tensor_converter input-dim={dims} input-type={types} ! {middle} ! {sink.format(self.path)}")
         self.assertEqual(done.returncode, 0, done.stdout + done.stderr)
         self.assertNotRegex(done.stderr, r"object-alive, type-name=\(string\)\w+|CRITICAL|WARNING")
-        self.said = done.stderr
+        self.output = done.stderr
         return (self.path / "out").read_bytes()
 
     def array(self, element, dims, nonzero=1.0):
@@ -121,14 +121,14 @@ class Flow(unittest.TestCase):
                                  "supplied-value=50 i.src_0 ! j.sink_0 i.src_1 ! j.sink_1 join name=j")
         self.assertEqual(got, array.tobytes())
 
-    def test_debug_says_what_passes_and_changes_nothing(self):
+    def test_debug_logs_what_passes_and_changes_nothing(self):
         array = self.array("uint8", [2])
         quiet = self.play([array], "other/tensors,format=static ! tensor_debug name=d")
         self.assertEqual(quiet, array.tobytes())
-        self.assertNotIn("d: info:", self.said)
+        self.assertNotIn("d: info:", self.output)
         loud = self.play([array], "other/tensors,format=static ! tensor_debug name=d silent=false capability=always")
         self.assertEqual(loud, array.tobytes())
-        lines = [line for line in self.said.splitlines() if line.startswith("d: info:")]
+        lines = [line for line in self.output.splitlines() if line.startswith("d: info:")]
         self.assertEqual(lines, ["d: info: 1 tensor: uint8 2 at 10/1"] +
                          [f"d: info: frame {i}: 1 memory, 2 bytes" for i in range(FRAMES)])
 

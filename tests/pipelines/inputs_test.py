@@ -48,7 +48,7 @@ class Inputs(unittest.TestCase):
         self.assertNotIn("ERROR", done.stdout + done.stderr)
         return out.read_bytes()
 
-    def test_mux_puts_the_tensors_of_a_frame_behind_each_other(self):
+    def test_mux_appends_the_tensors_of_its_pads(self):
         for mode in ("nosync", "slowest", "basepad"):
             inputs = [self.numbers((2, 3), np.uint8), self.numbers((4,), np.float32), self.numbers((1, 5), np.int16)]
             got = self.run_line(*(self.source(f"in{i}", x, "mux.") for i, x in enumerate(inputs)),
@@ -106,9 +106,9 @@ class Inputs(unittest.TestCase):
     def test_a_tee_without_queues_is_reported_where_they_belong(self):
         line = ("videotestsrc num-buffers=3 ! video/x-raw,format=GRAY8,width=4,height=4 ! tensor_converter ! tee name=t "
                 "t. ! merge.sink_0 t. ! merge.sink_1 tensor_merge name=merge ! fakesink")
-        said = refusal(self, line)
-        self.assertIn("WEIR-5001", said)
-        self.assertIn("fix: t. ! queue ! merge.sink_0   t. ! queue ! merge.sink_1", said)
+        output = refusal(self, line)
+        self.assertIn("WEIR-5001", output)
+        self.assertIn("fix: t. ! queue ! merge.sink_0   t. ! queue ! merge.sink_1", output)
 
 
 if __name__ == "__main__":

@@ -32,10 +32,10 @@ OF_SUB_PLUGINS = {"weir-nnstreamer:5"}
 def promised():
     """Each value of GST_DEBUG in a text for users."""
     found = set()
-    for folder in ("apps", "docs", "include", "src"):
-        for file in sorted((SOURCE / folder).rglob("*")):
-            if file.suffix in (".cpp", ".hpp", ".h", ".md", ".1") and "_test" not in file.name:
-                found |= set(re.findall(r"GST_DEBUG=([\w*:,-]*\w)", file.read_text(encoding="utf-8")))
+    files = [*SOURCE.glob("*.md"), *(f for folder in ("apps", "docs", "examples", "include", "src") for f in (SOURCE / folder).rglob("*"))]
+    for file in files:
+        if file.suffix in (".cpp", ".hpp", ".h", ".md", ".1") and "_test" not in file.name:
+            found |= set(re.findall(r"GST_DEBUG=([\w*:,-]*\w)", file.read_text(encoding="utf-8")))
     return found
 
 
@@ -66,11 +66,11 @@ class Log(unittest.TestCase):
                 self.assertEqual(status, 0)
                 self.assertTrue([line for line in lines if fnmatch.fnmatch(line[1], pattern)], lines)
 
-    def test_information_says_what_was_chosen(self):
+    def test_info_names_what_was_chosen(self):
         status, lines = self.play("tensor_*:4")
         self.assertEqual(status, 0)
-        said = [text for level, category, text in lines if (level, category) == ("INFO", "tensor_filter")]
-        text = "\n".join(said)
+        output = [text for level, category, text in lines if (level, category) == ("INFO", "tensor_filter")]
+        text = "\n".join(output)
         self.assertRegex(text, r"framework=auto is lua: the file has the extension \.lua")
         self.assertRegex(text, r"model src/modules/engines/lua/halves\.lua: engine lua, 1 workers with \d+ threads each")
         self.assertRegex(text, r"input caps .*3:8:8:1")

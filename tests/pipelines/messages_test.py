@@ -184,10 +184,10 @@ class Messages(unittest.TestCase):
     def launch(self, line):
         done = subprocess.run(["gst-launch-1.0", "-v", *line.split()], capture_output=True, text=True, timeout=SECONDS,
                               stdin=subprocess.DEVNULL)
-        said = done.stdout + done.stderr
-        self.assertEqual(done.returncode, 0, said)
-        self.assertNotIn("CRITICAL", said)
-        return said
+        output = done.stdout + done.stderr
+        self.assertEqual(done.returncode, 0, output)
+        self.assertNotIn("CRITICAL", output)
+        return output
 
     def frames(self, *tensors):
         """FRAMES lists of arrays of these shapes and types."""
@@ -210,9 +210,9 @@ class Messages(unittest.TestCase):
         for i, message in enumerate(messages):
             (self.folder / f"in.{i:02}").write_bytes(message)
         out = self.folder / "out"
-        said = self.launch(f"multifilesrc location={self.folder}/in.%02d stop-index={len(messages) - 1} "
+        output = self.launch(f"multifilesrc location={self.folder}/in.%02d stop-index={len(messages) - 1} "
                            f"caps={MEDIA[name]},framerate=10/1 ! tensor_converter {rest} ! filesink location={out}")
-        return out.read_bytes(), said
+        return out.read_bytes(), output
 
     def test_a_library_reads_what_the_decoder_writes(self):
         for name, library in self.formats():
@@ -244,11 +244,11 @@ class Messages(unittest.TestCase):
         for name, library in self.formats():
             with self.subTest(name):
                 frames = self.frames(((2, 3), np.uint8), ((4,), np.float32), ((1, 5), np.int64))
-                got, said = self.converted(name, [library.write(Message(f, rate=(25, 1))) for f in frames])
+                got, output = self.converted(name, [library.write(Message(f, rate=(25, 1))) for f in frames])
                 self.assertEqual(got, b"".join(a.tobytes() for f in frames for a in f))
-                self.assertIn("dimensions=(string)1:1:1:1", said, "before the first message")
+                self.assertIn("dimensions=(string)1:1:1:1", output, "before the first message")
                 for words in ("num_tensors=(int)3", "3:2:1:1", "framerate=(fraction)25/1", "uint8,float32,int64"):
-                    self.assertIn(words, said.replace("\\,", ",").replace("3:2,", "3:2:1:1,"))
+                    self.assertIn(words, output.replace("\\,", ",").replace("3:2,", "3:2:1:1,"))
 
     def test_each_type_passes_in_both_directions(self):
         for name, library in self.formats():
@@ -257,17 +257,17 @@ class Messages(unittest.TestCase):
                     frames = self.frames(((3, 2), dtype))
                     messages = self.written(name, frames, "other/tensors,format=static !")
                     self.assertEqual([library.read(m) for m in messages], [Message(f) for f in frames])
-                    got, said = self.converted(name, [library.write(Message(f)) for f in frames])
+                    got, output = self.converted(name, [library.write(Message(f)) for f in frames])
                     self.assertEqual(got, b"".join(f[0].tobytes() for f in frames))
-                    self.assertIn(f"types=(string){dtype}", said)
+                    self.assertIn(f"types=(string){dtype}", output)
 
     def test_the_converter_reads_flexible_tensors(self):
         for name, library in self.formats():
             with self.subTest(name):
                 frames = [[np.arange(n, dtype=np.uint16)] for n in (3, 5, 2)]
-                got, said = self.converted(name, [library.write(Message(f, fmt=1)) for f in frames])
+                got, output = self.converted(name, [library.write(Message(f, fmt=1)) for f in frames])
                 self.assertEqual(got, b"".join(header(f[0]) + f[0].tobytes() for f in frames))
-                self.assertIn("format=(string)flexible", said)
+                self.assertIn("format=(string)flexible", output)
 
     def test_caps_with_what_the_messages_hold_are_met_after_the_first(self):
         for name, library in self.formats():
@@ -295,25 +295,25 @@ class Messages(unittest.TestCase):
         for name, library in self.formats():
             with self.subTest(name):
                 frames = [[np.arange(n, dtype=np.uint8)] for n in (3, 5, 2)]
-                got, said = self.converted(name, [library.write(Message(f)) for f in frames])
+                got, output = self.converted(name, [library.write(Message(f)) for f in frames])
                 self.assertEqual(got, b"".join(f[0].tobytes() for f in frames))
                 for n in (3, 5, 2):
-                    self.assertIn(f"dimensions=(string){n}, ", said)
+                    self.assertIn(f"dimensions=(string){n}, ", output)
 
-    def test_messages_that_lie_end_the_pipeline_with_the_reason(self):
+    def test_inconsistent_messages_end_the_pipeline_with_the_reason(self):
         array = np.arange(6, dtype=np.uint8)
         short = Message([array])
         short.tensors = [(5, [7] + [0] * 15, array.tobytes())]
         for name, library in self.formats():
-            for message, words in ((Message([array], declared=2), "another number of tensors than it says"),
+            for message, words in ((Message([array], declared=2), "the number of tensors that it declares"),
                                    (short, "needed: 7 bytes for uint8 7"), (Message([array], fmt=2), "sparse tensors"),
                                    (Message([array] * 257), "at most 256")):
                 with self.subTest(name, words=words):
                     (self.folder / "in.00").write_bytes(library.write(message))
-                    said = refusal(self, f"multifilesrc location={self.folder}/in.%02d stop-index=0 "
+                    output = refusal(self, f"multifilesrc location={self.folder}/in.%02d stop-index=0 "
                                          f"caps={MEDIA[name]},framerate=10/1 ! tensor_converter ! fakesink")
-                    self.assertIn(words, said)
-                    self.assertIn(f"a {name} message", said)
+                    self.assertIn(words, output)
+                    self.assertIn(f"a {name} message", output)
 
 
 if __name__ == "__main__":

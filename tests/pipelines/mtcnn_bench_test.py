@@ -153,7 +153,7 @@ class Processes(unittest.TestCase):
 
 @unittest.skipUnless(VIDEO.exists(), "no clip")
 class Clips(unittest.TestCase):
-    def test_clips_are_as_long_and_as_fast_as_asked(self):
+    def test_clips_have_the_requested_length_and_rate(self):
         import clips  # needs python3-gi
 
         with tempfile.TemporaryDirectory() as folder:
@@ -174,12 +174,12 @@ class Clips(unittest.TestCase):
 class KernelsFloor(unittest.TestCase):
     def floor(self, models, asked, *options):
         with tempfile.TemporaryDirectory() as folder:
-            file = pathlib.Path(folder) / "asked"
+            file = pathlib.Path(folder) / "requests"
             file.write_text(asked)
             return subprocess.run([SOURCE / "examples/mtcnn/run", "--build", BUILD, "--kernels-floor", "--models", models, *options, file],
                                   capture_output=True, text=True, timeout=300)
 
-    def test_repeats_what_was_asked(self):
+    def test_repeats_what_was_requested(self):
         """More regions take longer, and a picture without any runs only P-Net; takes the minimum of ten runs to exclude load."""
         done = self.floor(NETWORKS, "640 360 400 200\n640 360 2 1\n640 360 0 0\n" * 10, "--threads", "2")
         self.assertEqual(done.returncode, 0, done.stderr)
@@ -209,7 +209,7 @@ class KernelsFloor(unittest.TestCase):
             done = self.floor(NETWORKS, "640 360 1 1\n", "--clip", clip)
             self.assertEqual((done.returncode, done.stdout), (1, ""))
             self.assertIn(f"{clip} cannot be decoded", done.stderr)
-        for models, asked, words in ((NETWORKS, "", "says nothing"), (SOURCE, "640 360 1 1\n", "onnx/pnet.onnx cannot be read")):
+        for models, asked, words in ((NETWORKS, "", "is empty"), (SOURCE, "640 360 1 1\n", "onnx/pnet.onnx cannot be read")):
             done = self.floor(models, asked)
             self.assertEqual((done.returncode, done.stdout), (1, ""))
             self.assertIn(words, done.stderr)

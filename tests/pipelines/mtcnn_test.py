@@ -71,7 +71,7 @@ class Faces(unittest.TestCase):
         known = [face["box"] for resampler in ("area", "linear") for face in reference[resampler]["faces"]]
         for face in faces:
             if face["score"] >= SURE:
-                self.assertTrue(any(overlap(face["box"], box) >= SAME for box in known), f"{name}: {face} is nobody's")
+                self.assertTrue(any(overlap(face["box"], box) >= SAME for box in known), f"{name}: {face} is unknown")
         return off
 
     def test_photos(self):
@@ -232,9 +232,9 @@ class Faces(unittest.TestCase):
     def test_pictures_smaller_than_a_face(self):
         self.assertEqual(self.found("--min-face", 1000, SHARED / "media/face/faces.jpg"), [[]])
         video = SHARED / "media/video/pose_1.mp4"
-        nobody = self.found("--min-face", 4096, video)
-        self.assertEqual(nobody, [[]] * len(nobody))
-        self.assertGreater(len(nobody), 1, "a list for each picture")
+        empty = self.found("--min-face", 4096, video)
+        self.assertEqual(empty, [[]] * len(empty))
+        self.assertGreater(len(empty), 1, "a list for each picture")
 
     def test_smallest_faces_that_are_none(self):
         for size, words in (("0", "Value 0 not in range"), ("11", "Value 11 not in range"), ("5000", "Value 5000 not in range"),
@@ -244,7 +244,7 @@ class Faces(unittest.TestCase):
             self.assertEqual(done.stdout, "", size)
             self.assertIn(words, done.stderr)
 
-    def test_a_cascade_that_stands_still(self):
+    def test_a_cascade_that_stalls(self):
         """A clip with one picture per second, while a result is expected every tenth of a second."""
         sys.path.insert(0, str(SOURCE / "examples/mtcnn/measure"))
         import clips

@@ -45,9 +45,9 @@ class NewFilter(unittest.TestCase):
         self.assertEqual(done.returncode, 0, done.stdout + done.stderr)
         return done.stdout
 
-    def refused(self, done, code, *said):
+    def refused(self, done, code, *output):
         self.assertEqual(done.returncode, code, done.stdout + done.stderr)
-        for words in said:
+        for words in output:
             self.assertIn(words, done.stdout + done.stderr)
         self.assertEqual(list(self.folder.iterdir()), self.there)
 
@@ -55,10 +55,10 @@ class NewFilter(unittest.TestCase):
         for language, source in SOURCES.items():
             with self.subTest(language):
                 name = f"of-{language.replace('+', 'p')}_2"
-                said = self.good(self.write("--language", language, name))
+                output = self.good(self.write("--language", language, name))
                 made = self.folder / name
                 self.assertEqual({path.name for path in made.iterdir()}, FILES | {source})
-                self.assertIn(f"cd {name} && make test", said)
+                self.assertIn(f"cd {name} && make test", output)
                 for path in made.iterdir():
                     self.assertNotIn("my-filter", path.read_text())
                     self.assertNotIn("MyFilter", path.read_text())
@@ -82,8 +82,8 @@ class NewFilter(unittest.TestCase):
         self.assertIn("class ByName {", (made / "filter.cpp").read_text())
         self.good(run("make", "-C", made, env=self.env))
         (made / "by-name.so").rename(made / "libweir-engine-by-name.so")
-        said = self.good(run(COMMAND, "inspect", "--framework", "by-name", env={**self.env, "WEIR_MODULE_PATH": str(made)}))
-        self.assertIn("Engine  by-name 1", said)
+        output = self.good(run(COMMAND, "inspect", "--framework", "by-name", env={**self.env, "WEIR_MODULE_PATH": str(made)}))
+        self.assertIn("Engine  by-name 1", output)
 
     def test_what_cannot_be_is_refused_and_nothing_is_written(self):
         (self.folder / "there").mkdir()

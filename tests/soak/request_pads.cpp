@@ -14,7 +14,7 @@ using gst::Ref;
 namespace {
 struct FirstFrame {
   std::atomic<bool> came{false};
-  std::promise<void> told;
+  std::promise<void> reported;
 };
 }  // namespace
 
@@ -38,18 +38,18 @@ std::string RequestPads::add() {
       out.get(), GstPadProbeType(GST_PAD_PROBE_TYPE_BLOCK | GST_PAD_PROBE_TYPE_BUFFER),
       [](GstPad*, GstPadProbeInfo*, gpointer data) {
         auto& f = *static_cast<FirstFrame*>(data);
-        if (!f.came.exchange(true)) f.told.set_value();
+        if (!f.came.exchange(true)) f.reported.set_value();
         return GST_PAD_PROBE_OK;
       },
       &first, nullptr);
   way.tee_pad = Ref<GstPad>::adopt(gst_element_request_pad_simple(tee_.get(), "src_%u"));
   gst_pad_link(way.tee_pad.get(), in.get());
-  const bool came = first.told.get_future().wait_for(kPatience) == std::future_status::ready;
+  const bool came = first.reported.get_future().wait_for(kPatience) == std::future_status::ready;
   way.request_pad = Ref<GstPad>::adopt(gst_element_request_pad_simple(element_.get(), "sink_%u"));
   gst_pad_link(out.get(), way.request_pad.get());
   gst_pad_remove_probe(out.get(), probe);
   ways_.push_back(std::move(way));
-  return came ? "" : "no frame comes behind a new pad of the tee\n";
+  return came ? "" : "no frame arrives from a new pad of the tee\n";
 }
 
 std::string RequestPads::remove(size_t index) {

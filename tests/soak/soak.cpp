@@ -85,15 +85,15 @@ int main(int argc, char** argv) {
   };
   std::vector<Sample> memory;
   Totals totals;
-  double told = -10;
+  double reported = -10;
   std::printf("%8s %10s %12s %8s %12s %12s\n", "seconds", "edits", "frames", "lost", "live KB",
               "RSS KB");
   for (uint32_t seed = 1; now() < most; ++seed) {
     edit_one(seed, model, &totals);
     memory.push_back({now(), live_kilobytes()});
-    if (now() - told < 10 && now() < most) continue;
-    told = now();
-    std::printf("%8.0f %10lu %12lu %8lu %12.0f %12.0f\n", told, totals.edits, totals.frames,
+    if (now() - reported < 10 && now() < most) continue;
+    reported = now();
+    std::printf("%8.0f %10lu %12lu %8lu %12.0f %12.0f\n", reported, totals.edits, totals.frames,
                 totals.lost, memory.back().kilobytes, resident_kilobytes());
     std::fflush(stdout);
   }

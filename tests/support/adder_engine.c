@@ -1,7 +1,7 @@
 /* An engine in C11 for tests of the model lifecycle: y = x + ADD on float32 [-1, WIDTH]. The
  * model's file contains "ADD WIDTH", followed by "gate" for a model whose opening waits for a byte
- * from the pipe gate:FD. Events are reported as bytes to the pipe tell:FD: o opened, g waits at the
- * gate, c closed, s suspended, r resumed. Options: sleeps:yes (supports suspend), sessions:N
+ * from the pipe gate:FD. Events are reported as bytes to the pipe events:FD: o opened, g waits at
+ * the gate, c closed, s suspended, r resumed. Options: sleeps:yes (supports suspend), sessions:N
  * (max_sessions), fail:N (the model that adds N fails in each invoke). It reports an execution on
  * three spinning threads.
  *
@@ -17,26 +17,26 @@
 struct weir_model {
   weir_tensor_info tensor;
   float add;
-  int tell, sleeps;
+  int events, sleeps;
   long fail;
   uint32_t sessions;
 };
 
-static void tell(const weir_model* model, char what) {
-  if (model->tell < 0) return;
-  const ssize_t written = write(model->tell, &what, 1);
+static void report(const weir_model* model, char what) {
+  if (model->events < 0) return;
+  const ssize_t written = write(model->events, &what, 1);
   (void)written;
 }
 
 static int open_model(const weir_open* request, weir_model** out, weir_error* error) {
   weir_model* model = calloc(1, sizeof *model);
   if (!model) return host->fail(error, WEIR_OUT_OF_MEMORY, "no memory", NULL, NULL, NULL, NULL);
-  model->tell = -1;
+  model->events = -1;
   model->fail = -1;
   int gate = -1;
   for (uint32_t i = 0; i < request->n_options; ++i) {
     const char *key = request->options[i].key, *value = request->options[i].value;
-    if (strcmp(key, "tell") == 0) model->tell = (int)strtol(value, NULL, 10);
+    if (strcmp(key, "events") == 0) model->events = (int)strtol(value, NULL, 10);
     if (strcmp(key, "gate") == 0) gate = (int)strtol(value, NULL, 10);
     if (strcmp(key, "sleeps") == 0) model->sleeps = 1;
     if (strcmp(key, "sessions") == 0) model->sessions = (uint32_t)strtoul(value, NULL, 10);
@@ -54,7 +54,7 @@ static int open_model(const weir_open* request, weir_model** out, weir_error* er
   }
   const int gated = strcmp(word, "gate") == 0;
   char byte;
-  if (gated) tell(model, 'g');
+  if (gated) report(model, 'g');
   if (gated && read(gate, &byte, 1) != 1) {
     free(model);
     return host->fail(error, WEIR_MODEL_INVALID, "the gate is closed", NULL, NULL, NULL, NULL);
@@ -65,13 +65,13 @@ static int open_model(const weir_open* request, weir_model** out, weir_error* er
   model->tensor.shape[1] = width;
   model->tensor.name = "x";
   model->tensor.batch_axis = WEIR_NO_BATCH_AXIS;
-  tell(model, 'o');
+  report(model, 'o');
   *out = model;
   return WEIR_OK;
 }
 
 static void close_model(weir_model* model) {
-  tell(model, 'c');
+  report(model, 'c');
   free(model);
 }
 
@@ -117,7 +117,7 @@ static int control(weir_session* session, int op, const weir_option* option, wei
   const weir_model* model = (const weir_model*)session;
   if (!model->sleeps || (op != WEIR_SUSPEND && op != WEIR_RESUME))
     return host->fail(error, WEIR_MODEL_UNSUPPORTED, "not known here", NULL, NULL, NULL, NULL);
-  tell(model, op == WEIR_SUSPEND ? 's' : 'r');
+  report(model, op == WEIR_SUSPEND ? 's' : 'r');
   return WEIR_OK;
 }
 

@@ -103,7 +103,7 @@ static int invoke(weir_session* session, const weir_frame* in, weir_frame* out, 
   const uint32_t alignment = session->model->alignment ? session->model->alignment : 1;
   if ((uintptr_t)x % alignment != 0 ||
       in->tensors[0].capacity < in->tensors[0].bytes + session->model->padding)
-    return host->fail(error, WEIR_INVOKE_FAILED, "memory that was not asked for", NULL, NULL, NULL,
+    return host->fail(error, WEIR_INVOKE_FAILED, "memory that was not requested", NULL, NULL, NULL,
                       NULL);
   const float deadline = in->deadline < 0 ? -1.f : (float)in->deadline / 1e6f;
   for (uint64_t i = 0; i < in->tensors[0].bytes / sizeof *x; ++i)

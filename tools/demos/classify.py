@@ -33,13 +33,13 @@ def find_file(name, root, kind):
 
 def inspect(build, model):
     done = subprocess.run([build / "apps/weir/weir", "inspect", "--json", model], capture_output=True, text=True)
-    told = json.loads(done.stdout)
-    error = told.get("error") or (not told.get("card") and told["no_card"])
+    report = json.loads(done.stdout)
+    error = report.get("error") or (not report.get("card") and report["no_card"])
     if error:
         parts = [f"demo: {error['id']}: {error['what']}"]
         parts += [f"  {part}: {error[part]}" for part in ("offered", "needed", "fix") if part in error]
         raise SystemExit("\n".join(parts))
-    card = told["card"]
+    card = report["card"]
     if not card["labels"] or card["decoder"] != "image_labeling":
         raise SystemExit(f"demo: the card {card['path']} does not make its model a classifier with labels: "
                          + card.get("problem", "it needs labels and the decoder image_labeling"))

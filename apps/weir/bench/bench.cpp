@@ -60,7 +60,7 @@ Refusal no_effect(const BenchCase& one, const Measured& measured) {
            .offered = one.custom,
            .needed = "a graph whose operators can all be lowered",
            .difference = measured.lowering.substr(kNotLowered.size()),
-           .fix = "leave the option out"}};
+           .fix = "omit the option"}};
 }
 
 // Whether the error of one case also applies to another, which then need not run.
@@ -152,16 +152,16 @@ struct Failure {
 std::vector<Failure> failures_of(const BenchPlan& plan) {
   std::vector<Failure> out;
   for (const auto& refusal : plan.refused) out.push_back({refusal.cases, refusal.error});
-  std::vector<const BenchCase*> told;
+  std::vector<const BenchCase*> shown;
   for (const auto& one : plan.cases) {
     if (!one.error) continue;
     const std::string message = one.error->message();
     const auto alike = [&](const BenchCase& other) {
       return other.engine == one.engine && other.error && other.error->message() == message;
     };
-    if (std::any_of(told.begin(), told.end(), [&](const auto* other) { return alike(*other); }))
+    if (std::any_of(shown.begin(), shown.end(), [&](const auto* other) { return alike(*other); }))
       continue;
-    told.push_back(&one);
+    shown.push_back(&one);
     const auto all = [&](auto belongs) {
       return std::all_of(plan.cases.begin(), plan.cases.end(), [&](const BenchCase& other) {
         return other.engine != one.engine || !belongs(other) || alike(other);

@@ -112,9 +112,9 @@ class Case {
     auto resolved = session_->resolve(*infos);
     if (!resolved) return resolved.error();
     std::mt19937 random(1);
-    const auto& wishes = session_->model().info();
+    const auto& needs = session_->model().info();
     for (const auto& info : *infos) {
-      add(&inputs_, info, std::max<uint32_t>(wishes.alignment, kAlignment), wishes.input_padding);
+      add(&inputs_, info, std::max<uint32_t>(needs.alignment, kAlignment), needs.input_padding);
       inputs_.back().flags = WEIR_TENSOR_READONLY;
       fill_with_made_up_data(info, inputs_.back().data, random);
     }
@@ -158,9 +158,9 @@ class Case {
 };
 
 std::string lowering_of(const infer::Model& model) {
-  const Json told = model_description(model)["metadata"];
-  const auto found = told.is_object() ? told.find("lowering") : told.end();
-  return found != told.end() && found->is_string() ? found->get<std::string>() : "";
+  const Json metadata = model_description(model)["metadata"];
+  const auto found = metadata.is_object() ? metadata.find("lowering") : metadata.end();
+  return found != metadata.end() && found->is_string() ? found->get<std::string>() : "";
 }
 
 // {"ms", "load_ms", "mib", "lowering", "threads", "batch"}

@@ -59,7 +59,7 @@ Result<pid_t> start(const BenchCaseOptions& options, int result) {
     words.push_back("--" + name + "=" + value);
   words.insert(words.end(), {"--", options.model});
   std::vector<char*> arguments;
-  for (const auto& word : words) arguments.push_back(const_cast<char*>(word.c_str()));
+  for (const auto& argument : words) arguments.push_back(const_cast<char*>(argument.c_str()));
   arguments.push_back(nullptr);
   posix_spawn_file_actions_t actions;
   posix_spawn_file_actions_init(&actions);
@@ -96,9 +96,9 @@ std::string end_of(int status) {
   return "exit code " + std::to_string(WEXITSTATUS(status));
 }
 
-Error error_of(const Json& told) {
-  const auto text = [&told](const char* name) { return told.value(name, std::string()); };
-  return {.code = static_cast<Code>(told.value("code", static_cast<int>(Code::INTERNAL))),
+Error error_of(const Json& report) {
+  const auto text = [&report](const char* name) { return report.value(name, std::string()); };
+  return {.code = static_cast<Code>(report.value("code", static_cast<int>(Code::INTERNAL))),
           .what = text("what"),
           .offered = text("offered"),
           .needed = text("needed"),
@@ -130,18 +130,18 @@ Result<Measured> run_case(const BenchCaseOptions& options) {
         .offered =
             "more than " + std::to_string(static_cast<int>(options.patience)) + " s above its time",
         .fix = "weir bench --timeout " + std::to_string(static_cast<int>(options.patience * 10))};
-  const Json told = Json::parse(text, nullptr, false);
-  if (!told.is_object())
+  const Json report = Json::parse(text, nullptr, false);
+  if (!report.is_object())
     return Error{.code = Code::WORKER_ENDED,
                  .what = "the engine terminated its process",
                  .offered = end_of(status)};
-  if (told.contains("error")) return error_of(told["error"]);
-  if (told.value("threads", 0) != options.threads || told.value("batch", 0) != options.batch)
+  if (report.contains("error")) return error_of(report["error"]);
+  if (report.value("threads", 0) != options.threads || report.value("batch", 0) != options.batch)
     return Error{.code = Code::INTERNAL,
                  .what = "a different case was measured than requested",
                  .offered = text};
-  return Measured{told.value("ms", 0.0), told.value("load_ms", 0.0), told.value("mib", 0.0),
-                  told.value("lowering", std::string())};
+  return Measured{report.value("ms", 0.0), report.value("load_ms", 0.0), report.value("mib", 0.0),
+                  report.value("lowering", std::string())};
 }
 
 }  // namespace weir::app

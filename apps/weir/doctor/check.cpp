@@ -14,6 +14,7 @@
 #include "doctor/plugin_facts.hpp"
 #include "nnstreamer/nnstreamer_version.h"
 #include "report.hpp"
+#include "weir/join.hpp"
 
 namespace weir::app {
 namespace {
@@ -36,14 +37,14 @@ std::string candidate(const Configuration& configuration, const char* source) {
 
 // The filter folders whose origin is `of`: "hard-coded", "envvar" or ".ini".
 std::string folders(const Configuration& configuration, const char* of) {
-  std::string out;
+  std::vector<std::string> out;
   for (const auto& folder : configuration.folders(config::FolderKind::Filters)) {
     const char* from = folder.origin == "hard-coded"              ? "hard-coded"
                        : folder.origin.starts_with("NNSTREAMER_") ? "envvar"
                                                                   : ".ini";
-    if (std::string_view(from) == of) out += (out.empty() ? "" : ", ") + folder.path;
+    if (std::string_view(from) == of) out.push_back(folder.path);
   }
-  return out;
+  return join(out, ", ");
 }
 
 void print_configuration(const Configuration& c) {

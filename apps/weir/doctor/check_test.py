@@ -23,8 +23,8 @@ class Check(Case):
     def test_the_lines_are_those_that_scripts_know(self):
         path = self.folder / "nns.ini"
         path.write_text(f"[common]\nenable_envvar=true\nenable_symlink=no\n[filter]\nfilters={self.folder}\n")
-        said = self.good(called("nnstreamer-check", NNSTREAMER_CONF=str(path), NNSTREAMER_FILTERS="/some/where"))
-        head, filters = said.split("NNStreamer registered sub-plugins:\n")
+        output = self.good(called("nnstreamer-check", NNSTREAMER_CONF=str(path), NNSTREAMER_FILTERS="/some/where"))
+        head, filters = output.split("NNStreamer registered sub-plugins:\n")
         version, rest = head.split("\n           loaded : TRUE\n")
         self.assertRegex(version, r"^NNStreamer version: \d+\.\d+\.\d+$")
         build_path = re.search(r"build-config: (.*)\n", rest).group(1)
@@ -59,7 +59,7 @@ Configuration file path: {path}
         for line in filters.splitlines()[1:]:
             self.assertRegex(line, r"^(\[\w+\]|  [\w-]+|    - No custom property found|    - [\w.*:-]+: .+)$")
         self.assertEqual(self.good(weir("check", NNSTREAMER_CONF=str(path), NNSTREAMER_FILTERS="/some/where",
-                                        WEIR_NNSTREAMER_ENABLE="yes")), said)
+                                        WEIR_NNSTREAMER_ENABLE="yes")), output)
 
     def test_without_the_plugin_it_fails(self):
         done = called("nnstreamer-check", GST_PLUGIN_PATH=str(self.folder), GST_PLUGIN_SYSTEM_PATH=str(self.folder),
@@ -70,15 +70,15 @@ Configuration file path: {path}
 
 class Generator(Case):
     def generated(self, answers, base):
-        said = self.good(called("nnstreamerCodeGenCustomFilter", answers, cwd=self.folder))
+        output = self.good(called("nnstreamerCodeGenCustomFilter", answers, cwd=self.folder))
         for question in ("Name of the filter, as in C: ", "Name of the file, after nnstreamer_customfilter_",
                          "Are the sizes of its tensors fixed? [yes]: ", "Does invoke allocate the outputs? [no]: "):
-            self.assertIn(question, said)
+            self.assertIn(question, output)
         file = self.folder / f"nnstreamer_customfilter_{base}"
-        self.assertTrue(said.endswith(f"{file.name}.c\n{file.name}.mk\n\nmake -f {file.name}.mk\n"), said)
+        self.assertTrue(output.endswith(f"{file.name}.c\n{file.name}.mk\n\nmake -f {file.name}.mk\n"), output)
         return file.with_suffix(".c").read_text(), file.with_suffix(".mk").read_text()
 
-    def test_it_asks_and_writes_the_callbacks_that_fit(self):
+    def test_it_prompts_and_writes_the_callbacks_that_fit(self):
         both = {"initfunc", "exitfunc"}
         for name, answers, callbacks in (
                 ("one", "\n\n\n", {"getInputDim", "getOutputDim", "invoke"}),

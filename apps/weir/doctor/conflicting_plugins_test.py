@@ -14,57 +14,57 @@ class ConflictingPlugins(Case):
         def conflicts(*folders):
             """By the plug-in that owns tensor_filter: the one that GStreamer reads last."""
             variables = self.plugins_of(*folders)
-            told = json.loads(self.good(weir("doctor", "--json", **variables)))
-            owner = {e["name"]: e["plugin"] for e in told["elements"]}["tensor_filter"]
-            return owner, told["conflicts"], self.good(weir("doctor", **variables))
+            report = json.loads(self.good(weir("doctor", "--json", **variables)))
+            owner = {e["name"]: e["plugin"] for e in report["elements"]}["tensor_filter"]
+            return owner, report["conflicts"], self.good(weir("doctor", **variables))
 
         results = {r[0]: r for r in (conflicts(DECOY.parent, PLUGIN.parent), conflicts(PLUGIN.parent, DECOY.parent))}
         self.assertEqual(set(results), {"weir", "decoy"})
         self.assertEqual(results["weir"][1], [])
-        _, found, said = results["decoy"]
+        _, found, output = results["decoy"]
         self.assertEqual([(c["plugin"], c["file"]) for c in found], [("decoy", str(DECOY))])
         self.assertEqual(found[0]["version"], "1")
-        self.assertIn("(version 1)\n", said)
+        self.assertIn("(version 1)\n", output)
         self.assertIn("GStreamer uses tensor_filter from that plug-in, not from Weir", found[0]["reason"])
         for words in (f"plug-in decoy: {DECOY}", found[0]["reason"], "fix: remove the package"):
-            self.assertIn(words, said)
-        self.assertRegex(said, r"elements in use: 1 of decoy, \d+ of weir\n")
+            self.assertIn(words, output)
+        self.assertRegex(output, r"elements in use: 1 of decoy, \d+ of weir\n")
         self.assertRegex(results["weir"][2], r"elements in use: \d+ of weir\n")
 
     def test_one_setting_leaves_the_elements_to_another_plugin(self):
         paths = self.plugins_of(DECOY.parent, PLUGIN.parent)
 
         def owners(**variables):
-            told = json.loads(self.good(weir("doctor", "--json", **paths, **variables)))
-            return {e["name"]: e["plugin"] for e in told["elements"]}, told
+            report = json.loads(self.good(weir("doctor", "--json", **paths, **variables)))
+            return {e["name"]: e["plugin"] for e in report["elements"]}, report
 
-        before, told = owners()
-        self.assertEqual((before["tensor_mux"], told["yields_to"]), ("weir", ""))
-        self.assertEqual({e["rank"] for e in told["elements"]}, {0})
+        before, report = owners()
+        self.assertEqual((before["tensor_mux"], report["yields_to"]), ("weir", ""))
+        self.assertEqual({e["rank"] for e in report["elements"]}, {0})
         # With the same registry GStreamer scans Weir again when the variable changes, but not the
         # other plug-in, whose elements it dropped when Weir's took their names.
         if before["tensor_filter"] == "weir":
-            told = owners(WEIR_PLUGIN_PREFER_NNSTREAMER="true")[1]
-            self.assertIn("GStreamer's registry knows no tensor_filter", told["conflicts"][0]["reason"])
-            self.assertEqual(told["conflicts"][0]["fix"], f"rm {paths['GST_REGISTRY']}")
+            report = owners(WEIR_PLUGIN_PREFER_NNSTREAMER="true")[1]
+            self.assertIn("GStreamer's registry knows no tensor_filter", report["conflicts"][0]["reason"])
+            self.assertEqual(report["conflicts"][0]["fix"], f"rm {paths['GST_REGISTRY']}")
             self.assertEqual(owners(WEIR_PLUGIN_PREFER_NNSTREAMER="false")[0], before)
         os.remove(paths["GST_REGISTRY"])
-        after, told = owners(WEIR_PLUGIN_PREFER_NNSTREAMER="true")
+        after, report = owners(WEIR_PLUGIN_PREFER_NNSTREAMER="true")
         self.assertEqual((after["tensor_filter"], after["tensor_preprocess"]), ("decoy", "weir"))
         for name in ("tensor_mux", "tensor_converter", "join"):
             self.assertNotIn(name, after)
-        self.assertEqual((told["yields_to"], told["owners"]["decoy"]), ("WEIR_PLUGIN_PREFER_NNSTREAMER", 1))
-        self.assertIn("WEIR_PLUGIN_PREFER_NNSTREAMER sets prefer_nnstreamer", told["conflicts"][0]["fix"])
+        self.assertEqual((report["yields_to"], report["owners"]["decoy"]), ("WEIR_PLUGIN_PREFER_NNSTREAMER", 1))
+        self.assertIn("WEIR_PLUGIN_PREFER_NNSTREAMER sets prefer_nnstreamer", report["conflicts"][0]["fix"])
         # Set by a file, and by a change of that file.
         path = self.folder / "weir.ini"
         path.write_text("[plugin]\nprefer_nnstreamer = yes\n")
-        after, told = owners(WEIR_CONFIG=str(path))
-        self.assertEqual((after["tensor_filter"], told["yields_to"]), ("decoy", f"{path}:2"))
+        after, report = owners(WEIR_CONFIG=str(path))
+        self.assertEqual((after["tensor_filter"], report["yields_to"]), ("decoy", f"{path}:2"))
         path.write_text("[plugin]\nprefer_nnstreamer = no  \n\n")
         self.assertEqual(owners(WEIR_CONFIG=str(path))[0]["tensor_mux"], "weir")
 
     def test_both_plugins_in_one_process_run_and_are_reported(self):
-        said = ""
+        output = ""
         line = "videotestsrc num-buffers=4 ! tensor_converter ! tensor_aggregator frames-out=2 ! tensor_sink sync=false"
         for number, (first, second) in enumerate([(PLUGIN, DECOY), (DECOY, PLUGIN)]):
             paths = {"GST_PLUGIN_PATH": f"{first.parent}:{second.parent}", "GST_REGISTRY": str(self.folder / f"registry-{number}")}
@@ -73,8 +73,8 @@ class ConflictingPlugins(Case):
                 done = weir("run", text, GST_DEBUG="2", GST_DEBUG_NO_COLOR="1", G_DEBUG="fatal-criticals",
                             G_SLICE="always-malloc", MALLOC_PERTURB_="165", **paths)
                 self.assertIn("2 frames", self.good(done))
-                said += done.stderr
-        self.assertRegex(said, r"tensor_filter is now registered by Weir instead of the plug-in decoy \(.*\): weir doctor")
+                output += done.stderr
+        self.assertRegex(output, r"tensor_filter is now registered by Weir instead of the plug-in decoy \(.*\): weir doctor")
 
 
 if __name__ == "__main__":

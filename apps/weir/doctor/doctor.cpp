@@ -134,10 +134,11 @@ void print_folders() {
 
 void print_engines(const std::vector<EngineFact>& engines) {
   std::vector<std::vector<std::string>> rows{{"engine", "state", "version", "files", "place"}};
-  std::string unavailable, details;
+  std::vector<std::string> unavailable;
+  std::string details;
   for (const auto& engine : engines) {
     if (engine.state == EngineState::NotAvailable) {
-      unavailable += (unavailable.empty() ? "" : ", ") + engine.name;
+      unavailable.push_back(engine.name);
       continue;
     }
     std::string place = engine.library.empty() ? engine.file : engine.library;
@@ -150,7 +151,8 @@ void print_engines(const std::vector<EngineFact>& engines) {
   }
   std::printf("\nEngines\n%s", table(rows, "  ").c_str());
   if (!unavailable.empty())
-    std::printf("  known engines without a module in this version: %s\n", unavailable.c_str());
+    std::printf("  known engines without a module in this version: %s\n",
+                join(unavailable, ", ").c_str());
   std::printf("\nMissing\n%s", details.empty() ? "  nothing\n" : details.c_str());
 }
 

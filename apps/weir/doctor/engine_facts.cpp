@@ -30,8 +30,8 @@ const char* const* library_problem_of(const weir_engine& engine) {
 void look_at(EngineFact* fact) {
   fact->file = module_file(fact->name);
   if (!fact->file.empty())
-    fact->problem =
-        ending_of([&] { static_cast<void>(infer::ModuleLibrary::instance().engine(fact->name)); });
+    fact->problem = failure_of_load(
+        [&] { static_cast<void>(infer::ModuleLibrary::instance().engine(fact->name)); });
   if (!fact->problem.empty()) {
     fact->state = EngineState::Refused;
     fact->problem = "the module cannot be loaded: " + fact->problem;

@@ -48,8 +48,8 @@ class EngineLibraries(Case):
         return path.parent
 
     def doctor(self, engine, **variables):
-        told = json.loads(self.good(weir("doctor", "--json", **variables)))
-        return next(e for e in told["engines"] if e["name"] == engine)
+        report = json.loads(self.good(weir("doctor", "--json", **variables)))
+        return next(e for e in report["engines"] if e["name"] == engine)
 
     def test_a_module_that_is_not_there_comes_with_the_line_of_its_readme(self):
         for engine, folder in READMES.items():
@@ -78,7 +78,7 @@ class EngineLibraries(Case):
         self.assertIn("version 1.11.1 is too old", engine["problem"])
 
     @unittest.skipUnless(built("onnxruntime"), "the engine onnxruntime is not built")
-    def test_onnx_runtime_reports_to_nobody(self):
+    def test_onnx_runtime_sends_no_telemetry(self):
         """From 1.29 on, it stores a machine number and reports opened models, unless a variable indicates a CI run."""
         kept = ("PATH", "LD_", "GST_", "WEIR_", "ASAN_", "LSAN_", "UBSAN_")
         environment = {name: value for name, value in os.environ.items() if name.startswith(kept)}
@@ -132,7 +132,7 @@ class EngineLibraries(Case):
         self.library("libluajit-5.1.so.2", "\n".join(stubs[1:]))
         self.assertEqual(self.error(LUA, LD_LIBRARY_PATH=str(folder))["offered"], f"no symbol {names[0]}")
 
-    def test_luajit_says_its_own_version(self):
+    def test_luajit_reports_its_own_version(self):
         engine = self.doctor("lua")
         if engine["state"] != "usable":
             self.skipTest("LuaJIT is not installed")

@@ -15,7 +15,7 @@ std::vector<ModuleFact> facts(const char* kind, const std::vector<std::string>& 
   std::vector<ModuleFact> out;
   for (const auto& name : names) {
     ModuleFact fact{name, module_file(name, kind), ""};
-    if (!fact.file.empty()) fact.problem = ending_of([&] { static_cast<void>(open(name)); });
+    if (!fact.file.empty()) fact.problem = failure_of_load([&] { static_cast<void>(open(name)); });
     if (!fact.problem.empty())
       fact.problem = "the module cannot be loaded: " + fact.problem;
     else if (const auto module = open(name); !module) {

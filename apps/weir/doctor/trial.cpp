@@ -38,7 +38,7 @@ constexpr int kReturned = 42;  // differs from the status of an exit() in a modu
 // locks that they held are. glibc's fork releases those of malloc and stdio; a thread that was
 // loading something, or held another library's lock, may make `load` hang or crash. Threads started
 // by loading are idle, and the alarm ends hangs: at worst, a usable module is reported as unusable.
-std::string ending_of(const std::function<void()>& load) {
+std::string failure_of_load(const std::function<void()>& load) {
   const pid_t child = fork();
   if (child == 0) run(load);
   if (child < 0) return "";  // skips the trial

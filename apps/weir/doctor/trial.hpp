@@ -8,6 +8,6 @@ namespace weir::app {
 
 // Returns "" when `load` returns in a copy of this process; otherwise a description of how the copy
 // ended. The copy has ten seconds, prints nothing on standard output and leaves nothing behind.
-std::string ending_of(const std::function<void()>& load);
+std::string failure_of_load(const std::function<void()>& load);
 
 }  // namespace weir::app

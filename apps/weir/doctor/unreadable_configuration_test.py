@@ -44,11 +44,11 @@ class UnreadableConfiguration(Case):
         for kind in ("folder", "pipe", "loop", "binary", "long"):
             with self.subTest(kind):
                 path, words = self.file(kind, kind + ".ini")
-                told = json.loads(self.good(weir("doctor", "--json", WEIR_CONFIG=str(path))))["configuration"]
+                report = json.loads(self.good(weir("doctor", "--json", WEIR_CONFIG=str(path))))["configuration"]
                 state = "read" if kind in ("binary", "long") else "cannot be read"
-                self.assertEqual(told["files"], [{"path": str(path), "state": state}])
-                self.assertIn(words, "\n".join(told["problems"]))
-                self.assertEqual({s["origin"] for s in told["settings"]}, {"WEIR_MODULE_PATH", "WEIR_NNSTREAMER_ENABLE"})
+                self.assertEqual(report["files"], [{"path": str(path), "state": state}])
+                self.assertIn(words, "\n".join(report["problems"]))
+                self.assertEqual({s["origin"] for s in report["settings"]}, {"WEIR_MODULE_PATH", "WEIR_NNSTREAMER_ENABLE"})
 
     def test_doctor_names_a_weir_ini_of_a_users_folder_too(self):
         (self.folder / "weir").mkdir()
@@ -56,15 +56,15 @@ class UnreadableConfiguration(Case):
         without = {"HOME": str(self.folder), "XDG_CONFIG_HOME": str(self.folder)}
         old = os.environ.pop("WEIR_CONFIG")
         self.addCleanup(os.environ.__setitem__, "WEIR_CONFIG", old)
-        said = self.good(weir("doctor", **without))
-        self.assertIn(f"  {path}: cannot be read\n", said)
-        self.assertIn(f"  problem: the configuration file cannot be read: {words}\n", said)
+        output = self.good(weir("doctor", **without))
+        self.assertIn(f"  {path}: cannot be read\n", output)
+        self.assertIn(f"  problem: the configuration file cannot be read: {words}\n", output)
 
     def test_doctor_shows_no_bytes_that_are_no_text(self):
         path, words = self.file("binary", "weir.ini")
-        said = self.good(weir("doctor", WEIR_CONFIG=str(path)))
-        self.assertIn(f"  problem: {words}???[filter\n", said)
-        self.assertIn(f"  problem: {path}:4: the line is not text: priority_onnx=??\n", said)
+        output = self.good(weir("doctor", WEIR_CONFIG=str(path)))
+        self.assertIn(f"  problem: {words}???[filter\n", output)
+        self.assertIn(f"  problem: {path}:4: the line is not text: priority_onnx=??\n", output)
 
     def test_doctor_names_an_nnstreamer_ini_that_it_cannot_read(self):
         for kind in ("folder", "pipe", "loop", "binary", "long"):
@@ -75,19 +75,19 @@ class UnreadableConfiguration(Case):
                 elif kind not in ("binary", "long"):
                     words = f"NNSTREAMER_CONF does not name a regular file and is ignored: {path}"
                 variables = {"NNSTREAMER_CONF": str(path), "WEIR_NNSTREAMER_ENABLE": "yes"}
-                told = json.loads(self.good(weir("doctor", "--json", **variables)))["nnstreamer"]
-                self.assertIn(words, "\n".join(told["problems"]))
+                report = json.loads(self.good(weir("doctor", "--json", **variables)))["nnstreamer"]
+                self.assertIn(words, "\n".join(report["problems"]))
                 self.assertIn(f"NNSTREAMER_CONF): {path}\n", self.good(weir("check", **variables)))
 
     def test_doctor_names_an_additional_file_that_it_cannot_read(self):
         path, words = self.file("folder", "extra.ini")
         ini = self.folder / "nns.ini"
         ini.write_text(f"[common]\nextra_config_path={path}\n")
-        said = self.good(weir("doctor", NNSTREAMER_CONF=str(ini), WEIR_NNSTREAMER_ENABLE="yes"))
-        self.assertIn(f"  {path} (extra_config_path): not a regular file\n", said)
-        self.assertIn(f"problem: {ini}:2: extra_config_path does not name a regular file: {path}\n", said)
+        output = self.good(weir("doctor", NNSTREAMER_CONF=str(ini), WEIR_NNSTREAMER_ENABLE="yes"))
+        self.assertIn(f"  {path} (extra_config_path): not a regular file\n", output)
+        self.assertIn(f"problem: {ini}:2: extra_config_path does not name a regular file: {path}\n", output)
 
-    def test_a_pipeline_says_it_in_the_log_and_runs(self):
+    def test_a_pipeline_logs_it_and_runs(self):
         pipeline = PIPELINE.format(model=self.model())
         for kind in ("folder", "binary", "long"):
             for variable in ("WEIR_CONFIG", "NNSTREAMER_CONF"):
@@ -100,7 +100,7 @@ class UnreadableConfiguration(Case):
                     self.assertEqual(done.stderr.count(f"{code}: "), 1 if kind != "binary" else 3, done.stderr)
                     self.assertIn(str(path), done.stderr)
 
-    def test_a_pipeline_that_needs_what_stands_there_is_refused_by_name(self):
+    def test_a_pipeline_with_a_missing_element_is_refused_by_name(self):
         path, _ = self.file("folder", "nns.ini")
         done = weir("run", f"videotestsrc num-buffers=3 ! tensor_converter ! tensor_filter framework=mine model={self.model()}"
                            " ! tensor_sink", NNSTREAMER_CONF=str(path), WEIR_NNSTREAMER_ENABLE="yes", GST_DEBUG="2",

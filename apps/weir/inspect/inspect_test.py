@@ -17,86 +17,86 @@ LENET = SHARED / "models/torchscript/pytorch_lenet5.pt"
 class Inspect(Case):
     @unittest.skipUnless(HAS_ONNX, "the engine onnxruntime is not built")
     def test_it_describes_the_model_in_both_orders(self):
-        said = self.good(weir("inspect", MODEL))
+        output = self.good(weir("inspect", MODEL))
         for words in ("1:192:32:1", "(1, 32, 192, 1)", "13:12:1", "(1, 12, 13)", "float32", "onnxruntime"):
-            self.assertIn(words, said)
+            self.assertIn(words, output)
 
     @unittest.skipUnless(HAS_ONNX, "the engine onnxruntime is not built")
     def test_json_and_the_line_it_gives_runs(self):
-        told = json.loads(self.good(weir("inspect", "--json", MODEL)))
-        self.assertEqual(told["inputs"][0]["shape"], [1, 32, 192, 1])
-        self.assertEqual(told["inputs"][0]["dimension"], "1:192:32:1")
-        self.assertEqual(told["engine"]["name"], "onnxruntime")
-        self.assertIn(".onnx", told["engine"]["reason"])
-        self.assertTrue(told["launch"].startswith("gst-launch-1.0 "))
-        self.assertIn("option=typecast:float32,add:-127.5,mul:0.00784313725", told["launch"])  # as in the model's card
-        self.assertEqual((pathlib.Path(told["card"]["path"]).name, told["notes"]), ("clock_digits.card.json", []))
-        self.assertEqual((told["metadata"]["opset"], told["metadata"].get("model_version")), ({"ai.onnx": 11}, None))
-        self.runs(told["launch"])
+        report = json.loads(self.good(weir("inspect", "--json", MODEL)))
+        self.assertEqual(report["inputs"][0]["shape"], [1, 32, 192, 1])
+        self.assertEqual(report["inputs"][0]["dimension"], "1:192:32:1")
+        self.assertEqual(report["engine"]["name"], "onnxruntime")
+        self.assertIn(".onnx", report["engine"]["reason"])
+        self.assertTrue(report["launch"].startswith("gst-launch-1.0 "))
+        self.assertIn("option=typecast:float32,add:-127.5,mul:0.00784313725", report["launch"])  # as in the model's card
+        self.assertEqual((pathlib.Path(report["card"]["path"]).name, report["notes"]), ("clock_digits.card.json", []))
+        self.assertEqual((report["metadata"]["opset"], report["metadata"].get("model_version")), ({"ai.onnx": 11}, None))
+        self.runs(report["launch"])
 
     def test_an_engine_by_name(self):
         model = self.folder / "model.bin"
         model.write_text("x")
-        said = self.good(weir("inspect", "-f", "fake", model))
-        self.assertIn("--framework fake", said)
-        self.assertIn("4:?", said)
+        output = self.good(weir("inspect", "-f", "fake", model))
+        self.assertIn("--framework fake", output)
+        self.assertIn("4:?", output)
 
     def inspected(self, name):
         """The text and the JSON output for a model of the engine fake-models, whose pipeline must run."""
         model = self.folder / name
-        model.write_text("the engine looks at the name alone")
-        told = json.loads(self.good(weir("inspect", "--json", "-f", "fake-models", model)))
-        self.assertIn("framework=fake-models", told["launch"])
-        self.runs(told["launch"])
-        return self.good(weir("inspect", "-f", "fake-models", model)), told
+        model.write_text("the engine only looks at the name")
+        report = json.loads(self.good(weir("inspect", "--json", "-f", "fake-models", model)))
+        self.assertIn("framework=fake-models", report["launch"])
+        self.runs(report["launch"])
+        return self.good(weir("inspect", "-f", "fake-models", model)), report
 
     def test_a_quantised_picture_of_any_size(self):
-        said, told = self.inspected("quantised.bin")
-        self.assertRegex(said, r"0 +picture +uint8 +3:\?:\?:1 +\(1, \?, \?, 3\) +NHWC +0\.0078125 \* \(value - 128\)\n")
-        self.assertRegex(said, r"0 +classes +uint8 +5:1 +\(1, 5\) +none +the value\n")
+        output, report = self.inspected("quantised.bin")
+        self.assertRegex(output, r"0 +picture +uint8 +3:\?:\?:1 +\(1, \?, \?, 3\) +NHWC +0\.0078125 \* \(value - 128\)\n")
+        self.assertRegex(output, r"0 +classes +uint8 +5:1 +\(1, 5\) +none +the value\n")
         self.assertIn("note: the model leaves sizes open, and the line uses --input 3:224:224:1 --inputtype uint8; "
-                      f"others: weir inspect --input DIMENSIONS --inputtype TYPES {told['model']}\n", said)
-        self.assertFalse(any("does not take" in note for note in told["notes"]))
-        self.assertEqual(told["inputs"][0], {
+                      f"others: weir inspect --input DIMENSIONS --inputtype TYPES {report['model']}\n", output)
+        self.assertFalse(any("does not take" in note for note in report["notes"]))
+        self.assertEqual(report["inputs"][0], {
             "name": "picture", "type": "uint8", "dimension": "3:?:?:1", "shape": [1, None, None, 3], "layout": "NHWC",
             "quantisation": {"scale": 0.0078125, "zero_point": 128}})
-        self.assertIsNone(told["outputs"][0]["quantisation"])
-        self.assertEqual(told["engine"]["version"], "3.1")
+        self.assertIsNone(report["outputs"][0]["quantisation"])
+        self.assertEqual(report["engine"]["version"], "3.1")
 
     @unittest.skipUnless(LENET.is_file() and "pytorch" in os.environ["WEIR_MODULE_PATH"], "pytorch is not built, or ../shared is not there")
     def test_what_a_line_chose_and_the_model_does_not_take_is_reported(self):
-        told = json.loads(self.good(weir("inspect", "--json", LENET, **WITHOUT_LEAKS)))
+        report = json.loads(self.good(weir("inspect", "--json", LENET, **WITHOUT_LEAKS)))
         self.assertIn(f"the model leaves sizes open, and the line uses --input 1 --inputtype float32; others: weir inspect --input "
-                      f"DIMENSIONS --inputtype TYPES {LENET}", told["notes"])
-        refused = [note for note in told["notes"] if note.startswith("the model was tried and rejects the sizes of this line: ")]
+                      f"DIMENSIONS --inputtype TYPES {LENET}", report["notes"])
+        refused = [note for note in report["notes"] if note.startswith("the model was tried and rejects the sizes of this line: ")]
         self.assertRegex(" ".join(refused), "Dimension out of range")
-        told = json.loads(self.good(weir("inspect", "--json", "--input", "1:28:28:1", "--inputtype", "uint8", LENET, **WITHOUT_LEAKS)))
-        self.assertFalse(any("chose" in note for note in told["notes"]))
-        self.runs(told["launch"], **WITHOUT_LEAKS)
+        report = json.loads(self.good(weir("inspect", "--json", "--input", "1:28:28:1", "--inputtype", "uint8", LENET, **WITHOUT_LEAKS)))
+        self.assertFalse(any("chose" in note for note in report["notes"]))
+        self.runs(report["launch"], **WITHOUT_LEAKS)
 
-    def test_what_the_file_says_of_itself_is_shown(self):
-        said, told = self.inspected("quantised.bin")
-        block = said.partition("The file says\n")[2].partition("\n\n")[0]
+    def test_metadata_of_the_file_is_shown(self):
+        output, report = self.inspected("quantised.bin")
+        block = output.partition("The file says\n")[2].partition("\n\n")[0]
         self.assertRegex(block, r"description +made for tests \[31m\n")
         self.assertRegex(block, r"classes +\[1,2\]\n")
         self.assertRegex(block, r"licence +a{120} \.\.\.$")
         self.assertNotIn("author", block)
-        self.assertTrue(told["metadata"]["licence"].endswith("a end"))
-        self.assertEqual(told["metadata"]["description"], "made for\ttests\033[31m")
+        self.assertTrue(report["metadata"]["licence"].endswith("a end"))
+        self.assertEqual(report["metadata"]["description"], "made for\ttests\033[31m")
 
     def test_metadata_that_are_none_are_left_out(self):
-        said, told = self.inspected("planar.bin")
-        self.assertNotIn("The file says", said)
-        self.assertIsNone(told["metadata"])
+        output, report = self.inspected("planar.bin")
+        self.assertNotIn("The file says", output)
+        self.assertIsNone(report["metadata"])
 
     def test_pictures_of_other_layouts_and_types_get_lines_that_run(self):
-        said, told = self.inspected("planar.bin")
-        self.assertRegex(said, r"picture +float32 +24:16:3:1 +\(1, 3, 16, 24\) +NCHW")
-        self.assertIn("option=1:2:0:3", told["launch"])
-        said, told = self.inspected("signed.bin")
-        self.assertRegex(said, r"0 +- +int8 +1:8:8:2 +\(2, 8, 8, 1\)")
-        self.assertIn("frames-per-tensor=2", told["launch"])
-        self.assertTrue(any("how pixels become numbers" in note for note in told["notes"]))
+        output, report = self.inspected("planar.bin")
+        self.assertRegex(output, r"picture +float32 +24:16:3:1 +\(1, 3, 16, 24\) +NCHW")
+        self.assertIn("option=1:2:0:3", report["launch"])
+        output, report = self.inspected("signed.bin")
+        self.assertRegex(output, r"0 +- +int8 +1:8:8:2 +\(2, 8, 8, 1\)")
+        self.assertIn("frames-per-tensor=2", report["launch"])
+        self.assertTrue(any("how pixels become numbers" in note for note in report["notes"]))
 
     def script(self, name, *words):
         """The text and the JSON output for a script of the engine python3."""
@@ -106,13 +106,13 @@ class Inspect(Case):
         return self.good(weir("inspect", *words, f"src/modules/engines/python3/{name}.py")), json.loads(self.good(done))
 
     def test_a_script_that_takes_any_tensors_gets_a_line_that_runs(self):
-        said, told = self.script("passthrough")
-        self.assertIn("Inputs\n  depend on the stream\n\nOutputs\n  depend on the stream\n", said)
-        self.assertEqual((told["inputs"], told["outputs"], told["engine"]["name"]), ([], [], "python3"))
-        self.assertTrue(any("the model accepts any tensors" in note for note in told["notes"]))
-        self.runs(told["launch"])
+        output, report = self.script("passthrough")
+        self.assertIn("Inputs\n  depend on the stream\n\nOutputs\n  depend on the stream\n", output)
+        self.assertEqual((report["inputs"], report["outputs"], report["engine"]["name"]), ([], [], "python3"))
+        self.assertTrue(any("the model accepts any tensors" in note for note in report["notes"]))
+        self.runs(report["launch"])
 
-    def test_a_script_that_fails_says_where(self):
+    def test_a_failing_script_reports_where(self):
         script = self.folder / "fails.py"
         script.write_text("class CustomFilter:\n    raise ValueError('not today')\n")
         done = weir("inspect", script)
@@ -121,24 +121,24 @@ class Inspect(Case):
         self.refused(done, 1, "the script failed: ValueError: not today", f"{script}:2 in CustomFilter")
 
     def test_several_inputs_get_a_line_that_runs(self):
-        said, told = self.inspected("several.bin")
-        self.assertRegex(said, r"1 +weights +float64 +4 +\(4,\)")
-        self.assertIn("input-dim=3:2,4 input-type=int16,float64", told["launch"])
-        self.assertTrue(any("zeros" in note for note in told["notes"]))
+        output, report = self.inspected("several.bin")
+        self.assertRegex(output, r"1 +weights +float64 +4 +\(4,\)")
+        self.assertIn("input-dim=3:2,4 input-type=int16,float64", report["launch"])
+        self.assertTrue(any("zeros" in note for note in report["notes"]))
 
     def test_a_model_that_takes_what_the_stream_has(self):
         script = SOURCE / "src/modules/engines/python3/passthrough.py"
         done = weir("inspect", script)
         if "WEIR-3002" in done.stderr:
             self.skipTest("Python or NumPy is not installed")
-        said = self.good(done)
-        self.assertIn("Inputs\n  depend on the stream\n", said)
-        self.assertIn("weir inspect --input 3:224:224:1 --inputtype uint8", said)
-        told = json.loads(self.good(weir("inspect", "--json", "--input", "3:8:8:1,5", "--inputtype", "uint8,int32", script)))
-        self.assertEqual([t["dimension"] for t in told["outputs"]], ["3:8:8:1", "5"])
-        self.assertEqual([t["type"] for t in told["outputs"]], ["uint8", "int32"])
-        self.assertIn("input=3:8:8:1,5 inputtype=uint8,int32", told["launch"])
-        self.runs(told["launch"])
+        output = self.good(done)
+        self.assertIn("Inputs\n  depend on the stream\n", output)
+        self.assertIn("weir inspect --input 3:224:224:1 --inputtype uint8", output)
+        report = json.loads(self.good(weir("inspect", "--json", "--input", "3:8:8:1,5", "--inputtype", "uint8,int32", script)))
+        self.assertEqual([t["dimension"] for t in report["outputs"]], ["3:8:8:1", "5"])
+        self.assertEqual([t["type"] for t in report["outputs"]], ["uint8", "int32"])
+        self.assertIn("input=3:8:8:1,5 inputtype=uint8,int32", report["launch"])
+        self.runs(report["launch"])
         self.refused(weir("inspect", "--input", "x:8", script), 1, "WEIR-1002", 'at "x" of "x:8"')
 
     def test_a_script_in_lua(self):
@@ -146,22 +146,22 @@ class Inspect(Case):
         done = weir("inspect", "--json", script)
         if "WEIR-3002" in done.stdout:
             self.skipTest("LuaJIT is not installed")
-        told = json.loads(self.good(done))
-        self.assertEqual(([t["dimension"] for t in told["inputs"]], told["outputs"][0]["type"]), (["3:8:8:1"], "float32"))
-        self.assertEqual((told["engine"]["name"], told["metadata"]["language"]), ("lua", "Lua"))
-        self.runs(told["launch"])
+        report = json.loads(self.good(done))
+        self.assertEqual(([t["dimension"] for t in report["inputs"]], report["outputs"][0]["type"]), (["3:8:8:1"], "float32"))
+        self.assertEqual((report["engine"]["name"], report["metadata"]["language"]), ("lua", "Lua"))
+        self.runs(report["launch"])
         broken = self.folder / "broken.lua"
         broken.write_text("inputTensorsInfo = {num = 2, dim = {{1}}, type = {'uint8'}}")
         self.refused(weir("inspect", broken), 1, "WEIR-3004", "inputTensorsInfo.dim and inputTensorsInfo.num have different lengths")
 
     def test_a_name_that_a_shell_would_take_apart_is_quoted(self):
-        _, told = self.inspected("a quantised \"one\" isn't $HOME.bin")
-        self.assertIn("model='", told["launch"])
+        _, report = self.inspected("a quantised \"one\" isn't $HOME.bin")
+        self.assertIn("model='", report["launch"])
 
     @unittest.skipUnless(HAS_ONNX, "the engine onnxruntime is not built")
     def test_options_of_the_engine_open_the_model_and_stand_in_the_line(self):
-        told = json.loads(self.good(weir("inspect", "--json", "--custom", "NumThreads:1,GraphOptimization:none", MODEL)))
-        self.assertIn("custom=NumThreads:1,GraphOptimization:none", told["launch"])
+        report = json.loads(self.good(weir("inspect", "--json", "--custom", "NumThreads:1,GraphOptimization:none", MODEL)))
+        self.assertIn("custom=NumThreads:1,GraphOptimization:none", report["launch"])
         self.refused(weir("inspect", "--custom", "GraphOptimization:much", MODEL), 1, "GraphOptimization")
 
     @unittest.skipUnless(HAS_ONNX, "the engine onnxruntime is not built")

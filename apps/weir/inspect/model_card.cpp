@@ -58,10 +58,10 @@ Result<card::Card> card_of(const std::string& model_path, const infer::Model& mo
     return digest;
   };
   search.folders = card::card_folders();
-  search.asked = pictures_of(model);
+  search.inputs = pictures_of(model);
   const auto properties = properties_of(model);
-  if (search.asked.size() == 1)
-    if (const auto input = card::input_from_metadata(properties, search.asked[0]))
+  if (search.inputs.size() == 1)
+    if (const auto input = card::input_from_metadata(properties, search.inputs[0]))
       search.from_model = {*input};
   search.labels_from_model = card::labels_from_metadata(properties);
   return card::find(search);

@@ -24,10 +24,10 @@ bool is_identifier(std::string_view text) {
 }
 
 // "name.", "name.pad", ".pad"
-bool is_reference(const LaunchToken& word) {
-  const size_t dot = word.text.find('.');
-  if (word.assigns || dot == std::string::npos) return false;
-  const std::string_view text = word.text;
+bool is_reference(const LaunchToken& token) {
+  const size_t dot = token.text.find('.');
+  if (token.assigns || dot == std::string::npos) return false;
+  const std::string_view text = token.text;
   const auto name = text.substr(0, dot), pad = text.substr(dot + 1);
   return (name.empty() || is_identifier(name)) && (pad.empty() || is_identifier(pad)) &&
          (!name.empty() || !pad.empty());
@@ -52,19 +52,19 @@ class Reader {
   explicit Reader(std::string_view text) : text_(text) {}
 
   Result<LaunchGraph> run() {
-    auto words = launch_tokens(text_);
-    if (!words) return words.error();
-    for (size_t i = 0; i < words->size(); ++i) {
-      const LaunchToken& word = (*words)[i];
-      if (pending_ && is_caps(word.text)) {
+    auto tokens = launch_tokens(text_);
+    if (!tokens) return tokens.error();
+    for (size_t i = 0; i < tokens->size(); ++i) {
+      const LaunchToken& token = (*tokens)[i];
+      if (pending_ && is_caps(token.text)) {
         // Caps extend to the next !: "video/x-raw, width=8 ! ...".
-        while (i + 1 < words->size() && (*words)[i + 1].text != "!") ++i;
-        if (++i == words->size()) return nothing_behind(word.at);
+        while (i + 1 < tokens->size() && (*tokens)[i + 1].text != "!") ++i;
+        if (++i == tokens->size()) return no_element_after(token.at);
         continue;
       }
-      if (auto status = take(word); !status) return status.error();
+      if (auto status = take(token); !status) return status.error();
     }
-    if (pending_) return nothing_behind(pending_at_);
+    if (pending_) return no_element_after(pending_at_);
     if (graph_.elements.empty())
       return launch_error(text_, 0, "it is empty", "elements with ! between them");
     if (auto status = connect(); !status) return status.error();
@@ -72,47 +72,47 @@ class Reader {
   }
 
  private:
-  Status take(const LaunchToken& word) {
-    if (word.text == "!") return link(word);
-    if (word.text == "(" || word.text == ")" || word.text.ends_with(".(")) return ok();
-    if (word.assigns) return property(word);
-    if (is_reference(word)) {
-      join({std::nullopt, word.text.substr(0, word.text.find('.')), word.at});
+  Status take(const LaunchToken& token) {
+    if (token.text == "!") return link(token);
+    if (token.text == "(" || token.text == ")" || token.text.ends_with(".(")) return ok();
+    if (token.assigns) return property(token);
+    if (is_reference(token)) {
+      join({std::nullopt, token.text.substr(0, token.text.find('.')), token.at});
       return ok();
     }
-    if (!is_identifier(word.text))
-      return launch_error(text_, word.at, "this is not an element",
+    if (!is_identifier(token.text))
+      return launch_error(text_, token.at, "this is not an element",
                           "an element, key=value, name.pad or !");
-    return element(word);
+    return element(token);
   }
 
-  Error nothing_behind(size_t at) const {
+  Error no_element_after(size_t at) const {
     return launch_error(text_, at, "a link has no downstream element", "an element after !");
   }
 
-  Status link(const LaunchToken& word) {
+  Status link(const LaunchToken& token) {
     if (pending_ || !last_)
-      return launch_error(text_, word.at, "a link has no upstream element", "an element before !");
+      return launch_error(text_, token.at, "a link has no upstream element", "an element before !");
     pending_ = last_;
-    pending_at_ = word.at;
+    pending_at_ = token.at;
     return ok();
   }
 
-  Status property(const LaunchToken& word) {
+  Status property(const LaunchToken& token) {
     if (pending_ || !last_ || !last_->element)
-      return launch_error(text_, word.at, "a property has no element before it",
+      return launch_error(text_, token.at, "a property has no element before it",
                           "element key=value");
-    const size_t equals = word.text.find('=');
-    if (word.text.substr(0, equals) == "name")
-      graph_.elements[*last_->element].name = word.text.substr(equals + 1);
+    const size_t equals = token.text.find('=');
+    if (token.text.substr(0, equals) == "name")
+      graph_.elements[*last_->element].name = token.text.substr(equals + 1);
     return ok();
   }
 
-  Status element(const LaunchToken& word) {
-    size_t& count = counts_[word.text];
-    graph_.elements.push_back({word.text, word.text + std::to_string(count), count, {}, {}});
+  Status element(const LaunchToken& token) {
+    size_t& count = counts_[token.text];
+    graph_.elements.push_back({token.text, token.text + std::to_string(count), count, {}, {}});
     ++count;
-    join({graph_.elements.size() - 1, "", word.at});
+    join({graph_.elements.size() - 1, "", token.at});
     return ok();
   }
 

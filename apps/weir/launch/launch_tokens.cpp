@@ -19,10 +19,10 @@ class Cutter {
 
   Result<std::vector<LaunchToken>> run() {
     while (skip_blanks()) {
-      words_.push_back({"", at_, false});
-      if (auto status = word(&words_.back()); !status) return status.error();
+      tokens_.push_back({"", at_, false});
+      if (auto status = read_token(&tokens_.back()); !status) return status.error();
     }
-    return std::move(words_);
+    return std::move(tokens_);
   }
 
  private:
@@ -33,13 +33,14 @@ class Cutter {
   // Whether the word continues after blanks: a = follows or precedes them.
   bool goes_on() {
     const size_t before = at_;
-    const bool behind = text_[at_ - 1] == '=';
-    if (skip_blanks() && (behind || text_[at_] == '=') && words_.back().text != "!") return true;
+    const bool after_equals = text_[at_ - 1] == '=';
+    if (skip_blanks() && (after_equals || text_[at_] == '=') && tokens_.back().text != "!")
+      return true;
     at_ = before;
     return false;
   }
 
-  Status word(LaunchToken* out) {
+  Status read_token(LaunchToken* out) {
     while (at_ < text_.size()) {
       const char c = text_[at_];
       if (blank(c)) {
@@ -73,7 +74,7 @@ class Cutter {
 
   const std::string_view text_;
   size_t at_ = 0;
-  std::vector<LaunchToken> words_;
+  std::vector<LaunchToken> tokens_;
 };
 
 }  // namespace

@@ -96,18 +96,18 @@ class Pbtxt(Case):
 
     def test_a_pipeline_may_be_long(self):
         text = "src ! " + " ! ".join(["identity"] * 500) + " ! sink"
-        said = self.good(parser(text))
-        self.assertEqual(said.count("node: {"), 500)
-        self.assertIn('\tinput_stream: "identity_498_0"\n\toutput_stream: "sink"\n}\n', said)
+        output = self.good(parser(text))
+        self.assertEqual(output.count("node: {"), 500)
+        self.assertIn('\tinput_stream: "identity_498_0"\n\toutput_stream: "sink"\n}\n', output)
 
     def test_a_text_of_nearly_a_mebibyte_is_read_at_once(self):
         count = 30000
         text = " ".join(f"e name=n{i}" for i in range(count)) + " " + " ".join(f"n{i}. ! s" for i in range(count))
         self.assertGreater(len(text), 700000)
-        said = self.good(parser(text)).splitlines()
-        self.assertEqual((said[count - 1], said[-1]), (f'input_stream: "e_{count}"', f'output_stream: "s_{count}"'))
+        output = self.good(parser(text)).splitlines()
+        self.assertEqual((output[count - 1], output[-1]), (f'input_stream: "e_{count}"', f'output_stream: "s_{count}"'))
 
-    def test_verbose_tells_elements_on_stderr(self):
+    def test_verbose_lists_elements_on_stderr(self):
         done = parser("a name=x ! b", "-v")
         self.assertEqual(self.good(done), 'input_stream: "a"\noutput_stream: "b"\n')
         self.assertEqual(done.stderr, "element x (a): 0 inputs, 1 outputs\nelement b0 (b): 1 inputs, 0 outputs\n"

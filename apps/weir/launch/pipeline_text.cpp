@@ -58,14 +58,14 @@ struct Follower {
   std::optional<Token> last = {};
   bool failed = false;
 
-  void handle_message(const std::string& said) {
+  void handle_message(const std::string& log_text) {
     constexpr std::string_view kLexer = "flex: ";
-    failed = failed || said.find("syntax error") != std::string::npos;
-    const size_t colon = said.find(": ", kLexer.size());
-    if (failed || !said.starts_with(kLexer) || colon == std::string::npos) return;
-    const std::string token(strip(std::string_view(said).substr(colon + 2)));
+    failed = failed || log_text.find("syntax error") != std::string::npos;
+    const size_t colon = log_text.find(": ", kLexer.size());
+    if (failed || !log_text.starts_with(kLexer) || colon == std::string::npos) return;
+    const std::string token(strip(std::string_view(log_text).substr(colon + 2)));
     const size_t begin = text.find(token, last ? last->end : 0);
-    if (begin != std::string::npos && !said.starts_with("flex: SPACE"))
+    if (begin != std::string::npos && !log_text.starts_with("flex: SPACE"))
       last = Token{begin, begin + token.size()};
   }
 };
@@ -139,15 +139,15 @@ Error property_error(gst::RefusedProperty refused, const std::string& text) {
 
 // Parses "could not link A to B, B can't handle caps CAPS" and returns elements that convert such a
 // stream to caps that B may accept; "" if the caps are not those of A's stream.
-std::string converter_of(const std::string& said) {
+std::string converter_of(const std::string& log_text) {
   constexpr std::string_view kTo = " to ", kCaps = " can't handle caps ";
-  const size_t to = said.find(kTo), comma = said.find(", "), caps_at = said.find(kCaps);
+  const size_t to = log_text.find(kTo), comma = log_text.find(", "), caps_at = log_text.find(kCaps);
   if (to == std::string::npos || comma == std::string::npos || caps_at == std::string::npos)
     return "";
-  const std::string target = said.substr(to + kTo.size(), comma - to - kTo.size());
-  if (said.substr(comma + 2, caps_at - comma - 2) != target) return "";
+  const std::string target = log_text.substr(to + kTo.size(), comma - to - kTo.size());
+  if (log_text.substr(comma + 2, caps_at - comma - 2) != target) return "";
   const auto caps =
-      gst::Ref<GstCaps>::adopt(gst_caps_from_string(said.c_str() + caps_at + kCaps.size()));
+      gst::Ref<GstCaps>::adopt(gst_caps_from_string(log_text.c_str() + caps_at + kCaps.size()));
   if (!caps || gst_caps_is_any(caps.get()) || gst_caps_is_empty(caps.get())) return "";
   const std::string name = gst_structure_get_name(gst_caps_get_structure(caps.get(), 0));
   const char* converter = name == "video/x-raw"   ? "videoconvert ! videoscale"

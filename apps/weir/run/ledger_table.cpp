@@ -5,6 +5,7 @@
 #include <algorithm>
 
 #include "gstcpp/element/ref.hpp"
+#include "weir/join.hpp"
 
 namespace weir::app {
 namespace {
@@ -50,21 +51,20 @@ std::string number(const Json& stats, const char* name) {
 
 std::string reasons(const Json& stats) {
   constexpr std::string_view kPrefix = "dropped-";
-  std::string out;
+  std::vector<std::string> out;
   for (const auto& [name, value] : stats.items())
     if (name.starts_with(kPrefix) && value.is_number() && value != 0)
-      out += (out.empty() ? "" : ", ") + name.substr(kPrefix.size()) + " " + value.dump();
-  return out;
+      out.push_back(name.substr(kPrefix.size()) + " " + value.dump());
+  return join(out, ", ");
 }
 
 // Frames that were processed together with other elements: here, or in the next element.
 std::string fusion(const Json& stats) {
-  std::string out;
-  for (const auto& [name, words] :
+  std::vector<std::string> out;
+  for (const auto& [name, text] :
        {std::pair{"fused-frames", " fused"}, {"deferred-frames", " deferred to the next element"}})
-    if (stats.value(name, uint64_t{0}) > 0)
-      out += (out.empty() ? "" : ", ") + stats[name].dump() + words;
-  return out;
+    if (stats.value(name, uint64_t{0}) > 0) out.push_back(stats[name].dump() + text);
+  return join(out, ", ");
 }
 
 }  // namespace

@@ -97,7 +97,7 @@ GstPadProbeReturn PipelineRun::on_data(GstPad*, GstPadProbeInfo* info, gpointer 
   return GST_PAD_PROBE_OK;
 }
 
-Ending PipelineRun::play(const std::function<void(const PipelineRun&)>& progress,
+RunEnd PipelineRun::play(const std::function<void(const PipelineRun&)>& progress,
                          const std::function<void(const std::string&)>& say) {
   progress_ = progress;
   say_ = say;
@@ -110,7 +110,7 @@ Ending PipelineRun::play(const std::function<void(const PipelineRun&)>& progress
       complaint.what = "the pipeline cannot be started, and no element posted an error";
       errors_.push_back(std::move(complaint));
     }
-    return Ending::Error;
+    return RunEnd::Error;
   }
   const auto bus = gst::Ref<GstBus>::adopt(gst_element_get_bus(pipeline_.get()));
   const auto on_bus = +[](GstBus*, GstMessage* message, gpointer self) -> gboolean {
@@ -132,8 +132,8 @@ Ending PipelineRun::play(const std::function<void(const PipelineRun&)>& progress
   g_main_loop_run(loop_.get());
   ended_ = g_get_monotonic_time();
   for (const guint source : sources) g_source_remove(source);
-  if (ending_ == Ending::Error) drain_bus();
-  return ending_;
+  if (end_ == RunEnd::Error) drain_bus();
+  return end_;
 }
 
 // Collects the errors that came with the first one, because the last element of a chain is often
@@ -151,13 +151,13 @@ void PipelineRun::on_message(GstMessage* message) {
   switch (GST_MESSAGE_TYPE(message)) {
     case GST_MESSAGE_ERROR:
       errors_.push_back(complaint_of(message));
-      finish(Ending::Error);
+      finish(RunEnd::Error);
       break;
     case GST_MESSAGE_WARNING:
       warnings_.push_back(complaint_of(message));
       break;
     case GST_MESSAGE_EOS:
-      finish(signals_ > 0 ? Ending::Interrupted : Ending::Eos);
+      finish(signals_ > 0 ? RunEnd::Interrupted : RunEnd::Eos);
       break;
     case GST_MESSAGE_LATENCY:
       gst_bin_recalculate_latency(GST_BIN(pipeline_.get()));
@@ -186,15 +186,15 @@ void PipelineRun::on_signal() {
       gst_element_get_state(pipeline_.get(), &state, nullptr, 0) == GST_STATE_CHANGE_SUCCESS &&
       state == GST_STATE_PLAYING;
   if (++signals_ > 1 || !playing) {
-    finish(Ending::Interrupted);
+    finish(RunEnd::Interrupted);
     return;
   }
   if (say_) say_("stopping: waiting for frames in flight (interrupt again to stop at once)");
   gst_element_send_event(pipeline_.get(), gst_event_new_eos());
 }
 
-void PipelineRun::finish(Ending ending) {
-  ending_ = ending;
+void PipelineRun::finish(RunEnd end) {
+  end_ = end;
   g_main_loop_quit(loop_.get());
 }
 

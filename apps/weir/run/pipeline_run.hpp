@@ -24,7 +24,7 @@ struct Complaint {
   bool operator==(const Complaint&) const = default;
 };
 
-enum class Ending { Eos, Error, Interrupted };
+enum class RunEnd { Eos, Error, Interrupted };
 
 struct SinkCount {
   std::string name;
@@ -42,7 +42,7 @@ class PipelineRun {
 
   // Blocks until the end. The first SIGINT or SIGTERM sends EOS, the second stops. `progress` is
   // called periodically from this thread; `say` with messages to show at once.
-  Ending play(const std::function<void(const PipelineRun&)>& progress,
+  RunEnd play(const std::function<void(const PipelineRun&)>& progress,
               const std::function<void(const std::string&)>& say);
 
   GstElement* pipeline() const noexcept { return pipeline_.get(); }
@@ -58,7 +58,7 @@ class PipelineRun {
   void on_message(GstMessage* message);
   void on_signal();
   void drain_bus();
-  void finish(Ending ending);
+  void finish(RunEnd end);
   static GstPadProbeReturn on_data(GstPad*, GstPadProbeInfo* info, gpointer sink);
 
   gst::Ref<GstElement> pipeline_;
@@ -71,7 +71,7 @@ class PipelineRun {
   std::atomic<gint64> first_ = 0;  // monotonic microseconds of the first frame; 0 = none yet
   gint64 ended_ = 0;
   int signals_ = 0;
-  Ending ending_ = Ending::Eos;
+  RunEnd end_ = RunEnd::Eos;
 };
 
 }  // namespace weir::app

@@ -9,6 +9,7 @@
 #include "run/charts.hpp"
 #include "run/graph_picture.hpp"
 #include "run/html.hpp"
+#include "weir/join.hpp"
 
 namespace weir::app {
 namespace {
@@ -72,11 +73,11 @@ const Json* ledger_of(const Json& outcome, const Json& element) {
 
 std::string drops(const Json& stats) {
   constexpr std::string_view kPrefix = "dropped-";
-  std::string out;
+  std::vector<std::string> out;
   for (const auto& [name, value] : stats.items())
     if (name.starts_with(kPrefix) && value.is_number() && value != 0)
-      out += (out.empty() ? "" : ", ") + name.substr(kPrefix.size()) + " " + count(value);
-  return out;
+      out.push_back(name.substr(kPrefix.size()) + " " + count(value));
+  return join(out, ", ");
 }
 
 std::string complaints(const Json& list, const char* kind) {
@@ -107,9 +108,9 @@ std::string head(const Json& outcome, const Json& summary, const std::string& pi
     out += ". <b class=\"bad\">The logs were full: " + count(summary["lost"]) +
            " records are missing, so figures below are too small.</b>";
   out += "</p>\n";
-  const std::string said =
+  const std::string entries =
       complaints(outcome["errors"], "error") + complaints(outcome["warnings"], "warning");
-  return said.empty() ? out : out + "<ul class=\"complaints\">" + said + "</ul>\n";
+  return entries.empty() ? out : out + "<ul class=\"complaints\">" + entries + "</ul>\n";
 }
 
 std::string elements(const Json& outcome, const Json& summary, const std::vector<size_t>& shown) {

@@ -90,15 +90,15 @@ class Report(Case):
         return json.loads(done.stdout), self.page()
 
     def test_the_page_agrees_with_the_ledger(self):
-        told, page = self.reported(self.BRANCHES)
+        report, page = self.reported(self.BRANCHES)
         rows = {row["element"]: row for row in page.table("elements")}
-        self.assertEqual(len(told["ledger"]), 3)
-        for entry in told["ledger"]:
+        self.assertEqual(len(report["ledger"]), 3)
+        for entry in report["ledger"]:
             row, stats = rows[entry["name"]], entry["stats"]
             self.assertEqual((int(row["frames in"]), int(row["out"]), int(row["bytes copied"]), int(row["dropped"])),
                              (stats["received"], stats["pushed"], stats["bytes-copied"], stats["dropped"]))
             self.assertEqual(row["is a"], entry["element"])
-        for sink in told["sinks"]:
+        for sink in report["sinks"]:
             self.assertEqual(int(rows[sink["name"]]["frames in"]), sink["frames"])
         self.assertEqual((rows["t"]["frames in"], rows["t"]["out"]), (str(self.FRAMES), str(2 * self.FRAMES)))
 
@@ -130,10 +130,10 @@ class Report(Case):
         self.assertEqual(counted, 2 * self.FRAMES)
 
     def test_queues_show_what_they_lost(self):
-        told, page = self.reported("videotestsrc num-buffers=50 ! queue name=leak leaky=downstream max-size-buffers=3"
+        report, page = self.reported("videotestsrc num-buffers=50 ! queue name=leak leaky=downstream max-size-buffers=3"
                                    " ! identity sleep-time=2000 ! fakesink name=out")
         queue = page.table("queues")[0]
-        frames = {sink["name"]: sink["frames"] for sink in told["sinks"]}["out"]
+        frames = {sink["name"]: sink["frames"] for sink in report["sinks"]}["out"]
         self.assertEqual((queue["queue"], int(queue["not passed on"])), ("leak", 50 - frames))
         self.assertLessEqual(int(queue["most frames"]), 4)
         self.assertIn('class="levels"', self.file.read_text())
@@ -146,9 +146,9 @@ class Report(Case):
         self.assertTrue(any(page_name.startswith("<script>alert(") for page_name in page.names))
 
     def test_an_error_is_reported_with_its_fix(self):
-        told, page = self.reported("videotestsrc num-buffers=1 ! tensor_converter"
+        report, page = self.reported("videotestsrc num-buffers=1 ! tensor_converter"
                                    " ! tensor_transform name=cast mode=typecast option=flot32 ! fakesink", code=1)
-        self.assertEqual(told["result"], "error")
+        self.assertEqual(report["result"], "error")
         for words in ("Failed", "cast: WEIR-1001", "flot32", "fix: "):
             self.assertIn(words, page.text)
 
@@ -161,9 +161,9 @@ class Report(Case):
         while running.poll() is None and not (frames.exists() and frames.stat().st_size > 20 * 8 * 8):
             pass
         running.send_signal(signal.SIGINT)
-        said, errors = running.communicate(timeout=30)
+        output, errors = running.communicate(timeout=30)
         self.assertEqual(running.returncode, 130, errors)
-        self.assertIn(f"Report: {self.file}\n", said)
+        self.assertIn(f"Report: {self.file}\n", output)
         self.assertIn("Interrupted", self.page().text)
 
     def test_the_tracer_that_runs_already_is_taken(self):
@@ -184,8 +184,8 @@ class Report(Case):
         place = self.folder / "none" / "report.html"
         self.refused(weir("run", "--report", place, "videotestsrc ! fakesink"), 1,  # would never end
                      "WEIR-4010: the report cannot be written", "No such file or directory", "fix: weir run --report")
-        told = json.loads(weir("run", "--json", "--report", place, "videotestsrc ! fakesink").stdout)
-        self.assertEqual((told["error"]["id"], told["error"]["offered"]), ("WEIR-4010", str(place)))
+        report = json.loads(weir("run", "--json", "--report", place, "videotestsrc ! fakesink").stdout)
+        self.assertEqual((report["error"]["id"], report["error"]["offered"]), ("WEIR-4010", str(place)))
 
     def test_without_the_plugin_there_is_no_report(self):
         self.refused(weir("run", "--report", self.file, "fakesrc num-buffers=1 ! fakesink", GST_PLUGIN_PATH="",

@@ -46,21 +46,21 @@ class ProgressLine {
   bool shown_ = false;
 };
 
-const char* name_of(Ending ending) {
-  switch (ending) {
-    case Ending::Eos:
+const char* name_of(RunEnd end) {
+  switch (end) {
+    case RunEnd::Eos:
       return "eos";
-    case Ending::Error:
+    case RunEnd::Error:
       return "error";
-    case Ending::Interrupted:
+    case RunEnd::Interrupted:
       return "interrupted";
   }
   return "";
 }
 
-int status_of(Ending ending) {
-  if (ending == Ending::Eos) return kExitGood;
-  return ending == Ending::Error ? kExitError : kExitInterrupted;
+int status_of(RunEnd end) {
+  if (end == RunEnd::Eos) return kExitGood;
+  return end == RunEnd::Error ? kExitError : kExitInterrupted;
 }
 
 Json to_json(const std::vector<Complaint>& complaints) {
@@ -81,12 +81,12 @@ Json to_json(const std::vector<Complaint>& complaints) {
   return out;
 }
 
-void print_text(const PipelineRun& run, Ending ending) {
+void print_text(const PipelineRun& run, RunEnd end) {
   print_complaints(run);
   std::printf("%s after %.3f s: %llu frames, %.1f frames/s\n",
-              ending == Ending::Eos     ? "Ended"
-              : ending == Ending::Error ? "Failed"
-                                        : "Interrupted",
+              end == RunEnd::Eos     ? "Ended"
+              : end == RunEnd::Error ? "Failed"
+                                     : "Interrupted",
               run.seconds(), static_cast<unsigned long long>(run.frames()), run.frame_rate());
   const auto sinks = run.sinks();
   if (sinks.size() > 1)
@@ -96,8 +96,8 @@ void print_text(const PipelineRun& run, Ending ending) {
   if (!ledger.empty()) std::printf("\nLedger\n%s", ledger.c_str());
 }
 
-Json outcome(const PipelineRun& run, Ending ending) {
-  Json out{{"result", name_of(ending)},
+Json outcome(const PipelineRun& run, RunEnd end) {
+  Json out{{"result", name_of(end)},
            {"frames", run.frames()},
            {"seconds", run.seconds()},
            {"frame_rate", run.frame_rate()}};
@@ -151,23 +151,23 @@ int run(const RunOptions& options) {
   }
   PipelineRun pipeline(*std::move(read));
   ProgressLine line;
-  const Ending ending = pipeline.play([&line](const PipelineRun& run) { line.show(run); },
-                                      [&line](const std::string& text) { line.say(text); });
+  const RunEnd end = pipeline.play([&line](const PipelineRun& run) { line.show(run); },
+                                   [&line](const std::string& text) { line.say(text); });
   line.clear();
-  const Json told = outcome(pipeline, ending);
+  const Json facts = outcome(pipeline, end);
   if (options.json)
-    print(told);
+    print(facts);
   else
-    print_text(pipeline, ending);
+    print_text(pipeline, end);
   if (session) {
-    const Status written = write_report(options, told, *session);
+    const Status written = write_report(options, facts, *session);
     if (!written) {
       std::fprintf(stderr, "%s\n", written.error().message().c_str());
       return kExitError;
     }
     if (!options.json) std::printf("\nReport: %s\n", options.report.c_str());
   }
-  return status_of(ending);
+  return status_of(end);
 }
 
 }  // namespace weir::app

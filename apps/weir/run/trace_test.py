@@ -36,11 +36,11 @@ class Trace(Case):
         return found
 
     def test_every_frame_of_the_ledger_is_in_the_trace(self):
-        told, events = self.traced(BRANCHES)
+        report, events = self.traced(BRANCHES)
         pushes = self.pushes(events)
-        for entry in told["ledger"]:
+        for entry in report["ledger"]:
             self.assertEqual(len(pushes[entry["name"]]), entry["stats"]["received"])
-        self.assertEqual({sink["name"]: sink["frames"] for sink in told["sinks"]},
+        self.assertEqual({sink["name"]: sink["frames"] for sink in report["sinks"]},
                          {name: len(pushes[name]) for name in ("tensors", "pictures")})
         for push in pushes["converter"]:
             self.assertEqual((push["args"]["from"], push["args"]["bytes"], push["args"]["frames"]),

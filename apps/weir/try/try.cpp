@@ -91,14 +91,14 @@ int try_model_on_input(const TryOptions& options) {
                       const_cast<bool*>(&options.json), nullptr);
   }
   PipelineRun run(*std::move(pipeline));
-  const Ending ending =
+  const RunEnd ending =
       run.play([](const PipelineRun&) {},
                [](const std::string& text) { std::fprintf(stderr, "%s\n", text.c_str()); });
   print_complaints(run);
-  if (!options.output.empty() && ending == Ending::Eos)
+  if (!options.output.empty() && ending == RunEnd::Eos)
     std::fprintf(stderr, "%s\n", options.output.c_str());
-  if (ending == Ending::Eos) return kExitGood;
-  return ending == Ending::Error ? kExitError : kExitInterrupted;
+  if (ending == RunEnd::Eos) return kExitGood;
+  return ending == RunEnd::Error ? kExitError : kExitInterrupted;
 }
 
 }  // namespace weir::app

@@ -10,7 +10,7 @@
 
 #include "../faces_text.hpp"
 #include "../stage_times.hpp"
-#include "floor_asked.hpp"
+#include "floor_requests.hpp"
 #include "pictures.hpp"
 #include "stages.hpp"
 
@@ -20,7 +20,7 @@ using mtcnn::Stage;
 
 struct Options {
   control::Source source;
-  std::string models, report, asked;
+  std::string models, report, requests;
   uint32_t min_face = 40;
   int threads = 1;
   bool json = false;
@@ -31,12 +31,12 @@ int run(const Options& options) {
   control::Propose propose(env, options.models, options.threads, options.min_face);
   control::Refine refine(env, options.models, options.threads);
   control::Mark mark(env, options.models, options.threads);
-  control::RequestFile asked(options.asked);
+  control::RequestFile requests(options.requests);
   mtcnn::StageTimes times;
   const auto find = [&](const cv::Mat& picture, int64_t pts) {
-    propose.keep(asked.wanted(0));
-    refine.keep(asked.wanted(1));
-    mark.keep(asked.wanted(2));
+    propose.keep(requests.wanted(0));
+    refine.keep(requests.wanted(1));
+    mark.keep(requests.wanted(2));
     times.reached(Stage::Begin, pts);
     auto regions = propose.find(picture);
     times.reached(Stage::Proposed, pts);
@@ -47,13 +47,14 @@ int run(const Options& options) {
     const auto faces = mark.find(picture, std::move(regions));
     times.reached(Stage::Marked, pts);
     if (options.json) std::printf("%s\n", mtcnn::faces_text(faces).c_str());
-    asked.add({{static_cast<uint32_t>(picture.cols), static_cast<uint32_t>(picture.rows)},
-               refined,
-               marked});
+    requests.add({{static_cast<uint32_t>(picture.cols), static_cast<uint32_t>(picture.rows)},
+                  refined,
+                  marked});
   };
   if (!control::for_each_picture(options.source, find)) return 1;
-  if (!asked.write())
-    return std::fprintf(stderr, "mtcnn-control: %s: cannot be written\n", options.asked.c_str()), 1;
+  if (!requests.write())
+    return std::fprintf(stderr, "mtcnn-control: %s: cannot be written\n", options.requests.c_str()),
+           1;
   if (options.report.empty()) return 0;
   times.copied(propose.copied() + refine.copied() + mark.copied());
   const auto status = times.write(options.report);
@@ -75,7 +76,7 @@ int main(int argc, char** argv) {
   app.add_option("--threads", options.threads, "Of the engine in each network; else 1");
   app.add_option("--rate", options.source.rate, "Pictures per second, where the clip has more");
   app.add_option("--report", options.report, "A file for the times of each picture, as JSON");
-  app.add_option("--asked", options.asked, "A file for what mtcnn-floor repeats");
+  app.add_option("--requests", options.requests, "A file for what mtcnn-floor repeats");
   app.add_flag("--json", options.json, "Print a list of faces for each picture");
   app.add_flag("--live", options.source.live,
                "Pictures come at the rate of the clip; the newest is taken");

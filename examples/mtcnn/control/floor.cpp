@@ -2,12 +2,13 @@
 // the same sizes and batches and the values of one of its pictures, and nothing else. Built twice:
 // mtcnn-floor for ONNX Runtime, mtcnn-kernels-floor for our own kernels.
 //
-//   mtcnn-floor --models FOLDER [--min-face N] [--threads N] [--clip FILE] ASKED
+//   mtcnn-floor --models FOLDER [--min-face N] [--threads N] [--clip FILE] REQUESTS
 //
-// ASKED: the file from mtcnn-control --asked. Prints JSON: "pictures", the milliseconds of P-, R-,
-// O-Net's and all invokes per picture on one thread; "rate", pictures per second on N threads, each
-// with its own networks, and "cpu_ms", CPU time per picture there. With --clip also "decoding":
-// both again with each picture decoded first, a limit for any program that reads a clip.
+// REQUESTS: the file from mtcnn-control --requests. Prints JSON: "pictures", the milliseconds of
+// P-, R-, O-Net's and all invokes per picture on one thread; "rate", pictures per second on N
+// threads, each with its own networks, and "cpu_ms", CPU time per picture there. With --clip also
+// "decoding": both again with each picture decoded first, a limit for any program that reads a
+// clip.
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #include <sys/resource.h>
 
@@ -24,8 +25,8 @@
 
 namespace {
 
-using control::Asked;
 using control::Invokes;
+using control::Requests;
 using control::Seen;
 using Clock = std::chrono::steady_clock;
 
@@ -46,7 +47,7 @@ struct Times {
   double p, r, o, all;  // ms
 };
 
-Times one_picture(Invokes& invokes, const Asked& picture) {
+Times one_picture(Invokes& invokes, const Requests& picture) {
   const auto begin = Clock::now();
   invokes.p(picture);
   const auto p = Clock::now();
@@ -60,7 +61,7 @@ Times one_picture(Invokes& invokes, const Asked& picture) {
 // "rate" and "cpu_ms" of all pictures, with a thread for each item of `all`; decodes each picture
 // of `clip` first if there is one.
 std::string on_all_threads(const std::vector<std::unique_ptr<Invokes>>& all,
-                           const std::vector<Asked>& pictures, control::DecodedClip* clip) {
+                           const std::vector<Requests>& pictures, control::DecodedClip* clip) {
   std::atomic<size_t> next = 0, done = 0;
   const double cpu = cpu_seconds();
   const auto begin = Clock::now();
@@ -82,11 +83,10 @@ std::string on_all_threads(const std::vector<std::unique_ptr<Invokes>>& all,
 
 int run(const std::string& file, const std::string& clip, const std::string& models,
         uint32_t min_face, int threads) {
-  const std::vector<Asked> pictures = control::read_asked(file);
-  if (pictures.empty())
-    return std::fprintf(stderr, "mtcnn-floor: %s says nothing\n", file.c_str()), 1;
-  Asked most;
-  for (const Asked& one : pictures) {
+  const std::vector<Requests> pictures = control::read_requests(file);
+  if (pictures.empty()) return std::fprintf(stderr, "mtcnn-floor: %s is empty\n", file.c_str()), 1;
+  Requests most;
+  for (const Requests& one : pictures) {
     most.picture.width = std::max(most.picture.width, one.picture.width);
     most.picture.height = std::max(most.picture.height, one.picture.height);
     most.refined = std::max(most.refined, one.refined);
@@ -99,7 +99,7 @@ int run(const std::string& file, const std::string& clip, const std::string& mod
     one_picture(*all.back(), pictures.front());  // warms up
   }
   std::string alone;
-  for (const Asked& picture : pictures) {
+  for (const Requests& picture : pictures) {
     const Times took = one_picture(*all.front(), picture);
     char text[100];
     std::snprintf(text, sizeof text, "%s[%.3f, %.3f, %.3f, %.3f]", alone.empty() ? "" : ", ",
@@ -119,18 +119,19 @@ int run(const std::string& file, const std::string& clip, const std::string& mod
 }  // namespace
 
 int main(int argc, char** argv) {
-  std::string asked, clip, models;
+  std::string requests, clip, models;
   uint32_t min_face = 40;
   int threads = 1;
   CLI::App app{"An engine's own time for the invokes of mtcnn-control"};
-  app.add_option("ASKED", asked, "What mtcnn-control --asked wrote")->required();
+  app.add_option("REQUESTS", requests, "What mtcnn-control --requests wrote")->required();
   app.add_option("--models", models, "The folder of the networks' files")->required();
   app.add_option("--min-face", min_face, "As the control had it; else 40");
-  app.add_option("--clip", clip, "The clip that was asked about, to be decoded in a second run");
+  app.add_option("--clip", clip,
+                 "The clip that the requests are from, to be decoded in a second run");
   app.add_option("--threads", threads, "That run at once; else 1")->check(CLI::Range(1, 64));
   CLI11_PARSE(app, argc, argv);
   try {
-    return run(asked, clip, models, min_face, threads);
+    return run(requests, clip, models, min_face, threads);
   } catch (const std::exception& e) {
     std::fprintf(stderr, "mtcnn-floor: %s\n", e.what());
     return 1;

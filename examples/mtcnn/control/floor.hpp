@@ -4,7 +4,7 @@
 #include <memory>
 #include <string>
 
-#include "floor_asked.hpp"
+#include "floor_requests.hpp"
 
 namespace control {
 
@@ -12,13 +12,13 @@ namespace control {
 class Invokes {
  public:
   virtual ~Invokes() = default;
-  virtual void p(const Asked& asked) = 0;  // P-Net on each layer of the pyramid
-  virtual void r(const Asked& asked) = 0;
-  virtual void o(const Asked& asked) = 0;
+  virtual void p(const Requests& requests) = 0;  // P-Net on each layer of the pyramid
+  virtual void r(const Requests& requests) = 0;
+  virtual void o(const Requests& requests) = 0;
 };
 // Uses the engine with which the program is built; `models` has the network files. `most`: the
 // largest picture of the clip and the highest numbers of regions.
 std::unique_ptr<Invokes> make_invokes(const std::string& models, uint32_t min_face,
-                                      const Asked& most, const Seen& seen);
+                                      const Requests& most, const Seen& seen);
 
 }  // namespace control

@@ -24,24 +24,24 @@ std::unique_ptr<kernels::Runner> runner_of(const std::string& path) {
 
 class OfKernels final : public Invokes {
  public:
-  OfKernels(const std::string& models, uint32_t min_face, const Asked& most, const Seen& seen)
+  OfKernels(const std::string& models, uint32_t min_face, const Requests& most, const Seen& seen)
       : p_(runner_of(models + "/onnx/pnet.onnx")),
         r_(runner_of(models + "/onnx/rnet.onnx")),
         o_(runner_of(models + "/onnx/onet.onnx")),
         min_face_(min_face),
         bytes_(inputs_of(most, min_face, seen)) {}
-  void p(const Asked& asked) override {
+  void p(const Requests& requests) override {
     size_t at = 0;
-    for (const auto& layer : mtcnn::pyramid(asked.picture, min_face_)) {
+    for (const auto& layer : mtcnn::pyramid(requests.picture, min_face_)) {
       one(*p_, &bytes_[0][at], 1, layer.width, layer.height);
       at += 3 * size_t{layer.width} * layer.height;
     }
   }
-  void r(const Asked& asked) override {
-    one(*r_, bytes_[1].data(), asked.refined, mtcnn::kRefineSide, mtcnn::kRefineSide);
+  void r(const Requests& requests) override {
+    one(*r_, bytes_[1].data(), requests.refined, mtcnn::kRefineSide, mtcnn::kRefineSide);
   }
-  void o(const Asked& asked) override {
-    one(*o_, bytes_[2].data(), asked.marked, mtcnn::kLandmarkSide, mtcnn::kLandmarkSide);
+  void o(const Requests& requests) override {
+    one(*o_, bytes_[2].data(), requests.marked, mtcnn::kLandmarkSide, mtcnn::kLandmarkSide);
   }
 
  private:
@@ -67,7 +67,7 @@ class OfKernels final : public Invokes {
 }  // namespace
 
 std::unique_ptr<Invokes> make_invokes(const std::string& models, uint32_t min_face,
-                                      const Asked& most, const Seen& seen) {
+                                      const Requests& most, const Seen& seen) {
   return std::make_unique<OfKernels>(models, min_face, most, seen);
 }
 

@@ -16,7 +16,8 @@ void add_planes(std::span<const uint8_t> bytes, size_t places, std::vector<float
 
 class OfOnnxRuntime final : public Invokes {
  public:
-  OfOnnxRuntime(const std::string& models, uint32_t min_face, const Asked& most, const Seen& seen)
+  OfOnnxRuntime(const std::string& models, uint32_t min_face, const Requests& most,
+                const Seen& seen)
       : p_(p_net(env_, models, 1)),
         r_(r_net(env_, models, 1)),
         o_(o_net(env_, models, 1)),
@@ -31,16 +32,16 @@ class OfOnnxRuntime final : public Invokes {
     add_planes(inputs[1], mtcnn::kRefineSide * mtcnn::kRefineSide, &numbers_[1]);
     add_planes(inputs[2], mtcnn::kLandmarkSide * mtcnn::kLandmarkSide, &numbers_[2]);
   }
-  void p(const Asked& asked) override {
+  void p(const Requests& requests) override {
     size_t at = 0;
-    for (const auto& layer : mtcnn::pyramid(asked.picture, min_face_))
+    for (const auto& layer : mtcnn::pyramid(requests.picture, min_face_))
       at += one(p_, 0, at, 1, layer.width, layer.height);
   }
-  void r(const Asked& asked) override {
-    one(r_, 1, 0, asked.refined, mtcnn::kRefineSide, mtcnn::kRefineSide);
+  void r(const Requests& requests) override {
+    one(r_, 1, 0, requests.refined, mtcnn::kRefineSide, mtcnn::kRefineSide);
   }
-  void o(const Asked& asked) override {
-    one(o_, 2, 0, asked.marked, mtcnn::kLandmarkSide, mtcnn::kLandmarkSide);
+  void o(const Requests& requests) override {
+    one(o_, 2, 0, requests.marked, mtcnn::kLandmarkSide, mtcnn::kLandmarkSide);
   }
 
  private:
@@ -62,7 +63,7 @@ class OfOnnxRuntime final : public Invokes {
 }  // namespace
 
 std::unique_ptr<Invokes> make_invokes(const std::string& models, uint32_t min_face,
-                                      const Asked& most, const Seen& seen) {
+                                      const Requests& most, const Seen& seen) {
   return std::make_unique<OfOnnxRuntime>(models, min_face, most, seen);
 }
 

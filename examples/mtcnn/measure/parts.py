@@ -98,10 +98,10 @@ def memory(programs, who, clip, warm_up, seconds):
             "RSS growth, MB per minute": numbers.slope_per_minute(samples, warm_up)}
 
 
-def asked(programs, clip):
+def requests(programs, clip):
     """The control's requests to the networks for the clip, for floor()."""
-    path = programs.folder / "asked"
-    watch([*programs.run, "--control", "--asked", path, clip])
+    path = programs.folder / "requests"
+    watch([*programs.run, "--control", "--requests", path, clip])
     return path
 
 

@@ -11,6 +11,7 @@
 #include <nlohmann/json.hpp>
 
 #include "core/text/text.hpp"
+#include "weir/join.hpp"
 
 namespace weir::card {
 namespace {
@@ -52,12 +53,9 @@ class Fields {
            bool needed) {
     const std::string given = text(key, needed);
     if (given.empty()) return otherwise;
-    std::string names;
-    for (const auto& [name, value] : choices) {
+    for (const auto& [name, value] : choices)
       if (given == name) return value;
-      names += (names.empty() ? "" : ", ") + std::string(name);
-    }
-    fail(key, "one of " + names);
+    fail(key, "one of " + join(choices, ", ", [](const auto& choice) { return choice.first; }));
     return otherwise;
   }
   std::vector<double> numbers(const char* key) {

@@ -48,7 +48,7 @@ std::string card_to_fill_in(const Search& search) {
                               {"model", fs::path(search.model).filename().string()},
                               {"sha256", search.sha256()},
                               {"task", "?"}};
-  for (const auto& input : search.asked)
+  for (const auto& input : search.inputs)
     card["inputs"].push_back({{"name", input.name},
                               {"type", name_of(input.type)},
                               {"shape", input.shape},
@@ -92,7 +92,7 @@ Result<Card> find(const Search& search) {
   }
   return Error{
       .code = Code::CARD_MISSING,
-      .what = "no model card says how the pixels must be prepared",
+      .what = "no model card describes how the pixels must be prepared",
       .offered = search.model,
       .needed = beside.string() + ", or a card with the model's digest in " + search.folders.back(),
       .fix = "fill in this card:\n" + card_to_fill_in(search)};

@@ -15,7 +15,7 @@ struct Search {
   std::vector<std::string> folders;     // searched for *.card.json
   std::vector<ImageInput> from_model;   // from the model's own metadata; may be empty
   std::vector<std::string> labels_from_model;
-  std::vector<ImageInput> asked;  // the model's inputs, for the card template
+  std::vector<ImageInput> inputs;  // the model's inputs, for the card template
 };
 
 // Returns NAME.card.json next to NAME.onnx if its digest matches the model, else the card with that

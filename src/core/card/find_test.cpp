@@ -42,12 +42,12 @@ class FindCard : public ::testing::Test {
     out.model = (folder_ / "net.onnx").string();
     out.sha256 = [] { return kDigest; };
     out.folders = {(folder_ / "cards").string()};
-    ImageInput asked;
-    asked.name = "x";
-    asked.type = ElementType::Float32;
-    asked.shape = {1, 3, 32, 32};
-    asked.layout = Layout::Nchw;
-    out.asked = {asked};
+    ImageInput input;
+    input.name = "x";
+    input.type = ElementType::Float32;
+    input.shape = {1, 3, 32, 32};
+    input.layout = Layout::Nchw;
+    out.inputs = {input};
     return out;
   }
 
@@ -71,9 +71,9 @@ TEST_F(FindCard, FindsTheCardWithTheModelsDigest) {
 }
 
 TEST_F(FindCard, UsesTheModelsMetadata) {
-  Search asked = search();
-  asked.from_model = asked.asked;
-  const auto card = find(asked);
+  Search wanted = search();
+  wanted.from_model = wanted.inputs;
+  const auto card = find(wanted);
   ASSERT_TRUE(card);
   EXPECT_EQ(card->inputs[0].width(), 32);
 }
@@ -128,16 +128,16 @@ TEST_F(FindCard, ReadsLabelsBesideTheModel) {
 
 // ONNX, docs/MetadataProps.md: the category Image.
 TEST_F(FindCard, ReadsTheMetadataOfOnnxModels) {
-  const ImageInput asked = search().asked[0];
+  const ImageInput input = search().inputs[0];
   using Properties = std::map<std::string, std::string>;
   const auto normalized = input_from_metadata(
-      {{"Image.BitmapPixelFormat", "Bgr8"}, {"Image.NominalPixelRange", "Normalized_1_1"}}, asked);
+      {{"Image.BitmapPixelFormat", "Bgr8"}, {"Image.NominalPixelRange", "Normalized_1_1"}}, input);
   ASSERT_TRUE(normalized);
   EXPECT_EQ(normalized->color, Color::Bgr);
   EXPECT_EQ(normalized->layout, Layout::Nchw);
   EXPECT_NEAR((0 - normalized->mean[0]) * normalized->scale[0], -1, 1e-12);
   EXPECT_NEAR((255 - normalized->mean[0]) * normalized->scale[0], 1, 1e-12);
-  const auto plain = input_from_metadata({{"Image.BitmapPixelFormat", "Rgb8"}}, asked);
+  const auto plain = input_from_metadata({{"Image.BitmapPixelFormat", "Rgb8"}}, input);
   ASSERT_TRUE(plain);
   EXPECT_TRUE(plain->mean.empty() && plain->scale.empty());
   for (const auto& nothing :
@@ -145,24 +145,24 @@ TEST_F(FindCard, ReadsTheMetadataOfOnnxModels) {
         Properties{{"Image.BitmapPixelFormat", "Gray8"}},  // the input has three channels
         Properties{{"Image.BitmapPixelFormat", "Rgb8"},
                    {"Image.NominalPixelRange", "NominalRange_16_235"}}})
-    EXPECT_FALSE(input_from_metadata(nothing, asked));
+    EXPECT_FALSE(input_from_metadata(nothing, input));
 }
 
 TEST_F(FindCard, ReadsTheMetadataOfTensorflowLiteModels) {
-  ImageInput asked = search().asked[0];
+  ImageInput input = search().inputs[0];
   std::map<std::string, std::string> properties{
       {"tflite.color_space", "RGB"}, {"tflite.mean", "127.5"}, {"tflite.std", "64"}};
-  const auto real = input_from_metadata(properties, asked);
+  const auto real = input_from_metadata(properties, input);
   ASSERT_TRUE(real);
   EXPECT_EQ(real->mean, std::vector<double>{127.5});
   EXPECT_EQ(real->scale, std::vector<double>{1.0 / 64});
-  asked.type = ElementType::UInt8;
-  const auto bytes = input_from_metadata(properties, asked);
+  input.type = ElementType::UInt8;
+  const auto bytes = input_from_metadata(properties, input);
   ASSERT_TRUE(bytes);
   EXPECT_TRUE(bytes->mean.empty()) << "quantised: the pixels as they are";
-  asked.type = ElementType::Int8;
-  EXPECT_EQ(input_from_metadata(properties, asked)->mean, std::vector<double>{128});
-  asked.type = ElementType::Float32;
+  input.type = ElementType::Int8;
+  EXPECT_EQ(input_from_metadata(properties, input)->mean, std::vector<double>{128});
+  input.type = ElementType::Float32;
   for (const auto& [key, value] :
        std::vector<std::pair<const char*, const char*>>{{"tflite.std", "0"},
                                                         {"tflite.std", "x"},
@@ -170,7 +170,7 @@ TEST_F(FindCard, ReadsTheMetadataOfTensorflowLiteModels) {
                                                         {"tflite.color_space", "GRAYSCALE"}}) {
     auto wrong = properties;
     wrong[key] = value;
-    EXPECT_FALSE(input_from_metadata(wrong, asked)) << key << " " << value;
+    EXPECT_FALSE(input_from_metadata(wrong, input)) << key << " " << value;
   }
 }
 
@@ -178,10 +178,10 @@ TEST_F(FindCard, ReadsTheLabelsOfTensorflowLiteModels) {
   EXPECT_EQ(labels_from_metadata({{"tflite.labels", "cat\r\n\ndog\n"}}),
             (std::vector<std::string>{"cat", "", "dog"}));
   EXPECT_TRUE(labels_from_metadata({}).empty());
-  Search asked = search();
-  asked.from_model = asked.asked;
-  asked.labels_from_model = {"cat"};
-  const auto card = find(asked);
+  Search wanted = search();
+  wanted.from_model = wanted.inputs;
+  wanted.labels_from_model = {"cat"};
+  const auto card = find(wanted);
   ASSERT_TRUE(card);
   EXPECT_EQ(card->decoder, "image_labeling");
 }

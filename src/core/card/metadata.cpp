@@ -48,39 +48,39 @@ std::vector<double> divisors(const std::string& list) {
 }
 
 // Normalisation is given for real numbers: quantised inputs get the pixels, int8 shifted by 128.
-std::optional<ImageInput> from_tflite(const Properties& properties, ImageInput asked) {
+std::optional<ImageInput> from_tflite(const Properties& properties, ImageInput image) {
   const std::string color = value_of(properties, "tflite.color_space");
   if (color != "RGB" && color != "GRAYSCALE") return std::nullopt;
-  asked.color = color == "RGB" ? Color::Rgb : Color::Gray;
-  if (asked.channels() != (color == "RGB" ? 3 : 1)) return std::nullopt;
-  if (asked.type == ElementType::UInt8) return asked;
-  if (asked.type == ElementType::Int8) {
-    asked.mean = {128};
-    asked.scale = {1};
-    return asked;
+  image.color = color == "RGB" ? Color::Rgb : Color::Gray;
+  if (image.channels() != (color == "RGB" ? 3 : 1)) return std::nullopt;
+  if (image.type == ElementType::UInt8) return image;
+  if (image.type == ElementType::Int8) {
+    image.mean = {128};
+    image.scale = {1};
+    return image;
   }
   // Owns the text that the parts view.
   const std::string means = value_of(properties, "tflite.mean");
-  for (const auto part : split(means, ",")) asked.mean.push_back(parse_double(part).value_or(0));
+  for (const auto part : split(means, ",")) image.mean.push_back(parse_double(part).value_or(0));
   for (const double divisor : divisors(value_of(properties, "tflite.std")))
-    asked.scale.push_back(1 / divisor);
-  const auto fits = [&asked](const std::vector<double>& values) {
-    return values.size() == 1 || values.size() == static_cast<size_t>(asked.channels());
+    image.scale.push_back(1 / divisor);
+  const auto fits = [&image](const std::vector<double>& values) {
+    return values.size() == 1 || values.size() == static_cast<size_t>(image.channels());
   };
-  return fits(asked.mean) && fits(asked.scale) ? std::optional(asked) : std::nullopt;
+  return fits(image.mean) && fits(image.scale) ? std::optional(image) : std::nullopt;
 }
 
 }  // namespace
 
 std::optional<ImageInput> input_from_metadata(const std::map<std::string, std::string>& properties,
-                                              ImageInput asked) {
-  if (properties.contains("tflite.color_space")) return from_tflite(properties, std::move(asked));
+                                              ImageInput image) {
+  if (properties.contains("tflite.color_space")) return from_tflite(properties, std::move(image));
   const auto value = [&properties](const char* key) { return value_of(properties, key); };
   const auto color = color_of(value("Image.BitmapPixelFormat"));
-  if (!color || asked.channels() != (*color == Color::Gray ? 1 : 3)) return std::nullopt;
-  asked.color = *color;
-  if (!set_range(value("Image.NominalPixelRange"), &asked)) return std::nullopt;
-  return asked;
+  if (!color || image.channels() != (*color == Color::Gray ? 1 : 3)) return std::nullopt;
+  image.color = *color;
+  if (!set_range(value("Image.NominalPixelRange"), &image)) return std::nullopt;
+  return image;
 }
 
 std::vector<std::string> labels_from_metadata(

@@ -10,13 +10,13 @@
 
 namespace weir::card {
 
-// `properties`: keys and values of the model. `asked`: the model's input, whose name, type, shape
+// `properties`: keys and values of the model. `input`: the model's input, whose name, type, shape
 // and layout are kept. Nullopt if the metadata do not describe how pictures are prepared. Keys of
 // ONNX models: Image.BitmapPixelFormat and Image.NominalPixelRange (docs/MetadataProps.md of ONNX);
 // of TensorFlow Lite models: tflite.color_space, tflite.mean and tflite.std, as set by the engine's
 // module.
 std::optional<ImageInput> input_from_metadata(const std::map<std::string, std::string>& properties,
-                                              ImageInput asked);
+                                              ImageInput input);
 
 // The lines of tflite.labels; empty if there are none.
 std::vector<std::string> labels_from_metadata(const std::map<std::string, std::string>& properties);

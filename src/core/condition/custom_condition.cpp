@@ -34,11 +34,11 @@ Error failed(const std::string& who, int result, weir_error* error, const weir_f
                  .what = who + " failed without an error message",
                  .offered = "it returned " + std::to_string(result) + " for " + text_of(frame),
                  .needed = "0; above 0 to drop the frame; below 0 after host->fail with a message"};
-  Error said = infer::take_error(error, result, "");
-  said.what = who + " failed: " + said.what;
-  said.code = Code::CALLBACK_FAILED;
-  if (said.offered.empty()) said.offered = text_of(frame);
-  return said;
+  Error failure = infer::take_error(error, result, "");
+  failure.what = who + " failed: " + failure.what;
+  failure.code = Code::CALLBACK_FAILED;
+  if (failure.offered.empty()) failure.offered = text_of(frame);
+  return failure;
 }
 
 }  // namespace

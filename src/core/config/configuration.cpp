@@ -134,7 +134,8 @@ std::optional<Setting> Configuration::find(std::string_view group, std::string_v
   return std::nullopt;
 }
 
-std::optional<Error> Configuration::doubt(std::string_view group, std::string_view key) const {
+std::optional<Error> Configuration::possible_fault(std::string_view group,
+                                                   std::string_view key) const {
   if (environment_(variable_of(group, key).c_str())) return std::nullopt;
   const auto has_it = std::find_if(entries_.begin(), entries_.end(),
                                    [&](const auto& entry) { return same(entry, group, key); });

@@ -42,7 +42,7 @@ class Configuration {
   // A reason why find() may not return what the user intended: the first fault of a file up to the
   // one that has the setting. An unknown name counts if its group or key, or a similar name,
   // matches the setting. Nullopt if a variable sets it.
-  std::optional<Error> doubt(std::string_view group, std::string_view key) const;
+  std::optional<Error> possible_fault(std::string_view group, std::string_view key) const;
   // All effective settings, by group and key.
   std::vector<Setting> all() const;
   const std::vector<ConfigurationFile>& files() const noexcept { return files_; }

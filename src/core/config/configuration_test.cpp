@@ -138,9 +138,9 @@ TEST_F(ConfigurationTest, ReportsUnknownSettings) {
   EXPECT_SAYS(text, path + ":7: the line is neither");
 }
 
-std::string doubt(const Configuration& configuration, const char* group = "lua",
-                  const char* key = "sandbox") {
-  const auto fault = configuration.doubt(group, key);
+std::string possible_fault(const Configuration& configuration, const char* group = "lua",
+                           const char* key = "sandbox") {
+  const auto fault = configuration.possible_fault(group, key);
   return fault ? fault->message() : "none";
 }
 
@@ -157,32 +157,34 @@ TEST_F(ConfigurationTest, AnyFaultOfAFileIsADoubt) {
   };
   for (const auto& [text, what] : cases) {
     const auto path = write("doubt.ini", text);
-    EXPECT_SAYS(doubt(with({{"WEIR_CONFIG", path}})), path + what);
-    EXPECT_EQ(doubt(with({{"WEIR_CONFIG", path}, {"WEIR_LUA_SANDBOX", "false"}})), "none")
+    EXPECT_SAYS(possible_fault(with({{"WEIR_CONFIG", path}})), path + what);
+    EXPECT_EQ(possible_fault(with({{"WEIR_CONFIG", path}, {"WEIR_LUA_SANDBOX", "false"}})), "none")
         << "the variable decides";
   }
 }
 
 TEST_F(ConfigurationTest, AFileWithoutAFaultLeavesNoDoubt) {
   for (const char* text : {"", "# nothing\n", "[lua]\nsandbox = true\n", "[lua]\nsandbox =\n",
-                           "[module]\npath=/m\n[filter]\nnobody=1\n"})
-    EXPECT_EQ(doubt(with({{"WEIR_CONFIG", write("own.ini", text)}})), "none") << text;
-  EXPECT_EQ(doubt(with({{"WEIR_CONFIG", ""}})), "none");
-  EXPECT_EQ(doubt(with({{"HOME", (folder_ / "nobody").string()}})), "none") << "need not be there";
+                           "[module]\npath=/m\n[filter]\nabsent=1\n"})
+    EXPECT_EQ(possible_fault(with({{"WEIR_CONFIG", write("own.ini", text)}})), "none") << text;
+  EXPECT_EQ(possible_fault(with({{"WEIR_CONFIG", ""}})), "none");
+  EXPECT_EQ(possible_fault(with({{"HOME", (folder_ / "absent").string()}})), "none")
+      << "need not be there";
 }
 
 TEST_F(ConfigurationTest, ANamedFileThatDoesNotExistIsADoubt) {
-  EXPECT_SAYS(doubt(with({{"WEIR_CONFIG", "/no/such/weir.ini"}})), "offered: /no/such/weir.ini");
+  EXPECT_SAYS(possible_fault(with({{"WEIR_CONFIG", "/no/such/weir.ini"}})),
+              "offered: /no/such/weir.ini");
 }
 
-// A link to itself: nobody can find out whether the file exists.
+// A link to itself: whether the file exists cannot be determined.
 TEST_F(ConfigurationTest, AFileThatCannotBeSearchedForIsADoubt) {
   fs::create_symlink("weir.ini", folder_ / "home/.config/weir/weir.ini");
   const auto c = with({{"HOME", (folder_ / "home").string()}});
   EXPECT_TRUE(c.files()[0].found);
   EXPECT_FALSE(c.files()[0].read);
-  EXPECT_SAYS(doubt(c), "offered: " + c.files()[0].path);
-  EXPECT_SAYS(doubt(c), "symbolic links");
+  EXPECT_SAYS(possible_fault(c), "offered: " + c.files()[0].path);
+  EXPECT_SAYS(possible_fault(c), "symbolic links");
 }
 
 TEST_F(ConfigurationTest, AFileInAClosedFolderIsADoubt) {
@@ -196,8 +198,8 @@ TEST_F(ConfigurationTest, AFileInAClosedFolderIsADoubt) {
     ASSERT_EQ(seteuid(0), 0);
   }
   fs::permissions(folder_ / "home/.config/weir", fs::perms::owner_all);
-  EXPECT_SAYS(doubt(c), "offered: " + path);
-  EXPECT_SAYS(doubt(c), "Permission denied");
+  EXPECT_SAYS(possible_fault(c), "offered: " + path);
+  EXPECT_SAYS(possible_fault(c), "Permission denied");
 }
 
 // The user's file has precedence, and so do its faults.
@@ -205,8 +207,8 @@ TEST_F(ConfigurationTest, ADoubtIsAboutTheFilesUpToTheOneThatDecides) {
   const auto home = (folder_ / "home").string();
   const Variables first{{"HOME", home}};
   write("home/.config/weir/weir.ini", "[module\npath=/m\n[lua]\nsandbox=false\n");
-  EXPECT_SAYS(doubt(with(first)), "weir.ini:1: ");
-  EXPECT_SAYS(doubt(with(first), "module", "path"), "weir.ini:1: ");
+  EXPECT_SAYS(possible_fault(with(first)), "weir.ini:1: ");
+  EXPECT_SAYS(possible_fault(with(first), "module", "path"), "weir.ini:1: ");
 }
 
 TEST_F(ConfigurationTest, ListsWhatHasAnEffect) {

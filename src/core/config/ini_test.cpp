@@ -65,7 +65,7 @@ TEST(Ini, EscapesALineForTerminalsAndJson) {
   EXPECT_EQ(offered("b\xC2\x9B"), "b??") << "an order of eight bits";
   EXPECT_EQ(offered("\xFF\xC3:\x80\xE2\x82"), "??:???");
   EXPECT_EQ(offered("\xC0\xAF\xED\xA0\x80\xF4\x90\x80\x80\xE0\x80\xAF"), "????????????")
-      << "overlong, surrogates, behind the last";
+      << "overlong, surrogates, beyond the last";
   EXPECT_EQ(offered(std::string(60, 'a')), std::string(60, 'a'));
   EXPECT_EQ(offered(std::string(59, 'a') + "\xC3\xBC"), std::string(59, 'a') + "...")
       << "no half character";

@@ -34,13 +34,13 @@ const weir_engine* engine_called(const infer::ModuleTables& tables, std::string_
 
 Error unknown(const std::string& name, const std::string& library) {
   const std::string close = nearest(name, classes().names());
-  const std::string behind = library.empty() ? "" : "," + library;
-  const std::string fix = !close.empty()    ? "framework=cpp model=" + close + behind
+  const std::string library_option = library.empty() ? "" : "," + library;
+  const std::string fix = !close.empty()    ? "framework=cpp model=" + close + library_option
                           : library.empty() ? "framework=cpp model=" + name + ",/path/to/lib.so"
                                             : "WEIR_FILTER_CLASS or WEIR_ENGINE in the library";
   return Error{.code = Code::CALLBACK_UNKNOWN,
                .what = "no filter class has this name",
-               .offered = "framework=cpp model=" + name + behind,
+               .offered = "framework=cpp model=" + name + library_option,
                .needed = classes().one_of() +
                          (library.empty() ? "" : "; or an engine of this name in " + library),
                .difference = close.empty() ? "" : "did you mean " + close + "?",

@@ -128,9 +128,9 @@ Error NamedFilter::failed(int result, weir_error* error) const {
                  .what = "the filter " + name_ + " failed without an error message",
                  .offered = "it returned " + std::to_string(result),
                  .needed = "0; above 0 to drop the frame; below 0 after host->fail with a message"};
-  Error said = infer::take_error(error, result, "");
-  said.what = "the filter " + name_ + " failed: " + said.what;
-  return said;
+  Error failure = infer::take_error(error, result, "");
+  failure.what = "the filter " + name_ + " failed: " + failure.what;
+  return failure;
 }
 
 Status NamedFilter::resolve(std::span<const weir_tensor_info> in, std::span<weir_tensor_info> out) {

@@ -22,7 +22,7 @@ namespace {
 int answer(const weir_host* host, const weir_frame*, weir_frame*, void* data, weir_error* error) {
   const int wanted = *static_cast<int*>(data);
   if (wanted > 100)
-    return host->fail(error, wanted, "as ordered", "this", "that", "here", "mend it");
+    return host->fail(error, wanted, "as ordered", "this", "that", "here", "correct it");
   return wanted;
 }
 
@@ -122,11 +122,11 @@ TEST(NamedFilter, ReportsWhyItFailed) {
   ASSERT_TRUE(filter);
   weir_frame frame{};
   description.data = WEIR_SPEC_MISMATCH;
-  const auto said = (*filter)->invoke(frame, frame);
-  ASSERT_FALSE(said);
-  EXPECT_EQ(said.error().message(),
+  const auto outcome = (*filter)->invoke(frame, frame);
+  ASSERT_FALSE(outcome);
+  EXPECT_EQ(outcome.error().message(),
             "WEIR-2001: the filter broken failed: as ordered\n  offered: this\n  needed: that\n"
-            "  first difference: here\n  fix: mend it");
+            "  first difference: here\n  fix: correct it");
   description.data = -22;
   const auto silent = (*filter)->invoke(frame, frame);
   ASSERT_FALSE(silent);
@@ -150,14 +150,14 @@ TEST(NamedFilter, IsReleasedOnceWithItsLastUser) {
   auto used = find_filter("counted");
   ASSERT_TRUE(used);
   EXPECT_EQ(weir_filter_unregister("counted"), WEIR_OK);
-  EXPECT_EQ(counted.released, 0) << "somebody has it";
+  EXPECT_EQ(counted.released, 0) << "it is in use";
   used->reset();
   EXPECT_EQ(counted.released, 1);
   EXPECT_EQ(weir_filter_unregister("counted"), -WEIR_CALLBACK_UNKNOWN);
   EXPECT_EQ(weir_filter_unregister(nullptr), -WEIR_CALLBACK_UNKNOWN);
   ASSERT_EQ(weir_filter_register("counted", &counted.filter, nullptr), WEIR_OK);
   EXPECT_EQ(weir_filter_unregister("counted"), WEIR_OK);
-  EXPECT_EQ(counted.released, 2) << "at once where nobody has it";
+  EXPECT_EQ(counted.released, 2) << "at once if it is unused";
 }
 
 TEST(NamedFilter, UnknownNameIsReported) {

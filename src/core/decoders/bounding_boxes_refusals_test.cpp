@@ -1,4 +1,4 @@
-// Options, files and tensors that bounding_boxes refuses, by the words of the errors; and numbers
+// Options, files and tensors that bounding_boxes rejects, with their error texts; and numbers
 // that it survives.
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #include <unistd.h>
@@ -286,7 +286,7 @@ TEST(BoundingBoxesRefusals, AFrameOfTheWrongSizeIsAnError) {
   tensor.bytes.pop_back();
   TestDecoder decoder(kMode, options_of("yolov10", "", 0));
   decoder.decode({tensor});
-  EXPECT_SAYS(decoder.error, "WEIR-2004: the frame has another size than its shape says");
+  EXPECT_SAYS(decoder.error, "WEIR-2004: the frame does not have the size of its shape");
   EXPECT_SAYS(decoder.error, "offered: 7199 bytes");
 }
 

@@ -195,7 +195,7 @@ class ImageSegment {
     return Failure({.code = Code::SPEC_MISMATCH,
                     .what = "a depth is not a finite number",
                     .offered = place(value, pixel),
-                    .needed = "finite depths, of which the greatest becomes white",
+                    .needed = "finite depths; the greatest becomes white",
                     .fix = "tensor_transform mode=clamp option=0:1000 limits infinite depths; "
                            "not-a-number is a fault of the model"});
   }

@@ -41,7 +41,7 @@ std::span<const float> TensorValues::read(const weir_tensor& tensor) {
   const size_t count = element_count(tensor.info);
   if (!tensor.data || tensor.bytes != count * element_bytes(tensor.info.type))
     throw Failure({.code = Code::FRAME_SIZE,
-                   .what = "the frame has another size than its shape says",
+                   .what = "the frame does not have the size of its shape",
                    .offered = std::to_string(tensor.data ? tensor.bytes : 0) + " bytes",
                    .needed = describe(tensor.info)});
   const bool is_aligned = reinterpret_cast<uintptr_t>(tensor.data) % alignof(float) == 0;

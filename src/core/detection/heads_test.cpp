@@ -53,7 +53,7 @@ TEST(SsdPostprocessed, ScalesAndClampsTheBox) {
                                  .row = 0}));
 }
 
-TEST(SsdPostprocessed, ReadsAsManyRowsAsTheCountSays) {
+TEST(SsdPostprocessed, ReadsAsManyRowsAsTheCountDeclares) {
   const std::vector<float> boxes{0, 0, 1, 1, 0, 0, 1, 1}, classes{0, 1}, scores{1, 1};
   const std::pair<float, size_t> counts[] = {{0, 0},     {1, 1},  {2, 2},         {3, 2},
                                              {1e30f, 2}, {-1, 0}, {kInfinity, 2}, {kNan, 0}};

@@ -43,8 +43,8 @@ bool same_shapes(const Infos& a, const Infos& b) {
 struct DirectModel::Job {
   Inputs inputs;
   Results results;
-  bool ended = false, left_behind = false;  // guarded by the core's mutex
-  Result<bool> answer = false;              // once it has ended
+  bool ended = false, abandoned = false;  // guarded by the core's mutex
+  Result<bool> answer = false;            // once it has ended
 
   Result<bool> run(infer::Session& session) {
     weir_frame in{};
@@ -79,7 +79,7 @@ struct DirectModel::Core {
   const std::unique_ptr<infer::Session> session;
   mutable std::mutex mutex;  // guards turn, limit, inputs, outputs; never held in the engine
   std::condition_variable free;
-  enum class Turns { Free, Taken, LeftBehind } turn = Turns::Free;
+  enum class Turns { Free, Taken, Abandoned } turn = Turns::Free;
   Limit limit{0};
   Infos inputs, outputs;  // set by reshape(); written by the owner of the turn
   // For the owner of the turn:
@@ -118,7 +118,7 @@ class DirectModel::Turn {
       refusal_ = no_answer("another call of the model did not return in time", limit_);
       return;
     }
-    if (core_->turn == Core::Turns::LeftBehind) {
+    if (core_->turn == Core::Turns::Abandoned) {
       refusal_ = no_answer("the model is still running an invoke that timed out", limit_);
       return;
     }
@@ -148,13 +148,13 @@ class DirectModel::Turn {
       std::lock_guard lock(core->mutex);
       job->answer = std::move(answer);
       job->ended = true;
-      if (job->left_behind) core->give_back();
+      if (job->abandoned) core->give_back();
     };
     core_->thread->run(call, deadline_ - Clock::now());
     std::lock_guard lock(core_->mutex);
     if (job->ended) return job->answer;
-    job->left_behind = true;
-    core_->turn = Core::Turns::LeftBehind;
+    job->abandoned = true;
+    core_->turn = Core::Turns::Abandoned;
     held_ = false;
     return no_answer("the model timed out", limit_);
   }

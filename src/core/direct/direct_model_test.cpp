@@ -28,7 +28,7 @@ TEST_F(DirectTest, KeepsTheShapeOfReshape) {
   const auto outcome = model->invoke(std::array{lend(x)});
   ASSERT_TRUE(outcome) << outcome.error().message();
   EXPECT_EQ(values(outcome->results), (Values{2, 3, 4, 5}));
-  EXPECT_EQ(TestModel::resolves, 1) << "the same shapes are not asked for again";
+  EXPECT_EQ(TestModel::resolves, 1) << "the same shapes are not resolved again";
 }
 
 TEST_F(DirectTest, AShapeInTheCallDoesNotStay) {

@@ -94,19 +94,19 @@ Result<std::vector<weir_tensor_info>> described_inputs(
   std::vector<weir_tensor_info> out = current;
   for (size_t i = 0; i < given.size(); ++i) {
     if (auto status = check_type(given[i], declared[i], "input", i); !status) return status.error();
-    const weir_tensor_info& wish = given[i].info;
-    out[i].type = wish.type;
-    if (wish.rank <= WEIR_RANK_LIMIT) {
-      const std::string difference = shape_difference(wish, declared[i]);
-      if (!difference.empty() || !is_fixed(wish))
+    const weir_tensor_info& requested = given[i].info;
+    out[i].type = requested.type;
+    if (requested.rank <= WEIR_RANK_LIMIT) {
+      const std::string difference = shape_difference(requested, declared[i]);
+      if (!difference.empty() || !is_fixed(requested))
         return Error{
             .code = Code::SPEC_MISMATCH,
             .what = place_text("input", i, declared[i]) + " has a different shape than the model's",
-            .offered = to_string(wish),
+            .offered = to_string(requested),
             .needed = to_string(declared[i]),
             .difference = difference.empty() ? "an extent is unknown" : difference};
-      out[i].rank = wish.rank;
-      std::memcpy(out[i].shape, wish.shape, sizeof wish.shape);
+      out[i].rank = requested.rank;
+      std::memcpy(out[i].shape, requested.shape, sizeof requested.shape);
     } else if (!is_fixed(out[i])) {
       return left_open(i, declared[i]);
     }
@@ -125,25 +125,26 @@ Result<std::vector<weir_tensor_info>> reshaped(const std::vector<weir_tensor_inf
                  .difference = "number of tensors"};
   std::vector<weir_tensor_info> out = declared;
   for (size_t i = 0; i < out.size(); ++i) {
-    const weir_tensor_info& wish = wanted[i];
-    if (wish.type < WEIR_TYPE_END) {
+    const weir_tensor_info& requested = wanted[i];
+    if (requested.type < WEIR_TYPE_END) {
       weir_tensor typed{};
-      typed.info.type = out[i].type = wish.type;
+      typed.info.type = out[i].type = requested.type;
       if (auto status = check_type(typed, declared[i], "input", i); !status) return status.error();
     }
-    if (wish.rank > WEIR_RANK_LIMIT) continue;
-    std::string difference = shape_difference(wish, declared[i]);
-    for (uint32_t axis = 0; axis < wish.rank && difference.empty(); ++axis)
-      if (wish.shape[axis] < 1)
-        difference = "axis " + std::to_string(axis) + " is " + std::to_string(wish.shape[axis]);
+    if (requested.rank > WEIR_RANK_LIMIT) continue;
+    std::string difference = shape_difference(requested, declared[i]);
+    for (uint32_t axis = 0; axis < requested.rank && difference.empty(); ++axis)
+      if (requested.shape[axis] < 1)
+        difference =
+            "axis " + std::to_string(axis) + " is " + std::to_string(requested.shape[axis]);
     if (!difference.empty())
       return Error{.code = Code::SPEC_MISMATCH,
                    .what = place_text("input", i, declared[i]) + " cannot have this shape",
-                   .offered = shape_text(wish),
+                   .offered = shape_text(requested),
                    .needed = to_string(declared[i]),
                    .difference = difference};
-    out[i].rank = wish.rank;
-    std::memcpy(out[i].shape, wish.shape, sizeof wish.shape);
+    out[i].rank = requested.rank;
+    std::memcpy(out[i].shape, requested.shape, sizeof requested.shape);
   }
   return out;
 }

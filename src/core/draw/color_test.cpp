@@ -52,7 +52,7 @@ TEST(DrawColor, UsesTheWholeRangeWhereThePictureDoes) {
   EXPECT_EQ(samples_of(studio, {255, 255, 255})[0], 235);
 }
 
-TEST(DrawColor, LiesInEachFormatWhereItsLanesAre) {
+TEST(DrawColor, IsPlacedInEachFormatWhereItsLanesAre) {
   const Rgb color{1, 2, 3};
   const auto first_pixel = [&](const char* format) {
     const auto paint =
@@ -77,7 +77,7 @@ TEST(DrawColor, OfNeighbouringClassesIsFarApart) {
   class_color(UINT64_MAX);
 }
 
-TEST(DrawColor, OfTextStandsOutFromItsGround) {
+TEST(DrawColor, OfTextContrastsWithItsBackground) {
   EXPECT_EQ(text_color({255, 255, 0}), (Rgb{0, 0, 0}));
   EXPECT_EQ(text_color({0, 0, 255}), (Rgb{255, 255, 255}));
 }

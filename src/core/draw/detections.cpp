@@ -90,12 +90,11 @@ void add_row(std::span<const float> row, const SourceMap* map, Detections* out) 
 }
 
 Error wrong_number_of_maps(size_t maps, uint64_t rows) {
-  return Error{
-      .code = Code::SPEC_MISMATCH,
-      .what = "results have a number of source maps that is neither 1 nor the number of rows",
-      .offered = std::to_string(maps) + " source maps",
-      .needed = "one, or one for each of " + std::to_string(rows) + " rows",
-      .fix = "tensor_overlay coordinates=picture"};
+  return Error{.code = Code::SPEC_MISMATCH,
+               .what = "the number of source maps differs from the number of rows",
+               .offered = std::to_string(maps) + " source maps",
+               .needed = "one, or one for each of " + std::to_string(rows) + " rows",
+               .fix = "tensor_overlay coordinates=picture"};
 }
 
 }  // namespace

@@ -40,7 +40,7 @@ TEST(Detections, HaveWhatTheirRowsHave) {
   EXPECT_EQ(ten.points[1].y, 4);
 }
 
-TEST(Detections, OfZerosIsNobody) {
+TEST(Detections, OfZerosIsBackground) {
   EXPECT_TRUE(read(6, {0, 0, 0, 0, 0, 0})->rows.empty());
   EXPECT_EQ(read(6, {1, 1, 2, 2, -1, 0})->left_out.background, 1u);
   EXPECT_EQ(read(4, {0, 0, 0, 0})->left_out.without_area, 1u);
@@ -101,7 +101,7 @@ TEST(Detections, GoBackToThePictureByItsMap) {
   EXPECT_EQ(upright.rows[0].y2, 3);
 }
 
-TEST(Detections, HaveOneWayBackEachOrOneForAll) {
+TEST(Detections, HaveOneSourceMapEachOrOneForAll) {
   SourceMap first, second;
   second.x0 = 10;
   const auto both = *read(4, {0, 0, 1, 1, 0, 0, 1, 1}, {first, second});

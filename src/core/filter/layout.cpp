@@ -14,7 +14,7 @@ namespace weir {
 
 std::vector<uint32_t> parse_layout_list(std::string_view text, const std::string& property,
                                         std::optional<Error>* warning) {
-  static constexpr std::array<std::pair<std::string_view, uint32_t>, 4> kWords{
+  static constexpr std::array<std::pair<std::string_view, uint32_t>, 4> kLayoutNames{
       {{"NCHW", WEIR_LAYOUT_NCHW},
        {"NHWC", WEIR_LAYOUT_NHWC},
        {"ANY", WEIR_LAYOUT_ANY},
@@ -22,17 +22,17 @@ std::vector<uint32_t> parse_layout_list(std::string_view text, const std::string
   std::vector<uint32_t> out;
   if (strip(text).empty()) return out;
   for (const auto part : split(text, ",.")) {
-    const auto word = strip(part);
-    const auto known = std::find_if(kWords.begin(), kWords.end(), [word](const auto& entry) {
-      return equal_ignoring_case(entry.first, word);
-    });
-    out.push_back(known == kWords.end() ? uint32_t{WEIR_LAYOUT_NONE} : known->second);
-    if (known == kWords.end() && warning && !*warning)
+    const auto name = strip(part);
+    const auto known =
+        std::find_if(kLayoutNames.begin(), kLayoutNames.end(),
+                     [name](const auto& entry) { return equal_ignoring_case(entry.first, name); });
+    out.push_back(known == kLayoutNames.end() ? uint32_t{WEIR_LAYOUT_NONE} : known->second);
+    if (known == kLayoutNames.end() && warning && !*warning)
       *warning = Error{.code = Code::OPTION_VALUE,
                        .what = "a layout is unknown and is treated as NONE",
                        .offered = property + "=" + std::string(text),
                        .needed = "NCHW, NHWC, ANY or NONE for each tensor",
-                       .difference = "at \"" + std::string(word) + "\"",
+                       .difference = "at \"" + std::string(name) + "\"",
                        .fix = property + "=NHWC"};
   }
   return out;

@@ -191,21 +191,22 @@ Result<std::vector<ModelShape>> with_user_settings(std::vector<ModelShape> model
                  .needed = list_shapes(model),
                  .difference = "number of tensors"};
   for (size_t i = 0; i < n; ++i) {
-    TensorSpec wish;
-    wish.type = !types.empty() && i < element_types->size() ? (*element_types)[i] : model[i].type;
-    if (!dimensions.empty() && i < shapes->size()) wish.shape = (*shapes)[i];
+    TensorSpec requested;
+    requested.type =
+        !types.empty() && i < element_types->size() ? (*element_types)[i] : model[i].type;
+    if (!dimensions.empty() && i < shapes->size()) requested.shape = (*shapes)[i];
     ModelShape needed = model[i];
-    if (!wish.shape.valid()) needed.rank_known = false;
-    const std::string diff = difference(i, wish, needed);
+    if (!requested.shape.valid()) needed.rank_known = false;
+    const std::string diff = difference(i, requested, needed);
     if (!diff.empty())
       return Error{.code = Code::SPEC_MISMATCH,
                    .what = property + " contradicts the model",
-                   .offered = wish.to_string(),
+                   .offered = requested.to_string(),
                    .needed = model[i].to_string(),
                    .difference = diff,
                    .fix = "omit " + property + ": the model declares it"};
-    if (wish.shape.valid()) model[i] = filled(model[i], wish);
-    model[i].type = wish.type;
+    if (requested.shape.valid()) model[i] = filled(model[i], requested);
+    model[i].type = requested.type;
   }
   return model;
 }

@@ -26,7 +26,7 @@ TEST(Throttle, AcceptsEveryFrameWithoutALimit) {
   Throttle throttle;
   EXPECT_FALSE(throttle.limited());
   EXPECT_EQ(taken(throttle, 4, kMs, 100 * kMs), (std::vector<int>{0, 1, 2, 3}))
-      << "a slow model alone drops nothing";
+      << "a slow model without a throttle drops nothing";
 }
 
 TEST(Throttle, AcceptsOneFramePerDelay) {
@@ -75,7 +75,7 @@ TEST(Throttle, CountsFromTheFrameBeforeTheLimitCame) {
   EXPECT_FALSE(throttle.refuses(200 * kMs, {}, 0));
 }
 
-TEST(Throttle, StandsStillWhenTimeGoesBackwards) {
+TEST(Throttle, IgnoresTimeThatGoesBackwards) {
   Throttle throttle;
   throttle.limit(200 * kMs);
   EXPECT_FALSE(throttle.refuses(1000 * kMs, {}, 0));
@@ -112,9 +112,9 @@ TEST(Throttle, AgreesWithAPlainModelOnRandomStreams) {
     uint64_t delay = 0, accumulated = 0, time = random() % kMs, before = time;
     for (int i = 0; i < 100; ++i) {
       if (random() % 20 == 0) {
-        const uint64_t heard = 1 + random() % (100 * kMs);
-        throttle.limit(heard);
-        delay = delay == 0 ? heard : std::min(delay, heard);
+        const uint64_t received = 1 + random() % (100 * kMs);
+        throttle.limit(received);
+        delay = delay == 0 ? received : std::min(delay, received);
       }
       const uint64_t latency = random() % 3 == 0 ? random() % (100 * kMs) : 0;
       const auto refused = throttle.refuses(time, 5 * kMs, latency);

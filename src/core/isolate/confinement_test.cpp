@@ -160,14 +160,14 @@ TEST(Worker, NeverOutlivesItsPipeline) {
     ASSERT_EQ(posix_spawn(&child, self.c_str(), &actions, nullptr, arguments, environ), 0);
     posix_spawn_file_actions_destroy(&actions);
   }
-  std::string said;
+  std::string text;
   char part[256];
   for (ssize_t got = 0; (got = read(read_end.get(), part, sizeof part)) > 0;)
-    said.append(part, static_cast<size_t>(got));  // until EOF: the worker has this pipe too
+    text.append(part, static_cast<size_t>(got));  // until EOF: the worker has this pipe too
   waitpid(child, nullptr, 0);
-  const size_t at = said.find("worker=");
-  ASSERT_NE(at, std::string::npos) << said;
-  const auto worker = static_cast<pid_t>(std::atol(said.c_str() + at + 7));
+  const size_t at = text.find("worker=");
+  ASSERT_NE(at, std::string::npos) << text;
+  const auto worker = static_cast<pid_t>(std::atol(text.c_str() + at + 7));
   const Descriptor process(pidfd_open(worker, 0));
   if (!process) return;  // already gone
   pollfd watched{process.get(), POLLIN, 0};

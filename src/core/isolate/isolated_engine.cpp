@@ -103,7 +103,7 @@ Error IsolatedSession::ended(Error error, const weir_frame* frame) {
   }
   last_end_ = error;
   supervisor_->ended();
-  monitor.tell(error);
+  monitor.report(error);
   return error;
 }
 

@@ -130,7 +130,7 @@ TEST_F(IsolatedTest, HasAProcessForEachSession) {
   EXPECT_NE(first, static_cast<uint64_t>(getpid()));
 }
 
-TEST_F(IsolatedTest, LeavesNoProcessBehind) {
+TEST_F(IsolatedTest, EndsEveryProcess) {
   ASSERT_TRUE(open());
   const auto id = static_cast<pid_t>(result_of({kProcess}));
   session_.reset();

@@ -56,7 +56,7 @@ class Monitor {
     std::lock_guard lock(mutex_);
     listener_ = std::move(listener);
   }
-  void tell(const Error& error) const {
+  void report(const Error& error) const {
     std::unique_lock lock(mutex_);
     const auto listener = listener_;
     lock.unlock();

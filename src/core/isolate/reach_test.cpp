@@ -391,7 +391,7 @@ TEST(ReachOfAnotherUser, IsTheSame) {
   int status = 0;
   ASSERT_EQ(waitpid(child, &status, 0), child);
   ASSERT_TRUE(WIFEXITED(status));
-  if (WEXITSTATUS(status) == kNoAccess) GTEST_SKIP() << "the build folder is root's alone";
+  if (WEXITSTATUS(status) == kNoAccess) GTEST_SKIP() << "only root can read the build folder";
   EXPECT_EQ(WEXITSTATUS(status), 0) << "as user 65534: see the failures above";
 }
 

@@ -163,7 +163,7 @@ void Supervisor::fail(const Error& error) {
   changed_.notify_all();
   if (first || error.code == Code::CANCELLED) return;
   monitor_->add(&MonitorCounts::not_started);
-  monitor_->tell(error);
+  monitor_->report(error);
 }
 
 }  // namespace weir::isolate

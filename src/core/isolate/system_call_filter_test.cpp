@@ -191,7 +191,8 @@ TEST_F(WorkerRules, NameNoOtherProcess) {
     EXPECT_EQ(answer_to(call, {kHigh | kOther}), EPERM) << call;
   }
   EXPECT_EQ(answer_to(SYS_sched_setattr, {0}), 0);
-  EXPECT_EQ(answer_to(SYS_sched_setattr, {kSelf}), EPERM) << "GLib then leaves its threads alone";
+  EXPECT_EQ(answer_to(SYS_sched_setattr, {kSelf}), EPERM)
+      << "GLib then does not change its threads";
   for (const long call : {SYS_kill, SYS_tgkill}) {
     EXPECT_EQ(answer_to(call, {kSelf}), 0);
     for (const uint64_t other : {kOther, uint64_t{0}, ~uint64_t{0}, kHigh, uint64_t(-kSelf)})

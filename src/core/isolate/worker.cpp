@@ -9,7 +9,7 @@ namespace {
 
 using namespace std::chrono_literals;
 
-constexpr auto kToClose = 2s, kToBeSeenEnding = 1s;
+constexpr auto kToClose = 2s, kToExit = 1s;
 constexpr int kOnce = 10;  // times the time-out of an invoke
 
 }  // namespace
@@ -39,7 +39,7 @@ Status Worker::open(int cancel) {
   confinement_.refused = hello.text();
   if (passage != Passage::Done || answer_.kind != Kind::Hello || !hello.complete() ||
       protocol != kProtocol) {
-    const auto end = process_->wait(passage == Passage::Ended ? kToBeSeenEnding : 0s);
+    const auto end = process_->wait(passage == Passage::Ended ? kToExit : 0s);
     return Error{.code = Code::WORKER_NOT_STARTED,
                  .what = "the worker program is not the weir-worker of this version",
                  .offered = WorkerProcess::program() + (end ? ": " + *end : ""),
@@ -107,7 +107,7 @@ Error Worker::lost(Passage passage, const std::string& doing) {
     process_->kill();
     return Error{.code = Code::CANCELLED, .what = "the work was cancelled " + doing};
   }
-  const auto end = process_->wait(kToBeSeenEnding);
+  const auto end = process_->wait(kToExit);
   if (!end) process_->kill();  // it closed its socket but still runs
   const std::string limit =
       settings_.memory_mib == 0

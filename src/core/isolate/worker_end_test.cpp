@@ -99,7 +99,7 @@ TEST_F(WorkerEnd, ByTheStopOfItsUserIsNoCrash) {
   const auto next = run({0});
   ASSERT_FALSE(next) << "there is none any more";
   EXPECT_SAYS(next.error().message(), "the element that uses the model was stopped");
-  EXPECT_EQ(wait_for_worker().error().code, Code::CANCELLED) << "shapes are not asked for either";
+  EXPECT_EQ(wait_for_worker().error().code, Code::CANCELLED) << "shapes are not resolved either";
   session_.reset();
   EXPECT_NE(kill(id, 0), 0) << "it is reaped";
   EXPECT_EQ(counts().ended + counts().timed_out + counts().restarted + counts().frames_lost, 0u);

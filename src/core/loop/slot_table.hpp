@@ -3,7 +3,7 @@
 // A slot exists while a writer or reader is attached to it and holds one frame. A writer waits
 // until a reader has taken the frame; a reader waits until there is one. Every event that can end a
 // wait wakes all who wait at the slot: frames, the end of either side, a flush, interrupt(), a move
-// to another slot. A writer or reader that waits while the other side has no one attached is
+// to another slot. A writer or reader that waits while the other side has no user is
 // reported once per slot. Frames are moved, never copied. No frame is destroyed and no callback
 // runs under the lock.
 // SPDX-License-Identifier: LGPL-2.1-or-later
@@ -22,7 +22,7 @@ namespace weir::loop {
 
 enum class Put {
   Stored,
-  Unwanted,     // every reader has ended, so nobody will take the frame
+  Unwanted,     // every reader has ended, so the frame will not be read
   Interrupted,  // interrupt(), or detached
 };
 enum class Take {
@@ -35,7 +35,7 @@ enum class Take {
 // The callback for an end that waits alone, called with the slot number after a delay, because the
 // other side may attach a moment later.
 struct Alone {
-  std::function<void(uint32_t)> tell = {};
+  std::function<void(uint32_t)> report = {};
   std::chrono::milliseconds after{1000};
 };
 
@@ -134,14 +134,14 @@ class SlotTable {
         if (ready(*slot_)) return slot_.get();
         const auto here = slot_;  // keeps the slot: a move may replace slot_ during the wait
         const auto is_alone = [&] { return slot_ == here && ((*here).*other_).open == 0; };
-        if (reported_ || !alone_.tell || !is_alone()) {
+        if (reported_ || !alone_.report || !is_alone()) {
           here->changed.wait(lock);
         } else if (here->changed.wait_for(lock, alone_.after) == std::cv_status::timeout &&
                    is_alone() && !interrupted_) {
           reported_ = true;
           const uint32_t index = index_;
           lock.unlock();
-          alone_.tell(index);
+          alone_.report(index);
           lock.lock();
         }
       }

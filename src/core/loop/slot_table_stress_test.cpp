@@ -77,7 +77,7 @@ TEST(SlotTableStress, ManyWritersAndReadersKeepEveryFrameOnce) {
 
 // A third thread does random things to both ends; finally everything is ended. Each stored frame
 // was taken or returned by a flush or by the removal of its slot.
-TEST(SlotTableStress, NoOrderOfEventsLeavesAWaiterBehind) {
+TEST(SlotTableStress, NoOrderOfEventsLeavesAWaiterBlocked) {
   for (const uint32_t seed : {1u, 2u, 3u, 4u, 5u, 6u, 7u, 8u}) {
     Table table;
     Table::Writer writer(table);

@@ -59,26 +59,26 @@ TEST_F(SlotsByNumber, ExistsFromTheFirstEndToTheLast) {
 
 // An end that waits alone is reported after a delay, once per slot, and keeps waiting.
 TEST_F(SlotsByNumber, ReportsAnEndWithoutAPeer) {
-  std::promise<uint32_t> told;
-  Table::Reader lonely(table, {[&](uint32_t slot) { told.set_value(slot); }, {}});
+  std::promise<uint32_t> reported;
+  Table::Reader lonely(table, {[&](uint32_t slot) { reported.set_value(slot); }, {}});
   lonely.attach(5);
   auto taken = std::async(std::launch::async, [&] { return lonely.take(); });
-  EXPECT_EQ(told.get_future().get(), 5u);
+  EXPECT_EQ(reported.get_future().get(), 5u);
   writer.attach(5);
   EXPECT_EQ(put(writer, 8), Put::Stored);
-  EXPECT_EQ(value_of(taken.get()), 8) << "a second word would have thrown";
+  EXPECT_EQ(value_of(taken.get()), 8) << "a second report would have thrown";
   writer.detach();
   lonely.interrupt();
   EXPECT_EQ(lonely.take().outcome, Take::Interrupted);
 }
 
 TEST_F(SlotsByNumber, ReportsAWriterWithoutAReader) {
-  std::promise<uint32_t> told;
-  Table::Writer lonely(table, {[&](uint32_t slot) { told.set_value(slot); }, {}});
+  std::promise<uint32_t> reported;
+  Table::Writer lonely(table, {[&](uint32_t slot) { reported.set_value(slot); }, {}});
   lonely.attach(2);
   EXPECT_EQ(put(lonely, 1), Put::Stored) << "the first has its place";
   auto second = std::async(std::launch::async, [&] { return put(lonely, 2); });
-  EXPECT_EQ(told.get_future().get(), 2u);
+  EXPECT_EQ(reported.get_future().get(), 2u);
   reader.attach(2);
   EXPECT_EQ(value_of(reader.take()), 1);
   EXPECT_EQ(second.get(), Put::Stored);
@@ -100,7 +100,7 @@ TEST_F(SlotsByNumber, KeepsAFrameForAReaderThatComesLater) {
   writer.end();
   reader.attach(0);
   EXPECT_EQ(value_of(reader.take()), 1);
-  EXPECT_EQ(reader.take().outcome, Take::Ended) << "the end comes behind what was written";
+  EXPECT_EQ(reader.take().outcome, Take::Ended) << "the end follows what was written";
 }
 
 TEST_F(SlotsByNumber, ReturnsTheUnreadFrameWhenItIsDestroyed) {
@@ -216,7 +216,7 @@ TEST_F(SlotsByNumber, AWaitContinuesInTheNewSlot) {
   EXPECT_FALSE(reader.move(9));
   put(there, 8);
   EXPECT_EQ(value_of(taken.get()), 8);
-  EXPECT_EQ(table.size(), 1u) << "slot 0 had nobody left";
+  EXPECT_EQ(table.size(), 1u) << "slot 0 had no user left";
 
   writer.attach(1);
   put(writer, 1);

@@ -82,12 +82,12 @@ size_t interleave_rows(std::span<const std::span<const std::byte>> inputs,
   if (blocks.size() < 2 || blocks.size() > kMostInputs || row > kVector) return 0;
   const size_t least = *std::min_element(blocks.begin(), blocks.end());
   if (least == 0) return 0;
-  const size_t behind = (kVector + least - 1) / least;
-  if (rows <= behind) return 0;
+  const size_t tail = (kVector + least - 1) / least;
+  if (rows <= tail) return 0;
   Interleaved plan;
   plan.row = row;
   plan.step = kVector / row;
-  plan.rows = (rows - behind) / plan.step * plan.step;
+  plan.rows = (rows - tail) / plan.step * plan.step;
   plan.out = reinterpret_cast<uint8_t*>(out);
   std::fill_n(plan.from[0], kMostInputs * kVector, uint8_t{0x80});
   size_t place = 0;

@@ -4,6 +4,8 @@
 
 #include <string>
 
+#include "weir/join.hpp"
+
 namespace weir::preprocess {
 namespace {
 
@@ -48,15 +50,12 @@ std::span<const PictureFormat> picture_formats() noexcept {
 }
 
 Result<PictureFormat> picture_format(std::string_view name) {
-  std::string known;
-  for (const auto& format : kFormats) {
+  for (const auto& format : kFormats)
     if (format.name == name) return format;
-    known += (known.empty() ? "" : ", ") + std::string(format.name);
-  }
   return Error{.code = Code::FORMAT_UNSUPPORTED,
                .what = "pictures of this format cannot be preprocessed",
                .offered = std::string(name),
-               .needed = known,
+               .needed = join(kFormats, ", ", [](const auto& format) { return format.name; }),
                .fix = "videoconvert ! tensor_preprocess"};
 }
 

@@ -66,7 +66,7 @@ Result<size_t> input_of(const card::Card& card, std::string_view wanted) {
   }
   if (wanted.empty())
     return Error{.code = Code::CARD_INVALID,
-                 .what = "the model card does not tell which input this picture is for",
+                 .what = "the model card does not state which input this picture is for",
                  .offered = card.path + ": " + std::to_string(card.inputs.size()) + " inputs",
                  .needed = "the name or number of one of them: " + names,
                  .fix = "card-input=0"};

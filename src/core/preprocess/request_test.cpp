@@ -150,7 +150,7 @@ TEST(Request, UsesTheNamedInputOfACard) {
   card.inputs[0].name = "1";  // a name takes precedence over a number
   EXPECT_EQ(size("1"), 30u);
   const auto open = refusal(with_card({}, card));
-  EXPECT_SAYS(open, "the model card does not tell which input this picture is for");
+  EXPECT_SAYS(open, "the model card does not state which input this picture is for");
   EXPECT_SAYS(open, "one of them: 0 or 1, 1 or right, 2");
   for (const char* none : {"3", "middle", "-1", "Right"}) {
     const auto text = refusal(with_card({}, card, none));

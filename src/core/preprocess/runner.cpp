@@ -56,7 +56,7 @@ Runner::Runner(size_t threads) {
 Runner::~Runner() {
   {
     std::lock_guard lock(mutex_);
-    ending_ = true;
+    stopping_ = true;
   }
   begun_.notify_all();
   for (auto& thread : threads_) thread.join();
@@ -117,8 +117,8 @@ void Runner::work(size_t part) {
     std::span<const Job> jobs;
     {
       std::unique_lock lock(mutex_);
-      begun_.wait(lock, [&] { return ending_ || frame_ != last; });
-      if (ending_) return;
+      begun_.wait(lock, [&] { return stopping_ || frame_ != last; });
+      if (stopping_) return;
       last = frame_;
       planes = planes_;
       jobs = jobs_;

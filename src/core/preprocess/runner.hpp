@@ -45,7 +45,7 @@ class Runner {
   std::span<const Job> jobs_;
   uint64_t frame_ = 0;
   size_t working_ = 0;
-  bool ending_ = false;
+  bool stopping_ = false;
   std::vector<std::thread> threads_;
 };
 

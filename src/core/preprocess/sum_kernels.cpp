@@ -89,37 +89,37 @@ void add_byte_pairs(const uint8_t* in, ptrdiff_t stride, [[maybe_unused]] ptrdif
     return hn::BitCast(d, hn::LoadU(bytes, in + static_cast<ptrdiff_t>(row) * stride + at));
   };
   // Combines the first samples, the second ones and the ones after the pair.
-  const auto weighted = [](auto first, auto second, auto behind) HWY_ATTR {
+  const auto weighted = [](auto first, auto second, auto after) HWY_ATTR {
     if constexpr (!cosited) return hn::Add(first, second);
     const auto both = hn::Add(first, second);
-    return hn::Add(hn::Add(both, hn::Add(both, both)), hn::Add(second, behind));
+    return hn::Add(hn::Add(both, hn::Add(both, both)), hn::Add(second, after));
   };
   // Combines the two adjacent pairs of one lane.
-  const auto together = [&](auto pairs, auto behind) HWY_ATTR {
+  const auto together = [&](auto pairs, auto after) HWY_ATTR {
     const auto x = hn::BitCast(wide, pairs);
     return weighted(hn::And(x, low_half), hn::ShiftRight<16>(x),
-                    hn::And(hn::BitCast(wide, behind), low_half));
+                    hn::And(hn::BitCast(wide, after), low_half));
   };
   // A co-sited sum needs to know which byte is the first sample: the low one in little endian.
   constexpr bool any_order = !cosited || std::endian::native == std::endian::little;
   if (step <= 2 && any_order)
     for (; done + lanes / step + (cosited ? 1 : 0) <= blocks; done += lanes / step) {
-      auto even = hn::Zero(d), odd = even, even_behind = even, odd_behind = even;
+      auto even = hn::Zero(d), odd = even, even_after = even, odd_after = even;
       for (size_t r = 0; r < rows; ++r) {
         const auto x = load(r, 2 * done * step);
         __builtin_prefetch(in + static_cast<ptrdiff_t>(r) * stride + next + 2 * done * step);
         even = hn::Add(even, hn::And(x, low));
         odd = hn::Add(odd, hn::ShiftRight<8>(x));
         if constexpr (!cosited) continue;
-        const auto behind = load(r, 2 * (done + 1) * step);
-        even_behind = hn::Add(even_behind, hn::And(behind, low));
-        odd_behind = hn::Add(odd_behind, hn::ShiftRight<8>(behind));
+        const auto after = load(r, 2 * (done + 1) * step);
+        even_after = hn::Add(even_after, hn::And(after, low));
+        odd_after = hn::Add(odd_after, hn::ShiftRight<8>(after));
       }
       if (step == 1)
-        hn::StoreU(weighted(even, odd, even_behind), d, out + done);
+        hn::StoreU(weighted(even, odd, even_after), d, out + done);
       else
-        hn::StoreU(hn::BitCast(d, hn::Or(together(even, even_behind),
-                                         hn::ShiftLeft<16>(together(odd, odd_behind)))),
+        hn::StoreU(hn::BitCast(d, hn::Or(together(even, even_after),
+                                         hn::ShiftLeft<16>(together(odd, odd_after)))),
                    d, out + 2 * done);
     }
   if (step > 2 && !cosited)

@@ -78,14 +78,14 @@ Tick FrameRate::skip_to(uint64_t time, Tick first) noexcept {
   return first;
 }
 
-std::optional<Tick> FrameRate::take_before(uint64_t behind, uint64_t max_duplication) noexcept {
+std::optional<Tick> FrameRate::take_before(uint64_t following, uint64_t max_duplication) noexcept {
   if (!held_ || tie_) return std::nullopt;
   const auto tick = next();
   if (!tick) return std::nullopt;
-  const uint64_t held = apart(*held_, tick->time), other = apart(behind, tick->time);
-  const bool between = tick->time > *held_ && tick->time < behind;
+  const uint64_t held = apart(*held_, tick->time), other = apart(following, tick->time);
+  const bool between = tick->time > *held_ && tick->time < following;
   if (between && max_duplication > 0 && std::min(held, other) > max_duplication)
-    return skip_to(behind - max_duplication, *tick);
+    return skip_to(following - max_duplication, *tick);
   if (held > other) return std::nullopt;
   tie_ = held == other;
   ++ticks_;

@@ -32,7 +32,7 @@ class FrameRate {
   // Call it until it returns nullopt. A tick takes the nearer frame. Ticks farther than
   // `max_duplication` from both frames are returned as one Tick without a frame; 0 = no limit.
   // Ticks beyond 64 bits do not exist.
-  std::optional<Tick> take_before(uint64_t behind, uint64_t max_duplication = 0) noexcept;
+  std::optional<Tick> take_before(uint64_t following, uint64_t max_duplication = 0) noexcept;
   // At the end: the next tick before `end` or, if `end` is unknown, not after the held frame.
   std::optional<Tick> take_at_end(std::optional<uint64_t> end) noexcept;
   // Replaces the held frame. The first frame's time is tick 0. Precondition: not earlier than

@@ -185,9 +185,9 @@ TEST(FrameRate, EndsWithTheTickThatIsDue) {
   FrameRate converter({10, 1});
   EXPECT_FALSE(converter.take_at_end(UINT64_MAX)) << "nothing is held";
   converter.hold(0);
-  EXPECT_TRUE(converter.take_at_end({})) << "tick 0 does not lie behind the frame";
+  EXPECT_TRUE(converter.take_at_end({})) << "tick 0 is not after the frame";
   EXPECT_FALSE(converter.take_at_end({}));
-  EXPECT_TRUE(converter.take_at_end(150 * kMillisecond)) << "tick 1 lies before the end";
+  EXPECT_TRUE(converter.take_at_end(150 * kMillisecond)) << "tick 1 is before the end";
   EXPECT_FALSE(converter.take_at_end(150 * kMillisecond));
   EXPECT_FALSE(converter.take_at_end(200 * kMillisecond)) << "the end itself is not before it";
 }

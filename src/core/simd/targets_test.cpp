@@ -30,7 +30,7 @@ TEST(SimdTargets, ATestChoosesOne) {
   for (const int64_t target : hwy::SupportedAndGeneratedTargets()) {
     hwy::SetSupportedTargetsForTest(target);
     EXPECT_EQ(hwy::SupportedTargets(), target);
-    EXPECT_FALSE(hwy::GetChosenTarget().IsInitialized()) << "it is chosen anew";
+    EXPECT_FALSE(hwy::GetChosenTarget().IsInitialized()) << "it is chosen again";
   }
   hwy::SetSupportedTargetsForTest(0);
 }

@@ -88,7 +88,7 @@ Error link_forbidden(const std::string& path) {
 struct Refused {
   std::mutex mutex;  // guards the rest
   std::map<std::string, Error> reasons;
-  std::set<std::string> told;
+  std::set<std::string> reported;
 };
 Refused& refused() {
   static auto& all = process::object<Refused>("nnstreamer-refused-files");
@@ -177,7 +177,7 @@ void open_all(Kind kind) {
 void log_once(const std::string& who, const std::string& message) {
   {
     std::lock_guard lock(refused().mutex);
-    if (!refused().told.insert(who + ": " + message).second) return;
+    if (!refused().reported.insert(who + ": " + message).second) return;
   }
   infer::host().log(WEIR_LOG_WARNING, who.c_str(), message.c_str());
 }

@@ -33,7 +33,7 @@ struct Consumer {
   virtual Status may_wait(QueueId waiting, const std::vector<QueueId>& empty) = 0;
   // `waiting` keeps waiting for `gaps`, which have received only gaps beyond its time for long.
   // Called at most once from start to stop.
-  virtual void waits_behind_gaps(QueueId waiting, const std::vector<QueueId>& gaps) = 0;
+  virtual void waits_for_gap_only_pads(QueueId waiting, const std::vector<QueueId>& gaps) = 0;
 };
 
 inline constexpr Clock::duration kGapPatience = std::chrono::seconds(1);
@@ -52,7 +52,7 @@ class Collector {
     options_ = options;
     backwards_ = backwards;
     max_wait_ = max_wait;
-    tell();
+    wake_all();
   }
   void start() {
     std::unique_lock lock(mutex_);
@@ -70,7 +70,7 @@ class Collector {
     queues_.clear_all(DropReason::Flush);
     flushing_.clear();
     output_flushes_ = false;
-    tell();
+    wake_all();
   }
 
   QueueId add() {
@@ -84,7 +84,7 @@ class Collector {
     std::unique_lock lock(mutex_);
     queues_.remove(id);
     std::erase(flushing_, id);
-    tell();
+    wake_all();
     return end_flush(lock);
   }
   void proceed() {
@@ -111,11 +111,11 @@ class Collector {
   // No frame before `end` will arrive.
   void gap(QueueId id, Time end) {
     std::unique_lock lock(mutex_);
-    const bool waited = a_head_waits_behind_gaps();
+    const bool waited = is_waiting_for_gap_only_pads();
     queues_.gap(id, end);
     work(lock);
     // Restarts the time-out of the waiting threads.
-    if (!waited && a_head_waits_behind_gaps()) tell();
+    if (!waited && is_waiting_for_gap_only_pads()) wake_all();
   }
   void end(QueueId id) {
     std::unique_lock lock(mutex_);
@@ -134,7 +134,7 @@ class Collector {
     if (!queue) return;
     queue->active = active;
     if (!active) queues_.drop_head(id, DropReason::Flush);
-    tell();
+    wake_all();
   }
 
   // Returns true for the first flushing queue: the caller then sends FLUSH_START downstream and
@@ -145,7 +145,7 @@ class Collector {
     if (!queues_.find(id)) return false;  // removed during the wait
     if (!is_flushing(id)) flushing_.push_back(id);
     queues_.drop_head(id, DropReason::Flush);
-    tell();
+    wake_all();
     if (output_flushes_) return false;
     flush_sender_ = std::this_thread::get_id();
     return output_flushes_ = true;
@@ -163,7 +163,7 @@ class Collector {
   void flush_sent() {
     std::lock_guard lock(mutex_);
     flush_sender_.reset();
-    tell();
+    wake_all();
   }
 
   // Calls `use` while no output is made, for everything but frames that a queue sends downstream.
@@ -221,7 +221,7 @@ class Collector {
     queues_.forget(DropReason::Flush);
     flow_ = kOk;
     linked_ = true;
-    tell();
+    wake_all();
     return true;
   }
   int refusal(QueueId id) {
@@ -273,7 +273,7 @@ class Collector {
     consumer_->refused(error);  // before other pads fail without a reason
     lock.lock();
     flow_ = kRefused;
-    tell();
+    wake_all();
     return kRefused;
   }
 
@@ -320,7 +320,7 @@ class Collector {
       });
       return true;
     }
-    if (step->changed && step->outcome == Outcome::Wait) tell();
+    if (step->changed && step->outcome == Outcome::Wait) wake_all();
     if (step->outcome == Outcome::Emit)
       run(lock, [&] { return consumer_->emit(std::move(step->emission)); });
     if (step->outcome == Outcome::End)
@@ -345,7 +345,7 @@ class Collector {
     if (!linked_) flow = kOk;
     // While one pad flushes, output lost downstream does not concern the others.
     if (flow != kOk && !(flow == kFlushing && !flushing_.empty())) flow_ = flow;
-    if (!all_may_sleep()) tell();
+    if (!all_may_sleep()) wake_all();
   }
   // After an output, waiting threads are woken only if one of them can do something.
   bool all_may_sleep() const {
@@ -372,36 +372,36 @@ class Collector {
     if (status) return true;
     flow_ = kRefused;
     queues_.drop_head(id, DropReason::Error);
-    tell();
+    wake_all();
     return false;
   }
 
   void wait(Lock& lock, const typename InputQueues<Frame>::InputQueue& queue) {
     const auto since = queue.arrived;
     const QueueId id = queue.id;
-    if (waited_behind_gaps(lock, id)) return;
+    if (waited_for_gap_only_pads(lock, id)) return;
     ++waiting_;
     std::optional<Clock::time_point> deadline;
     if (max_wait_ > Clock::duration::zero()) deadline = queues_.next_deadline(since, max_wait_);
     if (!deadline)
       changed_.wait(lock);
     else if (changed_.wait_until(lock, *deadline) == std::cv_status::timeout)
-      if (queues_.mark_missing(since, max_wait_, Clock::now())) tell();
+      if (queues_.mark_missing(since, max_wait_, Clock::now())) wake_all();
     --waiting_;
   }
   // Gaps that are not reported yet; empty with max-wait, which ends the wait.
   std::vector<QueueId> gaps_before(QueueId id) {
     if (gaps_reported_ || max_wait_ > Clock::duration::zero()) return {};
-    return queues_.waited_for_behind_gaps(options_.mode, id);
+    return queues_.gap_only_queues(options_.mode, id);
   }
-  bool a_head_waits_behind_gaps() {
+  bool is_waiting_for_gap_only_pads() {
     const auto& queues = queues_.all();
     return std::any_of(queues.begin(), queues.end(),
                        [this](const auto& queue) { return !gaps_before(queue.id).empty(); });
   }
   // A wait for pads that only send gaps may never end, so the user gets a message. Returns false if
   // this is not such a wait.
-  bool waited_behind_gaps(Lock& lock, QueueId id) {
+  bool waited_for_gap_only_pads(Lock& lock, QueueId id) {
     const uint64_t before = changes_;
     const auto gaps = gaps_before(id);
     if (gaps.empty()) return false;
@@ -411,11 +411,11 @@ class Collector {
     if (changes_ != before) return true;
     gaps_reported_ = true;
     lock.unlock();
-    consumer_->waits_behind_gaps(id, gaps);
+    consumer_->waits_for_gap_only_pads(id, gaps);
     lock.lock();
     return true;
   }
-  void tell() {
+  void wake_all() {
     ++changes_;
     changed_.notify_all();
   }

@@ -54,19 +54,19 @@ TEST_F(Collecting, AcceptsASingleFrameAboveTheBound) {
 TEST_F(Collecting, WaitsForAnOutputInProgressBeyondTheBound) {
   const QueueId a = collector.add(), b = collector.add(), c = collector.add();
   collector.configure({Mode::Refresh, {}, {}}, OnBackwardsTime::Pass, {}, 80);
-  const auto bring = [&](QueueId queue, int frame) {
+  const auto push = [&](QueueId queue, int frame) {
     return std::async(std::launch::async,
                       [=, this] { return collector.offer(queue, frame, 0, 20); });
   };
-  auto one = bring(a, 1), two = bring(b, 2), three = bring(c, 3);
+  auto one = push(a, 1), two = push(b, 2), three = push(c, 3);
   EXPECT_EQ(one.get() + two.get() + three.get(), kOk);
   const size_t before = out.count();  // each pad keeps a frame: 60
   out.hold = true;
-  auto making = bring(a, 4);
+  auto making = push(a, 4);
   EXPECT_TRUE(becomes_true([&] { return collector.bytes_held().second >= 80; }, "80 bytes held"));
-  auto next = bring(b, 5);
+  auto next = push(b, 5);
   wait_for_waiting(1);
-  auto beyond = bring(c, 6);
+  auto beyond = push(c, 6);
   wait_for_waiting(2);
   EXPECT_EQ(collector.bytes_held().first, 80u);
   out.hold = false;

@@ -34,7 +34,7 @@ struct Recorder : Consumer<int> {
     if (stalls) return Error{.code = Code::GRAPH_STALLS, .what = "stalls"};
     return ok();
   }
-  void waits_behind_gaps(QueueId, const std::vector<QueueId>&) override {}
+  void waits_for_gap_only_pads(QueueId, const std::vector<QueueId>&) override {}
   size_t count() {
     std::lock_guard lock(mutex);
     return rows.size();

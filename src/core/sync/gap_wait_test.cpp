@@ -18,13 +18,13 @@ struct Two {
     queues.add(2);
   }
   void head(QueueId id, Stamp time) { queues.put(id, 0, time, OnBackwardsTime::Pass); }
-  Ids waited_for(Mode mode) { return queues.waited_for_behind_gaps(mode, 1); }
+  Ids waited_for(Mode mode) { return queues.gap_only_queues(mode, 1); }
 
   Ledger ledger;
   InputQueues<int> queues{&ledger};
 };
 
-TEST(BehindGaps, IsAFrameWithATimeBeforeTheGaps) {
+TEST(WaitForGapOnlyPads, IsAFrameWithATimeBeforeTheGaps) {
   for (const Mode mode : {Mode::NoSync, Mode::BasePad}) {
     Two two;
     two.head(1, 30);
@@ -41,7 +41,7 @@ TEST(BehindGaps, IsAFrameWithATimeBeforeTheGaps) {
   }
 }
 
-TEST(BehindGaps, IsNoneIfThePolicyContinuesOnGaps) {
+TEST(WaitForGapOnlyPads, IsNoneIfThePolicyContinuesOnGaps) {
   for (const Mode mode : {Mode::Slowest, Mode::Refresh, Mode::Lateness}) {
     Two two;
     two.head(1, 30);
@@ -68,15 +68,15 @@ struct Listener : Consumer<int> {
   void end() override {}
   void refused(const Error&) override {}
   Status may_wait(QueueId, const std::vector<QueueId>&) override { return ok(); }
-  void waits_behind_gaps(QueueId waiting, const Ids& gaps) override {
-    told.set_value({waiting, gaps});  // throws on a second call
+  void waits_for_gap_only_pads(QueueId waiting, const Ids& gaps) override {
+    reported.set_value({waiting, gaps});  // throws on a second call
   }
 
   std::vector<std::vector<int>> rows;
-  std::promise<std::pair<QueueId, Ids>> told;
+  std::promise<std::pair<QueueId, Ids>> reported;
 };
 
-TEST(BehindGaps, AreReportedOnceAndStillWaitedFor) {
+TEST(WaitForGapOnlyPads, AreReportedOnceAndStillWaitedFor) {
   for (const Mode mode : {Mode::NoSync, Mode::BasePad}) {
     Ledger ledger;
     Listener out;
@@ -87,7 +87,7 @@ TEST(BehindGaps, AreReportedOnceAndStillWaitedFor) {
     auto offered = std::async(std::launch::async, [&] { return collector.offer(a, 1, 30); });
     EXPECT_TRUE(becomes_true([&] { return collector.waiting() > 0; }, "a frame that waits"));
     for (const Time end : {20, 40, 60}) collector.gap(b, end);
-    EXPECT_EQ(out.told.get_future().get(), (std::pair{a, Ids{b}})) << name_of(mode);
+    EXPECT_EQ(out.reported.get_future().get(), (std::pair{a, Ids{b}})) << name_of(mode);
     EXPECT_TRUE(out.rows.empty());
     EXPECT_EQ(collector.offer(b, 2, 70), kOk);
     EXPECT_EQ(offered.get(), kOk);

@@ -128,7 +128,7 @@ class InputQueues {
   void begin(QueueId id) {
     InputQueue* queue = find(id);
     if (!queue) return;
-    forget_asked();
+    forget_waits();
     queue->ended = queue->missing = false;
     queue->empty_since = Clock::now();
   }
@@ -180,7 +180,7 @@ class InputQueues {
   // Queues whose gaps extend beyond the time of the head of `waiting` but that must still be waited
   // for: nosync pairs by number, and basepad takes the first frame of a pad at any time. Empty if
   // another queue is waited for as well, or if a later gap is enough for the policy.
-  std::vector<QueueId> waited_for_behind_gaps(Mode mode, QueueId waiting) {
+  std::vector<QueueId> gap_only_queues(Mode mode, QueueId waiting) {
     std::vector<QueueId> out;
     const InputQueue* own = find(waiting);
     if (!own || !own->head || (mode != Mode::NoSync && mode != Mode::BasePad)) return out;
@@ -229,11 +229,11 @@ class InputQueues {
   }
 
  private:
-  void forget_asked() {
+  void forget_waits() {
     for (InputQueue& queue : queues_) queue.may_wait = false;
   }
   void pads_changed() {
-    forget_asked();
+    forget_waits();
     round_.need_set = true;
     round_.deciding.reset();
     round_.counted.clear();

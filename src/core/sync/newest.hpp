@@ -22,7 +22,7 @@ class Newest {
   // The oldest items are removed if more arrive ahead of their time.
   static constexpr size_t kMostHeld = 64;
 
-  void bring(int64_t time, Held item) {
+  void push(int64_t time, Held item) {
     std::lock_guard lock(mutex_);
     held_.push_back({std::move(item), time});
     if (held_.size() > kMostHeld) leave(1, &replaced_);

@@ -20,11 +20,11 @@ int value_at(Newest<int>* newest, int64_t time, uint64_t most_apart) {
 TEST(Newest, IsUsedUntilTheNextArrives) {
   Newest<int> newest;
   EXPECT_EQ(value_at(&newest, 5, 0), -1);
-  newest.bring(10, item(1));
+  newest.push(10, item(1));
   EXPECT_EQ(value_at(&newest, 10, 100), 1);
   EXPECT_EQ(value_at(&newest, 20, 100), 1);
-  newest.bring(30, item(2));
-  newest.bring(40, item(3));
+  newest.push(30, item(2));
+  newest.push(40, item(3));
   EXPECT_EQ(value_at(&newest, 41, 100), 3);
   const auto counts = newest.counts();
   EXPECT_EQ(counts.used, 2u);
@@ -34,7 +34,7 @@ TEST(Newest, IsUsedUntilTheNextArrives) {
 
 TEST(Newest, PrefersAFrameThatIsNotLater) {
   Newest<int> newest;
-  for (int i = 1; i <= 5; ++i) newest.bring(10 * i, item(i));
+  for (int i = 1; i <= 5; ++i) newest.push(10 * i, item(i));
   EXPECT_EQ(value_at(&newest, 5, 100), 1) << "the first of the later ones";
   EXPECT_EQ(value_at(&newest, 29, 100), 2);
   EXPECT_EQ(value_at(&newest, 30, 100), 3);
@@ -50,7 +50,7 @@ TEST(Newest, PrefersAFrameThatIsNotLater) {
 TEST(Newest, HoldsALimitedNumberOfEarlyFrames) {
   constexpr int kMany = static_cast<int>(Newest<int>::kMostHeld) + 3;
   Newest<int> newest;
-  for (int i = 0; i < kMany; ++i) newest.bring(i, item(i));
+  for (int i = 0; i < kMany; ++i) newest.push(i, item(i));
   EXPECT_EQ(newest.counts().replaced, 3u);
   EXPECT_EQ(newest.counts().waiting, Newest<int>::kMostHeld);
   EXPECT_EQ(value_at(&newest, 0, 0), 3);
@@ -59,7 +59,7 @@ TEST(Newest, HoldsALimitedNumberOfEarlyFrames) {
 
 TEST(Newest, IsTooFarBeyondItsAgeInBothDirections) {
   Newest<int> newest;
-  newest.bring(1000, item(1));
+  newest.push(1000, item(1));
   EXPECT_EQ(value_at(&newest, 1100, 100), 1);
   EXPECT_EQ(value_at(&newest, 1101, 100), -1);
   EXPECT_EQ(value_at(&newest, 900, 100), 1);
@@ -67,14 +67,14 @@ TEST(Newest, IsTooFarBeyondItsAgeInBothDirections) {
   EXPECT_EQ(value_at(&newest, INT64_MAX, 0), 1);
   EXPECT_EQ(value_at(&newest, kNoTime, 100), 1);
   newest.clear();
-  newest.bring(INT64_MAX, item(2));
+  newest.push(INT64_MAX, item(2));
   EXPECT_EQ(value_at(&newest, INT64_MIN + 1, UINT64_MAX), 2);
   EXPECT_EQ(value_at(&newest, INT64_MIN + 1, 1), -1);
 }
 
 TEST(Newest, WithoutATimeHasThatOfItsFirstUse) {
   Newest<int> newest;
-  newest.bring(kNoTime, item(1));
+  newest.push(kNoTime, item(1));
   EXPECT_EQ(value_at(&newest, 5000, 100), 1);
   EXPECT_EQ(value_at(&newest, 5100, 100), 1);
   EXPECT_EQ(value_at(&newest, 5101, 100), -1);
@@ -82,10 +82,10 @@ TEST(Newest, WithoutATimeHasThatOfItsFirstUse) {
 
 TEST(Newest, CountsReplacedFrames) {
   Newest<int> newest;
-  newest.bring(1, item(1));
+  newest.push(1, item(1));
   EXPECT_EQ(newest.counts().waiting, 1u);
   newest.clear();
-  newest.bring(2, item(2));
+  newest.push(2, item(2));
   EXPECT_EQ(value_at(&newest, 2, 0), 2);
   newest.clear();
   EXPECT_EQ(value_at(&newest, 2, 0), -1);
@@ -101,7 +101,7 @@ TEST(Newest, AddsUpWithTwoThreads) {
   constexpr int kMany = 20000;
   Newest<int> newest;
   std::thread bringing([&] {
-    for (int i = 0; i < kMany; ++i) newest.bring(i, item(i));
+    for (int i = 0; i < kMany; ++i) newest.push(i, item(i));
   });
   int last = -1;
   while (last < kMany - 1) {

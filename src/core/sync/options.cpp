@@ -15,15 +15,15 @@
 namespace weir::sync {
 namespace {
 
-struct Word {
+struct ModeName {
   const char* text;
   Mode mode;
   bool old = false;  // a name of the first publication
 };
-constexpr std::array kWords{
-    Word{"nosync", Mode::NoSync},      Word{"slowest", Mode::Slowest},
-    Word{"basepad", Mode::BasePad},    Word{"refresh", Mode::Refresh},
-    Word{"base", Mode::BasePad, true}, Word{"fastest", Mode::Refresh, true}};
+constexpr std::array kModeNames{
+    ModeName{"nosync", Mode::NoSync},      ModeName{"slowest", Mode::Slowest},
+    ModeName{"basepad", Mode::BasePad},    ModeName{"refresh", Mode::Refresh},
+    ModeName{"base", Mode::BasePad, true}, ModeName{"fastest", Mode::Refresh, true}};
 
 Error bad_option(std::string_view text, size_t place, const char* needed) {
   return Error{.code = Code::OPTION_SYNTAX,
@@ -37,18 +37,18 @@ Error bad_option(std::string_view text, size_t place, const char* needed) {
 }  // namespace
 
 std::string_view name_of(Mode mode) noexcept {
-  for (const Word& word : kWords)
-    if (word.mode == mode) return word.text;
+  for (const ModeName& name : kModeNames)
+    if (name.mode == mode) return name.text;
   return "";
 }
 
 Result<Mode> parse_mode(std::string_view text) {
   const std::string_view wanted = strip(text);
-  for (const Word& word : kWords)
-    if (equal_ignoring_case(word.text, wanted)) return word.mode;
+  for (const ModeName& name : kModeNames)
+    if (equal_ignoring_case(name.text, wanted)) return name.mode;
   std::vector<std::string> known;
-  known.reserve(std::size(kWords));
-  for (const Word& word : kWords) known.emplace_back(word.text);
+  known.reserve(std::size(kModeNames));
+  for (const ModeName& name : kModeNames) known.emplace_back(name.text);
   const std::string near = nearest(lower(wanted), known);
   return Error{.code = Code::MODE_UNKNOWN,
                .what = "sync-mode is unknown",
@@ -57,16 +57,16 @@ Result<Mode> parse_mode(std::string_view text) {
                .fix = near.empty() ? "" : "sync-mode=" + near};
 }
 
-std::optional<Error> old_word(std::string_view text) {
-  for (const Word& word : kWords)
-    if (word.old && equal_ignoring_case(word.text, strip(text)))
+std::optional<Error> old_name_warning(std::string_view text) {
+  for (const ModeName& name : kModeNames)
+    if (name.old && equal_ignoring_case(name.text, strip(text)))
       return Error{.code = Code::MODE_UNKNOWN,
-                   .what = "sync-mode=" + std::string(word.text) +
+                   .what = "sync-mode=" + std::string(name.text) +
                            " is an old name that NNStreamer 2.7 does not know; it is read as " +
-                           std::string(name_of(word.mode)),
+                           std::string(name_of(name.mode)),
                    .offered = std::string(text),
                    .needed = "nosync, slowest, basepad or refresh",
-                   .fix = "sync-mode=" + std::string(name_of(word.mode))};
+                   .fix = "sync-mode=" + std::string(name_of(name.mode))};
   return std::nullopt;
 }
 

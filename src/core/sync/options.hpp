@@ -19,7 +19,7 @@ std::string_view name_of(Mode mode) noexcept;  // "" for Lateness, which has no 
 // slower pads repeat their last frame). MODE_UNKNOWN for other names, with the nearest known one.
 Result<Mode> parse_mode(std::string_view text);
 // A note with MODE_UNKNOWN for a name of the first publication, which parse_mode() accepts.
-std::optional<Error> old_word(std::string_view text);
+std::optional<Error> old_name_warning(std::string_view text);
 
 struct Base {
   size_t pad = 0;  // in the order in which pads were requested

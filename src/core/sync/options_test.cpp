@@ -23,17 +23,17 @@ TEST(SyncOptions, AcceptsTheNamesOfTheFirstPublication) {
 
 TEST(SyncOptions, AnOldNameIsReportedWithTheCurrentOne) {
   for (const auto& [word, today] : {std::pair{"base", "basepad"}, {" Fastest", "refresh"}}) {
-    const auto told = old_word(word);
-    ASSERT_TRUE(told) << word;
-    EXPECT_EQ(told->code, Code::MODE_UNKNOWN);
-    EXPECT_EQ(told->offered, word);
+    const auto reported = old_name_warning(word);
+    ASSERT_TRUE(reported) << word;
+    EXPECT_EQ(reported->code, Code::MODE_UNKNOWN);
+    EXPECT_EQ(reported->offered, word);
     EXPECT_SAYS(
-        told->what,
+        reported->what,
         std::string("is an old name that NNStreamer 2.7 does not know; it is read as ") + today);
-    EXPECT_EQ(told->fix, std::string("sync-mode=") + today);
+    EXPECT_EQ(reported->fix, std::string("sync-mode=") + today);
   }
   for (const char* word : {"basepad", "refresh", "slowest", "nosync", "fast", ""})
-    EXPECT_FALSE(old_word(word)) << word;
+    EXPECT_FALSE(old_name_warning(word)) << word;
 }
 
 TEST(SyncOptions, ATypoIsReportedWithTheNearestName) {
@@ -45,7 +45,7 @@ TEST(SyncOptions, ATypoIsReportedWithTheNearestName) {
   EXPECT_SAYS(mode.error().needed, "nosync, slowest, basepad or refresh");
   for (const char* unlike : {"", "quick"}) {
     ASSERT_FALSE(parse_mode(unlike));
-    EXPECT_EQ(parse_mode(unlike).error().fix, "") << "no word was meant that is known";
+    EXPECT_EQ(parse_mode(unlike).error().fix, "") << "no known value is similar";
   }
 }
 

@@ -23,7 +23,7 @@ class SharedOutput {
   enum class Access {
     Denied,    // the input is closed
     Granted,   // this input also pushed last; call release()
-    Switched,  // another input pushed last, or this one was passed over; call release()
+    Switched,  // another input pushed last, or this one was skipped; call release()
   };
 
   // An input is closed before open() and after close(), while it is inactive or flushes.
@@ -46,8 +46,8 @@ class SharedOutput {
   Access acquire_as_active(const Input& input) {
     std::unique_lock lock(mutex_);
     if (!wait_for_turn(lock, input, true)) return Access::Denied;
-    const bool passed_over = std::exchange(passed_over_, false);
-    return std::exchange(last_, input) == input && !passed_over ? Access::Granted
+    const bool was_skipped = std::exchange(skipped_, false);
+    return std::exchange(last_, input) == input && !was_skipped ? Access::Granted
                                                                 : Access::Switched;
   }
   // Waits until the input is closed, is no longer active, or `over` returns true, but at most
@@ -67,7 +67,7 @@ class SharedOutput {
   // The input, which is not active, had something to send that the output does not get.
   void pass_over(const Input& input) {
     std::lock_guard lock(mutex_);
-    passed_over_ = passed_over_ || last_ == input;
+    skipped_ = skipped_ || last_ == input;
   }
   void release() {
     std::lock_guard lock(mutex_);
@@ -119,7 +119,7 @@ class SharedOutput {
   void reset() {
     std::lock_guard lock(mutex_);
     last_ = flushing_ = Input();
-    passed_over_ = false;
+    skipped_ = false;
     changed_.notify_all();
   }
 
@@ -171,7 +171,7 @@ class SharedOutput {
   std::vector<Waiter> waiting_;  // in order of arrival
   uint64_t next_ticket_ = 0;
   Input last_{}, flushing_{};  // last_: the input that pushed last
-  bool passed_over_ = false;   // last_ was passed over since it pushed
+  bool skipped_ = false;       // last_ was skipped since it pushed
   bool in_use_ = false, stops_flush_ = false;
   std::optional<std::thread::id> sender_;  // the thread that sends FLUSH_START or FLUSH_STOP
 };

@@ -103,7 +103,7 @@ TEST_F(SharedOutputTest, ASkippedInputIsSwitchedToAgain) {
   EXPECT_EQ(output.acquire_as_active(1), Access::Switched);
   output.release();
   output.pass_over(2);
-  EXPECT_EQ(output.acquire_as_active(1), Access::Granted) << "another one was passed over";
+  EXPECT_EQ(output.acquire_as_active(1), Access::Granted) << "another one was skipped";
   output.release();
   output.pass_over(1);
   EXPECT_EQ(output.acquire_as_active(1), Access::Switched);

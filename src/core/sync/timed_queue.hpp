@@ -28,7 +28,7 @@ template <class Item>
 class TimedQueue {
  public:
   // Beyond the limit, removes the oldest item. More items may follow after end().
-  void bring(int64_t time, Item item) {
+  void push(int64_t time, Item item) {
     std::lock_guard lock(mutex_);
     if (flushing_) {
       ++unused_;

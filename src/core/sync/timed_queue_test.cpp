@@ -17,7 +17,7 @@ constexpr std::chrono::nanoseconds kLong = std::chrono::minutes(2);
 TEST(TimedQueue, GivesTheItemOfTheSameTime) {
   TimedQueue<Items> queue;
   Items out;
-  for (const int64_t time : {10, 20, 40}) queue.bring(time, {time});
+  for (const int64_t time : {10, 20, 40}) queue.push(time, {time});
   EXPECT_EQ(queue.take(20, kLong, &out), Outcome::Found);
   EXPECT_EQ(out, (Items{20}));
   EXPECT_EQ(queue.unused(), 1u);
@@ -40,7 +40,7 @@ TEST(TimedQueue, DoesNotWaitForItemsThatCannotArrive) {
   queue.flush(true);
   EXPECT_EQ(queue.take(2, kLong, &out), Outcome::Flushed);
   queue.flush(false);
-  queue.bring(3, {});
+  queue.push(3, {});
   EXPECT_EQ(queue.take(3, kLong, &out), Outcome::Found);
 }
 
@@ -51,7 +51,7 @@ TEST(TimedQueue, WaitsForAnotherThread) {
       if (time % 3 == 0)
         queue.advance(time + 1);
       else
-        queue.bring(time, {time});
+        queue.push(time, {time});
     }
     queue.end();
   });
@@ -73,10 +73,10 @@ TEST(TimedQueue, WaitsForAnotherThread) {
 
 TEST(TimedQueue, CountsItemsThatArriveDuringAFlush) {
   TimedQueue<Items> queue;
-  queue.bring(1, {1});
+  queue.push(1, {1});
   EXPECT_EQ(queue.waiting(), 1u);
   queue.flush(true);
-  queue.bring(2, {2});
+  queue.push(2, {2});
   EXPECT_EQ(queue.waiting(), 1u);
   EXPECT_EQ(queue.unused(), 1u);
   queue.clear();
@@ -89,14 +89,14 @@ TEST(TimedQueue, StartsAgainAfterItsEnd) {
   Items out;
   queue.end();
   EXPECT_EQ(queue.take(1, kLong, &out), Outcome::None);
-  queue.bring(2, {2});
+  queue.push(2, {2});
   EXPECT_EQ(queue.take(2, kLong, &out), Outcome::Found);
   EXPECT_EQ(queue.take(3, std::chrono::nanoseconds(1), &out), Outcome::Late);
 }
 
 TEST(TimedQueue, IsBounded) {
   TimedQueue<Items> queue;
-  for (size_t i = 0; i < kTimedQueueLimit + 5; ++i) queue.bring(static_cast<int64_t>(i), {});
+  for (size_t i = 0; i < kTimedQueueLimit + 5; ++i) queue.push(static_cast<int64_t>(i), {});
   EXPECT_EQ(queue.unused(), 5u);
   Items out;
   EXPECT_EQ(queue.take(4, kLong, &out), Outcome::None);

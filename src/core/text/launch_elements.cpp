@@ -165,12 +165,12 @@ class Scanner {
   bool assignment() {
     const size_t end = identifier_end(at_), equals = blanks_end(end);
     if (!has(equals, "=")) return false;
-    const size_t value = blanks_end(equals + 1), behind = value_end(value);
-    if (behind == value) return false;
+    const size_t value = blanks_end(equals + 1), value_end_at = value_end(value);
+    if (value_end_at == value) return false;
     out_.properties.push_back({out_.factories.empty() ? "" : out_.factories.back(),
                                std::string(text_.substr(at_, end - at_)),
-                               plain_value(text_.substr(value, behind - value))});
-    at_ = behind;
+                               plain_value(text_.substr(value, value_end_at - value))});
+    at_ = value_end_at;
     return true;
   }
 

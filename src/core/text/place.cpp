@@ -9,7 +9,7 @@ namespace {
 
 constexpr size_t kWhole = 100;  // texts up to this size in bytes are shown whole
 constexpr size_t kBefore = 50;  // bytes shown before and after the position in a longer one
-constexpr size_t kBehind = 40;
+constexpr size_t kAfter = 40;
 
 bool begins_character(char c) noexcept {
   return (static_cast<unsigned char>(c) & 0xC0U) != 0x80U;
@@ -32,7 +32,7 @@ std::string place_in(std::string_view text, size_t position) {
   size_t end = text.size();
   if (text.size() > kWhole) {
     begin = position - std::min(position, kBefore);
-    end = std::min(text.size(), position + kBehind);
+    end = std::min(text.size(), position + kAfter);
     while (begin > 0 && !begins_character(text[begin])) --begin;
     while (end < text.size() && !begins_character(text[end])) ++end;
   }

@@ -46,17 +46,17 @@ TEST(Place, SplitsNoCharacter) {
   while (text.size() < 300) text += "aü€😀";
   for (size_t at = 0; at < text.size(); ++at) {
     if ((static_cast<unsigned char>(text[at]) & 0xC0U) == 0x80U) continue;
-    const std::string said = place_in(text, at);
-    const size_t begin = said.find('\n') + 1;
-    const std::string line = said.substr(begin, said.find('\n', begin) - begin);
-    const auto caret = said.size() - 1 - said.rfind('\n') - 1;
+    const std::string message = place_in(text, at);
+    const size_t begin = message.find('\n') + 1;
+    const std::string line = message.substr(begin, message.find('\n', begin) - begin);
+    const auto caret = message.size() - 1 - message.rfind('\n') - 1;
     size_t byte = 0;
     for (size_t column = 0; column < caret; ++column) do
         ++byte;
       while ((static_cast<unsigned char>(line[byte]) & 0xC0U) == 0x80U);
-    EXPECT_EQ(line[byte], text[at]) << said;
+    EXPECT_EQ(line[byte], text[at]) << message;
     EXPECT_NE(static_cast<unsigned char>(line[line.starts_with("    ... ") ? 8 : 4]) & 0xC0U, 0x80U)
-        << said;
+        << message;
   }
 }
 

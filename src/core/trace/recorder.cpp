@@ -23,7 +23,7 @@ ThreadLog::~ThreadLog() {
   }
 }
 
-void ThreadLog::append_behind_full_chunk(const Record& record) noexcept {
+void ThreadLog::append_to_new_chunk(const Record& record) noexcept {
   Chunk* chunk = full_ || chunks_left_ == 0 ? nullptr : new (std::nothrow) Chunk;
   if (!chunk) {
     full_ = true;

@@ -25,7 +25,7 @@ class ThreadLog {
   void append(const Record& record) noexcept {
     const size_t used = last_->used.load(std::memory_order_relaxed);
     if (used == kChunk || full_) {
-      append_behind_full_chunk(record);
+      append_to_new_chunk(record);
       return;
     }
     last_->records[used] = record;
@@ -45,7 +45,7 @@ class ThreadLog {
     std::atomic<size_t> used = 0;
     std::atomic<Chunk*> next = nullptr;
   };
-  void append_behind_full_chunk(const Record& record) noexcept;
+  void append_to_new_chunk(const Record& record) noexcept;
 
   Chunk* const first_;
   Chunk* last_;

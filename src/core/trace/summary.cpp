@@ -130,8 +130,8 @@ class Summing {
       while (!open.empty()) {
         const size_t element = open.back();
         open.pop_back();
-        for (const size_t behind : next[element])
-          if (reached.insert(behind).second) open.push_back(behind);
+        for (const size_t downstream : next[element])
+          if (reached.insert(downstream).second) open.push_back(downstream);
       }
       for (const size_t sink : reached)
         if (ends_[sink])

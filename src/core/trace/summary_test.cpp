@@ -22,7 +22,7 @@ ThreadRecords one_frame(int64_t start, int64_t time_stamp) {
            pushed(start + 80, 22), pushed(start + 100, 12)}};
 }
 
-TEST(TraceSummary, TimeInsideTheNextElementBelongsToIt) {
+TEST(TraceSummary, TimeInsideDownstreamBelongsToIt) {
   const Trace trace{chain_of_three(), {one_frame(100, 5)}};
   const Summary summary = summarise(trace);
   EXPECT_EQ(summary.elements[kMiddle].work, 50);

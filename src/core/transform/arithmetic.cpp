@@ -41,7 +41,7 @@ Result<std::optional<uint32_t>> take_index(OptionReader& reader, const char* mea
   if (!reader.take("@")) return Index{};
   const size_t begin = reader.position();
   const auto digits = reader.take_digits();
-  if (digits.empty()) return reader.syntax_error(std::string(meaning) + " behind '@'", kExample);
+  if (digits.empty()) return reader.syntax_error(std::string(meaning) + " after '@'", kExample);
   const auto value = parse_unsigned(digits);
   if (value && *value <= limit) return Index{static_cast<uint32_t>(*value)};
   reader.go_to(begin);

@@ -19,7 +19,7 @@ bool is_letter(char c) noexcept {
 }
 
 // Index of the first character at or after `from` that is not a digit.
-size_t behind_digits(std::string_view text, size_t from) noexcept {
+size_t end_of_digits(std::string_view text, size_t from) noexcept {
   while (from < text.size() && is_digit(text[from])) ++from;
   return from;
 }
@@ -39,7 +39,7 @@ bool OptionReader::take(std::string_view word) noexcept {
 ElementType OptionReader::take_type() noexcept {
   size_t letters = position_;
   while (letters < text_.size() && is_letter(text_[letters])) ++letters;
-  const size_t digits = behind_digits(text_, letters) - letters;
+  const size_t digits = end_of_digits(text_, letters) - letters;
   // A name is letters followed by 8, 16, 32 or 64; the caller checks what follows.
   for (size_t length = std::min<size_t>(digits, 2); length >= 1; --length) {
     const size_t end = letters + length;
@@ -53,16 +53,16 @@ ElementType OptionReader::take_type() noexcept {
 
 std::string_view OptionReader::take_digits() noexcept {
   const size_t begin = position_;
-  position_ = behind_digits(text_, begin);
+  position_ = end_of_digits(text_, begin);
   return text_.substr(begin, position_ - begin);
 }
 
 std::string_view OptionReader::take_number() noexcept {
   const size_t begin = position_;
-  size_t end = behind_digits(text_, begin + (has_sign(text_, begin) ? 1 : 0));
+  size_t end = end_of_digits(text_, begin + (has_sign(text_, begin) ? 1 : 0));
   const bool whole = end > begin && is_digit(text_[end - 1]);
   if (end < text_.size() && text_[end] == '.') {
-    const size_t fraction = behind_digits(text_, end + 1);
+    const size_t fraction = end_of_digits(text_, end + 1);
     if (fraction > end + 1)
       end = fraction;
     else if (!whole)
@@ -72,7 +72,7 @@ std::string_view OptionReader::take_number() noexcept {
   }
   if (end < text_.size() && (text_[end] == 'e' || text_[end] == 'E')) {
     const size_t digits = end + 1 + (has_sign(text_, end + 1) ? 1 : 0);
-    const size_t exponent = behind_digits(text_, digits);
+    const size_t exponent = end_of_digits(text_, digits);
     if (exponent > digits) end = exponent;
   }
   position_ = end;

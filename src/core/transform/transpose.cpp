@@ -33,10 +33,10 @@ FullOrder inverse(const FullOrder& order) noexcept {
 Shape permuted(const Shape& in, const FullOrder& order) noexcept {
   Shape out;
   for (size_t i = 0; i < kRankLimit; ++i) out[i] = in[order[i]];
-  bool behind = false;
+  bool has_further = false;
   for (size_t i = kRankLimit; i-- > 0;) {
-    behind = behind || out[i] != 0;
-    if (behind && out[i] == 0) out[i] = 1;
+    has_further = has_further || out[i] != 0;
+    if (has_further && out[i] == 0) out[i] = 1;
   }
   return out;
 }

@@ -410,7 +410,7 @@ TEST_F(BlockedJoinTest, DeactivatesABlockedBranch) {
 // A serialized query also waits downstream, for the stream lock that the blocked buffer holds.
 TEST_F(JoinTest, ReleasesABranchThatIsBlockedInASerializedQuery) {
   GstPad *a = branch("a"), *b = branch("b");
-  const auto asked = Ref<GstPad>::adopt(gst_pad_get_peer(b));
+  const auto requested = Ref<GstPad>::adopt(gst_pad_get_peer(b));
   std::future<GstFlowReturn> first;
   std::future<void> second, release;
   ClosedPad closed(h_->sinkpad);
@@ -418,7 +418,8 @@ TEST_F(JoinTest, ReleasesABranchThatIsBlockedInASerializedQuery) {
   closed.wait_until_one_is_held();
   std::atomic<bool> begun = false;
   gst_pad_add_probe(
-      asked.get(), GstPadProbeType(GST_PAD_PROBE_TYPE_QUERY_DOWNSTREAM | GST_PAD_PROBE_TYPE_PUSH),
+      requested.get(),
+      GstPadProbeType(GST_PAD_PROBE_TYPE_QUERY_DOWNSTREAM | GST_PAD_PROBE_TYPE_PUSH),
       +[](GstPad*, GstPadProbeInfo*, gpointer flag) {
         *static_cast<std::atomic<bool>*>(flag) = true;
         return GST_PAD_PROBE_OK;
@@ -430,7 +431,7 @@ TEST_F(JoinTest, ReleasesABranchThatIsBlockedInASerializedQuery) {
   });
   EXPECT_TRUE(becomes_true([&] { return begun.load(); }, "the query"));
   release = std::async(std::launch::async,
-                       [&] { gst_element_release_request_pad(h_->element, asked.get()); });
+                       [&] { gst_element_release_request_pad(h_->element, requested.get()); });
   EXPECT_EQ(release.wait_for(10s), std::future_status::ready);
   closed.open();
   EXPECT_EQ(first.get(), GST_FLOW_OK);

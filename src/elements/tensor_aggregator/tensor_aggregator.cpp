@@ -245,7 +245,7 @@ class TensorAggregator : public gst::PlainFilter<TensorAggregator> {
     return gst_pad_push(source_, in.release());
   }
 
-  void give_up_client(WindowStream* stream) {
+  void remove_client(WindowStream* stream) {
     stream->clear(DropReason::Policy, &ledger_);
     frames_lost_ += stream->take_frames_lost();
     GST_CAT_WARNING_OBJECT(
@@ -265,7 +265,7 @@ class TensorAggregator : public gst::PlainFilter<TensorAggregator> {
   gst::Allocation allocation_;          // requested by the peer
   gst::BackwardsTimes times_;
   gst::PerClient<WindowStream> clients_{[this] { return WindowStream(setup_); },
-                                        [this](WindowStream& s) { give_up_client(&s); }};
+                                        [this](WindowStream& s) { remove_client(&s); }};
   gst::FollowedSettings<Settings> followed_;  // the settings of setup_
   gst::PlaceholderWait placeholder_;
   // Any thread:

@@ -33,7 +33,7 @@ Result<StreamPlan> AudioMedium::configure(const GstCaps* caps, const Preferences
   if (!format || !layout || !there) return caps_unreadable(s);
   if (std::strcmp(layout, "interleaved") != 0)
     return Error{.code = Code::FORMAT_UNSUPPORTED,
-                 .what = "the channels of this audio do not lie together",
+                 .what = "the channels of this audio are not interleaved",
                  .offered = std::string("layout=") + layout,
                  .needed = "layout=interleaved",
                  .fix = kLine};
@@ -62,7 +62,7 @@ std::string AudioMedium::caps_for(const TensorSpec& peer, const Fraction& rate) 
   if (format.empty() && !any_format) {
     if (peer.type == ElementType::Float16)
       GST_CAT_WARNING(gst::library_category(),
-                      "the next element wants float16, and no audio has it");
+                      "the downstream element needs float16, which no audio format has");
     return "";
   }
   if (peer.shape[0] > G_MAXINT || peer.shape.min_rank() > 2) return "";

@@ -76,9 +76,9 @@ TEST(ConverterAudio, OfOtherFormatsIsRefusedWithALineToPaste) {
   }
 }
 
-TEST(ConverterAudio, IsComparedWithWhatTheUserSaid) {
+TEST(ConverterAudio, IsComparedWithTheProperties) {
   const auto text = caps_error("input-dim=1:1 input-type=int16", audio("S16LE"));
-  EXPECT_SAYS(text, "WEIR-2001: the audio is not what input-dim and input-type say");
+  EXPECT_SAYS(text, "WEIR-2001: the audio does not match input-dim and input-type");
   EXPECT_SAYS(text, "dimension is 2:1, needed is 1:1");
   auto h = harness("input-dim=2 input-type=int16", audio("S16LE"));
   EXPECT_EQ(error_of(h, frame(Bytes(4))), "");
@@ -106,7 +106,7 @@ TEST(ConverterAudio, TakesOtherCapsInTheMiddleOfAStream) {
   EXPECT_SAYS(change_caps(h, audio("F32BE", 1)), "this audio format cannot be a tensor");
 }
 
-TEST(ConverterAudio, OfAnotherRateIsNotPutBehindSamplesThatWait) {
+TEST(ConverterAudio, OfAnotherRateIsNotAppendedToHeldSamples) {
   const std::string caps = "audio/x-raw,format=S16LE,layout=interleaved,channels=1,rate=";
   auto h = harness("frames-per-tensor=160", caps + "16000");
   ASSERT_EQ(gst_harness_push(h.get(), frame(Bytes(1000))), GST_FLOW_OK);  // 20 samples wait
@@ -115,11 +115,11 @@ TEST(ConverterAudio, OfAnotherRateIsNotPutBehindSamplesThatWait) {
   EXPECT_EQ(stat(h, "dropped-flush"), 1u) << "the buffer of which a part waited";
   auto out = Ref<GstBuffer>::adopt(gst_harness_push_and_pull(h.get(), frame(ramp(320))));
   EXPECT_EQ(content(out.get()), ramp(320));
-  EXPECT_EQ(GST_BUFFER_PTS(out.get()), 500 * GST_SECOND / 16000) << "behind the 500 samples";
+  EXPECT_EQ(GST_BUFFER_PTS(out.get()), 500 * GST_SECOND / 16000) << "after the 500 samples";
   EXPECT_EQ(GST_BUFFER_DURATION(out.get()), 20 * GST_MSECOND);
 }
 
-TEST(ConverterAudio, IsAskedForAsTheNextElementWantsIt) {
+TEST(ConverterAudio, FollowsTheCapsOfDownstream) {
   Harness h{gst_harness_new_parse("tensor_converter")};
   gst_harness_set_sink_caps_str(
       h.get(), "other/tensor,dimension=(string)2:160,type=(string)int16,framerate=16000/1");

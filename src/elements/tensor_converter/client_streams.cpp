@@ -4,15 +4,15 @@
 
 namespace weir {
 
-ClientStreams::ClientStreams(std::function<void(uint64_t)> given_up)
+ClientStreams::ClientStreams(std::function<void(uint64_t)> on_replaced)
     : clients_(
           [this] {
             ClientStream stream;
             stream.chunker.configure(frame_bytes_, frames_out_, rate_);
             return stream;
           },
-          [given_up = std::move(given_up)](ClientStream& stream) {
-            given_up(stream.chunker.clear());
+          [on_replaced = std::move(on_replaced)](ClientStream& stream) {
+            on_replaced(stream.chunker.clear());
           }) {}
 
 void ClientStreams::configure(size_t frame_bytes, uint64_t frames_out, Fraction rate) {

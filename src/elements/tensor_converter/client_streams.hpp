@@ -19,7 +19,7 @@ struct ClientStream {
 class ClientStreams {
  public:
   // `given_up` gets the number of buffers lost when a client is replaced.
-  explicit ClientStreams(std::function<void(uint64_t lost)> given_up);
+  explicit ClientStreams(std::function<void(uint64_t lost)> on_replaced);
 
   // Like Chunker::configure, for present and future clients.
   void configure(size_t frame_bytes, uint64_t frames_out, Fraction rate);

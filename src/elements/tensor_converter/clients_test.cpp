@@ -32,7 +32,7 @@ TEST(QueryMeta, HasTheNamesThatOthersUse) {
   auto b = Ref<GstBuffer>::adopt(gst_buffer_new());
   EXPECT_EQ(gst::client_of(b.get()), std::nullopt);
   ASSERT_TRUE(gst::set_client(b.get(), INT64_MIN));
-  ASSERT_TRUE(gst::set_client(b.get(), -7)) << "replaces what was said before";
+  ASSERT_TRUE(gst::set_client(b.get(), -7)) << "replaces the earlier client";
   EXPECT_EQ(gst::client_of(b.get()), -7);
   const GstMetaInfo* info = gst_meta_get_info("GstMetaQuery");
   ASSERT_TRUE(info);
@@ -111,9 +111,9 @@ TEST(ConverterClients, ThatAreTooManyLoseWhatWaitsInTheOpen) {
   EXPECT_EQ(stat(h, "dropped-policy"), 3u);
   EXPECT_EQ(stat(h, "held"), gst::kClientLimit);
   const auto warning = errors.next_warning();
-  EXPECT_SAYS(warning, "WEIR-2006: more clients send at once than frames are kept for");
+  EXPECT_SAYS(warning, "WEIR-2006: more clients are active than frames are kept for");
   EXPECT_SAYS(warning, "needed: at most 64");
-  EXPECT_EQ(errors.next_warning(), "") << "told once";
+  EXPECT_EQ(errors.next_warning(), "") << "reported once";
   // Client 4 is the oldest whose frame is still held.
   ASSERT_EQ(gst_harness_push(h.get(), of_client(kMore + 1, 2)), GST_FLOW_OK);
   auto out = Ref<GstBuffer>::adopt(gst_harness_pull(h.get()));

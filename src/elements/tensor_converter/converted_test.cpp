@@ -62,12 +62,12 @@ TEST(ConverterModule, MaySayItsTensorsBeforeTheFirstFrame) {
   EXPECT_SAYS(caps_text(peer), "dimension=(string)5, type=(string)int32");
 }
 
-TEST(ConverterModule, MustMakeWhatTheUserSaid) {
+TEST(ConverterModule, MustMatchInputDimAndInputType) {
   auto h = harness("input-dim=2 input-type=int32", kNumbers);
   EXPECT_SAYS(caps_text(h), "dimensions=(string)2, types=(string)int32");
   EXPECT_EQ(converted(h, "1 2"), (std::vector{1, 2}));
   const auto error = error_of(h, text("1 2 3"));
-  EXPECT_SAYS(error, "WEIR-2001: a frame is not what input-dim and input-type say");
+  EXPECT_SAYS(error, "WEIR-2001: a frame does not match input-dim and input-type");
   EXPECT_SAYS(error, "dimension is 3, needed is 2");
   EXPECT_EQ(stat(h, "dropped-error"), 1u);
 }
@@ -143,7 +143,7 @@ TEST(ConverterModule, MaySayTheFrameRate) {
   EXPECT_SAYS(caps_text(h), "framerate=(fraction)10/1");
   EXPECT_EQ(converted(h, "rate"), std::vector{25});
   EXPECT_SAYS(caps_text(h), "framerate=(fraction)25/1");
-  EXPECT_EQ(converted(h, "2"), std::vector{2}) << "a frame that says none changes none";
+  EXPECT_EQ(converted(h, "2"), std::vector{2}) << "a frame without tensors changes nothing";
   EXPECT_SAYS(caps_text(h), "framerate=(fraction)25/1");
   const auto error = error_of(h, text("no rate"));
   EXPECT_SAYS(error, "WEIR-5003: the converter numbers declares an invalid frame rate");
@@ -194,7 +194,7 @@ TEST(ConverterModule, CannotHaveSeveralTensorsGathered) {
   EXPECT_EQ(stat(h, "held"), 1u);
 }
 
-TEST(ConverterModule, GetsHeadersWhenTheNextElementWantsThem) {
+TEST(ConverterModule, GetsHeadersWhenDownstreamRequiresThem) {
   Harness h{gst_harness_new_parse("tensor_converter")};
   gst_harness_set_sink_caps_str(h.get(), "other/tensors,format=flexible");
   gst_harness_set_src_caps_str(h.get(), kNumbers);

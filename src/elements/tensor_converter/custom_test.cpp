@@ -98,7 +98,7 @@ int throwing(const weir_host* host, const char*, const weir_frame*, weir_frame* 
   throw 42;
 }
 
-TEST(ConverterCustomCode, MayThrowWhichIsToldWithItsNameAndCounted) {
+TEST(ConverterCustomCode, AnExceptionIsReportedWithItsNameAndCounted) {
   int words = 0;
   for (int* data : {&words, static_cast<int*>(nullptr)}) {
     const Registered registered("throwing", throwing, data);
@@ -149,7 +149,7 @@ std::string warning_of(const char* mode) {
   return errors.next_warning();
 }
 
-TEST(ConverterMode, IsToldWhenItIsSetWrong) {
+TEST(ConverterMode, AWrongValueIsReportedWhenItIsSet) {
   EXPECT_SAYS(warning_of("custom-code"), "WEIR-1001: the mode has no name after a colon");
   EXPECT_SAYS(warning_of("custom:x"), "WEIR-1005: tensor_converter has no such mode");
   EXPECT_SAYS(warning_of("custom-code:x"), "WEIR-3011: no function is registered");
@@ -167,7 +167,7 @@ TEST(ConverterMode, WithoutANameIsIgnoredAndAnUnknownWordIsNot) {
 }
 
 // gst_parse_launch() sets properties before the element is in a pipeline with a bus.
-TEST(ConverterMode, WithoutANameIsToldOnceSomebodyHearsIt) {
+TEST(ConverterMode, WithoutANameIsReportedWhenABusExists) {
   const auto pipeline = lone_element(
       "videotestsrc num-buffers=2 ! video/x-raw,format=RGB,width=8,height=4 ! "
       "tensor_converter mode=custom-code ! fakesink");
@@ -182,7 +182,7 @@ TEST(ConverterMode, WithoutANameIsToldOnceSomebodyHearsIt) {
                                                                 : text_of(message.get());
   };
   EXPECT_SAYS(next(), "WEIR-1001: the mode has no name after a colon");
-  EXPECT_EQ(next(), "the end") << "told once, and ignored";
+  EXPECT_EQ(next(), "the end") << "reported once, then ignored";
   gst_element_set_state(pipeline.get(), GST_STATE_NULL);
 }
 

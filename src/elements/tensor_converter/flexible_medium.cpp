@@ -13,7 +13,7 @@ Result<StreamPlan> FlexibleMedium::configure(const GstCaps* caps, const Preferen
                  .what = "these tensors need no tensor_converter, or it cannot read them",
                  .offered = std::string("format=") + std::string(name_of(given->format)),
                  .needed = "format=flexible",
-                 .fix = "take tensor_converter out of the pipeline"};
+                 .fix = "remove tensor_converter from the pipeline"};
   if (auto status = one_frame_each(preferences, "flexible tensors"); !status) return status.error();
   user_ = preferences.tensors;
   StreamPlan plan;
@@ -56,7 +56,7 @@ Result<std::vector<TensorSpec>> FlexibleMedium::read(GstBuffer* buffer) {
   const size_t size = gst_buffer_get_size(buffer);
   if (size != needed)
     return Error{.code = Code::FRAME_SIZE,
-                 .what = "a frame has bytes that no tensor header speaks of",
+                 .what = "a frame has bytes after its last tensor",
                  .offered = std::to_string(size) + " bytes",
                  .needed = std::to_string(needed) + " bytes",
                  .fix = "check the element or program that wrote the stream"};

@@ -121,7 +121,7 @@ TEST(ConverterFlexible, MayHaveMoreTensorsThanMemories) {
   EXPECT_SAYS(caps_text(h), "num_tensors=(int)18");
 }
 
-TEST(ConverterFlexible, MustHaveTheSizeThatItsHeaderSays) {
+TEST(ConverterFlexible, MustHaveTheSizeOfItsHeader) {
   const Bytes good = tensor(bytes_of(8), ramp(8));
   auto h = harness("", kFlexible);
   for (size_t size = 0; size < good.size(); ++size)
@@ -131,7 +131,7 @@ TEST(ConverterFlexible, MustHaveTheSizeThatItsHeaderSays) {
   EXPECT_SAYS(error_of(h, frame(joined({good, {1}}))), "WEIR-2005");
   // The parser allows bytes after a tensor in its own memory; the converter does not.
   EXPECT_SAYS(error_of(h, gst_buffer_append(frame(joined({good, {1}})), frame(good))),
-              "WEIR-2004: a frame has bytes that no tensor header speaks of");
+              "WEIR-2004: a frame has bytes after its last tensor");
   EXPECT_EQ(stat(h, "dropped-error"), good.size() + 3);
   EXPECT_EQ(stat(h, "pushed"), 0u);
 }
@@ -158,18 +158,18 @@ TEST(ConverterFlexible, MustBeDense) {
   EXPECT_SAYS(text, "WEIR-2002: a tensor of a flexible stream is sparse");
 }
 
-TEST(ConverterFlexible, MustBeWhatTheUserSaid) {
+TEST(ConverterFlexible, MustMatchTheProperties) {
   auto h = harness("input-dim=2:2 input-type=uint8", kFlexible);
   EXPECT_SAYS(caps_text(h), "dimensions=(string)2:2, types=(string)uint8");
   EXPECT_EQ(error_of(h, frame(tensor({ElementType::UInt8, Shape{2, 2}, ""}, ramp(4)))), "");
   const auto text = error_of(h, frame(tensor(bytes_of(4), ramp(4))));
-  EXPECT_SAYS(text, "WEIR-2001: a frame is not what input-dim and input-type say");
+  EXPECT_SAYS(text, "WEIR-2001: a frame does not match input-dim and input-type");
   EXPECT_SAYS(text, "dimension is 4, needed is 2:2");
-  EXPECT_SAYS(text, "fix: leave input-dim and input-type away");
+  EXPECT_SAYS(text, "fix: remove input-dim and input-type");
   EXPECT_EQ(stat(h, "dropped-error"), 1u);
 }
 
-TEST(ConverterFlexible, GivesWayToOtherCapsInTheMiddleOfAStream) {
+TEST(ConverterFlexible, FollowsOtherCapsInTheMiddleOfAStream) {
   auto h = harness("", kFlexible);
   EXPECT_EQ(error_of(h, frame(tensor(bytes_of(4), ramp(4)))), "");
   EXPECT_EQ(change_caps(h, video("GRAY8", 4, 1)), "");
@@ -189,7 +189,7 @@ TEST(ConverterFlexible, CannotBeGathered) {
   EXPECT_SAYS(text, "fix: tensor_converter frames-per-tensor=1");
 }
 
-TEST(ConverterFlexible, BeginsWithWhatTheNextElementWants) {
+TEST(ConverterFlexible, BeginsWithWhatDownstreamRequires) {
   Harness h{gst_harness_new_parse("tensor_converter")};
   gst_harness_set_sink_caps_str(
       h.get(), "other/tensor,dimension=(string)4:1,type=(string)uint8,framerate=10/1");
@@ -243,7 +243,7 @@ TEST_F(ConverterWaits, ForTheFirstFrameWhereAPlaceholderIsRefused) {
   EXPECT_EQ(events(h), Names{"gap"});
 }
 
-TEST_F(ConverterWaits, BehindATransformToo) {
+TEST_F(ConverterWaits, DownstreamOfATransformToo) {
   const auto h = harness_of(
       "tensor_converter ! tensor_transform mode=typecast option=float32 ! capsfilter caps=\"" +
       wanted_ + "\"");
@@ -270,7 +270,7 @@ TEST_F(ConverterWaits, NotWhereThePlaceholderIsTaken) {
   EXPECT_EQ(events(h), (Names{"stream-start", "caps", "segment"}));
 }
 
-TEST_F(ConverterWaits, NotWhereTheUserSaysWhatComes) {
+TEST_F(ConverterWaits, NotIfTheUserSetsTheTensors) {
   const auto h = harness_of("tensor_converter input-dim=5 input-type=uint8 ! capsfilter caps=\"" +
                             wanted_ + "\"");
   Errors errors(h);
@@ -285,7 +285,7 @@ TEST_F(ConverterWaits, AndEndsWithoutAFrame) {
   EXPECT_EQ(events(h), (Names{"stream-start", "eos"}));
 }
 
-TEST(ConverterFlexible, GetsHeadersAgainWhenTheNextElementWantsThem) {
+TEST(ConverterFlexible, GetsHeadersAgainWhenDownstreamRequiresThem) {
   Harness h{gst_harness_new_parse("tensor_converter")};
   gst_harness_set_sink_caps_str(h.get(), "other/tensors,format=flexible");
   gst_harness_set_src_caps_str(h.get(), kFlexible);

@@ -104,7 +104,7 @@ Result<std::unique_ptr<Medium>> medium_for(const GstCaps* caps, const ConverterM
   if (auto theirs = sub_plugin_medium_for(name); !theirs || *theirs) return theirs;
   const gst::UniqueText known{gst_caps_to_string(caps_of_media().get())};
   return Error{.code = Code::FORMAT_UNSUPPORTED,
-               .what = "this stream is no medium that becomes tensors",
+               .what = "tensor_converter cannot convert this stream",
                .offered = name,
                .needed = known.get(),
                .fix = "tensor_converter mode=custom-code:NAME, with a function of your own"};

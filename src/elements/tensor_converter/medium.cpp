@@ -52,11 +52,11 @@ Status agree(const FrameSpec& given, const std::vector<TensorSpec>& user, const 
   FrameSpec needed = given;
   needed.tensors = user;
   return Error{.code = Code::SPEC_MISMATCH,
-               .what = std::string("the ") + medium + " is not what input-dim and input-type say",
+               .what = std::string("the ") + medium + " does not match input-dim and input-type",
                .offered = given.to_string(),
                .needed = needed.to_string(),
                .difference = difference,
-               .fix = "leave input-dim and input-type away: the caps say it"};
+               .fix = "remove input-dim and input-type: the caps define the tensor"};
 }
 
 Status agree(const std::vector<TensorSpec>& frame, const std::vector<TensorSpec>& user) {
@@ -64,11 +64,11 @@ Status agree(const std::vector<TensorSpec>& frame, const std::vector<TensorSpec>
   if (difference.empty()) return ok();
   FrameSpec offered{Format::Static, frame, {}}, needed{Format::Static, user, {}};
   return Error{.code = Code::SPEC_MISMATCH,
-               .what = "a frame is not what input-dim and input-type say",
+               .what = "a frame does not match input-dim and input-type",
                .offered = offered.to_string(),
                .needed = needed.to_string(),
                .difference = difference,
-               .fix = "leave input-dim and input-type away: each frame says its tensors"};
+               .fix = "remove input-dim and input-type: each frame describes its tensors"};
 }
 
 Status whole_frames(const GstBuffer* buffer, const StreamPlan& plan, const std::string& fix) {

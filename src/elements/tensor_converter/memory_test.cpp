@@ -15,7 +15,7 @@ GstMemory* only_memory(GstBuffer* buffer) {
   return gst_buffer_peek_memory(buffer, 0);
 }
 
-TEST(TensorConverterMemory, SharesPlanesThatLieBehindEachOther) {
+TEST(TensorConverterMemory, SharesContiguousPlanes) {
   const auto h = harness("", video("RGBP", 8, 2));
   GstBuffer* in = frame(ramp(48));
   const GstMemory* before = only_memory(in);
@@ -24,7 +24,7 @@ TEST(TensorConverterMemory, SharesPlanesThatLieBehindEachOther) {
   EXPECT_EQ(stat(h, "bytes-copied"), 0u);
 }
 
-TEST(TensorConverterMemory, CopiesPlanesThatLieApart) {
+TEST(TensorConverterMemory, CopiesSeparatePlanes) {
   const auto h = harness("", video("RGBP", 8, 2));
   GstBuffer* in = frame(ramp(64));
   gsize offset[] = {0, 24, 48};
@@ -67,7 +67,7 @@ TEST(TensorConverterMemory, TakesCopiesFromAPoolAndKeepsMetadata) {
   EXPECT_EQ(stat(h, "bytes-copied"), 50u * 30);
 }
 
-TEST(TensorConverterMemory, WritesHeadersAnewIntoPooledFrames) {
+TEST(TensorConverterMemory, WritesHeadersAgainIntoPooledFrames) {
   const auto h = harness_of("tensor_converter");
   gst_harness_set_sink_caps_str(h.get(), "other/tensors,format=flexible,framerate=10/1");
   gst_harness_set_src_caps_str(h.get(), video("GRAY8", 4, 2).c_str());
@@ -100,7 +100,7 @@ TEST(TensorConverterMemory, HandsPaddedRowsToATransformWithoutACopy) {
   EXPECT_EQ(test::stat(h, "tensor_transform", "fused-frames"), 20u);
 }
 
-TEST(TensorConverterMemory, HandsPlanesThatLieApartToATransformWithoutACopy) {
+TEST(TensorConverterMemory, PassesSeparatePlanesToATransformWithoutACopy) {
   const auto h = harness_of("tensor_converter ! tensor_transform mode=typecast option=int16",
                             video("RGBP", 8, 2));
   const gint stride[] = {12, 12, 12};
@@ -162,7 +162,7 @@ TEST(TensorConverterMemory, RefusesStridesBeyondTheBufferBeforeATransformToo) {
   EXPECT_SAYS(error_of(h, in), "WEIR-2004: a video buffer is smaller than its caps require");
 }
 
-TEST(TensorConverterMemory, PassesTheEnginesWishesOnAndMeetsThem) {
+TEST(TensorConverterMemory, ProposesTheEnginesRequirementsAndMeetsThem) {
   const std::string model = testing::TempDir() + "weir-memory-model.bin";
   std::ofstream(model) << "x";
   const Harness h{gst_harness_new_parse(
@@ -234,7 +234,7 @@ gsize alignment_of_next(const Harness& h, int width) {
   return only_memory(out.get())->align + 1;
 }
 
-TEST(TensorConverterMemory, AsksTheSameThreadAgainWhenCapsChange) {
+TEST(TensorConverterMemory, QueriesTheSameThreadAgainWhenCapsChange) {
   const auto h = harness_of("tensor_converter");
   ask_for_alignment(h, 4096);
   EXPECT_EQ(alignment_of_next(h, 5), 4096u);
@@ -242,7 +242,7 @@ TEST(TensorConverterMemory, AsksTheSameThreadAgainWhenCapsChange) {
   EXPECT_EQ(alignment_of_next(h, 6), 1024u);
 }
 
-TEST(TensorConverterMemory, KeepsWhatWasSaidBehindAQueueWhileFramesFlow) {
+TEST(TensorConverterMemory, KeepsTheAnswerOfAQueueWhileFramesFlow) {
   const auto h = harness_of("tensor_converter ! identity ! queue");
   ask_for_alignment(h, 4096);
   EXPECT_EQ(alignment_of_next(h, 5), 4096u);

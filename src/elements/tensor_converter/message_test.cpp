@@ -127,10 +127,10 @@ TEST_P(ConverterMessage, MustHaveTheRateThatDownstreamFixes) {
   EXPECT_SAYS(error, "framerate=(fraction)25/1");
 }
 
-TEST_P(ConverterMessage, MustMakeWhatTheUserSaid) {
+TEST_P(ConverterMessage, MustMatchInputDimAndInputType) {
   auto h = converter("input-dim=2 input-type=uint8");
   const auto error = error_of(h, message(static_caps("3", "uint8", 1), {{1, 2, 3}}));
-  EXPECT_SAYS(error, "WEIR-2001: a frame is not what input-dim and input-type say");
+  EXPECT_SAYS(error, "WEIR-2001: a frame does not match input-dim and input-type");
 }
 
 TEST_P(ConverterMessage, KeepsFlexibleTensorsWithTheirHeaders) {
@@ -150,7 +150,7 @@ TEST_P(ConverterMessage, KeepsFlexibleTensorsWithTheirHeaders) {
   EXPECT_EQ(content(out.get()), (Bytes{1, 2, 3}));
 }
 
-TEST_P(ConverterMessage, GetsHeadersWhenTheNextElementWantsThem) {
+TEST_P(ConverterMessage, GetsHeadersWhenDownstreamRequiresThem) {
   Harness h{gst_harness_new_parse("tensor_converter")};
   gst_harness_set_sink_caps_str(h.get(), "other/tensors,format=flexible");
   gst_harness_set_src_caps_str(h.get(), (media() + ",framerate=10/1").c_str());

@@ -80,7 +80,7 @@ Ref<GstCaps> offered_caps(GstPad* sink, GstPad* source, const GstCaps* filter, b
   return Ref<GstCaps>::adopt(gst_caps_intersect_full(given, rest.get(), GST_CAPS_INTERSECT_FIRST));
 }
 
-bool come_to_the_element(const GstCaps* caps, bool any_media) {
+bool is_accepted_by_element(const GstCaps* caps, bool any_media) {
   if (gst_caps_can_intersect(caps, caps_of_sub_plugin_converters().get())) return true;
   return gst_caps_can_intersect(caps, media_in_any_format(any_media).get());
 }

@@ -17,6 +17,6 @@ Result<Preferences> preferences(const ConverterSettings& settings, GstPad* sourc
 gst::Ref<GstCaps> offered_caps(GstPad* sink, GstPad* source, const GstCaps* filter, bool any_media);
 
 // Whether these caps may reach the element, to be accepted or rejected with an error.
-bool come_to_the_element(const GstCaps* caps, bool any_media);
+bool is_accepted_by_element(const GstCaps* caps, bool any_media);
 
 }  // namespace weir

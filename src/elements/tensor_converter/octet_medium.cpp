@@ -11,7 +11,7 @@ Result<StreamPlan> OctetMedium::configure(const GstCaps* caps, const Preferences
   const size_t count = plan_.spec.tensors.size();
   if (count == 0 && !preferences.peer_is_flexible)
     return Error{.code = Code::OPTION_VALUE,
-                 .what = "the tensors in the byte stream are not known",
+                 .what = "the tensors in the byte stream are unknown",
                  .needed = "input-dim and input-type",
                  .fix = "tensor_converter input-dim=3:224:224:1 input-type=uint8"};
   if (count != 1 || preferences.peer_is_flexible) {

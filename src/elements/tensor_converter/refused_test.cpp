@@ -46,7 +46,7 @@ TEST(ConverterRefuses, InterlacedVideoAndCapsThatSayTooLittle) {
   const auto interlaced = caps_error("",
                                      "video/x-raw,format=RGB,width=8,height=2,framerate=10/1,"
                                      "interlace-mode=interleaved");
-  EXPECT_SAYS(interlaced, "WEIR-2002: interlaced video is no tensor");
+  EXPECT_SAYS(interlaced, "WEIR-2002: interlaced video is not supported");
   EXPECT_SAYS(interlaced, "fix: deinterlace ! tensor_converter");
   for (const char* caps :
        {"video/x-raw", "video/x-raw,format=RGB", "video/x-raw,format=RGB,width=8",
@@ -70,7 +70,7 @@ TEST(ConverterRefuses, AudioThatIsNotInterleavedOrHasAnotherFormat) {
   EXPECT_SAYS(format, "WEIR-2002: this audio format cannot be a tensor");
   EXPECT_SAYS(format, "fix: audioconvert ! audio/x-raw,format=S16LE");
   const auto layout = caps_error("", caps + "format=S16LE,layout=non-interleaved");
-  EXPECT_SAYS(layout, "WEIR-2002: the channels of this audio do not lie together");
+  EXPECT_SAYS(layout, "WEIR-2002: the channels of this audio are not interleaved");
   EXPECT_SAYS(layout, "fix: audioconvert ! audio/x-raw,layout=interleaved");
   for (const char* text : {"audio/x-raw", "audio/x-raw,format=S16LE,layout=interleaved",
                            "audio/x-raw,format=S16LE,layout=interleaved,rate=0,channels=1",
@@ -81,7 +81,7 @@ TEST(ConverterRefuses, AudioThatIsNotInterleavedOrHasAnotherFormat) {
 TEST(ConverterRefuses, TextThatIsNotUtf8) {
   for (const char* caps : {"text/x-raw", "text/x-raw,format=pango-markup"}) {
     const auto text = caps_error("input-dim=8", caps);
-    EXPECT_SAYS(text, "WEIR-2002: this text format is no tensor");
+    EXPECT_SAYS(text, "WEIR-2002: this text format cannot be a tensor");
     EXPECT_SAYS(text, "fix: text/x-raw,format=utf8 ! tensor_converter");
   }
 }
@@ -92,12 +92,12 @@ TEST(ConverterRefuses, TensorsThatAreStaticOrSparse) {
                            "other/tensors,format=sparse,framerate=1/1", "other/tensors"}) {
     const auto text = caps_error("", caps);
     EXPECT_SAYS(text, "WEIR-2002: these tensors need no tensor_converter") << caps;
-    EXPECT_SAYS(text, "fix: take tensor_converter out of the pipeline") << caps;
+    EXPECT_SAYS(text, "fix: remove tensor_converter from the pipeline") << caps;
   }
 }
 
 // A capsfilter rejects caps without an error message.
-TEST(ConverterRefuses, ToBeSilentWhereTheElementsBehindAre) {
+TEST(ConverterRefuses, StaysSilentWhenDownstreamRejects) {
   const std::string source =
       "videotestsrc num-buffers=2 ! video/x-raw,format=RGB,width=8,height=4 ! tensor_converter ! ";
   for (const char* between : {"", "queue ! ", "identity ! "}) {
@@ -113,7 +113,7 @@ TEST(ConverterRefuses, ToBeSilentWhereTheElementsBehindAre) {
   }
   const auto theirs =
       error_of_pipeline(source + "tensor_transform mode=transpose option=9:9 ! fakesink");
-  EXPECT_EQ(theirs.find("behind tensor_converter"), std::string::npos) << "says it better";
+  EXPECT_EQ(theirs.find("downstream of tensor_converter"), std::string::npos) << "says it better";
 }
 
 TEST(ConverterRefuses, OtherStreamsAsPadsDo) {

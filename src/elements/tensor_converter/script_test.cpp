@@ -36,7 +36,7 @@ class ConverterScript : public testing::Test {
   static constexpr char kBytes[] = "application/octet-stream,framerate=10/1";
 };
 
-TEST_F(ConverterScript, SaysTheTensorsAndTheRateOfEachFrame) {
+TEST_F(ConverterScript, DeclaresTheTensorsAndTheRateOfEachFrame) {
   auto h = script();
   EXPECT_SAYS(caps_text(h), "dimensions=(string)1:1:1:1, types=(string)uint8");
   EXPECT_SAYS(caps_text(h), "framerate=(fraction)10/1");

@@ -17,7 +17,7 @@ Error failed(const std::string& who, const std::string& what, const std::string&
           .what = who + " " + what,
           .offered = offered,
           .needed = needed,
-          .fix = "its own lines in the log say why: GST_DEBUG=weir*:5"};
+          .fix = "read its log lines: GST_DEBUG=weir*:5"};
 }
 
 // The converter's caps; null, with a log line, when it returns none.
@@ -27,14 +27,14 @@ Ref<GstCaps> caps_of(const NNStreamerExternalConverter& type) {
   const auto answer =
       infer::called(who, "return caps", [&] { return type.query_caps(config.get()); });
   if (!answer) {
-    subplugin::log_once(who, "its query_caps threw an exception (" + answer.error().offered +
-                                 "), and is passed over");
+    subplugin::log_once(
+        who, "its query_caps threw an exception (" + answer.error().offered + "), and is skipped");
     return {};
   }
   auto caps = Ref<GstCaps>::adopt(*answer);
   if (caps && GST_IS_CAPS(caps.get()) && !gst_caps_is_any(caps.get())) return caps;
-  subplugin::log_once(who, caps ? "its query_caps gives ANY or no caps, and is passed over"
-                                : "its query_caps gives NULL, and is passed over");
+  subplugin::log_once(who, caps ? "its query_caps gives ANY or no caps, and is skipped"
+                                : "its query_caps gives NULL, and is skipped");
   return {};
 }
 
@@ -98,7 +98,8 @@ Result<std::unique_ptr<Medium>> SubPluginMedium::open(const NNStreamerExternalCo
                                                       const std::optional<std::string>& script) {
   std::unique_ptr<SubPluginMedium> medium(new SubPluginMedium(type));
   if (script) {
-    if (!type.open) return failed(medium->name_, "takes no script", *script, "one with open");
+    if (!type.open)
+      return failed(medium->name_, "does not accept a script", *script, "one with open");
     const auto result = infer::called(medium->name_, "return a number below 0",
                                       [&] { return type.open(script->c_str(), &medium->data_); });
     if (!result) return result.error();
@@ -119,7 +120,7 @@ Result<FrameSpec> SubPluginMedium::first_spec(const GstCaps* caps) const {
   if (!*accepted) {
     const gst::UniqueText text{gst_caps_to_string(caps)};
     return Error{.code = Code::FORMAT_UNSUPPORTED,
-                 .what = name_ + " refuses this stream",
+                 .what = name_ + " rejects this stream",
                  .offered = text.get(),
                  .needed = "a stream for which its get_out_config gives TRUE"};
   }
@@ -161,9 +162,9 @@ Result<MediumFrames> SubPluginMedium::frames(Ref<GstBuffer> buffer, Ledger* ledg
   auto converted = convert(buffer.get(), config.get());
   if (!converted) return converted.error();
   auto made = *std::move(converted);
-  if (!made) return failed(name_, "made nothing of a frame", "NULL", "a buffer");
+  if (!made) return failed(name_, "returned nothing for a frame", "NULL", "a buffer");
   if (!GST_IS_BUFFER(made.get()))
-    return failed(name_, "gives something else for a frame", "no buffer", "a buffer");
+    return failed(name_, "returned no GstBuffer for a frame", "no buffer", "a buffer");
   auto spec = config.spec(name_);
   if (!spec) return spec.error();
   const bool timed = GST_BUFFER_PTS_IS_VALID(made.get());
@@ -188,10 +189,10 @@ Result<MediumFrames> SubPluginMedium::frames(Ref<GstBuffer> buffer, Ledger* ledg
     const size_t size = gst_buffer_get_size(made.get());
     if (size != spec->bytes())
       return Error{.code = Code::FRAME_SIZE,
-                   .what = name_ + " gives a frame of another size than it says",
+                   .what = name_ + " returned a frame whose size differs from its declared size",
                    .offered = std::to_string(size) + " bytes",
                    .needed = std::to_string(*spec->bytes()) + " bytes for " + spec->to_string(),
-                   .fix = "mend its convert"};
+                   .fix = "correct its convert"};
     out.buffer = std::move(made);
     out.tensors = std::move(spec->tensors);
   }

@@ -27,7 +27,7 @@ class TensorConverter : public gst::Element<TensorConverter, gst::PlainElement> 
  public:
   static constexpr gst::ElementInfo kInfo{"WeirTensorConverter", "tensor_converter",
                                           "TensorConverter", "Converter/Tensor",
-                                          "Turns media into tensors"};
+                                          "Converts media to tensors"};
   static void add_pad_templates(GstElementClass* element) {
     const auto add = [element](const char* name, GstPadDirection direction, Ref<GstCaps> caps) {
       gst_element_class_add_pad_template(
@@ -56,7 +56,7 @@ class TensorConverter : public gst::Element<TensorConverter, gst::PlainElement> 
       gst::Property{"set-timestamp", &Settings::set_timestamp,
                     "Fill in missing time-stamps and durations", kPlaying},
       gst::Property{"on-backwards-time", &Settings::on_backwards_time,
-                    "What becomes of a frame whose time lies before that of the frame ahead"},
+                    "What to do with a frame whose timestamp is earlier than the previous one"},
       gst::Property{"silent", &Settings::silent, "Accepted for compatibility; has no effect",
                     gst::Changeable::WhilePlaying},
       gst::Property{"mode", &Settings::mode,
@@ -96,7 +96,7 @@ class TensorConverter : public gst::Element<TensorConverter, gst::PlainElement> 
       reset();
       ledger_.reset();
       counts_->bytes_gathered = 0;
-      missing_times_ = clients_given_up_ = 0;
+      missing_times_ = clients_replaced_ = 0;
       times_.reset();
     }
     const auto result = parent_class()->change_state(element(), change);
@@ -194,7 +194,7 @@ class TensorConverter : public gst::Element<TensorConverter, gst::PlainElement> 
     }
     if (GST_QUERY_TYPE(query) == GST_QUERY_ACCEPT_CAPS) {
       gst_query_parse_accept_caps(query, &caps);
-      if (come_to_the_element(caps, any_media)) {
+      if (is_accepted_by_element(caps, any_media)) {
         gst_query_set_accept_caps_result(query, TRUE);
         return TRUE;
       }
@@ -210,7 +210,7 @@ class TensorConverter : public gst::Element<TensorConverter, gst::PlainElement> 
   void add_stats(GstStructure* stats) const {
     gst_structure_set(stats, "missing-times", G_TYPE_UINT64, missing_times_.load(),
                       "backwards-times", G_TYPE_UINT64, times_.count(), "clients-given-up",
-                      G_TYPE_UINT64, clients_given_up_.load(), "bytes-copied", G_TYPE_UINT64,
+                      G_TYPE_UINT64, clients_replaced_.load(), "bytes-copied", G_TYPE_UINT64,
                       ledger_.snapshot().bytes_copied + counts_->bytes_gathered.load(), nullptr);
   }
 
@@ -238,13 +238,13 @@ class TensorConverter : public gst::Element<TensorConverter, gst::PlainElement> 
     gst::post_warning(element(), error);
   }
 
-  void give_up_client(uint64_t lost) {
+  void on_client_replaced(uint64_t lost) {
     if (lost == 0) return;  // the client had no waiting frames
     ledger_.dropped(DropReason::Policy, lost);
-    if (clients_given_up_++ == 0)
+    if (clients_replaced_++ == 0)
       gst::post_warning(element(),
                         {.code = Code::LIMIT_EXCEEDED,
-                         .what = "more clients send at once than frames are kept for",
+                         .what = "more clients are active than frames are kept for",
                          .offered = std::to_string(gst::kClientLimit + 1) + " clients",
                          .needed = "at most " + std::to_string(gst::kClientLimit),
                          .difference = "the client that was silent longest loses its frames",
@@ -390,7 +390,7 @@ class TensorConverter : public gst::Element<TensorConverter, gst::PlainElement> 
       return Error{.code = Code::NOT_NEGOTIATED,
                    .what = "a buffer came before caps",
                    .needed = "caps",
-                   .fix = "put a capsfilter behind the source"};
+                   .fix = "put a capsfilter after the source"};
     if (gst_buffer_get_size(buffer.get()) == 0)
       return Error{.code = Code::FRAME_SIZE,
                    .what = "a buffer is empty",
@@ -458,10 +458,10 @@ class TensorConverter : public gst::Element<TensorConverter, gst::PlainElement> 
   GstSegment segment_{};
   bool waits_for_frame_ = false;  // caps are sent when the first frame defines them
   Ref<GstEvent> held_segment_;    // sent after the caps
-  ClientStreams streams_{[this](uint64_t lost) { give_up_client(lost); }};
+  ClientStreams streams_{[this](uint64_t lost) { on_client_replaced(lost); }};
   std::atomic<bool> mode_is_reported_{false};  // posted while there was a bus
   // Written by the streaming thread, read by stats:
-  std::atomic<uint64_t> missing_times_{0}, clients_given_up_{0};
+  std::atomic<uint64_t> missing_times_{0}, clients_replaced_{0};
 };
 
 }  // namespace

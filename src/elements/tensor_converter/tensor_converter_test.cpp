@@ -50,7 +50,7 @@ TEST(TensorConverter, TakesThePaddingOfRowsAway) {
 }
 
 // docs/compatibility/converter.md 2.3: the dimensions decide, with or without a type.
-TEST(TensorConverter, OffersPicturesOfTheSizeThatTheNextElementWantsFirst) {
+TEST(TensorConverter, OffersTheSizeThatDownstreamPrefersFirst) {
   const std::string any =
       "video/x-raw,format={GRAY8,RGB,BGRx,RGBP},width=[1,999],height=[1,999],framerate=[0/1,60/"
       "1],interlace-mode=progressive";
@@ -62,16 +62,17 @@ TEST(TensorConverter, OffersPicturesOfTheSizeThatTheNextElementWantsFirst) {
       gst_harness_set_sink_caps_str(h.get(), ("other/tensor,dimension=(string)" +
                                               std::string(dimension) + more + ",framerate=7/1")
                                                  .c_str());
-      const std::string said = accepted(h, any);
-      EXPECT_SAYS(said.substr(0, said.find(';')), std::string("format=(string)") + format + ",")
+      const std::string message = accepted(h, any);
+      EXPECT_SAYS(message.substr(0, message.find(';')),
+                  std::string("format=(string)") + format + ",")
           << dimension << more;
-      EXPECT_SAYS(said.substr(0, said.find(';')),
+      EXPECT_SAYS(message.substr(0, message.find(';')),
                   "width=(int)16, height=(int)12, framerate=(fraction)7/1")
           << dimension << more;
     }
 }
 
-TEST(TensorConverter, OffersEverySizeWhereTheNextElementWantsNone) {
+TEST(TensorConverter, OffersEverySizeIfDownstreamHasNoPreference) {
   const std::string any =
       "video/x-raw,format=RGB,width=[1,999],height=[1,999],framerate=[0/1,60/"
       "1],interlace-mode=progressive";
@@ -84,7 +85,7 @@ TEST(TensorConverter, OffersEverySizeWhereTheNextElementWantsNone) {
 }
 
 // A transform that changes the type fixes only the dimensions.
-TEST(TensorConverter, OffersPicturesOfTheSizeThatAnElementBehindATransformWants) {
+TEST(TensorConverter, OffersTheSizeThatAnElementDownstreamOfATransformPrefers) {
   const auto h = harness_of(
       "tensor_converter ! tensor_transform mode=typecast option=float32 ! capsfilter "
       "caps=\"other/tensor,dimension=(string)3:16:12:1,type=float32\"");
@@ -155,7 +156,7 @@ TEST(TensorConverter, FillsInMissingTimes) {
   }
 }
 
-TEST(TensorConverter, LeavesTimesAloneWhenTold) {
+TEST(TensorConverter, KeepsTimesIfConfigured) {
   auto h = harness("set-timestamp=false", video("GRAY8", 4, 1));
   auto out = Ref<GstBuffer>::adopt(gst_harness_push_and_pull(h.get(), frame(Bytes(4))));
   EXPECT_FALSE(GST_BUFFER_PTS_IS_VALID(out.get()));
@@ -204,7 +205,7 @@ TEST(TensorConverter, RefusesSeveralFramesInOneVideoBuffer) {
   EXPECT_SAYS(text, "WEIR-2004: a video buffer holds more than one frame");
   EXPECT_SAYS(text, "fix: put rawvideoparse downstream of the source");
   auto longer = Ref<GstBuffer>::adopt(gst_harness_push_and_pull(h.get(), frame(ramp(95))));
-  EXPECT_EQ(content(longer.get()), ramp(48)) << "what is behind one frame is padding";
+  EXPECT_EQ(content(longer.get()), ramp(48)) << "bytes after one frame are padding";
 }
 
 TEST(TensorConverter, GathersNoBytesForFlexibleTensors) {
@@ -246,12 +247,12 @@ TEST(TensorConverter, RefusesBuffersThatAreNoWholeFrames) {
   EXPECT_EQ(gst_harness_push(empty.get(), gst_buffer_new()), GST_FLOW_ERROR);
 }
 
-TEST(TensorConverter, SaysWhatABytesStreamNeeds) {
+TEST(TensorConverter, NamesWhatAByteStreamNeeds) {
   const auto text = caps_error("", "application/octet-stream");
   EXPECT_SAYS(text, "tensor_converter input-dim=3:224:224:1 input-type=uint8");
 }
 
-TEST(TensorConverter, NamesTheDifferenceToWhatTheUserSaid) {
+TEST(TensorConverter, NamesTheDifferenceToTheProperties) {
   const auto text = caps_error("input-dim=3:9:2:1 input-type=uint8", video("RGB", 8, 2));
   EXPECT_SAYS(text, "WEIR-2001");
   EXPECT_SAYS(text, "3:8:2:1, needed is 3:9:2:1");

@@ -14,13 +14,13 @@ Result<StreamPlan> TextMedium::configure(const GstCaps* caps, const Preferences&
   const char* format = gst_structure_get_string(gst_caps_get_structure(caps, 0), "format");
   if (!format || std::strcmp(format, "utf8") != 0)
     return Error{.code = Code::FORMAT_UNSUPPORTED,
-                 .what = "this text format is no tensor",
+                 .what = "this text format cannot be a tensor",
                  .offered = format ? std::string("format=") + format : "no format",
                  .needed = "format=utf8",
                  .fix = "text/x-raw,format=utf8 ! tensor_converter input-dim=300"};
   if (preferences.shapes.size() != 1)
     return Error{.code = Code::OPTION_VALUE,
-                 .what = "the size of a text is not known",
+                 .what = "the size of a text is unknown",
                  .offered = std::to_string(preferences.shapes.size()) + " dimensions in input-dim",
                  .needed = "one: the bytes of each text",
                  .fix = "tensor_converter input-dim=300"};
@@ -31,7 +31,7 @@ Result<StreamPlan> TextMedium::configure(const GstCaps* caps, const Preferences&
   plan.spec.rate = rate_of(caps);
   plan.frame_bytes = frame_bytes_ = size;
   plan.frames_out = preferences.frames_per_tensor;
-  cut_said_ = false;
+  cut_reported_ = false;
   limit_ = preferences.limit;
   if (auto status = agree(plan.spec, preferences.tensors, "text"); !status) return status.error();
   return plan;
@@ -66,12 +66,13 @@ MediumFrames TextMedium::cut(GstBuffer* buffer, size_t size) {
   out.buffer = gst::Ref<GstBuffer>::adopt(gst_buffer_copy_region(buffer, kParts, 0, frame_bytes_));
   // A region of a buffer loses the duration; the text has the duration of the whole.
   GST_BUFFER_DURATION(out.buffer.get()) = GST_BUFFER_DURATION(buffer);
-  if (!std::exchange(cut_said_, true))
-    out.warning = Error{.code = Code::FRAME_SIZE,
-                        .what = "a text is longer than input-dim says and is cut, as others may be",
-                        .offered = std::to_string(size) + " bytes",
-                        .needed = std::to_string(frame_bytes_) + " bytes",
-                        .fix = "tensor_converter input-dim=" + std::to_string(size)};
+  if (!std::exchange(cut_reported_, true))
+    out.warning = Error{
+        .code = Code::FRAME_SIZE,
+        .what = "a text is longer than input-dim and is cut; later ones are cut without a message",
+        .offered = std::to_string(size) + " bytes",
+        .needed = std::to_string(frame_bytes_) + " bytes",
+        .fix = "tensor_converter input-dim=" + std::to_string(size)};
   return out;
 }
 

@@ -17,7 +17,7 @@ class TextMedium final : public Medium {
   MediumFrames cut(GstBuffer* buffer, size_t size);
 
   size_t frame_bytes_ = 0;
-  bool cut_said_ = false;
+  bool cut_reported_ = false;
   const BufferLimit* limit_ = nullptr;  // borrowed; set by configure()
 };
 

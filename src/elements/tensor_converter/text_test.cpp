@@ -40,7 +40,7 @@ TEST(ConverterText, IsPaddedWithZerosAndKeepsItsTime) {
   EXPECT_EQ(stat(h, "bytes-copied"), 2u);
 }
 
-TEST(ConverterText, IsCutAndKeepsItsTimeAndTheFirstCutIsTold) {
+TEST(ConverterText, IsCutAndKeepsItsTimeAndTheFirstCutIsReported) {
   auto h = harness("input-dim=4", kText);
   Errors errors(h);
   for (int i = 0; i < 2; ++i) {
@@ -53,7 +53,7 @@ TEST(ConverterText, IsCutAndKeepsItsTimeAndTheFirstCutIsTold) {
     EXPECT_EQ(GST_BUFFER_DURATION(out.get()), 3u);
   }
   const auto warning = errors.next_warning();
-  EXPECT_SAYS(warning, "WEIR-2004: a text is longer than input-dim says and is cut");
+  EXPECT_SAYS(warning, "WEIR-2004: a text is longer than input-dim and is cut");
   EXPECT_SAYS(warning, "fix: tensor_converter input-dim=8");
   EXPECT_EQ(errors.next_warning(), "");
   EXPECT_EQ(stat(h, "bytes-copied"), 0u);
@@ -82,7 +82,7 @@ TEST(ConverterText, OfSeveralMemoriesIsOne) {
 TEST(ConverterText, NeedsASize) {
   for (const char* properties : {"", "input-type=uint8", "input-dim=3,4"}) {
     const auto error = caps_error(properties, kText);
-    EXPECT_SAYS(error, "WEIR-1004: the size of a text is not known");
+    EXPECT_SAYS(error, "WEIR-1004: the size of a text is unknown");
     EXPECT_SAYS(error, "fix: tensor_converter input-dim=300");
   }
   EXPECT_SAYS(caps_error("input-dim=0", kText), "WEIR-1002");
@@ -95,7 +95,7 @@ TEST(ConverterText, OfNoBytesIsRefused) {
   EXPECT_EQ(stat(h, "dropped-error"), 1u);
 }
 
-TEST(ConverterText, GivesWayToOtherCapsInTheMiddleOfAStream) {
+TEST(ConverterText, FollowsOtherCapsInTheMiddleOfAStream) {
   auto h = harness("input-dim=4 frames-per-tensor=2", kText);
   ASSERT_EQ(gst_harness_push(h.get(), text("ab")), GST_FLOW_OK);
   EXPECT_EQ(change_caps(h, kTimedText), "");

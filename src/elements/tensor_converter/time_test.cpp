@@ -193,7 +193,7 @@ std::vector<GstClockTime> times_through(const Harness& h, const std::vector<GstC
   return out;
 }
 
-TEST(ConverterTime, ThatGoesBackwardsIsCountedToldOnceAndPassedOn) {
+TEST(ConverterTime, ThatGoesBackwardsIsCountedReportedOnceAndForwarded) {
   auto h = bytes_at_ntsc();
   Errors errors(h);
   const std::vector<GstClockTime> times{5 * GST_SECOND, 3 * GST_SECOND, 4 * GST_SECOND, 0};
@@ -208,7 +208,7 @@ TEST(ConverterTime, ThatGoesBackwardsIsCountedToldOnceAndPassedOn) {
   EXPECT_EQ(errors.next_warning(), "");
 }
 
-TEST(ConverterTime, ThatGoesBackwardsIsDroppedWhereTheUserSaysSo) {
+TEST(ConverterTime, ThatGoesBackwardsIsDroppedIfConfigured) {
   auto h = bytes_at_ntsc("on-backwards-time=drop");
   Errors errors(h);
   EXPECT_EQ(times_through(h, {5 * GST_SECOND, 3 * GST_SECOND, 5 * GST_SECOND, 4 * GST_SECOND,
@@ -222,7 +222,7 @@ TEST(ConverterTime, ThatGoesBackwardsIsDroppedWhereTheUserSaysSo) {
   EXPECT_EQ(errors.next_warning(), "");
 }
 
-TEST(ConverterTime, BeginsAnewInANewSegmentAndMayRunBackwardsInAReversedOne) {
+TEST(ConverterTime, RestartsInANewSegmentAndMayRunBackwardsInAReversedOne) {
   auto h = bytes_at_ntsc("on-backwards-time=drop");
   EXPECT_EQ(times_through(h, {5 * GST_SECOND}).size(), 1u);
   GstSegment segment;

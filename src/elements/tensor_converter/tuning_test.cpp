@@ -45,7 +45,7 @@ TEST(TuningConverter, WhatDoesNotFitTheStreamIsRefusedAndReadsBackAsBefore) {
   t.set("mode", "custom-nothing:x");
   EXPECT_EQ(t.get("mode"), "");
   EXPECT_SAYS(t.messages.next_warning(), "custom-nothing");
-  t.set("mode", "custom-code:nobody");
+  t.set("mode", "custom-code:absent");
   EXPECT_SAYS(t.messages.next_warning(), "no function is registered");
   EXPECT_EQ(t.push<>({5, 6, 7, 8}), (Bytes{5, 6, 7, 8}));
   EXPECT_EQ(t.get("mode"), "");

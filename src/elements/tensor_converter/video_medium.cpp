@@ -20,7 +20,7 @@ Result<StreamPlan> VideoMedium::configure(const GstCaps* caps, const Preferences
   if (GST_VIDEO_INFO_IS_INTERLACED(&video))
     return Error{
         .code = Code::FORMAT_UNSUPPORTED,
-        .what = "interlaced video is no tensor",
+        .what = "interlaced video is not supported",
         .offered = gst_video_interlace_mode_to_string(GST_VIDEO_INFO_INTERLACE_MODE(&video)),
         .needed = "interlace-mode=progressive",
         .fix = "deinterlace ! tensor_converter"};

@@ -55,10 +55,10 @@ TEST(TensorDecoderDrawing, FollowsCapsOfAnotherSize) {
 }
 
 TEST(TensorDecoderDrawing, ReportsPixelsWithoutAClass) {
-  const std::string said = error_of("mode=image_segment option1=snpe-deeplab option2=3",
-                                    tensor("float32", "2:1"), bytes_of({1, NAN}));
-  EXPECT_SAYS(said, "WEIR-2001: a pixel has a number that is not a class");
-  EXPECT_SAYS(said, "nan at pixel 1, 0");
+  const std::string message = error_of("mode=image_segment option1=snpe-deeplab option2=3",
+                                       tensor("float32", "2:1"), bytes_of({1, NAN}));
+  EXPECT_SAYS(message, "WEIR-2001: a pixel has a number that is not a class");
+  EXPECT_SAYS(message, "nan at pixel 1, 0");
 }
 
 TEST(TensorDecoderDrawing, ReportsOptionsThatCannotBeUsed) {
@@ -103,10 +103,10 @@ TEST(TensorDecoderDrawing, DrawsKeyPointsWithOffsets) {
 }
 
 TEST(TensorDecoderDrawing, ReportsAnotherNumberOfKeyPoints) {
-  const std::string said = error_of("mode=pose_estimation option1=6:4 option2=2:2",
-                                    tensor("float32", "17:2:2"), Bytes(4 * 68));
-  EXPECT_SAYS(said, "WEIR-2001: the heat map has another number of key points than the body");
-  EXPECT_SAYS(said, "offered: float32 17:2:2");
+  const std::string message = error_of("mode=pose_estimation option1=6:4 option2=2:2",
+                                       tensor("float32", "17:2:2"), Bytes(4 * 68));
+  EXPECT_SAYS(message, "WEIR-2001: the heat map has another number of key points than the body");
+  EXPECT_SAYS(message, "offered: float32 17:2:2");
 }
 
 TEST(TensorDecoderDrawing, WritesRegionsThatTensorCropCuts) {

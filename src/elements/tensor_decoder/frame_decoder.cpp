@@ -10,14 +10,13 @@
 #include "core/text/text.hpp"
 #include "elements/tensor_decoder/module_decoder.hpp"
 #include "elements/tensor_decoder/sub_plugin_decoder.hpp"
+#include "weir/join.hpp"
 
 namespace weir {
 namespace {
 
 std::string list(const std::vector<std::string>& names) {
-  std::string out;
-  for (const auto& name : names) out += (out.empty() ? "" : ", ") + name;
-  return out.empty() ? "none" : out;
+  return names.empty() ? "none" : join(names, ", ");
 }
 
 Result<OpenDecoder> of_module(const weir_decoder_type& type, const std::string& mode,

@@ -22,29 +22,29 @@ void expect_contract(const Harness& h, uint64_t received, uint64_t pushed) {
 
 TEST(TensorDecoderStream, TurnsWhatADecoderThrowsIntoErrors) {
   for (const char* where : {"open", "configure", "decode"}) {
-    const auto said = [&](const char* what) { return error_of(erring(where, what), kOne, {1}); };
-    const std::string failure = said("failure");
+    const auto message = [&](const char* what) { return error_of(erring(where, what), kOne, {1}); };
+    const std::string failure = message("failure");
     EXPECT_SAYS(failure, "WEIR-1004: failed as ordered");
     EXPECT_SAYS(failure, "first difference: the first difference");
     EXPECT_SAYS(failure, "needed: another option2");
     EXPECT_SAYS(failure, "fix: option2=nothing");
-    EXPECT_SAYS(said("exception"),
+    EXPECT_SAYS(message("exception"),
                 "WEIR-5003: a class in C++ threw an exception\n  offered: thrown in a decoder");
-    EXPECT_SAYS(said("memory"), "WEIR-9001: memory ran out in a module");
-    EXPECT_SAYS(said("number"), "offered: not derived from std::exception");
+    EXPECT_SAYS(message("memory"), "WEIR-9001: memory ran out in a module");
+    EXPECT_SAYS(message("number"), "offered: not derived from std::exception");
   }
 }
 
 TEST(TensorDecoderStream, NeedsCapsOfTheDecoder) {
   for (const char* where : {"no-caps", "bad-caps"}) {
-    const std::string said = error_of(erring(where, "nothing"), kOne, {1});
-    EXPECT_SAYS(said, "WEIR-5003: the decoder returned invalid caps");
-    EXPECT_SAYS(said, "for example text/x-raw,format=(string)utf8");
+    const std::string message = error_of(erring(where, "nothing"), kOne, {1});
+    EXPECT_SAYS(message, "WEIR-5003: the decoder returned invalid caps");
+    EXPECT_SAYS(message, "for example text/x-raw,format=(string)utf8");
   }
 }
 
 // GstBaseTransform alone posts no error for this.
-TEST(TensorDecoderStream, SaysWhatTheNextElementDoesNotTake) {
+TEST(TensorDecoderStream, NamesWhatDownstreamDoesNotAccept) {
   const Harness h{gst_harness_new_parse("tensor_decoder mode=direct_video")};
   Errors errors(h);
   gst_harness_set_sink_caps_str(h.get(), "video/x-raw,format=RGB,width=9,height=[1,100]");
@@ -55,7 +55,7 @@ TEST(TensorDecoderStream, SaysWhatTheNextElementDoesNotTake) {
   EXPECT_SAYS(error, "width=(int)8");
   EXPECT_SAYS(error, "needed: video/x-raw, format=(string)RGB, width=(int)9");
   EXPECT_SAYS(error, "fix: tensor_decoder ! videoconvert ! videoscale");
-  EXPECT_EQ(errors.next(), "") << "told once";
+  EXPECT_EQ(errors.next(), "") << "reported once";
 }
 
 TEST(TensorDecoderStream, GivesNoMemoryBeforeThereIsAFrame) {
@@ -82,7 +82,7 @@ TEST(TensorDecoderStream, CountsTheFramesThatFail) {
   expect_contract(h, 1, 0);
 }
 
-TEST(TensorDecoderStream, TellsTheDecoderOfAFlush) {
+TEST(TensorDecoderStream, ResetsTheDecoderOnAFlush) {
   auto h = harness("mode=erring option1=count", kOne);
   EXPECT_EQ(decoded(h, frame(Bytes{9})), Bytes{1});
   EXPECT_EQ(decoded(h, frame(Bytes{9})), Bytes{2});
@@ -126,7 +126,7 @@ TEST(TensorDecoderStream, StartsAgain) {
 }
 
 // The strides of the camera's frame do not apply to the tensor: GStreamer drops that meta.
-TEST(TensorDecoderStream, LeavesStridesOfOtherMemoryBehind) {
+TEST(TensorDecoderStream, DropsStridesOfOtherMemory) {
   auto h = harness("mode=direct_video", tensor("uint8", "3:4:2"));
   GstBuffer* in = frame(Bytes(24));
   gsize offset[] = {0};

@@ -28,13 +28,13 @@ Result<bool> taken(const std::string& who, int flow, GstBuffer* out) {
                  .what = who + " failed on a frame",
                  .offered = gst_flow_get_name(static_cast<GstFlowReturn>(flow)),
                  .needed = "ok",
-                 .fix = "its own lines in the log say why: GST_DEBUG=weir*:5"};
+                 .fix = "read its log lines: GST_DEBUG=weir*:5"};
   if (gst_buffer_n_memory(out) == 0)
     return Error{.code = Code::CALLBACK_FAILED,
-                 .what = who + " made nothing of a frame and says ok",
+                 .what = who + " returned success without an output",
                  .offered = "a buffer without memory",
                  .needed = "memory in the buffer, or a flow return below 0",
-                 .fix = "mend " + who};
+                 .fix = "correct " + who};
   return true;
 }
 
@@ -55,7 +55,7 @@ Result<OpenDecoder> SubPluginDecoder::open(const GstTensorDecoderDef& type,
                  .what = "the decoder " + std::string(type.modename) + " cannot be opened",
                  .offered = "its init returned FALSE",
                  .needed = "TRUE",
-                 .fix = "its own lines in the log say why: GST_DEBUG=weir*:5"};
+                 .fix = "read its log lines: GST_DEBUG=weir*:5"};
   const std::shared_ptr<SubPluginDecoder> decoder(new SubPluginDecoder(type, priv));
   OpenDecoder out{decoder, decoder, {}};
   for (size_t i = 0; i < options.numbered.size(); ++i) {
@@ -65,7 +65,7 @@ Result<OpenDecoder> SubPluginDecoder::open(const GstTensorDecoderDef& type,
       continue;
     out.warnings.push_back(
         {.code = Code::OPTION_VALUE,
-         .what = decoder->name_ + " does not take an option and goes on without it",
+         .what = decoder->name_ + " does not accept an option and continues without it",
          .offered = "option" + std::to_string(i + 1) + "=" + *value,
          .needed = type.setOption ? "a value that it takes" : "no options: it has none"});
   }
@@ -78,17 +78,17 @@ Result<Ref<GstCaps>> SubPluginDecoder::configure(const FrameSpec& input) {
   auto caps = Ref<GstCaps>::adopt(type_.getOutCaps(&priv_, config.get()));
   if (!caps)
     return Error{.code = Code::SPEC_MISMATCH,
-                 .what = name_ + " makes nothing of these tensors",
+                 .what = name_ + " does not accept these tensors",
                  .offered = input.to_string(),
-                 .needed = "tensors that it takes",
-                 .fix = "tensor_transform in front of tensor_decoder makes others"};
+                 .needed = "tensors that it accepts",
+                 .fix = "put tensor_transform before tensor_decoder to convert them"};
   if (!GST_IS_CAPS(caps.get()) || gst_caps_is_empty(caps.get()) || gst_caps_is_any(caps.get()))
     return Error{.code = Code::CALLBACK_FAILED,
-                 .what = name_ + " gives no caps that say anything",
+                 .what = name_ + " returned caps without any media type",
                  .offered = GST_IS_CAPS(caps.get()) ? gst_caps_is_any(caps.get()) ? "ANY" : "EMPTY"
                                                     : "something else",
                  .needed = "caps, for example text/x-raw,format=(string)utf8",
-                 .fix = "mend its getOutCaps"};
+                 .fix = "correct its getOutCaps"};
   return caps;
 }
 

@@ -29,7 +29,7 @@ class TensorDecoder : public gst::CountedTransform<TensorDecoder> {
  public:
   static constexpr gst::ElementInfo kInfo{
       "WeirTensorDecoder", "tensor_decoder", "TensorDecoder", "Converter/Tensor",
-      "Turns the results of a network into labels, pictures or bytes"};
+      "Converts the results of a network to labels, pictures or bytes"};
   static inline GstStaticPadTemplate kPads[] = {
       GST_STATIC_PAD_TEMPLATE(
           "sink", GST_PAD_SINK, GST_PAD_ALWAYS,
@@ -355,10 +355,10 @@ class TensorDecoder : public gst::CountedTransform<TensorDecoder> {
     auto kept = decoder_->decode(input_, in, reader_, out, buffer_limit_, &ledger_);
     if (kept && *kept && gst_buffer_get_size(out) < picture_bytes_)
       return Error{.code = Code::FRAME_SIZE,
-                   .what = "the decoder made less than a picture of its caps",
+                   .what = "the output of the decoder is smaller than a picture of its caps",
                    .offered = std::to_string(gst_buffer_get_size(out)) + " bytes",
                    .needed = std::to_string(picture_bytes_) + " bytes",
-                   .fix = "mend the decoder " + settings().mode};
+                   .fix = "correct the decoder " + settings().mode};
     if (kept && *kept && results_.is_results())
       if (auto status = results_.place(out); !status) return status.error();
     return kept;

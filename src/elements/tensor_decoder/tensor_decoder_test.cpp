@@ -39,10 +39,10 @@ TEST(TensorDecoder, NeedsALabelFile) {
 
 TEST(TensorDecoder, RefusesOtherShapes) {
   for (const char* shape : {"3:2", "1:3", "3:1:2"}) {
-    const std::string said = error_of(labeling("a\nb\nc"), tensor("uint8", shape), Bytes(6));
-    EXPECT_SAYS(said, "WEIR-2001");
-    EXPECT_SAYS(said, "one score for each class");
-    EXPECT_SAYS(said, std::string("uint8 ") + shape);
+    const std::string message = error_of(labeling("a\nb\nc"), tensor("uint8", shape), Bytes(6));
+    EXPECT_SAYS(message, "WEIR-2001");
+    EXPECT_SAYS(message, "one score for each class");
+    EXPECT_SAYS(message, std::string("uint8 ") + shape);
   }
 }
 
@@ -72,9 +72,9 @@ TEST(TensorDecoder, PadsRowsToFourBytes) {
 TEST(TensorDecoder, RefusesWhatIsNoPicture) {
   for (const auto& caps : {tensor("uint8", "2:4:2"), tensor("float32", "3:4:2"),
                            tensor("uint16", "3:4:2"), tensor("uint8", "3:4:2:2")}) {
-    const std::string said = error_of("mode=direct_video", caps, Bytes(96));
-    EXPECT_SAYS(said, "WEIR-2001");
-    EXPECT_SAYS(said, "takes one picture");
+    const std::string message = error_of("mode=direct_video", caps, Bytes(96));
+    EXPECT_SAYS(message, "WEIR-2001");
+    EXPECT_SAYS(message, "takes one picture");
   }
 }
 
@@ -107,10 +107,10 @@ TEST(TensorDecoder, CountsAFrameThatMeetsAFlushAsFlushed) {
 }
 
 TEST(TensorDecoder, NeedsAStaticStream) {
-  const std::string said =
+  const std::string message =
       error_of("mode=direct_video", "other/tensors,format=flexible,framerate=30/1", Bytes(128));
-  EXPECT_SAYS(said, "WEIR-2002");
-  EXPECT_SAYS(said, "fix: other/tensors,format=static");
+  EXPECT_SAYS(message, "WEIR-2002");
+  EXPECT_SAYS(message, "fix: other/tensors,format=static");
 }
 
 TEST(TensorDecoder, GivesTheBytesOfEachTensor) {
@@ -145,15 +145,15 @@ TEST(TensorDecoder, TakesTheHeadersOffFlexibleTensors) {
 }
 
 TEST(TensorDecoder, NeedsAMode) {
-  const std::string said = error_of("");
-  EXPECT_SAYS(said, "no mode is set");
-  EXPECT_SAYS(said, "bounding_boxes, direct_video, erring, ");
+  const std::string message = error_of("");
+  EXPECT_SAYS(message, "no mode is set");
+  EXPECT_SAYS(message, "bounding_boxes, direct_video, erring, ");
 }
 
 TEST(TensorDecoder, GuessesTheModeThatWasMeant) {
-  const std::string said = error_of("mode=image_labelling");
-  EXPECT_SAYS(said, "WEIR-3010");
-  EXPECT_SAYS(said, "did you mean image_labeling?");
+  const std::string message = error_of("mode=image_labelling");
+  EXPECT_SAYS(message, "WEIR-3010");
+  EXPECT_SAYS(message, "did you mean image_labeling?");
   EXPECT_SAYS(error_of("mode=../octet_stream"), "WEIR-3010");
   EXPECT_SAYS(error_of("mode=Octet_Stream"), "WEIR-3010");
 }
@@ -184,7 +184,7 @@ TEST(TensorDecoder, ReadsItsPropertiesFromAFile) {
   EXPECT_EQ(property(h, "option2"), "NULL");
 }
 
-TEST(TensorDecoder, WarnsOfWhatAPropertyFileNamesInVain) {
+TEST(TensorDecoder, WarnsOfUnknownPropertiesInAPropertyFile) {
   const auto element = lone_element("tensor_decoder " +
                                     property_file("mode=octet_stream\noptoin1=BGR\nqqqqqqqqqq=1\n"
                                                   "sub-plugins=none\nconfig-file=/nowhere\n"));
@@ -239,11 +239,11 @@ TEST(PropertyFile, SetsEachTypeByItsOwnRule) {
   EXPECT_EQ(value_of(identity.get(), "drop-probability"), "0.25");
 }
 
-TEST(TensorDecoder, SaysWhichPropertyFileIsMissing) {
-  const std::string said = error_of("mode=octet_stream config-file=/nowhere/weir.conf");
-  EXPECT_SAYS(said, "WEIR-4001: the property file cannot be read");
-  EXPECT_SAYS(said, "config-file=/nowhere/weir.conf");
-  EXPECT_SAYS(said, "lines of property=value");
+TEST(TensorDecoder, NamesTheMissingPropertyFile) {
+  const std::string message = error_of("mode=octet_stream config-file=/nowhere/weir.conf");
+  EXPECT_SAYS(message, "WEIR-4001: the property file cannot be read");
+  EXPECT_SAYS(message, "config-file=/nowhere/weir.conf");
+  EXPECT_SAYS(message, "lines of property=value");
 }
 
 TEST(TensorDecoder, ListsItsDecoders) {

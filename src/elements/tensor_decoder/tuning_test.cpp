@@ -69,7 +69,7 @@ TEST(TuningDecoder, ASecondWriteCompletesTheFirst) {
   EXPECT_EQ(t.messages.next(), "");
 }
 
-TEST(TuningDecoder, WhatWasRefusedLeavesOtherWritesAlone) {
+TEST(TuningDecoder, ARejectedWriteKeepsOtherWrites) {
   auto t = tuned("tensor_decoder mode=direct_video");
   t.push<>(kPixels);
   t.set("mode", "no_such_decoder");

@@ -24,7 +24,7 @@ Numbers all(const Harness& h) {
 }
 // The sink holds one output; then a frame produces nine more: 9 to 17. Three of them fit within the
 // limit in addition to their frame and the held output.
-void give_nine_behind_one(const Harness& h, ClosedPad& outside) {
+void push_nine_after_one(const Harness& h, ClosedPad& outside) {
   push(h, 1);
   outside.wait_until_one_is_held();
   wait_for_stat(h, kFilter, "bytes-held", 16);
@@ -34,7 +34,7 @@ void give_nine_behind_one(const Harness& h, ClosedPad& outside) {
 TEST(TensorFilterAsyncBytes, BlocksTheEngineAtTheLimit) {
   auto h = harness("in-flight:2", "max-bytes=80");
   ClosedPad outside(h->sinkpad);
-  give_nine_behind_one(h, outside);
+  push_nine_after_one(h, outside);
   wait_for_stat(h, kFilter, "bytes-held", 80);
   outside.open();
   EXPECT_EQ(all(h), (Numbers{1, 9, 10, 11, 12, 13, 14, 15, 16, 17}));
@@ -48,7 +48,7 @@ TEST(TensorFilterAsyncBytes, BlocksTheEngineAtTheLimit) {
 void expect_six_dropped(const std::string& when_busy, const Numbers& left) {
   auto h = harness("in-flight:2", "max-bytes=80 when-busy=" + when_busy);
   ClosedPad outside(h->sinkpad);
-  give_nine_behind_one(h, outside);
+  push_nine_after_one(h, outside);
   wait_for_stat(h, kFilter, "invokes", 2);
   outside.open();
   EXPECT_EQ(all(h), left);
@@ -130,7 +130,7 @@ TEST(TensorFilterAsyncBytes, LimitsFramesInProgress) {
 TEST(TensorFilterAsyncBytes, ReleasesAWaitingOutputOnFlush) {
   auto h = harness("in-flight:2", "max-bytes=80");
   ClosedPad outside(h->sinkpad);
-  give_nine_behind_one(h, outside);
+  push_nine_after_one(h, outside);
   wait_for_stat(h, kFilter, "bytes-held", 80);
   gst_harness_push_event(h.get(), gst_event_new_flush_start());
   outside.open();
@@ -143,7 +143,7 @@ TEST(TensorFilterAsyncBytes, ReleasesAWaitingOutputOnFlush) {
 TEST(TensorFilterAsyncBytes, StopsWhileAnOutputWaits) {
   auto h = harness("in-flight:2", "max-bytes=80");
   ClosedPad outside(h->sinkpad);
-  give_nine_behind_one(h, outside);
+  push_nine_after_one(h, outside);
   wait_for_stat(h, kFilter, "bytes-held", 80);
   const auto element = element_of(h, kFilter);
   std::thread stop([&] { gst_element_set_state(element.get(), GST_STATE_NULL); });
@@ -159,7 +159,7 @@ TEST(TensorFilterAsyncBytes, ReportsNoTimeoutForABlockedEngine) {
   auto h = harness("in-flight:2", "max-bytes=80 async-timeout=40");
   Errors errors(h);
   ClosedPad outside(h->sinkpad);
-  give_nine_behind_one(h, outside);
+  push_nine_after_one(h, outside);
   wait_for_stat(h, kFilter, "bytes-held", 80);
   auto other = harness("never:1", "async-timeout=40");
   Errors others(other);

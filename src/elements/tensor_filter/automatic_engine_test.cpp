@@ -36,7 +36,7 @@ class Log {
 
 TEST(TensorFilterAuto, UsesAndLogsTheConfiguredPriority) {
   const AdderFiles files;
-  const auto ini = files.write("weir.ini", "[filter]\npriority_add = nobody, adder, scaling\n");
+  const auto ini = files.write("weir.ini", "[filter]\npriority_add = absent, adder, scaling\n");
   setenv("WEIR_CONFIG", ini.c_str(), 1);
   const Log log;
   auto h = harness_of("tensor_filter model=" + files.model(5), kAdderCaps);

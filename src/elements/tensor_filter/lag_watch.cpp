@@ -31,12 +31,12 @@ Error is_late(GstClockTimeDiff lag) {
 void LagWatch::open(bool watching) noexcept {
   watching_ = watching;
   gst_segment_init(&segment_, GST_FORMAT_UNDEFINED);
-  behind_.reset();
+  lag_.reset();
 }
 
 void LagWatch::set_segment(GstEvent* segment) noexcept {
   gst_event_copy_segment(segment, &segment_);
-  behind_.reset();
+  lag_.reset();
 }
 
 void LagWatch::see(GstBuffer* buffer) {
@@ -48,7 +48,7 @@ void LagWatch::see(GstBuffer* buffer) {
   const GstClockTimeDiff now =
       GST_CLOCK_DIFF(gst_element_get_base_time(element_), gst_clock_get_time(clock.get()));
   const GstClockTimeDiff lag = now - static_cast<GstClockTimeDiff>(due);
-  if (!behind_.observe(nanoseconds(now), nanoseconds(lag))) return;
+  if (!lag_.observe(nanoseconds(now), nanoseconds(lag))) return;
   GstClockTime latency = 0;
   watching_ = is_live(&latency);
   if (!watching_ || lag - static_cast<GstClockTimeDiff>(latency) <

@@ -28,7 +28,7 @@ class LagWatch {
   GstPad* sink_ = nullptr;         // borrowed
   bool watching_ = false;
   GstSegment segment_{};
-  infer::FallingBehind behind_;
+  infer::FallingBehind lag_;
 };
 
 }  // namespace weir

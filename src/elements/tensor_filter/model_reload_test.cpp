@@ -53,7 +53,7 @@ TEST(ModelReload, TheModelIsReplacedWhenThePropertySetterReturns) {
 struct OpenedAgain {
   explicit OpenedAgain(const std::string& model)
       : h(harness_of(adder(model, "is-updatable=true custom=gate:" + gate.reader() +
-                                      ",tell:" + tell.writer()),
+                                      ",events:" + events.writer()),
                      kAdderCaps)),
         filter(element_of(h, "tensor_filter")) {}
   void change_a_property() { g_object_set(filter.get(), "inputname", "other", nullptr); }
@@ -61,10 +61,10 @@ struct OpenedAgain {
     return std::async(std::launch::async, [this] { return pushed_sum(h); });
   }
   void wait_until_it_is_at_the_gate() {
-    while (tell.next() != 'g') continue;
+    while (events.next() != 'g') continue;
   }
 
-  Pipe gate, tell;
+  Pipe gate, events;
   Harness h;
   Ref<GstElement> filter;
 };
@@ -342,17 +342,17 @@ TEST(ModelReload, ForwardsTheEventIfNotUpdatable) {
 
 TEST(ModelReload, AStopWaitsForAModelThatIsBeingOpened) {
   const AdderFiles files;
-  const Pipe gate, tell;
+  const Pipe gate, events;
   auto h = harness_of(adder(files.model(1), "is-updatable=true custom=gate:" + gate.reader() +
-                                                ",tell:" + tell.writer()),
+                                                ",events:" + events.writer()),
                       kAdderCaps);
-  EXPECT_EQ(tell.next(), 'o');
+  EXPECT_EQ(events.next(), 'o');
   gst_harness_push_event(h.get(), update_event(files.model(2, "4 gate")));
-  EXPECT_EQ(tell.next(), 'g');
+  EXPECT_EQ(events.next(), 'g');
   gate.put('x');
   h.reset();
   std::string rest;
-  for (int i = 0; i < 3; ++i) rest += tell.next();
+  for (int i = 0; i < 3; ++i) rest += events.next();
   EXPECT_EQ(std::count(rest.begin(), rest.end(), 'o'), 1);
   EXPECT_EQ(std::count(rest.begin(), rest.end(), 'c'), 2) << "both are closed";
 }

@@ -10,8 +10,8 @@ constexpr char kKey[] = " is-updatable=true shared-tensor-filter-key=k";
 
 TEST(ModelSharing, TheSameKeyOpensTheModelOnce) {
   const AdderFiles files;
-  const Pipe tell;
-  const auto line = adder(files.model(1), "custom=tell:" + tell.writer() + kKey);
+  const Pipe events;
+  const auto line = adder(files.model(1), "custom=events:" + events.writer() + kKey);
   {
     auto first = harness_of(line, kAdderCaps), second = harness_of(line, kAdderCaps);
     auto third = harness_of(line, kAdderCaps);
@@ -20,21 +20,21 @@ TEST(ModelSharing, TheSameKeyOpensTheModelOnce) {
     const auto filter = element_of(second, "tensor_filter");
     EXPECT_EQ(stat(filter.get(), "shared-by"), 3u);
     EXPECT_EQ(stat(filter.get(), "weights-bytes"), 1000u);
-    EXPECT_EQ(tell.next(), 'o');
+    EXPECT_EQ(events.next(), 'o');
     first.reset();
     EXPECT_EQ(stat(filter.get(), "shared-by"), 2u);
     EXPECT_EQ(pushed_sum(second), 1);
   }
-  EXPECT_EQ(tell.next(), 'c') << "closed with its last user and not reopened before";
+  EXPECT_EQ(events.next(), 'c') << "closed with its last user and not reopened before";
 }
 
 TEST(ModelSharing, WithoutAKeyEachFilterOpensAModel) {
   const AdderFiles files;
-  const Pipe tell;
-  const auto line = adder(files.model(1), "custom=tell:" + tell.writer());
+  const Pipe events;
+  const auto line = adder(files.model(1), "custom=events:" + events.writer());
   auto first = harness_of(line, kAdderCaps), second = harness_of(line, kAdderCaps);
-  EXPECT_EQ(tell.next(), 'o');
-  EXPECT_EQ(tell.next(), 'o');
+  EXPECT_EQ(events.next(), 'o');
+  EXPECT_EQ(events.next(), 'o');
   EXPECT_EQ(stat(first, "tensor_filter", "shared-by"), 1u);
 }
 

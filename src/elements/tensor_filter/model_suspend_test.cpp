@@ -7,7 +7,7 @@ namespace {
 using namespace weir::test;
 
 std::string line(const AdderFiles& files, const Pipe& pipe, const std::string& more = "") {
-  return adder(files.model(1), "suspend=1 custom=tell:" + pipe.writer() + more);
+  return adder(files.model(1), "suspend=1 custom=events:" + pipe.writer() + more);
 }
 
 TEST(ModelSuspend, ClosesAnIdleModelAndReopensItForTheNextFrame) {
@@ -49,7 +49,7 @@ TEST(ModelSuspend, ABusyFilterOfTheKeyKeepsTheModelOpen) {
   const AdderFiles files;
   const Pipe pipe;
   const std::string key = " shared-tensor-filter-key=s";
-  auto busy = harness_of(adder(files.model(1), "custom=tell:" + pipe.writer() + key), kAdderCaps);
+  auto busy = harness_of(adder(files.model(1), "custom=events:" + pipe.writer() + key), kAdderCaps);
   auto idle = harness_of(line(files, pipe) + key, kAdderCaps);
   const auto filter = element_of(idle, "tensor_filter");
   wait_until_suspended(filter.get());

@@ -324,16 +324,16 @@ class TensorFilter : public gst::Element<TensorFilter, gst::PlainElement>,
 
   // Called between two frames: handles changed properties and reconfigure requests from downstream.
   GstFlowReturn follow() {
-    const bool asked = gst_pad_check_reconfigure(source_);
+    const bool must_reconfigure = gst_pad_check_reconfigure(source_);
     if (described_ && described_->reloads() != described_reloads_)
       describe(described_, plan_, false);
-    if (!asked && !is_written()) return GST_FLOW_OK;
+    if (!must_reconfigure && !is_written()) return GST_FLOW_OK;
     const auto caps = Ref<GstCaps>::adopt(gst_pad_get_current_caps(sink_));
     if (!caps) return GST_FLOW_OK;
     const bool changed = follow_settings(
         &followed_, [&](const Settings& wanted) { return open_again(caps.get(), wanted); });
     if (model_.stopped()) return GST_FLOW_FLUSHING;
-    if (!asked && !changed) return GST_FLOW_OK;
+    if (!must_reconfigure && !changed) return GST_FLOW_OK;
     const Status status = negotiate(caps.get(), false);
     if (status) return GST_FLOW_OK;
     gst::post_error(element(), status.error());

@@ -106,7 +106,7 @@ class TensorIf : public gst::OneToMany<TensorIf> {
   }
 
   // A branch without any frame needs EOS as well, or its sink would wait forever.
-  void ending() {
+  void before_eos() {
     for (size_t way = 0; plan_ && way < 2; ++way)
       if (plan_->branches[way].behaviour != Behaviour::Skip)
         (void)outputs_.settle(&outputs_.output(way), plan_->branches[way].spec);

@@ -156,7 +156,7 @@ TEST(TensorMerge, AnUnknownSyncModeFallsBackToNosync) {
   merge.add(caps("1").c_str());
   merge.play();
   const std::string warning = merge.warning();
-  EXPECT_SAYS(warning, "WEIR-1005: sync-mode is unknown, and nosync is taken");
+  EXPECT_SAYS(warning, "WEIR-1005: sync-mode is unknown; nosync is used");
   EXPECT_SAYS(warning, "fix: sync-mode=nosync");
   auto first = merge.push_later(0, Bytes{1}, 10);
   EXPECT_EQ(merge.push(1, Bytes{2}, 500), GST_FLOW_OK);

@@ -62,11 +62,11 @@ inline Result<SyncChoice> sync_choice(const SyncSettings& settings, sync::Mode f
   if (!mode) {
     const std::string usual(sync::name_of(fallback));
     Error error = mode.error();
-    error.what += ", and " + usual + " is taken";
+    error.what += "; " + usual + " is used";
     if (error.fix.empty()) error.fix = "sync-mode=" + usual;
     out.mode_status = std::move(error);
   }
-  if (auto old = sync::old_word(settings.sync_mode)) out.mode_status = *std::move(old);
+  if (auto old = sync::old_name_warning(settings.sync_mode)) out.mode_status = *std::move(old);
   if (out.options.mode != sync::Mode::BasePad) return out;
   const auto base = sync::parse_base(settings.sync_option);
   if (!base) return base.error();

@@ -296,7 +296,7 @@ TEST(TensorMux, AnUnknownModeIsReportedAndFallsBackToSlowest) {
   mux.add(caps_of_bytes(1).c_str());
   EXPECT_EQ(mux.play(), GST_STATE_CHANGE_SUCCESS);
   const std::string warning = mux.warning();
-  EXPECT_SAYS(warning, "WEIR-1005: sync-mode is unknown, and slowest is taken");
+  EXPECT_SAYS(warning, "WEIR-1005: sync-mode is unknown; slowest is used");
   EXPECT_SAYS(warning, "slowset");
   EXPECT_SAYS(warning, "sync-mode=slowest");
   mux.push_all({{1}}, 0);

@@ -33,7 +33,7 @@ TEST(OverlayRejects, FlexibleFramesOfSeveralTensors) {
 TEST(OverlayRejects, ResultsThatAreTooShort) {
   const Both b("");
   Errors errors(b.element.get());
-  EXPECT_EQ(b.bring({1, 2, 3}, 0), GST_FLOW_ERROR);
+  EXPECT_EQ(b.push({1, 2, 3}, 0), GST_FLOW_ERROR);
   EXPECT_SAYS(errors.next(), "WEIR-2004");
   EXPECT_EQ(b.stat("results-refused"), 1u);
   EXPECT_EQ(b.picture(kSmall, 0), Bytes(kSmall));
@@ -55,7 +55,7 @@ TEST(OverlayRejects, ResultsBeforeTheirCaps) {
 TEST(OverlayRejects, ResultsWithoutASourceMap) {
   const Both b("coordinates=tensor", video("RGB", 8, 6), floats(6, 2));
   Errors errors(b.element.get());
-  EXPECT_EQ(b.bring(std::vector<float>(12), 0), GST_FLOW_ERROR);
+  EXPECT_EQ(b.push(std::vector<float>(12), 0), GST_FLOW_ERROR);
   auto text = errors.next();
   EXPECT_SAYS(text, "the results have no source map to the picture");
   EXPECT_SAYS(text, "fix: tensor_overlay coordinates=picture");
@@ -63,7 +63,7 @@ TEST(OverlayRejects, ResultsWithoutASourceMap) {
   gst::set_source_maps(three, std::vector<SourceMap>(3), gst::MapsOf::Regions);
   EXPECT_EQ(gst_harness_push(b.results.get(), three), GST_FLOW_ERROR);
   text = errors.next();
-  EXPECT_SAYS(text, "a number of source maps that is neither 1 nor the number of rows");
+  EXPECT_SAYS(text, "number of source maps differs from the number of rows");
   EXPECT_SAYS(text, "3 source maps");
 }
 
@@ -82,7 +82,7 @@ TEST(OverlayRejects, AFormatItCannotDrawInto) {
 
 TEST(OverlayRejects, APictureThatIsTooShort) {
   const Both b("");
-  b.bring({1, 1, 7, 6, 1, 0}, 0);
+  b.push({1, 1, 7, 6, 1, 0}, 0);
   Errors errors(b.element.get());
   EXPECT_TRUE(b.picture(kSmall - 1, 0).empty());
   EXPECT_SAYS(errors.next(), "WEIR-2004: a video buffer is smaller than its caps require");
@@ -93,7 +93,7 @@ TEST(OverlayRejects, APictureThatIsTooShort) {
 TEST(OverlayRejects, InvalidMetadata) {
   for (const auto& meta : invalid_video_metas(8, 6)) {
     const Both b("");
-    b.bring({1, 1, 7, 6, 1, 0}, 0);
+    b.push({1, 1, 7, 6, 1, 0}, 0);
     Errors errors(b.element.get());
     GstBuffer* in = with_invalid_meta(timed(frame(Bytes(kSmall)), 0), 8, 6, meta);
     EXPECT_EQ(gst_harness_push(b.pictures.get(), in), GST_FLOW_ERROR);

@@ -32,7 +32,7 @@ struct Both {
     if (!result_caps.empty()) gst_harness_set_src_caps_str(results.get(), result_caps.c_str());
     if (!picture_caps.empty()) gst_harness_set_src_caps_str(pictures.get(), picture_caps.c_str());
   }
-  GstFlowReturn bring(const std::vector<float>& numbers, GstClockTime time) const {
+  GstFlowReturn push(const std::vector<float>& numbers, GstClockTime time) const {
     return gst_harness_push(results.get(), frame(numbers, time));
   }
   // The output for a picture of zeros.

@@ -47,17 +47,17 @@ Status ResultsPad::receive_counted(GstBuffer* buffer) {
 }
 
 // A frame without tensors has no results.
-Status ResultsPad::bring(GstBuffer* buffer, const std::vector<gst::TensorView>& tensors,
-                         int64_t time) {
+Status ResultsPad::push(GstBuffer* buffer, const std::vector<gst::TensorView>& tensors,
+                        int64_t time) {
   Result<Results> results = std::make_shared<const draw::Detections>();
   if (tensors.size() > 1) return draw::check_detections(TensorSpec{});
   if (tensors.size() == 1) results = read(buffer, tensors[0]);
   if (!results) return results.error();
   count((*results)->left_out);
   if (sync_ == ResultsSync::Newest)
-    newest_.bring(time, *std::move(results));
+    newest_.push(time, *std::move(results));
   else
-    queue_.bring(time, *std::move(results));
+    queue_.push(time, *std::move(results));
   return ok();
 }
 

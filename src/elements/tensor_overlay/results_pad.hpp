@@ -37,8 +37,8 @@ class ResultsPad final : public gst::TimedTensors {
 
  private:
   Status accept(const FrameSpec& spec) override;
-  Status bring(GstBuffer* buffer, const std::vector<gst::TensorView>& tensors,
-               int64_t time) override;
+  Status push(GstBuffer* buffer, const std::vector<gst::TensorView>& tensors,
+              int64_t time) override;
   void advance(int64_t time) override { queue_.advance(time); }
   void end() override { queue_.end(); }
   void flush(bool on) override;

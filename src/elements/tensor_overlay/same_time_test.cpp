@@ -19,7 +19,7 @@ TEST(SameTime, DrawsTheResultsOfTheSameRunningTime) {
   segment.start = segment.time = 100 * GST_SECOND;
   gst_harness_push_event(b.results.get(), gst_event_new_segment(&segment));
   for (const float i : {0.f, 1.f, 2.f})
-    b.bring({i, 0, 8, 6, 1, 0}, (100 + static_cast<GstClockTime>(i)) * GST_SECOND);
+    b.push({i, 0, 8, 6, 1, 0}, (100 + static_cast<GstClockTime>(i)) * GST_SECOND);
   EXPECT_EQ(b.picture(kSmall, 0), small_with({{0, 0, 8, 6}}));
   EXPECT_EQ(b.picture(kSmall, 2 * GST_SECOND), small_with({{2, 0, 8, 6}}));
   EXPECT_EQ(b.stat("results-drawn"), 2u);
@@ -31,7 +31,7 @@ TEST(SameTime, WaitsForResultsOfAnotherThread) {
   const Both b(kLong);
   std::thread other([&] {
     for (int i = 0; i < 200; ++i)
-      if (i % 4 != 3) b.bring({float(i % 3), 0, 8, 6, 1, 0}, static_cast<GstClockTime>(i) * 1000);
+      if (i % 4 != 3) b.push({float(i % 3), 0, 8, 6, 1, 0}, static_cast<GstClockTime>(i) * 1000);
     gst_harness_push_event(b.results.get(), gst_event_new_eos());
   });
   for (int i = 0; i < 200; ++i) {
@@ -49,7 +49,7 @@ TEST(SameTime, ContinuesWithoutResultsAfterTheWait) {
   const Both b("sync=same-time max-wait=1");
   EXPECT_EQ(b.picture(kSmall, 0), Bytes(kSmall));
   EXPECT_EQ(b.stat("results-late"), 1u);
-  b.bring({0, 0, 8, 6, 1, 0}, 0);  // too late
+  b.push({0, 0, 8, 6, 1, 0}, 0);  // too late
   EXPECT_EQ(b.picture(kSmall, GST_CLOCK_TIME_NONE), Bytes(kSmall));
   gst_harness_push_event(b.results.get(), gst_event_new_gap(0, 2 * GST_SECOND));
   EXPECT_EQ(b.picture(kSmall, GST_SECOND), Bytes(kSmall));
@@ -94,7 +94,7 @@ TEST(SameTime, PushesAWaitingPictureWhenTheResultsAreFlushed) {
   EXPECT_EQ(b.picture(kSmall, 1), Bytes(kSmall));
   gst_harness_push_event(b.results.get(), gst_event_new_flush_stop(TRUE));
   gst_harness_push_event(b.results.get(), time_segment());
-  b.bring({0, 0, 8, 6, 1, 0}, 2);
+  b.push({0, 0, 8, 6, 1, 0}, 2);
   EXPECT_EQ(b.picture(kSmall, 2), small_with({{0, 0, 8, 6}}));
   b.expect_results_balance();
 }

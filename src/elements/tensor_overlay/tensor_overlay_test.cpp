@@ -13,10 +13,10 @@ constexpr GstClockTime kTenth = GST_SECOND / 10;
 TEST(TensorOverlay, DrawsTheNewestResultsOnEachPicture) {
   const Both b("");
   EXPECT_EQ(b.picture(kSmall, 0), Bytes(kSmall));
-  ASSERT_EQ(b.bring({1, 1, 7, 6, 0.5f, 0}, kTenth), GST_FLOW_OK);
+  ASSERT_EQ(b.push({1, 1, 7, 6, 0.5f, 0}, kTenth), GST_FLOW_OK);
   for (int i = 1; i < 4; ++i) EXPECT_EQ(b.picture(kSmall, i * kTenth), small_with({{1, 1, 7, 6}}));
-  b.bring({0, 0, 3, 3, 0.5f, 2}, 3 * kTenth);
-  b.bring({0, 1, 6, 6, 0.5f, 1}, 4 * kTenth);
+  b.push({0, 0, 3, 3, 0.5f, 2}, 3 * kTenth);
+  b.push({0, 1, 6, 6, 0.5f, 1}, 4 * kTenth);
   EXPECT_EQ(b.picture(kSmall, 4 * kTenth), small_with({{0, 1, 6, 6, 1}}));
   EXPECT_EQ(b.stat("results-drawn"), 2u);
   EXPECT_EQ(b.stat("results-replaced"), 1u);
@@ -29,9 +29,9 @@ TEST(TensorOverlay, DrawsTheNewestResultsOnEachPicture) {
 // As when a file is decoded faster than it is displayed.
 TEST(TensorOverlay, KeepsResultsForLaterPictures) {
   const Both b("");
-  b.bring({1, 1, 7, 6, 0.5f, 0}, 0);
-  b.bring({0, 1, 6, 6, 0.5f, 1}, 2 * kTenth);
-  b.bring({0, 0, 3, 3, 0.5f, 2}, 3 * kTenth);
+  b.push({1, 1, 7, 6, 0.5f, 0}, 0);
+  b.push({0, 1, 6, 6, 0.5f, 1}, 2 * kTenth);
+  b.push({0, 0, 3, 3, 0.5f, 2}, 3 * kTenth);
   EXPECT_EQ(b.picture(kSmall, 0), small_with({{1, 1, 7, 6}}));
   EXPECT_EQ(b.picture(kSmall, kTenth), small_with({{1, 1, 7, 6}}));
   EXPECT_EQ(b.picture(kSmall, 2 * kTenth), small_with({{0, 1, 6, 6, 1}}));
@@ -44,7 +44,7 @@ TEST(TensorOverlay, KeepsResultsForLaterPictures) {
 TEST(TensorOverlay, SkipsResultsBeyondMaxAge) {
   const Both b("max-age=100000000");
   const Bytes drawn = small_with({{1, 1, 7, 6}});
-  b.bring({1, 1, 7, 6, 1, 0}, 5 * kTenth);
+  b.push({1, 1, 7, 6, 1, 0}, 5 * kTenth);
   EXPECT_EQ(b.picture(kSmall, 3 * kTenth), Bytes(kSmall));
   EXPECT_EQ(b.picture(kSmall, 4 * kTenth), drawn);
   EXPECT_EQ(b.picture(kSmall, 6 * kTenth), drawn);
@@ -52,7 +52,7 @@ TEST(TensorOverlay, SkipsResultsBeyondMaxAge) {
   EXPECT_EQ(b.picture(kSmall, GST_CLOCK_TIME_NONE), drawn);
   g_object_set(b.element.get(), "max-age", guint64{0}, nullptr);
   EXPECT_EQ(b.picture(kSmall, 3600 * GST_SECOND), drawn);
-  b.bring({0, 0, 8, 6, 1, 0}, GST_CLOCK_TIME_NONE);
+  b.push({0, 0, 8, 6, 1, 0}, GST_CLOCK_TIME_NONE);
   g_object_set(b.element.get(), "max-age", guint64{5}, nullptr);
   EXPECT_EQ(b.picture(kSmall, 4000 * GST_SECOND), small_with({{0, 0, 8, 6}}));
   EXPECT_EQ(b.picture(kSmall, 4000 * GST_SECOND + 6), Bytes(kSmall));
@@ -61,7 +61,7 @@ TEST(TensorOverlay, SkipsResultsBeyondMaxAge) {
 
 TEST(TensorOverlay, KeepsTheLastResultsWhenTheyEnd) {
   const Both b("");
-  b.bring({1, 1, 7, 6, 1, 0}, 0);
+  b.push({1, 1, 7, 6, 1, 0}, 0);
   gst_harness_push_event(b.results.get(), gst_event_new_eos());
   EXPECT_EQ(b.picture(kSmall, kTenth), small_with({{1, 1, 7, 6}}));
   EXPECT_EQ(b.picture(kSmall, GST_SECOND + 1), Bytes(kSmall));
@@ -75,7 +75,7 @@ TEST(TensorOverlay, KeepsTheLastResultsWhenTheyEnd) {
 
 TEST(TensorOverlay, DrawsIntoThePictureItself) {
   const Both b("");
-  b.bring({1, 1, 7, 6, 1, 0}, 0);
+  b.push({1, 1, 7, 6, 1, 0}, 0);
   GstBuffer* in = timed(frame(Bytes(kSmall)), 0);
   ASSERT_EQ(gst_harness_push(b.pictures.get(), in), GST_FLOW_OK);
   const auto out = Ref<GstBuffer>::adopt(gst_harness_pull(b.pictures.get()));
@@ -87,7 +87,7 @@ TEST(TensorOverlay, DrawsIntoThePictureItself) {
 
 TEST(TensorOverlay, CopiesSharedPicturesAndCountsThem) {
   const Both b("");
-  b.bring({1, 1, 7, 6, 1, 0}, 0);
+  b.push({1, 1, 7, 6, 1, 0}, 0);
   const auto check = [&](const Ref<GstBuffer>& kept, GstBuffer* in) {
     ASSERT_EQ(gst_harness_push(b.pictures.get(), in), GST_FLOW_OK);
     const auto out = Ref<GstBuffer>::adopt(gst_harness_pull(b.pictures.get()));
@@ -121,7 +121,7 @@ TEST(TensorOverlay, PassesPicturesWithoutResults) {
     EXPECT_EQ(out.get(), held.get());
   };
   passes();
-  b.bring({0, 0, 0, 0, 0, 0}, 0);
+  b.push({0, 0, 0, 0, 0, 0}, 0);
   passes();
   EXPECT_EQ(b.stat("bytes-copied"), 0u);
   EXPECT_EQ(b.stat("rows-background"), 1u);
@@ -139,7 +139,7 @@ TEST(TensorOverlay, WorksWithoutLinkedResults) {
 
 TEST(TensorOverlay, AcceptsOtherSizesAndFormatsWhilePlaying) {
   const Both b("");
-  b.bring({1, 1, 7, 6, 1, 0}, 0);
+  b.push({1, 1, 7, 6, 1, 0}, 0);
   EXPECT_EQ(b.picture(kSmall, 0), small_with({{1, 1, 7, 6}}));
   gst_harness_set_src_caps_str(b.pictures.get(), video("GRAY8", 4, 4).c_str());
   const auto gray =
@@ -151,14 +151,14 @@ TEST(TensorOverlay, AcceptsOtherSizesAndFormatsWhilePlaying) {
   gst_harness_set_src_caps_str(b.pictures.get(), video("RGB", 8, 6).c_str());
   EXPECT_EQ(b.picture(kSmall, 0), small_with({{1, 1, 7, 6}}));
   gst_harness_set_src_caps_str(b.results.get(), floats(4, 2).c_str());
-  b.bring({0, 0, 2, 2, 5, 3, 8, 6}, 0);
+  b.push({0, 0, 2, 2, 5, 3, 8, 6}, 0);
   EXPECT_EQ(b.picture(kSmall, 0), small_with({{0, 0, 2, 2}, {5, 3, 8, 6}}));
   EXPECT_EQ(b.stat("dropped"), 0u);
 }
 
 TEST(TensorOverlay, AppliesPropertiesWhilePlaying) {
   const Both b("line-width=0 point-size=0", video("RGB", 8, 6), floats(8, 1));
-  b.bring({0, 0, 8, 6, 0.5f, 0, 4, 3}, 0);
+  b.push({0, 0, 8, 6, 0.5f, 0, 4, 3}, 0);
   EXPECT_EQ(b.picture(kSmall, 0), Bytes(kSmall));
   g_object_set(b.element.get(), "line-width", 2u, nullptr);
   EXPECT_EQ(b.picture(kSmall, 0), small_with({{0, 0, 8, 6}}));
@@ -172,12 +172,12 @@ TEST(TensorOverlay, AppliesPropertiesWhilePlaying) {
 TEST(TensorOverlay, ForgetsResultsWhenEitherStreamIsFlushed) {
   const Both b("");
   for (const Harness* flushed : {&b.pictures, &b.results}) {
-    b.bring({1, 1, 7, 6, 1, 0}, 0);
+    b.push({1, 1, 7, 6, 1, 0}, 0);
     gst_harness_push_event(flushed->get(), gst_event_new_flush_start());
     gst_harness_push_event(flushed->get(), gst_event_new_flush_stop(TRUE));
     gst_harness_push_event(flushed->get(), time_segment());
     EXPECT_EQ(b.picture(kSmall, 0), Bytes(kSmall));
-    b.bring({1, 1, 7, 6, 1, 0}, 0);
+    b.push({1, 1, 7, 6, 1, 0}, 0);
     EXPECT_EQ(b.picture(kSmall, 0), small_with({{1, 1, 7, 6}}));
   }
   EXPECT_EQ(b.stat("results-flushed"), 2u);
@@ -186,7 +186,7 @@ TEST(TensorOverlay, ForgetsResultsWhenEitherStreamIsFlushed) {
 
 TEST(TensorOverlay, MapsTensorCoordinatesToThePicture) {
   const Both b("coordinates=tensor");
-  const auto bring = [&](uint32_t width, uint32_t height) {
+  const auto push = [&](uint32_t width, uint32_t height) {
     GstBuffer* results = frame<float>({10, 20, 22, 40, 1, 0}, 0);
     SourceMap map;
     map.xx = 0.5, map.x0 = -4, map.yy = 0.25, map.y0 = -4;
@@ -195,15 +195,15 @@ TEST(TensorOverlay, MapsTensorCoordinatesToThePicture) {
     gst::set_source_maps(results, {map});
     return gst_harness_push(b.results.get(), results);
   };
-  ASSERT_EQ(bring(8, 6), GST_FLOW_OK);
+  ASSERT_EQ(push(8, 6), GST_FLOW_OK);
   EXPECT_EQ(b.picture(kSmall, 0), small_with({{1, 1, 7, 6}}));
-  ASSERT_EQ(bring(16, 6), GST_FLOW_OK);  // the source was twice as wide as this video
+  ASSERT_EQ(push(16, 6), GST_FLOW_OK);  // the source was twice as wide as this video
   EXPECT_EQ(b.picture(kSmall, 0), small_with({{1, 1, 4, 6}}));
 }
 
 TEST(TensorOverlay, KeepsToTheRowsOfItsBuffer) {
   const Both b("", video("RGB", 4, 4));
-  b.bring({0, 0, 4, 4, 1, 0}, 0);
+  b.push({0, 0, 4, 4, 1, 0}, 0);
   GstBuffer* in = timed(frame(Bytes(8 * 6 * 3)), 0);  // a crop, in a picture of 8x6
   gsize offsets[GST_VIDEO_MAX_PLANES] = {0};
   gint strides[GST_VIDEO_MAX_PLANES] = {24};
@@ -216,7 +216,7 @@ TEST(TensorOverlay, KeepsToTheRowsOfItsBuffer) {
 TEST(TensorOverlay, DrawsIntoAPictureOfSeveralMemories) {
   for (const bool with_meta : {true, false}) {
     const Both b("");
-    b.bring({1, 1, 7, 6, 1, 0}, 0);
+    b.push({1, 1, 7, 6, 1, 0}, 0);
     GstBuffer* in = gst_buffer_new();
     for (const size_t bytes : {size_t{25}, size_t{1}, kSmall - 26})
       gst_buffer_append_memory(in, memory_of(Bytes(bytes)));
@@ -249,7 +249,7 @@ TEST(TensorOverlay, SurvivesAnyCoordinates) {
         else
           std::memcpy(&number, &bits, sizeof number);
       }
-      ASSERT_EQ(b.bring(numbers, 0), GST_FLOW_OK);
+      ASSERT_EQ(b.push(numbers, 0), GST_FLOW_OK);
       EXPECT_EQ(b.picture(info.size, 0).size(), info.size);
     }
     EXPECT_GT(b.stat("rows-not-finite"), 0u);
@@ -263,7 +263,7 @@ TEST(TensorOverlay, DrawsNoMoreRowsThanItsLimit) {
   const Both b("", video("RGB", 8, 6), floats(4, 10001));
   std::vector<float> numbers;
   for (int i = 0; i < 10001; ++i) numbers.insert(numbers.end(), {0, 0, 1, 1});
-  b.bring(numbers, 0);
+  b.push(numbers, 0);
   EXPECT_EQ(b.picture(kSmall, 0), small_with({{0, 0, 1, 1}}));
   EXPECT_EQ(b.stat("rows-beyond-limit"), 1u);
   EXPECT_EQ(b.stat("boxes-drawn"), 10000u);

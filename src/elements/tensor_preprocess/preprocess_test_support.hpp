@@ -30,7 +30,7 @@ inline uint64_t stat(const Harness& h, const char* name) {
 
 // The messages that the element posts during `run`.
 template <class F>
-std::string said_by(const Harness& h, GstMessageType type, F&& run) {
+std::string text_of_message(const Harness& h, GstMessageType type, F&& run) {
   const auto e = Ref<GstElement>::adopt(gst_harness_find_element(h.get(), "tensor_preprocess"));
   const auto bus = Ref<GstBus>::adopt(gst_bus_new());
   gst_element_set_bus(e.get(), bus.get());
@@ -41,7 +41,7 @@ std::string said_by(const Harness& h, GstMessageType type, F&& run) {
 }
 template <class F>
 std::string error_of(const Harness& h, F&& run) {
-  return said_by(h, GST_MESSAGE_ERROR, std::forward<F>(run));
+  return text_of_message(h, GST_MESSAGE_ERROR, std::forward<F>(run));
 }
 inline std::string error_with_caps(const std::string& properties, const std::string& caps,
                                    const char* downstream = nullptr) {

@@ -75,7 +75,7 @@ Status RegionsPad::read_results(const std::vector<gst::TensorView>& tensors,
 
 // A frame without tensors has no boxes. Boxes without a time match no picture; before the first
 // picture they count as unused.
-Status RegionsPad::bring(GstBuffer*, const std::vector<gst::TensorView>& tensors, int64_t time) {
+Status RegionsPad::push(GstBuffer*, const std::vector<gst::TensorView>& tensors, int64_t time) {
   std::vector<Box> boxes;
   if (!columns_.empty()) {
     if (auto status = read_results(tensors, &boxes); !status) return status;
@@ -87,7 +87,7 @@ Status RegionsPad::bring(GstBuffer*, const std::vector<gst::TensorView>& tensors
     if (auto status = preprocess::check_boxes(tensors[0].spec); !status) return status;
     preprocess::read_boxes(tensors[0].spec, tensors[0].payload, &boxes);
   }
-  queue_.bring(time, std::move(boxes));
+  queue_.push(time, std::move(boxes));
   return ok();
 }
 

@@ -27,8 +27,8 @@ class RegionsPad final : public gst::TimedTensors {
   Status read_results(const std::vector<gst::TensorView>& tensors,
                       std::vector<preprocess::Box>* boxes) const;
   Status accept(const FrameSpec& spec) override;
-  Status bring(GstBuffer* buffer, const std::vector<gst::TensorView>& tensors,
-               int64_t time) override;
+  Status push(GstBuffer* buffer, const std::vector<gst::TensorView>& tensors,
+              int64_t time) override;
   void advance(int64_t time) override { queue_.advance(time); }
   void flush(bool on) override;
 

@@ -69,12 +69,12 @@ TEST(SourceMap, FollowsTransformsWithAndWithoutCopies) {
 }
 
 // The output of mode=erring option1=to-source.
-struct Told {
+struct Reported {
   std::vector<SourceMap> maps;
   uint8_t of = 255;
 };
-Told source_map_of_decoder(GstBuffer* buffer) {
-  Told out;
+Reported source_map_of_decoder(GstBuffer* buffer) {
+  Reported out;
   const Mapped map(buffer, GST_MAP_READ);
   const auto bytes = map.as<const uint8_t>();
   if (bytes.empty()) return out;

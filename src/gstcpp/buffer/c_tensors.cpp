@@ -17,7 +17,7 @@ Error nonsense(const std::string& who, const std::string& what, const std::strin
           .what = who + " returned invalid tensors",
           .offered = what,
           .needed = needed,
-          .fix = "mend " + who};
+          .fix = "correct " + who};
 }
 
 // Reads the number of an enumeration: a callee may have written a value that it does not define.

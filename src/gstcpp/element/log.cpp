@@ -67,11 +67,13 @@ void log_output_caps(GstPad* source_pad, const GstCaps* caps) {
 }
 
 void log_module_line(int level, const char* module, const char* text) {
+  const GstDebugLevel gst_level = level_of(level);
+  // No category shows this level: skips the search for the category.
+  if (level > WEIR_LOG_WARNING && gst_level > _gst_debug_min) return;
   const bool is_module = is_module_name(module);
   auto* const category =
       is_module ? debug_category((std::string("weir-") + module).c_str(), "a module of Weir")
                 : library_category();
-  const GstDebugLevel gst_level = level_of(level);
   const bool is_shown = gst_debug_category_get_threshold(category) >= gst_level;
   if (!is_shown && level <= WEIR_LOG_WARNING)
     std::fprintf(stderr, "weir: %s: %s\n", module, text);

@@ -169,9 +169,9 @@ gboolean CollectorPads::on_source_query(GstPad* pad, GstObject* parent, GstQuery
 // The highest minimum latency of the live inputs plus max-wait.
 gboolean CollectorPads::latency(GstQuery* query) {
   // A loop of links would recurse forever.
-  static thread_local std::vector<const CollectorPads*> asked;
-  if (std::find(asked.begin(), asked.end(), this) != asked.end()) return FALSE;
-  asked.push_back(this);
+  static thread_local std::vector<const CollectorPads*> querying;
+  if (std::find(querying.begin(), querying.end(), this) != querying.end()) return FALSE;
+  querying.push_back(this);
   bool live = false, answered = true;
   GstClockTime min = 0, max = GST_CLOCK_TIME_NONE;
   for (const auto& pad : sink_pads()) {
@@ -190,7 +190,7 @@ gboolean CollectorPads::latency(GstQuery* query) {
     if (GST_CLOCK_TIME_IS_VALID(high))
       max = GST_CLOCK_TIME_IS_VALID(max) ? std::min(max, high) : high;
   }
-  asked.pop_back();
+  querying.pop_back();
   if (live) {
     min += max_wait_;
     if (GST_CLOCK_TIME_IS_VALID(max)) max += max_wait_;

@@ -286,8 +286,8 @@ Status CollectorPads::may_wait(sync::QueueId waiting, const std::vector<sync::Qu
   return ok();
 }
 
-void CollectorPads::waits_behind_gaps(sync::QueueId waiting,
-                                      const std::vector<sync::QueueId>& gaps) {
+void CollectorPads::waits_for_gap_only_pads(sync::QueueId waiting,
+                                            const std::vector<sync::QueueId>& gaps) {
   std::string own;
   std::vector<std::string> names;
   {

@@ -82,7 +82,8 @@ class CollectorPads final : private sync::Consumer<Input> {
   void end() override;
   void refused(const Error& error) override;
   Status may_wait(sync::QueueId waiting, const std::vector<sync::QueueId>& empty) override;
-  void waits_behind_gaps(sync::QueueId waiting, const std::vector<sync::QueueId>& gaps) override;
+  void waits_for_gap_only_pads(sync::QueueId waiting,
+                               const std::vector<sync::QueueId>& gaps) override;
 
   GstFlowReturn chain(Pad& pad, Ref<GstBuffer> buffer);
   void watch_time(Pad& pad, const sync::Stamp& time);

@@ -6,7 +6,7 @@
 //   Status configure(const FrameSpec&)                    caps arrived
 //   Result<Routed> route(Ref<GstBuffer>)                  one frame; it pushes to `outputs_`
 // and may have
-//   void ending()                                         EOS arrived and is forwarded next
+//   void before_eos()                                         EOS arrived and is forwarded next
 //   Status follow(const Settings&)                        between two frames, after a change of
 //                                                         properties; an error is posted as a
 //                                                         warning, and they read back as before
@@ -105,8 +105,8 @@ class OneToMany : public Element<Impl, PlainElement> {
         return status.has_value();
       }
       case GST_EVENT_EOS:
-        if constexpr (requires { impl()->ending(); })
-          if (spec_) impl()->ending();
+        if constexpr (requires { impl()->before_eos(); })
+          if (spec_) impl()->before_eos();
         // An earlier error already explains why nothing was pushed.
         if (!outputs_.any() && !failed_) fail(no_output());
         break;

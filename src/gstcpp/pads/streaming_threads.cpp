@@ -45,7 +45,7 @@ GQuark waits_for_all_quark() {
 // counts as fed: a source, or a pad that may be linked later.
 struct Start {
   GstElement* element;
-  std::vector<GstPad*> asked, known;  // visited on this path; known to be fed; borrowed
+  std::vector<GstPad*> visited, known;  // visited on this path; known to be fed; borrowed
 
   bool is_fed(GstPad* sink) {
     if (std::find(known.begin(), known.end(), sink) != known.end()) return true;
@@ -57,17 +57,17 @@ struct Start {
     const auto peer = Ref<GstPad>::adopt(gst_pad_get_peer(sink));
     if (!peer) return true;
     const auto parent = Ref<GstElement>::adopt(gst_pad_get_parent_element(peer.get()));
-    if (parent.get() == element || std::find(asked.begin(), asked.end(), sink) != asked.end())
+    if (parent.get() == element || std::find(visited.begin(), visited.end(), sink) != visited.end())
       return false;
     const auto sinks = linked_inside(peer.get());
     if (sinks.empty()) return true;
-    asked.push_back(sink);
+    visited.push_back(sink);
     const auto fed = [this](const auto& one) { return is_fed(one.get()); };
     const bool all =
         parent && g_object_get_qdata(G_OBJECT(parent.get()), waits_for_all_quark()) != nullptr;
     const bool out = all ? std::all_of(sinks.begin(), sinks.end(), fed)
                          : std::any_of(sinks.begin(), sinks.end(), fed);
-    asked.pop_back();
+    visited.pop_back();
     return out;
   }
 };

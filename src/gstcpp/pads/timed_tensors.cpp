@@ -64,8 +64,8 @@ Status TimedTensors::receive(GstBuffer* buffer) {
   Status status = reader_.read(buffer, spec_);
   if (status) {
     const GstClockTime time = running_time(segment_, GST_BUFFER_PTS(buffer));
-    status = bring(buffer, reader_.tensors(),
-                   GST_CLOCK_TIME_IS_VALID(time) ? static_cast<int64_t>(time) : INT64_MIN);
+    status = push(buffer, reader_.tensors(),
+                  GST_CLOCK_TIME_IS_VALID(time) ? static_cast<int64_t>(time) : INT64_MIN);
   }
   reader_.clear();
   return status;

@@ -29,7 +29,7 @@ class TimedTensors {
   // New caps; they apply to the frames that follow.
   virtual Status accept(const FrameSpec& spec) = 0;
   // `tensors` are mapped during the call. `time` is a running time; INT64_MIN: none.
-  virtual Status bring(GstBuffer* buffer, const std::vector<TensorView>& tensors, int64_t time) = 0;
+  virtual Status push(GstBuffer* buffer, const std::vector<TensorView>& tensors, int64_t time) = 0;
   virtual void advance(int64_t time) = 0;  // no data before this running time follows
   virtual void end() = 0;                  // no data follows until a flush
   virtual void flush(bool on) = 0;         // off: a new stream starts

@@ -44,7 +44,7 @@ class MessageReader {
     return specs ? *specs : std::vector<TensorSpec>{};
   }
 
-  // One buffer whose memories these are, the first at `shift` bytes behind a multiple of 64.
+  // One buffer whose memories these are, the first at `shift` bytes after a multiple of 64.
   ReadMessage read(const std::vector<Bytes>& memories, size_t shift = 0) {
     std::vector<std::vector<Aligned>> blocks;
     std::vector<weir_tensor> inputs;

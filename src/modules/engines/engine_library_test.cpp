@@ -25,7 +25,7 @@ class EngineLibraryPlaces : public ::testing::Test {
   engine_test::TemporaryFolder folder_;
 };
 
-TEST_F(EngineLibraryPlaces, TheEnvironmentAloneDecidesWhereItIsSet) {
+TEST_F(EngineLibraryPlaces, OnlyTheEnvironmentCountsWhereItIsSet) {
   set("/some/where");
   EXPECT_EQ(library_folders("frob"), (std::vector<std::string>{"/some/where/frob/lib"}));
 }

@@ -172,7 +172,7 @@ struct EngineTable {
     table.name = Engine::kName;
     table.version = "1";
     table.aliases = Engine::kAliases;
-    table.extensions = Engine::kEndings;
+    table.extensions = Engine::kExtensions;
     table.options_json = Engine::kOptions;
     table.probe = probe;
     table.open = open;

@@ -6,7 +6,7 @@
 
 namespace weir::messages {
 
-// The message is one memory: whoever receives it need not merge memories.
+// The message is one memory: receivers need not merge memories.
 template <class Format>
 class MessageDecoder {
  public:

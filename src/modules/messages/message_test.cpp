@@ -139,7 +139,7 @@ TYPED_TEST(Messages, CarryAnyFrameRateOrNone) {
   for (const auto& [n, d] : {std::pair{30, 0}, {-30, 1}, {30, -1}, {0, -5}}) {
     this->two_.rate_n = n;
     this->two_.rate_d = d;
-    EXPECT_SAYS(this->error_of(this->two_), "the message has a frame rate that cannot be");
+    EXPECT_SAYS(this->error_of(this->two_), "the message has an invalid frame rate");
     EXPECT_SAYS(this->error_of(this->two_), "offered: " + std::to_string(n) + "/");
   }
 }
@@ -221,7 +221,7 @@ TYPED_TEST(Messages, HoldAtMost256Tensors) {
     EXPECT_SAYS(this->error_of(message), "needed: at most 256");
   }
   message.tensors.clear();
-  EXPECT_SAYS(this->error_of(message), "another number of tensors than it says");
+  EXPECT_SAYS(this->error_of(message), "the number of tensors that it declares");
   EXPECT_SAYS(this->error_of(message), "needed: at least 1");
 }
 
@@ -234,11 +234,11 @@ TYPED_TEST(Messages, ThatLieAreRefusedWithTheReason) {
   const Bytes& three = this->second_;
   EXPECT_SAYS(lie(tensor(WEIR_TYPE_END, {3}, three)),
               "tensor 1 of the message has no known element type\n  offered: type 11");
-  EXPECT_SAYS(lie(tensor(WEIR_UINT8, {}, three)), "dimensions that cannot be");
+  EXPECT_SAYS(lie(tensor(WEIR_UINT8, {}, three)), "invalid dimensions");
   EXPECT_SAYS(lie(tensor(WEIR_UINT8, {3, 0, 1}, three)), "offered: 3:0:1:0");
   EXPECT_SAYS(lie(tensor(WEIR_UINT8, {0, 3}, three)), "needed: 1 to 16 dimensions of at least 1");
   EXPECT_SAYS(lie(tensor(WEIR_UINT8, {4}, three)),
-              "another size than its type and dimensions give\n  offered: 3 bytes\n"
+              "a size that differs from its type and dimensions\n  offered: 3 bytes\n"
               "  needed: 4 bytes for uint8 4");
   EXPECT_SAYS(lie(tensor(WEIR_UINT8, {2}, three)), "needed: 2 bytes for uint8 2");
   EXPECT_SAYS(lie(tensor(WEIR_UINT8, {3}, {})), "offered: 0 bytes");
@@ -267,13 +267,13 @@ TYPED_TEST(Messages, NameTheModeThatWritesThem) {
                   std::string(TypeParam::kName) + " writes such messages");
 }
 
-// 2 GiB of address space that nobody touches.
+// 2 GiB of address space that is never touched.
 TYPED_TEST(Messages, LargerThanTheirFormatAllowsAreNotWritten) {
   const std::span<const std::byte> half(this->first_.data(), size_t{1} << 30);  // never read
   const TensorMessage message{
       0, 1, kStatic, {tensor(WEIR_UINT8, {1u << 30}, half), tensor(WEIR_UINT8, {1u << 30}, half)}};
   const auto status = this->format_.write(message, [](size_t) -> std::byte* {
-    ADD_FAILURE() << "asks for memory";
+    ADD_FAILURE() << "allocates memory";
     return nullptr;
   });
   ASSERT_FALSE(status);
@@ -298,8 +298,8 @@ TEST(Message, WhoseCountDiffersIsRefused) {
     const auto status = check_message("protobuf", declared, 1, message);
     ASSERT_FALSE(status);
     EXPECT_SAYS(status.error().message(),
-                "WEIR-2005: a protobuf message is damaged: the message has another number of "
-                "tensors than it says");
+                "WEIR-2005: a protobuf message is damaged: the message does not have the "
+                "number of tensors that it declares");
     EXPECT_SAYS(status.error().message(), "needed: " + std::to_string(declared));
   }
   const auto many = check_message("protobuf", UINT32_MAX, 1, message);

@@ -44,13 +44,13 @@ Status check_tensor(const char* format_name, size_t index, uint32_t format,
                            "type " + std::to_string(tensor.type), "0 (int32) to 10 (float16)");
   const auto known = bytes_of(tensor);
   if (!known)
-    return damaged_message(format_name, has("dimensions that cannot be"),
+    return damaged_message(format_name, has("invalid dimensions"),
                            text_of(tensor.dimensions), "1 to 16 dimensions of at least 1, then 0");
   const uint64_t bytes = *known;
   const uint64_t header = format == kFlexible ? kHeaderBytes : 0;
   if (bytes == tensor.data.size() - header && tensor.data.size() >= header) return ok();
   return damaged_message(
-      format_name, has("another size than its type and dimensions give"),
+      format_name, has("a size that differs from its type and dimensions"),
       std::to_string(tensor.data.size()) + " bytes",
       (bytes > kMessageLimit ? "more than a message can hold" : std::to_string(bytes + header)) +
           std::string(bytes > kMessageLimit ? "" : " bytes") + " for " +
@@ -71,7 +71,7 @@ Status check_format_and_rate(const char* format_name, const TensorMessage& messa
   const bool none = (message.rate_n == 0 && message.rate_d == 0) ||
                     (message.rate_n == -1 && message.rate_d == -1);
   if (message.has_rate() || none) return ok();
-  return damaged_message(format_name, "the message has a frame rate that cannot be",
+  return damaged_message(format_name, "the message has an invalid frame rate",
                          std::to_string(message.rate_n) + "/" + std::to_string(message.rate_d),
                          "0/1 or more");
 }
@@ -110,7 +110,8 @@ Status check_message(const char* format_name, uint64_t declared_count, size_t me
   if (std::max<uint64_t>(count, declared_count) > WEIR_TENSOR_LIMIT)
     return too_many_tensors(format_name, std::max<uint64_t>(count, declared_count));
   if (count == 0 || count != declared_count)
-    return damaged_message(format_name, "the message has another number of tensors than it says",
+    return damaged_message(format_name,
+                           "the message does not have the number of tensors that it declares",
                            std::to_string(count) + " tensors",
                            count == 0 ? "at least 1" : std::to_string(declared_count));
   if (auto status = check_format_and_rate(format_name, message); !status) return status;

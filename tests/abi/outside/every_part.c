@@ -81,7 +81,7 @@ static int info(weir_model* model, weir_model_info* out, weir_error* error) {
   out->max_sessions = 4;
   out->max_in_flight = 1;
   out->weight_bytes = 4;
-  out->metadata_json = "{\"author\": \"somebody else\"}";
+  out->metadata_json = "{\"author\": \"another author\"}";
   return WEIR_OK;
 }
 
@@ -133,8 +133,8 @@ static int check(const weir_frame* in, weir_error* error) {
   const weir_tensor* tensor = &in->tensors[0];
   const float* x = tensor->data;
   if ((uintptr_t)x % 64 != 0 || tensor->capacity < tensor->bytes + 32)
-    return host->fail(error, WEIR_INTERNAL, "the wishes for memory were not met", NULL, NULL, NULL,
-                      NULL);
+    return host->fail(error, WEIR_INTERNAL, "the requirements for memory were not met", NULL, NULL,
+                      NULL, NULL);
   for (size_t i = 0; i < tensor->bytes / sizeof *x; ++i)
     if (x[i] != x[i])
       return host->fail(error, WEIR_INVOKE_FAILED, "a value is not a number", "NaN", "numbers",

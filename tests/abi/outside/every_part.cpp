@@ -41,7 +41,7 @@ class EveryPart {
     info.alignment = 64;
     info.input_padding = 32;
     info.weight_bytes = 4;
-    info.metadata_json = R"({"author": "somebody else"})";
+    info.metadata_json = R"({"author": "another author"})";
   }
   void resolve(std::span<const weir_tensor_info> in, std::span<weir_tensor_info> out) {
     out[0].shape[0] = in[0].shape[0];
@@ -112,7 +112,7 @@ class EveryPart {
   void check(const weir_frame& in) const {
     const auto& tensor = in.tensors[0];
     if (reinterpret_cast<uintptr_t>(tensor.data) % 64 != 0 || tensor.capacity < tensor.bytes + 32)
-      throw Failure({.code = Code::INTERNAL, .what = "the wishes for memory were not met"});
+      throw Failure({.code = Code::INTERNAL, .what = "the requirements for memory were not met"});
     for (const float x : elements(in))
       if (std::isnan(x))
         throw Failure({.code = Code::INVOKE_FAILED,

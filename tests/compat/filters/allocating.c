@@ -24,8 +24,8 @@ static int two_numbers(void* priv, const GstTensorFilterProperties* prop, GstTen
   return 0;
 }
 
-static int tell(void* priv, const GstTensorFilterProperties* prop, const GstTensorMemory* in,
-                GstTensorMemory* out) {
+static int report(void* priv, const GstTensorFilterProperties* prop, const GstTensorMemory* in,
+                  GstTensorMemory* out) {
   uint64_t* y;
   (void)priv;
   (void)prop;
@@ -47,6 +47,6 @@ static void release(void* data) {
 static NNStreamer_custom_class callbacks = {.initfunc = begin,
                                             .getInputDim = two_numbers,
                                             .getOutputDim = two_numbers,
-                                            .allocate_invoke = tell,
+                                            .allocate_invoke = report,
                                             .destroy_notify = release};
 NNStreamer_custom_class* NNStreamer_custom = &callbacks;

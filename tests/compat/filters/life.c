@@ -18,7 +18,7 @@ struct model {
 
 static int pipe_end, sleeps;
 
-static void tell(char what) {
+static void report(char what) {
   if (write(pipe_end, &what, 1) != 1) abort();
 }
 
@@ -35,14 +35,14 @@ static int begin(const GstTensorFilterProperties* prop, void** priv) {
   if (read < 2) model->count = 4;
   sleeps = prop->custom_properties[0] == '+';
   pipe_end = atoi(prop->custom_properties);
-  tell('o');
+  report('o');
   *priv = model;
   return 0;
 }
 
 static void end(const GstTensorFilterProperties* prop, void** priv) {
   (void)prop;
-  tell('c');
+  report('c');
   free(*priv);
 }
 
@@ -60,9 +60,9 @@ static int add(const struct model* model, const GstTensorMemory* in, GstTensorMe
 }
 
 static int handle_event(event_ops op) {
-  if (op == RELOAD_MODEL) tell('R');
+  if (op == RELOAD_MODEL) report('R');
   if (!sleeps || (op != SUSPEND && op != RESUME)) return -ENOENT;
-  tell(op == SUSPEND ? 's' : 'r');
+  report(op == SUSPEND ? 's' : 'r');
   return 0;
 }
 
@@ -124,7 +124,7 @@ static int invoke(const GstTensorFilterProperties* prop, void** priv, const GstT
 static int reload(const GstTensorFilterProperties* prop, void** priv) {
   (void)prop;
   (void)priv;
-  tell('R');
+  report('R');
   return 0;
 }
 static int event(event_ops op, GstTensorFilterFrameworkEventData* data) {

@@ -35,7 +35,7 @@ static const Tuning kTunings[] = {
     {TENSORS "tensor_aggregator name=it frames-out=2 frames-dim=3", "silent", "false", 1},
     {SOURCE "tensor_converter name=it", "frames-per-tensor", "2", 1},
     {SOURCE "tensor_converter name=it", "set-timestamp", "false", 1},
-    {SOURCE "tensor_converter name=it", "mode", "custom-code:nobody", 0},
+    {SOURCE "tensor_converter name=it", "mode", "custom-code:absent", 0},
     {SOURCE "tensor_converter name=it", "silent", "false", 1},
     {TENSORS "tensor_decoder name=it mode=direct_video", "option1", "BGR", 1},
     {TENSORS "tensor_decoder name=it mode=direct_video", "mode", "octet_stream", 1},

@@ -20,9 +20,9 @@ template <class Condition, class Text>
   while (!holds()) {
     if (std::chrono::steady_clock::now() > end) {
       if constexpr (std::is_invocable_v<const Text&>)
-        ADD_FAILURE() << "waited in vain for " << awaited();
+        ADD_FAILURE() << "timed out waiting for " << awaited();
       else
-        ADD_FAILURE() << "waited in vain for " << awaited;
+        ADD_FAILURE() << "timed out waiting for " << awaited;
       return false;
     }
     std::this_thread::yield();

@@ -11,23 +11,23 @@ using namespace std::chrono_literals;
 constexpr auto kNever = [] { return false; };
 
 TEST(BecomesTrue, WaitsUntilItHolds) {
-  int asked = 0;
-  EXPECT_TRUE(becomes_true([&] { return ++asked == 3; }, "the third time"));
-  EXPECT_EQ(asked, 3);
+  int requested = 0;
+  EXPECT_TRUE(becomes_true([&] { return ++requested == 3; }, "the third time"));
+  EXPECT_EQ(requested, 3);
 }
 
 TEST(BecomesTrue, FailsTheTestAndReportsWhatIsMissing) {
   bool came = true;
-  EXPECT_NONFATAL_FAILURE(came = becomes_true(kNever, "rain", 0s), "waited in vain for rain");
+  EXPECT_NONFATAL_FAILURE(came = becomes_true(kNever, "rain", 0s), "timed out waiting for rain");
   EXPECT_FALSE(came);
 }
 
 TEST(BecomesTrue, DescribesWhatIsMissingAfterTheWait) {
-  int asked = 0;
-  const auto counts = [&] { return ++asked < 0; };
-  const auto name = [&] { return asked > 0 ? "what was asked for" : "nothing yet"; };
+  int requested = 0;
+  const auto counts = [&] { return ++requested < 0; };
+  const auto name = [&] { return requested > 0 ? "what was requested" : "nothing yet"; };
   EXPECT_NONFATAL_FAILURE(EXPECT_FALSE(becomes_true(counts, name, 0s)),
-                          "waited in vain for what was asked for");
+                          "timed out waiting for what was requested");
 }
 
 }  // namespace

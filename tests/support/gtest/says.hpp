@@ -12,10 +12,10 @@
 #define EXPECT_LACKS(text, words) EXPECT_PRED_FORMAT2(::testing::IsNotSubstring, words, text)
 
 // The Result is an error with this code and these words.
-#define EXPECT_REFUSED(result, expected_code, words)                                     \
-  do {                                                                                   \
-    const auto& said_ = (result);                                                        \
-    ASSERT_FALSE(said_);                                                                 \
-    EXPECT_EQ(said_.error().code, weir::Code::expected_code) << said_.error().message(); \
-    EXPECT_SAYS(said_.error().message(), words);                                         \
+#define EXPECT_REFUSED(result, expected_code, words)                                         \
+  do {                                                                                       \
+    const auto& result_ = (result);                                                          \
+    ASSERT_FALSE(result_);                                                                   \
+    EXPECT_EQ(result_.error().code, weir::Code::expected_code) << result_.error().message(); \
+    EXPECT_SAYS(result_.error().message(), words);                                           \
   } while (false)

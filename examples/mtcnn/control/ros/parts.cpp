@@ -48,8 +48,8 @@ struct P : Part {
 };
 
 template <class Stage>
-struct Behind : Part {
-  explicit Behind(const std::string& models) : stage(env, models, 1) {}
+struct LaterStage : Part {
+  explicit LaterStage(const std::string& models) : stage(env, models, 1) {}
   Numbers find(const cv::Mat& picture, const Numbers& regions) override {
     return numbers_of(stage.find(picture, boxes_of(regions)));
   }
@@ -63,10 +63,10 @@ std::unique_ptr<Part> p_part(const std::string& models, uint32_t min_face) {
   return std::make_unique<P>(models, min_face);
 }
 std::unique_ptr<Part> r_part(const std::string& models) {
-  return std::make_unique<Behind<Refine>>(models);
+  return std::make_unique<LaterStage<Refine>>(models);
 }
 std::unique_ptr<Part> o_part(const std::string& models) {
-  return std::make_unique<Behind<Mark>>(models);
+  return std::make_unique<LaterStage<Mark>>(models);
 }
 
 std::string json_of(const Numbers& numbers) {

@@ -55,14 +55,15 @@ struct Axis {
   std::string missing;  // the reason if there is none
 };
 Axis axis_of(const weir_tensor_info& info, bool input) {
-  const bool told = info.batch_axis != WEIR_NO_BATCH_AXIS;
+  const bool is_declared = info.batch_axis != WEIR_NO_BATCH_AXIS;
   if (info.rank == WEIR_RANK_UNKNOWN && !input) return {0, -1, ""};
   if (info.rank == WEIR_RANK_UNKNOWN) return {0, 0, "its number of dimensions is unknown"};
   if (info.rank == 0) return {0, 0, "it has no dimension"};
-  if (told && info.batch_axis >= info.rank)
+  if (is_declared && info.batch_axis >= info.rank)
     return {0, 0, "the engine names an axis beyond its rank"};
-  if (!told && input && info.rank < 2) return {0, 0, "its only dimension belongs to one frame"};
-  const uint32_t axis = told ? info.batch_axis : 0;
+  if (!is_declared && input && info.rank < 2)
+    return {0, 0, "its only dimension belongs to one frame"};
+  const uint32_t axis = is_declared ? info.batch_axis : 0;
   return {axis, info.shape[axis], ""};
 }
 

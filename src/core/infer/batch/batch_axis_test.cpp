@@ -114,26 +114,26 @@ TEST(BatchAxis, TheOutputsOfABatchConsistOfThoseOfItsFrames) {
 }
 
 TEST(BatchAxis, AFixedModelIsQueriedForItsOwnBatchOnly) {
-  std::vector<std::vector<int64_t>> asked;
+  std::vector<std::vector<int64_t>> requested;
   const auto shapes =
       shapes_of_batch({{0}, {0}, true}, 4, {tensor({1, 8})}, [&](const Infos& in) -> Result<Infos> {
-        asked.push_back(shape_of(in[0]));
+        requested.push_back(shape_of(in[0]));
         return Infos{tensor({4, 5})};
       });
   ASSERT_TRUE(shapes);
-  EXPECT_EQ(asked, (std::vector<std::vector<int64_t>>{{4, 8}}));
+  EXPECT_EQ(requested, (std::vector<std::vector<int64_t>>{{4, 8}}));
   EXPECT_EQ(shape_of(shapes->outputs[0]), (std::vector<int64_t>{1, 5}));
 }
 
 TEST(BatchAxis, TheLastQueryIsForAFullBatch) {
-  std::vector<int64_t> asked;
+  std::vector<int64_t> requested;
   const auto shapes = shapes_of_batch({{0}, {0}, false}, 4, {tensor({1, 8})},
                                       [&](const Infos& in) -> Result<Infos> {
-                                        asked.push_back(in[0].shape[0]);
+                                        requested.push_back(in[0].shape[0]);
                                         return in;
                                       });
   ASSERT_TRUE(shapes);
-  EXPECT_EQ(asked.back(), 4) << "an engine that is shaped by it begins in the right shape";
+  EXPECT_EQ(requested.back(), 4) << "an engine that is shaped by it begins in the right shape";
 }
 
 TEST(BatchAxis, OutputsThatDoNotGrowWithTheBatchAreRejected) {

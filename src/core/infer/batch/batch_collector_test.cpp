@@ -32,7 +32,7 @@ class SetClock final : public BatchClock {
       waiting_on_ = &changed;
       waiting_with_ = lock.mutex();
       waiting_until_ = until;
-      asked_.notify_all();
+      requested_.notify_all();
     }
     changed.wait(lock);
     std::lock_guard own(mutex_);
@@ -54,12 +54,12 @@ class SetClock final : public BatchClock {
   // Returns when a thread waits for `until` after the start.
   void wait_for_waiter(std::chrono::nanoseconds until) {
     std::unique_lock lock(mutex_);
-    asked_.wait(lock, [&] { return waiting_on_ && waiting_until_ == Time{} + until; });
+    requested_.wait(lock, [&] { return waiting_on_ && waiting_until_ == Time{} + until; });
   }
 
  private:
   std::mutex mutex_;
-  std::condition_variable asked_;
+  std::condition_variable requested_;
   Time now_{}, waiting_until_{};
   std::condition_variable* waiting_on_ = nullptr;
   std::mutex* waiting_with_ = nullptr;

@@ -46,10 +46,10 @@ TEST(BatchGroup, TheSameShapesAndSizeAreOneGroup) {
   EXPECT_EQ(made, 3);
   a.reset();
   find(4, 2);
-  EXPECT_EQ(made, 4) << "nobody held it";
+  EXPECT_EQ(made, 4) << "it was not held";
 }
 
-TEST(BatchGroup, AFailedGroupLeavesNothingBehind) {
+TEST(BatchGroup, AFailedGroupReleasesEverything) {
   BatchGroups groups;
   const auto failed = groups.find(2, {row(2)}, [] {
     return Result<std::shared_ptr<BatchGroup>>(

@@ -29,13 +29,14 @@ Status check_open(const char* role, const std::vector<weir_tensor_info>& infos,
   for (size_t i = 0; i < infos.size(); ++i) {
     const auto& info = infos[i];
     const bool unknown = info.rank == WEIR_RANK_UNKNOWN;
-    const bool told = info.batch_axis == WEIR_NO_BATCH_AXIS || info.batch_axis == 0;
+    const bool is_declared = info.batch_axis == WEIR_NO_BATCH_AXIS || info.batch_axis == 0;
     if (unknown && may_be_unknown) continue;
-    if (!unknown && info.rank > 0 && info.shape[0] == -1 && told) continue;
+    if (!unknown && info.rank > 0 && info.shape[0] == -1 && is_declared) continue;
     const std::string which = std::string(role) + " " + std::to_string(i);
     if (unknown || info.rank == 0) return not_by_rows("a tensor without rows", which);
     return not_by_rows(
-        !told ? "a batch on another dimension" : std::to_string(info.shape[0]) + " rows", which);
+        !is_declared ? "a batch on another dimension" : std::to_string(info.shape[0]) + " rows",
+        which);
   }
   return ok();
 }

@@ -97,8 +97,8 @@ void add_settings(const OptionNames& names, const OpenOptions& options,
     const size_t slash = std::min(setting.find('/'), setting.size());
     const auto group = setting.substr(0, slash);
     const auto key = setting.substr(std::min(slash + 1, setting.size()));
-    if (const auto doubt = configuration.doubt(group, key))
-      out->emplace_back(name, unknown(*doubt, group, key));
+    if (const auto possible_fault = configuration.possible_fault(group, key))
+      out->emplace_back(name, unknown(*possible_fault, group, key));
     else if (const auto found = configuration.find(group, key))
       out->emplace_back(name, found->value);
   }

@@ -235,7 +235,7 @@ TEST_F(SharedModelTest, ASuspendedLeaseResumesWithTheReplacedModel) {
     ASSERT_TRUE(use);
     EXPECT_TRUE((*use)->suspend());
     ASSERT_TRUE(model->replace(source(files_.write("b", "7 4"))));
-    EXPECT_EQ(seen.open_models, 0) << "nobody needs it yet";
+    EXPECT_EQ(seen.open_models, 0) << "not needed yet";
     EXPECT_EQ(run(**use), 7);
   }
 }

@@ -14,20 +14,20 @@ namespace {
 TEST_F(AsyncRequest, GivesAnyNumberOfOutputsAndOneEnd) {
   const auto session = open();
   for (const int count : {0, 1, 3}) {
-    Heard heard;
+    Received received;
     std::vector<int> expected;
-    ASSERT_TRUE(*submit(*session, &heard));
+    ASSERT_TRUE(*submit(*session, &received));
     std::deque<Output> outputs;
     for (int i = 0; i < count; ++i) {
       complete(submitted.back(), &outputs.emplace_back(i), true);
       expected.push_back(i);
-      EXPECT_EQ(outputs.back().released, 1) << "nobody took it over";
+      EXPECT_EQ(outputs.back().released, 1) << "not taken over";
     }
-    EXPECT_TRUE(heard.ends.empty());
+    EXPECT_TRUE(received.ends.empty());
     EXPECT_EQ(session->requests().in_flight(), 1u);
     complete(submitted.back(), nullptr, false);
-    EXPECT_EQ(heard.outputs, expected);
-    EXPECT_EQ(heard.ends, std::vector<std::string>{""});
+    EXPECT_EQ(received.outputs, expected);
+    EXPECT_EQ(received.ends, std::vector<std::string>{""});
     EXPECT_EQ(session->requests().in_flight(), 0u);
     EXPECT_TRUE(last_.expired());
   }
@@ -35,62 +35,62 @@ TEST_F(AsyncRequest, GivesAnyNumberOfOutputsAndOneEnd) {
 
 TEST_F(AsyncRequest, MayEndWithItsOnlyOutput) {
   const auto session = open();
-  Heard heard;
+  Received received;
   Output output(7);
-  ASSERT_TRUE(*submit(*session, &heard, true));
+  ASSERT_TRUE(*submit(*session, &received, true));
   complete(submitted[0], &output, false);
-  EXPECT_EQ(heard.outputs, std::vector<int>{7});
-  EXPECT_EQ(heard.ends.size(), 1u);
+  EXPECT_EQ(received.outputs, std::vector<int>{7});
+  EXPECT_EQ(received.ends.size(), 1u);
   EXPECT_EQ(output.released, 0) << "the receiver has it";
 }
 
 TEST_F(AsyncRequest, MayBeAnsweredBeforeSubmitReturns) {
   const auto session = open();
-  Heard heard;
+  Received received;
   Output output(7);
   on_submit = [&](weir_request* request, weir_error*) {
     complete(request, &output, false);
     return 0;
   };
-  ASSERT_TRUE(*submit(*session, &heard));
-  EXPECT_EQ(heard.outputs, std::vector<int>{7});
-  EXPECT_EQ(heard.ends.size(), 1u);
+  ASSERT_TRUE(*submit(*session, &received));
+  EXPECT_EQ(received.outputs, std::vector<int>{7});
+  EXPECT_EQ(received.ends.size(), 1u);
   EXPECT_TRUE(cancelled.empty());
 }
 
 TEST_F(AsyncRequest, SkipsFramesThatTheEngineDrops) {
   const auto session = open();
-  Heard heard;
+  Received received;
   Output output(7);
-  ASSERT_TRUE(*submit(*session, &heard));
+  ASSERT_TRUE(*submit(*session, &received));
   complete(submitted[0], &output, false, 1);
-  EXPECT_TRUE(heard.outputs.empty());
-  EXPECT_EQ(heard.ends, std::vector<std::string>{""});
+  EXPECT_TRUE(received.outputs.empty());
+  EXPECT_EQ(received.ends, std::vector<std::string>{""});
   on_submit = [](weir_request*, weir_error*) { return 1; };
-  ASSERT_TRUE(*submit(*session, &heard));
-  EXPECT_EQ(heard.ends.size(), 2u) << "not even begun";
+  ASSERT_TRUE(*submit(*session, &received));
+  EXPECT_EQ(received.ends.size(), 2u) << "not even begun";
   EXPECT_EQ(session->requests().in_flight(), 0u);
 }
 
 TEST_F(AsyncRequest, IgnoresOutputsAfterTheEndAndFreesTheirMemory) {
   const auto session = open();
-  Heard heard;
+  Received received;
   Output late(1), unknown(2), none(3);
-  ASSERT_TRUE(*submit(*session, &heard));
+  ASSERT_TRUE(*submit(*session, &received));
   complete(submitted[0], nullptr, false);
   complete(submitted[0], &late, true);
   complete(submitted[0], nullptr, false, -WEIR_INVOKE_FAILED);
   complete(reinterpret_cast<weir_request*>(uintptr_t{0xdead0000}), &unknown, false);
   complete(nullptr, &none, false);
-  EXPECT_TRUE(heard.outputs.empty());
-  EXPECT_EQ(heard.ends.size(), 1u);
+  EXPECT_TRUE(received.outputs.empty());
+  EXPECT_EQ(received.ends.size(), 1u);
   EXPECT_EQ(late.released + unknown.released + none.released, 3);
-  EXPECT_TRUE(host().cancelled(submitted[0])) << "nobody waits for it";
+  EXPECT_TRUE(host().cancelled(submitted[0])) << "its caller has left";
   EXPECT_TRUE(host().cancelled(nullptr));
   EXPECT_EQ(host().error_of(submitted[0]), nullptr);
   EXPECT_EQ(host().fail(host().error_of(submitted[0]), WEIR_INTERNAL, "late", "", "", "", ""),
             -WEIR_INTERNAL);
-  ASSERT_TRUE(*submit(*session, &heard));
+  ASSERT_TRUE(*submit(*session, &received));
   EXPECT_NE(submitted[1], submitted[0]) << "a number is never used again";
   EXPECT_FALSE(host().cancelled(submitted[1]));
   complete(submitted[1], nullptr, false);
@@ -98,100 +98,100 @@ TEST_F(AsyncRequest, IgnoresOutputsAfterTheEndAndFreesTheirMemory) {
 
 TEST_F(AsyncRequest, FailsWithTheEnginesMessageAndIgnoresLaterOutputs) {
   const auto session = open();
-  Heard heard;
-  ASSERT_TRUE(*submit(*session, &heard));
+  Received received;
+  ASSERT_TRUE(*submit(*session, &received));
   host().fail(host().error_of(submitted[0]), WEIR_INVOKE_FAILED, "too hot", "90 degrees", "less",
               nullptr, nullptr);
   host().complete(submitted[0], -WEIR_INVOKE_FAILED, nullptr, 1);
-  ASSERT_EQ(heard.ends.size(), 1u);
-  EXPECT_SAYS(heard.ends[0], "WEIR-3006: too hot");
+  ASSERT_EQ(received.ends.size(), 1u);
+  EXPECT_SAYS(received.ends[0], "WEIR-3006: too hot");
   EXPECT_EQ(session->requests().in_flight(), 1u) << "the engine still works on it";
   EXPECT_FALSE(last_.expired()) << "and reads its memory";
   Output output(1);
   complete(submitted[0], &output, true);
   complete(submitted[0], nullptr, false);
-  EXPECT_TRUE(heard.outputs.empty());
-  EXPECT_EQ(heard.ends.size(), 1u);
+  EXPECT_TRUE(received.outputs.empty());
+  EXPECT_EQ(received.ends.size(), 1u);
   EXPECT_EQ(session->requests().in_flight(), 0u);
-  ASSERT_TRUE(*submit(*session, &heard));
+  ASSERT_TRUE(*submit(*session, &received));
   complete(submitted[1], nullptr, false, -WEIR_OUT_OF_MEMORY);
-  EXPECT_SAYS(heard.ends[1], "WEIR-9001: the engine failed on a frame");
+  EXPECT_SAYS(received.ends[1], "WEIR-9001: the engine failed on a frame");
 }
 
 TEST_F(AsyncRequest, EndsWithAnErrorOfTheHostAndIsCancelledByTheNextFlush) {
   const auto session = open();
   auto& requests = session->requests();
-  Heard heard;
+  Received received;
   EXPECT_FALSE(requests.has_waiting_receivers());
-  ASSERT_TRUE(*submit(*session, &heard));
-  ASSERT_TRUE(*submit(*session, &heard));
+  ASSERT_TRUE(*submit(*session, &received));
+  ASSERT_TRUE(*submit(*session, &received));
   EXPECT_TRUE(requests.has_waiting_receivers());
   requests.fail({.code = Code::WORKER_TIMEOUT, .what = "too slow"});
-  ASSERT_EQ(heard.ends.size(), 2u);
-  EXPECT_SAYS(heard.ends[0], "WEIR-3015: too slow");
-  EXPECT_EQ(heard.ends[1], heard.ends[0]);
+  ASSERT_EQ(received.ends.size(), 2u);
+  EXPECT_SAYS(received.ends[0], "WEIR-3015: too slow");
+  EXPECT_EQ(received.ends[1], received.ends[0]);
   EXPECT_FALSE(requests.has_waiting_receivers());
   EXPECT_EQ(requests.in_flight(), 2u) << "the engine may still work on them";
   EXPECT_FALSE(last_.expired()) << "and read their memory";
   EXPECT_TRUE(cancelled.empty());
-  EXPECT_FALSE(*submit(*session, &heard)) << "nothing is taken";
+  EXPECT_FALSE(*submit(*session, &received)) << "nothing is taken";
   EXPECT_FALSE(requests.wait_for_room());
   Output late(1);
   complete(submitted[0], &late, false);
-  EXPECT_TRUE(heard.outputs.empty());
+  EXPECT_TRUE(received.outputs.empty());
   EXPECT_EQ(late.released, 1);
-  EXPECT_EQ(heard.ends.size(), 2u);
-  EXPECT_EQ(abandon(*session), 0u) << "all have heard of their end";
+  EXPECT_EQ(received.ends.size(), 2u);
+  EXPECT_EQ(abandon(*session), 0u) << "all have received their end";
   EXPECT_EQ(cancelled, std::vector<weir_request*>{submitted[1]});
   requests.resume();
-  ASSERT_TRUE(*submit(*session, &heard));
+  ASSERT_TRUE(*submit(*session, &received));
   complete(submitted[2], nullptr, false);
-  EXPECT_EQ(heard.ends.back(), "");
+  EXPECT_EQ(received.ends.back(), "");
 }
 
 TEST_F(AsyncRequest, IsPendingForACallerThatWaitsForAbandonedRequests) {
   max_in_flight = 1;
   const auto session = open();
   auto& requests = session->requests();
-  Heard heard;
-  ASSERT_TRUE(*submit(*session, &heard));
+  Received received;
+  ASSERT_TRUE(*submit(*session, &received));
   abandon(*session);
   requests.resume();
-  EXPECT_FALSE(requests.has_waiting_receivers()) << "nobody waits for what was given up";
+  EXPECT_FALSE(requests.has_waiting_receivers()) << "abandoned requests have no receiver";
   bool room = true;
   std::thread waiter([&] { room = requests.wait_for_room(); });
   EXPECT_TRUE(becomes_true([&] { return requests.has_waiting_receivers(); },
-                           "somebody who waits for room"));
+                           "a thread that waits for space"));
   requests.fail({.code = Code::WORKER_TIMEOUT, .what = "too slow"});
   waiter.join();
   EXPECT_FALSE(room);
-  EXPECT_TRUE(heard.ends.empty());
+  EXPECT_TRUE(received.ends.empty());
 }
 
 TEST_F(AsyncRequest, ReportsThatTheEngineRejectsAFrame) {
   const auto session = open();
-  Heard heard;
+  Received received;
   on_submit = [](weir_request*, weir_error* error) {
     return host().fail(error, WEIR_SPEC_MISMATCH, "not today", nullptr, nullptr, nullptr, nullptr);
   };
-  const auto refused = submit(*session, &heard);
+  const auto refused = submit(*session, &received);
   ASSERT_FALSE(refused);
   EXPECT_EQ(refused.error().what, "not today");
-  EXPECT_TRUE(heard.ends.empty()) << "the caller knows";
+  EXPECT_TRUE(received.ends.empty()) << "the caller knows";
   EXPECT_EQ(session->requests().in_flight(), 0u);
   on_submit = [](weir_request* request, weir_error*) {
     complete(request, nullptr, false);
     return -WEIR_INTERNAL;
   };
-  EXPECT_TRUE(*submit(*session, &heard)) << "it had ended before it was refused";
-  EXPECT_EQ(heard.ends.size(), 1u);
+  EXPECT_TRUE(*submit(*session, &received)) << "it had ended before it was refused";
+  EXPECT_EQ(received.ends.size(), 1u);
 }
 
 TEST_F(AsyncRequest, AbandonsAndCancelsAndKeepsMemoryUntilTheEnd) {
   const auto session = open();
-  Heard heard;
-  ASSERT_TRUE(*submit(*session, &heard));
-  ASSERT_TRUE(*submit(*session, &heard));
+  Received received;
+  ASSERT_TRUE(*submit(*session, &received));
+  ASSERT_TRUE(*submit(*session, &received));
   const auto receiver = last_;
   complete(submitted[0], nullptr, false);
   EXPECT_EQ(abandon(*session), 1u);
@@ -199,7 +199,7 @@ TEST_F(AsyncRequest, AbandonsAndCancelsAndKeepsMemoryUntilTheEnd) {
   EXPECT_TRUE(host().cancelled(submitted[1]));
   EXPECT_EQ(abandon(*session), 0u) << "once";
   EXPECT_EQ(cancelled.size(), 1u);
-  EXPECT_FALSE(*submit(*session, &heard)) << "until resume()";
+  EXPECT_FALSE(*submit(*session, &received)) << "until resume()";
   session->requests().resume();
   EXPECT_FALSE(receiver.expired()) << "the engine may still read what it was given";
   Output late(1);
@@ -208,21 +208,21 @@ TEST_F(AsyncRequest, AbandonsAndCancelsAndKeepsMemoryUntilTheEnd) {
   complete(submitted[1], nullptr, false, -WEIR_CANCELLED);
   EXPECT_EQ(session->requests().in_flight(), 0u);
   EXPECT_TRUE(receiver.expired());
-  EXPECT_TRUE(heard.outputs.empty());
-  EXPECT_EQ(heard.ends.size(), 1u) << "that of the first";
+  EXPECT_TRUE(received.outputs.empty());
+  EXPECT_EQ(received.ends.size(), 1u) << "that of the first";
   EXPECT_EQ(late.released, 1);
 }
 
 TEST_F(AsyncRequest, CancelsARequestThatIsAbandonedDuringSubmit) {
   const auto session = open();
-  Heard heard;
+  Received received;
   size_t count = 0;
   on_submit = [&](weir_request*, weir_error*) {
     count = abandon(*session);
     EXPECT_TRUE(cancelled.empty()) << "the engine does not know of it yet";
     return 0;
   };
-  ASSERT_TRUE(*submit(*session, &heard));
+  ASSERT_TRUE(*submit(*session, &received));
   EXPECT_EQ(count, 1u);
   EXPECT_EQ(cancelled, submitted);
   on_submit = [&](weir_request*, weir_error*) {
@@ -230,21 +230,21 @@ TEST_F(AsyncRequest, CancelsARequestThatIsAbandonedDuringSubmit) {
     return -WEIR_INTERNAL;
   };
   session->requests().resume();
-  EXPECT_TRUE(*submit(*session, &heard)) << "it is among the abandoned";
+  EXPECT_TRUE(*submit(*session, &received)) << "it is among the abandoned";
   EXPECT_EQ(count, 1u);
-  EXPECT_TRUE(heard.ends.empty());
+  EXPECT_TRUE(received.ends.empty());
 }
 
 TEST_F(AsyncRequest, WaitsForRoom) {
   const auto session = open();
-  Heard heard;
-  ASSERT_TRUE(*submit(*session, &heard));
+  Received received;
+  ASSERT_TRUE(*submit(*session, &received));
   ASSERT_TRUE(session->requests().wait_for_room());
-  ASSERT_TRUE(*submit(*session, &heard));
+  ASSERT_TRUE(*submit(*session, &received));
   std::thread other([&] { EXPECT_TRUE(session->requests().wait_for_room()); });
   complete(submitted[1], nullptr, false);
   other.join();
-  ASSERT_TRUE(*submit(*session, &heard));
+  ASSERT_TRUE(*submit(*session, &received));
   std::thread interrupted([&] { EXPECT_FALSE(session->requests().wait_for_room()); });
   EXPECT_EQ(abandon(*session), 2u);
   interrupted.join();
@@ -258,18 +258,18 @@ TEST_F(AsyncRequest, WaitsForRoom) {
 
 TEST_F(AsyncRequest, WaitsUntilNoneIsInFlight) {
   const auto session = open();
-  Heard heard;
+  Received received;
   EXPECT_TRUE(session->requests().wait_until_idle());
-  ASSERT_TRUE(*submit(*session, &heard));
+  ASSERT_TRUE(*submit(*session, &received));
   std::thread other([&] { EXPECT_TRUE(session->requests().wait_until_idle()); });
   complete(submitted[0], nullptr, false);
   other.join();
 }
 
 TEST_F(AsyncRequest, AbandonsOpenRequestsWhenTheSessionIsFreed) {
-  Heard heard;
+  Received received;
   auto session = open();
-  ASSERT_TRUE(*submit(*session, &heard));
+  ASSERT_TRUE(*submit(*session, &received));
   const auto never = last_;
   session.reset();
   EXPECT_TRUE(freed);
@@ -279,7 +279,7 @@ TEST_F(AsyncRequest, AbandonsOpenRequestsWhenTheSessionIsFreed) {
   complete(submitted[0], &late, true);
   complete(submitted[0], nullptr, false);
   EXPECT_EQ(late.released, 1);
-  EXPECT_TRUE(heard.outputs.empty() && heard.ends.empty());
+  EXPECT_TRUE(received.outputs.empty() && received.ends.empty());
 }
 
 TEST_F(AsyncRequest, HandlesInconsistentOutputs) {
@@ -341,9 +341,9 @@ TEST_F(AsyncRequest, KnowsWhichEnginesAnswerAsynchronously) {
 TEST_F(AsyncRequest, AllowsOneRequestByDefault) {
   max_in_flight = 0;
   const auto session = open();
-  Heard heard;
+  Received received;
   ASSERT_TRUE(session->requests().wait_for_room());
-  ASSERT_TRUE(*submit(*session, &heard));
+  ASSERT_TRUE(*submit(*session, &received));
   std::thread other([&] { EXPECT_TRUE(session->requests().wait_for_room()); });
   complete(submitted[0], nullptr, false);
   other.join();

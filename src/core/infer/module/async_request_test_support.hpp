@@ -59,24 +59,24 @@ inline weir_engine make_engine() {
 }
 
 // The calls of a receiver: the number in each output, then how the request ended.
-struct Heard {
+struct Received {
   std::vector<int> outputs;
   std::vector<std::string> ends;
 };
 class Receiver final : public RequestReceiver {
  public:
-  explicit Receiver(Heard* heard, bool takes_over = false)
-      : heard_(heard), takes_over_(takes_over) {}
+  explicit Receiver(Received* received, bool takes_over = false)
+      : received_(received), takes_over_(takes_over) {}
   void output(weir_frame& frame) noexcept override {
-    heard_->outputs.push_back(*static_cast<int*>(frame.tensors[0].data));
+    received_->outputs.push_back(*static_cast<int*>(frame.tensors[0].data));
     if (takes_over_) frame.tensors[0].release = nullptr;
   }
   void end(Status status) noexcept override {
-    heard_->ends.push_back(status ? "" : status.error().message());
+    received_->ends.push_back(status ? "" : status.error().message());
   }
 
  private:
-  Heard* heard_;
+  Received* received_;
   bool takes_over_;
 };
 
@@ -108,8 +108,8 @@ class AsyncRequest : public ::testing::Test {
     flags = WEIR_MODEL_ASYNC;
   }
   std::unique_ptr<Session> open() { return *Session::create(*Model::open(engine_, {})); }
-  Result<bool> submit(Session& session, Heard* heard, bool takes_over = false) {
-    auto receiver = std::make_shared<Receiver>(heard, takes_over);
+  Result<bool> submit(Session& session, Received* received, bool takes_over = false) {
+    auto receiver = std::make_shared<Receiver>(received, takes_over);
     last_ = receiver;
     return infer::submit(session, in_, std::move(receiver));
   }

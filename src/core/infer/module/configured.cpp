@@ -12,19 +12,19 @@
 namespace weir::infer {
 namespace {
 
-struct Told {
+struct ReportedFaults {
   std::mutex mutex;  // guards messages
   std::set<std::string> messages;
 };
 
 template <class Configuration>
 Configuration loaded() {
-  static auto& told = process::object<Told>("told-configuration-faults");
+  static auto& reported = process::object<ReportedFaults>("told-configuration-faults");
   auto now = Configuration::load();
   for (const auto& fault : now.faults()) {
     const std::string message = fault.message();
-    std::unique_lock lock(told.mutex);
-    if (!told.messages.insert(message).second) continue;
+    std::unique_lock lock(reported.mutex);
+    if (!reported.messages.insert(message).second) continue;
     lock.unlock();
     host().log(WEIR_LOG_WARNING, "configuration", message.c_str());
   }

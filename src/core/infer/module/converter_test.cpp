@@ -158,7 +158,7 @@ TEST_F(ConverterTest, FreesTheMemoryOfAFailedCall) {
   script.convert = [](auto*, weir_frame* out, weir_error* error) {
     out->tensors[0] = good(8);
     out->tensors[5] = good(8);
-    return host().fail(error, WEIR_INVOKE_FAILED, "broken", "this", "that", "here", "mend");
+    return host().fail(error, WEIR_INVOKE_FAILED, "broken", "this", "that", "here", "correct");
   };
   const auto frame = converter_->convert({});
   ASSERT_FALSE(frame);
@@ -173,9 +173,9 @@ TEST_F(ConverterTest, ReportsAFailureWithoutAMessage) {
               "WEIR-2004: the converter script failed on a frame");
   for (const int number : {-5, -123456}) {
     script.convert = [number](auto*, auto*, auto*) { return number; };
-    const auto said = converter_->convert({}).error().message();
-    EXPECT_SAYS(said, "WEIR-5003: the converter script failed on a frame");
-    EXPECT_SAYS(said, "offered: it returned " + std::to_string(number));
+    const auto text = converter_->convert({}).error().message();
+    EXPECT_SAYS(text, "WEIR-5003: the converter script failed on a frame");
+    EXPECT_SAYS(text, "offered: it returned " + std::to_string(number));
   }
 }
 

@@ -50,9 +50,9 @@ class CustomConverter final : public Converter {
     if (!result) return room_.discard(result.error());
     auto frame = room_.take(*result, &error);
     if (frame || !error.set) return frame;
-    Error said = frame.error();
-    said.what = who_ + " failed: " + said.what;
-    return said;
+    Error failure = frame.error();
+    failure.what = who_ + " failed: " + failure.what;
+    return failure;
   }
 
  private:

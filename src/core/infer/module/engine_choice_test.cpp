@@ -103,7 +103,7 @@ TEST(EngineChoice, FallsBackIfNoneOfTheListIsInstalled) {
 TEST(EngineChoice, CoversFilesThatWeirDoesNotKnow) {
   EXPECT_EQ(chosen({"a.abc"}, {"mine"}, configured("priority_abc", "mine")).engine, "mine");
   EXPECT_EQ(chosen({"a.abc"}, kBoth, configured("priority_abc", "mine")).engine, "mine")
-      << "the error about it says how it is had";
+      << "the error says how to install it";
   EXPECT_EQ(chosen({"a.abc"}, kBoth, configured("priority_abc", " , ")).engine, "");
 }
 

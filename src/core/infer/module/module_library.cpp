@@ -27,8 +27,8 @@ std::string file_name(const std::string& kind, const std::string& name) {
   return "libweir-" + kind + "-" + name + ".so";
 }
 
-std::string list(const std::vector<std::string>& words) {
-  const std::string out = join(words, ", ");
+std::string list(const std::vector<std::string>& text) {
+  const std::string out = join(text, ", ");
   return out.empty() ? "none" : out;
 }
 
@@ -46,11 +46,11 @@ const T* find_in(const T* const* tables, std::string_view name) {
 // Adds the install command if the module exists but a library it links is missing or has another
 // version.
 Error with_install_line(Error error, const KnownEngine& known) {
-  const auto says = [&](const char* words) {
-    return error.offered.find(words) != std::string::npos;
+  const auto mentions = [&](const char* text) {
+    return error.offered.find(text) != std::string::npos;
   };
-  const bool is_missing = says("cannot open shared object file");
-  const bool is_other = says("undefined symbol") || says("version `");
+  const bool is_missing = mentions("cannot open shared object file");
+  const bool is_other = mentions("undefined symbol") || mentions("version `");
   if (known.install.empty() || (!is_missing && !is_other)) return error;
   return Error{.code = Code::ENGINE_NOT_INSTALLED,
                .what = "a library of the engine " + std::string(known.name) +

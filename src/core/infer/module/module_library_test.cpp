@@ -119,7 +119,7 @@ TEST_F(ModuleLibraryTest, RejectsFilesThatAreNotSharedObjects) {
 
 TEST_F(ModuleLibraryTest, SkipsFoldersAndDanglingLinks) {
   fs::create_directory(folder_ / "libweir-engine-fake.so");
-  EXPECT_TRUE(library_.engine("fake")) << "the good one lies behind it";
+  EXPECT_TRUE(library_.engine("fake")) << "the usable one is in a later folder";
   fs::create_symlink("/nowhere", folder_ / "libweir-engine-gone.so");
   EXPECT_SAYS(refusal("gone", Code::ENGINE_UNKNOWN), "no engine has this name");
 }

@@ -130,10 +130,10 @@ TEST(ModuleTables, ThatAreTooShortAreRejectedWithAMessage) {
   const auto tables = ModuleTables::copy(&module, "head.so");
   ASSERT_FALSE(tables);
   EXPECT_EQ(tables.error().code, Code::MODULE_REFUSED);
-  const std::string said = tables.error().message();
-  EXPECT_SAYS(said, "head.so");
+  const std::string text = tables.error().message();
+  EXPECT_SAYS(text, "head.so");
   EXPECT_SAYS(
-      said, "an engine with a table of " + std::to_string(offsetof(weir_engine, open)) + " bytes");
+      text, "an engine with a table of " + std::to_string(offsetof(weir_engine, open)) + " bytes");
 }
 
 TEST(ModuleTables, OfAnotherMajorVersionAreRejected) {

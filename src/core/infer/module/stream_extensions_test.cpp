@@ -1,5 +1,5 @@
 // Tests of the extensions weir.converter-stream/1 and weir.decoder-stream/1 through C tables: what
-// converters and decoders get, and what a host does with tables that lie.
+// converters and decoders get, and what a host does with inconsistent tables.
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #include <gtest/gtest.h>
 
@@ -67,7 +67,7 @@ std::string converted() {
 const weir_converter_stream kFlexibleTable{sizeof(weir_converter_stream),
                                            [](weir_converter*) { return flexible; }};
 
-TEST(ConverterStream, TellsFlexibleFramesFromStaticOnes) {
+TEST(ConverterStream, DistinguishesFlexibleFramesFromStaticOnes) {
   table = &kFlexibleTable;
   write_header(8);
   flexible = 1;

@@ -39,7 +39,7 @@ TEST(BatchQueue, NothingIsDueWhereNothingWaits) {
   EXPECT_TRUE(g.take().empty());
 }
 
-TEST(BatchQueue, GivesBackTheOldestFrameOfAStreamAlone) {
+TEST(BatchQueue, ReturnsOnlyTheOldestFrameOfAStream) {
   Collecting g(2);
   const auto a = g.queue.join(10ms), b = g.queue.join(10ms);
   EXPECT_EQ(g.queue.take_oldest(a), nullptr);
@@ -109,7 +109,7 @@ TEST(BatchQueue, AStreamThatMissedATimeoutIsNotWaitedForUntilItsNextFrame) {
   EXPECT_TRUE(g.due(10ms));
   g.take();
   g.add(slow, 1, 20ms);
-  EXPECT_FALSE(g.due(20ms)) << "two frames are its share where nobody else is expected";
+  EXPECT_FALSE(g.due(20ms)) << "two frames are its part with one active stream";
   g.add(a, 2, 20ms);
   EXPECT_TRUE(g.due(20ms));
   g.take();
@@ -125,9 +125,9 @@ TEST(BatchQueue, APausedStreamDoesNotBlockOthers) {
   g.add(a, 2);
   EXPECT_FALSE(g.due());
   g.queue.pause(b);
-  EXPECT_FALSE(g.due()) << "alone, the share of a is 4";
+  EXPECT_FALSE(g.due()) << "with one stream, its part is 4";
   g.queue.pause(a);
-  EXPECT_TRUE(g.due()) << "nobody can bring anything";
+  EXPECT_TRUE(g.due()) << "no stream can deliver more";
   g.add(b, 1);
   EXPECT_FALSE(g.due()) << "b is back, and its share is 2";
 }
@@ -147,7 +147,7 @@ TEST(BatchQueue, AStreamWithFramesInBatchesIsWaitedForWhileItHasFramesHere) {
   EXPECT_EQ(g.take().size(), 4u);
   g.add(a, 7);
   g.queue.pause(a);
-  EXPECT_TRUE(g.due()) << "nobody waits for b";
+  EXPECT_TRUE(g.due()) << "b is not waited for";
 }
 
 TEST(BatchQueue, AStreamThatLeavesRemovesItsFramesAndDoesNotBlockOthers) {

@@ -66,7 +66,7 @@ TEST(CompletionQueue, WaitsForRoom) {
     queue.complete(*b, 2);
   });
   queue.complete(*a, 1);
-  EXPECT_FALSE(second) << "finished work keeps its place until it is handed over";
+  EXPECT_FALSE(second) << "finished work keeps its place until it is dispatched";
   EXPECT_EQ(drained(queue), (std::vector<int>{1}));
   other.join();
   EXPECT_EQ(drained(queue), (std::vector<int>{2}));

@@ -24,9 +24,9 @@ constexpr char kResult[] = "a result that waits";
 struct Queue final : HeldBytes::Results {
   std::atomic<bool> others_leave{true}, next{false};
   std::deque<uint64_t> waiting;
-  std::function<void()> asked = [] {};
+  std::function<void()> requested = [] {};
   bool leave() const override {
-    asked();
+    requested();
     return others_leave;
   }
   bool is_next() const override { return next; }
@@ -90,13 +90,13 @@ TEST(HeldBytes, AcceptsASingleFrameOfAnySize) {
 TEST(HeldBytes, WaitsUntilResultsHaveLeft) {
   const auto held = bound(20);
   Queue queue;
-  std::atomic<int> asked{0};
-  queue.asked = [&] { ++asked; };
+  std::atomic<int> requested{0};
+  queue.requested = [&] { ++requested; };
   EXPECT_EQ(held->take_result(20, queue), Room::Taken);
   std::thread engine([&] { EXPECT_EQ(held->take_result(15, queue), Room::Taken); });
   EXPECT_TRUE(becomes_true([&] { return held->state().result_waits; }, kResult));
   held->release_result(14);
-  EXPECT_TRUE(becomes_true([&] { return asked >= 2 && held->state().result_waits; }, kResult));
+  EXPECT_TRUE(becomes_true([&] { return requested >= 2 && held->state().result_waits; }, kResult));
   EXPECT_EQ(held->state().held, 6u) << "a byte is missing";
   held->release_result(1);
   engine.join();
@@ -109,7 +109,7 @@ TEST(HeldBytes, ReportsWhenOnlyTheEngineCanMakeRoom) {
   Queue queue;
   EXPECT_EQ(held->take_result(20, queue), Room::Taken);
   queue.others_leave = false;
-  EXPECT_EQ(held->take_result(1, queue), Room::Stuck) << "of a frame behind an older one";
+  EXPECT_EQ(held->take_result(1, queue), Room::Stuck) << "of a frame after an older one";
   queue.others_leave = true;
   std::thread engine([&] { EXPECT_EQ(held->take_result(1, queue), Room::Stuck); });
   EXPECT_TRUE(becomes_true([&] { return held->state().result_waits; }, kResult));

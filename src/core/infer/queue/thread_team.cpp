@@ -18,7 +18,7 @@ ThreadTeam::ThreadTeam(size_t threads) {
 ThreadTeam::~ThreadTeam() {
   {
     const std::lock_guard lock(mutex_);
-    ending_ = true;
+    stopping_ = true;
   }
   begun_.notify_all();
   for (auto& thread : threads_) thread.join();
@@ -50,8 +50,8 @@ void ThreadTeam::take_all(size_t thread, std::unique_lock<std::mutex>* lock) {
 void ThreadTeam::work(size_t thread) {
   std::unique_lock lock(mutex_);
   for (;;) {
-    begun_.wait(lock, [this] { return ending_ || next_ < count_; });
-    if (ending_) return;
+    begun_.wait(lock, [this] { return stopping_ || next_ < count_; });
+    if (stopping_) return;
     take_all(thread, &lock);
   }
 }

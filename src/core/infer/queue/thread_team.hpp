@@ -37,7 +37,7 @@ class ThreadTeam {
   std::condition_variable begun_, done_;
   const Job* job_ = nullptr;
   size_t count_ = 0, next_ = 0, running_ = 0;
-  bool ending_ = false;
+  bool stopping_ = false;
   std::vector<std::thread> threads_;
 };
 

@@ -25,7 +25,7 @@ TEST(ThreadTeam, RunsEachJobOnce) {
   }
 }
 
-TEST(ThreadTeam, WorksOnTheCallersThreadAlone) {
+TEST(ThreadTeam, WorksOnlyOnTheCallersThread) {
   ThreadTeam team(1);
   const auto self = std::this_thread::get_id();
   std::vector<size_t> order;

@@ -84,7 +84,7 @@ TEST(FlatbufConverter, NamesWhatIsDamaged) {
   EXPECT_SAYS(error(Bytes(64, 0xFF)), "its tables cannot be read");
   FlatBufferBuilder empty;
   EXPECT_SAYS(error(finish(&empty, schema::CreateTensors(empty))), "it has no tensors");
-  EXPECT_SAYS(error(message_of({{}}, 2)), "another number of tensors than it says");
+  EXPECT_SAYS(error(message_of({{}}, 2)), "the number of tensors that it declares");
   EXPECT_SAYS(error(message_of({{}}, INT32_MIN)),
               "WEIR-2006: a flatbuf message has too many tensors");
   EXPECT_SAYS(error(message_of({{std::vector<uint32_t>(17, 1)}})),
@@ -93,7 +93,7 @@ TEST(FlatbufConverter, NamesWhatIsDamaged) {
   EXPECT_SAYS(error(message_of({{{3}, {7}, schema::Tensor_type::NNS_END}})),
               "no known element type");
   EXPECT_SAYS(error(message_of(std::vector<Given>(257))), "WEIR-2006");
-  EXPECT_SAYS(error(message_of({{}}, {}, schema::frame_rate(1, 0))), "a frame rate that cannot be");
+  EXPECT_SAYS(error(message_of({{}}, {}, schema::frame_rate(1, 0))), "an invalid frame rate");
   EXPECT_SAYS(error(message_of({{}}, {}, std::nullopt, 3)), "an unknown format");
   EXPECT_EQ(error(message_of({{}})), "") << "and goes on";
 }

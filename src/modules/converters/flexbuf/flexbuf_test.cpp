@@ -143,9 +143,9 @@ TEST(FlexbufConverter, NamesWhatIsDamaged) {
   EXPECT_SAYS(error({1, 2}), "WEIR-2005: a flexbuf message is damaged: its map cannot be read");
   EXPECT_SAYS(error({5, 4, 1}), "its map cannot be read\n  offered: 3 bytes");  // an int
   EXPECT_SAYS(error(Bytes(64, 0xFF)), "its map cannot be read");
-  EXPECT_SAYS(error(message_of(1, 2)), "another number of tensors than it says");
+  EXPECT_SAYS(error(message_of(1, 2)), "the number of tensors that it declares");
   EXPECT_SAYS(error(message_of(1, -1)), "WEIR-2006");
-  EXPECT_SAYS(error(message_of(0, 0)), "another number of tensors");
+  EXPECT_SAYS(error(message_of(0, 0)), "the number of tensors that it declares");
   EXPECT_SAYS(error(message_of(257, 257)), "WEIR-2006: a flexbuf message has too many tensors");
   EXPECT_SAYS(error(message_of(1, int64_t{1} << 40)), "num_tensors cannot be read");
   EXPECT_SAYS(error(message_of(1, 1, 9)), "an unknown format");

@@ -93,10 +93,10 @@ TEST(ProtobufConverter, NamesWhatIsDamaged) {
       {join({{0x08, 1, 0x1A, 20, 0x1A, 18}, Bytes(18, 1)}),
        "its fields cannot be read"},  // 17 dimensions
       {{0x08, 1, 0x1A, 8, 0x1A, 6, 0x83, 0x80, 0x80, 0x80, 0x80, 0x01}, "its fields"},  // 2^35 + 3
-      {{0x08, 1}, "another number of tensors"},
-      {{0x08, 2, 0x1A, 2, 0x10, 5}, "another number of tensors"},
+      {{0x08, 1}, "the number of tensors that it declares"},
+      {{0x08, 2, 0x1A, 2, 0x10, 5}, "the number of tensors that it declares"},
       {{0x08, 1, 0x1A, 2, 0x10, 12}, "no known element type"},
-      {{0x08, 1, 0x1A, 2, 0x10, 5}, "dimensions that cannot be"},
+      {{0x08, 1, 0x1A, 2, 0x10, 5}, "invalid dimensions"},
   };
   MessageReader reader("protobuf");
   for (const auto& [bytes, words] : damaged) {

@@ -4,14 +4,11 @@
 #include <cstring>
 #include <optional>
 
-#include "frame_hold.hpp"
-#include "numpy_api.hpp"
-#include "scripts.hpp"
+#include "frame_script.hpp"
 #include "weir/converter.hpp"
 
 namespace {
 
-using weir::python::Locked;
 using weir::python::Object;
 using weir::python::PyObject;
 
@@ -57,100 +54,35 @@ def convert(script, arrays):
     return rate_n, rate_d, tensors
 )py";
 
-weir::Error kept_its_input() {
-  return {.code = weir::Code::INVOKE_FAILED,
-          .what = "the script keeps an array of its input, whose memory is gone after convert",
-          .offered = {},
-          .needed = "a copy",
-          .difference = {},
-          .fix = "array.copy()"};
+std::string path_of(const weir::Options& options) {
+  const auto path = options.get("script");
+  if (!path)
+    throw weir::Failure({.code = weir::Code::OPTION_VALUE,
+                         .what = "no script is set",
+                         .needed = "a Python file",
+                         .fix = "tensor_converter mode=custom-script:/path/to/script.py"});
+  return std::string(*path);
 }
 
 class Script {
  public:
   explicit Script(const weir::Options& options)
-      : api_(*weir::value_or_throw(weir::python::interpreter())) {
-    const auto path = options.get("script");
-    if (!path)
-      throw weir::Failure({.code = weir::Code::OPTION_VALUE,
-                           .what = "no script is named",
-                           .needed = "a file of Python",
-                           .fix = "tensor_converter mode=custom-script:/path/to/script.py"});
-    path_ = *path;
-    const Locked lock;
-    weir::value_or_throw(weir::python::script_names());
-    numpy_ = weir::value_or_throw(weir::python::Numpy::open(api_));
-    names_ = weir::value_or_throw(weir::python::module_of_ours("weir_converting", kConverting));
-    script_ =
-        weir::value_or_throw(weir::python::load_script(std::string(*path), "CustomConverter", {}));
-  }
-  Script(const Script&) = delete;
-  Script& operator=(const Script&) = delete;
-  ~Script() {
-    const Locked lock;
-    const Object ended = std::move(script_);
-  }
+      : script_({"CustomConverter", "convert", "weir_converting", kConverting}, path_of(options)) {}
 
   std::vector<weir_tensor_info> configure(std::string_view) { return {}; }
 
   bool convert(const weir_frame& frame, weir::ConverterOutput& output) {
-    if (kept_) throw weir::Failure(*kept_);
-    const Locked lock;
-    weir::python::FrameHold hold(api_);
-    if (!hold.owner()) throw weir::Failure(weir::python::take_exception(weir::Code::OUT_OF_MEMORY));
-    const auto failed = run(frame, hold.owner(), output);
-    if (!hold.let_go()) {
-      call("collect");  // a reference cycle may hold the array
-      if (!hold.is_gone()) {
-        kept_ = kept_its_input();  // the array points to freed memory: never run the script again
-        kept_->offered = path_;
-        throw weir::Failure(*kept_);
-      }
-    }
-    if (failed) throw weir::Failure(*failed);
+    script_.with_frame([&](const Object& owner) {
+      const Object made =
+          script_.call("convert", script_.instance(), script_.bytes_of(frame, owner));
+      fill(made.get(), output);
+    });
     return true;
   }
 
   std::optional<std::pair<int32_t, int32_t>> rate() const noexcept { return rate_; }
 
  private:
-  // Arrays of bytes over the frame's memory, all with `owner`.
-  Object arrays_of(const weir_frame& frame, const Object& owner) const {
-    static char nothing = 0;
-    Object arrays = Object::adopt(api_.PyList_New(frame.n_tensors));
-    for (uint32_t i = 0; arrays && i < frame.n_tensors; ++i) {
-      const auto& tensor = frame.tensors[i];
-      Object array = numpy_.view(WEIR_UINT8, tensor.bytes > 0 ? tensor.data : &nothing,
-                                 static_cast<int64_t>(tensor.bytes), owner);
-      if (!array) throw weir::Failure(weir::python::take_exception(weir::Code::OUT_OF_MEMORY));
-      api_.PyList_SetItem(arrays.get(), i, array.release());
-    }
-    if (!arrays) throw weir::Failure(weir::python::take_exception(weir::Code::OUT_OF_MEMORY));
-    return arrays;
-  }
-
-  std::optional<weir::Error> run(const weir_frame& frame, const Object& owner,
-                                 weir::ConverterOutput& output) {
-    try {
-      const Object made = call("convert", Object::share(script_.get()), arrays_of(frame, owner));
-      fill(made.get(), output);
-      return std::nullopt;
-    } catch (const weir::Failure& failure) {
-      weir::Error error = failure.error();
-      if (error.offered.empty())
-        error.offered = path_;  // the error has no traceback into the script
-      return error;
-    }
-  }
-
-  template <class... Arguments>
-  Object call(const char* function, Arguments... arguments) {
-    std::vector<Object> all;
-    (all.push_back(std::move(arguments)), ...);
-    return weir::value_or_throw(
-        weir::python::call(names_, function, std::move(all), weir::Code::INVOKE_FAILED));
-  }
-
   // `made` is (rate_n, rate_d, ((type, dimensions, array), ...)), already checked by kConverting.
   void fill(PyObject* made, weir::ConverterOutput& output) {
     const auto number = [&](ptrdiff_t i) {
@@ -172,11 +104,11 @@ class Script {
     info.batch_axis = WEIR_NO_BATCH_AXIS;
     const weir::python::HeldBuffer from(api_.PyTuple_GetItem(tensor, 2),
                                         weir::python::kSimpleBuffer);
-    if (!from) throw weir::Failure(weir::python::take_exception(weir::Code::INVOKE_FAILED));
+    if (!from) weir::python::FrameScript::throw_exception(weir::Code::INVOKE_FAILED);
     const auto to = output.add(info);
     if (to.size() != static_cast<size_t>(from->size))
       throw weir::Failure(weir::Error{.code = weir::Code::FRAME_SIZE,
-                                      .what = "an array has another size than its TensorShape",
+                                      .what = "the size of an array differs from its TensorShape",
                                       .offered = std::to_string(from->size) + " bytes",
                                       .needed = std::to_string(to.size()) + " bytes",
                                       .difference = {},
@@ -184,14 +116,9 @@ class Script {
     std::memcpy(to.data(), from->bytes, to.size());
   }
 
-  const weir::python::PythonApi& api_;
-  weir::python::Numpy numpy_;
-  PyObject* names_ = nullptr;  // the kConverting module; exists until the process exits
-  Object script_;
+  weir::python::FrameScript script_;
+  const weir::python::PythonApi& api_ = script_.api();
   std::optional<std::pair<int32_t, int32_t>> rate_;
-  std::string path_;  // of the script
-  std::optional<weir::Error>
-      kept_;  // set once the script keeps an array of its input after convert
 };
 
 }  // namespace

@@ -172,7 +172,7 @@ TEST_F(Python3, RunsOnManyThreads) {
   EXPECT_EQ(right, 400);
 }
 
-TEST_F(Python3, TellsWhereAScriptFails) {
+TEST_F(Python3, ReportsWhereAScriptFails) {
   const auto text = convert_with("x = 1\nreturn x / 0", {{0}}).error;
   EXPECT_SAYS(text, "WEIR-3006: the script failed: ZeroDivisionError: division by zero");
   EXPECT_SAYS(text, ".py:6 in convert: return x / 0");
@@ -204,7 +204,7 @@ TEST_F(Python3, MustNotKeepItsInput) {
       open_path(converting("loop = [input_array]\nloop.append(loop)\n"
                            "return [TensorShape([1])], input_array, 0, 1"));
   ASSERT_TRUE(cycle);
-  EXPECT_EQ(convert(**cycle, {{5}}).error, "") << "what nobody can reach is no keeping";
+  EXPECT_EQ(convert(**cycle, {{5}}).error, "") << "an unreachable object keeps nothing";
 }
 
 TEST_F(Python3, MayNotWriteToItsInput) {
@@ -255,7 +255,7 @@ INSTANTIATE_TEST_SUITE_P(
         Fault{"return [TensorShape([2])] * 257, input_array * 257, 0, 1",
               "a frame has too many tensors"}));
 
-TEST_F(Python3, SaysWhatIsWrongWithAScript) {
+TEST_F(Python3, ReportsWhatIsWrongWithAScript) {
   const auto error_of = [](const std::string& path) {
     const auto opened = open_path(path);
     return opened ? "" : opened.error().message();

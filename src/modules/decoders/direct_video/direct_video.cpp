@@ -4,8 +4,11 @@
 #include <array>
 #include <cctype>
 #include <cstring>
+#include <string>
+#include <vector>
 
 #include "weir/decoder.hpp"
+#include "weir/join.hpp"
 
 namespace {
 
@@ -53,7 +56,7 @@ class DirectVideo {
       throw Failure(
           {.code = Code::FORMAT_UNSUPPORTED,
            .what = "mode=direct_video needs the size of the picture",
-           .offered = "a flexible stream, in which each frame says its own",
+           .offered = "a flexible stream, in which each frame has its own dimensions",
            .needed = "a static stream",
            .fix = "other/"
                   "tensors,format=static,num_tensors=1,dimensions=(string)3:640:480,types=uint8"});
@@ -78,7 +81,7 @@ class DirectVideo {
     const size_t stride = (row + 3) / 4 * 4, height = static_cast<size_t>(layout.height);
     if (tensor.bytes != row * height)
       throw Failure({.code = Code::FRAME_SIZE,
-                     .what = "the frame has another size than its shape says",
+                     .what = "the frame does not have the size of its shape",
                      .offered = std::to_string(tensor.bytes) + " bytes",
                      .needed = std::to_string(row * height)});
     if (row == stride) {
@@ -127,13 +130,13 @@ class DirectVideo {
   void warn_if_not_as_wanted(const Format& made) {
     if (reported_ || wanted_.empty() || chosen_ == &made) return;
     reported_ = true;
-    std::string names;
+    std::vector<std::string_view> names;
     for (const auto& format : kFormats)
       if (format.channels == made.channels && format.bytes == made.bytes)
-        names += (names.empty() ? "" : ", ") + std::string(format.name);
+        names.push_back(format.name);
     const std::string text = "mode=direct_video makes " + std::string(made.name) +
                              " and not option1=" + wanted_ +
-                             ", for this tensor can be one of: " + names;
+                             ", for this tensor can be one of: " + weir::join(names, ", ");
     weir::module_host->log(WEIR_LOG_ERROR, "direct_video", text.c_str());
   }
 

@@ -78,7 +78,7 @@ struct LogCapture {
   static inline std::vector<std::string> lines;
 };
 
-TEST(DirectVideo, SaysThatAFormatIsNotToBeHad) {
+TEST(DirectVideo, ReportsThatAFormatIsNotPossible) {
   const LogCapture log;
   EXPECT_SAYS(shown("YUY2", "3:4:2", 24).sink.caps, "(string)RGB,");
   EXPECT_SAYS(shown("RGBA", "1:4:2", 8).sink.caps, "(string)GRAY8,");
@@ -91,7 +91,7 @@ TEST(DirectVideo, SaysThatAFormatIsNotToBeHad) {
               "makes GRAY8 and not option1=RGBA, for this tensor can be one of: GRAY8");
 }
 
-TEST(DirectVideo, SaysSoOncePerStream) {
+TEST(DirectVideo, ReportsItOncePerStream) {
   const LogCapture log;
   infer::ModuleLibrary library;
   const auto type = library.decoder("direct_video");

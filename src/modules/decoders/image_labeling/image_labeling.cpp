@@ -104,7 +104,7 @@ class ImageLabeling {
     const size_t count = static_cast<size_t>(weir::dimension(scores.info, 0));
     if (scores.bytes / size != count || scores.bytes % size != 0)
       throw Failure({.code = Code::FRAME_SIZE,
-                     .what = "the frame has another size than its shape says",
+                     .what = "the frame does not have the size of its shape",
                      .offered = std::to_string(scores.bytes) + " bytes",
                      .needed = weir::describe(scores.info)});
     const size_t index = first_maximum_of(scores.info.type, scores.data, count);

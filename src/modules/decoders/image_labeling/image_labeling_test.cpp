@@ -142,7 +142,7 @@ TEST(ImageLabeling, RefusesFramesThatAreNotWhatTheySay) {
   EXPECT_SAYS(labelled("a", Tensor<float>{ElementType::End, "1", {1}}).error, "WEIR-2001");
 }
 
-TEST(ImageLabeling, SaysWhichLabelIsMissing) {
+TEST(ImageLabeling, NamesTheMissingLabel) {
   const auto error = labelled("cat\ndog", Tensor<uint8_t>{kUInt8, "3", {0, 0, 9}}).error;
   EXPECT_SAYS(error, "WEIR-4002: class 2 has no label");
   EXPECT_SAYS(error, "2 lines");

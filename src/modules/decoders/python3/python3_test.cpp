@@ -142,7 +142,7 @@ TEST_F(Python3Decoder, NamesWhatAScriptReturnsInstead) {
   for (const auto& [lines, words] : faults) EXPECT_SAYS(decode_with(decoding(lines)).error, words);
 }
 
-TEST_F(Python3Decoder, TellsWhereAScriptFails) {
+TEST_F(Python3Decoder, ReportsWhereAScriptFails) {
   EXPECT_SAYS(decode_with(decoding("x = 1\nreturn x / 0")).error, ".py:5 in decode: return x / 0");
 }
 
@@ -166,10 +166,10 @@ TEST_F(Python3Decoder, MustNotKeepItsInput) {
     }
   }
   EXPECT_EQ(decode_with(decoding("loop = [raw_data]\nloop.append(loop)\nreturn b''")).error, "")
-      << "what nobody can reach is no keeping";
+      << "an unreachable object keeps nothing";
 }
 
-TEST_F(Python3Decoder, SaysWhatIsWrongWithAScript) {
+TEST_F(Python3Decoder, ReportsWhatIsWrongWithAScript) {
   EXPECT_SAYS(decode_with("").error, "WEIR-1004: mode=python3 has no script");
   EXPECT_SAYS(decode_with("").error, "fix: tensor_decoder mode=python3 option1=/path/to/script.py");
   EXPECT_SAYS(decode_with("/nonexistent/x.py").error, "WEIR-4001: the script does not exist");

@@ -8,7 +8,7 @@
 namespace weir::engine {
 namespace {
 
-constexpr const char* kEndings = "int8 or uint8 with one scale";
+constexpr const char* kSupportedQuantization = "int8 or uint8 with one scale";
 constexpr int64_t kMoved = 128;  // offset from int8 to uint8
 constexpr size_t kSmall = 256;   // bytes; equal constants up to this size are shared
 
@@ -69,7 +69,8 @@ bool LoweredGraph::is_8bit(int32_t index) const {
 Result<Quantization> LoweredGraph::quantization(int32_t index) const {
   const auto& found = tensor(index);
   const bool fits = is_8bit(index) && found.scale.size() == 1 && found.scale[0] > 0;
-  if (!fits) return not_lowered("a tensor is not quantised", tensor_text(found), kEndings);
+  if (!fits)
+    return not_lowered("a tensor is not quantised", tensor_text(found), kSupportedQuantization);
   int64_t zero = found.zero_point.empty() ? 0 : found.zero_point[0];
   if (zero < -kMoved || zero > 255)
     return not_lowered("a zero point is out of range", std::to_string(zero), "0 to 255");

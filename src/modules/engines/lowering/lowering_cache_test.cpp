@@ -129,8 +129,8 @@ class LoweringCacheOfModels : public LoweringTest {
     take_log();
     auto opened = open(model(), options);
     ASSERT_TRUE(opened) << opened.error().message();
-    const std::string said = logged();
-    EXPECT_SAYS(said, words);
+    const std::string text = logged();
+    EXPECT_SAYS(text, words);
     const auto y = (*opened)->invoke({make_tensor<uint8_t>(WEIR_UINT8, {1, 4}, {1, 2, 3, 4})});
     ASSERT_TRUE(y) << y.error().message();
     EXPECT_EQ((*y)[0].values<uint8_t>(), (std::vector<uint8_t>{1, 2, 3, 4}));

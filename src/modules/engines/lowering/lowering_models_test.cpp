@@ -72,7 +72,7 @@ TEST_F(LoweringModels, ACustomOperatorStaysWithTensorFlowLiteAndIsNamed) {
   EXPECT_EQ(metadata["lowering"],
             "none: the operator TFLite_Detection_PostProcess (number 64) is not lowered to ONNX "
             "Runtime");
-  EXPECT_TRUE(metadata.contains("operators")) << "and what the engine itself says";
+  EXPECT_TRUE(metadata.contains("operators")) << "and the engine's own metadata";
   EXPECT_TRUE((*model)->invoke(zero_inputs(**model)));
 }
 

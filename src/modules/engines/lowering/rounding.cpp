@@ -12,7 +12,7 @@ namespace {
 
 constexpr int kSteps = 255;
 constexpr float kFinest = 1.0f / 256;
-constexpr int kNeighbours = 16;  // tries per direction
+constexpr int kMostTries = 16;  // tries per direction
 
 using Sums = std::array<double, kSteps>;
 
@@ -71,7 +71,7 @@ Rounding rounding_of(double multiplier, uint8_t zero_point, int64_t largest_bias
   const auto exact = static_cast<float>(1 / multiplier);
   Rounding best{0, exact, kSteps + 1};
   // From the middle outwards: 0, 1, -1, 2, -2, ...
-  for (int i = 0; i <= 2 * kNeighbours && best.differing > 0; ++i) {
+  for (int i = 0; i <= 2 * kMostTries && best.differing > 0; ++i) {
     float scale = exact;
     for (int step = 0; step < (i + 1) / 2; ++step)
       scale = std::nextafterf(scale, i % 2 == 0 ? 0.0f : HUGE_VALF);

@@ -8,7 +8,8 @@ namespace weir::engine {
 namespace {
 
 struct LuaEngine {
-  static constexpr const char *kName = "lua", *kAliases = "", *kEndings = "lua", *kLibrary = "Lua";
+  static constexpr const char *kName = "lua", *kAliases = "", *kExtensions = "lua",
+                              *kLibrary = "Lua";
   static constexpr uint64_t kFlags =
       WEIR_ENGINE_MODEL_IS_NO_FILE;  // model= may be the script itself
   static constexpr const char* kOptions = R"([

@@ -156,7 +156,7 @@ TEST_P(LuaChangingTable, BoundsOfAnInputFollowItsMemory) {
   ASSERT_NE(model, nullptr);
   ASSERT_EQ(model->inputs().size(), 1u);
   const auto y = model->invoke(zero_inputs(*model));
-  ASSERT_FALSE(y) << "an element behind the input was read";
+  ASSERT_FALSE(y) << "an element after the input was read";
   EXPECT_SAYS(y.error().message(), "input_tensor(1)[17] is out of range: it has 16 elements");
 }
 
@@ -167,7 +167,7 @@ TEST_P(LuaChangingTable, BoundsOfAnOutputFollowItsMemory) {
   ASSERT_NE(model, nullptr);
   ASSERT_EQ(model->outputs().size(), 1u);
   const auto y = model->invoke(zero_inputs(*model));
-  ASSERT_FALSE(y) << "an element behind the output was written";
+  ASSERT_FALSE(y) << "an element after the output was written";
   EXPECT_SAYS(y.error().message(), "output_tensor(1)[17] is out of range: it has 16 elements");
 }
 

@@ -79,7 +79,7 @@ TEST(FloatKernels, ConvolutionAgreesWithAPlainLoop) {
               sum += double{row.rows[r][p * s.in_step + k]} * weights[(r * s.run + k) * stride + o];
           ASSERT_NEAR(out[p * stride + o], prelu(sum, slope[o]), 2e-4) << p << ", " << o;
         }
-      EXPECT_EQ(out.back(), 77.f) << "nothing is written behind the row";
+      EXPECT_EQ(out.back(), 77.f) << "nothing is written after the row";
     }
   });
 }

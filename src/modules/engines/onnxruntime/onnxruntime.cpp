@@ -9,7 +9,7 @@ namespace weir::engine {
 namespace {
 
 struct OnnxRuntimeEngine {
-  static constexpr const char *kName = "onnxruntime", *kAliases = "onnx", *kEndings = "onnx,ort",
+  static constexpr const char *kName = "onnxruntime", *kAliases = "onnx", *kExtensions = "onnx,ort",
                               *kLibrary = "ONNX Runtime";
   static constexpr const char* kOptions = R"([
     {"name": "NumThreads", "type": "integer", "default": "all cores for the only filter of the process, otherwise its part of them", "help": "threads of one invoke"},

@@ -50,7 +50,7 @@ FoldedWarnings::FoldedWarnings() : outer_(std::exchange(folded, this)) {}
 
 FoldedWarnings::~FoldedWarnings() {
   folded = outer_;
-  tell();
+  report_repeated();
 }
 
 bool FoldedWarnings::folds(const char* place) {
@@ -58,12 +58,12 @@ bool FoldedWarnings::folds(const char* place) {
     ++repeated_;
     return true;
   }
-  tell();
+  report_repeated();
   place_ = place;
   return false;
 }
 
-void FoldedWarnings::tell() {
+void FoldedWarnings::report_repeated() {
   if (repeated_ > 0)
     log(WEIR_LOG_WARNING, "and " + std::to_string(repeated_) + " more of this kind");
   repeated_ = 0;
@@ -78,9 +78,9 @@ OrtFailure take(const OrtApi& api, OrtStatus* status) {
 }
 
 bool is_out_of_memory(const OrtFailure& failure) {
-  for (const char* words : {"Cannot allocate memory", "pthread_create failed", "bad_alloc",
-                            "bad allocation", "Failed to allocate memory"})
-    if (failure.text.find(words) != std::string::npos) return true;
+  for (const char* phrase : {"Cannot allocate memory", "pthread_create failed", "bad_alloc",
+                             "bad allocation", "Failed to allocate memory"})
+    if (failure.text.find(phrase) != std::string::npos) return true;
   return false;
 }
 

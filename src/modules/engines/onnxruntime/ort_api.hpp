@@ -62,7 +62,7 @@ class FoldedWarnings {
   bool folds(const char* place);
 
  private:
-  void tell();
+  void report_repeated();
 
   FoldedWarnings* outer_;
   std::string place_;

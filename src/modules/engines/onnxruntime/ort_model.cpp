@@ -16,8 +16,8 @@
 namespace weir::engine {
 namespace {
 
-bool mentions(const std::string& text, std::initializer_list<const char*> words) {
-  return std::any_of(words.begin(), words.end(),
+bool mentions(const std::string& text, std::initializer_list<const char*> phrases) {
+  return std::any_of(phrases.begin(), phrases.end(),
                      [&](const char* word) { return text.find(word) != std::string::npos; });
 }
 

@@ -100,13 +100,13 @@ OrtStatus* compute(Call call) {
     if (of_slopes[i] != 1) axis = i;
   size_t inner = product(shape), outer = 1;
   if (axis < of_slopes.size()) {
-    const size_t behind = of_slopes.size() - axis;  // includes the axis itself
-    if (behind > shape.size() || shape[shape.size() - behind] != of_slopes[axis])
+    const size_t trailing = of_slopes.size() - axis;  // includes the axis itself
+    if (trailing > shape.size() || shape[shape.size() - trailing] != of_slopes[axis])
       return call.api.CreateStatus(
           ORT_INVALID_ARGUMENT, "PRelu: the number of slopes differs from the number of channels");
     const std::span all(shape);
-    outer = product(all.first(all.size() - behind));
-    inner = product(all.last(behind - 1));
+    outer = product(all.first(all.size() - trailing));
+    inner = product(all.last(trailing - 1));
   }
   float* out = call.numbers(y);
   if (!call.status) prelu(in, {slopes, count}, outer, inner, out);

@@ -95,7 +95,7 @@ TEST_F(OwnPrelu, ReplacesNoOtherOperator) {
       OnnxBuilder().input("x", kFloat, {"3"}).output("y", kFloat, {"3"}).node("Relu", {"x"}, {"y"});
   EXPECT_FALSE(with_own_prelu(relu.bytes()));
   EXPECT_FALSE(with_own_prelu(model({"n", "2", "2"}, {2}, {1, 2}).opset(6).bytes()))
-      << "slopes of channels, wherever those lie";
+      << "slopes of channels, on any axis";
   EXPECT_TRUE(with_own_prelu(model({"n", "2", "2"}, {2}, {1, 2}).opset(7).bytes()));
   EXPECT_FALSE(with_own_prelu(model({"n", "2", "2"}, {2, 2}, {1, 2, 3, 4}).bytes()))
       << "a slope for each number";

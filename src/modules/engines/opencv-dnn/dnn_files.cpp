@@ -13,12 +13,12 @@ namespace {
 
 namespace fs = std::filesystem;
 
-bool ends_in(const std::string& path, const std::string& ending) {
-  return equals_ignoring_case(fs::path(path).extension().string(), "." + ending);
+bool ends_in(const std::string& path, const std::string& suffix) {
+  return equals_ignoring_case(fs::path(path).extension().string(), "." + suffix);
 }
 
 Error wrong_files(const std::string& offered) {
-  const std::string weights = dnn_engine.weights_ending, text = dnn_engine.description_extension;
+  const std::string weights = dnn_engine.weights_extension, text = dnn_engine.description_extension;
   const bool one = dnn_engine.format == DnnFormat::Tensorflow;
   return Error{.code = Code::SPEC_MISMATCH,
                .what = std::string("the engine ") + dnn_engine.name + " needs different files",
@@ -74,7 +74,7 @@ Result<Paths> paths_of(const weir_open& request) {
     if (!missing->empty()) continue;
     fs::path beside = missing == &out.description ? out.weights : out.description;
     beside.replace_extension(missing == &out.description ? dnn_engine.description_extension
-                                                         : dnn_engine.weights_ending);
+                                                         : dnn_engine.weights_extension);
     std::error_code ignored;
     if (!fs::is_regular_file(beside, ignored))
       return wrong_files(all + "; " + beside.string() + " is not there");

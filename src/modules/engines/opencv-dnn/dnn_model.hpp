@@ -12,7 +12,7 @@ namespace weir::engine {
 // The engine of this module, defined next to its entry point.
 struct DnnEngine {
   DnnFormat format;
-  const char *name, *description_extension, *weights_ending;
+  const char *name, *description_extension, *weights_extension;
 };
 extern const DnnEngine dnn_engine;
 

@@ -47,7 +47,7 @@ std::string first_line(std::string text) {
 
 std::string reason_of(const cv::Exception& e) {
   std::string out = first_line(e.err);
-  if (e.code == cv::Error::StsAssert) out = "not so: " + out;
+  if (e.code == cv::Error::StsAssert) out = "condition not met: " + out;
   return e.func.empty() ? out : out + " (in " + e.func + ")";
 }
 
@@ -131,10 +131,10 @@ Result<cv::Mat> to_mat(const DnnInput& input) {
 
 // OpenCV has no error code for this, only messages.
 bool is_missing_feature(const std::string& reason) {
-  for (const char* words :
+  for (const char* phrase :
        {"an't create layer", "nknown layer type", "ot implemented", "ot supported",
         "nsupported"})  // the first letter may be upper or lower case
-    if (reason.find(words) != std::string::npos) return true;
+    if (reason.find(phrase) != std::string::npos) return true;
   return false;
 }
 

@@ -11,7 +11,7 @@ namespace {
 constexpr DnnEngine kEngines[]{{DnnFormat::Caffe, "caffe", "prototxt", "caffemodel"},
                                {DnnFormat::Tensorflow, "tensorflow", "pbtxt", "pb"},
                                {DnnFormat::Darknet, "darknet", "cfg", "weights"}};
-constexpr const char* kExtensions[]{"caffemodel,prototxt", "pb", "weights,cfg"};
+constexpr const char* kFileExtensions[]{"caffemodel,prototxt", "pb", "weights,cfg"};
 constexpr auto kIndex = static_cast<size_t>(DnnFormat::WEIR_DNN_FORMAT);
 
 }  // namespace
@@ -22,7 +22,7 @@ namespace {
 
 struct OpencvEngine {
   static constexpr const char *kName = kEngines[kIndex].name, *kAliases = "",
-                              *kEndings = kExtensions[kIndex], *kLibrary = "OpenCV";
+                              *kExtensions = kFileExtensions[kIndex], *kLibrary = "OpenCV";
   static constexpr const char* kOptions = R"([
     {"name": "NumThreads", "type": "integer", "default": "the cores",
      "help": "threads of OpenCV, in the whole process"},
@@ -36,10 +36,10 @@ struct OpencvEngine {
 
   // No format has a signature at its beginning, so the file name decides.
   static int probe(const std::string& path, std::span<const unsigned char>) {
-    const auto ends = [&path](const char* ending) {
-      return path.ends_with(std::string(".") + ending);
+    const auto ends = [&path](const char* extension) {
+      return path.ends_with(std::string(".") + extension);
     };
-    return ends(dnn_engine.weights_ending) || ends(dnn_engine.description_extension) ? 50 : 0;
+    return ends(dnn_engine.weights_extension) || ends(dnn_engine.description_extension) ? 50 : 0;
   }
   static Result<LibraryFacts> library() { return LibraryFacts{DnnNet::path(), DnnNet::version()}; }
 };

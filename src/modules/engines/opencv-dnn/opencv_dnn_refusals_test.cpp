@@ -164,10 +164,10 @@ TEST_F(OpencvDnnRejects, ShapesThatTheNetworkDoesNotAccept) {
   const auto size = (*model)->invoke({make_tensor(WEIR_FLOAT32, {1, 4})});
   ASSERT_FALSE(size);
   EXPECT_SAYS(size.error().difference, "dimension 1 is 4 instead of 3");
-  const Error wish = error_of(open_caffe(kProduct, product_weights(), {{"input", "4:1"}}));
-  EXPECT_EQ(wish.code, Code::SPEC_MISMATCH) << wish.message();
-  EXPECT_SAYS(wish.offered, "float32 4:1 (data)");
-  EXPECT_SAYS(wish.difference, "fc");
+  const Error requested = error_of(open_caffe(kProduct, product_weights(), {{"input", "4:1"}}));
+  EXPECT_EQ(requested.code, Code::SPEC_MISMATCH) << requested.message();
+  EXPECT_SAYS(requested.offered, "float32 4:1 (data)");
+  EXPECT_SAYS(requested.difference, "fc");
 }
 
 // The weights of R-Net with the description of P-Net.

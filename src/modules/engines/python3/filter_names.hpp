@@ -16,8 +16,8 @@ MOST_TENSORS = 256
 def has(script, name):
     return callable(getattr(script, name, None))
 
-# Is the script told its inputs (setInputDim), or does it say them?
-def is_reported(script):
+# Does the script compute its outputs from given inputs (setInputDim), or declare both?
+def takes_input_shapes(script):
     if not has(script, "invoke"):
         raise AttributeError("the class CustomFilter has no method invoke(self, input_array)")
     if has(script, "setInputDim"):
@@ -42,7 +42,7 @@ def tensors_of(method, shapes):
 def declared_by(script, method):
     return tensors_of(method, getattr(script, method)())
 
-def tell(script, *tensors):
+def set_inputs(script, *tensors):
     shapes = [TensorShape(list(dims), DTYPES[number]) for number, dims in tensors]
     return tensors_of("setInputDim", script.setInputDim(shapes))
 
@@ -91,7 +91,7 @@ def references(array):
 def references_of_list(made):
     return sys.getrefcount(made)
 
-# Whoever finds it after all can read it and no more.
+# Code that reaches it anyway can only read it.
 def lock(array):
     array.flags.writeable = False
 

@@ -9,7 +9,7 @@ namespace weir::engine {
 namespace {
 
 struct Python3Engine {
-  static constexpr const char *kName = "python3", *kAliases = "python", *kEndings = "py",
+  static constexpr const char *kName = "python3", *kAliases = "python", *kExtensions = "py",
                               *kLibrary = "Python";
   static constexpr const char* kOptions = R"([
     {"name": "custom", "type": "text", "default": "",

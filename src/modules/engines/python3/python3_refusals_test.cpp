@@ -80,7 +80,7 @@ TEST_F(Python3, MustNotKeepItsInput) {
   }
   EXPECT_EQ(invoke_error("self.kept = input_array[0].copy()\nreturn input_array"), "");
   EXPECT_EQ(invoke_error("loop = [input_array]\nloop.append(loop)\nreturn input_array"), "")
-      << "what nobody can reach is no keeping";
+      << "an unreachable object keeps nothing";
 }
 
 TEST_F(Python3, CanRaiseAnExceptionThatHoldsTheFrame) {

@@ -58,13 +58,13 @@ Status PythonModel::load(std::string_view arguments) {
   script_ = *std::move(script);
   std::vector<Object> self;
   self.push_back(Object::share(script_.get()));
-  const auto told = call("is_reported", std::move(self), Code::MODULE_REFUSED);
-  if (!told) return told.error();
-  is_reported_ = api_.PyObject_IsTrue(told->get()) == 1;
+  const auto takes_shapes = call("takes_input_shapes", std::move(self), Code::MODULE_REFUSED);
+  if (!takes_shapes) return takes_shapes.error();
+  takes_input_shapes_ = api_.PyObject_IsTrue(takes_shapes->get()) == 1;
   invoke_ = Object::adopt(api_.PyObject_GetAttrString(script_.get(), "invoke"));
   if (!invoke_) return python::take_exception(Code::MODULE_REFUSED);
   if (auto status = measure(); !status) return status;
-  if (is_reported_) return ok();
+  if (takes_input_shapes_) return ok();
   for (const bool input : {true, false}) {
     auto infos = declared_by(input ? "getInputDim" : "getOutputDim");
     if (!infos) return infos.error();
@@ -133,11 +133,11 @@ Result<PythonModel::Infos> PythonModel::declared_by(const char* method) {
   return infos_of(*tensors);
 }
 
-Result<PythonModel::Infos> PythonModel::tell(std::span<const weir_tensor_info> inputs) {
+Result<PythonModel::Infos> PythonModel::set_inputs(std::span<const weir_tensor_info> inputs) {
   std::vector<Object> arguments;
   arguments.push_back(Object::share(script_.get()));
   add_tensors(inputs, &arguments);
-  const auto tensors = call("tell", std::move(arguments), Code::SPEC_MISMATCH);
+  const auto tensors = call("set_inputs", std::move(arguments), Code::SPEC_MISMATCH);
   if (!tensors) return tensors.error();
   return infos_of(*tensors);
 }

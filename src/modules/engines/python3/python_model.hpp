@@ -27,10 +27,10 @@ class PythonModel {
 
   const python::PythonApi& api() const noexcept { return api_; }
   const python::Numpy& numpy() const noexcept { return numpy_; }
-  bool is_reported() const noexcept { return is_reported_; }
+  bool takes_input_shapes() const noexcept { return takes_input_shapes_; }
   const std::vector<weir_tensor_info>& outputs() const noexcept { return outputs_; }
   // Calls setInputDim.
-  Result<std::vector<weir_tensor_info>> tell(std::span<const weir_tensor_info> inputs);
+  Result<std::vector<weir_tensor_info>> set_inputs(std::span<const weir_tensor_info> inputs);
   // Calls script.invoke(arrays).
   Result<python::Object> invoke(python::Object arrays);
   // Returns a tuple of dense arrays for these outputs; INVOKE_FAILED describes the error in `made`.
@@ -63,7 +63,7 @@ class PythonModel {
   python::PyObject* names_ =
       nullptr;  // the filter_names.hpp module; exists until the process exits
   python::Object script_, invoke_;
-  bool is_reported_ = false;
+  bool takes_input_shapes_ = false;
   long long list_references_ = 0,
             array_references_ = 0;  // reference counts of an unshared list and array
   Infos inputs_, outputs_;

@@ -66,9 +66,9 @@ Result<std::unique_ptr<PythonSession>> PythonSession::create(PythonModel& model,
 
 Status PythonSession::resolve(std::span<const weir_tensor_info> in,
                               std::span<weir_tensor_info> out) {
-  if (!model_.is_reported()) return ok();
+  if (!model_.takes_input_shapes()) return ok();
   const Locked lock;
-  auto outputs = model_.tell(in);
+  auto outputs = model_.set_inputs(in);
   if (!outputs) return outputs.error();
   if (out.size() < outputs->size())
     return Error{.code = Code::MODEL_DIFFERS,

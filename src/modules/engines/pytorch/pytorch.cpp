@@ -10,7 +10,7 @@ namespace {
 
 struct PytorchEngine {
   static constexpr const char *kName = "pytorch", *kAliases = "torch,libtorch",
-                              *kEndings = "pt,pth,torchscript", *kLibrary = "libtorch";
+                              *kExtensions = "pt,pth,torchscript", *kLibrary = "libtorch";
   static constexpr const char* kOptions = R"([
     {"name": "NumThreads", "type": "integer", "default": "by the work per frame", "help": "threads of one invoke"},
     {"name": "Freeze", "type": "boolean", "default": "true",

@@ -92,9 +92,9 @@ TEST_F(Pytorch, ADryRunFindsTheLengthOfAListForTheUsersInput) {
   const auto out = invoke(model, {floats({6, 2}, {0, 1, 2, 3, 4, 5, 6, 7, 8, 9, 10, 11})});
   ASSERT_EQ(out.size(), 3u);
   EXPECT_EQ(out[1].values<float>(), (std::vector<float>{4, 5, 6, 7}));
-  const auto told = opened(kChunks, {{"output", "2:2,2:2,2:2"}});
-  ASSERT_NE(told, nullptr);
-  EXPECT_EQ(told->outputs().size(), 3u);
+  const auto reported = opened(kChunks, {{"output", "2:2,2:2,2:2"}});
+  ASSERT_NE(reported, nullptr);
+  EXPECT_EQ(reported->outputs().size(), 3u);
 }
 
 TEST_F(Pytorch, AListOfUnknownLengthIsRejectedWithAFix) {
@@ -224,8 +224,8 @@ TEST_F(Pytorch, OptionsTurnFreezingAndOptimisingOff) {
   for (const Options& options : {Options{{"Freeze", "false"}}, {{"optimize", "off"}}, {}}) {
     const auto model = opened(kDouble, options);
     EXPECT_EQ(invoke(model, {floats({1}, {4})})[0].values<float>(), std::vector<float>{8});
-    const std::string said = model->info().metadata_json;
-    EXPECT_SAYS(said, options.empty() ? R"("optimized":true)" : R"("optimized":false)");
+    const std::string metadata = model->info().metadata_json;
+    EXPECT_SAYS(metadata, options.empty() ? R"("optimized":true)" : R"("optimized":false)");
   }
   EXPECT_TRUE(take_log().empty());
   opened(kDouble, {{"Frezze", "false"}});

@@ -21,7 +21,7 @@
 #include "pytorch/torch_graph.hpp"
 #include "pytorch/torch_tensors.hpp"
 #include "pytorch/torch_work_reader.hpp"
-#include "thread_room.hpp"
+#include "thread_limit.hpp"
 
 namespace weir::engine {
 namespace {
@@ -53,7 +53,7 @@ void* blas() {
 Status use_threads(int threads) {
   thread_local int set_here = 0, started_here = 1;
   if (threads > started_here)
-    if (auto status = check_thread_room(2 * (threads - 1)); !status) return status;
+    if (auto status = check_thread_limit(2 * (threads - 1)); !status) return status;
   if (set_here != threads) at::set_num_threads(threads);
   if (threads > started_here) at::parallel_for(0, threads, 1, [](int64_t, int64_t) {});
   set_here = threads;

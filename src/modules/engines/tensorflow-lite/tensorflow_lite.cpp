@@ -10,7 +10,7 @@ namespace {
 struct TensorflowLiteEngine {
   static constexpr const char *kName = "tensorflow-lite",
                               *kAliases = "tensorflow2-lite,tensorflow1-lite,tflite",
-                              *kEndings = "tflite", *kLibrary = "TensorFlow Lite";
+                              *kExtensions = "tflite", *kLibrary = "TensorFlow Lite";
   static constexpr const char* kAccelerators = "cpu,cpu.simd";
   static constexpr const char* kOptions = R"([
     {"name": "NumThreads", "type": "integer", "default": "by the size of the model", "help": "threads of one invoke"},

@@ -91,11 +91,11 @@ TEST_F(TensorflowLiteModels, ReportTheirPictureAndLabels) {
   if (path.empty()) GTEST_SKIP() << "../shared/models/classification is not there";
   const auto model = opened(path);
   ASSERT_NE(model, nullptr);
-  const auto told = nlohmann::json::parse(model->info().metadata_json)["custom_metadata_map"];
-  EXPECT_EQ(told["tflite.color_space"], "RGB");
-  EXPECT_EQ(told["tflite.mean"], "127.5");
-  EXPECT_EQ(told["tflite.std"], "127.5");
-  const auto labels = told["tflite.labels"].get<std::string>();
+  const auto reported = nlohmann::json::parse(model->info().metadata_json)["custom_metadata_map"];
+  EXPECT_EQ(reported["tflite.color_space"], "RGB");
+  EXPECT_EQ(reported["tflite.mean"], "127.5");
+  EXPECT_EQ(reported["tflite.std"], "127.5");
+  const auto labels = reported["tflite.labels"].get<std::string>();
   EXPECT_EQ(labels.size(), 21686u);
   EXPECT_EQ(labels.substr(0, 11), "background\n");
 }

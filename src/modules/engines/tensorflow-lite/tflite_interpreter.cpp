@@ -6,7 +6,7 @@
 #include <cstdio>
 
 #include "tensor_check.hpp"
-#include "thread_room.hpp"
+#include "thread_limit.hpp"
 #include "weir/engine_tools.hpp"
 
 namespace weir::engine {
@@ -76,7 +76,7 @@ Status TfliteInterpreter::build(const TfLiteModel* model, const TfliteOptions& o
   if (!interpreter_) return load_error(complaints_);
   if (auto status = resize(shapes); !status) return status;
   if (delegate && options.threads > 1)
-    if (auto status = check_thread_room(options.threads - 1); !status) return status;
+    if (auto status = check_thread_limit(options.threads - 1); !status) return status;
   if (delegate && !delegate_graph(options.threads)) return load_error(complaints_);
   if (api_.allocate_tensors(interpreter_.get()) == kTfLiteOk) return ok();
   Error error = load_error(complaints_);

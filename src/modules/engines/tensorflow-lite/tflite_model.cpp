@@ -17,7 +17,7 @@ namespace {
 
 // Readable bytes after the file: tables are validated up to their end, at which an option of up to
 // 8 bytes may be read.
-constexpr size_t kReadableBehindFile = 64;
+constexpr size_t kReadablePadding = 64;
 
 // Marks the dimensions that the model leaves to the stream.
 void open_dimensions(const TfLiteTensor& tensor, weir_tensor_info* info) {
@@ -86,7 +86,7 @@ Result<std::unique_ptr<TfliteModel>> TfliteModel::open(const weir_open& request)
   std::unique_ptr<TfliteModel> model(new TfliteModel(**api));
   model->bytes_ = std::move(file->owned);
   if (model->bytes_.empty()) model->bytes_.assign(file->bytes.begin(), file->bytes.end());
-  model->bytes_.resize(size + kReadableBehindFile);
+  model->bytes_.resize(size + kReadablePadding);
   const auto named = [&file](Error error) {
     error.offered = file->name() + ": " + error.offered;
     return error;
@@ -168,7 +168,7 @@ void TfliteModel::describe(weir_model_info* info) const {
   info->max_sessions = packs_weights_ && !summary_.has_state ? 1 : 0;
   info->max_in_flight = 1;
   info->preferred_batch = 1;
-  info->weight_bytes = bytes_.size() - kReadableBehindFile;
+  info->weight_bytes = bytes_.size() - kReadablePadding;
   info->metadata_json = metadata_.c_str();
 }
 

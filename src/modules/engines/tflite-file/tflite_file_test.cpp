@@ -152,7 +152,7 @@ TEST(TfliteFile, RejectsATensorThatDoesNotExist) {
   EXPECT_SAYS(refusal(TfliteBuilder()
                           .input("x", kTfFloat, {1})
                           .output("y", kTfFloat, {1})
-                          .node(kOpAdd, {"x", "nobody"}, {"y"})),
+                          .node(kOpAdd, {"x", "absent"}, {"y"})),
               "a tensor that does not exist");
 }
 

@@ -9,7 +9,7 @@ for place in none process; do
   rm -f "$folder/out"
   "${WEIR_COMMAND:-weir}" run "filesrc location=$folder/in blocksize=4 ! application/octet-stream !
     tensor_converter input-dim=4 input-type=uint8 ! tensor_filter model=\"$1\" isolate=$place !
-    filesink location=$folder/out" > "$folder/said" 2>&1 || { cat "$folder/said" && exit 1; }
+    filesink location=$folder/out" > "$folder/output" 2>&1 || { cat "$folder/output" && exit 1; }
   cmp "$folder/expected" "$folder/out"
 done
 echo "my-filter works"

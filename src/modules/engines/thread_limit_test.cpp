@@ -1,6 +1,6 @@
 // Tests of the check for thread capacity.
 // SPDX-License-Identifier: LGPL-2.1-or-later
-#include "thread_room.hpp"
+#include "thread_limit.hpp"
 
 #include <gtest/gtest.h>
 
@@ -12,12 +12,12 @@
 namespace weir::engine {
 namespace {
 
-TEST(ThreadRoom, SufficesForAFewThreads) {
-  EXPECT_TRUE(check_thread_room(0));
-  EXPECT_TRUE(check_thread_room(4));
+TEST(ThreadLimit, SufficesForAFewThreads) {
+  EXPECT_TRUE(check_thread_limit(0));
+  EXPECT_TRUE(check_thread_limit(4));
 }
 
-TEST(ThreadRoom, IsMissingWithoutMemoryForStacks) {
+TEST(ThreadLimit, IsMissingWithoutMemoryForStacks) {
   if (!engine_test::kCanLimitAddressSpace) GTEST_SKIP() << "sanitizers use the address space up";
   GTEST_FLAG_SET(death_test_style, "threadsafe");
   EXPECT_EXIT(
@@ -25,10 +25,10 @@ TEST(ThreadRoom, IsMissingWithoutMemoryForStacks) {
         Status status = ok();
         {
           const engine_test::AddressSpaceLimit limit(uint64_t{20} << 20);  // room for two stacks
-          status = check_thread_room(64);
+          status = check_thread_limit(64);
         }
         std::fprintf(stderr, "%s", status ? "started" : status.error().message().c_str());
-        std::_Exit(check_thread_room(2) ? 0 : 1);
+        std::_Exit(check_thread_limit(2) ? 0 : 1);
       },
       testing::ExitedWithCode(0),
       "WEIR-9001: the system cannot start more threads for the engine(.|\n)* of 64(.|\n)*"

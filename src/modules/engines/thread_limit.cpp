@@ -1,6 +1,6 @@
 // Checks for thread capacity by starting idle threads.
 // SPDX-License-Identifier: LGPL-2.1-or-later
-#include "thread_room.hpp"
+#include "thread_limit.hpp"
 
 #include <exception>
 #include <mutex>
@@ -9,7 +9,7 @@
 
 namespace weir::engine {
 
-Status check_thread_room(int threads) {
+Status check_thread_limit(int threads) {
   const auto wanted = static_cast<size_t>(threads);
   std::mutex gate;  // held until all threads have started
   size_t count = 0;

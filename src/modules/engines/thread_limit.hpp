@@ -8,6 +8,6 @@ namespace weir::engine {
 // OUT_OF_MEMORY unless `threads` threads can run at once, tested by starting and joining them.
 // libpthreadpool, which TensorFlow Lite and libtorch use, waits forever for a thread that could not
 // be started, and libgomp aborts the process.
-Status check_thread_room(int threads);
+Status check_thread_limit(int threads);
 
 }  // namespace weir::engine

@@ -1,6 +1,6 @@
 // Writes and reads the requests as text and the inputs as bytes.
 // SPDX-License-Identifier: LGPL-2.1-or-later
-#include "floor_asked.hpp"
+#include "floor_requests.hpp"
 
 #include <algorithm>
 #include <fstream>
@@ -21,7 +21,7 @@ std::vector<uint8_t> bytes_of(const std::vector<uint8_t>& seen, size_t count) {
   return out;
 }
 
-Seen inputs_of(const Asked& most, uint32_t min_face, const Seen& seen) {
+Seen inputs_of(const Requests& most, uint32_t min_face, const Seen& seen) {
   size_t layers = 0;
   for (const auto& layer : mtcnn::pyramid(most.picture, min_face))
     layers += 3 * size_t{layer.width} * layer.height;
@@ -35,16 +35,16 @@ std::vector<uint8_t>* RequestFile::wanted(size_t network) {
   return path_.empty() || begun_[network] ? nullptr : &seen_[network];
 }
 
-void RequestFile::add(const Asked& asked) {
+void RequestFile::add(const Requests& requests) {
   if (path_.empty()) return;
-  pictures_.push_back(asked);
+  pictures_.push_back(requests);
   for (size_t i = 0; i < seen_.size(); ++i) begun_[i] = !seen_[i].empty();
 }
 
 bool RequestFile::write() const {
   if (path_.empty()) return true;
   std::ofstream out(path_);
-  for (const Asked& one : pictures_)
+  for (const Requests& one : pictures_)
     out << one.picture.width << ' ' << one.picture.height << ' ' << one.refined << ' ' << one.marked
         << '\n';
   bool good = static_cast<bool>(out.flush());
@@ -57,10 +57,10 @@ bool RequestFile::write() const {
   return good;
 }
 
-std::vector<Asked> read_asked(const std::string& path) {
-  std::vector<Asked> out;
+std::vector<Requests> read_requests(const std::string& path) {
+  std::vector<Requests> out;
   std::ifstream in(path);
-  for (Asked one; in >> one.picture.width >> one.picture.height >> one.refined >> one.marked;)
+  for (Requests one; in >> one.picture.width >> one.picture.height >> one.refined >> one.marked;)
     out.push_back(one);
   return out;
 }

@@ -13,7 +13,7 @@
 namespace control {
 
 // The requests for one picture.
-struct Asked {
+struct Requests {
   mtcnn::Size picture;
   size_t refined = 0, marked = 0;  // numbers of regions for R-Net and O-Net
 };
@@ -27,7 +27,7 @@ using Seen = std::array<std::vector<uint8_t>, 3>;
 std::vector<uint8_t> bytes_of(const std::vector<uint8_t>& seen, size_t count);
 
 // The same as each network's input for `most`; all layers in a row for P-Net.
-Seen inputs_of(const Asked& most, uint32_t min_face, const Seen& seen);
+Seen inputs_of(const Requests& most, uint32_t min_face, const Seen& seen);
 
 class RequestFile {
  public:
@@ -35,19 +35,19 @@ class RequestFile {
   // Where to store the input of network 0, 1 or 2: for the first picture that has one; otherwise
   // null.
   std::vector<uint8_t>* wanted(size_t network);
-  void add(const Asked& asked);
+  void add(const Requests& requests);
   // `path`: a line per picture; `path`.p, .r and .o: the inputs.
   bool write() const;
 
  private:
   std::string path_;
-  std::vector<Asked> pictures_;
+  std::vector<Requests> pictures_;
   Seen seen_;
   std::array<bool, 3> begun_{};
 };
 
 // Reads such a file; returns no pictures when it is unreadable or empty.
-std::vector<Asked> read_asked(const std::string& path);
+std::vector<Requests> read_requests(const std::string& path);
 Seen read_seen(const std::string& path);
 
 }  // namespace control

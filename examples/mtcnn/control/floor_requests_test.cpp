@@ -1,6 +1,6 @@
 // Tests that the floor reads what was written, and repeats inputs when it needs more.
 // SPDX-License-Identifier: LGPL-2.1-or-later
-#include "floor_asked.hpp"
+#include "floor_requests.hpp"
 
 #include <gtest/gtest.h>
 
@@ -11,7 +11,7 @@ namespace {
 
 using Bytes = std::vector<uint8_t>;
 
-TEST(BytesOf, BeginAnewWhereWhatWasSeenEnds) {
+TEST(BytesOf, RepeatAtTheEndOfWhatWasSeen) {
   EXPECT_EQ(bytes_of({1, 2, 3}, 7), (Bytes{1, 2, 3, 1, 2, 3, 1}));
   EXPECT_EQ(bytes_of({1, 2, 3}, 2), (Bytes{1, 2}));
   EXPECT_EQ(bytes_of({1, 2, 3}, 0), Bytes{});
@@ -31,7 +31,7 @@ TEST(InputsOf, HaveTheLayersOfThePyramidAndAllRegions) {
 class RequestFiles : public testing::Test {
  protected:
   void SetUp() override {
-    folder_ = testing::TempDir() + "floor_asked";
+    folder_ = testing::TempDir() + "floor_requests";
     std::filesystem::create_directories(folder_);
   }
   void TearDown() override { std::filesystem::remove_all(folder_); }
@@ -39,7 +39,7 @@ class RequestFiles : public testing::Test {
 };
 
 TEST_F(RequestFiles, KeepTheFirstPictureThatANetworkSaw) {
-  RequestFile file(folder_ + "/asked");
+  RequestFile file(folder_ + "/requests");
   *file.wanted(0) = {1, 2};
   file.add({{640, 360}, 0, 0});  // without regions
   EXPECT_EQ(file.wanted(0), nullptr);
@@ -51,14 +51,14 @@ TEST_F(RequestFiles, KeepTheFirstPictureThatANetworkSaw) {
   EXPECT_EQ(file.wanted(2), nullptr);
   ASSERT_TRUE(file.write());
 
-  const auto asked = read_asked(folder_ + "/asked");
-  ASSERT_EQ(asked.size(), 2u);
-  EXPECT_EQ(asked[0].refined, 0u);
-  EXPECT_EQ(asked[1].picture.width, 640u);
-  EXPECT_EQ(asked[1].picture.height, 360u);
-  EXPECT_EQ(asked[1].refined, 20u);
-  EXPECT_EQ(asked[1].marked, 3u);
-  EXPECT_EQ(read_seen(folder_ + "/asked"), (Seen{Bytes{1, 2}, Bytes{3}, Bytes{4, 5}}));
+  const auto requests = read_requests(folder_ + "/requests");
+  ASSERT_EQ(requests.size(), 2u);
+  EXPECT_EQ(requests[0].refined, 0u);
+  EXPECT_EQ(requests[1].picture.width, 640u);
+  EXPECT_EQ(requests[1].picture.height, 360u);
+  EXPECT_EQ(requests[1].refined, 20u);
+  EXPECT_EQ(requests[1].marked, 3u);
+  EXPECT_EQ(read_seen(folder_ + "/requests"), (Seen{Bytes{1, 2}, Bytes{3}, Bytes{4, 5}}));
 }
 
 TEST_F(RequestFiles, OfNoNameAreNotWritten) {
@@ -68,12 +68,12 @@ TEST_F(RequestFiles, OfNoNameAreNotWritten) {
   EXPECT_TRUE(file.write());
 }
 
-TEST_F(RequestFiles, ThatCannotBeWrittenOrReadAreToldApart) {
-  RequestFile file(folder_ + "/nowhere/asked");
+TEST_F(RequestFiles, ThatCannotBeWrittenOrReadAreReported) {
+  RequestFile file(folder_ + "/nowhere/requests");
   file.add({{640, 360}, 1, 1});
   EXPECT_FALSE(file.write());
-  EXPECT_TRUE(read_asked(folder_ + "/nowhere/asked").empty());
-  EXPECT_EQ(read_seen(folder_ + "/nowhere/asked"), Seen{});
+  EXPECT_TRUE(read_requests(folder_ + "/nowhere/requests").empty());
+  EXPECT_EQ(read_seen(folder_ + "/nowhere/requests"), Seen{});
 }
 
 }  // namespace
