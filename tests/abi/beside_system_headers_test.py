@@ -27,8 +27,8 @@ gst/base/base.h gst/video/video.h""".split()
 def gstreamer():
     packages = ["gstreamer-1.0", "gstreamer-app-1.0", "gstreamer-video-1.0", "gstreamer-audio-1.0", "gstreamer-allocators-1.0",
                 "gio-unix-2.0"]
-    said = subprocess.run(["pkg-config", "--cflags", *packages], capture_output=True, text=True, check=True)
-    return [word.replace("-I", "-isystem", 1) for word in shlex.split(said.stdout)]
+    output = subprocess.run(["pkg-config", "--cflags", *packages], capture_output=True, text=True, check=True)
+    return [word.replace("-I", "-isystem", 1) for word in shlex.split(output.stdout)]
 
 
 def compiles(language, standard, compiler, names):

@@ -93,9 +93,9 @@ class Faces(HeadCase):
                 self.agree(sorted(rows, key=lambda row: row["box"][0]), scale, sorted(reference, key=lambda entry: entry[2][0]), 0.01, 2)
 
     def test_boxes_of_ultraface_may_be_of_either_kind(self):
-        said = self.refusal("face/ultraface_RFB-320_raw.tflite", "detection", self.small()[None])
-        self.assertIn("the outputs fit several heads: ultraface, ultraface-raw", said)
-        self.assertIn("custom=head:ultraface or tensor_decoder custom=head:ultraface-raw", said)
+        output = self.refusal("face/ultraface_RFB-320_raw.tflite", "detection", self.small()[None])
+        self.assertIn("the outputs fit several heads: ultraface, ultraface-raw", output)
+        self.assertIn("custom=head:ultraface or tensor_decoder custom=head:ultraface-raw", output)
 
     def test_yunet(self):
         pixels = numpy.zeros((864, 1056, 3), "u1")
@@ -262,7 +262,7 @@ class Bodies(HeadCase):
                 self.assertLess(off.mean(), 8)
                 self.assertLess(off.max(), 25)
 
-    def test_nobody_in_a_grey_picture(self):
+    def test_no_person_in_a_grey_picture(self):
         self.assertEqual(self.answer("pose/posenet_mobilenet_v1_075_353_481_quant.tflite", "pose",
                                      numpy.full((1, 353, 481, 3), 128, "u1")), [])
 

@@ -274,9 +274,9 @@ class Messages(unittest.TestCase):
             with self.subTest(name):
                 frames = self.frames(((2, 3), np.uint8))
                 caps = "other/tensors,format=static,num_tensors=1,dimensions=(string)3:2,types=(string)uint8,framerate=25/1"
-                got, said = self.converted(name, [library.write(Message(f, rate=(25, 1))) for f in frames], f"! {caps}")
+                got, output = self.converted(name, [library.write(Message(f, rate=(25, 1))) for f in frames], f"! {caps}")
                 self.assertEqual(got, b"".join(f[0].tobytes() for f in frames))
-                self.assertNotIn("dimensions=(string)1:1:1:1", said, "the placeholder is refused here")
+                self.assertNotIn("dimensions=(string)1:1:1:1", output, "the placeholder is refused here")
 
     def test_only_the_modules_of_a_format_need_its_library(self):
         build = pathlib.Path(os.environ["WEIR_BUILD"])

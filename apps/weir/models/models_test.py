@@ -57,9 +57,9 @@ class Catalogue(Case):
         self.assertIn(file["url"], text)
         self.assertIn(file["sha256"], text)
         self.assertIn("weir try yolox-nano", text)
-        told = json.loads(self.good(self.run_models("info", "--json", "yolox-nano")))
-        self.assertEqual(told["files"][0]["sha256"], file["sha256"])
-        self.assertFalse(told["fetched"])
+        info = json.loads(self.good(self.run_models("info", "--json", "yolox-nano")))
+        self.assertEqual(info["files"][0]["sha256"], file["sha256"])
+        self.assertFalse(info["fetched"])
 
     def test_an_unknown_name_gets_the_nearest(self):
         self.refused(self.run_models("info", "yolox-nan"), 1, "WEIR-4001", "did you mean yolox-nano?")

@@ -33,7 +33,7 @@ TEST(PoseAnswers, MovenetPointsArePartsOfThePicture) {
   EXPECT_NEAR(run.row(0).box().y2, 41, 1e-4);
 }
 
-TEST(PoseAnswers, NobodyIsThereBelowTheThreshold) {
+TEST(PoseAnswers, NoPersonIsFoundBelowTheThreshold) {
   const TestTensor tensor("3:17:1:1", person(0.5f, 0.25f, 0.3f));
   const TestModel model{.input = "3:200:100:1"};
   for (const auto& [threshold, is_there] : {std::pair("0.29", true), std::pair("0.31", false)}) {
@@ -81,7 +81,7 @@ TEST(PoseAnswers, AHundredThousandPersonsAreCutToTheBest) {
   EXPECT_EQ(run.row(0).score(), 0.99999f);
 }
 
-TEST(PoseAnswers, NumbersThatAreNotFiniteAreNobody) {
+TEST(PoseAnswers, NumbersThatAreNotFiniteAreNoPerson) {
   const TestModel model{.input = "3:100:200:1"};
   for (const float value : {NAN, -INFINITY}) {
     for (const auto& [shape, count] : {std::pair("3:17:1:1", 51), std::pair("56:6:1", 336),

@@ -141,7 +141,7 @@ TEST(PoseNet, WeakPersonsAreLeftOut) {
   EXPECT_EQ(find_people(encoded.maps(), 0.4f).size(), 0u);
 }
 
-TEST(PoseNet, EmptyMapsHaveNobody) {
+TEST(PoseNet, EmptyMapsHaveNoPerson) {
   EXPECT_TRUE(find_people(Encoded().maps(), 0).empty());
 }
 

@@ -92,7 +92,7 @@ TEST(DetrHeads, SoftmaxLeavesOutTheClassOfNoObject) {
   }
 }
 
-TEST(DetrHeads, FourClassesAndBoxesAreToldApartByNames) {
+TEST(DetrHeads, NamesDistinguishFourClassesFromBoxes) {
   const auto queries = encode_queries(100, 3, true);
   const TestOutput logits("4:100:1", queries.logits, "logits"),
       boxes("4:100:1", queries.boxes, "pred_boxes");
@@ -151,7 +151,7 @@ TEST(DetrHeads, LabelsBoxesScoresAreReadInAnyOrder) {
     EXPECT_EQ(result.family, "labels-boxes-scores") << result.error;
     expect_found(result.found, kObjects);
   }
-  // Numbers of classes as floats are told by the names.
+  // Numbers of classes as floats are known by the names.
   const TestOutput float_labels("2:1", {3, 1}, "classes");
   expect_found(run_head({scores, float_labels, boxes}, setup).found, kObjects);
   setup.custom = {{"first-class", "one"}};

@@ -45,7 +45,7 @@ std::optional<RawOutputs> find_raw(const ModelFacts& model) {
   return std::nullopt;
 }
 
-// SSD MobileNet of 300 x 300 pixels is the only common one whose input size is not said.
+// SSD MobileNet of 300 x 300 pixels is the only common one whose input size is not stated.
 PictureSize input_of(const ModelFacts& model) {
   return model.input.width > 0 ? model.input : PictureSize{300, 300};
 }
@@ -213,10 +213,10 @@ class SsdPostprocess final : public Head {
   Candidates find(OutputValues& outputs, PictureSize input) override {
     const auto boxes = outputs.read(outputs_.boxes);
     auto classes = outputs.read(outputs_.classes), scores = outputs.read(outputs_.scores);
-    const float said = outputs.read(outputs_.count)[0];
+    const float stated = outputs.read(outputs_.count)[0];
     const auto rows =
         static_cast<float>(std::min({scores.size(), classes.size(), boxes.size() / kBox}));
-    const auto count = static_cast<size_t>(said > 0 ? std::min(said, rows) : 0);
+    const auto count = static_cast<size_t>(stated > 0 ? std::min(stated, rows) : 0);
     if (!outputs_.is_certain && are_classes(scores.first(count)) &&
         !are_classes(classes.first(count)))
       std::swap(classes, scores);

@@ -60,8 +60,8 @@ std::optional<YoloOutputs> any_yolo_outputs(const ModelFacts& model, bool has_pr
 }
 
 std::optional<bool> is_for_task(const ModelFacts& model, std::string_view task) {
-  const auto said = metadata(model, "task");
-  return said.empty() ? std::nullopt : std::optional(equal_ignoring_case(said, task));
+  const auto stated = metadata(model, "task");
+  return stated.empty() ? std::nullopt : std::optional(equal_ignoring_case(stated, task));
 }
 
 std::optional<PointShape> point_shape(const ModelFacts& model) {

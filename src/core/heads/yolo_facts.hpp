@@ -23,7 +23,7 @@ std::optional<YoloOutputs> find_yolo_outputs(const ModelFacts& model, size_t anc
 std::optional<YoloOutputs> any_yolo_outputs(const ModelFacts& model, bool has_prototypes);
 
 // Whether the model's metadata says that it is for `task` (detect, segment, pose, obb, as
-// Ultralytics writes it); nullopt if it says nothing.
+// Ultralytics writes it); nullopt if it reports nothing.
 std::optional<bool> is_for_task(const ModelFacts& model, std::string_view task);
 
 // Numbers of key points of the model's metadata: "[17, 3]".

@@ -111,7 +111,7 @@ TEST(YoloHeads, YoloxGivesCellsOrDecodedBoxes) {
     }
 }
 
-TEST(YoloHeads, YoloxTellsCellsFromPixelsForAnObjectInTheFirstCell) {
+TEST(YoloHeads, YoloxDistinguishesCellsFromPixelsInTheFirstCell) {
   // The cell's offset of half a cell is 0.5, or 4 pixels.
   const std::vector<Placed> first{{{0, 0, 8, 8, 0.9f, 1}, 0}};
   for (const Coding coding : {Coding::Cells, Coding::Pixels, Coding::Picture}) {

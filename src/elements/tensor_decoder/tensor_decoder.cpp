@@ -205,9 +205,9 @@ class TensorDecoder : public gst::CountedTransform<TensorDecoder> {
     GstCaps* caps = nullptr;
     gst_event_parse_caps(event, &caps);
     const auto held = Ref<GstCaps>::share(caps);
-    const uint64_t told = gst::errors_posted_by_this_thread();
+    const uint64_t errors_before = gst::errors_posted_by_this_thread();
     if (parent_class()->sink_event(self(), event)) return replay(), TRUE;
-    if (told == gst::errors_posted_by_this_thread()) report_refusal(held.get());
+    if (errors_before == gst::errors_posted_by_this_thread()) report_refusal(held.get());
     return FALSE;
   }
 

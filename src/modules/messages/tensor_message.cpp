@@ -44,8 +44,8 @@ Status check_tensor(const char* format_name, size_t index, uint32_t format,
                            "type " + std::to_string(tensor.type), "0 (int32) to 10 (float16)");
   const auto known = bytes_of(tensor);
   if (!known)
-    return damaged_message(format_name, has("invalid dimensions"),
-                           text_of(tensor.dimensions), "1 to 16 dimensions of at least 1, then 0");
+    return damaged_message(format_name, has("invalid dimensions"), text_of(tensor.dimensions),
+                           "1 to 16 dimensions of at least 1, then 0");
   const uint64_t bytes = *known;
   const uint64_t header = format == kFlexible ? kHeaderBytes : 0;
   if (bytes == tensor.data.size() - header && tensor.data.size() >= header) return ok();

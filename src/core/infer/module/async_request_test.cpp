@@ -306,21 +306,21 @@ TEST_F(AsyncRequest, EndsWithAnErrorForAFrameThatEndsBeforeItsTensors) {
   for (const uint32_t size : {0u, 8u, uint32_t{offsetof(weir_frame, pts)} - 1}) {
     submitted.clear();
     const auto session = open();
-    Heard heard;
-    ASSERT_TRUE(*submit(*session, &heard));
+    Received received;
+    ASSERT_TRUE(*submit(*session, &received));
     weir_frame frame{};
     frame.struct_size = size;
     frame.n_tensors = 1;
     frame.tensors = reinterpret_cast<weir_tensor*>(1);  // past the end, must not be read
     host().complete(submitted[0], 0, &frame, 1);
-    EXPECT_TRUE(heard.outputs.empty());
-    ASSERT_EQ(heard.ends.size(), 1u);
-    EXPECT_SAYS(heard.ends[0], "the engine completed a request with an incomplete weir_frame");
-    EXPECT_SAYS(heard.ends[0], "offered: struct_size " + std::to_string(size));
-    EXPECT_SAYS(heard.ends[0], "fix: frame.struct_size = sizeof frame;");
+    EXPECT_TRUE(received.outputs.empty());
+    ASSERT_EQ(received.ends.size(), 1u);
+    EXPECT_SAYS(received.ends[0], "the engine completed a request with an incomplete weir_frame");
+    EXPECT_SAYS(received.ends[0], "offered: struct_size " + std::to_string(size));
+    EXPECT_SAYS(received.ends[0], "fix: frame.struct_size = sizeof frame;");
     complete(submitted[0], nullptr, false);
     EXPECT_EQ(session->requests().in_flight(), 0u);
-    EXPECT_EQ(heard.ends.size(), 1u);
+    EXPECT_EQ(received.ends.size(), 1u);
   }
 }
 
