@@ -32,13 +32,31 @@ std::vector<AnchorSize> sizes_of(uint32_t grid) {
   return out;
 }
 
+// Calls `visit` with the number, the columns and the rows of each grid.
+template <class Visit>
+void for_each_grid(PictureSize input, Visit visit) {
+  uint32_t columns = input.width / kFirstStride + (input.width % kFirstStride > 0 ? 1 : 0);
+  uint32_t rows = input.height / kFirstStride + (input.height % kFirstStride > 0 ? 1 : 0);
+  for (uint32_t grid = 0; grid < kGrids; ++grid) {
+    visit(grid, columns, rows);
+    columns = (columns + 1) / 2, rows = (rows + 1) / 2;
+  }
+}
+
 }  // namespace
+
+size_t ssd_anchor_count(PictureSize input) noexcept {
+  constexpr size_t kOfFirst = 3, kOfOthers = 6;
+  size_t count = 0;
+  for_each_grid(input, [&](uint32_t grid, uint32_t columns, uint32_t rows) {
+    count += size_t{columns} * rows * (grid == 0 ? kOfFirst : kOfOthers);
+  });
+  return count;
+}
 
 BoxPriors make_ssd_anchors(PictureSize input) {
   BoxPriors out;
-  uint32_t columns = (input.width + kFirstStride - 1) / kFirstStride;
-  uint32_t rows = (input.height + kFirstStride - 1) / kFirstStride;
-  for (uint32_t grid = 0; grid < kGrids; ++grid) {
+  for_each_grid(input, [&](uint32_t grid, uint32_t columns, uint32_t rows) {
     const auto sizes = sizes_of(grid);
     for (uint32_t y = 0; y < rows; ++y)
       for (uint32_t x = 0; x < columns; ++x)
@@ -48,8 +66,7 @@ BoxPriors make_ssd_anchors(PictureSize input) {
           out.height.push_back(static_cast<float>(size.height));
           out.width.push_back(static_cast<float>(size.width));
         }
-    columns = (columns + 1) / 2, rows = (rows + 1) / 2;
-  }
+  });
   return out;
 }
 

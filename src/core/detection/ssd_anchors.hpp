@@ -9,5 +9,7 @@ namespace weir::detection {
 // Each cell has 6 anchors of the ratios 1, 2, 1/2, 3, 1/3 and 1, those of the first grid 3. Grids,
 // rows, columns, then anchors.
 BoxPriors make_ssd_anchors(PictureSize input);
+// Their number.
+size_t ssd_anchor_count(PictureSize input) noexcept;
 
 }  // namespace weir::detection

@@ -14,10 +14,15 @@ using Strides = std::initializer_list<uint32_t>;
 // Grids of models: the usual ones, small models, models for small objects and for large pictures.
 constexpr Strides kStrides[] = {{8, 16, 32}, {16, 32}, {4, 8, 16, 32}, {8, 16, 32, 64}};
 
-size_t cells_of(PictureSize input, Strides strides) {
+// The last cell of a row may be beyond the edge.
+uint32_t cells_along(uint32_t side, uint32_t stride) {
+  return side / stride + (side % stride > 0 ? 1 : 0);
+}
+
+size_t cells_of(PictureSize input, std::span<const uint32_t> strides) {
   size_t cells = 0;
   for (const uint32_t stride : strides)
-    cells += size_t{input.width / stride} * (input.height / stride);
+    cells += size_t{cells_along(input.width, stride)} * cells_along(input.height, stride);
   return cells;
 }
 
@@ -49,7 +54,7 @@ std::optional<DenseLayout> with_strides(const Shape& shape, size_t row_dimension
       if (layout.rows % anchors != 0) continue;
       const size_t cells = layout.rows / anchors;
       const PictureSize size = input.width > 0 ? input : square_with(cells, strides);
-      if (size.width == 0 || cells_of(size, strides) != cells) continue;
+      if (size.width == 0 || cells_of(size, {strides.begin(), strides.end()}) != cells) continue;
       layout.anchors = anchors;
       layout.strides = strides;
       layout.input = size;
@@ -80,11 +85,11 @@ std::optional<DenseLayout> any_dense_layout(const Shape& shape, PictureSize inpu
 std::vector<CellPlace> cell_places(const DenseLayout& layout, PictureSize input) {
   std::vector<CellPlace> out;
   if (input.width == 0) input = layout.input;
+  if (cells_of(input, layout.strides) * layout.anchors != layout.rows) return out;
   for (const uint32_t stride : layout.strides)
-    for (uint32_t row = 0; row < input.height / stride; ++row)
-      for (uint32_t column = 0; column < input.width / stride; ++column)
+    for (uint32_t row = 0; row < cells_along(input.height, stride); ++row)
+      for (uint32_t column = 0; column < cells_along(input.width, stride); ++column)
         out.push_back({column, row, stride});
-  if (out.size() * layout.anchors != layout.rows) out.clear();
   return out;
 }
 

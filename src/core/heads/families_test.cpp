@@ -6,8 +6,8 @@
 
 #include <set>
 
+#include "core/heads/head_test_support.hpp"
 #include "core/text/text.hpp"
-#include "says.hpp"
 
 namespace weir::heads {
 namespace {
@@ -50,6 +50,54 @@ TEST(Families, NoneFitsExtentsOfZeroOrBeyondMemory) {
         EXPECT_EQ(family->fit(model), Fit::No) << family->name << " " << shape.to_string();
         EXPECT_THROW(family->open(model, {}), Failure) << family->name;
       }
+}
+
+// Outputs of random shapes, types and numbers: a head is refused, or gives finite results that fit
+// together.
+TEST(Families, ReadAnyOutputsOrRefuseThem) {
+  std::mt19937 random(11);
+  const auto below = [&](uint32_t limit) { return static_cast<uint32_t>(random() % limit); };
+  const float odd[] = {NAN, INFINITY, -INFINITY, 3e38f, -3e38f, 0, 1, 0.5f};
+  const uint32_t extents[] = {1, 1, 2, 3, 4, 5, 6, 7, 8, 16, 18, 21, 27, 32, 56, 84, 85, 100};
+  size_t opened = 0;
+  for (int round = 0; round < 1500; ++round) {
+    std::vector<TestOutput> outputs;
+    const uint32_t first = extents[below(std::size(extents))];  // extents that outputs share
+    for (uint32_t i = 1 + below(4); i > 0; --i) {
+      Shape shape;
+      for (uint32_t d = 1 + below(4), k = 0; k < d; ++k)
+        shape[k] = below(3) == 0 ? first : extents[below(std::size(extents))];
+      for (size_t k = 0; *shape.count() > 20000; ++k) shape[k] = 1;
+      Floats numbers(*shape.count());
+      for (float& number : numbers)
+        number =
+            below(20) == 0 ? odd[below(std::size(odd))] : static_cast<float>(below(1000)) / 500;
+      TestOutput output(shape.to_string().c_str(), numbers);
+      outputs.push_back(below(4) == 0 ? output.halved() : output);
+    }
+    for (const Family* family : all_families()) {
+      HeadSetup setup{.head = std::string(family->name),
+                      .tasks = family->tasks,
+                      .input = below(2) ? detection::PictureSize{64, 64} : detection::PictureSize{},
+                      .labels = below(8),
+                      .threshold = static_cast<float>(below(3)) / 4};
+      const HeadResult result = run_head(outputs, setup);
+      if (!result.error.empty()) continue;
+      ++opened;
+      const auto& answer = result.answer;
+      for (const auto& candidate : result.found)
+        EXPECT_TRUE(candidate.is_finite() && candidate.score > 0 && std::isfinite(candidate.score))
+            << family->name << " " << candidate.score;
+      const size_t objects = result.found.size();
+      EXPECT_EQ(answer.points.size(), objects * result.features.points_per_object) << family->name;
+      EXPECT_EQ(answer.masks.size(), objects * answer.mask_width * answer.mask_height);
+      EXPECT_EQ(answer.class_scores.size(), objects * answer.n_classes) << family->name;
+      const size_t pixels = size_t{answer.map_width} * answer.map_height;
+      EXPECT_EQ(answer.class_map.size(), result.features.has_class_map ? pixels : 0);
+      EXPECT_EQ(answer.depth.size(), result.features.has_depth ? pixels : 0);
+    }
+  }
+  EXPECT_GT(opened, 300u);
 }
 
 }  // namespace

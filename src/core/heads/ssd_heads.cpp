@@ -108,22 +108,19 @@ class Ssd final : public Head {
 Fit fit_ssd(const ModelFacts& model) {
   const auto raw = find_raw(model);
   if (!raw || raw->classes < 2) return Fit::No;
-  constexpr size_t kMostAnchors = 100000;
-  if (raw->anchors > kMostAnchors) return Fit::No;
-  return detection::make_ssd_anchors(input_of(model)).size() == raw->anchors ? Fit::Certain
-                                                                             : Fit::No;
+  return detection::ssd_anchor_count(input_of(model)) == raw->anchors ? Fit::Certain : Fit::No;
 }
 
 detection::BoxPriors priors_of(const ModelFacts& model, const HeadOptions& options,
                                const RawOutputs& raw) {
   const auto file = options.custom.find("priors");
   if (file == options.custom.end()) {
-    auto made = detection::make_ssd_anchors(input_of(model));
-    if (made.size() == raw.anchors) return made;
+    const size_t usual = detection::ssd_anchor_count(input_of(model));
+    if (usual == raw.anchors) return detection::make_ssd_anchors(input_of(model));
     throw Failure({.code = Code::SPEC_MISMATCH,
                    .what = "the anchors are not those of SSD MobileNet for this input size",
                    .offered = std::to_string(raw.anchors) + " anchors",
-                   .needed = std::to_string(made.size()) + ", or a file of prior boxes",
+                   .needed = std::to_string(usual) + ", or a file of prior boxes",
                    .fix = "custom=priors:/path/to/box_priors.txt"});
   }
   auto priors = detection::parse_box_priors(read_text_file("custom=priors", file->second));

@@ -9,15 +9,14 @@
 namespace weir::heads {
 namespace {
 
-// Prototypes have a quarter of the input's width and height. Without an input size they are square
-// and have fewer values than columns.
+// Prototypes have the input's aspect, usually a quarter of its width and height. Without an input
+// size they are square.
 std::optional<PrototypeFacts> prototypes_of(const Shape& shape, size_t output,
                                             detection::PictureSize input) {
   if (shape.min_rank() != 3) return std::nullopt;
-  constexpr uint32_t kStride = 4;
   const auto is_grid = [&](uint32_t width, uint32_t height, uint32_t count) {
-    if (input.width > 0) return width * kStride == input.width && height * kStride == input.height;
-    return width == height && count < width;
+    if (input.width == 0) return width == height && count < width;
+    return uint64_t{width} * input.height == uint64_t{height} * input.width;
   };
   if (is_grid(shape[0], shape[1], shape[2]))
     return PrototypeFacts{output, shape[0], shape[1], shape[2], false};
