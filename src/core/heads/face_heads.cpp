@@ -246,15 +246,20 @@ class Ultraface final : public Head {
   std::vector<Prior> priors_;  // empty: the boxes are decoded
 };
 
-// Only the model with decoded boxes names its outputs.
+// Only the model with decoded boxes names its outputs. The number of priors of a known input is as
+// good a sign as a name, for both kinds of boxes.
+bool is_named(const ModelFacts& model) {
+  return any_name_has(model, "scores") && any_name_has(model, "boxes");
+}
+
 Fit fit_ultraface(const ModelFacts& model) {
   if (!ultraface_outputs(model)) return Fit::No;
-  return any_name_has(model, "scores") && any_name_has(model, "boxes") ? Fit::Certain
-                                                                       : Fit::Possible;
+  return is_named(model) || model.input.width > 0 ? Fit::Certain : Fit::Possible;
 }
 
 Fit fit_ultraface_raw(const ModelFacts& model) {
-  return ultraface_outputs(model) ? Fit::Possible : Fit::No;
+  if (!ultraface_outputs(model)) return Fit::No;
+  return !is_named(model) && model.input.width > 0 ? Fit::Certain : Fit::Possible;
 }
 
 template <bool kIsRaw>
