@@ -7,10 +7,14 @@
 #include "weir/custom_condition.h"
 #include "weir/custom_converter.h"
 #include "weir/custom_filter.h"
+#include "weir/decoder_caps.h"
+#include "weir/decoder_model.h"
 #include "weir/decoder_stream.h"
+#include "weir/decoder_times.h"
 #include "weir/error.h"
 #include "weir/model.h"
 #include "weir/pipeline.h"
+#include "weir/results.h"
 
 #define HAS(type, member, offset) \
   _Static_assert(offsetof(type, member) == (offset), #type "." #member)

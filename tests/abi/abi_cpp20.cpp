@@ -10,7 +10,10 @@
 #include "weir/custom_converter.h"
 #include "weir/custom_filter.hpp"
 #include "weir/decoder.hpp"
+#include "weir/decoder_caps.h"
+#include "weir/decoder_model.h"
 #include "weir/decoder_stream.h"
+#include "weir/decoder_times.h"
 #include "weir/engine.hpp"
 #include "weir/engine_tools.hpp"
 #include "weir/error.h"
@@ -20,6 +23,7 @@
 #include "weir/module.hpp"
 #include "weir/pipeline.h"
 #include "weir/result.hpp"
+#include "weir/results.hpp"
 #include "weir/source_map.hpp"
 #include "weir/tensor_info.hpp"
 

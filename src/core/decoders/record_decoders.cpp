@@ -108,8 +108,7 @@ class RecordDecoder {
     WriterSettings settings = settings_;
     // The labels of the model count where the user gives none.
     if (settings.labels.empty() && !model_.labels().empty())
-      settings.labels = records::Labels(
-          std::vector<std::vector<std::string>>{model_.labels()});
+      settings.labels = records::Labels(std::vector<std::vector<std::string>>{model_.labels()});
     writer_ = mode_.writer(std::move(settings));
     output.set_caps(mode_.caps);
   }
