@@ -8,6 +8,8 @@
 //     void reset() noexcept;
 //     void set_stream(const weir::DecoderStream& stream) noexcept;
 //     void set_model(const weir_stream_model* model) noexcept;
+//     void set_caps(const weir::Options& fields) noexcept;
+//     void set_times(const weir::DecoderTimes& times) noexcept;
 //     static constexpr bool kWithHeaders = false;
 //   };
 //   WEIR_DECODER(Brightness, "brightness", "", "[]")
@@ -15,7 +17,8 @@
 // The host calls configure before the first frame and when the stream's format changes. `inputs` is
 // empty for flexible streams, whose frames carry their own shapes. decode returns false to drop a
 // frame. The optional reset runs after a flush or a seek and discards what was kept of earlier
-// frames. The optional set_stream and set_model (decoder_model.h) run before each configure. With
+// frames. The optional set_stream, set_model (decoder_model.h) and set_caps (decoder_caps.h) run
+// before each configure, the optional set_times (decoder_times.h) before each decode. With
 // the optional kWithHeaders, tensors of flexible streams begin with their 128-byte headers
 // (decoder_stream.h). The other functions may throw weir::Failure or any exception, which becomes
 // an error on the bus. An object is used by one thread at a time. Shapes in weir_tensor_info are
@@ -25,8 +28,10 @@
 #include <memory>
 #include <utility>
 
+#include "weir/decoder_caps.h"
 #include "weir/decoder_model.h"
 #include "weir/decoder_stream.h"
+#include "weir/decoder_times.h"
 #include "weir/module.hpp"
 
 namespace weir {
@@ -75,6 +80,12 @@ struct DecoderStream {
   bool is_flexible = false;        // each tensor carries its own description
 };
 
+// The times of a frame in nanoseconds, -1 = unknown.
+struct DecoderTimes {
+  int64_t running_time = -1;
+  int64_t unix_time = -1;  // when it was captured, since 1970 UTC
+};
+
 // The table of the extension weir.decoder-stream/1 for the class `Decoder`.
 template <class Decoder>
 const weir_decoder_stream* stream_table() {
@@ -97,6 +108,28 @@ const weir_decoder_model* model_table() {
                                         [](weir_decoder* decoder, const weir_stream_model* model) {
                                           reinterpret_cast<Decoder*>(decoder)->set_model(model);
                                         }};
+  return &table;
+}
+
+// The table of the extension weir.decoder-caps/1 for the class `Decoder`.
+template <class Decoder>
+const weir_decoder_caps* caps_table() {
+  static const weir_decoder_caps table{
+      sizeof(weir_decoder_caps), 0,
+      [](weir_decoder* decoder, const weir_option* fields, uint32_t count) {
+        reinterpret_cast<Decoder*>(decoder)->set_caps(Options(fields, count));
+      }};
+  return &table;
+}
+
+// The table of the extension weir.decoder-times/1 for the class `Decoder`.
+template <class Decoder>
+const weir_decoder_times* times_table() {
+  static const weir_decoder_times table{
+      sizeof(weir_decoder_times), 0,
+      [](weir_decoder* decoder, int64_t running_time, int64_t unix_time) {
+        reinterpret_cast<Decoder*>(decoder)->set_times({running_time, unix_time});
+      }};
   return &table;
 }
 
@@ -149,6 +182,16 @@ weir_decoder_type decoder_table(const char* name, const char* aliases, const cha
       static_assert(noexcept(std::declval<Decoder&>().set_model(nullptr)),
                     "set_model has no way to fail");
       if (std::string_view(id) == WEIR_DECODER_MODEL) return model_table<Decoder>();
+    }
+    if constexpr (requires(Decoder & decoder, const Options& o) { decoder.set_caps(o); }) {
+      static_assert(noexcept(std::declval<Decoder&>().set_caps(std::declval<const Options&>())),
+                    "set_caps has no way to fail");
+      if (std::string_view(id) == WEIR_DECODER_CAPS) return caps_table<Decoder>();
+    }
+    if constexpr (requires(Decoder & decoder) { decoder.set_times(DecoderTimes{}); }) {
+      static_assert(noexcept(std::declval<Decoder&>().set_times(DecoderTimes{})),
+                    "set_times has no way to fail");
+      if (std::string_view(id) == WEIR_DECODER_TIMES) return times_table<Decoder>();
     }
     return nullptr;
   };

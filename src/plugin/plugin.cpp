@@ -18,6 +18,7 @@
   X(tensor_decoder)      \
   X(tensor_demux)        \
   X(tensor_filter)       \
+  X(tensor_from_roi)     \
   X(tensor_if)           \
   X(tensor_merge)        \
   X(tensor_mux)          \
@@ -30,6 +31,7 @@
   X(tensor_sparse_dec)   \
   X(tensor_sparse_enc)   \
   X(tensor_split)        \
+  X(tensor_to_roi)       \
   X(tensor_transform)
 
 namespace weir {

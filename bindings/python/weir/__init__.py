@@ -2,19 +2,19 @@
 """Weir: neural networks as filters in GStreamer pipelines, and single models, with NumPy arrays.
 
 weir.Model runs one model in any engine, weir.Pipeline plays a pipeline, and weir.TensorShape is for scripts that a
-pipeline runs. Failures raise weir.Error.
+pipeline runs. weir.results reads streams of results. Failures raise weir.Error.
 """
 
 import atexit
 import enum
 import weakref
 
-from . import _weir
+from . import _weir, results
 from ._weir import Frame, Model, TensorInfo
 from .error import Error
 from .tensor_shape import TensorShape
 
-__all__ = ["Code", "Error", "Frame", "Model", "Pipeline", "TensorInfo", "TensorShape"]
+__all__ = ["Code", "Error", "Frame", "Model", "Pipeline", "TensorInfo", "TensorShape", "results"]
 
 Code = enum.IntEnum("Code", _weir.CODES)
 _weir.set_error(Error, Code)

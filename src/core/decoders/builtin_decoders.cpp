@@ -8,6 +8,7 @@
 #include "core/decoders/bounding_boxes.hpp"
 #include "core/decoders/image_segment.hpp"
 #include "core/decoders/pose_estimation.hpp"
+#include "core/decoders/record_decoders.hpp"
 #include "core/decoders/tensor_region.hpp"
 #include "core/infer/module/host.hpp"
 #include "weir/module.hpp"
@@ -21,6 +22,8 @@ const weir_module& builtin_decoders() {
                                               &pose_estimation(), &tensor_region()};
     const auto answers = answer_decoders();
     out.insert(out.end(), answers.begin(), answers.end());
+    const auto records = record_decoders();
+    out.insert(out.end(), records.begin(), records.end());
     out.push_back(nullptr);
     return out;
   }();

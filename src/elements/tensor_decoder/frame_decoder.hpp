@@ -34,6 +34,11 @@ class FrameDecoder {
   // LIMIT_EXCEEDED when the output needs more memory than `limit` allows.
   virtual Result<bool> decode(const FrameSpec& input, GstBuffer* in, const gst::FrameReader& reader,
                               GstBuffer* out, const BufferLimit& limit, Ledger* ledger) = 0;
+  // The input caps, before configure(): fields beyond the spec, for decoders that use them.
+  virtual void set_caps(const GstCaps*) {}
+  // The times of the next frame in nanoseconds, before decode(): running time, and when it was
+  // captured, since 1970 UTC. -1 = unknown.
+  virtual void set_times(int64_t /*running_time*/, int64_t /*unix_time*/) noexcept {}
   // The following frames do not continue the previous ones.
   virtual void reset() noexcept {}
 };

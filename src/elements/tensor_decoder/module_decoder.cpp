@@ -33,6 +33,17 @@ Result<Ref<GstCaps>> ModuleDecoder::configure(const FrameSpec& input) {
   return gst::caps_of_decoder(sink.caps(), input.rate);
 }
 
+void ModuleDecoder::set_caps(const GstCaps* caps) {
+  infer::Decoder::Options fields;
+  const GstStructure* structure = gst_caps_get_structure(caps, 0);
+  for (int i = 0; i < gst_structure_n_fields(structure); ++i) {
+    const char* name = gst_structure_nth_field_name(structure, static_cast<guint>(i));
+    if (const char* text = gst_structure_get_string(structure, name))
+      fields.emplace_back(name, text);
+  }
+  decoder_->set_caps(fields);
+}
+
 Result<bool> ModuleDecoder::decode(const FrameSpec&, GstBuffer* in, const gst::FrameReader& reader,
                                    GstBuffer* out, const BufferLimit& limit, Ledger* ledger) {
   BufferSink sink(in, out, &reader, limit, ledger);

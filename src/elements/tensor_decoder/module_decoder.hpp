@@ -22,6 +22,10 @@ class ModuleDecoder final : public FrameDecoder {
   Result<gst::Ref<GstCaps>> configure(const FrameSpec& input) override;
   Result<bool> decode(const FrameSpec& input, GstBuffer* in, const gst::FrameReader& reader,
                       GstBuffer* out, const BufferLimit& limit, Ledger* ledger) override;
+  void set_caps(const GstCaps* caps) override;
+  void set_times(int64_t running_time, int64_t unix_time) noexcept override {
+    decoder_->set_times(running_time, unix_time);
+  }
   void reset() noexcept override { decoder_->reset(); }
 
  private:

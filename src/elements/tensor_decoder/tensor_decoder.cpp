@@ -7,11 +7,14 @@
 
 #include "elements/tensor_decoder/frame_decoder.hpp"
 #include "elements/tensor_decoder/result_output.hpp"
+#include "gstcpp/buffer/capture_time.hpp"
+#include "gstcpp/buffer/module_values.hpp"
 #include "gstcpp/buffer/tensor_caps.hpp"
 #include "gstcpp/element/counted_transform.hpp"
 #include "gstcpp/element/model_event.hpp"
 #include "gstcpp/element/property_file.hpp"
 #include "gstcpp/pads/early_events.hpp"
+#include "gstcpp/pads/timed_tensors.hpp"
 
 namespace weir {
 namespace {
@@ -116,6 +119,8 @@ class TensorDecoder : public gst::CountedTransform<TensorDecoder> {
     auto spec = gst::fixed_spec_from_caps(in);
     if (!spec) return spec.error();
     input_ = *std::move(spec);
+    input_caps_ = Ref<GstCaps>::share(in);
+    decoder_->set_caps(in);
     auto caps = decoder_->configure(input_);
     picture_bytes_ = bytes_of_picture(out);
     results_.configure(out);
@@ -299,6 +304,8 @@ class TensorDecoder : public gst::CountedTransform<TensorDecoder> {
     opened->decoder->set_model(model_);
     opened->probe->set_model(model_);
     // GstBaseTransform does not set unchanged caps again, so the decoder is configured here.
+    opened->decoder->set_caps(input_caps_.get());
+    opened->probe->set_caps(input_caps_.get());
     const auto caps = opened->decoder->configure(input_);
     if (!caps) return caps.error();
     if (auto status = gst::check_downstream(GST_BASE_TRANSFORM_SRC_PAD(self()), caps->get(),
@@ -332,6 +339,7 @@ class TensorDecoder : public gst::CountedTransform<TensorDecoder> {
     if (!probe_) return any();
     const auto spec = gst::fixed_spec_from_caps(caps);
     if (!spec) return spec.error();
+    probe_->set_caps(caps);
     return probe_->configure(*spec);
   }
 
@@ -352,6 +360,8 @@ class TensorDecoder : public gst::CountedTransform<TensorDecoder> {
   Result<bool> decode(GstBuffer* in, GstBuffer* out) {
     if (auto status = reader_.read(in, input_); !status) return status.error();
     ledger_.copied(reader_.bytes_copied());
+    decoder_->set_times(gst::abi_time(gst::running_time(self()->segment, GST_BUFFER_PTS(in))),
+                        gst::unix_time_of(in, self()->segment, element()));
     auto kept = decoder_->decode(input_, in, reader_, out, buffer_limit_, &ledger_);
     if (kept && *kept && gst_buffer_get_size(out) < picture_bytes_)
       return Error{.code = Code::FRAME_SIZE,
@@ -368,6 +378,7 @@ class TensorDecoder : public gst::CountedTransform<TensorDecoder> {
   std::shared_ptr<FrameDecoder> probe_;    // answers caps queries on any thread
   std::shared_ptr<FrameDecoder> decoder_;  // streaming thread
   FrameSpec input_;                        // streaming thread
+  Ref<GstCaps> input_caps_;                // streaming thread
   size_t picture_bytes_ = 0;               // streaming thread; of the output; 0: not raw video
   ResultOutput results_;                   // streaming thread
   std::shared_ptr<const DescribedModel> model_;  // of the stream; null: not known; streaming thread

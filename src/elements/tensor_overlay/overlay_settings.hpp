@@ -12,17 +12,6 @@ namespace weir {
 
 namespace gst {
 template <>
-struct EnumType<ResultsSync> {
-  static GType type() {
-    static const GEnumValue values[] = {
-        {0, "The newest available results; pictures never wait", "newest"},
-        {1, "Each picture waits for the results of its own time", "same-time"},
-        {0, nullptr, nullptr}};
-    static const GType t = g_enum_register_static("WeirOverlaySync", values);
-    return t;
-  }
-};
-template <>
 struct EnumType<Coordinates> {
   static GType type() {
     static const GEnumValue values[] = {

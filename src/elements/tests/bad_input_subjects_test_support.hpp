@@ -124,7 +124,10 @@ inline const std::vector<Subject>& single_input_subjects() {
        tensors("3:4:4", "float32"), 192},
       {"decoder_pose", "tensor_decoder mode=pose_estimation option1=16:16 option2=2:2",
        tensors("14:2:2", "float32"), 224},
+      {"decoder_json", "tensor_decoder mode=json", tensors("6:1", "float32"), 24},
       {"overlay", "tensor_overlay", video("NV12", 8, 4), 48, Sizes::Any},
+      {"to_roi", "tensor_to_roi", video("NV12", 8, 4), 48, Sizes::Any},
+      {"from_roi", "tensor_from_roi", video("NV12", 8, 4), 48, Sizes::Any},
       {"sink", "tensor_sink", tensors("4:4", "uint8"), 16, Sizes::Any},
   };
   return all;
@@ -169,6 +172,17 @@ inline std::vector<Subject> many_pads_subjects() {
        {{"raw", picture, Brings::EachFrame, std::vector<uint8_t>(16)}}});
   add({"overlay_results",
        "tensor_overlay",
+       rows,
+       24,
+       Sizes::Exact,
+       "results",
+       {},
+       {},
+       "",
+       "results-received",
+       false});
+  add({"to_roi_results",
+       "tensor_to_roi",
        rows,
        24,
        Sizes::Exact,

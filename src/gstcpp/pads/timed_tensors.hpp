@@ -19,7 +19,7 @@ class TimedTensors {
   virtual ~TimedTensors() = default;
   // Errors: spec_from_caps(), accept().
   Status handle(GstEvent* event);
-  // Errors: NOT_NEGOTIATED before caps, FrameReader::read(), bring().
+  // Errors: NOT_NEGOTIATED before caps, FrameReader::read(), push().
   Status receive(GstBuffer* buffer);
   // Call while the pad is inactive: clears its caps and segment for the next stream.
   void forget_stream();

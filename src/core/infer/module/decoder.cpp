@@ -35,7 +35,9 @@ Decoder::Decoder(const weir_decoder_type& type, weir_decoder* handle)
     : type_(type),
       handle_(handle),
       stream_(extension_of<weir_decoder_stream>(type, WEIR_DECODER_STREAM)),
-      model_(extension_of<weir_decoder_model>(type, WEIR_DECODER_MODEL)) {}
+      model_(extension_of<weir_decoder_model>(type, WEIR_DECODER_MODEL)),
+      caps_(extension_of<weir_decoder_caps>(type, WEIR_DECODER_CAPS)),
+      times_(extension_of<weir_decoder_times>(type, WEIR_DECODER_TIMES)) {}
 
 void Decoder::set_model(const weir_stream_model* model) noexcept {
   if (uses_model()) model_->set_model(handle_, model);
@@ -45,6 +47,17 @@ void Decoder::set_stream(const Fraction& rate, Format format) noexcept {
   const Fraction given = rate.valid() ? rate : Fraction{0, 1};
   if (stream_ && stream_->set_stream)
     stream_->set_stream(handle_, given.numerator, given.denominator, format == Format::Flexible);
+}
+
+void Decoder::set_caps(const Options& fields) {
+  if (!caps_ || !caps_->set_caps) return;
+  std::vector<weir_option> pairs;
+  for (const auto& [key, value] : fields) pairs.push_back({key.c_str(), value.c_str()});
+  caps_->set_caps(handle_, pairs.data(), static_cast<uint32_t>(pairs.size()));
+}
+
+void Decoder::set_times(int64_t running_time, int64_t unix_time) noexcept {
+  if (times_ && times_->set_times) times_->set_times(handle_, running_time, unix_time);
 }
 
 bool Decoder::needs_headers() const noexcept {

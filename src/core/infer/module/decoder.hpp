@@ -9,8 +9,10 @@
 #include "core/infer/module/host.hpp"
 #include "core/tensor/frame_spec.hpp"
 #include "weir/abi.h"
+#include "weir/decoder_caps.h"
 #include "weir/decoder_model.h"
 #include "weir/decoder_stream.h"
+#include "weir/decoder_times.h"
 #include "weir/result.hpp"
 
 namespace weir::infer {
@@ -31,6 +33,10 @@ class Decoder {
   void set_stream(const Fraction& rate, Format format) noexcept;
   // Passes the model whose outputs the stream has, or null; call it before configure().
   void set_model(const weir_stream_model* model) noexcept;
+  // Passes the text fields of the input caps; call it before configure().
+  void set_caps(const Options& fields);
+  // Passes the times of the next frame; call it before decode(). -1 = unknown.
+  void set_times(int64_t running_time, int64_t unix_time) noexcept;
   // Whether tensors of flexible streams are passed with their headers.
   bool needs_headers() const noexcept;
   // Whether set_model() has an effect.
@@ -48,6 +54,8 @@ class Decoder {
   weir_decoder* handle_;
   const weir_decoder_stream* stream_;  // null: the decoder does not have the extension
   const weir_decoder_model* model_;    // likewise
+  const weir_decoder_caps* caps_;      // likewise
+  const weir_decoder_times* times_;    // likewise
 };
 
 }  // namespace weir::infer

@@ -1,0 +1,222 @@
+// Writes results as JSON Lines: one object for each frame, by docs/schema/results-1.schema.json.
+// SPDX-License-Identifier: LGPL-2.1-or-later
+#include <cmath>
+
+#include "core/records/record_text.hpp"
+#include "core/records/record_writer.hpp"
+#include "core/records/run_lengths.hpp"
+
+namespace weir::records {
+namespace {
+
+// Writes the members of one frame.
+class FrameWriter {
+ public:
+  FrameWriter(const WriterSettings& settings, const ResultReader& reader, const ResultFrame& frame,
+              const FrameFacts& facts, std::string* out)
+      : settings_(settings), reader_(reader), frame_(frame), facts_(facts), out_(*out) {
+    number_detections();
+  }
+
+  void write() {
+    out_ += "{\"version\":1";
+    if (facts_.running_time >= 0) {
+      out_ += ",\"time\":";
+      append_seconds(facts_.running_time, &out_);
+    }
+    if (facts_.unix_time >= 0) {
+      out_ += ",\"utc\":\"";
+      append_utc(facts_.unix_time, &out_);
+      out_ += '"';
+    }
+    // With several sources each entry names its own.
+    if (reader_.sources().size() == 1) write_source(0);
+    if (facts_.width > 0 && facts_.height > 0) {
+      out_ += ",\"size\":[";
+      append_number(int64_t{facts_.width}, &out_);
+      out_ += ',';
+      append_number(int64_t{facts_.height}, &out_);
+      out_ += ']';
+    }
+    write_list(RowKind::Label, "labels");
+    write_list(RowKind::Detection, "detections");
+    write_list(RowKind::Text, "text");
+    if (settings_.has_masks && !frame_.class_maps.empty()) write_segments();
+    out_ += "}\n";
+  }
+
+ private:
+  bool is_written(const ResultObject& object) const { return object.score >= settings_.threshold; }
+  // "parent" is an index in the list of detections.
+  void number_detections() {
+    int32_t next = 0;
+    for (const ResultObject& object : frame_.objects) {
+      const bool counts = kind_of(reader_, object) == RowKind::Detection && is_written(object);
+      number_.push_back(counts ? next++ : -1);
+    }
+  }
+
+  void write_source(uint32_t source) {
+    if (reader_.sources()[source].empty()) return;
+    out_ += ",\"source\":";
+    append_json_string(reader_.sources()[source], &out_);
+  }
+  void write_numbers(std::initializer_list<float> numbers) {
+    char before = '[';
+    for (const float number : numbers) {
+      out_ += before;
+      append_number(number, &out_);
+      before = ',';
+    }
+    out_ += ']';
+  }
+
+  // A list that the stream can have is there also when it is empty.
+  void write_list(RowKind kind, const char* name) {
+    bool exists = false;
+    for (const RowGroup& group : reader_.groups()) exists |= group.kind() == kind;
+    if (!exists) return;
+    out_ += ",\"";
+    out_ += name;
+    out_ += "\":[";
+    bool is_first = true;
+    for (const ResultObject& object : frame_.objects) {
+      if (kind_of(reader_, object) != kind || !is_written(object)) continue;
+      if (!is_first) out_ += ',';
+      is_first = false;
+      write_object(kind, object);
+    }
+    out_ += ']';
+  }
+
+  void write_object(RowKind kind, const ResultObject& object) {
+    const ResultObject* boxed = with_box(frame_, object);
+    out_ += '{';
+    if (kind != RowKind::Label && boxed) {
+      out_ += "\"box\":";
+      write_numbers({boxed->box.x1, boxed->box.y1, boxed->box.x2, boxed->box.y2});
+      out_ += ',';
+    }
+    if (kind == RowKind::Text) {
+      out_ += "\"text\":";
+      append_json_string(object.text, &out_);
+      out_ += ',';
+    }
+    out_ += "\"score\":";
+    append_number(object.score, &out_);
+    const uint32_t source = reader_.groups()[object.group].source;
+    if (kind != RowKind::Text && object.class_index >= 0) {
+      out_ += ",\"index\":";
+      append_number(int64_t{object.class_index}, &out_);
+      out_ += ",\"label\":";
+      append_json_string(settings_.labels.of(source, object.class_index, &label_), &out_);
+    }
+    if (object.track > 0) {
+      out_ += ",\"track\":";
+      append_number(int64_t{object.track}, &out_);
+    }
+    if (kind != RowKind::Label && boxed && boxed->rotation != 0) {
+      out_ += ",\"rotation\":";
+      append_number(boxed->rotation, &out_);
+    }
+    const int32_t parent = object.parent >= 0 ? number_[static_cast<size_t>(object.parent)] : -1;
+    if (parent >= 0) {
+      out_ += ",\"parent\":";
+      append_number(int64_t{parent}, &out_);
+    }
+    write_points(object);
+    write_mask(object);
+    if (reader_.sources().size() > 1) write_source(source);
+    out_ += '}';
+  }
+
+  // A point that was not found keeps its place as null.
+  void write_points(const ResultObject& object) {
+    if (object.n_points == 0) return;
+    out_ += ",\"keypoints\":";
+    char before = '[';
+    for (uint32_t i = 0; i < object.n_points; ++i) {
+      const results::KeyPoint& point = frame_.points[object.first_point + i];
+      out_ += before;
+      before = ',';
+      if (std::isfinite(point.x) && std::isfinite(point.y) && std::isfinite(point.score))
+        write_numbers({point.x, point.y, point.score});
+      else
+        out_ += "null";
+    }
+    out_ += ']';
+  }
+
+  bool has_masks() const {
+    return settings_.has_masks && has_run_lengths(facts_.width, facts_.height);
+  }
+  void write_mask(const ResultObject& object) {
+    if (!has_masks() || !object.has_box || object.mask.values.empty()) return;
+    out_ += ",\"mask\":";
+    append_mask(runs_of_mask(object.mask, object.box, facts_.width, facts_.height), facts_.width,
+                facts_.height, &out_);
+  }
+
+  // Without the picture's size, the pixels of the class map are those of the picture.
+  void write_segments() {
+    out_ += ",\"segments\":";
+    char before = '[';
+    for (const ClassMapView& classes : frame_.class_maps) {
+      const uint32_t width = facts_.width > 0 ? facts_.width : classes.width;
+      const uint32_t height = facts_.height > 0 ? facts_.height : classes.height;
+      if (!has_run_lengths(width, height)) continue;
+      for (const ClassRuns& found :
+           runs_of_classes(classes, map_of(classes, width, height), width, height)) {
+        const auto index = static_cast<int32_t>(found.class_index);
+        out_ += before;
+        before = ',';
+        out_ += "{\"index\":";
+        append_number(int64_t{index}, &out_);
+        out_ += ",\"label\":";
+        append_json_string(settings_.labels.of(classes.source, index, &label_), &out_);
+        out_ += ",\"mask\":";
+        append_mask(found.runs, width, height, &out_);
+        out_ += '}';
+      }
+    }
+    out_ += before == '[' ? "[]" : "]";
+  }
+  SourceMap map_of(const ClassMapView& classes, uint32_t width, uint32_t height) const {
+    const auto& maps = facts_.maps;
+    const size_t index = maps.size() == 1 ? 0 : classes.tensor;
+    if (facts_.width > 0 && index < maps.size()) return maps[index];
+    SourceMap out;
+    out.xx = double(width) / classes.width;
+    out.yy = double(height) / classes.height;
+    return out;
+  }
+
+  const WriterSettings& settings_;
+  const ResultReader& reader_;
+  const ResultFrame& frame_;
+  const FrameFacts& facts_;
+  std::string& out_;
+  std::string label_;
+  std::vector<int32_t> number_;  // of each object among the detections; -1 = it is none
+};
+
+class JsonWriter final : public RecordWriter {
+ public:
+  explicit JsonWriter(WriterSettings settings) : settings_(std::move(settings)) {}
+  bool write(const ResultReader& reader, const ResultFrame& frame, const FrameFacts& facts,
+             std::string* out) override {
+    FrameWriter(settings_, reader, frame, facts, out).write();
+    return true;
+  }
+
+ private:
+  const WriterSettings settings_;
+};
+
+}  // namespace
+
+std::unique_ptr<RecordWriter> json_writer(WriterSettings settings) {
+  return std::make_unique<JsonWriter>(std::move(settings));
+}
+
+}  // namespace weir::records

@@ -1,0 +1,301 @@
+// Checks the tensors of a frame against its columns and reads the rows.
+// SPDX-License-Identifier: LGPL-2.1-or-later
+#include "core/records/result_frame.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <cstring>
+
+#include "core/draw/detections.hpp"
+#include "weir/results.hpp"
+
+namespace weir::records {
+namespace {
+
+Error bad_columns(const std::string& columns, size_t tensor, std::string what) {
+  return Error{.code = Code::OPTION_SYNTAX,
+               .what = std::move(what),
+               .offered = "weir-columns=\"" + columns + "\"",
+               .needed = "columns as docs/results.md defines them",
+               .difference = "the entry of tensor " + std::to_string(tensor),
+               .fix = "weir-columns=\"x1,y1,x2,y2,score,class\""};
+}
+
+Error bad_tensor(size_t tensor, const TensorSpec& spec, std::string needed) {
+  return Error{.code = Code::SPEC_MISMATCH,
+               .what = "a tensor of results is not what weir-columns says",
+               .offered = spec.to_string(),
+               .needed = std::move(needed),
+               .difference = "tensor " + std::to_string(tensor)};
+}
+
+// The extent of dimension `i`; dimensions beyond the rank are 1.
+uint32_t extent(const Shape& shape, size_t i) {
+  return i < shape.rank() ? shape[i] : 1;
+}
+
+// Whether all dimensions from `rank` on are 1.
+bool is_flat(const Shape& shape, size_t rank) {
+  for (size_t i = rank; i < shape.rank(); ++i)
+    if (shape[i] != 1) return false;
+  return shape.valid();
+}
+
+std::vector<std::string> entries_of(const std::string& text) {
+  std::vector<std::string> out;
+  for (size_t begin = 0; begin <= text.size();) {
+    const size_t end = std::min(text.find(';', begin), text.size());
+    out.push_back(text.substr(begin, end - begin));
+    begin = end + 1;
+  }
+  return out;
+}
+
+// The columns of rows as weir/detection.hpp defines them, of `length` numbers.
+weir_result_columns plain_columns(uint32_t length) {
+  std::string text = "x1,y1,x2,y2";
+  if (length > 4) text += ",score";
+  if (length > 5) text += ",class";
+  if (length > 6) text += ",xy:" + std::to_string((length - 6) / 2);
+  weir_result_columns out;
+  weir_results_parse(text.c_str(), 0, &out);
+  return out;
+}
+
+// Its edges and sides.
+bool is_finite(const Box& box) {
+  return std::isfinite(box.x1) && std::isfinite(box.y1) && std::isfinite(box.width()) &&
+         std::isfinite(box.height());
+}
+
+// The numbers of a row, or false if one of box and score is not finite.
+bool read_row(const ResultRow& row, const weir_result_columns& columns, ResultObject* out) {
+  out->has_box = row.has_box();
+  if (out->has_box) out->box = row.box();
+  out->score = row.score();
+  if (!std::isfinite(out->score) || !is_finite(out->box)) return false;
+  out->class_index = columns.class_index >= 0 ? std::max(row.class_index(), -1) : -1;
+  out->track = row.track();
+  out->rotation = std::isfinite(row.rotation()) ? row.rotation() : 0;
+  return true;
+}
+
+// The text of row `row`, up to its first zero.
+std::string_view text_of(const ResultTensor& tensor, uint32_t row) {
+  const size_t length = extent(tensor.spec.shape, 0);
+  const std::string_view all(reinterpret_cast<const char*>(tensor.bytes.data()) + row * length,
+                             length);
+  return all.substr(0, all.find('\0'));
+}
+
+MaskView mask_of(const ResultTensor& tensor, uint32_t row) {
+  const Shape& shape = tensor.spec.shape;
+  MaskView out{extent(shape, 0), extent(shape, 1), {}};
+  const size_t bytes = size_t{out.width} * out.height;
+  out.values = tensor.bytes.subspan(row * bytes, bytes);
+  return out;
+}
+
+// Reads the rows of one group after another, and then what refers to rows by number.
+class RowReader {
+ public:
+  RowReader(std::span<const ResultTensor> tensors, ResultFrame* out)
+      : tensors_(tensors), out_(*out) {}
+
+  void read(const RowGroup& group, uint32_t number) {
+    const ResultTensor& rows = tensors_[group.rows];
+    const uint32_t count = extent(rows.spec.shape, 1);
+    const size_t row_bytes = group.columns.length * sizeof(float);
+    numbers_.resize(group.columns.length);
+    for (uint32_t i = 0; i < count; ++i) {
+      std::memcpy(numbers_.data(), rows.bytes.data() + i * row_bytes, row_bytes);
+      const ResultRow row(group.columns, numbers_.data());
+      object_of_row_.push_back(-1);
+      if (row.is_background()) continue;
+      ResultObject object;
+      object.group = number;
+      if (!read_row(row, group.columns, &object)) {
+        ++out_.rows_not_finite;
+        continue;
+      }
+      add_points(row, &object);
+      if (group.masks != kNoTensor) object.mask = mask_of(tensors_[group.masks], i);
+      if (group.text != kNoTensor) object.text = text_of(tensors_[group.text], i);
+      object.parent = row.parent();  // a row, until end()
+      object_of_row_.back() = static_cast<int32_t>(out_.objects.size());
+      out_.objects.push_back(object);
+    }
+  }
+
+  void end() {
+    for (size_t i = 0; i < out_.objects.size(); ++i) {
+      int32_t& parent = out_.objects[i].parent;
+      const bool exists = parent >= 0 && static_cast<size_t>(parent) < object_of_row_.size();
+      parent = exists ? object_of_row_[static_cast<size_t>(parent)] : -1;
+      if (parent == static_cast<int32_t>(i)) parent = -1;
+    }
+  }
+
+ private:
+  void add_points(const ResultRow& row, ResultObject* object) {
+    object->first_point = static_cast<uint32_t>(out_.points.size());
+    object->n_points = row.n_points();
+    for (uint32_t p = 0; p < row.n_points(); ++p)
+      out_.points.push_back({row.x(p), row.y(p), row.point_score(p)});
+  }
+
+  std::span<const ResultTensor> tensors_;
+  ResultFrame& out_;
+  std::vector<float> numbers_;
+  std::vector<int32_t> object_of_row_;  // index of each row's object; -1 = background
+};
+
+}  // namespace
+
+uint32_t ClassMapView::at(size_t index) const noexcept {
+  if (!is_wide) return static_cast<uint32_t>(values[index]);
+  uint16_t out = 0;
+  std::memcpy(&out, values.data() + index * sizeof out, sizeof out);
+  return out;
+}
+
+void ResultFrame::clear() noexcept {
+  objects.clear();
+  points.clear();
+  class_maps.clear();
+  rows_not_finite = 0;
+}
+
+Result<ResultReader> ResultReader::make(const std::string& columns, const std::string& sources) {
+  ResultReader out;
+  out.has_columns_ = !columns.empty();
+  const auto entries = entries_of(columns), names = entries_of(sources);
+  if (entries.size() > kTensorLimit)
+    return bad_columns(columns, kTensorLimit, "weir-columns names more tensors than a frame has");
+  for (uint32_t i = 0; i < entries.size(); ++i) {
+    weir_result_columns parsed;
+    if (!weir_results_parse(entries[i].c_str(), 0, &parsed))
+      return bad_columns(columns, i, "the columns of a stream of results cannot be read");
+    out.columns_.push_back(parsed);
+    const std::string& name = i < names.size() ? names[i] : std::string();
+    auto known = std::find(out.sources_.begin(), out.sources_.end(), name);
+    if (known == out.sources_.end() && (parsed.kind != WEIR_RESULT_NONE || !out.has_columns_))
+      known = out.sources_.insert(known, name);
+    out.source_of_.push_back(static_cast<uint32_t>(known - out.sources_.begin()));
+    const bool is_table = parsed.kind == WEIR_RESULT_MASKS || parsed.kind == WEIR_RESULT_SCORES ||
+                          parsed.kind == WEIR_RESULT_TEXT;
+    if (is_table && out.groups_.empty())
+      return bad_columns(columns, i, "a table of results has no rows before it");
+    if (parsed.kind == WEIR_RESULT_ROWS)
+      out.groups_.push_back({.columns = parsed, .source = out.source_of_.back(), .rows = i});
+    if (parsed.kind == WEIR_RESULT_MASKS) out.groups_.back().masks = i;
+    if (parsed.kind == WEIR_RESULT_TEXT) out.groups_.back().text = i;
+  }
+  // The columns follow from the first frame's row length.
+  if (!out.has_columns_) out.groups_.push_back({.columns = plain_columns(6), .rows = 0});
+  return out;
+}
+
+Status ResultReader::check(size_t index, const TensorSpec& spec) const {
+  const weir_result_columns& columns = columns_[index];
+  const Shape& shape = spec.shape;
+  const auto needs = [&](bool fits, ElementType type, const std::string& needed) {
+    return fits && spec.type == type ? ok() : Status(bad_tensor(index, spec, needed));
+  };
+  switch (columns.kind) {
+    case WEIR_RESULT_ROWS:
+      return needs(is_flat(shape, 2) && shape[0] == columns.length, ElementType::Float32,
+                   "float32 " + std::to_string(columns.length) + ":N, rows of the columns");
+    case WEIR_RESULT_MASKS:
+      return needs(is_flat(shape, 3), ElementType::UInt8, "uint8 W:H:N, a mask for each row");
+    case WEIR_RESULT_SCORES:
+      return needs(is_flat(shape, 2), ElementType::Float32, "float32 C:N, scores for each row");
+    case WEIR_RESULT_TEXT:
+      return needs(is_flat(shape, 2), ElementType::UInt8, "uint8 L:N, a text for each row");
+    case WEIR_RESULT_DEPTH:
+      return needs(is_flat(shape, 2), ElementType::Float32, "float32 W:H, the depth of each pixel");
+    case WEIR_RESULT_CLASS_MAP:
+      return needs(is_flat(shape, 2),
+                   spec.type == ElementType::UInt8 ? ElementType::UInt8 : ElementType::UInt16,
+                   "uint8 or uint16 W:H, the class of each pixel");
+    default:
+      return ok();
+  }
+}
+
+// Tables have an entry for each row.
+Status ResultReader::check_groups(std::span<const TensorSpec> specs) const {
+  const RowGroup* group = nullptr;
+  size_t next = 0;
+  for (size_t i = 0; i < columns_.size(); ++i) {
+    const uint32_t kind = columns_[i].kind;
+    if (kind == WEIR_RESULT_ROWS) group = &groups_[next++];
+    const size_t of_rows = kind == WEIR_RESULT_MASKS                                ? 2
+                           : kind == WEIR_RESULT_SCORES || kind == WEIR_RESULT_TEXT ? 1
+                                                                                    : 0;
+    if (of_rows == 0 || !group) continue;
+    const uint32_t rows = extent(specs[group->rows].shape, 1);
+    if (extent(specs[i].shape, of_rows) != rows)
+      return bad_tensor(i, specs[i],
+                        "an entry for each of " + std::to_string(rows) + " rows of tensor " +
+                            std::to_string(group->rows));
+  }
+  return ok();
+}
+
+Status ResultReader::check(std::span<const TensorSpec> specs) const {
+  if (!has_columns_) {
+    if (specs.size() == 1) return draw::check_detections(specs[0]);
+    return Error{.code = Code::SPEC_MISMATCH,
+                 .what = "a stream of several tensors does not say which are results",
+                 .offered = std::to_string(specs.size()) + " tensors without weir-columns",
+                 .needed = "the caps field weir-columns, or one tensor of boxes",
+                 .fix = "tensor_decoder mode=detection"};
+  }
+  if (specs.size() < columns_.size())
+    return Error{.code = Code::SPEC_MISMATCH,
+                 .what = "a frame has fewer tensors than weir-columns names",
+                 .offered = std::to_string(specs.size()) + " tensors",
+                 .needed = std::to_string(columns_.size()) + " tensors"};
+  for (size_t i = 0; i < columns_.size(); ++i)
+    if (Status status = check(i, specs[i]); !status) return status;
+  return check_groups(specs);
+}
+
+RowGroup ResultReader::plain_group(const TensorSpec& spec) const {
+  RowGroup out = groups_[0];
+  out.columns = plain_columns(spec.shape[0]);
+  return out;
+}
+
+Status ResultReader::read(std::span<const ResultTensor> tensors, ResultFrame* out) const {
+  out->clear();
+  std::vector<TensorSpec> specs;
+  for (const ResultTensor& tensor : tensors) specs.push_back(tensor.spec);
+  if (Status status = check(specs); !status) return status;
+  for (size_t i = 0; i < columns_.size(); ++i) {
+    const auto needed = specs[i].bytes();
+    if (needed && tensors[i].bytes.size() >= *needed) continue;
+    return Error{
+        .code = Code::FRAME_SIZE,
+        .what = "a tensor of results is shorter than its shape says",
+        .offered = std::to_string(tensors[i].bytes.size()) + " bytes",
+        .needed = std::to_string(needed.value_or(0)) + " bytes for " + specs[i].to_string(),
+        .difference = "tensor " + std::to_string(i)};
+  }
+  RowReader rows(tensors, out);
+  for (uint32_t i = 0; i < groups_.size(); ++i)
+    rows.read(has_columns_ ? groups_[i] : plain_group(specs[0]), i);
+  rows.end();
+  for (uint32_t i = 0; i < columns_.size(); ++i)
+    if (columns_[i].kind == WEIR_RESULT_CLASS_MAP)
+      out->class_maps.push_back({.source = source_of_[i],
+                                 .tensor = i,
+                                 .width = extent(specs[i].shape, 0),
+                                 .height = extent(specs[i].shape, 1),
+                                 .is_wide = specs[i].type == ElementType::UInt16,
+                                 .values = tensors[i].bytes});
+  return ok();
+}
+
+}  // namespace weir::records

@@ -1,0 +1,111 @@
+// Reads results as regions and what belongs to them.
+// SPDX-License-Identifier: LGPL-2.1-or-later
+#include "elements/tensor_to_roi/roi_results_pad.hpp"
+
+#include "gstcpp/buffer/tensor_meta.hpp"
+
+namespace weir {
+namespace {
+
+std::string text_field(const GstCaps* caps, const char* name) {
+  const char* text = gst_structure_get_string(gst_caps_get_structure(caps, 0), name);
+  return text ? text : "";
+}
+
+// GStreamer's texts are UTF-8.
+std::string valid_text(std::string_view text) {
+  gchar* made = g_utf8_make_valid(text.data(), static_cast<gssize>(text.size()));
+  std::string out = made;
+  g_free(made);
+  return out;
+}
+
+}  // namespace
+
+void RoiResultsPad::start(ResultsSync sync, records::Labels labels, float threshold) {
+  PairedTensors::start(sync);
+  labels_ = std::move(labels);
+  threshold_ = threshold;
+  without_region_ = not_finite_ = 0;
+}
+
+Status RoiResultsPad::handle(GstEvent* event) {
+  if (GST_EVENT_TYPE(event) == GST_EVENT_CAPS) {
+    GstCaps* caps = nullptr;
+    gst_event_parse_caps(event, &caps);
+    const std::string columns = text_field(caps, WEIR_RESULTS_COLUMNS);
+    auto reader = records::ResultReader::make(columns, text_field(caps, WEIR_RESULTS_SOURCE));
+    if (!reader) return reader.error();
+    reader_ = *std::move(reader);
+    has_columns_ = !columns.empty();
+  }
+  return PairedTensors::handle(event);
+}
+
+Status RoiResultsPad::accept(const FrameSpec& spec) {
+  return spec.format == Format::Static ? reader_.check(spec.tensors) : ok();
+}
+
+// A frame without tensors has no results.
+Result<RoiResultsPad::Results> RoiResultsPad::read(GstBuffer* buffer,
+                                                   const std::vector<gst::TensorView>& tensors) {
+  auto out = std::make_shared<RegionResults>();
+  if (tensors.empty()) return Results(std::move(out));
+  std::vector<records::ResultTensor> views;
+  for (const auto& tensor : tensors) views.push_back({tensor.spec, tensor.payload});
+  if (auto status = reader_.read(views, &frame_); !status) return status.error();
+  const auto maps = gst::source_maps(buffer);
+  // Rows without columns are in pixels of the video, as tensor_overlay takes them.
+  if (has_columns_ && !maps.empty())
+    out->width = maps[0].source_width, out->height = maps[0].source_height;
+  std::vector<int32_t> region_of(frame_.objects.size(), -1);
+  for (const auto& object : frame_.objects) add_object(frame_, object, &region_of, out.get());
+  not_finite_ += frame_.rows_not_finite;
+  return Results(std::move(out));
+}
+
+void RoiResultsPad::add_object(const records::ResultFrame& frame,
+                               const records::ResultObject& object, std::vector<int32_t>* region_of,
+                               RegionResults* out) {
+  if (!(object.score >= threshold_)) return;
+  const auto index = static_cast<size_t>(&object - frame.objects.data());
+  const records::RowGroup& group = reader_.groups()[object.group];
+  const bool is_text = group.kind() == records::RowKind::Text;
+  std::string number;
+  const std::string_view label =
+      object.class_index >= 0 ? labels_.of(group.source, object.class_index, &number) : "";
+  const int32_t parent = object.parent >= 0 ? (*region_of)[static_cast<size_t>(object.parent)] : -1;
+  if (object.has_box) {
+    (*region_of)[index] = static_cast<int32_t>(out->regions.size());
+    const auto* points = frame.points.data() + object.first_point;
+    out->regions.push_back({.label = std::string(label),
+                            .box = object.box,
+                            .score = object.score,
+                            .class_index = object.class_index,
+                            .track = object.track,
+                            .rotation = object.rotation,
+                            .parent = parent,
+                            .points = {points, points + object.n_points},
+                            .model = reader_.sources()[group.source]});
+  }
+  const int32_t region = object.has_box ? (*region_of)[index] : parent;
+  if (object.has_box && !is_text) return;
+  if (region < 0) {
+    ++without_region_;
+    return;
+  }
+  out->labels.push_back({.region = static_cast<size_t>(region),
+                         .is_text = is_text,
+                         .text = is_text ? valid_text(object.text) : std::string(label),
+                         .model = reader_.sources()[group.source],
+                         .class_index = object.class_index,
+                         .score = object.score});
+}
+
+void RoiResultsPad::add_stats(GstStructure* stats) const {
+  PairedTensors::add_stats(stats, "results-used");
+  gst_structure_set(stats, "rows-without-region", G_TYPE_UINT64, without_region_.load(),
+                    "rows-not-finite", G_TYPE_UINT64, not_finite_.load(), nullptr);
+}
+
+}  // namespace weir

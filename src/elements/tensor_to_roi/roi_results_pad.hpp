@@ -1,0 +1,53 @@
+// RoiResultsPad: the sink pad for results that become regions of pictures.
+// SPDX-License-Identifier: LGPL-2.1-or-later
+#pragma once
+#include <string>
+#include <vector>
+
+#include "core/records/record_writer.hpp"
+#include "gstcpp/buffer/region_meta.hpp"
+#include "gstcpp/pads/paired_tensors.hpp"
+
+namespace weir {
+
+// Something that belongs to a region: a label, or a text.
+struct RegionLabel {
+  size_t region = 0;
+  bool is_text = false;
+  std::string text, model;
+  int32_t class_index = -1;
+  float score = 0;
+};
+
+// The results of one frame.
+struct RegionResults {
+  std::vector<gst::PictureRegion> regions;
+  std::vector<RegionLabel> labels;
+  // The size of the picture that coordinates refer to; 0: the picture that gets the regions.
+  uint32_t width = 0, height = 0;
+};
+
+class RoiResultsPad final : public gst::PairedTensors<RegionResults> {
+ public:
+  // Call before a stream starts.
+  void start(ResultsSync sync, records::Labels labels, float threshold);
+  // Reads the caps of results.
+  Status handle(GstEvent* event);
+  void add_stats(GstStructure* stats) const;
+
+ private:
+  Status accept(const FrameSpec& spec) override;
+  // Errors: ResultReader::read().
+  Result<Results> read(GstBuffer* buffer, const std::vector<gst::TensorView>& tensors) override;
+  void add_object(const records::ResultFrame& frame, const records::ResultObject& object,
+                  std::vector<int32_t>* region_of, RegionResults* out);
+
+  records::Labels labels_;
+  float threshold_ = 0;
+  records::ResultReader reader_;
+  bool has_columns_ = false;
+  records::ResultFrame frame_;
+  std::atomic<uint64_t> without_region_{0}, not_finite_{0};
+};
+
+}  // namespace weir
