@@ -123,7 +123,7 @@ typedef struct {
   double xx, xy, x0, yx, yy, y0;
   uint32_t source_width, source_height, width, height; /* of the picture, of the tensor */
   uint32_t x_dimension, y_dimension;                   /* of the tensor, 0 = innermost */
-  uint64_t reserved[1];
+  uint64_t row; /* of the results (results.h) that a region was cut out for, plus 1; 0 = unknown */
 } weir_source_map;
 
 /* One frame: its tensors in the order of the model, times, and source maps. */

@@ -56,7 +56,7 @@ inline weir_source_map abi_map(const SourceMap& map) noexcept {
   return {map.xx,    map.xy,     map.x0,           map.yx,
           map.yy,    map.y0,     map.source_width, map.source_height,
           map.width, map.height, map.x_dimension,  map.y_dimension,
-          {map.row}};
+          map.row};
 }
 inline SourceMap source_map(const weir_source_map& map) noexcept {
   return {map.xx,
@@ -71,7 +71,7 @@ inline SourceMap source_map(const weir_source_map& map) noexcept {
           map.height,
           static_cast<uint8_t>(map.x_dimension),
           static_cast<uint8_t>(map.y_dimension),
-          map.reserved[0]};
+          map.row};
 }
 // The map of tensor `index` of a frame, or of region `index` if the maps are per region; a single
 // map applies to all. nullopt if the frame does not come from a picture.

@@ -38,7 +38,7 @@ HAS(weir_tensor, release, 184);
 HAS(weir_tensor, info, 200);
 HAS(weir_tensor, reserved, 392);
 HAS(weir_source_map, source_width, 48);
-HAS(weir_source_map, reserved, 72);
+HAS(weir_source_map, row, 72);
 HAS(weir_object, class_id, 24);
 HAS(weir_object, track_id, 32);
 HAS(weir_object, label, 48);

@@ -83,8 +83,8 @@ TEST(NamedOptions, ThatTheModeDoesNotUseAreWarnings) {
     const auto element = lone_element("tensor_decoder " + properties);
     Errors messages(element.get());
     gst_element_set_state(element.get(), GST_STATE_PAUSED);
-    EXPECT_EQ(messages.next(), "") << properties;
     const std::string first = messages.next_warning();
+    EXPECT_EQ(messages.next(), "") << properties;
     gst_element_set_state(element.get(), GST_STATE_NULL);
     return first;
   };
@@ -112,7 +112,7 @@ TEST(NamedOptions, OfOneOptionCustomMustHaveAValue) {
     EXPECT_SAYS(error, "needed: key:value for each option, separated by commas");
     EXPECT_SAYS(error, "fix: custom=head:yolov8");
   }
-  EXPECT_EQ(error_of("mode=octet_stream custom=,"), "");
+  EXPECT_EQ(error_of("mode=octet_stream custom=,", tensor("uint8", "1"), {1}), "");
 }
 
 TEST(NamedOptions, MayComeFromAFile) {

@@ -16,8 +16,9 @@ void send_model(const Harness& h, const DescribedModel& model) {
   EXPECT_TRUE(gst_harness_push_event(h.get(), gst::make_model_event(model).release()));
 }
 // Sends the events of a stream as upstream elements do when they link late.
-void begin(const Harness& h, const std::string& caps) {
+void begin(const Harness& h, const std::string& caps, const DescribedModel* model = nullptr) {
   gst_harness_push_event(h.get(), gst_event_new_stream_start("test"));
+  if (model) send_model(h, *model);
   gst_harness_push_event(
       h.get(), gst_event_new_caps(Ref<GstCaps>::adopt(gst_caps_from_string(caps.c_str())).get()));
   gst_harness_push_event(h.get(), time_segment());
@@ -28,8 +29,8 @@ std::string named(const std::string& head) {
 
 TEST(ResultDecoder, NamesTheModelOfTheStream) {
   const auto h = harness_of("tensor_decoder mode=detection");
-  send_model(h, yolo_model());
-  begin(h, kYoloCaps);
+  const auto model = yolo_model();
+  begin(h, kYoloCaps, &model);
   EXPECT_SAYS(caps_text(h), "weir-source=(string)shapes");
   EXPECT_SAYS(caps_text(h), "weir-columns=(string)\"x1\\,y1\\,x2\\,y2\\,score\\,class");
   EXPECT_SAYS(caps_text(h), "framerate=(fraction)30/1");
@@ -40,8 +41,8 @@ TEST(ResultDecoder, TakesTheModelOfAFlexibleStreamBeforeOrAfterItsCaps) {
   for (const bool before : {true, false}) {
     const auto h = harness_of("tensor_decoder mode=detection");
     Errors errors(h);
-    if (before) send_model(h, yolo_model());
-    begin(h, kFlexible);
+    const auto model = yolo_model();
+    begin(h, kFlexible, before ? &model : nullptr);
     if (!before) {
       EXPECT_EQ(caps_text(h), "");
       send_model(h, yolo_model());
@@ -69,8 +70,7 @@ TEST(ResultDecoder, IgnoresTheModelOfOtherTensors) {
   DescribedModel other = yolo_model("other");
   other.outputs[0].shape = {1, 7, 84};
   const auto h = harness_of(named("yolov8,input:32:32"));
-  send_model(h, other);
-  begin(h, kYoloCaps);
+  begin(h, kYoloCaps, &other);
   EXPECT_LACKS(caps_text(h), "other.onnx");
   EXPECT_LACKS(caps_text(h), "weir-source=(string)other");
   EXPECT_EQ(decoded_rows(h, frame(yolo(kTwo))), kBoth);
@@ -79,8 +79,8 @@ TEST(ResultDecoder, IgnoresTheModelOfOtherTensors) {
 TEST(ResultDecoder, FollowsAModelThatChangesBetweenFrames) {
   const auto h = harness_of("tensor_decoder mode=detection");
   Errors errors(h);
-  send_model(h, yolo_model());
-  begin(h, kYoloCaps);
+  const auto model = yolo_model();
+  begin(h, kYoloCaps, &model);
   EXPECT_EQ(decoded_rows(h, frame(yolo(kTwo))), kBoth);
   send_model(h, yolo_model());
   EXPECT_EQ(decoded_rows(h, frame(yolo(kTwo))), kBoth);
@@ -93,11 +93,10 @@ TEST(ResultDecoder, FollowsAModelThatChangesBetweenFrames) {
 
 TEST(ResultDecoder, ForgetsTheModelWithItsStream) {
   const auto h = harness_of(named("yolov8,input:32:32"));
-  send_model(h, yolo_model());
-  begin(h, kYoloCaps);
+  const auto model = yolo_model();
+  begin(h, kYoloCaps, &model);
   EXPECT_SAYS(caps_text(h), "weir-source=(string)shapes");
-  gst_harness_push_event(h.get(), gst_event_new_stream_start("another"));
-  begin(h, tensor("float32", "7:21:1"));
+  begin(h, tensor("float32", "7:21:1"));  // with another start of the stream
   EXPECT_LACKS(caps_text(h), "shapes");
 }
 
@@ -118,8 +117,8 @@ TEST(ResultDecoder, IgnoresEventsThatDescribeNoModel) {
 
 TEST(ResultDecoder, DoesNotPassTheModelOnBecauseResultsAreNotItsOutputs) {
   const auto h = harness_of("tensor_decoder mode=detection");
-  send_model(h, yolo_model());
-  begin(h, kYoloCaps);
+  const auto model = yolo_model();
+  begin(h, kYoloCaps, &model);
   EXPECT_EQ(decoded_rows(h, frame(yolo(kTwo))), kBoth);
   EXPECT_FALSE(Ref<GstEvent>::adopt(
       gst_pad_get_sticky_event(h->sinkpad, GST_EVENT_CUSTOM_DOWNSTREAM_STICKY, 0)));
@@ -127,8 +126,8 @@ TEST(ResultDecoder, DoesNotPassTheModelOnBecauseResultsAreNotItsOutputs) {
 
 TEST(ResultDecoder, ResultsAreInPixelsOfTheSourcePicture) {
   const auto h = harness_of("tensor_decoder mode=detection");
-  send_model(h, yolo_model());
-  begin(h, kYoloCaps);
+  const auto model = yolo_model();
+  begin(h, kYoloCaps, &model);
   SourceMap map;
   map.xx = map.yy = 10, map.x0 = -5, map.y0 = 7;
   map.width = map.height = 32;
@@ -148,8 +147,8 @@ TEST(ResultDecoder, ResultsAreInPixelsOfTheSourcePicture) {
 
 TEST(ResultDecoder, AGapBecomesAFrameWithoutResults) {
   const auto h = harness_of("tensor_decoder mode=detection");
-  send_model(h, yolo_model());
-  begin(h, kYoloCaps);
+  const auto model = yolo_model();
+  begin(h, kYoloCaps, &model);
   ASSERT_TRUE(gst_harness_push_event(h.get(), gst_event_new_gap(50, 7)));
   const auto out = Ref<GstBuffer>::adopt(gst_harness_try_pull(h.get()));
   ASSERT_TRUE(out);

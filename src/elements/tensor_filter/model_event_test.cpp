@@ -75,9 +75,9 @@ TEST(ModelEventOfFilter, FollowsPropertiesThatChange) {
   const auto h = harness_of(adder(files.model(1)), kAdderCaps);
   EXPECT_EQ(pushed_sum(h), 1);
   events_of(h);
-  g_object_set(element_of(h, "tensor_filter").get(), "outputname", "boxes", nullptr);
+  g_object_set(element_of(h, "tensor_filter").get(), "inputname", "picture", nullptr);
   EXPECT_EQ(pushed_sum(h), 1);
-  EXPECT_EQ(described_by(h)->outputs[0].name, "boxes");
+  EXPECT_EQ(described_by(h)->inputs[0].name, "picture");
 }
 
 TEST(ModelEventOfFilter, DescribesWhatIsPushed) {
@@ -120,8 +120,8 @@ TEST(ModelEventOfFilter, ReplacesThatOfAFilterUpstream) {
 
 TEST(ModelEventOfFilter, PassesElementsThatKeepTheTensors) {
   const AdderFiles files;
-  for (const char* element : {"queue", "identity", "tee", "capsfilter", "tensor_debug",
-                              "tensor_rate", "valve", "queue ! tensor_debug ! queue"}) {
+  for (const char* element : {"queue", "identity", "capsfilter", "tensor_debug", "tensor_rate",
+                              "valve", "queue ! tensor_debug ! queue"}) {
     const auto h = harness_of(adder(files.model(1)) + " ! " + element, kAdderCaps);
     EXPECT_EQ(pushed_sum(h), 1) << element;
     ASSERT_TRUE(described_by(h)) << element;
@@ -133,15 +133,12 @@ TEST(ModelEventOfFilter, EndsWhereTensorsChange) {
   const AdderFiles files;
   for (const char* element :
        {"tensor_transform mode=typecast option=float32", "tensor_aggregator frames-out=1",
-        "tensor_converter", "tensor_sparse_enc ! tensor_sparse_dec",
-        "mux.sink_0 tensor_mux name=mux",
-        "merge.sink_0 tensor_merge name=merge mode=linear option=0", "tensor_split tensorseg=4:1",
-        "tensor_demux"}) {
-    const std::string more = std::string(element).starts_with("tensor_demux")
-                                 ? "capsfilter caps=other/tensors,format=static ! "
-                                 : "";
-    const auto h = harness_of(adder(files.model(1)) + " ! " + more + element, kAdderCaps);
+        "tensor_converter", "tensor_sparse_enc ! tensor_sparse_dec", "tensor_mux", "tensor_merge",
+        "tensor_split tensorseg=4:1 ! identity", "tensor_mux ! tensor_demux ! identity"}) {
+    const auto h = harness_of(adder(files.model(1)) + " ! " + element, kAdderCaps);
     EXPECT_EQ(gst_harness_push(h.get(), frame<float>({0, 0, 0, 0}, 0)), GST_FLOW_OK) << element;
+    EXPECT_TRUE(gst_harness_push_event(h.get(), gst_event_new_eos()));
+    EXPECT_TRUE(Ref<GstBuffer>::adopt(gst_harness_pull(h.get()))) << element;
     EXPECT_FALSE(described_by(h)) << element;
   }
 }

@@ -48,13 +48,12 @@ class Chain {
         "video. ! queue ! tensor_preprocess width=32 height=32 ! "
         "tensor_filter framework=custom-easy model=chain-first ! " +
         std::string(kReadHead) +
-        " ! tee name=found "
+        " ! tee name=found found. ! queue ! both.sink_0 "
         "video. ! queue ! tensor_preprocess name=cut regions=pad max-regions=3 width=32 height=32 "
         "! tensor_filter framework=custom-easy model=chain-second ! " +
         kReadHead +
         " ! queue ! both.sink_1 "
         "found. ! queue ! cut.regions "
-        "found. ! queue ! both.sink_0 "
         "tensor_mux name=both ! appsink name=out sync=false";
     pipeline_ = lone_element(line);
     bus_ = Ref<GstBus>::adopt(gst_element_get_bus(pipeline_.get()));
