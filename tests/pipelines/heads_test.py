@@ -10,16 +10,13 @@ import unittest
 import numpy
 
 import tap_runner
-from reference_models import MODELS, SOURCE, ReferenceCase, overlap, planes, results, stretched
+from reference_models import EXACT, MODELS, PIXELS, SCORE, SOURCE, DetectionCase, planes, results, stretched
 from built_modules import has_engine
 
-# MANIFEST.md allows 10 px for models of 8 bits, whose boxes move with the resampler. Networks of
-# float32 are closer.
-PIXELS, EXACT, SCORE = 10, 2, 0.05
 COLUMNS = "x1,y1,x2,y2,score,class,track,parent,rotation"
 
 
-class HeadCase(ReferenceCase):
+class HeadCase(DetectionCase):
     def decode(self, model, pixels, mode, size, scale, *options):
         """The result tensors as arrays, outermost dimension first; `size`: height and width of the picture."""
         path = MODELS / model
@@ -40,16 +37,7 @@ class HeadCase(ReferenceCase):
 
 class Detection(HeadCase):
     def agree(self, rows, names, reference, sure, pixels=PIXELS):
-        """Each reference entry is among ours, and each of ours that scores above `sure` is near one of its class."""
-        boxes, scores = rows[:, :4], rows[:, 4]
-        labels = numpy.array(names)[rows[:, 5].astype(int)]
-        for name, score, box in reference:
-            near = (labels == name) & (abs(scores - score) < SCORE) & (abs(boxes - numpy.array(box)).max(axis=1) < pixels)
-            self.assertTrue(near.any(), f"{name} {score} {box} in {list(zip(labels, scores.round(3), boxes.round(1).tolist()))}")
-        known = numpy.array([box for _, _, box in reference])
-        for name, box in zip(labels[scores > sure], boxes[scores > sure]):
-            on = overlap(box, known) > 0.5
-            self.assertIn(name, [entry[0] for entry, there in zip(reference, on) if there], f"{name} at {box}")
+        super().agree(numpy.array(names)[rows[:, 5].astype(int)], rows[:, 4], rows[:, :4], reference, sure, pixels)
 
     def of(self, photo, model, least):
         return [entry for entry in results()["detection"][photo][model] if entry[1] >= least]

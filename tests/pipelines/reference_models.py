@@ -15,6 +15,9 @@ from built_modules import has_engine
 SOURCE = pathlib.Path(os.environ["WEIR_SOURCE"])
 SHARED = pathlib.Path(os.environ.get("WEIR_DATA") or SOURCE / "../shared")
 MODELS, MEDIA = SHARED / "models", SHARED / "media"
+# MANIFEST.md allows 10 px. Networks of float32 are closer; those of 8 bits have steps of several
+# pixels and hundredths.
+PIXELS, EXACT, SCORE = 10, 2, 0.05
 LEAKED = r"object-alive, type-name=\(string\)\w+|CRITICAL|WARNING|ERROR"
 
 
@@ -121,3 +124,15 @@ class ReferenceCase(PipelineCase):
         self.assertEqual(values.size, frames)
         found = [values[name] if frames > 1 else values[name][0] for name in kinds.names]
         return found[0] if len(found) == 1 else found
+
+
+class DetectionCase(ReferenceCase):
+    def agree(self, names, scores, boxes, reference, sure, pixels=PIXELS):
+        """Each reference entry is among ours, and each of ours that scores above `sure` matches one of its entries."""
+        for name, score, box in reference:
+            near = (names == name) & (abs(scores - score) < SCORE) & (abs(boxes - numpy.array(box)).max(axis=1) < pixels)
+            self.assertTrue(near.any(), f"{name} {score} {box}")
+        known = numpy.array([box for _, _, box in reference])
+        for name, box in zip(names[scores > sure], boxes[scores > sure]):
+            on = overlap(box, known) > 0.5
+            self.assertIn(name, [entry[0] for entry, there in zip(reference, on) if there], f"{name} at {box}")

@@ -7,7 +7,6 @@
 
 #include "core/detection/best_class.hpp"
 #include "core/heads/coordinates.hpp"
-#include "core/text/text.hpp"
 
 namespace weir::heads {
 namespace {
@@ -17,10 +16,6 @@ using detection::Candidates;
 using detection::PictureSize;
 
 constexpr size_t kMostQueries = 1000, kBox = 4, kCoco = 80, kCocoOfDetr = 92;
-
-bool is_named(const OutputFacts& output, std::string_view part) {
-  return lower(output.name).find(part) != std::string::npos;
-}
 
 // Centre and size, 0 to 1 across the picture.
 Candidate candidate_of(std::span<const float> box, PictureSize input) {
@@ -197,11 +192,6 @@ std::unique_ptr<Head> open_rt_detr(const ModelFacts& model, const HeadOptions& o
 struct Roles {
   size_t labels = 0, boxes = 0, scores = 0;
 };
-
-bool is_integer(ElementType type) noexcept {
-  return type != ElementType::Float16 && type != ElementType::Float32 &&
-         type != ElementType::Float64;
-}
 
 std::optional<Roles> find_roles(const ModelFacts& model) {
   if (model.outputs.size() != 3) return std::nullopt;

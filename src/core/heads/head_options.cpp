@@ -80,6 +80,15 @@ Failure wrong_outputs(const ModelFacts& model, const Family& family) {
        .fix = model.input.width > 0 ? "" : "custom=input:640:640, the model's input size"});
 }
 
+bool is_named(const OutputFacts& output, std::string_view part) {
+  return lower(output.name).find(part) != std::string::npos;
+}
+
+bool is_integer(ElementType type) noexcept {
+  return type != ElementType::Float16 && type != ElementType::Float32 &&
+         type != ElementType::Float64;
+}
+
 std::string_view metadata(const ModelFacts& model, const std::string& key) {
   const auto found = model.metadata.find(key);
   return found == model.metadata.end() ? std::string_view() : std::string_view(found->second);

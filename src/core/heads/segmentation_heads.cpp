@@ -131,11 +131,6 @@ class ClassMap final : public MapHead {
   }
 };
 
-bool is_integer(ElementType type) noexcept {
-  return type != ElementType::Float16 && type != ElementType::Float32 &&
-         type != ElementType::Float64;
-}
-
 // One number a pixel: classes if it is an integer without a scale, a score otherwise.
 bool is_class_map(const OutputFacts& output, const Pixels& pixels) {
   return pixels.classes == 1 && is_integer(output.type) && output.scale == 0;

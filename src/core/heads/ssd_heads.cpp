@@ -8,7 +8,6 @@
 
 #include "core/detection/ssd_anchors.hpp"
 #include "core/heads/coordinates.hpp"
-#include "core/text/text.hpp"
 #include "core/text/text_file.hpp"
 
 namespace weir::heads {
@@ -162,10 +161,6 @@ struct Postprocessed {
   size_t boxes = 0, count = 0, classes = 0, scores = 0;
   bool is_certain = false;  // which are classes and which scores, by the names
 };
-
-bool is_named(const OutputFacts& output, std::string_view part) {
-  return lower(output.name).find(part) != std::string::npos;
-}
 
 std::optional<Postprocessed> find_postprocessed(const ModelFacts& model) {
   constexpr size_t kOutputs = 4;

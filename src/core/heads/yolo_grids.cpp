@@ -198,44 +198,33 @@ std::unique_ptr<Head> open_grids(const ModelFacts& model, const HeadOptions& opt
                                      score_kind(options), options.threshold);
 }
 
-constexpr char kOutputs[] = "2 or 3 tensors 3*V:W:H, W:H:3*V or V:W:H:3 with V = 5+CLASSES";
+constexpr Family family_of(std::string_view name, std::string_view aliases,
+                           std::unique_ptr<Head> (*open)(const ModelFacts&, const HeadOptions&)) {
+  return {.name = name,
+          .aliases = aliases,
+          .tasks = kDetection,
+          .outputs = "2 or 3 tensors 3*V:W:H, W:H:3*V or V:W:H:3 with V = 5+CLASSES",
+          .custom = "anchors,scores",
+          .threshold = 0.25f,
+          .fit = fit_grids,
+          .open = open};
+}
 
 }  // namespace
 
-const Family kYolov3Grids{.name = "yolov3-grids",
-                          .aliases = "yolov4-grids",
-                          .tasks = kDetection,
-                          .outputs = kOutputs,
-                          .custom = "anchors,scores",
-                          .threshold = 0.25f,
-                          .fit = fit_grids,
-                          .open = [](const ModelFacts& model, const HeadOptions& options) {
-                            return open_grids(model, options, kYolov3Grids, Version::Three,
-                                              kOfVersion3And5);
-                          }};
+const Family kYolov3Grids =
+    family_of("yolov3-grids", "yolov4-grids", [](const ModelFacts& m, const HeadOptions& o) {
+      return open_grids(m, o, kYolov3Grids, Version::Three, kOfVersion3And5);
+    });
 
-const Family kYolov5Grids{.name = "yolov5-grids",
-                          .aliases = "",
-                          .tasks = kDetection,
-                          .outputs = kOutputs,
-                          .custom = "anchors,scores",
-                          .threshold = 0.25f,
-                          .fit = fit_grids,
-                          .open = [](const ModelFacts& model, const HeadOptions& options) {
-                            return open_grids(model, options, kYolov5Grids, Version::FiveOrSeven,
-                                              kOfVersion3And5);
-                          }};
+const Family kYolov5Grids =
+    family_of("yolov5-grids", "", [](const ModelFacts& m, const HeadOptions& o) {
+      return open_grids(m, o, kYolov5Grids, Version::FiveOrSeven, kOfVersion3And5);
+    });
 
-const Family kYolov7Grids{.name = "yolov7-grids",
-                          .aliases = "",
-                          .tasks = kDetection,
-                          .outputs = kOutputs,
-                          .custom = "anchors,scores",
-                          .threshold = 0.25f,
-                          .fit = fit_grids,
-                          .open = [](const ModelFacts& model, const HeadOptions& options) {
-                            return open_grids(model, options, kYolov7Grids, Version::FiveOrSeven,
-                                              kOfVersion7);
-                          }};
+const Family kYolov7Grids =
+    family_of("yolov7-grids", "", [](const ModelFacts& m, const HeadOptions& o) {
+      return open_grids(m, o, kYolov7Grids, Version::FiveOrSeven, kOfVersion7);
+    });
 
 }  // namespace weir::heads
