@@ -61,7 +61,7 @@ void Decoder::set_times(int64_t running_time, int64_t unix_time) noexcept {
 }
 
 bool Decoder::needs_headers() const noexcept {
-  return stream_ && (stream_->flags & WEIR_DECODER_WITH_HEADERS) != 0;
+  return stream_ && stream_->set_stream && (stream_->flags & WEIR_DECODER_WITH_HEADERS) != 0;
 }
 
 Result<std::unique_ptr<Decoder>> Decoder::open(const weir_decoder_type& type,
