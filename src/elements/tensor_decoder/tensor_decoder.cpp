@@ -241,6 +241,7 @@ class TensorDecoder : public gst::CountedTransform<TensorDecoder> {
     const auto spec = gst::fixed_spec_from_caps(caps);
     if (!spec || (model_ && has_outputs(*model_, *spec))) return false;
     std::lock_guard lock(probe_mutex_);
+    probe_->set_caps(caps);
     return !probe_->configure(*spec);
   }
   // Called at the first frame, or with the model: takes the caps that wait.

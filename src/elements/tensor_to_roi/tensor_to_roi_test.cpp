@@ -1,4 +1,4 @@
-// Tests of tensor_to_roi: regions, their parameters, pairing, and the way back by tensor_from_roi.
+// Tests of tensor_to_roi: regions, their parameters, pairing, and regions that tensor_from_roi reads again.
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #include <gst/video/video.h>
 
@@ -130,8 +130,8 @@ TEST(TensorToRoi, LabelsAndTextsBecomeParametersOfTheirRegion) {
 TEST(TensorToRoi, RegionsLieInsideThePicture) {
   const Both both("", results("x1,y1,x2,y2,score", "5:4"));
   ASSERT_EQ(both.push_results({-9, -9, 3,  3, 1, 60, 40, 3e38f, 3e38f, 1,  //
-                        64, 0,  99, 9, 1, 5,  5,  5,     5,     1},
-                       0),
+                               64, 0,  99, 9, 1, 5,  5,  5,     5,     1},
+                              0),
             GST_FLOW_OK);
   const auto out = both.picture(0);
   const auto metas = metas_of(out.get());
