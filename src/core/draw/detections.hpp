@@ -66,6 +66,8 @@ struct Detections {
   // The size of the picture that coordinates refer to; 0: the picture that is drawn on.
   uint32_t picture_width = 0, picture_height = 0;
   LeftOut left_out;
+
+  bool empty() const noexcept { return rows.empty() && class_maps.empty(); }
 };
 
 // SPEC_MISMATCH unless the tensor is float32 K:N (further dimensions of 1), where K is 4, 5, 6 or 6

@@ -181,6 +181,15 @@ class Drawing {
 
 }  // namespace
 
+void fit_to_height(uint32_t height, Style* style) noexcept {
+  style->line_width = std::max(1u, (height + 180) / 360);
+  style->point_size = std::max(3u, (height + 72) / 144);
+}
+
+uint32_t text_size_for(uint32_t height) noexcept {
+  return std::clamp((height + 18) / 36, 10u, 200u);
+}
+
 Drawn draw(const Detections& detections, const Style& style, Labels* labels, Canvas* canvas) {
   Drawn out;
   Drawing drawing(detections, style, canvas);

@@ -163,6 +163,22 @@ TEST(OverlayResults, LabelsShowTextsTracksAndScores) {
   EXPECT_EQ(painter->texts, (std::vector<std::string>{"EXIT", "#12"}));
 }
 
+TEST(OverlayResults, SizesFollowTheHeightOfThePicture) {
+  Style style;
+  fit_to_height(720, &style);
+  EXPECT_EQ(style.line_width, 2u);
+  EXPECT_EQ(style.point_size, 5u);
+  EXPECT_EQ(text_size_for(720), 20u);
+  fit_to_height(2160, &style);
+  EXPECT_EQ(style.line_width, 6u);
+  EXPECT_EQ(style.point_size, 15u);
+  EXPECT_EQ(text_size_for(2160), 60u);
+  fit_to_height(1, &style);
+  EXPECT_EQ(style.line_width, 1u);
+  EXPECT_EQ(style.point_size, 3u);
+  EXPECT_EQ(text_size_for(1), 10u);
+}
+
 TEST(OverlayResults, LabelsOfThePictureAreAList) {
   Detections d;
   d.rows = {box_of(0, 0, 100, 100, 0.2f, 0), box_of(0, 0, 100, 100, 0.7f, 1)};

@@ -35,6 +35,8 @@ struct OverlaySettings {
   uint32_t line_width = 2;
   uint32_t point_size = 5;
   float min_score = 0;
+  float mask_opacity = 0.45f;
+  bool auto_size = false;
 };
 
 inline constexpr uint64_t kLongestNanoseconds = uint64_t{24} * 3600 * 1000000000;
@@ -51,7 +53,8 @@ inline constexpr std::tuple kOverlayProperties{
                   gst::Changeable::InReady, uint64_t{0}, kLongestNanoseconds},
     gst::Property{"coordinates", &OverlaySettings::coordinates, "Coordinate system of the results"},
     gst::Property{"labels", &OverlaySettings::labels,
-                  "Path of a text file with one class name per line, the first for class 0"},
+                  "Path of a text file with one class name per line, the first for class 0; for "
+                  "results of several models one file each, separated by ';'"},
     gst::Property{"show-scores", &OverlaySettings::show_scores,
                   "Write the score of each box in per cent, after its name if it has one"},
     gst::Property{"text-size", &OverlaySettings::text_size, "Font size of labels in pixels",
@@ -62,6 +65,11 @@ inline constexpr std::tuple kOverlayProperties{
     gst::Property{"point-size", &OverlaySettings::point_size,
                   "Diameter of key points in pixels; 0 = no points", gst::Changeable::WhilePlaying,
                   0u, 256u},
+    gst::Property{"mask-opacity", &OverlaySettings::mask_opacity,
+                  "Opacity of masks and class maps, 0 to 1; 0 = none",
+                  gst::Changeable::WhilePlaying, 0.0f, 1.0f},
+    gst::Property{"auto-size", &OverlaySettings::auto_size,
+                  "Choose text-size, line-width and point-size by the height of the picture"},
     gst::Property{"min-score", &OverlaySettings::min_score,
                   "Minimum score of the results that are drawn", gst::Changeable::WhilePlaying,
                   0.0f, 1e30f},

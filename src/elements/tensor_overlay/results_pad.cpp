@@ -2,6 +2,7 @@
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #include "elements/tensor_overlay/results_pad.hpp"
 
+#include "core/records/drawn_results.hpp"
 #include "gstcpp/buffer/tensor_meta.hpp"
 
 namespace weir {
@@ -14,7 +15,16 @@ void ResultsPad::start(ResultsSync sync, Coordinates coordinates) {
     *count = 0;
 }
 
+// Streams with weir-columns have results in pixels of the source picture; others have rows as
+// weir/detection.hpp defines them.
 Status ResultsPad::accept(const FrameSpec& spec) {
+  has_columns_ = !spec.roles.empty();
+  if (has_columns_) {
+    auto reader = records::ResultReader::make(columns_text(spec.roles), sources_text(spec.roles));
+    if (!reader) return reader.error();
+    reader_ = *std::move(reader);
+    return spec.format == Format::Static ? reader_.check(spec.tensors) : ok();
+  }
   if (spec.format != Format::Static) return ok();
   if (spec.tensors.size() == 1) return draw::check_detections(spec.tensors[0]);
   return draw::check_detections(TensorSpec{});
@@ -24,6 +34,7 @@ Status ResultsPad::accept(const FrameSpec& spec) {
 Result<ResultsPad::Results> ResultsPad::read(GstBuffer* buffer,
                                              const std::vector<gst::TensorView>& tensors) {
   if (tensors.empty()) return std::make_shared<const draw::Detections>();
+  if (has_columns_) return read_columns(buffer, tensors);
   const TensorSpec spec = tensors.size() == 1 ? tensors[0].spec : TensorSpec{};
   if (auto status = draw::check_detections(spec); !status) return status.error();
   std::span<const SourceMap> maps;
@@ -40,6 +51,16 @@ Result<ResultsPad::Results> ResultsPad::read(GstBuffer* buffer,
   if (!detections) return detections.error();
   count(detections->left_out);
   return Results(std::make_shared<const draw::Detections>(*std::move(detections)));
+}
+
+Result<ResultsPad::Results> ResultsPad::read_columns(GstBuffer* buffer,
+                                                     const std::vector<gst::TensorView>& tensors) {
+  std::vector<records::ResultTensor> views;
+  for (const auto& tensor : tensors) views.push_back({tensor.spec, tensor.payload});
+  if (auto status = reader_.read(views, &frame_); !status) return status.error();
+  auto detections = records::drawn_results(reader_, frame_, gst::source_maps(buffer));
+  count(detections.left_out);
+  return Results(std::make_shared<const draw::Detections>(std::move(detections)));
 }
 
 void ResultsPad::count(const draw::LeftOut& left_out) {

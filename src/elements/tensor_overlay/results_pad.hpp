@@ -4,6 +4,7 @@
 #include <atomic>
 
 #include "core/draw/detections.hpp"
+#include "core/records/result_frame.hpp"
 #include "gstcpp/pads/paired_tensors.hpp"
 
 namespace weir {
@@ -21,7 +22,12 @@ class ResultsPad final : public gst::PairedTensors<draw::Detections> {
   // Errors: check_detections(), read_detections(); SPEC_MISMATCH for frames of several tensors, and
   // for frames without a required source map.
   Result<Results> read(GstBuffer* buffer, const std::vector<gst::TensorView>& tensors) override;
+  Result<Results> read_columns(GstBuffer* buffer, const std::vector<gst::TensorView>& tensors);
   void count(const draw::LeftOut& left_out);
+
+  bool has_columns_ = false;  // the fields below are of streams with weir-columns
+  records::ResultReader reader_;
+  records::ResultFrame frame_;
 
   std::atomic<Coordinates> coordinates_{Coordinates::Picture};
   std::atomic<uint64_t> background_{0}, not_finite_{0}, without_area_{0}, beyond_limit_{0};

@@ -3,6 +3,7 @@
 #include <atomic>
 #include <optional>
 
+#include "core/text/text.hpp"
 #include "elements/tensor_overlay/buffer_copies.hpp"
 #include "elements/tensor_overlay/overlay_settings.hpp"
 #include "elements/tensor_overlay/overlay_video.hpp"
@@ -61,7 +62,10 @@ class TensorOverlay : public gst::CountedTransform<TensorOverlay> {
     painter_.reset();
     no_text_.reset();
     try {
-      if (!s.labels.empty()) names_ = read_label_file("labels", s.labels);
+      if (!s.labels.empty())
+        for (const auto path : split(s.labels, ";"))
+          names_.push_back(path.empty() ? std::vector<std::string>()
+                                        : read_label_file("labels", std::string(path)));
     } catch (const Failure& failure) {
       return failure.error();
     }
@@ -117,7 +121,17 @@ class TensorOverlay : public gst::CountedTransform<TensorOverlay> {
   }
 
   Status set_caps(GstCaps* in, GstCaps*) {
-    auto video = OverlayVideo::make(in, {names_}, settings().show_scores, painter_);
+    GstVideoInfo info;
+    picture_height_ = gst_video_info_from_caps(&info, in)
+                          ? static_cast<uint32_t>(GST_VIDEO_INFO_HEIGHT(&info))
+                          : 0;
+    style_changed_ = true;
+    if (painter_ && settings().auto_size) {
+      auto painter = make_text_painter(draw::text_size_for(picture_height_));
+      if (!painter) return painter.error();
+      painter_ = *std::move(painter);
+    }
+    auto video = OverlayVideo::make(in, names_, settings().show_scores, painter_);
     if (!video) return video.error();
     video_ = *std::move(video);
     return ok();
@@ -184,7 +198,7 @@ class TensorOverlay : public gst::CountedTransform<TensorOverlay> {
       ledger_.dropped(DropReason::Flush);
       return GST_FLOW_FLUSHING;
     }
-    if (!found_ || found_->rows.empty() || gst::can_be_written(in)) return GST_FLOW_OK;
+    if (!found_ || found_->empty() || gst::can_be_written(in)) return GST_FLOW_OK;
     auto copy = copies_.copy_of(in);
     if (!copy) return failed(copy.error());
     ledger_.copied(gst_buffer_get_size(in));
@@ -194,7 +208,7 @@ class TensorOverlay : public gst::CountedTransform<TensorOverlay> {
   }
 
   GstFlowReturn transform_ip(GstBuffer* buffer) {
-    if (const auto found = std::exchange(found_, nullptr); found && !found->rows.empty()) {
+    if (const auto found = std::exchange(found_, nullptr); found && !found->empty()) {
       if (no_text_ && found->scored) {
         gst::post_warning(element(), *no_text_);
         no_text_.reset();
@@ -226,7 +240,9 @@ class TensorOverlay : public gst::CountedTransform<TensorOverlay> {
 
   void read_style() {
     const Settings s = settings();
-    style_ = {s.line_width, s.point_size, s.min_score};
+    style_ = {.line_width = s.line_width, .point_size = s.point_size, .min_score = s.min_score};
+    if (s.auto_size) draw::fit_to_height(picture_height_, &style_);
+    style_.mask_opacity = static_cast<uint8_t>(s.mask_opacity * 255 + 0.5f);
     limits_.max_age = s.max_age;
   }
 
@@ -253,13 +269,14 @@ class TensorOverlay : public gst::CountedTransform<TensorOverlay> {
   ResultsPad results_;
   bool same_time_ = false;            // changes only while not streaming
   std::atomic<uint64_t> latency_{0};  // how long pictures wait for results, nanoseconds
-  std::vector<std::string> names_;
+  draw::ClassNames names_;
   std::shared_ptr<draw::TextPainter> painter_;
   std::optional<Error> no_text_;  // why scores are not drawn; posted once
   std::atomic<bool> style_changed_{true};
   // Used by the streaming thread of the pictures.
   ResultsPad::Limits limits_;
   draw::Style style_;
+  uint32_t picture_height_ = 0;  // pixels; of the caps
   std::optional<OverlayVideo> video_;
   // Whether the last caps were rejected: later frames do not have the earlier caps, which the base
   // class does not set again when they return.
