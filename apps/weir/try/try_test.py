@@ -1,0 +1,130 @@
+#!/usr/bin/python3
+# SPDX-License-Identifier: LGPL-2.1-or-later
+"""weir try: real models on real pictures where they are, and what it refuses."""
+
+import json
+import os
+import pathlib
+import re
+import unittest
+
+import tap_runner
+from weir_case import HAS_ONNX, MODEL, SANITIZED, SOURCE, WITHOUT_LEAKS, Case, weir
+
+SHARED = pathlib.Path(os.environ.get("WEIR_DATA") or SOURCE / "../shared")
+CARDS = {"WEIR_CARD_PATH": str(SOURCE / "models" / "cards"), **WITHOUT_LEAKS}
+
+
+def model(name):
+    return SHARED / "models" / name
+
+
+def picture(name):
+    return SHARED / "media" / name
+
+
+def overlap(a, b):
+    width, height = min(a[2], b[2]) - max(a[0], b[0]), min(a[3], b[3]) - max(a[1], b[1])
+    if width <= 0 or height <= 0:
+        return 0
+    area = lambda box: (box[2] - box[0]) * (box[3] - box[1])  # noqa: E731
+    return width * height / (area(a) + area(b) - width * height)
+
+
+class Refused(Case):
+    def test_a_model_that_does_not_exist(self):
+        self.refused(weir("try", self.folder / "no.onnx", "test", **CARDS), 1, "WEIR-3003")
+
+    def test_a_model_that_was_not_fetched_names_the_command(self):
+        self.refused(weir("try", "yolox-nano", "test", WEIR_MODELS=str(self.folder), **CARDS), 1, "WEIR-3003",
+                     "weir models get yolox-nano")
+
+    def test_a_name_that_is_nearly_one_of_the_catalogue(self):
+        self.refused(weir("try", "yolox-nan", "test", WEIR_MODELS=str(self.folder), **CARDS), 1, "did you mean yolox-nano?")
+
+    @unittest.skipUnless(HAS_ONNX, "the engine onnxruntime is not built")
+    def test_inputs_that_do_not_exist(self):
+        for name, words in ((self.folder, "the input is a folder"), (self.folder / "no.jpg", "the input does not exist")):
+            self.refused(weir("try", "--mode", "text", MODEL, name, **CARDS), 1, "WEIR-4001", words, "weir try MODEL photo.jpg")
+
+    @unittest.skipUnless(HAS_ONNX, "the engine onnxruntime is not built")
+    def test_an_output_of_an_unknown_kind(self):
+        self.refused(weir("try", "--mode", "text", MODEL, "test", "-o", self.folder / "x.doc", **CARDS), 1, "WEIR-1004", ".webm")
+
+    @unittest.skipUnless(HAS_ONNX, "the engine onnxruntime is not built")
+    def test_a_mode_that_cannot_read_the_outputs(self):
+        self.refused(weir("try", "--mode", "pose", MODEL, "test", **CARDS), 1, "WEIR-2001", "no head that this mode knows")
+
+    def test_words_that_are_missing(self):
+        self.refused(weir("try"), 2)
+        self.refused(weir("try", MODEL), 2)
+
+
+@unittest.skipUnless(HAS_ONNX and SHARED.is_dir() and not SANITIZED, "needs the engines and the models and media of ../shared")
+class Real(Case):
+    def tried(self, name, image, *options):
+        done = weir("try", *options, "--json", model(name), picture(image), **CARDS)
+        frames = [json.loads(line) for line in self.good(done).splitlines()]
+        self.assertEqual(len(frames), 1)
+        self.assertRegex(done.stderr, "gst-launch-1.0 filesrc .* tensor_preprocess .* tensor_decoder .*mode=json")
+        return frames[0]
+
+    def labels(self, frame, least=0.4):
+        return sorted(d["label"] for d in frame["detections"] if d["score"] >= least)
+
+    def test_a_detector_with_a_card(self):
+        frame = self.tried("detection/yolox_nano.onnx", "image/bus.jpg")
+        self.assertEqual(frame["version"], 1)
+        self.assertEqual(frame["size"], [810, 1080])
+        found = self.labels(frame)
+        self.assertIn("bus", found)
+        self.assertGreaterEqual(found.count("person"), 3)
+
+    def test_published_boxes_of_ssd(self):
+        frame = self.tried("detection/coco_ssd_mobilenet_v1_1.0_quant.tflite", "image/cats_and_dogs.jpg")
+        for label, (x, y, w, h) in (("cat", (54, 396, 393, 196)), ("cat", (602, 157, 394, 447)), ("dog", (389, 197, 278, 409))):
+            box = (x, y, x + w, y + h)
+            self.assertTrue(any(d["label"] == label and overlap(d["box"], box) > 0.85 for d in frame["detections"]), (label, box))
+
+    def test_faces_with_key_points(self):
+        frame = self.tried("face/yunet_n_dynamic.onnx", "face/three_people.jpg")
+        sure = [d for d in frame["detections"] if d["score"] > 0.8]
+        self.assertGreaterEqual(len(sure), 3)
+        for face in sure:
+            self.assertEqual(len(face["keypoints"]), 5)
+
+    def test_a_classifier_with_a_card(self):
+        frame = self.tried("classification/mobilenet_v1_0.25_224_quant.tflite", "image/burger.jpg")
+        self.assertEqual(frame["labels"][0]["label"], "cheeseburger")
+        self.assertAlmostEqual(frame["labels"][0]["score"], 0.96, delta=0.03)
+        self.assertNotIn("detections", frame)
+
+    def test_a_photo_with_the_results_drawn(self):
+        output = self.folder / "found.jpg"
+        done = weir("try", model("detection/FastestDet.onnx"), picture("image/bus.jpg"), "--output", output, **CARDS)
+        self.assertRegex(self.good(done), r"(?m)^  person \d+ %")
+        self.assertGreater(output.stat().st_size, 50000)
+
+    def test_the_printed_pipeline_can_be_pasted(self):
+        done = weir("try", model("detection/yolox_nano.onnx"), picture("image/bus.jpg"), **CARDS)
+        line = re.search("^gst-launch-1.0 .*$", done.stderr, re.M).group()
+        self.runs(line.replace("fdsink fd=1", f"filesink location={self.folder}/pasted.jsonl"), **CARDS)
+        pasted = json.loads((self.folder / "pasted.jsonl").read_text())
+        self.assertIn("bus", self.labels(pasted))
+
+    def test_a_model_without_a_card_is_read_by_its_outputs(self):
+        done = weir("try", "--json", model("detection/yolox_nano.onnx"), picture("image/bus.jpg"), WEIR_CARD_PATH=str(self.folder))
+        frame = json.loads(self.good(done))
+        self.assertIn("read as detection by the head yolox", done.stderr)
+        self.assertIn("assumed: pixels as 0 to 255, BGR, letterboxed", done.stderr)
+        self.assertGreaterEqual(len([d for d in frame["detections"] if d["score"] > 0.4]), 4)
+
+    def test_labels_of_the_user_count(self):
+        labels = self.folder / "labels.txt"
+        labels.write_text("".join(f"thing {i}\n" for i in range(80)))
+        frame = self.tried("detection/yolox_nano.onnx", "image/bus.jpg", "--labels", labels)
+        self.assertIn("thing 5", self.labels(frame))
+
+
+if __name__ == "__main__":
+    tap_runner.main()
