@@ -16,7 +16,7 @@ MESON_FLAGS ?=
 
 export DESTDIR
 
-.PHONY: help setup setup-to-use configure configure-to-use build test demo demo-faces bench bench-mtcnn install uninstall clean distclean fuzz fuzz-keep tsan soak docs format lint
+.PHONY: help setup setup-to-use configure configure-to-use build test demo demo-faces bench bench-mtcnn install uninstall clean distclean fuzz fuzz-keep tsan soak docs format lint models-table
 .NOTPARALLEL:
 
 help:
@@ -90,6 +90,10 @@ soak: build
 #: make docs        write docs/elements/ anew from the built plug-in
 docs: build
 	@tools/gen-docs
+
+#: make models-table write docs/models.md: the catalogue of models, and what those that are here find
+models-table: build
+	@tools/models-table --build $(BUILD)
 
 #: make format      lay the sources out as .clang-format says
 format: setup
