@@ -79,7 +79,7 @@ Status RegionsPad::push(GstBuffer*, const std::vector<gst::TensorView>& tensors,
   std::vector<Box> boxes;
   if (!columns_.empty()) {
     if (auto status = read_results(tensors, &boxes); !status) return status;
-    queue_.bring(time, std::move(boxes));
+    queue_.push(time, std::move(boxes));
     return ok();
   }
   if (tensors.size() > 1) return preprocess::check_boxes(TensorSpec{});
