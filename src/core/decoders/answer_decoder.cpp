@@ -83,9 +83,10 @@ class AnswerDecoder {
   }
   void open_head(heads::ModelFacts facts) {
     const heads::Family& family = named_ ? *named_ : heads::recognise(facts, tasks_);
-    head_ = family.open(facts, {.threshold = settings_.threshold.value_or(family.threshold),
-                                .custom = settings_.custom,
-                                .labels = with_labels().labels});
+    head_ = heads::open_head(family, facts,
+                             {.threshold = settings_.threshold.value_or(family.threshold),
+                              .custom = settings_.custom,
+                              .labels = with_labels().labels});
     features_ = head_->features();
     facts_ = std::move(facts);
   }

@@ -91,6 +91,18 @@ std::string names_of(const std::vector<const Family*>& families, const char* bef
   return out;
 }
 
+void check_sizes(const ModelFacts& model) {
+  constexpr uint64_t kMostElements = uint64_t{1} << 31;
+  for (const OutputFacts& output : model.outputs) {
+    const auto count = output.shape.valid() ? output.shape.count() : std::optional<uint64_t>(0);
+    if (count && *count > 0 && *count <= kMostElements) continue;
+    throw Failure({.code = Code::SPEC_MISMATCH,
+                   .what = "an output of the model has no usable size",
+                   .offered = model.describe_outputs(),
+                   .needed = "extents above 0, at most 2147483648 elements"});
+  }
+}
+
 Error nothing_fits(const ModelFacts& model, const std::vector<const Family*>& families) {
   std::string needed;
   for (const Family* family : families)
@@ -138,7 +150,14 @@ const Family& family_named(std::string_view name, uint32_t tasks) {
                  .fix = close.empty() ? "" : "custom=head:" + close});
 }
 
+std::unique_ptr<Head> open_head(const Family& family, const ModelFacts& model,
+                                const HeadOptions& options) {
+  check_sizes(model);
+  return family.open(model, options);
+}
+
 const Family& recognise(const ModelFacts& model, uint32_t tasks) {
+  check_sizes(model);
   const auto families = families_of(tasks);
   std::vector<const Family*> possible, certain;
   for (const Family* family : families) {

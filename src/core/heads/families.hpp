@@ -17,4 +17,9 @@ const Family& family_named(std::string_view name, uint32_t tasks);
 // these tasks need; several fit, with custom=head: for each.
 const Family& recognise(const ModelFacts& model, uint32_t tasks);
 
+// Opens a head of this family. Throws Failure (SPEC_MISMATCH) for outputs without a size or with
+// more than 2^31 elements, and what the family's open() throws.
+std::unique_ptr<Head> open_head(const Family& family, const ModelFacts& model,
+                                const HeadOptions& options);
+
 }  // namespace weir::heads
