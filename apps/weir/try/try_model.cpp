@@ -7,6 +7,7 @@
 #include <algorithm>
 #include <filesystem>
 #include <fstream>
+#include <iterator>
 
 #include "core/card/card.hpp"
 #include "core/card/find.hpp"
@@ -80,6 +81,22 @@ struct Reading {
   const heads::Family* family = nullptr;
 };
 
+// Those that names or metadata make certain, if any; else those of objects, whose shapes say more
+// than the shapes of maps and lists of scores do.
+std::vector<Reading> likely(const std::vector<Reading>& readings, const heads::ModelFacts& facts) {
+  const auto chosen = [&](auto is_chosen) {
+    std::vector<Reading> out;
+    std::copy_if(readings.begin(), readings.end(), std::back_inserter(out), is_chosen);
+    return out;
+  };
+  auto out = chosen([&](const Reading& r) { return r.family->fit(facts) == heads::Fit::Certain; });
+  if (out.empty())
+    out = chosen([](const Reading& r) {
+      return (r.family->tasks & (heads::kDetection | heads::kPose)) != 0;
+    });
+  return out.empty() ? readings : out;
+}
+
 Error several(const std::vector<Reading>& readings, const heads::ModelFacts& facts) {
   return {.code = Code::SPEC_MISMATCH,
           .what = "the outputs can be read as " + join(readings, " or as ",
@@ -94,7 +111,7 @@ Error several(const std::vector<Reading>& readings, const heads::ModelFacts& fac
 
 // The mode and family for the model's outputs. A family that several modes show counts once.
 Result<Reading> reading_of(const heads::ModelFacts& facts, const std::string& mode,
-                           const std::string& head) {
+                           const std::string& head, std::vector<std::string>* notes) {
   std::vector<Reading> readings;
   std::optional<Error> ambiguous;
   uint32_t tasks = 0;
@@ -114,8 +131,14 @@ Result<Reading> reading_of(const heads::ModelFacts& facts, const std::string& mo
         ambiguous = failure.error();
     }
   }
-  if (readings.size() == 1) return readings[0];
-  if (readings.size() > 1) return several(readings, facts);
+  const auto best = likely(readings, facts);
+  if (best.size() == 1) {
+    for (const Reading& other : readings)
+      if (other.family != best[0].family)
+        notes->push_back("--mode " + other.mode + " is possible too");
+    return best[0];
+  }
+  if (best.size() > 1) return several(best, facts);
   if (ambiguous) return *ambiguous;
   try {
     head.empty() ? heads::recognise(facts, tasks) : heads::family_named(head, tasks);
@@ -186,8 +209,8 @@ Result<TryModel> try_model(const TryOptions& options) {
     try {
       if (!out.labels.empty()) count = read_label_file("--labels", out.labels).size();
       const auto described = facts.facts(std::span<const weir_tensor_info>(), {}, count);
-      const auto reading =
-          reading_of(described, card_reads ? "classification" : options.mode, options.head);
+      const auto reading = reading_of(described, card_reads ? "classification" : options.mode,
+                                      options.head, &out.notes);
       if (!reading) return reading.error();
       out.mode = reading->mode;
       family = reading->family->name;

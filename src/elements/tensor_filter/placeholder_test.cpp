@@ -44,7 +44,7 @@ TEST(FilterPlaceholder, ACombinationIsCheckedWithTheFirstFrame) {
   EXPECT_EQ(errors.next(), "");
   EXPECT_EQ(event_names(h), Names{"stream-start"}) << "no caps and no later events";
   expect_result(h, bytes_and_floats());
-  EXPECT_EQ(event_names(h), (Names{"caps", "segment"}));
+  EXPECT_EQ(event_names(h), (Names{"custom-downstream-sticky", "caps", "segment"}));
   EXPECT_SAYS(caps_text(h), "dimension=(string)4:1, type=(string)float32");
   expect_result(h, bytes_and_floats());
   gst_harness_push_event(h.get(), gst_event_new_gap(0, 1));
@@ -108,7 +108,8 @@ TEST(FilterPlaceholder, AFlushDropsTheStoredSegment) {
   const auto caps =
       Ref<GstCaps>::adopt(gst_caps_from_string(tensors("uint8,float32", "3,4:1").c_str()));
   gst_harness_push_event(h.get(), gst_event_new_caps(caps.get()));
-  EXPECT_EQ(event_names(h), (Names{"flush-start", "flush-stop", "caps", "segment"}));
+  EXPECT_EQ(event_names(h),
+            (Names{"flush-start", "flush-stop", "custom-downstream-sticky", "caps", "segment"}));
 }
 
 }  // namespace

@@ -70,7 +70,7 @@ std::vector<Change> changes() {
   all.push_back({"preprocess", "planes", video("I420", 6, 6), 72, ""});
   all.push_back({"overlay", "size", video("NV12", 3, 5), 96, ""});
   all.push_back({"overlay", "format", video("BGRx", 8, 4), 128, ""});
-  all.push_back({"overlay", "not_drawable", video("YUY2", 8, 4), 0,
+  all.push_back({"overlay", "not_drawable", video("Y42B", 8, 4), 0,
                  "WEIR-2002: tensor_overlay cannot draw into pictures of this format"});
   for (const char* element :
        {"transform_type", "transform_in_place", "transform_order", "decoder"}) {
