@@ -109,7 +109,7 @@ class Demo(unittest.TestCase):
         self.assertIn("orange: 1 of 1 frames", done.stdout)
 
     def test_it_gives_a_card_to_fill_in(self):
-        done = self.demo("orange.png", "movenet_lightning_ptq.tflite")
+        done = self.demo("orange.png", "zero_dce_lite.tflite")
         self.assertNotEqual(done.returncode, 0)
         self.assertIn("WEIR-3008", done.stderr)
         self.assertIn('"sha256": "', done.stderr)
