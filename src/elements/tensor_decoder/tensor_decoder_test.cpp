@@ -147,7 +147,8 @@ TEST(TensorDecoder, TakesTheHeadersOffFlexibleTensors) {
 TEST(TensorDecoder, NeedsAMode) {
   const std::string message = error_of("");
   EXPECT_SAYS(message, "no mode is set");
-  EXPECT_SAYS(message, "bounding_boxes, classification, coco, depth, detection, direct_video, erring, ");
+  EXPECT_SAYS(message,
+              "bounding_boxes, classification, coco, depth, detection, direct_video, erring, ");
 }
 
 TEST(TensorDecoder, GuessesTheModeThatWasMeant) {

@@ -1,4 +1,5 @@
-// Tests of tensor_to_roi: regions, their parameters, pairing, and regions that tensor_from_roi reads again.
+// Tests of tensor_to_roi: regions, their parameters, pairing, and regions that tensor_from_roi
+// reads again.
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #include <gst/video/video.h>
 
