@@ -43,7 +43,7 @@ class Chains(unittest.TestCase):
         text = (SOURCE / "docs/guide/chains.md").read_text()
         line = re.search(r"^gst-launch-1\.0 -q\n(?:  .*\n)+", text, re.M).group().replace("\n", " ")
         for name in ("ch_PP-OCRv4_det_infer.onnx", "ch_PP-OCRv4_rec_infer.onnx", "ppocr_keys_v1.txt"):
-            line = re.sub(r"\S*/" + re.escape(name), shlex.quote(str(find(name))), line)
+            line = re.sub(r"[\w.-]+/" + re.escape(name), shlex.quote(str(find(name))), line)
         line = line.replace("/usr/share/weir/cards", str(SOURCE / "models/cards"))
         line = line.replace("location=photo.png", f"location={self.folder}/photo.png")
         done = subprocess.run(line, shell=True, capture_output=True, text=True, timeout=120, check=False)
