@@ -13,7 +13,8 @@
 namespace weir::infer {
 namespace {
 
-// A table of a module that knew only its first `bytes`: reading further crashes.
+// A table of a module that knew only its first `bytes`: reading further crashes, or finds 0xff up
+// to the next address at which a table may lie.
 template <class Table>
 class ShortTable {
  public:
@@ -22,7 +23,9 @@ class ShortTable {
     if (memory_ == MAP_FAILED) throw std::bad_alloc();
     mprotect(static_cast<char*>(memory_) + page_, page_, PROT_NONE);
     table.struct_size = static_cast<uint32_t>(bytes);
-    at_ = static_cast<char*>(memory_) + page_ - bytes;
+    const size_t whole = (bytes + alignof(Table) - 1) / alignof(Table) * alignof(Table);
+    at_ = static_cast<char*>(memory_) + page_ - whole;
+    std::memset(at_, 0xff, whole);
     std::memcpy(at_, &table, bytes);
   }
   ShortTable(const ShortTable&) = delete;
