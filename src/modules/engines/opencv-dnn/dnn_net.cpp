@@ -1,43 +1,20 @@
-// Calls OpenCV's DNN module; the only file that includes OpenCV.
+// Calls OpenCV's DNN module.
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #include "opencv-dnn/dnn_net.hpp"
 
 #include <dlfcn.h>
 
 #include <algorithm>
-#include <atomic>
 #include <cstring>
-#include <mutex>
-#include <opencv2/core/utils/logger.hpp>
 #include <opencv2/dnn.hpp>
 #include <optional>
 
+#include "opencv-dnn/opencv_process.hpp"
 #include "tensor_check.hpp"
 #include "weir/engine_tools.hpp"
 
 namespace weir::engine {
 namespace {
-
-// OpenCV also prints what it throws, and our error is clearer. OpenCV's log level is per process.
-class Quiet {
- public:
-  Quiet() {
-    const std::lock_guard lock(mutex_);
-    if (users_++ == 0)
-      level_ = cv::utils::logging::setLogLevel(cv::utils::logging::LOG_LEVEL_SILENT);
-  }
-  ~Quiet() {
-    const std::lock_guard lock(mutex_);
-    if (--users_ == 0) cv::utils::logging::setLogLevel(level_);
-  }
-  Quiet(const Quiet&) = delete;
-  Quiet& operator=(const Quiet&) = delete;
-
- private:
-  static inline std::mutex mutex_;
-  static inline int users_ = 0;
-  static inline cv::utils::logging::LogLevel level_{};
-};
 
 std::string first_line(std::string text) {
   const size_t start = text.find_first_not_of(" \n");
@@ -200,7 +177,7 @@ DnnNet::~DnnNet() = default;
 
 Result<std::unique_ptr<DnnNet>> DnnNet::read(const DnnFiles& files) {
   using Read = Result<std::unique_ptr<DnnNet>>;
-  const Quiet quiet;
+  const OpenCvQuiet quiet;
   return caught(
       [&]() -> Read {
         auto parts = std::make_unique<Parts>();
@@ -234,11 +211,10 @@ Result<std::vector<DnnOutput>> DnnNet::run(std::span<const DnnInput> inputs,
                                            std::span<const std::string> outputs,
                                            std::span<const bool> pictures, int threads) {
   using Outputs = Result<std::vector<DnnOutput>>;
-  static std::atomic<int> set{0};
-  if (set.exchange(threads) != threads) cv::setNumThreads(threads);
-  const Quiet quiet;
+  const OpenCvQuiet quiet;
   return caught(
       [&]() -> Outputs {
+        const OpenCvThreads use(threads);
         for (const auto& input : inputs) {
           auto mat = to_mat(input);
           if (!mat) return mat.error();
@@ -269,7 +245,7 @@ Result<std::vector<DnnOutput>> DnnNet::run(std::span<const DnnInput> inputs,
         return out;
       },
       [&](const std::string& reason) -> Outputs {
-        const Quiet quiet;
+        const OpenCvQuiet quiet;
         return Error{.code = Code::INVOKE_FAILED,
                      .what = "OpenCV failed on a frame",
                      .offered = reason,

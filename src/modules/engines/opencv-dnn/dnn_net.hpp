@@ -44,7 +44,8 @@ class DnnNet {
   std::vector<std::string> layers() const;
   std::vector<std::string> ends() const;  // layers whose output no other layer reads
   // `pictures`: whether to permute output i to NHWC. `threads` sets OpenCV's thread count for the
-  // whole process, including other users of OpenCV. INVOKE_FAILED names the layer if it is known.
+  // whole process, including other users of OpenCV: networks of another count wait. INVOKE_FAILED
+  // names the layer if it is known.
   Result<std::vector<DnnOutput>> run(std::span<const DnnInput> inputs,
                                      std::span<const std::string> outputs,
                                      std::span<const bool> pictures, int threads);

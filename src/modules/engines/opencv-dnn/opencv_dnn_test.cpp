@@ -1,6 +1,8 @@
 // Tests Caffe, TensorFlow and Darknet networks in OpenCV against closed forms and plain loops.
 // SPDX-License-Identifier: LGPL-2.1-or-later
+#include <barrier>
 #include <cmath>
+#include <thread>
 
 #include "opencv-dnn/dnn_test_support.hpp"
 #include "says.hpp"
@@ -175,6 +177,55 @@ TEST_F(OpencvDnn, ReportsItsProperties) {
   const auto log = take_log();
   ASSERT_EQ(log.size(), 1u);
   EXPECT_SAYS(log[0], "NumThread is unknown");
+}
+
+// OpenCV has one number of threads for the process, and ends all of them to change it.
+TEST_F(OpencvDnn, NetworksWithDifferentThreadCountsRunAtOnce) {
+  constexpr int kRuns = 1000;
+  const auto sums = graph({placeholder("x", {1, 42, 42, 4}),
+                           constant("w", {3, 3, 4, 2}, std::vector<float>(3 * 3 * 4 * 2, 1)),
+                           TensorflowNode("y", "Conv2D", {"x", "w"})
+                               .type("T")
+                               .numbers("strides", {1, 1, 1, 1})
+                               .text("padding", "VALID")
+                               .text("data_format", "NHWC")});
+  const auto ones = floats({1, 42, 42, 4}, std::vector<float>(42 * 42 * 4, 1));
+  const std::vector<float> expected(40 * 40 * 2, 3 * 3 * 4);
+  std::vector<Result<std::unique_ptr<OpenEngine>>> models;
+  for (const char* threads : {"1", "2", "3", "1", "2", "3"})
+    models.push_back(open_tensorflow(sums, {{"NumThreads", threads}}));
+  for (const auto& model : models) ASSERT_TRUE(model) << model.error().message();
+  std::vector<int> right(models.size(), 0);
+  std::barrier start(static_cast<std::ptrdiff_t>(models.size()));
+  std::vector<std::thread> threads;
+  for (size_t i = 0; i < models.size(); ++i)
+    threads.emplace_back([&, i] {
+      start.arrive_and_wait();
+      for (int run = 0; run < kRuns; ++run) {
+        const auto out = invoke(models[i], {ones});
+        right[i] += out.size() == 1 && out[0].values<float>() == expected;
+      }
+    });
+  for (auto& thread : threads) thread.join();
+  EXPECT_EQ(right, std::vector<int>(models.size(), kRuns));
+}
+
+// The modules of the formats share it, too.
+TEST_F(OpencvDnn, FormatsWithDifferentThreadCountsRunAtOnce) {
+  const auto product = graph({placeholder("x", {1, 3}), constant("w", {3, 2}, {1, 4, 2, 5, 3, 6}),
+                              TensorflowNode("y", "MatMul", {"x", "w"}).type("T")});
+  const auto caffe = open_caffe(kProduct, product_weights(), {{"NumThreads", "2"}});
+  const auto tensorflow = open_tensorflow(product, {{"NumThreads", "3"}});
+  ASSERT_TRUE(caffe && tensorflow);
+  int right = 0;
+  std::thread other([&] {
+    for (int run = 0; run < 300; ++run) invoke(caffe, {floats({1, 3}, {1, 0, -1})});
+  });
+  for (int run = 0; run < 300; ++run)
+    right += invoke(tensorflow, {floats({1, 3}, {1, 0, -1})})[0].values<float>() ==
+             std::vector<float>{-2, -2};
+  other.join();
+  EXPECT_EQ(right, 300);
 }
 
 }  // namespace
