@@ -51,6 +51,10 @@ OnnxBuilder& OnnxBuilder::shapeless_output(const std::string& name, int type) {
   values_ += part(12, value(name, part(1, tensor_type(type, nullptr))));
   return *this;
 }
+OnnxBuilder& OnnxBuilder::shapeless_input(const std::string& name, int type) {
+  values_ += part(11, value(name, part(1, tensor_type(type, nullptr))));
+  return *this;
+}
 OnnxBuilder& OnnxBuilder::sequence_output(const std::string& name, int type) {
   const std::string element = part(1, tensor_type(type, nullptr));
   values_ += part(12, value(name, part(4, part(1, element))));

@@ -32,6 +32,7 @@ class OnnxBuilder {
   // Dimensions: a number, or the name of an open one. `shapeless` omits the shape.
   OnnxBuilder& input(const std::string& name, int type, const std::vector<std::string>& shape);
   OnnxBuilder& output(const std::string& name, int type, const std::vector<std::string>& shape);
+  OnnxBuilder& shapeless_input(const std::string& name, int type);
   OnnxBuilder& shapeless_output(const std::string& name, int type);
   OnnxBuilder& sequence_output(const std::string& name, int type);
   OnnxBuilder& node(const std::string& op, const std::vector<std::string>& inputs,

@@ -12,6 +12,7 @@ namespace weir::engine {
 namespace {
 
 constexpr int kDepthLimit = 32;  // nesting of graphs
+constexpr uint64_t kAxisLimit = uint64_t{1} << 31;
 
 Error invalid(const std::string& offered) {
   return Error{.code = Code::MODEL_INVALID,
@@ -85,7 +86,7 @@ class Walker {
       else if (field.number == 15)
         out_->may_need_other_files = true;  // sparse; none is known
       else if ((field.number == 11 || field.number == 12) && depth == 0)
-        status = value(field.bytes);
+        status = value(field.bytes, field.number == 11);
       if (!status) return status;
     }
     return reader.good() ? ok() : damage(reader, "graph");
@@ -115,7 +116,8 @@ class Walker {
       if (!field.delimited) continue;
       if (field.number == 6 || field.number == 11)
         if (auto status = graph(field.bytes, depth + 1); !status) return status;
-      if (field.number == 5 || field.number == 10) tensor(field.bytes);
+      if (field.number == 5 || field.number == 10)
+        out_->constant_bytes += field.bytes.size(), tensor(field.bytes);
       if (field.number == 22 || field.number == 23) out_->may_need_other_files = true;  // sparse
     }
     return reader.good() ? ok() : damage(reader, "attribute");
@@ -130,16 +132,41 @@ class Walker {
   }
 
   // ValueInfoProto: name 1, type 2; TypeProto: tensor_type 1; its shape is field 2.
-  Status value(std::span<const std::byte> bytes) {
+  Status value(std::span<const std::byte> bytes, bool is_input) {
     ProtobufReader reader(bytes);
     std::string name;
     bool has_shape = false;
     for (ProtobufReader::Field field; reader.next(&field);) {
       if (field.number == 1) name = field.text();
-      if (field.number == 2) has_shape = contains(inner(field.bytes, 1), 2);
+      if (field.number != 2) continue;
+      const auto tensor = inner(field.bytes, 1);
+      has_shape = contains(tensor, 2);
+      if (is_input) count_elements(inner(tensor, 2));
     }
     if (!has_shape) out_->shapeless.insert(name);
+    if (!has_shape && is_input) out_->largest_input.reset();
     return reader.good() ? ok() : damage(reader, "description of an input or output");
+  }
+
+  // TensorShapeProto: dim 1; its dim_value is field 1.
+  void count_elements(std::span<const std::byte> shape) {
+    if (!out_->largest_input) return;
+    uint64_t elements = 1;
+    bool first = true, known = true;
+    ProtobufReader reader(shape);
+    for (ProtobufReader::Field field; reader.next(&field); first = false) {
+      uint64_t size = 0;
+      ProtobufReader axis(field.bytes);
+      for (ProtobufReader::Field part; axis.next(&part);)
+        if (part.number == 1 && !part.delimited) size = part.value;
+      const bool has_size = size > 0 && size <= kAxisLimit;
+      known = known && (first || has_size);
+      elements = std::min(elements * (has_size ? size : 1), kAxisLimit);
+    }
+    if (known)
+      out_->largest_input = std::max(*out_->largest_input, elements);
+    else
+      out_->largest_input.reset();
   }
 
   static std::span<const std::byte> inner(std::span<const std::byte> bytes, uint32_t number) {
@@ -165,6 +192,14 @@ bool OnnxSummary::shapes_depend_on_data() const {
                                          "StringSplit"};
   return std::any_of(kOperators.begin(), kOperators.end(),
                      [this](const char* name) { return operators.contains(name); });
+}
+
+bool OnnxSummary::is_small() const {
+  constexpr uint64_t kSmall = 4'000'000'000;  // bytes times elements
+  constexpr uint64_t kWithoutWeights = 1000;  // operators that have none take time, too
+  if (may_need_other_files || !largest_input) return false;
+  return weight_bytes + constant_bytes + kWithoutWeights <
+         kSmall / std::max<uint64_t>(*largest_input, 1);
 }
 
 int onnx_score(std::span<const unsigned char> head) noexcept {

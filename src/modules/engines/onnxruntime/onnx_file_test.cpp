@@ -45,6 +45,36 @@ TEST(OnnxFile, ScalarsHaveAShape) {
   EXPECT_FALSE(summary->shapes_depend_on_data());
 }
 
+// A network with a weight of `weights` floats for an input of this shape.
+bool is_small(const std::vector<std::string>& shape, int64_t weights) {
+  const auto summary =
+      read_onnx(OnnxBuilder()
+                    .input("x", kFloat, shape)
+                    .output("y", kFloat, shape)
+                    .constant("w", {weights}, std::vector<float>(static_cast<size_t>(weights), 1))
+                    .node("Mul", {"x", "w"}, {"y"})
+                    .bytes());
+  EXPECT_TRUE(summary) << summary.error().message();
+  return summary && summary->is_small();
+}
+
+TEST(OnnxFile, IsSmallByWeightsTimesInput) {
+  EXPECT_TRUE(is_small({"1", "1", "28", "28"}, 7'000));        // MNIST
+  EXPECT_TRUE(is_small({"batch", "3", "24", "24"}, 100'000));  // R-Net: a batch counts as one
+  EXPECT_FALSE(is_small({"1", "3", "224", "224"}, 500'000));   // MobileNet
+  EXPECT_FALSE(is_small({"1", "3", "2160", "3840"}, 1));       // a picture without a network
+  EXPECT_TRUE(is_small({}, 100));
+}
+
+TEST(OnnxFile, IsNotSmallIfASizeIsUnknown) {
+  EXPECT_FALSE(is_small({"1", "3", "h", "w"}, 100));
+  EXPECT_FALSE(is_small({"1", "99999999999", "3"}, 100));
+  EXPECT_FALSE(is_small({"1", "2000000000", "2000000000", "2000000000"}, 100)) << "no overflow";
+  const auto shapeless = read_onnx(small_model().shapeless_input("z", kFloat).bytes());
+  ASSERT_TRUE(shapeless);
+  EXPECT_FALSE(shapeless->is_small());
+}
+
 TEST(OnnxFile, RejectsATruncatedGraphAndReportsTheMissingBytes) {
   auto bytes = small_model().bytes();
   bytes.resize(60);

@@ -292,25 +292,33 @@ TEST_F(OnnxRuntime, AppliesItsOptions) {
   EXPECT_SAYS(log[0], "NumThread is unknown");
 }
 
-TEST_F(OnnxRuntime, ASingleModelUsesAllCoresAndSpins) {
-  const auto model =
+TEST_F(OnnxRuntime, ASingleModelUsesAllCoresAndSpinsUnlessItIsSmall) {
+  const auto model = OnnxBuilder()
+                         .input("x", kFloat, {"2", "any"})
+                         .output("y", kFloat, {"2", "any"})
+                         .node("Neg", {"x"}, {"y"});
+  const auto small =
       OnnxBuilder().input("x", kFloat, {"2"}).output("y", kFloat, {"2"}).node("Neg", {"x"}, {"y"});
   const auto cores = static_cast<uint32_t>(usable_cores());
   struct Case {
+    const OnnxBuilder& model;
     Options options;
     int threads;
     uint32_t expected;
     bool spins;
   };
-  const Case cases[] = {{{}, 0, cores, cores > 1},
-                        {{{"Spinning", "false"}}, 0, cores, false},
-                        {{{"session.intra_op.allow_spinning", "0"}}, 0, cores, false},
-                        {{}, 3, 3, false},
-                        {{}, 1, 1, false},
-                        {{{"NumThreads", "2"}}, 2, 2, false},
-                        {{{"Spinning", "true"}}, 2, 2, true}};
-  for (const auto& [options, threads, expected, spins] : cases) {
-    const auto opened = EngineTest::open(model.bytes(), options, threads);
+  const Case cases[] = {{model, {}, 0, cores, cores > 1},
+                        {model, {{"Spinning", "false"}}, 0, cores, false},
+                        {model, {{"session.intra_op.allow_spinning", "0"}}, 0, cores, false},
+                        {model, {}, 3, 3, false},
+                        {model, {}, 1, 1, false},
+                        {model, {{"NumThreads", "2"}}, 2, 2, false},
+                        {model, {{"Spinning", "true"}}, 2, 2, true},
+                        {small, {}, 0, 1, false},
+                        {small, {}, 3, 3, false},
+                        {small, {{"NumThreads", "2"}}, 0, 2, true}};
+  for (const auto& [network, options, threads, expected, spins] : cases) {
+    const auto opened = EngineTest::open(network.bytes(), options, threads);
     ASSERT_TRUE(opened) << opened.error().message();
     EXPECT_EQ((*opened)->execution().threads, expected);
     EXPECT_EQ((*opened)->execution().spins, spins ? 1u : 0u);

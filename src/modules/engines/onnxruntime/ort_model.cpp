@@ -131,6 +131,7 @@ Result<std::unique_ptr<OrtModel>> OrtModel::open(const weir_open& request) {
     error.offered = file->name() + ": " + error.offered;
     return error;
   }
+  if (options->by_size && summary->is_small()) options->threads = 1;
   std::unique_ptr<OrtModel> model(new OrtModel(*runtime));
   if (options->optimization == ORT_ENABLE_ALL && summary->operators.contains("PRelu"))
     if (auto status = model->take_own_operators(&*file); !status) return status.error();

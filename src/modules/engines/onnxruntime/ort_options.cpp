@@ -48,6 +48,7 @@ Status apply(const weir_option& option, OrtOptions* out) {
     const auto threads = number_option(key, value, 1);
     if (!threads) return threads.error();
     out->threads = std::min(*threads, kThreadLimit);
+    out->by_size = false;
   } else if (equals_ignoring_case(key, "GraphOptimization")) {
     const auto level = optimization_option(value);
     if (!level) return level.error();
@@ -77,6 +78,7 @@ Result<OrtOptions> OrtOptions::read(const weir_open& request, const std::string&
   out.config = {
       {"session.inter_op.allow_spinning", "0"}, {kSharedArenaKey, "1"}, {kWeightsApartKey, "1"}};
   const bool alone = request.threads <= 0;
+  out.by_size = alone;
   out.threads = alone ? usable_cores() : std::min<int>(request.threads, kThreadLimit);
   for (uint32_t i = 0; request.options && i < request.n_options; ++i)
     if (auto status = apply(request.options[i], &out); !status) return status.error();

@@ -13,8 +13,9 @@
 namespace weir::engine {
 
 struct OrtOptions {
-  int threads = 1;     // per operator
-  bool spins = false;  // threads spin while they wait for the next operator
+  int threads = 1;       // per operator
+  bool by_size = false;  // neither the user nor the host said how many: one for a small model
+  bool spins = false;    // threads spin while they wait for the next operator
   GraphOptimizationLevel optimization = ORT_ENABLE_ALL;
   bool lowering_cache = true;  // cache lowered TensorFlow Lite models
   // Keys of onnxruntime_session_options_config_keys.h, passed on unchanged.
@@ -25,9 +26,9 @@ struct OrtOptions {
   // logged; OPTION_VALUE for an invalid value.
   //
   // If no thread count is set (weir_open::threads is 0: the only model of the process, one frame at
-  // a time), the model gets all cores. Its threads then spin for up to kSpinMicroseconds: enough to
-  // bridge two operators, and short enough to free the cores between two frames. `version` is the
-  // library's.
+  // a time), the model gets all cores, or one thread if it is small. Its threads then spin for up
+  // to kSpinMicroseconds: enough to bridge two operators, and short enough to free the cores
+  // between two frames. `version` is the library's.
   static Result<OrtOptions> read(const weir_open& request, const std::string& version);
 };
 
