@@ -3,6 +3,7 @@
 """The build folder: the commands of the guides work from it before anything is installed (`meson devenv`), and the demos are
 built without what they do not run."""
 
+import json
 import os
 import pathlib
 import re
@@ -46,6 +47,31 @@ class BuildFolder(unittest.TestCase):
                               f"tensor_filter framework=custom model={custom} custom=4x4 ! "
                               "other/tensor,dimension=3:4:4:1,type=uint8 ! fakesink")
         self.assertEqual(done.returncode, 0, done.stdout + done.stderr)
+
+    def test_programs_compile_and_run_with_each_package(self):
+        sources = {"nnstreamer": ("c", "nnstreamer_plugin_api.h", "gst_tensor_get_type(\"uint8\") != _NNS_UINT8"),
+                   "nnstreamer-single": ("c", "nnstreamer_plugin_api_util.h", "gst_tensor_get_type(\"uint8\") != _NNS_UINT8"),
+                   "nnstreamer-internal": ("c", "nnstreamer/nnstreamer_internal.h", "gst_tensor_get_format(NULL) == 0"),
+                   "nnstreamer-cpp": ("c++", "nnstreamer_cppplugin_api_filter.hh", "get_accl_hw_type(\"gpu\") != ACCL_GPU"),
+                   "capi-nnstreamer": ("c", "nnstreamer.h", "ML_ERROR_NONE != 0 || !ml_error"),
+                   "weir": ("c", "weir/model.h", "weir_model_input_count(0) != 0"),
+                   "weir-module": ("c", "weir/abi.h", "!WEIR_ABI_MAJOR")}
+        options = json.loads((pathlib.Path(os.environ["WEIR_BUILD"]) / "meson-info" / "intro-buildoptions.json").read_text())
+        options = {option["name"]: option["value"] for option in options}
+        if not options["compat"]:
+            self.skipTest("built without compat")
+        if options["b_sanitize"] != "none":
+            self.skipTest("a program without a sanitizer cannot use a library built with one")
+        for package, (language, header, failed) in sources.items():
+            with self.subTest(package), tempfile.TemporaryDirectory() as folder:
+                source = pathlib.Path(folder) / "program.txt"
+                source.write_text(f"#include <{header}>\nint main(void) {{ return {failed}; }}\n")
+                compiler = "g++ -std=c++17" if language == "c++" else "gcc"
+                done = self.run_there(
+                    "sh", "-c", f"cd {folder} && {compiler} -x {language} program.txt -x none -o program -Wl,--no-as-needed "
+                    f"$(pkg-config --cflags --libs {package}) && "
+                    f"LD_LIBRARY_PATH=$(pkg-config --libs-only-L {package} | sed 's/ *-L/:/g; s/ //g') ./program")
+                self.assertEqual(done.returncode, 0, done.stdout + done.stderr)
 
 
 class Demos(unittest.TestCase):

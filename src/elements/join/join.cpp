@@ -6,6 +6,7 @@
 #include <map>
 #include <memory>
 #include <mutex>
+#include <optional>
 #include <set>
 #include <string>
 #include <thread>
@@ -287,19 +288,19 @@ class Join : public gst::Element<Join, gst::PlainElement> {
   // EOS of the active branch waits, but not forever: another branch may be closed by a valve.
   bool is_last_to_deliver(const Ref<GstPad>& input) {
     const uint64_t wait = ++waits_;
-    const size_t sent = send_markers(input.get(), wait);
+    const auto sent = send_markers(input.get(), wait);
     bool all_arrived = false;
     const auto over = [&] {
-      all_arrived = sent > 0 && markers(wait) == sent;
+      all_arrived = sent && markers(wait) == *sent;
       return GST_PAD_IS_EOS(source_) || all_arrived;
     };
     const bool stays = output_.stays_active(input, kEndTimeout, over);
     return stays || (all_arrived && !GST_PAD_IS_EOS(source_));
   }
   // If only the thread of `pad` fills the queues of the other branches, nothing enters them before
-  // its event returns, so a marker is the last item of its queue. Returns the number of markers; 0
-  // if another thread feeds a branch.
-  size_t send_markers(GstPad* pad, uint64_t wait) {
+  // its event returns, so a marker is the last item of its queue. Returns the number of markers;
+  // nullopt if another thread feeds a branch.
+  std::optional<size_t> send_markers(GstPad* pad, uint64_t wait) {
     const auto own = gst::feed_of(pad);
     std::vector<Ref<GstPad>> queues;
     const bool others =
@@ -307,27 +308,22 @@ class Join : public gst::Element<Join, gst::PlainElement> {
           return may_deliver(other, pad) &&
                  (has_own_threads(other) || !add_queue(other, own.threads[0], &queues));
         });
-    if (!own.known || own.threads.size() != 1 || others) return 0;
-    size_t sent = 0;
+    if (!own.known || own.threads.size() != 1 || others) return std::nullopt;
     for (const auto& queue : queues) {
       auto* marker = gst_structure_new(kMarker, "join", G_TYPE_POINTER, this, "wait", G_TYPE_UINT64,
                                        wait, nullptr);
-      sent += gst_pad_send_event(queue.get(),
-                                 gst_event_new_custom(GST_EVENT_CUSTOM_DOWNSTREAM, marker)) != 0;
+      if (!gst_pad_send_event(queue.get(),
+                              gst_event_new_custom(GST_EVENT_CUSTOM_DOWNSTREAM, marker)))
+        return std::nullopt;
     }
-    return sent == queues.size() ? sent : 0;
+    return queues.size();
   }
-  // False unless `branch` is fed by at most one queue, which only `thread` fills.
+  // False unless only `thread` feeds `branch`. Adds the queue that it fills, unless nothing has
+  // entered it yet.
   static bool add_queue(GstPad* branch, const Ref<GstPad>& thread, std::vector<Ref<GstPad>>* out) {
-    const auto feed = gst::feed_of(branch);
-    if (!feed.known || feed.threads.size() != 1) return false;
-    if (feed.threads[0] == thread) return true;  // no queue in between
-    const auto inputs = gst::linked_inside(feed.threads[0].get());
-    if (inputs.size() != 1 || !has_begun(inputs[0].get())) return false;
-    const auto filled_by = gst::feed_of(inputs[0].get());
-    if (!filled_by.known || filled_by.threads != std::vector{thread}) return false;
-    out->push_back(inputs[0]);
-    return true;
+    const auto queue = gst::queue_filled_by(thread, branch);
+    if (queue && *queue && has_begun(queue->get())) out->push_back(*queue);
+    return queue.has_value();
   }
   static bool has_begun(GstPad* pad) {
     return static_cast<bool>(

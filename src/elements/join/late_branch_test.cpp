@@ -64,11 +64,13 @@ TEST(JoinLateBranch, EndsWhenTheQueueOfAnotherBranchIsUnlinked) {
   EXPECT_EQ(pipeline.seen<uint8_t>("out").size(), 10u);
 }
 
+constexpr char kIf[] =
+    "tensor_if name=i compared-value=A_VALUE compared-value-option=0:0:0:0,0 operator=GE "
+    "supplied-value=0 ";
+
 // The time between EOS of element `a`'s branch and EOS of join.
 std::chrono::nanoseconds end_takes(const std::string& branches, size_t frames) {
   PlayedPipeline pipeline(std::string("join name=j ! tensor_sink name=out sync=false ") + kFrames +
-                          "tensor_if name=i compared-value=A_VALUE compared-value-option=0:0:0:0,0 "
-                          "operator=GE supplied-value=0 " +
                           branches);
   pipeline.watch("out");
   std::chrono::steady_clock::time_point ends[2];
@@ -93,8 +95,19 @@ std::chrono::nanoseconds end_takes(const std::string& branches, size_t frames) {
 }
 
 TEST(JoinLateBranch, EndsImmediatelyWhenTheQueueOfAnotherBranchStaysEmpty) {
-  EXPECT_LT(end_takes("i.src_0 ! identity name=a ! j.sink_0 i.src_1 ! queue ! j.sink_1", 10),
+  const std::string stays_empty = "identity name=a ! j.sink_0 i.src_1 ! queue ! j.sink_1";
+  EXPECT_LT(end_takes(kIf + ("i.src_0 ! " + stays_empty), 10), std::chrono::milliseconds(900));
+  // This one sends no stream-start to a branch that it does not select.
+  EXPECT_LT(end_takes("output-selector name=i i.src_0 ! " + stays_empty, 10),
             std::chrono::milliseconds(900));
+}
+
+TEST(JoinLateBranch, EndsImmediatelyAfterTwoChainedQueues) {
+  const std::string chain = "identity name=a ! j.sink_0 i.src_1 ! queue ! queue ! j.sink_1";
+  EXPECT_LT(end_takes("output-selector name=i i.src_0 ! " + chain, 10),
+            std::chrono::milliseconds(900));
+  EXPECT_LT(end_takes(kIf + ("i.src_0 ! " + chain), 10), std::chrono::milliseconds(900));
+  EXPECT_LT(end_takes("tee name=i i.src_0 ! " + chain, 20), std::chrono::milliseconds(900));
 }
 
 TEST(JoinLateBranch, KeepsFramesOfAQueueFilledByTheSameThread) {

@@ -123,5 +123,16 @@ TEST(NamedOptions, MayComeFromAFile) {
   EXPECT_EQ(t.messages.next_warning(), "");
 }
 
+TEST(NamedOptions, AFileThatCannotBeReadIsRejectedWhileFramesFlow) {
+  const auto path = file("decoder.conf", "max-results=5\nmax-resluts=6\n");
+  auto t = detector("config-file=" + path);
+  t.set("config-file", "/nowhere/decoder.conf");
+  EXPECT_SAYS(t.messages.next_warning(), "WEIR-4001: the property file cannot be read");
+  EXPECT_EQ(t.get("config-file"), path);
+  t.set("config-file", path.c_str());
+  EXPECT_SAYS(t.messages.next_warning(), "did you mean max-results?");
+  EXPECT_EQ(t.messages.next_warning(), "");
+}
+
 }  // namespace
 }  // namespace weir::testing_tensor_decoder

@@ -84,6 +84,10 @@ class TensorDecoder : public gst::CountedTransform<TensorDecoder> {
       gst::ReadOnly{"sub-plugins", &TensorDecoder::sub_plugins, "Decoders that are installed"},
   };
 
+  Status check_change(const char* name, const Settings& wanted) const {
+    if (std::strcmp(name, "config-file") != 0) return ok();
+    return gst::check_property_file(wanted.config_file);
+  }
   void property_changed(const char* name) {
     if (std::strcmp(name, "config-file") != 0) return;
     config_file_.read(G_OBJECT(element()), settings().config_file);

@@ -61,7 +61,8 @@ class TensorFilter : public gst::Element<TensorFilter, gst::PlainElement>,
     gst_pad_set_query_function(source_, (pad_query<&TensorFilter::on_source_query>));
   }
 
-  Status check_change(const char*, const Settings& wanted) const {
+  Status check_change(const char* name, const Settings& wanted) const {
+    if (std::strcmp(name, "config-file") == 0) return gst::check_property_file(wanted.config_file);
     return check_lists(wanted);
   }
   static bool is_followed(const char* name) {

@@ -68,6 +68,24 @@ TEST(FilterPropertyChange, InvalidValuesAreRejectedAndRestored) {
   EXPECT_EQ(t.messages.next(), "") << "no error";
 }
 
+TEST(FilterPropertyChange, AConfigFileIsReadOrRejected) {
+  AdderFiles files;
+  auto t = tuned("tensor_filter framework=adder model=" + files.model(1));
+  EXPECT_EQ((t.push<float, float>(kFour)), (Floats{2, 3, 4, 5}));
+  t.set("config-file", "/nowhere/f.conf");
+  EXPECT_SAYS(t.messages.next_warning(), "WEIR-4001: the property file cannot be read");
+  EXPECT_EQ(t.get("config-file"), "");
+  const auto path =
+      files.write("tuned.conf", "output-combination=i0,o0\nframwork=x\nwhen-busy=drop-old\n");
+  t.set("config-file", path.c_str());
+  EXPECT_EQ(t.get("config-file"), path);
+  const std::vector<std::string> warnings{t.messages.next_warning(), t.messages.next_warning()};
+  EXPECT_SAYS(warnings[0], "when-busy cannot change while the element runs");
+  EXPECT_SAYS(warnings[1], "did you mean framework?");
+  EXPECT_EQ((t.push<float, float>(kFour)), (Floats{1, 2, 3, 4, 2, 3, 4, 5}));
+  EXPECT_EQ(t.messages.next(), "") << "no error";
+}
+
 TEST(FilterPropertyChange, CustomSuspendAndLayoutsApply) {
   AdderFiles files;
   auto t = tuned("tensor_filter framework=adder model=" + files.model(1));

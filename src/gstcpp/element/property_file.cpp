@@ -67,10 +67,7 @@ Result<GParamSpec*> writable_property(GObject* object, const std::string& key) {
       .needed = close.empty() ? "a property of this element" : "did you mean " + close + "?"};
 }
 
-}  // namespace
-
-Status set_properties_from_file(GObject* object, const std::string& path,
-                                std::vector<Error>* warnings) {
+Result<std::string> read_text(const std::string& path) {
   gchar* raw = nullptr;
   gsize size = 0;
   if (!g_file_get_contents(path.c_str(), &raw, &size, nullptr))
@@ -80,7 +77,16 @@ Status set_properties_from_file(GObject* object, const std::string& path,
                  .needed = "a text file with lines of property=value",
                  .fix = "config-file=/path/to/properties.conf"};
   const UniqueText text{raw};
-  for (const auto& [key, value] : parse_property_file({text.get(), size})) {
+  return std::string(text.get(), size);
+}
+
+}  // namespace
+
+Status set_properties_from_file(GObject* object, const std::string& path,
+                                std::vector<Error>* warnings) {
+  const auto text = read_text(path);
+  if (!text) return text.error();
+  for (const auto& [key, value] : parse_property_file(*text)) {
     if (key == "config-file") continue;
     const auto property = writable_property(object, std::string(key));
     const Status set =
@@ -90,12 +96,22 @@ Status set_properties_from_file(GObject* object, const std::string& path,
   return ok();
 }
 
+Status check_property_file(const std::string& path) {
+  if (path.empty()) return ok();
+  const auto text = read_text(path);
+  return text ? ok() : Status(text.error());
+}
+
 void PropertyFile::read(GObject* object, const std::string& path) {
   std::vector<Error> warnings;
   Status status = path.empty() ? ok() : set_properties_from_file(object, path, &warnings);
-  std::lock_guard lock(mutex_);
+  std::unique_lock lock(mutex_);
   status_ = std::move(status);
   warnings_ = std::move(warnings);
+  lock.unlock();
+  auto* element = GST_ELEMENT(object);
+  if (GST_STATE(element) < GST_STATE_PAUSED) return;
+  if (const Status result = report(element); !result) post_warning(element, result.error());
 }
 
 Status PropertyFile::report(GstElement* element) const {

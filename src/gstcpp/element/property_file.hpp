@@ -19,11 +19,15 @@ namespace weir::gst {
 Status set_properties_from_file(GObject* object, const std::string& path,
                                 std::vector<Error>* warnings = nullptr);
 
+// FILE_NOT_FOUND when the file cannot be read. ok() for "", which names none.
+Status check_property_file(const std::string& path);
+
 // The result of an element's config-file: read when the property is set, reported when the element
 // starts, because an element under construction has no bus. Thread-safe.
 class PropertyFile {
  public:
-  // Sets the properties from `path`; "" clears the previous result.
+  // Sets the properties from `path`; "" clears the previous result. Posts warnings on an element
+  // that has started already.
   void read(GObject* object, const std::string& path);
   // Posts the warnings of the last read() on `element`. FILE_NOT_FOUND when it could not be read.
   Status report(GstElement* element) const;

@@ -130,6 +130,20 @@ Feed feed_of(GstPad* sink) {
   return walk.feed;
 }
 
+std::optional<Ref<GstPad>> queue_filled_by(const Ref<GstPad>& thread, GstPad* sink) {
+  constexpr size_t kMostQueues = 16;
+  Ref<GstPad> queue;
+  for (size_t i = 0; i <= kMostQueues; ++i) {
+    const auto feed = feed_of(queue ? queue.get() : sink);
+    if (!feed.known || feed.threads.size() != 1) return std::nullopt;
+    if (feed.threads[0] == thread) return queue;
+    const auto inputs = linked_inside(feed.threads[0].get());
+    if (inputs.size() != 1) return std::nullopt;
+    queue = inputs[0];
+  }
+  return std::nullopt;
+}
+
 Status can_be_fed(GstElement* element, GstPad* sink) {
   Start start{element, {}, {}};
   return start.is_fed(sink) ? ok() : Status(loop(name_of(element), name_of(sink)));

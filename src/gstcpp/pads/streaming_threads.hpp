@@ -3,6 +3,7 @@
 #pragma once
 #include <gst/gst.h>
 
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -18,6 +19,9 @@ struct Feed {
 };
 // Walks upstream to the pads whose tasks push, including queues.
 Feed feed_of(GstPad* sink);
+// The sink pad of the queue through which `thread` alone feeds `sink`, the first one where there
+// are several in a row; null if there is none. nullopt if other threads feed `sink` too.
+std::optional<Ref<GstPad>> queue_filled_by(const Ref<GstPad>& thread, GstPad* sink);
 
 // Marks an element that pushes nothing until each of its sink pads has data.
 void mark_waits_for_all(GstElement* element);
