@@ -44,8 +44,10 @@ void print_frame(const std::string& text) {
     std::snprintf(time, sizeof time, "%.2f s", frame["time"].get<double>());
   std::printf("%s\n", time);
   bool is_empty = true;
-  for (const auto& [list, name] :
-       {std::pair{"labels", "label"}, {"detections", "label"}, {"text", "text"}}) {
+  for (const auto& [list, name] : {std::pair{"labels", "label"},
+                                   {"detections", "label"},
+                                   {"text", "text"},
+                                   {"segments", "label"}}) {
     if (!frame.contains(list)) continue;
     for (const Json& object : frame[list]) {
       std::printf("  %s\n", line_of(object, name).c_str());

@@ -192,6 +192,8 @@ Result<TryModel> try_model(const TryOptions& options) {
   const auto model = open(out.path);
   if (!model) return model.error();
   const auto card = card_of(out.path, **model);
+  // Without its card the model would run on pixels that are guessed.
+  if (!card && card.error().code == Code::CARD_INVALID) return card.error();
   const auto facts = facts_of(**model, out.path);
   auto labels = labels_of(options, card, facts, out.path);
   if (!labels) return labels.error();

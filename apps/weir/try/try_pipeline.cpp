@@ -70,7 +70,9 @@ Result<std::string> try_pipeline(const TryOptions& options, const TryModel& mode
   const std::string results = "tensor_preprocess " + model.preparation +
                               " ! tensor_filter model=" + launch_value(model.path) +
                               " ! tensor_decoder mode=" + model.mode + model.decoder + labels;
-  const std::string text = "tensor_decoder mode=json" + labels + " ! " + text_sink;
+  // Without masks there is nothing to say of a class map.
+  const std::string masks = model.mode == "segmentation" ? " custom=masks:rle" : "";
+  const std::string text = "tensor_decoder mode=json" + masks + labels + " ! " + text_sink;
   if (options.output.empty() && !options.show) return *source + " ! " + results + " ! " + text;
 
   std::string picture =

@@ -55,6 +55,14 @@ class Refused(Case):
     def test_a_mode_that_cannot_read_the_outputs(self):
         self.refused(weir("try", "--mode", "pose", MODEL, "test", **CARDS), 1, "WEIR-2001", "no head that this mode knows")
 
+    @unittest.skipUnless(HAS_ONNX, "the engine onnxruntime is not built")
+    def test_a_card_of_another_file(self):
+        path = self.folder / "net.onnx"
+        path.write_bytes(pathlib.Path(MODEL).read_bytes())
+        card = json.loads(pathlib.Path(MODEL).with_suffix(".card.json").read_text()) | {"sha256": "0" * 64}
+        (self.folder / "net.card.json").write_text(json.dumps(card))
+        self.refused(weir("try", path, "test", **CARDS), 1, "WEIR-3009: the card beside the model belongs to a different file")
+
     def test_words_that_are_missing(self):
         self.refused(weir("try"), 2)
         self.refused(weir("try", MODEL), 2)
@@ -98,6 +106,13 @@ class Real(Case):
         self.assertEqual(frame["labels"][0]["label"], "cheeseburger")
         self.assertAlmostEqual(frame["labels"][0]["score"], 0.96, delta=0.03)
         self.assertNotIn("detections", frame)
+
+    def test_a_class_map_has_its_classes(self):
+        frame = self.tried("segmentation/deeplabv3_257_mv_gpu.tflite", "image/segmentation_input.jpg")
+        self.assertEqual([segment["label"] for segment in frame["segments"]], ["background", "horse", "person"])
+        self.assertEqual(frame["segments"][0]["mask"]["size"], [257, 257])
+        done = weir("try", model("segmentation/deeplabv3_257_mv_gpu.tflite"), picture("image/segmentation_input.jpg"), **CARDS)
+        self.assertRegex(self.good(done), r"(?m)^  horse$")
 
     def test_a_photo_with_the_results_drawn(self):
         output = self.folder / "found.jpg"

@@ -72,12 +72,14 @@ bool are_logits(std::span<const float> scores) noexcept {
 }
 
 Failure wrong_outputs(const ModelFacts& model, const Family& family) {
-  return Failure(
-      {.code = Code::SPEC_MISMATCH,
-       .what = "the outputs are not those of " + std::string(family.name),
-       .offered = model.describe_outputs(),
-       .needed = std::string(family.outputs),
-       .fix = model.input.width > 0 ? "" : "custom=input:640:640, the model's input size"});
+  return Failure({.code = Code::SPEC_MISMATCH,
+                  .what = "the outputs are not those of the head " + std::string(family.name),
+                  .offered = model.outputs.empty() ? "no outputs" : model.describe_outputs(),
+                  .needed = std::string(family.outputs),
+                  .fix = model.input.width > 0
+                             ? "tensor_decoder without custom=head:" + std::string(family.name) +
+                                   " recognises the head or lists those of this mode"
+                             : "custom=input:640:640, the model's input size"});
 }
 
 bool is_named(const OutputFacts& output, std::string_view part) {

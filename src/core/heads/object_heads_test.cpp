@@ -35,6 +35,18 @@ TEST(EndToEndHeads, RowsAreObjectsInPixelsOrParts) {
   }
 }
 
+TEST(EndToEndHeads, ClassesOfQuantisedRowsAreTheNearestWholeNumbers) {
+  for (const float index : {0.996f, 1.004f}) {
+    const auto found =
+        run_head({TestOutput("6:1:1", {1, 2, 30, 40, 0.9f, index})}, {.head = "yolov10"}).found;
+    ASSERT_EQ(found.size(), 1u);
+    EXPECT_EQ(found[0].class_index, 1);
+  }
+  EXPECT_EQ(run_head({TestOutput("6:1:1", {1, 2, 30, 40, 0.9f, -0.6f})}, {.head = "yolov10"})
+                .found.size(),
+            0u);
+}
+
 TEST(EndToEndHeads, NeedTheInputSizeForPartsOfThePictureOnly) {
   const HeadSetup unknown{.head = "yolov10", .input = {}};
   EXPECT_EQ(run_head({TestOutput("6:1:1", {1, 2, 30, 40, 0.9f, 1})}, unknown).found.size(), 1u);
@@ -389,7 +401,7 @@ TEST(ObjectHeads, RefuseOtherOutputs) {
        {"yolov10", "yolov7-end2end", "detection-output", "detr", "rtdetr", "labels-boxes-scores",
         "ssd", "ssd-postprocess", "fastestdet", "nanodet"})
     EXPECT_SAYS(run_head({TestOutput("3:1", Floats(3))}, {.head = head}).error,
-                std::string("the outputs are not those of ") + head);
+                std::string("the outputs are not those of the head ") + head);
 }
 
 }  // namespace
