@@ -36,6 +36,22 @@ std::string line_of(const Json& object, const char* name_key) {
   return out;
 }
 
+// "cat 34 % of the picture", "depth 0.2 to 31, mean 4.5".
+std::vector<std::string> lines_of_maps(const Json& frame) {
+  std::vector<std::string> out;
+  char text[96];
+  for (const Json& segment : frame.value("segments", Json::array())) {
+    std::snprintf(text, sizeof text, " %.0f %% of the picture", segment.value("part", 0.0) * 100);
+    out.push_back(segment.value("label", "") + text);
+  }
+  for (const Json& depth : frame.value("depth", Json::array())) {
+    std::snprintf(text, sizeof text, "depth %.4g to %.4g, mean %.4g", depth.value("least", 0.0),
+                  depth.value("greatest", 0.0), depth.value("mean", 0.0));
+    out.push_back(text);
+  }
+  return out;
+}
+
 void print_frame(const std::string& text) {
   const Json frame = Json::parse(text, nullptr, false);
   if (!frame.is_object()) return;
@@ -51,6 +67,10 @@ void print_frame(const std::string& text) {
       std::printf("  %s\n", line_of(object, name).c_str());
       is_empty = false;
     }
+  }
+  for (const std::string& line : lines_of_maps(frame)) {
+    std::printf("  %s\n", line.c_str());
+    is_empty = false;
   }
   if (is_empty) std::puts("  nothing");
   std::fflush(stdout);

@@ -8,6 +8,8 @@ import pathlib
 import re
 import unittest
 
+import numpy
+import onnx_writer
 import tap_runner
 from weir_case import HAS_ONNX, MODEL, SANITIZED, SOURCE, WITHOUT_LEAKS, Case, weir
 
@@ -21,6 +23,14 @@ def model(name):
 
 def picture(name):
     return SHARED / "media" / name
+
+
+def write_map_model(folder, output):
+    """A model whose output of the input's size is the mean of the colours."""
+    path = folder / "map.onnx"
+    path.write_bytes(onnx_writer.model([("Conv", ("image", "w"), output)], {"w": numpy.full((1, 3, 1, 1), 1 / 3, "f")},
+                                       [("image", (1, 3, 96, 96))], [(output, (1, 1, 96, 96))]))
+    return path
 
 
 def overlap(a, b):
@@ -55,9 +65,58 @@ class Refused(Case):
     def test_a_mode_that_cannot_read_the_outputs(self):
         self.refused(weir("try", "--mode", "pose", MODEL, "test", **CARDS), 1, "WEIR-2001", "no head that this mode knows")
 
+    @unittest.skipUnless(HAS_ONNX, "the engine onnxruntime is not built")
+    def test_a_mode_or_a_head_that_does_not_exist(self):
+        self.refused(weir("try", "--mode", "detect", MODEL, "test", **CARDS), 1, "WEIR-1004", "there is no such mode",
+                     "offered: --mode detect", "one of: text, detection")
+        self.refused(weir("try", "--head", "yolo99", MODEL, "test", **CARDS), 1, "WEIR-1004", "this mode has no such head", "yolo99")
+
+    @unittest.skipUnless(HAS_ONNX, "the engine onnxruntime is not built")
+    def test_outputs_that_can_be_read_in_several_ways(self):
+        """A map of the input's size is a mask, a depth or the probability of text; 85 rows are classes with or without objectness."""
+        refused = weir("try", write_map_model(self.folder, "mask"), "test", **CARDS)
+        self.refused(refused, 1, "WEIR-2001", "can be read as text (db) or as segmentation (deeplab) or as depth (depth)",
+                     "fix: --mode text or --mode segmentation or --mode depth")
+        path = self.folder / "rows.onnx"
+        nodes = [("ReduceMean", ("image",), "mean"), ("Add", ("mean", "a"), "column"), ("Add", ("column", "b"), "rows")]
+        arrays = {"a": numpy.zeros((85, 1), "f"), "b": numpy.zeros((1, 8400), "f")}
+        path.write_bytes(onnx_writer.model(nodes, arrays, [("image", (1, 3, 640, 640))], [("rows", (1, 1, 85, 8400))]))
+        self.refused(weir("try", path, "test", **CARDS), 1, "WEIR-2001", "as detection (yolov8) or as detection (yolox)",
+                     "fix: --head yolov8 or --head yolox")
+
     def test_words_that_are_missing(self):
         self.refused(weir("try"), 2)
         self.refused(weir("try", MODEL), 2)
+
+
+@unittest.skipUnless(HAS_ONNX and not SANITIZED, "needs the engine onnxruntime")
+class Depth(Case):
+    def test_a_model_whose_output_is_named_depth(self):
+        done = weir("try", "--json", write_map_model(self.folder, "predicted_depth"), "test", **CARDS)
+        frames = [json.loads(line) for line in self.good(done).splitlines()]
+        self.assertIn("read as depth by the head depth", done.stderr)
+        self.assertEqual(len(frames), 100)
+        depth = frames[0]["depth"][0]
+        # The colours of the test picture are 0 to 1, less the mean of ImageNet, by its deviation: the mean of R, G and B.
+        white = sum((1 - m) / s for m, s in zip((0.485, 0.456, 0.406), (0.229, 0.224, 0.225))) / 3
+        black = sum(-m / s for m, s in zip((0.485, 0.456, 0.406), (0.229, 0.224, 0.225))) / 3
+        self.assertLess(abs(depth["greatest"] - white), 0.5)
+        self.assertLess(abs(depth["least"] - black), 0.5)
+        self.assertTrue(depth["least"] < depth["mean"] < depth["greatest"])
+
+    def test_the_depths_are_drawn(self):
+        """Black and white halves become the ends of the scale."""
+        from PIL import Image
+        picture, output = self.folder / "halves.png", self.folder / "depth.png"
+        halves = Image.new("RGB", (64, 64))
+        halves.paste("white", (32, 0, 64, 64))
+        halves.save(picture)
+        done = weir("try", write_map_model(self.folder, "depth"), picture, "--output", output, **CARDS)
+        self.assertRegex(self.good(done), r"(?m)^  depth -\S+ to \S+, mean \S+$")
+        drawn = Image.open(output).convert("RGB")
+        self.assertEqual(drawn.size, (64, 64))
+        for place, color in (((8, 32), (68, 1, 84)), ((56, 32), (253, 231, 37))):
+            self.assertLess(max(abs(a - b) for a, b in zip(drawn.getpixel(place), color)), 8, place)
 
 
 @unittest.skipUnless(HAS_ONNX and SHARED.is_dir() and not SANITIZED, "needs the engines and the models and media of ../shared")

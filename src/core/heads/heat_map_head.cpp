@@ -23,12 +23,14 @@ struct Layout {
 
 constexpr size_t kLeastSide = 8, kMostPoints = 512;
 
-// Whether the cells of such maps are squares of the input.
+// Whether the cells of such maps are squares of the input. One map of the input's own size is a
+// mask or a depth.
 bool is_plausible(const Layout& layout, PictureSize input) {
   if (layout.width < kLeastSide || layout.height < kLeastSide || layout.points > kMostPoints)
     return false;
   if (input.width == 0 || input.height == 0)
     return layout.points > 1 && layout.points < layout.width && layout.points < layout.height;
+  if (layout.points == 1 && layout.width == input.width) return false;
   return input.width % layout.width == 0 &&
          input.width / layout.width * layout.height == input.height;
 }
