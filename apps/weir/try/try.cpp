@@ -15,13 +15,19 @@ namespace {
 
 constexpr char kTextSink[] = "fakesink name=weir-try-text sync=false";
 
+// The label of a class, "class 5" where it has no name and its number is the label.
+std::string name_of_class(const Json& object, const std::string& label) {
+  const bool is_number =
+      object.contains("index") && (label.empty() || label == object["index"].dump());
+  return is_number ? "class " + object["index"].dump() : label;
+}
+
 // "person 93 %  12,30 to 200,400".
 std::string line_of(const Json& object, const char* name_key) {
   const auto text = [&](const char* key) {
     return object.contains(key) && object[key].is_string() ? object[key].get<std::string>() : "";
   };
-  std::string name = text(name_key);
-  if (name.empty() && object.contains("index")) name = "class " + object["index"].dump();
+  const std::string name = name_of_class(object, text(name_key));
   char number[64] = "";
   if (object.contains("score"))
     std::snprintf(number, sizeof number, " %.0f %%", object["score"].get<double>() * 100);
@@ -42,7 +48,7 @@ std::vector<std::string> lines_of_maps(const Json& frame) {
   char text[96];
   for (const Json& segment : frame.value("segments", Json::array())) {
     std::snprintf(text, sizeof text, " %.0f %% of the picture", segment.value("part", 0.0) * 100);
-    out.push_back(segment.value("label", "") + text);
+    out.push_back(name_of_class(segment, segment.value("label", "")) + text);
   }
   for (const Json& depth : frame.value("depth", Json::array())) {
     std::snprintf(text, sizeof text, "depth %.4g to %.4g, mean %.4g", depth.value("least", 0.0),

@@ -18,6 +18,7 @@
 #include "core/text/pasted.hpp"
 #include "inspect/model_card.hpp"
 #include "models/catalogue.hpp"
+#include "try/open_shapes.hpp"
 #include "try/usual_pixels.hpp"
 #include "weir/join.hpp"
 #include "weir/label_file.hpp"
@@ -60,9 +61,11 @@ Result<std::shared_ptr<infer::Model>> open(const std::string& path) {
   return infer::Model::open(**engine, request);
 }
 
-decoders::StreamModel facts_of(const infer::Model& model, const std::string& path) {
-  const auto inputs = model.inputs();
-  const auto outputs = model.outputs();
+// `shape` of the first input, if a card says it.
+decoders::StreamModel facts_of(const infer::Model& model, const std::string& path,
+                               const std::vector<int64_t>& shape) {
+  const auto inputs = sized_inputs(model, shape);
+  const auto outputs = sized_outputs(model, path, inputs);
   const weir_stream_model facts{.struct_size = sizeof facts,
                                 .n_inputs = static_cast<uint32_t>(inputs.size()),
                                 .n_outputs = static_cast<uint32_t>(outputs.size()),
@@ -119,6 +122,15 @@ Error several(const std::vector<Reading>& readings, const heads::ModelFacts& fac
           .fix = join(readings, " or ", [&](const Reading& r) { return option_of(r, readings); })};
 }
 
+Error unknown_outputs(const heads::ModelFacts& facts) {
+  return {.code = Code::SPEC_MISMATCH,
+          .what = "no head that is known has such outputs",
+          .offered = facts.describe_outputs(),
+          .needed = "one of: " + join(heads::all_families(), ", ",
+                                      [](const heads::Family* family) { return family->name; }),
+          .fix = "--mode detection prints what the heads of a mode need, --head NAME tries one"};
+}
+
 // The families that can read the outputs, each with the first mode that shows it.
 std::vector<Reading> readings_of(const heads::ModelFacts& facts, uint32_t tasks) {
   std::vector<Reading> out;
@@ -153,11 +165,15 @@ Result<Reading> reading_of(const heads::ModelFacts& facts, const std::string& mo
   const auto readings = readings_of(facts, tasks);
   const auto best = likely(readings, facts);
   if (best.size() > 1) return several(best, facts);
-  if (best.empty()) return Reading{mode, &heads::recognise(facts, tasks)};  // throws the reason
-  const bool is_certain = best[0].family->fit(facts) == heads::Fit::Certain;
-  for (const Reading& other : readings)
-    if (!is_certain && other.family != best[0].family)
-      notes->push_back(option_of(other, readings) + " is possible too");
+  if (best.empty() && !mode.empty())
+    return Reading{mode, &heads::recognise(facts, tasks)};  // throws the reason
+  if (best.empty()) return unknown_outputs(facts);
+  std::vector<Reading> others = readings;
+  std::erase_if(others, [&](const Reading& other) { return other.family == best[0].family; });
+  if (!others.empty() && best[0].family->fit(facts) != heads::Fit::Certain)
+    notes->push_back("also possible: " + join(others, ", ", [&](const Reading& other) {
+                       return option_of(other, readings);
+                     }));
   return best[0];
 }
 
@@ -195,6 +211,14 @@ Result<std::string> labels_of(const TryOptions& options, const Result<card::Card
   return names.empty() ? Result<std::string>(std::string()) : kept_labels(names, path);
 }
 
+Error no_dictionary(const std::string& model) {
+  return {.code = Code::LABELS_INVALID,
+          .what = "text recognition needs the model's dictionary",
+          .offered = model + " without --labels",
+          .needed = "a file with one character a line, as it comes with the model",
+          .fix = "--labels /path/to/dictionary.txt"};
+}
+
 }  // namespace
 
 Result<TryModel> try_model(const TryOptions& options) {
@@ -205,7 +229,8 @@ Result<TryModel> try_model(const TryOptions& options) {
   const auto model = open(out.path);
   if (!model) return model.error();
   const auto card = card_of(out.path, **model);
-  const auto facts = facts_of(**model, out.path);
+  const auto facts =
+      facts_of(**model, out.path, card ? card->inputs[0].shape : std::vector<int64_t>());
   auto labels = labels_of(options, card, facts, out.path);
   if (!labels) return labels.error();
   out.labels = *labels;
@@ -232,6 +257,9 @@ Result<TryModel> try_model(const TryOptions& options) {
     }
     if (!options.head.empty()) out.decoder += " custom=head:" + launch_value(options.head);
     out.notes.push_back("read as " + out.mode + " by the head " + family);
+    if (out.labels.empty() && family == "ctc") return no_dictionary(out.path);
+    if (out.labels.empty() && out.mode != "text" && out.mode != "depth")
+      out.notes.push_back("the classes have no names; --labels FILE gives them");
   }
 
   if (card && !card->path.empty()) {

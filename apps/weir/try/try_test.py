@@ -33,6 +33,15 @@ def write_map_model(folder, output):
     return path
 
 
+def write_rows_model(folder, output, rows, columns):
+    """A model of pictures of 640 x 640 whose output has `rows` rows of `columns` numbers."""
+    path = folder / "rows.onnx"
+    nodes = [("ReduceMean", ("image",), "mean"), ("Add", ("mean", "a"), "column"), ("Add", ("column", "b"), output)]
+    arrays = {"a": numpy.zeros((rows, 1), "f"), "b": numpy.zeros((1, columns), "f")}
+    path.write_bytes(onnx_writer.model(nodes, arrays, [("image", (1, 3, 640, 640))], [(output, (1, 1, rows, columns))]))
+    return path
+
+
 def overlap(a, b):
     width, height = min(a[2], b[2]) - max(a[0], b[0]), min(a[3], b[3]) - max(a[1], b[1])
     if width <= 0 or height <= 0:
@@ -58,6 +67,18 @@ class Refused(Case):
             self.refused(weir("try", "--mode", "text", MODEL, name, **CARDS), 1, "WEIR-4001", words, "weir try MODEL photo.jpg")
 
     @unittest.skipUnless(HAS_ONNX, "the engine onnxruntime is not built")
+    def test_addresses_without_host_or_port(self):
+        for address in ("tcp://", "tcp://localhost", "tcp://:5000", "tcp://localhost:port"):
+            self.refused(weir("try", "--mode", "text", MODEL, address, **CARDS), 1, "WEIR-1004", "the address has no host or no port",
+                         f"offered: {address}", "needed: tcp://HOST:PORT")
+
+    @unittest.skipUnless(HAS_ONNX, "the engine onnxruntime is not built")
+    def test_text_without_a_dictionary(self):
+        path = write_rows_model(self.folder, "softmax", 40, 6625)
+        self.refused(weir("try", path, "test", **CARDS), 1, "WEIR-4002",
+                     "text recognition needs the model's dictionary", "fix: --labels /path/to/dictionary.txt")
+
+    @unittest.skipUnless(HAS_ONNX, "the engine onnxruntime is not built")
     def test_an_output_of_an_unknown_kind(self):
         self.refused(weir("try", "--mode", "text", MODEL, "test", "-o", self.folder / "x.doc", **CARDS), 1, "WEIR-1004", ".webm")
 
@@ -77,10 +98,7 @@ class Refused(Case):
         refused = weir("try", write_map_model(self.folder, "mask"), "test", **CARDS)
         self.refused(refused, 1, "WEIR-2001", "can be read as text (db) or as segmentation (deeplab) or as depth (depth)",
                      "fix: --mode text or --mode segmentation or --mode depth")
-        path = self.folder / "rows.onnx"
-        nodes = [("ReduceMean", ("image",), "mean"), ("Add", ("mean", "a"), "column"), ("Add", ("column", "b"), "rows")]
-        arrays = {"a": numpy.zeros((85, 1), "f"), "b": numpy.zeros((1, 8400), "f")}
-        path.write_bytes(onnx_writer.model(nodes, arrays, [("image", (1, 3, 640, 640))], [("rows", (1, 1, 85, 8400))]))
+        path = write_rows_model(self.folder, "rows", 85, 8400)
         self.refused(weir("try", path, "test", **CARDS), 1, "WEIR-2001", "as detection (yolov8) or as detection (yolox)",
                      "fix: --head yolov8 or --head yolox")
 
@@ -176,7 +194,21 @@ class Real(Case):
         frame = json.loads(self.good(done))
         self.assertIn("read as detection by the head yolox", done.stderr)
         self.assertIn("assumed: pixels as 0 to 255, BGR, letterboxed", done.stderr)
+        self.assertIn("the classes have no names; --labels FILE gives them", done.stderr)
         self.assertGreaterEqual(len([d for d in frame["detections"] if d["score"] > 0.4]), 4)
+
+    def test_models_without_cards_are_read_by_their_outputs(self):
+        """What MANIFEST.md says of these pictures, with nothing but the files of the models; "class 5" has no name."""
+        for name, image, words in (("detection/FastestDet.onnx", "image/bus.jpg", r"(?s)class 0 \d+ %.*class 5 "),
+                                   ("classification/mobilenet_v2_quant.onnx", "image/orange.png", "class 950 49 %"),
+                                   ("classification/vww_96_int8.tflite", "image/bus.jpg", "class 1 9"),
+                                   ("face/yunet_n_dynamic.onnx", "face/three_people.jpg", r"(class 0 9\d %.*\s+){3}"),
+                                   ("segmentation/deeplabv3_257_mv_gpu.tflite", "image/segmentation_input.jpg", r"class 13 29 % of the picture")):
+            if name.endswith(".tflite") and "tensorflow-lite" not in os.environ["WEIR_MODULE_PATH"]:
+                continue
+            with self.subTest(name):
+                done = weir("try", model(name), picture(image), WEIR_CARD_PATH=str(self.folder))
+                self.assertRegex(self.good(done), words)
 
     def test_labels_of_the_user_count(self):
         labels = self.folder / "labels.txt"

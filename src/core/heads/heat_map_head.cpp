@@ -30,7 +30,6 @@ bool is_plausible(const Layout& layout, PictureSize input) {
     return false;
   if (input.width == 0 || input.height == 0)
     return layout.points > 1 && layout.points < layout.width && layout.points < layout.height;
-  if (layout.points == 1 && layout.width == input.width) return false;
   return input.width % layout.width == 0 &&
          input.width / layout.width * layout.height == input.height;
 }
@@ -102,7 +101,15 @@ class HeatMaps final : public PointsHead {
 };
 
 Fit fit(const ModelFacts& model) {
-  return layout_of(model) ? Fit::Possible : Fit::No;
+  const auto layout = layout_of(model);
+  if (!layout) return Fit::No;
+  // Maps of the input's own size are masks, scores of classes or depths; grids of larger cells are
+  // those of detectors.
+  constexpr size_t kLeastCell = 2, kMostCell = 8;
+  const bool has_cells =
+      model.input.width == 0 || (layout->width * kLeastCell <= model.input.width &&
+                                 layout->width * kMostCell >= model.input.width);
+  return has_cells ? Fit::Possible : Fit::No;
 }
 
 std::unique_ptr<Head> open(const ModelFacts& model, const HeadOptions& options) {
