@@ -10,6 +10,8 @@
 //     void set_model(const weir_stream_model* model) noexcept;
 //     void set_caps(const weir::Options& fields) noexcept;
 //     void set_times(const weir::DecoderTimes& times) noexcept;
+//     std::span<const char* const> labels() noexcept;
+//     void set_labels(const char* source, std::span<const char* const> names) noexcept;
 //     static constexpr bool kWithHeaders = false;
 //   };
 //   WEIR_DECODER(Brightness, "brightness", "", "[]")
@@ -18,7 +20,8 @@
 // empty for flexible streams, whose frames carry their own shapes. decode returns false to drop a
 // frame. The optional reset runs after a flush or a seek and discards what was kept of earlier
 // frames. The optional set_stream, set_model (decoder_model.h) and set_caps (decoder_caps.h) run
-// before each configure, the optional set_times (decoder_times.h) before each decode. With
+// before each configure, the optional set_times (decoder_times.h) before each decode. The optional
+// labels and set_labels (decoder_labels.h) pass the names of classes with the stream. With
 // the optional kWithHeaders, tensors of flexible streams begin with their 128-byte headers
 // (decoder_stream.h). The other functions may throw weir::Failure or any exception, which becomes
 // an error on the bus. An object is used by one thread at a time. Shapes in weir_tensor_info are
@@ -29,6 +32,7 @@
 #include <utility>
 
 #include "weir/decoder_caps.h"
+#include "weir/decoder_labels.h"
 #include "weir/decoder_model.h"
 #include "weir/decoder_stream.h"
 #include "weir/decoder_times.h"
@@ -133,6 +137,32 @@ const weir_decoder_times* times_table() {
   return &table;
 }
 
+// The table of the extension weir.decoder-labels/1 for the class `Decoder`.
+template <class Decoder>
+const weir_decoder_labels* labels_table() {
+  static const weir_decoder_labels table = [] {
+    weir_decoder_labels out{sizeof(weir_decoder_labels), 0, nullptr, nullptr};
+    if constexpr (requires(Decoder & decoder) { decoder.labels(); }) {
+      static_assert(noexcept(std::declval<Decoder&>().labels()), "labels has no way to fail");
+      out.labels = [](weir_decoder* decoder, const char* const** names) {
+        const std::span<const char* const> labels = reinterpret_cast<Decoder*>(decoder)->labels();
+        *names = labels.data();
+        return static_cast<uint32_t>(labels.size());
+      };
+    }
+    if constexpr (requires(Decoder & decoder) { decoder.set_labels("", {}); }) {
+      static_assert(noexcept(std::declval<Decoder&>().set_labels("", {})),
+                    "set_labels has no way to fail");
+      out.set_labels = [](weir_decoder* decoder, const char* source, const char* const* names,
+                          uint32_t count) {
+        reinterpret_cast<Decoder*>(decoder)->set_labels(source, std::span(names, count));
+      };
+    }
+    return out;
+  }();
+  return table.labels || table.set_labels ? &table : nullptr;
+}
+
 // The C table for the class `Decoder`.
 template <class Decoder>
 weir_decoder_type decoder_table(const char* name, const char* aliases, const char* options_json) {
@@ -193,6 +223,7 @@ weir_decoder_type decoder_table(const char* name, const char* aliases, const cha
                     "set_times has no way to fail");
       if (std::string_view(id) == WEIR_DECODER_TIMES) return times_table<Decoder>();
     }
+    if (std::string_view(id) == WEIR_DECODER_LABELS) return labels_table<Decoder>();
     return nullptr;
   };
   return table;

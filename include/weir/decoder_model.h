@@ -19,6 +19,9 @@ typedef struct {
   const weir_tensor_info *inputs, *outputs;
   const char* path;          /* of the model file, or NULL */
   const char* metadata_json; /* an object of strings, as in weir_model_info, or NULL */
+  /* Names of classes in the model's card. Check struct_size before you read them. */
+  const char* const* card_labels;
+  uint32_t n_card_labels;
 } weir_stream_model;
 
 typedef struct {

@@ -8,6 +8,7 @@
 #include "weir/custom_converter.h"
 #include "weir/custom_filter.h"
 #include "weir/decoder_caps.h"
+#include "weir/decoder_labels.h"
 #include "weir/decoder_model.h"
 #include "weir/decoder_stream.h"
 #include "weir/decoder_times.h"

@@ -11,6 +11,7 @@
 #include "weir/custom_filter.hpp"
 #include "weir/decoder.hpp"
 #include "weir/decoder_caps.h"
+#include "weir/decoder_labels.h"
 #include "weir/decoder_model.h"
 #include "weir/decoder_stream.h"
 #include "weir/decoder_times.h"

@@ -117,7 +117,9 @@ int main(int argc, char** argv) {
                                 inputs.data(),
                                 described.data(),
                                 path.c_str(),
-                                model->model().info().metadata_json};
+                                model->model().info().metadata_json,
+                                nullptr,
+                                0};
   decoder->set_model(&facts);
   // As caps have them: without names and quantisation.
   std::vector<weir_tensor> tensors = outcome.results.tensors();

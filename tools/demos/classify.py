@@ -85,7 +85,6 @@ class Classifier:
 def run(root, build, folder, source, model):
     """Prints what the model sees, each time that it changes. Returns the exit code."""
     source, model = find_file(source, root, "media"), find_file(model, root, "models")
-    os.environ["WEIR_CARD_PATH"] = f"{root / 'models' / 'cards'}:{os.environ.get('WEIR_CARD_PATH', '')}".rstrip(":")
     card = inspect(build, model)
     folder.mkdir(parents=True, exist_ok=True)
     label_file = folder / "labels.txt"

@@ -8,7 +8,7 @@
 
 #include "core/card/find.hpp"
 #include "core/card/metadata.hpp"
-#include "digest.hpp"
+#include "gstcpp/element/file_digest.hpp"
 
 namespace weir::app {
 namespace {
@@ -54,7 +54,7 @@ Result<card::Card> card_of(const std::string& model_path, const infer::Model& mo
   card::Search search;
   search.model = model_path;
   search.sha256 = [digest = std::string(), model_path]() mutable {
-    if (digest.empty()) digest = sha256_of(model_path);
+    if (digest.empty()) digest = gst::sha256_of(model_path);
     return digest;
   };
   search.folders = card::card_folders();

@@ -7,7 +7,7 @@
 #include <cstdio>
 #include <vector>
 
-#include "digest.hpp"
+#include "gstcpp/element/file_digest.hpp"
 #include "gstcpp/element/ref.hpp"
 #include "weir/join.hpp"
 
@@ -104,7 +104,7 @@ Status fetch_file(const CatalogueFile& file, const fs::path& folder) {
   const fs::path part = scratch.path() / "file";
   const auto status = file.url.empty() ? unpack(file, scratch.path(), part) : download(file, part);
   if (!status) return status;
-  const std::string digest = sha256_of(part);
+  const std::string digest = gst::sha256_of(part);
   if (digest != file.sha256) {
     Error error =
         failed(file, "what was fetched is another file", "weir models info NAME, and look");
@@ -136,7 +136,7 @@ Status fetch(const CatalogueModel& model, const std::function<void(const std::st
   for (const CatalogueFile& file : model.files) {
     const fs::path path = folder / file.name;
     std::error_code ignored;
-    if (fs::is_regular_file(path, ignored) && sha256_of(path) == file.sha256) {
+    if (fs::is_regular_file(path, ignored) && gst::sha256_of(path) == file.sha256) {
       say(path.string() + " (already there)");
       continue;
     }

@@ -15,13 +15,19 @@ namespace {
 
 constexpr char kTextSink[] = "fakesink name=weir-try-text sync=false";
 
+// The label of a class, "class 5" where it has no name and its number is the label.
+std::string name_of_class(const Json& object, const std::string& label) {
+  const bool is_number =
+      object.contains("index") && (label.empty() || label == object["index"].dump());
+  return is_number ? "class " + object["index"].dump() : label;
+}
+
 // "person 93 %  12,30 to 200,400".
 std::string line_of(const Json& object, const char* name_key) {
   const auto text = [&](const char* key) {
     return object.contains(key) && object[key].is_string() ? object[key].get<std::string>() : "";
   };
-  std::string name = text(name_key);
-  if (name.empty() && object.contains("index")) name = "class " + object["index"].dump();
+  const std::string name = name_of_class(object, text(name_key));
   char number[64] = "";
   if (object.contains("score"))
     std::snprintf(number, sizeof number, " %.0f %%", object["score"].get<double>() * 100);
@@ -36,6 +42,22 @@ std::string line_of(const Json& object, const char* name_key) {
   return out;
 }
 
+// "cat 34 % of the picture", "depth 0.2 to 31, mean 4.5".
+std::vector<std::string> lines_of_maps(const Json& frame) {
+  std::vector<std::string> out;
+  char text[96];
+  for (const Json& segment : frame.value("segments", Json::array())) {
+    std::snprintf(text, sizeof text, " %.0f %% of the picture", segment.value("part", 0.0) * 100);
+    out.push_back(name_of_class(segment, segment.value("label", "")) + text);
+  }
+  for (const Json& depth : frame.value("depth", Json::array())) {
+    std::snprintf(text, sizeof text, "depth %.4g to %.4g, mean %.4g", depth.value("least", 0.0),
+                  depth.value("greatest", 0.0), depth.value("mean", 0.0));
+    out.push_back(text);
+  }
+  return out;
+}
+
 void print_frame(const std::string& text) {
   const Json frame = Json::parse(text, nullptr, false);
   if (!frame.is_object()) return;
@@ -44,15 +66,17 @@ void print_frame(const std::string& text) {
     std::snprintf(time, sizeof time, "%.2f s", frame["time"].get<double>());
   std::printf("%s\n", time);
   bool is_empty = true;
-  for (const auto& [list, name] : {std::pair{"labels", "label"},
-                                   {"detections", "label"},
-                                   {"text", "text"},
-                                   {"segments", "label"}}) {
+  for (const auto& [list, name] :
+       {std::pair{"labels", "label"}, {"detections", "label"}, {"text", "text"}}) {
     if (!frame.contains(list)) continue;
     for (const Json& object : frame[list]) {
       std::printf("  %s\n", line_of(object, name).c_str());
       is_empty = false;
     }
+  }
+  for (const std::string& line : lines_of_maps(frame)) {
+    std::printf("  %s\n", line.c_str());
+    is_empty = false;
   }
   if (is_empty) std::puts("  nothing");
   std::fflush(stdout);

@@ -16,9 +16,9 @@
 #include "core/infer/model/model.hpp"
 #include "core/infer/module/module_library.hpp"
 #include "core/text/pasted.hpp"
-#include "digest.hpp"
 #include "inspect/model_card.hpp"
 #include "models/catalogue.hpp"
+#include "try/open_shapes.hpp"
 #include "try/usual_pixels.hpp"
 #include "weir/join.hpp"
 #include "weir/label_file.hpp"
@@ -29,11 +29,11 @@ namespace {
 namespace fs = std::filesystem;
 
 constexpr std::pair<const char*, heads::Task> kModes[] = {
+    {"text", heads::kText},
     {"detection", heads::kDetection},
     {"pose", heads::kPose},
     {"segmentation", heads::kSegmentation},
     {"classification", heads::kClassification},
-    {"text", heads::kText},
     {"depth", heads::kDepth}};
 
 // The file of a path or of a name of the catalogue.
@@ -61,16 +61,20 @@ Result<std::shared_ptr<infer::Model>> open(const std::string& path) {
   return infer::Model::open(**engine, request);
 }
 
-decoders::StreamModel facts_of(const infer::Model& model, const std::string& path) {
-  const auto inputs = model.inputs();
-  const auto outputs = model.outputs();
+// `shape` of the first input, if a card says it.
+decoders::StreamModel facts_of(const infer::Model& model, const std::string& path,
+                               const std::vector<int64_t>& shape) {
+  const auto inputs = sized_inputs(model, shape);
+  const auto outputs = sized_outputs(model, path, inputs);
   const weir_stream_model facts{.struct_size = sizeof facts,
                                 .n_inputs = static_cast<uint32_t>(inputs.size()),
                                 .n_outputs = static_cast<uint32_t>(outputs.size()),
                                 .inputs = inputs.data(),
                                 .outputs = outputs.data(),
                                 .path = path.c_str(),
-                                .metadata_json = model.info().metadata_json};
+                                .metadata_json = model.info().metadata_json,
+                                .card_labels = nullptr,
+                                .n_card_labels = 0};
   decoders::StreamModel out;
   out.set(&facts);
   return out;
@@ -81,8 +85,8 @@ struct Reading {
   const heads::Family* family = nullptr;
 };
 
-// Those that names or metadata make certain, if any; else those of objects, whose shapes say more
-// than the shapes of maps and lists of scores do.
+// Those that names or metadata make certain, if any; else those of rows and points, whose shapes
+// say more than the shapes of maps and lists of scores do.
 std::vector<Reading> likely(const std::vector<Reading>& readings, const heads::ModelFacts& facts) {
   const auto chosen = [&](auto is_chosen) {
     std::vector<Reading> out;
@@ -92,9 +96,18 @@ std::vector<Reading> likely(const std::vector<Reading>& readings, const heads::M
   auto out = chosen([&](const Reading& r) { return r.family->fit(facts) == heads::Fit::Certain; });
   if (out.empty())
     out = chosen([](const Reading& r) {
-      return (r.family->tasks & (heads::kDetection | heads::kPose)) != 0;
+      const uint32_t tasks = r.family->tasks;
+      return (tasks & (heads::kDetection | heads::kPose)) != 0 && (tasks & heads::kText) == 0;
     });
   return out.empty() ? readings : out;
+}
+
+// The option that selects one of several readings.
+std::string option_of(const Reading& reading, const std::vector<Reading>& all) {
+  const bool is_only_one = std::count_if(all.begin(), all.end(), [&](const Reading& other) {
+                             return other.mode == reading.mode;
+                           }) == 1;
+  return is_only_one ? "--mode " + reading.mode : "--head " + std::string(reading.family->name);
 }
 
 Error several(const std::vector<Reading>& readings, const heads::ModelFacts& facts) {
@@ -105,47 +118,63 @@ Error several(const std::vector<Reading>& readings, const heads::ModelFacts& fac
                                                                 std::string(r.family->name) + ")";
                                                        }),
           .offered = facts.describe_outputs(),
-          .needed = "the mode",
-          .fix = join(readings, " or ", [](const Reading& r) { return "--mode " + r.mode; })};
+          .needed = "the option that chooses one",
+          .fix = join(readings, " or ", [&](const Reading& r) { return option_of(r, readings); })};
 }
 
-// The mode and family for the model's outputs. A family that several modes show counts once.
-Result<Reading> reading_of(const heads::ModelFacts& facts, const std::string& mode,
-                           const std::string& head, std::vector<std::string>* notes) {
-  std::vector<Reading> readings;
-  std::optional<Error> ambiguous;
-  uint32_t tasks = 0;
+Error unknown_outputs(const heads::ModelFacts& facts) {
+  return {.code = Code::SPEC_MISMATCH,
+          .what = "no head that is known has such outputs",
+          .offered = facts.describe_outputs(),
+          .needed = "one of: " + join(heads::all_families(), ", ",
+                                      [](const heads::Family* family) { return family->name; }),
+          .fix = "--mode detection prints what the heads of a mode need, --head NAME tries one"};
+}
+
+// The families that can read the outputs, each with the first mode that shows it.
+std::vector<Reading> readings_of(const heads::ModelFacts& facts, uint32_t tasks) {
+  std::vector<Reading> out;
   for (const auto& [name, task] : kModes) {
-    if (!mode.empty() && mode != name) continue;
-    tasks |= task;
-    try {
-      const auto& family =
-          head.empty() ? heads::recognise(facts, task) : heads::family_named(head, task);
-      const bool is_known =
-          std::any_of(readings.begin(), readings.end(),
-                      [&](const Reading& other) { return other.family == &family; });
-      if (!is_known) readings.push_back({name, &family});
-    } catch (const Failure& failure) {
-      // Several heads of one mode; none at all is reported below.
-      if (failure.error().what.find("several heads") != std::string::npos)
-        ambiguous = failure.error();
+    if (!(tasks & task)) continue;
+    for (const heads::Family* family : heads::fitting(facts, task)) {
+      const bool is_known = std::any_of(
+          out.begin(), out.end(), [&](const Reading& other) { return other.family == family; });
+      if (!is_known) out.push_back({name, family});
     }
   }
+  return out;
+}
+
+// The mode and family for the model's outputs. `mode` and `head` are the user's, or "".
+Result<Reading> reading_of(const heads::ModelFacts& facts, const std::string& mode,
+                           const std::string& head, std::vector<std::string>* notes) {
+  uint32_t tasks = 0;
+  for (const auto& [name, task] : kModes)
+    if (mode.empty() || mode == name) tasks |= task;
+  if (tasks == 0)
+    return Error{.code = Code::OPTION_VALUE,
+                 .what = "there is no such mode",
+                 .offered = "--mode " + mode,
+                 .needed = "one of: " + join(kModes, ", ", [](const auto& m) { return m.first; }),
+                 .fix = "--mode detection"};
+  if (!head.empty()) {
+    const heads::Family& family = heads::family_named(head, tasks);
+    for (const auto& [name, task] : kModes)
+      if (family.tasks & tasks & task) return Reading{name, &family};
+  }
+  const auto readings = readings_of(facts, tasks);
   const auto best = likely(readings, facts);
-  if (best.size() == 1) {
-    for (const Reading& other : readings)
-      if (other.family != best[0].family)
-        notes->push_back("--mode " + other.mode + " is possible too");
-    return best[0];
-  }
   if (best.size() > 1) return several(best, facts);
-  if (ambiguous) return *ambiguous;
-  try {
-    head.empty() ? heads::recognise(facts, tasks) : heads::family_named(head, tasks);
-  } catch (const Failure& failure) {
-    return failure.error();
-  }
-  return Error{.code = Code::INTERNAL, .what = "a head was found by no mode"};
+  if (best.empty() && !mode.empty())
+    return Reading{mode, &heads::recognise(facts, tasks)};  // throws the reason
+  if (best.empty()) return unknown_outputs(facts);
+  std::vector<Reading> others = readings;
+  std::erase_if(others, [&](const Reading& other) { return other.family == best[0].family; });
+  if (!others.empty() && best[0].family->fit(facts) != heads::Fit::Certain)
+    notes->push_back("also possible: " + join(others, ", ", [&](const Reading& other) {
+                       return option_of(other, readings);
+                     }));
+  return best[0];
 }
 
 // A label file for names that do not lie in one: kept in the user's cache, so that the printed
@@ -182,6 +211,14 @@ Result<std::string> labels_of(const TryOptions& options, const Result<card::Card
   return names.empty() ? Result<std::string>(std::string()) : kept_labels(names, path);
 }
 
+Error no_dictionary(const std::string& model) {
+  return {.code = Code::LABELS_INVALID,
+          .what = "text recognition needs the model's dictionary",
+          .offered = model + " without --labels",
+          .needed = "a file with one character a line, as it comes with the model",
+          .fix = "--labels /path/to/dictionary.txt"};
+}
+
 }  // namespace
 
 Result<TryModel> try_model(const TryOptions& options) {
@@ -194,7 +231,8 @@ Result<TryModel> try_model(const TryOptions& options) {
   const auto card = card_of(out.path, **model);
   // Without its card the model would run on pixels that are guessed.
   if (!card && card.error().code == Code::CARD_INVALID) return card.error();
-  const auto facts = facts_of(**model, out.path);
+  const auto facts =
+      facts_of(**model, out.path, card ? card->inputs[0].shape : std::vector<int64_t>());
   auto labels = labels_of(options, card, facts, out.path);
   if (!labels) return labels.error();
   out.labels = *labels;
@@ -221,6 +259,9 @@ Result<TryModel> try_model(const TryOptions& options) {
     }
     if (!options.head.empty()) out.decoder += " custom=head:" + launch_value(options.head);
     out.notes.push_back("read as " + out.mode + " by the head " + family);
+    if (out.labels.empty() && family == "ctc") return no_dictionary(out.path);
+    if (out.labels.empty() && out.mode != "text" && out.mode != "depth")
+      out.notes.push_back("the classes have no names; --labels FILE gives them");
   }
 
   if (card && !card->path.empty()) {

@@ -24,7 +24,25 @@ bool is_photo(const std::string& path) {
                      [&](const char* known) { return extension == known; });
 }
 
+// tcpclientsrc is no source of uridecodebin.
+Result<std::string> tcp_source(const std::string& input) {
+  const size_t begin = input.find("://") + 3, colon = input.rfind(':');
+  const std::string host = input.substr(begin, std::max(colon, begin) - begin);
+  const std::string port = input.substr(colon + 1);
+  const bool is_port = !port.empty() && port.size() <= 5 &&
+                       port.find_first_not_of("0123456789") == std::string::npos;
+  if (!host.empty() && colon > begin && is_port)
+    return "tcpclientsrc host=" + launch_value(host) + " port=" + port +
+           " ! decodebin ! videoconvert";
+  return Error{.code = Code::OPTION_VALUE,
+               .what = "the address has no host or no port",
+               .offered = input,
+               .needed = "tcp://HOST:PORT",
+               .fix = "weir try MODEL tcp://camera.local:5000"};
+}
+
 Result<std::string> source_of(const std::string& input) {
+  if (input.starts_with("tcp://")) return tcp_source(input);
   if (input.find("://") != std::string::npos)
     return "uridecodebin uri=" + launch_value(input) + " ! videoconvert";
   if (input.starts_with("/dev/video"))
@@ -70,13 +88,11 @@ Result<std::string> try_pipeline(const TryOptions& options, const TryModel& mode
   const std::string results = "tensor_preprocess " + model.preparation +
                               " ! tensor_filter model=" + launch_value(model.path) +
                               " ! tensor_decoder mode=" + model.mode + model.decoder + labels;
-  // Without masks there is nothing to say of a class map.
-  const std::string masks = model.mode == "segmentation" ? " custom=masks:rle" : "";
-  const std::string text = "tensor_decoder mode=json" + masks + labels + " ! " + text_sink;
+  // The labels travel with the results.
+  const std::string text = "tensor_decoder mode=json ! " + text_sink;
   if (options.output.empty() && !options.show) return *source + " ! " + results + " ! " + text;
 
-  std::string picture =
-      "tensor_overlay name=drawn sync=same-time auto-size=true" + labels + " ! videoconvert ! ";
+  std::string picture = "tensor_overlay name=drawn sync=same-time auto-size=true ! videoconvert ! ";
   if (!options.output.empty()) {
     auto encoder = encoder_of(options.output);
     if (!encoder) return encoder;

@@ -2,12 +2,11 @@
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #include "try/usual_pixels.hpp"
 
+#include "try/open_shapes.hpp"
 #include "weir/module.hpp"
 
 namespace weir::app {
 namespace {
-
-constexpr int64_t kOpenSide = 640;
 
 enum class Numbers {
   Bytes,     // 0 to 255

@@ -98,6 +98,21 @@ Result<Card> find(const Search& search) {
       .fix = "fill in this card:\n" + card_to_fill_in(search)};
 }
 
+std::vector<std::string> labels_by_name(const std::string& model,
+                                        const std::function<std::string()>& sha256,
+                                        const std::vector<std::string>& folders) {
+  std::vector<std::string> paths{fs::path(model).replace_extension(".card.json").string()};
+  for (const auto& folder : folders)
+    for (auto& path : cards_in(folder)) paths.push_back(std::move(path));
+  for (const auto& path : paths) {
+    const auto card = read(path);
+    if (!card || card->model != fs::path(model).filename() || card->sha256 != sha256()) continue;
+    const auto labels = labels_of(*card, model, folders);
+    return labels ? *labels : std::vector<std::string>();
+  }
+  return {};
+}
+
 Result<std::vector<std::string>> labels_of(const Card& card, const std::string& model_path,
                                            const std::vector<std::string>& folders) {
   if (card.labels.file.empty()) return card.labels.names;

@@ -45,10 +45,15 @@ class AnswerDecoder {
 
   void set_model(const weir_stream_model* model) noexcept { model_.set(model); }
   void set_stream(const DecoderStream&) noexcept {}
+  std::span<const char* const> labels() noexcept { return label_texts_; }
 
   void configure(std::span<const weir_tensor_info> inputs, DecoderOutput& output) {
     open_first(model_.facts(inputs, settings_.input, settings_.labels.size()));
-    classes_ = with_labels().class_indices();
+    classes_ = settings_.class_indices(class_labels());
+    label_texts_.clear();
+    const bool has_classes = !features_.has_texts && !features_.has_depth;
+    if (has_classes)
+      for (const std::string& label : class_labels()) label_texts_.push_back(label.c_str());
     output.set_caps(
         results::caps_of(features_, settings_.name.empty() ? model_.name() : settings_.name));
   }
@@ -86,15 +91,13 @@ class AnswerDecoder {
     head_ = heads::open_head(family, facts,
                              {.threshold = settings_.threshold.value_or(family.threshold),
                               .custom = settings_.custom,
-                              .labels = with_labels().labels});
+                              .labels = class_labels()});
     features_ = head_->features();
     facts_ = std::move(facts);
   }
   // The labels of the model count where the user gives none.
-  AnswerSettings with_labels() const {
-    AnswerSettings out = settings_;
-    if (out.labels.empty()) out.labels = model_.labels();
-    return out;
+  const std::vector<std::string>& class_labels() const noexcept {
+    return settings_.labels.empty() ? model_.labels() : settings_.labels;
   }
 
   // Reads one picture's outputs into part_, in pixels of the source picture.
@@ -140,6 +143,7 @@ class AnswerDecoder {
   std::unique_ptr<heads::Head> head_;
   Features features_;
   std::vector<int32_t> classes_;
+  std::vector<const char*> label_texts_;
   heads::OutputValues values_;
   Answer part_, answer_;  // kept for their memory
 };

@@ -54,22 +54,22 @@ bool is_number(std::string_view text) {
 
 }  // namespace
 
-std::vector<int32_t> AnswerSettings::class_indices() const {
+std::vector<int32_t> AnswerSettings::class_indices(const std::vector<std::string>& names) const {
   std::vector<int32_t> out;
   for (const std::string& name : classes) {
-    const auto found = std::find(labels.begin(), labels.end(), name);
-    if (found != labels.end()) {
-      out.push_back(static_cast<int32_t>(found - labels.begin()));
+    const auto found = std::find(names.begin(), names.end(), name);
+    if (found != names.end()) {
+      out.push_back(static_cast<int32_t>(found - names.begin()));
     } else if (is_number(name) && name.size() < 8) {
       out.push_back(std::stoi(name));
     } else {
-      const std::string close = nearest(name, labels);
+      const std::string close = nearest(name, names);
       throw Failure({.code = Code::OPTION_VALUE,
                      .what = "a class is neither a label nor a number",
                      .offered = "classes=" + name,
-                     .needed = labels.empty() ? "numbers of classes, or labels=FILE for names"
-                                              : "one of the " + std::to_string(labels.size()) +
-                                                    " labels, or a number",
+                     .needed = names.empty() ? "numbers of classes, or labels=FILE for names"
+                                             : "one of the " + std::to_string(names.size()) +
+                                                   " labels, or a number",
                      .difference = close.empty() ? "" : "did you mean " + close + "?",
                      .fix = close.empty() ? "" : "classes=" + close});
     }

@@ -22,8 +22,9 @@ struct AnswerSettings {
   std::string name;                  // weir-source; "" = the model's file
   std::map<std::string, std::string> custom;  // of the head
 
-  // The class indices of `classes`. Throws Failure (OPTION_VALUE) for a name that is not a label.
-  std::vector<int32_t> class_indices() const;
+  // The class indices of `classes`, which are among `names` or numbers. Throws Failure
+  // (OPTION_VALUE) for others.
+  std::vector<int32_t> class_indices(const std::vector<std::string>& names) const;
 };
 
 // Throws Failure (OPTION_VALUE and those of label files) with the property's name.

@@ -69,7 +69,9 @@ class AnswerRun {
                                     &input,
                                     outputs.data(),
                                     model->path.c_str(),
-                                    model->metadata.empty() ? nullptr : model->metadata.c_str()};
+                                    model->metadata.empty() ? nullptr : model->metadata.c_str(),
+                                    nullptr,
+                                    0};
       decoder_->set_model(&facts);
     } else {
       decoder_->set_model(nullptr);

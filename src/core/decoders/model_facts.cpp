@@ -98,6 +98,10 @@ void StreamModel::set(const weir_stream_model* model) noexcept try {
     labels_ = lines_of(lines->second);
   if (const auto characters = metadata_.find("character"); characters != metadata_.end())
     labels_ = lines_of(characters->second);
+  constexpr uint32_t kWithCard =
+      offsetof(weir_stream_model, n_card_labels) + sizeof model->n_card_labels;
+  if (labels_.empty() && model->struct_size >= kWithCard)
+    labels_.assign(model->card_labels, model->card_labels + model->n_card_labels);
 } catch (const std::exception&) {
   *this = StreamModel();  // out of memory: as if the model were not known
 }

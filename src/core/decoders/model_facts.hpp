@@ -19,7 +19,7 @@ class StreamModel {
   // The file's name without folder and extension; "" = unknown.
   const std::string& name() const noexcept { return name_; }
   // Names of classes in the model's metadata: tflite.labels or character (a line each), names (as
-  // Ultralytics writes them: {0: 'person', 1: 'bicycle'}).
+  // Ultralytics writes them: {0: 'person', 1: 'bicycle'}); else those of its card.
   const std::vector<std::string>& labels() const noexcept { return labels_; }
 
   // Facts of a stream with these tensors. Without tensors (a flexible stream before its first

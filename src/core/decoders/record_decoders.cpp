@@ -94,6 +94,12 @@ class RecordDecoder {
     sources_ = fields.get(WEIR_RESULTS_SOURCE).value_or("");
   }
   void set_model(const weir_stream_model* model) noexcept { model_.set(model); }
+  void set_labels(const char* source, std::span<const char* const> names) noexcept try {
+    labels_[source] = std::vector<std::string>(names.begin(), names.end());
+    if (writer_) writer_->set_labels(labels());
+  } catch (const std::exception&) {
+    labels_.clear();  // out of memory: as if the stream had none
+  }
   void set_stream(const DecoderStream& stream) noexcept {
     // A frame's duration where it has none itself.
     duration_ = stream.rate_n > 0 ? int64_t{1000000000} * stream.rate_d / stream.rate_n : -1;
@@ -106,9 +112,7 @@ class RecordDecoder {
     for (const auto& info : inputs) specs.push_back(spec_of(info));
     if (!specs.empty()) value_or_throw(reader_.check(specs));
     WriterSettings settings = settings_;
-    // The labels of the model count where the user gives none.
-    if (settings.labels.empty() && !model_.labels().empty())
-      settings.labels = records::Labels(std::vector<std::vector<std::string>>{model_.labels()});
+    settings.labels = labels();
     writer_ = mode_.writer(std::move(settings));
     output.set_caps(mode_.caps);
   }
@@ -135,6 +139,13 @@ class RecordDecoder {
   }
 
  private:
+  // Those of the user, else of the stream, else of the model whose outputs are read as rows.
+  records::Labels labels() const {
+    if (!settings_.labels.empty()) return settings_.labels;
+    auto of_stream = records::labels_of_sources(labels_, reader_.sources());
+    if (of_stream.empty() && !model_.labels().empty()) of_stream.push_back(model_.labels());
+    return records::Labels(std::move(of_stream));
+  }
   FrameFacts facts_of(const weir_frame& frame) const {
     FrameFacts out{.running_time = times_.running_time,
                    .duration = frame.duration >= 0 ? frame.duration : duration_,
@@ -153,6 +164,7 @@ class RecordDecoder {
   WriterSettings settings_;  // with the user's labels
   std::string columns_, sources_;
   StreamModel model_;
+  records::LabelsBySource labels_;  // of the stream
   int64_t duration_ = -1;
   DecoderTimes times_;
   records::ResultReader reader_;

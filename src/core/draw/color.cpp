@@ -48,6 +48,20 @@ Rgb class_color(uint64_t class_index) noexcept {
   return {part(0), part(2.0 / 3), part(1.0 / 3)};
 }
 
+Rgb depth_color(uint32_t level) noexcept {
+  // Five colours of the map "viridis", with straight lines between them.
+  constexpr double kStops[][3] = {
+      {68, 1, 84}, {59, 82, 139}, {33, 145, 140}, {94, 201, 98}, {253, 231, 37}};
+  constexpr double kParts = std::size(kStops) - 1;
+  const double at = std::min(level, 255u) / 255.0 * kParts;
+  const auto stop = std::min(static_cast<size_t>(at), std::size(kStops) - 2);
+  const auto part = [&](size_t i) {
+    const double from = kStops[stop][i], to = kStops[stop + 1][i];
+    return to_byte(from + (to - from) * (at - static_cast<double>(stop)));
+  };
+  return {part(0), part(1), part(2)};
+}
+
 Rgb text_color(Rgb ground) noexcept {
   return luma(ground, 0.299, 0.114) > 0.5 ? Rgb{0, 0, 0} : Rgb{255, 255, 255};
 }

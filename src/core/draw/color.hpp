@@ -16,6 +16,8 @@ struct Rgb {
 // A bright colour whose hue differs clearly from those of adjacent classes: hues advance by the
 // golden ratio.
 Rgb class_color(uint64_t class_index) noexcept;
+// From dark violet (0) over green to yellow (255), each level brighter than the one before it.
+Rgb depth_color(uint32_t level) noexcept;
 // Black or white, whichever is easier to read on `ground`.
 Rgb text_color(Rgb ground) noexcept;
 

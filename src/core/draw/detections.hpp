@@ -7,6 +7,7 @@
 #pragma once
 #include <cstddef>
 #include <cstdint>
+#include <memory>
 #include <span>
 #include <string>
 #include <vector>
@@ -37,11 +38,13 @@ struct DetectionMask {
   std::vector<uint8_t> values;
 };
 
-// The class of each element of a grid over a box of the picture; class 0 is background.
+// The class of each element of a grid over a box of the picture; class 0 is background. Of depths
+// the level, 0 to 255: the picture is painted over with them.
 struct ClassMap {
   double x1 = 0, y1 = 0, x2 = 0, y2 = 0;
   uint32_t width = 0, height = 0;
   std::vector<uint16_t> classes;
+  bool is_depth = false;
 };
 
 // Counts rows of one tensor that are not detections, and key points that are not finite.
@@ -53,6 +56,9 @@ struct LeftOut {
   uint64_t points_not_finite = 0;
 };
 
+// Names of classes, of each source of results.
+using ClassNames = std::vector<std::vector<std::string>>;
+
 struct Detections {
   std::vector<Detection> rows;
   // points_per_row for each row; points that are not finite keep their place.
@@ -62,6 +68,7 @@ struct Detections {
   std::vector<DetectionMask> masks;
   std::vector<std::string> texts;
   std::vector<ClassMap> class_maps;
+  std::shared_ptr<const ClassNames> names;  // that came with the results; null: none did
   bool scored = false;
   // The size of the picture that coordinates refer to; 0: the picture that is drawn on.
   uint32_t picture_width = 0, picture_height = 0;

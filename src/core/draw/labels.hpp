@@ -6,6 +6,7 @@
 #include <unordered_map>
 #include <vector>
 
+#include "core/draw/detections.hpp"
 #include "core/draw/mask.hpp"
 
 namespace weir::draw {
@@ -18,9 +19,6 @@ class TextPainter {
   virtual Mask paint(const std::string& text) = 0;
 };
 
-// Names of classes, of each source of results.
-using ClassNames = std::vector<std::vector<std::string>>;
-
 class Labels {
  public:
   // Names are indexed by source, then by class; without names for a source, its classes have none.
@@ -28,6 +26,8 @@ class Labels {
   // other text on first use.
   Labels(ClassNames names, bool scores, std::shared_ptr<TextPainter> painter,
          const preprocess::PictureFormat& format);
+
+  void set_names(ClassNames names) { names_ = std::move(names); }
 
   // Masks stay valid until the next call of this function, which bounds the cache: call it before
   // each picture.

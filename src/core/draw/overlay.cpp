@@ -14,6 +14,7 @@
 namespace weir::draw {
 namespace {
 
+constexpr uint8_t kOpaque = 255;
 constexpr float kLeastPointScore = 0.3f;  // of key points that are drawn
 
 // The nearest pixel boundary.
@@ -63,13 +64,14 @@ class Drawing {
   void class_map(const ClassMap& map) {
     std::map<uint16_t, Paint> paints;
     const auto paint = [&](uint16_t c) -> const Paint* {
-      if (c == 0) return nullptr;
+      if (c == 0 && !map.is_depth) return nullptr;
       const auto known = paints.find(c);
       if (known != paints.end()) return &known->second;
-      return &paints.emplace(c, paint_of(canvas_.picture(), class_color(c))).first->second;
+      const Rgb color = map.is_depth ? depth_color(c) : class_color(c);
+      return &paints.emplace(c, paint_of(canvas_.picture(), color)).first->second;
     };
-    tint_classes(upright(map), map.width, map.height, map.classes, style_.mask_opacity, paint,
-                 &canvas_);
+    tint_classes(upright(map), map.width, map.height, map.classes,
+                 map.is_depth ? kOpaque : style_.mask_opacity, paint, &canvas_);
   }
 
   void mask(const Detection& d, const Area& area, const Paint& paint) {

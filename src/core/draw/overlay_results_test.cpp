@@ -71,6 +71,18 @@ TEST(OverlayResults, AClassMapTintsAllButTheBackground) {
       EXPECT_EQ(is_painted(picture, x, y), x >= 20 && y < 20) << x << "," << y;
 }
 
+TEST(OverlayResults, DepthsCoverThePictureWithTheirColours) {
+  Detections d;
+  d.class_maps = {{0, 0, 40, 20, 2, 1, {0, 255}, true}};
+  TestPicture picture("GRAY8", 40, 40), expected("GRAY8", 40, 40);
+  auto canvas = picture.canvas();
+  draw(d, kNoLines, nullptr, &canvas);
+  auto filled = expected.canvas();
+  filled.fill({0, 0, 20, 20}, paint_of(filled.picture(), {68, 1, 84}));
+  filled.fill({20, 0, 40, 20}, paint_of(filled.picture(), {253, 231, 37}));
+  EXPECT_EQ(picture, expected);
+}
+
 TEST(OverlayResults, CoordinatesOfAnotherPictureAreScaled) {
   Detections d;
   d.picture_width = 400, d.picture_height = 80;

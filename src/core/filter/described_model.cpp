@@ -55,13 +55,17 @@ const weir_stream_model& AbiModel::fill(const DescribedModel& model) {
   const auto text = [](const std::string& s) { return s.empty() ? nullptr : s.c_str(); };
   inputs_ = infos_of(model.inputs);
   outputs_ = infos_of(model.outputs);
+  card_labels_.clear();
+  for (const auto& label : model.card_labels) card_labels_.push_back(label.c_str());
   model_ = {sizeof model_,
             static_cast<uint32_t>(inputs_.size()),
             static_cast<uint32_t>(outputs_.size()),
             inputs_.data(),
             outputs_.data(),
             text(model.path),
-            text(model.metadata_json)};
+            text(model.metadata_json),
+            card_labels_.data(),
+            static_cast<uint32_t>(card_labels_.size())};
   return model_;
 }
 

@@ -20,10 +20,11 @@ struct DescribedTensor {
 };
 
 struct DescribedModel {
-  std::vector<DescribedTensor> inputs;   // of the model
-  std::vector<DescribedTensor> outputs;  // of the stream: after output-combination
-  std::string path;                      // "" = none
-  std::string metadata_json;             // "" = none
+  std::vector<DescribedTensor> inputs;     // of the model
+  std::vector<DescribedTensor> outputs;    // of the stream: after output-combination
+  std::string path;                        // "" = none
+  std::string metadata_json;               // "" = none
+  std::vector<std::string> card_labels{};  // names of classes; not in the event
   bool operator==(const DescribedModel&) const = default;
 };
 
@@ -42,6 +43,7 @@ class AbiModel {
 
  private:
   std::vector<weir_tensor_info> inputs_, outputs_;
+  std::vector<const char*> card_labels_;
   weir_stream_model model_{};
 };
 

@@ -6,6 +6,7 @@
 #include <cmath>
 
 #include "core/heads/head_options.hpp"
+#include "core/heads/output_shapes.hpp"
 
 namespace weir::heads {
 namespace {
@@ -57,7 +58,12 @@ const Family kDepthMap{
     .outputs = "1 tensor W:H, 1:W:H or W:H:1",
     .custom = "",
     .threshold = 0,
-    .fit = [](const ModelFacts& model) { return find_map(model) ? Fit::Possible : Fit::No; },
+    .fit =
+        [](const ModelFacts& model) {
+          if (!find_map(model)) return Fit::No;
+          const bool is_named = any_name_has(model, "depth") && !any_name_has(model, "depthwise");
+          return is_named ? Fit::Certain : Fit::Possible;
+        },
     .open = [](const ModelFacts& model, const HeadOptions&) -> std::unique_ptr<Head> {
       const auto map = find_map(model);
       if (!map) throw wrong_outputs(model, kDepthMap);

@@ -156,23 +156,26 @@ std::unique_ptr<Head> open_head(const Family& family, const ModelFacts& model,
   return family.open(model, options);
 }
 
-const Family& recognise(const ModelFacts& model, uint32_t tasks) {
+std::vector<const Family*> fitting(const ModelFacts& model, uint32_t tasks) {
   check_sizes(model);
-  const auto families = families_of(tasks);
   std::vector<const Family*> possible, certain;
-  for (const Family* family : families) {
+  for (const Family* family : families_of(tasks)) {
     const Fit fit = family->fit(model);
     if (fit != Fit::No) possible.push_back(family);
     if (fit == Fit::Certain) certain.push_back(family);
   }
-  const auto& fitting = certain.empty() ? possible : certain;
-  if (fitting.empty()) throw Failure(nothing_fits(model, families));
-  if (fitting.size() == 1) return *fitting[0];
+  return certain.empty() ? possible : certain;
+}
+
+const Family& recognise(const ModelFacts& model, uint32_t tasks) {
+  const auto found = fitting(model, tasks);
+  if (found.empty()) throw Failure(nothing_fits(model, families_of(tasks)));
+  if (found.size() == 1) return *found[0];
   throw Failure({.code = Code::SPEC_MISMATCH,
-                 .what = "the outputs fit several heads: " + names_of(fitting, "", ", "),
+                 .what = "the outputs fit several heads: " + names_of(found, "", ", "),
                  .offered = model.describe_outputs(),
                  .needed = "the name of the head",
-                 .fix = names_of(fitting, "tensor_decoder custom=head:", " or ")});
+                 .fix = names_of(found, "tensor_decoder custom=head:", " or ")});
 }
 
 }  // namespace weir::heads

@@ -12,8 +12,11 @@ std::span<const Family* const> all_families();
 // the names, and the nearest) if there is none.
 const Family& family_named(std::string_view name, uint32_t tasks);
 
-// The only family with one of `tasks` that fits the model; those that are certain take precedence
-// over those that are possible. Throws Failure (SPEC_MISMATCH): none fits, with what families of
+// The families with one of `tasks` that fit the model: those that are certain, else those that are
+// possible. Throws Failure (SPEC_MISMATCH) for outputs that open_head() refuses by their size.
+std::vector<const Family*> fitting(const ModelFacts& model, uint32_t tasks);
+
+// The only family of fitting(). Throws Failure (SPEC_MISMATCH): none fits, with what families of
 // these tasks need; several fit, with custom=head: for each.
 const Family& recognise(const ModelFacts& model, uint32_t tasks);
 

@@ -24,7 +24,8 @@ struct Layout {
 
 constexpr size_t kLeastSide = 8, kMostPoints = 512;
 
-// Whether the cells of such maps are squares of the input.
+// Whether the cells of such maps are squares of the input. One map of the input's own size is a
+// mask or a depth.
 bool is_plausible(const Layout& layout, PictureSize input) {
   if (layout.width < kLeastSide || layout.height < kLeastSide || layout.points > kMostPoints)
     return false;
@@ -101,7 +102,15 @@ class HeatMaps final : public PointsHead {
 };
 
 Fit fit(const ModelFacts& model) {
-  return layout_of(model) ? Fit::Possible : Fit::No;
+  const auto layout = layout_of(model);
+  if (!layout) return Fit::No;
+  // Maps of the input's own size are masks, scores of classes or depths; grids of larger cells are
+  // those of detectors.
+  constexpr size_t kLeastCell = 2, kMostCell = 8;
+  const bool has_cells =
+      model.input.width == 0 || (layout->width * kLeastCell <= model.input.width &&
+                                 layout->width * kMostCell >= model.input.width);
+  return has_cells ? Fit::Possible : Fit::No;
 }
 
 std::unique_ptr<Head> open(const ModelFacts& model, const HeadOptions& options) {

@@ -88,5 +88,44 @@ TEST(Recognition, AnotherModeHasOtherFamilies) {
   EXPECT_SAYS(family({zeros("1000:1")}, 0, kDetection), "needed: ");
 }
 
+TEST(Recognition, OneListOfScoresIsAClassifier) {
+  EXPECT_EQ(family({zeros("1001:1", "Predictions/Softmax")}, 0, ~0u), "classifier");
+  EXPECT_SAYS(family({zeros("6625:40:1", "softmax_11.tmp_0")}, 0, ~0u),
+              "text recognition needs the model's dictionary");
+}
+
+TEST(Recognition, GridsOfDetectorsAndScoresOfPixelsAreNoHeatMaps) {
+  constexpr uint32_t kObjects = kDetection | kPose;
+  EXPECT_EQ(family({zeros("40:40:85:1")}, 0, kObjects), "fastestdet");
+  EXPECT_EQ(family({zeros("21:640:640:1")}, 0, kPose | kSegmentation), "deeplab");
+  EXPECT_EQ(family({zeros("160:160:17:1")}, 0, kPose), "heat-maps");
+}
+
+TEST(Recognition, ListsTheFamiliesThatFit) {
+  ModelFacts facts;
+  facts.input = k640;
+  const auto names = [&](const char* shape, uint32_t tasks) {
+    facts.outputs = {{.type = ElementType::Float32, .shape = Shape::parse(shape)}};
+    std::vector<std::string> out;
+    for (const Family* one : fitting(facts, tasks)) out.emplace_back(one->name);
+    return out;
+  };
+  using Names = std::vector<std::string>;
+  EXPECT_EQ(names("8400:84:1", kDetection), Names{"yolov8"});
+  EXPECT_EQ(names("8400:85:1", kDetection), (Names{"yolov8", "yolox"}));
+  EXPECT_EQ(names("8400:84:1", kClassification), Names());
+  facts.outputs = {{.type = ElementType::Float32, .shape = {0, 4}}};
+  EXPECT_THROW(fitting(facts, kDetection), Failure);
+}
+
+TEST(Recognition, AMapOfTheInputsSizeIsNoHeatMap) {
+  constexpr uint32_t kAll = ~0u;
+  EXPECT_EQ(family({zeros("640:640:1", "predicted_depth")}, 0, kAll), "depth");
+  EXPECT_EQ(family({zeros("640:640:1", "sigmoid_0.tmp_0")}, 0, kAll), "db");
+  EXPECT_SAYS(family({zeros("640:640:1", "block/depthwise")}, 0, kAll), "db, deeplab, depth");
+  EXPECT_SAYS(family({zeros("640:640:1")}, 0, kPose), "no head that this mode knows");
+  EXPECT_EQ(family({zeros("160:160:1")}, 0, kPose), "heat-maps");
+}
+
 }  // namespace
 }  // namespace weir::heads

@@ -21,7 +21,7 @@ int32_t coco_id(int32_t index) {
 
 class CocoWriter final : public RecordWriter {
  public:
-  explicit CocoWriter(WriterSettings settings) : settings_(std::move(settings)) {}
+  using RecordWriter::RecordWriter;
 
   // Frames are counted from 0.
   bool write(const ResultReader& reader, const ResultFrame& frame, const FrameFacts& facts,
@@ -82,7 +82,6 @@ class CocoWriter final : public RecordWriter {
     out->push_back(']');
   }
 
-  const WriterSettings settings_;
   int64_t image_ = 0;
 };
 

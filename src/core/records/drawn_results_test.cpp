@@ -70,6 +70,26 @@ TEST(DrawnResults, CarryMasksAndTexts) {
   EXPECT_EQ(d.texts[0], "EXIT");
 }
 
+TEST(DrawnResults, ATextIsTheLabelOfTheBoxThatItWasReadIn) {
+  const auto d = drawn("x1,y1,x2,y2,score,class;score,parent;text",
+                       TestFrame()
+                           .floats("6:2", {10, 20, 30, 40, 0.5f, 1, 50, 60, 70, 80, 0.6f, 0})
+                           .floats("2:3", {0.9f, 1, 0.8f, 1, 0.7f, -1})
+                           .texts(4, {"EXIT", "DOOR", "SIGN"}),
+                       {picture_of(640, 480)});
+  // Two boxes, and the texts that have no box of their own: a second one of a box, and one of none.
+  ASSERT_EQ(d.rows.size(), 4u);
+  EXPECT_EQ(d.rows[0].text, -1);
+  ASSERT_EQ(d.rows[1].text, 0);
+  EXPECT_EQ(d.texts[0], "EXIT");
+  EXPECT_EQ(d.rows[1].score, 0.9f);
+  EXPECT_FALSE(d.rows[1].is_label);
+  EXPECT_TRUE(d.rows[2].is_label);
+  EXPECT_EQ(d.texts[static_cast<size_t>(d.rows[2].text)], "DOOR");
+  EXPECT_EQ(d.rows[3].x2, 640);
+  EXPECT_EQ(d.left_out.beyond_limit, 0u);
+}
+
 TEST(DrawnResults, ClassMapsLieWhereTheirSourceMapPlacesThem) {
   SourceMap map = picture_of(640, 480);  // a grid of 4 x 2 over the lower half
   map.width = 4, map.height = 2;
@@ -82,6 +102,15 @@ TEST(DrawnResults, ClassMapsLieWhereTheirSourceMapPlacesThem) {
   EXPECT_EQ(d.class_maps[0].x2, 640);
   EXPECT_EQ(d.class_maps[0].y2, 480);
   EXPECT_EQ(d.class_maps[0].classes[5], 5);
+}
+
+TEST(DrawnResults, DepthsBecomeLevelsOfTheirRange) {
+  const auto d = drawn("depth", TestFrame().floats("4:1", {2, 4, 3, NAN}), {picture_of(640, 480)});
+  ASSERT_EQ(d.class_maps.size(), 1u);
+  EXPECT_TRUE(d.class_maps[0].is_depth);
+  EXPECT_EQ(d.class_maps[0].classes, (std::vector<uint16_t>{0, 255, 128, 0}));
+  const auto flat = drawn("depth", TestFrame().floats("2:1", {7, 7}));
+  EXPECT_EQ(flat.class_maps[0].classes, (std::vector<uint16_t>{0, 0}));
 }
 
 }  // namespace

@@ -1,7 +1,9 @@
 // Writes results as JSON Lines: one object for each frame, by docs/schema/results-1.schema.json.
 // SPDX-License-Identifier: LGPL-2.1-or-later
+#include <algorithm>
 #include <cmath>
 
+#include "core/records/map_summary.hpp"
 #include "core/records/record_text.hpp"
 #include "core/records/record_writer.hpp"
 #include "core/records/run_lengths.hpp"
@@ -41,7 +43,8 @@ class FrameWriter {
     write_list(RowKind::Label, "labels");
     write_list(RowKind::Detection, "detections");
     write_list(RowKind::Text, "text");
-    if (settings_.has_masks && !frame_.class_maps.empty()) write_segments();
+    if (!frame_.class_maps.empty()) write_segments();
+    if (!frame_.depths.empty()) write_depths();
     out_ += "}\n";
   }
 
@@ -157,6 +160,13 @@ class FrameWriter {
                 facts_.height, &out_);
   }
 
+  // The map from tensor `index` to the picture, if it is known.
+  std::optional<SourceMap> map_to_picture(size_t tensor) const {
+    const size_t index = facts_.maps.size() == 1 ? 0 : tensor;
+    const bool is_known = facts_.width > 0 && index < facts_.maps.size();
+    return is_known ? std::optional(facts_.maps[index]) : std::nullopt;
+  }
+
   // Without the picture's size, the pixels of the class map are those of the picture.
   void write_segments() {
     out_ += ",\"segments\":";
@@ -164,27 +174,56 @@ class FrameWriter {
     for (const ClassMapView& classes : frame_.class_maps) {
       const uint32_t width = facts_.width > 0 ? facts_.width : classes.width;
       const uint32_t height = facts_.height > 0 ? facts_.height : classes.height;
-      if (!has_run_lengths(width, height)) continue;
-      for (const ClassRuns& found :
-           runs_of_classes(classes, map_of(classes, width, height), width, height)) {
-        const auto index = static_cast<int32_t>(found.class_index);
+      std::vector<ClassRuns> runs;
+      if (settings_.has_masks && has_run_lengths(width, height))
+        runs = runs_of_classes(classes, map_of(classes, width, height), width, height);
+      for (const auto& found : parts_of_classes(classes, map_to_picture(classes.tensor))) {
         out_ += before;
         before = ',';
-        out_ += "{\"index\":";
-        append_number(int64_t{index}, &out_);
-        out_ += ",\"label\":";
-        append_json_string(settings_.labels.of(classes.source, index, &label_), &out_);
-        out_ += ",\"mask\":";
-        append_mask(found.runs, width, height, &out_);
+        write_segment(classes, found);
+        const auto mask = std::find_if(runs.begin(), runs.end(), [&](const ClassRuns& one) {
+          return one.class_index == found.class_index;
+        });
+        if (mask != runs.end()) {
+          out_ += ",\"mask\":";
+          append_mask(mask->runs, width, height, &out_);
+        }
         out_ += '}';
       }
     }
     out_ += before == '[' ? "[]" : "]";
   }
+  // Without the brace at its end.
+  void write_segment(const ClassMapView& classes, const ClassPart& found) {
+    const auto index = static_cast<int32_t>(found.class_index);
+    out_ += "{\"index\":";
+    append_number(int64_t{index}, &out_);
+    out_ += ",\"label\":";
+    append_json_string(settings_.labels.of(classes.source, index, &label_), &out_);
+    out_ += ",\"part\":";
+    append_number(static_cast<float>(found.part), &out_);
+    if (reader_.sources().size() > 1) write_source(classes.source);
+  }
+  void write_depths() {
+    out_ += ",\"depth\":";
+    char before = '[';
+    for (const DepthView& depths : frame_.depths) {
+      const DepthRange range = range_of_depths(depths, map_to_picture(depths.tensor));
+      out_ += before;
+      before = ',';
+      out_ += "{\"least\":";
+      append_number(range.least, &out_);
+      out_ += ",\"greatest\":";
+      append_number(range.greatest, &out_);
+      out_ += ",\"mean\":";
+      append_number(static_cast<float>(range.mean), &out_);
+      if (reader_.sources().size() > 1) write_source(depths.source);
+      out_ += '}';
+    }
+    out_ += ']';
+  }
   SourceMap map_of(const ClassMapView& classes, uint32_t width, uint32_t height) const {
-    const auto& maps = facts_.maps;
-    const size_t index = maps.size() == 1 ? 0 : classes.tensor;
-    if (facts_.width > 0 && index < maps.size()) return maps[index];
+    if (const auto known = map_to_picture(classes.tensor)) return *known;
     SourceMap out;
     out.xx = double(width) / classes.width;
     out.yy = double(height) / classes.height;
@@ -202,15 +241,12 @@ class FrameWriter {
 
 class JsonWriter final : public RecordWriter {
  public:
-  explicit JsonWriter(WriterSettings settings) : settings_(std::move(settings)) {}
+  using RecordWriter::RecordWriter;
   bool write(const ResultReader& reader, const ResultFrame& frame, const FrameFacts& facts,
              std::string* out) override {
     FrameWriter(settings_, reader, frame, facts, out).write();
     return true;
   }
-
- private:
-  const WriterSettings settings_;
 };
 
 }  // namespace

@@ -9,7 +9,7 @@ namespace {
 
 class MotWriter final : public RecordWriter {
  public:
-  explicit MotWriter(WriterSettings settings) : settings_(std::move(settings)) {}
+  using RecordWriter::RecordWriter;
 
   bool write(const ResultReader& reader, const ResultFrame& frame, const FrameFacts&,
              std::string* out) override {
@@ -37,7 +37,6 @@ class MotWriter final : public RecordWriter {
     *out += ",1\n";  // visibility is not known: visible
   }
 
-  const WriterSettings settings_;
   int64_t frame_ = 0;
 };
 

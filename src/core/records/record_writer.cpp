@@ -27,6 +27,18 @@ Labels read_labels(const std::string& option, const std::string& paths) {
   return Labels(std::move(out));
 }
 
+std::vector<std::vector<std::string>> labels_of_sources(const LabelsBySource& labels,
+                                                        const std::vector<std::string>& sources) {
+  std::vector<std::vector<std::string>> out;
+  bool is_known = false;
+  for (const auto& source : sources) {
+    const auto found = labels.find(source);
+    is_known |= found != labels.end();
+    out.push_back(found != labels.end() ? found->second : std::vector<std::string>());
+  }
+  return is_known ? out : std::vector<std::vector<std::string>>();
+}
+
 const ResultObject* with_box(const ResultFrame& frame, const ResultObject& object) noexcept {
   if (object.has_box) return &object;
   if (object.parent < 0) return nullptr;

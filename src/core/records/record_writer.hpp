@@ -9,6 +9,7 @@
 #include <vector>
 
 #include "core/records/result_frame.hpp"
+#include "core/records/source_labels.hpp"
 
 namespace weir::records {
 
@@ -47,12 +48,18 @@ struct WriterSettings {
 
 class RecordWriter {
  public:
+  explicit RecordWriter(WriterSettings settings) : settings_(std::move(settings)) {}
   virtual ~RecordWriter() = default;
+  // Replaces the names of classes from the next frame on.
+  void set_labels(Labels labels) { settings_.labels = std::move(labels); }
   // Appends a frame. Returns false if the format has nothing to write for it.
   virtual bool write(const ResultReader& reader, const ResultFrame& frame, const FrameFacts& facts,
                      std::string* out) = 0;
   // The next frame is the first one of a stream.
   virtual void restart() noexcept {}
+
+ protected:
+  WriterSettings settings_;
 };
 
 std::unique_ptr<RecordWriter> json_writer(WriterSettings settings);

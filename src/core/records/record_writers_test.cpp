@@ -47,7 +47,9 @@ TEST(JsonWriter, AFrameWithoutResultsHasEmptyLists) {
   EXPECT_EQ(json(reader_of("x1,y1,x2,y2,score;score;text"),
                  TestFrame().floats("5:1", {0, 0, 0, 0, 0}).floats("1", {0}).texts(1, {""})),
             "{\"version\":1,\"detections\":[],\"text\":[]}\n");
-  EXPECT_EQ(json(reader_of("depth"), TestFrame().floats("1", {0})), "{\"version\":1}\n");
+  EXPECT_EQ(json(reader_of("class-map"), TestFrame().bytes("1", {0})),
+            R"({"version":1,"segments":[{"index":0,"label":"0","part":1}]})"
+            "\n");
 }
 
 TEST(JsonWriter, PartsOfObjectsNameTheDetectionThatTheyBelongTo) {
@@ -87,11 +89,42 @@ TEST(JsonWriter, WritesMasksAndClassesOnRequest) {
             nlohmann::json::parse(R"({"size":[3,3],"counts":"414"})"));
   EXPECT_EQ(
       out["segments"],
-      nlohmann::json::parse(R"([{"index":2,"label":"2","mask":{"size":[3,3],"counts":"09"}}])"));
+      nlohmann::json::parse(
+          R"([{"index":2,"label":"2","part":1,"source":"n","mask":{"size":[3,3],"counts":"09"}}])"));
   // Without a picture there is no mask of it; the class map is its own picture.
   const auto alone = nlohmann::json::parse(json(reader, frame, {}, {.has_masks = true}));
   EXPECT_FALSE(alone["detections"][0].contains("mask"));
   EXPECT_EQ(alone["segments"][0]["mask"]["size"], nlohmann::json::parse("[1,1]"));
+}
+
+TEST(JsonWriter, MapsComeToPartsAndRanges) {
+  const auto frame = TestFrame().bytes("4:1", {1, 1, 0, 1}).floats("2:1", {0.5f, 2});
+  EXPECT_EQ(json(reader_of("class-map;depth"), frame, {}, {.labels = cats()}),
+            R"({"version":1,"segments":[{"index":0,"label":"cat","part":0.25},)"
+            R"({"index":1,"label":"dog \"rex\"","part":0.75}],)"
+            R"("depth":[{"least":0.5,"greatest":2,"mean":1.25}]})"
+            "\n");
+  const auto sources = nlohmann::json::parse(json(reader_of("class-map;depth", "a;b"), frame));
+  EXPECT_EQ(sources["segments"][1]["source"], "a");
+  EXPECT_EQ(sources["depth"][0]["source"], "b");
+}
+
+TEST(RecordWriter, LabelsCanChangeBetweenFrames) {
+  const auto writer = json_writer({});
+  const auto reader = reader_of("score,class");
+  const auto frame = TestFrame().floats("2:1", {0.5f, 1});
+  const auto label = [&] {
+    return nlohmann::json::parse(written(*writer, reader, frame))["labels"][0]["label"];
+  };
+  EXPECT_EQ(label(), "1");
+  writer->set_labels(cats());
+  EXPECT_EQ(label(), "dog \"rex\"");
+}
+
+TEST(LabelsOfSources, AreInTheOrderOfTheSources) {
+  const LabelsBySource known{{"a", {"cat"}}, {"b", {"red", "blue"}}};
+  EXPECT_EQ(labels_of_sources(known, {"b", "x", "a"}), (Names{{"red", "blue"}, {}, {"cat"}}));
+  EXPECT_EQ(labels_of_sources(known, {"x", ""}), Names());
 }
 
 TEST(WebvttWriter, WritesAHeaderOnceAndACueForEachFrameWithResults) {

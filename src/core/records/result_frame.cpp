@@ -159,10 +159,17 @@ uint32_t ClassMapView::at(size_t index) const noexcept {
   return out;
 }
 
+float DepthView::at(size_t index) const noexcept {
+  float out = 0;
+  std::memcpy(&out, values.data() + index * sizeof out, sizeof out);
+  return out;
+}
+
 void ResultFrame::clear() noexcept {
   objects.clear();
   points.clear();
   class_maps.clear();
+  depths.clear();
   rows_not_finite = 0;
 }
 
@@ -268,6 +275,26 @@ RowGroup ResultReader::plain_group(const TensorSpec& spec) const {
   return out;
 }
 
+void ResultReader::read_maps(std::span<const TensorSpec> specs,
+                             std::span<const ResultTensor> tensors, ResultFrame* out) const {
+  for (uint32_t i = 0; i < columns_.size(); ++i) {
+    const uint32_t width = extent(specs[i].shape, 0), height = extent(specs[i].shape, 1);
+    if (columns_[i].kind == WEIR_RESULT_CLASS_MAP)
+      out->class_maps.push_back({.source = source_of_[i],
+                                 .tensor = i,
+                                 .width = width,
+                                 .height = height,
+                                 .is_wide = specs[i].type == ElementType::UInt16,
+                                 .values = tensors[i].bytes});
+    if (columns_[i].kind == WEIR_RESULT_DEPTH)
+      out->depths.push_back({.source = source_of_[i],
+                             .tensor = i,
+                             .width = width,
+                             .height = height,
+                             .values = tensors[i].bytes});
+  }
+}
+
 Status ResultReader::read(std::span<const ResultTensor> tensors, ResultFrame* out) const {
   out->clear();
   std::vector<TensorSpec> specs;
@@ -287,14 +314,7 @@ Status ResultReader::read(std::span<const ResultTensor> tensors, ResultFrame* ou
   for (uint32_t i = 0; i < groups_.size(); ++i)
     rows.read(has_columns_ ? groups_[i] : plain_group(specs[0]), i);
   rows.end();
-  for (uint32_t i = 0; i < columns_.size(); ++i)
-    if (columns_[i].kind == WEIR_RESULT_CLASS_MAP)
-      out->class_maps.push_back({.source = source_of_[i],
-                                 .tensor = i,
-                                 .width = extent(specs[i].shape, 0),
-                                 .height = extent(specs[i].shape, 1),
-                                 .is_wide = specs[i].type == ElementType::UInt16,
-                                 .values = tensors[i].bytes});
+  read_maps(specs, tensors, out);
   return ok();
 }
 

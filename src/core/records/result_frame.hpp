@@ -75,10 +75,20 @@ struct ClassMapView {
   uint32_t at(size_t index) const noexcept;
 };
 
+// The depth of each pixel of the picture; borrowed.
+struct DepthView {
+  uint32_t source = 0, tensor = 0;
+  uint32_t width = 0, height = 0;
+  std::span<const std::byte> values;
+
+  float at(size_t index) const noexcept;
+};
+
 struct ResultFrame {
   std::vector<ResultObject> objects;
   std::vector<results::KeyPoint> points;  // not finite: the point was not found
   std::vector<ClassMapView> class_maps;
+  std::vector<DepthView> depths;
   uint64_t rows_not_finite = 0;  // that were left out
 
   void clear() noexcept;  // keeps the memory
@@ -104,6 +114,8 @@ class ResultReader {
  private:
   Status check(size_t index, const TensorSpec& spec) const;
   Status check_groups(std::span<const TensorSpec> specs) const;
+  void read_maps(std::span<const TensorSpec> specs, std::span<const ResultTensor> tensors,
+                 ResultFrame* out) const;
   RowGroup plain_group(const TensorSpec& spec) const;
 
   bool has_columns_ = false;

@@ -51,7 +51,7 @@ void append_cue_text(std::string_view text, std::string* out) {
 
 class WebvttWriter final : public RecordWriter {
  public:
-  explicit WebvttWriter(WriterSettings settings) : settings_(std::move(settings)) {}
+  using RecordWriter::RecordWriter;
 
   // A cue needs a time and a text.
   bool write(const ResultReader& reader, const ResultFrame& frame, const FrameFacts& facts,
@@ -92,7 +92,6 @@ class WebvttWriter final : public RecordWriter {
     *out += line + '\n';
   }
 
-  const WriterSettings settings_;
   bool is_first_ = true;
 };
 

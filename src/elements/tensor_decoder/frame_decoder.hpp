@@ -14,6 +14,7 @@
 #include "core/tensor/frame_spec.hpp"
 #include "elements/tensor_decoder/decoder_options.hpp"
 #include "gstcpp/buffer/frame_reader.hpp"
+#include "gstcpp/element/labels_event.hpp"
 #include "gstcpp/element/ref.hpp"
 #include "weir/result.hpp"
 
@@ -36,6 +37,10 @@ class FrameDecoder {
                               GstBuffer* out, const BufferLimit& limit, Ledger* ledger) = 0;
   // The input caps, before configure(): fields beyond the spec, for decoders that use them.
   virtual void set_caps(const GstCaps*) {}
+  // The names of the classes of its results, after configure(); empty = not known.
+  virtual std::vector<std::string> labels() const { return {}; }
+  // The names of the classes of one source of the stream's results, from the next frame on.
+  virtual void set_labels(const gst::LabelsOfSource&) {}
   // The times of the next frame in nanoseconds, before decode(): running time, and when it was
   // captured, since 1970 UTC. -1 = unknown.
   virtual void set_times(int64_t /*running_time*/, int64_t /*unix_time*/) noexcept {}

@@ -23,6 +23,10 @@ class ModuleDecoder final : public FrameDecoder {
   Result<bool> decode(const FrameSpec& input, GstBuffer* in, const gst::FrameReader& reader,
                       GstBuffer* out, const BufferLimit& limit, Ledger* ledger) override;
   void set_caps(const GstCaps* caps) override;
+  std::vector<std::string> labels() const override { return decoder_->labels(); }
+  void set_labels(const gst::LabelsOfSource& of) override {
+    decoder_->set_labels(of.source, of.labels);
+  }
   void set_times(int64_t running_time, int64_t unix_time) noexcept override {
     decoder_->set_times(running_time, unix_time);
   }

@@ -1,6 +1,10 @@
 // Tests of modes json and webvtt in pipelines: caps fields, times, flushes.
 // SPDX-License-Identifier: LGPL-2.1-or-later
+#include <cstdio>
+#include <fstream>
+
 #include "elements/tensor_decoder/decoder_harness.hpp"
+#include "gstcpp/element/labels_event.hpp"
 
 namespace weir::testing_tensor_decoder {
 namespace {
@@ -71,6 +75,34 @@ TEST(TensorDecoderRecords, FramesWithoutLinesAreCountedAsDropped) {
   EXPECT_EQ(text_of(h, test::frame(kRow, 1)), "2,-1,2,3,2,2,0.5,2,1\n");
   EXPECT_EQ(stat(h, "received"), 2u);
   EXPECT_EQ(stat(h, "dropped"), 1u);
+}
+
+TEST(TensorDecoderRecords, LabelsComeWithTheStreamBetweenAnyFrames) {
+  const auto h = harness("mode=json", results("score,class", "2:1"));
+  const auto label = [&] {
+    const std::string text = text_of(h, test::frame<float>({1, 1}));
+    const size_t at = text.find("\"label\":");
+    return at == std::string::npos ? text : text.substr(at, text.find('}') - at);
+  };
+  const auto send = [&](const gst::LabelsOfSource& labels) {
+    EXPECT_TRUE(gst_harness_push_event(h.get(), gst::make_labels_event(labels).release()));
+  };
+  EXPECT_EQ(label(), "\"label\":\"1\"");
+  send({"another", {"red", "blue"}});
+  EXPECT_EQ(label(), "\"label\":\"1\"") << "the labels of another source";
+  send({"yolo", {"cat", "dog"}});
+  EXPECT_EQ(label(), "\"label\":\"dog\"");
+  send({"yolo", {"cat"}});
+  EXPECT_EQ(label(), "\"label\":\"1\"") << "fewer labels than classes";
+}
+
+TEST(TensorDecoderRecords, LabelsOfTheUserCountMoreThanThoseOfTheStream) {
+  const std::string path = testing::TempDir() + "weir-record-labels.txt";
+  std::ofstream(path) << "un\ndeux\n";
+  const auto h = harness("mode=json labels=" + path, results("score,class", "2:1"));
+  gst_harness_push_event(h.get(), gst::make_labels_event({"yolo", {"cat", "dog"}}).release());
+  EXPECT_SAYS(text_of(h, test::frame<float>({1, 1})), "\"label\":\"deux\"");
+  std::remove(path.c_str());
 }
 
 TEST(TensorDecoderRecords, RefusesColumnsThatTheTensorsDoNotHave) {

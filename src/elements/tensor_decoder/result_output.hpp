@@ -19,6 +19,7 @@ class ResultOutput {
   // The output caps; null or without weir-columns: the output is no results.
   void configure(const GstCaps* caps);
   bool is_results() const noexcept { return !roles_.empty(); }
+  std::string source() const { return roles_.empty() ? std::string() : roles_[0].source; }
   // Replaces the source maps of the network's tensors, which `out` has: results are in pixels of
   // the picture, class maps and depths cover what the network saw.
   Status place(GstBuffer* out);

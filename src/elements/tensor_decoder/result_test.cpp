@@ -1,6 +1,11 @@
 // tensor_decoder in modes that write results: the model of the stream, source maps, GAP events.
 // SPDX-License-Identifier: LGPL-2.1-or-later
+#include <filesystem>
+#include <fstream>
+
 #include "elements/tensor_decoder/result_test_support.hpp"
+#include "gstcpp/element/file_digest.hpp"
+#include "gstcpp/element/labels_event.hpp"
 
 namespace weir::testing_tensor_decoder {
 namespace {
@@ -122,6 +127,85 @@ TEST(ResultDecoder, DoesNotPassTheModelOnBecauseResultsAreNotItsOutputs) {
   EXPECT_EQ(decoded_rows(h, frame(yolo(kTwo))), kBoth);
   EXPECT_FALSE(Ref<GstEvent>::adopt(
       gst_pad_get_sticky_event(h->sinkpad, GST_EVENT_CUSTOM_DOWNSTREAM_STICKY, 0)));
+}
+
+std::optional<gst::LabelsOfSource> sent_labels(const Harness& h) {
+  const auto event = Ref<GstEvent>::adopt(
+      gst_pad_get_sticky_event(h->sinkpad, GST_EVENT_CUSTOM_DOWNSTREAM_STICKY, 0));
+  return event ? gst::parse_labels_event(event.get()) : std::nullopt;
+}
+using gst::LabelsOfSource;
+const std::vector<std::string> kThree{"cat", "dog", "bird"};
+
+TEST(ResultDecoder, NamesTheClassesOfTheModelDownstream) {
+  const auto h = harness_of("tensor_decoder mode=detection");
+  auto model = yolo_model();
+  model.metadata_json = R"({"names":"{0: 'cat', 1: 'dog', 2: 'bird'}"})";
+  begin(h, kYoloCaps, &model);
+  EXPECT_EQ(sent_labels(h), (LabelsOfSource{"shapes", kThree}));
+  EXPECT_EQ(decoded_rows(h, frame(yolo(kTwo))), kBoth);
+  // A model of the same name without labels takes them back.
+  send_model(h, yolo_model());
+  EXPECT_EQ(sent_labels(h), (LabelsOfSource{"shapes", {}}));
+}
+
+TEST(ResultDecoder, NamesTheClassesOfTheUserDownstream) {
+  const std::string path = testing::TempDir() + "weir-result-labels.txt";
+  std::ofstream(path) << "one\ntwo\nthree\n";
+  const auto h = harness_of("tensor_decoder mode=detection labels=" + path);
+  auto model = yolo_model();
+  model.metadata_json = R"({"names":"{0: 'cat', 1: 'dog', 2: 'bird'}"})";
+  begin(h, kYoloCaps, &model);
+  EXPECT_EQ(sent_labels(h), (LabelsOfSource{"shapes", {"one", "two", "three"}}));
+  std::filesystem::remove(path);
+}
+
+// A model file with a card beside it.
+class ResultCards : public testing::Test {
+ protected:
+  void SetUp() override {
+    std::filesystem::create_directories(folder_);
+    std::ofstream(folder_ + "/shapes.onnx") << "a model";
+    model_.path = folder_ + "/shapes.onnx";
+    write_card(gst::sha256_of(model_.path));
+  }
+  void TearDown() override { std::filesystem::remove_all(folder_); }
+  void write_card(const std::string& digest) const {
+    std::ofstream(folder_ + "/shapes.card.json")
+        << R"({"name":"shapes","model":"shapes.onnx","sha256":")" << digest
+        << R"(","task":"detection","inputs":[{"name":"x","type":"uint8","shape":[1,32,32,3],)"
+        << R"("layout":"NHWC","color":"RGB","resize":"stretch"}],"outputs":[],)"
+        << R"("labels":["cat","dog","bird"],"decoder":"detection",)"
+        << R"("provenance":{"source":"a test","licence":"none"}})";
+  }
+  const std::string folder_ = testing::TempDir() + "weir-result-cards";
+  DescribedModel model_ = yolo_model();
+};
+
+TEST_F(ResultCards, NameTheClassesDownstream) {
+  const auto h = harness_of("tensor_decoder mode=detection");
+  begin(h, kYoloCaps, &model_);
+  EXPECT_EQ(sent_labels(h), (LabelsOfSource{"shapes", kThree}));
+  EXPECT_EQ(decoded_rows(h, frame(yolo(kTwo))), kBoth);
+}
+
+TEST_F(ResultCards, OfAnotherFileNameNothing) {
+  write_card(std::string(64, '0'));
+  const auto h = harness_of("tensor_decoder mode=detection");
+  Errors errors(h);
+  begin(h, kYoloCaps, &model_);
+  EXPECT_FALSE(sent_labels(h));
+  EXPECT_EQ(decoded_rows(h, frame(yolo(kTwo))), kBoth);
+  EXPECT_EQ(errors.next(), "");
+}
+
+TEST_F(ResultCards, ThatCannotBeReadNameNothing) {
+  std::ofstream(folder_ + "/shapes.card.json") << "{";
+  const auto h = harness_of("tensor_decoder mode=detection");
+  Errors errors(h);
+  begin(h, kYoloCaps, &model_);
+  EXPECT_FALSE(sent_labels(h));
+  EXPECT_EQ(errors.next(), "");
 }
 
 TEST(ResultDecoder, ResultsAreInPixelsOfTheSourcePicture) {

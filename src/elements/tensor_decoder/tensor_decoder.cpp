@@ -5,6 +5,7 @@
 #include <cstring>
 #include <memory>
 
+#include "elements/tensor_decoder/class_labels.hpp"
 #include "elements/tensor_decoder/frame_decoder.hpp"
 #include "elements/tensor_decoder/result_output.hpp"
 #include "gstcpp/buffer/capture_time.hpp"
@@ -156,6 +157,10 @@ class TensorDecoder : public gst::CountedTransform<TensorDecoder> {
     switch (GST_EVENT_TYPE(event)) {
       case GST_EVENT_STREAM_START:
         set_model(nullptr);
+        labels_.clear();
+        break;
+      case GST_EVENT_CUSTOM_DOWNSTREAM_STICKY:
+        labels_.receive(event, decoder_.get());
         break;
       case GST_EVENT_FLUSH_STOP:
         if (decoder_) decoder_->reset();
@@ -205,6 +210,7 @@ class TensorDecoder : public gst::CountedTransform<TensorDecoder> {
   }
   void use(OpenDecoder opened) {
     for (const auto& warning : opened.warnings) gst::post_warning(element(), warning);
+    labels_.pass_to(opened.decoder.get());
     std::lock_guard lock(probe_mutex_);
     decoder_ = std::move(opened.decoder);
     probe_ = std::move(opened.probe);
@@ -215,7 +221,7 @@ class TensorDecoder : public gst::CountedTransform<TensorDecoder> {
     gst_event_parse_caps(event, &caps);
     const auto held = Ref<GstCaps>::share(caps);
     const uint64_t errors_before = gst::errors_posted_by_this_thread();
-    if (parent_class()->sink_event(self(), event)) return replay(), TRUE;
+    if (parent_class()->sink_event(self(), event)) return send_labels(), replay(), TRUE;
     if (errors_before == gst::errors_posted_by_this_thread()) report_refusal(held.get());
     return FALSE;
   }
@@ -255,6 +261,10 @@ class TensorDecoder : public gst::CountedTransform<TensorDecoder> {
     waiting_ = false;
     return caps && take_caps(gst_event_new_caps(caps.get()));
   }
+  void send_labels() {
+    if (results_.is_results())
+      labels_.send(*decoder_, results_.source(), GST_BASE_TRANSFORM_SRC_PAD(self()));
+  }
   void replay() {
     for (auto& event : early_.take()) sink_event(event.release());
   }
@@ -274,6 +284,7 @@ class TensorDecoder : public gst::CountedTransform<TensorDecoder> {
                              static_cast<void*>(event.get()));
       return;
     }
+    if (decoder_ && decoder_->uses_model()) labels_.add_card_labels(&*described);
     if (model_ && *model_ == *described) return;
     set_model(std::make_shared<const DescribedModel>(*std::move(described)));
     if (waiting_) return static_cast<void>(begin());
@@ -321,6 +332,7 @@ class TensorDecoder : public gst::CountedTransform<TensorDecoder> {
     picture_bytes_ = bytes_of_picture(caps->get());
     results_.configure(caps->get());
     use(*std::move(opened));
+    send_labels();
     return ok();
   }
 
@@ -386,6 +398,7 @@ class TensorDecoder : public gst::CountedTransform<TensorDecoder> {
   Ref<GstCaps> input_caps_;                // streaming thread
   size_t picture_bytes_ = 0;               // streaming thread; of the output; 0: not raw video
   ResultOutput results_;                   // streaming thread
+  ClassLabels labels_;                     // streaming thread
   std::shared_ptr<const DescribedModel> model_;  // of the stream; null: not known; streaming thread
   bool waiting_ = false;                         // caps wait for the model; streaming thread
   gst::EarlyEvents early_;                       // what came after them

@@ -9,6 +9,7 @@
 
 #include "elements/tensor_overlay/overlay_test_support.hpp"
 #include "elements/tensor_overlay/text_painter.hpp"
+#include "gstcpp/element/labels_event.hpp"
 
 namespace weir::overlay_test {
 namespace {
@@ -79,6 +80,33 @@ TEST_F(OverlayText, IsTheNameOfItsClass) {
   EXPECT_GT(labelled(horse), 2 * labelled(cat));
   EXPECT_GT(inked(with_label(names_only, 1, 2)), 10);  // "2"
   EXPECT_EQ(labelled(with_label("show-scores=false", 1, 0)), 0);
+}
+
+// The label of a box in a stream that says its columns and source; `labels` may come with it.
+Bytes with_stream_labels(const std::string& properties,
+                         const std::vector<gst::LabelsOfSource>& labels) {
+  const auto element = lone_element("tensor_overlay line-width=0 " + properties);
+  const Harness results{gst_harness_new_with_element(element.get(), "results", nullptr)};
+  const Harness pictures{gst_harness_new_with_element(element.get(), "sink", "src")};
+  gst_harness_set_src_caps_str(
+      results.get(),
+      (floats(6, 1) + ",weir-columns=(string)\"x1,y1,x2,y2,score,class\",weir-source=(string)yolo")
+          .c_str());
+  gst_harness_set_src_caps_str(pictures.get(), video("GRAY8", kWidth, kHeight).c_str());
+  for (const auto& one : labels)
+    gst_harness_push_event(results.get(), gst::make_labels_event(one).release());
+  gst_harness_push(results.get(), frame<float>({50, 40, 90, 90, 0.87f, 0}, 0));
+  const auto out = Ref<GstBuffer>::adopt(
+      gst_harness_push_and_pull(pictures.get(), frame(Bytes(kWidth * kHeight, 255), 0)));
+  return content(out.get());
+}
+
+TEST_F(OverlayText, IsTheNameThatCameWithTheResults) {
+  const auto named = with_label(labels(), 0.87f, 0), score = with_label("", 0.87f, 0);
+  EXPECT_EQ(with_stream_labels("", {{"yolo", {"cat"}}}), named);
+  EXPECT_EQ(with_stream_labels("", {{"other", {"horse"}}}), score);
+  EXPECT_EQ(with_stream_labels("", {{"other", {"horse"}}, {"yolo", {"cat"}}}), named);
+  EXPECT_EQ(with_stream_labels(labels(), {{"yolo", {"horse"}}}), named) << "the user's count";
 }
 
 TEST_F(OverlayText, HasTheConfiguredSize) {

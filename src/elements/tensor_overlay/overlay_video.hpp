@@ -20,6 +20,10 @@ class OverlayVideo {
   static Result<OverlayVideo> make(const GstCaps* caps, draw::ClassNames names, bool show_scores,
                                    std::shared_ptr<draw::TextPainter> painter);
 
+  // Replaces the names of classes; without a painter they have no effect.
+  void set_names(draw::ClassNames names) {
+    if (labels_) labels_->set_names(std::move(names));
+  }
   // `buffer` is writable; bytes copied for mapping are counted in `ledger`.
   // Errors: MappedPicture::map(), Canvas::make().
   Result<draw::Drawn> draw(const draw::Detections& detections, const draw::Style& style,

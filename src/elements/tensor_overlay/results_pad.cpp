@@ -59,8 +59,15 @@ Result<ResultsPad::Results> ResultsPad::read_columns(GstBuffer* buffer,
   for (const auto& tensor : tensors) views.push_back({tensor.spec, tensor.payload});
   if (auto status = reader_.read(views, &frame_); !status) return status.error();
   auto detections = records::drawn_results(reader_, frame_, gst::source_maps(buffer));
+  detections.names = names_;
   count(detections.left_out);
   return Results(std::make_shared<const draw::Detections>(std::move(detections)));
+}
+
+void ResultsPad::set_labels(const records::LabelsBySource& labels) {
+  auto names = records::labels_of_sources(
+      labels, has_columns_ ? reader_.sources() : std::vector<std::string>());
+  names_ = names.empty() ? nullptr : std::make_shared<const draw::ClassNames>(std::move(names));
 }
 
 void ResultsPad::count(const draw::LeftOut& left_out) {

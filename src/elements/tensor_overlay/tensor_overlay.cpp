@@ -131,6 +131,7 @@ class TensorOverlay : public gst::CountedTransform<TensorOverlay> {
       if (!painter) return painter.error();
       painter_ = *std::move(painter);
     }
+    names_drawn_.reset();
     auto video = OverlayVideo::make(in, names_, settings().show_scores, painter_);
     if (!video) return video.error();
     video_ = *std::move(video);
@@ -213,6 +214,7 @@ class TensorOverlay : public gst::CountedTransform<TensorOverlay> {
         gst::post_warning(element(), *no_text_);
         no_text_.reset();
       }
+      use_names_of(*found);
       const auto drawn = video_->draw(*found, style_, buffer, &ledger_);
       if (!drawn) return failed(drawn.error());
       ++pictures_drawn_;
@@ -246,6 +248,13 @@ class TensorOverlay : public gst::CountedTransform<TensorOverlay> {
     limits_.max_age = s.max_age;
   }
 
+  // The names that came with the results count where the user gives none.
+  void use_names_of(const draw::Detections& found) {
+    if (!names_.empty() || found.names == names_drawn_) return;
+    names_drawn_ = found.names;
+    video_->set_names(names_drawn_ ? *names_drawn_ : draw::ClassNames());
+  }
+
   // False: the stream is flushing.
   bool take_results(GstBuffer* in) {
     found_.reset();
@@ -269,7 +278,8 @@ class TensorOverlay : public gst::CountedTransform<TensorOverlay> {
   ResultsPad results_;
   bool same_time_ = false;            // changes only while not streaming
   std::atomic<uint64_t> latency_{0};  // how long pictures wait for results, nanoseconds
-  draw::ClassNames names_;
+  draw::ClassNames names_;            // of the user
+  std::shared_ptr<const draw::ClassNames> names_drawn_;  // of the stream
   std::shared_ptr<draw::TextPainter> painter_;
   std::optional<Error> no_text_;  // why scores are not drawn; posted once
   std::atomic<bool> style_changed_{true};

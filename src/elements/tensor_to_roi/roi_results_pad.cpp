@@ -64,6 +64,10 @@ Result<RoiResultsPad::Results> RoiResultsPad::read(GstBuffer* buffer,
   return Results(std::move(out));
 }
 
+void RoiResultsPad::set_labels(const records::LabelsBySource& labels) {
+  labels_of_stream_ = records::Labels(records::labels_of_sources(labels, reader_.sources()));
+}
+
 void RoiResultsPad::add_object(const records::ResultFrame& frame,
                                const records::ResultObject& object, std::vector<int32_t>* region_of,
                                RegionResults* out) {
@@ -72,8 +76,9 @@ void RoiResultsPad::add_object(const records::ResultFrame& frame,
   const records::RowGroup& group = reader_.groups()[object.group];
   const bool is_text = group.kind() == records::RowKind::Text;
   std::string number;
+  const records::Labels& labels = labels_.empty() ? labels_of_stream_ : labels_;
   const std::string_view label =
-      object.class_index >= 0 ? labels_.of(group.source, object.class_index, &number) : "";
+      object.class_index >= 0 ? labels.of(group.source, object.class_index, &number) : "";
   const int32_t parent = object.parent >= 0 ? (*region_of)[static_cast<size_t>(object.parent)] : -1;
   if (object.has_box) {
     (*region_of)[index] = static_cast<int32_t>(out->regions.size());

@@ -39,10 +39,11 @@ class RoiResultsPad final : public gst::PairedTensors<RegionResults> {
   Status accept(const FrameSpec& spec) override;
   // Errors: ResultReader::read().
   Result<Results> read(GstBuffer* buffer, const std::vector<gst::TensorView>& tensors) override;
+  void set_labels(const records::LabelsBySource& labels) override;
   void add_object(const records::ResultFrame& frame, const records::ResultObject& object,
                   std::vector<int32_t>* region_of, RegionResults* out);
 
-  records::Labels labels_;
+  records::Labels labels_, labels_of_stream_;  // those of the user count, if there are any
   float threshold_ = 0;
   records::ResultReader reader_;
   bool has_columns_ = false;

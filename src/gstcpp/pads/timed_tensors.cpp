@@ -4,6 +4,7 @@
 
 #include "gstcpp/buffer/tensor_caps.hpp"
 #include "gstcpp/element/error.hpp"
+#include "gstcpp/element/labels_event.hpp"
 
 namespace weir::gst {
 
@@ -26,8 +27,15 @@ Status TimedTensors::handle(GstEvent* event) {
       spec->roles = roles_from_caps(caps);
       if (auto status = accept(*spec); !status) return status;
       spec_ = *std::move(spec);
+      set_labels(labels_);
       break;
     }
+    case GST_EVENT_CUSTOM_DOWNSTREAM_STICKY:
+      if (auto labels = parse_labels_event(event)) {
+        labels_[labels->source] = std::move(labels->labels);
+        set_labels(labels_);
+      }
+      break;
     case GST_EVENT_SEGMENT: {
       const GstSegment* segment = nullptr;
       gst_event_parse_segment(event, &segment);
@@ -55,6 +63,7 @@ Status TimedTensors::handle(GstEvent* event) {
 
 void TimedTensors::forget_stream() {
   spec_ = {};
+  labels_.clear();
   gst_segment_init(&segment_, GST_FORMAT_TIME);
 }
 

@@ -5,6 +5,7 @@
 
 #include <vector>
 
+#include "core/records/source_labels.hpp"
 #include "core/tensor/frame_spec.hpp"
 #include "gstcpp/buffer/frame_reader.hpp"
 
@@ -33,11 +34,14 @@ class TimedTensors {
   virtual void advance(int64_t time) = 0;  // no data before this running time follows
   virtual void end() = 0;                  // no data follows until a flush
   virtual void flush(bool on) = 0;         // off: a new stream starts
+  // The names of classes that the stream has by now; called for new caps and for new names.
+  virtual void set_labels(const records::LabelsBySource&) {}
 
  private:
   void gap(GstEvent* event);
 
   FrameSpec spec_;
+  records::LabelsBySource labels_;
   GstSegment segment_;
   FrameReader reader_;
 };

@@ -37,7 +37,8 @@ Decoder::Decoder(const weir_decoder_type& type, weir_decoder* handle)
       stream_(extension_of<weir_decoder_stream>(type, WEIR_DECODER_STREAM)),
       model_(extension_of<weir_decoder_model>(type, WEIR_DECODER_MODEL)),
       caps_(extension_of<weir_decoder_caps>(type, WEIR_DECODER_CAPS)),
-      times_(extension_of<weir_decoder_times>(type, WEIR_DECODER_TIMES)) {}
+      times_(extension_of<weir_decoder_times>(type, WEIR_DECODER_TIMES)),
+      labels_(extension_of<weir_decoder_labels>(type, WEIR_DECODER_LABELS)) {}
 
 void Decoder::set_model(const weir_stream_model* model) noexcept {
   if (uses_model()) model_->set_model(handle_, model);
@@ -58,6 +59,19 @@ void Decoder::set_caps(const Options& fields) {
 
 void Decoder::set_times(int64_t running_time, int64_t unix_time) noexcept {
   if (times_ && times_->set_times) times_->set_times(handle_, running_time, unix_time);
+}
+
+std::vector<std::string> Decoder::labels() const {
+  const char* const* names = nullptr;
+  const uint32_t count = labels_ && labels_->labels ? labels_->labels(handle_, &names) : 0;
+  return {names, names + count};
+}
+
+void Decoder::set_labels(const std::string& source, const std::vector<std::string>& names) {
+  if (!labels_ || !labels_->set_labels) return;
+  std::vector<const char*> texts;
+  for (const auto& name : names) texts.push_back(name.c_str());
+  labels_->set_labels(handle_, source.c_str(), texts.data(), static_cast<uint32_t>(texts.size()));
 }
 
 bool Decoder::needs_headers() const noexcept {

@@ -10,6 +10,7 @@
 #include "core/tensor/frame_spec.hpp"
 #include "weir/abi.h"
 #include "weir/decoder_caps.h"
+#include "weir/decoder_labels.h"
 #include "weir/decoder_model.h"
 #include "weir/decoder_stream.h"
 #include "weir/decoder_times.h"
@@ -35,6 +36,10 @@ class Decoder {
   void set_model(const weir_stream_model* model) noexcept;
   // Passes the text fields of the input caps; call it before configure().
   void set_caps(const Options& fields);
+  // The names of the classes of its results, after configure(); empty = not known.
+  std::vector<std::string> labels() const;
+  // Passes the names of the classes of one source of results.
+  void set_labels(const std::string& source, const std::vector<std::string>& names);
   // Passes the times of the next frame; call it before decode(). -1 = unknown.
   void set_times(int64_t running_time, int64_t unix_time) noexcept;
   // Whether tensors of flexible streams are passed with their headers.
@@ -56,6 +61,7 @@ class Decoder {
   const weir_decoder_model* model_;    // likewise
   const weir_decoder_caps* caps_;      // likewise
   const weir_decoder_times* times_;    // likewise
+  const weir_decoder_labels* labels_;  // likewise
 };
 
 }  // namespace weir::infer

@@ -3,9 +3,9 @@
 #pragma once
 #include <string>
 
-namespace weir::app {
+namespace weir::gst {
 
 // 64 lower-case hexadecimal digits. A file that cannot be read has the digest of an empty one.
 std::string sha256_of(const std::string& path);
 
-}  // namespace weir::app
+}  // namespace weir::gst

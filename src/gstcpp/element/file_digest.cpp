@@ -1,6 +1,6 @@
 // Computes digests by GLib.
 // SPDX-License-Identifier: LGPL-2.1-or-later
-#include "digest.hpp"
+#include "gstcpp/element/file_digest.hpp"
 
 #include <glib.h>
 
@@ -9,10 +9,10 @@
 
 #include "gstcpp/element/ref.hpp"
 
-namespace weir::app {
+namespace weir::gst {
 
 std::string sha256_of(const std::string& path) {
-  const gst::Unique<GChecksum, g_checksum_free> sum(g_checksum_new(G_CHECKSUM_SHA256));
+  const Unique<GChecksum, g_checksum_free> sum(g_checksum_new(G_CHECKSUM_SHA256));
   std::ifstream file(path, std::ios::binary);
   std::vector<char> block(1 << 16);
   while (file.read(block.data(), static_cast<std::streamsize>(block.size())) || file.gcount() > 0)
@@ -20,4 +20,4 @@ std::string sha256_of(const std::string& path) {
   return g_checksum_get_string(sum.get());
 }
 
-}  // namespace weir::app
+}  // namespace weir::gst

@@ -1,0 +1,44 @@
+// Receives and sends label events, and reads model cards.
+// SPDX-License-Identifier: LGPL-2.1-or-later
+#include "elements/tensor_decoder/class_labels.hpp"
+
+#include "core/card/find.hpp"
+#include "gstcpp/element/file_digest.hpp"
+
+namespace weir {
+
+void ClassLabels::clear() {
+  received_.clear();
+  sent_ = {};
+}
+
+void ClassLabels::receive(GstEvent* event, FrameDecoder* decoder) {
+  auto labels = gst::parse_labels_event(event);
+  if (!labels) return;
+  if (decoder) decoder->set_labels(*labels);
+  const std::string source = labels->source;
+  received_.insert_or_assign(source, *std::move(labels));
+}
+
+void ClassLabels::pass_to(FrameDecoder* decoder) const {
+  for (const auto& [source, labels] : received_) decoder->set_labels(labels);
+}
+
+void ClassLabels::send(const FrameDecoder& decoder, const std::string& source, GstPad* pad) {
+  gst::LabelsOfSource labels{source, decoder.labels()};
+  if (labels == sent_ || (labels.labels.empty() && sent_.labels.empty())) return;
+  sent_ = std::move(labels);
+  gst_pad_push_event(pad, gst::make_labels_event(sent_).release());
+}
+
+void ClassLabels::add_card_labels(DescribedModel* model) {
+  if (model->path.empty()) return;
+  if (card_of_ != model->path) {
+    card_of_ = model->path;
+    card_labels_ = card::labels_by_name(
+        model->path, [&] { return gst::sha256_of(model->path); }, card::card_folders());
+  }
+  model->card_labels = card_labels_;
+}
+
+}  // namespace weir
