@@ -6,6 +6,8 @@
 #include <cmath>
 #include <cstring>
 
+#include "core/results/turned_grid.hpp"
+
 namespace weir::records {
 namespace {
 
@@ -59,6 +61,18 @@ void add_points(const ResultFrame& frame, const ResultObject& object, draw::Dete
   }
 }
 
+// Elements outside of the class map are background.
+void turn(const ClassMapView& view, const results::TurnedGrid& grid, draw::ClassMap* out) {
+  out->width = grid.size().width, out->height = grid.size().height;
+  for (uint32_t row = 0; row < out->height; ++row)
+    for (uint32_t column = 0; column < out->width; ++column) {
+      const auto place = grid.place_of(column, row);
+      const size_t index =
+          place ? static_cast<size_t>(place->y) * view.width + static_cast<size_t>(place->x) : 0;
+      out->classes.push_back(place ? static_cast<uint16_t>(view.at(index)) : uint16_t{0});
+    }
+}
+
 draw::ClassMap class_map_of(const ClassMapView& view, std::span<const SourceMap> maps,
                             const draw::Detections& drawn) {
   draw::ClassMap out;
@@ -67,10 +81,14 @@ draw::ClassMap class_map_of(const ClassMapView& view, std::span<const SourceMap>
   const size_t index = maps.size() == 1 ? 0 : view.tensor;
   if (index < maps.size()) {
     const SourceMap& map = maps[index];
-    const Point a = map.to_source({0, 0});
-    const Point b = map.to_source({double(map.width), double(map.height)});
-    out.x1 = std::min(a.x, b.x), out.x2 = std::max(a.x, b.x);
-    out.y1 = std::min(a.y, b.y), out.y2 = std::max(a.y, b.y);
+    const Box whole{0, 0, static_cast<float>(map.width), static_cast<float>(map.height)};
+    const Box box = results::upright_box(map, whole);
+    out.x1 = box.x1, out.x2 = box.x2;
+    out.y1 = box.y1, out.y2 = box.y2;
+    if (!results::keeps_directions(map) && view.width > 0 && view.height > 0) {
+      turn(view, results::TurnedGrid(map, whole, {view.width, view.height}), &out);
+      return out;
+    }
   }
   out.width = view.width, out.height = view.height;
   out.classes.resize(size_t{view.width} * view.height);
