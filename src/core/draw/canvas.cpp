@@ -7,6 +7,8 @@
 #include <string>
 #include <utility>
 
+#include "core/draw/tint_row.hpp"
+
 namespace weir::draw {
 namespace {
 
@@ -21,39 +23,14 @@ void fill_row<1>(std::byte* row, int64_t count, const uint8_t* pixel) {
 using FillRow = void (*)(std::byte*, int64_t, const uint8_t*);
 constexpr FillRow kFillRow[] = {fill_row<1>, fill_row<2>, fill_row<3>, fill_row<4>};
 
-// (d * (255 - a) + p * a) / 255, rounded to the nearest integer.
-uint8_t mixed(uint8_t d, uint8_t p, uint8_t a) {
-  const auto sum = static_cast<uint16_t>(d * (255 - a) + p * a + 128);
-  return static_cast<uint8_t>((sum + (sum >> 8)) >> 8);
-}
-
 void blend_row(std::byte* row, const uint8_t* coverage, size_t bytes, const Pattern& pattern) {
   auto* d = reinterpret_cast<uint8_t*>(row);
   size_t at = 0;
-  for (; at + kPatternBytes <= bytes; at += kPatternBytes)
-    for (size_t i = 0; i < kPatternBytes; ++i)
+  for (; at + kPatternPeriod <= bytes; at += kPatternPeriod)
+    for (size_t i = 0; i < kPatternPeriod; ++i)
       d[at + i] = mixed(d[at + i], pattern[i], coverage[at + i]);
   for (size_t i = 0; at + i < bytes; ++i)
     d[at + i] = mixed(d[at + i], pattern[i], coverage[at + i]);
-}
-
-// The same with one coverage for all bytes. Written so that GCC uses vectors of 16-bit numbers.
-void tint_row(std::byte* row, uint8_t opacity, size_t bytes, const Pattern& pattern) {
-  auto* d = reinterpret_cast<uint8_t*>(row);
-  std::array<uint16_t, kPatternBytes> colour;
-  for (size_t i = 0; i < kPatternBytes; ++i)
-    colour[i] = static_cast<uint16_t>(pattern[i] * opacity + 128);
-  const auto rest = static_cast<uint16_t>(255 - opacity);
-  size_t at = 0;
-  for (; at + kPatternBytes <= bytes; at += kPatternBytes)
-    for (size_t i = 0; i < kPatternBytes; ++i) {
-      const auto sum = static_cast<uint16_t>(d[at + i] * rest + colour[i]);
-      d[at + i] = static_cast<uint8_t>((sum + (sum >> 8)) >> 8);
-    }
-  for (size_t i = 0; at + i < bytes; ++i) {
-    const auto sum = static_cast<uint16_t>(d[at + i] * rest + colour[i]);
-    d[at + i] = static_cast<uint8_t>((sum + (sum >> 8)) >> 8);
-  }
 }
 
 int64_t samples(int64_t pixels, bool halved) {

@@ -26,9 +26,9 @@ Rgb text_color(Rgb ground) noexcept;
 std::array<uint8_t, 3> samples_of(const preprocess::Picture& picture, Rgb color) noexcept;
 
 // The bytes of a pixel in each plane, repeated. Samples of a plane are 1, 2, 3 or 4 bytes apart,
-// and 48 is a multiple of these and of the vector size. Bytes outside all lanes (alpha, padding)
-// are 255.
-inline constexpr size_t kPatternBytes = 48;
+// and 48 is a multiple of these. Three vectors of up to 64 bytes are whole periods. Bytes outside
+// all lanes (alpha, padding) are 255.
+inline constexpr size_t kPatternPeriod = 48, kPatternBytes = 192;
 using Pattern = std::array<uint8_t, kPatternBytes>;
 struct Paint {
   std::array<Pattern, 3> planes;

@@ -62,17 +62,23 @@ class Drawing {
   }
 
   void class_map(const ClassMap& map) {
-    std::map<uint16_t, Paint> paints;
     const auto paint = [&](uint16_t c) -> const Paint* {
-      if (c == 0 && !map.is_depth) return nullptr;
-      const auto known = paints.find(c);
-      if (known != paints.end()) return &known->second;
-      const Rgb color = map.is_depth ? depth_color(c) : class_color(c);
-      return &paints.emplace(c, paint_of(canvas_.picture(), color)).first->second;
+      if (map.is_depth) return &paint_in(&paints_of_depths_, c, depth_color);
+      return c == 0 ? nullptr : &paint_of_class(c);
     };
     tint_classes(upright(map), map.width, map.height, map.classes,
                  map.is_depth ? kOpaque : style_.mask_opacity, paint, &canvas_);
   }
+
+  using Paints = std::map<uint32_t, Paint>;
+  template <class ColorOf>
+  const Paint& paint_in(Paints* paints, uint32_t index, const ColorOf& color_of) {
+    const auto known = paints->find(index);
+    if (known != paints->end()) return known->second;
+    return paints->emplace(index, paint_of(canvas_.picture(), color_of(index))).first->second;
+  }
+  // The same for all of the class in this picture.
+  const Paint& paint_of_class(uint32_t index) { return paint_in(&paints_, index, class_color); }
 
   void mask(const Detection& d, const Area& area, const Paint& paint) {
     if (d.mask < 0 || style_.mask_opacity == 0) return;
@@ -128,7 +134,7 @@ class Drawing {
                                       : layout_.place(box, width + gap, height, step);
     if (place.empty()) return;
     const Rgb color = class_color(found.class_index);
-    canvas_.fill(place, paint_of(canvas_.picture(), color));
+    canvas_.fill(place, paint_of_class(found.class_index));
     const Paint ink = paint_of(canvas_.picture(), text_color(color));
     int64_t x = place.left;
     for (const PlaneMask* part : parts)
@@ -177,6 +183,7 @@ class Drawing {
   const Area all_;
   LabelLayout layout_;
   MaskTinter tinter_;
+  Paints paints_, paints_of_depths_;  // by class, by level
   double x_scale_ = 1, y_scale_ = 1;
   std::vector<int64_t> disc_;  // for each row, the pixels at both ends outside the disc
 };
@@ -195,39 +202,37 @@ uint32_t text_size_for(uint32_t height) noexcept {
 Drawn draw(const Detections& detections, const Style& style, Labels* labels, Canvas* canvas) {
   Drawn out;
   Drawing drawing(detections, style, canvas);
-  const auto paint = [&](const Detection& found) {
-    return paint_of(canvas->picture(), class_color(found.class_index));
-  };
   if (style.mask_opacity > 0)
     for (const ClassMap& map : detections.class_maps) drawing.class_map(map);
-  std::vector<size_t> seen, written;
+  struct Seen {
+    const Detection* found = nullptr;
+    size_t row = 0;
+    Area area;
+  };
+  std::vector<Seen> seen;
   for (size_t i = 0; i < detections.rows.size(); ++i) {
     const Detection& found = detections.rows[i];
-    if (found.score < style.min_score) {
+    const Area area = drawing.area_of(found);
+    if (found.score < style.min_score)
       ++out.below_score;
-    } else if (common_part(drawing.area_of(found), canvas->all()).empty()) {
+    else if (common_part(area, canvas->all()).empty())
       ++out.outside;
-    } else {
-      written.push_back(i);
-      if (!found.is_label) seen.push_back(i);
-    }
+    else
+      seen.push_back({&found, i, area});
   }
-  for (const size_t i : seen)
-    drawing.mask(detections.rows[i], drawing.area_of(detections.rows[i]),
-                 paint(detections.rows[i]));
-  for (const size_t i : seen) {
-    const Detection& found = detections.rows[i];
-    drawing.box(found, drawing.area_of(found), paint(found));
-    drawing.points(i, paint(found));
+  for (const auto& [found, row, area] : seen)
+    if (!found->is_label) drawing.mask(*found, area, drawing.paint_of_class(found->class_index));
+  for (const auto& [found, row, area] : seen) {
+    if (found->is_label) continue;
+    drawing.box(*found, area, drawing.paint_of_class(found->class_index));
+    drawing.points(row, drawing.paint_of_class(found->class_index));
+    ++out.boxes;
   }
-  out.boxes = seen.size();
   if (!labels) return out;
   labels->begin_picture();
-  std::stable_sort(written.begin(), written.end(), [&](size_t a, size_t b) {
-    return detections.rows[a].score > detections.rows[b].score;
-  });
-  for (const size_t i : written)
-    drawing.label(detections.rows[i], drawing.area_of(detections.rows[i]), labels);
+  std::stable_sort(seen.begin(), seen.end(),
+                   [](const Seen& a, const Seen& b) { return a.found->score > b.found->score; });
+  for (const auto& one : seen) drawing.label(*one.found, one.area, labels);
   return out;
 }
 

@@ -4,6 +4,8 @@
 
 #include <algorithm>
 #include <cmath>
+#include <cstring>
+#include <utility>
 
 namespace weir::draw {
 namespace {
@@ -25,31 +27,58 @@ Between elements_at(int64_t pixel, int64_t pixels, uint32_t elements) {
           static_cast<int>((clamped - first) * kOne + 0.5)};
 }
 
+constexpr uint8_t kInside = 128;  // least value that is inside
+
+// The least integer that is not below `value`, which fits.
+int64_t ceiling(double value) {
+  const auto whole = static_cast<int64_t>(value);
+  return whole + (static_cast<double>(whole) < value);
+}
+
 // The first pixel whose centre is at or after the place `element` + `part` of the mask's row, where
 // 0 is the centre of the first element.
 int64_t pixel_from(double element, int64_t pixels, uint32_t elements) {
-  return static_cast<int64_t>(
-      std::ceil((element + 0.5) * static_cast<double>(pixels) / elements - 0.5));
+  return ceiling((element + 0.5) * static_cast<double>(pixels) / elements - 0.5);
 }
 
 }  // namespace
+
+// Between four values that are all inside, or all outside, every value is.
+void MaskTinter::find_edges(const uint8_t* above, const uint8_t* below, uint32_t width) {
+  inside_.resize(width);
+  for (size_t x = 0; x < width; ++x)
+    inside_[x] = static_cast<uint8_t>((above[x] >= kInside) + (below[x] >= kInside));
+  edges_.clear();
+  for (uint32_t x = 0; x + 1 < width; ++x) {
+    uint64_t here, next;  // of 8 elements
+    while (x + sizeof here < width && inside_[x] != 1) {
+      std::memcpy(&here, &inside_[x], sizeof here);
+      std::memcpy(&next, &inside_[x + 1], sizeof next);
+      if (here != next) break;
+      x += sizeof here;
+    }
+    if (x + 1 < width && (inside_[x] == 1 || inside_[x] != inside_[x + 1])) edges_.push_back(x);
+  }
+}
 
 void MaskTinter::tint(const Area& area, const AreaMask& mask, uint8_t opacity, const Paint& paint,
                       Canvas* canvas) {
   const Area seen = common_part(area, canvas->all());
   if (seen.empty()) return;
   const int64_t width = area.right - area.left, height = area.bottom - area.top;
-  row_.resize(mask.width);
+  uint32_t known = mask.height;  // the first row of those that edges_ is of
   for (int64_t y = seen.top; y < seen.bottom; ++y) {
     const Between rows = elements_at(y - area.top, height, mask.height);
     const uint8_t* const above = mask.values.data() + size_t{rows.first} * mask.width;
     const uint8_t* const below = mask.values.data() + size_t{rows.second} * mask.width;
-    for (size_t x = 0; x < mask.width; ++x)
-      row_[x] = above[x] * (kOne - rows.weight) + below[x] * rows.weight - kLimit;
+    if (std::exchange(known, rows.first) != rows.first) find_edges(above, below, mask.width);
+    const auto value = [&](uint32_t x) {
+      return above[x] * (kOne - rows.weight) + below[x] * rows.weight - kLimit;
+    };
     // Between two centres the value is linear, so each change of sign is one end of a run.
-    int64_t begin = row_[0] > 0 ? area.left : area.right;
-    for (uint32_t x = 0; x + 1 < mask.width; ++x) {
-      const int a = row_[x], b = row_[x + 1];
+    int64_t begin = value(0) > 0 ? area.left : area.right;
+    for (const uint32_t x : edges_) {
+      const int a = value(x), b = value(x + 1);
       if ((a > 0) == (b > 0)) continue;
       const double place = x + static_cast<double>(a) / (a - b);
       const int64_t pixel = area.left + pixel_from(place, width, mask.width);
@@ -58,7 +87,7 @@ void MaskTinter::tint(const Area& area, const AreaMask& mask, uint8_t opacity, c
       else
         canvas->tint({begin, y, pixel, y + 1}, opacity, paint);
     }
-    if (row_[mask.width - 1] > 0) canvas->tint({begin, y, area.right, y + 1}, opacity, paint);
+    if (value(mask.width - 1) > 0) canvas->tint({begin, y, area.right, y + 1}, opacity, paint);
   }
 }
 

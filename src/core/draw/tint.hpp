@@ -25,7 +25,11 @@ class MaskTinter {
             Canvas* canvas);
 
  private:
-  std::vector<int> row_;  // the interpolated row of the mask, scaled
+  void find_edges(const uint8_t* above, const uint8_t* below, uint32_t width);
+
+  // Of two rows of the mask:
+  std::vector<uint8_t> inside_;  // how many of the two values are inside
+  std::vector<uint32_t> edges_;  // elements between which and the next ones a run may begin or end
 };
 
 // Tints each pixel of `area` with the colour of its class: that of the nearest element of the map.

@@ -7,6 +7,7 @@
 #include <cstring>
 
 #include "core/records/map_summary.hpp"
+#include "core/results/turned_grid.hpp"
 
 namespace weir::records {
 namespace {
@@ -76,49 +77,68 @@ void add_points(const ResultFrame& frame, const ResultObject& object, draw::Dete
   }
 }
 
-// An empty grid over the part of the picture that tensor `tensor` covers.
-draw::ClassMap map_over(uint32_t width, uint32_t height, size_t tensor,
-                        std::span<const SourceMap> maps, const draw::Detections& drawn) {
+// nullptr: the tensor has no source map.
+const SourceMap* map_of(size_t tensor, std::span<const SourceMap> maps) {
+  const size_t index = maps.size() == 1 ? 0 : tensor;
+  return index < maps.size() ? &maps[index] : nullptr;
+}
+
+// A grid over the part of the picture that tensor `tensor` covers, upright: `value_of` gives the
+// value of an element; outside of the tensor it is 0.
+template <class ValueOf>
+draw::ClassMap map_over(results::GridSize size, size_t tensor, std::span<const SourceMap> maps,
+                        const draw::Detections& drawn, const ValueOf& value_of) {
   draw::ClassMap out;
   out.x2 = drawn.picture_width > 0 ? drawn.picture_width : kWhole;
   out.y2 = drawn.picture_height > 0 ? drawn.picture_height : kWhole;
-  const size_t index = maps.size() == 1 ? 0 : tensor;
-  if (index < maps.size()) {
-    const SourceMap& map = maps[index];
-    const Point a = map.to_source({0, 0});
-    const Point b = map.to_source({double(map.width), double(map.height)});
-    out.x1 = std::min(a.x, b.x), out.x2 = std::max(a.x, b.x);
-    out.y1 = std::min(a.y, b.y), out.y2 = std::max(a.y, b.y);
+  const SourceMap* map = map_of(tensor, maps);
+  const Box whole =
+      map ? Box{0, 0, static_cast<float>(map->width), static_cast<float>(map->height)} : Box{};
+  if (map) {
+    const Box box = results::upright_box(*map, whole);
+    out.x1 = box.x1, out.x2 = box.x2;
+    out.y1 = box.y1, out.y2 = box.y2;
   }
-  out.width = width, out.height = height;
-  out.classes.resize(size_t{width} * height);
+  const size_t elements = size_t{size.width} * size.height;
+  out.width = size.width, out.height = size.height;
+  if (!map || elements == 0 || results::keeps_directions(*map)) {
+    out.classes.resize(elements);
+    for (size_t i = 0; i < elements; ++i) out.classes[i] = value_of(i);
+    return out;
+  }
+  const results::TurnedGrid grid(*map, whole, size);
+  out.width = grid.size().width, out.height = grid.size().height;
+  for (uint32_t row = 0; row < out.height; ++row)
+    for (uint32_t column = 0; column < out.width; ++column) {
+      const auto place = grid.place_of(column, row);
+      out.classes.push_back(place ? value_of(static_cast<size_t>(place->y) * size.width +
+                                             static_cast<size_t>(place->x))
+                                  : uint16_t{0});
+    }
   return out;
 }
 
 draw::ClassMap class_map_of(const ClassMapView& view, std::span<const SourceMap> maps,
                             const draw::Detections& drawn) {
-  draw::ClassMap out = map_over(view.width, view.height, view.tensor, maps, drawn);
-  for (size_t i = 0; i < out.classes.size(); ++i)
-    out.classes[i] = static_cast<uint16_t>(view.at(i));
-  return out;
+  return map_over({view.width, view.height}, view.tensor, maps, drawn,
+                  [&](size_t i) { return static_cast<uint16_t>(view.at(i)); });
 }
 
 // The least depth of the frame is level 0, the greatest one level 255.
 draw::ClassMap levels_of(const DepthView& view, std::span<const SourceMap> maps,
                          const draw::Detections& drawn) {
   constexpr double kLevels = 255;
-  draw::ClassMap out = map_over(view.width, view.height, view.tensor, maps, drawn);
-  out.is_depth = true;
-  const size_t index = maps.size() == 1 ? 0 : view.tensor;
-  const DepthRange range =
-      range_of_depths(view, index < maps.size() ? std::optional(maps[index]) : std::nullopt);
+  const SourceMap* map = map_of(view.tensor, maps);
+  const DepthRange range = range_of_depths(view, map ? std::optional(*map) : std::nullopt);
   const double span = double{range.greatest} - range.least;
-  for (size_t i = 0; i < out.classes.size(); ++i) {
-    const double depth = view.at(i);
-    if (span > 0 && std::isfinite(depth))
-      out.classes[i] =
-          static_cast<uint16_t>(std::clamp((depth - range.least) / span, 0.0, 1.0) * kLevels + 0.5);
-  }
+  draw::ClassMap out =
+      map_over({view.width, view.height}, view.tensor, maps, drawn, [&](size_t i) -> uint16_t {
+        const double depth = view.at(i);
+        if (!(span > 0) || !std::isfinite(depth)) return 0;
+        const double part = std::clamp((depth - range.least) / span, 0.0, 1.0);
+        return static_cast<uint16_t>(part * kLevels + 0.5);
+      });
+  out.is_depth = true;
   return out;
 }
 

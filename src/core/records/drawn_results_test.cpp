@@ -2,6 +2,7 @@
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #include "core/records/drawn_results.hpp"
 
+#include <algorithm>
 #include <cmath>
 
 #include "core/records/records_test_support.hpp"
@@ -111,6 +112,41 @@ TEST(DrawnResults, DepthsBecomeLevelsOfTheirRange) {
   EXPECT_EQ(d.class_maps[0].classes, (std::vector<uint16_t>{0, 255, 128, 0}));
   const auto flat = drawn("depth", TestFrame().floats("2:1", {7, 7}));
   EXPECT_EQ(flat.class_maps[0].classes, (std::vector<uint16_t>{0, 0}));
+}
+
+TEST(DrawnResults, ClassMapsTurnWithTheirSourceMap) {
+  SourceMap map = picture_of(480, 640);  // a quarter turn: source x = 480 - 240 y, y = 160 x
+  map.width = 4, map.height = 2;
+  map.xx = 0, map.xy = -240, map.x0 = 480, map.yx = 160, map.yy = 0;
+  const auto d = drawn("score,class;class-map",
+                       TestFrame().floats("2:1", {0, 0}).bytes("4:2", {0, 1, 2, 3, 4, 5, 6, 7}),
+                       {picture_of(480, 640), map});
+  ASSERT_EQ(d.class_maps.size(), 1u);
+  const draw::ClassMap& turned = d.class_maps[0];
+  EXPECT_EQ(turned.x1, 0);
+  EXPECT_EQ(turned.x2, 480);
+  EXPECT_EQ(turned.y1, 0);
+  EXPECT_EQ(turned.y2, 640);
+  ASSERT_EQ(turned.width, 2u);
+  ASSERT_EQ(turned.height, 4u);
+  EXPECT_EQ(turned.classes, (std::vector<uint16_t>{4, 0, 5, 1, 6, 2, 7, 3}));
+}
+
+TEST(DrawnResults, TiltedClassMapsHaveBackgroundAroundThem) {
+  SourceMap map = picture_of(640, 480);  // an eighth of a turn
+  map.width = map.height = 40;
+  map.xx = map.yy = 4 * std::sqrt(0.5), map.yx = map.xx, map.xy = -map.xx;
+  map.x0 = 320;
+  const auto d =
+      drawn("score,class;class-map",
+            TestFrame().floats("2:1", {0, 0}).bytes("40:40", std::vector<uint8_t>(1600, 3)),
+            {picture_of(640, 480), map});
+  const draw::ClassMap& turned = d.class_maps.at(0);
+  ASSERT_EQ(turned.width, 57u) << "40 times the square root of 2";
+  const auto count = std::count(turned.classes.begin(), turned.classes.end(), 3);
+  EXPECT_EQ(turned.classes[0], 0);
+  EXPECT_EQ(turned.classes[28 * 57 + 28], 3);
+  EXPECT_NEAR(static_cast<double>(count) / (57 * 57), 0.5, 0.02);
 }
 
 }  // namespace

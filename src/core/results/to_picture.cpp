@@ -1,23 +1,50 @@
-// Maps boxes, angles and key points to the source picture.
+// Maps boxes, angles, key points and masks to the source picture.
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #include "core/results/to_picture.hpp"
 
 #include <algorithm>
 #include <cmath>
+#include <vector>
+
+#include "core/results/turned_grid.hpp"
 
 namespace weir::results {
 namespace {
 
-Box upright_box(const SourceMap& map, const Box& box) noexcept {
-  double left = INFINITY, top = INFINITY, right = -INFINITY, bottom = -INFINITY;
-  for (const double x : {box.x1, box.x2})
-    for (const double y : {box.y1, box.y2}) {
-      const Point corner = map.to_source({x, y});
-      left = std::min(left, corner.x), right = std::max(right, corner.x);
-      top = std::min(top, corner.y), bottom = std::max(bottom, corner.y);
-    }
-  return {static_cast<float>(left), static_cast<float>(top), static_cast<float>(right),
-          static_cast<float>(bottom)};
+// The probability between the centres of a mask's elements; those at the edge beyond them.
+uint8_t value_at(const uint8_t* mask, GridSize size, const Point& place) noexcept {
+  const double x = std::clamp(place.x - 0.5, 0., size.width - 1.);
+  const double y = std::clamp(place.y - 0.5, 0., size.height - 1.);
+  const auto left = static_cast<size_t>(x), top = static_cast<size_t>(y);
+  const size_t right = std::min<size_t>(left + 1, size.width - 1);
+  const size_t bottom = std::min<size_t>(top + 1, size.height - 1);
+  const double over = x - static_cast<double>(left), down = y - static_cast<double>(top);
+  const auto in_row = [&](size_t row) {
+    const uint8_t* const values = mask + row * size.width;
+    return values[left] * (1 - over) + values[right] * over;
+  };
+  return static_cast<uint8_t>(in_row(top) * (1 - down) + in_row(bottom) * down + 0.5);
+}
+
+// Masks over the upright boxes around the objects' boxes, which are those of the tensor.
+void turn_masks(const SourceMap& map, Answer* answer) {
+  const GridSize before{answer->mask_width, answer->mask_height};
+  const size_t bytes = size_t{before.width} * before.height;
+  std::vector<uint8_t> turned;
+  GridSize after = before;
+  for (size_t i = 0; i < answer->objects.size(); ++i) {
+    const TurnedGrid grid(map, answer->objects[i].box, before);
+    const uint8_t* const mask = answer->masks.data() + i * bytes;
+    after = grid.size();
+    for (uint32_t row = 0; row < after.height; ++row)
+      for (uint32_t column = 0; column < after.width; ++column) {
+        const auto place = grid.place_of(column, row);
+        turned.push_back(place ? value_at(mask, before, *place) : uint8_t{0});
+      }
+  }
+  answer->masks = std::move(turned);
+  answer->mask_width = after.width;
+  answer->mask_height = after.height;
 }
 
 // The map turns the direction of the box's width and stretches its sides. Where it stretches x and
@@ -48,7 +75,8 @@ Object object_of(const detection::Candidate& candidate, bool is_rotated) noexcep
           .rotation = candidate.angle};
 }
 
-void move_to_picture(const SourceMap& map, bool is_rotated, Answer* answer) noexcept {
+void move_to_picture(const SourceMap& map, bool is_rotated, Answer* answer) {
+  if (!is_rotated && !answer->masks.empty() && !keeps_directions(map)) turn_masks(map, answer);
   for (Object& object : answer->objects) {
     if (is_rotated)
       move_rotated(map, &object);

@@ -11,8 +11,9 @@ namespace weir::results {
 // has its centre at the candidate's x, y.
 Object object_of(const detection::Candidate& candidate, bool is_rotated) noexcept;
 
-// Applies the map to boxes, rotations and key points. Under a map that rotates, an upright box
-// becomes the upright box around it, unless `is_rotated`: then the box turns with the picture.
-void move_to_picture(const SourceMap& map, bool is_rotated, Answer* answer) noexcept;
+// Applies the map to boxes, rotations, key points and masks. Under a map that rotates, an upright
+// box becomes the upright box around it, and its mask is turned and spans that box; unless
+// `is_rotated`: then the box turns with the picture, and its mask with it.
+void move_to_picture(const SourceMap& map, bool is_rotated, Answer* answer);
 
 }  // namespace weir::results

@@ -51,11 +51,8 @@ Status ResultOutput::place(GstBuffer* out) {
   return ok();
 }
 
-Result<gst::Ref<GstBuffer>> ResultOutput::frame_of_gap(GstEvent* gap, const BufferLimit& limit,
-                                                       Ledger* ledger) const {
-  GstClockTime time = 0, duration = 0;
-  gst_event_parse_gap(gap, &time, &duration);
-  if (!GST_CLOCK_TIME_IS_VALID(time)) return gst::Ref<GstBuffer>();
+Result<gst::Ref<GstBuffer>> ResultOutput::empty_frame(const BufferLimit& limit,
+                                                      Ledger* ledger) const {
   auto out = gst::Ref<GstBuffer>::adopt(gst_buffer_new());
   BufferSink sink(nullptr, out.get(), nullptr, limit, ledger);
   const bool is_written = results::write_empty(roles_, [&](size_t bytes) {
@@ -65,8 +62,18 @@ Result<gst::Ref<GstBuffer>> ResultOutput::frame_of_gap(GstEvent* gap, const Buff
   });
   if (!is_written) return gst::Ref<GstBuffer>();
   if (auto status = sink.finish(); !status) return status.error();
-  GST_BUFFER_PTS(out.get()) = time;
-  GST_BUFFER_DURATION(out.get()) = duration;
+  return out;
+}
+
+Result<gst::Ref<GstBuffer>> ResultOutput::frame_of_gap(GstEvent* gap, const BufferLimit& limit,
+                                                       Ledger* ledger) const {
+  GstClockTime time = 0, duration = 0;
+  gst_event_parse_gap(gap, &time, &duration);
+  if (!GST_CLOCK_TIME_IS_VALID(time)) return gst::Ref<GstBuffer>();
+  auto out = empty_frame(limit, ledger);
+  if (!out || !*out) return out;
+  GST_BUFFER_PTS(out->get()) = time;
+  GST_BUFFER_DURATION(out->get()) = duration;
   return out;
 }
 

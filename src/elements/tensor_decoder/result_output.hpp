@@ -23,8 +23,9 @@ class ResultOutput {
   // Replaces the source maps of the network's tensors, which `out` has: results are in pixels of
   // the picture, class maps and depths cover what the network saw.
   Status place(GstBuffer* out);
-  // A frame without results with the time of a GAP event; null if the event has no time, or the
-  // columns are not valid. LIMIT_EXCEEDED.
+  // A frame without results and without a time; null if the columns are not valid. LIMIT_EXCEEDED.
+  Result<gst::Ref<GstBuffer>> empty_frame(const BufferLimit& limit, Ledger* ledger) const;
+  // The same with the time of a GAP event; null if the event has no time.
   Result<gst::Ref<GstBuffer>> frame_of_gap(GstEvent* gap, const BufferLimit& limit,
                                            Ledger* ledger) const;
 

@@ -4,6 +4,7 @@
 
 #include <stdexcept>
 
+#include "core/tensor/tensor_header.hpp"
 #include "elements/tests/branches_test_support.hpp"
 #include "weir/custom_condition.hpp"
 
@@ -51,6 +52,26 @@ TEST(TensorIfCustom, DecidesByAllTensorsOfTheFrame) {
   EXPECT_EQ(content(element.take("src_1").get(), 0), (Bytes{4, 5}));
   EXPECT_EQ(element.warning(), "");
   EXPECT_EQ(element.stat("bytes-copied"), 0u);
+}
+
+TEST(TensorIfCustom, GetsTheTensorsOfEachFlexibleFrame) {
+  const auto named = registered("named", [](const weir_frame& frame) {
+    return frame.tensors[0].bytes == static_cast<const uint8_t*>(frame.tensors[0].data)[0];
+  });
+  Branches element(kNamed);
+  element.caps(kFlexibleCaps);
+  for (const uint32_t size : {3u, 5u}) {
+    TensorHeader header;
+    header.format = Format::Flexible;
+    header.spec = {ElementType::UInt8, Shape{size}, {}};
+    Bytes bytes(kTensorHeaderBytes + size, 3);
+    write_tensor_header(header,
+                        std::as_writable_bytes(std::span(bytes)).first<kTensorHeaderBytes>());
+    ASSERT_EQ(element.push(frame_of({bytes})), GST_FLOW_OK);
+    EXPECT_EQ(content(element.take(size == 3 ? "src_0" : "src_1").get(), 0), bytes);
+  }
+  EXPECT_EQ(element.stat("bytes-copied"), 0u);
+  element.expect_balance();
 }
 
 TEST(TensorIfCustom, CanBeRegisteredAfterTheProperties) {

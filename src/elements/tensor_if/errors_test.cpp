@@ -1,5 +1,6 @@
 // tensor_if: rejected settings and frames, and their error texts.
 // SPDX-License-Identifier: LGPL-2.1-or-later
+#include "core/tensor/tensor_header.hpp"
 #include "elements/tests/branches_test_support.hpp"
 
 namespace weir::testing {
@@ -103,10 +104,39 @@ TEST(TensorIfRejects, AStreamWithoutAnyOutput) {
   EXPECT_SAYS(error, "fix: check the properties that select the output");
 }
 
-TEST(TensorIfRejects, FlexibleStreams) {
+TEST(TensorIfRejects, BuffersOfFlexibleStreamsWithoutHeaders) {
   Branches element("tensor_if supplied-value=1 compared-value-option=0,0");
   element.caps(kFlexibleCaps);
+  EXPECT_EQ(element.push(frame()), GST_FLOW_ERROR);
+  EXPECT_SAYS(element.error(), "WEIR-2005");
+  element.expect_balance();
+}
+
+TEST(TensorIfRejects, SparseTensorsOfFlexibleStreams) {
+  TensorHeader header;
+  header.format = Format::Sparse;
+  header.spec = {ElementType::UInt8, Shape{100}, {}};
+  header.nonzero_count = 1;
+  Bytes bytes(kTensorHeaderBytes + 5, 1);  // one value and its place
+  write_tensor_header(header, std::as_writable_bytes(std::span(bytes)).first<kTensorHeaderBytes>());
+  Branches element("tensor_if supplied-value=1 compared-value-option=0,0");
+  element.caps(kFlexibleCaps);
+  EXPECT_EQ(element.push(frame_of({bytes})), GST_FLOW_ERROR);
+  const std::string error = element.error();
+  EXPECT_SAYS(error, "the tensor to compare is not dense");
+  EXPECT_SAYS(error, "offered: uint8 100 in 5 bytes");
+  EXPECT_SAYS(error, "tensor_sparse_dec ! tensor_if");
+  element.expect_balance();
+}
+
+// Frames leave as they came: no headers are added for a peer that prefers flexible tensors.
+TEST(TensorIfRejects, PeersThatTakeFlexibleTensorsOnly) {
+  Branches element("tensor_if supplied-value=0 compared-value-option=0,0",
+                   {{"src_0", "other/tensors,format=flexible"}});
+  element.caps(kCaps);
   EXPECT_EQ(element.push(frame()), GST_FLOW_NOT_NEGOTIATED);
+  EXPECT_SAYS(element.error(),
+              "WEIR-2001: the element downstream of src_0 does not accept its output");
 }
 
 }  // namespace

@@ -36,13 +36,14 @@ Result<IfBranch> branch_of(const Way& way, const FrameSpec& input) {
   if (!chosen) return chosen.error();
   branch.tensors = *std::move(chosen);
   branch.spec.tensors.clear();
+  branch.spec.roles = pick_roles(input.roles, branch.tensors);
+  if (input.format != Format::Static) return branch;
   for (const size_t index : branch.tensors) {
     if (index >= input.tensors.size())
       return index_beyond(std::string(way.property) + "-option", "tensor", index,
                           input.tensors.size());
     branch.spec.tensors.push_back(input.tensors[index]);
   }
-  branch.spec.roles = pick_roles(input.roles, branch.tensors);
   return branch;
 }
 
@@ -78,6 +79,8 @@ Result<IfPlan> plan_if(const IfSettings& settings, const FrameSpec& input) {
   if (!parsed) return parsed.error();
   if (parsed->compared == condition::ComparedValue::Custom) {
     plan.custom.emplace(parsed->callback);
+  } else if (input.format != Format::Static) {
+    plan.of_each_frame = *parsed;
   } else {
     auto comparison = condition::Comparison::make(*parsed, input.tensors);
     if (!comparison) return comparison.error();

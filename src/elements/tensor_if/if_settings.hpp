@@ -31,7 +31,8 @@ struct IfBranch {
 };
 
 struct IfPlan {
-  std::optional<condition::Comparison> comparison;  // or
+  std::optional<condition::Comparison> comparison;    // or
+  std::optional<condition::Condition> of_each_frame;  // in a flexible stream; or
   std::optional<condition::CustomCondition> custom;
   IfBranch branches[2];  // THEN, ELSE: src_0, src_1
 };

@@ -3,6 +3,8 @@
 #include <algorithm>
 #include <cstring>
 
+#include "core/split/pick_list.hpp"
+#include "core/tensor/tensor_header.hpp"
 #include "elements/tensor_if/if_settings.hpp"
 #include "gstcpp/buffer/frame_arguments.hpp"
 #include "gstcpp/buffer/frame_errors.hpp"
@@ -15,9 +17,10 @@ namespace {
 using condition::Behaviour;
 using gst::Ref;
 
-#define WEIR_STATIC_TENSORS_CAPS \
-  WEIR_CAPS_TENSOR               \
-  "; other/tensors, format=(string)static, num_tensors=(int)[ 1, 256 ], " WEIR_CAPS_RATE
+#define WEIR_IF_CAPS                                                                     \
+  WEIR_CAPS_TENSOR                                                                       \
+  "; other/tensors, format=(string)static, num_tensors=(int)[ 1, 256 ], " WEIR_CAPS_RATE \
+  "; " WEIR_CAPS_TENSORS("flexible")
 
 class TensorIf : public gst::OneToMany<TensorIf> {
  public:
@@ -28,10 +31,8 @@ class TensorIf : public gst::OneToMany<TensorIf> {
   static constexpr bool kPassesTensors = true;
   static constexpr bool kKeepsPads = true;  // a pipeline from gst_parse_launch() can be restarted
   static inline GstStaticPadTemplate kPads[] = {
-      GST_STATIC_PAD_TEMPLATE("sink", GST_PAD_SINK, GST_PAD_ALWAYS,
-                              GST_STATIC_CAPS(WEIR_STATIC_TENSORS_CAPS)),
-      GST_STATIC_PAD_TEMPLATE("src", GST_PAD_SRC, GST_PAD_SOMETIMES,
-                              GST_STATIC_CAPS(WEIR_STATIC_TENSORS_CAPS)),
+      GST_STATIC_PAD_TEMPLATE("sink", GST_PAD_SINK, GST_PAD_ALWAYS, GST_STATIC_CAPS(WEIR_IF_CAPS)),
+      GST_STATIC_PAD_TEMPLATE("src", GST_PAD_SRC, GST_PAD_SOMETIMES, GST_STATIC_CAPS(WEIR_IF_CAPS)),
   };
 
   using Settings = IfSettings;
@@ -93,6 +94,7 @@ class TensorIf : public gst::OneToMany<TensorIf> {
     if (!holds) return holds.error();
     const size_t way = holds->value_or(false) ? 0 : 1;
     const IfBranch& branch = plan_->branches[way];
+    if (auto status = check_picked(way); !status) return status.error();
     if (!*holds || branch.behaviour == Behaviour::Skip) return gst::Routed{GST_FLOW_OK, true};
     auto& output = outputs_.output(way);
     if (const auto settled = outputs_.settle(&output, branch.spec); !settled)
@@ -144,6 +146,34 @@ class TensorIf : public gst::OneToMany<TensorIf> {
     return ok();
   }
 
+  // In a flexible stream the number of tensors varies by frame.
+  Status check_picked(size_t way) const {
+    for (const size_t index : plan_->branches[way].tensors)
+      if (index >= parts_.parts().size())
+        return index_beyond(way == 0 ? "then-option" : "else-option", "tensor", index,
+                            parts_.parts().size());
+    return ok();
+  }
+
+  // Resolves the condition for the tensors of a frame of a flexible stream.
+  Status compare_frame() {
+    specs_.clear();
+    for (const auto& part : parts_.parts()) specs_.push_back(part.spec);
+    auto comparison = condition::Comparison::make(*plan_->of_each_frame, specs_);
+    if (!comparison) return comparison.error();
+    const auto& part = parts_.parts()[comparison->tensor()];
+    if (part.size != kTensorHeaderBytes + part.spec.bytes().value_or(0))
+      return Error{.code = Code::FORMAT_UNSUPPORTED,
+                   .what = "the tensor to compare is not dense",
+                   .offered = part.spec.to_string() + " in " +
+                              std::to_string(part.size - kTensorHeaderBytes) + " bytes",
+                   .needed = "a dense tensor",
+                   .difference = "tensor " + std::to_string(comparison->tensor()),
+                   .fix = "other/tensors,format=sparse ! tensor_sparse_dec ! tensor_if"};
+    plan_->comparison = *std::move(comparison);
+    return ok();
+  }
+
   Result<std::optional<bool>> decide(GstBuffer* buffer) {
     if (plan_->custom) {
       if (auto status = reader_.read(buffer, parts_.spec()); !status) return status.error();
@@ -152,8 +182,13 @@ class TensorIf : public gst::OneToMany<TensorIf> {
       reader_.clear();
       return answer;
     }
+    size_t header = 0;
+    if (plan_->of_each_frame) {
+      if (auto status = compare_frame(); !status) return status.error();
+      header = kTensorHeaderBytes;
+    }
     const auto& comparison = *plan_->comparison;
-    const size_t offset = parts_.parts()[comparison.tensor()].offset + comparison.offset();
+    const size_t offset = parts_.parts()[comparison.tensor()].offset + header + comparison.offset();
     std::byte element[8];
     if (comparison.bytes() <= sizeof element) {
       gst_buffer_extract(buffer, offset, element, comparison.bytes());
@@ -179,6 +214,7 @@ class TensorIf : public gst::OneToMany<TensorIf> {
   std::optional<IfPlan> plan_;
   std::optional<Error> missing_;  // set if there is no plan
   gst::FrameParts parts_;
+  std::vector<TensorSpec> specs_;  // of a frame of a flexible stream
   gst::FrameReader reader_;
   gst::FrameArguments arguments_;
 };

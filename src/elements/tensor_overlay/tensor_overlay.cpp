@@ -12,7 +12,7 @@
 #include "elements/tensor_preprocess/video_negotiation.hpp"
 #include "gstcpp/buffer/memory_part.hpp"
 #include "gstcpp/buffer/tensor_caps.hpp"
-#include "gstcpp/element/counted_transform.hpp"
+#include "gstcpp/pads/paired_transform.hpp"
 #include "weir/label_file.hpp"
 
 namespace weir {
@@ -25,7 +25,9 @@ using gst::Ref;
   "GRAY8, NV12, NV21, I420, YV12, YUY2, UYVY }, width=(int)[ 1, 65536 ], height=(int)[ 1, 65536 " \
   "], " WEIR_CAPS_RATE
 
-class TensorOverlay : public gst::CountedTransform<TensorOverlay> {
+class TensorOverlay : public gst::PairedTransform<TensorOverlay, ResultsPad> {
+  using Paired = gst::PairedTransform<TensorOverlay, ResultsPad>;
+
  public:
   static constexpr gst::ElementInfo kInfo{
       "WeirTensorOverlay", "tensor_overlay", "TensorOverlay", "Filter/Editor/Video",
@@ -41,17 +43,6 @@ class TensorOverlay : public gst::CountedTransform<TensorOverlay> {
   };
   using Settings = OverlaySettings;
   static constexpr auto kProperties = kOverlayProperties;
-
-  void constructed() {
-    using Shell = gst::Element<TensorOverlay, gst::BaseTransform>;
-    results_pad_ = gst_pad_new_from_static_template(&kPads[2], "results");
-    gst_pad_set_chain_function(results_pad_, &Shell::chain<&TensorOverlay::results_chain>);
-    gst_pad_set_event_function(results_pad_, &Shell::pad_event<&TensorOverlay::results_event>);
-    // Results are not forwarded: queries end at this pad too.
-    gst_pad_set_iterate_internal_links_function(
-        results_pad_, [](GstPad*, GstObject*) -> GstIterator* { return nullptr; });
-    gst_element_add_pad(element(), results_pad_);
-  }
 
   Status start() {
     ledger_.reset();
@@ -82,42 +73,15 @@ class TensorOverlay : public gst::CountedTransform<TensorOverlay> {
 
   bool stop() {
     video_.reset();
-    found_.reset();
     copies_.clear();
-    return true;
+    return Paired::stop();
   }
 
   void property_changed(const char*) { style_changed_ = true; }
 
-  // A picture that waits for results must not block the deactivation of the pads.
-  GstStateChangeReturn change_state(GstStateChange change) {
-    if (change == GST_STATE_CHANGE_READY_TO_PAUSED) {
-      const Settings s = settings();
-      limits_.max_wait = s.max_wait;
-      same_time_ = s.sync == ResultsSync::SameTime;
-      latency_ = same_time_ ? s.max_wait : 0;
-      results_.start(s.sync, s.coordinates);
-    }
-    if (change == GST_STATE_CHANGE_PAUSED_TO_READY) results_.stop();
-    const auto result = GST_ELEMENT_CLASS(parent_class())->change_state(element(), change);
-    if (change == GST_STATE_CHANGE_PAUSED_TO_READY) results_.forget_stream();
-    return result;
-  }
-
-  GstFlowReturn results_chain(GstBuffer* raw) {
-    const auto buffer = Ref<GstBuffer>::adopt(raw);
-    if (const Status status = results_.receive_counted(buffer.get()); !status) {
-      gst::post_error(element(), status.error());
-      return GST_FLOW_ERROR;
-    }
-    return GST_FLOW_OK;
-  }
-
-  gboolean results_event(GstPad*, GstEvent* raw) {
-    const auto event = Ref<GstEvent>::adopt(raw);
-    const Status status = results_.handle(raw);
-    if (!status) gst::post_error(element(), status.error());
-    return status.has_value();
+  Status start_results(const Settings& s) {
+    results_.start(s.sync, s.coordinates);
+    return ok();
   }
 
   Status set_caps(GstCaps* in, GstCaps*) {
@@ -139,8 +103,6 @@ class TensorOverlay : public gst::CountedTransform<TensorOverlay> {
   }
 
   gboolean sink_event(GstEvent* event) {
-    if (GST_EVENT_TYPE(event) == GST_EVENT_FLUSH_START) results_.flush_pictures(true);
-    if (GST_EVENT_TYPE(event) == GST_EVENT_FLUSH_STOP) results_.flush_pictures(false);
     if (GST_EVENT_TYPE(event) == GST_EVENT_CAPS) {
       GstCaps* caps = nullptr;
       gst_event_parse_caps(event, &caps);
@@ -153,7 +115,7 @@ class TensorOverlay : public gst::CountedTransform<TensorOverlay> {
       refused_ = !parent_class()->sink_event(self(), event);
       return !refused_;
     }
-    return parent_class()->sink_event(self(), event);
+    return Paired::sink_event(event);
   }
 
   gboolean query(GstPadDirection direction, GstQuery* query) {
@@ -165,7 +127,7 @@ class TensorOverlay : public gst::CountedTransform<TensorOverlay> {
       gst_query_parse_accept_caps(query, &caps);
       if (!check_drawable(caps)) return gst_query_set_accept_caps_result(query, TRUE), TRUE;
     }
-    if (!parent_class()->query(self(), direction, query)) return FALSE;
+    if (!Paired::query(direction, query)) return FALSE;
     if (sink_side && GST_QUERY_TYPE(query) == GST_QUERY_CAPS) {
       GstCaps* filter = nullptr;
       gst_query_parse_caps(query, &filter);
@@ -173,14 +135,9 @@ class TensorOverlay : public gst::CountedTransform<TensorOverlay> {
       const auto all = with_other_formats(sink(), Ref<GstCaps>::share(caps), filter);
       gst_query_set_caps_result(query, all.get());
     }
-    if (!sink_side && GST_QUERY_TYPE(query) == GST_QUERY_LATENCY) add_wait(query);
     return TRUE;
   }
 
-  // Downstream memory can be drawn into.
-  bool propose_allocation(GstQuery*, GstQuery* query) {
-    return gst_pad_peer_query(source(), query);
-  }
   // Pictures are drawn in place: no pool is needed.
   gboolean decide_allocation(GstQuery* query) {
     while (gst_query_get_n_allocation_pools(query) > 0)
@@ -238,7 +195,6 @@ class TensorOverlay : public gst::CountedTransform<TensorOverlay> {
 
  private:
   GstPad* sink() const { return GST_BASE_TRANSFORM_SINK_PAD(self()); }
-  GstPad* source() const { return GST_BASE_TRANSFORM_SRC_PAD(self()); }
 
   void read_style() {
     const Settings s = settings();
@@ -255,43 +211,18 @@ class TensorOverlay : public gst::CountedTransform<TensorOverlay> {
     video_->set_names(names_drawn_ ? *names_drawn_ : draw::ClassNames());
   }
 
-  // False: the stream is flushing.
-  bool take_results(GstBuffer* in) {
-    found_.reset();
-    if (same_time_ && !gst_pad_is_linked(results_pad_)) return true;
-    const GstClockTime time = gst::running_time(self()->segment, GST_BUFFER_PTS(in));
-    return results_.take(GST_CLOCK_TIME_IS_VALID(time) ? static_cast<int64_t>(time) : sync::kNoTime,
-                         limits_, &found_);
-  }
-
-  void add_wait(GstQuery* query) const {
-    gboolean live = FALSE;
-    GstClockTime least = 0, most = 0;
-    gst_query_parse_latency(query, &live, &least, &most);
-    const uint64_t wait = latency_;
-    if (!live || wait == 0) return;
-    if (GST_CLOCK_TIME_IS_VALID(most)) most += wait;
-    gst_query_set_latency(query, live, least + wait, most);
-  }
-
-  GstPad* results_pad_ = nullptr;  // owned by the element
-  ResultsPad results_;
-  bool same_time_ = false;            // changes only while not streaming
-  std::atomic<uint64_t> latency_{0};  // how long pictures wait for results, nanoseconds
-  draw::ClassNames names_;            // of the user
+  draw::ClassNames names_;                               // of the user
   std::shared_ptr<const draw::ClassNames> names_drawn_;  // of the stream
   std::shared_ptr<draw::TextPainter> painter_;
   std::optional<Error> no_text_;  // why scores are not drawn; posted once
   std::atomic<bool> style_changed_{true};
   // Used by the streaming thread of the pictures.
-  ResultsPad::Limits limits_;
   draw::Style style_;
   uint32_t picture_height_ = 0;  // pixels; of the caps
   std::optional<OverlayVideo> video_;
   // Whether the last caps were rejected: later frames do not have the earlier caps, which the base
   // class does not set again when they return.
   bool refused_ = false;
-  ResultsPad::Results found_;  // for the current picture
   BufferCopies copies_;
   std::atomic<uint64_t> boxes_{0}, outside_{0}, below_score_{0};
   std::atomic<uint64_t> pictures_drawn_{0}, pictures_copied_{0};

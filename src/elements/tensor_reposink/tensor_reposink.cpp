@@ -4,6 +4,7 @@
 
 #include "elements/tensor_reposink/repository.hpp"
 #include "gstcpp/buffer/frame_errors.hpp"
+#include "gstcpp/buffer/frame_parts.hpp"
 #include "gstcpp/buffer/tensor_caps.hpp"
 #include "gstcpp/element/base_classes.hpp"
 
@@ -41,7 +42,8 @@ class TensorReposink : public gst::Element<TensorReposink, gst::BaseSink> {
           "sink", GST_PAD_SINK, GST_PAD_ALWAYS,
           GST_STATIC_CAPS(WEIR_CAPS_TENSOR
                           "; other/tensors, "
-                          "format=(string)static, num_tensors=(int)[ 1, 256 ], " WEIR_CAPS_RATE)),
+                          "format=(string)static, num_tensors=(int)[ 1, 256 ], " WEIR_CAPS_RATE
+                          "; " WEIR_CAPS_TENSORS("flexible"))),
   };
 
   struct Settings {
@@ -90,7 +92,7 @@ class TensorReposink : public gst::Element<TensorReposink, gst::BaseSink> {
   Status set_caps(GstCaps* caps) {
     auto spec = gst::fixed_spec_from_caps(caps);
     if (!spec) return spec.error();
-    spec_ = *std::move(spec);
+    parts_.configure(*spec);
     caps_ = Ref<GstCaps>::share(caps);
     return ok();
   }
@@ -156,16 +158,17 @@ class TensorReposink : public gst::Element<TensorReposink, gst::BaseSink> {
     GST_BASE_SINK_PREROLL_UNLOCK(self());
   }
 
-  Status check(GstBuffer* buffer) const {
+  Status check(GstBuffer* buffer) {
     if (!caps_) return gst::buffer_before_caps("tensor_converter ! tensor_reposink");
-    return gst::whole_frame(spec_, gst_buffer_get_size(buffer));
+    if (parts_.spec().format == Format::Flexible) return parts_.read(buffer);
+    return gst::whole_frame(parts_.spec(), gst_buffer_get_size(buffer));
   }
 
   Repository::Writer writer_{repository(), {[this](uint32_t slot) {
                                gst::post_warning(element(), lone_end("tensor_reposrc", slot));
                              }}};
-  FrameSpec spec_;     // this and the following members: streaming thread only
-  Ref<GstCaps> caps_;  // of spec_; null without caps
+  gst::FrameParts parts_;  // this and the following member: streaming thread only
+  Ref<GstCaps> caps_;      // of the frames; null without caps
 };
 
 }  // namespace

@@ -226,9 +226,17 @@ TEST(TensorReposink, ReportsIncompleteCaps) {
               "do not describe the tensors completely");
 }
 
-TEST(TensorReposink, AcceptsOnlyStaticTensors) {
-  const Harness sink = harness_of(slot(0), "other/tensors,format=flexible,framerate=30/1");
+TEST(TensorReposink, RejectsSparseTensors) {
+  const Harness sink = harness_of(slot(0), "other/tensors,format=sparse,framerate=30/1");
   EXPECT_EQ(gst_harness_push(sink.get(), frame(Bytes{1, 2})), GST_FLOW_NOT_NEGOTIATED);
+}
+
+TEST(TensorReposink, ReportsFlexibleFramesWithoutHeaders) {
+  const Harness sink = harness_of(slot(0), "other/tensors,format=flexible,framerate=30/1");
+  Errors errors(sink);
+  EXPECT_EQ(gst_harness_push(sink.get(), frame(Bytes{1, 2})), GST_FLOW_ERROR);
+  EXPECT_SAYS(errors.next(), "WEIR-2005: a memory is too short for a tensor header");
+  EXPECT_EQ(stat(sink, "tensor_reposink", "dropped-error"), 1u);
 }
 
 }  // namespace

@@ -4,6 +4,8 @@
 #include <cstring>
 #include <string>
 
+#include "core/records/result_frame.hpp"
+#include "elements/tensor_decoder/result_output.hpp"
 #include "elements/tensor_reposink/repository.hpp"
 #include "elements/tensor_reposrc/sync_check.hpp"
 #include "gstcpp/buffer/frame_pool.hpp"
@@ -19,21 +21,40 @@ constexpr uint32_t kNotSet = UINT32_MAX;
 constexpr char kSampleCaps[] =
     "tensor_reposrc slot-index=0 "
     "caps=\"other/tensor,dimension=(string)4:1:1:1,type=float32,framerate=30/1\"";
+constexpr char kSampleOfResults[] =
+    "tensor_reposrc slot-index=0 caps='other/tensors,format=flexible,framerate=30/1,"
+    "weir-columns=(string)\"x1,y1,x2,y2,score,class\"'";
 
 std::string text_of(const GstCaps* caps) {
   const gst::UniqueText text{gst_caps_to_string(caps)};
   return text.get();
 }
 
+Result<FrameSpec> spec_with_roles(const GstCaps* caps) {
+  auto spec = gst::fixed_spec_from_caps(caps);
+  if (spec) spec->roles = gst::roles_from_caps(caps);
+  return spec;
+}
+
+std::string text_of(const Fraction& rate) {
+  return std::to_string(rate.numerator) + "/" + std::to_string(rate.denominator);
+}
+
 // Returns "" when frames of `offered` match `needed`, regardless of the spelling of dimensions and
-// of other/tensor or other/tensors for one tensor.
+// of other/tensor or other/tensors for one tensor. Columns are compared if both have them.
 std::string difference_of(const FrameSpec& offered, const FrameSpec& needed) {
-  std::string tensors = first_difference(offered.tensors, needed.tensors);
-  if (!tensors.empty() || offered.rate == needed.rate) return tensors;
-  const auto text = [](const Fraction& rate) {
-    return std::to_string(rate.numerator) + "/" + std::to_string(rate.denominator);
+  const auto differs = [](const char* field, std::string_view one, std::string_view other) {
+    return std::string(field) + " is " + std::string(one) + ", needed is " + std::string(other);
   };
-  return "framerate is " + text(offered.rate) + ", needed is " + text(needed.rate);
+  if (offered.format != needed.format)
+    return differs("format", name_of(offered.format), name_of(needed.format));
+  std::string tensors = first_difference(offered.tensors, needed.tensors);
+  if (!tensors.empty()) return tensors;
+  if (!(offered.rate == needed.rate))
+    return differs("framerate", text_of(offered.rate), text_of(needed.rate));
+  if (offered.roles.empty() || needed.roles.empty()) return "";
+  const std::string columns = columns_text(offered.roles), wanted = columns_text(needed.roles);
+  return columns == wanted ? "" : differs("weir-columns", columns, wanted);
 }
 
 class TensorReposrc : public gst::Element<TensorReposrc, gst::PushSource> {
@@ -46,7 +67,8 @@ class TensorReposrc : public gst::Element<TensorReposrc, gst::PushSource> {
           "src", GST_PAD_SRC, GST_PAD_ALWAYS,
           GST_STATIC_CAPS(WEIR_CAPS_TENSOR
                           "; other/tensors, "
-                          "format=(string)static, num_tensors=(int)[ 1, 256 ], " WEIR_CAPS_RATE)),
+                          "format=(string)static, num_tensors=(int)[ 1, 256 ], " WEIR_CAPS_RATE
+                          "; " WEIR_CAPS_TENSORS("flexible"))),
   };
 
   struct Settings {
@@ -106,7 +128,8 @@ class TensorReposrc : public gst::Element<TensorReposrc, gst::PushSource> {
 
   gboolean stop() {
     count_left(reader_.detach());
-    checked_ = {};
+    checked_ = sent_ = {};
+    roles_.clear();
     return TRUE;
   }
 
@@ -154,6 +177,7 @@ class TensorReposrc : public gst::Element<TensorReposrc, gst::PushSource> {
       gst::post_error(element(), status.error());
       return GST_FLOW_EOS;
     }
+    send_roles();
     ledger_.consumed_and_pushed();
     *out = taken.frame->buffer.release();
     return GST_FLOW_OK;
@@ -207,49 +231,68 @@ class TensorReposrc : public gst::Element<TensorReposrc, gst::PushSource> {
       error.fix = kSampleCaps;
       return error;
     }
-    if (spec->format != Format::Static)
+    return spec->format == Format::Static ? ok() : check_headered(caps.get(), spec->format);
+  }
+  // The caps of flexible tensors do not give their sizes: the first frame is one without results.
+  static Status check_headered(const GstCaps* caps, Format format) {
+    if (format != Format::Flexible)
       return Error{.code = Code::FORMAT_UNSUPPORTED,
-                   .what = "a loop carries static tensors only",
-                   .offered = text_of(caps.get()),
-                   .needed = "format=static",
+                   .what = "a loop carries static or flexible tensors only",
+                   .offered = text_of(caps),
+                   .needed = "format=static, or format=flexible with weir-columns",
                    .fix = kSampleCaps};
-    return ok();
+    const ResultRoles roles = gst::roles_from_caps(caps);
+    if (roles.empty())
+      return Error{.code = Code::FORMAT_UNSUPPORTED,
+                   .what = "the caps do not describe the first frame of the loop",
+                   .offered = text_of(caps),
+                   .needed =
+                       "format=static, or for flexible tensors weir-columns: the first frame "
+                       "then has one row of zeros",
+                   .fix = kSampleOfResults};
+    const auto reader = records::ResultReader::make(columns_text(roles), sources_text(roles));
+    return reader ? ok() : Status(reader.error());
   }
 
   Status plan(const Ref<GstCaps>& caps) {
-    auto spec = gst::fixed_spec_from_caps(caps.get());
+    auto spec = spec_with_roles(caps.get());
     if (!spec) return spec.error();
-    if (auto status = buffer_limit_.check(*spec); !status) return status;
-    auto pool = gst::FramePool::make(spec->tensors, Format::Static);
-    if (!pool) return pool.error();
+    if (spec->format == Format::Static) {
+      if (auto status = buffer_limit_.check(*spec); !status) return status;
+      auto pool = gst::FramePool::make(spec->tensors, Format::Static);
+      if (!pool) return pool.error();
+      pool_ = *std::move(pool);
+    }
+    empty_.configure(caps.get());
     caps_ = caps;
     spec_ = *std::move(spec);
-    pool_ = *std::move(pool);
     return ok();
   }
 
-  // A frame of zeros without a timestamp.
+  // A frame of zeros, or of no results, without a timestamp.
   GstFlowReturn zeros(GstBuffer** out) {
-    auto buffer = pool_.acquire(buffer_limit_);
-    gst::FramePool::Writer writer;
+    auto buffer = spec_.format == Format::Static ? frame_of_zeros()
+                                                 : empty_.empty_frame(buffer_limit_, &ledger_);
     if (!buffer) {
       gst::post_error(element(), buffer.error());
       return GST_FLOW_ERROR;
     }
-    if (const Status status = writer.map(pool_, buffer->get()); !status) {
-      gst::post_error(element(), status.error());
-      return GST_FLOW_ERROR;
-    }
-    for (const auto& payload : writer.payloads()) std::memset(payload.data(), 0, payload.size());
-    writer.unmap();
     ledger_.pushed();
     *out = buffer->release();
     return GST_FLOW_OK;
   }
+  Result<Ref<GstBuffer>> frame_of_zeros() {
+    auto buffer = pool_.acquire(buffer_limit_);
+    if (!buffer) return buffer;
+    gst::FramePool::Writer writer;
+    if (const Status status = writer.map(pool_, buffer->get()); !status) return status.error();
+    for (const auto& payload : writer.payloads()) std::memset(payload.data(), 0, payload.size());
+    return buffer;
+  }
 
   // Applies the property caps, set while frames flow, at the first frame that matches them.
   void follow_caps(const FrameSpec& frame) {
-    const auto spec = gst::fixed_spec_from_caps(settings().caps.get());
+    const auto spec = spec_with_roles(settings().caps.get());
     if (!spec || !difference_of(frame, *spec).empty()) return;
     follow_settings(&followed_, [&](const Settings& wanted) -> Status {
       if (auto status = gst::check_downstream(pad(), wanted.caps.get(), "another caps="); !status)
@@ -262,7 +305,7 @@ class TensorReposrc : public gst::Element<TensorReposrc, gst::PushSource> {
 
   Status check(const Ref<GstCaps>& caps) {
     if (caps.get() == checked_.get()) return ok();
-    const auto spec = gst::fixed_spec_from_caps(caps.get());
+    const auto spec = spec_with_roles(caps.get());
     if (!spec) return spec.error();
     if (is_written()) follow_caps(*spec);
     const std::string difference = difference_of(*spec, spec_);
@@ -275,7 +318,19 @@ class TensorReposrc : public gst::Element<TensorReposrc, gst::PushSource> {
                    .fix = "tensor_reposrc slot-index=" + std::to_string(settings().slot_index) +
                           " caps=\"" + text_of(caps.get()) + "\""};
     checked_ = caps;
+    roles_ = spec->roles.empty() ? spec_.roles : spec->roles;
     return ok();
+  }
+
+  // The fields of results are those of the frames: the property may leave them out.
+  void send_roles() {
+    auto current = Ref<GstCaps>::adopt(gst_pad_get_current_caps(pad()));
+    if (!current || current.get() == sent_.get()) return;
+    if (gst::roles_from_caps(current.get()) != roles_) {
+      current = gst::with_roles(Ref<GstCaps>::adopt(gst_caps_copy(current.get())), roles_);
+      gst_base_src_set_caps(GST_BASE_SRC(self()), current.get());
+    }
+    sent_ = current;
   }
 
   Repository::Reader reader_{repository(), {[this](uint32_t slot) {
@@ -286,7 +341,10 @@ class TensorReposrc : public gst::Element<TensorReposrc, gst::PushSource> {
   bool fresh_ = true;
   Ref<GstCaps> caps_;     // the property
   Ref<GstCaps> checked_;  // frame caps known to match caps_
+  ResultRoles roles_;     // of checked_
+  Ref<GstCaps> sent_;     // caps of the pad with roles_
   FrameSpec spec_;        // of caps_
+  ResultOutput empty_;    // the frame without results of caps_
   gst::FramePool pool_;
 };
 

@@ -1,8 +1,11 @@
 // tensor_reposrc in a harness: the first frame, caps, errors, EOS.
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #include <algorithm>
+#include <list>
 
 #include "becomes.hpp"
+#include "core/results/empty_frame.hpp"
+#include "core/tensor/tensor_header.hpp"
 #include "elements/tests/element_test_support.hpp"
 
 namespace weir::test {
@@ -172,9 +175,91 @@ TEST(TensorReposrc, ReportsCapsThatAreNotFixedStaticTensors) {
   EXPECT_SAYS(start_error(source("other/tensor,dimension=(string)2,type=(string)uint8")),
               "do not describe the tensors completely");
   EXPECT_SAYS(start_error(source(tensor("{ uint8, int8 }", "2"))), "not fixed");
-  EXPECT_SAYS(start_error(source("other/tensors,format=(string)flexible,framerate=30/1")),
-              "a loop carries static tensors only");
+  EXPECT_SAYS(start_error(source("other/tensors,format=(string)sparse,framerate=30/1")),
+              "a loop carries static or flexible tensors only");
   EXPECT_NE(start_error(source("video/x-raw,format=RGB,width=2,height=2,framerate=30/1")), "");
+}
+
+const std::string kFlexible = "other/tensors,format=(string)flexible,framerate=30/1";
+std::string of_results(const std::string& columns, const std::string& source = "net") {
+  return kFlexible + ",weir-columns=(string)\"" + columns + "\",weir-source=(string)\"" + source +
+         "\"";
+}
+
+GstBuffer* empty_results(const std::string& columns) {
+  GstBuffer* const out = gst_buffer_new();
+  std::list<Bytes> memories;
+  results::write_empty(parse_roles(columns, ""), [&](size_t bytes) {
+    return std::as_writable_bytes(std::span(memories.emplace_back(bytes)));
+  });
+  for (const Bytes& bytes : memories) gst_buffer_append_memory(out, memory_of(bytes));
+  return out;
+}
+
+TEST(TensorReposrc, ReportsFlexibleCapsWhoseFirstFrameIsNotKnown) {
+  const std::string text = start_error(source(kFlexible));
+  EXPECT_SAYS(text, "WEIR-2002: the caps do not describe the first frame of the loop");
+  EXPECT_SAYS(text, "for flexible tensors weir-columns");
+  EXPECT_SAYS(text, "weir-columns=(string)\"x1,y1,x2,y2,score,class\"");
+  EXPECT_SAYS(start_error(source(of_results("x1,y1"))), "WEIR-1001");
+  EXPECT_SAYS(start_error(source(of_results("masks"))), "masks");
+}
+
+TEST(TensorReposrc, ReportsResultsThatDoNotFit) {
+  const auto error_of_frames = [](const std::string& offered, GstBuffer* buffer) {
+    const Harness h = harness_of(source(of_results("score,class")));
+    Errors errors(h);
+    gst_harness_play(h.get());
+    const Harness sink = harness_of("tensor_reposink", offered);
+    EXPECT_EQ(gst_harness_push(sink.get(), buffer), GST_FLOW_OK);
+    gst_harness_push_event(sink.get(), gst_event_new_eos());
+    EXPECT_TRUE(ends(h));
+    return errors.next();
+  };
+  EXPECT_EQ(error_of_frames(of_results("score,class", "other"), empty_results("score,class")), "");
+  EXPECT_EQ(error_of_frames(kFlexible, empty_results("score,class")), "");
+  EXPECT_SAYS(error_of_frames(of_results("score,track"), empty_results("score,track")),
+              "weir-columns is score,track, needed is score,class");
+  EXPECT_SAYS(error_of_frames(tensor("uint8", "2"), frame(ramp(2))),
+              "format is static, needed is flexible");
+}
+
+TEST(TensorReposrc, StartsALoopOfResultsWithNone) {
+  const Harness h = playing(source(of_results("x1,y1,x2,y2,score;text")));
+  const auto first = pulled(h);
+  ASSERT_EQ(gst_buffer_n_memory(first.get()), 2u);
+  const Bytes rows = content(gst_buffer_peek_memory(first.get(), 0));
+  const auto header = read_tensor_chunk(std::as_bytes(std::span(rows)));
+  ASSERT_TRUE(header);
+  EXPECT_EQ(header->spec.to_string(), "float32 5:1");
+  EXPECT_EQ(Bytes(rows.begin() + kTensorHeaderBytes, rows.end()), Bytes(20));
+  EXPECT_FALSE(GST_BUFFER_PTS_IS_VALID(first.get()));
+  const std::string many = std::string(20, ';') + "score";
+  const auto packed = pulled(playing(source(of_results(many))));
+  EXPECT_EQ(gst_buffer_n_memory(packed.get()), 16u) << "the last one has the other tensors";
+}
+
+TEST(TensorReposrc, SendsTheFieldsOfTheFrames) {
+  const auto fields_after_a_frame = [](const std::string& property, const std::string& frames,
+                                       GstBuffer* buffer) {
+    const Harness h = playing(source(property));
+    EXPECT_TRUE(pulled(h));
+    const Harness sink = harness_of("tensor_reposink", frames);
+    gst_harness_push(sink.get(), buffer);
+    EXPECT_TRUE(pulled(h));
+    return caps_text(h);
+  };
+  EXPECT_SAYS(fields_after_a_frame(of_results("score,class"), of_results("score,class", "yolo"),
+                                   empty_results("score,class")),
+              "weir-source=(string)yolo");
+  EXPECT_SAYS(
+      fields_after_a_frame(of_results("score,class"), kFlexible, empty_results("score,class")),
+      "weir-source=(string)net");
+  const std::string rows = tensors("float32", "2:1"),
+                    fields = ",weir-columns=(string)\"score,class\"";
+  EXPECT_SAYS(fields_after_a_frame(rows, rows + fields, frame(ramp(8))),
+              "weir-columns=(string)\"score\\,class\"");
+  EXPECT_EQ(fields_after_a_frame(rows, rows, frame(ramp(8))).find("weir-"), std::string::npos);
 }
 
 TEST(TensorReposrc, AcceptsEqualTensorsInAnySpelling) {

@@ -5,7 +5,7 @@
 
 #include "elements/tensor_to_roi/roi_results_pad.hpp"
 #include "gstcpp/buffer/tensor_caps.hpp"
-#include "gstcpp/element/counted_transform.hpp"
+#include "gstcpp/pads/paired_transform.hpp"
 #include "weir/module.hpp"
 
 namespace weir {
@@ -15,7 +15,9 @@ using gst::Ref;
 
 #define WEIR_ANY_VIDEO "video/x-raw(ANY)"
 
-class TensorToRoi : public gst::CountedTransform<TensorToRoi> {
+class TensorToRoi : public gst::PairedTransform<TensorToRoi, RoiResultsPad> {
+  using Paired = gst::PairedTransform<TensorToRoi, RoiResultsPad>;
+
  public:
   static constexpr gst::ElementInfo kInfo{
       "WeirTensorToRoi", "tensor_to_roi", "TensorToRoi", "Filter/Editor/Video",
@@ -53,14 +55,7 @@ class TensorToRoi : public gst::CountedTransform<TensorToRoi> {
   };
 
   void constructed() {
-    using Shell = gst::Element<TensorToRoi, gst::BaseTransform>;
-    results_pad_ = gst_pad_new_from_static_template(&kPads[2], "results");
-    gst_pad_set_chain_function(results_pad_, &Shell::chain<&TensorToRoi::results_chain>);
-    gst_pad_set_event_function(results_pad_, &Shell::pad_event<&TensorToRoi::results_event>);
-    // Results are not forwarded: queries end at this pad too.
-    gst_pad_set_iterate_internal_links_function(
-        results_pad_, [](GstPad*, GstObject*) -> GstIterator* { return nullptr; });
-    gst_element_add_pad(element(), results_pad_);
+    Paired::constructed();
     gst_base_transform_set_in_place(self(), TRUE);
   }
 
@@ -69,46 +64,13 @@ class TensorToRoi : public gst::CountedTransform<TensorToRoi> {
     regions_ = outside_ = 0;
     return ok();
   }
-  bool stop() {
-    found_.reset();
-    return true;
-  }
-
-  // A picture that waits for results must not block the deactivation of the pads.
-  GstStateChangeReturn change_state(GstStateChange change) {
-    if (change == GST_STATE_CHANGE_READY_TO_PAUSED) {
-      const Settings s = settings();
-      records::Labels labels;
-      try {
-        labels = records::read_labels("labels", s.labels);
-      } catch (const Failure& failure) {
-        gst::post_error(element(), failure.error());
-        return GST_STATE_CHANGE_FAILURE;
-      }
-      limits_ = {s.max_age, s.max_wait};
-      same_time_ = s.sync == ResultsSync::SameTime;
-      latency_ = same_time_ ? s.max_wait : 0;
-      results_.start(s.sync, std::move(labels), s.threshold);
+  Status start_results(const Settings& s) {
+    try {
+      results_.start(s.sync, records::read_labels("labels", s.labels), s.threshold);
+    } catch (const Failure& failure) {
+      return failure.error();
     }
-    if (change == GST_STATE_CHANGE_PAUSED_TO_READY) results_.stop();
-    const auto result = GST_ELEMENT_CLASS(parent_class())->change_state(element(), change);
-    if (change == GST_STATE_CHANGE_PAUSED_TO_READY) results_.forget_stream();
-    return result;
-  }
-
-  GstFlowReturn results_chain(GstBuffer* raw) {
-    const auto buffer = Ref<GstBuffer>::adopt(raw);
-    if (const Status status = results_.receive_counted(buffer.get()); !status) {
-      gst::post_error(element(), status.error());
-      return GST_FLOW_ERROR;
-    }
-    return GST_FLOW_OK;
-  }
-  gboolean results_event(GstPad*, GstEvent* raw) {
-    const auto event = Ref<GstEvent>::adopt(raw);
-    const Status status = results_.handle(raw);
-    if (!status) gst::post_error(element(), status.error());
-    return status.has_value();
+    return ok();
   }
 
   bool set_caps(GstCaps* in, GstCaps*) {
@@ -119,22 +81,6 @@ class TensorToRoi : public gst::CountedTransform<TensorToRoi> {
     width_ = static_cast<uint32_t>(std::max(width, 0));
     height_ = static_cast<uint32_t>(std::max(height, 0));
     return true;
-  }
-
-  gboolean sink_event(GstEvent* event) {
-    if (GST_EVENT_TYPE(event) == GST_EVENT_FLUSH_START) results_.flush_pictures(true);
-    if (GST_EVENT_TYPE(event) == GST_EVENT_FLUSH_STOP) results_.flush_pictures(false);
-    return parent_class()->sink_event(self(), event);
-  }
-
-  gboolean query(GstPadDirection direction, GstQuery* query) {
-    if (!parent_class()->query(self(), direction, query)) return FALSE;
-    if (direction == GST_PAD_SRC && GST_QUERY_TYPE(query) == GST_QUERY_LATENCY) add_wait(query);
-    return TRUE;
-  }
-  // Pictures pass unchanged: their memory is downstream's.
-  bool propose_allocation(GstQuery*, GstQuery* query) {
-    return gst_pad_peer_query(GST_BASE_TRANSFORM_SRC_PAD(self()), query);
   }
 
   // Metadata is attached to a copy of a shared buffer; both have the same memory.
@@ -164,15 +110,6 @@ class TensorToRoi : public gst::CountedTransform<TensorToRoi> {
   Settings settings_;
 
  private:
-  // False: the stream is flushing.
-  bool take_results(GstBuffer* in) {
-    found_.reset();
-    if (same_time_ && !gst_pad_is_linked(results_pad_)) return true;
-    const GstClockTime time = gst::running_time(self()->segment, GST_BUFFER_PTS(in));
-    return results_.take(GST_CLOCK_TIME_IS_VALID(time) ? static_cast<int64_t>(time) : sync::kNoTime,
-                         limits_, &found_);
-  }
-
   void attach(const RegionResults& found, GstBuffer* buffer) {
     const bool is_scaled = found.width > 0 && found.height > 0;
     const double x = is_scaled ? double(width_) / found.width : 1;
@@ -205,24 +142,8 @@ class TensorToRoi : public gst::CountedTransform<TensorToRoi> {
     return region;
   }
 
-  void add_wait(GstQuery* query) const {
-    gboolean live = FALSE;
-    GstClockTime least = 0, most = 0;
-    gst_query_parse_latency(query, &live, &least, &most);
-    const uint64_t wait = latency_;
-    if (!live || wait == 0) return;
-    if (GST_CLOCK_TIME_IS_VALID(most)) most += wait;
-    gst_query_set_latency(query, live, least + wait, most);
-  }
-
-  GstPad* results_pad_ = nullptr;  // owned by the element
-  RoiResultsPad results_;
-  bool same_time_ = false;            // changes only while not streaming
-  std::atomic<uint64_t> latency_{0};  // how long pictures wait for results, nanoseconds
   // Used by the streaming thread of the pictures.
-  RoiResultsPad::Limits limits_;
   uint32_t width_ = 0, height_ = 0;
-  RoiResultsPad::Results found_;  // for the current picture
   std::atomic<uint64_t> regions_{0}, outside_{0};
 };
 

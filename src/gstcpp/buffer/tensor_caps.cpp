@@ -183,14 +183,6 @@ Ref<GstCaps> with_format(Format format, const Fraction& rate) {
   return caps;
 }
 
-// Caps of a stream of results.
-Ref<GstCaps> with_roles(Ref<GstCaps> caps, const ResultRoles& roles) {
-  if (roles.empty()) return caps;
-  gst_caps_set_simple(caps.get(), WEIR_RESULTS_COLUMNS, G_TYPE_STRING, columns_text(roles).c_str(),
-                      WEIR_RESULTS_SOURCE, G_TYPE_STRING, sources_text(roles).c_str(), nullptr);
-  return caps;
-}
-
 struct PeerPreference {
   Ref<GstCaps> caps;
   bool tensor = false;    // accepts other/tensor
@@ -291,6 +283,16 @@ ResultRoles roles_from_caps(const GstCaps* caps) {
   const char* columns = gst_structure_get_string(s, WEIR_RESULTS_COLUMNS);
   const char* sources = gst_structure_get_string(s, WEIR_RESULTS_SOURCE);
   return parse_roles(columns ? columns : "", sources ? sources : "");
+}
+
+Ref<GstCaps> with_roles(Ref<GstCaps> caps, const ResultRoles& roles) {
+  for (guint i = 0; i < gst_caps_get_size(caps.get()); ++i)
+    gst_structure_remove_fields(gst_caps_get_structure(caps.get(), i), WEIR_RESULTS_COLUMNS,
+                                WEIR_RESULTS_SOURCE, nullptr);
+  if (roles.empty()) return caps;
+  gst_caps_set_simple(caps.get(), WEIR_RESULTS_COLUMNS, G_TYPE_STRING, columns_text(roles).c_str(),
+                      WEIR_RESULTS_SOURCE, G_TYPE_STRING, sources_text(roles).c_str(), nullptr);
+  return caps;
 }
 
 Ref<GstCaps> possible_caps(GstPad* pad, const FrameSpec& spec, const GstCaps* peer) {
@@ -407,11 +409,11 @@ Status send_caps(GstPad* source_pad, const FrameSpec& spec, GstCaps* caps) {
   return error;
 }
 
-Ref<GstCaps> choose_caps(GstPad* source_pad, const FrameSpec& spec) {
+Ref<GstCaps> choose_caps(GstPad* source_pad, const FrameSpec& spec, bool may_add_headers) {
   const PeerPreference preference = preference_of_peer(source_pad);
   const auto template_caps = Ref<GstCaps>::adopt(gst_pad_get_pad_template_caps(source_pad));
   Ref<GstCaps> caps;
-  if (spec.format == Format::Flexible || preference.flexible) {
+  if (spec.format == Format::Flexible || (preference.flexible && may_add_headers)) {
     caps = with_format(Format::Flexible, spec.rate);
   } else if (spec.format == Format::Sparse) {
     caps = with_format(Format::Sparse, spec.rate);

@@ -25,6 +25,8 @@ Result<FrameSpec> fixed_spec_from_caps(const GstCaps* caps);
 // What the tensors are, by the fields of weir/results.h; empty for streams without results. The
 // functions above leave it out of the spec: only elements that pass tensors on as they are keep it.
 ResultRoles roles_from_caps(const GstCaps* caps);
+// The caps with these fields, or without them if there are no roles. `caps` must be writable.
+Ref<GstCaps> with_roles(Ref<GstCaps> caps, const ResultRoles& roles);
 
 // All caps for this spec that intersect the pad's template, in order: other/tensor (static, at most
 // one tensor), other/tensors static, other/tensors flexible. Unknown parts stay open: an invalid
@@ -38,7 +40,8 @@ Ref<GstCaps> without_dimensions(Ref<GstCaps> caps);
 
 // Rule A of docs/compatibility/types-and-caps.md 1.5: the caps that an element which sends its own
 // caps event sets on its source pad. Null when peer and pad template have none in common.
-Ref<GstCaps> choose_caps(GstPad* source_pad, const FrameSpec& spec);
+// `may_add_headers`: static frames can be sent as flexible ones to a peer that prefers those.
+Ref<GstCaps> choose_caps(GstPad* source_pad, const FrameSpec& spec, bool may_add_headers = true);
 // Pushes `caps`, made for `spec`. SPEC_MISMATCH with both sides when downstream does not accept
 // them and no downstream element posts its own error; `caps` may be null.
 Status send_caps(GstPad* source_pad, const FrameSpec& spec, GstCaps* caps);

@@ -12,7 +12,8 @@
 //                                                         warning, and they read back as before
 //   static constexpr bool kKeepsPads = true               pads and links stay in READY
 //   static constexpr bool kPassesTensors = true           frames are pushed as they are: the event
-//                                                         of the model that made them is too
+//                                                         of the model that made them is too, and
+//                                                         the format stays
 // A frame with an error counts as dropped, and the error is posted.
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #pragma once
@@ -44,7 +45,7 @@ class OneToMany : public Element<Impl, PlainElement> {
         gst_element_class_get_pad_template(GST_ELEMENT_GET_CLASS(element), "sink"), "sink");
     gst_pad_set_chain_function(sink_, (Base::template chain<&Impl::on_buffer>));
     gst_pad_set_event_function(sink_, (Base::template pad_event<&Impl::on_event>));
-    outputs_.attach(element, sink_, Impl::kSourceTemplate, passes_model());
+    outputs_.attach(element, sink_, Impl::kSourceTemplate, passes_tensors());
     gst_element_add_pad(element, sink_);
   }
 
@@ -95,7 +96,7 @@ class OneToMany : public Element<Impl, PlainElement> {
 
   gboolean on_event(GstPad*, GstEvent* raw) {
     auto event = Ref<GstEvent>::adopt(raw);
-    if (!passes_model() && is_model_event(raw)) return TRUE;
+    if (!passes_tensors() && is_model_event(raw)) return TRUE;
     switch (GST_EVENT_TYPE(raw)) {
       case GST_EVENT_CAPS: {
         GstCaps* caps = nullptr;
@@ -135,7 +136,7 @@ class OneToMany : public Element<Impl, PlainElement> {
   SometimesPads outputs_;
 
  private:
-  static constexpr bool passes_model() {
+  static constexpr bool passes_tensors() {
     if constexpr (requires { Impl::kPassesTensors; }) return Impl::kPassesTensors;
     return false;
   }

@@ -28,8 +28,8 @@ Error mismatch(GstPad* pad, const FrameSpec& spec, const GstCaps* caps) {
 }  // namespace
 
 void SometimesPads::attach(GstElement* element, GstPad* sink, const char* source_template,
-                           bool passes_model) {
-  passes_model_ = passes_model;
+                           bool passes_tensors) {
+  passes_tensors_ = passes_tensors;
   element_ = element;
   sink_ = sink;
   template_ = gst_element_class_get_pad_template(GST_ELEMENT_GET_CLASS(element), source_template);
@@ -128,15 +128,15 @@ Ref<GstEvent> SometimesPads::stream_start(GstPad* pad, GstEvent* upstream) const
 void SometimesPads::send_sticky_events(GstPad* pad) const {
   struct Target {
     GstPad* pad;
-    bool passes_model;
-  } target{pad, passes_model_};
+    bool passes_tensors;
+  } target{pad, passes_tensors_};
   gst_pad_sticky_events_foreach(
       sink_,
       [](GstPad*, GstEvent** event, gpointer user) -> gboolean {
         const auto& to = *static_cast<Target*>(user);
         const auto type = GST_EVENT_TYPE(*event);
         if (type != GST_EVENT_STREAM_START && type != GST_EVENT_CAPS && type != GST_EVENT_EOS &&
-            (to.passes_model || !is_model_event(*event)))
+            (to.passes_tensors || !is_model_event(*event)))
           gst_pad_push_event(to.pad, gst_event_ref(*event));
         return TRUE;
       },
@@ -152,7 +152,7 @@ Result<bool> SometimesPads::settle(Output* output, const FrameSpec& spec) {
   GstPad* pad = output->pad.get();
   const bool relinked = gst_pad_check_reconfigure(pad);
   if (output->settled && !relinked) return false;
-  const auto caps = choose_caps(pad, spec);
+  const auto caps = choose_caps(pad, spec, !passes_tensors_);
   if (!caps) return mismatch(pad, spec, nullptr);
   const auto before = Ref<GstCaps>::adopt(gst_pad_get_current_caps(pad));
   const bool same =
@@ -175,7 +175,7 @@ Result<bool> SometimesPads::settle(Output* output, const FrameSpec& spec) {
 Status SometimesPads::takes(size_t index, const FrameSpec& spec) const {
   if (index >= outputs_.size() || !outputs_[index] || !is_linked(*outputs_[index])) return ok();
   GstPad* pad = outputs_[index]->pad.get();
-  const auto caps = choose_caps(pad, spec);
+  const auto caps = choose_caps(pad, spec, !passes_tensors_);
   if (downstream_accepts(pad, caps.get())) return ok();
   return mismatch(pad, spec, caps.get());
 }

@@ -36,8 +36,8 @@ class SometimesPads {
   SometimesPads& operator=(const SometimesPads&) = delete;
 
   // Borrows both until destruction. `source_template`: the name of the pads' template.
-  // `passes_model`: the pads get the input's model event, too.
-  void attach(GstElement* element, GstPad* sink, const char* source_template, bool passes_model);
+  // `passes_tensors`: frames are pushed as they are; the pads get the input's model event, too.
+  void attach(GstElement* element, GstPad* sink, const char* source_template, bool passes_tensors);
 
   // READY->PAUSED. Once `expected` pads exist, no-more-pads is emitted; fewer pads do not end the
   // stream with NOT_LINKED. 0: unknown.
@@ -88,7 +88,7 @@ class SometimesPads {
   GstElement* element_ = nullptr;
   GstPad* sink_ = nullptr;
   GstPadTemplate* template_ = nullptr;
-  bool passes_model_ = false;
+  bool passes_tensors_ = false;
   size_t expected_ = 0, made_ = 0;
   bool reported_all_ = false;
   Combiner combiner_;

@@ -1,0 +1,44 @@
+// TurnedGrid: where the elements of a mask or class map come from if the tensor's pixels are turned
+// or mirrored in the source picture.
+// SPDX-License-Identifier: LGPL-2.1-or-later
+#pragma once
+#include <cstdint>
+#include <optional>
+
+#include "weir/detection.hpp"
+#include "weir/source_map.hpp"
+
+namespace weir::results {
+
+struct GridSize {
+  uint32_t width = 0, height = 0;
+  bool operator==(const GridSize&) const = default;
+};
+
+// Whether rows of the tensor are rows of the picture, in the same direction: grids stay as they
+// are.
+bool keeps_directions(const SourceMap& map) noexcept;
+
+// The upright box around a box of the tensor.
+Box upright_box(const SourceMap& map, const Box& box) noexcept;
+
+// A grid over the upright box around a box of the tensor, whose elements lie over those of a grid
+// over that box. After a quarter turn each element lies over exactly one.
+class TurnedGrid {
+ public:
+  // Precondition: both sizes of `grid` are above 0.
+  TurnedGrid(const SourceMap& map, const Box& box, GridSize grid) noexcept;
+
+  const Box& box() const noexcept { return upright_; }  // in the picture
+  GridSize size() const noexcept { return size_; }
+  // The place of an element's centre in the original grid, whose first element spans 0 to 1.
+  // nullopt outside of it.
+  std::optional<Point> place_of(uint32_t column, uint32_t row) const noexcept;
+
+ private:
+  SourceMap map_;
+  Box box_, upright_;
+  GridSize grid_, size_;
+};
+
+}  // namespace weir::results
