@@ -235,7 +235,8 @@ class Cards(BadCase):
         self.assertEqual([entry["label"] for entry in json.loads(done.stdout.splitlines()[0])["detections"]], ["c", "a", "b"])
 
     def test_another_size(self):
-        self.refused_card(["error from weirtensorfilter0: WEIR-2001: the stream does not fit the model", "dimension 0 is 256, needed is 320"],
+        self.refused_card(["error from weirtensorfilter0: WEIR-2001: the stream does not fit the model",
+                           "dimension 0 is 256, needed is 320"],
                           inputs=[self.INPUT | {"shape": [1, 3, 256, 256]}])
 
     def test_another_type(self):

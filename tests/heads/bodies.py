@@ -84,7 +84,8 @@ def movenet(order, kind):
 def movenet_multipose(order, kind):
     """Six persons of 17 points, and y1, x1, y2, x2 and score of their boxes."""
     view = View((640, 480), (256, 256))
-    things = [body(view.source, (0.05, 0.1, 0.4, 0.9), scores_of(17, 15), 0.9), body(view.source, (0.55, 0.2, 0.95, 0.95), scores_of(17, 16), 0.6)]
+    things = [body(view.source, (0.05, 0.1, 0.4, 0.9), scores_of(17, 15), 0.9),
+              body(view.source, (0.55, 0.2, 0.95, 0.95), scores_of(17, 16), 0.6)]
     persons = numpy.random.default_rng(17).uniform(0, 0.15, (6, 56))
     for row, thing in zip((0, 3), things):
         places, box = view.part(view.places(thing.points[:, :2])), view.part(view.box(thing))

@@ -6,6 +6,7 @@ The encoders are written from the published descriptions of the networks. A netw
 between tensor_preprocess, which makes a letterbox, and tensor_decoder: results must be the objects of the source picture.
 """
 
+import dataclasses
 import json
 import os
 import pathlib
@@ -168,6 +169,17 @@ class Heads(unittest.TestCase):
                     text = refusal(self, self.branch(None, entry.modes[-1], example, "float32", "unnamed"))
                     self.assertIn("the outputs fit several heads: ", text)
                     self.assertIn(f"custom=head:{head}", text)
+
+    def test_another_head_of_the_same_outputs_finds_other_objects(self):
+        """Shows that the comparison tells heads apart."""
+        for head, other in (("yolov3-grids", "yolov5-grids"), ("yolov5-grids", "yolov7-grids"), ("detr", "rtdetr"), ("rtdetr", "detr"),
+                            ("ultraface-raw", "ultraface"), ("yolov7-end2end", "detection-output"), ("yolov8", "yolox"),
+                            ("yolov8-obb", "yolov8"), ("nanodet", "yolov8")):
+            with self.subTest(head=head, other=other):
+                entry = dataclasses.replace(HEADS[head], orders=HEADS[head].orders[:1], kinds=("float32",))
+                (_, kind, example, answer), = self.play(other, "detection", entry)
+                with self.assertRaises(AssertionError):
+                    self.check("detection", kind, example, answer)
 
     def test_every_head_has_an_encoder(self):
         names = subprocess.run([os.environ["WEIR_DECODE_MODEL"], "--heads"], capture_output=True, text=True, check=True).stdout
