@@ -6,6 +6,7 @@
 #include <array>
 #include <cmath>
 
+#include "core/heads/head_options.hpp"
 #include "core/heads/output_shapes.hpp"
 #include "core/heads/points_head.hpp"
 
@@ -131,7 +132,7 @@ Fit fit_yunet(const ModelFacts& model) {
 
 std::unique_ptr<Head> open_yunet(const ModelFacts& model, const HeadOptions& options) {
   auto grids = yunet_grids(model);
-  if (grids.empty()) refuse_outputs(model, kYunet);
+  if (grids.empty()) throw wrong_outputs(model, kYunet);
   return std::make_unique<Yunet>(std::move(grids), options.threshold);
 }
 
@@ -265,7 +266,7 @@ Fit fit_ultraface_raw(const ModelFacts& model) {
 template <bool kIsRaw>
 std::unique_ptr<Head> open_ultraface(const ModelFacts& model, const HeadOptions& options) {
   const auto outputs = ultraface_outputs(model);
-  if (!outputs) refuse_outputs(model, kIsRaw ? kUltrafaceRaw : kUltraface);
+  if (!outputs) throw wrong_outputs(model, kIsRaw ? kUltrafaceRaw : kUltraface);
   return std::make_unique<Ultraface>(*outputs, options.threshold, kIsRaw);
 }
 

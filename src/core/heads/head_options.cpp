@@ -74,14 +74,10 @@ bool are_logits(std::span<const float> scores) noexcept {
 Failure wrong_outputs(const ModelFacts& model, const Family& family) {
   return Failure(
       {.code = Code::SPEC_MISMATCH,
-       .what = "the outputs are not those of " + std::string(family.name),
-       .offered = model.describe_outputs(),
+       .what = "the outputs are not those of the head " + std::string(family.name),
+       .offered = model.outputs.empty() ? "no outputs" : model.describe_outputs(),
        .needed = std::string(family.outputs),
        .fix = model.input.width > 0 ? "" : "custom=input:640:640, the model's input size"});
-}
-
-bool is_named(const OutputFacts& output, std::string_view part) {
-  return lower(output.name).find(part) != std::string::npos;
 }
 
 bool is_integer(ElementType type) noexcept {

@@ -7,6 +7,7 @@
 
 #include <cmath>
 
+#include "core/heads/head_options.hpp"
 #include "core/heads/output_shapes.hpp"
 #include "core/heads/points_head.hpp"
 
@@ -105,7 +106,7 @@ Fit fit(const ModelFacts& model) {
 
 std::unique_ptr<Head> open(const ModelFacts& model, const HeadOptions& options) {
   const auto layout = layout_of(model);
-  if (!layout) refuse_outputs(model, kHeatMaps);
+  if (!layout) throw wrong_outputs(model, kHeatMaps);
   return std::make_unique<HeatMaps>(*layout, options.threshold);
 }
 

@@ -7,6 +7,7 @@
 
 #include <algorithm>
 
+#include "core/heads/head_options.hpp"
 #include "core/heads/output_shapes.hpp"
 #include "core/heads/points_head.hpp"
 
@@ -119,7 +120,7 @@ Fit fit(const ModelFacts& model) {
 template <const Network& (*kNetwork)()>
 std::unique_ptr<Head> open(const ModelFacts& model, const HeadOptions& options) {
   const auto layout = layout_of(kNetwork(), model);
-  if (!layout) refuse_outputs(model, *kNetwork().family);
+  if (!layout) throw wrong_outputs(model, *kNetwork().family);
   return std::make_unique<LandmarkHead>(kNetwork(), *layout, options.threshold);
 }
 

@@ -77,7 +77,7 @@ TEST(Classifier, RefusesOtherOutputs) {
   EXPECT_SAYS(
       run_head({TestOutput("3:3:1", Floats(9))}, {.head = "classifier", .tasks = kClassification})
           .error,
-      "the outputs are not those of classifier");
+      "the outputs are not those of the head classifier");
 }
 
 HeadResult segment(const TestOutput& output, detection::PictureSize input = {8, 4},

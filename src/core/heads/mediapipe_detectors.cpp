@@ -8,6 +8,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "core/heads/head_options.hpp"
 #include "core/heads/output_shapes.hpp"
 #include "core/heads/points_head.hpp"
 
@@ -223,7 +224,7 @@ Fit fit(const ModelFacts& model) {
 template <const Detector& (*kDetector)()>
 std::unique_ptr<Head> open(const ModelFacts& model, const HeadOptions& options) {
   const auto layout = layout_of(kDetector(), model);
-  if (!layout) refuse_outputs(model, *kDetector().family);
+  if (!layout) throw wrong_outputs(model, *kDetector().family);
   return std::make_unique<AnchorHead>(kDetector(), *layout, options.threshold);
 }
 

@@ -389,7 +389,7 @@ TEST(ObjectHeads, RefuseOtherOutputs) {
        {"yolov10", "yolov7-end2end", "detection-output", "detr", "rtdetr", "labels-boxes-scores",
         "ssd", "ssd-postprocess", "fastestdet", "nanodet"})
     EXPECT_SAYS(run_head({TestOutput("3:1", Floats(3))}, {.head = head}).error,
-                std::string("the outputs are not those of ") + head);
+                std::string("the outputs are not those of the head ") + head);
 }
 
 }  // namespace

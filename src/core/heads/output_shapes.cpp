@@ -31,13 +31,6 @@ bool any_name_has(const ModelFacts& model, std::string_view part) {
                      [&](const OutputFacts& output) { return has_name_with(output, part); });
 }
 
-void refuse_outputs(const ModelFacts& model, const Family& family) {
-  throw Failure({.code = Code::SPEC_MISMATCH,
-                 .what = "the outputs are not those of the head " + std::string(family.name),
-                 .offered = model.outputs.empty() ? "no outputs" : model.describe_outputs(),
-                 .needed = std::string(family.outputs)});
-}
-
 void need_input_size(detection::PictureSize input) {
   if (input.width > 0 && input.height > 0) return;
   throw Failure({.code = Code::SPEC_MISMATCH,

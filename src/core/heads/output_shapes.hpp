@@ -17,8 +17,6 @@ size_t element_count(const OutputFacts& output) noexcept;
 bool has_name_with(const OutputFacts& output, std::string_view part);
 bool any_name_has(const ModelFacts& model, std::string_view part);
 
-// For Family::open: the outputs are not those of `family`. Throws Failure (SPEC_MISMATCH).
-[[noreturn]] void refuse_outputs(const ModelFacts& model, const Family& family);
 // Throws Failure (SPEC_MISMATCH) if the size of the model's input is not known.
 void need_input_size(detection::PictureSize input);
 

@@ -3,6 +3,7 @@
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #include "core/heads/pose_heads.hpp"
 
+#include "core/heads/head_options.hpp"
 #include "core/heads/output_shapes.hpp"
 #include "core/heads/points_head.hpp"
 
@@ -84,12 +85,12 @@ Fit fit_multipose(const ModelFacts& model) {
   return persons_of(model) > 0 ? Fit::Possible : Fit::No;
 }
 std::unique_ptr<Head> open_movenet(const ModelFacts& model, const HeadOptions& options) {
-  if (!is_movenet(model)) refuse_outputs(model, kMovenet);
+  if (!is_movenet(model)) throw wrong_outputs(model, kMovenet);
   return std::make_unique<Movenet>(options.threshold);
 }
 std::unique_ptr<Head> open_multipose(const ModelFacts& model, const HeadOptions& options) {
   const size_t persons = persons_of(model);
-  if (persons == 0) refuse_outputs(model, kMovenetMultipose);
+  if (persons == 0) throw wrong_outputs(model, kMovenetMultipose);
   return std::make_unique<Multipose>(persons, options.threshold);
 }
 

@@ -3,6 +3,7 @@
 #include "core/heads/posenet_head.hpp"
 
 #include "core/detection/posenet.hpp"
+#include "core/heads/head_options.hpp"
 #include "core/heads/output_shapes.hpp"
 #include "core/heads/points_head.hpp"
 
@@ -123,7 +124,7 @@ Fit fit(const ModelFacts& model) {
 
 std::unique_ptr<Head> open(const ModelFacts& model, const HeadOptions& options) {
   const auto layout = layout_of(model);
-  if (!layout) refuse_outputs(model, kPosenet);
+  if (!layout) throw wrong_outputs(model, kPosenet);
   return std::make_unique<Posenet>(*layout, options.threshold);
 }
 

@@ -7,6 +7,7 @@
 
 #include "core/detection/best_class.hpp"
 #include "core/detection/text_regions.hpp"
+#include "core/heads/head_options.hpp"
 #include "core/heads/output_shapes.hpp"
 #include "core/text/text.hpp"
 
@@ -84,7 +85,7 @@ Fit fit_db(const ModelFacts& model) {
 
 std::unique_ptr<Head> open_db(const ModelFacts& model, const HeadOptions& options) {
   const auto map = map_of(model);
-  if (!map) refuse_outputs(model, kDb);
+  if (!map) throw wrong_outputs(model, kDb);
   constexpr float kMostGrowth = 10;
   const detection::TextRegionOptions usual;
   return std::make_unique<Db>(
@@ -184,7 +185,7 @@ Fit fit_ctc(const ModelFacts& model) {
 
 std::unique_ptr<Head> open_ctc(const ModelFacts& model, const HeadOptions& options) {
   const auto layout = steps_of(model);
-  if (!layout) refuse_outputs(model, kCtc);
+  if (!layout) throw wrong_outputs(model, kCtc);
   std::vector<std::string> characters = options.labels;
   if (!has_characters(*layout, characters.size()))
     throw Failure({.code = Code::LABELS_INVALID,

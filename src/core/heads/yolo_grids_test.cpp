@@ -136,7 +136,7 @@ TEST(YoloGrids, RefuseOtherOutputs) {
         run_head({TestOutput("27:8:8:1", Floats(27 * 64)), TestOutput("27:5:5:1", Floats(27 * 25))},
                  {.head = head})
             .error,
-        std::string("the outputs are not those of ") + head);
+        std::string("the outputs are not those of the head ") + head);
   }
 }
 

@@ -282,7 +282,7 @@ TEST(YoloHeads, PrototypesMayHaveAnotherSizeButNotAnotherAspect) {
   const TestOutput wide("16:8:3:1", Floats(16 * 8 * 3, 1));
   EXPECT_SAYS(recognised({output, wide}), "no head that this mode knows has such outputs");
   EXPECT_SAYS(run_head({output, wide}, setup_of("yolov8-seg")).error,
-              "the outputs are not those of yolov8-seg");
+              "the outputs are not those of the head yolov8-seg");
 }
 
 TEST(YoloHeads, CellsMayBeBeyondTheEdge) {
@@ -339,7 +339,7 @@ TEST(YoloHeads, RefusesOtherOutputs) {
   for (const char* head :
        {"yolov8", "yolov8-seg", "yolov8-pose", "yolov8-obb", "yolov5", "yolov5-seg", "yolox"}) {
     EXPECT_SAYS(run_head({TestOutput("3:1", Floats(3))}, setup_of(head)).error,
-                std::string("the outputs are not those of ") + head);
+                std::string("the outputs are not those of the head ") + head);
     EXPECT_SAYS(run_head({}, setup_of(head)).error, "the outputs are not those of");
   }
 }
