@@ -92,7 +92,7 @@ Result<std::string> try_pipeline(const TryOptions& options, const TryModel& mode
   const std::string text = "tensor_decoder mode=json ! " + text_sink;
   if (options.output.empty() && !options.show) return *source + " ! " + results + " ! " + text;
 
-  std::string picture = "tensor_overlay name=drawn sync=same-time auto-size=true ! videoconvert ! ";
+  std::string picture = "tensor_overlay name=drawn sync=same-time ! videoconvert ! ";
   if (!options.output.empty()) {
     auto encoder = encoder_of(options.output);
     if (!encoder) return encoder;

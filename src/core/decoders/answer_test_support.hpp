@@ -37,17 +37,8 @@ struct ResultTensor {
 
 class AnswerRun {
  public:
-  AnswerRun(const std::string& mode, const DecoderOptions& options) {
-    infer::ModuleLibrary library;
-    library.add_builtin(&builtin_decoders());
-    const auto type = library.decoder(mode);
-    auto opened = type ? infer::Decoder::open(**type, options)
-                       : Result<std::unique_ptr<infer::Decoder>>(type.error());
-    if (opened)
-      decoder_ = *std::move(opened);
-    else
-      error = opened.error().message();
-  }
+  AnswerRun(const std::string& mode, const DecoderOptions& options)
+      : decoder_(open_decoder(mode, options, &error)) {}
 
   // Passes the model and, unless the stream is flexible, its outputs.
   bool configure(const std::vector<TestTensor>& tensors, const TestModel* model = nullptr,
@@ -78,8 +69,9 @@ class AnswerRun {
     }
     for (auto& output : outputs) output.name = nullptr, output.scale = 0, output.zero_point = 0;
     if (is_flexible) outputs.clear();
-    Sink sink(this);
+    TestSink sink;
     const auto status = decoder_->configure(outputs, &sink);
+    caps = sink.caps;
     error = status ? "" : status.error().message();
     return bool(status);
   }
@@ -89,7 +81,6 @@ class AnswerRun {
                                           const std::vector<SourceMap>& maps = {},
                                           bool of_regions = false) {
     results.clear();
-    memories_.clear();
     if (!decoder_) return results;
     std::vector<weir_tensor> memory;
     for (const auto& tensor : tensors) memory.push_back(tensor.tensor());
@@ -102,10 +93,11 @@ class AnswerRun {
     frame.n_maps = static_cast<uint32_t>(abi_maps.size());
     frame.maps = abi_maps.data();
     frame.maps_of = of_regions ? WEIR_MAPS_OF_REGIONS : WEIR_MAPS_OF_TENSORS;
-    Sink sink(this);
+    TestSink sink;
     const auto kept = decoder_->decode(frame, &sink);
     error = kept ? "" : kept.error().message();
-    if (kept && *kept) read_results();
+    if (!sink.caps.empty()) caps = sink.caps;
+    if (kept && *kept) read_results(sink.memories);
     return results;
   }
 
@@ -121,28 +113,14 @@ class AnswerRun {
   std::vector<ResultTensor> results;
 
  private:
-  struct Sink final : weir_sink {
-    explicit Sink(AnswerRun* to) : to_(to) {}
-    Status set_caps(const std::string& text) override {
-      to_->caps = text;
-      return ok();
-    }
-    void* reserve(uint64_t bytes) override {
-      to_->memories_.emplace_back(bytes, 0xAA);  // memory is not cleared for decoders
-      return to_->memories_.back().data();
-    }
-    Status share_input(uint32_t) override { return ok(); }
-    AnswerRun* to_;
-  };
-
   std::string columns_text() const {
     const std::string field = "weir-columns=(string)\"";
     const size_t begin = caps.find(field) + field.size();
     return caps.substr(begin, caps.find('"', begin) - begin);
   }
-  void read_results() {
+  void read_results(const std::list<Bytes>& memories) {
     uint32_t index = 0;
-    for (const Bytes& memory : memories_) {
+    for (const Bytes& memory : memories) {
       const auto header = read_tensor_chunk(std::as_bytes(std::span(memory)));
       ASSERT_TRUE(header);
       const auto columns = result_columns(columns_text(), index++);
@@ -154,7 +132,6 @@ class AnswerRun {
   }
 
   std::unique_ptr<infer::Decoder> decoder_;
-  std::list<Bytes> memories_;
   std::list<std::vector<float>> rows_;
 };
 

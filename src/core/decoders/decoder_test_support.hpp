@@ -5,6 +5,8 @@
 
 #include <cstring>
 #include <fstream>
+#include <list>
+#include <memory>
 #include <string>
 #include <vector>
 
@@ -50,28 +52,50 @@ struct TestTensor {
   Bytes bytes;
 };
 
+// Null with the reason in `error` if the decoder refuses the options.
+inline std::unique_ptr<infer::Decoder> open_decoder(const std::string& mode,
+                                                    const DecoderOptions& options,
+                                                    std::string* error) {
+  infer::ModuleLibrary library;
+  library.add_builtin(&builtin_decoders());
+  const auto type = library.decoder(mode);
+  auto opened = type ? infer::Decoder::open(**type, options)
+                     : Result<std::unique_ptr<infer::Decoder>>(type.error());
+  if (opened) return *std::move(opened);
+  *error = opened.error().message();
+  return nullptr;
+}
+
+// The caps and the memories that a decoder writes.
+struct TestSink final : weir_sink {
+  Status set_caps(const std::string& text) override {
+    caps = text;
+    return ok();
+  }
+  void* reserve(uint64_t bytes) override {
+    memories.emplace_back(bytes, 0xAA);  // memory is not cleared for decoders
+    return memories.back().data();
+  }
+  Status share_input(uint32_t) override { return ok(); }
+
+  std::string caps;
+  std::list<Bytes> memories;
+};
+
 // An open decoder with its last caps, output and error.
 class TestDecoder {
  public:
-  TestDecoder(const std::string& mode, const DecoderOptions& options) {
-    infer::ModuleLibrary library;
-    library.add_builtin(&builtin_decoders());
-    const auto type = library.decoder(mode);
-    auto opened = type ? infer::Decoder::open(**type, options)
-                       : Result<std::unique_ptr<infer::Decoder>>(type.error());
-    if (opened)
-      decoder_ = *std::move(opened);
-    else
-      error = opened.error().message();
-  }
+  TestDecoder(const std::string& mode, const DecoderOptions& options)
+      : decoder_(open_decoder(mode, options, &error)) {}
   // Returns whether the decoder takes the tensors.
   bool configure(const std::vector<TestTensor>& tensors) {
     if (!decoder_) return false;
     std::vector<weir_tensor_info> infos;
     for (const auto& tensor : tensors) infos.push_back(tensor.info());
-    Sink sink(this);
+    TestSink sink;
     const auto status = decoder_->configure(infos, &sink);
     error = status ? "" : status.error().message();
+    caps = sink.caps;
     return bool(status);
   }
   // Decodes a frame without configure(), as for flexible streams.
@@ -87,9 +111,11 @@ class TestDecoder {
     frame.struct_size = sizeof frame;
     frame.n_tensors = static_cast<uint32_t>(memory.size());
     frame.tensors = memory.empty() ? nullptr : memory.data();
-    Sink sink(this);
+    TestSink sink;
     const auto kept = decoder_->decode(frame, &sink);
     error = kept ? "" : kept.error().message();
+    if (!sink.caps.empty()) caps = sink.caps;
+    if (!sink.memories.empty()) output = std::move(sink.memories.back());
     return output;
   }
   void reset() { decoder_->reset(); }
@@ -98,19 +124,6 @@ class TestDecoder {
   Bytes output;
 
  private:
-  struct Sink final : weir_sink {
-    explicit Sink(TestDecoder* to) : to_(to) {}
-    Status set_caps(const std::string& text) override {
-      to_->caps = text;
-      return ok();
-    }
-    void* reserve(uint64_t bytes) override {
-      to_->output.assign(bytes, 0xAA);  // memory is not cleared for decoders
-      return to_->output.data();
-    }
-    Status share_input(uint32_t) override { return ok(); }
-    TestDecoder* to_;
-  };
   std::unique_ptr<infer::Decoder> decoder_;
 };
 

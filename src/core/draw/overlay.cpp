@@ -190,9 +190,12 @@ class Drawing {
 
 }  // namespace
 
-void fit_to_height(uint32_t height, Style* style) noexcept {
-  style->line_width = std::max(1u, (height + 180) / 360);
-  style->point_size = std::max(3u, (height + 72) / 144);
+uint32_t line_width_for(uint32_t height) noexcept {
+  return std::max(1u, (height + 180) / 360);
+}
+
+uint32_t point_size_for(uint32_t height) noexcept {
+  return std::max(3u, (height + 72) / 144);
 }
 
 uint32_t text_size_for(uint32_t height) noexcept {

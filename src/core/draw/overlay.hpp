@@ -24,9 +24,10 @@ struct Style {
   uint8_t mask_opacity = 115;  // of 255; 0 = no masks
 };
 
-// Sizes for a picture of this height: those of the defaults at 720 rows, in proportion.
-void fit_to_height(uint32_t height, Style* style) noexcept;
-uint32_t text_size_for(uint32_t height) noexcept;  // font size in pixels
+// Sizes in pixels for a picture of this height: 2, 5 and 20 at 720 rows, in proportion.
+uint32_t line_width_for(uint32_t height) noexcept;
+uint32_t point_size_for(uint32_t height) noexcept;
+uint32_t text_size_for(uint32_t height) noexcept;
 
 struct Drawn {
   uint64_t boxes = 0;

@@ -176,18 +176,14 @@ TEST(OverlayResults, LabelsShowTextsTracksAndScores) {
 }
 
 TEST(OverlayResults, SizesFollowTheHeightOfThePicture) {
-  Style style;
-  fit_to_height(720, &style);
-  EXPECT_EQ(style.line_width, 2u);
-  EXPECT_EQ(style.point_size, 5u);
+  EXPECT_EQ(line_width_for(720), 2u);
+  EXPECT_EQ(point_size_for(720), 5u);
   EXPECT_EQ(text_size_for(720), 20u);
-  fit_to_height(2160, &style);
-  EXPECT_EQ(style.line_width, 6u);
-  EXPECT_EQ(style.point_size, 15u);
+  EXPECT_EQ(line_width_for(2160), 6u);
+  EXPECT_EQ(point_size_for(2160), 15u);
   EXPECT_EQ(text_size_for(2160), 60u);
-  fit_to_height(1, &style);
-  EXPECT_EQ(style.line_width, 1u);
-  EXPECT_EQ(style.point_size, 3u);
+  EXPECT_EQ(line_width_for(1), 1u);
+  EXPECT_EQ(point_size_for(1), 3u);
   EXPECT_EQ(text_size_for(1), 10u);
 }
 

@@ -27,8 +27,6 @@ Between elements_at(int64_t pixel, int64_t pixels, uint32_t elements) {
           static_cast<int>((clamped - first) * kOne + 0.5)};
 }
 
-constexpr uint8_t kInside = 128;  // least value that is inside
-
 // The least integer that is not below `value`, which fits.
 int64_t ceiling(double value) {
   const auto whole = static_cast<int64_t>(value);
@@ -43,21 +41,22 @@ int64_t pixel_from(double element, int64_t pixels, uint32_t elements) {
 
 }  // namespace
 
-// Between four values that are all inside, or all outside, every value is.
+// Between four values that are all inside (128 or more), or all outside, every value is.
 void MaskTinter::find_edges(const uint8_t* above, const uint8_t* below, uint32_t width) {
   inside_.resize(width);
+  uint8_t* const inside = inside_.data();  // a member would be read again after each store
   for (size_t x = 0; x < width; ++x)
-    inside_[x] = static_cast<uint8_t>((above[x] >= kInside) + (below[x] >= kInside));
+    inside[x] = static_cast<uint8_t>((above[x] >> 7) + (below[x] >> 7));
   edges_.clear();
   for (uint32_t x = 0; x + 1 < width; ++x) {
     uint64_t here, next;  // of 8 elements
-    while (x + sizeof here < width && inside_[x] != 1) {
-      std::memcpy(&here, &inside_[x], sizeof here);
-      std::memcpy(&next, &inside_[x + 1], sizeof next);
+    while (x + sizeof here < width && inside[x] != 1) {
+      std::memcpy(&here, inside + x, sizeof here);
+      std::memcpy(&next, inside + x + 1, sizeof next);
       if (here != next) break;
       x += sizeof here;
     }
-    if (x + 1 < width && (inside_[x] == 1 || inside_[x] != inside_[x + 1])) edges_.push_back(x);
+    if (x + 1 < width && (inside[x] == 1 || inside[x] != inside[x + 1])) edges_.push_back(x);
   }
 }
 

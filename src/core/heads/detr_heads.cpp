@@ -7,6 +7,7 @@
 
 #include "core/detection/best_class.hpp"
 #include "core/heads/coordinates.hpp"
+#include "core/heads/output_shapes.hpp"
 
 namespace weir::heads {
 namespace {
@@ -37,7 +38,8 @@ struct Queries {
 std::optional<Queries> find_queries(const ModelFacts& model) {
   if (model.outputs.size() != 2) return std::nullopt;
   // Four classes and boxes have the same shape: names decide, then the usual order.
-  const bool is_swapped = is_named(model.outputs[0], "box") && !is_named(model.outputs[1], "box");
+  const bool is_swapped =
+      has_name_with(model.outputs[0], "box") && !has_name_with(model.outputs[1], "box");
   for (const size_t attempt : {0u, 1u}) {
     const size_t boxes = is_swapped ? attempt : 1 - attempt;
     const Shape &box = model.outputs[boxes].shape, &score = model.outputs[1 - boxes].shape;
@@ -207,8 +209,8 @@ std::optional<Roles> find_roles(const ModelFacts& model) {
     if (is_integer(a.type) != is_integer(b.type))
       return is_integer(a.type) ? Roles{first, boxes, second} : Roles{second, boxes, first};
     for (const bool swapped : {false, true})
-      if (is_named(swapped ? b : a, "score") || is_named(swapped ? a : b, "label") ||
-          is_named(swapped ? a : b, "class"))
+      if (has_name_with(swapped ? b : a, "score") || has_name_with(swapped ? a : b, "label") ||
+          has_name_with(swapped ? a : b, "class"))
         return swapped ? Roles{first, boxes, second} : Roles{second, boxes, first};
   }
   return std::nullopt;

@@ -82,10 +82,6 @@ Failure wrong_outputs(const ModelFacts& model, const Family& family) {
                              : "custom=input:640:640, the model's input size"});
 }
 
-bool is_named(const OutputFacts& output, std::string_view part) {
-  return lower(output.name).find(part) != std::string::npos;
-}
-
 bool is_integer(ElementType type) noexcept {
   return type != ElementType::Float16 && type != ElementType::Float32 &&
          type != ElementType::Float64;

@@ -35,8 +35,6 @@ bool are_logits(std::span<const float> scores) noexcept;
 // The error for outputs that a family cannot read.
 Failure wrong_outputs(const ModelFacts& model, const Family& family);
 
-// Whether the output's name contains `part`, in any case.
-bool is_named(const OutputFacts& output, std::string_view part);
 bool is_integer(ElementType type) noexcept;
 
 // An entry of the model's metadata; "" if there is none.

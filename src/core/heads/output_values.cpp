@@ -14,6 +14,31 @@ namespace {
 
 constexpr size_t kMostElements = size_t{1} << 31;
 
+template <class T>
+float real_from(const std::byte* from) {
+  T value;
+  std::memcpy(&value, from, sizeof value);
+  if constexpr (std::is_same_v<T, float16>)
+    return transform::widen(value);
+  else
+    return static_cast<float>(value);
+}
+
+template <class T>
+void convert(const void* data, std::span<float> to) {
+  const auto* from = static_cast<const std::byte*>(data);
+  for (size_t i = 0; i < to.size(); ++i) to[i] = real_from<T>(from + i * sizeof(T));
+}
+template <class T>
+void dequantise_values(const weir_tensor& tensor, std::span<float> to) {
+  const float scale = tensor.info.scale, zero_point = static_cast<float>(tensor.info.zero_point);
+  const auto* from = static_cast<const std::byte*>(tensor.data);
+  for (size_t i = 0; i < to.size(); ++i)
+    to[i] = scale * (real_from<T>(from + i * sizeof(T)) - zero_point);
+}
+
+}  // namespace
+
 size_t element_count(const weir_tensor_info& info) {
   size_t count = info.rank <= WEIR_RANK_LIMIT && info.type < WEIR_TYPE_END ? 1 : 0;
   for (uint32_t i = 0; count > 0 && i < info.rank; ++i) {
@@ -27,20 +52,27 @@ size_t element_count(const weir_tensor_info& info) {
                  .needed = "extents above 0, at most 2147483648 elements"});
 }
 
-template <class T>
-void convert(const void* data, float scale, float zero_point, std::span<float> to) {
-  const auto* from = static_cast<const std::byte*>(data);
-  for (size_t i = 0; i < to.size(); ++i) {
-    T value;
-    std::memcpy(&value, from + i * sizeof value, sizeof value);
-    if constexpr (std::is_same_v<T, float16>)
-      to[i] = scale * (transform::widen(value) - zero_point);
+std::span<const float> read_values(const weir_tensor& tensor, bool dequantise,
+                                   std::vector<float>* converted) {
+  const size_t count = element_count(tensor.info);
+  if (!tensor.data || tensor.bytes != count * element_bytes(tensor.info.type))
+    throw Failure({.code = Code::FRAME_SIZE,
+                   .what = "the frame does not have the size of its shape",
+                   .offered = std::to_string(tensor.data ? tensor.bytes : 0) + " bytes",
+                   .needed = describe(tensor.info)});
+  const bool is_aligned = reinterpret_cast<uintptr_t>(tensor.data) % alignof(float) == 0;
+  const bool is_quantised = dequantise && tensor.info.scale != 0;
+  if (tensor.info.type == WEIR_FLOAT32 && is_aligned && !is_quantised)
+    return elements<const float>(tensor);
+  converted->resize(count);
+  visit_type(static_cast<ElementType>(tensor.info.type), [&]<class T>(std::type_identity<T>) {
+    if (is_quantised)
+      dequantise_values<T>(tensor, *converted);
     else
-      to[i] = scale * (static_cast<float>(value) - zero_point);
-  }
+      convert<T>(tensor.data, *converted);
+  });
+  return *converted;
 }
-
-}  // namespace
 
 void OutputValues::begin(std::span<const weir_tensor> tensors) {
   tensors_ = tensors;
@@ -62,23 +94,7 @@ std::span<const float> OutputValues::read(size_t index, bool dequantise) {
                    .offered = std::to_string(tensors_.size()) + " tensors",
                    .needed = "at least " + std::to_string(index + 1)});
   if (!known_[index].empty()) return known_[index];
-  const weir_tensor& tensor = tensors_[index];
-  const size_t count = element_count(tensor.info);
-  if (!tensor.data || tensor.bytes != count * element_bytes(tensor.info.type))
-    throw Failure({.code = Code::FRAME_SIZE,
-                   .what = "the frame has another size than its shape says",
-                   .offered = std::to_string(tensor.data ? tensor.bytes : 0) + " bytes",
-                   .needed = describe(tensor.info)});
-  const bool is_aligned = reinterpret_cast<uintptr_t>(tensor.data) % alignof(float) == 0;
-  const bool is_quantised = dequantise && tensor.info.scale != 0;
-  if (tensor.info.type == WEIR_FLOAT32 && is_aligned && !is_quantised)
-    return known_[index] = elements<const float>(tensor);
-  converted_[index].resize(count);
-  visit_type(static_cast<ElementType>(tensor.info.type), [&]<class T>(std::type_identity<T>) {
-    convert<T>(tensor.data, is_quantised ? tensor.info.scale : 1.0f,
-               is_quantised ? static_cast<float>(tensor.info.zero_point) : 0.0f, converted_[index]);
-  });
-  return known_[index] = converted_[index];
+  return known_[index] = read_values(tensors_[index], dequantise, &converted_[index]);
 }
 
 }  // namespace weir::heads

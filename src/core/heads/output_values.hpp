@@ -9,6 +9,15 @@
 
 namespace weir::heads {
 
+// Number of elements by the shape; throws Failure (SPEC_MISMATCH) for a shape with open extents or
+// more than 2^31 elements.
+size_t element_count(const weir_tensor_info& info);
+// The elements of `tensor` as float32 in memory order: scale * (value - zero_point) if `dequantise`
+// and the tensor is quantised. Those of aligned float32 are not copied, others are in `converted`.
+// Throws as element_count(), and Failure (FRAME_SIZE) if the memory does not fit the shape.
+std::span<const float> read_values(const weir_tensor& tensor, bool dequantise,
+                                   std::vector<float>* converted);
+
 // Each tensor is converted at most once a frame, and memory is kept from frame to frame. Used by
 // one thread at a time.
 class OutputValues {

@@ -8,6 +8,7 @@
 
 #include "core/detection/ssd_anchors.hpp"
 #include "core/heads/coordinates.hpp"
+#include "core/heads/output_shapes.hpp"
 #include "core/text/text_file.hpp"
 
 namespace weir::heads {
@@ -183,10 +184,10 @@ std::optional<Postprocessed> find_postprocessed(const ModelFacts& model) {
   // The layer's own order is boxes, classes, scores, count.
   out = {.boxes = boxes[0], .count = counts[0], .classes = lists[0], .scores = lists[1]};
   for (const size_t i : lists) {
-    if (is_named(model.outputs[i], "score")) out.scores = i, out.is_certain = true;
-    if (is_named(model.outputs[i], "class")) out.classes = i, out.is_certain = true;
+    if (has_name_with(model.outputs[i], "score")) out.scores = i, out.is_certain = true;
+    if (has_name_with(model.outputs[i], "class")) out.classes = i, out.is_certain = true;
   }
-  if (is_named(model.outputs[out.boxes], "postprocess")) out.is_certain = true;
+  if (has_name_with(model.outputs[out.boxes], "postprocess")) out.is_certain = true;
   if (out.classes == out.scores) out.classes = lists[0] == out.scores ? lists[1] : lists[0];
   return out;
 }
@@ -247,7 +248,7 @@ std::unique_ptr<Head> open_ssd_postprocess(const ModelFacts& model, const HeadOp
   const auto outputs = find_postprocessed(model);
   if (!outputs) throw wrong_outputs(model, kSsdPostprocess);
   // TensorFlow's own detectors count classes from 1.
-  const bool from_one = is_named(model.outputs[outputs->classes], "detection_classes");
+  const bool from_one = has_name_with(model.outputs[outputs->classes], "detection_classes");
   const auto first = number_setting(options, "first-class", -1000, 1000);
   return std::make_unique<SsdPostprocess>(*outputs, model.input,
                                           static_cast<float>(first.value_or(from_one ? 1 : 0)),

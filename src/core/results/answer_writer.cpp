@@ -1,4 +1,4 @@
-// Writes rows and tables behind tensor headers.
+// Writes rows and tables after tensor headers.
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #include "core/results/answer_writer.hpp"
 

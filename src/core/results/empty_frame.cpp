@@ -1,4 +1,4 @@
-// Writes tensors of zeros behind their headers.
+// Writes tensors of zeros after their headers.
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #include "core/results/empty_frame.hpp"
 

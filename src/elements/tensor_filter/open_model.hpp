@@ -42,8 +42,8 @@ class OpenModel {
   Result<FilterPlan> plan_for_shapes(FilterPlan plan, const infer::ModelLease::Frame& frame,
                                      size_t session, std::vector<ModelShape> inputs) const;
 
-  // What is said downstream of the model, and how often it was replaced by then. Opens a suspended
-  // model again.
+  // The description of the model that is sent downstream, and how often the model was replaced by
+  // then. Opens a suspended model again.
   Result<DescribedModel> described(const FilterPlan& plan) const;
   uint64_t reloads() const { return use_->shared()->reloads(); }
   // Replaces the model by that of `settings` for all filters that share it. Any thread.

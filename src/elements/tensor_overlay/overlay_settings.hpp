@@ -36,7 +36,7 @@ struct OverlaySettings {
   uint32_t point_size = 5;
   float min_score = 0;
   float mask_opacity = 0.45f;
-  bool auto_size = false;
+  bool auto_size = true;
 };
 
 inline constexpr uint64_t kLongestNanoseconds = uint64_t{24} * 3600 * 1000000000;
@@ -57,19 +57,22 @@ inline constexpr std::tuple kOverlayProperties{
                   "results of several models one file each, separated by ';'"},
     gst::Property{"show-scores", &OverlaySettings::show_scores,
                   "Write the score of each box in per cent, after its name if it has one"},
-    gst::Property{"text-size", &OverlaySettings::text_size, "Font size of labels in pixels",
+    gst::Property{"text-size", &OverlaySettings::text_size,
+                  "Font size of labels in pixels; unless set, see auto-size",
                   gst::Changeable::InReady, 6u, 200u},
     gst::Property{"line-width", &OverlaySettings::line_width,
-                  "Line width of boxes in pixels, drawn inwards; 0 = no boxes",
+                  "Line width of boxes in pixels, drawn inwards; 0 = no boxes; unless set, see "
+                  "auto-size",
                   gst::Changeable::WhilePlaying, 0u, 256u},
     gst::Property{"point-size", &OverlaySettings::point_size,
-                  "Diameter of key points in pixels; 0 = no points", gst::Changeable::WhilePlaying,
-                  0u, 256u},
+                  "Diameter of key points in pixels; 0 = no points; unless set, see auto-size",
+                  gst::Changeable::WhilePlaying, 0u, 256u},
     gst::Property{"mask-opacity", &OverlaySettings::mask_opacity,
                   "Opacity of masks and class maps, 0 to 1; 0 = none",
                   gst::Changeable::WhilePlaying, 0.0f, 1.0f},
     gst::Property{"auto-size", &OverlaySettings::auto_size,
-                  "Choose text-size, line-width and point-size by the height of the picture"},
+                  "Choose those of text-size, line-width and point-size that are not set by the "
+                  "height of the picture: 20, 2 and 5 at 720 rows; false = these at any height"},
     gst::Property{"min-score", &OverlaySettings::min_score,
                   "Minimum score of the results that are drawn", gst::Changeable::WhilePlaying,
                   0.0f, 1e30f},

@@ -19,14 +19,15 @@ inline GstBuffer* timed(GstBuffer* buffer, GstClockTime time) {
   return buffer;
 }
 
-// Both inputs; results are linked first because the first harness starts the element.
+// Both inputs, and the sizes of 720 rows; results are linked first because the first harness starts
+// the element.
 struct Both {
   Harness results, pictures;
   Ref<GstElement> element;
 
   explicit Both(const std::string& properties, const std::string& picture_caps = video("RGB", 8, 6),
                 const std::string& result_caps = floats(6, 1))
-      : element(lone_element("tensor_overlay show-scores=false " + properties)) {
+      : element(lone_element("tensor_overlay show-scores=false auto-size=false " + properties)) {
     results = Harness{gst_harness_new_with_element(element.get(), "results", nullptr)};
     pictures = Harness{gst_harness_new_with_element(element.get(), "sink", "src")};
     if (!result_caps.empty()) gst_harness_set_src_caps_str(results.get(), result_caps.c_str());

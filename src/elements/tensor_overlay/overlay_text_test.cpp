@@ -27,7 +27,7 @@ class OverlayText : public testing::Test {
 
   // A white picture with the label of one box at 50,40.
   Bytes with_label(const std::string& properties, float score, float class_index) const {
-    const auto element = lone_element("tensor_overlay line-width=0 " + properties);
+    const auto element = lone_element("tensor_overlay line-width=0 auto-size=false " + properties);
     const Harness results{gst_harness_new_with_element(element.get(), "results", nullptr)};
     const Harness pictures{gst_harness_new_with_element(element.get(), "sink", "src")};
     gst_harness_set_src_caps_str(results.get(), floats(6, 1).c_str());

@@ -61,7 +61,7 @@ class TensorOverlay : public gst::PairedTransform<TensorOverlay, ResultsPad> {
       return failure.error();
     }
     if (names_.empty() && !s.show_scores) return ok();
-    auto painter = make_text_painter(s.text_size);
+    auto painter = make_text_painter(s.text_size);  // set_caps() makes one of another size
     if (painter)
       painter_ = *std::move(painter);
     else if (!names_.empty())
@@ -77,7 +77,13 @@ class TensorOverlay : public gst::PairedTransform<TensorOverlay, ResultsPad> {
     return Paired::stop();
   }
 
-  void property_changed(const char*) { style_changed_ = true; }
+  void property_changed(const char* name) {
+    const std::string_view property = name;
+    if (property == "text-size") has_text_size_ = true;
+    if (property == "line-width") has_line_width_ = true;
+    if (property == "point-size") has_point_size_ = true;
+    style_changed_ = true;
+  }
 
   Status start_results(const Settings& s) {
     results_.start(s.sync, s.coordinates);
@@ -90,7 +96,7 @@ class TensorOverlay : public gst::PairedTransform<TensorOverlay, ResultsPad> {
                           ? static_cast<uint32_t>(GST_VIDEO_INFO_HEIGHT(&info))
                           : 0;
     style_changed_ = true;
-    if (painter_ && settings().auto_size) {
+    if (painter_ && settings().auto_size && !has_text_size_) {
       auto painter = make_text_painter(draw::text_size_for(picture_height_));
       if (!painter) return painter.error();
       painter_ = *std::move(painter);
@@ -199,7 +205,8 @@ class TensorOverlay : public gst::PairedTransform<TensorOverlay, ResultsPad> {
   void read_style() {
     const Settings s = settings();
     style_ = {.line_width = s.line_width, .point_size = s.point_size, .min_score = s.min_score};
-    if (s.auto_size) draw::fit_to_height(picture_height_, &style_);
+    if (s.auto_size && !has_line_width_) style_.line_width = draw::line_width_for(picture_height_);
+    if (s.auto_size && !has_point_size_) style_.point_size = draw::point_size_for(picture_height_);
     style_.mask_opacity = static_cast<uint8_t>(s.mask_opacity * 255 + 0.5f);
     limits_.max_age = s.max_age;
   }
@@ -216,6 +223,8 @@ class TensorOverlay : public gst::PairedTransform<TensorOverlay, ResultsPad> {
   std::shared_ptr<draw::TextPainter> painter_;
   std::optional<Error> no_text_;  // why scores are not drawn; posted once
   std::atomic<bool> style_changed_{true};
+  // Whether the property was set: then it does not follow the height of the picture.
+  std::atomic<bool> has_text_size_{false}, has_line_width_{false}, has_point_size_{false};
   // Used by the streaming thread of the pictures.
   draw::Style style_;
   uint32_t picture_height_ = 0;  // pixels; of the caps

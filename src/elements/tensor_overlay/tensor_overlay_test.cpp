@@ -169,6 +169,33 @@ TEST(TensorOverlay, AppliesPropertiesWhilePlaying) {
   EXPECT_EQ(b.stat("boxes-below-score"), 1u);
 }
 
+// The width of the left line of a box as large as the picture, in its middle row.
+int line_width(const std::string& properties, int height) {
+  const Both b("auto-size=true " + properties, video("GRAY8", 100, height), floats(6, 1));
+  b.push({0, 0, 100, static_cast<float>(height), 0.5f, 0}, 0);
+  const Bytes picture = b.picture(size_t{100} * static_cast<size_t>(height), 0);
+  int count = 0;
+  while (count < 50 && picture[static_cast<size_t>(height / 2 * 100 + count)] != 0) ++count;
+  return count;
+}
+
+TEST(TensorOverlay, LinesFollowTheHeightOfThePictureUnlessTheyAreSet) {
+  EXPECT_EQ(line_width("", 720), 2);
+  EXPECT_EQ(line_width("", 1440), 4);
+  EXPECT_EQ(line_width("", 240), 1);
+  EXPECT_EQ(line_width("line-width=2", 1440), 2) << "set to its default";
+  EXPECT_EQ(line_width("line-width=0", 1440), 0);
+  EXPECT_EQ(line_width("point-size=2", 1440), 4);
+  EXPECT_EQ(line_width("auto-size=false", 1440), 2);
+}
+
+TEST(TensorOverlay, SizesFollowThePictureByDefault) {
+  const auto element = lone_element("tensor_overlay");
+  gboolean follows = FALSE;
+  g_object_get(element.get(), "auto-size", &follows, nullptr);
+  EXPECT_TRUE(follows);
+}
+
 TEST(TensorOverlay, ForgetsResultsWhenEitherStreamIsFlushed) {
   const Both b("");
   for (const Harness* flushed : {&b.pictures, &b.results}) {

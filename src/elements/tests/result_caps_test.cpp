@@ -124,7 +124,7 @@ TEST(ResultCaps, OfFlexibleStreamsSayHowManyTensorsThereAre) {
   EXPECT_EQ(joined({flexible("score,class;;text", "net;;net"), results_of_two()}),
             (Roles{"score,class|net", "|", "text|net", kRows, kMasks}));
   EXPECT_EQ(joined({results_of_two(), flexible("", ""), results_of_two()}), (Roles{kRows, kMasks}))
-      << "behind a stream of an unknown number of tensors, places are not known";
+      << "after a stream of an unknown number of tensors, places are not known";
 }
 
 TEST(ResultCaps, ThatChangeInTheMiddleChangeTheJoinedCaps) {

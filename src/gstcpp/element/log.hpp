@@ -10,7 +10,7 @@ namespace weir::gst {
 GstDebugCategory* debug_category(const char* name, const char* description);
 // "weir": for log lines of no particular element or module.
 GstDebugCategory* library_category();
-// Registers the category of an element type for category_of().
+// Registers the category of an element type for category_of(); null: none.
 void set_category(GType type, GstDebugCategory* category);
 // The category of the element's type; "weir" if it has none.
 GstDebugCategory* category_of(GstElement* element);

@@ -81,6 +81,8 @@ TEST(ElementLog, UsesTheLibraryCategoryForTypesWithoutCategory) {
   EXPECT_STREQ(gst_debug_category_get_name(category_of(element)), "weir");
   set_category(G_OBJECT_TYPE(element), debug_category("test-bin", "a test"));
   EXPECT_STREQ(gst_debug_category_get_name(category_of(element)), "test-bin");
+  set_category(G_OBJECT_TYPE(element), nullptr);  // the type lives as long as the process
+  EXPECT_STREQ(gst_debug_category_get_name(category_of(element)), "weir");
   gst_object_unref(element);
 }
 

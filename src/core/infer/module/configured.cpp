@@ -19,7 +19,7 @@ struct ReportedFaults {
 
 template <class Configuration>
 Configuration loaded() {
-  static auto& reported = process::object<ReportedFaults>("told-configuration-faults");
+  static auto& reported = process::object<ReportedFaults>("reported-configuration-faults");
   auto now = Configuration::load();
   for (const auto& fault : now.faults()) {
     const std::string message = fault.message();
