@@ -28,15 +28,29 @@ Fraction rate_of(const GstCaps* caps) {
   return rate;
 }
 
+bool takes(const weir_converter_type& type, const GstCaps* caps) {
+  const auto own = Ref<GstCaps>::adopt(gst_caps_from_string(type.caps));
+  return own && gst_caps_can_intersect(own.get(), caps);
+}
+
+// The tensors of each frame; none if unknown before the first frame. A converter that cannot open
+// without a script learns them from the script's frames.
+Result<std::vector<TensorSpec>> output_tensors(const weir_converter_type& type,
+                                               const GstCaps* caps) {
+  const auto converter = Converter::open(type, {});
+  if (!converter && converter.error().code == Code::OPTION_VALUE && takes(type, caps))
+    return std::vector<TensorSpec>{};
+  if (!converter) return converter.error();
+  const gst::UniqueText text{gst_caps_to_string(caps)};
+  return (*converter)->configure(text.get());
+}
+
 gboolean output_config(const weir_converter_type& type, const GstCaps* caps,
                        GstTensorsConfig* config) {
   if (!given("get_out_config", {caps, config})) return FALSE;
   gst_tensors_config_init(config);
   return or_else("get_out_config", FALSE, [&]() -> gboolean {
-    const auto converter = Converter::open(type, {});
-    const gst::UniqueText text{gst_caps_to_string(caps)};
-    auto tensors = converter ? (*converter)->configure(text.get())
-                             : Result<std::vector<TensorSpec>>(converter.error());
+    auto tensors = output_tensors(type, caps);
     if (!tensors) {
       warn("get_out_config", tensors.error());
       return FALSE;

@@ -114,6 +114,27 @@ TEST_P(BuiltInMessage, RefusesOneThatIsDamaged) {
   gst_buffer_unref(noise);
 }
 
+TEST(BuiltInScript, HasAPlaceholderBeforeTheScriptIsOpen) {
+  const auto* found = nnstreamer_converter_find("python3");
+  if (!found) GTEST_SKIP() << "built without the python3 converter";
+  GstCaps* caps = gst_caps_from_string("application/octet-stream, framerate=(fraction)5/1");
+  GstTensorsConfig config;
+  ASSERT_TRUE(found->get_out_config(caps, &config));
+  EXPECT_EQ(config.info.num_tensors, 1u);
+  EXPECT_EQ(config.info.info[0].type, _NNS_UINT8);
+  for (int i = 0; i < 4; ++i) EXPECT_EQ(config.info.info[0].dimension[i], 1u);
+  EXPECT_EQ(config.rate_n, 5);
+  EXPECT_EQ(config.rate_d, 1);
+  gst_tensors_config_free(&config);
+  gst_caps_unref(caps);
+  caps = gst_caps_from_string("video/x-raw");
+  EXPECT_FALSE(found->get_out_config(caps, &config));
+  gst_caps_unref(caps);
+  GstBuffer* in = gst_buffer_new_memdup("abc", 3);
+  EXPECT_EQ(found->convert(in, &config, nullptr), nullptr) << "no script";
+  gst_buffer_unref(in);
+}
+
 INSTANTIATE_TEST_SUITE_P(Each, BuiltInMessage, testing::Values("protobuf", "flatbuf", "flexbuf"),
                          [](const auto& info) { return info.param; });
 
