@@ -23,7 +23,7 @@ help:
 	@sed -n 's/^#: //p' $(firstword $(MAKEFILE_LIST))
 
 # The demos and `make install` need no package of the tests and compile only what they use.
-#: make demo        set up, build, and read the clock in a live picture; INPUT=photo-or-video MODEL=model: classify that
+#: make demo        set up, build, read the clock in a live picture and the text of a board; INPUT=photo-or-video MODEL=model: classify that
 demo: configure-to-use
 	@ninja -C $(BUILD) -j $(JOBS) $(if $(INPUT)$(MODEL),demo-input,demo)
 	@tools/demo --build $(BUILD) --input "$(INPUT)" --model "$(MODEL)"

@@ -142,6 +142,13 @@ std::vector<Reading> readings_of(const heads::ModelFacts& facts, uint32_t tasks)
       if (!is_known) out.push_back({name, family});
     }
   }
+  // One list of scores is a class of the picture, not a text of one step.
+  const auto has = [&](std::string_view name) {
+    return std::any_of(out.begin(), out.end(),
+                       [&](const Reading& r) { return r.family->name == name; });
+  };
+  if (has("classifier"))
+    std::erase_if(out, [](const Reading& r) { return r.family->name == "ctc"; });
   return out;
 }
 

@@ -88,12 +88,6 @@ TEST(Recognition, AnotherModeHasOtherFamilies) {
   EXPECT_SAYS(family({zeros("1000:1")}, 0, kDetection), "needed: ");
 }
 
-TEST(Recognition, OneListOfScoresIsAClassifier) {
-  EXPECT_EQ(family({zeros("1001:1", "Predictions/Softmax")}, 0, ~0u), "classifier");
-  EXPECT_SAYS(family({zeros("6625:40:1", "softmax_11.tmp_0")}, 0, ~0u),
-              "text recognition needs the model's dictionary");
-}
-
 TEST(Recognition, GridsOfDetectorsAndScoresOfPixelsAreNoHeatMaps) {
   constexpr uint32_t kObjects = kDetection | kPose;
   EXPECT_EQ(family({zeros("40:40:85:1")}, 0, kObjects), "fastestdet");

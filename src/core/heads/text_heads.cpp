@@ -176,9 +176,8 @@ bool has_characters(const StepsLayout& layout, size_t characters) {
 }
 
 Fit fit_ctc(const ModelFacts& model) {
-  constexpr size_t kLeastSteps = 2;  // one is the scores of a classifier
   const auto layout = steps_of(model);
-  if (!layout || layout->steps < kLeastSteps) return Fit::No;
+  if (!layout) return Fit::No;
   const bool is_named = any_name_has(model, "softmax");
   return is_named || (model.labels > 0 && has_characters(*layout, model.labels)) ? Fit::Certain
                                                                                  : Fit::Possible;

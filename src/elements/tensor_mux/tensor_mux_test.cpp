@@ -4,6 +4,7 @@
 #include "core/tensor/tensor_header.hpp"
 #include "elements/tensor_mux/many_inputs_test_support.hpp"
 #include "gstcpp/buffer/tensor_meta.hpp"
+#include "gstcpp/element/labels_event.hpp"
 
 namespace weir::testing {
 namespace {
@@ -280,6 +281,23 @@ TEST(TensorMux, PadsCanBeAddedAndReleasedWhilePlaying) {
   EXPECT_EQ(memories_of(out[1].get()), (std::vector<Bytes>{{2}, {3, 4}}));
   EXPECT_EQ(memories_of(out[2].get()), (std::vector<Bytes>{{5}}));
   EXPECT_EQ(mux.stat("held"), 0u);
+}
+
+// The names of classes of both inputs stay beside each other downstream.
+TEST(TensorMux, PassesOnTheLabelsOfAllInputs) {
+  ManyInputs mux("tensor_mux");
+  mux.add(caps_of_bytes(1).c_str());
+  mux.add(caps_of_bytes(1).c_str());
+  mux.play();
+  const gst::LabelsOfSource cats{"detector", {"cat"}}, reds{"classifier", {"red"}};
+  mux.event(0, gst::make_labels_event(cats).release());
+  mux.push_all({{1}, {2}}, 0);
+  mux.event(1, gst::make_labels_event(reds).release());
+  mux.push_all({{3}, {4}}, 10);
+  const auto events = mux.events(GST_EVENT_CUSTOM_DOWNSTREAM_STICKY);
+  ASSERT_EQ(events.size(), 2u);
+  EXPECT_EQ(gst::parse_labels_event(events[0].get()), cats);
+  EXPECT_EQ(gst::parse_labels_event(events[1].get()), reds);
 }
 
 TEST(TensorMux, RejectsSeeks) {

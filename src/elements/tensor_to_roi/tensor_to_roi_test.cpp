@@ -8,6 +8,7 @@
 #include <fstream>
 
 #include "elements/tests/element_test_support.hpp"
+#include "gstcpp/element/labels_event.hpp"
 
 namespace weir {
 namespace {
@@ -106,6 +107,21 @@ TEST(TensorToRoi, IdsAreAboveThoseOfRegionsThatAreThere) {
   EXPECT_EQ(metas[1]->id, 42);
   EXPECT_EQ(metas[2]->parent_id, 42);
   EXPECT_STREQ(g_quark_to_string(metas[1]->roi_type), "1");  // no labels: the number
+}
+
+TEST(TensorToRoi, NamesRegionsByTheLabelsOfTheStream) {
+  const Both both("", results(kColumns, "12:2"));
+  const auto send = [&](const gst::LabelsOfSource& labels) {
+    gst_harness_push_event(both.results_in.get(), gst::make_labels_event(labels).release());
+  };
+  send({"other", {"red", "blue"}});
+  send({"yolo", {"cat", "dog"}});
+  ASSERT_EQ(both.push_results(kTwo, 0), GST_FLOW_OK);
+  const auto out = both.picture(0);
+  const auto metas = metas_of(out.get());
+  ASSERT_EQ(metas.size(), 2u);
+  EXPECT_STREQ(g_quark_to_string(metas[0]->roi_type), "dog");
+  EXPECT_STREQ(g_quark_to_string(metas[1]->roi_type), "cat");
 }
 
 TEST(TensorToRoi, LabelsAndTextsBecomeParametersOfTheirRegion) {
