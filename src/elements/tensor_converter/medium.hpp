@@ -55,6 +55,8 @@ class Medium {
   virtual ~Medium() = default;
   // `caps` are fixed and have a name that the medium supports.
   virtual Result<StreamPlan> configure(const GstCaps* caps, const Preferences& preferences) = 0;
+  // Whether frames() can convert this buffer, as far as its size decides; call configure() first.
+  virtual Status accepts(const GstBuffer*) const { return ok(); }
   // Converts a non-empty buffer; call configure() first. Copies are counted in `ledger`.
   virtual Result<MediumFrames> frames(gst::Ref<GstBuffer> buffer, Ledger* ledger) = 0;
   virtual MediaType type() const noexcept = 0;  // in the headers of flexible tensors

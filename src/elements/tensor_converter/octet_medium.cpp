@@ -34,13 +34,16 @@ Result<StreamPlan> OctetMedium::configure(const GstCaps* caps, const Preferences
   return plan_;
 }
 
+Status OctetMedium::accepts(const GstBuffer* buffer) const {
+  if (plan_.spec.format != Format::Static) return ok();
+  return whole_frames(buffer, plan_,
+                      "set blocksize=" + std::to_string(plan_.frame_bytes) + " on the source");
+}
+
 Result<MediumFrames> OctetMedium::frames(gst::Ref<GstBuffer> buffer, Ledger*) {
   const size_t size = gst_buffer_get_size(buffer.get());
-  if (plan_.spec.format == Format::Static) {
-    const std::string fix = "set blocksize=" + std::to_string(plan_.frame_bytes) + " on the source";
-    if (auto status = whole_frames(buffer.get(), plan_, fix); !status) return status.error();
-    return MediumFrames{std::move(buffer), {}, {}};
-  }
+  if (auto status = accepts(buffer.get()); !status) return status.error();
+  if (plan_.spec.format == Format::Static) return MediumFrames{std::move(buffer), {}, {}};
   if (size > UINT32_MAX)
     return Error{.code = Code::LIMIT_EXCEEDED,
                  .what = "a buffer is too big for a dimension",

@@ -9,6 +9,7 @@ namespace weir {
 class OctetMedium final : public Medium {
  public:
   Result<StreamPlan> configure(const GstCaps* caps, const Preferences& preferences) override;
+  Status accepts(const GstBuffer* buffer) const override;
   Result<MediumFrames> frames(gst::Ref<GstBuffer> buffer, Ledger* ledger) override;
   MediaType type() const noexcept override { return MediaType::Octet; }
 

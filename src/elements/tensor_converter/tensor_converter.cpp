@@ -106,8 +106,9 @@ class TensorConverter : public gst::Element<TensorConverter, gst::PlainElement> 
 
   GstFlowReturn on_buffer(GstBuffer* raw) {
     ledger_.received();
-    if (medium_ && is_written()) follow_properties();
-    auto frames = convert(Ref<GstBuffer>::adopt(raw));
+    auto input = Ref<GstBuffer>::adopt(raw);
+    if (medium_ && is_written()) follow_properties(input.get());
+    auto frames = convert(std::move(input));
     if (!frames) return fail(frames.error());
     if (frames->warning) gst::post_warning(element(), *frames->warning);
     if (!frames->buffer) {
@@ -314,19 +315,21 @@ class TensorConverter : public gst::Element<TensorConverter, gst::PlainElement> 
     return TRUE;
   }
 
-  // Called between two frames: renegotiates the stream; if that fails, restores the old settings.
-  void follow_properties() {
+  // Called before the frame `next`: renegotiates the stream; if that fails, or the new settings do
+  // not fit the frame, restores the old ones.
+  void follow_properties(const GstBuffer* next) {
     const auto caps = Ref<GstCaps>::adopt(gst_pad_get_current_caps(sink_));
     if (!caps) return;
     follow_settings(&followed_, [&](const Settings& wanted) {
-      const Status status = negotiate(caps.get(), wanted, true);
+      const Status status = negotiate(caps.get(), wanted, true, next);
       if (!status) static_cast<void>(negotiate(caps.get(), followed_.in_force, true));
       return status;
     });
   }
 
   // `goes_on`: a running stream whose frames carry their specs no longer needs a placeholder.
-  Status negotiate(GstCaps* caps, const Settings& s, bool goes_on) {
+  Status negotiate(GstCaps* caps, const Settings& s, bool goes_on,
+                   const GstBuffer* next = nullptr) {
     medium_.reset();
     auto mode = parse_converter_mode(s.mode);
     if (!mode && mode.error().code != Code::OPTION_SYNTAX) return mode.error();
@@ -339,6 +342,8 @@ class TensorConverter : public gst::Element<TensorConverter, gst::PlainElement> 
     wanted->limit = &buffer_limit_;
     auto plan = (*medium)->configure(caps, *wanted);
     if (!plan) return plan.error();
+    if (next)
+      if (auto status = (*medium)->accepts(next); !status) return status.error();
     const bool keeps = goes_on && plan->first_frame_decides && plan->spec.format == planned_format_;
     planned_format_ = plan->spec.format;
     if (keeps) plan->spec = plan_.spec;

@@ -52,6 +52,21 @@ TEST(TuningConverter, WhatDoesNotFitTheStreamIsRefusedAndReadsBackAsBefore) {
   EXPECT_EQ(t.messages.next(), "") << "no error";
 }
 
+TEST(TuningConverter, WhatDoesNotDivideTheNextBufferIsRefused) {
+  auto t = tuned("input-dim=4 input-type=uint8");
+  EXPECT_EQ(t.push<>({1, 2, 3, 4}).size(), 4u);
+  t.set("input-dim", "3");
+  EXPECT_EQ(t.push<>({1, 2, 3, 4}), (Bytes{1, 2, 3, 4}));
+  EXPECT_SAYS(t.messages.next_warning(), "WEIR-2004: a buffer does not hold whole frames");
+  EXPECT_EQ(t.get("input-dim"), "4");
+  t.set("input-dim", "3");
+  EXPECT_EQ(t.push<>({1, 2, 3}), (Bytes{1, 2, 3})) << "a buffer of the new size";
+  EXPECT_EQ(t.messages.next_warning(), "");
+  t.set("input-type", "float64");
+  EXPECT_EQ(t.push<>({1, 2, 3, 4, 5}).size(), 0u) << "it fits neither";
+  EXPECT_SAYS(t.messages.next(), "WEIR-2004");
+}
+
 TEST(TuningConverter, ASecondWriteCompletesTheFirst) {
   auto t = tuned("input-dim=4 input-type=uint8");
   EXPECT_EQ(t.push<>({1, 2, 3, 4}).size(), 4u);
