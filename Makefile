@@ -16,7 +16,7 @@ MESON_FLAGS ?=
 
 export DESTDIR
 
-.PHONY: help setup setup-to-use configure configure-to-use build test demo demo-faces bench bench-mtcnn install uninstall clean distclean fuzz fuzz-keep tsan soak docs format lint models-table
+.PHONY: help needs-input setup setup-to-use configure configure-to-use build test demo demo-faces bench bench-mtcnn install uninstall clean distclean fuzz fuzz-keep tsan soak docs format lint models-table
 .NOTPARALLEL:
 
 help:
@@ -29,11 +29,14 @@ demo: configure-to-use
 	@tools/demo --build $(BUILD) --input "$(INPUT)" --model "$(MODEL)"
 
 #: make demo-faces  find faces in a video, draw them, write BUILD/demo/faces.mkv, show it where a display is (SHOW=: not); INPUT=clip FRAMEWORK=onnxruntime
-demo-faces: configure-to-use
+demo-faces: needs-input configure-to-use
 	@ninja -C $(BUILD) -j $(JOBS) demo-faces $(if $(FRAMEWORK),demo-input)
 	@mkdir -p $(BUILD)/demo
 	@examples/mtcnn/run --build $(BUILD) --output $(BUILD)/demo/faces.mkv $(SHOW) $(if $(FRAMEWORK),--framework $(FRAMEWORK)) \
-	  "$(or $(INPUT),../shared/media/video/street_1080p25.mp4)" && echo "$(BUILD)/demo/faces.mkv"
+	  "$(INPUT)" && echo "$(BUILD)/demo/faces.mkv"
+
+needs-input:
+	@test -n "$(INPUT)" || { echo "make $(firstword $(MAKECMDGOALS)): no video is named; give one: make $(firstword $(MAKECMDGOALS)) INPUT=clip.mp4" >&2; exit 1; }
 
 #: make test        set up, build, and run every test
 test: build
@@ -44,8 +47,8 @@ bench: build
 	@tools/bench $(BUILD)
 
 #: make bench-mtcnn the face detection example against its control; INPUT=clip, tables into BUILD/mtcnn
-bench-mtcnn: build
-	@examples/mtcnn/bench --build $(BUILD) --output $(BUILD)/mtcnn "$(or $(INPUT),../shared/media/video/street_1080p25.mp4)"
+bench-mtcnn: needs-input build
+	@examples/mtcnn/bench --build $(BUILD) --output $(BUILD)/mtcnn "$(INPUT)"
 
 #: make setup       install what is missing: packages and engines (SETUP_FLAGS=--check looks only)
 setup:

@@ -1,9 +1,13 @@
 #!/usr/bin/python3
 # SPDX-License-Identifier: LGPL-2.1-or-later
-"""Runs every gst-launch-1.0 line of every README unchanged; none may leak a GStreamer object."""
+"""Runs every gst-launch-1.0 line of every README; none may leak a GStreamer object.
+
+A line that names a model as `weir models get` or examples/mtcnn/fetch stores it runs the test data's copy. All else is unchanged.
+"""
 
 import ctypes.util
 import importlib.util
+import json
 import os
 import pathlib
 import re
@@ -15,6 +19,7 @@ import tap_runner
 from built_modules import has_engine, has_module
 
 SOURCE = pathlib.Path(os.environ["WEIR_SOURCE"])
+SHARED = pathlib.Path(os.environ.get("WEIR_DATA") or SOURCE / "../shared")
 SECONDS = 120
 LEAKED = r"object-alive, type-name=\(string\)\w+"  # printed at the end by the leaks tracer of the environment
 ENGINES = {".onnx": "onnxruntime", ".tflite": "tensorflow-lite",
@@ -44,10 +49,28 @@ def commands(text):
                 command = ""
 
 
+def fetched_models():
+    """The path below its folder of each model that a user fetches, and its place in the test data."""
+    copies = {path.name: path for path in (SHARED / "models").rglob("*")}
+    for model in json.loads((SOURCE / "models/catalogue.json").read_text())["models"]:
+        for file in model["files"]:
+            yield f"{model['name']}/{file['name']}", copies.get(file["name"], SHARED / "models" / file["name"])
+    yield "onet.onnx", SHARED / "models/face/mtcnn/onnx_nhwc/onet.onnx"
+
+
+def with_copies(command):
+    """The command with the test data's copies of fetched models."""
+    copies = dict(fetched_models())
+    return re.sub(r"\bmodel=(\S+)", lambda found: f"model={copies.get(found[1], found[1])}", command)
+
+
 def missing(command):
     """What the command needs but this build or machine lacks; otherwise nothing."""
     if "../shared/" in command and not (SOURCE / "../shared").exists():
         return "../shared"
+    for model in re.findall(r"\bmodel=(\S+)", command):
+        if pathlib.Path(model).is_relative_to(SHARED) and not pathlib.Path(model).exists():
+            return model
     for extension, engine in ENGINES.items():
         if extension in command and not has_engine(engine):
             return f"the engine {engine}"
@@ -68,6 +91,14 @@ class Documents(unittest.TestCase):
         text = "gst-launch-1.0 no\n```sh\nls\ngst-launch-1.0 a ! \\\n  b\n```\n```\ngst-launch-1.0 no\n```\n"
         self.assertEqual(list(commands(text)), ["gst-launch-1.0 a ! b"])
 
+    def test_only_models_that_can_be_fetched_are_replaced(self):
+        name = "mobilenet-v2-quant/mobilenet_v2_1.0_224_quant.tflite"
+        replaced = with_copies(f"a model={name} ! b")
+        self.assertTrue(replaced.startswith(f"a model={SHARED}"), replaced)
+        self.assertTrue(replaced.endswith("/mobilenet_v2_1.0_224_quant.tflite ! b"), replaced)
+        for other in ("mobilenet-v2-quant/other.tflite", "mobilenet_v2_1.0_224_quant.tflite", "README.md", "a/onet.onnx"):
+            self.assertEqual(with_copies(f"model={other} ! b"), f"model={other} ! b")
+
     def test_a_leak_would_be_seen(self):
         leaking = ("import ctypes, ctypes.util; gst = ctypes.CDLL('libgstreamer-1.0.so.0'); gst.gst_init(None, None);"
                    "gst.gst_bin_new.restype = ctypes.c_void_p; gst.gst_bin_new(b'kept'); gst.gst_deinit()")
@@ -87,7 +118,7 @@ class Documents(unittest.TestCase):
     def test_each_command_runs(self):
         count = 0
         for document in documents():
-            for command in commands(document.read_text()):
+            for command in map(with_copies, commands(document.read_text())):
                 count += 1
                 with self.subTest(document=str(document.relative_to(SOURCE)), command=command):
                     if lacks := missing(command):

@@ -1,7 +1,7 @@
 // Runs a decoder of messages as the host does, with a frame rate and a format of the stream.
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #pragma once
-#include "decoder_test_fixture.hpp"
+#include "decoder_test_support.hpp"
 
 namespace weir::testing_decoders {
 

@@ -1,7 +1,7 @@
 // Tests of direct_video: format by channel count, row padding to 4 bytes, tensors that are no
 // picture.
 // SPDX-License-Identifier: LGPL-2.1-or-later
-#include "decoder_test_fixture.hpp"
+#include "decoder_test_support.hpp"
 
 #include "says.hpp"
 

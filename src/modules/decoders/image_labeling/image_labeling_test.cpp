@@ -4,7 +4,7 @@
 #include <fstream>
 
 #include "core/tensor/float16.hpp"
-#include "decoder_test_fixture.hpp"
+#include "decoder_test_support.hpp"
 #include "says.hpp"
 
 namespace weir::testing_decoders {

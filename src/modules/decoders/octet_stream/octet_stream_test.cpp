@@ -1,6 +1,6 @@
 // Tests of octet_stream: it shares its inputs and copies nothing.
 // SPDX-License-Identifier: LGPL-2.1-or-later
-#include "decoder_test_fixture.hpp"
+#include "decoder_test_support.hpp"
 
 namespace weir::testing_decoders {
 namespace {

@@ -4,7 +4,7 @@
 #include <cstdlib>
 #include <fstream>
 
-#include "decoder_test_fixture.hpp"
+#include "decoder_test_support.hpp"
 
 namespace weir::testing_decoders {
 namespace {
