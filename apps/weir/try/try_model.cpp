@@ -62,8 +62,8 @@ Result<std::shared_ptr<infer::Model>> open(const std::string& path) {
 }
 
 decoders::StreamModel facts_of(const infer::Model& model, const std::string& path) {
-  const auto inputs = model.inputs();
-  const auto outputs = model.outputs();
+  const auto& inputs = model.inputs();
+  const auto& outputs = model.outputs();
   const weir_stream_model facts{.struct_size = sizeof facts,
                                 .n_inputs = static_cast<uint32_t>(inputs.size()),
                                 .n_outputs = static_cast<uint32_t>(outputs.size()),
@@ -109,6 +109,42 @@ Error several(const std::vector<Reading>& readings, const heads::ModelFacts& fac
           .fix = join(readings, " or ", [](const Reading& r) { return "--mode " + r.mode; })};
 }
 
+// The family for the model's outputs: the one of this name, or the one that recognises them.
+const heads::Family& family_of(const heads::ModelFacts& facts, const std::string& head,
+                               uint32_t tasks) {
+  return head.empty() ? heads::recognise(facts, tasks) : heads::family_named(head, tasks);
+}
+
+Result<const heads::Family*> family_or_why(const heads::ModelFacts& facts, const std::string& head,
+                                           uint32_t tasks) {
+  try {
+    return &family_of(facts, head, tasks);
+  } catch (const Failure& failure) {
+    return failure.error();
+  }
+}
+
+// Adds a family that is not there yet. The error where several heads of one mode are possible; that
+// there is none is no error of one mode.
+std::optional<Error> add_reading(const std::string& mode,
+                                 const Result<const heads::Family*>& family,
+                                 std::vector<Reading>* readings) {
+  if (!family) {
+    const bool is_ambiguous = family.error().what.find("several heads") != std::string::npos;
+    return is_ambiguous ? std::optional(family.error()) : std::nullopt;
+  }
+  if (std::none_of(readings->begin(), readings->end(),
+                   [&](const Reading& reading) { return reading.family == *family; }))
+    readings->push_back({mode, *family});
+  return std::nullopt;
+}
+
+Error why_none(const heads::ModelFacts& facts, const std::string& head, uint32_t tasks) {
+  const auto family = family_or_why(facts, head, tasks);
+  if (!family) return family.error();
+  return Error{.code = Code::INTERNAL, .what = "a head was found by no mode"};
+}
+
 // The mode and family for the model's outputs. A family that several modes show counts once.
 Result<Reading> reading_of(const heads::ModelFacts& facts, const std::string& mode,
                            const std::string& head, std::vector<std::string>* notes) {
@@ -118,34 +154,16 @@ Result<Reading> reading_of(const heads::ModelFacts& facts, const std::string& mo
   for (const auto& [name, task] : kModes) {
     if (!mode.empty() && mode != name) continue;
     tasks |= task;
-    try {
-      const auto& family =
-          head.empty() ? heads::recognise(facts, task) : heads::family_named(head, task);
-      const bool is_known =
-          std::any_of(readings.begin(), readings.end(),
-                      [&](const Reading& other) { return other.family == &family; });
-      if (!is_known) readings.push_back({name, &family});
-    } catch (const Failure& failure) {
-      // Several heads of one mode; none at all is reported below.
-      if (failure.error().what.find("several heads") != std::string::npos)
-        ambiguous = failure.error();
-    }
+    if (auto several_heads = add_reading(name, family_or_why(facts, head, task), &readings))
+      ambiguous = several_heads;
   }
   const auto best = likely(readings, facts);
-  if (best.size() == 1) {
-    for (const Reading& other : readings)
-      if (other.family != best[0].family)
-        notes->push_back("--mode " + other.mode + " is possible too");
-    return best[0];
-  }
   if (best.size() > 1) return several(best, facts);
-  if (ambiguous) return *ambiguous;
-  try {
-    head.empty() ? heads::recognise(facts, tasks) : heads::family_named(head, tasks);
-  } catch (const Failure& failure) {
-    return failure.error();
-  }
-  return Error{.code = Code::INTERNAL, .what = "a head was found by no mode"};
+  if (best.empty()) return ambiguous ? *ambiguous : why_none(facts, head, tasks);
+  for (const Reading& other : readings)
+    if (other.family != best[0].family)
+      notes->push_back("--mode " + other.mode + " is possible too");
+  return best[0];
 }
 
 // A label file for names that do not lie in one: kept in the user's cache, so that the printed
@@ -182,6 +200,48 @@ Result<std::string> labels_of(const TryOptions& options, const Result<card::Card
   return names.empty() ? Result<std::string>(std::string()) : kept_labels(names, path);
 }
 
+// How the card reads the outputs.
+void decode_as_card(const card::Card& card, TryModel* out) {
+  out->mode = card.decoder;
+  for (const auto& [name, value] : card.decoder_options)
+    out->decoder += " " + name + "=" + launch_value(value);
+}
+
+// How a head reads the outputs; its family's name.
+Result<std::string> decode_by_head(const TryOptions& options, const std::string& mode,
+                                   const decoders::StreamModel& facts, TryModel* out) {
+  try {
+    const size_t labels = out->labels.empty() ? 0 : read_label_file("--labels", out->labels).size();
+    const auto described = facts.facts(std::span<const weir_tensor_info>(), {}, labels);
+    const auto reading = reading_of(described, mode, options.head, &out->notes);
+    if (!reading) return reading.error();
+    out->mode = reading->mode;
+    const std::string family(reading->family->name);
+    if (!options.head.empty()) out->decoder += " custom=head:" + launch_value(options.head);
+    out->notes.push_back("read as " + out->mode + " by the head " + family);
+    return family;
+  } catch (const Failure& failure) {
+    return failure.error();
+  }
+}
+
+// How pixels are prepared: by the card, else as models of the family usually are.
+Status prepare(const Result<card::Card>& card, const infer::Model& model, const std::string& family,
+               TryModel* out) {
+  if (card) {
+    out->preparation = card->path.empty() ? preprocess_properties(card->inputs[0])
+                                          : "card=" + launch_value(card->path);
+    return ok();
+  }
+  std::string note;
+  const auto& inputs = model.inputs();
+  const auto pixels = inputs.size() == 1 ? usual_pixels(family, inputs[0], &note) : std::nullopt;
+  if (!pixels) return card.error();
+  out->preparation = preprocess_properties(*pixels);
+  out->notes.push_back(note);
+  return ok();
+}
+
 }  // namespace
 
 Result<TryModel> try_model(const TryOptions& options) {
@@ -201,40 +261,13 @@ Result<TryModel> try_model(const TryOptions& options) {
       card && !card->decoder.empty() && options.mode.empty() && options.head.empty();
   std::string family;
   if (card_reads && card->decoder != "image_labeling") {
-    out.mode = card->decoder;
-    for (const auto& [name, value] : card->decoder_options)
-      out.decoder += " " + name + "=" + launch_value(value);
+    decode_as_card(*card, &out);
   } else {
-    size_t count = 0;
-    try {
-      if (!out.labels.empty()) count = read_label_file("--labels", out.labels).size();
-      const auto described = facts.facts(std::span<const weir_tensor_info>(), {}, count);
-      const auto reading = reading_of(described, card_reads ? "classification" : options.mode,
-                                      options.head, &out.notes);
-      if (!reading) return reading.error();
-      out.mode = reading->mode;
-      family = reading->family->name;
-    } catch (const Failure& failure) {
-      return failure.error();
-    }
-    if (!options.head.empty()) out.decoder += " custom=head:" + launch_value(options.head);
-    out.notes.push_back("read as " + out.mode + " by the head " + family);
+    auto head = decode_by_head(options, card_reads ? "classification" : options.mode, facts, &out);
+    if (!head) return head.error();
+    family = *head;
   }
-
-  if (card && !card->path.empty()) {
-    out.preparation = "card=" + launch_value(card->path);
-    return out;
-  }
-  if (card) {
-    out.preparation = preprocess_properties(card->inputs[0]);
-    return out;
-  }
-  std::string note;
-  const auto inputs = (*model)->inputs();
-  const auto pixels = inputs.size() == 1 ? usual_pixels(family, inputs[0], &note) : std::nullopt;
-  if (!pixels) return card.error();
-  out.preparation = preprocess_properties(*pixels);
-  out.notes.push_back(note);
+  if (auto status = prepare(card, **model, family, &out); !status) return status.error();
   return out;
 }
 
