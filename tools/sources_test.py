@@ -7,6 +7,7 @@
 import json
 import os
 import pathlib
+import re
 import shutil
 import subprocess
 import sys
@@ -43,7 +44,7 @@ done
         build = self.root / "build"
         build.mkdir()
         entries = [{"directory": str(build), "file": f"../src/{name}.cpp", "output": f"{name}.o",
-                    "command": f"c++ -fvect-cost-model=dynamic -o {name}.o -c ../src/{name}.cpp"} for name in ("one", "two", "one_test")]
+                    "command": f"c++ -O2 -fvect-cost-model=dynamic -fno-var-tracking-assignments -g1 -o {name}.o -c ../src/{name}.cpp"} for name in ("one", "two", "one_test")]
         (build / "compile_commands.json").write_text(json.dumps(entries))
         programs = self.root / "programs"
         programs.mkdir()
@@ -78,6 +79,12 @@ done
         calls = (self.root / "calls").read_text()
         self.assertEqual(sorted(call.split()[0] for call in calls.splitlines()), ["one.cpp", "two.cpp"])
         self.assertIn("-clang-analyzer-*", calls)
+
+    def test_clang_gets_no_argument_that_only_gcc_knows(self):
+        self.lint()
+        for entry in json.loads((self.root / "build/lint/compile_commands.json").read_text()):
+            options = [argument for argument in entry["arguments"] if re.match("-[fgO]", argument)]
+            self.assertEqual(options, ["-O2"], entry)
 
     def test_changed_files_are_those_of_the_last_commits_and_of_no_commit(self):
         self.commit(".")
