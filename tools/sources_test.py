@@ -185,6 +185,17 @@ class Vocabulary(unittest.TestCase):
         self.assertEqual(self.check('"""One\ntwo\n"""\n\nx = "a"  # b\ntold = 1\n', "a.py"), (1, ["a.py:6: 'told': use report, post, log"]))
 
 
+class License(unittest.TestCase):
+    """tools/checks license."""
+
+    def test_a_source_of_each_language_names_its_license(self):
+        line = "SPDX-License-Identifier: " + "LGPL-2.1-or-later"
+        for name, comment in (("a.cpp", "//"), ("a.hh", "//"), ("a.lua", "--"), ("a.proto", "//"), ("a.fbs", "//"), ("a.py", "#")):
+            with self.subTest(name):
+                self.assertEqual(run_check("license", {name: f"{comment} {line}\n"}), (0, []))
+                self.assertEqual(run_check("license", {name: f"{comment} A file.\n"}), (1, [f"{name}: no line '{line}'"]))
+
+
 class Compatibility(unittest.TestCase):
     """tools/checks compatibility, over a tree with one page."""
 
