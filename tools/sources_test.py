@@ -7,6 +7,7 @@
 import json
 import os
 import pathlib
+import re
 import shutil
 import subprocess
 import sys
@@ -43,7 +44,7 @@ done
         build = self.root / "build"
         build.mkdir()
         entries = [{"directory": str(build), "file": f"../src/{name}.cpp", "output": f"{name}.o",
-                    "command": f"c++ -fvect-cost-model=dynamic -o {name}.o -c ../src/{name}.cpp"} for name in ("one", "two", "one_test")]
+                    "command": f"c++ -O2 -fvect-cost-model=dynamic -fno-var-tracking-assignments -g1 -o {name}.o -c ../src/{name}.cpp"} for name in ("one", "two", "one_test")]
         (build / "compile_commands.json").write_text(json.dumps(entries))
         programs = self.root / "programs"
         programs.mkdir()
@@ -78,6 +79,12 @@ done
         calls = (self.root / "calls").read_text()
         self.assertEqual(sorted(call.split()[0] for call in calls.splitlines()), ["one.cpp", "two.cpp"])
         self.assertIn("-clang-analyzer-*", calls)
+
+    def test_clang_gets_no_argument_that_only_gcc_knows(self):
+        self.lint()
+        for entry in json.loads((self.root / "build/lint/compile_commands.json").read_text()):
+            options = [argument for argument in entry["arguments"] if re.match("-[fgO]", argument)]
+            self.assertEqual(options, ["-O2"], entry)
 
     def test_changed_files_are_those_of_the_last_commits_and_of_no_commit(self):
         self.commit(".")
@@ -176,6 +183,17 @@ class Vocabulary(unittest.TestCase):
 
     def test_a_finding_names_its_line(self):
         self.assertEqual(self.check('"""One\ntwo\n"""\n\nx = "a"  # b\ntold = 1\n', "a.py"), (1, ["a.py:6: 'told': use report, post, log"]))
+
+
+class License(unittest.TestCase):
+    """tools/checks license."""
+
+    def test_a_source_of_each_language_names_its_license(self):
+        line = "SPDX-License-Identifier: " + "LGPL-2.1-or-later"
+        for name, comment in (("a.cpp", "//"), ("a.hh", "//"), ("a.lua", "--"), ("a.proto", "//"), ("a.fbs", "//"), ("a.py", "#")):
+            with self.subTest(name):
+                self.assertEqual(run_check("license", {name: f"{comment} {line}\n"}), (0, []))
+                self.assertEqual(run_check("license", {name: f"{comment} A file.\n"}), (1, [f"{name}: no line '{line}'"]))
 
 
 class Compatibility(unittest.TestCase):

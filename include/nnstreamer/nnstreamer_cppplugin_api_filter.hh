@@ -5,6 +5,7 @@
 // Exceptions become return values and their text is logged: std::system_error its negated code,
 // std::bad_alloc -ENOMEM, std::invalid_argument, std::runtime_error and any other -EINVAL.
 // Signatures derived.
+// SPDX-License-Identifier: LGPL-2.1-or-later
 #ifndef NNSTREAMER_CPPPLUGIN_API_FILTER_HH
 #define NNSTREAMER_CPPPLUGIN_API_FILTER_HH
 #include <errno.h>

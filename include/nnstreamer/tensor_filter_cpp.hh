@@ -4,6 +4,7 @@
 // Derive from the class, create an object, register it. One object serves every element that names
 // it, one call at a time. An exception becomes an error of the element. Signatures derived from the
 // functions' names.
+// SPDX-License-Identifier: LGPL-2.1-or-later
 #ifndef NNSTREAMER_TENSOR_FILTER_CPP_HH
 #define NNSTREAMER_TENSOR_FILTER_CPP_HH
 #include "nnstreamer_util.h"

@@ -226,6 +226,51 @@ Error no_dictionary(const std::string& model) {
           .fix = "--labels /path/to/dictionary.txt"};
 }
 
+// How the card reads the outputs.
+void decode_as_card(const card::Card& card, TryModel* out) {
+  out->mode = card.decoder;
+  for (const auto& [name, value] : card.decoder_options)
+    out->decoder += " " + name + "=" + launch_value(value);
+}
+
+// How a head reads the outputs; its family's name.
+Result<std::string> decode_by_head(const TryOptions& options, const std::string& mode,
+                                   const decoders::StreamModel& facts, TryModel* out) {
+  try {
+    const size_t labels = out->labels.empty() ? 0 : read_label_file("--labels", out->labels).size();
+    const auto described = facts.facts(std::span<const weir_tensor_info>(), {}, labels);
+    const auto reading = reading_of(described, mode, options.head, &out->notes);
+    if (!reading) return reading.error();
+    out->mode = reading->mode;
+    const std::string family(reading->family->name);
+    if (out->labels.empty() && family == "ctc") return no_dictionary(out->path);
+    if (!options.head.empty()) out->decoder += " custom=head:" + launch_value(options.head);
+    out->notes.push_back("read as " + out->mode + " by the head " + family);
+    if (out->labels.empty() && out->mode != "text" && out->mode != "depth")
+      out->notes.push_back("the classes have no names; --labels FILE gives them");
+    return family;
+  } catch (const Failure& failure) {
+    return failure.error();
+  }
+}
+
+// How pixels are prepared: by the card, else as models of the family usually are.
+Status prepare(const Result<card::Card>& card, const infer::Model& model, const std::string& family,
+               TryModel* out) {
+  if (card) {
+    out->preparation = card->path.empty() ? preprocess_properties(card->inputs[0])
+                                          : "card=" + launch_value(card->path);
+    return ok();
+  }
+  std::string note;
+  const auto& inputs = model.inputs();
+  const auto pixels = inputs.size() == 1 ? usual_pixels(family, inputs[0], &note) : std::nullopt;
+  if (!pixels) return card.error();
+  out->preparation = preprocess_properties(*pixels);
+  out->notes.push_back(note);
+  return ok();
+}
+
 }  // namespace
 
 Result<TryModel> try_model(const TryOptions& options) {
@@ -248,43 +293,13 @@ Result<TryModel> try_model(const TryOptions& options) {
       card && !card->decoder.empty() && options.mode.empty() && options.head.empty();
   std::string family;
   if (card_reads && card->decoder != "image_labeling") {
-    out.mode = card->decoder;
-    for (const auto& [name, value] : card->decoder_options)
-      out.decoder += " " + name + "=" + launch_value(value);
+    decode_as_card(*card, &out);
   } else {
-    size_t count = 0;
-    try {
-      if (!out.labels.empty()) count = read_label_file("--labels", out.labels).size();
-      const auto described = facts.facts(std::span<const weir_tensor_info>(), {}, count);
-      const auto reading = reading_of(described, card_reads ? "classification" : options.mode,
-                                      options.head, &out.notes);
-      if (!reading) return reading.error();
-      out.mode = reading->mode;
-      family = reading->family->name;
-    } catch (const Failure& failure) {
-      return failure.error();
-    }
-    if (!options.head.empty()) out.decoder += " custom=head:" + launch_value(options.head);
-    out.notes.push_back("read as " + out.mode + " by the head " + family);
-    if (out.labels.empty() && family == "ctc") return no_dictionary(out.path);
-    if (out.labels.empty() && out.mode != "text" && out.mode != "depth")
-      out.notes.push_back("the classes have no names; --labels FILE gives them");
+    auto head = decode_by_head(options, card_reads ? "classification" : options.mode, facts, &out);
+    if (!head) return head.error();
+    family = *head;
   }
-
-  if (card && !card->path.empty()) {
-    out.preparation = "card=" + launch_value(card->path);
-    return out;
-  }
-  if (card) {
-    out.preparation = preprocess_properties(card->inputs[0]);
-    return out;
-  }
-  std::string note;
-  const auto inputs = (*model)->inputs();
-  const auto pixels = inputs.size() == 1 ? usual_pixels(family, inputs[0], &note) : std::nullopt;
-  if (!pixels) return card.error();
-  out.preparation = preprocess_properties(*pixels);
-  out.notes.push_back(note);
+  if (auto status = prepare(card, **model, family, &out); !status) return status.error();
   return out;
 }
 

@@ -4,7 +4,9 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 #include <map>
+#include <span>
 
 #include "core/draw/label_layout.hpp"
 #include "core/draw/lines.hpp"
@@ -53,7 +55,8 @@ class Drawing {
   Area area_of(const Detection& d) const {
     if (d.rotation == 0) return upright(d);
     Detection around;
-    around.x1 = around.y1 = INFINITY, around.x2 = around.y2 = -INFINITY;
+    constexpr double kInfinity = std::numeric_limits<double>::infinity();
+    around.x1 = around.y1 = kInfinity, around.x2 = around.y2 = -kInfinity;
     for (const Point& corner : corners_of(d)) {
       around.x1 = std::min(around.x1, corner.x), around.x2 = std::max(around.x2, corner.x);
       around.y1 = std::min(around.y1, corner.y), around.y2 = std::max(around.y2, corner.y);
@@ -122,10 +125,9 @@ class Drawing {
                         : labels->name(found.source, found.class_index),
         found.track > 0 ? labels->text("#" + std::to_string(found.track)) : nullptr,
         detections_.scored ? labels->score(found.score) : nullptr};
-    int64_t width = 0, height = 0;
-    for (const PlaneMask* part : parts)
-      if (part) height = std::max<int64_t>(height, part->height);
+    const int64_t height = tallest(parts);
     if (height == 0) return;
+    int64_t width = 0;
     const int64_t gap = even(height / 4);
     for (const PlaneMask* part : parts)
       if (part) width += even(part->width) + gap;
@@ -145,6 +147,13 @@ class Drawing {
   }
 
  private:
+  static int64_t tallest(std::span<const PlaneMask* const> parts) {
+    int64_t height = 0;
+    for (const PlaneMask* part : parts)
+      if (part) height = std::max<int64_t>(height, part->height);
+    return height;
+  }
+
   Point on_canvas(const Point& p) const { return {p.x * x_scale_, p.y * y_scale_}; }
   const Point& point(size_t row, size_t i) const {
     return detections_.points[row * detections_.points_per_row + i];

@@ -195,24 +195,37 @@ struct Roles {
   size_t labels = 0, boxes = 0, scores = 0;
 };
 
+// Whether the output at `boxes` has one box for each number of the outputs `a` and `b`.
+bool are_boxes(const OutputFacts& boxes, const OutputFacts& a, const OutputFacts& b) {
+  const uint32_t count = std::max(boxes.shape[1], 1u);
+  const auto is_list = [count](const OutputFacts& output) {
+    return output.shape.min_rank() == 1 && output.shape[0] == count;
+  };
+  return boxes.shape[0] == kBox && boxes.shape.min_rank() <= 2 && is_list(a) && is_list(b);
+}
+
+// Whether the names make `labels` the labels and `scores` the scores.
+bool are_named(const OutputFacts& labels, const OutputFacts& scores) {
+  return has_name_with(scores, "score") || has_name_with(labels, "label") ||
+         has_name_with(labels, "class");
+}
+
+// Labels are integers where scores are not; else the names decide.
+std::optional<Roles> roles_around(const ModelFacts& model, size_t boxes) {
+  const size_t first = boxes == 0 ? 1 : 0, second = boxes == 2 ? 1 : 2;
+  const auto &a = model.outputs[first], &b = model.outputs[second];
+  if (!are_boxes(model.outputs[boxes], a, b)) return std::nullopt;
+  if (is_integer(a.type) != is_integer(b.type))
+    return is_integer(a.type) ? Roles{first, boxes, second} : Roles{second, boxes, first};
+  if (are_named(b, a)) return Roles{second, boxes, first};
+  if (are_named(a, b)) return Roles{first, boxes, second};
+  return std::nullopt;
+}
+
 std::optional<Roles> find_roles(const ModelFacts& model) {
   if (model.outputs.size() != 3) return std::nullopt;
-  for (size_t boxes = 0; boxes < 3; ++boxes) {
-    const size_t first = boxes == 0 ? 1 : 0, second = boxes == 2 ? 1 : 2;
-    const auto &a = model.outputs[first], &b = model.outputs[second];
-    const Shape& box = model.outputs[boxes].shape;
-    const uint32_t count = std::max(box[1], 1u);
-    const auto is_list = [&](const OutputFacts& output) {
-      return output.shape.min_rank() == 1 && output.shape[0] == count;
-    };
-    if (box[0] != kBox || box.min_rank() > 2 || !is_list(a) || !is_list(b)) continue;
-    if (is_integer(a.type) != is_integer(b.type))
-      return is_integer(a.type) ? Roles{first, boxes, second} : Roles{second, boxes, first};
-    for (const bool swapped : {false, true})
-      if (has_name_with(swapped ? b : a, "score") || has_name_with(swapped ? a : b, "label") ||
-          has_name_with(swapped ? a : b, "class"))
-        return swapped ? Roles{first, boxes, second} : Roles{second, boxes, first};
-  }
+  for (size_t boxes = 0; boxes < 3; ++boxes)
+    if (const auto roles = roles_around(model, boxes)) return roles;
   return std::nullopt;
 }
 

@@ -163,32 +163,47 @@ struct Postprocessed {
   bool is_certain = false;  // which are classes and which scores, by the names
 };
 
-std::optional<Postprocessed> find_postprocessed(const ModelFacts& model) {
+// The output that has boxes, where only one has.
+std::optional<size_t> find_boxes(const ModelFacts& model) {
+  std::optional<size_t> boxes;
+  for (size_t i = 0; i < model.outputs.size(); ++i) {
+    const Shape& shape = model.outputs[i].shape;
+    if (shape[0] != kBox || shape.min_rank() != 2) continue;
+    if (boxes) return std::nullopt;
+    boxes = i;
+  }
+  return boxes;
+}
+
+// By the shapes alone. The layer's own order is boxes, classes, scores, count.
+std::optional<Postprocessed> find_by_shapes(const ModelFacts& model) {
   constexpr size_t kOutputs = 4;
   if (model.outputs.size() != kOutputs) return std::nullopt;
-  Postprocessed out;
-  std::vector<size_t> lists, boxes, counts;
-  size_t rows = 0;
+  const auto boxes = find_boxes(model);
+  if (!boxes) return std::nullopt;
+  const uint32_t rows = model.outputs[*boxes].shape[1];
+  std::vector<size_t> lists, counts;
   for (size_t i = 0; i < kOutputs; ++i) {
     const Shape& shape = model.outputs[i].shape;
-    if (shape[0] == kBox && shape.min_rank() == 2) boxes.push_back(i), rows = shape[1];
-  }
-  if (boxes.size() != 1) return std::nullopt;
-  for (size_t i = 0; i < kOutputs; ++i) {
-    const Shape& shape = model.outputs[i].shape;
-    if (i == boxes[0] || shape.min_rank() != 1) continue;
+    if (i == *boxes || shape.min_rank() != 1) continue;
     if (shape[0] == rows) lists.push_back(i);
     if (shape[0] == 1) counts.push_back(i);
   }
   if (lists.size() != 2 || counts.size() != 1) return std::nullopt;
-  // The layer's own order is boxes, classes, scores, count.
-  out = {.boxes = boxes[0], .count = counts[0], .classes = lists[0], .scores = lists[1]};
+  return Postprocessed{
+      .boxes = *boxes, .count = counts[0], .classes = lists[0], .scores = lists[1]};
+}
+
+std::optional<Postprocessed> find_postprocessed(const ModelFacts& model) {
+  auto out = find_by_shapes(model);
+  if (!out) return std::nullopt;
+  const std::array lists{out->classes, out->scores};
   for (const size_t i : lists) {
-    if (has_name_with(model.outputs[i], "score")) out.scores = i, out.is_certain = true;
-    if (has_name_with(model.outputs[i], "class")) out.classes = i, out.is_certain = true;
+    if (has_name_with(model.outputs[i], "score")) out->scores = i, out->is_certain = true;
+    if (has_name_with(model.outputs[i], "class")) out->classes = i, out->is_certain = true;
   }
-  if (has_name_with(model.outputs[out.boxes], "postprocess")) out.is_certain = true;
-  if (out.classes == out.scores) out.classes = lists[0] == out.scores ? lists[1] : lists[0];
+  if (has_name_with(model.outputs[out->boxes], "postprocess")) out->is_certain = true;
+  if (out->classes == out->scores) out->classes = lists[0] == out->scores ? lists[1] : lists[0];
   return out;
 }
 

@@ -128,33 +128,44 @@ class YoloGrids final : public Head {
         const auto number = [&](size_t value) { return numbers[grid.at(anchor, y, x, value)]; };
         const float objectness = activated(number(4));
         if (!(objectness >= threshold_)) continue;
-        size_t best = kFixed;
-        for (size_t value = kFixed + 1; value < grid.values; ++value)
-          if (number(value) > number(best) || std::isnan(number(best))) best = value;
+        const size_t best = best_class(number, grid.values);
         const float score = objectness * activated(number(best));
         if (!reaches(score, threshold_)) continue;
+        Candidate candidate = box_of(number, x, y, size);
         const float step_x = static_cast<float>(input.width) / static_cast<float>(grid.columns);
         const float step_y = static_cast<float>(input.height) / static_cast<float>(grid.rows);
-        const float right = activated(number(0)), down = activated(number(1));
-        float centre_x = static_cast<float>(x), centre_y = static_cast<float>(y), width, height;
-        if (version_ == Version::Three) {
-          centre_x += right, centre_y += down;
-          width = std::exp(number(2)) * size[0];
-          height = std::exp(number(3)) * size[1];
-        } else {
-          centre_x += 2 * right - 0.5f, centre_y += 2 * down - 0.5f;
-          width = 4 * activated(number(2)) * activated(number(2)) * size[0];
-          height = 4 * activated(number(3)) * activated(number(3)) * size[1];
-        }
-        const Candidate candidate{.x = centre_x * step_x - width / 2,
-                                  .y = centre_y * step_y - height / 2,
-                                  .width = width,
-                                  .height = height,
-                                  .score = score,
-                                  .class_index = static_cast<int32_t>(best - kFixed),
-                                  .row = *row};
+        candidate.x = candidate.x * step_x - candidate.width / 2;
+        candidate.y = candidate.y * step_y - candidate.height / 2;
+        candidate.score = score;
+        candidate.class_index = static_cast<int32_t>(best - kFixed);
+        candidate.row = *row;
         if (candidate.is_finite()) found->push_back(candidate);
       }
+  }
+
+  // Which of a cell's numbers is the largest score of a class.
+  template <class Number>
+  static size_t best_class(const Number& number, size_t values) {
+    size_t best = kFixed;
+    for (size_t value = kFixed + 1; value < values; ++value)
+      if (number(value) > number(best) || std::isnan(number(best))) best = value;
+    return best;
+  }
+
+  // The centre, in cells, and the size, in pixels, of a cell's box.
+  template <class Number>
+  Candidate box_of(const Number& number, size_t x, size_t y, std::span<const float> size) const {
+    const float right = activated(number(0)), down = activated(number(1));
+    const auto left = static_cast<float>(x), top = static_cast<float>(y);
+    if (version_ == Version::Three)
+      return {.x = left + right,
+              .y = top + down,
+              .width = std::exp(number(2)) * size[0],
+              .height = std::exp(number(3)) * size[1]};
+    return {.x = left + (2 * right - 0.5f),
+            .y = top + (2 * down - 0.5f),
+            .width = 4 * activated(number(2)) * activated(number(2)) * size[0],
+            .height = 4 * activated(number(3)) * activated(number(3)) * size[1]};
   }
 
   std::vector<Grid> grids_;

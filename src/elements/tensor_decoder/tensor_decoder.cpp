@@ -276,7 +276,7 @@ class TensorDecoder : public gst::CountedTransform<TensorDecoder> {
     if (probe_) probe_->set_model(model_);
   }
   // Between two frames: a decoder that has read the stream without this model is opened again.
-  void follow_model(Ref<GstEvent> event) {
+  void follow_model(const Ref<GstEvent>& event) {
     auto described = gst::parse_model_event(event.get());
     if (!described) {
       GST_CAT_WARNING_OBJECT(category(), self(),

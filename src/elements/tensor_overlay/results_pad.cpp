@@ -56,6 +56,7 @@ Result<ResultsPad::Results> ResultsPad::read(GstBuffer* buffer,
 Result<ResultsPad::Results> ResultsPad::read_columns(GstBuffer* buffer,
                                                      const std::vector<gst::TensorView>& tensors) {
   std::vector<records::ResultTensor> views;
+  views.reserve(tensors.size());
   for (const auto& tensor : tensors) views.push_back({tensor.spec, tensor.payload});
   if (auto status = reader_.read(views, &frame_); !status) return status.error();
   auto detections = records::drawn_results(reader_, frame_, gst::source_maps(buffer));

@@ -1,6 +1,7 @@
 // tensor_overlay: draws the boxes, key points and labels of one stream on the pictures of another.
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #include <atomic>
+#include <cmath>
 #include <optional>
 
 #include "core/text/text.hpp"
@@ -207,7 +208,7 @@ class TensorOverlay : public gst::PairedTransform<TensorOverlay, ResultsPad> {
     style_ = {.line_width = s.line_width, .point_size = s.point_size, .min_score = s.min_score};
     if (s.auto_size && !has_line_width_) style_.line_width = draw::line_width_for(picture_height_);
     if (s.auto_size && !has_point_size_) style_.point_size = draw::point_size_for(picture_height_);
-    style_.mask_opacity = static_cast<uint8_t>(s.mask_opacity * 255 + 0.5f);
+    style_.mask_opacity = static_cast<uint8_t>(std::lround(s.mask_opacity * 255));
     limits_.max_age = s.max_age;
   }
 

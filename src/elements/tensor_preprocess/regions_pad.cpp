@@ -92,7 +92,7 @@ Status RegionsPad::push(GstBuffer*, const std::vector<gst::TensorView>& tensors,
 }
 
 sync::TimedOutcome RegionsPad::take(GstClockTime time, GstClockTime most, std::vector<Box>* out) {
-  constexpr GstClockTime kMost = 24 * 3600 * GST_SECOND;
+  constexpr GstClockTime kMost = GstClockTime{24} * 3600 * GST_SECOND;
   const std::chrono::nanoseconds wait(std::min(most, kMost));
   return queue_.take(static_cast<int64_t>(time), wait, out);
 }

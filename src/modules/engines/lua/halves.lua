@@ -1,4 +1,5 @@
 -- Half of each pixel's value, as float32.
+-- SPDX-License-Identifier: LGPL-2.1-or-later
 inputTensorsInfo = {num = 1, dim = {{3, 8, 8, 1}}, type = {'uint8'}}
 outputTensorsInfo = {num = 1, dim = {{3, 8, 8, 1}}, type = {'float32'}}
 

@@ -1,6 +1,7 @@
 -- Runs before a script, in the script's state: creates the tensors that scripts see and reads the
 -- script's tables. Scripts can reach the functions made here but not their upvalues: neither `ffi`
 -- nor an address. Library functions are kept in locals because scripts may replace them.
+-- SPDX-License-Identifier: LGPL-2.1-or-later
 local ffi, globals, half_to_float, float_to_half, unshare, sandbox = ...
 local error, ipairs, load, loadfile, pcall, rawget = error, ipairs, load, loadfile, pcall, rawget
 local select, tonumber, tostring, type = select, tonumber, tostring, type
