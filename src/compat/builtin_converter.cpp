@@ -154,7 +154,9 @@ struct Functions {
       return open(slots().type(Number), script, priv);
     };
     converter.close = [](void** priv) {
-      if (priv) delete static_cast<OpenConverter*>(std::exchange(*priv, nullptr));
+      if (!priv) return;
+      const std::unique_ptr<OpenConverter> closed(
+          static_cast<OpenConverter*>(std::exchange(*priv, nullptr)));
     };
     return converter;
   }

@@ -152,28 +152,34 @@ std::vector<Reading> readings_of(const heads::ModelFacts& facts, uint32_t tasks)
   return out;
 }
 
-// The mode and family for the model's outputs. `mode` and `head` are the user's, or "".
-Result<Reading> reading_of(const heads::ModelFacts& facts, const std::string& mode,
-                           const std::string& head, std::vector<std::string>* notes) {
+// The tasks of the user's mode, or of all modes for "".
+Result<uint32_t> tasks_of(const std::string& mode) {
   uint32_t tasks = 0;
   for (const auto& [name, task] : kModes)
     if (mode.empty() || mode == name) tasks |= task;
-  if (tasks == 0)
-    return Error{.code = Code::OPTION_VALUE,
-                 .what = "there is no such mode",
-                 .offered = "--mode " + mode,
-                 .needed = "one of: " + join(kModes, ", ", [](const auto& m) { return m.first; }),
-                 .fix = "--mode detection"};
+  if (tasks != 0) return tasks;
+  return Error{.code = Code::OPTION_VALUE,
+               .what = "there is no such mode",
+               .offered = "--mode " + mode,
+               .needed = "one of: " + join(kModes, ", ", [](const auto& m) { return m.first; }),
+               .fix = "--mode detection"};
+}
+
+// The mode and family for the model's outputs. `mode` and `head` are the user's, or "".
+Result<Reading> reading_of(const heads::ModelFacts& facts, const std::string& mode,
+                           const std::string& head, std::vector<std::string>* notes) {
+  const auto tasks = tasks_of(mode);
+  if (!tasks) return tasks.error();
   if (!head.empty()) {
-    const heads::Family& family = heads::family_named(head, tasks);
+    const heads::Family& family = heads::family_named(head, *tasks);
     for (const auto& [name, task] : kModes)
-      if (family.tasks & tasks & task) return Reading{name, &family};
+      if (family.tasks & *tasks & task) return Reading{name, &family};
   }
-  const auto readings = readings_of(facts, tasks);
+  const auto readings = readings_of(facts, *tasks);
   const auto best = likely(readings, facts);
   if (best.size() > 1) return several(best, facts);
   if (best.empty() && !mode.empty())
-    return Reading{mode, &heads::recognise(facts, tasks)};  // throws the reason
+    return Reading{mode, &heads::recognise(facts, *tasks)};  // throws the reason
   if (best.empty()) return unknown_outputs(facts);
   std::vector<Reading> others = readings;
   std::erase_if(others, [&](const Reading& other) { return other.family == best[0].family; });

@@ -24,7 +24,7 @@ Between elements_at(int64_t pixel, int64_t pixels, uint32_t elements) {
   const double clamped = std::clamp(at, 0.0, static_cast<double>(elements - 1));
   const auto first = static_cast<uint32_t>(clamped);
   return {first, std::min(first + 1, elements - 1),
-          static_cast<int>((clamped - first) * kOne + 0.5)};
+          static_cast<int>(std::lround((clamped - first) * kOne))};
 }
 
 // The least integer that is not below `value`, which fits.
@@ -37,6 +37,35 @@ int64_t ceiling(double value) {
 // 0 is the centre of the first element.
 int64_t pixel_from(double element, int64_t pixels, uint32_t elements) {
   return ceiling((element + 0.5) * static_cast<double>(pixels) / elements - 0.5);
+}
+
+// Pixels between two rows of a mask.
+struct MaskRow {
+  const uint8_t *above, *below;
+  int weight;  // of the row below, of kOne
+  uint32_t width;
+
+  // Above 0: inside.
+  int value(uint32_t x) const { return above[x] * (kOne - weight) + below[x] * weight - kLimit; }
+};
+
+// Tints the runs of the pixels `at`, one row of the picture, that are inside. `edges`: those of
+// MaskTinter. Between two centres the value is linear, so each change of sign is one end of a run.
+void tint_row(const MaskRow& row, std::span<const uint32_t> edges, const Area& at, uint8_t opacity,
+              const Paint& paint, Canvas* canvas) {
+  int64_t begin = row.value(0) > 0 ? at.left : at.right;
+  for (const uint32_t x : edges) {
+    const int a = row.value(x), b = row.value(x + 1);
+    if ((a > 0) == (b > 0)) continue;
+    const double place = x + static_cast<double>(a) / (a - b);
+    const int64_t pixel = at.left + pixel_from(place, at.right - at.left, row.width);
+    if (b > 0)
+      begin = pixel;
+    else
+      canvas->tint({begin, at.top, pixel, at.bottom}, opacity, paint);
+  }
+  if (row.value(row.width - 1) > 0)
+    canvas->tint({begin, at.top, at.right, at.bottom}, opacity, paint);
 }
 
 }  // namespace
@@ -64,29 +93,15 @@ void MaskTinter::tint(const Area& area, const AreaMask& mask, uint8_t opacity, c
                       Canvas* canvas) {
   const Area seen = common_part(area, canvas->all());
   if (seen.empty()) return;
-  const int64_t width = area.right - area.left, height = area.bottom - area.top;
+  const int64_t height = area.bottom - area.top;
   uint32_t known = mask.height;  // the first row of those that edges_ is of
   for (int64_t y = seen.top; y < seen.bottom; ++y) {
     const Between rows = elements_at(y - area.top, height, mask.height);
     const uint8_t* const above = mask.values.data() + size_t{rows.first} * mask.width;
     const uint8_t* const below = mask.values.data() + size_t{rows.second} * mask.width;
     if (std::exchange(known, rows.first) != rows.first) find_edges(above, below, mask.width);
-    const auto value = [&](uint32_t x) {
-      return above[x] * (kOne - rows.weight) + below[x] * rows.weight - kLimit;
-    };
-    // Between two centres the value is linear, so each change of sign is one end of a run.
-    int64_t begin = value(0) > 0 ? area.left : area.right;
-    for (const uint32_t x : edges_) {
-      const int a = value(x), b = value(x + 1);
-      if ((a > 0) == (b > 0)) continue;
-      const double place = x + static_cast<double>(a) / (a - b);
-      const int64_t pixel = area.left + pixel_from(place, width, mask.width);
-      if (b > 0)
-        begin = pixel;
-      else
-        canvas->tint({begin, y, pixel, y + 1}, opacity, paint);
-    }
-    if (value(mask.width - 1) > 0) canvas->tint({begin, y, area.right, y + 1}, opacity, paint);
+    tint_row({above, below, rows.weight, mask.width}, edges_, {area.left, y, area.right, y + 1},
+             opacity, paint, canvas);
   }
 }
 

@@ -36,27 +36,31 @@ std::vector<size_t> grids_of(const ModelFacts& model, size_t values, size_t widt
   return found;
 }
 
-std::optional<Layout> layout_of(const ModelFacts& model) {
-  for (size_t i = 0; i < model.outputs.size(); ++i) {
-    const Shape& shape = model.outputs[i].shape;
-    if (shape[0] != kPoseNetPoints || shape[1] < 2 || shape[2] < 2) continue;
-    const auto grids = [&](size_t values) { return grids_of(model, values, shape[1], shape[2]); };
-    const auto offsets = grids(2 * kPoseNetPoints);
-    if (offsets.size() != 1 || grids(kPoseNetPoints).size() != 1) continue;
-    Layout layout{.width = shape[1],
-                  .height = shape[2],
-                  .heat = i,
-                  .offsets = offsets[0],
-                  .vectors = {},
-                  .forward = {},
-                  .backward = {}};
-    if (const auto both = grids(4 * kPoseNetEdges); both.size() == 1) layout.vectors = both[0];
-    if (const auto one = grids(2 * kPoseNetEdges); one.size() == 2) {
-      const bool is_swapped = has_name_with(model.outputs[one[0]], "bwd");
-      layout.forward = one[is_swapped ? 1 : 0], layout.backward = one[is_swapped ? 0 : 1];
-    }
-    return layout;
+// Where output `heat` has the heat maps; nullopt if it cannot have them.
+std::optional<Layout> layout_around(const ModelFacts& model, size_t heat) {
+  const Shape& shape = model.outputs[heat].shape;
+  if (shape[0] != kPoseNetPoints || shape[1] < 2 || shape[2] < 2) return std::nullopt;
+  const auto grids = [&](size_t values) { return grids_of(model, values, shape[1], shape[2]); };
+  const auto offsets = grids(2 * kPoseNetPoints);
+  if (offsets.size() != 1 || grids(kPoseNetPoints).size() != 1) return std::nullopt;
+  Layout layout{.width = shape[1],
+                .height = shape[2],
+                .heat = heat,
+                .offsets = offsets[0],
+                .vectors = {},
+                .forward = {},
+                .backward = {}};
+  if (const auto both = grids(4 * kPoseNetEdges); both.size() == 1) layout.vectors = both[0];
+  if (const auto one = grids(2 * kPoseNetEdges); one.size() == 2) {
+    const bool is_swapped = has_name_with(model.outputs[one[0]], "bwd");
+    layout.forward = one[is_swapped ? 1 : 0], layout.backward = one[is_swapped ? 0 : 1];
   }
+  return layout;
+}
+
+std::optional<Layout> layout_of(const ModelFacts& model) {
+  for (size_t i = 0; i < model.outputs.size(); ++i)
+    if (const auto layout = layout_around(model, i)) return layout;
   return std::nullopt;
 }
 

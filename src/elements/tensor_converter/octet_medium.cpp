@@ -4,6 +4,20 @@
 
 namespace weir {
 
+namespace {
+
+// The bytes of a frame, if those of `frames` of them can be counted.
+Result<uint64_t> bytes_of(const FrameSpec& spec, uint32_t frames) {
+  const auto bytes = spec.bytes();
+  uint64_t gathered = 0;
+  if (bytes && !__builtin_mul_overflow(*bytes, frames, &gathered) && gathered <= INT64_MAX)
+    return *bytes;
+  return Error{
+      .code = Code::LIMIT_EXCEEDED, .what = "the tensors are too big", .offered = spec.to_string()};
+}
+
+}  // namespace
+
 Result<StreamPlan> OctetMedium::configure(const GstCaps* caps, const Preferences& preferences) {
   plan_ = {};
   plan_.spec.rate = rate_of(caps);
@@ -22,13 +36,8 @@ Result<StreamPlan> OctetMedium::configure(const GstCaps* caps, const Preferences
   }
   plan_.spec.format = count == 0 ? Format::Flexible : Format::Static;
   if (count == 0) return plan_;
-  const auto bytes = plan_.spec.bytes();
-  uint64_t gathered = 0;
-  if (!bytes || __builtin_mul_overflow(*bytes, preferences.frames_per_tensor, &gathered) ||
-      gathered > INT64_MAX)
-    return Error{.code = Code::LIMIT_EXCEEDED,
-                 .what = "the tensors are too big",
-                 .offered = plan_.spec.to_string()};
+  const auto bytes = bytes_of(plan_.spec, preferences.frames_per_tensor);
+  if (!bytes) return bytes.error();
   plan_.frame_bytes = *bytes;
   plan_.frames_out = preferences.frames_per_tensor;
   return plan_;

@@ -29,7 +29,8 @@ class TensorConverter : public gst::Element<TensorConverter, gst::PlainElement> 
                                           "TensorConverter", "Converter/Tensor",
                                           "Converts media to tensors"};
   static void add_pad_templates(GstElementClass* element) {
-    const auto add = [element](const char* name, GstPadDirection direction, Ref<GstCaps> caps) {
+    const auto add = [element](const char* name, GstPadDirection direction,
+                               const Ref<GstCaps>& caps) {
       gst_element_class_add_pad_template(
           element, gst_pad_template_new(name, direction, GST_PAD_ALWAYS, caps.get()));
     };
@@ -132,19 +133,7 @@ class TensorConverter : public gst::Element<TensorConverter, gst::PlainElement> 
     if (set_timestamp_) chunker.stamp(buffer.get(), count, fallback_time());
     if (auto status = chunker.push(std::move(buffer), buffer_limit_); !status)
       return fail(status.error());
-    GstFlowReturn flow = GST_FLOW_OK;
-    while (flow == GST_FLOW_OK) {
-      auto out = chunker.next();
-      if (!out) {
-        gst::post_error(element(), out.error());
-        flow = GST_FLOW_ERROR;
-        break;
-      }
-      if (!*out) break;
-      ledger_.copied(chunker.take_copied());
-      if (client) gst::set_client(out->get(), *client);
-      flow = push(*std::move(out));
-    }
+    const GstFlowReturn flow = push_all(&chunker, client);
     ledger_.consumed(chunker.take_finished());
     return flow;
   }
@@ -321,7 +310,7 @@ class TensorConverter : public gst::Element<TensorConverter, gst::PlainElement> 
     const auto caps = Ref<GstCaps>::adopt(gst_pad_get_current_caps(sink_));
     if (!caps) return;
     follow_settings(&followed_, [&](const Settings& wanted) {
-      const Status status = negotiate(caps.get(), wanted, true, next);
+      Status status = negotiate(caps.get(), wanted, true, next);
       if (!status) static_cast<void>(negotiate(caps.get(), followed_.in_force, true));
       return status;
     });
@@ -344,17 +333,26 @@ class TensorConverter : public gst::Element<TensorConverter, gst::PlainElement> 
     if (!plan) return plan.error();
     if (next)
       if (auto status = (*medium)->accepts(next); !status) return status.error();
-    const bool keeps = goes_on && plan->first_frame_decides && plan->spec.format == planned_format_;
-    planned_format_ = plan->spec.format;
-    if (keeps) plan->spec = plan_.spec;
+    if (auto status = take(*std::move(plan), s, **medium, goes_on); !status) return status;
+    medium_ = *std::move(medium);
+    medium_->allocate_as(allocation_);
+    medium_->defer_with(deferral_ ? counts_ : nullptr);
+    return ok();
+  }
+
+  // Makes the plan that of the stream, and announces it unless it is known downstream or waits for
+  // a frame.
+  Status take(StreamPlan plan, const Settings& s, const Medium& medium, bool goes_on) {
+    const bool keeps = goes_on && plan.first_frame_decides && plan.spec.format == planned_format_;
+    planned_format_ = plan.spec.format;
+    if (keeps) plan.spec = plan_.spec;
     // Audio of another rate cannot share a tensor; pictures of another rate can.
     const bool resampled =
-        (*medium)->type() == MediaType::Audio && !(plan->spec.rate == plan_.spec.rate);
-    if (resampled || plan->frame_bytes != plan_.frame_bytes ||
-        plan->frames_out != plan_.frames_out ||
-        !first_difference(plan->spec.tensors, plan_.spec.tensors).empty())
+        medium.type() == MediaType::Audio && !(plan.spec.rate == plan_.spec.rate);
+    if (resampled || plan.frame_bytes != plan_.frame_bytes || plan.frames_out != plan_.frames_out ||
+        !first_difference(plan.spec.tensors, plan_.spec.tensors).empty())
       drop_waiting_of_other_kind();
-    plan_ = *std::move(plan);
+    plan_ = std::move(plan);
     has_headers_ = false;
     set_timestamp_ = s.set_timestamp;
     times_.decide(s.on_backwards_time);
@@ -367,9 +365,6 @@ class TensorConverter : public gst::Element<TensorConverter, gst::PlainElement> 
       if (auto status = announce(); !status) return status;
     if (plan_.frame_bytes > 0)
       streams_.configure(plan_.frame_bytes, plan_.frames_out, plan_.spec.rate);
-    medium_ = *std::move(medium);
-    medium_->allocate_as(allocation_);
-    medium_->defer_with(deferral_ ? counts_ : nullptr);
     return ok();
   }
 
@@ -421,6 +416,21 @@ class TensorConverter : public gst::Element<TensorConverter, gst::PlainElement> 
     if (status) return frames;
     plan_.spec = std::move(before);
     return status.error();
+  }
+
+  // Pushes what the chunker has.
+  GstFlowReturn push_all(Chunker* chunker, const std::optional<gint64>& client) {
+    for (;;) {
+      auto out = chunker->next();
+      if (!out) {
+        gst::post_error(element(), out.error());
+        return GST_FLOW_ERROR;
+      }
+      if (!*out) return GST_FLOW_OK;
+      ledger_.copied(chunker->take_copied());
+      if (client) gst::set_client(out->get(), *client);
+      if (const auto flow = push(*std::move(out)); flow != GST_FLOW_OK) return flow;
+    }
   }
 
   GstFlowReturn push(Ref<GstBuffer> frames) {

@@ -85,7 +85,7 @@ TEST_F(OverlayText, IsTheNameOfItsClass) {
 // The label of a box in a stream that says its columns and source; `labels` may come with it.
 Bytes with_stream_labels(const std::string& properties,
                          const std::vector<gst::LabelsOfSource>& labels) {
-  const auto element = lone_element("tensor_overlay line-width=0 " + properties);
+  const auto element = lone_element("tensor_overlay line-width=0 auto-size=false " + properties);
   const Harness results{gst_harness_new_with_element(element.get(), "results", nullptr)};
   const Harness pictures{gst_harness_new_with_element(element.get(), "sink", "src")};
   gst_harness_set_src_caps_str(
