@@ -119,6 +119,10 @@ done
         self.assertEqual(self.lint("--changed", "1"), (0, ["1 passed, 0 failed"]))
         self.assertEqual(self.lint("--changed", "30"), (0, ["1 passed, 0 failed"]), "not every file for the oldest commit")
 
+    def test_without_a_repository_nothing_has_changed(self):
+        shutil.rmtree(self.root / ".git")
+        self.assertEqual(self.lint("--changed", "30"), (0, ["0 passed, 0 failed"]))
+
     def test_a_source_that_clang_tidy_cannot_read_fails(self):
         write_program(self.root / "programs" / "clang-tidy", "#!/bin/bash\necho 'Error while processing' >&2\nexit 1\n")
         status, lines = self.lint()
