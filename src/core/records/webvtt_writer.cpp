@@ -65,9 +65,9 @@ class WebvttWriter final : public RecordWriter {
       append_time(facts.running_time, out);
       *out += " --> ";
       // A cue of no length is not valid.
-      const int64_t duration = facts.duration > 0 ? facts.duration : kOtherwise;
-      const int64_t end = std::min(facts.running_time, INT64_MAX - duration) + duration;
-      append_time(std::max(end, facts.running_time + kMillisecond), out);
+      const int64_t duration =
+          std::max(facts.duration > 0 ? facts.duration : kOtherwise, kMillisecond);
+      append_time(std::min(facts.running_time, INT64_MAX - duration) + duration, out);
       *out += '\n' + lines + '\n';
     }
     return out->size() > before;
