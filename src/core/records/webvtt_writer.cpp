@@ -1,5 +1,7 @@
 // Writes results as WebVTT captions: a cue with the labels and texts of each frame.
 // SPDX-License-Identifier: LGPL-2.1-or-later
+#include <cmath>
+
 #include "core/records/record_text.hpp"
 #include "core/records/record_writer.hpp"
 #include "weir/label_file.hpp"
@@ -87,7 +89,7 @@ class WebvttWriter final : public RecordWriter {
       append_cue_text(settings_.labels.of(source, std::max(object.class_index, 0), &number), &line);
       if (object.track > 0) line += " #" + std::to_string(object.track);
       const float percent = 100 * std::min(object.score, 1.0f);
-      line += ' ' + std::to_string(static_cast<int>(percent + 0.5f)) + " %";
+      line += ' ' + std::to_string(std::lround(percent)) + " %";
     }
     *out += line + '\n';
   }
