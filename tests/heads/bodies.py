@@ -95,7 +95,7 @@ def movenet_multipose(order, kind):
 
 
 def posenet(order, kind):
-    """15 x 15 cells, the first and the last of which are at the first and the last pixels."""
+    """15 x 15 cells from the first to the last pixel."""
     view, side, stride = View((450, 270), (225, 225)), 15, 16
     boxes = [(0.03, 0.05, 0.45, 0.95), (0.55, 0.05, 0.97, 0.95)][:1 if order == "one" else 2]
     things = [body(view.source, box, scores_of(17, 18 + number)) for number, box in enumerate(boxes)]

@@ -27,7 +27,7 @@ def of_rows(view, things, order, numbers, classes):
 
 
 def detr(order, kind):
-    """The softmax of the logits, the last of which is of no object."""
+    """The softmax of the logits; the last logit means no object."""
     things = things_of(SQUARE.source)
     boxes, scores = of_rows(SQUARE, things, order, 100, CLASSES + 1)
     scores[:, -1] = 6
@@ -41,7 +41,7 @@ def detr(order, kind):
 
 
 def rtdetr(order, kind):
-    """Logits of each class and boxes, in two outputs; or probabilities behind the boxes, in one."""
+    """Logits of each class and boxes, in two outputs; or probabilities after the boxes, in one."""
     things = things_of(SQUARE.source)
     boxes, scores = of_rows(SQUARE, things, order, 300, CLASSES)
     for row, thing in zip((5, 40, 17), things):
@@ -114,7 +114,7 @@ def ssd_postprocess(order, kind):
     for row, thing in enumerate(things):
         boxes[row] = SQUARE.part(SQUARE.box(thing))[[1, 0, 3, 2]]
         classes[row], scores[row] = thing.index, thing.score
-    boxes[3], classes[3], scores[3] = boxes[0], 1, 0.95  # behind the end
+    boxes[3], classes[3], scores[3] = boxes[0], 1, 0.95  # after the end
     outputs = {"boxes": boxes[None], "classes": classes[None], "scores": scores[None], "count": numpy.array([3.0])}
     return Example(SQUARE, [(f"detection_{name}" if order.startswith("scores") else f"TFLite_Detection_PostProcess:{name}", outputs[name])
                             for name in order.split(",")], things,

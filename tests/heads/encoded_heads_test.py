@@ -82,7 +82,7 @@ class Heads(unittest.TestCase):
 
     def check(self, mode, kind, example, answer):
         if mode == "depth":
-            depths = numpy.frombuffer(answer[-4 * example.map.size:], "f4")  # behind the table of rows
+            depths = numpy.frombuffer(answer[-4 * example.map.size:], "f4")  # after the table of rows
             step = numpy.ptp(example.map) * {"float32": 1e-6, "float16": 1e-3}.get(kind, 0.004)
             numpy.testing.assert_allclose(depths.reshape(example.map.shape), example.map, rtol=0, atol=step)
             return

@@ -11,7 +11,9 @@ import gi
 
 gi.require_version("Gst", "1.0")
 gi.require_version("GstApp", "1.0")
-from gi.repository import GLib, Gst, GstApp  # noqa: E402,F401
+from gi.repository import Gst, GstApp  # noqa: E402,F401
+
+from demos.playing import play_to_end  # noqa: E402
 
 PIPELINE = """
   filesrc name=file ! decodebin ! {preparation}
@@ -66,18 +68,7 @@ class Classifier:
         return Gst.FlowReturn.OK
 
     def play(self):
-        loop, bus = GLib.MainLoop(), self.pipeline.get_bus()
-        bus.add_signal_watch()
-        bus.connect("message::eos", lambda *_: loop.quit())
-
-        def on_error(_, message):
-            error, _debug = message.parse_error()
-            self.error = self.error or f"{message.src.name}: {error.message}"
-            loop.quit()
-
-        bus.connect("message::error", on_error)
-        self.pipeline.set_state(Gst.State.PLAYING)
-        loop.run()
+        self.error = play_to_end(self.pipeline)
         self.stats = self.pipeline.get_by_name("network").get_property("stats")
         self.pipeline.set_state(Gst.State.NULL)
 

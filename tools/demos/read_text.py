@@ -12,10 +12,11 @@ import gi
 
 gi.require_version("Gst", "1.0")
 gi.require_version("GstApp", "1.0")
-from gi.repository import GLib, Gst, GstApp  # noqa: E402,F401
+from gi.repository import Gst, GstApp  # noqa: E402,F401
 
 from demos.contact_sheet import save_picture
 from demos.fetch import fetch
+from demos.playing import play_to_end
 from demos.score import clock_text
 
 MODELS = ("ppocr-v4-det", "ppocr-v4-rec")
@@ -83,18 +84,7 @@ class TextDemo:
         return Gst.FlowReturn.OK
 
     def play(self):
-        loop, bus = GLib.MainLoop(), self.pipeline.get_bus()
-        bus.add_signal_watch()
-        bus.connect("message::eos", lambda *_: loop.quit())
-
-        def on_error(_, message):
-            error, _debug = message.parse_error()
-            self.error = self.error or f"{message.src.name}: {error.message}"
-            loop.quit()
-
-        bus.connect("message::error", on_error)
-        self.pipeline.set_state(Gst.State.PLAYING)
-        loop.run()
+        self.error = play_to_end(self.pipeline)
         self.pipeline.set_state(Gst.State.NULL)
 
 
