@@ -44,6 +44,50 @@ weir_tensor_info info_of(const DeclaredTensor& tensor) {
   return info;
 }
 
+std::vector<std::string> names_of(const std::vector<DeclaredTensor>& tensors) {
+  std::vector<std::string> out;
+  out.reserve(tensors.size());
+  for (const auto& tensor : tensors) out.push_back(tensor.name);
+  return out;
+}
+
+// The network's inputs: those that the user names, in that order, then the others.
+Result<std::vector<DeclaredTensor>> inputs_in_order(std::vector<DeclaredTensor> inputs,
+                                                    const std::vector<DeclaredTensor>& declared) {
+  const auto known = names_of(inputs);
+  auto rest = inputs.begin();
+  for (const auto& tensor : declared) {
+    if (tensor.name.empty()) continue;
+    const auto name = node_name(tensor.name);
+    const auto at =
+        std::find_if(rest, inputs.end(), [&](const auto& input) { return input.name == name; });
+    if (at == inputs.end()) return no_such_name("inputname", name, known);
+    std::rotate(rest, at, at + 1);
+    ++rest;
+  }
+  return inputs;
+}
+
+// What the user says of a tensor counts.
+void override_with(const DeclaredTensor& declared, DeclaredTensor* tensor) {
+  if (declared.type != WEIR_TYPE_END) tensor->type = declared.type;
+  if (declared.has_shape) tensor->shape = declared.shape, tensor->has_shape = true;
+}
+
+// The layer that has the output of the node `name`: OpenCV leaves out nodes that only pass it on.
+Result<std::string> layer_of(const std::string& name, const DnnDescription& description,
+                             const std::vector<std::string>& layers) {
+  std::string out = name;
+  const auto is_layer = [&] {
+    return std::find(layers.begin(), layers.end(), out) != layers.end();
+  };
+  for (size_t steps = description.passed.size(); steps > 0 && !is_layer(); --steps)
+    if (const auto to = description.passed.find(out); to != description.passed.end())
+      out = to->second;
+  if (!is_layer()) return no_such_name("outputname", name, layers);
+  return out;
+}
+
 }  // namespace
 
 Status DnnModel::read_options(const weir_open& request) {
@@ -56,6 +100,7 @@ Status DnnModel::read_options(const weir_open& request) {
       const auto threads = number_option(key, value, 1);
       if (!threads) return threads.error();
       threads_ = std::min(*threads, kThreadLimit);
+      keeps_threads_ = true;
       continue;
     }
     const auto taken = declared_.take(key, value);
@@ -70,7 +115,7 @@ Result<std::unique_ptr<DnnModel>> DnnModel::open(const weir_open& request) {
   if (auto status = model->read_options(request); !status) return status.error();
   auto source = read_dnn_files(request);
   if (!source) return source.error();
-  auto net = DnnNet::read(source->files);
+  auto net = DnnNet::read(source->files, model->threads_);
   if (!net) return net.error();
   model->net_ = *std::move(net);
   model->weight_bytes_ = source->files.weights.size();
@@ -83,67 +128,50 @@ Result<std::unique_ptr<DnnModel>> DnnModel::open(const weir_open& request) {
   return model;
 }
 
-// The network's inputs, in the order and with the sizes that the user gives.
 Status DnnModel::read_inputs(const DnnDescription& description) {
-  std::vector<DeclaredTensor> found = description.inputs;
   const auto& declared = declared_.inputs();
-  std::vector<std::string> known;
-  for (const auto& input : found) known.push_back(input.name);
-  std::vector<DeclaredTensor> chosen;
-  for (size_t i = 0; i < declared.size(); ++i) {
-    if (declared[i].name.empty()) continue;
-    const auto name = node_name(declared[i].name);
-    const auto at = std::find_if(found.begin(), found.end(),
-                                 [&](const auto& input) { return input.name == name; });
-    if (at == found.end()) return no_such_name("inputname", name, known);
-    chosen.push_back(*at);
-    found.erase(at);
-  }
-  chosen.insert(chosen.end(), found.begin(), found.end());
-  if (chosen.empty() || chosen.size() > WEIR_TENSOR_LIMIT || declared.size() > chosen.size())
-    return Error{.code = Code::SPEC_MISMATCH,
-                 .what = "the network has a different number of inputs",
-                 .offered = std::to_string(chosen.size()) + ": " + list(known),
-                 .needed = std::to_string(std::max<size_t>(declared.size(), 1)),
-                 .difference = "number of tensors"};
-  for (size_t i = 0; i < chosen.size(); ++i) {
-    if (i < declared.size()) {
-      if (declared[i].type != WEIR_TYPE_END) chosen[i].type = declared[i].type;
-      if (declared[i].has_shape) chosen[i].shape = declared[i].shape, chosen[i].has_shape = true;
-    }
-    input_names_.push_back(chosen[i].name);
-    inputs_.push_back(info_of(chosen[i]));
+  auto chosen = inputs_in_order(description.inputs, declared);
+  if (!chosen) return chosen.error();
+  if (chosen->empty() || chosen->size() > WEIR_TENSOR_LIMIT || declared.size() > chosen->size())
+    return Error{
+        .code = Code::SPEC_MISMATCH,
+        .what = "the network has a different number of inputs",
+        .offered = std::to_string(chosen->size()) + ": " + list(names_of(description.inputs)),
+        .needed = std::to_string(std::max<size_t>(declared.size(), 1)),
+        .difference = "number of tensors"};
+  for (size_t i = 0; i < declared.size(); ++i) override_with(declared[i], &(*chosen)[i]);
+  input_names_ = names_of(*chosen);
+  for (size_t i = 0; i < chosen->size(); ++i) {
+    inputs_.push_back(info_of((*chosen)[i]));
+    inputs_[i].name = input_names_[i].c_str();
     if (inputs_[i].rank == 4) inputs_[i].layout = nhwc_ ? WEIR_LAYOUT_NHWC : WEIR_LAYOUT_NCHW;
   }
-  for (size_t i = 0; i < inputs_.size(); ++i) inputs_[i].name = input_names_[i].c_str();
   return ok();
 }
 
-Status DnnModel::read_outputs(const DnnDescription& description) {
+Status DnnModel::name_outputs(const DnnDescription& description) {
   const auto layers = net_->layers();
   for (const auto& output : declared_.outputs()) {
     if (output.name.empty()) continue;
-    auto name = node_name(output.name);
-    const auto is_layer = [&] {
-      return std::find(layers.begin(), layers.end(), name) != layers.end();
-    };
-    for (size_t steps = description.passed.size(); steps > 0 && !is_layer(); --steps)
-      if (const auto to = description.passed.find(name); to != description.passed.end())
-        name = to->second;
-    if (!is_layer()) return no_such_name("outputname", node_name(output.name), layers);
-    output_names_.push_back(name);
+    auto name = layer_of(node_name(output.name), description, layers);
+    if (!name) return name.error();
+    output_names_.push_back(*std::move(name));
   }
   // Layers that OpenCV inserts are not in TensorFlow's graph.
   if (output_names_.empty())
     for (const auto& name : net_->ends())
       if (description.nodes.empty() || description.nodes.contains(name))
         output_names_.push_back(name);
-  if (output_names_.empty() || output_names_.size() > WEIR_TENSOR_LIMIT)
-    return Error{.code = Code::SPEC_MISMATCH,
-                 .what = "the network's outputs cannot be found",
-                 .offered = list(net_->ends()),
-                 .needed = "their names",
-                 .fix = "outputname=" + (layers.empty() ? std::string("NAME") : layers.back())};
+  if (!output_names_.empty() && output_names_.size() <= WEIR_TENSOR_LIMIT) return ok();
+  return Error{.code = Code::SPEC_MISMATCH,
+               .what = "the network's outputs cannot be found",
+               .offered = list(net_->ends()),
+               .needed = "their names",
+               .fix = "outputname=" + (layers.empty() ? std::string("NAME") : layers.back())};
+}
+
+Status DnnModel::read_outputs(const DnnDescription& description) {
+  if (auto status = name_outputs(description); !status) return status;
   pictures_ = std::make_unique<bool[]>(output_names_.size());
   outputs_.assign(output_names_.size(), open_tensor_info());
   for (size_t i = 0; i < outputs_.size(); ++i) {
@@ -166,7 +194,8 @@ Result<std::vector<DnnOutput>> DnnModel::run(std::span<const weir_tensor> in) co
     inputs[i].info = in[i].info;
     inputs[i].nhwc = nhwc_;
   }
-  return net_->run(inputs, output_names_, {pictures_.get(), output_names_.size()}, threads_);
+  return net_->run(inputs, output_names_, {pictures_.get(), output_names_.size()},
+                   keeps_threads_ ? threads_ : 0);
 }
 
 Result<std::vector<weir_tensor_info>> DnnModel::dry_run(

@@ -36,9 +36,11 @@ class DnnModel {
   DnnModel() = default;
   Status read_options(const weir_open& request);
   Status read_inputs(const DnnDescription& description);
+  Status name_outputs(const DnnDescription& description);
   Status read_outputs(const DnnDescription& description);
 
   int threads_ = 1;
+  bool keeps_threads_ = false;  // the user gave NumThreads: each run has this number
   DeclaredTensors declared_;
   std::unique_ptr<DnnNet> net_;
   std::vector<std::string> input_names_, output_names_;

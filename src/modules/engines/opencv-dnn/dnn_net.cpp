@@ -16,7 +16,7 @@
 namespace weir::engine {
 namespace {
 
-std::string first_line(std::string text) {
+std::string first_line(const std::string& text) {
   const size_t start = text.find_first_not_of(" \n");
   if (start == std::string::npos) return {};
   return text.substr(start, std::min(text.find('\n', start), text.size()) - start);
@@ -127,6 +127,16 @@ Error load_error(const std::string& model, const std::string& reason) {
   return error;
 }
 
+// The result in one piece; a picture permuted to NHWC.
+cv::Mat dense(const cv::Mat& result, bool is_picture) {
+  cv::Mat mat = result.isContinuous() ? result : result.clone();
+  if (!is_picture || mat.dims != 4 || mat.depth() != CV_32F) return mat;
+  const int extents[]{mat.size[0], mat.size[2], mat.size[3], mat.size[1]};
+  cv::Mat turned(4, extents, CV_32F);
+  permute(mat.ptr<float>(), mat.size.p, false, turned.ptr<float>());
+  return turned;
+}
+
 }  // namespace
 
 struct DnnNet::Parts {
@@ -175,11 +185,12 @@ struct DnnNet::Parts {
 DnnNet::DnnNet(std::unique_ptr<Parts> parts) : parts_(std::move(parts)) {}
 DnnNet::~DnnNet() = default;
 
-Result<std::unique_ptr<DnnNet>> DnnNet::read(const DnnFiles& files) {
+Result<std::unique_ptr<DnnNet>> DnnNet::read(const DnnFiles& files, int threads) {
   using Read = Result<std::unique_ptr<DnnNet>>;
   const OpenCvQuiet quiet;
   return caught(
       [&]() -> Read {
+        const OpenCvThreads use(threads);
         auto parts = std::make_unique<Parts>();
         parts->net = parts->load(files);
         if (parts->net.empty()) return load_error(files.name, "it contains no layer");
@@ -226,13 +237,7 @@ Result<std::vector<DnnOutput>> DnnNet::run(std::span<const DnnInput> inputs,
         parts_->turned.assign(results.size(), {});
         std::vector<DnnOutput> out(results.size());
         for (size_t i = 0; i < results.size(); ++i) {
-          cv::Mat mat = results[i].isContinuous() ? results[i] : results[i].clone();
-          if (i < pictures.size() && pictures[i] && mat.dims == 4 && mat.depth() == CV_32F) {
-            const int extents[]{mat.size[0], mat.size[2], mat.size[3], mat.size[1]};
-            cv::Mat turned(4, extents, CV_32F);
-            permute(mat.ptr<float>(), mat.size.p, false, turned.ptr<float>());
-            mat = turned;
-          }
+          const cv::Mat mat = dense(results[i], i < pictures.size() && pictures[i]);
           parts_->turned[i] = mat;  // keeps the memory alive
           const auto type = from_opencv(mat.depth());
           if (!type || mat.dims > WEIR_RANK_LIMIT)

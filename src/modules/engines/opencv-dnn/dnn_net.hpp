@@ -35,17 +35,17 @@ struct DnnOutput {
 // One thread at a time.
 class DnnNet {
  public:
+  // `threads` sets OpenCV's thread count for the whole process, including other users of OpenCV.
   // MODEL_INVALID, or MODEL_UNSUPPORTED with the layer and operator that OpenCV lacks.
-  static Result<std::unique_ptr<DnnNet>> read(const DnnFiles& files);
+  static Result<std::unique_ptr<DnnNet>> read(const DnnFiles& files, int threads);
   ~DnnNet();
   DnnNet(const DnnNet&) = delete;
   DnnNet& operator=(const DnnNet&) = delete;
 
   std::vector<std::string> layers() const;
   std::vector<std::string> ends() const;  // layers whose output no other layer reads
-  // `pictures`: whether to permute output i to NHWC. `threads` sets OpenCV's thread count for the
-  // whole process, including other users of OpenCV: networks of another count wait. INVOKE_FAILED
-  // names the layer if it is known.
+  // `pictures`: whether to permute output i to NHWC. `threads`: as for read(), 0 = as it is set;
+  // networks of another count wait. INVOKE_FAILED names the layer if it is known.
   Result<std::vector<DnnOutput>> run(std::span<const DnnInput> inputs,
                                      std::span<const std::string> outputs,
                                      std::span<const bool> pictures, int threads);

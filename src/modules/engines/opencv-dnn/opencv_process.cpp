@@ -43,7 +43,7 @@ OpenCvQuiet::~OpenCvQuiet() {
 OpenCvThreads::OpenCvThreads(int threads) {
   const std::lock_guard entrance(shared().entrance);
   std::unique_lock lock(shared().mutex);
-  if (threads != shared().threads) {
+  if (threads != 0 && threads != shared().threads) {
     shared().no_run.wait(lock, [] { return shared().runs == 0; });
     cv::setNumThreads(threads);
     shared().threads = threads;

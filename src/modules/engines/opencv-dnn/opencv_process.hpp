@@ -16,9 +16,9 @@ class WEIR_OPENCV_SHARED OpenCvQuiet {
   OpenCvQuiet& operator=(const OpenCvQuiet&) = delete;
 };
 
-// Held while a network runs. When the number changes, OpenCV ends its threads, also those that
-// another network uses: a network of another number waits until none runs, and networks that come
-// later wait for it.
+// Held while a network runs. 0: with the number that is set. When the number changes, OpenCV ends
+// its threads, also those that another network uses: a network of another number waits until none
+// runs, and networks that come later wait for it.
 class WEIR_OPENCV_SHARED OpenCvThreads {
  public:
   explicit OpenCvThreads(int threads);
