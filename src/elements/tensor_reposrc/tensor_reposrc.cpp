@@ -5,10 +5,10 @@
 #include <string>
 
 #include "core/records/result_frame.hpp"
-#include "elements/tensor_decoder/result_output.hpp"
 #include "elements/tensor_reposink/repository.hpp"
 #include "elements/tensor_reposrc/sync_check.hpp"
 #include "gstcpp/buffer/frame_pool.hpp"
+#include "gstcpp/buffer/result_output.hpp"
 #include "gstcpp/buffer/tensor_caps.hpp"
 #include "gstcpp/element/base_classes.hpp"
 
@@ -271,8 +271,8 @@ class TensorReposrc : public gst::Element<TensorReposrc, gst::PushSource> {
 
   // A frame of zeros, or of no results, without a timestamp.
   GstFlowReturn zeros(GstBuffer** out) {
-    auto buffer = spec_.format == Format::Static ? frame_of_zeros()
-                                                 : empty_.empty_frame(buffer_limit_, &ledger_);
+    auto buffer =
+        spec_.format == Format::Static ? frame_of_zeros() : empty_.empty_frame(buffer_limit_);
     if (!buffer) {
       gst::post_error(element(), buffer.error());
       return GST_FLOW_ERROR;
@@ -339,12 +339,12 @@ class TensorReposrc : public gst::Element<TensorReposrc, gst::PushSource> {
   // Set in start(), then streaming thread only.
   gst::FollowedSettings<Settings> followed_;  // the settings of caps_
   bool fresh_ = true;
-  Ref<GstCaps> caps_;     // the property
-  Ref<GstCaps> checked_;  // frame caps known to match caps_
-  ResultRoles roles_;     // of checked_
-  Ref<GstCaps> sent_;     // caps of the pad with roles_
-  FrameSpec spec_;        // of caps_
-  ResultOutput empty_;    // the frame without results of caps_
+  Ref<GstCaps> caps_;        // the property
+  Ref<GstCaps> checked_;     // frame caps known to match caps_
+  ResultRoles roles_;        // of checked_
+  Ref<GstCaps> sent_;        // caps of the pad with roles_
+  FrameSpec spec_;           // of caps_
+  gst::ResultOutput empty_;  // the frame without results of caps_
   gst::FramePool pool_;
 };
 
