@@ -35,6 +35,7 @@ std::vector<ClassPart> parts_of_classes(const ClassMapView& classes,
     ++all;
   });
   std::vector<ClassPart> out;
+  out.reserve(cells.size());
   for (const auto& [index, count] : cells)
     out.push_back({index, static_cast<double>(count) / static_cast<double>(all)});
   return out;
