@@ -3,6 +3,8 @@
 #include <gst/gst.h>
 
 #include <CLI/CLI.hpp>
+#include <cstdio>
+#include <exception>
 #include <filesystem>
 #include <optional>
 #include <string>
@@ -201,18 +203,33 @@ std::optional<int> by_another_name(const std::string& name, int argc, char** arg
   return check();
 }
 
-}  // namespace
-}  // namespace weir::app
+int run_subcommand(CLI::App* app, CommandLine* line) {
+  if (app->got_subcommand("new")) {
+    line->custom_class.fixed = !line->any_size;
+    return app->get_subcommand("new")->got_subcommand("filter")
+               ? new_filter(line->filter)
+               : new_custom_class(line->custom_class);
+  }
+  if (app->got_subcommand("inspect")) return inspect(line->inspect);
+  if (app->got_subcommand("models")) return models(line->models);
+  if (app->got_subcommand("bench")) return bench(line->bench);
+  if (app->got_subcommand("bench-case")) return bench_case(line->bench_case);
+  if (app->got_subcommand("pbtxt")) return pbtxt(line->pbtxt);
+  gst_init(nullptr, nullptr);
+  if (app->got_subcommand("try")) return try_model_on_input(line->attempt);
+  if (app->got_subcommand("check")) return check();
+  if (app->got_subcommand("doctor")) return doctor(line->doctor_json);
+  return run(line->run);
+}
 
-int main(int argc, char** argv) {
-  using namespace weir::app;
-  weir::process::take_objects_from(weir_process_object);  // before the first use of such an object
+int run_command(int argc, char** argv) {
+  process::take_objects_from(weir_process_object);  // before the first use of such an object
   const std::string name = std::filesystem::path(argc > 0 ? argv[0] : "").filename();
   if (const auto status = by_another_name(name, argc, argv)) return *status;
   CLI::App app{"Weir: neural networks as elements of GStreamer pipelines", "weir"};
   CommandLine line;
   app.require_subcommand(1);
-  app.set_version_flag("--version", std::string("weir ") + weir::config::kVersion);
+  app.set_version_flag("--version", std::string("weir ") + config::kVersion);
   app.footer(
       "Manual pages: weir(1), weir-bench(1), weir-check(1), weir-doctor(1), weir-inspect(1), "
       "weir-models(1), weir-new(1), weir-pbtxt(1), weir-run(1), weir-try(1)");
@@ -222,20 +239,17 @@ int main(int argc, char** argv) {
   } catch (const CLI::ParseError& error) {
     return app.exit(error) == 0 ? kExitGood : kExitUsage;
   }
-  if (app.got_subcommand("new")) {
-    line.custom_class.fixed = !line.any_size;
-    return app.get_subcommand("new")->got_subcommand("filter")
-               ? new_filter(line.filter)
-               : new_custom_class(line.custom_class);
+  return run_subcommand(&app, &line);
+}
+
+}  // namespace
+}  // namespace weir::app
+
+int main(int argc, char** argv) {
+  try {
+    return weir::app::run_command(argc, argv);
+  } catch (const std::exception& error) {
+    std::fprintf(stderr, "weir: %s\n", error.what());
+    return weir::app::kExitError;
   }
-  if (app.got_subcommand("inspect")) return inspect(line.inspect);
-  if (app.got_subcommand("models")) return models(line.models);
-  if (app.got_subcommand("bench")) return bench(line.bench);
-  if (app.got_subcommand("bench-case")) return bench_case(line.bench_case);
-  if (app.got_subcommand("pbtxt")) return pbtxt(line.pbtxt);
-  gst_init(nullptr, nullptr);
-  if (app.got_subcommand("try")) return try_model_on_input(line.attempt);
-  if (app.got_subcommand("check")) return check();
-  if (app.got_subcommand("doctor")) return doctor(line.doctor_json);
-  return run(line.run);
 }

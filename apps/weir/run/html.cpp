@@ -94,7 +94,8 @@ std::string html_table(const std::vector<std::vector<std::string>>& rows, std::s
     const std::string tag = r == 0 ? "th" : "td";
     for (size_t c = 0; c < rows[r].size(); ++c) {
       const bool text = c == 0 || std::find(texts.begin(), texts.end(), c) != texts.end();
-      out += "<" + tag + (text ? " class=\"text\">" : ">") + rows[r][c] + "</" + tag + ">";
+      out.append("<").append(tag).append(text ? " class=\"text\">" : ">");
+      out.append(rows[r][c]).append("</").append(tag).append(">");
     }
     out += "</tr>\n";
   }

@@ -113,29 +113,36 @@ std::string head(const Json& outcome, const Json& summary, const std::string& pi
   return entries.empty() ? out : out + "<ul class=\"complaints\">" + entries + "</ul>\n";
 }
 
+// `stats` is the element's ledger, null if it has none.
+std::vector<std::string> element_row(const Json& element, const Json* stats, double run_seconds) {
+  const double in = element["in"]["frames"], work = element["work"];
+  const auto stat = [stats](const char* name) {
+    return stats && stats->contains(name) ? count((*stats)[name]) : std::string();
+  };
+  return {escaped(element["name"].get<std::string>()),
+          escaped(element["factory"].get<std::string>()),
+          count(element["in"]["frames"]),
+          count(element["out"]["frames"]),
+          count(element["refused"]),
+          rate_text(in > 0 ? element["in"]["rate"] : element["out"]["rate"]),
+          in > 0 ? duration_text(work) : "",
+          in > 0 ? duration_text(work / in) : "",
+          in > 0 ? duration_text(element["longest"]) : "",
+          in > 0 && run_seconds > 0 ? fixed(work / run_seconds * 100, 1) + " %" : "",
+          element["own_thread"] > 0 ? duration_text(element["own_thread"]) : "",
+          duration_text(element["states"].get<double>() + element["events"].get<double>()),
+          stat("bytes-copied"),
+          stat("dropped"),
+          stats ? drops(*stats) : ""};
+}
+
 std::string elements(const Json& outcome, const Json& summary, const std::vector<size_t>& shown) {
   Rows rows{{"element", "is a", "frames in", "out", "refused", "frames/s", "time", "a frame",
              "longest", "of the run", "own thread", "start, events", "bytes copied", "dropped",
              "why"}};
-  const double all = summary["seconds"];
   for (const size_t i : shown) {
     const Json& element = summary["elements"][i];
-    const double in = element["in"]["frames"], work = element["work"];
-    const Json* stats = ledger_of(outcome, element);
-    const auto stat = [stats](const char* name) {
-      return stats && stats->contains(name) ? count((*stats)[name]) : std::string();
-    };
-    rows.push_back(
-        {escaped(element["name"].get<std::string>()),
-         escaped(element["factory"].get<std::string>()), count(element["in"]["frames"]),
-         count(element["out"]["frames"]), count(element["refused"]),
-         rate_text(in > 0 ? element["in"]["rate"] : element["out"]["rate"]),
-         in > 0 ? duration_text(work) : "", in > 0 ? duration_text(work / in) : "",
-         in > 0 ? duration_text(element["longest"]) : "",
-         in > 0 && all > 0 ? fixed(work / all * 100, 1) + " %" : "",
-         element["own_thread"] > 0 ? duration_text(element["own_thread"]) : "",
-         duration_text(element["states"].get<double>() + element["events"].get<double>()),
-         stat("bytes-copied"), stat("dropped"), stats ? drops(*stats) : ""});
+    rows.push_back(element_row(element, ledger_of(outcome, element), summary["seconds"]));
   }
   return "<h2>Elements</h2>\n" + html_table(rows, "elements", {1, 14}) +
          "<p class=\"note\">The time of an element excludes the time of its downstream elements. "
@@ -193,7 +200,9 @@ std::string latencies(const Json& summary) {
       row.push_back(item["frames"] > 0 ? duration_text(item[name]) : "");
     row.push_back(count(item["unmatched"]));
     rows.push_back(std::move(row));
-    if (item["frames"] > 0) charts += "<h3>" + from + " to " + to + "</h3>\n" + histogram(item);
+    if (item["frames"] > 0)
+      charts.append("<h3>").append(from).append(" to ").append(to).append("</h3>\n").append(
+          histogram(item));
   }
   if (rows.size() == 1) return "";
   return "<h2>Latency</h2>\n" + html_table(rows, "latencies", {1}) +

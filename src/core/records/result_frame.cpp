@@ -96,6 +96,19 @@ MaskView mask_of(const ResultTensor& tensor, uint32_t row) {
   return out;
 }
 
+// A tensor of rows begins a group; its tables follow it. False for a table without rows before it.
+bool add_to_groups(const weir_result_columns& columns, uint32_t tensor, uint32_t source,
+                   std::vector<RowGroup>* groups) {
+  const bool is_table = columns.kind == WEIR_RESULT_MASKS || columns.kind == WEIR_RESULT_SCORES ||
+                        columns.kind == WEIR_RESULT_TEXT;
+  if (is_table && groups->empty()) return false;
+  if (columns.kind == WEIR_RESULT_ROWS)
+    groups->push_back({.columns = columns, .source = source, .rows = tensor});
+  if (columns.kind == WEIR_RESULT_MASKS) groups->back().masks = tensor;
+  if (columns.kind == WEIR_RESULT_TEXT) groups->back().text = tensor;
+  return true;
+}
+
 // Reads the rows of one group after another, and then what refers to rows by number.
 class RowReader {
  public:
@@ -189,14 +202,8 @@ Result<ResultReader> ResultReader::make(const std::string& columns, const std::s
     if (known == out.sources_.end() && (parsed.kind != WEIR_RESULT_NONE || !out.has_columns_))
       known = out.sources_.insert(known, name);
     out.source_of_.push_back(static_cast<uint32_t>(known - out.sources_.begin()));
-    const bool is_table = parsed.kind == WEIR_RESULT_MASKS || parsed.kind == WEIR_RESULT_SCORES ||
-                          parsed.kind == WEIR_RESULT_TEXT;
-    if (is_table && out.groups_.empty())
+    if (!add_to_groups(parsed, i, out.source_of_.back(), &out.groups_))
       return bad_columns(columns, i, "a table of results has no rows before it");
-    if (parsed.kind == WEIR_RESULT_ROWS)
-      out.groups_.push_back({.columns = parsed, .source = out.source_of_.back(), .rows = i});
-    if (parsed.kind == WEIR_RESULT_MASKS) out.groups_.back().masks = i;
-    if (parsed.kind == WEIR_RESULT_TEXT) out.groups_.back().text = i;
   }
   // The columns follow from the first frame's row length.
   if (!out.has_columns_) out.groups_.push_back({.columns = plain_columns(6), .rows = 0});

@@ -79,6 +79,7 @@ std::vector<ClassRuns> runs_of_classes(const ClassMapView& classes, const Source
       writer->add(x * height + y, x * height + y + 1);
     }
   std::vector<ClassRuns> out;
+  out.reserve(writers.size());
   for (auto& [index, runs] : writers) out.push_back({index, runs.finish(uint64_t{width} * height)});
   return out;
 }
