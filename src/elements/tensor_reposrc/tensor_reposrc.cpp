@@ -130,6 +130,7 @@ class TensorReposrc : public gst::Element<TensorReposrc, gst::PushSource> {
     count_left(reader_.detach());
     checked_ = sent_ = {};
     roles_.clear();
+    sent_labels_ = nullptr;
     return TRUE;
   }
 
@@ -178,6 +179,7 @@ class TensorReposrc : public gst::Element<TensorReposrc, gst::PushSource> {
       return GST_FLOW_EOS;
     }
     send_roles();
+    send_labels(taken.frame->labels);
     ledger_.consumed_and_pushed();
     *out = taken.frame->buffer.release();
     return GST_FLOW_OK;
@@ -333,16 +335,31 @@ class TensorReposrc : public gst::Element<TensorReposrc, gst::PushSource> {
     sent_ = current;
   }
 
+  // Sends the names of classes that came with the stream of the tensor_reposink. Those of an
+  // earlier stream are taken back.
+  void send_labels(const std::shared_ptr<const LabelsBySource>& labels) {
+    if (labels == sent_labels_) return;
+    LabelsBySource all;
+    if (sent_labels_)
+      for (const auto& [source, sent] : *sent_labels_) all[source] = {source, {}};
+    if (labels)
+      for (const auto& [source, given] : *labels) all[source] = given;
+    for (const auto& [source, given] : all)
+      gst_pad_push_event(pad(), gst::make_labels_event(given).release());
+    sent_labels_ = labels;
+  }
+
   Repository::Reader reader_{repository(), {[this](uint32_t slot) {
                                gst::post_warning(element(), lone_end("tensor_reposink", slot));
                              }}};
   // Set in start(), then streaming thread only.
   gst::FollowedSettings<Settings> followed_;  // the settings of caps_
   bool fresh_ = true;
-  Ref<GstCaps> caps_;        // the property
-  Ref<GstCaps> checked_;     // frame caps known to match caps_
-  ResultRoles roles_;        // of checked_
-  Ref<GstCaps> sent_;        // caps of the pad with roles_
+  Ref<GstCaps> caps_;     // the property
+  Ref<GstCaps> checked_;  // frame caps known to match caps_
+  ResultRoles roles_;     // of checked_
+  Ref<GstCaps> sent_;     // caps of the pad with roles_
+  std::shared_ptr<const LabelsBySource> sent_labels_;
   FrameSpec spec_;           // of caps_
   gst::ResultOutput empty_;  // the frame without results of caps_
   gst::FramePool pool_;
