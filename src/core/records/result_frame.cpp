@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <cmath>
 #include <cstring>
+#include <optional>
 
 #include "core/draw/detections.hpp"
 #include "weir/results.hpp"
@@ -62,6 +63,13 @@ weir_result_columns plain_columns(uint32_t length) {
   return out;
 }
 
+// The zone that a number of a column means: they count from 1, 0 is none.
+std::optional<uint32_t> zone_of(float number) {
+  constexpr float kEnd = 1e6f;
+  if (!(number >= 1 && number < kEnd)) return std::nullopt;
+  return static_cast<uint32_t>(number) - 1;
+}
+
 // Its edges and sides.
 bool is_finite(const Box& box) {
   return std::isfinite(box.x1) && std::isfinite(box.y1) && std::isfinite(box.width()) &&
@@ -97,13 +105,14 @@ MaskView mask_of(const ResultTensor& tensor, uint32_t row) {
 }
 
 // A tensor of rows begins a group; its tables follow it. False for a table without rows before it.
-bool add_to_groups(const weir_result_columns& columns, uint32_t tensor, uint32_t source,
-                   std::vector<RowGroup>* groups) {
+bool add_to_groups(const std::string& entry, const weir_result_columns& columns, uint32_t tensor,
+                   uint32_t source, std::vector<RowGroup>* groups) {
   const bool is_table = columns.kind == WEIR_RESULT_MASKS || columns.kind == WEIR_RESULT_SCORES ||
                         columns.kind == WEIR_RESULT_TEXT;
   if (is_table && groups->empty()) return false;
   if (columns.kind == WEIR_RESULT_ROWS)
-    groups->push_back({.columns = columns, .source = source, .rows = tensor});
+    groups->push_back(
+        {.columns = columns, .source = source, .rows = tensor, .zones = zone_columns(entry)});
   if (columns.kind == WEIR_RESULT_MASKS) groups->back().masks = tensor;
   if (columns.kind == WEIR_RESULT_TEXT) groups->back().text = tensor;
   return true;
@@ -135,10 +144,14 @@ class RowReader {
       if (group.masks != kNoTensor) object.mask = mask_of(tensors_[group.masks], i);
       if (group.text != kNoTensor) object.text = text_of(tensors_[group.text], i);
       object.parent = row.parent();  // a row, until end()
+      if (group.zones.any()) add_zones(group.zones, &object);
       object_of_row_.back() = static_cast<int32_t>(out_.objects.size());
       out_.objects.push_back(object);
     }
   }
+
+  // Counts rows that are not objects.
+  void skip(uint32_t rows) { object_of_row_.insert(object_of_row_.end(), rows, -1); }
 
   void end() {
     for (size_t i = 0; i < out_.objects.size(); ++i) {
@@ -155,6 +168,17 @@ class RowReader {
     object->n_points = row.n_points();
     for (uint32_t p = 0; p < row.n_points(); ++p)
       out_.points.push_back({row.x(p), row.y(p), row.point_score(p)});
+  }
+
+  void add_zones(const ZoneColumns& columns, ResultObject* object) {
+    const auto number = [this](int32_t index) { return numbers_[static_cast<size_t>(index)]; };
+    object->speed = number(columns.speed.first);
+    if (columns.ground_speed.first >= 0) object->ground_speed = number(columns.ground_speed.first);
+    object->first_zone = static_cast<uint32_t>(out_.zones.size());
+    for (uint32_t i = 0; i < columns.zone.count; ++i)
+      if (const auto zone = zone_of(number(columns.zone.first + static_cast<int32_t>(i))))
+        out_.zones.push_back({*zone, number(columns.dwell.first + static_cast<int32_t>(i))});
+    object->n_zones = static_cast<uint32_t>(out_.zones.size()) - object->first_zone;
   }
 
   std::span<const ResultTensor> tensors_;
@@ -183,6 +207,9 @@ void ResultFrame::clear() noexcept {
   points.clear();
   class_maps.clear();
   depths.clear();
+  zones.clear();
+  zone_counts.clear();
+  zone_events.clear();
   rows_not_finite = 0;
 }
 
@@ -198,11 +225,20 @@ Result<ResultReader> ResultReader::make(const std::string& columns, const std::s
       return bad_columns(columns, i, "the columns of a stream of results cannot be read");
     out.columns_.push_back(parsed);
     const std::string& name = i < names.size() ? names[i] : std::string();
+    out.zone_tables_.push_back(entries[i] == kZoneCountColumns   ? ZoneTable::Counts
+                               : entries[i] == kZoneEventColumns ? ZoneTable::Events
+                                                                 : ZoneTable::None);
+    if (out.zone_tables_.back() != ZoneTable::None) {
+      out.has_zones_ = true;
+      out.zone_source_ = name;
+      out.source_of_.push_back(0);
+      continue;
+    }
     auto known = std::find(out.sources_.begin(), out.sources_.end(), name);
     if (known == out.sources_.end() && (parsed.kind != WEIR_RESULT_NONE || !out.has_columns_))
       known = out.sources_.insert(known, name);
     out.source_of_.push_back(static_cast<uint32_t>(known - out.sources_.begin()));
-    if (!add_to_groups(parsed, i, out.source_of_.back(), &out.groups_))
+    if (!add_to_groups(entries[i], parsed, i, out.source_of_.back(), &out.groups_))
       return bad_columns(columns, i, "a table of results has no rows before it");
   }
   // The columns follow from the first frame's row length.
@@ -243,7 +279,7 @@ Status ResultReader::check_groups(std::span<const TensorSpec> specs) const {
   size_t next = 0;
   for (size_t i = 0; i < columns_.size(); ++i) {
     const uint32_t kind = columns_[i].kind;
-    if (kind == WEIR_RESULT_ROWS) group = &groups_[next++];
+    if (kind == WEIR_RESULT_ROWS && zone_tables_[i] == ZoneTable::None) group = &groups_[next++];
     const size_t of_rows = kind == WEIR_RESULT_MASKS                                ? 2
                            : kind == WEIR_RESULT_SCORES || kind == WEIR_RESULT_TEXT ? 1
                                                                                     : 0;
@@ -302,6 +338,23 @@ void ResultReader::read_maps(std::span<const TensorSpec> specs,
   }
 }
 
+void ResultReader::read_zones(uint32_t tensor, const ResultTensor& rows, ResultFrame* out) const {
+  std::vector<float> n(columns_[tensor].length);
+  for (uint32_t i = 0; i < extent(rows.spec.shape, 1); ++i) {
+    std::memcpy(n.data(), rows.bytes.data() + i * n.size() * sizeof(float),
+                n.size() * sizeof(float));
+    const auto zone = zone_of(n[1]);
+    if (!zone) continue;
+    const ResultRow row(columns_[tensor], n.data());
+    const int32_t class_index = std::max(row.class_index(), -1);
+    if (zone_tables_[tensor] == ZoneTable::Counts)
+      out->zone_counts.push_back({*zone, class_index, n[3], n[4], n[5], n[6], n[7], n[8], n[9]});
+    else if (n[2] >= 1 && n[2] <= 5)
+      out->zone_events.push_back(
+          {*zone, static_cast<uint32_t>(n[2]) - 1, class_index, row.track(), n[5], n[6], n[7]});
+  }
+}
+
 Status ResultReader::read(std::span<const ResultTensor> tensors, ResultFrame* out) const {
   out->clear();
   std::vector<TensorSpec> specs;
@@ -318,8 +371,17 @@ Status ResultReader::read(std::span<const ResultTensor> tensors, ResultFrame* ou
         .difference = "tensor " + std::to_string(i)};
   }
   RowReader rows(tensors, out);
-  for (uint32_t i = 0; i < groups_.size(); ++i)
-    rows.read(has_columns_ ? groups_[i] : plain_group(specs[0]), i);
+  if (!has_columns_) rows.read(plain_group(specs[0]), 0);
+  for (uint32_t i = 0, group = 0; has_columns_ && i < columns_.size(); ++i) {
+    if (columns_[i].kind != WEIR_RESULT_ROWS) continue;
+    if (zone_tables_[i] == ZoneTable::None) {
+      rows.read(groups_[group], group);
+      ++group;
+      continue;
+    }
+    read_zones(i, tensors[i], out);
+    rows.skip(extent(specs[i].shape, 1));
+  }
   rows.end();
   read_maps(specs, tensors, out);
   return ok();
