@@ -20,6 +20,8 @@ std::string part(const GstStructure* details, const char* name) {
   return details ? text_of(gst_structure_get_string(details, name)) : "";
 }
 
+}  // namespace
+
 Complaint complaint_of(GstMessage* message) {
   GError* error = nullptr;
   char* debug = nullptr;
@@ -45,8 +47,6 @@ Complaint complaint_of(GstMessage* message) {
   g_free(debug);
   return out;
 }
-
-}  // namespace
 
 PipelineRun::PipelineRun(gst::Ref<GstElement> read)
     : pipeline_(std::move(read)), loop_(g_main_loop_new(nullptr, FALSE)) {
