@@ -19,10 +19,13 @@ Hota hota_of(const TrackingCounts& counts) {
     if (all == 0) return {kUndefined, kUndefined, kUndefined};
     const double detection = one.matches / all;
     const double association = one.matches > 0 ? one.association / one.matches : 0;
-    out.hota += std::sqrt(detection * association) / kHotaThresholds;
-    out.detection += detection / kHotaThresholds;
-    out.association += association / kHotaThresholds;
+    out.hota += std::sqrt(detection * association);
+    out.detection += detection;
+    out.association += association;
   }
+  out.hota /= kHotaThresholds;
+  out.detection /= kHotaThresholds;
+  out.association /= kHotaThresholds;
   return out;
 }
 
