@@ -30,6 +30,8 @@ bool is_closed_window(GstMessage* message, const GError* error) {
   return klass && std::string_view(klass).find("Sink/Video") != std::string_view::npos;
 }
 
+}  // namespace
+
 Complaint complaint_of(GstMessage* message) {
   GError* error = nullptr;
   char* debug = nullptr;
@@ -57,8 +59,6 @@ Complaint complaint_of(GstMessage* message) {
   g_free(debug);
   return out;
 }
-
-}  // namespace
 
 PipelineRun::PipelineRun(gst::Ref<GstElement> read)
     : pipeline_(std::move(read)), loop_(g_main_loop_new(nullptr, FALSE)) {

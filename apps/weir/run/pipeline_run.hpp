@@ -25,6 +25,9 @@ struct Complaint {
   bool operator==(const Complaint&) const = default;
 };
 
+// Precondition: a warning or an error.
+Complaint complaint_of(GstMessage* message);
+
 enum class RunEnd { Eos, Error, Interrupted };
 
 struct SinkCount {

@@ -98,14 +98,18 @@ bool is_photo(const std::string& path) {
                      [&](const char* known) { return extension == known; });
 }
 
+std::string result_elements(const TryModel& model) {
+  const std::string labels = model.labels.empty() ? "" : " labels=" + launch_value(model.labels);
+  return "tensor_preprocess " + model.preparation +
+         " ! tensor_filter model=" + launch_value(model.path) +
+         " ! tensor_decoder mode=" + model.mode + model.decoder + labels;
+}
+
 Result<std::string> try_pipeline(const TryOptions& options, const TryModel& model,
                                  const std::string& text_sink) {
   auto source = source_of(options.input);
   if (!source) return source;
-  const std::string labels = model.labels.empty() ? "" : " labels=" + launch_value(model.labels);
-  const std::string results = "tensor_preprocess " + model.preparation +
-                              " ! tensor_filter model=" + launch_value(model.path) +
-                              " ! tensor_decoder mode=" + model.mode + model.decoder + labels;
+  const std::string results = result_elements(model);
   // The labels travel with the results.
   const std::string text = "tensor_decoder mode=json ! " + text_sink;
   if (options.output.empty() && !options.show) return *source + " ! " + results + " ! " + text;

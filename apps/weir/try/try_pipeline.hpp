@@ -11,6 +11,10 @@
 
 namespace weir::app {
 
+// The elements that turn pictures into a model's results: tensor_preprocess, tensor_filter,
+// tensor_decoder.
+std::string result_elements(const TryModel& model);
+
 // Where results go as text: `fdsink fd=1` in a pipeline to paste.
 // FILE_NOT_FOUND for an input that does not exist, OPTION_VALUE for an output of an unknown kind.
 Result<std::string> try_pipeline(const TryOptions& options, const TryModel& model,
