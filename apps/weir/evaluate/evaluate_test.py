@@ -103,6 +103,41 @@ class AveragePrecision(Coco):
         self.assertRegex(self.good(done), r"(?m)^AP +1\.000")
 
 
+class KeyPoints(Coco):
+    """Objects of one point, whose deviation is 1: OKS = exp(-d^2 / (8 area))."""
+
+    PIPELINE = WHOLE + 'other/tensors,weir-columns=(string)"x1,y1,x2,y2,score,xy:1"'
+
+    def add_person(self, distance, labelled=True):
+        self.add([(0, 10, 10, 80, 50)], [[10, 10, 90, 60, 200, 40 + distance, 30]], area=100,
+                 keypoints=[40, 30, 2] if labelled else [0, 0, 0], num_keypoints=int(labelled))
+
+    def test_average_precision_is_that_of_the_definition(self):
+        for distance in (0, 10, 15, 20):
+            with self.subTest(distance=distance):
+                self.setUp()
+                self.add_person(distance)
+                self.write()
+                similarity = numpy.exp(-distance**2 / (2 * 100 * 4))
+                done = self.evaluate("--json", pipeline=self.PIPELINE)
+                self.assertEqual(json.loads(done.stdout)["metric"], "oks")
+                self.assertAlmostEqual(scores(done)["AP"], (reference.THRESHOLDS <= similarity).mean(), places=9)
+                self.assertEqual(scores(self.evaluate("--json", "--metric", "ap", pipeline=self.PIPELINE))["AP"], 1)
+
+    def test_persons_without_points_do_not_count(self):
+        self.add_person(0)
+        self.add_person(100, labelled=False)
+        self.write()
+        self.assertEqual(scores(self.evaluate("--json", pipeline=self.PIPELINE))["AP"], 1)
+
+    def test_another_number_of_points(self):
+        self.add_person(0)
+        self.write()
+        without = WHOLE + 'other/tensors,weir-columns=(string)"x1,y1,x2,y2,score,skipped:2"'
+        done = self.evaluate("--metric", "oks", pipeline=without)
+        self.refused(done, 1, "WEIR-2001", "the results do not have the key points of the truth", "offered: 0 key points", "--metric ap")
+
+
 class Page(Coco):
     def test_has_the_worst_pictures_and_nothing_from_the_net(self):
         self.add([(0, 10, 10, 80, 80)], [[10, 10, 90, 90, 200, 0]])

@@ -164,6 +164,8 @@ AveragePrecision::Curve AveragePrecision::curve(const Slice& slice, size_t thres
   if (positives == 0) return out;
   out.is_defined = true;
   std::vector<double> recalls, precisions;
+  recalls.reserve(slice.candidates.size());
+  precisions.reserve(slice.candidates.size());
   double hits = 0, misses = 0;
   for (const Candidate& candidate : slice.candidates) {
     if (candidate.rank >= most || (candidate.ignored >> threshold & 1) != 0) continue;
@@ -203,12 +205,14 @@ AveragePrecision::Mean AveragePrecision::mean(size_t range, size_t first_thresho
 }
 
 Scores AveragePrecision::headline(Times times) const {
-  const auto precision = [&](size_t first, size_t end) {
-    return mean(kAll, first, end, most_found_, times).precision;
-  };
-  return {{"AP", precision(0, kSimilarityThresholds)},
-          {"AP50", precision(kHalf, kHalf + 1)},
-          {"AP75", precision(kThreeQuarters, kThreeQuarters + 1)}};
+  std::array<double, kSimilarityThresholds> precisions{};
+  for (size_t t = 0; t < kSimilarityThresholds; ++t)
+    precisions[t] = mean(kAll, t, t + 1, most_found_, times).precision;
+  // Each threshold has the same categories, so the mean of the means is the mean of all.
+  const double sum = std::accumulate(precisions.begin(), precisions.end(), 0.0);
+  return {{"AP", sum / kSimilarityThresholds},
+          {"AP50", precisions[kHalf]},
+          {"AP75", precisions[kThreeQuarters]}};
 }
 
 Scores AveragePrecision::scores() const {

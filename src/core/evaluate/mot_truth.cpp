@@ -16,7 +16,7 @@
 namespace weir::evaluate {
 namespace {
 
-constexpr uint32_t kMostFrames = 10'000'000;
+constexpr uint32_t kMostFrames = 1'000'000;
 
 Error invalid(const std::string& path, std::string what, const std::string& offered,
               std::string needed, std::string fix) {
