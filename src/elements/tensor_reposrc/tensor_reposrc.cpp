@@ -118,7 +118,7 @@ class TensorReposrc : public gst::Element<TensorReposrc, gst::PushSource> {
                    .what = "the property slot-index is not set",
                    .needed = "the slot-index of the tensor_reposink that ends the loop",
                    .fix = "tensor_reposrc slot-index=0"};
-    if (const Status status = plan(s.caps); !status) return status;
+    if (auto status = plan(s.caps); !status) return status;
     ledger_.reset();
     fresh_ = true;
     reader_.attach(s.slot_index);
