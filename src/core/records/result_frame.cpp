@@ -229,6 +229,10 @@ Result<ResultReader> ResultReader::make(const std::string& columns, const std::s
                                : entries[i] == kZoneEventColumns ? ZoneTable::Events
                                                                  : ZoneTable::None);
     if (out.zone_tables_.back() != ZoneTable::None) {
+      const auto alike =
+          std::count(out.zone_tables_.begin(), out.zone_tables_.end(), out.zone_tables_.back());
+      if (alike > 1)
+        return bad_columns(columns, i, "the results have zones of more than one tensor_zones");
       out.has_zones_ = true;
       out.zone_source_ = name;
       out.source_of_.push_back(0);

@@ -1,4 +1,4 @@
-// The members of JSON Lines that tell about zones: docs/results.md.
+// The members of JSON Lines about zones: docs/results.md.
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #pragma once
 #include <string>

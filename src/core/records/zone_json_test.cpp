@@ -101,6 +101,13 @@ TEST(ZoneJson, TablesOfAnotherShapeAreRejected) {
               "fewer tensors than weir-columns names");
 }
 
+TEST(ZoneJson, ZonesOfTwoElementsAreRejected) {
+  const auto reader = ResultReader::make(kColumns + ";" + kZoneCountColumns, "yolo;a;a;b");
+  ASSERT_FALSE(reader);
+  EXPECT_SAYS(reader.error().message(),
+              "WEIR-1001: the results have zones of more than one tensor_zones");
+}
+
 TEST(ZoneJson, OtherReadersSkipTheTables) {
   // Columns of their own: the rows of the tables have the score 0.
   for (const char* columns : {kZoneCountColumns, kZoneEventColumns}) {

@@ -1,4 +1,4 @@
-// tensor_zones: says which zones the objects of a stream of results are in, and counts them.
+// tensor_zones: finds the zones in which the objects of a stream of results are, and counts them.
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #include <atomic>
 #include <cstring>
