@@ -46,11 +46,11 @@ Result<std::string> source_of(const std::string& input) {
   if (input.starts_with("tcp://")) return tcp_source(input);
   if (input.find("://") != std::string::npos)
     return "uridecodebin uri=" + launch_value(input) + " ! videoconvert";
+  std::error_code ignored;
   // A camera does not wait: a model that is slower gets its newest frame.
-  if (is_camera(input))
+  if (is_camera(input) && fs::exists(input, ignored))
     return "v4l2src device=" + launch_value(input) +
            " ! decodebin ! videoconvert ! queue leaky=downstream max-size-buffers=1";
-  std::error_code ignored;
   if (fs::is_regular_file(input, ignored)) {
     const std::string file = "filesrc location=" + launch_value(input) + " ! decodebin ! ";
     // A picture of its own has no time.
