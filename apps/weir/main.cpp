@@ -140,7 +140,8 @@ void add_evaluate(CLI::App* app, EvaluateOptions* options) {
   command
       ->add_option("--classes", options->classes,
                    "Labels of the objects to follow, for MOT; default: all")
-      ->delimiter(',');
+      ->delimiter(',')
+      ->allow_extra_args(false);
   command->add_option("--limit", options->limit, "Use the first N pictures; default: all")
       ->type_name("N")
       ->check(CLI::PositiveNumber);

@@ -75,7 +75,10 @@ Result<LabelledSequence> read_sequence(const fs::path& folder) {
   if (!truth_text) return truth_text.error();
   auto truth = evaluate::parse_mot_truth(truth_path.string(), *truth_text, *info);
   if (!truth) return truth.error();
-  LabelledSequence out{.name = folder.filename().string(), .frame_rate = info->frame_rate};
+  // "sequence/" has an empty file name.
+  const fs::path named = folder.has_filename() ? folder : folder.parent_path();
+  LabelledSequence out{
+      .name = named.filename().string(), .frame_rate = info->frame_rate, .is_video = true};
   for (uint32_t i = 0; i < info->frames; ++i) {
     const fs::path picture = folder / info->folder / frame_name(i + 1, info->extension);
     std::error_code ignored;

@@ -1,5 +1,7 @@
 // Classes of pictures: accuracy and confusion matrix.
 // SPDX-License-Identifier: LGPL-2.1-or-later
+#include <cmath>
+
 #include "core/evaluate/classification.hpp"
 #include "evaluate/evaluator.hpp"
 #include "evaluate/found_results.hpp"
@@ -72,7 +74,7 @@ class ClassEvaluator final : public Evaluator {
     constexpr size_t kShown = 3;
     for (size_t i = 0; i < found.size() && i < kShown; ++i)
       example.caption += (i > 0 ? ", " : "") + found[i].label + " " +
-                         std::to_string(static_cast<int>(found[i].score * 100 + 0.5)) + " %";
+                         std::to_string(std::lround(found[i].score * 100)) + " %";
     worst_.add(std::move(example));
   }
 

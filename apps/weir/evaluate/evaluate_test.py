@@ -314,6 +314,13 @@ class Tracks(Case):
         picture.unlink()
         self.refused(self.evaluate(), 1, "WEIR-4001", "a picture of the sequence does not exist", "000002.png", "frames 1 to 3")
 
+    def test_one_sequence_is_a_folder_too(self):
+        boxes = [{1: (10, 10, 50, 50)}] * 2
+        self.add("one", boxes, boxes)
+        for folder in (self.folder / "set" / "one", f"{self.folder}/set/one/"):
+            done = weir("evaluate", "--json", "--classes", "0", BOXES, folder, **WITHOUT_LEAKS)
+            self.assertEqual(json.loads(self.good(done))["results"][0]["parts"]["values"], {"one": 1})
+
     def test_pictures_of_another_size(self):
         self.add("one", [{}], [{1: (10, 10, 50, 50)}], imWidth=640)
         self.refused(self.evaluate(), 1, "WEIR-4002", "does not have the size that the truth says", "280 x 280", "640 x 280")

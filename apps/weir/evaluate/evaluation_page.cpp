@@ -6,6 +6,7 @@
 #include <cmath>
 
 #include "core/config/install_paths.hpp"
+#include "core/evaluate/average_precision.hpp"
 #include "evaluate/example_picture.hpp"
 #include "run/html.hpp"
 
@@ -65,47 +66,64 @@ std::string part_table(const Comparison& comparison) {
   const bool is_pair = comparison.evaluated.size() > 1;
   Rows rows{{first.part_name, first.part_score + (is_pair ? " of A" : "")}};
   if (is_pair) rows[0].push_back("of B");
-  for (const auto& [name, value] : first.parts) {
-    if (std::isnan(value)) continue;
-    rows.push_back({escaped(name), number_text(value)});
+  for (const evaluate::Score& part : first.parts) {
+    if (std::isnan(part.value)) continue;
+    rows.push_back({escaped(part.name), number_text(part.value)});
     if (!is_pair) continue;
     const auto& parts = comparison.evaluated[1].evaluation.parts;
     const auto same = std::find_if(parts.begin(), parts.end(),
-                                   [&](const auto& part) { return part.name == name; });
+                                   [&](const auto& other) { return other.name == part.name; });
     rows.back().push_back(same == parts.end() ? "" : number_text(same->value));
   }
   return "<h2>" + first.part_score + " of each " + first.part_name + "</h2>\n" +
          html_table(rows, "parts");
 }
 
-// Precision over recall at an overlap of 0.5: the mean over the categories with truth.
+constexpr int kChartWidth = 420, kChartHeight = 260, kChartEdge = 40;
+
+std::string chart_x(double part) {
+  return fixed(kChartEdge + part * kChartWidth, 1);
+}
+std::string chart_y(double part) {
+  return fixed(kChartEdge + (1 - part) * kChartHeight, 1);
+}
+
+std::string chart_grid() {
+  constexpr int kLines = 4;
+  std::string out;
+  for (int i = 0; i <= kLines; ++i) {
+    const double at = static_cast<double>(i) / kLines;
+    out += "<path class=\"grid\" d=\"M" + chart_x(0) + " " + chart_y(at);
+    out += " H" + chart_x(1) + "\"/><text class=\"axis\" x=\"4\" y=\"" + chart_y(at);
+    out += "\">" + fixed(at, 2) + "</text><text class=\"axis\" x=\"" + chart_x(at);
+    out += "\" y=\"" + std::to_string(kChartHeight + kChartEdge + 18) + "\">" + fixed(at, 2);
+    out += "</text>\n";
+  }
+  return out;
+}
+
+// The mean over the categories with truth.
+double precision_at(const Evaluation& evaluation, size_t recall) {
+  double sum = 0, categories = 0;
+  for (size_t c = 0; c < evaluation.curves.size(); ++c) {
+    if (std::isnan(evaluation.parts[c].value)) continue;
+    sum += evaluation.curves[c][recall];
+    categories += 1;
+  }
+  return categories > 0 ? sum / categories : 0;
+}
+
+// Precision over recall at an overlap of 0.5.
 std::string curve_chart(const Comparison& comparison) {
   if (comparison.evaluated[0].evaluation.curves.empty()) return "";
-  constexpr int kWidth = 420, kHeight = 260, kEdge = 40;
   std::string out = "<h2>Precision over recall</h2>\n<svg id=\"curves\" width=\"" +
-                    std::to_string(kWidth + 2 * kEdge) + "\" height=\"" +
-                    std::to_string(kHeight + 2 * kEdge) + "\">\n";
-  for (int i = 0; i <= 4; ++i) {
-    const double at = i / 4.0;
-    const std::string y = fixed(kEdge + (1 - at) * kHeight, 0), x = fixed(kEdge + at * kWidth, 0);
-    out += "<path class=\"grid\" d=\"M" + std::to_string(kEdge) + " " + y + " h" +
-           std::to_string(kWidth) + "\"/><text class=\"axis\" x=\"4\" y=\"" + y + "\">" +
-           fixed(at, 2) + "</text><text class=\"axis\" x=\"" + x + "\" y=\"" +
-           std::to_string(kHeight + kEdge + 18) + "\">" + fixed(at, 2) + "</text>\n";
-  }
+                    std::to_string(kChartWidth + 2 * kChartEdge) + "\" height=\"" +
+                    std::to_string(kChartHeight + 2 * kChartEdge) + "\">\n" + chart_grid();
   for (size_t e = 0; e < comparison.evaluated.size(); ++e) {
-    const Evaluation& evaluation = comparison.evaluated[e].evaluation;
-    out += "<polyline class=\"curve" + std::string(e > 0 ? " b" : "") + "\" points=\"";
-    for (size_t r = 0; r < 101; ++r) {
-      double sum = 0, categories = 0;
-      for (size_t c = 0; c < evaluation.curves.size(); ++c) {
-        if (std::isnan(evaluation.parts[c].value)) continue;
-        sum += evaluation.curves[c][r];
-        categories += 1;
-      }
-      const double precision = categories > 0 ? sum / categories : 0;
-      out += fixed(kEdge + static_cast<double>(r) / 100 * kWidth, 1) + "," +
-             fixed(kEdge + (1 - precision) * kHeight, 1) + " ";
+    out += std::string("<polyline class=\"curve") + (e > 0 ? " b" : "") + "\" points=\"";
+    for (size_t r = 0; r < evaluate::kRecalls; ++r) {
+      out += chart_x(static_cast<double>(r) / (evaluate::kRecalls - 1)) + ",";
+      out += chart_y(precision_at(comparison.evaluated[e].evaluation, r)) + " ";
     }
     out += "\"/>\n";
   }

@@ -31,6 +31,7 @@ struct LabelledPicture {
 struct LabelledSequence {
   std::string name{};
   double frame_rate = 1;
+  bool is_video = false;  // needs every picture: none is left out
   std::vector<LabelledPicture> pictures{};
 };
 

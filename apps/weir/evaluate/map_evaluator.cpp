@@ -123,7 +123,7 @@ class MapEvaluator final : public Evaluator {
     if (!worst_.would_keep(example.errors)) return;
     for (size_t i = 0; i < found.size(); ++i)
       example.wrong_pixels.push_back(truth.classes[i] != kIgnored && truth.classes[i] != found[i]);
-    example.caption = "mean IoU " + std::to_string(static_cast<int>(overlap * 100 + 0.5)) + " %";
+    example.caption = "mean IoU " + std::to_string(std::lround(overlap * 100)) + " %";
     worst_.add(std::move(example));
   }
 

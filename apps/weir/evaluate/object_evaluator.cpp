@@ -1,6 +1,7 @@
 // Boxes and key points: average precision.
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #include <algorithm>
+#include <cmath>
 #include <cstdio>
 
 #include "core/evaluate/average_precision.hpp"
@@ -19,7 +20,7 @@ constexpr double kShownScore = 0.3;  // least score of boxes on the page
 constexpr double kShownOverlap = 0.5;
 
 std::string percent(double score) {
-  return std::to_string(static_cast<int>(score * 100 + 0.5)) + " %";
+  return std::to_string(std::lround(score * 100)) + " %";
 }
 
 class ObjectEvaluator final : public Evaluator {

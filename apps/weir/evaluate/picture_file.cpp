@@ -7,6 +7,7 @@
 #include <gst/video/video.h>
 
 #include <algorithm>
+#include <cmath>
 #include <map>
 
 #include "core/text/pasted.hpp"
@@ -205,7 +206,7 @@ Result<std::string> small_jpeg(const DecodedPicture& picture, uint32_t most) {
   const uint32_t longer = std::max(picture.width, picture.height);
   const double scale = longer > most ? static_cast<double>(most) / longer : 1;
   const auto scaled = [scale](uint32_t pixels) {
-    return std::to_string(std::max(1, static_cast<int>(pixels * scale + 0.5)));
+    return std::to_string(std::max(1L, std::lround(pixels * scale)));
   };
   OneFrame frame("appsrc name=source format=time ! videoscale ! videoconvert ! video/x-raw,width=" +
                  scaled(picture.width) + ",height=" + scaled(picture.height) +

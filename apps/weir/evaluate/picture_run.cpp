@@ -78,9 +78,10 @@ class PictureRun {
     const Status accepted = picture ? handlers_.accept(index, *picture) : picture.error();
     if (!accepted) {
       states_[index] = State::LeftOut;
+      if (sequence_.is_video) return accepted;
       handlers_.progress();
       handlers_.warn(accepted.error());
-      return sequence_.name.empty() ? ok() : accepted;
+      return ok();
     }
     GstBuffer* buffer = gst_buffer_copy(picture->buffer.get());
     GST_BUFFER_PTS(buffer) = time_of(index);

@@ -155,12 +155,17 @@ AveragePrecision::AveragePrecision(std::span<const PictureObjects> pictures, siz
                        [](const auto& a, const auto& b) { return a.score > b.score; });
 }
 
+double AveragePrecision::positives_of(const Slice& slice, Times times) {
+  uint64_t out = 0;
+  for (const auto& [picture, count] : slice.positives)
+    out += uint64_t{count} * times_of(times, picture);
+  return static_cast<double>(out);
+}
+
 AveragePrecision::Curve AveragePrecision::curve(const Slice& slice, size_t threshold, uint32_t most,
                                                 Times times) const {
   Curve out;
-  uint64_t positives = 0;
-  for (const auto& [picture, count] : slice.positives)
-    positives += uint64_t{count} * times_of(times, picture);
+  const double positives = positives_of(slice, times);
   if (positives == 0) return out;
   out.is_defined = true;
   std::vector<double> recalls, precisions;
@@ -172,7 +177,7 @@ AveragePrecision::Curve AveragePrecision::curve(const Slice& slice, size_t thres
     const bool is_hit = (candidate.matched >> threshold & 1) != 0;
     for (uint32_t i = times_of(times, candidate.picture); i > 0; --i) {
       (is_hit ? hits : misses) += 1;
-      recalls.push_back(hits / static_cast<double>(positives));
+      recalls.push_back(hits / positives);
       precisions.push_back(hits / (hits + misses));
     }
   }

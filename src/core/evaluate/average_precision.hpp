@@ -61,6 +61,7 @@ class AveragePrecision {
   };
   struct Matcher;
 
+  static double positives_of(const Slice& slice, Times times);
   Curve curve(const Slice& slice, size_t threshold, uint32_t most, Times times) const;
   Mean mean(size_t range, size_t first_threshold, size_t end_threshold, uint32_t most,
             Times times) const;
