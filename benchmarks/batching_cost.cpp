@@ -11,6 +11,7 @@
 
 #include "bare_loop.hpp"
 #include "gstcpp/element/ref.hpp"
+#include "launched.hpp"
 #include "one_core.hpp"
 #include "rounds.hpp"
 
@@ -29,8 +30,7 @@ class Streams {
                 " format=time block=true max-buffers=64 caps=\"" + bare.caps() +
                 "\" ! tensor_filter custom=NumThreads:1 model=" + model + " " + properties +
                 " ! fakesink name=out" + std::to_string(i) + " async=false signal-handoffs=true  ";
-    pipeline_ = Ref<GstElement>::adopt(
-        GST_ELEMENT(gst_object_ref_sink(gst_parse_launch(launch.c_str(), nullptr))));
+    pipeline_ = weir::bench::launched(launch);
     for (int i = 0; i < kStreams; ++i) {
       in_.push_back(element("in" + std::to_string(i)));
       g_signal_connect(element("out" + std::to_string(i)).get(), "handoff", G_CALLBACK(on_frame),

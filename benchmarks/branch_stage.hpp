@@ -9,6 +9,7 @@
 #include <vector>
 
 #include "gstcpp/element/ref.hpp"
+#include "launched.hpp"
 
 namespace weir::bench {
 
@@ -16,8 +17,7 @@ class BranchStage {
  public:
   // `bytes`: sizes of the memories of a frame.
   BranchStage(const std::string& launch, const std::string& caps, const std::vector<size_t>& bytes)
-      : element_(gst::Ref<GstElement>::adopt(
-            GST_ELEMENT(gst_object_ref_sink(gst_parse_launch(launch.c_str(), nullptr))))) {
+      : element_(launched(launch)) {
     for (const size_t size : bytes) {
       memories_.push_back(gst::Ref<GstMemory>::adopt(gst_allocator_alloc(nullptr, size, nullptr)));
       const gst::MappedMemory map(memories_.back().get(), GST_MAP_WRITE);

@@ -15,6 +15,7 @@
 #include <vector>
 
 #include "gstcpp/element/ref.hpp"
+#include "launched.hpp"
 
 namespace {
 
@@ -34,8 +35,7 @@ class Stage {
     const std::string line = "tensor_filter framework=gated custom=takes:" +
                              std::to_string(static_cast<int>(kInvokeSeconds * 1e6)) +
                              " model=" + model + " when-busy=" + when_busy;
-    filter_ = Ref<GstElement>::adopt(
-        GST_ELEMENT(gst_object_ref_sink(gst_parse_launch(line.c_str(), nullptr))));
+    filter_ = weir::bench::launched(line);
     source_ = pad("source", GST_PAD_SRC);
     sink_ = pad("sink", GST_PAD_SINK);
     gst_pad_set_element_private(sink_.get(), this);

@@ -8,14 +8,14 @@
 #include <string>
 
 #include "gstcpp/element/ref.hpp"
+#include "launched.hpp"
 
 namespace weir::bench {
 
 class ElementStage {
  public:
   ElementStage(const std::string& launch, const char* caps, size_t bytes)
-      : element_(gst::Ref<GstElement>::adopt(GST_ELEMENT(gst_object_ref_sink(launched(launch))))),
-        pool_(gst::Ref<GstBufferPool>::adopt(gst_buffer_pool_new())) {
+      : element_(element_of(launch)), pool_(gst::Ref<GstBufferPool>::adopt(gst_buffer_pool_new())) {
     source_ = gst_pad_new("source", GST_PAD_SRC);
     sink_ = gst_pad_new("sink", GST_PAD_SINK);
     gst_object_ref_sink(source_);
@@ -80,10 +80,11 @@ class ElementStage {
   }
 
  private:
-  static GstElement* launched(const std::string& launch) {
-    if (launch.find(" ! ") == std::string::npos)
-      return gst_parse_launch_full(launch.c_str(), nullptr, GST_PARSE_FLAG_FATAL_ERRORS, nullptr);
-    return gst_parse_bin_from_description(launch.c_str(), TRUE, nullptr);
+  static gst::Ref<GstElement> element_of(const std::string& launch) {
+    const auto made = launched(launch);
+    if (!GST_IS_BIN(made.get())) return made;
+    return gst::Ref<GstElement>::adopt(GST_ELEMENT(
+        gst_object_ref_sink(gst_parse_bin_from_description(launch.c_str(), TRUE, nullptr))));
   }
 
   gst::Ref<GstElement> element_;

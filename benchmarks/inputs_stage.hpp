@@ -9,6 +9,7 @@
 #include <vector>
 
 #include "gstcpp/element/ref.hpp"
+#include "launched.hpp"
 
 namespace weir::bench {
 
@@ -23,7 +24,7 @@ class InputsStage {
   // `downstream`: elements with one input, linked downstream in a row.
   InputsStage(const std::string& launch, std::vector<InputLine> inputs,
               const std::vector<std::string>& downstream = {})
-      : element_(made(launch)), inputs_(std::move(inputs)) {
+      : element_(launched(launch)), inputs_(std::move(inputs)) {
     sink_ =
         gst::Ref<GstPad>::adopt(GST_PAD(gst_object_ref_sink(gst_pad_new("sink", GST_PAD_SINK))));
     gst_pad_set_chain_function(sink_.get(), [](GstPad*, GstObject*, GstBuffer* buffer) {
@@ -32,7 +33,7 @@ class InputsStage {
     });
     auto out = gst::Ref<GstPad>::adopt(gst_element_get_static_pad(element_.get(), "src"));
     for (const std::string& line : downstream) {
-      GstElement* const element = downstream_.emplace_back(made(line)).get();
+      GstElement* const element = downstream_.emplace_back(launched(line)).get();
       const auto in = gst::Ref<GstPad>::adopt(gst_element_get_static_pad(element, "sink"));
       gst_pad_link(out.get(), in.get());
       out = gst::Ref<GstPad>::adopt(gst_element_get_static_pad(element, "src"));
@@ -66,10 +67,6 @@ class InputsStage {
   }
 
  private:
-  static gst::Ref<GstElement> made(const std::string& line) {
-    return gst::Ref<GstElement>::adopt(GST_ELEMENT(gst_object_ref_sink(
-        gst_parse_launch_full(line.c_str(), nullptr, GST_PARSE_FLAG_FATAL_ERRORS, nullptr))));
-  }
   void add(const InputLine& input) {
     auto sink = gst::Ref<GstPad>::adopt(gst_element_get_static_pad(element_.get(), input.pad));
     if (!sink)

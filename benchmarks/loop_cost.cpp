@@ -8,6 +8,7 @@
 #include <string>
 
 #include "gstcpp/element/ref.hpp"
+#include "launched.hpp"
 #include "rounds.hpp"
 
 namespace {
@@ -31,8 +32,7 @@ std::string line(size_t bytes, const std::string& between) {
 }
 
 void play(const std::string& launch) {
-  const auto pipeline = Ref<GstElement>::adopt(
-      GST_ELEMENT(gst_object_ref_sink(gst_parse_launch(launch.c_str(), nullptr))));
+  const auto pipeline = weir::bench::launched(launch);
   const auto bus = Ref<GstBus>::adopt(gst_element_get_bus(pipeline.get()));
   gst_element_set_state(pipeline.get(), GST_STATE_PLAYING);
   const auto message = Ref<GstMessage>::adopt(gst_bus_timed_pop_filtered(

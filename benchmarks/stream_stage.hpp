@@ -11,6 +11,7 @@
 #include <string>
 
 #include "gstcpp/element/ref.hpp"
+#include "launched.hpp"
 
 namespace weir::bench {
 
@@ -24,8 +25,7 @@ class Stage {
         "appsrc name=in format=time block=true max-buffers=" + std::to_string(ahead) +
         " max-bytes=0 caps=\"" + caps + "\" ! " + between +
         " ! fakesink name=out async=false signal-handoffs=true";
-    pipeline_ = Ref<GstElement>::adopt(
-        GST_ELEMENT(gst_object_ref_sink(gst_parse_launch(launch.c_str(), nullptr))));
+    pipeline_ = launched(launch);
     in_ = Ref<GstElement>::adopt(gst_bin_get_by_name(GST_BIN(pipeline_.get()), "in"));
     const auto out = Ref<GstElement>::adopt(gst_bin_get_by_name(GST_BIN(pipeline_.get()), "out"));
     g_signal_connect(out.get(), "handoff", G_CALLBACK(on_frame), this);

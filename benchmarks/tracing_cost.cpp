@@ -16,6 +16,7 @@
 #include <mutex>
 
 #include "gstcpp/element/ref.hpp"
+#include "launched.hpp"
 #include "one_core.hpp"
 #include "rounds.hpp"
 
@@ -118,10 +119,7 @@ int main(int argc, char** argv) {
   Slices slices(argv[1], frames, static_cast<size_t>(count));
   const std::string line =
       std::string(argv[4]) + " ! fakesink name=out async=false signal-handoffs=true";
-  GError* error = nullptr;
-  GstElement* parsed = gst_parse_launch(line.c_str(), &error);
-  if (error) fail(error->message);
-  const auto pipeline = Ref<GstElement>::adopt(GST_ELEMENT(gst_object_ref_sink(parsed)));
+  const auto pipeline = weir::bench::launched(line);
   const auto out = Ref<GstElement>::adopt(gst_bin_get_by_name(GST_BIN(pipeline.get()), "out"));
   g_signal_connect(out.get(), "handoff", G_CALLBACK(on_frame), &slices);
   const auto bus = Ref<GstBus>::adopt(gst_element_get_bus(pipeline.get()));

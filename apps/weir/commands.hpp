@@ -1,6 +1,7 @@
 // The subcommands of `weir`. Each returns the exit status of the process.
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #pragma once
+#include <cstdint>
 #include <string>
 #include <utility>
 #include <vector>
@@ -61,6 +62,22 @@ struct TryOptions {
 };
 // Runs the model on the input; prints results, and the pipeline on standard error.
 int try_model_on_input(const TryOptions& options);
+
+struct EvaluateOptions {
+  std::string model;                 // a path, a name of the catalogue, or a pipeline
+  std::string folder;                // pictures with truth
+  std::string compare;               // a second model or pipeline; "": none
+  std::string truth;                 // path of an annotation file of COCO; "": found in the folder
+  std::string metric;                // "": by the folder
+  std::string labels, mode, head;    // of models, as in TryOptions
+  std::vector<std::string> classes;  // labels of the objects to follow; empty: all
+  std::string page;                  // path of an HTML page; "": none
+  uint64_t limit = 0;                // pictures at most, of each sequence; 0: all
+  uint64_t draws = 1000, seed = 1;   // of the bootstrap
+  bool json = false;
+};
+// Compares the results of the model, or of two, with the truth and prints scores.
+int evaluate(const EvaluateOptions& options);
 
 struct BenchOptions {
   std::string model;                 // a path; comma-separated for several files

@@ -3,6 +3,8 @@
 #include <gst/gst.h>
 
 #include <CLI/CLI.hpp>
+#include <cstdio>
+#include <exception>
 #include <filesystem>
 #include <optional>
 #include <string>
@@ -22,6 +24,7 @@ struct CommandLine {
   InspectOptions inspect;
   ModelsOptions models;
   TryOptions attempt;
+  EvaluateOptions evaluation;
   RunOptions run;
   NewFilterOptions filter;
   CustomClassOptions custom_class;
@@ -106,6 +109,47 @@ void add_try(CLI::App* app, TryOptions* options) {
   command->add_option("--head", options->head, "The head of docs/heads.md; default: recognised");
 }
 
+void add_evaluate(CLI::App* app, EvaluateOptions* options) {
+  constexpr uint64_t kMostDraws = 1'000'000;
+  auto* command = app->add_subcommand(
+      "evaluate", "Measure the accuracy of a model or pipeline on a labelled folder");
+  command
+      ->add_option(
+          "MODEL", options->model,
+          "A model file, a name of weir models list, or a pipeline from pictures to results")
+      ->required();
+  command
+      ->add_option("FOLDER", options->folder,
+                   "Pictures with truth: COCO, a folder for each class, images and masks, MOT")
+      ->required();
+  command->add_option("--compare", options->compare, "A second model or pipeline")
+      ->type_name("MODEL");
+  command
+      ->add_option("--metric", options->metric,
+                   "ap, oks, accuracy, iou or tracking; default: by the folder")
+      ->check(CLI::IsMember({"ap", "oks", "accuracy", "iou", "tracking"}));
+  command->add_option("--truth", options->truth, "The annotation file; default: the only one")
+      ->type_name("FILE");
+  command->add_flag("--json", options->json, "Print JSON");
+  command->add_option("--page", options->page, "Write an HTML page with the worst pictures")
+      ->type_name("FILE");
+  command->add_option("--labels", options->labels, "Names of the model's classes, one a line")
+      ->type_name("FILE");
+  command->add_option("--mode", options->mode, "How the outputs are read, as for weir try");
+  command->add_option("--head", options->head, "The head of docs/heads.md; default: recognised");
+  command
+      ->add_option("--classes", options->classes,
+                   "Labels of the objects to follow, for MOT; default: all")
+      ->delimiter(',');
+  command->add_option("--limit", options->limit, "Use the first N pictures; default: all")
+      ->type_name("N")
+      ->check(CLI::PositiveNumber);
+  command->add_option("--draws", options->draws, "Draws for the intervals; default: 1000, 0: none")
+      ->type_name("N")
+      ->check(CLI::Range(uint64_t{0}, kMostDraws));
+  command->add_option("--seed", options->seed, "Seed of the draws; default: 1")->type_name("N");
+}
+
 void add_models(CLI::App* app, ModelsOptions* models) {
   auto* command = app->add_subcommand("models", "List, show and fetch public models");
   command->require_subcommand(1);
@@ -138,6 +182,7 @@ void add_subcommands(CLI::App* app, CommandLine* line) {
   add_bench(app, &line->bench);
   add_models(app, &line->models);
   add_try(app, &line->attempt);
+  add_evaluate(app, &line->evaluation);
   add_bench_case(app, &line->bench_case);
   auto* doctor = app->add_subcommand(
       "doctor", "Show what is installed, what is missing and how to install it");
@@ -201,41 +246,54 @@ std::optional<int> by_another_name(const std::string& name, int argc, char** arg
   return check();
 }
 
-}  // namespace
-}  // namespace weir::app
+int run_subcommand(CLI::App* app, CommandLine* line) {
+  if (app->got_subcommand("new")) {
+    line->custom_class.fixed = !line->any_size;
+    return app->get_subcommand("new")->got_subcommand("filter")
+               ? new_filter(line->filter)
+               : new_custom_class(line->custom_class);
+  }
+  if (app->got_subcommand("inspect")) return inspect(line->inspect);
+  if (app->got_subcommand("models")) return models(line->models);
+  if (app->got_subcommand("bench")) return bench(line->bench);
+  if (app->got_subcommand("bench-case")) return bench_case(line->bench_case);
+  if (app->got_subcommand("pbtxt")) return pbtxt(line->pbtxt);
+  gst_init(nullptr, nullptr);
+  if (app->got_subcommand("evaluate")) return evaluate(line->evaluation);
+  if (app->got_subcommand("try")) return try_model_on_input(line->attempt);
+  if (app->got_subcommand("check")) return check();
+  if (app->got_subcommand("doctor")) return doctor(line->doctor_json);
+  return run(line->run);
+}
 
-int main(int argc, char** argv) {
-  using namespace weir::app;
-  weir::process::take_objects_from(weir_process_object);  // before the first use of such an object
+int run_command(int argc, char** argv) {
+  process::take_objects_from(weir_process_object);  // before the first use of such an object
   const std::string name = std::filesystem::path(argc > 0 ? argv[0] : "").filename();
   if (const auto status = by_another_name(name, argc, argv)) return *status;
   CLI::App app{"Weir: neural networks as elements of GStreamer pipelines", "weir"};
   CommandLine line;
   app.require_subcommand(1);
-  app.set_version_flag("--version", std::string("weir ") + weir::config::kVersion);
+  app.set_version_flag("--version", std::string("weir ") + config::kVersion);
   app.footer(
-      "Manual pages: weir(1), weir-bench(1), weir-check(1), weir-doctor(1), weir-inspect(1), "
-      "weir-models(1), weir-new(1), weir-pbtxt(1), weir-run(1), weir-try(1)");
+      "Manual pages: weir(1), weir-bench(1), weir-check(1), weir-doctor(1), weir-evaluate(1), "
+      "weir-inspect(1), weir-models(1), weir-new(1), weir-pbtxt(1), weir-run(1), weir-try(1)");
   add_subcommands(&app, &line);
   try {
     app.parse(argc, argv);
   } catch (const CLI::ParseError& error) {
     return app.exit(error) == 0 ? kExitGood : kExitUsage;
   }
-  if (app.got_subcommand("new")) {
-    line.custom_class.fixed = !line.any_size;
-    return app.get_subcommand("new")->got_subcommand("filter")
-               ? new_filter(line.filter)
-               : new_custom_class(line.custom_class);
+  return run_subcommand(&app, &line);
+}
+
+}  // namespace
+}  // namespace weir::app
+
+int main(int argc, char** argv) {
+  try {
+    return weir::app::run_command(argc, argv);
+  } catch (const std::exception& error) {
+    std::fprintf(stderr, "weir: %s\n", error.what());
+    return weir::app::kExitError;
   }
-  if (app.got_subcommand("inspect")) return inspect(line.inspect);
-  if (app.got_subcommand("models")) return models(line.models);
-  if (app.got_subcommand("bench")) return bench(line.bench);
-  if (app.got_subcommand("bench-case")) return bench_case(line.bench_case);
-  if (app.got_subcommand("pbtxt")) return pbtxt(line.pbtxt);
-  gst_init(nullptr, nullptr);
-  if (app.got_subcommand("try")) return try_model_on_input(line.attempt);
-  if (app.got_subcommand("check")) return check();
-  if (app.got_subcommand("doctor")) return doctor(line.doctor_json);
-  return run(line.run);
 }

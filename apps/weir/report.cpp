@@ -24,6 +24,24 @@ size_t width_of(const std::string& text) {
       std::count_if(text.begin(), text.end(), [](char c) { return (c & 0xC0) != 0x80; }));
 }
 
+struct Columns {
+  std::vector<size_t> widths;
+  std::vector<bool> numbers;  // whether all cells below the title are numbers
+};
+
+Columns columns_of(const std::vector<std::vector<std::string>>& rows) {
+  Columns out;
+  for (size_t r = 0; r < rows.size(); ++r) {
+    out.widths.resize(std::max(out.widths.size(), rows[r].size()), 0);
+    out.numbers.resize(out.widths.size(), true);
+    for (size_t c = 0; c < rows[r].size(); ++c) {
+      out.widths[c] = std::max(out.widths[c], width_of(rows[r][c]));
+      if (r > 0 && !is_number(rows[r][c])) out.numbers[c] = false;
+    }
+  }
+  return out;
+}
+
 }  // namespace
 
 Json to_json(const Error& error) {
@@ -55,16 +73,7 @@ int report(const Error& error, bool json) {
 std::string table(std::vector<std::vector<std::string>> rows, std::string_view indent) {
   for (auto& row : rows)
     for (auto& cell : row) std::replace_if(cell.begin(), cell.end(), is_control, ' ');
-  std::vector<size_t> widths;
-  std::vector<bool> numbers;
-  for (size_t r = 0; r < rows.size(); ++r) {
-    widths.resize(std::max(widths.size(), rows[r].size()), 0);
-    numbers.resize(widths.size(), true);
-    for (size_t c = 0; c < rows[r].size(); ++c) {
-      widths[c] = std::max(widths[c], width_of(rows[r][c]));
-      if (r > 0 && !is_number(rows[r][c])) numbers[c] = false;
-    }
-  }
+  const auto [widths, numbers] = columns_of(rows);
   std::string out;
   for (const auto& row : rows) {
     std::string line(indent);

@@ -27,7 +27,7 @@ def sanitized():
 
 def weir(*arguments, **environment):
     """Runs the command without a terminal and checks that it prints no terminal control characters."""
-    done = subprocess.run([COMMAND, *map(str, arguments)], env={**os.environ, **sanitized(), **environment}, cwd=SOURCE, timeout=60,
+    done = subprocess.run([COMMAND, *map(str, arguments)], env={**os.environ, **sanitized(), **environment}, cwd=SOURCE, timeout=300,
                           text=True, capture_output=True, stdin=subprocess.DEVNULL)
     assert not re.search(r"[\033\r\b]", done.stdout + done.stderr), repr(done)
     return done

@@ -3,6 +3,7 @@
 #include "tensors_data.hpp"
 
 #include <cstring>
+#include <new>
 
 #include "answer.hpp"
 
@@ -11,8 +12,10 @@ namespace {
 
 constexpr size_t kAlignment = 64;  // of each tensor, for engines that require it
 
-struct Free {
-  void operator()(void* memory) const noexcept { std::free(memory); }
+struct DeleteAligned {
+  void operator()(std::byte* memory) const noexcept {
+    ::operator delete (memory, std::align_val_t{kAlignment});
+  }
 };
 
 }  // namespace
@@ -24,8 +27,9 @@ std::shared_ptr<TensorsData> TensorsData::create(TensorSpecs tensors) {
     offsets.push_back(total);
     total += (*tensor.bytes() + kAlignment - 1) / kAlignment * kAlignment;
   }
-  std::shared_ptr<std::byte> block(static_cast<std::byte*>(std::aligned_alloc(kAlignment, total)),
-                                   Free());
+  std::shared_ptr<std::byte> block(
+      static_cast<std::byte*>(::operator new (total, std::align_val_t{kAlignment}, std::nothrow)),
+      DeleteAligned());
   if (!block) throw std::bad_alloc();
   std::memset(block.get(), 0, total);
   std::vector<std::span<std::byte>> memory;

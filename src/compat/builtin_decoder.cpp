@@ -2,6 +2,7 @@
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #include <array>
 #include <list>
+#include <memory>
 #include <optional>
 
 #include "compat/builtin.hpp"
@@ -172,7 +173,9 @@ Result<std::vector<weir_tensor>> tensors_of(const FrameSpec& spec, const GstTens
 }
 
 void leave(void** priv) {
-  if (priv) delete static_cast<OpenDecoder*>(std::exchange(*priv, nullptr));
+  if (!priv) return;
+  const std::unique_ptr<OpenDecoder> owner(
+      static_cast<OpenDecoder*>(std::exchange(*priv, nullptr)));
 }
 
 int set_option(void** priv, int number, const char* value) {

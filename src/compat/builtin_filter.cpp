@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cstring>
 #include <map>
+#include <memory>
 
 #include "compat/builtin.hpp"
 #include "compat/guard.hpp"
@@ -111,7 +112,8 @@ int open(const weir_engine& engine, const GstTensorFilterProperties* prop, void*
 }
 
 void close(const GstTensorFilterProperties*, void** priv) {
-  if (priv) delete opened(std::exchange(*priv, nullptr));
+  if (!priv) return;
+  const std::unique_ptr<OpenModel> owner(opened(std::exchange(*priv, nullptr)));
 }
 
 // Open extents of the model are 1 until the caller sets them.
@@ -178,26 +180,32 @@ int hand_over(const direct::Results& results, GstTensorFilterProperties* prop,
   return 0;
 }
 
+// The model's type if it is known, else that of the stream; bytes where neither is.
+uint32_t type_of_input(const Infos& model, size_t i, const GstTensorInfo* meta) {
+  if (i < model.size() && model[i].type < WEIR_TYPE_END) return model[i].type;
+  return meta ? static_cast<uint32_t>(meta->type) : uint32_t{WEIR_UINT8};
+}
+
+std::vector<weir_tensor> input_tensors(const Infos& model, const GstTensorsInfo& metas,
+                                       const GstTensorMemory* input) {
+  const size_t count = model.empty() ? metas.num_tensors : model.size();
+  std::vector<weir_tensor> out;
+  for (size_t i = 0; i < count; ++i) {
+    const auto* meta = i < metas.num_tensors ? tensor_at(metas, i) : nullptr;
+    out.push_back(weir_tensor_of(input[i].data, input[i].size, type_of_input(model, i, meta)));
+    if (meta && gst_tensor_info_validate(meta) && gst_tensor_info_get_size(meta) == input[i].size)
+      out.back().info = info_of(*meta, model, i);
+  }
+  return out;
+}
+
 int invoke(const Framework*, GstTensorFilterProperties* prop, void* priv,
            const GstTensorMemory* input, GstTensorMemory* output) {
   if (!given("invoke", {prop, priv, input, output})) return -EINVAL;
   if (!can_be("invoke", prop->input_meta)) return -EINVAL;
   return or_else("invoke", -EINVAL, [&] {
     auto& model = *opened(priv)->model;
-    const auto now = model.inputs();
-    const size_t count = now.empty() ? prop->input_meta.num_tensors : now.size();
-    std::vector<weir_tensor> tensors;
-    for (size_t i = 0; i < count; ++i) {
-      const auto* meta =
-          i < prop->input_meta.num_tensors ? tensor_at(prop->input_meta, i) : nullptr;
-      tensors.push_back(weir_tensor_of(input[i].data, input[i].size,
-                                       i < now.size() && now[i].type < WEIR_TYPE_END ? now[i].type
-                                       : meta ? static_cast<uint32_t>(meta->type)
-                                              : uint32_t{WEIR_UINT8}));
-      if (meta && gst_tensor_info_validate(meta) && gst_tensor_info_get_size(meta) == input[i].size)
-        tensors.back().info = info_of(*meta, now, i);
-    }
-    const auto outcome = model.invoke(tensors);
+    const auto outcome = model.invoke(input_tensors(model.inputs(), prop->input_meta, input));
     if (!outcome) return no("invoke", outcome.error());
     return outcome->dropped ? 1 : hand_over(outcome->results, prop, output);
   });

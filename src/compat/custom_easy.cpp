@@ -2,6 +2,7 @@
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #include <algorithm>
 #include <cerrno>
+#include <memory>
 
 #include "compat/filter_model.hpp"
 #include "compat/registration.hpp"
@@ -141,7 +142,9 @@ int add(const char* caller, const char* name, NNS_custom_invoke fixed,
     filter.resolve = open ? resolve : nullptr;
     filter.invoke = invoke;
     filter.data = model.get();
-    filter.release = [](void* owned) { delete static_cast<FilterModel*>(owned); };
+    filter.release = [](void* data) {
+      const std::unique_ptr<FilterModel> owner(static_cast<FilterModel*>(data));
+    };
     weir_error* error = nullptr;
     const int code = weir_filter_register(name, &filter, &error);
     if (code == WEIR_OK) {
@@ -166,10 +169,11 @@ int NNS_custom_easy_dynamic_register(const char* name, NNS_custom_invoke_dynamic
 
 int NNS_custom_easy_unregister(const char* name) {
   if (!given(__func__, {name})) return -EINVAL;
-  return or_else(__func__, -ENOMEM, [&] {
+  const char* const caller = __func__;
+  return or_else(caller, -ENOMEM, [&] {
     const int code = weir_filter_unregister(name);
     if (code == WEIR_OK)
       if (const auto gate = gates().remove(name)) (*gate)->close();
-    return answer_of(__func__, code);
+    return answer_of(caller, code);
   });
 }

@@ -172,23 +172,32 @@ void FilterModel::fill_dynamic(weir_frame& out) {
 
 bool FilterModel::invoke(const weir_frame& in, weir_frame& out) {
   follow(in);
-  const bool gives = allocates_ || dynamic_;
-  out_.assign(gives ? std::max<size_t>(out.n_tensors, WEIR_TENSOR_LIMIT) : out.n_tensors, {});
+  return allocates_ || dynamic_ ? invoke_allocating(out) : invoke_in_place(out);
+}
+
+// The filter writes into the memory of `out`.
+bool FilterModel::invoke_in_place(weir_frame& out) {
+  out_.assign(out.n_tensors, {});
   for (uint32_t i = 0; i < out.n_tensors; ++i) {
     auto& tensor = out.tensors[i];
-    if (!gives && !tensor.data) allocate(&tensor, tensor.info, bytes_of(tensor.info));
-    out_[i].data = gives ? nullptr : tensor.data;
-    out_[i].size = static_cast<size_t>(dynamic_ ? 0 : gives ? bytes_of(tensor.info) : tensor.bytes);
+    if (!tensor.data) allocate(&tensor, tensor.info, bytes_of(tensor.info));
+    out_[i].data = tensor.data;
+    out_[i].size = static_cast<size_t>(tensor.bytes);
   }
-  if (!gives) {
-    if (run() > 0) return false;
-    for (uint32_t i = 0; i < out.n_tensors; ++i)
-      if (out_[i].data != out.tensors[i].data || out_[i].size != out.tensors[i].bytes)
-        throw broke(filter_->name(), "changed the address of its output", which(i, out_[i]),
-                    std::to_string(out.tensors[i].bytes) + " bytes, written in place",
-                    "allocate_invoke, or allocate_in_invoke = 1");
-    return true;
-  }
+  if (run() > 0) return false;
+  for (uint32_t i = 0; i < out.n_tensors; ++i)
+    if (out_[i].data != out.tensors[i].data || out_[i].size != out.tensors[i].bytes)
+      throw broke(filter_->name(), "changed the address of its output", which(i, out_[i]),
+                  std::to_string(out.tensors[i].bytes) + " bytes, written in place",
+                  "allocate_invoke, or allocate_in_invoke = 1");
+  return true;
+}
+
+// The filter allocates its outputs.
+bool FilterModel::invoke_allocating(weir_frame& out) {
+  out_.assign(std::max<size_t>(out.n_tensors, WEIR_TENSOR_LIMIT), {});
+  for (uint32_t i = 0; !dynamic_ && i < out.n_tensors; ++i)
+    out_[i].size = static_cast<size_t>(bytes_of(out.tensors[i].info));
   struct Rest {
     FilterModel* model;
     ~Rest() {

@@ -30,6 +30,8 @@ class FilterModel {
   void describe_outputs(std::span<const weir_tensor_info> in);
   void point_to(const weir_frame& in);
   int run();
+  bool invoke_in_place(weir_frame& out);
+  bool invoke_allocating(weir_frame& out);
   void fill_given(weir_frame& out);
   void fill_dynamic(weir_frame& out);
   void drop_outputs() noexcept;

@@ -1,7 +1,7 @@
 // Calls every function of the C libraries with each of its pointers NULL: each returns an error and
 // none crashes. Fails for functions in the symbol lists that this file does not call.
 // SPDX-License-Identifier: LGPL-2.1-or-later
-#include "null_pointers.hpp"
+#include "null_pointers_test_support.hpp"
 
 #include <cstdlib>
 #include <fstream>

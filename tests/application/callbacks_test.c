@@ -5,10 +5,10 @@
 #include <sys/stat.h>
 #include <unistd.h>
 
-#include "check.h"
+#include "check_test_support.h"
 #include "nnstreamer-single.h"
 #include "nnstreamer.h"
-#include "wait.h"
+#include "wait_test_support.h"
 
 static int invokes;
 

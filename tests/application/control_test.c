@@ -1,8 +1,8 @@
 /* Tests of ml_pipeline_switch_*, _valve_* and _element_*. */
 /* SPDX-License-Identifier: LGPL-2.1-or-later */
-#include "check.h"
+#include "check_test_support.h"
 #include "nnstreamer.h"
-#include "wait.h"
+#include "wait_test_support.h"
 
 static ml_pipeline_h construct(const char* text) {
   ml_pipeline_h pipe = NULL;

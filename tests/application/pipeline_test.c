@@ -1,8 +1,8 @@
 /* Tests of ml_pipeline_construct to _destroy, of sinks and of sources. */
 /* SPDX-License-Identifier: LGPL-2.1-or-later */
-#include "check.h"
+#include "check_test_support.h"
 #include "nnstreamer.h"
-#include "wait.h"
+#include "wait_test_support.h"
 
 typedef struct {
   Counter frames;

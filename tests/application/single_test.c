@@ -3,7 +3,7 @@
 /* SPDX-License-Identifier: LGPL-2.1-or-later */
 #include <pthread.h>
 
-#include "check.h"
+#include "check_test_support.h"
 #include "nnstreamer-single.h"
 #include "weir/custom_filter.h"
 

@@ -1,6 +1,6 @@
 /* Tests of ml_tensors_info_*, ml_tensors_data_* and the handles that all calls share. */
 /* SPDX-License-Identifier: LGPL-2.1-or-later */
-#include "check.h"
+#include "check_test_support.h"
 
 static void an_info_keeps_what_it_is_reported(void) {
   ml_tensors_info_h info = NULL, copy = NULL;

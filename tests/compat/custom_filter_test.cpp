@@ -5,7 +5,7 @@
 #include <cmath>
 
 #include "elements/tests/pipeline_test_support.hpp"
-#include "filter_lines.hpp"
+#include "filter_lines_test_support.hpp"
 
 namespace {
 

@@ -1,7 +1,7 @@
 // Tests of filter sub-plugins whose models are opened, suspended, replaced and shared.
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #include "elements/tensor_filter/adder_test_support.hpp"
-#include "filter_lines.hpp"
+#include "filter_lines_test_support.hpp"
 
 namespace {
 

@@ -5,7 +5,7 @@
 #include <cstring>
 #include <stdexcept>
 
-#include "filter_lines.hpp"
+#include "filter_lines_test_support.hpp"
 #include "nnstreamer_plugin_api_util.h"
 #include "tensor_filter_cpp.hh"
 #include "tensor_filter_custom_easy.h"

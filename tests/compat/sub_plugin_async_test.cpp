@@ -4,7 +4,7 @@
 
 #include "elements/tensor_filter/adder_test_support.hpp"
 #include "elements/tensor_filter/async_filter_test_support.hpp"
-#include "filter_lines.hpp"
+#include "filter_lines_test_support.hpp"
 
 namespace {
 

@@ -2,7 +2,7 @@
 // NNStreamer's function.
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #include "elements/tests/branches_test_support.hpp"
-#include "sub_plugin_harness.hpp"
+#include "sub_plugin_test_support.hpp"
 #include "tensor_if.h"
 
 namespace weir::testing {

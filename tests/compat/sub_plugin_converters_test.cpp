@@ -4,10 +4,10 @@
 #include <memory>
 #include <stdexcept>
 
-#include "elements/tensor_converter/converter_harness.hpp"
+#include "elements/tensor_converter/converter_test_support.hpp"
 #include "nnstreamer_plugin_api_converter.h"
 #include "nnstreamer_plugin_api_util.h"
-#include "sub_plugin_harness.hpp"
+#include "sub_plugin_test_support.hpp"
 #include "tensor_converter_custom.h"
 
 namespace weir::testing_tensor_converter {

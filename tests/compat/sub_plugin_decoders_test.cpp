@@ -4,9 +4,9 @@
 #include <fstream>
 #include <stdexcept>
 
-#include "elements/tensor_decoder/decoder_harness.hpp"
+#include "elements/tensor_decoder/decoder_test_support.hpp"
 #include "nnstreamer_plugin_api_decoder.h"
-#include "sub_plugin_harness.hpp"
+#include "sub_plugin_test_support.hpp"
 #include "tensor_decoder_custom.h"
 
 namespace weir::testing_tensor_decoder {

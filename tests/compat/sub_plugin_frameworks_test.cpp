@@ -10,7 +10,7 @@
 #include "core/subplugin/loader.hpp"
 #include "library/process.h"
 #include "says.hpp"
-#include "sub_plugin_harness.hpp"
+#include "sub_plugin_test_support.hpp"
 
 namespace weir::infer {
 namespace {

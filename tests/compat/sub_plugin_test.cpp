@@ -1,7 +1,7 @@
 // Tests of tensor_filter with filter sub-plugins of NNStreamer's interface, found in the folders of
 // nnstreamer.ini.
 // SPDX-License-Identifier: LGPL-2.1-or-later
-#include "filter_lines.hpp"
+#include "filter_lines_test_support.hpp"
 #include "nnstreamer_plugin_api_filter.h"
 
 namespace {

@@ -5,7 +5,7 @@
 #include "library/process.h"
 #include "nnstreamer_plugin_api_trainer.h"
 #include "says.hpp"
-#include "sub_plugin_harness.hpp"
+#include "sub_plugin_test_support.hpp"
 
 namespace weir::subplugin {
 namespace {

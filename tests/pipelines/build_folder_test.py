@@ -14,8 +14,8 @@ import unittest
 import tap_runner
 
 SOURCE = pathlib.Path(os.environ["WEIR_SOURCE"])
-NAMES = ("GST_PLUGIN_PATH", "GST_REGISTRY", "PYTHONPATH", "WEIR_COMMAND", "WEIR_MODULE_PATH", "WEIR_NNSTREAMER_LIBRARY",
-         "WEIR_WORKER")
+NAMES = ("GST_PLUGIN_PATH", "GST_REGISTRY", "PYTHONPATH", "WEIR_CARD_PATH", "WEIR_COMMAND", "WEIR_MODULE_PATH",
+         "WEIR_NNSTREAMER_LIBRARY", "WEIR_WORKER")
 
 
 class BuildFolder(unittest.TestCase):
@@ -30,6 +30,11 @@ class BuildFolder(unittest.TestCase):
         done = self.run_there("weir", "doctor")
         self.assertIn(str(pathlib.Path(os.environ["GST_PLUGIN_PATH"]) / "libgstweir.so"), done.stdout, done.stderr)
         self.assertIn("image_labeling", done.stdout, done.stderr)
+
+    def test_the_catalogue_of_models_is_found(self):
+        done = self.run_there("weir", "models", "info", "mnist")
+        self.assertEqual(done.returncode, 0, done.stdout + done.stderr)
+        self.assertIn("mnist.onnx", done.stdout)
 
     def test_a_model_runs_in_a_process_of_its_own(self):
         done = self.run_there("weir", "run", "filesrc location=/dev/zero blocksize=192 num-buffers=3 ! application/octet-stream ! "

@@ -2,7 +2,8 @@
 # SPDX-License-Identifier: LGPL-2.1-or-later
 """Runs every gst-launch-1.0 line of every README; none may leak a GStreamer object.
 
-A line that names a model as `weir models get` or examples/mtcnn/fetch stores it runs the test data's copy. All else is unchanged.
+A line that names a model as `weir models get` or examples/mtcnn/fetch stores it, or a model that stands for the reader's own, runs
+the test data's copy. All else is unchanged.
 """
 
 import ctypes.util
@@ -49,28 +50,36 @@ def commands(text):
                 command = ""
 
 
-def fetched_models():
-    """The path below its folder of each model that a user fetches, and its place in the test data."""
+def models_of_readers():
+    """The path of each model that a reader fetches or has, as the lines name it, and its place in the test data."""
     copies = {path.name: path for path in (SHARED / "models").rglob("*")}
     for model in json.loads((SOURCE / "models/catalogue.json").read_text())["models"]:
         for file in model["files"]:
             yield f"{model['name']}/{file['name']}", copies.get(file["name"], SHARED / "models" / file["name"])
     yield "onet.onnx", SHARED / "models/face/mtcnn/onnx_nhwc/onet.onnx"
+    yield "lenet5.pt", SHARED / "models/torchscript/pytorch_lenet5.pt"
+    yield "rnet.pt", SHARED / "models/face/mtcnn/torchscript/rnet.pt"
+    yield "det2.prototxt", SHARED / "models/face/mtcnn/caffe/det2.prototxt"
+    yield "det2.caffemodel", SHARED / "models/face/mtcnn/caffe/det2.caffemodel"
+    yield "mnist.pb", SHARED / "models/tf/mnist.pb"
 
 
 def with_copies(command):
-    """The command with the test data's copies of fetched models."""
-    copies = dict(fetched_models())
-    return re.sub(r"\bmodel=(\S+)", lambda found: f"model={copies.get(found[1], found[1])}", command)
+    """The command with the test data's copies of the reader's models; a model may be files with commas between them."""
+    copies = dict(models_of_readers())
+
+    def copy(found):
+        return "model=" + ",".join(str(copies.get(file, file)) for file in found[1].split(","))
+
+    return re.sub(r"\bmodel=(\S+)", copy, command)
 
 
 def missing(command):
     """What the command needs but this build or machine lacks; otherwise nothing."""
-    if "../shared/" in command and not (SOURCE / "../shared").exists():
-        return "../shared"
     for model in re.findall(r"\bmodel=(\S+)", command):
-        if pathlib.Path(model).is_relative_to(SHARED) and not pathlib.Path(model).exists():
-            return model
+        for file in map(pathlib.Path, model.split(",")):
+            if file.is_relative_to(SHARED) and not file.exists():
+                return str(file)
     for extension, engine in ENGINES.items():
         if extension in command and not has_engine(engine):
             return f"the engine {engine}"
@@ -91,11 +100,13 @@ class Documents(unittest.TestCase):
         text = "gst-launch-1.0 no\n```sh\nls\ngst-launch-1.0 a ! \\\n  b\n```\n```\ngst-launch-1.0 no\n```\n"
         self.assertEqual(list(commands(text)), ["gst-launch-1.0 a ! b"])
 
-    def test_only_models_that_can_be_fetched_are_replaced(self):
+    def test_only_models_of_readers_are_replaced(self):
         name = "mobilenet-v2-quant/mobilenet_v2_1.0_224_quant.tflite"
         replaced = with_copies(f"a model={name} ! b")
         self.assertTrue(replaced.startswith(f"a model={SHARED}"), replaced)
         self.assertTrue(replaced.endswith("/mobilenet_v2_1.0_224_quant.tflite ! b"), replaced)
+        self.assertEqual(with_copies("model=det2.prototxt,mine.caffemodel ! b"),
+                         f"model={SHARED}/models/face/mtcnn/caffe/det2.prototxt,mine.caffemodel ! b")
         for other in ("mobilenet-v2-quant/other.tflite", "mobilenet_v2_1.0_224_quant.tflite", "README.md", "a/onet.onnx"):
             self.assertEqual(with_copies(f"model={other} ! b"), f"model={other} ! b")
 
@@ -132,6 +143,10 @@ class Documents(unittest.TestCase):
                     for word in ("CRITICAL", "WARNING", "ERROR", "runtime error"):
                         self.assertNotIn(word, output)
         self.assertGreater(count, 5, "the READMEs have pipelines")
+
+    def test_no_document_names_the_test_data(self):
+        """A reader has no such folder."""
+        self.assertEqual([str(document.relative_to(SOURCE)) for document in documents() if "../shared" in document.read_text()], [])
 
 
 if __name__ == "__main__":

@@ -80,37 +80,42 @@ bool shares_error(const BenchCase& failed, const BenchCase& other) {
   }
 }
 
+BenchCaseOptions request_of(const BenchOptions& options, const BenchCase& one) {
+  BenchCaseOptions request;
+  request.model = options.model;
+  request.engine = one.engine;
+  request.custom = one.custom;
+  request.tensors = options.tensors;
+  request.threads = one.threads;
+  request.batch = one.batch;
+  request.seconds = options.seconds / kRounds;
+  request.patience = options.patience;
+  return request;
+}
+
+// Measures one case for one round. Its error applies to every case that shares it, and an option
+// without effect drops every case with this option.
+void run_round(const BenchOptions& options, BenchCase& one, BenchPlan* plan) {
+  const auto measured = run_case(request_of(options, one));
+  if (!measured) {
+    one.error = measured.error();
+    for (auto& other : plan->cases)
+      if (!other.error && shares_error(one, other)) other.error = one.error;
+  } else if (has_no_effect(options, one, *measured)) {
+    plan->refused.push_back(no_effect(one, *measured));
+    for (auto& other : plan->cases)
+      other.is_dropped |= other.engine == one.engine && other.custom == one.custom;
+  } else {
+    one.rounds.push_back(*measured);
+  }
+}
+
 // Alternates the cases in rounds, so that other load on the machine affects all of them alike.
 void run(const BenchOptions& options, BenchPlan* plan) {
-  auto& cases = plan->cases;
   for (int round = 0; round < kRounds; ++round) {
-    for (auto& one : cases) {
-      if (one.error || one.is_dropped) continue;
-      BenchCaseOptions request;
-      request.model = options.model;
-      request.engine = one.engine;
-      request.custom = one.custom;
-      request.tensors = options.tensors;
-      request.threads = one.threads;
-      request.batch = one.batch;
-      request.seconds = options.seconds / kRounds;
-      request.patience = options.patience;
-      const auto measured = run_case(request);
-      if (measured && has_no_effect(options, one, *measured)) {
-        plan->refused.push_back(no_effect(one, *measured));
-        for (auto& other : cases)
-          other.is_dropped |= other.engine == one.engine && other.custom == one.custom;
-        continue;
-      }
-      if (measured) {
-        one.rounds.push_back(*measured);
-        continue;
-      }
-      one.error = measured.error();
-      for (auto& other : cases)
-        if (!other.error && shares_error(one, other)) other.error = one.error;
-    }
-    std::erase_if(cases, [](const BenchCase& one) { return one.is_dropped; });
+    for (auto& one : plan->cases)
+      if (!one.error && !one.is_dropped) run_round(options, one, plan);
+    std::erase_if(plan->cases, [](const BenchCase& one) { return one.is_dropped; });
   }
 }
 

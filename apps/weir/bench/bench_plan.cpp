@@ -91,28 +91,32 @@ void add_named(const BenchOptions& options, BenchPlan* plan) {
   }
 }
 
-void add_all(const BenchOptions& options, const std::string& path, BenchPlan* plan) {
+Error not_installed(const EngineFact& fact) {
+  return {.code = Code::ENGINE_NOT_INSTALLED,
+          .what = "the engine's library is not installed",
+          .offered = fact.problem,
+          .fix = fact.install};
+}
+
+void add_if_suitable(const BenchOptions& options, const std::string& path, const EngineFact& fact,
+                     BenchPlan* plan) {
+  const bool usable = fact.state == EngineState::Usable;
+  const auto engine = infer::ModuleLibrary::instance().engine(fact.name);
   const std::string extension = extension_of(path);
-  auto& library = infer::ModuleLibrary::instance();
-  for (const auto& fact : engine_facts()) {
-    if (fact.state == EngineState::NotAvailable) continue;
-    const bool usable = fact.state == EngineState::Usable;
-    const auto engine = library.engine(fact.name);
-    const std::string_view own = engine && (*engine)->extensions ? (*engine)->extensions : "";
-    const bool takes = lists(fact.extensions, extension) || lists(own, extension) ||
-                       (usable && engine && recognises(**engine, path));
-    if (usable && takes && engine)
-      add_cases(options, **engine, plan);
-    else if (usable)
-      plan->unrelated.push_back(fact.name);
-    else if (takes)
-      plan->refused.push_back(
-          {fact.name, engine ? Error{.code = Code::ENGINE_NOT_INSTALLED,
-                                     .what = "the engine's library is not installed",
-                                     .offered = fact.problem,
-                                     .fix = fact.install}
-                             : engine.error()});
-  }
+  const std::string_view own = engine && (*engine)->extensions ? (*engine)->extensions : "";
+  const bool takes = lists(fact.extensions, extension) || lists(own, extension) ||
+                     (usable && engine && recognises(**engine, path));
+  if (usable && takes && engine)
+    add_cases(options, **engine, plan);
+  else if (usable)
+    plan->unrelated.push_back(fact.name);
+  else if (takes)
+    plan->refused.push_back({fact.name, engine ? not_installed(fact) : engine.error()});
+}
+
+void add_all(const BenchOptions& options, const std::string& path, BenchPlan* plan) {
+  for (const auto& fact : engine_facts())
+    if (fact.state != EngineState::NotAvailable) add_if_suitable(options, path, fact, plan);
 }
 
 }  // namespace

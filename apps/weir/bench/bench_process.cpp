@@ -56,9 +56,10 @@ Result<pid_t> start(const BenchCaseOptions& options, int result) {
   if (!options.custom.empty())
     words.push_back("--custom=" + options.custom);  // an empty value is invalid
   for (const auto& [name, value] : options.tensors.pairs())
-    words.push_back("--" + name + "=" + value);
+    words.push_back(std::string("--").append(name).append("=").append(value));
   words.insert(words.end(), {"--", options.model});
   std::vector<char*> arguments;
+  arguments.reserve(words.size() + 1);
   for (const auto& argument : words) arguments.push_back(const_cast<char*>(argument.c_str()));
   arguments.push_back(nullptr);
   posix_spawn_file_actions_t actions;

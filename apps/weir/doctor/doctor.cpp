@@ -132,6 +132,12 @@ void print_folders() {
     std::printf("  %s\n", folder.c_str());
 }
 
+std::string place_of(const EngineFact& engine) {
+  if (!engine.library.empty()) return engine.library;
+  if (!engine.file.empty()) return engine.file;
+  return engine.state == EngineState::Usable ? "built in" : "";
+}
+
 void print_engines(const std::vector<EngineFact>& engines) {
   std::vector<std::vector<std::string>> rows{{"engine", "state", "version", "files", "place"}};
   std::vector<std::string> unavailable;
@@ -141,9 +147,8 @@ void print_engines(const std::vector<EngineFact>& engines) {
       unavailable.push_back(engine.name);
       continue;
     }
-    std::string place = engine.library.empty() ? engine.file : engine.library;
-    if (place.empty() && engine.state == EngineState::Usable) place = "built in";
-    rows.push_back({engine.name, name_of(engine.state), engine.version, engine.extensions, place});
+    rows.push_back(
+        {engine.name, name_of(engine.state), engine.version, engine.extensions, place_of(engine)});
     if (engine.state == EngineState::Usable) continue;
     details += "  " + engine.name + " is " + name_of(engine.state) + "\n";
     if (!engine.problem.empty()) details += "    reason: " + engine.problem + "\n";

@@ -27,6 +27,27 @@ const char* const* library_problem_of(const weir_engine& engine) {
   return static_cast<const char* const*>(engine.extension("weir.library-problem/1"));
 }
 
+void describe(const weir_engine& engine, EngineFact* fact) {
+  fact->version = engine_version(engine);
+  const auto* library = library_of(engine);
+  if (library) fact->library = library[0];
+  const auto* problem = library ? nullptr : library_problem_of(engine);
+  fact->state = problem ? EngineState::NotInstalled : EngineState::Usable;
+  if (!problem) return;
+  fact->problem = problem[0];
+  fact->install = problem[1];
+}
+
+void describe_missing(const Error& error, EngineFact* fact) {
+  if (fact->file.empty()) {
+    fact->state = fact->install.empty() ? EngineState::NotAvailable : EngineState::NotInstalled;
+    return;
+  }
+  fact->state = EngineState::Refused;
+  fact->problem = error.what + (error.offered.empty() ? "" : ": " + error.offered);
+  if (fact->install.empty()) fact->install = error.fix;
+}
+
 void look_at(EngineFact* fact) {
   fact->file = module_file(fact->name);
   if (!fact->file.empty())
@@ -38,25 +59,10 @@ void look_at(EngineFact* fact) {
     return;
   }
   const auto engine = infer::ModuleLibrary::instance().engine(fact->name);
-  if (engine) {
-    fact->version = engine_version(**engine);
-    const auto* library = library_of(**engine);
-    if (library) fact->library = library[0];
-    const auto* problem = library ? nullptr : library_problem_of(**engine);
-    fact->state = problem ? EngineState::NotInstalled : EngineState::Usable;
-    if (!problem) return;
-    fact->problem = problem[0];
-    fact->install = problem[1];
-    return;
-  }
-  if (fact->file.empty()) {
-    fact->state = fact->install.empty() ? EngineState::NotAvailable : EngineState::NotInstalled;
-    return;
-  }
-  fact->state = EngineState::Refused;
-  const Error& error = engine.error();
-  fact->problem = error.what + (error.offered.empty() ? "" : ": " + error.offered);
-  if (fact->install.empty()) fact->install = error.fix;
+  if (engine)
+    describe(**engine, fact);
+  else
+    describe_missing(engine.error(), fact);
 }
 
 }  // namespace
@@ -81,9 +87,10 @@ std::string engine_version(const weir_engine& engine) {
 }
 
 std::string module_file(const std::string& name, const std::string& kind) {
+  const std::string file = "libweir-" + kind + "-" + name + ".so";
   for (const auto& folder : infer::ModuleLibrary::search_path()) {
     std::error_code ignored;
-    const fs::path path = fs::path(folder) / ("libweir-" + kind + "-" + name + ".so");
+    const fs::path path = fs::path(folder) / file;
     if (fs::is_regular_file(path, ignored)) return path.string();
   }
   return "";

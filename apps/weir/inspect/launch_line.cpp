@@ -160,8 +160,10 @@ std::vector<weir_tensor_info> chosen_inputs(std::vector<weir_tensor_info> inputs
   for (auto& info : inputs) {
     if (info.rank == WEIR_RANK_UNKNOWN) info.rank = 1, info.shape[0] = 1;
     if (info.type >= WEIR_TYPE_END) info.type = WEIR_FLOAT32;
-    for (uint32_t i = 0; i < info.rank; ++i)
-      if (info.shape[i] < 0) info.shape[i] = picture && (i > 0 || info.rank == 3) ? kOpenSide : 1;
+    const auto choose = [&](int64_t& extent, bool is_batch) {
+      if (extent < 0) extent = picture && !is_batch ? kOpenSide : 1;
+    };
+    for (uint32_t i = 0; i < info.rank; ++i) choose(info.shape[i], i == 0 && info.rank != 3);
   }
   return inputs;
 }

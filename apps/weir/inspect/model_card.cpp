@@ -15,26 +15,27 @@ namespace {
 
 namespace fs = std::filesystem;
 
-// The model's inputs that have the shape of pictures; open sizes become 224.
-std::vector<card::ImageInput> pictures_of(const infer::Model& model) {
+// An input that has the shape of a picture; open sizes become 224.
+card::ImageInput picture_of(const weir_tensor_info& info) {
   constexpr int64_t kOpenSide = 224;
+  card::ImageInput input;
+  input.name = info.name ? info.name : "";
+  input.type =
+      info.type < WEIR_TYPE_END ? static_cast<ElementType>(info.type) : ElementType::Float32;
+  input.shape.assign(info.shape, info.shape + info.rank);
+  if (info.rank == 4 && input.shape[0] < 0) input.shape[0] = 1;
+  for (auto& extent : input.shape)
+    if (extent < 0) extent = kOpenSide;
+  const bool colors_last = input.shape.back() == 1 || input.shape.back() == 3;
+  input.layout =
+      info.layout == WEIR_LAYOUT_NCHW || !colors_last ? card::Layout::Nchw : card::Layout::Nhwc;
+  return input;
+}
+
+std::vector<card::ImageInput> pictures_of(const infer::Model& model) {
   std::vector<card::ImageInput> out;
-  for (const auto& info : model.inputs()) {
-    if (info.rank != 3 && info.rank != 4) continue;
-    card::ImageInput input;
-    input.name = info.name ? info.name : "";
-    input.type =
-        info.type < WEIR_TYPE_END ? static_cast<ElementType>(info.type) : ElementType::Float32;
-    input.shape.assign(info.shape, info.shape + info.rank);
-    if (info.rank == 4 && input.shape[0] < 0) input.shape[0] = 1;
-    for (auto& extent : input.shape)
-      if (extent < 0) extent = kOpenSide;
-    const auto colors = [](int64_t extent) { return extent == 1 || extent == 3; };
-    const bool last = colors(input.shape.back());
-    input.layout =
-        info.layout == WEIR_LAYOUT_NCHW || !last ? card::Layout::Nchw : card::Layout::Nhwc;
-    out.push_back(std::move(input));
-  }
+  for (const auto& info : model.inputs())
+    if (info.rank == 3 || info.rank == 4) out.push_back(picture_of(info));
   return out;
 }
 

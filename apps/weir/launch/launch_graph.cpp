@@ -54,16 +54,7 @@ class Reader {
   Result<LaunchGraph> run() {
     auto tokens = launch_tokens(text_);
     if (!tokens) return tokens.error();
-    for (size_t i = 0; i < tokens->size(); ++i) {
-      const LaunchToken& token = (*tokens)[i];
-      if (pending_ && is_caps(token.text)) {
-        // Caps extend to the next !: "video/x-raw, width=8 ! ...".
-        while (i + 1 < tokens->size() && (*tokens)[i + 1].text != "!") ++i;
-        if (++i == tokens->size()) return no_element_after(token.at);
-        continue;
-      }
-      if (auto status = take(token); !status) return status.error();
-    }
+    if (auto status = read(*tokens); !status) return status.error();
     if (pending_) return no_element_after(pending_at_);
     if (graph_.elements.empty())
       return launch_error(text_, 0, "it is empty", "elements with ! between them");
@@ -72,6 +63,20 @@ class Reader {
   }
 
  private:
+  Status read(const std::vector<LaunchToken>& tokens) {
+    for (auto token = tokens.begin(); token != tokens.end(); ++token) {
+      if (pending_ && is_caps(token->text)) {
+        // Caps extend to the next !: "video/x-raw, width=8 ! ...".
+        const size_t at = token->at;
+        token = std::find_if(token, tokens.end(), [](const auto& t) { return t.text == "!"; });
+        if (token == tokens.end()) return no_element_after(at);
+      } else if (auto status = take(*token); !status) {
+        return status;
+      }
+    }
+    return ok();
+  }
+
   Status take(const LaunchToken& token) {
     if (token.text == "!") return link(token);
     if (token.text == "(" || token.text == ")" || token.text.ends_with(".(")) return ok();

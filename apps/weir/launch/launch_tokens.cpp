@@ -45,26 +45,26 @@ class Cutter {
       const char c = text_[at_];
       if (blank(c)) {
         if (!goes_on()) return ok();
-        continue;
-      }
-      if (c == '"' || c == '\'') {
+      } else if (c == '"' || c == '\'') {
         if (auto status = quoted(out); !status) return status;
-        continue;
+      } else {
+        out->assigns |= read_character(out) == '=';
       }
-      if (c == '\\' && at_ + 1 < text_.size()) ++at_;
-      out->assigns = out->assigns || text_[at_] == '=';
-      out->text += text_[at_++];
     }
     return ok();
+  }
+
+  // One character, or the one after a backslash.
+  char read_character(LaunchToken* out) {
+    if (text_[at_] == '\\' && at_ + 1 < text_.size()) ++at_;
+    out->text += text_[at_];
+    return text_[at_++];
   }
 
   Status quoted(LaunchToken* out) {
     const size_t begin = at_;
     const char quote = text_[at_++];
-    while (at_ < text_.size() && text_[at_] != quote) {
-      if (text_[at_] == '\\' && at_ + 1 < text_.size()) ++at_;
-      out->text += text_[at_++];
-    }
+    while (at_ < text_.size() && text_[at_] != quote) read_character(out);
     if (at_ == text_.size())
       return launch_error(text_, begin, "a quote is not closed",
                           std::string(1, quote) + " after it");
@@ -79,7 +79,7 @@ class Cutter {
 
 }  // namespace
 
-Error launch_error(std::string_view text, size_t at, std::string what, std::string needed) {
+Error launch_error(std::string_view text, size_t at, const std::string& what, std::string needed) {
   return Error{.code = Code::OPTION_SYNTAX,
                .what = "the pipeline cannot be read: " + what,
                .needed = std::move(needed),

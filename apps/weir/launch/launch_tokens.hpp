@@ -19,6 +19,6 @@ struct LaunchToken {
 // OPTION_SYNTAX for an unterminated quote.
 Result<std::vector<LaunchToken>> launch_tokens(std::string_view text);
 // OPTION_SYNTAX with the text and a caret below position `at`.
-Error launch_error(std::string_view text, size_t at, std::string what, std::string needed);
+Error launch_error(std::string_view text, size_t at, const std::string& what, std::string needed);
 
 }  // namespace weir::app

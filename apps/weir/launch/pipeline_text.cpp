@@ -37,6 +37,7 @@ GstElement* parse_words(const std::vector<std::string>& words, GstParseContext* 
       "GStreamer", G_LOG_LEVEL_CRITICAL, +[](const char*, GLogLevelFlags, const char*, gpointer) {},
       nullptr);
   std::vector<const char*> arguments;
+  arguments.reserve(words.size() + 1);
   for (const auto& word : words) arguments.push_back(word.c_str());
   arguments.push_back(nullptr);
   GstElement* parsed =

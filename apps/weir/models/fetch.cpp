@@ -102,7 +102,7 @@ Status fetch_file(const CatalogueFile& file, const fs::path& folder) {
   const fs::path target = folder / file.name;
   const Scratch scratch(target);
   const fs::path part = scratch.path() / "file";
-  const auto status = file.url.empty() ? unpack(file, scratch.path(), part) : download(file, part);
+  auto status = file.url.empty() ? unpack(file, scratch.path(), part) : download(file, part);
   if (!status) return status;
   const std::string digest = gst::sha256_of(part);
   if (digest != file.sha256) {

@@ -86,6 +86,38 @@ std::string rate_text(double per_second) {
   return fixed(per_second, per_second >= 100 ? 0 : per_second >= 10 ? 1 : 2);
 }
 
+namespace {
+
+constexpr char kStyle[] = R"(
+:root { color-scheme: light dark; --text: #1c2330; --dim: #5d6778; --line: #cdd3dd; --back: #fff; --box: #f4f6f9;
+  --mark: #2f6fde; --heat: #e2622b; --bad: #b3261e; }
+@media (prefers-color-scheme: dark) { :root { --text: #e6e9ef; --dim: #9aa4b5; --line: #3a4352; --back: #161b24;
+  --box: #212936; --mark: #6ea2ff; --heat: #e2622b; --bad: #ff8a80; } }
+body { font: 15px/1.45 system-ui, sans-serif; color: var(--text); background: var(--back); margin: 2em auto;
+  max-width: 120em; padding: 0 1.5em; }
+h1 { font-size: 1.5em; margin-bottom: .2em; } h2 { font-size: 1.15em; margin-top: 2em; } h3 { font-size: 1em; }
+pre { background: var(--box); padding: .8em 1em; border-radius: 6px; white-space: pre-wrap; overflow-wrap: anywhere; }
+.wide { overflow-x: auto; } p.note { color: var(--dim); max-width: 60em; }
+.bad { color: var(--bad); } ul.complaints li { overflow-wrap: anywhere; }
+table { border-collapse: collapse; font-size: 13px; font-variant-numeric: tabular-nums; }
+th, td { text-align: right; padding: .25em .7em .25em 0; border-bottom: 1px solid var(--line); white-space: nowrap; }
+th { color: var(--dim); font-weight: 600; } th.text, td.text { text-align: left; }
+svg text { font: 12px system-ui, sans-serif; fill: var(--text); } svg text.name { font-size: 14px; font-weight: 600; }
+svg text.factory, svg text.count, svg text.axis { fill: var(--dim); } svg text.count { text-anchor: end; }
+.box { fill: var(--box); stroke: var(--line); } .heat { fill: var(--heat); stroke: none; }
+.link, .grid { fill: none; stroke: var(--dim); stroke-width: 1.3; } .grid { stroke: var(--line); }
+.tip { fill: var(--dim); } .area { fill: var(--mark); fill-opacity: .35; stroke: var(--mark); } .bar { fill: var(--mark); }
+)";
+
+}  // namespace
+
+std::string page_begin(std::string_view title, std::string_view style) {
+  return "<!DOCTYPE html>\n<html lang=\"en\"><head><meta charset=\"utf-8\">"
+         "<meta name=\"viewport\" content=\"width=device-width\"><title>" +
+         escaped(title) + "</title><style>" + kStyle + std::string(style) +
+         "</style></head><body>\n";
+}
+
 std::string html_table(const std::vector<std::vector<std::string>>& rows, std::string_view id,
                        const std::vector<size_t>& texts) {
   std::string out = "<div class=\"wide\"><table id=\"" + std::string(id) + "\">\n";
@@ -94,7 +126,8 @@ std::string html_table(const std::vector<std::vector<std::string>>& rows, std::s
     const std::string tag = r == 0 ? "th" : "td";
     for (size_t c = 0; c < rows[r].size(); ++c) {
       const bool text = c == 0 || std::find(texts.begin(), texts.end(), c) != texts.end();
-      out += "<" + tag + (text ? " class=\"text\">" : ">") + rows[r][c] + "</" + tag + ">";
+      out.append("<").append(tag).append(text ? " class=\"text\">" : ">");
+      out.append(rows[r][c]).append("</").append(tag).append(">");
     }
     out += "</tr>\n";
   }

@@ -19,6 +19,9 @@ std::string duration_text(double seconds);    // "12.3 ms"
 std::string bytes_text(double bytes);         // "1.2 MB"
 std::string rate_text(double per_second);     // "29.97", "" for 0
 
+// The begin of a self-contained page, up to the begin of its body. `style`: further rules of CSS.
+std::string page_begin(std::string_view title, std::string_view style = "");
+
 // A table of HTML cells. The first row is the heading. The first column and those in `texts` are
 // text, the others numbers.
 std::string html_table(const std::vector<std::vector<std::string>>& rows, std::string_view id,

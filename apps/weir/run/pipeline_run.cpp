@@ -6,6 +6,7 @@
 
 #include <algorithm>
 #include <csignal>
+#include <string_view>
 
 namespace weir::app {
 namespace {
@@ -19,6 +20,17 @@ std::string text_of(const char* text) {
 std::string part(const GstStructure* details, const char* name) {
   return details ? text_of(gst_structure_get_string(details, name)) : "";
 }
+
+// Video sinks of X, GL and Wayland post this error when their window is closed.
+bool is_closed_window(GstMessage* message, const GError* error) {
+  if (!g_error_matches(error, GST_RESOURCE_ERROR, GST_RESOURCE_ERROR_NOT_FOUND)) return false;
+  GstObject* source = GST_MESSAGE_SRC(message);
+  if (!GST_IS_ELEMENT(source)) return false;
+  const char* klass = gst_element_get_metadata(GST_ELEMENT(source), GST_ELEMENT_METADATA_KLASS);
+  return klass && std::string_view(klass).find("Sink/Video") != std::string_view::npos;
+}
+
+}  // namespace
 
 Complaint complaint_of(GstMessage* message) {
   GError* error = nullptr;
@@ -41,12 +53,12 @@ Complaint complaint_of(GstMessage* message) {
   out.difference = part(details, "difference");
   out.fix = part(details, "fix");
   out.debug = text_of(debug);
+  out.is_closed_window =
+      GST_MESSAGE_TYPE(message) == GST_MESSAGE_ERROR && is_closed_window(message, error);
   g_clear_error(&error);
   g_free(debug);
   return out;
 }
-
-}  // namespace
 
 PipelineRun::PipelineRun(gst::Ref<GstElement> read)
     : pipeline_(std::move(read)), loop_(g_main_loop_new(nullptr, FALSE)) {
@@ -185,7 +197,7 @@ void PipelineRun::on_signal() {
   const bool playing =
       gst_element_get_state(pipeline_.get(), &state, nullptr, 0) == GST_STATE_CHANGE_SUCCESS &&
       state == GST_STATE_PLAYING;
-  if (++signals_ > 1 || !playing) {
+  if (++signals_ > 1 || !playing || stops_at_first_signal_) {
     finish(RunEnd::Interrupted);
     return;
   }

@@ -20,9 +20,13 @@ struct Complaint {
   std::string element;  // element name, "" before elements exist
   std::string id;       // "WEIR-2001", "" for other messages
   std::string what, offered, needed, difference, fix;
-  std::string debug;  // GStreamer's debug text
+  std::string debug;              // GStreamer's debug text
+  bool is_closed_window = false;  // the user closed the window of a video sink
   bool operator==(const Complaint&) const = default;
 };
+
+// Precondition: a warning or an error.
+Complaint complaint_of(GstMessage* message);
 
 enum class RunEnd { Eos, Error, Interrupted };
 
@@ -44,6 +48,9 @@ class PipelineRun {
   // called periodically from this thread; `say` with messages to show at once.
   RunEnd play(const std::function<void(const PipelineRun&)>& progress,
               const std::function<void(const std::string&)>& say);
+
+  // For a pipeline that sends no EOS when it is asked for: the first signal stops.
+  void stop_at_first_signal() noexcept { stops_at_first_signal_ = true; }
 
   GstElement* pipeline() const noexcept { return pipeline_.get(); }
   uint64_t frames() const;    // sum over all sinks
@@ -71,6 +78,7 @@ class PipelineRun {
   std::atomic<gint64> first_ = 0;  // monotonic microseconds of the first frame; 0 = none yet
   gint64 ended_ = 0;
   int signals_ = 0;
+  bool stops_at_first_signal_ = false;
   RunEnd end_ = RunEnd::Eos;
 };
 

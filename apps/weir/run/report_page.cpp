@@ -16,27 +16,6 @@ namespace {
 
 using Rows = std::vector<std::vector<std::string>>;
 
-constexpr char kStyle[] = R"(
-:root { color-scheme: light dark; --text: #1c2330; --dim: #5d6778; --line: #cdd3dd; --back: #fff; --box: #f4f6f9;
-  --mark: #2f6fde; --heat: #e2622b; --bad: #b3261e; }
-@media (prefers-color-scheme: dark) { :root { --text: #e6e9ef; --dim: #9aa4b5; --line: #3a4352; --back: #161b24;
-  --box: #212936; --mark: #6ea2ff; --heat: #e2622b; --bad: #ff8a80; } }
-body { font: 15px/1.45 system-ui, sans-serif; color: var(--text); background: var(--back); margin: 2em auto;
-  max-width: 120em; padding: 0 1.5em; }
-h1 { font-size: 1.5em; margin-bottom: .2em; } h2 { font-size: 1.15em; margin-top: 2em; } h3 { font-size: 1em; }
-pre { background: var(--box); padding: .8em 1em; border-radius: 6px; white-space: pre-wrap; overflow-wrap: anywhere; }
-.wide { overflow-x: auto; } p.note { color: var(--dim); max-width: 60em; }
-.bad { color: var(--bad); } ul.complaints li { overflow-wrap: anywhere; }
-table { border-collapse: collapse; font-size: 13px; font-variant-numeric: tabular-nums; }
-th, td { text-align: right; padding: .25em .7em .25em 0; border-bottom: 1px solid var(--line); white-space: nowrap; }
-th { color: var(--dim); font-weight: 600; } th.text, td.text { text-align: left; }
-svg text { font: 12px system-ui, sans-serif; fill: var(--text); } svg text.name { font-size: 14px; font-weight: 600; }
-svg text.factory, svg text.count, svg text.axis { fill: var(--dim); } svg text.count { text-anchor: end; }
-.box { fill: var(--box); stroke: var(--line); } .heat { fill: var(--heat); stroke: none; }
-.link, .grid { fill: none; stroke: var(--dim); stroke-width: 1.3; } .grid { stroke: var(--line); }
-.tip { fill: var(--dim); } .area { fill: var(--mark); fill-opacity: .35; stroke: var(--mark); } .bar { fill: var(--mark); }
-)";
-
 std::string count(const Json& value) {
   return fixed(value, 0);
 }
@@ -113,29 +92,36 @@ std::string head(const Json& outcome, const Json& summary, const std::string& pi
   return entries.empty() ? out : out + "<ul class=\"complaints\">" + entries + "</ul>\n";
 }
 
+// `stats` is the element's ledger, null if it has none.
+std::vector<std::string> element_row(const Json& element, const Json* stats, double run_seconds) {
+  const double in = element["in"]["frames"], work = element["work"];
+  const auto stat = [stats](const char* name) {
+    return stats && stats->contains(name) ? count((*stats)[name]) : std::string();
+  };
+  return {escaped(element["name"].get<std::string>()),
+          escaped(element["factory"].get<std::string>()),
+          count(element["in"]["frames"]),
+          count(element["out"]["frames"]),
+          count(element["refused"]),
+          rate_text(in > 0 ? element["in"]["rate"] : element["out"]["rate"]),
+          in > 0 ? duration_text(work) : "",
+          in > 0 ? duration_text(work / in) : "",
+          in > 0 ? duration_text(element["longest"]) : "",
+          in > 0 && run_seconds > 0 ? fixed(work / run_seconds * 100, 1) + " %" : "",
+          element["own_thread"] > 0 ? duration_text(element["own_thread"]) : "",
+          duration_text(element["states"].get<double>() + element["events"].get<double>()),
+          stat("bytes-copied"),
+          stat("dropped"),
+          stats ? drops(*stats) : ""};
+}
+
 std::string elements(const Json& outcome, const Json& summary, const std::vector<size_t>& shown) {
   Rows rows{{"element", "is a", "frames in", "out", "refused", "frames/s", "time", "a frame",
              "longest", "of the run", "own thread", "start, events", "bytes copied", "dropped",
              "why"}};
-  const double all = summary["seconds"];
   for (const size_t i : shown) {
     const Json& element = summary["elements"][i];
-    const double in = element["in"]["frames"], work = element["work"];
-    const Json* stats = ledger_of(outcome, element);
-    const auto stat = [stats](const char* name) {
-      return stats && stats->contains(name) ? count((*stats)[name]) : std::string();
-    };
-    rows.push_back(
-        {escaped(element["name"].get<std::string>()),
-         escaped(element["factory"].get<std::string>()), count(element["in"]["frames"]),
-         count(element["out"]["frames"]), count(element["refused"]),
-         rate_text(in > 0 ? element["in"]["rate"] : element["out"]["rate"]),
-         in > 0 ? duration_text(work) : "", in > 0 ? duration_text(work / in) : "",
-         in > 0 ? duration_text(element["longest"]) : "",
-         in > 0 && all > 0 ? fixed(work / all * 100, 1) + " %" : "",
-         element["own_thread"] > 0 ? duration_text(element["own_thread"]) : "",
-         duration_text(element["states"].get<double>() + element["events"].get<double>()),
-         stat("bytes-copied"), stat("dropped"), stats ? drops(*stats) : ""});
+    rows.push_back(element_row(element, ledger_of(outcome, element), summary["seconds"]));
   }
   return "<h2>Elements</h2>\n" + html_table(rows, "elements", {1, 14}) +
          "<p class=\"note\">The time of an element excludes the time of its downstream elements. "
@@ -193,7 +179,9 @@ std::string latencies(const Json& summary) {
       row.push_back(item["frames"] > 0 ? duration_text(item[name]) : "");
     row.push_back(count(item["unmatched"]));
     rows.push_back(std::move(row));
-    if (item["frames"] > 0) charts += "<h3>" + from + " to " + to + "</h3>\n" + histogram(item);
+    if (item["frames"] > 0)
+      charts.append("<h3>").append(from).append(" to ").append(to).append("</h3>\n").append(
+          histogram(item));
   }
   if (rows.size() == 1) return "";
   return "<h2>Latency</h2>\n" + html_table(rows, "latencies", {1}) +
@@ -207,11 +195,7 @@ std::string latencies(const Json& summary) {
 }  // namespace
 
 std::string report_page(const Json& outcome, const Json& summary, const std::string& pipeline) {
-  std::string out =
-      "<!DOCTYPE html>\n<html lang=\"en\"><head><meta charset=\"utf-8\">"
-      "<meta name=\"viewport\" content=\"width=device-width\"><title>Pipeline "
-      "report</title><style>" +
-      std::string(kStyle) + "</style></head><body>\n" + head(outcome, summary, pipeline);
+  std::string out = page_begin("Pipeline report") + head(outcome, summary, pipeline);
   const auto shown = shown_elements(summary);
   out +=
       "<h2>Graph</h2>\n" + graph_picture(summary, shown) +

@@ -15,6 +15,11 @@ bool is_open(const weir_tensor_info& info) {
          std::any_of(info.shape, info.shape + info.rank, [](int64_t extent) { return extent < 1; });
 }
 
+void choose_open_sides(weir_tensor_info* info) {
+  for (uint32_t i = 0; i < info->rank; ++i)
+    if (info->shape[i] < 1) info->shape[i] = i == 0 && info->rank == 4 ? 1 : kOpenSide;
+}
+
 }  // namespace
 
 std::vector<weir_tensor_info> sized_inputs(const infer::Model& model,
@@ -22,12 +27,10 @@ std::vector<weir_tensor_info> sized_inputs(const infer::Model& model,
   auto out = model.inputs();
   for (auto& info : out) {
     if (info.rank > WEIR_RANK_LIMIT) continue;
-    if (&info == out.data() && shape.size() == info.rank) {
+    if (&info == out.data() && shape.size() == info.rank)
       std::copy(shape.begin(), shape.end(), info.shape);
-      continue;
-    }
-    for (uint32_t i = 0; i < info.rank; ++i)
-      if (info.shape[i] < 1) info.shape[i] = i == 0 && info.rank == 4 ? 1 : kOpenSide;
+    else
+      choose_open_sides(&info);
   }
   return out;
 }

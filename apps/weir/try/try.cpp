@@ -107,6 +107,10 @@ int try_model_on_input(const TryOptions& options) {
   const auto played = try_pipeline(options, *model, kTextSink);
   auto pipeline = read_pipeline({*played});
   if (!pipeline) return report(pipeline.error(), false);
+  if (auto opened = open_window(pipeline->get()); !opened) {
+    gst_element_set_state(pipeline->get(), GST_STATE_NULL);
+    return report(opened.error(), false);
+  }
   for (const auto& note : model->notes) std::fprintf(stderr, "%s\n", note.c_str());
   std::fprintf(stderr, "gst-launch-1.0 %s\n\n", shown->c_str());
   {
@@ -117,9 +121,11 @@ int try_model_on_input(const TryOptions& options) {
                       const_cast<bool*>(&options.json), nullptr);
   }
   PipelineRun run(*std::move(pipeline));
+  if (options.show && is_photo(options.input)) run.stop_at_first_signal();
   const RunEnd ending =
       run.play([](const PipelineRun&) {},
                [](const std::string& text) { std::fprintf(stderr, "%s\n", text.c_str()); });
+  if (ending == RunEnd::Error && run.errors().front().is_closed_window) return kExitGood;
   print_complaints(run);
   if (!options.output.empty() && ending == RunEnd::Eos)
     std::fprintf(stderr, "%s\n", options.output.c_str());

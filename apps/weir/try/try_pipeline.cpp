@@ -4,9 +4,11 @@
 
 #include <algorithm>
 #include <filesystem>
+#include <string_view>
 
 #include "core/text/pasted.hpp"
 #include "core/text/text.hpp"
+#include "gstcpp/element/ref.hpp"
 
 namespace weir::app {
 namespace {
@@ -17,11 +19,10 @@ std::string extension_of(const std::string& path) {
   return lower(fs::path(path).extension().string());
 }
 
-bool is_photo(const std::string& path) {
-  constexpr const char* kPhotos[] = {".jpg", ".jpeg", ".png", ".bmp", ".webp", ".tif", ".tiff"};
-  const std::string extension = extension_of(path);
-  return std::any_of(std::begin(kPhotos), std::end(kPhotos),
-                     [&](const char* known) { return extension == known; });
+constexpr char kWindow[] = "window";
+
+bool is_camera(const std::string& input) {
+  return input.starts_with("/dev/video");
 }
 
 // tcpclientsrc is no source of uridecodebin.
@@ -45,8 +46,10 @@ Result<std::string> source_of(const std::string& input) {
   if (input.starts_with("tcp://")) return tcp_source(input);
   if (input.find("://") != std::string::npos)
     return "uridecodebin uri=" + launch_value(input) + " ! videoconvert";
-  if (input.starts_with("/dev/video"))
-    return "v4l2src device=" + launch_value(input) + " ! decodebin ! videoconvert";
+  // A camera does not wait: a model that is slower gets its newest frame.
+  if (is_camera(input))
+    return "v4l2src device=" + launch_value(input) +
+           " ! decodebin ! videoconvert ! queue leaky=downstream max-size-buffers=1";
   std::error_code ignored;
   if (fs::is_regular_file(input, ignored)) {
     const std::string file = "filesrc location=" + launch_value(input) + " ! decodebin ! ";
@@ -78,16 +81,35 @@ Result<std::string> encoder_of(const std::string& output) {
                .fix = "--output result.jpg for a photo, --output result.webm for a video"};
 }
 
+// clocksync keeps to the speed of the video and, other than a sink, shows late frames too. A photo
+// stays until its window is closed.
+std::string window_for(const std::string& input) {
+  return (is_photo(input) ? "imagefreeze ! autovideosink name="
+                          : "clocksync ! autovideosink sync=false name=") +
+         std::string(kWindow);
+}
+
 }  // namespace
+
+bool is_photo(const std::string& path) {
+  constexpr const char* kPhotos[] = {".jpg", ".jpeg", ".png", ".bmp", ".webp", ".tif", ".tiff"};
+  const std::string extension = extension_of(path);
+  return std::any_of(std::begin(kPhotos), std::end(kPhotos),
+                     [&](const char* known) { return extension == known; });
+}
+
+std::string result_elements(const TryModel& model) {
+  const std::string labels = model.labels.empty() ? "" : " labels=" + launch_value(model.labels);
+  return "tensor_preprocess " + model.preparation +
+         " ! tensor_filter model=" + launch_value(model.path) +
+         " ! tensor_decoder mode=" + model.mode + model.decoder + labels;
+}
 
 Result<std::string> try_pipeline(const TryOptions& options, const TryModel& model,
                                  const std::string& text_sink) {
   auto source = source_of(options.input);
   if (!source) return source;
-  const std::string labels = model.labels.empty() ? "" : " labels=" + launch_value(model.labels);
-  const std::string results = "tensor_preprocess " + model.preparation +
-                              " ! tensor_filter model=" + launch_value(model.path) +
-                              " ! tensor_decoder mode=" + model.mode + model.decoder + labels;
+  const std::string results = result_elements(model);
   // The labels travel with the results.
   const std::string text = "tensor_decoder mode=json ! " + text_sink;
   if (options.output.empty() && !options.show) return *source + " ! " + results + " ! " + text;
@@ -96,14 +118,31 @@ Result<std::string> try_pipeline(const TryOptions& options, const TryModel& mode
   if (!options.output.empty()) {
     auto encoder = encoder_of(options.output);
     if (!encoder) return encoder;
-    picture += options.show
-                   ? "tee name=seen ! queue ! " + *encoder + " seen. ! queue ! autovideosink"
-                   : *encoder;
+    picture += options.show ? "tee name=seen ! queue ! " + *encoder + " seen. ! queue ! " +
+                                  window_for(options.input)
+                            : *encoder;
   } else {
-    picture += "autovideosink";
+    picture += window_for(options.input);
   }
-  return *source + " ! tee name=video ! queue ! " + picture + " video. ! queue ! " + results +
-         " ! tee name=results ! queue ! drawn.results results. ! queue ! " + text;
+  const std::string queue = is_camera(options.input) ? "queue max-size-buffers=1" : "queue";
+  return *source + " ! tee name=video ! " + queue + " ! " + picture + " video. ! " + queue + " ! " +
+         results + " ! tee name=results ! queue ! drawn.results results. ! queue ! " + text;
+}
+
+Status open_window(GstElement* pipeline) {
+  const auto window = gst::Ref<GstElement>::adopt(gst_bin_get_by_name(GST_BIN(pipeline), kWindow));
+  if (!window) return ok();
+  const bool is_ready =
+      gst_element_set_state(window.get(), GST_STATE_READY) != GST_STATE_CHANGE_FAILURE;
+  const auto sink = gst::Ref<GstElement>::adopt(
+      GST_ELEMENT(gst_child_proxy_get_child_by_index(GST_CHILD_PROXY(window.get()), 0)));
+  GstElementFactory* factory = sink ? gst_element_get_factory(sink.get()) : nullptr;
+  if (is_ready && factory && std::string_view(GST_OBJECT_NAME(factory)) != "fakesink") return ok();
+  return Error{.code = Code::OPTION_VALUE,
+               .what = "no window can be opened",
+               .offered = "--show without a display that a video sink of GStreamer can use",
+               .needed = "a graphical session: DISPLAY or WAYLAND_DISPLAY names its display",
+               .fix = "--output found.jpg instead of --show, or ssh -X for a remote machine"};
 }
 
 }  // namespace weir::app

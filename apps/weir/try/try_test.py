@@ -83,6 +83,13 @@ class Refused(Case):
         self.refused(weir("try", "--mode", "text", MODEL, "test", "-o", self.folder / "x.doc", **CARDS), 1, "WEIR-1004", ".webm")
 
     @unittest.skipUnless(HAS_ONNX, "the engine onnxruntime is not built")
+    def test_a_window_without_a_display(self):
+        without = {"DISPLAY": "", "WAYLAND_DISPLAY": "", "GST_PLUGIN_FEATURE_RANK": "fbdevsink:NONE,kmssink:NONE", **CARDS}
+        self.refused(weir("try", write_map_model(self.folder, "depth"), "test", "--show", **without), 1,
+                     "WEIR-1004: no window can be opened", "DISPLAY or WAYLAND_DISPLAY names its display",
+                     "fix: --output found.jpg instead of --show, or ssh -X for a remote machine")
+
+    @unittest.skipUnless(HAS_ONNX, "the engine onnxruntime is not built")
     def test_a_mode_that_cannot_read_the_outputs(self):
         self.refused(weir("try", "--mode", "pose", MODEL, "test", **CARDS), 1, "WEIR-2001", "no head that this mode knows")
 

@@ -73,7 +73,7 @@ void set_numbers(Numbers numbers, card::ImageInput* input) {
   }
 }
 
-const char* words_of(Numbers numbers) {
+const char* text_of(Numbers numbers) {
   switch (numbers) {
     case Numbers::Bytes:
       return "0 to 255";
@@ -106,6 +106,23 @@ std::string list_of(const char* name, const std::vector<double>& values) {
   return out;
 }
 
+const char* text_of(card::Color color) {
+  if (color == card::Color::Bgr) return "BGR";
+  return color == card::Color::Gray ? "gray" : "RGB";
+}
+
+bool is_byte(const card::ImageInput& input) {
+  return input.type == ElementType::UInt8 || input.type == ElementType::Int8;
+}
+
+std::string assumption(const card::ImageInput& input, Numbers numbers) {
+  return std::string("assumed: pixels as ") + (is_byte(input) ? "bytes" : text_of(numbers)) + ", " +
+         text_of(input.color) +
+         (input.resize == card::Resize::Letterbox ? ", letterboxed" : ", stretched") +
+         ", as models of this kind usually are. If the results are wrong, write a card "
+         "(docs/cards.md)";
+}
+
 }  // namespace
 
 std::optional<card::ImageInput> usual_pixels(std::string_view family, const weir_tensor_info& info,
@@ -126,18 +143,10 @@ std::optional<card::ImageInput> usual_pixels(std::string_view family, const weir
   out.resize = usual.resize;
   out.padding = usual.padding;
   // Whole numbers are those of the pixels.
-  const bool is_byte = out.type == ElementType::UInt8 || out.type == ElementType::Int8;
-  if (!is_byte && !(out.channels() == 1 && usual.numbers == Numbers::ImageNet))
+  if (!is_byte(out) && !(out.channels() == 1 && usual.numbers == Numbers::ImageNet))
     set_numbers(usual.numbers, &out);
   if (out.type == ElementType::Int8) out.mean = {128}, out.scale = {1};
-  *note = std::string("assumed: pixels as ") + (is_byte ? "bytes" : words_of(usual.numbers)) +
-          ", " +
-          (out.color == card::Color::Bgr    ? "BGR"
-           : out.color == card::Color::Gray ? "gray"
-                                            : "RGB") +
-          (out.resize == card::Resize::Letterbox ? ", letterboxed" : ", stretched") +
-          ", as models of this kind usually are. If the results are wrong, write a card "
-          "(docs/cards.md)";
+  *note = assumption(out, usual.numbers);
   return out;
 }
 

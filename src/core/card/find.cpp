@@ -32,6 +32,26 @@ std::string layout_name(Layout layout) {
   return layout == Layout::Nhwc ? "NHWC" : "NCHW";
 }
 
+Result<Card> read_beside(const fs::path& beside, const Search& search) {
+  auto card = read(beside.string());
+  if (!card || card->sha256 == search.sha256()) return card;
+  return Error{.code = Code::CARD_INVALID,
+               .what = "the card beside the model belongs to a different file",
+               .offered = beside.string() + ": sha256 " + card->sha256,
+               .needed = "sha256 " + search.sha256(),
+               .fix = "fetch the model again, or correct the card after checking it"};
+}
+
+Card card_from_model(const Search& search) {
+  Card card;
+  card.name = card.model = fs::path(search.model).filename().string();
+  card.sha256 = search.sha256();
+  card.inputs = search.from_model;
+  card.labels.names = search.labels_from_model;
+  if (!card.labels.names.empty()) card.decoder = "image_labeling";
+  return card;
+}
+
 }  // namespace
 
 std::vector<std::string> card_folders() {
@@ -66,30 +86,14 @@ std::string card_to_fill_in(const Search& search) {
 Result<Card> find(const Search& search) {
   const fs::path beside = fs::path(search.model).replace_extension(".card.json");
   std::error_code ignored;
-  if (fs::exists(beside, ignored)) {
-    auto card = read(beside.string());
-    if (!card || card->sha256 == search.sha256()) return card;
-    return Error{.code = Code::CARD_INVALID,
-                 .what = "the card beside the model belongs to a different file",
-                 .offered = beside.string() + ": sha256 " + card->sha256,
-                 .needed = "sha256 " + search.sha256(),
-                 .fix = "fetch the model again, or correct the card after checking it"};
-  }
+  if (fs::exists(beside, ignored)) return read_beside(beside, search);
   for (const auto& folder : search.folders)
     for (const auto& path : cards_in(folder)) {
       auto card = read(path);
       if (!card) return card;
       if (card->sha256 == search.sha256()) return card;
     }
-  if (!search.from_model.empty()) {
-    Card card;
-    card.name = card.model = fs::path(search.model).filename().string();
-    card.sha256 = search.sha256();
-    card.inputs = search.from_model;
-    card.labels.names = search.labels_from_model;
-    if (!card.labels.names.empty()) card.decoder = "image_labeling";
-    return card;
-  }
+  if (!search.from_model.empty()) return card_from_model(search);
   return Error{
       .code = Code::CARD_MISSING,
       .what = "no model card describes how the pixels must be prepared",

@@ -109,7 +109,8 @@ Result<size_t> element_index(const Place& place, const TensorSpec& tensor) {
 
 double average(ElementType type, std::span<const std::byte> bytes) noexcept {
   return visit_type(type, [&]<class T>(std::type_identity<T>) {
-    return sum<T>(bytes) / static_cast<double>(bytes.size() / sizeof(T));
+    const size_t elements = bytes.size() / sizeof(T);
+    return sum<T>(bytes) / static_cast<double>(elements);
   });
 }
 

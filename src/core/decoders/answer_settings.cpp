@@ -52,6 +52,19 @@ bool is_number(std::string_view text) {
          std::all_of(text.begin(), text.end(), [](char c) { return c >= '0' && c <= '9'; });
 }
 
+void set_text(const std::string& key, const std::string& value, AnswerSettings* out) {
+  if (key == "labels")
+    out->labels = read_label_file("labels", value);
+  else if (key == "classes")
+    out->classes = parse_name_list(value);
+  else if (key == "head")
+    out->head = value;
+  else if (key == "name")
+    out->name = value;
+  else
+    out->custom[key] = value;
+}
+
 }  // namespace
 
 std::vector<int32_t> AnswerSettings::class_indices(const std::vector<std::string>& names) const {
@@ -82,22 +95,12 @@ AnswerSettings read_answer_settings(const Options& options) {
   out.threshold = read_part(options, "threshold", "threshold=0.5");
   out.iou = read_part(options, "iou", "iou=0.45").value_or(out.iou);
   out.max_results = read_most_results(options, out.max_results);
+  constexpr std::string_view kNumbers[] = {"threshold", "iou", "max-results", "input"};
   for (const weir_option& option : options.all()) {
-    if (!option.key) continue;
-    const std::string key = option.key, value = option.value ? option.value : "";
-    if (value.empty() || key == "threshold" || key == "iou" || key == "max-results") continue;
-    if (key == "labels")
-      out.labels = read_label_file("labels", value);
-    else if (key == "classes")
-      out.classes = parse_name_list(value);
-    else if (key == "head")
-      out.head = value;
-    else if (key == "name")
-      out.name = value;
-    else if (key == "input")
-      ;  // below, with its own error
-    else
-      out.custom[key] = value;
+    if (!option.key || !option.value || !*option.value) continue;
+    const std::string_view key = option.key;
+    if (std::find(std::begin(kNumbers), std::end(kNumbers), key) == std::end(kNumbers))
+      set_text(option.key, option.value, &out);
   }
   if (options.get("input")) {
     const FrameSize size = read_size(options, "input", "the size of the model's input");

@@ -185,9 +185,12 @@ std::optional<ModelFacts> without_batch(ModelFacts facts) {
   return batch == 0 ? std::nullopt : std::optional(std::move(facts));
 }
 
+bool has_map_fields(const weir_frame& frame) noexcept {
+  return frame.struct_size >= offsetof(weir_frame, maps) + sizeof(void*);
+}
+
 FrameRegions::FrameRegions(const weir_frame& frame) : frame_(frame) {
-  constexpr uint32_t kNeeded = offsetof(weir_frame, maps) + sizeof frame.maps;
-  if (frame.struct_size < kNeeded || frame.maps_of != WEIR_MAPS_OF_REGIONS) return;
+  if (!has_map_fields(frame) || frame.maps_of != WEIR_MAPS_OF_REGIONS) return;
   are_regions_ = true;
   count_ = frame.n_maps;
   for (uint32_t i = 0; i < frame.n_tensors; ++i) {

@@ -57,6 +57,9 @@ bool has_shapes(const heads::ModelFacts& facts, std::span<const weir_tensor> ten
 // common, is 1. nullopt if there is no such extent above 1.
 std::optional<heads::ModelFacts> without_batch(heads::ModelFacts facts);
 
+// Whether the frame has the fields of source maps; frames of older hosts end before them.
+bool has_map_fields(const weir_frame& frame) noexcept;
+
 // The pictures in a frame: one, or one for each region of a batch (WEIR_MAPS_OF_REGIONS), whose
 // tensors are slices of the frame's along their outermost dimension.
 class FrameRegions {

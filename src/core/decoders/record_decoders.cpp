@@ -158,8 +158,7 @@ class RecordDecoder {
     FrameFacts out{.running_time = times_.running_time,
                    .duration = frame.duration >= 0 ? frame.duration : duration_,
                    .unix_time = times_.unix_time};
-    constexpr uint32_t kNeeded = offsetof(weir_frame, maps) + sizeof frame.maps;
-    if (frame.struct_size < kNeeded || !frame.maps) return out;
+    if (!has_map_fields(frame) || !frame.maps) return out;
     for (uint32_t i = 0; i < frame.n_maps; ++i) out.maps.push_back(source_map(frame.maps[i]));
     if (out.maps.empty()) return out;
     out.width = out.maps[0].source_width;

@@ -33,10 +33,9 @@ CentroidTracker::Pair CentroidTracker::nearest_box(const Object& object,
   return nearest;
 }
 
-std::vector<uint64_t> CentroidTracker::follow(std::span<const PixelBox> boxes) {
-  std::vector<uint64_t> numbers(boxes.size());
+void CentroidTracker::match(std::span<const PixelBox> boxes, std::vector<uint64_t>* numbers) {
   std::vector<Pair> nearest;
-  for (const Object& object : objects_) nearest.push_back(nearest_box(object, boxes, numbers));
+  for (const Object& object : objects_) nearest.push_back(nearest_box(object, boxes, *numbers));
   std::vector<bool> is_matched(objects_.size());
   for (;;) {
     size_t best = objects_.size();
@@ -45,16 +44,22 @@ std::vector<uint64_t> CentroidTracker::follow(std::span<const PixelBox> boxes) {
           (best == objects_.size() || nearest[i].distance < nearest[best].distance))
         best = i;
     if (best == objects_.size()) break;
-    if (numbers[nearest[best].box] != 0) {  // another object has it by now
-      nearest[best] = nearest_box(objects_[best], boxes, numbers);
+    uint64_t& number = (*numbers)[nearest[best].box];
+    if (number != 0) {  // another object has it by now
+      nearest[best] = nearest_box(objects_[best], boxes, *numbers);
       continue;
     }
-    numbers[nearest[best].box] = objects_[best].number;
+    number = objects_[best].number;
     is_matched[best] = true;
     objects_[best].missing = 0;
   }
   for (size_t i = 0; i < objects_.size(); ++i)
     if (!is_matched[i]) ++objects_[i].missing;
+}
+
+std::vector<uint64_t> CentroidTracker::follow(std::span<const PixelBox> boxes) {
+  std::vector<uint64_t> numbers(boxes.size());
+  match(boxes, &numbers);
   std::erase_if(objects_, [](const Object& object) { return object.missing >= kMostMissing; });
   for (size_t i = 0; i < boxes.size() && objects_.size() < kMostObjects; ++i) {
     if (numbers[i] != 0) continue;

@@ -27,6 +27,8 @@ class CentroidTracker {
   struct Pair;
   Pair nearest_box(const Object& object, std::span<const PixelBox> boxes,
                    std::span<const uint64_t> numbers) const;
+  // Sets the numbers of the boxes that continue an object, closest pairs first.
+  void match(std::span<const PixelBox> boxes, std::vector<uint64_t>* numbers);
 
   std::vector<Object> objects_;
   uint64_t last_ = 0;

@@ -60,25 +60,32 @@ int32_t class_in_planes(const float* planes, size_t stride, size_t classes, floa
   return 0;
 }
 
+// Of the block of `count` cells from `first`; `planes` are its class scores, `objectness` is null
+// or its objectness.
+void find_in_block(const float* planes, const float* objectness, const DenseScores& scores,
+                   size_t first, size_t count, float threshold, std::vector<ScoredCell>* found) {
+  if (objectness && !any_reaches(objectness, count, threshold)) return;
+  std::array<float, kBlock> best, products;
+  best_of_planes(planes, scores.cells, scores.classes, count, best.data());
+  const float* reached = best.data();
+  if (objectness) {
+    for (size_t i = 0; i < count; ++i) products[i] = best[i] * objectness[i];
+    reached = products.data();
+  }
+  if (!any_reaches(reached, count, threshold)) return;
+  for (size_t i = 0; i < count; ++i)
+    if (reached[i] >= threshold && (!objectness || objectness[i] >= threshold))
+      append(first + i, class_in_planes(planes + i, scores.cells, scores.classes, best[i]),
+             reached[i], threshold, found);
+}
+
 void find_in_planes(std::span<const float> numbers, const DenseScores& scores, float threshold,
                     std::vector<ScoredCell>* found) {
-  std::array<float, kBlock> best, products;
   for (size_t first = 0; first < scores.cells; first += kBlock) {
-    const size_t count = std::min(kBlock, scores.cells - first);
     const float* planes = numbers.data() + scores.first_class * scores.cells + first;
     const float* objectness = scores.has_objectness ? planes - scores.cells : nullptr;
-    if (objectness && !any_reaches(objectness, count, threshold)) continue;
-    best_of_planes(planes, scores.cells, scores.classes, count, best.data());
-    const float* reached = best.data();
-    if (objectness) {
-      for (size_t i = 0; i < count; ++i) products[i] = best[i] * objectness[i];
-      reached = products.data();
-    }
-    if (!any_reaches(reached, count, threshold)) continue;
-    for (size_t i = 0; i < count; ++i)
-      if (reached[i] >= threshold && (!objectness || objectness[i] >= threshold))
-        append(first + i, class_in_planes(planes + i, scores.cells, scores.classes, best[i]),
-               reached[i], threshold, found);
+    find_in_block(planes, objectness, scores, first, std::min(kBlock, scores.cells - first),
+                  threshold, found);
   }
 }
 

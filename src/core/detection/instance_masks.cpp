@@ -27,7 +27,8 @@ float sample_at(float from, float to, uint32_t index, uint32_t count) noexcept {
 
 uint8_t probability_of(float sum) noexcept {
   const float probability = 1 / (1 + std::exp(-sum));
-  return std::isnan(probability) ? uint8_t{0} : static_cast<uint8_t>(probability * 255 + 0.5f);
+  return std::isnan(probability) ? uint8_t{0}
+                                 : static_cast<uint8_t>(std::lround(probability * 255));
 }
 
 }  // namespace

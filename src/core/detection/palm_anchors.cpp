@@ -16,6 +16,20 @@ float scale_of(const PalmAnchorOptions& options, size_t layer) {
                                    static_cast<float>(layer) / static_cast<float>(layers - 1);
 }
 
+// One anchor of each scale in each cell of a square grid.
+void add_grid(uint32_t stride, const std::vector<float>& scales, const PalmAnchorOptions& options,
+              std::vector<Anchor>* anchors) {
+  const uint32_t cells = kGridPixels / stride + (kGridPixels % stride != 0 ? 1 : 0);
+  const auto across = static_cast<float>(cells);
+  for (uint32_t y = 0; y < cells; ++y)
+    for (uint32_t x = 0; x < cells; ++x)
+      for (const float scale : scales)
+        anchors->push_back({.x = (static_cast<float>(x) + options.x_offset) / across,
+                            .y = (static_cast<float>(y) + options.y_offset) / across,
+                            .width = scale,
+                            .height = scale});
+}
+
 }  // namespace
 
 std::vector<Anchor> make_palm_anchors(const PalmAnchorOptions& options) {
@@ -26,15 +40,7 @@ std::vector<Anchor> make_palm_anchors(const PalmAnchorOptions& options) {
     std::vector<float> scales;
     for (end = first; end < layers && options.strides[end] == stride; ++end)
       for (const size_t layer : {end, end + 1}) scales.push_back(scale_of(options, layer));
-    const uint32_t cells = kGridPixels / stride + (kGridPixels % stride != 0 ? 1 : 0);
-    const auto across = static_cast<float>(cells);
-    for (uint32_t y = 0; y < cells; ++y)
-      for (uint32_t x = 0; x < cells; ++x)
-        for (const float scale : scales)
-          anchors.push_back({.x = (static_cast<float>(x) + options.x_offset) / across,
-                             .y = (static_cast<float>(y) + options.y_offset) / across,
-                             .width = scale,
-                             .height = scale});
+    add_grid(stride, scales, options, &anchors);
   }
   return anchors;
 }

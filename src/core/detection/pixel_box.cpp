@@ -8,7 +8,7 @@ namespace weir::detection {
 namespace {
 
 int32_t truncated(float value) noexcept {
-  constexpr float kFar = 1 << 30;  // a sum of two of them fits into 32 bits
+  constexpr float kFar = 0x1p30f;  // a sum of two of them fits into 32 bits
   return static_cast<int32_t>(std::clamp(value, -kFar, kFar - 64));
 }
 

@@ -22,6 +22,18 @@ Error invalid_priors(std::string difference) {
                .difference = std::move(difference)};
 }
 
+Status read_line(std::string_view line, const std::string& place, std::vector<float>* list) {
+  for (const auto word : split(line, " \t,\r")) {
+    if (word.empty()) continue;
+    const auto value = parse_double(word);
+    if (!value || !std::isfinite(static_cast<float>(*value)))
+      return invalid_priors(place + ": \"" + std::string(word.substr(0, 40)) +
+                            "\" is not a number");
+    list->push_back(static_cast<float>(*value));
+  }
+  return ok();
+}
+
 float logit(float probability) {
   if (probability <= 0) return -std::numeric_limits<float>::infinity();
   if (probability >= 1) return std::numeric_limits<float>::infinity();
@@ -58,14 +70,7 @@ Result<BoxPriors> parse_box_priors(std::string_view text) {
     auto& list = *lists[line_number];
     const std::string place =
         "line " + std::to_string(line_number + 1) + " (" + kLineNames[line_number] + ")";
-    for (const auto word : split(line, " \t,\r")) {
-      if (word.empty()) continue;
-      const auto value = parse_double(word);
-      if (!value || !std::isfinite(static_cast<float>(*value)))
-        return invalid_priors(place + ": \"" + std::string(word.substr(0, 40)) +
-                              "\" is not a number");
-      list.push_back(static_cast<float>(*value));
-    }
+    if (auto status = read_line(line, place, &list); !status) return status.error();
     if (list.empty() || list.size() != priors.y.size())
       return invalid_priors(place + " has " + std::to_string(list.size()) +
                             " values, the first line " + std::to_string(priors.y.size()));

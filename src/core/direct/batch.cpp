@@ -35,6 +35,30 @@ std::vector<weir_tensor_info> of_one_frame(std::vector<weir_tensor_info> infos) 
   return infos;
 }
 
+Status check_same_shapes(const std::vector<weir_tensor_info>& infos, uint32_t frame,
+                         const std::vector<weir_tensor_info>& first) {
+  for (size_t i = 0; i < first.size(); ++i)
+    if (const auto difference = shape_difference(infos[i], first[i]); !difference.empty())
+      return Error{.code = Code::SPEC_MISMATCH,
+                   .what = "the frames of a batch have different shapes",
+                   .offered = "frame " + std::to_string(frame) + ": " + to_string(infos[i]),
+                   .needed = "as frame 0: " + to_string(first[i]),
+                   .difference = difference};
+  return ok();
+}
+
+// Copies input i of each frame, one after the other, into tensor i of `out`.
+void copy_frames(std::span<const weir_tensor> inputs, uint32_t frames,
+                 std::span<const weir_tensor> out) {
+  for (size_t i = 0; i < out.size(); ++i) {
+    auto* to = static_cast<char*>(out[i].data);
+    for (uint32_t frame = 0; frame < frames; ++frame) {
+      const weir_tensor& from = inputs[frame * out.size() + i];
+      if (from.bytes > 0) std::memcpy(to + frame * from.bytes, from.data, from.bytes);
+    }
+  }
+}
+
 }  // namespace
 
 Result<Batch> gather(std::span<const weir_tensor> inputs, uint32_t frames,
@@ -68,21 +92,9 @@ Result<Batch> gather(std::span<const weir_tensor> inputs, uint32_t frames,
   for (uint32_t frame = 1; frame < frames; ++frame) {
     const auto infos = described(frame);
     if (!infos) return infos.error();
-    for (size_t i = 0; i < each; ++i)
-      if (const auto difference = shape_difference((*infos)[i], (*first)[i]); !difference.empty())
-        return Error{.code = Code::SPEC_MISMATCH,
-                     .what = "the frames of a batch have different shapes",
-                     .offered = "frame " + std::to_string(frame) + ": " + to_string((*infos)[i]),
-                     .needed = "as frame 0: " + to_string((*first)[i]),
-                     .difference = difference};
+    if (auto status = check_same_shapes(*infos, frame, *first); !status) return status.error();
   }
-  for (size_t i = 0; i < each; ++i) {
-    auto* to = static_cast<char*>(out.memory.tensors()[i].data);
-    for (uint32_t frame = 0; frame < frames; ++frame) {
-      const weir_tensor& from = inputs[frame * each + i];
-      if (from.bytes > 0) std::memcpy(to + frame * from.bytes, from.data, from.bytes);
-    }
-  }
+  copy_frames(inputs, frames, out.memory.tensors());
   return out;
 }
 

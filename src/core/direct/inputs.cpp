@@ -82,6 +82,52 @@ Status check_size(const weir_tensor& given, const weir_tensor_info& needed, cons
   return ok();
 }
 
+namespace {
+
+// Gives `out`, the current description of input i, the shape that comes with a frame, if one comes.
+Status describe_shape(const weir_tensor_info& requested, const weir_tensor_info& declared, size_t i,
+                      weir_tensor_info* out) {
+  if (requested.rank > WEIR_RANK_LIMIT)
+    return is_fixed(*out) ? ok() : Status(left_open(i, declared));
+  const std::string difference = shape_difference(requested, declared);
+  if (!difference.empty() || !is_fixed(requested))
+    return Error{
+        .code = Code::SPEC_MISMATCH,
+        .what = place_text("input", i, declared) + " has a different shape than the model's",
+        .offered = to_string(requested),
+        .needed = to_string(declared),
+        .difference = difference.empty() ? "an extent is unknown" : difference};
+  out->rank = requested.rank;
+  std::memcpy(out->shape, requested.shape, sizeof requested.shape);
+  return ok();
+}
+
+// Gives `out`, the declaration of input i, the type and the shape that are requested.
+Status reshape_input(const weir_tensor_info& requested, size_t i, weir_tensor_info* out) {
+  const weir_tensor_info declared = *out;
+  if (requested.type < WEIR_TYPE_END) {
+    weir_tensor typed{};
+    typed.info.type = out->type = requested.type;
+    if (auto status = check_type(typed, declared, "input", i); !status) return status;
+  }
+  if (requested.rank > WEIR_RANK_LIMIT) return ok();
+  std::string difference = shape_difference(requested, declared);
+  for (uint32_t axis = 0; axis < requested.rank && difference.empty(); ++axis)
+    if (requested.shape[axis] < 1)
+      difference = "axis " + std::to_string(axis) + " is " + std::to_string(requested.shape[axis]);
+  if (!difference.empty())
+    return Error{.code = Code::SPEC_MISMATCH,
+                 .what = place_text("input", i, declared) + " cannot have this shape",
+                 .offered = shape_text(requested),
+                 .needed = to_string(declared),
+                 .difference = difference};
+  out->rank = requested.rank;
+  std::memcpy(out->shape, requested.shape, sizeof requested.shape);
+  return ok();
+}
+
+}  // namespace
+
 Result<std::vector<weir_tensor_info>> described_inputs(
     std::span<const weir_tensor> given, const std::vector<weir_tensor_info>& declared,
     const std::vector<weir_tensor_info>& current) {
@@ -94,22 +140,9 @@ Result<std::vector<weir_tensor_info>> described_inputs(
   std::vector<weir_tensor_info> out = current;
   for (size_t i = 0; i < given.size(); ++i) {
     if (auto status = check_type(given[i], declared[i], "input", i); !status) return status.error();
-    const weir_tensor_info& requested = given[i].info;
-    out[i].type = requested.type;
-    if (requested.rank <= WEIR_RANK_LIMIT) {
-      const std::string difference = shape_difference(requested, declared[i]);
-      if (!difference.empty() || !is_fixed(requested))
-        return Error{
-            .code = Code::SPEC_MISMATCH,
-            .what = place_text("input", i, declared[i]) + " has a different shape than the model's",
-            .offered = to_string(requested),
-            .needed = to_string(declared[i]),
-            .difference = difference.empty() ? "an extent is unknown" : difference};
-      out[i].rank = requested.rank;
-      std::memcpy(out[i].shape, requested.shape, sizeof requested.shape);
-    } else if (!is_fixed(out[i])) {
-      return left_open(i, declared[i]);
-    }
+    out[i].type = given[i].info.type;
+    if (auto status = describe_shape(given[i].info, declared[i], i, &out[i]); !status)
+      return status.error();
     if (auto status = check_size(given[i], out[i], "input", i); !status) return status.error();
   }
   return out;
@@ -124,28 +157,8 @@ Result<std::vector<weir_tensor_info>> reshaped(const std::vector<weir_tensor_inf
                  .needed = std::to_string(declared.size()) + ": " + list(declared),
                  .difference = "number of tensors"};
   std::vector<weir_tensor_info> out = declared;
-  for (size_t i = 0; i < out.size(); ++i) {
-    const weir_tensor_info& requested = wanted[i];
-    if (requested.type < WEIR_TYPE_END) {
-      weir_tensor typed{};
-      typed.info.type = out[i].type = requested.type;
-      if (auto status = check_type(typed, declared[i], "input", i); !status) return status.error();
-    }
-    if (requested.rank > WEIR_RANK_LIMIT) continue;
-    std::string difference = shape_difference(requested, declared[i]);
-    for (uint32_t axis = 0; axis < requested.rank && difference.empty(); ++axis)
-      if (requested.shape[axis] < 1)
-        difference =
-            "axis " + std::to_string(axis) + " is " + std::to_string(requested.shape[axis]);
-    if (!difference.empty())
-      return Error{.code = Code::SPEC_MISMATCH,
-                   .what = place_text("input", i, declared[i]) + " cannot have this shape",
-                   .offered = shape_text(requested),
-                   .needed = to_string(declared[i]),
-                   .difference = difference};
-    out[i].rank = requested.rank;
-    std::memcpy(out[i].shape, requested.shape, sizeof requested.shape);
-  }
+  for (size_t i = 0; i < out.size(); ++i)
+    if (auto status = reshape_input(wanted[i], i, &out[i]); !status) return status.error();
   return out;
 }
 

@@ -132,12 +132,12 @@ void Canvas::tint(const Area& area, uint8_t opacity, const Paint& paint) noexcep
     const preprocess::Lane& lane = lanes_[plane];
     const int64_t left = lane.halved_columns ? (part.left + 1) / 2 : part.left;
     const int64_t right = lane.halved_columns ? (part.right + 1) / 2 : part.right;
+    const int64_t top = lane.halved_rows ? (part.top + 1) / 2 : part.top;
+    const int64_t bottom = lane.halved_rows ? (part.bottom + 1) / 2 : part.bottom;
     if (left >= right) continue;
     const auto bytes = static_cast<size_t>((right - left) * lane.step);
-    for (int64_t y = part.top; y < part.bottom; ++y) {
-      if (lane.halved_rows && y % 2 != 0) continue;
-      tint_row(at(plane, left, lane.halved_rows ? y / 2 : y), opacity, bytes, paint.planes[plane]);
-    }
+    for (int64_t y = top; y < bottom; ++y)
+      tint_row(at(plane, left, y), opacity, bytes, paint.planes[plane]);
   }
 }
 

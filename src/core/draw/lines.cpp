@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <limits>
 
 namespace weir::draw {
 namespace {
@@ -38,7 +39,7 @@ void fill_convex(std::span<const Point> corners, const Paint& paint, Canvas* can
   const int64_t end = std::min(first_pixel(bottom), all.bottom);
   for (int64_t row = first; row < end; ++row) {
     const double y = static_cast<double>(row) + 0.5;
-    double left = INFINITY, right = -INFINITY;
+    double left = std::numeric_limits<double>::infinity(), right = -left;
     for (size_t i = 0; i < corners.size(); ++i) {
       const Point a = bounded(corners[i]), b = bounded(corners[(i + 1) % corners.size()]);
       if ((a.y <= y) == (b.y <= y)) continue;

@@ -7,6 +7,7 @@
 #include <bit>
 #include <cstdlib>
 #include <cstring>
+#include <utility>
 
 #include "core/draw/glyphs.hpp"
 
@@ -22,6 +23,13 @@ constexpr std::array<uint32_t, kGlyphWidth> kColumnBits{0x80, 0x40, 0x20, 0x10, 
 
 int64_t bounded(int64_t at) {
   return std::clamp(at, -kFar, kFar);
+}
+
+std::array<uint32_t, kGlyphWidth> glyph_row(uint32_t bits, uint32_t paint) noexcept {
+  std::array<uint32_t, kGlyphWidth> pixels;
+  for (size_t column = 0; column < pixels.size(); ++column)
+    pixels[column] = bits & kColumnBits[column] ? paint : 0;
+  return pixels;
 }
 
 }  // namespace
@@ -50,8 +58,11 @@ void RgbaFrame::line(int64_t x1, int64_t y1, int64_t x2, int64_t y2, Rgba color,
                      int thickness) noexcept {
   x1 = bounded(x1), y1 = bounded(y1), x2 = bounded(x2), y2 = bounded(y2);
   const bool is_steep = std::abs(y2 - y1) > std::abs(x2 - x1);
-  const int64_t start = is_steep ? y1 : x1, across = is_steep ? x1 : y1;
-  const int64_t run = is_steep ? y2 - y1 : x2 - x1, rise = is_steep ? x2 - x1 : y2 - y1;
+  if (is_steep) {
+    std::swap(x1, y1);
+    std::swap(x2, y2);
+  }
+  const int64_t start = x1, across = y1, run = x2 - x1, rise = y2 - y1;
   const int64_t steps = std::abs(run), direction = run < 0 ? -1 : 1;
   const int64_t side = rise < 0 ? -1 : 1, length = is_steep ? height_ : width_;
   // One pixel more, since a thick line reaches into the frame from the pixel before it.
@@ -79,9 +90,7 @@ void RgbaFrame::text(int64_t x, int64_t y, std::string_view text, Rgba color) no
     const Glyph& glyph = glyph_of(character);
     const int64_t hidden = std::clamp<int64_t>(-x, 0, kGlyphWidth);  // columns left of the frame
     for (int64_t row = first; row < last; ++row) {
-      std::array<uint32_t, kGlyphWidth> cell;
-      for (size_t column = 0; column < cell.size(); ++column)
-        cell[column] = glyph[static_cast<size_t>(row)] & kColumnBits[column] ? paint : 0;
+      const auto cell = glyph_row(glyph[static_cast<size_t>(row)], paint);
       uint32_t* to = pixels_ + (y + row) * width_ + x + hidden;
       if (hidden == 0)
         std::memcpy(to, cell.data(), sizeof cell);

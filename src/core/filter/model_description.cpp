@@ -131,7 +131,7 @@ Result<FrameSpec> ModelDescription::source_spec(const FrameSpec& sink,
 }
 
 std::vector<TensorSpec> ModelDescription::chosen_outputs(const std::vector<ModelShape>& of) const {
-  const auto all = known_parts(of);
+  auto all = known_parts(of);
   if (output_choice.empty()) return all;
   std::vector<TensorSpec> chosen;
   for (const size_t index : output_choice.outputs)

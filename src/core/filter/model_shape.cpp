@@ -80,6 +80,24 @@ std::string scaled_video(int64_t channels, int64_t width, int64_t height) {
   return caps + " ! tensor_converter";
 }
 
+// Sets type and shape of tensor `i` of the model, where they do not contradict it.
+Status apply_setting(size_t i, const TensorSpec& requested, const std::string& property,
+                     ModelShape* shape) {
+  ModelShape needed = *shape;
+  if (!requested.shape.valid()) needed.rank_known = false;
+  const std::string diff = difference(i, requested, needed);
+  if (!diff.empty())
+    return Error{.code = Code::SPEC_MISMATCH,
+                 .what = property + " contradicts the model",
+                 .offered = requested.to_string(),
+                 .needed = shape->to_string(),
+                 .difference = diff,
+                 .fix = "omit " + property + ": the model declares it"};
+  if (requested.shape.valid()) *shape = filled(*shape, requested);
+  shape->type = requested.type;
+  return ok();
+}
+
 }  // namespace
 
 bool ModelShape::fixed() const noexcept {
@@ -176,12 +194,19 @@ Result<std::vector<ModelShape>> with_user_settings(std::vector<ModelShape> model
                                                    const std::string& dimensions,
                                                    const std::string& types,
                                                    const std::string& property) {
-  const auto shapes = parse_shape_list(dimensions);
-  if (!dimensions.empty() && !shapes) return shapes.error();
-  const auto element_types = parse_type_list(types);
-  if (!types.empty() && !element_types) return element_types.error();
-  const size_t n =
-      std::max(dimensions.empty() ? 0 : shapes->size(), types.empty() ? 0 : element_types->size());
+  std::vector<Shape> set_shapes;
+  std::vector<ElementType> set_types;
+  if (!dimensions.empty()) {
+    auto parsed = parse_shape_list(dimensions);
+    if (!parsed) return parsed.error();
+    set_shapes = *std::move(parsed);
+  }
+  if (!types.empty()) {
+    auto parsed = parse_type_list(types);
+    if (!parsed) return parsed.error();
+    set_types = *std::move(parsed);
+  }
+  const size_t n = std::max(set_shapes.size(), set_types.size());
   if (n == 0) return model;
   if (model.empty()) model.resize(n);
   if (model.size() != n)
@@ -192,21 +217,10 @@ Result<std::vector<ModelShape>> with_user_settings(std::vector<ModelShape> model
                  .difference = "number of tensors"};
   for (size_t i = 0; i < n; ++i) {
     TensorSpec requested;
-    requested.type =
-        !types.empty() && i < element_types->size() ? (*element_types)[i] : model[i].type;
-    if (!dimensions.empty() && i < shapes->size()) requested.shape = (*shapes)[i];
-    ModelShape needed = model[i];
-    if (!requested.shape.valid()) needed.rank_known = false;
-    const std::string diff = difference(i, requested, needed);
-    if (!diff.empty())
-      return Error{.code = Code::SPEC_MISMATCH,
-                   .what = property + " contradicts the model",
-                   .offered = requested.to_string(),
-                   .needed = model[i].to_string(),
-                   .difference = diff,
-                   .fix = "omit " + property + ": the model declares it"};
-    if (requested.shape.valid()) model[i] = filled(model[i], requested);
-    model[i].type = requested.type;
+    requested.type = i < set_types.size() ? set_types[i] : model[i].type;
+    if (i < set_shapes.size()) requested.shape = set_shapes[i];
+    if (auto status = apply_setting(i, requested, property, &model[i]); !status)
+      return status.error();
   }
   return model;
 }

@@ -68,8 +68,8 @@ Unit DenseHead::unit_of_grid(std::span<const float> numbers, PictureSize input) 
     const auto stride = static_cast<double>(place.stride);
     const double column = place.column + 0.5, row = place.row + 0.5;
     pixels += std::abs(x / stride - column) + std::abs(y / stride - row);
-    parts +=
-        std::abs(x * input.width / stride - column) + std::abs(y * input.height / stride - row);
+    parts += std::abs(x * static_cast<float>(input.width) / stride - column) +
+             std::abs(y * static_cast<float>(input.height) / stride - row);
     cells += std::abs(x - 0.5) + std::abs(y - 0.5);
   };
   for (const auto& found : found_) add(found.cell);
@@ -92,6 +92,30 @@ Unit DenseHead::unit_of(std::span<const float> numbers, PictureSize input) {
   return unit.unit();
 }
 
+Candidate DenseHead::candidate_of(const detection::ScoredCell& found,
+                                  std::span<const float> numbers,
+                                  std::span<const CellPlace> where) const {
+  const auto number = [&](size_t value) { return numbers[scores_.at(found.cell, value)]; };
+  float x = number(0) * scale_.x, y = number(1) * scale_.y;
+  float width = number(2) * scale_.x, height = number(3) * scale_.y;
+  if (!where.empty()) {
+    const CellPlace& place = where[found.cell % where.size()];
+    const auto stride = static_cast<float>(place.stride);
+    x = (x + static_cast<float>(place.column)) * stride;
+    y = (y + static_cast<float>(place.row)) * stride;
+    width = std::exp(width) * stride;
+    height = std::exp(height) * stride;
+  }
+  return {.x = spec_.has_angle ? x : x - width / 2,
+          .y = spec_.has_angle ? y : y - height / 2,
+          .width = width,
+          .height = height,
+          .score = found.score,
+          .class_index = found.class_index,
+          .row = found.cell,
+          .angle = spec_.has_angle ? number(scores_.values - 1) : 0};
+}
+
 Candidates DenseHead::find(OutputValues& outputs, PictureSize frame_input) {
   const PictureSize input = known(frame_input);
   const auto numbers = read(outputs);
@@ -109,25 +133,7 @@ Candidates DenseHead::find(OutputValues& outputs, PictureSize frame_input) {
   if (unit == Unit::Cells && where.empty()) require_size({});
   candidates.reserve(found_.size());
   for (const auto& found : found_) {
-    const auto number = [&](size_t value) { return numbers[scores_.at(found.cell, value)]; };
-    float x = number(0) * scale_.x, y = number(1) * scale_.y;
-    float width = number(2) * scale_.x, height = number(3) * scale_.y;
-    if (unit == Unit::Cells) {
-      const CellPlace& place = where[found.cell % where.size()];
-      const auto stride = static_cast<float>(place.stride);
-      x = (x + static_cast<float>(place.column)) * stride;
-      y = (y + static_cast<float>(place.row)) * stride;
-      width = std::exp(width) * stride;
-      height = std::exp(height) * stride;
-    }
-    const Candidate candidate{.x = spec_.has_angle ? x : x - width / 2,
-                              .y = spec_.has_angle ? y : y - height / 2,
-                              .width = width,
-                              .height = height,
-                              .score = found.score,
-                              .class_index = found.class_index,
-                              .row = found.cell,
-                              .angle = spec_.has_angle ? number(scores_.values - 1) : 0};
+    const Candidate candidate = candidate_of(found, numbers, where);
     if (candidate.is_finite()) candidates.push_back(candidate);
   }
   return candidates;

@@ -54,6 +54,10 @@ class DenseHead final : public Head {
                  results::Answer* answer);
   std::span<const float> read(OutputValues& outputs) const;
   std::span<const CellPlace> places(detection::PictureSize input);
+  // `where` is empty unless the numbers are relative to cells.
+  detection::Candidate candidate_of(const detection::ScoredCell& found,
+                                    std::span<const float> numbers,
+                                    std::span<const CellPlace> where) const;
 
   DenseSpec spec_;
   detection::DenseScores scores_;

@@ -33,8 +33,8 @@ PictureSize square_with(size_t cells, Strides strides) {
   for (const uint32_t stride : strides)
     cells_of_a_block += size_t{largest / stride} * (largest / stride);
   if (cells % cells_of_a_block != 0) return {};
-  const auto blocks =
-      static_cast<size_t>(std::lround(std::sqrt(static_cast<double>(cells / cells_of_a_block))));
+  const size_t area = cells / cells_of_a_block;  // in blocks
+  const auto blocks = static_cast<size_t>(std::lround(std::sqrt(static_cast<double>(area))));
   if (blocks == 0 || blocks > 1024 || blocks * blocks * cells_of_a_block != cells) return {};
   const auto side = static_cast<uint32_t>(blocks * largest);
   return {side, side};

@@ -74,8 +74,9 @@ class FastestDet final : public Head {
       const auto number = [&](size_t value) { return numbers[value * cells + best.cell]; };
       const float score = std::pow(number(0), 0.6f) * std::pow(best.score, 0.4f);
       if (!reaches(score, threshold_)) continue;
+      const auto row_index = best.cell / grid_.columns;
       const auto column = static_cast<float>(best.cell % grid_.columns);
-      const auto row = static_cast<float>(best.cell / grid_.columns);
+      const auto row = static_cast<float>(row_index);
       const float box_width = sigmoid(number(3)) * width, box_height = sigmoid(number(4)) * height;
       const Candidate candidate{.x = (column + std::tanh(number(1))) * step_x - box_width / 2,
                                 .y = (row + std::tanh(number(2))) * step_y - box_height / 2,

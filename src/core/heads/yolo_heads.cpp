@@ -15,7 +15,7 @@ namespace weir::heads {
 namespace {
 
 constexpr size_t kWithObjectness = kBoxValues + 1, kAngle = 1;
-constexpr size_t kCocoPoints = 3 * 17, kDotaClasses = 15;
+constexpr size_t kCocoPoints = size_t{3} * 17, kDotaClasses = 15;
 
 // `usual`: what decides if neither metadata nor labels do.
 Fit fit_of(const ModelFacts& model, std::string_view task, size_t classes, bool usual) {

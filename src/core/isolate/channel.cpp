@@ -24,24 +24,48 @@ bool may_look_again(std::chrono::steady_clock::time_point until) {
   return true;
 }
 
+// As poll(), with a deadline. Interruptions by signals do not end it.
+int poll_until(std::span<pollfd> watched, const Deadline& deadline) {
+  for (;;) {
+    const int ready = poll(watched.data(), watched.size(), poll_timeout(deadline));
+    const bool interrupted = ready < 0 && errno == EINTR;
+    if (!interrupted && (ready != 0 || is_over(deadline))) return ready;
+  }
+}
+
+// As recvmsg(). A descriptor that comes with the bytes goes to `came`.
+ssize_t receive_some(int socket, std::span<std::byte> into, Descriptor* came) {
+  alignas(cmsghdr) char control[CMSG_SPACE(sizeof(int))] = {};
+  iovec part{into.data(), into.size()};
+  msghdr head{};
+  head.msg_iov = &part;
+  head.msg_iovlen = 1;
+  head.msg_control = control;
+  head.msg_controllen = CMSG_LEN(sizeof(int));  // room for one: the kernel closes others
+  const ssize_t got = recvmsg(socket, &head, MSG_DONTWAIT | MSG_CMSG_CLOEXEC);
+  if (got <= 0) return got;
+  const cmsghdr* const along = CMSG_FIRSTHDR(&head);
+  if (along && along->cmsg_level == SOL_SOCKET && along->cmsg_type == SCM_RIGHTS &&
+      along->cmsg_len == CMSG_LEN(sizeof(int))) {
+    int number = -1;
+    std::memcpy(&number, CMSG_DATA(along), sizeof number);
+    *came = Descriptor(number);
+  }
+  return got;
+}
+
 }  // namespace
 
 Passage Channel::wait(short events, const Deadline& deadline) const {
-  for (;;) {
-    pollfd watched[] = {{socket_.get(), events, 0},
-                        {process_, POLLIN, 0},
-                        {stop_, POLLIN, 0},
-                        {cancel_, POLLIN, 0}};
-    const int ready = poll(watched, std::size(watched), poll_timeout(deadline));
-    if (ready < 0 && errno == EINTR) continue;
-    if (ready < 0) return Passage::Ended;
-    if (ready == 0 && !is_over(deadline)) continue;
-    if (ready == 0) return Passage::TimedOut;
-    // Data sent before the process ended is read first.
-    if (watched[0].revents & events) return Passage::Done;
-    if (watched[0].revents || watched[1].revents) return Passage::Ended;
-    return Passage::Cancelled;
-  }
+  pollfd watched[] = {
+      {socket_.get(), events, 0}, {process_, POLLIN, 0}, {stop_, POLLIN, 0}, {cancel_, POLLIN, 0}};
+  const int ready = poll_until(watched, deadline);
+  if (ready < 0) return Passage::Ended;
+  if (ready == 0) return Passage::TimedOut;
+  // Data sent before the process ended is read first.
+  if (watched[0].revents & events) return Passage::Done;
+  if (watched[0].revents || watched[1].revents) return Passage::Ended;
+  return Passage::Cancelled;
 }
 
 Passage Channel::send(std::span<const std::byte> message, const Deadline& deadline,
@@ -77,30 +101,16 @@ Passage Channel::send(std::span<const std::byte> message, const Deadline& deadli
 Passage Channel::receive_bytes(std::span<std::byte> into, const Deadline& deadline,
                                std::chrono::steady_clock::time_point look_until, Descriptor* came) {
   while (!into.empty()) {
-    alignas(cmsghdr) char control[CMSG_SPACE(sizeof(int))] = {};
-    iovec part{into.data(), into.size()};
-    msghdr head{};
-    head.msg_iov = &part;
-    head.msg_iovlen = 1;
-    head.msg_control = control;
-    head.msg_controllen = CMSG_LEN(sizeof(int));  // room for one: the kernel closes others
-    const ssize_t got = recvmsg(socket_.get(), &head, MSG_DONTWAIT | MSG_CMSG_CLOEXEC);
+    const ssize_t got = receive_some(socket_.get(), into, came);
     if (got == 0) return Passage::Ended;
-    if (got < 0 && errno == EINTR) continue;
-    if (got < 0 && !would_wait()) return Passage::Ended;
-    if (got < 0 && may_look_again(look_until)) continue;
-    if (got < 0) {
-      if (const auto passage = wait(POLLIN, deadline); passage != Passage::Done) return passage;
+    if (got > 0) {
+      into = into.subspan(static_cast<size_t>(got));
       continue;
     }
-    const cmsghdr* const along = CMSG_FIRSTHDR(&head);
-    if (along && along->cmsg_level == SOL_SOCKET && along->cmsg_type == SCM_RIGHTS &&
-        along->cmsg_len == CMSG_LEN(sizeof(int))) {
-      int number = -1;
-      std::memcpy(&number, CMSG_DATA(along), sizeof number);
-      *came = Descriptor(number);
-    }
-    into = into.subspan(static_cast<size_t>(got));
+    if (errno == EINTR) continue;
+    if (!would_wait()) return Passage::Ended;
+    if (may_look_again(look_until)) continue;
+    if (const auto passage = wait(POLLIN, deadline); passage != Passage::Done) return passage;
   }
   return Passage::Done;
 }

@@ -283,10 +283,14 @@ weir_engine table() {
   // The engine in the process decides whether it needs a file.
   out.flags = WEIR_ENGINE_NEEDS_NO_MODEL | WEIR_ENGINE_MODEL_IS_NO_FILE;
   out.open = open_model;
-  out.close = [](weir_model* model) { delete &model_of(model); };
+  out.close = [](weir_model* handle) {
+    const std::unique_ptr<IsolatedModel> end(&model_of(handle));
+  };
   out.info = info;
   out.session_new = session_new;
-  out.session_free = [](weir_session* session) { delete &session_of(session); };
+  out.session_free = [](weir_session* handle) {
+    const std::unique_ptr<IsolatedSession> end(&session_of(handle));
+  };
   out.resolve = resolve;
   out.invoke = invoke;
   out.control = control;

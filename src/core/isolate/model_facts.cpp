@@ -7,7 +7,7 @@
 namespace weir::isolate {
 namespace {
 
-constexpr size_t kMostText = 64 * 1024;
+constexpr size_t kMostText = size_t{64} * 1024;
 
 std::string shortened(std::string text) {
   if (text.size() > kMostText) text.resize(kMostText);

@@ -48,10 +48,10 @@ struct HalfCheck {
 std::vector<HalfCheck> halves(const SystemCallRule& rule) {
   std::vector<HalfCheck> out;
   for (const auto& check : rule.checks)
-    for (const unsigned half : {0u, 1u}) {
+    for (const size_t half : {0u, 1u}) {
       const auto mask = static_cast<uint32_t>(check.mask >> (32 * half));
       const auto value = static_cast<uint32_t>(check.value >> (32 * half));
-      const size_t offset = offsetof(seccomp_data, args) + 8 * check.argument + 4 * half;
+      const size_t offset = offsetof(seccomp_data, args) + size_t{8} * check.argument + 4 * half;
       if (mask != 0) out.push_back({offset, mask, value});
     }
   return out;

@@ -69,6 +69,11 @@ class Worker {
                                 uint64_t* copied);
   Status place_outputs(const weir_frame& out, uint64_t* end);
   Status reserve_output(uint64_t bytes);
+  void write_frame(const weir_frame& in, const weir_frame& out,
+                   const std::vector<InputCall>& inputs);
+  Result<std::vector<OutputAnswer>> read_outputs(const weir_frame& out, MessageReader* answer,
+                                                 uint64_t* end);
+  Status fetch_outputs(uint64_t end);
   Status take_outputs(weir_frame& out, uint64_t end, uint64_t* copied, MessageReader* answer,
                       bool in_block);
   std::string on_frame() const;

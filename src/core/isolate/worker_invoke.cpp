@@ -13,6 +13,17 @@ constexpr uint64_t kMostEngineBytes = uint64_t{1}
                                       << 30;  // limit for outputs that an engine allocates
 constexpr size_t kBlocksBeforeSweep = 64;
 
+Status allocate(uint64_t bytes, weir_tensor* tensor) {
+  weir_tensor memory{};
+  if (infer::host().allocate(nullptr, WEIR_MEMORY_HOST, bytes, 1, &memory) < 0)
+    return Error{.code = Code::OUT_OF_MEMORY, .what = "no memory for an output"};
+  tensor->data = memory.data;
+  tensor->capacity = memory.capacity;
+  tensor->owner = memory.owner;
+  tensor->release = memory.release;
+  return ok();
+}
+
 }  // namespace
 
 void Worker::forget_blocks_that_are_gone() {
@@ -101,22 +112,8 @@ Status Worker::place_outputs(const weir_frame& out, uint64_t* end) {
   return reserve_output(*end);
 }
 
-Result<int> Worker::invoke(const weir_frame& in, weir_frame& out, const SharedArena& arena,
-                           uint64_t* copied) {
-  if (in.n_tensors > WEIR_TENSOR_LIMIT || out.n_tensors > WEIR_TENSOR_LIMIT)
-    return Error{.code = Code::LIMIT_EXCEEDED,
-                 .what = "a frame has too many tensors",
-                 .needed = "at most 256"};
-  const Deadline until = deadline(invokes_ == 0 ? 10 : 1);
-  ++invokes_;
-  std::vector<InputCall> inputs;
-  for (uint32_t i = 0; i < in.n_tensors; ++i) {
-    auto call = place_input(i, in.tensors[i], arena, copied);
-    if (!call) return call.error();
-    inputs.push_back(*call);
-  }
-  uint64_t end = 0;
-  if (auto status = place_outputs(out, &end); !status) return status.error();
+void Worker::write_frame(const weir_frame& in, const weir_frame& out,
+                         const std::vector<InputCall>& inputs) {
   FrameCall frame{};
   frame.pts = in.pts;
   frame.duration = in.duration;
@@ -136,6 +133,25 @@ Result<int> Worker::invoke(const weir_frame& in, weir_frame& out, const SharedAr
   for (uint32_t i = 0; i < out.n_tensors; ++i)
     writer_.put(
         OutputCall{places_[i], out.tensors[i].data != nullptr, without_pointers(out.tensors[i])});
+}
+
+Result<int> Worker::invoke(const weir_frame& in, weir_frame& out, const SharedArena& arena,
+                           uint64_t* copied) {
+  if (in.n_tensors > WEIR_TENSOR_LIMIT || out.n_tensors > WEIR_TENSOR_LIMIT)
+    return Error{.code = Code::LIMIT_EXCEEDED,
+                 .what = "a frame has too many tensors",
+                 .needed = "at most 256"};
+  const Deadline until = deadline(invokes_ == 0 ? 10 : 1);
+  ++invokes_;
+  std::vector<InputCall> inputs;
+  for (uint32_t i = 0; i < in.n_tensors; ++i) {
+    auto call = place_input(i, in.tensors[i], arena, copied);
+    if (!call) return call.error();
+    inputs.push_back(*call);
+  }
+  uint64_t end = 0;
+  if (auto status = place_outputs(out, &end); !status) return status.error();
+  write_frame(in, out, inputs);
   if (auto status = ask(Kind::Invoked, until, on_frame()); !status) return status.error();
   const Message answer = std::move(answer_);  // fetching outputs overwrites answer_
   MessageReader invoked(answer.body);
@@ -148,11 +164,12 @@ Result<int> Worker::invoke(const weir_frame& in, weir_frame& out, const SharedAr
   return 0;
 }
 
-// The sizes come from the worker: each is checked against the given memory before use.
-Status Worker::take_outputs(weir_frame& out, uint64_t end, uint64_t* copied, MessageReader* answer,
-                            bool in_block) {
+// The sizes come from the worker: each is checked against the given memory before use. Moves `end`
+// beyond the outputs without memory.
+Result<std::vector<OutputAnswer>> Worker::read_outputs(const weir_frame& out, MessageReader* answer,
+                                                       uint64_t* end) {
   std::vector<OutputAnswer> answers;
-  const uint64_t most = end + kMostEngineBytes;
+  const uint64_t most = *end + kMostEngineBytes;
   for (uint32_t i = 0; i < out.n_tensors; ++i) {
     answers.push_back(answer->take<OutputAnswer>());
     const auto& [bytes, info] = answers.back();
@@ -161,34 +178,38 @@ Status Worker::take_outputs(weir_frame& out, uint64_t end, uint64_t* copied, Mes
       return invalid_message(on_frame(), "an output of " + std::to_string(bytes) + " bytes");
     if (info.rank > WEIR_RANK_LIMIT && info.rank != WEIR_RANK_UNKNOWN)
       return invalid_message(on_frame(), "an output of rank " + std::to_string(info.rank));
-    if (!given) places_[i] = *place(bytes, &end);
-    if (end > most)
-      return invalid_message(on_frame(), "outputs of " + std::to_string(end) + " bytes");
+    if (!given) places_[i] = *place(bytes, end);
+    if (*end > most)
+      return invalid_message(on_frame(), "outputs of " + std::to_string(*end) + " bytes");
   }
   if (!answer->complete())
     return invalid_message(on_frame(), "a reply that is too short or too long");
+  return answers;
+}
+
+// Has the worker write its outputs to places_ in memory of `end` bytes.
+Status Worker::fetch_outputs(uint64_t end) {
+  const auto from = output_;  // the worker reads it during Fetch
+  if (auto status = reserve_output(end); !status) return status;
+  writer_.begin(Kind::Fetch);
+  writer_.put(output_->id());
+  for (const uint64_t place : places_) writer_.put(place);
+  return ask(Kind::Done, deadline(1), on_frame());
+}
+
+Status Worker::take_outputs(weir_frame& out, uint64_t end, uint64_t* copied, MessageReader* answer,
+                            bool in_block) {
+  const auto answers = read_outputs(out, answer, &end);
+  if (!answers) return answers.error();
   if (in_block && end > output_->bytes())
     return invalid_message(on_frame(), "outputs beyond the end of their memory");
-  if (!in_block) {
-    const auto from = output_;  // the worker reads it during Fetch
-    if (auto status = reserve_output(end); !status) return status;
-    writer_.begin(Kind::Fetch);
-    writer_.put(output_->id());
-    for (uint32_t i = 0; i < out.n_tensors; ++i) writer_.put(places_[i]);
-    if (auto status = ask(Kind::Done, deadline(1), on_frame()); !status) return status;
-  }
+  if (!in_block)
+    if (auto status = fetch_outputs(end); !status) return status;
   for (uint32_t i = 0; i < out.n_tensors; ++i) {
     auto& tensor = out.tensors[i];
-    const auto& [bytes, info] = answers[i];
-    if (!tensor.data) {
-      weir_tensor memory{};
-      if (infer::host().allocate(nullptr, WEIR_MEMORY_HOST, bytes, 1, &memory) < 0)
-        return Error{.code = Code::OUT_OF_MEMORY, .what = "no memory for an output"};
-      tensor.data = memory.data;
-      tensor.capacity = memory.capacity;
-      tensor.owner = memory.owner;
-      tensor.release = memory.release;
-    }
+    const auto& [bytes, info] = (*answers)[i];
+    if (!tensor.data)
+      if (auto status = allocate(bytes, &tensor); !status) return status;
     if (bytes > 0) std::memcpy(tensor.data, output_->data() + places_[i], bytes);
     *copied += bytes;
     tensor.bytes = bytes;

@@ -37,6 +37,9 @@ class WorkerServer {
   void forget_block(MessageReader* call);
 
   Status read_frame(MessageReader* call);
+  void set_frames(const FrameCall& frame);
+  Status read_inputs(MessageReader* call);
+  Status read_outputs(MessageReader* call);
   void answer_invoke(int result);
   void write_outputs(Mapping& block);
   void release_outputs();

@@ -43,6 +43,13 @@ Status WorkerServer::read_frame(MessageReader* call) {
   output_block_ = frame.output_block;
   maps_.resize(std::min(frame.maps, kMostMaps));
   for (auto& map : maps_) map = call->take<weir_source_map>();
+  set_frames(frame);
+  if (auto status = read_inputs(call); !status) return status;
+  if (auto status = read_outputs(call); !status) return status;
+  return call->complete() ? ok() : Status(memory_is_missing());
+}
+
+void WorkerServer::set_frames(const FrameCall& frame) {
   in_ = {};
   in_.struct_size = sizeof in_;
   in_.n_tensors = static_cast<uint32_t>(inputs_.size());
@@ -59,6 +66,9 @@ Status WorkerServer::read_frame(MessageReader* call) {
   out_ = in_;
   out_.n_tensors = static_cast<uint32_t>(outputs_.size());
   out_.tensors = outputs_.data();
+}
+
+Status WorkerServer::read_inputs(MessageReader* call) {
   for (size_t i = 0; i < inputs_.size(); ++i) {
     const auto input = call->take<InputCall>();
     inputs_[i] = without_pointers(input.tensor);
@@ -68,6 +78,10 @@ Status WorkerServer::read_frame(MessageReader* call) {
     if (!has_legal_rank(inputs_[i].info))
       return unreadable_frame("a tensor with more than 16 dimensions");
   }
+  return ok();
+}
+
+Status WorkerServer::read_outputs(MessageReader* call) {
   for (size_t i = 0; i < outputs_.size(); ++i) {
     const auto output = call->take<OutputCall>();
     outputs_[i] = without_pointers(output.tensor);
@@ -81,7 +95,7 @@ Status WorkerServer::read_frame(MessageReader* call) {
     outputs_[i].data = at(output_block_, output.offset, output.tensor.bytes);
     if (!outputs_[i].data) return memory_is_missing();
   }
-  return call->complete() ? ok() : Status(memory_is_missing());
+  return ok();
 }
 
 Status WorkerServer::invoke(MessageReader* call) {

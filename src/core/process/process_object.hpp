@@ -3,6 +3,7 @@
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #pragma once
 #include <cstddef>
+#include <memory>
 
 namespace weir::process {
 
@@ -23,7 +24,8 @@ Lookup lookup() noexcept;
 // The process's `T` of that name. It is never destroyed, since threads may outlive static objects.
 template <class T>
 T& object(const char* name) {
-  return *static_cast<T*>(lookup()(name, sizeof(T), []() -> void* { return new T; }));
+  return *static_cast<T*>(
+      lookup()(name, sizeof(T), []() -> void* { return std::make_unique<T>().release(); }));
 }
 
 }  // namespace weir::process

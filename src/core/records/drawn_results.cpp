@@ -136,7 +136,7 @@ draw::ClassMap levels_of(const DepthView& view, std::span<const SourceMap> maps,
         const double depth = view.at(i);
         if (!(span > 0) || !std::isfinite(depth)) return 0;
         const double part = std::clamp((depth - range.least) / span, 0.0, 1.0);
-        return static_cast<uint16_t>(part * kLevels + 0.5);
+        return static_cast<uint16_t>(std::lround(part * kLevels));
       });
   out.is_depth = true;
   return out;

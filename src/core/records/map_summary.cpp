@@ -4,7 +4,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <map>
 
 namespace weir::records {
 namespace {
@@ -28,15 +27,18 @@ void for_each_cell(uint32_t width, uint32_t height, const std::optional<SourceMa
 
 std::vector<ClassPart> parts_of_classes(const ClassMapView& classes,
                                         const std::optional<SourceMap>& map) {
-  std::map<uint32_t, uint64_t> cells;
+  std::vector<uint64_t> cells;  // of each class, up to the greatest that occurs: 65535 at most
   uint64_t all = 0;
   for_each_cell(classes.width, classes.height, map, [&](size_t i) {
-    ++cells[classes.at(i)];
+    const uint32_t index = classes.at(i);
+    if (index >= cells.size()) cells.resize(size_t{index} + 1);
+    ++cells[index];
     ++all;
   });
   std::vector<ClassPart> out;
-  for (const auto& [index, count] : cells)
-    out.push_back({index, static_cast<double>(count) / static_cast<double>(all)});
+  for (uint32_t index = 0; index < cells.size(); ++index)
+    if (cells[index] > 0)
+      out.push_back({index, static_cast<double>(cells[index]) / static_cast<double>(all)});
   return out;
 }
 

@@ -79,6 +79,7 @@ std::vector<ClassRuns> runs_of_classes(const ClassMapView& classes, const Source
       writer->add(x * height + y, x * height + y + 1);
     }
   std::vector<ClassRuns> out;
+  out.reserve(writers.size());
   for (auto& [index, runs] : writers) out.push_back({index, runs.finish(uint64_t{width} * height)});
   return out;
 }
@@ -98,6 +99,29 @@ std::string text_of(const RunLengths& runs) {
     }
   }
   return out;
+}
+
+std::optional<RunLengths> runs_of_text(std::string_view text, uint64_t pixels) {
+  RunLengths out;
+  uint64_t sum = 0;
+  while (!text.empty()) {
+    int64_t value = 0;
+    bool more = true;
+    for (unsigned shift = 0; more; shift += 5) {
+      constexpr unsigned kMostShift = 35;  // a run of 32 bits, with its sign
+      if (text.empty() || text[0] < '0' || text[0] > 'o' || shift > kMostShift) return std::nullopt;
+      const int64_t group = text[0] - '0';
+      text.remove_prefix(1);
+      value |= (group & 0x1F) << shift;
+      more = (group & 0x20) != 0;
+      if (!more && (group & 0x10) != 0) value -= int64_t{1} << (shift + 5);
+    }
+    if (out.size() > 2) value += out[out.size() - 2];
+    if (value < 0 || static_cast<uint64_t>(value) > pixels - sum) return std::nullopt;
+    sum += static_cast<uint64_t>(value);
+    out.push_back(static_cast<uint32_t>(value));
+  }
+  return sum == pixels ? std::optional(out) : std::nullopt;
 }
 
 }  // namespace weir::records

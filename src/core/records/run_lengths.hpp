@@ -3,7 +3,9 @@
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #pragma once
 #include <cstdint>
+#include <optional>
 #include <string>
+#include <string_view>
 #include <vector>
 
 #include "core/records/result_frame.hpp"
@@ -34,5 +36,7 @@ std::vector<ClassRuns> runs_of_classes(const ClassMapView& classes, const Source
 // The text of a code in files of COCO: differences to the run before the last one, in characters
 // of 6 bits from '0' on.
 std::string text_of(const RunLengths& runs);
+// The runs of such a text. nullopt if it is damaged or its runs are not `pixels` in sum.
+std::optional<RunLengths> runs_of_text(std::string_view text, uint64_t pixels);
 
 }  // namespace weir::records

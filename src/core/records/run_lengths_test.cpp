@@ -4,6 +4,7 @@
 
 #include <gtest/gtest.h>
 
+#include <numeric>
 #include <random>
 
 namespace weir::records {
@@ -64,6 +65,31 @@ TEST(RunLengths, TextIsThatOfCoco) {
   EXPECT_EQ(text_of({1, 5, 2, 3}), "152N");
   // Sign-extended differences of more than four bits: 5 - 1000 = -995.
   EXPECT_EQ(text_of({0, 1000, 2, 5}), "0Xo02mPO");
+}
+
+TEST(RunLengths, OfATextAreThoseThatWereWritten) {
+  for (const RunLengths& runs : {RunLengths{6},
+                                 {0, 6},
+                                 {16},
+                                 {100},
+                                 {1, 5, 2, 3},
+                                 {0, 1000, 2, 5},
+                                 {7, 1, 4000000, 1, 3, 123456}}) {
+    const uint64_t pixels = std::accumulate(runs.begin(), runs.end(), uint64_t{0});
+    EXPECT_EQ(runs_of_text(text_of(runs), pixels), runs) << text_of(runs);
+  }
+}
+
+TEST(RunLengths, OfADamagedTextAreNone) {
+  EXPECT_FALSE(runs_of_text("152N", 12));  // 11 pixels
+  EXPECT_FALSE(runs_of_text("152N", 10));
+  EXPECT_FALSE(runs_of_text("15\x7f", 11));
+  EXPECT_FALSE(runs_of_text("1 5", 11));
+  EXPECT_FALSE(runs_of_text("`", 16));            // the last group says that more follow
+  EXPECT_FALSE(runs_of_text("oooooooooo0", 16));  // more bits than a run has
+  EXPECT_FALSE(runs_of_text("O", 16));            // -1
+  EXPECT_FALSE(runs_of_text("", 1));
+  EXPECT_TRUE(runs_of_text("", 0));
 }
 
 TEST(RunLengths, OfClassesCoverTheMapInThePicture) {

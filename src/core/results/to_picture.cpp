@@ -23,7 +23,7 @@ uint8_t value_at(const uint8_t* mask, GridSize size, const Point& place) noexcep
     const uint8_t* const values = mask + row * size.width;
     return values[left] * (1 - over) + values[right] * over;
   };
-  return static_cast<uint8_t>(in_row(top) * (1 - down) + in_row(bottom) * down + 0.5);
+  return static_cast<uint8_t>(std::lround(in_row(top) * (1 - down) + in_row(bottom) * down));
 }
 
 // Masks over the upright boxes around the objects' boxes, which are those of the tensor.

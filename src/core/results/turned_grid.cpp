@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 
 namespace weir::results {
 namespace {
@@ -26,7 +27,8 @@ bool keeps_directions(const SourceMap& map) noexcept {
 }
 
 Box upright_box(const SourceMap& map, const Box& box) noexcept {
-  double left = INFINITY, top = INFINITY, right = -INFINITY, bottom = -INFINITY;
+  constexpr double kInfinity = std::numeric_limits<double>::infinity();
+  double left = kInfinity, top = kInfinity, right = -kInfinity, bottom = -kInfinity;
   for (const double x : {box.x1, box.x2})
     for (const double y : {box.y1, box.y2}) {
       const Point corner = map.to_source({x, y});

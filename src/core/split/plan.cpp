@@ -52,6 +52,15 @@ Error beyond(const SplitRequest& request, const TensorSpec& input, size_t index,
                .fix = "make tensorseg add up to the tensor"};
 }
 
+std::string sum_text(const std::vector<TensorSpec>& specs) {
+  uint64_t sum = 0;
+  for (const auto& spec : specs) {
+    const auto bytes = spec.bytes();
+    if (!bytes || __builtin_add_overflow(sum, *bytes, &sum)) return "beyond 64 bits";
+  }
+  return std::to_string(sum) + " bytes";
+}
+
 Error left_over(std::string offered, std::string used) {
   return Error{.code = Code::OPTION_VALUE,
                .what = "a part of the tensor is not covered by any segment",
@@ -63,19 +72,13 @@ Error left_over(std::string offered, std::string used) {
 Result<SplitPlan> in_a_line(const SplitRequest& request, const TensorSpec& input) {
   SplitPlan plan{input, {}, {}};
   const uint64_t total = *input.bytes();
-  uint64_t at = 0, sum = 0;
   std::vector<TensorSpec> specs;
-  for (const auto& shape : request.segments) {
-    specs.push_back({input.type, shape, ""});
-    const auto bytes = specs.back().bytes();
-    if (!bytes || __builtin_add_overflow(sum, *bytes, &sum)) sum = UINT64_MAX;
-    if (sum == UINT64_MAX) break;
-  }
+  for (const auto& shape : request.segments) specs.push_back({input.type, shape, ""});
+  uint64_t at = 0;
   for (size_t i = 0; i < specs.size(); ++i) {
     const auto bytes = specs[i].bytes();
     if (!bytes || *bytes > total - at)
-      return beyond(request, input, i,
-                    sum == UINT64_MAX ? "beyond 64 bits" : std::to_string(sum) + " bytes",
+      return beyond(request, input, i, sum_text(specs),
                     "(" + specs[i].shape.to_string() + ") begins at byte " + std::to_string(at) +
                         " and has " + (bytes ? std::to_string(*bytes) : "too many") + " bytes");
     Segment segment;

@@ -8,6 +8,19 @@
 #include "core/sync/steps.hpp"
 
 namespace weir::sync {
+namespace {
+
+// No head may be more than `limit` before this: the newest head, or the end of a gap.
+Time newest_time(std::span<const PadView> pads, Stamp limit) {
+  Time newest = 0;
+  for (const PadView& pad : pads) {
+    if (pad.state == PadState::Gap) newest = std::max(newest, pad.gap_end);
+    if (pad.state == PadState::Head && limit) newest = std::max(newest, pad.head.value_or(0));
+  }
+  return newest;
+}
+
+}  // namespace
 
 Decision decide_lateness(const Round& round, std::span<const PadView> pads, Stamp limit) {
   switch (readiness_of_all(round, pads)) {
@@ -18,17 +31,14 @@ Decision decide_lateness(const Round& round, std::span<const PadView> pads, Stam
     case Readiness::Ready:
       break;
   }
-  Time newest = 0;
+  const Time newest = newest_time(pads, limit);
   bool complete = true;
   std::vector<Use> uses(pads.size(), Use::Head);
   for (size_t i = 0; i < pads.size(); ++i) {
-    const PadView& pad = pads[i];
-    const bool head = pad.state == PadState::Head;
+    const PadState state = pads[i].state;
     // A pad ends within a round only where that was begun by another policy; it has a kept frame.
-    if (pad.state == PadState::Ended) uses[i] = Use::Kept;
-    complete = complete && (head || pad.state == PadState::Ended);
-    if (pad.state == PadState::Gap) newest = std::max(newest, pad.gap_end);
-    if (head && limit) newest = std::max(newest, pad.head.value_or(0));
+    if (state == PadState::Ended) uses[i] = Use::Kept;
+    complete = complete && (state == PadState::Head || state == PadState::Ended);
   }
   Decision out = wait_for_more(round, pads.size());
   for (size_t i = 0; i < pads.size(); ++i) {

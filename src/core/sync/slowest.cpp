@@ -9,6 +9,12 @@
 namespace weir::sync {
 namespace {
 
+// The time that the next frame of the pad has, or is not before.
+Stamp next_time(const PadView& pad) {
+  if (pad.state == PadState::Gap) return pad.gap_end;
+  return pad.state == PadState::Head ? pad.head : Stamp();
+}
+
 // Step A. The frame after a gap cannot be before the gap's end, and `current` not before that
 // frame, so the other pads can advance to the end of the gap. The step completes when that frame is
 // known.
@@ -21,7 +27,7 @@ Round step_a(const Round& round, std::span<const PadView> pads) {
     const bool gap = pad.state == PadState::Gap;
     if (out.counted[i]) continue;
     out.counted[i] = !gap;
-    const Stamp time = gap ? Stamp(pad.gap_end) : pad.state == PadState::Head ? pad.head : Stamp();
+    const Stamp time = next_time(pad);
     if (!time || *time < out.current || (*time == out.current && (gap || out.deciding))) continue;
     out.current = *time;
     out.deciding = gap ? std::optional<size_t>() : i;

@@ -50,9 +50,12 @@ Result<TensorSpec> entry(std::span<const std::byte> memory, size_t index) {
   return spec;
 }
 
+size_t end_of(const std::vector<ByteRange>& ranges) {
+  return ranges.empty() ? kPackedHeaderBytes : ranges.back().offset + ranges.back().size;
+}
+
 Status append(uint64_t size, size_t limit, std::vector<ByteRange>* ranges) {
-  const size_t offset =
-      ranges->empty() ? kPackedHeaderBytes : ranges->back().offset + ranges->back().size;
+  const size_t offset = end_of(*ranges);
   if (size > limit - offset)
     return invalid("the packed tensors declare more bytes than their memory holds",
                    std::to_string(limit - offset) + " bytes left",
@@ -60,6 +63,31 @@ Status append(uint64_t size, size_t limit, std::vector<ByteRange>* ranges) {
                        std::to_string(kMemoryLimit - 1 + ranges->size()));
   ranges->push_back({offset, static_cast<size_t>(size)});
   return ok();
+}
+
+// Static tensors: their sizes follow from the entries of the header.
+Result<std::vector<ByteRange>> entry_ranges(std::span<const std::byte> memory, uint32_t extra) {
+  std::vector<ByteRange> ranges;
+  if (auto s = append(read<uint64_t>(memory, kFirstSizeAt), memory.size(), &ranges); !s)
+    return s.error();
+  for (size_t i = 0; i < extra; ++i) {
+    const auto spec = entry(memory, i);
+    if (!spec) return spec.error();
+    if (auto s = append(*spec->bytes(), memory.size(), &ranges); !s) return s.error();
+  }
+  return ranges;
+}
+
+// Flexible and sparse tensors: each begins with a header of its own.
+Result<std::vector<ByteRange>> chunk_ranges(std::span<const std::byte> memory, uint32_t extra) {
+  std::vector<ByteRange> ranges;
+  for (size_t i = 0; i <= extra; ++i) {
+    const auto header = read_tensor_chunk(memory.subspan(end_of(ranges)));
+    if (!header) return header.error();
+    if (auto s = append(kTensorHeaderBytes + *header->payload_bytes(), memory.size(), &ranges); !s)
+      return s.error();
+  }
+  return ranges;
 }
 
 }  // namespace
@@ -78,26 +106,7 @@ Result<std::vector<ByteRange>> read_packed_tensors(std::span<const std::byte> me
   if (extra < 1 || extra > kExtraLimit)
     return invalid("the packed header has too few or too many tensors", std::to_string(extra),
                    "1 to 240");
-  std::vector<ByteRange> ranges;
-  if (format == Format::Static) {
-    if (auto s = append(read<uint64_t>(memory, kFirstSizeAt), memory.size(), &ranges); !s)
-      return s.error();
-    for (size_t i = 0; i < extra; ++i) {
-      const auto spec = entry(memory, i);
-      if (!spec) return spec.error();
-      if (auto s = append(*spec->bytes(), memory.size(), &ranges); !s) return s.error();
-    }
-    return ranges;
-  }
-  for (size_t i = 0; i <= extra; ++i) {
-    const size_t at =
-        ranges.empty() ? kPackedHeaderBytes : ranges.back().offset + ranges.back().size;
-    const auto header = read_tensor_chunk(memory.subspan(at));
-    if (!header) return header.error();
-    if (auto s = append(kTensorHeaderBytes + *header->payload_bytes(), memory.size(), &ranges); !s)
-      return s.error();
-  }
-  return ranges;
+  return format == Format::Static ? entry_ranges(memory, extra) : chunk_ranges(memory, extra);
 }
 
 void write_packed_header(std::span<const TensorSpec> tensors, std::span<const uint64_t> chunk_bytes,

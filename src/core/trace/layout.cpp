@@ -50,6 +50,49 @@ std::vector<size_t> columns_of(size_t boxes, const std::vector<Arrow>& forward) 
   return columns;
 }
 
+// An arrow has a point in each column it crosses, which takes a place like a box.
+struct Points {
+  std::vector<Place> places;                  // of the boxes, then of the points
+  std::vector<std::vector<size_t>> before;    // of each place, those with an arrow to it
+  std::vector<std::vector<size_t>> of_arrow;  // from its start to its end
+};
+
+Points place_points(size_t boxes, const std::vector<Arrow>& forward) {
+  Points out{std::vector<Place>(boxes), std::vector<std::vector<size_t>>(boxes),
+             std::vector<std::vector<size_t>>(forward.size())};
+  const auto columns = columns_of(boxes, forward);
+  for (size_t i = 0; i < boxes; ++i) out.places[i].column = columns[i];
+  for (size_t i = 0; i < forward.size(); ++i) {
+    size_t last = forward[i].first;
+    for (size_t c = columns[last] + 1; c < columns[forward[i].second]; ++c) {
+      out.of_arrow[i].push_back(out.places.size());
+      out.places.push_back({c, 0});
+      out.before.push_back({last});
+      last = out.of_arrow[i].back();
+    }
+    out.before[forward[i].second].push_back(last);
+  }
+  return out;
+}
+
+// Sets the rows of a column, whose predecessors have theirs. Returns the number of rows.
+double set_rows(std::vector<size_t> members, Points* points) {
+  auto& places = points->places;
+  for (const size_t i : members) {
+    const auto& before = points->before[i];
+    for (const size_t b : before)
+      places[i].row += places[b].row / static_cast<double>(before.size());
+  }
+  std::stable_sort(members.begin(), members.end(),
+                   [&](size_t a, size_t b) { return places[a].row < places[b].row; });
+  double free = 0;
+  for (const size_t i : members) {
+    places[i].row = std::max(places[i].row, free);
+    free = places[i].row + 1;
+  }
+  return free;
+}
+
 }  // namespace
 
 Layout lay_out(size_t boxes, const std::vector<Arrow>& all) {
@@ -60,50 +103,26 @@ Layout lay_out(size_t boxes, const std::vector<Arrow>& all) {
   const std::set<size_t> back = closing(boxes, arrows);
   std::vector<Arrow> forward = arrows;
   for (const size_t i : back) std::swap(forward[i].first, forward[i].second);
-  // An arrow has a point in each column it crosses, which takes a place like a box.
-  std::vector<Place> places(boxes);
-  std::vector<std::vector<size_t>> before(boxes), points(arrows.size());
-  const auto columns = columns_of(boxes, forward);
-  for (size_t i = 0; i < boxes; ++i) places[i].column = columns[i];
-  for (size_t i = 0; i < arrows.size(); ++i) {
-    size_t last = forward[i].first;
-    for (size_t c = columns[last] + 1; c < columns[forward[i].second]; ++c) {
-      points[i].push_back(places.size());
-      places.push_back({c, 0});
-      before.push_back({last});
-      last = points[i].back();
-    }
-    before[forward[i].second].push_back(last);
+  Points points = place_points(boxes, forward);
+  std::vector<std::vector<size_t>> in_column;
+  for (size_t i = 0; i < points.places.size(); ++i) {
+    const size_t column = points.places[i].column;
+    if (in_column.size() <= column) in_column.resize(column + 1);
+    in_column[column].push_back(i);
   }
   Layout out;
-  std::vector<std::vector<size_t>> in_column;
-  for (size_t i = 0; i < places.size(); ++i) {
-    if (in_column.size() <= places[i].column) in_column.resize(places[i].column + 1);
-    in_column[places[i].column].push_back(i);
-  }
-  for (auto& members : in_column) {
-    for (const size_t i : members) {
-      for (const size_t b : before[i])
-        places[i].row += places[b].row / static_cast<double>(before[i].size());
-    }
-    std::stable_sort(members.begin(), members.end(),
-                     [&](size_t a, size_t b) { return places[a].row < places[b].row; });
-    double free = 0;
-    for (const size_t i : members) {
-      places[i].row = std::max(places[i].row, free);
-      free = places[i].row + 1;
-    }
-    out.rows = std::max(out.rows, free);
-  }
   out.columns = in_column.size();
+  for (auto& members : in_column)
+    out.rows = std::max(out.rows, set_rows(std::move(members), &points));
   for (size_t i = 0; i < arrows.size(); ++i) {
-    if (back.contains(i)) std::reverse(points[i].begin(), points[i].end());
+    auto& through = points.of_arrow[i];
+    if (back.contains(i)) std::reverse(through.begin(), through.end());
     Route route{arrows[i].first, arrows[i].second, {}};
-    for (const size_t point : points[i]) route.through.push_back(places[point]);
+    for (const size_t point : through) route.through.push_back(points.places[point]);
     out.routes.push_back(std::move(route));
   }
-  places.resize(boxes);
-  out.boxes = std::move(places);
+  points.places.resize(boxes);
+  out.boxes = std::move(points.places);
   return out;
 }
 

@@ -9,6 +9,8 @@
 namespace weir::trace {
 namespace {
 
+constexpr std::string_view kFix = "file=trace.json,limit=1000000";
+
 Error refused(std::string_view part, const std::string& needed, const std::string& fix) {
   return {.code = Code::OPTION_SYNTAX,
           .what = "an option of the tracer weir cannot be read",
@@ -17,10 +19,16 @@ Error refused(std::string_view part, const std::string& needed, const std::strin
           .fix = "GST_TRACERS=\"weir(" + fix + ")\""};
 }
 
+Error unknown(std::string_view part, std::string_view key, std::string_view value) {
+  const std::array<std::string, 2> known{"file", "limit"};
+  const std::string guess = nearest(key, known);
+  return refused(part, "file=PATH or limit=NUMBER",
+                 guess.empty() ? std::string(kFix) : guess + "=" + std::string(value));
+}
+
 }  // namespace
 
 Result<Options> read_options(std::string_view text) {
-  constexpr std::string_view kFix = "file=trace.json,limit=1000000";
   Options out;
   if (strip(text).empty()) return out;
   for (const std::string_view part : split(text, ",")) {
@@ -36,10 +44,7 @@ Result<Options> read_options(std::string_view text) {
                        std::string(kFix));
       out.limit = static_cast<size_t>(*limit);
     } else {
-      const std::array<std::string, 2> known{"file", "limit"};
-      const std::string guess = nearest(key, known);
-      return refused(strip(part), "file=PATH or limit=NUMBER",
-                     guess.empty() ? std::string(kFix) : guess + "=" + std::string(value));
+      return unknown(strip(part), key, value);
     }
   }
   return out;

@@ -16,11 +16,8 @@ ThreadLog::ThreadLog(size_t limit)
       chunks_left_(std::max<size_t>((limit + kChunk - 1) / kChunk, 1) - 1) {}
 
 ThreadLog::~ThreadLog() {
-  for (Chunk* chunk = first_; chunk;) {
-    Chunk* next = chunk->next.load(std::memory_order_relaxed);
-    delete chunk;
-    chunk = next;
-  }
+  for (std::unique_ptr<Chunk> chunk(first_); chunk;)
+    chunk.reset(chunk->next.load(std::memory_order_relaxed));
 }
 
 void ThreadLog::append_to_new_chunk(const Record& record) noexcept {

@@ -45,41 +45,63 @@ Span span_of(const Open& open, const Graph& graph, int64_t end) {
   return span;
 }
 
-}  // namespace
+class SpanStack {
+ public:
+  SpanStack(const Graph& graph, const std::function<void(const Span&)>& f) : graph_(graph), f_(f) {}
 
-void for_each_span(const ThreadRecords& thread, const Graph& graph,
-                   const std::function<void(const Span&)>& f) {
-  std::vector<Open> stack;
-  int64_t last_end = kNoTime;
-  const auto close = [&](int64_t time, const Record* end) {
-    Span span = span_of(stack.back(), graph, time);
+  void begin(const Record& record) {
+    const bool outermost_push =
+        open_.empty() && static_cast<Kind>(record.kind) == Kind::PushBegin && last_end_ != kNoTime;
+    open_.push_back({record, 0, outermost_push ? record.time - last_end_ : 0});
+  }
+  // Ends the span that the record belongs to and those within it.
+  void end(const Record& record) {
+    const auto begin = std::find_if(open_.rbegin(), open_.rend(),
+                                    [&](const Open& open) { return ends(open.record, record); });
+    if (begin == open_.rend()) return;
+    while (!ends(open_.back().record, record)) close(record.time, nullptr);
+    close(record.time, &record);
+  }
+  void end_all(int64_t time) {
+    while (!open_.empty()) close(time, nullptr);
+  }
+
+ private:
+  void close(int64_t time, const Record* end) {
+    Span span = span_of(open_.back(), graph_, time);
     span.good = end && end->value == 0;
     if (end && span.kind == Kind::PullBegin) {  // the result of a pull is known at its end
       span.frames = end->frames;
       span.bytes = end->bytes;
     }
-    stack.pop_back();
-    if (stack.empty())
-      last_end = time;
+    open_.pop_back();
+    if (open_.empty())
+      last_end_ = time;
     else
-      stack.back().inside += span.end - span.begin;
-    f(span);
-  };
+      open_.back().inside += span.end - span.begin;
+    f_(span);
+  }
+
+  const Graph& graph_;
+  const std::function<void(const Span&)>& f_;
+  std::vector<Open> open_;
+  int64_t last_end_ = kNoTime;
+};
+
+}  // namespace
+
+void for_each_span(const ThreadRecords& thread, const Graph& graph,
+                   const std::function<void(const Span&)>& f) {
+  SpanStack stack(graph, f);
   for (const Record& record : thread.records) {
     const auto kind = static_cast<Kind>(record.kind);
     if (kind == Kind::Level) continue;
-    if (is_begin(kind)) {
-      const bool outermost_push = stack.empty() && kind == Kind::PushBegin && last_end != kNoTime;
-      stack.push_back({record, 0, outermost_push ? record.time - last_end : 0});
-      continue;
-    }
-    const auto begin = std::find_if(stack.rbegin(), stack.rend(),
-                                    [&](const Open& open) { return ends(open.record, record); });
-    if (begin == stack.rend()) continue;
-    while (!ends(stack.back().record, record)) close(record.time, nullptr);
-    close(record.time, &record);
+    if (is_begin(kind))
+      stack.begin(record);
+    else
+      stack.end(record);
   }
-  while (!stack.empty()) close(thread.records.back().time, nullptr);
+  if (!thread.records.empty()) stack.end_all(thread.records.back().time);
 }
 
 }  // namespace weir::trace

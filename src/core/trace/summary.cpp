@@ -119,21 +119,26 @@ class Summing {
     }
   }
 
+  // All elements downstream of one; `next` has the peers of each.
+  static std::set<size_t> reached_from(size_t source, std::map<size_t, std::set<size_t>>* next) {
+    std::set<size_t> reached;
+    std::vector<size_t> open{source};
+    while (!open.empty()) {
+      const size_t element = open.back();
+      open.pop_back();
+      for (const size_t downstream : (*next)[element])
+        if (reached.insert(downstream).second) open.push_back(downstream);
+    }
+    return reached;
+  }
+
   void add_latencies() {
     std::map<size_t, std::set<size_t>> next;
     for (const LinkSummary& link : out_.links)
       next[graph_.owner(link.source_pad)].insert(graph_.owner(link.sink_pad));
     for (size_t source = 0; source < out_.elements.size(); ++source) {
       if (!begins_[source]) continue;
-      std::set<size_t> reached;
-      std::vector<size_t> open{source};
-      while (!open.empty()) {
-        const size_t element = open.back();
-        open.pop_back();
-        for (const size_t downstream : next[element])
-          if (reached.insert(downstream).second) open.push_back(downstream);
-      }
-      for (const size_t sink : reached)
+      for (const size_t sink : reached_from(source, &next))
         if (ends_[sink])
           out_.latencies.push_back({source, sink, latency(departures_[source], arrivals_[sink])});
     }

@@ -30,6 +30,14 @@ bool has_avx512_bytes() noexcept {
   return has && allowed_here.load(std::memory_order_relaxed);
 }
 
+WEIR_WITH_AVX512_BYTES static int64_t sum_of_lanes(__m512i vector) noexcept {
+  alignas(64) int32_t lanes[16];
+  _mm512_store_si512(lanes, vector);
+  int64_t sum = 0;
+  for (const int32_t lane : lanes) sum += lane;
+  return sum;
+}
+
 // x^2 = x (x - 128) + 128 x: x is unsigned and x - 128 signed, as the instruction requires.
 WEIR_WITH_AVX512_BYTES ByteSums add_bytes_avx512(const uint8_t* in, size_t count,
                                                  uint8_t turned) noexcept {
@@ -54,12 +62,9 @@ WEIR_WITH_AVX512_BYTES ByteSums add_bytes_avx512(const uint8_t* in, size_t count
       add(3, i + 3);
     }
     for (; i < end; ++i) add(0, i);
-    alignas(64) int32_t lanes[16];
     for (size_t k = 0; k < kChains; ++k) {
-      _mm512_store_si512(lanes, sums[k]);
-      for (const int32_t lane : lanes) sum += lane;
-      _mm512_store_si512(lanes, more[k]);
-      for (const int32_t lane : lanes) products += lane;
+      sum += sum_of_lanes(sums[k]);
+      products += sum_of_lanes(more[k]);
     }
   }
   return {static_cast<uint64_t>(sum), static_cast<uint64_t>(products + 128 * sum)};

@@ -112,6 +112,17 @@ HWY_INLINE void run_group(const ChainProgram& program, size_t phase, const From*
   });
 }
 
+// The elements after the last whole group. Compiled once for both kinds of stores.
+template <class From, size_t kRepeat>
+HWY_NOINLINE void run_rest(const ChainProgram& program, size_t phase, const std::byte* in,
+                           std::byte* out, size_t count) noexcept {
+  alignas(64) From source[kChainBlock] = {};
+  alignas(64) float values[kChainBlock];
+  std::memcpy(source, in, count * sizeof(From));
+  run_group<From, kRepeat, false>(program, phase, source, values);
+  std::memcpy(out, values, count * sizeof(float));
+}
+
 template <class From, size_t kRepeat, bool kStreamed>
 void run_groups(const ChainProgram& program, const std::byte* in_bytes, std::byte* out_bytes,
                 size_t count) noexcept {
@@ -130,13 +141,9 @@ void run_groups(const ChainProgram& program, const std::byte* in_bytes, std::byt
     }
   }
   if constexpr (kStreamed) hwy::FlushStream();
-  const size_t rest = count - i;
-  if (rest == 0) return;
-  alignas(64) From source[kChainBlock] = {};
-  alignas(64) float values[kChainBlock];
-  std::memcpy(source, in_bytes + i * sizeof(From), rest * sizeof(From));
-  run_group<From, kRepeat, false>(program, phase, source, values);
-  std::memcpy(out_bytes + i * sizeof(float), values, rest * sizeof(float));
+  if (i < count)
+    run_rest<From, kRepeat>(program, phase, in_bytes + i * sizeof(From),
+                            out_bytes + i * sizeof(float), count - i);
 }
 
 template <class From, size_t kRepeat>

@@ -45,7 +45,7 @@ SourceMap after(const Other&, const SourceMap& map) noexcept {
 
 }  // namespace
 
-SourceMap moved(const Operation& operation, const SourceMap& in) noexcept {
+SourceMap moved(const Operation& operation, const SourceMap& in) {
   return std::visit([&in](const auto& op) { return after(op, in); }, operation.what);
 }
 

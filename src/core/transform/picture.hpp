@@ -8,6 +8,6 @@ namespace weir::transform {
 
 // The source map of the output of `operation`. Transpositions move the dimensions of x and y, and
 // padding moves the picture within the tensor. Other operations do not change it.
-SourceMap moved(const Operation& operation, const SourceMap& in) noexcept;
+SourceMap moved(const Operation& operation, const SourceMap& in);
 
 }  // namespace weir::transform

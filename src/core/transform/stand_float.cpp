@@ -58,9 +58,10 @@ struct Scaler {
   }
 };
 
-// The elements after the last whole row of vectors.
+// The elements after the last whole row of vectors. Compiled once for all ways to scale rows.
 template <bool kDivides, class From>
-void scale_rest(const Operands& operands, const From* in, float* out, size_t count) noexcept {
+HWY_NOINLINE void scale_rest(const Operands& operands, const From* in, float* out,
+                             size_t count) noexcept {
   for (size_t i = 0; i < count; ++i) {
     From element;
     std::memcpy(&element, in + i, sizeof(From));

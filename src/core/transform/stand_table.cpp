@@ -2,6 +2,7 @@
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #include "core/transform/stand_table.hpp"
 
+#include <algorithm>
 #include <cmath>
 #include <cstring>
 
@@ -39,12 +40,14 @@ bool run_steps(const uint8_t* column, size_t count, bool accelerate, const std::
   TableSteps steps;
   steps.first = column[0];
   for (const int direction : {1, -1}) {
+    size_t& found = direction > 0 ? steps.ups : steps.downs;
     for (size_t i = 1; i < kValues; ++i) {
       const int change = static_cast<int8_t>(column[i] - column[i - 1]) * direction;
-      if (change > static_cast<int>(kMostSteps - steps.ups - steps.downs)) return false;
-      for (int n = 0; n < change; ++n)
-        steps.below[steps.ups + steps.downs + static_cast<size_t>(n)] = static_cast<uint8_t>(i - 1);
-      if (change > 0) (direction > 0 ? steps.ups : steps.downs) += static_cast<size_t>(change);
+      if (change <= 0) continue;
+      const size_t before = steps.ups + steps.downs;
+      if (static_cast<size_t>(change) > kMostSteps - before) return false;
+      std::fill_n(&steps.below[before], change, static_cast<uint8_t>(i - 1));
+      found += static_cast<size_t>(change);
     }
   }
   run_table_steps(steps, count, accelerate, in, out);

@@ -88,6 +88,23 @@ Result<TensorSpec> memory_of(const Request& r, size_t index, const TensorSpec& s
   return out;
 }
 
+Status add_tensor(const Request& r, size_t index, const TensorSpec& spec, Plan* plan) {
+  if (!spec.bytes()) return too_big(spec, r);
+  auto out = output_of(r, index, spec);
+  if (!out) return out.error();
+  TensorSpec memory = *out;
+  if (spec.shape[r.dimension] == 0) {
+    auto true_size = memory_of(r, index, spec);
+    if (!true_size) return true_size.error();
+    plan->size_differs = plan->in != plan->out;
+    if (plan->size_differs) memory = *std::move(true_size);
+  }
+  plan->layouts.push_back(layout_of(r, spec));
+  plan->output.push_back(*std::move(out));
+  plan->memory.push_back(std::move(memory));
+  return ok();
+}
+
 template <size_t Size>
 void copy_blocks(const std::byte* from, std::byte* to, size_t count, size_t stride) noexcept {
   for (size_t i = 0; i < count; ++i) std::memcpy(to + i * stride, from + i * Size, Size);
@@ -110,21 +127,8 @@ Result<Plan> plan(const Request& r, const std::vector<TensorSpec>& input) {
   const uint64_t most = plan.in * ((plan.out + plan.in - 1) / plan.in);
   if (plan.step > most) return cannot_flush(r, most);
   plan.passes_through = plan.in == plan.out && plan.step == plan.out;
-  for (size_t i = 0; i < input.size(); ++i) {
-    if (!input[i].bytes()) return too_big(input[i], r);
-    auto out = output_of(r, i, input[i]);
-    if (!out) return out.error();
-    TensorSpec memory = *out;
-    if (input[i].shape[r.dimension] == 0) {
-      auto true_size = memory_of(r, i, input[i]);
-      if (!true_size) return true_size.error();
-      if (plan.in != plan.out) memory = *std::move(true_size);
-      plan.size_differs = plan.in != plan.out;
-    }
-    plan.layouts.push_back(layout_of(r, input[i]));
-    plan.output.push_back(*std::move(out));
-    plan.memory.push_back(std::move(memory));
-  }
+  for (size_t i = 0; i < input.size(); ++i)
+    if (auto status = add_tensor(r, i, input[i], &plan); !status) return status.error();
   return plan;
 }
 

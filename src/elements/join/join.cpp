@@ -133,22 +133,10 @@ class Join : public gst::Element<Join, gst::PlainElement> {
     const auto type = GST_EVENT_TYPE(event);
     auto owned = Ref<GstEvent>::adopt(event);
     if (note_marker(pad, event)) return TRUE;
-    if (type == GST_EVENT_CAPS) {
-      GstCaps* caps = nullptr;
-      gst_event_parse_caps(event, &caps);
-      if (const Status status = check_caps(pad, caps); !status) {
-        gst::post_error(element(), status.error());
-        return FALSE;
-      }
-    }
+    if (type == GST_EVENT_CAPS && !accepts_caps(pad, event)) return FALSE;
     if (type == GST_EVENT_CAPS || type == GST_EVENT_SEGMENT) remember_thread(pad);
     const auto input = Ref<GstPad>::share(pad);
-    if (type == GST_EVENT_FLUSH_START) {
-      if (!output_.flush_start(input)) return TRUE;
-      const gboolean sent = gst_pad_push_event(source_, owned.release());
-      output_.flush_sent();
-      return sent;
-    }
+    if (type == GST_EVENT_FLUSH_START) return on_flush_start(input, std::move(owned));
     if (type == GST_EVENT_FLUSH_STOP) {
       forget_end(pad);
       send_flush_stop(input, std::move(owned));
@@ -164,13 +152,7 @@ class Join : public gst::Element<Join, gst::PlainElement> {
       return TRUE;
     if (!(gst_event_type_get_flags(type) & GST_EVENT_TYPE_SERIALIZED))
       return gst_pad_push_event(source_, owned.release());
-    if (!output_.acquire(input)) return FALSE;
-    const Turn turn(&output_);
-    // Another branch may be active by now.
-    if (const auto active = output_.active(); active && active != input && !last)
-      return pass_over(input, type);
-    if (type == GST_EVENT_STREAM_START) remember_stream(event);
-    return gst_pad_push_event(source_, owned.release());
+    return push_serialized(input, std::move(owned), last);
   }
 
   // A serialized query must not pass the buffer that is being pushed downstream.
@@ -185,6 +167,30 @@ class Join : public gst::Element<Join, gst::PlainElement> {
   Ledger ledger_;
 
  private:
+  bool accepts_caps(GstPad* pad, GstEvent* event) {
+    GstCaps* caps = nullptr;
+    gst_event_parse_caps(event, &caps);
+    const Status status = check_caps(pad, caps);
+    if (!status) gst::post_error(element(), status.error());
+    return static_cast<bool>(status);
+  }
+  gboolean on_flush_start(const Ref<GstPad>& input, Ref<GstEvent> event) {
+    if (!output_.flush_start(input)) return TRUE;
+    const gboolean sent = gst_pad_push_event(source_, event.release());
+    output_.flush_sent();
+    return sent;
+  }
+  // Waits for the buffer that is being pushed. `any_branch`: from branches that are not active too.
+  gboolean push_serialized(const Ref<GstPad>& input, Ref<GstEvent> event, bool any_branch) {
+    if (!output_.acquire(input)) return FALSE;
+    const Turn turn(&output_);
+    const auto type = GST_EVENT_TYPE(event.get());
+    // Another branch may be active by now.
+    if (const auto active = output_.active(); active && active != input && !any_branch)
+      return pass_over(input, type);
+    if (type == GST_EVENT_STREAM_START) remember_stream(event.get());
+    return gst_pad_push_event(source_, event.release());
+  }
   bool has_pad(const std::string& name) const {
     const auto pad = Ref<GstPad>::adopt(gst_element_get_static_pad(element(), name.c_str()));
     return static_cast<bool>(pad);

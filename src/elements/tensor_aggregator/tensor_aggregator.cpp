@@ -87,6 +87,11 @@ class TensorAggregator : public gst::PlainFilter<TensorAggregator> {
     }
     if (const auto status = stream.push(std::move(in), &ledger_); !status)
       return failed(status.error());
+    return push_windows(stream);
+  }
+
+  // Pushes the windows that are complete.
+  GstFlowReturn push_windows(WindowStream& stream) {
     while (true) {
       auto out = stream.next(&ledger_);
       if (!out) return gst::post_error(element(), out.error()), GST_FLOW_ERROR;

@@ -3,7 +3,7 @@
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #include <cstring>
 
-#include "elements/tensor_converter/converter_harness.hpp"
+#include "elements/tensor_converter/converter_test_support.hpp"
 #include "gstcpp/buffer/query_meta.hpp"
 #include "gstcpp/element/per_client.hpp"
 

@@ -3,7 +3,7 @@
 #include <cstring>
 
 #include "core/tensor/tensor_header.hpp"
-#include "elements/tensor_converter/converter_harness.hpp"
+#include "elements/tensor_converter/converter_test_support.hpp"
 
 namespace {
 

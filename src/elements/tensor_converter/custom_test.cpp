@@ -5,7 +5,7 @@
 #include <cstring>
 #include <stdexcept>
 
-#include "elements/tensor_converter/converter_harness.hpp"
+#include "elements/tensor_converter/converter_test_support.hpp"
 #include "weir/custom_converter.h"
 
 namespace {

@@ -5,7 +5,7 @@
 #include <fstream>
 #include <set>
 
-#include "elements/tensor_converter/converter_harness.hpp"
+#include "elements/tensor_converter/converter_test_support.hpp"
 
 namespace weir::testing_tensor_converter {
 namespace {

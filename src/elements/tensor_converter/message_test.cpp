@@ -5,7 +5,7 @@
 
 #include "core/infer/module/module_library.hpp"
 #include "core/tensor/tensor_header.hpp"
-#include "elements/tensor_converter/converter_harness.hpp"
+#include "elements/tensor_converter/converter_test_support.hpp"
 
 namespace {
 

@@ -1,7 +1,7 @@
 // Unsupported formats: the error gives them and the element that converts them, however the
 // pipeline requests them; convertible formats never lead to that error.
 // SPDX-License-Identifier: LGPL-2.1-or-later
-#include "elements/tensor_converter/converter_harness.hpp"
+#include "elements/tensor_converter/converter_test_support.hpp"
 #include "elements/tests/pipeline_test_support.hpp"
 
 namespace {

@@ -1,6 +1,6 @@
 // tensor_converter with text.
 // SPDX-License-Identifier: LGPL-2.1-or-later
-#include "elements/tensor_converter/converter_harness.hpp"
+#include "elements/tensor_converter/converter_test_support.hpp"
 
 namespace {
 

@@ -1,6 +1,6 @@
 // Timestamps of tensors: no drift over a long stream, and no waiting frames are lost.
 // SPDX-License-Identifier: LGPL-2.1-or-later
-#include "elements/tensor_converter/converter_harness.hpp"
+#include "elements/tensor_converter/converter_test_support.hpp"
 
 namespace {
 

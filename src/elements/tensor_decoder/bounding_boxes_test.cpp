@@ -4,7 +4,7 @@
 #include <cstring>
 #include <fstream>
 
-#include "elements/tensor_decoder/decoder_harness.hpp"
+#include "elements/tensor_decoder/decoder_test_support.hpp"
 #include "elements/tests/flexible_frame_test_support.hpp"
 #include "elements/tests/tuning_test_support.hpp"
 

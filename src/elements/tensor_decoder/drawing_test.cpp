@@ -4,7 +4,7 @@
 #include <cstring>
 #include <fstream>
 
-#include "elements/tensor_decoder/decoder_harness.hpp"
+#include "elements/tensor_decoder/decoder_test_support.hpp"
 
 namespace weir::testing_tensor_decoder {
 namespace {

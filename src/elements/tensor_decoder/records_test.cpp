@@ -3,7 +3,7 @@
 #include <cstdio>
 #include <fstream>
 
-#include "elements/tensor_decoder/decoder_harness.hpp"
+#include "elements/tensor_decoder/decoder_test_support.hpp"
 #include "gstcpp/element/labels_event.hpp"
 
 namespace weir::testing_tensor_decoder {

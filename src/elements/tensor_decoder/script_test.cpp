@@ -5,7 +5,7 @@
 #include "core/infer/module/decoder.hpp"
 #include "core/infer/module/module_library.hpp"
 #include "core/tensor/tensor_header.hpp"
-#include "elements/tensor_decoder/decoder_harness.hpp"
+#include "elements/tensor_decoder/decoder_test_support.hpp"
 
 namespace weir::testing_tensor_decoder {
 namespace {

@@ -3,7 +3,7 @@
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #include <gst/video/video.h>
 
-#include "elements/tensor_decoder/decoder_harness.hpp"
+#include "elements/tensor_decoder/decoder_test_support.hpp"
 
 namespace weir::testing_tensor_decoder {
 namespace {

@@ -7,9 +7,9 @@
 
 #include "elements/tensor_decoder/class_labels.hpp"
 #include "elements/tensor_decoder/frame_decoder.hpp"
-#include "elements/tensor_decoder/result_output.hpp"
 #include "gstcpp/buffer/capture_time.hpp"
 #include "gstcpp/buffer/module_values.hpp"
+#include "gstcpp/buffer/result_output.hpp"
 #include "gstcpp/buffer/tensor_caps.hpp"
 #include "gstcpp/element/counted_transform.hpp"
 #include "gstcpp/element/model_event.hpp"
@@ -298,7 +298,7 @@ class TensorDecoder : public gst::CountedTransform<TensorDecoder> {
   // Without it, an element that joins results with other streams would wait.
   bool push_frame_of_gap(GstEvent* gap) {
     if (!results_.is_results()) return false;
-    auto frame = results_.frame_of_gap(gap, buffer_limit_, &ledger_);
+    auto frame = results_.frame_of_gap(gap, buffer_limit_);
     if (!frame) {
       gst::post_error(element(), frame.error());
       return true;
@@ -397,7 +397,7 @@ class TensorDecoder : public gst::CountedTransform<TensorDecoder> {
   FrameSpec input_;                        // streaming thread
   Ref<GstCaps> input_caps_;                // streaming thread
   size_t picture_bytes_ = 0;               // streaming thread; of the output; 0: not raw video
-  ResultOutput results_;                   // streaming thread
+  gst::ResultOutput results_;              // streaming thread
   ClassLabels labels_;                     // streaming thread
   std::shared_ptr<const DescribedModel> model_;  // of the stream; null: not known; streaming thread
   bool waiting_ = false;                         // caps wait for the model; streaming thread

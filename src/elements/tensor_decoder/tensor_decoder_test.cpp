@@ -2,7 +2,7 @@
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #include <fstream>
 
-#include "elements/tensor_decoder/decoder_harness.hpp"
+#include "elements/tensor_decoder/decoder_test_support.hpp"
 #include "gstcpp/element/property_file.hpp"
 
 namespace weir::testing_tensor_decoder {

@@ -79,7 +79,7 @@ class TensorDemux : public gst::OneToMany<TensorDemux> {
     return ok();
   }
 
-  Result<gst::Routed> route(Ref<GstBuffer> buffer) {
+  Result<gst::Routed> route(const Ref<GstBuffer>& buffer) {
     if (auto status = parts_.read(buffer.get()); !status) return status.error();
     if (picked_.empty() && parts_.parts().size() > groups_.size()) {
       one_group_each(parts_.parts().size());
@@ -93,10 +93,14 @@ class TensorDemux : public gst::OneToMany<TensorDemux> {
     // Before the first push: the sink of the first pad may block until another pad, which gets
     // nothing, has a buffer.
     for (Group& group : groups_) warn_if_missing(&group);
+    return push_groups(buffer.get());
+  }
+
+  Result<gst::Routed> push_groups(GstBuffer* buffer) {
     gst::Routed routed{GST_FLOW_OK, true};
     for (size_t i = 0; i < groups_.size(); ++i) {
       if (!is_there(groups_[i])) continue;
-      auto frame = frame_of(buffer.get(), &groups_[i], &outputs_.output(i));
+      auto frame = frame_of(buffer, &groups_[i], &outputs_.output(i));
       if (!frame) return frame.error();
       routed.dropped = false;
       routed.flow = push(&outputs_.output(i), *std::move(frame));

@@ -133,6 +133,7 @@ TEST(TensorMuxShutdown, ReleasingAFlushingPadEndsTheFlush) {
   mux.remove(2);
   EXPECT_EQ(mux.events(GST_EVENT_FLUSH_STOP).size(), 1u);
   mux.push_all({{4}, {5}}, 140);
+  mux.wait_for_stat("pushed", 2);  // a release makes outputs on another thread too
   EXPECT_EQ(mux.buffers().size(), 2u);
   EXPECT_EQ(mux.events(GST_EVENT_SEGMENT).size(), 2u) << "a flush removes the segment";
 }
@@ -404,6 +405,7 @@ TEST(TensorMuxShutdown, EndsTheFlushOfAReleasedPadAfterItsStart) {
   ASSERT_NE(begin, names.end());
   EXPECT_NE(std::find(begin, names.end(), "flush-stop"), names.end()) << "after flush-start";
   mux.push_all({{3}, {4}}, 40);
+  mux.wait_for_stat("pushed", 2);
   EXPECT_EQ(mux.buffers().size(), 2u);
 }
 

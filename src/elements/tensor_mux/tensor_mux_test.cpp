@@ -275,7 +275,8 @@ TEST(TensorMux, PadsCanBeAddedAndReleasedWhilePlaying) {
   auto waiting = mux.push_later(0, Bytes{5}, 20);
   mux.wait_for_stat("received", 4);
   mux.remove(1);
-  EXPECT_EQ(waiting.get(), GST_FLOW_OK);
+  EXPECT_EQ(waiting.get(), GST_FLOW_OK);  // taken, and perhaps still being pushed by another thread
+  mux.wait_for_stat("pushed", 3);
   const auto out = mux.buffers();
   ASSERT_EQ(out.size(), 3u);
   EXPECT_EQ(memories_of(out[1].get()), (std::vector<Bytes>{{2}, {3, 4}}));

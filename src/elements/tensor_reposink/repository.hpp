@@ -1,20 +1,27 @@
 // The slots of this process, through which tensor_reposink passes frames to tensor_reposrc.
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #pragma once
+#include <map>
 #include <memory>
 #include <optional>
+#include <string>
 
 #include "core/ledger/ledger.hpp"
 #include "core/loop/slot_table.hpp"
+#include "gstcpp/element/labels_event.hpp"
 #include "gstcpp/element/ref.hpp"
 #include "weir/result.hpp"
 
 namespace weir {
 
+// By source.
+using LabelsBySource = std::map<std::string, gst::LabelsOfSource>;
+
 struct StoredFrame {
   gst::Ref<GstBuffer> buffer;  // shared: not writable while others hold it
   gst::Ref<GstCaps> caps;
   std::shared_ptr<Ledger> ledger;  // of the sink, which holds the frame until it is consumed
+  std::shared_ptr<const LabelsBySource> labels;  // of the stream; null = none
 };
 
 using Repository = loop::SlotTable<StoredFrame>;

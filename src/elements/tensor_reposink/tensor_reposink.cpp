@@ -105,7 +105,7 @@ class TensorReposink : public gst::Element<TensorReposink, gst::BaseSink> {
       gst::post_error(element(), status.error());
       return caps_ ? GST_FLOW_ERROR : GST_FLOW_NOT_NEGOTIATED;
     }
-    StoredFrame frame{Ref<GstBuffer>::share(buffer), caps_, ledger};
+    StoredFrame frame{Ref<GstBuffer>::share(buffer), caps_, ledger, labels_};
     for (;;) {
       const loop::Put put = writer_.put(frame);
       if (put == loop::Put::Stored) return GST_FLOW_OK;
@@ -133,7 +133,11 @@ class TensorReposink : public gst::Element<TensorReposink, gst::BaseSink> {
   gboolean event(GstEvent* event) {
     const auto type = GST_EVENT_TYPE(event);
     if (type == GST_EVENT_EOS) writer_.end();
-    if (type == GST_EVENT_STREAM_START) writer_.begin();
+    if (type == GST_EVENT_STREAM_START) {
+      writer_.begin();
+      labels_ = nullptr;
+    }
+    if (auto labels = gst::parse_labels_event(event)) add_labels(*std::move(labels));
     const gboolean done = parent_class()->event(self(), event);
     if (type == GST_EVENT_FLUSH_STOP) {
       if (const auto lost = writer_.flush()) lost->ledger->dropped(DropReason::Flush);
@@ -158,6 +162,20 @@ class TensorReposink : public gst::Element<TensorReposink, gst::BaseSink> {
     GST_BASE_SINK_PREROLL_UNLOCK(self());
   }
 
+  // Frames in the slot keep the labels that they were stored with. Labels that have gone round the
+  // loop change nothing, or they would go round for ever.
+  void add_labels(gst::LabelsOfSource labels) {
+    if (labels_) {
+      const auto known = labels_->find(labels.source);
+      if (known != labels_->end() && known->second == labels) return;
+    }
+    auto all =
+        labels_ ? std::make_shared<LabelsBySource>(*labels_) : std::make_shared<LabelsBySource>();
+    std::string source = labels.source;
+    all->insert_or_assign(std::move(source), std::move(labels));
+    labels_ = std::move(all);
+  }
+
   Status check(GstBuffer* buffer) {
     if (!caps_) return gst::buffer_before_caps("tensor_converter ! tensor_reposink");
     if (parts_.spec().format == Format::Flexible) return parts_.read(buffer);
@@ -167,8 +185,10 @@ class TensorReposink : public gst::Element<TensorReposink, gst::BaseSink> {
   Repository::Writer writer_{repository(), {[this](uint32_t slot) {
                                gst::post_warning(element(), lone_end("tensor_reposrc", slot));
                              }}};
-  gst::FrameParts parts_;  // this and the following member: streaming thread only
-  Ref<GstCaps> caps_;      // of the frames; null without caps
+  // Streaming thread only.
+  gst::FrameParts parts_;
+  Ref<GstCaps> caps_;                             // of the frames; null without caps
+  std::shared_ptr<const LabelsBySource> labels_;  // of the stream; null without labels
 };
 
 }  // namespace

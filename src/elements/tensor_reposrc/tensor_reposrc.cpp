@@ -5,10 +5,10 @@
 #include <string>
 
 #include "core/records/result_frame.hpp"
-#include "elements/tensor_decoder/result_output.hpp"
 #include "elements/tensor_reposink/repository.hpp"
 #include "elements/tensor_reposrc/sync_check.hpp"
 #include "gstcpp/buffer/frame_pool.hpp"
+#include "gstcpp/buffer/result_output.hpp"
 #include "gstcpp/buffer/tensor_caps.hpp"
 #include "gstcpp/element/base_classes.hpp"
 
@@ -118,7 +118,7 @@ class TensorReposrc : public gst::Element<TensorReposrc, gst::PushSource> {
                    .what = "the property slot-index is not set",
                    .needed = "the slot-index of the tensor_reposink that ends the loop",
                    .fix = "tensor_reposrc slot-index=0"};
-    if (const Status status = plan(s.caps); !status) return status;
+    if (auto status = plan(s.caps); !status) return status;
     ledger_.reset();
     fresh_ = true;
     reader_.attach(s.slot_index);
@@ -130,6 +130,7 @@ class TensorReposrc : public gst::Element<TensorReposrc, gst::PushSource> {
     count_left(reader_.detach());
     checked_ = sent_ = {};
     roles_.clear();
+    sent_labels_ = nullptr;
     return TRUE;
   }
 
@@ -178,6 +179,7 @@ class TensorReposrc : public gst::Element<TensorReposrc, gst::PushSource> {
       return GST_FLOW_EOS;
     }
     send_roles();
+    send_labels(taken.frame->labels);
     ledger_.consumed_and_pushed();
     *out = taken.frame->buffer.release();
     return GST_FLOW_OK;
@@ -271,8 +273,8 @@ class TensorReposrc : public gst::Element<TensorReposrc, gst::PushSource> {
 
   // A frame of zeros, or of no results, without a timestamp.
   GstFlowReturn zeros(GstBuffer** out) {
-    auto buffer = spec_.format == Format::Static ? frame_of_zeros()
-                                                 : empty_.empty_frame(buffer_limit_, &ledger_);
+    auto buffer =
+        spec_.format == Format::Static ? frame_of_zeros() : empty_.empty_frame(buffer_limit_);
     if (!buffer) {
       gst::post_error(element(), buffer.error());
       return GST_FLOW_ERROR;
@@ -333,6 +335,20 @@ class TensorReposrc : public gst::Element<TensorReposrc, gst::PushSource> {
     sent_ = current;
   }
 
+  // Sends the names of classes that came with the stream of the tensor_reposink. Those of an
+  // earlier stream are taken back.
+  void send_labels(const std::shared_ptr<const LabelsBySource>& labels) {
+    if (labels == sent_labels_) return;
+    LabelsBySource all;
+    if (sent_labels_)
+      for (const auto& [source, sent] : *sent_labels_) all[source] = {source, {}};
+    if (labels)
+      for (const auto& [source, given] : *labels) all[source] = given;
+    for (const auto& [source, given] : all)
+      gst_pad_push_event(pad(), gst::make_labels_event(given).release());
+    sent_labels_ = labels;
+  }
+
   Repository::Reader reader_{repository(), {[this](uint32_t slot) {
                                gst::post_warning(element(), lone_end("tensor_reposink", slot));
                              }}};
@@ -343,8 +359,9 @@ class TensorReposrc : public gst::Element<TensorReposrc, gst::PushSource> {
   Ref<GstCaps> checked_;  // frame caps known to match caps_
   ResultRoles roles_;     // of checked_
   Ref<GstCaps> sent_;     // caps of the pad with roles_
-  FrameSpec spec_;        // of caps_
-  ResultOutput empty_;    // the frame without results of caps_
+  std::shared_ptr<const LabelsBySource> sent_labels_;
+  FrameSpec spec_;           // of caps_
+  gst::ResultOutput empty_;  // the frame without results of caps_
   gst::FramePool pool_;
 };
 

@@ -2,11 +2,13 @@
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #include <algorithm>
 #include <list>
+#include <map>
 
 #include "becomes.hpp"
 #include "core/results/empty_frame.hpp"
 #include "core/tensor/tensor_header.hpp"
 #include "elements/tests/element_test_support.hpp"
+#include "gstcpp/element/labels_event.hpp"
 
 namespace weir::test {
 namespace {
@@ -260,6 +262,52 @@ TEST(TensorReposrc, SendsTheFieldsOfTheFrames) {
   EXPECT_SAYS(fields_after_a_frame(rows, rows + fields, frame(ramp(8))),
               "weir-columns=(string)\"score\\,class\"");
   EXPECT_EQ(fields_after_a_frame(rows, rows, frame(ramp(8))).find("weir-"), std::string::npos);
+}
+
+std::map<std::string, std::vector<std::string>> labels_of(const Harness& h) {
+  std::map<std::string, std::vector<std::string>> out;
+  const auto pad = Ref<GstPad>::adopt(gst_element_get_static_pad(h->element, "src"));
+  gst_pad_sticky_events_foreach(
+      pad.get(),
+      [](GstPad*, GstEvent** event, gpointer all) -> gboolean {
+        if (auto labels = gst::parse_labels_event(*event))
+          (*static_cast<decltype(out)*>(all))[labels->source] = labels->labels;
+        return TRUE;
+      },
+      &out);
+  return out;
+}
+
+TEST(TensorReposrc, SendsTheLabelsOfTheFrames) {
+  const Harness h = playing(source(of_results("score,class")));
+  const Harness sink = harness_of("tensor_reposink", of_results("score,class"));
+  const auto labels_after = [&](std::vector<gst::LabelsOfSource> events) {
+    for (const auto& event : events)
+      gst_harness_push_event(sink.get(), gst::make_labels_event(event).release());
+    gst_harness_push(sink.get(), empty_results("score,class"));
+    EXPECT_TRUE(pulled(h));
+    return labels_of(h);
+  };
+  using Labels = decltype(labels_of(h));
+  EXPECT_TRUE(pulled(h));
+  EXPECT_EQ(labels_after({}), Labels{});
+  EXPECT_EQ(labels_after({{"net", {"cat"}}, {"other", {"red"}}}),
+            (Labels{{"net", {"cat"}}, {"other", {"red"}}}));
+  EXPECT_EQ(labels_after({{"net", {"cat", "dog"}}}),
+            (Labels{{"net", {"cat", "dog"}}, {"other", {"red"}}}));
+  // A new stream, whose labels are not those of the one before.
+  gst_harness_push_event(sink.get(), gst_event_new_stream_start("another"));
+  EXPECT_EQ(labels_after({{"other", {"blue"}}}), (Labels{{"net", {}}, {"other", {"blue"}}}));
+}
+
+TEST(TensorReposrc, LabelsTravelWithTheFrameThatFollowsThem) {
+  const Harness sink = harness_of("tensor_reposink", of_results("score,class"));
+  gst_harness_push(sink.get(), empty_results("score,class"));
+  gst_harness_push_event(sink.get(), gst::make_labels_event({"net", {"cat"}}).release());
+  const Harness h = playing(source(of_results("score,class")));
+  EXPECT_TRUE(pulled(h));
+  EXPECT_TRUE(pulled(h));
+  EXPECT_TRUE(labels_of(h).empty());
 }
 
 TEST(TensorReposrc, AcceptsEqualTensorsInAnySpelling) {

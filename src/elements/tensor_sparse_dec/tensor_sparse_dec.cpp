@@ -23,7 +23,7 @@ class TensorSparseDec : public SparseFilter<TensorSparseDec> {
 
   // The peer may fix the tensors; otherwise the first frame defines them.
   Status take_caps(GstCaps* caps) {
-    if (const auto status = read_caps(caps); !status) return status;
+    if (auto status = read_caps(caps); !status) return status;
     pool_ = {};
     const auto peer = fixed_downstream_caps();
     fixed_ = static_cast<bool>(peer);

@@ -23,7 +23,7 @@ class TensorSparseEnc : public SparseFilter<TensorSparseEnc> {
   };
 
   Status take_caps(GstCaps* caps) {
-    if (const auto status = read_caps(caps); !status) return status;
+    if (auto status = read_caps(caps); !status) return status;
     FrameSpec sparse;
     sparse.format = Format::Sparse;
     sparse.rate = input_.rate;

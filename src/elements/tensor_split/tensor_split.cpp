@@ -105,7 +105,7 @@ class TensorSplit : public gst::OneToMany<TensorSplit> {
     return ok();
   }
 
-  Result<gst::Routed> route(Ref<GstBuffer> buffer) {
+  Result<gst::Routed> route(const Ref<GstBuffer>& buffer) {
     if (branches_.empty()) return plan_split(request_, input_).error();
     if (auto status = parts_.read(buffer.get()); !status) return status.error();
     for (size_t i = 0; i < branches_.size(); ++i) outputs_.output(i);

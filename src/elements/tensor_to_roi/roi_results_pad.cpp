@@ -52,6 +52,7 @@ Result<RoiResultsPad::Results> RoiResultsPad::read(GstBuffer* buffer,
   auto out = std::make_shared<RegionResults>();
   if (tensors.empty()) return Results(std::move(out));
   std::vector<records::ResultTensor> views;
+  views.reserve(tensors.size());
   for (const auto& tensor : tensors) views.push_back({tensor.spec, tensor.payload});
   if (auto status = reader_.read(views, &frame_); !status) return status.error();
   const auto maps = gst::source_maps(buffer);

@@ -123,6 +123,12 @@ class TensorToRoi : public gst::PairedTransform<TensorToRoi, RoiResultsPad> {
       ++(metas.back() ? regions_ : outside_);
       id += metas.back() != nullptr;
     }
+    add_labels(found, metas);
+  }
+
+  // A region outside of the picture has no meta.
+  static void add_labels(const RegionResults& found,
+                         const std::vector<GstVideoRegionOfInterestMeta*>& metas) {
     for (const auto& label : found.labels) {
       auto* meta = metas[label.region];
       if (!meta) continue;

@@ -111,8 +111,7 @@ Status FrameTransformer::run_views(GstBuffer* out, Ledger* ledger) {
       appended = *std::move(made);
     }
     const auto target = views_pooled_ ? writer_.payloads()[i] : appended.payload();
-    const auto counters = plan->apply(in.bytes(), target);
-    if (counters.divisions_by_zero > 0) ledger->divided_by_zero(counters.divisions_by_zero);
+    apply(*plan, in.bytes(), target, ledger);
   }
   return ok();
 }
@@ -199,8 +198,7 @@ Status FrameTransformer::run_fused(GstBuffer* out, Ledger* ledger) {
         in_place ? GST_MAP_READWRITE : GST_MAP_READ);
     if (!in) return source_not_mapped(source.memory);
     const auto target = in_place ? in.bytes() : writer_.payloads()[i];
-    const auto counters = source.plan->apply(in.bytes(), target);
-    if (counters.divisions_by_zero > 0) ledger->divided_by_zero(counters.divisions_by_zero);
+    apply(*source.plan, in.bytes(), target, ledger);
   }
   return ok();
 }

@@ -56,6 +56,22 @@ Result<FrameTransformer::Cached*> FrameTransformer::plan_for(size_t index, const
   return &*cached;
 }
 
+Status FrameTransformer::check_choice(size_t tensors, const char* of) const {
+  for (const size_t index : choice_)
+    if (index >= tensors)
+      return Error{.code = Code::OPTION_VALUE,
+                   .what = std::string("apply names a tensor that ") + of + " does not have",
+                   .offered = "apply=" + std::to_string(index),
+                   .needed = "0 to " + std::to_string(tensors - 1)};
+  return ok();
+}
+
+void FrameTransformer::apply(const transform::Plan& plan, std::span<const std::byte> in,
+                             std::span<std::byte> out, Ledger* ledger) {
+  const auto counters = plan.apply(in, out);
+  if (counters.divisions_by_zero > 0) ledger->divided_by_zero(counters.divisions_by_zero);
+}
+
 Status FrameTransformer::configure(const FrameSpec& input, const FrameSpec& output) {
   input_ = input;
   output_ = output;
@@ -64,12 +80,7 @@ Status FrameTransformer::configure(const FrameSpec& input, const FrameSpec& outp
   pool_ = view_pool_ = {};
   view_specs_.clear();
   if (input.format != Format::Static) return ok();
-  for (const size_t index : choice_)
-    if (index >= input.tensors.size())
-      return Error{.code = Code::OPTION_VALUE,
-                   .what = "apply names a tensor that the stream does not have",
-                   .offered = "apply=" + std::to_string(index),
-                   .needed = "0 to " + std::to_string(input.tensors.size() - 1)};
+  if (auto status = check_choice(input.tensors.size(), "the stream"); !status) return status;
   std::vector<TensorSpec> outputs;
   bool in_place = true, element_wise = true, all = true;
   for (size_t i = 0; i < input.tensors.size(); ++i) {
@@ -178,24 +189,18 @@ Status FrameTransformer::run_pooled(GstBuffer* in, GstBuffer* out, Ledger* ledge
     auto cached = plan_for(i, views[i].spec);
     if (!cached) return cached.error();
     const auto target = in == out ? views[i].payload : writer_.payloads()[i];
-    const auto counters = (*cached)->plan->apply(views[i].payload, target);
-    if (counters.divisions_by_zero > 0) ledger->divided_by_zero(counters.divisions_by_zero);
+    apply(*(*cached)->plan, views[i].payload, target, ledger);
   }
   return ok();
 }
 
 Status FrameTransformer::run_by_memory(GstBuffer* in, GstBuffer* out, Ledger* ledger) {
   const auto& views = reader_.tensors();
-  for (const size_t index : choice_)
-    if (index >= views.size())
-      return Error{.code = Code::OPTION_VALUE,
-                   .what = "apply names a tensor that this frame does not have",
-                   .offered = "apply=" + std::to_string(index),
-                   .needed = "0 to " + std::to_string(views.size() - 1)};
+  if (auto status = check_choice(views.size(), "this frame"); !status) return status;
   if (views.size() > kMemoryLimit) return run_packed(out, ledger);
   for (size_t i = 0; i < views.size(); ++i) {
-    const Status status = chosen(choice_, i) ? append_transformed(i, views[i], out, ledger)
-                                             : append_untouched(views[i], in, out, ledger);
+    Status status = chosen(choice_, i) ? append_transformed(i, views[i], out, ledger)
+                                       : append_untouched(views[i], in, out, ledger);
     if (!status) return status;
   }
   return ok();
@@ -222,8 +227,7 @@ Status FrameTransformer::run_packed(GstBuffer* out, Ledger* ledger) {
     if (head) write_header(specs[i], bytes);
     const auto target = bytes.subspan(head);
     if (chosen(choice_, i)) {
-      const auto counters = plans_[i]->plan->apply(views[i].payload, target);
-      if (counters.divisions_by_zero > 0) ledger->divided_by_zero(counters.divisions_by_zero);
+      apply(*plans_[i]->plan, views[i].payload, target, ledger);
     } else {
       std::copy(views[i].payload.begin(), views[i].payload.end(), target.begin());
       ledger->copied(target.size());
@@ -239,8 +243,7 @@ Status FrameTransformer::append_transformed(size_t index, const gst::TensorView&
   const TensorSpec& spec = (*cached)->output;
   const auto target = append_output(spec, *spec.bytes(), out);
   if (!target) return target.error();
-  const auto counters = (*cached)->plan->apply(view.payload, target->payload());
-  if (counters.divisions_by_zero > 0) ledger->divided_by_zero(counters.divisions_by_zero);
+  apply(*(*cached)->plan, view.payload, target->payload(), ledger);
   return ok();
 }
 

@@ -6,6 +6,7 @@
 #include <atomic>
 #include <memory>
 #include <optional>
+#include <span>
 #include <vector>
 
 #include "core/ledger/ledger.hpp"
@@ -74,6 +75,10 @@ class FrameTransformer {
     SharedPlan before, both;  // the last plan to fuse with; both: null if impossible
   };
   Status make_pool(std::vector<TensorSpec> outputs);
+  // Whether `of`, which has that many tensors, has those that the user chose.
+  Status check_choice(size_t tensors, const char* of) const;
+  static void apply(const transform::Plan& plan, std::span<const std::byte> in,
+                    std::span<std::byte> out, Ledger* ledger);
   Result<Cached*> plan_for(size_t index, const TensorSpec& spec);
   // Finds sources with the combined work of the upstream element and this one; empty if there are
   // none.

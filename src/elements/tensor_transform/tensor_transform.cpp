@@ -153,7 +153,7 @@ class TensorTransform : public gst::CountedTransform<TensorTransform> {
   }
 
   Status set_caps(GstCaps* in, GstCaps* out) {
-    const Status status = configure(in, out);
+    Status status = configure(in, out);
     reported_ = !status;
     return status;
   }

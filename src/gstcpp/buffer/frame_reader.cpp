@@ -17,9 +17,11 @@ void FrameReader::clear() noexcept {
 Status FrameReader::read(GstBuffer* buffer, const FrameSpec& spec, GstMapFlags flags) {
   clear();
   copied_ = 0;
-  if (spec.format == Format::Static) return read_static(buffer, spec, flags);
-  if (auto status = read_headers(buffer, spec, flags); !status) return status;
-  return spec.format == Format::Sparse ? ok() : check_dense();
+  const bool is_static = spec.format == Format::Static;
+  Status status = is_static ? read_static(buffer, spec, flags) : read_headers(buffer, spec, flags);
+  if (status && spec.format == Format::Flexible) status = check_dense();
+  if (!status) clear();  // memory must not be mapped when the caller releases the buffer
+  return status;
 }
 
 // Callers read as many bytes as the dimensions give; a sparse payload is shorter.

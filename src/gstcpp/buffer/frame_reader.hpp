@@ -23,7 +23,7 @@ struct TensorView {
 };
 
 // Reads one buffer at a time and reuses its vectors, so that only the first frame allocates. The
-// views are valid until the next read() or clear(), which unmap.
+// views are valid until the next read() or clear(), which unmap; so does a read() that fails.
 class FrameReader {
  public:
   // Static: the memories must have the sizes of the spec; a different number of memories is

@@ -5,6 +5,7 @@
 #define _GNU_SOURCE
 #include <dlfcn.h>
 #include <glib-object.h>
+#include <gst/gst.h>
 
 #define OPTIONAL __attribute__((weak))
 OPTIONAL void __tsan_mutex_pre_lock(void* mutex, unsigned flags);
@@ -116,14 +117,52 @@ gpointer g_once_impl(GOnce* once, GThreadFunc function, gpointer argument) {
   return result;
 }
 
-void g_async_queue_push(GAsyncQueue* queue, gpointer data) {
-  release(data);
-  REAL(g_async_queue_push)(queue, data);
-}
-gpointer g_async_queue_pop(GAsyncQueue* queue) {
-  const gpointer data = REAL(g_async_queue_pop)(queue);
-  acquire(data);
+#define PUSH(function)                               \
+  void function(GAsyncQueue* queue, gpointer data) { \
+    release(data);                                   \
+    REAL(function)(queue, data);                     \
+  }
+#define POP(function)                            \
+  gpointer function(GAsyncQueue* queue) {        \
+    const gpointer data = REAL(function)(queue); \
+    if (data) acquire(data);                     \
+    return data;                                 \
+  }
+PUSH(g_async_queue_push)
+PUSH(g_async_queue_push_unlocked)
+PUSH(g_async_queue_push_front)
+POP(g_async_queue_pop)
+POP(g_async_queue_pop_unlocked)
+POP(g_async_queue_try_pop)
+POP(g_async_queue_try_pop_unlocked)
+gpointer g_async_queue_timeout_pop(GAsyncQueue* queue, guint64 timeout) {
+  const gpointer data = REAL(g_async_queue_timeout_pop)(queue, timeout);
+  if (data) acquire(data);
   return data;
+}
+
+/* GLib's pools hand work to their threads with internal calls. */
+struct call {
+  GstElementCallAsyncFunc function;
+  gpointer data;
+  GDestroyNotify destroy;
+};
+static void run_call(GstElement* element, gpointer given) {
+  acquire(given);
+  const struct call* call = given;
+  call->function(element, call->data);
+}
+static void free_call(gpointer given) {
+  struct call* call = given;
+  if (call->destroy) call->destroy(call->data);
+  g_free(call);
+}
+void gst_element_call_async(GstElement* element, GstElementCallAsyncFunc function, gpointer data,
+                            GDestroyNotify destroy) {
+  struct call* call = g_new(struct call, 1);
+  *call = (struct call){function, data, destroy};
+  release(call);
+  REAL(gst_element_call_async)(element, run_call, call, free_call);
 }
 
 /* The thread that drops the last reference sees what others did before they dropped theirs. */
@@ -131,4 +170,9 @@ void g_object_unref(gpointer object) {
   release(object);
   acquire(object);
   REAL(g_object_unref)(object);
+}
+void gst_mini_object_unref(GstMiniObject* object) {
+  release(object);
+  acquire(object);
+  REAL(gst_mini_object_unref)(object);
 }

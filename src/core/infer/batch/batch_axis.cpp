@@ -67,6 +67,13 @@ Axis axis_of(const weir_tensor_info& info, bool input) {
   return {axis, info.shape[axis], ""};
 }
 
+// Why the axis cannot hold the frames of a batch.
+std::string obstacle(const weir_tensor_info& info, const Axis& axis) {
+  if (!axis.missing.empty()) return axis.missing;
+  return "dimension " + std::to_string(info.rank - 1 - axis.axis) + " is " +
+         std::to_string(axis.length);
+}
+
 bool known(const weir_tensor_info& info) {
   return info.rank != WEIR_RANK_UNKNOWN && info.type < WEIR_TYPE_END &&
          std::all_of(info.shape, info.shape + info.rank, [](int64_t d) { return d > 0; });
@@ -108,11 +115,7 @@ Result<BatchAxes> find_batch_axes(uint32_t flags, const Infos& inputs, const Inf
       agree = agree && axis.missing.empty() && axis.length > 1 && (!other || axis.length == other);
       other = axis.length;
       if (fits || !difference.empty()) continue;
-      difference =
-          name_of_tensor(role, i, infos[i]) + ": " +
-          (axis.missing.empty() ? "dimension " + std::to_string(infos[i].rank - 1 - axis.axis) +
-                                      " is " + std::to_string(axis.length)
-                                : axis.missing);
+      difference = name_of_tensor(role, i, infos[i]) + ": " + obstacle(infos[i], axis);
     }
   };
   look("input", inputs, &axes.inputs);

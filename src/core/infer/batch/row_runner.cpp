@@ -100,6 +100,20 @@ size_t RowRunner::rows_of_a_part(const weir_frame& in, size_t rows, size_t align
   return std::max(wanted % step == 0 ? wanted : down, step);
 }
 
+void RowRunner::run_part(size_t thread, const Invoke& invoke, Part* part) {
+  try {
+    auto kept = invoke(thread, part->in, part->out);
+    if (kept)
+      part->kept = *kept;
+    else
+      part->status = kept.error();
+  } catch (const std::bad_alloc&) {
+    part->status = Error{.code = Code::OUT_OF_MEMORY, .what = "memory ran out"};
+  } catch (const std::exception& e) {
+    part->status = Error{.code = Code::INTERNAL, .what = e.what()};
+  }
+}
+
 Result<bool> RowRunner::run(const weir_frame& in, weir_frame& out, size_t alignment,
                             const Invoke& invoke) {
   if (in.n_tensors == 0 || in.tensors[0].info.rank == 0 || in.tensors[0].info.shape[0] < 1)
@@ -120,20 +134,7 @@ Result<bool> RowRunner::run(const weir_frame& in, weir_frame& out, size_t alignm
     part.status = ok();
     part.kept = true;
   }
-  team_.run(parts, [&](size_t thread, size_t number) {
-    Part& part = parts_[number];
-    try {
-      auto kept = invoke(thread, part.in, part.out);
-      if (kept)
-        part.kept = *kept;
-      else
-        part.status = kept.error();
-    } catch (const std::bad_alloc&) {
-      part.status = Error{.code = Code::OUT_OF_MEMORY, .what = "memory ran out"};
-    } catch (const std::exception& e) {
-      part.status = Error{.code = Code::INTERNAL, .what = e.what()};
-    }
-  });
+  team_.run(parts, [&](size_t thread, size_t i) { run_part(thread, invoke, &parts_[i]); });
   bool kept = true;
   for (size_t i = 0; i < parts; ++i) {
     if (!parts_[i].status) return parts_[i].status.error();

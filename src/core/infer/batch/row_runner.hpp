@@ -45,6 +45,7 @@ class RowRunner {
     Status status = ok();
     bool kept = true;
   };
+  static void run_part(size_t thread, const Invoke& invoke, Part* part);
   size_t rows_of_a_part(const weir_frame& in, size_t rows, size_t alignment) const;
 
   const RowLimits limits_;

@@ -130,7 +130,7 @@ std::vector<std::pair<std::string, std::string>> identity_of(const weir_engine& 
 
 std::vector<weir_option> options_for_inner(const weir_engine& inner, const weir_open& request) {
   const auto taken = option_names(inner).all;
-  const std::vector<weir_option> all(request.options, request.options + request.n_options);
+  std::vector<weir_option> all(request.options, request.options + request.n_options);
   const auto own = std::find_if(all.rbegin(), all.rend(), [](const weir_option& option) {
     return option.key && std::string_view(option.key) == kOwnName;
   });

@@ -15,7 +15,7 @@ constexpr uint64_t kWindow = 1000;
 
 size_t bucket_of(uint64_t ns) noexcept {
   if (ns < 8) return static_cast<size_t>(ns);
-  const int exponent = std::bit_width(ns) - 1;
+  const int exponent = static_cast<int>(std::bit_width(ns)) - 1;
   return static_cast<size_t>((exponent - 2) * 8) + ((ns >> (exponent - 3)) & 7u);
 }
 double upper_edge_ns(size_t bucket) noexcept {

@@ -23,6 +23,40 @@ weir_tensor_info unknown_tensor() {
   return info;
 }
 
+Status check_info(const weir_model_info& info) {
+  if (info.n_inputs > WEIR_TENSOR_LIMIT || info.n_outputs > WEIR_TENSOR_LIMIT)
+    return Error{.code = Code::MODEL_UNSUPPORTED,
+                 .what = "the model has too many tensors",
+                 .offered = std::to_string(info.n_inputs) + " inputs, " +
+                            std::to_string(info.n_outputs) + " outputs",
+                 .needed = "at most 256 each"};
+  if ((info.n_inputs > 0 && !info.inputs) || (info.n_outputs > 0 && !info.outputs))
+    return Error{.code = Code::MODEL_INVALID,
+                 .what = "the engine counts tensors without describing them",
+                 .offered = "a null list",
+                 .needed = "a description of each tensor"};
+  constexpr uint32_t kMostAlignment = 4096, kMostPadding = 65536;
+  if (!std::has_single_bit(info.alignment) || info.alignment > kMostAlignment ||
+      info.input_padding > kMostPadding)
+    return Error{.code = Code::MODEL_UNSUPPORTED,
+                 .what = "the engine requires memory that cannot be allocated",
+                 .offered = "alignment " + std::to_string(info.alignment) + ", padding " +
+                            std::to_string(info.input_padding),
+                 .needed = "a power of two up to 4096, padding up to 65536"};
+  return ok();
+}
+
+Status check_tensors(const std::vector<weir_tensor_info>& tensors) {
+  for (const auto& info : tensors)
+    if (info.type > WEIR_TYPE_END ||
+        (info.rank > WEIR_RANK_LIMIT && info.rank != WEIR_RANK_UNKNOWN))
+      return Error{.code = Code::MODEL_UNSUPPORTED,
+                   .what = "a tensor of the model has a rank or type beyond limits",
+                   .offered = info.name ? info.name : "",
+                   .needed = "rank at most 16"};
+  return ok();
+}
+
 }  // namespace
 
 Result<std::shared_ptr<Model>> Model::open(const weir_engine& engine, const OpenOptions& options) {
@@ -61,36 +95,12 @@ Status Model::read_info() {
   info_.struct_size = sizeof info_;
   const int result = engine_.info(handle_, &info_, &error);
   if (result < 0) return take_error(&error, result, "the engine cannot describe the model");
-  if (info_.n_inputs > WEIR_TENSOR_LIMIT || info_.n_outputs > WEIR_TENSOR_LIMIT)
-    return Error{.code = Code::MODEL_UNSUPPORTED,
-                 .what = "the model has too many tensors",
-                 .offered = std::to_string(info_.n_inputs) + " inputs, " +
-                            std::to_string(info_.n_outputs) + " outputs",
-                 .needed = "at most 256 each"};
-  if ((info_.n_inputs > 0 && !info_.inputs) || (info_.n_outputs > 0 && !info_.outputs))
-    return Error{.code = Code::MODEL_INVALID,
-                 .what = "the engine counts tensors without describing them",
-                 .offered = "a null list",
-                 .needed = "a description of each tensor"};
-  constexpr uint32_t kMostAlignment = 4096, kMostPadding = 65536;
   if (info_.alignment == 0) info_.alignment = 1;
-  if (!std::has_single_bit(info_.alignment) || info_.alignment > kMostAlignment ||
-      info_.input_padding > kMostPadding)
-    return Error{.code = Code::MODEL_UNSUPPORTED,
-                 .what = "the engine requires memory that cannot be allocated",
-                 .offered = "alignment " + std::to_string(info_.alignment) + ", padding " +
-                            std::to_string(info_.input_padding),
-                 .needed = "a power of two up to 4096, padding up to 65536"};
+  if (auto status = check_info(info_); !status) return status;
   inputs_.assign(info_.inputs, info_.inputs + info_.n_inputs);
   outputs_.assign(info_.outputs, info_.outputs + info_.n_outputs);
   for (const auto* list : {&inputs_, &outputs_})
-    for (const auto& info : *list)
-      if (info.type > WEIR_TYPE_END ||
-          (info.rank > WEIR_RANK_LIMIT && info.rank != WEIR_RANK_UNKNOWN))
-        return Error{.code = Code::MODEL_UNSUPPORTED,
-                     .what = "a tensor of the model has a rank or type beyond limits",
-                     .offered = info.name ? info.name : "",
-                     .needed = "rank at most 16"};
+    if (auto status = check_tensors(*list); !status) return status;
   return ok();
 }
 

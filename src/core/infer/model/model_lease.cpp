@@ -45,7 +45,7 @@ bool SessionSet::wait_until_free(std::chrono::milliseconds limit) const {
   return free_.wait_for(lock, limit, [this] { return holds_ == 0; });
 }
 
-Result<std::unique_ptr<ModelLease>> ModelLease::create(std::shared_ptr<SharedModel> shared,
+Result<std::unique_ptr<ModelLease>> ModelLease::create(const std::shared_ptr<SharedModel>& shared,
                                                        size_t sessions, For user) {
   std::lock_guard opening(shared->opening_);
   const auto pool = shared->opened_pool();

@@ -19,6 +19,7 @@ ModelShape model_shape(const weir_tensor_info& info) {
 
 std::vector<ModelShape> model_shapes(const std::vector<weir_tensor_info>& infos) {
   std::vector<ModelShape> out;
+  out.reserve(infos.size());
   for (const auto& info : infos) out.push_back(model_shape(info));
   return out;
 }
@@ -37,6 +38,7 @@ weir_tensor_info tensor_info(const ModelShape& shape) {
 
 std::vector<weir_tensor_info> tensor_infos(const std::vector<ModelShape>& shapes) {
   std::vector<weir_tensor_info> out;
+  out.reserve(shapes.size());
   for (const auto& shape : shapes) out.push_back(tensor_info(shape));
   return out;
 }

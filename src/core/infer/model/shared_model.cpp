@@ -47,7 +47,10 @@ std::string ModelSource::to_string() const {
   std::string out = "model=" + join(options.paths, ",");
   if (engine && engine->name) out += std::string(" framework=") + engine->name;
   for (const auto& [key, value] : options.options)
-    out += (out.find(" custom=") == std::string::npos ? " custom=" : ",") + key + ":" + value;
+    out.append(out.find(" custom=") == std::string::npos ? " custom=" : ",")
+        .append(key)
+        .append(":")
+        .append(value);
   if (!options.accelerator.empty()) out += " accelerator=" + options.accelerator;
   return out;
 }
@@ -125,56 +128,73 @@ Status SharedModel::check_same(const Model& candidate, const ModelSource& source
           "use a model with the same inputs and outputs, or set it while the element is stopped"};
 }
 
+// Sessions of the new model for a lease of the old one.
+struct SharedModel::Replacement {
+  ModelLease* use;   // compared only: may be dangling
+  uint64_t version;  // of the shapes that they are prepared for
+  std::shared_ptr<SessionSet> set;
+};
+
+struct SharedModel::Requirement {
+  ModelLease* use;
+  size_t sessions;
+  ModelLease::Shapes shapes;
+};
+
+// The first lease that needs other sessions than those in `prepared`; outdated ones are removed.
+// mutex_ is held. `locks` gets the locks of the leases up to that one, of all if there is none.
+std::optional<SharedModel::Requirement> SharedModel::next_requirement(
+    std::vector<Replacement>* prepared, std::vector<std::unique_lock<std::mutex>>* locks) {
+  for (ModelLease* use : uses_) {
+    locks->emplace_back(use->mutex_);
+    if (!use->set_ || use->asleep_) continue;
+    const auto found = std::find_if(prepared->begin(), prepared->end(),
+                                    [use](const auto& p) { return p.use == use; });
+    if (found != prepared->end() && found->version == use->shapes_.version) continue;
+    if (found != prepared->end()) prepared->erase(found);
+    return Requirement{use, use->sessions_, use->shapes_};
+  }
+  return std::nullopt;
+}
+
+// Gives each lease its new sessions and returns the old ones. mutex_ and all leases are locked.
+std::vector<std::shared_ptr<SessionSet>> SharedModel::switch_sessions(
+    std::vector<Replacement>* prepared) {
+  std::vector<std::shared_ptr<SessionSet>> old_sets;
+  for (ModelLease* use : uses_) {
+    old_sets.push_back(std::move(use->set_));
+    use->set_ = nullptr;  // suspended users open the new model when they resume
+    use->asleep_ = false;
+    for (auto& p : *prepared)
+      if (p.use == use) use->set_ = std::move(p.set);
+  }
+  return old_sets;
+}
+
 Status SharedModel::replace(const ModelSource& source) {
   std::lock_guard opening(opening_);
   auto pool = open_candidate(source);
   if (!pool) return pool.error();
-  struct Prepared {
-    ModelLease* use;  // compared only: may be dangling
-    uint64_t version;
-    std::shared_ptr<SessionSet> set;
-  };
-  std::vector<Prepared> prepared;
+  std::vector<Replacement> prepared;
   std::vector<std::shared_ptr<SessionSet>> old_sets;
   std::shared_ptr<SessionPool> old_pool;
   // Users may come, go and change their shapes while sessions are created for the others.
   for (;;) {
     std::unique_lock lock(mutex_);
-    struct Wanted {
-      ModelLease* use;
-      size_t sessions;
-      ModelLease::Shapes shapes;
-    };
-    std::optional<Wanted> wanted;
-    std::vector<std::unique_lock<std::mutex>> users;
-    for (ModelLease* use : uses_) {
-      users.emplace_back(use->mutex_);
-      if (!use->set_ || use->asleep_) continue;
-      const auto found = std::find_if(prepared.begin(), prepared.end(),
-                                      [use](const auto& p) { return p.use == use; });
-      if (found != prepared.end() && found->version == use->shapes_.version) continue;
-      if (found != prepared.end()) prepared.erase(found);
-      wanted = {use, use->sessions_, use->shapes_};
-      break;
-    }
-    if (!wanted) {
-      for (ModelLease* use : uses_) {
-        old_sets.push_back(std::move(use->set_));
-        use->set_ = nullptr;  // suspended users open the new model when they resume
-        use->asleep_ = false;
-        for (auto& p : prepared)
-          if (p.use == use) use->set_ = std::move(p.set);
-      }
+    std::vector<std::unique_lock<std::mutex>> leases;
+    const auto required = next_requirement(&prepared, &leases);
+    if (!required) {
+      old_sets = switch_sessions(&prepared);
       old_pool = std::exchange(pool_, *pool);
       source_ = source;
       ++reloads_;
       break;
     }
-    users.clear();
+    leases.clear();
     lock.unlock();
-    auto set = ModelLease::prepared(*pool, wanted->sessions, wanted->shapes, true);
+    auto set = ModelLease::prepared(*pool, required->sessions, required->shapes, true);
     if (!set) return set.error();
-    prepared.push_back({wanted->use, wanted->shapes.version, *std::move(set)});
+    prepared.push_back({required->use, required->shapes.version, *std::move(set)});
   }
   for (const auto& set : old_sets)
     if (set) set->wait_until_free(kPatience);

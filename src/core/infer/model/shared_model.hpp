@@ -13,6 +13,7 @@
 #include <map>
 #include <memory>
 #include <mutex>
+#include <optional>
 #include <string>
 #include <typeindex>
 #include <vector>
@@ -101,6 +102,11 @@ class SharedModel : public std::enable_shared_from_this<SharedModel> {
   Result<std::shared_ptr<SessionPool>> opened_pool();  // opening_ is held
   Result<std::shared_ptr<SessionPool>> open_candidate(const ModelSource& source) const;
   Status check_same(const Model& candidate, const ModelSource& source) const;
+  struct Replacement;
+  struct Requirement;
+  std::optional<Requirement> next_requirement(std::vector<Replacement>* prepared,
+                                              std::vector<std::unique_lock<std::mutex>>* locks);
+  std::vector<std::shared_ptr<SessionSet>> switch_sessions(std::vector<Replacement>* prepared);
   void remove(ModelLease* use);
   void close_if_unused();
 
@@ -123,7 +129,7 @@ class ModelLease {
   // Others: the lease of a batch, whose filters have leases of their own.
   enum class For { Itself, Others };
   // `sessions`: the number of concurrent frames; 0 = none, the lease only keeps the model open.
-  static Result<std::unique_ptr<ModelLease>> create(std::shared_ptr<SharedModel> shared,
+  static Result<std::unique_ptr<ModelLease>> create(const std::shared_ptr<SharedModel>& shared,
                                                     size_t sessions, For user = For::Itself);
   ~ModelLease();  // no Frame may be left
   ModelLease(const ModelLease&) = delete;

@@ -69,6 +69,22 @@ std::optional<std::string_view> read_list(std::string_view list, AcceleratorRequ
   return std::nullopt;
 }
 
+// The first requested accelerator that is supported, in the words of choose_accelerator(); nullopt
+// if that leaves the choice to the engine. `skipped` gets the names that are not supported.
+std::optional<std::string> first_named(const AcceleratorRequest& request,
+                                       const std::vector<std::string>& supported,
+                                       std::string* skipped) {
+  for (const auto& name : request.names) {
+    if (lists(request.excluded, name)) continue;
+    if (name == "none") return name;
+    if (name == "default") return "";
+    if (name == "auto") break;
+    if (lists(supported, name)) return name;
+    *skipped += (skipped->empty() ? "" : ",") + name;
+  }
+  return std::nullopt;
+}
+
 }  // namespace
 
 std::optional<unsigned> accelerator_number(std::string_view name) noexcept {
@@ -100,14 +116,7 @@ std::string choose_accelerator(const AcceleratorRequest& request,
   if (request.kind == AcceleratorRequest::Kind::EngineDefault) return "";
   if (request.kind == AcceleratorRequest::Kind::None) return "none";
   std::string all;
-  for (const auto& name : request.names) {
-    if (lists(request.excluded, name)) continue;
-    if (name == "none") return name;
-    if (name == "default") return "";
-    if (name == "auto") break;
-    if (lists(supported, name)) return name;
-    all += (all.empty() ? "" : ",") + name;
-  }
+  if (const auto named = first_named(request, supported, &all)) return *named;
   if (supported.empty()) return all.empty() ? "auto" : all;
   for (const auto& name : supported)
     if (!lists(request.excluded, name)) return name;

@@ -31,7 +31,8 @@ uintptr_t number_of(const weir_request* request) {
   return reinterpret_cast<uintptr_t>(request);
 }
 weir_request* handle_of(uintptr_t number) {
-  return reinterpret_cast<weir_request*>(number);  // never dereferenced
+  // NOLINTNEXTLINE(performance-no-int-to-ptr): a handle of the C ABI, never dereferenced
+  return reinterpret_cast<weir_request*>(number);
 }
 
 // All requests of the process. Engines may pass any number at any time.
@@ -96,6 +97,22 @@ std::shared_ptr<RequestReceiver> forget(uintptr_t number, Request& request) {
   request.state->requests.erase(number);
   request.state->changed.notify_all();
   return std::move(request.receiver);
+}
+
+// The receiver of a request, null if it is not called again. This thread counts as one that is in a
+// receiver until leave().
+std::shared_ptr<RequestReceiver> enter(Request& request, bool is_final) {
+  std::lock_guard lock(request.state->mutex);
+  if (request.finished) return nullptr;
+  request.finished = is_final;
+  request.state->callers.push_back(std::this_thread::get_id());
+  return request.receiver;
+}
+void leave(Requests::State& state) {
+  std::lock_guard lock(state.mutex);
+  auto& callers = state.callers;
+  callers.erase(std::find(callers.begin(), callers.end(), std::this_thread::get_id()));
+  state.changed.notify_all();
 }
 
 }  // namespace
@@ -190,10 +207,7 @@ void Requests::fail(const Error& error) {
   state_->callers.push_back(std::this_thread::get_id());
   lock.unlock();
   for (const auto& receiver : receivers) receiver->end(error);
-  lock.lock();
-  auto& callers = state_->callers;
-  callers.erase(std::find(callers.begin(), callers.end(), std::this_thread::get_id()));
-  state_->changed.notify_all();
+  leave(*state_);
 }
 
 void Requests::resume() {
@@ -219,34 +233,21 @@ size_t Requests::in_flight() const {
 
 void complete_request(weir_request* handle, int status, weir_frame* frame, bool more) noexcept {
   const auto request = Registry::instance().find(number_of(handle));
-  if (request) {
-    auto& state = *request->state;
-    const bool is_short = status == 0 && frame && !has_tensors(*frame);
-    const bool final = status < 0 || !more || is_short;
-    std::shared_ptr<RequestReceiver> receiver;
-    {
-      std::lock_guard lock(state.mutex);
-      if (!request->finished) {
-        receiver = request->receiver;
-        request->finished = final;
-        state.callers.push_back(std::this_thread::get_id());
-      }
-    }
-    if (receiver) {
-      if (status == 0 && frame && !is_short) receiver->output(*frame);
-      if (is_short)
-        receiver->end(short_frame(*frame));
-      else if (final)
-        receiver->end(
-            status < 0 ? Status(take_error(&request->error, status, "the engine failed on a frame"))
-                       : ok());
-      std::lock_guard lock(state.mutex);
-      auto& callers = state.callers;
-      callers.erase(std::find(callers.begin(), callers.end(), std::this_thread::get_id()));
-      state.changed.notify_all();
-    }
-    if (!more) forget(number_of(handle), *request);
+  if (!request) return release_memory(frame);
+  const bool is_short = status == 0 && frame && !has_tensors(*frame);
+  const bool is_final = status < 0 || !more || is_short;
+  const auto receiver = enter(*request, is_final);
+  if (receiver) {
+    if (status == 0 && frame && !is_short) receiver->output(*frame);
+    if (is_short)
+      receiver->end(short_frame(*frame));
+    else if (is_final)
+      receiver->end(
+          status < 0 ? Status(take_error(&request->error, status, "the engine failed on a frame"))
+                     : ok());
+    leave(*request->state);
   }
+  if (!more) forget(number_of(handle), *request);
   release_memory(frame);
 }
 

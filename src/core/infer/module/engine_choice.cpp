@@ -56,17 +56,25 @@ class Chooser {
   Chooser(std::span<const std::string> installed, std::string extension)
       : installed_(installed), extension_(std::move(extension)) {}
 
-  std::optional<EngineChoice> first_of(const Names& list, const std::string& why) {
-    claimed_.insert(claimed_.end(), list.begin(), list.end());
-    const auto found =
-        std::find_if(list.begin(), list.end(), [&](const auto& n) { return is_installed(n); });
-    if (found == list.end()) return std::nullopt;
-    return choice(*found, why);
-  }
-  EngineChoice choice(const std::string& engine, const std::string& why) const {
-    EngineChoice out{engine, "the file has the extension ." + extension_, {}};
-    if (!why.empty()) out.reason += "; " + why;
-    return out;
+  // `settings` have the highest priority first.
+  std::optional<EngineChoice> choose(const std::vector<config::Setting>& settings) {
+    std::string why;
+    Names wanted;
+    for (const auto& setting : settings) {
+      const std::string place = setting.key + " (" + setting.origin + ")";
+      const Names list = engines_in(setting.value);
+      if (list.empty()) continue;
+      if (auto found = first_of(list, "first installed engine of " + place)) return found;
+      why += (why.empty() ? "none of " : "; none of ") + place + " is installed";
+      if (wanted.empty()) wanted = list;
+    }
+    const auto preferred = preferred_engines(extension_);
+    if (auto found = first_of(Names(preferred.begin(), preferred.end()), why)) return found;
+    if (const KnownEngine* known = known_engine_for(extension_))
+      return choice(std::string(known->name), why);
+    // No other engine matches: the error for the first preference has the install command.
+    if (!wanted.empty()) return choice(wanted[0], why);
+    return std::nullopt;
   }
   void add_others(EngineChoice* chosen) {
     for (const auto& known : known_engines()) {
@@ -81,6 +89,18 @@ class Chooser {
   }
 
  private:
+  std::optional<EngineChoice> first_of(const Names& list, const std::string& why) {
+    claimed_.insert(claimed_.end(), list.begin(), list.end());
+    const auto found =
+        std::find_if(list.begin(), list.end(), [&](const auto& n) { return is_installed(n); });
+    if (found == list.end()) return std::nullopt;
+    return choice(*found, why);
+  }
+  EngineChoice choice(const std::string& engine, const std::string& why) const {
+    EngineChoice out{engine, "the file has the extension ." + extension_, {}};
+    if (!why.empty()) out.reason += "; " + why;
+    return out;
+  }
   bool is_installed(const std::string& name) const {
     return std::binary_search(installed_.begin(), installed_.end(), name);
   }
@@ -122,25 +142,7 @@ Result<EngineChoice> choose_engine(std::span<const std::string> paths,
   const std::string extension = extension_of(paths[0]);
   if (extension.empty()) return unknown(paths[0]);
   Chooser chooser(installed, extension);
-  std::string why;
-  Names wanted;
-  std::optional<EngineChoice> chosen;
-  for (const auto& priority : priorities(extension, configuration, nnstreamer)) {
-    if (chosen) break;
-    const std::string place = priority.key + " (" + priority.origin + ")";
-    const Names list = engines_in(priority.value);
-    if (list.empty()) continue;
-    chosen = chooser.first_of(list, "first installed engine of " + place);
-    why += (why.empty() ? "none of " : "; none of ") + place + " is installed";
-    if (wanted.empty()) wanted = list;
-  }
-  const auto preferred = preferred_engines(extension);
-  if (!chosen) chosen = chooser.first_of(Names(preferred.begin(), preferred.end()), why);
-  if (!chosen)
-    if (const KnownEngine* known = known_engine_for(extension))
-      chosen = chooser.choice(std::string(known->name), why);
-  // No other engine matches: the error for the first preference has the install command.
-  if (!chosen && !wanted.empty()) chosen = chooser.choice(wanted[0], why);
+  auto chosen = chooser.choose(priorities(extension, configuration, nnstreamer));
   if (!chosen) return unknown(paths[0]);
   chooser.add_others(&*chosen);
   return *chosen;

@@ -2,6 +2,7 @@
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #include "core/infer/module/held_frame.hpp"
 
+#include <memory>
 #include <new>
 
 namespace weir::infer {
@@ -10,13 +11,15 @@ namespace {
 thread_local const weir_frame* frame = nullptr;
 thread_local FrameOwner* owner = nullptr;
 
+using Hold = std::shared_ptr<const void>;
+
 int hold(const weir_frame* in, void (**release)(void*), void** kept) {
   if (!owner || in != frame || !release || !kept) return -WEIR_MAPPING_FAILED;
   try {
     auto held = owner->hold();
     if (!held) return -WEIR_MAPPING_FAILED;
-    *kept = new std::shared_ptr<const void>(std::move(held));
-    *release = [](void* given) { delete static_cast<std::shared_ptr<const void>*>(given); };
+    *kept = std::make_unique<Hold>(std::move(held)).release();
+    *release = [](void* given) { const std::unique_ptr<Hold> end(static_cast<Hold*>(given)); };
     return WEIR_OK;
   } catch (const std::bad_alloc&) {
     return -WEIR_OUT_OF_MEMORY;

@@ -6,6 +6,7 @@
 #include <climits>
 #include <cstdio>
 #include <cstdlib>
+#include <memory>
 #include <string_view>
 
 #include "core/infer/module/async_request.hpp"
@@ -37,7 +38,7 @@ int code_of(int result) {
   return result == INT_MIN ? WEIR_INTERNAL : std::abs(result);
 }
 bool is_known(int code) {
-#define WEIR_IS_CODE(name, number, title) code == number ||
+#define WEIR_IS_CODE(name, number, title) code == (number) ||
   return WEIR_ERROR_CODES(WEIR_IS_CODE) false;
 #undef WEIR_IS_CODE
 }
@@ -66,13 +67,12 @@ int allocate(void*, uint32_t memory_kind, uint64_t bytes, uint32_t alignment, we
   const uint64_t align = alignment < 64 ? 64 : alignment;
   if ((align & (align - 1)) != 0 || bytes > INT64_MAX - 2 * align) return -WEIR_LIMIT_EXCEEDED;
   const uint64_t capacity = (bytes + align) / align * align;  // at least one byte of padding
-  void* data = std::aligned_alloc(align, capacity);
+  std::unique_ptr<void, void (*)(void*)> data(std::aligned_alloc(align, capacity), std::free);
   if (!data) return -WEIR_OUT_OF_MEMORY;
-  out->data = data;
   out->bytes = bytes;
   out->capacity = capacity;
-  out->owner = data;
-  out->release = std::free;
+  out->release = data.get_deleter();
+  out->data = out->owner = data.release();
   return WEIR_OK;
 }
 

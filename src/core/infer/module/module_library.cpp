@@ -76,6 +76,25 @@ std::vector<std::string> engines_meant_by(std::string_view word) {
   return out;
 }
 
+// The names of the modules in a folder: "a" of the file PREFIXa.so.
+void add_names_in(const std::string& folder, const std::string& prefix,
+                  std::set<std::string>* names) {
+  std::error_code ignored;
+  for (const auto& entry : fs::directory_iterator(folder, ignored)) {
+    const std::string file = entry.path().filename().string();
+    if (file.starts_with(prefix) && file.ends_with(".so"))
+      names->insert(file.substr(prefix.size(), file.size() - prefix.size() - 3));
+  }
+}
+
+// The engine that a module has for this name, else its first one.
+Result<const weir_engine*> engine_in(const weir_module& module, std::string_view word,
+                                     const std::string& name) {
+  if (const auto* table = find_in(module.engines, word)) return table;
+  if (module.engines && module.engines[0]) return module.engines[0];
+  return module_refused(file_name("engine", name), "it contains no engine", "one");
+}
+
 }  // namespace
 
 std::vector<std::string> ModuleLibrary::search_path() {
@@ -138,15 +157,7 @@ std::vector<std::string> ModuleLibrary::engine_names() const {
 
 std::vector<std::string> ModuleLibrary::names(const std::string& kind) const {
   std::set<std::string> out;
-  const std::string prefix = "libweir-" + kind + "-";
-  for (const auto& folder : search_path()) {
-    std::error_code ignored;
-    for (const auto& entry : fs::directory_iterator(folder, ignored)) {
-      const std::string file = entry.path().filename().string();
-      if (file.starts_with(prefix) && file.ends_with(".so"))
-        out.insert(file.substr(prefix.size(), file.size() - prefix.size() - 3));
-    }
-  }
+  for (const auto& folder : search_path()) add_names_in(folder, "libweir-" + kind + "-", &out);
   const auto add = [&out](auto tables) {
     for (; tables && *tables; ++tables) out.insert((*tables)->name);
   };
@@ -171,11 +182,7 @@ Result<const weir_engine*> ModuleLibrary::named_engine(std::string_view word) {
   const bool plain = name.find('/') == std::string::npos && !name.empty();
   auto module = plain ? open("engine", name) : Result<const weir_module*>(nullptr);
   if (!module) return known ? with_install_line(module.error(), *known) : module.error();
-  if (*module) {
-    if (const auto* table = find_in((*module)->engines, word)) return table;
-    if ((*module)->engines && (*module)->engines[0]) return (*module)->engines[0];
-    return module_refused(file_name("engine", name), "it contains no engine", "one");
-  }
+  if (*module) return engine_in(**module, word, name);
   for (const auto& source : sources()) {
     auto found = source.engine(word);
     if (!found || *found) return found;

@@ -89,8 +89,8 @@ std::vector<BatchQueue::Taken> BatchQueue::take() {
     std::sort(heads.begin(), heads.end(), [](const auto* a, const auto* b) {
       return a->second.frames.front().arrival < b->second.frames.front().arrival;
     });
+    heads.resize(std::min(heads.size(), batch_size_ - out.size()));
     for (auto* head : heads) {
-      if (out.size() == batch_size_) break;
       out.push_back({head->first, std::move(head->second.frames.front().job)});
       head->second.frames.pop_front();
       --waiting_;

@@ -41,6 +41,14 @@ void HeldBytes::release_frame(uint64_t bytes) {
   changed_.notify_all();
 }
 
+// A result is dropped: the oldest one that waits, or the new one, for which it returns false.
+bool HeldBytes::drop_oldest(Results& results) {
+  ++dropped_;
+  const auto freed = when_busy_ == WhenBusy::DropOld ? results.drop_oldest() : std::nullopt;
+  results_ -= freed.value_or(0);
+  return freed.has_value();
+}
+
 HeldBytes::Room HeldBytes::take_result(uint64_t bytes, Results& results) {
   Lock lock(mutex_);
   for (;;) {
@@ -53,12 +61,9 @@ HeldBytes::Room HeldBytes::take_result(uint64_t bytes, Results& results) {
       ++results_waiting_;
       changed_.wait(lock);
       --results_waiting_;
-      continue;
+    } else if (!drop_oldest(results)) {
+      return Room::Dropped;
     }
-    ++dropped_;
-    const auto freed = when_busy_ == WhenBusy::DropOld ? results.drop_oldest() : std::nullopt;
-    if (!freed) return Room::Dropped;
-    results_ -= *freed;
   }
   add(&results_, bytes);
   return Room::Taken;

@@ -99,6 +99,7 @@ class HeldBytes {
   }
   bool frame_fits(uint64_t bytes) const noexcept { return held() == 0 || fits(bytes); }
   void add(uint64_t* to, uint64_t bytes) noexcept;
+  bool drop_oldest(Results& results);
   void release_frame(uint64_t bytes);
 
   const uint64_t limit_;

@@ -7,6 +7,7 @@
 #include <cmath>
 #include <cstdlib>
 #include <cstring>
+#include <mutex>
 
 #include "lua/half_float.hpp"
 #include "lua/prelude.hpp"
@@ -16,8 +17,10 @@
 namespace weir::engine {
 namespace {
 
-// Set before the first state is created; functions that Lua calls have no other access to it.
+// Set once, before the first state is created: the process has one LuaApi. Functions that Lua calls
+// have no other access to it.
 const LuaApi* lua = nullptr;
+std::once_flag lua_is_set;
 
 constexpr ptrdiff_t kMebibyte = 1 << 20;
 // Collector work per allocation while a cycle runs, in percent of 1 KiB. With LuaJIT's default of
@@ -125,7 +128,7 @@ void* LuaState::within_budget(void* given, void* block, size_t old_bytes, size_t
 }
 
 Result<std::unique_ptr<LuaState>> LuaState::create(const LuaApi& api, const LuaOptions& options) {
-  lua = &api;
+  std::call_once(lua_is_set, [&] { lua = &api; });
   std::unique_ptr<LuaState> out(new LuaState(api, options));
   out->state_ = api.luaL_newstate();
   if (!out->state_)

@@ -12,7 +12,7 @@ struct OnnxRuntimeEngine {
   static constexpr const char *kName = "onnxruntime", *kAliases = "onnx", *kExtensions = "onnx,ort",
                               *kLibrary = "ONNX Runtime";
   static constexpr const char* kOptions = R"([
-    {"name": "NumThreads", "type": "integer", "default": "all cores for the only filter of the process, otherwise its part of them", "help": "threads of one invoke"},
+    {"name": "NumThreads", "type": "integer", "default": "for the only filter of the process all cores, or one for a small model; otherwise its part of them", "help": "threads of one invoke"},
     {"name": "GraphOptimization", "type": "none|basic|extended|all", "default": "all",
      "help": "graph optimization level of ONNX Runtime"},
     {"name": "Spinning", "type": "boolean", "default": "true for the only filter of the process, otherwise false",

@@ -6,6 +6,7 @@
 #include <vector>
 
 #include "opencv-dnn/dnn_net.hpp"
+#include "weir/execution.h"
 
 namespace weir::engine {
 
@@ -24,6 +25,8 @@ class DnnModel {
 
   void describe(weir_model_info* info) const;
 
+  weir_execution execution() const;
+
   const std::vector<weir_tensor_info>& inputs() const noexcept { return inputs_; }
   const std::vector<weir_tensor_info>& outputs() const noexcept { return outputs_; }
   // Runs the network once and returns outputs in its memory. One thread at a time: the model has
@@ -35,6 +38,7 @@ class DnnModel {
  private:
   DnnModel() = default;
   Status read_options(const weir_open& request);
+  bool is_small() const;
   Status read_inputs(const DnnDescription& description);
   Status name_outputs(const DnnDescription& description);
   Status read_outputs(const DnnDescription& description);

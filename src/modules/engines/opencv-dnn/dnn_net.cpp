@@ -258,6 +258,10 @@ Result<std::vector<DnnOutput>> DnnNet::run(std::span<const DnnInput> inputs,
       });
 }
 
+int DnnNet::threads() {
+  return OpenCvThreads::now();
+}
+
 std::string DnnNet::version() {
   return cv::getVersionString();
 }

@@ -50,6 +50,7 @@ class DnnNet {
                                      std::span<const std::string> outputs,
                                      std::span<const bool> pictures, int threads);
 
+  static int threads();          // of the process, as it is set
   static std::string version();  // of the loaded library
   static std::string path();
 

@@ -24,7 +24,7 @@ struct OpencvEngine {
   static constexpr const char *kName = kEngines[kIndex].name, *kAliases = "",
                               *kExtensions = kFileExtensions[kIndex], *kLibrary = "OpenCV";
   static constexpr const char* kOptions = R"([
-    {"name": "NumThreads", "type": "integer", "default": "the cores",
+    {"name": "NumThreads", "type": "integer", "default": "by the size of the model",
      "help": "threads of OpenCV, in the whole process"},
     {"name": "input", "type": "text", "default": "the property input", "help": "dimensions of the inputs"},
     {"name": "inputtype", "type": "text", "default": "the property inputtype",

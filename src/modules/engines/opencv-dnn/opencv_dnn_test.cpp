@@ -6,6 +6,7 @@
 
 #include "opencv-dnn/dnn_test_support.hpp"
 #include "says.hpp"
+#include "usable_cores.hpp"
 
 namespace weir::engine_test {
 namespace {
@@ -177,6 +178,32 @@ TEST_F(OpencvDnn, ReportsItsProperties) {
   const auto log = take_log();
   ASSERT_EQ(log.size(), 1u);
   EXPECT_SAYS(log[0], "NumThread is unknown");
+}
+
+TEST_F(OpencvDnn, OnlySmallNetworksGetOneThread) {
+  const auto product = [](int64_t values) {
+    const std::vector<float> weights(static_cast<size_t>(values) * 400, 1);
+    return graph({placeholder("x", {1, values}), constant("w", {values, 400}, weights),
+                  TensorflowNode("y", "MatMul", {"x", "w"}).type("T")});
+  };
+  const auto small = product(3), large = product(1000);
+  const auto cores = static_cast<uint32_t>(usable_cores());
+  struct Case {
+    const std::string& network;
+    Options options;
+    int threads;
+    uint32_t expected;
+  };
+  const Case cases[] = {{small, {}, 0, 1},     {large, {}, 0, cores},
+                        {small, {}, 3, 3},     {large, {}, 3, 3},
+                        {small, {}, 0, 1},     {small, {{"NumThreads", "2"}}, 0, 2},
+                        {large, {}, 0, cores}, {large, {{"NumThreads", "1"}}, 3, 1}};
+  for (const auto& [network, options, threads, expected] : cases) {
+    const auto opened =
+        OpenEngine::open(engine("tensorflow"), write("net.pb", network), options, threads);
+    ASSERT_TRUE(opened) << opened.error().message();
+    EXPECT_EQ((*opened)->execution().threads, expected);
+  }
 }
 
 // OpenCV has one number of threads for the process, and ends all of them to change it.

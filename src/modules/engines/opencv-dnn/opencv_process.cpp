@@ -56,4 +56,9 @@ OpenCvThreads::~OpenCvThreads() {
   if (--shared().runs == 0) shared().no_run.notify_one();
 }
 
+int OpenCvThreads::now() {
+  const std::lock_guard lock(shared().mutex);
+  return shared().threads;
+}
+
 }  // namespace weir::engine

@@ -25,6 +25,7 @@ class WEIR_OPENCV_SHARED OpenCvThreads {
   ~OpenCvThreads();
   OpenCvThreads(const OpenCvThreads&) = delete;
   OpenCvThreads& operator=(const OpenCvThreads&) = delete;
+  static int now();  // the number that is set
 };
 
 }  // namespace weir::engine

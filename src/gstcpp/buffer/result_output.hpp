@@ -1,17 +1,16 @@
-// ResultOutput: what tensor_decoder adds to the frames of modes that write results: their place in
-// the source picture, and frames without results in place of GAP events.
+// ResultOutput: what an element that sends results adds to its frames: their place in the source
+// picture, and frames without results in place of GAP events.
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #pragma once
 #include <gst/gst.h>
 
-#include "core/ledger/ledger.hpp"
 #include "core/limit/buffer_limit.hpp"
 #include "core/tensor/result_roles.hpp"
 #include "gstcpp/buffer/frame_reader.hpp"
 #include "gstcpp/element/ref.hpp"
 #include "weir/result.hpp"
 
-namespace weir {
+namespace weir::gst {
 
 // Used on the streaming thread.
 class ResultOutput {
@@ -24,14 +23,13 @@ class ResultOutput {
   // the picture, class maps and depths cover what the network saw.
   Status place(GstBuffer* out);
   // A frame without results and without a time; null if the columns are not valid. LIMIT_EXCEEDED.
-  Result<gst::Ref<GstBuffer>> empty_frame(const BufferLimit& limit, Ledger* ledger) const;
+  Result<Ref<GstBuffer>> empty_frame(const BufferLimit& limit) const;
   // The same with the time of a GAP event; null if the event has no time.
-  Result<gst::Ref<GstBuffer>> frame_of_gap(GstEvent* gap, const BufferLimit& limit,
-                                           Ledger* ledger) const;
+  Result<Ref<GstBuffer>> frame_of_gap(GstEvent* gap, const BufferLimit& limit) const;
 
  private:
   ResultRoles roles_;
-  gst::FrameReader reader_;
+  FrameReader reader_;
 };
 
-}  // namespace weir
+}  // namespace weir::gst

@@ -1,11 +1,11 @@
 /* A counter that callbacks increase and tests wait for. */
 /* SPDX-License-Identifier: LGPL-2.1-or-later */
-#ifndef WAIT_H
-#define WAIT_H
+#ifndef WAIT_TEST_SUPPORT_H
+#define WAIT_TEST_SUPPORT_H
 #include <pthread.h>
 #include <time.h>
 
-#include "check.h"
+#include "check_test_support.h"
 
 typedef struct {
   pthread_mutex_t mutex;

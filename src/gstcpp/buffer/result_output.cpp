@@ -1,16 +1,18 @@
 // Sets source maps of results and makes frames without results.
 // SPDX-License-Identifier: LGPL-2.1-or-later
-#include "elements/tensor_decoder/result_output.hpp"
+#include "gstcpp/buffer/result_output.hpp"
 
 #include <algorithm>
-#include <new>
+#include <list>
+#include <vector>
 
 #include "core/results/empty_frame.hpp"
-#include "elements/tensor_decoder/buffer_sink.hpp"
+#include "gstcpp/buffer/allocation.hpp"
+#include "gstcpp/buffer/buffer_parts.hpp"
 #include "gstcpp/buffer/tensor_caps.hpp"
 #include "gstcpp/buffer/tensor_meta.hpp"
 
-namespace weir {
+namespace weir::gst {
 namespace {
 
 bool is_map(const ResultRole& role) {
@@ -30,11 +32,11 @@ SourceMap map_of_grid(const SourceMap& input, const TensorSpec& grid) {
 }  // namespace
 
 void ResultOutput::configure(const GstCaps* caps) {
-  roles_ = caps ? gst::roles_from_caps(caps) : ResultRoles();
+  roles_ = caps ? roles_from_caps(caps) : ResultRoles();
 }
 
 Status ResultOutput::place(GstBuffer* out) {
-  const auto given = gst::source_maps(out);
+  const auto given = source_maps(out);
   if (given.empty()) return ok();
   const SourceMap input = given[0];
   const SourceMap picture = picture_as_it_is(input.source_width, input.source_height, true);
@@ -47,34 +49,37 @@ Status ResultOutput::place(GstBuffer* out) {
       if (is_map(roles_[i])) maps[i] = map_of_grid(input, tensors[i].spec);
     reader_.clear();
   }
-  gst::set_source_maps(out, std::move(maps));
+  set_source_maps(out, std::move(maps));
   return ok();
 }
 
-Result<gst::Ref<GstBuffer>> ResultOutput::empty_frame(const BufferLimit& limit,
-                                                      Ledger* ledger) const {
-  auto out = gst::Ref<GstBuffer>::adopt(gst_buffer_new());
-  BufferSink sink(nullptr, out.get(), nullptr, limit, ledger);
-  const bool is_written = results::write_empty(roles_, [&](size_t bytes) {
-    void* const memory = sink.reserve(bytes);
-    if (!memory) throw std::bad_alloc();
-    return std::span(static_cast<std::byte*>(memory), bytes);
-  });
-  if (!is_written) return gst::Ref<GstBuffer>();
-  if (auto status = sink.finish(); !status) return status.error();
+Result<Ref<GstBuffer>> ResultOutput::empty_frame(const BufferLimit& limit) const {
+  std::list<std::vector<std::byte>> tensors;
+  const bool is_written = results::write_empty(
+      roles_, [&](size_t bytes) { return std::span(tensors.emplace_back(bytes)); });
+  if (!is_written) return Ref<GstBuffer>();
+  std::vector<BufferPart> parts;
+  size_t total = 0;
+  for (const auto& tensor : tensors) {
+    parts.push_back({{}, tensor});
+    total += tensor.size();
+  }
+  if (auto status = limit.check(total); !status) return status.error();
+  auto out = Ref<GstBuffer>::adopt(gst_buffer_new());
+  const auto allocate = [](size_t bytes) { return allocate_memory(bytes); };
+  if (auto status = append_parts(parts, out.get(), allocate); !status) return status.error();
   return out;
 }
 
-Result<gst::Ref<GstBuffer>> ResultOutput::frame_of_gap(GstEvent* gap, const BufferLimit& limit,
-                                                       Ledger* ledger) const {
+Result<Ref<GstBuffer>> ResultOutput::frame_of_gap(GstEvent* gap, const BufferLimit& limit) const {
   GstClockTime time = 0, duration = 0;
   gst_event_parse_gap(gap, &time, &duration);
-  if (!GST_CLOCK_TIME_IS_VALID(time)) return gst::Ref<GstBuffer>();
-  auto out = empty_frame(limit, ledger);
+  if (!GST_CLOCK_TIME_IS_VALID(time)) return Ref<GstBuffer>();
+  auto out = empty_frame(limit);
   if (!out || !*out) return out;
   GST_BUFFER_PTS(out->get()) = time;
   GST_BUFFER_DURATION(out->get()) = duration;
   return out;
 }
 
-}  // namespace weir
+}  // namespace weir::gst

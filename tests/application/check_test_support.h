@@ -1,7 +1,7 @@
 /* Checks for tests in C99: each is counted; a failed check is reported and the test continues. */
 /* SPDX-License-Identifier: LGPL-2.1-or-later */
-#ifndef CHECK_H
-#define CHECK_H
+#ifndef CHECK_TEST_SUPPORT_H
+#define CHECK_TEST_SUPPORT_H
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>

@@ -1,4 +1,5 @@
-// Shared by tests of such filters: pipeline texts, frames and messages.
+// Helpers of the tests of filters that were built for NNStreamer: pipeline texts, frames and
+// messages.
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #pragma once
 #include <cstdlib>

@@ -1,0 +1,189 @@
+// Writes scores, charts and pictures.
+// SPDX-License-Identifier: LGPL-2.1-or-later
+#include "evaluate/evaluation_page.hpp"
+
+#include <algorithm>
+#include <cmath>
+
+#include "core/config/install_paths.hpp"
+#include "evaluate/example_picture.hpp"
+#include "run/html.hpp"
+
+namespace weir::app {
+namespace {
+
+using Rows = std::vector<std::vector<std::string>>;
+
+constexpr char kStyle[] = R"(
+.curve { fill: none; stroke: var(--mark); stroke-width: 2; } .curve.b { stroke: var(--heat); }
+figure { display: inline-block; margin: 0 1em 1.5em 0; max-width: 640px; vertical-align: top; }
+figure svg { max-width: 100%; height: auto; border-radius: 4px; }
+figcaption { font-size: 13px; overflow-wrap: anywhere; }
+svg.picture rect { fill: none; stroke-width: 2; vector-effect: non-scaling-stroke; }
+svg.picture .truth { stroke: #36c26b; } svg.picture .missed { stroke: #ffb020; stroke-dasharray: 6 4; }
+svg.picture .right { stroke: #4f9dff; } svg.picture .false { stroke: #ff4d4d; }
+svg.picture text { stroke: #000; stroke-width: 3px; paint-order: stroke; fill: #fff; }
+svg.picture circle { stroke: none; } svg.picture circle.truth { fill: #36c26b; }
+svg.picture circle.missed { fill: #ffb020; } svg.picture circle.right { fill: #4f9dff; }
+svg.picture circle.false { fill: #ff4d4d; }
+.key b { padding: 0 .4em; border: 2px solid; border-radius: 3px; margin-right: .8em; font-weight: 400; }
+)";
+
+std::string letter(size_t index) {
+  return index == 0 ? "A" : "B";
+}
+
+std::string score_table(const Comparison& comparison) {
+  const bool is_pair = comparison.evaluated.size() > 1;
+  Rows rows{{"score"}};
+  for (size_t e = 0; e < comparison.evaluated.size(); ++e) {
+    rows[0].push_back(is_pair ? letter(e) : "value");
+    rows[0].push_back("95 %");
+  }
+  if (is_pair) rows[0].insert(rows[0].end(), {"B - A", "95 %"});
+  const auto& scores = comparison.evaluated[0].evaluation.scores;
+  for (size_t i = 0; i < scores.size(); ++i) {
+    std::vector<std::string> row{escaped(scores[i].name)};
+    for (const Evaluated& one : comparison.evaluated) {
+      row.push_back(number_text(one.evaluation.scores[i].value));
+      row.push_back(i < one.intervals.size() ? interval_text(one.intervals[i]) : "");
+    }
+    if (is_pair) {
+      row.push_back(
+          number_text(comparison.evaluated[1].evaluation.scores[i].value - scores[i].value));
+      row.push_back(i < comparison.differences.size() ? interval_text(comparison.differences[i])
+                                                      : "");
+    }
+    rows.push_back(std::move(row));
+  }
+  return html_table(rows, "scores");
+}
+
+std::string part_table(const Comparison& comparison) {
+  const Evaluation& first = comparison.evaluated[0].evaluation;
+  if (first.parts.empty()) return "";
+  const bool is_pair = comparison.evaluated.size() > 1;
+  Rows rows{{first.part_name, first.part_score + (is_pair ? " of A" : "")}};
+  if (is_pair) rows[0].push_back("of B");
+  for (const auto& [name, value] : first.parts) {
+    if (std::isnan(value)) continue;
+    rows.push_back({escaped(name), number_text(value)});
+    if (!is_pair) continue;
+    const auto& parts = comparison.evaluated[1].evaluation.parts;
+    const auto same = std::find_if(parts.begin(), parts.end(),
+                                   [&](const auto& part) { return part.name == name; });
+    rows.back().push_back(same == parts.end() ? "" : number_text(same->value));
+  }
+  return "<h2>" + first.part_score + " of each " + first.part_name + "</h2>\n" +
+         html_table(rows, "parts");
+}
+
+// Precision over recall at an overlap of 0.5: the mean over the categories with truth.
+std::string curve_chart(const Comparison& comparison) {
+  if (comparison.evaluated[0].evaluation.curves.empty()) return "";
+  constexpr int kWidth = 420, kHeight = 260, kEdge = 40;
+  std::string out = "<h2>Precision over recall</h2>\n<svg id=\"curves\" width=\"" +
+                    std::to_string(kWidth + 2 * kEdge) + "\" height=\"" +
+                    std::to_string(kHeight + 2 * kEdge) + "\">\n";
+  for (int i = 0; i <= 4; ++i) {
+    const double at = i / 4.0;
+    const std::string y = fixed(kEdge + (1 - at) * kHeight, 0), x = fixed(kEdge + at * kWidth, 0);
+    out += "<path class=\"grid\" d=\"M" + std::to_string(kEdge) + " " + y + " h" +
+           std::to_string(kWidth) + "\"/><text class=\"axis\" x=\"4\" y=\"" + y + "\">" +
+           fixed(at, 2) + "</text><text class=\"axis\" x=\"" + x + "\" y=\"" +
+           std::to_string(kHeight + kEdge + 18) + "\">" + fixed(at, 2) + "</text>\n";
+  }
+  for (size_t e = 0; e < comparison.evaluated.size(); ++e) {
+    const Evaluation& evaluation = comparison.evaluated[e].evaluation;
+    out += "<polyline class=\"curve" + std::string(e > 0 ? " b" : "") + "\" points=\"";
+    for (size_t r = 0; r < 101; ++r) {
+      double sum = 0, categories = 0;
+      for (size_t c = 0; c < evaluation.curves.size(); ++c) {
+        if (std::isnan(evaluation.parts[c].value)) continue;
+        sum += evaluation.curves[c][r];
+        categories += 1;
+      }
+      const double precision = categories > 0 ? sum / categories : 0;
+      out += fixed(kEdge + static_cast<double>(r) / 100 * kWidth, 1) + "," +
+             fixed(kEdge + (1 - precision) * kHeight, 1) + " ";
+    }
+    out += "\"/>\n";
+  }
+  return out +
+         "</svg>\n<p class=\"note\">Precision (upwards) of the boxes above a score, over the "
+         "part of the objects that they find, at a similarity of 0.5; mean of the categories."
+         "</p>\n";
+}
+
+std::string confusion_table(const Evaluated& one, const std::string& title) {
+  constexpr size_t kMostClasses = 40;
+  const auto& counts = one.evaluation.confusion;
+  if (counts.empty() || counts.size() > kMostClasses) return "";
+  Rows rows{{"is"}};
+  for (const auto& part : one.evaluation.parts) rows[0].push_back(escaped(part.name));
+  rows[0].push_back("another label");
+  for (size_t c = 0; c < counts.size(); ++c) {
+    rows.push_back({escaped(one.evaluation.parts[c].name)});
+    for (size_t f = 0; f < counts[c].size(); ++f) {
+      const std::string number = std::to_string(counts[c][f]);
+      const bool is_wrong = f != c && counts[c][f] > 0;
+      rows.back().push_back(is_wrong ? "<b class=\"bad\">" + number + "</b>" : number);
+    }
+  }
+  return "<h2>" + title + "</h2>\n" + html_table(rows, "confusion") +
+         "<p class=\"note\">Rows: the truth; columns: the class that came first.</p>\n";
+}
+
+std::string examples(const Evaluated& one, const std::string& title) {
+  std::string out = "<h2>" + title + "</h2>\n";
+  if (one.evaluation.worst.empty()) return out + "<p>No picture has errors.</p>\n";
+  if (!one.evaluation.worst[0].shapes.empty())
+    out +=
+        "<p class=\"key\"><b style=\"border-color:#36c26b\">truth</b>"
+        "<b style=\"border-color:#ffb020\">missed</b>"
+        "<b style=\"border-color:#4f9dff\">found</b>"
+        "<b style=\"border-color:#ff4d4d\">false</b></p>\n";
+  if (!one.evaluation.worst[0].wrong_pixels.empty())
+    out += "<p class=\"note\">Wrong pixels are red.</p>\n";
+  for (const Example& example : one.evaluation.worst) out += example_picture(example);
+  return out;
+}
+
+std::string warnings(const Comparison& comparison) {
+  std::string out;
+  for (const Error& warning : comparison.warnings)
+    out += "<li><b class=\"bad\">warning</b> " + escaped(warning.what) + ": " +
+           escaped(warning.offered) + "</li>\n";
+  return out.empty() ? "" : "<ul class=\"complaints\">\n" + out + "</ul>\n";
+}
+
+}  // namespace
+
+std::string evaluation_page(const Comparison& comparison) {
+  const bool is_pair = comparison.evaluated.size() > 1;
+  const Evaluation& first = comparison.evaluated[0].evaluation;
+  std::string out = page_begin("Evaluation", kStyle) + "<h1>Evaluation</h1>\n<p id=\"folder\">" +
+                    escaped(first.metric) + " of " + pictures_text(comparison.pictures) + ", " +
+                    escaped(comparison.folder) + "</p>\n";
+  for (size_t e = 0; e < comparison.evaluated.size(); ++e)
+    out += "<pre>" + (is_pair ? letter(e) + ": " : std::string()) +
+           escaped(comparison.evaluated[e].pipeline) + "</pre>\n";
+  out += warnings(comparison);
+  if (is_pair) out += "<p id=\"verdict\"><b>" + escaped(verdict(comparison)) + "</b></p>\n";
+  out += "<h2>Scores</h2>\n" + score_table(comparison);
+  if (!comparison.evaluated[0].intervals.empty())
+    out += "<p class=\"note\">95 %: the central part of " + std::to_string(comparison.draws) +
+           " draws of " + std::to_string(first.units) + " " + first.unit_name +
+           " with replacement, seed " + std::to_string(comparison.seed) + ".</p>\n";
+  for (size_t e = 0; e < comparison.evaluated.size(); ++e)
+    out += examples(comparison.evaluated[e],
+                    "Most errors" + (is_pair ? " of " + letter(e) : std::string()));
+  out += part_table(comparison) + curve_chart(comparison);
+  for (size_t e = 0; e < comparison.evaluated.size(); ++e)
+    out += confusion_table(comparison.evaluated[e],
+                           "Confusion" + (is_pair ? " of " + letter(e) : std::string()));
+  return out + "<p class=\"note\">Written by weir " + config::kVersion +
+         " evaluate --page.</p>\n</body></html>\n";
+}
+
+}  // namespace weir::app

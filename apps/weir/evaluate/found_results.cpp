@@ -1,0 +1,144 @@
+// Reads the lists of a frame's results.
+// SPDX-License-Identifier: LGPL-2.1-or-later
+#include "evaluate/found_results.hpp"
+
+#include <algorithm>
+
+#include "core/evaluate/classification.hpp"
+#include "core/text/text.hpp"
+#include "weir/join.hpp"
+
+namespace weir::app {
+namespace {
+
+const Json& list_of(const Json& frame, const char* name) {
+  static const Json kNone = Json::array();
+  return frame.contains(name) ? frame[name] : kNone;
+}
+
+std::vector<evaluate::LabelledPoint> points_of(const Json& object) {
+  std::vector<evaluate::LabelledPoint> out;
+  for (const Json& point : list_of(object, "keypoints"))
+    out.push_back(point.is_array() ? evaluate::LabelledPoint{point[0], point[1], true}
+                                   : evaluate::LabelledPoint{});
+  return out;
+}
+
+std::string some_of(const std::vector<std::string>& names) {
+  constexpr size_t kShown = 8;
+  const std::vector<std::string> shown(
+      names.begin(), names.begin() + static_cast<ptrdiff_t>(std::min(names.size(), kShown)));
+  return join(shown, ", ") + (names.size() > kShown ? ", ..." : "");
+}
+
+}  // namespace
+
+std::string plain_name(const std::string& name) {
+  std::string out = lower(strip(name));
+  std::replace(out.begin(), out.end(), '_', ' ');
+  return out;
+}
+
+LabelMatcher::LabelMatcher(std::vector<std::string> categories, std::string truth)
+    : categories_(std::move(categories)), truth_(std::move(truth)) {
+  for (size_t i = 0; i < categories_.size(); ++i) by_name_.emplace(plain_name(categories_[i]), i);
+}
+
+std::optional<size_t> LabelMatcher::category_of(const Json& object) {
+  const std::string label = object.value("label", "");
+  const auto named = by_name_.find(plain_name(label));
+  if (named != by_name_.end()) {
+    is_any_known_ = true;
+    return named->second;
+  }
+  // A detector of one class may have neither.
+  const size_t index = object.value("index", size_t{0});
+  const bool has_name = !label.empty() && label != std::to_string(index);
+  if (!has_name && index < categories_.size()) {
+    is_any_known_ = true;
+    if (!unnamed_) unnamed_ = {"class " + std::to_string(index), index};
+    return index;
+  }
+  ++unknown_[has_name ? label : "class " + std::to_string(index)];
+  return std::nullopt;
+}
+
+Status LabelMatcher::check() const {
+  if (unknown_.empty() || is_any_known_) return ok();
+  std::vector<std::string> names;
+  for (const auto& [name, count] : unknown_) names.push_back(name);
+  return Error{.code = Code::LABELS_INVALID,
+               .what = "no label of the results is a category of the truth",
+               .offered = some_of(names),
+               .needed = truth_ + ": " + some_of(categories_),
+               .fix = "--labels FILE gives the classes of the model the names of the truth"};
+}
+
+std::optional<Error> LabelMatcher::warning_about_names() const {
+  if (!unnamed_) return std::nullopt;
+  return Error{.code = Code::LABELS_INVALID,
+               .what =
+                   "the classes of the results have no names: they are taken for the categories "
+                   "in their order",
+               .offered = unnamed_->first,
+               .needed = "taken for " + categories_[unnamed_->second],
+               .fix = "--labels FILE names them"};
+}
+
+std::optional<Error> LabelMatcher::warning_about_labels() const {
+  if (unknown_.empty()) return std::nullopt;
+  std::vector<std::string> names;
+  for (const auto& [name, count] : unknown_)
+    names.push_back(name + " (" + std::to_string(count) + ")");
+  return Error{.code = Code::LABELS_INVALID,
+               .what = "results whose labels the truth does not have are left out",
+               .offered = some_of(names),
+               .needed = truth_ + ": " + some_of(categories_),
+               .fix = "--labels FILE, if these are the same classes by other names"};
+}
+
+std::optional<evaluate::Rectangle> box_of(const Json& object) {
+  if (!object.contains("box") || object["box"].size() != 4) return std::nullopt;
+  const auto& box = object["box"];
+  const double left = box[0], top = box[1], right = box[2], bottom = box[3];
+  return evaluate::Rectangle{left, top, std::max(0.0, right - left), std::max(0.0, bottom - top)};
+}
+
+std::vector<evaluate::FoundObject> found_objects(const Json& frame, LabelMatcher* labels) {
+  std::vector<evaluate::FoundObject> out;
+  for (const Json& object : list_of(frame, "detections")) {
+    const auto box = box_of(object);
+    if (!box) continue;
+    const auto category = labels->category_of(object);
+    if (category) out.push_back({*category, *box, object.value("score", 1.0), points_of(object)});
+  }
+  return out;
+}
+
+std::vector<evaluate::TrackedBox> found_tracks(const Json& frame,
+                                               const std::vector<std::string>& labels) {
+  const auto is_wanted = [&](const Json& object) {
+    return labels.empty() || std::any_of(labels.begin(), labels.end(), [&](const auto& label) {
+             return plain_name(label) == plain_name(object.value("label", ""));
+           });
+  };
+  std::vector<evaluate::TrackedBox> out;
+  for (const Json& object : list_of(frame, "detections")) {
+    const auto box = box_of(object);
+    const auto track = object.value("track", int64_t{0});
+    if (box && track > 0 && is_wanted(object)) out.push_back({track, *box});
+  }
+  return out;
+}
+
+std::vector<FoundClass> found_classes(const Json& frame, LabelMatcher* labels) {
+  std::vector<FoundClass> out;
+  for (const Json& object : list_of(frame, "labels"))
+    out.push_back({labels->category_of(object).value_or(evaluate::kNoClass),
+                   object.value("label", ""), object.value("score", 1.0)});
+  std::stable_sort(out.begin(), out.end(),
+                   [](const auto& a, const auto& b) { return a.score > b.score; });
+  return out;
+}
+
+}  // namespace weir::app

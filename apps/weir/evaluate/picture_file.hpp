@@ -1,0 +1,36 @@
+// Pictures of files as pixels, and pixels as JPEG.
+// SPDX-License-Identifier: LGPL-2.1-or-later
+#pragma once
+#include <gst/gst.h>
+
+#include <cstdint>
+#include <string>
+#include <vector>
+
+#include "gstcpp/element/ref.hpp"
+#include "weir/result.hpp"
+
+namespace weir::app {
+
+struct DecodedPicture {
+  gst::Ref<GstBuffer> buffer;
+  gst::Ref<GstCaps> caps;  // video/x-raw,format=RGB
+  uint32_t width = 0, height = 0;
+};
+
+// FILE_NOT_FOUND, with the decoder's reason, for files that are damaged or no pictures.
+Result<DecodedPicture> decode_picture(const std::string& path);
+
+struct ClassMask {
+  uint32_t width = 0, height = 0;
+  std::vector<uint32_t> classes;
+};
+// The class of each pixel of a PNG file: the index of a palette, or the value of a grey pixel.
+// LABELS_INVALID for other files, FILE_NOT_FOUND for damaged ones.
+Result<ClassMask> read_class_mask(const std::string& path);
+
+// A JPEG file of at most `most` pixels on the longer side. FILE_NOT_WRITTEN if GStreamer has no
+// encoder.
+Result<std::string> small_jpeg(const DecodedPicture& picture, uint32_t most);
+
+}  // namespace weir::app

@@ -1,0 +1,41 @@
+// Draws the bar ten times a second at most.
+// SPDX-License-Identifier: LGPL-2.1-or-later
+#include "evaluate/progress_bar.hpp"
+
+#include <unistd.h>
+
+#include <cstdio>
+
+#include "run/html.hpp"
+
+namespace weir::app {
+
+ProgressBar::ProgressBar(size_t all) : all_(all), is_terminal_(isatty(STDERR_FILENO) == 1) {}
+
+void ProgressBar::step() {
+  constexpr std::chrono::milliseconds kBetween{100};
+  ++done_;
+  const auto now = Clock::now();
+  if (!is_terminal_ || now - shown_ < kBetween) return;
+  shown_ = now;
+  const double seconds = std::chrono::duration<double>(now - begin_).count();
+  std::fprintf(stderr, "\r\033[K%s", progress_text(done_, all_, seconds).c_str());
+  std::fflush(stderr);
+  is_visible_ = true;
+}
+
+void ProgressBar::clear() {
+  if (is_visible_) std::fputs("\r\033[K", stderr);
+  is_visible_ = false;
+}
+
+std::string progress_text(size_t done, size_t all, double seconds) {
+  constexpr size_t kLength = 30;
+  const size_t marks = all > 0 ? kLength * done / all : 0;
+  std::string out = "[" + std::string(marks, '#') + std::string(kLength - marks, ' ') + "] " +
+                    std::to_string(done) + "/" + std::to_string(all) + " pictures";
+  if (seconds > 0) out += ", " + fixed(static_cast<double>(done) / seconds, 1) + " a second";
+  return out;
+}
+
+}  // namespace weir::app

@@ -1,0 +1,34 @@
+// A bar on standard error that shows how many pictures are done, if standard error is a terminal.
+// SPDX-License-Identifier: LGPL-2.1-or-later
+#pragma once
+#include <chrono>
+#include <cstddef>
+#include <string>
+
+namespace weir::app {
+
+class ProgressBar {
+ public:
+  explicit ProgressBar(size_t all);
+  ~ProgressBar() { clear(); }
+  ProgressBar(const ProgressBar&) = delete;
+  ProgressBar& operator=(const ProgressBar&) = delete;
+
+  void step();   // one more picture is done
+  void clear();  // before other text is printed
+
+ private:
+  using Clock = std::chrono::steady_clock;
+
+  const size_t all_;
+  const bool is_terminal_;
+  const Clock::time_point begin_ = Clock::now();
+  Clock::time_point shown_ = {};
+  size_t done_ = 0;
+  bool is_visible_ = false;
+};
+
+// "[#####               ] 25/100 pictures, 12.5 a second"
+std::string progress_text(size_t done, size_t all, double seconds);
+
+}  // namespace weir::app

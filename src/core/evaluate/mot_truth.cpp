@@ -1,0 +1,183 @@
+// Reads lines of numbers.
+// SPDX-License-Identifier: LGPL-2.1-or-later
+#include "core/evaluate/mot_truth.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <optional>
+#include <set>
+
+#include "core/config/ini.hpp"
+#include "core/evaluate/assignment.hpp"
+#include "core/evaluate/similarity.hpp"
+#include "core/evaluate/track_numbers.hpp"
+#include "core/text/text.hpp"
+
+namespace weir::evaluate {
+namespace {
+
+constexpr uint32_t kMostFrames = 1'000'000;
+
+Error invalid(const std::string& path, std::string what, const std::string& offered,
+              std::string needed, std::string fix) {
+  return {.code = Code::LABELS_INVALID,
+          .what = std::move(what),
+          .offered = path + ": " + offered,
+          .needed = std::move(needed),
+          .fix = std::move(fix)};
+}
+
+struct Line {
+  std::vector<double> numbers;
+  size_t number = 0;  // counts from 1
+  std::string text;
+};
+
+bool is_distractor(double class_number) {
+  constexpr double kDistractors[] = {2, 7, 8, 12};
+  return std::find(std::begin(kDistractors), std::end(kDistractors), class_number) !=
+         std::end(kDistractors);
+}
+
+class TruthReader {
+ public:
+  TruthReader(const std::string& path, const SequenceInfo& info)
+      : path_(path), info_(info), frames_(info.frames), seen_(info.frames) {}
+
+  // The fault of a line, if it has one.
+  std::optional<Error> add(const Line& line) {
+    const auto fault = [&](std::string what, std::string needed, std::string fix) {
+      return invalid(path_, std::move(what),
+                     "line " + std::to_string(line.number) + ": " + line.text, std::move(needed),
+                     std::move(fix));
+    };
+    const auto& n = line.numbers;
+    if (n.size() < 6)
+      return fault("a line of the truth cannot be read",
+                   "frame,id,x,y,width,height,flag,class,visibility: finite numbers",
+                   "correct the line, or delete it");
+    const double frame = n[0], track = n[1];
+    if (frame != std::floor(frame) || frame < 1 || frame > info_.frames)
+      return fault("a line is of a frame that the sequence does not have",
+                   "a frame from 1 to " + std::to_string(info_.frames),
+                   "correct seqLength of seqinfo.ini, or the line");
+    constexpr double kMostTrack = 1e15;
+    if (track != std::floor(track) || std::abs(track) > kMostTrack)
+      return fault("the number of a track is not whole", "a whole number", "correct the line");
+    const Rectangle box{n[2], n[3], n[4], n[5]};
+    if (!(box.width > 0 && box.height > 0))
+      return fault("a box has no area", "a width and height above 0",
+                   "correct the line, or delete it");
+    const double right = box.x + box.width, bottom = box.y + box.height;
+    if (right <= 0 || bottom <= 0 || box.x >= info_.width || box.y >= info_.height)
+      return fault("a box is outside of its picture",
+                   "a box that overlaps the picture of " + std::to_string(info_.width) + " x " +
+                       std::to_string(info_.height) + " pixels",
+                   "correct the line, or delete it");
+    const auto index = static_cast<size_t>(frame) - 1;
+    if (!seen_[index].insert(static_cast<int64_t>(track)).second)
+      return fault("a track is twice in the same frame", "one box of a track in a frame",
+                   "delete one of the lines, or correct its id");
+    const bool is_counted = n.size() < 7 || n[6] != 0;
+    TruthTracks& out = frames_[index];
+    const TrackedBox tracked{static_cast<int64_t>(track), box};
+    if (is_counted)
+      out.counted.push_back(tracked);
+    else if (n.size() > 7 && is_distractor(n[7]))
+      out.neutral.push_back(tracked);
+    return std::nullopt;
+  }
+
+  std::vector<TruthTracks> finish() { return std::move(frames_); }
+
+ private:
+  const std::string& path_;
+  const SequenceInfo& info_;
+  std::vector<TruthTracks> frames_;
+  std::vector<std::set<int64_t>> seen_;
+};
+
+// The numbers of a line; none where one of them is no number.
+std::vector<double> numbers_of(std::string_view text) {
+  std::vector<double> out;
+  for (const auto part : split(text, ",")) {
+    const auto number = parse_double(strip(part));
+    if (!number) return {};
+    out.push_back(*number);
+  }
+  return out;
+}
+
+}  // namespace
+
+Result<SequenceInfo> parse_sequence_info(const std::string& path, std::string_view text) {
+  const config::Ini ini = config::parse_ini(text, path);
+  if (!ini.faults.empty()) return ini.faults.front();
+  const auto value = [&](std::string_view key) -> std::string {
+    for (const auto& entry : ini.entries)
+      if (equal_ignoring_case(entry.key, key)) return entry.value;
+    return "";
+  };
+  const auto number = [&](const char* key, uint32_t most) -> Result<uint32_t> {
+    const auto parsed = parse_unsigned(value(key));
+    if (parsed && *parsed > 0 && *parsed <= most) return static_cast<uint32_t>(*parsed);
+    return invalid(path, std::string("the sequence has no valid ") + key,
+                   std::string(key) + "=" + value(key),
+                   "a whole number from 1 to " + std::to_string(most),
+                   std::string(key) + "=600 in the group [Sequence]");
+  };
+  SequenceInfo out;
+  out.name = value("name");
+  if (!value("imDir").empty()) out.folder = value("imDir");
+  if (!value("imExt").empty()) out.extension = value("imExt");
+  const auto frames = number("seqLength", kMostFrames);
+  if (!frames) return frames.error();
+  const auto width = number("imWidth", INT16_MAX), height = number("imHeight", INT16_MAX);
+  if (!width) return width.error();
+  if (!height) return height.error();
+  const auto rate = parse_double(value("frameRate"));
+  if (!rate || !(*rate > 0 && *rate <= 10000))
+    return invalid(path, "the sequence has no valid frameRate", "frameRate=" + value("frameRate"),
+                   "frames per second, above 0", "frameRate=30 in the group [Sequence]");
+  out.frames = *frames;
+  out.width = *width;
+  out.height = *height;
+  out.frame_rate = *rate;
+  return out;
+}
+
+Result<std::vector<TruthTracks>> parse_mot_truth(const std::string& path, std::string_view text,
+                                                 const SequenceInfo& info) {
+  TruthReader reader(path, info);
+  size_t number = 0;
+  for (const auto line : split(text, "\n")) {
+    ++number;
+    const auto stripped = strip(line);
+    if (stripped.empty()) continue;
+    if (auto fault =
+            reader.add({numbers_of(stripped), number, std::string(stripped.substr(0, 80))}))
+      return *std::move(fault);
+  }
+  return reader.finish();
+}
+
+TrackedFrame without_neutral(const TruthTracks& truth, std::vector<TrackedBox> found) {
+  TrackedFrame out{truth.counted, {}};
+  std::vector<TrackedBox> all = truth.counted;
+  all.insert(all.end(), truth.neutral.begin(), truth.neutral.end());
+  Matrix overlaps(all.size(), found.size());
+  for (size_t t = 0; t < all.size(); ++t)
+    for (size_t f = 0; f < found.size(); ++f) {
+      const double value = overlap(all[t].box, found[f].box);
+      overlaps.at(t, f) = value >= kLeastOverlap ? value : 0;
+    }
+  std::vector<bool> is_neutral(found.size(), false);
+  const auto matches = best_assignment(overlaps);
+  for (size_t t = truth.counted.size(); t < all.size(); ++t)
+    if (matches[t] && overlaps.at(t, *matches[t]) > 0) is_neutral[*matches[t]] = true;
+  for (size_t f = 0; f < found.size(); ++f)
+    if (!is_neutral[f]) out.found.push_back(found[f]);
+  return out;
+}
+
+}  // namespace weir::evaluate
