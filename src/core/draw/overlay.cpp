@@ -65,6 +65,10 @@ class Drawing {
     return upright(around);
   }
 
+  void class_maps() {
+    if (style_.mask_opacity == 0) return;
+    for (const ClassMap& map : detections_.class_maps) class_map(map);
+  }
   void class_map(const ClassMap& map) {
     const auto paint = [&](uint16_t c) -> const Paint* {
       if (map.is_depth) return &paint_in(&paints_of_depths_, c, depth_color);
@@ -93,10 +97,10 @@ class Drawing {
   // The same for all of the class in this picture.
   const Paint& paint_of_class(uint32_t index) { return paint_in(&paints_, index, class_color); }
 
-  void mask(const Detection& d, const Area& area, const Paint& paint) {
-    if (d.mask < 0 || style_.mask_opacity == 0) return;
+  void mask(const Detection& d, const Area& area) {
+    if (d.is_label || d.mask < 0 || style_.mask_opacity == 0) return;
     const DetectionMask& mask = detections_.masks[static_cast<size_t>(d.mask)];
-    tinter_.tint(area, {mask.width, mask.height, mask.values}, style_.mask_opacity, paint,
+    tinter_.tint(area, {mask.width, mask.height, mask.values}, style_.mask_opacity, paint_of_row(d),
                  &canvas_);
   }
 
@@ -119,12 +123,25 @@ class Drawing {
   }
 
   void trail(const Detection& d, const Trails& trails) {
+    if (d.is_label) return;
     const auto& points = trails.of(d);
     for (size_t i = 1; i < points.size(); ++i)
       draw_line(on_canvas(points[i - 1]), on_canvas(points[i]), style_.line_width,
                 paint_of_class(d.track), &canvas_);
   }
 
+  void zones() {
+    const auto& all = shown_zones();
+    for (size_t i = 0; i < all.size(); ++i) zone(all[i], i);
+  }
+  void zone_labels(Labels* labels) {
+    const auto& all = shown_zones();
+    for (size_t i = 0; i < all.size(); ++i) zone_label(all[i], i, labels);
+  }
+  const std::vector<zone::Zone>& shown_zones() const {
+    static const std::vector<zone::Zone> kNone;
+    return detections_.has_zones() && style_.shows_zones ? detections_.zones->zones : kNone;
+  }
   void zone(const zone::Zone& zone, size_t index) {
     std::vector<Point> points;
     for (const Point& p : zone.points) points.push_back(on_canvas(p));
@@ -256,11 +273,8 @@ Drawn draw(const Detections& detections, const Style& style, Labels* labels, Can
            const Trails* trails) {
   Drawn out;
   Drawing drawing(detections, style, canvas);
-  if (style.mask_opacity > 0)
-    for (const ClassMap& map : detections.class_maps) drawing.class_map(map);
-  static const std::vector<zone::Zone> kNone;
-  const auto& zones = detections.has_zones() && style.shows_zones ? detections.zones->zones : kNone;
-  for (size_t i = 0; i < zones.size(); ++i) drawing.zone(zones[i], i);
+  drawing.class_maps();
+  drawing.zones();
   struct Seen {
     const Detection* found = nullptr;
     size_t row = 0;
@@ -277,10 +291,9 @@ Drawn draw(const Detections& detections, const Style& style, Labels* labels, Can
     else
       seen.push_back({&found, i, area});
   }
-  for (const auto& [found, row, area] : seen)
-    if (!found->is_label) drawing.mask(*found, area, drawing.paint_of_row(*found));
-  for (const auto& [found, row, area] : seen)
-    if (trails && !found->is_label) drawing.trail(*found, *trails);
+  for (const auto& one : seen) drawing.mask(*one.found, one.area);
+  if (trails)
+    for (const auto& one : seen) drawing.trail(*one.found, *trails);
   for (const auto& [found, row, area] : seen) {
     if (found->is_label) continue;
     drawing.box(*found, area, drawing.paint_of_row(*found));
@@ -291,7 +304,7 @@ Drawn draw(const Detections& detections, const Style& style, Labels* labels, Can
   labels->begin_picture();
   std::stable_sort(seen.begin(), seen.end(),
                    [](const Seen& a, const Seen& b) { return a.found->score > b.found->score; });
-  for (size_t i = 0; i < zones.size(); ++i) drawing.zone_label(zones[i], i, labels);
+  drawing.zone_labels(labels);
   for (const auto& one : seen) drawing.label(*one.found, one.area, labels);
   return out;
 }

@@ -104,20 +104,6 @@ MaskView mask_of(const ResultTensor& tensor, uint32_t row) {
   return out;
 }
 
-// A tensor of rows begins a group; its tables follow it. False for a table without rows before it.
-bool add_to_groups(const std::string& entry, const weir_result_columns& columns, uint32_t tensor,
-                   uint32_t source, std::vector<RowGroup>* groups) {
-  const bool is_table = columns.kind == WEIR_RESULT_MASKS || columns.kind == WEIR_RESULT_SCORES ||
-                        columns.kind == WEIR_RESULT_TEXT;
-  if (is_table && groups->empty()) return false;
-  if (columns.kind == WEIR_RESULT_ROWS)
-    groups->push_back(
-        {.columns = columns, .source = source, .rows = tensor, .zones = zone_columns(entry)});
-  if (columns.kind == WEIR_RESULT_MASKS) groups->back().masks = tensor;
-  if (columns.kind == WEIR_RESULT_TEXT) groups->back().text = tensor;
-  return true;
-}
-
 // Reads the rows of one group after another, and then what refers to rows by number.
 class RowReader {
  public:
@@ -220,34 +206,61 @@ Result<ResultReader> ResultReader::make(const std::string& columns, const std::s
   if (entries.size() > kTensorLimit)
     return bad_columns(columns, kTensorLimit, "weir-columns names more tensors than a frame has");
   for (uint32_t i = 0; i < entries.size(); ++i) {
-    weir_result_columns parsed;
-    if (!weir_results_parse(entries[i].c_str(), 0, &parsed))
-      return bad_columns(columns, i, "the columns of a stream of results cannot be read");
-    out.columns_.push_back(parsed);
-    const std::string& name = i < names.size() ? names[i] : std::string();
-    out.zone_tables_.push_back(entries[i] == kZoneCountColumns   ? ZoneTable::Counts
-                               : entries[i] == kZoneEventColumns ? ZoneTable::Events
-                                                                 : ZoneTable::None);
-    if (out.zone_tables_.back() != ZoneTable::None) {
-      const auto alike =
-          std::count(out.zone_tables_.begin(), out.zone_tables_.end(), out.zone_tables_.back());
-      if (alike > 1)
-        return bad_columns(columns, i, "the results have zones of more than one tensor_zones");
-      out.has_zones_ = true;
-      out.zone_source_ = name;
-      out.source_of_.push_back(0);
-      continue;
-    }
-    auto known = std::find(out.sources_.begin(), out.sources_.end(), name);
-    if (known == out.sources_.end() && (parsed.kind != WEIR_RESULT_NONE || !out.has_columns_))
-      known = out.sources_.insert(known, name);
-    out.source_of_.push_back(static_cast<uint32_t>(known - out.sources_.begin()));
-    if (!add_to_groups(entries[i], parsed, i, out.source_of_.back(), &out.groups_))
-      return bad_columns(columns, i, "a table of results has no rows before it");
+    const char* const fault = out.add(entries[i], i < names.size() ? names[i] : std::string());
+    if (fault) return bad_columns(columns, i, fault);
   }
   // The columns follow from the first frame's row length.
   if (!out.has_columns_) out.groups_.push_back({.columns = plain_columns(6), .rows = 0});
   return out;
+}
+
+const char* ResultReader::add(const std::string& entry, const std::string& source) {
+  const auto index = static_cast<uint32_t>(columns_.size());
+  weir_result_columns parsed;
+  if (!weir_results_parse(entry.c_str(), 0, &parsed))
+    return "the columns of a stream of results cannot be read";
+  columns_.push_back(parsed);
+  const ZoneTable table = entry == kZoneCountColumns   ? ZoneTable::Counts
+                          : entry == kZoneEventColumns ? ZoneTable::Events
+                                                       : ZoneTable::None;
+  if (table != ZoneTable::None) return add_zone_table(table, source);
+  zone_tables_.push_back(table);
+  auto known = std::find(sources_.begin(), sources_.end(), source);
+  if (known == sources_.end() && (parsed.kind != WEIR_RESULT_NONE || !has_columns_))
+    known = sources_.insert(known, source);
+  source_of_.push_back(static_cast<uint32_t>(known - sources_.begin()));
+  return add_to_groups(parsed, entry, index);
+}
+
+const char* ResultReader::add_zone_table(ZoneTable table, const std::string& source) {
+  if (std::count(zone_tables_.begin(), zone_tables_.end(), table) > 0)
+    return "the results have zones of more than one tensor_zones";
+  zone_tables_.push_back(table);
+  source_of_.push_back(0);
+  has_zones_ = true;
+  zone_source_ = source;
+  return nullptr;
+}
+
+const char* ResultReader::add_to_groups(const weir_result_columns& columns,
+                                        const std::string& entry, uint32_t index) {
+  switch (columns.kind) {
+    case WEIR_RESULT_ROWS:
+      groups_.push_back({.columns = columns,
+                         .source = source_of_.back(),
+                         .rows = index,
+                         .zones = zone_columns(entry)});
+      return nullptr;
+    case WEIR_RESULT_MASKS:
+    case WEIR_RESULT_SCORES:
+    case WEIR_RESULT_TEXT:
+      if (groups_.empty()) return "a table of results has no rows before it";
+      if (columns.kind == WEIR_RESULT_MASKS) groups_.back().masks = index;
+      if (columns.kind == WEIR_RESULT_TEXT) groups_.back().text = index;
+      return nullptr;
+    default:
+      return nullptr;
+  }
 }
 
 Status ResultReader::check(size_t index, const TensorSpec& spec) const {

@@ -145,6 +145,12 @@ class ResultReader {
   const std::string& zone_source() const noexcept { return zone_source_; }
 
  private:
+  enum class ZoneTable { None, Counts, Events };
+  // Adds the next tensor. Returns what is wrong with its entry; null if nothing is.
+  const char* add(const std::string& entry, const std::string& source);
+  const char* add_zone_table(ZoneTable table, const std::string& source);
+  const char* add_to_groups(const weir_result_columns& columns, const std::string& entry,
+                            uint32_t index);
   Status check(size_t index, const TensorSpec& spec) const;
   Status check_groups(std::span<const TensorSpec> specs) const;
   void read_maps(std::span<const TensorSpec> specs, std::span<const ResultTensor> tensors,
@@ -152,7 +158,6 @@ class ResultReader {
   RowGroup plain_group(const TensorSpec& spec) const;
   void read_zones(uint32_t tensor, const ResultTensor& rows, ResultFrame* out) const;
 
-  enum class ZoneTable { None, Counts, Events };
   bool has_columns_ = false;
   std::vector<weir_result_columns> columns_;  // of each tensor
   std::vector<uint32_t> source_of_;           // likewise

@@ -252,6 +252,7 @@ class TensorZones : public gst::CountedTransform<TensorZones> {
     const auto maps = gst::source_maps(in);
     if (maps.size() < 2 || gst::maps_of(in) != gst::MapsOf::Tensors) return;
     std::vector<SourceMap> moved;
+    moved.reserve(outputs.size());
     size_t next = 0;
     for (const auto& output : outputs)
       moved.push_back(output.is_table || next == maps.size() ? maps[0] : maps[next++]);
