@@ -12,6 +12,7 @@
 //     void set_times(const weir::DecoderTimes& times) noexcept;
 //     std::span<const char* const> labels() noexcept;
 //     void set_labels(const char* source, std::span<const char* const> names) noexcept;
+//     size_t classes() noexcept;
 //     static constexpr bool kWithHeaders = false;
 //   };
 //   WEIR_DECODER(Brightness, "brightness", "", "[]")
@@ -141,7 +142,7 @@ const weir_decoder_times* times_table() {
 template <class Decoder>
 const weir_decoder_labels* labels_table() {
   static const weir_decoder_labels table = [] {
-    weir_decoder_labels out{sizeof(weir_decoder_labels), 0, nullptr, nullptr};
+    weir_decoder_labels out{sizeof(weir_decoder_labels), 0, nullptr, nullptr, nullptr};
     if constexpr (requires(Decoder & decoder) { decoder.labels(); }) {
       static_assert(noexcept(std::declval<Decoder&>().labels()), "labels has no way to fail");
       out.labels = [](weir_decoder* decoder, const char* const** names) {
@@ -156,6 +157,12 @@ const weir_decoder_labels* labels_table() {
       out.set_labels = [](weir_decoder* decoder, const char* source, const char* const* names,
                           uint32_t count) {
         reinterpret_cast<Decoder*>(decoder)->set_labels(source, std::span(names, count));
+      };
+    }
+    if constexpr (requires(Decoder & decoder) { decoder.classes(); }) {
+      static_assert(noexcept(std::declval<Decoder&>().classes()), "classes has no way to fail");
+      out.classes = [](weir_decoder* decoder) {
+        return static_cast<uint32_t>(reinterpret_cast<Decoder*>(decoder)->classes());
       };
     }
     return out;

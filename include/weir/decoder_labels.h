@@ -23,6 +23,9 @@ typedef struct {
   /* Called before configure and between frames: the names of the classes of one source, valid for
    * the call. NULL: the decoder does not use them. */
   void (*set_labels)(weir_decoder*, const char* source, const char* const* names, uint32_t n);
+  /* Called after configure: the number of classes that the model tells apart; 0 = not known. The
+   * host warns of fewer names than that. NULL, or beyond struct_size: not known. */
+  uint32_t (*classes)(weir_decoder*);
 } weir_decoder_labels;
 
 #ifdef __cplusplus

@@ -46,6 +46,7 @@ class AnswerDecoder {
   void set_model(const weir_stream_model* model) noexcept { model_.set(model); }
   void set_stream(const DecoderStream&) noexcept {}
   std::span<const char* const> labels() noexcept { return label_texts_; }
+  size_t classes() noexcept { return head_ ? head_->classes() : 0; }
 
   void configure(std::span<const weir_tensor_info> inputs, DecoderOutput& output) {
     open_first(model_.facts(inputs, settings_.input, settings_.labels.size()));

@@ -6,6 +6,7 @@
 #include <cmath>
 
 #include "core/heads/coordinates.hpp"
+#include "core/heads/output_shapes.hpp"
 
 namespace weir::heads {
 namespace {
@@ -27,7 +28,12 @@ Steps steps_of(const OutputFacts& output) {
 class Classifier final : public Head {
  public:
   Classifier(const OutputFacts& output, ScoreKind kind, float threshold)
-      : steps_(steps_of(output)), kind_(kind), threshold_(threshold) {}
+      : classes_(element_count(output)),
+        steps_(steps_of(output)),
+        kind_(kind),
+        threshold_(threshold) {}
+
+  size_t classes() const noexcept override { return classes_; }
 
   // A frame is one picture, or one region: rows have no box.
   results::Features features() const override {
@@ -72,6 +78,7 @@ class Classifier final : public Head {
       for (float& score : scores_) score = static_cast<float>(score / sum);
   }
 
+  size_t classes_;  // 0 = not known
   Steps steps_;
   ScoreKind kind_;  // logits, once one was seen
   float threshold_;

@@ -36,6 +36,7 @@ class DenseHead final : public Head {
   DenseHead(DenseSpec spec, float threshold);
   results::Features features() const override;
   Suppression suppression() const noexcept override;
+  size_t classes() const noexcept override { return spec_.classes; }
   detection::Candidates find(OutputValues& outputs, detection::PictureSize input) override;
   void complete(OutputValues& outputs, std::span<const detection::Candidate> kept,
                 detection::PictureSize input, results::Answer* answer) override;

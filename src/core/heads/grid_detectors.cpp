@@ -52,6 +52,7 @@ class FastestDet final : public Head {
 
   results::Features features() const override { return {}; }
   Suppression suppression() const noexcept override { return Suppression::ByClass; }
+  size_t classes() const noexcept override { return grid_.values - kBeforeClasses; }
 
   Candidates find(OutputValues& outputs, PictureSize frame_input) override {
     const PictureSize input = frame_input.width > 0 ? frame_input : input_;
@@ -151,6 +152,7 @@ class NanoDet final : public Head {
 
   results::Features features() const override { return {}; }
   Suppression suppression() const noexcept override { return Suppression::ByClass; }
+  size_t classes() const noexcept override { return scores_.classes; }
 
   Candidates find(OutputValues& outputs, PictureSize) override {
     const auto numbers = outputs.read(0);

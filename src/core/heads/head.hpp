@@ -64,6 +64,8 @@ class Head {
   virtual ~Head() = default;
   virtual results::Features features() const = 0;
   virtual Suppression suppression() const noexcept { return Suppression::None; }
+  // The number of classes that the model tells apart; 0 = not known.
+  virtual size_t classes() const noexcept { return 0; }
   // Whether objects have a rotation: their boxes turn with the picture.
   virtual bool has_rotation() const noexcept { return suppression() == Suppression::Rotated; }
   // Reads the outputs of a frame. Returns the candidates with at least the threshold's score, in

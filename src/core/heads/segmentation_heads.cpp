@@ -88,6 +88,8 @@ class DeepLab final : public MapHead {
  public:
   DeepLab(const Pixels& pixels, ScoreKind kind, float threshold)
       : MapHead(pixels), kind_(kind), threshold_(threshold) {}
+  // A map of one score a pixel has two classes, of which the background needs no name.
+  size_t classes() const noexcept override { return pixels_.classes; }
 
  private:
   void fill(std::span<const float> numbers, std::span<uint16_t> map) override {

@@ -64,6 +64,8 @@ class Ssd final : public Head {
         threshold_(threshold) {}
 
   results::Features features() const override { return {}; }
+  // Of the background no object is found.
+  size_t classes() const noexcept override { return raw_.classes - 1; }
   Suppression suppression() const noexcept override { return Suppression::ByClass; }
 
   Candidates find(OutputValues& outputs, PictureSize input) override {

@@ -93,6 +93,7 @@ class YoloGrids final : public Head {
 
   results::Features features() const override { return {}; }
   Suppression suppression() const noexcept override { return Suppression::ByClass; }
+  size_t classes() const noexcept override { return grids_.front().values - kFixed; }
 
   Candidates find(OutputValues& outputs, PictureSize frame_input) override {
     const PictureSize input = frame_input.width > 0 ? frame_input : input_;

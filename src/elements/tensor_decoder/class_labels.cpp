@@ -2,6 +2,8 @@
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #include "elements/tensor_decoder/class_labels.hpp"
 
+#include <utility>
+
 #include "core/card/find.hpp"
 #include "gstcpp/element/file_digest.hpp"
 
@@ -29,6 +31,21 @@ void ClassLabels::send(const FrameDecoder& decoder, const std::string& source, G
   if (labels == sent_ || (labels.labels.empty() && sent_.labels.empty())) return;
   sent_ = std::move(labels);
   gst_pad_push_event(pad, gst::make_labels_event(sent_).release());
+}
+
+std::optional<Error> ClassLabels::missing(const FrameDecoder& decoder, const std::string& file) {
+  const size_t labels = decoder.labels().size(), classes = decoder.classes();
+  if (labels == 0 || labels >= classes) return std::nullopt;
+  Error error{.code = Code::LABELS_INVALID,
+              .what = "there are fewer labels than classes; the other classes are shown as numbers",
+              .offered = std::to_string(labels) + " labels of " +
+                         (file.empty() ? "the model or its card" : "labels=" + file),
+              .needed = std::to_string(classes) + " labels, one for each class of the model",
+              .fix = "tensor_decoder labels=FILE with a line for each class"};
+  std::string text = error.message();
+  if (text == reported_) return std::nullopt;
+  reported_ = std::move(text);
+  return error;
 }
 
 void ClassLabels::add_card_labels(DescribedModel* model) {

@@ -3,6 +3,7 @@
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #pragma once
 #include <map>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -21,6 +22,9 @@ class ClassLabels {
   void receive(GstEvent* event, FrameDecoder* decoder);
   // Passes the labels of the stream to a decoder that has just been opened.
   void pass_to(FrameDecoder* decoder) const;
+  // Classes of the decoder's model that have no label; each finding once. `file`: the property
+  // labels.
+  std::optional<Error> missing(const FrameDecoder& decoder, const std::string& file);
   // Sends the labels of the decoder's results downstream, unless that has been done.
   void send(const FrameDecoder& decoder, const std::string& source, GstPad* pad);
 
@@ -30,6 +34,7 @@ class ClassLabels {
  private:
   std::map<std::string, gst::LabelsOfSource> received_;  // by source
   gst::LabelsOfSource sent_;
+  std::string reported_;  // by missing()
   // The card is looked up once for each model.
   std::string card_of_;
   std::vector<std::string> card_labels_;

@@ -160,6 +160,36 @@ TEST(ResultDecoder, NamesTheClassesOfTheUserDownstream) {
   std::filesystem::remove(path);
 }
 
+std::vector<std::string> warnings_for_labels(const std::string& text) {
+  const std::string path = testing::TempDir() + "weir-few-labels.txt";
+  std::ofstream(path) << text;
+  const auto h = harness_of("tensor_decoder mode=detection custom=head:yolov8 labels=" + path);
+  Errors errors(h);
+  const auto model = yolo_model();
+  begin(h, kYoloCaps, &model);
+  begin(h, kYoloCaps, &model);
+  EXPECT_EQ(decoded_rows(h, frame(yolo(kTwo))), kBoth);
+  std::vector<std::string> out;
+  for (std::string one; !(one = errors.next_warning()).empty();) out.push_back(one);
+  std::filesystem::remove(path);
+  return out;
+}
+
+TEST(ResultDecoder, WarnsOnceOfFewerLabelsThanClasses) {
+  const auto warnings = warnings_for_labels("one\ntwo\n");
+  ASSERT_EQ(warnings.size(), 1u);
+  EXPECT_SAYS(warnings[0], "WEIR-4002: there are fewer labels than classes");
+  EXPECT_SAYS(warnings[0], "offered: 2 labels of labels=");
+  EXPECT_SAYS(warnings[0], "weir-few-labels.txt");
+  EXPECT_SAYS(warnings[0], "needed: 3 labels, one for each class of the model");
+  EXPECT_SAYS(warnings[0], "fix: tensor_decoder labels=FILE with a line for each class");
+}
+
+TEST(ResultDecoder, DoesNotWarnOfEnoughLabels) {
+  EXPECT_TRUE(warnings_for_labels("one\ntwo\nthree\n").empty());
+  EXPECT_TRUE(warnings_for_labels("one\ntwo\nthree\nfour\n").empty());
+}
+
 // A model file with a card beside it.
 class ResultCards : public testing::Test {
  protected:

@@ -262,8 +262,10 @@ class TensorDecoder : public gst::CountedTransform<TensorDecoder> {
     return caps && take_caps(gst_event_new_caps(caps.get()));
   }
   void send_labels() {
-    if (results_.is_results())
-      labels_.send(*decoder_, results_.source(), GST_BASE_TRANSFORM_SRC_PAD(self()));
+    if (!results_.is_results()) return;
+    if (const auto missing = labels_.missing(*decoder_, followed_.in_force.labels.value_or("")))
+      gst::post_warning(element(), *missing);
+    labels_.send(*decoder_, results_.source(), GST_BASE_TRANSFORM_SRC_PAD(self()));
   }
   void replay() {
     for (auto& event : early_.take()) sink_event(event.release());

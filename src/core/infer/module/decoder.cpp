@@ -8,14 +8,18 @@
 namespace weir::infer {
 namespace {
 
-// The decoder's table of the extension `id`; null if it does not have it.
-template <class Table>
+// Modules may have been built before a table got its last members.
+constexpr size_t kLabelsBeforeClasses = offsetof(weir_decoder_labels, classes);
+
+// The decoder's table of the extension `id`, of at least `kLeast` bytes; null if it does not have
+// it.
+template <class Table, size_t kLeast = sizeof(Table)>
 const Table* extension_of(const weir_decoder_type& type, const char* id) {
   const bool extensible =
       type.struct_size >= offsetof(weir_decoder_type, extension) + sizeof type.extension;
   if (!extensible || !type.extension) return nullptr;
   const auto* table = static_cast<const Table*>(type.extension(id));
-  return table && table->struct_size >= sizeof *table ? table : nullptr;
+  return table && table->struct_size >= kLeast ? table : nullptr;
 }
 
 }  // namespace
@@ -38,7 +42,7 @@ Decoder::Decoder(const weir_decoder_type& type, weir_decoder* handle)
       model_(extension_of<weir_decoder_model>(type, WEIR_DECODER_MODEL)),
       caps_(extension_of<weir_decoder_caps>(type, WEIR_DECODER_CAPS)),
       times_(extension_of<weir_decoder_times>(type, WEIR_DECODER_TIMES)),
-      labels_(extension_of<weir_decoder_labels>(type, WEIR_DECODER_LABELS)) {}
+      labels_(extension_of<weir_decoder_labels, kLabelsBeforeClasses>(type, WEIR_DECODER_LABELS)) {}
 
 void Decoder::set_model(const weir_stream_model* model) noexcept {
   if (uses_model()) model_->set_model(handle_, model);
@@ -65,6 +69,11 @@ std::vector<std::string> Decoder::labels() const {
   const char* const* names = nullptr;
   const uint32_t count = labels_ && labels_->labels ? labels_->labels(handle_, &names) : 0;
   return {names, names + count};
+}
+
+size_t Decoder::classes() const noexcept {
+  const bool has_count = labels_ && labels_->struct_size > kLabelsBeforeClasses && labels_->classes;
+  return has_count ? labels_->classes(handle_) : 0;
 }
 
 void Decoder::set_labels(const std::string& source, const std::vector<std::string>& names) {

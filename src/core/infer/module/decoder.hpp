@@ -38,6 +38,8 @@ class Decoder {
   void set_caps(const Options& fields);
   // The names of the classes of its results, after configure(); empty = not known.
   std::vector<std::string> labels() const;
+  // The number of classes of the model, after configure(); 0 = not known.
+  size_t classes() const noexcept;
   // Passes the names of the classes of one source of results.
   void set_labels(const std::string& source, const std::vector<std::string>& names);
   // Passes the times of the next frame; call it before decode(). -1 = unknown.
