@@ -32,7 +32,8 @@
   X(tensor_sparse_enc)   \
   X(tensor_split)        \
   X(tensor_to_roi)       \
-  X(tensor_transform)
+  X(tensor_transform)    \
+  X(tensor_zones)
 
 namespace weir {
 #define WEIR_DECLARE(name) bool register_##name(GstPlugin*);

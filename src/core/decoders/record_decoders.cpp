@@ -96,7 +96,9 @@ class RecordDecoder {
   void set_model(const weir_stream_model* model) noexcept { model_.set(model); }
   void set_labels(const char* source, std::span<const char* const> names) noexcept try {
     labels_[source] = std::vector<std::string>(names.begin(), names.end());
-    if (writer_) writer_->set_labels(labels());
+    if (!writer_) return;
+    writer_->set_labels(labels());
+    writer_->set_zone_names(zone_names());
   } catch (const std::exception&) {
     labels_.clear();  // out of memory: as if the stream had none
   }
@@ -113,6 +115,7 @@ class RecordDecoder {
     if (!specs.empty()) value_or_throw(reader_.check(specs));
     WriterSettings settings = settings_;
     settings.labels = labels();
+    settings.zones = zone_names();
     writer_ = mode_.writer(std::move(settings));
     output.set_caps(mode_.caps);
   }
@@ -145,6 +148,11 @@ class RecordDecoder {
     auto of_stream = records::labels_of_sources(labels_, reader_.sources());
     if (of_stream.empty() && !model_.labels().empty()) of_stream.push_back(model_.labels());
     return records::Labels(std::move(of_stream));
+  }
+  std::vector<std::string> zone_names() const {
+    const auto known = labels_.find(reader_.zone_source());
+    return reader_.has_zones() && known != labels_.end() ? known->second
+                                                         : std::vector<std::string>();
   }
   FrameFacts facts_of(const weir_frame& frame) const {
     FrameFacts out{.running_time = times_.running_time,

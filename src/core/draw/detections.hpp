@@ -5,6 +5,7 @@
 // then x, y of key points. weir/detection.hpp defines complete rows.
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #pragma once
+#include <cmath>
 #include <cstddef>
 #include <cstdint>
 #include <memory>
@@ -13,6 +14,7 @@
 #include <vector>
 
 #include "core/tensor/frame_spec.hpp"
+#include "core/zone/zone.hpp"
 #include "weir/source_map.hpp"
 
 namespace weir::draw {
@@ -59,6 +61,12 @@ struct LeftOut {
 // Names of classes, of each source of results.
 using ClassNames = std::vector<std::vector<std::string>>;
 
+// What was counted in a zone; NaN = not known.
+struct ZoneTotal {
+  float inside = NAN, entered = NAN;    // of an area
+  float forward = NAN, backward = NAN;  // of a line
+};
+
 struct Detections {
   std::vector<Detection> rows;
   // points_per_row for each row; points that are not finite keep their place.
@@ -68,13 +76,16 @@ struct Detections {
   std::vector<DetectionMask> masks;
   std::vector<std::string> texts;
   std::vector<ClassMap> class_maps;
-  std::shared_ptr<const ClassNames> names;  // that came with the results; null: none did
+  std::shared_ptr<const ClassNames> names;     // that came with the results; null: none did
+  std::shared_ptr<const zone::ZoneSet> zones;  // of the stream; null: it has none
+  std::vector<ZoneTotal> zone_totals;          // by number of the zone; may be shorter
   bool scored = false;
   // The size of the picture that coordinates refer to; 0: the picture that is drawn on.
   uint32_t picture_width = 0, picture_height = 0;
   LeftOut left_out;
 
-  bool empty() const noexcept { return rows.empty() && class_maps.empty(); }
+  bool has_zones() const noexcept { return zones && !zones->zones.empty(); }
+  bool empty() const noexcept { return rows.empty() && class_maps.empty() && !has_zones(); }
 };
 
 // SPEC_MISMATCH unless the tensor is float32 K:N (further dimensions of 1), where K is 4, 5, 6 or 6

@@ -12,6 +12,7 @@
 #include "core/draw/lines.hpp"
 #include "core/draw/skeletons.hpp"
 #include "core/draw/tint.hpp"
+#include "core/draw/zone_marks.hpp"
 
 namespace weir::draw {
 namespace {
@@ -80,6 +81,15 @@ class Drawing {
     if (known != paints->end()) return known->second;
     return paints->emplace(index, paint_of(canvas_.picture(), color_of(index))).first->second;
   }
+  // The colour of a track stays with it from frame to frame.
+  Rgb color_of(const Detection& d) const {
+    const bool is_of_track = style_.has_track_colors && d.track > 0;
+    return class_color(is_of_track ? d.track : d.class_index);
+  }
+  const Paint& paint_of_row(const Detection& d) {
+    const bool is_of_track = style_.has_track_colors && d.track > 0;
+    return paint_of_class(is_of_track ? d.track : d.class_index);
+  }
   // The same for all of the class in this picture.
   const Paint& paint_of_class(uint32_t index) { return paint_in(&paints_, index, class_color); }
 
@@ -108,6 +118,34 @@ class Drawing {
     canvas_.fill({a.left, a.bottom - line, a.right, a.bottom}, paint);
   }
 
+  void trail(const Detection& d, const Trails& trails) {
+    const auto& points = trails.of(d);
+    for (size_t i = 1; i < points.size(); ++i)
+      draw_line(on_canvas(points[i - 1]), on_canvas(points[i]), style_.line_width,
+                paint_of_class(d.track), &canvas_);
+  }
+
+  void zone(const zone::Zone& zone, size_t index) {
+    std::vector<Point> points;
+    for (const Point& p : zone.points) points.push_back(on_canvas(p));
+    draw_zone(zone.kind, points, std::max<double>(style_.line_width, 1), paint_of_class(index),
+              &canvas_);
+  }
+  void zone_label(const zone::Zone& zone, size_t index, Labels* labels) {
+    const auto& totals = detections_.zone_totals;
+    const std::string text =
+        text_of_zone(zone, index < totals.size() ? totals[index] : ZoneTotal());
+    const PlaneMask* const parts[] = {labels->text(text)};
+    Detection box;
+    box.x1 = box.x2 = zone.points[0].x, box.y1 = box.y2 = zone.points[0].y;
+    for (const Point& p : zone.points) {
+      box.x1 = std::min(box.x1, p.x), box.x2 = std::max(box.x2, p.x);
+      box.y1 = std::min(box.y1, p.y), box.y2 = std::max(box.y2, p.y);
+    }
+    const Area area = upright(box);
+    if (!common_part(area, all_).empty()) write(parts, area, false, class_color(index));
+  }
+
   void points(size_t row, const Paint& paint) {
     const size_t count = detections_.points_per_row;
     for (const auto& [from, to] : connections_of(count))
@@ -125,6 +163,10 @@ class Drawing {
                         : labels->name(found.source, found.class_index),
         found.track > 0 ? labels->text("#" + std::to_string(found.track)) : nullptr,
         detections_.scored ? labels->score(found.score) : nullptr};
+    write(parts, box, found.is_label, color_of(found));
+  }
+  // The parts side by side on a ground of this colour.
+  void write(std::span<const PlaneMask* const> parts, const Area& box, bool is_in_list, Rgb color) {
     const int64_t height = tallest(parts);
     if (height == 0) return;
     int64_t width = 0;
@@ -132,11 +174,10 @@ class Drawing {
     for (const PlaneMask* part : parts)
       if (part) width += even(part->width) + gap;
     const int64_t step = canvas_.halved() ? 2 : 1;
-    const Area place = found.is_label ? layout_.place_in_list(box, width + gap, height, step)
-                                      : layout_.place(box, width + gap, height, step);
+    const Area place = is_in_list ? layout_.place_in_list(box, width + gap, height, step)
+                                  : layout_.place(box, width + gap, height, step);
     if (place.empty()) return;
-    const Rgb color = class_color(found.class_index);
-    canvas_.fill(place, paint_of_class(found.class_index));
+    canvas_.fill(place, paint_of(canvas_.picture(), color));
     const Paint ink = paint_of(canvas_.picture(), text_color(color));
     int64_t x = place.left;
     for (const PlaneMask* part : parts)
@@ -211,11 +252,15 @@ uint32_t text_size_for(uint32_t height) noexcept {
   return std::clamp((height + 18) / 36, 10u, 200u);
 }
 
-Drawn draw(const Detections& detections, const Style& style, Labels* labels, Canvas* canvas) {
+Drawn draw(const Detections& detections, const Style& style, Labels* labels, Canvas* canvas,
+           const Trails* trails) {
   Drawn out;
   Drawing drawing(detections, style, canvas);
   if (style.mask_opacity > 0)
     for (const ClassMap& map : detections.class_maps) drawing.class_map(map);
+  static const std::vector<zone::Zone> kNone;
+  const auto& zones = detections.has_zones() && style.shows_zones ? detections.zones->zones : kNone;
+  for (size_t i = 0; i < zones.size(); ++i) drawing.zone(zones[i], i);
   struct Seen {
     const Detection* found = nullptr;
     size_t row = 0;
@@ -233,17 +278,20 @@ Drawn draw(const Detections& detections, const Style& style, Labels* labels, Can
       seen.push_back({&found, i, area});
   }
   for (const auto& [found, row, area] : seen)
-    if (!found->is_label) drawing.mask(*found, area, drawing.paint_of_class(found->class_index));
+    if (!found->is_label) drawing.mask(*found, area, drawing.paint_of_row(*found));
+  for (const auto& [found, row, area] : seen)
+    if (trails && !found->is_label) drawing.trail(*found, *trails);
   for (const auto& [found, row, area] : seen) {
     if (found->is_label) continue;
-    drawing.box(*found, area, drawing.paint_of_class(found->class_index));
-    drawing.points(row, drawing.paint_of_class(found->class_index));
+    drawing.box(*found, area, drawing.paint_of_row(*found));
+    drawing.points(row, drawing.paint_of_row(*found));
     ++out.boxes;
   }
   if (!labels) return out;
   labels->begin_picture();
   std::stable_sort(seen.begin(), seen.end(),
                    [](const Seen& a, const Seen& b) { return a.found->score > b.found->score; });
+  for (size_t i = 0; i < zones.size(); ++i) drawing.zone_label(zones[i], i, labels);
   for (const auto& one : seen) drawing.label(*one.found, one.area, labels);
   return out;
 }

@@ -10,11 +10,15 @@
 // label takes the first free place around its box (label_layout.hpp), and is left out where there
 // is none. Labels without a box of their own are a list in the upper left corner of the picture or
 // of their parent's box.
+//
+// Zones are outlines, lines with an arrow in the forward direction, and a label with the name and
+// what was counted. They are under the boxes, as trails are.
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #pragma once
 #include "core/draw/canvas.hpp"
 #include "core/draw/detections.hpp"
 #include "core/draw/labels.hpp"
+#include "core/draw/trails.hpp"
 
 namespace weir::draw {
 
@@ -22,6 +26,8 @@ struct Style {
   uint32_t line_width = 2, point_size = 5;  // pixels; 0 = none
   float min_score = 0;
   uint8_t mask_opacity = 115;  // of 255; 0 = no masks
+  bool shows_zones = true;
+  bool has_track_colors = false;  // a row with a track has the colour of its track, not its class
 };
 
 // Sizes in pixels for a picture of this height: 2, 5 and 20 at 720 rows, in proportion.
@@ -35,7 +41,9 @@ struct Drawn {
   uint64_t below_score = 0;  // below min_score
 };
 
-// `labels` may be null.
-Drawn draw(const Detections& detections, const Style& style, Labels* labels, Canvas* canvas);
+// `labels` and `trails` may be null. A trail is drawn for each row whose track has one, in the
+// colour of its track.
+Drawn draw(const Detections& detections, const Style& style, Labels* labels, Canvas* canvas,
+           const Trails* trails = nullptr);
 
 }  // namespace weir::draw

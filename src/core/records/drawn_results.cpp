@@ -166,6 +166,11 @@ draw::Detections drawn_results(const ResultReader& reader, const ResultFrame& fr
   for (const ClassMapView& view : frame.class_maps)
     out.class_maps.push_back(class_map_of(view, maps, out));
   for (const DepthView& view : frame.depths) out.class_maps.push_back(levels_of(view, maps, out));
+  for (const ZoneCount& count : frame.zone_counts) {
+    if (count.class_index >= 0 || count.zone >= zone::kZoneLimit) continue;
+    if (out.zone_totals.size() <= count.zone) out.zone_totals.resize(count.zone + 1);
+    out.zone_totals[count.zone] = {count.inside, count.entered, count.forward, count.backward};
+  }
   out.left_out.not_finite = frame.rows_not_finite;
   out.left_out.beyond_limit = frame.objects.size() - row_of.size();
   return out;

@@ -147,5 +147,34 @@ TEST_F(JsonSchema, LinesOfAnyFrameAreValid) {
   EXPECT_GT(detections, 30u);
 }
 
+TEST_F(JsonSchema, LinesWithZonesAreValid) {
+  std::mt19937 random(12);
+  const float special[] = {0, 1, 2, 3, 0.5f, -1, 3e38f, NAN, INFINITY};
+  const auto numbers = [&](size_t count) {
+    std::vector<float> out(count);
+    for (auto& number : out) number = special[random() % std::size(special)];
+    return out;
+  };
+  const auto reader = reader_of(with_zone_columns("x1,y1,x2,y2,score,class", 2) + ";" +
+                                    kZoneCountColumns + ";" + kZoneEventColumns,
+                                "a;z;z");
+  size_t zones = 0, events = 0, of_objects = 0;
+  for (int i = 0; i < 300; ++i) {
+    const TestFrame frame = TestFrame()
+                                .floats("12:3", numbers(36))
+                                .floats("10:3", numbers(30))
+                                .floats("8:3", numbers(24));
+    const std::string line = written(*json_writer({.zones = {"a"}}), reader, frame);
+    const Json json = Json::parse(line);
+    EXPECT_EQ(schema->check(json), "") << line;
+    zones += json["zones"].size();
+    events += json["events"].size();
+    for (const auto& object : json["detections"]) of_objects += object.contains("zones");
+  }
+  EXPECT_GT(zones, 30u);
+  EXPECT_GT(events, 30u);
+  EXPECT_GT(of_objects, 30u);
+}
+
 }  // namespace
 }  // namespace weir::records

@@ -7,6 +7,7 @@
 #include "core/records/record_text.hpp"
 #include "core/records/record_writer.hpp"
 #include "core/records/run_lengths.hpp"
+#include "core/records/zone_json.hpp"
 
 namespace weir::records {
 namespace {
@@ -45,6 +46,7 @@ class FrameWriter {
     write_list(RowKind::Text, "text");
     if (!frame_.class_maps.empty()) write_segments();
     if (!frame_.depths.empty()) write_depths();
+    if (reader_.has_zones()) append_zones_and_events(settings_, frame_, &out_);
     out_ += "}\n";
   }
 
@@ -127,6 +129,7 @@ class FrameWriter {
       out_ += ",\"parent\":";
       append_number(int64_t{parent}, &out_);
     }
+    append_zones_of(settings_, frame_, object, &out_);
     write_points(object);
     write_mask(object);
     if (reader_.sources().size() > 1) write_source(source);

@@ -41,9 +41,10 @@ Labels read_labels(const std::string& option, const std::string& paths);
 
 struct WriterSettings {
   Labels labels{};
-  float threshold = 0;        // least score of what is written
-  bool has_masks = false;     // json: masks and class maps
-  bool has_coco_ids = false;  // coco: class indices 0 to 79 become the ids 1 to 90 of COCO
+  std::vector<std::string> zones{};  // names of zones
+  float threshold = 0;               // least score of what is written
+  bool has_masks = false;            // json: masks and class maps
+  bool has_coco_ids = false;         // coco: class indices 0 to 79 become the ids 1 to 90 of COCO
 };
 
 class RecordWriter {
@@ -52,6 +53,7 @@ class RecordWriter {
   virtual ~RecordWriter() = default;
   // Replaces the names of classes from the next frame on.
   void set_labels(Labels labels) { settings_.labels = std::move(labels); }
+  void set_zone_names(std::vector<std::string> names) { settings_.zones = std::move(names); }
   // Appends a frame. Returns false if the format has nothing to write for it.
   virtual bool write(const ResultReader& reader, const ResultFrame& frame, const FrameFacts& facts,
                      std::string* out) = 0;

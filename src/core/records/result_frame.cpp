@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <cmath>
 #include <cstring>
+#include <optional>
 
 #include "core/draw/detections.hpp"
 #include "weir/results.hpp"
@@ -60,6 +61,13 @@ weir_result_columns plain_columns(uint32_t length) {
   weir_result_columns out;
   weir_results_parse(text.c_str(), 0, &out);
   return out;
+}
+
+// The zone that a number of a column means: they count from 1, 0 is none.
+std::optional<uint32_t> zone_of(float number) {
+  constexpr float kEnd = 1e6f;
+  if (!(number >= 1 && number < kEnd)) return std::nullopt;
+  return static_cast<uint32_t>(number) - 1;
 }
 
 // Its edges and sides.
@@ -122,10 +130,14 @@ class RowReader {
       if (group.masks != kNoTensor) object.mask = mask_of(tensors_[group.masks], i);
       if (group.text != kNoTensor) object.text = text_of(tensors_[group.text], i);
       object.parent = row.parent();  // a row, until end()
+      if (group.zones.any()) add_zones(group.zones, &object);
       object_of_row_.back() = static_cast<int32_t>(out_.objects.size());
       out_.objects.push_back(object);
     }
   }
+
+  // Counts rows that are not objects.
+  void skip(uint32_t rows) { object_of_row_.insert(object_of_row_.end(), rows, -1); }
 
   void end() {
     for (size_t i = 0; i < out_.objects.size(); ++i) {
@@ -142,6 +154,17 @@ class RowReader {
     object->n_points = row.n_points();
     for (uint32_t p = 0; p < row.n_points(); ++p)
       out_.points.push_back({row.x(p), row.y(p), row.point_score(p)});
+  }
+
+  void add_zones(const ZoneColumns& columns, ResultObject* object) {
+    const auto number = [this](int32_t index) { return numbers_[static_cast<size_t>(index)]; };
+    object->speed = number(columns.speed.first);
+    if (columns.ground_speed.first >= 0) object->ground_speed = number(columns.ground_speed.first);
+    object->first_zone = static_cast<uint32_t>(out_.zones.size());
+    for (uint32_t i = 0; i < columns.zone.count; ++i)
+      if (const auto zone = zone_of(number(columns.zone.first + static_cast<int32_t>(i))))
+        out_.zones.push_back({*zone, number(columns.dwell.first + static_cast<int32_t>(i))});
+    object->n_zones = static_cast<uint32_t>(out_.zones.size()) - object->first_zone;
   }
 
   std::span<const ResultTensor> tensors_;
@@ -170,6 +193,9 @@ void ResultFrame::clear() noexcept {
   points.clear();
   class_maps.clear();
   depths.clear();
+  zones.clear();
+  zone_counts.clear();
+  zone_events.clear();
   rows_not_finite = 0;
 }
 
@@ -185,6 +211,19 @@ Result<ResultReader> ResultReader::make(const std::string& columns, const std::s
       return bad_columns(columns, i, "the columns of a stream of results cannot be read");
     out.columns_.push_back(parsed);
     const std::string& name = i < names.size() ? names[i] : std::string();
+    out.zone_tables_.push_back(entries[i] == kZoneCountColumns   ? ZoneTable::Counts
+                               : entries[i] == kZoneEventColumns ? ZoneTable::Events
+                                                                 : ZoneTable::None);
+    if (out.zone_tables_.back() != ZoneTable::None) {
+      const auto alike =
+          std::count(out.zone_tables_.begin(), out.zone_tables_.end(), out.zone_tables_.back());
+      if (alike > 1)
+        return bad_columns(columns, i, "the results have zones of more than one tensor_zones");
+      out.has_zones_ = true;
+      out.zone_source_ = name;
+      out.source_of_.push_back(0);
+      continue;
+    }
     auto known = std::find(out.sources_.begin(), out.sources_.end(), name);
     if (known == out.sources_.end() && (parsed.kind != WEIR_RESULT_NONE || !out.has_columns_))
       known = out.sources_.insert(known, name);
@@ -194,7 +233,10 @@ Result<ResultReader> ResultReader::make(const std::string& columns, const std::s
     if (is_table && out.groups_.empty())
       return bad_columns(columns, i, "a table of results has no rows before it");
     if (parsed.kind == WEIR_RESULT_ROWS)
-      out.groups_.push_back({.columns = parsed, .source = out.source_of_.back(), .rows = i});
+      out.groups_.push_back({.columns = parsed,
+                             .source = out.source_of_.back(),
+                             .rows = i,
+                             .zones = zone_columns(entries[i])});
     if (parsed.kind == WEIR_RESULT_MASKS) out.groups_.back().masks = i;
     if (parsed.kind == WEIR_RESULT_TEXT) out.groups_.back().text = i;
   }
@@ -236,7 +278,7 @@ Status ResultReader::check_groups(std::span<const TensorSpec> specs) const {
   size_t next = 0;
   for (size_t i = 0; i < columns_.size(); ++i) {
     const uint32_t kind = columns_[i].kind;
-    if (kind == WEIR_RESULT_ROWS) group = &groups_[next++];
+    if (kind == WEIR_RESULT_ROWS && zone_tables_[i] == ZoneTable::None) group = &groups_[next++];
     const size_t of_rows = kind == WEIR_RESULT_MASKS                                ? 2
                            : kind == WEIR_RESULT_SCORES || kind == WEIR_RESULT_TEXT ? 1
                                                                                     : 0;
@@ -295,6 +337,23 @@ void ResultReader::read_maps(std::span<const TensorSpec> specs,
   }
 }
 
+void ResultReader::read_zones(uint32_t tensor, const ResultTensor& rows, ResultFrame* out) const {
+  std::vector<float> n(columns_[tensor].length);
+  for (uint32_t i = 0; i < extent(rows.spec.shape, 1); ++i) {
+    std::memcpy(n.data(), rows.bytes.data() + i * n.size() * sizeof(float),
+                n.size() * sizeof(float));
+    const auto zone = zone_of(n[1]);
+    if (!zone) continue;
+    const ResultRow row(columns_[tensor], n.data());
+    const int32_t class_index = std::max(row.class_index(), -1);
+    if (zone_tables_[tensor] == ZoneTable::Counts)
+      out->zone_counts.push_back({*zone, class_index, n[3], n[4], n[5], n[6], n[7], n[8], n[9]});
+    else if (n[2] >= 1 && n[2] <= 5)
+      out->zone_events.push_back(
+          {*zone, static_cast<uint32_t>(n[2]) - 1, class_index, row.track(), n[5], n[6], n[7]});
+  }
+}
+
 Status ResultReader::read(std::span<const ResultTensor> tensors, ResultFrame* out) const {
   out->clear();
   std::vector<TensorSpec> specs;
@@ -311,8 +370,17 @@ Status ResultReader::read(std::span<const ResultTensor> tensors, ResultFrame* ou
         .difference = "tensor " + std::to_string(i)};
   }
   RowReader rows(tensors, out);
-  for (uint32_t i = 0; i < groups_.size(); ++i)
-    rows.read(has_columns_ ? groups_[i] : plain_group(specs[0]), i);
+  if (!has_columns_) rows.read(plain_group(specs[0]), 0);
+  for (uint32_t i = 0, group = 0; has_columns_ && i < columns_.size(); ++i) {
+    if (columns_[i].kind != WEIR_RESULT_ROWS) continue;
+    if (zone_tables_[i] == ZoneTable::None) {
+      rows.read(groups_[group], group);
+      ++group;
+      continue;
+    }
+    read_zones(i, tensors[i], out);
+    rows.skip(extent(specs[i].shape, 1));
+  }
   rows.end();
   read_maps(specs, tensors, out);
   return ok();

@@ -7,6 +7,7 @@
 //     for (const ResultObject& object : frame.objects) use(object);
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #pragma once
+#include <cmath>
 #include <cstddef>
 #include <cstdint>
 #include <span>
@@ -14,6 +15,7 @@
 #include <string_view>
 #include <vector>
 
+#include "core/records/zone_columns.hpp"
 #include "core/results/answer.hpp"
 #include "core/tensor/frame_spec.hpp"
 #include "weir/results.h"
@@ -37,6 +39,7 @@ struct RowGroup {
   weir_result_columns columns{};
   uint32_t source = 0;                                             // in ResultReader::sources()
   uint32_t rows = kNoTensor, masks = kNoTensor, text = kNoTensor;  // indices of tensors
+  ZoneColumns zones{};
 
   RowKind kind() const noexcept {
     if (text != kNoTensor) return RowKind::Text;
@@ -62,7 +65,31 @@ struct ResultObject {
   float rotation = 0;
   uint32_t first_point = 0, n_points = 0;  // in ResultFrame::points
   MaskView mask{};
-  std::string_view text{};  // of groups of texts; may be invalid UTF-8
+  std::string_view text{};                // of groups of texts; may be invalid UTF-8
+  float speed = NAN, ground_speed = NAN;  // pixels and metres a second; NaN = not known
+  uint32_t first_zone = 0, n_zones = 0;   // in ResultFrame::zones
+};
+
+// An area in which an object is.
+struct ObjectZone {
+  uint32_t zone = 0;  // its name is number `zone` in the names of zones
+  float dwell = NAN;  // seconds; NaN = not known
+};
+
+// What was counted in a zone, for one class or in total. NaN = does not apply or is not known.
+struct ZoneCount {
+  uint32_t zone = 0;
+  int32_t class_index = -1;  // -1 = all
+  float inside = NAN, entered = NAN, left = NAN, forward = NAN, backward = NAN;
+  float speed = NAN, ground_speed = NAN;  // mean of the objects inside
+};
+
+struct ZoneEvent {
+  uint32_t zone = 0;
+  uint32_t kind = 0;         // the number of a zone::EventKind
+  int32_t class_index = -1;  // -1 = not known
+  uint32_t track = 0;
+  float dwell = NAN, speed = NAN, ground_speed = NAN;
 };
 
 // The class of each pixel of the picture; borrowed.
@@ -89,6 +116,9 @@ struct ResultFrame {
   std::vector<results::KeyPoint> points;  // not finite: the point was not found
   std::vector<ClassMapView> class_maps;
   std::vector<DepthView> depths;
+  std::vector<ObjectZone> zones;  // of the objects
+  std::vector<ZoneCount> zone_counts;
+  std::vector<ZoneEvent> zone_events;
   uint64_t rows_not_finite = 0;  // that were left out
 
   void clear() noexcept;  // keeps the memory
@@ -110,6 +140,9 @@ class ResultReader {
   const std::vector<RowGroup>& groups() const noexcept { return groups_; }
   // Names of what made the tensors, each once, in the order of the tensors.
   const std::vector<std::string>& sources() const noexcept { return sources_; }
+  // Whether frames have counts and events of zones, and the source of their names.
+  bool has_zones() const noexcept { return has_zones_; }
+  const std::string& zone_source() const noexcept { return zone_source_; }
 
  private:
   Status check(size_t index, const TensorSpec& spec) const;
@@ -117,10 +150,15 @@ class ResultReader {
   void read_maps(std::span<const TensorSpec> specs, std::span<const ResultTensor> tensors,
                  ResultFrame* out) const;
   RowGroup plain_group(const TensorSpec& spec) const;
+  void read_zones(uint32_t tensor, const ResultTensor& rows, ResultFrame* out) const;
 
+  enum class ZoneTable { None, Counts, Events };
   bool has_columns_ = false;
   std::vector<weir_result_columns> columns_;  // of each tensor
   std::vector<uint32_t> source_of_;           // likewise
+  std::vector<ZoneTable> zone_tables_;        // likewise
+  bool has_zones_ = false;
+  std::string zone_source_;
   std::vector<RowGroup> groups_;
   std::vector<std::string> sources_;
 };

@@ -5,12 +5,25 @@
 #include <string>
 #include <tuple>
 
+#include "core/draw/trails.hpp"
 #include "elements/tensor_overlay/results_pad.hpp"
 #include "gstcpp/element/property.hpp"
 
 namespace weir {
 
+enum class ColorBy : int32_t { Class, Track };
+
 namespace gst {
+template <>
+struct EnumType<ColorBy> {
+  static GType type() {
+    static const GEnumValue values[] = {{0, "The class of an object", "class"},
+                                        {1, "The track of an object, else its class", "track"},
+                                        {0, nullptr, nullptr}};
+    static const GType t = g_enum_register_static("WeirOverlayColorBy", values);
+    return t;
+  }
+};
 template <>
 struct EnumType<Coordinates> {
   static GType type() {
@@ -37,6 +50,9 @@ struct OverlaySettings {
   float min_score = 0;
   float mask_opacity = 0.45f;
   bool auto_size = true;
+  ColorBy color_by = ColorBy::Class;
+  uint32_t trail_length = 0;
+  bool show_zones = true;
 };
 
 inline constexpr uint64_t kLongestNanoseconds = uint64_t{24} * 3600 * 1000000000;
@@ -73,6 +89,14 @@ inline constexpr std::tuple kOverlayProperties{
     gst::Property{"auto-size", &OverlaySettings::auto_size,
                   "Choose those of text-size, line-width and point-size that are not set by the "
                   "height of the picture: 20, 2 and 5 at 720 rows; false = these at any height"},
+    gst::Property{"color-by", &OverlaySettings::color_by,
+                  "What gives boxes and labels their colour", gst::Changeable::WhilePlaying},
+    gst::Property{"trail-length", &OverlaySettings::trail_length,
+                  "Number of results over which the trail of a track goes back; 0 = no trails",
+                  gst::Changeable::WhilePlaying, 0u, draw::kTrailLimit},
+    gst::Property{"show-zones", &OverlaySettings::show_zones,
+                  "Draw the zones of tensor_zones with their names and counts",
+                  gst::Changeable::WhilePlaying},
     gst::Property{"min-score", &OverlaySettings::min_score,
                   "Minimum score of the results that are drawn", gst::Changeable::WhilePlaying,
                   0.0f, 1e30f},

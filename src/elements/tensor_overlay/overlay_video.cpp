@@ -55,7 +55,8 @@ Result<OverlayVideo> OverlayVideo::make(const GstCaps* caps, draw::ClassNames na
 }
 
 Result<draw::Drawn> OverlayVideo::draw(const draw::Detections& detections, const draw::Style& style,
-                                       GstBuffer* buffer, Ledger* ledger) {
+                                       const draw::Trails* trails, GstBuffer* buffer,
+                                       Ledger* ledger) {
   MappedPicture mapped;
   if (auto status = mapped.map(video_, buffer, GST_MAP_READWRITE); !status) return status.error();
   ledger->copied(mapped.bytes_copied());
@@ -67,7 +68,7 @@ Result<draw::Drawn> OverlayVideo::draw(const draw::Detections& detections, const
     planes[i] = {mapped.writable(i), mapped.planes()[i].offset, mapped.planes()[i].stride};
   auto canvas = draw::Canvas::make(picture_, planes);
   if (!canvas) return canvas.error();
-  return draw::draw(detections, style, labels_.get(), &*canvas);
+  return draw::draw(detections, style, labels_.get(), &*canvas, trails);
 }
 
 }  // namespace weir

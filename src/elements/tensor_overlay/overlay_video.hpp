@@ -27,7 +27,7 @@ class OverlayVideo {
   // `buffer` is writable; bytes copied for mapping are counted in `ledger`.
   // Errors: MappedPicture::map(), Canvas::make().
   Result<draw::Drawn> draw(const draw::Detections& detections, const draw::Style& style,
-                           GstBuffer* buffer, Ledger* ledger);
+                           const draw::Trails* trails, GstBuffer* buffer, Ledger* ledger);
 
  private:
   OverlayVideo(const GstVideoInfo& video, const preprocess::Picture& picture)

@@ -3,6 +3,7 @@
 #include "elements/tensor_overlay/results_pad.hpp"
 
 #include "core/records/drawn_results.hpp"
+#include "core/zone/zone_file.hpp"
 #include "gstcpp/buffer/tensor_meta.hpp"
 
 namespace weir {
@@ -10,6 +11,7 @@ namespace weir {
 void ResultsPad::start(ResultsSync sync, Coordinates coordinates) {
   PairedTensors::start(sync);
   coordinates_ = coordinates;
+  zones_.reset();
   for (auto* count :
        {&background_, &not_finite_, &without_area_, &beyond_limit_, &points_not_finite_})
     *count = 0;
@@ -61,6 +63,7 @@ Result<ResultsPad::Results> ResultsPad::read_columns(GstBuffer* buffer,
   if (auto status = reader_.read(views, &frame_); !status) return status.error();
   auto detections = records::drawn_results(reader_, frame_, gst::source_maps(buffer));
   detections.names = names_;
+  if (reader_.has_zones() && reader_.zone_source() == zone_source_) detections.zones = zones_;
   count(detections.left_out);
   return Results(std::make_shared<const draw::Detections>(std::move(detections)));
 }
@@ -69,6 +72,13 @@ void ResultsPad::set_labels(const records::LabelsBySource& labels) {
   auto names = records::labels_of_sources(
       labels, has_columns_ ? reader_.sources() : std::vector<std::string>());
   names_ = names.empty() ? nullptr : std::make_shared<const draw::ClassNames>(std::move(names));
+}
+
+// Any element may have sent the event: zones that cannot be used are not drawn.
+void ResultsPad::set_zones(const gst::ZonesOfSource& zones) {
+  auto parsed = zone::parse_zones(zones.zones, "the event weir-zones");
+  zone_source_ = zones.source;
+  zones_ = parsed ? std::make_shared<const zone::ZoneSet>(*std::move(parsed)) : nullptr;
 }
 
 void ResultsPad::count(const draw::LeftOut& left_out) {

@@ -24,12 +24,15 @@ class ResultsPad final : public gst::PairedTensors<draw::Detections> {
   Result<Results> read(GstBuffer* buffer, const std::vector<gst::TensorView>& tensors) override;
   Result<Results> read_columns(GstBuffer* buffer, const std::vector<gst::TensorView>& tensors);
   void set_labels(const records::LabelsBySource& labels) override;
+  void set_zones(const gst::ZonesOfSource& zones) override;
   void count(const draw::LeftOut& left_out);
 
   bool has_columns_ = false;  // the fields below are of streams with weir-columns
   records::ResultReader reader_;
   records::ResultFrame frame_;
   std::shared_ptr<const draw::ClassNames> names_;  // of the stream; null: it has none
+  std::string zone_source_;
+  std::shared_ptr<const zone::ZoneSet> zones_;  // of zone_source_; null: there are none
 
   std::atomic<Coordinates> coordinates_{Coordinates::Picture};
   std::atomic<uint64_t> background_{0}, not_finite_{0}, without_area_{0}, beyond_limit_{0};

@@ -32,7 +32,7 @@ class TensorOverlay : public gst::PairedTransform<TensorOverlay, ResultsPad> {
  public:
   static constexpr gst::ElementInfo kInfo{
       "WeirTensorOverlay", "tensor_overlay", "TensorOverlay", "Filter/Editor/Video",
-      "Draws boxes, key points and labels from a stream of tensors on video"};
+      "Draws boxes, key points, labels, trails and zones from a stream of tensors on video"};
   static inline GstStaticPadTemplate kPads[] = {
       GST_STATIC_PAD_TEMPLATE("sink", GST_PAD_SINK, GST_PAD_ALWAYS,
                               GST_STATIC_CAPS(WEIR_OVERLAY_VIDEO)),
@@ -53,6 +53,7 @@ class TensorOverlay : public gst::PairedTransform<TensorOverlay, ResultsPad> {
     names_.clear();
     painter_.reset();
     no_text_.reset();
+    forget_trails();
     try {
       if (!s.labels.empty())
         for (const auto path : split(s.labels, ";"))
@@ -122,6 +123,7 @@ class TensorOverlay : public gst::PairedTransform<TensorOverlay, ResultsPad> {
       refused_ = !parent_class()->sink_event(self(), event);
       return !refused_;
     }
+    if (GST_EVENT_TYPE(event) == GST_EVENT_FLUSH_STOP) forget_trails();
     return Paired::sink_event(event);
   }
 
@@ -163,6 +165,7 @@ class TensorOverlay : public gst::PairedTransform<TensorOverlay, ResultsPad> {
       ledger_.dropped(DropReason::Flush);
       return GST_FLOW_FLUSHING;
     }
+    follow_trails();
     if (!found_ || found_->empty() || gst::can_be_written(in)) return GST_FLOW_OK;
     auto copy = copies_.copy_of(in);
     if (!copy) return failed(copy.error());
@@ -179,7 +182,7 @@ class TensorOverlay : public gst::PairedTransform<TensorOverlay, ResultsPad> {
         no_text_.reset();
       }
       use_names_of(*found);
-      const auto drawn = video_->draw(*found, style_, buffer, &ledger_);
+      const auto drawn = video_->draw(*found, style_, &trails_, buffer, &ledger_);
       if (!drawn) return failed(drawn.error());
       ++pictures_drawn_;
       boxes_ += drawn->boxes;
@@ -209,7 +212,21 @@ class TensorOverlay : public gst::PairedTransform<TensorOverlay, ResultsPad> {
     if (s.auto_size && !has_line_width_) style_.line_width = draw::line_width_for(picture_height_);
     if (s.auto_size && !has_point_size_) style_.point_size = draw::point_size_for(picture_height_);
     style_.mask_opacity = static_cast<uint8_t>(std::lround(s.mask_opacity * 255));
+    style_.shows_zones = s.show_zones;
+    style_.has_track_colors = s.color_by == ColorBy::Track;
+    trails_.set_length(s.trail_length);
     limits_.max_age = s.max_age;
+  }
+
+  // The same results may be drawn on several pictures: they are one step of a trail.
+  void follow_trails() {
+    if (!found_ || found_ == in_trails_) return;
+    in_trails_ = found_;
+    trails_.add(*found_);
+  }
+  void forget_trails() {
+    in_trails_.reset();
+    trails_.clear();
   }
 
   // The names that came with the results count where the user gives none.
@@ -228,7 +245,9 @@ class TensorOverlay : public gst::PairedTransform<TensorOverlay, ResultsPad> {
   std::atomic<bool> has_text_size_{false}, has_line_width_{false}, has_point_size_{false};
   // Used by the streaming thread of the pictures.
   draw::Style style_;
-  uint32_t picture_height_ = 0;  // pixels; of the caps
+  draw::Trails trails_;
+  std::shared_ptr<const draw::Detections> in_trails_;  // the last that were added
+  uint32_t picture_height_ = 0;                        // pixels; of the caps
   std::optional<OverlayVideo> video_;
   // Whether the last caps were rejected: later frames do not have the earlier caps, which the base
   // class does not set again when they return.

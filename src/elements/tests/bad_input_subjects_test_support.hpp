@@ -3,7 +3,9 @@
 #pragma once
 #include <gst/gst.h>
 #include <gtest/gtest.h>
+#include <unistd.h>
 
+#include <cstring>
 #include <fstream>
 #include <functional>
 #include <ostream>
@@ -98,6 +100,17 @@ inline std::vector<uint8_t> one_region() {
   return with_header(1, {4, 1}, 1, numbers);
 }
 
+// A file with one line, written on the first call.
+inline const std::string& zones_file() {
+  static const std::string path = [] {
+    const std::string out =
+        ::testing::TempDir() + "weir-bad-input-zones-" + std::to_string(getpid()) + ".json";
+    std::ofstream(out) << R"({"version":1,"zones":[{"name":"gate","line":[[0,0],[9,0]]}]})";
+    return out;
+  }();
+  return path;
+}
+
 // Elements with one input and at most one output, in each mode that reads data differently.
 inline const std::vector<Subject>& single_input_subjects() {
   static const std::vector<Subject> all{
@@ -128,6 +141,11 @@ inline const std::vector<Subject>& single_input_subjects() {
       {"overlay", "tensor_overlay", video("NV12", 8, 4), 48, Sizes::Any},
       {"to_roi", "tensor_to_roi", video("NV12", 8, 4), 48, Sizes::Any},
       {"from_roi", "tensor_from_roi", video("NV12", 8, 4), 48, Sizes::Any},
+      // Each test replaces the frame rate at the end of the caps.
+      {"zones", "tensor_zones zones=" + zones_file(),
+       "other/tensors,weir-columns=(string)\"x1,y1,x2,y2,track\"" +
+           tensors("5:1", "float32").substr(strlen("other/tensors")),
+       20},
       {"sink", "tensor_sink", tensors("4:4", "uint8"), 16, Sizes::Any},
   };
   return all;

@@ -34,6 +34,8 @@ Status TimedTensors::handle(GstEvent* event) {
       if (auto labels = parse_labels_event(event)) {
         labels_[labels->source] = std::move(labels->labels);
         set_labels(labels_);
+      } else if (const auto zones = parse_zones_event(event)) {
+        set_zones(*zones);
       }
       break;
     case GST_EVENT_SEGMENT: {

@@ -8,6 +8,7 @@
 #include "core/records/source_labels.hpp"
 #include "core/tensor/frame_spec.hpp"
 #include "gstcpp/buffer/frame_reader.hpp"
+#include "gstcpp/element/zones_event.hpp"
 
 namespace weir::gst {
 
@@ -36,6 +37,8 @@ class TimedTensors {
   virtual void flush(bool on) = 0;         // off: a new stream starts
   // The names of classes that the stream has by now; called for new caps and for new names.
   virtual void set_labels(const records::LabelsBySource&) {}
+  // The zones of the stream.
+  virtual void set_zones(const ZonesOfSource&) {}
 
  private:
   void gap(GstEvent* event);

@@ -1,0 +1,321 @@
+// Updates stays, crossings, speeds and counts frame by frame.
+// SPDX-License-Identifier: LGPL-2.1-or-later
+#include "core/zone/zone_counter.hpp"
+
+#include <algorithm>
+#include <string>
+
+namespace weir::zone {
+namespace {
+
+constexpr double kNanoseconds = 1e9;  // of a second
+
+uint64_t key_of(const Sighting& sighting) noexcept {
+  return uint64_t{sighting.group} << 32 | sighting.track;
+}
+
+float seconds_between(int64_t from, int64_t to) noexcept {
+  return static_cast<float>(static_cast<double>(to - from) / kNanoseconds);
+}
+
+double distance(Point a, Point b) noexcept {
+  return std::hypot(a.x - b.x, a.y - b.y);
+}
+
+void enter(Counts* counts) noexcept {
+  ++counts->entered, ++counts->followed_inside;
+}
+// The classes of a zone may have lost an entry to kClassLimit.
+void leave(Counts* counts) noexcept {
+  if (counts->followed_inside == 0) return;
+  ++counts->left, --counts->followed_inside;
+}
+
+size_t index_of(Reference reference) noexcept {
+  return static_cast<size_t>(reference);
+}
+
+}  // namespace
+
+const char* name_of(EventKind kind) noexcept {
+  static constexpr const char* kNames[] = {"enter", "leave", "dwell", "forward", "backward"};
+  return kNames[static_cast<size_t>(kind)];
+}
+
+Speed Counts::mean_speed() const noexcept {
+  Speed out;
+  if (pixels_known > 0) out.pixels = static_cast<float>(pixels_sum / pixels_known);
+  if (metres_known > 0) out.metres = static_cast<float>(metres_sum / metres_known);
+  return out;
+}
+
+void ZoneCounter::set_zones(std::shared_ptr<const ZoneSet> zones) {
+  clear_frame_counts();
+  std::unordered_map<std::string, uint32_t> index_of_name;
+  for (uint32_t i = 0; i < zones->zones.size(); ++i) index_of_name[zones->zones[i].name] = i;
+  std::vector<ZoneCounts> counts(zones->zones.size());
+  constexpr uint32_t kGone = UINT32_MAX;
+  std::vector<uint32_t> new_index(counts_.size(), kGone);
+  for (size_t i = 0; i < counts_.size(); ++i) {
+    const Zone& old = zones_->zones[i];
+    const auto found = index_of_name.find(old.name);
+    if (found == index_of_name.end() || zones->zones[found->second].kind != old.kind) continue;
+    new_index[i] = found->second;
+    counts[found->second] = std::move(counts_[i]);
+  }
+  for (auto& [key, track] : tracks_) {
+    for (Stay& stay : track.stays) stay.zone = new_index[stay.zone];
+    std::erase_if(track.stays, [](const Stay& stay) { return stay.zone == kGone; });
+    std::sort(track.stays.begin(), track.stays.end(),
+              [](const Stay& a, const Stay& b) { return a.zone < b.zone; });
+  }
+  zones_ = std::move(zones);
+  counts_ = std::move(counts);
+  classes_ = 0;
+  for (const ZoneCounts& one : counts_) classes_ += one.of_class.size();
+  bounds_.clear();
+  for (const Zone& zone : zones_->zones) {
+    Bounds around{INFINITY, INFINITY, -INFINITY, -INFINITY};
+    for (const Point& p : zone.points) {
+      around.left = std::min(around.left, p.x), around.right = std::max(around.right, p.x);
+      around.top = std::min(around.top, p.y), around.bottom = std::max(around.bottom, p.y);
+    }
+    bounds_.push_back(around);
+  }
+}
+
+void ZoneCounter::clear_frame_counts() {
+  for (Counts* counts : of_frame_) {
+    counts->pixels_sum = counts->metres_sum = 0;
+    counts->pixels_known = counts->metres_known = 0;
+    counts->without_track = 0;
+  }
+  of_frame_.clear();
+}
+
+void ZoneCounter::begin_frame() {
+  ++frame_;
+  speeds_.clear();
+  presences_.clear();
+  first_presence_.clear();
+  events_.clear();
+  clear_frame_counts();
+}
+
+void ZoneCounter::update(int64_t time, std::span<const Sighting> sightings) {
+  begin_frame();
+  if (is_backward(time)) {
+    ++times_backward_;
+    forget_tracks();
+  }
+  if (time != kNoTime) now_ = time;
+  if (now_ == kNoTime) now_ = 0;
+  forget_old_tracks();
+  for (const Sighting& sighting : sightings) {
+    first_presence_.push_back(presences_.size());
+    see(sighting);
+    speeds_.push_back(speed_);
+  }
+}
+
+std::span<const Presence> ZoneCounter::presences_of(size_t sighting) const noexcept {
+  const size_t first = first_presence_[sighting];
+  const size_t end =
+      sighting + 1 < first_presence_.size() ? first_presence_[sighting + 1] : presences_.size();
+  return std::span(presences_).subspan(first, end - first);
+}
+
+void ZoneCounter::forget_old_tracks() {
+  for (auto at = tracks_.begin(); at != tracks_.end();) {
+    if (now_ - at->second.time <= settings_.max_gap) {
+      ++at;
+      continue;
+    }
+    end_track(at->first, &at->second);
+    at = tracks_.erase(at);
+  }
+}
+
+void ZoneCounter::forget_tracks() {
+  events_.clear();
+  for (auto& [key, track] : tracks_) end_track(key, &track);
+  tracks_.clear();
+  now_ = kNoTime;
+}
+
+void ZoneCounter::reset() {
+  const auto zones = zones_;
+  *this = ZoneCounter(settings_);
+  set_zones(zones);
+}
+
+void ZoneCounter::end_track(uint64_t key, Track* track) {
+  for (const Stay& stay : track->stays) {
+    count(stay.zone, stay.class_index, leave);
+    add_event({.kind = EventKind::Leave,
+               .zone = stay.zone,
+               .track = static_cast<uint32_t>(key),
+               .group = static_cast<uint32_t>(key >> 32),
+               .class_index = stay.class_index,
+               .dwell = seconds_between(stay.since, track->time)});
+  }
+  track->stays.clear();
+}
+
+// Null: the object is not followed.
+ZoneCounter::Track* ZoneCounter::find_track(const Sighting& sighting, bool* is_new) {
+  if (sighting.track == 0) return nullptr;
+  const uint64_t key = key_of(sighting);
+  const auto known = tracks_.find(key);
+  *is_new = known == tracks_.end();
+  if (!*is_new) return known->second.frame == frame_ ? nullptr : &known->second;
+  if (tracks_.size() < kTrackLimit) return &tracks_[key];
+  ++left_out_;
+  return nullptr;
+}
+
+void ZoneCounter::see(const Sighting& sighting) {
+  speed_ = {};
+  bool is_new = false;
+  Track* track = find_track(sighting, &is_new);
+  if (!track) return see_without_track(sighting);
+  const std::array<Point, kReferences> from = track->at;
+  for (size_t i = 0; i < kReferences; ++i)
+    track->at[i] = reference_point(sighting.box, sighting.rotation, static_cast<Reference>(i));
+  track->frame = frame_;
+  track->time = now_;
+  speed_ = speed_of(track, track->at[index_of(Reference::Bottom)]);
+  for (uint32_t i = 0; i < bounds_.size(); ++i) {
+    const Zone& zone = zones_->zones[i];
+    const Point to = track->at[index_of(zone.reference)];
+    const Bounds& around = bounds_[i];
+    if (zone.kind == Kind::Area) {
+      const bool may_be_inside = to.x >= around.left && to.x <= around.right &&
+                                 to.y >= around.top && to.y <= around.bottom;
+      const bool is_inside = may_be_inside && contains(zone.points, to);
+      if (is_inside || !track->stays.empty()) update_stay(i, is_inside, sighting, track);
+      continue;
+    }
+    if (is_new) continue;
+    const auto crossed =
+        crossing(zone.points[0], zone.points[1], from[index_of(zone.reference)], to);
+    if (crossed == Crossing::None) continue;
+    const bool is_forward = crossed == Crossing::Forward;
+    count(i, sighting.class_index,
+          [&](Counts* counts) { ++(is_forward ? counts->forward : counts->backward); });
+    add_event({.kind = is_forward ? EventKind::Forward : EventKind::Backward,
+               .zone = i,
+               .track = sighting.track,
+               .group = sighting.group,
+               .class_index = sighting.class_index,
+               .speed = speed_});
+  }
+}
+
+// Counts it as inside for this frame.
+void ZoneCounter::see_without_track(const Sighting& sighting) {
+  for (uint32_t i = 0; i < bounds_.size(); ++i) {
+    const Zone& zone = zones_->zones[i];
+    const Point at = reference_point(sighting.box, sighting.rotation, zone.reference);
+    if (zone.kind != Kind::Area || !contains(zone.points, at)) continue;
+    count(i, sighting.class_index, [this](Counts* counts) {
+      ++counts->without_track;
+      of_frame_.push_back(counts);
+    });
+    presences_.push_back({.zone = i});
+  }
+}
+
+void ZoneCounter::update_stay(uint32_t zone, bool is_inside, const Sighting& sighting,
+                              Track* track) {
+  auto& stays = track->stays;
+  auto stay = std::lower_bound(stays.begin(), stays.end(), zone,
+                               [](const Stay& one, uint32_t index) { return one.zone < index; });
+  const bool was_inside = stay != stays.end() && stay->zone == zone;
+  Event event{.zone = zone, .track = sighting.track, .group = sighting.group, .speed = speed_};
+  if (!is_inside) {
+    if (!was_inside) return;
+    event.kind = EventKind::Leave;
+    event.class_index = stay->class_index;
+    event.dwell = seconds_between(stay->since, now_);
+    count(zone, stay->class_index, leave);
+    stays.erase(stay);
+    return add_event(event);
+  }
+  if (!was_inside) {
+    if (stays.size() == kStayLimit) {
+      ++left_out_;
+      return;
+    }
+    stay = stays.insert(stay, {.zone = zone, .class_index = sighting.class_index, .since = now_});
+    event.class_index = stay->class_index;
+    count(zone, stay->class_index, enter);
+    add_event(event);
+  }
+  const float dwell = seconds_between(stay->since, now_);
+  presences_.push_back({zone, dwell});
+  add_speed(zone, stay->class_index, speed_);
+  const double threshold = zones_->zones[zone].dwell;
+  if (threshold <= 0 || stay->is_reported ||
+      static_cast<double>(now_ - stay->since) < threshold * kNanoseconds)
+    return;
+  stay->is_reported = true;
+  event.kind = EventKind::Dwell;
+  event.class_index = stay->class_index;
+  event.dwell = dwell;
+  add_event(event);
+}
+
+// The mean over the positions within the window, of which the newest is `pixel`.
+Speed ZoneCounter::speed_of(Track* track, Point pixel) const {
+  const auto sample = [track](size_t i) -> Sample& {
+    return track->samples[(track->oldest + i) % kSampleLimit];
+  };
+  const bool is_same_time = track->n_samples > 0 && sample(track->n_samples - 1).time == now_;
+  if (!is_same_time && track->n_samples == kSampleLimit) ++track->oldest, --track->n_samples;
+  if (!is_same_time) ++track->n_samples;
+  sample(track->n_samples - 1) = {now_, pixel};
+  while (track->n_samples > 1 && now_ - sample(0).time > settings_.speed_window)
+    ++track->oldest, --track->n_samples;
+  track->oldest %= kSampleLimit;
+  Speed out;
+  const Sample& first = sample(0);
+  if (first.time == now_) return out;
+  const double seconds = static_cast<double>(now_ - first.time) / kNanoseconds;
+  out.pixels = static_cast<float>(distance(first.pixel, pixel) / seconds);
+  if (!zones_->ground) return out;
+  const auto from = zones_->ground->to_metres(first.pixel), to = zones_->ground->to_metres(pixel);
+  if (from && to) out.metres = static_cast<float>(distance(*from, *to) / seconds);
+  return out;
+}
+
+void ZoneCounter::add_event(const Event& event) {
+  if (events_.size() < kEventLimit)
+    events_.push_back(event);
+  else
+    ++left_out_;
+}
+
+template <class Change>
+void ZoneCounter::count(uint32_t zone, int32_t class_index, const Change& change) {
+  ZoneCounts& counts = counts_[zone];
+  change(&counts.total);
+  if (class_index == kNoClass) return;
+  auto known = counts.of_class.find(class_index);
+  if (known == counts.of_class.end()) {
+    if (classes_ >= kClassLimit) return;
+    ++classes_;
+    known = counts.of_class.emplace(class_index, Counts{}).first;
+  }
+  change(&known->second);
+}
+
+void ZoneCounter::add_speed(uint32_t zone, int32_t class_index, const Speed& speed) {
+  count(zone, class_index, [this, &speed](Counts* counts) {
+    of_frame_.push_back(counts);
+    if (!std::isnan(speed.pixels)) counts->pixels_sum += speed.pixels, ++counts->pixels_known;
+    if (!std::isnan(speed.metres)) counts->metres_sum += speed.metres, ++counts->metres_known;
+  });
+}
+
+}  // namespace weir::zone

@@ -1,0 +1,328 @@
+// tensor_zones: finds the zones in which the objects of a stream of results are, and counts them.
+// SPDX-License-Identifier: LGPL-2.1-or-later
+#include <atomic>
+#include <cstring>
+
+#include "core/records/source_labels.hpp"
+#include "core/records/zoned_results.hpp"
+#include "core/tensor/tensor_header.hpp"
+#include "elements/tensor_zones/watched_zones.hpp"
+#include "elements/tensor_zones/zone_messages.hpp"
+#include "gstcpp/buffer/allocation.hpp"
+#include "gstcpp/buffer/frame_errors.hpp"
+#include "gstcpp/buffer/frame_reader.hpp"
+#include "gstcpp/buffer/tensor_caps.hpp"
+#include "gstcpp/buffer/tensor_meta.hpp"
+#include "gstcpp/buffer/tensor_pieces.hpp"
+#include "gstcpp/element/counted_transform.hpp"
+#include "gstcpp/element/labels_event.hpp"
+#include "gstcpp/element/zones_event.hpp"
+#include "gstcpp/pads/timed_tensors.hpp"
+
+namespace weir {
+namespace {
+
+using gst::Ref;
+
+class TensorZones : public gst::CountedTransform<TensorZones> {
+ public:
+  static constexpr gst::ElementInfo kInfo{
+      "WeirTensorZones", "tensor_zones", "TensorZones", "Filter/Tensor",
+      "Counts tracked objects in areas and across lines, with dwell times and speeds"};
+  static inline GstStaticPadTemplate kPads[] = {
+      GST_STATIC_PAD_TEMPLATE(
+          "sink", GST_PAD_SINK, GST_PAD_ALWAYS,
+          GST_STATIC_CAPS(WEIR_CAPS_TENSOR "; " WEIR_CAPS_TENSORS("{ static, flexible }"))),
+      GST_STATIC_PAD_TEMPLATE("src", GST_PAD_SRC, GST_PAD_ALWAYS,
+                              GST_STATIC_CAPS(WEIR_CAPS_TENSORS("flexible"))),
+  };
+  struct Settings {
+    std::string zones;
+    uint64_t max_gap = 1000000000;
+    uint32_t zones_per_object = 4;
+    std::string source = "zones";
+    bool post_messages = true;
+  };
+  static constexpr uint64_t kLongestGap = uint64_t{24} * 3600 * 1000000000;
+  static constexpr std::tuple kProperties{
+      gst::Property{"zones", &Settings::zones,
+                    "Path of a JSON file with areas and lines; it is read again when it changes",
+                    gst::Changeable::WhilePlaying},
+      gst::Property{"max-gap", &Settings::max_gap,
+                    "Nanoseconds that a track may be missing before it counts as gone",
+                    gst::Changeable::InReady, uint64_t{0}, kLongestGap},
+      gst::Property{"zones-per-object", &Settings::zones_per_object,
+                    "Maximum number of zones that the row of an object names",
+                    gst::Changeable::InReady, 1u, uint32_t{zone::kStayLimit}},
+      gst::Property{"source", &Settings::source,
+                    "Name of the source of the counts and events in the results"},
+      gst::Property{"post-messages", &Settings::post_messages,
+                    "Post an element message for each event", gst::Changeable::WhilePlaying},
+  };
+
+  Status check_change(const char* name, const Settings& wanted) const {
+    if (std::strcmp(name, "zones") != 0) return ok();
+    const auto zones = zone::read_zones(wanted.zones);
+    return zones ? ok() : Status(zones.error());
+  }
+
+  Status start() {
+    ledger_.reset();
+    for (auto* count : {&events_, &files_read_, &files_refused_, &zones_left_out_}) *count = 0;
+    now_ = settings();
+    labels_.clear();
+    zoned_.reset();
+    frames_without_tracks_ = 0;
+    has_warned_of_time_ = false;
+    counter_ = zone::ZoneCounter({.max_gap = static_cast<int64_t>(now_.max_gap)});
+    if (Status status = zones_.open(now_.zones); !status) return status;
+    use_zones();
+    publish();
+    return ok();
+  }
+
+  GstCaps* transform_caps(GstPadDirection direction, GstCaps* caps, GstCaps* filter) {
+    auto result = direction == GST_PAD_SRC ? Ref<GstCaps>::adopt(gst_pad_get_pad_template_caps(
+                                                 GST_BASE_TRANSFORM_SINK_PAD(self())))
+                                           : output_caps(caps);
+    if (!filter) return result.release();
+    return gst_caps_intersect_full(filter, result.get(), GST_CAPS_INTERSECT_FIRST);
+  }
+
+  Status set_caps(GstCaps* in, GstCaps*) {
+    auto spec = gst::fixed_spec_from_caps(in);
+    if (!spec) return spec.error();
+    input_ = *std::move(spec);
+    auto zoned = zoned_results(in);
+    if (!zoned) return zoned.error();
+    zoned_ = *std::move(zoned);
+    is_announced_ = false;
+    return ok();
+  }
+
+  gboolean sink_event(GstEvent* event) {
+    if (auto labels = gst::parse_labels_event(event))
+      labels_[labels->source] = std::move(labels->labels);
+    if (GST_EVENT_TYPE(event) == GST_EVENT_FLUSH_STOP) counter_.forget_tracks();
+    return parent_class()->sink_event(self(), event);
+  }
+
+  GstFlowReturn prepare_output_buffer(GstBuffer* in, GstBuffer** out) {
+    *out = gst_buffer_new();
+    gst_buffer_copy_into(*out, in, GST_BUFFER_COPY_METADATA, 0, static_cast<gsize>(-1));
+    return GST_FLOW_OK;
+  }
+
+  GstFlowReturn transform(GstBuffer* in, GstBuffer* out) {
+    if (!zoned_) return failed(gst::buffer_before_caps());
+    follow_zones();
+    announce();
+    const Status status = convert(in, out);
+    reader_.clear();
+    if (!status) return failed(status.error());
+    publish();
+    ledger_.consumed_and_pushed();
+    return GST_FLOW_OK;
+  }
+
+  void add_stats(GstStructure* stats) const {
+    const auto add = [stats](const char* name, uint64_t value) {
+      gst_structure_set(stats, name, G_TYPE_UINT64, value, nullptr);
+    };
+    add("zones", n_zones_);
+    add("tracks", tracks_);
+    add("events", events_);
+    add("zones-files-read", files_read_);
+    add("zones-files-refused", files_refused_);
+    add("zones-not-named", zones_left_out_);
+    add("beyond-limit", beyond_limit_);
+    add("times-backward", times_backward_);
+  }
+
+  Settings settings_;
+
+ private:
+  Result<records::ZonedResults> zoned_results(const GstCaps* caps) const {
+    const Settings s = settings();
+    return records::ZonedResults::make(
+        gst::roles_from_caps(caps), {.zones_per_object = s.zones_per_object, .source = s.source});
+  }
+
+  // For queries too: caps that cannot be used have the caps of the template; set_caps() reports the
+  // reason.
+  Ref<GstCaps> output_caps(const GstCaps* in) const {
+    auto out =
+        Ref<GstCaps>::adopt(gst_pad_get_pad_template_caps(GST_BASE_TRANSFORM_SRC_PAD(self())));
+    if (!gst_caps_is_fixed(in)) return out;
+    out = Ref<GstCaps>::adopt(gst_caps_make_writable(out.release()));
+    const GValue* rate = gst_structure_get_value(gst_caps_get_structure(in, 0), "framerate");
+    if (rate) gst_caps_set_value(out.get(), "framerate", rate);
+    const auto zoned = zoned_results(in);
+    return zoned ? gst::with_roles(std::move(out), zoned->roles()) : out;
+  }
+
+  void use_zones() {
+    counter_.set_zones(zones_.zones());
+    ++files_read_;
+    is_announced_ = false;
+    GST_CAT_INFO_OBJECT(category(), self(), "%zu zones from %s", zones_.zones()->zones.size(),
+                        now_.zones.c_str());
+  }
+  // Between two frames: a file that has changed, or another one.
+  void follow_zones() {
+    now_ = settings();
+    const auto changed = zones_.follow(now_.zones);
+    if (!changed) {
+      ++files_refused_;
+      Error error = changed.error();
+      error.what += "; the zones stay as they were";
+      return gst::post_warning(element(), error);
+    }
+    if (*changed) use_zones();
+  }
+
+  // Sends the names of the zones and the zones after caps, and after each change.
+  void announce() {
+    if (std::exchange(is_announced_, true)) return;
+    gst::LabelsOfSource names{now_.source, {}};
+    for (const zone::Zone& zone : zones_.zones()->zones) names.labels.push_back(zone.name);
+    GstPad* const pad = GST_BASE_TRANSFORM_SRC_PAD(self());
+    gst_pad_push_event(pad, gst::make_labels_event(names).release());
+    gst_pad_push_event(pad, gst::make_zones_event({now_.source, zones_.zones()->text}).release());
+  }
+
+  Status convert(GstBuffer* in, GstBuffer* out) {
+    std::vector<gst::TensorPiece> pieces;
+    if (auto status = reader_.read(in, input_); !status) return status;
+    if (!reader_.tensors().empty())
+      if (auto status = gst::append_pieces(in, input_, &ledger_, &pieces); !status) return status;
+    std::vector<records::ResultTensor> tensors;
+    for (const auto& view : reader_.tensors()) tensors.push_back({view.spec, view.payload});
+    if (auto status = zoned_->read(tensors, &sightings_); !status) return status;
+    const GstClockTime time = gst::running_time(self()->segment, GST_BUFFER_PTS(in));
+    warn_of(time);
+    counter_.update(GST_CLOCK_TIME_IS_VALID(time) ? static_cast<int64_t>(time) : zone::kNoTime,
+                    sightings_);
+    post_events(time);
+    if (tensors.empty()) return ok();
+    uint64_t unnamed = 0;
+    const auto outputs = zoned_->write(tensors, counter_, &unnamed);
+    zones_left_out_ += unnamed;
+    if (outputs.size() > kTensorLimit) return too_many_tensors(tensors.size());
+    insert_maps(in, outputs, out);
+    return append(outputs, &pieces, out);
+  }
+
+  static Error too_many_tensors(size_t count) {
+    return Error{.code = Code::LIMIT_EXCEEDED,
+                 .what = "there is no room for the counts and events of zones in a frame",
+                 .offered = std::to_string(count) + " tensors",
+                 .needed = "at most 254 tensors",
+                 .fix = "tensor_demux tensorpick=... upstream of tensor_zones"};
+  }
+
+  void warn_of(GstClockTime time) {
+    const auto has_track = [](const zone::Sighting& one) { return one.track > 0; };
+    constexpr uint32_t kFrames = 30;
+    if (std::any_of(sightings_.begin(), sightings_.end(), has_track))
+      frames_without_tracks_ = kFrames + 1;
+    else if (!sightings_.empty() && frames_without_tracks_ <= kFrames &&
+             ++frames_without_tracks_ == kFrames)
+      gst::post_warning(element(), objects_without_track());
+    const bool is_backward = counter_.is_backward(
+        GST_CLOCK_TIME_IS_VALID(time) ? static_cast<int64_t>(time) : zone::kNoTime);
+    if (has_warned_of_time_ || (GST_CLOCK_TIME_IS_VALID(time) && !is_backward)) return;
+    has_warned_of_time_ = true;
+    gst::post_warning(element(), is_backward ? time_goes_back(time) : frame_without_time());
+  }
+
+  void post_events(GstClockTime time) {
+    events_ += counter_.events().size();
+    if (!now_.post_messages) return;
+    for (const zone::Event& event : counter_.events()) {
+      const auto labels = labels_.find(zoned_->source_of(event.group));
+      post_zone_event(element(), event, counter_.zones()->zones[event.zone],
+                      labels == labels_.end() ? nullptr : &labels->second, time);
+    }
+  }
+
+  // Maps of single tensors move with their tensors.
+  static void insert_maps(GstBuffer* in, const std::vector<records::OutputTensor>& outputs,
+                          GstBuffer* out) {
+    const auto maps = gst::source_maps(in);
+    if (maps.size() < 2 || gst::maps_of(in) != gst::MapsOf::Tensors) return;
+    std::vector<SourceMap> moved;
+    size_t next = 0;
+    for (const auto& output : outputs)
+      moved.push_back(output.is_table || next == maps.size() ? maps[0] : maps[next++]);
+    gst::set_source_maps(out, std::move(moved));
+  }
+
+  Status append(const std::vector<records::OutputTensor>& outputs,
+                std::vector<gst::TensorPiece>* pieces, GstBuffer* out) {
+    std::vector<gst::TensorPiece> all;
+    for (const auto& output : outputs) {
+      if (output.input < 0) {
+        auto piece = piece_of(output);
+        if (!piece) return piece.error();
+        all.push_back(*std::move(piece));
+        continue;
+      }
+      auto& piece = (*pieces)[static_cast<size_t>(output.input)];
+      if (input_.format == Format::Flexible) {
+        all.push_back(std::move(piece));
+        continue;
+      }
+      auto with = gst::with_header(piece, &ledger_);
+      if (!with) return with.error();
+      all.push_back(*std::move(with));
+    }
+    return gst::append_tensors(all, out, &ledger_);
+  }
+
+  static Result<gst::TensorPiece> piece_of(const records::OutputTensor& tensor) {
+    const auto numbers = std::as_bytes(std::span(tensor.numbers));
+    auto memory = gst::allocate_memory(kTensorHeaderBytes + numbers.size());
+    if (!memory) return memory.error();
+    const gst::MappedMemory map(memory->get(), GST_MAP_WRITE);
+    if (!map) return gst::memory_ran_out(numbers.size());
+    TensorHeader header;
+    header.spec = tensor.spec;
+    header.format = Format::Flexible;
+    write_tensor_header(header, map.bytes().first<kTensorHeaderBytes>());
+    std::memcpy(map.bytes().data() + kTensorHeaderBytes, numbers.data(), numbers.size());
+    return gst::TensorPiece{*std::move(memory), tensor.spec};
+  }
+
+  // For `stats`, which any thread reads.
+  void publish() {
+    n_zones_ = counter_.zones()->zones.size();
+    tracks_ = counter_.tracks();
+    beyond_limit_ = counter_.left_out();
+    times_backward_ = counter_.times_backward();
+  }
+
+  // Streaming thread.
+  Settings now_;
+  FrameSpec input_;
+  std::optional<records::ZonedResults> zoned_;
+  WatchedZones zones_;
+  zone::ZoneCounter counter_;
+  records::LabelsBySource labels_;
+  bool is_announced_ = false;
+  uint32_t frames_without_tracks_ = 0;  // in a row, with objects
+  bool has_warned_of_time_ = false;
+  gst::FrameReader reader_;
+  std::vector<zone::Sighting> sightings_;
+
+  std::atomic<uint64_t> n_zones_{0}, tracks_{0}, events_{0}, files_read_{0}, files_refused_{0};
+  std::atomic<uint64_t> zones_left_out_{0}, beyond_limit_{0}, times_backward_{0};
+};
+
+}  // namespace
+
+bool register_tensor_zones(GstPlugin* plugin) {
+  return TensorZones::register_in(plugin);
+}
+
+}  // namespace weir
