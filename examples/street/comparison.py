@@ -25,19 +25,15 @@ def pairs(ours, theirs, least=0.5):
     return found, len(ours) + len(theirs) - 2 * len(found)
 
 
-def boxes(frame, tracked):
-    return [one["box"] for one in frame["detections"] if one.get("track") or not tracked]
-
-
-def compare_boxes(ours, theirs, tracked=True):
-    """Of all frames; `tracked`: only objects that have a track."""
+def compare_boxes(ours, theirs):
+    """Of the objects of all frames."""
     if len(ours) != len(theirs):
         raise ValueError(f"{len(ours)} frames against {len(theirs)}: every frame must go through both")
     matched, alone = [], 0
     for a, b in zip(ours, theirs):
         if abs(a["time"] - b["time"]) > 0.001:
             raise ValueError(f"frames of different times: {a['time']} s against {b['time']} s")
-        found, left = pairs(boxes(a, tracked), boxes(b, tracked))
+        found, left = pairs(*([one["box"] for one in frame["detections"]] for frame in (a, b)))
         matched += found
         alone += left
     if not matched:
@@ -46,6 +42,11 @@ def compare_boxes(ours, theirs, tracked=True):
             "share of 0.9": sum(value >= 0.9 for value in matched) / len(matched)}
 
 
-def counts(frames):
-    """Crossings forward and backward of each line at the end of the clip."""
-    return {zone["name"]: (zone.get("forward", 0), zone.get("backward", 0)) for zone in frames[-1]["zones"]}
+def inside(frame):
+    """How many objects are in each area."""
+    return {zone["name"]: zone["inside"] for zone in frame["zones"]}
+
+
+def equal_counts(ours, theirs):
+    """The share of frames in which all areas have as many objects in both."""
+    return sum(inside(a) == inside(b) for a, b in zip(ours, theirs, strict=True)) / len(ours)

@@ -1,6 +1,6 @@
 // The control: the same without Weir's elements, as a team would write it: one loop with OpenCV's
 // VideoCapture, which decodes in threads of its own, and its DNN module. It shares the code of the
-// tracker and of the zones with the pipeline, and the network's weights.
+// zones with the pipeline, and the network's weights.
 //
 //   street-control MODEL.onnx ZONES.json VIDEO [DRAWN.avi]
 //
@@ -26,7 +26,7 @@ int fail(const std::string& text) {
   return 1;
 }
 
-// Finds, follows, counts, writes and draws.
+// Finds, counts, writes and draws.
 class Street {
  public:
   Street(const std::string& model, std::shared_ptr<const weir::zone::ZoneSet> zones)
@@ -35,26 +35,20 @@ class Street {
   }
 
   void see(int64_t time, cv::Mat* picture) {
-    people_.clear();
+    const auto people = detector_.find(*picture, kPerson, kThreshold);
     sightings_.clear();
-    for (const auto& found : detector_.find(*picture, kPerson, kThreshold))
-      people_.push_back({.box = found.box, .score = found.score});
-    for (const auto& person : people_)
-      sightings_.push_back({.track = person.track, .class_index = kPerson, .box = person.box});
+    for (const auto& person : people)
+      sightings_.push_back({.class_index = person.class_index, .box = person.box});
     counter_.update(time, sightings_);
-    std::fputs(street::results_text(time, people_, counter_).c_str(), stdout);
+    std::fputs(street::results_text(time, people, counter_).c_str(), stdout);
     std::fflush(stdout);
-    for (const auto& person : people_)
-      drawing_.draw_box(person.box, person.track, person.score, picture);
-    drawing_.draw_trails(picture);
-    drawing_.draw_zones(counter_, picture);
+    street::draw_people(people, picture);
+    street::draw_zones(counter_, picture);
   }
 
  private:
   street::Detector detector_;
   weir::zone::ZoneCounter counter_;
-  street::Drawing drawing_;
-  std::vector<street::Person> people_;
   std::vector<weir::zone::Sighting> sightings_;
 };
 

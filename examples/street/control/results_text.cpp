@@ -6,33 +6,26 @@
 
 namespace street {
 
-std::string results_text(int64_t time, std::span<const Person> people,
+std::string results_text(int64_t time, std::span<const Detection> people,
                          const weir::zone::ZoneCounter& counter) {
   using Json = nlohmann::ordered_json;
-  Json detections = Json::array(), zones = Json::array(), events = Json::array();
-  for (const Person& person : people) {
+  Json detections = Json::array(), zones = Json::array();
+  for (const Detection& person : people) {
     Json one{{"box", {person.box.x1, person.box.y1, person.box.x2, person.box.y2}},
              {"score", person.score},
-             {"index", 0},
+             {"index", person.class_index},
              {"label", "person"}};
-    if (person.track > 0) one["track"] = person.track;
     detections.push_back(std::move(one));
   }
   const auto& known = counter.zones()->zones;
   for (size_t i = 0; i < known.size(); ++i) {
     const auto& total = counter.counts()[i].total;
-    zones.push_back(
-        {{"name", known[i].name}, {"forward", total.forward}, {"backward", total.backward}});
+    zones.push_back({{"name", known[i].name}, {"inside", total.inside()}});
   }
-  for (const auto& event : counter.events())
-    events.push_back({{"event", weir::zone::name_of(event.kind)},
-                      {"zone", known[event.zone].name},
-                      {"track", event.track}});
   const Json line{{"version", 1},
                   {"time", static_cast<double>(time) / 1e9},
                   {"detections", std::move(detections)},
-                  {"zones", std::move(zones)},
-                  {"events", std::move(events)}};
+                  {"zones", std::move(zones)}};
   return line.dump() + '\n';
 }
 

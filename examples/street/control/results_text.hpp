@@ -6,17 +6,12 @@
 #include <string>
 
 #include "core/zone/zone_counter.hpp"
+#include "detector.hpp"
 
 namespace street {
 
-struct Person {
-  weir::Box box;  // pixels of the picture
-  float score = 0;
-  uint32_t track = 0;  // 0: not followed
-};
-
 // `time` in nanoseconds. The line ends with a line feed.
-std::string results_text(int64_t time, std::span<const Person> people,
+std::string results_text(int64_t time, std::span<const Detection> people,
                          const weir::zone::ZoneCounter& counter);
 
 }  // namespace street
