@@ -16,7 +16,7 @@ MESON_FLAGS ?=
 
 export DESTDIR
 
-.PHONY: help needs-input setup setup-to-use configure configure-to-use build test demo demo-faces bench bench-mtcnn install uninstall clean distclean fuzz fuzz-keep tsan soak docs format lint models-table
+.PHONY: help needs-input setup setup-to-use configure configure-to-use build test demo demo-faces bench bench-mtcnn bench-street install uninstall clean distclean fuzz fuzz-keep tsan soak docs format lint models-table
 .NOTPARALLEL:
 
 help:
@@ -49,6 +49,10 @@ bench: build
 #: make bench-mtcnn the face detection example against its control; INPUT=clip, tables into BUILD/mtcnn
 bench-mtcnn: needs-input build
 	@examples/mtcnn/bench --build $(BUILD) --output $(BUILD)/mtcnn "$(INPUT)"
+
+#: make bench-street the street example against its control; INPUT=clip, a table into BUILD/street
+bench-street: needs-input build
+	@examples/street/bench --build $(BUILD) --output $(BUILD)/street "$(INPUT)"
 
 #: make setup       install what is missing: packages and engines (SETUP_FLAGS=--check looks only)
 setup:

@@ -112,6 +112,31 @@ TEST(TensorOverlay, CopiesSharedPicturesAndCountsThem) {
   EXPECT_EQ(b.stat("bytes-copied"), 3 * kSmall);
 }
 
+// A decoder pads its pictures, and only GstVideoMeta says where the rows are.
+TEST(TensorOverlay, CopiesOfSharedPicturesKeepTheirRows) {
+  const Both b("");
+  b.push({1, 1, 7, 6, 1, 0}, 0);
+  constexpr size_t kFirst = 64, kRow = 40;  // bytes
+  gsize offsets[GST_VIDEO_MAX_PLANES] = {kFirst};
+  gint strides[GST_VIDEO_MAX_PLANES] = {kRow};
+  const auto held = Ref<GstBuffer>::adopt(timed(frame(Bytes(kFirst + 6 * kRow)), 0));
+  gst_buffer_add_video_meta_full(held.get(), GST_VIDEO_FRAME_FLAG_NONE, GST_VIDEO_FORMAT_RGB, 8, 6,
+                                 1, offsets, strides);
+  ASSERT_EQ(gst_harness_push(b.pictures.get(), gst_buffer_ref(held.get())), GST_FLOW_OK);
+  const auto out = Ref<GstBuffer>::adopt(gst_harness_pull(b.pictures.get()));
+  EXPECT_NE(out.get(), held.get());
+  const GstVideoMeta* layout = gst_buffer_get_video_meta(out.get());
+  ASSERT_TRUE(layout);
+  EXPECT_EQ(layout->offset[0], kFirst);
+  EXPECT_EQ(layout->stride[0], static_cast<gint>(kRow));
+  const Bytes all = content(out.get());
+  Bytes rows;
+  for (size_t y = 0; y < 6; ++y)
+    for (size_t x = 0; x < 24; ++x) rows.push_back(all.at(kFirst + y * kRow + x));
+  EXPECT_EQ(rows, small_with({{1, 1, 7, 6}}));
+  EXPECT_EQ(b.stat("pictures-copied"), 1u);
+}
+
 TEST(TensorOverlay, PassesPicturesWithoutResults) {
   const Both b("");
   const auto passes = [&] {
