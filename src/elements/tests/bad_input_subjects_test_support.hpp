@@ -128,6 +128,7 @@ inline const std::vector<Subject>& single_input_subjects() {
       {"overlay", "tensor_overlay", video("NV12", 8, 4), 48, Sizes::Any},
       {"to_roi", "tensor_to_roi", video("NV12", 8, 4), 48, Sizes::Any},
       {"from_roi", "tensor_from_roi", video("NV12", 8, 4), 48, Sizes::Any},
+      {"tracker", "tensor_tracker", tensors("6:1", "float32"), 24},
       {"sink", "tensor_sink", tensors("4:4", "uint8"), 16, Sizes::Any},
   };
   return all;
