@@ -32,6 +32,7 @@
   X(tensor_sparse_enc)   \
   X(tensor_split)        \
   X(tensor_to_roi)       \
+  X(tensor_tracker)      \
   X(tensor_transform)    \
   X(tensor_zones)
 

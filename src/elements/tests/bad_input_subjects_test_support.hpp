@@ -141,6 +141,7 @@ inline const std::vector<Subject>& single_input_subjects() {
       {"overlay", "tensor_overlay", video("NV12", 8, 4), 48, Sizes::Any},
       {"to_roi", "tensor_to_roi", video("NV12", 8, 4), 48, Sizes::Any},
       {"from_roi", "tensor_from_roi", video("NV12", 8, 4), 48, Sizes::Any},
+      {"tracker", "tensor_tracker", tensors("6:1", "float32"), 24},
       // Each test replaces the frame rate at the end of the caps.
       {"zones", "tensor_zones zones=" + zones_file(),
        "other/tensors,weir-columns=(string)\"x1,y1,x2,y2,track\"" +

@@ -1,0 +1,31 @@
+// BoxMotion: a Kalman filter that predicts where a box will be, at constant velocity.
+// SPDX-License-Identifier: LGPL-2.1-or-later
+#pragma once
+#include <array>
+
+#include "weir/detection.hpp"
+
+namespace weir::track {
+
+// Centre, width and height with their velocities. The noise is that of DeepSORT and ByteTrack
+// (arXiv 2110.06864): independent for each of the four, so that each is a filter of two states.
+// Time is in steps of 1/30 s.
+class BoxMotion {
+ public:
+  explicit BoxMotion(const Box& box) noexcept;
+  // Advances by `steps`, which is not negative. `keep_size`: the size of a lost object stays.
+  void predict(double steps, bool keep_size) noexcept;
+  void correct(const Box& box) noexcept;
+  Box box() const noexcept;
+
+ private:
+  struct Axis {
+    double value = 0, speed = 0;
+    double vv = 0, vs = 0, ss = 0;  // covariance of value and speed
+  };
+  double scale() const noexcept;
+
+  std::array<Axis, 4> axes_;  // x, y of the centre, width, height
+};
+
+}  // namespace weir::track

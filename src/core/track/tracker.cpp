@@ -1,0 +1,159 @@
+// SPDX-License-Identifier: LGPL-2.1-or-later
+#include "core/track/tracker.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+
+#include "core/track/assignment.hpp"
+#include "weir/results.h"
+
+namespace weir::track {
+namespace {
+
+constexpr double kStepsPerSecond = 30;
+constexpr float kLowMatch = 0.5f;  // boxes of a low score must overlap more (ByteTrack, section 3)
+constexpr float kLargest = 1e9f;   // edges beyond it are no pixels of a picture
+
+bool can_follow(const Box& b) {
+  const auto is_edge = [](float edge) { return std::abs(edge) <= kLargest; };  // false for NaN
+  return is_edge(b.x1) && is_edge(b.y1) && is_edge(b.x2) && is_edge(b.y2) && b.area() > 0;
+}
+
+}  // namespace
+
+void Tracker::forget() noexcept {
+  tracks_.clear();
+  has_time_ = false;
+}
+
+void Tracker::predict(double seconds, const Options& options) {
+  if (has_time_ && seconds < now_) tracks_.clear();
+  const double passed = has_time_ ? std::max(seconds - now_, 0.0) : 0;
+  now_ = seconds;
+  has_time_ = true;
+  std::erase_if(tracks_, [&](const Track& t) { return seconds - t.seen > options.max_age; });
+  for (auto& t : tracks_) {
+    t.is_matched = false;
+    t.predicted = t.last;
+    if (options.mode != Mode::ByteTrack) continue;
+    t.motion.predict(passed * kStepsPerSecond, t.is_lost);
+    t.predicted = t.motion.box();
+  }
+}
+
+template <class UseTrack, class UseBox>
+void Tracker::match(std::span<const TrackedBox> boxes, Place place, float least, UseTrack use_track,
+                    UseBox use_box) {
+  std::vector<uint32_t> order;  // by the left edge, so that only boxes nearby are compared
+  float widest = 0;
+  for (uint32_t i = 0; i < boxes.size(); ++i) {
+    if (track_of_[i] != -1 || !can_follow(boxes[i].box) || !use_box(boxes[i])) continue;
+    order.push_back(i);
+    widest = std::max(widest, boxes[i].box.width());
+  }
+  const auto left = [&](uint32_t i) { return boxes[i].box.x1; };
+  std::stable_sort(order.begin(), order.end(),
+                   [&](uint32_t a, uint32_t b) { return left(a) < left(b); });
+  std::vector<Candidate> candidates;
+  for (uint32_t t = 0; t < tracks_.size(); ++t) {
+    const Track& track = tracks_[t];
+    if (track.is_matched || !use_track(track)) continue;
+    const Box& box = place == Place::Last ? track.last : track.predicted;
+    auto at = std::lower_bound(order.begin(), order.end(), box.x1 - widest,
+                               [&](uint32_t i, float x) { return left(i) < x; });
+    for (; at != order.end() && left(*at) < box.x2; ++at) {
+      if (boxes[*at].group != track.group) continue;
+      const float common = overlap(box, boxes[*at].box);
+      if (common > 0 && common >= least) candidates.push_back({t, *at, 1 - common});
+    }
+  }
+  for (const auto& pair : assign(candidates)) {
+    track_of_[pair.column] = pair.row;
+    tracks_[pair.row].is_matched = true;
+  }
+}
+
+void Tracker::begin_tracks(std::span<const TrackedBox> boxes, const Options& options) {
+  for (size_t i = 0; i < boxes.size(); ++i) {
+    if (track_of_[i] != -1 || !can_follow(boxes[i].box) || !(boxes[i].score >= options.high))
+      continue;
+    track_of_[i] = static_cast<int64_t>(tracks_.size());
+    tracks_.push_back({.motion = BoxMotion(boxes[i].box),
+                       .last = boxes[i].box,
+                       .predicted = boxes[i].box,
+                       .group = boxes[i].group,
+                       .hits = 0,
+                       .seen = now_,
+                       .is_matched = true});
+  }
+}
+
+// Numbers repeat after 2^24 - 1 of them; those in use are skipped.
+uint32_t Tracker::next_number() {
+  const auto is_used = [&](const Track& t) { return t.number == last_number_; };
+  do {
+    last_number_ = last_number_ + 1 < WEIR_RESULTS_TRACK_LIMIT ? last_number_ + 1 : 1;
+  } while (given_ >= WEIR_RESULTS_TRACK_LIMIT - 1 &&
+           std::any_of(tracks_.begin(), tracks_.end(), is_used));
+  ++given_;
+  return last_number_;
+}
+
+// Tracks without a box become lost, those without a number are removed.
+void Tracker::finish_tracks() {
+  for (auto& t : tracks_) t.is_lost = !t.is_matched;
+  std::erase_if(tracks_, [](const Track& t) { return t.is_lost && t.number == 0; });
+  const auto lost =
+      std::count_if(tracks_.begin(), tracks_.end(), [](const Track& t) { return t.is_lost; });
+  if (static_cast<size_t>(lost) <= kLostLimit) return;
+  std::vector<double> times;
+  for (const auto& t : tracks_)
+    if (t.is_lost) times.push_back(t.seen);
+  const auto oldest = times.begin() + static_cast<std::ptrdiff_t>(times.size() - kLostLimit);
+  std::nth_element(times.begin(), oldest, times.end());
+  const double kept_from = *oldest;
+  size_t surplus = times.size() - kLostLimit;
+  for (const bool at_border : {false, true})
+    std::erase_if(tracks_, [&](const Track& t) {
+      const bool goes =
+          t.is_lost && surplus > 0 && (at_border ? t.seen <= kept_from : t.seen < kept_from);
+      surplus -= goes;
+      return goes;
+    });
+}
+
+const std::vector<uint32_t>& Tracker::follow(std::span<const TrackedBox> boxes, double seconds,
+                                             const Options& options) {
+  predict(seconds, options);
+  track_of_.assign(boxes.size(), -1);
+  const auto is_high = [&](const TrackedBox& b) { return b.score >= options.high; };
+  const auto is_low = [&](const TrackedBox& b) {
+    return b.score >= options.low && b.score < options.high;
+  };
+  const auto is_numbered = [](const Track& t) { return t.number != 0; };
+  const auto is_new = [](const Track& t) { return t.number == 0; };
+  match(boxes, Place::Predicted, options.match, is_numbered, is_high);
+  if (options.mode == Mode::ByteTrack) {
+    const auto was_seen = [](const Track& t) { return t.number != 0 && !t.is_lost; };
+    match(boxes, Place::Predicted, std::max(kLowMatch, options.match), was_seen, is_low);
+    match(boxes, Place::Last, options.match, is_numbered, is_high);
+  }
+  match(boxes, Place::Predicted, options.match, is_new, is_high);
+  begin_tracks(boxes, options);
+  numbers_.assign(boxes.size(), 0);
+  for (size_t i = 0; i < boxes.size(); ++i) {
+    if (track_of_[i] < 0) continue;
+    Track& t = tracks_[static_cast<size_t>(track_of_[i])];
+    if (t.hits > 0) t.motion.correct(boxes[i].box);
+    t.hits = std::min(t.hits + 1, UINT32_MAX - 1);
+    t.last = boxes[i].box;
+    t.seen = now_;
+    if (t.number == 0 && t.hits >= options.min_hits) t.number = next_number();
+    numbers_[i] = t.number;
+  }
+  finish_tracks();
+  return numbers_;
+}
+
+}  // namespace weir::track

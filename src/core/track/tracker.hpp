@@ -1,0 +1,78 @@
+// Tracker: gives objects the same number from frame to frame, as ByteTrack does.
+//
+//   Tracker tracker;
+//   const auto& numbers = tracker.follow(boxes, seconds, {});
+// SPDX-License-Identifier: LGPL-2.1-or-later
+#pragma once
+#include <cstdint>
+#include <span>
+#include <vector>
+
+#include "core/track/motion.hpp"
+
+namespace weir::track {
+
+struct TrackedBox {
+  Box box{};
+  float score = 1;
+  int64_t group = 0;  // boxes of different groups are different objects
+};
+
+enum class Mode : int { ByteTrack, Iou };
+
+struct Options {
+  Mode mode = Mode::ByteTrack;
+  float high = 0.5f;      // least score of boxes that are matched first, and that begin tracks
+  float low = 0.1f;       // least score of boxes that continue tracks
+  float match = 0.2f;     // least intersection over union of a track and its box
+  double max_age = 1;     // seconds that a track lives without a box
+  uint32_t min_hits = 2;  // frames with a box before an object gets its number
+};
+
+// ByteTrack (arXiv 2110.06864): boxes of a high score are matched with the predicted boxes of the
+// tracks, then those of a low score with the tracks that are left. The tracks that are still left
+// are matched by their last observed box, as OC-SORT (arXiv 2203.14360) recovers them. Mode Iou
+// matches last boxes only, without prediction. Used by one thread at a time.
+class Tracker {
+ public:
+  // Lost tracks beyond this many are forgotten, those lost for the longest time first.
+  static constexpr size_t kLostLimit = 4096;
+
+  // The number of each box, in their order; 0 = none. `seconds` is the time of the frame: equal
+  // times are no motion; a time before the last one forgets all tracks. Boxes without area or that
+  // are not finite have no number. Valid until the next call.
+  const std::vector<uint32_t>& follow(std::span<const TrackedBox> boxes, double seconds,
+                                      const Options& options);
+  void forget() noexcept;  // all tracks; their numbers are not given again
+  size_t tracks() const noexcept { return tracks_.size(); }
+  uint64_t numbers_given() const noexcept { return given_; }
+
+ private:
+  struct Track {
+    BoxMotion motion;
+    Box last{}, predicted{};
+    int64_t group = 0;
+    uint32_t number = 0, hits = 1;
+    double seen = 0;
+    bool is_lost = false, is_matched = false;
+  };
+  enum class Place { Predicted, Last };
+
+  void predict(double seconds, const Options& options);
+  template <class UseTrack, class UseBox>
+  void match(std::span<const TrackedBox> boxes, Place place, float least, UseTrack use_track,
+             UseBox use_box);
+  void begin_tracks(std::span<const TrackedBox> boxes, const Options& options);
+  void finish_tracks();
+  uint32_t next_number();
+
+  std::vector<Track> tracks_;
+  std::vector<uint32_t> numbers_;
+  std::vector<int64_t> track_of_;  // of each box; -1 = none
+  double now_ = 0;
+  bool has_time_ = false;
+  uint32_t last_number_ = 0;
+  uint64_t given_ = 0;
+};
+
+}  // namespace weir::track

@@ -1,0 +1,143 @@
+// Tests of the tracker: numbers that stay with objects, and input that must not confuse it.
+// SPDX-License-Identifier: LGPL-2.1-or-later
+#include "core/track/tracker.hpp"
+
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <random>
+
+#include "core/track/assignment.hpp"
+
+namespace weir::track {
+namespace {
+
+TrackedBox at(float x, float y, float score = 0.9f, int64_t group = 0) {
+  return {{x, y, x + 40, y + 80}, score, group};
+}
+using Boxes = std::vector<TrackedBox>;
+using Numbers = std::vector<uint32_t>;
+
+TEST(Assignment, TakesTheLeastSumNotTheLeastPair) {
+  const std::vector<Candidate> all{{0, 0, 0.1f}, {0, 1, 0.2f}, {1, 0, 0.3f}, {1, 1, 0.9f}};
+  float sum = 0;
+  for (const auto& pair : assign(all)) sum += pair.cost;
+  EXPECT_FLOAT_EQ(sum, 0.5f);  // 0-1 and 1-0; greedy takes 0-0 and 1-1, 1.0
+}
+
+TEST(Assignment, IsTheBestOfAllPermutations) {
+  std::mt19937 random(1);
+  std::uniform_real_distribution<float> cost(0, 1);
+  for (int round = 0; round < 50; ++round) {
+    std::vector<Candidate> all;
+    float costs[5][5];
+    for (uint32_t i = 0; i < 5; ++i)
+      for (uint32_t j = 0; j < 5; ++j) all.push_back({i, j, costs[i][j] = cost(random)});
+    float sum = 0;
+    for (const auto& pair : assign(all)) sum += pair.cost - 1;
+    int order[] = {0, 1, 2, 3, 4};
+    float best = 0;
+    do {
+      float other = 0;
+      for (int i = 0; i < 5; ++i) other += costs[i][order[i]] - 1;
+      best = std::min(best, other);
+    } while (std::next_permutation(order, order + 5));
+    EXPECT_NEAR(sum, best, 1e-4f);
+  }
+}
+
+TEST(Tracker, NumbersStayThroughACrossing) {
+  Tracker tracker;
+  Numbers first;
+  for (int i = 0; i < 40; ++i) {
+    const float step = static_cast<float>(i) * 6;
+    const auto numbers = tracker.follow(Boxes{at(step, 100), at(240 - step, 110)}, i / 30.0, {});
+    if (i == 1) first = numbers;
+    if (i > 1) {
+      EXPECT_EQ(numbers, first) << i;
+    }
+  }
+  EXPECT_EQ(first, (Numbers{1, 2}));
+}
+
+TEST(Tracker, ANumberReturnsAfterAGap) {
+  Tracker tracker;
+  for (int i = 0; i < 30; ++i) {
+    const bool is_hidden = i >= 15 && i < 25;
+    const auto x = static_cast<float>(i) * 5;
+    const auto numbers = tracker.follow(is_hidden ? Boxes{} : Boxes{at(x, 0)}, i / 30.0, {});
+    if (!is_hidden && i > 0) {
+      EXPECT_EQ(numbers, Numbers{1}) << i;
+    }
+  }
+}
+
+TEST(Tracker, TheIouModeLosesThatObject) {
+  Tracker tracker;
+  Numbers last;
+  for (int i = 0; i < 30; ++i) {
+    const bool is_hidden = i >= 15 && i < 25;
+    const auto x = static_cast<float>(i) * 5;
+    last = tracker.follow(is_hidden ? Boxes{} : Boxes{at(x, 0)}, i / 30.0, {.mode = Mode::Iou});
+  }
+  EXPECT_EQ(last, Numbers{2});
+}
+
+TEST(Tracker, LowScoresContinueTracksAndBeginNone) {
+  Tracker tracker;
+  tracker.follow(Boxes{at(0, 0)}, 0, {});
+  tracker.follow(Boxes{at(0, 0)}, 0.1, {});
+  EXPECT_EQ(tracker.follow(Boxes{at(1, 0, 0.2f), at(500, 0, 0.2f)}, 0.2, {}), (Numbers{1, 0}));
+  EXPECT_EQ(tracker.follow(Boxes{at(1, 0, 0.2f), at(500, 0, 0.2f)}, 0.3, {}), (Numbers{1, 0}));
+  EXPECT_EQ(tracker.follow(Boxes{at(1, 0, 0.05f)}, 0.4, {}), Numbers{0});
+}
+
+TEST(Tracker, GroupsAreDifferentObjects) {
+  Tracker tracker;
+  tracker.follow(Boxes{at(0, 0)}, 0, {.min_hits = 1});
+  EXPECT_EQ(tracker.follow(Boxes{at(0, 0, 0.9f, 1)}, 0.1, {.min_hits = 1}), Numbers{2});
+}
+
+TEST(Tracker, TimeThatGoesBackOrJumpsForgetsTracks) {
+  Tracker tracker;
+  const Options at_once{.min_hits = 1};
+  EXPECT_EQ(tracker.follow(Boxes{at(0, 0)}, 5, at_once), Numbers{1});
+  EXPECT_EQ(tracker.follow(Boxes{at(0, 0)}, 5, at_once), Numbers{1});  // repeats
+  EXPECT_EQ(tracker.follow(Boxes{at(0, 0)}, 4, at_once), Numbers{2});
+  EXPECT_EQ(tracker.follow(Boxes{at(0, 0)}, 5.1, at_once), Numbers{3});  // beyond max_age
+}
+
+TEST(Tracker, BoxesThatAreNoneHaveNoNumber) {
+  Tracker tracker;
+  const float nan = std::nanf(""), inf = std::numeric_limits<float>::infinity();
+  const Boxes bad{{{nan, 0, 9, 9}}, {{0, 0, inf, 9}}, {{9, 9, 0, 0}}, {{0, 0, 9, 9}, nan}};
+  for (int i = 0; i < 3; ++i) EXPECT_EQ(tracker.follow(bad, i, {.min_hits = 1}), Numbers(4, 0));
+  EXPECT_EQ(tracker.tracks(), 0u);
+}
+
+TEST(Tracker, TenThousandBoxesAreFollowed) {
+  Tracker tracker;
+  Boxes boxes;
+  for (int i = 0; i < 10000; ++i)
+    boxes.push_back(at(static_cast<float>(i % 100) * 50, static_cast<float>(i / 100) * 90));
+  const Options at_once{.min_hits = 1};
+  const Numbers first = tracker.follow(boxes, 0, at_once);
+  EXPECT_EQ(tracker.follow(boxes, 0.03, at_once), first);
+}
+
+TEST(Tracker, ChurnLeavesABoundedNumberOfTracks) {
+  Tracker tracker;
+  std::mt19937 random(2);
+  std::uniform_real_distribution<float> place(0, 100000);
+  for (int i = 0; i < 200; ++i) {
+    Boxes boxes;
+    for (int k = 0; k < 200; ++k) boxes.push_back(at(place(random), place(random)));
+    tracker.follow(boxes, i / 30.0, {.max_age = 1000, .min_hits = 1});
+    EXPECT_LE(tracker.tracks(), Tracker::kLostLimit + 200);
+  }
+}
+
+}  // namespace
+}  // namespace weir::track

@@ -1,0 +1,327 @@
+// tensor_tracker: numbers the objects of a stream of results, the same from frame to frame.
+// SPDX-License-Identifier: LGPL-2.1-or-later
+#include <algorithm>
+#include <atomic>
+#include <cmath>
+#include <cstring>
+
+#include "core/tensor/tensor_header.hpp"
+#include "core/track/tracker.hpp"
+#include "gstcpp/buffer/allocation.hpp"
+#include "gstcpp/buffer/buffer_parts.hpp"
+#include "gstcpp/buffer/frame_parts.hpp"
+#include "gstcpp/buffer/tensor_caps.hpp"
+#include "gstcpp/element/counted_transform.hpp"
+#include "weir/results.hpp"
+
+namespace weir {
+namespace {
+enum class TrackedClasses : int { Apart, Together };
+}  // namespace
+}  // namespace weir
+
+namespace weir::gst {
+template <>
+struct EnumType<track::Mode> {
+  static GType type() {
+    static const GEnumValue values[] = {
+        {0, "Prediction, and boxes of a low score continue tracks", "bytetrack"},
+        {1, "The overlap with the last box alone", "iou"},
+        {0, nullptr, nullptr}};
+    static const GType t = g_enum_register_static("WeirTrackerMode", values);
+    return t;
+  }
+};
+template <>
+struct EnumType<TrackedClasses> {
+  static GType type() {
+    static const GEnumValue values[] = {{0, "An object keeps its class", "apart"},
+                                        {1, "The class of an object may change", "together"},
+                                        {0, nullptr, nullptr}};
+    static const GType t = g_enum_register_static("WeirTrackerClasses", values);
+    return t;
+  }
+};
+}  // namespace weir::gst
+
+namespace weir {
+namespace {
+
+using gst::Ref;
+
+Error without_rows(std::string offered) {
+  return {.code = Code::SPEC_MISMATCH,
+          .what = "tensor_tracker needs rows of results with boxes",
+          .offered = std::move(offered),
+          .needed = "a tensor whose entry in weir-columns has x1,y1,x2,y2",
+          .fix =
+              "put tensor_decoder mode=detection, which makes results of a network's outputs, "
+              "before tensor_tracker"};
+}
+
+// The columns of a stream of one tensor without weir-columns, as weir/detection.hpp defines them.
+std::string plain_columns(const FrameSpec& spec) {
+  if (spec.tensors.size() != 1 || spec.tensors[0].type != ElementType::Float32) return {};
+  const auto length = spec.tensors[0].shape[0];
+  if (length < 4 || length > WEIR_RESULTS_ROW_LIMIT || (length > 6 && length % 2 != 0)) return {};
+  std::string columns = "x1,y1,x2,y2";
+  if (length > 4) columns += ",score";
+  if (length > 5) columns += ",class";
+  if (length > 6) columns += ",xy:" + std::to_string((length - 6) / 2);
+  return columns;
+}
+
+class TensorTracker : public gst::CountedTransform<TensorTracker> {
+ public:
+  static constexpr gst::ElementInfo kInfo{"WeirTensorTracker", "tensor_tracker", "TensorTracker",
+                                          "Filter/Tensor",
+                                          "Gives objects a number that stays from frame to frame"};
+  static inline GstStaticPadTemplate kPads[] = {
+      GST_STATIC_PAD_TEMPLATE("sink", GST_PAD_SINK, GST_PAD_ALWAYS,
+                              GST_STATIC_CAPS(WEIR_CAPS_TENSOR "; " WEIR_CAPS_TENSORS(
+                                  "static") "; " WEIR_CAPS_TENSORS("flexible"))),
+      GST_STATIC_PAD_TEMPLATE("src", GST_PAD_SRC, GST_PAD_ALWAYS,
+                              GST_STATIC_CAPS(WEIR_CAPS_TENSORS("flexible"))),
+  };
+  struct Settings {
+    track::Mode mode = track::Mode::ByteTrack;
+    TrackedClasses classes = TrackedClasses::Apart;
+    float high = 0.5f, low = 0.1f, match = 0.2f;
+    uint64_t max_age = 1000000000;
+    uint32_t min_hits = 2;
+  };
+  static constexpr auto kPlaying = gst::Changeable::WhilePlaying;
+  static constexpr uint64_t kLongest = uint64_t{24} * 3600 * 1000000000;
+  static constexpr std::tuple kProperties{
+      gst::Property{"mode", &Settings::mode, "How boxes are matched with tracks", kPlaying},
+      gst::Property{"classes", &Settings::classes,
+                    "Whether objects of each class are tracked apart", kPlaying},
+      gst::Property{"high", &Settings::high,
+                    "Minimum score of boxes that are matched first and that begin tracks", kPlaying,
+                    0.0f, 1.0f},
+      gst::Property{"low", &Settings::low, "Minimum score of boxes that continue tracks", kPlaying,
+                    0.0f, 1.0f},
+      gst::Property{"match", &Settings::match,
+                    "Minimum intersection over union of a track and its box", kPlaying, 0.0f, 1.0f},
+      gst::Property{"max-age", &Settings::max_age,
+                    "Time in nanoseconds after which a track without a box is forgotten", kPlaying,
+                    uint64_t{0}, kLongest},
+      gst::Property{"min-hits", &Settings::min_hits,
+                    "Number of consecutive frames with a box before an object gets its number",
+                    kPlaying, 1u, 1000u},
+  };
+
+  Status start() {
+    ledger_.reset();
+    tracker_ = {};
+    time_ = 0;
+    tracks_ = given_ = 0;
+    return ok();
+  }
+
+  GstCaps* transform_caps(GstPadDirection direction, GstCaps* caps, GstCaps* filter) {
+    auto result = Ref<GstCaps>::adopt(gst_pad_get_pad_template_caps(
+        direction == GST_PAD_SRC ? GST_BASE_TRANSFORM_SINK_PAD(self())
+                                 : GST_BASE_TRANSFORM_SRC_PAD(self())));
+    if (direction == GST_PAD_SINK && gst_caps_is_fixed(caps)) result = output_caps(caps);
+    if (!filter) return result.release();
+    return gst_caps_intersect_full(filter, result.get(), GST_CAPS_INTERSECT_FIRST);
+  }
+
+  Status set_caps(GstCaps* in, GstCaps*) {
+    auto spec = gst::fixed_spec_from_caps(in);
+    if (!spec) return spec.error();
+    columns_.clear();
+    const std::string text = columns_text(output_roles(in, &columns_));
+    const auto has_box = [](const auto& c) { return c.kind == WEIR_RESULT_ROWS && c.box >= 0; };
+    if (std::none_of(columns_.begin(), columns_.end(), has_box))
+      return without_rows(text.empty() ? spec->to_string() : "weir-columns=" + text);
+    parts_.configure(*spec);
+    rate_ = spec->rate;
+    return ok();
+  }
+
+  GstFlowReturn prepare_output_buffer(GstBuffer* in, GstBuffer** out) {
+    *out = gst::buffer_like(in).release();
+    return GST_FLOW_OK;
+  }
+
+  GstFlowReturn transform(GstBuffer* in, GstBuffer* out) {
+    if (auto status = rewrite(in, out); !status) return failed(status.error());
+    ledger_.consumed_and_pushed();
+    return GST_FLOW_OK;
+  }
+
+  void add_stats(GstStructure* stats) const {
+    gst_structure_set(stats, "tracks", G_TYPE_UINT64, tracks_.load(), "numbers-given",
+                      G_TYPE_UINT64, given_.load(), nullptr);
+  }
+
+  Settings settings_;
+
+ private:
+  // Where the number of a box is written.
+  struct Place {
+    size_t tensor, index;
+  };
+
+  // The roles of the output; `columns` (may be null) gets those of the input.
+  static ResultRoles output_roles(const GstCaps* in, std::vector<weir_result_columns>* columns) {
+    auto roles = gst::roles_from_caps(in);
+    if (const auto spec = gst::spec_from_caps(in); roles.empty() && spec)
+      if (const auto plain = plain_columns(*spec); !plain.empty()) roles = {{plain, ""}};
+    for (auto& role : roles) {
+      const auto parsed = result_columns(role.columns, 0).value_or(weir_result_columns{});
+      if (columns) columns->push_back(parsed);
+      if (parsed.kind == WEIR_RESULT_ROWS && parsed.box >= 0 && parsed.track < 0)
+        role.columns += ",track";
+    }
+    return roles;
+  }
+  static Ref<GstCaps> output_caps(const GstCaps* in) {
+    auto caps = Ref<GstCaps>::adopt(
+        gst_caps_new_simple("other/tensors", "format", G_TYPE_STRING, "flexible", nullptr));
+    if (const auto* rate = gst_structure_get_value(gst_caps_get_structure(in, 0), "framerate"))
+      gst_caps_set_value(caps.get(), "framerate", rate);
+    return gst::with_roles(std::move(caps), output_roles(in, nullptr));
+  }
+
+  // The running time of the frame in seconds; without time-stamp, that of the frame rate (30
+  // frames per second if there is none) after the last frame.
+  double time_of(GstBuffer* in) const {
+    const auto running =
+        gst_segment_to_running_time(&self()->segment, GST_FORMAT_TIME, GST_BUFFER_PTS(in));
+    if (GST_CLOCK_TIME_IS_VALID(running)) return static_cast<double>(running) / GST_SECOND;
+    const bool has_rate = rate_.valid() && rate_.numerator > 0;
+    return time_ + (has_rate ? double(rate_.denominator) / rate_.numerator : 1.0 / 30);
+  }
+
+  Status rewrite(GstBuffer* in, GstBuffer* out) {
+    if (auto status = parts_.read(in); !status) return status;
+    rows_.resize(parts_.parts().size());
+    boxes_.clear();
+    places_.clear();
+    const Settings s = settings();
+    for (size_t i = 0; i < rows_.size(); ++i)
+      if (auto status = read_rows(in, i, s.classes); !status) return status;
+    time_ = time_of(in);
+    const auto& numbers = tracker_.follow(boxes_, time_,
+                                          {.mode = s.mode,
+                                           .high = s.high,
+                                           .low = s.low,
+                                           .match = s.match,
+                                           .max_age = static_cast<double>(s.max_age) / GST_SECOND,
+                                           .min_hits = s.min_hits});
+    for (size_t i = 0; i < numbers.size(); ++i)
+      rows_[places_[i].tensor][places_[i].index] = static_cast<float>(numbers[i]);
+    tracks_ = tracker_.tracks();
+    given_ = tracker_.numbers_given();
+    return write(in, out);
+  }
+
+  bool is_tracked(size_t tensor) const {
+    return tensor < columns_.size() && columns_[tensor].kind == WEIR_RESULT_ROWS &&
+           columns_[tensor].box >= 0;
+  }
+
+  // Copies the rows of a tensor, with a column for the track, and collects their boxes.
+  Status read_rows(GstBuffer* in, size_t tensor, TrackedClasses classes) {
+    rows_[tensor].clear();
+    if (!is_tracked(tensor)) return ok();
+    const auto& columns = columns_[tensor];
+    const auto& spec = parts_.parts()[tensor].spec;
+    if (spec.type != ElementType::Float32 || spec.shape[0] != columns.length)
+      return Error{.code = Code::SPEC_MISMATCH,
+                   .what = "tensor " + std::to_string(tensor) + " is not what weir-columns says",
+                   .offered = spec.to_string(),
+                   .needed = "float32 " + std::to_string(columns.length) + ":N",
+                   .fix = "correct weir-columns or the tensor in the upstream element"};
+    std::vector<float> input;
+    if (auto status = copy_payload(in, tensor, &input); !status) return status;
+    const size_t length = columns.length, wider = length + (columns.track < 0);
+    const size_t track = columns.track < 0 ? length : static_cast<size_t>(columns.track);
+    const size_t n = input.size() / length;
+    rows_[tensor].resize(n * wider);
+    for (size_t i = 0; i < n; ++i) {
+      const float* from = input.data() + i * length;
+      std::copy_n(from, length, rows_[tensor].data() + i * wider);
+      const ResultRow row(columns, from);
+      if (row.is_background() || row.parent() >= 0) continue;
+      const int64_t group =
+          static_cast<int64_t>(tensor) << 32 |
+          (classes == TrackedClasses::Apart ? static_cast<uint32_t>(row.class_index()) : 0u);
+      boxes_.push_back({row.box(), row.score(), group});
+      places_.push_back({tensor, i * wider + track});
+    }
+    return ok();
+  }
+
+  Status copy_payload(GstBuffer* in, size_t tensor, std::vector<float>* out) const {
+    const auto& part = parts_.parts()[tensor];
+    const size_t header = parts_.spec().format == Format::Flexible ? kTensorHeaderBytes : 0;
+    out->resize((part.size - header) / sizeof(float));
+    gst_buffer_extract(in, part.offset + header, out->data(), out->size() * sizeof(float));
+    return ok();
+  }
+
+  Status write(GstBuffer* in, GstBuffer* out) {
+    std::vector<gst::BufferPart> written;
+    for (size_t i = 0; i < rows_.size(); ++i) {
+      auto memory = memory_of(in, i);
+      if (!memory) return memory.error();
+      written.push_back({*std::move(memory), {}});
+    }
+    return gst::append_parts(written, out, [](size_t n) { return gst::allocate_memory(n); });
+  }
+
+  // The tensor of the output: new rows, or the tensor as it is, shared where it has a header.
+  Result<Ref<GstMemory>> memory_of(GstBuffer* in, size_t tensor) {
+    const auto& part = parts_.parts()[tensor];
+    const bool has_header = parts_.spec().format == Format::Flexible;
+    uint64_t copied = 0;
+    if (!is_tracked(tensor) && has_header) {
+      auto shared = gst::share_bytes(in, part.offset, part.size, &copied);
+      if (copied > 0) ledger_.copied(copied);
+      return shared;
+    }
+    TensorHeader header{.spec = part.spec, .format = Format::Flexible};
+    const auto& rows = rows_[tensor];
+    const size_t bytes = is_tracked(tensor) ? rows.size() * sizeof(float) : part.size;
+    if (is_tracked(tensor) && columns_[tensor].track < 0)
+      header.spec.shape = widened(part.spec.shape);
+    auto memory = gst::allocate_memory(kTensorHeaderBytes + bytes);
+    if (!memory) return memory;
+    const gst::MappedMemory map(memory->get(), GST_MAP_WRITE);
+    write_tensor_header(header, map.bytes().first<kTensorHeaderBytes>());
+    auto* to = map.bytes().data() + kTensorHeaderBytes;
+    if (is_tracked(tensor))
+      std::memcpy(to, rows.data(), bytes);
+    else
+      gst_buffer_extract(in, part.offset, to, bytes);
+    ledger_.copied(bytes);
+    return memory;
+  }
+  static Shape widened(Shape shape) {
+    shape[0] += 1;
+    return shape;
+  }
+
+  // Streaming thread:
+  std::vector<weir_result_columns> columns_;  // of the input
+  gst::FrameParts parts_;
+  Fraction rate_;
+  track::Tracker tracker_;
+  double time_ = 0;
+  std::vector<std::vector<float>> rows_;  // of each tensor; kept for their memory
+  std::vector<track::TrackedBox> boxes_;
+  std::vector<Place> places_;
+  std::atomic<uint64_t> tracks_{0}, given_{0};
+};
+
+}  // namespace
+
+bool register_tensor_tracker(GstPlugin* plugin) {
+  return TensorTracker::register_in(plugin);
+}
+
+}  // namespace weir
