@@ -8,9 +8,11 @@
 #include "core/tensor/tensor_header.hpp"
 #include "core/track/tracker.hpp"
 #include "gstcpp/buffer/allocation.hpp"
-#include "gstcpp/buffer/buffer_parts.hpp"
+#include "gstcpp/buffer/frame_errors.hpp"
 #include "gstcpp/buffer/frame_parts.hpp"
+#include "gstcpp/buffer/frame_reader.hpp"
 #include "gstcpp/buffer/tensor_caps.hpp"
+#include "gstcpp/buffer/tensor_pieces.hpp"
 #include "gstcpp/element/counted_transform.hpp"
 #include "weir/results.hpp"
 
@@ -136,8 +138,7 @@ class TensorTracker : public gst::CountedTransform<TensorTracker> {
     const auto has_box = [](const auto& c) { return c.kind == WEIR_RESULT_ROWS && c.box >= 0; };
     if (std::none_of(columns_.begin(), columns_.end(), has_box))
       return without_rows(text.empty() ? spec->to_string() : "weir-columns=" + text);
-    parts_.configure(*spec);
-    rate_ = spec->rate;
+    input_ = *std::move(spec);
     return ok();
   }
 
@@ -147,7 +148,9 @@ class TensorTracker : public gst::CountedTransform<TensorTracker> {
   }
 
   GstFlowReturn transform(GstBuffer* in, GstBuffer* out) {
-    if (auto status = rewrite(in, out); !status) return failed(status.error());
+    const Status status = convert(in, out);
+    reader_.clear();
+    if (!status) return failed(status.error());
     ledger_.consumed_and_pushed();
     return GST_FLOW_OK;
   }
@@ -192,18 +195,22 @@ class TensorTracker : public gst::CountedTransform<TensorTracker> {
     const auto running =
         gst_segment_to_running_time(&self()->segment, GST_FORMAT_TIME, GST_BUFFER_PTS(in));
     if (GST_CLOCK_TIME_IS_VALID(running)) return static_cast<double>(running) / GST_SECOND;
-    const bool has_rate = rate_.valid() && rate_.numerator > 0;
-    return time_ + (has_rate ? double(rate_.denominator) / rate_.numerator : 1.0 / 30);
+    const bool has_rate = input_.rate.valid() && input_.rate.numerator > 0;
+    return time_ + (has_rate ? double(input_.rate.denominator) / input_.rate.numerator : 1.0 / 30);
   }
 
-  Status rewrite(GstBuffer* in, GstBuffer* out) {
-    if (auto status = parts_.read(in); !status) return status;
-    rows_.resize(parts_.parts().size());
+  Status convert(GstBuffer* in, GstBuffer* out) {
+    if (auto status = reader_.read(in, input_); !status) return status;
+    const auto& tensors = reader_.tensors();
+    std::vector<gst::TensorPiece> pieces;
+    if (!tensors.empty())
+      if (auto status = gst::append_pieces(in, input_, &ledger_, &pieces); !status) return status;
     boxes_.clear();
     places_.clear();
+    rows_.resize(tensors.size());
     const Settings s = settings();
-    for (size_t i = 0; i < rows_.size(); ++i)
-      if (auto status = read_rows(in, i, s.classes); !status) return status;
+    for (size_t i = 0; i < tensors.size(); ++i)
+      if (auto status = read_rows(i, s.classes); !status) return status;
     time_ = time_of(in);
     const auto& numbers = tracker_.follow(boxes_, time_,
                                           {.mode = s.mode,
@@ -216,7 +223,7 @@ class TensorTracker : public gst::CountedTransform<TensorTracker> {
       rows_[places_[i].tensor][places_[i].index] = static_cast<float>(numbers[i]);
     tracks_ = tracker_.tracks();
     given_ = tracker_.numbers_given();
-    return write(in, out);
+    return append(&pieces, out);
   }
 
   bool is_tracked(size_t tensor) const {
@@ -225,27 +232,26 @@ class TensorTracker : public gst::CountedTransform<TensorTracker> {
   }
 
   // Copies the rows of a tensor, with a column for the track, and collects their boxes.
-  Status read_rows(GstBuffer* in, size_t tensor, TrackedClasses classes) {
+  Status read_rows(size_t tensor, TrackedClasses classes) {
     rows_[tensor].clear();
     if (!is_tracked(tensor)) return ok();
     const auto& columns = columns_[tensor];
-    const auto& spec = parts_.parts()[tensor].spec;
-    if (spec.type != ElementType::Float32 || spec.shape[0] != columns.length)
+    const gst::TensorView& view = reader_.tensors()[tensor];
+    if (view.spec.type != ElementType::Float32 || view.spec.shape[0] != columns.length)
       return Error{.code = Code::SPEC_MISMATCH,
                    .what = "tensor " + std::to_string(tensor) + " is not what weir-columns says",
-                   .offered = spec.to_string(),
+                   .offered = view.spec.to_string(),
                    .needed = "float32 " + std::to_string(columns.length) + ":N",
                    .fix = "correct weir-columns or the tensor in the upstream element"};
-    std::vector<float> input;
-    if (auto status = copy_payload(in, tensor, &input); !status) return status;
     const size_t length = columns.length, wider = length + (columns.track < 0);
     const size_t track = columns.track < 0 ? length : static_cast<size_t>(columns.track);
-    const size_t n = input.size() / length;
+    const size_t n = view.payload.size() / (length * sizeof(float));
     rows_[tensor].resize(n * wider);
     for (size_t i = 0; i < n; ++i) {
-      const float* from = input.data() + i * length;
-      std::copy_n(from, length, rows_[tensor].data() + i * wider);
-      const ResultRow row(columns, from);
+      float* const numbers = rows_[tensor].data() + i * wider;
+      std::memcpy(numbers, view.payload.data() + i * length * sizeof(float),
+                  length * sizeof(float));
+      const ResultRow row(columns, numbers);
       if (row.is_background() || row.parent() >= 0) continue;
       const int64_t group =
           static_cast<int64_t>(tensor) << 32 |
@@ -256,50 +262,30 @@ class TensorTracker : public gst::CountedTransform<TensorTracker> {
     return ok();
   }
 
-  Status copy_payload(GstBuffer* in, size_t tensor, std::vector<float>* out) const {
-    const auto& part = parts_.parts()[tensor];
-    const size_t header = parts_.spec().format == Format::Flexible ? kTensorHeaderBytes : 0;
-    out->resize((part.size - header) / sizeof(float));
-    gst_buffer_extract(in, part.offset + header, out->data(), out->size() * sizeof(float));
-    return ok();
+  // Rows as they were read, with their numbers; other tensors by reference where they have a
+  // header.
+  Status append(std::vector<gst::TensorPiece>* pieces, GstBuffer* out) {
+    for (size_t i = 0; i < pieces->size(); ++i) {
+      if (!is_tracked(i) && input_.format == Format::Flexible) continue;
+      auto piece = is_tracked(i) ? piece_of_rows(i) : gst::with_header((*pieces)[i], &ledger_);
+      if (!piece) return piece.error();
+      (*pieces)[i] = *std::move(piece);
+    }
+    return gst::append_tensors(*pieces, out, &ledger_);
   }
 
-  Status write(GstBuffer* in, GstBuffer* out) {
-    std::vector<gst::BufferPart> written;
-    for (size_t i = 0; i < rows_.size(); ++i) {
-      auto memory = memory_of(in, i);
-      if (!memory) return memory.error();
-      written.push_back({*std::move(memory), {}});
-    }
-    return gst::append_parts(written, out, [](size_t n) { return gst::allocate_memory(n); });
-  }
-
-  // The tensor of the output: new rows, or the tensor as it is, shared where it has a header.
-  Result<Ref<GstMemory>> memory_of(GstBuffer* in, size_t tensor) {
-    const auto& part = parts_.parts()[tensor];
-    const bool has_header = parts_.spec().format == Format::Flexible;
-    uint64_t copied = 0;
-    if (!is_tracked(tensor) && has_header) {
-      auto shared = gst::share_bytes(in, part.offset, part.size, &copied);
-      if (copied > 0) ledger_.copied(copied);
-      return shared;
-    }
-    TensorHeader header{.spec = part.spec, .format = Format::Flexible};
-    const auto& rows = rows_[tensor];
-    const size_t bytes = is_tracked(tensor) ? rows.size() * sizeof(float) : part.size;
-    if (is_tracked(tensor) && columns_[tensor].track < 0)
-      header.spec.shape = widened(part.spec.shape);
-    auto memory = gst::allocate_memory(kTensorHeaderBytes + bytes);
-    if (!memory) return memory;
+  Result<gst::TensorPiece> piece_of_rows(size_t tensor) {
+    TensorHeader header{.spec = reader_.tensors()[tensor].spec, .format = Format::Flexible};
+    if (columns_[tensor].track < 0) header.spec.shape = widened(header.spec.shape);
+    const auto numbers = std::as_bytes(std::span(rows_[tensor]));
+    auto memory = gst::allocate_memory(kTensorHeaderBytes + numbers.size());
+    if (!memory) return memory.error();
     const gst::MappedMemory map(memory->get(), GST_MAP_WRITE);
+    if (!map) return gst::memory_ran_out(numbers.size());
     write_tensor_header(header, map.bytes().first<kTensorHeaderBytes>());
-    auto* to = map.bytes().data() + kTensorHeaderBytes;
-    if (is_tracked(tensor))
-      std::memcpy(to, rows.data(), bytes);
-    else
-      gst_buffer_extract(in, part.offset, to, bytes);
-    ledger_.copied(bytes);
-    return memory;
+    std::memcpy(map.bytes().data() + kTensorHeaderBytes, numbers.data(), numbers.size());
+    ledger_.copied(numbers.size());
+    return gst::TensorPiece{*std::move(memory), header.spec};
   }
   static Shape widened(Shape shape) {
     shape[0] += 1;
@@ -308,8 +294,8 @@ class TensorTracker : public gst::CountedTransform<TensorTracker> {
 
   // Streaming thread:
   std::vector<weir_result_columns> columns_;  // of the input
-  gst::FrameParts parts_;
-  Fraction rate_;
+  FrameSpec input_;
+  gst::FrameReader reader_;
   track::Tracker tracker_;
   double time_ = 0;
   std::vector<std::vector<float>> rows_;  // of each tensor; kept for their memory
