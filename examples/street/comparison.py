@@ -44,7 +44,12 @@ def compare_boxes(ours, theirs):
 
 def inside(frame):
     """How many objects are in each area."""
-    return {zone["name"]: zone["inside"] for zone in frame["zones"]}
+    return {zone["name"]: zone["inside"] for zone in frame["zones"] if "inside" in zone}
+
+
+def crossings(frame):
+    """How many objects have crossed each line until this frame: forward, backward."""
+    return {zone["name"]: (zone["forward"], zone["backward"]) for zone in frame["zones"] if "forward" in zone}
 
 
 def equal_counts(ours, theirs):

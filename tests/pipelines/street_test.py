@@ -33,8 +33,9 @@ def load_bench():
     return module
 
 
-def frame(time, *boxes, inside=0):
-    return {"time": time, "detections": [{"box": box} for box in boxes], "zones": [{"name": "middle", "inside": inside}]}
+def frame(time, *boxes, inside=0, crossed=(0, 0)):
+    return {"time": time, "detections": [{"box": box} for box in boxes],
+            "zones": [{"name": "middle", "inside": inside}, {"name": "gate", "forward": crossed[0], "backward": crossed[1]}]}
 
 
 class Boxes(unittest.TestCase):
@@ -75,6 +76,11 @@ class Boxes(unittest.TestCase):
             comparison.equal_counts(ours, ours[1:])
 
 
+    def test_areas_and_lines_are_distinguished(self):
+        one = frame(0, inside=3, crossed=(2, 1))
+        self.assertEqual((comparison.inside(one), comparison.crossings(one)), ({"middle": 3}, {"gate": (2, 1)}))
+
+
 class Bench(unittest.TestCase):
     def test_the_ratio_is_that_of_rounds_beside_each_other(self):
         """A machine that becomes slower changes both rates; the ratios of the rounds are 2, 3 and 2."""
@@ -94,10 +100,11 @@ class Bench(unittest.TestCase):
 
     def test_what_both_found(self):
         ours = [frame(0, [0, 0, 10, 10], inside=1), frame(0.04, [0, 0, 10, 10], [90, 0, 99, 9], inside=2)]
-        theirs = [frame(0, [0, 0, 10, 10], inside=1), frame(0.04, [2, 0, 12, 10], inside=1)]
-        boxes, counts = load_bench().verdicts_of(ours, theirs)
+        theirs = [frame(0, [0, 0, 10, 10], inside=1), frame(0.04, [2, 0, 12, 10], inside=1, crossed=(0, 4))]
+        boxes, counts, gate = load_bench().verdicts_of(ours, theirs)
         self.assertEqual(boxes, "Boxes: 2 match and 1 are in one of both only; overlap 0.833 in the median, 50.0 % have at least 0.9, least 0.667.")
         self.assertEqual(counts, "Counts of all areas are equal in 50.0 % of the frames.")
+        self.assertEqual(gate, "gate: 0 forward and 0 backward; the control has 0 and 4.")
 
 
 class Refusals(unittest.TestCase):
@@ -146,11 +153,16 @@ class RealClip(unittest.TestCase):
         for one in frames:
             self.assertGreaterEqual(len(one["detections"]), 4)
             self.assertEqual({found["label"] for found in one["detections"]}, {"person"})
-            centres = [(found["box"][0] + found["box"][2]) / 2 for found in one["detections"]]
-            expected = {"left": 0, "middle": 0, "right": 0}
-            for centre in centres:
-                expected["left" if centre < 640 else "middle" if centre < 1280 else "right"] += 1
-            self.assertEqual(comparison.inside(one), expected)
+            seen = {"left": 0, "middle": 0, "right": 0}
+            for found in one["detections"]:
+                centre = (found["box"][0] + found["box"][2]) / 2
+                area = "left" if centre < 640 else "middle" if centre < 1280 else "right"
+                self.assertEqual([zone["name"] for zone in found["zones"]], [area])
+                seen[area] += 1
+            # Who is missing for less than a second is still inside.
+            inside = comparison.inside(one)
+            self.assertEqual(inside.keys(), seen.keys())
+            self.assertTrue(all(inside[area] >= seen[area] for area in seen), (inside, seen))
 
     def test_skips_what_the_network_has_no_time_for(self):
         """At the rate of the clip or faster; the frames that are left are in the order of their times."""
@@ -167,6 +179,7 @@ class RealClip(unittest.TestCase):
         self.assertEqual(done.returncode, 0, done.stderr)
         theirs = [json.loads(line) for line in done.stdout.splitlines()]
         self.assertGreater(comparison.equal_counts(ours, theirs), 0.7)
+        self.assertEqual(comparison.crossings(ours[-1]), comparison.crossings(theirs[-1]))
         found = comparison.compare_boxes(ours, theirs)
         self.assertGreater(found["median"], 0.95)
         self.assertGreater(found["share of 0.9"], 0.95)

@@ -1,6 +1,6 @@
 // The control: the same without Weir's elements, as a team would write it: one loop with OpenCV's
 // VideoCapture, which decodes in threads of its own, and its DNN module. It shares the code of the
-// zones with the pipeline, and the network's weights.
+// tracker and the zones with the pipeline, and the network's weights.
 //
 //   street-control MODEL.onnx ZONES.json VIDEO [DRAWN.avi]
 //
@@ -10,6 +10,7 @@
 #include <memory>
 #include <opencv2/videoio.hpp>
 
+#include "core/track/tracker.hpp"
 #include "core/zone/zone_file.hpp"
 #include "detector.hpp"
 #include "drawing.hpp"
@@ -26,7 +27,7 @@ int fail(const std::string& text) {
   return 1;
 }
 
-// Finds, counts, writes and draws.
+// Finds, follows, counts, writes and draws.
 class Street {
  public:
   Street(const std::string& model, std::shared_ptr<const weir::zone::ZoneSet> zones)
@@ -35,10 +36,12 @@ class Street {
   }
 
   void see(int64_t time, cv::Mat* picture) {
-    const auto people = detector_.find(*picture, kPerson, kThreshold);
+    auto people = detector_.find(*picture, kPerson, kThreshold);
+    follow(time, &people);
     sightings_.clear();
     for (const auto& person : people)
-      sightings_.push_back({.class_index = person.class_index, .box = person.box});
+      sightings_.push_back(
+          {.track = person.track, .class_index = person.class_index, .box = person.box});
     counter_.update(time, sightings_);
     std::fputs(street::results_text(time, people, counter_).c_str(), stdout);
     std::fflush(stdout);
@@ -47,7 +50,16 @@ class Street {
   }
 
  private:
+  void follow(int64_t time, std::vector<street::Detection>* people) {
+    boxes_.clear();
+    for (const auto& person : *people) boxes_.push_back({.box = person.box, .score = person.score});
+    const auto& numbers = tracker_.follow(boxes_, static_cast<double>(time) / 1e9, {});
+    for (size_t i = 0; i < people->size(); ++i) (*people)[i].track = numbers[i];
+  }
+
   street::Detector detector_;
+  weir::track::Tracker tracker_;
+  std::vector<weir::track::TrackedBox> boxes_;
   weir::zone::ZoneCounter counter_;
   std::vector<weir::zone::Sighting> sightings_;
 };

@@ -14,6 +14,7 @@ struct Detection {
   weir::Box box;  // pixels of the picture
   float score = 0;
   int class_index = 0;
+  uint32_t track = 0;  // 0 = none
 };
 
 class Detector {

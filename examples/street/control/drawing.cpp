@@ -28,7 +28,8 @@ void draw_people(std::span<const Detection> people, cv::Mat* picture) {
   for (const Detection& person : people) {
     const weir::Box& box = person.box;
     cv::rectangle(*picture, pixel(box.x1, box.y1), pixel(box.x2, box.y2), green, kLineWidth);
-    write("person " + std::to_string(std::lround(100 * person.score)) + " %",
+    const std::string number = person.track > 0 ? "#" + std::to_string(person.track) + " " : "";
+    write("person " + number + std::to_string(std::lround(100 * person.score)) + " %",
           pixel(box.x1, box.y1 - 8), green, picture);
   }
 }
@@ -39,8 +40,12 @@ void draw_zones(const weir::zone::ZoneCounter& counter, cv::Mat* picture) {
   for (size_t i = 0; i < zones.size(); ++i) {
     std::vector<cv::Point> points;
     for (const auto& point : zones[i].points) points.push_back(pixel(point.x, point.y));
-    cv::polylines(*picture, points, true, white, kLineWidth);
-    write(zones[i].name + " " + std::to_string(counter.counts()[i].total.inside()),
+    const bool is_line = zones[i].kind == weir::zone::Kind::Line;
+    cv::polylines(*picture, points, !is_line, white, kLineWidth);
+    const auto& total = counter.counts()[i].total;
+    write(zones[i].name + " " +
+              (is_line ? std::to_string(total.forward) + " " + std::to_string(total.backward)
+                       : std::to_string(total.inside())),
           points[0] + cv::Point(8, 32), white, picture);
   }
 }

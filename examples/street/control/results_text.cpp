@@ -15,12 +15,17 @@ std::string results_text(int64_t time, std::span<const Detection> people,
              {"score", person.score},
              {"index", person.class_index},
              {"label", "person"}};
+    if (person.track > 0) one["track"] = person.track;
     detections.push_back(std::move(one));
   }
   const auto& known = counter.zones()->zones;
   for (size_t i = 0; i < known.size(); ++i) {
     const auto& total = counter.counts()[i].total;
-    zones.push_back({{"name", known[i].name}, {"inside", total.inside()}});
+    if (known[i].kind == weir::zone::Kind::Line)
+      zones.push_back(
+          {{"name", known[i].name}, {"forward", total.forward}, {"backward", total.backward}});
+    else
+      zones.push_back({{"name", known[i].name}, {"inside", total.inside()}});
   }
   const Json line{{"version", 1},
                   {"time", static_cast<double>(time) / 1e9},
