@@ -116,6 +116,21 @@ class ObjectEvaluator final : public Evaluator {
                           : evaluate::overlap(truth.box, found.box);
   }
 
+  // The object of the truth that fits best among those that nothing else fits; a crowd fits many.
+  std::optional<size_t> best_truth(const PictureObjects& picture, const FoundObject& object,
+                                   const std::vector<bool>& is_found) const {
+    std::optional<size_t> best;
+    double best_similarity = kShownOverlap;
+    for (size_t t = 0; t < picture.truth.size(); ++t) {
+      if (is_found[t] && !picture.truth[t].is_crowd) continue;
+      const double value = similarity(picture.truth[t], object);
+      if (value < best_similarity) continue;
+      best_similarity = value;
+      best = t;
+    }
+    return best;
+  }
+
   // Boxes with a good score, and whether they fit an object; one each.
   void show(size_t index) {
     const PictureObjects& picture = pictures_[index];
@@ -129,17 +144,9 @@ class ObjectEvaluator final : public Evaluator {
     size_t false_found = 0, missed = 0;
     std::vector<Shape> shapes;
     for (const FoundObject* object : found) {
-      size_t best = picture.truth.size();
-      double best_similarity = kShownOverlap;
-      for (size_t t = 0; t < picture.truth.size(); ++t) {
-        if (is_found[t] && !picture.truth[t].is_crowd) continue;
-        const double value = similarity(picture.truth[t], *object);
-        if (value < best_similarity) continue;
-        best_similarity = value;
-        best = t;
-      }
-      const bool is_right = best < picture.truth.size();
-      if (is_right) is_found[best] = true;
+      const auto best = best_truth(picture, *object, is_found);
+      const bool is_right = best.has_value();
+      if (best) is_found[*best] = true;
       false_found += !is_right;
       shapes.push_back({is_right ? Shape::Kind::Right : Shape::Kind::False, object->box,
                         object->points,

@@ -75,7 +75,7 @@ class PictureRun {
     while (gst_app_src_get_current_level_buffers(GST_APP_SRC(source_.get())) >= kMostAhead)
       if (auto status = pull(kPatience); !status) return status;
     const auto picture = decode_picture(sequence_.pictures[index].path);
-    const Status accepted = picture ? handlers_.accept(index, *picture) : picture.error();
+    Status accepted = picture ? handlers_.accept(index, *picture) : picture.error();
     if (!accepted) {
       states_[index] = State::LeftOut;
       if (sequence_.is_video) return accepted;

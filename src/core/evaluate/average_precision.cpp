@@ -6,6 +6,8 @@
 #include <limits>
 #include <numeric>
 #include <optional>
+#include <set>
+#include <utility>
 
 #include "core/evaluate/similarity.hpp"
 
@@ -134,16 +136,23 @@ struct AveragePrecision::Matcher {
   }
 };
 
+namespace {
+
+std::set<size_t> categories_of(const PictureObjects& picture) {
+  std::set<size_t> out;
+  for (const auto& object : picture.truth) out.insert(object.category);
+  for (const auto& object : picture.found) out.insert(object.category);
+  return out;
+}
+
+}  // namespace
+
 AveragePrecision::AveragePrecision(std::span<const PictureObjects> pictures, size_t categories,
                                    const PrecisionSettings& settings)
     : has_key_points_(!settings.deviations.empty()), most_found_(has_key_points_ ? 20 : 100) {
   slices_.resize(kRanges, std::vector<Slice>(categories));
   for (size_t p = 0; p < pictures.size(); ++p) {
-    std::vector<bool> occurs(categories, false);
-    for (const auto& object : pictures[p].truth) occurs[object.category] = true;
-    for (const auto& object : pictures[p].found) occurs[object.category] = true;
-    for (size_t c = 0; c < categories; ++c) {
-      if (!occurs[c]) continue;
+    for (const size_t c : categories_of(pictures[p])) {
       const Matcher matcher(*this, settings, pictures[p], c);
       for (size_t range = 0; range < kRanges; ++range)
         matcher.add_to(&slices_[range][c], static_cast<uint32_t>(p), kAreas[range]);
@@ -183,15 +192,21 @@ AveragePrecision::Curve AveragePrecision::curve(const Slice& slice, size_t thres
   }
   if (recalls.empty()) return out;
   out.recall = recalls.back();
+  set_precisions(recalls, std::move(precisions), &out);
+  return out;
+}
+
+// The best precision at each of the 101 recalls or beyond it.
+void AveragePrecision::set_precisions(const std::vector<double>& recalls,
+                                      std::vector<double> precisions, Curve* curve) {
   for (size_t i = precisions.size() - 1; i > 0; --i)
     precisions[i - 1] = std::max(precisions[i - 1], precisions[i]);
   for (size_t r = 0; r < kRecalls; ++r) {
     const double wanted = r + 1 == kRecalls ? 1.0 : static_cast<double>(r) * 0.01;
     const auto at = std::lower_bound(recalls.begin(), recalls.end(), wanted);
     if (at != recalls.end())
-      out.precision[r] = precisions[static_cast<size_t>(at - recalls.begin())];
+      curve->precision[r] = precisions[static_cast<size_t>(at - recalls.begin())];
   }
-  return out;
 }
 
 AveragePrecision::Mean AveragePrecision::mean(size_t range, size_t first_threshold,

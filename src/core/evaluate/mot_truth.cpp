@@ -108,37 +108,53 @@ std::vector<double> numbers_of(std::string_view text) {
   return out;
 }
 
+// The entries of seqinfo.ini.
+class SequenceValues {
+ public:
+  SequenceValues(const std::string& path, const config::Ini& ini) : path_(path), ini_(ini) {}
+
+  std::string text(std::string_view key) const {
+    for (const auto& entry : ini_.entries)
+      if (equal_ignoring_case(entry.key, key)) return entry.value;
+    return "";
+  }
+  Result<uint32_t> number(const std::string& key, uint32_t most) const {
+    const auto parsed = parse_unsigned(text(key));
+    if (parsed && *parsed > 0 && *parsed <= most) return static_cast<uint32_t>(*parsed);
+    return invalid(path_, "the sequence has no valid " + key, key + "=" + text(key),
+                   "a whole number from 1 to " + std::to_string(most),
+                   key + "=600 in the group [Sequence]");
+  }
+  Result<double> frame_rate() const {
+    const auto rate = parse_double(text("frameRate"));
+    if (rate && *rate > 0 && *rate <= 10000) return *rate;
+    return invalid(path_, "the sequence has no valid frameRate", "frameRate=" + text("frameRate"),
+                   "frames per second, above 0", "frameRate=30 in the group [Sequence]");
+  }
+
+ private:
+  const std::string& path_;
+  const config::Ini& ini_;
+};
+
 }  // namespace
 
 Result<SequenceInfo> parse_sequence_info(const std::string& path, std::string_view text) {
   const config::Ini ini = config::parse_ini(text, path);
   if (!ini.faults.empty()) return ini.faults.front();
-  const auto value = [&](std::string_view key) -> std::string {
-    for (const auto& entry : ini.entries)
-      if (equal_ignoring_case(entry.key, key)) return entry.value;
-    return "";
-  };
-  const auto number = [&](const char* key, uint32_t most) -> Result<uint32_t> {
-    const auto parsed = parse_unsigned(value(key));
-    if (parsed && *parsed > 0 && *parsed <= most) return static_cast<uint32_t>(*parsed);
-    return invalid(path, std::string("the sequence has no valid ") + key,
-                   std::string(key) + "=" + value(key),
-                   "a whole number from 1 to " + std::to_string(most),
-                   std::string(key) + "=600 in the group [Sequence]");
-  };
+  const SequenceValues values(path, ini);
   SequenceInfo out;
-  out.name = value("name");
-  if (!value("imDir").empty()) out.folder = value("imDir");
-  if (!value("imExt").empty()) out.extension = value("imExt");
-  const auto frames = number("seqLength", kMostFrames);
+  out.name = values.text("name");
+  if (const auto folder = values.text("imDir"); !folder.empty()) out.folder = folder;
+  if (const auto extension = values.text("imExt"); !extension.empty()) out.extension = extension;
+  const auto frames = values.number("seqLength", kMostFrames);
   if (!frames) return frames.error();
-  const auto width = number("imWidth", INT16_MAX), height = number("imHeight", INT16_MAX);
+  const auto width = values.number("imWidth", INT16_MAX);
   if (!width) return width.error();
+  const auto height = values.number("imHeight", INT16_MAX);
   if (!height) return height.error();
-  const auto rate = parse_double(value("frameRate"));
-  if (!rate || !(*rate > 0 && *rate <= 10000))
-    return invalid(path, "the sequence has no valid frameRate", "frameRate=" + value("frameRate"),
-                   "frames per second, above 0", "frameRate=30 in the group [Sequence]");
+  const auto rate = values.frame_rate();
+  if (!rate) return rate.error();
   out.frames = *frames;
   out.width = *width;
   out.height = *height;

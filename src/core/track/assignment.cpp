@@ -38,40 +38,57 @@ void greedy(Pairs pairs, Pairs* out) {
   }
 }
 
-// Potentials and shortest paths over a dense matrix. Row i has a column of its own after the true
-// ones, at cost 1, which leaves it without a pair.
-std::vector<size_t> row_of_columns(const std::vector<double>& cost, size_t n, size_t m) {
-  constexpr double kInfinite = std::numeric_limits<double>::infinity();
-  std::vector<double> u(n + 1), v(m + 1), least(m + 1);
-  std::vector<size_t> row_of(m + 1), before(m + 1);
-  for (size_t row = 1; row <= n; ++row) {
-    row_of[0] = row;
-    std::fill(least.begin(), least.end(), kInfinite);
-    std::vector<bool> visited(m + 1);
+// The Hungarian algorithm: potentials, and shortest paths that give one row after another a column.
+// Rows and columns count from 1; column 0 stands for the row that is being placed.
+class Hungarian {
+ public:
+  // `cost`: n rows of m columns.
+  Hungarian(const std::vector<double>& cost, size_t n, size_t m)
+      : cost_(cost), m_(m), u_(n + 1), v_(m + 1), least_(m + 1), row_of_(m + 1), before_(m + 1) {
+    for (size_t row = 1; row <= n; ++row) place(row);
+  }
+  const std::vector<size_t>& row_of_columns() const noexcept { return row_of_; }
+
+ private:
+  void place(size_t row) {
+    row_of_[0] = row;
+    std::fill(least_.begin(), least_.end(), std::numeric_limits<double>::infinity());
+    visited_.assign(m_ + 1, false);
     size_t column = 0;
     do {
-      visited[column] = true;
-      const size_t from = row_of[column];
-      double step = kInfinite;
-      size_t next = 0;
-      for (size_t j = 1; j <= m; ++j) {
-        if (visited[j]) continue;
-        const double reduced = cost[(from - 1) * m + j - 1] - u[from] - v[j];
-        if (reduced < least[j]) least[j] = reduced, before[j] = column;
-        if (least[j] < step) step = least[j], next = j;
-      }
-      for (size_t j = 0; j <= m; ++j) {
-        if (visited[j])
-          u[row_of[j]] += step, v[j] -= step;
-        else
-          least[j] -= step;
-      }
+      visited_[column] = true;
+      const size_t next = nearest(column);
+      shift(least_[next]);
       column = next;
-    } while (row_of[column] != 0);
-    for (; column != 0; column = before[column]) row_of[column] = row_of[before[column]];
+    } while (row_of_[column] != 0);
+    for (; column != 0; column = before_[column]) row_of_[column] = row_of_[before_[column]];
   }
-  return row_of;
-}
+  // The column that is nearest to those visited, after a step from the row of `column`.
+  size_t nearest(size_t column) {
+    const size_t from = row_of_[column];
+    size_t next = 0;
+    for (size_t j = 1; j <= m_; ++j) {
+      if (visited_[j]) continue;
+      const double reduced = cost_[(from - 1) * m_ + j - 1] - u_[from] - v_[j];
+      if (reduced < least_[j]) least_[j] = reduced, before_[j] = column;
+      if (next == 0 || least_[j] < least_[next]) next = j;
+    }
+    return next;
+  }
+  void shift(double step) {
+    for (size_t j = 0; j <= m_; ++j)
+      if (visited_[j])
+        u_[row_of_[j]] += step, v_[j] -= step;
+      else
+        least_[j] -= step;
+  }
+
+  const std::vector<double>& cost_;
+  size_t m_;
+  std::vector<double> u_, v_, least_;
+  std::vector<size_t> row_of_, before_;
+  std::vector<bool> visited_;
+};
 
 void solve(const Pairs& pairs, Pairs* out) {
   std::vector<uint32_t> rows, columns;
@@ -80,11 +97,13 @@ void solve(const Pairs& pairs, Pairs* out) {
   if (std::min(rows.size(), columns.size()) > kOptimalLimit) return greedy(pairs, out);
   const size_t n = rows.size(), real = columns.size(), m = real + n;
   constexpr double kForbidden = 1e6;
+  // Row i has a column of its own after the true ones, at cost 1, which leaves it without a pair.
   std::vector<double> cost(n * m, kForbidden);
   for (const auto& p : pairs)
     cost[place_of(rows, p.row) * m + place_of(columns, p.column)] = p.cost;
   for (size_t i = 0; i < n; ++i) cost[i * m + real + i] = 1;
-  const auto row_of = row_of_columns(cost, n, m);
+  const Hungarian hungarian(cost, n, m);
+  const auto& row_of = hungarian.row_of_columns();
   for (size_t j = 0; j < real; ++j) {
     if (row_of[j + 1] == 0) continue;
     const size_t i = row_of[j + 1] - 1;

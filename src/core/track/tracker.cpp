@@ -5,7 +5,6 @@
 #include <cmath>
 #include <limits>
 
-#include "core/track/assignment.hpp"
 #include "weir/results.h"
 
 namespace weir::track {
@@ -42,31 +41,48 @@ void Tracker::predict(double seconds, const Options& options) {
   }
 }
 
+// Boxes without a track by their left edge, so that only those nearby are compared.
+struct Tracker::OpenBoxes {
+  std::vector<uint32_t> order;
+  float widest = 0;
+};
+
+template <class UseBox>
+Tracker::OpenBoxes Tracker::open_boxes(std::span<const TrackedBox> boxes, UseBox use_box) const {
+  OpenBoxes out;
+  for (uint32_t i = 0; i < boxes.size(); ++i) {
+    if (track_of_[i] != -1 || !can_follow(boxes[i].box) || !use_box(boxes[i])) continue;
+    out.order.push_back(i);
+    out.widest = std::max(out.widest, boxes[i].box.width());
+  }
+  std::stable_sort(out.order.begin(), out.order.end(),
+                   [&](uint32_t a, uint32_t b) { return boxes[a].box.x1 < boxes[b].box.x1; });
+  return out;
+}
+
+// The boxes that overlap `box` of track `number` by at least `least`.
+void Tracker::add_candidates(std::span<const TrackedBox> boxes, const OpenBoxes& open,
+                             uint32_t number, const Box& box, float least,
+                             std::vector<Candidate>* out) const {
+  auto at = std::lower_bound(open.order.begin(), open.order.end(), box.x1 - open.widest,
+                             [&](uint32_t i, float x) { return boxes[i].box.x1 < x; });
+  for (; at != open.order.end() && boxes[*at].box.x1 < box.x2; ++at) {
+    if (boxes[*at].group != tracks_[number].group) continue;
+    const float common = overlap(box, boxes[*at].box);
+    if (common > 0 && common >= least) out->push_back({number, *at, 1 - common});
+  }
+}
+
 template <class UseTrack, class UseBox>
 void Tracker::match(std::span<const TrackedBox> boxes, Place place, float least, UseTrack use_track,
                     UseBox use_box) {
-  std::vector<uint32_t> order;  // by the left edge, so that only boxes nearby are compared
-  float widest = 0;
-  for (uint32_t i = 0; i < boxes.size(); ++i) {
-    if (track_of_[i] != -1 || !can_follow(boxes[i].box) || !use_box(boxes[i])) continue;
-    order.push_back(i);
-    widest = std::max(widest, boxes[i].box.width());
-  }
-  const auto left = [&](uint32_t i) { return boxes[i].box.x1; };
-  std::stable_sort(order.begin(), order.end(),
-                   [&](uint32_t a, uint32_t b) { return left(a) < left(b); });
+  const OpenBoxes open = open_boxes(boxes, use_box);
   std::vector<Candidate> candidates;
   for (uint32_t t = 0; t < tracks_.size(); ++t) {
     const Track& track = tracks_[t];
     if (track.is_matched || !use_track(track)) continue;
-    const Box& box = place == Place::Last ? track.last : track.predicted;
-    auto at = std::lower_bound(order.begin(), order.end(), box.x1 - widest,
-                               [&](uint32_t i, float x) { return left(i) < x; });
-    for (; at != order.end() && left(*at) < box.x2; ++at) {
-      if (boxes[*at].group != track.group) continue;
-      const float common = overlap(box, boxes[*at].box);
-      if (common > 0 && common >= least) candidates.push_back({t, *at, 1 - common});
-    }
+    add_candidates(boxes, open, t, place == Place::Last ? track.last : track.predicted, least,
+                   &candidates);
   }
   for (const auto& pair : assign(candidates)) {
     track_of_[pair.column] = pair.row;

@@ -8,6 +8,7 @@
 #include <span>
 #include <vector>
 
+#include "core/track/assignment.hpp"
 #include "core/track/motion.hpp"
 
 namespace weir::track {
@@ -57,8 +58,13 @@ class Tracker {
     bool is_lost = false, is_matched = false;
   };
   enum class Place { Predicted, Last };
+  struct OpenBoxes;
 
   void predict(double seconds, const Options& options);
+  template <class UseBox>
+  OpenBoxes open_boxes(std::span<const TrackedBox> boxes, UseBox use_box) const;
+  void add_candidates(std::span<const TrackedBox> boxes, const OpenBoxes& open, uint32_t number,
+                      const Box& box, float least, std::vector<Candidate>* out) const;
   template <class UseTrack, class UseBox>
   void match(std::span<const TrackedBox> boxes, Place place, float least, UseTrack use_track,
              UseBox use_box);
