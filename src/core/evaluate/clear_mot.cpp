@@ -17,7 +17,7 @@ struct Track {
 std::vector<std::optional<size_t>> match(const NumberedFrame& frame,
                                          const std::vector<Track>& tracks) {
   constexpr double kKept = 1000;  // more than any sum of overlaps in a frame
-  Matrix values(frame.truth.size(), frame.found.size());
+  track::Matrix values(frame.truth.size(), frame.found.size());
   for (size_t t = 0; t < frame.truth.size(); ++t)
     for (size_t f = 0; f < frame.found.size(); ++f) {
       const double overlap = frame.overlaps.at(t, f);
@@ -25,7 +25,7 @@ std::vector<std::optional<size_t>> match(const NumberedFrame& frame,
       const bool is_kept = tracks[frame.truth[t]].previous == frame.found[f];
       values.at(t, f) = overlap + (is_kept ? kKept : 0);
     }
-  auto out = best_assignment(values);
+  auto out = track::best_assignment(values);
   for (size_t t = 0; t < out.size(); ++t)
     if (out[t] && values.at(t, *out[t]) == 0) out[t].reset();
   return out;

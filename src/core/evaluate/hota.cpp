@@ -17,8 +17,8 @@ double threshold_at(size_t index) noexcept {
 }
 
 // How well each track of the truth and each found one agree, by the overlaps of all their boxes.
-Matrix agreement(const NumberedSequence& numbered) {
-  Matrix out(numbered.truth_lengths.size(), numbered.found_lengths.size());
+track::Matrix agreement(const NumberedSequence& numbered) {
+  track::Matrix out(numbered.truth_lengths.size(), numbered.found_lengths.size());
   for (const NumberedFrame& frame : numbered.frames) {
     std::vector<double> of_truth(frame.truth.size()), of_found(frame.found.size());
     for (size_t t = 0; t < frame.truth.size(); ++t)
@@ -49,16 +49,16 @@ using PairCounts = std::array<double, kHotaThresholds>;
 
 std::array<HotaCounts, kHotaThresholds> hota_counts(const Sequence& sequence) {
   const NumberedSequence numbered = number_tracks(sequence);
-  const Matrix agreements = agreement(numbered);
+  const track::Matrix agreements = agreement(numbered);
   const size_t columns = agreements.columns();
   std::array<HotaCounts, kHotaThresholds> out{};
   std::unordered_map<size_t, PairCounts> pairs;  // by truth * columns + found
   for (const NumberedFrame& frame : numbered.frames) {
-    Matrix values(frame.truth.size(), frame.found.size());
+    track::Matrix values(frame.truth.size(), frame.found.size());
     for (size_t t = 0; t < frame.truth.size(); ++t)
       for (size_t f = 0; f < frame.found.size(); ++f)
         values.at(t, f) = agreements.at(frame.truth[t], frame.found[f]) * frame.overlaps.at(t, f);
-    const auto matches = best_assignment(values);
+    const auto matches = track::best_assignment(values);
     for (size_t a = 0; a < kHotaThresholds; ++a) {
       double matched = 0;
       for (size_t t = 0; t < matches.size(); ++t) {

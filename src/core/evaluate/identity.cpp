@@ -8,13 +8,13 @@ namespace weir::evaluate {
 
 IdentityCounts identity_counts(const Sequence& sequence) {
   const NumberedSequence numbered = number_tracks(sequence);
-  Matrix common(numbered.truth_lengths.size(), numbered.found_lengths.size());
+  track::Matrix common(numbered.truth_lengths.size(), numbered.found_lengths.size());
   for (const NumberedFrame& frame : numbered.frames)
     for (size_t t = 0; t < frame.truth.size(); ++t)
       for (size_t f = 0; f < frame.found.size(); ++f)
         if (frame.overlaps.at(t, f) >= kLeastOverlap) ++common.at(frame.truth[t], frame.found[f]);
   IdentityCounts out;
-  const auto pairs = best_assignment(common);
+  const auto pairs = track::best_assignment(common);
   for (size_t t = 0; t < pairs.size(); ++t)
     if (pairs[t]) out.right += common.at(t, *pairs[t]);
   const auto sum = [](const std::vector<size_t>& lengths) {

@@ -8,10 +8,10 @@
 #include <set>
 
 #include "core/config/ini.hpp"
-#include "core/evaluate/assignment.hpp"
 #include "core/evaluate/similarity.hpp"
 #include "core/evaluate/track_numbers.hpp"
 #include "core/text/text.hpp"
+#include "core/track/best_assignment.hpp"
 
 namespace weir::evaluate {
 namespace {
@@ -181,14 +181,14 @@ TrackedFrame without_neutral(const TruthTracks& truth, std::vector<TrackedBox> f
   TrackedFrame out{truth.counted, {}};
   std::vector<TrackedBox> all = truth.counted;
   all.insert(all.end(), truth.neutral.begin(), truth.neutral.end());
-  Matrix overlaps(all.size(), found.size());
+  track::Matrix overlaps(all.size(), found.size());
   for (size_t t = 0; t < all.size(); ++t)
     for (size_t f = 0; f < found.size(); ++f) {
       const double value = overlap(all[t].box, found[f].box);
       overlaps.at(t, f) = value >= kLeastOverlap ? value : 0;
     }
   std::vector<bool> is_neutral(found.size(), false);
-  const auto matches = best_assignment(overlaps);
+  const auto matches = track::best_assignment(overlaps);
   for (size_t t = truth.counted.size(); t < all.size(); ++t)
     if (matches[t] && overlaps.at(t, *matches[t]) > 0) is_neutral[*matches[t]] = true;
   for (size_t f = 0; f < found.size(); ++f)

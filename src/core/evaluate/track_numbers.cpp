@@ -33,7 +33,7 @@ NumberedSequence number_tracks(const Sequence& sequence) {
   NumberedSequence out;
   Numbers truth, found;
   for (const TrackedFrame& frame : sequence) {
-    Matrix overlaps(frame.truth.size(), frame.found.size());
+    track::Matrix overlaps(frame.truth.size(), frame.found.size());
     for (size_t t = 0; t < frame.truth.size(); ++t)
       for (size_t f = 0; f < frame.found.size(); ++f)
         overlaps.at(t, f) = overlap(frame.truth[t].box, frame.found[f].box);

@@ -5,8 +5,8 @@
 #include <cstddef>
 #include <vector>
 
-#include "core/evaluate/assignment.hpp"
 #include "core/evaluate/tracking.hpp"
+#include "core/track/best_assignment.hpp"
 
 namespace weir::evaluate {
 
@@ -15,7 +15,7 @@ inline constexpr double kLeastOverlap = 0.5;
 
 struct NumberedFrame {
   std::vector<size_t> truth, found;  // tracks of the boxes, from 0
-  Matrix overlaps;                   // a row for each box of the truth
+  track::Matrix overlaps;            // a row for each box of the truth
 };
 
 struct NumberedSequence {

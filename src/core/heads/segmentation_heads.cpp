@@ -88,7 +88,7 @@ class DeepLab final : public MapHead {
  public:
   DeepLab(const Pixels& pixels, ScoreKind kind, float threshold)
       : MapHead(pixels), kind_(kind), threshold_(threshold) {}
-  // A map of one score a pixel has two classes, of which the background needs no name.
+  // A map of one score a pixel has two classes; the background needs no name.
   size_t classes() const noexcept override { return pixels_.classes; }
 
  private:

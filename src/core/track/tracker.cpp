@@ -11,7 +11,7 @@ namespace weir::track {
 namespace {
 
 constexpr double kStepsPerSecond = 30;
-constexpr float kLowMatch = 0.5f;  // boxes of a low score must overlap more (ByteTrack, section 3)
+constexpr float kLowMatch = 0.5f;  // boxes of a low score must overlap more, as in ByteTrack's code
 constexpr float kLargest = 1e9f;   // edges beyond it are no pixels of a picture
 
 bool can_follow(const Box& b) {

@@ -26,8 +26,8 @@ bool contains(std::span<const Point> polygon, Point at) noexcept;
 enum class Crossing { None, Forward, Backward };
 // Whether a move crosses the line from `a` to `b`. Forward: to the right-hand side of someone who
 // stands at `a` and looks to `b`, as seen in the picture. A point on the line is on the right-hand
-// side. The line includes `a` and not `b`, so that a move through the common end of two lines, one
-// behind the other, crosses exactly one.
+// side. The line includes `a` and not `b`, so that a move through an end that two lines share
+// crosses exactly one.
 Crossing crossing(Point a, Point b, Point from, Point to) noexcept;
 
 // A projective map (homography) from pixels to metres on the ground.

@@ -266,7 +266,7 @@ void ZoneCounter::update_stay(uint32_t zone, bool is_inside, const Sighting& sig
   add_event(event);
 }
 
-// The mean over the positions within the window, of which the newest is `pixel`.
+// The mean over the positions within the window; the newest is `pixel`.
 Speed ZoneCounter::speed_of(Track* track, Point pixel) const {
   const auto sample = [track](size_t i) -> Sample& {
     return track->samples[(track->oldest + i) % kSampleLimit];

@@ -1,6 +1,6 @@
 // best_assignment against every permutation.
 // SPDX-License-Identifier: LGPL-2.1-or-later
-#include "core/evaluate/assignment.hpp"
+#include "core/track/best_assignment.hpp"
 
 #include <gtest/gtest.h>
 
@@ -8,7 +8,7 @@
 #include <numeric>
 #include <random>
 
-namespace weir::evaluate {
+namespace weir::track {
 namespace {
 
 Matrix matrix(const std::vector<std::vector<double>>& rows) {
@@ -77,4 +77,4 @@ TEST(Assignment, IsAsGoodAsTheBestPermutation) {
 }
 
 }  // namespace
-}  // namespace weir::evaluate
+}  // namespace weir::track

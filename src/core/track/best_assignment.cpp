@@ -1,10 +1,10 @@
 // Adds one row after the other by the shortest augmenting path (Jonker and Volgenant, 1987).
 // SPDX-License-Identifier: LGPL-2.1-or-later
-#include "core/evaluate/assignment.hpp"
+#include "core/track/best_assignment.hpp"
 
 #include <limits>
 
-namespace weir::evaluate {
+namespace weir::track {
 namespace {
 
 constexpr size_t kNone = SIZE_MAX;
@@ -93,4 +93,4 @@ std::vector<std::optional<size_t>> best_assignment(const Matrix& values) {
   return out;
 }
 
-}  // namespace weir::evaluate
+}  // namespace weir::track

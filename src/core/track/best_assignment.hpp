@@ -7,7 +7,7 @@
 #include <optional>
 #include <vector>
 
-namespace weir::evaluate {
+namespace weir::track {
 
 class Matrix {
  public:
@@ -27,4 +27,4 @@ class Matrix {
 // smaller side and to the larger one.
 std::vector<std::optional<size_t>> best_assignment(const Matrix& values);
 
-}  // namespace weir::evaluate
+}  // namespace weir::track
