@@ -44,7 +44,7 @@ done
         build = self.root / "build"
         build.mkdir()
         entries = [{"directory": str(build), "file": f"../src/{name}.cpp", "output": f"{name}.o",
-                    "command": f"c++ -O2 -fvect-cost-model=dynamic -fno-var-tracking-assignments -g1 -o {name}.o -c ../src/{name}.cpp"} for name in ("one", "two", "one_test")]
+                    "command": f"c++ -O2 -fvect-cost-model=dynamic -g1 -o {name}.o -c ../src/{name}.cpp"} for name in ("one", "two", "one_test")]
         (build / "compile_commands.json").write_text(json.dumps(entries))
         programs = self.root / "programs"
         programs.mkdir()
