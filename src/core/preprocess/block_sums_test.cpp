@@ -169,23 +169,5 @@ TEST(BlockSums, AreBlendedWithTheWeightsOfTheirRows) {
       });
 }
 
-TEST(BlockSums, AreAddedUpAndShifted) {
-  constexpr size_t kStride = 150, kMostRows = 8;
-  std::mt19937 random(8);
-  std::vector<uint16_t> numbers(kStride * kMostRows + 2 * kRowBlock);
-  for (auto& number : numbers) number = static_cast<uint16_t>(random() % 1021);  // 4 * 255
-  numbers[0] = 1020;
-  for (const auto& [count, shift] : {std::pair{1u, 5u}, {2u, 4u}, {3u, 3u}, {8u, 2u}})
-    for_each_target([&] {
-      std::vector<int16_t> out(padded(kStride));
-      add_sums({numbers.data(), kStride, count}, kStride, shift, out.data());
-      for (size_t i = 0; i < kStride; ++i) {
-        int sum = 0;
-        for (size_t k = 0; k < count; ++k) sum += numbers[k * kStride + i];
-        ASSERT_EQ(out[i], sum << shift) << count << " rows, " << i;
-      }
-    });
-}
-
 }  // namespace
 }  // namespace weir::preprocess

@@ -7,7 +7,6 @@
 #include <cstring>
 #include <string>
 
-#include "core/preprocess/pair_kernels.hpp"
 #include "core/preprocess/plan_tables.hpp"
 #include "core/preprocess/sum_kernels.hpp"
 #include "core/preprocess/tap_kernels.hpp"
@@ -75,15 +74,6 @@ class PlanRun {
     return ok();
   }
 
-  // Prepares what all rows share. The units are powers of two, so scaling the factors is exact.
-  void begin() noexcept {
-    colors_ = t_.colors;
-    for (size_t s = 0; s < colors_.samples; ++s) {
-      in_[s] = lane_row(t_.lane_of_sample[s]);
-      for (auto& channel : colors_.of) channel[s] *= in_[s].unit();
-    }
-  }
-
   void row(uint32_t y) noexcept {
     const Rect& content = t_.placement.content;
     const bool padded_only = y < content.y || y >= content.y + content.height;
@@ -136,10 +126,7 @@ class PlanRun {
         w_.rows[k] = row_at(grid.rows.first(target) + k);
         w_.next_rows[k] = row_at(std::min<size_t>(next + k, grid.rows.high() - 1));
       }
-      if (grid.paired)
-        resize_pairs(grid, b, target);
-      else
-        resize_taps(grid, b, target);
+      resize_taps(grid, b, target);
     }
   }
 
@@ -156,13 +143,6 @@ class PlanRun {
     return out;
   }
 
-  void resize_pairs(const Grid& grid, size_t band, uint32_t target) noexcept {
-    const auto weights = grid.rows.weights(target);
-    std::byte* const pairs[2] = {w_.pairs[0].data(), w_.pairs[1].data()};
-    const int16_t below = weights.size() == 2 ? pair_share(double{weights[1]}) : int16_t{0};
-    blend_pairs(source_rows(weights.size()), grid.pairs, below, pairs, w_.samples[band].data());
-  }
-
   void resize_sums(const Grid& grid, size_t band, uint32_t target) noexcept {
     const auto sums = std::find_if(sums_.all.begin(), sums_.all.end(), [&](const BlockSums& one) {
       return one.samples() == grid.summed(t_.bands[band].plane);
@@ -170,7 +150,6 @@ class PlanRun {
     const auto weights = grid.rows.weights(target);
     const size_t block = grid.sums.block;
     const SummedRows rows = sums->of_rows(grid.rows.first(target), weights.size(), block);
-    if (grid.sums.few) return add_few(grid, rows, w_.samples[band].data());
     // A power of two, so the products are exact.
     const float share = 1.0f / static_cast<float>(block * counted(grid.cosited));
     const auto weight = [&](size_t row) {
@@ -189,14 +168,6 @@ class PlanRun {
   void scale_last(const Grid& grid, const std::array<float*, 4>& lanes) const noexcept {
     if (grid.sums.last_scale == 1) return;
     for (size_t l = 0; l < grid.sampling.step; ++l) lanes[l][count() - 1] *= grid.sums.last_scale;
-  }
-
-  void add_few(const Grid& grid, const SummedRows& rows, int16_t* out) noexcept {
-    const size_t step = grid.sampling.step;
-    add_sums(rows, count() * step, grid.sums.shift, out);
-    if (grid.sums.last_scale == 1) return;
-    for (size_t i = (count() - 1) * step; i < count() * step; ++i)
-      out[i] = static_cast<int16_t>(static_cast<float>(out[i]) * grid.sums.last_scale + 0.5f);
   }
 
   void blend_whole(const Grid& grid, const SumBlend& blend,
@@ -221,13 +192,6 @@ class PlanRun {
                    grid.taps, count(), w_.lanes[l].data());
   }
 
-  LaneRow lane_row(size_t lane) const noexcept {
-    const LaneSource& of = t_.lanes[lane];
-    const Grid& grid = t_.grids[t_.bands[of.band].grid];
-    if (grid.lanes() == 0) return {w_.lanes[lane].data()};
-    return {nullptr, w_.samples[of.band].data(), grid.lanes(), of.offset};
-  }
-
   // Writes floats directly to the tensor; streamed floats and all other types go through w_.lanes.
   void write(uint32_t y) noexcept {
     const uint32_t x = t_.placement.content.x;
@@ -238,7 +202,9 @@ class PlanRun {
     for (size_t c = 0; c < p_.channels(); ++c)
       to.rows[c] = direct ? reinterpret_cast<float*>(place(c, x, y)) : w_.lanes[c].data();
     constexpr NumberRule kAsTheyAre[3];
-    finish_row(in_, colors_, floats_ ? t_.numbers.data() : kAsTheyAre, to, count());
+    const float* in[3] = {};
+    for (size_t s = 0; s < t_.colors.samples; ++s) in[s] = w_.lanes[t_.lane_of_sample[s]].data();
+    finish_row(in, t_.colors, floats_ ? t_.numbers.data() : kAsTheyAre, to, count());
     if (direct) return;
     const void* rows[3] = {};
     for (size_t c = 0; c < p_.channels(); ++c) {
@@ -260,8 +226,6 @@ class PlanRun {
   Workspace& w_;
   const FrameSums& sums_;
   const RowOptions& options_;
-  LaneRow in_[3];
-  ColorTransform colors_;
   const bool floats_;  // the tensor is float32 and aligned for it
 };
 
@@ -307,15 +271,10 @@ void Plan::grow(Workspace* w) const {
     if (memory->size() < size) memory->resize(size);
   };
   const size_t count = padded(tables_->placement.content.width);
-  at_least(&w->samples, tables_->bands.size());
   for (const Grid& grid : tables_->grids) {
     at_least(&w->rows, grid.rows.most_weights());
     at_least(&w->next_rows, grid.rows.most_weights());
-    for (auto& samples : w->samples) at_least(&samples, count * grid.lanes());
-    if (!grid.paired)
-      at_least(&w->blended, padded(grid.bytes) + kRowBlock);
-    else
-      for (auto& pairs : w->pairs) at_least(&pairs, pairs_memory(count, grid.sampling.step));
+    at_least(&w->blended, padded(grid.bytes) + kRowBlock);
   }
   at_least(&w->lanes, 4);
   for (auto& lane : w->lanes) at_least(&lane, count);
@@ -383,7 +342,6 @@ Status Plan::run_rows(const Planes& planes, std::span<std::byte> out, uint32_t f
     of.make(reinterpret_cast<const uint8_t*>(plane.memory.data()) + plane.offset, plane.stride,
             end_of(grid, bottom));
   });
-  run.begin();
   const uint32_t height = preparation().height;
   for (uint32_t y = first; y < height && y - first < count; ++y) run.row(y);
   return ok();

@@ -53,8 +53,6 @@ class Workspace {
   friend class Plan;
   RowMemory<float> blended;
   std::vector<RowMemory<float>> lanes;  // the last one receives unused lanes
-  RowMemory<std::byte> pairs[2];
-  std::vector<RowMemory<int16_t>> samples;  // one for each band
   std::vector<RowMemory<std::byte>> numbers;
   std::vector<const uint8_t*> rows, next_rows;
   FrameSums sums;

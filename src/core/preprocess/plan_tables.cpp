@@ -105,10 +105,6 @@ void lay_sums(Grid* grid, const Preparation& p, const Placement& place, const La
     const auto of_last = static_cast<float>((grid->high - grid->low) / grid->columns.targets());
     grid->sums.last_scale = of_last / (of_last - 0.25f);
   }
-  const size_t samples = rows * block * counted(grid->cosited);
-  grid->sums.few = grid->sums.whole && rows > 0 && samples <= kSampleScale;
-  if (grid->sums.few)
-    grid->sums.shift = static_cast<unsigned>(std::countr_zero(kSampleScale / samples));
 }
 
 void lay(Grid* grid, const Preparation& p, const Placement& place, const Lane& lane) {
@@ -123,20 +119,16 @@ void lay(Grid* grid, const Preparation& p, const Placement& place, const Lane& l
   grid->sampling = lane;
   grid->first_byte = size_t{x.low()} * lane.step;
   grid->bytes = size_t{x.high() - x.low()} * lane.step;
-  grid->paired = x.most_weights() <= 2 && grid->rows.most_weights() <= 2 && x.high() - x.low() >= 2;
   grid->cosited = columns.halved && columns.cosited;
   grid->sums = {};
-  if (!grid->paired) grid->sums.block = block_of(p, place, lane);
+  grid->sums.block = block_of(p, place, lane);
   if (grid->sums.block > 1) {
     const auto blocks = static_cast<uint32_t>(grid->sums.block);
     x.lay(p.resize, {grid->low / blocks, (grid->high - grid->low) / blocks, place.content.width},
           {});
     lay_sums(grid, p, place, lane);
   }
-  if (grid->paired)
-    grid->pairs.lay(x, lane.step);
-  else
-    lay_taps(grid);
+  lay_taps(grid);
 }
 
 template <class Element>

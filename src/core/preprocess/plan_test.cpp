@@ -114,8 +114,7 @@ TEST(Plan, ResizesAnyPartLikeTheFormulas) {
   }
 }
 
-// Luma of four samples and chroma of two, which take different code paths, at a width where the
-// lanes of one vector come from two windows of a row.
+// Luma of four samples and chroma of two, and rows longer than a vector.
 TEST(Plan, MixesLanesOfDifferentKinds) {
   for (const char* format : {"NV12", "NV21", "I420", "YV12", "YUY2", "UYVY"}) {
     const Pixels pixels(format, 40, 32, 5, 3);

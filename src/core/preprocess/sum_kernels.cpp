@@ -207,17 +207,6 @@ void AddRows(const SumRows& rows, size_t step, std::span<SumLevel> levels) {
   }
 }
 
-void AddSums(const SummedRows& in, size_t elements, unsigned shift, int16_t* out) {
-  const hn::ScalableTag<uint16_t> d;
-  const hn::RebindToSigned<decltype(d)> to;
-  for (size_t i = 0; i < elements; i += hn::Lanes(d)) {
-    auto sum = hn::LoadU(d, in.rows + i);
-    for (size_t k = 1; k < in.count; ++k)
-      sum = hn::Add(sum, hn::LoadU(d, in.rows + k * in.stride + i));
-    hn::StoreU(hn::BitCast(to, hn::ShiftLeftSame(sum, static_cast<int>(shift))), to, out + i);
-  }
-}
-
 #if HWY_TARGET == HWY_SCALAR  // no vector holds the lanes of two blocks
 
 void BlendSums(const SumBlend& blend, size_t step, size_t blocks, float* const* out) {
@@ -294,16 +283,12 @@ namespace weir::preprocess {
 
 HWY_EXPORT(AddRows);
 HWY_EXPORT(BlendSums);
-HWY_EXPORT(AddSums);
 
 void add_rows(const SumRows& rows, size_t step, std::span<SumLevel> levels) noexcept {
   HWY_DYNAMIC_DISPATCH(AddRows)(rows, step, levels);
 }
 void blend_sums(const SumBlend& blend, size_t step, size_t blocks, float* const* out) noexcept {
   HWY_DYNAMIC_DISPATCH(BlendSums)(blend, step, blocks, out);
-}
-void add_sums(const SummedRows& in, size_t elements, unsigned shift, int16_t* out) noexcept {
-  HWY_DYNAMIC_DISPATCH(AddSums)(in, elements, shift, out);
 }
 
 }  // namespace weir::preprocess

@@ -51,8 +51,4 @@ struct SumBlend : SummedRows {
 // `out` extend to a multiple of kRowBlock.
 void blend_sums(const SumBlend& blend, size_t step, size_t blocks, float* const* out) noexcept;
 
-// out[i] = 2 to the power of `shift` times the sum of element i of all rows, which fits into 16
-// bits. Rows and `out` extend to a multiple of kRowBlock.
-void add_sums(const SummedRows& in, size_t elements, unsigned shift, int16_t* out) noexcept;
-
 }  // namespace weir::preprocess
