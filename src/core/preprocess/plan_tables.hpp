@@ -5,23 +5,11 @@
 #include <vector>
 
 #include "core/preprocess/axis.hpp"
-#include "core/preprocess/block_sums.hpp"
 #include "core/preprocess/placement.hpp"
 #include "core/preprocess/row_kernels.hpp"
 #include "core/preprocess/row_memory.hpp"
 
 namespace weir::preprocess {
-
-// How target pixels are computed from the block sums that all layers share. `block` is the block
-// size in samples, 1 if block sums are not used. `rows` rows may be added together without changing
-// the result.
-struct GridSums {
-  size_t block = 1, rows = 1;
-  bool whole = false;  // each target pixel is one block: no gather step
-  // The factor for the last pixel of a row that consists of co-sited blocks, where a quarter of a
-  // sample is missing.
-  float last_scale = 1;
-};
 
 // The tables that make target pixels from planes with the same sampling.
 struct Grid {
@@ -31,13 +19,6 @@ struct Grid {
   size_t taps = 0;  // `index` and `weights` are in the form of tap_kernels.hpp
   RowMemory<int32_t> index;
   RowMemory<float> weights;
-  GridSums sums;               // if its block is above 1, index and weights refer to blocks
-  uint32_t low = 0, high = 0;  // the samples [low, high) of a row are read
-  bool cosited = false;        // the columns' samples are co-sited chroma
-
-  SummedSamples summed(size_t plane) const noexcept {
-    return {plane, low, high, sampling.step, cosited};
-  }
 };
 
 struct Band {

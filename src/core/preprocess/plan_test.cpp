@@ -38,7 +38,7 @@ void expect_near(const std::vector<float>& got, const std::vector<double>& wante
 // The accuracy that preparation.hpp promises, in steps of 255.
 double most_off(const Preparation& p) {
   if (p.resize == Resize::Nearest) return 0.001;
-  return p.source.format.model == ColorModel::Yuv ? 1.0 / 16 : 1.0 / 64;
+  return 1.0 / 256;
 }
 
 constexpr const char* kFormats[] = {"RGB",  "BGR",  "RGBx", "BGRx", "xRGB",  "xBGR",
