@@ -50,7 +50,7 @@ namespace {
 
 using testing::Pixels;
 
-// Regions in different places, each with its own columns, so that no sums are shared.
+// Regions in different places, each with its own columns.
 TEST(Runner, AllocatesForTheFirstFramesOnly) {
   constexpr uint32_t kRegions = 20, kPlaces = 3;
   for (const char* format : {"RGB", "NV12", "I420", "YUY2"})

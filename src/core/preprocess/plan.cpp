@@ -7,9 +7,7 @@
 #include <cstring>
 #include <string>
 
-#include "core/preprocess/pair_kernels.hpp"
 #include "core/preprocess/plan_tables.hpp"
-#include "core/preprocess/sum_kernels.hpp"
 #include "core/preprocess/tap_kernels.hpp"
 #include "core/simd/streamed_copy.hpp"
 
@@ -29,24 +27,18 @@ bool holds(const Plane& plane, const Grid& grid) {
   return low >= 0 && high + static_cast<int64_t>(grid.bytes) <= size;
 }
 
-// The source row after the last one that target row `target` uses.
-size_t end_of(const Grid& grid, size_t target) {
-  return grid.rows.first(target) + grid.rows.weights(target).size();
-}
-
 }  // namespace
 
 // One frame's run through the tables of a plan.
 class PlanRun {
  public:
   PlanRun(const PlanTables& tables, const Planes& planes, std::span<std::byte> out,
-          Workspace* workspace, const RowOptions& options, const FrameSums& sums)
+          Workspace* workspace, const RowOptions& options)
       : t_(tables),
         p_(tables.preparation),
         planes_(planes),
         out_(out),
         w_(*workspace),
-        sums_(sums),
         options_(options),
         floats_(p_.type == ElementType::Float32 &&
                 reinterpret_cast<uintptr_t>(out.data()) % sizeof(float) == 0) {}
@@ -75,15 +67,6 @@ class PlanRun {
     return ok();
   }
 
-  // Prepares what all rows share. The units are powers of two, so scaling the factors is exact.
-  void begin() noexcept {
-    colors_ = t_.colors;
-    for (size_t s = 0; s < colors_.samples; ++s) {
-      in_[s] = lane_row(t_.lane_of_sample[s]);
-      for (auto& channel : colors_.of) channel[s] *= in_[s].unit();
-    }
-  }
-
   void row(uint32_t y) noexcept {
     const Rect& content = t_.placement.content;
     const bool padded_only = y < content.y || y >= content.y + content.height;
@@ -96,7 +79,7 @@ class PlanRun {
 
  private:
   size_t element_bytes() const noexcept { return size_of(p_.type); }
-  size_t count() const noexcept { return t_.placement.content.width; }
+  size_t pixels() const noexcept { return t_.placement.content.width; }
 
   // The address of element (channel, x, y); in NHWC, of the pixel's first element.
   std::byte* place(size_t channel, uint32_t x, uint32_t y) const noexcept {
@@ -121,111 +104,32 @@ class PlanRun {
     for (size_t b = 0; b < t_.bands.size(); ++b) {
       const Grid& grid = t_.grids[t_.bands[b].grid];
       const Plane& plane = planes_[t_.bands[b].plane];
-      if (grid.sums.block > 1) {
-        resize_sums(grid, b, target);
-        continue;
-      }
       const auto* memory = reinterpret_cast<const uint8_t*>(plane.memory.data());
       const auto row_at = [&](size_t row) {
         return memory + static_cast<ptrdiff_t>(plane.offset + grid.first_byte) +
                static_cast<ptrdiff_t>(row) * plane.stride;
       };
-      const size_t count = grid.rows.weights(target).size();
+      const auto weights = grid.rows.weights(target);
+      const size_t count = weights.size();
       const size_t next = grid.rows.first(std::min(target + 1, t_.placement.content.height - 1));
       for (size_t k = 0; k < count; ++k) {
         w_.rows[k] = row_at(grid.rows.first(target) + k);
         w_.next_rows[k] = row_at(std::min<size_t>(next + k, grid.rows.high() - 1));
       }
-      if (grid.paired)
-        resize_pairs(grid, b, target);
-      else
-        resize_taps(grid, b, target);
+      blend_rows({w_.rows.data(), w_.next_rows.data(), count}, weights.data(), grid.bytes,
+                 w_.blended.data());
+      for (size_t l = 0; l < t_.lanes.size(); ++l)
+        if (t_.lanes[l].band == b)
+          gather_row(w_.blended.data() + t_.lanes[l].offset, grid.index.data(), grid.weights.data(),
+                     grid.taps, pixels(), w_.lanes[l].data());
     }
   }
 
-  SourceRows source_rows(size_t count) const noexcept {
-    return {w_.rows.data(), w_.next_rows.data(), count};
-  }
-
-  // The destination of each lane of the band; unused lanes go to a scratch row.
-  std::array<float*, 4> lanes_of(size_t band) const noexcept {
-    std::array<float*, 4> out;
-    out.fill(w_.lanes[3].data());
-    for (size_t l = 0; l < t_.lanes.size(); ++l)
-      if (t_.lanes[l].band == band) out[t_.lanes[l].offset] = w_.lanes[l].data();
-    return out;
-  }
-
-  void resize_pairs(const Grid& grid, size_t band, uint32_t target) noexcept {
-    const auto weights = grid.rows.weights(target);
-    std::byte* const pairs[2] = {w_.pairs[0].data(), w_.pairs[1].data()};
-    const int16_t below = weights.size() == 2 ? pair_share(double{weights[1]}) : int16_t{0};
-    blend_pairs(source_rows(weights.size()), grid.pairs, below, pairs, w_.samples[band].data());
-  }
-
-  void resize_sums(const Grid& grid, size_t band, uint32_t target) noexcept {
-    const auto sums = std::find_if(sums_.all.begin(), sums_.all.end(), [&](const BlockSums& one) {
-      return one.samples() == grid.summed(t_.bands[band].plane);
-    });
-    const auto weights = grid.rows.weights(target);
-    const size_t block = grid.sums.block;
-    const SummedRows rows = sums->of_rows(grid.rows.first(target), weights.size(), block);
-    if (grid.sums.few) return add_few(grid, rows, w_.samples[band].data());
-    // A power of two, so the products are exact.
-    const float share = 1.0f / static_cast<float>(block * counted(grid.cosited));
-    const auto weight = [&](size_t row) {
-      return weights[std::min(row, weights.size() - 1)] * share;
-    };
-    const SumBlend blend{rows, weight(0), weight(1), weight(weights.size() - 1),
-                         most_rows(block, grid.cosited) / sums->most_rows_of(block)};
-    if (grid.sums.whole) return blend_whole(grid, blend, lanes_of(band));
-    float* const blended = w_.blended.data();
-    blend_sums(blend, 1, grid.bytes / block, &blended);
-    gather(grid, band);
-    // A single weight is not applied when pixels are gathered.
-    if (grid.taps == 1) scale_last(grid, lanes_of(band));
-  }
-
-  void scale_last(const Grid& grid, const std::array<float*, 4>& lanes) const noexcept {
-    if (grid.sums.last_scale == 1) return;
-    for (size_t l = 0; l < grid.sampling.step; ++l) lanes[l][count() - 1] *= grid.sums.last_scale;
-  }
-
-  void add_few(const Grid& grid, const SummedRows& rows, int16_t* out) noexcept {
-    const size_t step = grid.sampling.step;
-    add_sums(rows, count() * step, grid.sums.shift, out);
-    if (grid.sums.last_scale == 1) return;
-    for (size_t i = (count() - 1) * step; i < count() * step; ++i)
-      out[i] = static_cast<int16_t>(static_cast<float>(out[i]) * grid.sums.last_scale + 0.5f);
-  }
-
-  void blend_whole(const Grid& grid, const SumBlend& blend,
-                   const std::array<float*, 4>& lanes) noexcept {
-    blend_sums(blend, grid.sampling.step, count(), lanes.data());
-    scale_last(grid, lanes);
-  }
-
-  void resize_taps(const Grid& grid, size_t band, uint32_t target) noexcept {
-    const auto weights = grid.rows.weights(target);
-    blend_rows(source_rows(weights.size()), weights.data(), grid.bytes, w_.blended.data());
-    gather(grid, band);
-  }
-
-  void gather(const Grid& grid, size_t band) noexcept {
-    if (grid.sampling.step > 2)
-      return gather_pixels(w_.blended.data(), grid.index.data(), grid.weights.data(), grid.taps,
-                           count(), lanes_of(band).data());
-    for (size_t l = 0; l < t_.lanes.size(); ++l)
-      if (t_.lanes[l].band == band)
-        gather_row(w_.blended.data() + t_.lanes[l].offset, grid.index.data(), grid.weights.data(),
-                   grid.taps, count(), w_.lanes[l].data());
-  }
-
-  LaneRow lane_row(size_t lane) const noexcept {
-    const LaneSource& of = t_.lanes[lane];
-    const Grid& grid = t_.grids[t_.bands[of.band].grid];
-    if (grid.lanes() == 0) return {w_.lanes[lane].data()};
-    return {nullptr, w_.samples[of.band].data(), grid.lanes(), of.offset};
+  // The row of each sample that the colours are made of.
+  std::array<const float*, 3> sources() const noexcept {
+    std::array<const float*, 3> rows{};
+    for (size_t s = 0; s < t_.colors.samples; ++s) rows[s] = w_.lanes[t_.lane_of_sample[s]].data();
+    return rows;
   }
 
   // Writes floats directly to the tensor; streamed floats and all other types go through w_.lanes.
@@ -238,30 +142,27 @@ class PlanRun {
     for (size_t c = 0; c < p_.channels(); ++c)
       to.rows[c] = direct ? reinterpret_cast<float*>(place(c, x, y)) : w_.lanes[c].data();
     constexpr NumberRule kAsTheyAre[3];
-    finish_row(in_, colors_, floats_ ? t_.numbers.data() : kAsTheyAre, to, count());
+    finish_row(sources().data(), t_.colors, floats_ ? t_.numbers.data() : kAsTheyAre, to, pixels());
     if (direct) return;
     const void* rows[3] = {};
     for (size_t c = 0; c < p_.channels(); ++c) {
       if (streamed) {
         copy_streamed(place(c, x, y), reinterpret_cast<const std::byte*>(w_.lanes[c].data()),
-                      count() * sizeof(float));
+                      pixels() * sizeof(float));
         continue;
       }
       std::byte* const numbers = together ? w_.numbers[c].data() : place(c, x, y);
-      write_numbers(t_.numbers[c], p_.type, w_.lanes[c].data(), count(), numbers);
+      write_numbers(t_.numbers[c], p_.type, w_.lanes[c].data(), pixels(), numbers);
       rows[c] = numbers;
     }
-    if (together) interleave_three(rows, element_bytes(), count(), place(0, x, y));
+    if (together) interleave_three(rows, element_bytes(), pixels(), place(0, x, y));
   }
   const PlanTables& t_;
   const Preparation& p_;
   const Planes& planes_;
   std::span<std::byte> out_;
   Workspace& w_;
-  const FrameSums& sums_;
   const RowOptions& options_;
-  LaneRow in_[3];
-  ColorTransform colors_;
   const bool floats_;  // the tensor is float32 and aligned for it
 };
 
@@ -307,83 +208,22 @@ void Plan::grow(Workspace* w) const {
     if (memory->size() < size) memory->resize(size);
   };
   const size_t count = padded(tables_->placement.content.width);
-  at_least(&w->samples, tables_->bands.size());
   for (const Grid& grid : tables_->grids) {
     at_least(&w->rows, grid.rows.most_weights());
     at_least(&w->next_rows, grid.rows.most_weights());
-    for (auto& samples : w->samples) at_least(&samples, count * grid.lanes());
-    if (!grid.paired)
-      at_least(&w->blended, padded(grid.bytes) + kRowBlock);
-    else
-      for (auto& pairs : w->pairs) at_least(&pairs, pairs_memory(count, grid.sampling.step));
+    at_least(&w->blended, grid.bytes);
   }
-  at_least(&w->lanes, 4);
+  at_least(&w->lanes, 3);
   for (auto& lane : w->lanes) at_least(&lane, count);
   at_least(&w->numbers, 3);
   for (auto& numbers : w->numbers) at_least(&numbers, count * sizeof(float));
 }
 
-// Calls f(sums, grid, first target, last target) for each band that uses block sums.
-template <class F>
-void Plan::for_sums(uint32_t first, uint32_t count, FrameSums* sums, F&& f) const {
-  const Rect& content = tables_->placement.content;
-  const uint32_t bottom = content.y + content.height;
-  const uint32_t begin = std::clamp(first, content.y, bottom);
-  const uint32_t end = std::clamp(first + std::min(count, preparation().height), begin, bottom);
-  if (begin == end) return;
-  for (const Band& band : tables_->bands) {
-    const Grid& grid = tables_->grids[band.grid];
-    if (grid.sums.block == 1) continue;
-    const SummedSamples of = grid.summed(band.plane);
-    auto found = std::find_if(sums->all.begin(), sums->all.end(),
-                              [&](const BlockSums& one) { return one.samples() == of; });
-    if (found == sums->all.end()) {
-      found = std::find_if(sums->all.begin(), sums->all.end(),
-                           [](const BlockSums& one) { return !one.wanted(); });
-      if (found == sums->all.end())
-        found = sums->all.emplace(found, of);
-      else
-        found->aim_at(of);
-    }
-    const size_t last = end - 1 - content.y;
-    f(*found, grid, begin - content.y, last);
-  }
-}
-
-void Plan::want_sums(uint32_t first, uint32_t count, FrameSums* sums) const {
-  for_sums(first, count, sums, [](BlockSums& of, const Grid& grid, size_t top, size_t bottom) {
-    of.want(grid.rows.first(top), end_of(grid, bottom), grid.sums.block, grid.sums.rows);
-    if (grid.sums.rows >= kRowsTogether) return;
-    for (size_t t = top; t <= bottom; ++t) {
-      const size_t first = grid.rows.first(t), end = end_of(grid, t);
-      of.want_begin(first);
-      of.want_begin(end);
-      if (grid.sums.rows > 1) continue;
-      of.want_begin(first + 1);  // the first and the last row may have different weights
-      of.want_begin(end - 1);
-    }
-  });
-}
-
 Status Plan::run_rows(const Planes& planes, std::span<std::byte> out, uint32_t first,
                       uint32_t count, Workspace* workspace, const RowOptions& options) const {
-  const bool alone = options.sums == nullptr;
-  FrameSums* const sums = alone ? &workspace->sums : options.sums;
-  PlanRun run(*tables_, planes, out, workspace, options, *sums);
+  PlanRun run(*tables_, planes, out, workspace, options);
   if (!options.checked)
     if (auto status = run.check(); !status) return status;
-  if (count == 0) return ok();
-  if (alone) {
-    sums->clear();
-    want_sums(first, count, sums);
-    sums->reserve();
-  }
-  for_sums(first, count, sums, [&](BlockSums& of, const Grid& grid, size_t, size_t bottom) {
-    const Plane& plane = planes[of.samples().plane];
-    of.make(reinterpret_cast<const uint8_t*>(plane.memory.data()) + plane.offset, plane.stride,
-            end_of(grid, bottom));
-  });
-  run.begin();
   const uint32_t height = preparation().height;
   for (uint32_t y = first; y < height && y - first < count; ++y) run.row(y);
   return ok();

@@ -11,7 +11,6 @@
 #include <span>
 #include <vector>
 
-#include "core/preprocess/block_sums.hpp"
 #include "core/preprocess/placement.hpp"
 #include "core/preprocess/preparation.hpp"
 #include "core/preprocess/row_memory.hpp"
@@ -26,23 +25,6 @@ struct Plane {
 };
 using Planes = std::array<Plane, 3>;  // only the format's planes are read
 
-// Block sums of one frame that several plans share; computed as the plans need them.
-class FrameSums {
- public:
-  // Forgets all requests. Keeps the memory, also for other crops.
-  void clear() {
-    for (auto& of : all) of.clear();
-  }
-  void reserve() {
-    for (auto& of : all) of.reserve();
-  }
-
- private:
-  friend class Plan;
-  friend class PlanRun;
-  std::vector<BlockSums> all;
-};
-
 // The row buffers of one thread, usable with every plan that created or grew it.
 class Workspace {
  public:
@@ -52,12 +34,9 @@ class Workspace {
   friend class PlanRun;
   friend class Plan;
   RowMemory<float> blended;
-  std::vector<RowMemory<float>> lanes;  // the last one receives unused lanes
-  RowMemory<std::byte> pairs[2];
-  std::vector<RowMemory<int16_t>> samples;  // one for each band
+  std::vector<RowMemory<float>> lanes;
   std::vector<RowMemory<std::byte>> numbers;
   std::vector<const uint8_t*> rows, next_rows;
-  FrameSums sums;
 };
 
 struct RowOptions {
@@ -65,9 +44,6 @@ struct RowOptions {
   // calls flush_streamed() before another thread reads the tensor.
   bool streamed = false;
   bool checked = false;  // a call for zero rows checked the same planes and tensor
-  // Null: the workspace holds the sums. Otherwise the caller called clear(), want_sums() and
-  // reserve() for all rows of this frame, and runs each tensor's rows in ascending order.
-  FrameSums* sums = nullptr;
 };
 
 struct PlanTables;
@@ -90,9 +66,6 @@ class Plan {
   // nothing of that part (place()).
   Status set_region(const Rect& picture, const Box& region);
 
-  // Registers what run_rows() of these rows reads from `sums`, which several plans may share.
-  void want_sums(uint32_t first, uint32_t count, FrameSums* sums) const;
-
   // Writes the rows [first, first + count) of the tensor. `out` is the whole tensor, at any
   // alignment. FRAME_SIZE if a plane is shorter than the picture or `out` differs from the tensor's
   // size.
@@ -103,8 +76,6 @@ class Plan {
   }
 
  private:
-  template <class F>
-  void for_sums(uint32_t first, uint32_t count, FrameSums* sums, F&& f) const;
   explicit Plan(std::shared_ptr<PlanTables> tables) : tables_(std::move(tables)) {}
   std::shared_ptr<PlanTables> tables_;
 };

@@ -3,8 +3,6 @@
 #include "core/preprocess/plan_tables.hpp"
 
 #include <algorithm>
-#include <bit>
-#include <numeric>
 
 namespace weir::preprocess {
 namespace {
@@ -60,55 +58,9 @@ void lay_taps(Grid* grid) {
     for (size_t k = 0; k < grid->taps; ++k) {
       const size_t sample = x.first(target) - x.low() + std::min(k, weights.size() - 1);
       grid->index[k * stride + t] = static_cast<int32_t>(sample * grid->sampling.step);
-      grid->weights[k * stride + t] =
-          k < weights.size() ? weights[k] * (t == last ? grid->sums.last_scale : 1) : 0.0f;
+      grid->weights[k * stride + t] = k < weights.size() ? weights[k] : 0.0f;
     }
   }
-}
-
-// The largest block of which the target's columns consist, 1 for none. Used only if the target
-// covers at least half of the row, because the sums cover whole rows for all layers.
-size_t block_of(const Preparation& p, const Placement& place, const Lane& lane) {
-  const uint32_t pixels = lane.halved_columns ? 2 : 1;
-  const auto [x, y, width, height] = place.source;
-  const uint32_t targets = place.content.width;
-  const bool cosited = lane.halved_columns && p.source.cosited_columns;
-  if (p.resize != Resize::Area || place.columns || x % pixels != 0 ||
-      width % (pixels * targets) != 0 || width < p.source.width / 2)
-    return 1;
-  const auto both = std::gcd(x / pixels, width / pixels / targets);
-  size_t block = most_block(cosited);
-  while (block > 1 && both % block != 0) block /= 2;
-  return block;
-}
-
-// The number of source rows of each target row if they have equal weights and the number is a power
-// of two, else 0.
-size_t like_rows_of(const Preparation& p, const Placement& place, const Lane& lane) {
-  const uint32_t pixels = lane.halved_rows ? 2 : 1;
-  const uint32_t y = place.source.y, height = place.source.height, targets = place.content.height;
-  const bool between = lane.halved_rows && p.source.cosited_rows;
-  if (between || y % pixels != 0 || height % (pixels * targets) != 0) return 0;
-  const size_t rows = height / pixels / targets;
-  return std::has_single_bit(rows) ? rows : 0;
-}
-
-// Decides how sums of blocks become pixels. Rows of equal weight are added before weighting: as
-// many as the largest power of two that divides the first row and the number of rows.
-void lay_sums(Grid* grid, const Preparation& p, const Placement& place, const Lane& lane) {
-  const size_t rows = like_rows_of(p, place, lane), block = grid->sums.block;
-  const size_t first = place.source.y / (lane.halved_rows ? 2 : 1);
-  grid->sums.rows =
-      rows == 0 ? 1 : std::min(std::gcd(first, rows), most_rows(block, grid->cosited));
-  grid->sums.whole = grid->columns.most_weights() == 1 && lane.step <= 2;
-  if (grid->cosited) {
-    const auto of_last = static_cast<float>((grid->high - grid->low) / grid->columns.targets());
-    grid->sums.last_scale = of_last / (of_last - 0.25f);
-  }
-  const size_t samples = rows * block * counted(grid->cosited);
-  grid->sums.few = grid->sums.whole && rows > 0 && samples <= kSampleScale;
-  if (grid->sums.few)
-    grid->sums.shift = static_cast<unsigned>(std::countr_zero(kSampleScale / samples));
 }
 
 void lay(Grid* grid, const Preparation& p, const Placement& place, const Lane& lane) {
@@ -116,27 +68,12 @@ void lay(Grid* grid, const Preparation& p, const Placement& place, const Lane& l
   const Sampling columns{lane.halved_columns, p.source.cosited_columns};
   x.lay(p.resize, {place.source.x, place.source.width, place.content.width, place.columns},
         columns);
-  grid->low = x.low();
-  grid->high = x.high();
   grid->rows.lay(p.resize, {place.source.y, place.source.height, place.content.height, place.rows},
                  {lane.halved_rows, p.source.cosited_rows});
   grid->sampling = lane;
   grid->first_byte = size_t{x.low()} * lane.step;
   grid->bytes = size_t{x.high() - x.low()} * lane.step;
-  grid->paired = x.most_weights() <= 2 && grid->rows.most_weights() <= 2 && x.high() - x.low() >= 2;
-  grid->cosited = columns.halved && columns.cosited;
-  grid->sums = {};
-  if (!grid->paired) grid->sums.block = block_of(p, place, lane);
-  if (grid->sums.block > 1) {
-    const auto blocks = static_cast<uint32_t>(grid->sums.block);
-    x.lay(p.resize, {grid->low / blocks, (grid->high - grid->low) / blocks, place.content.width},
-          {});
-    lay_sums(grid, p, place, lane);
-  }
-  if (grid->paired)
-    grid->pairs.lay(x, lane.step);
-  else
-    lay_taps(grid);
+  lay_taps(grid);
 }
 
 template <class Element>

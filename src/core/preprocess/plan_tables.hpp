@@ -5,53 +5,20 @@
 #include <vector>
 
 #include "core/preprocess/axis.hpp"
-#include "core/preprocess/block_sums.hpp"
-#include "core/preprocess/pair_columns.hpp"
 #include "core/preprocess/placement.hpp"
 #include "core/preprocess/row_kernels.hpp"
 #include "core/preprocess/row_memory.hpp"
 
 namespace weir::preprocess {
 
-// How target pixels are computed from the block sums that all layers share. `block` is the block
-// size in samples, 1 if block sums are not used. `rows` rows may be added together without changing
-// the result.
-struct GridSums {
-  size_t block = 1, rows = 1;
-  bool whole = false;  // each target pixel is one block: no gather step
-  // Whether a pixel sums so few samples that the sum, shifted left by `shift`, is kSampleScale
-  // times the mean and fits into 16 bits, the format of pairs.
-  bool few = false;
-  unsigned shift = 0;
-  // The factor for the last pixel of a row that consists of co-sited blocks, where a quarter of a
-  // sample is missing.
-  float last_scale = 1;
-};
-
 // The tables that make target pixels from planes with the same sampling.
 struct Grid {
   Lane sampling;
   size_t first_byte = 0, bytes = 0;  // what is read of each row
   Axis rows, columns;
-  // Whether a target pixel uses at most two rows and two samples of each. If so, `pairs` holds the
-  // columns, else `index` and `weights` in the form of tap_kernels.hpp.
-  bool paired = false;
-  PairColumns pairs;
-  size_t taps = 0;
+  size_t taps = 0;  // `index` and `weights` are in the form of tap_kernels.hpp
   RowMemory<int32_t> index;
   RowMemory<float> weights;
-  GridSums sums;               // if its block is above 1, index and weights refer to blocks
-  uint32_t low = 0, high = 0;  // the samples [low, high) of a row are read
-  bool cosited = false;        // the columns' samples are co-sited chroma
-
-  SummedSamples summed(size_t plane) const noexcept {
-    return {plane, low, high, sampling.step, cosited};
-  }
-  // The 16-bit lanes, holding kSampleScale times the value, of a pixel's samples; 0 if they are
-  // floats.
-  size_t lanes() const noexcept {
-    return paired ? pair_lanes(sampling.step) : sums.few ? sampling.step : 0;
-  }
 };
 
 struct Band {

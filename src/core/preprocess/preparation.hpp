@@ -15,10 +15,10 @@
 // pixel's pair. Y'CbCr is resized first and then converted to R'G'B', clamped to 0..255, at the
 // target's size. Gray of R'G'B' is 0.299 R' + 0.587 G' + 0.114 B'.
 //
-// number = (pixel - mean) * scale per channel; pixel is 0..255 and not rounded to whole steps. If
-// no pixel is the mean of more than two rows and columns, each sample is off by at most 1/64 of a
-// step (a colour from Y'CbCr by 1/16); without resizing it is exact. quantised = round(number /
-// quantisation.scale) + zero_point. Integer types round to the nearest value and saturate.
+// number = (pixel - mean) * scale per channel; pixel is 0..255 and not rounded to whole steps: it
+// is off by at most 1/256 of a step; without resizing and Y'CbCr it is exact. quantised =
+// round(number / quantisation.scale) + zero_point. Integer types round to the nearest value and
+// saturate.
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #pragma once
 #include <cstdint>

@@ -3,9 +3,7 @@
 #include "core/preprocess/row_kernels.hpp"
 
 #include <algorithm>
-#include <bit>
 #include <cstring>
-#include <type_traits>
 
 #include "core/transform/float16_bits.hpp"
 
@@ -22,61 +20,6 @@ using F = hn::ScalableTag<float>;
 using I = hn::RebindToSigned<F>;
 using V = hn::Vec<F>;
 static_assert(hn::MaxLanes(F()) <= kRowBlock);
-
-// Lane `offset` of pairs of 16 bits; the byte order decides which half holds the first lane.
-template <class Words>
-HWY_INLINE Words lane_of_pairs(Words pairs, size_t offset) {
-  const bool low = (offset == 0) == (std::endian::native == std::endian::little);
-  return hn::ShiftRight<16>(low ? hn::ShiftLeft<16>(pairs) : pairs);
-}
-
-// The storage of each sample of a pixel.
-enum class From { Floats, OneLane, OneThenTwoLanes, FourLanes, Any };
-
-size_t lanes_of(const LaneRow& row) {
-  return row.floats ? 0 : row.lanes;
-}
-From from_of(const LaneRow* in, size_t samples) {
-  const size_t first = lanes_of(in[0]);
-  if (samples == 1) return first == 0 ? From::Floats : first == 1 ? From::OneLane : From::Any;
-  const size_t others = lanes_of(in[1]);
-  if (others != lanes_of(in[2])) return From::Any;
-  if (first == 1 && others == 2) return From::OneThenTwoLanes;
-  if (first != others) return From::Any;
-  return first == 0   ? From::Floats
-         : first == 1 ? From::OneLane
-         : first == 4 ? From::FourLanes
-                      : From::Any;
-}
-
-// Pixels [i, i + Lanes(d)) of a row with `lanes` lanes, in its units; 0 lanes means floats.
-HWY_INLINE V load_lane(F d, const LaneRow& row, size_t lanes, size_t i) {
-  if (lanes == 0) return hn::LoadU(d, row.floats + i);
-  const int16_t* const from = row.samples + i * lanes;
-#if HWY_TARGET == HWY_SCALAR
-  return hn::Set(d, static_cast<float>(from[row.offset]));
-#else
-  const I di;
-  const hn::Repartition<int16_t, I> halves;
-  if (lanes == 1)
-    return hn::ConvertTo(d, hn::PromoteTo(di, hn::LoadU(hn::Rebind<int16_t, I>(), from)));
-  const auto words = hn::BitCast(di, hn::LoadU(halves, from));
-  if (lanes == 2) return hn::ConvertTo(d, lane_of_pairs(words, row.offset));
-  const auto others = hn::BitCast(di, hn::LoadU(halves, from + hn::Lanes(halves)));
-  const auto pairs =
-      row.offset < 2 ? hn::ConcatEven(di, others, words) : hn::ConcatOdd(di, others, words);
-  return hn::ConvertTo(d, lane_of_pairs(pairs, row.offset % 2));
-#endif
-}
-template <From from>
-HWY_INLINE V load_sample(F d, const LaneRow* in, size_t sample, size_t i) {
-  const size_t lanes = from == From::Floats            ? 0
-                       : from == From::OneLane         ? 1
-                       : from == From::OneThenTwoLanes ? (sample == 0 ? 1 : 2)
-                       : from == From::FourLanes       ? 4
-                                                       : lanes_of(in[sample]);
-  return load_lane(d, in[sample], lanes, i);
-}
 
 template <size_t samples>
 HWY_INLINE V color_of(F d, const ColorTransform& t, size_t channel, V a, V b, V c) {
@@ -106,16 +49,16 @@ void store_exactly(size_t lanes, size_t step, size_t count, T* out, Store&& vect
 
 // Computes vectors of pixels from `first` on and writes out[c], or all channels interleaved to
 // out[0].
-template <From from, size_t samples, size_t channels>
-void finish_vectors(const LaneRow* in, const ColorTransform& t, const NumberRule* rules,
+template <size_t samples, size_t channels>
+void finish_vectors(const float* const* in, const ColorTransform& t, const NumberRule* rules,
                     bool together, size_t first, size_t vectors, float* const* out) {
   const F d;
   const size_t lanes = hn::Lanes(d);
   for (size_t at = 0; at < vectors * lanes; at += lanes) {
-    auto a = load_sample<from>(d, in, 0, first + at), b = a, c = a;
+    auto a = hn::LoadU(d, in[0] + first + at), b = a, c = a;
     if constexpr (samples == 3) {
-      b = load_sample<from>(d, in, 1, first + at);
-      c = load_sample<from>(d, in, 2, first + at);
+      b = hn::LoadU(d, in[1] + first + at);
+      c = hn::LoadU(d, in[2] + first + at);
     }
     if (t.computed) {
       const auto x = a, y = b, z = c;
@@ -123,12 +66,6 @@ void finish_vectors(const LaneRow* in, const ColorTransform& t, const NumberRule
       if constexpr (channels == 3) {
         b = color_of<samples>(d, t, 1, x, y, z);
         c = color_of<samples>(d, t, 2, x, y, z);
-      }
-    } else {
-      a = hn::Mul(a, hn::Set(d, in[0].unit()));
-      if constexpr (samples == 3) {
-        b = hn::Mul(b, hn::Set(d, in[1].unit()));
-        c = hn::Mul(c, hn::Set(d, in[2].unit()));
       }
     }
     a = number(d, rules[0], a);
@@ -147,24 +84,10 @@ void finish_vectors(const LaneRow* in, const ColorTransform& t, const NumberRule
 }
 
 template <size_t samples, size_t channels>
-void finish(const LaneRow* in, const ColorTransform& t, const NumberRule* rules,
+void finish(const float* const* in, const ColorTransform& t, const NumberRule* rules,
             const FloatTarget& to, size_t count) {
   const auto run = [&](size_t first, size_t vectors, float* const* out) {
-    const auto of = [&](auto kind) {
-      finish_vectors<kind(), samples, channels>(in, t, rules, to.together, first, vectors, out);
-    };
-    switch (from_of(in, samples)) {
-      case From::Floats:
-        return of(std::integral_constant<From, From::Floats>());
-      case From::OneLane:
-        return of(std::integral_constant<From, From::OneLane>());
-      case From::OneThenTwoLanes:
-        return of(std::integral_constant<From, From::OneThenTwoLanes>());
-      case From::FourLanes:
-        return of(std::integral_constant<From, From::FourLanes>());
-      case From::Any:
-        return of(std::integral_constant<From, From::Any>());
-    }
+    finish_vectors<samples, channels>(in, t, rules, to.together, first, vectors, out);
   };
   const size_t lanes = hn::Lanes(F()), whole = count / lanes * lanes;
   const size_t rows = to.together ? 1 : channels, step = channels / rows;
@@ -186,7 +109,7 @@ void finish(const LaneRow* in, const ColorTransform& t, const NumberRule* rules,
     std::memcpy(to.rows[c], rest + c * kMost, step * count * sizeof(float));
 }
 
-void FinishRow(const LaneRow* in, const ColorTransform& t, const NumberRule* rules,
+void FinishRow(const float* const* in, const ColorTransform& t, const NumberRule* rules,
                const FloatTarget& to, size_t count) {
   if (t.channels == 3) return finish<3, 3>(in, t, rules, to, count);
   if (t.samples == 3) return finish<3, 1>(in, t, rules, to, count);
@@ -254,7 +177,7 @@ HWY_EXPORT(FinishRow);
 HWY_EXPORT(WriteNumbers);
 HWY_EXPORT(InterleaveThree);
 
-void finish_row(const LaneRow* in, const ColorTransform& transform, const NumberRule* rules,
+void finish_row(const float* const* in, const ColorTransform& transform, const NumberRule* rules,
                 const FloatTarget& to, size_t count) noexcept {
   HWY_DYNAMIC_DISPATCH(FinishRow)(in, transform, rules, to, count);
 }

@@ -15,20 +15,6 @@ constexpr size_t padded(size_t elements) noexcept {
   return (elements + kRowBlock - 1) / kRowBlock * kRowBlock;
 }
 
-// The factor of samples stored in 16 bits.
-inline constexpr size_t kSampleScale = 128;
-
-// The samples of one kind in a row: `floats`, or lane `offset` of the `lanes` (1, 2 or 4) of each
-// pixel in `samples`, which hold kSampleScale times the value. Readable up to padded(count) pixels.
-struct LaneRow {
-  const float* floats = nullptr;
-  const int16_t* samples = nullptr;
-  size_t lanes = 1, offset = 0;
-
-  // The value of a stored number divided by the number: the factor that turns it into a sample.
-  float unit() const noexcept { return floats ? 1.0f : 1.0f / kSampleScale; }
-};
-
 // Computes the colors of the target's channels from the samples of a pixel: 3 of 3, 1 of 3 or 1 of
 // 1. Channel r is the sum over s of of[r][s] * sample s + add[r], clamped to 0..255; if `computed`
 // is false it is sample r.
@@ -51,11 +37,10 @@ struct FloatTarget {
   bool together = false;
   bool padded = false;  // rows are as long as padded(count) and may be overwritten to the end
 };
-// Writes `count` float32 numbers per channel by rules[c], at any alignment of floats.
-// `transform.of` applies to the stored numbers: its factors for samples times their unit(). `in`
-// has transform.samples entries. Padded target rows may also be sources; in other rows the last
+// Writes `count` float32 numbers per channel by rules[c], at any alignment of floats. `in` has a
+// row for each of transform.samples. Padded target rows may also be sources; in other rows the last
 // vector may overlap the one before it.
-void finish_row(const LaneRow* in, const ColorTransform& transform, const NumberRule* rules,
+void finish_row(const float* const* in, const ColorTransform& transform, const NumberRule* rules,
                 const FloatTarget& to, size_t count) noexcept;
 
 // Writes `count` elements of `type` (one that check_target() accepts), at any alignment.

@@ -27,24 +27,11 @@ Rows rows_of(const Plan& plan, uint64_t part, uint64_t parts) {
   return {first, static_cast<uint32_t>(height * (part + 1) / parts) - first};
 }
 
-// How many stripes each part is cut into, so that all layers of a pyramid read a stripe while it is
-// in the cache. A stripe is about 200 KB of NV12, large enough to make the cost of starting a
-// stripe small. Regions have different sources and are not cut.
-uint64_t stripes_of(std::span<const Job> jobs, uint64_t parts) {
-  constexpr uint64_t kPixels = uint64_t{1} << 17;
-  if (jobs.size() < 2) return 1;
-  for (const Job& job : jobs)
-    if (!(job.plan->placement().source == jobs[0].plan->placement().source)) return 1;
-  const Rect& source = jobs[0].plan->placement().source;
-  return std::max<uint64_t>(1, uint64_t{source.width} * source.height / kPixels / parts);
-}
-
 }  // namespace
 
 Runner::Runner(size_t threads) {
   threads = std::clamp<size_t>(threads, 1, kThreadLimit);
   workspaces_.resize(threads);
-  sums_.resize(threads);
   threads_.reserve(threads - 1);
   try {
     while (threads_.size() + 1 < threads)
@@ -66,15 +53,12 @@ Runner::~Runner() {
 void Runner::run_part(size_t part, const Planes& planes, std::span<const Job> jobs) {
   const uint64_t parts = threads_.size() + 1;
   const bool streamed = are_large(jobs);
-  const uint64_t stripes = stripes_of(jobs, parts);
-  for (uint64_t stripe = part * stripes; stripe < (part + 1) * stripes; ++stripe)
-    for (const Job& job : jobs) {
-      const auto [first, count] = rows_of(*job.plan, stripe, parts * stripes);
-      if (count == 0) continue;
-      [[maybe_unused]] const Status never_fails =
-          job.plan->run_rows(planes, job.out, first, count, &workspaces_[part],
-                             {.streamed = streamed, .checked = true, .sums = &sums_[part]});
-    }
+  for (const Job& job : jobs) {
+    const auto [first, count] = rows_of(*job.plan, part, parts);
+    if (count == 0) continue;
+    [[maybe_unused]] const Status never_fails = job.plan->run_rows(
+        planes, job.out, first, count, &workspaces_[part], {.streamed = streamed, .checked = true});
+  }
   if (streamed) flush_streamed();
 }
 
@@ -83,14 +67,6 @@ Status Runner::run(const Planes& planes, std::span<const Job> jobs) {
     if (auto status = job.plan->run_rows(planes, job.out, 0, 0, &workspaces_[0]); !status)
       return status;
     for (Workspace& workspace : workspaces_) job.plan->grow(&workspace);
-  }
-  for (size_t part = 0; part <= threads_.size(); ++part) {
-    sums_[part].clear();
-    for (const Job& job : jobs) {
-      const auto [first, count] = rows_of(*job.plan, part, threads_.size() + 1);
-      if (count > 0) job.plan->want_sums(first, count, &sums_[part]);
-    }
-    sums_[part].reserve();
   }
   if (threads_.empty()) {
     run_part(0, planes, jobs);

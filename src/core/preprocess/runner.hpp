@@ -38,7 +38,6 @@ class Runner {
   void run_part(size_t part, const Planes& planes, std::span<const Job> jobs);
 
   std::vector<Workspace> workspaces_;  // one for each part; part 0 is the caller's
-  std::vector<FrameSums> sums_;        // one for each part
   std::mutex mutex_;                   // guards the members below except threads_
   std::condition_variable begun_, done_;
   const Planes* planes_ = nullptr;

@@ -1,4 +1,4 @@
-// Compares plans that use block sums with the formulas and with the same plans run alone.
+// Compares layers of a pyramid by `area` with the formulas and with the same plans run alone.
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #include <gtest/gtest.h>
 
@@ -33,8 +33,7 @@ std::vector<Job> jobs_of(const std::vector<Plan>& plans, std::vector<std::vector
   return jobs;
 }
 
-// More rows than a 16-bit sum can hold.
-TEST(PlanOfBlocks, IsExactForTallPictures) {
+TEST(PlanPyramid, IsExactForTallPictures) {
   for (const char* format : {"GRAY8", "NV12"}) {
     const Pixels pixels(format, 64, 1024, 3);
     for (const auto& [width, height] : {std::pair{16u, 4u}, {4u, 4u}, {2u, 3u}, {1u, 1u}}) {
@@ -49,28 +48,7 @@ TEST(PlanOfBlocks, IsExactForTallPictures) {
   }
 }
 
-// Larger sums than float32 holds exactly, over rows that the layers share differently in each part.
-TEST(PlanOfBlocks, TallPicturesDoNotDependOnOtherLayersOrThreads) {
-  Pixels pixels("GRAY8", 64, 2048, 3);
-  for (auto& byte : pixels.memory) byte |= std::byte{224};
-  std::vector<Plan> plans;
-  std::vector<std::vector<float>> alone;
-  for (const uint32_t height : {1u, 2u, 3u, 7u}) {
-    const auto p = of_area(pixels, 1, height);
-    plans.push_back(*Plan::make(p));
-    alone.push_back(testing::run<float>(p, pixels));
-  }
-  for (const size_t threads : {1u, 2u, 3u}) {
-    Runner runner(threads);
-    std::vector<std::vector<float>> out;
-    for (const auto& one : alone) out.emplace_back(one.size());
-    const auto jobs = jobs_of(plans, &out);
-    ASSERT_TRUE(runner.run(pixels.planes, jobs));
-    EXPECT_EQ(out, alone) << threads << " threads";
-  }
-}
-
-TEST(PlanOfBlocks, AgreesWithTheFormulas) {
+TEST(PlanPyramid, WholeSamplesAgreeWithTheFormulas) {
   for (const char* format : {"GRAY8", "RGB", "NV12", "I420", "UYVY"})
     for (const uint32_t height : {21u, 32u, 64u}) {
       Pixels pixels(format, 384, height, 5, 3);
@@ -92,28 +70,9 @@ TEST(PlanOfBlocks, AgreesWithTheFormulas) {
     }
 }
 
-// One layer adds two rows at once and another needs each of them; they do not start at a multiple
-// of four.
-TEST(PlanOfBlocks, LayersThatShareSomeRowsAgreeWithSeparatePlans) {
-  const Pixels pixels("GRAY8", 48, 122, 5);
-  std::vector<Plan> plans;
-  std::vector<std::vector<float>> wanted, out;
-  for (const uint32_t height : {2u, 11u}) {
-    auto p = of_area(pixels, 1, height);
-    p.crop = Rect{12, 78, 24, 32};
-    plans.push_back(*Plan::make(p));
-    wanted.push_back(testing::run<float>(p, pixels));
-    out.emplace_back(wanted.back().size());
-  }
-  const auto jobs = jobs_of(plans, &out);
-  Runner runner(1);
-  ASSERT_TRUE(runner.run(pixels.planes, jobs));
-  EXPECT_EQ(out, wanted);
-}
-
 // Layers of random sizes and parts of the picture that change from frame to frame, common or
 // separate: the results equal those of new plans run alone, and the formulas.
-TEST(PlanOfBlocks, RandomLayersAndPartsOfPicturesAgree) {
+TEST(PlanPyramid, RandomLayersAndPartsOfPicturesAgree) {
   for (uint32_t seed = 1; seed <= 15; ++seed) {
     std::mt19937 random(seed);
     const auto any = [&](uint32_t from, uint32_t to) {
@@ -135,7 +94,7 @@ TEST(PlanOfBlocks, RandomLayersAndPartsOfPicturesAgree) {
       out.emplace_back(layers.back().channels() * layers.back().width * layers.back().height);
     }
     const auto jobs = jobs_of(plans, &out);
-    // The number of samples often allows whole blocks for some layer.
+    // Pixels of some layer often are whole numbers of samples.
     const auto some_part = [&]() -> Rect {
       const uint32_t x = any(0, width / 16) * 4, y = any(0, height - 1);
       const uint32_t blocks = layers[any(0, 99) % layers.size()].width << any(1, 5);
@@ -164,8 +123,8 @@ TEST(PlanOfBlocks, RandomLayersAndPartsOfPicturesAgree) {
   }
 }
 
-// Large enough for several stripes, with and without whole blocks, some letterboxed.
-TEST(PlanOfBlocks, LayersOfAPyramidAgreeWithSeparatePlans) {
+// Layers of whole and of broken numbers of samples, some letterboxed.
+TEST(PlanPyramid, LayersOfAPyramidAgreeWithSeparatePlans) {
   for (const uint32_t seed : {1u, 2u}) {
     Pixels pixels("NV12", 1024, 1100, seed);
     pixels.picture.cosited_columns = seed == 2;
@@ -196,7 +155,7 @@ TEST(PlanOfBlocks, LayersOfAPyramidAgreeWithSeparatePlans) {
           if (frame == &pixels)
             EXPECT_EQ(out, wanted) << threads << " threads";
           else
-            EXPECT_NE(out, wanted) << "a frame's sums are its own";
+            EXPECT_NE(out, wanted) << "another frame gives other numbers";
         }
       }
     }
