@@ -175,7 +175,7 @@ def make(scene, seed):
         whole = numpy.array([walker.box(time, shifts[i]) for walker in walkers])
         middle = (whole[:, 0] + whole[:, 2]) / 2
         inside = (middle > 1) & (middle < WIDTH - 1)
-        boxes = clipped(whole[inside])
+        boxes = clipped(whole[inside]).round(3)  # as the files have them
         numbers = numpy.array([walker.number for walker in walkers])[inside]
         moved = pillars + numpy.tile(shifts[i], 2)
         visible = visible_parts(boxes, moved)
