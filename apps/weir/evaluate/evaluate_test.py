@@ -231,7 +231,7 @@ class Tracks(Case):
         for i, (boxes, found) in enumerate(zip(truth, frames), 1):
             rows = [[x, y, x + w, y + h, 200, 0, track] for track, (x, y, w, h) in found.items()]
             write_picture(folder / "img1" / f"{i:06}.png", rows)
-            lines += [f"{i},{track},{x},{y},{w},{h},1,1,1" for track, (x, y, w, h) in boxes.items()]
+            lines += [f"{i},{track},{x + 1},{y + 1},{w},{h},1,1,1" for track, (x, y, w, h) in boxes.items()]
         (folder / "gt").mkdir()
         (folder / "gt" / "gt.txt").write_text("\n".join(lines))
         info = {"name": name, "imDir": "img1", "frameRate": rate, "seqLength": len(frames), "imWidth": SIZE[0], "imHeight": SIZE[1],

@@ -64,7 +64,7 @@ class TruthReader {
     constexpr double kMostTrack = 1e15;
     if (track != std::floor(track) || std::abs(track) > kMostTrack)
       return fault("the number of a track is not whole", "a whole number", "correct the line");
-    const Rectangle box{n[2], n[3], n[4], n[5]};
+    const Rectangle box{n[2] - 1, n[3] - 1, n[4], n[5]};  // pixels of the files count from 1
     if (!(box.width > 0 && box.height > 0))
       return fault("a box has no area", "a width and height above 0",
                    "correct the line, or delete it");

@@ -30,7 +30,8 @@ struct TruthTracks {
   std::vector<TrackedBox> counted, neutral;
 };
 
-// A list of tracks for each frame. Lines are frame,id,x,y,width,height,flag,class,visibility; an
+// A list of tracks for each frame. Lines are frame,id,x,y,width,height,flag,class,visibility, where
+// the left upper corner of the picture is 1,1; in what is returned it is 0,0, as in results. An
 // object whose flag is 0 is not counted, and neutral if its class is one of MOTChallenge's
 // distractors (2, 7, 8, 12). LABELS_INVALID, with the line, for one that cannot be read or
 // contradicts another or the sequence.

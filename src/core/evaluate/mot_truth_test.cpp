@@ -60,7 +60,7 @@ TEST(MotTruth, HasCountedAndNeutralObjects) {
   ASSERT_TRUE(truth);
   ASSERT_EQ(truth->size(), 3U);
   ASSERT_EQ((*truth)[0].counted.size(), 1U);
-  EXPECT_EQ((*truth)[0].counted[0].box, (Rectangle{10, 20, 30, 40}));
+  EXPECT_EQ((*truth)[0].counted[0].box, (Rectangle{9, 19, 30, 40}));  // the file counts from 1
   EXPECT_EQ((*truth)[0].neutral.at(0).track, 2);
   EXPECT_TRUE((*truth)[1].counted.empty());
   EXPECT_EQ((*truth)[2].counted.size(), 1U);
@@ -84,8 +84,9 @@ TEST(MotTruthRefused, TruthThatContradictsItself) {
   EXPECT_SAYS(refused("1,1,10,20,30,40\n1,1,90,20,30,40"), "a track is twice in the same frame");
   EXPECT_SAYS(refused("1,1.5,10,20,30,40"), "the number of a track is not whole");
   EXPECT_SAYS(refused("1,1,10,20,0,40"), "a box has no area");
-  EXPECT_SAYS(refused("1,1,640,20,5,40"), "a box is outside of its picture");
-  EXPECT_SAYS(refused("1,1,640,20,5,40"), "640 x 480");
+  EXPECT_SAYS(refused("1,1,641,20,5,40"), "a box is outside of its picture");
+  EXPECT_SAYS(refused("1,1,641,20,5,40"), "640 x 480");
+  EXPECT_TRUE(read("1,1,640,20,5,40"));  // the last column
 }
 
 TEST(NeutralObjects, TakeTheirBoxesAway) {

@@ -44,6 +44,11 @@ void BoxMotion::predict(double steps, bool keep_size) noexcept {
   for (size_t i = 2; i < 4; ++i) axes_[i].value = std::max(axes_[i].value, 1e-3);
 }
 
+void BoxMotion::shift(float x, float y) noexcept {
+  axes_[0].value += x;
+  axes_[1].value += y;
+}
+
 void BoxMotion::correct(const Box& box) noexcept {
   const auto z = measured(box);
   const double noise = square(kValueNoise * scale());

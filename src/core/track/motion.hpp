@@ -15,6 +15,7 @@ class BoxMotion {
   explicit BoxMotion(const Box& box) noexcept;
   // Advances by `steps`, which is not negative. `keep_size`: the size of a lost object stays.
   void predict(double steps, bool keep_size) noexcept;
+  void shift(float x, float y) noexcept;  // what the camera did
   void correct(const Box& box) noexcept;
   Box box() const noexcept;
 

@@ -5,6 +5,7 @@
 #include <cmath>
 #include <limits>
 
+#include "core/track/common_motion.hpp"
 #include "weir/results.h"
 
 namespace weir::track {
@@ -38,6 +39,24 @@ void Tracker::predict(double seconds, const Options& options) {
     if (options.mode != Mode::ByteTrack) continue;
     t.motion.predict(passed * kStepsPerSecond, t.is_lost);
     t.predicted = t.motion.box();
+  }
+}
+
+// Moves all tracks by the motion that those of the last frame have in common.
+void Tracker::follow_camera(std::span<const TrackedBox> boxes, const Options& options) {
+  std::vector<Box> predicted, found;
+  for (const auto& t : tracks_)
+    if (!t.is_lost && t.number != 0) predicted.push_back(t.predicted);
+  for (const auto& b : boxes)
+    if (b.score >= options.high && can_follow(b.box)) found.push_back(b.box);
+  const Shift shift = common_motion(predicted, found);
+  const auto move = [&](Box* b) {
+    b->x1 += shift.x, b->x2 += shift.x, b->y1 += shift.y, b->y2 += shift.y;
+  };
+  for (auto& t : tracks_) {
+    t.motion.shift(shift.x, shift.y);
+    move(&t.predicted);
+    move(&t.last);
   }
 }
 
@@ -142,6 +161,7 @@ void Tracker::finish_tracks() {
 const std::vector<uint32_t>& Tracker::follow(std::span<const TrackedBox> boxes, double seconds,
                                              const Options& options) {
   predict(seconds, options);
+  if (options.mode == Mode::ByteTrack && options.camera_motion) follow_camera(boxes, options);
   track_of_.assign(boxes.size(), -1);
   const auto is_high = [&](const TrackedBox& b) { return b.score >= options.high; };
   const auto is_low = [&](const TrackedBox& b) {

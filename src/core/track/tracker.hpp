@@ -23,17 +23,19 @@ enum class Mode : int { ByteTrack, Iou };
 
 struct Options {
   Mode mode = Mode::ByteTrack;
-  float high = 0.5f;      // least score of boxes that are matched first, and that begin tracks
-  float low = 0.1f;       // least score of boxes that continue tracks
-  float match = 0.2f;     // least intersection over union of a track and its box
-  double max_age = 1;     // seconds that a track lives without a box
-  uint32_t min_hits = 2;  // frames with a box before an object gets its number
+  float high = 0.5f;          // least score of boxes that are matched first, and that begin tracks
+  float low = 0.1f;           // least score of boxes that continue tracks
+  float match = 0.2f;         // least intersection over union of a track and its box
+  double max_age = 1;         // seconds that a track lives without a box
+  bool camera_motion = true;  // follow a motion that all objects have in common
+  uint32_t min_hits = 2;      // frames with a box before an object gets its number
 };
 
 // ByteTrack (arXiv 2110.06864): boxes of a high score are matched with the predicted boxes of the
 // tracks, then those of a low score with the tracks that are left. The tracks that are still left
-// are matched by their last observed box, as OC-SORT (arXiv 2203.14360) recovers them. Mode Iou
-// matches last boxes only, without prediction. Used by one thread at a time.
+// are matched by their last observed box, as OC-SORT (arXiv 2203.14360) recovers them. Before all
+// this, the motion that tracks have in common moves them, as that of the camera. Mode Iou matches
+// last boxes only, without prediction. Used by one thread at a time.
 class Tracker {
  public:
   // Lost tracks beyond this many are forgotten, those lost for the longest time first.
@@ -61,6 +63,7 @@ class Tracker {
   struct OpenBoxes;
 
   void predict(double seconds, const Options& options);
+  void follow_camera(std::span<const TrackedBox> boxes, const Options& options);
   template <class UseBox>
   OpenBoxes open_boxes(std::span<const TrackedBox> boxes, UseBox use_box) const;
   void add_candidates(std::span<const TrackedBox> boxes, const OpenBoxes& open, uint32_t number,

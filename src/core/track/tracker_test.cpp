@@ -85,6 +85,38 @@ TEST(Tracker, TheIouModeLosesThatObject) {
   EXPECT_EQ(last, Numbers{2});
 }
 
+// A camera that jumps 30 pixels to and fro, more than half of the boxes' width.
+Numbers numbers_of_a_jump(const Options& options) {
+  Tracker tracker;
+  Numbers last;
+  for (int i = 0; i < 20; ++i) {
+    const float jump = i % 2 ? 30.f : 0.f;
+    Boxes boxes;
+    for (int k = 0; k < 6; ++k) boxes.push_back(at(static_cast<float>(k) * 45 + jump, 20));
+    last = tracker.follow(boxes, i / 30.0, options);
+  }
+  return last;
+}
+
+TEST(Tracker, TheMotionOfTheCameraChangesNoNumbers) {
+  EXPECT_EQ(numbers_of_a_jump({}), (Numbers{1, 2, 3, 4, 5, 6}));
+  EXPECT_NE(numbers_of_a_jump({.camera_motion = false}), (Numbers{1, 2, 3, 4, 5, 6}));
+}
+
+TEST(Tracker, ALostTrackMovesWithTheCamera) {
+  Tracker tracker;
+  Numbers last;
+  for (int i = 0; i < 20; ++i) {
+    const float pan =
+        i < 8 ? 0 : static_cast<float>(i - 8) * 15;  // the last one is hidden meanwhile
+    Boxes boxes;
+    for (int k = 0; k < (i >= 8 && i < 16 ? 5 : 6); ++k)
+      boxes.push_back(at(static_cast<float>(k) * 100 + pan, 20));
+    last = tracker.follow(boxes, i / 30.0, {});
+  }
+  EXPECT_EQ(last, (Numbers{1, 2, 3, 4, 5, 6}));
+}
+
 TEST(Tracker, LowScoresContinueTracksAndBeginNone) {
   Tracker tracker;
   tracker.follow(Boxes{at(0, 0)}, 0, {});

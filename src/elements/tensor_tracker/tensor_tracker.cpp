@@ -91,6 +91,7 @@ class TensorTracker : public gst::CountedTransform<TensorTracker> {
     float high = 0.5f, low = 0.1f, match = 0.2f;
     uint64_t max_age = 1000000000;
     uint32_t min_hits = 2;
+    bool camera_motion = true;
   };
   static constexpr auto kPlaying = gst::Changeable::WhilePlaying;
   static constexpr uint64_t kLongest = uint64_t{24} * 3600 * 1000000000;
@@ -111,6 +112,9 @@ class TensorTracker : public gst::CountedTransform<TensorTracker> {
       gst::Property{"min-hits", &Settings::min_hits,
                     "Number of consecutive frames with a box before an object gets its number",
                     kPlaying, 1u, 1000u},
+      gst::Property{"camera-motion", &Settings::camera_motion,
+                    "Whether a motion that most objects have in common is that of the camera",
+                    kPlaying},
   };
 
   Status start() {
@@ -218,6 +222,7 @@ class TensorTracker : public gst::CountedTransform<TensorTracker> {
                                            .low = s.low,
                                            .match = s.match,
                                            .max_age = static_cast<double>(s.max_age) / GST_SECOND,
+                                           .camera_motion = s.camera_motion,
                                            .min_hits = s.min_hits});
     for (size_t i = 0; i < numbers.size(); ++i)
       rows_[places_[i].tensor][places_[i].index] = static_cast<float>(numbers[i]);
