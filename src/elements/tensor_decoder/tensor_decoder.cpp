@@ -115,9 +115,7 @@ class TensorDecoder : public gst::CountedTransform<TensorDecoder> {
   }
 
   GstCaps* transform_caps(GstPadDirection direction, GstCaps* caps, GstCaps* filter) {
-    auto result = direction == GST_PAD_SRC ? input_template() : output_or_empty(caps);
-    if (!filter) return result.release();
-    return gst_caps_intersect_full(filter, result.get(), GST_CAPS_INTERSECT_FIRST);
+    return caps_of_other_pad(direction, filter, [&] { return output_or_empty(caps); });
   }
 
   Status set_caps(GstCaps* in, GstCaps* out) {

@@ -61,11 +61,7 @@ class TensorFromRoi : public gst::CountedTransform<TensorFromRoi> {
   }
 
   GstCaps* transform_caps(GstPadDirection direction, GstCaps* caps, GstCaps* filter) {
-    auto result = direction == GST_PAD_SRC ? Ref<GstCaps>::adopt(gst_pad_get_pad_template_caps(
-                                                 GST_BASE_TRANSFORM_SINK_PAD(self())))
-                                           : output_caps(caps);
-    if (!filter) return result.release();
-    return gst_caps_intersect_full(filter, result.get(), GST_CAPS_INTERSECT_FIRST);
+    return caps_of_other_pad(direction, filter, [&] { return output_caps(caps); });
   }
 
   bool set_caps(GstCaps* in, GstCaps*) {

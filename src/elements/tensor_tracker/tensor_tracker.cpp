@@ -7,8 +7,6 @@
 
 #include "core/tensor/tensor_header.hpp"
 #include "core/track/tracker.hpp"
-#include "gstcpp/buffer/allocation.hpp"
-#include "gstcpp/buffer/frame_errors.hpp"
 #include "gstcpp/buffer/frame_parts.hpp"
 #include "gstcpp/buffer/frame_reader.hpp"
 #include "gstcpp/buffer/tensor_caps.hpp"
@@ -126,12 +124,7 @@ class TensorTracker : public gst::CountedTransform<TensorTracker> {
   }
 
   GstCaps* transform_caps(GstPadDirection direction, GstCaps* caps, GstCaps* filter) {
-    auto result = Ref<GstCaps>::adopt(gst_pad_get_pad_template_caps(
-        direction == GST_PAD_SRC ? GST_BASE_TRANSFORM_SINK_PAD(self())
-                                 : GST_BASE_TRANSFORM_SRC_PAD(self())));
-    if (direction == GST_PAD_SINK && gst_caps_is_fixed(caps)) result = output_caps(caps);
-    if (!filter) return result.release();
-    return gst_caps_intersect_full(filter, result.get(), GST_CAPS_INTERSECT_FIRST);
+    return caps_of_other_pad(direction, filter, [&] { return output_caps(caps); });
   }
 
   Status set_caps(GstCaps* in, GstCaps*) {
@@ -185,7 +178,9 @@ class TensorTracker : public gst::CountedTransform<TensorTracker> {
     }
     return roles;
   }
-  static Ref<GstCaps> output_caps(const GstCaps* in) {
+  Ref<GstCaps> output_caps(const GstCaps* in) const {
+    if (!gst_caps_is_fixed(in))
+      return Ref<GstCaps>::adopt(gst_pad_get_pad_template_caps(GST_BASE_TRANSFORM_SRC_PAD(self())));
     auto caps = Ref<GstCaps>::adopt(
         gst_caps_new_simple("other/tensors", "format", G_TYPE_STRING, "flexible", nullptr));
     if (const auto* rate = gst_structure_get_value(gst_caps_get_structure(in, 0), "framerate"))
@@ -283,14 +278,8 @@ class TensorTracker : public gst::CountedTransform<TensorTracker> {
     TensorHeader header{.spec = reader_.tensors()[tensor].spec, .format = Format::Flexible};
     if (columns_[tensor].track < 0) header.spec.shape = widened(header.spec.shape);
     const auto numbers = std::as_bytes(std::span(rows_[tensor]));
-    auto memory = gst::allocate_memory(kTensorHeaderBytes + numbers.size());
-    if (!memory) return memory.error();
-    const gst::MappedMemory map(memory->get(), GST_MAP_WRITE);
-    if (!map) return gst::memory_ran_out(numbers.size());
-    write_tensor_header(header, map.bytes().first<kTensorHeaderBytes>());
-    std::memcpy(map.bytes().data() + kTensorHeaderBytes, numbers.data(), numbers.size());
     ledger_.copied(numbers.size());
-    return gst::TensorPiece{*std::move(memory), header.spec};
+    return gst::make_piece(header, numbers);
   }
   static Shape widened(Shape shape) {
     shape[0] += 1;

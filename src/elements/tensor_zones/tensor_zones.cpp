@@ -5,10 +5,8 @@
 
 #include "core/records/source_labels.hpp"
 #include "core/records/zoned_results.hpp"
-#include "core/tensor/tensor_header.hpp"
 #include "elements/tensor_zones/watched_zones.hpp"
 #include "elements/tensor_zones/zone_messages.hpp"
-#include "gstcpp/buffer/allocation.hpp"
 #include "gstcpp/buffer/frame_errors.hpp"
 #include "gstcpp/buffer/frame_reader.hpp"
 #include "gstcpp/buffer/tensor_caps.hpp"
@@ -82,11 +80,7 @@ class TensorZones : public gst::CountedTransform<TensorZones> {
   }
 
   GstCaps* transform_caps(GstPadDirection direction, GstCaps* caps, GstCaps* filter) {
-    auto result = direction == GST_PAD_SRC ? Ref<GstCaps>::adopt(gst_pad_get_pad_template_caps(
-                                                 GST_BASE_TRANSFORM_SINK_PAD(self())))
-                                           : output_caps(caps);
-    if (!filter) return result.release();
-    return gst_caps_intersect_full(filter, result.get(), GST_CAPS_INTERSECT_FIRST);
+    return caps_of_other_pad(direction, filter, [&] { return output_caps(caps); });
   }
 
   Status set_caps(GstCaps* in, GstCaps*) {
@@ -264,7 +258,8 @@ class TensorZones : public gst::CountedTransform<TensorZones> {
     std::vector<gst::TensorPiece> all;
     for (const auto& output : outputs) {
       if (output.input < 0) {
-        auto piece = piece_of(output);
+        auto piece = gst::make_piece({.spec = output.spec, .format = Format::Flexible},
+                                     std::as_bytes(std::span(output.numbers)));
         if (!piece) return piece.error();
         all.push_back(*std::move(piece));
         continue;
@@ -279,20 +274,6 @@ class TensorZones : public gst::CountedTransform<TensorZones> {
       all.push_back(*std::move(with));
     }
     return gst::append_tensors(all, out, &ledger_);
-  }
-
-  static Result<gst::TensorPiece> piece_of(const records::OutputTensor& tensor) {
-    const auto numbers = std::as_bytes(std::span(tensor.numbers));
-    auto memory = gst::allocate_memory(kTensorHeaderBytes + numbers.size());
-    if (!memory) return memory.error();
-    const gst::MappedMemory map(memory->get(), GST_MAP_WRITE);
-    if (!map) return gst::memory_ran_out(numbers.size());
-    TensorHeader header;
-    header.spec = tensor.spec;
-    header.format = Format::Flexible;
-    write_tensor_header(header, map.bytes().first<kTensorHeaderBytes>());
-    std::memcpy(map.bytes().data() + kTensorHeaderBytes, numbers.data(), numbers.size());
-    return gst::TensorPiece{*std::move(memory), tensor.spec};
   }
 
   // For `stats`, which any thread reads.

@@ -135,19 +135,24 @@ Status append_pieces(GstBuffer* buffer, const FrameSpec& spec, Ledger* ledger,
   return append_flexible(buffer, ledger, pieces);
 }
 
-Result<TensorPiece> with_header(const TensorPiece& piece, Ledger* ledger) {
-  const MappedMemory from(piece.memory.get(), GST_MAP_READ);
-  if (!from) return memory_not_mapped();
-  auto memory = allocate_memory(kTensorHeaderBytes + from.bytes().size());
+Result<TensorPiece> make_piece(const TensorHeader& header, std::span<const std::byte> bytes) {
+  auto memory = allocate_memory(kTensorHeaderBytes + bytes.size());
   if (!memory) return memory.error();
   const MappedMemory to(memory->get(), GST_MAP_WRITE);
   if (!to) return memory_not_mapped();
+  write_tensor_header(header, to.bytes().first<kTensorHeaderBytes>());
+  std::memcpy(to.bytes().data() + kTensorHeaderBytes, bytes.data(), bytes.size());
+  return TensorPiece{*std::move(memory), header.spec};
+}
+
+Result<TensorPiece> with_header(const TensorPiece& piece, Ledger* ledger) {
+  const MappedMemory from(piece.memory.get(), GST_MAP_READ);
+  if (!from) return memory_not_mapped();
   TensorHeader header;
   header.spec = piece.spec;
-  write_tensor_header(header, to.bytes().first<kTensorHeaderBytes>());
-  std::memcpy(to.bytes().data() + kTensorHeaderBytes, from.bytes().data(), from.bytes().size());
-  ledger->copied(from.bytes().size());
-  return TensorPiece{*std::move(memory), piece.spec};
+  auto out = make_piece(header, from.bytes());
+  if (out) ledger->copied(from.bytes().size());
+  return out;
 }
 
 namespace {

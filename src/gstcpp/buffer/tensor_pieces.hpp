@@ -9,6 +9,7 @@
 
 #include "core/ledger/ledger.hpp"
 #include "core/tensor/frame_spec.hpp"
+#include "core/tensor/tensor_header.hpp"
 #include "gstcpp/element/ref.hpp"
 
 namespace weir::gst {
@@ -23,6 +24,10 @@ struct TensorPiece {
 // Errors: FRAME_SIZE, HEADER_INVALID, MAPPING_FAILED, OUT_OF_MEMORY.
 Status append_pieces(GstBuffer* buffer, const FrameSpec& spec, Ledger* ledger,
                      std::vector<TensorPiece>* pieces);
+
+// A memory with the 128-byte header followed by `bytes`.
+// Errors: MAPPING_FAILED, OUT_OF_MEMORY.
+Result<TensorPiece> make_piece(const TensorHeader& header, std::span<const std::byte> bytes);
 
 // The tensor preceded by the 128-byte header of a flexible stream: a copy, counted.
 Result<TensorPiece> with_header(const TensorPiece& piece, Ledger* ledger);

@@ -42,6 +42,18 @@ class CountedTransform : public Element<Impl, BaseTransform> {
     return GST_FLOW_ERROR;
   }
 
+  // For transform_caps() of an element that takes whatever its sink pad's template says, and whose
+  // output follows from its input: `output` returns the output caps for the caps in question.
+  template <class Output>
+  GstCaps* caps_of_other_pad(GstPadDirection direction, GstCaps* filter, const Output& output) {
+    GstPad* const sink = GST_BASE_TRANSFORM_SINK_PAD(this->self());
+    const Ref<GstCaps> caps = direction == GST_PAD_SRC
+                                  ? Ref<GstCaps>::adopt(gst_pad_get_pad_template_caps(sink))
+                                  : output();
+    if (!filter) return gst_caps_ref(caps.get());
+    return gst_caps_intersect_full(filter, caps.get(), GST_CAPS_INTERSECT_FIRST);
+  }
+
   // Copies flags, times and metas of `in` by the rules of the base class.
   void copy_metadata(GstBuffer* in, GstBuffer* out) {
     if (!this->parent_class()->copy_metadata(this->self(), in, out))
