@@ -16,23 +16,26 @@ double threshold_at(size_t index) noexcept {
   return 0.05 * static_cast<double>(index + 1);
 }
 
+// Adds for each pair of boxes of a frame how much of the overlaps of both is the pair's own.
+void add_agreement(const NumberedFrame& frame, track::Matrix* out) {
+  std::vector<double> of_truth(frame.truth.size()), of_found(frame.found.size());
+  for (size_t t = 0; t < frame.truth.size(); ++t)
+    for (size_t f = 0; f < frame.found.size(); ++f) {
+      of_truth[t] += frame.overlaps.at(t, f);
+      of_found[f] += frame.overlaps.at(t, f);
+    }
+  for (size_t t = 0; t < frame.truth.size(); ++t)
+    for (size_t f = 0; f < frame.found.size(); ++f) {
+      const double overlap = frame.overlaps.at(t, f);
+      const double all = of_truth[t] + of_found[f] - overlap;
+      if (all > kRounding) out->at(frame.truth[t], frame.found[f]) += overlap / all;
+    }
+}
+
 // How well each track of the truth and each found one agree, by the overlaps of all their boxes.
 track::Matrix agreement(const NumberedSequence& numbered) {
   track::Matrix out(numbered.truth_lengths.size(), numbered.found_lengths.size());
-  for (const NumberedFrame& frame : numbered.frames) {
-    std::vector<double> of_truth(frame.truth.size()), of_found(frame.found.size());
-    for (size_t t = 0; t < frame.truth.size(); ++t)
-      for (size_t f = 0; f < frame.found.size(); ++f) {
-        of_truth[t] += frame.overlaps.at(t, f);
-        of_found[f] += frame.overlaps.at(t, f);
-      }
-    for (size_t t = 0; t < frame.truth.size(); ++t)
-      for (size_t f = 0; f < frame.found.size(); ++f) {
-        const double overlap = frame.overlaps.at(t, f);
-        const double all = of_truth[t] + of_found[f] - overlap;
-        if (all > kRounding) out.at(frame.truth[t], frame.found[f]) += overlap / all;
-      }
-  }
+  for (const NumberedFrame& frame : numbered.frames) add_agreement(frame, &out);
   for (size_t t = 0; t < out.rows(); ++t)
     for (size_t f = 0; f < out.columns(); ++f) {
       const double lengths =
@@ -40,6 +43,16 @@ track::Matrix agreement(const NumberedSequence& numbered) {
       out.at(t, f) /= lengths - out.at(t, f);
     }
   return out;
+}
+
+// Matches the boxes of a frame. Tracks that agree over the whole sequence are preferred.
+std::vector<std::optional<size_t>> match(const NumberedFrame& frame,
+                                         const track::Matrix& agreements) {
+  track::Matrix values(frame.truth.size(), frame.found.size());
+  for (size_t t = 0; t < frame.truth.size(); ++t)
+    for (size_t f = 0; f < frame.found.size(); ++f)
+      values.at(t, f) = agreements.at(frame.truth[t], frame.found[f]) * frame.overlaps.at(t, f);
+  return track::best_assignment(values);
 }
 
 // Frames in which two tracks were matched, for each threshold.
@@ -54,22 +67,19 @@ std::array<HotaCounts, kHotaThresholds> hota_counts(const Sequence& sequence) {
   std::array<HotaCounts, kHotaThresholds> out{};
   std::unordered_map<size_t, PairCounts> pairs;  // by truth * columns + found
   for (const NumberedFrame& frame : numbered.frames) {
-    track::Matrix values(frame.truth.size(), frame.found.size());
-    for (size_t t = 0; t < frame.truth.size(); ++t)
-      for (size_t f = 0; f < frame.found.size(); ++f)
-        values.at(t, f) = agreements.at(frame.truth[t], frame.found[f]) * frame.overlaps.at(t, f);
-    const auto matches = track::best_assignment(values);
-    for (size_t a = 0; a < kHotaThresholds; ++a) {
-      double matched = 0;
-      for (size_t t = 0; t < matches.size(); ++t) {
-        if (!matches[t] || frame.overlaps.at(t, *matches[t]) < threshold_at(a) - kRounding)
-          continue;
-        ++matched;
-        ++pairs[frame.truth[t] * columns + frame.found[*matches[t]]][a];
+    for (HotaCounts& counts : out) {
+      counts.missed += static_cast<double>(frame.truth.size());
+      counts.false_found += static_cast<double>(frame.found.size());
+    }
+    const auto matches = match(frame, agreements);
+    for (size_t t = 0; t < matches.size(); ++t) {
+      if (!matches[t]) continue;
+      const double overlap = frame.overlaps.at(t, *matches[t]);
+      PairCounts& pair = pairs[frame.truth[t] * columns + frame.found[*matches[t]]];
+      for (size_t a = 0; a < kHotaThresholds && overlap >= threshold_at(a) - kRounding; ++a) {
+        ++out[a].matches, --out[a].missed, --out[a].false_found;
+        ++pair[a];
       }
-      out[a].matches += matched;
-      out[a].missed += static_cast<double>(frame.truth.size()) - matched;
-      out[a].false_found += static_cast<double>(frame.found.size()) - matched;
     }
   }
   for (const auto& [pair, counts] : pairs) {

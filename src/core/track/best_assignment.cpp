@@ -33,40 +33,52 @@ class ShortestPaths {
     return -(is_transposed_ ? values_.at(column - 1, row) : values_.at(row, column - 1));
   }
 
+  // The shortest known paths from the start node to the columns.
+  struct Paths {
+    explicit Paths(size_t n) : distance(n, std::numeric_limits<double>::infinity()), before(n) {}
+    std::vector<double> distance;
+    std::vector<size_t> before;
+    std::vector<bool> is_done = std::vector<bool>(before.size());
+  };
+
+  // Shortens paths by way of `column`. Returns the nearest column that is not done.
+  size_t extend(size_t column, Paths* paths) const {
+    const size_t row = row_of_[column];
+    size_t nearest = 0;  // its distance stays infinite
+    for (size_t c = 1; c <= columns_; ++c) {
+      if (paths->is_done[c]) continue;
+      const double length = cost(row, c) - row_price_[row] - column_price_[c];
+      if (length < paths->distance[c]) {
+        paths->distance[c] = length;
+        paths->before[c] = column;
+      }
+      if (paths->distance[c] < paths->distance[nearest]) nearest = c;
+    }
+    return nearest;
+  }
+
+  void raise_prices(double step, Paths* paths) {
+    for (size_t c = 0; c <= columns_; ++c) {
+      if (!paths->is_done[c]) {
+        paths->distance[c] -= step;
+        continue;
+      }
+      row_price_[row_of_[c]] += step;
+      column_price_[c] -= step;
+    }
+  }
+
   void add(size_t new_row) {
-    std::vector<double> distance(columns_ + 1, std::numeric_limits<double>::infinity());
-    std::vector<size_t> before(columns_ + 1, 0);
-    std::vector<bool> is_done(columns_ + 1, false);
+    Paths paths(columns_ + 1);
     row_of_[0] = new_row;
     size_t column = 0;
     while (row_of_[column] != kNone) {
-      is_done[column] = true;
-      const size_t row = row_of_[column];
-      double least = std::numeric_limits<double>::infinity();
-      size_t next = 0;
-      for (size_t c = 1; c <= columns_; ++c) {
-        if (is_done[c]) continue;
-        const double length = cost(row, c) - row_price_[row] - column_price_[c];
-        if (length < distance[c]) {
-          distance[c] = length;
-          before[c] = column;
-        }
-        if (distance[c] < least) {
-          least = distance[c];
-          next = c;
-        }
-      }
-      for (size_t c = 0; c <= columns_; ++c) {
-        if (!is_done[c]) {
-          distance[c] -= least;
-          continue;
-        }
-        row_price_[row_of_[c]] += least;
-        column_price_[c] -= least;
-      }
-      column = next;
+      paths.is_done[column] = true;
+      column = extend(column, &paths);
+      raise_prices(paths.distance[column], &paths);
     }
-    for (; column != 0; column = before[column]) row_of_[column] = row_of_[before[column]];
+    for (; column != 0; column = paths.before[column])
+      row_of_[column] = row_of_[paths.before[column]];
   }
 
   const Matrix& values_;

@@ -3,6 +3,7 @@
 #include "core/zone/zone_counter.hpp"
 
 #include <algorithm>
+#include <limits>
 #include <string>
 
 namespace weir::zone {
@@ -75,7 +76,8 @@ void ZoneCounter::set_zones(std::shared_ptr<const ZoneSet> zones) {
   for (const ZoneCounts& one : counts_) classes_ += one.of_class.size();
   bounds_.clear();
   for (const Zone& zone : zones_->zones) {
-    Bounds around{INFINITY, INFINITY, -INFINITY, -INFINITY};
+    constexpr double kInfinity = std::numeric_limits<double>::infinity();
+    Bounds around{kInfinity, kInfinity, -kInfinity, -kInfinity};
     for (const Point& p : zone.points) {
       around.left = std::min(around.left, p.x), around.right = std::max(around.right, p.x);
       around.top = std::min(around.top, p.y), around.bottom = std::max(around.bottom, p.y);
@@ -179,37 +181,47 @@ void ZoneCounter::see(const Sighting& sighting) {
   bool is_new = false;
   Track* track = find_track(sighting, &is_new);
   if (!track) return see_without_track(sighting);
-  const std::array<Point, kReferences> from = track->at;
+  const ReferencePoints from = track->at;
   for (size_t i = 0; i < kReferences; ++i)
     track->at[i] = reference_point(sighting.box, sighting.rotation, static_cast<Reference>(i));
   track->frame = frame_;
   track->time = now_;
   speed_ = speed_of(track, track->at[index_of(Reference::Bottom)]);
   for (uint32_t i = 0; i < bounds_.size(); ++i) {
-    const Zone& zone = zones_->zones[i];
-    const Point to = track->at[index_of(zone.reference)];
-    const Bounds& around = bounds_[i];
-    if (zone.kind == Kind::Area) {
-      const bool may_be_inside = to.x >= around.left && to.x <= around.right &&
-                                 to.y >= around.top && to.y <= around.bottom;
-      const bool is_inside = may_be_inside && contains(zone.points, to);
-      if (is_inside || !track->stays.empty()) update_stay(i, is_inside, sighting, track);
-      continue;
-    }
-    if (is_new) continue;
-    const auto crossed =
-        crossing(zone.points[0], zone.points[1], from[index_of(zone.reference)], to);
-    if (crossed == Crossing::None) continue;
-    const bool is_forward = crossed == Crossing::Forward;
-    count(i, sighting.class_index,
-          [&](Counts* counts) { ++(is_forward ? counts->forward : counts->backward); });
-    add_event({.kind = is_forward ? EventKind::Forward : EventKind::Backward,
-               .zone = i,
-               .track = sighting.track,
-               .group = sighting.group,
-               .class_index = sighting.class_index,
-               .speed = speed_});
+    if (zones_->zones[i].kind == Kind::Area)
+      visit_area(i, sighting, track);
+    else if (!is_new)
+      cross_line(i, sighting, from, *track);
   }
+}
+
+void ZoneCounter::visit_area(uint32_t zone, const Sighting& sighting, Track* track) {
+  const Zone& area = zones_->zones[zone];
+  const Point at = track->at[index_of(area.reference)];
+  const Bounds& around = bounds_[zone];
+  const bool may_be_inside =
+      at.x >= around.left && at.x <= around.right && at.y >= around.top && at.y <= around.bottom;
+  const bool is_inside = may_be_inside && contains(area.points, at);
+  if (is_inside || !track->stays.empty()) update_stay(zone, is_inside, sighting, track);
+}
+
+// `from`: the track's reference points in the frame in which it was last seen.
+void ZoneCounter::cross_line(uint32_t zone, const Sighting& sighting, const ReferencePoints& from,
+                             const Track& track) {
+  const Zone& line = zones_->zones[zone];
+  const size_t reference = index_of(line.reference);
+  const auto crossed =
+      crossing(line.points[0], line.points[1], from[reference], track.at[reference]);
+  if (crossed == Crossing::None) return;
+  const bool is_forward = crossed == Crossing::Forward;
+  count(zone, sighting.class_index,
+        [&](Counts* counts) { ++(is_forward ? counts->forward : counts->backward); });
+  add_event({.kind = is_forward ? EventKind::Forward : EventKind::Backward,
+             .zone = zone,
+             .track = sighting.track,
+             .group = sighting.group,
+             .class_index = sighting.class_index,
+             .speed = speed_});
 }
 
 // Counts it as inside for this frame.

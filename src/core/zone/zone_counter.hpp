@@ -128,10 +128,11 @@ class ZoneCounter {
     int64_t time = 0;
     Point pixel;
   };
+  using ReferencePoints = std::array<Point, kReferences>;
   struct Track {
     uint64_t frame = 0;  // of the last sighting
     int64_t time = 0;    // likewise
-    std::array<Point, kReferences> at{};
+    ReferencePoints at{};
     std::vector<Stay> stays{};  // in the order of their zones
     std::array<Sample, kSampleLimit> samples{};
     size_t n_samples = 0, oldest = 0;  // of `samples`, a ring
@@ -147,8 +148,9 @@ class ZoneCounter {
   void see(const Sighting& sighting);
   void see_without_track(const Sighting& sighting);
   Track* find_track(const Sighting& sighting, bool* is_new);
-  void visit(uint32_t zone, const Sighting& sighting, bool is_new, const Track& before,
-             Track* track);
+  void visit_area(uint32_t zone, const Sighting& sighting, Track* track);
+  void cross_line(uint32_t zone, const Sighting& sighting, const ReferencePoints& from,
+                  const Track& track);
   void update_stay(uint32_t zone, bool is_inside, const Sighting& sighting, Track* track);
   Speed speed_of(Track* track, Point pixel) const;
   void add_event(const Event& event);
