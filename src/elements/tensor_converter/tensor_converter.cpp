@@ -2,18 +2,13 @@
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #include <atomic>
 #include <cstring>
-#include <memory>
 
-#include "elements/tensor_converter/client_streams.hpp"
 #include "elements/tensor_converter/media.hpp"
 #include "elements/tensor_converter/negotiation.hpp"
-#include "elements/tensor_converter/tensor_memories.hpp"
+#include "elements/tensor_converter/tensor_stream.hpp"
 #include "gstcpp/buffer/frame_errors.hpp"
-#include "gstcpp/buffer/headered_frames.hpp"
-#include "gstcpp/buffer/memory_part.hpp"
 #include "gstcpp/buffer/query_meta.hpp"
 #include "gstcpp/buffer/tensor_caps.hpp"
-#include "gstcpp/buffer/tensor_meta.hpp"
 #include "gstcpp/element/backwards_time.hpp"
 #include "gstcpp/element/base_classes.hpp"
 #include "gstcpp/element/model_event.hpp"
@@ -70,6 +65,7 @@ class TensorConverter : public gst::Element<TensorConverter, gst::PlainElement> 
   void constructed() {
     sink_ = add_pad("sink");
     source_ = add_pad("src");
+    stream_.send_to(source_);
     gst_pad_set_chain_function(sink_, (chain<&TensorConverter::on_buffer>));
     gst_pad_set_event_function(sink_, (pad_event<&TensorConverter::on_event>));
     gst_pad_set_query_function(sink_, (pad_query<&TensorConverter::on_query>));
@@ -96,7 +92,7 @@ class TensorConverter : public gst::Element<TensorConverter, gst::PlainElement> 
     if (change == GST_STATE_CHANGE_READY_TO_PAUSED) {
       reset();
       ledger_.reset();
-      counts_->bytes_gathered = 0;
+      stream_.reset_counts();
       missing_times_ = clients_replaced_ = 0;
       times_.reset();
     }
@@ -108,8 +104,8 @@ class TensorConverter : public gst::Element<TensorConverter, gst::PlainElement> 
   GstFlowReturn on_buffer(GstBuffer* raw) {
     ledger_.received();
     auto input = Ref<GstBuffer>::adopt(raw);
-    if (medium_ && is_written()) follow_properties(input.get());
-    auto frames = convert(std::move(input));
+    if (stream_.is_configured() && is_written()) follow_properties(input.get());
+    auto frames = stream_.convert(std::move(input));
     if (!frames) return fail(frames.error());
     if (frames->warning) gst::post_warning(element(), *frames->warning);
     if (!frames->buffer) {
@@ -120,16 +116,17 @@ class TensorConverter : public gst::Element<TensorConverter, gst::PlainElement> 
     auto buffer = Ref<GstBuffer>::adopt(gst_buffer_make_writable(frames->buffer.release()));
     if (!buffer) return fail(gst::memory_not_mapped());
     const auto client = gst::client_of(buffer.get());
-    ClientStream& stream = streams_.of(client.value_or(0));
+    ClientStream& waiting = streams_.of(client.value_or(0));
     if (!GST_BUFFER_PTS_IS_VALID(buffer.get())) ++missing_times_;
-    if (!times_.may_pass(element(), GST_BUFFER_PTS(buffer.get()), &stream.times)) {
+    if (!times_.may_pass(element(), GST_BUFFER_PTS(buffer.get()), &waiting.times)) {
       ledger_.dropped(DropReason::Time);
       return GST_FLOW_OK;
     }
-    Chunker& chunker = stream.chunker;
+    Chunker& chunker = waiting.chunker;
     const size_t size = gst_buffer_get_size(buffer.get());
-    if (plan_.frame_bytes == 0) chunker.configure(size, plan_.frames_out, plan_.spec.rate);
-    const uint64_t count = plan_.frame_bytes == 0 ? 1 : size / plan_.frame_bytes;
+    const StreamPlan& plan = stream_.plan();
+    if (plan.frame_bytes == 0) chunker.configure(size, plan.frames_out, plan.spec.rate);
+    const uint64_t count = plan.frame_bytes == 0 ? 1 : size / plan.frame_bytes;
     if (set_timestamp_) chunker.stamp(buffer.get(), count, fallback_time());
     if (auto status = chunker.push(std::move(buffer), buffer_limit_); !status)
       return fail(status.error());
@@ -155,16 +152,15 @@ class TensorConverter : public gst::Element<TensorConverter, gst::PlainElement> 
         break;
       case GST_EVENT_FLUSH_STOP:
         drop_waiting(DropReason::Flush);
-        if (medium_) medium_->reset();
+        stream_.flush();
         gst_segment_init(&segment_, GST_FORMAT_TIME);
-        held_segment_ = {};
         break;
       case GST_EVENT_CUSTOM_DOWNSTREAM_STICKY:
         if (!gst::is_model_event(event)) break;
         gst_event_unref(event);  // the output has other tensors
         return TRUE;
       case GST_EVENT_GAP:
-        if (!waits_for_frame_) break;
+        if (!stream_.waits_for_frame()) break;
         gst_event_unref(event);
         return TRUE;
       default:
@@ -189,9 +185,8 @@ class TensorConverter : public gst::Element<TensorConverter, gst::PlainElement> 
         return TRUE;
       }
     }
-    if (GST_QUERY_TYPE(query) == GST_QUERY_ALLOCATION && medium_) {
-      gst::offer(query, allocation_);
-      medium_->offer(query);
+    if (GST_QUERY_TYPE(query) == GST_QUERY_ALLOCATION && stream_.is_configured()) {
+      stream_.offer(query);
       return TRUE;
     }
     return gst_pad_query_default(pad, GST_OBJECT_CAST(self()), query);
@@ -201,7 +196,7 @@ class TensorConverter : public gst::Element<TensorConverter, gst::PlainElement> 
     gst_structure_set(stats, "missing-times", G_TYPE_UINT64, missing_times_.load(),
                       "backwards-times", G_TYPE_UINT64, times_.count(), "clients-given-up",
                       G_TYPE_UINT64, clients_replaced_.load(), "bytes-copied", G_TYPE_UINT64,
-                      ledger_.snapshot().bytes_copied + counts_->bytes_gathered.load(), nullptr);
+                      ledger_.snapshot().bytes_copied + stream_.bytes_gathered(), nullptr);
   }
 
   Settings settings_;
@@ -247,24 +242,14 @@ class TensorConverter : public gst::Element<TensorConverter, gst::PlainElement> 
     if (lost > 0) ledger_.dropped(reason, lost);
   }
 
-  // A tensor cannot mix frames of different kinds; timestamps continue.
-  void drop_waiting_of_other_kind() {
-    const uint64_t lost = streams_.drop();
-    if (lost > 0) ledger_.dropped(DropReason::Flush, lost);
-  }
-
   void reset() {
     drop_waiting(DropReason::Flush);
-    medium_.reset();
-    allocation_ = {};
-    headered_.clear();
+    stream_.reset();
     gst_segment_init(&segment_, GST_FORMAT_TIME);
-    waits_for_frame_ = false;
-    held_segment_ = {};
   }
 
   GstClockTime fallback_time() const {
-    if (plan_.spec.rate.numerator <= 0) {
+    if (stream_.plan().spec.rate.numerator <= 0) {
       const auto now = gst_element_get_current_running_time(element());
       if (GST_CLOCK_TIME_IS_VALID(now)) return now;
     }
@@ -278,7 +263,7 @@ class TensorConverter : public gst::Element<TensorConverter, gst::PlainElement> 
       gst_segment_copy_into(segment, &segment_);
       times_.watch_segment(segment_);
       streams_.times_begin_again();
-      return send_segment(Ref<GstEvent>::adopt(event));
+      return stream_.send_segment(Ref<GstEvent>::adopt(event));
     }
     const bool bytes = segment->format == GST_FORMAT_BYTES;
     const uint64_t start = segment->start;
@@ -292,16 +277,11 @@ class TensorConverter : public gst::Element<TensorConverter, gst::PlainElement> 
     gst_segment_init(&segment_, GST_FORMAT_TIME);
     times_.watch_segment(segment_);
     streams_.times_begin_again();
-    const bool timed = medium_ && plan_.frame_bytes > 0 && known(plan_.spec.rate);
-    segment_.start = timed ? time_of(start / plan_.frame_bytes, plan_.spec.rate) : 0;
+    const StreamPlan& plan = stream_.plan();
+    const bool timed = stream_.is_configured() && plan.frame_bytes > 0 && known(plan.spec.rate);
+    segment_.start = timed ? time_of(start / plan.frame_bytes, plan.spec.rate) : 0;
     segment_.time = segment_.position = segment_.start;
-    return send_segment(Ref<GstEvent>::adopt(gst_event_new_segment(&segment_)));
-  }
-  // Holds the segment until caps are sent.
-  gboolean send_segment(Ref<GstEvent> segment) {
-    if (!waits_for_frame_) return gst_pad_push_event(source_, segment.release());
-    held_segment_ = std::move(segment);
-    return TRUE;
+    return stream_.send_segment(Ref<GstEvent>::adopt(gst_event_new_segment(&segment_)));
   }
 
   // Called before the frame `next`: renegotiates the stream; if that fails, or the new settings do
@@ -316,106 +296,20 @@ class TensorConverter : public gst::Element<TensorConverter, gst::PlainElement> 
     });
   }
 
-  // `goes_on`: a running stream whose frames carry their specs no longer needs a placeholder.
-  Status negotiate(GstCaps* caps, const Settings& s, bool goes_on,
+  Status negotiate(const GstCaps* caps, const Settings& s, bool goes_on,
                    const GstBuffer* next = nullptr) {
-    medium_.reset();
-    auto mode = parse_converter_mode(s.mode);
-    if (!mode && mode.error().code != Code::OPTION_SYNTAX) return mode.error();
+    const auto mode = parse_converter_mode(s.mode);
+    if (!mode && mode.error().code != Code::OPTION_SYNTAX) {
+      stream_.close();
+      return mode.error();
+    }
     if (!mode && !mode_is_reported_) warn_of_mode(mode.error());
     // A mode without a name is ignored.
-    auto medium = medium_for(caps, mode ? *mode : ConverterMode{});
-    if (!medium) return medium.error();
-    auto wanted = preferences(s, source_);
-    if (!wanted) return wanted.error();
-    wanted->limit = &buffer_limit_;
-    auto plan = (*medium)->configure(caps, *wanted);
-    if (!plan) return plan.error();
-    if (next)
-      if (auto status = (*medium)->accepts(next); !status) return status.error();
-    if (auto status = take(*std::move(plan), s, **medium, goes_on); !status) return status;
-    medium_ = *std::move(medium);
-    medium_->allocate_as(allocation_);
-    medium_->defer_with(deferral_ ? counts_ : nullptr);
-    return ok();
-  }
-
-  // Makes the plan that of the stream, and announces it unless it is known downstream or waits for
-  // a frame.
-  Status take(StreamPlan plan, const Settings& s, const Medium& medium, bool goes_on) {
-    const bool keeps = goes_on && plan.first_frame_decides && plan.spec.format == planned_format_;
-    planned_format_ = plan.spec.format;
-    if (keeps) plan.spec = plan_.spec;
-    // Audio of another rate cannot share a tensor; pictures of another rate can.
-    const bool resampled =
-        medium.type() == MediaType::Audio && !(plan.spec.rate == plan_.spec.rate);
-    if (resampled || plan.frame_bytes != plan_.frame_bytes || plan.frames_out != plan_.frames_out ||
-        !first_difference(plan.spec.tensors, plan_.spec.tensors).empty())
-      drop_waiting_of_other_kind();
-    plan_ = std::move(plan);
-    has_headers_ = false;
+    auto status = stream_.configure(caps, s, mode ? *mode : ConverterMode{}, goes_on, next);
+    if (!status) return status;
     set_timestamp_ = s.set_timestamp;
     times_.decide(s.on_backwards_time);
-    // Downstream need not accept a placeholder.
-    if (!keeps)
-      waits_for_frame_ =
-          (plan_.first_frame_decides || plan_.frames_have_rates) &&
-          !gst::downstream_accepts(source_, gst::choose_caps(source_, plan_.spec).get());
-    if (!keeps && !waits_for_frame_)
-      if (auto status = announce(); !status) return status;
-    if (plan_.frame_bytes > 0)
-      streams_.configure(plan_.frame_bytes, plan_.frames_out, plan_.spec.rate);
     return ok();
-  }
-
-  // Chooses and sends the caps of the plan's tensors.
-  Status announce() {
-    auto out = gst::choose_caps(source_, plan_.spec);
-    if (auto status = gst::send_caps(source_, plan_.spec, out.get()); !status) return status;
-    const auto chosen = gst::spec_from_caps(out.get());
-    if (!chosen) return chosen.error();
-    output_format_ = chosen->format;
-    waits_for_frame_ = false;
-    if (held_segment_) gst_pad_push_event(source_, held_segment_.release());
-    if (GST_PAD_IS_FLUSHING(source_)) return ok();  // this element is shutting down
-    const auto answer = gst::ask_peer(source_, out.get(), ledger_);
-    if (answer) allocation_ = gst::allocation_of(answer.get(), allocation_);
-    deferral_ = answer && output_format_ == Format::Static && plan_.frames_out == 1 &&
-                gst::deferral_is_offered(answer.get(), source_);
-    return ok();
-  }
-
-  Result<MediumFrames> convert(Ref<GstBuffer> buffer) {
-    if (!medium_)
-      return Error{.code = Code::NOT_NEGOTIATED,
-                   .what = "a buffer came before caps",
-                   .needed = "caps",
-                   .fix = "put a capsfilter after the source"};
-    if (gst_buffer_get_size(buffer.get()) == 0)
-      return Error{.code = Code::FRAME_SIZE,
-                   .what = "a buffer is empty",
-                   .offered = "0 bytes",
-                   .needed = "at least one frame",
-                   .fix = "check the upstream element"};
-    auto frames = medium_->frames(std::move(buffer), &ledger_);
-    if (!frames || frames->tensors.empty()) return frames;
-    const Format format = frames->is_flexible ? Format::Flexible : planned_format_;
-    const bool other_format = format != plan_.spec.format;
-    const bool changed =
-        other_format || !first_difference(frames->tensors, plan_.spec.tensors).empty();
-    const bool paced = frames->rate && !(*frames->rate == plan_.spec.rate);
-    FrameSpec before = plan_.spec;
-    plan_.spec.tensors = frames->tensors;
-    plan_.spec.format = format;
-    has_headers_ = frames->has_headers;
-    if (paced) plan_.spec.rate = *frames->rate;
-    if (changed) drop_waiting_of_other_kind();
-    const bool known = !changed || (!other_format && format == Format::Flexible);
-    if (!paced && known && !waits_for_frame_) return frames;
-    const Status status = announce();
-    if (status) return frames;
-    plan_.spec = std::move(before);
-    return status.error();
   }
 
   // Pushes what the chunker has.
@@ -429,51 +323,26 @@ class TensorConverter : public gst::Element<TensorConverter, gst::PlainElement> 
       if (!*out) return GST_FLOW_OK;
       ledger_.copied(chunker->take_copied());
       if (client) gst::set_client(out->get(), *client);
-      if (const auto flow = push(*std::move(out)); flow != GST_FLOW_OK) return flow;
-    }
-  }
-
-  GstFlowReturn push(Ref<GstBuffer> frames) {
-    auto made = has_headers_ ? Result(std::move(frames))
-                : output_format_ == Format::Flexible
-                    ? headered_.copy(frames.get(), plan_.spec.tensors, medium_->type(), &ledger_)
-                    : one_memory_each(std::move(frames), plan_.spec.tensors, &ledger_);
-    if (!made) {
-      gst::post_error(element(), made.error());
-      return GST_FLOW_ERROR;
-    }
-    auto buffer = *std::move(made);
-    if (plan_.picture) {
-      buffer = Ref<GstBuffer>::adopt(gst_buffer_make_writable(buffer.release()));
+      auto buffer = stream_.output_of(*std::move(out));
       if (!buffer) {
-        gst::post_error(element(), gst::memory_not_mapped());
+        gst::post_error(element(), buffer.error());
         return GST_FLOW_ERROR;
       }
-      gst::set_source_maps(buffer.get(), {*plan_.picture});
+      ledger_.pushed();
+      if (const auto flow = gst_pad_push(source_, buffer->release()); flow != GST_FLOW_OK)
+        return flow;
     }
-    ledger_.pushed();
-    return gst_pad_push(source_, buffer.release());
   }
 
   GstPad* sink_ = nullptr;    // owned by the element
   GstPad* source_ = nullptr;  // owned by the element
   // Streaming thread only:
-  std::unique_ptr<Medium> medium_;            // null until caps are accepted
-  gst::FollowedSettings<Settings> followed_;  // the settings of medium_
-  StreamPlan plan_;
-  gst::Allocation allocation_;  // requested by the peer
-  bool deferral_ = false;       // the peer accepts deferred memory
-  const std::shared_ptr<gst::DeferredCounts> counts_ = std::make_shared<gst::DeferredCounts>();
-  Format planned_format_ = Format::Static;  // of frames that do not define it themselves
-  Format output_format_ = Format::Static;   // of the caps that were sent
-  bool has_headers_ = false;                // the current frame's memories begin with headers
-  gst::HeaderedFrames headered_;
+  gst::FollowedSettings<Settings> followed_;  // the settings of stream_
   bool set_timestamp_ = true;
   gst::BackwardsTimes times_;
   GstSegment segment_{};
-  bool waits_for_frame_ = false;  // caps are sent when the first frame defines them
-  Ref<GstEvent> held_segment_;    // sent after the caps
   ClientStreams streams_{[this](uint64_t lost) { on_client_replaced(lost); }};
+  TensorStream stream_{&ledger_, &buffer_limit_, &streams_};
   std::atomic<bool> mode_is_reported_{false};  // posted while there was a bus
   // Written by the streaming thread, read by stats:
   std::atomic<uint64_t> missing_times_{0}, clients_replaced_{0};
