@@ -4,6 +4,7 @@
 #include <atomic>
 #include <cmath>
 #include <cstring>
+#include <sstream>
 
 #include "core/tensor/tensor_header.hpp"
 #include "core/track/tracker.hpp"
@@ -49,14 +50,19 @@ namespace {
 
 using gst::Ref;
 
-Error without_rows(std::string offered) {
+Error without_rows(std::string offered, bool is_flexible) {
   return {.code = Code::SPEC_MISMATCH,
           .what = "tensor_tracker needs rows of results with boxes",
           .offered = std::move(offered),
-          .needed = "a tensor whose entry in weir-columns has x1,y1,x2,y2",
-          .fix =
-              "put tensor_decoder mode=detection, which makes results of a network's outputs, "
-              "before tensor_tracker"};
+          .needed = is_flexible
+                        ? "a tensor whose entry in weir-columns has x1,y1,x2,y2; plain rows only "
+                          "with format=static, where the caps have their length"
+                        : "a tensor whose entry in weir-columns has x1,y1,x2,y2",
+          .fix = is_flexible
+                     ? "tensor_decoder mode=detection ! tensor_tracker, for a network's outputs; "
+                       "other/tensors,format=static ! tensor_tracker, for plain rows"
+                     : "put tensor_decoder mode=detection, which makes results of a network's "
+                       "outputs, before tensor_tracker"};
 }
 
 // The columns of a stream of one tensor without weir-columns, as weir/detection.hpp defines them.
@@ -116,6 +122,7 @@ class TensorTracker : public gst::CountedTransform<TensorTracker> {
   };
 
   Status start() {
+    if (auto status = check(settings()); !status) return status;
     ledger_.reset();
     tracker_ = {};
     time_ = 0;
@@ -134,7 +141,8 @@ class TensorTracker : public gst::CountedTransform<TensorTracker> {
     const std::string text = columns_text(output_roles(in, &columns_));
     const auto has_box = [](const auto& c) { return c.kind == WEIR_RESULT_ROWS && c.box >= 0; };
     if (std::none_of(columns_.begin(), columns_.end(), has_box))
-      return without_rows(text.empty() ? spec->to_string() : "weir-columns=" + text);
+      return without_rows(text.empty() ? spec->to_string() : "weir-columns=" + text,
+                          text.empty() && spec->format == Format::Flexible);
     input_ = *std::move(spec);
     return ok();
   }
@@ -160,6 +168,21 @@ class TensorTracker : public gst::CountedTransform<TensorTracker> {
   Settings settings_;
 
  private:
+  static Status check(const Settings& s) {
+    if (s.low <= s.high) return ok();
+    const auto short_number = [](float number) {
+      std::ostringstream text;
+      text << number;
+      return text.str();
+    };
+    return Error{
+        .code = Code::OPTION_VALUE,
+        .what = "no box can have a score of at least low and less than high",
+        .offered = "low=" + short_number(s.low) + " high=" + short_number(s.high),
+        .needed = "low of at most high",
+        .fix = "tensor_tracker low=" + short_number(s.high) + " high=" + short_number(s.low)};
+  }
+
   // Where the number of a box is written.
   struct Place {
     size_t tensor, index;
@@ -208,6 +231,7 @@ class TensorTracker : public gst::CountedTransform<TensorTracker> {
     places_.clear();
     rows_.resize(tensors.size());
     const Settings s = settings();
+    if (auto status = check(s); !status) return status;
     for (size_t i = 0; i < tensors.size(); ++i)
       if (auto status = read_rows(i, s.classes); !status) return status;
     time_ = time_of(in);

@@ -28,6 +28,9 @@ constexpr char kBytes[] = "application/octet-stream,framerate=30/1";
 constexpr char kTensor[] =
     "other/tensors,format=(string)static,num_tensors=1,dimensions=(string)4:4,"
     "types=(string)uint8,framerate=30/1";
+constexpr char kRows[] =
+    "other/tensors,format=(string)static,num_tensors=1,dimensions=(string)6:1,"
+    "types=(string)float32,framerate=30/1";
 constexpr char kVideo[] = "video/x-raw,format=RGB,width=8,height=4,framerate=30/1";
 
 INSTANTIATE_TEST_SUITE_P(
@@ -66,6 +69,10 @@ INSTANTIATE_TEST_SUITE_P(
              "tensor_transform mode=transpose option=1:1:2:3",
              kTensor,
              {"WEIR-1", "1:1:2:3"}},
+        Typo{"scores",
+             "tensor_tracker low=0.6 high=0.25",
+             kRows,
+             {"WEIR-1004", "low=0.6 high=0.25", "fix: tensor_tracker low=0.25 high=0.6"}},
         Typo{"range", "tensor_transform mode=clamp option=5:1", kTensor, {"WEIR-1", "5:1"}},
         Typo{"choice",
              "tensor_transform mode=clamp option=1:5 apply=0,x",
