@@ -2,94 +2,22 @@
 // content.
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #include <cmath>
-#include <cstdlib>
-#include <fstream>
-#include <nlohmann/json.hpp>
 #include <random>
-#include <regex>
 
+#include "core/records/json_schema_test_support.hpp"
 #include "core/records/records_test_support.hpp"
 
 namespace weir::records {
 namespace {
 
+using test::Schema;
 using Json = nlohmann::json;
-
-// The keywords of JSON Schema that the schema uses. Members that it does not name are an error
-// here: they are not documented.
-class Schema {
- public:
-  explicit Schema(Json schema) : root_(std::move(schema)) {}
-  // The first violation; "" if there is none.
-  std::string check(const Json& value) const { return check(root_, value, "#"); }
-
- private:
-  static bool is_of(const std::string& type, const Json& value) {
-    if (type == "object") return value.is_object();
-    if (type == "array") return value.is_array();
-    if (type == "string") return value.is_string();
-    if (type == "integer") return value.is_number_integer();
-    if (type == "number") return value.is_number();
-    return type == "null" && value.is_null();
-  }
-
-  std::string check(const Json& schema, const Json& value, const std::string& at) const {
-    if (schema.contains("$ref")) {
-      const std::string name = schema["$ref"].get<std::string>().substr(strlen("#/$defs/"));
-      return check(root_["$defs"].at(name), value, at);
-    }
-    if (schema.contains("const") && value != schema["const"]) return at + ": const";
-    if (schema.contains("type")) {
-      const Json types = schema["type"].is_array() ? schema["type"] : Json::array({schema["type"]});
-      bool fits = false;
-      for (const auto& type : types) fits |= is_of(type, value);
-      if (!fits) return at + ": type of " + value.dump();
-    }
-    if (value.is_number()) {
-      const double number = value.get<double>();
-      if (schema.contains("minimum") && number < schema["minimum"].get<double>())
-        return at + ": minimum";
-      if (schema.contains("exclusiveMinimum") &&
-          !(number > schema["exclusiveMinimum"].get<double>()))
-        return at + ": exclusiveMinimum";
-    }
-    if (schema.contains("pattern") &&
-        !std::regex_search(value.get<std::string>(), std::regex(schema["pattern"])))
-      return at + ": pattern";
-    if (value.is_array()) return check_array(schema, value, at);
-    return value.is_object() ? check_object(schema, value, at) : "";
-  }
-  std::string check_array(const Json& schema, const Json& value, const std::string& at) const {
-    if (schema.contains("minItems") && value.size() < schema["minItems"]) return at + ": minItems";
-    if (schema.contains("maxItems") && value.size() > schema["maxItems"]) return at + ": maxItems";
-    for (size_t i = 0; i < value.size(); ++i)
-      if (auto wrong = check(schema.at("items"), value[i], at + "/" + std::to_string(i));
-          !wrong.empty())
-        return wrong;
-    return "";
-  }
-  std::string check_object(const Json& schema, const Json& value, const std::string& at) const {
-    for (const auto& name : schema.value("required", Json::array()))
-      if (!value.contains(name.get<std::string>())) return at + ": lacks " + name.dump();
-    for (const auto& [name, member] : value.items()) {
-      if (!schema.at("properties").contains(name)) return at + ": unknown member " + name;
-      if (auto wrong = check(schema["properties"][name], member, at + "/" + name); !wrong.empty())
-        return wrong;
-    }
-    return "";
-  }
-
-  const Json root_;
-};
 
 class JsonSchema : public testing::Test {
  protected:
   void SetUp() override {
-    const char* folder = std::getenv("WEIR_TEST_SCHEMAS");
-    if (!folder) GTEST_SKIP() << "WEIR_TEST_SCHEMAS is not set: run the test by meson";
-    std::ifstream file(std::string(folder) + "/results-1.schema.json");
-    ASSERT_TRUE(file);
-    schema = std::make_unique<Schema>(Json::parse(file));
+    schema = Schema::from_file("results-1.schema.json");
+    if (!schema) GTEST_SKIP() << "WEIR_TEST_SCHEMAS is not set: run the test by meson";
   }
   std::unique_ptr<Schema> schema;
 };

@@ -98,6 +98,21 @@ Crossing crossing(Point a, Point b, Point from, Point to) noexcept {
   return after >= 0 ? Crossing::Forward : Crossing::Backward;
 }
 
+double distance_to_line(Point a, Point b, Point at) noexcept {
+  const double x = b.x - a.x, y = b.y - a.y, length = x * x + y * y;
+  const double part =
+      length > 0 ? std::clamp(((at.x - a.x) * x + (at.y - a.y) * y) / length, 0.0, 1.0) : 0;
+  return std::hypot(at.x - a.x - part * x, at.y - a.y - part * y);
+}
+
+double distance_to_outline(std::span<const Point> polygon, Point at) noexcept {
+  double least = INFINITY;
+  for (size_t i = 0; i < polygon.size(); ++i)
+    least = std::min(least,
+                     distance_to_line(polygon[i], polygon[i + 1 < polygon.size() ? i + 1 : 0], at));
+  return least;
+}
+
 Ground::Ground(double metres_per_pixel) noexcept
     : matrix_{metres_per_pixel, 0, 0, 0, metres_per_pixel, 0, 0, 0, 1} {}
 

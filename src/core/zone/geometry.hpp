@@ -30,6 +30,11 @@ enum class Crossing { None, Forward, Backward };
 // crosses exactly one.
 Crossing crossing(Point a, Point b, Point from, Point to) noexcept;
 
+// The shortest distance from a point to the line between two points.
+double distance_to_line(Point a, Point b, Point at) noexcept;
+// The same to the nearest side of a polygon, from inside or outside.
+double distance_to_outline(std::span<const Point> polygon, Point at) noexcept;
+
 // A projective map (homography) from pixels to metres on the ground.
 class Ground {
  public:

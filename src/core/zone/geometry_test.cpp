@@ -97,6 +97,21 @@ TEST(Crossing, CountsTheCommonEndOfTwoLinesOnce) {
   EXPECT_EQ(crossing({10, 0}, {20, 0}, from, to), Crossing::Forward);
 }
 
+TEST(Distance, IsThatToTheNearestPointOfTheLine) {
+  EXPECT_DOUBLE_EQ(distance_to_line({0, 0}, {10, 0}, {4, -3}), 3);
+  EXPECT_DOUBLE_EQ(distance_to_line({0, 0}, {10, 0}, {13, 4}), 5) << "beyond its end";
+  EXPECT_DOUBLE_EQ(distance_to_line({0, 0}, {10, 0}, {-3, 4}), 5);
+  EXPECT_DOUBLE_EQ(distance_to_line({0, 0}, {4, 3}, {4, 3}), 0);
+  EXPECT_DOUBLE_EQ(distance_to_line({2, 2}, {2, 2}, {5, 6}), 5) << "a line of one point";
+}
+
+TEST(Distance, ToAnOutlineIsThatToTheNearestSide) {
+  EXPECT_DOUBLE_EQ(distance_to_outline(kSquare, {11, 15}), 1);
+  EXPECT_DOUBLE_EQ(distance_to_outline(kSquare, {9, 15}), 1) << "the last side";
+  EXPECT_DOUBLE_EQ(distance_to_outline(kSquare, {23, 24}), 5);
+  EXPECT_TRUE(std::isinf(distance_to_outline({}, {0, 0})));
+}
+
 TEST(ReferencePoint, IsOnTheBox) {
   const Box box{10, 20, 30, 60};
   const auto equal = [](Point p, double x, double y) {

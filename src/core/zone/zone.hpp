@@ -12,6 +12,7 @@ namespace weir::zone {
 
 inline constexpr size_t kZoneLimit = 10000;  // zones of a file
 inline constexpr size_t kPointLimit = 1000;  // corners of a polygon
+inline constexpr double kLineMargin = 0.1;   // of lines in a file that gives none
 
 enum class Kind { Area, Line };
 
@@ -21,6 +22,9 @@ struct Zone {
   std::vector<Point> points{};  // pixels of the source picture; a line has two
   Reference reference = Reference::Bottom;
   double dwell = 0;  // of areas: seconds after which a stay is an event; 0 = never
+  // How far from its border an object is clearly on one side, as a part of the longer side of its
+  // box: until then it does not leave an area, and its next crossing of a line waits.
+  double margin = 0;
   bool operator==(const Zone&) const;
 };
 

@@ -3,6 +3,7 @@
 #include "core/zone/zone_counter.hpp"
 
 #include <algorithm>
+#include <cmath>
 #include <limits>
 #include <string>
 
@@ -10,6 +11,7 @@ namespace weir::zone {
 namespace {
 
 constexpr double kNanoseconds = 1e9;  // of a second
+constexpr uint32_t kGone = UINT32_MAX;
 
 uint64_t key_of(const Sighting& sighting) noexcept {
   return uint64_t{sighting.group} << 32 | sighting.track;
@@ -36,6 +38,18 @@ size_t index_of(Reference reference) noexcept {
   return static_cast<size_t>(reference);
 }
 
+// In pixels.
+double margin_of(const Zone& zone, const Box& box) noexcept {
+  return zone.margin * std::max(double{box.x2} - box.x1, double{box.y2} - box.y1);
+}
+
+// Entries of zones that are gone are erased; the others get their new index.
+template <class Entry>
+void move_to(const std::vector<uint32_t>& new_index, std::vector<Entry>* entries) {
+  for (Entry& one : *entries) one.zone = new_index[one.zone];
+  std::erase_if(*entries, [](const Entry& one) { return one.zone == kGone; });
+}
+
 }  // namespace
 
 const char* name_of(EventKind kind) noexcept {
@@ -55,7 +69,6 @@ void ZoneCounter::set_zones(std::shared_ptr<const ZoneSet> zones) {
   std::unordered_map<std::string, uint32_t> index_of_name;
   for (uint32_t i = 0; i < zones->zones.size(); ++i) index_of_name[zones->zones[i].name] = i;
   std::vector<ZoneCounts> counts(zones->zones.size());
-  constexpr uint32_t kGone = UINT32_MAX;
   std::vector<uint32_t> new_index(counts_.size(), kGone);
   for (size_t i = 0; i < counts_.size(); ++i) {
     const Zone& old = zones_->zones[i];
@@ -65,8 +78,8 @@ void ZoneCounter::set_zones(std::shared_ptr<const ZoneSet> zones) {
     counts[found->second] = std::move(counts_[i]);
   }
   for (auto& [key, track] : tracks_) {
-    for (Stay& stay : track.stays) stay.zone = new_index[stay.zone];
-    std::erase_if(track.stays, [](const Stay& stay) { return stay.zone == kGone; });
+    move_to(new_index, &track.stays);
+    move_to(new_index, &track.near_lines);
     std::sort(track.stays.begin(), track.stays.end(),
               [](const Stay& a, const Stay& b) { return a.zone < b.zone; });
   }
@@ -188,32 +201,49 @@ void ZoneCounter::see(const Sighting& sighting) {
   track->time = now_;
   speed_ = speed_of(track, track->at[index_of(Reference::Bottom)]);
   for (uint32_t i = 0; i < bounds_.size(); ++i) {
-    if (zones_->zones[i].kind == Kind::Area)
-      visit_area(i, sighting, track);
+    const Zone& zone = zones_->zones[i];
+    if (zone.kind == Kind::Area)
+      update_area(i, sighting, track);
     else if (!is_new)
-      cross_line(i, sighting, from, *track);
+      update_line(i, from[index_of(zone.reference)], sighting, track);
   }
 }
 
-void ZoneCounter::visit_area(uint32_t zone, const Sighting& sighting, Track* track) {
+void ZoneCounter::update_area(uint32_t zone, const Sighting& sighting, Track* track) {
   const Zone& area = zones_->zones[zone];
-  const Point at = track->at[index_of(area.reference)];
   const Bounds& around = bounds_[zone];
-  const bool may_be_inside =
-      at.x >= around.left && at.x <= around.right && at.y >= around.top && at.y <= around.bottom;
-  const bool is_inside = may_be_inside && contains(area.points, at);
-  if (is_inside || !track->stays.empty()) update_stay(zone, is_inside, sighting, track);
+  const Point at = track->at[index_of(area.reference)];
+  bool is_inside = at.x >= around.left && at.x <= around.right && at.y >= around.top &&
+                   at.y <= around.bottom && contains(area.points, at);
+  if (!is_inside && track->stays.empty()) return;
+  if (!is_inside && area.margin > 0 && is_staying(*track, zone))
+    is_inside = distance_to_outline(area.points, at) <= margin_of(area, sighting.box);
+  update_stay(zone, is_inside, sighting, track);
 }
 
-// `from`: the track's reference points in the frame in which it was last seen.
-void ZoneCounter::cross_line(uint32_t zone, const Sighting& sighting, const ReferencePoints& from,
-                             const Track& track) {
+// The first crossing counts at once. While the object stays near the line, further ones only change
+// `crossed`, and what they come to counts when the object is farther than the margin.
+void ZoneCounter::update_line(uint32_t zone, Point from, const Sighting& sighting, Track* track) {
   const Zone& line = zones_->zones[zone];
-  const size_t reference = index_of(line.reference);
-  const auto crossed =
-      crossing(line.points[0], line.points[1], from[reference], track.at[reference]);
-  if (crossed == Crossing::None) return;
-  const bool is_forward = crossed == Crossing::Forward;
+  const Point a = line.points[0], b = line.points[1], to = track->at[index_of(line.reference)];
+  const Crossing crossed = crossing(a, b, from, to);
+  auto& lines = track->near_lines;
+  const auto near = std::find_if(lines.begin(), lines.end(),
+                                 [zone](const NearLine& one) { return one.zone == zone; });
+  if (crossed == Crossing::None && near == lines.end()) return;
+  const bool is_near = distance_to_line(a, b, to) <= margin_of(line, sighting.box);
+  if (near == lines.end()) {
+    count_crossing(zone, crossed == Crossing::Forward, sighting);
+    if (is_near && line.margin > 0 && lines.size() < kStayLimit) lines.push_back({.zone = zone});
+    return;
+  }
+  if (crossed != Crossing::None) near->crossed += crossed == Crossing::Forward ? 1 : -1;
+  if (is_near) return;
+  if (near->crossed != 0) count_crossing(zone, near->crossed > 0, sighting);
+  lines.erase(near);
+}
+
+void ZoneCounter::count_crossing(uint32_t zone, bool is_forward, const Sighting& sighting) {
   count(zone, sighting.class_index,
         [&](Counts* counts) { ++(is_forward ? counts->forward : counts->backward); });
   add_event({.kind = is_forward ? EventKind::Forward : EventKind::Backward,
@@ -238,11 +268,15 @@ void ZoneCounter::see_without_track(const Sighting& sighting) {
   }
 }
 
+bool ZoneCounter::is_staying(const Track& track, uint32_t zone) noexcept {
+  const auto at = std::lower_bound(track.stays.begin(), track.stays.end(), zone, is_before);
+  return at != track.stays.end() && at->zone == zone;
+}
+
 void ZoneCounter::update_stay(uint32_t zone, bool is_inside, const Sighting& sighting,
                               Track* track) {
   auto& stays = track->stays;
-  auto stay = std::lower_bound(stays.begin(), stays.end(), zone,
-                               [](const Stay& one, uint32_t index) { return one.zone < index; });
+  auto stay = std::lower_bound(stays.begin(), stays.end(), zone, is_before);
   const bool was_inside = stay != stays.end() && stay->zone == zone;
   Event event{.zone = zone, .track = sighting.track, .group = sighting.group, .speed = speed_};
   if (!is_inside) {

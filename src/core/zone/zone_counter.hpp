@@ -25,7 +25,7 @@ namespace weir::zone {
 inline constexpr int64_t kNoTime = INT64_MIN;
 inline constexpr int32_t kNoClass = -1;
 inline constexpr size_t kTrackLimit = 10000;  // tracks that are followed at a time
-inline constexpr size_t kStayLimit = 100;     // areas in which a track is at a time
+inline constexpr size_t kStayLimit = 100;     // areas in which a track is at a time; lines near it
 inline constexpr size_t kEventLimit = 65536;  // events of a frame
 inline constexpr size_t kClassLimit = 65536;  // classes that are counted apart, of all zones
 inline constexpr size_t kSampleLimit = 16;    // positions from which a speed is computed
@@ -124,6 +124,11 @@ class ZoneCounter {
     int64_t since = 0;
     bool is_reported = false;  // the Dwell event was
   };
+  // A line that the track has crossed and from which it is not yet farther than the margin.
+  struct NearLine {
+    uint32_t zone = 0;
+    int crossed = 0;  // forward less backward since the crossing that was counted
+  };
   struct Sample {
     int64_t time = 0;
     Point pixel;
@@ -134,6 +139,7 @@ class ZoneCounter {
     int64_t time = 0;    // likewise
     ReferencePoints at{};
     std::vector<Stay> stays{};  // in the order of their zones
+    std::vector<NearLine> near_lines{};
     std::array<Sample, kSampleLimit> samples{};
     size_t n_samples = 0, oldest = 0;  // of `samples`, a ring
   };
@@ -141,6 +147,8 @@ class ZoneCounter {
     double left = 0, top = 0, right = 0, bottom = 0;
   };
 
+  static bool is_before(const Stay& stay, uint32_t zone) noexcept { return stay.zone < zone; }
+  static bool is_staying(const Track& track, uint32_t zone) noexcept;
   void begin_frame();
   void clear_frame_counts();
   void forget_old_tracks();
@@ -148,9 +156,9 @@ class ZoneCounter {
   void see(const Sighting& sighting);
   void see_without_track(const Sighting& sighting);
   Track* find_track(const Sighting& sighting, bool* is_new);
-  void visit_area(uint32_t zone, const Sighting& sighting, Track* track);
-  void cross_line(uint32_t zone, const Sighting& sighting, const ReferencePoints& from,
-                  const Track& track);
+  void update_area(uint32_t zone, const Sighting& sighting, Track* track);
+  void update_line(uint32_t zone, Point from, const Sighting& sighting, Track* track);
+  void count_crossing(uint32_t zone, bool is_forward, const Sighting& sighting);
   void update_stay(uint32_t zone, bool is_inside, const Sighting& sighting, Track* track);
   Speed speed_of(Track* track, Point pixel) const;
   void add_event(const Event& event);

@@ -25,10 +25,12 @@ using Json = nlohmann::json;
 
 constexpr size_t kBytesLimit = size_t{16} << 20;
 constexpr int kDepthLimit = 8;
-constexpr size_t kFaultLimit = 20;     // that are listed
-constexpr size_t kNameLimit = 256;     // bytes
-constexpr double kFarthest = 1e6;      // pixels
-constexpr double kLongestDwell = 1e6;  // seconds
+constexpr size_t kFaultLimit = 20;      // that are listed
+constexpr size_t kNameLimit = 256;      // bytes
+constexpr double kFarthest = 1e6;       // pixels
+constexpr double kLongestDwell = 1e6;   // seconds
+constexpr double kCoarsestScale = 1e6;  // metres per pixel
+constexpr double kWidestMargin = 10;    // longer sides of a box
 
 // Collects the faults of a file.
 class Faults {
@@ -128,7 +130,7 @@ class Parser {
       faults_.add(path, &json, "an object {\"name\": ..., \"polygon\": [...]}");
       return out;
     }
-    only(json, path, {"name", "polygon", "line", "reference", "dwell", "comment"});
+    only(json, path, {"name", "polygon", "line", "reference", "dwell", "margin", "comment"});
     name(member(json, "name"), path + ".name", &out);
     const Json *polygon = member(json, "polygon"), *line = member(json, "line");
     if (!polygon == !line) {
@@ -152,6 +154,7 @@ class Parser {
       else
         out.dwell = *seconds;
     }
+    margin(member(json, "margin"), path + ".margin", &out);
     return out;
   }
 
@@ -179,6 +182,17 @@ class Parser {
     faults_.add(path, value, "bottom, centre or top");
   }
 
+  void margin(const Json* value, const std::string& path, Zone* out) {
+    if (!value) {
+      if (out->kind == Kind::Line) out->margin = kLineMargin;
+      return;
+    }
+    const auto part = finite(*value);
+    if (!part || *part < 0 || *part > kWidestMargin)
+      return faults_.add(path, value, "a part of the longer side of a box, 0 to 10");
+    out->margin = *part;
+  }
+
   std::optional<Ground> ground(const Json& json) {
     if (!json.is_object()) {
       faults_.add("ground", &json, "an object with metres_per_pixel, or picture and metres");
@@ -189,8 +203,8 @@ class Parser {
     const Json *picture = member(json, "picture"), *metres = member(json, "metres");
     if (scale && !picture && !metres) {
       const auto number = finite(*scale);
-      if (number && *number > 0 && *number < 1e6) return Ground(*number);
-      faults_.add("ground.metres_per_pixel", scale, "a number above 0");
+      if (number && *number > 0 && *number <= kCoarsestScale) return Ground(*number);
+      faults_.add("ground.metres_per_pixel", scale, "a number above 0 and at most 1000000");
       return std::nullopt;
     }
     if (scale) {
@@ -206,7 +220,7 @@ class Parser {
     const auto out = Ground::from_points(four, ground);
     if (!out)
       faults_.add("ground", &json,
-                  "four corners in the same order, of which no three lie on a line");
+                  "four corners in the same order; no three of them may lie on a line");
     return out;
   }
 
@@ -255,7 +269,7 @@ Error invalid(const std::string& place, std::string faults) {
 bool Zone::operator==(const Zone& other) const {
   const auto equal = [](const Point& a, const Point& b) { return a.x == b.x && a.y == b.y; };
   return name == other.name && kind == other.kind && reference == other.reference &&
-         dwell == other.dwell &&
+         dwell == other.dwell && margin == other.margin &&
          std::equal(points.begin(), points.end(), other.points.begin(), other.points.end(), equal);
 }
 

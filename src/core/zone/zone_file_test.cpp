@@ -58,6 +58,23 @@ TEST(ZoneFile, DefaultsAreTheBottomAndNoDwellTime) {
   EXPECT_TRUE(parsed(with_zone(""))) << "no zones";
 }
 
+TEST(ZoneFile, LinesHaveAMarginUnlessTheFileGivesAnother) {
+  const auto margin = [](const std::string& rest) {
+    const auto zones = parsed(with_zone(R"({"name":"a",)" + rest + "}"));
+    return zones ? zones->zones[0].margin : -1;
+  };
+  EXPECT_EQ(margin(R"("line":[[0,0],[1,1]])"), 0.1);
+  EXPECT_EQ(margin(R"("line":[[0,0],[1,1]],"margin":0)"), 0);
+  EXPECT_EQ(margin(R"("line":[[0,0],[1,1]],"margin":10)"), 10);
+  EXPECT_EQ(margin(R"("polygon":[[0,0],[1,0],[1,1]])"), 0);
+  EXPECT_EQ(margin(R"("polygon":[[0,0],[1,0],[1,1]],"margin":0.5)"), 0.5);
+  for (const char* bad : {"-0.1", "10.1", "true", "\"1\"", "null"})
+    EXPECT_SAYS(
+        fault(with_zone(R"({"name":"a","line":[[0,0],[1,1]],"margin":)" + std::string(bad) + "}")),
+        "zones[0].margin is " + std::string(bad) +
+            ", needs a part of the longer side of a box, 0 to 10");
+}
+
 TEST(ZoneFile, GroundIsAHomographyOfFourPoints) {
   const auto zones = parsed(
       R"({"version":1,"zones":[],"ground":{"picture":[[0,100],[100,100],[75,50],[25,50]],
@@ -103,10 +120,11 @@ TEST(ZoneFile, RejectsGroundsThatAreNone) {
   };
   EXPECT_SAYS(ground("5"), "ground is 5, needs an object with metres_per_pixel");
   EXPECT_SAYS(ground("{}"), "ground.picture is missing, needs 4 points");
-  EXPECT_SAYS(ground(R"({"metres_per_pixel":0})"), "ground.metres_per_pixel is 0, needs a number");
+  EXPECT_SAYS(ground(R"({"metres_per_pixel":0})"),
+              "ground.metres_per_pixel is 0, needs a number above 0 and at most 1000000");
   EXPECT_SAYS(ground(R"({"metres_per_pixel":1,"metres":[]})"), "needs either metres_per_pixel");
   EXPECT_SAYS(ground(R"({"picture":[[0,0],[1,1],[2,2],[5,0]],"metres":[[0,0],[4,0],[4,1],[0,1]]})"),
-              "of which no three lie on a line");
+              "no three of them may lie on a line");
 }
 
 TEST(ZoneFile, RejectsWhatIsNotJson) {
