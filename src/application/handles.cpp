@@ -21,6 +21,7 @@ Handles& Handles::all() {
 void* Handles::add(std::shared_ptr<Object> object) {
   std::lock_guard lock(mutex_);
   objects_.emplace(next_, std::move(object));
+  // NOLINTNEXTLINE(performance-no-int-to-ptr): a handle of the C API, never dereferenced
   void* handle = reinterpret_cast<void*>(next_);
   next_ += kStep;
   return handle;

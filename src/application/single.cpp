@@ -92,8 +92,9 @@ Result<std::shared_ptr<Single>> Single::open(const SingleRequest& request) {
     return no_such_number("hw is not a value of ml_nnfw_hw_e", request.hardware,
                           "ML_NNFW_HW_ANY, ML_NNFW_HW_CPU and the others of nnstreamer-single.h");
   std::vector<std::string> paths;
-  std::vector<const char*> c_paths;
   for (const auto path : split(request.model, ",")) paths.emplace_back(strip(path));
+  std::vector<const char*> c_paths;
+  c_paths.reserve(paths.size());
   for (const auto& path : paths) c_paths.push_back(path.c_str());
   const Pairs options = infer::custom_options(request.custom);
   Pairs declared;

@@ -38,7 +38,7 @@ void add_pad(const char* name, int source, void* data) {
 }
 
 // A NULL-terminated list for free(); NULL when memory runs out.
-// NOLINTBEGIN(cppcoreguidelines-no-malloc,cppcoreguidelines-owning-memory): the caller calls free()
+// NOLINTBEGIN(cppcoreguidelines-no-malloc): the caller calls free()
 char** c_list(const std::vector<std::string>& names) {
   auto** list = static_cast<char**>(std::calloc(names.size() + 1, sizeof(char*)));
   for (size_t i = 0; list && i < names.size(); ++i) {
@@ -50,7 +50,7 @@ char** c_list(const std::vector<std::string>& names) {
   }
   return list;
 }
-// NOLINTEND(cppcoreguidelines-no-malloc,cppcoreguidelines-owning-memory)
+// NOLINTEND(cppcoreguidelines-no-malloc)
 
 }  // namespace
 

@@ -142,9 +142,7 @@ int add(const char* caller, const char* name, NNS_custom_invoke fixed,
     filter.resolve = open ? resolve : nullptr;
     filter.invoke = invoke;
     filter.data = model.get();
-    filter.release = [](void* data) {
-      const std::unique_ptr<FilterModel> owner(static_cast<FilterModel*>(data));
-    };
+    filter.release = [](void* data) { delete static_cast<FilterModel*>(data); };
     weir_error* error = nullptr;
     const int code = weir_filter_register(name, &filter, &error);
     if (code == WEIR_OK) {

@@ -2,6 +2,7 @@
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #include "pipeline/c_api.hpp"
 
+#include <algorithm>
 #include <cstring>
 #include <span>
 
@@ -70,11 +71,10 @@ int weir_pipeline_parse_allowed(const char* text, const char* const* allowed, ui
     if (!text || !pipeline || (!allowed && n_allowed > 0))
       return keep(error, null_pointer("text, allowed or pipeline"));
     *pipeline = nullptr;
-    std::vector<std::string> names;
-    for (uint32_t i = 0; i < n_allowed; ++i) {
-      if (!allowed[i]) return keep(error, null_pointer("a name in allowed"));
-      names.emplace_back(allowed[i]);
-    }
+    const std::span<const char* const> list(allowed, n_allowed);
+    if (std::find(list.begin(), list.end(), nullptr) != list.end())
+      return keep(error, null_pointer("a name in allowed"));
+    std::vector<std::string> names(list.begin(), list.end());
     const auto forbidden = [error](const Status& status) {
       (void)keep(error, status.error());
       return 1;

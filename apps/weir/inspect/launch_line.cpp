@@ -156,14 +156,14 @@ LaunchLine launch_line(const std::string& model, const std::string& framework,
 }
 
 std::vector<weir_tensor_info> chosen_inputs(std::vector<weir_tensor_info> inputs) {
-  const bool picture = picture_of(inputs).has_value();
+  const int64_t side = picture_of(inputs) ? kOpenSide : 1;
   for (auto& info : inputs) {
     if (info.rank == WEIR_RANK_UNKNOWN) info.rank = 1, info.shape[0] = 1;
     if (info.type >= WEIR_TYPE_END) info.type = WEIR_FLOAT32;
-    const auto choose = [&](int64_t& extent, bool is_batch) {
-      if (extent < 0) extent = picture && !is_batch ? kOpenSide : 1;
-    };
-    for (uint32_t i = 0; i < info.rank; ++i) choose(info.shape[i], i == 0 && info.rank != 3);
+    const bool has_batch = info.rank > 0 && info.rank != 3;
+    if (has_batch && info.shape[0] < 0) info.shape[0] = 1;
+    for (uint32_t i = 0; i < info.rank; ++i)
+      if (info.shape[i] < 0) info.shape[i] = side;
   }
   return inputs;
 }

@@ -96,6 +96,32 @@ class Fields {
   std::optional<Error>& fault_;
 };
 
+void read_padding(Fields* fields, ImageInput* input) {
+  const Json* padding = fields->find("padding", false);
+  if (!padding) return;
+  if (padding->is_number_unsigned() && *padding <= 255)
+    input->padding = padding->get<uint8_t>();
+  else
+    fields->fail("padding", "a pixel value from 0 to 255");
+  if (input->resize != Resize::Letterbox) fields->fail("padding", "\"resize\": \"letterbox\"");
+}
+
+void check_input(const ImageInput& input, Fields* fields) {
+  const bool picture =
+      (input.shape.size() == 3 || (input.shape.size() == 4 && input.shape[0] == 1)) &&
+      !std::count(input.shape.begin(), input.shape.end(), 0);
+  if (!picture)
+    return fields->fail(
+        "shape", "the extents of one picture in the order of `layout`, such as [1, 224, 224, 3]");
+  const int64_t channels = input.color == Color::Gray ? 1 : 3;
+  if (input.channels() != channels)
+    fields->fail("shape", std::to_string(channels) + " channels at the position given by `layout`");
+  for (const char* key : {"mean", "scale"}) {
+    const auto count = static_cast<int64_t>((*key == 'm' ? input.mean : input.scale).size());
+    if (count > 1 && count != channels) fields->fail(key, "one number, or one for each channel");
+  }
+}
+
 ImageInput input_from(const Json& json, const std::string& where, std::optional<Error>* fault) {
   Fields fields(json, where, fault);
   fields.only({"name", "type", "shape", "layout", "color", "mean", "scale", "resize", "padding"});
@@ -114,30 +140,10 @@ ImageInput input_from(const Json& json, const std::string& where, std::optional<
       "resize",
       {{"stretch", Resize::Stretch}, {"crop", Resize::Crop}, {"letterbox", Resize::Letterbox}},
       Resize::Stretch, false);
-  if (const Json* padding = fields.find("padding", false)) {
-    if (padding->is_number_unsigned() && *padding <= 255)
-      input.padding = padding->get<uint8_t>();
-    else
-      fields.fail("padding", "a pixel value from 0 to 255");
-    if (input.resize != Resize::Letterbox) fields.fail("padding", "\"resize\": \"letterbox\"");
-  }
+  read_padding(&fields, &input);
   input.mean = fields.numbers("mean");
   input.scale = fields.numbers("scale");
-  const bool picture =
-      (input.shape.size() == 3 || (input.shape.size() == 4 && input.shape[0] == 1)) &&
-      !std::count(input.shape.begin(), input.shape.end(), 0);
-  if (!picture) {
-    fields.fail("shape",
-                "the extents of one picture in the order of `layout`, such as [1, 224, 224, 3]");
-    return input;
-  }
-  const int64_t channels = input.color == Color::Gray ? 1 : 3;
-  if (input.channels() != channels)
-    fields.fail("shape", std::to_string(channels) + " channels at the position given by `layout`");
-  for (const char* key : {"mean", "scale"}) {
-    const auto count = static_cast<int64_t>((*key == 'm' ? input.mean : input.scale).size());
-    if (count > 1 && count != channels) fields.fail(key, "one number, or one for each channel");
-  }
+  check_input(input, &fields);
   return input;
 }
 

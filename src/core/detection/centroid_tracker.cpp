@@ -33,25 +33,30 @@ CentroidTracker::Pair CentroidTracker::nearest_box(const Object& object,
   return nearest;
 }
 
+// The object that is nearest to its box, of those without a match; nullopt: there is none.
+std::optional<size_t> CentroidTracker::closest(const std::vector<Pair>& nearest,
+                                               const std::vector<bool>& is_matched) {
+  std::optional<size_t> best;
+  for (size_t i = 0; i < nearest.size(); ++i)
+    if (!is_matched[i] && nearest[i].exists() &&
+        (!best || nearest[i].distance < nearest[*best].distance))
+      best = i;
+  return best;
+}
+
 void CentroidTracker::match(std::span<const PixelBox> boxes, std::vector<uint64_t>* numbers) {
   std::vector<Pair> nearest;
   for (const Object& object : objects_) nearest.push_back(nearest_box(object, boxes, *numbers));
   std::vector<bool> is_matched(objects_.size());
-  for (;;) {
-    size_t best = objects_.size();
-    for (size_t i = 0; i < objects_.size(); ++i)
-      if (!is_matched[i] && nearest[i].exists() &&
-          (best == objects_.size() || nearest[i].distance < nearest[best].distance))
-        best = i;
-    if (best == objects_.size()) break;
-    uint64_t& number = (*numbers)[nearest[best].box];
+  while (const auto best = closest(nearest, is_matched)) {
+    uint64_t& number = (*numbers)[nearest[*best].box];
     if (number != 0) {  // another object has it by now
-      nearest[best] = nearest_box(objects_[best], boxes, *numbers);
+      nearest[*best] = nearest_box(objects_[*best], boxes, *numbers);
       continue;
     }
-    number = objects_[best].number;
-    is_matched[best] = true;
-    objects_[best].missing = 0;
+    number = objects_[*best].number;
+    is_matched[*best] = true;
+    objects_[*best].missing = 0;
   }
   for (size_t i = 0; i < objects_.size(); ++i)
     if (!is_matched[i]) ++objects_[i].missing;

@@ -2,6 +2,7 @@
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #pragma once
 #include <cstdint>
+#include <optional>
 #include <span>
 #include <vector>
 
@@ -27,6 +28,8 @@ class CentroidTracker {
   struct Pair;
   Pair nearest_box(const Object& object, std::span<const PixelBox> boxes,
                    std::span<const uint64_t> numbers) const;
+  static std::optional<size_t> closest(const std::vector<Pair>& nearest,
+                                       const std::vector<bool>& is_matched);
   // Sets the numbers of the boxes that continue an object, closest pairs first.
   void match(std::span<const PixelBox> boxes, std::vector<uint64_t>* numbers);
 

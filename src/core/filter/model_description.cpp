@@ -155,6 +155,7 @@ std::string names_text(const std::vector<ModelShape>& shapes) {
 }
 std::string layouts_text(const std::vector<ModelShape>& shapes) {
   std::vector<uint32_t> layouts;
+  layouts.reserve(shapes.size());
   for (const auto& shape : shapes) layouts.push_back(shape.layout);
   return layouts_text(std::span<const uint32_t>(layouts));
 }

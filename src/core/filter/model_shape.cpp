@@ -194,19 +194,13 @@ Result<std::vector<ModelShape>> with_user_settings(std::vector<ModelShape> model
                                                    const std::string& dimensions,
                                                    const std::string& types,
                                                    const std::string& property) {
-  std::vector<Shape> set_shapes;
-  std::vector<ElementType> set_types;
-  if (!dimensions.empty()) {
-    auto parsed = parse_shape_list(dimensions);
-    if (!parsed) return parsed.error();
-    set_shapes = *std::move(parsed);
-  }
-  if (!types.empty()) {
-    auto parsed = parse_type_list(types);
-    if (!parsed) return parsed.error();
-    set_types = *std::move(parsed);
-  }
-  const size_t n = std::max(set_shapes.size(), set_types.size());
+  const auto set_shapes =
+      dimensions.empty() ? Result(std::vector<Shape>()) : parse_shape_list(dimensions);
+  if (!set_shapes) return set_shapes.error();
+  const auto set_types =
+      types.empty() ? Result(std::vector<ElementType>()) : parse_type_list(types);
+  if (!set_types) return set_types.error();
+  const size_t n = std::max(set_shapes->size(), set_types->size());
   if (n == 0) return model;
   if (model.empty()) model.resize(n);
   if (model.size() != n)
@@ -217,8 +211,8 @@ Result<std::vector<ModelShape>> with_user_settings(std::vector<ModelShape> model
                  .difference = "number of tensors"};
   for (size_t i = 0; i < n; ++i) {
     TensorSpec requested;
-    requested.type = i < set_types.size() ? set_types[i] : model[i].type;
-    if (i < set_shapes.size()) requested.shape = set_shapes[i];
+    requested.type = i < set_types->size() ? (*set_types)[i] : model[i].type;
+    if (i < set_shapes->size()) requested.shape = (*set_shapes)[i];
     if (auto status = apply_setting(i, requested, property, &model[i]); !status)
       return status.error();
   }

@@ -202,23 +202,32 @@ Result<Request> with_card(Request r, const card::Card& card, std::string_view na
   return r;
 }
 
+namespace {
+
+std::vector<TensorSpec> frame_of(const Request& r, ChannelOrder order, Layout layout) {
+  std::vector<TensorSpec> out;
+  Preparation p;
+  p.order = order;
+  p.layout = layout;
+  for (const Size& size : layers(r)) {
+    p.width = size.width;
+    p.height = size.height;
+    out.push_back({r.type.value_or(ElementType::End), batched(r, p.tensor().shape), ""});
+  }
+  return out;
+}
+
+}  // namespace
+
 std::vector<std::vector<TensorSpec>> possible_frames(const Request& r) {
-  const ElementType type = r.type.value_or(ElementType::End);
-  if (r.sizes.empty() && (r.width == 0 || r.height == 0)) return {{TensorSpec{type, Shape(), ""}}};
+  if (r.sizes.empty() && (r.width == 0 || r.height == 0))
+    return {{TensorSpec{r.type.value_or(ElementType::End), Shape(), ""}}};
   std::vector<std::vector<TensorSpec>> out;
   for (const auto order : {ChannelOrder::Rgb, ChannelOrder::Gray})
     for (const auto layout : {Layout::Nhwc, Layout::Nchw}) {
       if (r.layout && layout != *r.layout) continue;
       if (r.order && order != ChannelOrder::Rgb) continue;
-      Preparation p;
-      p.order = r.order.value_or(order);
-      p.layout = layout;
-      auto& frame = out.emplace_back();
-      for (const Size& size : layers(r)) {
-        p.width = size.width;
-        p.height = size.height;
-        frame.push_back({type, batched(r, p.tensor().shape), ""});
-      }
+      out.push_back(frame_of(r, r.order.value_or(order), layout));
     }
   return out;
 }

@@ -101,25 +101,35 @@ std::string text_of(const RunLengths& runs) {
   return out;
 }
 
+namespace {
+
+// Takes a number off the beginning: groups of five bits, the lowest first.
+std::optional<int64_t> take_number(std::string_view* text) {
+  constexpr unsigned kMostShift = 35;  // a run of 32 bits, with its sign
+  int64_t value = 0;
+  for (unsigned shift = 0; shift <= kMostShift; shift += 5) {
+    if (text->empty() || text->front() < '0' || text->front() > 'o') return std::nullopt;
+    const int64_t group = text->front() - '0';
+    text->remove_prefix(1);
+    value |= (group & 0x1F) << shift;
+    if ((group & 0x20) != 0) continue;
+    return (group & 0x10) != 0 ? value - (int64_t{1} << (shift + 5)) : value;
+  }
+  return std::nullopt;
+}
+
+}  // namespace
+
 std::optional<RunLengths> runs_of_text(std::string_view text, uint64_t pixels) {
   RunLengths out;
   uint64_t sum = 0;
   while (!text.empty()) {
-    int64_t value = 0;
-    bool more = true;
-    for (unsigned shift = 0; more; shift += 5) {
-      constexpr unsigned kMostShift = 35;  // a run of 32 bits, with its sign
-      if (text.empty() || text[0] < '0' || text[0] > 'o' || shift > kMostShift) return std::nullopt;
-      const int64_t group = text[0] - '0';
-      text.remove_prefix(1);
-      value |= (group & 0x1F) << shift;
-      more = (group & 0x20) != 0;
-      if (!more && (group & 0x10) != 0) value -= int64_t{1} << (shift + 5);
-    }
-    if (out.size() > 2) value += out[out.size() - 2];
-    if (value < 0 || static_cast<uint64_t>(value) > pixels - sum) return std::nullopt;
-    sum += static_cast<uint64_t>(value);
-    out.push_back(static_cast<uint32_t>(value));
+    auto value = take_number(&text);
+    if (!value) return std::nullopt;
+    if (out.size() > 2) *value += out[out.size() - 2];
+    if (*value < 0 || static_cast<uint64_t>(*value) > pixels - sum) return std::nullopt;
+    sum += static_cast<uint64_t>(*value);
+    out.push_back(static_cast<uint32_t>(*value));
   }
   return sum == pixels ? std::optional(out) : std::nullopt;
 }

@@ -76,6 +76,23 @@ Result<ZonedResults> ZonedResults::make(const ResultRoles& roles, ZonedSettings 
   return out;
 }
 
+namespace {
+
+bool is_finite(const Box& box) noexcept {
+  return std::isfinite(box.width()) && std::isfinite(box.height()) && std::isfinite(box.x1) &&
+         std::isfinite(box.y1);
+}
+
+zone::Sighting sighting_of(const ResultRow& row, uint32_t group, bool has_class) {
+  return {.group = group,
+          .track = row.track(),
+          .class_index = has_class ? std::max(row.class_index(), zone::kNoClass) : zone::kNoClass,
+          .box = row.box(),
+          .rotation = std::isfinite(row.rotation()) ? row.rotation() : 0};
+}
+
+}  // namespace
+
 Status ZonedResults::read(std::span<const ResultTensor> tensors, std::vector<zone::Sighting>* out) {
   out->clear();
   rows_.clear();
@@ -91,17 +108,8 @@ Status ZonedResults::read(std::span<const ResultTensor> tensors, std::vector<zon
       std::memcpy(numbers.data(), tensors[i].bytes.data() + row * length * sizeof(float),
                   length * sizeof(float));
       const ResultRow found(columns_[i], numbers.data());
-      const Box box = found.box();
-      if (found.is_background() || !std::isfinite(box.width()) || !std::isfinite(box.height()) ||
-          !std::isfinite(box.x1) || !std::isfinite(box.y1))
-        continue;
-      const bool has_class = columns_[i].class_index >= 0;
-      out->push_back({.group = i,
-                      .track = found.track(),
-                      .class_index = has_class ? std::max(found.class_index(), zone::kNoClass)
-                                               : zone::kNoClass,
-                      .box = box,
-                      .rotation = std::isfinite(found.rotation()) ? found.rotation() : 0});
+      if (found.is_background() || !is_finite(found.box())) continue;
+      out->push_back(sighting_of(found, i, columns_[i].class_index >= 0));
       rows_.push_back({i, row});
     }
   }

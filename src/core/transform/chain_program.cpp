@@ -127,6 +127,7 @@ std::vector<float> all_values(ElementType type) {
     using T = typename decltype(tag)::type;
     std::vector<float> values;
     if constexpr (std::integral<T> && sizeof(T) <= 2)
+      // NOLINTNEXTLINE(bugprone-signed-char-misuse): a number, whose sign stays
       for (auto x = static_cast<int32_t>(std::numeric_limits<T>::min());
            x <= std::numeric_limits<T>::max(); ++x)
         values.push_back(static_cast<float>(x));

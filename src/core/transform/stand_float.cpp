@@ -6,6 +6,7 @@
 #include <cstring>
 #include <numeric>
 
+#include "core/simd/dispatch.hpp"
 #include "core/transform/stand_scale.hpp"
 
 #undef HWY_TARGET_INCLUDE
@@ -71,7 +72,9 @@ HWY_NOINLINE void scale_rest(const Operands& operands, const From* in, float* ou
   }
 }
 
-// kPhases: vectors after which the operands repeat, all of them in registers; 0: any number.
+// NOLINTBEGIN(readability-function-cognitive-complexity): most branches are of the compiler, and
+// the loop over vectors keeps the scalers in registers kPhases: vectors after which the operands
+// repeat, all of them in registers; 0: any number.
 template <bool kDivides, bool kStreamed, size_t kPhases, class From>
 void scale_rows(const Operands& operands, size_t phases, const From* in, float* out,
                 size_t count) noexcept {
@@ -111,6 +114,7 @@ void scale_rows(const Operands& operands, size_t phases, const From* in, float* 
   if constexpr (kStreamed) hwy::FlushStream();
   scale_rest<kDivides>(operands, in + i, out + i, count - i);
 }
+// NOLINTEND(readability-function-cognitive-complexity)
 
 template <bool kDivides, bool kStreamed, class From>
 void scale_phases(const Operands& operands, const StandTensor& tensor, const From* in,
@@ -171,10 +175,7 @@ bool scales_in_float(const StandTensor& tensor, const StandTypes& types,
 
 void run_stand_float(const StandTensor& tensor, const StandTypes& types, const StandScale& scale,
                      bool accelerate, const std::byte* in, std::byte* out) noexcept {
-  if (accelerate)
-    HWY_DYNAMIC_DISPATCH(RunStandFloat)(tensor, types, scale, in, out);
-  else
-    HWY_STATIC_DISPATCH(RunStandFloat)(tensor, types, scale, in, out);
+  WEIR_DISPATCH_IF(accelerate, RunStandFloat)(tensor, types, scale, in, out);
 }
 
 }  // namespace weir::transform

@@ -1,5 +1,6 @@
 // Applies a byte table with few steps as a sum of comparisons.
 // SPDX-License-Identifier: LGPL-2.1-or-later
+#include "core/simd/dispatch.hpp"
 #include "core/transform/stand_table.hpp"
 
 #undef HWY_TARGET_INCLUDE
@@ -65,10 +66,7 @@ HWY_EXPORT(RunSteps);
 
 void run_table_steps(const TableSteps& steps, size_t count, bool accelerate, const std::byte* in,
                      std::byte* out) noexcept {
-  if (accelerate)
-    HWY_DYNAMIC_DISPATCH(RunSteps)(steps, count, in, out);
-  else
-    HWY_STATIC_DISPATCH(RunSteps)(steps, count, in, out);
+  WEIR_DISPATCH_IF(accelerate, RunSteps)(steps, count, in, out);
 }
 
 }  // namespace weir::transform

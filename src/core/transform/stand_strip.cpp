@@ -5,6 +5,7 @@
 #include <cmath>
 #include <cstring>
 
+#include "core/simd/dispatch.hpp"
 #include "core/transform/chain_program.hpp"
 #include "core/transform/float16_bits.hpp"
 #include "core/transform/number_rules.hpp"
@@ -56,7 +57,8 @@ Finish finish_for(const StandTypes& types) noexcept {
 // Averages the positions of each channel and writes the result back to all of them.
 inline void average(Doubles& sums, const StandStrip& strip) noexcept {
   const size_t elements = strip.rows * strip.width + strip.tail;
-  const auto number = static_cast<double>(elements / strip.channels);
+  const size_t positions = elements / strip.channels;
+  const auto number = static_cast<double>(positions);
   for (size_t i = strip.channels; i < strip.width; ++i) sums.at[i % strip.channels] += sums.at[i];
   for (size_t i = 0; i < strip.channels; ++i) sums.at[i] /= number;
   for (size_t i = strip.channels; i < kChainBlock; ++i) sums.at[i] = sums.at[i % strip.channels];
@@ -152,10 +154,7 @@ HWY_EXPORT(RunStandStrip);
 
 void run_stand_strip(const StandStrip& strip, const StandTypes& types, const StandScale* scale,
                      bool accelerate, const std::byte* in, std::byte* out) noexcept {
-  if (accelerate)
-    HWY_DYNAMIC_DISPATCH(RunStandStrip)(strip, types, scale, in, out);
-  else
-    HWY_STATIC_DISPATCH(RunStandStrip)(strip, types, scale, in, out);
+  WEIR_DISPATCH_IF(accelerate, RunStandStrip)(strip, types, scale, in, out);
 }
 
 }  // namespace weir::transform

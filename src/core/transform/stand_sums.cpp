@@ -6,6 +6,7 @@
 #include <cmath>
 #include <cstring>
 
+#include "core/simd/dispatch.hpp"
 #include "core/transform/avx512_bytes.hpp"
 #include "core/transform/stand_scale.hpp"
 
@@ -269,10 +270,7 @@ HWY_EXPORT(AddFloats);
 StandScale measure_integers(const StandTensor& tensor, ElementType type, bool accelerate,
                             const std::byte* in) noexcept {
   IntegerSums sums;
-  if (accelerate)
-    HWY_DYNAMIC_DISPATCH(AddIntegers)(tensor, type, in, sums);
-  else
-    HWY_STATIC_DISPATCH(AddIntegers)(tensor, type, in, sums);
+  WEIR_DISPATCH_IF(accelerate, AddIntegers)(tensor, type, in, sums);
   const bool is_signed = type == ElementType::Int8 || type == ElementType::Int16;
   const int64_t up = is_signed ? int64_t{1} << (size_of(type) * 8 - 1) : 0;
   const size_t n = tensor.count / tensor.channels;
@@ -290,10 +288,7 @@ StandScale measure_integers(const StandTensor& tensor, ElementType type, bool ac
 
 void add_floats(const StandTensor& tensor, bool accelerate, const std::byte* in,
                 FloatSums& sums) noexcept {
-  if (accelerate)
-    HWY_DYNAMIC_DISPATCH(AddFloats)(tensor, in, sums);
-  else
-    HWY_STATIC_DISPATCH(AddFloats)(tensor, in, sums);
+  WEIR_DISPATCH_IF(accelerate, AddFloats)(tensor, in, sums);
 }
 
 // First sums from zero, which loses the digits of a deviation that is small compared to the mean;

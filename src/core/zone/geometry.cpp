@@ -17,14 +17,19 @@ double side_of(Point a, Point b, Point p) noexcept {
 constexpr size_t kUnknowns = 8;
 using Equations = std::array<std::array<double, kUnknowns + 1>, kUnknowns>;
 
+// The row from `first` on whose number in the column `first` is the largest.
+size_t pivot_row(const Equations& rows, size_t first) noexcept {
+  size_t pivot = first;
+  for (size_t row = first + 1; row < kUnknowns; ++row)
+    if (std::abs(rows[row][first]) > std::abs(rows[pivot][first])) pivot = row;
+  return pivot;
+}
+
 // Gaussian elimination with partial pivoting; false if the equations have no single solution.
 bool solve(Equations* equations, std::array<double, kUnknowns>* out) noexcept {
   Equations& rows = *equations;
   for (size_t i = 0; i < kUnknowns; ++i) {
-    size_t pivot = i;
-    for (size_t row = i + 1; row < kUnknowns; ++row)
-      if (std::abs(rows[row][i]) > std::abs(rows[pivot][i])) pivot = row;
-    std::swap(rows[i], rows[pivot]);
+    std::swap(rows[i], rows[pivot_row(rows, i)]);
     if (!(std::abs(rows[i][i]) > 1e-12)) return false;
     for (size_t row = i + 1; row < kUnknowns; ++row) {
       const double factor = rows[row][i] / rows[i][i];

@@ -53,9 +53,8 @@ GstMemory* part_of_block(std::shared_ptr<std::byte> block, size_t offset, size_t
   using Holder = std::shared_ptr<std::byte>;
   auto holder = std::make_unique<Holder>(std::move(block));
   // maxsize ends with the part: the rest of the block is still being written.
-  return gst_memory_new_wrapped(
-      GST_MEMORY_FLAG_READONLY, at, bytes, 0, bytes, holder.release(),
-      [](gpointer data) { const std::unique_ptr<Holder> end(static_cast<Holder*>(data)); });
+  return gst_memory_new_wrapped(GST_MEMORY_FLAG_READONLY, at, bytes, 0, bytes, holder.release(),
+                                [](gpointer data) { delete static_cast<Holder*>(data); });
 }
 
 }  // namespace weir

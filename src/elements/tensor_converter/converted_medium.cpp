@@ -51,6 +51,18 @@ Error flexible_tensors_are_not_gathered(uint32_t frames_per_tensor) {
           .fix = "tensor_converter frames-per-tensor=1"};
 }
 
+weir_frame frame_of(GstBuffer* buffer, std::vector<weir_tensor>* tensors) {
+  weir_frame out{};
+  out.struct_size = sizeof out;
+  out.n_tensors = static_cast<uint32_t>(tensors->size());
+  out.tensors = tensors->data();
+  out.pts = gst::abi_time(GST_BUFFER_PTS(buffer));
+  out.duration = gst::abi_time(GST_BUFFER_DURATION(buffer));
+  out.deadline = -1;
+  if (GST_BUFFER_IS_DISCONT(buffer)) out.flags |= WEIR_FRAME_DISCONT;
+  return out;
+}
+
 }  // namespace
 
 Result<StreamPlan> ConvertedMedium::configure(const GstCaps* caps, const Preferences& preferences) {
@@ -80,15 +92,7 @@ Result<MediumFrames> ConvertedMedium::frames(gst::Ref<GstBuffer> buffer, Ledger*
     if (!maps.back()) return gst::memory_not_mapped();
     inputs.push_back(gst::byte_tensor(maps.back()));
   }
-  weir_frame in{};
-  in.struct_size = sizeof in;
-  in.n_tensors = static_cast<uint32_t>(inputs.size());
-  in.tensors = inputs.data();
-  in.pts = gst::abi_time(GST_BUFFER_PTS(buffer.get()));
-  in.duration = gst::abi_time(GST_BUFFER_DURATION(buffer.get()));
-  in.deadline = -1;
-  if (GST_BUFFER_IS_DISCONT(buffer.get())) in.flags |= WEIR_FRAME_DISCONT;
-  auto frame = converter_->convert(in);
+  auto frame = converter_->convert(frame_of(buffer.get(), &inputs));
   if (!frame) return frame.error();
   MediumFrames out;
   if (frame->tensors.empty()) return out;

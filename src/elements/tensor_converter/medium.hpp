@@ -64,7 +64,7 @@ class Medium {
   // Sets the allocation that the peer requested.
   virtual void allocate_as(const gst::Allocation&) {}
   // Allows deferred memory, counted in the argument; null: not allowed.
-  virtual void defer_with(std::shared_ptr<gst::DeferredCounts>) {}
+  virtual void defer_with(const std::shared_ptr<gst::DeferredCounts>&) {}
   // Adds this medium's proposals to the answer of an ALLOCATION query.
   virtual void offer(GstQuery*) const {}
 };

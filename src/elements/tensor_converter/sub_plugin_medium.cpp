@@ -157,6 +157,31 @@ Result<Ref<GstBuffer>> SubPluginMedium::convert(GstBuffer* in, GstTensorsConfig*
   return taken;
 }
 
+// Moves the tensors out of `spec`.
+Result<MediumFrames> SubPluginMedium::read_tensors(Ref<GstBuffer> made, FrameSpec* spec,
+                                                   Ledger* ledger) {
+  if (spec->format == Format::Flexible) {
+    if (frames_per_tensor_ > 1)
+      return Error{.code = Code::OPTION_VALUE,
+                   .what = name_ + " gives flexible tensors, which cannot be gathered",
+                   .offered = "frames-per-tensor=" + std::to_string(frames_per_tensor_),
+                   .needed = "frames-per-tensor=1",
+                   .fix = "tensor_converter frames-per-tensor=1"};
+    return flexible_.frames(std::move(made), ledger);
+  }
+  const size_t size = gst_buffer_get_size(made.get());
+  if (size != spec->bytes())
+    return Error{.code = Code::FRAME_SIZE,
+                 .what = name_ + " returned a frame whose size differs from its declared size",
+                 .offered = std::to_string(size) + " bytes",
+                 .needed = std::to_string(*spec->bytes()) + " bytes for " + spec->to_string(),
+                 .fix = "correct its convert"};
+  MediumFrames out;
+  out.buffer = std::move(made);
+  out.tensors = std::move(spec->tensors);
+  return out;
+}
+
 Result<MediumFrames> SubPluginMedium::frames(Ref<GstBuffer> buffer, Ledger* ledger) {
   gst::CTensors config({Format::Static, {}, rate_});
   auto converted = convert(buffer.get(), config.get());
@@ -174,28 +199,9 @@ Result<MediumFrames> SubPluginMedium::frames(Ref<GstBuffer> buffer, Ledger* ledg
                          GstBufferCopyFlags(GST_BUFFER_COPY_FLAGS | GST_BUFFER_COPY_TIMESTAMPS), 0,
                          static_cast<gsize>(-1));
   }
-  MediumFrames out;
-  if (spec->format == Format::Flexible) {
-    if (frames_per_tensor_ > 1)
-      return Error{.code = Code::OPTION_VALUE,
-                   .what = name_ + " gives flexible tensors, which cannot be gathered",
-                   .offered = "frames-per-tensor=" + std::to_string(frames_per_tensor_),
-                   .needed = "frames-per-tensor=1",
-                   .fix = "tensor_converter frames-per-tensor=1"};
-    auto dense = flexible_.frames(std::move(made), ledger);
-    if (!dense) return dense.error();
-    out = *std::move(dense);
-  } else {
-    const size_t size = gst_buffer_get_size(made.get());
-    if (size != spec->bytes())
-      return Error{.code = Code::FRAME_SIZE,
-                   .what = name_ + " returned a frame whose size differs from its declared size",
-                   .offered = std::to_string(size) + " bytes",
-                   .needed = std::to_string(*spec->bytes()) + " bytes for " + spec->to_string(),
-                   .fix = "correct its convert"};
-    out.buffer = std::move(made);
-    out.tensors = std::move(spec->tensors);
-  }
+  auto read = read_tensors(std::move(made), &*spec, ledger);
+  if (!read) return read.error();
+  MediumFrames out = *std::move(read);
   if (auto status = gather(frames_per_tensor_, &out.tensors); !status) return status.error();
   if (auto status = agree(out.tensors, user_); !status) return status.error();
   if (spec->rate.valid()) out.rate = spec->rate;

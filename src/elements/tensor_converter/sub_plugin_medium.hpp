@@ -36,6 +36,7 @@ class SubPluginMedium final : public Medium {
   // The output for these caps when the peer does not fix it.
   Result<FrameSpec> first_spec(const GstCaps* caps) const;
   Result<gst::Ref<GstBuffer>> convert(GstBuffer* in, GstTensorsConfig* config);
+  Result<MediumFrames> read_tensors(gst::Ref<GstBuffer> made, FrameSpec* spec, Ledger* ledger);
 
   const std::string name_;
   // A copy: the program may unregister its own meanwhile. nullopt: a function.

@@ -12,8 +12,8 @@ class VideoMedium final : public Medium {
   Result<MediumFrames> frames(gst::Ref<GstBuffer> buffer, Ledger* ledger) override;
   MediaType type() const noexcept override { return MediaType::Video; }
   void allocate_as(const gst::Allocation& wanted) override;
-  void defer_with(std::shared_ptr<gst::DeferredCounts> counts) override {
-    video_.defer_with(std::move(counts));
+  void defer_with(const std::shared_ptr<gst::DeferredCounts>& counts) override {
+    video_.defer_with(counts);
   }
   void offer(GstQuery* query) const override;
 

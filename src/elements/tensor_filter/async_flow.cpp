@@ -167,7 +167,7 @@ class AsyncFlow final : public FrameFlow {
 
   // Whether the engine and max-bytes allow a frame of `bytes`; `share` then holds these bytes.
   Result<Answer> make_room(uint64_t bytes, Share* share) {
-    const auto followed = follow_model(output_.waits());
+    auto followed = follow_model(output_.waits());
     if (!followed || *followed != Answer::Taken) return followed;
     auto& requests = use()->session().requests();
     if (!output_.waits() && requests.in_flight() >= depth()) return Answer::Full;

@@ -25,8 +25,13 @@ std::string shared_key(const FilterSettings& s, std::vector<Error>* warnings) {
   return "";
 }
 
+infer::RowLimits rows_of(const FilterSettings& s) {
+  return {s.invoke_rows, s.invoke_threads};
+}
+
 // Rejects settings with which a frame's batch cannot run in parts.
 Status check_parts(const FilterSettings& s) {
+  if (rows_of(s).none()) return ok();
   const auto other = [&](const std::string& what) {
     return Error{.code = Code::OPTION_VALUE,
                  .what = "these properties cannot be combined",
@@ -71,26 +76,42 @@ std::vector<DescribedTensor> described_tensors(const std::vector<ModelShape>& sh
   return out;
 }
 
+// The tensors that output-combination chooses.
+std::vector<DescribedTensor> pushed_tensors(const FilterPlan& plan,
+                                            const std::vector<DescribedTensor>& outputs) {
+  std::vector<DescribedTensor> pushed;
+  for (const size_t index : plan.output_choice.inputs)
+    pushed.push_back(index < plan.input.tensors.size() ? weir::described(plan.input.tensors[index])
+                                                       : DescribedTensor{});
+  for (const size_t index : plan.output_choice.outputs)
+    if (index < outputs.size()) pushed.push_back(outputs[index]);
+  return pushed;
+}
+
+void add(const std::optional<Error>& warning, std::vector<Error>* warnings) {
+  if (warning) warnings->push_back(*warning);
+}
+
+Status check_rows(const infer::Model& model, const infer::RowLimits& rows) {
+  if (rows.none()) return ok();
+  return infer::check_rows(model.info().flags, model.inputs(), model.outputs());
+}
+
 }  // namespace
 
 Result<std::unique_ptr<OpenModel>> OpenModel::open(const FilterSettings& s,
                                                    std::shared_ptr<isolate::Monitor> monitor,
                                                    std::vector<Error>* warnings) {
-  const auto warn = [warnings](const std::optional<Error>& warning) {
-    if (warning) warnings->push_back(*warning);
-  };
-  const infer::RowLimits rows{s.invoke_rows, s.invoke_threads};
-  if (!rows.none())
-    if (auto status = check_parts(s); !status) return status.error();
+  if (auto status = check_parts(s); !status) return status.error();
   std::optional<Error> warning;
   const auto source = model_source(s, monitor, &warning);
   if (!source) return source.error();
-  warn(warning);
+  add(warning, warnings);
   auto opened = std::make_unique<OpenModel>();
   opened->monitor_ = std::move(monitor);
-  auto found = infer::ModelTable::instance().find(shared_key(s, warnings), *source);
-  warn(found.not_shared);
-  auto use = infer::ModelLease::create(std::move(found.model), sessions_of(s, warnings));
+  const auto found = infer::ModelTable::instance().find(shared_key(s, warnings), *source);
+  add(found.not_shared, warnings);
+  auto use = infer::ModelLease::create(found.model, sessions_of(s, warnings));
   if (!use) return use.error();
   opened->use_ = *std::move(use);
   const auto frame = opened->begin();
@@ -107,11 +128,8 @@ Result<std::unique_ptr<OpenModel>> OpenModel::open(const FilterSettings& s,
     return status.error();
   auto tensors = opened->read_tensors(model, s);
   if (!tensors) return tensors.error();
-  if (!rows.none())
-    if (auto status = infer::check_rows(model.info().flags, model.inputs(), model.outputs());
-        !status)
-      return status.error();
-  opened->rows_ = rows;
+  opened->rows_ = rows_of(s);
+  if (auto status = check_rows(model, opened->rows_); !status) return status.error();
   auto description = describe_model(*std::move(tensors), s, warnings);
   if (!description) return description.error();
   opened->description_ = *std::move(description);
@@ -230,17 +248,7 @@ Result<DescribedModel> OpenModel::described(const FilterPlan& plan) const {
   if (!model) return out;
   out.inputs = described_tensors(plan.model_inputs, model->inputs());
   out.outputs = described_tensors(plan.model_outputs, model->outputs());
-  const OutputCombination& choice = plan.output_choice;
-  if (!choice.empty()) {
-    std::vector<DescribedTensor> pushed;
-    for (const size_t index : choice.inputs)
-      pushed.push_back(index < plan.input.tensors.size()
-                           ? weir::described(plan.input.tensors[index])
-                           : DescribedTensor{});
-    for (const size_t index : choice.outputs)
-      if (index < out.outputs.size()) pushed.push_back(out.outputs[index]);
-    out.outputs = std::move(pushed);
-  }
+  if (!plan.output_choice.empty()) out.outputs = pushed_tensors(plan, out.outputs);
   const auto paths = use_->shared()->source().options.paths;
   if (!paths.empty()) out.path = paths[0];
   if (const char* metadata = model->info().metadata_json) out.metadata_json = metadata;
@@ -268,6 +276,24 @@ void OpenModel::add_stats(GstStructure* stats) const {
                     G_TYPE_BOOLEAN, gboolean{execution->spins != 0}, nullptr);
 }
 
+Status OpenModel::fit_inputs(const std::vector<TensorSpec>& stream, FilterPlan* plan) const {
+  auto chosen = choose_tensors(stream, plan->input_choice, "input-combination");
+  if (!chosen) return chosen.error();
+  auto fitted = fit(inputs(), *chosen);
+  if (!fitted) return fitted.error();
+  plan->model_inputs = *std::move(fitted);
+  return ok();
+}
+
+Status OpenModel::resolve_outputs(FilterPlan* plan) const {
+  auto resolved = use_->resolve(plan->model_inputs);
+  if (!resolved) return resolved.error();
+  auto complete = description_.complete_outputs(*std::move(resolved));
+  if (!complete) return complete.error();
+  plan->model_outputs = *std::move(complete);
+  return ok();
+}
+
 Result<FilterPlan> OpenModel::plan_for(const FrameSpec& input) const {
   FilterPlan plan;
   if (const auto model = use_->shared()->model()) {  // each frame uses the model that runs it
@@ -282,22 +308,13 @@ Result<FilterPlan> OpenModel::plan_for(const FrameSpec& input) const {
   plan.engine_allocates = asynchronous_ || allocates_ || (is_dynamic() && decides_sizes_);
   plan.declared_inputs = plan.model_inputs = inputs();
   plan.model_outputs = outputs();
-  if (input.format == Format::Static) {
-    auto chosen = choose_tensors(input.tensors, plan.input_choice, "input-combination");
-    if (!chosen) return chosen.error();
-    auto fitted = fit(inputs(), *chosen);
-    if (!fitted) return fitted.error();
-    plan.model_inputs = *std::move(fitted);
-  }
-  if (batch_size_ == 1 && all_fixed(plan.model_inputs)) {
-    auto resolved = use_->resolve(plan.model_inputs);
-    if (!resolved) return resolved.error();
-    auto complete = description_.complete_outputs(*std::move(resolved));
-    if (!complete) return complete.error();
-    plan.model_outputs = *std::move(complete);
-  }
-  if (batch_size_ > 1)
+  if (input.format == Format::Static)
+    if (auto status = fit_inputs(input.tensors, &plan); !status) return status.error();
+  if (batch_size_ > 1) {
     if (auto status = plan_batch(input, &plan); !status) return status.error();
+  } else if (all_fixed(plan.model_inputs)) {
+    if (auto status = resolve_outputs(&plan); !status) return status.error();
+  }
   plan.outputs_fixed = all_fixed(plan.model_outputs) && all_fixed(plan.model_inputs);
   auto output = description_.source_spec(input, plan.model_outputs, plan.outputs_fixed);
   if (!output) return output.error();

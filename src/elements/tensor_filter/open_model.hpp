@@ -56,6 +56,8 @@ class OpenModel {
 
  private:
   Result<ModelTensors> read_tensors(const infer::Model& model, const FilterSettings& settings);
+  Status fit_inputs(const std::vector<TensorSpec>& stream, FilterPlan* plan) const;
+  Status resolve_outputs(FilterPlan* plan) const;
   Status plan_batch(const FrameSpec& input, FilterPlan* plan) const;
   Status read_invocation(const infer::Session& session) const;
   bool is_dynamic() const noexcept { return description_.declared.invoke_dynamic; }

@@ -351,7 +351,7 @@ class TensorFilter : public gst::Element<TensorFilter, gst::PlainElement>,
       if (requires_reopen(p.name)) wanted.*p.field = properties.*p.field;
     });
     flow_->drain();
-    const Status status = open_model(wanted, [&](const OpenModel& opened) -> Status {
+    Status status = open_model(wanted, [&](const OpenModel& opened) -> Status {
       const auto plan = opened.plan_for(*input);
       if (!plan) return plan.error();
       const auto out = choose_output_caps(source_, plan->output);

@@ -47,6 +47,14 @@ Result<IfBranch> branch_of(const Way& way, const FrameSpec& input) {
   return branch;
 }
 
+Error no_tensors(const std::string& property) {
+  return {.code = Code::OPTION_VALUE,
+          .what = property + "=TENSORPICK needs a list of tensors",
+          .offered = "no " + property + "-option",
+          .needed = "a comma list of tensor indices",
+          .fix = property + "=TENSORPICK " + property + "-option=0"};
+}
+
 }  // namespace
 
 Status check_texts(const IfSettings& settings) {
@@ -62,13 +70,8 @@ std::optional<Error> missing_setting(const IfSettings& settings) {
   if (auto error = condition::missing(*parsed)) return error;
   for (const Way& way : ways(settings)) {
     const auto chosen = picks(way);
-    const std::string name = way.property;
     if (way.behaviour == Behaviour::TensorPick && chosen && chosen->empty())
-      return Error{.code = Code::OPTION_VALUE,
-                   .what = name + "=TENSORPICK needs a list of tensors",
-                   .offered = "no " + name + "-option",
-                   .needed = "a comma list of tensor indices",
-                   .fix = name + "=TENSORPICK " + name + "-option=0"};
+      return no_tensors(way.property);
   }
   return std::nullopt;
 }

@@ -1,6 +1,7 @@
 // IfSettings: the properties of tensor_if, and the plan that they make for a stream.
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #pragma once
+#include <array>
 #include <optional>
 #include <string>
 #include <vector>
@@ -34,7 +35,7 @@ struct IfPlan {
   std::optional<condition::Comparison> comparison;    // or
   std::optional<condition::Condition> of_each_frame;  // in a flexible stream; or
   std::optional<condition::CustomCondition> custom;
-  IfBranch branches[2];  // THEN, ELSE: src_0, src_1
+  std::array<IfBranch, 2> branches;  // THEN, ELSE: src_0, src_1
 };
 
 // Checks the property texts, independently of a stream.

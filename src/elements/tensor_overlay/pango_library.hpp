@@ -38,6 +38,7 @@ struct PangoLibrary {
   X(pango_layout_set_single_paragraph_mode)   \
   X(pango_layout_set_text)                    \
   X(pango_layout_set_width)
+// NOLINTNEXTLINE(bugprone-macro-parentheses): a name that is declared takes none
 #define WEIR_PANGO_POINTER(name) decltype(&::name) name = nullptr;
   WEIR_PANGO_FUNCTIONS(WEIR_PANGO_POINTER)
 #undef WEIR_PANGO_POINTER

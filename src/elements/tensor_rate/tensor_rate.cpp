@@ -143,14 +143,7 @@ class TensorRate : public gst::CountedTransform<TensorRate> {
 
   GstFlowReturn transform_ip(GstBuffer* in) {
     ++in_;
-    if (!rate_) {
-      if (throttle_once_ && settings().throttle)
-        throttle(FrameRate(*throttle_once_).interval(), GST_BUFFER_PTS(in));
-      throttle_once_.reset();
-      ++out_;
-      ledger_.consumed_and_pushed();
-      return GST_FLOW_OK;
-    }
+    if (!rate_) return pass(in);
     const auto time = time_of(in);
     if (!time || (rate_->held() && *time < *rate_->held())) {
       refuse(time);
@@ -171,6 +164,15 @@ class TensorRate : public gst::CountedTransform<TensorRate> {
     rate_->hold(*time);
     held_ = Ref<GstBuffer>::share(in);
     return flow == GST_FLOW_OK ? GST_BASE_TRANSFORM_FLOW_DROPPED : flow;
+  }
+
+  GstFlowReturn pass(GstBuffer* in) {
+    if (throttle_once_ && settings().throttle)
+      throttle(FrameRate(*throttle_once_).interval(), GST_BUFFER_PTS(in));
+    throttle_once_.reset();
+    ++out_;
+    ledger_.consumed_and_pushed();
+    return GST_FLOW_OK;
   }
 
   gboolean sink_event(GstEvent* event) {

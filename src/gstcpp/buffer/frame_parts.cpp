@@ -82,6 +82,16 @@ Status FrameParts::add_chunk(std::span<const std::byte> chunk, size_t offset) {
   return ok();
 }
 
+// Of a memory that holds several tensors.
+Status FrameParts::add_chunks(std::span<const std::byte> memory, size_t offset, bool packed) {
+  const auto ranges = packed ? read_packed_tensors(memory, spec_.format) : walk_chunks(memory);
+  if (!ranges) return ranges.error();
+  for (const auto& range : *ranges)
+    if (auto s = add_chunk(memory.subspan(range.offset, range.size), offset + range.offset); !s)
+      return s;
+  return ok();
+}
+
 Status FrameParts::read_headers(GstBuffer* buffer) {
   const size_t memories = gst_buffer_n_memory(buffer);
   if (memories == 0) return buffer_is_empty();
@@ -90,16 +100,10 @@ Status FrameParts::read_headers(GstBuffer* buffer) {
     const MappedMemory map(gst_buffer_peek_memory(buffer, static_cast<guint>(i)), GST_MAP_READ);
     if (!map) return memory_not_mapped();
     const bool packed = i + 1 == kMemoryLimit && is_packed(map.bytes());
-    if (packed || memories == 1) {
-      const auto ranges =
-          packed ? read_packed_tensors(map.bytes(), spec_.format) : walk_chunks(map.bytes());
-      if (!ranges) return ranges.error();
-      for (const auto& [offset, size] : *ranges)
-        if (auto s = add_chunk(map.bytes().subspan(offset, size), base + offset); !s) return s;
-      if (packed) return ok();
-    } else if (auto s = add_chunk(map.bytes(), base); !s) {
+    const bool several = packed || memories == 1;
+    if (auto s = several ? add_chunks(map.bytes(), base, packed) : add_chunk(map.bytes(), base); !s)
       return s;
-    }
+    if (packed) return ok();
     base += map.bytes().size();
   }
   return ok();

@@ -33,6 +33,7 @@ class FrameParts {
   Status read_packed(GstBuffer* buffer);
   Status read_headers(GstBuffer* buffer);
   Status add_chunk(std::span<const std::byte> chunk, size_t offset);
+  Status add_chunks(std::span<const std::byte> memory, size_t offset, bool packed);
 
   FrameSpec spec_;
   std::vector<FramePart> parts_;

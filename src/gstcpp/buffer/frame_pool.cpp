@@ -186,7 +186,7 @@ Result<FramePool> FramePool::make(std::vector<TensorSpec> tensors, Format format
   PoolState& s = state_of(object);
   s.tensors = std::move(tensors);
   s.format = format;
-  s.allocation = allocation;
+  s.allocation = std::move(allocation);
   s.retain = retain;
   s.total_bytes = total;
   s.free_buffers.reserve(retain);

@@ -118,27 +118,31 @@ Status FrameReader::add_chunk(std::span<std::byte> chunk, size_t capacity, int m
   return ok();
 }
 
+Status FrameReader::add_chunks(const std::vector<ByteRange>& ranges, const MappedMemory& memory) {
+  for (const auto& [offset, size] : ranges)
+    if (auto status =
+            add_chunk(memory.bytes().subspan(offset, size), memory.capacity() - offset, -1);
+        !status)
+      return status;
+  return ok();
+}
+
+Status FrameReader::read_single_memory() {
+  const auto ranges = walk_chunks(maps_[0].bytes());
+  if (!ranges) return ranges.error();
+  if (ranges->size() > 1) return add_chunks(*ranges, maps_[0]);
+  return add_chunk(maps_[0].bytes(), maps_[0].capacity(), 0);
+}
+
 Status FrameReader::read_headers(GstBuffer* buffer, const FrameSpec& spec, GstMapFlags flags) {
   if (auto status = map(buffer, flags); !status) return status;
   if (maps_.empty()) return buffer_is_empty();
-  const auto add_ranges = [&](const std::vector<ByteRange>& ranges, const MappedMemory& memory) {
-    Status status = ok();
-    for (const auto& [offset, size] : ranges)
-      if (status)
-        status = add_chunk(memory.bytes().subspan(offset, size), memory.capacity() - offset, -1);
-    return status;
-  };
-  if (maps_.size() == 1) {
-    auto ranges = walk_chunks(maps_[0].bytes());
-    if (!ranges) return ranges.error();
-    if (ranges->size() > 1) return add_ranges(*ranges, maps_[0]);
-    return add_chunk(maps_[0].bytes(), maps_[0].capacity(), 0);
-  }
+  if (maps_.size() == 1) return read_single_memory();
   for (size_t i = 0; i < maps_.size(); ++i) {
     if (i + 1 == kMemoryLimit && is_packed(maps_[i].bytes())) {
       auto ranges = read_packed_tensors(maps_[i].bytes(), spec.format);
       if (!ranges) return ranges.error();
-      return add_ranges(*ranges, maps_[i]);
+      return add_chunks(*ranges, maps_[i]);
     }
     if (auto s = add_chunk(maps_[i].bytes(), maps_[i].capacity(), static_cast<int>(i)); !s)
       return s;

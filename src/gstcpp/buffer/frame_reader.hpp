@@ -40,8 +40,10 @@ class FrameReader {
   Status read_static(GstBuffer* buffer, const FrameSpec& spec, GstMapFlags flags);
   Status split_by_size(GstBuffer* buffer, const FrameSpec& spec, GstMapFlags flags);
   Status read_headers(GstBuffer* buffer, const FrameSpec& spec, GstMapFlags flags);
+  Status read_single_memory();
   Status check_dense() const;
   Status add_chunk(std::span<std::byte> chunk, size_t capacity, int memory);
+  Status add_chunks(const std::vector<ByteRange>& ranges, const MappedMemory& memory);
   void add_static(size_t index, const FrameSpec& spec, std::span<std::byte> bytes, size_t capacity,
                   int memory);
 

@@ -138,16 +138,15 @@ std::string types_text(Name name, const FrameSpec& spec, const GstCaps* peer) {
   return spelled.empty() ? join_types(spec.tensors) : spelled;
 }
 
+// One text for each structure; "" if a shape is unknown.
+std::vector<std::string> dimensions_texts(Name name, const FrameSpec& spec, const GstCaps* peer) {
+  if (!all_shapes_known(spec)) return {""};
+  const std::string spelled = peer_spelling(name, dimensions_field(name), spec, peer, same_shapes);
+  return spelled.empty() ? spellings(spec) : std::vector{spelled};
+}
+
 void append_static(GstCaps* caps, Name name, const FrameSpec& spec, const GstCaps* peer) {
-  std::vector<std::string> texts;
-  if (all_shapes_known(spec)) {
-    const std::string spelled =
-        peer_spelling(name, dimensions_field(name), spec, peer, same_shapes);
-    texts = spelled.empty() ? spellings(spec) : std::vector{spelled};
-  } else {
-    texts.emplace_back();
-  }
-  for (const auto& dims : texts) {
+  for (const auto& dims : dimensions_texts(name, spec, peer)) {
     GstStructure* s =
         gst_structure_new_empty(name == Name::Tensor ? "other/tensor" : "other/tensors");
     if (name == Name::Tensors) {
@@ -204,6 +203,18 @@ PeerPreference preference_of_peer(GstPad* pad) {
   return preference;
 }
 
+// The number of tensors that the caps set; 0 if they do not.
+Result<size_t> count_of(const GstStructure* s) {
+  int count = 0;
+  if (!gst_structure_get_int(s, "num_tensors", &count)) return size_t{0};
+  if (count < 1 || count > int{kTensorLimit})
+    return Error{.code = Code::LIMIT_EXCEEDED,
+                 .what = "num_tensors is out of range",
+                 .offered = std::to_string(count),
+                 .needed = "1 to 256"};
+  return static_cast<size_t>(count);
+}
+
 }  // namespace
 
 Result<FrameSpec> spec_from_caps(const GstCaps* caps) {
@@ -234,20 +245,14 @@ Result<FrameSpec> spec_from_caps(const GstCaps* caps) {
                  .fix = "tensor_converter"};
   spec.format = format_of(s);
   if (spec.format != Format::Static) return spec;
-  int count = 0;
-  if (gst_structure_get_int(s, "num_tensors", &count)) {
-    if (count < 1 || count > int{kTensorLimit})
-      return Error{.code = Code::LIMIT_EXCEEDED,
-                   .what = "num_tensors is out of range",
-                   .offered = std::to_string(count),
-                   .needed = "1 to 256"};
-    spec.tensors.resize(static_cast<size_t>(count));
-  }
+  const auto count = count_of(s);
+  if (!count) return count.error();
+  spec.tensors.resize(*count);
   if (auto status = read_lists(s, "dimensions", "types", &spec); !status) return status.error();
-  if (count > 0 && spec.tensors.size() != static_cast<size_t>(count)) {
+  if (*count > 0 && spec.tensors.size() != *count) {
     GST_CAT_WARNING(gst::library_category(), "num_tensors and the lists differ in %" GST_PTR_FORMAT,
                     static_cast<const void*>(s));
-    spec.tensors.resize(static_cast<size_t>(count));
+    spec.tensors.resize(*count);
   }
   return spec;
 }
@@ -298,7 +303,7 @@ Ref<GstCaps> with_roles(Ref<GstCaps> caps, const ResultRoles& roles) {
 Ref<GstCaps> possible_caps(GstPad* pad, const FrameSpec& spec, const GstCaps* peer) {
   auto all = Ref<GstCaps>::adopt(gst_caps_new_empty());
   const auto template_caps = Ref<GstCaps>::adopt(gst_pad_get_pad_template_caps(pad));
-  const auto add = [&](Ref<GstCaps> caps) {
+  const auto add = [&](const Ref<GstCaps>& caps) {
     for (guint i = 0; i < gst_caps_get_size(caps.get()); ++i) {
       auto one = Ref<GstCaps>::adopt(gst_caps_copy_nth(caps.get(), i));
       if (gst_caps_can_intersect(one.get(), template_caps.get()))
@@ -349,7 +354,7 @@ bool were_accepted_or_reported(GstPad* source_pad, GstCaps* caps) {
 }  // namespace
 
 std::string caps_to_paste(const FrameSpec& spec) {
-  const std::string out = "other/tensors,format=" + std::string(name_of(spec.format));
+  std::string out = "other/tensors,format=" + std::string(name_of(spec.format));
   if (spec.format != Format::Static) return out;
   return out + ",dimensions=(string)\"" + join_shapes(spec.tensors) + "\",types=(string)\"" +
          join_types(spec.tensors) + "\"";

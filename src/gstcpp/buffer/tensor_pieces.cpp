@@ -57,46 +57,57 @@ bool has_layout(GstBuffer* buffer, const FrameSpec& spec, size_t alone) {
   return true;
 }
 
+// Of a buffer with a memory for each tensor; the last of 16 holds all further tensors.
+Status append_memories(GstBuffer* buffer, const FrameSpec& spec, Ledger* ledger,
+                       std::vector<TensorPiece>* pieces) {
+  const size_t count = spec.tensors.size();
+  const size_t alone = count > kMemoryLimit ? kMemoryLimit - 1 : count;
+  if (!has_layout(buffer, spec, alone)) return wrong_frame_size(spec, buffer, "");
+  for (size_t i = 0; i < alone; ++i)
+    pieces->push_back(
+        {Ref<GstMemory>::share(gst_buffer_peek_memory(buffer, static_cast<guint>(i))), {}});
+  if (count <= kMemoryLimit) return ok();
+  GstMemory* last = gst_buffer_peek_memory(buffer, kMemoryLimit - 1);
+  std::vector<ByteRange> ranges;
+  {
+    const MappedMemory map(last, GST_MAP_READ);
+    if (!map) return memory_not_mapped();
+    auto read = read_packed_tensors(map.bytes(), Format::Static);
+    if (!read) return read.error();
+    ranges = *std::move(read);
+  }
+  if (ranges.size() != count - alone) return wrong_frame_size(spec, buffer, "");
+  for (size_t i = 0; i < ranges.size(); ++i)
+    if (ranges[i].size != spec.tensors[alone + i].bytes())
+      return wrong_frame_size(spec, buffer, "");
+  return append_ranges(last, ranges, ledger, pieces);
+}
+
+// Of a buffer whose tensors follow each other, wherever its memories end.
+Status append_split(GstBuffer* buffer, const FrameSpec& spec, Ledger* ledger,
+                    std::vector<TensorPiece>* pieces) {
+  const auto needed = spec.bytes();
+  if (!needed || gst_buffer_get_size(buffer) < *needed) return wrong_frame_size(spec, buffer, "");
+  if (gst_buffer_n_memory(buffer) > 1) ledger->copied(gst_buffer_get_size(buffer));
+  const auto all = one_memory(buffer);
+  if (!all) return all.error();
+  std::vector<ByteRange> ranges;
+  size_t offset = 0;
+  for (const auto& tensor : spec.tensors) {
+    ranges.push_back({offset, static_cast<size_t>(*tensor.bytes())});
+    offset += ranges.back().size;
+  }
+  return append_ranges(all->get(), ranges, ledger, pieces);
+}
+
 Status append_static(GstBuffer* buffer, const FrameSpec& spec, Ledger* ledger,
                      std::vector<TensorPiece>* pieces) {
-  const size_t count = spec.tensors.size(), memories = gst_buffer_n_memory(buffer);
-  const size_t alone = count > kMemoryLimit ? kMemoryLimit - 1 : count;
-  const size_t first = pieces->size();
-  if (memories == std::min(count, kMemoryLimit)) {
-    if (!has_layout(buffer, spec, alone)) return wrong_frame_size(spec, buffer, "");
-    for (size_t i = 0; i < alone; ++i)
-      pieces->push_back(
-          {Ref<GstMemory>::share(gst_buffer_peek_memory(buffer, static_cast<guint>(i))),
-           spec.tensors[i]});
-    if (count <= kMemoryLimit) return ok();
-    GstMemory* last = gst_buffer_peek_memory(buffer, kMemoryLimit - 1);
-    std::vector<ByteRange> ranges;
-    {
-      const MappedMemory map(last, GST_MAP_READ);
-      if (!map) return memory_not_mapped();
-      auto read = read_packed_tensors(map.bytes(), Format::Static);
-      if (!read) return read.error();
-      ranges = *std::move(read);
-    }
-    if (ranges.size() != count - alone) return wrong_frame_size(spec, buffer, "");
-    for (size_t i = 0; i < ranges.size(); ++i)
-      if (ranges[i].size != spec.tensors[alone + i].bytes())
-        return wrong_frame_size(spec, buffer, "");
-    if (auto status = append_ranges(last, ranges, ledger, pieces); !status) return status;
-  } else {
-    const auto needed = spec.bytes();
-    if (!needed || gst_buffer_get_size(buffer) < *needed) return wrong_frame_size(spec, buffer, "");
-    if (memories > 1) ledger->copied(gst_buffer_get_size(buffer));
-    const auto all = one_memory(buffer);
-    if (!all) return all.error();
-    std::vector<ByteRange> ranges;
-    size_t offset = 0;
-    for (const auto& tensor : spec.tensors) {
-      ranges.push_back({offset, static_cast<size_t>(*tensor.bytes())});
-      offset += ranges.back().size;
-    }
-    if (auto status = append_ranges(all->get(), ranges, ledger, pieces); !status) return status;
-  }
+  const size_t count = spec.tensors.size(), first = pieces->size();
+  const bool has_memories = gst_buffer_n_memory(buffer) == std::min(count, kMemoryLimit);
+  if (auto status = has_memories ? append_memories(buffer, spec, ledger, pieces)
+                                 : append_split(buffer, spec, ledger, pieces);
+      !status)
+    return status;
   for (size_t i = 0; i < count; ++i) (*pieces)[first + i].spec = spec.tensors[i];
   return ok();
 }

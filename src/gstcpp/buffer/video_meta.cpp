@@ -35,7 +35,7 @@ Status check_video_meta(const GstVideoInfo& video, const GstVideoMeta& meta) {
                     meta.height >= static_cast<guint>(GST_VIDEO_INFO_HEIGHT(&video));
   if (same) return ok();
   const bool planes = meta.n_planes != GST_VIDEO_INFO_N_PLANES(&video);
-  const auto text = [planes](const char* format, std::string size, guint count) {
+  const auto text = [planes](const char* format, const std::string& size, guint count) {
     return std::string(format) + " " + size +
            (planes ? " in planes: " + std::to_string(count) : "");
   };

@@ -195,7 +195,7 @@ GstFlowReturn SometimesPads::pass_over(Output* output) noexcept {
       gst_flow_combiner_update_pad_flow(combiner_.get(), output->pad.get(), GST_FLOW_NOT_LINKED));
 }
 
-bool SometimesPads::send(Ref<GstEvent> event) {
+bool SometimesPads::send(const Ref<GstEvent>& event) {
   std::vector<Ref<GstPad>> pads;
   const auto type = GST_EVENT_TYPE(event.get());
   // A pad without caps gets only the start, the end and flushes of its stream.

@@ -72,7 +72,7 @@ class SometimesPads {
   }
   // Forwards an event of the sink pad other than CAPS; non-serialized events from any thread. False
   // when no pad handled it.
-  bool send(Ref<GstEvent> event);
+  bool send(const Ref<GstEvent>& event);
 
   // The number of pushed buffers by pad; any thread.
   void add_stats(GstStructure* stats) const;

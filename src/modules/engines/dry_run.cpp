@@ -36,6 +36,8 @@ Result<DryRunInputs> DryRunInputs::create(std::span<const weir_tensor_info> info
   DryRunInputs out;
   for (const auto& info : infos) {
     const uint64_t bytes = *tensor_bytes(info);
+    // Only calloc() gives zeros without touching the memory.
+    // NOLINTNEXTLINE(cppcoreguidelines-no-malloc)
     out.memory_.emplace_back(std::calloc(std::max<uint64_t>(bytes, 1), 1));
     if (!out.memory_.back())
       return Error{.code = Code::OUT_OF_MEMORY,

@@ -49,6 +49,22 @@ Error not_flatbuf(const char* what, size_t bytes) {
                          "one message nnstreamer.flatbuf.Tensors in each buffer");
 }
 
+Status read_tensor(const schema::Tensor& from, MessageTensor* out) {
+  out->type = static_cast<uint32_t>(from.type());
+  const auto* dimensions = from.dimension();
+  const size_t rank = dimensions ? dimensions->size() : 0;
+  if (rank > out->dimensions.size())
+    return damaged_message(FlatbufMessage::kName, "a tensor has too many dimensions",
+                           std::to_string(rank), "at most 16");
+  if (rank == out->dimensions.size())  // as most writers have it: a copy without a loop
+    std::memcpy(out->dimensions.data(), dimensions->Data(), sizeof out->dimensions);
+  else if (rank > 0)
+    std::copy(dimensions->begin(), dimensions->end(), out->dimensions.begin());
+  if (const auto* content = from.data())
+    out->data = std::as_bytes(std::span(content->data(), content->size()));
+  return ok();
+}
+
 }  // namespace
 
 struct FlatbufMessage::Room {
@@ -112,18 +128,7 @@ Status FlatbufMessage::parse(std::span<const std::byte> bytes, TensorMessage* me
   message->format = static_cast<uint32_t>(root->format());
   for (const auto* from : *tensors) {
     auto& tensor = message->tensors.emplace_back(kNoTensor);
-    tensor.type = static_cast<uint32_t>(from->type());
-    const auto* dimensions = from->dimension();
-    const size_t rank = dimensions ? dimensions->size() : 0;
-    if (rank > tensor.dimensions.size())
-      return damaged_message(kName, "a tensor has too many dimensions", std::to_string(rank),
-                             "at most 16");
-    if (rank == tensor.dimensions.size())  // as most writers have it: a copy without a loop
-      std::memcpy(tensor.dimensions.data(), dimensions->Data(), sizeof tensor.dimensions);
-    else if (rank > 0)
-      std::copy(dimensions->begin(), dimensions->end(), tensor.dimensions.begin());
-    if (const auto* content = from->data())
-      tensor.data = std::as_bytes(std::span(content->data(), content->size()));
+    if (auto status = read_tensor(*from, &tensor); !status) return status;
   }
   return check_message(kName, static_cast<uint32_t>(root->num_tensor()), bytes.size(), *message);
 }

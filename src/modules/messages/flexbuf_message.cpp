@@ -105,6 +105,22 @@ bool read_int32(const FlexValue& value, int32_t* out) {
   return true;
 }
 
+struct Header {
+  int32_t num_tensors = 0, rate_n = 0, rate_d = 0, format = 0;
+};
+// Other keys are ignored.
+bool read_number(const FlexValue& value, std::string_view key, Header* out) {
+  if (key == "num_tensors") return read_int32(value, &out->num_tensors);
+  if (key == "rate_n") return read_int32(value, &out->rate_n);
+  if (key == "rate_d") return read_int32(value, &out->rate_d);
+  return key != "format" || read_int32(value, &out->format);
+}
+
+bool read_tensor(const FlexValue& value, size_t index, TensorMessage* out) {
+  if (out->tensors.size() <= index) out->tensors.resize(index + 1, kNoTensor);
+  return read_tensor(value, &out->tensors[index]);
+}
+
 }  // namespace
 
 struct FlexbufMessage::Room {
@@ -148,30 +164,24 @@ Status FlexbufMessage::parse(std::span<const std::byte> bytes, TensorMessage* me
   const auto map = FlexValue::root(bytes);
   const auto entries = map && map->is_map() ? map->elements() : std::nullopt;
   if (!entries) return not_flexbuf("its map cannot be read", bytes.size());
-  int32_t count = 0, format = 0;
+  Header header;
   size_t found = 0;
   for (size_t i = 0; i < entries->size(); ++i) {
     const auto key = entries->key_at(i);
     if (!key) return not_flexbuf("a key cannot be read", bytes.size());
     const FlexValue value = entries->at(i);
     const auto index = index_of(*key);
-    bool good = true;
-    if (*key == "num_tensors") good = read_int32(value, &count);
-    if (*key == "rate_n") good = read_int32(value, &message->rate_n);
-    if (*key == "rate_d") good = read_int32(value, &message->rate_d);
-    if (*key == "format") good = read_int32(value, &format);
     if (index && *index >= WEIR_TENSOR_LIMIT) return too_many_tensors(kName, uint64_t{*index} + 1);
-    if (index) {
-      if (message->tensors.size() <= *index) message->tensors.resize(size_t{*index} + 1, kNoTensor);
-      good = read_tensor(value, &message->tensors[*index]);
-      ++found;
-    }
-    if (!good) return not_flexbuf(std::string(*key) + " cannot be read", bytes.size());
+    found += size_t{index.has_value()};
+    if (!(index ? read_tensor(value, *index, message) : read_number(value, *key, &header)))
+      return not_flexbuf(std::string(*key) + " cannot be read", bytes.size());
   }
   if (found != message->tensors.size())
     return not_flexbuf("its tensors are not numbered from 0", bytes.size());
-  message->format = static_cast<uint32_t>(format);
-  return check_message(kName, static_cast<uint32_t>(count), bytes.size(), *message);
+  message->rate_n = header.rate_n;
+  message->rate_d = header.rate_d;
+  message->format = static_cast<uint32_t>(header.format);
+  return check_message(kName, static_cast<uint32_t>(header.num_tensors), bytes.size(), *message);
 }
 
 }  // namespace weir::messages

@@ -75,9 +75,11 @@ Result<PythonApi> find_python() {
     return not_usable(library, "Python " + short_version(version()) + " is another version");
   PythonApi api;
   const char* missing = nullptr;
+// NOLINTBEGIN(bugprone-macro-parentheses): a member's name takes none
 #define WEIR_PYTHON_FIND(result, name, arguments)                          \
   api.name = reinterpret_cast<result(*) arguments>(dlsym(library, #name)); \
   if (!api.name) missing = #name;
+  // NOLINTEND(bugprone-macro-parentheses)
   WEIR_PYTHON_FUNCTIONS(WEIR_PYTHON_FIND)
 #undef WEIR_PYTHON_FIND
   if (missing) return not_usable(library, std::string("a library without ") + missing);

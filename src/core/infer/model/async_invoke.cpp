@@ -23,7 +23,7 @@ bool answers_asynchronously(const Session& session) noexcept {
 }
 
 Result<bool> submit(Session& session, const weir_frame& in,
-                    std::shared_ptr<RequestReceiver> receiver) {
+                    const std::shared_ptr<RequestReceiver>& receiver) {
   weir_request* request = session.requests().open(receiver);
   if (!request) return false;
   weir_error error;

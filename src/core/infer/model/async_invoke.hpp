@@ -15,7 +15,7 @@ bool answers_asynchronously(const Session& session) noexcept;
 // Submits a frame. Returns false between abandon() and resume(); `receiver` is then not called.
 // Precondition: answers_asynchronously(), and the caller has waited for a free slot.
 Result<bool> submit(Session& session, const weir_frame& in,
-                    std::shared_ptr<RequestReceiver> receiver);
+                    const std::shared_ptr<RequestReceiver>& receiver);
 // Abandons and cancels all requests in flight. Returns the number of receivers that are not called
 // when their request ends.
 size_t abandon(Session& session);

@@ -19,7 +19,7 @@ int hold(const weir_frame* in, void (**release)(void*), void** kept) {
     auto held = owner->hold();
     if (!held) return -WEIR_MAPPING_FAILED;
     *kept = std::make_unique<Hold>(std::move(held)).release();
-    *release = [](void* given) { const std::unique_ptr<Hold> end(static_cast<Hold*>(given)); };
+    *release = [](void* given) { delete static_cast<Hold*>(given); };
     return WEIR_OK;
   } catch (const std::bad_alloc&) {
     return -WEIR_OUT_OF_MEMORY;

@@ -259,6 +259,28 @@ Status lower_fully_connected(LoweredGraph& graph, const TfliteGraphOperator& op)
                               {}, op.options.scalar<int8_t>(0, 0));
 }
 
+namespace {
+
+OnnxAttributes transposed_attributes(const Window& window, const std::vector<int64_t>& input,
+                                     const std::vector<int64_t>& output) {
+  std::array<int64_t, 4> pads{};
+  std::array<int64_t, 2> beyond{};
+  for (const size_t axis : {0u, 1u}) {
+    const int64_t reach = (input[axis + 1] - 1) * window.stride[axis] + window.size[axis];
+    const int64_t total = std::max<int64_t>(reach - output[axis + 1], 0);
+    pads[axis] = total / 2;
+    pads[axis + 2] = total - total / 2;
+    beyond[axis] = std::max<int64_t>(output[axis + 1] - reach, 0);
+  }
+  return std::move(OnnxAttributes()
+                       .numbers("kernel_shape", window.size)
+                       .numbers("strides", window.stride)
+                       .numbers("pads", pads)
+                       .numbers("output_padding", beyond));
+}
+
+}  // namespace
+
 // Computed in floats, because ONNX has no quantised transposed convolution.
 Status lower_transposed_convolution(LoweredGraph& graph, const TfliteGraphOperator& op) {
   if (auto status = check_counts(op, 3, 4); !status) return status;
@@ -273,20 +295,11 @@ Status lower_transposed_convolution(LoweredGraph& graph, const TfliteGraphOperat
     return refuse("weights for a different number of channels");
   Window window = Window::of(op.options);
   window.size = {filter[1], filter[2]};
-  std::array<int64_t, 4> pads{};
-  std::array<int64_t, 2> beyond{};
   // Checks the padding of the inverse: the convolution from this output to this input.
   TfliteGraphTensor made, given;
   made.shape = output;
   given.shape = input;
   if (const auto fits = window.pads(made, given); !fits) return fits.error();
-  for (const size_t axis : {0u, 1u}) {
-    const int64_t reach = (input[axis + 1] - 1) * window.stride[axis] + window.size[axis];
-    const int64_t total = std::max<int64_t>(reach - output[axis + 1], 0);
-    pads[axis] = total / 2;
-    pads[axis + 2] = total - total / 2;
-    beyond[axis] = std::max<int64_t>(output[axis + 1] - reach, 0);
-  }
   const auto weights = weights_of(graph, op.inputs[1], 0, filter[0]);
   if (!weights) return weights.error();
   const auto bias = bias_of(graph, op, 3, filter[0]);
@@ -318,12 +331,7 @@ Status lower_transposed_convolution(LoweredGraph& graph, const TfliteGraphOperat
     added[i] = in->scale * scale_of(i) * static_cast<float>((*bias)[i]);
   inputs.push_back(graph.floats({&filter[0], 1}, added));
   const std::string product = graph.fresh();
-  graph.node("ConvTranspose", "", inputs, product,
-             OnnxAttributes()
-                 .numbers("kernel_shape", window.size)
-                 .numbers("strides", window.stride)
-                 .numbers("pads", pads)
-                 .numbers("output_padding", beyond));
+  graph.node("ConvTranspose", "", inputs, product, transposed_attributes(window, input, output));
   const std::string last =
       graph.made("Transpose", {product}, OnnxAttributes().numbers("perm", kChannelsLast));
   return node_with_activation(graph, "QuantizeLinear", "",

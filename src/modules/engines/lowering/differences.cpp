@@ -64,7 +64,7 @@ std::string rounded(LoweredGraph& graph, const std::string& sum, double real) {
   const auto real_sum = graph.made(
       "Cast", {sum}, OnnxAttributes().number("to", static_cast<int64_t>(OnnxElement::kDouble)));
   const auto half = graph.real(0.5);
-  const auto whole = graph.made(
+  auto whole = graph.made(
       "Floor", {graph.made("Add", {graph.made("Mul", {real_sum, graph.real(factor)}), half})});
   if (multiplier.exponent >= 0) return whole;
   const auto shifted = graph.made("Mul", {whole, graph.real(std::ldexp(1.0, multiplier.exponent))});

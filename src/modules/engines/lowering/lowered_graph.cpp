@@ -95,26 +95,32 @@ void LoweredGraph::write_port(bool input, int32_t index, const std::string& name
     writer_.output(name, type, port.shape);
 }
 
+Status LoweredGraph::check_port(int32_t index) const {
+  if (!element_of(tensor(index).type))
+    return not_lowered("an input or output of the model is of a type that is not lowered",
+                       tensor_text(tensor(index)), "8-bit, int32, int64 or float32");
+  if (tensor(index).type == TfliteType::kInt8)
+    if (auto known = quantization(index); !known) return known.error();
+  return ok();
+}
+
+void LoweredGraph::begin_input(int32_t index) {
+  const std::string name = port_name(index);
+  write_port(true, index, name);
+  names_[index] = name;
+  if (tensor(index).type != TfliteType::kInt8) return;
+  const auto q = *quantization(index);
+  const auto zero = static_cast<char>(q.zero_point ^ 0x80);
+  const auto given = constant(OnnxElement::kInt8, {}, {&zero, 1});
+  names_[index] = made("QuantizeLinear", {made("DequantizeLinear", {name, scale(q.scale), given}),
+                                          scale(q.scale), zero_point(q.zero_point)});
+}
+
 Status LoweredGraph::begin() {
   for (const auto* side : {&source_.inputs, &source_.outputs})
-    for (const int32_t index : *side) {
-      if (!element_of(tensor(index).type))
-        return not_lowered("an input or output of the model is of a type that is not lowered",
-                           tensor_text(tensor(index)), "8-bit, int32, int64 or float32");
-      if (tensor(index).type == TfliteType::kInt8)
-        if (auto known = quantization(index); !known) return known.error();
-    }
-  for (const int32_t index : source_.inputs) {
-    const std::string name = port_name(index);
-    write_port(true, index, name);
-    names_[index] = name;
-    if (tensor(index).type != TfliteType::kInt8) continue;
-    const auto q = *quantization(index);
-    const auto zero = static_cast<char>(q.zero_point ^ 0x80);
-    const auto given = constant(OnnxElement::kInt8, {}, {&zero, 1});
-    names_[index] = made("QuantizeLinear", {made("DequantizeLinear", {name, scale(q.scale), given}),
-                                            scale(q.scale), zero_point(q.zero_point)});
-  }
+    for (const int32_t index : *side)
+      if (auto status = check_port(index); !status) return status;
+  for (const int32_t index : source_.inputs) begin_input(index);
   for (const int32_t index : source_.outputs) {
     if (names_.contains(index) || !tensor(index).data.empty() || tensor(index).variable)
       return not_lowered("an output of the graph is an input, a constant or another output",
@@ -195,7 +201,7 @@ std::string LoweredGraph::constant(OnnxElement type, std::span<const int64_t> sh
     key += data;
     if (const auto known = constants_.find(key); known != constants_.end()) return known->second;
   }
-  const std::string name = fresh();
+  std::string name = fresh();
   writer_.constant(name, type, shape, data);
   if (!key.empty()) constants_[key] = name;
   return name;

@@ -80,6 +80,8 @@ class LoweredGraph {
   }
 
  private:
+  Status check_port(int32_t index) const;
+  void begin_input(int32_t index);
   std::string port_name(int32_t index);
   void write_port(bool input, int32_t index, const std::string& name);
   std::string constant(OnnxElement type, std::span<const int64_t> shape, std::string_view data);

@@ -75,6 +75,18 @@ std::string digest_of(std::string_view bytes) {
   return {reinterpret_cast<const char*>(digest.data()), digest.size()};
 }
 
+// The graph in a file of the cache; nullopt: the file was truncated or changed.
+std::optional<std::string> read_graph(int file, int64_t size) {
+  constexpr auto kHead = static_cast<int64_t>(kMark.size() + sizeof(Digest));
+  if (size < kHead || size > kMostBytes) return std::nullopt;
+  std::string bytes(static_cast<size_t>(size), '\0');
+  const std::string_view whole = bytes;
+  if (!read_all(file, &bytes) || !whole.starts_with(kMark) ||
+      whole.substr(kMark.size(), sizeof(Digest)) != digest_of(whole.substr(kHead)))
+    return std::nullopt;
+  return bytes.substr(kHead);
+}
+
 }  // namespace
 
 LoweringCache::LoweringCache(std::span<const std::byte> made_of) : folder_(cache_folder()) {
@@ -95,23 +107,13 @@ std::optional<std::string> LoweringCache::load(std::string* complaint) const {
     *complaint = path_ + ": " + std::strerror(errno);
     return std::nullopt;
   }
-  constexpr auto kHead = static_cast<int64_t>(kMark.size() + sizeof(Digest));
   if (!S_ISREG(status.st_mode) || !is_ours_alone(status)) {
     *complaint = path_ + " is accessible to other users";
     return std::nullopt;
   }
-  std::string bytes;
-  if (status.st_size >= kHead && status.st_size <= kMostBytes) {
-    bytes.resize(static_cast<size_t>(status.st_size));
-    if (!read_all(file.get(), &bytes)) bytes.clear();
-  }
-  const std::string_view whole = bytes;
-  if (bytes.empty() || !whole.starts_with(kMark) ||
-      whole.substr(kMark.size(), sizeof(Digest)) != digest_of(whole.substr(kHead))) {
-    *complaint = path_ + " was truncated or changed";
-    return std::nullopt;
-  }
-  return bytes.substr(kHead);
+  auto graph = read_graph(file.get(), status.st_size);
+  if (!graph) *complaint = path_ + " was truncated or changed";
+  return graph;
 }
 
 bool LoweringCache::store(const std::string& graph) const {

@@ -41,30 +41,29 @@ Status lower_reshape(LoweredGraph& graph, const TfliteGraphOperator& op) {
   return ok();
 }
 
-Status lower_concatenation(LoweredGraph& graph, const TfliteGraphOperator& op) {
-  if (auto status = check_counts(op, 1, 1024); !status) return status;
-  const auto rank = static_cast<int64_t>(graph.tensor(op.outputs[0]).shape.size());
-  auto axis = op.options.scalar<int32_t>(0, 0);
-  if (axis < 0) axis += static_cast<int32_t>(rank);
-  if (axis < 0 || axis >= rank) return refuse("an axis that does not exist");
-  const auto along = OnnxAttributes().number("axis", axis);
-  const auto activation = op.options.scalar<int8_t>(1, 0);
-  std::vector<std::string> plain;
-  if (!graph.is_8bit(op.outputs[0])) {
-    if (activation != 0) return refuse("a fused activation of numbers that are not quantised");
-    for (const int32_t input : op.inputs) {
-      if (input < 0) return refuse("an input is missing");
-      if (graph.tensor(input).type != graph.tensor(op.outputs[0]).type)
-        return refuse("an output whose type differs from the input's");
-      const auto name = graph.value(input);
-      if (!name) return name.error();
-      plain.push_back(*name);
-    }
-    const auto out = graph.value(op.outputs[0]);
-    if (!out) return out.error();
-    graph.node("Concat", "", plain, *out, along);
-    return ok();
+namespace {
+
+// Of tensors that are not quantised.
+Status concatenate_numbers(LoweredGraph& graph, const TfliteGraphOperator& op,
+                           const OnnxAttributes& along) {
+  std::vector<std::string> names;
+  for (const int32_t input : op.inputs) {
+    if (input < 0) return refuse("an input is missing");
+    if (graph.tensor(input).type != graph.tensor(op.outputs[0]).type)
+      return refuse("an output whose type differs from the input's");
+    const auto name = graph.value(input);
+    if (!name) return name.error();
+    names.push_back(*name);
   }
+  const auto out = graph.value(op.outputs[0]);
+  if (!out) return out.error();
+  graph.node("Concat", "", names, *out, along);
+  return ok();
+}
+
+Status concatenate_quantized(LoweredGraph& graph, const TfliteGraphOperator& op,
+                             const OnnxAttributes& along, int8_t activation) {
+  std::vector<std::string> plain;
   const auto made = graph.quantization(op.outputs[0]);
   if (!made) return made.error();
   std::vector<Quantization> scales;
@@ -85,6 +84,23 @@ Status lower_concatenation(LoweredGraph& graph, const TfliteGraphOperator& op) {
                   {plain[i], graph.scale(scales[i].scale), graph.zero_point(scales[i].zero_point)});
   return node_with_activation(graph, "QLinearConcat", kMicrosoft, scaled, op.outputs[0], along,
                               activation);
+}
+
+}  // namespace
+
+Status lower_concatenation(LoweredGraph& graph, const TfliteGraphOperator& op) {
+  if (auto status = check_counts(op, 1, 1024); !status) return status;
+  const auto rank = static_cast<int64_t>(graph.tensor(op.outputs[0]).shape.size());
+  auto axis = op.options.scalar<int32_t>(0, 0);
+  if (axis < 0) axis += static_cast<int32_t>(rank);
+  if (axis < 0 || axis >= rank) return refuse("an axis that does not exist");
+  const auto along = OnnxAttributes().number("axis", axis);
+  const auto activation = op.options.scalar<int8_t>(1, 0);
+  if (!graph.is_8bit(op.outputs[0])) {
+    if (activation != 0) return refuse("a fused activation of numbers that are not quantised");
+    return concatenate_numbers(graph, op, along);
+  }
+  return concatenate_quantized(graph, op, along, activation);
 }
 
 Status lower_pad(LoweredGraph& graph, const TfliteGraphOperator& op) {
@@ -118,6 +134,27 @@ Status lower_pad(LoweredGraph& graph, const TfliteGraphOperator& op) {
   return ok();
 }
 
+namespace {
+
+struct Range {
+  int64_t from = 0, to = 0;
+};
+// Of an axis, as StridedSliceOptions' masks (begin 0, end 1, shrink_axis 4) and the numbers say.
+Range range_of(const TfliteGraphOperator& op, size_t axis, int64_t extent, int64_t begin,
+               int64_t end) {
+  const auto is_masked = [&](uint32_t field) {
+    return (op.options.scalar<int32_t>(field, 0) >> axis & 1) != 0;
+  };
+  const auto place = [extent](int64_t at) {
+    return std::clamp<int64_t>(at < 0 ? at + extent : at, 0, extent);
+  };
+  const int64_t from = is_masked(0) ? 0 : place(begin);
+  if (is_masked(4)) return {from, from + 1};
+  return {from, is_masked(1) ? extent : place(end)};
+}
+
+}  // namespace
+
 Status lower_strided_slice(LoweredGraph& graph, const TfliteGraphOperator& op) {
   if (auto status = check_counts(op, 4, 4); !status) return status;
   const auto ends = ends_of(graph, op);
@@ -126,9 +163,6 @@ Status lower_strided_slice(LoweredGraph& graph, const TfliteGraphOperator& op) {
              step = graph.integers(op.inputs[3]);
   for (const auto* list : {&begin, &end, &step})
     if (!*list) return list->error();
-  const auto mask = [&](uint32_t field, size_t axis) {
-    return (op.options.scalar<int32_t>(field, 0) >> axis & 1) != 0;
-  };
   const auto& input = graph.tensor(op.inputs[0]);
   const auto& output = graph.tensor(op.outputs[0]);
   const size_t rank = input.shape.size();
@@ -139,15 +173,12 @@ Status lower_strided_slice(LoweredGraph& graph, const TfliteGraphOperator& op) {
   int64_t count = 1;
   for (size_t i = 0; i < rank; ++i) {
     const int64_t extent = input.shape[i], stride = (*step)[i];
-    const auto place = [extent](int64_t at) {
-      return std::clamp<int64_t>(at < 0 ? at + extent : at, 0, extent);
-    };
     if (stride < 1) return refuse("a step below 1");
-    from[i] = mask(0, i) ? 0 : place((*begin)[i]);
-    to[i] = mask(4, i) ? from[i] + 1 : mask(1, i) ? extent : place((*end)[i]);
+    const Range range = range_of(op, i, extent, (*begin)[i], (*end)[i]);
+    if (range.to <= range.from || range.to > extent) return refuse("a slice of no elements");
+    from[i] = range.from, to[i] = range.to;
     axes[i] = static_cast<int64_t>(i);
-    if (to[i] <= from[i] || to[i] > extent) return refuse("a slice of no elements");
-    count *= (to[i] - from[i] - 1) / stride + 1;
+    count *= (range.to - range.from - 1) / stride + 1;
   }
   if (count != elements(output)) return refuse("an output with a different number of elements");
   const auto slice = graph.made("Slice", {ends->in, graph.shape(from), graph.shape(to),

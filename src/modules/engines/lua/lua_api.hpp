@@ -57,6 +57,7 @@ using LuaAllocator = void* (*)(void* data, void* block, size_t old_bytes, size_t
   X(int, luaopen_package, (lua_State*))
 
 struct LuaApi {
+// NOLINTNEXTLINE(bugprone-macro-parentheses): a type takes none
 #define WEIR_LUA_POINTER(result, name, arguments) result(*name) arguments = nullptr;
   WEIR_LUA_FUNCTIONS(WEIR_LUA_POINTER)
 #undef WEIR_LUA_POINTER

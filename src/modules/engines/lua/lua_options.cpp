@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <array>
 
+#include "store_option.hpp"
 #include "weir/engine_tools.hpp"
 #include "weir/join.hpp"
 
@@ -33,6 +34,22 @@ Result<std::vector<std::string>> read_libraries(std::string_view text) {
   return out;
 }
 
+Status apply(const weir_option& option, LuaOptions* out) {
+  const auto key = text_or_empty(option.key), value = text_or_empty(option.value);
+  if (equals_ignoring_case(key, "Libraries"))
+    return store_option(read_libraries(value), &out->libraries);
+  if (equals_ignoring_case(key, "Sandbox"))
+    return store_option(switch_option(key, value), &out->sandbox);
+  if (equals_ignoring_case(key, "MemoryLimit")) {
+    const auto limit = number_option(key, value, 1);
+    if (!limit) return limit.error();
+    out->memory_limit = static_cast<uint64_t>(std::min(*limit, kMostMebibytes));
+  } else {
+    warn_unknown_option(key, "Libraries, MemoryLimit, Sandbox");
+  }
+  return ok();
+}
+
 }  // namespace
 
 const std::vector<std::string>& withheld_libraries() {
@@ -49,25 +66,8 @@ bool LuaOptions::opens(const char* library) const {
 
 Result<LuaOptions> LuaOptions::read(const weir_open& request) {
   LuaOptions out;
-  for (uint32_t i = 0; request.options && i < request.n_options; ++i) {
-    const auto key = text_or_empty(request.options[i].key);
-    const auto value = text_or_empty(request.options[i].value);
-    if (equals_ignoring_case(key, "Libraries")) {
-      auto libraries = read_libraries(value);
-      if (!libraries) return libraries.error();
-      out.libraries = *std::move(libraries);
-    } else if (equals_ignoring_case(key, "Sandbox")) {
-      const auto sandbox = switch_option(key, value);
-      if (!sandbox) return sandbox.error();
-      out.sandbox = *sandbox;
-    } else if (equals_ignoring_case(key, "MemoryLimit")) {
-      const auto limit = number_option(key, value, 1);
-      if (!limit) return limit.error();
-      out.memory_limit = static_cast<uint64_t>(std::min(*limit, kMostMebibytes));
-    } else {
-      warn_unknown_option(key, "Libraries, MemoryLimit, Sandbox");
-    }
-  }
+  for (uint32_t i = 0; request.options && i < request.n_options; ++i)
+    if (auto status = apply(request.options[i], &out); !status) return status.error();
   return out;
 }
 

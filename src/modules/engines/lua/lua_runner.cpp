@@ -21,7 +21,8 @@ std::vector<TensorSlot> slots_for(const std::vector<weir_tensor_info>& infos) {
   std::vector<TensorSlot> slots(infos.size());
   for (size_t i = 0; i < infos.size(); ++i) {
     slots[i].type = infos[i].type;
-    slots[i].elements = static_cast<double>(*tensor_bytes(infos[i]) / element_bytes(infos[i].type));
+    const uint64_t elements = *tensor_bytes(infos[i]) / element_bytes(infos[i].type);
+    slots[i].elements = static_cast<double>(elements);
   }
   return slots;
 }

@@ -78,6 +78,8 @@ struct ByteBlocks {
     return hn::Lanes(I());
   }
 
+  // NOLINTBEGIN(readability-function-cognitive-complexity): the sums stay in registers from the
+  // first loop to the last one
   template <size_t kVectors, size_t kPixels>
   static HWY_ATTR void block(const Row& row, size_t x, size_t channel) {
     const I d;
@@ -124,6 +126,7 @@ struct ByteBlocks {
       }
     }
   }
+  // NOLINTEND(readability-function-cognitive-complexity)
 };
 
 void Convolve(const ConvolveByteRow& row) {

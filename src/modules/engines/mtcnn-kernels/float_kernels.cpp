@@ -30,6 +30,8 @@ struct FloatBlocks {
     return hn::Lanes(F());
   }
 
+  // NOLINTBEGIN(readability-function-cognitive-complexity): the sums stay in registers from the
+  // first loop to the last one
   template <size_t kVectors, size_t kPixels>
   static HWY_ATTR void block(const Row& row, size_t x, size_t channel) {
     const F d;
@@ -68,6 +70,7 @@ struct FloatBlocks {
       }
     }
   }
+  // NOLINTEND(readability-function-cognitive-complexity)
 };
 
 void Convolve(const ConvolveRow& row) {

@@ -94,7 +94,8 @@ class Reader {
         if (graph_.nodes[*at].type == type) return &graph_.nodes[(*at)++];
     return nullptr;
   }
-  std::vector<float> numbers(const OnnxNode* node, size_t input, std::vector<int64_t> shape) {
+  std::vector<float> numbers(const OnnxNode* node, size_t input,
+                             const std::vector<int64_t>& shape) {
     const OnnxTensor* tensor = nullptr;
     if (node && node->inputs.size() > input) tensor = graph_.tensor(node->inputs[input]);
     if (tensor && tensor->shape == shape) return tensor->numbers;

@@ -2,6 +2,7 @@
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #include "onnx_graph.hpp"
 
+#include <algorithm>
 #include <cmath>
 #include <cstring>
 
@@ -38,6 +39,15 @@ bool append_whole(const ProtobufReader::Field& field, std::vector<int64_t>* out)
   return true;
 }
 
+// Whether the extents are positive and their product is `count`.
+bool is_shape_of(const std::vector<int64_t>& shape, uint64_t count) {
+  for (const int64_t extent : shape) {  // divides, because the product can overflow
+    if (extent <= 0 || count % static_cast<uint64_t>(extent) != 0) return false;
+    count /= static_cast<uint64_t>(extent);
+  }
+  return count == 1;
+}
+
 // TensorProto: dims 1, data_type 2, float_data 4 (packed), name 8, raw_data 9.
 bool read_tensor(Bytes bytes, OnnxGraph* out) {
   constexpr uint64_t kFloat = 1;
@@ -50,26 +60,34 @@ bool read_tensor(Bytes bytes, OnnxGraph* out) {
     if (field.number == 1 && !append_whole(field, &tensor.shape)) return false;
     if (field.number == 2) type = field.value;
     if (field.number == 8) name = text_of(field);
-    if ((field.number == 4 || field.number == 9) && field.delimited) data = field.bytes;
+    if (field.delimited && (field.number == 4 || field.number == 9)) data = field.bytes;
   }
-  if (!reader.good()) return false;
-  if (type != kFloat) return true;
-  size_t left = data.size() / sizeof(float);
-  for (const int64_t extent : tensor.shape) {  // the product, checked for overflow
-    if (extent <= 0 || static_cast<uint64_t>(extent) > left) return false;
-    if (left % static_cast<size_t>(extent) != 0) return false;
-    left /= static_cast<size_t>(extent);
-  }
-  if (left != 1 || data.size() % sizeof(float) != 0) return false;
-  tensor.numbers.resize(data.size() / sizeof(float));
+  if (type != kFloat || !reader.good()) return reader.good();
+  const size_t count = data.size() / sizeof(float);
+  if (data.size() % sizeof(float) != 0 || !is_shape_of(tensor.shape, count)) return false;
+  tensor.numbers.resize(count);
   std::memcpy(tensor.numbers.data(), data.data(), data.size());
-  for (const float number : tensor.numbers)
-    if (!std::isfinite(number)) return false;
+  const bool are_finite = std::all_of(tensor.numbers.begin(), tensor.numbers.end(),
+                                      [](float number) { return std::isfinite(number); });
   out->constants[name] = std::move(tensor);
-  return true;
+  return are_finite;
 }
 
-// NodeProto: input 1, output 2, op_type 4, attribute 5 (AttributeProto: name 1, ints 8).
+// AttributeProto: name 1, ints 8. Adds the axes to `order` if it is "perm".
+bool read_order(Bytes bytes, std::string* order) {
+  ProtobufReader reader(bytes);
+  std::string name;
+  std::vector<int64_t> axes;
+  for (ProtobufReader::Field field; reader.next(&field);) {
+    if (field.number == 1) name = text_of(field);
+    if (field.number == 8 && !append_whole(field, &axes)) return false;
+  }
+  if (name == "perm")
+    for (const auto axis : axes) *order += std::to_string(axis);
+  return reader.good();
+}
+
+// NodeProto: input 1, output 2, op_type 4, attribute 5.
 bool read_node(Bytes bytes, OnnxGraph* out) {
   ProtobufReader reader(bytes);
   OnnxNode node;
@@ -78,17 +96,7 @@ bool read_node(Bytes bytes, OnnxGraph* out) {
     if (field.number == 1) node.inputs.push_back(text_of(field));
     if (field.number == 2 && node.output.empty()) node.output = text_of(field);
     if (field.number == 4) node.type = text_of(field);
-    if (field.number != 5 || !field.delimited) continue;
-    ProtobufReader attribute(field.bytes);
-    std::string name;
-    std::vector<int64_t> whole;
-    for (ProtobufReader::Field part; attribute.next(&part);) {
-      if (part.number == 1) name = text_of(part);
-      if (part.number == 8 && !append_whole(part, &whole)) return false;
-    }
-    if (!attribute.good()) return false;
-    if (name == "perm")
-      for (const auto axis : whole) order += std::to_string(axis);
+    if (field.number == 5 && field.delimited && !read_order(field.bytes, &order)) return false;
   }
   if (node.type == "Transpose") node.type += "_" + order;
   out->nodes.push_back(std::move(node));

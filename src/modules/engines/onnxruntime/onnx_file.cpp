@@ -114,11 +114,22 @@ class Walker {
     ProtobufReader reader(bytes);
     for (ProtobufReader::Field field; reader.next(&field);) {
       if (!field.delimited) continue;
-      if (field.number == 6 || field.number == 11)
-        if (auto status = graph(field.bytes, depth + 1); !status) return status;
-      if (field.number == 5 || field.number == 10)
-        out_->constant_bytes += field.bytes.size(), tensor(field.bytes);
-      if (field.number == 22 || field.number == 23) out_->may_need_other_files = true;  // sparse
+      switch (field.number) {
+        case 5:
+        case 10:
+          out_->constant_bytes += field.bytes.size(), tensor(field.bytes);
+          break;
+        case 6:
+        case 11:
+          if (auto status = graph(field.bytes, depth + 1); !status) return status;
+          break;
+        case 22:
+        case 23:
+          out_->may_need_other_files = true;  // sparse
+          break;
+        default:
+          break;
+      }
     }
     return reader.good() ? ok() : damage(reader, "attribute");
   }

@@ -90,8 +90,11 @@ struct LoweredFacts {
   std::string metadata;
 };
 
-// Replaces a TensorFlow Lite model with the lowered ONNX model, which is then opened.
-Result<LoweredFacts> lower(ModelBytes* file, const OrtRuntime& runtime, OrtOptions* options) {
+// Replaces a TensorFlow Lite model with the lowered ONNX model, which is then opened. Nullopt: it
+// is another model.
+Result<std::optional<LoweredFacts>> lower(ModelBytes* file, const OrtRuntime& runtime,
+                                          OrtOptions* options) {
+  if (!is_tflite(file->bytes)) return std::optional<LoweredFacts>();
   auto lowered = lower_tflite(file->bytes, {options->lowering_cache, runtime.version()});
   if (!lowered) {
     Error error = lowered.error();
@@ -107,7 +110,7 @@ Result<LoweredFacts> lower(ModelBytes* file, const OrtRuntime& runtime, OrtOptio
   file->path.clear();
   // ONNX Runtime must not requantise what the lowered graph computes in floats.
   options->config.insert_or_assign("session.disable_quant_qdq", std::string("1"));
-  return facts;
+  return std::optional(std::move(facts));
 }
 
 }  // namespace
@@ -119,12 +122,8 @@ Result<std::unique_ptr<OrtModel>> OrtModel::open(const weir_open& request) {
   if (!options) return options.error();
   auto file = read_model(request, {.check_head = check_head});
   if (!file) return file.error();
-  std::optional<LoweredFacts> source;
-  if (is_tflite(file->bytes)) {
-    auto lowered = lower(&*file, **runtime, &*options);
-    if (!lowered) return lowered.error();
-    source = *std::move(lowered);
-  }
+  auto lowered = lower(&*file, **runtime, &*options);
+  if (!lowered) return lowered.error();
   auto summary = read_onnx(file->bytes);
   if (!summary) {
     Error error = summary.error();
@@ -143,22 +142,27 @@ Result<std::unique_ptr<OrtModel>> OrtModel::open(const weir_open& request) {
   if (auto status = model->create_session(*file, *options); !status) return status.error();
   model->threads_ = options->threads;
   model->spins_ = options->spins && options->threads > 1;
-  auto inputs = model->read_ports(true, *summary);
-  if (!inputs) return inputs.error();
-  model->inputs_ = *std::move(inputs);
-  auto outputs = model->read_ports(false, *summary);
-  if (!outputs) return outputs.error();
-  model->outputs_ = *std::move(outputs);
-  model->mark_batch_axis();
-  model->shapes_depend_on_data_ = summary->shapes_depend_on_data();
-  model->weight_bytes_ = summary->weight_bytes;
-  if (source) {
+  if (auto status = model->read_session(*summary); !status) return status.error();
+  if (auto& source = *lowered) {
     lay_over(source->inputs, model->inputs_.infos);
     lay_over(source->outputs, model->outputs_.infos);
+    model->metadata_ = std::move(source->metadata);
+  } else {
+    model->metadata_ = ort_metadata_json(**runtime, model->session(), *summary);
   }
-  model->metadata_ = source ? std::move(source->metadata)
-                            : ort_metadata_json(**runtime, model->session(), *summary);
   return model;
+}
+
+Status OrtModel::read_session(const OnnxSummary& summary) {
+  auto inputs = read_ports(true, summary), outputs = read_ports(false, summary);
+  if (!inputs) return inputs.error();
+  if (!outputs) return outputs.error();
+  inputs_ = *std::move(inputs);
+  outputs_ = *std::move(outputs);
+  mark_batch_axis();
+  shapes_depend_on_data_ = summary.shapes_depend_on_data();
+  weight_bytes_ = summary.weight_bytes;
+  return ok();
 }
 
 Status OrtModel::take_own_operators(ModelBytes* file) {

@@ -47,6 +47,8 @@ class OrtModel {
  private:
   explicit OrtModel(std::shared_ptr<const OrtRuntime> runtime);
   Status take_own_operators(ModelBytes* file);
+  // Reads inputs and outputs.
+  Status read_session(const OnnxSummary& summary);
   Status create_session(const ModelBytes& file, const OrtOptions& options);
   Result<OrtPorts> read_ports(bool inputs, const OnnxSummary& summary) const;
   Status read_port(const OrtTypeInfo& type, const OnnxSummary& summary, OrtPorts* ports) const;

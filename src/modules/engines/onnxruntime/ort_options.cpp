@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <cstdio>
 
+#include "store_option.hpp"
 #include "usable_cores.hpp"
 #include "weir/engine_tools.hpp"
 
@@ -44,23 +45,19 @@ void bound_spinning(const std::string& version, OrtOptions* out) {
 
 Status apply(const weir_option& option, OrtOptions* out) {
   const auto key = text_or_empty(option.key), value = text_or_empty(option.value);
+  if (equals_ignoring_case(key, "GraphOptimization"))
+    return store_option(optimization_option(value), &out->optimization);
+  if (equals_ignoring_case(key, "LoweringCache"))
+    return store_option(switch_option(key, value), &out->lowering_cache);
   if (equals_ignoring_case(key, "NumThreads")) {
     const auto threads = number_option(key, value, 1);
     if (!threads) return threads.error();
     out->threads = std::min(*threads, kThreadLimit);
     out->by_size = false;
-  } else if (equals_ignoring_case(key, "GraphOptimization")) {
-    const auto level = optimization_option(value);
-    if (!level) return level.error();
-    out->optimization = *level;
   } else if (equals_ignoring_case(key, "Spinning")) {
     const auto spins = switch_option(key, value);
     if (!spins) return spins.error();
     set_spinning(*spins, out);
-  } else if (equals_ignoring_case(key, "LoweringCache")) {
-    const auto on = switch_option(key, value);
-    if (!on) return on.error();
-    out->lowering_cache = *on;
   } else if (key.find('.') != std::string_view::npos) {
     out->config[std::string(key)] = value;
     if (key == kAllowSpinning) out->spins = value != "0";

@@ -193,7 +193,7 @@ Status OrtRunner::dry_run(std::span<const weir_tensor_info> in, std::span<weir_t
   in_frame.tensors = inputs->tensors().data();
   out_frame.n_tensors = static_cast<uint32_t>(outputs.size());
   out_frame.tensors = outputs.data();
-  const Status status = invoke(in_frame, out_frame);
+  Status status = invoke(in_frame, out_frame);
   for (size_t i = 0; i < outputs.size(); ++i) {
     if (status) {
       out[i].rank = outputs[i].info.rank;

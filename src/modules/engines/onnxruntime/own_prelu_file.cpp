@@ -137,6 +137,13 @@ bool has_old_slopes(Bytes operators) {
   return (domain.empty() || domain == "ai.onnx") && version < 7;
 }
 
+// Whether a field of the model may stand beside operators of Weir. ModelProto: ir_version 1,
+// model_version 5, opset_import 8.
+bool can_follow(const ProtobufReader::Field& field) {
+  if (!field.delimited) return field.number == 1 || field.number == 5;
+  return field.number != 8 || !has_old_slopes(field.bytes);
+}
+
 }  // namespace
 
 std::optional<std::vector<std::byte>> with_own_prelu(Bytes file) {
@@ -144,13 +151,12 @@ std::optional<std::vector<std::byte>> with_own_prelu(Bytes file) {
   std::vector<std::byte> out;
   bool changes = false;
   for (ProtobufReader::Field field; reader.next(&field);) {
+    if (!can_follow(field)) return std::nullopt;
     if (!field.delimited) {
-      if (field.number != 1 && field.number != 5) return std::nullopt;  // operator sets
       varint(&out, uint64_t{field.number} << 3);
       varint(&out, field.value);
       continue;
     }
-    if (field.number == 8 && has_old_slopes(field.bytes)) return std::nullopt;
     const auto graph = field.number == 7 ? Graph(field.bytes).changed() : std::vector<std::byte>();
     changes = changes || !graph.empty();
     part(&out, field.number, graph.empty() ? field.bytes : Bytes(graph));

@@ -46,6 +46,20 @@ void old_inputs(const TextMessage& net, DnnDescription* out) {
   }
 }
 
+// Reads a layer of type Input: a shape for each `top`; the last one is for all that follow.
+void layer_inputs(const TextMessage& layer, DnnDescription* out) {
+  std::vector<std::vector<int64_t>> shapes;
+  for (const auto* parameters : layer.messages("input_param"))
+    for (const auto* shape : parameters->messages("shape")) shapes.push_back(shape->numbers("dim"));
+  if (shapes.empty()) shapes.emplace_back();
+  size_t index = 0;
+  for (const auto& field : layer.fields) {
+    if (field.name != "top") continue;
+    out->inputs.push_back(input_of(field.value, shapes[std::min(index, shapes.size() - 1)]));
+    ++index;
+  }
+}
+
 // The shape of a blob, from shape { dim } or from num, channels, height, width; -1 = not given.
 class Blob {
  public:
@@ -54,19 +68,24 @@ class Blob {
     for (ProtobufReader::Field field; reader.next(&field);) {
       if (field.number >= 1 && field.number <= 4 && !field.delimited)
         multiply(static_cast<int64_t>(field.value));
-      if (field.number == 5)  // floats, packed or separate
-        values_ += field.delimited ? field.bytes.size() / sizeof(float) : 1;
+      if (field.number == 5) values_ += floats_in(field);
       if (field.number == 7 && field.delimited)
         if (auto status = shape(field.bytes); !status) return status;
     }
-    if (!reader.good()) return damaged("a blob that is not a sequence of fields");
+    return reader.good() ? check() : damaged("a blob that is not a sequence of fields");
+  }
+
+ private:
+  // Packed or separate.
+  static uint64_t floats_in(const ProtobufReader::Field& field) {
+    return field.delimited ? field.bytes.size() / sizeof(float) : 1;
+  }
+  Status check() const {
     if (has_shape_ && values_ > 0 && product_ != static_cast<int64_t>(values_))
       return damaged("a blob of " + std::to_string(values_) + " values whose shape requires " +
                      std::to_string(product_));
     return ok();
   }
-
- private:
   void multiply(int64_t extent) {
     constexpr int64_t kMost = int64_t{1} << 31;
     has_shape_ = true;
@@ -117,22 +136,10 @@ Result<DnnDescription> describe_caffe(std::string_view prototxt) {
   old_inputs(*net, &out);
   for (const char* kind : {"layer", "layers"})
     for (const auto* layer : net->messages(kind)) {
-      const auto type = layer->text("type"), name = layer->text("name");
-      out.nodes.insert(name);
+      const auto type = layer->text("type");
+      out.nodes.insert(layer->text("name"));
       out.operators.insert(type);
-      if (type != "Input") continue;
-      std::vector<std::vector<int64_t>> shapes;
-      for (const auto* parameters : layer->messages("input_param"))
-        for (const auto* shape : parameters->messages("shape"))
-          shapes.push_back(shape->numbers("dim"));
-      size_t index = 0;
-      for (const auto& field : layer->fields)
-        if (field.name == "top") {
-          const auto& shape =
-              shapes.empty() ? std::vector<int64_t>{} : shapes[std::min(index, shapes.size() - 1)];
-          out.inputs.push_back(input_of(field.value, shape));
-          ++index;
-        }
+      if (type == "Input") layer_inputs(*layer, &out);
     }
   if (out.operators.empty())
     return Error{.code = Code::MODEL_INVALID,

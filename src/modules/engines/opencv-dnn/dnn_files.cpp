@@ -56,11 +56,24 @@ struct Paths {
   std::string description, weights;
 };
 
+// Adds the file that is not given: it has the name of the other one. `all` is for errors.
+Result<Paths> with_other(Paths paths, const std::string& all) {
+  const bool has_weights = !paths.weights.empty();
+  fs::path beside = has_weights ? paths.weights : paths.description;
+  beside.replace_extension(has_weights ? dnn_engine.description_extension
+                                       : dnn_engine.weights_extension);
+  std::error_code ignored;
+  if (!fs::is_regular_file(beside, ignored))
+    return wrong_files(all + "; " + beside.string() + " is not there");
+  (has_weights ? paths.description : paths.weights) = beside.string();
+  return paths;
+}
+
 Result<Paths> paths_of(const weir_open& request) {
   Paths out;
   std::string all;
   for (uint32_t i = 0; request.paths && i < request.n_models; ++i) {
-    const std::string path = request.paths[i] ? request.paths[i] : "";
+    const std::string path(text_or_empty(request.paths[i]));
     all += (all.empty() ? "" : ", ") + path;
     const bool description = ends_in(path, dnn_engine.description_extension);
     std::string& place = description ? out.description : out.weights;
@@ -70,17 +83,7 @@ Result<Paths> paths_of(const weir_open& request) {
   if (all.empty()) return wrong_files("no file");
   if (dnn_engine.format == DnnFormat::Tensorflow)
     return out.weights.empty() ? Result<Paths>(wrong_files(all)) : out;
-  for (auto* missing : {&out.description, &out.weights}) {
-    if (!missing->empty()) continue;
-    fs::path beside = missing == &out.description ? out.weights : out.description;
-    beside.replace_extension(missing == &out.description ? dnn_engine.description_extension
-                                                         : dnn_engine.weights_extension);
-    std::error_code ignored;
-    if (!fs::is_regular_file(beside, ignored))
-      return wrong_files(all + "; " + beside.string() + " is not there");
-    *missing = beside.string();
-  }
-  return out;
+  return out.description.empty() || out.weights.empty() ? with_other(std::move(out), all) : out;
 }
 
 Result<DnnDescription> described(const DnnFiles& files) {

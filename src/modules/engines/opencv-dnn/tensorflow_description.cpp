@@ -46,7 +46,17 @@ std::optional<uint32_t> type_of_number(uint64_t number) {
   return std::nullopt;
 }
 
-// TensorShapeProto: dim 2 { size 1 }, unknown_rank 3.
+// Dim: size 1; -1: not known.
+Result<int64_t> read_extent(std::span<const std::byte> bytes, const std::string& node) {
+  int64_t extent = 0;
+  ProtobufReader reader(bytes);
+  for (Field field; reader.next(&field);)
+    if (field.number == 1) extent = static_cast<int64_t>(field.value);
+  if (!reader.good()) return invalid(reader, "shape of " + node);
+  return std::max<int64_t>(extent, -1);
+}
+
+// TensorShapeProto: dim 2, unknown_rank 3.
 Status read_shape(std::span<const std::byte> bytes, Node* out) {
   std::vector<int64_t> shape;
   ProtobufReader reader(bytes);
@@ -54,33 +64,35 @@ Status read_shape(std::span<const std::byte> bytes, Node* out) {
   for (Field field; reader.next(&field);) {
     if (field.number == 3 && field.value != 0) unknown = true;
     if (field.number != 2) continue;
-    int64_t extent = 0;
-    ProtobufReader inner(field.bytes);
-    for (Field part; inner.next(&part);)
-      if (part.number == 1) extent = static_cast<int64_t>(part.value);
-    if (!inner.good()) return invalid(inner, "shape of " + out->name);
-    shape.push_back(extent < 0 ? -1 : extent);
+    const auto extent = read_extent(field.bytes, out->name);
+    if (!extent) return extent.error();
+    shape.push_back(*extent);
   }
   if (!reader.good()) return invalid(reader, "shape of " + out->name);
   if (!unknown && shape.size() <= WEIR_RANK_LIMIT) out->shape = std::move(shape);
   return ok();
 }
 
-// A map entry: key 1, value 2 { s 2, type 6, shape 7 }.
+// AttrValue: s 2, type 6, shape 7.
+Status read_value(std::span<const std::byte> bytes, const std::string& key, Node* out) {
+  ProtobufReader reader(bytes);
+  for (Field field; reader.next(&field);) {
+    if (key == "dtype" && field.number == 6) out->type = field.value;
+    if (key == "data_format" && field.number == 2) out->data_format = field.text();
+    if (key == "shape" && field.number == 7 && out->op.starts_with("Placeholder"))
+      if (auto status = read_shape(field.bytes, out); !status) return status;
+  }
+  return reader.good() ? ok() : invalid(reader, "attribute " + key + " of " + out->name);
+}
+
+// A map entry: key 1, value 2.
 Status read_attribute(std::span<const std::byte> bytes, Node* out) {
   ProtobufReader reader(bytes);
   std::string key;
   for (Field field; reader.next(&field);) {
     if (field.number == 1) key = field.text();
-    if (field.number != 2) continue;
-    ProtobufReader value(field.bytes);
-    for (Field part; value.next(&part);) {
-      if (key == "dtype" && part.number == 6) out->type = part.value;
-      if (key == "data_format" && part.number == 2) out->data_format = part.text();
-      if (key == "shape" && part.number == 7 && out->op.starts_with("Placeholder"))
-        if (auto status = read_shape(part.bytes, out); !status) return status;
-    }
-    if (!value.good()) return invalid(value, "attribute " + key + " of " + out->name);
+    if (field.number == 2)
+      if (auto status = read_value(field.bytes, key, out); !status) return status;
   }
   return reader.good() ? ok() : invalid(reader, "attribute of " + out->name);
 }
@@ -130,6 +142,21 @@ void mark_pictures(const std::vector<Node>& nodes, DnnDescription* out) {
   }
 }
 
+Result<DeclaredTensor> input_of(const Node& node) {
+  const auto type = type_of_number(node.type);
+  if (!type)
+    return Error{
+        .code = Code::MODEL_UNSUPPORTED,
+        .what = "the model's input " + node.name + " has a type that streams do not support",
+        .offered = "elements of TensorFlow's type number " + std::to_string(node.type) +
+                   (node.type == 7 ? " (string)" : ""),
+        .needed = "numbers",
+        .fix = "freeze the graph after that input"};
+  DeclaredTensor input{node.name, *type, node.shape && !node.shape->empty(), {}};
+  if (node.shape) input.shape = *node.shape;
+  return input;
+}
+
 }  // namespace
 
 Result<DnnDescription> describe_tensorflow(std::span<const std::byte> graph) {
@@ -149,18 +176,9 @@ Result<DnnDescription> describe_tensorflow(std::span<const std::byte> graph) {
     out.nodes.insert(node.name);
     out.operators.insert(node.op);
     if (!node.op.starts_with("Placeholder")) continue;
-    const auto type = type_of_number(node.type);
-    if (!type)
-      return Error{
-          .code = Code::MODEL_UNSUPPORTED,
-          .what = "the model's input " + node.name + " has a type that streams do not support",
-          .offered = "elements of TensorFlow's type number " + std::to_string(node.type) +
-                     (node.type == 7 ? " (string)" : ""),
-          .needed = "numbers",
-          .fix = "freeze the graph after that input"};
-    DeclaredTensor input{node.name, *type, node.shape && !node.shape->empty(), {}};
-    if (node.shape) input.shape = *node.shape;
-    out.inputs.push_back(std::move(input));
+    auto input = input_of(node);
+    if (!input) return input.error();
+    out.inputs.push_back(*std::move(input));
   }
   mark_pictures(nodes, &out);
   return out;

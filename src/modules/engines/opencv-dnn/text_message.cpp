@@ -32,21 +32,26 @@ class Parser {
     skip();
     const bool colon = take(':');
     skip();
+    if (auto status = content(std::move(field), colon, out, depth); !status) return status;
+    skip();
+    if (at_ < text_.size() && (text_[at_] == ';' || text_[at_] == ',')) ++at_;
+    return ok();
+  }
+
+  // A message, a list or a value.
+  Status content(TextMessage::Field field, bool colon, TextMessage* out, int depth) {
     if (take('{') || take('<')) {
       const char end = text_[at_ - 1] == '{' ? '}' : '>';
       field.message = std::make_unique<TextMessage>();
       if (auto status = message(field.message.get(), end, depth + 1); !status) return status;
-      out->fields.push_back(std::move(field));
     } else if (!colon) {
       return error("no value for " + field.name);
     } else if (take('[')) {
-      if (auto status = list(field.name, out); !status) return status;
-    } else {
-      if (auto status = value(&field.value); !status) return status;
-      out->fields.push_back(std::move(field));
+      return list(field.name, out);
+    } else if (auto status = value(&field.value); !status) {
+      return status;
     }
-    skip();
-    if (at_ < text_.size() && (text_[at_] == ';' || text_[at_] == ',')) ++at_;
+    out->fields.push_back(std::move(field));
     return ok();
   }
 

@@ -96,7 +96,7 @@ Status PythonSession::invoke(const weir_frame& in, weir_frame& out) {
   const Locked lock;
   python::FrameHold hold(api_);
   if (!hold.owner()) return python::take_exception(Code::OUT_OF_MEMORY);
-  const Status status = run(in, out, hold.owner());
+  Status status = run(in, out, hold.owner());
   if (hold.let_go() || hold.keep(in)) return status;
   model_.collect_garbage();  // a reference cycle may hold the array
   if (hold.is_gone()) return status;

@@ -3,6 +3,8 @@
 #include "pytorch/torch_work.hpp"
 
 #include <algorithm>
+#include <optional>
+#include <vector>
 
 namespace weir::engine {
 namespace {
@@ -11,6 +13,33 @@ struct Value {
   double numbers = 0, channels = 1;
 };
 
+// Nullopt: the shape is open.
+std::optional<Value> value_of(const weir_tensor_info& info) {
+  if (info.rank > WEIR_RANK_LIMIT) return std::nullopt;  // WEIR_RANK_UNKNOWN is too
+  Value out{1, 1};
+  for (uint32_t i = 0; i < info.rank; ++i) {
+    if (info.shape[i] < 0) return std::nullopt;
+    out.numbers *= static_cast<double>(info.shape[i]);
+  }
+  if (info.rank > 1) out.channels = static_cast<double>(info.shape[1]);
+  return out;
+}
+
+// What a step reads: all of its inputs together, or the largest one.
+Value input_of(const TorchWork::Step& step, const std::vector<Value>& values) {
+  Value in;
+  for (const uint32_t from : step.from) {
+    const Value& part = values[from];
+    if (step.joins) {
+      in.numbers += part.numbers;
+      in.channels += part.channels;
+    } else if (part.numbers > in.numbers) {
+      in = part;
+    }
+  }
+  return in;
+}
+
 }  // namespace
 
 Work TorchWork::estimate(std::span<const weir_tensor_info> inputs) const {
@@ -18,28 +47,14 @@ Work TorchWork::estimate(std::span<const weir_tensor_info> inputs) const {
   std::vector<Value> values;
   double batch = 1;
   for (const auto& info : inputs) {
-    Value value{1, 1};
-    if (info.rank == WEIR_RANK_UNKNOWN || info.rank > WEIR_RANK_LIMIT) return {};
-    for (uint32_t i = 0; i < info.rank; ++i) {
-      if (info.shape[i] < 0) return {};
-      value.numbers *= static_cast<double>(info.shape[i]);
-    }
-    if (info.rank > 1) value.channels = static_cast<double>(info.shape[1]);
+    const auto value = value_of(info);
+    if (!value) return {};
     if (values.empty() && info.rank > 2) batch = static_cast<double>(info.shape[0]);
-    values.push_back(value);
+    values.push_back(*value);
   }
   Work work;
   for (const Step& step : steps_) {
-    Value in;
-    for (const uint32_t from : step.from) {
-      const Value& part = values[from];
-      if (step.joins) {
-        in.numbers += part.numbers;
-        in.channels += part.channels;
-      } else if (part.numbers > in.numbers) {
-        in = part;
-      }
-    }
+    const Value in = input_of(step, values);
     Value out{in.numbers * step.growth, step.channels > 0 ? step.channels : in.channels};
     if (step.positions > 0)
       out.numbers = std::min(in.numbers, batch * out.channels * step.positions);

@@ -129,26 +129,32 @@ Result<std::unique_ptr<TfliteInterpreter>> TfliteModel::session_interpreter() co
   return interpreter({});
 }
 
+Result<weir_tensor_info> TfliteModel::read_tensor(const TfLiteTensor& tensor, bool is_input) {
+  auto info = tflite_tensor_info(api_, tensor);
+  if (!info) return info;
+  open_dimensions(tensor, &*info);
+  if (options_.resize || (!is_input && is_unallocated(tensor)))
+    std::fill_n(info->shape, info->rank, -1);
+  if (is_input) info->layout = layout_of(*info);
+  names_.emplace_back(tensor.name ? tensor.name : "");
+  info->name = names_.back().c_str();
+  return info;
+}
+
 Status TfliteModel::read_tensors(const TfliteInterpreter& interpreter) {
   const size_t n_in = interpreter.inputs(), n_out = interpreter.outputs();
   names_.reserve(n_in + n_out);
   bool batched = true;
   for (size_t i = 0; i < n_in + n_out; ++i) {
     const TfLiteTensor* tensor = i < n_in ? interpreter.input(i) : interpreter.output(i - n_in);
-    auto info = tflite_tensor_info(api_, *tensor);
+    const auto info = read_tensor(*tensor, i < n_in);
     if (!info) return info.error();
-    open_dimensions(*tensor, &*info);
-    if (options_.resize || (i >= n_in && is_unallocated(*tensor)))
-      std::fill_n(info->shape, info->rank, -1);
-    if (i < n_in) info->layout = layout_of(*info);
-    names_.emplace_back(tensor->name ? tensor->name : "");
-    info->name = names_.back().c_str();
     batched = batched && info->rank > 0 && info->shape[0] == -1;
     (i < n_in ? inputs_ : outputs_).push_back(*info);
   }
+  if (!batched) return ok();
   for (auto* list : {&inputs_, &outputs_})
-    for (auto& info : *list)
-      if (batched) info.batch_axis = 0;
+    for (auto& info : *list) info.batch_axis = 0;
   return ok();
 }
 

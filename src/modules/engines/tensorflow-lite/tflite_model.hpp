@@ -34,6 +34,7 @@ class TfliteModel {
 
  private:
   explicit TfliteModel(const TfliteApi& api);
+  Result<weir_tensor_info> read_tensor(const TfLiteTensor& tensor, bool is_input);
   Status read_tensors(const TfliteInterpreter& interpreter);
 
   const TfliteApi& api_;

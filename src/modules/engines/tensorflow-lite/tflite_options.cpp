@@ -4,6 +4,7 @@
 
 #include <algorithm>
 
+#include "store_option.hpp"
 #include "usable_cores.hpp"
 #include "weir/engine_tools.hpp"
 
@@ -17,29 +18,28 @@ void choose_delegate(std::string_view name, TfliteOptions* out) {
                               " is not available here, XNNPACK is used; known: XNNPACK, None");
 }
 
+Status apply(const weir_option& option, TfliteOptions* out) {
+  const auto key = text_or_empty(option.key), value = text_or_empty(option.value);
+  if (equals_ignoring_case(key, "NumThreads"))
+    return store_option(number_option(key, value, 1), &out->threads);
+  if (equals_ignoring_case(key, "Resize"))
+    return store_option(switch_option(key, value), &out->resize);
+  if (equals_ignoring_case(key, "Delegate")) {
+    choose_delegate(value, out);
+  } else if (!equals_ignoring_case(key, "Lowering") &&
+             !equals_ignoring_case(key, "LoweringCache")) {  // parsed in tflite_choice.cpp
+    warn_unknown_option(key, "NumThreads, Delegate, Resize, Lowering, LoweringCache");
+  }
+  return ok();
+}
+
 }  // namespace
 
 Result<TfliteOptions> TfliteOptions::read(const weir_open& request) {
   TfliteOptions out;
   if (request.threads > 0) out.threads = request.threads;
-  for (uint32_t i = 0; request.options && i < request.n_options; ++i) {
-    const auto key = text_or_empty(request.options[i].key);
-    const auto value = text_or_empty(request.options[i].value);
-    if (equals_ignoring_case(key, "NumThreads")) {
-      const auto threads = number_option(key, value, 1);
-      if (!threads) return threads.error();
-      out.threads = *threads;
-    } else if (equals_ignoring_case(key, "Delegate")) {
-      choose_delegate(value, &out);
-    } else if (equals_ignoring_case(key, "Resize")) {
-      const auto resize = switch_option(key, value);
-      if (!resize) return resize.error();
-      out.resize = *resize;
-    } else if (!equals_ignoring_case(key, "Lowering") &&
-               !equals_ignoring_case(key, "LoweringCache")) {  // parsed in tflite_choice.cpp
-      warn_unknown_option(key, "NumThreads, Delegate, Resize, Lowering, LoweringCache");
-    }
-  }
+  for (uint32_t i = 0; request.options && i < request.n_options; ++i)
+    if (auto status = apply(request.options[i], &out); !status) return status.error();
   if (out.threads > 1) out.threads = std::min(out.threads, usable_cores());
   return out;
 }

@@ -71,9 +71,15 @@ Status TfliteRunner::dry_run() {
     const TfLiteTensor* tensor = interpreter_->input(i);
     if (tensor->data.raw) std::memset(tensor->data.raw, 0, tensor->bytes);
   }
-  const Status status = interpreter_->invoke();
+  Status status = interpreter_->invoke();
   if (model_.summary().has_state) interpreter_->reset_state();
   return status;
+}
+
+bool TfliteRunner::has_open_output() const {
+  for (size_t i = 0; i < model_.outputs().size(); ++i)
+    if (is_unallocated(*interpreter_->output(i))) return true;
+  return false;
 }
 
 Status TfliteRunner::resolve(std::span<const weir_tensor_info> in,
@@ -83,10 +89,7 @@ Status TfliteRunner::resolve(std::span<const weir_tensor_info> in,
   std::copy(model_.outputs().begin(), model_.outputs().end(), out.begin());
   if (!std::all_of(in.begin(), in.end(), is_fixed)) return ok();
   if (auto status = reshape(in); !status) return status;
-  const auto open = [this](size_t i) { return is_unallocated(*interpreter_->output(i)); };
-  bool any_open = false;
-  for (size_t i = 0; i < out.size(); ++i) any_open = any_open || open(i);
-  if (any_open && !dry_ran_ && !model_.summary().shapes_depend_on_data) {
+  if (has_open_output() && !dry_ran_ && !model_.summary().shapes_depend_on_data) {
     // Too large, or the model fails on zeros: the first frame determines the shapes.
     const auto status = dry_run();
     dry_ran_ = bool(status);
@@ -97,7 +100,7 @@ Status TfliteRunner::resolve(std::span<const weir_tensor_info> in,
     const auto now = tflite_tensor_info(api_, *interpreter_->output(i));
     if (!now) return now.error();
     out[i].rank = now->rank;
-    const bool known = dry_ran_ || !open(i);
+    const bool known = dry_ran_ || !is_unallocated(*interpreter_->output(i));
     for (uint32_t d = 0; d < now->rank; ++d) out[i].shape[d] = known ? now->shape[d] : -1;
   }
   return ok();
@@ -134,19 +137,24 @@ Status TfliteRunner::copy_out(size_t index, weir_tensor* tensor) {
   return write_output(*info, from->data.raw, index, tensor);
 }
 
+// Reshapes the model if the inputs of a frame have other shapes.
+Status TfliteRunner::fit(std::span<const weir_tensor> inputs) {
+  bool same = true;
+  for (size_t i = 0; i < inputs.size(); ++i)
+    same = same && inputs[i].info.type == model_.inputs()[i].type && shaped_as(i, inputs[i].info);
+  if (same) return ok();
+  std::vector<weir_tensor_info> infos;
+  infos.reserve(inputs.size());
+  for (const auto& tensor : inputs) infos.push_back(tensor.info);
+  if (auto status = check(infos); !status) return status;
+  return reshape(infos);
+}
+
 Status TfliteRunner::invoke(const weir_frame& in, weir_frame& out) {
   const auto inputs = tensors_of(in), outputs = tensors_of(out);
   if (auto status = check_count(model_.inputs(), inputs.size(), "input"); !status) return status;
   if (auto status = check_outputs(model_.outputs(), outputs); !status) return status;
-  bool same = true;
-  for (size_t i = 0; i < inputs.size(); ++i)
-    same = same && inputs[i].info.type == model_.inputs()[i].type && shaped_as(i, inputs[i].info);
-  if (!same) {
-    std::vector<weir_tensor_info> infos;
-    for (const auto& tensor : inputs) infos.push_back(tensor.info);
-    if (auto status = check(infos); !status) return status;
-    if (auto status = reshape(infos); !status) return status;
-  }
+  if (auto status = fit(inputs); !status) return status;
   for (size_t i = 0; i < inputs.size(); ++i)
     if (auto status = copy_in(inputs[i], i); !status) return status;
   if (auto status = interpreter_->invoke(); !status) return status;
@@ -156,8 +164,8 @@ Status TfliteRunner::invoke(const weir_frame& in, weir_frame& out) {
 }
 
 Status TfliteRunner::warm() {
-  const Status ignored = dry_run();  // a model that fails on zeros is warm enough
-  return ignored ? ok() : ok();
+  static_cast<void>(dry_run());  // a model that fails on zeros is warm enough
+  return ok();
 }
 
 Status TfliteRunner::reset_state() {

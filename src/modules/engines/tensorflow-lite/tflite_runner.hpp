@@ -30,6 +30,8 @@ class TfliteRunner {
   Status check(std::span<const weir_tensor_info> in) const;
   bool shaped_as(size_t index, const weir_tensor_info& info) const;
   Status reshape(std::span<const weir_tensor_info> in);
+  Status fit(std::span<const weir_tensor> inputs);
+  bool has_open_output() const;
   Status copy_in(const weir_tensor& tensor, size_t index);
   Status copy_out(size_t index, weir_tensor* tensor);
   Status dry_run();

@@ -185,15 +185,16 @@ class Walker {
       const auto graph = signature.scalar<uint32_t>(4, 0);
       if (!signature.string(2) || graph >= tensor_counts_.size())
         return damage("a signature without a name or subgraph");
-      for (const uint32_t side : {0u, 1u}) {
-        const FlatVector tensors = signature.vector(side, 4);
-        for (uint32_t t = 0; t < tensors.size() && !file_.damaged(); ++t)
-          if (!tensors.table(t).string(0) ||
-              tensors.table(t).scalar<uint32_t>(1, 0) >= tensor_counts_[graph])
-            return damage("a signature that names no tensor");
-      }
+      for (const uint32_t side : {0u, 1u})
+        if (!names_tensors(signature.vector(side, 4), tensor_counts_[graph]))
+          return damage("a signature that names no tensor");
     }
     return ok();
+  }
+  bool names_tensors(const FlatVector& list, size_t tensors) {
+    for (uint32_t i = 0; i < list.size() && !file_.damaged(); ++i)
+      if (!list.table(i).string(0) || list.table(i).scalar<uint32_t>(1, 0) >= tensors) return false;
+    return true;
   }
 
   bool calls(uint32_t from, int32_t to) {

@@ -35,6 +35,21 @@ bool quantization_fits(const FlatTable& table, const Shape& shape) {
          (zero_point.size() == 0 || zero_point.size() == scale.size());
 }
 
+bool are_below(const FlatVector& indices, uint32_t limit) {
+  for (uint32_t i = 0; i < indices.size(); ++i)
+    if (indices.scalar<uint32_t>(i) >= limit) return false;
+  return true;
+}
+
+// A union: its kind is in `field`, its table in the next one. Visits its numbers.
+bool is_index_vector(const FlatTable& dimension, uint32_t field) {
+  constexpr std::array<uint32_t, 4> kBytes{0, 4, 2, 1};  // none, int32, uint16, uint8
+  const auto kind = dimension.scalar<uint8_t>(field, 0);
+  if (kind >= kBytes.size()) return false;
+  if (kind > 0) dimension.table(field + 1).vector(0, kBytes[kind]);
+  return true;
+}
+
 bool sparsity_fits(const FlatTable& table, const Shape& shape) {
   if (!table) return true;
   const auto rank = static_cast<uint32_t>(shape.size());
@@ -42,18 +57,10 @@ bool sparsity_fits(const FlatTable& table, const Shape& shape) {
   const FlatVector dimensions = table.vector(2, 4);
   if (order.size() != rank + blocks.size() || dimensions.size() != order.size()) return false;
   if (order.size() > 2 * kTfliteRankLimit) return false;
-  for (uint32_t i = 0; i < order.size(); ++i)
-    if (order.scalar<uint32_t>(i) >= order.size()) return false;
-  for (uint32_t i = 0; i < blocks.size(); ++i)
-    if (blocks.scalar<uint32_t>(i) >= rank) return false;
-  for (uint32_t i = 0; i < dimensions.size(); ++i) {
-    const FlatTable dimension = dimensions.table(i);
-    for (const uint32_t field : {2u, 4u}) {
-      const auto kind = dimension.scalar<uint8_t>(field, 0);  // vectors of int32, uint16, uint8
-      if (kind > 3) return false;
-      if (kind > 0) dimension.table(field + 1).vector(0, kind == 1 ? 4 : kind == 2 ? 2 : 1);
-    }
-  }
+  if (!are_below(order, order.size()) || !are_below(blocks, rank)) return false;
+  for (uint32_t i = 0; i < dimensions.size(); ++i)
+    for (const uint32_t field : {2u, 4u})
+      if (!is_index_vector(dimensions.table(i), field)) return false;
   return true;
 }
 

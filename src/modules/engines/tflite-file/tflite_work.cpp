@@ -10,6 +10,22 @@ namespace {
 
 constexpr int32_t kConv2d = 3, kDepthwiseConv2d = 4, kFullyConnected = 9, kTransposeConv = 67;
 
+bool multiplies(int32_t code) {
+  return code == kConv2d || code == kDepthwiseConv2d || code == kFullyConnected ||
+         code == kTransposeConv;
+}
+bool is_counted(TfliteType type) {
+  return type == TfliteType::kFloat32 || type == TfliteType::kInt8;
+}
+
+// Null: there is none.
+const TfliteGraphTensor* tensor_at(const TfliteGraph& graph, const std::vector<int32_t>& list,
+                                   size_t index) {
+  if (index >= list.size() || list[index] < 0) return nullptr;
+  const auto at = static_cast<size_t>(list[index]);
+  return at < graph.tensors.size() ? &graph.tensors[at] : nullptr;
+}
+
 // The product of the extents; empty when one is open.
 std::optional<double> numbers_of(const TfliteGraphTensor& tensor) {
   double numbers = 1;
@@ -31,20 +47,12 @@ double for_each_output(int32_t code, const TfliteGraphTensor& weights, double nu
 
 Work tflite_work(const TfliteGraph& graph) {
   Work work;
-  const auto tensor = [&graph](const std::vector<int32_t>& list,
-                               size_t index) -> const TfliteGraphTensor* {
-    if (index >= list.size() || list[index] < 0) return nullptr;
-    const auto at = static_cast<size_t>(list[index]);
-    return at < graph.tensors.size() ? &graph.tensors[at] : nullptr;
-  };
   for (const auto& node : graph.operators) {
-    if (node.code != kConv2d && node.code != kDepthwiseConv2d && node.code != kFullyConnected &&
-        node.code != kTransposeConv)
-      continue;
-    const auto* weights = tensor(node.inputs, 1);
-    const auto* output = tensor(node.outputs, 0);
+    if (!multiplies(node.code)) continue;
+    const auto* weights = tensor_at(graph, node.inputs, 1);
+    const auto* output = tensor_at(graph, node.outputs, 0);
     if (!weights || !output || weights->shape.empty()) continue;
-    if (weights->type != TfliteType::kFloat32 && weights->type != TfliteType::kInt8) continue;
+    if (!is_counted(weights->type)) continue;
     const auto read = numbers_of(*weights), made = numbers_of(*output);
     if (!read || !made) continue;
     work.multiplications += *made * for_each_output(node.code, *weights, *read);
