@@ -4,6 +4,8 @@
 
 #include <cstdio>
 
+#include "weir/join.hpp"
+
 namespace mtcnn {
 namespace {
 
@@ -16,19 +18,17 @@ std::string number(float value, const char* format) {
 }  // namespace
 
 std::string faces_text(std::span<const Face> faces) {
-  std::string out;
-  for (const Face& face : faces) {
+  const auto text_of = [](const Face& face) {
     const weir::Box& box = face.box;
-    out += out.empty() ? "" : ", ";
-    out += "{\"box\": [" + number(box.x1, "%.1f") + ", " + number(box.y1, "%.1f") + ", " +
-           number(box.x2, "%.1f") + ", " + number(box.y2, "%.1f") +
-           "], \"score\": " + number(face.score, "%.4f") + ", \"landmarks\": [";
+    std::string out = "{\"box\": [" + number(box.x1, "%.1f") + ", " + number(box.y1, "%.1f") +
+                      ", " + number(box.x2, "%.1f") + ", " + number(box.y2, "%.1f") +
+                      "], \"score\": " + number(face.score, "%.4f") + ", \"landmarks\": [";
     for (size_t p = 0; p < kPoints; ++p)
       out += (p ? ", [" : "[") + number(face.points[2 * p], "%.1f") + ", " +
              number(face.points[2 * p + 1], "%.1f") + "]";
-    out += "]}";
-  }
-  return "[" + out + "]";
+    return out + "]}";
+  };
+  return "[" + weir::join(faces, ", ", text_of) + "]";
 }
 
 std::vector<Face> faces_of_rows(std::span<const float> rows) {

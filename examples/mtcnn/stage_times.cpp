@@ -7,19 +7,20 @@
 #include <memory>
 #include <span>
 
+#include "weir/join.hpp"
+
 namespace mtcnn {
 namespace {
 
 // Formats seconds as JSON.
 std::string list(std::span<const std::chrono::steady_clock::time_point> times) {
-  std::string out;
-  for (const auto& time : times) {
+  const auto text_of = [](std::chrono::steady_clock::time_point time) {
     char text[32];
-    std::snprintf(text, sizeof text, "%s%.6f", out.empty() ? "" : ", ",
+    std::snprintf(text, sizeof text, "%.6f",
                   std::chrono::duration<double>(time.time_since_epoch()).count());
-    out += text;
-  }
-  return "[" + out + "]";
+    return std::string(text);
+  };
+  return "[" + weir::join(times, ", ", text_of) + "]";
 }
 
 }  // namespace

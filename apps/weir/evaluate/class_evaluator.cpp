@@ -1,10 +1,13 @@
 // Classes of pictures: accuracy and confusion matrix.
 // SPDX-License-Identifier: LGPL-2.1-or-later
+#include <algorithm>
 #include <cmath>
+#include <span>
 
 #include "core/evaluate/classification.hpp"
 #include "evaluate/evaluator.hpp"
 #include "evaluate/found_results.hpp"
+#include "weir/join.hpp"
 
 namespace weir::app {
 namespace {
@@ -69,12 +72,13 @@ class ClassEvaluator final : public Evaluator {
   // The surer of the wrong class, the worse.
   void show(const LabelledPicture& picture, const std::vector<FoundClass>& found) {
     Example example{.path = picture.path, .errors = found.empty() ? 1 : found[0].score};
-    example.caption = folder_.categories[picture.class_index] + ", found: ";
-    if (found.empty()) example.caption += "nothing";
     constexpr size_t kShown = 3;
-    for (size_t i = 0; i < found.size() && i < kShown; ++i)
-      example.caption += (i > 0 ? ", " : "") + found[i].label + " " +
-                         std::to_string(std::lround(found[i].score * 100)) + " %";
+    const auto shown = std::span(found).first(std::min(found.size(), kShown));
+    const auto text = join(shown, ", ", [](const FoundClass& one) {
+      return one.label + " " + std::to_string(std::lround(one.score * 100)) + " %";
+    });
+    example.caption =
+        folder_.categories[picture.class_index] + ", found: " + (found.empty() ? "nothing" : text);
     worst_.add(std::move(example));
   }
 

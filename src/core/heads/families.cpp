@@ -85,10 +85,8 @@ std::vector<const Family*> families_of(uint32_t tasks) {
 
 std::string names_of(const std::vector<const Family*>& families, const char* before,
                      const char* between) {
-  std::string out;
-  for (const Family* family : families)
-    out += (out.empty() ? "" : between) + std::string(before) + std::string(family->name);
-  return out;
+  return join(families, between,
+              [before](const Family* family) { return before + std::string(family->name); });
 }
 
 void check_sizes(const ModelFacts& model) {
@@ -104,14 +102,13 @@ void check_sizes(const ModelFacts& model) {
 }
 
 Error nothing_fits(const ModelFacts& model, const std::vector<const Family*>& families) {
-  std::string needed;
-  for (const Family* family : families)
-    needed += (needed.empty() ? "" : "; ") + std::string(family->name) + ": " +
-              std::string(family->outputs);
   return {.code = Code::SPEC_MISMATCH,
           .what = "no head that this mode knows has such outputs",
           .offered = model.describe_outputs(),
-          .needed = needed,
+          .needed = join(families, "; ",
+                         [](const Family* family) {
+                           return std::string(family->name) + ": " + std::string(family->outputs);
+                         }),
           .fix = model.input.width > 0
                      ? "tensor_decoder custom=head:NAME, or another mode"
                      : "tensor_decoder custom=input:640:640, the size of the model's input"};
@@ -120,13 +117,11 @@ Error nothing_fits(const ModelFacts& model, const std::vector<const Family*>& fa
 }  // namespace
 
 std::string ModelFacts::describe_outputs() const {
-  std::string out;
-  for (const auto& output : outputs) {
-    out += (out.empty() ? "" : ", ") +
-           TensorSpec{.type = output.type, .shape = output.shape, .name = {}}.to_string();
-    if (!output.name.empty()) out += " '" + output.name + "'";
-  }
-  return out;
+  return join(outputs, ", ", [](const OutputFacts& output) {
+    const auto text =
+        TensorSpec{.type = output.type, .shape = output.shape, .name = {}}.to_string();
+    return output.name.empty() ? text : text + " '" + output.name + "'";
+  });
 }
 
 std::span<const Family* const> all_families() {

@@ -6,11 +6,12 @@
 
 #include <cerrno>
 #include <cstring>
-#include <utility>
+#include <vector>
 
 #include "core/isolate/landlock.hpp"
 #include "core/isolate/privileges.hpp"
 #include "core/isolate/system_call_filter.hpp"
+#include "weir/join.hpp"
 
 #if defined(__SANITIZE_ADDRESS__) || defined(__SANITIZE_THREAD__)
 #define WEIR_SANITIZER 1
@@ -40,20 +41,17 @@ class Report {
  public:
   // `refused` is the kernel's reason; "" if the restriction is in effect.
   void add(const std::string& held, const std::string& remains, const std::string& refused) {
-    if (refused.empty()) return append(&out_.text, held);
-    append(&out_.text, remains + " (" + refused + ")");
-    append(&out_.refused, remains + " (" + refused + ")");
+    if (refused.empty()) return all_.push_back(held);
+    refused_.push_back(remains + " (" + refused + ")");
+    all_.push_back(refused_.back());
   }
   Confinement finish(const std::string& memory) {
-    append(&out_.text, memory);
-    return std::move(out_);
+    all_.push_back(memory);
+    return {join(all_, ", "), join(refused_, ", ")};
   }
 
  private:
-  static void append(std::string* list, const std::string& part) {
-    *list += (list->empty() ? "" : ", ") + part;
-  }
-  Confinement out_;
+  std::vector<std::string> all_, refused_;
 };
 
 }  // namespace

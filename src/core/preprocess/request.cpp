@@ -4,9 +4,11 @@
 
 #include <algorithm>
 #include <string>
+#include <vector>
 
 #include "core/text/place.hpp"
 #include "core/text/text.hpp"
+#include "weir/join.hpp"
 
 namespace weir::preprocess {
 namespace {
@@ -58,12 +60,13 @@ Shape batched(const Request& request, Shape shape) {
 // Returns the index of one of the card's inputs.
 Result<size_t> input_of(const card::Card& card, std::string_view wanted) {
   if (wanted.empty() && card.inputs.size() == 1) return size_t{0};
-  std::string names;
+  std::vector<std::string> choices;
   for (size_t i = 0; i < card.inputs.size(); ++i) {
     const std::string& name = card.inputs[i].name;
     if (!wanted.empty() && name == wanted) return i;
-    names += (i ? ", " : "") + std::to_string(i) + (name.empty() ? "" : " or " + name);
+    choices.push_back(std::to_string(i) + (name.empty() ? "" : " or " + name));
   }
+  const std::string names = join(choices, ", ");
   if (wanted.empty())
     return Error{.code = Code::CARD_INVALID,
                  .what = "the model card does not state which input this picture is for",

@@ -6,6 +6,7 @@
 #include <cstring>
 
 #include "core/tensor/tensor_header.hpp"
+#include "weir/join.hpp"
 
 namespace weir::results {
 namespace {
@@ -117,11 +118,11 @@ size_t tensor_count(const Features& features) {
 }
 
 std::string caps_of(const Features& features, const std::string& source) {
-  std::string sources, name = source;
+  std::string name = source;
   // The separator of the list, and what ends a quoted text.
   std::replace_if(
       name.begin(), name.end(), [](char c) { return c == ';' || c == '"' || c == '\\'; }, '_');
-  for (size_t i = 0; i < tensor_count(features); ++i) sources += (i > 0 ? ";" : "") + name;
+  const std::string sources = join(std::vector(tensor_count(features), name), ";");
   return "other/tensors,format=(string)flexible,weir-columns=(string)\"" + columns_of(features) +
          "\",weir-source=(string)\"" + sources + "\"";
 }

@@ -18,6 +18,7 @@
 #include "gstcpp/buffer/device_caps.hpp"
 #include "gstcpp/buffer/tensor_caps.hpp"
 #include "gstcpp/element/log.hpp"
+#include "weir/join.hpp"
 
 namespace weir {
 namespace {
@@ -122,8 +123,7 @@ std::set<std::string> converter_names() {
 }
 
 gst::Ref<GstCaps> caps_of_media() {
-  std::string text;
-  for (const auto& entry : kMedia) text += (text.empty() ? "" : "; ") + std::string(entry.caps);
+  const std::string text = join(kMedia, "; ", [](const Entry& entry) { return entry.caps; });
   auto all = gst::Ref<GstCaps>::adopt(gst_caps_from_string(text.c_str()));
   for (const auto* type : infer::ModuleLibrary::instance().converters()) {
     auto caps = caps_of(*type);

@@ -12,6 +12,7 @@
 #include "gstcpp/element/backwards_time.hpp"
 #include "gstcpp/element/base_classes.hpp"
 #include "gstcpp/element/model_event.hpp"
+#include "weir/join.hpp"
 
 namespace weir {
 namespace {
@@ -36,11 +37,7 @@ class TensorConverter : public gst::Element<TensorConverter, gst::PlainElement> 
   }
 
   using Settings = ConverterSettings;
-  std::string sub_plugins() const {
-    std::string out;
-    for (const auto& name : converter_names()) out += (out.empty() ? "" : ",") + name;
-    return out;
-  }
+  std::string sub_plugins() const { return join(converter_names(), ","); }
   static constexpr auto kPlaying = gst::Changeable::WhilePlaying;
   static constexpr std::tuple kProperties{
       gst::Property{"input-dim", &Settings::input_dim, "Dimensions of the tensors in a byte stream",

@@ -16,6 +16,7 @@
 #include "gstcpp/element/property_file.hpp"
 #include "gstcpp/pads/early_events.hpp"
 #include "gstcpp/pads/timed_tensors.hpp"
+#include "weir/join.hpp"
 
 namespace weir {
 namespace {
@@ -44,11 +45,7 @@ class TensorDecoder : public gst::CountedTransform<TensorDecoder> {
   };
 
   using Settings = DecoderSettings;
-  std::string sub_plugins() const {
-    std::string out;
-    for (const auto& name : decoder_names()) out += (out.empty() ? "" : ",") + name;
-    return out;
-  }
+  std::string sub_plugins() const { return join(decoder_names(), ","); }
   static constexpr char kOption[] = "An option of the decoder; see its README";
   static constexpr auto kPlaying = gst::Changeable::WhilePlaying;
   static constexpr std::tuple kProperties{

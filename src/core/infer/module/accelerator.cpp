@@ -73,14 +73,14 @@ std::optional<std::string_view> read_list(std::string_view list, AcceleratorRequ
 // if that leaves the choice to the engine. `skipped` gets the names that are not supported.
 std::optional<std::string> first_named(const AcceleratorRequest& request,
                                        const std::vector<std::string>& supported,
-                                       std::string* skipped) {
+                                       std::vector<std::string>* skipped) {
   for (const auto& name : request.names) {
     if (lists(request.excluded, name)) continue;
     if (name == "none") return name;
     if (name == "default") return "";
     if (name == "auto") break;
     if (lists(supported, name)) return name;
-    *skipped += (skipped->empty() ? "" : ",") + name;
+    skipped->push_back(name);
   }
   return std::nullopt;
 }
@@ -115,9 +115,9 @@ std::string choose_accelerator(const AcceleratorRequest& request,
                                const std::vector<std::string>& supported) {
   if (request.kind == AcceleratorRequest::Kind::EngineDefault) return "";
   if (request.kind == AcceleratorRequest::Kind::None) return "none";
-  std::string all;
-  if (const auto named = first_named(request, supported, &all)) return *named;
-  if (supported.empty()) return all.empty() ? "auto" : all;
+  std::vector<std::string> skipped;
+  if (const auto named = first_named(request, supported, &skipped)) return *named;
+  if (supported.empty()) return skipped.empty() ? "auto" : join(skipped, ",");
   for (const auto& name : supported)
     if (!lists(request.excluded, name)) return name;
   return "none";

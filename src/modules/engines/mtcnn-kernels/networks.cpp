@@ -4,6 +4,7 @@
 
 #include <array>
 #include <optional>
+#include <vector>
 
 #include "onnx_graph.hpp"
 #include "weir/join.hpp"
@@ -55,10 +56,10 @@ class Reader {
   Reader(const OnnxGraph& graph, const std::string& name) : graph_(graph), name_(name) {}
 
   weir::Result<Network> read() {
-    std::string found;
+    std::vector<std::string> words;
     for (const auto& node : graph_.nodes)
-      if (const std::string word = name_of(node); !word.empty())
-        found += (found.empty() ? "" : " ") + word;
+      if (std::string word = name_of(node); !word.empty()) words.push_back(std::move(word));
+    const std::string found = weir::join(words, " ");
     for (const auto& plan : kPlans)
       if (operators(plan) == found) return read(plan);
     const std::string known = weir::join(kPlans, "; or ", [](const auto& plan) {
@@ -113,7 +114,7 @@ class Reader {
   }
   static std::string text_of(const std::vector<int64_t>& shape) {
     std::string out = "[";
-    for (const auto extent : shape) out += (out.size() > 1 ? ", " : "") + std::to_string(extent);
+    out += weir::join(shape, ", ", [](int64_t extent) { return std::to_string(extent); });
     return out + "]";
   }
 

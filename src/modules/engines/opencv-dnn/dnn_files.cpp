@@ -3,10 +3,12 @@
 #include "opencv-dnn/dnn_files.hpp"
 
 #include <filesystem>
+#include <vector>
 
 #include "model_bytes.hpp"
 #include "protobuf_reader.hpp"
 #include "weir/engine_tools.hpp"
+#include "weir/join.hpp"
 
 namespace weir::engine {
 namespace {
@@ -71,16 +73,17 @@ Result<Paths> with_other(Paths paths, const std::string& all) {
 
 Result<Paths> paths_of(const weir_open& request) {
   Paths out;
-  std::string all;
-  for (uint32_t i = 0; request.paths && i < request.n_models; ++i) {
-    const std::string path(text_or_empty(request.paths[i]));
-    all += (all.empty() ? "" : ", ") + path;
+  std::vector<std::string> given;
+  for (uint32_t i = 0; request.paths && i < request.n_models; ++i)
+    if (request.paths[i] && *request.paths[i]) given.emplace_back(request.paths[i]);
+  if (given.empty()) return wrong_files("no file");
+  const std::string all = join(given, ", ");
+  for (const auto& path : given) {
     const bool description = ends_in(path, dnn_engine.description_extension);
     std::string& place = description ? out.description : out.weights;
     if (!place.empty()) return wrong_files(all);
     place = path;
   }
-  if (all.empty()) return wrong_files("no file");
   if (dnn_engine.format == DnnFormat::Tensorflow)
     return out.weights.empty() ? Result<Paths>(wrong_files(all)) : out;
   return out.description.empty() || out.weights.empty() ? with_other(std::move(out), all) : out;

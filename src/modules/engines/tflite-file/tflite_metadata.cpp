@@ -5,8 +5,10 @@
 #include <charconv>
 #include <cstdint>
 #include <cstring>
+#include <vector>
 
 #include "tflite-file/flat_buffer.hpp"
+#include "weir/join.hpp"
 
 namespace weir::engine {
 namespace {
@@ -16,13 +18,12 @@ constexpr uint8_t kImageProperties = 2, kNormalization = 1;
 constexpr int8_t kRgb = 1, kGrayscale = 2, kAxisLabels = 2;
 
 std::string numbers(const FlatVector& values) {
-  std::string out;
+  std::vector<std::string> out;
   for (uint32_t i = 0; i < values.size() && i < 16; ++i) {
     char text[32];
-    const auto end = std::to_chars(text, text + sizeof text, values.scalar<float>(i)).ptr;
-    out += (i ? "," : "") + std::string(text, end);
+    out.emplace_back(text, std::to_chars(text, text + sizeof text, values.scalar<float>(i)).ptr);
   }
-  return out;
+  return join(out, ",");
 }
 
 void read_input(const FlatTable& input, std::map<std::string, std::string>* out) {
