@@ -16,7 +16,7 @@ MESON_FLAGS ?=
 
 export DESTDIR
 
-.PHONY: help needs-input setup setup-to-use configure configure-to-use build test demo demo-faces bench bench-mtcnn bench-street install uninstall clean distclean fuzz fuzz-keep tsan soak docs format lint models-table
+.PHONY: help needs-input setup setup-to-use configure configure-to-use build test demo demo-faces bench bench-mtcnn bench-street bench-ars install uninstall clean distclean fuzz fuzz-keep tsan soak docs format lint models-table
 .NOTPARALLEL:
 
 help:
@@ -53,6 +53,10 @@ bench-mtcnn: needs-input build
 #: make bench-street the street example against its control; INPUT=clip, a table into BUILD/street
 bench-street: needs-input build
 	@examples/street/bench --build $(BUILD) --output $(BUILD)/street "$(INPUT)"
+
+#: make bench-ars   the activity recognition example against its control, a table into BUILD/ars
+bench-ars: build
+	@examples/ars/bench --build $(BUILD) --output $(BUILD)/ars
 
 #: make setup       install what is missing: packages and engines (SETUP_FLAGS=--check looks only)
 setup:
