@@ -132,6 +132,12 @@ class Refusals(unittest.TestCase):
         self.assertIn("/no/zones.json", self.refused([CONTROL, MODEL, "/no/zones.json", zones]))
         self.assertIn("/no/model.onnx", self.refused([CONTROL, "/no/model.onnx", zones, zones]))
 
+    @unittest.skipUnless(CONTROL.exists() and CLIP.exists() and MODEL.exists(), "street-control is not built, no clip or no network")
+    def test_the_control_with_inputs_that_are_missing_or_too_few(self):
+        command = [CONTROL, MODEL, STREET / "zones.json", CLIP]
+        self.assertIn("/no/inputs: the file with the network's inputs cannot be read", self.refused(command, INPUTS="/no/inputs"))
+        self.assertIn("zones.json: has no input for frame 0", self.refused(command, INPUTS=str(STREET / "zones.json")))
+
     def test_the_script_is_short(self):
         self.assertLessEqual(len((STREET / "street").read_text().splitlines()), 40)
 
@@ -171,13 +177,32 @@ class RealClip(unittest.TestCase):
         self.assertTrue(0 < len(times) <= 105)
         self.assertEqual(times, sorted(set(times)))
 
+    def control(self, **env):
+        done = subprocess.run([CONTROL, MODEL, STREET / "zones.json", CLIP], capture_output=True, text=True, timeout=300, env={**os.environ, **env})
+        self.assertEqual(done.returncode, 0, done.stderr)
+        return [json.loads(line) for line in done.stdout.splitlines()]
+
+    @unittest.skipUnless(CONTROL.exists(), "street-control is not built")
+    def test_is_the_control_where_the_network_sees_the_same(self):
+        """Every box and every count, with the tensors of the pipeline as the inputs of OpenCV's network."""
+        card = SOURCE / "models/cards/yolox_nano.card.json"
+        with tempfile.TemporaryDirectory() as folder:
+            ours = self.play(folder, EVERY_FRAME="1")
+            inputs = pathlib.Path(folder) / "inputs"
+            subprocess.run(["gst-launch-1.0", "-q", "filesrc", f"location={CLIP}", "!", "decodebin", "!", "tensor_preprocess", f"card={card}", "!",
+                            "filesink", f"location={inputs}"], check=True, timeout=300)
+            theirs = self.control(INPUTS=str(inputs))
+        found = comparison.compare_boxes(ours, theirs)
+        self.assertEqual(found["unmatched"], 0)
+        self.assertGreater(found["least"], 0.99)
+        self.assertEqual(comparison.equal_counts(ours, theirs), 1)
+        self.assertEqual([comparison.crossings(one) for one in ours], [comparison.crossings(one) for one in theirs])
+
     @unittest.skipUnless(CONTROL.exists(), "street-control is not built")
     def test_agrees_with_the_control(self):
         with tempfile.TemporaryDirectory() as folder:
             ours = self.play(folder, EVERY_FRAME="1")
-        done = subprocess.run([CONTROL, MODEL, STREET / "zones.json", CLIP], capture_output=True, text=True, timeout=300)
-        self.assertEqual(done.returncode, 0, done.stderr)
-        theirs = [json.loads(line) for line in done.stdout.splitlines()]
+        theirs = self.control()
         self.assertGreater(comparison.equal_counts(ours, theirs), 0.7)
         self.assertEqual(comparison.crossings(ours[-1]), comparison.crossings(theirs[-1]))
         found = comparison.compare_boxes(ours, theirs)

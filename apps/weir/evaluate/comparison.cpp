@@ -4,6 +4,7 @@
 
 #include <cmath>
 
+#include "evaluate/progress_bar.hpp"
 #include "run/html.hpp"
 
 namespace weir::app {
@@ -115,8 +116,10 @@ void add_intervals(Comparison* comparison) {
   const size_t units = all[0].evaluation.units, scores = all[0].evaluation.headline;
   if (units < 2 || comparison->draws == 0) return;
   if (all.size() > 1 && all[1].evaluation.units != units) return;
+  ProgressBar bar(comparison->draws, "draws for the intervals");
   const auto intervals =
       evaluate::bootstrap(units, comparison->draws, comparison->seed, [&](evaluate::Times times) {
+        bar.step();
         auto values = all[0].evaluation.measure(times);
         if (all.size() < 2) return values;
         const auto second = all[1].evaluation.measure(times);

@@ -81,7 +81,7 @@ class Evaluating {
     if (!evaluator) return evaluator.error();
     if (!options_.json) std::fprintf(stderr, "%s\n", what->pipeline.c_str());
     size_t pictures = 0;
-    ProgressBar bar(folder_.pictures());
+    ProgressBar bar(folder_.pictures(), "pictures");
     bar_ = &bar;
     for (size_t s = 0; s < folder_.sequences.size(); ++s) {
       const LabelledSequence& sequence = folder_.sequences[s];

@@ -2,6 +2,7 @@
 # SPDX-License-Identifier: LGPL-2.1-or-later
 """weir evaluate: its scores against NumPy, its page and its progress."""
 
+import html.parser
 import json
 import os
 import re
@@ -152,6 +153,10 @@ class Page(Coco):
         self.assertIn('<rect class="missed" x="150.0" y="150.0" width="50.0" height="50.0"/>', text)
         self.assertIn('<rect class="false" x="100.0" y="10.0" width="40.0" height="80.0"/>', text)
         self.assertIn("a &lt;thing&gt;", text)
+        balanced = BalancedHtml()
+        balanced.feed(text)
+        balanced.close()
+        self.assertEqual(balanced.open, [])
 
     def test_the_pictures_are_those_of_the_folder(self):
         self.add([(0, 10, 10, 80, 80)], [[200, 10, 230, 90, 255, 0]])
@@ -223,6 +228,32 @@ class Classes(Case):
         self.assertIn("1, found: 2 ", page.read_text())
 
 
+class BalancedHtml(html.parser.HTMLParser):
+    """Fails where an element ends that is not the innermost open one, where an attribute is given twice or an id is not unique."""
+
+    VOID = {"meta", "link", "br", "img", "hr", "input", "col"}
+
+    def __init__(self):
+        super().__init__()
+        self.open, self.ids = [], set()
+
+    def handle_starttag(self, tag, attrs):
+        names = [name for name, _ in attrs]
+        assert len(names) == len(set(names)), f"{tag}: an attribute twice: {names}"
+        for name, value in attrs:
+            assert name != "id" or value not in self.ids, f"id {value} twice"
+            self.ids |= {value} if name == "id" else set()
+        if tag not in self.VOID:
+            self.open.append(tag)
+
+    def handle_startendtag(self, tag, attrs):
+        pass
+
+    def handle_endtag(self, tag):
+        assert self.open and self.open[-1] == tag, f"</{tag}> in {self.open}"
+        self.open.pop()
+
+
 class Tracks(Case):
     def add(self, name, frames, truth, rate=10, **settings):
         """frames: dicts of track: x, y, width, height that are found; truth: likewise."""
@@ -291,6 +322,30 @@ class Tracks(Case):
         self.assertEqual(result["results"][0]["scores"]["MOTA"], 0.5)
         self.assertEqual(result["results"][0]["intervals"]["MOTA"], [0, 1])
         self.assertEqual(result["results"][0]["parts"]["values"], {"all": 1, "nothing": 0})
+
+    def test_one_sequence_has_the_intervals_of_its_parts(self):
+        """30 frames at 10 a second are 3 parts: two without errors and one without any box. Draws of 3 have 0 to 3 of it."""
+        good = [{1: (10, 10, 50, 50)}] * 10
+        self.add("one", good * 2 + [{}] * 10, good * 3)
+        result = json.loads(self.good(self.evaluate("--json", "--draws", 300)))
+        self.assertEqual((result["unit"], result["units"]), ("parts of one sequence", 3))
+        self.assertAlmostEqual(result["results"][0]["scores"]["MOTA"], 2 / 3)
+        low, high = result["results"][0]["intervals"]["MOTA"]
+        self.assertTrue(-1e-9 < low <= 1 / 3 + 1e-9 and abs(high - 1) < 1e-9, (low, high))
+
+    def test_the_interval_of_one_sequence_has_its_score(self):
+        """A track that changes its number between two parts costs IDF1 in the whole and in none of the parts."""
+        boxes = (10, 10, 50, 50)
+        self.add("one", [{1: boxes}] * 20 + [{2: boxes}] * 20, [{1: boxes}] * 40)
+        result = json.loads(self.good(self.evaluate("--json")))["results"][0]
+        self.assertEqual(result["scores"]["IDF1"], 0.5)
+        self.assertEqual(result["intervals"]["IDF1"], [0.5, 0.5])
+
+    def test_a_sequence_of_less_than_two_seconds_has_no_interval(self):
+        boxes = [{1: (10, 10, 50, 50)}] * 19
+        self.add("one", boxes, boxes)
+        result = json.loads(self.good(self.evaluate("--json")))
+        self.assertEqual((result["unit"], result["results"][0]["intervals"]), ("sequences", {}))
 
     def test_results_without_tracks(self):
         self.add("one", [{1: (10, 10, 50, 50)}], [{1: (10, 10, 50, 50)}])
@@ -424,6 +479,7 @@ class Progress(Coco):
         os.close(master)
         self.assertEqual(done.returncode, 0, shown)
         self.assertRegex(shown, r"\r\033\[K\[#* +\] \d/3 pictures")
+        self.assertRegex(shown, r"\r\033\[K\[#* *\] \d+/1000 draws for the intervals")
         self.assertNotRegex(done.stdout, "[\r\033]")
 
 

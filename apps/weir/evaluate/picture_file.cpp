@@ -12,6 +12,7 @@
 
 #include "core/text/pasted.hpp"
 #include "evaluate/folder_files.hpp"
+#include "evaluate/photo_orientation.hpp"
 
 namespace weir::app {
 namespace {
@@ -164,9 +165,12 @@ Result<ClassMask> classes_of(const GstVideoFrame& frame, const PngFacts& png,
 Result<DecodedPicture> decode_picture(const std::string& path) {
   OneFrame frame(
       "filesrc name=file ! decodebin ! videoconvert ! video/x-raw,format=RGB ! "
+      "videoflip name=upright ! "
       "appsink name=sink sync=false");
   if (const auto file = frame.element("file"))
     g_object_set(file.get(), "location", path.c_str(), nullptr);
+  if (const auto upright = frame.element("upright"))
+    g_object_set(upright.get(), "video-direction", photo_orientation(path), nullptr);
   if (!frame.start()) return unreadable(path, "GStreamer cannot start its decoder");
   const auto sample = frame.frame();
   if (!sample) return unreadable(path, frame.reason());

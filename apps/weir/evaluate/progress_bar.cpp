@@ -10,7 +10,8 @@
 
 namespace weir::app {
 
-ProgressBar::ProgressBar(size_t all) : all_(all), is_terminal_(isatty(STDERR_FILENO) == 1) {}
+ProgressBar::ProgressBar(size_t all, std::string unit)
+    : all_(all), unit_(std::move(unit)), is_terminal_(isatty(STDERR_FILENO) == 1) {}
 
 void ProgressBar::step() {
   constexpr std::chrono::milliseconds kBetween{100};
@@ -19,7 +20,7 @@ void ProgressBar::step() {
   if (!is_terminal_ || now - shown_ < kBetween) return;
   shown_ = now;
   const double seconds = std::chrono::duration<double>(now - begin_).count();
-  std::fprintf(stderr, "\r\033[K%s", progress_text(done_, all_, seconds).c_str());
+  std::fprintf(stderr, "\r\033[K%s", progress_text(done_, all_, unit_, seconds).c_str());
   std::fflush(stderr);
   is_visible_ = true;
 }
@@ -29,11 +30,11 @@ void ProgressBar::clear() {
   is_visible_ = false;
 }
 
-std::string progress_text(size_t done, size_t all, double seconds) {
+std::string progress_text(size_t done, size_t all, const std::string& unit, double seconds) {
   constexpr size_t kLength = 30;
   const size_t marks = all > 0 ? kLength * done / all : 0;
   std::string out = "[" + std::string(marks, '#') + std::string(kLength - marks, ' ') + "] " +
-                    std::to_string(done) + "/" + std::to_string(all) + " pictures";
+                    std::to_string(done) + "/" + std::to_string(all) + " " + unit;
   if (seconds > 0) out += ", " + fixed(static_cast<double>(done) / seconds, 1) + " a second";
   return out;
 }

@@ -1,4 +1,5 @@
-// A bar on standard error that shows how many pictures are done, if standard error is a terminal.
+// A bar on standard error that shows how many pictures or draws are done, if standard error is a
+// terminal.
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #pragma once
 #include <chrono>
@@ -9,18 +10,19 @@ namespace weir::app {
 
 class ProgressBar {
  public:
-  explicit ProgressBar(size_t all);
+  ProgressBar(size_t all, std::string unit);
   ~ProgressBar() { clear(); }
   ProgressBar(const ProgressBar&) = delete;
   ProgressBar& operator=(const ProgressBar&) = delete;
 
-  void step();   // one more picture is done
+  void step();   // one more is done
   void clear();  // before other text is printed
 
  private:
   using Clock = std::chrono::steady_clock;
 
   const size_t all_;
+  const std::string unit_;
   const bool is_terminal_;
   const Clock::time_point begin_ = Clock::now();
   Clock::time_point shown_ = {};
@@ -29,6 +31,6 @@ class ProgressBar {
 };
 
 // "[#####               ] 25/100 pictures, 12.5 a second"
-std::string progress_text(size_t done, size_t all, double seconds);
+std::string progress_text(size_t done, size_t all, const std::string& unit, double seconds);
 
 }  // namespace weir::app

@@ -1,6 +1,7 @@
 // Tracks of sequences: HOTA, MOTA, IDF1.
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #include <algorithm>
+#include <cmath>
 
 #include "core/evaluate/mot_truth.hpp"
 #include "core/evaluate/similarity.hpp"
@@ -60,16 +61,41 @@ class TrackEvaluator final : public Evaluator {
     }
     out.scores = evaluate::tracking_scores(sum);
     out.worst = worst_.take();
-    out.measure = [counts = std::move(counts)](evaluate::Times times) {
+    if (frames_.size() == 1) cut_into_parts(&counts, &out);
+    const auto scores = [counts = std::move(counts)](evaluate::Times times) {
       std::vector<double> values;
       for (const auto& score : evaluate::tracking_headline(counts, times))
         values.push_back(score.value);
+      return values;
+    };
+    out.measure = [scores, shift = shift_of(out, scores({}))](evaluate::Times times) {
+      auto values = scores(times);
+      for (size_t i = 0; i < values.size(); ++i) values[i] += shift[i];
       return values;
     };
     return out;
   }
 
  private:
+  // The spread of one sequence is that of its parts: a second or longer, 20 at most.
+  void cut_into_parts(std::vector<evaluate::TrackingCounts>* counts, Evaluation* out) const {
+    constexpr size_t kMostParts = 20;
+    const auto second = static_cast<size_t>(std::ceil(folder_.sequences[0].frame_rate));
+    const auto parts = evaluate::parts_of(frames_[0], second, kMostParts);
+    if (parts.size() < 2) return;
+    counts->clear();
+    for (const auto& part : parts) counts->push_back(evaluate::count_tracks(part));
+    out->units = parts.size();
+    out->unit_name = "parts of one sequence";
+  }
+  // What the scores of the whole are more than those of its parts, in which no track is longer than
+  // its part.
+  static std::vector<double> shift_of(const Evaluation& whole, const std::vector<double>& parts) {
+    std::vector<double> out;
+    for (size_t i = 0; i < parts.size(); ++i) out.push_back(whole.scores[i].value - parts[i]);
+    return out;
+  }
+
   // The frame with the most errors of each second, so that the page does not show one moment.
   void show(size_t sequence) {
     const auto errors = evaluate::errors_of_frames(frames_[sequence]);

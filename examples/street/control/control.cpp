@@ -5,8 +5,12 @@
 //   street-control MODEL.onnx ZONES.json VIDEO [DRAWN.avi]
 //
 // Results as JSON Lines on the standard output. Every picture is drawn, also without DRAWN.avi.
+// INPUTS=FILE gives the network the float32 tensors of that file, one for each frame, instead of
+// the pictures: the results then differ only by what comes after the pictures are prepared.
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #include <cstdio>
+#include <cstdlib>
+#include <fstream>
 #include <memory>
 #include <opencv2/videoio.hpp>
 
@@ -30,13 +34,15 @@ int fail(const std::string& text) {
 // Finds, follows, counts, writes and draws.
 class Street {
  public:
-  Street(const std::string& model, std::shared_ptr<const weir::zone::ZoneSet> zones)
-      : detector_(model) {
+  // `inputs` may be null; it is read until this ends.
+  Street(const std::string& model, std::shared_ptr<const weir::zone::ZoneSet> zones,
+         std::istream* inputs)
+      : detector_(model), inputs_(inputs) {
     counter_.set_zones(std::move(zones));
   }
 
   void see(int64_t time, cv::Mat* picture) {
-    auto people = detector_.find(*picture, kPerson, kThreshold);
+    auto people = detector_.find(*picture, kPerson, kThreshold, inputs_);
     follow(time, &people);
     sightings_.clear();
     for (const auto& person : people)
@@ -58,6 +64,7 @@ class Street {
   }
 
   street::Detector detector_;
+  std::istream* const inputs_;
   weir::track::Tracker tracker_;
   std::vector<weir::track::TrackedBox> boxes_;
   weir::zone::ZoneCounter counter_;
@@ -68,7 +75,13 @@ int run(const std::string& model, const std::string& zone_file, const std::strin
         const std::string& drawn) {
   auto zones = weir::zone::read_zones(zone_file);
   if (!zones) return fail(zones.error().message());
-  Street street(model, std::make_shared<const weir::zone::ZoneSet>(*std::move(zones)));
+  const char* const input_file = std::getenv("INPUTS");
+  std::ifstream inputs;
+  if (input_file) inputs.open(input_file, std::ios::binary);
+  if (input_file && !inputs)
+    return fail(std::string(input_file) + ": the file with the network's inputs cannot be read");
+  Street street(model, std::make_shared<const weir::zone::ZoneSet>(*std::move(zones)),
+                input_file ? &inputs : nullptr);
   cv::VideoCapture capture(video);
   if (!capture.isOpened()) return fail(video + ": OpenCV cannot open this video");
   const double rate = capture.get(cv::CAP_PROP_FPS);
@@ -77,6 +90,8 @@ int run(const std::string& model, const std::string& zone_file, const std::strin
   cv::Mat picture;
   for (int64_t frame = 0; capture.read(picture); ++frame) {
     street.see(static_cast<int64_t>(1e9 * static_cast<double>(frame) / rate), &picture);
+    if (input_file && !inputs)
+      return fail(std::string(input_file) + ": has no input for frame " + std::to_string(frame));
     if (drawn.empty()) continue;
     if (!writer.isOpened() &&
         !writer.open(drawn, cv::VideoWriter::fourcc('M', 'J', 'P', 'G'), rate, picture.size()))

@@ -69,8 +69,12 @@ const cv::Mat& Detector::letterboxed(const cv::Mat& picture) {
   return input_;
 }
 
-std::vector<Detection> Detector::find(const cv::Mat& picture, int class_index, float threshold) {
+std::vector<Detection> Detector::find(const cv::Mat& picture, int class_index, float threshold,
+                                      std::istream* inputs) {
   cv::dnn::blobFromImage(letterboxed(picture), blob_);
+  if (inputs && !inputs->read(reinterpret_cast<char*>(blob_.data),
+                              static_cast<std::streamsize>(blob_.total() * blob_.elemSize())))
+    return {};
   network_.setInput(blob_);
   const cv::Mat output = network_.forward();  // 1, cells, values
   const Candidates found = decode(output.reshape(1, output.size[1]), class_index, threshold);

@@ -2,6 +2,7 @@
 // module.
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #pragma once
+#include <istream>
 #include <opencv2/dnn.hpp>
 #include <string>
 #include <vector>
@@ -22,8 +23,10 @@ class Detector {
   // Throws cv::Exception if OpenCV cannot read the model.
   explicit Detector(const std::string& model) : network_(cv::dnn::readNet(model)) {}
 
-  // The objects of one class in a BGR picture, best first.
-  std::vector<Detection> find(const cv::Mat& picture, int class_index, float threshold);
+  // The objects of one class in a BGR picture, best first. With `inputs`, the network sees the next
+  // input of that file instead of the picture; nothing if the file has ended.
+  std::vector<Detection> find(const cv::Mat& picture, int class_index, float threshold,
+                              std::istream* inputs);
 
  private:
   const cv::Mat& letterboxed(const cv::Mat& picture);

@@ -2,6 +2,7 @@
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #include "core/evaluate/tracking.hpp"
 
+#include <algorithm>
 #include <cmath>
 
 namespace weir::evaluate {
@@ -92,6 +93,17 @@ Scores tracking_headline(std::span<const TrackingCounts> sequences, Times times)
   TrackingCounts sum;
   for (size_t i = 0; i < sequences.size(); ++i) sum.add(sequences[i], times_of(times, i));
   return headline(sum);
+}
+
+std::vector<Sequence> parts_of(const Sequence& sequence, size_t least_frames, size_t most) {
+  const size_t count =
+      std::clamp<size_t>(sequence.size() / std::max<size_t>(least_frames, 1), 1, most);
+  const auto at = [&](size_t part) {
+    return sequence.begin() + static_cast<ptrdiff_t>(sequence.size() * part / count);
+  };
+  std::vector<Sequence> out;
+  for (size_t i = 0; i < count; ++i) out.emplace_back(at(i), at(i + 1));
+  return out;
 }
 
 }  // namespace weir::evaluate

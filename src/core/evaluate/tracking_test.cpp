@@ -131,5 +131,27 @@ TEST(Tracking, WithoutTruthOrFoundBoxes) {
   EXPECT_DOUBLE_EQ(score(one_object({0, 0}), "HOTA"), 0);
 }
 
+TEST(PartsOf, AreOfEqualLengthAndHaveEveryFrameOnce) {
+  const auto lengths = [](size_t frames, size_t least, size_t most) {
+    Sequence sequence(frames);
+    for (size_t i = 0; i < frames; ++i) sequence[i].found = {{static_cast<int64_t>(i), at(0)}};
+    std::vector<size_t> out;
+    int64_t next = 0;
+    for (const Sequence& part : parts_of(sequence, least, most)) {
+      out.push_back(part.size());
+      for (const TrackedFrame& frame : part) EXPECT_EQ(frame.found[0].track, next++);
+    }
+    EXPECT_EQ(next, static_cast<int64_t>(frames));
+    return out;
+  };
+  using Lengths = std::vector<size_t>;
+  EXPECT_EQ(lengths(12, 4, 20), (Lengths{4, 4, 4}));
+  EXPECT_EQ(lengths(14, 4, 20), (Lengths{4, 5, 5}));
+  EXPECT_EQ(lengths(12, 1, 3), (Lengths{4, 4, 4}));
+  EXPECT_EQ(lengths(7, 4, 20), Lengths{7}) << "too short for two";
+  EXPECT_EQ(lengths(3, 0, 20), (Lengths{1, 1, 1}));
+  EXPECT_EQ(lengths(0, 4, 20), Lengths{0});
+}
+
 }  // namespace
 }  // namespace weir::evaluate

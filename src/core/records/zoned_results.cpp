@@ -26,7 +26,7 @@ Error zones_twice(const ResultRoles& roles) {
                .what = "the results have zones already",
                .offered = "weir-columns=\"" + columns_text(roles) + "\"",
                .needed = "one tensor_zones for a stream",
-               .fix = "put all zones into one file"};
+               .fix = "tensor_zones zones=all.json, a file with the zones of both"};
 }
 
 TensorSpec rows_spec(size_t length, size_t rows) {

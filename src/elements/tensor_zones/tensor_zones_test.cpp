@@ -308,6 +308,54 @@ TEST_F(TensorZones, ATimeThatGoesBackEndsTracksWithAWarning) {
   EXPECT_EQ(stat(h, "tensor_zones", "times-backward"), 2u);
 }
 
+TEST_F(TensorZones, ATimeThatJumpsAheadEndsTracksWithoutAWarning) {
+  write(kYard);
+  const auto h = harness_of(json_launch(), kCaps);
+  const auto element = element_of(h, "tensor_zones");
+  Errors errors(element.get());
+  line(h, object(50, 50, 7), 0);
+  line(h, object(50, 50, 7), GST_SECOND / 2);
+  const auto text = line(h, object(50, 50, 7), 3600 * GST_SECOND);
+  EXPECT_SAYS(text, R"("inside":1,"entered":2,"left":1)");
+  EXPECT_SAYS(text,
+              R"({"event":"leave","zone":"yard","track":7,"index":0,"label":"0","dwell":0.5})");
+  EXPECT_EQ(errors.next_warning(), "");
+  EXPECT_EQ(stat(h, "tensor_zones", "tracks"), 1u);
+}
+
+TEST_F(TensorZones, ARepeatedTimeCountsCrossingsWithoutSpeedsOrAWarning) {
+  write(kGate);
+  const auto h = harness_of(json_launch(), kCaps);
+  const auto element = element_of(h, "tensor_zones");
+  Errors errors(element.get());
+  line(h, object(50, 40, 7), GST_SECOND);
+  const auto text = line(h, object(50, 60, 7), GST_SECOND);
+  EXPECT_SAYS(text, R"("forward":1)");
+  EXPECT_LACKS(text, "speed");
+  EXPECT_EQ(errors.next_warning(), "");
+  EXPECT_EQ(stat(h, "tensor_zones", "times-backward"), 0u);
+}
+
+TEST_F(TensorZones, WhoTremblesOnALineIsCountedOnce) {
+  write(kGate);
+  const auto h = harness_of(json_launch(), kCaps);
+  std::string text;
+  for (int i = 0; i < 20; ++i)
+    text = line(h, object(50, i == 0 ? 40.0f : 49.0f + static_cast<float>(i % 2) * 2, 7),
+                static_cast<GstClockTime>(i) * GST_SECOND / 10);
+  EXPECT_SAYS(text, R"("forward":1,"backward":0)");
+  EXPECT_EQ(stat(h, "tensor_zones", "events"), 1u);
+}
+
+TEST_F(TensorZones, RefusesResultsThatHaveZonesAlready) {
+  write(kYard);
+  const auto text =
+      start_error(launch(), results("x1,y1,x2,y2,track,speed,ground-speed,zone:4,dwell:4", "15:1"));
+  EXPECT_SAYS(text, "WEIR-2001: the results have zones already");
+  EXPECT_SAYS(text, "needed: one tensor_zones for a stream");
+  EXPECT_SAYS(text, "fix: tensor_zones zones=all.json, a file with the zones of both");
+}
+
 TEST_F(TensorZones, FramesWithoutTimesAreCountedWithAWarning) {
   write(kGate);
   const auto h = harness_of(json_launch(), kCaps);
