@@ -50,6 +50,40 @@ TEST(AveragePrecision, InterpolatesAt101Recalls) {
   EXPECT_NEAR(score(all, "AP"), (51 + 50 * 2.0 / 3) / 101, 1e-12);
 }
 
+TEST(AveragePrecision, OfAPublishedExample) {
+  // R. Padilla, S. L. Netto, E. A. B. da Silva, "A Survey on Performance Metrics for
+  // Object-Detection Algorithms", IWSSIP 2020: 15 objects in seven pictures, 24 boxes, seven hits.
+  struct Box {
+    size_t picture;
+    double score;
+    bool is_hit;
+  };
+  constexpr Box kBoxes[] = {{1, .88, false}, {1, .70, true},  {1, .80, false}, {2, .71, false},
+                            {2, .54, true},  {2, .74, false}, {3, .18, true},  {3, .67, false},
+                            {3, .38, false}, {3, .91, true},  {3, .44, false}, {4, .35, false},
+                            {4, .78, false}, {4, .45, false}, {4, .14, false}, {5, .62, true},
+                            {5, .44, false}, {5, .95, true},  {5, .23, false}, {6, .45, false},
+                            {6, .84, false}, {6, .43, false}, {7, .48, true},  {7, .95, false}};
+  std::vector<PictureObjects> pictures(7);
+  double x = 0;
+  for (const Box& box : kBoxes) {
+    PictureObjects& picture = pictures[box.picture - 1];
+    picture.found.push_back(found(square(x), box.score));
+    if (box.is_hit) picture.truth.push_back(truth(square(x)));
+    x += 100;
+  }
+  for (int missed = 0; missed < 8; ++missed, x += 100)
+    pictures[3].truth.push_back(truth(square(x)));
+  const AveragePrecision precision(pictures, 1, {});
+  const auto curve = precision.curve_of_category(0);
+  double eleven = 0;
+  for (size_t recall = 0; recall <= 100; recall += 10) eleven += curve[recall] / 11;
+  EXPECT_NEAR(eleven, 0.2684, 0.00005);  // the paper's mean at eleven recalls
+  // At 101 recalls, of the precisions of the paper's curve.
+  EXPECT_NEAR(score(precision.scores(), "AP"),
+              (7 * 1 + 7 * 2.0 / 3 + 27 * 3.0 / 7 + 6 * 7.0 / 23) / 101, 1e-12);
+}
+
 TEST(AveragePrecision, CountsEachThresholdOfOverlap) {
   // 36 of 50 columns overlap: an IoU of 0.72 meets .50 to .70, five of the ten.
   const auto all = scores({{{truth({0, 0, 50, 50})}, {found({0, 0, 36, 50}, 0.5)}}});
