@@ -13,11 +13,15 @@ namespace {
 
 constexpr double kStepsPerSecond = 30;
 constexpr float kLowMatch = 0.5f;  // boxes of a low score must overlap more, as in ByteTrack's code
-constexpr float kLargest = 1e9f;   // edges beyond it are no pixels of a picture
+constexpr float kLostHeight = 1.3f;  // most change of the height of an object that was lost
+constexpr float kLargest = 1e9f;     // edges beyond it are no pixels of a picture
 
 bool can_follow(const Box& b) {
   const auto is_edge = [](float edge) { return std::abs(edge) <= kLargest; };  // false for NaN
   return is_edge(b.x1) && is_edge(b.y1) && is_edge(b.x2) && is_edge(b.y2) && b.area() > 0;
+}
+bool is_of_like_height(const Box& a, const Box& b) {
+  return a.height() <= b.height() * kLostHeight && b.height() <= a.height() * kLostHeight;
 }
 
 }  // namespace
@@ -87,6 +91,8 @@ void Tracker::add_candidates(std::span<const TrackedBox> boxes, const OpenBoxes&
                              [&](uint32_t i, float x) { return boxes[i].box.x1 < x; });
   for (; at != open.order.end() && boxes[*at].box.x1 < box.x2; ++at) {
     if (boxes[*at].group != tracks_[number].group) continue;
+    if (must_keep_height_ && tracks_[number].is_lost && !is_of_like_height(box, boxes[*at].box))
+      continue;
     const float common = overlap(box, boxes[*at].box);
     if (common > 0 && common >= least) out->push_back({number, *at, 1 - common});
   }
@@ -160,6 +166,7 @@ void Tracker::finish_tracks() {
 
 const std::vector<uint32_t>& Tracker::follow(std::span<const TrackedBox> boxes, double seconds,
                                              const Options& options) {
+  must_keep_height_ = options.mode == Mode::ByteTrack;
   predict(seconds, options);
   if (options.mode == Mode::ByteTrack && options.camera_motion) follow_camera(boxes, options);
   track_of_.assign(boxes.size(), -1);

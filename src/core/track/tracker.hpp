@@ -34,8 +34,9 @@ struct Options {
 // ByteTrack (arXiv 2110.06864): boxes of a high score are matched with the predicted boxes of the
 // tracks, then those of a low score with the tracks that are left. The tracks that are still left
 // are matched by their last observed box, as OC-SORT (arXiv 2203.14360) recovers them. Before all
-// this, the motion that tracks have in common moves them, as that of the camera. Mode Iou matches
-// last boxes only, without prediction. Used by one thread at a time.
+// this, the motion that tracks have in common moves them, as that of the camera. A lost track
+// takes only boxes of nearly its height. Mode Iou matches last boxes only, without prediction. Used
+// by one thread at a time.
 class Tracker {
  public:
   // Lost tracks beyond this many are forgotten, those lost for the longest time first.
@@ -80,6 +81,7 @@ class Tracker {
   std::vector<int64_t> track_of_;  // of each box; -1 = none
   double now_ = 0;
   bool has_time_ = false;
+  bool must_keep_height_ = false;  // of lost tracks; not in mode Iou
   uint32_t last_number_ = 0;
   uint64_t given_ = 0;
 };
