@@ -36,15 +36,16 @@ def truth_of(frames):
 
 
 def followed(frames, tracker, folder):
-    """The tracks that a pipeline with `tracker` finds: for each frame a dict of number: box."""
-    most = max(len(frame.found) for frame in frames)
-    rows = numpy.zeros((len(frames), most, 5), numpy.float32)
+    """The tracks that a pipeline with `tracker` finds: for each frame a dict of number: box. Tensor 1 has the embeddings."""
+    most, length = max(len(frame.found) for frame in frames), sequences.EMBEDDING
+    rows = numpy.zeros((len(frames), most * (5 + length)), numpy.float32)
     for i, frame in enumerate(frames):
-        rows[i, :len(frame.found)] = frame.found
+        rows[i, :frame.found.size] = frame.found.ravel()
+        rows[i, 5 * most:5 * most + frame.embeddings.size] = frame.embeddings.ravel()
     rows.tofile(folder / "rows")
     subprocess.run(["gst-launch-1.0", "-q", *(
         f"filesrc location={folder}/rows blocksize={rows[0].nbytes} ! application/octet-stream,framerate={sequences.RATE}/1 ! "
-        f"tensor_converter input-dim=5:{most} input-type=float32 ! other/tensors,weir-columns=(string)\"x1,y1,x2,y2,score\" ! "
+        f"tensor_converter input-dim=5:{most},{length}:{most} input-type=float32,float32 ! other/tensors,weir-columns=(string)\"x1,y1,x2,y2,score\" ! "
         f"{tracker} ! tensor_decoder mode=mot ! filesink location={folder}/tracks").split()], check=True, timeout=60,
         env={**os.environ, "GST_TRACERS": "", "GST_DEBUG": ""})
     out = [{} for _ in frames]
@@ -101,6 +102,16 @@ class Order(Sequences):
 
     def test_the_camera_is_compensated(self):
         self.better("shake", "plain", 0.14, 0.1)
+
+    def test_embeddings_exchange_fewer_numbers(self):
+        found = {name: metrics.scores([list(zip(truth_of(frames), followed(frames, "tensor_tracker embeddings=1", self.folder))) for frames in made])
+                 for name, made in self.made.items()}
+        switches = [sum(scores["switches"] for scores in all_scores) for all_scores in
+                    (found.values(), [scores["bytetrack"] for scores in self.scores.values()])]
+        self.assertLess(3 * switches[0], 2 * switches[1], switches)
+        self.assertGreater(found["all"]["IDF1"], self.scores["all"]["bytetrack"]["IDF1"] + 0.05)
+        for name, scores in found.items():
+            self.assertGreater(scores["IDF1"], self.scores[name]["bytetrack"]["IDF1"] - 0.005, name)
 
     def test_the_table_of_the_readme(self):
         measured = {name: [found[key][score] for key in ("bytetrack", "iou", "plain") for score in SCORES] for name, found in self.scores.items()}

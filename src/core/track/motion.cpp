@@ -64,6 +64,14 @@ void BoxMotion::correct(const Box& box) noexcept {
   }
 }
 
+double BoxMotion::distance(const Box& box) const noexcept {
+  const auto z = measured(box);
+  const double noise = square(kValueNoise * scale());
+  double sum = 0;
+  for (size_t i = 0; i < 4; ++i) sum += square(z[i] - axes_[i].value) / (axes_[i].vv + noise);
+  return sum;
+}
+
 Box BoxMotion::box() const noexcept {
   const double w = axes_[2].value / 2, h = axes_[3].value / 2;
   return {static_cast<float>(axes_[0].value - w), static_cast<float>(axes_[1].value - h),

@@ -18,6 +18,8 @@ class BoxMotion {
   void shift(float x, float y) noexcept;  // what the camera did
   void correct(const Box& box) noexcept;
   Box box() const noexcept;
+  // The squared Mahalanobis distance of a box from the prediction, as DeepSORT's equation 1.
+  double distance(const Box& box) const noexcept;
 
  private:
   struct Axis {

@@ -13,14 +13,29 @@ namespace {
 
 constexpr double kStepsPerSecond = 30;
 constexpr float kLowMatch = 0.5f;  // boxes of a low score must overlap more, as in ByteTrack's code
-constexpr float kLargest = 1e9f;   // edges beyond it are no pixels of a picture
+constexpr double kGate = 9.4877;   // 95 % of chi-squared with four degrees of freedom (DeepSORT)
+constexpr float kLostHeight = 1.3f;  // most change of the height of an object that was lost
+constexpr float kLargest = 1e9f;     // edges beyond it are no pixels of a picture
 
 bool can_follow(const Box& b) {
   const auto is_edge = [](float edge) { return std::abs(edge) <= kLargest; };  // false for NaN
   return is_edge(b.x1) && is_edge(b.y1) && is_edge(b.x2) && is_edge(b.y2) && b.area() > 0;
 }
+bool is_of_like_height(const Box& a, const Box& b) {
+  return a.height() <= b.height() * kLostHeight && b.height() <= a.height() * kLostHeight;
+}
 
 }  // namespace
+
+// BoT-SORT's equations 12 and 13: half of the cosine distance, if it is less and the boxes overlap
+// by at least a half.
+float Tracker::cost_of(const Appearance& appearance, const TrackedBox& box, float common) const {
+  constexpr float kLeastOverlap = 0.5f;
+  const float place = 1 - common;
+  if (box.appearance.empty() || common < kLeastOverlap) return place;
+  const float distance = std::max(appearance.distance(box.appearance), 0.0f);
+  return distance <= most_distance_ ? std::min(place, distance / 2) : place;
+}
 
 void Tracker::forget() noexcept {
   tracks_.clear();
@@ -87,8 +102,11 @@ void Tracker::add_candidates(std::span<const TrackedBox> boxes, const OpenBoxes&
                              [&](uint32_t i, float x) { return boxes[i].box.x1 < x; });
   for (; at != open.order.end() && boxes[*at].box.x1 < box.x2; ++at) {
     if (boxes[*at].group != tracks_[number].group) continue;
+    if (must_keep_height_ && tracks_[number].is_lost && !is_of_like_height(box, boxes[*at].box))
+      continue;
     const float common = overlap(box, boxes[*at].box);
-    if (common > 0 && common >= least) out->push_back({number, *at, 1 - common});
+    if (common > 0 && common >= least)
+      out->push_back({number, *at, cost_of(tracks_[number].appearance, boxes[*at], common)});
   }
 }
 
@@ -109,12 +127,36 @@ void Tracker::match(std::span<const TrackedBox> boxes, Place place, float least,
   }
 }
 
+// Numbered tracks without a box take the one that looks most like them, of those that the
+// prediction allows: DeepSORT (arXiv 1703.07402), equations 1 to 4.
+void Tracker::match_appearance(std::span<const TrackedBox> boxes, const Options& options) {
+  std::vector<Candidate> candidates;
+  for (uint32_t b = 0; b < boxes.size(); ++b) {
+    const TrackedBox& box = boxes[b];
+    if (track_of_[b] != -1 || box.appearance.empty() || !can_follow(box.box) ||
+        !(box.score >= options.high))
+      continue;
+    for (uint32_t t = 0; t < tracks_.size(); ++t) {
+      const Track& track = tracks_[t];
+      if (track.is_matched || track.number == 0 || track.group != box.group) continue;
+      const float distance = track.appearance.distance(box.appearance);
+      if (distance <= options.appearance && track.motion.distance(box.box) <= kGate)
+        candidates.push_back({t, b, distance});
+    }
+  }
+  for (const auto& pair : assign(candidates)) {
+    track_of_[pair.column] = pair.row;
+    tracks_[pair.row].is_matched = true;
+  }
+}
+
 void Tracker::begin_tracks(std::span<const TrackedBox> boxes, const Options& options) {
   for (size_t i = 0; i < boxes.size(); ++i) {
     if (track_of_[i] != -1 || !can_follow(boxes[i].box) || !(boxes[i].score >= options.high))
       continue;
     track_of_[i] = static_cast<int64_t>(tracks_.size());
     tracks_.push_back({.motion = BoxMotion(boxes[i].box),
+                       .appearance = {},
                        .last = boxes[i].box,
                        .predicted = boxes[i].box,
                        .group = boxes[i].group,
@@ -160,6 +202,8 @@ void Tracker::finish_tracks() {
 
 const std::vector<uint32_t>& Tracker::follow(std::span<const TrackedBox> boxes, double seconds,
                                              const Options& options) {
+  must_keep_height_ = options.mode == Mode::ByteTrack;
+  most_distance_ = options.appearance;
   predict(seconds, options);
   if (options.mode == Mode::ByteTrack && options.camera_motion) follow_camera(boxes, options);
   track_of_.assign(boxes.size(), -1);
@@ -172,6 +216,7 @@ const std::vector<uint32_t>& Tracker::follow(std::span<const TrackedBox> boxes, 
   match(boxes, Place::Predicted, options.match, is_numbered, is_high);
   if (options.mode == Mode::ByteTrack) {
     const auto was_seen = [](const Track& t) { return t.number != 0 && !t.is_lost; };
+    match_appearance(boxes, options);
     match(boxes, Place::Predicted, std::max(kLowMatch, options.match), was_seen, is_low);
     match(boxes, Place::Last, options.match, is_numbered, is_high);
   }
@@ -182,6 +227,7 @@ const std::vector<uint32_t>& Tracker::follow(std::span<const TrackedBox> boxes, 
     if (track_of_[i] < 0) continue;
     Track& t = tracks_[static_cast<size_t>(track_of_[i])];
     if (t.hits > 0) t.motion.correct(boxes[i].box);
+    if (boxes[i].score >= options.high) t.appearance.add(boxes[i].appearance);
     t.hits = std::min(t.hits + 1, UINT32_MAX - 1);
     t.last = boxes[i].box;
     t.seen = now_;

@@ -8,6 +8,7 @@
 #include <span>
 #include <vector>
 
+#include "core/track/appearance.hpp"
 #include "core/track/assignment.hpp"
 #include "core/track/motion.hpp"
 
@@ -16,7 +17,8 @@ namespace weir::track {
 struct TrackedBox {
   Box box{};
   float score = 1;
-  int64_t group = 0;  // boxes of different groups are different objects
+  int64_t group = 0;                    // boxes of different groups are different objects
+  std::span<const float> appearance{};  // a vector of a network; empty = unknown
 };
 
 enum class Mode : int { ByteTrack, Iou };
@@ -28,14 +30,16 @@ struct Options {
   float match = 0.2f;         // least intersection over union of a track and its box
   double max_age = 1;         // seconds that a track lives without a box
   bool camera_motion = true;  // follow a motion that all objects have in common
+  float appearance = 0.25f;   // most cosine distance of a track and the vector of its box
   uint32_t min_hits = 2;      // frames with a box before an object gets its number
 };
 
 // ByteTrack (arXiv 2110.06864): boxes of a high score are matched with the predicted boxes of the
 // tracks, then those of a low score with the tracks that are left. The tracks that are still left
 // are matched by their last observed box, as OC-SORT (arXiv 2203.14360) recovers them. Before all
-// this, the motion that tracks have in common moves them, as that of the camera. Mode Iou matches
-// last boxes only, without prediction. Used by one thread at a time.
+// this, the motion that tracks have in common moves them, as that of the camera. A lost track
+// takes only boxes of nearly its height. Mode Iou matches last boxes only, without prediction. Used
+// by one thread at a time.
 class Tracker {
  public:
   // Lost tracks beyond this many are forgotten, those lost for the longest time first.
@@ -53,6 +57,7 @@ class Tracker {
  private:
   struct Track {
     BoxMotion motion;
+    Appearance appearance;
     Box last{}, predicted{};
     int64_t group = 0;
     uint32_t number = 0, hits = 1;
@@ -62,6 +67,7 @@ class Tracker {
   enum class Place { Predicted, Last };
   struct OpenBoxes;
 
+  float cost_of(const Appearance& appearance, const TrackedBox& box, float common) const;
   void predict(double seconds, const Options& options);
   void follow_camera(std::span<const TrackedBox> boxes, const Options& options);
   template <class UseBox>
@@ -71,6 +77,7 @@ class Tracker {
   template <class UseTrack, class UseBox>
   void match(std::span<const TrackedBox> boxes, Place place, float least, UseTrack use_track,
              UseBox use_box);
+  void match_appearance(std::span<const TrackedBox> boxes, const Options& options);
   void begin_tracks(std::span<const TrackedBox> boxes, const Options& options);
   void finish_tracks();
   uint32_t next_number();
@@ -80,6 +87,8 @@ class Tracker {
   std::vector<int64_t> track_of_;  // of each box; -1 = none
   double now_ = 0;
   bool has_time_ = false;
+  float most_distance_ = 0;
+  bool must_keep_height_ = false;  // of lost tracks; not in mode Iou
   uint32_t last_number_ = 0;
   uint64_t given_ = 0;
 };

@@ -117,6 +117,22 @@ TEST(Tracker, ALostTrackMovesWithTheCamera) {
   EXPECT_EQ(last, (Numbers{1, 2, 3, 4, 5, 6}));
 }
 
+// A box half as high in the place of one that was lost, such as that of a person behind it.
+TEST(Tracker, ALostTrackTakesNoBoxOfAnotherHeight) {
+  const TrackedBox half{{0, 0, 40, 40}, 0.9f, 0};
+  for (const Mode mode : {Mode::ByteTrack, Mode::Iou}) {
+    Tracker tracker;
+    const Options options{.mode = mode, .min_hits = 1};
+    tracker.follow(Boxes{at(0, 0)}, 0, options);
+    tracker.follow(Boxes{}, 0.1, options);
+    const bool is_other = mode == Mode::ByteTrack;
+    EXPECT_EQ(tracker.follow(Boxes{half}, 0.2, options), Numbers{is_other ? 2u : 1u});
+  }
+  Tracker tracker;  // one that was not lost may change its height: the detector saw its upper half
+  tracker.follow(Boxes{at(0, 0)}, 0, {.min_hits = 1});
+  EXPECT_EQ(tracker.follow(Boxes{half}, 0.1, {.min_hits = 1}), Numbers{1});
+}
+
 TEST(Tracker, LowScoresContinueTracksAndBeginNone) {
   Tracker tracker;
   tracker.follow(Boxes{at(0, 0)}, 0, {});

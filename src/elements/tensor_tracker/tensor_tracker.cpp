@@ -96,6 +96,8 @@ class TensorTracker : public gst::CountedTransform<TensorTracker> {
     uint64_t max_age = 1000000000;
     uint32_t min_hits = 2;
     bool camera_motion = true;
+    int32_t embeddings = -1;
+    float appearance = 0.25f;
   };
   static constexpr auto kPlaying = gst::Changeable::WhilePlaying;
   static constexpr uint64_t kLongest = uint64_t{24} * 3600 * 1000000000;
@@ -119,6 +121,13 @@ class TensorTracker : public gst::CountedTransform<TensorTracker> {
       gst::Property{"camera-motion", &Settings::camera_motion,
                     "Whether a motion that most objects have in common is that of the camera",
                     kPlaying},
+      gst::Property{"embeddings", &Settings::embeddings,
+                    "Number, from 0, of the tensor with a vector for each row of the first tensor "
+                    "of rows; -1 = none",
+                    kPlaying, -1, int{kTensorLimit} - 1},
+      gst::Property{"appearance", &Settings::appearance,
+                    "Maximum cosine distance of a track and the vector of its box", kPlaying, 0.0f,
+                    2.0f},
   };
 
   Status start() {
@@ -234,6 +243,8 @@ class TensorTracker : public gst::CountedTransform<TensorTracker> {
     if (auto status = check(s); !status) return status;
     for (size_t i = 0; i < tensors.size(); ++i)
       if (auto status = read_rows(i, s.classes); !status) return status;
+    if (s.embeddings >= 0 && !tensors.empty())
+      if (auto status = read_embeddings(static_cast<size_t>(s.embeddings)); !status) return status;
     time_ = time_of(in);
     const auto& numbers = tracker_.follow(boxes_, time_,
                                           {.mode = s.mode,
@@ -242,6 +253,7 @@ class TensorTracker : public gst::CountedTransform<TensorTracker> {
                                            .match = s.match,
                                            .max_age = static_cast<double>(s.max_age) / GST_SECOND,
                                            .camera_motion = s.camera_motion,
+                                           .appearance = s.appearance,
                                            .min_hits = s.min_hits});
     for (size_t i = 0; i < numbers.size(); ++i)
       rows_[places_[i].tensor][places_[i].index] = static_cast<float>(numbers[i]);
@@ -286,6 +298,42 @@ class TensorTracker : public gst::CountedTransform<TensorTracker> {
     return ok();
   }
 
+  // Gives each box of the first tensor of rows its vector. Vectors are aligned as floats, or
+  // copied.
+  Status read_embeddings(size_t tensor) {
+    size_t of = 0;
+    while (of < columns_.size() && !is_tracked(of)) ++of;
+    if (tensor >= reader_.tensors().size())
+      return bad_embeddings(tensor, std::to_string(reader_.tensors().size()) + " tensors", of);
+    const gst::TensorView& view = reader_.tensors()[tensor];
+    const size_t length = view.spec.shape[0];
+    const size_t rows = of < rows_.size() ? rows_[of].size() / row_length(of) : 0;
+    if (tensor == of || view.spec.type != ElementType::Float32 || length == 0 ||
+        view.payload.size() != rows * length * sizeof(float))
+      return bad_embeddings(tensor,
+                            view.spec.to_string() + " for " + std::to_string(rows) + " rows", of);
+    vectors_.resize(rows * length);
+    std::memcpy(vectors_.data(), view.payload.data(), view.payload.size());
+    for (size_t i = 0; i < boxes_.size(); ++i)
+      if (places_[i].tensor == of)
+        boxes_[i].appearance =
+            std::span(vectors_).subspan(places_[i].index / row_length(of) * length, length);
+    return ok();
+  }
+  static Error bad_embeddings(size_t tensor, std::string offered, size_t of) {
+    return {.code = Code::SPEC_MISMATCH,
+            .what = "tensor " + std::to_string(tensor) + " is not a vector for each row",
+            .offered = std::move(offered),
+            .needed = "float32 L:N, a vector of L numbers for each of the N rows of tensor " +
+                      std::to_string(of),
+            .fix =
+                "embeddings=NUMBER of the tensor with the vectors, which tensor_mux appends to "
+                "the rows; embeddings=-1 follows objects without"};
+  }
+  size_t row_length(size_t tensor) const {
+    return columns_[tensor].length + (columns_[tensor].track < 0);
+  }
+
   // Rows as they were read, with their numbers; other tensors by reference where they have a
   // header.
   Status append(std::vector<gst::TensorPiece>* pieces, GstBuffer* out) {
@@ -317,6 +365,7 @@ class TensorTracker : public gst::CountedTransform<TensorTracker> {
   track::Tracker tracker_;
   double time_ = 0;
   std::vector<std::vector<float>> rows_;  // of each tensor; kept for their memory
+  std::vector<float> vectors_;
   std::vector<track::TrackedBox> boxes_;
   std::vector<Place> places_;
   std::atomic<uint64_t> tracks_{0}, given_{0};

@@ -181,6 +181,65 @@ TEST(TensorTracker, MasksTextsAndSeveralRowsKeepTheirPlaces) {
   EXPECT_SAYS(caps_text(h), "x1\\,y1\\,x2\\,y2\\,score\\,track\\;masks\\;text\\;");
 }
 
+GstBuffer* rows_and_vectors(const std::string& dimensions, const Floats& vectors,
+                            const Floats& rows, GstClockTime time) {
+  GstBuffer* in = gst_buffer_new();
+  gst_buffer_append_memory(in, chunk("5:2", rows));
+  gst_buffer_append_memory(in, chunk(dimensions, vectors));
+  GST_BUFFER_PTS(in) = time;
+  return in;
+}
+const std::string kTwo =
+    "other/tensors,format=flexible,framerate=10/1,"
+    "weir-columns=(string)\"x1,y1,x2,y2,score;\"";
+const Floats kPair{100, 0, 140, 80, 0.9f, 112, 0, 152, 80, 0.9f};
+const Floats kMoved{102, 0, 142, 80, 0.9f, 110, 0, 150, 80, 0.9f};  // they changed places
+
+TEST(TensorTracker, EmbeddingsSeparateObjects) {
+  for (const bool has_embeddings : {true, false}) {
+    const auto h = harness_of(
+        has_embeddings ? "tensor_tracker min-hits=1 embeddings=1" : "tensor_tracker min-hits=1",
+        kTwo);
+    const auto last = [&](const Floats& vectors, const Floats& rows, GstClockTime time) {
+      const auto out = Ref<GstBuffer>::adopt(
+          gst_harness_push_and_pull(h.get(), rows_and_vectors("3:2", vectors, rows, time)));
+      EXPECT_EQ(gst_buffer_n_memory(out.get()), 2u);
+      return last_number(gst_buffer_peek_memory(out.get(), 0));
+    };
+    EXPECT_EQ(last({1, 0, 0, 0, 1, 0}, kPair, 0), 2);
+    EXPECT_EQ(last({0, 1, 0, 1, 0, 0}, kMoved, GST_SECOND / 10), has_embeddings ? 1 : 2);
+  }
+}
+
+TEST(TensorTracker, EmbeddingsThatAreNotAVectorForEachRowAreRefused) {
+  struct Case {
+    const char *element, *dimensions;
+    size_t numbers;
+    const char* offered;
+  };
+  for (const auto& [element, dimensions, numbers, offered] :
+       {Case{"tensor_tracker embeddings=1", "3:3", 9, "offered: float32 3:3 for 2 rows"},
+        Case{"tensor_tracker embeddings=1", "3:1", 3, "offered: float32 3:1 for 2 rows"},
+        Case{"tensor_tracker embeddings=0", "3:2", 6, "tensor 0 is not a vector for each row"},
+        Case{"tensor_tracker embeddings=2", "3:2", 6, "offered: 2 tensors"}}) {
+    const auto h = harness_of(element, kTwo);
+    const auto bus = Ref<GstBus>::adopt(gst_bus_new());
+    const auto tracker = element_of(h, "tensor_tracker");
+    gst_element_set_bus(tracker.get(), bus.get());
+    EXPECT_EQ(gst_harness_push(h.get(), rows_and_vectors(dimensions, Floats(numbers, 1), kPair, 0)),
+              GST_FLOW_ERROR);
+    const auto message = Ref<GstMessage>::adopt(gst_bus_pop_filtered(bus.get(), GST_MESSAGE_ERROR));
+    ASSERT_TRUE(message);
+    GError* error = nullptr;
+    gst_message_parse_error(message.get(), &error, nullptr);
+    EXPECT_SAYS(std::string(error->message), offered);
+    EXPECT_SAYS(std::string(error->message), "a vector of L numbers for each of the N rows");
+    EXPECT_SAYS(std::string(error->message), "fix: embeddings=NUMBER");
+    g_clear_error(&error);
+    gst_element_set_bus(tracker.get(), nullptr);
+  }
+}
+
 TEST(TensorTracker, RowsThatAreNotTheColumnsStopTheStream) {
   const auto h = harness_of("tensor_tracker",
                             "other/tensors,format=flexible,framerate=10/1,"
