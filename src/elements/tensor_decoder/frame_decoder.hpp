@@ -25,7 +25,7 @@ class FrameDecoder {
   virtual ~FrameDecoder() = default;
   // The model whose outputs the stream has, or null; takes effect with configure(). uses_model():
   // whether that matters.
-  virtual void set_model(std::shared_ptr<const DescribedModel>) {}
+  virtual void set_model(const std::shared_ptr<const DescribedModel>&) {}
   virtual bool uses_model() const noexcept { return false; }
   // Returns the output caps for the input's tensors; adds the stream's frame rate if the decoder
   // leaves it open.

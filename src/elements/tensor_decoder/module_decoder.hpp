@@ -15,9 +15,7 @@ class ModuleDecoder final : public FrameDecoder {
                                                     const DecoderOptions& options);
   explicit ModuleDecoder(std::unique_ptr<infer::Decoder> decoder) : decoder_(std::move(decoder)) {}
 
-  void set_model(std::shared_ptr<const DescribedModel> model) override {
-    model_ = std::move(model);
-  }
+  void set_model(const std::shared_ptr<const DescribedModel>& model) override { model_ = model; }
   bool uses_model() const noexcept override { return decoder_->uses_model(); }
   Result<gst::Ref<GstCaps>> configure(const FrameSpec& input) override;
   Result<bool> decode(const FrameSpec& input, GstBuffer* in, const gst::FrameReader& reader,

@@ -20,10 +20,9 @@ Result<std::optional<preprocess::Rect>> crop_of(const PreprocessSettings& s) {
   return std::optional(*crop);
 }
 
-Result<preprocess::Request> request_of(const PreprocessSettings& s) {
-  preprocess::Request request;
-  request.width = s.width;
-  request.height = s.height;
+namespace {
+
+Status read_sizes(const PreprocessSettings& s, preprocess::Request* request) {
   if (!s.sizes.empty()) {
     if (s.width != 0 || s.height != 0)
       return Error{.code = Code::OPTION_VALUE,
@@ -34,56 +33,78 @@ Result<preprocess::Request> request_of(const PreprocessSettings& s) {
                    .fix = "tensor_preprocess sizes=" + s.sizes};
     auto sizes = preprocess::parse_sizes(s.sizes);
     if (!sizes) return sizes.error();
-    request.sizes = *std::move(sizes);
+    request->sizes = *std::move(sizes);
   }
-  request.regions = s.regions != RegionsChoice::None;
-  request.most_regions = s.max_regions;
-  if (request.regions && !s.sizes.empty())
+  return ok();
+}
+
+Status check_regions(const PreprocessSettings& s) {
+  const bool has_regions = s.regions != RegionsChoice::None;
+  if (has_regions && !s.sizes.empty())
     return Error{.code = Code::OPTION_VALUE,
                  .what = "regions have one size, a pyramid has several",
                  .offered = "regions and sizes=" + s.sizes,
                  .needed = "either regions, width and height, or sizes",
                  .fix = "tensor_preprocess regions=meta width=48 height=48"};
-  if (!request.regions && s.max_regions > 0)
+  if (!has_regions && s.max_regions > 0)
     return Error{
         .code = Code::OPTION_VALUE,
         .what = "max-regions without regions has no effect",
         .offered = "max-regions=" + std::to_string(s.max_regions),
         .needed = "regions=meta, regions=pad, or no max-regions",
         .fix = "tensor_preprocess regions=meta max-regions=" + std::to_string(s.max_regions)};
-  if (!request.regions && !s.clip_regions)
+  if (!has_regions && !s.clip_regions)
     return Error{.code = Code::OPTION_VALUE,
                  .what = "clip-regions without regions has no effect",
                  .offered = "clip-regions=false",
                  .needed = "regions=meta, regions=pad, or no clip-regions",
                  .difference = "",
                  .fix = "tensor_preprocess regions=meta clip-regions=false"};
+  return ok();
+}
+
+// What is set instead of what the model's card says.
+Status read_numbers(const PreprocessSettings& s, preprocess::Request* request) {
+  if (!s.mean.empty()) {
+    auto mean = preprocess::parse_numbers("mean", s.mean);
+    if (!mean) return mean.error();
+    request->mean = *std::move(mean);
+  }
+  if (!s.scale.empty()) {
+    auto scale = preprocess::parse_numbers("scale", s.scale);
+    if (!scale) return scale.error();
+    request->scale = *std::move(scale);
+  }
+  if (!s.quantisation.empty()) {
+    auto quantisation = preprocess::parse_quantisation(s.quantisation);
+    if (!quantisation) return quantisation.error();
+    request->quantisation = *quantisation;
+  }
+  if (!s.type.empty()) {
+    auto type = preprocess::parse_type(s.type);
+    if (!type) return type.error();
+    request->type = *type;
+  }
+  return ok();
+}
+
+}  // namespace
+
+Result<preprocess::Request> request_of(const PreprocessSettings& s) {
+  preprocess::Request request;
+  request.width = s.width;
+  request.height = s.height;
+  if (auto status = read_sizes(s, &request); !status) return status.error();
+  request.regions = s.regions != RegionsChoice::None;
+  request.most_regions = s.max_regions;
+  if (auto status = check_regions(s); !status) return status.error();
   request.clip_regions = s.clip_regions;
   request.resize = s.method;
   request.padding = s.padding_value;
   request.fit = chosen<preprocess::Fit>(s.fit);
   request.order = chosen<preprocess::ChannelOrder>(s.channel_order);
   request.layout = chosen<preprocess::Layout>(s.layout);
-  if (!s.mean.empty()) {
-    auto mean = preprocess::parse_numbers("mean", s.mean);
-    if (!mean) return mean.error();
-    request.mean = *std::move(mean);
-  }
-  if (!s.scale.empty()) {
-    auto scale = preprocess::parse_numbers("scale", s.scale);
-    if (!scale) return scale.error();
-    request.scale = *std::move(scale);
-  }
-  if (!s.quantisation.empty()) {
-    auto quantisation = preprocess::parse_quantisation(s.quantisation);
-    if (!quantisation) return quantisation.error();
-    request.quantisation = *quantisation;
-  }
-  if (!s.type.empty()) {
-    auto type = preprocess::parse_type(s.type);
-    if (!type) return type.error();
-    request.type = *type;
-  }
+  if (auto status = read_numbers(s, &request); !status) return status.error();
   if (s.card.empty() && !s.card_input.empty())
     return Error{.code = Code::OPTION_VALUE,
                  .what = "card-input without a card has no effect",

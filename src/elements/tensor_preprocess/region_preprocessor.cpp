@@ -87,9 +87,9 @@ void RegionPreprocessor::find_regions(GstBuffer* in, const Rect& picture) {
 Status RegionPreprocessor::make_plans() {
   while (plans_.size() < regions_.size()) plans_.push_back(whole_);
   for (size_t i = 0; i < regions_.size(); ++i) {
-    const Status status = options_.clip
-                              ? plans_[i].set_crop(preprocess::common_part(picture_, regions_[i]))
-                              : plans_[i].set_region(picture_, regions_[i]);
+    Status status = options_.clip
+                        ? plans_[i].set_crop(preprocess::common_part(picture_, regions_[i]))
+                        : plans_[i].set_region(picture_, regions_[i]);
     if (!status) return status;
   }
   return ok();

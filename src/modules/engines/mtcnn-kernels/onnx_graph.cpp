@@ -39,8 +39,10 @@ bool append_whole(const ProtobufReader::Field& field, std::vector<int64_t>* out)
   return true;
 }
 
-// Whether the extents are positive and their product is `count`.
-bool is_shape_of(const std::vector<int64_t>& shape, uint64_t count) {
+// Whether so many bytes are the float32 elements of a tensor of this shape.
+bool is_size_of(const std::vector<int64_t>& shape, uint64_t bytes) {
+  if (bytes % sizeof(float) != 0) return false;
+  uint64_t count = bytes / sizeof(float);
   for (const int64_t extent : shape) {  // divides, because the product can overflow
     if (extent <= 0 || count % static_cast<uint64_t>(extent) != 0) return false;
     count /= static_cast<uint64_t>(extent);
@@ -63,9 +65,8 @@ bool read_tensor(Bytes bytes, OnnxGraph* out) {
     if (field.delimited && (field.number == 4 || field.number == 9)) data = field.bytes;
   }
   if (type != kFloat || !reader.good()) return reader.good();
-  const size_t count = data.size() / sizeof(float);
-  if (data.size() % sizeof(float) != 0 || !is_shape_of(tensor.shape, count)) return false;
-  tensor.numbers.resize(count);
+  if (!is_size_of(tensor.shape, data.size())) return false;
+  tensor.numbers.resize(data.size() / sizeof(float));
   std::memcpy(tensor.numbers.data(), data.data(), data.size());
   const bool are_finite = std::all_of(tensor.numbers.begin(), tensor.numbers.end(),
                                       [](float number) { return std::isfinite(number); });

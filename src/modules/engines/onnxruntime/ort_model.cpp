@@ -113,6 +113,13 @@ Result<std::optional<LoweredFacts>> lower(ModelBytes* file, const OrtRuntime& ru
   return std::optional(std::move(facts));
 }
 
+// ONNX Runtime opens the file itself if weights may be in other files next to it, or if a copy
+// would cost too much memory. Otherwise it reads the bytes that were checked.
+bool should_open_path(const ModelBytes& file, const OnnxSummary& summary) {
+  return !file.path.empty() &&
+         (summary.may_need_other_files || file.owned.size() > ModelSource::kKeptBytes);
+}
+
 }  // namespace
 
 Result<std::unique_ptr<OrtModel>> OrtModel::open(const weir_open& request) {
@@ -132,13 +139,9 @@ Result<std::unique_ptr<OrtModel>> OrtModel::open(const weir_open& request) {
   }
   if (options->by_size && summary->is_small()) options->threads = 1;
   std::unique_ptr<OrtModel> model(new OrtModel(*runtime));
-  if (options->optimization == ORT_ENABLE_ALL && summary->operators.contains("PRelu"))
-    if (auto status = model->take_own_operators(&*file); !status) return status.error();
-  // ONNX Runtime opens the file itself if weights may be in other files next to it, or if a copy
-  // would cost too much memory. Otherwise it reads the bytes that were checked.
-  const bool by_path =
-      summary->may_need_other_files || file->owned.size() > ModelSource::kKeptBytes;
-  if (!model->own_ && !file->path.empty() && by_path) file->owned = {};
+  if (auto status = model->take_own_operators(*options, *summary, &*file); !status)
+    return status.error();
+  if (!model->own_ && should_open_path(*file, *summary)) file->owned = {};
   if (auto status = model->create_session(*file, *options); !status) return status.error();
   model->threads_ = options->threads;
   model->spins_ = options->spins && options->threads > 1;
@@ -165,7 +168,9 @@ Status OrtModel::read_session(const OnnxSummary& summary) {
   return ok();
 }
 
-Status OrtModel::take_own_operators(ModelBytes* file) {
+Status OrtModel::take_own_operators(const OrtOptions& options, const OnnxSummary& summary,
+                                    ModelBytes* file) {
+  if (options.optimization != ORT_ENABLE_ALL || !summary.operators.contains("PRelu")) return ok();
   auto changed = with_own_prelu(file->bytes);
   if (!changed) return ok();
   auto own = OwnOperators::shared(runtime_);

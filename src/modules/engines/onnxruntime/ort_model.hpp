@@ -46,7 +46,8 @@ class OrtModel {
 
  private:
   explicit OrtModel(std::shared_ptr<const OrtRuntime> runtime);
-  Status take_own_operators(ModelBytes* file);
+  Status take_own_operators(const OrtOptions& options, const OnnxSummary& summary,
+                            ModelBytes* file);
   // Reads inputs and outputs.
   Status read_session(const OnnxSummary& summary);
   Status create_session(const ModelBytes& file, const OrtOptions& options);

@@ -82,6 +82,14 @@ bool TfliteRunner::has_open_output() const {
   return false;
 }
 
+void TfliteRunner::find_output_shapes() {
+  if (dry_ran_ || model_.summary().shapes_depend_on_data || !has_open_output()) return;
+  const auto status = dry_run();
+  dry_ran_ = bool(status);
+  // Too large, or the model fails on zeros: the first frame determines the shapes.
+  if (!status) log(WEIR_LOG_INFO, "a dry run finds no output shapes: " + status.error().message());
+}
+
 Status TfliteRunner::resolve(std::span<const weir_tensor_info> in,
                              std::span<weir_tensor_info> out) {
   if (auto status = check(in); !status) return status;
@@ -89,13 +97,7 @@ Status TfliteRunner::resolve(std::span<const weir_tensor_info> in,
   std::copy(model_.outputs().begin(), model_.outputs().end(), out.begin());
   if (!std::all_of(in.begin(), in.end(), is_fixed)) return ok();
   if (auto status = reshape(in); !status) return status;
-  if (has_open_output() && !dry_ran_ && !model_.summary().shapes_depend_on_data) {
-    // Too large, or the model fails on zeros: the first frame determines the shapes.
-    const auto status = dry_run();
-    dry_ran_ = bool(status);
-    if (!status)
-      log(WEIR_LOG_INFO, "a dry run finds no output shapes: " + status.error().message());
-  }
+  find_output_shapes();
   for (size_t i = 0; i < out.size(); ++i) {
     const auto now = tflite_tensor_info(api_, *interpreter_->output(i));
     if (!now) return now.error();

@@ -32,6 +32,7 @@ class TfliteRunner {
   Status reshape(std::span<const weir_tensor_info> in);
   Status fit(std::span<const weir_tensor> inputs);
   bool has_open_output() const;
+  void find_output_shapes();
   Status copy_in(const weir_tensor& tensor, size_t index);
   Status copy_out(size_t index, weir_tensor* tensor);
   Status dry_run();
