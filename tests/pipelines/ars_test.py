@@ -2,6 +2,8 @@
 # SPDX-License-Identifier: LGPL-2.1-or-later
 """Tests examples/ars: its lines, networks, converter and control, and what they do with bad input."""
 
+import hashlib
+import importlib.util
 import json
 import os
 import pathlib
@@ -115,8 +117,6 @@ class Lines(WithRecording):
 
 class Networks(WithRecording):
     def test_weights_are_those_of_their_cards(self):
-        import hashlib
-
         for name in ("event_network.f32", "sequence_network.f32", "radio_network.onnx"):
             weights = NETWORKS / name
             card = json.loads(weights.with_suffix(".card.json").read_text())
@@ -177,6 +177,37 @@ class Networks(WithRecording):
             provenance = json.loads((NETWORKS / f"{name}.card.json").read_text())["provenance"]
             self.assertAlmostEqual(numpy.mean(found), provenance["accuracy_held_back"], delta=0.12, msg=name)
             self.assertGreater(numpy.mean(found), 0.6, name)
+
+
+@unittest.skipUnless(importlib.util.find_spec("torch"), "no PyTorch")
+class Training(unittest.TestCase):
+    def test_weights_are_written_as_the_filters_read_them(self):
+        """Networks with random weights: PyTorch's own results against those from the files."""
+        sys.path.insert(0, str(SOURCE / "tools/train"))
+        import activity_networks as networks
+        import torch
+
+        torch.manual_seed(3)
+        event, sequence = networks.EventNetwork(5), networks.SequenceNetwork(5).eval()
+        event(torch.randn(16, 8, 48, 64) + 1)  # statistics of the batch normalisations
+        event.eval()
+        frames, results = torch.randn(8, 48, 64), torch.rand(12, 5)
+        with tempfile.TemporaryDirectory() as folder, torch.no_grad():
+            for network, export, compute, window in (
+                    (event, networks.export_event_network, reference.event_network, frames),
+                    (sequence, networks.export_sequence_network, reference.sequence_network, results)):
+                weights = pathlib.Path(folder) / "weights.f32"
+                export(network, weights)
+                expected = networks.Probabilities(network)(window[None])[0].numpy()
+                numpy.testing.assert_allclose(compute(weights, window.numpy()), expected, atol=1e-5)
+
+    def test_standardised_is_what_the_pipeline_makes(self):
+        """The absolute value, with a mean of 0 and a deviation of 1 before: docs/compatibility/transform.md 3.6."""
+        sys.path.insert(0, str(SOURCE / "tools/train"))
+        import train_activities
+
+        values = numpy.array([[[1.0, 3.0], [5.0, 7.0]]])
+        numpy.testing.assert_allclose(train_activities.standardised(values), numpy.abs((values - 4) / numpy.sqrt(5)))
 
 
 class EventStream(WithRecording):
@@ -320,6 +351,24 @@ class Bench(unittest.TestCase):
         self.assertIn("| A: output rate, frames per second | 20 (10 to 30) | 5 | 25 | 80 % | 4.00 |", text.splitlines())
         self.assertIn("| B: lines of code | 12 | 48 | - | - | 0.25 |", text.splitlines())
         self.assertIn("Rate per CPU, frames per CPU second: 3.00 times the control's in the geometric mean.", text)
+
+    @unittest.skipUnless(HAS_PACKAGE, "the package weir for Python is not built")
+    def test_a_small_run_has_the_rows_of_the_paper(self):
+        with tempfile.TemporaryDirectory() as folder:
+            done = call([ARS / "bench", "--build", BUILD, "--rounds", 1, "--variants", "b", "--live-seconds", 6, "--output", folder])
+            self.assertEqual(done.returncode, 0, done.stderr)
+            text = (pathlib.Path(folder) / "ars.md").read_text()
+        rows = [line.split(" | ")[0].removeprefix("| B: ") for line in text.splitlines() if line.startswith("| B: ")]
+        self.assertEqual(rows, ["lines of code", "output rate, frames per second", "CPU share, %", "rate per CPU, frames per CPU second",
+                                "mapped memory, MB", "resident memory, MB", "threads", "CPU share at the sensor's rate, %"])
+        self.assertIn("geometric mean", text)
+
+    def test_the_bench_refuses(self):
+        for arguments, words in (("--rounds 0", "at least 1 round"), ("--live-seconds 5", "6 to 44 seconds"), ("--variants a,z", "no variant z: a, b, c"),
+                                 ("--build /nowhere", "no examples/ars/ars-bare: make build")):
+            done = call([ARS / "bench", "--build", BUILD, *arguments.split()])
+            self.assertEqual(done.returncode, 2, arguments)
+            self.assertIn(words, done.stderr.decode())
 
     def test_lines_of_code(self):
         self.assertEqual(code_lines.lines_with_code('"""Doc."""\n\n# no\na = 1  # yes\nb = """x\ny"""\n'), {4, 5, 6})

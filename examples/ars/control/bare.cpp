@@ -1,5 +1,5 @@
 // The engines alone: invokes the networks of a variant as often as the pipeline would for a number
-// of frames, in a loop with nothing around it, and prints the seconds.
+// of frames, in a loop with nothing around it, and prints the seconds and the CPU seconds.
 //
 //   ars-bare a|b|c FRAMES MODULES NETWORKS
 //
@@ -8,6 +8,7 @@
 #include <charconv>
 #include <chrono>
 #include <cstdio>
+#include <ctime>
 #include <string_view>
 
 #include "weir/model.hpp"
@@ -47,8 +48,12 @@ std::vector<Network> networks_of(std::string_view variant, int64_t frames,
   return found;
 }
 
-// Returns the seconds of the invokes. The numbers vary from element to element, as a stream's do.
-weir::Result<double> run(const Network& network) {
+struct Taken {
+  double seconds = 0, cpu_seconds = 0;
+};
+
+// Returns the time of the invokes. The numbers vary from element to element, as a stream's do.
+weir::Result<Taken> run(const Network& network) {
   auto model = weir::Model::open(network.path, network.options);
   if (!model) return model.error();
   const auto info = model->inputs().at(0);
@@ -57,9 +62,11 @@ weir::Result<double> run(const Network& network) {
   const weir::TensorView input(values.data(), values.size() * sizeof(float), info.type);
   if (const auto warm = model->invoke({input}); !warm) return warm.error();
   const auto begin = std::chrono::steady_clock::now();
+  const std::clock_t cpu = std::clock();
   for (int64_t i = 0; i < network.invokes; ++i)
     if (const auto out = model->invoke({input}); !out) return out.error();
-  return std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count();
+  return Taken{std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count(),
+               static_cast<double>(std::clock() - cpu) / CLOCKS_PER_SEC};
 }
 
 }  // namespace
@@ -70,12 +77,13 @@ int main(int argc, char** argv) {
   const std::string_view variant = argc == 5 ? argv[1] : "";
   if (frames < 1 || (variant != "a" && variant != "b" && variant != "c"))
     return std::fprintf(stderr, "ars-bare a|b|c FRAMES MODULES NETWORKS\n"), 2;
-  double seconds = 0;
+  Taken all;
   for (const auto& network : networks_of(variant, frames, argv[3], argv[4])) {
     const auto taken = run(network);
     if (!taken) return std::fprintf(stderr, "%s\n", taken.error().message().c_str()), 1;
-    seconds += *taken;
+    all.seconds += taken->seconds;
+    all.cpu_seconds += taken->cpu_seconds;
   }
-  std::printf("%.6f\n", seconds);
+  std::printf("%.6f %.6f\n", all.seconds, all.cpu_seconds);
   return 0;
 }

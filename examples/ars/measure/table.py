@@ -5,8 +5,7 @@ import math
 import statistics
 import subprocess
 
-HIGHER = ("output rate, frames per second", "rate per CPU, frames per CPU second")
-BARE = "output rate, frames per second"
+RATE, CPU_RATE = "output rate, frames per second", "rate per CPU, frames per CPU second"
 
 
 def spread(values):
@@ -46,7 +45,7 @@ def markdown(results, code_lines):
         ours, theirs = code_lines[variant]
         out += [f"| {variant.upper()}: lines of code | {ours} | {theirs} | - | - | {ours / theirs:.2f} |", *rows_of(variant, rounds)]
     out.append("")
-    for name in HIGHER:
+    for name in (RATE, CPU_RATE):
         mean = geometric_mean([ratio(rounds, name) for rounds in results.values()])
         out.append(f"{name[0].upper()}{name[1:]}: {mean:.2f} times the control's in the geometric mean.")
     return "\n".join(out) + "\n"
