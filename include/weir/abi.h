@@ -135,6 +135,7 @@ typedef struct {
   uint32_t flags;
   uint32_t n_maps, maps_of; /* weir_maps_of */
   const weir_source_map* maps;
+  int64_t expires; /* the deadline by CLOCK_MONOTONIC, ns; 0 = none, or the host does not know */
 } weir_frame;
 
 typedef struct {

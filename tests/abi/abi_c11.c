@@ -66,6 +66,7 @@ HAS(weir_frame, tensors, 8);
 HAS(weir_frame, deadline, 32);
 HAS(weir_frame, flags, 56);
 HAS(weir_frame, maps, 72);
+HAS(weir_frame, expires, 80);
 HAS(weir_open, host_ctx, 64);
 HAS(weir_model_info, metadata_json, 72);
 HAS(weir_sink_calls, share_input, 24);

@@ -11,6 +11,7 @@
 
 #include "core/infer/model/async_invoke.hpp"
 #include "core/timer/idle_watch.hpp"
+#include "elements/tensor_filter/deadline.hpp"
 #include "elements/tensor_filter/frame_flow.hpp"
 #include "elements/tensor_filter/output_frame.hpp"
 
@@ -103,6 +104,7 @@ class AsyncFlow final : public FrameFlow {
 
     Status read(const Use& use, GstClockTime deadline) {
       if (auto status = in_.read(buffer_.get(), &use, deadline); !status) return status;
+      in_.set_expiry(monotonic_deadline(flow_->output_.element(), deadline));
       return out_.prepare(in_.plan());
     }
     const weir_frame& frame() const noexcept { return in_.frame(); }

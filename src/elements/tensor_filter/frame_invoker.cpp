@@ -5,6 +5,8 @@
 #include <chrono>
 #include <mutex>
 
+#include "elements/tensor_filter/deadline.hpp"
+
 namespace weir {
 namespace {
 
@@ -40,6 +42,7 @@ Result<gst::Ref<GstBuffer>> FrameInvoker::run(infer::ModelLease::Frame use, GstB
 Result<gst::Ref<GstBuffer>> FrameInvoker::make(const infer::ModelLease::Frame& use, GstBuffer* in,
                                                GstClockTime deadline) {
   if (auto status = in_.read(in, &use, deadline); !status) return status.error();
+  in_.set_expiry(monotonic_deadline(element_, deadline));
   if (in_.plan() != out_.plan()) {
     session_rows_.clear();
     if (auto status = prepare(); !status) return status.error();

@@ -20,6 +20,7 @@ class FrameInvoker {
                FilterOutput* output)
       : model_(std::move(model)),
         session_(worker * plan->rows.threads),
+        element_(output->element()),
         statistics_(output->statistics()),
         in_(model_.get(), plan, session_, output->ledger()),
         out_(output->ledger(), output->pool_allocated()) {}
@@ -45,6 +46,7 @@ class FrameInvoker {
 
   std::shared_ptr<const OpenModel> model_;
   const size_t session_;  // the first session of this worker
+  GstElement* element_;   // borrowed: its clock
   infer::InvokeStatistics* statistics_;
   InputFrame in_;
   OutputFrame out_;

@@ -28,6 +28,8 @@ class InputFrame final : public infer::FrameOwner {
   // suit the model. `use`: the model of this frame; null for a batch, whose shapes are fixed.
   Status read(GstBuffer* buffer, const infer::ModelLease::Frame* use,
               GstClockTime deadline = GST_CLOCK_TIME_NONE);
+  // Sets the deadline by CLOCK_MONOTONIC of the frame that was read; 0 = none.
+  void set_expiry(int64_t expires) noexcept { frame_.expires = expires; }
   void clear() noexcept { reader_.clear(); }
 
   // The plan of the last frame: a new one if its headers gave other shapes.

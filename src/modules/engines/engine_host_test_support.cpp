@@ -6,6 +6,7 @@
 #include <sys/resource.h>
 
 #include <algorithm>
+#include <atomic>
 #include <cctype>
 #include <cstdio>
 #include <cstdlib>
@@ -19,6 +20,7 @@
 
 #include "tensor_check.hpp"
 #include "weir/find_engine.h"
+#include "weir/hold_frame.h"
 #include "weir/join.hpp"
 
 namespace weir::engine_test {
@@ -63,7 +65,20 @@ int find_engine(const char* name, const weir_engine** out, weir_error* error) {
               : fail(error, WEIR_ENGINE_UNKNOWN, "no engine has this name", name, "", "", "");
 }
 const weir_engine_finder kFinder{sizeof(weir_engine_finder), find_engine};
+bool holds_frames = false;
+std::atomic<int> frames_held{0};
+
+// The memory of a test stays valid anyway; what is held is counted.
+int hold(const weir_frame*, void (**release)(void*), void** owner) {
+  ++frames_held;
+  *release = [](void*) { --frames_held; };
+  *owner = &frames_held;
+  return 0;
+}
+const weir_frame_holder kHolder{sizeof kHolder, hold};
+
 const void* extension(const char* id) {
+  if (text(id) == WEIR_HOLD_FRAME && holds_frames) return &kHolder;
   return text(id) == WEIR_FIND_ENGINE ? &kFinder : nullptr;
 }
 
@@ -111,6 +126,13 @@ uint64_t peak_resident_bytes() {
   rusage usage{};
   getrusage(RUSAGE_SELF, &usage);
   return static_cast<uint64_t>(usage.ru_maxrss) * 1024;
+}
+
+void let_hold_frames(bool holds) {
+  holds_frames = holds;
+}
+int held_frames() {
+  return frames_held;
 }
 
 std::string shared_file(const std::string& relative) {

@@ -13,6 +13,7 @@
 //   static weir_engine around(const weir_engine& own);  a table that wraps the engine's own
 // Model has open and describe, and may have
 //   weir_execution execution() const noexcept;   how it runs, for "weir.execution/1"
+//   std::vector<weir_statistic> statistics() const;  its counts, for "weir.statistics/1"
 // Session has create, resolve and invoke, and may have
 //   Status warm();              WEIR_WARM; without it, nothing to warm
 //   Status reset_state();       WEIR_RESET_STATE; without it, no state
@@ -20,13 +21,16 @@
 #pragma once
 #include <malloc.h>
 
+#include <algorithm>
 #include <array>
 #include <cstddef>
 #include <memory>
 #include <span>
 #include <string>
 #include <string_view>
+#include <vector>
 
+#include "weir/engine_statistics.h"
 #include "weir/engine_tools.hpp"
 #include "weir/execution.h"
 
@@ -131,6 +135,13 @@ struct EngineTable {
     if (fits(offsetof(weir_execution, spins) + sizeof found.spins)) out->spins = found.spins;
     return WEIR_OK;
   }
+  static int read_statistics(weir_model* model, weir_statistic* out, uint32_t room) {
+    return guarded(nullptr, [&] {
+      const auto all = of(model).statistics();
+      std::copy_n(all.begin(), std::min<size_t>(all.size(), room), out);
+      return static_cast<int>(all.size());
+    });
+  }
   // "weir.library/1": const char* const[2] = path and version of the engine's library; null when it
   // is missing or unusable. "weir.library-problem/1": const char* const[2] = the problem and the
   // command that fixes it, valid until the thread's next call; null without a problem.
@@ -140,6 +151,11 @@ struct EngineTable {
     if constexpr (requires(const Model& model) { model.execution(); })
       if (std::string_view(id) == WEIR_EXECUTION) {
         static constexpr weir_execution_calls calls{sizeof calls, execution};
+        return &calls;
+      }
+    if constexpr (requires(const Model& model) { model.statistics(); })
+      if (std::string_view(id) == WEIR_ENGINE_STATISTICS) {
+        static constexpr weir_engine_statistics calls{sizeof calls, read_statistics};
         return &calls;
       }
     if (std::string_view(id) == "weir.accelerators/1") {

@@ -23,6 +23,7 @@ constexpr std::array kEngines{
     KnownEngine{"darknet", "", "weights,cfg", kOpencvInstall},
     KnownEngine{"python3", "python", "py", "apt-get install libpython3.11 python3-numpy"},
     KnownEngine{"lua", "", "lua", "apt-get install libluajit-5.1-2"},
+    KnownEngine{"oip", "", "", "apt-get install libgrpc++-dev"},
     KnownEngine{"custom", "", "so", ""},
     KnownEngine{"custom-easy", "", "", ""},
     KnownEngine{"cpp", "", "", ""},

@@ -1,0 +1,74 @@
+// OipModel: a model on one or several inference servers.
+// SPDX-License-Identifier: LGPL-2.1-or-later
+#pragma once
+#include <atomic>
+#include <memory>
+#include <mutex>
+#include <string>
+#include <vector>
+
+#include "oip/oip_options.hpp"
+#include "oip/oip_signature.hpp"
+#include "weir/engine_statistics.h"
+
+namespace weir::engine {
+
+// Thread-safe after open().
+class OipModel {
+ public:
+  // Asks every server for its description of the model. A server that does not answer joins when a
+  // probe finds it. SERVER_UNREACHABLE when none answers and the user declared no tensors.
+  static Result<std::unique_ptr<OipModel>> open(const weir_open& request);
+  ~OipModel();
+  OipModel(const OipModel&) = delete;
+  OipModel& operator=(const OipModel&) = delete;
+
+  void describe(weir_model_info* info) const;
+  std::vector<weir_statistic> statistics() const;
+  const std::vector<weir_tensor_info>& inputs() const noexcept { return inputs_; }
+  const std::vector<weir_tensor_info>& outputs() const noexcept { return outputs_; }
+  const OipSignature& signature() const noexcept { return signature_; }
+
+  // Sends a frame. True: answered; false: the frame has no result.
+  bool request(const weir_frame& in, const weir_frame& out) const;
+
+ private:
+  explicit OipModel(OipOptions options) : options_(std::move(options)) {}
+  Status connect(const weir_open& request);
+  Status read_signature(const std::vector<net::ServerSet::Server>& servers);
+  Result<OipSignature> fetch(const net::ServerSet::Server& server,
+                             net::Link::Clock::time_point deadline) const;
+  bool probe(size_t server, net::Link::Clock::time_point deadline);
+  bool fits(const net::ServerAddress& address, const Result<OipSignature>& found) const;
+  net::ServerSet::Ended send(const weir_frame& in, const weir_frame& out,
+                             net::Contents contents) const;
+  void report(const net::ServerSet::Ended& ended) const;
+
+  const OipOptions options_;
+  OipSignature signature_;
+  std::vector<weir_tensor_info> inputs_, outputs_;
+  std::vector<char> described_;  // by server: it has described the model; of the probing thread
+  mutable std::atomic<net::Contents> contents_{net::Contents::Raw};
+  mutable std::atomic<bool> answered_{false};
+  mutable std::atomic<uint64_t> copied_out_{0}, copied_in_{0};
+  mutable std::atomic<int> reported_{
+      0};  // the outcome of the last report, so that it is not repeated
+  std::unique_ptr<net::ServerSet> servers_;  // last member: its thread uses the others
+};
+
+class OipSession {
+ public:
+  static Result<std::unique_ptr<OipSession>> create(const OipModel& model,
+                                                    std::span<const weir_option>) {
+    return std::make_unique<OipSession>(model);
+  }
+  explicit OipSession(const OipModel& model) : model_(model) {}
+  Status resolve(std::span<const weir_tensor_info> in, std::span<weir_tensor_info> out) const;
+  // 0, or 1 for a frame without a result.
+  int invoke(const weir_frame& in, weir_frame& out) const;
+
+ private:
+  const OipModel& model_;
+};
+
+}  // namespace weir::engine

@@ -1,0 +1,149 @@
+// Sends frames to servers and takes their answers.
+// SPDX-License-Identifier: LGPL-2.1-or-later
+#include <cstddef>
+#include <cstring>
+
+#include "oip/oip_answer.hpp"
+#include "oip/oip_model.hpp"
+#include "tensor_check.hpp"
+#include "weir/engine_tools.hpp"
+#include "weir/hold_frame.h"
+
+namespace weir::engine {
+namespace {
+
+using net::Outcome;
+using Bytes = std::span<const std::byte>;
+
+// The memory of the inputs, kept until gRPC has sent it: also after the request has ended, when a
+// server reads slowly.
+struct HeldInputs {
+  std::vector<Bytes> tensors;
+  std::shared_ptr<const void> memory;
+  uint64_t copied = 0;
+};
+
+// Empty if the host cannot keep the memory: batches, tensors that are copies.
+std::shared_ptr<const void> hold(const weir_frame& in) {
+  const auto* holder =
+      static_cast<const weir_frame_holder*>(module_host->extension(WEIR_HOLD_FRAME));
+  void (*release)(void*) = nullptr;
+  void* owner = nullptr;
+  if (!holder || holder->hold(&in, &release, &owner) != WEIR_OK) return nullptr;
+  return {owner, [release](void* held) { release(held); }};
+}
+
+HeldInputs hold_inputs(const weir_frame& in) {
+  HeldInputs out;
+  for (const auto& tensor : tensors_of(in))
+    out.tensors.push_back({static_cast<const std::byte*>(tensor.data), tensor.bytes});
+  out.memory = hold(in);
+  if (out.memory) return out;
+  auto copies = std::make_shared<std::vector<std::vector<std::byte>>>();
+  for (auto& tensor : out.tensors) {
+    const auto& copy = copies->emplace_back(tensor.begin(), tensor.end());
+    out.copied += copy.size();
+    tensor = copy;
+  }
+  out.memory = std::move(copies);
+  return out;
+}
+
+net::Link::Clock::time_point expiry_of(const weir_frame& in) {
+  using Clock = net::Link::Clock;
+  const bool has = in.struct_size >= offsetof(weir_frame, expires) + sizeof in.expires;
+  if (!has || in.expires <= 0) return Clock::time_point::max();
+  return Clock::time_point(std::chrono::nanoseconds(in.expires));
+}
+
+const char* name_of(Outcome outcome) {
+  switch (outcome) {
+    case Outcome::Answered:
+      return "answered";
+    case Outcome::Late:
+      return "late";
+    case Outcome::Refused:
+      return "refused";
+    default:
+      return "lost";
+  }
+}
+
+}  // namespace
+
+net::ServerSet::Ended OipModel::send(const weir_frame& in, const weir_frame& out,
+                                     net::Contents contents) const {
+  const auto held = hold_inputs(in);
+  uint64_t copied = held.copied, received = 0;
+  const auto tensors = tensors_of(in);
+  const std::vector<int64_t> ones(WEIR_RANK_LIMIT, 1);
+  std::vector<net::RequestTensor> inputs;
+  for (size_t i = 0; i < tensors.size(); ++i) {
+    const auto& expected = signature_.inputs[i];
+    const auto shape = expected.is_bytes()
+                           ? std::span(ones).first(expected.bytes_rank)
+                           : std::span<const int64_t>(tensors[i].info.shape, tensors[i].info.rank);
+    inputs.push_back({expected.name, expected.datatype, shape, held.tensors[i]});
+  }
+  auto ended = servers_->request(
+      [&](size_t server) {
+        const auto& address = servers_->address(server);
+        return net::encode_infer_request(address.model, address.version, inputs, contents, &copied);
+      },
+      held.memory, expiry_of(in),
+      [&](const auto& answer) {
+        return take_outputs(answer.reply, signature_.outputs, out, &received);
+      });
+  copied_out_ += copied;
+  copied_in_ += received;
+  return ended;
+}
+
+bool OipModel::request(const weir_frame& in, const weir_frame& out) const {
+  const auto contents = contents_.load();
+  auto ended = send(in, out, contents);
+  const bool other_contents =
+      ended.outcome == Outcome::Refused && !options_.contents && !answered_ &&
+      contents == net::Contents::Raw &&
+      ended.reply.status == static_cast<int>(net::CallStatus::InvalidArgument);
+  if (other_contents) {
+    ended = send(in, out, net::Contents::Typed);
+    if (ended.outcome == Outcome::Answered) contents_ = net::Contents::Typed;
+  }
+  if (ended.outcome == Outcome::Answered) answered_ = true;
+  report(ended);
+  return ended.outcome == Outcome::Answered;
+}
+
+// A warning when requests begin to end in another way, not for each of them.
+void OipModel::report(const net::ServerSet::Ended& ended) const {
+  const int outcome = static_cast<int>(ended.outcome);
+  if (reported_.exchange(outcome) == outcome) return;
+  if (ended.outcome == Outcome::Answered) {
+    log(WEIR_LOG_INFO, "requests are answered again by " + servers_->address(ended.server).text);
+    return;
+  }
+  const std::string server =
+      ended.tried ? servers_->address(ended.server).text : "no server that could be tried";
+  log(WEIR_LOG_WARNING, std::string("a request is ") + name_of(ended.outcome) + ": " + server +
+                            (ended.reply.message.empty() ? "" : ": " + ended.reply.message));
+}
+
+Status OipSession::resolve(std::span<const weir_tensor_info> in,
+                           std::span<weir_tensor_info> out) const {
+  if (auto status = check_infos(model_.inputs(), in, "input"); !status) return status;
+  if (auto status = check_count(model_.outputs(), out.size(), "output"); !status) return status;
+  std::copy(model_.outputs().begin(), model_.outputs().end(), out.begin());
+  for (auto& output : out)
+    for (size_t i = 0; i < in.size(); ++i)
+      if (output.batch_axis == 0 && output.shape[0] == -1) output.shape[0] = in[i].shape[0];
+  return ok();
+}
+
+int OipSession::invoke(const weir_frame& in, weir_frame& out) const {
+  if (auto status = check_inputs(model_.inputs(), tensors_of(in)); !status)
+    throw Failure(status.error());
+  return model_.request(in, out) ? 0 : 1;
+}
+
+}  // namespace weir::engine

@@ -1,0 +1,163 @@
+// For tests of the engine oip: a server of Python's grpcio in another process, and the engine's C
+// table with a frame of one tensor.
+// SPDX-License-Identifier: LGPL-2.1-or-later
+#pragma once
+#include <fcntl.h>
+#include <gtest/gtest.h>
+#include <signal.h>
+#include <sys/wait.h>
+#include <unistd.h>
+
+#include <chrono>
+#include <cstring>
+#include <map>
+#include <string>
+#include <vector>
+
+#include "engine_host_test_support.hpp"
+#include "weir/engine_statistics.h"
+
+namespace weir::engine_test {
+
+// tests/support/inference_server.py. Ends with the object.
+class PythonServer {
+ public:
+  explicit PythonServer(std::vector<std::string> arguments = {}) {
+    int out[2], in[2];
+    if (pipe2(out, O_CLOEXEC) != 0 || pipe2(in, O_CLOEXEC) != 0) return;
+    arguments.insert(arguments.begin(), {"/usr/bin/python3", WEIR_INFERENCE_SERVER, "--classes",
+                                         WEIR_INFERENCE_CLASSES});
+    std::vector<char*> argv;
+    for (auto& argument : arguments) argv.push_back(argument.data());
+    argv.push_back(nullptr);
+    process_ = fork();
+    if (process_ == 0) {
+      dup2(in[0], 0);
+      dup2(out[1], 1);
+      execv(argv[0], argv.data());
+      _exit(127);
+    }
+    close(in[0]);
+    close(out[1]);
+    input_ = in[1];
+    std::string line;
+    for (char next = 0; read(out[0], &next, 1) == 1 && next != '\n';) line += next;
+    close(out[0]);
+    if (line.rfind("port ", 0) == 0) port_ = line.substr(5);
+  }
+  ~PythonServer() {
+    end();
+    if (input_ >= 0) close(input_);
+  }
+  PythonServer(const PythonServer&) = delete;
+  PythonServer& operator=(const PythonServer&) = delete;
+
+  const std::string& port() const { return port_; }  // "" when it did not start
+  std::string address(const std::string& scheme = "grpc") const {
+    return scheme + "://127.0.0.1:" + port_ + "/affine/1";
+  }
+  void signal(int number) const { kill(process_, number); }
+  void end() {
+    if (process_ <= 0) return;
+    kill(process_, SIGKILL);
+    waitpid(process_, nullptr, 0);
+    process_ = -1;
+  }
+
+ private:
+  pid_t process_ = -1;
+  int input_ = -1;
+  std::string port_;
+};
+
+// A model on a server, through the C table.
+class OipEngine {
+ public:
+  using Options = std::vector<std::pair<std::string, std::string>>;
+  OipEngine(const std::vector<std::string>& addresses, const Options& options = {})
+      : engine_(*load_module(WEIR_MODULE_FILE)) {
+    std::vector<const char*> paths;
+    for (const auto& address : addresses) paths.push_back(address.c_str());
+    std::vector<weir_option> pairs;
+    for (const auto& [key, value] : options) pairs.push_back({key.c_str(), value.c_str()});
+    weir_open request{};
+    request.struct_size = sizeof request;
+    request.paths = paths.data();
+    request.n_models = static_cast<uint32_t>(paths.size());
+    request.options = pairs.data();
+    request.n_options = static_cast<uint32_t>(pairs.size());
+    weir_error error;
+    if (engine_.open(&request, &model_, &error) < 0) {
+      error_ = error.error;
+      return;
+    }
+    info_.struct_size = sizeof info_;
+    EXPECT_EQ(engine_.info(model_, &info_, &error), 0);
+    EXPECT_EQ(engine_.session_new(model_, nullptr, 0, &session_, &error), 0);
+  }
+  ~OipEngine() {
+    if (session_) engine_.session_free(session_);
+    if (model_) engine_.close(model_);
+  }
+  OipEngine(const OipEngine&) = delete;
+  OipEngine& operator=(const OipEngine&) = delete;
+
+  const Error& error() const { return error_; }  // of open(); what is "" on success
+  const weir_model_info& info() const { return info_; }
+
+  struct Result {
+    int code = 0;  // of invoke: 0, 1 = no result, below 0 = an error
+    Error error;
+    std::vector<std::byte> bytes;
+    std::vector<int64_t> shape;
+  };
+  // `expires`: milliseconds from now; 0 = none. `room`: bytes of memory for the output; 0: the
+  // engine allocates.
+  Result invoke(const TestTensor& input, int expires = 0, size_t room = 0) {
+    weir_tensor in{}, out{};
+    in.data = const_cast<std::byte*>(input.bytes.data());
+    in.bytes = in.capacity = input.bytes.size();
+    in.info = input.info;
+    Result result;
+    result.bytes.resize(room);
+    out.info = input.info;
+    if (room > 0) out.data = result.bytes.data();
+    out.bytes = out.capacity = room;
+    weir_frame in_frame{}, out_frame{};
+    in_frame.struct_size = out_frame.struct_size = sizeof in_frame;
+    in_frame.n_tensors = out_frame.n_tensors = 1;
+    in_frame.tensors = &in;
+    out_frame.tensors = &out;
+    const auto now = std::chrono::steady_clock::now().time_since_epoch();
+    if (expires > 0)
+      in_frame.expires = std::chrono::nanoseconds(now + std::chrono::milliseconds(expires)).count();
+    weir_error error;
+    result.code = engine_.invoke(session_, &in_frame, &out_frame, &error);
+    result.error = error.error;
+    result.shape = shape_of(out.info);
+    if (out.release) {
+      const auto* data = static_cast<const std::byte*>(out.data);
+      result.bytes.assign(data, data + out.bytes);
+      out.release(out.owner);
+    }
+    return result;
+  }
+  std::map<std::string, uint64_t> statistics() const {
+    const auto* calls =
+        static_cast<const weir_engine_statistics*>(engine_.extension(WEIR_ENGINE_STATISTICS));
+    weir_statistic all[32] = {};
+    const int count = calls ? calls->read(model_, all, 32) : 0;
+    std::map<std::string, uint64_t> out;
+    for (int i = 0; i < count; ++i) out[all[i].name] = all[i].value;
+    return out;
+  }
+
+ private:
+  const weir_engine& engine_;
+  weir_model* model_ = nullptr;
+  weir_session* session_ = nullptr;
+  weir_model_info info_{};
+  Error error_{};
+};
+
+}  // namespace weir::engine_test

@@ -1,0 +1,186 @@
+// Calls a server by gRPC's generic stub: request and answer are bytes, without generated classes.
+// SPDX-License-Identifier: LGPL-2.1-or-later
+#include "net/link.hpp"
+
+#include <grpcpp/generic/generic_stub.h>
+#include <grpcpp/grpcpp.h>
+
+#include <fstream>
+#include <iterator>
+#include <optional>
+#include <vector>
+
+namespace weir::net {
+namespace {
+
+constexpr int kFirstReconnectMs = 100, kLastReconnectMs = 1000;
+
+Result<std::string> read_file(const std::string& path, const char* option) {
+  std::ifstream in(path, std::ios::binary);
+  std::string out{std::istreambuf_iterator<char>(in), {}};
+  if (in && !out.empty()) return out;
+  return Error{.code = Code::FILE_NOT_FOUND,
+               .what = std::string("the file of the option ") + option + " cannot be read",
+               .offered = path,
+               .needed = "a file with text",
+               .fix = std::string("custom=") + option + ":/path/to/file"};
+}
+
+Status check_security(const ServerAddress& address, const Security& security) {
+  if (!address.encrypted && !address.local && !security.insecure)
+    return Error{.code = Code::CONNECTION_INSECURE,
+                 .what = "a connection to another machine would not be encrypted",
+                 .offered = address.text,
+                 .needed = "grpcs://, or custom=insecure:true on a network that you trust",
+                 .fix = "model=grpcs" + address.text.substr(4)};
+  const bool has_files = !security.ca.empty() || !security.cert.empty() || !security.key.empty();
+  if (!address.encrypted && has_files)
+    return Error{.code = Code::OPTION_VALUE,
+                 .what = "certificates have no use for a connection without TLS",
+                 .offered = address.text + " with ca, cert or key",
+                 .needed = "grpcs://",
+                 .fix = "model=grpcs" + address.text.substr(4)};
+  if (security.cert.empty() != security.key.empty())
+    return Error{.code = Code::OPTION_VALUE,
+                 .what = "a certificate and its key belong together",
+                 .offered = security.cert.empty() ? "key without cert" : "cert without key",
+                 .needed = "both",
+                 .fix = "custom=cert:client.pem,key:client.key"};
+  if (!security.token_file.empty() && !address.encrypted)
+    return Error{.code = Code::CONNECTION_INSECURE,
+                 .what = "a token would be sent without TLS",
+                 .offered = address.text + " with token-file",
+                 .needed = "grpcs://",
+                 .fix = "model=grpcs" + address.text.substr(4)};
+  return ok();
+}
+
+Result<std::shared_ptr<grpc::ChannelCredentials>> credentials_of(const ServerAddress& address,
+                                                                 const Security& security) {
+  if (!address.encrypted) return grpc::InsecureChannelCredentials();
+  grpc::SslCredentialsOptions options;
+  const struct {
+    const std::string& path;
+    const char* option;
+    std::string* text;
+  } files[] = {{security.ca, "ca", &options.pem_root_certs},
+               {security.cert, "cert", &options.pem_cert_chain},
+               {security.key, "key", &options.pem_private_key}};
+  for (const auto& file : files) {
+    if (file.path.empty()) continue;
+    auto text = read_file(file.path, file.option);
+    if (!text) return text.error();
+    *file.text = *std::move(text);
+  }
+  return grpc::SslCredentials(options);
+}
+
+// Keeps the caller's memory until gRPC has sent it.
+grpc::Slice slice_of(std::span<const std::byte> bytes, const std::shared_ptr<const void>& memory) {
+  auto* keep = new std::shared_ptr<const void>(memory);
+  return grpc::Slice(
+      const_cast<std::byte*>(bytes.data()), bytes.size(),
+      [](void* user) { delete static_cast<std::shared_ptr<const void>*>(user); }, keep);
+}
+
+grpc::ByteBuffer message_of(const Pieces& pieces, const std::shared_ptr<const void>& memory) {
+  std::vector<grpc::Slice> slices;
+  slices.reserve(pieces.size());
+  for (const auto& piece : pieces) {
+    if (!piece.own.empty())
+      slices.emplace_back(piece.own);
+    else if (!piece.borrowed.empty())
+      slices.push_back(slice_of(piece.borrowed, memory));
+  }
+  return {slices.data(), slices.size()};
+}
+
+Reply reply_of(const grpc::Status& status, const grpc::ByteBuffer& message) {
+  Reply out;
+  out.status = static_cast<int>(status.error_code());
+  out.message = status.error_message();
+  if (!status.ok()) return out;
+  auto slices = std::make_shared<std::vector<grpc::Slice>>();
+  if (message.Valid() && !message.Dump(slices.get()).ok()) {
+    out.status = static_cast<int>(grpc::StatusCode::INTERNAL);
+    out.message = "the answer cannot be read";
+    return out;
+  }
+  std::vector<Chunks::Chunk> chunks;
+  for (const auto& slice : *slices)
+    chunks.push_back({reinterpret_cast<const std::byte*>(slice.begin()), slice.size()});
+  out.chunks = Chunks(std::move(chunks));
+  out.memory = std::move(slices);
+  return out;
+}
+
+class GrpcLink final : public Link {
+ public:
+  GrpcLink(std::shared_ptr<grpc::Channel> channel, std::string token)
+      : stub_(std::move(channel)), token_(std::move(token)) {}
+
+  // The calling thread waits in gRPC and drives the connection, without a change of threads.
+  Reply call(const std::string& method, const Pieces& request,
+             const std::shared_ptr<const void>& memory, Clock::time_point deadline) override {
+    grpc::ClientContext context;
+    const auto left = deadline - Clock::now();
+    context.set_deadline(std::chrono::system_clock::now() +
+                         std::chrono::duration_cast<std::chrono::system_clock::duration>(left));
+    if (!token_.empty()) context.AddMetadata("authorization", "Bearer " + token_);
+    grpc::CompletionQueue queue;
+    const grpc::ByteBuffer message = message_of(request, memory);
+    const auto rpc =
+        stub_.PrepareUnaryCall(&context, std::string(kService) + method, message, &queue);
+    rpc->StartCall();
+    grpc::ByteBuffer answer;
+    grpc::Status status;
+    rpc->Finish(&answer, &status, this);
+    void* tag = nullptr;
+    bool done = false;
+    queue.Next(&tag, &done);
+    return reply_of(status, answer);
+  }
+
+ private:
+  grpc::GenericStub stub_;
+  const std::string token_;
+};
+
+grpc::ChannelArguments arguments_of(const ServerAddress& address, size_t most_bytes) {
+  grpc::ChannelArguments out;
+  const int most = static_cast<int>(std::min<size_t>(most_bytes, INT32_MAX));
+  out.SetMaxReceiveMessageSize(most);
+  out.SetMaxSendMessageSize(most);
+  out.SetInt(GRPC_ARG_ENABLE_RETRIES, 0);
+  out.SetInt(GRPC_ARG_USE_LOCAL_SUBCHANNEL_POOL, 1);
+  out.SetInt(GRPC_ARG_INITIAL_RECONNECT_BACKOFF_MS, kFirstReconnectMs);
+  out.SetInt(GRPC_ARG_MIN_RECONNECT_BACKOFF_MS, kFirstReconnectMs);
+  out.SetInt(GRPC_ARG_MAX_RECONNECT_BACKOFF_MS, kLastReconnectMs);
+  out.SetInt(GRPC_ARG_ENABLE_HTTP_PROXY, 0);
+  if (address.target.rfind("dns:", 0) == 0) out.SetLoadBalancingPolicyName("round_robin");
+  return out;
+}
+
+}  // namespace
+
+Result<std::unique_ptr<Link>> Link::open(const ServerAddress& address, const Security& security,
+                                         size_t most_bytes) {
+  if (auto status = check_security(address, security); !status) return status.error();
+  auto credentials = credentials_of(address, security);
+  if (!credentials) return credentials.error();
+  std::string token;
+  if (!security.token_file.empty()) {
+    auto text = read_file(security.token_file, "token-file");
+    if (!text) return text.error();
+    token = text->substr(0, text->find_first_of("\r\n"));
+  }
+  auto channel =
+      grpc::CreateCustomChannel(address.target, *credentials, arguments_of(address, most_bytes));
+  return std::unique_ptr<Link>(new GrpcLink(std::move(channel), std::move(token)));
+}
+
+std::string Link::library_version() {
+  return grpc::Version();
+}
+
+}  // namespace weir::net

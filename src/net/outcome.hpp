@@ -1,0 +1,41 @@
+// How a request to a server ended. Every request ends once, in one of these ways.
+// SPDX-License-Identifier: LGPL-2.1-or-later
+#pragma once
+#include <string_view>
+
+namespace weir::net {
+
+// Answered: with a result. Late: at its deadline. Refused: the server rejected it. Lost: the
+// connection or the server ended, or no server could be reached.
+enum class Outcome { Answered, Late, Refused, Lost };
+
+// The status codes of gRPC that the engine distinguishes.
+enum class CallStatus {
+  Ok = 0,
+  InvalidArgument = 3,
+  DeadlineExceeded = 4,
+  NotFound = 5,
+  ResourceExhausted = 8,
+  Unimplemented = 12,
+};
+
+// `status`: a status code of gRPC.
+constexpr Outcome outcome_of(int status) noexcept {
+  switch (status) {
+    case 0:
+      return Outcome::Answered;
+    case 4:
+      return Outcome::Late;  // DEADLINE_EXCEEDED
+    case 1:                  // CANCELLED, by the server
+    case 2:                  // UNKNOWN
+    case 10:                 // ABORTED
+    case 13:                 // INTERNAL
+    case 14:                 // UNAVAILABLE
+    case 15:
+      return Outcome::Lost;  // DATA_LOSS
+    default:
+      return Outcome::Refused;
+  }
+}
+
+}  // namespace weir::net
