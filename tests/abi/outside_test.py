@@ -14,7 +14,8 @@ import unittest
 import tap_runner
 
 SOURCE = pathlib.Path(os.environ["WEIR_SOURCE"])
-MODULES = {"threshold": "threshold.cpp", "outside-cpp": "every_part.cpp", "outside-c": "every_part.c"}
+MODULES = {"threshold": "threshold.cpp", "outside-cpp": "every_part.cpp", "outside-c": "every_part.c",
+           "outside-two-classes": "two_classes.cpp"}
 HEADER = 128  # bytes before each tensor of a flexible stream
 
 
@@ -107,6 +108,19 @@ class Outside(unittest.TestCase):
                 self.assertEqual(code, 0, output)
                 self.assertEqual(self.flexible(out, [3, 2, 3, 1]), [[2, -4, 6], [1, 3], [-2, 8, -2], [4]])
 
+    def test_an_engine_of_two_classes(self):
+        model = self.folder / "x.doubled"
+        model.touch()
+        out, output, code = self.play([[1, -2, 3, 4]], f"framework=outside-two-classes model={model}")
+        self.assertEqual(code, 0, output)
+        self.assertEqual(struct.unpack("<4f", out), (2, -4, 6, 8))
+        _, output, code = self.play([[1, 2, 3, 4]], f"framework=outside-two-classes model={model},{model}")
+        self.assertNotEqual(code, 0)
+        for words in ("WEIR-", "the engine needs one file", "model=FILE.doubled"):
+            self.assertIn(words, output)
+        _, output, code = self.play([[1, 2, 3]], f"framework=outside-two-classes model={model}")
+        self.assertNotEqual(code, 0, "three values into a model of four")
+
     def test_a_frame_that_they_drop(self):
         for name in ("outside-c", "outside-cpp"):
             with self.subTest(name):
@@ -176,7 +190,7 @@ class Outside(unittest.TestCase):
                 self.assertIn(f"{name}: cancel() was called", output)
 
     def test_options_with_types_and_help(self):
-        for name in MODULES:
+        for name in ("threshold", "outside-cpp", "outside-c"):
             with self.subTest(name):
                 done = run([os.environ["WEIR_COMMAND"], "inspect", "--framework", name], env=self.env)
                 self.assertEqual(done.returncode, 0, done.stderr)

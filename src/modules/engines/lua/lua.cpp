@@ -1,8 +1,8 @@
 // Lua engine: the module's entry point.
 // SPDX-License-Identifier: LGPL-2.1-or-later
-#include "engine_table.hpp"
 #include "lua/lua_model.hpp"
 #include "lua/lua_runner.hpp"
+#include "weir/engine_table.hpp"
 
 namespace weir::engine {
 namespace {

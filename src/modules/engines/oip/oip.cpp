@@ -1,7 +1,7 @@
 // Engine oip: models on servers that speak the Open Inference Protocol over gRPC.
 // SPDX-License-Identifier: LGPL-2.1-or-later
-#include "engine_table.hpp"
 #include "oip/oip_model.hpp"
+#include "weir/engine_table.hpp"
 
 namespace weir::engine {
 namespace {

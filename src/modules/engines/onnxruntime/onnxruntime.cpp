@@ -1,9 +1,9 @@
 // ONNX Runtime engine: the module's entry point.
 // SPDX-License-Identifier: LGPL-2.1-or-later
-#include "engine_table.hpp"
 #include "onnxruntime/ort_model.hpp"
 #include "onnxruntime/ort_runner.hpp"
 #include "tflite-file/tflite_file.hpp"
+#include "weir/engine_table.hpp"
 
 namespace weir::engine {
 namespace {

@@ -1,9 +1,9 @@
 // Engine caffe, tensorflow or darknet: the module's entry point; WEIR_DNN_FORMAT selects the
 // format.
 // SPDX-License-Identifier: LGPL-2.1-or-later
-#include "engine_table.hpp"
 #include "opencv-dnn/dnn_model.hpp"
 #include "opencv-dnn/dnn_runner.hpp"
+#include "weir/engine_table.hpp"
 
 namespace weir::engine {
 namespace {

@@ -2,8 +2,8 @@
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #include <dlfcn.h>
 
-#include "engine_table.hpp"
 #include "python3/python_session.hpp"
+#include "weir/engine_table.hpp"
 
 namespace weir::engine {
 namespace {

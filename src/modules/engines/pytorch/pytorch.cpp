@@ -1,9 +1,9 @@
 // libtorch engine: the module's entry point.
 // SPDX-License-Identifier: LGPL-2.1-or-later
-#include "engine_table.hpp"
 #include "pytorch/torch_file.hpp"
 #include "pytorch/torch_model.hpp"
 #include "pytorch/torch_runner.hpp"
+#include "weir/engine_table.hpp"
 
 namespace weir::engine {
 namespace {

@@ -1,8 +1,8 @@
 // TensorFlow Lite engine: the module's entry point.
 // SPDX-License-Identifier: LGPL-2.1-or-later
-#include "engine_table.hpp"
 #include "tensorflow-lite/tflite_choice.hpp"
 #include "tensorflow-lite/tflite_runner.hpp"
+#include "weir/engine_table.hpp"
 
 namespace weir::engine {
 namespace {

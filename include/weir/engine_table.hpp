@@ -2,7 +2,7 @@
 // Result.
 //
 // Engine has
-//   kName, kAliases, kEndings   of its table; kOptions: abi.h, options_json
+//   kName, kAliases, kExtensions of its table; kOptions: abi.h, options_json
 //   kLibrary                    what errors call its library: "ONNX Runtime"
 //   Model, Session              a Session may use its Model, which the host keeps alive longer
 //   static int probe(const std::string& path, std::span<const unsigned char> head);
@@ -36,10 +36,12 @@
 
 namespace weir::engine {
 
+// The library that an engine uses: its file and its version.
 struct LibraryFacts {
   std::string path, version;
 };
 
+// The functions of the C table; see weir_engine in abi.h for what the host asks of each.
 template <class Engine>
 struct EngineTable {
   using Model = typename Engine::Model;
@@ -180,6 +182,7 @@ struct EngineTable {
     return texts.data();
   }
 
+  // The table, for the whole life of the process.
   static weir_engine make() {
     weir_engine table{};
     table.struct_size = sizeof table;
