@@ -34,15 +34,24 @@ struct Consumer {
   // `waiting` keeps waiting for `gaps`, which have received only gaps beyond its time for long.
   // Called at most once from start to stop.
   virtual void waits_for_gap_only_pads(QueueId waiting, const std::vector<QueueId>& gaps) = 0;
+  // `waiting` keeps waiting for `silent`, which have received nothing for kSilencePatience. Called
+  // until it returns true: the user was warned.
+  virtual bool waits_for_silent_pads(QueueId waiting, const std::vector<QueueId>& silent) = 0;
 };
 
 inline constexpr Clock::duration kGapPatience = std::chrono::seconds(1);
+inline constexpr Clock::duration kSilencePatience = std::chrono::seconds(10);
 
 template <class Frame>
 class Collector {
  public:
-  Collector(Ledger* ledger, Consumer<Frame>* consumer, Clock::duration gap_patience = kGapPatience)
-      : ledger_(ledger), consumer_(consumer), gap_patience_(gap_patience), queues_(ledger) {}
+  Collector(Ledger* ledger, Consumer<Frame>* consumer, Clock::duration gap_patience = kGapPatience,
+            Clock::duration silence_patience = kSilencePatience)
+      : ledger_(ledger),
+        consumer_(consumer),
+        gap_patience_(gap_patience),
+        silence_patience_(silence_patience),
+        queues_(ledger) {}
 
   // `max_bytes` limits the bytes of all held frames, 0 = no limit; a single frame may exceed it.
   void configure(const Options& options, OnBackwardsTime backwards, Clock::duration max_wait,
@@ -62,7 +71,7 @@ class Collector {
     flow_ = kOk;
     most_bytes_ = 0;
     linked_ = started_ = true;
-    gaps_reported_ = false;
+    gaps_reported_ = silence_reported_ = false;
   }
   void stop() {
     std::lock_guard lock(mutex_);
@@ -358,12 +367,16 @@ class Collector {
            queues_.must_wait(options_.mode);
   }
 
-  bool ask_to_wait(Lock& lock, QueueId id) {
+  std::vector<QueueId> empty_queues() const {
     std::vector<QueueId> empty;
     for (const auto& queue : queues_.all())
       if (!queue.head && !queue.ended && !queue.missing &&
           !(queue.kept && options_.mode == Mode::Refresh))
         empty.push_back(queue.id);
+    return empty;
+  }
+  bool ask_to_wait(Lock& lock, QueueId id) {
+    const auto empty = empty_queues();
     if (empty.empty() || max_wait_ > Clock::duration::zero()) return true;
     lock.unlock();
     const Status status = consumer_->may_wait(id, empty);
@@ -384,10 +397,23 @@ class Collector {
     std::optional<Clock::time_point> deadline;
     if (max_wait_ > Clock::duration::zero()) deadline = queues_.next_deadline(since, max_wait_);
     if (!deadline)
-      changed_.wait(lock);
+      wait_for_change(lock, id);
     else if (changed_.wait_until(lock, *deadline) == std::cv_status::timeout)
       if (queues_.mark_missing(since, max_wait_, Clock::now())) wake_all();
     --waiting_;
+  }
+  // A wait for a pad that is silent may never end, so the user gets a warning.
+  void wait_for_change(Lock& lock, QueueId id) {
+    if (silence_reported_) return changed_.wait(lock);
+    const uint64_t before = changes_;
+    if (changed_.wait_for(lock, silence_patience_, [&] { return changes_ != before; })) return;
+    const auto silent = empty_queues();
+    if (running_ || silence_reported_ || silent.empty()) return;
+    silence_reported_ = true;  // by this thread alone
+    lock.unlock();
+    const bool reported = consumer_->waits_for_silent_pads(id, silent);
+    lock.lock();
+    silence_reported_ = reported;
   }
   // Gaps that are not reported yet; empty with max-wait, which ends the wait.
   std::vector<QueueId> gaps_before(QueueId id) {
@@ -424,7 +450,7 @@ class Collector {
   std::condition_variable changed_;
   Ledger* const ledger_;
   Consumer<Frame>* const consumer_;
-  const Clock::duration gap_patience_;
+  const Clock::duration gap_patience_, silence_patience_;
   InputQueues<Frame> queues_;
   Options options_;
   OnBackwardsTime backwards_ = OnBackwardsTime::Pass;
@@ -436,7 +462,7 @@ class Collector {
   std::optional<std::thread::id> flush_sender_;  // the thread that sends FLUSH_START or FLUSH_STOP
   int flow_ = kOk;
   bool linked_ = true;  // whether the last output reached a linked pad
-  bool started_ = false, gaps_reported_ = false;
+  bool started_ = false, gaps_reported_ = false, silence_reported_ = false;
   uint64_t changes_ = 0;
   bool running_ = false;  // runner_ is making an output
   std::thread::id runner_;

@@ -35,6 +35,7 @@ struct Recorder : Consumer<int> {
     return ok();
   }
   void waits_for_gap_only_pads(QueueId, const std::vector<QueueId>&) override {}
+  bool waits_for_silent_pads(QueueId, const std::vector<QueueId>&) override { return true; }
   size_t count() {
     std::lock_guard lock(mutex);
     return rows.size();

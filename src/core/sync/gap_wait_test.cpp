@@ -2,6 +2,7 @@
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #include <gtest/gtest.h>
 
+#include <atomic>
 #include <future>
 
 #include "becomes.hpp"
@@ -71,9 +72,16 @@ struct Listener : Consumer<int> {
   void waits_for_gap_only_pads(QueueId waiting, const Ids& gaps) override {
     reported.set_value({waiting, gaps});  // throws on a second call
   }
+  bool waits_for_silent_pads(QueueId waiting, const Ids& silent) override {
+    if (++asked <= not_reported) return false;
+    reported.set_value({waiting, silent});  // likewise
+    return true;
+  }
 
   std::vector<std::vector<int>> rows;
   std::promise<std::pair<QueueId, Ids>> reported;
+  int not_reported = 0;       // how often waits_for_silent_pads() returns false
+  std::atomic<int> asked{0};  // how often it was called
 };
 
 TEST(WaitForGapOnlyPads, AreReportedOnceAndStillWaitedFor) {
@@ -98,6 +106,43 @@ TEST(WaitForGapOnlyPads, AreReportedOnceAndStillWaitedFor) {
     collector.stop();
     EXPECT_NE(next.get(), kOk);
   }
+}
+
+TEST(WaitForSilentPads, IsReportedOnceAndTheWaitGoesOn) {
+  for (const Mode mode : {Mode::Slowest, Mode::NoSync, Mode::BasePad}) {
+    Ledger ledger;
+    Listener out;
+    out.not_reported = 2;  // as while the element is paused
+    Collector<int> collector(&ledger, &out, kGapPatience, std::chrono::milliseconds(1));
+    collector.configure({mode, {}, {}}, OnBackwardsTime::Pass, {});
+    collector.start();
+    const QueueId a = collector.add(), b = collector.add();
+    auto offered = std::async(std::launch::async, [&] { return collector.offer(a, 1, 30); });
+    EXPECT_EQ(out.reported.get_future().get(), (std::pair{a, Ids{b}})) << name_of(mode);
+    EXPECT_TRUE(out.rows.empty());
+    EXPECT_EQ(collector.offer(b, 2, 30), kOk);
+    EXPECT_EQ(offered.get(), kOk);
+    EXPECT_EQ(out.rows, (std::vector<std::vector<int>>{{1, 2}})) << name_of(mode);
+    auto next = std::async(std::launch::async, [&] { return collector.offer(a, 3, 80); });
+    EXPECT_TRUE(becomes_true([&] { return collector.waiting() > 0; }, "a frame that waits"));
+    collector.end(b);
+    next.get();
+    EXPECT_EQ(out.asked, 3) << "a second report";
+  }
+}
+
+TEST(WaitForSilentPads, IsNotReportedWhereAFrameArrivesInTime) {
+  Ledger ledger;
+  Listener out;
+  Collector<int> collector(&ledger, &out, kGapPatience, std::chrono::hours(1));
+  collector.configure({Mode::Slowest, {}, {}}, OnBackwardsTime::Pass, {});
+  collector.start();
+  const QueueId a = collector.add(), b = collector.add();
+  auto offered = std::async(std::launch::async, [&] { return collector.offer(a, 1, 30); });
+  EXPECT_TRUE(becomes_true([&] { return collector.waiting() > 0; }, "a frame that waits"));
+  EXPECT_EQ(collector.offer(b, 2, 30), kOk);
+  EXPECT_EQ(offered.get(), kOk);
+  EXPECT_EQ(out.asked, 0);
 }
 
 }  // namespace

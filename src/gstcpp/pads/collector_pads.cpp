@@ -286,18 +286,22 @@ Status CollectorPads::may_wait(sync::QueueId waiting, const std::vector<sync::Qu
   return ok();
 }
 
+CollectorPads::WaitNames CollectorPads::wait_names(sync::QueueId waiting,
+                                                   const std::vector<sync::QueueId>& others) {
+  WaitNames out;
+  std::vector<std::string> names;
+  std::lock_guard lock(pads_mutex_);
+  if (const Pad* pad = pad_of(waiting)) out.waiting = name_of(pad->pad);
+  for (const auto queue : others)
+    if (const Pad* pad = pad_of(queue)) names.push_back(name_of(pad->pad));
+  out.others = join(names, ", ");
+  return out;
+}
+
 void CollectorPads::waits_for_gap_only_pads(sync::QueueId waiting,
                                             const std::vector<sync::QueueId>& gaps) {
-  std::string own;
-  std::vector<std::string> names;
-  {
-    std::lock_guard lock(pads_mutex_);
-    if (const Pad* pad = pad_of(waiting)) own = name_of(pad->pad);
-    for (const auto queue : gaps)
-      if (const Pad* pad = pad_of(queue)) names.push_back(name_of(pad->pad));
-  }
-  if (own.empty() || names.empty()) return;
-  const std::string others = join(names, ", ");
+  const auto [own, others] = wait_names(waiting, gaps);
+  if (own.empty() || others.empty()) return;
   post_warning(
       element_,
       Error{.code = Code::GRAPH_STALLS,
@@ -305,6 +309,22 @@ void CollectorPads::waits_for_gap_only_pads(sync::QueueId waiting,
             .offered = "a frame on " + own + ", and GAP events past its time on " + others,
             .needed = "a frame on " + others + ": in this sync-mode a gap cannot replace it",
             .fix = "max-wait=1000000000"});
+}
+
+bool CollectorPads::waits_for_silent_pads(sync::QueueId waiting,
+                                          const std::vector<sync::QueueId>& silent) {
+  if (GST_STATE(element_) != GST_STATE_PLAYING) return false;  // live sources deliver nothing
+  const auto [own, others] = wait_names(waiting, silent);
+  if (own.empty() || others.empty()) return false;
+  const auto seconds = std::chrono::duration_cast<std::chrono::seconds>(sync::kSilencePatience);
+  post_warning(element_, Error{.code = Code::GRAPH_STALLS,
+                               .what = "a frame has waited " + std::to_string(seconds.count()) +
+                                       " s for a pad that receives nothing",
+                               .offered = "a frame on " + own + ", and nothing on " + others,
+                               .needed = "a frame on " + others +
+                                         ", or its end: an output needs a frame of each pad",
+                               .fix = "max-wait=1000000000"});
+  return true;
 }
 
 std::vector<Ref<GstPad>> CollectorPads::sink_pads() {

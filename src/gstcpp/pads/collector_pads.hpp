@@ -84,6 +84,12 @@ class CollectorPads final : private sync::Consumer<Input> {
   Status may_wait(sync::QueueId waiting, const std::vector<sync::QueueId>& empty) override;
   void waits_for_gap_only_pads(sync::QueueId waiting,
                                const std::vector<sync::QueueId>& gaps) override;
+  bool waits_for_silent_pads(sync::QueueId waiting,
+                             const std::vector<sync::QueueId>& silent) override;
+  struct WaitNames {
+    std::string waiting, others;  // pads; empty: removed meanwhile
+  };
+  WaitNames wait_names(sync::QueueId waiting, const std::vector<sync::QueueId>& others);
 
   GstFlowReturn chain(Pad& pad, Ref<GstBuffer> buffer);
   void watch_time(Pad& pad, const sync::Stamp& time);

@@ -131,6 +131,45 @@ Status read_interface(const torch::jit::Module& module, TorchFacts* facts) {
   return ok();
 }
 
+// The inputs of forward(): over the memory of `in`, or copies of it.
+Result<std::vector<IValue>> values_of(std::span<const weir_tensor> in, bool copied) {
+  std::vector<IValue> values;
+  values.reserve(in.size() + 1);
+  for (const auto& tensor : in) {
+    const auto type = to_torch(tensor.info.type);
+    if (!type) return no_such_type(tensor.info);
+    auto value = at::from_blob(tensor.data, {tensor.info.shape, tensor.info.rank}, *type);
+    values.emplace_back(copied ? value.clone() : std::move(value));
+  }
+  return values;
+}
+
+// The inputs of a dry run: ones, or zeros that each tensor keeps alive.
+Result<std::vector<IValue>> dry_run_values(const std::shared_ptr<DryRunInputs>& zeros, bool ones,
+                                           bool copied) {
+  std::vector<IValue> values;
+  for (const auto& tensor : zeros->tensors()) {
+    const auto type = to_torch(tensor.info.type);
+    if (!type) return no_such_type(tensor.info);
+    const at::IntArrayRef shape(tensor.info.shape, tensor.info.rank);
+    auto value = ones ? at::ones(shape, *type)
+                      : at::from_blob(
+                            tensor.data, shape, [zeros](void*) {}, *type);
+    values.emplace_back(copied ? value.clone() : std::move(value));
+  }
+  return values;
+}
+
+Result<std::vector<weir_tensor_info>> infos_of(const std::vector<at::Tensor>& tensors) {
+  std::vector<weir_tensor_info> out;
+  for (const auto& tensor : tensors) {
+    auto info = torch_info(tensor);
+    if (!info) return info.error();
+    out.push_back(*info);
+  }
+  return out;
+}
+
 }  // namespace
 
 struct TorchProgram::Parts {
@@ -209,25 +248,11 @@ Result<std::vector<weir_tensor_info>> TorchProgram::dry_run(
   const auto attempt = [&](bool ones) {
     return caught(
         [&]() -> Infos {
-          std::vector<IValue> values;
-          for (const auto& tensor : zeros->tensors()) {
-            const auto type = to_torch(tensor.info.type);
-            if (!type) return no_such_type(tensor.info);
-            const at::IntArrayRef shape(tensor.info.shape, tensor.info.rank);
-            auto value = ones ? at::ones(shape, *type)
-                              : at::from_blob(
-                                    tensor.data, shape, [zeros](void*) {}, *type);
-            values.emplace_back(parts_->facts.writes_inputs ? value.clone() : std::move(value));
-          }
-          const auto tensors = parts_->forward(std::move(values), threads);
+          auto values = dry_run_values(zeros, ones, parts_->facts.writes_inputs);
+          if (!values) return values.error();
+          const auto tensors = parts_->forward(*std::move(values), threads);
           if (!tensors) return tensors.error();
-          std::vector<weir_tensor_info> out;
-          for (const auto& tensor : *tensors) {
-            auto info = torch_info(tensor);
-            if (!info) return info.error();
-            out.push_back(*info);
-          }
-          return out;
+          return infos_of(*tensors);
         },
         [](std::string_view text) -> Infos { return torch_run_error(text); });
   };
@@ -241,16 +266,9 @@ Status TorchProgram::run(std::span<const weir_tensor> in, std::span<weir_tensor>
                          int threads) const {
   return caught(
       [&]() -> Status {
-        const bool copied = parts_->facts.writes_inputs || parts_->facts.keeps_inputs;
-        std::vector<IValue> values;
-        values.reserve(in.size() + 1);
-        for (const auto& tensor : in) {
-          const auto type = to_torch(tensor.info.type);
-          if (!type) return no_such_type(tensor.info);
-          auto value = at::from_blob(tensor.data, {tensor.info.shape, tensor.info.rank}, *type);
-          values.emplace_back(copied ? value.clone() : std::move(value));
-        }
-        auto tensors = parts_->forward(std::move(values), threads);
+        auto values = values_of(in, parts_->facts.writes_inputs || parts_->facts.keeps_inputs);
+        if (!values) return values.error();
+        auto tensors = parts_->forward(*std::move(values), threads);
         if (!tensors) return tensors.error();
         if (tensors->size() != out.size())
           return Error{.code = Code::INVOKE_FAILED,
