@@ -138,22 +138,25 @@ Result<bool> parse_model_ready(const Chunks& chunks) {
   return ready;
 }
 
+// Of ModelInferResponse: its outputs and raw contents. False: the message is damaged.
+bool read_infer_field(const Chunks& chunks, const Field& field, InferResponse* out) {
+  if (field.number != 5 && field.number != 6) return true;
+  if (field.type != WireType::Bytes) return false;
+  if (field.number == 6) {
+    if (out->raw.size() == kMostTensors) return false;
+    out->raw.push_back(field.range);
+    return true;
+  }
+  if (out->outputs.size() == kMostTensors) return false;
+  auto& output = out->outputs.emplace_back();
+  return read_tensor(chunks, field.range, &output, &output.contents);
+}
+
 Result<InferResponse> parse_infer_response(const Chunks& chunks) {
   InferResponse out;
   MessageReader reader(chunks, {0, chunks.size()});
-  for (Field field; reader.next(&field);) {
-    if (field.number != 5 && field.number != 6) continue;
-    if (field.type != WireType::Bytes) return damaged("ModelInferResponse");
-    if (field.number == 6) {
-      if (out.raw.size() == kMostTensors) return damaged("ModelInferResponse");
-      out.raw.push_back(field.range);
-      continue;
-    }
-    if (out.outputs.size() == kMostTensors) return damaged("ModelInferResponse");
-    auto& output = out.outputs.emplace_back();
-    if (!read_tensor(chunks, field.range, &output, &output.contents))
-      return damaged("ModelInferResponse");
-  }
+  for (Field field; reader.next(&field);)
+    if (!read_infer_field(chunks, field, &out)) return damaged("ModelInferResponse");
   if (reader.failed()) return damaged("ModelInferResponse");
   if (!out.raw.empty() && out.raw.size() != out.outputs.size())
     return bad_message(std::to_string(out.raw.size()) + " raw contents for " +

@@ -119,10 +119,24 @@ void ServerSet::give_back(const Taken& taken, Outcome outcome, Clock::duration t
   freed_.notify_all();
 }
 
+void ServerSet::attempt(const Taken& taken, const MakeRequest& make,
+                        const std::shared_ptr<const void>& memory, const Accept& accept,
+                        Ended* out) {
+  const auto refuse = [out](const Error& error) {
+    out->outcome = Outcome::Refused;
+    out->reply.message = error.message();
+  };
+  const auto pieces = make(taken.server);
+  if (!pieces) return refuse(pieces.error());
+  out->reply = link(taken.server).call("ModelInfer", *pieces, memory, taken.deadline);
+  out->outcome = outcome_of(out->reply.status);
+  if (out->outcome != Outcome::Answered) return;
+  if (const auto status = accept(*out); !status) refuse(status.error());
+}
+
 ServerSet::Ended ServerSet::request(const MakeRequest& make,
                                     const std::shared_ptr<const void>& memory,
-                                    Clock::time_point expires,
-                                    const std::function<Status(const Ended&)>& accept) {
+                                    Clock::time_point expires, const Accept& accept) {
   const auto deadline = std::min(expires, Clock::now() + limits_.timeout);
   {
     std::lock_guard lock(mutex_);
@@ -136,19 +150,7 @@ ServerSet::Ended ServerSet::request(const MakeRequest& make,
     out.tried = tried[taken->server] = true;
     out.server = taken->server;
     const auto begin = Clock::now();
-    if (auto pieces = make(taken->server)) {
-      out.reply = link(taken->server).call("ModelInfer", *pieces, memory, taken->deadline);
-      out.outcome = outcome_of(out.reply.status);
-    } else {
-      out.outcome = Outcome::Refused;
-      out.reply.message = pieces.error().message();
-    }
-    if (out.outcome == Outcome::Answered) {
-      if (const auto status = accept(out); !status) {
-        out.outcome = Outcome::Refused;
-        out.reply.message = status.error().message();
-      }
-    }
+    attempt(*taken, make, memory, accept, &out);
     give_back(*taken, out.outcome, Clock::now() - begin);
     if (!may_retry(out.outcome, out.reply)) break;
   }
@@ -159,12 +161,17 @@ ServerSet::Ended ServerSet::request(const MakeRequest& make,
   return out;
 }
 
+std::vector<size_t> ServerSet::open_circuits() const {
+  std::vector<size_t> open;
+  for (size_t i = 0; i < states_.size(); ++i)
+    if (states_[i].circuit.state() == Circuit::State::Open) open.push_back(i);
+  return open;
+}
+
 void ServerSet::probe_open_servers() {
   std::unique_lock lock(mutex_);
   while (!ends_) {
-    std::vector<size_t> open;
-    for (size_t i = 0; i < states_.size(); ++i)
-      if (states_[i].circuit.state() == Circuit::State::Open) open.push_back(i);
+    const auto open = open_circuits();
     if (open.empty()) {
       opened_.wait(lock);
       continue;

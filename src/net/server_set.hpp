@@ -63,11 +63,12 @@ class ServerSet {
   };
   // Makes the request for a server; an error ends it as refused.
   using MakeRequest = std::function<Result<Pieces>(size_t server)>;
+  using Accept = std::function<Status(const Ended&)>;
   // Sends a ModelInfer request. `expires`: when its answer becomes useless. `accept` checks an
   // answer, and stores it: an error makes the request a refused one. Never throws away an error:
   // it is in `reply.message`.
   Ended request(const MakeRequest& make, const std::shared_ptr<const void>& memory,
-                Clock::time_point expires, const std::function<Status(const Ended&)>& accept);
+                Clock::time_point expires, const Accept& accept);
   RequestCounts counts() const;
 
  private:
@@ -86,7 +87,10 @@ class ServerSet {
   std::optional<size_t> choose(const std::vector<bool>& tried, bool* full);
   Clock::time_point attempt_deadline(size_t server, const std::vector<bool>& tried,
                                      int attempts_left, Clock::time_point deadline) const;
+  void attempt(const Taken& taken, const MakeRequest& make,
+               const std::shared_ptr<const void>& memory, const Accept& accept, Ended* out);
   void give_back(const Taken& taken, Outcome outcome, Clock::duration took);
+  std::vector<size_t> open_circuits() const;  // mutex_ is held
   void probe_open_servers();
 
   const std::vector<Server> servers_;

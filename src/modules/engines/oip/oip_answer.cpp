@@ -102,7 +102,7 @@ Status take_outputs(const net::Reply& reply, const std::vector<OipTensor>& expec
       reply.chunks.copy(taken[i].element, tensors[i].data);
     } else {
       const std::span to(static_cast<std::byte*>(tensors[i].data), taken[i].bytes);
-      const auto status = net::read_output(reply.chunks, *response, taken[i].index, to);
+      auto status = net::read_output(reply.chunks, *response, taken[i].index, to);
       if (!status) return status;
     }
     *copied += taken[i].bytes;

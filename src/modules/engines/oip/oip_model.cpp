@@ -47,6 +47,7 @@ Error differs(const net::ServerAddress& address, const std::string& offered,
 
 std::vector<weir_tensor_info> infos_of(const std::vector<OipTensor>& tensors) {
   std::vector<weir_tensor_info> out;
+  out.reserve(tensors.size());
   for (const auto& tensor : tensors) out.push_back(tensor.info());
   return out;
 }
@@ -80,7 +81,7 @@ Result<std::unique_ptr<OipModel>> OipModel::open(const weir_open& request) {
   return out;
 }
 
-Status OipModel::connect(const weir_open& request) {
+Result<std::vector<ServerSet::Server>> OipModel::open_links(const weir_open& request) const {
   std::vector<ServerSet::Server> servers;
   for (uint32_t i = 0; i < request.n_models; ++i) {
     auto address = net::ServerAddress::parse(text_or_empty(request.paths[i]));
@@ -95,6 +96,13 @@ Status OipModel::connect(const weir_open& request) {
                  .offered = "model=\"\"",
                  .needed = "the address of a model on a server",
                  .fix = "model=grpc://127.0.0.1:8001/resnet/1"};
+  return servers;
+}
+
+Status OipModel::connect(const weir_open& request) {
+  auto links = open_links(request);
+  if (!links) return links.error();
+  auto& servers = *links;
   contents_ = options_.contents.value_or(net::Contents::Raw);
   described_.resize(servers.size());
   if (auto status = read_signature(servers); !status) return status;
@@ -189,8 +197,9 @@ bool OipModel::probe(size_t server, net::Link::Clock::time_point deadline) {
   if (metadata.status == static_cast<int>(CallStatus::Unimplemented)) return true;
   if (metadata.status != 0) return false;
   const auto parsed = net::parse_model_metadata(metadata.chunks);
-  described_[server] = parsed && fits(address, OipSignature::from(*parsed));
-  return described_[server] != 0;
+  const bool describes = parsed && fits(address, OipSignature::from(*parsed));
+  described_[server] = describes ? 1 : 0;
+  return describes;
 }
 
 void OipModel::describe(weir_model_info* info) const {

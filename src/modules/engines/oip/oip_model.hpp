@@ -34,6 +34,7 @@ class OipModel {
 
  private:
   explicit OipModel(OipOptions options) : options_(std::move(options)) {}
+  Result<std::vector<net::ServerSet::Server>> open_links(const weir_open& request) const;
   Status connect(const weir_open& request);
   Status read_signature(const std::vector<net::ServerSet::Server>& servers);
   Result<OipSignature> fetch(const net::ServerSet::Server& server,
@@ -51,8 +52,8 @@ class OipModel {
   mutable std::atomic<net::Contents> contents_{net::Contents::Raw};
   mutable std::atomic<bool> answered_{false};
   mutable std::atomic<uint64_t> copied_out_{0}, copied_in_{0};
-  mutable std::atomic<int> reported_{
-      0};  // the outcome of the last report, so that it is not repeated
+  // The outcome of the last report, so that it is not repeated.
+  mutable std::atomic<int> reported_{0};
   std::unique_ptr<net::ServerSet> servers_;  // last member: its thread uses the others
 };
 

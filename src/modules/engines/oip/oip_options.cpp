@@ -68,6 +68,19 @@ Result<bool> take_number(std::string_view key, std::string_view value, OipOption
   return true;
 }
 
+Status take_other(std::string_view key, std::string_view value, OipOptions* out, bool* idempotent) {
+  if (equals_ignoring_case(key, "contents")) return read_contents(value, out);
+  const bool insecure = equals_ignoring_case(key, "insecure");
+  if (!insecure && !equals_ignoring_case(key, "idempotent")) {
+    warn_unknown_option(key, kKnown);
+    return ok();
+  }
+  const auto flag = switch_option(key, value);
+  if (!flag) return flag.error();
+  (insecure ? out->security.insecure : *idempotent) = *flag;
+  return ok();
+}
+
 }  // namespace
 
 Result<OipOptions> OipOptions::read(const weir_open& request) {
@@ -82,15 +95,7 @@ Result<OipOptions> OipOptions::read(const weir_open& request) {
     const auto number = take_number(key, value, &out);
     if (!number) return number.error();
     if (*number) continue;
-    if (equals_ignoring_case(key, "contents")) {
-      if (auto status = read_contents(value, &out); !status) return status.error();
-    } else if (equals_ignoring_case(key, "insecure") || equals_ignoring_case(key, "idempotent")) {
-      const auto flag = switch_option(key, value);
-      if (!flag) return flag.error();
-      (equals_ignoring_case(key, "insecure") ? out.security.insecure : idempotent) = *flag;
-    } else {
-      warn_unknown_option(key, kKnown);
-    }
+    if (auto status = take_other(key, value, &out, &idempotent); !status) return status.error();
   }
   if (!idempotent) out.limits.attempts = 1;
   return out;
