@@ -40,18 +40,17 @@ TEST(OipFaults, ASecondServerAnswersWhenTheFirstIsStopped) {
 TEST(OipFaults, AStoppedServerMakesRequestsLateAtTheEarlierDeadline) {
   PythonServer server;
   OipEngine engine({server.address()}, {{"timeout-ms", "300"}});
+  OipEngine patient({server.address()}, {{"timeout-ms", "86400000"}});
   ASSERT_EQ(engine.invoke(floats()).code, 0);
+  ASSERT_EQ(patient.invoke(floats()).code, 0);
   server.signal(SIGSTOP);
-  auto begin = std::chrono::steady_clock::now();
+  const auto begin = std::chrono::steady_clock::now();
   EXPECT_EQ(engine.invoke(floats()).code, 1);
-  const auto by_timeout = std::chrono::steady_clock::now() - begin;
-  EXPECT_GE(by_timeout, 290ms);
-  EXPECT_LT(by_timeout, 1300ms);
-  begin = std::chrono::steady_clock::now();
-  EXPECT_EQ(engine.invoke(floats(), 50).code, 1);
-  EXPECT_LT(std::chrono::steady_clock::now() - begin, 290ms);
+  EXPECT_GE(std::chrono::steady_clock::now() - begin, 290ms);
+  EXPECT_EQ(patient.invoke(floats(), 50).code, 1);  // not after a day
   server.signal(SIGCONT);
-  EXPECT_EQ(engine.statistics()["requests-late"], 2u);
+  EXPECT_EQ(engine.statistics()["requests-late"], 1u);
+  EXPECT_EQ(patient.statistics()["requests-late"], 1u);
 }
 
 TEST(OipFaults, ARestartedServerIsUsedAgain) {

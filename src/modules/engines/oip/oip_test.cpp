@@ -139,7 +139,7 @@ TEST(Oip, NeedsDeclaredTensorsForAServerWithoutDescription) {
 }
 
 TEST(Oip, RunsRequestsOfSeveralThreadsAtOnce) {
-  PythonServer server({"--delay", "0.05"});
+  PythonServer server({"--delay", "0.2"});
   OipEngine engine({server.address()});
   std::vector<std::jthread> threads;
   const auto begin = std::chrono::steady_clock::now();
@@ -152,8 +152,8 @@ TEST(Oip, RunsRequestsOfSeveralThreadsAtOnce) {
       }
     });
   threads.clear();
-  // One after the other they take 1 s.
-  EXPECT_LT(std::chrono::steady_clock::now() - begin, std::chrono::milliseconds(900));
+  // One after the other they take 4 s.
+  EXPECT_LT(std::chrono::steady_clock::now() - begin, std::chrono::seconds(4));
   EXPECT_EQ(engine.statistics()["requests-answered"], 20u);
 }
 

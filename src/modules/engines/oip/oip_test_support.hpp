@@ -56,7 +56,11 @@ class PythonServer {
   std::string address(const std::string& scheme = "grpc") const {
     return scheme + "://127.0.0.1:" + port_ + "/affine/1";
   }
-  void signal(int number) const { kill(process_, number); }
+  // SIGSTOP: returns when all threads have stopped.
+  void signal(int number) const {
+    kill(process_, number);
+    if (number == SIGSTOP) waitpid(process_, nullptr, WUNTRACED);
+  }
   void end() {
     if (process_ <= 0) return;
     kill(process_, SIGKILL);
