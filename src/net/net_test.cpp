@@ -153,7 +153,7 @@ TEST(InferResponse, RefusesEveryTruncatedMessage) {
     EXPECT_FALSE(read) << bytes;
     refused += !response;
   }
-  EXPECT_EQ(refused, 25);  // a cut behind a whole field is a shorter message: after m, and after y
+  EXPECT_EQ(refused, 25);  // a cut after a whole field leaves a valid message: after m, after y
 }
 
 TEST(InferResponse, RefusesRawContentsWithoutOutputs) {
