@@ -98,7 +98,7 @@ Status FrameInvoker::adapt_session(infer::Session& session, size_t thread, const
   for (uint32_t i = 0; i < out.n_tensors; ++i)
     if (!same_shape((*outputs)[i], out.tensors[i].info))
       return other_rows(
-          list_shapes({model_shape((*outputs)[i])}) + " for " + std::to_string(rows) + " rows",
+          list_tensors({model_tensor((*outputs)[i])}) + " for " + std::to_string(rows) + " rows",
           "output " + std::to_string(i));
   session_rows_[thread] = rows;
   return ok();

@@ -63,28 +63,25 @@ size_t sessions_of(const FilterSettings& s, std::vector<Error>* warnings) {
 }
 
 // Tensors with the shapes and names of `shapes` and the quantisation of the model's `infos`.
-std::vector<DescribedTensor> described_tensors(const std::vector<ModelShape>& shapes,
-                                               const std::vector<weir_tensor_info>& infos) {
-  std::vector<DescribedTensor> out;
+std::vector<ModelTensor> described_tensors(const std::vector<ModelTensor>& shapes,
+                                           const std::vector<weir_tensor_info>& infos) {
+  std::vector<ModelTensor> out;
   for (size_t i = 0; i < shapes.size(); ++i) {
-    DescribedTensor tensor{
-        .type = shapes[i].type, .shape = shapes[i].shape, .name = shapes[i].name};
-    if (i < infos.size() && infos[i].type == static_cast<uint32_t>(tensor.type)) {
-      tensor.scale = infos[i].scale;
-      tensor.zero_point = infos[i].zero_point;
-    }
-    out.push_back(std::move(tensor));
+    out.push_back(shapes[i]);
+    const bool same = i < infos.size() && infos[i].type == static_cast<uint32_t>(shapes[i].type);
+    out[i].scale = same ? infos[i].scale : 0;
+    out[i].zero_point = same ? infos[i].zero_point : 0;
   }
   return out;
 }
 
 // The tensors that output-combination chooses.
-std::vector<DescribedTensor> pushed_tensors(const FilterPlan& plan,
-                                            const std::vector<DescribedTensor>& outputs) {
-  std::vector<DescribedTensor> pushed;
+std::vector<ModelTensor> pushed_tensors(const FilterPlan& plan,
+                                        const std::vector<ModelTensor>& outputs) {
+  std::vector<ModelTensor> pushed;
   for (const size_t index : plan.output_choice.inputs)
-    pushed.push_back(index < plan.input.tensors.size() ? weir::described(plan.input.tensors[index])
-                                                       : DescribedTensor{});
+    pushed.push_back(index < plan.input.tensors.size() ? model_tensor(plan.input.tensors[index])
+                                                       : ModelTensor{});
   for (const size_t index : plan.output_choice.outputs)
     if (index < outputs.size()) pushed.push_back(outputs[index]);
   return pushed;
@@ -150,7 +147,7 @@ Result<std::unique_ptr<OpenModel>> OpenModel::open(const FilterSettings& s,
 Result<ModelTensors> OpenModel::read_tensors(const infer::Model& model, const FilterSettings& s) {
   const auto &inputs = model.inputs(), &outputs = model.outputs();
   batch_size_ = s.batch_size;
-  if (batch_size_ == 1) return ModelTensors{model_shapes(inputs), model_shapes(outputs)};
+  if (batch_size_ == 1) return ModelTensors{model_tensors(inputs), model_tensors(outputs)};
   if (s.invoke_async)
     return Error{
         .code = Code::BATCH_UNSUPPORTED,
@@ -170,8 +167,9 @@ Result<ModelTensors> OpenModel::read_tensors(const infer::Model& model, const Fi
   auto axes = infer::find_batch_axes(model.info().flags, inputs, outputs, batch_size_);
   if (!axes) return axes.error();
   batch_axes_ = *std::move(axes);
-  return ModelTensors{model_shapes(infer::of_one_frame(inputs, batch_axes_.inputs, batch_size_)),
-                      model_shapes(infer::of_one_frame(outputs, batch_axes_.outputs, batch_size_))};
+  return ModelTensors{
+      model_tensors(infer::of_one_frame(inputs, batch_axes_.inputs, batch_size_)),
+      model_tensors(infer::of_one_frame(outputs, batch_axes_.outputs, batch_size_))};
 }
 
 Status OpenModel::plan_batch(const FrameSpec& input, FilterPlan* plan) const {
@@ -181,7 +179,7 @@ Status OpenModel::plan_batch(const FrameSpec& input, FilterPlan* plan) const {
     return Error{
         .code = Code::BATCH_UNSUPPORTED,
         .what = "frames whose shapes may change from one to the next cannot be batched",
-        .offered = input.to_string() + ", for a model of " + list_shapes(plan->model_inputs),
+        .offered = input.to_string() + ", for a model of " + list_tensors(plan->model_inputs),
         .needed = "a static stream, or one shape for all frames",
         .fix =
             "tensor_filter input=... inputtype=..., tensor_converter ! tensor_filter, or set "
@@ -228,7 +226,7 @@ gst::Allocation OpenModel::allocation() const noexcept {
 
 Result<FilterPlan> OpenModel::plan_for_shapes(FilterPlan plan,
                                               const infer::ModelLease::Frame& frame, size_t session,
-                                              std::vector<ModelShape> inputs) const {
+                                              std::vector<ModelTensor> inputs) const {
   auto resolved = use_->resolve(frame, session, inputs);
   if (!resolved) return resolved.error();
   auto outputs = description_.complete_outputs(*std::move(resolved));

@@ -24,8 +24,8 @@ class OpenModel {
                                                  std::shared_ptr<isolate::Monitor> monitor,
                                                  std::vector<Error>* warnings);
 
-  const std::vector<ModelShape>& inputs() const noexcept { return description_.inputs; }
-  const std::vector<ModelShape>& outputs() const noexcept { return description_.outputs; }
+  const std::vector<ModelTensor>& inputs() const noexcept { return description_.inputs; }
+  const std::vector<ModelTensor>& outputs() const noexcept { return description_.outputs; }
   const std::string& engine() const noexcept { return engine_; }
   // The allocation with which the model reads inputs without a copy.
   gst::Allocation allocation() const noexcept;
@@ -40,7 +40,7 @@ class OpenModel {
   // `plan` with inputs of these shapes and the outputs that the session resolves for them. Call
   // while `frame` is held.
   Result<FilterPlan> plan_for_shapes(FilterPlan plan, const infer::ModelLease::Frame& frame,
-                                     size_t session, std::vector<ModelShape> inputs) const;
+                                     size_t session, std::vector<ModelTensor> inputs) const;
 
   // The description of the model that is sent downstream, and how often the model was replaced by
   // then. Opens a suspended model again.
