@@ -55,14 +55,17 @@ class Server(service.GRPCInferenceServiceServicer):
         self.requests = self.most = self.now = 0
         self.delays = [float(part) for part in ARGS.delays.split(",") if part] or [ARGS.delay]
 
+    def check_token(self, context):
+        if ARGS.token and ("authorization", "Bearer " + ARGS.token) not in context.invocation_metadata():
+            context.abort(grpc.StatusCode.UNAUTHENTICATED, "a token is needed")
+
     def ModelReady(self, request, context):
         return pb.ModelReadyResponse(ready=request.name == "affine")
 
     def ModelMetadata(self, request, context):
-        if ARGS.token and ("authorization", "Bearer " + ARGS.token) not in context.invocation_metadata():
-            context.abort(grpc.StatusCode.UNAUTHENTICATED, "a token is needed")
         if ARGS.no_metadata:
             context.abort(grpc.StatusCode.UNIMPLEMENTED, "no metadata here")
+        self.check_token(context)
         if request.name != "affine":
             context.abort(grpc.StatusCode.NOT_FOUND, f"there is no model {request.name}")
         out = pb.ModelMetadataResponse(name="affine", versions=["1"], platform="test")
@@ -72,6 +75,7 @@ class Server(service.GRPCInferenceServiceServicer):
         return out
 
     def ModelInfer(self, request, context):
+        self.check_token(context)
         with self.lock:
             delay = self.delays[self.requests % len(self.delays)]
             self.requests += 1
