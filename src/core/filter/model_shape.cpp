@@ -141,7 +141,22 @@ std::vector<TensorSpec> known_parts(const std::vector<ModelShape>& shapes) {
   return out;
 }
 
+namespace {
+
+// Whether several pictures came for a model of one.
+bool is_only_longer(const TensorSpec& offered, const ModelShape& needed) {
+  if (!needed.rank_known || needed.shape.size() < 2 || needed.shape[0] != 1) return false;
+  TensorSpec one = offered;
+  one.shape[needed.shape.size() - 1] = 1;
+  return offered.shape.rank() == needed.shape.size() && one.type == needed.type &&
+         dimensions_fit(needed, one.shape);
+}
+
+}  // namespace
+
 std::string suggested_fix(const TensorSpec& offered, const ModelShape& needed) {
+  if (is_only_longer(offered, needed))
+    return "tensor_filter invoke-rows=1, which runs the model for each of them";
   const bool outer = is_picture(needed, 0);
   const bool planar = !outer && is_picture(needed, 2);
   const int64_t channels = outer ? inner(needed, 0) : inner(needed, 2);
