@@ -91,9 +91,21 @@ void add(const std::optional<Error>& warning, std::vector<Error>* warnings) {
   if (warning) warnings->push_back(*warning);
 }
 
+// With invoke-rows=1 a model of one row runs once for each row.
+infer::RowLimits rows_of(const FilterSettings& s, const infer::Model& model) {
+  auto rows = rows_of(s);
+  rows.single = s.invoke_rows == 1 &&
+                infer::has_single_row(model.info().flags, model.inputs(), model.outputs());
+  return rows;
+}
+
 Status check_rows(const infer::Model& model, const infer::RowLimits& rows) {
-  if (rows.none()) return ok();
+  if (rows.none() || rows.single) return ok();
   return infer::check_rows(model.info().flags, model.inputs(), model.outputs());
+}
+
+void set_rows(std::vector<ModelTensor>* shapes, int64_t rows) {
+  for (ModelTensor& shape : *shapes) shape.shape.at(0) = rows;
 }
 
 }  // namespace
@@ -125,9 +137,9 @@ Result<std::unique_ptr<OpenModel>> OpenModel::open(const FilterSettings& s,
           custom::check_invocation(model.engine(), model.info(), s.model, s.invoke_dynamic);
       !status)
     return status.error();
+  opened->rows_ = rows_of(s, model);
   auto tensors = opened->read_tensors(model, s);
   if (!tensors) return tensors.error();
-  opened->rows_ = rows_of(s);
   if (auto status = check_rows(model, opened->rows_); !status) return status.error();
   auto description = describe_model(*std::move(tensors), s, warnings);
   if (!description) return description.error();
@@ -147,7 +159,12 @@ Result<std::unique_ptr<OpenModel>> OpenModel::open(const FilterSettings& s,
 Result<ModelTensors> OpenModel::read_tensors(const infer::Model& model, const FilterSettings& s) {
   const auto &inputs = model.inputs(), &outputs = model.outputs();
   batch_size_ = s.batch_size;
-  if (batch_size_ == 1) return ModelTensors{model_tensors(inputs), model_tensors(outputs)};
+  if (batch_size_ == 1) {
+    ModelTensors tensors{model_tensors(inputs), model_tensors(outputs)};
+    if (!rows_.single) return tensors;
+    for (auto* shapes : {&tensors.inputs, &tensors.outputs}) set_rows(shapes, -1);
+    return tensors;
+  }
   if (s.invoke_async)
     return Error{
         .code = Code::BATCH_UNSUPPORTED,
@@ -224,10 +241,24 @@ gst::Allocation OpenModel::allocation() const noexcept {
   return out;
 }
 
+// The outputs that `session` resolves for these inputs; of a model of one row, those of all rows.
+Result<std::vector<ModelTensor>> OpenModel::resolve(
+    const std::vector<ModelTensor>& inputs,
+    const std::function<Result<std::vector<ModelTensor>>(const std::vector<ModelTensor>&)>& session)
+    const {
+  if (!rows_.single) return session(inputs);
+  auto one = inputs;
+  set_rows(&one, 1);
+  auto outputs = session(one);
+  if (outputs) set_rows(&*outputs, inputs[0].shape.at(0));
+  return outputs;
+}
+
 Result<FilterPlan> OpenModel::plan_for_shapes(FilterPlan plan,
                                               const infer::ModelLease::Frame& frame, size_t session,
                                               std::vector<ModelTensor> inputs) const {
-  auto resolved = use_->resolve(frame, session, inputs);
+  auto resolved =
+      resolve(inputs, [&](const auto& shapes) { return use_->resolve(frame, session, shapes); });
   if (!resolved) return resolved.error();
   auto outputs = description_.complete_outputs(*std::move(resolved));
   if (!outputs) return outputs.error();
@@ -305,7 +336,8 @@ Status OpenModel::fit_inputs(const std::vector<TensorSpec>& stream, FilterPlan* 
 }
 
 Status OpenModel::resolve_outputs(FilterPlan* plan) const {
-  auto resolved = use_->resolve(plan->model_inputs);
+  auto resolved =
+      resolve(plan->model_inputs, [this](const auto& shapes) { return use_->resolve(shapes); });
   if (!resolved) return resolved.error();
   auto complete = description_.complete_outputs(*std::move(resolved));
   if (!complete) return complete.error();

@@ -1,6 +1,7 @@
 // OpenModel: the open model of one tensor_filter, maybe shared with others, and its negotiation.
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #pragma once
+#include <functional>
 #include <memory>
 #include <string>
 #include <vector>
@@ -58,6 +59,10 @@ class OpenModel {
   Result<ModelTensors> read_tensors(const infer::Model& model, const FilterSettings& settings);
   Status fit_inputs(const std::vector<TensorSpec>& stream, FilterPlan* plan) const;
   Status resolve_outputs(FilterPlan* plan) const;
+  Result<std::vector<ModelTensor>> resolve(
+      const std::vector<ModelTensor>& inputs,
+      const std::function<Result<std::vector<ModelTensor>>(const std::vector<ModelTensor>&)>&
+          session) const;
   Status plan_batch(const FrameSpec& input, FilterPlan* plan) const;
   Status read_invocation(const infer::Session& session) const;
   bool is_dynamic() const noexcept { return description_.declared.invoke_dynamic; }
