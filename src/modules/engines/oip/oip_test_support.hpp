@@ -16,6 +16,7 @@
 
 #include "engine_host_test_support.hpp"
 #include "weir/engine_statistics.h"
+#include "weir/no_result.h"
 
 namespace weir::engine_test {
 
@@ -110,7 +111,7 @@ class OipEngine {
   const weir_model_info& info() const { return info_; }
 
   struct Result {
-    int code = 0;  // of invoke: 0, 1 = no result, below 0 = an error
+    int code = 0;  // of invoke: 0, a weir_no_result, or below 0 = an error
     Error error;
     std::vector<std::byte> bytes;
     std::vector<int64_t> shape;
