@@ -62,6 +62,15 @@ size_t sessions_of(const FilterSettings& s, std::vector<Error>* warnings) {
   return 1;
 }
 
+// The invokes at a time that the engine asks for, where the user did not choose; otherwise 1.
+uint32_t parallel_invokes(const weir_model_info& info, const FilterSettings& s) {
+  constexpr uint32_t kMost = 64;
+  constexpr uint32_t kKinds = WEIR_MODEL_THREAD_SAFE | WEIR_MODEL_ASYNC | WEIR_MODEL_STATEFUL;
+  const bool free = s.workers == 1 && s.batch_size == 1 && !s.invoke_async && rows_of(s).none();
+  if (!free || (info.flags & kKinds) != WEIR_MODEL_THREAD_SAFE) return 1;
+  return std::clamp(info.max_in_flight, 1u, kMost);
+}
+
 // Tensors with the shapes and names of `shapes` and the quantisation of the model's `infos`.
 std::vector<ModelTensor> described_tensors(const std::vector<ModelTensor>& shapes,
                                            const std::vector<weir_tensor_info>& infos) {
@@ -114,21 +123,13 @@ Result<std::unique_ptr<OpenModel>> OpenModel::open(const FilterSettings& s,
                                                    std::shared_ptr<isolate::Monitor> monitor,
                                                    std::vector<Error>* warnings) {
   if (auto status = check_parts(s); !status) return status.error();
-  std::optional<Error> warning;
-  const auto source = model_source(s, monitor, &warning);
-  if (!source) return source.error();
-  add(warning, warnings);
   auto opened = std::make_unique<OpenModel>();
   opened->monitor_ = std::move(monitor);
-  const auto found = infer::ModelTable::instance().find(shared_key(s, warnings), *source);
-  add(found.not_shared, warnings);
-  auto use = infer::ModelLease::create(found.model, sessions_of(s, warnings));
-  if (!use) return use.error();
-  opened->use_ = *std::move(use);
+  if (auto status = opened->open_lease(s, warnings); !status) return status.error();
   const auto frame = opened->begin();
   if (!frame) return frame.error();
   const infer::Model& model = frame->model();
-  opened->engine_ = source->engine->name;
+  opened->engine_ = model.engine().name;
   if (auto arena = isolate::arena_of(model)) {
     opened->engine_ = isolate::engine_in(model);
     opened->shared_memory_ = gst::shared_allocator(std::move(arena));
@@ -144,6 +145,9 @@ Result<std::unique_ptr<OpenModel>> OpenModel::open(const FilterSettings& s,
   auto description = describe_model(*std::move(tensors), s, warnings);
   if (!description) return description.error();
   opened->description_ = *std::move(description);
+  if (opened->fallback_)
+    if (auto status = opened->fallback_->check(opened->inputs(), opened->outputs()); !status)
+      return status.error();
   opened->asynchronous_ = s.invoke_async;
   opened->decides_sizes_ = (model.info().flags & WEIR_MODEL_DYNAMIC_OUTPUT) != 0;
   // Worker processes do not pass on memory, and batches need memory for several frames.
@@ -153,6 +157,40 @@ Result<std::unique_ptr<OpenModel>> OpenModel::open(const FilterSettings& s,
   if (!s.invoke_async) return opened;
   if (auto status = opened->read_invocation(frame->session()); !status) return status.error();
   return opened;
+}
+
+// Opens the model, and the fallback if there is one. A fallback also describes a model whose
+// server does not answer yet.
+Status OpenModel::open_lease(const FilterSettings& s, std::vector<Error>* warnings) {
+  if (!s.fallback.empty()) {
+    auto fallback = Fallback::open(s);
+    if (!fallback) return fallback.error();
+    fallback_ = *std::move(fallback);
+  }
+  std::optional<Error> warning;
+  auto source = model_source(s, monitor_, &warning);
+  if (!source) return source.error();
+  add(warning, warnings);
+  Status status = open_lease_of(*source, s, warnings);
+  if (status || !fallback_ || status.error().code != Code::SERVER_UNREACHABLE) return status;
+  source = model_source(fallback_->declare_tensors(s), monitor_, nullptr);
+  return source ? open_lease_of(*source, s, warnings) : Status(source.error());
+}
+
+Status OpenModel::open_lease_of(const infer::ModelSource& source, const FilterSettings& s,
+                                std::vector<Error>* warnings) {
+  const auto found = infer::ModelTable::instance().find(shared_key(s, warnings), source);
+  add(found.not_shared, warnings);
+  auto use = infer::ModelLease::create(found.model, sessions_of(s, warnings));
+  if (!use) return use.error();
+  workers_ = s.workers;
+  const auto model = found.model->model();
+  if (const auto parallel = model ? parallel_invokes(model->info(), s) : 1; parallel > 1) {
+    use = infer::ModelLease::create(found.model, workers_ = parallel);
+    if (!use) return use.error();
+  }
+  use_ = *std::move(use);
+  return ok();
 }
 
 // The spec of one frame and, for batches, the batch group.
@@ -238,6 +276,9 @@ gst::Allocation OpenModel::allocation() const noexcept {
   if (!model) return out;
   out.alignment = std::max<size_t>(out.alignment, model->info().alignment);
   out.padding = model->info().input_padding;
+  if (!fallback_) return out;
+  out.alignment = std::max<size_t>(out.alignment, fallback_->info().alignment);
+  out.padding = std::max<size_t>(out.padding, fallback_->info().input_padding);
   return out;
 }
 
@@ -311,6 +352,7 @@ void add_engine_statistics(const infer::Model& model, GstStructure* stats) {
 }  // namespace
 
 void OpenModel::add_stats(GstStructure* stats) const {
+  if (fallback_) fallback_->add_stats(stats);
   const auto& shared = *use_->shared();
   const auto model = shared.model();
   gst_structure_set(stats, "weights-bytes", G_TYPE_UINT64,
@@ -351,6 +393,10 @@ Result<FilterPlan> OpenModel::plan_for(const FrameSpec& input) const {
     plan.alignment = model->info().alignment;
     plan.padding = model->info().input_padding;
   }
+  if (fallback_) {
+    plan.fallback_alignment = std::max<size_t>(fallback_->info().alignment, 1);
+    plan.fallback_padding = fallback_->info().input_padding;
+  }
   plan.input = input;
   plan.input_choice = description_.input_choice;
   plan.output_choice = description_.output_choice;
@@ -367,6 +413,9 @@ Result<FilterPlan> OpenModel::plan_for(const FrameSpec& input) const {
     if (auto status = resolve_outputs(&plan); !status) return status.error();
   }
   plan.outputs_fixed = all_fixed(plan.model_outputs) && all_fixed(plan.model_inputs);
+  if (fallback_ && all_fixed(plan.model_inputs))
+    if (auto status = fallback_->prepare(plan.model_inputs, plan.model_outputs); !status)
+      return status.error();
   auto output = description_.source_spec(input, plan.model_outputs, plan.outputs_fixed);
   if (!output) return output.error();
   plan.output = *std::move(output);
