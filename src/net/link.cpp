@@ -16,6 +16,8 @@ namespace weir::net {
 namespace {
 
 constexpr int kFirstReconnectMs = 100, kLastReconnectMs = 1000;
+// gRPC's "minimum" is the time that it gives an attempt to connect, TLS included.
+constexpr int kConnectMs = 10000;
 
 Result<std::string> read_file(const std::string& path, const char* option) {
   std::ifstream in(path, std::ios::binary);
@@ -156,7 +158,7 @@ grpc::ChannelArguments arguments_of(const ServerAddress& address, size_t most_by
   out.SetInt(GRPC_ARG_ENABLE_RETRIES, 0);
   out.SetInt(GRPC_ARG_USE_LOCAL_SUBCHANNEL_POOL, 1);
   out.SetInt(GRPC_ARG_INITIAL_RECONNECT_BACKOFF_MS, kFirstReconnectMs);
-  out.SetInt(GRPC_ARG_MIN_RECONNECT_BACKOFF_MS, kFirstReconnectMs);
+  out.SetInt(GRPC_ARG_MIN_RECONNECT_BACKOFF_MS, kConnectMs);
   out.SetInt(GRPC_ARG_MAX_RECONNECT_BACKOFF_MS, kLastReconnectMs);
   out.SetInt(GRPC_ARG_ENABLE_HTTP_PROXY, 0);
   if (address.target.rfind("dns:", 0) == 0) out.SetLoadBalancingPolicyName("round_robin");
