@@ -157,7 +157,7 @@ Result<std::vector<std::byte>> text_message(HeaderForm form, Command command, in
   if (text.find('\0') != std::string_view::npos)
     return Error{.code = Code::OPTION_VALUE,
                  .what = "a text for " + to_string(command) + " contains a NUL",
-                 .offered = quoted(text),
+                 .offered = quoted_text(text),
                  .needed = "a text without NUL"};
   if (text.size() >= kMostTextBytes)
     return Error{.code = Code::LIMIT_EXCEEDED,

@@ -49,7 +49,7 @@ Result<EdgeMetadata::Pair> take_pair(size_t index, std::string_view* rest) {
     return metadata_error("ends inside a pair", place, "a key and a value, each with a NUL");
   if (key->empty() || value->empty())
     return metadata_error("has an empty key or value",
-                          place + ", " + quoted(*key) + " = " + quoted(*value),
+                          place + ", " + quoted_text(*key) + " = " + quoted_text(*value),
                           "at least one character in each");
   return EdgeMetadata::Pair{*key, *value};
 }
@@ -60,7 +60,7 @@ Status EdgeMetadata::set(std::string_view key, std::string_view value) {
   if (!is_usable(key) || !is_usable(value))
     return Error{.code = Code::OPTION_VALUE,
                  .what = "a key or value of metadata cannot be sent",
-                 .offered = quoted(key) + " = " + quoted(value),
+                 .offered = quoted_text(key) + " = " + quoted_text(value),
                  .needed = "at least one character in each, none of them NUL"};
   if (const auto old = find_pair(pairs_, key); old != pairs_.end()) pairs_.erase(old);
   pairs_.insert(pairs_.begin(), Pair{key, value});
@@ -105,7 +105,7 @@ Result<EdgeMetadata> EdgeMetadata::parse(std::span<const std::byte> bytes) {
     auto pair = take_pair(i, &rest);
     if (!pair) return pair.error();
     if (out.find(pair->first))
-      return metadata_error("has a key twice", quoted(pair->first), "each key once");
+      return metadata_error("has a key twice", quoted_text(pair->first), "each key once");
     out.pairs_.push_back(*std::move(pair));
   }
   if (!rest.empty())

@@ -29,7 +29,7 @@ Status check_caps(std::string_view caps) {
   if (caps.find_first_of(std::string_view("@\0", 2)) == std::string_view::npos) return ok();
   return Error{.code = Code::OPTION_VALUE,
                .what = "caps cannot be sent to a peer",
-               .offered = quoted(caps),
+               .offered = quoted_text(caps),
                .needed = "caps without @ and NUL"};
 }
 
@@ -48,7 +48,8 @@ Result<std::string_view> text_of_memory(std::span<const std::byte> memory) {
   const std::string_view bytes(reinterpret_cast<const char*>(memory.data()), memory.size());
   const size_t end = bytes.find('\0');
   if (end == std::string_view::npos)
-    return peer_error("a text of a peer has no end", quoted(bytes), "a NUL at the end of the text");
+    return peer_error("a text of a peer has no end", quoted_text(bytes),
+                      "a NUL at the end of the text");
   return bytes.substr(0, end);
 }
 
@@ -64,7 +65,7 @@ Result<QueryCapability> parse_query_capability(std::string_view text) {
   const auto sink = value_of(text, kSinkKey);
   for (const auto& [caps, key] : {std::pair(source, kSourceKey), std::pair(sink, kSinkKey)})
     if (!caps || strip(*caps).empty())
-      return peer_error("a query server does not announce its caps", quoted(text),
+      return peer_error("a query server does not announce its caps", quoted_text(text),
                         "@" + std::string(key) + "@ and the caps",
                         "connect again when the pipeline of the server plays, and check that its "
                         "tensor_query_serversrc and tensor_query_serversink have the same id");
@@ -79,7 +80,7 @@ Result<std::string> publisher_capability_text(std::string_view caps) {
 Result<std::string> parse_publisher_capability(std::string_view text) {
   const auto caps = value_of(text, kPublisherKey);
   if (!caps)
-    return peer_error("a peer is not a publisher", quoted(text),
+    return peer_error("a peer is not a publisher", quoted_text(text),
                       "@" + std::string(kPublisherKey) + "@ and the caps of the stream",
                       "check that an edgesink listens at this address");
   return std::string(*caps);
@@ -88,15 +89,15 @@ Result<std::string> parse_publisher_capability(std::string_view text) {
 Result<HostAddress> parse_host_address(std::string_view text) {
   const size_t colon = text.find(':');
   if (colon == std::string_view::npos)
-    return peer_error("the address of a peer has no port", quoted(text), "host:port");
+    return peer_error("the address of a peer has no port", quoted_text(text), "host:port");
   const auto host = text.substr(0, colon);
   const auto port = parse_unsigned(text.substr(colon + 1));
   if (!port || *port < 1 || *port > 65535)
-    return peer_error("the address of a peer has no usable port", quoted(text),
+    return peer_error("the address of a peer has no usable port", quoted_text(text),
                       "a port from 1 to 65535");
   if (host.empty() || host.size() > kLongestHost ||
       !std::all_of(host.begin(), host.end(), is_host_character))
-    return peer_error("the address of a peer has no usable host", quoted(text),
+    return peer_error("the address of a peer has no usable host", quoted_text(text),
                       "1 to 253 letters, digits, '.', '-' and '_'");
   return HostAddress{std::string(host), static_cast<uint16_t>(*port)};
 }

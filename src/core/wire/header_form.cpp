@@ -39,7 +39,7 @@ Status check_magic(std::span<const std::byte> start) {
   if (magic == kEdgeMagic) return ok();
   const std::string_view text(reinterpret_cast<const char*>(start.data()), sizeof magic);
   return peer_error("a connection does not begin with an nnstreamer-edge message",
-                    "the bytes " + quoted(text), "the magic number 0xfeedfeed, little-endian");
+                    "the bytes " + quoted_text(text), "the magic number 0xfeedfeed, little-endian");
 }
 
 // Whether `start` is a whole message of the 168-byte form if it has no text or an empty one.

@@ -100,8 +100,8 @@ Status check_topic(std::string_view name, std::string_view text, std::string_vie
   if (!text.empty() && text.find_first_of(forbidden) == std::string_view::npos) return ok();
   return Error{.code = Code::OPTION_VALUE,
                .what = std::string(name) + " cannot be part of an MQTT topic",
-               .offered = quoted(text),
-               .needed = "at least one character, and none of " + quoted(forbidden)};
+               .offered = quoted_text(text),
+               .needed = "at least one character, and none of " + quoted_text(forbidden)};
 }
 
 constexpr std::string_view kNotInTopic("+#\0", 3);

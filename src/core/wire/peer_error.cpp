@@ -32,7 +32,7 @@ Error peer_error(std::string what, std::string offered, std::string needed, std:
           .fix = std::move(fix)};
 }
 
-std::string quoted(std::string_view text) {
+std::string quoted_text(std::string_view text) {
   std::string out = "\"";
   for (const char c : text.substr(0, kQuotedCharacters)) append_quoted(c, &out);
   out += text.size() > kQuotedCharacters ? "...\"" : "\"";

@@ -12,6 +12,6 @@ namespace weir::wire {
 Error peer_error(std::string what, std::string offered, std::string needed, std::string fix = {});
 
 // Text of a peer in quotes: at most 64 characters of printable ASCII, other bytes as \xNN.
-std::string quoted(std::string_view text);
+std::string quoted_text(std::string_view text);
 
 }  // namespace weir::wire
