@@ -43,7 +43,8 @@ void measure(const std::string& name, bool cells_are_inner, int rounds) {
   using namespace weir;
   const std::vector<float> numbers = make_head(cells_are_inner);
   std::vector<float> copy(numbers.size());
-  const heads::ModelFacts model{.outputs = {{.type = ElementType::Float32,
+  const heads::ModelFacts model{.outputs = {{.name = {},
+                                             .type = ElementType::Float32,
                                              .shape = cells_are_inner ? Shape{kCells, kValues, 1}
                                                                       : Shape{kValues, kCells, 1}}},
                                 .input = kInput,

@@ -28,7 +28,7 @@ constexpr char kVideo[] =
 constexpr char kTensor[] =
     " ! video/x-raw,format=RGB,width=640,height=640,pixel-aspect-ratio=1/1 ! tensor_converter ! "
     "tensor_transform mode=arithmetic option=typecast:float32,mul:0.00392156863 ! "
-    "tensor_transform mode=transpose option=1:2:0:3 ! other/tensors,format=static";
+    "tensor_transform mode=transpose option=1:2:0:3 ! capsfilter caps=other/tensors,format=static";
 
 // Untouched pages share one physical page, which would stay in the nearest cache.
 void write_frames(ElementStage& stage) {

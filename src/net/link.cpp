@@ -2,9 +2,11 @@
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #include "net/link.hpp"
 
+#include <grpc/support/log.h>
 #include <grpcpp/generic/generic_stub.h>
 #include <grpcpp/grpcpp.h>
 
+#include <atomic>
 #include <fstream>
 #include <iterator>
 #include <optional>
@@ -183,6 +185,15 @@ Result<std::unique_ptr<Link>> Link::open(const ServerAddress& address, const Sec
 
 std::string Link::library_version() {
   return grpc::Version();
+}
+
+void Link::set_log(void (*log)(bool error, const std::string& text)) {
+  static std::atomic<void (*)(bool, const std::string&)> receiver;
+  receiver = log;
+  gpr_set_log_function([](gpr_log_func_args* line) {
+    receiver.load()(line->severity == GPR_LOG_SEVERITY_ERROR,
+                    std::string("gRPC: ") + line->message);
+  });
 }
 
 }  // namespace weir::net

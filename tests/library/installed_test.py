@@ -240,7 +240,7 @@ class Installed(unittest.TestCase):
         model = SHARED / "models" / "classification" / "mobilenet_v1_0.25_224_quant.tflite"
         picture = SHARED / "media" / "image" / "orange.raw"
         if not (model.exists() and picture.exists()):
-            self.skipTest("../shared is not there")
+            self.skipTest("the real models are not there")
         if not (LIBRARIES / "weir" / "modules" / "libweir-engine-tensorflow-lite.so").exists():
             self.skipTest("the engine tensorflow-lite is not built")
         done = self.start("model_once.cpp", model, picture)
@@ -251,7 +251,7 @@ class Installed(unittest.TestCase):
     def test_a_network_runs_from_c(self):
         model = SHARED / "models" / "classification" / "mnist.onnx"
         if not model.exists():
-            self.skipTest("../shared is not there")
+            self.skipTest("the real models are not there")
         if not (LIBRARIES / "weir" / "modules" / "libweir-engine-onnxruntime.so").exists():
             self.skipTest("the engine onnxruntime is not built")
         done = self.start("model_once.c", model)

@@ -5,22 +5,17 @@
 #include <cmath>
 #include <future>
 
+#include "pipeline_test_support.hpp"
 #include "says.hpp"
 #include "weir/pipeline.hpp"
 
 namespace {
 
 using namespace std::chrono_literals;
+using namespace weir::pipeline_test;
 using weir::Pipeline;
 using Values = std::vector<float>;
 
-constexpr auto kLong = 60s;
-
-Pipeline parse(const std::string& text) {
-  auto pipeline = Pipeline::parse(text);
-  if (!pipeline) throw std::runtime_error(pipeline.error().message());
-  return *std::move(pipeline);
-}
 weir::Status push(Pipeline& p, const std::string& name, float value) {
   const Values values{value};
   return p.push(name, std::span<const float>(values), {.shape = {1}});

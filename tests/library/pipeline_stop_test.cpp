@@ -10,6 +10,7 @@
 #include <thread>
 
 #include "becomes.hpp"
+#include "pipeline_test_support.hpp"
 #include "says.hpp"
 #include "weir/custom_filter.hpp"
 #include "weir/model.h"
@@ -18,24 +19,12 @@
 namespace {
 
 using namespace std::chrono_literals;
+using namespace weir::pipeline_test;
 using weir::Frame;
 using weir::Pipeline;
 using weir::PipelineState;
 using Values = std::vector<float>;
 
-constexpr auto kLong = 60s;  // never reached when the test passes
-
-Pipeline parse(const std::string& text) {
-  auto pipeline = Pipeline::parse(text);
-  if (!pipeline) throw std::runtime_error(pipeline.error().message());
-  return *std::move(pipeline);
-}
-Pipeline started(const std::string& text) {
-  Pipeline pipeline = parse(text);
-  if (const auto status = pipeline.start(); !status)
-    throw std::runtime_error(status.error().message());
-  return pipeline;
-}
 weir::Status push(Pipeline& p, float value) {
   const Values values{value};
   return p.push("in", std::span<const float>(values), {.shape = {1}});

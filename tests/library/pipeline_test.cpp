@@ -8,12 +8,14 @@
 #include <future>
 #include <thread>
 
+#include "pipeline_test_support.hpp"
 #include "says.hpp"
 #include "weir/custom_condition.hpp"
 
 namespace {
 
 using namespace std::chrono_literals;
+using namespace weir::pipeline_test;
 using weir::Code;
 using weir::Frame;
 using weir::Pipeline;
@@ -22,19 +24,6 @@ using weir::TensorShape;
 using weir::TensorView;
 using Values = std::vector<float>;
 
-constexpr auto kLong = 60s;  // never reached when the test passes
-
-Pipeline parse(const std::string& text) {
-  auto pipeline = Pipeline::parse(text);
-  if (!pipeline) throw std::runtime_error(pipeline.error().message());
-  return *std::move(pipeline);
-}
-Pipeline started(const std::string& text) {
-  Pipeline pipeline = parse(text);
-  if (const auto status = pipeline.start(); !status)
-    throw std::runtime_error(status.error().message());
-  return pipeline;
-}
 Values pulled(Pipeline& pipeline, const std::string& name) {
   const auto frame = pipeline.pull<float>(name, kLong);
   if (!frame) throw std::runtime_error(frame.error().message());

@@ -28,7 +28,7 @@ FORMATS = {"uint8": "B", "float32": "f"}
 
 def missing():
     if not RESULTS.exists():
-        return "../shared is not there"
+        return "the real models are not there"
     lacking = [engine for engine in ENGINES.values() if engine not in os.environ["WEIR_MODULE_PATH"]]
     return f"the engine {lacking[0]} is not built" if lacking else None
 

@@ -32,7 +32,7 @@ MODELS = [(CLASSIFIERS / "mobilenet_v2_1.0_224_quant.tflite", (224, 224), "", No
 
 def missing():
     if not CLASSIFIERS.is_dir():
-        return "../shared is not there"
+        return "the real models are not there"
     lacking = [e for e in ("onnxruntime", "tensorflow-lite") if e not in os.environ["WEIR_MODULE_PATH"]]
     return f"the engine {lacking[0]} is not built" if lacking else None
 

@@ -23,14 +23,14 @@ PIPELINE = """
 
 
 def find_file(name, root, kind):
-    """The path itself, else the file of that name under WEIR_DATA or ../shared."""
+    """The path itself, else the file of that name in the data of the tests."""
     if pathlib.Path(name).is_file():
         return pathlib.Path(name).resolve()
     for folder in (os.environ.get("WEIR_DATA"), root / ".." / "shared"):
         found = sorted((pathlib.Path(folder) / kind).rglob(pathlib.Path(name).name)) if folder else []
         if found:
             return found[0].resolve()
-    raise SystemExit(f"demo: {name} is not there, nor under {kind}/ of WEIR_DATA or ../shared")
+    raise SystemExit(f"demo: {name} is not there, nor below {kind}/ of the folder in WEIR_DATA")
 
 
 def inspect(build, model):

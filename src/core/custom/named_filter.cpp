@@ -6,10 +6,10 @@
 
 #include "core/custom/filter_library.hpp"
 #include "core/custom/filter_name.hpp"
-#include "core/infer/model/model_shapes.hpp"
 #include "core/infer/module/host.hpp"
 #include "core/infer/module/named_objects.hpp"
 #include "core/process/process_object.hpp"
+#include "core/tensor/model_tensor.hpp"
 #include "core/text/text.hpp"
 #include "weir/module.hpp"
 
@@ -44,7 +44,7 @@ std::string fault_of(const weir_tensor_info& info) {
   for (uint32_t i = 0; i < info.rank; ++i)
     if (info.shape[i] == 0 || info.shape[i] < -1 || info.shape[i] > UINT32_MAX)
       return "extent " + std::to_string(info.shape[i]) + " of axis " + std::to_string(i);
-  if (!is_open(info) && !to_spec(model_shape(info)).bytes()) return describe(info);
+  if (!is_open(info) && !to_spec(model_tensor(info)).bytes()) return describe(info);
   return "";
 }
 

@@ -13,7 +13,8 @@ namespace {
 using heads::ModelFacts;
 using heads::OutputFacts;
 
-Shape shape_of(const int64_t* outermost_first, size_t rank) {
+Shape shape_of(std::span<const int64_t> outermost_first) {
+  const size_t rank = outermost_first.size();
   Shape out;
   for (size_t i = 0; i < rank && i < kRankLimit; ++i) {
     const int64_t extent = outermost_first[rank - 1 - i];
@@ -23,12 +24,13 @@ Shape shape_of(const int64_t* outermost_first, size_t rank) {
   return rank == 0 ? Shape{1} : out;
 }
 
-OutputFacts facts_of(const weir_tensor_info& info) {
-  return {.type = static_cast<ElementType>(info.type),
-          .shape = shape_of(info.shape, std::min<size_t>(info.rank, WEIR_RANK_LIMIT)),
-          .name = info.name ? info.name : "",
-          .scale = info.scale,
-          .zero_point = info.zero_point};
+OutputFacts facts_of(const ModelTensor& tensor) {
+  return {{.type = tensor.type, .shape = shape_of(tensor.shape), .name = tensor.name},
+          tensor.scale != 0};
+}
+
+std::vector<ModelTensor> tensors_of(const weir_tensor_info* infos, uint32_t count) {
+  return infos ? model_tensors({infos, count}) : std::vector<ModelTensor>();
 }
 
 // {0: 'person', 1: "traffic light"}: a dict of Python, which is not JSON.
@@ -69,21 +71,6 @@ std::map<std::string, std::string> metadata_of(const char* text) {
 }
 
 }  // namespace
-
-std::vector<StreamModel::Tensor> StreamModel::tensors_of(const weir_tensor_info* infos,
-                                                         uint32_t count) {
-  std::vector<Tensor> out;
-  for (uint32_t i = 0; infos && i < count; ++i) {
-    const weir_tensor_info& info = infos[i];
-    const uint32_t rank = std::min<uint32_t>(info.rank, WEIR_RANK_LIMIT);
-    out.push_back({.type = info.type,
-                   .shape = {info.shape, info.shape + rank},
-                   .name = info.name ? info.name : "",
-                   .scale = info.scale,
-                   .zero_point = info.zero_point});
-  }
-  return out;
-}
 
 void StreamModel::set(const weir_stream_model* model) noexcept try {
   *this = StreamModel();
@@ -128,12 +115,9 @@ ModelFacts StreamModel::facts(std::span<const weir_tensor_info> tensors,
   out.metadata = metadata_;
   out.labels = labels > 0 ? labels : labels_.size();
   out.input = input.width > 0 ? input : input_size();
-  for (const weir_tensor_info& info : tensors) out.outputs.push_back(facts_of(info));
+  for (const weir_tensor_info& info : tensors) out.outputs.push_back(facts_of(model_tensor(info)));
   if (tensors.empty())
-    for (const Tensor& output : outputs_)
-      out.outputs.push_back({.type = static_cast<ElementType>(output.type),
-                             .shape = shape_of(output.shape.data(), output.shape.size()),
-                             .name = {}});
+    for (const ModelTensor& output : outputs_) out.outputs.push_back(facts_of(output));
   if (out.outputs.empty())
     throw Failure({.code = Code::SPEC_MISMATCH,
                    .what = "the stream does not say what the model's outputs are",
@@ -143,8 +127,7 @@ ModelFacts StreamModel::facts(std::span<const weir_tensor_info> tensors,
   // Names and quantisation are not in caps.
   for (size_t i = 0; i < out.outputs.size() && out.outputs.size() == outputs_.size(); ++i) {
     out.outputs[i].name = outputs_[i].name;
-    out.outputs[i].scale = outputs_[i].scale;
-    out.outputs[i].zero_point = outputs_[i].zero_point;
+    out.outputs[i].is_quantised = outputs_[i].scale != 0;
   }
   return out;
 }
@@ -160,7 +143,7 @@ std::span<const weir_tensor> StreamModel::with_quantisation(std::span<const weir
   if (outputs_.size() != tensors.size()) return tensors;
   described_.assign(tensors.begin(), tensors.end());
   for (size_t i = 0; i < tensors.size(); ++i) {
-    if (described_[i].info.type != outputs_[i].type) continue;
+    if (described_[i].info.type != static_cast<uint32_t>(outputs_[i].type)) continue;
     described_[i].info.scale = outputs_[i].scale;
     described_[i].info.zero_point = outputs_[i].zero_point;
   }
@@ -171,7 +154,9 @@ bool has_shapes(const ModelFacts& facts, std::span<const weir_tensor> tensors) n
   return std::equal(facts.outputs.begin(), facts.outputs.end(), tensors.begin(), tensors.end(),
                     [](const OutputFacts& output, const weir_tensor& tensor) {
                       return static_cast<uint32_t>(output.type) == tensor.info.type &&
-                             output.shape == facts_of(tensor.info).shape;
+                             output.shape ==
+                                 shape_of({tensor.info.shape,
+                                           std::min<size_t>(tensor.info.rank, WEIR_RANK_LIMIT)});
                     });
 }
 

@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "core/heads/head.hpp"
+#include "core/tensor/model_tensor.hpp"
 #include "weir/decoder_model.h"
 #include "weir/source_map.hpp"
 
@@ -33,17 +34,9 @@ class StreamModel {
   std::span<const weir_tensor> with_quantisation(std::span<const weir_tensor> tensors);
 
  private:
-  struct Tensor {
-    uint32_t type = WEIR_TYPE_END;
-    std::vector<int64_t> shape;  // outermost first
-    std::string name;
-    float scale = 0;
-    int32_t zero_point = 0;
-  };
-  static std::vector<Tensor> tensors_of(const weir_tensor_info* infos, uint32_t count);
   detection::PictureSize input_size() const noexcept;
 
-  std::vector<Tensor> inputs_, outputs_;
+  std::vector<ModelTensor> inputs_, outputs_;
   std::map<std::string, std::string> metadata_;
   std::vector<std::string> labels_;
   std::string name_;

@@ -57,22 +57,23 @@ Area common_part(const Area& a, const Area& b) noexcept {
 Canvas::Canvas(const preprocess::Picture& picture, const Planes& planes)
     : picture_(picture), planes_(planes) {
   std::array<bool, 3> seen{};
-  for (size_t i = 0; i < picture.format.lane_count(); ++i) {
-    const preprocess::Lane& lane = picture.format.lanes[i];
-    preprocess::Lane& coarsest = lanes_[lane.plane];
-    const bool is_first = !std::exchange(seen[lane.plane], true);
-    mixed_[lane.plane] = mixed_[lane.plane] || (!is_first && !coarsest.same_grid(lane));
-    if (is_first || lane.step > coarsest.step) coarsest = lane;
-    halved_ = halved_ || lane.halved_columns || lane.halved_rows;
+  for (size_t i = 0; i < picture.format.component_count(); ++i) {
+    const preprocess::Component& component = picture.format.components[i];
+    preprocess::Component& coarsest = components_[component.plane];
+    const bool is_first = !std::exchange(seen[component.plane], true);
+    mixed_[component.plane] =
+        mixed_[component.plane] || (!is_first && !coarsest.same_grid(component));
+    if (is_first || component.step > coarsest.step) coarsest = component;
+    halved_ = halved_ || component.halved_columns || component.halved_rows;
   }
 }
 
 Result<Canvas> Canvas::make(const preprocess::Picture& picture, const Planes& planes) {
   const Canvas out(picture, planes);
   for (size_t i = 0; i < picture.format.plane_count(); ++i) {
-    const preprocess::Lane& lane = out.lanes_[i];
-    const int64_t row_bytes = samples(picture.width, lane.halved_columns) * lane.step;
-    if (!holds(planes[i], samples(picture.height, lane.halved_rows), row_bytes))
+    const preprocess::Component& component = out.components_[i];
+    const int64_t row_bytes = samples(picture.width, component.halved_columns) * component.step;
+    if (!holds(planes[i], samples(picture.height, component.halved_rows), row_bytes))
       return Error{.code = Code::FRAME_SIZE,
                    .what = "a picture is shorter than its size requires",
                    .offered = "plane " + std::to_string(i) + " of " +
@@ -92,7 +93,8 @@ Area Canvas::all() const noexcept {
 
 std::byte* Canvas::at(size_t plane, int64_t x, int64_t y) const noexcept {
   const Plane& p = planes_[plane];
-  return p.memory.data() + static_cast<ptrdiff_t>(p.offset) + y * p.stride + x * lanes_[plane].step;
+  return p.memory.data() + static_cast<ptrdiff_t>(p.offset) + y * p.stride +
+         x * components_[plane].step;
 }
 
 void Canvas::fill(const Area& area, const Paint& paint) noexcept {
@@ -100,28 +102,30 @@ void Canvas::fill(const Area& area, const Paint& paint) noexcept {
   if (part.empty()) return;
   for (size_t plane = 0; plane < picture_.format.plane_count(); ++plane)
     if (!mixed_[plane]) fill_plane(plane, part, paint);
-  for (size_t i = 0; i < picture_.format.lane_count(); ++i) {
-    const preprocess::Lane& lane = picture_.format.lanes[i];
-    if (mixed_[lane.plane]) fill_lane(lane, part, paint.planes[lane.plane][lane.offset]);
+  for (size_t i = 0; i < picture_.format.component_count(); ++i) {
+    const preprocess::Component& component = picture_.format.components[i];
+    if (mixed_[component.plane])
+      fill_component(component, part, paint.planes[component.plane][component.offset]);
   }
 }
 
 void Canvas::fill_plane(size_t plane, const Area& part, const Paint& paint) noexcept {
-  const preprocess::Lane& lane = lanes_[plane];
-  const int64_t left = lane.halved_columns ? part.left / 2 : part.left;
-  const int64_t top = lane.halved_rows ? part.top / 2 : part.top;
-  const int64_t count = samples(part.right, lane.halved_columns) - left;
-  const FillRow fill_one = kFillRow[lane.step - 1];
-  for (int64_t y = top; y < samples(part.bottom, lane.halved_rows); ++y)
+  const preprocess::Component& component = components_[plane];
+  const int64_t left = component.halved_columns ? part.left / 2 : part.left;
+  const int64_t top = component.halved_rows ? part.top / 2 : part.top;
+  const int64_t count = samples(part.right, component.halved_columns) - left;
+  const FillRow fill_one = kFillRow[component.step - 1];
+  for (int64_t y = top; y < samples(part.bottom, component.halved_rows); ++y)
     fill_one(at(plane, left, y), count, paint.planes[plane].data());
 }
 
-void Canvas::fill_lane(const preprocess::Lane& lane, const Area& part, uint8_t sample) noexcept {
-  const int64_t left = lane.halved_columns ? part.left / 2 : part.left;
-  const int64_t right = samples(part.right, lane.halved_columns);
+void Canvas::fill_component(const preprocess::Component& component, const Area& part,
+                            uint8_t sample) noexcept {
+  const int64_t left = component.halved_columns ? part.left / 2 : part.left;
+  const int64_t right = samples(part.right, component.halved_columns);
   for (int64_t y = part.top; y < part.bottom; ++y) {
-    std::byte* const row = at(lane.plane, 0, y) + lane.offset;
-    for (int64_t x = left; x < right; ++x) row[x * lane.step] = std::byte{sample};
+    std::byte* const row = at(component.plane, 0, y) + component.offset;
+    for (int64_t x = left; x < right; ++x) row[x * component.step] = std::byte{sample};
   }
 }
 
@@ -129,13 +133,13 @@ void Canvas::tint(const Area& area, uint8_t opacity, const Paint& paint) noexcep
   const Area part = common_part(area, all());
   if (part.empty()) return;
   for (size_t plane = 0; plane < picture_.format.plane_count(); ++plane) {
-    const preprocess::Lane& lane = lanes_[plane];
-    const int64_t left = lane.halved_columns ? (part.left + 1) / 2 : part.left;
-    const int64_t right = lane.halved_columns ? (part.right + 1) / 2 : part.right;
-    const int64_t top = lane.halved_rows ? (part.top + 1) / 2 : part.top;
-    const int64_t bottom = lane.halved_rows ? (part.bottom + 1) / 2 : part.bottom;
+    const preprocess::Component& component = components_[plane];
+    const int64_t left = component.halved_columns ? (part.left + 1) / 2 : part.left;
+    const int64_t right = component.halved_columns ? (part.right + 1) / 2 : part.right;
+    const int64_t top = component.halved_rows ? (part.top + 1) / 2 : part.top;
+    const int64_t bottom = component.halved_rows ? (part.bottom + 1) / 2 : part.bottom;
     if (left >= right) continue;
-    const auto bytes = static_cast<size_t>((right - left) * lane.step);
+    const auto bytes = static_cast<size_t>((right - left) * component.step);
     for (int64_t y = top; y < bottom; ++y)
       tint_row(at(plane, left, y), opacity, bytes, paint.planes[plane]);
   }
@@ -145,12 +149,13 @@ void Canvas::blend(int64_t x, int64_t y, const PlaneMask& mask, const Paint& pai
   const Area part = common_part({x, y, x + mask.width, y + mask.height}, all());
   if (part.empty()) return;
   for (size_t plane = 0; plane < picture_.format.plane_count(); ++plane) {
-    const preprocess::Lane& lane = lanes_[plane];
-    const int64_t left = lane.halved_columns ? x / 2 : x, top = lane.halved_rows ? y / 2 : y;
-    const auto bytes =
-        static_cast<size_t>((samples(part.right, lane.halved_columns) - left) * lane.step);
+    const preprocess::Component& component = components_[plane];
+    const int64_t left = component.halved_columns ? x / 2 : x,
+                  top = component.halved_rows ? y / 2 : y;
+    const auto bytes = static_cast<size_t>((samples(part.right, component.halved_columns) - left) *
+                                           component.step);
     const uint8_t* coverage = mask.planes[plane].coverage.data();
-    for (int64_t row = top; row < samples(part.bottom, lane.halved_rows); ++row) {
+    for (int64_t row = top; row < samples(part.bottom, component.halved_rows); ++row) {
       blend_row(at(plane, left, row), coverage, bytes, paint.planes[plane]);
       coverage += mask.planes[plane].row_bytes;
     }

@@ -49,13 +49,14 @@ class Canvas {
   Canvas(const preprocess::Picture& picture, const Planes& planes);
   std::byte* at(size_t plane, int64_t x, int64_t y) const noexcept;  // in units of the plane
   void fill_plane(size_t plane, const Area& part, const Paint& paint) noexcept;
-  void fill_lane(const preprocess::Lane& lane, const Area& part, uint8_t sample) noexcept;
+  void fill_component(const preprocess::Component& component, const Area& part,
+                      uint8_t sample) noexcept;
 
   preprocess::Picture picture_;
   Planes planes_;
-  // The coarsest lane of each plane: its step is the plane's unit.
-  std::array<preprocess::Lane, 3> lanes_;
-  // Whether a plane has lanes of different steps (YUY2).
+  // The coarsest component of each plane: its step is the plane's unit.
+  std::array<preprocess::Component, 3> components_;
+  // Whether a plane has components of different steps (YUY2).
   std::array<bool, 3> mixed_{};
   bool halved_ = false;
 };

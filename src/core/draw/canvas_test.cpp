@@ -45,8 +45,8 @@ TEST(Canvas, IsNotDrawnOnBeyondItsPicture) {
       canvas.fill(area, paint);
     EXPECT_EQ(picture, TestPicture(format, 6, 4)) << format;
     canvas.fill({-kFar, -kFar, kFar, kFar}, paint);
-    for (const auto& lane : picture.lanes())  // bytes between rows belong to no pixel
-      EXPECT_EQ(picture.memory[lane.plane][2], std::byte{7});
+    for (const auto& component : picture.components())  // bytes between rows belong to no pixel
+      EXPECT_EQ(picture.memory[component.plane][2], std::byte{7});
     EXPECT_EQ(picture.memory[0].back(), std::byte{7});
   }
 }
@@ -62,13 +62,14 @@ uint8_t mixed(unsigned ground, unsigned color, unsigned coverage) {
   return static_cast<uint8_t>((2 * (ground * (255 - coverage) + color * coverage) + 255) / 510);
 }
 // The mean of the pixels of a sample; pixels beyond the mask count as 0.
-unsigned coverage_at(const Mask& mask, int64_t x, int64_t y, const preprocess::Lane& lane) {
+unsigned coverage_at(const Mask& mask, int64_t x, int64_t y,
+                     const preprocess::Component& component) {
   const auto at = [&](int64_t column, int64_t row) -> unsigned {
     if (column >= mask.width || row >= mask.height) return 0;
     return mask.coverage[static_cast<size_t>(row * mask.width + column)];
   };
-  if (!lane.halved_columns) return at(x, y);
-  if (!lane.halved_rows) return (at(x, y) + at(x + 1, y) + 1) / 2;
+  if (!component.halved_columns) return at(x, y);
+  if (!component.halved_rows) return (at(x, y) + at(x + 1, y) + 1) / 2;
   return (at(x, y) + at(x + 1, y) + at(x, y + 1) + at(x + 1, y + 1) + 2) / 4;
 }
 
@@ -83,20 +84,21 @@ TEST(Canvas, MixesAMaskIn) {
                                paint_of(picture.picture, color));
         TestPicture expected(format, 40, 20);
         const auto samples = samples_of(picture.picture, color);
-        for (size_t lane = 0; lane < expected.lanes().size(); ++lane) {
-          const preprocess::Lane& grid = expected.lanes()[lane];
+        for (size_t component = 0; component < expected.components().size(); ++component) {
+          const preprocess::Component& grid = expected.components()[component];
           for (int64_t row = 0; row < 20; row += grid.halved_rows ? 2 : 1)
             for (int64_t column = 0; column < 40; column += grid.halved_columns ? 2 : 1) {
               if (column < x || row < y) continue;
-              uint8_t* sample = expected.sample(lane, column, row);
-              *sample = mixed(7, samples[lane], coverage_at(mask, column - x, row - y, grid));
+              uint8_t* sample = expected.sample(component, column, row);
+              *sample = mixed(7, samples[component], coverage_at(mask, column - x, row - y, grid));
             }
         }
-        for (size_t lane = 0; lane < expected.lanes().size(); ++lane)
+        for (size_t component = 0; component < expected.components().size(); ++component)
           for (int64_t row = 0; row < 20; ++row)
             for (int64_t column = 0; column < 40; ++column)
-              ASSERT_EQ(*picture.sample(lane, column, row), *expected.sample(lane, column, row))
-                  << format << " lane " << lane << " at " << column << "," << row;
+              ASSERT_EQ(*picture.sample(component, column, row),
+                        *expected.sample(component, column, row))
+                  << format << " component " << component << " at " << column << "," << row;
         EXPECT_EQ(picture.memory[0][2], std::byte{7});
       }
 }

@@ -82,10 +82,10 @@ Paint paint_of(const preprocess::Picture& picture, Rgb color) noexcept {
   Paint out;
   for (Pattern& pattern : out.planes) pattern.fill(255);
   const auto samples = samples_of(picture, color);
-  for (size_t i = 0; i < picture.format.lane_count(); ++i) {
-    const preprocess::Lane& lane = picture.format.lanes[i];
-    for (size_t at = lane.offset; at < kPatternBytes; at += lane.step)
-      out.planes[lane.plane][at] = samples[i];
+  for (size_t i = 0; i < picture.format.component_count(); ++i) {
+    const preprocess::Component& component = picture.format.components[i];
+    for (size_t at = component.offset; at < kPatternBytes; at += component.step)
+      out.planes[component.plane][at] = samples[i];
   }
   return out;
 }

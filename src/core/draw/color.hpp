@@ -21,13 +21,13 @@ Rgb depth_color(uint32_t level) noexcept;
 // Black or white, whichever is easier to read on `ground`.
 Rgb text_color(Rgb ground) noexcept;
 
-// One sample for each lane of the format: R'G'B', Y'CbCr by the picture's matrix and range, or gray
-// (0.299 R' + 0.587 G' + 0.114 B') in the picture's range. Rounded to the nearest integer.
+// One sample for each component of the format: R'G'B', Y'CbCr by the picture's matrix and range, or
+// gray (0.299 R' + 0.587 G' + 0.114 B') in the picture's range. Rounded to the nearest integer.
 std::array<uint8_t, 3> samples_of(const preprocess::Picture& picture, Rgb color) noexcept;
 
 // The bytes of a pixel in each plane, repeated. Samples of a plane are 1, 2, 3 or 4 bytes apart,
 // and 48 is a multiple of these. Three vectors of up to 64 bytes are whole periods. Bytes outside
-// all lanes (alpha, padding) are 255.
+// all components (alpha, padding) are 255.
 inline constexpr size_t kPatternPeriod = 48, kPatternBytes = 192;
 using Pattern = std::array<uint8_t, kPatternBytes>;
 struct Paint {

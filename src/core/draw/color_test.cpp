@@ -52,7 +52,7 @@ TEST(DrawColor, UsesTheWholeRangeWhereThePictureDoes) {
   EXPECT_EQ(samples_of(studio, {255, 255, 255})[0], 235);
 }
 
-TEST(DrawColor, IsPlacedInEachFormatWhereItsLanesAre) {
+TEST(DrawColor, IsPlacedInEachFormatWhereItsComponentsAre) {
   const Rgb color{1, 2, 3};
   const auto first_pixel = [&](const char* format) {
     const auto paint =

@@ -29,39 +29,40 @@ struct TestPicture {
     picture.width = width;
     picture.height = height;
     picture.range = preprocess::Range::Limited;
-    for (const preprocess::Lane& lane : lanes()) {
-      const size_t rows = lane.halved_rows ? (height + 1) / 2 : height;
-      const size_t stride = (lane.halved_columns ? (width + 1) / 2 : width) * lane.step + 5;
-      memory[lane.plane].assign(3 + rows * stride, std::byte{7});
-      planes[lane.plane] = {memory[lane.plane], 3, static_cast<ptrdiff_t>(stride)};
+    for (const preprocess::Component& component : components()) {
+      const size_t rows = component.halved_rows ? (height + 1) / 2 : height;
+      const size_t stride =
+          (component.halved_columns ? (width + 1) / 2 : width) * component.step + 5;
+      memory[component.plane].assign(3 + rows * stride, std::byte{7});
+      planes[component.plane] = {memory[component.plane], 3, static_cast<ptrdiff_t>(stride)};
       if (!bottom_up) continue;
-      planes[lane.plane].offset += (rows - 1) * stride;
-      planes[lane.plane].stride = -static_cast<ptrdiff_t>(stride);
+      planes[component.plane].offset += (rows - 1) * stride;
+      planes[component.plane].stride = -static_cast<ptrdiff_t>(stride);
     }
   }
   TestPicture(const TestPicture&) = delete;  // planes point into memory
   TestPicture& operator=(const TestPicture&) = delete;
-  std::span<const preprocess::Lane> lanes() const {
-    return std::span(picture.format.lanes).first(picture.format.lane_count());
+  std::span<const preprocess::Component> components() const {
+    return std::span(picture.format.components).first(picture.format.component_count());
   }
   Canvas canvas() const { return *Canvas::make(picture, planes); }
-  uint8_t* sample(size_t lane_index, int64_t x, int64_t y) {
-    const preprocess::Lane& lane = picture.format.lanes[lane_index];
-    if (lane.halved_columns) x /= 2;
-    if (lane.halved_rows) y /= 2;
-    const Plane& plane = planes[lane.plane];
+  uint8_t* sample(size_t component_index, int64_t x, int64_t y) {
+    const preprocess::Component& component = picture.format.components[component_index];
+    if (component.halved_columns) x /= 2;
+    if (component.halved_rows) y /= 2;
+    const Plane& plane = planes[component.plane];
     return reinterpret_cast<uint8_t*>(plane.memory.data() + plane.offset + y * plane.stride +
-                                      x * lane.step + lane.offset);
+                                      x * component.step + component.offset);
   }
   // Sets one pixel and the chroma that it shares.
   void set(int64_t x, int64_t y, Rgb color) {
     if (x < 0 || y < 0 || x >= picture.width || y >= picture.height) return;
     const auto samples = samples_of(picture, color);
-    const preprocess::Lane& first = picture.format.lanes[0];
+    const preprocess::Component& first = picture.format.components[0];
     if (first.step == 4)
       for (size_t i = 0; i < 4; ++i)
         sample(0, x, y)[static_cast<ptrdiff_t>(i) - first.offset] = 255;
-    for (size_t i = 0; i < picture.format.lane_count(); ++i) *sample(i, x, y) = samples[i];
+    for (size_t i = 0; i < picture.format.component_count(); ++i) *sample(i, x, y) = samples[i];
   }
   bool operator==(const TestPicture& other) const { return memory == other.memory; }
 };

@@ -64,11 +64,11 @@ TEST(MaskTinter, MixesEverySampleOnceInEveryFormat) {
       auto canvas = picture.canvas();
       MaskTinter().tint(canvas.all(), {2, 2, all}, 77, paint_of(picture.picture, kColor), &canvas);
       const auto samples = samples_of(picture.picture, kColor);
-      for (size_t lane = 0; lane < picture.lanes().size(); ++lane)
+      for (size_t component = 0; component < picture.components().size(); ++component)
         for (int64_t y = 0; y < height; ++y)
           for (int64_t x = 0; x < width; ++x)
-            ASSERT_EQ(*picture.sample(lane, x, y), mixed(7, samples[lane], 77))
-                << format << " lane " << lane << " at " << x << "," << y;
+            ASSERT_EQ(*picture.sample(component, x, y), mixed(7, samples[component], 77))
+                << format << " component " << component << " at " << x << "," << y;
       EXPECT_EQ(picture.memory[0][2], std::byte{7});
     }
 }

@@ -7,7 +7,7 @@
 namespace weir {
 namespace {
 
-bool is_output(const DescribedTensor& output, const TensorSpec& tensor) {
+bool is_output(const ModelTensor& output, const TensorSpec& tensor) {
   if (output.type != tensor.type || output.shape.size() > kRankLimit) return false;
   Shape shape;
   const size_t rank = output.shape.size();
@@ -20,30 +20,15 @@ bool is_output(const DescribedTensor& output, const TensorSpec& tensor) {
   return shape == tensor.shape;
 }
 
-std::vector<weir_tensor_info> infos_of(const std::vector<DescribedTensor>& tensors) {
-  std::vector<weir_tensor_info> out;
-  for (const DescribedTensor& tensor : tensors) {
-    weir_tensor_info info{};
-    info.type = static_cast<uint32_t>(tensor.type);
-    info.rank = static_cast<uint32_t>(std::min<size_t>(tensor.shape.size(), WEIR_RANK_LIMIT));
-    std::copy_n(tensor.shape.begin(), info.rank, info.shape);
-    info.name = tensor.name.empty() ? nullptr : tensor.name.c_str();
-    info.scale = tensor.scale;
-    info.zero_point = tensor.zero_point;
-    info.batch_axis = WEIR_NO_BATCH_AXIS;
-    out.push_back(info);
-  }
-  return out;
+// Tensors without a name have none, rather than "".
+std::vector<weir_tensor_info> infos_of(const std::vector<ModelTensor>& tensors) {
+  auto infos = tensor_infos(tensors);
+  for (auto& info : infos)
+    if (*info.name == '\0') info.name = nullptr;
+  return infos;
 }
 
 }  // namespace
-
-DescribedTensor described(const TensorSpec& spec) {
-  DescribedTensor out;
-  out.type = spec.type;
-  for (size_t i = spec.shape.rank(); i-- > 0;) out.shape.push_back(spec.shape[i]);
-  return out;
-}
 
 bool has_outputs(const DescribedModel& model, const FrameSpec& stream) {
   if (stream.format != Format::Static) return stream.format == Format::Flexible;

@@ -1,35 +1,22 @@
 // DescribedModel: what tensor_filter says downstream about the model whose outputs it pushes.
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #pragma once
-#include <cstdint>
 #include <string>
 #include <vector>
 
-#include "core/tensor/frame_spec.hpp"
+#include "core/tensor/model_tensor.hpp"
 #include "weir/decoder_model.h"
 
 namespace weir {
 
-struct DescribedTensor {
-  ElementType type = ElementType::End;  // End: not known
-  std::vector<int64_t> shape;           // outermost first, -1 = not known
-  std::string name;
-  float scale = 0;  // 0 = not quantised
-  int32_t zero_point = 0;
-  bool operator==(const DescribedTensor&) const = default;
-};
-
 struct DescribedModel {
-  std::vector<DescribedTensor> inputs;     // of the model
-  std::vector<DescribedTensor> outputs;    // of the stream: after output-combination
+  std::vector<ModelTensor> inputs;         // of the model
+  std::vector<ModelTensor> outputs;        // of the stream: after output-combination
   std::string path;                        // "" = none
   std::string metadata_json;               // "" = none
   std::vector<std::string> card_labels{};  // names of classes; not in the event
   bool operator==(const DescribedModel&) const = default;
 };
-
-// Describes a tensor of a stream, which has no name.
-DescribedTensor described(const TensorSpec& spec);
 
 // Whether `stream` can be the outputs of the model: a flexible stream always, a static one if types
 // and shapes are equal.

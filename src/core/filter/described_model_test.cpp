@@ -13,15 +13,16 @@ FrameSpec stream_of(std::vector<TensorSpec> tensors, Format format = Format::Sta
 TensorSpec tensor(ElementType type, const char* dimensions) {
   return {type, Shape::parse(dimensions), {}};
 }
-DescribedModel model_of(std::vector<DescribedTensor> outputs) {
+DescribedModel model_of(std::vector<ModelTensor> outputs) {
   DescribedModel model;
   model.outputs = std::move(outputs);
   return model;
 }
 
 TEST(DescribedModel, BelongsToStreamsOfItsOutputs) {
-  const auto model = model_of({{.type = ElementType::Int8, .shape = {1, 84, 8400}, .name = "o"},
-                               {.type = ElementType::Float32, .shape = {}, .name = "scalar"}});
+  const auto model = model_of(
+      {{.type = ElementType::Int8, .rank_known = true, .shape = {1, 84, 8400}, .name = "o"},
+       {.type = ElementType::Float32, .rank_known = true, .shape = {}, .name = "scalar"}});
   const auto boxes = tensor(ElementType::Int8, "8400:84"),
              scalar = tensor(ElementType::Float32, "1");
   EXPECT_TRUE(has_outputs(model, stream_of({boxes, scalar})))
@@ -37,22 +38,26 @@ TEST(DescribedModel, BelongsToStreamsOfItsOutputs) {
 
 TEST(DescribedModel, OfUnknownOrImpossibleShapesBelongsToNoStaticStream) {
   for (const int64_t extent : {int64_t{-1}, int64_t{0}, int64_t{1} << 40}) {
-    const auto model = model_of({{.type = ElementType::Float32, .shape = {extent, 4}, .name = {}}});
+    const auto model = model_of(
+        {{.type = ElementType::Float32, .rank_known = true, .shape = {extent, 4}, .name = {}}});
     EXPECT_FALSE(has_outputs(model, stream_of({tensor(ElementType::Float32, "4:1")}))) << extent;
     EXPECT_TRUE(has_outputs(model, stream_of({}, Format::Flexible)));
   }
   const std::vector<int64_t> deep(17, 1);
-  const auto model = model_of({{.type = ElementType::Float32, .shape = deep, .name = {}}});
+  const auto model =
+      model_of({{.type = ElementType::Float32, .rank_known = true, .shape = deep, .name = {}}});
   EXPECT_FALSE(has_outputs(model, stream_of({tensor(ElementType::Float32, "1")})));
 }
 
 TEST(DescribedModel, GoesToModulesWithNamesAndQuantisation) {
   DescribedModel model = model_of({{.type = ElementType::UInt8,
+                                    .rank_known = true,
                                     .shape = {1, -1, 6},
                                     .name = "output0",
                                     .scale = 0.5f,
                                     .zero_point = 3}});
-  model.inputs.push_back({.type = ElementType::Float32, .shape = {1, 3, 640, 640}, .name = {}});
+  model.inputs.push_back(
+      {.type = ElementType::Float32, .rank_known = true, .shape = {1, 3, 640, 640}, .name = {}});
   model.path = "/models/a.onnx";
   AbiModel abi;
   const weir_stream_model& out = abi.fill(model);
@@ -70,12 +75,6 @@ TEST(DescribedModel, GoesToModulesWithNamesAndQuantisation) {
   EXPECT_EQ(out.inputs[0].shape[3], 640);
   EXPECT_STREQ(out.path, "/models/a.onnx");
   EXPECT_EQ(out.metadata_json, nullptr);
-}
-
-TEST(DescribedModel, DescribesTensorsOfStreamsOutermostFirst) {
-  const auto described_tensor = described(tensor(ElementType::UInt8, "3:640:480:1"));
-  EXPECT_EQ(described_tensor.type, ElementType::UInt8);
-  EXPECT_EQ(described_tensor.shape, (std::vector<int64_t>{1, 480, 640, 3}));
 }
 
 }  // namespace

@@ -45,7 +45,7 @@ std::string layouts_text(std::span<const uint32_t> layouts) {
   });
 }
 
-void set_layouts(const std::vector<uint32_t>& layouts, std::vector<ModelShape>* shapes) {
+void set_layouts(const std::vector<uint32_t>& layouts, std::vector<ModelTensor>* shapes) {
   for (size_t i = 0; i < std::min(layouts.size(), shapes->size()); ++i)
     if (layouts[i] != WEIR_LAYOUT_ANY) (*shapes)[i].layout = layouts[i];
 }

@@ -7,7 +7,7 @@
 #include <string_view>
 #include <vector>
 
-#include "core/filter/model_shape.hpp"
+#include "core/filter/model_fit.hpp"
 
 namespace weir {
 
@@ -21,6 +21,6 @@ inline std::string layouts_text(const std::string& list) {
   return layouts_text(parse_layout_list(list, "layout"));
 }
 // Overrides the model's layouts; ANY keeps the model's.
-void set_layouts(const std::vector<uint32_t>& layouts, std::vector<ModelShape>* shapes);
+void set_layouts(const std::vector<uint32_t>& layouts, std::vector<ModelTensor>* shapes);
 
 }  // namespace weir

@@ -29,7 +29,7 @@ TEST(Layout, UnknownNamesBecomeNoneWithAWarning) {
 }
 
 TEST(Layout, AnyKeepsTheModelsLayout) {
-  std::vector<ModelShape> shapes(3);
+  std::vector<ModelTensor> shapes(3);
   shapes[0].layout = shapes[1].layout = 1;
   set_layouts({0, 2}, &shapes);
   EXPECT_EQ(shapes[0].layout, 1u);

@@ -11,18 +11,19 @@
 namespace weir {
 namespace {
 
-void set_names(const std::string& names, std::vector<ModelShape>* shapes) {
+void set_names(const std::string& names, std::vector<ModelTensor>* shapes) {
   const auto list = parse_name_list(names);
   for (size_t i = 0; i < std::min(list.size(), shapes->size()); ++i)
     if (!list[i].empty()) (*shapes)[i].name = list[i];
 }
 
-std::string list_of(const std::vector<ModelShape>& shapes, std::string (*text)(const ModelShape&)) {
+std::string list_of(const std::vector<ModelTensor>& shapes,
+                    std::string (*text)(const ModelTensor&)) {
   return join(shapes, ",", text);
 }
 
 // Innermost first; open dimensions are 1; empty if the rank is unknown.
-std::string dimensions_of(const ModelShape& shape) {
+std::string dimensions_of(const ModelTensor& shape) {
   if (shape.shape.empty()) return shape.rank_known ? "1" : "";
   std::string out;
   for (size_t i = shape.shape.size(); i-- > 0;)
@@ -60,7 +61,7 @@ Result<ModelDescription> describe_model(ModelTensors model, const DeclaredTensor
   return out;
 }
 
-Status ModelDescription::check_output_choice(const std::vector<ModelShape>& of) const {
+Status ModelDescription::check_output_choice(const std::vector<ModelTensor>& of) const {
   for (const size_t index : output_choice.outputs)
     if (index >= of.size())
       return Error{.code = Code::OPTION_VALUE,
@@ -71,13 +72,13 @@ Status ModelDescription::check_output_choice(const std::vector<ModelShape>& of) 
   return ok();
 }
 
-Result<std::vector<ModelShape>> ModelDescription::complete_outputs(
-    std::vector<ModelShape> resolved) const {
+Result<std::vector<ModelTensor>> ModelDescription::complete_outputs(
+    std::vector<ModelTensor> resolved) const {
   if (resolved.size() != outputs.size() && !resolved.empty() && !outputs.empty())
     return Error{.code = Code::SPEC_MISMATCH,
                  .what = "output= and the model's outputs for this stream differ in number",
-                 .offered = list_shapes(outputs),
-                 .needed = list_shapes(resolved),
+                 .offered = list_tensors(outputs),
+                 .needed = list_tensors(resolved),
                  .difference = "number of tensors",
                  .fix = "omit output and outputtype: the model declares them"};
   if (resolved.empty()) {
@@ -115,7 +116,7 @@ FrameSpec ModelDescription::source_spec() const {
 }
 
 Result<FrameSpec> ModelDescription::source_spec(const FrameSpec& sink,
-                                                const std::vector<ModelShape>& of,
+                                                const std::vector<ModelTensor>& of,
                                                 bool sizes_known) const {
   const bool flexible = declared.invoke_dynamic || !sizes_known;
   FrameSpec spec{flexible ? Format::Flexible : Format::Static, {}, sink.rate};
@@ -130,7 +131,7 @@ Result<FrameSpec> ModelDescription::source_spec(const FrameSpec& sink,
   return spec;
 }
 
-std::vector<TensorSpec> ModelDescription::chosen_outputs(const std::vector<ModelShape>& of) const {
+std::vector<TensorSpec> ModelDescription::chosen_outputs(const std::vector<ModelTensor>& of) const {
   auto all = known_parts(of);
   if (output_choice.empty()) return all;
   std::vector<TensorSpec> chosen;
@@ -139,28 +140,28 @@ std::vector<TensorSpec> ModelDescription::chosen_outputs(const std::vector<Model
   return chosen;
 }
 
-bool all_fixed(const std::vector<ModelShape>& shapes) {
+bool all_fixed(const std::vector<ModelTensor>& shapes) {
   return !shapes.empty() &&
          std::all_of(shapes.begin(), shapes.end(), [](const auto& shape) { return shape.fixed(); });
 }
 
-std::string dimensions_text(const std::vector<ModelShape>& shapes) {
+std::string dimensions_text(const std::vector<ModelTensor>& shapes) {
   return list_of(shapes, dimensions_of);
 }
-std::string types_text(const std::vector<ModelShape>& shapes) {
+std::string types_text(const std::vector<ModelTensor>& shapes) {
   return join_types(known_parts(shapes));
 }
-std::string names_text(const std::vector<ModelShape>& shapes) {
+std::string names_text(const std::vector<ModelTensor>& shapes) {
   return join_names(known_parts(shapes));
 }
-std::string layouts_text(const std::vector<ModelShape>& shapes) {
+std::string layouts_text(const std::vector<ModelTensor>& shapes) {
   std::vector<uint32_t> layouts;
   layouts.reserve(shapes.size());
   for (const auto& shape : shapes) layouts.push_back(shape.layout);
   return layouts_text(std::span<const uint32_t>(layouts));
 }
-std::string ranks_text(const std::vector<ModelShape>& shapes) {
-  return list_of(shapes, [](const ModelShape& shape) {
+std::string ranks_text(const std::vector<ModelTensor>& shapes) {
+  return list_of(shapes, [](const ModelTensor& shape) {
     return std::to_string(std::max<size_t>(shape.shape.size(), 1));
   });
 }

@@ -6,7 +6,7 @@
 #include <vector>
 
 #include "core/filter/combination.hpp"
-#include "core/filter/model_shape.hpp"
+#include "core/filter/model_fit.hpp"
 
 namespace weir {
 
@@ -21,7 +21,7 @@ struct DeclaredTensors {
 
 // The tensors of one frame; parts may be open.
 struct ModelTensors {
-  std::vector<ModelShape> inputs, outputs;
+  std::vector<ModelTensor> inputs, outputs;
 };
 
 struct ModelDescription : ModelTensors {
@@ -34,15 +34,15 @@ struct ModelDescription : ModelTensors {
   FrameSpec sink_spec() const;
   FrameSpec source_spec() const;
   // The same for a stream `sink` and the model's outputs for it.
-  Result<FrameSpec> source_spec(const FrameSpec& sink, const std::vector<ModelShape>& outputs,
+  Result<FrameSpec> source_spec(const FrameSpec& sink, const std::vector<ModelTensor>& outputs,
                                 bool sizes_known) const;
   // The outputs that the engine reports for a stream, with open parts filled from the user's
   // properties. SPEC_MISMATCH if the user contradicts the engine.
-  Result<std::vector<ModelShape>> complete_outputs(std::vector<ModelShape> resolved) const;
-  Status check_output_choice(const std::vector<ModelShape>& outputs) const;
+  Result<std::vector<ModelTensor>> complete_outputs(std::vector<ModelTensor> resolved) const;
+  Status check_output_choice(const std::vector<ModelTensor>& outputs) const;
 
  private:
-  std::vector<TensorSpec> chosen_outputs(const std::vector<ModelShape>& outputs) const;
+  std::vector<TensorSpec> chosen_outputs(const std::vector<ModelTensor>& outputs) const;
 };
 
 // `model` is the model's declaration. `warnings` gets the settings that are ignored because they
@@ -51,13 +51,13 @@ Result<ModelDescription> describe_model(ModelTensors model, const DeclaredTensor
                                         std::vector<Error>* warnings);
 
 // False for an empty list: such a model leaves the number of its tensors open.
-bool all_fixed(const std::vector<ModelShape>& shapes);
+bool all_fixed(const std::vector<ModelTensor>& shapes);
 
 // Lists as written in the properties; "" for no tensors.
-std::string dimensions_text(const std::vector<ModelShape>& shapes);
-std::string types_text(const std::vector<ModelShape>& shapes);
-std::string names_text(const std::vector<ModelShape>& shapes);
-std::string layouts_text(const std::vector<ModelShape>& shapes);
-std::string ranks_text(const std::vector<ModelShape>& shapes);  // 1 where nothing is known
+std::string dimensions_text(const std::vector<ModelTensor>& shapes);
+std::string types_text(const std::vector<ModelTensor>& shapes);
+std::string names_text(const std::vector<ModelTensor>& shapes);
+std::string layouts_text(const std::vector<ModelTensor>& shapes);
+std::string ranks_text(const std::vector<ModelTensor>& shapes);  // 1 where nothing is known
 
 }  // namespace weir

@@ -9,13 +9,13 @@
 namespace weir {
 namespace {
 
-ModelShape shape(std::vector<int64_t> dimensions, const std::string& name = "") {
+ModelTensor shape(std::vector<int64_t> dimensions, const std::string& name = "") {
   return {ElementType::Float32, true, std::move(dimensions), name, WEIR_LAYOUT_ANY};
 }
 TensorSpec floats(uint32_t count) {
   return {ElementType::Float32, {count}, ""};
 }
-const std::vector<ModelShape> kIn{shape({-1, 4}, "x")}, kOut{shape({3}, "y"), shape({-1}, "z")};
+const std::vector<ModelTensor> kIn{shape({-1, 4}, "x")}, kOut{shape({3}, "y"), shape({-1}, "z")};
 
 ModelDescription described(const DeclaredTensors& declared) {
   std::vector<Error> warnings;

@@ -19,7 +19,7 @@ struct Steps {
   float first = 0, count = 1;
 };
 Steps steps_of(const OutputFacts& output) {
-  if (output.scale != 0) return {};
+  if (output.is_quantised) return {};
   if (output.type == ElementType::UInt8) return {0, 255};
   if (output.type == ElementType::Int8) return {-128, 255};
   return {};

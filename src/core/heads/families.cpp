@@ -118,8 +118,7 @@ Error nothing_fits(const ModelFacts& model, const std::vector<const Family*>& fa
 
 std::string ModelFacts::describe_outputs() const {
   return join(outputs, ", ", [](const OutputFacts& output) {
-    const auto text =
-        TensorSpec{.type = output.type, .shape = output.shape, .name = {}}.to_string();
+    const auto text = output.to_string();
     return output.name.empty() ? text : text + " '" + output.name + "'";
   });
 }

@@ -42,7 +42,8 @@ TEST(Families, NoneOpensExtentsOfZeroOrBeyondMemory) {
        {Shape{}, Shape{0}, Shape{0, 17}, Shape{17, 0, 9}, Shape{kMost, kMost, kMost}})
     for (const size_t count : {1u, 2u, 3u, 12u}) {
       const ModelFacts model{
-          .outputs = {count, OutputFacts{.type = ElementType::Float32, .shape = shape}},
+          .outputs = {count,
+                      OutputFacts{{.type = ElementType::Float32, .shape = shape, .name = {}}}},
           .input = {320, 240},
           .metadata = {},
           .labels = 2};

@@ -22,13 +22,9 @@
 
 namespace weir::heads {
 
-// One output of a model. Dimensions are innermost first.
-struct OutputFacts {
-  ElementType type = ElementType::End;
-  Shape shape{};
-  std::string name{};      // "" = unknown
-  float scale = 0;         // real = scale * (value - zero_point); 0 = not quantised
-  int32_t zero_point = 0;  //
+// One output of a model.
+struct OutputFacts : TensorSpec {
+  bool is_quantised = false;
 };
 
 // What is known of a model before its first frame.

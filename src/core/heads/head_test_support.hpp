@@ -20,9 +20,12 @@ using Floats = std::vector<float>;
 struct TestOutput {
   OutputFacts facts;
   std::vector<std::byte> bytes;
+  float scale = 0;
+  int32_t zero_point = 0;
 
   TestOutput(const char* shape, const Floats& numbers, std::string name = "")
-      : facts{.type = ElementType::Float32, .shape = Shape::parse(shape), .name = std::move(name)} {
+      : facts{
+            {.type = ElementType::Float32, .shape = Shape::parse(shape), .name = std::move(name)}} {
     set(numbers);
   }
   template <class T>
@@ -34,16 +37,20 @@ struct TestOutput {
     return out;
   }
   // real = scale * (value - zero_point), rounded to the nearest of uint8.
-  TestOutput quantised(float scale, int32_t zero_point) const {
+  TestOutput quantised(float step, int32_t zero) const {
     std::vector<uint8_t> values;
     for (const float number : floats())
       values.push_back(
-          static_cast<uint8_t>(std::clamp(std::lround(number / scale) + zero_point, 0l, 255l)));
+          static_cast<uint8_t>(std::clamp(std::lround(number / step) + zero, 0l, 255l)));
     TestOutput out = *this;
     out.facts.type = ElementType::UInt8;
-    out.facts.scale = scale, out.facts.zero_point = zero_point;
+    out.mark_quantised(step, zero);
     out.set(values);
     return out;
+  }
+  void mark_quantised(float step, int32_t zero) {
+    scale = step, zero_point = zero;
+    facts.is_quantised = true;
   }
   TestOutput halved() const {  // as float16
     std::vector<float16> values;
@@ -66,7 +73,7 @@ struct TestOutput {
     out.info.rank = static_cast<uint32_t>(facts.shape.rank());
     for (uint32_t i = 0; i < out.info.rank; ++i)
       out.info.shape[i] = facts.shape[out.info.rank - 1 - i];
-    out.info.scale = facts.scale, out.info.zero_point = facts.zero_point;
+    out.info.scale = scale, out.info.zero_point = zero_point;
     return out;
   }
 

@@ -60,7 +60,7 @@ TEST(Classifier, ReadsQuantisedScores) {
   EXPECT_NEAR(classify(chars).found[1].score, 0.8f, 1e-6f);
   // real = 0.1 * (value - 50): logits 0, 5.1 - 5, 20.4 - 5.
   TestOutput logits = bytes;
-  logits.facts.scale = 0.1f, logits.facts.zero_point = 50;
+  logits.mark_quantised(0.1f, 50);
   ASSERT_EQ(classify(logits).found.size(), 1u);
   EXPECT_NEAR(classify(logits).found[0].score, 1, 1e-5f);
 }

@@ -99,7 +99,7 @@ TEST(Recognition, ListsTheFamiliesThatFit) {
   ModelFacts facts;
   facts.input = k640;
   const auto names = [&](const char* shape, uint32_t tasks) {
-    facts.outputs = {{.type = ElementType::Float32, .shape = Shape::parse(shape)}};
+    facts.outputs = {{{.type = ElementType::Float32, .shape = Shape::parse(shape), .name = {}}}};
     std::vector<std::string> out;
     for (const Family* one : fitting(facts, tasks)) out.emplace_back(one->name);
     return out;
@@ -108,7 +108,7 @@ TEST(Recognition, ListsTheFamiliesThatFit) {
   EXPECT_EQ(names("8400:84:1", kDetection), Names{"yolov8"});
   EXPECT_EQ(names("8400:85:1", kDetection), (Names{"yolov8", "yolox"}));
   EXPECT_EQ(names("8400:84:1", kClassification), Names());
-  facts.outputs = {{.type = ElementType::Float32, .shape = {0, 4}}};
+  facts.outputs = {{{.type = ElementType::Float32, .shape = {0, 4}, .name = {}}}};
   EXPECT_THROW(fitting(facts, kDetection), Failure);
 }
 

@@ -135,7 +135,7 @@ class ClassMap final : public MapHead {
 
 // One number a pixel: classes if it is an integer without a scale, a score otherwise.
 bool is_class_map(const OutputFacts& output, const Pixels& pixels) {
-  return pixels.classes == 1 && is_integer(output.type) && output.scale == 0;
+  return pixels.classes == 1 && is_integer(output.type) && !output.is_quantised;
 }
 
 Fit fit_deep_lab(const ModelFacts& model) {

@@ -11,8 +11,8 @@
 #include <filesystem>
 #include <span>
 
-#include "core/infer/model/model_shapes.hpp"
 #include "core/isolate/descriptor.hpp"
+#include "core/tensor/model_tensor.hpp"
 #include "core/tensor/tensor_header.hpp"
 #include "core/text/pasted.hpp"
 
@@ -66,7 +66,7 @@ Result<CrashFile> save_frame(const std::string& folder, const weir_frame& frame)
   for (uint32_t i = 0; i < frame.n_tensors; ++i) {
     const weir_tensor& tensor = frame.tensors[i];
     TensorHeader header;
-    header.spec = to_spec(model_shape(tensor.info));
+    header.spec = to_spec(model_tensor(tensor.info));
     if (header.spec.bytes() != tensor.bytes) {
       unlink(out.path.c_str());
       return not_written(out.path, "tensor " + std::to_string(i) + " has an open shape");

@@ -65,13 +65,13 @@ void Axis::add_area(double begin, double end) {
   // the next sample.
   constexpr double kSliver = 1e-6;
   const auto first = static_cast<uint32_t>(std::min(std::floor(begin + kSliver), high_ - 1.0));
-  shares_.clear();
-  for (uint32_t i = first; i < high_ && (shares_.empty() || i < end - kSliver); ++i)
-    shares_.push_back(
+  area_weights_.clear();
+  for (uint32_t i = first; i < high_ && (area_weights_.empty() || i < end - kSliver); ++i)
+    area_weights_.push_back(
         std::max(0.0, std::min(end, i + 1.0) - std::max(begin, static_cast<double>(i))));
-  const double sum = std::accumulate(shares_.begin(), shares_.end(), 0.0);
-  for (double& share : shares_) share /= sum;
-  add(first, shares_);
+  const double sum = std::accumulate(area_weights_.begin(), area_weights_.end(), 0.0);
+  for (double& weight : area_weights_) weight /= sum;
+  add(first, area_weights_);
 }
 
 }  // namespace weir::preprocess

@@ -62,7 +62,7 @@ class Axis {
 
   std::vector<Entry> entries_;
   std::vector<float> weights_;
-  std::vector<double> shares_;  // scratch: the weights of the target pixel being added
+  std::vector<double> area_weights_;  // scratch: the weights of the target pixel being added
   size_t most_weights_ = 0;
   uint32_t low_ = 0, high_ = 0;
 };

@@ -11,18 +11,18 @@ namespace {
 
 constexpr PictureFormat packed(std::string_view name, uint8_t step, uint8_t r, uint8_t g,
                                uint8_t b) {
-  return {name, ColorModel::Rgb, {Lane{0, r, step}, {0, g, step}, {0, b, step}}};
+  return {name, ColorModel::Rgb, {Component{0, r, step}, {0, g, step}, {0, b, step}}};
 }
 
 // Y'CbCr with one chroma sample for each 2 x 2 pixels.
-constexpr PictureFormat halved(std::string_view name, Lane blue, Lane red) {
+constexpr PictureFormat halved(std::string_view name, Component blue, Component red) {
   blue.halved_columns = blue.halved_rows = red.halved_columns = red.halved_rows = true;
-  return {name, ColorModel::Yuv, {Lane{}, blue, red}};
+  return {name, ColorModel::Yuv, {Component{}, blue, red}};
 }
 
 // Y'CbCr in one plane, two pixels in four bytes.
 constexpr PictureFormat pairs(std::string_view name, uint8_t y, uint8_t cb, uint8_t cr) {
-  return {name, ColorModel::Yuv, {Lane{0, y, 2}, {0, cb, 4, true}, {0, cr, 4, true}}};
+  return {name, ColorModel::Yuv, {Component{0, y, 2}, {0, cb, 4, true}, {0, cr, 4, true}}};
 }
 
 constexpr std::array kFormats{packed("RGB", 3, 0, 1, 2),

@@ -14,13 +14,13 @@ namespace weir::preprocess {
 enum class ColorModel : uint8_t { Gray, Rgb, Yuv };
 
 // One kind of sample: byte `offset` of every `step` bytes in a row of `plane`.
-struct Lane {
+struct Component {
   uint8_t plane = 0, offset = 0, step = 1;
   // One sample for two columns (4:2:2 and 4:2:0 chroma), for two rows (4:2:0).
   bool halved_columns = false, halved_rows = false;
 
   // Whether the samples of both are placed alike.
-  bool same_grid(const Lane& other) const noexcept {
+  bool same_grid(const Component& other) const noexcept {
     return step == other.step && halved_columns == other.halved_columns &&
            halved_rows == other.halved_rows;
   }
@@ -29,12 +29,13 @@ struct Lane {
 struct PictureFormat {
   std::string_view name;  // GStreamer's name
   ColorModel model = ColorModel::Gray;
-  std::array<Lane, 3> lanes;  // Gray: only the first; R, G, B; Y, Cb, Cr
+  std::array<Component, 3> components;  // Gray: only the first; R, G, B; Y, Cb, Cr
 
-  size_t lane_count() const noexcept { return model == ColorModel::Gray ? 1 : 3; }
+  size_t component_count() const noexcept { return model == ColorModel::Gray ? 1 : 3; }
   size_t plane_count() const noexcept {
     size_t last = 0;
-    for (size_t i = 0; i < lane_count(); ++i) last = std::max<size_t>(last, lanes[i].plane);
+    for (size_t i = 0; i < component_count(); ++i)
+      last = std::max<size_t>(last, components[i].plane);
     return last + 1;
   }
 };

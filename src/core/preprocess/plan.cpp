@@ -50,13 +50,13 @@ class PlanRun {
                    .what = "the memory for the tensor has the wrong size",
                    .offered = std::to_string(out_.size()) + " bytes",
                    .needed = std::to_string(needed) + " bytes"};
-    for (const Band& band : t_.bands) {
-      const Plane& plane = planes_[band.plane];
-      const Grid& grid = t_.grids[band.grid];
+    for (const PlaneGrid& plane_grid : t_.plane_grids) {
+      const Plane& plane = planes_[plane_grid.plane];
+      const Grid& grid = t_.grids[plane_grid.grid];
       if (!holds(plane, grid))
         return Error{.code = Code::FRAME_SIZE,
                      .what = "a picture is shorter than its size requires",
-                     .offered = "plane " + std::to_string(band.plane) + " of " +
+                     .offered = "plane " + std::to_string(plane_grid.plane) + " of " +
                                 std::to_string(plane.memory.size()) + " bytes, offset " +
                                 std::to_string(plane.offset) + ", stride " +
                                 std::to_string(plane.stride),
@@ -101,9 +101,9 @@ class PlanRun {
   }
 
   void resize(uint32_t target) noexcept {
-    for (size_t b = 0; b < t_.bands.size(); ++b) {
-      const Grid& grid = t_.grids[t_.bands[b].grid];
-      const Plane& plane = planes_[t_.bands[b].plane];
+    for (size_t b = 0; b < t_.plane_grids.size(); ++b) {
+      const Grid& grid = t_.grids[t_.plane_grids[b].grid];
+      const Plane& plane = planes_[t_.plane_grids[b].plane];
       const auto* memory = reinterpret_cast<const uint8_t*>(plane.memory.data());
       const auto row_at = [&](size_t row) {
         return memory + static_cast<ptrdiff_t>(plane.offset + grid.first_byte) +
@@ -118,21 +118,23 @@ class PlanRun {
       }
       blend_rows({w_.rows.data(), w_.next_rows.data(), count}, weights.data(), grid.bytes,
                  w_.blended.data());
-      for (size_t l = 0; l < t_.lanes.size(); ++l)
-        if (t_.lanes[l].band == b)
-          gather_row(w_.blended.data() + t_.lanes[l].offset, grid.index.data(), grid.weights.data(),
-                     grid.taps, pixels(), w_.lanes[l].data());
+      for (size_t l = 0; l < t_.components.size(); ++l)
+        if (t_.components[l].plane_grid == b)
+          gather_row(w_.blended.data() + t_.components[l].offset, grid.index.data(),
+                     grid.weights.data(), grid.taps, pixels(), w_.components[l].data());
     }
   }
 
   // The row of each sample that the colours are made of.
   std::array<const float*, 3> sources() const noexcept {
     std::array<const float*, 3> rows{};
-    for (size_t s = 0; s < t_.colors.samples; ++s) rows[s] = w_.lanes[t_.lane_of_sample[s]].data();
+    for (size_t s = 0; s < t_.colors.samples; ++s)
+      rows[s] = w_.components[t_.component_of_sample[s]].data();
     return rows;
   }
 
-  // Writes floats directly to the tensor; streamed floats and all other types go through w_.lanes.
+  // Writes floats directly to the tensor; streamed floats and all other types go through
+  // w_.components.
   void write(uint32_t y) noexcept {
     const uint32_t x = t_.placement.content.x;
     const bool together = p_.layout == Layout::Nhwc && p_.channels() == 3;
@@ -140,19 +142,19 @@ class PlanRun {
     const bool direct = floats_ && !streamed;
     FloatTarget to{{}, direct && together, !direct};
     for (size_t c = 0; c < p_.channels(); ++c)
-      to.rows[c] = direct ? reinterpret_cast<float*>(place(c, x, y)) : w_.lanes[c].data();
+      to.rows[c] = direct ? reinterpret_cast<float*>(place(c, x, y)) : w_.components[c].data();
     constexpr NumberRule kAsTheyAre[3];
     finish_row(sources().data(), t_.colors, floats_ ? t_.numbers.data() : kAsTheyAre, to, pixels());
     if (direct) return;
     const void* rows[3] = {};
     for (size_t c = 0; c < p_.channels(); ++c) {
       if (streamed) {
-        copy_streamed(place(c, x, y), reinterpret_cast<const std::byte*>(w_.lanes[c].data()),
+        copy_streamed(place(c, x, y), reinterpret_cast<const std::byte*>(w_.components[c].data()),
                       pixels() * sizeof(float));
         continue;
       }
       std::byte* const numbers = together ? w_.numbers[c].data() : place(c, x, y);
-      write_numbers(t_.numbers[c], p_.type, w_.lanes[c].data(), pixels(), numbers);
+      write_numbers(t_.numbers[c], p_.type, w_.components[c].data(), pixels(), numbers);
       rows[c] = numbers;
     }
     if (together) interleave_three(rows, element_bytes(), pixels(), place(0, x, y));
@@ -213,8 +215,8 @@ void Plan::grow(Workspace* w) const {
     at_least(&w->next_rows, grid.rows.most_weights());
     at_least(&w->blended, grid.bytes);
   }
-  at_least(&w->lanes, 3);
-  for (auto& lane : w->lanes) at_least(&lane, count);
+  at_least(&w->components, 3);
+  for (auto& component : w->components) at_least(&component, count);
   at_least(&w->numbers, 3);
   for (auto& numbers : w->numbers) at_least(&numbers, count * sizeof(float));
 }

@@ -34,7 +34,7 @@ class Workspace {
   friend class PlanRun;
   friend class Plan;
   RowMemory<float> blended;
-  std::vector<RowMemory<float>> lanes;
+  std::vector<RowMemory<float>> components;
   std::vector<RowMemory<std::byte>> numbers;
   std::vector<const uint8_t*> rows, next_rows;
 };

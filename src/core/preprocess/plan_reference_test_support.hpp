@@ -29,11 +29,11 @@ struct Pixels {
     size_t end = gap;
     for (size_t i = 0; i < picture.format.plane_count(); ++i) {
       uint32_t rows = height;
-      for (const Lane& lane : lanes()) {
-        if (lane.plane != i) continue;
-        const uint32_t columns = lane.halved_columns ? (width + 1) / 2 : width;
-        strides[i] = std::max(strides[i], size_t{columns} * lane.step + gap);
-        if (lane.halved_rows) rows = (height + 1) / 2;
+      for (const Component& component : components()) {
+        if (component.plane != i) continue;
+        const uint32_t columns = component.halved_columns ? (width + 1) / 2 : width;
+        strides[i] = std::max(strides[i], size_t{columns} * component.step + gap);
+        if (component.halved_rows) rows = (height + 1) / 2;
       }
       offsets[i] = end;
       end += strides[i] * rows;
@@ -45,11 +45,11 @@ struct Pixels {
       planes[i] = {memory, offsets[i], static_cast<ptrdiff_t>(strides[i])};
   }
 
-  std::span<const Lane> lanes() const {
-    return std::span(picture.format.lanes).first(picture.format.lane_count());
+  std::span<const Component> components() const {
+    return std::span(picture.format.components).first(picture.format.component_count());
   }
-  double sample(size_t lane, int64_t x, int64_t y) const {
-    const Lane& l = picture.format.lanes[lane];
+  double sample(size_t component, int64_t x, int64_t y) const {
+    const Component& l = picture.format.components[component];
     const Plane& plane = planes[l.plane];
     const int64_t at = static_cast<int64_t>(plane.offset) + y * plane.stride + x * l.step;
     return std::to_integer<int>(plane.memory[static_cast<size_t>(at) + l.offset]);
@@ -85,11 +85,12 @@ inline double share(Resize resize, const AxisWhole& whole, double from_pixel, do
   return std::max(0.0, 1 - std::fabs(position - static_cast<double>(index)));
 }
 
-// The value of sample `lane` at the target pixel (x, y) of the content.
+// The value of sample `component` at the target pixel (x, y) of the content.
 inline double resized(const Preparation& p, const Placement& place, const Pixels& pixels,
-                      size_t lane, uint32_t x, uint32_t y) {
-  const auto [halved_columns, halved_rows] = std::pair{p.source.format.lanes[lane].halved_columns,
-                                                       p.source.format.lanes[lane].halved_rows};
+                      size_t component, uint32_t x, uint32_t y) {
+  const auto [halved_columns, halved_rows] =
+      std::pair{p.source.format.components[component].halved_columns,
+                p.source.format.components[component].halved_rows};
   const uint32_t columns = halved_columns ? (p.source.width + 1) / 2 : p.source.width;
   const uint32_t rows = halved_rows ? (p.source.height + 1) / 2 : p.source.height;
   const Rect &part = place.source, &content = place.content;
@@ -102,7 +103,7 @@ inline double resized(const Preparation& p, const Placement& place, const Pixels
     for (uint32_t i = 0; wy > 0 && i < columns; ++i) {
       const double wx = share(p.resize, across, part.x, part.x + part.width, x, halved_columns,
                               p.source.cosited_columns, i);
-      if (wx > 0) sum += wy * wx * pixels.sample(lane, i, j);
+      if (wx > 0) sum += wy * wx * pixels.sample(component, i, j);
     }
   }
   return sum;
@@ -133,8 +134,8 @@ inline double pixel(const Preparation& p, const Placement& place, const Pixels& 
   const Rect& c = place.content;
   if (x < c.x || y < c.y || x >= c.x + c.width || y >= c.y + c.height) return p.padding;
   std::array<double, 3> s{};
-  for (size_t lane = 0; lane < p.source.format.lane_count(); ++lane)
-    s[lane] = resized(p, place, pixels, lane, x - c.x, y - c.y);
+  for (size_t component = 0; component < p.source.format.component_count(); ++component)
+    s[component] = resized(p, place, pixels, component, x - c.x, y - c.y);
   if (p.order == ChannelOrder::Gray && p.source.format.model == ColorModel::Yuv) s[1] = s[2] = 128;
   const auto color = rgb(p, s);
   if (p.order == ChannelOrder::Gray)

@@ -12,12 +12,12 @@ double at(const std::vector<double>& numbers, size_t channel, double otherwise) 
   return numbers.size() == 1 ? numbers[0] : numbers[channel];
 }
 
-struct LumaShares {
+struct LumaWeights {
   double red, blue;
 };
 
 // ITU-R BT.601-7 (2.5.1), BT.709-6 (3.2), BT.2020-2 (table 4).
-LumaShares luma_shares(ColorMatrix matrix) noexcept {
+LumaWeights luma_weights(ColorMatrix matrix) noexcept {
   switch (matrix) {
     case ColorMatrix::Bt601:
       break;
@@ -31,7 +31,7 @@ LumaShares luma_shares(ColorMatrix matrix) noexcept {
 
 // The colour matrix solved for R'G'B', including the range of luma and chroma.
 void set_matrix(ColorMatrix matrix, Range range, ColorTransform* out) {
-  const auto [kr, kb] = luma_shares(matrix);
+  const auto [kr, kb] = luma_weights(matrix);
   const double kg = 1 - kr - kb;
   const bool full = range == Range::Full;
   const double luma = full ? 1 : 255.0 / 219, chroma = full ? 1 : 255.0 / 224;
@@ -63,16 +63,16 @@ void lay_taps(Grid* grid) {
   }
 }
 
-void lay(Grid* grid, const Preparation& p, const Placement& place, const Lane& lane) {
+void lay(Grid* grid, const Preparation& p, const Placement& place, const Component& component) {
   Axis& x = grid->columns;
-  const Sampling columns{lane.halved_columns, p.source.cosited_columns};
+  const Sampling columns{component.halved_columns, p.source.cosited_columns};
   x.lay(p.resize, {place.source.x, place.source.width, place.content.width, place.columns},
         columns);
   grid->rows.lay(p.resize, {place.source.y, place.source.height, place.content.height, place.rows},
-                 {lane.halved_rows, p.source.cosited_rows});
-  grid->sampling = lane;
-  grid->first_byte = size_t{x.low()} * lane.step;
-  grid->bytes = size_t{x.high() - x.low()} * lane.step;
+                 {component.halved_rows, p.source.cosited_rows});
+  grid->sampling = component;
+  grid->first_byte = size_t{x.low()} * component.step;
+  grid->bytes = size_t{x.high() - x.low()} * component.step;
   lay_taps(grid);
 }
 
@@ -109,7 +109,7 @@ std::vector<std::byte> padding_rows(const Preparation& p, const std::vector<Numb
 PlanTables::PlanTables(Preparation given)
     : preparation(std::move(given)), placement(place(preparation)) {
   const Preparation& p = preparation;
-  lay_bands();
+  lay_plane_grids();
   lay_colors();
   for (size_t c = 0; c < p.channels(); ++c) {
     NumberRule rule{static_cast<float>(at(p.mean, c, 0)), static_cast<float>(at(p.scale, c, 1)), 1,
@@ -129,9 +129,9 @@ void PlanTables::lay_colors() {
   constexpr float kGrayOfRgb[3] = {0.299f, 0.587f, 0.114f};
   const ColorModel model = p.source.format.model;
   colors.channels = p.channels();
-  colors.samples = std::max(colors.channels, lanes.size());
-  if (lanes.size() == 1) {
-    lane_of_sample.fill(0);
+  colors.samples = std::max(colors.channels, components.size());
+  if (components.size() == 1) {
+    component_of_sample.fill(0);
     colors.computed = p.source.range == Range::Limited;
     const float luma = 255.0f / 219;
     for (size_t r = 0; r < 3; ++r) colors.of[r][0] = luma, colors.add[r] = -16 * luma;
@@ -147,7 +147,7 @@ void PlanTables::lay_colors() {
   } else if (p.order == ChannelOrder::Gray) {
     std::copy_n(kGrayOfRgb, 3, colors.of[0]);
   } else if (reversed) {
-    std::swap(lane_of_sample[0], lane_of_sample[2]);
+    std::swap(component_of_sample[0], component_of_sample[2]);
   }
 }
 
@@ -156,43 +156,43 @@ void PlanTables::set_region(const Rect& picture, const Box& region) {
   preparation.region = region;
   if (padding.empty()) padding = padding_rows(preparation, numbers);
   placement = place(preparation);
-  lay_bands();
+  lay_plane_grids();
 }
 
 void PlanTables::set_crop(const Rect& crop) {
   preparation.crop = crop;
   preparation.region.reset();
   placement = place(preparation);
-  lay_bands();
+  lay_plane_grids();
 }
 
 // Returns the matching one of the first `known` grids, or else adds a new one.
-size_t PlanTables::grid_of(const Lane& lane, size_t known) {
+size_t PlanTables::grid_of(const Component& component, size_t known) {
   for (size_t i = 0; i < known; ++i)
-    if (grids[i].sampling.same_grid(lane)) return i;
+    if (grids[i].sampling.same_grid(component)) return i;
   if (grids.size() == known) grids.emplace_back();
-  lay(&grids[known], preparation, placement, lane);
+  lay(&grids[known], preparation, placement, component);
   return known;
 }
 
-// Makes the same number of grids, bands and lanes each time because the format does not change.
-void PlanTables::lay_bands() {
+// The numbers of grids and components stay the same because the format does not change.
+void PlanTables::lay_plane_grids() {
   const PictureFormat& format = preparation.source.format;
   const bool luma_is_enough =
       format.model == ColorModel::Yuv && preparation.order == ChannelOrder::Gray;
-  const size_t used = luma_is_enough ? 1 : format.lane_count();
+  const size_t used = luma_is_enough ? 1 : format.component_count();
   size_t known = 0;
-  bands.clear();
-  lanes.clear();
+  plane_grids.clear();
+  components.clear();
   for (size_t i = 0; i < used; ++i) {
-    const Lane& lane = format.lanes[i];
-    const bool shares_band =
-        i > 0 && format.lanes[i - 1].plane == lane.plane && format.lanes[i - 1].same_grid(lane);
-    if (!shares_band) {
-      bands.push_back({lane.plane, grid_of(lane, known)});
-      known = std::max(known, bands.back().grid + 1);
+    const Component& component = format.components[i];
+    const bool shares_grid = i > 0 && format.components[i - 1].plane == component.plane &&
+                             format.components[i - 1].same_grid(component);
+    if (!shares_grid) {
+      plane_grids.push_back({component.plane, grid_of(component, known)});
+      known = std::max(known, plane_grids.back().grid + 1);
     }
-    lanes.push_back({bands.size() - 1, lane.offset});
+    components.push_back({plane_grids.size() - 1, component.offset});
   }
 }
 

@@ -13,7 +13,7 @@ namespace weir::preprocess {
 
 // The tables that make target pixels from planes with the same sampling.
 struct Grid {
-  Lane sampling;
+  Component sampling;
   size_t first_byte = 0, bytes = 0;  // what is read of each row
   Axis rows, columns;
   size_t taps = 0;  // `index` and `weights` are in the form of tap_kernels.hpp
@@ -21,13 +21,14 @@ struct Grid {
   RowMemory<float> weights;
 };
 
-struct Band {
+// A plane and the grid of the components that are read from it together.
+struct PlaneGrid {
   uint8_t plane = 0;
   size_t grid = 0;
 };
 
-struct LaneSource {
-  size_t band = 0, offset = 0;  // offset: bytes from the start of a sample of the band
+struct ComponentSource {
+  size_t plane_grid = 0, offset = 0;  // offset: bytes from the start of a sample of the grid
 };
 
 struct PlanTables {
@@ -42,17 +43,18 @@ struct PlanTables {
   Preparation preparation;
   Placement placement;
   std::vector<Grid> grids;
-  std::vector<Band> bands;
-  std::vector<LaneSource> lanes;  // the samples that the target needs: 1 or 3
+  std::vector<PlaneGrid> plane_grids;
+  std::vector<ComponentSource> components;  // the samples that the target needs: 1 or 3
   ColorTransform colors;
-  std::array<size_t, 3> lane_of_sample{0, 1, 2};  // index into lanes, by sample of `colors`
-  std::vector<NumberRule> numbers;                // one for each channel of the target
-  std::vector<std::byte> padding;  // NHWC: one row of pixels; NCHW: one row for each channel
+  // Index into components, by sample of `colors`.
+  std::array<size_t, 3> component_of_sample{0, 1, 2};
+  std::vector<NumberRule> numbers;  // one for each channel of the target
+  std::vector<std::byte> padding;   // NHWC: one row of pixels; NCHW: one row for each channel
 
  private:
-  size_t grid_of(const Lane& lane, size_t known);
+  size_t grid_of(const Component& component, size_t known);
   void lay_colors();
-  void lay_bands();
+  void lay_plane_grids();
 };
 
 }  // namespace weir::preprocess

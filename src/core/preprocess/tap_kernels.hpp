@@ -5,9 +5,19 @@
 #include <cstddef>
 #include <cstdint>
 
-#include "core/preprocess/source_rows.hpp"
-
 namespace weir::preprocess {
+
+// The source rows that make one row of the tensor.
+//
+// CPUs do not prefetch across pages. While a kernel computes one row of the tensor, it therefore
+// prefetches the source rows of the next one, a little in each step, because many requests at once
+// would stall it.
+struct SourceRows {
+  const uint8_t* const* rows = nullptr;  // `count` rows
+  // As many rows, readable to the same length; may equal `rows`.
+  const uint8_t* const* next = nullptr;
+  size_t count = 0;
+};
 
 // out[i] = sum over k of weights[k] * from.rows[k][i], for exactly `bytes` elements.
 void blend_rows(const SourceRows& from, const float* weights, size_t bytes, float* out) noexcept;

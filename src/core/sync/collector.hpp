@@ -12,32 +12,9 @@
 #include <thread>
 #include <utility>
 
-#include "core/sync/input_queues.hpp"
+#include "core/sync/consumer.hpp"
 
 namespace weir::sync {
-
-// Results of offer(): 0, or a negative number if no further frame is accepted.
-inline constexpr int kOk = 0, kNotLinked = -1, kFlushing = -2, kEnded = -3, kRefused = -5;
-
-template <class Frame>
-struct Consumer {
-  virtual ~Consumer() = default;
-  // One call at a time, without a lock. A result other than kOk is returned to every pad from then
-  // on, except kNotLinked, which lasts only until an emit() succeeds, because pads are linked while
-  // frames flow.
-  virtual int emit(Emission<Frame> emission) = 0;
-  virtual void end() = 0;  // no emission follows until a flush
-  virtual void refused(const Error& error) = 0;
-  // `waiting` is about to wait for `empty`. Return an error to reject the wait if it would never
-  // end.
-  virtual Status may_wait(QueueId waiting, const std::vector<QueueId>& empty) = 0;
-  // `waiting` keeps waiting for `gaps`, which have received only gaps beyond its time for long.
-  // Called at most once from start to stop.
-  virtual void waits_for_gap_only_pads(QueueId waiting, const std::vector<QueueId>& gaps) = 0;
-  // `waiting` keeps waiting for `silent`, which have received nothing for kSilencePatience. Called
-  // until it returns true: the user was warned.
-  virtual bool waits_for_silent_pads(QueueId waiting, const std::vector<QueueId>& silent) = 0;
-};
 
 inline constexpr Clock::duration kGapPatience = std::chrono::seconds(1);
 inline constexpr Clock::duration kSilencePatience = std::chrono::seconds(10);
@@ -107,12 +84,7 @@ class Collector {
   int offer(QueueId id, Frame frame, Stamp time, uint64_t bytes = 0) {
     std::unique_lock lock(mutex_);
     ledger_->received();
-    const int refused = refusal(id);
-    if (refused != kOk) {
-      ledger_->dropped(reason_of(refused));
-      return refused;
-    }
-    if (const int beyond = wait_for_bytes(lock, id, bytes); beyond != kOk) return beyond;
+    if (const int refused = wait_for_bytes(lock, id, bytes); refused != kOk) return refused;
     if (!queues_.put(id, std::move(frame), time, backwards_, bytes)) return kOk;
     most_bytes_ = std::max(most_bytes_, queues_.held_bytes());
     return wait_until_taken(lock, id);
@@ -251,7 +223,12 @@ class Collector {
     return max_bytes_ == 0 || held == 0 || (held <= max_bytes_ && bytes <= max_bytes_ - held);
   }
   int wait_for_bytes(Lock& lock, QueueId id, uint64_t bytes) {
-    while (!has_room(bytes)) {
+    while (true) {
+      if (const int refused = refusal(id); refused != kOk) {
+        ledger_->dropped(reason_of(refused));
+        return refused;
+      }
+      if (has_room(bytes)) return kOk;
       const bool flushes = !flushing_.empty();  // held frames may be used when the flush ends
       if (!running_ && !flushes && !advance(lock)) return beyond_bytes(lock, bytes);
       if (running_ || flushes) {
@@ -259,12 +236,7 @@ class Collector {
         changed_.wait(lock);
         --waiting_, --waiting_for_runner_;
       }
-      if (const int refused = refusal(id); refused != kOk) {
-        ledger_->dropped(reason_of(refused));
-        return refused;
-      }
     }
-    return kOk;
   }
   // No output is in progress and the policy cannot use the held frames, so waiting would never end.
   int beyond_bytes(Lock& lock, uint64_t bytes) {
@@ -278,12 +250,16 @@ class Collector {
                       .needed = "max-bytes of " + needed + " or more, 0 = any",
                       .fix = "max-bytes=" + needed};
     ledger_->dropped(DropReason::Error);
+    refuse(lock, error);
+    return kRefused;
+  }
+
+  void refuse(Lock& lock, const Error& error) {
     lock.unlock();
     consumer_->refused(error);  // before other pads fail without a reason
     lock.lock();
     flow_ = kRefused;
     wake_all();
-    return kRefused;
   }
 
   int wait_until_taken(Lock& lock, QueueId id) {
@@ -380,12 +356,10 @@ class Collector {
     if (empty.empty() || max_wait_ > Clock::duration::zero()) return true;
     lock.unlock();
     const Status status = consumer_->may_wait(id, empty);
-    if (!status) consumer_->refused(status.error());  // before other pads fail without a reason
     lock.lock();
     if (status) return true;
-    flow_ = kRefused;
+    refuse(lock, status.error());
     queues_.drop_head(id, DropReason::Error);
-    wake_all();
     return false;
   }
 
@@ -402,11 +376,14 @@ class Collector {
       if (queues_.mark_missing(since, max_wait_, Clock::now())) wake_all();
     --waiting_;
   }
-  // A wait for a pad that is silent may never end, so the user gets a warning.
+  // False: nothing changed within `patience`, so the wait may never end.
+  bool waited_for_change(Lock& lock, Clock::duration patience) {
+    const uint64_t before = changes_;
+    return changed_.wait_for(lock, patience, [&] { return changes_ != before; });
+  }
   void wait_for_change(Lock& lock, QueueId id) {
     if (silence_reported_) return changed_.wait(lock);
-    const uint64_t before = changes_;
-    if (changed_.wait_for(lock, silence_patience_, [&] { return changes_ != before; })) return;
+    if (waited_for_change(lock, silence_patience_)) return;
     const auto silent = empty_queues();
     if (running_ || silence_reported_ || silent.empty()) return;
     silence_reported_ = true;  // by this thread alone
@@ -425,16 +402,14 @@ class Collector {
     return std::any_of(queues.begin(), queues.end(),
                        [this](const auto& queue) { return !gaps_before(queue.id).empty(); });
   }
-  // A wait for pads that only send gaps may never end, so the user gets a message. Returns false if
-  // this is not such a wait.
+  // Returns false if this is not a wait for pads that only send gaps.
   bool waited_for_gap_only_pads(Lock& lock, QueueId id) {
-    const uint64_t before = changes_;
     const auto gaps = gaps_before(id);
     if (gaps.empty()) return false;
     ++waiting_;
-    changed_.wait_for(lock, gap_patience_, [&] { return changes_ != before; });
+    const bool has_changed = waited_for_change(lock, gap_patience_);
     --waiting_;
-    if (changes_ != before) return true;
+    if (has_changed) return true;
     gaps_reported_ = true;
     lock.unlock();
     consumer_->waits_for_gap_only_pads(id, gaps);

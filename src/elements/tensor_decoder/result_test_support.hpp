@@ -35,8 +35,10 @@ const std::vector<Seen> kTwo{{3, 16, 8, 4, 6, 1, 0.9f}, {20, 10, 20, 8, 2, 0, 0.
 
 inline DescribedModel yolo_model(const std::string& name = "shapes") {
   DescribedModel model;
-  model.inputs.push_back({.type = ElementType::UInt8, .shape = {1, 32, 32, 3}, .name = {}});
-  model.outputs.push_back({.type = ElementType::Float32, .shape = {1, 7, 21}, .name = "output0"});
+  model.inputs.push_back(
+      {.type = ElementType::UInt8, .rank_known = true, .shape = {1, 32, 32, 3}, .name = {}});
+  model.outputs.push_back(
+      {.type = ElementType::Float32, .rank_known = true, .shape = {1, 7, 21}, .name = "output0"});
   model.path = "/models/" + name + ".onnx";
   return model;
 }

@@ -56,10 +56,10 @@ size_t count_given(std::span<const weir_tensor> outputs) {
   return count;
 }
 
-Error changed_size(size_t index, const weir_tensor_info& given, const ModelShape& expected) {
+Error changed_size(size_t index, const weir_tensor_info& given, const ModelTensor& expected) {
   return Error{.code = Code::INVOKE_FAILED,
                .what = "the model changed the size of an output",
-               .offered = model_shape(given).to_string(),
+               .offered = model_tensor(given).to_string(),
                .needed = expected.to_string(),
                .difference = "tensor " + std::to_string(index),
                .fix = "tensor_filter invoke-dynamic=true"};
@@ -248,7 +248,7 @@ Result<gst::TensorPiece> OutputFrame::output_piece(size_t index, weir_tensor& te
                  .what = "the engine returned no memory for an output",
                  .offered = "tensor " + std::to_string(index),
                  .needed = "data and a release function"};
-  const auto spec = to_spec(model_shape(tensor.info));
+  const auto spec = to_spec(model_tensor(tensor.info));
   if (!spec.valid() || spec.bytes() != tensor.bytes)
     return Error{.code = Code::INVOKE_FAILED,
                  .what = "the size of the engine's output does not match its shape",

@@ -31,7 +31,7 @@ class ReportedProperties {
     return join(infer::ModuleLibrary::instance().engine_names(), ",");
   }
   // The property as the user set it, otherwise that of the model's tensors.
-  template <auto Own, bool Input, std::string (*Text)(const std::vector<ModelShape>&)>
+  template <auto Own, bool Input, std::string (*Text)(const std::vector<ModelTensor>&)>
   std::string reported() const {
     const FilterSettings s = filter().settings();
     return (s.*Own).empty() ? Text(tensors<Input>(s)) : s.*Own;
@@ -58,7 +58,7 @@ class ReportedProperties {
   const Filter& filter() const { return static_cast<const Filter&>(*this); }
 
   template <bool Input>
-  std::vector<ModelShape> tensors(const FilterSettings& s) const {
+  std::vector<ModelTensor> tensors(const FilterSettings& s) const {
     auto known = report_.of_stream();
     if (!known) {
       if (const auto model = filter().opened()) return Input ? model->inputs() : model->outputs();

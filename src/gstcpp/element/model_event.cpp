@@ -35,7 +35,7 @@ class Array {
   GValue value_ = G_VALUE_INIT;
 };
 
-GstStructure* structure_of(const DescribedTensor& tensor) {
+GstStructure* structure_of(const ModelTensor& tensor) {
   const bool known = tensor.type != ElementType::End;
   GstStructure* out = gst_structure_new(
       "tensor", "type", G_TYPE_STRING, known ? std::string(name_of(tensor.type)).c_str() : "",
@@ -48,10 +48,9 @@ GstStructure* structure_of(const DescribedTensor& tensor) {
   return out;
 }
 
-void set_tensors(GstStructure* event, const char* field,
-                 const std::vector<DescribedTensor>& tensors) {
+void set_tensors(GstStructure* event, const char* field, const std::vector<ModelTensor>& tensors) {
   Array list;
-  for (const DescribedTensor& tensor : tensors)
+  for (const ModelTensor& tensor : tensors)
     list.add(GST_TYPE_STRUCTURE,
              [&](GValue* value) { g_value_take_boxed(value, structure_of(tensor)); });
   list.move_to(event, field);
@@ -73,8 +72,8 @@ const GValue* array_of(const GstStructure* structure, const char* field, guint m
   return valid ? value : nullptr;
 }
 
-std::optional<DescribedTensor> tensor_of(const GstStructure* structure) {
-  DescribedTensor out;
+std::optional<ModelTensor> tensor_of(const GstStructure* structure) {
+  ModelTensor out;
   const auto type = text_of(structure, "type", kLongestName);
   auto name = text_of(structure, "name", kLongestName);
   const GValue* shape = array_of(structure, "shape", kRankLimit);
@@ -91,6 +90,7 @@ std::optional<DescribedTensor> tensor_of(const GstStructure* structure) {
     out.shape.push_back(g_value_get_int64(extent));
     if (out.shape.back() < -1) return std::nullopt;
   }
+  out.rank_known = out.type != ElementType::End || !out.shape.empty();
   out.scale = static_cast<float>(scale);
   if (!std::isfinite(out.scale)) return std::nullopt;
   out.name = *std::move(name);
@@ -98,11 +98,10 @@ std::optional<DescribedTensor> tensor_of(const GstStructure* structure) {
   return out;
 }
 
-std::optional<std::vector<DescribedTensor>> tensors_of(const GstStructure* event,
-                                                       const char* field) {
+std::optional<std::vector<ModelTensor>> tensors_of(const GstStructure* event, const char* field) {
   const GValue* list = array_of(event, field, kTensorLimit);
   if (!list) return std::nullopt;
-  std::vector<DescribedTensor> out;
+  std::vector<ModelTensor> out;
   for (guint i = 0; i < gst_value_array_get_size(list); ++i) {
     const GValue* item = gst_value_array_get_value(list, i);
     if (!GST_VALUE_HOLDS_STRUCTURE(item)) return std::nullopt;

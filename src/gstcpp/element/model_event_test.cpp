@@ -11,8 +11,10 @@ namespace {
 
 DescribedModel whole_model() {
   DescribedModel model;
-  model.inputs.push_back({.type = ElementType::UInt8, .shape = {1, -1, -1, 3}, .name = "images"});
+  model.inputs.push_back(
+      {.type = ElementType::UInt8, .rank_known = true, .shape = {1, -1, -1, 3}, .name = "images"});
   model.outputs.push_back({.type = ElementType::Int8,
+                           .rank_known = true,
                            .shape = {1, 84, 8400},
                            .name = "output0; \"quoted\", <odd>",
                            .scale = 0.0625f,

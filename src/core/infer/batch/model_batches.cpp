@@ -21,11 +21,11 @@ Result<std::shared_ptr<BatchGroup>> make_group(const std::shared_ptr<Batches>& b
   auto created = ModelLease::create(shared, 1, ModelLease::For::Others);
   if (!created) return created.error();
   const std::shared_ptr<ModelLease> use = *std::move(created);
-  std::vector<std::vector<ModelShape>> answers;  // own the names that infos point to
+  std::vector<std::vector<ModelTensor>> answers;  // own the names that infos point to
   std::chrono::nanoseconds reshape{};
   auto shapes = shapes_of_batch(axes, batch_size, frame, [&](const Infos& inputs) -> Result<Infos> {
     const auto begin = std::chrono::steady_clock::now();
-    auto outputs = use->resolve(model_shapes(inputs));
+    auto outputs = use->resolve(model_tensors(inputs));
     if (!outputs) return outputs.error();
     reshape = std::chrono::steady_clock::now() - begin;
     answers.push_back(*std::move(outputs));
@@ -40,10 +40,10 @@ Result<std::shared_ptr<BatchGroup>> make_group(const std::shared_ptr<Batches>& b
   }
   return std::make_shared<BatchGroup>(
       *std::move(shapes), memory, reshape,
-      [use, batches](const weir_frame& in, weir_frame& out) -> Result<bool> {
+      [use, batches](const weir_frame& in, weir_frame& out, int* reason) -> Result<bool> {
         auto model = use->begin();
         if (!model) return model.error();
-        return model->session().invoke(in, out);
+        return model->session().invoke(in, out, reason);
       });
 }
 
@@ -51,13 +51,13 @@ Result<std::shared_ptr<BatchGroup>> make_group(const std::shared_ptr<Batches>& b
 
 Result<ModelBatch> join_model_batch(const std::shared_ptr<SharedModel>& shared,
                                     const BatchAxes& axes, size_t batch_size,
-                                    const std::vector<ModelShape>& frame) {
+                                    const std::vector<ModelTensor>& frame) {
   const auto batches = shared->attached<Batches>([] { return std::make_shared<Batches>(); });
   const Infos inputs = tensor_infos(frame);
   auto group = batches->groups.find(
       batch_size, inputs, [&] { return make_group(batches, shared, axes, batch_size, inputs); });
   if (!group) return group.error();
-  return ModelBatch{*group, model_shapes((*group)->shapes().outputs)};
+  return ModelBatch{*group, model_tensors((*group)->shapes().outputs)};
 }
 
 }  // namespace weir::infer

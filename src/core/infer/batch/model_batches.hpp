@@ -4,7 +4,7 @@
 #include <memory>
 #include <vector>
 
-#include "core/filter/model_shape.hpp"
+#include "core/filter/model_fit.hpp"
 #include "core/infer/batch/batch_group.hpp"
 #include "core/infer/model/shared_model.hpp"
 
@@ -12,7 +12,7 @@ namespace weir::infer {
 
 struct ModelBatch {
   std::shared_ptr<BatchGroup> group;
-  std::vector<ModelShape> outputs;  // of one frame
+  std::vector<ModelTensor> outputs;  // of one frame
 };
 
 // Returns the group of `shared` for these frame shapes (all known) and this batch-size, creating it
@@ -20,6 +20,6 @@ struct ModelBatch {
 // batches. BATCH_UNSUPPORTED as shapes_of_batch(); otherwise errors of the engine for these shapes.
 Result<ModelBatch> join_model_batch(const std::shared_ptr<SharedModel>& shared,
                                     const BatchAxes& axes, size_t batch_size,
-                                    const std::vector<ModelShape>& frame);
+                                    const std::vector<ModelTensor>& frame);
 
 }  // namespace weir::infer

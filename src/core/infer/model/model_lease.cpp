@@ -101,16 +101,16 @@ Status ModelLease::reopen() {
   return ok();
 }
 
-Result<std::vector<ModelShape>> ModelLease::resolve(const std::vector<ModelShape>& inputs) {
+Result<std::vector<ModelTensor>> ModelLease::resolve(const std::vector<ModelTensor>& inputs) {
   const auto infos = tensor_infos(inputs);
   for (;;) {
     auto frame = begin();
     if (!frame) return frame.error();
-    auto outputs = model_shapes(frame->model().outputs());
+    auto outputs = model_tensors(frame->model().outputs());
     for (const auto& session : frame->set_->sessions()) {
       const auto resolved = session->resolve(infos);
       if (!resolved) return resolved.error();
-      outputs = model_shapes(*resolved);
+      outputs = model_tensors(*resolved);
     }
     std::lock_guard lock(mutex_);
     if (frame->set_ != set_) continue;  // replaced in the meantime
@@ -119,11 +119,11 @@ Result<std::vector<ModelShape>> ModelLease::resolve(const std::vector<ModelShape
   }
 }
 
-Result<std::vector<ModelShape>> ModelLease::resolve(const Frame& frame, size_t worker,
-                                                    const std::vector<ModelShape>& inputs) {
+Result<std::vector<ModelTensor>> ModelLease::resolve(const Frame& frame, size_t worker,
+                                                     const std::vector<ModelTensor>& inputs) {
   const auto resolved = frame.session(worker).resolve(tensor_infos(inputs));
   if (!resolved) return resolved.error();
-  auto outputs = model_shapes(*resolved);
+  auto outputs = model_tensors(*resolved);
   std::lock_guard lock(mutex_);
   if (frame.set_ == set_) shapes_ = {shapes_.version + 1, true, inputs, outputs};
   return outputs;
@@ -143,14 +143,14 @@ Status ModelLease::prepare(Session& session, const Shapes& shapes, bool warm) {
   if (!shapes.resolved) return ok();
   const auto outputs = session.resolve(tensor_infos(shapes.inputs));
   if (!outputs) return outputs.error();
-  const auto found = model_shapes(*outputs);
+  const auto found = model_tensors(*outputs);
   const auto difference = first_difference(found, shapes.outputs, "output");
   if (!difference.empty())
     return Error{
         .code = Code::MODEL_DIFFERS,
         .what = "the new model has different outputs for the inputs of this stream",
-        .offered = list_shapes(found),
-        .needed = list_shapes(shapes.outputs),
+        .offered = list_tensors(found),
+        .needed = list_tensors(shapes.outputs),
         .difference = difference,
         .fix = "use a model with the same outputs, or set it while the element is stopped"};
   return warm ? warm_up(session, shapes.inputs, found) : ok();

@@ -94,8 +94,8 @@ Result<std::shared_ptr<SessionPool>> SharedModel::opened_pool() {
   if (!pool) return pool.error();
   std::lock_guard lock(mutex_);
   const Model& model = *(*pool)->model();
-  inputs_ = model_shapes(model.inputs());
-  outputs_ = model_shapes(model.outputs());
+  inputs_ = model_tensors(model.inputs());
+  outputs_ = model_tensors(model.outputs());
   known_ = true;
   pool_ = *pool;
   return pool;
@@ -109,14 +109,15 @@ Result<std::shared_ptr<SessionPool>> SharedModel::open_candidate(const ModelSour
 }
 
 Status SharedModel::check_same(const Model& candidate, const ModelSource& source) const {
-  const auto inputs = model_shapes(candidate.inputs()), outputs = model_shapes(candidate.outputs());
+  const auto inputs = model_tensors(candidate.inputs()),
+             outputs = model_tensors(candidate.outputs());
   std::lock_guard lock(mutex_);
   if (!known_) return ok();
   auto difference = first_difference(inputs, inputs_, "input");
   if (difference.empty()) difference = first_difference(outputs, outputs_, "output");
   if (difference.empty()) return ok();
   const auto both = [](const auto& in, const auto& out) {
-    return "in " + list_shapes(in) + "; out " + list_shapes(out);
+    return "in " + list_tensors(in) + "; out " + list_tensors(out);
   };
   return Error{
       .code = Code::MODEL_DIFFERS,

@@ -18,8 +18,8 @@
 #include <typeindex>
 #include <vector>
 
-#include "core/infer/model/model_shapes.hpp"
 #include "core/infer/model/session_pool.hpp"
+#include "core/tensor/model_tensor.hpp"
 
 namespace weir::infer {
 
@@ -115,7 +115,7 @@ class SharedModel : public std::enable_shared_from_this<SharedModel> {
   mutable std::mutex mutex_;  // guards the rest except attached_
   ModelSource source_;
   std::shared_ptr<SessionPool> pool_;  // null: closed
-  std::vector<ModelShape> inputs_, outputs_;
+  std::vector<ModelTensor> inputs_, outputs_;
   bool known_ = false;  // inputs_ and outputs_ come from a model that was open
   std::vector<ModelLease*> uses_;
   uint64_t reloads_ = 0;
@@ -161,10 +161,10 @@ class ModelLease {
 
   // Session::resolve on all sessions. Precondition: no frame is in progress. Replacement models
   // must have the same outputs for these inputs.
-  Result<std::vector<ModelShape>> resolve(const std::vector<ModelShape>& inputs);
+  Result<std::vector<ModelTensor>> resolve(const std::vector<ModelTensor>& inputs);
   // The same on the session of one worker, within its frame.
-  Result<std::vector<ModelShape>> resolve(const Frame& frame, size_t worker,
-                                          const std::vector<ModelShape>& inputs);
+  Result<std::vector<ModelTensor>> resolve(const Frame& frame, size_t worker,
+                                           const std::vector<ModelTensor>& inputs);
 
   // Asks the engine to free memory. If it cannot, closes this lease's sessions, and the model
   // unless another lease needs it. Returns false while a frame is in progress.
@@ -178,7 +178,7 @@ class ModelLease {
   struct Shapes {
     uint64_t version = 0;  // of the members below
     bool resolved = false;
-    std::vector<ModelShape> inputs, outputs;
+    std::vector<ModelTensor> inputs, outputs;
   };
   ModelLease(std::shared_ptr<SharedModel> shared, size_t sessions, For user)
       : shared_(std::move(shared)), sessions_(sessions), user_(user) {}

@@ -14,7 +14,7 @@
 #include <thread>
 #include <vector>
 
-#include "core/filter/model_shape.hpp"
+#include "core/filter/model_fit.hpp"
 #include "core/infer/model/model.hpp"
 #include "weir/abi.h"
 
@@ -37,8 +37,8 @@ inline SumSession* of(weir_session* session) {
 }
 
 // A tensor description, rows first.
-inline ModelShape floats(int64_t rows, int64_t columns) {
-  ModelShape shape;
+inline ModelTensor floats(int64_t rows, int64_t columns) {
+  ModelTensor shape;
   shape.type = ElementType::Float32;
   shape.rank_known = true;
   shape.shape = {rows, columns};

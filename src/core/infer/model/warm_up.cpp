@@ -6,7 +6,7 @@
 #include <cstddef>
 #include <memory>
 
-#include "core/infer/model/model_shapes.hpp"
+#include "core/tensor/model_tensor.hpp"
 
 namespace weir::infer {
 namespace {
@@ -14,7 +14,7 @@ namespace {
 // Tensors that own their memory, if every size is known.
 class Tensors {
  public:
-  Tensors(const std::vector<ModelShape>& shapes, size_t alignment, size_t padding, bool allocate)
+  Tensors(const std::vector<ModelTensor>& shapes, size_t alignment, size_t padding, bool allocate)
       : tensors_(shapes.size()), memory_(shapes.size()) {
     for (size_t i = 0; i < shapes.size(); ++i) {
       tensors_[i].info = tensor_info(shapes[i]);
@@ -52,15 +52,19 @@ class Tensors {
   std::vector<std::vector<std::byte>> memory_;
 };
 
-bool fixed(const std::vector<ModelShape>& shapes) {
+bool fixed(const std::vector<ModelTensor>& shapes) {
   return std::all_of(shapes.begin(), shapes.end(), [](const auto& s) { return s.fixed(); });
 }
 
 }  // namespace
 
-Status warm_up(Session& session, const std::vector<ModelShape>& inputs,
-               const std::vector<ModelShape>& outputs) {
-  if (session.control(WEIR_WARM)) return ok();
+Status warm_up(Session& session, const std::vector<ModelTensor>& inputs,
+               const std::vector<ModelTensor>& outputs) {
+  return session.control(WEIR_WARM) ? ok() : invoke_zeros(session, inputs, outputs);
+}
+
+Status invoke_zeros(Session& session, const std::vector<ModelTensor>& inputs,
+                    const std::vector<ModelTensor>& outputs) {
   const auto& info = session.model().info();
   if (!fixed(inputs) || inputs.size() != info.n_inputs || (info.flags & WEIR_MODEL_STATEFUL) != 0)
     return ok();

@@ -3,14 +3,18 @@
 #pragma once
 #include <vector>
 
-#include "core/filter/model_shape.hpp"
+#include "core/filter/model_fit.hpp"
 #include "core/infer/model/model.hpp"
 
 namespace weir::infer {
 
 // Uses the engine's WEIR_WARM, otherwise an invoke on zeros. Does nothing if a shape is open or if
 // zeros would change a state that cannot be reset. Errors of the engine.
-Status warm_up(Session& session, const std::vector<ModelShape>& inputs,
-               const std::vector<ModelShape>& outputs);
+Status warm_up(Session& session, const std::vector<ModelTensor>& inputs,
+               const std::vector<ModelTensor>& outputs);
+
+// The invoke on zeros. Does nothing in the same cases.
+Status invoke_zeros(Session& session, const std::vector<ModelTensor>& inputs,
+                    const std::vector<ModelTensor>& outputs);
 
 }  // namespace weir::infer

@@ -1,6 +1,6 @@
 // Whether streams fit models, and the error texts if they do not.
 // SPDX-License-Identifier: LGPL-2.1-or-later
-#include "core/filter/model_shape.hpp"
+#include "core/filter/model_fit.hpp"
 
 #include <gtest/gtest.h>
 
@@ -9,17 +9,11 @@
 namespace weir {
 namespace {
 
-const ModelShape kMobilenet{ElementType::UInt8, true, {1, 224, 224, 3}, "input"};
-const ModelShape kDynamic{ElementType::Float32, true, {-1, 3, -1, -1}, "images"};
+const ModelTensor kMobilenet{ElementType::UInt8, true, {1, 224, 224, 3}, "input"};
+const ModelTensor kDynamic{ElementType::Float32, true, {-1, 3, -1, -1}, "images"};
 
 TensorSpec spec(ElementType type, std::initializer_list<uint32_t> dims) {
   return {type, Shape(dims), ""};
-}
-
-TEST(ModelShape, IsWrittenInnermostFirstWithOpenPartsMarked) {
-  EXPECT_EQ(kMobilenet.to_string(), "uint8 3:224:224:1");
-  EXPECT_EQ(kDynamic.to_string(), "float32 ?:?:3:?");
-  EXPECT_EQ((ModelShape{ElementType::Int32, true, {}, ""}).to_string(), "int32 1");
 }
 
 TEST(Fit, AcceptsAMatchingStream) {
@@ -36,7 +30,7 @@ TEST(Fit, FillsOpenDimensionsAndKeepsTheRank) {
 
 TEST(Fit, GivesAScalarItsRankZero) {
   const auto r =
-      fit({ModelShape{ElementType::Float32, true, {}, "t"}}, {spec(ElementType::Float32, {1})});
+      fit({ModelTensor{ElementType::Float32, true, {}, "t"}}, {spec(ElementType::Float32, {1})});
   ASSERT_TRUE(r);
   EXPECT_TRUE((*r)[0].shape.empty());
   EXPECT_EQ(to_spec((*r)[0]).shape.to_string(), "1");
@@ -50,6 +44,15 @@ TEST(Fit, ReportsTheFirstDifferenceOfAWrongSizeWithAFix) {
   EXPECT_EQ(r.error().fix,
             "videoconvert ! videoscale ! video/x-raw,format=RGB,width=224,height=224 ! "
             "tensor_converter ! tensor_filter");
+}
+
+TEST(Fit, SaysHowAModelOfOnePictureRunsOnSeveral) {
+  const auto many = fit({kMobilenet}, {spec(ElementType::UInt8, {3, 224, 224, 5})});
+  ASSERT_FALSE(many);
+  EXPECT_EQ(many.error().fix, "tensor_filter invoke-rows=1, which runs the model for each of them");
+  const auto other = fit({kMobilenet}, {spec(ElementType::UInt8, {3, 100, 224, 5})});
+  ASSERT_FALSE(other);
+  EXPECT_SAYS(other.error().fix, "videoscale");
 }
 
 TEST(Fit, ReportsAWrongType) {
