@@ -27,7 +27,7 @@ ServedRequest::ServedRequest(std::shared_ptr<ServedModel> model, std::shared_ptr
 ServedRequest::~ServedRequest() {
   if (ended_) return;
   const char* element = last_element_;
-  if (model_->interrupted())  // elements drop what they hold when they stop
+  if (!model_->is_running())  // elements drop what they hold when they stop
     fail_as(End::Aborted, CallStatus::Unavailable, model_->stopped_text());
   else
     fail_as(
@@ -187,9 +187,14 @@ void ServedModel::resume() {
   interrupted_ = false;
 }
 
-bool ServedModel::interrupted() const {
+void ServedModel::set_running(bool running) {
   std::lock_guard lock(mutex_);
-  return interrupted_;
+  running_ = running;
+}
+
+bool ServedModel::is_running() const {
+  std::lock_guard lock(mutex_);
+  return running_;
 }
 
 std::string ServedModel::stopped_text() const {

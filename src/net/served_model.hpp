@@ -88,6 +88,8 @@ class ServedModel : public std::enable_shared_from_this<ServedModel> {
   std::shared_ptr<ServedRequest> take();
   void interrupt();
   void resume();
+  // Whether frames flow. While they do not, a request that an element drops ends as UNAVAILABLE.
+  void set_running(bool running);
   // Ends all requests with UNAVAILABLE, and refuses those that come.
   void stop();
 
@@ -99,7 +101,7 @@ class ServedModel : public std::enable_shared_from_this<ServedModel> {
   void count(ServedRequest* request, ServedRequest::End end);
   std::shared_ptr<ServedRequest> next();
   bool enqueue(const std::shared_ptr<ServedRequest>& request);
-  bool interrupted() const;
+  bool is_running() const;
   std::string stopped_text() const;
 
   const ModelRequest model_;
@@ -107,7 +109,8 @@ class ServedModel : public std::enable_shared_from_this<ServedModel> {
   const size_t most_waiting_;
   mutable std::mutex mutex_;  // guards the rest
   std::condition_variable arrived_;
-  bool interrupted_ = false, stopped_ = false, knows_inputs_ = false, knows_outputs_ = false;
+  bool interrupted_ = false, running_ = true, stopped_ = false, knows_inputs_ = false,
+       knows_outputs_ = false;
   std::vector<TensorText> inputs_, outputs_;
   std::deque<std::shared_ptr<ServedRequest>> waiting_;
   std::unordered_map<ServedRequest*, std::weak_ptr<ServedRequest>> in_flight_;

@@ -157,7 +157,7 @@ TEST_F(Serving, CallsItAStopWhenElementsDropInAPipelineThatDoesNotRun) {
   receive(&ended);
   auto request = model_->take();
   request->entered("queue0");
-  model_->interrupt();
+  model_->set_running(false);
   request.reset();
   EXPECT_EQ(ended.status, static_cast<int>(CallStatus::Unavailable));
   EXPECT_EQ(ended.text, "the pipeline of the model m was stopped");

@@ -2,6 +2,7 @@
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #include <string>
 
+#include "becomes.hpp"
 #include "elements/tests/pipeline_test_support.hpp"
 
 namespace weir::test {
@@ -25,7 +26,8 @@ TEST(TensorQueryServersink, RejectsFramesWithoutARequest) {
 TEST(TensorQueryServersink, DropsAsManyAsLimitAllows) {
   PlayedPipeline p(std::string(kFrames) + "tensor_query_serversink name=end limit=3" + kSource);
   gst_element_set_state(p.get(), GST_STATE_PLAYING);
-  EXPECT_TRUE(becomes_true([&] { return p.stat("end", "dropped-policy") == 3; }));
+  EXPECT_TRUE(
+      becomes_true([&] { return p.stat("end", "dropped-policy") == 3; }, "three dropped frames"));
   EXPECT_EQ(p.stat("end", "received"), 3u);
   EXPECT_EQ(p.stat("end", "consumed"), 0u);
 }

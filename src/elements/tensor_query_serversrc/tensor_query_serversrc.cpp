@@ -13,6 +13,7 @@
 #include "gstcpp/buffer/tensor_caps.hpp"
 #include "gstcpp/element/base_classes.hpp"
 #include "net/model_server.hpp"
+#include "net/server_security.hpp"
 
 namespace weir {
 namespace {
@@ -38,16 +39,13 @@ class TensorQueryServersrc : public gst::Element<TensorQueryServersrc, gst::Push
   };
 
   using Settings = ServersrcSettings;
-  uint32_t actual_port() const {
-    std::lock_guard lock(server_mutex_);
-    return server_ ? server_->port() : settings().port;
-  }
   static constexpr std::tuple kProperties{
       gst::Property{"protocol", &Settings::protocol, "What clients speak"},
       gst::Property{"host", &Settings::host, "The address to listen on"},
-      gst::Accessor{"port", &Settings::port, &TensorQueryServersrc::actual_port,
-                    "The port to listen on; 0 = a free one, which can be read when the element is "
-                    "PAUSED"},
+      gst::Property{"port", &Settings::port,
+                    "The port to listen on; 0 = a free one, which the property has while the "
+                    "element is PAUSED or PLAYING",
+                    gst::Changeable::InReady, 0u, 65535u},
       gst::Property{"unix-path", &Settings::unix_path,
                     "A Unix socket to listen on instead of host and port"},
       gst::Property{"id", &Settings::id,
@@ -107,23 +105,24 @@ class TensorQueryServersrc : public gst::Element<TensorQueryServersrc, gst::Push
       return status;
     auto server = net::ModelServer::share(s.listen_options());
     if (!server) return server.error();
-    model_ = std::make_shared<net::ServedModel>(
+    auto model = std::make_shared<net::ServedModel>(
         net::ModelRequest{s.model_name.empty() ? default_name() : s.model_name, s.model_version},
         "weir", s.queue);
     id_ = s.id;
+    wanted_port_ = s.port;
     ledger_.reset();
-    if (auto status = publish(*server); !status) {
-      model_.reset();
-      return status;
-    }
+    if (auto status = publish(*server, model); !status) return status;
+    if (s.unix_path.empty())
+      change_settings([&](Settings& shown) { shown.port = (*server)->port(); });
     {
       std::lock_guard lock(server_mutex_);
       server_ = *std::move(server);
+      model_ = std::move(model);
     }
     g_object_notify(G_OBJECT(self()), "port");
     GST_CAT_INFO_OBJECT(category(), self(), "model %s version %s listens on %s",
                         model_->model().name.c_str(), model_->model().version.c_str(),
-                        address(s).c_str());
+                        net::address_text(settings().listen_options()).c_str());
     if (s.insecure && s.tls_cert.empty())
       GST_CAT_WARNING_OBJECT(category(), self(),
                              "connections are not encrypted: anyone on the network can read and "
@@ -131,16 +130,25 @@ class TensorQueryServersrc : public gst::Element<TensorQueryServersrc, gst::Push
     return ok();
   }
 
+  // Downstream elements drop their frames before this element stops.
+  GstStateChangeReturn change_state(GstStateChange change) {
+    if (model_ && change == GST_STATE_CHANGE_PLAYING_TO_PAUSED) model_->set_running(false);
+    if (model_ && change == GST_STATE_CHANGE_PAUSED_TO_PLAYING) model_->set_running(true);
+    return GST_ELEMENT_CLASS(parent_class())->change_state(element(), change);
+  }
+
   gboolean stop() {
     watch_.stop();
+    watched_ = false;
     std::shared_ptr<net::ModelServer> server;
     {
       std::lock_guard lock(server_mutex_);
       server = std::move(server_);
     }
-    if (!model_) return TRUE;
+    if (!server) return TRUE;
+    change_settings([&](Settings& shown) { shown.port = wanted_port_; });
     model_->stop();
-    if (server) server->remove(*model_);
+    server->remove(*model_);
     remove_pair(id_, *model_);
     const auto c = model_->counts();
     GST_CAT_INFO_OBJECT(category(), self(),
@@ -194,11 +202,11 @@ class TensorQueryServersrc : public gst::Element<TensorQueryServersrc, gst::Push
   }
 
   gboolean unlock() {
-    model_->interrupt();
+    if (model_) model_->interrupt();
     return TRUE;
   }
   gboolean unlock_stop() {
-    model_->resume();
+    if (model_) model_->resume();
     return TRUE;
   }
 
@@ -220,10 +228,6 @@ class TensorQueryServersrc : public gst::Element<TensorQueryServersrc, gst::Push
   GstBaseSrc* base() const { return GST_BASE_SRC(self()); }
   GstPad* pad() const { return GST_BASE_SRC_PAD(self()); }
 
-  std::string address(const Settings& s) const {
-    return s.unix_path.empty() ? s.host + ":" + std::to_string(actual_port())
-                               : "unix:" + s.unix_path;
-  }
   // "mobilenet" for the next filter's model=/models/mobilenet.tflite.
   std::string default_name() const {
     const std::string model = property_downstream(pad(), "model");
@@ -234,10 +238,11 @@ class TensorQueryServersrc : public gst::Element<TensorQueryServersrc, gst::Push
     return name.get();
   }
 
-  Status publish(const std::shared_ptr<net::ModelServer>& server) {
-    if (auto status = add_pair(id_, model_); !status) return status;
-    auto status = server->add(model_);
-    if (!status) remove_pair(id_, *model_);
+  Status publish(const std::shared_ptr<net::ModelServer>& server,
+                 const std::shared_ptr<net::ServedModel>& model) const {
+    if (auto status = add_pair(id_, model); !status) return status;
+    auto status = server->add(model);
+    if (!status) remove_pair(id_, *model);
     return status;
   }
 
@@ -296,7 +301,7 @@ class TensorQueryServersrc : public gst::Element<TensorQueryServersrc, gst::Push
   std::shared_ptr<net::ModelServer> server_;
   // Set in start(); streaming thread only, but for interrupt().
   std::shared_ptr<net::ServedModel> model_;
-  uint32_t id_ = 0;
+  uint32_t id_ = 0, wanted_port_ = 0;
   bool watched_ = false;
   RequestWatch watch_;
   gst::FramePool pool_;
