@@ -37,6 +37,7 @@ ServeRun::ServeRun(std::vector<ServedPipeline> pipelines) : loop_(g_main_loop_ne
 }
 
 ServeRun::~ServeRun() {
+  for (const guint source : signal_sources_) g_source_remove(source);
   for (const auto& served : served_) {
     if (served->watch) g_source_remove(served->watch);
     if (served->restart) g_source_remove(served->restart);
@@ -71,18 +72,19 @@ std::vector<Complaint> ServeRun::start() {
     }
     return errors;
   }
-  return {};
-}
-
-int ServeRun::play() {
+  // Before callers learn that the models are served. Until here a signal has its default action: it
+  // interrupts the loading of a large model.
   const auto on_signal = +[](gpointer self) -> gboolean {
     static_cast<ServeRun*>(self)->on_signal();
     return G_SOURCE_CONTINUE;
   };
-  const guint sources[] = {g_unix_signal_add(SIGINT, on_signal, this),
-                           g_unix_signal_add(SIGTERM, on_signal, this)};
+  signal_sources_ = {g_unix_signal_add(SIGINT, on_signal, this),
+                     g_unix_signal_add(SIGTERM, on_signal, this)};
+  return {};
+}
+
+int ServeRun::play() {
   g_main_loop_run(loop_.get());
-  for (const guint source : sources) g_source_remove(source);
   return status_;
 }
 

@@ -27,7 +27,7 @@ class ServeRun {
   ServeRun(const ServeRun&) = delete;
   ServeRun& operator=(const ServeRun&) = delete;
 
-  // Starts all pipelines. An element of each error that it returns; empty = all play.
+  // Starts all pipelines and handles signals from then on. Returns the errors; empty = all play.
   std::vector<Complaint> start();
   // Blocks until a signal. The first SIGINT or SIGTERM ends the streams after the requests that
   // they have; the second one, or ten seconds, ends them at once. A model whose pipeline fails is
@@ -57,6 +57,7 @@ class ServeRun {
 
   std::vector<std::unique_ptr<Served>> served_;
   gst::Unique<GMainLoop, g_main_loop_unref> loop_;
+  std::vector<guint> signal_sources_;
   int signals_ = 0, status_ = 0;
 };
 

@@ -1,0 +1,120 @@
+#!/usr/bin/python3
+# SPDX-License-Identifier: LGPL-2.1-or-later
+"""`weir serve` at work: tools/check-oip and a client's pipeline ask it, and signals end it."""
+
+import os
+import re
+import signal
+import subprocess
+import unittest
+import urllib.error
+import urllib.request
+
+import tap_runner
+from built_modules import has_engine
+from weir_case import COMMAND, HAS_ONNX, MODEL, SOURCE, Case, sanitized, weir
+
+HAS_NET = "weirnet" in os.environ.get("WEIR_NET_PLUGIN", "")
+HAS_GRPCIO = os.environ.get("WEIR_INFERENCE_CLASSES", "") != ""
+FIRST_LINE = re.compile(r"(\S+) +(grpcs?://(\S+)/\S+) +input float32 1:192:32:1 +output float32 13:12:1\n")
+
+
+@unittest.skipUnless(HAS_NET and HAS_ONNX, "the plug-in weirnet or the engine onnxruntime is not built")
+class Serving(Case):
+    def serve(self, *arguments):
+        """A server with one model, and its address."""
+        process = subprocess.Popen([COMMAND, "serve", "--listen", "127.0.0.1:0", *map(str, arguments)], stdout=subprocess.PIPE,
+                                   stderr=subprocess.PIPE, text=True, stdin=subprocess.DEVNULL, env={**os.environ, **sanitized()})
+        self.addCleanup(process.stderr.close)
+        self.addCleanup(process.stdout.close)
+        self.addCleanup(process.wait)
+        self.addCleanup(process.kill)
+        line = process.stdout.readline()
+        match = FIRST_LINE.fullmatch(line)
+        self.assertTrue(match, line or process.stderr.read())
+        return process, match[2], match[3]
+
+    def end(self, process, number=signal.SIGTERM):
+        process.send_signal(number)
+        out, errors = process.communicate(timeout=60)
+        return process.returncode, out, errors
+
+    def check(self, address, *options):
+        return subprocess.run([SOURCE / "tools/check-oip", address, *map(str, options)], capture_output=True, text=True, timeout=200)
+
+    @unittest.skipUnless(HAS_GRPCIO, "grpcio is not installed")
+    def test_it_does_what_the_protocol_demands(self):
+        process, _, address = self.serve(f"digits={MODEL}")
+        done = self.check(address, "--model", "digits")
+        self.assertEqual(done.returncode, 0, done.stdout + done.stderr)
+        self.assertEqual(done.stdout.splitlines()[-1], "19 passed, 0 failed")
+        status, out, errors = self.end(process)
+        self.assertEqual((status, errors), (0, ""))
+        self.assertRegex(out, r"digits-filter +[1-9]")
+
+    @unittest.skipUnless(HAS_GRPCIO, "grpcio is not installed")
+    def test_certificates_and_tokens_let_clients_in(self):
+        pki, tokens = self.folder / "pki", self.folder / "tokens"
+        self.good(weir("pki", "init", pki))
+        for name in ("localhost", "client"):
+            self.good(weir("pki", "issue", name, "--dir", pki, "--san", "127.0.0.1"))
+        tokens.write_text("secret\n")
+        _, url, address = self.serve(f"digits={MODEL}", "--tls-cert", pki / "localhost.pem", "--tls-key", pki / "localhost.key", "--tls-ca",
+                                     pki / "ca.pem", "--token-file", tokens)
+        self.assertTrue(url.startswith("grpcs://"))
+        certificate = ("--ca", pki / "ca.pem", "--cert", pki / "client.pem", "--key", pki / "client.key")
+        for options, passes in (((*certificate, "--token-file", tokens), True), (certificate, False),
+                                (("--ca", pki / "ca.pem", "--token-file", tokens), False), ((), False)):
+            done = self.check(address, *options)
+            self.assertEqual(done.returncode == 0, passes, f"{options}: {done.stdout}")
+
+    def test_both_signals_end_it(self):
+        for number in (signal.SIGINT, signal.SIGTERM):
+            status, out, errors = self.end(self.serve(f"digits={MODEL}")[0], number)
+            self.assertEqual((status, errors), (0, ""))
+            self.assertIn("Ledger\n", out)
+
+    def test_figures_are_served_to_this_machine(self):
+        process, _, _ = self.serve(f"digits={MODEL}", "--metrics=127.0.0.1:0")
+        address = re.fullmatch(r"metrics +(http://127\.0\.0\.1:\d+)/metrics\n", process.stdout.readline())[1]
+        with urllib.request.urlopen(f"{address}/metrics", timeout=10) as answer:
+            self.assertEqual(answer.headers["Content-Type"], "text/plain; version=0.0.4; charset=utf-8")
+            page = answer.read().decode()
+        self.assertIn('# TYPE weir_requests_received_total counter\n'
+                      'weir_requests_received_total{model="digits",element="tensor_query_serversrc"} 0\n', page)
+        self.assertIn('weir_dropped_total{model="digits",element="tensor_filter",reason="error"} 0\n', page)
+        for line in page.splitlines():
+            self.assertRegex(line, r'^(# (HELP|TYPE) weir_\w+ .+|weir_\w+\{(\w+="[^"]*",?)+\} -?[\d.e+-]+)$')
+        families = re.findall(r"^# TYPE (\S+)", page, re.MULTILINE)
+        self.assertEqual(len(families), len(set(families)))
+        for path, method, status in (("/", "GET", 404), ("/metrics", "POST", 405)):
+            with self.assertRaises(urllib.error.HTTPError) as refused:
+                urllib.request.urlopen(urllib.request.Request(address + path, method=method, data=b"" if method == "POST" else None), timeout=10)
+            self.assertEqual(refused.exception.code, status)
+            refused.exception.close()
+
+    def test_addresses_of_figures_that_others_reach_are_refused(self):
+        for address in ("0.0.0.0:0", "192.0.2.1:1", "unix:/tmp/x"):
+            self.refused(weir("serve", MODEL, "--listen", "127.0.0.1:0", f"--metrics={address}"), 1,
+                         "WEIR-1004: the page of metrics is for this machine alone", f"offered: --metrics={address}")
+
+    def test_an_address_in_use_and_a_file_that_is_no_model_are_errors(self):
+        _, _, address = self.serve(f"digits={MODEL}")
+        self.refused(weir("serve", MODEL, "--listen", address), 1, address.split(":")[1])
+        broken = self.folder / "broken.onnx"
+        broken.write_text("no model")
+        self.refused(weir("serve", broken, "--listen", "127.0.0.1:0"), 1, "WEIR-3004", str(broken))
+
+    @unittest.skipUnless(has_engine("oip"), "the engine oip is not built")
+    def test_a_pipeline_gets_the_results_of_the_model_itself(self):
+        _, url, _ = self.serve(f"digits={MODEL}")
+        source = "videotestsrc num-buffers=5 pattern=ball ! video/x-raw,format=GRAY8,width=192,height=32 ! tensor_converter ! " \
+                 "tensor_transform mode=typecast option=float32 ! "
+        for name, options in (("there", f"framework=oip model={url}"), ("here", f"model={MODEL}")):
+            self.good(weir("run", f"{source} tensor_filter {options} ! filesink location={self.folder}/{name}"))
+        self.assertEqual((self.folder / "there").read_bytes(), (self.folder / "here").read_bytes())
+        self.assertGreater((self.folder / "here").stat().st_size, 0)
+
+
+if __name__ == "__main__":
+    tap_runner.main()
