@@ -9,6 +9,7 @@ out of time) counts as one failure more.
 
 import json
 import pathlib
+import re
 import sys
 import xml.etree.ElementTree as ElementTree
 
@@ -26,7 +27,9 @@ def read_suites(log):
     """The suites of cases; Meson names those of GoogleTest PROJECT.PROGRAM.SUITE, that of TAP PROJECT.PROGRAM."""
     if not log.exists():
         return []
-    return [s for s in ElementTree.parse(log).getroot().iter("testsuite") if "." in s.get("name")]
+    # Meson copies what a test printed, also characters that XML does not have: the colours of a log, for one.
+    text = re.sub(r"[^\t\n\r -\ud7ff\ue000-\ufffd\U00010000-\U0010ffff]", "?", log.read_text(errors="replace"))
+    return [s for s in ElementTree.fromstring(text.encode()).iter("testsuite") if "." in s.get("name")]
 
 
 def result_of(case):

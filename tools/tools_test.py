@@ -341,6 +341,12 @@ class CountTests(unittest.TestCase):
         self.assertEqual((status, lines[-1]), (1, "1 passed, 1 failed"))
         self.assertIn("FAILED weir:core / core: FAIL, though none of its cases did", lines)
 
+    def test_characters_that_xml_does_not_have_hide_nothing(self):
+        log = ['{"name": "weir:core / core", "result": "FAIL"}']
+        printed = self.CASES.replace("</testsuite>", "<system-err>\x1b[33mWARN \x00\ufffe\U0001f600</system-err></testsuite>")
+        status, lines = self.count(log, printed, "1")
+        self.assertEqual((status, lines[-1]), (1, "1 passed, 1 failed"))
+
     def test_a_program_that_ran_out_of_time_is_a_failure(self):
         log = ['{"name": "weir / slow", "result": "TIMEOUT"}']
         self.assertEqual(self.count(log, "", "1")[1][-1], "0 passed, 1 failed")

@@ -63,6 +63,18 @@ struct TryOptions {
 // Runs the model on the input; prints results, and the pipeline on standard error.
 int try_model_on_input(const TryOptions& options);
 
+struct PkiOptions {
+  int days = 0;                             // that the certificate is valid
+  std::string folder = ".";                 // of the authority
+  std::string name{};                       // of issue: subject and first name of the certificate
+  std::vector<std::string> alternatives{};  // of issue: more host names and addresses
+  bool json = false;
+};
+// Makes a certificate authority in a folder.
+int pki_init(const PkiOptions& options);
+// Makes a certificate and its key, signed by the authority of the folder.
+int pki_issue(const PkiOptions& options);
+
 struct EvaluateOptions {
   std::string model;                 // a path, a name of the catalogue, or a pipeline
   std::string folder;                // pictures with truth

@@ -18,6 +18,8 @@
 namespace weir::app {
 namespace {
 
+constexpr int kAuthorityDays = 3650, kCertificateDays = 90;
+
 struct CommandLine {
   BenchOptions bench;
   BenchCaseOptions bench_case;
@@ -26,6 +28,7 @@ struct CommandLine {
   TryOptions attempt;
   EvaluateOptions evaluation;
   RunOptions run;
+  PkiOptions authority{.days = kAuthorityDays}, certificate{.days = kCertificateDays};
   NewFilterOptions filter;
   CustomClassOptions custom_class;
   bool any_size = false;
@@ -166,6 +169,30 @@ void add_models(CLI::App* app, ModelsOptions* models) {
   add("get", "Fetch a model and check its digest", ModelsAction::Get);
 }
 
+void add_pki(CLI::App* app, PkiOptions* authority, PkiOptions* certificate) {
+  constexpr int kMostDays = 36500;
+  auto* command = app->add_subcommand("pki", "Make a certificate authority and certificates");
+  command->require_subcommand(1);
+  auto* init = command->add_subcommand("init", "Make a certificate authority in a folder");
+  init->add_option("DIR", authority->folder, "The folder, which is made if it is missing")
+      ->required();
+  init->add_option("--days", authority->days, "Days that it is valid; default: 3650")
+      ->check(CLI::Range(1, kMostDays));
+  init->add_flag("--json", authority->json, "Print JSON");
+  auto* issue = command->add_subcommand("issue", "Make a certificate for a server or client");
+  issue->add_option("NAME", certificate->name, "Host name or address of the server, or any name")
+      ->required();
+  issue->add_option("--dir", certificate->folder, "Folder of the authority; default: this one")
+      ->type_name("DIR");
+  issue->add_option("--san", certificate->alternatives, "More host names and addresses")
+      ->type_name("LIST")
+      ->delimiter(',')
+      ->allow_extra_args(false);
+  issue->add_option("--days", certificate->days, "Days that it is valid; default: 90")
+      ->check(CLI::Range(1, kMostDays));
+  issue->add_flag("--json", certificate->json, "Print JSON");
+}
+
 void add_pbtxt(CLI::App* command, PbtxtOptions* pbtxt) {
   command->add_flag("--from-pbtxt,-p", pbtxt->from_pbtxt, "The other direction; not implemented");
   command->add_flag("--verbose,-v", pbtxt->verbose, "Print elements and links on standard error");
@@ -185,6 +212,7 @@ void add_subcommands(CLI::App* app, CommandLine* line) {
   add_try(app, &line->attempt);
   add_evaluate(app, &line->evaluation);
   add_bench_case(app, &line->bench_case);
+  add_pki(app, &line->authority, &line->certificate);
   auto* doctor = app->add_subcommand(
       "doctor", "Show what is installed, what is missing and how to install it");
   doctor->add_flag("--json", line->doctor_json, "Print JSON");
@@ -258,6 +286,9 @@ int run_subcommand(CLI::App* app, CommandLine* line) {
   if (app->got_subcommand("models")) return models(line->models);
   if (app->got_subcommand("bench")) return bench(line->bench);
   if (app->got_subcommand("bench-case")) return bench_case(line->bench_case);
+  if (app->got_subcommand("pki"))
+    return app->get_subcommand("pki")->got_subcommand("init") ? pki_init(line->authority)
+                                                              : pki_issue(line->certificate);
   if (app->got_subcommand("pbtxt")) return pbtxt(line->pbtxt);
   gst_init(nullptr, nullptr);
   if (app->got_subcommand("evaluate")) return evaluate(line->evaluation);
@@ -277,7 +308,8 @@ int run_command(int argc, char** argv) {
   app.set_version_flag("--version", std::string("weir ") + config::kVersion);
   app.footer(
       "Manual pages: weir(1), weir-bench(1), weir-check(1), weir-doctor(1), weir-evaluate(1), "
-      "weir-inspect(1), weir-models(1), weir-new(1), weir-pbtxt(1), weir-run(1), weir-try(1)");
+      "weir-inspect(1), weir-models(1), weir-new(1), weir-pbtxt(1), weir-pki(1), weir-run(1), "
+      "weir-try(1)");
   add_subcommands(&app, &line);
   try {
     app.parse(argc, argv);

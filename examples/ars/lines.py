@@ -18,7 +18,7 @@ EVENT_NETWORK = """tensor_aggregator frames-out=8 frames-flush=4 frames-dim=2 !
 VOTE = """tensor_aggregator frames-out=6 frames-flush=1 frames-dim=1 !
   tensor_filter framework=custom model={build}/libars-vote.so"""
 SEQUENCE_NETWORK = """tensor_aggregator frames-out=12 frames-flush=3 frames-dim=1 ! queue !
-  tensor_filter framework=custom model={build}/libars-sequence-network.so custom=weights:{networks}/sequence_network.f32"""
+  tensor_filter framework=custom model={build}/libars-sequence-network.so custom=weights:{networks}/sequence_network.f16"""
 RADIO = """filesrc location={{recording}}/radio{0}.frames blocksize=128 ! application/octet-stream,framerate=25/1 !
   tensor_converter input-dim=32:1 input-type=float32 ! tensor_aggregator frames-out=75 frames-flush=25 frames-dim=1 !
   tensor_transform mode=stand option=default ! merge.sink_{0}"""
@@ -38,6 +38,13 @@ LINES = {
                     " ! ".join(("tensor_mux name=mux sync-mode=slowest",
                                 "tensor_filter framework=custom model={build}/libars-vote.so custom=inputs:2", ACTIVITY)))),
 }
+
+
+def with_workers(line, workers):
+    """The line with so many frames at once in the event network and the radio network; the LSTM takes much less time."""
+    for model in ("libars-event-network.so", "radio_network.onnx"):
+        line = line.replace(f"{model} ", f"{model} workers={workers} ")
+    return line
 
 
 def filled(line, recording, build, sink, example=HERE):

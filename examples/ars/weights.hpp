@@ -1,8 +1,10 @@
-// Reads the weights of a network that is written as plain float32 numbers.
+// Reads the weights of a network that are written as plain float32 or float16 numbers.
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #pragma once
+#include <bit>
 #include <cmath>
 #include <cstddef>
+#include <cstdint>
 #include <fstream>
 #include <span>
 #include <string>
@@ -17,10 +19,22 @@ inline constexpr size_t kActivities = 5;
 inline constexpr const char* kWeightsOption =
     R"([{"name": "weights", "type": "string", "help": "file of the network's weights"}])";
 
-// Reads the `count` numbers of the file that the option `weights` names. Throws weir::Failure when
-// there is no such option or file, or when the file has another size or a number that is not
-// finite.
-inline std::vector<float> read_weights(const weir::Options& options, size_t count) {
+// A number of 16 bits (IEEE 754 binary16) as it is stored; the bits of a float have the same order.
+struct Half {
+  uint16_t bits;
+  explicit operator float() const {
+    if ((bits & 0x7C00U) == 0x7C00U) return NAN;  // infinite, or not a number
+    const float size =
+        std::bit_cast<float>((bits & 0x7FFFU) << 13U) * 0x1p112F;  // of the exponents
+    return (bits & 0x8000U) != 0 ? -size : size;
+  }
+};
+
+// Reads the `count` numbers of the file that the option `weights` names, stored as float32 or, with
+// Half, as float16. Throws weir::Failure when there is no such option or file, or when the file has
+// another size or a number that is not finite.
+template <class Stored = float>
+std::vector<float> read_weights(const weir::Options& options, size_t count) {
   const auto path = options.get("weights");
   if (!path || path->empty())
     throw weir::Failure({.code = weir::Code::OPTION_VALUE,
@@ -34,19 +48,24 @@ inline std::vector<float> read_weights(const weir::Options& options, size_t coun
                          .offered = std::string(*path),
                          .needed = "a file that exists and may be read",
                          .fix = "custom=weights:PATH"});
-  const auto bytes = static_cast<size_t>(file.tellg());
-  std::vector<float> numbers(count);
+  const auto bytes = static_cast<size_t>(file.tellg()), needed = count * sizeof(Stored);
+  std::vector<Stored> stored(count);
   file.seekg(0);
-  file.read(reinterpret_cast<char*>(numbers.data()),
-            static_cast<std::streamsize>(count * sizeof(float)));
-  bool usable = file.good() && bytes == count * sizeof(float);
-  for (const float number : numbers) usable = usable && std::isfinite(number);
+  file.read(reinterpret_cast<char*>(stored.data()), static_cast<std::streamsize>(needed));
+  bool usable = file.good() && bytes == needed;
+  std::vector<float> numbers;
+  numbers.reserve(count);
+  for (const Stored& number : stored) {
+    numbers.push_back(static_cast<float>(number));
+    usable = usable && std::isfinite(numbers.back());
+  }
   if (!usable)
     throw weir::Failure({.code = weir::Code::MODEL_INVALID,
                          .what = "the weights are not those of this network",
                          .offered = std::string(*path) + " of " + std::to_string(bytes) + " bytes",
-                         .needed = std::to_string(count) + " finite float32 numbers, " +
-                                   std::to_string(count * sizeof(float)) + " bytes",
+                         .needed = std::to_string(count) + " finite float" +
+                                   std::to_string(8 * sizeof(Stored)) + " numbers, " +
+                                   std::to_string(needed) + " bytes",
                          .fix = "give the filter the file of its own network"});
   return numbers;
 }

@@ -8,7 +8,7 @@
  *    (C) Shapes are outermost-first as in NumPy, -1 = unknown. Only the text grammar of caps and
  *        properties is innermost-first.
  * Functions that return int return 0 on success and -code (codes.h) on failure, with the weir_error
- * filled through host->fail. invoke and decode return > 0 to drop the frame without an error.
+ * filled through host->fail. invoke and decode return > 0 to drop the frame (invoke: no_result.h).
  * Strings are UTF-8, zero-terminated, owned by the side that passes them and valid for the call
  * unless stated otherwise.
  *
@@ -212,8 +212,8 @@ typedef struct {
    * does not satisfy this, so request no more than the engine needs. */
   uint32_t alignment, input_padding;
   uint64_t memory_kinds; /* bit per weir_memory_kind */
-  /* max_sessions: concurrent sessions, 0 = no limit. max_in_flight: submitted requests of a session
-   * that have not completed, 0 = 1. preferred_batch: frames of one invoke, 0 = not specified. */
+  /* max_sessions: concurrent sessions, 0 = no limit. max_in_flight: requests in progress, 0 = 1;
+   * THREAD_SAFE without ASYNC: parallel invokes. preferred_batch: frames of one invoke, 0 = any. */
   uint32_t max_sessions, max_in_flight, preferred_batch;
   uint64_t weight_bytes;
   const char* metadata_json; /* or NULL */

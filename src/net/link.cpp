@@ -2,9 +2,11 @@
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #include "net/link.hpp"
 
+#include <grpc/support/log.h>
 #include <grpcpp/generic/generic_stub.h>
 #include <grpcpp/grpcpp.h>
 
+#include <atomic>
 #include <fstream>
 #include <iterator>
 #include <optional>
@@ -14,6 +16,8 @@ namespace weir::net {
 namespace {
 
 constexpr int kFirstReconnectMs = 100, kLastReconnectMs = 1000;
+// gRPC's "minimum" is the time that it gives an attempt to connect, TLS included.
+constexpr int kConnectMs = 10000;
 
 Result<std::string> read_file(const std::string& path, const char* option) {
   std::ifstream in(path, std::ios::binary);
@@ -154,7 +158,7 @@ grpc::ChannelArguments arguments_of(const ServerAddress& address, size_t most_by
   out.SetInt(GRPC_ARG_ENABLE_RETRIES, 0);
   out.SetInt(GRPC_ARG_USE_LOCAL_SUBCHANNEL_POOL, 1);
   out.SetInt(GRPC_ARG_INITIAL_RECONNECT_BACKOFF_MS, kFirstReconnectMs);
-  out.SetInt(GRPC_ARG_MIN_RECONNECT_BACKOFF_MS, kFirstReconnectMs);
+  out.SetInt(GRPC_ARG_MIN_RECONNECT_BACKOFF_MS, kConnectMs);
   out.SetInt(GRPC_ARG_MAX_RECONNECT_BACKOFF_MS, kLastReconnectMs);
   out.SetInt(GRPC_ARG_ENABLE_HTTP_PROXY, 0);
   if (address.target.rfind("dns:", 0) == 0) out.SetLoadBalancingPolicyName("round_robin");
@@ -181,6 +185,15 @@ Result<std::unique_ptr<Link>> Link::open(const ServerAddress& address, const Sec
 
 std::string Link::library_version() {
   return grpc::Version();
+}
+
+void Link::set_log(void (*log)(bool error, const std::string& text)) {
+  static std::atomic<void (*)(bool, const std::string&)> receiver;
+  receiver = log;
+  gpr_set_log_function([](gpr_log_func_args* line) {
+    receiver.load()(line->severity == GPR_LOG_SEVERITY_ERROR,
+                    std::string("gRPC: ") + line->message);
+  });
 }
 
 }  // namespace weir::net

@@ -34,6 +34,9 @@ class Link {
                                             size_t most_bytes);
   virtual ~Link() = default;
   static std::string library_version();
+  // Sends gRPC's log lines of this process to `log` instead of standard error. `error`: gRPC's
+  // severity ERROR.
+  static void set_log(void (*log)(bool error, const std::string& text));
   // Sends the request and waits for its end, at the deadline at the latest. `memory` keeps the
   // memory that the pieces borrow; it may be needed after the call has ended.
   virtual Reply call(const std::string& method, const Pieces& request,

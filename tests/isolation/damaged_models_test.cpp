@@ -16,7 +16,11 @@ namespace weir::isolate {
 namespace {
 
 namespace fs = std::filesystem;
+#ifdef __SANITIZE_ADDRESS__
+constexpr int kFilesOfAFormat = 40;  // the engines are built without it, and workers start slowly
+#else
 constexpr int kFilesOfAFormat = 200;
+#endif
 
 std::string read(const fs::path& path) {
   std::ifstream file(path, std::ios::binary);

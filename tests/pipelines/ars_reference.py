@@ -7,9 +7,9 @@ STRIDES = (2, 2, 1, 2)
 CHANNELS = (8, 32, 64, 96, 96)
 
 
-def parts_of(path, *shapes):
-    """The arrays of a file of float32 numbers."""
-    numbers, at, arrays = numpy.fromfile(path, "<f4").astype(numpy.float64), 0, []
+def parts_of(path, *shapes, dtype="<f4"):
+    """The arrays of a file of numbers."""
+    numbers, at, arrays = numpy.fromfile(path, dtype).astype(numpy.float64), 0, []
     for shape in shapes:
         count = int(numpy.prod(shape))
         arrays.append(numbers[at:at + count].reshape(shape))
@@ -40,18 +40,22 @@ def event_network(path, window):
     return softmax(numpy.concatenate([maps.mean(axis=(0, 1)), maps.max(axis=(0, 1))]) @ classifier + bias)
 
 
-def sequence_network(path, window, hidden=128):
-    """The probabilities for 12 results [12, 5]: an LSTM with gates in, forget, cell, out."""
-    weights, bias, classifier, of_classes = parts_of(path, (5 + hidden, 4 * hidden), (4 * hidden,), (hidden, 5), (5,))
+def sequence_network(path, window, hidden=256):
+    """The probabilities for 12 results [12, 5]: an LSTM of two layers with gates in, forget, cell, out."""
+    shapes = [shape for inputs in (5, hidden) for shape in ((inputs + hidden, 4 * hidden), (4 * hidden,))]
+    *layers, classifier, of_classes = parts_of(path, *shapes, (hidden, 5), (5,), dtype="<f2")
 
     def sigmoid(x):
         return 1 / (1 + numpy.exp(-x))
 
-    state, cell = numpy.zeros(hidden), numpy.zeros(hidden)
-    for result in window:
-        enter, forget, new, leave = numpy.split(numpy.concatenate([result, state]) @ weights + bias, 4)
-        cell = sigmoid(forget) * cell + sigmoid(enter) * numpy.tanh(new)
-        state = sigmoid(leave) * numpy.tanh(cell)
+    states = window
+    for weights, bias in zip(layers[::2], layers[1::2]):
+        state, cell, inputs, states = numpy.zeros(hidden), numpy.zeros(hidden), states, []
+        for one in inputs:
+            enter, forget, new, leave = numpy.split(numpy.concatenate([one, state]) @ weights + bias, 4)
+            cell = sigmoid(forget) * cell + sigmoid(enter) * numpy.tanh(new)
+            state = sigmoid(leave) * numpy.tanh(cell)
+            states.append(state)
     return softmax(state @ classifier + of_classes)
 
 

@@ -107,17 +107,20 @@ class Lines(WithRecording):
     @unittest.skipUnless(HAS_PACKAGE, "the package weir for Python is not built")
     def test_control_and_program_agree_with_the_pipelines(self):
         line = {name: activities_of(launch(lines.filled(lines.LINES[name], self.recording, BUILD, "filesink location=/dev/stdout")))
-                for name in ("a", "b", *(["c"] if has_engine("onnxruntime") else []))}
+                for name in ("a", "b", *(["c", "bc"] if has_engine("onnxruntime") else []))}
         for name, expected in line.items():
-            done = call([ARS / "control/control.py", "--modules", MODULES, "--networks", NETWORKS, name, self.recording])
-            self.assertEqual(activities_of(done), expected, name)
+            for workers in (1, 2):
+                done = call([ARS / "control/control.py", "--modules", MODULES, "--networks", NETWORKS, "--workers", workers, name, self.recording])
+                self.assertEqual(activities_of(done), expected, name)
+                played = call([ARS / "run", "--build", BUILD, "--workers", workers, name, self.recording])
+                self.assertEqual(played.stdout.decode().split("\n")[:-1], expected, name)
         done = call([ARS / "from_python", "--build", BUILD, self.recording])
         self.assertEqual(done.stdout.decode().split("\n")[:-1], line["a"], done.stderr)
 
 
 class Networks(WithRecording):
     def test_weights_are_those_of_their_cards(self):
-        for name in ("event_network.f32", "sequence_network.f32", "radio_network.onnx"):
+        for name in ("event_network.f32", "sequence_network.f16", "radio_network.onnx"):
             weights = NETWORKS / name
             card = json.loads(weights.with_suffix(".card.json").read_text())
             self.assertEqual(card["sha256"], hashlib.sha256(weights.read_bytes()).hexdigest(), name)
@@ -126,17 +129,17 @@ class Networks(WithRecording):
     def test_filters_compute_what_numpy_computes(self):
         windows = numpy.stack([self.frames[begin:begin + 8] for begin in range(0, 592, 37)])
         inputs = (windows.astype(numpy.float32) - 128) / 16
-        results = self.filtered("event-network", "event_network", inputs, "64:48:8")
+        results = self.filtered("event-network", "event_network.f32", inputs, "64:48:8")
         expected = [reference.event_network(NETWORKS / "event_network.f32", one) for one in inputs]
         numpy.testing.assert_allclose(results, expected, atol=1e-4)
         sequences = numpy.stack([results[begin:begin + 12] for begin in range(3)])
-        expected = [reference.sequence_network(NETWORKS / "sequence_network.f32", one) for one in sequences]
-        numpy.testing.assert_allclose(self.filtered("sequence-network", "sequence_network", sequences, "5:12"), expected, atol=1e-4)
+        expected = [reference.sequence_network(NETWORKS / "sequence_network.f16", one) for one in sequences]
+        numpy.testing.assert_allclose(self.filtered("sequence-network", "sequence_network.f16", sequences, "5:12"), expected, atol=1e-4)
 
     def filtered(self, name, weights, inputs, dimensions):
         (self.folder / "in").write_bytes(inputs.astype("<f4").tobytes())
         done = launch(f"filesrc location={self.folder}/in blocksize={inputs[0].size * 4} ! application/octet-stream ! tensor_converter "
-                      f"input-dim={dimensions} input-type=float32 ! {FILTER}{name}.so custom=weights:{NETWORKS}/{weights}.f32 ! "
+                      f"input-dim={dimensions} input-type=float32 ! {FILTER}{name}.so custom=weights:{NETWORKS}/{weights} ! "
                       f"filesink location={self.folder}/out")
         self.assertEqual(done.returncode, 0, done.stderr)
         return numpy.fromfile(self.folder / "out", "<f4").reshape(-1, 5)
@@ -157,7 +160,7 @@ class Networks(WithRecording):
         import weir
 
         event = weir.Model(MODULES / "libars-event-network.so", engine="custom", options={"weights": str(NETWORKS / "event_network.f32")})
-        sequence = weir.Model(MODULES / "libars-sequence-network.so", engine="custom", options={"weights": str(NETWORKS / "sequence_network.f32")})
+        sequence = weir.Model(MODULES / "libars-sequence-network.so", engine="custom", options={"weights": str(NETWORKS / "sequence_network.f16")})
         right = {"event_network": [], "sequence_network": []}
         for index in range(25):
             frames = (event_camera.clip(simulator.ACTIVITIES[index % 5], simulator.generator(7, index)).astype(numpy.float32) - 128) / 16
@@ -276,12 +279,18 @@ class BadInput(WithRecording):
         self.refused(f"{network} ! fakesink async=false", "the filter has no weights", "fix: custom=weights:PATH")
         self.refused(f"{network} custom=weights:/nowhere ! fakesink async=false", "the weights cannot be read", "offered: /nowhere")
         size = (NETWORKS / "event_network.f32").stat().st_size
-        self.refused(f"{network} custom=weights:{NETWORKS}/sequence_network.f32 ! fakesink async=false", "the weights are not those of this network",
+        self.refused(f"{network} custom=weights:{NETWORKS}/sequence_network.f16 ! fakesink async=false", "the weights are not those of this network",
                      f"needed: {size // 4} finite float32 numbers, {size} bytes")
         broken = bytearray((NETWORKS / "event_network.f32").read_bytes())
         broken[400:404] = numpy.array([numpy.nan], "<f4").tobytes()
         (self.folder / "nan.f32").write_bytes(broken)
         self.refused(f"{network} custom=weights:{self.folder}/nan.f32 ! fakesink async=false", "finite float32 numbers")
+        whole = (NETWORKS / "sequence_network.f16").read_bytes()
+        source = "filesrc location=/dev/zero blocksize=240 num-buffers=1 ! application/octet-stream ! tensor_converter input-dim=5:12 input-type=float32"
+        for name, data in (("nan", whole[:400] + b"\x01\x7c" + whole[402:]), ("infinite", whole[:400] + b"\x00\xfc" + whole[402:]), ("short", whole[:-2])):
+            (self.folder / f"{name}.f16").write_bytes(data)
+            self.refused(f"{source} ! {FILTER}sequence-network.so custom=weights:{self.folder}/{name}.f16 ! fakesink async=false",
+                         "the weights are not those of this network", f"needed: {len(whole) // 2} finite float16 numbers, {len(whole)} bytes")
 
     def test_votes(self):
         source = "filesrc location=/dev/zero blocksize=16 num-buffers=1 ! application/octet-stream ! tensor_converter input-dim=4 input-type=float32"
@@ -343,14 +352,26 @@ class BadInput(WithRecording):
 
 class Bench(unittest.TestCase):
     def test_table(self):
-        row = "output rate, frames per second"
-        cpu = "rate per CPU, frames per CPU second"
-        results = {"a": {"weir": [{row: value, cpu: 4.0} for value in (10.0, 30.0, 20.0)], "control": [{row: 5.0, cpu: 2.0}], "bare": [{row: 25.0}]},
-                   "b": {"weir": [{row: 80.0, cpu: 9.0}], "control": [{row: 20.0, cpu: 2.0}], "bare": [{row: 80.0}]}}
-        text = table.markdown(results, {"a": (10, 50), "b": (12, 48)})
+        row, cpu, memory, live = "output rate, frames per second", "rate per CPU, frames per CPU second", "resident memory, MB", "CPU share at the sensor's rate, %"
+        both = "output rate with 2 workers, frames per second"
+        results = {"a": {"weir": [{row: value, cpu: 4.0, both: 60.0, memory: 40.0, live: 1.0} for value in (10.0, 30.0, 20.0)],
+                         "control": [{row: 5.0, cpu: 2.0, both: 10.0, memory: 65.0, live: 4.0}], "bare": [{row: 25.0, cpu: 5.0, memory: 5.0}]},
+                   "b": {"weir": [{row: 80.0, cpu: 9.0, both: 60.0, memory: 40.0, live: 1.0}],
+                         "control": [{row: 20.0, cpu: 2.0, both: 40.0, memory: 65.0, live: 2.0}], "bare": [{row: 80.0, cpu: 10.0, memory: 5.0}]}}
+        text = table.markdown(results, {"a": (10, 50), "b": (12, 48)}, {"a": 4, "b": 12}, 2)
         self.assertIn("| A: output rate, frames per second | 20 (10 to 30) | 5 | 25 | 80 % | 4.00 |", text.splitlines())
         self.assertIn("| B: lines of code | 12 | 48 | - | - | 0.25 |", text.splitlines())
-        self.assertIn("Rate per CPU, frames per CPU second: 3.00 times the control's in the geometric mean.", text)
+        # Ratios 20/5 = 4, 80/20 = 4; 4/2 = 2, 9/2 = 4.5; 60/5 = 12, 60/20 = 3; 35 MB over 60 MB above the bare engine's 5.
+        for row in ("output rate at least 1.66 times the control's, geometric mean | 4.00 (A 4.00, B 4.00)",
+                    "rate per CPU at least 1.75 times the control's, geometric mean | 3.00 (A 2.00, B 4.50)",
+                    "the same, with 2 workers in both programs | 3.00 (A 6.00, B 1.50)",
+                    "the same, with 2 workers in Weir (a property) and one thread in the control | 6.00 (A 12.00, B 3.00)",
+                    "output rate at least 95 % of the bare engine's | A 80 %, B 100 %", "the same by CPU time | A 80 %, B 90 %",
+                    "resident memory above the bare engine's at most 0.7 times the control's | A 0.58, B 0.58",
+                    "CPU at the sensor's rate at most 0.5 times the control's | A 0.25, B 0.50"):
+            self.assertIn(f"| {row} |", text.splitlines())
+        # 4 frames at 5, 4 and 2 frames per CPU second are 0.8, 1 and 2 CPU seconds.
+        self.assertIn("| A | 800.000 | 200.000 | 1200.000 | 2.50 |", text.splitlines())
 
     @unittest.skipUnless(HAS_PACKAGE, "the package weir for Python is not built")
     def test_a_small_run_has_the_rows_of_the_paper(self):
@@ -360,11 +381,12 @@ class Bench(unittest.TestCase):
             text = (pathlib.Path(folder) / "ars.md").read_text()
         rows = [line.split(" | ")[0].removeprefix("| B: ") for line in text.splitlines() if line.startswith("| B: ")]
         self.assertEqual(rows, ["lines of code", "output rate, frames per second", "CPU share, %", "rate per CPU, frames per CPU second",
-                                "mapped memory, MB", "resident memory, MB", "threads", "CPU share at the sensor's rate, %"])
+                                "mapped memory, MB", "resident memory, MB", "threads", "output rate with 2 workers, frames per second",
+                                "rate per CPU with 2 workers, frames per CPU second", "CPU share at the sensor's rate, %"])
         self.assertIn("geometric mean", text)
 
     def test_the_bench_refuses(self):
-        for arguments, words in (("--rounds 0", "at least 1 round"), ("--live-seconds 5", "6 to 44 seconds"), ("--variants a,z", "no variant z: a, b, c"),
+        for arguments, words in (("--rounds 0", "at least 1 round"), ("--live-seconds 5", "6 to 44 seconds"), ("--variants a,z", "no variant z: a, b, c, bc"), ("--workers 1", "at least 2 workers"),
                                  ("--build /nowhere", "no examples/ars/ars-bare: make build")):
             done = call([ARS / "bench", "--build", BUILD, *arguments.split()])
             self.assertEqual(done.returncode, 2, arguments)

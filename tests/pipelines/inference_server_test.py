@@ -11,6 +11,7 @@ import unittest
 
 import numpy as np
 
+import onnx_writer
 import tap_runner
 from built_modules import has_engine
 
@@ -57,6 +58,79 @@ class InferenceServer(unittest.TestCase):
             done = self.play(model, options)
             self.assertEqual(done.returncode, 0, done.stderr)
             np.testing.assert_allclose(self.result(), 2 * self.frames + 1, rtol=1e-6)
+
+    def test_several_requests_are_in_flight_without_another_property(self):
+        for custom, most in (("in-flight:4", 4), ("in-flight:2", 2), ("idempotent:false", 1), ("in-flight:4 workers=2", 2)):
+            process, model = self.server("--delay", "0.1")
+            done = self.play(model, f"custom={custom}")
+            self.assertEqual(done.returncode, 0, done.stderr)
+            np.testing.assert_allclose(self.result(), 2 * self.frames + 1, rtol=1e-6)
+            process.terminate()
+            self.assertEqual(process.stdout.read(), f"requests {FRAMES} most {most}\n", custom)
+
+    def test_the_deadline_of_a_frame_reaches_the_server(self):
+        for options, low, high in (("deadline=5000000000", 3, 5 + FRAMES / 30), ("custom=timeout-ms:2000", 1, 2.01),
+                                   ("deadline=5000000000 custom=timeout-ms:2000", 1, 2.01)):
+            process, model = self.server("--print-times")
+            done = self.play(model, options)
+            self.assertEqual(done.returncode, 0, done.stderr)
+            process.terminate()
+            left = [float(seconds) for seconds in re.findall(r"left ([0-9.]+)\n", process.stdout.read())]
+            self.assertEqual(len(left), FRAMES)
+            self.assertGreater(min(left), low, options)
+            self.assertLessEqual(max(left), high, options)
+
+    def local_model(self, add=1001, width=4):
+        """A model of a file: y = 2 x + 1001, which tells its answers from those of a server."""
+        if not has_engine("onnxruntime"):
+            self.skipTest("the engine onnxruntime is not built")
+        path = self.folder / "local.onnx"
+        path.write_bytes(onnx_writer.model([("Mul", ["x", "two"], "t"), ("Add", ["t", "add"], "y")],
+                                           {"two": np.full(1, 2, np.float32), "add": np.full(1, add, np.float32)},
+                                           [("x", ["n", width])], [("y", ["n", width])]))
+        return path
+
+    def answers(self):
+        """The frames that the server answered, and those that the local model did; together they are all, in order."""
+        away = self.result()[:, 0] - (2 * self.frames[:, 0] + 1)
+        np.testing.assert_allclose(self.result() - np.round(away)[:, None], 2 * self.frames + 1, rtol=0, atol=1e-3)
+        return int(np.sum(np.round(away) == 0)), int(np.sum(np.round(away) == 1000))
+
+    def test_a_fallback_answers_while_the_server_is_away(self):
+        self.frames = np.random.default_rng(2).normal(size=(60, 4)).astype(np.float32)
+        _, model = self.server("--away", "10:6")
+        done = self.play(model, f"fallback={self.local_model()} custom=probe-ms:20,attempts:1 ! identity sync=true",
+                         debug="tensor_filter:4,weir-oip:4")
+        self.assertEqual(done.returncode, 0, done.stderr)
+        remote, local = self.answers()
+        self.assertEqual(remote + local, 60)
+        self.assertGreaterEqual(local, 6)
+        self.assertGreater(remote, 30, "the server is used again")
+        self.assertIn("local.onnx answers: the result of the model is lost", done.stderr)
+        self.assertIn("the model answers again; the fallback", done.stderr)
+        self.assertRegex(done.stderr, r"requests: 60 sent = \d+ answered \+ 0 late \+ 0 refused \+ \d+ lost")
+
+    def test_a_fallback_answers_when_no_server_is_there_at_the_start(self):
+        process, model = self.server()
+        process.kill()
+        process.wait()
+        done = self.play(model, f"fallback={self.local_model()}")
+        self.assertEqual(done.returncode, 0, done.stderr)
+        self.assertEqual(self.answers(), (0, FRAMES))
+
+    def test_a_fallback_answers_within_the_deadline_when_the_server_is_slow(self):
+        _, model = self.server("--delay", "4")
+        done = self.play(model, f"fallback={self.local_model()} deadline=2000000000 custom=in-flight:64,attempts:1")
+        self.assertEqual(done.returncode, 0, done.stderr)
+        self.assertEqual(self.answers(), (0, FRAMES))
+
+    def test_a_fallback_of_another_shape_is_refused_at_the_start(self):
+        _, model = self.server()
+        done = self.play(model, f"fallback={self.local_model(width=5)}")
+        self.assertNotEqual(done.returncode, 0)
+        self.assertIn("the fallback has other tensors than the model", done.stderr)
+        self.assertIn("inputs 1 tensor: float32 5:?; outputs 1 tensor: float32 5:?", done.stderr)
+        self.assertIn("needed: inputs 1 tensor: float32 4:?; outputs 1 tensor: float32 4:?", done.stderr)
 
     def test_the_log_adds_up_the_requests(self):
         _, model = self.server()

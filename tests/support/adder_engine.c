@@ -2,8 +2,9 @@
  * model's file contains "ADD WIDTH", followed by "gate" for a model whose opening waits for a byte
  * from the pipe gate:FD. Events are reported as bytes to the pipe events:FD: o opened, g waits at
  * the gate, c closed, s suspended, r resumed. Options: sleeps:yes (supports suspend), sessions:N
- * (max_sessions), fail:N (the model that adds N fails in each invoke). It reports an execution on
- * three spinning threads.
+ * (max_sessions), parallel:N (max_in_flight), fail:N (the model that adds N fails in each invoke),
+ * outcomes:yes (a frame that begins with -1, -2 or -3 is late, refused or lost). It reports an
+ * execution on three spinning threads.
  *
  * SPDX-License-Identifier: LGPL-2.1-or-later */
 #include <stdio.h>
@@ -13,13 +14,14 @@
 
 #include "one_engine.h"
 #include "weir/execution.h"
+#include "weir/no_result.h"
 
 struct weir_model {
   weir_tensor_info tensor;
   float add;
-  int events, sleeps;
+  int events, sleeps, outcomes;
   long fail;
-  uint32_t sessions;
+  uint32_t sessions, parallel;
 };
 
 static void report(const weir_model* model, char what) {
@@ -40,6 +42,8 @@ static int open_model(const weir_open* request, weir_model** out, weir_error* er
     if (strcmp(key, "gate") == 0) gate = (int)strtol(value, NULL, 10);
     if (strcmp(key, "sleeps") == 0) model->sleeps = 1;
     if (strcmp(key, "sessions") == 0) model->sessions = (uint32_t)strtoul(value, NULL, 10);
+    if (strcmp(key, "parallel") == 0) model->parallel = (uint32_t)strtoul(value, NULL, 10);
+    if (strcmp(key, "outcomes") == 0) model->outcomes = 1;
     if (strcmp(key, "fail") == 0) model->fail = strtol(value, NULL, 10);
   }
   char text[64] = "", word[16] = "";
@@ -81,6 +85,7 @@ static int info(weir_model* model, weir_model_info* out, weir_error* error) {
   out->n_inputs = out->n_outputs = 1;
   out->inputs = out->outputs = &model->tensor;
   out->max_sessions = model->sessions;
+  out->max_in_flight = model->parallel;
   out->weight_bytes = 1000;
   return WEIR_OK;
 }
@@ -108,6 +113,9 @@ static int invoke(weir_session* session, const weir_frame* in, weir_frame* out, 
   float* y = out->tensors[0].data;
   if ((long)model->add == model->fail)
     return host->fail(error, WEIR_INVOKE_FAILED, "ordered to fail", NULL, NULL, NULL, NULL);
+  if (model->outcomes && x[0] == -1) return WEIR_RESULT_LATE;
+  if (model->outcomes && x[0] == -2) return WEIR_RESULT_REFUSED;
+  if (model->outcomes && x[0] == -3) return WEIR_RESULT_LOST;
   for (uint64_t i = 0; i < in->tensors[0].bytes / sizeof *x; ++i) y[i] = x[i] + model->add;
   return WEIR_OK;
 }

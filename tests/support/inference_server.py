@@ -36,6 +36,8 @@ def arguments():
     parser.add_argument("--typed", action="store_true", help="answers typed contents")
     parser.add_argument("--behaviour", default="right", choices=BEHAVIOURS)
     parser.add_argument("--no-metadata", action="store_true")
+    parser.add_argument("--away", default="", help="FIRST:COUNT: answers UNAVAILABLE to so many requests from the FIRST one, counted from 0")
+    parser.add_argument("--print-times", action="store_true", help="prints `left SECONDS`, the time that each request has left")
     parser.add_argument("--token", default="")
     parser.add_argument("--cert", default="")
     parser.add_argument("--key", default="")
@@ -53,16 +55,21 @@ class Server(service.GRPCInferenceServiceServicer):
     def __init__(self):
         self.lock = threading.Lock()
         self.requests = self.most = self.now = 0
+        first, count = (int(part) for part in (ARGS.away or "0:0").split(":"))
+        self.away = range(first, first + count)
         self.delays = [float(part) for part in ARGS.delays.split(",") if part] or [ARGS.delay]
+
+    def check_token(self, context):
+        if ARGS.token and ("authorization", "Bearer " + ARGS.token) not in context.invocation_metadata():
+            context.abort(grpc.StatusCode.UNAUTHENTICATED, "a token is needed")
 
     def ModelReady(self, request, context):
         return pb.ModelReadyResponse(ready=request.name == "affine")
 
     def ModelMetadata(self, request, context):
-        if ARGS.token and ("authorization", "Bearer " + ARGS.token) not in context.invocation_metadata():
-            context.abort(grpc.StatusCode.UNAUTHENTICATED, "a token is needed")
         if ARGS.no_metadata:
             context.abort(grpc.StatusCode.UNIMPLEMENTED, "no metadata here")
+        self.check_token(context)
         if request.name != "affine":
             context.abort(grpc.StatusCode.NOT_FOUND, f"there is no model {request.name}")
         out = pb.ModelMetadataResponse(name="affine", versions=["1"], platform="test")
@@ -72,13 +79,19 @@ class Server(service.GRPCInferenceServiceServicer):
         return out
 
     def ModelInfer(self, request, context):
+        self.check_token(context)
         with self.lock:
-            delay = self.delays[self.requests % len(self.delays)]
+            if ARGS.print_times:
+                print(f"left {context.time_remaining():.3f}", flush=True)
+            number = self.requests
+            delay = self.delays[number % len(self.delays)]
             self.requests += 1
             self.now += 1
             self.most = max(self.most, self.now)
         time.sleep(delay)
         try:
+            if number in self.away:
+                context.abort(grpc.StatusCode.UNAVAILABLE, "not now")
             return self.answer(request, context)
         finally:
             with self.lock:

@@ -8,7 +8,7 @@ from torch import nn
 EVENT_FRAMES, RESULTS, RESPONSES = 8, 12, 75  # in a window of the event network, of the LSTM, of the radio network
 CHANNELS = (32, 64, 96, 96)  # of the event network's convolutions
 STRIDES = (2, 2, 1, 2)
-HIDDEN = 128  # of the LSTM
+HIDDEN = 256  # of each of the LSTM's two layers
 OPSET = 11
 
 
@@ -35,7 +35,7 @@ class SequenceNetwork(nn.Module):
 
     def __init__(self, activities):
         super().__init__()
-        self.lstm = nn.LSTM(activities, HIDDEN, batch_first=True)
+        self.lstm = nn.LSTM(activities, HIDDEN, 2, batch_first=True)
         self.classify = nn.Linear(HIDDEN, activities)
 
     def forward(self, windows):
@@ -47,9 +47,9 @@ class RadioNetwork(nn.Module):
 
     def __init__(self, activities):
         super().__init__()
-        self.features = nn.Sequential(convolution(2, 24, 1), nn.MaxPool2d(2), convolution(24, 32, 1), nn.MaxPool2d(2),
-                                      convolution(32, 48, 1), nn.MaxPool2d(2), convolution(48, 48, 1))
-        self.classify = nn.Linear(2 * 48, activities)
+        self.features = nn.Sequential(convolution(2, 48, 1), nn.MaxPool2d(2), convolution(48, 96, 1), convolution(96, 96, 1), nn.MaxPool2d(2),
+                                      convolution(96, 128, 1), nn.MaxPool2d(2), convolution(128, 128, 1))
+        self.classify = nn.Linear(2 * 128, activities)
 
     def forward(self, windows):
         features = self.features(windows).flatten(2)
@@ -74,24 +74,25 @@ def folded(layer):
     return (weights * factor[:, None, None, None]).permute(2, 3, 1, 0), norm.bias - norm.running_mean * factor
 
 
-def write_weights(path, arrays):
-    """Float32 numbers in little-endian order, one array after the other, as event_network.cpp and sequence_network.cpp read them."""
+def write_weights(path, arrays, dtype):
+    """Numbers in little-endian order, one array after the other, as event_network.cpp and sequence_network.cpp read them."""
     with open(path, "wb") as file:
         for array in arrays:
-            file.write(array.detach().numpy().astype("<f4", order="C").tobytes())
+            file.write(array.detach().numpy().astype(dtype, order="C").tobytes())
 
 
 def export_event_network(network, path):
     """For each convolution its weights and bias; the classifier's weights [inputs, activities] and bias."""
     arrays = [array for layer in network.features for array in folded(layer)]
-    write_weights(path, [*arrays, network.classify.weight.T, network.classify.bias])
+    write_weights(path, [*arrays, network.classify.weight.T, network.classify.bias], "<f4")
 
 
 def export_sequence_network(network, path):
-    """Weights [activities + HIDDEN, 4 * HIDDEN] of the gates in, forget, cell, out, and their bias; the classifier as above."""
-    lstm = network.lstm
-    gates = torch.cat([lstm.weight_ih_l0, lstm.weight_hh_l0], dim=1).T
-    write_weights(path, [gates, lstm.bias_ih_l0 + lstm.bias_hh_l0, network.classify.weight.T, network.classify.bias])
+    """For each layer the weights [inputs + HIDDEN, 4 * HIDDEN] of the gates in, forget, cell, out, and their bias; the classifier as above. In float16."""
+    arrays = []
+    for of_inputs, of_hidden, bias, other_bias in network.lstm.all_weights:
+        arrays += [torch.cat([of_inputs, of_hidden], dim=1).T, bias + other_bias]
+    write_weights(path, [*arrays, network.classify.weight.T, network.classify.bias], "<f2")
 
 
 def export_radio_network(network, path):

@@ -2,7 +2,7 @@
 # SPDX-License-Identifier: LGPL-2.1-or-later
 """Trains the networks of examples/ars on simulated clips, scores them on held-back clips, and writes weights and cards.
 
-About five minutes on one core. The seed and the number of threads are fixed.
+About eleven minutes on one core. The seed and the number of threads are fixed.
 """
 
 import argparse
@@ -147,12 +147,12 @@ def train_events(folder):
     votes = sequences_of(results, 6, 1).mean(axis=2)
     scores = np.stack([probabilities(sequence_network, torch.from_numpy(one)).numpy() for one in sequences_of(results, networks.RESULTS, 3)])
     for network, name, export, shape, task, accuracy, meaning in (
-            (event_network, "event_network", networks.export_event_network, [8, 48, 64], "activity in a window of 8 event frames",
+            (event_network, "event_network.f32", networks.export_event_network, [8, 48, 64], "activity in a window of 8 event frames",
              {"accuracy_held_back": share_right(results, labels), "accuracy_of_6_results": share_right(votes, labels)},
              "event frames of 1/30 s, (byte - 128) / 16"),
-            (sequence_network, "sequence_network", networks.export_sequence_network, [12, 5], "activity in 12 results of event_network",
+            (sequence_network, "sequence_network.f16", networks.export_sequence_network, [12, 5], "activity in 12 results of event_network",
              {"accuracy_held_back": share_right(scores, labels)}, "probabilities of event_network, the oldest first")):
-        weights = folder / f"{name}.f32"
+        weights = folder / name
         export(network, weights)
         write_card(weights, task, shape, accuracy, meaning)
 

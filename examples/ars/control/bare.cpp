@@ -43,7 +43,7 @@ std::vector<Network> networks_of(std::string_view variant, int64_t frames,
   std::vector<Network> found{
       filter(modules, networks, "event-network", "event_network.f32", results)};
   if (variant == "b")
-    found.push_back(filter(modules, networks, "sequence-network", "sequence_network.f32",
+    found.push_back(filter(modules, networks, "sequence-network", "sequence_network.f16",
                            windows(results, 12, 3)));
   return found;
 }

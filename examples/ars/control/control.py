@@ -1,15 +1,17 @@
 #!/usr/bin/python3
 # SPDX-License-Identifier: LGPL-2.1-or-later
-"""The control: variants A, B and C of the example in Python and NumPy, with threads and queues instead of a pipeline.
+"""The control: variants A, B, C and BC of the example in Python and NumPy, with threads and queues instead of a pipeline.
 
-control.py --modules FOLDER --networks FOLDER [--live] VARIANT RECORDING
+control.py --modules FOLDER --networks FOLDER [--live] [--workers N] VARIANT RECORDING
 
 Each stage is a thread, with a queue of 16 items to the next one. The networks are the same files, run by the same engines. Prints an
-activity for each result, with a zero byte after it. --live reads the recording at the rate of the sensors.
+activity for each result, with a zero byte after it. --live reads the recording at the rate of the sensors. --workers opens the large network
+of a variant N times, for N threads.
 """
 
 import argparse
 import collections
+import concurrent.futures
 import pathlib
 import queue
 import sys
@@ -107,6 +109,35 @@ def infer(model):
     return work
 
 
+def infer_at_once(models):
+    """Each model works on an array of its own; the results keep the order of the arrays."""
+    free = queue.SimpleQueue()
+    for model in models:
+        free.put(model)
+
+    def invoke(array):
+        model = free.get()
+        try:
+            return model.invoke(array)[0].reshape(-1)
+        finally:
+            free.put(model)
+
+    def work(arrays):
+        with concurrent.futures.ThreadPoolExecutor(len(models)) as threads:
+            pending = collections.deque()
+            for array in arrays:
+                pending.append(threads.submit(invoke, array))
+                if len(pending) > 2 * len(models):
+                    yield pending.popleft().result()
+            for one in pending:
+                yield one.result()
+    return work
+
+
+def infer_with(options, open_model):
+    return infer(open_model()) if options.workers == 1 else infer_at_once([open_model() for _ in range(options.workers)])
+
+
 def names(results):
     for result in results:
         yield ACTIVITIES[int(result.argmax())]
@@ -116,9 +147,40 @@ def event_results(stages, options):
     rate = EVENT_RATE if options.live else 0
     frames = stages.add(lambda: read_frames(options.recording / "events.frames", numpy.uint8, (48, 64), rate))
     stacks = stages.add(lambda items: normalised(windows(items, 8, 4)), frames)
-    model = weir.Model(options.modules / "libars-event-network.so", engine="custom",
-                       options={"weights": str(options.networks / "event_network.f32")})
-    return stages.add(infer(model), stacks)
+    return stages.add(infer_with(options, lambda: weir.Model(options.modules / "libars-event-network.so", engine="custom",
+                                                             options={"weights": str(options.networks / "event_network.f32")})), stacks)
+
+
+def sequence_results(stages, options, then=iter):
+    """`then` is what the last thread does with the results."""
+    results = event_results(stages, options)
+    model = weir.Model(options.modules / "libars-sequence-network.so", engine="custom",
+                       options={"weights": str(options.networks / "sequence_network.f16")})
+    return stages.add(lambda items: then(infer(model)(windows(items, 12, 3))), results)
+
+
+def radio_results(stages, options, then=iter):
+    rate = RADIO_RATE if options.live else 0
+
+    def reader(number):
+        return lambda: read_frames(options.recording / f"radio{number}.frames", numpy.float32, (32,), rate)
+
+    stacks = [stages.add(lambda items: standardised(windows(items, 75, 25)), stages.add(reader(number))) for number in (0, 1)]
+    pairs = stages.add(lambda one, other: (numpy.stack(pair)[None] for pair in zip(one, other)), *stacks)
+    work = infer_with(options, lambda: weir.Model(options.networks / "radio_network.onnx", engine="onnxruntime", threads=1))
+    return stages.add(lambda items: then(work(items)), pairs)
+
+
+def with_nearest(slow, fast, slow_step, fast_step):
+    """Each item of `slow` with the item of `fast` whose time is nearest, until one of them ends; the steps are the times between items."""
+    number, before, item = 0, None, next(fast, END)
+    for time, of_slow in enumerate(slow):
+        while item is not END and number * fast_step < time * slow_step:
+            before, item, number = item, next(fast, END), number + 1
+        if item is END:
+            return
+        over = number * fast_step - time * slow_step
+        yield of_slow, before if before is not None and over > fast_step - over else item
 
 
 def variant_a(stages, options):
@@ -127,34 +189,30 @@ def variant_a(stages, options):
 
 
 def variant_b(stages, options):
-    results = event_results(stages, options)
-    model = weir.Model(options.modules / "libars-sequence-network.so", engine="custom",
-                       options={"weights": str(options.networks / "sequence_network.f32")})
-    return stages.add(lambda items: names(infer(model)(windows(items, 12, 3))), results)
+    return sequence_results(stages, options, names)
 
 
 def variant_c(stages, options):
-    rate = RADIO_RATE if options.live else 0
+    return radio_results(stages, options, names)
 
-    def reader(number):
-        return lambda: read_frames(options.recording / f"radio{number}.frames", numpy.float32, (32,), rate)
 
-    stacks = [stages.add(lambda items: standardised(windows(items, 75, 25)), stages.add(reader(number))) for number in (0, 1)]
-    pairs = stages.add(lambda one, other: (numpy.stack(pair)[None] for pair in zip(one, other)), *stacks)
-    model = weir.Model(options.networks / "radio_network.onnx", engine="onnxruntime", threads=1)
-    return stages.add(lambda items: names(infer(model)(items)), pairs)
+def variant_bc(stages, options):
+    """The mean of both results, for each result of the radios; times in milliseconds."""
+    return stages.add(lambda radios, events: names((one + other) / 2 for one, other in with_nearest(radios, events, 1000, 400)),
+                      radio_results(stages, options), sequence_results(stages, options))
 
 
 def main():
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
-    parser.add_argument("variant", choices=("a", "b", "c"))
+    parser.add_argument("variant", choices=("a", "b", "c", "bc"))
     parser.add_argument("recording", type=pathlib.Path)
     parser.add_argument("--modules", type=pathlib.Path, required=True, help="folder of the networks' libraries")
     parser.add_argument("--networks", type=pathlib.Path, required=True, help="folder of the networks' weights")
     parser.add_argument("--live", action="store_true")
+    parser.add_argument("--workers", type=int, default=1)
     options = parser.parse_args()
     stages = Stages()
-    stages.run_all({"a": variant_a, "b": variant_b, "c": variant_c}[options.variant](stages, options))
+    stages.run_all({"a": variant_a, "b": variant_b, "c": variant_c, "bc": variant_bc}[options.variant](stages, options))
 
 
 if __name__ == "__main__":

@@ -8,6 +8,8 @@ import select
 import subprocess
 import time
 
+import table
+
 EVERY = 0.05  # seconds between two samples
 TICK = os.sysconf("SC_CLK_TCK")
 
@@ -74,6 +76,12 @@ def fast_rows(seen, frames_of_results):
             "rate per CPU, frames per CPU second": frames / max(seen.cpu, 1 / TICK),
             "mapped memory, MB": max(one.mapped for one in seen.samples),
             "resident memory, MB": max(one.resident for one in seen.samples), "threads": max(one.threads for one in seen.samples)}
+
+
+def worker_rows(seen, frames_of_results, workers):
+    """The rows of a run with all frames at once and several windows at once in the large networks."""
+    rows = fast_rows(seen, frames_of_results)
+    return {table.with_workers(name, workers): rows[name] for name in (table.RATE, table.CPU_RATE)}
 
 
 def live_rows(seen):

@@ -91,9 +91,20 @@ Status apply_setting(size_t i, const TensorSpec& requested, const std::string& p
   return ok();
 }
 
+// Whether several pictures came for a model of one.
+bool is_only_longer(const TensorSpec& offered, const ModelTensor& needed) {
+  if (!needed.rank_known || needed.shape.size() < 2 || needed.shape[0] != 1) return false;
+  TensorSpec one = offered;
+  one.shape[needed.shape.size() - 1] = 1;
+  return offered.shape.rank() == needed.shape.size() && one.type == needed.type &&
+         dimensions_fit(needed, one.shape);
+}
+
 }  // namespace
 
 std::string suggested_fix(const TensorSpec& offered, const ModelTensor& needed) {
+  if (is_only_longer(offered, needed))
+    return "tensor_filter invoke-rows=1, which runs the model for each of them";
   const bool outer = is_picture(needed, 0);
   const bool planar = !outer && is_picture(needed, 2);
   const int64_t channels = outer ? needed.inner(0) : needed.inner(2);

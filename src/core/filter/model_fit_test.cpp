@@ -46,6 +46,15 @@ TEST(Fit, ReportsTheFirstDifferenceOfAWrongSizeWithAFix) {
             "tensor_converter ! tensor_filter");
 }
 
+TEST(Fit, SaysHowAModelOfOnePictureRunsOnSeveral) {
+  const auto many = fit({kMobilenet}, {spec(ElementType::UInt8, {3, 224, 224, 5})});
+  ASSERT_FALSE(many);
+  EXPECT_EQ(many.error().fix, "tensor_filter invoke-rows=1, which runs the model for each of them");
+  const auto other = fit({kMobilenet}, {spec(ElementType::UInt8, {3, 100, 224, 5})});
+  ASSERT_FALSE(other);
+  EXPECT_SAYS(other.error().fix, "videoscale");
+}
+
 TEST(Fit, ReportsAWrongType) {
   const auto r = fit({kMobilenet}, {spec(ElementType::Float32, {3, 224, 224, 1})});
   ASSERT_FALSE(r);

@@ -20,6 +20,12 @@ std::string_view name_of(DropReason reason) noexcept {
       return "error";
     case DropReason::Time:
       return "time";
+    case DropReason::Late:
+      return "late";
+    case DropReason::Refused:
+      return "refused";
+    case DropReason::Lost:
+      return "lost";
   }
   return "";
 }

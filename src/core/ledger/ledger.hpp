@@ -10,8 +10,9 @@
 
 namespace weir {
 
-enum class DropReason { Policy, Qos, Flush, Eos, Error, Time };
-inline constexpr size_t kDropReasons = 6;
+// Late, Refused, Lost: what an engine reports of a result that it did not get (no_result.h).
+enum class DropReason { Policy, Qos, Flush, Eos, Error, Time, Late, Refused, Lost };
+inline constexpr size_t kDropReasons = 9;
 std::string_view name_of(DropReason reason) noexcept;
 
 struct LedgerSnapshot {

@@ -156,7 +156,7 @@ class BatchFlow final : public FrameFlow {
     void failed(const Error& error) override { flow_->output_.finish(ticket_, error); }
     void dropped(const infer::BatchRun& run) override {
       flow_->count(run);
-      drop();
+      flow_->output_.end(ticket_, {}, drop_reason_of(run.reason));
     }
     void drop() { flow_->output_.end(ticket_, {}); }
 

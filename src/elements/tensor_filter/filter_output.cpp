@@ -7,6 +7,7 @@
 
 #include "elements/tensor_filter/deadline.hpp"
 #include "gstcpp/element/error.hpp"
+#include "weir/no_result.h"
 
 namespace weir {
 namespace {
@@ -26,6 +27,19 @@ infer::PoolLimits pool_limits(const FilterSettings& s) {
   if (s.when_busy == WhenBusyChoice::DropNew) out.when_busy = infer::WhenBusy::DropNew;
   if (s.when_busy == WhenBusyChoice::DropOld) out.when_busy = infer::WhenBusy::DropOld;
   return out;
+}
+
+DropReason drop_reason_of(int result) noexcept {
+  switch (result) {
+    case WEIR_RESULT_LATE:
+      return DropReason::Late;
+    case WEIR_RESULT_REFUSED:
+      return DropReason::Refused;
+    case WEIR_RESULT_LOST:
+      return DropReason::Lost;
+    default:
+      return DropReason::Policy;
+  }
 }
 
 class FilterOutput::Waiting final : public infer::HeldBytes::Results {
@@ -86,9 +100,9 @@ GstFlowReturn FilterOutput::rejection() const noexcept {
   return flow == GST_FLOW_NOT_LINKED ? GST_FLOW_OK : flow;  // pads may be linked while frames flow
 }
 
-void FilterOutput::finish(const Ticket& ticket, Made made) {
+void FilterOutput::finish(const Ticket& ticket, Made made, DropReason reason) {
   if (made) {
-    end(ticket, *std::move(made));
+    end(ticket, *std::move(made), reason);
     return;
   }
   if (!holds(ticket)) {  // the frame was flushed, so its error is ignored
@@ -100,9 +114,10 @@ void FilterOutput::finish(const Ticket& ticket, Made made) {
   skip(ticket);  // later entries, EOS for example, are pushed after the error was posted
 }
 
-GstFlowReturn FilterOutput::end(const Ticket& ticket, gst::Ref<GstBuffer> output) {
+GstFlowReturn FilterOutput::end(const Ticket& ticket, gst::Ref<GstBuffer> output,
+                                DropReason reason) {
   if (!output) {
-    ledger()->dropped(holds(ticket) ? DropReason::Policy : DropReason::Flush);
+    ledger()->dropped(holds(ticket) ? reason : DropReason::Flush);
     skip(ticket);
     return GST_FLOW_OK;
   }

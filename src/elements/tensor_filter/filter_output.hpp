@@ -23,6 +23,8 @@
 namespace weir {
 
 infer::PoolLimits pool_limits(const FilterSettings& settings);
+// Counts a frame that the engine dropped; `result`: what its invoke returned (no_result.h).
+DropReason drop_reason_of(int result) noexcept;
 
 // Any thread may call the functions unless noted otherwise.
 class FilterOutput {
@@ -85,11 +87,12 @@ class FilterOutput {
     return flow_;
   }
 
-  // Ends a frame with its output, null when the engine dropped it, or with an error, see
-  // fail_all().
-  void finish(const Ticket& ticket, Made made);
+  // Ends a frame with its output, null when the engine dropped it for `reason`, or with an error,
+  // see fail_all().
+  void finish(const Ticket& ticket, Made made, DropReason reason = DropReason::Policy);
   // The same; returns the flow of the source pad.
-  GstFlowReturn end(const Ticket& ticket, gst::Ref<GstBuffer> output);
+  GstFlowReturn end(const Ticket& ticket, gst::Ref<GstBuffer> output,
+                    DropReason reason = DropReason::Policy);
   // Ends a frame that is too late for an invoke.
   void drop_late(const Ticket& ticket);
   // Ends a frame without output, which the caller counts. False if it was flushed.

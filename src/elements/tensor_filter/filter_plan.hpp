@@ -26,9 +26,10 @@ struct FilterPlan {
   bool dynamic = false;           // invoke-dynamic: headers have format flexible
   size_t alignment = 1;           // bytes, of each of the model's inputs
   size_t padding = 0;             // readable bytes after each
-  std::shared_ptr<infer::BatchGroup> batch;  // null: one invoke for each frame
-  infer::RowLimits rows;                     // of one invoke
-  const BufferLimit* limit = nullptr;        // of each output; borrowed from the element
+  size_t fallback_alignment = 1, fallback_padding = 0;  // what the fallback needs as well
+  std::shared_ptr<infer::BatchGroup> batch;             // null: one invoke for each frame
+  infer::RowLimits rows;                                // of one invoke
+  const BufferLimit* limit = nullptr;                   // of each output; borrowed from the element
 
   // Whether the engine writes into pooled memory.
   bool has_memory() const noexcept { return outputs_fixed && !engine_allocates; }

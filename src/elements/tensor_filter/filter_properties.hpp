@@ -68,6 +68,10 @@ inline constexpr std::tuple kFilterProperties{
                   "Path of the model file, or a comma list of several; is-updatable allows changes "
                   "while playing",
                   gst::Changeable::WhilePlaying},
+    gst::Property{"fallback", &FilterSettings::fallback,
+                  "Path of a model that answers frames for which the engine reports no result, "
+                  "because a server is gone, late or refuses; its file extension selects the "
+                  "engine; empty = none"},
     gst::Property{"custom", &FilterSettings::custom, "Options of the engine: key:value,key:value",
                   gst::Changeable::WhilePlaying},
     gst::Property{"input-combination", &FilterSettings::input_combination,
@@ -121,7 +125,7 @@ inline constexpr std::tuple kFilterProperties{
         gst::Changeable::InReady, uint64_t{0}, uint64_t{INT64_MAX}},
     gst::Property{"workers", &FilterSettings::workers,
                   "Frames that are processed at the same time, each on its own thread and session; "
-                  "they are pushed in order",
+                  "they are pushed in order; 1 = as many as the engine asks for",
                   gst::Changeable::InReady, 1u, 64u},
     gst::Property{"threads", &FilterSettings::threads,
                   "Engine threads for each worker; 0 = a part of the cores; NumThreads in custom "

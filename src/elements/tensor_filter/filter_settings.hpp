@@ -20,6 +20,7 @@ struct FilterSettings : DeclaredTensors {
   bool silent = true;
   std::string framework = "auto";
   std::string model;
+  std::string fallback;  // the model that runs when `model` has no result; "" = none
   std::string custom;
   int latency = 0;
   int throughput = 0;

@@ -2,6 +2,7 @@
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #include "elements/tensor_filter/frame_invoker.hpp"
 
+#include <algorithm>
 #include <chrono>
 #include <mutex>
 
@@ -42,13 +43,19 @@ Result<gst::Ref<GstBuffer>> FrameInvoker::run(infer::ModelLease::Frame use, GstB
 Result<gst::Ref<GstBuffer>> FrameInvoker::make(const infer::ModelLease::Frame& use, GstBuffer* in,
                                                GstClockTime deadline) {
   if (auto status = in_.read(in, &use, deadline); !status) return status.error();
-  in_.set_expiry(monotonic_deadline(element_, deadline));
+  const int64_t expires = monotonic_deadline(element_, deadline);
+  Fallback* fallback = model_->fallback();
+  in_.set_expiry(fallback ? fallback->latest_end(expires) : expires);
   if (in_.plan() != out_.plan()) {
     session_rows_.clear();
     if (auto status = prepare(); !status) return status.error();
   }
   if (auto status = out_.acquire(in_); !status) return status.error();
-  const auto kept = invoke(use);
+  auto kept = invoke(use);
+  if (fallback && kept) {
+    in_.set_expiry(expires);
+    kept = *kept ? fallback->model_answered(element_) : run_fallback(*fallback);
+  }
   if (!kept) return kept.error();
   if (!*kept) return gst::Ref<GstBuffer>{};
   return out_.finish(in_);
@@ -57,13 +64,26 @@ Result<gst::Ref<GstBuffer>> FrameInvoker::make(const infer::ModelLease::Frame& u
 Result<bool> FrameInvoker::invoke(const infer::ModelLease::Frame& use) {
   const infer::FrameOwnerScope scope(in_.frame(), &in_);
   const auto begin = std::chrono::steady_clock::now();
-  auto kept = in_.plan()->rows.none() ? use.session(session_).invoke(in_.frame(), out_.frame())
-                                      : run_in_parts(use);
+  int reason = 0;
+  std::atomic<int> reason_of_parts{0};
+  auto kept = in_.plan()->rows.none()
+                  ? use.session(session_).invoke(in_.frame(), out_.frame(), &reason)
+                  : run_in_parts(use, &reason_of_parts);
   statistics_->record(std::chrono::steady_clock::now() - begin);
+  drop_reason_ = drop_reason_of(std::max(reason, reason_of_parts.load()));
   return kept;
 }
 
-Result<bool> FrameInvoker::run_in_parts(const infer::ModelLease::Frame& use) {
+// Runs the fallback on a frame for which the model has no result.
+Result<bool> FrameInvoker::run_fallback(Fallback& fallback) {
+  if (drop_reason_ == DropReason::Policy || !fallback.has_time(in_.frame().expires)) return false;
+  out_.clear();  // what the model left
+  if (auto status = out_.acquire(in_); !status) return status.error();
+  return fallback.answer(in_.frame(), out_.frame(), element_, drop_reason_);
+}
+
+Result<bool> FrameInvoker::run_in_parts(const infer::ModelLease::Frame& use,
+                                        std::atomic<int>* reason) {
   const auto& plan = *in_.plan();
   if (!plan.has_memory()) return other_rows("outputs of sizes that are not known", "");
   if (!row_runner_) row_runner_ = std::make_unique<infer::RowRunner>(plan.rows);
@@ -81,7 +101,10 @@ Result<bool> FrameInvoker::run_in_parts(const infer::ModelLease::Frame& use) {
         const auto lock = alone ? std::unique_lock(turn) : std::unique_lock<std::mutex>();
         auto& session = use.session(session_ + index);
         if (auto status = adapt_session(session, index, in, out); !status) return status.error();
-        return session.invoke(in, out);
+        int result = 0;
+        auto kept = session.invoke(in, out, &result);
+        if (result > 0) *reason = result;
+        return kept;
       });
 }
 

@@ -31,7 +31,7 @@ class InlineFlow final : public FrameFlow {
                     : FilterOutput::Made(use.error());
     output_.check_latency();
     if (made) {
-      const GstFlowReturn flow = output_.end(*ticket, *std::move(made));
+      const GstFlowReturn flow = output_.end(*ticket, *std::move(made), invoker_->drop_reason());
       if (flow != GST_FLOW_OK) output_.report_flow();
       return flow;
     }

@@ -50,8 +50,10 @@ Status InputFrame::read(GstBuffer* buffer, const infer::ModelLease::Frame* use,
     if (auto status = follow_headers(use); !status) return status;
   // A replaced model may need another alignment.
   const auto* info = use ? &use->model().info() : nullptr;
-  if (auto status = place(info ? info->alignment : plan_->alignment,
-                          info ? info->input_padding : plan_->padding);
+  const size_t alignment = info ? info->alignment : plan_->alignment;
+  const size_t padding = info ? info->input_padding : plan_->padding;
+  if (auto status = place(std::max(alignment, plan_->fallback_alignment),
+                          std::max(padding, plan_->fallback_padding));
       !status)
     return status;
   frame_.pts = abi_time(GST_BUFFER_PTS(buffer));

@@ -62,6 +62,15 @@ size_t sessions_of(const FilterSettings& s, std::vector<Error>* warnings) {
   return 1;
 }
 
+// The invokes at a time that the engine asks for, where the user did not choose; otherwise 1.
+uint32_t parallel_invokes(const weir_model_info& info, const FilterSettings& s) {
+  constexpr uint32_t kMost = 64;
+  constexpr uint32_t kKinds = WEIR_MODEL_THREAD_SAFE | WEIR_MODEL_ASYNC | WEIR_MODEL_STATEFUL;
+  const bool free = s.workers == 1 && s.batch_size == 1 && !s.invoke_async && rows_of(s).none();
+  if (!free || (info.flags & kKinds) != WEIR_MODEL_THREAD_SAFE) return 1;
+  return std::clamp(info.max_in_flight, 1u, kMost);
+}
+
 // Tensors with the shapes and names of `shapes` and the quantisation of the model's `infos`.
 std::vector<ModelTensor> described_tensors(const std::vector<ModelTensor>& shapes,
                                            const std::vector<weir_tensor_info>& infos) {
@@ -91,9 +100,21 @@ void add(const std::optional<Error>& warning, std::vector<Error>* warnings) {
   if (warning) warnings->push_back(*warning);
 }
 
+// With invoke-rows=1 a model of one row runs once for each row.
+infer::RowLimits rows_of(const FilterSettings& s, const infer::Model& model) {
+  auto rows = rows_of(s);
+  rows.single = s.invoke_rows == 1 &&
+                infer::has_single_row(model.info().flags, model.inputs(), model.outputs());
+  return rows;
+}
+
 Status check_rows(const infer::Model& model, const infer::RowLimits& rows) {
-  if (rows.none()) return ok();
+  if (rows.none() || rows.single) return ok();
   return infer::check_rows(model.info().flags, model.inputs(), model.outputs());
+}
+
+void set_rows(std::vector<ModelTensor>* shapes, int64_t rows) {
+  for (ModelTensor& shape : *shapes) shape.shape.at(0) = rows;
 }
 
 }  // namespace
@@ -102,21 +123,13 @@ Result<std::unique_ptr<OpenModel>> OpenModel::open(const FilterSettings& s,
                                                    std::shared_ptr<isolate::Monitor> monitor,
                                                    std::vector<Error>* warnings) {
   if (auto status = check_parts(s); !status) return status.error();
-  std::optional<Error> warning;
-  const auto source = model_source(s, monitor, &warning);
-  if (!source) return source.error();
-  add(warning, warnings);
   auto opened = std::make_unique<OpenModel>();
   opened->monitor_ = std::move(monitor);
-  const auto found = infer::ModelTable::instance().find(shared_key(s, warnings), *source);
-  add(found.not_shared, warnings);
-  auto use = infer::ModelLease::create(found.model, sessions_of(s, warnings));
-  if (!use) return use.error();
-  opened->use_ = *std::move(use);
+  if (auto status = opened->open_lease(s, warnings); !status) return status.error();
   const auto frame = opened->begin();
   if (!frame) return frame.error();
   const infer::Model& model = frame->model();
-  opened->engine_ = source->engine->name;
+  opened->engine_ = model.engine().name;
   if (auto arena = isolate::arena_of(model)) {
     opened->engine_ = isolate::engine_in(model);
     opened->shared_memory_ = gst::shared_allocator(std::move(arena));
@@ -125,13 +138,16 @@ Result<std::unique_ptr<OpenModel>> OpenModel::open(const FilterSettings& s,
           custom::check_invocation(model.engine(), model.info(), s.model, s.invoke_dynamic);
       !status)
     return status.error();
+  opened->rows_ = rows_of(s, model);
   auto tensors = opened->read_tensors(model, s);
   if (!tensors) return tensors.error();
-  opened->rows_ = rows_of(s);
   if (auto status = check_rows(model, opened->rows_); !status) return status.error();
   auto description = describe_model(*std::move(tensors), s, warnings);
   if (!description) return description.error();
   opened->description_ = *std::move(description);
+  if (opened->fallback_)
+    if (auto status = opened->fallback_->check(opened->inputs(), opened->outputs()); !status)
+      return status.error();
   opened->asynchronous_ = s.invoke_async;
   opened->decides_sizes_ = (model.info().flags & WEIR_MODEL_DYNAMIC_OUTPUT) != 0;
   // Worker processes do not pass on memory, and batches need memory for several frames.
@@ -143,11 +159,50 @@ Result<std::unique_ptr<OpenModel>> OpenModel::open(const FilterSettings& s,
   return opened;
 }
 
+// Opens the model, and the fallback if there is one. A fallback also describes a model whose
+// server does not answer yet.
+Status OpenModel::open_lease(const FilterSettings& s, std::vector<Error>* warnings) {
+  if (!s.fallback.empty()) {
+    auto fallback = Fallback::open(s);
+    if (!fallback) return fallback.error();
+    fallback_ = *std::move(fallback);
+  }
+  std::optional<Error> warning;
+  auto source = model_source(s, monitor_, &warning);
+  if (!source) return source.error();
+  add(warning, warnings);
+  Status status = open_lease_of(*source, s, warnings);
+  if (status || !fallback_ || status.error().code != Code::SERVER_UNREACHABLE) return status;
+  source = model_source(fallback_->declare_tensors(s), monitor_, nullptr);
+  return source ? open_lease_of(*source, s, warnings) : Status(source.error());
+}
+
+Status OpenModel::open_lease_of(const infer::ModelSource& source, const FilterSettings& s,
+                                std::vector<Error>* warnings) {
+  const auto found = infer::ModelTable::instance().find(shared_key(s, warnings), source);
+  add(found.not_shared, warnings);
+  auto use = infer::ModelLease::create(found.model, sessions_of(s, warnings));
+  if (!use) return use.error();
+  workers_ = s.workers;
+  const auto model = found.model->model();
+  if (const auto parallel = model ? parallel_invokes(model->info(), s) : 1; parallel > 1) {
+    use = infer::ModelLease::create(found.model, workers_ = parallel);
+    if (!use) return use.error();
+  }
+  use_ = *std::move(use);
+  return ok();
+}
+
 // The spec of one frame and, for batches, the batch group.
 Result<ModelTensors> OpenModel::read_tensors(const infer::Model& model, const FilterSettings& s) {
   const auto &inputs = model.inputs(), &outputs = model.outputs();
   batch_size_ = s.batch_size;
-  if (batch_size_ == 1) return ModelTensors{model_tensors(inputs), model_tensors(outputs)};
+  if (batch_size_ == 1) {
+    ModelTensors tensors{model_tensors(inputs), model_tensors(outputs)};
+    if (!rows_.single) return tensors;
+    for (auto* shapes : {&tensors.inputs, &tensors.outputs}) set_rows(shapes, -1);
+    return tensors;
+  }
   if (s.invoke_async)
     return Error{
         .code = Code::BATCH_UNSUPPORTED,
@@ -221,13 +276,30 @@ gst::Allocation OpenModel::allocation() const noexcept {
   if (!model) return out;
   out.alignment = std::max<size_t>(out.alignment, model->info().alignment);
   out.padding = model->info().input_padding;
+  if (!fallback_) return out;
+  out.alignment = std::max<size_t>(out.alignment, fallback_->info().alignment);
+  out.padding = std::max<size_t>(out.padding, fallback_->info().input_padding);
   return out;
+}
+
+// The outputs that `session` resolves for these inputs; of a model of one row, those of all rows.
+Result<std::vector<ModelTensor>> OpenModel::resolve(
+    const std::vector<ModelTensor>& inputs,
+    const std::function<Result<std::vector<ModelTensor>>(const std::vector<ModelTensor>&)>& session)
+    const {
+  if (!rows_.single) return session(inputs);
+  auto one = inputs;
+  set_rows(&one, 1);
+  auto outputs = session(one);
+  if (outputs) set_rows(&*outputs, inputs[0].shape.at(0));
+  return outputs;
 }
 
 Result<FilterPlan> OpenModel::plan_for_shapes(FilterPlan plan,
                                               const infer::ModelLease::Frame& frame, size_t session,
                                               std::vector<ModelTensor> inputs) const {
-  auto resolved = use_->resolve(frame, session, inputs);
+  auto resolved =
+      resolve(inputs, [&](const auto& shapes) { return use_->resolve(frame, session, shapes); });
   if (!resolved) return resolved.error();
   auto outputs = description_.complete_outputs(*std::move(resolved));
   if (!outputs) return outputs.error();
@@ -280,6 +352,7 @@ void add_engine_statistics(const infer::Model& model, GstStructure* stats) {
 }  // namespace
 
 void OpenModel::add_stats(GstStructure* stats) const {
+  if (fallback_) fallback_->add_stats(stats);
   const auto& shared = *use_->shared();
   const auto model = shared.model();
   gst_structure_set(stats, "weights-bytes", G_TYPE_UINT64,
@@ -305,7 +378,8 @@ Status OpenModel::fit_inputs(const std::vector<TensorSpec>& stream, FilterPlan* 
 }
 
 Status OpenModel::resolve_outputs(FilterPlan* plan) const {
-  auto resolved = use_->resolve(plan->model_inputs);
+  auto resolved =
+      resolve(plan->model_inputs, [this](const auto& shapes) { return use_->resolve(shapes); });
   if (!resolved) return resolved.error();
   auto complete = description_.complete_outputs(*std::move(resolved));
   if (!complete) return complete.error();
@@ -318,6 +392,10 @@ Result<FilterPlan> OpenModel::plan_for(const FrameSpec& input) const {
   if (const auto model = use_->shared()->model()) {  // each frame uses the model that runs it
     plan.alignment = model->info().alignment;
     plan.padding = model->info().input_padding;
+  }
+  if (fallback_) {
+    plan.fallback_alignment = std::max<size_t>(fallback_->info().alignment, 1);
+    plan.fallback_padding = fallback_->info().input_padding;
   }
   plan.input = input;
   plan.input_choice = description_.input_choice;
@@ -335,6 +413,9 @@ Result<FilterPlan> OpenModel::plan_for(const FrameSpec& input) const {
     if (auto status = resolve_outputs(&plan); !status) return status.error();
   }
   plan.outputs_fixed = all_fixed(plan.model_outputs) && all_fixed(plan.model_inputs);
+  if (fallback_ && all_fixed(plan.model_inputs))
+    if (auto status = fallback_->prepare(plan.model_inputs, plan.model_outputs); !status)
+      return status.error();
   auto output = description_.source_spec(input, plan.model_outputs, plan.outputs_fixed);
   if (!output) return output.error();
   plan.output = *std::move(output);

@@ -1,6 +1,7 @@
 // OpenModel: the open model of one tensor_filter, maybe shared with others, and its negotiation.
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #pragma once
+#include <functional>
 #include <memory>
 #include <string>
 #include <vector>
@@ -9,6 +10,7 @@
 #include "core/infer/batch/model_batches.hpp"
 #include "core/infer/model/model_table.hpp"
 #include "core/isolate/isolation.hpp"
+#include "elements/tensor_filter/fallback.hpp"
 #include "elements/tensor_filter/filter_plan.hpp"
 #include "elements/tensor_filter/filter_settings.hpp"
 #include "gstcpp/buffer/allocation.hpp"
@@ -48,6 +50,11 @@ class OpenModel {
   uint64_t reloads() const { return use_->shared()->reloads(); }
   // Replaces the model by that of `settings` for all filters that share it. Any thread.
   Status replace(const FilterSettings& settings) const;
+  // The number of frames to process at a time: the property `workers`, or for 1, the default, as
+  // many as the engine asks for.
+  uint32_t workers() const noexcept { return workers_; }
+  // The second model, for frames without a result; null if the user set none.
+  Fallback* fallback() const noexcept { return fallback_.get(); }
   // Suspends the model, unless it runs batches. False while a frame is in progress.
   bool suspend() const { return batch_size_ > 1 || use_->suspend(); }
   // Adds weights-bytes, shared-by (the number of filters that share the weights), reloads,
@@ -55,16 +62,25 @@ class OpenModel {
   void add_stats(GstStructure* stats) const;
 
  private:
+  Status open_lease(const FilterSettings& settings, std::vector<Error>* warnings);
+  Status open_lease_of(const infer::ModelSource& source, const FilterSettings& settings,
+                       std::vector<Error>* warnings);
   Result<ModelTensors> read_tensors(const infer::Model& model, const FilterSettings& settings);
   Status fit_inputs(const std::vector<TensorSpec>& stream, FilterPlan* plan) const;
   Status resolve_outputs(FilterPlan* plan) const;
+  Result<std::vector<ModelTensor>> resolve(
+      const std::vector<ModelTensor>& inputs,
+      const std::function<Result<std::vector<ModelTensor>>(const std::vector<ModelTensor>&)>&
+          session) const;
   Status plan_batch(const FrameSpec& input, FilterPlan* plan) const;
   Status read_invocation(const infer::Session& session) const;
   bool is_dynamic() const noexcept { return description_.declared.invoke_dynamic; }
 
   std::string engine_;
   std::shared_ptr<isolate::Monitor> monitor_;  // null: the engine runs in this process
+  std::unique_ptr<Fallback> fallback_;
   std::unique_ptr<infer::ModelLease> use_;
+  uint32_t workers_ = 1;
   size_t batch_size_ = 1;
   infer::RowLimits rows_;
   infer::BatchAxes batch_axes_;  // if batch_size_ > 1

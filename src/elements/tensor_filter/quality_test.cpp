@@ -5,6 +5,7 @@
 #include <cmath>
 #include <fstream>
 
+#include "elements/tensor_filter/deadline.hpp"
 #include "elements/tests/element_test_support.hpp"
 
 namespace {
@@ -12,6 +13,7 @@ namespace {
 using namespace weir::test;
 
 constexpr GstClockTime kMs = GST_MSECOND;
+constexpr GstClockTime kNone = GST_CLOCK_TIME_NONE;
 constexpr char kFilter[] = "tensor_filter";
 
 std::string filter(const std::string& properties = "") {
@@ -236,9 +238,21 @@ TEST(TensorFilterDeadline, AcceptsTheMaximumValue) {
   EXPECT_EQ(times(h).size(), 2u);
 }
 
+TEST(TensorFilterDeadline, IsGivenToEnginesByTheMonotonicClock) {
+  EXPECT_EQ(weir::monotonic_at(90, 40, 1000), 1050);
+  EXPECT_EQ(weir::monotonic_at(40, 40, 1000), 1000);
+  EXPECT_EQ(weir::monotonic_at(40, 90, 1000), 950);
+  EXPECT_EQ(weir::monotonic_at(0, 999, 1000), 1);
+  for (const GstClockTime past : {GstClockTime{1000}, GstClockTime{1001}, kNone - 1})
+    EXPECT_EQ(weir::monotonic_at(0, past, 1000), 1) << past << ": 0 would mean that there is none";
+  for (const GstClockTime far : {GstClockTime{INT64_MAX}, GstClockTime{INT64_MAX} + 1, kNone - 1})
+    EXPECT_EQ(weir::monotonic_at(far, 0, 1000), INT64_MAX) << far;
+  EXPECT_EQ(weir::monotonic_at(kNone - 1, INT64_MAX, 1000), INT64_MAX);
+  EXPECT_EQ(weir::monotonic_at(INT64_MAX, 1000, 999), INT64_MAX - 1);
+}
+
 // ---- Latency ---------------------------------------------------------------------------------
 
-constexpr GstClockTime kNone = GST_CLOCK_TIME_NONE;
 std::pair<GstClockTime, GstClockTime> queried(const Harness& h) {
   const Unique<GstQuery, gst_query_unref> query(gst_query_new_latency());
   EXPECT_TRUE(gst_pad_peer_query(h->sinkpad, query.get()));

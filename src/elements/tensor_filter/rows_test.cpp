@@ -88,6 +88,41 @@ TEST(TensorFilterRows, AlignmentAppliesToEachPart) {
   EXPECT_EQ(values<float>(out.get()), numbers(18, 1));
 }
 
+TEST(TensorFilterRows, AModelOfOneRowRunsOnceForEachRow) {
+  for (const char* how : {"custom=rows:1 invoke-rows=1", "custom=rows:1 invoke-rows=1 workers=2",
+                          "custom=rows:1,alignment:16 invoke-rows=1 invoke-threads=2"}) {
+    auto fixed = harness_of(line(how), caps(5));
+    ASSERT_EQ(gst_harness_push(fixed.get(), frame(numbers(5, 3), 0, GST_MSECOND)), GST_FLOW_OK);
+    const auto out = Ref<GstBuffer>::adopt(gst_harness_pull(fixed.get()));
+    ASSERT_TRUE(out) << how;
+    EXPECT_EQ(values<float>(out.get()), numbers(5, 4)) << how;
+    auto h = harness_of(line(how), "other/tensors,format=flexible,framerate=30/1");
+    for (const size_t rows : {3, 1, 7, 7}) {
+      gst_harness_push(h.get(), flexible(rows));
+      const auto each = Ref<GstBuffer>::adopt(gst_harness_pull(h.get()));
+      ASSERT_TRUE(each) << how;
+      auto found = values<float>(each.get());
+      found.erase(found.begin(), found.begin() + weir::kTensorHeaderBytes / sizeof(float));
+      EXPECT_EQ(found, numbers(rows, 1)) << how;
+    }
+  }
+}
+
+TEST(TensorFilterRows, AModelOfOneRowStaysOneWithoutTheProperty) {
+  const std::string whole = start_error(line("custom=rows:1"), caps(3));
+  EXPECT_SAYS(whole, "first difference: tensor 0 (x): dimension 1 is 3, needed is 1");
+  EXPECT_SAYS(whole, "fix: tensor_filter invoke-rows=1, which runs the model for each of them");
+  auto h = harness_of(line("custom=rows:1,alignment:64 invoke-rows=1"), caps(3));
+  Errors errors(h);
+  EXPECT_EQ(gst_harness_push(h.get(), frame(numbers(3, 0), 0, GST_MSECOND)), GST_FLOW_ERROR);
+  const std::string unaligned = errors.next();
+  EXPECT_SAYS(unaligned, "WEIR-3013: the rows of a batch are not aligned as a model of one row");
+  EXPECT_SAYS(unaligned, "offered: rows of 16 bytes");
+  EXPECT_SAYS(unaligned, "needed: a multiple of 64 bytes");
+  EXPECT_SAYS(start_error(line("invoke-rows=1 custom=stateful:1,rows:1")),
+              "offered: a model that keeps state");
+}
+
 TEST(TensorFilterRows, ReportsBatchesThatCannotBeSplit) {
   const std::string fixed = start_error(line("invoke-rows=2 custom=rows:4"));
   EXPECT_SAYS(fixed, "WEIR-3013: the model's batch cannot be split");

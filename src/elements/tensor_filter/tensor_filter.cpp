@@ -235,6 +235,7 @@ class TensorFilter : public gst::Element<TensorFilter, gst::PlainElement>,
     model_.start();
     if (auto status = open_model(chosen, [](const auto&) { return ok(); }); !status) return status;
     if (const auto monitor = model_.monitor()) log_confinement(*monitor, element());
+    in_force_.workers = chosen.workers = model_.get()->workers();
     ledger_.reset();
     start_flow(chosen);
     lag_.open(chosen.when_busy == WhenBusyChoice::Unset);

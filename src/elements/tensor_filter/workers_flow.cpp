@@ -114,10 +114,11 @@ class WorkersFlow final : public FrameFlow {
         output_.drop_late(job.ticket);
         return;
       }
-      auto made = (*job.invokers)[worker]->run(std::move(job.use), job.buffer.get(), job.deadline);
+      auto& invoker = *(*job.invokers)[worker];
+      auto made = invoker.run(std::move(job.use), job.buffer.get(), job.deadline);
       output_.check_latency();
       job.buffer = {};
-      output_.finish(job.ticket, std::move(made));
+      output_.finish(job.ticket, std::move(made), invoker.drop_reason());
     });
   }
   void drop(const std::vector<Job>& jobs) {

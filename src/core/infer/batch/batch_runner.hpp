@@ -28,7 +28,8 @@ struct InputMemory {
 class BatchRunner {
  public:
   // Session::invoke; true: filled, false: dropped.
-  using Invoke = std::function<Result<bool>(const weir_frame&, weir_frame&)>;
+  // `reason`: as in Session::invoke.
+  using Invoke = std::function<Result<bool>(const weir_frame&, weir_frame&, int* reason)>;
 
   // `reshape`: the measured time of a shape change in the engine.
   BatchRunner(BatchShapes shapes, InputMemory memory, std::chrono::nanoseconds reshape,

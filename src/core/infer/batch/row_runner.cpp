@@ -41,6 +41,10 @@ Status check_open(const char* role, const std::vector<weir_tensor_info>& infos,
   return ok();
 }
 
+bool is_one_row(const weir_tensor_info& info) {
+  return info.rank != WEIR_RANK_UNKNOWN && info.rank > 0 && info.shape[0] == 1;
+}
+
 // Checks that all tensors of a frame have `rows` rows.
 Status check_frame(const char* role, const weir_frame& frame, int64_t rows) {
   for (size_t i = 0; i < frame.n_tensors; ++i) {
@@ -74,6 +78,13 @@ void cut(const weir_frame& whole, size_t rows, size_t first, size_t count,
 }
 
 }  // namespace
+
+bool has_single_row(uint32_t flags, const std::vector<weir_tensor_info>& inputs,
+                    const std::vector<weir_tensor_info>& outputs) {
+  return (flags & (WEIR_MODEL_STATEFUL | WEIR_MODEL_DYNAMIC_OUTPUT)) == 0 && !inputs.empty() &&
+         std::all_of(inputs.begin(), inputs.end(), is_one_row) &&
+         std::all_of(outputs.begin(), outputs.end(), is_one_row);
+}
 
 Status check_rows(uint32_t flags, const std::vector<weir_tensor_info>& inputs,
                   const std::vector<weir_tensor_info>& outputs) {
@@ -124,6 +135,12 @@ Result<bool> RowRunner::run(const weir_frame& in, weir_frame& out, size_t alignm
     if (auto status = check_frame(role, *frame, static_cast<int64_t>(rows)); !status)
       return status.error();
   const size_t length = rows_of_a_part(in, rows, std::max<size_t>(alignment, 1));
+  if (limits_.single && length > 1 && rows > 1)
+    return Error{.code = Code::BATCH_UNSUPPORTED,
+                 .what = "the rows of a batch are not aligned as a model of one row needs",
+                 .offered = "rows of " + std::to_string(in.tensors[0].bytes / rows) + " bytes",
+                 .needed = "a multiple of " + std::to_string(alignment) + " bytes",
+                 .fix = "use a model with an open first dimension"};
   const size_t parts = (rows + length - 1) / length;
   if (parts_.size() < parts) parts_.resize(parts);
   for (size_t i = 0; i < parts; ++i) {

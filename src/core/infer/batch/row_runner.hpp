@@ -16,6 +16,8 @@ namespace weir::infer {
 struct RowLimits {
   size_t rows = 0;     // per invoke; 0 = no limit
   size_t threads = 1;  // concurrent invokes
+  // The model takes one row and no other number: parts never have more, whatever the alignment.
+  bool single = false;
   bool none() const noexcept { return rows == 0 && threads == 1; }
 };
 
@@ -23,6 +25,12 @@ struct RowLimits {
 // outermost dimension is not open. `flags` and shapes are those of weir_model_info.
 Status check_rows(uint32_t flags, const std::vector<weir_tensor_info>& inputs,
                   const std::vector<weir_tensor_info>& outputs);
+
+// Whether the model runs one row at a time because the outermost dimension of each of its tensors
+// is 1: a network for one picture. Such a model needs RowLimits{.rows = 1, .single = true}. False
+// for a stateful model and one with dynamic outputs.
+bool has_single_row(uint32_t flags, const std::vector<weir_tensor_info>& inputs,
+                    const std::vector<weir_tensor_info>& outputs);
 
 // Used by one thread at a time.
 class RowRunner {
@@ -34,8 +42,9 @@ class RowRunner {
   explicit RowRunner(const RowLimits& limits) : limits_(limits), team_(limits.threads) {}
 
   // Runs all parts of a frame. `out` has memory. Parts begin at multiples of `alignment` bytes if
-  // the whole does. BATCH_UNSUPPORTED if the tensors differ in their number of rows; otherwise the
-  // error of the first part that failed. Returns false if a part is dropped.
+  // the whole does. BATCH_UNSUPPORTED if the tensors differ in their number of rows, or if the
+  // rows of a model of one row are not aligned; otherwise the error of the first part that failed.
+  // Returns false if a part is dropped.
   Result<bool> run(const weir_frame& in, weir_frame& out, size_t alignment, const Invoke& invoke);
 
  private:

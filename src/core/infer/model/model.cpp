@@ -156,11 +156,12 @@ Result<std::vector<weir_tensor_info>> Session::resolve(
   return outputs;
 }
 
-Result<bool> Session::invoke(const weir_frame& in, weir_frame& out) {
+Result<bool> Session::invoke(const weir_frame& in, weir_frame& out, int* reason) {
   const auto lock = take_turn();
   weir_error error;
   const int result = model_->engine().invoke(handle_, &in, &out, &error);
   if (result < 0) return take_error(&error, result, "the engine failed on a frame");
+  if (reason) *reason = result;
   return result == 0;
 }
 

@@ -67,8 +67,9 @@ class Session {
   // The outputs' shapes for these inputs, -1 = unknown. Also the only source of the number of
   // outputs for a model that describes none.
   Result<std::vector<weir_tensor_info>> resolve(const std::vector<weir_tensor_info>& inputs);
-  // True: the frame is filled; false: the engine drops it.
-  Result<bool> invoke(const weir_frame& in, weir_frame& out);
+  // True: the frame is filled; false: the engine drops it. `reason`, which may be null, gets what
+  // the engine returned: 0, or a weir_no_result.
+  Result<bool> invoke(const weir_frame& in, weir_frame& out, int* reason = nullptr);
   // MODEL_UNSUPPORTED if the engine has no control; otherwise its result.
   Status control(weir_control op);
   // For asynchronous engines (async_request.hpp).

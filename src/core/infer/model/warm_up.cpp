@@ -60,7 +60,11 @@ bool fixed(const std::vector<ModelTensor>& shapes) {
 
 Status warm_up(Session& session, const std::vector<ModelTensor>& inputs,
                const std::vector<ModelTensor>& outputs) {
-  if (session.control(WEIR_WARM)) return ok();
+  return session.control(WEIR_WARM) ? ok() : invoke_zeros(session, inputs, outputs);
+}
+
+Status invoke_zeros(Session& session, const std::vector<ModelTensor>& inputs,
+                    const std::vector<ModelTensor>& outputs) {
   const auto& info = session.model().info();
   if (!fixed(inputs) || inputs.size() != info.n_inputs || (info.flags & WEIR_MODEL_STATEFUL) != 0)
     return ok();

@@ -13,4 +13,8 @@ namespace weir::infer {
 Status warm_up(Session& session, const std::vector<ModelTensor>& inputs,
                const std::vector<ModelTensor>& outputs);
 
+// The invoke on zeros. Does nothing in the same cases.
+Status invoke_zeros(Session& session, const std::vector<ModelTensor>& inputs,
+                    const std::vector<ModelTensor>& outputs);
+
 }  // namespace weir::infer

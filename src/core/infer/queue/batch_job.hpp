@@ -17,6 +17,7 @@ struct BatchRun {
   uint64_t number = 0;  // counts the batches of one collector from 1
   size_t frames = 0;    // of all streams
   std::chrono::nanoseconds invoke{};
+  int reason = 0;  // of a dropped batch: a weir_no_result
 };
 
 // The collector calls exactly one of done, failed and dropped, once, on its thread; these must

@@ -45,9 +45,9 @@ TEST(OipFaults, AStoppedServerMakesRequestsLateAtTheEarlierDeadline) {
   ASSERT_EQ(patient.invoke(floats()).code, 0);
   server.signal(SIGSTOP);
   const auto begin = std::chrono::steady_clock::now();
-  EXPECT_EQ(engine.invoke(floats()).code, 1);
+  EXPECT_EQ(engine.invoke(floats()).code, WEIR_RESULT_LATE);
   EXPECT_GE(std::chrono::steady_clock::now() - begin, 290ms);
-  EXPECT_EQ(patient.invoke(floats(), 50).code, 1);  // not after a day
+  EXPECT_EQ(patient.invoke(floats(), 50).code, WEIR_RESULT_LATE);  // not after a day
   server.signal(SIGCONT);
   EXPECT_EQ(engine.statistics()["requests-late"], 1u);
   EXPECT_EQ(patient.statistics()["requests-late"], 1u);
@@ -59,7 +59,7 @@ TEST(OipFaults, ARestartedServerIsUsedAgain) {
   OipEngine engine({first.address()}, {{"probe-ms", "50"}});
   ASSERT_EQ(engine.invoke(floats()).code, 0);
   first.end();
-  for (int i = 0; i < 3; ++i) EXPECT_EQ(engine.invoke(floats()).code, 1);
+  for (int i = 0; i < 3; ++i) EXPECT_EQ(engine.invoke(floats()).code, WEIR_RESULT_LOST);
   PythonServer again({"--port", port});
   ASSERT_EQ(again.port(), port);
   const auto limit = std::chrono::steady_clock::now() + 10s;
@@ -84,8 +84,8 @@ TEST(OipFaults, RefusesAnswersOfAnotherShapeTypeOrSize) {
     PythonServer server({"--behaviour", behaviour});
     OipEngine engine({server.address()});
     take_log();
-    EXPECT_EQ(engine.invoke(floats()).code, 1) << behaviour;
-    EXPECT_EQ(engine.invoke(floats(), 0, 16).code, 1) << behaviour;
+    EXPECT_EQ(engine.invoke(floats()).code, WEIR_RESULT_REFUSED) << behaviour;
+    EXPECT_EQ(engine.invoke(floats(), 0, 16).code, WEIR_RESULT_REFUSED) << behaviour;
     EXPECT_EQ(engine.statistics()["requests-refused"], 2u) << behaviour;
     const auto log = take_log();
     ASSERT_EQ(log.size(), 1u) << behaviour;
@@ -98,7 +98,7 @@ TEST(OipFaults, RefusesAnswersOfAnotherShapeTypeOrSize) {
 TEST(OipFaults, CountsAnInternalErrorAsLostAfterItsAttempts) {
   PythonServer server({"--behaviour", "error"});
   OipEngine engine({server.address()});
-  EXPECT_EQ(engine.invoke(floats()).code, 1);
+  EXPECT_EQ(engine.invoke(floats()).code, WEIR_RESULT_LOST);
   const auto statistics = engine.statistics();
   EXPECT_EQ(statistics.at("requests-lost"), 1u);
   EXPECT_EQ(statistics.at("request-attempts"), 2u);
@@ -118,6 +118,19 @@ TEST(OipFaults, NamesTheServerThatCannotBeReached) {
   EXPECT_EQ(engine.error().code, Code::SERVER_UNREACHABLE);
   EXPECT_EQ(engine.error().offered.find("grpc://127.0.0.1:9/affine/1: "), 0u);
   EXPECT_EQ(engine.error().fix, "start the server, or correct model=grpc://127.0.0.1:9/affine/1");
+}
+
+TEST(OipFaults, KeepsTheLogOfGrpcOffStandardError) {
+  PythonServer server;
+  take_log();
+  testing::internal::CaptureStderr();
+  OipEngine engine({server.address("grpcs")}, {{"timeout-ms", "1000"}});  // the server has no TLS
+  EXPECT_EQ(testing::internal::GetCapturedStderr(), "");
+  EXPECT_EQ(engine.error().code, Code::SERVER_UNREACHABLE);
+  const auto log = take_log();
+  EXPECT_TRUE(std::any_of(log.begin(), log.end(), [](const auto& line) {
+    return line.find("gRPC: Handshake failed") != std::string::npos;
+  })) << testing::PrintToString(log);
 }
 
 TEST(OipFaults, PassesOnWhatTheServerSays) {

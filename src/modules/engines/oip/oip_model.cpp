@@ -14,6 +14,8 @@ using net::CallStatus;
 using net::Outcome;
 using net::ServerSet;
 
+constexpr size_t kMostInFlight = 1024;
+
 Error unreachable(const ServerSet::Server& server, const net::Reply& reply) {
   return {.code = Code::SERVER_UNREACHABLE,
           .what = "the inference server cannot be reached",
@@ -76,6 +78,10 @@ OipModel::~OipModel() {
 Result<std::unique_ptr<OipModel>> OipModel::open(const weir_open& request) {
   auto options = OipOptions::read(request);
   if (!options) return options.error();
+  // Not as warnings, which may go to standard error: requests that fail are reported on their own.
+  net::Link::set_log([](bool error, const std::string& text) {
+    log(error ? WEIR_LOG_INFO : WEIR_LOG_DEBUG, text);
+  });
   std::unique_ptr<OipModel> out(new OipModel(*std::move(options)));
   if (auto status = out->connect(request); !status) return status.error();
   return out;
@@ -204,6 +210,9 @@ bool OipModel::probe(size_t server, net::Link::Clock::time_point deadline) {
 
 void OipModel::describe(weir_model_info* info) const {
   info->flags = WEIR_MODEL_THREAD_SAFE | WEIR_MODEL_FORK_UNSAFE;
+  const size_t window = options_.limits.in_flight * servers_->size();
+  info->max_in_flight =
+      options_.idempotent ? static_cast<uint32_t>(std::min<size_t>(window, kMostInFlight)) : 1;
   info->n_inputs = static_cast<uint32_t>(inputs_.size());
   info->n_outputs = static_cast<uint32_t>(outputs_.size());
   info->inputs = inputs_.data();

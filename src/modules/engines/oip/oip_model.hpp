@@ -29,8 +29,8 @@ class OipModel {
   const std::vector<weir_tensor_info>& outputs() const noexcept { return outputs_; }
   const OipSignature& signature() const noexcept { return signature_; }
 
-  // Sends a frame. True: answered; false: the frame has no result.
-  bool request(const weir_frame& in, const weir_frame& out) const;
+  // Sends a frame and waits for its end.
+  net::Outcome request(const weir_frame& in, const weir_frame& out) const;
 
  private:
   explicit OipModel(OipOptions options) : options_(std::move(options)) {}
@@ -65,7 +65,7 @@ class OipSession {
   }
   explicit OipSession(const OipModel& model) : model_(model) {}
   Status resolve(std::span<const weir_tensor_info> in, std::span<weir_tensor_info> out) const;
-  // 0, or 1 for a frame without a result.
+  // 0, or a weir_no_result.
   int invoke(const weir_frame& in, weir_frame& out) const;
 
  private:

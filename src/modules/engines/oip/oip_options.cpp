@@ -68,7 +68,7 @@ Result<bool> take_number(std::string_view key, std::string_view value, OipOption
   return true;
 }
 
-Status take_other(std::string_view key, std::string_view value, OipOptions* out, bool* idempotent) {
+Status take_other(std::string_view key, std::string_view value, OipOptions* out) {
   if (equals_ignoring_case(key, "contents")) return read_contents(value, out);
   const bool insecure = equals_ignoring_case(key, "insecure");
   if (!insecure && !equals_ignoring_case(key, "idempotent")) {
@@ -77,7 +77,7 @@ Status take_other(std::string_view key, std::string_view value, OipOptions* out,
   }
   const auto flag = switch_option(key, value);
   if (!flag) return flag.error();
-  (insecure ? out->security.insecure : *idempotent) = *flag;
+  (insecure ? out->security.insecure : out->idempotent) = *flag;
   return ok();
 }
 
@@ -85,7 +85,6 @@ Status take_other(std::string_view key, std::string_view value, OipOptions* out,
 
 Result<OipOptions> OipOptions::read(const weir_open& request) {
   OipOptions out;
-  bool idempotent = true;
   for (uint32_t i = 0; request.options && i < request.n_options; ++i) {
     const auto key = text_or_empty(request.options[i].key);
     const auto value = text_or_empty(request.options[i].value);
@@ -95,9 +94,9 @@ Result<OipOptions> OipOptions::read(const weir_open& request) {
     const auto number = take_number(key, value, &out);
     if (!number) return number.error();
     if (*number) continue;
-    if (auto status = take_other(key, value, &out, &idempotent); !status) return status.error();
+    if (auto status = take_other(key, value, &out); !status) return status.error();
   }
-  if (!idempotent) out.limits.attempts = 1;
+  if (!out.idempotent) out.limits.attempts = 1;
   return out;
 }
 

@@ -8,6 +8,7 @@
 #include "tensor_check.hpp"
 #include "weir/engine_tools.hpp"
 #include "weir/hold_frame.h"
+#include "weir/no_result.h"
 
 namespace weir::engine {
 namespace {
@@ -56,6 +57,20 @@ net::Link::Clock::time_point expiry_of(const weir_frame& in) {
   return Clock::time_point(std::chrono::nanoseconds(in.expires));
 }
 
+// What invoke returns.
+int result_of(Outcome outcome) {
+  switch (outcome) {
+    case Outcome::Answered:
+      return WEIR_OK;
+    case Outcome::Late:
+      return WEIR_RESULT_LATE;
+    case Outcome::Refused:
+      return WEIR_RESULT_REFUSED;
+    default:
+      return WEIR_RESULT_LOST;
+  }
+}
+
 const char* name_of(Outcome outcome) {
   switch (outcome) {
     case Outcome::Answered:
@@ -99,7 +114,7 @@ net::ServerSet::Ended OipModel::send(const weir_frame& in, const weir_frame& out
   return ended;
 }
 
-bool OipModel::request(const weir_frame& in, const weir_frame& out) const {
+net::Outcome OipModel::request(const weir_frame& in, const weir_frame& out) const {
   const auto contents = contents_.load();
   auto ended = send(in, out, contents);
   const bool other_contents =
@@ -112,7 +127,7 @@ bool OipModel::request(const weir_frame& in, const weir_frame& out) const {
   }
   if (ended.outcome == Outcome::Answered) answered_ = true;
   report(ended);
-  return ended.outcome == Outcome::Answered;
+  return ended.outcome;
 }
 
 // A warning when requests begin to end in another way, not for each of them.
@@ -143,7 +158,7 @@ Status OipSession::resolve(std::span<const weir_tensor_info> in,
 int OipSession::invoke(const weir_frame& in, weir_frame& out) const {
   if (auto status = check_inputs(model_.inputs(), tensors_of(in)); !status)
     throw Failure(status.error());
-  return model_.request(in, out) ? 0 : 1;
+  return result_of(model_.request(in, out));
 }
 
 }  // namespace weir::engine

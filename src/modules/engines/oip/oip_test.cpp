@@ -96,7 +96,7 @@ TEST(Oip, TurnsToTypedContentsWhenRawOnesAreRefused) {
   OipEngine automatic({server.address()}), raw({server.address()}, {{"contents", "raw"}});
   for (int i = 0; i < 2; ++i) EXPECT_EQ(as<float>(automatic.invoke(floats()).bytes), kExpected);
   EXPECT_EQ(automatic.statistics()["requests-refused"], 1u);
-  EXPECT_EQ(raw.invoke(floats()).code, 1);
+  EXPECT_EQ(raw.invoke(floats()).code, WEIR_RESULT_REFUSED);
 }
 
 TEST(Oip, CopiesNothingOutAndOnceIn) {

@@ -16,17 +16,17 @@
 
 #include "engine_host_test_support.hpp"
 #include "weir/engine_statistics.h"
+#include "weir/no_result.h"
 
 namespace weir::engine_test {
 
-// tests/support/inference_server.py. Ends with the object.
-class PythonServer {
+// A Python script that prints `port PORT` when it listens. Ends with the object.
+class PythonProcess {
  public:
-  explicit PythonServer(std::vector<std::string> arguments = {}) {
+  PythonProcess(const char* script, std::vector<std::string> arguments) {
     int out[2], in[2];
     if (pipe2(out, O_CLOEXEC) != 0 || pipe2(in, O_CLOEXEC) != 0) return;
-    arguments.insert(arguments.begin(), {"/usr/bin/python3", WEIR_INFERENCE_SERVER, "--classes",
-                                         WEIR_INFERENCE_CLASSES});
+    arguments.insert(arguments.begin(), {"/usr/bin/python3", script});
     std::vector<char*> argv;
     for (auto& argument : arguments) argv.push_back(argument.data());
     argv.push_back(nullptr);
@@ -40,21 +40,24 @@ class PythonServer {
     close(in[0]);
     close(out[1]);
     input_ = in[1];
-    std::string line;
-    for (char next = 0; read(out[0], &next, 1) == 1 && next != '\n';) line += next;
-    close(out[0]);
+    output_ = out[0];
+    const std::string line = next_line();
     if (line.rfind("port ", 0) == 0) port_ = line.substr(5);
   }
-  ~PythonServer() {
+  ~PythonProcess() {
     end();
     if (input_ >= 0) close(input_);
+    if (output_ >= 0) close(output_);
   }
-  PythonServer(const PythonServer&) = delete;
-  PythonServer& operator=(const PythonServer&) = delete;
+  PythonProcess(const PythonProcess&) = delete;
+  PythonProcess& operator=(const PythonProcess&) = delete;
 
   const std::string& port() const { return port_; }  // "" when it did not start
-  std::string address(const std::string& scheme = "grpc") const {
-    return scheme + "://127.0.0.1:" + port_ + "/affine/1";
+  // Writes a line and returns the next one of the process.
+  std::string answer_to(const std::string& line) const {
+    const std::string sent = line + "\n";
+    EXPECT_EQ(write(input_, sent.data(), sent.size()), ssize_t(sent.size()));
+    return next_line();
   }
   // SIGSTOP: returns when all threads have stopped.
   void signal(int number) const {
@@ -69,9 +72,35 @@ class PythonServer {
   }
 
  private:
+  std::string next_line() const {
+    std::string line;
+    for (char next = 0; read(output_, &next, 1) == 1 && next != '\n';) line += next;
+    return line;
+  }
+
   pid_t process_ = -1;
-  int input_ = -1;
+  int input_ = -1, output_ = -1;
   std::string port_;
+};
+
+inline std::string affine_at(const std::string& port, const std::string& scheme = "grpc") {
+  return scheme + "://127.0.0.1:" + port + "/affine/1";
+}
+
+// tests/support/inference_server.py.
+class PythonServer : public PythonProcess {
+ public:
+  explicit PythonServer(std::vector<std::string> arguments = {})
+      : PythonProcess(WEIR_INFERENCE_SERVER, with_classes(std::move(arguments))) {}
+  std::string address(const std::string& scheme = "grpc") const {
+    return affine_at(port(), scheme);
+  }
+
+ private:
+  static std::vector<std::string> with_classes(std::vector<std::string> arguments) {
+    arguments.insert(arguments.begin(), {"--classes", WEIR_INFERENCE_CLASSES});
+    return arguments;
+  }
 };
 
 // A model on a server, through the C table.
@@ -110,7 +139,7 @@ class OipEngine {
   const weir_model_info& info() const { return info_; }
 
   struct Result {
-    int code = 0;  // of invoke: 0, 1 = no result, below 0 = an error
+    int code = 0;  // of invoke: 0, a weir_no_result, or below 0 = an error
     Error error;
     std::vector<std::byte> bytes;
     std::vector<int64_t> shape;

@@ -1,0 +1,169 @@
+// `weir pki`: a certificate authority in a folder, and certificates of it for servers and clients.
+// SPDX-License-Identifier: LGPL-2.1-or-later
+#include <arpa/inet.h>
+#include <sys/stat.h>
+
+#include <algorithm>
+#include <cstdio>
+#include <filesystem>
+#include <fstream>
+#include <iterator>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "commands.hpp"
+#include "core/text/pasted.hpp"
+#include "pki/certificates.hpp"
+#include "pki/new_files.hpp"
+#include "report.hpp"
+#include "weir/join.hpp"
+
+namespace weir::app {
+namespace {
+
+namespace fs = std::filesystem;
+
+constexpr size_t kLongestName = 64;  // of a subject, RFC 5280
+constexpr size_t kLongestLabel = 63;
+constexpr mode_t kSecret = 0600, kPublic = 0644, kOwnFolder = 0700;
+constexpr const char* kAuthority = "ca";
+
+bool is_address(const std::string& name) {
+  unsigned char bytes[sizeof(in6_addr)];
+  return inet_pton(AF_INET, name.c_str(), bytes) == 1 ||
+         inet_pton(AF_INET6, name.c_str(), bytes) == 1;
+}
+
+bool is_label(std::string_view label) {
+  const auto is_allowed = [](char c) {
+    return (c >= 'a' && c <= 'z') || (c >= 'A' && c <= 'Z') || (c >= '0' && c <= '9') || c == '-' ||
+           c == '_';
+  };
+  return !label.empty() && label.size() <= kLongestLabel && label.front() != '-' &&
+         label.back() != '-' && std::all_of(label.begin(), label.end(), is_allowed);
+}
+
+// A host name; `*` may stand for its first label.
+bool is_host_name(std::string_view name, bool with_wildcard) {
+  if (with_wildcard && name.starts_with("*.")) name.remove_prefix(2);
+  if (name.empty()) return false;
+  for (size_t begin = 0; begin <= name.size();) {
+    const size_t end = std::min(name.find('.', begin), name.size());
+    if (!is_label(name.substr(begin, end - begin))) return false;
+    begin = end + 1;
+  }
+  return true;
+}
+
+Status check_name(const std::string& name) {
+  if (name.size() <= kLongestName && name != kAuthority &&
+      (is_address(name) || is_host_name(name, false)))
+    return ok();
+  return Error{.code = Code::OPTION_VALUE,
+               .what = name == kAuthority ? "this name is the authority's own"
+                                          : "the name cannot be that of a certificate",
+               .offered = "'" + name + "'",
+               .needed =
+                   "the host name or IP address of a server, or a name for a client: "
+                   "letters, digits, '-', '_' and '.', 64 at most",
+               .fix = "weir pki issue server.example"};
+}
+
+Status check_alternative(const std::string& name) {
+  constexpr size_t kLongestHostName = 253;
+  if (name.size() <= kLongestHostName && (is_address(name) || is_host_name(name, true)))
+    return ok();
+  return Error{.code = Code::OPTION_VALUE,
+               .what = "--san has a name that a certificate cannot have",
+               .offered = "'" + name + "'",
+               .needed = "host names, which may begin with '*.', and IP addresses",
+               .fix = "--san server.example,10.0.0.5"};
+}
+
+Result<std::string> read_authority_file(const fs::path& path) {
+  std::ifstream file(path, std::ios::binary);
+  std::string text{std::istreambuf_iterator<char>(file), {}};
+  if (file && !text.empty()) return text;
+  const std::string folder = path.parent_path().string();
+  return Error{.code = Code::FILE_NOT_FOUND,
+               .what = "a file of the certificate authority cannot be read",
+               .offered = path.string(),
+               .needed = "a folder that weir pki init made",
+               .fix = "weir pki init " + shell_word(folder) + ", or --dir FOLDER"};
+}
+
+Status make_folder(const fs::path& folder) {
+  std::error_code failed;
+  if (fs::is_directory(folder, failed)) return ok();
+  if (folder.has_parent_path()) fs::create_directories(folder.parent_path(), failed);
+  if (mkdir(folder.c_str(), kOwnFolder) == 0) return ok();
+  const int error = errno;
+  return Error{.code = Code::FILE_NOT_WRITTEN,
+               .what = "the folder cannot be made: " + std::generic_category().message(error),
+               .offered = folder.string(),
+               .needed = "a folder that you may write to",
+               .fix = "weir pki init ANOTHER-FOLDER"};
+}
+
+// The key first: a certificate without its key would be of no use.
+Status write_pair(const fs::path& folder, const std::string& name, const Certificate& pair) {
+  return write_new_files({{folder / (name + ".key"), pair.key, kSecret},
+                          {folder / (name + ".pem"), pair.certificate, kPublic}});
+}
+
+int print_pair(const PkiOptions& options, const std::string& name,
+               const std::vector<std::string>& names, const Certificate& pair) {
+  const fs::path folder = options.folder;
+  const std::string certificate = folder / (name + ".pem"), key = folder / (name + ".key");
+  if (options.json) {
+    Json out{{"certificate", certificate}, {"key", key}, {"valid_until", pair.valid_until}};
+    if (!names.empty()) out["names"] = names;
+    print(out);
+    return kExitGood;
+  }
+  const std::string what = names.empty() ? "certificate of the authority, for every peer"
+                                         : "certificate of " + join(names, ", ");
+  std::fputs(table({{certificate, what + ", valid until " + pair.valid_until},
+                    {key, names.empty() ? "its key, which stays here" : "its key"}},
+                   "")
+                 .c_str(),
+             stdout);
+  return kExitGood;
+}
+
+}  // namespace
+
+int pki_init(const PkiOptions& options) {
+  if (auto status = make_folder(options.folder); !status)
+    return report(status.error(), options.json);
+  const auto made = make_authority(options.days);
+  if (!made) return report(made.error(), options.json);
+  if (auto status = write_pair(options.folder, kAuthority, *made); !status)
+    return report(status.error(), options.json);
+  return print_pair(options, kAuthority, {}, *made);
+}
+
+int pki_issue(const PkiOptions& options) {
+  if (auto status = check_name(options.name); !status) return report(status.error(), options.json);
+  std::vector<std::string> names{options.name};
+  for (const auto& name : options.alternatives) {
+    if (auto status = check_alternative(name); !status) return report(status.error(), options.json);
+    if (std::find(names.begin(), names.end(), name) == names.end()) names.push_back(name);
+  }
+  const fs::path folder = options.folder;
+  Certificate authority;
+  for (const auto& [text, file] :
+       {std::pair{&authority.certificate, "ca.pem"}, {&authority.key, "ca.key"}}) {
+    auto read = read_authority_file(folder / file);
+    if (!read) return report(read.error(), options.json);
+    *text = *std::move(read);
+  }
+  const auto made = issue_certificate(authority, names, options.days);
+  if (!made) return report(made.error(), options.json);
+  if (auto status = write_pair(folder, options.name, *made); !status)
+    return report(status.error(), options.json);
+  return print_pair(options, options.name, names, *made);
+}
+
+}  // namespace weir::app
