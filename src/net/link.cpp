@@ -9,8 +9,8 @@
 #include <atomic>
 #include <fstream>
 #include <iterator>
-#include <optional>
-#include <vector>
+
+#include "net/grpc_bytes.hpp"
 
 namespace weir::net {
 namespace {
@@ -79,42 +79,19 @@ Result<std::shared_ptr<grpc::ChannelCredentials>> credentials_of(const ServerAdd
   return grpc::SslCredentials(options);
 }
 
-// Keeps the caller's memory until gRPC has sent it.
-grpc::Slice slice_of(std::span<const std::byte> bytes, const std::shared_ptr<const void>& memory) {
-  auto* keep = new std::shared_ptr<const void>(memory);
-  return grpc::Slice(
-      const_cast<std::byte*>(bytes.data()), bytes.size(),
-      [](void* user) { delete static_cast<std::shared_ptr<const void>*>(user); }, keep);
-}
-
-grpc::ByteBuffer message_of(const Pieces& pieces, const std::shared_ptr<const void>& memory) {
-  std::vector<grpc::Slice> slices;
-  slices.reserve(pieces.size());
-  for (const auto& piece : pieces) {
-    if (!piece.own.empty())
-      slices.emplace_back(piece.own);
-    else if (!piece.borrowed.empty())
-      slices.push_back(slice_of(piece.borrowed, memory));
-  }
-  return {slices.data(), slices.size()};
-}
-
 Reply reply_of(const grpc::Status& status, const grpc::ByteBuffer& message) {
   Reply out;
   out.status = static_cast<int>(status.error_code());
   out.message = status.error_message();
   if (!status.ok()) return out;
-  auto slices = std::make_shared<std::vector<grpc::Slice>>();
-  if (message.Valid() && !message.Dump(slices.get()).ok()) {
+  auto answer = received(message);
+  if (!answer) {
     out.status = static_cast<int>(grpc::StatusCode::INTERNAL);
     out.message = "the answer cannot be read";
     return out;
   }
-  std::vector<Chunks::Chunk> chunks;
-  for (const auto& slice : *slices)
-    chunks.push_back({reinterpret_cast<const std::byte*>(slice.begin()), slice.size()});
-  out.chunks = Chunks(std::move(chunks));
-  out.memory = std::move(slices);
+  out.chunks = std::move(answer->chunks);
+  out.memory = std::move(answer->memory);
   return out;
 }
 

@@ -36,12 +36,13 @@ struct ModelMetadata {
   std::vector<TensorText> inputs, outputs;
 };
 
-struct InferOutput : TensorText {
+// A tensor of a request or an answer.
+struct InferTensor : TensorText {
   std::vector<Range> contents;  // of InferTensorContents
 };
 
 struct InferResponse {
-  std::vector<InferOutput> outputs;
+  std::vector<InferTensor> outputs;
   std::vector<Range> raw;  // of raw_output_contents, in the order of the outputs
 };
 

@@ -9,14 +9,21 @@ namespace weir::net {
 // connection or the server ended, or no server could be reached.
 enum class Outcome { Answered, Late, Refused, Lost };
 
-// The status codes of gRPC that the engine distinguishes.
+// The status codes of gRPC that are used here.
 enum class CallStatus {
   Ok = 0,
+  Cancelled = 1,
   InvalidArgument = 3,
   DeadlineExceeded = 4,
   NotFound = 5,
+  PermissionDenied = 7,
   ResourceExhausted = 8,
+  FailedPrecondition = 9,
+  Aborted = 10,
   Unimplemented = 12,
+  Internal = 13,
+  Unavailable = 14,
+  Unauthenticated = 16,
 };
 
 // `status`: a status code of gRPC.

@@ -151,10 +151,14 @@ void init(GTypeInstance* instance, gpointer) {
   reinterpret_cast<Pool*>(instance)->state = new PoolState;
 }
 
+// A process may contain several copies of this code, one in each plug-in: each has its own type.
 GType pool_type() {
-  static const GType type =
-      g_type_register_static_simple(GST_TYPE_BUFFER_POOL, "WeirFramePool", sizeof(PoolClass),
-                                    class_init, sizeof(Pool), init, GTypeFlags(0));
+  static const GType type = [] {
+    const char* free_name =
+        g_type_from_name("WeirFramePool") ? "WeirFramePoolOfWeirnet" : "WeirFramePool";
+    return g_type_register_static_simple(GST_TYPE_BUFFER_POOL, free_name, sizeof(PoolClass),
+                                         class_init, sizeof(Pool), init, GTypeFlags(0));
+  }();
   return type;
 }
 

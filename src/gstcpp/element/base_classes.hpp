@@ -117,6 +117,7 @@ struct PushSource {
     WEIR_BIND_SLOT(start);
     WEIR_BIND_SLOT(stop);
     WEIR_BIND_SLOT(get_caps);
+    WEIR_BIND_SLOT(negotiate);
     WEIR_BIND_SLOT(decide_allocation);
     WEIR_BIND_SLOT(unlock);
     WEIR_BIND_SLOT(unlock_stop);

@@ -1,0 +1,59 @@
+// Registers the meta and keeps the request.
+// SPDX-License-Identifier: LGPL-2.1-or-later
+#include "elements/tensor_query_serversrc/request_meta.hpp"
+
+namespace weir {
+namespace {
+
+using Request = std::shared_ptr<net::ServedRequest>;
+
+struct RequestMeta {
+  GstMeta meta;
+  Request* request;
+};
+
+GType api_type() {
+  static const GType type = [] {
+    static const gchar* tags[] = {nullptr};
+    return gst_meta_api_type_register("WeirRequestMetaAPI", tags);
+  }();
+  return type;
+}
+
+gboolean init(GstMeta* meta, gpointer, GstBuffer*) {
+  reinterpret_cast<RequestMeta*>(meta)->request = nullptr;
+  return TRUE;
+}
+
+void release(GstMeta* meta, GstBuffer*) {
+  delete std::exchange(reinterpret_cast<RequestMeta*>(meta)->request, nullptr);
+}
+
+gboolean copy(GstBuffer* target, GstMeta* meta, GstBuffer*, GQuark type, gpointer) {
+  const auto* source = reinterpret_cast<RequestMeta*>(meta);
+  if (!GST_META_TRANSFORM_IS_COPY(type) || !source->request) return FALSE;
+  // An element that copies the metadata of several buffers answers the first one's request.
+  return request_of(target) || set_request(target, *source->request);
+}
+
+const GstMetaInfo* info() {
+  static const GstMetaInfo* const registered =
+      gst_meta_register(api_type(), "WeirRequestMeta", sizeof(RequestMeta), init, release, copy);
+  return registered;
+}
+
+}  // namespace
+
+bool set_request(GstBuffer* buffer, std::shared_ptr<net::ServedRequest> request) {
+  auto* meta = reinterpret_cast<RequestMeta*>(gst_buffer_add_meta(buffer, info(), nullptr));
+  if (!meta) return false;
+  meta->request = new Request(std::move(request));
+  return true;
+}
+
+std::shared_ptr<net::ServedRequest> request_of(GstBuffer* buffer) {
+  const auto* meta = reinterpret_cast<RequestMeta*>(gst_buffer_get_meta(buffer, api_type()));
+  return meta && meta->request ? *meta->request : nullptr;
+}
+
+}  // namespace weir

@@ -1,0 +1,18 @@
+// RequestMeta: the request that a buffer belongs to. Copied with a buffer's metadata; the request
+// ends as dropped when the last buffer with it goes.
+// SPDX-License-Identifier: LGPL-2.1-or-later
+#pragma once
+#include <gst/gst.h>
+
+#include <memory>
+
+#include "net/served_model.hpp"
+
+namespace weir {
+
+// `buffer` must be writable and have no request. False when memory ran out.
+bool set_request(GstBuffer* buffer, std::shared_ptr<net::ServedRequest> request);
+// Null for a buffer without a request.
+std::shared_ptr<net::ServedRequest> request_of(GstBuffer* buffer);
+
+}  // namespace weir

@@ -1,0 +1,129 @@
+// tensor_query_serversrc with a client over a real connection: requests become frames, and every
+// call ends.
+// SPDX-License-Identifier: LGPL-2.1-or-later
+#include <array>
+#include <cstring>
+#include <string>
+#include <thread>
+
+#include "becomes.hpp"
+#include "elements/tests/pipeline_test_support.hpp"
+#include "net/link.hpp"
+#include "net/outcome.hpp"
+
+namespace weir::test {
+namespace {
+
+using namespace std::chrono_literals;
+using net::Link;
+using Floats = std::array<float, 4>;
+
+std::string source(const std::string& options) {
+  return "tensor_query_serversrc name=server protocol=oip port=0 model-name=m " + options +
+         " caps=other/tensor,dimension=(string)4:1,type=(string)float32,framerate=0/1 ! ";
+}
+
+class TensorQueryServersrc : public ::testing::Test {
+ protected:
+  void play(const std::string& rest, const std::string& options = "") {
+    pipeline_ = std::make_unique<PlayedPipeline>(source(options) + rest);
+    ASSERT_TRUE(pipeline_->reaches(GST_STATE_PLAYING));
+    guint port = 0;
+    g_object_get(pipeline_->find("server").get(), "port", &port, nullptr);
+    ASSERT_NE(port, 0u);
+    const auto address =
+        net::ServerAddress::parse("grpc://127.0.0.1:" + std::to_string(port) + "/m");
+    auto link = Link::open(*address, {}, 1 << 20);
+    ASSERT_TRUE(link);
+    link_ = *std::move(link);
+    ASSERT_TRUE(becomes_true([this] { return is_ready(); }, "a model that is ready"));
+  }
+  bool is_ready() {
+    const auto reply = link_->call("ModelReady", net::encode_model_request("m", ""), nullptr,
+                                   Link::Clock::now() + 30s);
+    const auto ready = net::parse_model_ready(reply.chunks);
+    return ready && *ready;
+  }
+  net::Reply infer(const Floats& values, const char* type = "FP32",
+                   Link::Clock::duration time = 30s) {
+    static constexpr int64_t kShape[] = {1, 4};
+    const net::RequestTensor tensor{"input", type, kShape, std::as_bytes(std::span(values))};
+    uint64_t copied = 0;
+    const auto request =
+        net::encode_infer_request("m", "", {&tensor, 1}, net::Contents::Raw, &copied);
+    return link_->call("ModelInfer", *request, nullptr, Link::Clock::now() + time);
+  }
+  static Floats result_of(const net::Reply& reply) {
+    Floats out{};
+    const auto response = net::parse_infer_response(reply.chunks);
+    EXPECT_TRUE(response && response->outputs.size() == 1) << reply.message;
+    if (!response || response->outputs.size() != 1) return out;
+    EXPECT_TRUE(
+        net::read_output(reply.chunks, *response, 0, std::as_writable_bytes(std::span(out))));
+    return out;
+  }
+  uint64_t stat(const char* name) const { return pipeline_->stat("server", name); }
+
+  std::unique_ptr<PlayedPipeline> pipeline_;
+  std::unique_ptr<Link> link_;
+};
+
+TEST_F(TensorQueryServersrc, AnswersWithWhatThePipelineMakes) {
+  play("tensor_transform mode=arithmetic option=mul:2,add:1 ! tensor_query_serversink name=end");
+  for (float i = 0; i < 20; ++i)
+    EXPECT_EQ(result_of(infer({i, 1, -1, 0.5})), (Floats{2 * i + 1, 3, -1, 2}));
+  EXPECT_EQ(stat("requests-received"), 20u);
+  EXPECT_EQ(stat("requests-answered"), 20u);
+  EXPECT_EQ(stat("requests-in-flight"), 0u);
+  EXPECT_EQ(stat("received"), 20u);
+  EXPECT_EQ(stat("consumed"), 20u);
+  EXPECT_EQ(pipeline_->stat("end", "bytes-copied"), 0u);
+}
+
+TEST_F(TensorQueryServersrc, RefusesAnotherType) {
+  play("tensor_query_serversink");
+  const auto reply = infer({}, "INT32");
+  EXPECT_EQ(reply.status, static_cast<int>(net::CallStatus::InvalidArgument));
+  EXPECT_SAYS(reply.message, "offered: input INT32 [1,4]");
+  EXPECT_SAYS(reply.message, "needed: input FP32 [1,4]");
+  EXPECT_EQ(stat("requests-refused"), 1u);
+}
+
+TEST_F(TensorQueryServersrc, NamesTheElementThatDropped) {
+  play("identity name=gate drop-probability=1 ! tensor_query_serversink");
+  const auto reply = infer({});
+  EXPECT_EQ(reply.status, static_cast<int>(net::CallStatus::Aborted));
+  EXPECT_EQ(reply.message, "dropped by gate");
+  EXPECT_EQ(stat("requests-aborted"), 1u);
+}
+
+TEST_F(TensorQueryServersrc, EndsCallsWhenItStops) {
+  play("tensor_query_serversink", "num-buffers=1");
+  EXPECT_EQ(infer({}).status, 0);  // the last one that the source pushes
+  net::Reply waiting;
+  std::thread caller([&] { waiting = infer({}); });
+  EXPECT_TRUE(becomes_true([&] { return stat("requests-in-flight") == 1; }, "a waiting request"));
+  EXPECT_TRUE(pipeline_->reaches(GST_STATE_NULL));
+  caller.join();
+  EXPECT_EQ(waiting.status, static_cast<int>(net::CallStatus::Unavailable));
+  EXPECT_EQ(waiting.message, "the pipeline of the model m was stopped");
+}
+
+TEST_F(TensorQueryServersrc, ServesAgainAfterAStop) {
+  for (int i = 0; i < 3; ++i) {
+    play("tensor_query_serversink");
+    EXPECT_EQ(result_of(infer({1, 2, 3, 4})), (Floats{1, 2, 3, 4}));
+  }
+}
+
+TEST_F(TensorQueryServersrc, RejectsSettingsThatItCannotUse) {
+  const std::string sink = "tensor_query_serversink";
+  EXPECT_SAYS(error_of_pipeline(source("protocol=edge") + sink), "needed: protocol=oip");
+  EXPECT_SAYS(error_of_pipeline(source("host=0.0.0.0") + sink), "WEIR-6003");
+  EXPECT_SAYS(error_of_pipeline(source("tls-key=key.pem") + sink), "tls-key without tls-cert");
+  EXPECT_SAYS(error_of_pipeline("tensor_query_serversrc protocol=oip port=0 ! fakesink"),
+              "WEIR-1004: the tensors of the requests are not known");
+}
+
+}  // namespace
+}  // namespace weir::test

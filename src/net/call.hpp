@@ -1,0 +1,43 @@
+// Call: a call of a client to this server. Every call ends once.
+// SPDX-License-Identifier: LGPL-2.1-or-later
+#pragma once
+#include <chrono>
+#include <memory>
+#include <string>
+
+#include "net/oip_messages.hpp"
+#include "net/outcome.hpp"
+
+namespace weir::net {
+
+// Thread-safe. A call that is not ended when its last reference goes ends as ABORTED.
+class Call {
+ public:
+  using Clock = std::chrono::steady_clock;
+  virtual ~Call() = default;
+
+  const std::string& method() const noexcept { return method_; }  // "/package.Service/Method"
+  const std::string& peer() const noexcept { return peer_; }      // "ipv4:127.0.0.1:52844"
+  // The W3C trace context that the client sent; "" = none. The answer carries it too.
+  const std::string& trace_parent() const noexcept { return trace_parent_; }
+  // When the answer becomes useless to the client; max() = never.
+  Clock::time_point deadline() const noexcept { return deadline_; }
+  // The request. Valid until the last reference goes.
+  const Chunks& request() const noexcept { return request_; }
+  // Whether the client gave up, or is gone.
+  virtual bool cancelled() const noexcept = 0;
+  bool expired() const noexcept { return cancelled() || Clock::now() >= deadline_; }
+
+  // Both return false, and do nothing, when the call has ended before. `memory` keeps the memory
+  // that the pieces borrow; it may be needed after the call has ended.
+  virtual bool answer(const Pieces& pieces, const std::shared_ptr<const void>& memory) = 0;
+  virtual bool fail(CallStatus status, const std::string& message) = 0;
+
+ protected:
+  std::string method_, peer_, trace_parent_;
+  Clock::time_point deadline_ = Clock::time_point::max();
+  Chunks request_;
+  std::shared_ptr<const void> memory_;  // of request_
+};
+
+}  // namespace weir::net

@@ -1,0 +1,208 @@
+// Dispatches calls to methods and models.
+// SPDX-License-Identifier: LGPL-2.1-or-later
+#include "net/model_server.hpp"
+
+#include <algorithm>
+#include <array>
+
+#include "net/server_security.hpp"
+
+namespace weir::net {
+namespace {
+
+constexpr std::array<std::string_view, 2> kExtensions{"weir_keepalive", "statistics"};
+
+struct Shared {
+  std::unique_ptr<ModelServer> server;
+  ListenOptions options;
+  size_t users = 0;
+};
+
+std::mutex& shared_mutex() {
+  static std::mutex mutex;  // guards shared_servers()
+  return mutex;
+}
+std::map<std::string, Shared>& shared_servers() {
+  static auto& servers = *new std::map<std::string, Shared>;  // lives as long as its users
+  return servers;
+}
+
+// Ends the server under the lock, so that nothing listens there when another one starts.
+void leave(const std::string& address) {
+  std::lock_guard lock(shared_mutex());
+  const auto found = shared_servers().find(address);
+  if (found != shared_servers().end() && --found->second.users == 0) shared_servers().erase(found);
+}
+
+std::string address_of(const ListenOptions& options, uint32_t port) {
+  ListenOptions actual = options;
+  actual.port = port;
+  return address_text(actual);
+}
+
+std::string name_of(const ModelRequest& model) {
+  return model.version.empty() ? model.name : model.name + " version " + model.version;
+}
+
+bool fits(const ModelRequest& wanted, const ModelRequest& served) {
+  return wanted.name == served.name && (wanted.version.empty() || wanted.version == served.version);
+}
+
+void refuse(const std::shared_ptr<Call>& call, const Error& error) {
+  call->fail(CallStatus::InvalidArgument, error.message());
+}
+
+}  // namespace
+
+Result<std::shared_ptr<ModelServer>> ModelServer::share(const ListenOptions& options) {
+  std::lock_guard lock(shared_mutex());
+  auto& servers = shared_servers();
+  std::string address = address_text(options);
+  auto found =
+      options.port == 0 && options.unix_path.empty() ? servers.end() : servers.find(address);
+  if (found != servers.end() && !(found->second.options == options))
+    return Error{.code = Code::OPTION_VALUE,
+                 .what = "elements that share an address have different options",
+                 .offered = "another element listens on " + address,
+                 .needed = "the same limits, certificates and tokens",
+                 .fix = "another port, or port=0"};
+  if (found == servers.end()) {
+    auto server = std::make_unique<ModelServer>(options);
+    auto listener = Listener::open(
+        options, [raw = server.get()](const std::shared_ptr<Call>& call) { raw->handle(call); });
+    if (!listener) return listener.error();
+    server->listener_ = *std::move(listener);
+    if (options.unix_path.empty()) address = address_of(options, server->port());
+    found = servers.emplace(address, Shared{std::move(server), options, 0}).first;
+  }
+  ++found->second.users;
+  return std::shared_ptr<ModelServer>(found->second.server.get(),
+                                      [address](ModelServer*) { leave(address); });
+}
+
+Status ModelServer::add(std::shared_ptr<ServedModel> model) {
+  std::lock_guard lock(mutex_);
+  for (const auto& other : models_)
+    if (other->model().name == model->model().name &&
+        other->model().version == model->model().version)
+      return Error{.code = Code::OPTION_VALUE,
+                   .what = "two elements serve a model of the same name on one address",
+                   .offered = name_of(model->model()) + " on " + address_text(options_),
+                   .needed = "another name or version",
+                   .fix = "model-name=" + model->model().name + "-2"};
+  models_.push_back(std::move(model));
+  return ok();
+}
+
+void ModelServer::remove(const ServedModel& model) {
+  std::lock_guard lock(mutex_);
+  std::erase_if(models_, [&](const auto& other) { return other.get() == &model; });
+}
+
+ModelServer::Models ModelServer::models() const {
+  std::lock_guard lock(mutex_);
+  return models_;
+}
+
+// Null when the call has ended with NOT_FOUND.
+std::shared_ptr<ServedModel> ModelServer::find(const ModelRequest& wanted,
+                                               const std::shared_ptr<Call>& call) {
+  std::string names;
+  for (const auto& model : models()) {
+    if (fits(wanted, model->model())) return model;
+    names += (names.empty() ? "" : ", ") + name_of(model->model());
+  }
+  call->fail(CallStatus::NotFound,
+             "there is no model " + name_of(wanted) +
+                 " here; this server has: " + (names.empty() ? "none" : names));
+  return nullptr;
+}
+
+void ModelServer::server_live(const std::shared_ptr<Call>& call) {
+  call->answer(encode_flag(true), nullptr);
+}
+
+void ModelServer::server_ready(const std::shared_ptr<Call>& call) {
+  const auto all = models();
+  call->answer(encode_flag(std::all_of(all.begin(), all.end(),
+                                       [](const auto& model) { return model->ready(); })),
+               nullptr);
+}
+
+void ModelServer::server_metadata(const std::shared_ptr<Call>& call) {
+  call->answer(encode_server_metadata("weir", WEIR_VERSION, kExtensions), nullptr);
+}
+
+void ModelServer::model_ready(const std::shared_ptr<Call>& call) {
+  const auto wanted = parse_model_request(call->request());
+  if (!wanted) return refuse(call, wanted.error());
+  if (const auto model = find(*wanted, call)) call->answer(encode_flag(model->ready()), nullptr);
+}
+
+void ModelServer::model_metadata(const std::shared_ptr<Call>& call) {
+  const auto wanted = parse_model_request(call->request());
+  if (!wanted) return refuse(call, wanted.error());
+  const auto model = find(*wanted, call);
+  if (!model) return;
+  if (!model->ready())
+    call->fail(CallStatus::Unavailable,
+               "the pipeline of the model " + wanted->name + " does not run yet");
+  else
+    call->answer(encode_model_metadata(model->metadata(), model->model().version), nullptr);
+}
+
+void ModelServer::model_infer(const std::shared_ptr<Call>& call) {
+  auto request = parse_infer_request(call->request());
+  if (!request) return refuse(call, request.error());
+  if (const auto model = find({request->model, request->version}, call))
+    model->receive(call, *std::move(request));
+}
+
+void ModelServer::model_statistics(const std::shared_ptr<Call>& call) {
+  const auto wanted = parse_model_request(call->request());
+  if (!wanted) return refuse(call, wanted.error());
+  std::vector<ModelStatistics> out;
+  if (!wanted->name.empty() && !find(*wanted, call)) return;
+  for (const auto& model : models())
+    if (wanted->name.empty() || fits(*wanted, model->model())) out.push_back(model->statistics());
+  call->answer(encode_statistics(out), nullptr);
+}
+
+// The services that are served are "", the protocol's, and each model's name.
+void ModelServer::health(const std::shared_ptr<Call>& call) {
+  const auto service = parse_health_request(call->request());
+  if (!service) return refuse(call, service.error());
+  const auto all = models();
+  const bool whole = service->empty() || *service == "inference.GRPCInferenceService";
+  const auto named = std::find_if(
+      all.begin(), all.end(), [&](const auto& model) { return model->model().name == *service; });
+  if (!whole && named == all.end())
+    call->fail(CallStatus::NotFound, "there is no service " + *service + " here");
+  else if (whole)
+    call->answer(encode_health(std::all_of(all.begin(), all.end(),
+                                           [](const auto& model) { return model->ready(); })),
+                 nullptr);
+  else
+    call->answer(encode_health((*named)->ready()), nullptr);
+}
+
+void ModelServer::handle(const std::shared_ptr<Call>& call) {
+  using Method = void (ModelServer::*)(const std::shared_ptr<Call>&);
+  static const std::map<std::string_view, Method> methods{
+      {"/inference.GRPCInferenceService/ServerLive", &ModelServer::server_live},
+      {"/inference.GRPCInferenceService/ServerReady", &ModelServer::server_ready},
+      {"/inference.GRPCInferenceService/ServerMetadata", &ModelServer::server_metadata},
+      {"/inference.GRPCInferenceService/ModelReady", &ModelServer::model_ready},
+      {"/inference.GRPCInferenceService/ModelMetadata", &ModelServer::model_metadata},
+      {"/inference.GRPCInferenceService/ModelInfer", &ModelServer::model_infer},
+      {"/inference.GRPCInferenceService/ModelStatistics", &ModelServer::model_statistics},
+      {"/grpc.health.v1.Health/Check", &ModelServer::health},
+  };
+  const auto method = methods.find(call->method());
+  if (method == methods.end())
+    call->fail(CallStatus::Unimplemented, "there is no method " + call->method() + " here");
+  else
+    (this->*method->second)(call);
+}
+
+}  // namespace weir::net

@@ -1,0 +1,57 @@
+// ModelServer: the models that are served on one address, and the services of the Open Inference
+// Protocol and of gRPC's health checking for them.
+// SPDX-License-Identifier: LGPL-2.1-or-later
+#pragma once
+#include <map>
+#include <memory>
+#include <mutex>
+#include <string>
+#include <vector>
+
+#include "net/listener.hpp"
+#include "net/served_model.hpp"
+
+namespace weir::net {
+
+// Thread-safe.
+class ModelServer {
+ public:
+  // The server of this address: a new one, or the one that listens there already in this process
+  // with the same options. It listens until its last user has gone. Errors: those of
+  // Listener::open(); OPTION_VALUE when the options differ.
+  static Result<std::shared_ptr<ModelServer>> share(const ListenOptions& options);
+
+  explicit ModelServer(const ListenOptions& options) : options_(options) {}
+  ModelServer(const ModelServer&) = delete;
+  ModelServer& operator=(const ModelServer&) = delete;
+
+  // OPTION_VALUE when a model of this name and version is served here.
+  Status add(std::shared_ptr<ServedModel> model);
+  void remove(const ServedModel& model);
+  uint32_t port() const noexcept { return listener_->port(); }
+  // Calls refused for all models: tokens, certificates, limits of connections.
+  uint64_t refused() const noexcept { return listener_->refused(); }
+
+  // Public for tests: what a call is answered with.
+  void handle(const std::shared_ptr<Call>& call);
+
+ private:
+  using Models = std::vector<std::shared_ptr<ServedModel>>;
+  Models models() const;
+  std::shared_ptr<ServedModel> find(const ModelRequest& wanted, const std::shared_ptr<Call>& call);
+  void server_metadata(const std::shared_ptr<Call>& call);
+  void model_ready(const std::shared_ptr<Call>& call);
+  void model_metadata(const std::shared_ptr<Call>& call);
+  void model_infer(const std::shared_ptr<Call>& call);
+  void model_statistics(const std::shared_ptr<Call>& call);
+  void server_ready(const std::shared_ptr<Call>& call);
+  void server_live(const std::shared_ptr<Call>& call);
+  void health(const std::shared_ptr<Call>& call);
+
+  const ListenOptions options_;
+  mutable std::mutex mutex_;  // guards models_
+  Models models_;
+  std::unique_ptr<Listener> listener_;  // last: it ends before what its calls use
+};
+
+}  // namespace weir::net

@@ -1,0 +1,131 @@
+// Reads tensors of messages.
+// SPDX-License-Identifier: LGPL-2.1-or-later
+#include "net/oip_contents.hpp"
+
+#include <cstring>
+
+#include "net/oip_types.hpp"
+#include "weir/module.hpp"
+
+namespace weir::net {
+namespace {
+
+constexpr size_t kMostRanges = 4096;
+
+// Adds the extents of a field `shape`, packed or not.
+bool read_shape(const Chunks& chunks, const Field& field, std::vector<int64_t>* shape) {
+  if (field.type == WireType::Varint) {
+    shape->push_back(static_cast<int64_t>(field.value));
+    return shape->size() <= WEIR_RANK_LIMIT;
+  }
+  if (field.type != WireType::Bytes) return false;
+  for (Cursor cursor(chunks, field.range); !cursor.at_end();) {
+    const auto extent = cursor.varint();
+    if (!extent || shape->size() == WEIR_RANK_LIMIT) return false;
+    shape->push_back(static_cast<int64_t>(*extent));
+  }
+  return true;
+}
+
+// Writes numbers one after the other into memory of a fixed size.
+class NumberWriter {
+ public:
+  NumberWriter(const OipType& type, std::span<std::byte> to)
+      : bytes_(element_bytes(type.type)), to_(to) {}
+  bool put(uint64_t value) {
+    if (used_ + bytes_ > to_.size()) return false;
+    std::memcpy(to_.data() + used_, &value, bytes_);  // little-endian: the low bytes
+    used_ += bytes_;
+    return true;
+  }
+  bool full() const noexcept { return used_ == to_.size(); }
+
+ private:
+  const size_t bytes_;
+  std::span<std::byte> to_;
+  size_t used_ = 0;
+};
+
+// Reads one field of InferTensorContents: one number, or several packed.
+bool read_numbers(const Chunks& chunks, const Field& field, size_t fixed_bytes, NumberWriter* to) {
+  if (field.type != WireType::Bytes) {
+    const bool fits = field.type == (fixed_bytes == 4   ? WireType::Fixed32
+                                     : fixed_bytes == 8 ? WireType::Fixed64
+                                                        : WireType::Varint);
+    return fits && to->put(field.value);
+  }
+  for (Cursor cursor(chunks, field.range); !cursor.at_end();) {
+    const auto value = fixed_bytes ? cursor.fixed(fixed_bytes) : cursor.varint();
+    if (!value || !to->put(*value)) return false;
+  }
+  return true;
+}
+
+Status read_typed(const Chunks& chunks, const InferTensor& tensor, const OipType& type,
+                  std::span<std::byte> to, Sender sender) {
+  const size_t fixed_bytes = type.type == WEIR_FLOAT32 ? 4 : type.type == WEIR_FLOAT64 ? 8 : 0;
+  NumberWriter writer(type, to);
+  bool fits = type.content_field != 0;
+  for (const Range range : tensor.contents) {
+    MessageReader reader(chunks, range);
+    for (Field field; fits && reader.next(&field);)
+      if (field.number == type.content_field)
+        fits = read_numbers(chunks, field, fixed_bytes, &writer);
+    if (reader.failed()) return damaged_message(sender, "InferTensorContents");
+  }
+  if (fits && writer.full()) return ok();
+  return bad_message(sender, "typed contents of another number of elements for " + describe(tensor),
+                     std::to_string(to.size()) + " bytes of elements");
+}
+
+}  // namespace
+
+Error bad_message(Sender sender, std::string offered, std::string needed) {
+  const bool server = sender == Sender::Server;
+  return {.code = Code::PEER_MESSAGE_INVALID,
+          .what = server ? "a server sent a message that cannot be used"
+                         : "a client sent a request that cannot be used",
+          .offered = std::move(offered),
+          .needed = std::move(needed),
+          .fix = server ? "look at the server's log; another program may listen at this address"
+                        : "compare the request with the answer to ModelMetadata"};
+}
+
+Error damaged_message(Sender sender, const char* message) {
+  return bad_message(sender, std::string("a damaged ") + message, "a message of the protocol");
+}
+
+std::string describe(const TensorText& tensor) {
+  std::string out = tensor.name + " " + tensor.datatype + " [";
+  for (const int64_t extent : tensor.shape)
+    out += (out.back() == '[' ? "" : ",") + std::to_string(extent);
+  return out + "]";
+}
+
+bool read_tensor(const Chunks& chunks, Range range, TensorText* out, std::vector<Range>* contents) {
+  MessageReader reader(chunks, range);
+  for (Field field; reader.next(&field);) {
+    if (field.number == 1) out->name = reader.text(field, kMostNameBytes);
+    if (field.number == 2) out->datatype = reader.text(field, kMostNameBytes);
+    if (field.number == 3 && !read_shape(chunks, field, &out->shape)) return false;
+    if (field.number == 5 && contents) {
+      if (field.type != WireType::Bytes || contents->size() == kMostRanges) return false;
+      contents->push_back(field.range);
+    }
+  }
+  return !reader.failed();
+}
+
+Status read_elements(const Chunks& chunks, const InferTensor& tensor, std::optional<Range> raw,
+                     std::span<std::byte> to, Sender sender) {
+  const auto* type = oip_type(tensor.datatype);
+  if (!type) return bad_message(sender, describe(tensor), "a type of streams");
+  if (!raw) return read_typed(chunks, tensor, *type, to, sender);
+  if (raw->size() != to.size())
+    return bad_message(sender, std::to_string(raw->size()) + " bytes for " + describe(tensor),
+                       std::to_string(to.size()) + " bytes");
+  chunks.copy(*raw, to.data());
+  return ok();
+}
+
+}  // namespace weir::net

@@ -1,0 +1,255 @@
+// Queues requests, and counts how they end.
+// SPDX-License-Identifier: LGPL-2.1-or-later
+#include "net/served_model.hpp"
+
+#include <algorithm>
+
+#include "net/request_check.hpp"
+
+namespace weir::net {
+namespace {
+
+void add(Duration* to, Call::Clock::duration took) {
+  ++to->count;
+  to->ns += static_cast<uint64_t>(
+      std::chrono::duration_cast<std::chrono::nanoseconds>(std::max(took, took.zero())).count());
+}
+
+}  // namespace
+
+ServedRequest::ServedRequest(std::shared_ptr<ServedModel> model, std::shared_ptr<Call> call,
+                             InferRequest request, std::vector<size_t> order)
+    : model_(std::move(model)),
+      call_(std::move(call)),
+      request_(std::move(request)),
+      order_(std::move(order)) {}
+
+ServedRequest::~ServedRequest() {
+  if (ended_) return;
+  const char* element = last_element_;
+  if (!model_->is_running())  // elements drop what they hold when they stop
+    fail_as(End::Aborted, CallStatus::Unavailable, model_->stopped_text());
+  else
+    fail_as(
+        End::Aborted, CallStatus::Aborted,
+        element ? std::string("dropped by ") + element : "dropped before it entered the pipeline");
+}
+
+Status ServedRequest::read_input(size_t index, std::span<std::byte> to) const {
+  return net::read_input(call_->request(), request_, order_[index], to);
+}
+
+bool ServedRequest::end_if_expired() {
+  if (ended_) return true;
+  if (!call_->expired()) return false;
+  if (call_->cancelled())
+    fail_as(End::Expired, CallStatus::Cancelled, "the client cancelled the call");
+  else
+    fail_as(End::Expired, CallStatus::DeadlineExceeded, "the deadline passed before the invoke");
+  return true;
+}
+
+bool ServedRequest::answer(const std::vector<RequestTensor>& outputs,
+                           const std::shared_ptr<const void>& memory) {
+  ModelMetadata model{model_->model().name, "", {}, {}};
+  for (const auto& output : outputs)
+    model.outputs.push_back({std::string(output.name), std::string(output.datatype),
+                             std::vector<int64_t>(output.shape.begin(), output.shape.end())});
+  const auto chosen = match_outputs(request_, model);
+  if (!chosen) return fail_as(End::Refused, CallStatus::InvalidArgument, chosen.error().message());
+  std::vector<RequestTensor> sent;
+  for (const size_t index : *chosen) sent.push_back(outputs[index]);
+  if (ended_.exchange(true)) return false;
+  model_->count(this, call_->expired() ? End::Expired : End::Answered);
+  call_->answer(encode_infer_response(model_->model(), request_.id, sent), memory);
+  return true;
+}
+
+bool ServedRequest::fail(CallStatus status, const std::string& message) {
+  return fail_as(status == CallStatus::Aborted ? End::Aborted : End::Refused, status, message);
+}
+
+bool ServedRequest::fail_as(End end, CallStatus status, const std::string& message) {
+  if (ended_.exchange(true)) return false;
+  model_->count(this, end);
+  call_->fail(status, message);
+  return true;
+}
+
+ServedModel::ServedModel(ModelRequest model, std::string platform, size_t most_waiting)
+    : model_(std::move(model)), platform_(std::move(platform)), most_waiting_(most_waiting) {
+  statistics_.model = model_;
+}
+
+void ServedModel::set_inputs(std::vector<TensorText> inputs) {
+  std::lock_guard lock(mutex_);
+  inputs_ = std::move(inputs);
+  knows_inputs_ = true;
+}
+
+void ServedModel::set_outputs(std::vector<TensorText> outputs) {
+  std::lock_guard lock(mutex_);
+  outputs_ = std::move(outputs);
+  knows_outputs_ = true;
+}
+
+bool ServedModel::ready() const {
+  std::lock_guard lock(mutex_);
+  return knows_inputs_ && knows_outputs_ && !stopped_;
+}
+
+ModelMetadata ServedModel::metadata() const {
+  std::lock_guard lock(mutex_);
+  return {model_.name, platform_, inputs_, outputs_};
+}
+
+void ServedModel::receive(std::shared_ptr<Call> call, InferRequest request) {
+  const auto refuse = [&](CallStatus status, const std::string& message) {
+    {
+      std::lock_guard lock(mutex_);
+      ++counts_.received;
+      ++counts_.refused;
+    }
+    call->fail(status, message);
+  };
+  const ModelMetadata described = metadata();
+  {
+    std::unique_lock lock(mutex_);
+    if (!knows_inputs_ || stopped_) {
+      lock.unlock();
+      return refuse(CallStatus::Unavailable,
+                    "the pipeline of the model " + model_.name + " does not run");
+    }
+  }
+  auto order = match_inputs(request, described);
+  if (!order) return refuse(CallStatus::InvalidArgument, order.error().message());
+  if (!described.outputs.empty())
+    if (const auto chosen = match_outputs(request, described); !chosen)
+      return refuse(CallStatus::InvalidArgument, chosen.error().message());
+  auto queued = std::make_shared<ServedRequest>(shared_from_this(), std::move(call),
+                                                std::move(request), *std::move(order));
+  if (enqueue(queued)) return;
+  queued->fail(
+      CallStatus::ResourceExhausted,
+      std::to_string(most_waiting_) + " requests wait for the model " + model_.name + " (queue)");
+}
+
+bool ServedModel::enqueue(const std::shared_ptr<ServedRequest>& request) {
+  std::vector<std::shared_ptr<ServedRequest>> expired;
+  {
+    std::lock_guard lock(mutex_);
+    ++counts_.received;
+    ++counts_.in_flight;
+    in_flight_.emplace(request.get(), request);
+    if (waiting_.size() >= most_waiting_)
+      std::erase_if(waiting_, [&](const auto& other) {
+        const bool gone = other->call_->expired();
+        if (gone) expired.push_back(other);
+        return gone;
+      });
+    if (stopped_ || waiting_.size() >= most_waiting_) return false;
+    waiting_.push_back(request);
+  }
+  arrived_.notify_one();
+  for (const auto& other : expired) other->end_if_expired();
+  return true;
+}
+
+std::shared_ptr<ServedRequest> ServedModel::next() {
+  std::unique_lock lock(mutex_);
+  arrived_.wait(lock, [this] { return interrupted_ || stopped_ || !waiting_.empty(); });
+  if (interrupted_ || stopped_) return nullptr;
+  auto out = std::move(waiting_.front());
+  waiting_.pop_front();
+  return out;
+}
+
+std::shared_ptr<ServedRequest> ServedModel::take() {
+  for (;;) {
+    auto request = next();
+    if (!request) return nullptr;
+    if (request->end_if_expired()) continue;
+    request->taken_ = request->pushed_ = ServedRequest::Clock::now();
+    return request;
+  }
+}
+
+void ServedModel::interrupt() {
+  {
+    std::lock_guard lock(mutex_);
+    interrupted_ = true;
+  }
+  arrived_.notify_all();
+}
+
+void ServedModel::resume() {
+  std::lock_guard lock(mutex_);
+  interrupted_ = false;
+}
+
+void ServedModel::set_running(bool running) {
+  std::lock_guard lock(mutex_);
+  running_ = running;
+}
+
+bool ServedModel::is_running() const {
+  std::lock_guard lock(mutex_);
+  return running_;
+}
+
+std::string ServedModel::stopped_text() const {
+  return "the pipeline of the model " + model_.name + " was stopped";
+}
+
+void ServedModel::stop() {
+  std::deque<std::shared_ptr<ServedRequest>> waiting;
+  std::vector<std::shared_ptr<ServedRequest>> unended;
+  {
+    std::lock_guard lock(mutex_);
+    stopped_ = true;
+    waiting.swap(waiting_);
+    for (const auto& [key, weak] : in_flight_)
+      if (auto request = weak.lock()) unended.push_back(std::move(request));
+  }
+  arrived_.notify_all();
+  for (const auto& request : unended)
+    request->fail_as(ServedRequest::End::Aborted, CallStatus::Unavailable, stopped_text());
+}
+
+void ServedModel::count(ServedRequest* request, ServedRequest::End end) {
+  const auto now = ServedRequest::Clock::now();
+  std::lock_guard lock(mutex_);
+  in_flight_.erase(request);
+  --counts_.in_flight;
+  if (end != ServedRequest::End::Answered) {
+    ++(end == ServedRequest::End::Refused   ? counts_.refused
+       : end == ServedRequest::End::Expired ? counts_.expired
+                                            : counts_.aborted);
+    add(&statistics_.fail, now - request->received_);
+    return;
+  }
+  ++counts_.answered;
+  ++statistics_.inferences;
+  ++statistics_.executions;
+  statistics_.last_inference_ms =
+      static_cast<uint64_t>(std::chrono::duration_cast<std::chrono::milliseconds>(
+                                std::chrono::system_clock::now().time_since_epoch())
+                                .count());
+  add(&statistics_.success, now - request->received_);
+  add(&statistics_.queue, request->taken_ - request->received_);
+  add(&statistics_.compute_input, request->pushed_ - request->taken_);
+  add(&statistics_.compute_infer, now - request->pushed_);
+  add(&statistics_.compute_output, {});
+}
+
+ServedCounts ServedModel::counts() const {
+  std::lock_guard lock(mutex_);
+  return counts_;
+}
+
+ModelStatistics ServedModel::statistics() const {
+  std::lock_guard lock(mutex_);
+  return statistics_;
+}
+
+}  // namespace weir::net

@@ -1,0 +1,118 @@
+#!/usr/bin/python3
+# SPDX-License-Identifier: LGPL-2.1-or-later
+"""Who may use a pipeline that is served: TLS, certificates of clients, tokens. Certificates are made by the command openssl."""
+
+import pathlib
+import shutil
+import subprocess
+import tempfile
+import unittest
+
+import grpc
+import numpy as np
+
+import tap_runner
+from served_pipeline import Client, Pipeline, request, status_of
+
+X = np.array([[1, 2, 3, 4]], np.float32)
+CAPS = "caps=other/tensor,dimension=(string)4:1,type=(string)float32,framerate=0/1"
+
+
+@unittest.skipUnless(shutil.which("openssl"), "openssl is not installed")
+class Security(unittest.TestCase):
+    @classmethod
+    def setUpClass(cls):
+        folder = tempfile.TemporaryDirectory()
+        cls.addClassCleanup(folder.cleanup)
+        cls.folder = pathlib.Path(folder.name)
+        for authority in ("ca", "other"):
+            cls.openssl("req", "-x509", "-newkey", "ec", "-pkeyopt", "ec_paramgen_curve:P-256", "-nodes", "-days", "1",
+                        "-subj", f"/CN={authority}", "-keyout", f"{authority}.key", "-out", f"{authority}.pem")
+        for name, authority in (("server", "ca"), ("camera", "ca"), ("guest", "ca"), ("stranger", "other")):
+            cls.issue(name, authority)
+
+    @classmethod
+    def openssl(cls, *words):
+        subprocess.run(["openssl", *words], cwd=cls.folder, check=True, capture_output=True)
+
+    @classmethod
+    def issue(cls, name, authority):
+        cls.openssl("req", "-newkey", "ec", "-pkeyopt", "ec_paramgen_curve:P-256", "-nodes", "-subj", f"/CN={name}",
+                    "-keyout", f"{name}.key", "-out", f"{name}.csr")
+        (cls.folder / f"{name}.ext").write_text(f"subjectAltName=DNS:{name},IP:127.0.0.1\n")
+        cls.openssl("x509", "-req", "-in", f"{name}.csr", "-CA", f"{authority}.pem", "-CAkey", f"{authority}.key", "-CAcreateserial",
+                    "-days", "1", "-extfile", f"{name}.ext", "-out", f"{name}.pem")
+
+    def read(self, name):
+        return (self.folder / name).read_bytes()
+
+    def serve(self, options=""):
+        options = options.replace("@", f"{self.folder}/")
+        pipeline = Pipeline(f"tensor_query_serversrc protocol=oip port=0 model-name=same tls-cert={self.folder}/server.pem "
+                            f"tls-key={self.folder}/server.key {options} {CAPS} ! tensor_query_serversink")
+        self.addCleanup(pipeline.stop)
+        self.assertTrue(pipeline.port, "".join(pipeline.lines))
+        return pipeline.port
+
+    def client(self, port, authority="ca.pem", name=None, token=None):
+        files = (self.read(f"{name}.key"), self.read(f"{name}.pem")) if name else (None, None)
+        metadata = [("authorization", f"Bearer {token}")] if token else ()
+        client = Client(f"127.0.0.1:{port}", grpc.ssl_channel_credentials(self.read(authority), *files), metadata)
+        self.addCleanup(client.close)
+        return client
+
+    def code(self, client):
+        return status_of(lambda: client.infer(request("same", X), 10))[0]
+
+    def test_tls_is_used_and_plain_connections_fail(self):
+        port = self.serve()
+        client = self.client(port)
+        client.wait_until_ready("same")
+        self.assertEqual(client.infer(request("same", X)).raw_output_contents[0], X.tobytes())
+        plain = Client(f"127.0.0.1:{port}")
+        self.addCleanup(plain.close)
+        self.assertEqual(self.code(plain), "UNAVAILABLE")
+        self.assertEqual(self.code(self.client(port, "other.pem")), "UNAVAILABLE")
+
+    def test_clients_need_a_certificate_of_the_authority(self):
+        port = self.serve("tls-ca=@ca.pem")
+        self.client(port, name="camera").wait_until_ready("same")
+        self.assertEqual(self.code(self.client(port, name="camera")), "OK")
+        self.assertEqual(self.code(self.client(port)), "UNAVAILABLE")
+        self.assertEqual(self.code(self.client(port, name="stranger")), "UNAVAILABLE")
+
+    def test_only_named_clients_may_connect(self):
+        port = self.serve("tls-ca=@ca.pem tls-peers=camera,door")
+        self.client(port, name="camera").wait_until_ready("same")
+        self.assertEqual(self.code(self.client(port, name="camera")), "OK")
+        self.assertEqual(status_of(lambda: self.client(port, name="guest").infer(request("same", X))),
+                         ("PERMISSION_DENIED", "no name of the client's certificate is allowed (tls-peers)"))
+
+    def test_a_token_is_needed(self):
+        (self.folder / "tokens").write_text("first-token\nsecond-token\n")
+        port = self.serve("token-file=@tokens")
+        self.client(port, token="first-token").wait_until_ready("same")
+        for token in ("first-token", "second-token"):
+            self.assertEqual(self.code(self.client(port, token=token)), "OK")
+        for token in (None, "first-tokem", "first-token2", "first", "first-token second-token"):
+            self.assertEqual(status_of(lambda: self.client(port, token=token).infer(request("same", X))),
+                             ("UNAUTHENTICATED", "a token is needed: metadata authorization: Bearer TOKEN"), token)
+
+    def test_a_key_of_another_certificate_is_an_error(self):
+        done = subprocess.run(["gst-launch-1.0", *f"tensor_query_serversrc protocol=oip port=0 tls-cert={self.folder}/server.pem "
+                               f"tls-key={self.folder}/camera.key {CAPS} ! tensor_query_serversink".split()],
+                              capture_output=True, text=True, timeout=60, stdin=subprocess.DEVNULL)
+        self.assertNotEqual(done.returncode, 0)
+        self.assertIn("WEIR-1004: the address cannot be listened on", done.stderr)
+        self.assertIn("a certificate and a key that belong together", done.stderr)
+
+    def test_a_token_file_without_a_token_is_an_error(self):
+        (self.folder / "empty").write_text("\n")
+        done = subprocess.run(["gst-launch-1.0", *f"tensor_query_serversrc protocol=oip port=0 tls-cert={self.folder}/server.pem tls-key="
+                               f"{self.folder}/server.key token-file={self.folder}/empty {CAPS} ! tensor_query_serversink".split()],
+                              capture_output=True, text=True, timeout=60, stdin=subprocess.DEVNULL)
+        self.assertIn("WEIR-1004: the file of the property token-file has no token", done.stderr)
+
+
+if __name__ == "__main__":
+    tap_runner.main()

@@ -1,0 +1,349 @@
+#!/usr/bin/python3
+# SPDX-License-Identifier: LGPL-2.1-or-later
+"""Pipelines that tensor_query_serversrc and tensor_query_serversink serve, with Python's grpcio as their client."""
+
+import concurrent.futures
+import subprocess
+import time
+import unittest
+
+import grpc
+import numpy as np
+
+import tap_runner
+from served_pipeline import CONTENTS, TYPES, Client, Pipeline, pb, request, status_of
+
+FLOATS = "caps=other/tensor,dimension=(string)4:1,type=(string)float32,framerate=0/1"
+AFFINE = "tensor_transform mode=arithmetic option=mul:2,add:1"
+X = np.array([[1.5, -2, 0, 1e6]], np.float32)
+
+
+def source(options="", caps=FLOATS):
+    return f"tensor_query_serversrc protocol=oip port=0 {options} {caps}"
+
+
+class Served(unittest.TestCase):
+    def serve(self, text, ports=1):
+        pipeline = Pipeline(text, ports)
+        self.addCleanup(pipeline.stop)
+        self.assertTrue(pipeline.port, "".join(pipeline.lines))
+        return pipeline
+
+    def client(self, pipeline, model="affine", **more):
+        client = Client(f"127.0.0.1:{pipeline.port}", **more)
+        self.addCleanup(client.close)
+        if model:
+            client.wait_until_ready(model)
+        return client
+
+    def affine(self, between="", options=""):
+        pipeline = self.serve(f"{source('model-name=affine ' + options)} ! {between} {AFFINE} ! tensor_query_serversink")
+        return pipeline, self.client(pipeline)
+
+    def ended(self, pipeline):
+        """What became of the requests, from the log of the source's end."""
+        counts = pipeline.wait_for(r"requests: (\d+) received = (\d+) answered \+ (\d+) refused \+ (\d+) expired \+ (\d+) aborted")
+        self.assertEqual(len(counts), 1, "".join(pipeline.lines))
+        names = ("received", "answered", "refused", "expired", "aborted")
+        out = dict(zip(names, map(int, counts[0])))
+        self.assertEqual(out["received"], sum(out[name] for name in names[1:]))
+        return out
+
+
+class Answers(Served):
+    def test_a_request_is_answered_by_the_pipeline(self):
+        pipeline, client = self.affine()
+        answer = client.infer(request("affine", X, id="seven"))
+        self.assertEqual((answer.model_name, answer.model_version, answer.id), ("affine", "1", "seven"))
+        output, = answer.outputs
+        self.assertEqual((output.name, output.datatype, list(output.shape)), ("output", "FP32", [1, 4]))
+        np.testing.assert_array_equal(np.frombuffer(answer.raw_output_contents[0], np.float32), (2 * X + 1)[0])
+        pipeline.stop()
+        self.assertEqual(self.ended(pipeline), dict(received=1, answered=1, refused=0, expired=0, aborted=0))
+
+    def test_every_type_is_read_raw_and_typed(self):
+        for datatype, numpy_type in TYPES.items():
+            values = np.array([[0, 1, 100, 7]], numpy_type)
+            if numpy_type[1] != "u":
+                values[0, 1] = -1
+            name = np.dtype(numpy_type).name
+            caps = f"caps=other/tensor,dimension=(string)4:1,type=(string){name},framerate=0/1"
+            pipeline = self.serve(f"{source('model-name=same', caps)} ! tensor_query_serversink")
+            client = self.client(pipeline, "same")
+            for typed in ([False, True] if datatype in CONTENTS else [False]):
+                with self.subTest(datatype, typed=typed):
+                    answer = client.infer(request("same", values, datatype, typed))
+                    self.assertEqual(answer.raw_output_contents[0], values.tobytes())
+                    self.assertEqual(answer.outputs[0].datatype, datatype)
+            if datatype == "FP16":
+                typed = request("same", values, "FP16")
+                del typed.raw_input_contents[:]
+                typed.inputs[0].contents.fp32_contents.extend([1, 2, 3, 4])
+                self.assertEqual(status_of(lambda: client.infer(typed))[0], "INVALID_ARGUMENT")
+            pipeline.stop()
+
+    def test_outer_ones_may_be_added_or_left_out(self):
+        _, client = self.affine()
+        for shape in ([4], [1, 4], [1, 1, 4]):
+            answer = client.infer(request("affine", X, shape=shape))
+            np.testing.assert_array_equal(np.frombuffer(answer.raw_output_contents[0], np.float32), (2 * X + 1)[0])
+
+    def test_several_inputs_are_matched_by_their_names(self):
+        caps = "caps=other/tensors,format=static,num_tensors=2,dimensions=(string)2,types=(string)uint8,framerate=0/1"
+        caps = caps.replace("(string)2,", "(string)2.3,").replace("(string)uint8", "(string)uint8.int16")
+        pipeline = self.serve(f"{source('model-name=two', caps)} ! tensor_query_serversink")
+        client = self.client(pipeline, "two")
+        one, other = np.array([1, 2], np.uint8), np.array([-1, 5, 7], np.int16)
+        wanted = pb.ModelInferRequest(model_name="two")
+        wanted.inputs.add(name="input_1", datatype="INT16", shape=[3])
+        wanted.inputs.add(name="input_0", datatype="UINT8", shape=[2])
+        wanted.raw_input_contents.extend([other.tobytes(), one.tobytes()])
+        self.assertEqual(list(client.infer(wanted).raw_output_contents), [one.tobytes(), other.tobytes()])
+        wanted.outputs.add(name="output_1")
+        answer = client.infer(wanted)
+        self.assertEqual([output.name for output in answer.outputs], ["output_1"])
+        self.assertEqual(list(answer.raw_output_contents), [other.tobytes()])
+        wanted.outputs.add(name="elsewhere")
+        code, text = status_of(lambda: client.infer(wanted))
+        self.assertEqual(code, "INVALID_ARGUMENT")
+        self.assertIn("offered: a request for the output elsewhere\n  needed: output_0 UINT8 [2], output_1 INT16 [3]", text)
+
+    def test_several_sources_of_one_address_are_several_models(self):
+        # The second source takes the port of the first, which a free port cannot be beforehand.
+        first = self.serve(f"{source('model-name=first')} ! tensor_query_serversink")
+        port = first.port
+        first.stop()
+        at = f"port={port}"
+        pipeline = self.serve(
+            f"{source('model-name=first id=1').replace('port=0', at)} ! tensor_query_serversink id=1 "
+            f"{source('model-name=second id=2').replace('port=0', at)} ! {AFFINE} ! tensor_query_serversink id=2", 2)
+        client = self.client(pipeline, "first")
+        client.wait_until_ready("second")
+        self.assertEqual(client.infer(request("first", X)).raw_output_contents[0], X.tobytes())
+        self.assertEqual(client.infer(request("second", X)).raw_output_contents[0], (2 * X + 1).tobytes())
+
+
+class Descriptions(Served):
+    def test_the_server_describes_itself_and_its_models(self):
+        _, client = self.affine(options="model-version=3")
+        self.assertTrue(client.call("ServerLive", pb.ServerLiveRequest()).live)
+        self.assertTrue(client.call("ServerReady", pb.ServerReadyRequest()).ready)
+        server = client.call("ServerMetadata", pb.ServerMetadataRequest())
+        self.assertEqual(server.name, "weir")
+        self.assertIn("weir_keepalive", server.extensions)
+        model = client.call("ModelMetadata", pb.ModelMetadataRequest(name="affine", version="3"))
+        self.assertEqual((model.name, list(model.versions), model.platform), ("affine", ["3"], "weir"))
+        self.assertEqual([(t.name, t.datatype, list(t.shape)) for t in model.inputs], [("input", "FP32", [1, 4])])
+        self.assertEqual([(t.name, t.datatype, list(t.shape)) for t in model.outputs], [("output", "FP32", [1, 4])])
+
+    def test_health_is_reported_by_the_service_of_grpc(self):
+        _, client = self.affine()
+        check = client.channel.unary_unary("/grpc.health.v1.Health/Check")
+        for service in (b"", b"inference.GRPCInferenceService", b"affine"):
+            asked = b"\x0a" + bytes([len(service)]) + service
+            self.assertEqual(check(asked, timeout=30), b"\x08\x01", service)
+        self.assertEqual(status_of(lambda: check(b"\x0a\x01x", timeout=30)), ("NOT_FOUND", "there is no service x here"))
+
+    def test_statistics_add_up(self):
+        _, client = self.affine("identity sleep-time=20000 !")
+        for _ in range(3):
+            client.infer(request("affine", X))
+        status_of(lambda: client.infer(request("affine", X, "INT32")))
+        model, = client.call("ModelStatistics", pb.ModelStatisticsRequest(name="affine")).model_stats
+        self.assertEqual((model.name, model.inference_count, model.execution_count), ("affine", 3, 3))
+        times = model.inference_stats
+        self.assertEqual((times.success.count, times.queue.count, times.compute_infer.count), (3, 3, 3))
+        self.assertGreaterEqual(times.compute_infer.ns, 3 * 20_000_000)
+        parts = times.queue.ns + times.compute_input.ns + times.compute_infer.ns + times.compute_output.ns
+        self.assertAlmostEqual(times.success.ns, parts, delta=1e6)
+        self.assertLess(abs(model.last_inference / 1000 - time.time()), 60)
+
+    def test_the_trace_of_a_request_comes_back(self):
+        _, client = self.affine()
+        trace = "00-0af7651916cd43dd8448eb211c80319c-b7ad6b7169203331-01"
+        _, call = client.stub.ModelInfer.with_call(request("affine", X), timeout=30, metadata=[("traceparent", trace)])
+        self.assertIn(("traceparent", trace), call.trailing_metadata())
+
+
+class Refusals(Served):
+    def refused(self, client, message, code="INVALID_ARGUMENT"):
+        found, text = status_of(lambda: client.infer(message))
+        self.assertEqual(found, code, text)
+        return text
+
+    def test_what_does_not_fit_is_refused_with_both_sides(self):
+        pipeline, client = self.affine()
+        text = self.refused(client, request("affine", X, shape=[1, 5]))
+        self.assertIn("WEIR-2001: the request does not fit the model affine\n  offered: input FP32 [1,5]\n"
+                      "  needed: input FP32 [1,4]", text)
+        self.assertIn("offered: input INT32 [1,4]", self.refused(client, request("affine", X, "INT32")))
+        self.assertIn("offered: no input of the name input\n  needed: input FP32 [1,4]", self.refused(client, request("affine", X, name="x")))
+        self.assertIn("offered: 12 bytes for input FP32 [1,4]\n  needed: 16 bytes",
+                      self.refused(client, request("affine", X[:, :3], shape=[1, 4])))
+        self.assertIn("offered: 0 inputs\n  needed: 1: input FP32 [1,4]", self.refused(client, pb.ModelInferRequest(model_name="affine")))
+        self.assertIn("typed contents of another number of elements for input FP32 [1,4]",
+                      self.refused(client, request("affine", X[:, :3], typed=True, shape=[1, 4])))
+        both = request("affine", X, typed=True)
+        both.raw_input_contents.append(X.tobytes())
+        self.assertIn("offered: raw and typed contents", self.refused(client, both))
+        more = request("affine", X)
+        more.raw_input_contents.append(X.tobytes())
+        self.assertIn("offered: 2 raw contents for 1 inputs", self.refused(client, more))
+        self.assertIn("there is no model other here; this server has: affine version 1",
+                      self.refused(client, request("other", X), "NOT_FOUND"))
+        self.assertIn("no model affine version 2", self.refused(client, request("affine", X, model_version="2"), "NOT_FOUND"))
+        self.assertEqual(client.infer(request("affine", X)).raw_output_contents[0], (2 * X + 1).tobytes())
+        pipeline.stop()
+        self.assertEqual(self.ended(pipeline), dict(received=7, answered=1, refused=6, expired=0, aborted=0))
+
+    def test_damaged_messages_are_refused(self):
+        _, client = self.affine()
+        infer = client.channel.unary_unary("/inference.GRPCInferenceService/ModelInfer")
+        message = request("affine", X).SerializeToString()
+        for damaged in (message[:-3], b"\xff" * 40, b"\x2a\x05\x1a\x02\xff\xff", message.replace(b"FP32", b"BF16")):
+            self.assertEqual(status_of(lambda: infer(damaged, timeout=30))[0], "INVALID_ARGUMENT", damaged)
+        self.assertEqual(status_of(lambda: infer(b"", timeout=30))[0], "NOT_FOUND")
+
+    def test_unknown_methods_are_unimplemented(self):
+        _, client = self.affine()
+        for method in ("/inference.GRPCInferenceService/RepositoryModelLoad", "/other.Service/Method"):
+            call = client.channel.unary_unary(method)
+            self.assertEqual(status_of(lambda: call(b"", timeout=30)), ("UNIMPLEMENTED", f"there is no method {method} here"))
+
+    def test_a_message_beyond_the_limit_is_refused(self):
+        _, client = self.affine(options="max-message=4096")
+        code, text = status_of(lambda: client.infer(request("affine", np.zeros((1, 2048), np.float32))))
+        self.assertEqual(code, "RESOURCE_EXHAUSTED", text)
+        self.assertIn("4096", text)
+
+    def test_a_full_queue_refuses_at_once(self):
+        pipeline, client = self.affine("identity sleep-time=500000 !", "queue=1")
+        calls = [client.stub.ModelInfer.future(request("affine", X), timeout=30) for _ in range(6)]
+        ended = [status_of(call.result) for call in calls]
+        codes = [code for code, _ in ended]
+        # One waits. The source may take one before others come, and one more before the last.
+        self.assertIn(codes.count("OK"), (1, 2, 3), codes)
+        self.assertEqual(codes.count("RESOURCE_EXHAUSTED"), 6 - codes.count("OK"))
+        self.assertIn("1 requests wait for the model affine (queue)", [text for code, text in ended if code != "OK"])
+        pipeline.stop()
+        counts = self.ended(pipeline)
+        self.assertEqual((counts["received"], counts["refused"]), (6, codes.count("RESOURCE_EXHAUSTED")))
+
+    def test_a_connection_has_no_more_requests_than_allowed(self):
+        _, client = self.affine("identity sleep-time=200000 !", "max-requests=2")
+        calls = [client.stub.ModelInfer.future(request("affine", X), timeout=30) for _ in range(4)]
+        codes = sorted(status_of(call.result)[0] for call in calls)
+        self.assertEqual(codes, ["OK", "OK", "RESOURCE_EXHAUSTED", "RESOURCE_EXHAUSTED"])
+
+
+class Endings(Served):
+    def test_a_dropped_frame_ends_its_request(self):
+        pipeline = self.serve(f"{source('model-name=shut')} ! {AFFINE} ! identity name=gate drop-probability=1 ! tensor_query_serversink")
+        client = self.client(pipeline, "shut")
+        self.assertEqual(status_of(lambda: client.infer(request("shut", X))), ("ABORTED", "dropped by gate"))
+        pipeline.stop()
+        self.assertEqual(self.ended(pipeline), dict(received=1, answered=0, refused=0, expired=0, aborted=1))
+
+    def test_a_request_that_leaves_by_another_sink_is_dropped(self):
+        pipeline = self.serve(f"{source('model-name=lost')} ! {AFFINE} ! fakesink name=elsewhere sync=false enable-last-sample=false")
+        client = self.client(pipeline, None)
+        grpc.channel_ready_future(client.channel).result(30)
+        code, text = status_of(lambda: client.infer(request("lost", X)))
+        self.assertEqual((code, text), ("ABORTED", "dropped by elsewhere"))
+
+    def test_an_expired_request_is_not_run(self):
+        pipeline, client = self.affine("identity name=slow sleep-time=400000 !")
+        first = client.stub.ModelInfer.future(request("affine", X), timeout=30)
+        late = [client.stub.ModelInfer.future(request("affine", X), timeout=0.1) for _ in range(3)]
+        self.assertEqual([status_of(call.result)[0] for call in late], ["DEADLINE_EXCEEDED"] * 3)
+        self.assertEqual(status_of(first.result)[0], "OK")
+        begin = time.monotonic()
+        self.assertEqual(status_of(lambda: client.infer(request("affine", X)))[0], "OK")
+        self.assertLess(time.monotonic() - begin, 1.2, "three late requests would take 1.2 s")
+        pipeline.stop()
+        counts = self.ended(pipeline)
+        self.assertEqual((counts["answered"], counts["expired"]), (2, 3))
+
+    def test_a_cancelled_request_is_not_run(self):
+        pipeline, client = self.affine("identity sleep-time=400000 !")
+        first = client.stub.ModelInfer.future(request("affine", X), timeout=30)
+        second = client.stub.ModelInfer.future(request("affine", X), timeout=30)
+        second.cancel()
+        self.assertEqual(status_of(first.result)[0], "OK")
+        self.assertEqual(status_of(lambda: client.infer(request("affine", X)))[0], "OK")
+        pipeline.stop()
+        counts = self.ended(pipeline)
+        self.assertEqual((counts["answered"], counts["aborted"], counts["refused"]), (2, 0, 0))
+
+    def test_stopping_ends_all_requests(self):
+        pipeline, client = self.affine("identity sleep-time=300000 !")
+        calls = [client.stub.ModelInfer.future(request("affine", X), timeout=30) for _ in range(6)]
+        calls[0].result()
+        pipeline.interrupt()
+        ended = [status_of(call.result) for call in calls[1:]]
+        codes = {code for code, _ in ended}
+        self.assertLessEqual(codes, {"OK", "UNAVAILABLE"}, ended)
+        self.assertIn("UNAVAILABLE", codes)
+        pipeline.stop()
+        self.assertEqual(self.ended(pipeline)["received"], 6)
+
+    def test_64_clients_get_an_end_of_each_call(self):
+        clients, calls = 64, 1000
+        pipeline, _ = self.affine("queue !", "max-connections=0")
+
+        def work(number):
+            client = Client(f"127.0.0.1:{pipeline.port}")
+            wrong = 0
+            for i in range(calls):
+                x = np.full((1, 4), number * calls + i, np.float32)
+                answer = client.infer(request("affine", x), 60)
+                wrong += answer.raw_output_contents[0] != (2 * x + 1).tobytes()
+            client.close()
+            return wrong
+
+        with concurrent.futures.ThreadPoolExecutor(clients) as pool:
+            self.assertEqual(sum(pool.map(work, range(clients))), 0)
+        pipeline.stop()
+        self.assertEqual(self.ended(pipeline), dict(received=clients * calls, answered=clients * calls, refused=0, expired=0, aborted=0))
+
+
+class Starts(unittest.TestCase):
+    def fails(self, text):
+        done = subprocess.run(["gst-launch-1.0", *text.split()], capture_output=True, text=True, timeout=60, stdin=subprocess.DEVNULL)
+        self.assertNotEqual(done.returncode, 0, done.stdout)
+        return done.stderr
+
+    def test_other_machines_need_tls(self):
+        text = self.fails(f"{source('host=0.0.0.0')} ! tensor_query_serversink")
+        self.assertIn("WEIR-6003: other machines could connect without encryption\n  offered: listening on 0.0.0.0:0", text)
+        self.assertIn("fix: tls-cert=server.pem tls-key=server.key, or host=localhost", text)
+
+    def test_unusable_settings_are_errors(self):
+        for options, wanted in {
+                "protocol=edge": "needed: protocol=oip",
+                "connect-type=HYBRID": "needed: connect-type=TCP",
+                "tls-cert=a.pem": "offered: tls-cert without tls-key",
+                "tls-ca=a.pem": "WEIR-1004: clients have no certificates on connections without TLS",
+                "tls-peers=a": "offered: tls-peers without tls-ca",
+                "token-file=a": "WEIR-6003: clients would send their tokens without TLS",
+                "tls-cert=nowhere.pem tls-key=nowhere.key": "WEIR-4001: the file of the property tls-cert cannot be read",
+                "host=192.0.2.1 insecure=true": "WEIR-1004: the address cannot be listened on\n  offered: 192.0.2.1:0"}.items():
+            with self.subTest(options):
+                self.assertIn(wanted, self.fails(f"{source()} {options} ! tensor_query_serversink"))
+
+    def test_unknown_requests_are_an_error(self):
+        text = self.fails("tensor_query_serversrc protocol=oip port=0 ! tensor_transform mode=arithmetic option=add:1 ! fakesink")
+        self.assertIn("WEIR-1004: the tensors of the requests are not known", text)
+        self.assertIn("fix: caps=", text)
+
+    def test_a_sink_without_its_source_is_an_error(self):
+        text = self.fails(f"{source('id=1')} ! tensor_query_serversink id=2")
+        self.assertIn("WEIR-1004: no tensor_query_serversrc has the same id\n  offered: tensor_query_serversink id=2", text)
+
+    def test_two_pairs_of_one_id_are_an_error(self):
+        text = self.fails(f"{source()} ! tensor_query_serversink {source()} ! tensor_query_serversink")
+        self.assertIn("another tensor_query_serversrc of this process has the same id\n  offered: id=0", text)
+
+
+if __name__ == "__main__":
+    tap_runner.main()

@@ -1,0 +1,125 @@
+# SPDX-License-Identifier: LGPL-2.1-or-later
+"""A pipeline of gst-launch-1.0 that serves models, and grpcio's client of it.
+
+WEIR_INFERENCE_CLASSES is the folder with the classes that protoc makes of inference.proto.
+"""
+
+import os
+import re
+import signal
+import subprocess
+import sys
+import threading
+
+sys.path.insert(0, os.environ.get("WEIR_INFERENCE_CLASSES", ""))
+
+# Before grpc, whose threads a child process would not have.
+import grpc  # noqa: E402
+import inference_pb2 as pb  # noqa: E402
+import inference_pb2_grpc as service  # noqa: E402
+
+TYPES = {"FP32": "<f4", "FP64": "<f8", "FP16": "<f2", "INT8": "<i1", "INT16": "<i2", "INT32": "<i4", "INT64": "<i8",
+         "UINT8": "<u1", "UINT16": "<u2", "UINT32": "<u4", "UINT64": "<u8"}
+CONTENTS = {"FP32": "fp32_contents", "FP64": "fp64_contents", "INT8": "int_contents", "INT16": "int_contents",
+            "INT32": "int_contents", "INT64": "int64_contents", "UINT8": "uint_contents", "UINT16": "uint_contents",
+            "UINT32": "uint_contents", "UINT64": "uint64_contents"}
+
+
+class Pipeline:
+    """Plays until stop(). `port` is that of its tensor_query_serversrc, which has port=0."""
+
+    def __init__(self, text, ports=1):
+        self.process = subprocess.Popen(
+            ["gst-launch-1.0", "-v", *text.split()], stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True,
+            stdin=subprocess.DEVNULL,
+            env={**os.environ, "GST_DEBUG": "tensor_query_serversrc:4", "GST_TRACERS": "", "GST_DEBUG_NO_COLOR": "1"})
+        self.lines, self.changed, self.ended = [], threading.Condition(), False
+        self.reader = threading.Thread(target=self.read)
+        self.reader.start()
+        found = self.wait_for(r": port = (\d+)", ports)
+        self.wait_for(r"(Setting pipeline to PLAYING)", 1)
+        self.port = int(found[0]) if found else None
+
+    def read(self):
+        for line in self.process.stdout:
+            with self.changed:
+                self.lines.append(line)
+                self.changed.notify_all()
+        with self.changed:
+            self.ended = True
+            self.changed.notify_all()
+
+    def found(self, pattern):
+        return re.findall(pattern, "".join(self.lines))
+
+    def wait_for(self, pattern, count=1, seconds=60):
+        """What `pattern` finds in the output once it is there `count` times; [] when the pipeline ends first."""
+        with self.changed:
+            self.changed.wait_for(lambda: self.ended or len(self.found(pattern)) >= count, seconds)
+            return self.found(pattern)
+
+    def interrupt(self):
+        """Stops; does not wait."""
+        self.process.send_signal(signal.SIGINT)
+
+    def stop(self):
+        """The whole output."""
+        if self.process.poll() is None:
+            self.process.send_signal(signal.SIGINT)
+        try:
+            self.process.wait(30)
+        except subprocess.TimeoutExpired:
+            self.process.kill()
+            self.process.wait()
+            raise
+        finally:
+            self.reader.join()
+            self.process.stdout.close()
+        return "".join(self.lines)
+
+
+class Client:
+    def __init__(self, address, credentials=None, metadata=()):
+        options = [("grpc.max_receive_message_length", -1), ("grpc.max_send_message_length", -1), ("grpc.enable_http_proxy", 0),
+                   ("grpc.use_local_subchannel_pool", 1)]
+        self.channel = (grpc.secure_channel(address, credentials, options) if credentials
+                        else grpc.insecure_channel(address, options))
+        self.stub = service.GRPCInferenceServiceStub(self.channel)
+        self.metadata = metadata
+
+    def close(self):
+        self.channel.close()
+
+    def call(self, method, request, timeout=30, **more):
+        return getattr(self.stub, method)(request, timeout=timeout, metadata=self.metadata, wait_for_ready=False, **more)
+
+    def infer(self, request, timeout=30, **more):
+        return self.call("ModelInfer", request, timeout, **more)
+
+    def wait_until_ready(self, model):
+        """Once the pipeline runs, its model is ready."""
+        grpc.channel_ready_future(self.channel).result(30)
+        for _ in range(500):
+            if self.call("ModelReady", pb.ModelReadyRequest(name=model)).ready:
+                return
+            threading.Event().wait(0.01)
+        raise AssertionError(f"the model {model} is not ready")
+
+
+def request(model, array, datatype="FP32", typed=False, name="input", shape=None, **more):
+    """A ModelInferRequest with one input."""
+    out = pb.ModelInferRequest(model_name=model, **more)
+    tensor = out.inputs.add(name=name, datatype=datatype, shape=list(array.shape) if shape is None else shape)
+    if typed:
+        getattr(tensor.contents, CONTENTS[datatype]).extend(array.flatten().tolist())
+    else:
+        out.raw_input_contents.append(array.tobytes())
+    return out
+
+
+def status_of(call):
+    """The code's name and the text with which a call fails; ("OK", answer) if it does not."""
+    try:
+        return "OK", call()
+    except grpc.RpcError as error:
+        return error.code().name, error.details()
