@@ -75,6 +75,20 @@ int pki_init(const PkiOptions& options);
 // Makes a certificate and its key, signed by the authority of the folder.
 int pki_issue(const PkiOptions& options);
 
+struct ServeOptions {
+  std::vector<std::string> models;  // "MODEL" or "NAME=MODEL"
+  std::string listen = "127.0.0.1:8001";
+  std::string tls_cert, tls_key, tls_ca, token_file;  // paths; "": none
+  bool insecure = false;                              // allows other machines without TLS
+  std::string custom;                                 // options of the engine
+  unsigned batch = 1, workers = 1;                    // as of tensor_filter
+  unsigned batch_wait_us = 2000;  // that a request waits for others of its batch
+  std::string metrics;            // address of the page of metrics; "": none
+  bool dry_run = false;           // prints the pipelines only
+};
+// Serves models to clients until a signal ends it.
+int serve(const ServeOptions& options);
+
 struct EvaluateOptions {
   std::string model;                 // a path, a name of the catalogue, or a pipeline
   std::string folder;                // pictures with truth

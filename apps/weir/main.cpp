@@ -29,6 +29,7 @@ struct CommandLine {
   EvaluateOptions evaluation;
   RunOptions run;
   PkiOptions authority{.days = kAuthorityDays}, certificate{.days = kCertificateDays};
+  ServeOptions server;
   NewFilterOptions filter;
   CustomClassOptions custom_class;
   bool any_size = false;
@@ -193,6 +194,40 @@ void add_pki(CLI::App* app, PkiOptions* authority, PkiOptions* certificate) {
   issue->add_flag("--json", certificate->json, "Print JSON");
 }
 
+void add_serve(CLI::App* app, ServeOptions* options) {
+  constexpr unsigned kMostBatch = 1024, kMostWorkers = 1024, kMostWait = 10'000'000;
+  auto* command = app->add_subcommand("serve", "Serve models to clients on other machines");
+  command->add_option("MODEL", options->models, "Model files, or NAME=FILE")->required();
+  command
+      ->add_option("--listen", options->listen,
+                   "HOST:PORT or unix:PATH; default: 127.0.0.1:8001, port 0: a free one")
+      ->type_name("ADDRESS");
+  const std::tuple<const char*, std::string*, const char*> files[]{
+      {"--tls-cert", &options->tls_cert, "The certificate of this server, in PEM"},
+      {"--tls-key", &options->tls_key, "Its key"},
+      {"--tls-ca", &options->tls_ca, "The authority whose certificate each client needs"},
+      {"--token-file", &options->token_file, "Tokens, one on each line: a client needs one"}};
+  for (const auto& [name, path, help] : files)
+    command->add_option(name, *path, help)->type_name("FILE");
+  command->add_flag("--insecure", options->insecure,
+                    "Let other machines connect without TLS, on a network that you trust");
+  command->add_option("--batch", options->batch, "Run up to N requests at a time; default: 1")
+      ->type_name("N")
+      ->check(CLI::Range(1u, kMostBatch));
+  command
+      ->add_option("--batch-wait", options->batch_wait_us,
+                   "Microseconds that a request waits for others; default: 2000")
+      ->type_name("N")
+      ->check(CLI::Range(0u, kMostWait));
+  command->add_option("--workers", options->workers, "Sessions of each model; default: 1")
+      ->type_name("N")
+      ->check(CLI::Range(1u, kMostWorkers));
+  command->add_option("--custom", options->custom, "Options of the engine, as in custom=");
+  command->add_flag("--metrics{127.0.0.1:8002}", options->metrics,
+                    "Serve figures for Prometheus; --metrics=ADDRESS for another address");
+  command->add_flag("--dry-run", options->dry_run, "Print the pipelines, and serve nothing");
+}
+
 void add_pbtxt(CLI::App* command, PbtxtOptions* pbtxt) {
   command->add_flag("--from-pbtxt,-p", pbtxt->from_pbtxt, "The other direction; not implemented");
   command->add_flag("--verbose,-v", pbtxt->verbose, "Print elements and links on standard error");
@@ -213,6 +248,7 @@ void add_subcommands(CLI::App* app, CommandLine* line) {
   add_evaluate(app, &line->evaluation);
   add_bench_case(app, &line->bench_case);
   add_pki(app, &line->authority, &line->certificate);
+  add_serve(app, &line->server);
   auto* doctor = app->add_subcommand(
       "doctor", "Show what is installed, what is missing and how to install it");
   doctor->add_flag("--json", line->doctor_json, "Print JSON");
@@ -275,24 +311,28 @@ std::optional<int> by_another_name(const std::string& name, int argc, char** arg
   return check();
 }
 
+int run_new(CLI::App* app, CommandLine* line) {
+  line->custom_class.fixed = !line->any_size;
+  return app->got_subcommand("filter") ? new_filter(line->filter)
+                                       : new_custom_class(line->custom_class);
+}
+
+int run_pki(CLI::App* app, const CommandLine& line) {
+  return app->got_subcommand("init") ? pki_init(line.authority) : pki_issue(line.certificate);
+}
+
 int run_subcommand(CLI::App* app, CommandLine* line) {
-  if (app->got_subcommand("new")) {
-    line->custom_class.fixed = !line->any_size;
-    return app->get_subcommand("new")->got_subcommand("filter")
-               ? new_filter(line->filter)
-               : new_custom_class(line->custom_class);
-  }
+  if (app->got_subcommand("new")) return run_new(app->get_subcommand("new"), line);
+  if (app->got_subcommand("pki")) return run_pki(app->get_subcommand("pki"), *line);
   if (app->got_subcommand("inspect")) return inspect(line->inspect);
   if (app->got_subcommand("models")) return models(line->models);
   if (app->got_subcommand("bench")) return bench(line->bench);
   if (app->got_subcommand("bench-case")) return bench_case(line->bench_case);
-  if (app->got_subcommand("pki"))
-    return app->get_subcommand("pki")->got_subcommand("init") ? pki_init(line->authority)
-                                                              : pki_issue(line->certificate);
   if (app->got_subcommand("pbtxt")) return pbtxt(line->pbtxt);
   gst_init(nullptr, nullptr);
   if (app->got_subcommand("evaluate")) return evaluate(line->evaluation);
   if (app->got_subcommand("try")) return try_model_on_input(line->attempt);
+  if (app->got_subcommand("serve")) return serve(line->server);
   if (app->got_subcommand("check")) return check();
   if (app->got_subcommand("doctor")) return doctor(line->doctor_json);
   return run(line->run);

@@ -63,6 +63,15 @@ class Server(service.GRPCInferenceServiceServicer):
         if ARGS.token and ("authorization", "Bearer " + ARGS.token) not in context.invocation_metadata():
             context.abort(grpc.StatusCode.UNAUTHENTICATED, "a token is needed")
 
+    def ServerLive(self, request, context):
+        return pb.ServerLiveResponse(live=True)
+
+    def ServerReady(self, request, context):
+        return pb.ServerReadyResponse(ready=True)
+
+    def ServerMetadata(self, request, context):
+        return pb.ServerMetadataResponse(name="test", version="1")
+
     def ModelReady(self, request, context):
         return pb.ModelReadyResponse(ready=request.name == "affine")
 
@@ -78,8 +87,18 @@ class Server(service.GRPCInferenceServiceServicer):
         out.outputs.add(name="y", datatype=ARGS.type, shape=shape)
         return out
 
+    def check_request(self, request, context):
+        if request.model_name != "affine":
+            context.abort(grpc.StatusCode.NOT_FOUND, f"there is no model {request.model_name}")
+        if len(request.inputs) != 1 or request.inputs[0].name != "x" or request.inputs[0].datatype != ARGS.type:
+            context.abort(grpc.StatusCode.INVALID_ARGUMENT, f"one input is needed, x of the type {ARGS.type}")
+        size = numpy.dtype(DTYPES[ARGS.type]).itemsize if ARGS.type in DTYPES else 1
+        if any(len(content) % size for content in request.raw_input_contents):
+            context.abort(grpc.StatusCode.INVALID_ARGUMENT, "the contents end within an element")
+
     def ModelInfer(self, request, context):
         self.check_token(context)
+        self.check_request(request, context)
         with self.lock:
             if ARGS.print_times:
                 print(f"left {context.time_remaining():.3f}", flush=True)
@@ -120,7 +139,7 @@ class Server(service.GRPCInferenceServiceServicer):
             x = numpy.frombuffer(request.raw_input_contents[0], DTYPES[tensor.datatype])
         else:
             x = numpy.array(getattr(tensor.contents, TYPED[tensor.datatype]), DTYPES[tensor.datatype])
-        if x.size != int(numpy.prod(tensor.shape)) or tensor.datatype != ARGS.type or tensor.name != "x":
+        if x.size != int(numpy.prod(tensor.shape)):
             context.abort(grpc.StatusCode.INVALID_ARGUMENT, f"{x.size} elements for {list(tensor.shape)}")
         y = (x * 2 + 1).astype(x.dtype)
         return self.response(request, list(tensor.shape), y)
@@ -156,7 +175,7 @@ def main():
     mine = Server()
     handlers = {name: grpc.unary_unary_rpc_method_handler(getattr(mine, name),
                                                           getattr(pb, name + "Request").FromString, serialize)
-                for name in ("ModelReady", "ModelMetadata", "ModelInfer")}
+                for name in ("ServerLive", "ServerReady", "ServerMetadata", "ModelReady", "ModelMetadata", "ModelInfer")}
     server.add_generic_rpc_handlers((grpc.method_handlers_generic_handler("inference.GRPCInferenceService", handlers),))
     address = ARGS.address if ARGS.address.startswith("unix:") else f"{ARGS.address}:{ARGS.port}"
     if ARGS.cert:

@@ -36,9 +36,14 @@ void print_errors(const std::vector<Complaint>& errors) {
 
 }  // namespace
 
+void print_complaints(const std::vector<Complaint>& warnings,
+                      const std::vector<Complaint>& errors) {
+  for (const auto& warning : warnings) print_complaint("warning", warning);
+  print_errors(errors);
+}
+
 void print_complaints(const PipelineRun& run) {
-  for (const auto& warning : run.warnings()) print_complaint("warning", warning);
-  print_errors(run.errors());
+  print_complaints(run.warnings(), run.errors());
 }
 
 }  // namespace weir::app

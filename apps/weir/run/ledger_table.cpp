@@ -40,8 +40,8 @@ std::string weir_element(GstElement* element) {
   if (!factory) return "";
   const char* plugin = gst_plugin_feature_get_plugin_name(GST_PLUGIN_FEATURE(factory));
   GParamSpec* stats = g_object_class_find_property(G_OBJECT_GET_CLASS(element), "stats");
-  if (g_strcmp0(plugin, "weir") != 0 || !stats || stats->value_type != GST_TYPE_STRUCTURE)
-    return "";
+  const bool ours = g_strcmp0(plugin, "weir") == 0 || g_strcmp0(plugin, "weirnet") == 0;
+  if (!ours || !stats || stats->value_type != GST_TYPE_STRUCTURE) return "";
   return gst_plugin_feature_get_name(GST_PLUGIN_FEATURE(factory));
 }
 

@@ -1,0 +1,115 @@
+// `weir serve`: models for clients that speak the Open Inference Protocol.
+// SPDX-License-Identifier: LGPL-2.1-or-later
+#include <gst/gst.h>
+
+#include <cstdio>
+#include <optional>
+
+#include "commands.hpp"
+#include "core/text/pasted.hpp"
+#include "launch/pipeline_text.hpp"
+#include "report.hpp"
+#include "run/complaints.hpp"
+#include "run/ledger_table.hpp"
+#include "serve/figures_page.hpp"
+#include "serve/metrics_server.hpp"
+#include "serve/serve_run.hpp"
+#include "serve/served_models.hpp"
+
+namespace weir::app {
+namespace {
+
+Status check_elements() {
+  const auto factory =
+      gst::Ref<GstElementFactory>::adopt(gst_element_factory_find("tensor_query_serversrc"));
+  if (factory) return ok();
+  return Error{.code = Code::MODULE_REFUSED,
+               .what = "the plug-in weirnet, which serves models, is not installed",
+               .offered = "no element tensor_query_serversrc",
+               .needed = "a build of Weir with gRPC",
+               .fix = "apt-get install libgrpc++-dev && make install"};
+}
+
+Result<std::vector<ServedPipeline>> make_pipelines(const std::vector<NamedModel>& models,
+                                                   const ServeOptions& options,
+                                                   const ListenAddress& address) {
+  std::vector<ServedPipeline> out;
+  for (const auto& model : models) {
+    auto pipeline = read_pipeline({serving_pipeline(model, out.size() + 1, options, address)});
+    if (!pipeline) return pipeline.error();
+    out.push_back({model, *std::move(pipeline)});
+  }
+  return out;
+}
+
+// What clients connect to, without the model.
+std::string address_text(const ServeOptions& options, const ListenAddress& address, unsigned port) {
+  const std::string scheme = options.tls_cert.empty() ? "grpc" : "grpcs";
+  if (!address.unix_path.empty()) return "grpc+unix:" + address.unix_path + ":";
+  ListenAddress shown = address;
+  if (address.host == "0.0.0.0" || address.host == "::") shown.host = g_get_host_name();
+  shown.port = std::to_string(port);
+  return scheme + "://" + shown.text();
+}
+
+void print_models(const ServeRun& run, const std::string& address) {
+  std::vector<std::vector<std::string>> rows;
+  for (size_t i = 0; i < run.size(); ++i) {
+    const Json tensors = run.tensors_of(i);
+    const auto text = [&tensors](const char* name) { return tensors[name].get<std::string>(); };
+    rows.push_back({run.model(i).name, address + "/" + run.model(i).name,
+                    "input " + text("inputtype") + " " + text("input"),
+                    "output " + text("outputtype") + " " + text("output")});
+  }
+  std::fputs(table(std::move(rows), "").c_str(), stdout);
+}
+
+Result<std::unique_ptr<MetricsServer>> open_metrics(const ServeOptions& options,
+                                                    const ServeRun& run) {
+  const auto address = ListenAddress::parse(options.metrics, "--metrics");
+  if (!address) return address.error();
+  auto server = MetricsServer::open(*address, [&run] { return figures_page(run.figures()); });
+  if (server) {
+    ListenAddress shown = *address;
+    shown.port = std::to_string((*server)->port());
+    std::printf("metrics  http://%s/metrics\n", shown.text().c_str());
+  }
+  return server;
+}
+
+}  // namespace
+
+int serve(const ServeOptions& options) {
+  const auto address = ListenAddress::parse(options.listen, "--listen");
+  if (!address) return report(address.error(), false);
+  if (auto status = check_options(options, *address); !status) return report(status.error(), false);
+  const auto models = read_models(options.models);
+  if (!models) return report(models.error(), false);
+  if (options.dry_run) {
+    for (size_t i = 0; i < models->size(); ++i)
+      std::puts(serving_pipeline((*models)[i], i + 1, options, *address).c_str());
+    return kExitGood;
+  }
+  if (auto status = check_elements(); !status) return report(status.error(), false);
+  auto pipelines = make_pipelines(*models, options, *address);
+  if (!pipelines) return report(pipelines.error(), false);
+  ServeRun run(*std::move(pipelines));
+  if (const auto errors = run.start(); !errors.empty()) {
+    print_complaints({}, errors);
+    return kExitError;
+  }
+  print_models(run, address_text(options, *address, run.port()));
+  std::unique_ptr<MetricsServer> metrics;
+  if (!options.metrics.empty()) {
+    auto opened = open_metrics(options, run);
+    if (!opened) return report(opened.error(), false);
+    metrics = *std::move(opened);
+  }
+  std::fflush(stdout);
+  const int status = run.play();
+  const std::string ledger = ledger_table(run.figures());
+  if (!ledger.empty()) std::printf("\nLedger\n%s", ledger.c_str());
+  return status;
+}
+
+}  // namespace weir::app

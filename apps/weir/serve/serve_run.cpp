@@ -1,0 +1,177 @@
+// Watches the buses of the pipelines, restarts those that fail and ends all at a signal.
+// SPDX-License-Identifier: LGPL-2.1-or-later
+#include "serve/serve_run.hpp"
+
+#include <glib-unix.h>
+
+#include <algorithm>
+#include <csignal>
+
+#include "commands.hpp"
+#include "run/complaints.hpp"
+#include "run/ledger_table.hpp"
+
+namespace weir::app {
+namespace {
+
+constexpr guint kRestartMs = 1000, kEndMs = 10000;
+
+gst::Ref<GstElement> element_of(const ServedPipeline& served, const char* suffix) {
+  const std::string name = served.model.name + suffix;
+  return gst::Ref<GstElement>::adopt(
+      gst_bin_get_by_name(GST_BIN(served.pipeline.get()), name.c_str()));
+}
+
+std::string text_property(GstElement* element, const char* name) {
+  char* text = nullptr;
+  g_object_get(element, name, &text, nullptr);
+  const gst::UniqueText owned(text);
+  return text ? text : "";
+}
+
+}  // namespace
+
+ServeRun::ServeRun(std::vector<ServedPipeline> pipelines) : loop_(g_main_loop_new(nullptr, FALSE)) {
+  for (auto& pipeline : pipelines)
+    served_.push_back(std::make_unique<Served>(Served{.run = this, .what = std::move(pipeline)}));
+}
+
+ServeRun::~ServeRun() {
+  for (const auto& served : served_) {
+    if (served->watch) g_source_remove(served->watch);
+    if (served->restart) g_source_remove(served->restart);
+    gst_element_set_state(served->what.pipeline.get(), GST_STATE_NULL);
+  }
+}
+
+std::vector<Complaint> ServeRun::start() {
+  for (const auto& served : served_) {
+    GstElement* pipeline = served->what.pipeline.get();
+    const auto bus = gst::Ref<GstBus>::adopt(gst_element_get_bus(pipeline));
+    if (gst_element_set_state(pipeline, GST_STATE_PLAYING) != GST_STATE_CHANGE_FAILURE) {
+      served->watch = gst_bus_add_watch(
+          bus.get(),
+          [](GstBus*, GstMessage* message, gpointer user) -> gboolean {
+            auto* one = static_cast<Served*>(user);
+            one->run->on_message(one, message);
+            return G_SOURCE_CONTINUE;
+          },
+          served.get());
+      continue;
+    }
+    std::vector<Complaint> errors;
+    while (GstMessage* message = gst_bus_pop_filtered(bus.get(), GST_MESSAGE_ERROR)) {
+      errors.push_back(complaint_of(message));
+      gst_message_unref(message);
+    }
+    if (errors.empty()) {
+      errors.emplace_back();
+      errors.back().what = "the model " + served->what.model.name +
+                           " cannot be started, and no element posted an error";
+    }
+    return errors;
+  }
+  return {};
+}
+
+int ServeRun::play() {
+  const auto on_signal = +[](gpointer self) -> gboolean {
+    static_cast<ServeRun*>(self)->on_signal();
+    return G_SOURCE_CONTINUE;
+  };
+  const guint sources[] = {g_unix_signal_add(SIGINT, on_signal, this),
+                           g_unix_signal_add(SIGTERM, on_signal, this)};
+  g_main_loop_run(loop_.get());
+  for (const guint source : sources) g_source_remove(source);
+  return status_;
+}
+
+void ServeRun::on_message(Served* served, GstMessage* message) {
+  switch (GST_MESSAGE_TYPE(message)) {
+    case GST_MESSAGE_ERROR:
+      print_complaints({}, {complaint_of(message)});
+      if (served->restart == 0) restart(served);
+      break;
+    case GST_MESSAGE_WARNING:
+      print_complaints({complaint_of(message)}, {});
+      break;
+    case GST_MESSAGE_EOS:
+      served->ended = true;
+      if (std::all_of(served_.begin(), served_.end(), [](const auto& one) { return one->ended; }))
+        end(kExitGood);
+      break;
+    case GST_MESSAGE_LATENCY:
+      gst_bin_recalculate_latency(GST_BIN(served->what.pipeline.get()));
+      break;
+    default:
+      break;
+  }
+}
+
+// Requests that the pipeline had end as aborted. The errors that follow the first one are dropped
+// with the bus.
+void ServeRun::restart(Served* served) {
+  gst_element_set_state(served->what.pipeline.get(), GST_STATE_NULL);
+  if (signals_ > 0) {
+    served->ended = true;
+    if (std::all_of(served_.begin(), served_.end(), [](const auto& one) { return one->ended; }))
+      end(kExitError);
+    return;
+  }
+  const auto again = +[](gpointer user) -> gboolean {
+    auto* one = static_cast<Served*>(user);
+    if (gst_element_set_state(one->what.pipeline.get(), GST_STATE_PLAYING) ==
+        GST_STATE_CHANGE_FAILURE) {
+      gst_element_set_state(one->what.pipeline.get(), GST_STATE_NULL);
+      return G_SOURCE_CONTINUE;
+    }
+    one->restart = 0;
+    return G_SOURCE_REMOVE;
+  };
+  served->restart = g_timeout_add(kRestartMs, again, served);
+}
+
+void ServeRun::on_signal() {
+  if (++signals_ > 1) {
+    end(kExitInterrupted);
+    return;
+  }
+  g_timeout_add_once(
+      kEndMs, [](gpointer self) { static_cast<ServeRun*>(self)->end(kExitError); }, this);
+  for (const auto& served : served_) {
+    if (served->restart == 0)
+      gst_element_send_event(served->what.pipeline.get(), gst_event_new_eos());
+    else
+      served->ended = true;
+  }
+  if (std::all_of(served_.begin(), served_.end(), [](const auto& one) { return one->ended; }))
+    end(kExitGood);
+}
+
+void ServeRun::end(int status) {
+  status_ = status;
+  g_main_loop_quit(loop_.get());
+}
+
+Json ServeRun::tensors_of(size_t pipeline) const {
+  const auto filter = element_of(served_[pipeline]->what, "-filter");
+  Json out = Json::object();
+  for (const char* name : {"input", "inputtype", "output", "outputtype"})
+    out[name] = text_property(filter.get(), name);
+  return out;
+}
+
+Json ServeRun::figures() const {
+  Json out = Json::array();
+  for (const auto& served : served_)
+    for (const Json& ledger : ledgers(served->what.pipeline.get())) out.push_back(ledger);
+  return out;
+}
+
+unsigned ServeRun::port() const {
+  guint port = 0;
+  g_object_get(element_of(served_.front()->what, "-source").get(), "port", &port, nullptr);
+  return port;
+}
+
+}  // namespace weir::app

@@ -1,0 +1,63 @@
+// ServeRun: plays one pipeline for each model until a signal ends them.
+// SPDX-License-Identifier: LGPL-2.1-or-later
+#pragma once
+#include <gst/gst.h>
+
+#include <memory>
+#include <string>
+#include <vector>
+
+#include "gstcpp/element/ref.hpp"
+#include "report.hpp"
+#include "run/pipeline_run.hpp"
+#include "serve/served_models.hpp"
+
+namespace weir::app {
+
+struct ServedPipeline {
+  NamedModel model;
+  gst::Ref<GstElement> pipeline;
+};
+
+class ServeRun {
+ public:
+  // Precondition: pipelines in state NULL.
+  explicit ServeRun(std::vector<ServedPipeline> pipelines);
+  ~ServeRun();
+  ServeRun(const ServeRun&) = delete;
+  ServeRun& operator=(const ServeRun&) = delete;
+
+  // Starts all pipelines. An element of each error that it returns; empty = all play.
+  std::vector<Complaint> start();
+  // Blocks until a signal. The first SIGINT or SIGTERM ends the streams after the requests that
+  // they have; the second one, or ten seconds, ends them at once. A model whose pipeline fails is
+  // started again. The exit status.
+  int play();
+
+  // "input float32 3:224:224:1", as the filter reports them after start().
+  Json tensors_of(size_t pipeline) const;
+  // Of all pipelines, as of ledgers().
+  Json figures() const;
+  // The port that a source listens on.
+  unsigned port() const;
+  size_t size() const noexcept { return served_.size(); }
+  const NamedModel& model(size_t pipeline) const { return served_[pipeline]->what.model; }
+
+ private:
+  struct Served {
+    ServeRun* run;
+    ServedPipeline what;
+    guint watch = 0, restart = 0;
+    bool ended = false;
+  };
+  void on_message(Served* served, GstMessage* message);
+  void restart(Served* served);
+  void on_signal();
+  void end(int status);
+
+  std::vector<std::unique_ptr<Served>> served_;
+  gst::Unique<GMainLoop, g_main_loop_unref> loop_;
+  int signals_ = 0, status_ = 0;
+};
+
+}  // namespace weir::app

@@ -1,0 +1,165 @@
+// Reads the arguments of `weir serve` and writes its pipelines.
+// SPDX-License-Identifier: LGPL-2.1-or-later
+#include "serve/served_models.hpp"
+
+#include <algorithm>
+#include <charconv>
+#include <filesystem>
+#include <set>
+
+#include "core/text/pasted.hpp"
+#include "inspect/model_paths.hpp"
+
+namespace weir::app {
+namespace {
+
+namespace fs = std::filesystem;
+
+constexpr const char* kSample = "127.0.0.1:8001";
+
+bool is_name(std::string_view text) {
+  constexpr std::string_view kAllowed =
+      "abcdefghijklmnopqrstuvwxyzABCDEFGHIJKLMNOPQRSTUVWXYZ0123456789._-";
+  constexpr size_t kLongest = 128;
+  return !text.empty() && text.size() <= kLongest &&
+         text.find_first_not_of(kAllowed) == std::string_view::npos;
+}
+
+bool is_port(std::string_view text) {
+  int port = 0;
+  const auto [end, bad] = std::from_chars(text.data(), text.data() + text.size(), port);
+  return bad == std::errc{} && end == text.data() + text.size() && port >= 0 && port < 65536;
+}
+
+Result<NamedModel> read_model(const std::string& argument) {
+  const size_t equals = argument.find('=');
+  const bool named = equals != std::string::npos && is_name(argument.substr(0, equals));
+  NamedModel out;
+  out.file = named ? argument.substr(equals + 1) : argument;
+  const auto paths = paths_of(out.file);
+  for (const auto& path : paths) {
+    std::error_code failed;
+    if (!fs::exists(path, failed) && path.find("://") == std::string::npos)
+      return Error{.code = Code::MODEL_NOT_FOUND,
+                   .what = "the model file does not exist",
+                   .offered = path,
+                   .needed = "a model file, or NAME=FILE",
+                   .fix = "weir serve /path/to/model.onnx"};
+  }
+  out.name = named ? argument.substr(0, equals)
+                   : fs::path(paths.empty() ? "" : paths.front()).stem().string();
+  if (!paths.empty() && is_name(out.name)) return out;
+  return Error{.code = Code::OPTION_VALUE,
+               .what = "the model needs a name that fits into an address",
+               .offered = "'" + argument + "'",
+               .needed = "letters, digits, '.', '_' and '-'",
+               .fix = "weir serve my-model=" + shell_word(out.file.empty() ? "FILE" : out.file)};
+}
+
+// " property=value", or "" for an empty value.
+std::string property(const char* name, const std::string& value) {
+  return value.empty() ? "" : std::string(" ") + name + "=" + launch_value(value);
+}
+
+}  // namespace
+
+Result<ListenAddress> ListenAddress::parse(const std::string& text, const char* option) {
+  constexpr std::string_view kUnix = "unix:";
+  ListenAddress out;
+  if (text.starts_with(kUnix) && text.size() > kUnix.size()) {
+    out.unix_path = text.substr(kUnix.size());
+    return out;
+  }
+  const size_t colon = text.rfind(':');
+  if (colon != std::string::npos && colon > 0 && is_port(text.substr(colon + 1))) {
+    out.host = text.substr(0, colon);
+    out.port = text.substr(colon + 1);
+    const bool bracketed = out.host.front() == '[' && out.host.back() == ']';
+    if (bracketed) out.host = out.host.substr(1, out.host.size() - 2);
+    if (bracketed || out.host.find_first_of(":[] ") == std::string::npos) return out;
+  }
+  return Error{.code = Code::OPTION_VALUE,
+               .what = std::string("the address of ") + option + " cannot be read",
+               .offered = "'" + text + "'",
+               .needed = "HOST:PORT, [ADDRESS]:PORT for IPv6, or unix:PATH",
+               .fix = std::string(option) + " " + kSample};
+}
+
+std::string ListenAddress::text() const {
+  if (!unix_path.empty()) return "unix:" + unix_path;
+  return (host.find(':') == std::string::npos ? host : "[" + host + "]") + ":" + port;
+}
+
+bool ListenAddress::is_local() const {
+  return !unix_path.empty() || host == "localhost" || host == "::1" ||
+         (host.starts_with("127.") && host.find_first_not_of("0123456789.") == std::string::npos);
+}
+
+Result<std::vector<NamedModel>> read_models(const std::vector<std::string>& arguments) {
+  std::vector<NamedModel> out;
+  std::set<std::string> names;
+  for (const auto& argument : arguments) {
+    auto model = read_model(argument);
+    if (!model) return model.error();
+    if (!names.insert(model->name).second)
+      return Error{.code = Code::OPTION_VALUE,
+                   .what = "two models have the same name",
+                   .offered = model->name,
+                   .needed = "a name for each",
+                   .fix = "weir serve " + model->name + "-2=" + shell_word(model->file)};
+    out.push_back(*std::move(model));
+  }
+  return out;
+}
+
+Status check_options(const ServeOptions& options, const ListenAddress& address) {
+  const bool encrypted = !options.tls_cert.empty() && !options.tls_key.empty();
+  const std::string tls = "--tls-cert server.pem --tls-key server.key";
+  if (options.tls_cert.empty() != options.tls_key.empty())
+    return Error{.code = Code::OPTION_VALUE,
+                 .what = "a certificate and its key belong together",
+                 .offered = encrypted || !options.tls_cert.empty() ? "--tls-cert without --tls-key"
+                                                                   : "--tls-key without --tls-cert",
+                 .needed = "both",
+                 .fix = tls};
+  if (!encrypted && !options.tls_ca.empty())
+    return Error{.code = Code::OPTION_VALUE,
+                 .what = "clients have no certificates on connections without TLS",
+                 .offered = "--tls-ca without --tls-cert and --tls-key",
+                 .needed = "a certificate of this server",
+                 .fix = tls};
+  if (!encrypted && !options.token_file.empty())
+    return Error{.code = Code::CONNECTION_INSECURE,
+                 .what = "clients would send their tokens without TLS",
+                 .offered = "--token-file without --tls-cert and --tls-key",
+                 .needed = "a certificate of this server",
+                 .fix = tls};
+  if (!encrypted && !options.insecure && !address.is_local())
+    return Error{.code = Code::CONNECTION_INSECURE,
+                 .what = "other machines could connect without encryption",
+                 .offered = "--listen " + options.listen,
+                 .needed = "TLS, or --insecure on a network that you trust",
+                 .fix = tls + ", or --listen " + kSample};
+  return ok();
+}
+
+std::string serving_pipeline(const NamedModel& model, size_t id, const ServeOptions& options,
+                             const ListenAddress& address) {
+  const std::string number = std::to_string(id);
+  std::string out = "tensor_query_serversrc protocol=oip id=" + number + " name=" + model.name +
+                    "-source model-name=" + model.name;
+  out += property("unix-path", address.unix_path) + property("host", address.host) +
+         property("port", address.port);
+  out += property("tls-cert", options.tls_cert) + property("tls-key", options.tls_key) +
+         property("tls-ca", options.tls_ca) + property("token-file", options.token_file);
+  if (options.insecure) out += " insecure=true";
+  out += " ! tensor_filter name=" + model.name + "-filter framework=auto" +
+         property("model", model.file) + property("custom", options.custom);
+  if (options.batch > 1)
+    out += " batch-size=" + std::to_string(options.batch) +
+           " batch-timeout=" + std::to_string(options.batch_wait_us * 1000ULL);
+  if (options.workers > 1) out += " workers=" + std::to_string(options.workers);
+  return out + " ! tensor_query_serversink name=" + model.name + "-sink id=" + number;
+}
+
+}  // namespace weir::app
