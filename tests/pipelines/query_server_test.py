@@ -307,16 +307,16 @@ class Endings(Served):
         self.assertEqual((counts["answered"], counts["aborted"], counts["refused"]), (2, 0, 0))
 
     def test_stopping_ends_all_requests(self):
-        pipeline, client = self.affine("identity sleep-time=300000 !")
-        calls = [client.stub.ModelInfer.future(request("affine", X), timeout=30) for _ in range(6)]
+        pipeline, client = self.affine("identity sleep-time=1000000 !")
+        calls = [client.stub.ModelInfer.future(request("affine", X), timeout=30) for _ in range(8)]
         calls[0].result()
-        pipeline.interrupt()
+        pipeline.interrupt()  # seven seconds before the last answer
         ended = [status_of(call.result) for call in calls[1:]]
         codes = {code for code, _ in ended}
         self.assertLessEqual(codes, {"OK", "UNAVAILABLE"}, ended)
         self.assertIn("UNAVAILABLE", codes)
         pipeline.stop()
-        self.assertEqual(self.ended(pipeline)["received"], 6)
+        self.assertEqual(self.ended(pipeline)["received"], 8)
 
     def test_64_clients_get_an_end_of_each_call(self):
         clients, calls = 64, 1000
