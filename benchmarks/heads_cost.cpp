@@ -43,13 +43,11 @@ void measure(const std::string& name, bool cells_are_inner, int rounds) {
   using namespace weir;
   const std::vector<float> numbers = make_head(cells_are_inner);
   std::vector<float> copy(numbers.size());
-  const heads::ModelFacts model{.outputs = {{.name = {},
-                                             .type = ElementType::Float32,
-                                             .shape = cells_are_inner ? Shape{kCells, kValues, 1}
-                                                                      : Shape{kValues, kCells, 1}}},
-                                .input = kInput,
-                                .metadata = {},
-                                .labels = kClasses};
+  const TensorSpec output{ElementType::Float32,
+                          cells_are_inner ? Shape{kCells, kValues, 1} : Shape{kValues, kCells, 1},
+                          {}};
+  const heads::ModelFacts model{
+      .outputs = {{output}}, .input = kInput, .metadata = {}, .labels = kClasses};
   const auto head = heads::recognise(model, heads::kDetection).open(model, {.threshold = 0.25f});
   weir_tensor tensor{};
   tensor.data = const_cast<float*>(numbers.data());

@@ -100,10 +100,22 @@ class GrpcLink final : public Link {
   GrpcLink(std::shared_ptr<grpc::Channel> channel, std::string token)
       : stub_(std::move(channel)), token_(std::move(token)) {}
 
-  // The calling thread waits in gRPC and drives the connection, without a change of threads.
   Reply call(const std::string& method, const Pieces& request,
              const std::shared_ptr<const void>& memory, Clock::time_point deadline) override {
+    return run(method, request, memory, deadline, false);
+  }
+  Reply call_when_connected(const std::string& method, const Pieces& request,
+                            Clock::time_point deadline) override {
+    return run(method, request, nullptr, deadline, true);
+  }
+
+ private:
+  // The calling thread waits in gRPC and drives the connection, without a change of threads.
+  Reply run(const std::string& method, const Pieces& request,
+            const std::shared_ptr<const void>& memory, Clock::time_point deadline,
+            bool waits_for_connection) {
     grpc::ClientContext context;
+    context.set_wait_for_ready(waits_for_connection);
     const auto left = deadline - Clock::now();
     context.set_deadline(std::chrono::system_clock::now() +
                          std::chrono::duration_cast<std::chrono::system_clock::duration>(left));
@@ -122,7 +134,6 @@ class GrpcLink final : public Link {
     return reply_of(status, answer);
   }
 
- private:
   grpc::GenericStub stub_;
   const std::string token_;
 };

@@ -41,6 +41,10 @@ class Link {
   // memory that the pieces borrow; it may be needed after the call has ended.
   virtual Reply call(const std::string& method, const Pieces& request,
                      const std::shared_ptr<const void>& memory, Clock::time_point deadline) = 0;
+  // The same without borrowed memory, for probes: where there is no connection, it waits for one.
+  // gRPC connects only while a call waits, so calls that fail at once would never connect.
+  virtual Reply call_when_connected(const std::string& method, const Pieces& request,
+                                    Clock::time_point deadline) = 0;
 };
 
 }  // namespace weir::net

@@ -21,7 +21,7 @@ constexpr int kMostMetadataBytes = 16 << 10, kHandshakeMs = 2000, kIdleMs = 300'
 constexpr int kLeastPingMs = 100;  // of clients that watch this server (weir_keepalive)
 constexpr std::chrono::milliseconds kEndOfCalls{500};
 
-std::string text_of(grpc::string_ref text) {
+std::string text_of(const grpc::string_ref& text) {
   return {text.data(), text.size()};
 }
 

@@ -221,6 +221,10 @@ struct FakeLink final : Link {
     out.status = status_();
     return out;
   }
+  Reply call_when_connected(const std::string& method, const Pieces& request,
+                            Clock::time_point deadline) override {
+    return call(method, request, nullptr, deadline);
+  }
   std::atomic<int> calls{0};
   const std::function<int()> status_;
 };

@@ -201,18 +201,30 @@ std::string ServedModel::stopped_text() const {
   return "the pipeline of the model " + model_.name + " was stopped";
 }
 
-void ServedModel::stop() {
+void ServedModel::close() {
   std::deque<std::shared_ptr<ServedRequest>> waiting;
-  std::vector<std::shared_ptr<ServedRequest>> unended;
   {
     std::lock_guard lock(mutex_);
     stopped_ = true;
     waiting.swap(waiting_);
-    for (const auto& [key, weak] : in_flight_)
-      if (auto request = weak.lock()) unended.push_back(std::move(request));
   }
   arrived_.notify_all();
-  for (const auto& request : unended)
+  end_as_stopped(waiting);
+}
+
+void ServedModel::stop() {
+  close();
+  std::deque<std::shared_ptr<ServedRequest>> taken;
+  {
+    std::lock_guard lock(mutex_);
+    for (const auto& [key, weak] : in_flight_)
+      if (auto request = weak.lock()) taken.push_back(std::move(request));
+  }
+  end_as_stopped(taken);
+}
+
+void ServedModel::end_as_stopped(const std::deque<std::shared_ptr<ServedRequest>>& requests) const {
+  for (const auto& request : requests)
     request->fail_as(ServedRequest::End::Aborted, CallStatus::Unavailable, stopped_text());
 }
 

@@ -90,6 +90,9 @@ class ServedModel : public std::enable_shared_from_this<ServedModel> {
   void resume();
   // Whether frames flow. While they do not, a request that an element drops ends as UNAVAILABLE.
   void set_running(bool running);
+  // Refuses the requests that come, and ends those that wait, with UNAVAILABLE. Those that were
+  // taken can still be answered.
+  void close();
   // Ends all requests with UNAVAILABLE, and refuses those that come.
   void stop();
 
@@ -102,6 +105,7 @@ class ServedModel : public std::enable_shared_from_this<ServedModel> {
   std::shared_ptr<ServedRequest> next();
   bool enqueue(const std::shared_ptr<ServedRequest>& request);
   bool is_running() const;
+  void end_as_stopped(const std::deque<std::shared_ptr<ServedRequest>>& requests) const;
   std::string stopped_text() const;
 
   const ModelRequest model_;

@@ -209,6 +209,20 @@ TEST_F(Serving, EndsAllWhenItStops) {
   expect_counts({.received = 3, .refused = 1, .aborted = 2});
 }
 
+TEST_F(Serving, AnswersWhatWasTakenBeforeItClosed) {
+  Ended taken, waiting, late;
+  receive(&taken);
+  const auto request = model_->take();
+  receive(&waiting);
+  model_->close();
+  receive(&late);
+  EXPECT_EQ(waiting.status, static_cast<int>(CallStatus::Unavailable));
+  EXPECT_EQ(late.status, static_cast<int>(CallStatus::Unavailable));
+  EXPECT_EQ(taken.times, 0);
+  EXPECT_TRUE(answer(request));
+  EXPECT_EQ(taken.status, 0);
+}
+
 TEST_F(Serving, IsReadyOnceBothEndsAreKnown) {
   const auto other = std::make_shared<ServedModel>(ModelRequest{"o", "1"}, "weir", 2);
   EXPECT_FALSE(other->ready());

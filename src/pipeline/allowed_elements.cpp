@@ -20,9 +20,7 @@ Error forbidden(const std::string& factory, const std::vector<std::string>& allo
   return Error{.code = Code::OPTION_VALUE,
                .what = "the configuration does not allow this element in pipelines",
                .offered = factory,
-               .needed = "one of: " + (list.empty() ? "none" : list),
-               .difference = "",
-               .fix = ""};
+               .needed = "one of: " + (list.empty() ? "none" : list)};
 }
 
 // Whether the property of these elements takes an element, which GStreamer makes from text.

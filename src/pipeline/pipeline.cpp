@@ -25,7 +25,6 @@ Error own_thread() {
                .what = "a callback cannot change the state of its own pipeline",
                .offered = "a call on a streaming thread, for which the call would wait",
                .needed = "a call on another thread",
-               .difference = "",
                .fix = "return from the callback, and call pipeline.stop() on another thread"};
 }
 
@@ -321,7 +320,6 @@ Error chosen_while_stopped(const std::string& what, const std::string& offered, 
                .what = what + " can only be set while the pipeline is stopped",
                .offered = offered,
                .needed = "a pipeline that is stopped",
-               .difference = "",
                .fix = fix};
 }
 

@@ -1,6 +1,6 @@
 #!/usr/bin/python3
 # SPDX-License-Identifier: LGPL-2.1-or-later
-"""The line of tensor_tracker's README with a second network: what it says of heads that cross unseen, and frames without any."""
+"""The line of tensor_tracker's README with a second network: heads that change sides out of sight, frames without heads."""
 
 import json
 import os
@@ -113,7 +113,7 @@ class Appearance(unittest.TestCase):
         self.assertEqual(len(set(begun) - {0}), 2, begun)
         return float((numpy.array(numbers[False]) == begun).mean())
 
-    def test_numbers_survive_a_crossing_that_nobody_saw(self):
+    def test_numbers_survive_a_crossing_out_of_sight(self):
         with_looks = self.play("clip.mp4")
         self.assertEqual(self.share_kept(with_looks), 1)
         self.assertEqual({len(one["detections"]) for one in with_looks} - {1, 2}, set())

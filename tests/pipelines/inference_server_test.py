@@ -5,6 +5,7 @@
 import os
 import pathlib
 import re
+import signal
 import subprocess
 import tempfile
 import unittest
@@ -40,12 +41,14 @@ class InferenceServer(unittest.TestCase):
         self.assertTrue(port, "the server did not start")
         return process, f"grpc://127.0.0.1:{port[1]}/affine/1"
 
-    def play(self, model, options="", data=None, data_type="float32", debug="1"):
-        data = self.frames if data is None else data
+    def line(self, model, options, data, data_type="float32", before=""):
         (self.folder / "in").write_bytes(data.tobytes())
-        line = (f"filesrc location={self.folder}/in blocksize={data[0].nbytes} ! application/octet-stream,framerate=30/1 ! "
-                f"tensor_converter input-dim=4:1 input-type={data_type} ! "
+        return (f"filesrc location={self.folder}/in blocksize={data[0].nbytes} ! application/octet-stream,framerate=30/1 ! "
+                f"tensor_converter input-dim=4:1 input-type={data_type} ! {before}"
                 f"tensor_filter framework=oip model={model} {options} ! filesink async=false location={self.folder}/out")
+
+    def play(self, model, options="", data=None, data_type="float32", debug="1", before=""):
+        line = self.line(model, options, self.frames if data is None else data, data_type, before)
         return subprocess.run(["gst-launch-1.0", *line.split()], capture_output=True, text=True, timeout=120,
                               stdin=subprocess.DEVNULL, env={**os.environ, "GST_DEBUG": debug, "GST_TRACERS": ""})
 
@@ -69,10 +72,10 @@ class InferenceServer(unittest.TestCase):
             self.assertEqual(process.stdout.read(), f"requests {FRAMES} most {most}\n", custom)
 
     def test_the_deadline_of_a_frame_reaches_the_server(self):
-        for options, low, high in (("deadline=5000000000", 3, 5 + FRAMES / 30), ("custom=timeout-ms:2000", 1, 2.01),
+        for options, low, high in (("deadline=5000000000", 3, 5.01), ("custom=timeout-ms:2000", 1, 2.01),
                                    ("deadline=5000000000 custom=timeout-ms:2000", 1, 2.01)):
             process, model = self.server("--print-times")
-            done = self.play(model, options)
+            done = self.play(model, options, before="identity sync=true ! ")  # without a clock, frames have no deadline
             self.assertEqual(done.returncode, 0, done.stderr)
             process.terminate()
             left = [float(seconds) for seconds in re.findall(r"left ([0-9.]+)\n", process.stdout.read())]
@@ -131,6 +134,33 @@ class InferenceServer(unittest.TestCase):
         self.assertIn("the fallback has other tensors than the model", done.stderr)
         self.assertIn("inputs 1 tensor: float32 5:?; outputs 1 tensor: float32 5:?", done.stderr)
         self.assertIn("needed: inputs 1 tensor: float32 4:?; outputs 1 tensor: float32 4:?", done.stderr)
+
+    def test_a_pipeline_stops_in_every_state_of_its_server(self):
+        """Each with a request in flight or waiting, interrupted as by Ctrl-C."""
+        frames = np.zeros((2000, 4), np.float32)
+        slow, stopped, killed = (self.server("--print-times", "--delay", "0.2") for _ in range(3))
+        cases = ((slow, None, ""), (stopped, signal.SIGSTOP, ""), (killed, signal.SIGKILL, ""),
+                 (self.server("--print-times"), signal.SIGSTOP, "fallback"))
+        for (process, model), sent, local in cases:
+            options = "custom=timeout-ms:1000 ! identity sync=true"
+            if local:
+                options = f"fallback={self.local_model()} {options}"
+            line = self.line(model, options, frames)
+            with subprocess.Popen(["gst-launch-1.0", *line.split()], stdin=subprocess.DEVNULL, stdout=subprocess.DEVNULL,
+                                  stderr=subprocess.PIPE, text=True, env={**os.environ, "GST_DEBUG": "1", "GST_TRACERS": ""}) as launched:
+                self.assertIn("left ", process.stdout.readline(), "no request arrived")
+                if sent:
+                    process.send_signal(sent)
+                launched.send_signal(signal.SIGINT)
+                try:
+                    errors = launched.communicate(timeout=30)[1]
+                finally:
+                    launched.kill()
+            if sent == signal.SIGSTOP:
+                process.send_signal(signal.SIGCONT)
+            self.assertNotIn("CRITICAL", errors)
+            self.assertNotIn("WEIR-", errors)
+            self.assertGreaterEqual(launched.returncode, 0, errors)
 
     def test_the_log_adds_up_the_requests(self):
         _, model = self.server()

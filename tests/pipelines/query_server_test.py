@@ -3,7 +3,11 @@
 """Pipelines that tensor_query_serversrc and tensor_query_serversink serve, with Python's grpcio as their client."""
 
 import concurrent.futures
+import os
+import pathlib
+import re
 import subprocess
+import tempfile
 import time
 import unittest
 
@@ -11,8 +15,10 @@ import grpc
 import numpy as np
 
 import tap_runner
+from built_modules import has_engine
 from served_pipeline import CONTENTS, TYPES, Client, Pipeline, pb, request, status_of
 
+SOURCE = pathlib.Path(os.environ["WEIR_SOURCE"])
 FLOATS = "caps=other/tensor,dimension=(string)4:1,type=(string)float32,framerate=0/1"
 AFFINE = "tensor_transform mode=arithmetic option=mul:2,add:1"
 X = np.array([[1.5, -2, 0, 1e6]], np.float32)
@@ -121,6 +127,31 @@ class Answers(Served):
         client.wait_until_ready("second")
         self.assertEqual(client.infer(request("first", X)).raw_output_contents[0], X.tobytes())
         self.assertEqual(client.infer(request("second", X)).raw_output_contents[0], (2 * X + 1).tobytes())
+
+
+    def test_the_lines_of_the_documents_serve(self):
+        for element in ("tensor_query_serversrc", "tensor_query_serversink"):
+            text = (SOURCE / "src/elements" / element / "README.md").read_text()
+            line, = re.findall(r"^gst-launch-1.0 (.* model-name=affine .*)$", text, re.MULTILINE)
+            pipeline = self.serve(line.replace("port=8001", "port=0"))
+            answer = self.client(pipeline).infer(request("affine", X))
+            self.assertEqual(answer.raw_output_contents[0], (2 * X + 1).tobytes())
+
+    @unittest.skipUnless(has_engine("oip"), "the engine oip is not built")
+    def test_the_engine_oip_is_a_client(self):
+        server, _ = self.affine()
+        with tempfile.TemporaryDirectory() as folder:
+            frames = np.random.default_rng(1).normal(size=(50, 4)).astype(np.float32)
+            pathlib.Path(folder, "in").write_bytes(frames.tobytes())
+            line = (f"filesrc location={folder}/in blocksize=16 ! application/octet-stream,framerate=30/1 ! "
+                    "tensor_converter input-dim=4:1 input-type=float32 ! "
+                    f"tensor_filter framework=oip model=grpc://127.0.0.1:{server.port}/affine workers=4 ! "
+                    f"filesink async=false location={folder}/out")
+            done = subprocess.run(["gst-launch-1.0", *line.split()], capture_output=True, text=True, timeout=60, stdin=subprocess.DEVNULL)
+            self.assertEqual(done.returncode, 0, done.stderr)
+            np.testing.assert_array_equal(np.fromfile(f"{folder}/out", np.float32).reshape(-1, 4), frames * 2 + 1)
+        server.stop()
+        self.assertEqual(self.ended(server), dict(received=50, answered=50, refused=0, expired=0, aborted=0))
 
 
 class Descriptions(Served):
@@ -276,16 +307,16 @@ class Endings(Served):
         self.assertEqual((counts["answered"], counts["aborted"], counts["refused"]), (2, 0, 0))
 
     def test_stopping_ends_all_requests(self):
-        pipeline, client = self.affine("identity sleep-time=300000 !")
-        calls = [client.stub.ModelInfer.future(request("affine", X), timeout=30) for _ in range(6)]
+        pipeline, client = self.affine("identity sleep-time=1000000 !")
+        calls = [client.stub.ModelInfer.future(request("affine", X), timeout=30) for _ in range(8)]
         calls[0].result()
-        pipeline.interrupt()
+        pipeline.interrupt()  # seven seconds before the last answer
         ended = [status_of(call.result) for call in calls[1:]]
         codes = {code for code, _ in ended}
         self.assertLessEqual(codes, {"OK", "UNAVAILABLE"}, ended)
         self.assertIn("UNAVAILABLE", codes)
         pipeline.stop()
-        self.assertEqual(self.ended(pipeline)["received"], 6)
+        self.assertEqual(self.ended(pipeline)["received"], 8)
 
     def test_64_clients_get_an_end_of_each_call(self):
         clients, calls = 64, 1000

@@ -1,8 +1,7 @@
 #!/usr/bin/python3
 # SPDX-License-Identifier: LGPL-2.1-or-later
-"""weir evaluate: its scores of boxes, key points, classes and maps against NumPy, its page and its progress."""
+"""weir evaluate: its scores of boxes, key points, classes and maps against NumPy, and its progress."""
 
-import html.parser
 import json
 import os
 import re
@@ -139,44 +138,6 @@ class KeyPoints(Coco):
         self.refused(done, 1, "WEIR-2001", "the results do not have the key points of the truth", "offered: 0 key points", "--metric ap")
 
 
-class Page(Coco):
-    def test_has_the_worst_pictures_and_nothing_from_the_net(self):
-        self.add([(0, 10, 10, 80, 80)], [[10, 10, 90, 90, 200, 0]])
-        self.add([(0, 10, 10, 80, 80), (0, 150, 150, 50, 50)], [[100, 10, 140, 90, 200, 0]])
-        self.write(("a <thing>",))
-        page = self.folder / "page.html"
-        self.assertIn(f"Page: {page}", self.good(self.evaluate("--page", page)))
-        text = page.read_text()
-        self.assertNotRegex(text, "https?://|<script")
-        self.assertEqual(text.count("data:image/jpeg;base64,"), 1)  # the first has no errors
-        self.assertIn("2.png<br>2 missed, 1 false", text)
-        self.assertIn('<rect class="missed" x="150.0" y="150.0" width="50.0" height="50.0"/>', text)
-        self.assertIn('<rect class="false" x="100.0" y="10.0" width="40.0" height="80.0"/>', text)
-        self.assertIn("a &lt;thing&gt;", text)
-        balanced = BalancedHtml()
-        balanced.feed(text)
-        balanced.close()
-        self.assertEqual(balanced.open, [])
-
-    def test_the_pictures_are_those_of_the_folder(self):
-        self.add([(0, 10, 10, 80, 80)], [[200, 10, 230, 90, 255, 0]])
-        self.write()
-        page = self.folder / "page.html"
-        self.good(self.evaluate("--page", page))
-        import base64
-        import io
-        jpeg = base64.b64decode(re.search("base64,([^\"]+)\"", page.read_text()).group(1))
-        shown = numpy.asarray(Image.open(io.BytesIO(jpeg)).convert("L"), int)
-        original = numpy.asarray(Image.open(self.folder / "set" / "1.png"), int)
-        self.assertEqual(shown.shape, original.shape)
-        self.assertLess(numpy.abs(shown - original).mean(), 3)
-
-    def test_that_cannot_be_written(self):
-        self.add([(0, 10, 10, 80, 80)], [])
-        self.write()
-        self.refused(self.evaluate("--page", self.folder / "none" / "page.html"), 1, "WEIR-4010", "the page cannot be written")
-
-
 class Classes(Case):
     def add(self, name, picture, *ranked):
         rows = [[0, 0, 0, 0, 250 - 10 * i, c] for i, c in enumerate(ranked)]
@@ -226,32 +187,6 @@ class Classes(Case):
         self.good(done)
         self.assertIn('<b class="bad">1</b>', page.read_text())
         self.assertIn("1, found: 2 ", page.read_text())
-
-
-class BalancedHtml(html.parser.HTMLParser):
-    """Fails where an element ends that is not the innermost open one, where an attribute is given twice or an id is not unique."""
-
-    VOID = {"meta", "link", "br", "img", "hr", "input", "col"}
-
-    def __init__(self):
-        super().__init__()
-        self.open, self.ids = [], set()
-
-    def handle_starttag(self, tag, attrs):
-        names = [name for name, _ in attrs]
-        assert len(names) == len(set(names)), f"{tag}: an attribute twice: {names}"
-        for name, value in attrs:
-            assert name != "id" or value not in self.ids, f"id {value} twice"
-            self.ids |= {value} if name == "id" else set()
-        if tag not in self.VOID:
-            self.open.append(tag)
-
-    def handle_startendtag(self, tag, attrs):
-        pass
-
-    def handle_endtag(self, tag):
-        assert self.open and self.open[-1] == tag, f"</{tag}> in {self.open}"
-        self.open.pop()
 
 
 class Maps(Case):

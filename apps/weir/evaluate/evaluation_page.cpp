@@ -20,10 +20,13 @@ constexpr char kStyle[] = R"(
 figure { display: inline-block; margin: 0 1em 1.5em 0; max-width: 640px; vertical-align: top; }
 figure svg { max-width: 100%; height: auto; border-radius: 4px; }
 figcaption { font-size: 13px; overflow-wrap: anywhere; }
-svg.picture rect { fill: none; stroke-width: 2; vector-effect: non-scaling-stroke; }
+svg.picture rect { fill: none; stroke-width: 2; } svg.picture .edge { stroke: #000; stroke-width: 4; stroke-opacity: .6; }
 svg.picture .truth { stroke: #36c26b; } svg.picture .missed { stroke: #ffb020; stroke-dasharray: 6 4; }
 svg.picture .right { stroke: #4f9dff; } svg.picture .false { stroke: #ff4d4d; }
-svg.picture text { stroke: #000; stroke-width: 3px; paint-order: stroke; fill: #fff; }
+svg.picture .label, svg.picture .label rect { stroke: none; }
+svg.picture .label text { font: 13px sans-serif; fill: #000; }
+svg.picture .truth rect { fill: #36c26b; } svg.picture .missed rect { fill: #ffb020; }
+svg.picture .right rect { fill: #4f9dff; } svg.picture .false rect { fill: #ff4d4d; }
 svg.picture circle { stroke: none; } svg.picture circle.truth { fill: #36c26b; }
 svg.picture circle.missed { fill: #ffb020; } svg.picture circle.right { fill: #4f9dff; }
 svg.picture circle.false { fill: #ff4d4d; }

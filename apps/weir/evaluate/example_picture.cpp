@@ -27,22 +27,75 @@ const char* name_of(Shape::Kind kind) {
   return "";
 }
 
-// `size`: of the text, in pixels of the picture.
-std::string svg_of(const Shape& shape, double size) {
-  const std::string kind = name_of(shape.kind);
-  const auto& box = shape.box;
-  std::string out = "<rect class=\"" + kind + "\" x=\"" + fixed(box.x, 1) + "\" y=\"" +
-                    fixed(box.y, 1) + "\" width=\"" + fixed(box.width, 1) + "\" height=\"" +
-                    fixed(box.height, 1) + "\"/>";
-  for (const auto& point : shape.points)
-    if (point.is_labelled)
-      out += "<circle class=\"" + kind + "\" cx=\"" + fixed(point.x, 1) + "\" cy=\"" +
-             fixed(point.y, 1) + "\" r=\"" + fixed(size / 5, 1) + "\"/>";
-  // Labels of the truth are at the bottom of its box, so that they do not cover those of results.
-  const bool is_truth = shape.kind == Shape::Kind::Truth || shape.kind == Shape::Kind::Missed;
-  const double y = is_truth ? box.y + box.height - size / 4 : std::max(box.y + size, size);
-  return out + "<text x=\"" + fixed(box.x + size / 4, 1) + "\" y=\"" + fixed(y, 1) +
-         "\" style=\"font-size:" + fixed(size, 1) + "px\">" + escaped(shape.label) + "</text>\n";
+std::string rect_of(const std::string& attribute, const evaluate::Rectangle& box) {
+  return "<rect" + attribute + " x=\"" + fixed(box.x, 1) + "\" y=\"" + fixed(box.y, 1) +
+         "\" width=\"" + fixed(box.width, 1) + "\" height=\"" + fixed(box.height, 1) + "\"/>";
+}
+
+// The labels of a picture. They stay inside it, and none covers another while there is place.
+class Labels {
+ public:
+  static constexpr double kLine = 17;  // the height of a label
+
+  Labels(double width, double height) : width_(width), height_(height) {}
+
+  std::string add(const std::string& kind, const std::string& text, double x, double y) {
+    const evaluate::Rectangle place = free_place(text, x, y);
+    placed_.push_back(place);
+    return "<g class=\"label " + kind + "\">" + rect_of("", place) + "<text x=\"" +
+           fixed(place.x + kMargin, 1) + "\" y=\"" + fixed(place.y + kLine - kMargin - 1, 1) +
+           "\">" + escaped(text) + "</text></g>\n";
+  }
+
+ private:
+  static constexpr double kLetter = 7.6, kMargin = 3;  // of letters 13 pixels high
+
+  evaluate::Rectangle free_place(const std::string& text, double x, double y) const {
+    const auto letters = static_cast<double>(g_utf8_strlen(text.c_str(), -1));
+    evaluate::Rectangle place{0, 0, letters * kLetter + 2 * kMargin, kLine};
+    place.x = std::clamp(x, 0.0, std::max(0.0, width_ - place.width));
+    place.y = std::clamp(y, 0.0, std::max(0.0, height_ - kLine));
+    const auto covers = [&place](const auto& other) {
+      return place.x < other.x + other.width && other.x < place.x + place.width &&
+             place.y < other.y + other.height && other.y < place.y + place.height;
+    };
+    const auto begin = place;
+    for (const double step : {kLine, -kLine}) {  // downwards, and where that leaves it, upwards
+      place = begin;
+      while (place.y >= 0 && place.y + kLine <= height_) {
+        const auto other = std::find_if(placed_.begin(), placed_.end(), covers);
+        if (other == placed_.end()) return place;
+        place.y = other->y + step;
+      }
+    }
+    return begin;
+  }
+
+  const double width_, height_;
+  std::vector<evaluate::Rectangle> placed_;
+};
+
+// Boxes and points over a dark edge, so that they are seen on every background, then the labels.
+// `scale`: pixels of the page for each of the picture.
+std::string svg_of(const std::vector<Shape>& shapes, double scale, Labels labels) {
+  constexpr double kRadius = 3.2;
+  std::string edges, boxes, texts;
+  for (const Shape& shape : shapes) {
+    const std::string kind = name_of(shape.kind);
+    const evaluate::Rectangle box{shape.box.x * scale, shape.box.y * scale, shape.box.width * scale,
+                                  shape.box.height * scale};
+    edges += rect_of(" class=\"edge\"", box);
+    boxes += rect_of(" class=\"" + kind + "\"", box);
+    for (const auto& point : shape.points)
+      if (point.is_labelled)
+        boxes += "<circle class=\"" + kind + "\" cx=\"" + fixed(point.x * scale, 1) + "\" cy=\"" +
+                 fixed(point.y * scale, 1) + "\" r=\"" + fixed(kRadius, 1) + "\"/>";
+    // Labels of the truth are at the bottom of its box, so that they do not cover those of results.
+    const bool is_truth = shape.kind == Shape::Kind::Truth || shape.kind == Shape::Kind::Missed;
+    texts +=
+        labels.add(kind, shape.label, box.x, is_truth ? box.y + box.height - Labels::kLine : box.y);
+  }
+  return edges + "\n" + boxes + "\n" + texts;
 }
 
 // Mixes red into the wrong pixels of a copy.
@@ -73,7 +126,6 @@ void mark(const std::vector<bool>& wrong, DecodedPicture* picture) {
 
 std::string example_picture(const Example& example) {
   constexpr uint32_t kMostPixels = 640;
-  constexpr double kTextParts = 40;
   auto picture = decode_picture(example.path);
   if (!picture) return "";
   if (!example.wrong_pixels.empty()) mark(example.wrong_pixels, &*picture);
@@ -83,14 +135,13 @@ std::string example_picture(const Example& example) {
       g_base64_encode(reinterpret_cast<const guchar*>(jpeg->data()), jpeg->size()));
   const uint32_t longer = std::max(picture->width, picture->height);
   const double scale = std::min(1.0, static_cast<double>(kMostPixels) / longer);
-  const std::string width = std::to_string(picture->width),
-                    height = std::to_string(picture->height);
-  std::string out = "<figure><svg class=\"picture\" viewBox=\"0 0 " + width + " " + height +
-                    "\" width=\"" + fixed(picture->width * scale, 0) + "\" height=\"" +
-                    fixed(picture->height * scale, 0) + "\"><image width=\"" + width +
-                    "\" height=\"" + height + "\" href=\"data:image/jpeg;base64," + base64.get() +
+  const double width = picture->width * scale, height = picture->height * scale;
+  std::string out = "<figure><svg class=\"picture\" viewBox=\"0 0 " + fixed(width, 0) + " " +
+                    fixed(height, 0) + "\" width=\"" + fixed(width, 0) + "\" height=\"" +
+                    fixed(height, 0) + "\"><image width=\"" + fixed(width, 0) + "\" height=\"" +
+                    fixed(height, 0) + "\" href=\"data:image/jpeg;base64," + base64.get() +
                     "\"/>\n";
-  for (const Shape& shape : example.shapes) out += svg_of(shape, longer / kTextParts);
+  out += svg_of(example.shapes, scale, Labels(width, height));
   return out + "</svg><figcaption>" + escaped(example.path) + "<br>" + escaped(example.caption) +
          "</figcaption></figure>\n";
 }

@@ -48,6 +48,7 @@ Error failed(const CatalogueFile& file, std::string what, std::string fix) {
 Status run(const CatalogueFile& file, const std::vector<std::string>& words,
            const std::string& package) {
   std::vector<char*> arguments;
+  arguments.reserve(words.size() + 1);
   for (const auto& word : words) arguments.push_back(const_cast<char*>(word.c_str()));
   arguments.push_back(nullptr);
   char* errors = nullptr;

@@ -55,9 +55,7 @@ Result<VideoTensor> video_tensor(std::string_view format, uint32_t width, uint32
         .code = Code::LIMIT_EXCEEDED,
         .what = "a video frame is too big or empty",
         .offered = out.spec.to_string(),
-        .needed = "at least one pixel and one frame, and fewer than 2^32 rows in all planes",
-        .difference = "",
-        .fix = ""};
+        .needed = "at least one pixel and one frame, and fewer than 2^32 rows in all planes"};
   return out;
 }
 

@@ -40,6 +40,7 @@ std::vector<Interval> bootstrap(size_t units, size_t draws, uint64_t seed, const
     for (size_t i = 0; i < numbers.size(); ++i) values[i].push_back(numbers[i]);
   }
   std::vector<Interval> out;
+  out.reserve(values.size());
   for (auto& one : values) out.push_back(interval_of(std::move(one)));
   return out;
 }

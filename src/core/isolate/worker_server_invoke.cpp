@@ -18,10 +18,7 @@ Error memory_is_missing() {
 Error unreadable_frame(const char* difference) {
   return Error{.code = Code::INTERNAL,
                .what = "a worker process cannot read a frame",
-               .offered = "",
-               .needed = "",
-               .difference = difference,
-               .fix = ""};
+               .difference = difference};
 }
 
 }  // namespace

@@ -102,9 +102,7 @@ Status check_region(const Preparation& p, const Rect& picture, const Box& region
   return Error{.code = Code::OPTION_VALUE,
                .what = "the region lies outside the picture",
                .offered = text(region),
-               .needed = "a region with pixels in " + text(picture),
-               .difference = "",
-               .fix = ""};
+               .needed = "a region with pixels in " + text(picture)};
 }
 
 SourceMap source_map_of(const Preparation& p) noexcept {

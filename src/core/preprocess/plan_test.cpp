@@ -115,7 +115,7 @@ TEST(Plan, ResizesAnyPartLikeTheFormulas) {
 }
 
 // Luma of four samples and chroma of two, and rows longer than a vector.
-TEST(Plan, MixesLanesOfDifferentKinds) {
+TEST(Plan, MixesComponentsOfDifferentGrids) {
   for (const char* format : {"NV12", "NV21", "I420", "YV12", "YUY2", "UYVY"}) {
     const Pixels pixels(format, 40, 32, 5, 3);
     auto p = preparation(pixels, 8, 8);

@@ -21,7 +21,7 @@ struct Taps {
   std::vector<int32_t> index;
   std::vector<float> weights, in;
 
-  // Samples of `factor` adjacent pixels, in steps of `factor` pixels with `step` lanes each.
+  // Samples of `factor` adjacent pixels, in steps of `factor` pixels with `step` components each.
   Taps(size_t targets, size_t of, double factor, size_t step, uint32_t seed)
       : count(targets),
         taps(of),
@@ -40,11 +40,11 @@ struct Taps {
     for (float& number : in) number = static_cast<float>(random() % 256);
   }
 
-  float plain(size_t target, size_t lane) const {
+  float plain(size_t target, size_t component) const {
     float sum = 0;
     for (size_t k = 0; k < taps; ++k) {
       const size_t at = k * stride + target;
-      sum += weights[at] * in[static_cast<size_t>(index[at]) + lane];
+      sum += weights[at] * in[static_cast<size_t>(index[at]) + component];
     }
     return sum;
   }
@@ -54,7 +54,7 @@ struct Taps {
 constexpr double kFactors[] = {0, 0.3, 0.9, 1, 1.5, 2, 2.7, 3, 3.9, 4.2, 9};
 constexpr size_t kCounts[] = {1, 7, 16, 33, 100};
 
-TEST(TapKernels, TakesEachLaneOfInterleavedPixels) {
+TEST(TapKernels, TakesEachComponentOfInterleavedPixels) {
   for (const size_t step : {1u, 2u, 3u, 4u})
     for (const double factor : kFactors)
       for (const size_t count : kCounts)
@@ -67,7 +67,7 @@ TEST(TapKernels, TakesEachLaneOfInterleavedPixels) {
                          out.data());
               for (size_t i = 0; i < count; ++i)
                 ASSERT_EQ(out[i], of.plain(i, l))
-                    << "lane " << l << " of " << step << ", target " << i << " of " << count
+                    << "component " << l << " of " << step << ", target " << i << " of " << count
                     << ", factor " << factor << ", taps " << taps;
             }
           });

@@ -387,15 +387,25 @@ Status OpenModel::resolve_outputs(FilterPlan* plan) const {
   return ok();
 }
 
+namespace {
+
+// What the fallback, which may be null, needs of the input memory; prepares it for fixed shapes.
+Status plan_fallback(Fallback* fallback, FilterPlan* plan) {
+  if (!fallback) return ok();
+  const auto info = fallback->info();
+  plan->fallback_alignment = std::max<size_t>(info.alignment, 1);
+  plan->fallback_padding = info.input_padding;
+  if (!all_fixed(plan->model_inputs)) return ok();
+  return fallback->prepare(plan->model_inputs, plan->model_outputs);
+}
+
+}  // namespace
+
 Result<FilterPlan> OpenModel::plan_for(const FrameSpec& input) const {
   FilterPlan plan;
   if (const auto model = use_->shared()->model()) {  // each frame uses the model that runs it
     plan.alignment = model->info().alignment;
     plan.padding = model->info().input_padding;
-  }
-  if (fallback_) {
-    plan.fallback_alignment = std::max<size_t>(fallback_->info().alignment, 1);
-    plan.fallback_padding = fallback_->info().input_padding;
   }
   plan.input = input;
   plan.input_choice = description_.input_choice;
@@ -413,9 +423,7 @@ Result<FilterPlan> OpenModel::plan_for(const FrameSpec& input) const {
     if (auto status = resolve_outputs(&plan); !status) return status.error();
   }
   plan.outputs_fixed = all_fixed(plan.model_outputs) && all_fixed(plan.model_inputs);
-  if (fallback_ && all_fixed(plan.model_inputs))
-    if (auto status = fallback_->prepare(plan.model_inputs, plan.model_outputs); !status)
-      return status.error();
+  if (auto status = plan_fallback(fallback_.get(), &plan); !status) return status.error();
   auto output = description_.source_spec(input, plan.model_outputs, plan.outputs_fixed);
   if (!output) return output.error();
   plan.output = *std::move(output);

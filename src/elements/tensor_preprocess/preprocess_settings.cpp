@@ -58,7 +58,6 @@ Status check_regions(const PreprocessSettings& s) {
                  .what = "clip-regions without regions has no effect",
                  .offered = "clip-regions=false",
                  .needed = "regions=meta, regions=pad, or no clip-regions",
-                 .difference = "",
                  .fix = "tensor_preprocess regions=meta clip-regions=false"};
   return ok();
 }

@@ -149,6 +149,7 @@ class TensorQueryServersink : public gst::Element<TensorQueryServersink, gst::Ba
   }
   void describe_frame(const std::vector<gst::TensorView>& views) {
     std::vector<TensorSpec> specs;
+    specs.reserve(views.size());
     for (const auto& view : views) specs.push_back(view.spec);
     frame_outputs_ = describe_tensors(specs, "output");
   }

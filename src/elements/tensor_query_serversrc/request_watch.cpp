@@ -39,31 +39,45 @@ size_t number_of_sink_pads(GstElement* element) {
   return out;
 }
 
-// The sink pads downstream of `source`. Bins are looked into; loops end where they began.
+struct Step {
+  Ref<GstPad> from;
+  bool straight;
+};
+
+// The pad that buffers of `from` arrive at, in a bin or out of it; null for an unlinked one.
+Ref<GstPad> sink_pad_of(GstPad* from) {
+  auto peer = Ref<GstPad>::adopt(gst_pad_get_peer(from));
+  while (peer) {
+    if (GST_IS_GHOST_PAD(peer.get())) {  // into a bin
+      peer = Ref<GstPad>::adopt(gst_ghost_pad_get_target(GST_GHOST_PAD(peer.get())));
+    } else if (GST_IS_PROXY_PAD(peer.get())) {  // out of a bin
+      const auto ghost = Ref<GstObject>::adopt(gst_pad_get_parent(peer.get()));
+      if (!ghost || !GST_IS_PAD(ghost.get())) return {};
+      peer = Ref<GstPad>::adopt(gst_pad_get_peer(GST_PAD(ghost.get())));
+    } else {
+      return peer;
+    }
+  }
+  return peer;
+}
+
+// The sink pads downstream of `source`. Loops end where they began.
 std::vector<Entry> sink_pads_downstream(GstPad* source) {
   std::vector<Entry> out;
-  std::deque<std::pair<Ref<GstPad>, bool>> todo{{Ref<GstPad>::share(source), true}};
+  std::deque<Step> todo{{Ref<GstPad>::share(source), true}};
   while (!todo.empty() && out.size() < kMostPads) {
     auto [from, straight] = std::move(todo.front());
     todo.pop_front();
-    auto peer = Ref<GstPad>::adopt(gst_pad_get_peer(from.get()));
-    while (peer && GST_IS_GHOST_PAD(peer.get()))
-      peer = Ref<GstPad>::adopt(gst_ghost_pad_get_target(GST_GHOST_PAD(peer.get())));
-    if (peer && GST_IS_PROXY_PAD(peer.get())) {  // out of a bin
-      const auto ghost = Ref<GstObject>::adopt(gst_pad_get_parent(peer.get()));
-      if (ghost && GST_IS_PAD(ghost.get()))
-        todo.emplace_back(Ref<GstPad>::share(GST_PAD(ghost.get())), straight);
-      continue;
-    }
+    auto pad = sink_pad_of(from.get());
     const auto element =
-        Ref<GstElement>::adopt(peer ? gst_pad_get_parent_element(peer.get()) : nullptr);
-    const auto known = [&](const auto& entry) { return entry.pad.get() == peer.get(); };
+        Ref<GstElement>::adopt(pad ? gst_pad_get_parent_element(pad.get()) : nullptr);
+    const auto known = [&](const auto& entry) { return entry.pad.get() == pad.get(); };
     if (!element || std::any_of(out.begin(), out.end(), known)) continue;
     auto next = source_pads(element.get());
     straight = straight && number_of_sink_pads(element.get()) == 1;
-    out.push_back({peer, element, straight});
+    out.push_back({std::move(pad), element, straight});
     straight = straight && next.size() <= 1;
-    for (auto& pad : next) todo.emplace_back(std::move(pad), straight);
+    for (auto& source_pad : next) todo.push_back({std::move(source_pad), straight});
   }
   return out;
 }

@@ -94,6 +94,15 @@ class TensorQueryServersrc : public gst::Element<TensorQueryServersrc, gst::Push
     gst_base_src_set_live(base(), TRUE);
     gst_base_src_set_format(base(), GST_FORMAT_TIME);
     gst_base_src_set_do_timestamp(base(), TRUE);
+    gst_pad_add_probe(
+        pad(), GST_PAD_PROBE_TYPE_EVENT_DOWNSTREAM,
+        [](GstPad*, GstPadProbeInfo* info, gpointer impl) {
+          const auto* source = static_cast<TensorQueryServersrc*>(impl);
+          if (GST_EVENT_TYPE(GST_PAD_PROBE_INFO_EVENT(info)) == GST_EVENT_EOS)
+            source->model_->close();
+          return GST_PAD_PROBE_OK;
+        },
+        this, nullptr);
   }
   void property_changed(const char* name) {
     if (std::string_view(name) == "is-live") gst_base_src_set_live(base(), settings().is_live);
@@ -232,7 +241,7 @@ class TensorQueryServersrc : public gst::Element<TensorQueryServersrc, gst::Push
   std::string default_name() const {
     const std::string model = property_downstream(pad(), "model");
     const std::string file = model.substr(0, model.find(','));
-    const std::string stem = std::filesystem::path(file).stem();
+    std::string stem = std::filesystem::path(file).stem();
     if (file.find("://") == std::string::npos && !stem.empty()) return stem;
     const gst::UniqueText name{gst_element_get_name(element())};
     return name.get();

@@ -98,8 +98,8 @@ TEST_F(TensorQueryServersrc, NamesTheElementThatDropped) {
 }
 
 TEST_F(TensorQueryServersrc, EndsCallsWhenItStops) {
-  play("tensor_query_serversink", "num-buffers=1");
-  EXPECT_EQ(infer({}).status, 0);  // the last one that the source pushes
+  play("tensor_query_serversink");
+  ASSERT_TRUE(pipeline_->reaches(GST_STATE_PAUSED));
   net::Reply waiting;
   std::thread caller([&] { waiting = infer({}); });
   EXPECT_TRUE(becomes_true([&] { return stat("requests-in-flight") == 1; }, "a waiting request"));
@@ -107,6 +107,15 @@ TEST_F(TensorQueryServersrc, EndsCallsWhenItStops) {
   caller.join();
   EXPECT_EQ(waiting.status, static_cast<int>(net::CallStatus::Unavailable));
   EXPECT_EQ(waiting.message, "the pipeline of the model m was stopped");
+}
+
+TEST_F(TensorQueryServersrc, RefusesCallsAfterTheEndOfItsStream) {
+  play("tensor_query_serversink", "num-buffers=1");
+  EXPECT_EQ(infer({}).status, 0);
+  EXPECT_EQ(pipeline_->outcome(), "");
+  const auto reply = infer({});
+  EXPECT_EQ(reply.status, static_cast<int>(net::CallStatus::Unavailable));
+  EXPECT_SAYS(reply.message, "the pipeline of the model m");
 }
 
 TEST_F(TensorQueryServersrc, ServesAgainAfterAStop) {

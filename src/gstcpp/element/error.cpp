@@ -136,7 +136,6 @@ Error property_is_fixed(const char* name, const GValue* value) {
       .what = std::string("the property ") + name + " cannot change while the element runs",
       .offered = std::string(name) + "=" + (text ? text.get() : "NULL"),
       .needed = "the element in the state NULL or READY",
-      .difference = "",
       .fix = "gst_element_set_state (element, GST_STATE_READY)"};
 }
 

@@ -189,17 +189,15 @@ bool OipModel::fits(const net::ServerAddress& address, const Result<OipSignature
 bool OipModel::probe(size_t server, net::Link::Clock::time_point deadline) {
   const auto& address = servers_->address(server);
   auto& link = servers_->link(server);
-  const auto reply = link.call(
-      "ModelReady", net::encode_model_request(address.model, address.version), nullptr, deadline);
+  const auto request = net::encode_model_request(address.model, address.version);
+  const auto reply = link.call_when_connected("ModelReady", request, deadline);
   if (reply.status != static_cast<int>(CallStatus::Unimplemented)) {
     if (reply.status != 0) return false;
     const auto ready = net::parse_model_ready(reply.chunks);
     if (!ready || !*ready) return false;
   }
   if (described_[server]) return true;
-  const auto metadata =
-      link.call("ModelMetadata", net::encode_model_request(address.model, address.version), nullptr,
-                deadline);
+  const auto metadata = link.call("ModelMetadata", request, nullptr, deadline);
   if (metadata.status == static_cast<int>(CallStatus::Unimplemented)) return true;
   if (metadata.status != 0) return false;
   const auto parsed = net::parse_model_metadata(metadata.chunks);

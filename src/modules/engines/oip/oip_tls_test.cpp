@@ -147,7 +147,7 @@ TEST_F(OipTls, ARequestWithAWrongTokenCountsAsRefused) {
                                                         {"outputname", "y"}}));
   ASSERT_EQ(engine.error().what, "");
   EXPECT_EQ(engine.invoke(make_tensor(WEIR_FLOAT32, {1, 4}, std::vector<float>{0, 1, 2, 3})).code,
-            1);
+            WEIR_RESULT_REFUSED);
   const auto counts = engine.statistics();
   EXPECT_EQ(counts.at("requests-refused"), 1u);
   EXPECT_EQ(counts.at("request-attempts"), 1u);

@@ -1,0 +1,149 @@
+// A plain server and a plain client of grpc++ with the generic classes, the floor of the engine
+// oip.
+//
+// The server has one model, x -> y, both FP32 [1,N], and answers each request with the same bytes.
+// It knows the protocol only as far as the engine calls it.
+// SPDX-License-Identifier: LGPL-2.1-or-later
+#pragma once
+#include <grpcpp/generic/async_generic_service.h>
+#include <grpcpp/generic/generic_stub.h>
+#include <grpcpp/grpcpp.h>
+
+#include <algorithm>
+#include <atomic>
+#include <chrono>
+#include <cstdio>
+#include <cstring>
+#include <memory>
+#include <span>
+#include <string>
+#include <vector>
+
+#include "net/oip_messages.hpp"
+
+namespace weir::bench {
+
+constexpr int kMostBytes = 64 << 20;
+
+inline std::string tensor_text(const std::string& name, size_t elements) {
+  std::string shape, out;
+  net::put_varint(&shape, 1);
+  net::put_varint(&shape, elements);
+  net::put_bytes(&out, 1, name);
+  net::put_bytes(&out, 2, "FP32");
+  net::put_bytes(&out, 3, shape);
+  return out;
+}
+
+inline grpc::ByteBuffer message(const std::string& text) {
+  const grpc::Slice slice(text);
+  return {&slice, 1};
+}
+
+class PlainServer final : public grpc::CallbackGenericService {
+ public:
+  explicit PlainServer(size_t elements) {
+    std::string metadata, answer, header;
+    net::put_bytes(&metadata, 1, "plain");
+    net::put_bytes(&metadata, 4, tensor_text("x", elements));
+    net::put_bytes(&metadata, 5, tensor_text("y", elements));
+    metadata_ = message(metadata);
+    ready_ = message(std::string("\x08\x01", 2));
+    net::put_bytes(&answer, 5, tensor_text("y", elements));
+    net::put_bytes_header(&header, 6, elements * sizeof(float));
+    const std::vector<grpc::Slice> slices{grpc::Slice(answer + header),
+                                          grpc::Slice(std::string(elements * sizeof(float), 0))};
+    answer_ = {slices.data(), slices.size()};
+  }
+
+  // Prints `port PORT` and serves until the end of standard input.
+  void run(const std::string& port) {
+    grpc::ServerBuilder builder;
+    int chosen = 0;
+    builder.AddListeningPort("127.0.0.1:" + port, grpc::InsecureServerCredentials(), &chosen);
+    builder.AddChannelArgument(GRPC_ARG_ALLOW_REUSEPORT, 0);
+    builder.SetMaxReceiveMessageSize(kMostBytes).SetMaxSendMessageSize(kMostBytes);
+    builder.RegisterCallbackGenericService(this);
+    const auto server = builder.BuildAndStart();
+    std::printf("port %d\n", chosen);
+    std::fflush(stdout);
+    while (std::getchar() != EOF) {
+    }
+    server->Shutdown(std::chrono::system_clock::now());
+  }
+
+ private:
+  class Call final : public grpc::ServerGenericBidiReactor {
+   public:
+    Call(const grpc::ByteBuffer& answer) : answer_(answer) { StartRead(&request_); }
+    void OnReadDone(bool) override { StartWriteAndFinish(&answer_, {}, grpc::Status::OK); }
+    void OnDone() override { delete this; }
+
+   private:
+    grpc::ByteBuffer request_, answer_;
+  };
+  grpc::ServerGenericBidiReactor* CreateReactor(
+      grpc::GenericCallbackServerContext* context) override {
+    const std::string method = context->method();
+    if (method.ends_with("ModelInfer")) {
+      ++requests_;
+      return new Call(answer_);
+    }
+    if (method.ends_with("ModelMetadata")) return new Call(metadata_);
+    if (method.ends_with("ModelReady")) return new Call(ready_);
+    return new Call(message(std::to_string(requests_)));  // Requests
+  }
+
+  grpc::ByteBuffer metadata_, ready_, answer_;
+  std::atomic<uint64_t> requests_{0};
+};
+
+// Calls that send the request's bytes from where they are, and copy the answer into memory that
+// stays.
+class PlainClient {
+ public:
+  explicit PlainClient(const std::string& port) {
+    grpc::ChannelArguments arguments;
+    arguments.SetMaxReceiveMessageSize(kMostBytes);
+    arguments.SetMaxSendMessageSize(kMostBytes);
+    stub_ = std::make_unique<grpc::GenericStub>(grpc::CreateCustomChannel(
+        "ipv4:127.0.0.1:" + port, grpc::InsecureChannelCredentials(), arguments));
+  }
+
+  // Any thread. The end of the answer's bytes, as many as there is room for in `to`. Returns the
+  // size of the answer; 0 when the call fails.
+  size_t call(const char* method, const net::Pieces& request, std::span<char> to) const {
+    std::vector<grpc::Slice> slices;
+    for (const auto& piece : request)
+      slices.push_back(piece.own.empty() ? grpc::Slice(piece.borrowed.data(), piece.borrowed.size(),
+                                                       grpc::Slice::STATIC_SLICE)
+                                         : grpc::Slice(piece.own));
+    const grpc::ByteBuffer message(slices.data(), slices.size());
+    grpc::ClientContext context;
+    context.set_deadline(std::chrono::system_clock::now() + std::chrono::seconds(10));
+    grpc::CompletionQueue queue;
+    const auto rpc =
+        stub_->PrepareUnaryCall(&context, std::string(net::kService) + method, message, &queue);
+    rpc->StartCall();
+    grpc::ByteBuffer answer;
+    grpc::Status status;
+    rpc->Finish(&answer, &status, nullptr);
+    void* tag = nullptr;
+    bool done = false;
+    queue.Next(&tag, &done);
+    std::vector<grpc::Slice> parts;
+    if (!status.ok() || !answer.Dump(&parts).ok()) return 0;
+    size_t skip = answer.Length() - std::min(answer.Length(), to.size()), at = 0;
+    for (const auto& part : parts) {
+      const size_t from = std::min(skip, part.size());
+      std::memcpy(to.data() + at, part.begin() + from, part.size() - from);
+      skip -= from, at += part.size() - from;
+    }
+    return answer.Length();
+  }
+
+ private:
+  std::unique_ptr<grpc::GenericStub> stub_;
+};
+
+}  // namespace weir::bench
