@@ -68,6 +68,11 @@ class Serving(Case):
             done = self.check(address, *options)
             self.assertEqual(done.returncode == 0, passes, f"{options}: {done.stdout}")
 
+    def test_a_path_is_read_as_it_is(self):
+        path = self.folder / "it's \"a\" model.onnx"
+        path.write_bytes(MODEL.read_bytes())
+        self.assertEqual(self.end(self.serve(f"digits={path}")[0])[0], 0)
+
     def test_both_signals_end_it(self):
         for number in (signal.SIGINT, signal.SIGTERM):
             status, out, errors = self.end(self.serve(f"digits={MODEL}")[0], number)
