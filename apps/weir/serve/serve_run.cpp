@@ -29,6 +29,22 @@ std::string text_property(GstElement* element, const char* name) {
   return text ? text : "";
 }
 
+// Opens the model before the source starts, and sets the caps of the requests: a filter accepts any
+// length of an open dimension, which is 1 in what it reports. Errors are those of the pipeline.
+void set_request_caps(const ServedPipeline& served) {
+  const auto filter = element_of(served, "-filter");
+  if (gst_element_set_state(filter.get(), GST_STATE_PAUSED) == GST_STATE_CHANGE_FAILURE) return;
+  const std::string shapes = text_property(filter.get(), "input");
+  const std::string types = text_property(filter.get(), "inputtype");
+  if (shapes.empty() || types.empty()) return;
+  const auto count = static_cast<int>(std::count(shapes.begin(), shapes.end(), ',') + 1);
+  const auto caps = gst::Ref<GstCaps>::adopt(gst_caps_new_simple(
+      "other/tensors", "format", G_TYPE_STRING, "static", "num_tensors", G_TYPE_INT, count,
+      "dimensions", G_TYPE_STRING, shapes.c_str(), "types", G_TYPE_STRING, types.c_str(),
+      "framerate", GST_TYPE_FRACTION, 0, 1, nullptr));
+  g_object_set(element_of(served, "-source").get(), "caps", caps.get(), nullptr);
+}
+
 }  // namespace
 
 ServeRun::ServeRun(std::vector<ServedPipeline> pipelines) : loop_(g_main_loop_new(nullptr, FALSE)) {
@@ -49,6 +65,7 @@ std::vector<Complaint> ServeRun::start() {
   for (const auto& served : served_) {
     GstElement* pipeline = served->what.pipeline.get();
     const auto bus = gst::Ref<GstBus>::adopt(gst_element_get_bus(pipeline));
+    set_request_caps(served->what);
     if (gst_element_set_state(pipeline, GST_STATE_PLAYING) != GST_STATE_CHANGE_FAILURE) {
       served->watch = gst_bus_add_watch(
           bus.get(),

@@ -10,18 +10,21 @@ import unittest
 import urllib.error
 import urllib.request
 
+import numpy as np
+
+import onnx_writer
 import tap_runner
 from built_modules import has_engine
 from weir_case import COMMAND, HAS_ONNX, MODEL, SOURCE, Case, sanitized, weir
 
 HAS_NET = "weirnet" in os.environ.get("WEIR_NET_PLUGIN", "")
 HAS_GRPCIO = os.environ.get("WEIR_INFERENCE_CLASSES", "") != ""
-FIRST_LINE = re.compile(r"(\S+) +(grpcs?://(\S+)/\S+) +input float32 1:192:32:1 +output float32 13:12:1\n")
+CLOCK_LINE = "input float32 1:192:32:1 +output float32 13:12:1\n"
 
 
 @unittest.skipUnless(HAS_NET and HAS_ONNX, "the plug-in weirnet or the engine onnxruntime is not built")
 class Serving(Case):
-    def serve(self, *arguments):
+    def serve(self, *arguments, line=CLOCK_LINE):
         """A server with one model, and its address."""
         process = subprocess.Popen([COMMAND, "serve", "--listen", "127.0.0.1:0", *map(str, arguments)], stdout=subprocess.PIPE,
                                    stderr=subprocess.PIPE, text=True, stdin=subprocess.DEVNULL, env={**os.environ, **sanitized()})
@@ -29,9 +32,9 @@ class Serving(Case):
         self.addCleanup(process.stdout.close)
         self.addCleanup(process.wait)
         self.addCleanup(process.kill)
-        line = process.stdout.readline()
-        match = FIRST_LINE.fullmatch(line)
-        self.assertTrue(match, line or process.stderr.read())
+        first = process.stdout.readline()
+        match = re.fullmatch(r"(\S+) +(grpcs?://(\S+)/\S+) +" + line, first)
+        self.assertTrue(match, first or process.stderr.read())
         return process, match[2], match[3]
 
     def end(self, process, number=signal.SIGTERM):
@@ -72,6 +75,24 @@ class Serving(Case):
         path = self.folder / "it's \"a\" model.onnx"
         path.write_bytes(MODEL.read_bytes())
         self.assertEqual(self.end(self.serve(f"digits={path}")[0])[0], 0)
+
+    @unittest.skipUnless(has_engine("oip"), "the engine oip is not built")
+    def test_requests_of_an_open_axis_share_batches(self):
+        path = self.folder / "double.onnx"
+        path.write_bytes(onnx_writer.model([("Mul", ["x", "two"], "y")], {"two": np.full((1,), 2, np.float32)}, [("x", ("n", 4))],
+                                           [("y", ("n", 4))]))
+        process, url, _ = self.serve(path, "--batch", 4, "--batch-wait", 50000, "--metrics=127.0.0.1:0", line="input float32 4:1 +output float32 4:1\n")
+        figures = process.stdout.readline().split()[1]
+        frames = np.random.default_rng(1).normal(size=(40, 4)).astype(np.float32)
+        (self.folder / "in").write_bytes(frames.tobytes())
+        self.good(weir("run", f"filesrc location={self.folder}/in blocksize=16 ! application/octet-stream,framerate=30/1 ! "
+                              "tensor_converter input-dim=4:1 input-type=float32 ! "
+                              f"tensor_filter framework=oip model={url} workers=4 ! filesink location={self.folder}/out"))
+        np.testing.assert_array_equal(np.fromfile(self.folder / "out", np.float32).reshape(-1, 4), 2 * frames)
+        with urllib.request.urlopen(figures, timeout=10) as answer:
+            batches = re.search(r'weir_batches_total\{model="double",element="tensor_filter"\} (\d+)', answer.read().decode())
+        self.assertLess(int(batches[1]), len(frames))
+        self.assertEqual(self.end(process)[0], 0)
 
     def test_both_signals_end_it(self):
         for number in (signal.SIGINT, signal.SIGTERM):
