@@ -27,23 +27,48 @@ bool read_shape(const Chunks& chunks, const Field& field, std::vector<int64_t>* 
   return true;
 }
 
+// The whole numbers of a type, whose field of the contents may have more of them.
+struct NumberRange {
+  int64_t least, most;
+};
+
+NumberRange range_of(const OipType& type) {
+  const auto bits = static_cast<uint32_t>(element_bytes(type.type) * 8);
+  if (type.content_field == 1) return NumberRange{0, 1};
+  if (type.content_field == 2) return NumberRange{-(1LL << (bits - 1)), (1LL << (bits - 1)) - 1};
+  if (type.content_field == 4) return NumberRange{0, (1LL << bits) - 1};
+  return {INT64_MIN, INT64_MAX};
+}
+
 // Writes numbers one after the other into memory of a fixed size.
 class NumberWriter {
  public:
   NumberWriter(const OipType& type, std::span<std::byte> to)
-      : bytes_(element_bytes(type.type)), to_(to) {}
+      : bytes_(element_bytes(type.type)), range_(range_of(type)), to_(to) {}
   bool put(uint64_t value) {
     if (used_ + bytes_ > to_.size()) return false;
+    const auto number = static_cast<int64_t>(value);
+    if (number < range_.least || number > range_.most) {
+      beyond_ = std::to_string(number);
+      return false;
+    }
     std::memcpy(to_.data() + used_, &value, bytes_);  // little-endian: the low bytes
     used_ += bytes_;
     return true;
   }
   bool full() const noexcept { return used_ == to_.size(); }
+  // The number that the type does not have; "" while there was none.
+  const std::string& beyond() const noexcept { return beyond_; }
+  std::string numbers() const {
+    return std::to_string(range_.least) + " to " + std::to_string(range_.most);
+  }
 
  private:
   const size_t bytes_;
+  const NumberRange range_;
   std::span<std::byte> to_;
   size_t used_ = 0;
+  std::string beyond_;
 };
 
 // Reads one field of InferTensorContents: one number, or several packed.
@@ -74,6 +99,9 @@ Status read_typed(const Chunks& chunks, const InferTensor& tensor, const OipType
     if (reader.failed()) return damaged_message(sender, "InferTensorContents");
   }
   if (fits && writer.full()) return ok();
+  if (!writer.beyond().empty())
+    return bad_message(sender, "the number " + writer.beyond() + " in " + describe(tensor),
+                       "numbers from " + writer.numbers());
   return bad_message(sender, "typed contents of another number of elements for " + describe(tensor),
                      std::to_string(to.size()) + " bytes of elements");
 }

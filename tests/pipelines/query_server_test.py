@@ -81,6 +81,14 @@ class Answers(Served):
                     answer = client.infer(request("same", values, datatype, typed))
                     self.assertEqual(answer.raw_output_contents[0], values.tobytes())
                     self.assertEqual(answer.outputs[0].datatype, datatype)
+            if CONTENTS.get(datatype) in ("int_contents", "uint_contents") and numpy_type[2] < "4":
+                limits = np.iinfo(numpy_type)
+                for beyond in {limits.min - 1, limits.max + 1} - {-1}:
+                    typed = request("same", values, datatype, True)
+                    getattr(typed.inputs[0].contents, CONTENTS[datatype])[2] = beyond
+                    code, text = status_of(lambda: client.infer(typed))
+                    self.assertEqual(code, "INVALID_ARGUMENT")
+                    self.assertIn(f"offered: the number {beyond} in input {datatype} [1,4]\n  needed: numbers from {limits.min} to {limits.max}", text)
             if datatype == "FP16":
                 typed = request("same", values, "FP16")
                 del typed.raw_input_contents[:]
