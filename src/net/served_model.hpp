@@ -93,7 +93,8 @@ class ServedModel : public std::enable_shared_from_this<ServedModel> {
   // Refuses the requests that come, and ends those that wait, with UNAVAILABLE. Those that were
   // taken can still be answered.
   void close();
-  // Ends all requests with UNAVAILABLE, and refuses those that come.
+  // Ends all requests with UNAVAILABLE, and refuses those that come. Call before the last reference
+  // goes: requests that wait keep the model.
   void stop();
 
   ServedCounts counts() const;

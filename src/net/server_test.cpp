@@ -170,6 +170,7 @@ TEST_F(Serving, RefusesWhatAFullQueueCannotTake) {
   EXPECT_EQ(ended[2].status, static_cast<int>(CallStatus::ResourceExhausted));
   EXPECT_SAYS(ended[2].text, "2 requests wait for the model m (queue)");
   expect_counts({.received = 3, .refused = 1, .in_flight = 2});
+  model_->stop();
 }
 
 TEST_F(Serving, MakesRoomForARequestByThoseThatExpired) {
@@ -181,6 +182,7 @@ TEST_F(Serving, MakesRoomForARequestByThoseThatExpired) {
   EXPECT_EQ(ended[1].status, static_cast<int>(CallStatus::DeadlineExceeded));
   EXPECT_EQ(ended[2].times, 0);
   expect_counts({.received = 3, .expired = 2, .in_flight = 1});
+  model_->stop();
 }
 
 TEST_F(Serving, SkipsExpiredRequests) {
