@@ -57,7 +57,7 @@ std::string to_hex(std::span<const std::byte> bytes) {
 }
 
 void write(std::span<const std::byte> bytes) {
-  std::fwrite(bytes.data(), 1, bytes.size(), stdout);
+  if (!bytes.empty()) std::fwrite(bytes.data(), 1, bytes.size(), stdout);
 }
 
 // The metadata in the order of the pairs: the last one that is set comes first.
