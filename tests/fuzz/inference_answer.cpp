@@ -1,28 +1,12 @@
 // Fuzz target: answers of inference servers, in chunks of any size.
 // SPDX-License-Identifier: LGPL-2.1-or-later
-#include <cstdint>
-#include <cstdlib>
-#include <vector>
-
 #include "net/oip_messages.hpp"
+#include "peer_message.hpp"
 
 namespace {
 
 using namespace weir::net;
-
-// Copies of the bytes, each in memory of its own, so that a read beyond one is found.
-std::vector<std::vector<std::byte>> split(std::span<const std::byte> bytes, size_t size) {
-  std::vector<std::vector<std::byte>> out;
-  for (size_t at = 0; at < bytes.size(); at += size) {
-    const auto part = bytes.subspan(at, std::min(size, bytes.size() - at));
-    out.emplace_back(part.begin(), part.end());
-  }
-  return out;
-}
-
-void expect(bool condition) {
-  if (!condition) std::abort();
-}
+using weir::fuzz::expect;
 
 void read_outputs(const Chunks& chunks, const InferResponse& response, size_t room) {
   expect(response.outputs.size() <= 256);
@@ -41,12 +25,11 @@ void read_outputs(const Chunks& chunks, const InferResponse& response, size_t ro
 }  // namespace
 
 extern "C" int LLVMFuzzerTestOneInput(const uint8_t* data, size_t size) {
-  if (size < 2) return 0;
-  const size_t chunk = data[0] % 32 + 1, room = data[1];
-  const auto parts = split(std::as_bytes(std::span(data, size)).subspan(2), chunk);
-  std::vector<Chunks::Chunk> pieces(parts.begin(), parts.end());
-  const Chunks chunks(std::move(pieces));
-  if (const auto response = parse_infer_response(chunks)) read_outputs(chunks, *response, room);
+  const auto message = weir::fuzz::PeerMessage::read(data, size);
+  if (!message) return 0;
+  const Chunks& chunks = message->chunks;
+  if (const auto response = parse_infer_response(chunks))
+    read_outputs(chunks, *response, message->room);
   if (const auto metadata = parse_model_metadata(chunks))
     expect(metadata->inputs.size() <= 256 && metadata->outputs.size() <= 256);
   (void)parse_model_ready(chunks);

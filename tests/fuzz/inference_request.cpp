@@ -1,29 +1,13 @@
 // Fuzz target: requests of clients of an inference server, in chunks of any size.
 // SPDX-License-Identifier: LGPL-2.1-or-later
-#include <cstdint>
-#include <cstdlib>
-#include <vector>
-
 #include "net/oip_service_messages.hpp"
 #include "net/request_check.hpp"
+#include "peer_message.hpp"
 
 namespace {
 
 using namespace weir::net;
-
-// Copies of the bytes, each in memory of its own, so that a read beyond one is found.
-std::vector<std::vector<std::byte>> split(std::span<const std::byte> bytes, size_t size) {
-  std::vector<std::vector<std::byte>> out;
-  for (size_t at = 0; at < bytes.size(); at += size) {
-    const auto part = bytes.subspan(at, std::min(size, bytes.size() - at));
-    out.emplace_back(part.begin(), part.end());
-  }
-  return out;
-}
-
-void expect(bool condition) {
-  if (!condition) std::abort();
-}
+using weir::fuzz::expect;
 
 void read_inputs(const Chunks& chunks, const InferRequest& request, size_t room) {
   expect(request.inputs.size() <= 256 && request.outputs.size() <= 256);
@@ -56,13 +40,11 @@ void read_fitting(const Chunks& chunks, const InferRequest& request) {
 }  // namespace
 
 extern "C" int LLVMFuzzerTestOneInput(const uint8_t* data, size_t size) {
-  if (size < 2) return 0;
-  const size_t chunk = data[0] % 32 + 1, room = data[1];
-  const auto parts = split(std::as_bytes(std::span(data, size)).subspan(2), chunk);
-  std::vector<Chunks::Chunk> pieces(parts.begin(), parts.end());
-  const Chunks chunks(std::move(pieces));
+  const auto message = weir::fuzz::PeerMessage::read(data, size);
+  if (!message) return 0;
+  const Chunks& chunks = message->chunks;
   if (const auto request = parse_infer_request(chunks)) {
-    read_inputs(chunks, *request, room);
+    read_inputs(chunks, *request, message->room);
     read_fitting(chunks, *request);
   }
   (void)parse_model_request(chunks);
