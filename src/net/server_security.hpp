@@ -12,7 +12,7 @@ namespace weir::net {
 // The files of ServerSecurity, read.
 struct ServerSecrets {
   std::string cert, key, ca;        // PEM
-  std::vector<std::string> tokens;  // one of which a client needs; none = all may connect
+  std::vector<std::string> tokens;  // a client needs one of them; empty = all may connect
 };
 
 // CONNECTION_INSECURE for other machines without TLS and for tokens without TLS; FILE_NOT_FOUND and

@@ -4,27 +4,18 @@
 
 import os
 import pathlib
-import re
 import subprocess
 import unittest
 
 import tap_runner
+from peer_process import start_grpcio_server
 
 SOURCE = pathlib.Path(os.environ["WEIR_SOURCE"])
 
 
 class CheckOip(unittest.TestCase):
     def server(self, *options):
-        process = subprocess.Popen(["/usr/bin/python3", SOURCE / "tests/support/inference_server.py", "--classes",
-                                    os.environ["WEIR_INFERENCE_CLASSES"], *options],
-                                   stdin=subprocess.PIPE, stdout=subprocess.PIPE, text=True)
-        self.addCleanup(process.stdout.close)
-        self.addCleanup(process.wait)
-        self.addCleanup(process.stdin.close)
-        self.addCleanup(process.kill)
-        port = re.fullmatch(r"port (\d+)\n", process.stdout.readline())
-        self.assertTrue(port, "the server did not start")
-        return f"127.0.0.1:{port[1]}"
+        return f"127.0.0.1:{start_grpcio_server(self, *options)[1]}"
 
     def check(self, address, *options):
         done = subprocess.run([SOURCE / "tools/check-oip", address, *options], capture_output=True, text=True, timeout=240)

@@ -4,7 +4,6 @@
 
 import os
 import pathlib
-import re
 import shutil
 import subprocess
 import tempfile
@@ -14,6 +13,7 @@ import numpy as np
 
 import tap_runner
 from built_modules import has_engine
+from peer_process import start_peer
 
 SOURCE = pathlib.Path(os.environ["WEIR_SOURCE"])
 PEERS = SOURCE / "tests/support/peers"
@@ -32,13 +32,8 @@ class InferencePeers(unittest.TestCase):
         self.addCleanup(folder.cleanup)
         self.folder = pathlib.Path(folder.name)
         np.random.default_rng(3).random((FRAMES, 32, 192), np.float32).tofile(self.folder / "in")
-        process = subprocess.Popen([node, PEERS / "onnx_server.js", SOURCE / "tests/support/inference.proto", f"digits={MODEL}"],
-                                   stdin=subprocess.PIPE, stdout=subprocess.PIPE, text=True)
-        for cleanup in (process.stdout.close, process.wait, process.stdin.close):
-            self.addCleanup(cleanup)
-        port = re.fullmatch(r"port (\d+)\n", process.stdout.readline())
-        self.assertTrue(port, "the server did not start")
-        self.address = f"grpc://127.0.0.1:{port[1]}"
+        _, port = start_peer(self, node, PEERS / "onnx_server.js", SOURCE / "tests/support/inference.proto", f"digits={MODEL}")
+        self.address = f"grpc://127.0.0.1:{port}"
 
     def play(self, model, out, options="", debug="1"):
         line = (f"filesrc location={self.folder}/in blocksize={4 * 32 * 192} ! "

@@ -15,8 +15,8 @@ import numpy as np
 import onnx_writer
 import tap_runner
 from built_modules import has_engine
+from peer_process import start_grpcio_server
 
-SERVER = pathlib.Path(os.environ["WEIR_SOURCE"]) / "tests/support/inference_server.py"
 FRAMES = 20
 
 
@@ -31,15 +31,8 @@ class InferenceServer(unittest.TestCase):
 
     def server(self, *options):
         """The address of the model `affine`, y = 2 x + 1, of a server that this starts."""
-        process = subprocess.Popen(["/usr/bin/python3", SERVER, "--classes", os.environ["WEIR_INFERENCE_CLASSES"], *options],
-                                   stdin=subprocess.PIPE, stdout=subprocess.PIPE, text=True)
-        self.addCleanup(process.stdout.close)
-        self.addCleanup(process.wait)
-        self.addCleanup(process.stdin.close)
-        self.addCleanup(process.kill)
-        port = re.fullmatch(r"port (\d+)\n", process.stdout.readline())
-        self.assertTrue(port, "the server did not start")
-        return process, f"grpc://127.0.0.1:{port[1]}/affine/1"
+        process, port = start_grpcio_server(self, *options)
+        return process, f"grpc://127.0.0.1:{port}/affine/1"
 
     def line(self, model, options, data, data_type="float32", before=""):
         (self.folder / "in").write_bytes(data.tobytes())

@@ -30,7 +30,7 @@ using X509Certificate = Unique<X509, X509_free>;
 using Memory = Unique<BIO, BIO_free_all>;
 
 constexpr int kSerialBits = 159;      // RFC 5280: positive, 20 octets at most
-constexpr long kClockSkew = 5L * 60;  // seconds that the clock of a peer may be behind
+constexpr long kClockSkew = 5L * 60;  // seconds by which the clock of a peer may be late
 constexpr long kSecondsOfDay = 86400L, kSecondsToRetry = 60L;
 
 using Extensions = std::vector<std::pair<int, std::string>>;  // NID and OpenSSL's text of it

@@ -98,7 +98,7 @@ class TensorQueryServersrc : public gst::Element<TensorQueryServersrc, gst::Push
         pad(), GST_PAD_PROBE_TYPE_EVENT_DOWNSTREAM,
         [](GstPad*, GstPadProbeInfo* info, gpointer impl) {
           const auto* source = static_cast<TensorQueryServersrc*>(impl);
-          if (GST_EVENT_TYPE(GST_PAD_PROBE_INFO_EVENT(info)) == GST_EVENT_EOS)
+          if (source->model_ && GST_EVENT_TYPE(GST_PAD_PROBE_INFO_EVENT(info)) == GST_EVENT_EOS)
             source->model_->close();
           return GST_PAD_PROBE_OK;
         },
