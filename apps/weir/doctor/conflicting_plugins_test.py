@@ -28,8 +28,8 @@ class ConflictingPlugins(Case):
         self.assertIn("GStreamer uses tensor_filter from that plug-in, not from Weir", found[0]["reason"])
         for words in (f"plug-in decoy: {DECOY}", found[0]["reason"], "fix: remove the package"):
             self.assertIn(words, output)
-        self.assertRegex(output, r"elements in use: 1 of decoy, \d+ of weir(, \d+ of weirnet)?\n")
-        self.assertRegex(results["weir"][2], r"elements in use: \d+ of weir(, \d+ of weirnet)?\n")
+        self.assertRegex(output, r"elements in use: 1 of decoy, \d+ of weir(, \d+ of weiredge)?(, \d+ of weirnet)?\n")
+        self.assertRegex(results["weir"][2], r"elements in use: \d+ of weir(, \d+ of weiredge)?(, \d+ of weirnet)?\n")
 
     def test_one_setting_leaves_the_elements_to_another_plugin(self):
         paths = self.plugins_of(DECOY.parent, PLUGIN.parent)

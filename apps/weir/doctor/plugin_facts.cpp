@@ -13,6 +13,7 @@
 #include "core/text/text.hpp"
 #include "gstcpp/element/ref.hpp"
 #include "machine/environment.hpp"
+#include "weir_plugins.hpp"
 
 namespace weir::app {
 namespace {
@@ -22,11 +23,6 @@ using gst::Ref;
 
 constexpr const char* kPluginName = "weir";
 constexpr const char* kPluginFile = "libgstweir.so";
-
-// The plug-in that talks to other machines is a file of its own.
-bool is_ours(const std::string& plugin) {
-  return plugin == kPluginName || plugin == "weirnet";
-}
 
 std::string text_of(const char* text) {
   return text ? text : "";
@@ -73,7 +69,7 @@ std::vector<ElementFact> elements_of(GstRegistry* registry) {
     fact.plugin = text_of(gst_plugin_feature_get_plugin_name(feature));
     if (plugin) fact.file = text_of(gst_plugin_get_filename(plugin.get()));
     fact.rank = gst_plugin_feature_get_rank(feature);
-    if (is_ours(fact.plugin) || named_like_ours(fact.name)) out.push_back(std::move(fact));
+    if (is_weir_plugin(fact.plugin) || named_like_ours(fact.name)) out.push_back(std::move(fact));
   }
   gst_plugin_feature_list_free(list);
   std::sort(out.begin(), out.end(), [](const auto& a, const auto& b) { return a.name < b.name; });
@@ -133,7 +129,7 @@ void find_strangers(GstRegistry* registry, PluginFacts* facts) {
              : "nothing, if you want this: " + facts->yields_to + " sets prefer_nnstreamer"});
   };
   for (const auto& element : facts->elements)
-    if (!is_ours(element.plugin)) add(element.plugin, element.file, element.name);
+    if (!is_weir_plugin(element.plugin)) add(element.plugin, element.file, element.name);
   const auto other = Ref<GstPlugin>::adopt(gst_registry_find_plugin(registry, "nnstreamer"));
   if (other) add("nnstreamer", text_of(gst_plugin_get_filename(other.get())), "");
 }

@@ -6,6 +6,7 @@
 
 #include "gstcpp/element/ref.hpp"
 #include "weir/join.hpp"
+#include "weir_plugins.hpp"
 
 namespace weir::app {
 namespace {
@@ -40,8 +41,8 @@ std::string weir_element(GstElement* element) {
   if (!factory) return "";
   const char* plugin = gst_plugin_feature_get_plugin_name(GST_PLUGIN_FEATURE(factory));
   GParamSpec* stats = g_object_class_find_property(G_OBJECT_GET_CLASS(element), "stats");
-  const bool ours = g_strcmp0(plugin, "weir") == 0 || g_strcmp0(plugin, "weirnet") == 0;
-  if (!ours || !stats || stats->value_type != GST_TYPE_STRUCTURE) return "";
+  if (!plugin || !is_weir_plugin(plugin) || !stats || stats->value_type != GST_TYPE_STRUCTURE)
+    return "";
   return gst_plugin_feature_get_name(GST_PLUGIN_FEATURE(factory));
 }
 
