@@ -4,6 +4,7 @@
 
 #include <grpcpp/generic/async_generic_service.h>
 #include <grpcpp/grpcpp.h>
+#include <grpcpp/resource_quota.h>
 
 #include <algorithm>
 #include <atomic>
@@ -17,7 +18,7 @@ namespace weir::net {
 namespace {
 
 using SystemClock = std::chrono::system_clock;
-constexpr int kMostMetadataBytes = 16 << 10, kHandshakeMs = 2000, kIdleMs = 300'000;
+constexpr int kMostMetadataBytes = 16 << 10, kHandshakeMs = 2000, kUnreadBytes = 64 << 10;
 constexpr int kLeastPingMs = 100;  // of clients that watch this server (weir_keepalive)
 constexpr std::chrono::milliseconds kEndOfCalls{500};
 
@@ -36,12 +37,20 @@ Call::Clock::time_point deadline_of(const grpc::CallbackServerContext& context) 
   return Call::Clock::now() + std::chrono::duration_cast<Call::Clock::duration>(left);
 }
 
+AdmissionLimits admission_limits(const ListenOptions& options) {
+  return {.requests = options.most_requests,
+          .connections = options.most_connections,
+          .address_connections = options.most_address_connections,
+          .address_bytes = options.most_address_bytes,
+          .message_bytes = options.most_bytes};
+}
+
 // What all calls of a listener share.
 struct Rules {
   Rules(const ListenOptions& options, ServerSecrets read, Listener::Handler handle)
       : secrets(std::move(read)),
         peers(options.security.peers),
-        admission(options.most_requests, options.most_connections),
+        admission(admission_limits(options)),
         handler(std::move(handle)) {}
 
   // Why a call is refused before its request is read.
@@ -77,22 +86,27 @@ class Reactor final : public grpc::ServerGenericBidiReactor {
     if (auto refused = rules->check(*context)) {
       ++rules->not_allowed;
       refuse(*refused);
-    } else if (auto why = rules->admission.enter(peer_)) {
+      return;
+    }
+    admitted_ = true;  // before the call may start to read, on another thread
+    if (auto why = rules->admission.enter(peer_, this, [this] { StartRead(&request_); })) {
+      admitted_ = false;
       refuse({grpc::StatusCode::RESOURCE_EXHAUSTED, *why});
-    } else {
-      admitted_ = true;
-      StartRead(&request_);
     }
   }
   void OnReadDone(bool read) override;
-  void OnCancel() override { progress_->cancelled = true; }
+  void OnCancel() override {
+    progress_->cancelled = true;
+    if (admitted_ && rules_->admission.forget(peer_, this))
+      refuse({grpc::StatusCode::CANCELLED, "the call was cancelled before it had room"});
+  }
   void OnDone() override { delete this; }
 
   // Call once, by the one that set `ended`.
   void finish(const grpc::Status& status, const std::string& trace_parent,
               std::optional<grpc::ByteBuffer> answer) {
     // Before the answer: with it the client may send its next request.
-    if (admitted_) rules_->admission.leave(peer_);
+    if (admitted_) rules_->admission.leave(peer_, bytes_);
     if (!trace_parent.empty()) context_->AddTrailingMetadata("traceparent", trace_parent);
     if (!answer) return Finish(status);
     answer_ = *std::move(answer);
@@ -110,6 +124,7 @@ class Reactor final : public grpc::ServerGenericBidiReactor {
   Rules* const rules_;
   const std::string peer_;
   bool admitted_ = false;
+  uint64_t bytes_ = 0;  // of the request
   const std::shared_ptr<Progress> progress_ = std::make_shared<Progress>();
   grpc::ByteBuffer request_, answer_;
 };
@@ -149,6 +164,8 @@ class GrpcCall final : public Call {
 };
 
 void Reactor::OnReadDone(bool read) {
+  bytes_ = read ? request_.Length() : 0;
+  rules_->admission.received(peer_, bytes_);
   if (!read) return refuse({grpc::StatusCode::INVALID_ARGUMENT, "the call has no request"});
   // A call that is not handed over to the handler ends as dropped.
   try {
@@ -193,9 +210,24 @@ void set_limits(grpc::ServerBuilder* builder, const ListenOptions& options) {
   builder->AddChannelArgument(GRPC_ARG_ALLOW_REUSEPORT, 0);
   builder->AddChannelArgument(GRPC_ARG_MAX_METADATA_SIZE, kMostMetadataBytes);
   builder->AddChannelArgument(GRPC_ARG_SERVER_HANDSHAKE_TIMEOUT_MS, kHandshakeMs);
-  builder->AddChannelArgument(GRPC_ARG_MAX_CONNECTION_IDLE_MS, kIdleMs);
+  builder->AddChannelArgument(GRPC_ARG_MAX_CONNECTION_IDLE_MS,
+                              static_cast<int>(std::min<uint32_t>(options.idle_ms, INT32_MAX)));
   builder->AddChannelArgument(GRPC_ARG_HTTP2_MIN_RECV_PING_INTERVAL_WITHOUT_DATA_MS, kLeastPingMs);
   builder->AddChannelArgument(GRPC_ARG_KEEPALIVE_PERMIT_WITHOUT_CALLS, 1);
+  // What a client may send before its message is read. gRPC's probing would let it grow.
+  builder->AddChannelArgument(GRPC_ARG_HTTP2_BDP_PROBE, 0);
+  builder->AddChannelArgument(GRPC_ARG_HTTP2_STREAM_LOOKAHEAD_BYTES, kUnreadBytes);
+  // All addresses together, as far as they are limited.
+  if (options.most_connections != 0 && options.most_address_bytes != 0) {
+    const uint64_t addresses =
+        options.most_address_connections == 0
+            ? options.most_connections
+            : (options.most_connections + options.most_address_connections - 1) /
+                  options.most_address_connections;
+    grpc::ResourceQuota quota("weir");
+    quota.Resize(addresses * std::max<uint64_t>(options.most_address_bytes, options.most_bytes));
+    builder->SetResourceQuota(quota);
+  }
   // Above the limit, so that calls beyond it are refused at once instead of waiting.
   if (options.most_requests != 0)
     builder->AddChannelArgument(

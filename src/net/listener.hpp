@@ -28,11 +28,14 @@ struct ServerSecurity {
 
 struct ListenOptions {
   std::string host = "localhost";
-  uint32_t port = 0;                     // 0 = a free port
-  std::string unix_path;                 // instead of host and port
-  size_t most_bytes = size_t{64} << 20;  // of one message
-  uint32_t most_requests = 8;            // of one connection at a time; 0 = no limit
-  uint32_t most_connections = 32;        // that have requests; 0 = no limit
+  uint32_t port = 0;                                  // 0 = a free port
+  std::string unix_path;                              // instead of host and port
+  size_t most_bytes = size_t{64} << 20;               // of one message
+  uint32_t most_requests = 8;                         // of one connection at a time; 0 = no limit
+  uint32_t most_connections = 32;                     // that have requests; 0 = no limit
+  uint32_t most_address_connections = 4;              // of one address; 0 = no limit
+  uint64_t most_address_bytes = uint64_t{256} << 20;  // of its requests in progress; 0 = no limit
+  uint32_t idle_ms = 300'000;  // after which a connection without calls is closed
   ServerSecurity security;
   bool operator==(const ListenOptions&) const = default;
 };

@@ -286,20 +286,107 @@ TEST(ServiceMessages, RefuseDamagedRequests) {
   EXPECT_FALSE(parse_infer_request(Chunks({std::as_bytes(std::span(many))})));
 }
 
-TEST(Admission, LimitsRequestsAndConnections) {
-  Admission admission(2, 2);
-  EXPECT_FALSE(admission.enter("a"));
-  EXPECT_FALSE(admission.enter("a"));
-  EXPECT_SAYS(admission.enter("a").value_or(""), "2 requests in progress (max-requests)");
-  EXPECT_FALSE(admission.enter("b"));
-  EXPECT_SAYS(admission.enter("c").value_or(""), "2 connections at a time (max-connections)");
-  admission.leave("b");
-  EXPECT_FALSE(admission.enter("c"));
-  admission.leave("a");
-  EXPECT_FALSE(admission.enter("a"));
-  EXPECT_EQ(admission.refused(), 2u);
-  Admission unlimited(0, 0);
-  for (int i = 0; i < 100; ++i) EXPECT_FALSE(unlimited.enter(std::to_string(i % 50)));
+// Calls of a peer: starts() counts those whose request may be received.
+class Admitting : public ::testing::Test {
+ protected:
+  // Why it is refused; "" = admitted.
+  std::string enter(const std::string& peer, int call = 0) {
+    return admission_->enter(peer, &calls_[call], [this, call] { started_.push_back(call); })
+        .value_or("");
+  }
+  void limit(const AdmissionLimits& limits) { admission_.emplace(limits); }
+
+  std::optional<Admission> admission_;
+  std::vector<int> started_;
+  std::array<char, 16> calls_{};  // their addresses are the calls
+};
+
+TEST_F(Admitting, LimitsRequestsAndConnections) {
+  limit({.requests = 2, .connections = 2, .address_connections = 0});
+  EXPECT_EQ(enter("ipv4:1.1.1.1:1"), "");
+  EXPECT_EQ(enter("ipv4:1.1.1.1:1"), "");
+  EXPECT_SAYS(enter("ipv4:1.1.1.1:1"), "2 requests in progress (max-requests)");
+  EXPECT_EQ(enter("ipv4:1.1.1.1:2"), "");
+  EXPECT_SAYS(enter("ipv4:1.1.1.2:1"), "2 connections at a time (max-connections)");
+  admission_->leave("ipv4:1.1.1.1:2", 0);
+  EXPECT_EQ(enter("ipv4:1.1.1.2:1"), "");
+  admission_->leave("ipv4:1.1.1.1:1", 0);
+  EXPECT_EQ(enter("ipv4:1.1.1.1:1"), "");
+  EXPECT_EQ(admission_->refused(), 2u);
+}
+
+TEST_F(Admitting, LimitsTheConnectionsOfAnAddress) {
+  limit({.address_connections = 2});
+  for (const auto* address : {"ipv4:1.1.1.1:", "ipv6:%5B::1%5D:"}) {
+    const std::string peer = address;
+    EXPECT_EQ(enter(peer + "1"), "");
+    EXPECT_EQ(enter(peer + "2"), "");
+    EXPECT_SAYS(enter(peer + "3"),
+                "this address has 2 connections with requests in progress "
+                "(max-connections-per-address)");
+    EXPECT_EQ(enter(peer + "2"), "");
+  }
+  admission_->leave("ipv4:1.1.1.1:1", 0);
+  EXPECT_EQ(enter("ipv4:1.1.1.1:3"), "");
+}
+
+TEST_F(Admitting, LimitsNothingOnAUnixSocketNorWithZeros) {
+  limit({.requests = 1, .connections = 1, .address_bytes = 1, .message_bytes = 1});
+  for (int i = 0; i < 16; ++i) EXPECT_EQ(enter("unix:/run/weir", i), "");
+  EXPECT_EQ(started_.size(), 16u);
+  limit({.requests = 0, .connections = 0, .address_connections = 0, .address_bytes = 0});
+  for (int i = 0; i < 100; ++i) EXPECT_EQ(enter("ipv4:1.1.1.1:" + std::to_string(i % 50)), "");
+  EXPECT_EQ(started_.size(), 116u);
+}
+
+TEST_F(Admitting, LetsAsManyRequestsComeInAsTheLargestMessagesHaveRoom) {
+  limit({.address_bytes = 250, .message_bytes = 100});
+  for (int i = 0; i < 4; ++i) EXPECT_EQ(enter("ipv4:1.1.1.1:1", i), "");
+  EXPECT_EQ(started_, (std::vector<int>{0, 1}));
+  EXPECT_EQ(enter("ipv4:2.2.2.2:1", 9), "");  // another address has room of its own
+  EXPECT_EQ(started_, (std::vector<int>{0, 1, 9}));
+  admission_->received("ipv4:1.1.1.1:1", 10);  // 10 + 100 are taken
+  EXPECT_EQ(started_, (std::vector<int>{0, 1, 9, 2}));
+  admission_->received("ipv4:1.1.1.1:1", 100);  // 110 + 100
+  EXPECT_EQ(started_.size(), 4u);
+  admission_->leave("ipv4:1.1.1.1:1", 100);
+  EXPECT_EQ(started_, (std::vector<int>{0, 1, 9, 2, 3}));
+}
+
+TEST_F(Admitting, RefusesWhenReceivedRequestsLeaveNoRoom) {
+  limit({.address_bytes = 3u << 20, .message_bytes = 2u << 20});
+  EXPECT_EQ(enter("ipv4:1.1.1.1:1"), "");
+  admission_->received("ipv4:1.1.1.1:1", (3u << 20) / 2);
+  EXPECT_SAYS(enter("ipv4:1.1.1.1:1"),
+              "the requests in progress of this address have 1 MiB, which leaves no room for one "
+              "of 2 MiB (max-bytes-in-flight)");
+  admission_->leave("ipv4:1.1.1.1:1", (3u << 20) / 2);
+  EXPECT_EQ(enter("ipv4:1.1.1.1:1"), "");
+  EXPECT_EQ(admission_->refused(), 1u);
+}
+
+TEST_F(Admitting, AdmitsOneMessageThatIsLargerThanTheLimit) {
+  limit({.address_bytes = 1, .message_bytes = 100});
+  EXPECT_EQ(enter("ipv4:1.1.1.1:1", 1), "");
+  EXPECT_EQ(enter("ipv4:1.1.1.1:1", 2), "");
+  EXPECT_EQ(started_, (std::vector<int>{1}));
+  admission_->received("ipv4:1.1.1.1:1", 0);
+  admission_->leave("ipv4:1.1.1.1:1", 0);
+  EXPECT_EQ(started_, (std::vector<int>{1, 2}));
+}
+
+TEST_F(Admitting, ForgetsCallsThatWaitAndNoOthers) {
+  limit({.address_bytes = 100, .message_bytes = 100});
+  EXPECT_EQ(enter("ipv4:1.1.1.1:1", 1), "");
+  EXPECT_EQ(enter("ipv4:1.1.1.1:1", 2), "");
+  EXPECT_EQ(enter("ipv4:1.1.1.1:1", 3), "");
+  EXPECT_FALSE(admission_->forget("ipv4:1.1.1.1:1", &calls_[1]));
+  EXPECT_TRUE(admission_->forget("ipv4:1.1.1.1:1", &calls_[2]));
+  EXPECT_FALSE(admission_->forget("ipv4:1.1.1.1:1", &calls_[2]));
+  EXPECT_FALSE(admission_->forget("ipv4:9.9.9.9:1", &calls_[2]));
+  admission_->leave("ipv4:1.1.1.1:1", 0);
+  admission_->received("ipv4:1.1.1.1:1", 0);
+  EXPECT_EQ(started_, (std::vector<int>{1, 3}));
 }
 
 TEST(Tokens, AreComparedWhole) {

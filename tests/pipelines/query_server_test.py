@@ -328,7 +328,7 @@ class Endings(Served):
 
     def test_64_clients_get_an_end_of_each_call(self):
         clients, calls = 64, 1000
-        pipeline, _ = self.affine("queue !", "max-connections=0")
+        pipeline, _ = self.affine("queue !", "max-connections=0 max-connections-per-address=0")
 
         def work(number):
             client = Client(f"127.0.0.1:{pipeline.port}")
