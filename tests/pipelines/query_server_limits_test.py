@@ -114,13 +114,15 @@ class Limits(unittest.TestCase):
         self.assertIsNotNone(idle.goodbye)
         self.assertEqual(status_of(call.result)[0], "OK")
 
-    def test_a_connection_that_is_used_stays(self):
+    def test_calls_one_after_the_other_keep_their_connection(self):
         pipeline = self.serve()
         peer = self.peer(pipeline)
-        stream = peer.call("/inference.GRPCInferenceService/ServerLive")
-        peer.push()
-        self.assertTrue(peer.ping())
-        self.assertEqual((peer.goodbye, stream.reset), (None, None))
+        for _ in range(20):
+            stream = peer.call("/inference.GRPCInferenceService/ServerLive")
+            peer.push()
+            while stream.reset is None and not peer.closed:
+                peer.read(10)
+        self.assertEqual((peer.closed, peer.goodbye), (False, None))
 
 
 if __name__ == "__main__":
