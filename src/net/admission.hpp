@@ -1,9 +1,11 @@
 // Admission: how many connections, calls and bytes of requests each peer, and all together, may
 // have at a time.
 //
-//   if (auto why = admission.enter(peer, call, [=] { call->start_to_read(); })) refuse(*why);
-//   admission.received(peer, bytes);  // the request is here, or did not come
-//   admission.leave(peer, bytes);     // the call has ended
+//   if (auto why = admission.enter(peer, CallKind::Request)) refuse(*why);
+//   if (auto why = admission.read(peer, call, [=] { call->start_to_read(); })) refuse(*why);
+//   admission.received(peer, bytes);  // the message is here, or did not come
+//   admission.release(peer, bytes);   // it is no longer needed
+//   admission.leave(peer, CallKind::Request);
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #pragma once
 #include <cstdint>
@@ -16,10 +18,14 @@
 
 namespace weir::net {
 
+// A stream has many messages and no certain end: one that watches health, for example.
+enum class CallKind { Request, Stream };
+
 // 0 = no limit. A connection counts while it has calls in progress. A Unix socket has one limit:
 // `connections`, as which it counts as one.
 struct AdmissionLimits {
   uint32_t requests = 8;                // of one connection
+  uint32_t streams = 4;                 // of one connection
   uint32_t connections = 32;            // of all addresses
   uint32_t address_connections = 4;     // of one address
   uint64_t address_bytes = 256u << 20;  // of the requests of one address
@@ -36,15 +42,19 @@ class Admission {
   using Start = std::function<void()>;
   explicit Admission(const AdmissionLimits& limits) : limits_(limits) {}
 
-  // nullopt: the call is admitted, and `start` is called once its request may be received: now, or
-  // later on the thread of another call. Otherwise why it is not admitted.
-  std::optional<std::string> enter(const std::string& peer, const void* call, Start start);
+  // nullopt: the call is admitted, until leave(). Otherwise why it is not.
+  std::optional<std::string> enter(const std::string& peer, CallKind kind);
+  void leave(const std::string& peer, CallKind kind);
+
+  // For an admitted call. nullopt: `start` is called once a message may be received, now, or later
+  // on the thread of another call. Otherwise why none may be received.
+  std::optional<std::string> read(const std::string& peer, const void* call, Start start);
   // For a call that was cancelled: true when it waited; its `start` will not be called.
   bool forget(const std::string& peer, const void* call);
-  // Call once after `start`, with the bytes of the request; 0 when none came.
+  // Call once after `start`, with the bytes of the message; 0 when none came. They count until
+  // release().
   void received(const std::string& peer, uint64_t bytes);
-  // Ends an admitted call, with the bytes of received().
-  void leave(const std::string& peer, uint64_t bytes);
+  void release(const std::string& peer, uint64_t bytes);
   uint64_t refused() const;
 
  private:
@@ -57,14 +67,19 @@ class Admission {
     uint64_t bytes = 0;  // of received requests
     std::deque<Waiting> waiting;
   };
-  std::optional<std::string> refusal(const std::string& peer);
+  struct Connection {
+    uint32_t requests = 0, streams = 0;
+  };
+  std::optional<std::string> refusal(const std::string& peer, CallKind kind) const;
+  std::optional<std::string> refused(std::string why);
   bool has_room(const Address& address) const;
+  void forget_if_unused(const std::string& address);
   void start_waiting(const std::string& address);
 
   const AdmissionLimits limits_;
-  mutable std::mutex mutex_;                            // guards the rest
-  std::unordered_map<std::string, uint32_t> calls_;     // by connection
-  std::unordered_map<std::string, Address> addresses_;  // that have connections
+  mutable std::mutex mutex_;  // guards the rest
+  std::unordered_map<std::string, Connection> connections_;
+  std::unordered_map<std::string, Address> addresses_;  // in use
   uint64_t refused_ = 0;
 };
 

@@ -10,6 +10,7 @@
 #include <functional>
 #include <memory>
 #include <string>
+#include <string_view>
 #include <vector>
 
 #include "net/call.hpp"
@@ -40,10 +41,15 @@ struct ListenOptions {
   bool operator==(const ListenOptions&) const = default;
 };
 
+// Whether a method has streams of messages: `/grpc.health.v1.Health/Watch` and reflection.
+bool is_stream_method(std::string_view method);
+
 // Thread-safe.
 class Listener {
  public:
-  // Called on a thread of gRPC with each call whose request has arrived; must not block.
+  // Called on a thread of gRPC with each call whose request has arrived, and with each message of a
+  // stream, as a call of its own; must not block. A stream whose client sends nothing for five
+  // seconds ends.
   using Handler = std::function<void(std::shared_ptr<Call>)>;
   // CONNECTION_INSECURE for other machines without TLS; FILE_NOT_FOUND for files, and OPTION_VALUE
   // for options and addresses, that cannot be used.

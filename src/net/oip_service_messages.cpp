@@ -99,6 +99,14 @@ std::string encode_model_statistics(const ModelStatistics& model) {
 
 }  // namespace
 
+std::string describe(const ModelRequest& model) {
+  return model.version.empty() ? model.name : model.name + " version " + model.version;
+}
+
+bool fits(const ModelRequest& wanted, const ModelRequest& served) {
+  return wanted.name == served.name && (wanted.version.empty() || wanted.version == served.version);
+}
+
 Result<ModelRequest> parse_model_request(const Chunks& chunks) {
   ModelRequest out;
   MessageReader reader(chunks, {0, chunks.size()});
@@ -163,9 +171,9 @@ Pieces encode_model_metadata(const ModelMetadata& model, std::string_view versio
   return {{std::move(out), {}}};
 }
 
-Pieces encode_health(bool serving) {
+Pieces encode_health(int status) {
   std::string out;
-  put_number(&out, 1, serving ? 1 : 2);
+  put_number(&out, 1, static_cast<uint64_t>(status));
   return {{std::move(out), {}}};
 }
 

@@ -20,6 +20,10 @@ namespace weir::net {
 struct ModelRequest {
   std::string name, version;
 };
+// "resnet version 1"; "resnet" without a version.
+std::string describe(const ModelRequest& model);
+// Whether `served` is what `wanted` asks for: without a version, any of the name.
+bool fits(const ModelRequest& wanted, const ModelRequest& served);
 
 struct InferRequest {
   std::string model, version, id;
@@ -45,7 +49,8 @@ Pieces encode_flag(bool value);
 Pieces encode_server_metadata(std::string_view name, std::string_view version,
                               std::span<const std::string_view> extensions);
 Pieces encode_model_metadata(const ModelMetadata& model, std::string_view version);
-Pieces encode_health(bool serving);
+// HealthCheckResponse: 1 = SERVING, 2 = NOT_SERVING, 3 = SERVICE_UNKNOWN.
+Pieces encode_health(int status);
 
 // Raw contents, which borrow the memory of the outputs.
 Pieces encode_infer_response(const ModelRequest& model, std::string_view id,

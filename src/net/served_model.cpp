@@ -82,15 +82,35 @@ ServedModel::ServedModel(ModelRequest model, std::string platform, size_t most_w
 }
 
 void ServedModel::set_inputs(std::vector<TensorText> inputs) {
-  std::lock_guard lock(mutex_);
-  inputs_ = std::move(inputs);
-  knows_inputs_ = true;
+  {
+    std::lock_guard lock(mutex_);
+    inputs_ = std::move(inputs);
+    knows_inputs_ = true;
+  }
+  notify();
 }
 
 void ServedModel::set_outputs(std::vector<TensorText> outputs) {
+  {
+    std::lock_guard lock(mutex_);
+    outputs_ = std::move(outputs);
+    knows_outputs_ = true;
+  }
+  notify();
+}
+
+void ServedModel::set_observer(std::function<void()> observer) {
   std::lock_guard lock(mutex_);
-  outputs_ = std::move(outputs);
-  knows_outputs_ = true;
+  observer_ = std::move(observer);
+}
+
+void ServedModel::notify() const {
+  std::function<void()> observer;
+  {
+    std::lock_guard lock(mutex_);
+    observer = observer_;
+  }
+  if (observer) observer();
 }
 
 bool ServedModel::ready() const {
@@ -209,6 +229,7 @@ void ServedModel::close() {
     waiting.swap(waiting_);
   }
   arrived_.notify_all();
+  notify();
   end_as_stopped(waiting);
 }
 

@@ -1,5 +1,5 @@
-// What a server does with calls, without a network: messages, checks, queues, limits, the end of
-// every call.
+// What a server does with calls, without a network: messages, checks, queues, the end of every
+// call.
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #include <gtest/gtest.h>
 
@@ -7,54 +7,17 @@
 #include <thread>
 
 #include "becomes.hpp"
-#include "net/admission.hpp"
 #include "net/oip_service_messages.hpp"
 #include "net/request_check.hpp"
 #include "net/served_model.hpp"
 #include "net/server_security.hpp"
+#include "net/test_call.hpp"
 #include "says.hpp"
 
 namespace weir::net {
 namespace {
 
 using namespace std::chrono_literals;
-
-struct Ended {
-  int times = 0, status = -1;
-  std::string text;
-};
-
-// A call without a network. `ended` outlives it.
-class TestCall final : public Call {
- public:
-  TestCall(Ended* ended, std::string message) : ended_(ended), message_(std::move(message)) {
-    method_ = "/inference.GRPCInferenceService/ModelInfer";
-    peer_ = "ipv4:127.0.0.1:1";
-    request_ = Chunks({std::as_bytes(std::span(message_))});
-  }
-  bool cancelled() const noexcept override { return is_cancelled; }
-  bool answer(const Pieces& pieces, const std::shared_ptr<const void>&) override {
-    std::string all;
-    for (const auto& piece : pieces)
-      all += piece.own.empty() ? std::string(reinterpret_cast<const char*>(piece.borrowed.data()),
-                                             piece.borrowed.size())
-                               : piece.own;
-    return end(0, all);
-  }
-  bool fail(CallStatus status, const std::string& text) override {
-    return end(static_cast<int>(status), text);
-  }
-  void expires_at(Clock::time_point time) { deadline_ = time; }
-  bool is_cancelled = false;
-
- private:
-  bool end(int status, const std::string& text) {
-    *ended_ = {ended_->times + 1, status, text};
-    return true;
-  }
-  Ended* const ended_;
-  const std::string message_;
-};
 
 // A request for the model m with the input x of two FP32.
 std::string message(const std::string& raw = std::string(8, 'a'), const std::string& type = "FP32",
@@ -284,109 +247,6 @@ TEST(ServiceMessages, RefuseDamagedRequests) {
   std::string many;
   for (int i = 0; i < 257; ++i) put_bytes(&many, 5, "");
   EXPECT_FALSE(parse_infer_request(Chunks({std::as_bytes(std::span(many))})));
-}
-
-// Calls of a peer: starts() counts those whose request may be received.
-class Admitting : public ::testing::Test {
- protected:
-  // Why it is refused; "" = admitted.
-  std::string enter(const std::string& peer, int call = 0) {
-    return admission_->enter(peer, &calls_[call], [this, call] { started_.push_back(call); })
-        .value_or("");
-  }
-  void limit(const AdmissionLimits& limits) { admission_.emplace(limits); }
-
-  std::optional<Admission> admission_;
-  std::vector<int> started_;
-  std::array<char, 16> calls_{};  // their addresses are the calls
-};
-
-TEST_F(Admitting, LimitsRequestsAndConnections) {
-  limit({.requests = 2, .connections = 2, .address_connections = 0});
-  EXPECT_EQ(enter("ipv4:1.1.1.1:1"), "");
-  EXPECT_EQ(enter("ipv4:1.1.1.1:1"), "");
-  EXPECT_SAYS(enter("ipv4:1.1.1.1:1"), "2 requests in progress (max-requests)");
-  EXPECT_EQ(enter("ipv4:1.1.1.1:2"), "");
-  EXPECT_SAYS(enter("ipv4:1.1.1.2:1"), "2 connections at a time (max-connections)");
-  admission_->leave("ipv4:1.1.1.1:2", 0);
-  EXPECT_EQ(enter("ipv4:1.1.1.2:1"), "");
-  admission_->leave("ipv4:1.1.1.1:1", 0);
-  EXPECT_EQ(enter("ipv4:1.1.1.1:1"), "");
-  EXPECT_EQ(admission_->refused(), 2u);
-}
-
-TEST_F(Admitting, LimitsTheConnectionsOfAnAddress) {
-  limit({.address_connections = 2});
-  for (const auto* address : {"ipv4:1.1.1.1:", "ipv6:%5B::1%5D:"}) {
-    const std::string peer = address;
-    EXPECT_EQ(enter(peer + "1"), "");
-    EXPECT_EQ(enter(peer + "2"), "");
-    EXPECT_SAYS(enter(peer + "3"),
-                "this address has 2 connections with requests in progress "
-                "(max-connections-per-address)");
-    EXPECT_EQ(enter(peer + "2"), "");
-  }
-  admission_->leave("ipv4:1.1.1.1:1", 0);
-  EXPECT_EQ(enter("ipv4:1.1.1.1:3"), "");
-}
-
-TEST_F(Admitting, LimitsNothingOnAUnixSocketNorWithZeros) {
-  limit({.requests = 1, .connections = 1, .address_bytes = 1, .message_bytes = 1});
-  for (int i = 0; i < 16; ++i) EXPECT_EQ(enter("unix:/run/weir", i), "");
-  EXPECT_EQ(started_.size(), 16u);
-  limit({.requests = 0, .connections = 0, .address_connections = 0, .address_bytes = 0});
-  for (int i = 0; i < 100; ++i) EXPECT_EQ(enter("ipv4:1.1.1.1:" + std::to_string(i % 50)), "");
-  EXPECT_EQ(started_.size(), 116u);
-}
-
-TEST_F(Admitting, LetsAsManyRequestsComeInAsTheLargestMessagesHaveRoom) {
-  limit({.address_bytes = 250, .message_bytes = 100});
-  for (int i = 0; i < 4; ++i) EXPECT_EQ(enter("ipv4:1.1.1.1:1", i), "");
-  EXPECT_EQ(started_, (std::vector<int>{0, 1}));
-  EXPECT_EQ(enter("ipv4:2.2.2.2:1", 9), "");  // another address has room of its own
-  EXPECT_EQ(started_, (std::vector<int>{0, 1, 9}));
-  admission_->received("ipv4:1.1.1.1:1", 10);  // 10 + 100 are taken
-  EXPECT_EQ(started_, (std::vector<int>{0, 1, 9, 2}));
-  admission_->received("ipv4:1.1.1.1:1", 100);  // 110 + 100
-  EXPECT_EQ(started_.size(), 4u);
-  admission_->leave("ipv4:1.1.1.1:1", 100);
-  EXPECT_EQ(started_, (std::vector<int>{0, 1, 9, 2, 3}));
-}
-
-TEST_F(Admitting, RefusesWhenReceivedRequestsLeaveNoRoom) {
-  limit({.address_bytes = 3u << 20, .message_bytes = 2u << 20});
-  EXPECT_EQ(enter("ipv4:1.1.1.1:1"), "");
-  admission_->received("ipv4:1.1.1.1:1", (3u << 20) / 2);
-  EXPECT_SAYS(enter("ipv4:1.1.1.1:1"),
-              "the requests in progress of this address have 1 MiB, which leaves no room for one "
-              "of 2 MiB (max-bytes-in-flight)");
-  admission_->leave("ipv4:1.1.1.1:1", (3u << 20) / 2);
-  EXPECT_EQ(enter("ipv4:1.1.1.1:1"), "");
-  EXPECT_EQ(admission_->refused(), 1u);
-}
-
-TEST_F(Admitting, AdmitsOneMessageThatIsLargerThanTheLimit) {
-  limit({.address_bytes = 1, .message_bytes = 100});
-  EXPECT_EQ(enter("ipv4:1.1.1.1:1", 1), "");
-  EXPECT_EQ(enter("ipv4:1.1.1.1:1", 2), "");
-  EXPECT_EQ(started_, (std::vector<int>{1}));
-  admission_->received("ipv4:1.1.1.1:1", 0);
-  admission_->leave("ipv4:1.1.1.1:1", 0);
-  EXPECT_EQ(started_, (std::vector<int>{1, 2}));
-}
-
-TEST_F(Admitting, ForgetsCallsThatWaitAndNoOthers) {
-  limit({.address_bytes = 100, .message_bytes = 100});
-  EXPECT_EQ(enter("ipv4:1.1.1.1:1", 1), "");
-  EXPECT_EQ(enter("ipv4:1.1.1.1:1", 2), "");
-  EXPECT_EQ(enter("ipv4:1.1.1.1:1", 3), "");
-  EXPECT_FALSE(admission_->forget("ipv4:1.1.1.1:1", &calls_[1]));
-  EXPECT_TRUE(admission_->forget("ipv4:1.1.1.1:1", &calls_[2]));
-  EXPECT_FALSE(admission_->forget("ipv4:1.1.1.1:1", &calls_[2]));
-  EXPECT_FALSE(admission_->forget("ipv4:9.9.9.9:1", &calls_[2]));
-  admission_->leave("ipv4:1.1.1.1:1", 0);
-  admission_->received("ipv4:1.1.1.1:1", 0);
-  EXPECT_EQ(started_, (std::vector<int>{1, 3}));
 }
 
 TEST(Tokens, AreComparedWhole) {
