@@ -54,6 +54,7 @@ class ServedRequest {
   friend class ServedModel;
   // How a request ends, for the counts.
   enum class End { Answered, Refused, Expired, Aborted };
+  AnswerTimes times() const;
   bool fail_as(End end, CallStatus status, const std::string& message);
 
   const std::shared_ptr<ServedModel> model_;
