@@ -73,7 +73,7 @@ class HostileReader : public ::testing::Test {
     EXPECT_TRUE(becomes_true([&] { return !reason().empty(); }, "the reason"));
     EXPECT_SAYS(reason(), words);
     auto good = subscriber_at(folder_.file());
-    EXPECT_EQ(publisher_->publish(frame_of(*publisher_, 3)), Publisher::Outcome::Sent);
+    EXPECT_EQ(publish(*publisher_, frame_of(*publisher_, 3)), Publisher::Outcome::Sent);
     const auto event = good.receive();
     ASSERT_TRUE(event && event->frame);
     EXPECT_TRUE(is_frame_of(*event->frame, 3));
@@ -120,7 +120,7 @@ TEST_F(HostileReader, AReleaseTwice) {
   RawReader reader(folder_.file());
   reader.hello();
   ASSERT_TRUE(readers_become(*publisher_, 1));
-  publisher_->publish(frame_of(*publisher_, 1));
+  publish(*publisher_, frame_of(*publisher_, 1));
   reader.send(Kind::Release, uint64_t{1});
   reader.send(Kind::Release, uint64_t{1});
   expect_refused(&reader, "released frame 1,");

@@ -66,6 +66,10 @@ inline LocalFrame frame_of(const Publisher& publisher, uint64_t seed, size_t byt
   return out;
 }
 
+inline Publisher::Outcome publish(Publisher& publisher, LocalFrame frame) {
+  return publisher.publish(&frame);
+}
+
 inline bool is_frame_of(const ReceivedFrame& frame, uint64_t seed, size_t bytes = 4096) {
   if (frame.memories.size() != 1 || frame.memories[0].size() != bytes) return false;
   for (size_t i = 0; i < bytes; ++i)

@@ -58,34 +58,29 @@ Publisher::Readers Publisher::active() const {
   return out;
 }
 
-template <class Send>
 Publisher::Outcome Publisher::deliver(Lock* lock, const std::shared_ptr<ReaderLink>& reader,
-                                      bool may_drop, const Send& send) {
+                                      const Delivery& delivery) {
   const auto reads = [&] { return reader->state() == ReaderLink::State::Reading; };
-  const auto ready = [&] {
-    return interrupted_ || !reads() || reader->has_room(options_.most_held);
-  };
+  const auto has_room = [&] { return reader->has_room(delivery.most_held); };
   while (reads()) {
-    if (may_drop && !reader->has_room(options_.most_held)) {
+    if (delivery.may_drop && !has_room()) {
       ++missed_;
       return Outcome::Missed;
     }
-    changed_.wait(*lock, ready);
+    changed_.wait(*lock, [&] { return interrupted_ || !reads() || has_room(); });
     if (interrupted_) return Outcome::Interrupted;
     if (!reads()) break;
-    if (send(*reader)) return Outcome::Sent;
+    if (delivery.send(*reader)) return Outcome::Sent;
     wake();  // to wait for room in the socket, or to remove the reader
   }
   return Outcome::NoReader;
 }
 
-template <class Send>
-Publisher::Outcome Publisher::deliver_to_all(bool may_drop, const Send& send) {
-  Lock lock(mutex_);
+Publisher::Outcome Publisher::deliver_to_all(Lock* lock, const Delivery& delivery) {
   if (interrupted_) return Outcome::Interrupted;
   Outcome best = Outcome::NoReader;
   for (const auto& reader : active()) {
-    const Outcome outcome = deliver(&lock, reader, may_drop, send);
+    const Outcome outcome = deliver(lock, reader, delivery);
     if (outcome == Outcome::Interrupted) return outcome;
     if (outcome == Outcome::Sent || best == Outcome::NoReader) best = outcome;
   }
@@ -98,32 +93,27 @@ Status Publisher::set_caps(std::string text) {
                  .what = "the caps are too long for a local stream",
                  .offered = std::to_string(text.size()) + " bytes",
                  .needed = "at most " + std::to_string(kMostCapsBytes)};
-  {
-    const std::lock_guard lock(mutex_);
-    ended_ = false;
-    caps_ = text;
-  }
-  deliver_to_all(false, [&](ReaderLink& reader) { return reader.send_caps(text); });
+  Lock lock(mutex_);
+  ended_ = false;
+  caps_ = std::make_shared<const std::string>(std::move(text));
+  deliver_to_all(&lock, {[this](ReaderLink& reader) { return reader.send_caps(caps_); }});
   return ok();
 }
 
-Publisher::Outcome Publisher::publish(const LocalFrame& frame) {
-  uint64_t number = 0;
-  {
-    const std::lock_guard lock(mutex_);
-    ended_ = false;
-    number = ++last_number_;
-  }
-  return deliver_to_all(options_.drop,
-                        [&](ReaderLink& reader) { return reader.send_frame(frame, number); });
+Publisher::Outcome Publisher::publish(LocalFrame* frame) {
+  Lock lock(mutex_);
+  ended_ = false;
+  if (frame->number == 0) frame->number = ++last_number_;
+  return deliver_to_all(&lock, {[this, frame](ReaderLink& reader) {
+                                  return reader.send_caps(caps_) && reader.send_frame(*frame);
+                                },
+                                options_.most_held, options_.drop});
 }
 
 Publisher::Outcome Publisher::end() {
-  {
-    const std::lock_guard lock(mutex_);
-    ended_ = true;
-  }
-  return deliver_to_all(false, [](ReaderLink& reader) { return reader.send_end(); });
+  Lock lock(mutex_);
+  ended_ = true;
+  return deliver_to_all(&lock, {[](ReaderLink& reader) { return reader.send_end(); }});
 }
 
 bool Publisher::wait_for_reader(const isolate::Deadline& deadline) {
@@ -136,14 +126,13 @@ bool Publisher::wait_for_reader(const isolate::Deadline& deadline) {
   return !interrupted_ && !active().empty();
 }
 
-bool Publisher::wait_for_release() {
+Publisher::Release Publisher::wait_for_release() {
   Lock lock(mutex_);
-  const auto held = [this] {
-    return std::any_of(readers_.begin(), readers_.end(), [](auto& r) { return r->holds(); });
-  };
-  if (interrupted_ || !held()) return false;
+  const auto holds = [](const auto& reader) { return reader->holds(); };
+  if (interrupted_) return Release::Interrupted;
+  if (std::none_of(readers_.begin(), readers_.end(), holds)) return Release::NoneHeld;
   changed_.wait(lock);
-  return !interrupted_;
+  return interrupted_ ? Release::Interrupted : Release::Released;
 }
 
 void Publisher::interrupt() {
@@ -193,10 +182,18 @@ void Publisher::read(const std::shared_ptr<ReaderLink>& reader, std::span<std::b
     }
     if (!greeted) continue;
     // The socket is empty: a greeting that does not fit is a reader that is gone.
-    const bool sent = reader->welcome() && (caps_.empty() || reader->send_caps(caps_)) &&
-                      (!ended_ || reader->send_end());
+    const bool sent =
+        reader->welcome() && reader->send_caps(caps_) && (!ended_ || reader->send_end());
     if (!sent) return reader->set_gone();
   }
+}
+
+void Publisher::refuse_silent(ReaderLink* reader, std::vector<Error>* refusals) {
+  if (reader->state() != ReaderLink::State::Greeting || !isolate::is_over(reader->greeting_ends()))
+    return;
+  ++refused_;
+  refusals->push_back(refusal(options_.path, "it did not greet within 2 s"));
+  reader->set_gone();
 }
 
 void Publisher::remove_gone(Garbage* garbage) {
@@ -231,12 +228,7 @@ void Publisher::serve_once(std::vector<std::byte>* buffer) {
     for (size_t i = 0; i < readers.size(); ++i) {
       if (watched[i + 2].revents & POLLOUT) readers[i]->set_room();
       if (watched[i + 2].revents & ~POLLOUT) read(readers[i], *buffer, &garbage, &refusals);
-      if (readers[i]->state() == ReaderLink::State::Greeting &&
-          isolate::is_over(readers[i]->greeting_ends())) {
-        ++refused_;
-        refusals.push_back(refusal(options_.path, "it did not greet within 2 s"));
-        readers[i]->set_gone();
-      }
+      refuse_silent(readers[i].get(), &refusals);
     }
     remove_gone(&garbage);
     changed_.notify_all();

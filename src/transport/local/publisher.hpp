@@ -47,15 +47,17 @@ class Publisher {
   enum class Outcome { Sent, NoReader, Missed, Interrupted };
   // The caps of the frames that follow. LIMIT_EXCEEDED for a text beyond kMostCapsBytes.
   Status set_caps(std::string text);
-  // Sends a frame to every reader. Missed: no reader had room, with `drop`.
-  Outcome publish(const LocalFrame& frame);
+  // Sends a frame to every reader. Missed: no reader had room, with `drop`. Interrupted: the next
+  // call with this frame goes on with the readers that do not have it.
+  Outcome publish(LocalFrame* frame);
   // Reports the end of the stream to readers, also to those that come later.
   Outcome end();
 
   // Waits until there is a reader; false after the deadline or an interruption.
   bool wait_for_reader(const isolate::Deadline& deadline);
-  // Waits until a reader has released a frame; false when none is held, or when interrupted.
-  bool wait_for_release();
+  // Waits until a reader may have released a frame.
+  enum class Release { Released, NoneHeld, Interrupted };
+  Release wait_for_release();
   // Ends waiting calls, and those that would wait until resume().
   void interrupt();
   void resume();
@@ -71,14 +73,17 @@ class Publisher {
   void greet_new(std::vector<Error>* refusals);
   void read(const std::shared_ptr<ReaderLink>& reader, std::span<std::byte> buffer,
             Garbage* garbage, std::vector<Error>* refusals);
+  void refuse_silent(ReaderLink* reader, std::vector<Error>* refusals);
   void remove_gone(Garbage* garbage);
   Readers active() const;
-  // Sends by `send`, waiting for room; Missed if there is none and `drop` is set.
-  template <class Send>
-  Outcome deliver(Lock* lock, const std::shared_ptr<ReaderLink>& reader, bool may_drop,
-                  const Send& send);
-  template <class Send>
-  Outcome deliver_to_all(bool may_drop, const Send& send);
+  // What to send to each reader, and whether it waits for a reader that holds `most_held` frames.
+  struct Delivery {
+    std::function<bool(ReaderLink&)> send;
+    size_t most_held = SIZE_MAX;
+    bool may_drop = false;
+  };
+  Outcome deliver(Lock* lock, const std::shared_ptr<ReaderLink>& reader, const Delivery& delivery);
+  Outcome deliver_to_all(Lock* lock, const Delivery& delivery);
   void wake() noexcept;
 
   const PublisherOptions options_;
@@ -88,7 +93,7 @@ class Publisher {
   mutable std::mutex mutex_;  // guards the rest
   std::condition_variable changed_;
   Readers readers_;
-  std::string caps_;
+  std::shared_ptr<const std::string> caps_;  // null before the first
   uint64_t last_number_ = 0, refused_ = 0, missed_ = 0;
   bool ended_ = false, interrupted_ = false, stopping_ = false;
   std::thread thread_;

@@ -24,10 +24,13 @@ bool ReaderLink::welcome() {
   return send(writer_.finish());
 }
 
-bool ReaderLink::send_caps(const std::string& caps) {
+bool ReaderLink::send_caps(const std::shared_ptr<const std::string>& caps) {
+  if (caps == caps_) return true;
   writer_.begin(Kind::Caps);
-  writer_.text(caps);
-  return send(writer_.finish());
+  writer_.text(*caps);
+  if (!send(writer_.finish())) return false;
+  caps_ = caps;
+  return true;
 }
 
 bool ReaderLink::send_end() {
@@ -60,20 +63,24 @@ bool ReaderLink::share(const std::shared_ptr<isolate::SharedBlock>& block) {
   return true;
 }
 
-bool ReaderLink::send_frame(const LocalFrame& frame, uint64_t number) {
+bool ReaderLink::send_frame(const LocalFrame& frame) {
+  if (frame.number <= last_number_) return true;
   for (const auto& memory : frame.memories)
     if (!share(memory.block)) return false;
   writer_.begin(Kind::Frame);
-  writer_.put(FrameHead{number, frame.times, static_cast<uint32_t>(frame.memories.size()),
+  writer_.put(FrameHead{frame.number, frame.times, static_cast<uint32_t>(frame.memories.size()),
                         frame.metas_are_memory ? 1u : 0u});
   for (const auto& memory : frame.memories)
     writer_.put(Piece{memory.block->id(), memory.offset, memory.bytes});
   writer_.bytes(frame.metas);
   // Before the message: the release may come at once.
-  held_.emplace(number, frame.owner);
-  if (send(writer_.finish())) return true;
-  held_.erase(number);
-  return false;
+  held_.emplace(frame.number, frame.owner);
+  if (!send(writer_.finish())) {
+    held_.erase(frame.number);
+    return false;
+  }
+  last_number_ = frame.number;
+  return true;
 }
 
 std::optional<std::string> ReaderLink::release(uint64_t number, Garbage* garbage) {

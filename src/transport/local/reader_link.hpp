@@ -23,6 +23,7 @@ struct LocalFrame {
     std::shared_ptr<isolate::SharedBlock> block;
     uint64_t offset = 0, bytes = 0;
   };
+  uint64_t number = 0;  // set by the publisher
   FrameTimes times;
   std::vector<Memory> memories;       // at most kMostPieces - 1
   std::vector<std::byte> metas;       // the reader gets them as they are
@@ -48,8 +49,8 @@ class ReaderLink {
 
   // These return false if the message was not sent: is_full() or state() tell why.
   bool welcome();
-  bool send_caps(const std::string& caps);
-  bool send_frame(const LocalFrame& frame, uint64_t number);
+  bool send_caps(const std::shared_ptr<const std::string>& caps);  // unless it has them; null: none
+  bool send_frame(const LocalFrame& frame);                        // unless it has it
   bool send_end();
 
   // Handles one packet of the reader; nullopt, or why the reader is refused.
@@ -70,6 +71,8 @@ class ReaderLink {
   const std::chrono::steady_clock::time_point greeting_ends_ =
       std::chrono::steady_clock::now() + kGreetingTime;
   isolate::MessageWriter writer_;
+  std::shared_ptr<const std::string> caps_;                         // sent last
+  uint64_t last_number_ = 0;                                        // of the frame sent last
   std::map<uint64_t, std::shared_ptr<const void>> held_;            // by number of the frame
   std::map<uint64_t, std::weak_ptr<isolate::SharedBlock>> blocks_;  // that it knows, by id
 };

@@ -23,6 +23,11 @@ struct Small {
   T body;
 };
 
+Result<std::optional<StreamEvent>> without_event(Status status) {
+  if (!status) return std::move(status).error();
+  return std::optional<StreamEvent>();
+}
+
 }  // namespace
 
 void WriterLink::send(std::span<const std::byte> message) noexcept {
@@ -116,32 +121,21 @@ Result<StreamEvent> Subscriber::receive(int cancel) {
   }
 }
 
-Result<std::optional<StreamEvent>> Subscriber::handle(Packet* packet) {
+Subscriber::Handled Subscriber::handle(Packet* packet) {
   auto message = packet->cut ? std::nullopt : open_message(packet->bytes);
   if (!message) return bad_writer("a packet that is no message");
   auto& body = message->body;
   if (packet->descriptor && message->kind != Kind::Block)
     return bad_writer("a descriptor without a block");
   switch (message->kind) {
-    case Kind::Block: {
-      if (auto status = add_block(&body, packet->descriptor); !status) return status.error();
-      return std::optional<StreamEvent>();
-    }
-    case Kind::Forget: {
-      if (auto status = forget_block(&body); !status) return status.error();
-      return std::optional<StreamEvent>();
-    }
-    case Kind::Caps: {
-      StreamEvent event{StreamEvent::Kind::Caps, body.text(), {}};
-      if (!body.complete() || event.caps.find('\0') != std::string::npos)
-        return bad_writer("caps that are no text");
-      return std::optional(std::move(event));
-    }
-    case Kind::Frame: {
-      auto received = frame(&body);
-      if (!received) return received.error();
-      return std::optional(StreamEvent{StreamEvent::Kind::Frame, {}, *std::move(received)});
-    }
+    case Kind::Block:
+      return without_event(add_block(&body, packet->descriptor));
+    case Kind::Forget:
+      return without_event(forget_block(&body));
+    case Kind::Caps:
+      return caps(&body);
+    case Kind::Frame:
+      return frame(&body);
     case Kind::End:
       if (!body.complete()) return bad_writer("an end of stream of the wrong size");
       return std::optional(StreamEvent{StreamEvent::Kind::End, {}, {}});
@@ -175,7 +169,14 @@ Status Subscriber::forget_block(isolate::MessageReader* body) {
   return ok();
 }
 
-Result<std::shared_ptr<const ReceivedFrame>> Subscriber::frame(isolate::MessageReader* body) {
+Subscriber::Handled Subscriber::caps(isolate::MessageReader* body) {
+  StreamEvent event{StreamEvent::Kind::Caps, body->text(), {}};
+  if (!body->complete() || event.caps.find('\0') != std::string::npos)
+    return bad_writer("caps that are no text");
+  return std::optional(std::move(event));
+}
+
+Subscriber::Handled Subscriber::frame(isolate::MessageReader* body) {
   const auto head = body->take<FrameHead>();
   if (head.number <= last_number_ || head.pieces > kMostPieces || head.metas_are_piece > 1 ||
       (head.metas_are_piece && head.pieces == 0))
@@ -201,7 +202,7 @@ Result<std::shared_ptr<const ReceivedFrame>> Subscriber::frame(isolate::MessageR
   if (!body->complete()) return bad_writer("a frame message of the wrong size");
   out->metas.assign(metas.begin(), metas.end());
   if (head.metas_are_piece) out->memories.pop_back();
-  return std::shared_ptr<const ReceivedFrame>(std::move(out));
+  return std::optional(StreamEvent{StreamEvent::Kind::Frame, {}, std::move(out)});
 }
 
 }  // namespace weir::local

@@ -84,10 +84,12 @@ class Subscriber {
   enum class Wait { Packet, Closed, Cancelled, Late };
   Wait wait(int cancel, const isolate::Deadline& deadline, Packet* packet);
   // No event: the message was for this object.
-  Result<std::optional<StreamEvent>> handle(Packet* packet);
+  using Handled = Result<std::optional<StreamEvent>>;
+  Handled handle(Packet* packet);
   Status add_block(isolate::MessageReader* body, const Descriptor& descriptor);
   Status forget_block(isolate::MessageReader* body);
-  Result<std::shared_ptr<const ReceivedFrame>> frame(isolate::MessageReader* body);
+  Handled caps(isolate::MessageReader* body);
+  Handled frame(isolate::MessageReader* body);
 
   std::shared_ptr<WriterLink> link_;
   std::vector<std::byte> buffer_;
