@@ -43,8 +43,9 @@ struct MessageHead {
 
 class MessageWriter {
  public:
-  // Keeps the memory: a reused writer does not allocate.
-  void begin(Kind kind) {
+  // Keeps the memory: a reused writer does not allocate. `kind`: an enumeration of the protocol.
+  template <class E>
+  void begin(E kind) requires std::is_enum_v<E> {
     bytes_.clear();
     put(MessageHead{static_cast<uint32_t>(kind), 0});
   }
@@ -56,6 +57,8 @@ class MessageWriter {
     put(static_cast<uint32_t>(text.size()));
     append(text.data(), text.size());
   }
+  // Without their size.
+  void bytes(std::span<const std::byte> bytes) { append(bytes.data(), bytes.size()); }
   // Head and body, with the length set.
   std::span<const std::byte> finish() {
     const auto size = static_cast<uint32_t>(bytes_.size() - sizeof(MessageHead));
@@ -85,6 +88,8 @@ class MessageReader {
     const auto part = bytes(take<uint32_t>());
     return {reinterpret_cast<const char*>(part.data()), part.size()};
   }
+  // Everything that is left.
+  std::span<const std::byte> rest() { return bytes(rest_.size()); }
   // The number of items that follow; more than `most` invalidates the message.
   uint32_t count(uint32_t most) {
     const auto value = take<uint32_t>();

@@ -1,0 +1,18 @@
+// The error for what a writer sends and must not.
+// SPDX-License-Identifier: LGPL-2.1-or-later
+#pragma once
+#include <string>
+#include <utility>
+
+#include "weir/result.hpp"
+
+namespace weir::local {
+
+inline Error bad_writer(std::string sent) {
+  return Error{.code = Code::PEER_MESSAGE_INVALID,
+               .what = "the writer of a local stream sent what cannot be used",
+               .offered = std::move(sent),
+               .needed = "an edgesink of the same version; the connection is closed"};
+}
+
+}  // namespace weir::local

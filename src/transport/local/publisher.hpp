@@ -1,0 +1,102 @@
+// Publisher: the writing end of a local stream. Its frames lie in shared memory that any number of
+// readers of the same user map; nothing is copied for them.
+// SPDX-License-Identifier: LGPL-2.1-or-later
+#pragma once
+#include <condition_variable>
+#include <functional>
+#include <memory>
+#include <mutex>
+#include <string>
+#include <thread>
+#include <vector>
+
+#include "core/isolate/deadline.hpp"
+#include "core/isolate/shared_arena.hpp"
+#include "transport/local/local_message.hpp"
+#include "transport/local/local_socket.hpp"
+#include "transport/local/reader_link.hpp"
+
+namespace weir::local {
+
+struct PublisherOptions {
+  std::string path;
+  uint32_t most_held = 16;     // frames that a reader has received and not released
+  bool drop = false;           // a reader that holds so many misses frames; else publish() waits
+  uint32_t most_readers = 32;  // more are refused
+  std::function<void(const Error&)> refused;  // called for each reader that is refused; any thread
+};
+
+struct PublisherCounts {
+  uint32_t readers = 0;
+  uint64_t refused = 0;  // connections that were closed because of what they are or sent
+  uint64_t missed = 0;   // frames that were not sent to a reader, over all readers
+};
+
+// publish(), set_caps() and end() are called by one thread; everything else by any.
+class Publisher {
+ public:
+  // Listens on the path. Errors: those of Listener::open().
+  static Result<std::unique_ptr<Publisher>> open(PublisherOptions options);
+  Publisher(const Publisher&) = delete;
+  Publisher& operator=(const Publisher&) = delete;
+  ~Publisher();
+
+  // Memory allocated here can be published without a copy.
+  const std::shared_ptr<isolate::SharedArena>& arena() const noexcept { return arena_; }
+
+  enum class Outcome { Sent, NoReader, Missed, Interrupted };
+  // The caps of the frames that follow. LIMIT_EXCEEDED for a text beyond kMostCapsBytes.
+  Status set_caps(std::string text);
+  // Sends a frame to every reader. Missed: no reader had room, with `drop`. Interrupted: the next
+  // call with this frame goes on with the readers that do not have it.
+  Outcome publish(LocalFrame* frame);
+  // Reports the end of the stream to readers, also to those that come later.
+  Outcome end();
+
+  // Waits until there is a reader; false after the deadline or an interruption.
+  bool wait_for_reader(const isolate::Deadline& deadline);
+  // Waits until a reader may have released a frame.
+  enum class Release { Released, NoneHeld, Interrupted };
+  Release wait_for_release();
+  // Ends waiting calls, and those that would wait until resume().
+  void interrupt();
+  void resume();
+  PublisherCounts counts() const;
+
+ private:
+  using Readers = std::vector<std::shared_ptr<ReaderLink>>;
+  using Lock = std::unique_lock<std::mutex>;
+
+  explicit Publisher(PublisherOptions options);
+  void serve() noexcept;
+  void serve_once(std::vector<std::byte>* buffer);
+  void greet_new(std::vector<Error>* refusals);
+  void read(const std::shared_ptr<ReaderLink>& reader, std::span<std::byte> buffer,
+            Garbage* garbage, std::vector<Error>* refusals);
+  void refuse_silent(ReaderLink* reader, std::vector<Error>* refusals);
+  void remove_gone(Garbage* garbage);
+  Readers active() const;
+  // What to send to each reader, and whether it waits for a reader that holds `most_held` frames.
+  struct Delivery {
+    std::function<bool(ReaderLink&)> send;
+    size_t most_held = SIZE_MAX;
+    bool may_drop = false;
+  };
+  Outcome deliver(Lock* lock, const std::shared_ptr<ReaderLink>& reader, const Delivery& delivery);
+  Outcome deliver_to_all(Lock* lock, const Delivery& delivery);
+  void wake() noexcept;
+
+  const PublisherOptions options_;
+  const std::shared_ptr<isolate::SharedArena> arena_;
+  Listener listener_;
+  Descriptor wake_;
+  mutable std::mutex mutex_;  // guards the rest
+  std::condition_variable changed_;
+  Readers readers_;
+  std::shared_ptr<const std::string> caps_;  // null before the first
+  uint64_t last_number_ = 0, refused_ = 0, missed_ = 0;
+  bool ended_ = false, interrupted_ = false, stopping_ = false;
+  std::thread thread_;
+};
+
+}  // namespace weir::local

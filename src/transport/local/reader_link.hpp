@@ -1,0 +1,80 @@
+// ReaderLink: one reader as its writer sees it.
+// SPDX-License-Identifier: LGPL-2.1-or-later
+#pragma once
+#include <chrono>
+#include <map>
+#include <memory>
+#include <span>
+#include <string>
+#include <vector>
+
+#include "core/isolate/shared_arena.hpp"
+#include "transport/local/local_message.hpp"
+#include "transport/local/local_socket.hpp"
+
+namespace weir::local {
+
+// Owners of frames whose release may run other code: destroyed without a lock.
+using Garbage = std::vector<std::shared_ptr<const void>>;
+
+// A frame to publish.
+struct LocalFrame {
+  struct Memory {
+    std::shared_ptr<isolate::SharedBlock> block;
+    uint64_t offset = 0, bytes = 0;
+  };
+  uint64_t number = 0;  // set by the publisher
+  FrameTimes times;
+  std::vector<Memory> memories;       // at most kMostPieces - 1
+  std::vector<std::byte> metas;       // the reader gets them as they are
+  std::shared_ptr<const void> owner;  // keeps the memories until every reader released them
+  bool metas_are_memory = false;      // the metas are the last one of `memories`
+};
+
+// Used under the publisher's lock. Nothing here blocks.
+class ReaderLink {
+ public:
+  enum class State { Greeting, Reading, Leaving, Gone };
+
+  explicit ReaderLink(Descriptor socket) : socket_(std::move(socket)) {}
+
+  int socket() const noexcept { return socket_.get(); }
+  State state() const noexcept { return state_; }
+  void set_gone() noexcept { state_ = State::Gone; }
+  bool is_full() const noexcept { return full_; }  // the socket takes no more
+  void set_room() noexcept { full_ = false; }
+  bool has_room(size_t most_held) const noexcept { return !full_ && held_.size() < most_held; }
+  bool holds() const noexcept { return !held_.empty(); }
+  std::chrono::steady_clock::time_point greeting_ends() const noexcept { return greeting_ends_; }
+
+  // These return false if the message was not sent: is_full() or state() tell why.
+  bool welcome();
+  bool send_caps(const std::shared_ptr<const std::string>& caps);  // unless it has them; null: none
+  bool send_frame(const LocalFrame& frame);                        // unless it has it
+  bool send_end();
+
+  // Handles one packet of the reader; nullopt, or why the reader is refused.
+  std::optional<std::string> handle(const Packet& packet, Garbage* garbage);
+  void release_all(Garbage* garbage);
+
+ private:
+  static constexpr auto kGreetingTime = std::chrono::seconds(2);
+
+  bool send(std::span<const std::byte> message, int descriptor = -1);
+  bool share(const std::shared_ptr<isolate::SharedBlock>& block);
+  bool forget_gone_blocks();
+  std::optional<std::string> release(uint64_t number, Garbage* garbage);
+
+  Descriptor socket_;
+  State state_ = State::Greeting;
+  bool full_ = false;
+  const std::chrono::steady_clock::time_point greeting_ends_ =
+      std::chrono::steady_clock::now() + kGreetingTime;
+  isolate::MessageWriter writer_;
+  std::shared_ptr<const std::string> caps_;                         // sent last
+  uint64_t last_number_ = 0;                                        // of the frame sent last
+  std::map<uint64_t, std::shared_ptr<const void>> held_;            // by number of the frame
+  std::map<uint64_t, std::weak_ptr<isolate::SharedBlock>> blocks_;  // that it knows, by id
+};
+
+}  // namespace weir::local
