@@ -7,6 +7,7 @@
 #include <map>
 #include <mutex>
 
+#include "net/reflection.hpp"
 #include "net/server_security.hpp"
 
 namespace weir::net {
@@ -151,6 +152,18 @@ void ModelServer::watch_health(const std::shared_ptr<Call>& call) {
   models_->watch(call, *service);
 }
 
+void ModelServer::reflection(const std::shared_ptr<Call>& call) {
+  const auto& services = Reflection::of_this_server();
+  if (services.empty()) {
+    call->fail(CallStatus::Unimplemented,
+               "this server was built without protoc, so without reflection");
+    return;
+  }
+  const auto answer = services.answer(call->request());
+  if (!answer) return refuse(call, answer.error());
+  call->answer(*answer, nullptr);
+}
+
 void ModelServer::handle(const std::shared_ptr<Call>& call) {
   using Method = void (ModelServer::*)(const std::shared_ptr<Call>&);
   static const std::map<std::string_view, Method> methods{
@@ -163,6 +176,8 @@ void ModelServer::handle(const std::shared_ptr<Call>& call) {
       {"/inference.GRPCInferenceService/ModelStatistics", &ModelServer::model_statistics},
       {"/grpc.health.v1.Health/Check", &ModelServer::health},
       {"/grpc.health.v1.Health/Watch", &ModelServer::watch_health},
+      {"/grpc.reflection.v1.ServerReflection/ServerReflectionInfo", &ModelServer::reflection},
+      {"/grpc.reflection.v1alpha.ServerReflection/ServerReflectionInfo", &ModelServer::reflection},
   };
   const auto method = methods.find(call->method());
   if (method == methods.end())

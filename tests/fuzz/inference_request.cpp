@@ -1,6 +1,7 @@
 // Fuzz target: requests of clients of an inference server, in chunks of any size.
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #include "net/oip_service_messages.hpp"
+#include "net/reflection.hpp"
 #include "net/request_check.hpp"
 #include "peer_message.hpp"
 
@@ -49,5 +50,6 @@ extern "C" int LLVMFuzzerTestOneInput(const uint8_t* data, size_t size) {
   }
   (void)parse_model_request(chunks);
   (void)parse_health_request(chunks);
+  (void)Reflection::of_this_server().answer(chunks);
   return 0;
 }

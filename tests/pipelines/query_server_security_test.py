@@ -6,6 +6,7 @@ import pathlib
 import shutil
 import subprocess
 import tempfile
+import time
 import unittest
 
 import grpc
@@ -103,8 +104,51 @@ class Security(unittest.TestCase):
                                f"tls-key={self.folder}/camera.key {CAPS} ! tensor_query_serversink".split()],
                               capture_output=True, text=True, timeout=60, stdin=subprocess.DEVNULL)
         self.assertNotEqual(done.returncode, 0)
-        self.assertIn("WEIR-1004: the address cannot be listened on", done.stderr)
-        self.assertIn("a certificate and a key that belong together", done.stderr)
+        self.assertIn("WEIR-1004: the certificate and the key do not belong together", done.stderr)
+        self.assertIn(f"offered: tls-cert={self.folder}/server.pem tls-key={self.folder}/camera.key", done.stderr)
+
+    def test_files_that_are_no_certificate_and_no_key_are_errors(self):
+        for cert, key, wanted in (("server.key", "server.key", "tls-cert has no certificate"), ("server.pem", "server.pem", "tls-key has no key without a password")):
+            done = subprocess.run(["gst-launch-1.0", *f"tensor_query_serversrc protocol=oip port=0 tls-cert={self.folder}/{cert} "
+                                   f"tls-key={self.folder}/{key} {CAPS} ! tensor_query_serversink".split()],
+                                  capture_output=True, text=True, timeout=60, stdin=subprocess.DEVNULL)
+            self.assertIn(f"WEIR-1004: the file of the property {wanted}", done.stderr)
+
+    def replace(self, **files):
+        """Files appear whole: each is renamed into its place."""
+        for name, source in files.items():
+            (self.folder / "new").write_bytes(self.read(source))
+            (self.folder / "new").rename(self.folder / name.replace("_", "."))
+
+    def serial(self, port):
+        """The number of the certificate that the server shows."""
+        out = subprocess.run(["openssl", "s_client", "-connect", f"127.0.0.1:{port}", "-alpn", "h2"], capture_output=True, input=b"", check=False).stdout
+        return subprocess.run(["openssl", "x509", "-noout", "-serial"], input=out, capture_output=True, check=False).stdout
+
+    def test_certificates_are_read_again_when_their_files_change(self):
+        self.replace(live_pem="server.pem", live_key="server.key", live_ca="ca.pem")
+        port = self.serve("tls-cert=@live.pem tls-key=@live.key tls-ca=@live.ca")
+        first = self.client(port, name="camera")
+        first.wait_until_ready("same")
+        self.assertEqual(self.code(self.client(port, name="stranger")), "UNAVAILABLE")
+        before = self.serial(port)
+        self.issue("server2", "ca")
+        (self.folder / "both.pem").write_bytes(self.read("ca.pem") + self.read("other.pem"))
+        self.replace(live_ca="both.pem", live_key="server2.key", live_pem="server2.pem")
+        end = time.monotonic() + 60
+        while self.serial(port) in (before, b""):  # b"": between the key and the certificate
+            self.assertLess(time.monotonic(), end)
+        self.assertEqual(self.code(self.client(port, name="stranger")), "OK")
+        self.assertEqual(self.code(first), "OK")  # its connection is as it was
+
+    def test_tokens_are_read_again_when_their_file_changes(self):
+        (self.folder / "changing").write_text("first-token\n")
+        port = self.serve("token-file=@changing")
+        first = self.client(port, token="first-token")
+        first.wait_until_ready("same")
+        (self.folder / "changing").write_text("another-token\n")
+        self.assertEqual(self.code(first), "UNAUTHENTICATED")
+        self.assertEqual(self.code(self.client(port, token="another-token")), "OK")
 
     def test_a_token_file_without_a_token_is_an_error(self):
         (self.folder / "empty").write_text("\n")

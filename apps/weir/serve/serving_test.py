@@ -5,7 +5,10 @@
 import os
 import re
 import signal
+import socket
+import ssl
 import subprocess
+import time
 import unittest
 import urllib.error
 import urllib.request
@@ -70,6 +73,31 @@ class Serving(Case):
                                 (("--ca", pki / "ca.pem", "--token-file", tokens), False), ((), False)):
             done = self.check(address, *options)
             self.assertEqual(done.returncode == 0, passes, f"{options}: {done.stdout}")
+
+    @unittest.skipUnless(HAS_GRPCIO, "grpcio is not installed")
+    def test_a_new_certificate_is_used_without_a_restart(self):
+        pki = self.folder / "pki"
+        self.good(weir("pki", "init", pki))
+        self.good(weir("pki", "issue", "old.example", "--dir", pki, "--san", "127.0.0.1"))
+        _, _, address = self.serve(f"digits={MODEL}", "--tls-cert", pki / "old.example.pem", "--tls-key", pki / "old.example.key")
+        host, port = address.split(":")
+        context = ssl.create_default_context(cafile=pki / "ca.pem")
+        context.set_alpn_protocols(["h2"])
+
+        def names():
+            try:
+                with socket.create_connection((host, int(port)), 10) as plain, context.wrap_socket(plain, server_hostname=host) as connection:
+                    return [value for _, value in connection.getpeercert()["subjectAltName"]]
+            except (ssl.SSLError, ConnectionError):  # between the key and the certificate
+                return []
+        self.assertIn("old.example", names())
+        self.good(weir("pki", "issue", "new.example", "--dir", pki, "--san", "127.0.0.1"))
+        for extension in ("key", "pem"):
+            (pki / f"new.example.{extension}").rename(pki / f"old.example.{extension}")
+        end = time.monotonic() + 60
+        while "new.example" not in names():
+            self.assertLess(time.monotonic(), end)
+        self.assertEqual(self.check(address, "--ca", pki / "ca.pem").returncode, 0)
 
     def test_a_path_is_read_as_it_is(self):
         path = self.folder / "it's \"a\" model.onnx"
