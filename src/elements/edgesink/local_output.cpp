@@ -115,7 +115,7 @@ Result<LocalOutput::Made> LocalOutput::make_frame(GstBuffer* buffer, Ledger* led
   if (long_metas) foreign.emplace_back(frame_.metas);
   auto owner = std::make_shared<Owner>();
   if (!foreign.empty()) {
-    const auto made = copy(foreign, &owner->copy);
+    auto made = copy(foreign, &owner->copy);
     if (!made || *made == Made::Interrupted) return made;
   }
   // The copies are in the order of the memories: put those in place between them.

@@ -83,15 +83,23 @@ class Edgesrc : public gst::Element<Edgesrc, gst::PushSource> {
 
   GstFlowReturn create(GstBuffer** out) {
     for (;;) {
-      const Status status = ensure_connected();
-      if (!status && status.error().code == Code::CANCELLED) return GST_FLOW_FLUSHING;
-      auto event = status ? input_->receive() : Result<InputEvent>(status.error());
+      auto event = next();
       if (!event) return failed(event.error());
-      if (event->kind == Kind::Buffer) return take(event->buffer.release(), out);
-      if (event->kind == Kind::End) return GST_FLOW_EOS;
-      if (event->kind == Kind::Interrupted) return GST_FLOW_FLUSHING;
-      if (event->kind == Kind::Caps && !set_caps(event->caps)) return GST_FLOW_NOT_NEGOTIATED;
-      if (event->kind == Kind::Lost && !lost()) return GST_FLOW_ERROR;
+      switch (event->kind) {
+        case Kind::Buffer:
+          return take(event->buffer.release(), out);
+        case Kind::End:
+          return GST_FLOW_EOS;
+        case Kind::Interrupted:
+          return GST_FLOW_FLUSHING;
+        case Kind::Caps:
+          if (!set_caps(event->caps)) return GST_FLOW_NOT_NEGOTIATED;
+          break;
+        case Kind::Lost:
+          input_.reset();
+          if (!settings().reconnect) return failed(lost());
+          break;
+      }
     }
   }
 
@@ -134,19 +142,20 @@ class Edgesrc : public gst::Element<Edgesrc, gst::PushSource> {
     return ok();
   }
 
-  // With `reconnect`, waits for the edgesink. CANCELLED: interrupted.
-  Status ensure_connected() {
-    if (input_) return ok();
+  // Connects if necessary; with `reconnect` it waits for the edgesink.
+  Result<InputEvent> next() {
     const Settings s = settings();
-    for (;;) {
-      auto status = connect(s);
-      const bool may_come = !status && (status.error().code == Code::SERVER_UNREACHABLE ||
-                                        status.error().code == Code::SERVER_REFUSED);
-      if (!may_come || !s.reconnect) return status;
+    while (!input_) {
+      const auto status = connect(s);
+      if (status) break;
+      const Code code = status.error().code;
+      if (code == Code::CANCELLED) return InputEvent{Kind::Interrupted};
+      const bool may_come = code == Code::SERVER_UNREACHABLE || code == Code::SERVER_REFUSED;
+      if (!may_come || !s.reconnect) return status.error();
       pollfd watched{interruption_.descriptor(), POLLIN, 0};
-      if (poll(&watched, 1, kRetryMilliseconds) > 0)
-        return Error{.code = Code::CANCELLED, .what = "waiting for an edgesink was cancelled"};
+      if (poll(&watched, 1, kRetryMilliseconds) > 0) return InputEvent{Kind::Interrupted};
     }
+    return input_->receive();
   }
 
   GstFlowReturn failed(const Error& error) {
@@ -155,17 +164,12 @@ class Edgesrc : public gst::Element<Edgesrc, gst::PushSource> {
     return GST_FLOW_ERROR;
   }
 
-  // False: the stream ends with an error.
-  bool lost() {
-    input_.reset();
-    const Settings s = settings();
-    if (s.reconnect) return true;
-    gst::post_error(element(), Error{.code = Code::SERVER_UNREACHABLE,
-                                     .what = "the edgesink has closed the connection",
-                                     .offered = "path=" + s.path,
-                                     .needed = "an edgesink that ends its stream with EOS",
-                                     .fix = "reconnect=true waits for the next one"});
-    return false;
+  Error lost() const {
+    return {.code = Code::SERVER_UNREACHABLE,
+            .what = "the edgesink has closed the connection",
+            .offered = "path=" + settings().path,
+            .needed = "an edgesink that ends its stream with EOS",
+            .fix = "reconnect=true waits for the next one"};
   }
 
   bool set_caps(const Ref<GstCaps>& caps) {
