@@ -17,6 +17,9 @@ inline constexpr int kExitInterrupted = 130;  // as shells report an exit by Ctr
 // Weir.
 int doctor(bool json);
 
+// Prints the page of an error code, "WEIR-2001" or "2001"; without one the list of codes.
+int explain(const std::string& code);
+
 // Values of the tensor_filter properties of these names, for models that do not declare their
 // tensors.
 struct TensorOptions {
@@ -134,7 +137,10 @@ struct RunOptions {
   std::vector<std::string>
       pipeline;  // as for gst-launch-1.0: one argument, or several as split by a shell
   bool json = false;
-  std::string report;  // path of an HTML report; "" for none
+  bool verbose = false;   // print each property that changes, such as caps
+  bool quiet = false;     // print warnings and errors only
+  double time_limit = 0;  // seconds until the stream is ended; 0 = none
+  std::string report;     // path of an HTML report; "" for none
 };
 int run(const RunOptions& options);
 

@@ -14,6 +14,7 @@
 #include "core/config/install_paths.hpp"
 #include "core/process/process_object.hpp"
 #include "library/process.h"
+#include "usage.hpp"
 
 namespace weir::app {
 namespace {
@@ -35,6 +36,8 @@ struct CommandLine {
   bool any_size = false;
   PbtxtOptions pbtxt;
   bool doctor_json = false;
+  std::string error_code;
+  std::vector<std::string> help_topic;
 };
 
 void add_tensor_options(CLI::App* command, TensorOptions* tensors) {
@@ -235,38 +238,23 @@ void add_pbtxt(CLI::App* command, PbtxtOptions* pbtxt) {
   command->add_option("PIPELINE", pbtxt->pipeline, "The pipeline; default: read from stdin");
 }
 
-void add_subcommands(CLI::App* app, CommandLine* line) {
-  app->add_subcommand("check",
-                      "Print configuration and sub-plugins in the format of nnstreamer-check");
-  add_pbtxt(
-      app->add_subcommand(
-          "pbtxt", "Convert a pipeline to MediaPipe's text format; elements need not be installed"),
-      &line->pbtxt);
-  add_bench(app, &line->bench);
-  add_models(app, &line->models);
-  add_try(app, &line->attempt);
-  add_evaluate(app, &line->evaluation);
-  add_bench_case(app, &line->bench_case);
-  add_pki(app, &line->authority, &line->certificate);
-  add_serve(app, &line->server);
-  auto* doctor = app->add_subcommand(
-      "doctor", "Show what is installed, what is missing and how to install it");
-  doctor->add_flag("--json", line->doctor_json, "Print JSON");
-
+void add_inspect(CLI::App* app, InspectOptions* options) {
   auto* inspect =
       app->add_subcommand("inspect", "Show the inputs and outputs of a model, and how to run it");
-  inspect->add_option("MODEL", line->inspect.model,
+  inspect->add_option("MODEL", options->model,
                       "The model file; without it --framework selects the engine");
-  inspect->add_option("--framework,-f", line->inspect.framework,
+  inspect->add_option("--framework,-f", options->framework,
                       "The engine; default: by the file's extension");
-  inspect->add_option("--custom", line->inspect.custom, "Options of the engine, as in custom=");
-  add_tensor_options(inspect, &line->inspect.tensors);
-  inspect->add_flag("--json", line->inspect.json, "Print JSON");
+  inspect->add_option("--custom", options->custom, "Options of the engine, as in custom=");
+  add_tensor_options(inspect, &options->tensors);
+  inspect->add_flag("--json", options->json, "Print JSON");
   inspect->parse_complete_callback([inspect] {
     if (inspect->count("MODEL") + inspect->count("--framework") == 0)
       throw CLI::RequiredError("MODEL or --framework");
   });
+}
 
+void add_new(CLI::App* app, CommandLine* line) {
   auto* made = app->add_subcommand("new", "Create a filter from a template");
   made->require_subcommand(1);
   auto* filter =
@@ -280,15 +268,54 @@ void add_subcommands(CLI::App* app, CommandLine* line) {
   custom->add_flag("--allocate", line->custom_class.allocates, "invoke allocates its outputs");
   custom->add_option("NAME", line->custom_class.name, "Name of the filter, a C identifier")
       ->required();
+}
 
+void add_run(CLI::App* app, RunOptions* options) {
+  constexpr double kLeastSeconds = 0.001, kMostSeconds = 1'000'000;
   auto* run = app->add_subcommand("run", "Run a pipeline in the syntax of gst-launch-1.0");
-  run->add_flag("--json", line->run.json, "Print JSON at the end, and nothing else on stdout");
-  run->add_option("--report", line->run.report, "Write an HTML page: graph, times, queues, latency")
+  run->add_flag("--json", options->json, "Print JSON at the end, and nothing else on stdout");
+  run->add_option("--report", options->report, "Write an HTML page: graph, times, queues, latency")
       ->type_name("FILE");
-  // Arguments after the pipeline's first word belong to the pipeline, even --json.
-  run->positionals_at_end();
-  run->add_option("PIPELINE", line->run.pipeline, "The pipeline, as one argument or several")
+  run->add_flag("--verbose,-v", options->verbose,
+                "Print the caps and each property that changes, on standard error");
+  run->add_flag("--quiet,-q", options->quiet, "Print warnings and errors only")
+      ->excludes("--verbose");
+  run->add_option("--timeout", options->time_limit, "End the stream after this many seconds")
+      ->type_name("SECONDS")
+      ->check(CLI::Range(kLeastSeconds, kMostSeconds));
+  run->add_option("PIPELINE", options->pipeline, "The pipeline, as one argument or several")
       ->required();
+}
+
+void add_compatible_commands(CLI::App* app, CommandLine* line) {
+  app->add_subcommand("check",
+                      "Print configuration and sub-plugins in the format of nnstreamer-check");
+  add_pbtxt(
+      app->add_subcommand(
+          "pbtxt", "Convert a pipeline to MediaPipe's text format; elements need not be installed"),
+      &line->pbtxt);
+}
+
+// In the order of `weir help`: what a newcomer needs first.
+void add_subcommands(CLI::App* app, CommandLine* line) {
+  add_try(app, &line->attempt);
+  add_run(app, &line->run);
+  add_inspect(app, &line->inspect);
+  add_models(app, &line->models);
+  auto* doctor = app->add_subcommand(
+      "doctor", "Show what is installed, what is missing and how to install it");
+  doctor->add_flag("--json", line->doctor_json, "Print JSON");
+  app->add_subcommand("explain", "Show what an error code means and how to fix it")
+      ->add_option("CODE", line->error_code, "Such as WEIR-2001; without it all codes are listed");
+  add_bench(app, &line->bench);
+  add_evaluate(app, &line->evaluation);
+  add_serve(app, &line->server);
+  add_new(app, line);
+  add_pki(app, &line->authority, &line->certificate);
+  add_compatible_commands(app, line);
+  add_bench_case(app, &line->bench_case);
+  app->add_subcommand("help", "Show the commands, or the options of one")
+      ->add_option("COMMAND", line->help_topic, "Such as run, or new filter");
 }
 
 // Handles the NNStreamer command names, which are links to this program. nullopt: called by its own
@@ -323,6 +350,8 @@ int run_pki(CLI::App* app, const CommandLine& line) {
 
 int run_subcommand(CLI::App* app, CommandLine* line) {
   if (app->got_subcommand("new")) return run_new(app->get_subcommand("new"), line);
+  if (app->got_subcommand("help")) return show_help(*app, line->help_topic);
+  if (app->got_subcommand("explain")) return explain(line->error_code);
   if (app->got_subcommand("pki")) return run_pki(app->get_subcommand("pki"), *line);
   if (app->got_subcommand("inspect")) return inspect(line->inspect);
   if (app->got_subcommand("models")) return models(line->models);
@@ -346,15 +375,17 @@ int run_command(int argc, char** argv) {
   CommandLine line;
   app.require_subcommand(1);
   app.set_version_flag("--version", std::string("weir ") + config::kVersion);
-  app.footer(
-      "Manual pages: weir(1), weir-bench(1), weir-check(1), weir-doctor(1), weir-evaluate(1), "
-      "weir-inspect(1), weir-models(1), weir-new(1), weir-pbtxt(1), weir-pki(1), weir-run(1), "
-      "weir-try(1)");
   add_subcommands(&app, &line);
+  // After the commands, which would inherit it.
+  app.footer("weir help COMMAND shows the options of a command, man weir-COMMAND its manual page.");
+  if (argc > 1 && std::string_view(argv[1]) == kCompleteCommand)
+    return print_completions(app, {argv + 2, argv + argc});
   try {
     app.parse(argc, argv);
   } catch (const CLI::ParseError& error) {
-    return app.exit(error) == 0 ? kExitGood : kExitUsage;
+    if (argc == 1) return show_help(app, {});
+    if (error.get_exit_code() != 0) return report_usage_error(app, error);
+    return app.exit(error);  // prints the help or the version that was asked for
   }
   return run_subcommand(&app, &line);
 }

@@ -15,22 +15,79 @@ from weir_case import HAS_ONNX, PLUGIN, SOURCE, Case, weir
 
 
 class Usage(Case):
-    def test_help_names_the_subcommands(self):
-        output = self.good(weir("--help"))
-        for name in ("check", "doctor", "inspect", "new", "pbtxt", "run"):
-            self.assertIn(name, output)
+    def test_the_name_alone_help_and_the_option_list_the_commands(self):
+        output = self.good(weir("help"))
+        self.assertEqual(self.good(weir()), output)
+        self.assertEqual(self.good(weir("--help")), output)
+        commands = re.findall(r"^  ([a-z]+) {2,}\S", output, re.MULTILINE)
+        self.assertEqual(commands[:5], ["try", "run", "inspect", "models", "doctor"])
+        self.assertLessEqual({"bench", "check", "evaluate", "explain", "new", "pbtxt", "pki", "serve"}, set(commands))
+        self.assertNotIn("bench-case", output)
+
+    def test_help_of_a_command_is_that_of_its_option(self):
+        for words in (("run",), ("pki", "issue"), ("new", "filter")):
+            output = self.good(weir("help", *words))
+            self.assertEqual(self.good(weir(*words, "--help")), output)
+            self.assertIn(f"Usage: weir {' '.join(words)} ", output)
+
+    def test_unknown_commands_and_options_get_a_suggestion(self):
+        for words, text in (
+                (("rnu",), "weir has no command 'rnu'. Did you mean 'run'?\nweir help lists the commands.\n"),
+                (("help", "docter"), "weir has no command 'docter'. Did you mean 'doctor'?\nweir help lists the commands.\n"),
+                (("pki", "isue"), "weir pki has no command 'isue'. Did you mean 'issue'?\nweir help pki lists the commands.\n"),
+                (("xyzzy",), "weir has no command 'xyzzy'.\nweir help lists the commands.\n"),
+                (("doctor", "--jsn"), "weir doctor has no option '--jsn'. Did you mean '--json'?\nweir help doctor shows the options.\n"),
+                (("--hlp",), "weir has no option '--hlp'. Did you mean '--help'?\nweir help shows the options.\n"),
+                (("new",), "weir new needs a command: filter, nnstreamer-filter\nweir help new shows them.\n"),
+                (("run",), "weir run: PIPELINE is required\nweir help run shows the options.\n")):
+            done = weir(*words)
+            self.assertEqual((done.returncode, done.stdout, done.stderr), (2, "", text), words)
+
+    def completed(self, *words):
+        """What bash offers for the last of the words."""
+        script = ('source apps/weir/completion.bash; COMP_WORDS=("$@"); COMP_CWORD=$(($# - 1)); _weir; '
+                  'printf "%s\\n" "${COMPREPLY[@]}"')
+        done = subprocess.run(["bash", "-c", script, "bash", os.environ["WEIR_COMMAND"], *words], cwd=SOURCE, capture_output=True,
+                              text=True, timeout=60)
+        self.assertEqual(done.stderr, "")
+        return done.stdout.split()
+
+    def test_bash_completes_commands_and_options(self):
+        self.assertEqual(self.completed("ru"), ["run"])
+        self.assertEqual(self.completed("pki", ""), ["init", "issue"])
+        self.assertEqual(self.completed("help", "pki", "is"), ["issue"])
+        self.assertEqual(self.completed("bench", "model.onnx", "--th"), ["--threads"])
+        self.assertEqual(self.completed("xyzzy"), [])
+        self.assertEqual(self.completed("try", "mod"), [])  # bash completes the file name
 
     def test_version(self):
         self.assertRegex(self.good(weir("--version")), r"^weir \d+\.\d+\.\d+\n$")
 
     def test_wrong_arguments_are_usage_errors(self):
-        for words in ((), ("docter",), ("inspect",), ("run",), ("doctor", "--jsn")):
+        for words in (("docter",), ("inspect",), ("run",), ("doctor", "--jsn")):
             self.refused(weir(*words), 2)
 
     def test_manual_pages_render(self):
         for page in sorted((SOURCE / "apps/weir").glob("*.1")):
             done = subprocess.run(["groff", "-man", "-ww", "-z", page], capture_output=True, text=True)
             self.assertEqual(done.stderr, "", page.name)
+
+
+class Explain(Case):
+    def test_it_prints_the_page_of_a_code(self):
+        page = (SOURCE / "docs/errors/WEIR-2001.md").read_text(encoding="utf-8")
+        for code in ("WEIR-2001", "weir-2001", "2001"):
+            self.assertEqual(self.good(weir("explain", code)), page)
+
+    def test_each_code_has_a_page(self):
+        codes = re.findall(r"^WEIR-\d{4}", self.good(weir("explain")), re.MULTILINE)
+        self.assertEqual(codes, [page.stem for page in sorted((SOURCE / "docs/errors").glob("WEIR-*.md"))])
+        for code in codes:
+            self.assertTrue(self.good(weir("explain", code)).startswith(f"# {code}: "))
+
+    def test_an_unknown_code_gets_a_suggestion(self):
+        self.refused(weir("explain", "2009"), 1, "WEIR-1004: there is no such error code", "offered: 2009", "fix: weir explain WEIR-200")
+        self.refused(weir("explain", "segfault"), 1, "WEIR-1004: there is no such error code", "fix: weir explain\n")
 
 
 class Doctor(Case):

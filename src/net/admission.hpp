@@ -1,7 +1,16 @@
-// Admission: how many calls each connection, and all together, may have at a time.
+// Admission: how many connections, calls and bytes of requests each peer, and all together, may
+// have at a time.
+//
+//   if (auto why = admission.enter(peer, CallKind::Request)) refuse(*why);
+//   if (auto why = admission.read(peer, call, [=] { call->start_to_read(); })) refuse(*why);
+//   admission.received(peer, bytes);  // the message is here, or did not come
+//   admission.release(peer, bytes);   // it is no longer needed
+//   admission.leave(peer, CallKind::Request);
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #pragma once
 #include <cstdint>
+#include <deque>
+#include <functional>
 #include <mutex>
 #include <optional>
 #include <string>
@@ -9,48 +18,68 @@
 
 namespace weir::net {
 
+// A stream has many messages and no certain end: one that watches health, for example.
+enum class CallKind { Request, Stream };
+
+// 0 = no limit. A connection counts while it has calls in progress. A Unix socket has one limit:
+// `connections`, as which it counts as one.
+struct AdmissionLimits {
+  uint32_t requests = 8;                // of one connection
+  uint32_t streams = 4;                 // of one connection
+  uint32_t connections = 32;            // of all addresses
+  uint32_t address_connections = 4;     // of one address
+  uint64_t address_bytes = 256u << 20;  // of the requests of one address
+  uint64_t message_bytes = 64u << 20;   // of the largest message; not 0
+};
+
 // Thread-safe.
+//
+// How large a request is, is known when it has been received. So a call counts as the largest
+// message while its request is received, and calls of an address that has no room for another one
+// wait for those before them.
 class Admission {
  public:
-  // 0 = no limit.
-  Admission(uint32_t most_requests, uint32_t most_connections)
-      : most_requests_(most_requests), most_connections_(most_connections) {}
+  using Start = std::function<void()>;
+  explicit Admission(const AdmissionLimits& limits) : limits_(limits) {}
 
-  // nullopt: the call is admitted, and leave() ends it. Otherwise why it is not.
-  std::optional<std::string> enter(const std::string& peer) {
-    std::lock_guard lock(mutex_);
-    const auto known = calls_.find(peer);
-    if (known == calls_.end() && most_connections_ != 0 && calls_.size() >= most_connections_)
-      return refused("the server serves " + std::to_string(most_connections_) +
-                     " connections at a time (max-connections)");
-    // Connections to a Unix socket all have the same name.
-    const bool is_one_connection = peer.rfind("unix:", 0) != 0;
-    if (known != calls_.end() && is_one_connection && most_requests_ != 0 &&
-        known->second >= most_requests_)
-      return refused("this connection has " + std::to_string(most_requests_) +
-                     " requests in progress (max-requests)");
-    ++calls_[peer];
-    return std::nullopt;
-  }
-  void leave(const std::string& peer) {
-    std::lock_guard lock(mutex_);
-    const auto known = calls_.find(peer);
-    if (known != calls_.end() && --known->second == 0) calls_.erase(known);
-  }
-  uint64_t refused() const {
-    std::lock_guard lock(mutex_);
-    return refused_;
-  }
+  // nullopt: the call is admitted, until leave(). Otherwise why it is not.
+  std::optional<std::string> enter(const std::string& peer, CallKind kind);
+  void leave(const std::string& peer, CallKind kind);
+
+  // For an admitted call. nullopt: `start` is called once a message may be received, now, or later
+  // on the thread of another call. Otherwise why none may be received.
+  std::optional<std::string> read(const std::string& peer, const void* call, Start start);
+  // For a call that was cancelled: true when it waited; its `start` will not be called.
+  bool forget(const std::string& peer, const void* call);
+  // Call once after `start`, with the bytes of the message; 0 when none came. They count until
+  // release().
+  void received(const std::string& peer, uint64_t bytes);
+  void release(const std::string& peer, uint64_t bytes);
+  uint64_t refused() const;
 
  private:
-  std::string refused(std::string why) {
-    ++refused_;
-    return why;
-  }
+  struct Waiting {
+    const void* call;
+    Start start;
+  };
+  struct Address {
+    uint32_t connections = 0, reading = 0;
+    uint64_t bytes = 0;  // of received requests
+    std::deque<Waiting> waiting;
+  };
+  struct Connection {
+    uint32_t requests = 0, streams = 0;
+  };
+  std::optional<std::string> refusal(const std::string& peer, CallKind kind) const;
+  std::optional<std::string> refused(std::string why);
+  bool has_room(const Address& address) const;
+  void forget_if_unused(const std::string& address);
+  void start_waiting(const std::string& address);
 
-  const uint32_t most_requests_, most_connections_;
-  mutable std::mutex mutex_;                         // guards the rest
-  std::unordered_map<std::string, uint32_t> calls_;  // by peer
+  const AdmissionLimits limits_;
+  mutable std::mutex mutex_;  // guards the rest
+  std::unordered_map<std::string, Connection> connections_;
+  std::unordered_map<std::string, Address> addresses_;  // in use
   uint64_t refused_ = 0;
 };
 

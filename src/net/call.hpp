@@ -32,6 +32,11 @@ class Call {
   // that the pieces borrow; it may be needed after the call has ended.
   virtual bool answer(const Pieces& pieces, const std::shared_ptr<const void>& memory) = 0;
   virtual bool fail(CallStatus status, const std::string& message) = 0;
+  // Whether the call has ended: answered, failed, or as a stream cancelled.
+  virtual bool ended() const noexcept = 0;
+  // Of a stream: sends a message, in the place of one that was not sent yet. False after the end.
+  // answer() to a message of a stream, on the thread of the handler, ends the message alone.
+  virtual bool send(const Pieces& pieces) = 0;
 
  protected:
   std::string method_, peer_, trace_parent_;

@@ -2,175 +2,30 @@
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #include "net/listener.hpp"
 
-#include <grpcpp/generic/async_generic_service.h>
-#include <grpcpp/grpcpp.h>
+#include <grpcpp/resource_quota.h>
 
 #include <algorithm>
-#include <atomic>
-#include <optional>
 
-#include "net/admission.hpp"
-#include "net/grpc_bytes.hpp"
-#include "net/server_security.hpp"
+#include "net/server_call.hpp"
 
 namespace weir::net {
 namespace {
 
 using SystemClock = std::chrono::system_clock;
-constexpr int kMostMetadataBytes = 16 << 10, kHandshakeMs = 2000, kIdleMs = 300'000;
+constexpr int kMostMetadataBytes = 16 << 10, kHandshakeMs = 2000, kUnreadBytes = 64 << 10;
 constexpr int kLeastPingMs = 100;  // of clients that watch this server (weir_keepalive)
 constexpr std::chrono::milliseconds kEndOfCalls{500};
 
-std::string text_of(const grpc::string_ref& text) {
-  return {text.data(), text.size()};
-}
-
-std::string metadata_of(const grpc::CallbackServerContext& context, const char* key) {
-  const auto found = context.client_metadata().find(key);
-  return found == context.client_metadata().end() ? "" : text_of(found->second);
-}
-
-Call::Clock::time_point deadline_of(const grpc::CallbackServerContext& context) {
-  const auto left = context.deadline() - SystemClock::now();
-  if (left > std::chrono::hours(24 * 365)) return Call::Clock::time_point::max();
-  return Call::Clock::now() + std::chrono::duration_cast<Call::Clock::duration>(left);
-}
-
-// What all calls of a listener share.
-struct Rules {
-  Rules(const ListenOptions& options, ServerSecrets read, Listener::Handler handle)
-      : secrets(std::move(read)),
-        peers(options.security.peers),
-        admission(options.most_requests, options.most_connections),
-        handler(std::move(handle)) {}
-
-  // Why a call is refused before its request is read.
-  std::optional<grpc::Status> check(const grpc::CallbackServerContext& context) const {
-    if (!secrets.tokens.empty() && !has_token(secrets, metadata_of(context, "authorization")))
-      return grpc::Status(grpc::StatusCode::UNAUTHENTICATED,
-                          "a token is needed: metadata authorization: Bearer TOKEN");
-    if (peers.empty()) return std::nullopt;
-    const auto auth = context.auth_context();
-    for (const auto& name : auth->FindPropertyValues(GRPC_X509_SAN_PROPERTY_NAME))
-      if (std::find(peers.begin(), peers.end(), text_of(name)) != peers.end()) return std::nullopt;
-    return grpc::Status(grpc::StatusCode::PERMISSION_DENIED,
-                        "no name of the client's certificate is allowed (tls-peers)");
-  }
-
-  const ServerSecrets secrets;
-  const std::vector<std::string> peers;
-  Admission admission;
-  const Listener::Handler handler;
-  std::atomic<uint64_t> not_allowed{0};
-};
-
-// What a call and its reactor share.
-struct Progress {
-  std::atomic<bool> cancelled{false}, ended{false};
-};
-
-// gRPC's side of a call. It exists until OnDone(), which follows finish().
-class Reactor final : public grpc::ServerGenericBidiReactor {
- public:
-  Reactor(grpc::GenericCallbackServerContext* context, Rules* rules)
-      : context_(context), rules_(rules), peer_(context->peer()) {
-    if (auto refused = rules->check(*context)) {
-      ++rules->not_allowed;
-      refuse(*refused);
-    } else if (auto why = rules->admission.enter(peer_)) {
-      refuse({grpc::StatusCode::RESOURCE_EXHAUSTED, *why});
-    } else {
-      admitted_ = true;
-      StartRead(&request_);
-    }
-  }
-  void OnReadDone(bool read) override;
-  void OnCancel() override { progress_->cancelled = true; }
-  void OnDone() override { delete this; }
-
-  // Call once, by the one that set `ended`.
-  void finish(const grpc::Status& status, const std::string& trace_parent,
-              std::optional<grpc::ByteBuffer> answer) {
-    // Before the answer: with it the client may send its next request.
-    if (admitted_) rules_->admission.leave(peer_);
-    if (!trace_parent.empty()) context_->AddTrailingMetadata("traceparent", trace_parent);
-    if (!answer) return Finish(status);
-    answer_ = *std::move(answer);
-    StartWriteAndFinish(&answer_, grpc::WriteOptions(), status);
-  }
-  const grpc::GenericCallbackServerContext& context() const { return *context_; }
-  const std::string& peer() const { return peer_; }
-
- private:
-  void refuse(const grpc::Status& status) {
-    if (!progress_->ended.exchange(true)) finish(status, "", std::nullopt);
-  }
-
-  grpc::GenericCallbackServerContext* const context_;
-  Rules* const rules_;
-  const std::string peer_;
-  bool admitted_ = false;
-  const std::shared_ptr<Progress> progress_ = std::make_shared<Progress>();
-  grpc::ByteBuffer request_, answer_;
-};
-
-class GrpcCall final : public Call {
- public:
-  GrpcCall(Reactor* reactor, std::shared_ptr<Progress> progress, ReceivedMessage request)
-      : reactor_(reactor), progress_(std::move(progress)) {
-    method_ = reactor->context().method();
-    peer_ = reactor->peer();
-    trace_parent_ = metadata_of(reactor->context(), "traceparent");
-    deadline_ = deadline_of(reactor->context());
-    request_ = std::move(request.chunks);
-    memory_ = std::move(request.memory);
-  }
-  GrpcCall(const GrpcCall&) = delete;
-  GrpcCall& operator=(const GrpcCall&) = delete;
-  ~GrpcCall() override { end({grpc::StatusCode::ABORTED, "the call was dropped"}, std::nullopt); }
-
-  bool cancelled() const noexcept override { return progress_->cancelled; }
-  bool answer(const Pieces& pieces, const std::shared_ptr<const void>& memory) override {
-    return end(grpc::Status::OK, message_of(pieces, memory));
-  }
-  bool fail(CallStatus status, const std::string& message) override {
-    return end({static_cast<grpc::StatusCode>(status), message}, std::nullopt);
-  }
-
- private:
-  bool end(const grpc::Status& status, std::optional<grpc::ByteBuffer> answer) {
-    if (progress_->ended.exchange(true)) return false;
-    reactor_->finish(status, trace_parent_, std::move(answer));
-    return true;
-  }
-
-  Reactor* const reactor_;  // not used after the end
-  const std::shared_ptr<Progress> progress_;
-};
-
-void Reactor::OnReadDone(bool read) {
-  if (!read) return refuse({grpc::StatusCode::INVALID_ARGUMENT, "the call has no request"});
-  // A call that is not handed over to the handler ends as dropped.
-  try {
-    auto request = received(request_);
-    request_.Clear();
-    if (!request) return refuse({grpc::StatusCode::INTERNAL, "the request cannot be read"});
-    rules_->handler(std::make_shared<GrpcCall>(this, progress_, *std::move(request)));
-  } catch (...) {
-    // No member may be used here: the call may have ended, and this with it.
-  }
-}
-
 class Service final : public grpc::CallbackGenericService {
  public:
-  explicit Service(Rules* rules) : rules_(rules) {}
+  explicit Service(ServerRules* rules) : rules_(rules) {}
   grpc::ServerGenericBidiReactor* CreateReactor(
       grpc::GenericCallbackServerContext* context) override {
-    return new Reactor(context, rules_);
+    return new ServerReactor(context, rules_);
   }
 
  private:
-  Rules* const rules_;
+  ServerRules* const rules_;
 };
 
 std::shared_ptr<grpc::ServerCredentials> credentials_of(const ServerSecrets& secrets) {
@@ -183,6 +38,16 @@ std::shared_ptr<grpc::ServerCredentials> credentials_of(const ServerSecrets& sec
   return grpc::SslServerCredentials(options);
 }
 
+// Of all addresses together, as far as they are limited.
+void set_quota(grpc::ServerBuilder* builder, const ListenOptions& options) {
+  const uint64_t connections = options.most_connections, each = options.most_address_connections;
+  if (connections == 0 || options.most_address_bytes == 0) return;
+  const uint64_t addresses = each == 0 ? connections : (connections + each - 1) / each;
+  grpc::ResourceQuota quota("weir");
+  quota.Resize(addresses * std::max<uint64_t>(options.most_address_bytes, options.most_bytes));
+  builder->SetResourceQuota(quota);
+}
+
 void set_limits(grpc::ServerBuilder* builder, const ListenOptions& options) {
   const int most = static_cast<int>(std::min<size_t>(options.most_bytes, INT32_MAX));
   builder->SetMaxReceiveMessageSize(most);
@@ -193,9 +58,14 @@ void set_limits(grpc::ServerBuilder* builder, const ListenOptions& options) {
   builder->AddChannelArgument(GRPC_ARG_ALLOW_REUSEPORT, 0);
   builder->AddChannelArgument(GRPC_ARG_MAX_METADATA_SIZE, kMostMetadataBytes);
   builder->AddChannelArgument(GRPC_ARG_SERVER_HANDSHAKE_TIMEOUT_MS, kHandshakeMs);
-  builder->AddChannelArgument(GRPC_ARG_MAX_CONNECTION_IDLE_MS, kIdleMs);
+  builder->AddChannelArgument(GRPC_ARG_MAX_CONNECTION_IDLE_MS,
+                              static_cast<int>(std::min<uint32_t>(options.idle_ms, INT32_MAX)));
   builder->AddChannelArgument(GRPC_ARG_HTTP2_MIN_RECV_PING_INTERVAL_WITHOUT_DATA_MS, kLeastPingMs);
   builder->AddChannelArgument(GRPC_ARG_KEEPALIVE_PERMIT_WITHOUT_CALLS, 1);
+  // What a client may send before its message is read. gRPC's probing would let it grow.
+  builder->AddChannelArgument(GRPC_ARG_HTTP2_BDP_PROBE, 0);
+  builder->AddChannelArgument(GRPC_ARG_HTTP2_STREAM_LOOKAHEAD_BYTES, kUnreadBytes);
+  set_quota(builder, options);
   // Above the limit, so that calls beyond it are refused at once instead of waiting.
   if (options.most_requests != 0)
     builder->AddChannelArgument(
@@ -240,13 +110,17 @@ class GrpcListener final : public Listener {
   }
 
  private:
-  Rules rules_;
+  ServerRules rules_;
   Service service_;
   std::unique_ptr<grpc::Server> server_;
   uint32_t port_ = 0;
 };
 
 }  // namespace
+
+bool is_stream_method(std::string_view method) {
+  return method == "/grpc.health.v1.Health/Watch" || method.starts_with("/grpc.reflection.");
+}
 
 Result<std::unique_ptr<Listener>> Listener::open(const ListenOptions& options, Handler handler) {
   auto secrets = read_secrets(options);

@@ -10,6 +10,7 @@
 #include <functional>
 #include <memory>
 #include <string>
+#include <string_view>
 #include <vector>
 
 #include "net/call.hpp"
@@ -28,19 +29,27 @@ struct ServerSecurity {
 
 struct ListenOptions {
   std::string host = "localhost";
-  uint32_t port = 0;                     // 0 = a free port
-  std::string unix_path;                 // instead of host and port
-  size_t most_bytes = size_t{64} << 20;  // of one message
-  uint32_t most_requests = 8;            // of one connection at a time; 0 = no limit
-  uint32_t most_connections = 32;        // that have requests; 0 = no limit
+  uint32_t port = 0;                                  // 0 = a free port
+  std::string unix_path;                              // instead of host and port
+  size_t most_bytes = size_t{64} << 20;               // of one message
+  uint32_t most_requests = 8;                         // of one connection at a time; 0 = no limit
+  uint32_t most_connections = 32;                     // that have requests; 0 = no limit
+  uint32_t most_address_connections = 4;              // of one address; 0 = no limit
+  uint64_t most_address_bytes = uint64_t{256} << 20;  // of its requests in progress; 0 = no limit
+  uint32_t idle_ms = 300'000;  // after which a connection without calls is closed
   ServerSecurity security;
   bool operator==(const ListenOptions&) const = default;
 };
 
+// Whether a method has streams of messages: `/grpc.health.v1.Health/Watch` and reflection.
+bool is_stream_method(std::string_view method);
+
 // Thread-safe.
 class Listener {
  public:
-  // Called on a thread of gRPC with each call whose request has arrived; must not block.
+  // Called on a thread of gRPC with each call whose request has arrived, and with each message of a
+  // stream, as a call of its own; must not block. A stream whose client sends nothing for five
+  // seconds ends.
   using Handler = std::function<void(std::shared_ptr<Call>)>;
   // CONNECTION_INSECURE for other machines without TLS; FILE_NOT_FOUND for files, and OPTION_VALUE
   // for options and addresses, that cannot be used.

@@ -4,6 +4,8 @@
 
 #include <algorithm>
 #include <array>
+#include <map>
+#include <mutex>
 
 #include "net/server_security.hpp"
 
@@ -40,14 +42,6 @@ std::string address_of(const ListenOptions& options, uint32_t port) {
   return address_text(actual);
 }
 
-std::string name_of(const ModelRequest& model) {
-  return model.version.empty() ? model.name : model.name + " version " + model.version;
-}
-
-bool fits(const ModelRequest& wanted, const ModelRequest& served) {
-  return wanted.name == served.name && (wanted.version.empty() || wanted.version == served.version);
-}
-
 void refuse(const std::shared_ptr<Call>& call, const Error& error) {
   call->fail(CallStatus::InvalidArgument, error.message());
 }
@@ -80,42 +74,18 @@ Result<std::shared_ptr<ModelServer>> ModelServer::share(const ListenOptions& opt
                                       [address](ModelServer*) { leave(address); });
 }
 
-Status ModelServer::add(std::shared_ptr<ServedModel> model) {
-  std::lock_guard lock(mutex_);
-  for (const auto& other : models_)
-    if (other->model().name == model->model().name &&
-        other->model().version == model->model().version)
-      return Error{.code = Code::OPTION_VALUE,
-                   .what = "two elements serve a model of the same name on one address",
-                   .offered = name_of(model->model()) + " on " + address_text(options_),
-                   .needed = "another name or version",
-                   .fix = "model-name=" + model->model().name + "-2"};
-  models_.push_back(std::move(model));
-  return ok();
-}
-
-void ModelServer::remove(const ServedModel& model) {
-  std::lock_guard lock(mutex_);
-  std::erase_if(models_, [&](const auto& other) { return other.get() == &model; });
-}
-
-ModelServer::Models ModelServer::models() const {
-  std::lock_guard lock(mutex_);
-  return models_;
+Status ModelServer::add(const std::shared_ptr<ServedModel>& model) {
+  return models_->add(model, address_text(options_));
 }
 
 // Null when the call has ended with NOT_FOUND.
 std::shared_ptr<ServedModel> ModelServer::find(const ModelRequest& wanted,
                                                const std::shared_ptr<Call>& call) {
-  std::string names;
-  for (const auto& model : models()) {
-    if (fits(wanted, model->model())) return model;
-    names += (names.empty() ? "" : ", ") + name_of(model->model());
-  }
-  call->fail(CallStatus::NotFound,
-             "there is no model " + name_of(wanted) +
-                 " here; this server has: " + (names.empty() ? "none" : names));
-  return nullptr;
+  auto model = models_->find(wanted);
+  if (!model)
+    call->fail(CallStatus::NotFound, "there is no model " + describe(wanted) +
+                                         " here; this server has: " + models_->names());
+  return model;
 }
 
 void ModelServer::server_live(const std::shared_ptr<Call>& call) {
@@ -123,10 +93,7 @@ void ModelServer::server_live(const std::shared_ptr<Call>& call) {
 }
 
 void ModelServer::server_ready(const std::shared_ptr<Call>& call) {
-  const auto all = models();
-  call->answer(encode_flag(std::all_of(all.begin(), all.end(),
-                                       [](const auto& model) { return model->ready(); })),
-               nullptr);
+  call->answer(encode_flag(models_->health("") == Health::Serving), nullptr);
 }
 
 void ModelServer::server_metadata(const std::shared_ptr<Call>& call) {
@@ -163,27 +130,25 @@ void ModelServer::model_statistics(const std::shared_ptr<Call>& call) {
   if (!wanted) return refuse(call, wanted.error());
   std::vector<ModelStatistics> out;
   if (!wanted->name.empty() && !find(*wanted, call)) return;
-  for (const auto& model : models())
+  for (const auto& model : models_->all())
     if (wanted->name.empty() || fits(*wanted, model->model())) out.push_back(model->statistics());
   call->answer(encode_statistics(out), nullptr);
 }
 
-// The services that are served are "", the protocol's, and each model's name.
 void ModelServer::health(const std::shared_ptr<Call>& call) {
   const auto service = parse_health_request(call->request());
   if (!service) return refuse(call, service.error());
-  const auto all = models();
-  const bool whole = service->empty() || *service == "inference.GRPCInferenceService";
-  const auto named = std::find_if(
-      all.begin(), all.end(), [&](const auto& model) { return model->model().name == *service; });
-  if (!whole && named == all.end())
+  const Health health = models_->health(*service);
+  if (health == Health::Unknown)
     call->fail(CallStatus::NotFound, "there is no service " + *service + " here");
-  else if (whole)
-    call->answer(encode_health(std::all_of(all.begin(), all.end(),
-                                           [](const auto& model) { return model->ready(); })),
-                 nullptr);
   else
-    call->answer(encode_health((*named)->ready()), nullptr);
+    call->answer(encode_health(static_cast<int>(health)), nullptr);
+}
+
+void ModelServer::watch_health(const std::shared_ptr<Call>& call) {
+  const auto service = parse_health_request(call->request());
+  if (!service) return refuse(call, service.error());
+  models_->watch(call, *service);
 }
 
 void ModelServer::handle(const std::shared_ptr<Call>& call) {
@@ -197,6 +162,7 @@ void ModelServer::handle(const std::shared_ptr<Call>& call) {
       {"/inference.GRPCInferenceService/ModelInfer", &ModelServer::model_infer},
       {"/inference.GRPCInferenceService/ModelStatistics", &ModelServer::model_statistics},
       {"/grpc.health.v1.Health/Check", &ModelServer::health},
+      {"/grpc.health.v1.Health/Watch", &ModelServer::watch_health},
   };
   const auto method = methods.find(call->method());
   if (method == methods.end())

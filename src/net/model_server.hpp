@@ -2,14 +2,10 @@
 // Protocol and of gRPC's health checking for them.
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #pragma once
-#include <map>
 #include <memory>
-#include <mutex>
-#include <string>
-#include <vector>
 
 #include "net/listener.hpp"
-#include "net/served_model.hpp"
+#include "net/model_list.hpp"
 
 namespace weir::net {
 
@@ -22,12 +18,13 @@ class ModelServer {
   static Result<std::shared_ptr<ModelServer>> share(const ListenOptions& options);
 
   explicit ModelServer(const ListenOptions& options) : options_(options) {}
+  ~ModelServer() { models_->close(); }
   ModelServer(const ModelServer&) = delete;
   ModelServer& operator=(const ModelServer&) = delete;
 
   // OPTION_VALUE when a model of this name and version is served here.
-  Status add(std::shared_ptr<ServedModel> model);
-  void remove(const ServedModel& model);
+  Status add(const std::shared_ptr<ServedModel>& model);
+  void remove(const ServedModel& model) { models_->remove(model); }
   uint32_t port() const noexcept { return listener_->port(); }
   // Calls refused for all models: tokens, certificates, limits of connections.
   uint64_t refused() const noexcept { return listener_->refused(); }
@@ -36,8 +33,6 @@ class ModelServer {
   void handle(const std::shared_ptr<Call>& call);
 
  private:
-  using Models = std::vector<std::shared_ptr<ServedModel>>;
-  Models models() const;
   std::shared_ptr<ServedModel> find(const ModelRequest& wanted, const std::shared_ptr<Call>& call);
   void server_metadata(const std::shared_ptr<Call>& call);
   void model_ready(const std::shared_ptr<Call>& call);
@@ -47,10 +42,10 @@ class ModelServer {
   void server_ready(const std::shared_ptr<Call>& call);
   void server_live(const std::shared_ptr<Call>& call);
   void health(const std::shared_ptr<Call>& call);
+  void watch_health(const std::shared_ptr<Call>& call);
 
   const ListenOptions options_;
-  mutable std::mutex mutex_;  // guards models_
-  Models models_;
+  const std::shared_ptr<ModelList> models_ = std::make_shared<ModelList>();
   std::unique_ptr<Listener> listener_;  // last: it ends before what its calls use
 };
 

@@ -42,6 +42,31 @@ bool read_output_name(const Chunks& chunks, Range range, std::string* out) {
   return !reader.failed();
 }
 
+// Whether an entry of the parameters is weir_times with the value true.
+bool asks_for_times(const Chunks& chunks, Range entry) {
+  constexpr std::string_view kName = "weir_times";
+  bool named = false, is_true = false;
+  MessageReader reader(chunks, entry);
+  for (Field field; reader.next(&field);) {
+    if (field.number == 1)
+      named = field.range.size() == kName.size() && reader.text(field, kName.size()) == kName;
+    if (field.number != 2 || field.type != WireType::Bytes) continue;
+    MessageReader value(chunks, field.range);
+    for (Field choice; value.next(&choice);)
+      is_true = choice.number == 1 && choice.type == WireType::Varint && choice.value != 0;
+  }
+  return named && is_true && !reader.failed();
+}
+
+void put_parameter(std::string* to, std::string_view name, int64_t value) {
+  std::string choice, entry;
+  put_varint(&choice, 2 << 3);  // int64_param: also 0 is written, as the choice
+  put_varint(&choice, static_cast<uint64_t>(value));
+  put_bytes(&entry, 1, name);
+  put_bytes(&entry, 2, choice);
+  put_bytes(to, 4, entry);
+}
+
 // Of ModelInferRequest: its lists. False: the message is damaged.
 bool read_list_field(const Chunks& chunks, const Field& field, InferRequest* out) {
   if (field.number < 5 || field.number > 7) return true;
@@ -99,6 +124,14 @@ std::string encode_model_statistics(const ModelStatistics& model) {
 
 }  // namespace
 
+std::string describe(const ModelRequest& model) {
+  return model.version.empty() ? model.name : model.name + " version " + model.version;
+}
+
+bool fits(const ModelRequest& wanted, const ModelRequest& served) {
+  return wanted.name == served.name && (wanted.version.empty() || wanted.version == served.version);
+}
+
 Result<ModelRequest> parse_model_request(const Chunks& chunks) {
   ModelRequest out;
   MessageReader reader(chunks, {0, chunks.size()});
@@ -117,6 +150,8 @@ Result<InferRequest> parse_infer_request(const Chunks& chunks) {
     if (field.number == 1) out.model = reader.text(field, kMostNameBytes);
     if (field.number == 2) out.version = reader.text(field, kMostNameBytes);
     if (field.number == 3) out.id = reader.text(field, kMostNameBytes);
+    if (field.number == 4 && field.type == WireType::Bytes)
+      out.wants_times = asks_for_times(chunks, field.range) || out.wants_times;
     if (!read_list_field(chunks, field, &out)) return damaged("ModelInferRequest");
   }
   if (reader.failed()) return damaged("ModelInferRequest");
@@ -163,18 +198,24 @@ Pieces encode_model_metadata(const ModelMetadata& model, std::string_view versio
   return {{std::move(out), {}}};
 }
 
-Pieces encode_health(bool serving) {
+Pieces encode_health(int status) {
   std::string out;
-  put_number(&out, 1, serving ? 1 : 2);
+  put_number(&out, 1, static_cast<uint64_t>(status));
   return {{std::move(out), {}}};
 }
 
 Pieces encode_infer_response(const ModelRequest& model, std::string_view id,
-                             std::span<const RequestTensor> outputs) {
+                             std::span<const RequestTensor> outputs, const AnswerTimes* times) {
   std::string head;
   put_text(&head, 1, model.name);
   put_text(&head, 2, model.version);
   put_text(&head, 3, id);
+  if (times) {
+    put_parameter(&head, "weir_received_ns", times->received_ns);
+    put_parameter(&head, "weir_answered_ns", times->answered_ns);
+    put_parameter(&head, "weir_queue_us", times->queue_us);
+    put_parameter(&head, "weir_compute_us", times->compute_us);
+  }
   for (const auto& output : outputs)
     put_bytes(&head, 5, encode_description(output.name, output.datatype, output.shape));
   Pieces out{{std::move(head), {}}};

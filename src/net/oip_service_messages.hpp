@@ -20,12 +20,17 @@ namespace weir::net {
 struct ModelRequest {
   std::string name, version;
 };
+// "resnet version 1"; "resnet" without a version.
+std::string describe(const ModelRequest& model);
+// Whether `served` is what `wanted` asks for: without a version, any of the name.
+bool fits(const ModelRequest& wanted, const ModelRequest& served);
 
 struct InferRequest {
   std::string model, version, id;
   std::vector<InferTensor> inputs;
   std::vector<std::string> outputs;  // the names of the outputs to answer; none = all
   std::vector<Range> raw;            // of raw_input_contents, in the order of the inputs
+  bool wants_times = false;          // the parameter weir_times is true
 };
 
 // PEER_MESSAGE_INVALID for bytes that are not such a message, or are beyond the limits of
@@ -45,11 +50,19 @@ Pieces encode_flag(bool value);
 Pieces encode_server_metadata(std::string_view name, std::string_view version,
                               std::span<const std::string_view> extensions);
 Pieces encode_model_metadata(const ModelMetadata& model, std::string_view version);
-Pieces encode_health(bool serving);
+// HealthCheckResponse: 1 = SERVING, 2 = NOT_SERVING, 3 = SERVICE_UNKNOWN.
+Pieces encode_health(int status);
 
-// Raw contents, which borrow the memory of the outputs.
+// When a request came and was answered, by the wall clock, in nanoseconds since 1970; how long it
+// waited for the pipeline, and how long it was in it. Sent as the parameters weir_received_ns,
+// weir_answered_ns, weir_queue_us and weir_compute_us.
+struct AnswerTimes {
+  int64_t received_ns = 0, answered_ns = 0, queue_us = 0, compute_us = 0;
+};
+
+// Raw contents, which borrow the memory of the outputs. `times` may be null.
 Pieces encode_infer_response(const ModelRequest& model, std::string_view id,
-                             std::span<const RequestTensor> outputs);
+                             std::span<const RequestTensor> outputs, const AnswerTimes* times);
 
 // How often something happened, and how long it took in all.
 struct Duration {

@@ -61,8 +61,22 @@ bool ServedRequest::answer(const std::vector<RequestTensor>& outputs,
   for (const size_t index : *chosen) sent.push_back(outputs[index]);
   if (ended_.exchange(true)) return false;
   model_->count(this, call_->expired() ? End::Expired : End::Answered);
-  call_->answer(encode_infer_response(model_->model(), request_.id, sent), memory);
+  const AnswerTimes measured = times();
+  call_->answer(encode_infer_response(model_->model(), request_.id, sent,
+                                      request_.wants_times ? &measured : nullptr),
+                memory);
   return true;
+}
+
+AnswerTimes ServedRequest::times() const {
+  using std::chrono::duration_cast, std::chrono::nanoseconds, std::chrono::microseconds;
+  const auto now = Clock::now();
+  const int64_t wall =
+      duration_cast<nanoseconds>(std::chrono::system_clock::now().time_since_epoch()).count();
+  return {.received_ns = wall - duration_cast<nanoseconds>(now - received_).count(),
+          .answered_ns = wall,
+          .queue_us = duration_cast<microseconds>(taken_ - received_).count(),
+          .compute_us = duration_cast<microseconds>(now - pushed_).count()};
 }
 
 bool ServedRequest::fail(CallStatus status, const std::string& message) {
@@ -82,15 +96,35 @@ ServedModel::ServedModel(ModelRequest model, std::string platform, size_t most_w
 }
 
 void ServedModel::set_inputs(std::vector<TensorText> inputs) {
-  std::lock_guard lock(mutex_);
-  inputs_ = std::move(inputs);
-  knows_inputs_ = true;
+  {
+    std::lock_guard lock(mutex_);
+    inputs_ = std::move(inputs);
+    knows_inputs_ = true;
+  }
+  notify();
 }
 
 void ServedModel::set_outputs(std::vector<TensorText> outputs) {
+  {
+    std::lock_guard lock(mutex_);
+    outputs_ = std::move(outputs);
+    knows_outputs_ = true;
+  }
+  notify();
+}
+
+void ServedModel::set_observer(std::function<void()> observer) {
   std::lock_guard lock(mutex_);
-  outputs_ = std::move(outputs);
-  knows_outputs_ = true;
+  observer_ = std::move(observer);
+}
+
+void ServedModel::notify() const {
+  std::function<void()> observer;
+  {
+    std::lock_guard lock(mutex_);
+    observer = observer_;
+  }
+  if (observer) observer();
 }
 
 bool ServedModel::ready() const {
@@ -209,6 +243,7 @@ void ServedModel::close() {
     waiting.swap(waiting_);
   }
   arrived_.notify_all();
+  notify();
   end_as_stopped(waiting);
 }
 

@@ -10,6 +10,7 @@
 #include <condition_variable>
 #include <cstdint>
 #include <deque>
+#include <functional>
 #include <memory>
 #include <mutex>
 #include <string>
@@ -53,6 +54,7 @@ class ServedRequest {
   friend class ServedModel;
   // How a request ends, for the counts.
   enum class End { Answered, Refused, Expired, Aborted };
+  AnswerTimes times() const;
   bool fail_as(End end, CallStatus status, const std::string& message);
 
   const std::shared_ptr<ServedModel> model_;
@@ -83,6 +85,8 @@ class ServedModel : public std::enable_shared_from_this<ServedModel> {
   bool ready() const;
   ModelMetadata metadata() const;
 
+  // Called, on any thread, when ready() may have changed.
+  void set_observer(std::function<void()> observer);
   void receive(std::shared_ptr<Call> call, InferRequest request);
   // Waits for a request whose client still waits. Null after interrupt(), until resume().
   std::shared_ptr<ServedRequest> take();
@@ -108,6 +112,7 @@ class ServedModel : public std::enable_shared_from_this<ServedModel> {
   bool is_running() const;
   void end_as_stopped(const std::deque<std::shared_ptr<ServedRequest>>& requests) const;
   std::string stopped_text() const;
+  void notify() const;
 
   const ModelRequest model_;
   const std::string platform_;
@@ -117,6 +122,7 @@ class ServedModel : public std::enable_shared_from_this<ServedModel> {
   bool interrupted_ = false, running_ = true, stopped_ = false, knows_inputs_ = false,
        knows_outputs_ = false;
   std::vector<TensorText> inputs_, outputs_;
+  std::function<void()> observer_;
   std::deque<std::shared_ptr<ServedRequest>> waiting_;
   std::unordered_map<ServedRequest*, std::weak_ptr<ServedRequest>> in_flight_;
   ServedCounts counts_;

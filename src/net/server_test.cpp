@@ -1,5 +1,5 @@
-// What a server does with calls, without a network: messages, checks, queues, limits, the end of
-// every call.
+// What a server does with calls, without a network: messages, checks, queues, the end of every
+// call.
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #include <gtest/gtest.h>
 
@@ -7,54 +7,17 @@
 #include <thread>
 
 #include "becomes.hpp"
-#include "net/admission.hpp"
 #include "net/oip_service_messages.hpp"
 #include "net/request_check.hpp"
 #include "net/served_model.hpp"
 #include "net/server_security.hpp"
+#include "net/test_call.hpp"
 #include "says.hpp"
 
 namespace weir::net {
 namespace {
 
 using namespace std::chrono_literals;
-
-struct Ended {
-  int times = 0, status = -1;
-  std::string text;
-};
-
-// A call without a network. `ended` outlives it.
-class TestCall final : public Call {
- public:
-  TestCall(Ended* ended, std::string message) : ended_(ended), message_(std::move(message)) {
-    method_ = "/inference.GRPCInferenceService/ModelInfer";
-    peer_ = "ipv4:127.0.0.1:1";
-    request_ = Chunks({std::as_bytes(std::span(message_))});
-  }
-  bool cancelled() const noexcept override { return is_cancelled; }
-  bool answer(const Pieces& pieces, const std::shared_ptr<const void>&) override {
-    std::string all;
-    for (const auto& piece : pieces)
-      all += piece.own.empty() ? std::string(reinterpret_cast<const char*>(piece.borrowed.data()),
-                                             piece.borrowed.size())
-                               : piece.own;
-    return end(0, all);
-  }
-  bool fail(CallStatus status, const std::string& text) override {
-    return end(static_cast<int>(status), text);
-  }
-  void expires_at(Clock::time_point time) { deadline_ = time; }
-  bool is_cancelled = false;
-
- private:
-  bool end(int status, const std::string& text) {
-    *ended_ = {ended_->times + 1, status, text};
-    return true;
-  }
-  Ended* const ended_;
-  const std::string message_;
-};
 
 // A request for the model m with the input x of two FP32.
 std::string message(const std::string& raw = std::string(8, 'a'), const std::string& type = "FP32",
@@ -284,22 +247,6 @@ TEST(ServiceMessages, RefuseDamagedRequests) {
   std::string many;
   for (int i = 0; i < 257; ++i) put_bytes(&many, 5, "");
   EXPECT_FALSE(parse_infer_request(Chunks({std::as_bytes(std::span(many))})));
-}
-
-TEST(Admission, LimitsRequestsAndConnections) {
-  Admission admission(2, 2);
-  EXPECT_FALSE(admission.enter("a"));
-  EXPECT_FALSE(admission.enter("a"));
-  EXPECT_SAYS(admission.enter("a").value_or(""), "2 requests in progress (max-requests)");
-  EXPECT_FALSE(admission.enter("b"));
-  EXPECT_SAYS(admission.enter("c").value_or(""), "2 connections at a time (max-connections)");
-  admission.leave("b");
-  EXPECT_FALSE(admission.enter("c"));
-  admission.leave("a");
-  EXPECT_FALSE(admission.enter("a"));
-  EXPECT_EQ(admission.refused(), 2u);
-  Admission unlimited(0, 0);
-  for (int i = 0; i < 100; ++i) EXPECT_FALSE(unlimited.enter(std::to_string(i % 50)));
 }
 
 TEST(Tokens, AreComparedWhole) {

@@ -2,7 +2,7 @@
 # SPDX-License-Identifier: LGPL-2.1-or-later
 """Exchanges messages of tensors with Python's own protobuf and FlatBuffers, in both directions.
 
-The classes are those that protoc and flatc make of the schemas in src/modules/messages.
+The classes are those that protoc and flatc make of the schemas in src/messages.
 """
 
 import importlib.util
@@ -24,7 +24,7 @@ from refusal import refusal
 
 SECONDS = 60
 FRAMES = 3
-SCHEMAS = pathlib.Path(os.environ["WEIR_SOURCE"]) / "src" / "modules" / "messages"
+SCHEMAS = pathlib.Path(os.environ["WEIR_SOURCE"]) / "src" / "messages"
 TYPES = ["int32", "uint32", "int16", "uint16", "int8", "uint8", "float64", "float32", "int64", "uint64", "float16"]
 MEDIA = {"protobuf": "other/protobuf-tensor", "flatbuf": "other/flatbuf-tensor", "flexbuf": "other/flexbuf"}
 

@@ -197,6 +197,28 @@ class Descriptions(Served):
         self.assertAlmostEqual(times.success.ns, parts, delta=1e6)
         self.assertLess(abs(model.last_inference / 1000 - time.time()), 60)
 
+    def test_times_are_answered_to_those_who_ask(self):
+        _, client = self.affine("identity sleep-time=20000 !")
+        message = request("affine", X)
+        self.assertEqual(dict(client.infer(message).parameters), {})
+        message.parameters["weir_times"].bool_param = False
+        message.parameters["other"].string_param = "weir_times"
+        self.assertEqual(dict(client.infer(message).parameters), {})
+        message.parameters["weir_times"].bool_param = True
+        sent = time.time_ns()
+        calls = [client.stub.ModelInfer.future(message, timeout=30) for _ in range(2)]
+        answers = [call.result().parameters for call in calls]
+        arrived = time.time_ns()
+        for answer in answers:
+            self.assertEqual({answer[name].WhichOneof("parameter_choice") for name in answer}, {"int64_param"})
+        numbers = [{name: answer[name].int64_param for name in answer} for answer in answers]
+        for times in numbers:
+            self.assertEqual(sorted(times), ["weir_answered_ns", "weir_compute_us", "weir_queue_us", "weir_received_ns"])
+            self.assertTrue(sent <= times["weir_received_ns"] < times["weir_answered_ns"] <= arrived, (sent, times, arrived))
+            self.assertGreaterEqual(times["weir_compute_us"], 20_000)
+            whole = (times["weir_answered_ns"] - times["weir_received_ns"]) / 1000
+            self.assertLessEqual(times["weir_compute_us"] + times["weir_queue_us"], whole + 2)
+
     def test_the_trace_of_a_request_comes_back(self):
         _, client = self.affine()
         trace = "00-0af7651916cd43dd8448eb211c80319c-b7ad6b7169203331-01"
@@ -328,7 +350,7 @@ class Endings(Served):
 
     def test_64_clients_get_an_end_of_each_call(self):
         clients, calls = 64, 1000
-        pipeline, _ = self.affine("queue !", "max-connections=0")
+        pipeline, _ = self.affine("queue !", "max-connections=0 max-connections-per-address=0")
 
         def work(number):
             client = Client(f"127.0.0.1:{pipeline.port}")

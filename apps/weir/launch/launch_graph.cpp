@@ -148,7 +148,7 @@ class Reader {
       if (!source) return source.error();
       if (!sink) return sink.error();
       auto& outputs = graph_.elements[*source].outputs;
-      graph_.links.push_back({*source, *sink, outputs.size()});
+      graph_.links.push_back({*source, *sink, outputs.size(), to.at});
       outputs.push_back(graph_.links.size() - 1);
       graph_.elements[*sink].inputs.push_back(graph_.links.size() - 1);
     }

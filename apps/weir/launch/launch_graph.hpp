@@ -21,6 +21,7 @@ struct LaunchElement {
 struct LaunchLink {
   size_t from = 0, to = 0;  // indices of elements
   size_t pad = 0;           // index of the output of `from`
+  size_t at = 0;            // offset in the text of the downstream end
 };
 
 // Caps between two elements belong to the link. Bins, "( a ! b )", are flattened.

@@ -9,6 +9,7 @@
 #include "core/text/text.hpp"
 #include "gstcpp/element/property_text.hpp"
 #include "launch/launch_tokens.hpp"
+#include "launch/refused_link.hpp"
 #include "weir/join.hpp"
 
 namespace weir::app {
@@ -138,38 +139,19 @@ Error property_error(gst::RefusedProperty refused, const std::string& text) {
   return std::move(refused.error);
 }
 
-// Parses "could not link A to B, B can't handle caps CAPS" and returns elements that convert such a
-// stream to caps that B may accept; "" if the caps are not those of A's stream.
-std::string converter_of(const std::string& log_text) {
-  constexpr std::string_view kTo = " to ", kCaps = " can't handle caps ";
-  const size_t to = log_text.find(kTo), comma = log_text.find(", "), caps_at = log_text.find(kCaps);
-  if (to == std::string::npos || comma == std::string::npos || caps_at == std::string::npos)
-    return "";
-  const std::string target = log_text.substr(to + kTo.size(), comma - to - kTo.size());
-  if (log_text.substr(comma + 2, caps_at - comma - 2) != target) return "";
-  const auto caps =
-      gst::Ref<GstCaps>::adopt(gst_caps_from_string(log_text.c_str() + caps_at + kCaps.size()));
-  if (!caps || gst_caps_is_any(caps.get()) || gst_caps_is_empty(caps.get())) return "";
-  const std::string name = gst_structure_get_name(gst_caps_get_structure(caps.get(), 0));
-  const char* converter = name == "video/x-raw"   ? "videoconvert ! videoscale"
-                          : name == "audio/x-raw" ? "audioconvert ! audioresample"
-                                                  : "";
-  return *converter ? std::string(converter) + " between these caps and " + target : "";
-}
-
 Error parse_error(const std::string& text, const GError* error, GstParseContext* context) {
   if (auto refused = error ? gst::refused_property(*error) : std::nullopt)
     return property_error(*std::move(refused), text);
   const auto is = [error](GstParseError kind) {
     return g_error_matches(error, GST_PARSE_ERROR, static_cast<gint>(kind)) != FALSE;
   };
+  if (is(GST_PARSE_ERROR_LINK))
+    if (auto refused = refused_link(text, text_of(error->message))) return *std::move(refused);
   Error out{.code = Code::OPTION_SYNTAX, .what = "the pipeline cannot be read"};
   out.difference = error ? text_of(error->message) : "GStreamer gives no reason";
   const gst::Unique<char*, g_strfreev> missing(gst_parse_context_get_missing_elements(context));
   if (is(GST_PARSE_ERROR_NO_SUCH_ELEMENT) && missing && *missing)
     out = missing_element(*missing);
-  else if (is(GST_PARSE_ERROR_LINK))
-    out.fix = converter_of(out.difference);
   else if (is(GST_PARSE_ERROR_SYNTAX))
     out.needed = "elements with ! between them, as for gst-launch-1.0";
   out.offered = text;

@@ -8,7 +8,7 @@
 
 #include "commands.hpp"
 #include "core/text/text.hpp"
-#include "new/templates.hpp"
+#include "embedded_files.hpp"
 #include "report.hpp"
 #include "weir/join.hpp"
 #include "weir/result.hpp"
@@ -24,7 +24,7 @@ constexpr size_t kLongestName = 64;
 Status check_language(const std::string& language) {
   std::vector<std::string> known;
   for (const auto& part : filter_templates())
-    if (known.empty() || known.back() != part.language) known.emplace_back(part.language);
+    if (known.empty() || known.back() != part.group) known.emplace_back(part.group);
   if (std::find(known.begin(), known.end(), language) != known.end()) return ok();
   const std::string close = language == "cpp" ? "c++" : nearest(language, known);
   return Error{.code = Code::OPTION_VALUE,
@@ -80,7 +80,7 @@ Error not_written(const fs::path& path, const std::string& why, const std::strin
                .fix = fix};
 }
 
-Status write(const fs::path& path, const Template& part, const std::string& name) {
+Status write(const fs::path& path, const EmbeddedFile& part, const std::string& name) {
   std::string text(part.text);
   replace_all(&text, kName, name);
   replace_all(&text, kClass, class_name(name));
@@ -104,8 +104,8 @@ Result<std::vector<std::string>> write_folder(const NewFilterOptions& options) {
   }
   std::vector<std::string> files;
   for (const auto& part : filter_templates()) {
-    if (part.language != options.language) continue;
-    const fs::path path = folder / part.file;
+    if (part.group != options.language) continue;
+    const fs::path path = folder / part.name;
     if (auto status = write(path, part, options.name); !status) {
       fs::remove_all(folder, failed);
       return status.error();

@@ -24,6 +24,12 @@ void print_complaint(const char* kind, const Complaint& complaint) {
   std::fputs(text.c_str(), stderr);
 }
 
+}  // namespace
+
+void print_warning(const Complaint& warning) {
+  print_complaint("warning", warning);
+}
+
 // If one of Weir's elements reports the cause, the errors of others only follow from it. A source
 // that retries, such as with other caps, repeats the same error.
 void print_errors(const std::vector<Complaint>& errors) {
@@ -32,18 +38,6 @@ void print_errors(const std::vector<Complaint>& errors) {
   for (auto error = errors.begin(); error != errors.end(); ++error)
     if ((!any_ours || ours(*error)) && std::find(errors.begin(), error, *error) == error)
       print_complaint("error", *error);
-}
-
-}  // namespace
-
-void print_complaints(const std::vector<Complaint>& warnings,
-                      const std::vector<Complaint>& errors) {
-  for (const auto& warning : warnings) print_complaint("warning", warning);
-  print_errors(errors);
-}
-
-void print_complaints(const PipelineRun& run) {
-  print_complaints(run.warnings(), run.errors());
 }
 
 }  // namespace weir::app

@@ -7,9 +7,9 @@
 
 namespace weir::app {
 
-// To standard error, warnings first. Errors that only follow from one of Weir's are left out, and
-// so are repeated ones.
-void print_complaints(const std::vector<Complaint>& warnings, const std::vector<Complaint>& errors);
-void print_complaints(const PipelineRun& run);
+// All print to standard error.
+void print_warning(const Complaint& warning);
+// Errors that only follow from one of Weir's are left out, and so are repeated ones.
+void print_errors(const std::vector<Complaint>& errors);
 
 }  // namespace weir::app

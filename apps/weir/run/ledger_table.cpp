@@ -109,4 +109,20 @@ std::string ledger_table(const Json& ledgers) {
   return table(rows, "  ");
 }
 
+std::string filter_table(const Json& ledgers) {
+  constexpr double kMicroseconds = 1000;
+  const auto milliseconds = [](const Json& stats, const char* name) {
+    const gst::UniqueText text(g_strdup_printf("%.3f", stats.value(name, 0.0) / kMicroseconds));
+    return std::string(text.get());
+  };
+  std::vector<std::vector<std::string>> rows{{"filter", "invokes", "mean ms", "p99 ms"}};
+  for (const auto& ledger : ledgers) {
+    const Json& stats = ledger["stats"];
+    if (ledger["element"] == "tensor_filter" && stats.value("invokes", uint64_t{0}) > 0)
+      rows.push_back({ledger["name"].get<std::string>(), number(stats, "invokes"),
+                      milliseconds(stats, "average-us"), milliseconds(stats, "p99-us")});
+  }
+  return rows.size() == 1 ? "" : table(rows, "  ");
+}
+
 }  // namespace weir::app

@@ -12,6 +12,8 @@ namespace weir::app {
 // [{"name": ..., "element": ..., "stats": {...}}], in stream order.
 Json ledgers(GstElement* pipeline);
 // The same as text; "" when there is none.
+// The times of the filters that ran a model; "" if there is none.
+std::string filter_table(const Json& ledgers);
 std::string ledger_table(const Json& ledgers);
 
 }  // namespace weir::app

@@ -1,4 +1,4 @@
-// Runs a main loop around a pipeline; pad probes count frames and bus messages end the run.
+// Runs a main loop around a pipeline; bus messages end the run.
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #include "run/pipeline_run.hpp"
 
@@ -7,11 +7,13 @@
 #include <algorithm>
 #include <csignal>
 #include <string_view>
+#include <utility>
 
 namespace weir::app {
 namespace {
 
 constexpr guint kProgressMs = 500;
+constexpr double kMostSecondsToEnd = 5, kMsPerSecond = 1000;
 
 std::string text_of(const char* text) {
   return text ? text : "";
@@ -28,6 +30,29 @@ bool is_closed_window(GstMessage* message, const GError* error) {
   if (!GST_IS_ELEMENT(source)) return false;
   const char* klass = gst_element_get_metadata(GST_ELEMENT(source), GST_ELEMENT_METADATA_KLASS);
   return klass && std::string_view(klass).find("Sink/Video") != std::string_view::npos;
+}
+
+// "videotestsrc0.src: caps = video/x-raw, ...".
+std::string property_line(GstMessage* message) {
+  GstObject* object = nullptr;
+  const char* property = nullptr;
+  const GValue* value = nullptr;
+  gst_message_parse_property_notify(message, &object, &property, &value);
+  const gst::UniqueText path(gst_object_get_path_string(object));
+  const bool is_caps = value && GST_VALUE_HOLDS_CAPS(value) && gst_value_get_caps(value);
+  const gst::UniqueText text(is_caps ? gst_caps_to_string(gst_value_get_caps(value))
+                             : value ? gst_value_serialize(value)
+                                     : nullptr);
+  std::string name = text_of(path.get());
+  // "/GstPipeline:pipeline0/GstVideoTestSrc:videotestsrc0.GstPad:src" without the types.
+  name.erase(0, name.rfind('/') + 1);
+  for (size_t begin = 0; begin != std::string::npos && begin < name.size();) {
+    if (const size_t colon = name.find(':', begin); colon != std::string::npos)
+      name.erase(begin, colon + 1 - begin);
+    begin = name.find('.', begin);
+    if (begin != std::string::npos) ++begin;
+  }
+  return name + ": " + text_of(property) + " = " + text_of(text.get());
 }
 
 }  // namespace
@@ -61,58 +86,18 @@ Complaint complaint_of(GstMessage* message) {
 }
 
 PipelineRun::PipelineRun(gst::Ref<GstElement> read)
-    : pipeline_(std::move(read)), loop_(g_main_loop_new(nullptr, FALSE)) {
-  GstElement* pipeline = pipeline_.get();
-  g_signal_connect(pipeline, "deep-element-added",
-                   G_CALLBACK(+[](GstBin*, GstBin*, GstElement* element, gpointer self) {
-                     static_cast<PipelineRun*>(self)->count_at(element);
-                   }),
-                   this);
-  gst::Unique<GstIterator, gst_iterator_free> all(gst_bin_iterate_recurse(GST_BIN(pipeline)));
-  gst_iterator_foreach(
-      all.get(),
-      [](const GValue* item, gpointer self) {
-        static_cast<PipelineRun*>(self)->count_at(GST_ELEMENT(g_value_get_object(item)));
-      },
-      this);
-}
+    : pipeline_(std::move(read)),
+      sinks_(std::make_unique<SinkCounter>(pipeline_.get())),
+      loop_(g_main_loop_new(nullptr, FALSE)) {}
 
 PipelineRun::~PipelineRun() {
   gst_element_set_state(pipeline_.get(), GST_STATE_NULL);
-  g_signal_handlers_disconnect_by_data(pipeline_.get(), this);
 }
 
-// Only real sinks: a bin has the sink flag when a child has it.
-void PipelineRun::count_at(GstElement* element) {
-  if (!GST_OBJECT_FLAG_IS_SET(element, GST_ELEMENT_FLAG_SINK) || GST_IS_BIN(element)) return;
-  const auto pad = gst::Ref<GstPad>::adopt(gst_element_get_static_pad(element, "sink"));
-  if (!pad) return;
-  auto count = std::make_unique<SinkCount>();
-  const gst::UniqueText name(gst_element_get_name(element));
-  count->name = name.get();
-  count->first = &first_;
-  gst_pad_add_probe(
-      pad.get(),
-      static_cast<GstPadProbeType>(GST_PAD_PROBE_TYPE_BUFFER | GST_PAD_PROBE_TYPE_BUFFER_LIST),
-      on_data, count.get(), nullptr);
-  std::lock_guard lock(mutex_);
-  sinks_.push_back(std::move(count));
-}
-
-GstPadProbeReturn PipelineRun::on_data(GstPad*, GstPadProbeInfo* info, gpointer user) {
-  auto* sink = static_cast<SinkCount*>(user);
-  gint64 never = 0;
-  if (sink->first->load(std::memory_order_relaxed) == 0)
-    sink->first->compare_exchange_strong(never, g_get_monotonic_time());
-  const bool list = info->type & GST_PAD_PROBE_TYPE_BUFFER_LIST;
-  sink->frames += list ? gst_buffer_list_length(GST_PAD_PROBE_INFO_BUFFER_LIST(info)) : 1;
-  return GST_PAD_PROBE_OK;
-}
-
-RunEnd PipelineRun::play(const std::function<void(const PipelineRun&)>& progress,
-                         const std::function<void(const std::string&)>& say) {
-  progress_ = progress;
-  say_ = say;
+RunEnd PipelineRun::play(RunEvents events) {
+  events_ = std::move(events);
+  if (shows_properties_) gst_element_add_property_deep_notify_watch(pipeline_.get(), nullptr, TRUE);
+  started_ = g_get_monotonic_time();
   // Signals keep their default action during the state change: loading a large model can be
   // interrupted, which the main loop, not yet running, could not do.
   if (gst_element_set_state(pipeline_.get(), GST_STATE_PLAYING) == GST_STATE_CHANGE_FAILURE) {
@@ -135,12 +120,19 @@ RunEnd PipelineRun::play(const std::function<void(const PipelineRun&)>& progress
   };
   const auto on_time = +[](gpointer self) -> gboolean {
     auto* run = static_cast<PipelineRun*>(self);
-    if (run->progress_) run->progress_(*run);
+    if (run->events_.progress) run->events_.progress(*run);
     return G_SOURCE_CONTINUE;
   };
-  const guint sources[] = {
+  const auto on_limit = +[](gpointer self) -> gboolean {
+    static_cast<PipelineRun*>(self)->on_time_limit();
+    return G_SOURCE_CONTINUE;
+  };
+  std::vector<guint> sources{
       gst_bus_add_watch(bus.get(), on_bus, this), g_unix_signal_add(SIGINT, on_unix, this),
       g_unix_signal_add(SIGTERM, on_unix, this), g_timeout_add(kProgressMs, on_time, this)};
+  for (const double seconds : {time_limit_, time_limit_ + kMostSecondsToEnd})
+    if (time_limit_ > 0)
+      sources.push_back(g_timeout_add(static_cast<guint>(seconds * kMsPerSecond), on_limit, this));
   g_main_loop_run(loop_.get());
   ended_ = g_get_monotonic_time();
   for (const guint source : sources) g_source_remove(source);
@@ -167,9 +159,13 @@ void PipelineRun::on_message(GstMessage* message) {
       break;
     case GST_MESSAGE_WARNING:
       warnings_.push_back(complaint_of(message));
+      if (events_.warning) events_.warning(warnings_.back());
       break;
     case GST_MESSAGE_EOS:
-      finish(signals_ > 0 ? RunEnd::Interrupted : RunEnd::Eos);
+      finish(signals_ > 0 ? RunEnd::Interrupted : is_time_over_ ? RunEnd::TimeLimit : RunEnd::Eos);
+      break;
+    case GST_MESSAGE_PROPERTY_NOTIFY:
+      if (events_.notice) events_.notice(property_line(message));
       break;
     case GST_MESSAGE_LATENCY:
       gst_bin_recalculate_latency(GST_BIN(pipeline_.get()));
@@ -190,18 +186,39 @@ void PipelineRun::on_message(GstMessage* message) {
   }
 }
 
+bool PipelineRun::is_playing() const {
+  GstState state;
+  return gst_element_get_state(pipeline_.get(), &state, nullptr, 0) == GST_STATE_CHANGE_SUCCESS &&
+         state == GST_STATE_PLAYING;
+}
+
 void PipelineRun::on_signal() {
   // Before PLAYING there is no frame to wait for, and sending EOS to a starting source would block
   // on a lock that is held until the sinks have prerolled.
-  GstState state;
-  const bool playing =
-      gst_element_get_state(pipeline_.get(), &state, nullptr, 0) == GST_STATE_CHANGE_SUCCESS &&
-      state == GST_STATE_PLAYING;
-  if (++signals_ > 1 || !playing || stops_at_first_signal_) {
+  if (++signals_ > 1 || !is_playing() || stops_at_first_signal_) {
     finish(RunEnd::Interrupted);
     return;
   }
-  if (say_) say_("stopping: waiting for frames in flight (interrupt again to stop at once)");
+  if (events_.notice)
+    events_.notice("stopping: waiting for frames in flight (interrupt again to stop at once)");
+  gst_element_send_event(pipeline_.get(), gst_event_new_eos());
+}
+
+void PipelineRun::on_time_limit() {
+  if (std::exchange(is_time_over_, true)) {  // the stream takes long to end
+    finish(RunEnd::TimeLimit);
+    return;
+  }
+  if (!is_playing()) {
+    Complaint complaint;
+    complaint.what = "the pipeline did not play before the time of --timeout was over";
+    complaint.needed =
+        "a first buffer at each sink: a source that delivers, and async=false at "
+        "sinks whose first buffer comes late";
+    errors_.push_back(std::move(complaint));
+    finish(RunEnd::Error);
+    return;
+  }
   gst_element_send_event(pipeline_.get(), gst_event_new_eos());
 }
 
@@ -210,31 +227,30 @@ void PipelineRun::finish(RunEnd end) {
   g_main_loop_quit(loop_.get());
 }
 
-std::vector<std::pair<std::string, uint64_t>> PipelineRun::sinks() const {
-  std::vector<std::pair<std::string, uint64_t>> out;
-  std::lock_guard lock(mutex_);
-  for (const auto& sink : sinks_) out.emplace_back(sink->name, sink->frames);
-  return out;
-}
-
-uint64_t PipelineRun::frames() const {
-  uint64_t all = 0;
-  for (const auto& sink : sinks()) all += sink.second;
-  return all;
-}
-
 double PipelineRun::seconds() const {
-  const gint64 first = first_;
+  const gint64 first = sinks_->first();
   if (first == 0) return 0;
   const gint64 last = ended_ ? ended_ : g_get_monotonic_time();
   return static_cast<double>(std::max<gint64>(last - first, 0)) / G_USEC_PER_SEC;
 }
 
+double PipelineRun::seconds_to_start() const {
+  const gint64 first = sinks_->first();
+  return first == 0 ? 0 : static_cast<double>(first - started_) / G_USEC_PER_SEC;
+}
+
 double PipelineRun::frame_rate() const {
-  uint64_t most = 0;
-  for (const auto& sink : sinks()) most = std::max(most, sink.second);
+  const uint64_t most = sinks_->busiest();
   const double time = seconds();
   return most < 2 || time <= 0 ? 0 : static_cast<double>(most - 1) / time;
+}
+
+std::optional<double> PipelineRun::played() const {
+  gint64 position = 0, duration = 0;
+  if (!gst_element_query_duration(pipeline_.get(), GST_FORMAT_TIME, &duration) || duration <= 0 ||
+      !gst_element_query_position(pipeline_.get(), GST_FORMAT_TIME, &position) || position < 0)
+    return std::nullopt;
+  return std::min(static_cast<double>(position) / static_cast<double>(duration), 1.0);
 }
 
 }  // namespace weir::app

@@ -1,17 +1,16 @@
-// PipelineRun: plays a pipeline until it ends and counts the frames at its sinks.
+// PipelineRun: plays a pipeline until it ends.
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #pragma once
 #include <gst/gst.h>
 
-#include <atomic>
-#include <cstdint>
 #include <functional>
 #include <memory>
-#include <mutex>
+#include <optional>
 #include <string>
 #include <vector>
 
 #include "gstcpp/element/ref.hpp"
+#include "run/sink_counter.hpp"
 
 namespace weir::app {
 
@@ -28,12 +27,15 @@ struct Complaint {
 // Precondition: a warning or an error.
 Complaint complaint_of(GstMessage* message);
 
-enum class RunEnd { Eos, Error, Interrupted };
+// TimeLimit: the time of stop_after() was over.
+enum class RunEnd { Eos, Error, Interrupted, TimeLimit };
 
-struct SinkCount {
-  std::string name;
-  std::atomic<gint64>* first;  // shared by the run: time of the first frame at any sink
-  std::atomic<uint64_t> frames = 0;
+class PipelineRun;
+// What play() reports, on its thread. Each may be empty.
+struct RunEvents {
+  std::function<void(const PipelineRun&)> progress;  // periodically
+  std::function<void(const std::string&)> notice;    // a line to show at once
+  std::function<void(const Complaint&)> warning;     // of an element, when it posts it
 };
 
 class PipelineRun {
@@ -44,41 +46,45 @@ class PipelineRun {
   PipelineRun(const PipelineRun&) = delete;
   PipelineRun& operator=(const PipelineRun&) = delete;
 
-  // Blocks until the end. The first SIGINT or SIGTERM sends EOS, the second stops. `progress` is
-  // called periodically from this thread; `say` with messages to show at once.
-  RunEnd play(const std::function<void(const PipelineRun&)>& progress,
-              const std::function<void(const std::string&)>& say);
+  // Blocks until the end. The first SIGINT or SIGTERM sends EOS, the second stops.
+  RunEnd play(RunEvents events);
 
+  // These come before play().
   // For a pipeline that sends no EOS when it is asked for: the first signal stops.
   void stop_at_first_signal() noexcept { stops_at_first_signal_ = true; }
+  // Sends EOS after this time; stops if the stream then takes more than five seconds to end. It is
+  // an error if the pipeline does not play by then.
+  void stop_after(double seconds) noexcept { time_limit_ = seconds; }
+  // Each property that changes becomes a notice: "videotestsrc0.src: caps = ...".
+  void show_properties() noexcept { shows_properties_ = true; }
 
   GstElement* pipeline() const noexcept { return pipeline_.get(); }
-  uint64_t frames() const;    // sum over all sinks
-  double seconds() const;     // from the first frame to the end, or until now; 0 before
-  double frame_rate() const;  // frames after the first per second, of the busiest sink
-  std::vector<std::pair<std::string, uint64_t>> sinks() const;
+  const SinkCounter& sinks() const noexcept { return *sinks_; }
+  double seconds() const;           // from the first frame to the end, or until now; 0 before
+  double seconds_to_start() const;  // from play() to the first frame at a sink; 0 if none came
+  double frame_rate() const;        // frames after the first per second, of the busiest sink
+  // How much of the stream has been played, 0 to 1; nullopt where its length is not known.
+  std::optional<double> played() const;
   const std::vector<Complaint>& errors() const noexcept { return errors_; }
   const std::vector<Complaint>& warnings() const noexcept { return warnings_; }
 
  private:
-  void count_at(GstElement* element);
   void on_message(GstMessage* message);
   void on_signal();
+  void on_time_limit();
+  bool is_playing() const;
   void drain_bus();
   void finish(RunEnd end);
-  static GstPadProbeReturn on_data(GstPad*, GstPadProbeInfo* info, gpointer sink);
 
   gst::Ref<GstElement> pipeline_;
+  std::unique_ptr<SinkCounter> sinks_;
   gst::Unique<GMainLoop, g_main_loop_unref> loop_;
-  mutable std::mutex mutex_;                       // guards sinks_
-  std::vector<std::unique_ptr<SinkCount>> sinks_;  // exist as long as probes may run
   std::vector<Complaint> errors_, warnings_;
-  std::function<void(const PipelineRun&)> progress_;
-  std::function<void(const std::string&)> say_;
-  std::atomic<gint64> first_ = 0;  // monotonic microseconds of the first frame; 0 = none yet
-  gint64 ended_ = 0;
+  RunEvents events_;
+  gint64 started_ = 0, ended_ = 0;  // monotonic microseconds
   int signals_ = 0;
-  bool stops_at_first_signal_ = false;
+  double time_limit_ = 0;  // seconds; 0 = none
+  bool is_time_over_ = false, shows_properties_ = false, stops_at_first_signal_ = false;
   RunEnd end_ = RunEnd::Eos;
 };
 

@@ -78,11 +78,13 @@ std::string head(const Json& outcome, const Json& summary, const std::string& pi
   const std::string result = outcome["result"];
   std::string out = "<h1>Pipeline report</h1>\n<pre id=\"pipeline\">" + escaped(pipeline) +
                     "</pre>\n<p id=\"result\">";
-  out += result == "eos"     ? "Ended"
-         : result == "error" ? "<b class=\"bad\">Failed</b>"
-                             : "Interrupted";
-  out += " after " + fixed(outcome["seconds"], 3) + " s: " + count(outcome["frames"]) +
-         " frames, " + fixed(outcome["frame_rate"], 1) + " frames/s";
+  const std::string unit = outcome["frames"] != 0 ? "frames" : "buffers";
+  out += result == "eos"          ? "Ended"
+         : result == "error"      ? "<b class=\"bad\">Failed</b>"
+         : result == "time-limit" ? "Stopped by --timeout"
+                                  : "Interrupted";
+  out += " after " + fixed(outcome["seconds"], 3) + " s: " + count(outcome[unit]) + " " + unit +
+         ", " + fixed(outcome["frame_rate"], 1) + " " + unit + "/s";
   if (summary["lost"] != 0)
     out += ". <b class=\"bad\">The logs were full: " + count(summary["lost"]) +
            " records are missing, so figures below are too small.</b>";

@@ -22,13 +22,40 @@
 namespace weir::app {
 namespace {
 
+const char* unit_of(const SinkFigures& figures) {
+  return figures.is_frames ? "frames" : "buffers";
+}
+
+std::string count_text(const SinkFigures& figures) {
+  return std::to_string(figures.count) + " " + unit_of(figures);
+}
+
+std::string decimals(const char* format, double number) {
+  const gst::UniqueText text(g_strdup_printf(format, number));
+  return text.get();
+}
+
+// "12.0 s  360 frames  30.0 frames/s  40 %  18 s left".
+std::string progress_text(const PipelineRun& run) {
+  constexpr double kPercent = 100;
+  const double seconds = run.seconds();
+  const auto total = run.sinks().total();
+  std::string out = decimals("%.1f s  ", seconds) + count_text(total) +
+                    decimals("  %.1f ", run.frame_rate()) + unit_of(total) + "/s";
+  const auto played = run.played();
+  if (!played) return out;
+  out += decimals("  %.0f %%", *played * kPercent);
+  if (*played > 0) out += decimals("  %.0f s left", seconds * (1 - *played) / *played);
+  return out;
+}
+
 // One line on stderr that is overwritten, if stderr is a terminal.
 class ProgressLine {
  public:
   void show(const PipelineRun& run) {
     if (!terminal_) return;
-    std::fprintf(stderr, "\r\033[K%.1f s  %llu frames  %.1f frames/s", run.seconds(),
-                 static_cast<unsigned long long>(run.frames()), run.frame_rate());
+    const std::string line = progress_text(run);
+    std::fprintf(stderr, "\r\033[K%s", line.c_str());
     std::fflush(stderr);
     shown_ = true;
   }
@@ -54,12 +81,28 @@ const char* name_of(RunEnd end) {
       return "error";
     case RunEnd::Interrupted:
       return "interrupted";
+    case RunEnd::TimeLimit:
+      return "time-limit";
+  }
+  return "";
+}
+
+const char* verb_of(RunEnd end) {
+  switch (end) {
+    case RunEnd::Eos:
+      return "Ended";
+    case RunEnd::Error:
+      return "Failed";
+    case RunEnd::Interrupted:
+      return "Interrupted";
+    case RunEnd::TimeLimit:
+      return "Stopped by --timeout";
   }
   return "";
 }
 
 int status_of(RunEnd end) {
-  if (end == RunEnd::Eos) return kExitGood;
+  if (end == RunEnd::Eos || end == RunEnd::TimeLimit) return kExitGood;
   return end == RunEnd::Error ? kExitError : kExitInterrupted;
 }
 
@@ -82,28 +125,34 @@ Json to_json(const std::vector<Complaint>& complaints) {
 }
 
 void print_text(const PipelineRun& run, RunEnd end) {
-  print_complaints(run);
-  std::printf("%s after %.3f s: %llu frames, %.1f frames/s\n",
-              end == RunEnd::Eos     ? "Ended"
-              : end == RunEnd::Error ? "Failed"
-                                     : "Interrupted",
-              run.seconds(), static_cast<unsigned long long>(run.frames()), run.frame_rate());
-  const auto sinks = run.sinks();
+  const auto total = run.sinks().total();
+  std::printf("%s after %.3f s: %s, %.1f %s/s", verb_of(end), run.seconds(),
+              count_text(total).c_str(), run.frame_rate(), unit_of(total));
+  if (run.seconds_to_start() > 0)
+    std::printf("; first frame %.3f s after the start", run.seconds_to_start());
+  std::puts("");
+  const auto sinks = run.sinks().figures();
   if (sinks.size() > 1)
-    for (const auto& [name, frames] : sinks)
-      std::printf("  %s: %llu frames\n", name.c_str(), static_cast<unsigned long long>(frames));
-  const std::string ledger = ledger_table(ledgers(run.pipeline()));
+    for (const auto& sink : sinks)
+      std::printf("  %s: %s\n", sink.name.c_str(), count_text(sink).c_str());
+  const Json all = ledgers(run.pipeline());
+  const std::string filters = filter_table(all), ledger = ledger_table(all);
+  if (!filters.empty()) std::printf("\nFilters\n%s", filters.c_str());
   if (!ledger.empty()) std::printf("\nLedger\n%s", ledger.c_str());
 }
 
 Json outcome(const PipelineRun& run, RunEnd end) {
   Json out{{"result", name_of(end)},
-           {"frames", run.frames()},
+           {"frames", uint64_t{0}},
+           {"buffers", uint64_t{0}},
            {"seconds", run.seconds()},
+           {"seconds_to_start", run.seconds_to_start()},
            {"frame_rate", run.frame_rate()}};
   out["sinks"] = Json::array();
-  for (const auto& [name, frames] : run.sinks())
-    out["sinks"].push_back({{"name", name}, {"frames", frames}});
+  for (const auto& sink : run.sinks().figures()) {
+    out[unit_of(sink)] = out[unit_of(sink)].get<uint64_t>() + sink.count;
+    out["sinks"].push_back({{"name", sink.name}, {unit_of(sink), sink.count}});
+  }
   out["ledger"] = ledgers(run.pipeline());
   out["errors"] = to_json(run.errors());
   out["warnings"] = to_json(run.warnings());
@@ -134,6 +183,23 @@ Status write_report(const RunOptions& options, const Json& outcome, const TraceS
   return file ? ok() : cannot_write(options.report);
 }
 
+RunEnd play(const RunOptions& options, PipelineRun* pipeline) {
+  ProgressLine line;
+  RunEvents events;
+  if (!options.quiet) events.progress = [&line](const PipelineRun& run) { line.show(run); };
+  events.notice = [&line](const std::string& text) { line.say(text); };
+  if (!options.json)
+    events.warning = [&line](const Complaint& warning) {
+      line.clear();
+      print_warning(warning);
+    };
+  if (options.verbose) pipeline->show_properties();
+  if (options.time_limit > 0) pipeline->stop_after(options.time_limit);
+  const RunEnd end = pipeline->play(std::move(events));
+  line.clear();
+  return end;
+}
+
 }  // namespace
 
 int run(const RunOptions& options) {
@@ -150,22 +216,21 @@ int run(const RunOptions& options) {
     if (!writable) return report(writable.error(), options.json);
   }
   PipelineRun pipeline(*std::move(read));
-  ProgressLine line;
-  const RunEnd end = pipeline.play([&line](const PipelineRun& run) { line.show(run); },
-                                   [&line](const std::string& text) { line.say(text); });
-  line.clear();
+  const RunEnd end = play(options, &pipeline);
   const Json facts = outcome(pipeline, end);
-  if (options.json)
+  if (options.json) {
     print(facts);
-  else
-    print_text(pipeline, end);
+  } else {
+    print_errors(pipeline.errors());
+    if (!options.quiet) print_text(pipeline, end);
+  }
   if (session) {
     const Status written = write_report(options, facts, *session);
     if (!written) {
       std::fprintf(stderr, "%s\n", written.error().message().c_str());
       return kExitError;
     }
-    if (!options.json) std::printf("\nReport: %s\n", options.report.c_str());
+    if (!options.json && !options.quiet) std::printf("\nReport: %s\n", options.report.c_str());
   }
   return status_of(end);
 }

@@ -34,6 +34,57 @@ class Run(Case):
         self.assertEqual(stats["tensor_sink"]["consumed"], 7)
         self.assertEqual(stats["tensor_converter"]["pushed"], 7)
 
+    def test_options_stand_before_or_after_the_pipeline(self):
+        for words in (("--json", self.PIPELINE), (self.PIPELINE, "--json"), (*self.PIPELINE.split(), "--json")):
+            self.assertEqual(json.loads(self.good(weir("run", *words)))["frames"], 7)
+        self.refused(weir("run", self.PIPELINE, "--jsn"), 2, "weir run has no option '--jsn'. Did you mean '--json'?")
+
+    def test_quiet_prints_warnings_and_errors_only(self):
+        done = weir("run", "-q", self.PIPELINE)
+        self.assertEqual((done.returncode, done.stdout, done.stderr), (0, "", ""))
+        done = weir("run", "-q", "videotestsrc ! identity name=weak error-after=2 ! fakesink")
+        self.assertEqual((done.returncode, done.stdout), (1, ""))
+        self.assertIn("error from weak: ", done.stderr)
+        self.refused(weir("run", "-q", "-v", self.PIPELINE), 2, "excludes --quiet")
+
+    def test_verbose_prints_the_caps(self):
+        done = weir("run", "-v", "videotestsrc num-buffers=1 ! video/x-raw,format=GRAY8,width=16 ! fakesink name=out")
+        self.good(done)
+        self.assertRegex(done.stderr, r"\nvideotestsrc0\.src: caps = video/x-raw, format=\(string\)GRAY8, width=\(int\)16, ".lstrip("\\n"))
+        self.assertRegex(done.stderr, r"out\.sink: caps = video/x-raw, ")
+
+    def test_the_stream_ends_after_the_time_of_timeout(self):
+        done = weir("run", "--timeout", "0.3", "--json", "videotestsrc is-live=true ! fakesink")
+        report = json.loads(self.good(done))
+        self.assertEqual((report["result"], report["errors"]), ("time-limit", []))
+        self.assertGreater(report["frames"], 0)
+        self.assertGreaterEqual(report["seconds"] + report["seconds_to_start"], 0.3)
+        self.assertIn("Ended after", self.good(weir("run", "--timeout", "60", self.PIPELINE)))
+        self.assertIn("Stopped by --timeout after", self.good(weir("run", "--timeout", "0.1", "videotestsrc is-live=true ! fakesink")))
+
+    def test_a_pipeline_that_does_not_start_is_an_error_of_timeout(self):
+        done = weir("run", "--timeout", "0.2", "appsrc ! fakesink")
+        self.refused(done, 1, "error: the pipeline did not play before the time of --timeout was over", "needed: a first buffer at each sink")
+        self.refused(weir("run", "--timeout", "0", self.PIPELINE), 2, "weir run: --timeout: ")
+
+    def test_a_file_has_buffers_and_its_video_has_frames(self):
+        line = ("videotestsrc num-buffers=12 ! video/x-raw,width=64,height=48 ! theoraenc ! oggmux name=m ! fakesink name=out "
+                "audiotestsrc num-buffers=5 ! vorbisenc ! m.")
+        output = self.good(weir("run", line))
+        self.assertRegex(output, r"Ended after [\d.]+ s: 12 frames, [\d.]+ frames/s; first frame [\d.]+ s after the start\n")
+        self.assertRegex(output, r"\n  out: \d+ buffers\n")
+        self.assertRegex(output, r"\n  m: 12 frames\n")
+        report = json.loads(self.good(weir("run", "--json", "audiotestsrc num-buffers=5 ! fakesink name=out")))
+        self.assertEqual((report["frames"], report["buffers"], report["sinks"]), (0, 5, [{"name": "out", "buffers": 5}]))
+
+    def test_filters_have_their_times(self):
+        model = self.folder / "model"
+        model.write_text("any")
+        output = self.good(weir("run", "videotestsrc num-buffers=3 ! video/x-raw,format=RGBA,width=4,height=1 ! tensor_converter ! "
+                                f"tensor_transform mode=typecast option=float32 ! tensor_filter name=f framework=fake model={model} ! fakesink"))
+        self.assertRegex(output, r"\nFilters\n  filter +invokes +mean ms +p99 ms\n  f +3 +[\d.]+ +[\d.]+\n")
+        self.assertNotIn("Filters", self.good(weir("run", self.PIPELINE)))
+
     def test_the_frame_rate_is_that_of_the_frames_after_the_first(self):
         report = json.loads(self.good(weir("run", "--json", self.PIPELINE + " sync=true")))
         self.assertGreater(report["seconds"], 0)
@@ -65,6 +116,28 @@ class Run(Case):
         self.assertEqual(running.returncode, 130)
         self.assertNotIn("\033", output)
         self.assertEqual(weir("run", self.PIPELINE).stderr, "")
+
+    def test_progress_has_a_percentage_where_the_length_is_known(self):
+        ours, theirs = pty.openpty()
+        self.addCleanup(os.close, ours)
+        line = "filesrc location={} ! decodebin ! fakesink sync=true"
+        clip = self.folder / "clip.ogg"
+        self.good(weir("run", f"videotestsrc num-buffers=60 ! video/x-raw,width=64,height=48 ! theoraenc ! oggmux ! filesink location={clip}"))
+        running = subprocess.Popen([COMMAND, "run", line.format(clip)], stdout=subprocess.PIPE, stderr=theirs, text=True)
+        os.close(theirs)
+        seen = ""
+        while not re.search(r"frames/s  \d+ %  \d+ s left\r", seen):
+            seen += os.read(ours, 1000).decode()  # raises when the process has ended
+        running.communicate(timeout=30)
+        self.assertEqual(running.returncode, 0)
+
+    def test_warnings_are_printed_when_they_happen(self):
+        running = self.start("videotestsrc is-live=true ! video/x-raw,format=GRAY8,width=8,height=8 ! tensor_converter ! "
+                             "tensor_aggregator name=a frames-out=2 frames-dim=9 ! fakesink")
+        self.assertIn("warning from a: WEIR-1004: frames-dim is beyond", running.stderr.readline())
+        running.send_signal(signal.SIGINT)
+        output, errors = self.interrupted(running)
+        self.assertNotIn("warning", output + errors, "it is printed once")
 
     def test_errors_of_elements_come_with_their_fix(self):
         done = weir("run", "videotestsrc num-buffers=1 ! tensor_converter ! tensor_transform mode=typecast option=flot32 ! fakesink")
@@ -153,18 +226,24 @@ class Run(Case):
             self.assertIn(words, output)
 
     def test_what_cannot_be_linked_is_refused(self):
-        done = weir("run", "videotestsrc ! audio/x-raw ! fakesink")
-        self.refused(done, 1, "offered: videotestsrc ! audio", "can't handle caps")
-        self.assertNotIn("fix:", done.stderr, "no element makes audio of this source")
+        for pipeline in ("videotestsrc ! audio/x-raw ! fakesink", "videotestsrc ! audioconvert ! fakesink", "videotestsrc ! videotestsrc"):
+            done = weir("run", pipeline)
+            self.refused(done, 1, "WEIR-1001: videotestsrc cannot be linked to ", "first difference: could not link videotestsrc0 to ")
+            self.assertNotIn("fix:", done.stderr, "no element converts this stream")
 
-    def test_what_cannot_be_linked_comes_with_the_element_that_converts_it(self):
-        later = "queue name=q ! tensor_converter ! fakesink videotestsrc num-buffers=2 ! video/x-raw,format=NV12 "
-        output = weir("run", later + "! q.")
-        self.refused(output, 1, "q can't handle caps video/x-raw, format=(string)NV12",
-                     "fix: videoconvert ! videoscale between these caps and q")
-        self.assertEqual(weir("run", later + "! videoconvert ! videoscale ! q.").returncode, 0)
-        output = weir("run", "queue name=q ! audio/x-raw,format=U8,rate=8000 ! fakesink audiotestsrc ! audio/x-raw,format=S16LE ! q.")
-        self.refused(output, 1, "fix: audioconvert ! audioresample between these caps and q")
+    def test_what_cannot_be_linked_comes_with_the_line_that_can(self):
+        sink = "queue name=q ! tensor_converter ! fakesink videotestsrc num-buffers=2 ! video/x-raw,format=NV12 ! "
+        sound = "queue name=q ! audio/x-raw,format=U8,rate=8000 ! fakesink audiotestsrc num-buffers=2 ! audio/x-raw,format=S16LE ! "
+        for begin, end, converter in (
+                ("videotestsrc num-buffers=2 ! ", "tensor_sink", "tensor_converter"),
+                ("audiotestsrc num-buffers=2 ! ", "tensor_sink name=out", "tensor_converter"),
+                ("videotestsrc num-buffers=2 ! tensor_converter ! ", "videoconvert ! fakesink", "tensor_decoder mode=direct_video"),
+                (sink, "q.", "videoconvert ! videoscale"),
+                (sound, "q.", "audioconvert ! audioresample")):
+            output, rest = self.place(begin + end)
+            self.assertEqual(rest, end)
+            self.assertIn(f"  fix: {begin}{converter} ! {end}\n", output)
+            self.assertEqual(weir("run", f"{begin}{converter} ! {end}").returncode, 0)
 
     def test_an_unknown_element_is_refused_with_its_place_and_a_guess(self):
         output, rest = self.place("videotestsrc ! tensor_convertr ! fakesink")

@@ -106,7 +106,7 @@ int serve(const ServeOptions& options) {
   if (!pipelines) return report(pipelines.error(), false);
   ServeRun run(*std::move(pipelines));
   if (const auto errors = run.start(); !errors.empty()) {
-    print_complaints({}, errors);
+    print_errors(errors);
     return kExitError;
   }
   print_models(run, address_text(options, *address, run.port()));

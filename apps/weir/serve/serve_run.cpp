@@ -108,11 +108,11 @@ int ServeRun::play() {
 void ServeRun::on_message(Served* served, GstMessage* message) {
   switch (GST_MESSAGE_TYPE(message)) {
     case GST_MESSAGE_ERROR:
-      print_complaints({}, {complaint_of(message)});
+      print_errors({complaint_of(message)});
       if (served->restart == 0) restart(served);
       break;
     case GST_MESSAGE_WARNING:
-      print_complaints({complaint_of(message)}, {});
+      print_warning(complaint_of(message));
       break;
     case GST_MESSAGE_EOS:
       served->ended = true;

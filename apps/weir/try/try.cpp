@@ -122,11 +122,12 @@ int try_model_on_input(const TryOptions& options) {
   }
   PipelineRun run(*std::move(pipeline));
   if (options.show && is_photo(options.input)) run.stop_at_first_signal();
-  const RunEnd ending =
-      run.play([](const PipelineRun&) {},
-               [](const std::string& text) { std::fprintf(stderr, "%s\n", text.c_str()); });
+  const RunEnd ending = run.play(
+      {.progress = {},
+       .notice = [](const std::string& text) { std::fprintf(stderr, "%s\n", text.c_str()); },
+       .warning = print_warning});
   if (ending == RunEnd::Error && run.errors().front().is_closed_window) return kExitGood;
-  print_complaints(run);
+  print_errors(run.errors());
   if (!options.output.empty() && ending == RunEnd::Eos)
     std::fprintf(stderr, "%s\n", options.output.c_str());
   if (ending == RunEnd::Eos) return kExitGood;

@@ -20,6 +20,8 @@ constexpr std::array kSettings{
     KnownSetting{"module", "path", "folders with modules, searched before the built-in one"},
     KnownSetting{"plugin", "prefer_nnstreamer",
                  "Weir does not register elements whose names NNStreamer has"},
+    KnownSetting{"network", "require-tls",
+                 "elements with protocols of NNStreamer need TLS for other machines"},
     KnownSetting{"nnstreamer", "enable", "nnstreamer.ini and sub-plugins for NNStreamer are used"},
     KnownSetting{"nnstreamer", "library", "the file with the functions that sub-plugins call"},
 };

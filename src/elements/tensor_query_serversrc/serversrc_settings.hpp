@@ -20,7 +20,9 @@ struct ServersrcSettings {
   bool is_live = true;
   std::string model_name, model_version = "1", unix_path;
   uint64_t max_message = uint64_t{64} << 20;
-  uint32_t max_requests = 8, max_connections = 32, queue = 64;
+  uint32_t max_requests = 8, max_connections = 32, max_connections_per_address = 4, queue = 64,
+           idle_timeout = 300'000;
+  uint64_t max_bytes_in_flight = uint64_t{256} << 20;
   bool insecure = false;
   std::string tls_cert, tls_key, tls_ca, tls_peers, token_file;
 

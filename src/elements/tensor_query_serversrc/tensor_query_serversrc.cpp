@@ -67,6 +67,14 @@ class TensorQueryServersrc : public gst::Element<TensorQueryServersrc, gst::Push
       gst::Property{"max-connections", &Settings::max_connections,
                     "Connections that have requests in progress; requests of more are refused at "
                     "once; 0 = no limit"},
+      gst::Property{"max-connections-per-address", &Settings::max_connections_per_address,
+                    "The same of one address; 0 = no limit"},
+      gst::Property{"max-bytes-in-flight", &Settings::max_bytes_in_flight,
+                    "Bytes of the requests in progress of one address; more wait until earlier "
+                    "ones are received, or are refused; 0 = no limit"},
+      gst::Property{"idle-timeout", &Settings::idle_timeout,
+                    "Milliseconds after which a connection without calls is closed",
+                    gst::Changeable::InReady, 1u, 2147483647u},
       gst::Property{"insecure", &Settings::insecure,
                     "Let other machines connect without TLS: only on a network that you trust"},
       gst::Property{"tls-cert", &Settings::tls_cert,

@@ -1,0 +1,26 @@
+// Helps with the command line: errors with suggestions, help of a command, and what a shell can
+// complete.
+// SPDX-License-Identifier: LGPL-2.1-or-later
+#pragma once
+#include <CLI/CLI.hpp>
+#include <string>
+#include <vector>
+
+namespace weir::app {
+
+// The hidden command of completions/weir, the file for bash.
+inline constexpr char kCompleteCommand[] = "complete";
+
+// Prints to stderr what is wrong with a command line that `app` could not parse, and the nearest
+// command or option. Returns kExitUsage.
+int report_usage_error(const CLI::App& app, const CLI::ParseError& error);
+
+// Prints the help of the command that the names lead to: {"pki", "issue"}; none: of `app`.
+// kExitUsage when there is no such command.
+int show_help(const CLI::App& app, const std::vector<std::string>& topic);
+
+// Prints the commands or options that the last of `words`, which follow "weir", can become, one on
+// each line. Nothing where a file or a value is expected.
+int print_completions(const CLI::App& app, const std::vector<std::string>& words);
+
+}  // namespace weir::app

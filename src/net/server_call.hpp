@@ -1,0 +1,85 @@
+// ServerReactor: gRPC's side of one call of a client, and what all calls of a listener share.
+// SPDX-License-Identifier: LGPL-2.1-or-later
+#pragma once
+#include <grpcpp/alarm.h>
+#include <grpcpp/generic/async_generic_service.h>
+#include <grpcpp/grpcpp.h>
+
+#include <atomic>
+#include <memory>
+#include <mutex>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "net/admission.hpp"
+#include "net/listener.hpp"
+#include "net/server_security.hpp"
+
+namespace weir::net {
+
+// What all calls of a listener share.
+struct ServerRules {
+  ServerRules(const ListenOptions& options, ServerSecrets read, Listener::Handler handle);
+  // Why a call is refused before its request is read.
+  std::optional<grpc::Status> check(const grpc::CallbackServerContext& context) const;
+
+  const ServerSecrets secrets;
+  const std::vector<std::string> peers;
+  Admission admission;
+  const Listener::Handler handler;
+  std::atomic<uint64_t> not_allowed{0};
+};
+
+// What a call and its reactor share.
+struct CallState {
+  std::mutex mutex;    // guards the rest, and members of the reactor
+  bool ended = false;  // from then on only gRPC uses the reactor, which deletes itself
+  std::atomic<bool> cancelled{false};
+};
+
+class ServerReactor final : public grpc::ServerGenericBidiReactor {
+ public:
+  ServerReactor(grpc::GenericCallbackServerContext* context, ServerRules* rules);
+  void OnReadDone(bool read) override;
+  void OnWriteDone(bool written) override;
+  void OnCancel() override;
+  void OnDone() override { delete this; }
+
+  const grpc::GenericCallbackServerContext& context() const { return *context_; }
+  const std::string& peer() const { return peer_; }
+  bool is_stream() const { return kind_ == CallKind::Stream; }
+  // Ends the call, unless it has ended: then it returns false. `reactor` exists while the call has
+  // not ended.
+  static bool end(ServerReactor* reactor, const std::shared_ptr<CallState>& state,
+                  const grpc::Status& status, std::optional<grpc::ByteBuffer> answer = {});
+  // Of a stream that has not ended, under the lock of its state: sends a message, in the place of
+  // one that waits to be sent.
+  void send(const grpc::ByteBuffer& message);
+  // Of a stream, on the thread of the handler: sends the answer to a message, and receives the next
+  // one after it.
+  void answer_message(const grpc::ByteBuffer& message);
+
+ private:
+  void refuse(const grpc::Status& status) { end(this, state_, status); }
+  void read();
+  void end_later_without_message();
+  void leave();
+
+  grpc::GenericCallbackServerContext* const context_;
+  ServerRules* const rules_;
+  const std::string peer_;
+  const CallKind kind_;
+  const std::shared_ptr<CallState> state_ = std::make_shared<CallState>();
+  grpc::ByteBuffer request_, sent_;
+  bool admitted_ = false;
+  // Guarded by the mutex of the state.
+  bool writing_ = false, reads_on_ = false;
+  uint64_t bytes_ = 0;     // of the message that was received
+  uint64_t messages_ = 0;  // that were received
+  std::optional<grpc::ByteBuffer> next_;
+  std::optional<grpc::Status> last_;       // sent after the message that is being sent
+  std::unique_ptr<grpc::Alarm> patience_;  // for the next message of a stream
+};
+
+}  // namespace weir::net

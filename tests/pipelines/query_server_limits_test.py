@@ -1,0 +1,129 @@
+#!/usr/bin/python3
+# SPDX-License-Identifier: LGPL-2.1-or-later
+"""What one peer may take of a server: requests, connections, bytes, memory. Hostile peers speak HTTP/2 themselves."""
+
+import pathlib
+import re
+import time
+import unittest
+
+import numpy as np
+
+import http2_peer
+import tap_runner
+from served_pipeline import Client, Pipeline, request, status_of
+
+FLOATS = "caps=other/tensor,dimension=(string)4:1,type=(string)float32,framerate=0/1"
+INFER = "/inference.GRPCInferenceService/ModelInfer"
+X = np.array([[1.5, -2, 0, 1e6]], np.float32)
+MIB = 1 << 20
+
+
+class Limits(unittest.TestCase):
+    def serve(self, options="", between=""):
+        pipeline = Pipeline(f"tensor_query_serversrc protocol=oip port=0 model-name=same {options} {FLOATS} ! {between} tensor_query_serversink")
+        self.addCleanup(pipeline.stop)
+        self.assertTrue(pipeline.port, "".join(pipeline.lines))
+        return pipeline
+
+    def client(self, pipeline, ready=True):
+        client = Client(f"127.0.0.1:{pipeline.port}")
+        self.addCleanup(client.close)
+        if ready:
+            client.wait_until_ready("same")
+        return client
+
+    def peer(self, pipeline):
+        peer = http2_peer.Connection(pipeline.port)
+        self.addCleanup(peer.close)
+        return peer
+
+    def resident(self, pipeline):
+        status = pathlib.Path(f"/proc/{pipeline.process.pid}/status").read_text()
+        return int(re.search(r"VmRSS:\s+(\d+) kB", status)[1]) << 10
+
+    def flood(self, pipeline, calls, size, whole):
+        """Four connections whose calls send all but the last byte of a message; `whole` of them get the room to do so."""
+        peers = [self.peer(pipeline) for _ in range(4)]
+        for peer in peers:
+            for _ in range(calls):
+                peer.call(INFER, bytes(size - 1), announced=size)
+        streams = [stream for peer in peers for stream in peer.streams.values()]
+        end, quiet = time.monotonic() + 60, 0
+        while quiet < 50 and time.monotonic() < end:
+            unsent = sum(len(stream.unsent) for stream in streams)
+            for peer in peers:
+                peer.push()
+                peer.read(0.005)
+            is_still = unsent == sum(len(stream.unsent) for stream in streams)
+            quiet = quiet + 1 if is_still and sum(not stream.unsent for stream in streams) >= whole else 0
+        self.assertEqual([peer.closed for peer in peers], [False] * 4)
+        return peers, streams
+
+    def test_stalled_messages_take_no_more_memory_than_one_address_may(self):
+        pipeline = self.serve(f"max-message={4 * MIB} max-bytes-in-flight={16 * MIB}")
+        client = self.client(pipeline)
+        client.infer(request("same", X))
+        before = self.resident(pipeline)
+        peers, streams = self.flood(pipeline, 8, 4 * MIB, 4)
+        self.assertEqual(sum(not stream.unsent for stream in streams), 4)
+        self.assertEqual([stream.reset for stream in streams], [None] * 32)
+        self.assertLess(self.resident(pipeline) - before, (16 + 32) * MIB)
+        for peer in peers:
+            peer.close()
+        self.assertEqual(client.infer(request("same", X)).raw_output_contents[0], X.tobytes())
+
+    def test_without_the_limit_they_take_all_that_they_send(self):
+        """What the test above would find if the limit did nothing."""
+        pipeline = self.serve(f"max-message={4 * MIB} max-bytes-in-flight=0")
+        before = self.resident(pipeline)
+        _, streams = self.flood(pipeline, 8, 4 * MIB, 32)
+        self.assertEqual(sum(not stream.unsent for stream in streams), 32)
+        self.assertGreater(self.resident(pipeline) - before, 64 * MIB)
+
+    def test_calls_wait_for_the_room_of_their_address_until_others_end(self):
+        pipeline = self.serve(f"max-message={MIB} max-bytes-in-flight={MIB}")
+        stalled = self.peer(pipeline)
+        stalled.call(INFER, b"", announced=MIB)
+        stalled.push()
+        client = self.client(pipeline, ready=False)
+        code, text = status_of(lambda: client.infer(request("same", X), 0.5))
+        self.assertEqual(code, "DEADLINE_EXCEEDED", text)
+        call = client.stub.ModelInfer.future(request("same", X), timeout=60)
+        stalled.close()
+        self.assertEqual(status_of(call.result)[0], "OK")
+
+    def test_an_address_has_no_more_connections_with_requests_than_allowed(self):
+        pipeline = self.serve("", "identity sleep-time=100000 !")
+        clients = [self.client(pipeline) for _ in range(6)]
+        calls = [client.stub.ModelInfer.future(request("same", X), timeout=30) for client in clients]
+        ended = [status_of(call.result) for call in calls]
+        self.assertEqual(sorted(code for code, _ in ended), ["OK"] * 4 + ["RESOURCE_EXHAUSTED"] * 2)
+        self.assertIn("this address has 4 connections with requests in progress (max-connections-per-address)",
+                      [text for code, text in ended if code != "OK"])
+
+    def test_an_idle_connection_is_closed_and_a_busy_one_is_not(self):
+        pipeline = self.serve("idle-timeout=200", "identity sleep-time=600000 !")
+        client = self.client(pipeline)
+        idle = self.peer(pipeline)
+        call = client.stub.ModelInfer.future(request("same", X), timeout=30)
+        end = time.monotonic() + 20
+        while not idle.closed and time.monotonic() < end:
+            idle.read(1)
+        self.assertTrue(idle.closed)
+        self.assertIsNotNone(idle.goodbye)
+        self.assertEqual(status_of(call.result)[0], "OK")
+
+    def test_calls_one_after_the_other_keep_their_connection(self):
+        pipeline = self.serve()
+        peer = self.peer(pipeline)
+        for _ in range(20):
+            stream = peer.call("/inference.GRPCInferenceService/ServerLive")
+            peer.push()
+            while stream.reset is None and not peer.closed:
+                peer.read(10)
+        self.assertEqual((peer.closed, peer.goodbye), (False, None))
+
+
+if __name__ == "__main__":
+    tap_runner.main()
