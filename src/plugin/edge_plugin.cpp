@@ -8,7 +8,7 @@
 #include "library/process.h"
 
 // One line for each element.
-#define WEIR_EDGE_ELEMENTS(X)
+#define WEIR_EDGE_ELEMENTS(X) X(edgesink) X(edgesrc)
 
 namespace weir {
 #define WEIR_DECLARE(name) bool register_##name(GstPlugin*);

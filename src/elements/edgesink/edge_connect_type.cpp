@@ -1,0 +1,32 @@
+// Which protocols and connect-types are available.
+// SPDX-License-Identifier: LGPL-2.1-or-later
+#include "elements/edgesink/edge_connect_type.hpp"
+
+namespace weir {
+
+Status check_edge_types(EdgeProtocol protocol, EdgeConnectType connect_type, const char* element) {
+  const std::string name = element;
+  if (connect_type == EdgeConnectType::Custom)
+    return Error{.code = Code::OPTION_VALUE,
+                 .what =
+                     "connect-type=CUSTOM is not available: the interface of its library is "
+                     "not specified",
+                 .offered = "connect-type=CUSTOM",
+                 .needed = "protocol=local, between processes of one machine",
+                 .fix = name + " protocol=local path=/tmp/weir-stream"};
+  if (protocol == EdgeProtocol::Local && connect_type != EdgeConnectType::Tcp)
+    return Error{.code = Code::OPTION_VALUE,
+                 .what = "protocol=local has no broker",
+                 .offered = "another connect-type than its default",
+                 .needed = "protocol=local and path alone",
+                 .fix = name + " protocol=local path=/tmp/weir-stream"};
+  if (protocol == EdgeProtocol::Edge)
+    return Error{.code = Code::OPTION_VALUE,
+                 .what = "streams between machines are not available yet",
+                 .offered = "protocol=edge",
+                 .needed = "protocol=local, between processes of one machine",
+                 .fix = name + " protocol=local path=/tmp/weir-stream"};
+  return ok();
+}
+
+}  // namespace weir
