@@ -4,6 +4,7 @@
 
 import os
 import re
+import shutil
 import signal
 import socket
 import ssl
@@ -141,11 +142,22 @@ class Serving(Case):
             self.assertRegex(line, r'^(# (HELP|TYPE) weir_\w+ .+|weir_\w+\{(\w+="[^"]*",?)+\} -?[\d.e+-]+)$')
         families = re.findall(r"^# TYPE (\S+)", page, re.MULTILINE)
         self.assertEqual(len(families), len(set(families)))
+        with self.subTest("promtool"):
+            self.check_with_promtool(page)
         for path, method, status in (("/", "GET", 404), ("/metrics", "POST", 405)):
             with self.assertRaises(urllib.error.HTTPError) as refused:
                 urllib.request.urlopen(urllib.request.Request(address + path, method=method, data=b"" if method == "POST" else None), timeout=10)
             self.assertEqual(refused.exception.code, status)
             refused.exception.close()
+
+    def check_with_promtool(self, page):
+        if not shutil.which("promtool"):
+            self.skipTest("promtool is not installed: apt-get install prometheus")
+        done = subprocess.run(["promtool", "check", "metrics"], input=page, capture_output=True, text=True, timeout=60)
+        self.assertEqual((done.returncode, done.stdout, done.stderr), (0, "", ""))
+        # The same for a page that is wrong.
+        broken = page.replace("counter", "gauge")
+        self.assertNotEqual(subprocess.run(["promtool", "check", "metrics"], input=broken, capture_output=True, text=True, timeout=60).returncode, 0)
 
     def test_addresses_of_figures_that_others_reach_are_refused(self):
         for address in ("0.0.0.0:0", "192.0.2.1:1", "unix:/tmp/x"):
