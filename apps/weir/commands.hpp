@@ -15,7 +15,11 @@ inline constexpr int kExitInterrupted = 130;  // as shells report an exit by Ctr
 
 // Reports what is installed, where, and what is missing. kExitError when GStreamer does not find
 // Weir.
-int doctor(bool json);
+struct DoctorOptions {
+  bool all = false;  // each element, setting, folder and file
+  bool json = false;
+};
+int doctor(const DoctorOptions& options);
 
 // Prints the page of an error code, "WEIR-2001" or "2001"; without one the list of codes.
 int explain(const std::string& code);

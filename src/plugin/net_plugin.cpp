@@ -9,7 +9,22 @@
 namespace weir {
 bool register_tensor_query_serversink(GstPlugin*);
 bool register_tensor_query_serversrc(GstPlugin*);
+#ifdef WEIR_GRPC_ELEMENTS
+bool register_tensor_sink_grpc(GstPlugin*);
+bool register_tensor_src_grpc(GstPlugin*);
+#endif
 }  // namespace weir
+
+// Those that need the libraries of both schemas of messages.
+static bool register_grpc_elements([[maybe_unused]] GstPlugin* plugin) {
+#ifdef WEIR_GRPC_ELEMENTS
+  weir::plugin::warn_of_another(plugin, "tensor_sink_grpc");
+  weir::plugin::warn_of_another(plugin, "tensor_src_grpc");
+  return weir::register_tensor_sink_grpc(plugin) && weir::register_tensor_src_grpc(plugin);
+#else
+  return true;
+#endif
+}
 
 static gboolean plugin_init(GstPlugin* plugin) {
   // Before the first use of a process-wide object.
@@ -18,7 +33,7 @@ static gboolean plugin_init(GstPlugin* plugin) {
   weir::plugin::warn_of_another(plugin, "tensor_query_serversink");
   weir::plugin::warn_of_another(plugin, "tensor_query_serversrc");
   return weir::register_tensor_query_serversink(plugin) &&
-         weir::register_tensor_query_serversrc(plugin);
+         weir::register_tensor_query_serversrc(plugin) && register_grpc_elements(plugin);
 }
 
 GST_PLUGIN_DEFINE(GST_VERSION_MAJOR, GST_VERSION_MINOR, weirnet,
