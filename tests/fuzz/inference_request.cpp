@@ -17,6 +17,7 @@ void read_inputs(const Chunks& chunks, const InferRequest& request, size_t room)
   for (size_t i = 0; i < request.inputs.size(); ++i) {
     expect(request.inputs[i].shape.size() <= 16);
     if (!request.raw.empty()) expect(request.raw[i].end <= chunks.size());
+    if (const auto bytes = input_bytes(chunks, request, i)) expect(bytes->end <= chunks.size());
     if (const auto status = read_input(chunks, request, i, to); !status)
       expect(status.error().code == weir::Code::PEER_MESSAGE_INVALID);
   }
