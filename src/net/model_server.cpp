@@ -13,7 +13,8 @@
 namespace weir::net {
 namespace {
 
-constexpr std::array<std::string_view, 2> kExtensions{"weir_keepalive", "statistics"};
+constexpr std::array<std::string_view, 3> kExtensions{"weir_keepalive", "statistics",
+                                                      kTimesExtension};
 
 struct Shared {
   std::unique_ptr<ModelServer> server;

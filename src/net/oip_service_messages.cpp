@@ -44,7 +44,7 @@ bool read_output_name(const Chunks& chunks, Range range, std::string* out) {
 
 // Whether an entry of the parameters is weir_times with the value true.
 bool asks_for_times(const Chunks& chunks, Range entry) {
-  constexpr std::string_view kName = "weir_times";
+  constexpr std::string_view kName = kTimesExtension;
   bool named = false, is_true = false;
   MessageReader reader(chunks, entry);
   for (Field field; reader.next(&field);) {

@@ -57,13 +57,6 @@ Pieces encode_model_metadata(const ModelMetadata& model, std::string_view versio
 // HealthCheckResponse: 1 = SERVING, 2 = NOT_SERVING, 3 = SERVICE_UNKNOWN.
 Pieces encode_health(int status);
 
-// When a request came and was answered, by the wall clock, in nanoseconds since 1970; how long it
-// waited for the pipeline, and how long it was in it. Sent as the parameters weir_received_ns,
-// weir_answered_ns, weir_queue_us and weir_compute_us.
-struct AnswerTimes {
-  int64_t received_ns = 0, answered_ns = 0, queue_us = 0, compute_us = 0;
-};
-
 // Raw contents, which borrow the memory of the outputs. `times` may be null.
 Pieces encode_infer_response(const ModelRequest& model, std::string_view id,
                              std::span<const RequestTensor> outputs, const AnswerTimes* times);

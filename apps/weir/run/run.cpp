@@ -138,6 +138,8 @@ void print_text(const PipelineRun& run, RunEnd end) {
   const Json all = ledgers(run.pipeline());
   const std::string filters = filter_table(all), ledger = ledger_table(all);
   if (!filters.empty()) std::printf("\nFilters\n%s", filters.c_str());
+  if (const auto servers = server_rows(all); !servers.empty())
+    std::printf("\nServers\n%s", table(servers, "  ").c_str());
   if (!ledger.empty()) std::printf("\nLedger\n%s", ledger.c_str());
 }
 
