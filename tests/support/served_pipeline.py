@@ -62,6 +62,11 @@ class Pipeline:
         """Stops; does not wait."""
         self.process.send_signal(signal.SIGINT)
 
+    def stop_at_end(self):
+        """The whole output of a pipeline that ends itself."""
+        self.process.wait(60)
+        return self.stop()
+
     def stop(self):
         """The whole output."""
         if self.process.poll() is None:
