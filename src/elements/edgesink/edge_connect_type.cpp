@@ -12,20 +12,21 @@ Status check_edge_types(EdgeProtocol protocol, EdgeConnectType connect_type, con
                      "connect-type=CUSTOM is not available: the interface of its library is "
                      "not specified",
                  .offered = "connect-type=CUSTOM",
-                 .needed = "protocol=local, between processes of one machine",
-                 .fix = name + " protocol=local path=/tmp/weir-stream"};
+                 .needed = "connect-type=TCP, or protocol=local on one machine",
+                 .fix = name + " connect-type=TCP"};
   if (protocol == EdgeProtocol::Local && connect_type != EdgeConnectType::Tcp)
     return Error{.code = Code::OPTION_VALUE,
                  .what = "protocol=local has no broker",
                  .offered = "another connect-type than its default",
                  .needed = "protocol=local and path alone",
                  .fix = name + " protocol=local path=/tmp/weir-stream"};
-  if (protocol == EdgeProtocol::Edge)
+  if (connect_type == EdgeConnectType::Mqtt || connect_type == EdgeConnectType::Hybrid)
     return Error{.code = Code::OPTION_VALUE,
-                 .what = "streams between machines are not available yet",
-                 .offered = "protocol=edge",
-                 .needed = "protocol=local, between processes of one machine",
-                 .fix = name + " protocol=local path=/tmp/weir-stream"};
+                 .what = "brokers are not available yet",
+                 .offered = connect_type == EdgeConnectType::Mqtt ? "connect-type=MQTT"
+                                                                  : "connect-type=HYBRID",
+                 .needed = "connect-type=TCP, or protocol=local on one machine",
+                 .fix = name + " connect-type=TCP"};
   return ok();
 }
 

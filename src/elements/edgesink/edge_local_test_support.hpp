@@ -19,8 +19,9 @@ class EdgeLocal : public ::testing::Test {
     folder_ = mkdtemp(name.data());
   }
   ~EdgeLocal() override { std::filesystem::remove_all(folder_); }
+  std::string path() const { return folder_ + "/stream"; }
   std::string ends_with(const std::string& more = "") const {
-    return " protocol=local path=" + folder_ + "/stream " + more;
+    return " protocol=local path=" + path() + " " + more;
   }
   Harness sink(const std::string& more = "", const char* caps = kCaps) const {
     return harness_of("edgesink sync=false" + ends_with(more), caps);

@@ -19,6 +19,9 @@ struct EdgesinkSettings {
   std::string path;
   uint32_t max_buffers = 16;
   bool drop = false;
+  WireVersion wire_version = WireVersion::Bytes2088;
+  bool insecure = false;
+  std::string allow;
 };
 
 }  // namespace weir

@@ -19,6 +19,7 @@ struct InputEvent {
   Kind kind;
   gst::Ref<GstCaps> caps{};
   gst::Ref<GstBuffer> buffer{};
+  uint64_t copied = 0;  // bytes of the buffer that could have been shared
 };
 
 // A connection. Used by the streaming thread.

@@ -9,9 +9,11 @@
 
 #include "elements/edgesink/edge_connect_type.hpp"
 #include "elements/edgesrc/local_input.hpp"
+#include "elements/edgesrc/tcp_input.hpp"
 #include "gstcpp/buffer/tensor_caps.hpp"
 #include "gstcpp/element/base_classes.hpp"
 #include "transport/local/interruption.hpp"
+#include "transport/network_policy.hpp"
 
 namespace weir {
 namespace {
@@ -29,6 +31,9 @@ struct EdgesrcSettings {
   EdgeProtocol protocol = EdgeProtocol::Edge;
   std::string path;
   bool reconnect = false;
+  uint64_t max_message = uint64_t{64} << 20;
+  bool insecure = false;
+  std::string allow;
 };
 
 class Edgesrc : public gst::Element<Edgesrc, gst::PushSource> {
@@ -56,6 +61,14 @@ class Edgesrc : public gst::Element<Edgesrc, gst::PushSource> {
       gst::Property{"path", &Settings::path, "The path of the edgesink (protocol=local)"},
       gst::Property{"reconnect", &Settings::reconnect,
                     "Wait for an edgesink that is not there or has ended; false = an error"},
+      gst::Property{"max-message", &Settings::max_message,
+                    "Largest message in bytes (protocol=edge)", gst::Changeable::InReady,
+                    uint64_t{1024}, uint64_t{1} << 40},
+      gst::Property{"insecure", &Settings::insecure,
+                    "Connect to another machine although weir.ini requires TLS"},
+      gst::Property{"allow", &Settings::allow,
+                    "Addresses and networks that it may connect to, separated by commas; default: "
+                    "all"},
   };
 
   void constructed() { gst_base_src_set_format(base(), GST_FORMAT_TIME); }
@@ -65,6 +78,8 @@ class Edgesrc : public gst::Element<Edgesrc, gst::PushSource> {
     if (auto status = check_edge_types(s.protocol, s.connect_type, kInfo.factory_name); !status)
       return status;
     warn_of_deprecated(s);
+    if (s.protocol == EdgeProtocol::Edge)
+      if (auto status = check_network(s); !status) return status;
     ledger_.reset();
     reconnections_ = 0;
     was_connected_ = false;
@@ -87,6 +102,8 @@ class Edgesrc : public gst::Element<Edgesrc, gst::PushSource> {
       if (!event) return failed(event.error());
       switch (event->kind) {
         case Kind::Buffer:
+          if (!caps_ && !set_caps_of_downstream()) return GST_FLOW_NOT_NEGOTIATED;
+          ledger_.copied(event->copied);
           return take(event->buffer.release(), out);
         case Kind::End:
           return GST_FLOW_EOS;
@@ -133,8 +150,23 @@ class Edgesrc : public gst::Element<Edgesrc, gst::PushSource> {
                          .fix = "edgesrc dest-host=localhost dest-port=3000"});
   }
 
+  Status check_network(const Settings& s) const {
+    const auto warning = transport::check_old_protocol({.role = transport::Role::Connects,
+                                                        .host = s.dest_host,
+                                                        .port = s.dest_port,
+                                                        .insecure = s.insecure,
+                                                        .allow = s.allow},
+                                                       config::Configuration::load());
+    if (!warning) return warning.error();
+    if (*warning) gst::post_warning(element(), **warning);
+    return ok();
+  }
+
   Status connect(const Settings& s) {
-    auto input = LocalInput::connect(s.path, interruption_.descriptor());
+    const int interruption = interruption_.descriptor();
+    auto input = s.protocol == EdgeProtocol::Local
+                     ? LocalInput::connect(s.path, interruption)
+                     : TcpInput::connect(s.dest_host, s.dest_port, s.max_message, interruption);
     if (!input) return input.error();
     input_ = *std::move(input);
     if (std::exchange(was_connected_, true)) ++reconnections_;
@@ -165,19 +197,51 @@ class Edgesrc : public gst::Element<Edgesrc, gst::PushSource> {
   }
 
   Error lost() const {
-    return {.code = Code::SERVER_UNREACHABLE,
-            .what = "the edgesink has closed the connection",
-            .offered = "path=" + settings().path,
-            .needed = "an edgesink that ends its stream with EOS",
-            .fix = "reconnect=true waits for the next one"};
+    const Settings s = settings();
+    const bool is_local = s.protocol == EdgeProtocol::Local;
+    return {
+        .code = Code::SERVER_UNREACHABLE,
+        .what = "the edgesink has closed the connection",
+        .offered = is_local ? "path=" + s.path : s.dest_host + ":" + std::to_string(s.dest_port),
+        .needed = is_local ? "an edgesink that ends its stream with EOS"
+                           : "an edgesink that stays: its protocol has no end of stream",
+        .fix = "reconnect=true waits for the next one"};
   }
 
   bool set_caps(const Ref<GstCaps>& caps) {
     if (caps_ && gst_caps_is_equal(caps_.get(), caps.get())) return true;
-    if (auto status =
-            gst::check_downstream(pad(), caps.get(), "a capsfilter with the caps of the edgesink");
-        !status) {
+    const auto status =
+        gst::check_downstream(pad(), caps.get(), "a capsfilter with the caps of the edgesink");
+    if (!status) {
+      // NNStreamer's protocol leaves the caps to the capsfilter.
+      if (settings().protocol == EdgeProtocol::Edge && fixed_caps_of_downstream()) {
+        gst::post_warning(element(), status.error());
+        return set_caps_of_downstream();
+      }
       gst::post_error(element(), status.error());
+      return false;
+    }
+    caps_ = caps;
+    return gst_base_src_set_caps(base(), caps.get());
+  }
+
+  // Null if downstream accepts more than one.
+  Ref<GstCaps> fixed_caps_of_downstream() const {
+    auto caps = Ref<GstCaps>::adopt(gst_pad_peer_query_caps(pad(), nullptr));
+    if (!caps || !gst_caps_is_fixed(caps.get())) return {};
+    return caps;
+  }
+
+  // For an edgesink that did not announce its caps.
+  bool set_caps_of_downstream() {
+    auto caps = fixed_caps_of_downstream();
+    if (!caps) {
+      gst::post_error(element(), Error{.code = Code::NOT_NEGOTIATED,
+                                       .what = "the caps of the stream are not known",
+                                       .offered = "an edgesink that did not announce its caps",
+                                       .needed = "a capsfilter with fixed caps",
+                                       .fix = "edgesrc ! other/tensors,format=flexible,"
+                                              "framerate=30/1 ! tensor_sink"});
       return false;
     }
     caps_ = caps;

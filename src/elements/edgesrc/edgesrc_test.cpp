@@ -71,4 +71,22 @@ TEST_F(EdgeLocalSource, DownstreamThatTakesOtherCapsIsNamed) {
   gst_element_set_state(pipeline.get(), GST_STATE_NULL);
 }
 
+// As filesink does, which collects 64 KiB before it writes.
+TEST_F(EdgeLocalSource, ElementsThatKeepAllBuffersGetCopies) {
+  const auto out = sink("max-buffers=3");
+  const auto in = source();
+  ASSERT_TRUE(receivers_become(out, 1));
+  std::vector<Ref<GstBuffer>> kept;
+  for (uint8_t i = 0; i < 20; ++i) {
+    gst_harness_push(out.get(), frame(Bytes{i, 0, 0, 0}));
+    kept.push_back(pull(in));
+  }
+  for (uint8_t i = 0; i < 20; ++i) EXPECT_EQ(content(kept[i].get()), (Bytes{i, 0, 0, 0}));
+  EXPECT_EQ(stat(in, "edgesrc", "bytes-copied"), 18u * 4);
+  kept.clear();
+  gst_harness_push(out.get(), frame(Bytes{1, 2, 3, 4}));
+  EXPECT_TRUE(pull(in));
+  EXPECT_EQ(stat(in, "edgesrc", "bytes-copied"), 18u * 4);
+}
+
 }  // namespace

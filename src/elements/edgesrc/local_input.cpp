@@ -2,9 +2,11 @@
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #include "elements/edgesrc/local_input.hpp"
 
+#include <cstring>
 #include <utility>
 
 #include "elements/edgesink/buffer_metas.hpp"
+#include "gstcpp/buffer/allocation.hpp"
 #include "transport/local/peer_error.hpp"
 
 namespace weir {
@@ -25,16 +27,29 @@ void release(gpointer frame) {
 constexpr uint64_t kFlags =
     UINT32_MAX & ~uint64_t{GST_MINI_OBJECT_FLAG_LAST - 1} & ~uint64_t{GST_BUFFER_FLAG_TAG_MEMORY};
 
-Result<gst::Ref<GstBuffer>> buffer_of(const Frame& frame) {
+Result<gst::Ref<GstMemory>> memory_of(std::span<const std::byte> bytes, const Frame& frame,
+                                      bool copies) {
+  if (copies) {
+    auto out = gst::allocate_memory(bytes.size());
+    if (!out) return out;
+    const gst::MappedMemory map(out->get(), GST_MAP_WRITE);
+    if (!bytes.empty()) std::memcpy(map.bytes().data(), bytes.data(), bytes.size());
+    return out;
+  }
+  // Read-only: an element that writes gets a copy.
+  void* const data = const_cast<std::byte*>(bytes.data());
+  return gst::Ref<GstMemory>::adopt(gst_memory_new_wrapped(
+      GST_MEMORY_FLAG_READONLY, data, bytes.size(), 0, bytes.size(), new Frame(frame), release));
+}
+
+Result<gst::Ref<GstBuffer>> buffer_of(const Frame& frame, bool copies) {
   if (frame->memories.size() > most_memories())
     return local::bad_writer("a frame of " + std::to_string(frame->memories.size()) + " memories");
   auto out = gst::Ref<GstBuffer>::adopt(gst_buffer_new());
-  for (const auto& memory : frame->memories) {
-    // Read-only memory: an element that writes gets a copy.
-    void* const bytes = const_cast<std::byte*>(memory.data());
-    gst_buffer_append_memory(
-        out.get(), gst_memory_new_wrapped(GST_MEMORY_FLAG_READONLY, bytes, memory.size(), 0,
-                                          memory.size(), new Frame(frame), release));
+  for (const auto& bytes : frame->memories) {
+    auto memory = memory_of(bytes, frame, copies);
+    if (!memory) return memory.error();
+    gst_buffer_append_memory(out.get(), memory->release());
   }
   GST_BUFFER_PTS(out.get()) = frame->times.pts;
   GST_BUFFER_DTS(out.get()) = frame->times.dts;
@@ -67,9 +82,13 @@ Result<InputEvent> LocalInput::receive() {
       return InputEvent{InputEvent::Kind::Caps, std::move(caps), {}};
     }
     case local::StreamEvent::Kind::Frame: {
-      auto buffer = buffer_of(event->frame);
+      // The elements downstream keep all frames that they may: without a copy both sides would
+      // wait.
+      const bool copies = subscriber_.holds_all();
+      auto buffer = buffer_of(event->frame, copies);
       if (!buffer) return buffer.error();
-      return InputEvent{InputEvent::Kind::Buffer, {}, *std::move(buffer)};
+      const uint64_t copied = copies ? gst_buffer_get_size(buffer->get()) : 0;
+      return InputEvent{InputEvent::Kind::Buffer, {}, *std::move(buffer), copied};
     }
     case local::StreamEvent::Kind::End:
       return InputEvent{InputEvent::Kind::End};
