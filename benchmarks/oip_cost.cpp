@@ -38,8 +38,8 @@ net::Pieces request_of(const std::vector<float>& x) {
   const int64_t shape[] = {1, static_cast<int64_t>(x.size())};
   const net::RequestTensor tensor{"x", "FP32", shape, std::as_bytes(std::span(x))};
   uint64_t copied = 0;
-  return value(
-      net::encode_infer_request("plain", "1", std::span(&tensor, 1), net::Contents::Raw, &copied));
+  return value(net::encode_infer_request("plain", "1", std::span(&tensor, 1), net::Contents::Raw,
+                                         false, &copied));
 }
 
 // Both kinds of calls to one server.

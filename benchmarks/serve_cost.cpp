@@ -95,8 +95,8 @@ std::unique_ptr<Request> request_of(const char* input, const char* datatype,
   out->data.resize(bytes);
   const net::RequestTensor tensor{input, datatype, shape, out->data};
   uint64_t copied = 0;
-  out->pieces = value(
-      net::encode_infer_request("m", "1", std::span(&tensor, 1), net::Contents::Raw, &copied));
+  out->pieces = value(net::encode_infer_request("m", "1", std::span(&tensor, 1), net::Contents::Raw,
+                                                false, &copied));
   return out;
 }
 
