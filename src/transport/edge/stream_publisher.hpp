@@ -34,7 +34,7 @@ struct PublisherCounts {
 };
 
 // publish(), set_caps() and flush() are called by one thread; everything else by any. A subscriber
-// that does not read keeps nobody waiting: each has a queue, and misses frames when it is full.
+// that does not read keeps no other one waiting: each has a queue, and misses frames when it is full.
 class StreamPublisher {
  public:
   // Listens. Errors: those of listen_on().
@@ -44,7 +44,7 @@ class StreamPublisher {
   ~StreamPublisher();
 
   uint16_t port() const noexcept { return port_of(listener_.get()); }
-  // The caps that later subscribers are told. OPTION_VALUE, LIMIT_EXCEEDED: no text of the
+  // The caps that later subscribers get. OPTION_VALUE, LIMIT_EXCEEDED: no text of the
   // protocol.
   Status set_caps(const std::string& caps);
   enum class Outcome { Sent, NoSubscriber, Missed };
