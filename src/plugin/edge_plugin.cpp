@@ -8,7 +8,11 @@
 #include "library/process.h"
 
 // One line for each element.
-#define WEIR_EDGE_ELEMENTS(X) X(edgesink) X(edgesrc)
+#define WEIR_EDGE_ELEMENTS(X) \
+  X(edgesink)                 \
+  X(edgesrc)                  \
+  X(tensor_query_serversink)  \
+  X(tensor_query_serversrc)
 
 namespace weir {
 #define WEIR_DECLARE(name) bool register_##name(GstPlugin*);

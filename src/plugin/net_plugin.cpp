@@ -1,19 +1,18 @@
-// The plug-in weirnet: registers the elements that talk to other machines, nothing else.
+// The plug-in weirnet: registers what needs gRPC, nothing else.
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #include <gst/gst.h>
 
 #include "conflicting_plugins.hpp"
 #include "core/process/process_object.hpp"
+#include "elements/oip_query_server/oip_query_server.hpp"
 #include "library/process.h"
 
-namespace weir {
-bool register_tensor_query_serversink(GstPlugin*);
-bool register_tensor_query_serversrc(GstPlugin*);
 #ifdef WEIR_GRPC_ELEMENTS
+namespace weir {
 bool register_tensor_sink_grpc(GstPlugin*);
 bool register_tensor_src_grpc(GstPlugin*);
-#endif
 }  // namespace weir
+#endif
 
 // Those that need the libraries of both schemas of messages.
 static bool register_grpc_elements([[maybe_unused]] GstPlugin* plugin) {
@@ -29,11 +28,9 @@ static bool register_grpc_elements([[maybe_unused]] GstPlugin* plugin) {
 static gboolean plugin_init(GstPlugin* plugin) {
   // Before the first use of a process-wide object.
   weir::process::take_objects_from(weir_process_object);
-  if (weir::plugin::yields_to(plugin)) return TRUE;  // NNStreamer has both
-  weir::plugin::warn_of_another(plugin, "tensor_query_serversink");
-  weir::plugin::warn_of_another(plugin, "tensor_query_serversrc");
-  return weir::register_tensor_query_serversink(plugin) &&
-         weir::register_tensor_query_serversrc(plugin) && register_grpc_elements(plugin);
+  if (weir::plugin::yields_to(plugin)) return TRUE;  // so does weiredge
+  weir::register_oip_query_server();
+  return register_grpc_elements(plugin);
 }
 
 GST_PLUGIN_DEFINE(GST_VERSION_MAJOR, GST_VERSION_MINOR, weirnet,
