@@ -135,6 +135,7 @@ Status BrokerClient::Impl::publish(const Publication& publication,
         options_, std::string(connected_ ? "it took no message" : "no connection") + " within " +
                       std::to_string(timeout.count()) + " ms");
   sent_.begin();
+  const uint64_t connection = counts_.connections;
   lock.unlock();
   int number = 0;
   const int result = mosquitto_publish_v5(client_.get(), &number, publication.topic.c_str(),
@@ -147,7 +148,10 @@ Status BrokerClient::Impl::publish(const Publication& publication,
     sent_.cancel();
     return publish_error(options_, result, publication);
   }
-  sent_.add(number, size, publication.qos);
+  const bool ended = sent_.add(number, size, publication.qos);
+  // disconnected() did not see a message that was not added yet.
+  const bool same = connected_ && counts_.connections == connection;
+  if (!ended && publication.qos == 0 && !same && sent_.end(number)) ++counts_.lost;
   return ok();
 }
 
