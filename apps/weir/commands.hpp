@@ -145,6 +145,8 @@ struct RunOptions {
   bool quiet = false;     // print warnings and errors only
   double time_limit = 0;  // seconds until the stream is ended; 0 = none
   std::string report;     // path of an HTML report; "" for none
+  std::string clock;      // address of a clock that other machines share; "" = the pipeline's own
+  int serving_port = -1;  // serves the clock to other machines; 0 = a free port, -1 = it does not
 };
 int run(const RunOptions& options);
 

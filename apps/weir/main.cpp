@@ -283,6 +283,13 @@ void add_run(CLI::App* app, RunOptions* options) {
   run->add_option("--timeout", options->time_limit, "End the stream after this many seconds")
       ->type_name("SECONDS")
       ->check(CLI::Range(kLeastSeconds, kMostSeconds));
+  run->add_option("--clock", options->clock,
+                  "Play by a clock of the network: net://HOST:PORT, ntp://HOST, ptp://DOMAIN")
+      ->type_name("ADDRESS");
+  run->add_option("--serve-clock", options->serving_port,
+                  "Serve this pipeline's clock to other machines on a UDP port; 0 = a free one")
+      ->type_name("PORT")
+      ->check(CLI::Range(0, 65535));
   run->add_option("PIPELINE", options->pipeline, "The pipeline, as one argument or several")
       ->required();
 }

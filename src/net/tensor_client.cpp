@@ -206,7 +206,7 @@ class Client final : public TensorEndpoint {
       call->open(&stub_, method_);
     }
     const auto since = std::chrono::steady_clock::now();
-    const auto status = call->wait();
+    auto status = call->wait();
     if (std::chrono::steady_clock::now() - since > kUnreachable) warned_ = false;
     std::lock_guard lock(mutex_);
     call_ = nullptr;
