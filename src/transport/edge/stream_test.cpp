@@ -187,7 +187,7 @@ TEST_F(EdgeStream, APeerThatDoesNotReadMissesFramesAndIsRemoved) {
 }
 
 // Class 6.
-TEST_F(EdgeStream, ASilentPeerStallsNobodyAndIsRemoved) {
+TEST_F(EdgeStream, ASilentPeerStallsNoOtherAndIsRemoved) {
   open();
   const auto socket = raw();
   auto good = subscriber();
