@@ -13,7 +13,6 @@
 #include <cstdlib>
 #include <cstring>
 #include <filesystem>
-#include <thread>
 
 #include "launched.hpp"
 #include "rounds.hpp"
@@ -161,7 +160,7 @@ double through_shmsink() {
              path,
          kFrames + 16);
   });
-  while (!std::filesystem::exists(path)) std::this_thread::yield();
+  for (int i = 0; i < 10000 && !std::filesystem::exists(path); ++i) poll(nullptr, 0, 1);
   const double rate =
       play("shmsrc socket-path=" + path + " ! fakesink name=out sync=false", kFrames);
   kill(writer, SIGKILL);

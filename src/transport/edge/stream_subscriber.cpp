@@ -62,20 +62,23 @@ std::optional<StreamSubscriber::Wait> StreamSubscriber::wait_for_bytes(
   return std::nullopt;
 }
 
+// Silence decides the form of some greetings.
+Result<std::optional<StreamSubscriber::Wait>> StreamSubscriber::wait_for_more(
+    const isolate::Deadline& deadline, int cancel) {
+  if (reader_->form() || reader_->at_start()) return wait_for_bytes(deadline, cancel);
+  const auto ended = wait_for_bytes(isolate::deadline_in(kSilence), cancel);
+  if (ended != Wait::Late) return ended;
+  if (auto status = reader_->silence(); !status) return status.error();
+  return isolate::is_over(deadline) ? ended : std::nullopt;
+}
+
 Result<StreamSubscriber::Wait> StreamSubscriber::wait(const isolate::Deadline& deadline,
                                                       int cancel) {
   for (;;) {
-    auto read = read_some();
-    if (!read) return read.error();
-    if (*read) return **read;
-    // Silence decides the form of some greetings.
-    const bool undecided = !reader_->form() && !reader_->at_start();
-    const auto ended =
-        wait_for_bytes(undecided ? isolate::deadline_in(kSilence) : deadline, cancel);
-    if (!ended) continue;
-    if (!undecided || *ended != Wait::Late) return *ended;
-    if (auto status = reader_->silence(); !status) return status.error();
-    if (isolate::is_over(deadline)) return Wait::Late;
+    auto ended = read_some();
+    if (ended && !*ended) ended = wait_for_more(deadline, cancel);
+    if (!ended) return ended.error();
+    if (*ended) return **ended;
   }
 }
 

@@ -42,6 +42,7 @@ class StreamSubscriber {
   Result<Wait> wait(const isolate::Deadline& deadline, int cancel);
   // Nullopt: there is something to read, or the wait was interrupted.
   std::optional<Wait> wait_for_bytes(const isolate::Deadline& deadline, int cancel);
+  Result<std::optional<Wait>> wait_for_more(const isolate::Deadline& deadline, int cancel);
   // Reads what is there; nullopt if more is needed.
   Result<std::optional<Wait>> read_some();
 
