@@ -163,7 +163,7 @@ class WithEachOther(Edge):
         self.assertTrue(written.endswith(b"".join(FRAMES)), written[-64:])
         self.assertEqual(set(written[:-24]), {16})
 
-    def test_a_killed_edgesrc_stops_no_other(self):
+    def test_a_killed_edgesrc_does_not_stop_the_edgesink(self):
         path, out = self.folder / "stream", self.folder / "out"
         sink = self.launch("-e videotestsrc is-live=true ! video/x-raw,format=GRAY8,width=320,height=240,framerate=200/1 ! "
                            f"edgesink protocol=local path={path} max-buffers=2 sync=false")

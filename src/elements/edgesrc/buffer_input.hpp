@@ -31,6 +31,8 @@ class BufferInput {
   virtual ~BufferInput() = default;
   // Waits for what comes next. An error ends the connection.
   virtual Result<InputEvent> receive() = 0;
+  // The caps that the stream has from now on.
+  virtual void set_caps(const GstCaps*) {}
 };
 
 }  // namespace weir

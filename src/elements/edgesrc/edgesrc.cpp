@@ -169,6 +169,7 @@ class Edgesrc : public gst::Element<Edgesrc, gst::PushSource> {
                      : TcpInput::connect(s.dest_host, s.dest_port, s.max_message, interruption);
     if (!input) return input.error();
     input_ = *std::move(input);
+    if (caps_) input_->set_caps(caps_.get());
     if (std::exchange(was_connected_, true)) ++reconnections_;
     is_discontinuous_ = true;
     return ok();
@@ -222,6 +223,7 @@ class Edgesrc : public gst::Element<Edgesrc, gst::PushSource> {
       return false;
     }
     caps_ = caps;
+    input_->set_caps(caps.get());
     return gst_base_src_set_caps(base(), caps.get());
   }
 
@@ -245,6 +247,7 @@ class Edgesrc : public gst::Element<Edgesrc, gst::PushSource> {
       return false;
     }
     caps_ = caps;
+    input_->set_caps(caps.get());
     return gst_base_src_set_caps(base(), caps.get());
   }
 

@@ -173,6 +173,26 @@ void StreamPublisher::accept_new(std::vector<Error>* refusals) {
   }
 }
 
+isolate::Deadline StreamPublisher::watch(const Links& links, std::vector<pollfd>* watched) const {
+  isolate::Deadline next;
+  for (const auto& link : links) {
+    const auto events = static_cast<short>(link->has_unsent() ? POLLIN | POLLOUT : POLLIN);
+    watched->push_back({link->socket(), events, 0});
+    const auto patience = link->patience(options_.queue);
+    if (patience && (!next || *patience < *next)) next = patience;
+  }
+  return next;
+}
+
+void StreamPublisher::attend(SubscriberLink* link, bool has_input, std::vector<Error>* refusals) {
+  link->send();
+  const auto reason = has_input ? link->receive() : std::nullopt;
+  if (reason)
+    refuse(link, *reason, refusals);
+  else if (isolate::is_over(link->patience(options_.queue)))
+    refuse(link, "it does not greet, or does not read", refusals);
+}
+
 void StreamPublisher::serve_once() {
   Links links;
   std::vector<pollfd> watched{{wake_.get(), POLLIN, 0}, {listener_.get(), POLLIN, 0}};
@@ -180,12 +200,7 @@ void StreamPublisher::serve_once() {
   {
     const std::lock_guard lock(mutex_);
     links = links_;
-    for (const auto& link : links) {
-      const auto events = static_cast<short>(link->has_unsent() ? POLLIN | POLLOUT : POLLIN);
-      watched.push_back({link->socket(), events, 0});
-      const auto patience = link->patience(options_.queue);
-      if (patience && (!next || *patience < *next)) next = patience;
-    }
+    next = watch(links, &watched);
   }
   poll(watched.data(), watched.size(), isolate::poll_timeout(next));
   uint64_t woken = 0;
@@ -194,14 +209,8 @@ void StreamPublisher::serve_once() {
   {
     const std::lock_guard lock(mutex_);
     if (watched[1].revents) accept_new(&refusals);
-    for (size_t i = 0; i < links.size(); ++i) {
-      auto& link = *links[i];
-      link.send();
-      if (watched[i + 2].revents & ~POLLOUT)
-        if (const auto reason = link.receive()) refuse(&link, *reason, &refusals);
-      if (isolate::is_over(link.patience(options_.queue)))
-        refuse(&link, "it does not greet, or does not read", &refusals);
-    }
+    for (size_t i = 0; i < links.size(); ++i)
+      attend(links[i].get(), (watched[i + 2].revents & ~POLLOUT) != 0, &refusals);
     std::erase_if(links_, [](auto& l) { return l->state() == SubscriberLink::State::Gone; });
     changed_.notify_all();
   }

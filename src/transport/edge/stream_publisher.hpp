@@ -2,6 +2,8 @@
 // (docs/compatibility/edge-wire.md 10.1, 10.4).
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #pragma once
+#include <poll.h>
+
 #include <condition_variable>
 #include <functional>
 #include <memory>
@@ -34,7 +36,7 @@ struct PublisherCounts {
 };
 
 // publish(), set_caps() and flush() are called by one thread; everything else by any. A subscriber
-// that does not read keeps no other one waiting: each has a queue, and misses frames when it is full.
+// that does not read stalls no other: each has a queue, and misses frames when it is full.
 class StreamPublisher {
  public:
   // Listens. Errors: those of listen_on().
@@ -69,6 +71,8 @@ class StreamPublisher {
   uint32_t count_subscribers() const;
   void serve() noexcept;
   void serve_once();
+  isolate::Deadline watch(const Links& links, std::vector<pollfd>* watched) const;
+  void attend(SubscriberLink* link, bool has_input, std::vector<Error>* refusals);
   void accept_new(std::vector<Error>* refusals);
   std::string reason_to_refuse(const std::string& address) const;
   void refuse(SubscriberLink* link, const std::string& reason, std::vector<Error>* refusals);

@@ -17,6 +17,10 @@ namespace {
 constexpr auto kConnectTime = std::chrono::seconds(10);
 constexpr auto kSilence = std::chrono::milliseconds(200);
 
+bool would_wait() {
+  return errno == EAGAIN || errno == EWOULDBLOCK;
+}
+
 Error cancelled() {
   return Error{.code = Code::CANCELLED, .what = "connecting was cancelled"};
 }
@@ -36,35 +40,45 @@ Result<StreamSubscriber> StreamSubscriber::connect(const std::string& host, uint
 Result<std::optional<StreamSubscriber::Wait>> StreamSubscriber::read_some() {
   while (!reader_->complete()) {
     const auto room = reader_->space();
-    const ssize_t got = recv(socket_.get(), room.data(), room.size(), MSG_DONTWAIT);
-    if (got < 0 && errno == EINTR) continue;
-    if (got < 0 && (errno == EAGAIN || errno == EWOULDBLOCK)) return std::optional<Wait>();
-    if (got == 0)
-      if (auto status = reader_->end(); !status) return status.error();
-    if (got <= 0) return std::optional(Wait::Closed);
-    if (auto status = reader_->received(static_cast<size_t>(got)); !status) return status.error();
+    ssize_t got = -1;
+    do {
+      got = recv(socket_.get(), room.data(), room.size(), MSG_DONTWAIT);
+    } while (got < 0 && errno == EINTR);
+    if (got < 0) return would_wait() ? std::optional<Wait>() : std::optional(Wait::Closed);
+    const auto status = got == 0 ? reader_->end() : reader_->received(static_cast<size_t>(got));
+    if (!status) return status.error();
+    if (got == 0) return std::optional(Wait::Closed);
   }
   return std::optional(Wait::Message);
+}
+
+std::optional<StreamSubscriber::Wait> StreamSubscriber::wait_for_bytes(
+    const isolate::Deadline& deadline, int cancel) {
+  pollfd watched[] = {{socket_.get(), POLLIN, 0}, {cancel, POLLIN, 0}};
+  const int ready = poll(watched, 2, isolate::poll_timeout(deadline));
+  if (ready < 0 && errno != EINTR) return Wait::Closed;
+  if (ready > 0 && watched[1].revents) return Wait::Cancelled;
+  if (ready == 0 && isolate::is_over(deadline)) return Wait::Late;
+  return std::nullopt;
+}
+
+// Silence decides the form of some greetings.
+Result<std::optional<StreamSubscriber::Wait>> StreamSubscriber::wait_for_more(
+    const isolate::Deadline& deadline, int cancel) {
+  if (reader_->form() || reader_->at_start()) return wait_for_bytes(deadline, cancel);
+  const auto ended = wait_for_bytes(isolate::deadline_in(kSilence), cancel);
+  if (ended != Wait::Late) return ended;
+  if (auto status = reader_->silence(); !status) return status.error();
+  return isolate::is_over(deadline) ? ended : std::nullopt;
 }
 
 Result<StreamSubscriber::Wait> StreamSubscriber::wait(const isolate::Deadline& deadline,
                                                       int cancel) {
   for (;;) {
-    auto read = read_some();
-    if (!read) return read.error();
-    if (*read) return **read;
-    // Silence decides the form of some greetings.
-    const bool undecided = !reader_->form() && !reader_->at_start();
-    const auto until = undecided ? isolate::deadline_in(kSilence) : deadline;
-    pollfd watched[] = {{socket_.get(), POLLIN, 0}, {cancel, POLLIN, 0}};
-    const int ready = poll(watched, 2, isolate::poll_timeout(until));
-    if (ready < 0 && errno != EINTR) return Wait::Closed;
-    if (ready > 0 && watched[1].revents) return Wait::Cancelled;
-    if (ready != 0) continue;
-    if (isolate::is_over(deadline)) return Wait::Late;
-    if (!undecided) continue;
-    if (auto status = reader_->silence(); !status) return status.error();
-    if (reader_->complete()) return Wait::Message;
+    auto ended = read_some();
+    if (ended && !*ended) ended = wait_for_more(deadline, cancel);
+    if (!ended) return ended.error();
+    if (*ended) return **ended;
   }
 }
 

@@ -2,6 +2,7 @@
 // (docs/compatibility/edge-wire.md 10.1).
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #pragma once
+#include <memory>
 #include <optional>
 #include <string>
 #include <vector>
@@ -39,6 +40,9 @@ class StreamSubscriber {
   Status send_host_info(int64_t client_id);
   enum class Wait { Message, Closed, Cancelled, Late };
   Result<Wait> wait(const isolate::Deadline& deadline, int cancel);
+  // Nullopt: there is something to read, or the wait was interrupted.
+  std::optional<Wait> wait_for_bytes(const isolate::Deadline& deadline, int cancel);
+  Result<std::optional<Wait>> wait_for_more(const isolate::Deadline& deadline, int cancel);
   // Reads what is there; nullopt if more is needed.
   Result<std::optional<Wait>> read_some();
 

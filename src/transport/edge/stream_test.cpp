@@ -4,6 +4,7 @@
 #include <poll.h>
 #include <sys/socket.h>
 
+#include <cstdlib>
 #include <mutex>
 #include <thread>
 
@@ -43,6 +44,7 @@ class EdgeStream : public ::testing::Test {
   StreamSubscriber subscriber() {
     auto made = StreamSubscriber::connect("localhost", publisher_->port(), {});
     EXPECT_TRUE(made) << (made ? "" : made.error().message());
+    if (!made) std::abort();
     return *std::move(made);
   }
   bool subscribers_become(uint32_t count) {
@@ -207,15 +209,16 @@ TEST_F(EdgeStream, OneAddressHasALimitOfConnections) {
 // Class 1.
 TEST_F(EdgeStream, AnIncompleteHandshakeEndsTheConnection) {
   open();
+  auto good = subscriber();
+  ASSERT_TRUE(subscribers_become(1));
   const Bytes whole = wire::test::golden_host_info();
   for (size_t size = 0; size < whole.size(); size += size < 64 ? 1 : 97) {
     const auto socket = raw();
     send_raw(socket, wire::test::start_of(whole, size));
   }
-  auto good = subscriber();
-  ASSERT_TRUE(subscribers_become(1));
   EXPECT_EQ(publish({from_text("a")}), Outcome::Sent);
   EXPECT_EQ(next(&good).size(), 1u);
+  EXPECT_EQ(publisher_->counts().subscribers, 1u);
 }
 
 // Classes 2 and 3.

@@ -80,7 +80,7 @@ class Subscriber {
   Subscriber& operator=(Subscriber&&) noexcept = default;
   ~Subscriber();
 
-  // Whether the writer waits until a frame is released: a reader that keeps frames should copy this one.
+  // Whether the writer waits until a frame is released: copy this one rather than keep it.
   bool holds_all() const noexcept { return link_->held() >= most_held_; }
 
   // Waits for what comes next. PEER_MESSAGE_INVALID: close the connection.
