@@ -22,7 +22,7 @@ extern char** environ;
 
 namespace weir::test {
 
-// An unused port of 127.0.0.1.
+// A port of 127.0.0.1 on which no process listens.
 inline uint16_t free_port() {
   const int fd = socket(AF_INET, SOCK_STREAM | SOCK_CLOEXEC, 0);
   sockaddr_in address{};
@@ -53,7 +53,7 @@ class Process {
     std::vector<char*> arguments;
     for (auto& argument : line) arguments.push_back(argument.data());
     arguments.push_back(nullptr);
-    posix_spawn_file_actions_t files;  // a test's reader waits until all programs close its output
+    posix_spawn_file_actions_t files;  // a test's reader waits until no process has its output open
     posix_spawn_file_actions_init(&files);
     posix_spawn_file_actions_addopen(&files, STDOUT_FILENO, "/dev/null", O_WRONLY, 0);
     posix_spawn_file_actions_adddup2(&files, STDOUT_FILENO, STDERR_FILENO);
