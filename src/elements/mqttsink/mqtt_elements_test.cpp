@@ -253,8 +253,8 @@ TEST_F(MqttElements, ReportsWhatCannotBeUsed) {
   EXPECT_SAYS(error_of_pipeline(frame + sink("max-buffer-size=3")), "needed: at most 3 bytes");
   EXPECT_SAYS(error_of_pipeline(frame + sink("ntp-sync=true ntp-srvs=\"\"")),
               "no NTP server answers");
-  EXPECT_SAYS(error_of_pipeline(source("sub-topic=nobody sub-timeout=1000000") + " ! fakesink"),
-              "nothing on the topic nobody for 1000000 microseconds");
+  EXPECT_SAYS(error_of_pipeline(source("sub-topic=silent sub-timeout=1000000") + " ! fakesink"),
+              "nothing on the topic silent for 1000000 microseconds");
 }
 
 // A server that is 100 s ahead.
