@@ -38,8 +38,8 @@ net::Pieces request_of(const std::vector<float>& x) {
   const int64_t shape[] = {1, static_cast<int64_t>(x.size())};
   const net::RequestTensor tensor{"x", "FP32", shape, std::as_bytes(std::span(x))};
   uint64_t copied = 0;
-  return value(
-      net::encode_infer_request("plain", "1", std::span(&tensor, 1), net::Contents::Raw, &copied));
+  return value(net::encode_infer_request("plain", "1", std::span(&tensor, 1), net::Contents::Raw,
+                                         false, &copied));
 }
 
 // Both kinds of calls to one server.
@@ -107,10 +107,12 @@ uint64_t requests_at(const PlainClient& client) {
   return std::strtoull(text, nullptr, 10);
 }
 
-// Seconds until the server gets requests.
+// Seconds until the server gets requests. Those that it was sent before it stopped are none.
 double until_used(OipClient& engine, const PlainClient& client, float* out) {
   const auto begin = Clock::now();
-  const uint64_t before = requests_at(client);
+  uint64_t before = requests_at(client);
+  for (int same = 0; same < 50; ++same)
+    if (const uint64_t now = requests_at(client); now != before) before = now, same = 0;
   while (requests_at(client) == before && milliseconds_since(begin) < 30e3) engine.call(out);
   return milliseconds_since(begin) / 1000;
 }
@@ -178,19 +180,7 @@ void fail_over() {
 void clients() {
   for (int threads = 1; threads <= 64; threads *= 2) {
     Pair pair(kSmall, threads);
-    for (const auto& [series, call] :
-         {std::pair{"plain grpc++", pair.plain()}, std::pair{"engine oip", pair.by_engine()}}) {
-      times_of(call, threads, 10);
-      const auto begin = Clock::now();
-      auto times = times_of(call, threads, std::max(50, 2000 / threads));
-      const double took = milliseconds_since(begin) / 1000;
-      const auto at = times.begin() + static_cast<std::ptrdiff_t>(times.size() * 99 / 100);
-      std::nth_element(times.begin(), at, times.end());
-      std::printf("{\"series\": \"%s\", \"axis\": \"throughput\", \"x\": %d, \"per_s\": %.1f}\n",
-                  series, threads, static_cast<double>(times.size()) / took);
-      std::printf("{\"series\": \"%s\", \"axis\": \"p99\", \"x\": %d, \"ms\": %.3f}\n", series,
-                  threads, *at);
-    }
+    report_clients({{"plain grpc++", pair.plain()}, {"engine oip", pair.by_engine()}}, threads);
   }
 }
 

@@ -75,10 +75,11 @@ class PlainServer final : public grpc::CallbackGenericService {
   }
 
   // Prints `port PORT` and serves until the end of standard input.
-  void run(const std::string& port) {
+  void run(const std::string& port, const std::shared_ptr<grpc::ServerCredentials>& credentials =
+                                        grpc::InsecureServerCredentials()) {
     grpc::ServerBuilder builder;
     int chosen = 0;
-    builder.AddListeningPort("127.0.0.1:" + port, grpc::InsecureServerCredentials(), &chosen);
+    builder.AddListeningPort("127.0.0.1:" + port, credentials, &chosen);
     builder.AddChannelArgument(GRPC_ARG_ALLOW_REUSEPORT, 0);
     builder.SetMaxReceiveMessageSize(kMostBytes).SetMaxSendMessageSize(kMostBytes);
     builder.RegisterCallbackGenericService(this);
@@ -134,13 +135,15 @@ class PlainServer final : public grpc::CallbackGenericService {
 // stays.
 class PlainClient {
  public:
-  explicit PlainClient(const std::string& port) {
+  explicit PlainClient(const std::string& port,
+                       const std::shared_ptr<grpc::ChannelCredentials>& credentials =
+                           grpc::InsecureChannelCredentials()) {
     grpc::ChannelArguments arguments;
     arguments.SetMaxReceiveMessageSize(kMostBytes);
     arguments.SetMaxSendMessageSize(kMostBytes);
     arguments.SetInt(GRPC_ARG_USE_LOCAL_SUBCHANNEL_POOL, 1);  // a connection of its own
-    stub_ = std::make_unique<grpc::GenericStub>(grpc::CreateCustomChannel(
-        "ipv4:127.0.0.1:" + port, grpc::InsecureChannelCredentials(), arguments));
+    stub_ = std::make_unique<grpc::GenericStub>(
+        grpc::CreateCustomChannel("ipv4:127.0.0.1:" + port, credentials, arguments));
   }
 
   // Any thread. The end of the answer's bytes, as many as there is room for in `to`. Returns the

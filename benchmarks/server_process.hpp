@@ -7,14 +7,17 @@
 #include <sys/wait.h>
 #include <unistd.h>
 
+#include <algorithm>
 #include <chrono>
 #include <cstdio>
 #include <cstdlib>
 #include <functional>
 #include <string>
 #include <thread>
+#include <utility>
 #include <vector>
 
+#include "rounds.hpp"
 #include "weir/result.hpp"
 
 namespace weir::bench {
@@ -99,6 +102,31 @@ inline std::vector<double> times_of(const Call& call, int threads, int calls) {
   std::vector<double> all;
   for (const auto& some : times) all.insert(all.end(), some.begin(), some.end());
   return all;
+}
+
+// Calls per second and the 99th percentile of so many threads, for tools/plot: medians of rounds in
+// which each series has its turn.
+inline void report_clients(const std::vector<std::pair<const char*, Call>>& all, int threads) {
+  constexpr int kRounds = 5;
+  std::vector<std::vector<double>> rate(all.size()), p99(all.size());
+  for (int round = 0; round <= kRounds; ++round)
+    for (size_t i = 0; i < all.size(); ++i) {
+      const auto begin = Clock::now();
+      auto times = times_of(all[i].second, threads, std::max(20, 1000 / threads));
+      const double took = milliseconds_since(begin) / 1000;
+      if (round == 0) continue;
+      const auto at = times.begin() + static_cast<std::ptrdiff_t>(times.size() * 99 / 100);
+      std::nth_element(times.begin(), at, times.end());
+      rate[i].push_back(static_cast<double>(times.size()) / took);
+      p99[i].push_back(*at);
+    }
+  for (size_t i = 0; i < all.size(); ++i) {
+    std::printf("{\"series\": \"%s\", \"axis\": \"throughput\", \"x\": %d, \"per_s\": %.1f}\n",
+                all[i].first, threads, median(rate[i]));
+    std::printf("{\"series\": \"%s\", \"axis\": \"p99\", \"x\": %d, \"ms\": %.3f}\n", all[i].first,
+                threads, median(p99[i]));
+  }
+  std::fflush(stdout);
 }
 
 }  // namespace weir::bench

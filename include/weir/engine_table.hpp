@@ -14,6 +14,7 @@
 // Model has open and describe, and may have
 //   weir_execution execution() const noexcept;   how it runs, for "weir.execution/1"
 //   std::vector<weir_statistic> statistics() const;  its counts, for "weir.statistics/1"
+//   std::vector<weir_server> servers() const;        its servers, for "weir.servers/1"
 // Session has create, resolve and invoke, and may have
 //   Status warm();              WEIR_WARM; without it, nothing to warm
 //   Status reset_state();       WEIR_RESET_STATE; without it, no state
@@ -30,6 +31,7 @@
 #include <string_view>
 #include <vector>
 
+#include "weir/engine_servers.h"
 #include "weir/engine_statistics.h"
 #include "weir/engine_tools.hpp"
 #include "weir/execution.h"
@@ -144,6 +146,13 @@ struct EngineTable {
       return static_cast<int>(all.size());
     });
   }
+  static int read_servers(weir_model* model, weir_server* out, uint32_t room) {
+    return guarded(nullptr, [&] {
+      const auto all = of(model).servers();
+      std::copy_n(all.begin(), std::min<size_t>(all.size(), room), out);
+      return static_cast<int>(all.size());
+    });
+  }
   // "weir.library/1": const char* const[2] = path and version of the engine's library; null when it
   // is missing or unusable. "weir.library-problem/1": const char* const[2] = the problem and the
   // command that fixes it, valid until the thread's next call; null without a problem.
@@ -158,6 +167,11 @@ struct EngineTable {
     if constexpr (requires(const Model& model) { model.statistics(); })
       if (std::string_view(id) == WEIR_ENGINE_STATISTICS) {
         static constexpr weir_engine_statistics calls{sizeof calls, read_statistics};
+        return &calls;
+      }
+    if constexpr (requires(const Model& model) { model.servers(); })
+      if (std::string_view(id) == WEIR_ENGINE_SERVERS) {
+        static constexpr weir_engine_servers calls{sizeof calls, read_servers};
         return &calls;
       }
     if (std::string_view(id) == "weir.accelerators/1") {

@@ -1,4 +1,4 @@
-// Latencies: the last times that a server took, for their 95th percentile.
+// Latencies: the last times that a server took, for their percentiles.
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #pragma once
 #include <algorithm>
@@ -12,17 +12,17 @@ namespace weir::net {
 class Latencies {
  public:
   using Duration = std::chrono::steady_clock::duration;
-  static constexpr size_t kKept = 64, kLeast = 8;
+  static constexpr size_t kKept = 256, kLeast = 8;
 
   void add(Duration took) noexcept {
     kept_[count_ % kKept] = took;
     ++count_;
   }
-  // nullopt for fewer than 8 requests.
-  std::optional<Duration> p95() const noexcept {
+  // `percent`: 0 to 99. nullopt for fewer than 8 requests.
+  std::optional<Duration> percentile(size_t percent) const noexcept {
     if (count_ < kLeast) return std::nullopt;
     auto sorted = kept_;
-    const size_t n = std::min(count_, kKept), at = n * 95 / 100;
+    const size_t n = std::min(count_, kKept), at = n * percent / 100;
     std::nth_element(sorted.begin(), sorted.begin() + at, sorted.begin() + n);
     return sorted[at];
   }

@@ -102,7 +102,8 @@ TEST(InferRequest, HasTheBytesOfTheProtocolAndTheTensorInPlace) {
   const int64_t shape[] = {1, 2};
   const RequestTensor tensor{"x", "FP32", shape, std::as_bytes(std::span(x))};
   uint64_t copied = 0;
-  const auto pieces = encode_infer_request("m", "1", std::span(&tensor, 1), Contents::Raw, &copied);
+  const auto pieces =
+      encode_infer_request("m", "1", std::span(&tensor, 1), Contents::Raw, false, &copied);
   ASSERT_TRUE(pieces);
   const std::string expected(
       "\x0a\x01m\x12\x01"
@@ -120,7 +121,7 @@ TEST(InferRequest, RefusesTypedContentsOfHalves) {
   const RequestTensor tensor{"x", "FP16", shape, std::as_bytes(std::span(x))};
   uint64_t copied = 0;
   const auto pieces =
-      encode_infer_request("m", "", std::span(&tensor, 1), Contents::Typed, &copied);
+      encode_infer_request("m", "", std::span(&tensor, 1), Contents::Typed, false, &copied);
   ASSERT_FALSE(pieces);
   EXPECT_EQ(pieces.error().offered, "x of type FP16");
   EXPECT_EQ(pieces.error().fix, "custom=contents:raw");
@@ -244,7 +245,7 @@ class ServerSetTest : public testing::Test {
   Outcome request() {
     return set_
         ->request([](size_t) -> Result<Pieces> { return Pieces{}; }, nullptr,
-                  ServerSet::Clock::time_point::max(), [](const auto&) { return ok(); })
+                  ServerSet::Clock::time_point::max(), [](const auto&, auto*) { return ok(); })
         .outcome;
   }
   RequestLimits limits_;

@@ -7,6 +7,7 @@
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #pragma once
 #include <cstdint>
+#include <optional>
 #include <span>
 #include <string>
 #include <string_view>
@@ -41,7 +42,19 @@ struct InferTensor : TensorText {
   std::vector<Range> contents;  // of InferTensorContents
 };
 
+// The parameter of a request that asks for the times of its answer. A server that has it lists it
+// among its extensions; others may refuse a parameter that they do not know.
+inline constexpr std::string_view kTimesExtension = "weir_times";
+
+// When a request came and was answered, by the server's wall clock, in nanoseconds since 1970; how
+// long it waited for the pipeline, and how long it was in it. Sent as the parameters
+// weir_received_ns, weir_answered_ns, weir_queue_us and weir_compute_us.
+struct AnswerTimes {
+  int64_t received_ns = 0, answered_ns = 0, queue_us = 0, compute_us = 0;
+};
+
 struct InferResponse {
+  std::optional<AnswerTimes> times;  // if the server sent all of them, and they can be
   std::vector<InferTensor> outputs;
   std::vector<Range> raw;  // of raw_output_contents, in the order of the outputs
 };
@@ -60,15 +73,17 @@ enum class Contents { Raw, Typed };
 // ModelMetadataRequest and ModelReadyRequest have the same fields.
 Pieces encode_model_request(std::string_view model, std::string_view version);
 // OPTION_VALUE for a type that has no typed contents (FP16). `copied` is increased by the bytes of
-// tensors that were copied.
+// tensors that were copied. `wants_times`: asks for the times of the answer.
 Result<Pieces> encode_infer_request(std::string_view model, std::string_view version,
                                     std::span<const RequestTensor> inputs, Contents contents,
-                                    uint64_t* copied);
+                                    bool wants_times, uint64_t* copied);
 
 // PEER_MESSAGE_INVALID for bytes that are not such a message, or are beyond limits: 256 tensors, 16
 // dimensions, names of 1024 bytes.
 Result<ModelMetadata> parse_model_metadata(const Chunks& chunks);
 Result<bool> parse_model_ready(const Chunks& chunks);
+// Of ServerMetadataResponse: whether the server has the extension.
+Result<bool> parse_has_extension(const Chunks& chunks, std::string_view extension);
 Result<InferResponse> parse_infer_response(const Chunks& chunks);
 
 // Writes the elements of output `index` to `to`, whose size is that of the expected tensor.

@@ -8,7 +8,8 @@
 namespace weir::net {
 namespace {
 
-constexpr uint32_t kInputs = 5, kRawContents = 7, kTensorContents = 5, kShape = 3, kBytesField = 8;
+constexpr uint32_t kParameters = 4, kInputs = 5, kRawContents = 7, kTensorContents = 5, kShape = 3,
+                   kBytesField = 8;
 
 std::string encode_tensor(const RequestTensor& tensor) {
   std::string shape, out;
@@ -101,8 +102,14 @@ Pieces encode_model_request(std::string_view model, std::string_view version) {
 
 Result<Pieces> encode_infer_request(std::string_view model, std::string_view version,
                                     std::span<const RequestTensor> inputs, Contents contents,
-                                    uint64_t* copied) {
+                                    bool wants_times, uint64_t* copied) {
   Pieces out = encode_model_request(model, version);
+  if (wants_times) {
+    std::string entry;
+    put_bytes(&entry, 1, kTimesExtension);
+    put_bytes(&entry, 2, "\x08\x01");  // bool_param: true
+    put_bytes(&out.front().own, kParameters, entry);
+  }
   for (const auto& tensor : inputs) {
     const auto* type = oip_type(tensor.datatype);
     if (contents == Contents::Raw) {

@@ -1,5 +1,7 @@
 // Parses answers of the Open Inference Protocol.
 // SPDX-License-Identifier: LGPL-2.1-or-later
+#include <array>
+
 #include "net/oip_contents.hpp"
 #include "net/oip_messages.hpp"
 #include "weir/module.hpp"
@@ -31,6 +33,15 @@ Result<ModelMetadata> parse_model_metadata(const Chunks& chunks) {
   return out;
 }
 
+Result<bool> parse_has_extension(const Chunks& chunks, std::string_view extension) {
+  bool found = false;
+  MessageReader reader(chunks, {0, chunks.size()});
+  for (Field field; reader.next(&field);)
+    if (field.number == 3) found = reader.text(field, kMostNameBytes) == extension || found;
+  if (reader.failed()) return damaged("ServerMetadataResponse");
+  return found;
+}
+
 Result<bool> parse_model_ready(const Chunks& chunks) {
   bool ready = false;
   MessageReader reader(chunks, {0, chunks.size()});
@@ -39,6 +50,43 @@ Result<bool> parse_model_ready(const Chunks& chunks) {
   if (reader.failed()) return damaged("ModelReadyResponse");
   return ready;
 }
+
+// The parameters of an answer that are times; the others have no meaning here.
+class TimesReader {
+ public:
+  // False: the entry is damaged.
+  bool read(const Chunks& chunks, Range entry) {
+    std::string name;
+    int64_t value = -1;
+    MessageReader reader(chunks, entry);
+    for (Field field; reader.next(&field);) {
+      if (field.number == 1) name = reader.text(field, kMostNameBytes);
+      if (field.number != 2 || field.type != WireType::Bytes) continue;
+      MessageReader choice(chunks, field.range);
+      for (Field chosen; choice.next(&chosen);)
+        if (chosen.number == 2 && chosen.type == WireType::Varint)
+          value = static_cast<int64_t>(chosen.value);
+      if (choice.failed()) return false;
+    }
+    for (size_t i = 0; i < kNames.size(); ++i)
+      if (name == kNames[i]) found_[i] = value;
+    return !reader.failed();
+  }
+  // nullopt unless all are there and can be: a peer may send any number.
+  std::optional<AnswerTimes> times() const {
+    constexpr int64_t kMostNs = int64_t{1} << 62, kMostUs = kMostNs / 1000;
+    const auto [received, answered, queue, compute] = found_;
+    if (received < 0 || answered < received || answered > kMostNs || queue < 0 || queue > kMostUs ||
+        compute < 0 || compute > kMostUs)
+      return std::nullopt;
+    return AnswerTimes{received, answered, queue, compute};
+  }
+
+ private:
+  static constexpr std::array<std::string_view, 4> kNames{"weir_received_ns", "weir_answered_ns",
+                                                          "weir_queue_us", "weir_compute_us"};
+  std::array<int64_t, 4> found_{-1, -1, -1, -1};
+};
 
 // Of ModelInferResponse: its outputs and raw contents. False: the message is damaged.
 bool read_infer_field(const Chunks& chunks, const Field& field, InferResponse* out) {
@@ -56,10 +104,15 @@ bool read_infer_field(const Chunks& chunks, const Field& field, InferResponse* o
 
 Result<InferResponse> parse_infer_response(const Chunks& chunks) {
   InferResponse out;
+  TimesReader times;
   MessageReader reader(chunks, {0, chunks.size()});
-  for (Field field; reader.next(&field);)
-    if (!read_infer_field(chunks, field, &out)) return damaged("ModelInferResponse");
+  for (Field field; reader.next(&field);) {
+    const bool is_parameter = field.number == 4 && field.type == WireType::Bytes;
+    if (is_parameter ? !times.read(chunks, field.range) : !read_infer_field(chunks, field, &out))
+      return damaged("ModelInferResponse");
+  }
   if (reader.failed()) return damaged("ModelInferResponse");
+  out.times = times.times();
   if (!out.raw.empty() && out.raw.size() != out.outputs.size())
     return bad_message(Sender::Server,
                        std::to_string(out.raw.size()) + " raw contents for " +
@@ -75,27 +128,8 @@ Status read_output(const Chunks& chunks, const InferResponse& response, size_t i
 }
 
 Result<Range> bytes_element(const Chunks& chunks, const InferResponse& response, size_t index) {
-  const InferTensor& output = response.outputs[index];
-  const auto other = [&] {
-    return bad_message(Sender::Server, "BYTES of other than one element for " + describe(output),
-                       "one element");
-  };
-  if (!response.raw.empty()) {
-    const Range raw = response.raw[index];
-    const auto length = Cursor(chunks, raw).fixed(4);
-    if (!length || *length != raw.size() - 4) return other();
-    return Range{raw.begin + 4, raw.end};
-  }
-  std::vector<Range> found;
-  for (const Range range : output.contents) {
-    MessageReader reader(chunks, range);
-    for (Field field; reader.next(&field);)
-      if (field.number == 8 && field.type == WireType::Bytes && found.size() < 2)
-        found.push_back(field.range);
-    if (reader.failed()) return damaged("InferTensorContents");
-  }
-  if (found.size() != 1) return other();
-  return found.front();
+  const auto raw = response.raw.empty() ? std::nullopt : std::optional(response.raw[index]);
+  return only_element(chunks, response.outputs[index], raw, Sender::Server);
 }
 
 }  // namespace weir::net

@@ -44,7 +44,7 @@ bool read_output_name(const Chunks& chunks, Range range, std::string* out) {
 
 // Whether an entry of the parameters is weir_times with the value true.
 bool asks_for_times(const Chunks& chunks, Range entry) {
-  constexpr std::string_view kName = "weir_times";
+  constexpr std::string_view kName = kTimesExtension;
   bool named = false, is_true = false;
   MessageReader reader(chunks, entry);
   for (Field field; reader.next(&field);) {
@@ -169,6 +169,11 @@ Status read_input(const Chunks& chunks, const InferRequest& request, size_t inde
                   std::span<std::byte> to) {
   const auto raw = request.raw.empty() ? std::nullopt : std::optional(request.raw[index]);
   return read_elements(chunks, request.inputs[index], raw, to, Sender::Client);
+}
+
+Result<Range> input_bytes(const Chunks& chunks, const InferRequest& request, size_t index) {
+  const auto raw = request.raw.empty() ? std::nullopt : std::optional(request.raw[index]);
+  return only_element(chunks, request.inputs[index], raw, Sender::Client);
 }
 
 Pieces encode_flag(bool value) {

@@ -45,6 +45,10 @@ Result<std::string> parse_health_request(const Chunks& chunks);
 Status read_input(const Chunks& chunks, const InferRequest& request, size_t index,
                   std::span<std::byte> to);
 
+// The only element of input `index`, whose type is BYTES, as a range of the message.
+// PEER_MESSAGE_INVALID when there are more or fewer.
+Result<Range> input_bytes(const Chunks& chunks, const InferRequest& request, size_t index);
+
 // ServerLiveResponse, ServerReadyResponse and ModelReadyResponse.
 Pieces encode_flag(bool value);
 Pieces encode_server_metadata(std::string_view name, std::string_view version,
@@ -52,13 +56,6 @@ Pieces encode_server_metadata(std::string_view name, std::string_view version,
 Pieces encode_model_metadata(const ModelMetadata& model, std::string_view version);
 // HealthCheckResponse: 1 = SERVING, 2 = NOT_SERVING, 3 = SERVICE_UNKNOWN.
 Pieces encode_health(int status);
-
-// When a request came and was answered, by the wall clock, in nanoseconds since 1970; how long it
-// waited for the pipeline, and how long it was in it. Sent as the parameters weir_received_ns,
-// weir_answered_ns, weir_queue_us and weir_compute_us.
-struct AnswerTimes {
-  int64_t received_ns = 0, answered_ns = 0, queue_us = 0, compute_us = 0;
-};
 
 // Raw contents, which borrow the memory of the outputs. `times` may be null.
 Pieces encode_infer_response(const ModelRequest& model, std::string_view id,

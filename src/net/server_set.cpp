@@ -53,6 +53,27 @@ RequestCounts ServerSet::counts() const {
   return counts_;
 }
 
+ServerFigures ServerSet::figures(size_t server) const {
+  std::lock_guard lock(mutex_);
+  const State& state = states_[server];
+  ServerFigures out{.ended = state.ended,
+                    .bytes_sent = state.bytes_sent,
+                    .bytes_received = state.bytes_received,
+                    .in_flight = state.in_flight,
+                    .circuit = state.circuit.state(),
+                    .p50 = state.latencies.percentile(50),
+                    .p95 = state.latencies.percentile(95),
+                    .p99 = state.latencies.percentile(99),
+                    .clock = state.clock.estimate(),
+                    .queue_us = {},
+                    .compute_us = {}};
+  if (state.timed > 0) {
+    out.queue_us = static_cast<int64_t>(state.queue_us / state.timed);
+    out.compute_us = static_cast<int64_t>(state.compute_us / state.timed);
+  }
+  return out;
+}
+
 // A half-open server first: its trial decides whether it comes back. Then the least loaded one.
 // `full`: a server would be chosen if it had fewer requests.
 std::optional<size_t> ServerSet::choose(const std::vector<bool>& tried, bool* full) {
@@ -103,35 +124,55 @@ ServerSet::Clock::time_point ServerSet::attempt_deadline(size_t server,
     another = another || (i != server && !tried[i] && states_[i].circuit.admits());
   if (!another) return deadline;
   const auto now = Clock::now();
-  const auto usual = states_[server].latencies.p95();
+  const auto usual = states_[server].latencies.percentile(95);
   const auto half = (deadline - now) / 2;
   const auto limit = usual ? std::max<Clock::duration>(kUsualTimes * *usual, kLeastAttempt) : half;
   return now + std::min(limit, half);
 }
 
-void ServerSet::give_back(const Taken& taken, Outcome outcome, Clock::duration took) {
+void ServerSet::give_back(const Taken& taken, const Attempt& ended) {
   std::lock_guard lock(mutex_);
   State& state = states_[taken.server];
   --state.in_flight;
-  if (outcome == Outcome::Answered) state.latencies.add(took);
-  state.circuit.end(outcome, taken.trial);
+  ++state.ended[static_cast<size_t>(ended.outcome)];
+  state.bytes_sent += ended.bytes_sent;
+  state.bytes_received += ended.bytes_received;
+  if (ended.outcome == Outcome::Answered) state.latencies.add(ended.took);
+  if (ended.times) {
+    ++state.timed;
+    state.queue_us += static_cast<uint64_t>(ended.times->queue_us);
+    state.compute_us += static_cast<uint64_t>(ended.times->compute_us);
+    state.clock.add(ended.sent_ns, ended.times->received_ns, ended.times->answered_ns,
+                    ended.sent_ns + std::chrono::nanoseconds(ended.took).count());
+  }
+  state.circuit.end(ended.outcome, taken.trial);
   if (state.circuit.state() == Circuit::State::Open) opened_.notify_all();
   freed_.notify_all();
 }
 
-void ServerSet::attempt(const Taken& taken, const MakeRequest& make,
-                        const std::shared_ptr<const void>& memory, const Accept& accept,
-                        Ended* out) {
-  const auto refuse = [out](const Error& error) {
-    out->outcome = Outcome::Refused;
+ServerSet::Attempt ServerSet::attempt(const Taken& taken, const MakeRequest& make,
+                                      const std::shared_ptr<const void>& memory,
+                                      const Accept& accept, Ended* out) {
+  Attempt ended;
+  const auto refuse = [out, &ended](const Error& error) {
+    ended.outcome = out->outcome = Outcome::Refused;
     out->reply.message = error.message();
+    return ended;
   };
   const auto pieces = make(taken.server);
   if (!pieces) return refuse(pieces.error());
+  for (const auto& piece : *pieces)
+    ended.bytes_sent += piece.own.empty() ? piece.borrowed.size() : piece.own.size();
+  ended.sent_ns =
+      std::chrono::nanoseconds(std::chrono::system_clock::now().time_since_epoch()).count();
+  const auto begin = Clock::now();
   out->reply = link(taken.server).call("ModelInfer", *pieces, memory, taken.deadline);
-  out->outcome = outcome_of(out->reply.status);
-  if (out->outcome != Outcome::Answered) return;
-  if (const auto status = accept(*out); !status) refuse(status.error());
+  ended.took = Clock::now() - begin;
+  ended.bytes_received = out->reply.chunks.size();
+  ended.outcome = out->outcome = outcome_of(out->reply.status);
+  if (out->outcome != Outcome::Answered) return ended;
+  if (const auto status = accept(*out, &ended.times); !status) return refuse(status.error());
+  return ended;
 }
 
 ServerSet::Ended ServerSet::request(const MakeRequest& make,
@@ -149,9 +190,7 @@ ServerSet::Ended ServerSet::request(const MakeRequest& make,
     if (!taken) break;
     out.tried = tried[taken->server] = true;
     out.server = taken->server;
-    const auto begin = Clock::now();
-    attempt(*taken, make, memory, accept, &out);
-    give_back(*taken, out.outcome, Clock::now() - begin);
+    give_back(*taken, attempt(*taken, make, memory, accept, &out));
     if (!may_retry(out.outcome, out.reply)) break;
   }
   const bool answered = out.outcome == Outcome::Answered || out.outcome == Outcome::Refused;

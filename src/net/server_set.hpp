@@ -10,10 +10,12 @@
 #include <functional>
 #include <memory>
 #include <mutex>
+#include <optional>
 #include <thread>
 #include <vector>
 
 #include "net/circuit.hpp"
+#include "net/clock_offset.hpp"
 #include "net/latencies.hpp"
 #include "net/link.hpp"
 
@@ -23,6 +25,19 @@ struct RequestLimits {
   size_t in_flight = 4;  // requests that one server has at a time
   int attempts = 2;      // of one request, each on another server if there is one
   std::chrono::milliseconds timeout{10000}, probe{500};
+};
+
+// What the requests to one server came to. Attempts that have ended are counted by their outcome.
+struct ServerFigures {
+  std::array<uint64_t, 4> ended{};  // by Outcome
+  uint64_t bytes_sent = 0, bytes_received = 0;
+  size_t in_flight = 0;
+  Circuit::State circuit = Circuit::State::Closed;
+  std::optional<Latencies::Duration> p50, p95, p99;  // of the last 256 answers
+  // Of answers with times: the server's clock, and the mean microseconds that a request waited and
+  // ran there.
+  std::optional<ClockOffset::Estimate> clock;
+  std::optional<int64_t> queue_us, compute_us;
 };
 
 // How requests ended: sent = answered + late + refused + lost, once none is in progress.
@@ -63,19 +78,33 @@ class ServerSet {
   };
   // Makes the request for a server; an error ends it as refused.
   using MakeRequest = std::function<Result<Pieces>(size_t server)>;
-  using Accept = std::function<Status(const Ended&)>;
+  // `times` gets those of the answer, if it has any.
+  using Accept = std::function<Status(const Ended&, std::optional<AnswerTimes>* times)>;
   // Sends a ModelInfer request. `expires`: when its answer becomes useless. `accept` checks an
   // answer, and stores it: an error makes the request a refused one. Never throws away an error:
   // it is in `reply.message`.
   Ended request(const MakeRequest& make, const std::shared_ptr<const void>& memory,
                 Clock::time_point expires, const Accept& accept);
   RequestCounts counts() const;
+  ServerFigures figures(size_t server) const;
 
  private:
   struct State {
     Circuit circuit;
     size_t in_flight = 0;
     Latencies latencies;
+    ClockOffset clock;
+    std::array<uint64_t, 4> ended{};  // attempts by Outcome
+    uint64_t bytes_sent = 0, bytes_received = 0;
+    uint64_t timed = 0, queue_us = 0, compute_us = 0;  // sums over answers with times
+  };
+  // What an attempt came to.
+  struct Attempt {
+    Outcome outcome = Outcome::Lost;
+    uint64_t bytes_sent = 0, bytes_received = 0;
+    int64_t sent_ns = 0;  // by the wall clock
+    Clock::duration took{};
+    std::optional<AnswerTimes> times;
   };
   struct Taken {
     size_t server;
@@ -87,9 +116,9 @@ class ServerSet {
   std::optional<size_t> choose(const std::vector<bool>& tried, bool* full);
   Clock::time_point attempt_deadline(size_t server, const std::vector<bool>& tried,
                                      int attempts_left, Clock::time_point deadline) const;
-  void attempt(const Taken& taken, const MakeRequest& make,
-               const std::shared_ptr<const void>& memory, const Accept& accept, Ended* out);
-  void give_back(const Taken& taken, Outcome outcome, Clock::duration took);
+  Attempt attempt(const Taken& taken, const MakeRequest& make,
+                  const std::shared_ptr<const void>& memory, const Accept& accept, Ended* out);
+  void give_back(const Taken& taken, const Attempt& ended);
   std::vector<size_t> open_circuits() const;  // mutex_ is held
   void probe_open_servers();
 

@@ -2,6 +2,7 @@
 # SPDX-License-Identifier: LGPL-2.1-or-later
 """tensor_filter framework=oip in whole pipelines, with an inference server of Python's grpcio."""
 
+import json
 import os
 import pathlib
 import re
@@ -116,7 +117,8 @@ class InferenceServer(unittest.TestCase):
 
     def test_a_fallback_answers_within_the_deadline_when_the_server_is_slow(self):
         _, model = self.server("--delay", "4")
-        done = self.play(model, f"fallback={self.local_model()} deadline=2000000000 custom=in-flight:64,attempts:1")
+        done = self.play(model, f"fallback={self.local_model()} deadline=2000000000 custom=in-flight:64,attempts:1",
+                         before="identity sync=true ! ")  # without a clock, frames have no deadline
         self.assertEqual(done.returncode, 0, done.stderr)
         self.assertEqual(self.answers(), (0, FRAMES))
 
@@ -160,6 +162,43 @@ class InferenceServer(unittest.TestCase):
         done = self.play(model, debug="weir-oip:4")
         self.assertEqual(done.returncode, 0, done.stderr)
         self.assertRegex(done.stderr, rf"INFO +weir-oip .*requests: {FRAMES} sent = {FRAMES} answered \+ 0 late \+ 0 refused \+ 0 lost")
+
+    def weir_run(self, line, *options):
+        return subprocess.run([os.environ["WEIR_COMMAND"], "run", *options, line], capture_output=True, text=True, timeout=120,
+                              env={**os.environ, "GST_DEBUG": "1", "GST_TRACERS": ""})
+
+    def test_the_figures_of_each_server(self):
+        _, timed = self.server("--times", "7200")
+        _, foreign = self.server()  # refuses requests with parameters
+        line = self.line(f"{timed},{foreign}", "name=remote custom=in-flight:1", self.frames)
+        done = self.weir_run(line, "--json")
+        self.assertEqual(done.returncode, 0, done.stderr)
+        stats = next(one["stats"] for one in json.loads(done.stdout)["ledger"] if one["name"] == "remote")
+        self.assertEqual([one["address"] for one in stats["servers"]], [timed, foreign])
+        for end in ("answered", "late", "refused", "lost"):
+            self.assertEqual(sum(one[end] for one in stats["servers"]), FRAMES if end == "answered" else 0)
+        self.assertEqual([one["circuit"] for one in stats["servers"]], ["closed", "closed"])
+        ours, theirs = stats["servers"]
+        self.assertLessEqual(abs(ours["clock-offset-ns"] - 7200 * 10**9), ours["clock-error-ns"])
+        self.assertEqual((ours["queue-us"], ours["compute-us"]), (1500, 2500))
+        for name in ("clock-offset-ns", "clock-error-ns", "queue-us", "compute-us"):
+            self.assertNotIn(name, theirs)
+
+    def test_the_figures_of_each_server_as_text_and_on_the_page(self):
+        _, lost = self.server("--away", "0:2")
+        _, used = self.server("--times", "3600")
+        done = self.weir_run(self.line(f"{lost},{used}", "name=remote custom=in-flight:1,probe-ms:60000", self.frames), "--report", f"{self.folder}/page.html")
+        self.assertEqual(done.returncode, 0, done.stderr)
+        self.assertRegex(done.stdout, r"Servers\n  filter +server +answered +late +refused +lost +in flight +circuit +p50 ms")
+        self.assertRegex(done.stdout, rf"remote +{lost} +0 +0 +0 +2 +0 +open +- ")
+        self.assertRegex(done.stdout, rf"remote +{used} +20 +0 +0 +0 +0 +closed .* 1\.5 +2\.5 .* 3600000\.\d ")
+        page = (self.folder / "page.html").read_text()
+        self.assertRegex(page, rf"<h2>Servers</h2>[^$]*{lost}[^$]*{used}")
+
+    def test_no_servers_without_requests_to_any(self):
+        done = self.weir_run("videotestsrc num-buffers=1 ! tensor_converter ! fakesink")
+        self.assertEqual(done.returncode, 0, done.stderr)
+        self.assertNotIn("Servers", done.stdout)
 
     def test_a_second_server_answers_for_one_that_does_not(self):
         (dead, first), (_, second) = self.server(), self.server()

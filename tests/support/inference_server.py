@@ -38,6 +38,8 @@ def arguments():
     parser.add_argument("--no-metadata", action="store_true")
     parser.add_argument("--away", default="", help="FIRST:COUNT: answers UNAVAILABLE to so many requests from the FIRST one, counted from 0")
     parser.add_argument("--print-times", action="store_true", help="prints `left SECONDS`, the time that each request has left")
+    parser.add_argument("--times", type=float, metavar="AHEAD", help="knows weir_times, by a clock that is so many seconds ahead; "
+                        "without it, a request with a parameter is refused")
     parser.add_argument("--token", default="")
     parser.add_argument("--cert", default="")
     parser.add_argument("--key", default="")
@@ -70,7 +72,11 @@ class Server(service.GRPCInferenceServiceServicer):
         return pb.ServerReadyResponse(ready=True)
 
     def ServerMetadata(self, request, context):
-        return pb.ServerMetadataResponse(name="test", version="1")
+        extensions = ["other", "weir_times"] if ARGS.times is not None else ["other", "weir_times_2"]
+        return pb.ServerMetadataResponse(name="test", version="1", extensions=extensions)
+
+    def now_ns(self):
+        return time.time_ns() + int(ARGS.times * 1e9)
 
     def ModelReady(self, request, context):
         return pb.ModelReadyResponse(ready=request.name == "affine")
@@ -90,6 +96,8 @@ class Server(service.GRPCInferenceServiceServicer):
     def check_request(self, request, context):
         if request.model_name != "affine":
             context.abort(grpc.StatusCode.NOT_FOUND, f"there is no model {request.model_name}")
+        if ARGS.times is None and request.parameters:
+            context.abort(grpc.StatusCode.INVALID_ARGUMENT, f"unknown parameters: {list(request.parameters)}")
         if len(request.inputs) != 1 or request.inputs[0].name != "x" or request.inputs[0].datatype != ARGS.type:
             context.abort(grpc.StatusCode.INVALID_ARGUMENT, f"one input is needed, x of the type {ARGS.type}")
         size = numpy.dtype(DTYPES[ARGS.type]).itemsize if ARGS.type in DTYPES else 1
@@ -97,6 +105,7 @@ class Server(service.GRPCInferenceServiceServicer):
             context.abort(grpc.StatusCode.INVALID_ARGUMENT, "the contents end within an element")
 
     def ModelInfer(self, request, context):
+        received = self.now_ns() if ARGS.times is not None else 0
         self.check_token(context)
         self.check_request(request, context)
         with self.lock:
@@ -111,7 +120,11 @@ class Server(service.GRPCInferenceServiceServicer):
         try:
             if number in self.away:
                 context.abort(grpc.StatusCode.UNAVAILABLE, "not now")
-            return self.answer(request, context)
+            out = self.answer(request, context)
+            if request.parameters["weir_times"].bool_param:
+                for name, value in (("received_ns", received), ("queue_us", 1500), ("compute_us", 2500), ("answered_ns", self.now_ns())):
+                    out.parameters["weir_" + name].int64_param = value
+            return out
         finally:
             with self.lock:
                 self.now -= 1

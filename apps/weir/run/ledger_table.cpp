@@ -11,7 +11,17 @@
 namespace weir::app {
 namespace {
 
+Json to_json(const GstStructure* structure);
+
 Json value_of(const GValue* value) {
+  if (GST_VALUE_HOLDS_STRUCTURE(value)) return to_json(gst_value_get_structure(value));
+  if (GST_VALUE_HOLDS_ARRAY(value)) {
+    Json out = Json::array();
+    for (guint i = 0; i < gst_value_array_get_size(value); ++i)
+      out.push_back(value_of(gst_value_array_get_value(value, i)));
+    return out;
+  }
+  if (G_VALUE_HOLDS_STRING(value) && g_value_get_string(value)) return g_value_get_string(value);
   if (G_VALUE_HOLDS_UINT64(value)) return g_value_get_uint64(value);
   if (G_VALUE_HOLDS_INT64(value)) return g_value_get_int64(value);
   if (G_VALUE_HOLDS_UINT(value)) return g_value_get_uint(value);
@@ -22,15 +32,20 @@ Json value_of(const GValue* value) {
   return text ? Json(text.get()) : Json(nullptr);
 }
 
-Json stats_of(GstElement* element) {
+Json to_json(const GstStructure* structure) {
   Json out = Json::object();
+  for (int i = 0; i < gst_structure_n_fields(structure); ++i) {
+    const char* name = gst_structure_nth_field_name(structure, static_cast<guint>(i));
+    out[name] = value_of(gst_structure_get_value(structure, name));
+  }
+  return out;
+}
+
+Json stats_of(GstElement* element) {
   GstStructure* stats = nullptr;
   g_object_get(element, "stats", &stats, nullptr);
-  if (!stats) return out;
-  for (int i = 0; i < gst_structure_n_fields(stats); ++i) {
-    const char* name = gst_structure_nth_field_name(stats, static_cast<guint>(i));
-    out[name] = value_of(gst_structure_get_value(stats, name));
-  }
+  if (!stats) return Json::object();
+  Json out = to_json(stats);
   gst_structure_free(stats);
   return out;
 }
@@ -107,6 +122,33 @@ std::string ledger_table(const Json& ledgers) {
       std::any_of(fusions.begin() + 1, fusions.end(), [](const auto& f) { return !f.empty(); });
   for (size_t i = 0; any && i < rows.size(); ++i) rows[i].push_back(fusions[i]);
   return table(rows, "  ");
+}
+
+std::vector<std::vector<std::string>> server_rows(const Json& ledgers) {
+  constexpr double kMicro = 1000, kNano = 1e6;
+  const auto ms = [](const Json& server, const char* name, double unit) {
+    if (!server.contains(name)) return std::string("-");
+    const gst::UniqueText text(g_strdup_printf("%.1f", server[name].get<double>() / unit));
+    return std::string(text.get());
+  };
+  std::vector<std::vector<std::string>> rows{{"filter", "server", "answered", "late", "refused",
+                                              "lost", "in flight", "circuit", "p50 ms", "p95 ms",
+                                              "p99 ms", "queue ms", "compute ms", "bytes out",
+                                              "bytes in", "clock ahead ms", "within ms"}};
+  for (const auto& ledger : ledgers) {
+    if (!ledger["stats"].contains("servers")) continue;
+    for (const Json& server : ledger["stats"]["servers"])
+      rows.push_back({ledger["name"].get<std::string>(), server["address"].get<std::string>(),
+                      number(server, "answered"), number(server, "late"), number(server, "refused"),
+                      number(server, "lost"), number(server, "in-flight"),
+                      server["circuit"].get<std::string>(), ms(server, "p50-us", kMicro),
+                      ms(server, "p95-us", kMicro), ms(server, "p99-us", kMicro),
+                      ms(server, "queue-us", kMicro), ms(server, "compute-us", kMicro),
+                      number(server, "bytes-sent"), number(server, "bytes-received"),
+                      ms(server, "clock-offset-ns", kNano), ms(server, "clock-error-ns", kNano)});
+  }
+  if (rows.size() == 1) rows.clear();
+  return rows;
 }
 
 std::string filter_table(const Json& ledgers) {

@@ -4,6 +4,7 @@
 #include <gst/gst.h>
 
 #include <string>
+#include <vector>
 
 #include "report.hpp"
 
@@ -12,6 +13,8 @@ namespace weir::app {
 // [{"name": ..., "element": ..., "stats": {...}}], in stream order.
 Json ledgers(GstElement* pipeline);
 // The same as text; "" when there is none.
+// The servers that filters sent requests to, below their headings; empty if there is none.
+std::vector<std::vector<std::string>> server_rows(const Json& ledgers);
 // The times of the filters that ran a model; "" if there is none.
 std::string filter_table(const Json& ledgers);
 std::string ledger_table(const Json& ledgers);

@@ -9,6 +9,7 @@
 #include "run/charts.hpp"
 #include "run/graph_picture.hpp"
 #include "run/html.hpp"
+#include "run/ledger_table.hpp"
 #include "weir/join.hpp"
 
 namespace weir::app {
@@ -135,6 +136,15 @@ std::string elements(const Json& outcome, const Json& summary, const std::vector
          "elements.</p>\n";
 }
 
+// The inference servers of filters; "" if there are none.
+std::string servers(const Json& outcome) {
+  Rows rows = server_rows(outcome["ledger"]);
+  if (rows.empty()) return "";
+  for (auto& row : rows)
+    for (auto& cell : row) cell = escaped(cell);
+  return "<h2>Servers</h2>\n" + html_table(rows, "servers", {0, 1, 7});
+}
+
 std::string links(const Json& summary) {
   Rows rows{{"from", "to", "frames", "frames/s", "bytes", "bytes/s"}};
   const auto end = [&](const Json& link, const char* element, const char* pad) {
@@ -202,7 +212,8 @@ std::string report_page(const Json& outcome, const Json& summary, const std::str
   out +=
       "<h2>Graph</h2>\n" + graph_picture(summary, shown) +
       "<p class=\"note\">The deeper the colour, the larger the element's own time among all.</p>\n";
-  out += elements(outcome, summary, shown) + links(summary) + queues(summary) + latencies(summary);
+  out += elements(outcome, summary, shown) + servers(outcome) + links(summary) + queues(summary) +
+         latencies(summary);
   return out + "<p class=\"note\">Written by weir " + config::kVersion + " run --report; " +
          count(summary["records"]) + " records in " + fixed(summary["seconds"], 3) +
          " s.</p>\n</body></html>\n";

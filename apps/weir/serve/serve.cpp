@@ -20,24 +20,13 @@ namespace weir::app {
 namespace {
 
 Status check_elements() {
-  const auto factory =
-      gst::Ref<GstElementFactory>::adopt(gst_element_factory_find("tensor_query_serversrc"));
-  if (factory) return ok();
+  const auto plugin = gst::Ref<GstPlugin>::adopt(gst_plugin_load_by_name("weirnet"));
+  if (plugin) return ok();
   return Error{.code = Code::MODULE_REFUSED,
                .what = "the plug-in weirnet, which serves models, is not installed",
-               .offered = "no element tensor_query_serversrc",
+               .offered = "no plug-in weirnet",
                .needed = "a build of Weir with gRPC",
                .fix = "apt-get install libgrpc++-dev && make install"};
-}
-
-// The words of a line as a shell splits it: gst-launch-1.0 gets these too.
-std::vector<std::string> shell_words(const std::string& line) {
-  char** parsed = nullptr;
-  std::vector<std::string> out;
-  if (!g_shell_parse_argv(line.c_str(), nullptr, &parsed, nullptr)) return out;
-  const gst::Unique<char*, g_strfreev> words(parsed);
-  for (char** word = words.get(); *word; ++word) out.emplace_back(*word);
-  return out;
 }
 
 Result<std::vector<ServedPipeline>> make_pipelines(const std::vector<NamedModel>& models,
@@ -45,8 +34,7 @@ Result<std::vector<ServedPipeline>> make_pipelines(const std::vector<NamedModel>
                                                    const ListenAddress& address) {
   std::vector<ServedPipeline> out;
   for (const auto& model : models) {
-    auto pipeline =
-        read_pipeline(shell_words(serving_pipeline(model, out.size() + 1, options, address)));
+    auto pipeline = read_pasted_pipeline(serving_pipeline(model, out.size() + 1, options, address));
     if (!pipeline) return pipeline.error();
     out.push_back({model, *std::move(pipeline)});
   }

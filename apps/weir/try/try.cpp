@@ -105,7 +105,7 @@ int try_model_on_input(const TryOptions& options) {
   const auto shown = try_pipeline(options, *model, "fdsink fd=1");
   if (!shown) return report(shown.error(), false);
   const auto played = try_pipeline(options, *model, kTextSink);
-  auto pipeline = read_pipeline({*played});
+  auto pipeline = read_pasted_pipeline(*played);
   if (!pipeline) return report(pipeline.error(), false);
   if (auto opened = open_window(pipeline->get()); !opened) {
     gst_element_set_state(pipeline->get(), GST_STATE_NULL);

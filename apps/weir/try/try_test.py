@@ -6,6 +6,7 @@ import json
 import os
 import pathlib
 import re
+import subprocess
 import unittest
 
 import numpy
@@ -151,6 +152,22 @@ class Depth(Case):
         self.assertEqual(drawn.size, (64, 64))
         for place, color in (((8, 32), (68, 1, 84)), ((56, 32), (253, 231, 37))):
             self.assertLess(max(abs(a - b) for a, b in zip(drawn.getpixel(place), color)), 8, place)
+
+    def test_paths_are_read_as_they_are(self):
+        """With blanks and both quotes; the printed line finds the same files in a shell."""
+        from PIL import Image
+        folder = self.folder / "it's \"a\" folder"
+        folder.mkdir()
+        picture, output = folder / "a photo.png", folder / "its depth.png"
+        Image.new("RGB", (64, 64), "white").save(picture)
+        done = weir("try", write_map_model(folder, "depth"), picture, "--output", output, **CARDS)
+        self.assertRegex(self.good(done), r"(?m)^  depth -?\d")
+        self.assertEqual(Image.open(output).size, (64, 64))
+        output.unlink()
+        line = next(line for line in done.stderr.splitlines() if line.startswith("gst-launch-1.0 "))
+        pasted = subprocess.run(["sh", "-c", line], capture_output=True, text=True, timeout=60, env={**os.environ, **CARDS})
+        self.assertEqual(pasted.returncode, 0, pasted.stderr)
+        self.assertTrue(output.exists())
 
 
 @unittest.skipUnless(HAS_ONNX and SHARED.is_dir() and not SANITIZED, "needs the engines and the models and media of ../shared")

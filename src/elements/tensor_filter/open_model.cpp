@@ -8,9 +8,9 @@
 #include "core/custom/custom_easy.hpp"
 #include "core/infer/model/async_invoke.hpp"
 #include "core/isolate/isolated_engine.hpp"
+#include "elements/tensor_filter/engine_stats.hpp"
 #include "elements/tensor_filter/model_source.hpp"
 #include "gstcpp/buffer/shared_allocator.hpp"
-#include "weir/engine_statistics.h"
 
 namespace weir {
 namespace {
@@ -333,24 +333,6 @@ Status OpenModel::replace(const FilterSettings& settings) const {
   return use_->shared()->replace(*source);
 }
 
-namespace {
-
-// The counts that the engine has of its own.
-void add_engine_statistics(const infer::Model& model, GstStructure* stats) {
-  const weir_engine& engine = model.engine();
-  const auto* calls =
-      engine.extension
-          ? static_cast<const weir_engine_statistics*>(engine.extension(WEIR_ENGINE_STATISTICS))
-          : nullptr;
-  if (!calls || calls->struct_size < sizeof *calls) return;
-  std::array<weir_statistic, 64> all{};
-  const int count = calls->read(model.handle(), all.data(), all.size());
-  for (int i = 0; i < std::min<int>(count, all.size()); ++i)
-    gst_structure_set(stats, all[i].name, G_TYPE_UINT64, guint64{all[i].value}, nullptr);
-}
-
-}  // namespace
-
 void OpenModel::add_stats(GstStructure* stats) const {
   if (fallback_) fallback_->add_stats(stats);
   const auto& shared = *use_->shared();
@@ -361,7 +343,7 @@ void OpenModel::add_stats(GstStructure* stats) const {
                     guint64{shared.reloads()}, "suspended", G_TYPE_BOOLEAN,
                     gboolean{use_->suspended()}, "accelerator", G_TYPE_STRING,
                     shared.source().options.accelerator.c_str(), nullptr);
-  if (model) add_engine_statistics(*model, stats);
+  if (model) add_engine_stats(*model, stats);
   const auto execution = model ? model->execution() : std::nullopt;
   if (!execution) return;
   gst_structure_set(stats, "threads", G_TYPE_INT, static_cast<int>(execution->threads), "spinning",

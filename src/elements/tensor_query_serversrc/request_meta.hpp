@@ -6,13 +6,13 @@
 
 #include <memory>
 
-#include "net/served_model.hpp"
+#include "elements/tensor_query_serversrc/query_server.hpp"
 
 namespace weir {
 
 // `buffer` must be writable and have no request. False when memory ran out.
-bool set_request(GstBuffer* buffer, std::shared_ptr<net::ServedRequest> request);
+bool set_request(GstBuffer* buffer, std::shared_ptr<QueryRequest> request);
 // Null for a buffer without a request.
-std::shared_ptr<net::ServedRequest> request_of(GstBuffer* buffer);
+std::shared_ptr<QueryRequest> request_of(GstBuffer* buffer);
 
 }  // namespace weir

@@ -50,7 +50,7 @@ class TensorQueryServersrc : public ::testing::Test {
     const net::RequestTensor tensor{"input", type, kShape, std::as_bytes(std::span(values))};
     uint64_t copied = 0;
     const auto request =
-        net::encode_infer_request("m", "", {&tensor, 1}, net::Contents::Raw, &copied);
+        net::encode_infer_request("m", "", {&tensor, 1}, net::Contents::Raw, false, &copied);
     return link_->call("ModelInfer", *request, nullptr, Link::Clock::now() + time);
   }
   static Floats result_of(const net::Reply& reply) {

@@ -83,9 +83,11 @@ Result<Taken> check(const net::Reply& reply, const net::InferResponse& response,
 }  // namespace
 
 Status take_outputs(const net::Reply& reply, const std::vector<OipTensor>& expected,
-                    const weir_frame& frame, uint64_t* copied) {
+                    const weir_frame& frame, uint64_t* copied,
+                    std::optional<net::AnswerTimes>* times) {
   const auto response = net::parse_infer_response(reply.chunks);
   if (!response) return response.error();
+  *times = response->times;
   const auto tensors = tensors_of(frame);
   if (tensors.size() != expected.size())
     return Error{.code = Code::INTERNAL, .what = "a frame has another number of outputs"};

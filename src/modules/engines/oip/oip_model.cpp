@@ -111,6 +111,7 @@ Status OipModel::connect(const weir_open& request) {
   auto& servers = *links;
   contents_ = options_.contents.value_or(net::Contents::Raw);
   described_.resize(servers.size());
+  has_times_ = std::vector<std::atomic<bool>>(servers.size());
   if (auto status = read_signature(servers); !status) return status;
   inputs_ = infos_of(signature_.inputs);
   outputs_ = infos_of(signature_.outputs);
@@ -143,6 +144,7 @@ Status OipModel::read_signature(const std::vector<ServerSet::Server>& servers) {
       continue;
     }
     described_[i] = 1;
+    read_extensions(*servers[i].link, i, deadline);
     if (found && !(*signature == signature_))
       return differs(servers[i].address, signature->to_string(), signature_.to_string());
     signature_ = *std::move(signature);
@@ -176,6 +178,15 @@ Result<OipSignature> OipModel::fetch(const ServerSet::Server& server,
   return error;
 }
 
+void OipModel::read_extensions(net::Link& link, size_t server,
+                               net::Link::Clock::time_point deadline) {
+  const auto reply = link.call("ServerMetadata", {}, nullptr, deadline);
+  const auto found = reply.status == 0
+                         ? net::parse_has_extension(reply.chunks, net::kTimesExtension)
+                         : Result<bool>(false);
+  has_times_[server] = found && *found;
+}
+
 bool OipModel::fits(const net::ServerAddress& address, const Result<OipSignature>& found) const {
   if (!found) {
     log(WEIR_LOG_DEBUG, found.error().message());
@@ -196,6 +207,7 @@ bool OipModel::probe(size_t server, net::Link::Clock::time_point deadline) {
     const auto ready = net::parse_model_ready(reply.chunks);
     if (!ready || !*ready) return false;
   }
+  read_extensions(link, server, deadline);  // another server may have taken the place of the last
   if (described_[server]) return true;
   const auto metadata = link.call("ModelMetadata", request, nullptr, deadline);
   if (metadata.status == static_cast<int>(CallStatus::Unimplemented)) return true;
@@ -227,6 +239,36 @@ std::vector<weir_statistic> OipModel::statistics() const {
           {"request-attempts", counts.attempts},
           {"request-bytes-copied", copied_out_},
           {"answer-bytes-copied", copied_in_}};
+}
+
+std::vector<weir_server> OipModel::servers() const {
+  using std::chrono::microseconds;
+  const auto us = [](const auto& duration) -> int64_t {
+    return duration ? std::chrono::duration_cast<microseconds>(*duration).count() : -1;
+  };
+  std::vector<weir_server> out;
+  for (size_t i = 0; i < servers_->size(); ++i) {
+    const auto figures = servers_->figures(i);
+    const auto ended = [&](Outcome outcome) { return figures.ended[static_cast<size_t>(outcome)]; };
+    const auto clock = figures.clock.value_or(net::ClockOffset::Estimate{0, -1});
+    out.push_back({.address = servers_->address(i).text.c_str(),
+                   .circuit = static_cast<int32_t>(figures.circuit),
+                   .in_flight = static_cast<uint32_t>(figures.in_flight),
+                   .answered = ended(Outcome::Answered),
+                   .late = ended(Outcome::Late),
+                   .refused = ended(Outcome::Refused),
+                   .lost = ended(Outcome::Lost),
+                   .bytes_sent = figures.bytes_sent,
+                   .bytes_received = figures.bytes_received,
+                   .p50_us = us(figures.p50),
+                   .p95_us = us(figures.p95),
+                   .p99_us = us(figures.p99),
+                   .queue_us = figures.queue_us.value_or(-1),
+                   .compute_us = figures.compute_us.value_or(-1),
+                   .clock_offset_ns = clock.offset,
+                   .clock_error_ns = clock.error});
+  }
+  return out;
 }
 
 }  // namespace weir::engine

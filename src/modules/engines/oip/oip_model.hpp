@@ -9,6 +9,7 @@
 
 #include "oip/oip_options.hpp"
 #include "oip/oip_signature.hpp"
+#include "weir/engine_servers.h"
 #include "weir/engine_statistics.h"
 
 namespace weir::engine {
@@ -25,6 +26,7 @@ class OipModel {
 
   void describe(weir_model_info* info) const;
   std::vector<weir_statistic> statistics() const;
+  std::vector<weir_server> servers() const;
   const std::vector<weir_tensor_info>& inputs() const noexcept { return inputs_; }
   const std::vector<weir_tensor_info>& outputs() const noexcept { return outputs_; }
   const OipSignature& signature() const noexcept { return signature_; }
@@ -40,6 +42,8 @@ class OipModel {
   Result<OipSignature> fetch(const net::ServerSet::Server& server,
                              net::Link::Clock::time_point deadline) const;
   bool probe(size_t server, net::Link::Clock::time_point deadline);
+  // Reads from the server whether it answers times.
+  void read_extensions(net::Link& link, size_t server, net::Link::Clock::time_point deadline);
   bool fits(const net::ServerAddress& address, const Result<OipSignature>& found) const;
   net::ServerSet::Ended send(const weir_frame& in, const weir_frame& out,
                              net::Contents contents) const;
@@ -49,6 +53,7 @@ class OipModel {
   OipSignature signature_;
   std::vector<weir_tensor_info> inputs_, outputs_;
   std::vector<char> described_;  // by server: it has described the model; of the probing thread
+  std::vector<std::atomic<bool>> has_times_;  // by server: it answers times when asked for them
   mutable std::atomic<net::Contents> contents_{net::Contents::Raw};
   mutable std::atomic<bool> answered_{false};
   mutable std::atomic<uint64_t> copied_out_{0}, copied_in_{0};

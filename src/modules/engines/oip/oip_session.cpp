@@ -103,11 +103,12 @@ net::ServerSet::Ended OipModel::send(const weir_frame& in, const weir_frame& out
   auto ended = servers_->request(
       [&](size_t server) {
         const auto& address = servers_->address(server);
-        return net::encode_infer_request(address.model, address.version, inputs, contents, &copied);
+        return net::encode_infer_request(address.model, address.version, inputs, contents,
+                                         has_times_[server], &copied);
       },
       held.memory, expiry_of(in),
-      [&](const auto& answer) {
-        return take_outputs(answer.reply, signature_.outputs, out, &received);
+      [&](const auto& answer, auto* times) {
+        return take_outputs(answer.reply, signature_.outputs, out, &received, times);
       });
   copied_out_ += copied;
   copied_in_ += received;

@@ -157,5 +157,51 @@ TEST(Oip, RunsRequestsOfSeveralThreadsAtOnce) {
   EXPECT_EQ(engine.statistics()["requests-answered"], 20u);
 }
 
+TEST(Oip, ReportsEachServer) {
+  // The clock of the first server is an hour ahead; the second one refuses any parameter.
+  PythonServer timed({"--times", "3600", "--delay", "0.01"}), foreign;
+  OipEngine engine({timed.address(), foreign.address()}, {{"in-flight", "1"}});
+  for (int i = 0; i < 20; ++i) EXPECT_EQ(as<float>(engine.invoke(floats()).bytes), kExpected);
+  const auto servers = engine.servers();
+  ASSERT_EQ(servers.size(), 2u);
+  EXPECT_EQ(servers[0].address, timed.address());
+  EXPECT_EQ(servers[1].address, foreign.address());
+  for (const auto& server : servers) {
+    EXPECT_EQ(server.answered, 10u);
+    EXPECT_EQ(server.late + server.refused + server.lost, 0u);
+    EXPECT_EQ(server.in_flight, 0u);
+    EXPECT_EQ(server.circuit, WEIR_CIRCUIT_CLOSED);
+    EXPECT_GT(server.bytes_sent, 10 * kExpected.size() * sizeof(float));
+    EXPECT_GT(server.bytes_received, 10 * kExpected.size() * sizeof(float));
+    EXPECT_GT(server.p50_us, 0);
+    EXPECT_LE(server.p50_us, server.p95_us);
+    EXPECT_LE(server.p95_us, server.p99_us);
+  }
+  EXPECT_GE(servers[0].p50_us, 10000);
+  EXPECT_EQ(servers[0].queue_us, 1500);
+  EXPECT_EQ(servers[0].compute_us, 2500);
+  ASSERT_GE(servers[0].clock_error_ns, 0);
+  EXPECT_LE(std::abs(servers[0].clock_offset_ns - int64_t{3'600'000'000'000}),
+            servers[0].clock_error_ns);
+  EXPECT_LT(servers[0].clock_error_ns, int64_t{1'000'000'000});
+  EXPECT_EQ(servers[1].queue_us, -1);
+  EXPECT_EQ(servers[1].clock_error_ns, -1);
+}
+
+TEST(Oip, ReportsWhatAServerLost) {
+  PythonServer gone, other;
+  OipEngine engine({gone.address(), other.address()}, {{"in-flight", "1"}});
+  gone.end();
+  for (int i = 0; i < 10; ++i) EXPECT_EQ(as<float>(engine.invoke(floats()).bytes), kExpected);
+  const auto servers = engine.servers();
+  ASSERT_EQ(servers.size(), 2u);
+  EXPECT_EQ(servers[0].answered, 0u);
+  EXPECT_EQ(servers[0].lost, 2u);
+  EXPECT_NE(servers[0].circuit, WEIR_CIRCUIT_CLOSED);
+  EXPECT_EQ(servers[0].p50_us, -1);
+  EXPECT_EQ(servers[1].answered, 10u);
+  EXPECT_EQ(engine.statistics()["requests-lost"], 0u);
+}
+
 }  // namespace
 }  // namespace weir::engine_test

@@ -15,6 +15,7 @@
 #include <vector>
 
 #include "engine_host_test_support.hpp"
+#include "weir/engine_servers.h"
 #include "weir/engine_statistics.h"
 #include "weir/no_result.h"
 
@@ -182,6 +183,13 @@ class OipEngine {
     const int count = calls ? calls->read(model_, all, 32) : 0;
     std::map<std::string, uint64_t> out;
     for (int i = 0; i < count; ++i) out[all[i].name] = all[i].value;
+    return out;
+  }
+  std::vector<weir_server> servers() const {
+    const auto* calls =
+        static_cast<const weir_engine_servers*>(engine_.extension(WEIR_ENGINE_SERVERS));
+    std::vector<weir_server> out(8);
+    out.resize(calls ? calls->read(model_, out.data(), 8) : 0);
     return out;
   }
 
