@@ -21,7 +21,8 @@ net::ListenOptions ServersrcSettings::listen_options() const {
                                       .ca = tls_ca,
                                       .token_file = token_file,
                                       .peers = {},
-                                      .insecure = insecure}};
+                                      .insecure = insecure},
+                         .model_control = model_control};
   if (!tls_peers.empty()) out.security.peers = parse_name_list(tls_peers);
   return out;
 }

@@ -75,6 +75,9 @@ class TensorQueryServersrc : public gst::Element<TensorQueryServersrc, gst::Push
       gst::Property{"idle-timeout", &Settings::idle_timeout,
                     "Milliseconds after which a connection without calls is closed",
                     gst::Changeable::InReady, 1u, 2147483647u},
+      gst::Property{"model-control", &Settings::model_control,
+                    "Let clients unload the model and load it again; the message weir-model-loaded "
+                    "on the bus reports it"},
       gst::Property{"insecure", &Settings::insecure,
                     "Let other machines connect without TLS: only on a network that you trust"},
       gst::Property{"tls-cert", &Settings::tls_cert,
@@ -125,10 +128,20 @@ class TensorQueryServersrc : public gst::Element<TensorQueryServersrc, gst::Push
     auto model = std::make_shared<net::ServedModel>(
         net::ModelRequest{s.model_name.empty() ? default_name() : s.model_name, s.model_version},
         "weir", s.queue);
+    model->set_load_handler([source = Ref<GstElement>::share(element())](bool loaded) {
+      gst_element_post_message(
+          source.get(),
+          gst_message_new_element(
+              GST_OBJECT(source.get()),
+              gst_structure_new("weir-model-loaded", "loaded", G_TYPE_BOOLEAN, loaded, nullptr)));
+    });
     id_ = s.id;
     wanted_port_ = s.port;
     ledger_.reset();
-    if (auto status = publish(*server, model); !status) return status;
+    if (auto status = publish(*server, model); !status) {
+      model->set_load_handler(nullptr);
+      return status;
+    }
     if (s.unix_path.empty())
       change_settings([&](Settings& shown) { shown.port = (*server)->port(); });
     {
@@ -164,6 +177,7 @@ class TensorQueryServersrc : public gst::Element<TensorQueryServersrc, gst::Push
     }
     if (!server) return TRUE;
     change_settings([&](Settings& shown) { shown.port = wanted_port_; });
+    model_->set_load_handler(nullptr);
     model_->stop();
     server->remove(*model_);
     remove_pair(id_, *model_);
