@@ -83,6 +83,7 @@ int pki_init(const PkiOptions& options);
 int pki_issue(const PkiOptions& options);
 
 struct ServeOptions {
+  bool model_control = false;
   std::vector<std::string> models;  // "MODEL" or "NAME=MODEL"
   std::string listen = "127.0.0.1:8001";
   std::string tls_cert, tls_key, tls_ca, token_file;  // paths; "": none

@@ -228,6 +228,8 @@ void add_serve(CLI::App* app, ServeOptions* options) {
   command->add_option("--custom", options->custom, "Options of the engine, as in custom=");
   command->add_flag("--metrics{127.0.0.1:8002}", options->metrics,
                     "Serve figures for Prometheus; --metrics=ADDRESS for another address");
+  command->add_flag("--model-control", options->model_control,
+                    "Let clients unload models and load them again");
   command->add_flag("--dry-run", options->dry_run, "Print the pipelines, and serve nothing");
 }
 

@@ -38,6 +38,7 @@ struct ListenOptions {
   uint64_t most_address_bytes = uint64_t{256} << 20;  // of its requests in progress; 0 = no limit
   uint32_t idle_ms = 300'000;  // after which a connection without calls is closed
   ServerSecurity security;
+  bool model_control = false;  // clients may load and unload models; of ModelServer
   bool operator==(const ListenOptions&) const = default;
 };
 

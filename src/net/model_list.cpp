@@ -55,6 +55,20 @@ bool ModelList::was_here(const ModelRequest& wanted) const {
                      [&](const auto& gone) { return fits(wanted, gone); });
 }
 
+std::vector<IndexedModel> ModelList::index() const {
+  std::lock_guard lock(mutex_);
+  std::vector<IndexedModel> out;
+  for (const auto& model : models_) {
+    const bool ready = model->ready();
+    out.push_back({model->model(), ready,
+                   ready                ? ""
+                   : model->is_loaded() ? "its pipeline does not run"
+                                        : "unloaded"});
+  }
+  for (const auto& gone : gone_) out.push_back({gone, false, "its pipeline does not run"});
+  return out;
+}
+
 std::string ModelList::names() const {
   std::string out;
   for (const auto& model : all()) out += (out.empty() ? "" : ", ") + describe(model->model());

@@ -26,6 +26,8 @@ class ModelList : public std::enable_shared_from_this<ModelList> {
   std::shared_ptr<ServedModel> find(const ModelRequest& wanted) const;
   // Whether a model that is not here now was here before, and may come back.
   bool was_here(const ModelRequest& wanted) const;
+  // All that are here, and those that may come back.
+  std::vector<IndexedModel> index() const;
   // "a version 1, b version 1".
   std::string names() const;
 

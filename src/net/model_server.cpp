@@ -13,8 +13,9 @@
 namespace weir::net {
 namespace {
 
-constexpr std::array<std::string_view, 3> kExtensions{"weir_keepalive", "statistics",
-                                                      kTimesExtension};
+// The last only where model control is enabled.
+constexpr std::array<std::string_view, 4> kExtensions{"weir_keepalive", "statistics",
+                                                      kTimesExtension, "model_repository"};
 
 struct Shared {
   std::unique_ptr<ModelServer> server;
@@ -99,7 +100,9 @@ void ModelServer::server_ready(const std::shared_ptr<Call>& call) {
 }
 
 void ModelServer::server_metadata(const std::shared_ptr<Call>& call) {
-  call->answer(encode_server_metadata("weir", WEIR_VERSION, kExtensions), nullptr);
+  call->answer(encode_server_metadata("weir", WEIR_VERSION,
+                                      std::span(kExtensions).first(options_.model_control ? 4 : 3)),
+               nullptr);
 }
 
 void ModelServer::model_ready(const std::shared_ptr<Call>& call) {
@@ -156,6 +159,38 @@ void ModelServer::watch_health(const std::shared_ptr<Call>& call) {
   models_->watch(call, *service);
 }
 
+bool ModelServer::can_control(const std::shared_ptr<Call>& call) const {
+  if (!options_.model_control)
+    call->fail(CallStatus::Unimplemented,
+               "clients may not control models here: weir serve --model-control, or "
+               "tensor_query_serversrc model-control=true, lets them");
+  return options_.model_control;
+}
+
+void ModelServer::set_loaded(const std::shared_ptr<Call>& call, bool loaded) {
+  if (!can_control(call)) return;
+  const auto wanted = parse_load_request(call->request());
+  if (!wanted) return refuse(call, wanted.error());
+  if (loaded && wanted->has_parameters) {
+    call->fail(CallStatus::InvalidArgument,
+               "models are loaded as the server was started: parameters are not accepted");
+    return;
+  }
+  const auto model = find({wanted->model, ""}, call);
+  if (!model) return;
+  model->set_loaded(loaded);
+  call->answer({}, nullptr);
+}
+
+void ModelServer::repository_index(const std::shared_ptr<Call>& call) {
+  if (!can_control(call)) return;
+  const auto ready_alone = parse_index_request(call->request());
+  if (!ready_alone) return refuse(call, ready_alone.error());
+  auto models = models_->index();
+  if (*ready_alone) std::erase_if(models, [](const auto& model) { return !model.ready; });
+  call->answer(encode_index(models), nullptr);
+}
+
 void ModelServer::reflection(const std::shared_ptr<Call>& call) {
   const auto& services = Reflection::of_this_server();
   if (services.empty()) {
@@ -178,6 +213,9 @@ void ModelServer::handle(const std::shared_ptr<Call>& call) {
       {"/inference.GRPCInferenceService/ModelMetadata", &ModelServer::model_metadata},
       {"/inference.GRPCInferenceService/ModelInfer", &ModelServer::model_infer},
       {"/inference.GRPCInferenceService/ModelStatistics", &ModelServer::model_statistics},
+      {"/inference.GRPCInferenceService/RepositoryIndex", &ModelServer::repository_index},
+      {"/inference.GRPCInferenceService/RepositoryModelLoad", &ModelServer::load},
+      {"/inference.GRPCInferenceService/RepositoryModelUnload", &ModelServer::unload},
       {"/grpc.health.v1.Health/Check", &ModelServer::health},
       {"/grpc.health.v1.Health/Watch", &ModelServer::watch_health},
       {"/grpc.reflection.v1.ServerReflection/ServerReflectionInfo", &ModelServer::reflection},

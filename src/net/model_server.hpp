@@ -43,6 +43,12 @@ class ModelServer {
   void server_live(const std::shared_ptr<Call>& call);
   void health(const std::shared_ptr<Call>& call);
   void watch_health(const std::shared_ptr<Call>& call);
+  // False when it is not enabled, and the call has ended.
+  bool can_control(const std::shared_ptr<Call>& call) const;
+  void set_loaded(const std::shared_ptr<Call>& call, bool loaded);
+  void repository_index(const std::shared_ptr<Call>& call);
+  void load(const std::shared_ptr<Call>& call) { set_loaded(call, true); }
+  void unload(const std::shared_ptr<Call>& call) { set_loaded(call, false); }
   void reflection(const std::shared_ptr<Call>& call);
 
   const ListenOptions options_;

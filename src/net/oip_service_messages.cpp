@@ -143,6 +143,26 @@ Result<ModelRequest> parse_model_request(const Chunks& chunks) {
   return out;
 }
 
+Result<LoadRequest> parse_load_request(const Chunks& chunks) {
+  LoadRequest out;
+  MessageReader reader(chunks, {0, chunks.size()});
+  for (Field field; reader.next(&field);) {
+    if (field.number == 2) out.model = reader.text(field, kMostNameBytes);
+    if (field.number == 3) out.has_parameters = true;
+  }
+  if (reader.failed()) return damaged("request to load a model");
+  return out;
+}
+
+Result<bool> parse_index_request(const Chunks& chunks) {
+  bool ready = false;
+  MessageReader reader(chunks, {0, chunks.size()});
+  for (Field field; reader.next(&field);)
+    if (field.number == 2) ready = field.value != 0;
+  if (reader.failed()) return damaged("RepositoryIndexRequest");
+  return ready;
+}
+
 Result<InferRequest> parse_infer_request(const Chunks& chunks) {
   InferRequest out;
   MessageReader reader(chunks, {0, chunks.size()});
@@ -234,6 +254,19 @@ Pieces encode_infer_response(const ModelRequest& model, std::string_view id,
     out.push_back({"", output.data});
   }
   return out;
+}
+
+Pieces encode_index(std::span<const IndexedModel> models) {
+  std::string out;
+  for (const auto& model : models) {
+    std::string entry;
+    put_text(&entry, 1, model.model.name);
+    put_text(&entry, 2, model.model.version);
+    put_text(&entry, 3, model.ready ? "READY" : "UNAVAILABLE");
+    put_text(&entry, 4, model.reason);
+    put_bytes(&out, 1, entry);
+  }
+  return {{std::move(out), {}}};
 }
 
 Pieces encode_statistics(std::span<const ModelStatistics> models) {

@@ -25,6 +25,12 @@ std::string describe(const ModelRequest& model);
 // Whether `served` is what `wanted` asks for: without a version, any of the name.
 bool fits(const ModelRequest& wanted, const ModelRequest& served);
 
+// Of RepositoryModelLoadRequest and RepositoryModelUnloadRequest.
+struct LoadRequest {
+  std::string model;
+  bool has_parameters = false;  // a configuration, or the contents of files
+};
+
 struct InferRequest {
   std::string model, version, id;
   std::vector<InferTensor> inputs;
@@ -36,6 +42,9 @@ struct InferRequest {
 // PEER_MESSAGE_INVALID for bytes that are not such a message, or are beyond the limits of
 // oip_messages.hpp.
 Result<ModelRequest> parse_model_request(const Chunks& chunks);
+Result<LoadRequest> parse_load_request(const Chunks& chunks);
+// Whether a RepositoryIndexRequest asks for models that are ready alone.
+Result<bool> parse_index_request(const Chunks& chunks);
 Result<InferRequest> parse_infer_request(const Chunks& chunks);
 // The service in a HealthCheckRequest.
 Result<std::string> parse_health_request(const Chunks& chunks);
@@ -72,6 +81,13 @@ struct ModelStatistics {
   uint64_t inferences = 0, executions = 0;
   Duration success, fail, queue, compute_input, compute_infer, compute_output;
 };
+// An entry of RepositoryIndexResponse.
+struct IndexedModel {
+  ModelRequest model;
+  bool ready = false;
+  std::string reason;  // why it is not
+};
+Pieces encode_index(std::span<const IndexedModel> models);
 Pieces encode_statistics(std::span<const ModelStatistics> models);
 
 }  // namespace weir::net

@@ -137,9 +137,22 @@ void ServedModel::notify() const {
   if (observer) observer();
 }
 
+void ServedModel::set_loaded(bool loaded) {
+  {
+    std::lock_guard lock(mutex_);
+    if (std::exchange(loaded_, loaded) == loaded) return;
+  }
+  notify();
+}
+
+bool ServedModel::is_loaded() const {
+  std::lock_guard lock(mutex_);
+  return loaded_;
+}
+
 bool ServedModel::ready() const {
   std::lock_guard lock(mutex_);
-  return knows_inputs_ && knows_outputs_ && !stopped_;
+  return loaded_ && knows_inputs_ && knows_outputs_ && !stopped_;
 }
 
 ModelMetadata ServedModel::metadata() const {
@@ -159,10 +172,12 @@ void ServedModel::receive(std::shared_ptr<Call> call, InferRequest request) {
   const ModelMetadata described = metadata();
   {
     std::unique_lock lock(mutex_);
-    if (!knows_inputs_ || stopped_) {
+    if (!knows_inputs_ || stopped_ || !loaded_) {
+      const bool loaded = loaded_;
       lock.unlock();
       return refuse(CallStatus::Unavailable,
-                    "the pipeline of the model " + model_.name + " does not run");
+                    loaded ? "the pipeline of the model " + model_.name + " does not run"
+                           : "the model " + model_.name + " is unloaded");
     }
   }
   auto order = match_inputs(request, described);

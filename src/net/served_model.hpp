@@ -84,12 +84,15 @@ class ServedModel : public std::enable_shared_from_this<ServedModel> {
   const ModelRequest& model() const noexcept { return model_; }
   void set_inputs(std::vector<TensorText> inputs);
   void set_outputs(std::vector<TensorText> outputs);
-  // Whether inputs and outputs are known, and it is not stopped.
+  // Whether inputs and outputs are known, and it is loaded and not stopped.
   bool ready() const;
   ModelMetadata metadata() const;
 
   // Called, on any thread, when ready() may have changed.
   void set_observer(std::function<void()> observer);
+  // An unloaded model refuses requests with UNAVAILABLE; those that it has are answered.
+  void set_loaded(bool loaded);
+  bool is_loaded() const;
   void receive(std::shared_ptr<Call> call, InferRequest request);
   // Waits for a request whose client still waits. Null after interrupt(), until resume().
   std::shared_ptr<ServedRequest> take();
@@ -122,8 +125,8 @@ class ServedModel : public std::enable_shared_from_this<ServedModel> {
   const size_t most_waiting_;
   mutable std::mutex mutex_;  // guards the rest
   std::condition_variable arrived_;
-  bool interrupted_ = false, running_ = true, stopped_ = false, knows_inputs_ = false,
-       knows_outputs_ = false;
+  bool loaded_ = true, interrupted_ = false, running_ = true, stopped_ = false,
+       knows_inputs_ = false, knows_outputs_ = false;
   std::vector<TensorText> inputs_, outputs_;
   std::function<void()> observer_;
   std::deque<std::shared_ptr<ServedRequest>> waiting_;

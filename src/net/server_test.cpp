@@ -201,6 +201,24 @@ TEST_F(Serving, IsReadyOnceBothEndsAreKnown) {
   EXPECT_TRUE(other->ready());
 }
 
+TEST_F(Serving, RefusesWhileItIsUnloaded) {
+  Ended before, between, after;
+  receive(&before);
+  model_->set_loaded(false);
+  model_->set_loaded(false);
+  EXPECT_FALSE(model_->ready());
+  receive(&between);
+  EXPECT_EQ(between.status, static_cast<int>(CallStatus::Unavailable));
+  EXPECT_EQ(between.text, "the model m is unloaded");
+  EXPECT_TRUE(answer(model_->take()));
+  EXPECT_EQ(before.status, 0);
+  model_->set_loaded(true);
+  EXPECT_TRUE(model_->ready());
+  receive(&after);
+  EXPECT_TRUE(answer(model_->take()));
+  EXPECT_EQ(after.status, 0);
+}
+
 TEST_F(Serving, WakesTheThreadThatTakes) {
   std::atomic<bool> returned{false};
   std::thread taker([&] {

@@ -281,7 +281,7 @@ class Refusals(Served):
 
     def test_unknown_methods_are_unimplemented(self):
         _, client = self.affine()
-        for method in ("/inference.GRPCInferenceService/RepositoryModelLoad", "/other.Service/Method"):
+        for method in ("/inference.GRPCInferenceService/ModelStreamInfer", "/other.Service/Method"):
             call = client.channel.unary_unary(method)
             self.assertEqual(status_of(lambda: call(b"", timeout=30)), ("UNIMPLEMENTED", f"there is no method {method} here"))
 

@@ -27,6 +27,7 @@ class Options(Case):
         self.assertIn(f"{BASE} custom=threads:2 batch-size=8 batch-timeout=500000 !", line)
         self.assertIn("unix-path=/run/weir.sock !", self.pipelines(MODEL, "--listen", "unix:/run/weir.sock")[0])
         self.assertIn(" insecure=true !", self.pipelines(MODEL, "--listen", "0.0.0.0:9", "--insecure")[0])
+        self.assertIn(" model-control=true !", self.pipelines(MODEL, "--model-control")[0])
         self.assertIn(" workers=3 !", self.pipelines(MODEL, "--workers", "3")[0])
         self.assertIn("host=::1 port=0", self.pipelines(MODEL, "--listen", "[::1]:0")[0])
 

@@ -153,6 +153,7 @@ std::string serving_pipeline(const NamedModel& model, size_t id, const ServeOpti
   out += property("tls-cert", options.tls_cert) + property("tls-key", options.tls_key) +
          property("tls-ca", options.tls_ca) + property("token-file", options.token_file);
   if (options.insecure) out += " insecure=true";
+  if (options.model_control) out += " model-control=true";
   out += " ! tensor_filter name=" + model.name + "-filter framework=auto" +
          property("model", model.file) + property("custom", options.custom);
   if (options.batch > 1)

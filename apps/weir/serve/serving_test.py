@@ -25,7 +25,7 @@ from weir_case import COMMAND, HAS_ONNX, MODEL, SOURCE, Case, sanitized, weir
 HAS_NET = "weirnet" in os.environ.get("WEIR_NET_PLUGIN", "")
 HAS_GRPCIO = os.environ.get("WEIR_INFERENCE_CLASSES", "") != ""
 if HAS_GRPCIO:
-    from served_pipeline import Client, request, status_of
+    from served_pipeline import Client, pb, request, status_of
 FAILED = ("ABORTED", "UNAVAILABLE")  # by the element that fails, or by the pipeline that stops
 CLOCK_LINE = "input float32 1:192:32:1 +output float32 13:12:1\n"
 
@@ -207,6 +207,44 @@ class CustomFilter:
         self.assertEqual(waits, [f"weir: the model fragile is started again in {seconds} s\n" for seconds in (1, 2, 4)])
         self.assertIn("ValueError: gone", "".join(lines))
         self.assertEqual(self.end(process)[0], 0)  # while it waits
+
+    @unittest.skipUnless(HAS_GRPCIO, "grpcio is not installed")
+    def test_clients_unload_and_load_models_where_that_is_allowed(self):
+        process, _, address = self.serve(f"digits={MODEL}", "--model-control")
+        client = self.client(address, "digits")
+        named = b"\x12\x06digits"  # field 2
+
+        def call(method, message):
+            return status_of(lambda: client.channel.unary_unary(f"/inference.GRPCInferenceService/{method}")(message, timeout=30))
+        message = request("digits", np.zeros((1, 32, 192, 1), np.float32))
+        tensor = client.call("ModelMetadata", pb.ModelMetadataRequest(name="digits")).inputs[0]
+        message.inputs[0].name, message.inputs[0].shape[:] = tensor.name, tensor.shape
+        before = client.infer(message).raw_output_contents[0]
+        self.assertIn("model_repository", client.call("ServerMetadata", pb.ServerMetadataRequest()).extensions)
+        self.assertEqual(call("RepositoryIndex", b""), ("OK", b"\x0a\x12\x0a\x06digits\x12\x011\x1a\x05READY"))
+        self.assertEqual(call("RepositoryModelUnload", named), ("OK", b""))
+        self.assertEqual(status_of(lambda: client.infer(message)), ("UNAVAILABLE", "the model digits is unloaded"))
+        self.assertFalse(client.call("ModelReady", pb.ModelReadyRequest(name="digits")).ready)
+        self.assertIn(b"UNAVAILABLE\x22\x08unloaded", call("RepositoryIndex", b"")[1])
+        self.assertEqual(call("RepositoryIndex", b"\x10\x01"), ("OK", b""))  # those that are ready
+        code, text = call("RepositoryModelLoad", named + b"\x1a\x04\x0a\x02ab")
+        self.assertEqual((code, text), ("INVALID_ARGUMENT", "models are loaded as the server was started: parameters are not accepted"))
+        self.assertEqual(call("RepositoryModelLoad", b"\x12\x05other")[0], "NOT_FOUND")
+        self.assertEqual(call("RepositoryModelLoad", b"\x12\xff")[0], "INVALID_ARGUMENT")
+        self.assertEqual(call("RepositoryModelLoad", named), ("OK", b""))
+        self.assertEqual(client.infer(message).raw_output_contents[0], before)
+        self.assertEqual(self.end(process)[0], 0)
+
+    @unittest.skipUnless(HAS_GRPCIO, "grpcio is not installed")
+    def test_clients_control_no_model_by_default(self):
+        _, _, address = self.serve(f"digits={MODEL}")
+        client = self.client(address, "digits")
+        for method in ("RepositoryIndex", "RepositoryModelLoad", "RepositoryModelUnload"):
+            call = client.channel.unary_unary(f"/inference.GRPCInferenceService/{method}")
+            self.assertEqual(status_of(lambda call=call: call(b"\x12\x06digits", timeout=30)),
+                             ("UNIMPLEMENTED", "clients may not control models here: weir serve --model-control, or "
+                                               "tensor_query_serversrc model-control=true, lets them"))
+        self.assertNotIn("model_repository", client.call("ServerMetadata", pb.ServerMetadataRequest()).extensions)
 
     def test_both_signals_end_it(self):
         for number in (signal.SIGINT, signal.SIGTERM):

@@ -37,7 +37,8 @@ net::ListenOptions listen_options(const ServersrcSettings& s) {
                                       .ca = s.tls_ca,
                                       .token_file = s.token_file,
                                       .peers = {},
-                                      .insecure = s.insecure}};
+                                      .insecure = s.insecure},
+                         .model_control = s.model_control};
   if (!s.tls_peers.empty()) out.security.peers = parse_name_list(s.tls_peers);
   return out;
 }

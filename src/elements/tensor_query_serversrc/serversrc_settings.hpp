@@ -23,7 +23,7 @@ struct ServersrcSettings {
   uint32_t max_requests = 8, max_connections = 32, max_connections_per_address = 4, queue = 64,
            idle_timeout = 300'000;
   uint64_t max_bytes_in_flight = uint64_t{256} << 20;
-  bool insecure = false;
+  bool insecure = false, model_control = false;
   std::string tls_cert, tls_key, tls_ca, tls_peers, token_file;
 };
 

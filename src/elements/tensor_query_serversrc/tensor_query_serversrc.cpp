@@ -67,6 +67,8 @@ class TensorQueryServersrc : public gst::Element<TensorQueryServersrc, gst::Push
       gst::Property{"idle-timeout", &Settings::idle_timeout,
                     "Milliseconds after which a connection without calls is closed",
                     gst::Changeable::InReady, 1u, 2147483647u},
+      gst::Property{"model-control", &Settings::model_control,
+                    "Let clients unload the model, which then refuses requests, and load it again"},
       gst::Property{"insecure", &Settings::insecure,
                     "Let other machines connect without TLS: only on a network that you trust"},
       gst::Property{"tls-cert", &Settings::tls_cert,
