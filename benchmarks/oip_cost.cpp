@@ -2,156 +2,44 @@
 // median time of a call, and calls per second with several in flight. Also measures what the engine
 // does when a server is killed or stopped.
 // SPDX-License-Identifier: LGPL-2.1-or-later
-#include <fcntl.h>
-#include <signal.h>
-#include <sys/wait.h>
-#include <unistd.h>
-
 #include <algorithm>
 #include <cstdlib>
 #include <cstring>
-#include <thread>
+#include <numeric>
 
-#include "core/infer/model/model.hpp"
-#include "core/infer/module/held_frame.hpp"
-#include "core/infer/module/module_library.hpp"
+#include "oip_client.hpp"
 #include "plain_grpc.hpp"
 #include "rounds.hpp"
+#include "server_process.hpp"
 
 namespace weir::bench {
 namespace {
 
-using Clock = std::chrono::steady_clock;
 constexpr size_t kSmall = 150'528 / sizeof(float), kLarge = 6'220'800 / sizeof(float);
+constexpr int kRepeats = 3;  // of what happens with a server
 
-double milliseconds_since(Clock::time_point begin) {
-  return std::chrono::duration<double, std::milli>(Clock::now() - begin).count();
-}
-
-// This program as a server, in a process of its own.
-class ServerProcess {
- public:
-  ServerProcess(size_t elements, std::string port = "0") {
-    int out[2], in[2];
-    if (pipe2(out, O_CLOEXEC) != 0 || pipe2(in, O_CLOEXEC) != 0) std::exit(1);
-    std::string count = std::to_string(elements), self = "/proc/self/exe", role = "server";
-    char* argv[] = {self.data(), role.data(), count.data(), port.data(), nullptr};
-    process_ = fork();
-    if (process_ == 0) {
-      dup2(in[0], 0);
-      dup2(out[1], 1);
-      execv(argv[0], argv);
-      _exit(127);
-    }
-    close(in[0]), close(out[1]);
-    input_ = in[1];
-    std::string line;
-    for (char next = 0; read(out[0], &next, 1) == 1 && next != '\n';) line += next;
-    close(out[0]);
-    if (line.rfind("port ", 0) != 0) std::exit(1);
-    port_ = line.substr(5);
-  }
-  ~ServerProcess() {
-    end();
-    close(input_);
-  }
-  ServerProcess(const ServerProcess&) = delete;
-  ServerProcess& operator=(const ServerProcess&) = delete;
-  const std::string& port() const { return port_; }
-  std::string address() const { return "grpc://127.0.0.1:" + port_ + "/plain/1"; }
-  void signal(int number) const { kill(process_, number); }
-  void end() {
-    if (process_ <= 0) return;
-    kill(process_, SIGKILL);
-    waitpid(process_, nullptr, 0);
-    process_ = -1;
-  }
-
- private:
-  pid_t process_ = -1;
-  int input_ = -1;
-  std::string port_;
+struct PlainProcess : ServerProcess {
+  explicit PlainProcess(size_t elements, const std::string& port = "0")
+      : ServerProcess({"server", std::to_string(elements), port}) {}
+  std::string address() const { return "grpc://127.0.0.1:" + port() + "/plain/1"; }
 };
 
-template <class T>
-T value(Result<T> result) {
-  if (result) return *std::move(result);
-  std::fprintf(stderr, "%s\n", result.error().message().c_str());
-  std::exit(1);
+OipClient client_of(const std::vector<std::string>& addresses, size_t elements) {
+  weir_tensor_info info{};
+  info.type = WEIR_FLOAT32;
+  info.rank = 2;
+  info.shape[0] = 1;
+  info.shape[1] = static_cast<int64_t>(elements);
+  return {addresses, info, elements * sizeof(float)};
 }
-
-// One thread's frames to the engine: it reads and writes memory that stays.
-class Engine {
- public:
-  Engine(const std::vector<std::string>& addresses, size_t elements)
-      : elements_(elements), input_(elements, 1.5F) {
-    infer::OpenOptions options;
-    options.paths = addresses;
-    options.options = {{"in-flight", "64"}, {"probe-ms", "100"}};
-    const auto* engine = value(infer::ModuleLibrary::instance().engine("oip"));
-    session_ = value(infer::Session::create(value(infer::Model::open(*engine, options))));
-  }
-  // Any thread; `output` has room for the elements. Whether it was answered.
-  bool call(std::vector<float>* output) {
-    weir_tensor in = tensor(input_.data()), out = tensor(output->data());
-    weir_frame in_frame{}, out_frame{};
-    in_frame.struct_size = out_frame.struct_size = sizeof in_frame;
-    in_frame.n_tensors = out_frame.n_tensors = 1;
-    in_frame.tensors = &in, out_frame.tensors = &out;
-    Owner owner;
-    const infer::FrameOwnerScope scope(in_frame, &owner);
-    return value(session_->invoke(in_frame, out_frame));
-  }
-  size_t elements() const { return elements_; }
-
- private:
-  struct Owner final : infer::FrameOwner {
-    std::shared_ptr<const void> hold() override { return std::make_shared<int>(); }
-  };
-  weir_tensor tensor(float* data) const {
-    weir_tensor out{};
-    out.data = data;
-    out.bytes = out.capacity = elements_ * sizeof(float);
-    out.info.type = WEIR_FLOAT32;
-    out.info.rank = 2;
-    out.info.shape[0] = 1;
-    out.info.shape[1] = static_cast<int64_t>(elements_);
-    return out;
-  }
-
-  const size_t elements_;
-  std::vector<float> input_;
-  std::unique_ptr<infer::Session> session_;
-};
 
 // The bytes that the engine sends.
 net::Pieces request_of(const std::vector<float>& x) {
   const int64_t shape[] = {1, static_cast<int64_t>(x.size())};
   const net::RequestTensor tensor{"x", "FP32", shape, std::as_bytes(std::span(x))};
   uint64_t copied = 0;
-  return value(
-      net::encode_infer_request("plain", "1", std::span(&tensor, 1), net::Contents::Raw, &copied));
-}
-
-using Call = std::function<void(int thread)>;
-
-// Milliseconds of each call, by all threads.
-std::vector<double> times_of(const Call& call, int threads, int calls) {
-  std::vector<std::vector<double>> times(static_cast<size_t>(threads));
-  const auto work = [&](int thread) {
-    for (int i = 0; i < calls; ++i) {
-      const auto begin = Clock::now();
-      call(thread);
-      times[static_cast<size_t>(thread)].push_back(milliseconds_since(begin));
-    }
-  };
-  std::vector<std::thread> others;
-  for (int i = 1; i < threads; ++i) others.emplace_back(work, i);
-  work(0);
-  for (auto& other : others) other.join();
-  std::vector<double> all;
-  for (const auto& some : times) all.insert(all.end(), some.begin(), some.end());
-  return all;
+  return value(net::encode_infer_request("plain", "1", std::span(&tensor, 1), net::Contents::Raw,
+                                         false, &copied));
 }
 
 // Both kinds of calls to one server.
@@ -159,7 +47,7 @@ struct Pair {
   explicit Pair(size_t elements, int threads)
       : server(elements),
         client(server.port()),
-        engine({server.address()}, elements),
+        engine(client_of({server.address()}, elements)),
         input(elements, 1.5F),
         outputs(static_cast<size_t>(threads), std::vector<float>(elements)) {}
   Call plain() {
@@ -171,12 +59,12 @@ struct Pair {
   }
   Call by_engine() {
     return [this](int thread) {
-      if (!engine.call(&outputs[static_cast<size_t>(thread)])) std::exit(1);
+      if (!engine.call(outputs[static_cast<size_t>(thread)].data())) std::exit(1);
     };
   }
-  ServerProcess server;
+  PlainProcess server;
   PlainClient client;
-  Engine engine;
+  OipClient engine;
   std::vector<float> input;
   std::vector<std::vector<float>> outputs;
 };
@@ -219,62 +107,80 @@ uint64_t requests_at(const PlainClient& client) {
   return std::strtoull(text, nullptr, 10);
 }
 
-// Seconds until the server gets requests.
-double until_used(Engine& engine, const PlainClient& client, std::vector<float>* out) {
+// Seconds until the server gets requests. Those that it was sent before it stopped are none.
+double until_used(OipClient& engine, const PlainClient& client, float* out) {
   const auto begin = Clock::now();
-  const uint64_t before = requests_at(client);
+  uint64_t before = requests_at(client);
+  for (int same = 0; same < 50; ++same)
+    if (const uint64_t now = requests_at(client); now != before) before = now, same = 0;
   while (requests_at(client) == before && milliseconds_since(begin) < 30e3) engine.call(out);
   return milliseconds_since(begin) / 1000;
 }
 
-void fail_over() {
-  ServerProcess first(kSmall), second(kSmall);
-  Engine engine({first.address(), second.address()}, kSmall);
-  std::vector<float> out(kSmall);
+// Seconds until the first of 20 calls in a row that take less than 25 ms each, and how many calls
+// were lost until then. A single slow call later is other load.
+double until_quick(OipClient& engine, float* out, int* lost) {
+  const auto begin = Clock::now();
+  double quick_since = 0;
+  for (int quick = 0; quick < 20 && milliseconds_since(begin) < 30e3;) {
+    const auto call = Clock::now();
+    if (quick == 0) quick_since = milliseconds_since(begin) / 1000;
+    *lost += !engine.call(out);
+    quick = milliseconds_since(call) < 25 ? quick + 1 : 0;
+  }
+  return quick_since;
+}
+
+// Of each repeat.
+struct FailOver {
+  std::vector<double> killed_lost, back, stopped_quick, stopped_lost, resumed;
+};
+
+void fail_over_once(FailOver* out) {
+  PlainProcess first(kSmall), second(kSmall);
+  OipClient engine = client_of({first.address(), second.address()}, kSmall);
+  std::vector<float> answer(kSmall);
   int lost = 0;
   for (int i = 0; i < 400; ++i) {
     if (i == 200) first.end();
-    lost += !engine.call(&out);
+    lost += !engine.call(answer.data());
   }
-  report("engine oip, one of two servers killed: frames lost", "2 attempts", lost, "frames", 0);
-  ServerProcess again(kSmall, first.port());
-  report("engine oip, that server back: until it is used", "probes each 100 ms",
-         until_used(engine, PlainClient(again.port()), &out), "s", 2);
-  for (int i = 0; i < 100; ++i) engine.call(&out);
+  out->killed_lost.push_back(lost);
+  const PlainProcess again(kSmall, first.port());
+  out->back.push_back(until_used(engine, PlainClient(again.port()), answer.data()));
+  for (int i = 0; i < 100; ++i) engine.call(answer.data());
   second.signal(SIGSTOP);
-  const auto begin = Clock::now();
-  double moved = 0;
   lost = 0;
-  for (int i = 0; i < 200; ++i) {
-    const auto call = Clock::now();
-    lost += !engine.call(&out);
-    if (milliseconds_since(call) > 25) moved = milliseconds_since(begin) / 1000;
-  }
-  report("engine oip, one of two servers stopped: until calls are quick again", "25 ms", moved, "s",
-         1);
-  report("engine oip, one of two servers stopped: frames lost", "2 attempts", lost, "frames", 0);
+  out->stopped_quick.push_back(until_quick(engine, answer.data(), &lost));
+  for (int i = 0; i < 200; ++i) lost += !engine.call(answer.data());
+  out->stopped_lost.push_back(lost);
   second.signal(SIGCONT);
+  out->resumed.push_back(until_used(engine, PlainClient(second.port()), answer.data()));
+}
+
+void fail_over() {
+  FailOver found;
+  for (int i = 0; i < kRepeats; ++i) fail_over_once(&found);
+  const auto sum = [](const std::vector<double>& values) {
+    return std::accumulate(values.begin(), values.end(), 0.0);
+  };
+  report("engine oip, one of two servers killed: frames lost", "2 attempts", sum(found.killed_lost),
+         "frames", 0);
+  report("engine oip, that server back: until it is used", "probes each 100 ms", median(found.back),
+         "s", 2);
+  report("engine oip, one of two servers stopped: until calls are quick again", "25 ms",
+         median(found.stopped_quick), "s", 1);
+  report("engine oip, one of two servers stopped: frames lost", "2 attempts",
+         sum(found.stopped_lost), "frames", 0);
   report("engine oip, that server goes on: until it is used", "probes each 100 ms",
-         until_used(engine, PlainClient(second.port()), &out), "s", 2);
+         median(found.resumed), "s", 2);
 }
 
 // Throughput and the 99th percentile for several clients at a time.
 void clients() {
   for (int threads = 1; threads <= 64; threads *= 2) {
     Pair pair(kSmall, threads);
-    for (const auto& [series, call] :
-         {std::pair{"plain grpc++", pair.plain()}, std::pair{"engine oip", pair.by_engine()}}) {
-      times_of(call, threads, 10);
-      const auto begin = Clock::now();
-      auto times = times_of(call, threads, std::max(50, 2000 / threads));
-      const double took = milliseconds_since(begin) / 1000;
-      const auto at = times.begin() + static_cast<std::ptrdiff_t>(times.size() * 99 / 100);
-      std::nth_element(times.begin(), at, times.end());
-      std::printf("{\"series\": \"%s\", \"axis\": \"throughput\", \"x\": %d, \"per_s\": %.1f}\n",
-                  series, threads, static_cast<double>(times.size()) / took);
-      std::printf("{\"series\": \"%s\", \"axis\": \"p99\", \"x\": %d, \"ms\": %.3f}\n", series,
-                  threads, *at);
-    }
+    report_clients({{"plain grpc++", pair.plain()}, {"engine oip", pair.by_engine()}}, threads);
   }
 }
 

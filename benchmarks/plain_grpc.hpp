@@ -1,8 +1,9 @@
 // A plain server and a plain client of grpc++ with the generic classes, the floor of the engine
 // oip.
 //
-// The server has one model, x -> y, both FP32 [1,N], and answers each request with the same bytes.
-// It knows the protocol only as far as the engine calls it.
+// The server has one model, x -> y, both FP32 [1,N], and answers each request with the same bytes,
+// or with those that a function makes of it. It knows the protocol only as far as the engine calls
+// it.
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #pragma once
 #include <grpcpp/generic/async_generic_service.h>
@@ -14,6 +15,7 @@
 #include <chrono>
 #include <cstdio>
 #include <cstring>
+#include <functional>
 #include <memory>
 #include <span>
 #include <string>
@@ -40,27 +42,44 @@ inline grpc::ByteBuffer message(const std::string& text) {
   return {&slice, 1};
 }
 
+// The end of the message's bytes, as many as there is room for in `to`. False when it cannot be
+// read.
+inline bool copy_end(const grpc::ByteBuffer& message, std::span<char> to) {
+  std::vector<grpc::Slice> parts;
+  if (!message.Dump(&parts).ok()) return false;
+  size_t skip = message.Length() - std::min(message.Length(), to.size()), at = 0;
+  for (const auto& part : parts) {
+    const size_t from = std::min(skip, part.size());
+    std::memcpy(to.data() + at, part.begin() + from, part.size() - from);
+    skip -= from, at += part.size() - from;
+  }
+  return true;
+}
+
 class PlainServer final : public grpc::CallbackGenericService {
  public:
-  explicit PlainServer(size_t elements) {
-    std::string metadata, answer, header;
+  // The bytes of the output, made of the message of a request. Called on threads of gRPC.
+  using Answer = std::function<grpc::Slice(const grpc::ByteBuffer& request)>;
+  // `elements` of the output.
+  explicit PlainServer(size_t elements, Answer answer = nullptr) : made_(std::move(answer)) {
+    std::string metadata, begin, header;
     net::put_bytes(&metadata, 1, "plain");
     net::put_bytes(&metadata, 4, tensor_text("x", elements));
     net::put_bytes(&metadata, 5, tensor_text("y", elements));
     metadata_ = message(metadata);
     ready_ = message(std::string("\x08\x01", 2));
-    net::put_bytes(&answer, 5, tensor_text("y", elements));
+    net::put_bytes(&begin, 5, tensor_text("y", elements));
     net::put_bytes_header(&header, 6, elements * sizeof(float));
-    const std::vector<grpc::Slice> slices{grpc::Slice(answer + header),
-                                          grpc::Slice(std::string(elements * sizeof(float), 0))};
-    answer_ = {slices.data(), slices.size()};
+    begin_ = grpc::Slice(begin + header);
+    zeros_ = grpc::Slice(std::string(elements * sizeof(float), 0));
   }
 
   // Prints `port PORT` and serves until the end of standard input.
-  void run(const std::string& port) {
+  void run(const std::string& port, const std::shared_ptr<grpc::ServerCredentials>& credentials =
+                                        grpc::InsecureServerCredentials()) {
     grpc::ServerBuilder builder;
     int chosen = 0;
-    builder.AddListeningPort("127.0.0.1:" + port, grpc::InsecureServerCredentials(), &chosen);
+    builder.AddListeningPort("127.0.0.1:" + port, credentials, &chosen);
     builder.AddChannelArgument(GRPC_ARG_ALLOW_REUSEPORT, 0);
     builder.SetMaxReceiveMessageSize(kMostBytes).SetMaxSendMessageSize(kMostBytes);
     builder.RegisterCallbackGenericService(this);
@@ -75,26 +94,40 @@ class PlainServer final : public grpc::CallbackGenericService {
  private:
   class Call final : public grpc::ServerGenericBidiReactor {
    public:
-    Call(const grpc::ByteBuffer& answer) : answer_(answer) { StartRead(&request_); }
-    void OnReadDone(bool) override { StartWriteAndFinish(&answer_, {}, grpc::Status::OK); }
+    using Made = std::function<grpc::ByteBuffer(const grpc::ByteBuffer& request)>;
+    explicit Call(Made made) : made_(std::move(made)) { StartRead(&request_); }
+    void OnReadDone(bool) override {
+      answer_ = made_(request_);
+      StartWriteAndFinish(&answer_, {}, grpc::Status::OK);
+    }
     void OnDone() override { delete this; }
 
    private:
+    const Made made_;
     grpc::ByteBuffer request_, answer_;
   };
+  static Call* same(grpc::ByteBuffer answer) {
+    return new Call([answer = std::move(answer)](const grpc::ByteBuffer&) { return answer; });
+  }
+  grpc::ByteBuffer output_of(const grpc::ByteBuffer& request) const {
+    const grpc::Slice slices[] = {begin_, made_ ? made_(request) : zeros_};
+    return {slices, 2};
+  }
   grpc::ServerGenericBidiReactor* CreateReactor(
       grpc::GenericCallbackServerContext* context) override {
     const std::string method = context->method();
     if (method.ends_with("ModelInfer")) {
       ++requests_;
-      return new Call(answer_);
+      return new Call([this](const grpc::ByteBuffer& request) { return output_of(request); });
     }
-    if (method.ends_with("ModelMetadata")) return new Call(metadata_);
-    if (method.ends_with("ModelReady")) return new Call(ready_);
-    return new Call(message(std::to_string(requests_)));  // Requests
+    if (method.ends_with("ModelMetadata")) return same(metadata_);
+    if (method.ends_with("ModelReady")) return same(ready_);
+    return same(message(std::to_string(requests_)));  // Requests
   }
 
-  grpc::ByteBuffer metadata_, ready_, answer_;
+  const Answer made_;
+  grpc::Slice begin_, zeros_;
+  grpc::ByteBuffer metadata_, ready_;
   std::atomic<uint64_t> requests_{0};
 };
 
@@ -102,17 +135,21 @@ class PlainServer final : public grpc::CallbackGenericService {
 // stays.
 class PlainClient {
  public:
-  explicit PlainClient(const std::string& port) {
+  explicit PlainClient(const std::string& port,
+                       const std::shared_ptr<grpc::ChannelCredentials>& credentials =
+                           grpc::InsecureChannelCredentials()) {
     grpc::ChannelArguments arguments;
     arguments.SetMaxReceiveMessageSize(kMostBytes);
     arguments.SetMaxSendMessageSize(kMostBytes);
-    stub_ = std::make_unique<grpc::GenericStub>(grpc::CreateCustomChannel(
-        "ipv4:127.0.0.1:" + port, grpc::InsecureChannelCredentials(), arguments));
+    arguments.SetInt(GRPC_ARG_USE_LOCAL_SUBCHANNEL_POOL, 1);  // a connection of its own
+    stub_ = std::make_unique<grpc::GenericStub>(
+        grpc::CreateCustomChannel("ipv4:127.0.0.1:" + port, credentials, arguments));
   }
 
   // Any thread. The end of the answer's bytes, as many as there is room for in `to`. Returns the
-  // size of the answer; 0 when the call fails.
-  size_t call(const char* method, const net::Pieces& request, std::span<char> to) const {
+  // size of the answer; 0 when the call fails, with `code`.
+  size_t call(const char* method, const net::Pieces& request, std::span<char> to,
+              grpc::StatusCode* code = nullptr) const {
     std::vector<grpc::Slice> slices;
     for (const auto& piece : request)
       slices.push_back(piece.own.empty() ? grpc::Slice(piece.borrowed.data(), piece.borrowed.size(),
@@ -131,14 +168,8 @@ class PlainClient {
     void* tag = nullptr;
     bool done = false;
     queue.Next(&tag, &done);
-    std::vector<grpc::Slice> parts;
-    if (!status.ok() || !answer.Dump(&parts).ok()) return 0;
-    size_t skip = answer.Length() - std::min(answer.Length(), to.size()), at = 0;
-    for (const auto& part : parts) {
-      const size_t from = std::min(skip, part.size());
-      std::memcpy(to.data() + at, part.begin() + from, part.size() - from);
-      skip -= from, at += part.size() - from;
-    }
+    if (code) *code = status.error_code();
+    if (!status.ok() || !copy_end(answer, to)) return 0;
     return answer.Length();
   }
 

@@ -15,7 +15,11 @@ inline constexpr int kExitInterrupted = 130;  // as shells report an exit by Ctr
 
 // Reports what is installed, where, and what is missing. kExitError when GStreamer does not find
 // Weir.
-int doctor(bool json);
+struct DoctorOptions {
+  bool all = false;  // each element, setting, folder and file
+  bool json = false;
+};
+int doctor(const DoctorOptions& options);
 
 // Prints the page of an error code, "WEIR-2001" or "2001"; without one the list of codes.
 int explain(const std::string& code);
@@ -141,6 +145,8 @@ struct RunOptions {
   bool quiet = false;     // print warnings and errors only
   double time_limit = 0;  // seconds until the stream is ended; 0 = none
   std::string report;     // path of an HTML report; "" for none
+  std::string clock;      // address of a clock that other machines share; "" = the pipeline's own
+  int serving_port = -1;  // serves the clock to other machines; 0 = a free port, -1 = it does not
 };
 int run(const RunOptions& options);
 

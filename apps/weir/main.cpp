@@ -35,7 +35,7 @@ struct CommandLine {
   CustomClassOptions custom_class;
   bool any_size = false;
   PbtxtOptions pbtxt;
-  bool doctor_json = false;
+  DoctorOptions doctor;
   std::string error_code;
   std::vector<std::string> help_topic;
 };
@@ -283,6 +283,13 @@ void add_run(CLI::App* app, RunOptions* options) {
   run->add_option("--timeout", options->time_limit, "End the stream after this many seconds")
       ->type_name("SECONDS")
       ->check(CLI::Range(kLeastSeconds, kMostSeconds));
+  run->add_option("--clock", options->clock,
+                  "Play by a clock of the network: net://HOST:PORT, ntp://HOST, ptp://DOMAIN")
+      ->type_name("ADDRESS");
+  run->add_option("--serve-clock", options->serving_port,
+                  "Serve this pipeline's clock to other machines on a UDP port; 0 = a free one")
+      ->type_name("PORT")
+      ->check(CLI::Range(0, 65535));
   run->add_option("PIPELINE", options->pipeline, "The pipeline, as one argument or several")
       ->required();
 }
@@ -304,7 +311,8 @@ void add_subcommands(CLI::App* app, CommandLine* line) {
   add_models(app, &line->models);
   auto* doctor = app->add_subcommand(
       "doctor", "Show what is installed, what is missing and how to install it");
-  doctor->add_flag("--json", line->doctor_json, "Print JSON");
+  doctor->add_flag("--all", line->doctor.all, "Show each element, setting, folder and file");
+  doctor->add_flag("--json", line->doctor.json, "Print JSON");
   app->add_subcommand("explain", "Show what an error code means and how to fix it")
       ->add_option("CODE", line->error_code, "Such as WEIR-2001; without it all codes are listed");
   add_bench(app, &line->bench);
@@ -363,7 +371,7 @@ int run_subcommand(CLI::App* app, CommandLine* line) {
   if (app->got_subcommand("try")) return try_model_on_input(line->attempt);
   if (app->got_subcommand("serve")) return serve(line->server);
   if (app->got_subcommand("check")) return check();
-  if (app->got_subcommand("doctor")) return doctor(line->doctor_json);
+  if (app->got_subcommand("doctor")) return doctor(line->doctor);
   return run(line->run);
 }
 

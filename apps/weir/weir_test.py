@@ -91,9 +91,26 @@ class Explain(Case):
 
 
 class Doctor(Case):
+    def test_it_begins_with_a_verdict_and_the_machine(self):
+        output = self.good(weir("doctor", WEIR_MODULE_PATH=str(self.folder)))
+        self.assertRegex(output, r"^Weir works\n\nVersions     Weir 3\.\d+\.\d+, GStreamer 1\.\d+\.\d+\nCPU          .+, \d+ cores?\n"
+                                 r"GPU          .+\nMemory       [\d.]+ GiB, [\d.]+ GiB available\nPlug-in      .+/libgstweir.so\nElements     \d+ of the plug-in weir")
+        self.assertLess(len(output.splitlines()), 30, "what works takes a line for each kind")
+        (self.folder / "libweir-decoder-broken.so").write_text("no library")
+        output = self.good(weir("doctor", WEIR_MODULE_PATH=str(self.folder)))
+        self.assertTrue(output.startswith("Weir works, with 1 problem\n  the decoder broken cannot be used\n    reason: "), output)
+        report = json.loads(self.good(weir("doctor", "--json", WEIR_MODULE_PATH=str(self.folder))))
+        self.assertEqual((report["verdict"], [p["what"] for p in report["problems"]]),
+                         ("Weir works, with 1 problem", ["the decoder broken cannot be used"]))
+        self.assertEqual(report["machine"]["memory_bytes"] // 1024,
+                         int(re.search(r"MemTotal: +(\d+)", pathlib.Path("/proc/meminfo").read_text())[1]))
+        done = weir("doctor", **self.plugins_of(self.folder))
+        self.refused(done, 1, "fix: make install")
+        self.assertTrue(done.stdout.startswith("Weir does not work\n  the plug-in libgstweir.so was not found\n"), done.stdout)
+
     def test_it_lists_what_is_installed(self):
-        output = self.good(weir("doctor"))
-        for words in ("GStreamer 1.", str(PLUGIN), "tensor_filter", "Conflicts\n  none", "Engines"):
+        output = self.good(weir("doctor", "--all"))
+        for words in ("GStreamer 1.", str(PLUGIN), "tensor_filter", "Engines"):
             self.assertIn(words, output)
         self.assertRegex(output, r"fake +usable +1 +\S*/libweir-engine-fake.so\n")
         self.assertRegex(output, r"Decoders\n  decoder +state +place\n(  \S+ +usable.*\n)*?  direct_video +usable +\S*/libweir-decoder-direct_video.so\n")
@@ -109,7 +126,7 @@ class Doctor(Case):
         self.assertRegex(onnx["version"], r"^1\.\d+\.\d+$")
         self.assertTrue(pathlib.Path(onnx["library"]).is_file())
         self.assertTrue(pathlib.Path(onnx["module"]).is_file())
-        self.assertRegex(self.good(weir("doctor")),
+        self.assertRegex(self.good(weir("doctor", "--all")),
                          rf"onnxruntime +usable +{onnx['version']} +onnx +{re.escape(onnx['library'])}\n")
 
     def test_json(self):
@@ -136,19 +153,19 @@ class Doctor(Case):
     def test_a_decoder_and_a_converter_that_cannot_be_opened_are_reported(self):
         for kind in ("decoder", "converter"):
             (self.folder / f"libweir-{kind}-broken.so").write_text("no library")
-        output = self.good(weir("doctor", WEIR_MODULE_PATH=str(self.folder)))
+        output = self.good(weir("doctor", "--all", WEIR_MODULE_PATH=str(self.folder)))
         for kind in ("decoder", "converter"):
             self.assertRegex(output, rf"broken +refused +\S*/libweir-{kind}-broken.so\n")
-        self.assertRegex(output, r"broken is rejected\n    reason: .*(invalid ELF header|file too short)")
+        self.assertRegex(output, r"the decoder broken cannot be used\n    reason: .*(invalid ELF header|file too short)")
         report = json.loads(self.good(weir("doctor", "--json", WEIR_MODULE_PATH=str(self.folder))))
         self.assertEqual(report["converters"][0]["state"], "refused")
         self.assertNotEqual({d["name"]: d for d in report["decoders"]}["broken"]["problem"], "")
 
     def test_missing_engines_come_with_their_command(self):
-        output = self.good(weir("doctor", WEIR_MODULE_PATH=str(self.folder)))
+        output = self.good(weir("doctor", "--all", WEIR_MODULE_PATH=str(self.folder)))
         for name in ("onnxruntime", "tensorflow-lite"):
-            self.assertIn(f"{name} is not installed", output)
-            self.assertIn(f"tools/setup --engine {name}", output)
+            self.assertRegex(output, rf"\n  {name} +tools/setup --engine {name}")
+        self.assertTrue(output.startswith("Weir works\n"), output)
 
     def test_an_engine_without_a_library_version_is_usable(self):
         engines = {e["name"]: e for e in json.loads(self.good(weir("doctor", "--json")))["engines"]}
@@ -156,8 +173,8 @@ class Doctor(Case):
 
     def test_a_module_that_cannot_be_used_is_named(self):
         (self.folder / "libweir-engine-onnxruntime.so").write_text("no module")
-        output = self.good(weir("doctor", WEIR_MODULE_PATH=str(self.folder)))
-        self.assertIn("onnxruntime is refused", output)
+        output = self.good(weir("doctor", "--all", WEIR_MODULE_PATH=str(self.folder)))
+        self.assertIn("the engine onnxruntime cannot be used\n    reason: ", output)
         self.assertIn(str(self.folder / "libweir-engine-onnxruntime.so"), output)
 
     def test_a_missing_plugin_is_an_error_with_its_fix(self):
@@ -171,7 +188,7 @@ class Doctor(Case):
     def test_doctor_names_the_file_and_the_variable_that_decided(self):
         path = self.ini("[filter]\npriority_onnx=a, b\nenable_symlink=yes\n")
         variables = {"WEIR_CONFIG": str(path), "WEIR_FILTER_ENABLE_SYMLINK": "no"}
-        output = self.good(weir("doctor", **variables))
+        output = self.good(weir("doctor", "--all", **variables))
         self.assertIn(f"{path}: read", output)
         self.assertRegex(output, rf"\[filter\] priority_onnx +a, b +{re.escape(str(path))}:2\n")
         self.assertRegex(output, r"\[filter\] enable_symlink +no +WEIR_FILTER_ENABLE_SYMLINK\n")
@@ -189,18 +206,18 @@ class Doctor(Case):
         self.assertEqual(engines["crashing"]["state"], "refused")
         self.assertRegex(engines["crashing"]["problem"], r"the module cannot be loaded: it terminates the process: (signal (6|11)|exit\()")
         self.assertEqual(engines["scaling"]["state"], "usable", "the others are looked at as ever")
-        self.assertIn("it terminates the process", self.good(weir("doctor", WEIR_MODULE_PATH=path)))
+        self.assertIn("it terminates the process", self.good(weir("doctor", "--all", WEIR_MODULE_PATH=path)))
 
     def test_doctor_names_lines_of_the_configuration_that_are_wrong(self):
         path = self.ini("[filter]\nhello\npriorty_onnx=a\n")
-        output = self.good(weir("doctor", WEIR_CONFIG=str(path)))
-        self.assertIn(f"problem: {path}:2: the line is neither a group nor a key with its value: hello", output)
-        self.assertIn(f"problem: {path}:3: unknown setting: [filter] priorty_onnx "
+        output = self.good(weir("doctor", "--all", WEIR_CONFIG=str(path)))
+        self.assertIn(f"reason: {path}:2: the line is neither a group nor a key with its value: hello", output)
+        self.assertIn(f"reason: {path}:3: unknown setting: [filter] priorty_onnx "
                       "(did you mean [filter] priority_onnx?)", output)
-        self.assertIn("problem: the configuration file cannot be read: /no/such.ini", self.good(weir("doctor", WEIR_CONFIG="/no/such.ini")))
+        self.assertIn("reason: the configuration file cannot be read: /no/such.ini", self.good(weir("doctor", "--all", WEIR_CONFIG="/no/such.ini")))
         home = {"HOME": str(self.folder), "XDG_CONFIG_HOME": str(self.folder / "x")}
         without = {name: value for name, value in os.environ.items() if name != "WEIR_CONFIG"}
-        done = subprocess.run([os.environ["WEIR_COMMAND"], "doctor"], env={**without, **home}, text=True, capture_output=True,
+        done = subprocess.run([os.environ["WEIR_COMMAND"], "doctor", "--all"], env={**without, **home}, text=True, capture_output=True,
                               timeout=60, check=True)
         self.assertIn(f"{self.folder}/x/weir/weir.ini: not there", done.stdout)
         self.assertIn("/etc/weir/weir.ini: ", done.stdout)
@@ -212,7 +229,7 @@ class Doctor(Case):
         extra.write_text("[decoder]\ndecoders=here\n[own]\nkey=1\n[pytorch]\nenable_use_gpu=1\n")
         variables = {"NNSTREAMER_CONF": str(path), "NNSTREAMER_TRAINERS": "/no/trainers",
                      "WEIR_FILTER_PRIORITY_ONNX": "b", "WEIR_NNSTREAMER_ENABLE": "yes"}
-        output = self.good(weir("doctor", **variables))
+        output = self.good(weir("doctor", "--all", **variables))
         self.assertIn(f"{path} (NNSTREAMER_CONF): read\n", output)
         self.assertIn(f"{extra} (extra_config_path): read\n", output)
         # If Weir was built for that path, it is listed only once.
@@ -224,8 +241,8 @@ class Doctor(Case):
         self.assertRegex(output, rf"\[own\] key +1 +{re.escape(str(extra))}:4")
         self.assertRegex(output, rf"filters +{re.escape(str(self.folder))} +{re.escape(str(path))}:7 +there\n")
         self.assertRegex(output, r"trainers +/no/trainers +NNSTREAMER_TRAINERS +not there\n")
-        self.assertIn(f"problem: {path}:3: neither true nor false: [common] enable_symlink=perhaps", output)
-        self.assertIn(f"problem: {extra}:2: the path is not absolute and is ignored: [decoder] decoders=here", output)
+        self.assertIn(f"reason: {path}:3: neither true nor false: [common] enable_symlink=perhaps", output)
+        self.assertIn(f"reason: {extra}:2: the path is not absolute and is ignored: [decoder] decoders=here", output)
         report = json.loads(self.good(weir("doctor", "--json", **variables)))["nnstreamer"]
         self.assertEqual(report["files"][0], {"path": str(path), "source": "NNSTREAMER_CONF", "state": "read"})
         self.assertEqual(len(report["problems"]), 2)
@@ -233,7 +250,7 @@ class Doctor(Case):
                          {"enable_use_gpu": "Weir's engine pytorch runs on the processor"})
         self.assertIn({"kind": "filters", "path": "/usr/lib/nnstreamer/filters", "origin": "hard-coded",
                        "found": os.path.isdir("/usr/lib/nnstreamer/filters")}, report["folders"])
-        off = self.good(weir("doctor", **{**variables, "WEIR_NNSTREAMER_ENABLE": "no"}))
+        off = self.good(weir("doctor", "--all", **{**variables, "WEIR_NNSTREAMER_ENABLE": "no"}))
         self.assertIn("not used: enable=false in [nnstreamer]\n", off)
         self.assertNotIn(str(path), off)
 
@@ -243,10 +260,10 @@ class Doctor(Case):
         path = self.folder / "nns.ini"
         path.write_text(f"[decoder]\ndecoders={self.folder}\n[trainer]\ntrainer={self.folder}\n")
         variables = {"NNSTREAMER_CONF": str(path), "WEIR_NNSTREAMER_ENABLE": "yes", "WEIR_NNSTREAMER_LIBRARY": "/no/lib.so"}
-        output = self.good(weir("doctor", **variables))
+        output = self.good(weir("doctor", "--all", **variables))
         self.assertIn("their functions: /no/lib.so: not there\n", output)
         self.assertRegex(output, rf"decoder +text +refused +{re.escape(str(self.folder))}/libnnstreamer_decoder_text.so\n")
-        self.assertIn("the decoder text is rejected\n    reason: the library with the functions that sub-plugins", output)
+        self.assertIn("the decoder text cannot be used\n    reason: the library with the functions that sub-plugins", output)
         self.assertNotIn("linked", output, "links are skipped")
         report = json.loads(self.good(weir("doctor", "--json", **variables)))["sub_plugins"]
         self.assertEqual([(f["kind"], f["name"], f["state"]) for f in report["files"] if f["file"].startswith(str(self.folder))],
@@ -285,7 +302,7 @@ class Doctor(Case):
 
     def test_a_second_copy_is_a_conflict(self):
         copy = pathlib.Path(shutil.copy(PLUGIN, self.folder))
-        output = self.good(weir("doctor", **self.plugins_of(PLUGIN.parent, self.folder)))
+        output = self.good(weir("doctor", "--all", **self.plugins_of(PLUGIN.parent, self.folder)))
         self.assertIn("another copy of Weir's plug-in", output)
         self.assertIn(str(copy), output)
 

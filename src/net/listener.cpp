@@ -7,6 +7,8 @@
 #include <algorithm>
 
 #include "net/server_call.hpp"
+#include "net/server_credentials.hpp"
+#include "net/server_security.hpp"
 
 namespace weir::net {
 namespace {
@@ -27,16 +29,6 @@ class Service final : public grpc::CallbackGenericService {
  private:
   ServerRules* const rules_;
 };
-
-std::shared_ptr<grpc::ServerCredentials> credentials_of(const ServerSecrets& secrets) {
-  if (secrets.cert.empty()) return grpc::InsecureServerCredentials();
-  grpc::SslServerCredentialsOptions options(
-      secrets.ca.empty() ? GRPC_SSL_DONT_REQUEST_CLIENT_CERTIFICATE
-                         : GRPC_SSL_REQUEST_AND_REQUIRE_CLIENT_CERTIFICATE_AND_VERIFY);
-  options.pem_root_certs = secrets.ca;
-  options.pem_key_cert_pairs.push_back({secrets.key, secrets.cert});
-  return grpc::SslServerCredentials(options);
-}
 
 // Of all addresses together, as far as they are limited.
 void set_quota(grpc::ServerBuilder* builder, const ListenOptions& options) {
@@ -77,16 +69,14 @@ Error unusable_address(const ListenOptions& options) {
   return {.code = Code::OPTION_VALUE,
           .what = "the address cannot be listened on",
           .offered = address_text(options),
-          .needed =
-              "an address of this machine, and a port that no other program uses; with TLS a "
-              "certificate and a key that belong together",
+          .needed = "an address of this machine, and a port that no other program uses",
           .fix = "port=0, which takes a free port"};
 }
 
 class GrpcListener final : public Listener {
  public:
-  GrpcListener(const ListenOptions& options, ServerSecrets secrets, Handler handler)
-      : rules_(options, std::move(secrets), std::move(handler)), service_(&rules_) {}
+  GrpcListener(const ListenOptions& options, std::unique_ptr<TokenFile> tokens, Handler handler)
+      : rules_(options, std::move(tokens), std::move(handler)), service_(&rules_) {}
   GrpcListener(const GrpcListener&) = delete;
   GrpcListener& operator=(const GrpcListener&) = delete;
   ~GrpcListener() override {
@@ -94,11 +84,13 @@ class GrpcListener final : public Listener {
   }
 
   Status start(const ListenOptions& options) {
+    auto credentials = server_credentials(options.security);
+    if (!credentials) return credentials.error();
     grpc::ServerBuilder builder;
     set_limits(&builder, options);
     builder.RegisterCallbackGenericService(&service_);
     int port = 0;
-    builder.AddListeningPort(address_text(options), credentials_of(rules_.secrets), &port);
+    builder.AddListeningPort(address_text(options), *credentials, &port);
     server_ = builder.BuildAndStart();
     if (!server_ || port == 0) return unusable_address(options);
     port_ = options.unix_path.empty() ? static_cast<uint32_t>(port) : 0;
@@ -123,9 +115,14 @@ bool is_stream_method(std::string_view method) {
 }
 
 Result<std::unique_ptr<Listener>> Listener::open(const ListenOptions& options, Handler handler) {
-  auto secrets = read_secrets(options);
-  if (!secrets) return secrets.error();
-  auto out = std::make_unique<GrpcListener>(options, *std::move(secrets), std::move(handler));
+  if (auto status = check_security(options); !status) return status.error();
+  std::unique_ptr<TokenFile> tokens;
+  if (!options.security.token_file.empty()) {
+    auto opened = TokenFile::open(options.security.token_file);
+    if (!opened) return opened.error();
+    tokens = *std::move(opened);
+  }
+  auto out = std::make_unique<GrpcListener>(options, std::move(tokens), std::move(handler));
   if (auto status = out->start(options); !status) return status.error();
   return std::unique_ptr<Listener>(std::move(out));
 }

@@ -17,7 +17,7 @@
 
 namespace weir::net {
 
-// Files in PEM; "" = none.
+// Files in PEM; "" = none. Files that change are read again.
 struct ServerSecurity {
   std::string cert, key;  // of this server: TLS
   std::string ca;         // clients need a certificate of this authority

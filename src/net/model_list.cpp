@@ -18,6 +18,8 @@ Status ModelList::add(const std::shared_ptr<ServedModel>& model, const std::stri
                      .needed = "another name or version",
                      .fix = "model-name=" + model->model().name + "-2"};
     models_.push_back(model);
+    std::erase_if(gone_,
+                  [&](const auto& gone) { return describe(gone) == describe(model->model()); });
   }
   model->set_observer([weak = weak_from_this()] {
     if (const auto list = weak.lock()) list->update();
@@ -29,7 +31,8 @@ Status ModelList::add(const std::shared_ptr<ServedModel>& model, const std::stri
 void ModelList::remove(const ServedModel& model) {
   {
     std::lock_guard lock(mutex_);
-    std::erase_if(models_, [&](const auto& other) { return other.get() == &model; });
+    if (std::erase_if(models_, [&](const auto& other) { return other.get() == &model; }) != 0)
+      gone_.push_back(model.model());
   }
   update();
 }
@@ -46,6 +49,12 @@ std::shared_ptr<ServedModel> ModelList::find(const ModelRequest& wanted) const {
   return found == models_.end() ? nullptr : *found;
 }
 
+bool ModelList::was_here(const ModelRequest& wanted) const {
+  std::lock_guard lock(mutex_);
+  return std::any_of(gone_.begin(), gone_.end(),
+                     [&](const auto& gone) { return fits(wanted, gone); });
+}
+
 std::string ModelList::names() const {
   std::string out;
   for (const auto& model : all()) out += (out.empty() ? "" : ", ") + describe(model->model());
@@ -59,6 +68,11 @@ Health ModelList::health_locked(const std::string& service) const {
     if (!whole && model->model().name != service) continue;
     known = true;
     ready = ready && model->ready();
+  }
+  for (const auto& gone : gone_) {
+    if (known || gone.name != service) continue;
+    known = true;
+    ready = false;
   }
   return !known ? Health::Unknown : ready ? Health::Serving : Health::NotServing;
 }

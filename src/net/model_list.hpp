@@ -19,10 +19,13 @@ class ModelList : public std::enable_shared_from_this<ModelList> {
   using Models = std::vector<std::shared_ptr<ServedModel>>;
   // OPTION_VALUE when a model of this name and version is here; `address` is for its text.
   Status add(const std::shared_ptr<ServedModel>& model, const std::string& address);
+  // Its name stays known: see was_here().
   void remove(const ServedModel& model);
   Models all() const;
   // Null when there is none; a request without a version fits any.
   std::shared_ptr<ServedModel> find(const ModelRequest& wanted) const;
+  // Whether a model that is not here now was here before, and may come back.
+  bool was_here(const ModelRequest& wanted) const;
   // "a version 1, b version 1".
   std::string names() const;
 
@@ -44,6 +47,7 @@ class ModelList : public std::enable_shared_from_this<ModelList> {
 
   mutable std::mutex mutex_;  // guards the rest
   Models models_;
+  std::vector<ModelRequest> gone_;
   std::vector<Watcher> watchers_;
   bool closed_ = false;
 };

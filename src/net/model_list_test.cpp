@@ -44,8 +44,23 @@ TEST_F(Watching, SendsTheHealthNowAndEachChange) {
   EXPECT_EQ(model.sent, (Sent{kNotServing, kServing, kNotServing}));
   EXPECT_EQ(other.sent, (Sent{kUnknown, kNotServing, kServing}));
   list_->remove(*other_);
-  EXPECT_EQ(other.sent.back(), kUnknown);
+  EXPECT_EQ(other.sent.back(), kNotServing);
   EXPECT_EQ(other.times, 0);
+}
+
+TEST_F(Watching, RemembersModelsThatMayComeBack) {
+  ASSERT_TRUE(list_->add(model_, "here"));
+  EXPECT_FALSE(list_->was_here({"m", ""}));
+  list_->remove(*model_);
+  list_->remove(*model_);
+  EXPECT_TRUE(list_->was_here({"m", ""}));
+  EXPECT_TRUE(list_->was_here({"m", "1"}));
+  EXPECT_FALSE(list_->was_here({"m", "2"}));
+  EXPECT_FALSE(list_->was_here({"o", ""}));
+  EXPECT_EQ(list_->health("m"), Health::NotServing);
+  EXPECT_EQ(list_->find({"m", ""}), nullptr);
+  ASSERT_TRUE(list_->add(model_, "here"));
+  EXPECT_FALSE(list_->was_here({"m", ""}));
 }
 
 TEST_F(Watching, EndsWithNotServing) {

@@ -7,6 +7,7 @@
 #include <map>
 #include <mutex>
 
+#include "net/reflection.hpp"
 #include "net/server_security.hpp"
 
 namespace weir::net {
@@ -37,12 +38,6 @@ void leave(const std::string& address) {
   if (found != shared_servers().end() && --found->second.users == 0) shared_servers().erase(found);
 }
 
-std::string address_of(const ListenOptions& options, uint32_t port) {
-  ListenOptions actual = options;
-  actual.port = port;
-  return address_text(actual);
-}
-
 void refuse(const std::shared_ptr<Call>& call, const Error& error) {
   call->fail(CallStatus::InvalidArgument, error.message());
 }
@@ -67,8 +62,10 @@ Result<std::shared_ptr<ModelServer>> ModelServer::share(const ListenOptions& opt
         options, [raw = server.get()](const std::shared_ptr<Call>& call) { raw->handle(call); });
     if (!listener) return listener.error();
     server->listener_ = *std::move(listener);
-    if (options.unix_path.empty()) address = address_of(options, server->port());
-    found = servers.emplace(address, Shared{std::move(server), options, 0}).first;
+    ListenOptions actual = options;
+    if (options.unix_path.empty()) actual.port = server->port();
+    address = address_text(actual);
+    found = servers.emplace(address, Shared{std::move(server), actual, 0}).first;
   }
   ++found->second.users;
   return std::shared_ptr<ModelServer>(found->second.server.get(),
@@ -79,11 +76,15 @@ Status ModelServer::add(const std::shared_ptr<ServedModel>& model) {
   return models_->add(model, address_text(options_));
 }
 
-// Null when the call has ended with NOT_FOUND.
+// Null when the call has ended: with NOT_FOUND, or for a model that may come back UNAVAILABLE.
 std::shared_ptr<ServedModel> ModelServer::find(const ModelRequest& wanted,
                                                const std::shared_ptr<Call>& call) {
   auto model = models_->find(wanted);
-  if (!model)
+  if (model) return model;
+  if (models_->was_here(wanted))
+    call->fail(CallStatus::Unavailable,
+               "the pipeline of the model " + describe(wanted) + " does not run");
+  else
     call->fail(CallStatus::NotFound, "there is no model " + describe(wanted) +
                                          " here; this server has: " + models_->names());
   return model;
@@ -104,7 +105,10 @@ void ModelServer::server_metadata(const std::shared_ptr<Call>& call) {
 void ModelServer::model_ready(const std::shared_ptr<Call>& call) {
   const auto wanted = parse_model_request(call->request());
   if (!wanted) return refuse(call, wanted.error());
-  if (const auto model = find(*wanted, call)) call->answer(encode_flag(model->ready()), nullptr);
+  if (models_->was_here(*wanted) && !models_->find(*wanted))
+    call->answer(encode_flag(false), nullptr);
+  else if (const auto model = find(*wanted, call))
+    call->answer(encode_flag(model->ready()), nullptr);
 }
 
 void ModelServer::model_metadata(const std::shared_ptr<Call>& call) {
@@ -152,6 +156,18 @@ void ModelServer::watch_health(const std::shared_ptr<Call>& call) {
   models_->watch(call, *service);
 }
 
+void ModelServer::reflection(const std::shared_ptr<Call>& call) {
+  const auto& services = Reflection::of_this_server();
+  if (services.empty()) {
+    call->fail(CallStatus::Unimplemented,
+               "this server was built without protoc, so without reflection");
+    return;
+  }
+  const auto answer = services.answer(call->request());
+  if (!answer) return refuse(call, answer.error());
+  call->answer(*answer, nullptr);
+}
+
 void ModelServer::handle(const std::shared_ptr<Call>& call) {
   using Method = void (ModelServer::*)(const std::shared_ptr<Call>&);
   static const std::map<std::string_view, Method> methods{
@@ -164,6 +180,8 @@ void ModelServer::handle(const std::shared_ptr<Call>& call) {
       {"/inference.GRPCInferenceService/ModelStatistics", &ModelServer::model_statistics},
       {"/grpc.health.v1.Health/Check", &ModelServer::health},
       {"/grpc.health.v1.Health/Watch", &ModelServer::watch_health},
+      {"/grpc.reflection.v1.ServerReflection/ServerReflectionInfo", &ModelServer::reflection},
+      {"/grpc.reflection.v1alpha.ServerReflection/ServerReflectionInfo", &ModelServer::reflection},
   };
   const auto method = methods.find(call->method());
   if (method == methods.end())

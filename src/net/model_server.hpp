@@ -43,6 +43,7 @@ class ModelServer {
   void server_live(const std::shared_ptr<Call>& call);
   void health(const std::shared_ptr<Call>& call);
   void watch_health(const std::shared_ptr<Call>& call);
+  void reflection(const std::shared_ptr<Call>& call);
 
   const ListenOptions options_;
   const std::shared_ptr<ModelList> models_ = std::make_shared<ModelList>();

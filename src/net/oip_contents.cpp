@@ -156,4 +156,27 @@ Status read_elements(const Chunks& chunks, const InferTensor& tensor, std::optio
   return ok();
 }
 
+Result<Range> only_element(const Chunks& chunks, const InferTensor& tensor,
+                           std::optional<Range> raw, Sender sender) {
+  const auto other = [&] {
+    return bad_message(sender, "BYTES of other than one element for " + describe(tensor),
+                       "one element");
+  };
+  if (raw) {
+    const auto length = Cursor(chunks, *raw).fixed(4);
+    if (!length || *length != raw->size() - 4) return other();
+    return Range{raw->begin + 4, raw->end};
+  }
+  std::vector<Range> found;
+  for (const Range range : tensor.contents) {
+    MessageReader reader(chunks, range);
+    for (Field field; reader.next(&field);)
+      if (field.number == 8 && field.type == WireType::Bytes && found.size() < 2)
+        found.push_back(field.range);
+    if (reader.failed()) return damaged_message(sender, "InferTensorContents");
+  }
+  if (found.size() != 1) return other();
+  return found.front();
+}
+
 }  // namespace weir::net

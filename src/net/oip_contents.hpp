@@ -28,5 +28,9 @@ bool read_tensor(const Chunks& chunks, Range range, TensorText* out, std::vector
 // PEER_MESSAGE_INVALID when there are more or fewer.
 Status read_elements(const Chunks& chunks, const InferTensor& tensor, std::optional<Range> raw,
                      std::span<std::byte> to, Sender sender);
+// The only element of a tensor of type BYTES, as a range of the message. PEER_MESSAGE_INVALID when
+// there are more or fewer.
+Result<Range> only_element(const Chunks& chunks, const InferTensor& tensor,
+                           std::optional<Range> raw, Sender sender);
 
 }  // namespace weir::net

@@ -128,27 +128,8 @@ Status read_output(const Chunks& chunks, const InferResponse& response, size_t i
 }
 
 Result<Range> bytes_element(const Chunks& chunks, const InferResponse& response, size_t index) {
-  const InferTensor& output = response.outputs[index];
-  const auto other = [&] {
-    return bad_message(Sender::Server, "BYTES of other than one element for " + describe(output),
-                       "one element");
-  };
-  if (!response.raw.empty()) {
-    const Range raw = response.raw[index];
-    const auto length = Cursor(chunks, raw).fixed(4);
-    if (!length || *length != raw.size() - 4) return other();
-    return Range{raw.begin + 4, raw.end};
-  }
-  std::vector<Range> found;
-  for (const Range range : output.contents) {
-    MessageReader reader(chunks, range);
-    for (Field field; reader.next(&field);)
-      if (field.number == 8 && field.type == WireType::Bytes && found.size() < 2)
-        found.push_back(field.range);
-    if (reader.failed()) return damaged("InferTensorContents");
-  }
-  if (found.size() != 1) return other();
-  return found.front();
+  const auto raw = response.raw.empty() ? std::nullopt : std::optional(response.raw[index]);
+  return only_element(chunks, response.outputs[index], raw, Sender::Server);
 }
 
 }  // namespace weir::net

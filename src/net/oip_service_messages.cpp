@@ -171,6 +171,11 @@ Status read_input(const Chunks& chunks, const InferRequest& request, size_t inde
   return read_elements(chunks, request.inputs[index], raw, to, Sender::Client);
 }
 
+Result<Range> input_bytes(const Chunks& chunks, const InferRequest& request, size_t index) {
+  const auto raw = request.raw.empty() ? std::nullopt : std::optional(request.raw[index]);
+  return only_element(chunks, request.inputs[index], raw, Sender::Client);
+}
+
 Pieces encode_flag(bool value) {
   std::string out;
   put_number(&out, 1, value ? 1 : 0);

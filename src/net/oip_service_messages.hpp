@@ -45,6 +45,10 @@ Result<std::string> parse_health_request(const Chunks& chunks);
 Status read_input(const Chunks& chunks, const InferRequest& request, size_t index,
                   std::span<std::byte> to);
 
+// The only element of input `index`, whose type is BYTES, as a range of the message.
+// PEER_MESSAGE_INVALID when there are more or fewer.
+Result<Range> input_bytes(const Chunks& chunks, const InferRequest& request, size_t index);
+
 // ServerLiveResponse, ServerReadyResponse and ModelReadyResponse.
 Pieces encode_flag(bool value);
 Pieces encode_server_metadata(std::string_view name, std::string_view version,

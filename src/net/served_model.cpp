@@ -39,6 +39,16 @@ Status ServedRequest::read_input(size_t index, std::span<std::byte> to) const {
   return net::read_input(call_->request(), request_, order_[index], to);
 }
 
+size_t ServedRequest::size_of_bytes(size_t index) const {
+  const auto range = input_bytes(call_->request(), request_, order_[index]);
+  return range ? range->size() : 0;  // receive() has refused others
+}
+
+void ServedRequest::copy_bytes(size_t index, std::span<std::byte> to) const {
+  const auto range = input_bytes(call_->request(), request_, order_[index]);
+  if (range && range->size() == to.size()) call_->request().copy(*range, to.data());
+}
+
 bool ServedRequest::end_if_expired() {
   if (ended_) return true;
   if (!call_->expired()) return false;
@@ -157,6 +167,11 @@ void ServedModel::receive(std::shared_ptr<Call> call, InferRequest request) {
   }
   auto order = match_inputs(request, described);
   if (!order) return refuse(CallStatus::InvalidArgument, order.error().message());
+  for (size_t i = 0; i < order->size(); ++i) {
+    if (described.inputs[i].datatype != "BYTES") continue;
+    if (const auto bytes = input_bytes(call->request(), request, (*order)[i]); !bytes)
+      return refuse(CallStatus::InvalidArgument, bytes.error().message());
+  }
   if (!described.outputs.empty())
     if (const auto chosen = match_outputs(request, described); !chosen)
       return refuse(CallStatus::InvalidArgument, chosen.error().message());

@@ -39,6 +39,9 @@ class ServedRequest {
   const std::string& trace_parent() const noexcept { return call_->trace_parent(); }
   // Copies the elements of the model's input `index` to `to`, whose size is the tensor's.
   Status read_input(size_t index, std::span<std::byte> to) const;
+  // Of an input of type BYTES, which has one element: its number of bytes, and a copy of them.
+  size_t size_of_bytes(size_t index) const;
+  void copy_bytes(size_t index, std::span<std::byte> to) const;
   // Ends the request if its client no longer waits for the answer: true when it has ended.
   bool end_if_expired();
   // `element`: a text that lives as long as the process.

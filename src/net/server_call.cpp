@@ -87,14 +87,15 @@ class GrpcCall final : public Call {
 
 }  // namespace
 
-ServerRules::ServerRules(const ListenOptions& options, ServerSecrets read, Listener::Handler handle)
-    : secrets(std::move(read)),
+ServerRules::ServerRules(const ListenOptions& options, std::unique_ptr<TokenFile> token_file,
+                         Listener::Handler handle)
+    : tokens(std::move(token_file)),
       peers(options.security.peers),
       admission(admission_limits(options)),
       handler(std::move(handle)) {}
 
 std::optional<grpc::Status> ServerRules::check(const grpc::CallbackServerContext& context) const {
-  if (!secrets.tokens.empty() && !has_token(secrets, metadata_of(context, "authorization")))
+  if (tokens && !tokens->allows(metadata_of(context, "authorization")))
     return grpc::Status(grpc::StatusCode::UNAUTHENTICATED,
                         "a token is needed: metadata authorization: Bearer TOKEN");
   if (peers.empty()) return std::nullopt;

@@ -14,17 +14,19 @@
 
 #include "net/admission.hpp"
 #include "net/listener.hpp"
-#include "net/server_security.hpp"
+#include "net/token_file.hpp"
 
 namespace weir::net {
 
 // What all calls of a listener share.
 struct ServerRules {
-  ServerRules(const ListenOptions& options, ServerSecrets read, Listener::Handler handle);
+  // `token_file` may be null: then clients need no token.
+  ServerRules(const ListenOptions& options, std::unique_ptr<TokenFile> token_file,
+              Listener::Handler handle);
   // Why a call is refused before its request is read.
   std::optional<grpc::Status> check(const grpc::CallbackServerContext& context) const;
 
-  const ServerSecrets secrets;
+  const std::unique_ptr<TokenFile> tokens;
   const std::vector<std::string> peers;
   Admission admission;
   const Listener::Handler handler;

@@ -2,8 +2,11 @@
 // call.
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #include <gtest/gtest.h>
+#include <unistd.h>
 
 #include <cstring>
+#include <filesystem>
+#include <fstream>
 #include <thread>
 
 #include "becomes.hpp"
@@ -12,6 +15,7 @@
 #include "net/served_model.hpp"
 #include "net/server_security.hpp"
 #include "net/test_call.hpp"
+#include "net/token_file.hpp"
 #include "says.hpp"
 
 namespace weir::net {
@@ -234,6 +238,61 @@ TEST_F(Serving, RefusesRequestsThatDoNotFitWithBothSides) {
   }
 }
 
+class ServingBytes : public Serving {
+ protected:
+  ServingBytes() { model_->set_inputs({{"x", "BYTES", {1}}}); }
+  static std::string typed(const std::vector<std::string>& elements) {
+    std::string contents, tensor, out;
+    for (const auto& element : elements) put_bytes(&contents, 8, element);
+    put_bytes(&tensor, 1, "x");
+    put_bytes(&tensor, 2, "BYTES");
+    put_bytes(&tensor, 3, "\1");
+    put_bytes(&tensor, 5, contents);
+    put_bytes(&out, 1, "m");
+    put_bytes(&out, 5, tensor);
+    return out;
+  }
+  static std::string raw(const std::string& bytes, const std::string& shape = "\1") {
+    return message(bytes, "BYTES", shape);
+  }
+};
+
+TEST_F(ServingBytes, ReadsOneElementRawAndTyped) {
+  const std::string raw_three("\3\0\0\0abc", 7), raw_none("\0\0\0\0", 4);
+  const struct {
+    std::string text, wanted;
+  } cases[] = {{typed({"abc"}), "abc"},
+               {typed({""}), ""},
+               {raw(raw_three), "abc"},
+               {raw(raw_none), ""},
+               {raw(raw_three, "\1\1"), "abc"}};
+  for (const auto& c : cases) {
+    Ended ended;
+    receive(&ended, c.text);
+    const auto request = ended.times == 0 ? model_->take() : nullptr;
+    ASSERT_TRUE(request) << ended.text;
+    std::string bytes(request->size_of_bytes(0), '?');
+    request->copy_bytes(0, std::as_writable_bytes(std::span(bytes)));
+    EXPECT_EQ(bytes, c.wanted);
+    EXPECT_TRUE(answer(request));
+  }
+}
+
+TEST_F(ServingBytes, RefusesOtherThanOneElement) {
+  const std::string longer("\4\0\0\0abc", 7), shorter("\2\0\0\0abc", 7);
+  for (const auto& text : {typed({}), typed({"a", "b"}), raw(longer), raw(shorter), raw("abc")}) {
+    Ended ended;
+    receive(&ended, text);
+    EXPECT_EQ(ended.status, static_cast<int>(CallStatus::InvalidArgument));
+    EXPECT_SAYS(ended.text, "offered: BYTES of other than one element for x BYTES [1]");
+  }
+  Ended two, other_type;
+  receive(&two, raw(std::string("\1\0\0\0a\1\0\0\0b", 10), "\2"));
+  EXPECT_SAYS(two.text, "offered: x BYTES [2]");
+  receive(&other_type);
+  EXPECT_SAYS(other_type.text, "offered: x FP32 [1,2]");
+}
+
 TEST(ServiceMessages, RefuseDamagedRequests) {
   const std::string whole = message();
   for (size_t bytes = 1; bytes < whole.size(); ++bytes) {
@@ -249,14 +308,56 @@ TEST(ServiceMessages, RefuseDamagedRequests) {
   EXPECT_FALSE(parse_infer_request(Chunks({std::as_bytes(std::span(many))})));
 }
 
-TEST(Tokens, AreComparedWhole) {
-  ServerSecrets secrets;
-  secrets.tokens = {"one", "another"};
-  EXPECT_TRUE(has_token(secrets, "Bearer one"));
-  EXPECT_TRUE(has_token(secrets, "Bearer another"));
+class Tokens : public ::testing::Test {
+ protected:
+  Tokens() : folder_(::testing::TempDir() + "weir-tokens-" + std::to_string(getpid())) {
+    std::filesystem::create_directories(folder_);
+  }
+  ~Tokens() override { std::filesystem::remove_all(folder_); }
+  // Replaces the file.
+  std::string write(const std::string& text) {
+    std::ofstream(folder_ + "/new") << text;
+    std::filesystem::rename(folder_ + "/new", path_);
+    return path_;
+  }
+
+  const std::string folder_, path_ = folder_ + "/tokens";
+};
+
+TEST_F(Tokens, AreComparedWhole) {
+  auto tokens = TokenFile::open(write("one\r\n\nanother"));
+  ASSERT_TRUE(tokens);
+  EXPECT_TRUE((*tokens)->allows("Bearer one"));
+  EXPECT_TRUE((*tokens)->allows("Bearer another"));
   for (const auto* wrong :
        {"", "one", "bearer one", "Bearer ", "Bearer on", "Bearer onf", "Bearer one "})
-    EXPECT_FALSE(has_token(secrets, wrong)) << wrong;
+    EXPECT_FALSE((*tokens)->allows(wrong)) << wrong;
+}
+
+TEST_F(Tokens, AreReadAgainWhenTheFileIsReplaced) {
+  auto tokens = TokenFile::open(write("one\n"));
+  ASSERT_TRUE(tokens);
+  write("two\n");
+  EXPECT_FALSE((*tokens)->allows("Bearer one"));
+  EXPECT_TRUE((*tokens)->allows("Bearer two"));
+}
+
+TEST_F(Tokens, StayWhileTheFileHasNone) {
+  auto tokens = TokenFile::open(write("one\n"));
+  ASSERT_TRUE(tokens);
+  write("\n");
+  EXPECT_TRUE((*tokens)->allows("Bearer one"));
+  std::filesystem::remove(path_);
+  EXPECT_TRUE((*tokens)->allows("Bearer one"));
+  write("two\n");
+  EXPECT_FALSE((*tokens)->allows("Bearer one"));
+}
+
+TEST_F(Tokens, FilesWithoutATokenAreErrors) {
+  EXPECT_SAYS(TokenFile::open(folder_ + "/none").error().message(),
+              "WEIR-4001: the file of the property token-file cannot be read");
+  EXPECT_SAYS(TokenFile::open(write("\r\n\n")).error().message(),
+              "WEIR-1004: the file of the property token-file has no token");
 }
 
 TEST(ServerSecurity, DistinguishesThisMachineFromOthers) {

@@ -7,8 +7,21 @@
 #include "core/process/process_object.hpp"
 #include "library/process.h"
 
+#ifdef WEIR_HAS_MQTT
+#define WEIR_MQTT_ELEMENTS(X) \
+  X(mqttsink)                 \
+  X(mqttsrc)
+#else
+#define WEIR_MQTT_ELEMENTS(X)
+#endif
+
 // One line for each element.
-#define WEIR_EDGE_ELEMENTS(X)
+#define WEIR_EDGE_ELEMENTS(X) \
+  X(edgesink)                 \
+  X(edgesrc)                  \
+  X(tensor_query_serversink)  \
+  X(tensor_query_serversrc)   \
+  WEIR_MQTT_ELEMENTS(X)
 
 namespace weir {
 #define WEIR_DECLARE(name) bool register_##name(GstPlugin*);

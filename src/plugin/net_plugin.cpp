@@ -1,24 +1,36 @@
-// The plug-in weirnet: registers the elements that talk to other machines, nothing else.
+// The plug-in weirnet: registers what needs gRPC, nothing else.
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #include <gst/gst.h>
 
 #include "conflicting_plugins.hpp"
 #include "core/process/process_object.hpp"
+#include "elements/oip_query_server/oip_query_server.hpp"
 #include "library/process.h"
 
+#ifdef WEIR_GRPC_ELEMENTS
 namespace weir {
-bool register_tensor_query_serversink(GstPlugin*);
-bool register_tensor_query_serversrc(GstPlugin*);
+bool register_tensor_sink_grpc(GstPlugin*);
+bool register_tensor_src_grpc(GstPlugin*);
 }  // namespace weir
+#endif
+
+// Those that need the libraries of both schemas of messages.
+static bool register_grpc_elements([[maybe_unused]] GstPlugin* plugin) {
+#ifdef WEIR_GRPC_ELEMENTS
+  weir::plugin::warn_of_another(plugin, "tensor_sink_grpc");
+  weir::plugin::warn_of_another(plugin, "tensor_src_grpc");
+  return weir::register_tensor_sink_grpc(plugin) && weir::register_tensor_src_grpc(plugin);
+#else
+  return true;
+#endif
+}
 
 static gboolean plugin_init(GstPlugin* plugin) {
   // Before the first use of a process-wide object.
   weir::process::take_objects_from(weir_process_object);
-  if (weir::plugin::yields_to(plugin)) return TRUE;  // NNStreamer has both
-  weir::plugin::warn_of_another(plugin, "tensor_query_serversink");
-  weir::plugin::warn_of_another(plugin, "tensor_query_serversrc");
-  return weir::register_tensor_query_serversink(plugin) &&
-         weir::register_tensor_query_serversrc(plugin);
+  if (weir::plugin::yields_to(plugin)) return TRUE;  // so does weiredge
+  weir::register_oip_query_server();
+  return register_grpc_elements(plugin);
 }
 
 GST_PLUGIN_DEFINE(GST_VERSION_MAJOR, GST_VERSION_MINOR, weirnet,

@@ -1,6 +1,7 @@
 // Fuzz target: requests of clients of an inference server, in chunks of any size.
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #include "net/oip_service_messages.hpp"
+#include "net/reflection.hpp"
 #include "net/request_check.hpp"
 #include "peer_message.hpp"
 
@@ -16,6 +17,7 @@ void read_inputs(const Chunks& chunks, const InferRequest& request, size_t room)
   for (size_t i = 0; i < request.inputs.size(); ++i) {
     expect(request.inputs[i].shape.size() <= 16);
     if (!request.raw.empty()) expect(request.raw[i].end <= chunks.size());
+    if (const auto bytes = input_bytes(chunks, request, i)) expect(bytes->end <= chunks.size());
     if (const auto status = read_input(chunks, request, i, to); !status)
       expect(status.error().code == weir::Code::PEER_MESSAGE_INVALID);
   }
@@ -49,5 +51,6 @@ extern "C" int LLVMFuzzerTestOneInput(const uint8_t* data, size_t size) {
   }
   (void)parse_model_request(chunks);
   (void)parse_health_request(chunks);
+  (void)Reflection::of_this_server().answer(chunks);
   return 0;
 }

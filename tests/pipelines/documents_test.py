@@ -80,6 +80,8 @@ def missing(command):
         for file in map(pathlib.Path, model.split(",")):
             if file.is_relative_to(SHARED) and not file.exists():
                 return str(file)
+    if "mqttsink" in command or "mqttsrc" in command:
+        return "an MQTT broker"
     for extension, engine in ENGINES.items():
         if extension in command and not has_engine(engine):
             return f"the engine {engine}"

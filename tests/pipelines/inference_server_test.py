@@ -117,7 +117,8 @@ class InferenceServer(unittest.TestCase):
 
     def test_a_fallback_answers_within_the_deadline_when_the_server_is_slow(self):
         _, model = self.server("--delay", "4")
-        done = self.play(model, f"fallback={self.local_model()} deadline=2000000000 custom=in-flight:64,attempts:1")
+        done = self.play(model, f"fallback={self.local_model()} deadline=2000000000 custom=in-flight:64,attempts:1",
+                         before="identity sync=true ! ")  # without a clock, frames have no deadline
         self.assertEqual(done.returncode, 0, done.stderr)
         self.assertEqual(self.answers(), (0, FRAMES))
 

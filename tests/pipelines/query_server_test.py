@@ -56,6 +56,20 @@ class Served(unittest.TestCase):
         return out
 
 
+class WithoutGrpc(unittest.TestCase):
+    def test_the_error_names_the_missing_plugin(self):
+        plugins = pathlib.Path(os.environ["WEIR_BUILD"]) / "src" / "plugin"
+        with tempfile.TemporaryDirectory() as folder:
+            (pathlib.Path(folder) / "libgstweiredge.so").symlink_to(plugins / "libgstweiredge.so")
+            played = subprocess.run(
+                ["gst-launch-1.0", "tensor_query_serversrc", "protocol=oip", "port=0", "!", "fakesink"],
+                env={**os.environ, "GST_PLUGIN_PATH": folder, "GST_REGISTRY": folder + "/registry.bin"},
+                capture_output=True, text=True, timeout=60)
+        self.assertNotEqual(played.returncode, 0)
+        self.assertIn("WEIR-3007: the plug-in weirnet, which serves the Open Inference Protocol, is not installed", played.stderr)
+        self.assertIn("fix: apt-get install libgrpc++-dev", played.stderr)
+
+
 class Answers(Served):
     def test_a_request_is_answered_by_the_pipeline(self):
         pipeline, client = self.affine()

@@ -45,10 +45,10 @@ class Connection:
         except OSError:
             self.closed = True
 
-    def call(self, path, message=b"", announced=None, more=()):
-        """Begins a call whose message is said to have `announced` bytes; its bytes are sent by push()."""
+    def call(self, path, message=b"", announced=None, more=(), compressed=False):
+        """Begins a call whose message is said to have `announced` bytes, and to be compressed; its bytes are sent by push()."""
         announced = len(message) if announced is None else announced
-        stream = Stream(self.next_number, b"\0" + struct.pack(">I", announced) + message, self.first_window)
+        stream = Stream(self.next_number, bytes([compressed]) + struct.pack(">I", announced) + message, self.first_window)
         self.next_number += 2
         self.streams[stream.number] = stream
         headers = [(":method", "POST"), (":scheme", "http"), (":path", path), (":authority", "localhost"), ("te", "trailers"),

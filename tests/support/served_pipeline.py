@@ -34,6 +34,7 @@ class Pipeline:
             stdin=subprocess.DEVNULL,
             env={**os.environ, "GST_DEBUG": "tensor_query_serversrc:4", "GST_TRACERS": "", "GST_DEBUG_NO_COLOR": "1"})
         self.lines, self.changed, self.ended = [], threading.Condition(), False
+        self.interrupted = False
         self.reader = threading.Thread(target=self.read)
         self.reader.start()
         found = self.wait_for(r": port = (\d+)", ports)
@@ -59,13 +60,19 @@ class Pipeline:
             return self.found(pattern)
 
     def interrupt(self):
-        """Stops; does not wait."""
-        self.process.send_signal(signal.SIGINT)
+        """Stops; does not wait. Once: another signal would kill the program while it stops."""
+        if not self.interrupted and self.process.poll() is None:
+            self.process.send_signal(signal.SIGINT)
+        self.interrupted = True
+
+    def stop_at_end(self):
+        """The whole output of a pipeline that ends itself."""
+        self.process.wait(60)
+        return self.stop()
 
     def stop(self):
         """The whole output."""
-        if self.process.poll() is None:
-            self.process.send_signal(signal.SIGINT)
+        self.interrupt()
         try:
             self.process.wait(30)
         except subprocess.TimeoutExpired:

@@ -42,8 +42,6 @@ void print(const config::Configuration& configuration) {
   for (const auto& setting : configuration.all())
     rows.push_back({"[" + setting.group + "] " + setting.key, setting.value, setting.origin});
   if (rows.size() > 1) std::fputs(table(rows, "  ").c_str(), stdout);
-  for (const auto& fault : configuration.faults())
-    std::printf("  problem: %s\n", problem(fault).c_str());
 }
 
 }  // namespace weir::app

@@ -81,8 +81,6 @@ void print(const config::NnstreamerConfiguration& configuration,
       folders.push_back(
           {name_of(kind), folder.path, folder.origin, is_there(folder) ? "there" : "not there"});
   if (folders.size() > 1) std::fputs(table(folders, "  ").c_str(), stdout);
-  for (const auto& fault : configuration.faults())
-    std::printf("  problem: %s\n", problem(fault).c_str());
 }
 
 }  // namespace weir::app

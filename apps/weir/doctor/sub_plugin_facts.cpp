@@ -49,16 +49,11 @@ void print_sub_plugins() {
   std::printf("\nSub-plugins for NNStreamer\n  their functions: %s: %s\n",
               subplugin::library_path().c_str(), library_is_there() ? "there" : "not there");
   std::vector<std::vector<std::string>> rows{{"kind", "name", "state", "place"}};
-  std::string reasons;
   for (const auto kind : subplugin::kKinds)
-    for (const auto& fact : facts(kind)) {
+    for (const auto& fact : facts(kind))
       rows.push_back(
           {name_of(kind), fact.name, fact.problem.empty() ? "usable" : "refused", fact.file});
-      if (!fact.problem.empty())
-        reasons += "  the " + std::string(name_of(kind)) + " " + fact.name +
-                   " is rejected\n    reason: " + fact.problem + "\n";
-    }
-  std::printf("%s%s", rows.size() > 1 ? table(rows, "  ").c_str() : "  none\n", reasons.c_str());
+  std::printf("%s", rows.size() > 1 ? table(rows, "  ").c_str() : "  none\n");
 }
 
 }  // namespace weir::app

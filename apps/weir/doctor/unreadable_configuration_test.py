@@ -56,15 +56,15 @@ class UnreadableConfiguration(Case):
         without = {"HOME": str(self.folder), "XDG_CONFIG_HOME": str(self.folder)}
         old = os.environ.pop("WEIR_CONFIG")
         self.addCleanup(os.environ.__setitem__, "WEIR_CONFIG", old)
-        output = self.good(weir("doctor", **without))
+        output = self.good(weir("doctor", "--all", **without))
         self.assertIn(f"  {path}: cannot be read\n", output)
-        self.assertIn(f"  problem: the configuration file cannot be read: {words}\n", output)
+        self.assertIn(f"    reason: the configuration file cannot be read: {words}\n", output)
 
     def test_doctor_shows_no_bytes_that_are_no_text(self):
         path, words = self.file("binary", "weir.ini")
-        output = self.good(weir("doctor", WEIR_CONFIG=str(path)))
-        self.assertIn(f"  problem: {words}???[filter\n", output)
-        self.assertIn(f"  problem: {path}:4: the line is not text: priority_onnx=??\n", output)
+        output = self.good(weir("doctor", "--all", WEIR_CONFIG=str(path)))
+        self.assertIn(f"    reason: {words}???[filter\n", output)
+        self.assertIn(f"    reason: {path}:4: the line is not text: priority_onnx=??\n", output)
 
     def test_doctor_names_an_nnstreamer_ini_that_it_cannot_read(self):
         for kind in ("folder", "pipe", "loop", "binary", "long"):
@@ -83,9 +83,9 @@ class UnreadableConfiguration(Case):
         path, words = self.file("folder", "extra.ini")
         ini = self.folder / "nns.ini"
         ini.write_text(f"[common]\nextra_config_path={path}\n")
-        output = self.good(weir("doctor", NNSTREAMER_CONF=str(ini), WEIR_NNSTREAMER_ENABLE="yes"))
+        output = self.good(weir("doctor", "--all", NNSTREAMER_CONF=str(ini), WEIR_NNSTREAMER_ENABLE="yes"))
         self.assertIn(f"  {path} (extra_config_path): not a regular file\n", output)
-        self.assertIn(f"problem: {ini}:2: extra_config_path does not name a regular file: {path}\n", output)
+        self.assertIn(f"reason: {ini}:2: extra_config_path does not name a regular file: {path}\n", output)
 
     def test_a_pipeline_logs_it_and_runs(self):
         pipeline = PIPELINE.format(model=self.model())

@@ -7,6 +7,7 @@
 #include <cstdio>
 #include <cstring>
 #include <fstream>
+#include <memory>
 #include <optional>
 
 #include "commands.hpp"
@@ -16,6 +17,7 @@
 #include "run/ledger_table.hpp"
 #include "run/pipeline_run.hpp"
 #include "run/report_page.hpp"
+#include "run/shared_clock.hpp"
 #include "run/trace_session.hpp"
 #include "weir/join.hpp"
 
@@ -185,6 +187,16 @@ Status write_report(const RunOptions& options, const Json& outcome, const TraceS
   return file ? ok() : cannot_write(options.report);
 }
 
+// Null when the pipeline plays by a clock of its own.
+Result<std::unique_ptr<SharedClock>> open_clock(const RunOptions& options) {
+  ClockOptions wanted{.address = options.clock, .serving_port = std::nullopt};
+  if (options.serving_port >= 0) wanted.serving_port = options.serving_port;
+  if (!wanted.wanted()) return std::unique_ptr<SharedClock>();
+  auto clock = SharedClock::open(wanted);
+  if (clock && !options.quiet) std::fprintf(stderr, "%s\n", (*clock)->state_text().c_str());
+  return clock;
+}
+
 RunEnd play(const RunOptions& options, PipelineRun* pipeline) {
   ProgressLine line;
   RunEvents events;
@@ -217,14 +229,19 @@ int run(const RunOptions& options) {
     const Status writable = try_to_write(options.report);
     if (!writable) return report(writable.error(), options.json);
   }
+  const auto clock = open_clock(options);
+  if (!clock) return report(clock.error(), options.json);
   PipelineRun pipeline(*std::move(read));
+  if (*clock) (*clock)->apply_to(pipeline.pipeline());
   const RunEnd end = play(options, &pipeline);
-  const Json facts = outcome(pipeline, end);
+  Json facts = outcome(pipeline, end);
+  if (*clock) facts["clock"] = (*clock)->state();
   if (options.json) {
     print(facts);
   } else {
     print_errors(pipeline.errors());
     if (!options.quiet) print_text(pipeline, end);
+    if (!options.quiet && *clock) std::printf("\n%s\n", (*clock)->state_text().c_str());
   }
   if (session) {
     const Status written = write_report(options, facts, *session);

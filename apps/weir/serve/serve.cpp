@@ -20,12 +20,11 @@ namespace weir::app {
 namespace {
 
 Status check_elements() {
-  const auto factory =
-      gst::Ref<GstElementFactory>::adopt(gst_element_factory_find("tensor_query_serversrc"));
-  if (factory) return ok();
+  const auto plugin = gst::Ref<GstPlugin>::adopt(gst_plugin_load_by_name("weirnet"));
+  if (plugin) return ok();
   return Error{.code = Code::MODULE_REFUSED,
                .what = "the plug-in weirnet, which serves models, is not installed",
-               .offered = "no element tensor_query_serversrc",
+               .offered = "no plug-in weirnet",
                .needed = "a build of Weir with gRPC",
                .fix = "apt-get install libgrpc++-dev && make install"};
 }

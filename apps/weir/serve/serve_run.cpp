@@ -6,6 +6,7 @@
 
 #include <algorithm>
 #include <csignal>
+#include <cstdio>
 
 #include "commands.hpp"
 #include "run/complaints.hpp"
@@ -14,7 +15,8 @@
 namespace weir::app {
 namespace {
 
-constexpr guint kRestartMs = 1000, kEndMs = 10000;
+constexpr guint kFirstWaitMs = 1000, kLongestWaitMs = 30000, kEndMs = 10000;
+constexpr gint64 kSteadyUs = 60'000'000;  // after which a failure is a new one
 
 gst::Ref<GstElement> element_of(const ServedPipeline& served, const char* suffix) {
   const std::string name = served.model.name + suffix;
@@ -45,6 +47,27 @@ void set_request_caps(const ServedPipeline& served) {
   g_object_set(element_of(served, "-source").get(), "caps", caps.get(), nullptr);
 }
 
+// A free port is chosen once: clients know it.
+void set_port(const ServedPipeline& served, unsigned port) {
+  g_object_set(element_of(served, "-source").get(), "port", port, nullptr);
+}
+
+// Why a pipeline did not start.
+std::vector<Complaint> errors_of(const ServedPipeline& served) {
+  const auto bus = gst::Ref<GstBus>::adopt(gst_element_get_bus(served.pipeline.get()));
+  std::vector<Complaint> out;
+  while (GstMessage* message = gst_bus_pop_filtered(bus.get(), GST_MESSAGE_ERROR)) {
+    out.push_back(complaint_of(message));
+    gst_message_unref(message);
+  }
+  if (out.empty()) {
+    out.emplace_back();
+    out.back().what =
+        "the model " + served.model.name + " cannot be started, and no element posted an error";
+  }
+  return out;
+}
+
 }  // namespace
 
 ServeRun::ServeRun(std::vector<ServedPipeline> pipelines) : loop_(g_main_loop_new(nullptr, FALSE)) {
@@ -66,6 +89,8 @@ std::vector<Complaint> ServeRun::start() {
     GstElement* pipeline = served->what.pipeline.get();
     const auto bus = gst::Ref<GstBus>::adopt(gst_element_get_bus(pipeline));
     set_request_caps(served->what);
+    // All share the free port that the first one chose.
+    if (port_ != 0) set_port(served->what, port_);
     if (gst_element_set_state(pipeline, GST_STATE_PLAYING) != GST_STATE_CHANGE_FAILURE) {
       served->watch = gst_bus_add_watch(
           bus.get(),
@@ -75,19 +100,11 @@ std::vector<Complaint> ServeRun::start() {
             return G_SOURCE_CONTINUE;
           },
           served.get());
+      served->played_from = g_get_monotonic_time();
+      port_ = port();
       continue;
     }
-    std::vector<Complaint> errors;
-    while (GstMessage* message = gst_bus_pop_filtered(bus.get(), GST_MESSAGE_ERROR)) {
-      errors.push_back(complaint_of(message));
-      gst_message_unref(message);
-    }
-    if (errors.empty()) {
-      errors.emplace_back();
-      errors.back().what = "the model " + served->what.model.name +
-                           " cannot be started, and no element posted an error";
-    }
-    return errors;
+    return errors_of(served->what);
   }
   // Before callers learn that the models are served. Until here a signal has its default action: it
   // interrupts the loading of a large model.
@@ -116,8 +133,7 @@ void ServeRun::on_message(Served* served, GstMessage* message) {
       break;
     case GST_MESSAGE_EOS:
       served->ended = true;
-      if (std::all_of(served_.begin(), served_.end(), [](const auto& one) { return one->ended; }))
-        end(kExitGood);
+      end_if_all_ended(kExitGood);
       break;
     case GST_MESSAGE_LATENCY:
       gst_bin_recalculate_latency(GST_BIN(served->what.pipeline.get()));
@@ -127,27 +143,45 @@ void ServeRun::on_message(Served* served, GstMessage* message) {
   }
 }
 
+void ServeRun::end_if_all_ended(int status) {
+  if (std::all_of(served_.begin(), served_.end(), [](const auto& one) { return one->ended; }))
+    end(status);
+}
+
 // Requests that the pipeline had end as aborted. The errors that follow the first one are dropped
 // with the bus.
 void ServeRun::restart(Served* served) {
   gst_element_set_state(served->what.pipeline.get(), GST_STATE_NULL);
   if (signals_ > 0) {
     served->ended = true;
-    if (std::all_of(served_.begin(), served_.end(), [](const auto& one) { return one->ended; }))
-      end(kExitError);
-    return;
+    return end_if_all_ended(kExitError);
   }
-  const auto again = +[](gpointer user) -> gboolean {
-    auto* one = static_cast<Served*>(user);
-    if (gst_element_set_state(one->what.pipeline.get(), GST_STATE_PLAYING) ==
-        GST_STATE_CHANGE_FAILURE) {
-      gst_element_set_state(one->what.pipeline.get(), GST_STATE_NULL);
-      return G_SOURCE_CONTINUE;
-    }
-    one->restart = 0;
-    return G_SOURCE_REMOVE;
-  };
-  served->restart = g_timeout_add(kRestartMs, again, served);
+  if (g_get_monotonic_time() - served->played_from > kSteadyUs) served->wait_ms = 0;
+  start_later(served);
+}
+
+void ServeRun::start_later(Served* served) {
+  served->wait_ms = std::clamp(served->wait_ms * 2, kFirstWaitMs, kLongestWaitMs);
+  std::fprintf(stderr, "weir: the model %s is started again in %u s\n",
+               served->what.model.name.c_str(), served->wait_ms / 1000);
+  served->restart = g_timeout_add_once(
+      served->wait_ms,
+      [](gpointer user) {
+        auto* one = static_cast<Served*>(user);
+        one->run->start_again(one);
+      },
+      served);
+}
+
+void ServeRun::start_again(Served* served) {
+  GstElement* pipeline = served->what.pipeline.get();
+  served->restart = 0;
+  set_port(served->what, port_);
+  served->played_from = g_get_monotonic_time();
+  if (gst_element_set_state(pipeline, GST_STATE_PLAYING) != GST_STATE_CHANGE_FAILURE) return;
+  print_errors(errors_of(served->what));
+  gst_element_set_state(pipeline, GST_STATE_NULL);
+  start_later(served);
 }
 
 void ServeRun::on_signal() {
@@ -158,13 +192,14 @@ void ServeRun::on_signal() {
   g_timeout_add_once(
       kEndMs, [](gpointer self) { static_cast<ServeRun*>(self)->end(kExitError); }, this);
   for (const auto& served : served_) {
-    if (served->restart == 0)
-      gst_element_send_event(served->what.pipeline.get(), gst_event_new_eos());
-    else
+    if (served->restart != 0) {
+      g_source_remove(std::exchange(served->restart, 0));
       served->ended = true;
+    } else {
+      gst_element_send_event(served->what.pipeline.get(), gst_event_new_eos());
+    }
   }
-  if (std::all_of(served_.begin(), served_.end(), [](const auto& one) { return one->ended; }))
-    end(kExitGood);
+  end_if_all_ended(kExitGood);
 }
 
 void ServeRun::end(int status) {

@@ -31,7 +31,8 @@ class ServeRun {
   std::vector<Complaint> start();
   // Blocks until a signal. The first SIGINT or SIGTERM ends the streams after the requests that
   // they have; the second one, or ten seconds, ends them at once. A model whose pipeline fails is
-  // started again. The exit status.
+  // started again after a second, and if it fails soon again after twice as long as before, up to
+  // half a minute. The exit status.
   int play();
 
   // "input float32 3:224:224:1", as the filter reports them after start().
@@ -48,10 +49,15 @@ class ServeRun {
     ServeRun* run;
     ServedPipeline what;
     guint watch = 0, restart = 0;
+    guint wait_ms = 0;       // before the last restart
+    gint64 played_from = 0;  // by g_get_monotonic_time()
     bool ended = false;
   };
   void on_message(Served* served, GstMessage* message);
   void restart(Served* served);
+  void start_later(Served* served);
+  void start_again(Served* served);
+  void end_if_all_ended(int status);
   void on_signal();
   void end(int status);
 
@@ -59,6 +65,7 @@ class ServeRun {
   gst::Unique<GMainLoop, g_main_loop_unref> loop_;
   std::vector<guint> signal_sources_;
   int signals_ = 0, status_ = 0;
+  unsigned port_ = 0;  // of all sources, once the first one listens
 };
 
 }  // namespace weir::app

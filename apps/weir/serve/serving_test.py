@@ -2,10 +2,15 @@
 # SPDX-License-Identifier: LGPL-2.1-or-later
 """`weir serve` at work: tools/check-oip and a client's pipeline ask it, and signals end it."""
 
+import contextlib
 import os
 import re
+import shutil
 import signal
+import socket
+import ssl
 import subprocess
+import time
 import unittest
 import urllib.error
 import urllib.request
@@ -19,6 +24,9 @@ from weir_case import COMMAND, HAS_ONNX, MODEL, SOURCE, Case, sanitized, weir
 
 HAS_NET = "weirnet" in os.environ.get("WEIR_NET_PLUGIN", "")
 HAS_GRPCIO = os.environ.get("WEIR_INFERENCE_CLASSES", "") != ""
+if HAS_GRPCIO:
+    from served_pipeline import Client, request, status_of
+FAILED = ("ABORTED", "UNAVAILABLE")  # by the element that fails, or by the pipeline that stops
 CLOCK_LINE = "input float32 1:192:32:1 +output float32 13:12:1\n"
 
 
@@ -71,6 +79,31 @@ class Serving(Case):
             done = self.check(address, *options)
             self.assertEqual(done.returncode == 0, passes, f"{options}: {done.stdout}")
 
+    @unittest.skipUnless(HAS_GRPCIO, "grpcio is not installed")
+    def test_a_new_certificate_is_used_without_a_restart(self):
+        pki = self.folder / "pki"
+        self.good(weir("pki", "init", pki))
+        self.good(weir("pki", "issue", "old.example", "--dir", pki, "--san", "127.0.0.1"))
+        _, _, address = self.serve(f"digits={MODEL}", "--tls-cert", pki / "old.example.pem", "--tls-key", pki / "old.example.key")
+        host, port = address.split(":")
+        context = ssl.create_default_context(cafile=pki / "ca.pem")
+        context.set_alpn_protocols(["h2"])
+
+        def names():
+            try:
+                with socket.create_connection((host, int(port)), 10) as plain, context.wrap_socket(plain, server_hostname=host) as connection:
+                    return [value for _, value in connection.getpeercert()["subjectAltName"]]
+            except (ssl.SSLError, ConnectionError):  # between the key and the certificate
+                return []
+        self.assertIn("old.example", names())
+        self.good(weir("pki", "issue", "new.example", "--dir", pki, "--san", "127.0.0.1"))
+        for extension in ("key", "pem"):
+            (pki / f"new.example.{extension}").rename(pki / f"old.example.{extension}")
+        end = time.monotonic() + 60
+        while "new.example" not in names():
+            self.assertLess(time.monotonic(), end)
+        self.assertEqual(self.check(address, "--ca", pki / "ca.pem").returncode, 0)
+
     def test_a_path_is_read_as_it_is(self):
         path = self.folder / "it's \"a\" model.onnx"
         path.write_bytes(MODEL.read_bytes())
@@ -94,6 +127,87 @@ class Serving(Case):
         self.assertLess(int(batches[1]), len(frames))
         self.assertEqual(self.end(process)[0], 0)
 
+    def script(self, name, body):
+        """A model in Python that answers each number with its double, after `body` has seen the numbers."""
+        path = self.folder / name
+        path.write_text(f"""
+import os
+import time
+import numpy as np
+from weir import TensorShape
+HERE = {str(self.folder)!r}
+class CustomFilter:
+    def getInputDim(self):
+        return [TensorShape([4, 1], np.float32)]
+    def getOutputDim(self):
+        return [TensorShape([4, 1], np.float32)]
+    def invoke(self, inputs):
+        x = inputs[0]
+        {body}
+        return [x * 2]
+""")
+        return path
+
+    def client(self, address, model):
+        client = Client(address)
+        self.addCleanup(client.close)
+        client.wait_until_ready(model)
+        return client
+
+    @unittest.skipUnless(HAS_GRPCIO and has_engine("python3"), "grpcio or the engine python3 is not there")
+    def test_a_model_whose_pipeline_fails_comes_back_and_is_unavailable_until_then(self):
+        picky = self.script("picky.py", "assert x[0] != 13, 'unlucky'")
+        calm = self.script("calm.py", "pass")
+        process, _, address = self.serve(picky, calm, line="input float32 4:1.* +output float32 4:1.*\n")
+        client = self.client(address, "picky")
+        health = client.channel.unary_stream("/grpc.health.v1.Health/Watch")(b"\x0a\x05picky", timeout=60)
+        self.assertEqual(next(health), b"\x08\x01")
+        one = np.ones((1, 4), np.float32)
+        self.assertIn(status_of(lambda: client.infer(request("picky", 13 * one)))[0], FAILED)
+        self.assertEqual(next(health), b"\x08\x02")
+        self.assertEqual(status_of(lambda: client.infer(request("picky", one))),
+                         ("UNAVAILABLE", "the pipeline of the model picky does not run"))
+        self.assertEqual(client.infer(request("calm", one)).raw_output_contents[0], (2 * one).tobytes())
+        self.assertEqual(next(health), b"\x08\x01")
+        self.assertEqual(client.infer(request("picky", one)).raw_output_contents[0], (2 * one).tobytes())
+        status, _, errors = self.end(process)
+        self.assertEqual(status, 0, errors)
+        self.assertIn("unlucky", errors)
+        self.assertIn("weir: the model picky is started again in 1 s\n", errors)
+
+    @unittest.skipUnless(HAS_GRPCIO and has_engine("python3"), "grpcio or the engine python3 is not there")
+    def test_a_server_whose_only_model_fails_keeps_its_address(self):
+        picky = self.script("picky.py", "assert x[0] != 13, 'unlucky'")
+        process, _, address = self.serve(picky, line="input float32 4:1.* +output float32 4:1.*\n")
+        client = self.client(address, "picky")
+        one = np.ones((1, 4), np.float32)
+        self.assertIn(status_of(lambda: client.infer(request("picky", 13 * one)))[0], FAILED)
+        while "is started again" not in process.stderr.readline():
+            self.assertIsNone(process.poll())
+        host, port = address.split(":")
+        end = time.monotonic() + 60
+        while time.monotonic() < end:  # until it listens again: gRPC's clients wait long after a refusal
+            with contextlib.suppress(ConnectionRefusedError), socket.create_connection((host, int(port)), 10):
+                break
+        answer = self.client(address, "picky").infer(request("picky", one))
+        self.assertEqual(answer.raw_output_contents[0], (2 * one).tobytes())
+        self.assertEqual(self.end(process)[0], 0)
+
+    @unittest.skipUnless(HAS_GRPCIO and has_engine("python3"), "grpcio or the engine python3 is not there")
+    def test_waits_grow_while_a_model_fails(self):
+        fragile = self.script("fragile.py", "os.rename(os.path.join(HERE, 'fragile.py'), os.path.join(HERE, 'gone')); raise ValueError('gone')")
+        process, _, address = self.serve(fragile, line="input float32 4:1.* +output float32 4:1.*\n")
+        client = self.client(address, "fragile")
+        self.assertIn(status_of(lambda: client.infer(request("fragile", np.ones((1, 4), np.float32))))[0], FAILED)
+        lines = []
+        while sum("is started again" in line for line in lines) < 3:
+            lines.append(process.stderr.readline())
+            self.assertTrue(lines[-1], lines)
+        waits = [line for line in lines if "started again" in line]
+        self.assertEqual(waits, [f"weir: the model fragile is started again in {seconds} s\n" for seconds in (1, 2, 4)])
+        self.assertIn("ValueError: gone", "".join(lines))
+        self.assertEqual(self.end(process)[0], 0)  # while it waits
+
     def test_both_signals_end_it(self):
         for number in (signal.SIGINT, signal.SIGTERM):
             status, out, errors = self.end(self.serve(f"digits={MODEL}")[0], number)
@@ -113,11 +227,22 @@ class Serving(Case):
             self.assertRegex(line, r'^(# (HELP|TYPE) weir_\w+ .+|weir_\w+\{(\w+="[^"]*",?)+\} -?[\d.e+-]+)$')
         families = re.findall(r"^# TYPE (\S+)", page, re.MULTILINE)
         self.assertEqual(len(families), len(set(families)))
+        with self.subTest("promtool"):
+            self.check_with_promtool(page)
         for path, method, status in (("/", "GET", 404), ("/metrics", "POST", 405)):
             with self.assertRaises(urllib.error.HTTPError) as refused:
                 urllib.request.urlopen(urllib.request.Request(address + path, method=method, data=b"" if method == "POST" else None), timeout=10)
             self.assertEqual(refused.exception.code, status)
             refused.exception.close()
+
+    def check_with_promtool(self, page):
+        if not shutil.which("promtool"):
+            self.skipTest("promtool is not installed: apt-get install prometheus")
+        done = subprocess.run(["promtool", "check", "metrics"], input=page, capture_output=True, text=True, timeout=60)
+        self.assertEqual((done.returncode, done.stdout, done.stderr), (0, "", ""))
+        # The same for a page that is wrong.
+        broken = page.replace("counter", "gauge")
+        self.assertNotEqual(subprocess.run(["promtool", "check", "metrics"], input=broken, capture_output=True, text=True, timeout=60).returncode, 0)
 
     def test_addresses_of_figures_that_others_reach_are_refused(self):
         for address in ("0.0.0.0:0", "192.0.2.1:1", "unix:/tmp/x"):

@@ -97,6 +97,7 @@ class MessageReader {
     spoiled_ = true;
     return 0;
   }
+  bool is_spoiled() const noexcept { return spoiled_; }  // something was missing
   // True if everything was present and nothing is left.
   bool complete() const noexcept { return !spoiled_ && rest_.empty(); }
 

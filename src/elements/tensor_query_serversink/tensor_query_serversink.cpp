@@ -1,12 +1,8 @@
 // tensor_query_serversink: answers the requests of clients with the frames that it receives.
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #include "elements/tensor_query_serversrc/request_meta.hpp"
-#include "elements/tensor_query_serversrc/request_watch.hpp"
 #include "elements/tensor_query_serversrc/served_pairs.hpp"
-#include "elements/tensor_query_serversrc/served_tensors.hpp"
 #include "elements/tensor_query_serversrc/serversrc_settings.hpp"
-#include "gstcpp/buffer/frame_reader.hpp"
-#include "gstcpp/buffer/tensor_caps.hpp"
 #include "gstcpp/element/base_classes.hpp"
 
 namespace weir {
@@ -18,15 +14,6 @@ struct SinkSettings {
   QueryConnectType connect_type = QueryConnectType::Tcp;
   uint32_t id = 0, timeout = 10;
   int limit = 0;
-};
-
-// The outputs of one answer: mapped until gRPC has sent them.
-struct MappedAnswer {
-  explicit MappedAnswer(GstBuffer* answer) : buffer(Ref<GstBuffer>::share(answer)) {}
-
-  Ref<GstBuffer> buffer;
-  gst::FrameReader reader;           // of tensors
-  std::optional<gst::Mapped> whole;  // of other streams
 };
 
 class TensorQueryServersink : public gst::Element<TensorQueryServersink, gst::BaseSink> {
@@ -66,44 +53,40 @@ class TensorQueryServersink : public gst::Element<TensorQueryServersink, gst::Ba
     return ok();
   }
 
+  gboolean stop() {
+    server_ = nullptr;
+    return TRUE;
+  }
+
   Status set_caps(GstCaps* caps) {
     const uint32_t id = settings().id;
-    const auto model = model_of_pair(id);
-    if (!model)
+    server_ = server_of_pair(id);
+    if (!server_)
       return Error{.code = Code::OPTION_VALUE,
                    .what = "no tensor_query_serversrc has the same id",
                    .offered = "tensor_query_serversink id=" + std::to_string(id),
                    .needed = "a tensor_query_serversrc of this process with that id",
                    .fix = "tensor_query_serversrc protocol=oip id=" + std::to_string(id)};
-    has_tensors_ = has_tensors(caps);
-    if (!has_tensors_) {
-      outputs_ = describe_bytes("output");
-    } else {
-      auto spec = gst::spec_from_caps(caps);
-      if (!spec) return spec.error();
-      spec_ = *std::move(spec);
-      outputs_ = describe_tensors(spec_.tensors, "output");
-    }
-    model->set_outputs(outputs_);
-    return ok();
+    return server_->set_output(caps);
   }
 
   GstFlowReturn render(GstBuffer* buffer) {
     ledger_.received();
     const auto request = request_of(buffer);
-    if (!request) return count_without_request();
-    without_request_ = 0;
-    const auto answer = std::make_shared<MappedAnswer>(buffer);
-    auto tensors = read(answer.get());
-    if (!tensors) {
+    uint64_t copied = 0;
+    const auto delivery = server_->answer(request.get(), buffer, &copied);
+    if (!delivery) {
       ledger_.dropped(DropReason::Error);
-      request->fail(net::CallStatus::Internal, tensors.error().message());
-      gst::post_error(element(), tensors.error());
+      gst::post_error(element(), delivery.error());
       return GST_FLOW_ERROR;
     }
-    ledger_.copied(answer->reader.bytes_copied());
-    request->answer(*tensors, answer);
-    ledger_.consumed();
+    if (*delivery == Delivery::NoRequest) return count_without_request();
+    without_request_ = 0;
+    ledger_.copied(copied);
+    if (*delivery == Delivery::Lost)
+      ledger_.dropped(DropReason::Lost);
+    else
+      ledger_.consumed();
     return GST_FLOW_OK;
   }
 
@@ -126,38 +109,8 @@ class TensorQueryServersink : public gst::Element<TensorQueryServersink, gst::Ba
     return GST_FLOW_ERROR;
   }
 
-  // The tensors of the answer. They refer to outputs_ or frame_outputs_, and to `answer`.
-  Result<std::vector<net::RequestTensor>> read(MappedAnswer* answer) {
-    std::vector<net::RequestTensor> out;
-    if (!has_tensors_) {
-      answer->whole.emplace(answer->buffer.get(), GST_MAP_READ);
-      if (!*answer->whole)
-        return Error{.code = Code::MAPPING_FAILED, .what = "the frame cannot be mapped"};
-      out.push_back(
-          {outputs_[0].name, outputs_[0].datatype, outputs_[0].shape, answer->whole->bytes()});
-      return out;
-    }
-    if (auto status = answer->reader.read(answer->buffer.get(), spec_); !status)
-      return status.error();
-    const auto& views = answer->reader.tensors();
-    if (spec_.format != Format::Static) describe_frame(views);
-    const auto& described = spec_.format == Format::Static ? outputs_ : frame_outputs_;
-    for (size_t i = 0; i < views.size(); ++i)
-      out.push_back(
-          {described[i].name, described[i].datatype, described[i].shape, views[i].payload});
-    return out;
-  }
-  void describe_frame(const std::vector<gst::TensorView>& views) {
-    std::vector<TensorSpec> specs;
-    specs.reserve(views.size());
-    for (const auto& view : views) specs.push_back(view.spec);
-    frame_outputs_ = describe_tensors(specs, "output");
-  }
-
   // Streaming thread only.
-  bool has_tensors_ = false;
-  FrameSpec spec_;
-  std::vector<net::TensorText> outputs_, frame_outputs_;
+  std::shared_ptr<QueryServer> server_;
   int without_request_ = 0;
 };
 

@@ -9,7 +9,7 @@
 namespace weir {
 namespace {
 
-using Request = std::shared_ptr<net::ServedRequest>;
+using Request = std::shared_ptr<QueryRequest>;
 
 struct RequestMeta {
   gst::RequestMetaHead head;
@@ -56,14 +56,14 @@ const GstMetaInfo* info() {
 
 }  // namespace
 
-bool set_request(GstBuffer* buffer, std::shared_ptr<net::ServedRequest> request) {
+bool set_request(GstBuffer* buffer, std::shared_ptr<QueryRequest> request) {
   auto* meta = reinterpret_cast<RequestMeta*>(gst_buffer_add_meta(buffer, info(), nullptr));
   if (!meta) return false;
   meta->request = new Request(std::move(request));
   return true;
 }
 
-std::shared_ptr<net::ServedRequest> request_of(GstBuffer* buffer) {
+std::shared_ptr<QueryRequest> request_of(GstBuffer* buffer) {
   const auto* meta = reinterpret_cast<RequestMeta*>(gst_buffer_get_meta(buffer, api_type()));
   return meta && meta->request ? *meta->request : nullptr;
 }

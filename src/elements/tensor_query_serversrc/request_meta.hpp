@@ -6,14 +6,14 @@
 
 #include <memory>
 
-#include "net/served_model.hpp"
+#include "elements/tensor_query_serversrc/query_server.hpp"
 
 namespace weir {
 
 // `buffer` must be writable and have no request. False when memory ran out.
-bool set_request(GstBuffer* buffer, std::shared_ptr<net::ServedRequest> request);
+bool set_request(GstBuffer* buffer, std::shared_ptr<QueryRequest> request);
 // Null for a buffer without a request.
-std::shared_ptr<net::ServedRequest> request_of(GstBuffer* buffer);
+std::shared_ptr<QueryRequest> request_of(GstBuffer* buffer);
 // Whether the element that the buffer enters may drop it when the client no longer waits
 // (gstcpp/buffer/request_end.hpp).
 void allow_drop(GstBuffer* buffer, bool allowed);

@@ -1,4 +1,4 @@
-// Keeps the models by id.
+// Keeps the servers by id.
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #include "elements/tensor_query_serversrc/served_pairs.hpp"
 
@@ -9,8 +9,8 @@ namespace weir {
 namespace {
 
 struct Pairs {
-  std::mutex mutex;  // guards models
-  std::map<uint32_t, std::shared_ptr<net::ServedModel>> models;
+  std::mutex mutex;  // guards servers
+  std::map<uint32_t, std::shared_ptr<QueryServer>> servers;
 };
 
 Pairs& pairs() {
@@ -20,9 +20,9 @@ Pairs& pairs() {
 
 }  // namespace
 
-Status add_pair(uint32_t id, const std::shared_ptr<net::ServedModel>& model) {
+Status add_pair(uint32_t id, const std::shared_ptr<QueryServer>& server) {
   std::lock_guard lock(pairs().mutex);
-  if (pairs().models.emplace(id, model).second) return ok();
+  if (pairs().servers.emplace(id, server).second) return ok();
   return Error{
       .code = Code::OPTION_VALUE,
       .what = "another tensor_query_serversrc of this process has the same id",
@@ -31,16 +31,17 @@ Status add_pair(uint32_t id, const std::shared_ptr<net::ServedModel>& model) {
       .fix = "id=" + std::to_string(id + 1) + " for both elements of a pair"};
 }
 
-void remove_pair(uint32_t id, const net::ServedModel& model) {
+void remove_pair(uint32_t id, const QueryServer& server) {
   std::lock_guard lock(pairs().mutex);
-  const auto found = pairs().models.find(id);
-  if (found != pairs().models.end() && found->second.get() == &model) pairs().models.erase(found);
+  const auto found = pairs().servers.find(id);
+  if (found != pairs().servers.end() && found->second.get() == &server)
+    pairs().servers.erase(found);
 }
 
-std::shared_ptr<net::ServedModel> model_of_pair(uint32_t id) {
+std::shared_ptr<QueryServer> server_of_pair(uint32_t id) {
   std::lock_guard lock(pairs().mutex);
-  const auto found = pairs().models.find(id);
-  return found == pairs().models.end() ? nullptr : found->second;
+  const auto found = pairs().servers.find(id);
+  return found == pairs().servers.end() ? nullptr : found->second;
 }
 
 }  // namespace weir

@@ -4,7 +4,7 @@
 #include <string>
 
 #include "gstcpp/element/property.hpp"
-#include "net/listener.hpp"
+#include "weir/result.hpp"
 
 namespace weir {
 
@@ -25,8 +25,6 @@ struct ServersrcSettings {
   uint64_t max_bytes_in_flight = uint64_t{256} << 20;
   bool insecure = false;
   std::string tls_cert, tls_key, tls_ca, tls_peers, token_file;
-
-  net::ListenOptions listen_options() const;
 };
 
 }  // namespace weir

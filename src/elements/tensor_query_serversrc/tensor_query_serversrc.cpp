@@ -1,28 +1,20 @@
 // tensor_query_serversrc: serves a pipeline as a model; pushes the requests of clients as frames.
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #include <filesystem>
-#include <functional>
 
+#include "elements/tensor_query_serversrc/query_server.hpp"
 #include "elements/tensor_query_serversrc/request_meta.hpp"
 #include "elements/tensor_query_serversrc/request_watch.hpp"
 #include "elements/tensor_query_serversrc/served_pairs.hpp"
-#include "elements/tensor_query_serversrc/served_tensors.hpp"
 #include "elements/tensor_query_serversrc/serversrc_settings.hpp"
-#include "gstcpp/buffer/frame_pool.hpp"
 #include "gstcpp/buffer/query_meta.hpp"
 #include "gstcpp/buffer/tensor_caps.hpp"
 #include "gstcpp/element/base_classes.hpp"
-#include "net/model_server.hpp"
-#include "net/server_security.hpp"
 
 namespace weir {
 namespace {
 
 using gst::Ref;
-
-constexpr char kSampleCaps[] =
-    "caps=\"other/tensors,format=static,num_tensors=1,dimensions=(string)3:224:224:1,"
-    "types=(string)uint8,framerate=0/1\"";
 
 std::string text_of(const GstCaps* caps) {
   const gst::UniqueText text{gst_caps_to_string(caps)};
@@ -106,8 +98,8 @@ class TensorQueryServersrc : public gst::Element<TensorQueryServersrc, gst::Push
         pad(), GST_PAD_PROBE_TYPE_EVENT_DOWNSTREAM,
         [](GstPad*, GstPadProbeInfo* info, gpointer impl) {
           const auto* source = static_cast<TensorQueryServersrc*>(impl);
-          if (source->model_ && GST_EVENT_TYPE(GST_PAD_PROBE_INFO_EVENT(info)) == GST_EVENT_EOS)
-            source->model_->close();
+          if (source->server_ && GST_EVENT_TYPE(GST_PAD_PROBE_INFO_EVENT(info)) == GST_EVENT_EOS)
+            source->server_->close();
           return GST_PAD_PROBE_OK;
         },
         this, nullptr);
@@ -120,26 +112,24 @@ class TensorQueryServersrc : public gst::Element<TensorQueryServersrc, gst::Push
     const Settings s = settings();
     if (auto status = check_protocol(s.protocol, s.connect_type, kInfo.factory_name); !status)
       return status;
-    auto server = net::ModelServer::share(s.listen_options());
+    auto server = open_server(s);
     if (!server) return server.error();
-    auto model = std::make_shared<net::ServedModel>(
-        net::ModelRequest{s.model_name.empty() ? default_name() : s.model_name, s.model_version},
-        "weir", s.queue);
     id_ = s.id;
     wanted_port_ = s.port;
     ledger_.reset();
-    if (auto status = publish(*server, model); !status) return status;
-    if (s.unix_path.empty())
-      change_settings([&](Settings& shown) { shown.port = (*server)->port(); });
+    if (auto status = add_pair(id_, *server); !status) return status;
+    if (auto status = (*server)->publish(); !status) {
+      remove_pair(id_, **server);
+      return status;
+    }
+    if (const uint32_t port = (*server)->port(); port != 0)
+      change_settings([&](Settings& shown) { shown.port = port; });
     {
       std::lock_guard lock(server_mutex_);
       server_ = *std::move(server);
-      model_ = std::move(model);
     }
     g_object_notify(G_OBJECT(self()), "port");
-    GST_CAT_INFO_OBJECT(category(), self(), "model %s version %s listens on %s",
-                        model_->model().name.c_str(), model_->model().version.c_str(),
-                        net::address_text(settings().listen_options()).c_str());
+    GST_CAT_INFO_OBJECT(category(), self(), "%s", server_->description().c_str());
     if (s.insecure && s.tls_cert.empty())
       GST_CAT_WARNING_OBJECT(category(), self(),
                              "connections are not encrypted: anyone on the network can read and "
@@ -149,30 +139,24 @@ class TensorQueryServersrc : public gst::Element<TensorQueryServersrc, gst::Push
 
   // Downstream elements drop their frames before this element stops.
   GstStateChangeReturn change_state(GstStateChange change) {
-    if (model_ && change == GST_STATE_CHANGE_PLAYING_TO_PAUSED) model_->set_running(false);
-    if (model_ && change == GST_STATE_CHANGE_PAUSED_TO_PLAYING) model_->set_running(true);
+    const bool pauses = change == GST_STATE_CHANGE_PLAYING_TO_PAUSED;
+    if (server_ && (pauses || change == GST_STATE_CHANGE_PAUSED_TO_PLAYING)) {
+      if (const Status status = server_->set_running(!pauses); !status) {
+        gst::post_error(element(), status.error());
+        return GST_STATE_CHANGE_FAILURE;
+      }
+    }
     return GST_ELEMENT_CLASS(parent_class())->change_state(element(), change);
   }
 
   gboolean stop() {
     watch_.stop();
     watched_ = false;
-    std::shared_ptr<net::ModelServer> server;
-    {
-      std::lock_guard lock(server_mutex_);
-      server = std::move(server_);
-    }
-    if (!server) return TRUE;
+    if (!server_) return TRUE;
     change_settings([&](Settings& shown) { shown.port = wanted_port_; });
-    model_->stop();
-    server->remove(*model_);
-    remove_pair(id_, *model_);
-    const auto c = model_->counts();
-    GST_CAT_INFO_OBJECT(category(), self(),
-                        "requests: %" G_GUINT64_FORMAT " received = %" G_GUINT64_FORMAT
-                        " answered + %" G_GUINT64_FORMAT " refused + %" G_GUINT64_FORMAT
-                        " expired + %" G_GUINT64_FORMAT " aborted",
-                        c.received, c.answered, c.refused, c.expired, c.aborted);
+    server_->stop();
+    remove_pair(id_, *server_);
+    GST_CAT_INFO_OBJECT(category(), self(), "%s", server_->summary().c_str());
     return TRUE;
   }
 
@@ -195,21 +179,16 @@ class TensorQueryServersrc : public gst::Element<TensorQueryServersrc, gst::Push
 
   GstFlowReturn create(GstBuffer** out) {
     if (!std::exchange(watched_, true)) watch_.start(pad());
-    while (const auto request = model_->take()) {
+    while (const auto request = server_->take()) {
       ledger_.received();
-      auto buffer = pool_.acquire(buffer_limit_);
+      auto buffer = server_->make_frame(*request);
       if (!buffer) {
         ledger_.dropped(DropReason::Error);
-        request->fail(net::CallStatus::ResourceExhausted, buffer.error().message());
-        continue;
-      }
-      if (const Status status = fill(buffer->get(), *request); !status) {
-        ledger_.dropped(DropReason::Error);
-        request->fail(net::CallStatus::InvalidArgument, status.error().message());
+        GST_CAT_WARNING_OBJECT(category(), self(), "%s", buffer.error().message().c_str());
         continue;
       }
       set_request(buffer->get(), request);
-      gst::set_client(buffer->get(), client_of(*request));
+      gst::set_client(buffer->get(), request->client());
       request->pushed();
       ledger_.consumed_and_pushed();
       *out = buffer->release();
@@ -219,22 +198,17 @@ class TensorQueryServersrc : public gst::Element<TensorQueryServersrc, gst::Push
   }
 
   gboolean unlock() {
-    if (model_) model_->interrupt();
+    if (server_) server_->interrupt();
     return TRUE;
   }
   gboolean unlock_stop() {
-    if (model_) model_->resume();
+    if (server_) server_->resume();
     return TRUE;
   }
 
   void add_stats(GstStructure* stats) const {
     std::lock_guard lock(server_mutex_);
-    const auto c = model_ ? model_->counts() : net::ServedCounts{};
-    gst_structure_set(stats, "requests-received", G_TYPE_UINT64, c.received, "requests-answered",
-                      G_TYPE_UINT64, c.answered, "requests-refused", G_TYPE_UINT64, c.refused,
-                      "requests-expired", G_TYPE_UINT64, c.expired, "requests-aborted",
-                      G_TYPE_UINT64, c.aborted, "requests-in-flight", G_TYPE_UINT64, c.in_flight,
-                      "calls-refused", G_TYPE_UINT64, server_ ? server_->refused() : 0, nullptr);
+    if (server_) server_->add_stats(stats);
   }
 
   Settings settings_;
@@ -255,12 +229,20 @@ class TensorQueryServersrc : public gst::Element<TensorQueryServersrc, gst::Push
     return name.get();
   }
 
-  Status publish(const std::shared_ptr<net::ModelServer>& server,
-                 const std::shared_ptr<net::ServedModel>& model) const {
-    if (auto status = add_pair(id_, model); !status) return status;
-    auto status = server->add(model);
-    if (!status) remove_pair(id_, *model);
-    return status;
+  Result<std::shared_ptr<QueryServer>> open_server(const Settings& s) const {
+    if (!query_protocols().oip) {
+      const auto loaded = Ref<GstPlugin>::adopt(gst_plugin_load_by_name("weirnet"));
+      if (!loaded || !query_protocols().oip) return missing_plugin();
+    }
+    return query_protocols().oip.load()(s, default_name());
+  }
+  static Error missing_plugin() {
+    return {
+        .code = Code::MODULE_REFUSED,
+        .what = "the plug-in weirnet, which serves the Open Inference Protocol, is not installed",
+        .offered = "tensor_query_serversrc protocol=oip",
+        .needed = "the plug-in weirnet, which Weir builds where gRPC is",
+        .fix = "apt-get install libgrpc++-dev && make install"};
   }
 
   Status agree_on_caps() {
@@ -269,9 +251,10 @@ class TensorQueryServersrc : public gst::Element<TensorQueryServersrc, gst::Push
       caps = Ref<GstCaps>::adopt(
           gst_caps_intersect_full(own.get(), caps.get(), GST_CAPS_INTERSECT_FIRST));
     if (gst_caps_is_empty(caps.get())) return rejected_caps();
-    if (gst_caps_is_any(caps.get())) return unknown_caps("any caps");
+    if (gst_caps_is_any(caps.get())) return unknown_caps();
     caps = Ref<GstCaps>::adopt(gst_caps_fixate(caps.release()));
-    if (auto status = plan(caps.get()); !status) return status;
+    const auto names = parse_name_list(property_downstream(pad(), "inputname"));
+    if (auto status = server_->set_input(caps.get(), names, buffer_limit_); !status) return status;
     return gst_base_src_set_caps(base(), caps.get()) ? ok() : Status(rejected_caps());
   }
   Error rejected_caps() const {
@@ -280,48 +263,23 @@ class TensorQueryServersrc : public gst::Element<TensorQueryServersrc, gst::Push
     return gst::downstream_mismatch(pad(), peer.get(), own ? text_of(own.get()) : "any tensors",
                                     "caps that the downstream element accepts");
   }
-  static Error unknown_caps(std::string offered) {
+  static Error unknown_caps() {
     return {
         .code = Code::OPTION_VALUE,
         .what = "the tensors of the requests are not known",
-        .offered = "the downstream element accepts " + std::move(offered),
+        .offered = "the downstream element accepts any caps",
         .needed = "the caps of the requests, or a downstream element that needs certain tensors",
-        .fix = kSampleCaps};
+        .fix =
+            "caps=\"other/tensors,format=static,num_tensors=1,dimensions=(string)3:224:224:1,"
+            "types=(string)uint8,framerate=0/1\""};
   }
 
-  Status plan(const GstCaps* caps) {
-    auto spec = gst::fixed_spec_from_caps(caps);
-    if (!spec || spec->format != Format::Static) return unknown_caps(text_of(caps));
-    if (auto status = buffer_limit_.check(*spec); !status) return status;
-    auto pool = gst::FramePool::make(spec->tensors, Format::Static);
-    if (!pool) return pool.error();
-    pool_ = *std::move(pool);
-    model_->set_inputs(describe_tensors(spec->tensors, "input",
-                                        parse_name_list(property_downstream(pad(), "inputname"))));
-    return ok();
-  }
-
-  Status fill(GstBuffer* buffer, const net::ServedRequest& request) {
-    gst::FramePool::Writer writer;
-    if (auto status = writer.map(pool_, buffer); !status) return status;
-    for (size_t i = 0; i < writer.payloads().size(); ++i)
-      if (auto status = request.read_input(i, writer.payloads()[i]); !status) return status;
-    return ok();
-  }
-
-  // The same for all requests of a connection; not negative.
-  static gint64 client_of(const net::ServedRequest& request) {
-    return static_cast<gint64>(std::hash<std::string>{}(request.peer()) >> 1);
-  }
-
-  mutable std::mutex server_mutex_;  // guards server_, and model_ while it changes
-  std::shared_ptr<net::ModelServer> server_;
-  // Set in start(); streaming thread only, but for interrupt().
-  std::shared_ptr<net::ServedModel> model_;
+  mutable std::mutex server_mutex_;  // guards server_ while it changes
+  // Set in start().
+  std::shared_ptr<QueryServer> server_;
   uint32_t id_ = 0, wanted_port_ = 0;
   bool watched_ = false;
   RequestWatch watch_;
-  gst::FramePool pool_;
 };
 
 }  // namespace

@@ -64,10 +64,16 @@ void init(GTypeInstance* instance, gpointer) {
   reinterpret_cast<Allocator*>(instance)->arena = new Arena;
 }
 
+// A process may contain several copies of this code, one in each plug-in: they share a type, so
+// that elements of one accept the allocators of another.
 GType type() {
-  static const GType t = g_type_register_static_simple(GST_TYPE_ALLOCATOR, "WeirSharedAllocator",
-                                                       sizeof(GstAllocatorClass), class_init,
-                                                       sizeof(Allocator), init, GTypeFlags(0));
+  static const GType t = [] {
+    const GType known = g_type_from_name("WeirSharedAllocator");
+    return known != 0 ? known
+                      : g_type_register_static_simple(GST_TYPE_ALLOCATOR, "WeirSharedAllocator",
+                                                      sizeof(GstAllocatorClass), class_init,
+                                                      sizeof(Allocator), init, GTypeFlags(0));
+  }();
   return t;
 }
 

@@ -87,6 +87,7 @@ struct BaseSink {
     WEIR_BIND_SLOT(set_caps);
     WEIR_BIND_SLOT(event);
     WEIR_BIND_SLOT(query);
+    WEIR_BIND_SLOT(propose_allocation);
     WEIR_BIND_SLOT(render);
     static const auto render = k->render;
     k->render = [](Instance* self, GstBuffer* buffer) {

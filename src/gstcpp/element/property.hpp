@@ -102,6 +102,8 @@ void to_gvalue(const T& v, GValue* out) {
     g_value_set_uint(out, v);
   else if constexpr (std::is_same_v<T, uint64_t>)
     g_value_set_uint64(out, v);
+  else if constexpr (std::is_same_v<T, int64_t>)
+    g_value_set_int64(out, v);
   else if constexpr (std::is_same_v<T, float>)
     g_value_set_float(out, v);
   else if constexpr (std::is_same_v<T, std::optional<std::string>>)
@@ -130,6 +132,8 @@ T from_gvalue(const GValue* in) {
     return g_value_get_uint(in);
   } else if constexpr (std::is_same_v<T, uint64_t>) {
     return g_value_get_uint64(in);
+  } else if constexpr (std::is_same_v<T, int64_t>) {
+    return g_value_get_int64(in);
   } else if constexpr (std::is_same_v<T, float>) {
     return g_value_get_float(in);
   } else if constexpr (std::is_same_v<T, Ref<GstCaps>>) {
@@ -161,6 +165,8 @@ GParamSpec* value_spec(const char* name, const char* blurb, [[maybe_unused]] Bou
     return g_param_spec_uint(name, name, blurb, min, max, std::clamp(def, min, max), flags);
   else if constexpr (std::is_same_v<T, uint64_t>)
     return g_param_spec_uint64(name, name, blurb, min, max, def, flags);
+  else if constexpr (std::is_same_v<T, int64_t>)
+    return g_param_spec_int64(name, name, blurb, min, max, def, flags);
   else if constexpr (std::is_same_v<T, float>)
     return g_param_spec_float(name, name, blurb, min, max, def, flags);
   else if constexpr (std::is_same_v<T, std::optional<std::string>>)

@@ -200,7 +200,7 @@ class HostileWriter : public ::testing::Test {
       pollfd watched{listener->get(), POLLIN, 0};
       poll(&watched, 1, 10000);
       socket_ = listener->accept();
-      send(Kind::Welcome, Greeting{kMagic, kProtocol});
+      send(Kind::Welcome, Greeting{kMagic, kProtocol}, uint32_t{16});
       script();
       done.get_future().wait();
     });

@@ -25,7 +25,7 @@ enum class Kind : uint32_t {
   Release,    // number of a frame: its memory is no longer read
   Leave,      // send no more frames; those held are released as before
   // From the writer.
-  Welcome,  // Greeting
+  Welcome,  // Greeting, u32: frames that the reader may hold
   Block,    // BlockCall, with a descriptor
   Forget,   // id of a block that no later frame uses
   Caps,     // text

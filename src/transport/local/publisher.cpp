@@ -182,8 +182,8 @@ void Publisher::read(const std::shared_ptr<ReaderLink>& reader, std::span<std::b
     }
     if (!greeted) continue;
     // The socket is empty: a greeting that does not fit is a reader that is gone.
-    const bool sent =
-        reader->welcome() && reader->send_caps(caps_) && (!ended_ || reader->send_end());
+    const bool sent = reader->welcome(options_.most_held) && reader->send_caps(caps_) &&
+                      (!ended_ || reader->send_end());
     if (!sent) return reader->set_gone();
   }
 }

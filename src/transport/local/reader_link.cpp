@@ -18,9 +18,10 @@ bool ReaderLink::send(std::span<const std::byte> message, int descriptor) {
   return false;
 }
 
-bool ReaderLink::welcome() {
+bool ReaderLink::welcome(uint32_t most_held) {
   writer_.begin(Kind::Welcome);
   writer_.put(Greeting{kMagic, kProtocol});
+  writer_.put(most_held);
   return send(writer_.finish());
 }
 

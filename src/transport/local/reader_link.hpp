@@ -48,7 +48,7 @@ class ReaderLink {
   std::chrono::steady_clock::time_point greeting_ends() const noexcept { return greeting_ends_; }
 
   // These return false if the message was not sent: is_full() or state() tell why.
-  bool welcome();
+  bool welcome(uint32_t most_held);
   bool send_caps(const std::shared_ptr<const std::string>& caps);  // unless it has them; null: none
   bool send_frame(const LocalFrame& frame);                        // unless it has it
   bool send_end();

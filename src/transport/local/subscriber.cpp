@@ -37,6 +37,7 @@ void WriterLink::send(std::span<const std::byte> message) noexcept {
 }
 
 void WriterLink::release(uint64_t number) noexcept {
+  --held_;
   const Small<uint64_t> message{{static_cast<uint32_t>(Kind::Release), sizeof number}, number};
   send(std::as_bytes(std::span(&message, 1)));
 }
@@ -86,6 +87,7 @@ Status Subscriber::greet(int cancel) {
   auto message = packet.cut ? std::nullopt : open_message(packet.bytes);
   if (!message || message->kind != Kind::Welcome) return bad_writer("no greeting");
   const auto greeting = message->body.take<Greeting>();
+  most_held_ = message->body.take<uint32_t>();
   if (!message->body.complete() || greeting.magic != kMagic || greeting.protocol != kProtocol)
     return bad_writer("a greeting of another version of the protocol");
   return ok();

@@ -2,6 +2,7 @@
 // releases each frame when its last user has.
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #pragma once
+#include <atomic>
 #include <map>
 #include <memory>
 #include <span>
@@ -20,19 +21,24 @@ class WriterLink {
  public:
   explicit WriterLink(Descriptor socket) : socket_(std::move(socket)) {}
   int socket() const noexcept { return socket_.get(); }
+  void add_held() noexcept { ++held_; }
+  uint32_t held() const noexcept { return held_; }
   void release(uint64_t number) noexcept;
   void leave() noexcept;
 
  private:
   void send(std::span<const std::byte> message) noexcept;
   const Descriptor socket_;
+  std::atomic<uint32_t> held_{0};  // frames that were received and not released
 };
 
 // A frame in the writer's memory, which is free again when the object is destroyed. Any thread.
 class ReceivedFrame {
  public:
   ReceivedFrame(std::shared_ptr<WriterLink> link, uint64_t number) noexcept
-      : link_(std::move(link)), number_(number) {}
+      : link_(std::move(link)), number_(number) {
+    link_->add_held();
+  }
   ReceivedFrame(const ReceivedFrame&) = delete;
   ReceivedFrame& operator=(const ReceivedFrame&) = delete;
   ~ReceivedFrame() { link_->release(number_); }
@@ -74,6 +80,9 @@ class Subscriber {
   Subscriber& operator=(Subscriber&&) noexcept = default;
   ~Subscriber();
 
+  // Whether the writer waits until a frame is released: copy this one rather than keep it.
+  bool holds_all() const noexcept { return link_->held() >= most_held_; }
+
   // Waits for what comes next. PEER_MESSAGE_INVALID: close the connection.
   Result<StreamEvent> receive(int cancel = -1);
 
@@ -95,6 +104,7 @@ class Subscriber {
   std::vector<std::byte> buffer_;
   std::map<uint64_t, std::shared_ptr<const isolate::Mapping>> blocks_;
   uint64_t mapped_bytes_ = 0, last_number_ = 0;
+  uint32_t most_held_ = 0;
 };
 
 }  // namespace weir::local

@@ -1,0 +1,33 @@
+// Which protocols and connect-types are available.
+// SPDX-License-Identifier: LGPL-2.1-or-later
+#include "elements/edgesink/edge_connect_type.hpp"
+
+namespace weir {
+
+Status check_edge_types(EdgeProtocol protocol, EdgeConnectType connect_type, const char* element) {
+  const std::string name = element;
+  if (connect_type == EdgeConnectType::Custom)
+    return Error{.code = Code::OPTION_VALUE,
+                 .what =
+                     "connect-type=CUSTOM is not available: the interface of its library is "
+                     "not specified",
+                 .offered = "connect-type=CUSTOM",
+                 .needed = "connect-type=TCP, or protocol=local on one machine",
+                 .fix = name + " connect-type=TCP"};
+  if (protocol == EdgeProtocol::Local && connect_type != EdgeConnectType::Tcp)
+    return Error{.code = Code::OPTION_VALUE,
+                 .what = "protocol=local has no broker",
+                 .offered = "another connect-type than its default",
+                 .needed = "protocol=local and path alone",
+                 .fix = name + " protocol=local path=/tmp/weir-stream"};
+  if (connect_type == EdgeConnectType::Mqtt || connect_type == EdgeConnectType::Hybrid)
+    return Error{.code = Code::OPTION_VALUE,
+                 .what = "brokers are not available yet",
+                 .offered = connect_type == EdgeConnectType::Mqtt ? "connect-type=MQTT"
+                                                                  : "connect-type=HYBRID",
+                 .needed = "connect-type=TCP, or protocol=local on one machine",
+                 .fix = name + " connect-type=TCP"};
+  return ok();
+}
+
+}  // namespace weir

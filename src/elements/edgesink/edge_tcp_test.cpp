@@ -1,0 +1,117 @@
+// edgesink and edgesrc over TCP: many tensors, frames that do not match, addresses.
+// SPDX-License-Identifier: LGPL-2.1-or-later
+#include "elements/tests/element_test_support.hpp"
+#include "gstcpp/buffer/frame_reader.hpp"
+#include "gstcpp/buffer/tensor_caps.hpp"
+#include "transport/edge/stream_publisher.hpp"
+#include "transport/edge/stream_subscriber.hpp"
+
+namespace {
+
+using namespace weir::test;
+
+guint port_of(const Harness& sink) {
+  guint port = 0;
+  gst_structure_get_uint(stats(element_of(sink, "edgesink").get()).get(), "port", &port);
+  return port;
+}
+std::string listed(const std::string& item, int count) {
+  std::string out = item;
+  for (int i = 1; i < count; ++i) out += "," + item;
+  return out;
+}
+
+// 20 tensors of one byte in one memory: edgesink sends one memory each.
+TEST(EdgeTcp, MoreThan16TensorsTravelAsAMemoryEach) {
+  const auto out = harness_of("edgesink sync=false port=0 wait-connection=true",
+                              tensors(listed("uint8", 20), listed("1", 20)));
+  auto subscriber = weir::edge::StreamSubscriber::connect("localhost", port_of(out), {});
+  ASSERT_TRUE(subscriber);
+  ASSERT_EQ(gst_harness_push(out.get(), frame(ramp(20))), GST_FLOW_OK);
+  const auto received = subscriber->receive();
+  ASSERT_TRUE(received && !received->end);
+  ASSERT_EQ(received->memories.size(), 20u);
+  for (int i = 0; i < 20; ++i)
+    EXPECT_EQ(received->memories[i].bytes()[0], static_cast<std::byte>(i));
+}
+
+TEST(EdgeTcp, MoreThan16TensorsArePackedAgain) {
+  const auto out = harness_of("edgesink sync=false port=0 wait-connection=true",
+                              tensors(listed("uint8", 20), listed("1", 20)));
+  Harness in{gst_harness_new_parse(("edgesrc dest-port=" + std::to_string(port_of(out))).c_str())};
+  gst_harness_play(in.get());
+  ASSERT_EQ(gst_harness_push(out.get(), frame(ramp(20))), GST_FLOW_OK);
+  const auto got = Ref<GstBuffer>::adopt(gst_harness_pull(in.get()));
+  ASSERT_TRUE(got);
+  EXPECT_EQ(gst_buffer_n_memory(got.get()), 16u);
+  const auto caps = Ref<GstCaps>::adopt(gst_pad_get_current_caps(in->sinkpad));
+  const auto spec = weir::gst::spec_from_caps(caps.get());
+  ASSERT_TRUE(spec);
+  weir::gst::FrameReader reader;
+  ASSERT_TRUE(reader.read(got.get(), *spec));
+  ASSERT_EQ(reader.tensors().size(), 20u);
+  for (int i = 0; i < 20; ++i)
+    EXPECT_EQ(reader.tensors()[i].payload[0], static_cast<std::byte>(i)) << i;
+  EXPECT_EQ(stat(in, "edgesrc", "bytes-copied"), 5u);
+}
+
+// docs/compatibility/edge-wire.md 10.6, class 9.
+class UnlikeItsCaps : public ::testing::Test {
+ protected:
+  std::string error_of(const std::vector<size_t>& sizes) {
+    auto publisher = weir::edge::StreamPublisher::open(
+        {.host = "localhost", .port = 0, .queue = {}, .allowed = {}, .refused = {}});
+    EXPECT_TRUE(publisher);
+    EXPECT_TRUE((*publisher)->set_caps(tensors("uint8,uint8", "4,3")));
+    const auto pipeline =
+        lone_element("edgesrc dest-port=" + std::to_string((*publisher)->port()) + " ! fakesink");
+    gst_element_set_state(pipeline.get(), GST_STATE_PLAYING);
+    EXPECT_TRUE((*publisher)->wait_for_subscriber(std::nullopt));
+    const std::vector<std::byte> bytes(16);
+    std::vector<std::span<const std::byte>> parts;
+    for (const size_t size : sizes) parts.push_back(std::span(bytes).first(size));
+    EXPECT_TRUE((*publisher)->publish(parts, nullptr));
+    EXPECT_TRUE((*publisher)->flush(std::nullopt));
+    const auto bus = Ref<GstBus>::adopt(gst_element_get_bus(pipeline.get()));
+    const auto message = Ref<GstMessage>::adopt(
+        gst_bus_timed_pop_filtered(bus.get(), 60 * GST_SECOND, GST_MESSAGE_ERROR));
+    gst_element_set_state(pipeline.get(), GST_STATE_NULL);
+    return text_of(message.get());
+  }
+};
+
+TEST_F(UnlikeItsCaps, AFrameWithAnotherSizeIsAnError) {
+  const std::string error = error_of({4, 4});
+  EXPECT_SAYS(error, "does not match the caps");
+  EXPECT_SAYS(error, "2 memories of 4,4 bytes");
+  EXPECT_SAYS(error, "as tensor 1");
+}
+TEST_F(UnlikeItsCaps, AFrameWithMoreThan16MemoriesIsAnError) {
+  EXPECT_SAYS(error_of(std::vector<size_t>(17, 1)), "17 memories of 1,1,");
+}
+
+TEST(EdgeTcp, AnAddressThatIsTakenIsNamed) {
+  const auto out = harness_of("edgesink port=0");
+  EXPECT_SAYS(start_error("edgesink port=" + std::to_string(port_of(out))), "in use");
+  EXPECT_SAYS(start_error("edgesink port=" + std::to_string(port_of(out))), "port=0");
+}
+
+TEST(EdgeTcp, OtherMachinesAreAWarning) {
+  const auto element = lone_element("edgesink host=0.0.0.0 port=0");
+  Errors errors(element.get());
+  gst_element_set_state(element.get(), GST_STATE_READY);
+  EXPECT_SAYS(errors.next_warning(), "other machines can connect without encryption");
+  gst_element_set_state(element.get(), GST_STATE_NULL);
+  EXPECT_SAYS(start_error("edgesink host=0.0.0.0 port=0 allow=a/b/c"), "allow");
+}
+
+TEST(EdgeTcp, AnEdgesinkThatIsNotThereIsNamed) {
+  const auto out = harness_of("edgesink port=0");
+  const guint port = port_of(out);
+  gst_element_set_state(element_of(out, "edgesink").get(), GST_STATE_NULL);
+  const std::string error = start_error("edgesrc dest-port=" + std::to_string(port));
+  EXPECT_SAYS(error, "localhost:" + std::to_string(port));
+  EXPECT_SAYS(error, "reconnect=true");
+}
+
+}  // namespace

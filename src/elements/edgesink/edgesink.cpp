@@ -1,0 +1,231 @@
+// edgesink: sends the buffers of a stream to other processes.
+// SPDX-License-Identifier: LGPL-2.1-or-later
+#include <algorithm>
+#include <atomic>
+#include <memory>
+#include <mutex>
+
+#include "elements/edgesink/edgesink_settings.hpp"
+#include "elements/edgesink/local_output.hpp"
+#include "elements/edgesink/tcp_output.hpp"
+#include "gstcpp/element/base_classes.hpp"
+#include "transport/network_policy.hpp"
+
+namespace weir {
+namespace {
+
+using Outcome = BufferOutput::Outcome;
+
+wire::HeaderForm form_of(WireVersion version) {
+  switch (version) {
+    case WireVersion::Bytes160:
+      return wire::HeaderForm::Bytes160;
+    case WireVersion::Bytes168:
+      return wire::HeaderForm::Bytes168;
+    case WireVersion::Bytes2088:
+      break;
+  }
+  return wire::HeaderForm::Bytes2088;
+}
+
+class Edgesink : public gst::Element<Edgesink, gst::BaseSink> {
+ public:
+  static constexpr gst::ElementInfo kInfo{"WeirEdgeSink", "edgesink", "EdgeSink", "Sink/Edge",
+                                          "Sends the buffers of a stream to other processes"};
+  static inline GstStaticPadTemplate kPads[] = {
+      GST_STATIC_PAD_TEMPLATE("sink", GST_PAD_SINK, GST_PAD_ALWAYS, GST_STATIC_CAPS_ANY),
+  };
+
+  using Settings = EdgesinkSettings;
+  static constexpr std::tuple kProperties{
+      gst::Property{"host", &Settings::host, "The address to listen on"},
+      gst::Property{"port", &Settings::port,
+                    "The port to listen on; 0 = a free one, which `stats` has as port",
+                    gst::Changeable::InReady, 0u, 65535u},
+      gst::Property{"dest-host", &Settings::dest_host, "The address of the broker"},
+      gst::Property{"dest-port", &Settings::dest_port, "The port of the broker",
+                    gst::Changeable::InReady, 0u, 65535u},
+      gst::Property{"connect-type", &Settings::connect_type, "How receivers find this element"},
+      gst::Property{"topic", &Settings::topic, "The name of the stream at the broker"},
+      gst::Property{"wait-connection", &Settings::wait_connection,
+                    "Wait for a receiver before the first buffer"},
+      gst::Property{"connection-timeout", &Settings::connection_timeout,
+                    "Milliseconds that wait-connection waits; 0 = no limit"},
+      gst::Property{"custom-lib", &Settings::custom_lib,
+                    "Accepted for compatibility; connect-type=CUSTOM is not available"},
+      gst::Property{"protocol", &Settings::protocol, "What receivers speak"},
+      gst::Property{"path", &Settings::path,
+                    "The file name of the stream, a Unix socket (protocol=local)"},
+      gst::Property{"max-buffers", &Settings::max_buffers,
+                    "Buffers that a receiver may have and not have released (protocol=local), or "
+                    "that wait for one (protocol=edge)",
+                    gst::Changeable::InReady, 1u, 96u},
+      gst::Property{"drop", &Settings::drop,
+                    "A receiver that has max-buffers misses buffers; false = the stream waits for "
+                    "it (protocol=local; protocol=edge always drops)"},
+      gst::Property{"wire-version", &Settings::wire_version,
+                    "The version of NNStreamer's library that receivers have (protocol=edge)"},
+      gst::Property{"insecure", &Settings::insecure,
+                    "Let other machines connect although weir.ini requires TLS"},
+      gst::Property{"allow", &Settings::allow,
+                    "Addresses and networks of receivers, separated by commas; default: all"},
+  };
+
+  Status start() {
+    const Settings s = settings();
+    if (auto status = check_edge_types(s.protocol, s.connect_type, kInfo.factory_name); !status)
+      return status;
+    auto output = s.protocol == EdgeProtocol::Local ? open_local(s) : open_tcp(s);
+    if (!output) return output.error();
+    ledger_.reset();
+    has_waited_ = !s.wait_connection;
+    const std::lock_guard lock(output_mutex_);
+    output_ = *std::move(output);
+    return ok();
+  }
+
+  gboolean stop() {
+    std::shared_ptr<BufferOutput> output;
+    const std::lock_guard lock(output_mutex_);
+    output.swap(output_);
+    taken_port_ = 0;
+    return TRUE;
+  }
+
+  Status set_caps(GstCaps* caps) { return output_->set_caps(caps); }
+
+  GstFlowReturn render(GstBuffer* buffer) {
+    ledger_.received();
+    for (;;) {
+      auto outcome = wait_for_receiver();
+      if (outcome && *outcome == Outcome::Sent) outcome = output_->publish(buffer, &ledger_);
+      if (!outcome) {
+        ledger_.dropped(DropReason::Error);
+        gst::post_error(element(), outcome.error());
+        return GST_FLOW_ERROR;
+      }
+      if (*outcome != Outcome::Interrupted) return count(*outcome);
+      // PAUSED, a flush or the end.
+      const GstFlowReturn flow = gst_base_sink_wait_preroll(self());
+      if (flow == GST_FLOW_OK) continue;
+      ledger_.dropped(DropReason::Flush);
+      return flow;
+    }
+  }
+
+  gboolean event(GstEvent* event) {
+    if (GST_EVENT_TYPE(event) == GST_EVENT_EOS) output_->end();
+    return parent_class()->event(self(), event);
+  }
+
+  gboolean propose_allocation(GstQuery* query) {
+    if (const auto output = current()) output->propose_allocation(query);
+    return TRUE;
+  }
+
+  gboolean unlock() {
+    if (const auto output = current()) output->interrupt();
+    return TRUE;
+  }
+  gboolean unlock_stop() {
+    if (const auto output = current()) output->resume();
+    return TRUE;
+  }
+
+  void add_stats(GstStructure* stats) const {
+    if (const auto output = current()) output->add_stats(stats);
+    gst_structure_set(stats, "port", G_TYPE_UINT, taken_port_.load(), nullptr);
+  }
+
+  Settings settings_;
+  Ledger ledger_;
+
+ private:
+  static constexpr uint32_t kMostReceivers = 32, kMostOfOneAddress = 16;
+  static constexpr uint64_t kLongestTimeout = 1'000'000'000'000;  // ms
+
+  using Opened = Result<std::unique_ptr<BufferOutput>>;
+
+  Opened open_local(const Settings& s) {
+    return LocalOutput::open({.path = s.path,
+                              .most_held = s.max_buffers,
+                              .drop = s.drop,
+                              .most_readers = kMostReceivers,
+                              .refused = [this](const Error& error) { log(error); }});
+  }
+
+  Opened open_tcp(const Settings& s) {
+    const auto warning = transport::check_old_protocol({.role = transport::Role::Listens,
+                                                        .host = s.host,
+                                                        .port = s.port,
+                                                        .insecure = s.insecure,
+                                                        .allow = s.allow},
+                                                       config::Configuration::load());
+    if (!warning) return warning.error();
+    if (*warning) gst::post_warning(element(), **warning);
+    auto output = TcpOutput::open({.host = s.host,
+                                   .port = s.port,
+                                   .form = form_of(s.wire_version),
+                                   .queue = {.frames = s.max_buffers},
+                                   .most_subscribers = kMostReceivers,
+                                   .most_of_one_address = kMostOfOneAddress,
+                                   .allowed =
+                                       [allow = s.allow](const std::string& address) {
+                                         return transport::is_allowed(allow, address);
+                                       },
+                                   .refused = [this](const Error& error) { log(error); }});
+    if (!output) return output.error();
+    taken_port_ = (*output)->port();
+    GST_CAT_INFO_OBJECT(category(), element(), "listening on %s:%u", s.host.c_str(),
+                        taken_port_.load());
+    return std::unique_ptr<BufferOutput>(*std::move(output));
+  }
+
+  std::shared_ptr<BufferOutput> current() const {
+    const std::lock_guard lock(output_mutex_);
+    return output_;
+  }
+
+  void log(const Error& error) const {
+    GST_CAT_WARNING_OBJECT(category(), element(), "%s", error.message().c_str());
+  }
+
+  // Sent = there is a receiver, or none is waited for.
+  Result<Outcome> wait_for_receiver() {
+    if (has_waited_) return Outcome::Sent;
+    const uint64_t limit = settings().connection_timeout;
+    isolate::Deadline deadline;
+    if (limit > 0)
+      deadline = isolate::deadline_in(
+          std::chrono::milliseconds(static_cast<int64_t>(std::min(limit, kLongestTimeout))));
+    has_waited_ = output_->wait_for_receiver(deadline);
+    if (has_waited_) return Outcome::Sent;
+    if (!isolate::is_over(deadline)) return Outcome::Interrupted;
+    return Error{.code = Code::SERVER_UNREACHABLE,
+                 .what = "no receiver connected within connection-timeout",
+                 .offered = "connection-timeout=" + std::to_string(limit) + " ms",
+                 .needed = "an edgesrc that connects in time",
+                 .fix = "edgesink wait-connection=false"};
+  }
+
+  GstFlowReturn count(Outcome outcome) {
+    if (outcome == Outcome::Sent)
+      ledger_.consumed();
+    else
+      ledger_.dropped(DropReason::Policy);
+    return GST_FLOW_OK;
+  }
+
+  mutable std::mutex output_mutex_;  // guards output_ while it changes
+  std::shared_ptr<BufferOutput> output_;
+  std::atomic<uint32_t> taken_port_{0};  // 0 = it does not listen
+  bool has_waited_ = false;              // streaming thread
+};
+
+}  // namespace
+
+bool register_edgesink(GstPlugin* plugin) {
+  return Edgesink::register_in(plugin);
+}
+
+}  // namespace weir

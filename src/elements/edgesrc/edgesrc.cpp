@@ -1,0 +1,279 @@
+// edgesrc: pushes the buffers that an edgesink of another process sends.
+// SPDX-License-Identifier: LGPL-2.1-or-later
+#include <poll.h>
+
+#include <atomic>
+#include <memory>
+#include <optional>
+#include <string>
+
+#include "elements/edgesink/edge_connect_type.hpp"
+#include "elements/edgesrc/local_input.hpp"
+#include "elements/edgesrc/tcp_input.hpp"
+#include "gstcpp/buffer/tensor_caps.hpp"
+#include "gstcpp/element/base_classes.hpp"
+#include "transport/local/interruption.hpp"
+#include "transport/network_policy.hpp"
+
+namespace weir {
+namespace {
+
+using gst::Ref;
+using Kind = InputEvent::Kind;
+
+struct EdgesrcSettings {
+  std::optional<std::string> host;
+  uint32_t port = 0;
+  std::string dest_host = "localhost";
+  uint32_t dest_port = 3000;
+  EdgeConnectType connect_type = EdgeConnectType::Tcp;
+  std::optional<std::string> topic, custom_lib;
+  EdgeProtocol protocol = EdgeProtocol::Edge;
+  std::string path;
+  bool reconnect = false;
+  uint64_t max_message = uint64_t{64} << 20;
+  bool insecure = false;
+  std::string allow;
+};
+
+class Edgesrc : public gst::Element<Edgesrc, gst::PushSource> {
+ public:
+  static constexpr gst::ElementInfo kInfo{"WeirEdgeSrc", "edgesrc", "EdgeSrc", "Source/Edge",
+                                          "Pushes the buffers that an edgesink sends"};
+  static inline GstStaticPadTemplate kPads[] = {
+      GST_STATIC_PAD_TEMPLATE("src", GST_PAD_SRC, GST_PAD_ALWAYS, GST_STATIC_CAPS_ANY),
+  };
+
+  using Settings = EdgesrcSettings;
+  static constexpr std::tuple kProperties{
+      gst::Property{"host", &Settings::host, "Deprecated: it has no effect"},
+      gst::Property{"port", &Settings::port, "Deprecated: it has no effect",
+                    gst::Changeable::InReady, 0u, 65535u},
+      gst::Property{"dest-host", &Settings::dest_host,
+                    "The address of the edgesink, or of the broker"},
+      gst::Property{"dest-port", &Settings::dest_port, "The port at dest-host",
+                    gst::Changeable::InReady, 0u, 65535u},
+      gst::Property{"connect-type", &Settings::connect_type, "How the edgesink is found"},
+      gst::Property{"topic", &Settings::topic, "The name of the stream at the broker"},
+      gst::Property{"custom-lib", &Settings::custom_lib,
+                    "Accepted for compatibility; connect-type=CUSTOM is not available"},
+      gst::Property{"protocol", &Settings::protocol, "What the edgesink speaks"},
+      gst::Property{"path", &Settings::path, "The path of the edgesink (protocol=local)"},
+      gst::Property{"reconnect", &Settings::reconnect,
+                    "Wait for an edgesink that is not there or has ended; false = an error"},
+      gst::Property{"max-message", &Settings::max_message,
+                    "Largest message in bytes (protocol=edge)", gst::Changeable::InReady,
+                    uint64_t{1024}, uint64_t{1} << 40},
+      gst::Property{"insecure", &Settings::insecure,
+                    "Connect to another machine although weir.ini requires TLS"},
+      gst::Property{"allow", &Settings::allow,
+                    "Addresses and networks that it may connect to, separated by commas; default: "
+                    "all"},
+  };
+
+  void constructed() { gst_base_src_set_format(base(), GST_FORMAT_TIME); }
+
+  Status start() {
+    const Settings s = settings();
+    if (auto status = check_edge_types(s.protocol, s.connect_type, kInfo.factory_name); !status)
+      return status;
+    warn_of_deprecated(s);
+    if (s.protocol == EdgeProtocol::Edge)
+      if (auto status = check_network(s); !status) return status;
+    ledger_.reset();
+    reconnections_ = 0;
+    was_connected_ = false;
+    caps_ = {};
+    if (s.reconnect) return ok();
+    return connect(s);
+  }
+
+  gboolean stop() {
+    input_.reset();
+    return TRUE;
+  }
+
+  // The caps come from the edgesink.
+  gboolean negotiate() { return TRUE; }
+
+  GstFlowReturn create(GstBuffer** out) {
+    for (;;) {
+      auto event = next();
+      if (!event) return failed(event.error());
+      switch (event->kind) {
+        case Kind::Buffer:
+          if (!caps_ && !set_caps_of_downstream()) return GST_FLOW_NOT_NEGOTIATED;
+          ledger_.copied(event->copied);
+          return take(event->buffer.release(), out);
+        case Kind::End:
+          return GST_FLOW_EOS;
+        case Kind::Interrupted:
+          return GST_FLOW_FLUSHING;
+        case Kind::Caps:
+          if (!set_caps(event->caps)) return GST_FLOW_NOT_NEGOTIATED;
+          break;
+        case Kind::Lost:
+          input_.reset();
+          if (!settings().reconnect) return failed(lost());
+          break;
+      }
+    }
+  }
+
+  gboolean unlock() {
+    interruption_.set();
+    return TRUE;
+  }
+  gboolean unlock_stop() {
+    interruption_.clear();
+    return TRUE;
+  }
+
+  void add_stats(GstStructure* stats) const {
+    gst_structure_set(stats, "reconnections", G_TYPE_UINT64, reconnections_.load(), nullptr);
+  }
+
+  Settings settings_;
+  Ledger ledger_;
+
+ private:
+  GstBaseSrc* base() const { return GST_BASE_SRC(self()); }
+  GstPad* pad() const { return GST_BASE_SRC_PAD(self()); }
+
+  void warn_of_deprecated(const Settings& s) const {
+    if (!s.host && s.port == 0) return;
+    gst::post_warning(
+        element(), Error{.code = Code::OPTION_VALUE,
+                         .what = "the properties host and port of edgesrc have no effect",
+                         .offered = s.host ? "host=" + *s.host : "port=" + std::to_string(s.port),
+                         .needed = "the address of the edgesink in dest-host and dest-port",
+                         .fix = "edgesrc dest-host=localhost dest-port=3000"});
+  }
+
+  Status check_network(const Settings& s) const {
+    const auto warning = transport::check_old_protocol({.role = transport::Role::Connects,
+                                                        .host = s.dest_host,
+                                                        .port = s.dest_port,
+                                                        .insecure = s.insecure,
+                                                        .allow = s.allow},
+                                                       config::Configuration::load());
+    if (!warning) return warning.error();
+    if (*warning) gst::post_warning(element(), **warning);
+    return ok();
+  }
+
+  Status connect(const Settings& s) {
+    const int interruption = interruption_.descriptor();
+    auto input = s.protocol == EdgeProtocol::Local
+                     ? LocalInput::connect(s.path, interruption)
+                     : TcpInput::connect(s.dest_host, s.dest_port, s.max_message, interruption);
+    if (!input) return input.error();
+    input_ = *std::move(input);
+    if (caps_) input_->set_caps(caps_.get());
+    if (std::exchange(was_connected_, true)) ++reconnections_;
+    is_discontinuous_ = true;
+    return ok();
+  }
+
+  // Connects if necessary; with `reconnect` it waits for the edgesink.
+  Result<InputEvent> next() {
+    const Settings s = settings();
+    while (!input_) {
+      const auto status = connect(s);
+      if (status) break;
+      const Code code = status.error().code;
+      if (code == Code::CANCELLED) return InputEvent{Kind::Interrupted};
+      const bool may_come = code == Code::SERVER_UNREACHABLE || code == Code::SERVER_REFUSED;
+      if (!may_come || !s.reconnect) return status.error();
+      pollfd watched{interruption_.descriptor(), POLLIN, 0};
+      if (poll(&watched, 1, kRetryMilliseconds) > 0) return InputEvent{Kind::Interrupted};
+    }
+    return input_->receive();
+  }
+
+  GstFlowReturn failed(const Error& error) {
+    input_.reset();
+    gst::post_error(element(), error);
+    return GST_FLOW_ERROR;
+  }
+
+  Error lost() const {
+    const Settings s = settings();
+    const bool is_local = s.protocol == EdgeProtocol::Local;
+    return {
+        .code = Code::SERVER_UNREACHABLE,
+        .what = "the edgesink has closed the connection",
+        .offered = is_local ? "path=" + s.path : s.dest_host + ":" + std::to_string(s.dest_port),
+        .needed = is_local ? "an edgesink that ends its stream with EOS"
+                           : "an edgesink that stays: its protocol has no end of stream",
+        .fix = "reconnect=true waits for the next one"};
+  }
+
+  bool set_caps(const Ref<GstCaps>& caps) {
+    if (caps_ && gst_caps_is_equal(caps_.get(), caps.get())) return true;
+    const auto status =
+        gst::check_downstream(pad(), caps.get(), "a capsfilter with the caps of the edgesink");
+    if (!status) {
+      // NNStreamer's protocol leaves the caps to the capsfilter.
+      if (settings().protocol == EdgeProtocol::Edge && fixed_caps_of_downstream()) {
+        gst::post_warning(element(), status.error());
+        return set_caps_of_downstream();
+      }
+      gst::post_error(element(), status.error());
+      return false;
+    }
+    caps_ = caps;
+    input_->set_caps(caps.get());
+    return gst_base_src_set_caps(base(), caps.get());
+  }
+
+  // Null if downstream accepts more than one.
+  Ref<GstCaps> fixed_caps_of_downstream() const {
+    auto caps = Ref<GstCaps>::adopt(gst_pad_peer_query_caps(pad(), nullptr));
+    if (!caps || !gst_caps_is_fixed(caps.get())) return {};
+    return caps;
+  }
+
+  // For an edgesink that did not announce its caps.
+  bool set_caps_of_downstream() {
+    auto caps = fixed_caps_of_downstream();
+    if (!caps) {
+      gst::post_error(element(), Error{.code = Code::NOT_NEGOTIATED,
+                                       .what = "the caps of the stream are not known",
+                                       .offered = "an edgesink that did not announce its caps",
+                                       .needed = "a capsfilter with fixed caps",
+                                       .fix = "edgesrc ! other/tensors,format=flexible,"
+                                              "framerate=30/1 ! tensor_sink"});
+      return false;
+    }
+    caps_ = caps;
+    input_->set_caps(caps.get());
+    return gst_base_src_set_caps(base(), caps.get());
+  }
+
+  GstFlowReturn take(GstBuffer* buffer, GstBuffer** out) {
+    ledger_.received();
+    if (std::exchange(is_discontinuous_, false))
+      GST_BUFFER_FLAG_SET(buffer, GST_BUFFER_FLAG_DISCONT);
+    ledger_.consumed_and_pushed();
+    *out = buffer;
+    return GST_FLOW_OK;
+  }
+
+  static constexpr int kRetryMilliseconds = 50;
+
+  local::Interruption interruption_;
+  std::atomic<uint64_t> reconnections_{0};
+  // Streaming thread, or start() and stop().
+  std::unique_ptr<BufferInput> input_;
+  Ref<GstCaps> caps_;
+  bool was_connected_ = false, is_discontinuous_ = false;
+};
+
+}  // namespace
+
+bool register_edgesrc(GstPlugin* plugin) {
+  return Edgesrc::register_in(plugin);
+}
+
+}  // namespace weir

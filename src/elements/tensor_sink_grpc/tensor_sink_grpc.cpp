@@ -1,0 +1,242 @@
+// tensor_sink_grpc: sends each frame of tensors as a message of NNStreamer's TensorService.
+// SPDX-License-Identifier: LGPL-2.1-or-later
+#include <new>
+#include <optional>
+
+#include "elements/tensor_sink_grpc/grpc_settings.hpp"
+#include "gstcpp/buffer/frame_reader.hpp"
+#include "gstcpp/buffer/tensor_caps.hpp"
+#include "gstcpp/element/base_classes.hpp"
+
+namespace weir {
+namespace {
+
+using net::OutgoingFrames;
+
+constexpr std::chrono::seconds kLongestEnd{5};  // to send what is queued at EOS
+constexpr std::align_val_t kMessageAlignment{64};
+
+// Memory of a message, which several calls may send at a time.
+class MessageMemory {
+ public:
+  explicit MessageMemory(size_t bytes)
+      : size_(bytes), data_(static_cast<std::byte*>(::operator new(bytes, kMessageAlignment))) {}
+  MessageMemory(const MessageMemory&) = delete;
+  MessageMemory& operator=(const MessageMemory&) = delete;
+  ~MessageMemory() { ::operator delete(data_, kMessageAlignment); }
+  std::byte* data() const { return data_; }
+  std::span<const std::byte> bytes() const { return {data_, size_}; }
+
+ private:
+  const size_t size_;
+  std::byte* const data_;
+};
+
+class TensorSinkGrpc : public gst::Element<TensorSinkGrpc, gst::BaseSink> {
+ public:
+  static constexpr gst::ElementInfo kInfo{"WeirTensorSinkGrpc", "tensor_sink_grpc",
+                                          "TensorSinkGRPC", "Sink/Network",
+                                          "Sends frames of tensors to other programs by gRPC"};
+  static inline GstStaticPadTemplate kPads[] = {
+      GST_STATIC_PAD_TEMPLATE("sink", GST_PAD_SINK, GST_PAD_ALWAYS,
+                              GST_STATIC_CAPS(WEIR_CAPS_GRPC)),
+  };
+
+  uint32_t out() const { return static_cast<uint32_t>(ledger_.snapshot().consumed); }
+
+  using Settings = GrpcSettings;
+  static constexpr std::tuple kProperties{
+      gst::Property{"silent", &Settings::silent, "Accepted for compatibility; has no effect",
+                    gst::Changeable::WhilePlaying},
+      gst::Property{"server", &Settings::server,
+                    "true: clients come and receive the frames; false: sends them to a server"},
+      gst::Property{"blocking", &Settings::blocking,
+                    "true: wait while no peer has room for the frame; false: drop the frame"},
+      gst::Property{"idl", &Settings::idl, "Schema of the messages: protobuf or flatbuf"},
+      gst::Property{"host", &Settings::host,
+                    "Address of the server; server=true: the address to listen on"},
+      gst::Property{"port", &Settings::port,
+                    "Port of the server; server=true: 0 takes a free port, which the property has "
+                    "while the element is PAUSED or PLAYING",
+                    gst::Changeable::InReady, 0, 65535},
+      gst::ReadOnly{"out", &TensorSinkGrpc::out, "Number of frames that were sent or queued"},
+      gst::Property{"queue", &Settings::queue, "Frames that wait for each peer",
+                    gst::Changeable::InReady, 1u, 65536u},
+      gst::Property{"max-message", &Settings::max_message, "Largest message in bytes",
+                    gst::Changeable::InReady, 1024u, 2147483647u},
+      gst::Property{"insecure", &Settings::insecure,
+                    "Connect to other machines although [network] require-tls of weir.ini is true; "
+                    "needs allow"},
+      gst::Property{"allow", &Settings::allow,
+                    "Addresses, networks and names of the peers that are allowed, separated by "
+                    "commas; default: all"},
+  };
+
+  GstStateChangeReturn change_state(GstStateChange change) {
+    if (change == GST_STATE_CHANGE_READY_TO_PAUSED)
+      if (const Status status = open(); !status) {
+        gst::post_error(element(), status.error());
+        return GST_STATE_CHANGE_FAILURE;
+      }
+    const auto result = GST_ELEMENT_CLASS(parent_class())->change_state(element(), change);
+    const bool failed = result == GST_STATE_CHANGE_FAILURE;
+    if (change == GST_STATE_CHANGE_PAUSED_TO_READY ||
+        (change == GST_STATE_CHANGE_READY_TO_PAUSED && failed))
+      close();
+    return result;
+  }
+
+  Status set_caps(GstCaps* caps) {
+    auto spec = gst::fixed_spec_from_caps(caps);
+    if (!spec) return spec.error();
+    spec_ = *std::move(spec);
+    return ok();
+  }
+
+  GstFlowReturn render(GstBuffer* buffer) {
+    ledger_.received();
+    auto message = encode(buffer);
+    if (!message) return failed(message.error());
+    switch (frames_->send(*message)) {
+      case OutgoingFrames::Outcome::Queued:
+        ledger_.consumed();
+        return GST_FLOW_OK;
+      case OutgoingFrames::Outcome::Dropped:
+        ledger_.dropped(DropReason::Policy);
+        return GST_FLOW_OK;
+      case OutgoingFrames::Outcome::Interrupted:
+        ledger_.dropped(DropReason::Flush);
+        return GST_FLOW_FLUSHING;
+      case OutgoingFrames::Outcome::Failed:
+        break;
+    }
+    return failed(*frames_->error());
+  }
+
+  gboolean event(GstEvent* event) {
+    if (GST_EVENT_TYPE(event) == GST_EVENT_EOS) finish();
+    return parent_class()->event(self(), event);
+  }
+
+  gboolean unlock() {
+    if (frames_) frames_->interrupt();
+    return TRUE;
+  }
+  gboolean unlock_stop() {
+    if (frames_) frames_->resume();
+    return TRUE;
+  }
+
+  void add_stats(GstStructure* stats) const {
+    std::lock_guard lock(frames_mutex_);
+    const auto c = frames_ ? frames_->counts() : net::OutgoingCounts{};
+    gst_structure_set(stats, "peers", G_TYPE_UINT64, c.peers, "messages-sent", G_TYPE_UINT64,
+                      c.sent, "messages-dropped", G_TYPE_UINT64, c.dropped, "messages-lost",
+                      G_TYPE_UINT64, c.lost, nullptr);
+  }
+
+  Settings settings_;
+  Ledger ledger_;
+
+ private:
+  Status open() {
+    const Settings s = settings();
+    auto codec = MessageCodec::make(s.idl);
+    if (!codec) return codec.error();
+    codec_.emplace(*std::move(codec));
+    max_message_ = s.max_message;
+    auto frames = std::make_unique<OutgoingFrames>(
+        OutgoingFrames::Options{.queue = s.queue, .waits = s.blocking, .keeps = !s.server});
+    const auto options = s.options(*codec_, element());
+    if (!options) return options.error();
+    auto endpoint = net::open_sender(*options, frames.get());
+    if (!endpoint) return endpoint.error();
+    {
+      std::lock_guard lock(frames_mutex_);
+      frames_ = std::move(frames);
+      endpoint_ = *std::move(endpoint);
+    }
+    ledger_.reset();
+    wanted_port_ = s.port;
+    show_port(static_cast<int>(endpoint_->port()));
+    GST_CAT_INFO_OBJECT(category(), self(), "%s %s, idl=%s", s.server ? "listens on" : "sends to",
+                        net::address_text(*options).c_str(), s.idl.c_str());
+    return ok();
+  }
+  void close() {
+    endpoint_.reset();
+    if (!frames_) return;
+    const auto c = frames_->counts();
+    GST_CAT_INFO_OBJECT(category(), self(),
+                        "messages: %" G_GUINT64_FORMAT " sent, %" G_GUINT64_FORMAT
+                        " dropped, %" G_GUINT64_FORMAT " lost",
+                        c.sent, c.dropped, c.lost);
+    show_port(wanted_port_);
+  }
+  void show_port(int port) {
+    change_settings([&](Settings& shown) { shown.port = port; });
+    g_object_notify(G_OBJECT(self()), "port");
+  }
+
+  void finish() {
+    if (!frames_ || frames_->finish(kLongestEnd)) return;
+    GST_CAT_WARNING_OBJECT(category(), self(), "frames were still queued at the end of the stream");
+  }
+
+  GstFlowReturn failed(const Error& error) {
+    ledger_.dropped(DropReason::Error);
+    gst::post_error(element(), error);
+    return GST_FLOW_ERROR;
+  }
+
+  Result<net::OutgoingMessage> encode(GstBuffer* buffer) {
+    if (auto status = reader_.read(buffer, spec_); !status) return status.error();
+    message_.clear();
+    message_.rate_n = spec_.rate.numerator;
+    message_.rate_d = spec_.rate.denominator;
+    for (const auto& view : reader_.tensors()) {
+      messages::MessageTensor tensor;
+      tensor.type = static_cast<uint32_t>(view.spec.type);
+      tensor.dimensions = view.spec.shape.dims();
+      tensor.data = view.payload;
+      message_.tensors.push_back(tensor);
+    }
+    std::shared_ptr<MessageMemory> memory;
+    const auto reserve = [&](size_t bytes) {
+      memory = std::make_shared<MessageMemory>(bytes);
+      return memory->data();
+    };
+    const Status status = codec_->write(message_, reserve);
+    ledger_.copied(reader_.bytes_copied());
+    reader_.clear();
+    if (!status) return status.error();
+    if (memory->bytes().size() > max_message_) return too_large(memory->bytes().size());
+    return net::OutgoingMessage{memory->bytes(), memory};
+  }
+  Error too_large(size_t bytes) const {
+    return {.code = Code::LIMIT_EXCEEDED,
+            .what = "a frame is larger than the largest message",
+            .offered = std::to_string(bytes) + " bytes",
+            .needed = "at most " + std::to_string(max_message_) + " bytes (max-message)",
+            .fix = "max-message=" + std::to_string(bytes) + " here and at the receiver"};
+  }
+
+  mutable std::mutex frames_mutex_;  // guards the two pointers while they change
+  std::unique_ptr<OutgoingFrames> frames_;
+  std::unique_ptr<net::TensorEndpoint> endpoint_;  // uses frames_
+  // Streaming thread only.
+  std::optional<MessageCodec> codec_;
+  FrameSpec spec_;
+  gst::FrameReader reader_;
+  messages::TensorMessage message_;
+  uint64_t max_message_ = 0;
+  int wanted_port_ = 0;
+};
+
+}  // namespace
+
+bool register_tensor_sink_grpc(GstPlugin* plugin) {
+  return TensorSinkGrpc::register_in(plugin);
+}
+
+}  // namespace weir

@@ -1,0 +1,237 @@
+// One thread accepts subscribers, reads their handshakes and sends what is queued.
+// SPDX-License-Identifier: LGPL-2.1-or-later
+#include "transport/edge/stream_publisher.hpp"
+
+#include <poll.h>
+#include <sys/eventfd.h>
+#include <unistd.h>
+
+#include <algorithm>
+#include <random>
+#include <utility>
+
+#include "core/wire/edge_texts.hpp"
+
+namespace weir::edge {
+namespace {
+
+// Random, so that it cannot be guessed, and positive.
+int64_t new_client_id() {
+  std::random_device device;
+  return static_cast<int64_t>((uint64_t{device()} << 32 | device()) >> 2);
+}
+
+Error refusal(const std::string& address, const std::string& reason) {
+  return Error{.code = Code::PEER_MESSAGE_INVALID,
+               .what = "a subscriber was refused",
+               .offered = address + ": " + reason,
+               .needed = "an edgesrc that speaks the protocol of nnstreamer-edge"};
+}
+
+}  // namespace
+
+StreamPublisher::StreamPublisher(PublisherOptions options)
+    : options_(std::move(options)), wake_(eventfd(0, EFD_CLOEXEC | EFD_NONBLOCK)) {}
+
+Result<std::unique_ptr<StreamPublisher>> StreamPublisher::open(PublisherOptions options) {
+  auto listener = listen_on(options.host, options.port);
+  if (!listener) return listener.error();
+  std::unique_ptr<StreamPublisher> out(new StreamPublisher(std::move(options)));
+  out->listener_ = *std::move(listener);
+  if (auto status = out->set_caps(""); !status) return status.error();
+  out->thread_ = std::thread([publisher = out.get()] { publisher->serve(); });
+  return out;
+}
+
+StreamPublisher::~StreamPublisher() {
+  {
+    const std::lock_guard lock(mutex_);
+    stopping_ = true;
+  }
+  wake();
+  if (thread_.joinable()) thread_.join();
+  for (const auto& link : links_) link->send_error();
+}
+
+void StreamPublisher::wake() noexcept {
+  const uint64_t one = 1;
+  [[maybe_unused]] const ssize_t written = write(wake_.get(), &one, sizeof one);
+}
+
+Status StreamPublisher::set_caps(const std::string& caps) {
+  const auto text = wire::publisher_capability_text(caps);
+  if (!text) return text.error();
+  auto message = wire::text_message(options_.form, wire::Command::Capability, 0, *text);
+  if (!message) return message.error();
+  const std::lock_guard lock(mutex_);
+  greeting_ = *std::move(message);
+  return ok();
+}
+
+uint32_t StreamPublisher::count_subscribers() const {
+  return static_cast<uint32_t>(std::count_if(links_.begin(), links_.end(), [](const auto& link) {
+    return link->state() == SubscriberLink::State::Subscribed;
+  }));
+}
+
+Result<StreamPublisher::Outcome> StreamPublisher::publish(
+    std::vector<std::span<const std::byte>> memories, std::shared_ptr<const void> owner) {
+  wire::EdgeHeader header{.command = wire::Command::TransferData};
+  auto message = std::make_shared<SharedMessage>();
+  for (const auto& memory : memories) {
+    header.sizes.push_back(memory.size());
+    message->bytes += memory.size();
+  }
+  auto bytes = wire::write_header(options_.form, header);
+  if (!bytes) return bytes.error();
+  message->bytes += bytes->size();
+  message->header = *std::move(bytes);
+  message->memories = std::move(memories);
+  message->owner = std::move(owner);
+  Outcome best = Outcome::NoSubscriber;
+  {
+    const std::lock_guard lock(mutex_);
+    for (const auto& link : links_) {
+      if (link->state() != SubscriberLink::State::Subscribed) continue;
+      const bool queued = link->queue_frame(message, options_.queue);
+      if (!queued) ++missed_;
+      if (queued || best == Outcome::NoSubscriber) best = queued ? Outcome::Sent : Outcome::Missed;
+    }
+  }
+  if (best == Outcome::Sent) wake();
+  return best;
+}
+
+template <class Ready>
+bool StreamPublisher::wait(const isolate::Deadline& deadline, const Ready& ready) {
+  std::unique_lock lock(mutex_);
+  const auto ended = [&] { return interrupted_ || ready(); };
+  if (!deadline)
+    changed_.wait(lock, ended);
+  else
+    changed_.wait_until(lock, *deadline, ended);
+  return !interrupted_ && ready();
+}
+
+bool StreamPublisher::flush(const isolate::Deadline& deadline) {
+  return wait(deadline, [this] {
+    return std::none_of(links_.begin(), links_.end(), [](const auto& link) {
+      return link->state() != SubscriberLink::State::Gone && link->has_unsent();
+    });
+  });
+}
+
+bool StreamPublisher::wait_for_subscriber(const isolate::Deadline& deadline) {
+  return wait(deadline, [this] { return count_subscribers() > 0; });
+}
+
+void StreamPublisher::interrupt() {
+  const std::lock_guard lock(mutex_);
+  interrupted_ = true;
+  changed_.notify_all();
+}
+
+void StreamPublisher::resume() {
+  const std::lock_guard lock(mutex_);
+  interrupted_ = false;
+}
+
+PublisherCounts StreamPublisher::counts() const {
+  const std::lock_guard lock(mutex_);
+  return {count_subscribers(), refused_, missed_};
+}
+
+std::string StreamPublisher::reason_to_refuse(const std::string& address) const {
+  if (options_.allowed && !options_.allowed(address)) return "the property allow does not name it";
+  if (links_.size() >= options_.most_subscribers)
+    return "there are " + std::to_string(options_.most_subscribers) + " subscribers";
+  const auto of_address = std::count_if(
+      links_.begin(), links_.end(), [&](const auto& link) { return link->address() == address; });
+  if (static_cast<uint32_t>(of_address) >= options_.most_of_one_address)
+    return "there are " + std::to_string(of_address) + " connections of its address";
+  return "";
+}
+
+void StreamPublisher::refuse(SubscriberLink* link, const std::string& reason,
+                             std::vector<Error>* refusals) {
+  ++refused_;
+  refusals->push_back(refusal(link->address(), reason));
+  link->set_gone();
+}
+
+void StreamPublisher::accept_new(std::vector<Error>* refusals) {
+  while (Descriptor socket = accept_from(listener_.get())) {
+    const auto link =
+        std::make_shared<SubscriberLink>(std::move(socket), options_.form, new_client_id());
+    if (const auto reason = reason_to_refuse(link->address()); !reason.empty()) {
+      refuse(link.get(), reason, refusals);
+      continue;
+    }
+    link->queue_greeting(greeting_);
+    link->send();
+    links_.push_back(link);
+  }
+}
+
+isolate::Deadline StreamPublisher::watch(const Links& links, std::vector<pollfd>* watched) const {
+  isolate::Deadline next;
+  for (const auto& link : links) {
+    const auto events = static_cast<short>(link->has_unsent() ? POLLIN | POLLOUT : POLLIN);
+    watched->push_back({link->socket(), events, 0});
+    const auto patience = link->patience(options_.queue);
+    if (patience && (!next || *patience < *next)) next = patience;
+  }
+  return next;
+}
+
+void StreamPublisher::attend(SubscriberLink* link, bool has_input, std::vector<Error>* refusals) {
+  link->send();
+  const auto reason = has_input ? link->receive() : std::nullopt;
+  if (reason)
+    refuse(link, *reason, refusals);
+  else if (isolate::is_over(link->patience(options_.queue)))
+    refuse(link, "it does not greet, or does not read", refusals);
+}
+
+void StreamPublisher::serve_once() {
+  Links links;
+  std::vector<pollfd> watched{{wake_.get(), POLLIN, 0}, {listener_.get(), POLLIN, 0}};
+  isolate::Deadline next;
+  {
+    const std::lock_guard lock(mutex_);
+    links = links_;
+    next = watch(links, &watched);
+  }
+  poll(watched.data(), watched.size(), isolate::poll_timeout(next));
+  uint64_t woken = 0;
+  [[maybe_unused]] const ssize_t got = read(wake_.get(), &woken, sizeof woken);
+  std::vector<Error> refusals;
+  {
+    const std::lock_guard lock(mutex_);
+    if (watched[1].revents) accept_new(&refusals);
+    for (size_t i = 0; i < links.size(); ++i)
+      attend(links[i].get(), (watched[i + 2].revents & ~POLLOUT) != 0, &refusals);
+    std::erase_if(links_, [](auto& l) { return l->state() == SubscriberLink::State::Gone; });
+    changed_.notify_all();
+  }
+  if (options_.refused)
+    for (const Error& error : refusals) options_.refused(error);
+}
+
+void StreamPublisher::serve() noexcept {
+  try {
+    for (;;) {
+      {
+        const std::lock_guard lock(mutex_);
+        if (stopping_) return;
+      }
+      serve_once();
+    }
+  } catch (const std::exception&) {  // the thread entry: memory ran out
+    const std::lock_guard lock(mutex_);
+    links_.clear();
+    changed_.notify_all();
+  }
+}
+
+}  // namespace weir::edge

@@ -1,0 +1,138 @@
+// Resolves names with getaddrinfo() and opens sockets.
+// SPDX-License-Identifier: LGPL-2.1-or-later
+#include "transport/edge/stream_socket.hpp"
+
+#include <arpa/inet.h>
+#include <netdb.h>
+#include <netinet/in.h>
+#include <netinet/tcp.h>
+#include <poll.h>
+#include <sys/socket.h>
+
+#include <cerrno>
+#include <cstring>
+#include <memory>
+
+namespace weir::edge {
+namespace {
+
+constexpr int kBacklog = 32;
+
+struct FreeAddresses {
+  void operator()(addrinfo* list) const { freeaddrinfo(list); }
+};
+using Addresses = std::unique_ptr<addrinfo, FreeAddresses>;
+
+// The IPv4 addresses of a name; `reason` if there is none.
+Addresses addresses_of(const std::string& host, uint32_t port, bool listens, std::string* reason) {
+  addrinfo hints{};
+  hints.ai_family = AF_INET;
+  hints.ai_socktype = SOCK_STREAM;
+  hints.ai_flags = AI_NUMERICSERV | (listens ? AI_PASSIVE : 0);
+  addrinfo* found = nullptr;
+  const int failed = getaddrinfo(host.empty() ? nullptr : host.c_str(),
+                                 std::to_string(port).c_str(), &hints, &found);
+  if (failed) *reason = gai_strerror(failed);
+  return Addresses(failed ? nullptr : found);
+}
+
+Descriptor make_socket() {
+  Descriptor out(socket(AF_INET, SOCK_STREAM | SOCK_CLOEXEC | SOCK_NONBLOCK, 0));
+  return out;
+}
+
+void send_at_once(int socket) noexcept {
+  const int yes = 1;
+  setsockopt(socket, IPPROTO_TCP, TCP_NODELAY, &yes, sizeof yes);
+}
+
+std::string address_text(const std::string& host, uint32_t port) {
+  return host + ":" + std::to_string(port);
+}
+
+// Waits until the connection is there; "" or why it is not.
+std::string wait_connected(int socket, const isolate::Deadline& deadline, int cancel,
+                           bool* cancelled) {
+  for (;;) {
+    pollfd watched[] = {{socket, POLLOUT, 0}, {cancel, POLLIN, 0}};
+    const int ready = poll(watched, 2, isolate::poll_timeout(deadline));
+    if (ready < 0 && errno != EINTR) return std::strerror(errno);
+    *cancelled = ready > 0 && watched[1].revents != 0;
+    if (*cancelled) return "cancelled";
+    if (ready == 0 && isolate::is_over(deadline)) return "no answer in time";
+    if (ready <= 0) continue;
+    int error = 0;
+    socklen_t size = sizeof error;
+    getsockopt(socket, SOL_SOCKET, SO_ERROR, &error, &size);
+    return error ? std::strerror(error) : "";
+  }
+}
+
+}  // namespace
+
+Result<Descriptor> listen_on(const std::string& host, uint32_t port) {
+  const auto failed = [&](const std::string& reason) {
+    return Error{.code = Code::OPTION_VALUE,
+                 .what = "the address to listen on cannot be used",
+                 .offered = address_text(host, port) + ": " + reason,
+                 .needed = "an IPv4 address or name of this machine, and a port that is free",
+                 .fix = "host=localhost port=0 takes a free port"};
+  };
+  std::string reason;
+  const auto addresses = addresses_of(host, port, true, &reason);
+  if (!addresses) return failed(reason);
+  Descriptor out = make_socket();
+  const int yes = 1;  // a restarted publisher takes its port again at once
+  if (!out || setsockopt(out.get(), SOL_SOCKET, SO_REUSEADDR, &yes, sizeof yes) != 0 ||
+      bind(out.get(), addresses->ai_addr, addresses->ai_addrlen) != 0 ||
+      listen(out.get(), kBacklog) != 0)
+    return failed(std::strerror(errno));
+  return out;
+}
+
+uint16_t port_of(int socket) noexcept {
+  sockaddr_in address{};
+  socklen_t size = sizeof address;
+  if (getsockname(socket, reinterpret_cast<sockaddr*>(&address), &size) != 0) return 0;
+  return ntohs(address.sin_port);
+}
+
+Descriptor accept_from(int listener) noexcept {
+  Descriptor out(accept4(listener, nullptr, nullptr, SOCK_CLOEXEC | SOCK_NONBLOCK));
+  if (out) send_at_once(out.get());
+  return out;
+}
+
+std::string peer_of(int socket) {
+  sockaddr_in address{};
+  socklen_t size = sizeof address;
+  char text[INET_ADDRSTRLEN] = "?";
+  if (getpeername(socket, reinterpret_cast<sockaddr*>(&address), &size) == 0)
+    inet_ntop(AF_INET, &address.sin_addr, text, sizeof text);
+  return text;
+}
+
+Result<Descriptor> connect_to(const std::string& host, uint32_t port,
+                              const isolate::Deadline& deadline, int cancel) {
+  std::string reason;
+  const auto addresses = addresses_of(host, port, false, &reason);
+  for (const addrinfo* at = addresses.get(); at; at = at->ai_next) {
+    Descriptor out = make_socket();
+    if (!out) break;
+    send_at_once(out.get());
+    bool cancelled = false;
+    reason = "";
+    if (connect(out.get(), at->ai_addr, at->ai_addrlen) != 0)
+      reason = errno == EINPROGRESS ? wait_connected(out.get(), deadline, cancel, &cancelled)
+                                    : std::strerror(errno);
+    if (reason.empty()) return out;
+    if (cancelled) return Error{.code = Code::CANCELLED, .what = "connecting was cancelled"};
+  }
+  return Error{.code = Code::SERVER_UNREACHABLE,
+               .what = "the edgesink of this stream cannot be reached",
+               .offered = address_text(host, port) + ": " + reason,
+               .needed = "an edgesink that listens there, started before",
+               .fix = "reconnect=true waits for it"};
+}
+
+}  // namespace weir::edge

@@ -1,0 +1,29 @@
+// TCP sockets of NNStreamer's streams: IPv4, never blocking.
+// SPDX-License-Identifier: LGPL-2.1-or-later
+#pragma once
+#include <cstdint>
+#include <string>
+
+#include "core/isolate/deadline.hpp"
+#include "core/isolate/descriptor.hpp"
+#include "weir/result.hpp"
+
+namespace weir::edge {
+
+using isolate::Descriptor;
+
+// Listens on an address of this machine; port 0 takes a free one. OPTION_VALUE if it cannot.
+Result<Descriptor> listen_on(const std::string& host, uint32_t port);
+// The port that a socket has at this end; 0 if it is unknown.
+uint16_t port_of(int socket) noexcept;
+// The next connection that waits; no descriptor if there is none.
+Descriptor accept_from(int listener) noexcept;
+// The IPv4 address of the other end, as text.
+std::string peer_of(int socket);
+
+// Connects. `cancel` is a borrowed descriptor that ends waiting when readable, or -1.
+// SERVER_UNREACHABLE; CANCELLED.
+Result<Descriptor> connect_to(const std::string& host, uint32_t port,
+                              const isolate::Deadline& deadline, int cancel);
+
+}  // namespace weir::edge

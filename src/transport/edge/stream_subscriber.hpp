@@ -1,0 +1,55 @@
+// StreamSubscriber: the receiving end of a stream in NNStreamer's protocol over TCP
+// (docs/compatibility/edge-wire.md 10.1).
+// SPDX-License-Identifier: LGPL-2.1-or-later
+#pragma once
+#include <memory>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "core/isolate/deadline.hpp"
+#include "core/wire/edge_conversation.hpp"
+#include "core/wire/message_reader.hpp"
+#include "transport/edge/stream_socket.hpp"
+
+namespace weir::edge {
+
+// Used by one thread.
+class StreamSubscriber {
+ public:
+  // Connects and answers the greeting, within 10 s. `cancel` is a borrowed descriptor that ends
+  // waiting when readable, or -1. SERVER_UNREACHABLE, PEER_MESSAGE_INVALID, CANCELLED.
+  static Result<StreamSubscriber> connect(const std::string& host, uint32_t port,
+                                          const wire::MessageLimits& limits, int cancel = -1);
+
+  // The caps that the publisher announced; "" if it did not know them.
+  const std::string& caps() const noexcept { return caps_; }
+
+  enum class End { Lost, Interrupted };
+  struct Received {
+    std::vector<wire::ByteBlock> memories{};  // of a frame
+    std::optional<End> end{};                 // instead of a frame
+  };
+  // Waits for the next frame. PEER_MESSAGE_INVALID: close the connection.
+  Result<Received> receive(int cancel = -1);
+
+ private:
+  StreamSubscriber(Descriptor socket, const wire::MessageLimits& limits)
+      : socket_(std::move(socket)), reader_(std::make_unique<wire::MessageReader>(limits)) {}
+  Status greet(const isolate::Deadline& deadline, int cancel);
+  Status send_host_info(int64_t client_id);
+  enum class Wait { Message, Closed, Cancelled, Late };
+  Result<Wait> wait(const isolate::Deadline& deadline, int cancel);
+  // Nullopt: there is something to read, or the wait was interrupted.
+  std::optional<Wait> wait_for_bytes(const isolate::Deadline& deadline, int cancel);
+  Result<std::optional<Wait>> wait_for_more(const isolate::Deadline& deadline, int cancel);
+  // Reads what is there; nullopt if more is needed.
+  Result<std::optional<Wait>> read_some();
+
+  Descriptor socket_;
+  std::unique_ptr<wire::MessageReader> reader_;
+  wire::Conversation conversation_{wire::Side::Subscriber};
+  std::string caps_;
+};
+
+}  // namespace weir::edge

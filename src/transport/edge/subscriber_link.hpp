@@ -1,0 +1,84 @@
+// SubscriberLink: one subscriber as its publisher sees it.
+// SPDX-License-Identifier: LGPL-2.1-or-later
+#pragma once
+#include <chrono>
+#include <deque>
+#include <memory>
+#include <optional>
+#include <span>
+#include <string>
+#include <vector>
+
+#include "core/wire/edge_conversation.hpp"
+#include "core/wire/message_reader.hpp"
+#include "transport/edge/stream_socket.hpp"
+
+namespace weir::edge {
+
+struct QueueLimits {
+  size_t frames = 16;
+  uint64_t bytes = uint64_t{256} << 20;
+  std::chrono::milliseconds full_for{10000};  // a subscriber that is full so long is removed
+};
+
+// A frame that several subscribers are sent.
+struct SharedMessage {
+  std::vector<std::byte> header;  // without the id of a client
+  std::vector<std::span<const std::byte>> memories;
+  std::shared_ptr<const void> owner;  // of the memories
+  uint64_t bytes = 0;                 // of all
+};
+
+// Used under the publisher's lock. Nothing here blocks.
+class SubscriberLink {
+ public:
+  enum class State { Greeting, Subscribed, Gone };
+
+  // `client_id` is announced to the peer, and part of each frame.
+  SubscriberLink(Descriptor socket, wire::HeaderForm form, int64_t client_id);
+
+  int socket() const noexcept { return socket_.get(); }
+  const std::string& address() const noexcept { return address_; }
+  State state() const noexcept { return state_; }
+  void set_gone() noexcept { state_ = State::Gone; }
+  bool has_unsent() const noexcept { return !queue_.empty(); }
+  // When the peer is to be removed unless it greets or reads; nullopt: it need not do anything.
+  isolate::Deadline patience(const QueueLimits& limits) const;
+
+  // `message`: a CAPABILITY.
+  void queue_greeting(std::vector<std::byte> message);
+  // False: the queue is full.
+  bool queue_frame(const std::shared_ptr<const SharedMessage>& message, const QueueLimits& limits);
+  // Sends what the socket takes.
+  void send();
+  // Reads what arrived; nullopt, or why the subscriber is refused.
+  std::optional<std::string> receive();
+  // Tells the peer that this end closes.
+  void send_error() noexcept;
+
+ private:
+  std::optional<std::string> handle(const wire::EdgeMessage& message);
+  void drop_sent(size_t count);
+
+  const Descriptor socket_;
+  const wire::HeaderForm form_;
+  const int64_t client_id_;
+  const std::string address_;
+  const std::chrono::steady_clock::time_point began_ = std::chrono::steady_clock::now();
+  State state_ = State::Greeting;
+  wire::MessageReader reader_;
+  wire::Conversation conversation_{wire::Side::Publisher};
+  struct Queued {
+    std::vector<std::byte> header;                 // with the id, or a whole message
+    std::shared_ptr<const SharedMessage> message;  // null: a whole message
+    uint64_t bytes = 0;
+  };
+  void queue(std::vector<std::byte> header, std::shared_ptr<const SharedMessage> message,
+             uint64_t bytes);
+  std::deque<Queued> queue_;
+  size_t sent_ = 0;  // bytes of the first message
+  uint64_t queued_bytes_ = 0;
+  isolate::Deadline full_since_;  // when a frame was missed first since one was queued
+};
+
+}  // namespace weir::edge

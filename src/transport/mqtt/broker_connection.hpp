@@ -1,0 +1,92 @@
+// BrokerClient::Impl: the thread of a client, and what it shares with the callers.
+// SPDX-License-Identifier: LGPL-2.1-or-later
+#pragma once
+#include <atomic>
+#include <condition_variable>
+#include <mutex>
+#include <thread>
+
+#include "transport/mqtt/broker_address.hpp"
+#include "transport/mqtt/broker_client.hpp"
+#include "transport/mqtt/mosquitto_handle.hpp"
+#include "transport/mqtt/receive_queue.hpp"
+#include "transport/mqtt/sent_messages.hpp"
+
+namespace weir::transport {
+
+class BrokerClient::Impl {
+ public:
+  explicit Impl(BrokerOptions options);
+  ~Impl();
+  Impl(const Impl&) = delete;
+  Impl& operator=(const Impl&) = delete;
+
+  // Starts the thread and waits for the first connection.
+  Status start();
+  Status subscribe(const std::string& filter, int qos);
+  Status publish(const Publication& publication, std::chrono::milliseconds timeout);
+  Status keep(std::string topic, std::vector<std::byte> payload, int qos,
+              std::chrono::milliseconds timeout);
+  bool flush(std::chrono::milliseconds timeout);
+  std::optional<MqttMessage> receive(std::chrono::milliseconds timeout);
+  void interrupt(bool interrupted);
+  MqttVersion version() const { return options_.version; }
+  bool is_connected() const;
+  std::string local_address() const;
+  BrokerCounts counts() const;
+
+ private:
+  using Clock = std::chrono::steady_clock;
+  struct Subscription {
+    std::string filter;
+    int qos;
+  };
+  struct Kept {
+    std::vector<std::byte> payload;
+    int qos;
+  };
+
+  // Of the thread.
+  void run();
+  bool connect();
+  bool connect_to(const std::string& target, bool blocking, std::string* reason);
+  int step(int wait_ms);
+  bool should_read();
+  void connected();
+  void disconnected();
+  void say_goodbye();
+  void wait_for_wake(std::chrono::milliseconds time) const;
+  void clear_wake() const;
+
+  void wake() const;
+  void set_callbacks();
+  void on_connect(int code);
+  void on_message(const mosquitto_message& message, const mosquitto_property* properties);
+  void on_publish(int number, int reason);
+  void on_subscribe(int number, int granted);
+
+  const BrokerOptions options_;
+  Mosquitto client_;
+  ReceiveQueue received_;
+  const int wake_;  // an eventfd that ends poll()
+  const std::unique_ptr<GCancellable, decltype(&g_object_unref)> lookup_;
+  std::atomic<bool> stopping_{false}, reads_paused_{false};
+  // Of the thread.
+  std::optional<int> answer_;  // of the broker to the last connect
+  Clock::time_point paused_since_{};
+  std::optional<Error> error_;  // of the last attempt to connect
+
+  mutable std::mutex mutex_;  // guards the members below
+  std::condition_variable changed_;
+  bool connected_ = false, interrupted_ = false;
+  std::optional<Status> first_;
+  SentMessages sent_;
+  BrokerCounts counts_;
+  std::vector<Subscription> subscriptions_;
+  std::map<int, int> granted_;  // by the number of the request
+  std::map<std::string, Kept> kept_;
+
+  std::thread thread_;
+};
+
+}  // namespace weir::transport

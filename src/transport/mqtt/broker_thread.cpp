@@ -1,0 +1,228 @@
+// The thread of a client: connects, reads, writes, and connects again.
+//
+// Not mosquitto_loop(): its pselect() ends the process for a socket number of 1024 or more, and the
+// library's own thread waits at least a second before it connects again.
+// SPDX-License-Identifier: LGPL-2.1-or-later
+#include <mqtt_protocol.h>
+#include <poll.h>
+#include <sys/eventfd.h>
+#include <sys/socket.h>
+#include <unistd.h>
+
+#include <csignal>
+#include <cstring>
+
+#include "transport/mqtt/broker_connection.hpp"
+
+namespace weir::transport {
+namespace {
+
+using namespace std::chrono_literals;
+constexpr auto kFirstDelay = 100ms, kLastDelay = 1000ms;
+constexpr int kIdleWaitMs = 500;  // so often the library looks after its keep-alive
+constexpr auto kGoodbye = 500ms;
+
+std::string socket_error(int socket) {
+  int error = 0;
+  socklen_t length = sizeof error;
+  if (getsockopt(socket, SOL_SOCKET, SO_ERROR, &error, &length) != 0 || error == 0) return "";
+  char text[128];
+  return strerror_r(error, text, sizeof text);
+}
+
+}  // namespace
+
+BrokerClient::Impl::Impl(BrokerOptions options)
+    : options_(std::move(options)),
+      received_(options_.most_received_messages, options_.most_received_bytes),
+      wake_(eventfd(0, EFD_NONBLOCK | EFD_CLOEXEC)),
+      lookup_(g_cancellable_new(), g_object_unref) {}
+
+BrokerClient::Impl::~Impl() {
+  stopping_ = true;
+  g_cancellable_cancel(lookup_.get());
+  interrupt(true);
+  wake();
+  if (thread_.joinable()) thread_.join();
+  client_.reset();
+  if (wake_ >= 0) close(wake_);
+}
+
+Status BrokerClient::Impl::start() {
+  auto client = make_mosquitto(options_, this);
+  if (!client) return client.error();
+  client_ = *std::move(client);
+  set_callbacks();
+  thread_ = std::thread([this] { run(); });
+  std::unique_lock lock(mutex_);
+  changed_.wait(lock, [this] { return first_.has_value(); });
+  return *first_;
+}
+
+void BrokerClient::Impl::run() {
+  // OpenSSL writes to sockets that the broker has closed.
+  sigset_t pipe;
+  sigemptyset(&pipe);
+  sigaddset(&pipe, SIGPIPE);
+  pthread_sigmask(SIG_BLOCK, &pipe, nullptr);
+
+  std::chrono::milliseconds delay = kFirstDelay;
+  while (!stopping_) {
+    if (connect()) {
+      connected();
+      delay = kFirstDelay;
+      while (!stopping_ && step(kIdleWaitMs) == MOSQ_ERR_SUCCESS) {
+      }
+      if (stopping_) say_goodbye();
+      disconnected();
+    } else {
+      std::lock_guard lock(mutex_);
+      const bool first = !first_;
+      if (first) first_ = error_ ? *error_ : broker_unreachable(options_, "the client was stopped");
+      changed_.notify_all();
+      if (first) return;  // open() reports it
+    }
+    wait_for_wake(delay);
+    delay = std::min<std::chrono::milliseconds>(2 * delay, kLastDelay);
+  }
+}
+
+bool BrokerClient::Impl::connect() {
+  std::string reason = "no address";
+  const auto addresses = addresses_of(options_.host, lookup_.get(), &reason);
+  error_.reset();
+  // Certificates are verified against the name, so with TLS the library has to look it up again.
+  // Not blocking, it tries the first address only.
+  const bool by_name = options_.tls.is_enabled() && options_.tls.psk.empty();
+  if (by_name && !addresses.empty()) {
+    if (connect_to(options_.host, addresses.size() > 1, &reason)) return true;
+  } else {
+    for (const auto& address : addresses) {
+      if (stopping_) break;
+      if (connect_to(address, false, &reason)) return true;
+    }
+  }
+  if (!error_) error_ = broker_unreachable(options_, reason);
+  return false;
+}
+
+bool BrokerClient::Impl::connect_to(const std::string& target, bool blocking, std::string* reason) {
+  const auto end = Clock::now() + options_.connect_timeout;
+  answer_.reset();
+  const auto function = blocking ? mosquitto_connect : mosquitto_connect_async;
+  int result = function(client_.get(), target.c_str(), options_.port, options_.keep_alive);
+  *reason = result == MOSQ_ERR_ERRNO ? std::strerror(errno) : mosquitto_strerror(result);
+  while (result == MOSQ_ERR_SUCCESS && !answer_ && !stopping_) {
+    const auto left = std::chrono::ceil<std::chrono::milliseconds>(end - Clock::now());
+    if (left <= 0ms) {
+      *reason = "no answer within " + std::to_string(options_.connect_timeout.count()) + " ms";
+      return false;
+    }
+    const int socket = mosquitto_socket(client_.get());
+    pollfd wait{.fd = socket, .events = 0, .revents = 0};
+    const bool failed = poll(&wait, 1, 0) > 0 && (wait.revents & POLLERR);
+    if (failed) {
+      *reason = socket_error(socket);
+      return false;
+    }
+    result = step(static_cast<int>(std::min<std::chrono::milliseconds>(left, 50ms).count()));
+    if (result != MOSQ_ERR_SUCCESS && !answer_)
+      *reason = result == MOSQ_ERR_TLS ? "a certificate that is not trusted, or no TLS"
+                                       : mosquitto_strerror(result);
+  }
+  if (answer_ == 0) return true;
+  if (answer_)
+    error_ =
+        broker_refused(options_, "does not accept the client " + options_.client_id,
+                       options_.version == MqttVersion::V5 ? mosquitto_reason_string(*answer_)
+                                                           : mosquitto_connack_string(*answer_));
+  return false;
+}
+
+int BrokerClient::Impl::step(int wait_ms) {
+  const int socket = mosquitto_socket(client_.get());
+  if (socket < 0) return MOSQ_ERR_NO_CONN;
+  const bool reads = should_read();
+  pollfd waits[] = {{.fd = socket, .events = static_cast<short>(reads ? POLLIN : 0), .revents = 0},
+                    {.fd = wake_, .events = POLLIN, .revents = 0}};
+  if (mosquitto_want_write(client_.get())) waits[0].events |= POLLOUT;
+  poll(waits, 2, wait_ms);
+  if (waits[1].revents) clear_wake();
+  int result = MOSQ_ERR_SUCCESS;
+  if (waits[0].revents & (POLLIN | POLLHUP | POLLERR))
+    result = mosquitto_loop_read(client_.get(), 1);
+  if (result == MOSQ_ERR_SUCCESS && mosquitto_want_write(client_.get()))
+    result = mosquitto_loop_write(client_.get(), 1);
+  return result == MOSQ_ERR_SUCCESS ? mosquitto_loop_misc(client_.get()) : result;
+}
+
+// Leaves messages of QoS 1 and 2 to the broker while the queue is half full, for as long as the
+// connection survives without an answer to the keep-alive.
+bool BrokerClient::Impl::should_read() {
+  bool needed = false;
+  {
+    std::lock_guard lock(mutex_);
+    for (const auto& subscription : subscriptions_) needed = needed || subscription.qos > 0;
+  }
+  if (!needed || options_.on_message || !received_.is_half_full()) {
+    reads_paused_ = false;
+    return true;
+  }
+  if (!reads_paused_.exchange(true)) paused_since_ = Clock::now();
+  // receive() may have emptied the queue before it could see the flag.
+  return !received_.is_half_full() ||
+         Clock::now() - paused_since_ > std::chrono::seconds(options_.keep_alive) / 2;
+}
+
+void BrokerClient::Impl::connected() {
+  std::unique_lock lock(mutex_);
+  const auto subscriptions = subscriptions_;
+  const auto kept = kept_;
+  lock.unlock();
+  for (const auto& [filter, qos] : subscriptions)
+    mosquitto_subscribe(client_.get(), nullptr, filter.c_str(), qos);
+  for (const auto& [topic, message] : kept)
+    mosquitto_publish(client_.get(), nullptr, topic.c_str(),
+                      static_cast<int>(message.payload.size()), message.payload.data(), message.qos,
+                      true);
+  lock.lock();
+  connected_ = true;
+  ++counts_.connections;
+  if (!first_) first_ = ok();
+  changed_.notify_all();
+}
+
+void BrokerClient::Impl::disconnected() {
+  std::lock_guard lock(mutex_);
+  connected_ = false;
+  counts_.lost += sent_.lose_unacknowledged();
+  changed_.notify_all();
+}
+
+void BrokerClient::Impl::say_goodbye() {
+  mosquitto_disconnect(client_.get());
+  const auto end = Clock::now() + kGoodbye;
+  while (Clock::now() < end && step(10) == MOSQ_ERR_SUCCESS) {
+  }
+}
+
+void BrokerClient::Impl::wait_for_wake(std::chrono::milliseconds time) const {
+  const auto end = Clock::now() + time;
+  while (!stopping_ && Clock::now() < end) {
+    pollfd wait{.fd = wake_, .events = POLLIN, .revents = 0};
+    const auto left = std::chrono::ceil<std::chrono::milliseconds>(end - Clock::now());
+    if (poll(&wait, 1, static_cast<int>(left.count())) > 0) clear_wake();
+  }
+}
+
+void BrokerClient::Impl::clear_wake() const {
+  uint64_t count = 0;
+  [[maybe_unused]] const auto bytes = read(wake_, &count, sizeof count);
+}
+
+void BrokerClient::Impl::wake() const {
+  const uint64_t one = 1;
+  [[maybe_unused]] const auto bytes = write(wake_, &one, sizeof one);
+}
+
+}  // namespace weir::transport

@@ -1,0 +1,99 @@
+// Publishes and collects addresses.
+// SPDX-License-Identifier: LGPL-2.1-or-later
+#include "transport/mqtt/server_discovery.hpp"
+
+#include "core/wire/mqtt_frame.hpp"
+
+namespace weir::transport {
+namespace {
+
+using namespace std::chrono_literals;
+constexpr int kQos = 1;
+constexpr auto kAnnounceTime = 5s, kWithdrawTime = 2s;
+
+}  // namespace
+
+Result<std::unique_ptr<ServerAnnouncement>> ServerAnnouncement::open(BrokerOptions options,
+                                                                     const std::string& id,
+                                                                     const std::string& topic,
+                                                                     wire::HostAddress address) {
+  auto whole_topic = wire::announcement_topic(id, topic);
+  if (!whole_topic) return whole_topic.error();
+  options.will = MqttWill{.topic = *whole_topic, .payload = {}, .qos = kQos, .retain = true};
+  auto client = BrokerClient::open(std::move(options));
+  if (!client) return client.error();
+  if (address.host.empty()) address.host = (*client)->local_address();
+  auto status = (*client)->keep_published(*whole_topic, wire::announcement_payload(address), kQos,
+                                          kAnnounceTime);
+  if (!status) return status.error();
+  (*client)->flush(kAnnounceTime);
+  return std::unique_ptr<ServerAnnouncement>(
+      new ServerAnnouncement(*std::move(client), *std::move(whole_topic), std::move(address)));
+}
+
+ServerAnnouncement::ServerAnnouncement(std::unique_ptr<BrokerClient> client, std::string topic,
+                                       wire::HostAddress address)
+    : client_(std::move(client)), topic_(std::move(topic)), address_(std::move(address)) {}
+
+ServerAnnouncement::~ServerAnnouncement() {
+  // A broker that is gone publishes the will, or has forgotten the address.
+  if (!client_->is_connected()) return;
+  if (client_->publish(
+          {.topic = topic_, .payload = {}, .qos = kQos, .retain = true, .properties = {}},
+          kWithdrawTime))
+    client_->flush(kWithdrawTime);
+}
+
+Result<std::unique_ptr<ServerDirectory>> ServerDirectory::open(BrokerOptions options,
+                                                               const std::string& topic) {
+  auto filter = wire::announcement_filter(topic);
+  if (!filter) return filter.error();
+  std::unique_ptr<ServerDirectory> out(new ServerDirectory);
+  options.on_message = [directory = out.get()](MqttMessage message) { directory->update(message); };
+  auto client = BrokerClient::open(std::move(options));
+  if (!client) return client.error();
+  out->client_ = *std::move(client);
+  if (auto status = out->client_->subscribe(*filter, kQos); !status) return status.error();
+  return out;
+}
+
+void ServerDirectory::update(const MqttMessage& message) {
+  std::lock_guard lock(mutex_);
+  if (!servers_.update(message.topic, message.payload)) {
+    ++refused_;
+    return;
+  }
+  ++version_;
+  changed_.notify_all();
+}
+
+std::vector<wire::HostAddress> ServerDirectory::servers() const {
+  std::lock_guard lock(mutex_);
+  std::vector<wire::HostAddress> out;
+  for (const auto& server : servers_.servers()) out.push_back(server.address);
+  return out;
+}
+
+uint64_t ServerDirectory::version() const {
+  std::lock_guard lock(mutex_);
+  return version_;
+}
+
+bool ServerDirectory::wait_for_change(uint64_t known, std::chrono::milliseconds timeout) const {
+  std::unique_lock lock(mutex_);
+  changed_.wait_for(lock, timeout, [&] { return interrupted_ || version_ != known; });
+  return !interrupted_ && version_ != known;
+}
+
+void ServerDirectory::interrupt(bool interrupted) {
+  std::lock_guard lock(mutex_);
+  interrupted_ = interrupted;
+  changed_.notify_all();
+}
+
+uint64_t ServerDirectory::refused() const {
+  std::lock_guard lock(mutex_);
+  return refused_;
+}
+
+}  // namespace weir::transport
