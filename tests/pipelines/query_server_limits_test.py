@@ -4,6 +4,7 @@
 
 import pathlib
 import re
+import tempfile
 import time
 import unittest
 
@@ -11,6 +12,7 @@ import numpy as np
 
 import http2_peer
 import tap_runner
+from built_modules import has_engine
 from served_pipeline import Client, Pipeline, request, status_of
 
 FLOATS = "caps=other/tensor,dimension=(string)4:1,type=(string)float32,framerate=0/1"
@@ -32,6 +34,25 @@ class Limits(unittest.TestCase):
         if ready:
             client.wait_until_ready("same")
         return client
+
+    @unittest.skipUnless(has_engine("python3"), "the engine python3 is not built")
+    def test_a_request_that_expires_in_the_queue_of_the_filter_is_not_invoked(self):
+        """Two workers have a frame of 1 s each; the others wait for them, and their clients only 0.3 s."""
+        with tempfile.TemporaryDirectory() as folder:
+            script = pathlib.Path(folder) / "slow.py"
+            script.write_text("import sys, time\n\n\nclass CustomFilter:\n    def setInputDim(self, dims):\n        return dims\n\n"
+                              "    def invoke(self, arrays):\n        print('invoked', file=sys.stderr, flush=True)\n"
+                              "        time.sleep(1)\n        return [array.copy() for array in arrays]\n")
+            pipeline = self.serve(between=f"tensor_filter framework=python3 model={script} workers=2 !")
+            client = self.client(pipeline)
+            first = [client.stub.ModelInfer.future(request("same", X), timeout=30) for _ in range(2)]
+            self.assertEqual(len(pipeline.wait_for("invoked", 2)), 2)
+            late = [client.stub.ModelInfer.future(request("same", X), timeout=0.3) for _ in range(4)]
+            self.assertEqual([status_of(call.result)[0] for call in late], ["DEADLINE_EXCEEDED"] * 4)
+            self.assertEqual([status_of(call.result)[0] for call in first], ["OK"] * 2)
+            self.assertEqual(status_of(lambda: client.infer(request("same", X)))[0], "OK")
+            pipeline.stop()
+        self.assertEqual(len(pipeline.found("invoked")), 3)
 
     def peer(self, pipeline):
         peer = http2_peer.Connection(pipeline.port)

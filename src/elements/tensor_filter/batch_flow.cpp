@@ -7,6 +7,7 @@
 #include "core/infer/batch/batch_group.hpp"
 #include "elements/tensor_filter/frame_flow.hpp"
 #include "elements/tensor_filter/output_frame.hpp"
+#include "gstcpp/buffer/request_end.hpp"
 
 namespace weir {
 namespace {
@@ -152,6 +153,11 @@ class BatchFlow final : public FrameFlow {
       flow_->output_.ledger()->copied(copied);
       flow_->count(run);
       flow_->output_.finish(ticket_, pair_->out.collect(pair_->in, outputs, owner));
+    }
+    bool end_if_useless() override {
+      if (!gst::end_if_expired(buffer_.get())) return false;
+      flow_->output_.drop_late(ticket_);
+      return true;
     }
     void failed(const Error& error) override { flow_->output_.finish(ticket_, error); }
     void dropped(const infer::BatchRun& run) override {

@@ -6,6 +6,7 @@
 
 #include "elements/tensor_filter/frame_flow.hpp"
 #include "elements/tensor_filter/frame_invoker.hpp"
+#include "gstcpp/buffer/request_end.hpp"
 #include "gstcpp/element/element.hpp"
 
 namespace weir {
@@ -109,7 +110,7 @@ class WorkersFlow final : public FrameFlow {
 
   void run(size_t worker, Job job) noexcept {
     gst::guarded<void>(output_.element(), [&] {
-      if (output_.is_past(job.deadline)) {
+      if (output_.is_past(job.deadline) || gst::end_if_expired(job.buffer.get())) {
         job.buffer = {};
         output_.drop_late(job.ticket);
         return;

@@ -2,26 +2,38 @@
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #include "elements/tensor_query_serversrc/request_meta.hpp"
 
+#include <new>
+
+#include "gstcpp/buffer/request_end.hpp"
+
 namespace weir {
 namespace {
 
 using Request = std::shared_ptr<QueryRequest>;
 
 struct RequestMeta {
-  GstMeta meta;
+  gst::RequestMetaHead head;
   Request* request;
 };
+
+bool end_if_expired(gst::RequestMetaHead* head) {
+  const auto* request = reinterpret_cast<RequestMeta*>(head)->request;
+  return request && (*request)->end_if_expired();
+}
 
 GType api_type() {
   static const GType type = [] {
     static const gchar* tags[] = {nullptr};
-    return gst_meta_api_type_register("WeirRequestMetaAPI", tags);
+    return gst_meta_api_type_register(gst::kRequestMetaApi, tags);
   }();
   return type;
 }
 
 gboolean init(GstMeta* meta, gpointer, GstBuffer*) {
-  reinterpret_cast<RequestMeta*>(meta)->request = nullptr;
+  auto* request = reinterpret_cast<RequestMeta*>(meta);
+  request->head.end_if_expired = end_if_expired;
+  new (&request->head.may_drop) std::atomic<bool>(false);
+  request->request = nullptr;
   return TRUE;
 }
 
@@ -54,6 +66,11 @@ bool set_request(GstBuffer* buffer, std::shared_ptr<QueryRequest> request) {
 std::shared_ptr<QueryRequest> request_of(GstBuffer* buffer) {
   const auto* meta = reinterpret_cast<RequestMeta*>(gst_buffer_get_meta(buffer, api_type()));
   return meta && meta->request ? *meta->request : nullptr;
+}
+
+void allow_drop(GstBuffer* buffer, bool allowed) {
+  auto* meta = reinterpret_cast<RequestMeta*>(gst_buffer_get_meta(buffer, api_type()));
+  if (meta) meta->head.may_drop = allowed;
 }
 
 }  // namespace weir

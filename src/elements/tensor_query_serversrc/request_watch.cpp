@@ -92,6 +92,7 @@ GstPadProbeReturn on_buffer(GstPad*, GstPadProbeInfo* info, gpointer user) {
   const auto request = request_of(GST_PAD_PROBE_INFO_BUFFER(info));
   if (!request) return GST_PAD_PROBE_OK;
   if (watched->drops && request->end_if_expired()) return GST_PAD_PROBE_DROP;
+  allow_drop(GST_PAD_PROBE_INFO_BUFFER(info), watched->drops);
   request->entered(watched->element);
   return GST_PAD_PROBE_OK;
 }

@@ -134,6 +134,7 @@ void BatchRunner::refuse_wrong_sizes(BatchJobs& jobs) {
 }
 
 void BatchRunner::run_checked(BatchJobs& jobs) {
+  std::erase_if(jobs, [](const auto& job) { return job->end_if_useless(); });
   refuse_wrong_sizes(jobs);
   if (jobs.empty()) return;
   const size_t slots = frames_to_run(jobs.size(), shapes_, reshape_, full_invoke_);

@@ -85,6 +85,50 @@ TEST(BatchRunner, EachFrameGetsItsPartOfTheOutputs) {
       << "parts of one block";
 }
 
+// Ends before the batch, because its client has gone.
+class UselessJob final : public BatchJob {
+ public:
+  explicit UselessJob(int* ended) : ended_(ended) {}
+  std::span<const weir_tensor> inputs() const override { return {}; }
+  bool end_if_useless() override { return ++*ended_ > 0; }
+  void done(const BatchRun&, std::span<const weir_tensor>, const std::shared_ptr<void>&,
+            uint64_t) override {
+    ADD_FAILURE() << "it has ended";
+  }
+  void failed(const Error&) override { ADD_FAILURE() << "it has ended"; }
+  void dropped(const BatchRun&) override { ADD_FAILURE() << "it has ended"; }
+
+ private:
+  int* ended_;
+};
+
+TEST(BatchRunner, RunsWithoutFramesWhoseClientHasGone) {
+  Model model;
+  BatchRunner runner(two_outputs(3), {}, 0ns, model.invoke());
+  int useless = 0;
+  Ends ends;
+  BatchJobs jobs;
+  jobs.push_back(std::make_unique<UselessJob>(&useless));
+  jobs.push_back(numbered(1, 7, [&](NumberedJob::End end) { ends.push_back(std::move(end)); }));
+  jobs.push_back(std::make_unique<UselessJob>(&useless));
+  runner.run(jobs);
+  EXPECT_EQ(useless, 2);
+  ASSERT_EQ(ends.size(), 1u);
+  EXPECT_EQ(ends[0].outputs, (std::vector<std::vector<float>>{{10, 70}, {8}}));
+  EXPECT_EQ(ends[0].run.frames, 1u);
+}
+
+TEST(BatchRunner, DoesNotInvokeWhenAllClientsHaveGone) {
+  Model model;
+  BatchRunner runner(two_outputs(2), {}, 0ns, model.invoke());
+  int useless = 0;
+  BatchJobs jobs;
+  jobs.push_back(std::make_unique<UselessJob>(&useless));
+  runner.run(jobs);
+  EXPECT_EQ(useless, 1);
+  EXPECT_TRUE(model.given.empty());
+}
+
 TEST(BatchRunner, OutputsLiveUntilTheLastReferenceIsReleased) {
   Model model;
   BatchRunner runner(two_outputs(2), {}, 0ns, model.invoke());

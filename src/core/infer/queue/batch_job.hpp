@@ -20,13 +20,16 @@ struct BatchRun {
   int reason = 0;  // of a dropped batch: a weir_no_result
 };
 
-// The collector calls exactly one of done, failed and dropped, once, on its thread; these must
-// neither block nor throw. A job returned before its batch began is not ended.
+// The collector calls exactly one of done, failed and dropped, once, on its thread, unless
+// end_if_useless() has ended the job; none of them may block or throw. A job returned before its
+// batch began is not ended.
 class BatchJob {
  public:
   virtual ~BatchJob() = default;
   // The frame's tensors, in the order of the model's inputs; readable until the job is ended.
   virtual std::span<const weir_tensor> inputs() const = 0;
+  // Called before the batch runs. True: its client has gone, and the job has ended.
+  virtual bool end_if_useless() { return false; }
   // `owner` keeps the memory of `outputs` alive; `copied`: bytes copied for this frame.
   virtual void done(const BatchRun& run, std::span<const weir_tensor> outputs,
                     const std::shared_ptr<void>& owner, uint64_t copied) = 0;
