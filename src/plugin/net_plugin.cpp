@@ -4,7 +4,7 @@
 
 #include "conflicting_plugins.hpp"
 #include "core/process/process_object.hpp"
-#include "elements/oip_query_server/oip_query_server.hpp"
+#include "elements/tensor_query_serversrc/oip/oip_query_server.hpp"
 #include "library/process.h"
 
 #ifdef WEIR_GRPC_ELEMENTS

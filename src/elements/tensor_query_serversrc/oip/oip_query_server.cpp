@@ -1,11 +1,11 @@
 // The server of a pair of tensor_query_serversrc and tensor_query_serversink that speaks the Open
 // Inference Protocol, for the plug-in weirnet.
 // SPDX-License-Identifier: LGPL-2.1-or-later
-#include "elements/oip_query_server/oip_query_server.hpp"
+#include "elements/tensor_query_serversrc/oip/oip_query_server.hpp"
 
 #include <functional>
 
-#include "elements/oip_query_server/served_tensors.hpp"
+#include "elements/tensor_query_serversrc/oip/served_tensors.hpp"
 #include "elements/tensor_query_serversrc/query_server.hpp"
 #include "gstcpp/buffer/frame_pool.hpp"
 #include "gstcpp/buffer/frame_reader.hpp"

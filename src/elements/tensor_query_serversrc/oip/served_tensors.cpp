@@ -1,6 +1,6 @@
 // Describes tensors.
 // SPDX-License-Identifier: LGPL-2.1-or-later
-#include "elements/oip_query_server/served_tensors.hpp"
+#include "elements/tensor_query_serversrc/oip/served_tensors.hpp"
 
 #include <algorithm>
 
