@@ -46,6 +46,10 @@ class Served(unittest.TestCase):
         pipeline = self.serve(f"{source('model-name=affine ' + options)} ! {between} {AFFINE} ! tensor_query_serversink")
         return pipeline, self.client(pipeline)
 
+    def ended_after(self, pipeline):
+        pipeline.interrupt()
+        return self.ended(pipeline)
+
     def ended(self, pipeline):
         """What became of the requests, from the log of the source's end."""
         counts = pipeline.wait_for(r"requests: (\d+) received = (\d+) answered \+ (\d+) refused \+ (\d+) expired \+ (\d+) aborted")
@@ -150,6 +154,55 @@ class Answers(Served):
         self.assertEqual(client.infer(request("first", X)).raw_output_contents[0], X.tobytes())
         self.assertEqual(client.infer(request("second", X)).raw_output_contents[0], (2 * X + 1).tobytes())
 
+
+    def test_bytes_are_one_frame_of_a_stream_without_tensors(self):
+        pipeline = self.serve(f"{source('model-name=text', 'caps=text/x-raw,format=utf8')} ! tensor_query_serversink")
+        client = self.client(pipeline, "text")
+        described = client.call("ModelMetadata", pb.ModelMetadataRequest(name="text"))
+        self.assertEqual([(t.name, t.datatype, list(t.shape)) for t in (*described.inputs, *described.outputs)],
+                         [("input", "BYTES", [1]), ("output", "BYTES", [1])])
+        for text in (b"grape", "größer".encode(), bytes(range(256)) * 1000):
+            raw = pb.ModelInferRequest(model_name="text")
+            raw.inputs.add(name="input", datatype="BYTES", shape=[1])
+            typed = pb.ModelInferRequest()
+            typed.CopyFrom(raw)
+            raw.raw_input_contents.append(len(text).to_bytes(4, "little") + text)
+            typed.inputs[0].contents.bytes_contents.append(text)
+            for asked in (raw, typed):
+                self.assertEqual(client.infer(asked).raw_output_contents[0], len(text).to_bytes(4, "little") + text)
+        empty = pb.ModelInferRequest(model_name="text")
+        empty.inputs.add(name="input", datatype="BYTES", shape=[1]).contents.bytes_contents.append(b"")
+        code, text = status_of(lambda: client.infer(empty))
+        self.assertEqual(code, "INVALID_ARGUMENT")
+        self.assertIn("the element of bytes is empty\n  needed: one byte or more", text)
+        self.assertEqual(self.ended_after(pipeline), {"received": 7, "answered": 6, "refused": 1, "expired": 0, "aborted": 0})
+
+    def test_bytes_are_one_flexible_tensor(self):
+        caps = "caps=other/tensors,format=flexible,framerate=0/1"
+        line = "tensor_transform mode=typecast option=float32 ! tensor_transform mode=arithmetic option=mul:2"
+        pipeline = self.serve(f"{source('model-name=twice', caps)} ! {line} ! tensor_query_serversink")
+        client = self.client(pipeline, "twice")
+        for size in (1, 5, 4096):
+            values = np.arange(size, dtype=np.uint8)
+            asked = pb.ModelInferRequest(model_name="twice")
+            asked.inputs.add(name="input", datatype="BYTES", shape=[1]).contents.bytes_contents.append(values.tobytes())
+            answer = client.infer(asked)
+            self.assertEqual((answer.outputs[0].datatype, list(answer.outputs[0].shape)), ("FP32", [size]))
+            self.assertEqual(answer.raw_output_contents[0], (2 * values.astype(np.float32)).tobytes())
+
+    @unittest.skipUnless(has_engine("python3"), "the engine python3 is not built")
+    def test_tensors_have_the_names_of_the_filter(self):
+        with tempfile.TemporaryDirectory() as folder:
+            script = pathlib.Path(folder, "same.py")
+            script.write_text("class CustomFilter:\n"
+                              "    def setInputDim(self, dims):\n        return dims\n"
+                              "    def invoke(self, inputs):\n        return inputs\n")
+            filter_ = f"tensor_filter framework=python3 model={script} inputname=samples outputname=scores"
+            pipeline = self.serve(f"{source('model-name=named')} ! {filter_} ! tensor_transform mode=arithmetic option=mul:2 ! "
+                                  "tensor_query_serversink")
+            client = self.client(pipeline, "named")
+            answer = client.infer(request("named", X, name="samples"))
+            self.assertEqual((answer.outputs[0].name, answer.raw_output_contents[0]), ("scores", (2 * X).tobytes()))
 
     def test_the_lines_of_the_documents_serve(self):
         for element in ("tensor_query_serversrc", "tensor_query_serversink"):

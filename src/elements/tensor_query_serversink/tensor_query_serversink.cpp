@@ -1,6 +1,7 @@
 // tensor_query_serversink: answers the requests of clients with the frames that it receives.
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #include "elements/tensor_query_serversrc/request_meta.hpp"
+#include "elements/tensor_query_serversrc/request_watch.hpp"
 #include "elements/tensor_query_serversrc/served_pairs.hpp"
 #include "elements/tensor_query_serversrc/serversrc_settings.hpp"
 #include "gstcpp/element/base_classes.hpp"
@@ -67,7 +68,8 @@ class TensorQueryServersink : public gst::Element<TensorQueryServersink, gst::Ba
                    .offered = "tensor_query_serversink id=" + std::to_string(id),
                    .needed = "a tensor_query_serversrc of this process with that id",
                    .fix = "tensor_query_serversrc protocol=oip id=" + std::to_string(id)};
-    return server_->set_output(caps);
+    return server_->set_output(
+        caps, parse_name_list(property_upstream(GST_BASE_SINK_PAD(self()), "outputname")));
   }
 
   GstFlowReturn render(GstBuffer* buffer) {

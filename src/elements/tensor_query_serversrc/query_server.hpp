@@ -57,7 +57,8 @@ class QueryServer {
   // Caps of the requests. `names` of the tensors, by the filter that takes them; may be empty.
   virtual Status set_input(GstCaps* caps, const std::vector<std::string>& names,
                            const BufferLimit& limit) = 0;
-  virtual Status set_output(GstCaps* caps) = 0;
+  // Caps of the answers. `names` of the tensors, by the filter that made them; may be empty.
+  virtual Status set_output(GstCaps* caps, const std::vector<std::string>& names) = 0;
   // Waits for a request whose client still waits. Null after interrupt(), until resume().
   virtual std::shared_ptr<QueryRequest> take() = 0;
   virtual void interrupt() = 0;

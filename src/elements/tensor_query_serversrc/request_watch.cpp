@@ -39,6 +39,16 @@ size_t number_of_sink_pads(GstElement* element) {
   return out;
 }
 
+// "" if the element has no such property, or it is not a text.
+std::string text_property(GstElement* element, const char* name) {
+  const auto* spec = g_object_class_find_property(G_OBJECT_GET_CLASS(element), name);
+  if (!spec || spec->value_type != G_TYPE_STRING) return "";
+  char* raw = nullptr;
+  g_object_get(G_OBJECT(element), name, &raw, nullptr);
+  const gst::UniqueText text{raw};
+  return raw ? raw : "";
+}
+
 struct Step {
   Ref<GstPad> from;
   bool straight;
@@ -119,13 +129,23 @@ void RequestWatch::stop() {
 std::string property_downstream(GstPad* source, const char* name) {
   for (const auto& entry : sink_pads_downstream(source)) {
     if (!entry.straight) break;
-    auto* object = G_OBJECT(entry.element.get());
-    const auto* spec = g_object_class_find_property(G_OBJECT_GET_CLASS(object), name);
-    if (!spec || spec->value_type != G_TYPE_STRING) continue;
-    char* raw = nullptr;
-    g_object_get(object, name, &raw, nullptr);
-    const gst::UniqueText text{raw};
-    if (raw && *raw) return raw;
+    if (std::string text = text_property(entry.element.get(), name); !text.empty()) return text;
+  }
+  return "";
+}
+
+std::string property_upstream(GstPad* sink, const char* name) {
+  auto pad = Ref<GstPad>::share(sink);
+  for (size_t i = 0; i < kMostPads; ++i) {
+    const auto peer = Ref<GstPad>::adopt(gst_pad_get_peer(pad.get()));
+    const auto element =
+        Ref<GstElement>::adopt(peer ? gst_pad_get_parent_element(peer.get()) : nullptr);
+    if (!element) return "";
+    if (std::string text = text_property(element.get(), name); !text.empty()) return text;
+    if (number_of_sink_pads(element.get()) != 1 || source_pads(element.get()).size() != 1)
+      return "";
+    pad = Ref<GstPad>::adopt(gst_element_get_static_pad(element.get(), "sink"));
+    if (!pad) return "";
   }
   return "";
 }

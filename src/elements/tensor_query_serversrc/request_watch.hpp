@@ -35,5 +35,7 @@ class RequestWatch {
 // A property of the first element on the straight way downstream of `source` that has one of this
 // name and a text in it; "" if there is none.
 std::string property_downstream(GstPad* source, const char* name);
+// The same upstream of `sink`, past elements with one input and one output.
+std::string property_upstream(GstPad* sink, const char* name);
 
 }  // namespace weir

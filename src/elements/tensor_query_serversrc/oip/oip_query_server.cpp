@@ -5,6 +5,7 @@
 
 #include <functional>
 
+#include "core/tensor/tensor_header.hpp"
 #include "elements/tensor_query_serversrc/oip/served_tensors.hpp"
 #include "elements/tensor_query_serversrc/query_server.hpp"
 #include "gstcpp/buffer/frame_pool.hpp"
@@ -85,6 +86,11 @@ class OipQueryServer : public QueryServer {
   }
   Status set_input(GstCaps* caps, const std::vector<std::string>& names,
                    const BufferLimit& limit) override {
+    input_ = kind_of(caps);
+    if (input_ != Input::Tensors) {
+      model_->set_inputs(describe_bytes(names.size() == 1 ? names[0] : "input"));
+      return ok();
+    }
     auto spec = gst::fixed_spec_from_caps(caps);
     if (!spec || spec->format != Format::Static) return unknown_tensors(caps);
     if (auto status = limit.check(*spec); !status) return status;
@@ -95,7 +101,7 @@ class OipQueryServer : public QueryServer {
     model_->set_inputs(describe_tensors(spec->tensors, "input", names));
     return ok();
   }
-  Status set_output(GstCaps* caps) override {
+  Status set_output(GstCaps* caps, const std::vector<std::string>& names) override {
     has_tensors_ = has_tensors(caps);
     if (!has_tensors_) {
       outputs_ = describe_bytes("output");
@@ -103,7 +109,7 @@ class OipQueryServer : public QueryServer {
       auto spec = gst::spec_from_caps(caps);
       if (!spec) return spec.error();
       spec_ = *std::move(spec);
-      outputs_ = describe_tensors(spec_.tensors, "output");
+      outputs_ = describe_tensors(spec_.tensors, "output", names);
     }
     model_->set_outputs(outputs_);
     return ok();
@@ -117,6 +123,7 @@ class OipQueryServer : public QueryServer {
 
   Result<Ref<GstBuffer>> make_frame(QueryRequest& request) override {
     net::ServedRequest& served = served_of(request);
+    if (input_ != Input::Tensors) return make_frame_of_bytes(served);
     auto buffer = pool_.acquire(*limit_);
     if (!buffer) {
       served.fail(net::CallStatus::ResourceExhausted, buffer.error().message());
@@ -179,6 +186,42 @@ class OipQueryServer : public QueryServer {
         .needed = "the caps of the requests, or a downstream element that needs certain tensors",
         .fix = kSampleCaps};
   }
+  // Static tensors; one flexible tensor of bytes; or a stream without tensors, such as image/jpeg.
+  // The last two are one element of type BYTES.
+  enum class Input { Tensors, Flexible, Medium };
+  static Input kind_of(const GstCaps* caps) {
+    if (!has_tensors(caps)) return Input::Medium;
+    const auto spec = gst::spec_from_caps(caps);
+    return spec && spec->format == Format::Flexible ? Input::Flexible : Input::Tensors;
+  }
+  Result<Ref<GstBuffer>> make_frame_of_bytes(net::ServedRequest& served) const {
+    const size_t header = input_ == Input::Flexible ? kTensorHeaderBytes : 0;
+    const size_t size = served.size_of_bytes(0);
+    if (size == 0)
+      return refuse(served, net::CallStatus::InvalidArgument,
+                    {.code = Code::FRAME_SIZE,
+                     .what = "the element of bytes is empty",
+                     .needed = "one byte or more"});
+    auto buffer = Ref<GstBuffer>::adopt(gst_buffer_new_allocate(nullptr, header + size, nullptr));
+    if (!buffer) return refuse(served, net::CallStatus::ResourceExhausted, no_memory());
+    const gst::Mapped mapped(buffer.get(), GST_MAP_WRITE);
+    if (!mapped) return refuse(served, net::CallStatus::ResourceExhausted, no_memory());
+    const std::span<std::byte> bytes = mapped.bytes();
+    if (header > 0) {
+      const TensorSpec spec{ElementType::UInt8, Shape{static_cast<uint32_t>(size)}, ""};
+      write_tensor_header({.spec = spec, .format = Format::Flexible},
+                          bytes.first<kTensorHeaderBytes>());
+    }
+    served.copy_bytes(0, bytes.subspan(header));
+    return buffer;
+  }
+  static Error refuse(net::ServedRequest& served, net::CallStatus status, Error error) {
+    served.fail(status, error.message());
+    return error;
+  }
+  static Error no_memory() {
+    return {.code = Code::OUT_OF_MEMORY, .what = "no memory for the frame of a request"};
+  }
   Status fill(GstBuffer* buffer, const net::ServedRequest& request) {
     gst::FramePool::Writer writer;
     if (auto status = writer.map(pool_, buffer); !status) return status;
@@ -220,6 +263,7 @@ class OipQueryServer : public QueryServer {
   const bool has_port_;
   const std::string address_;
   // The source's streaming thread.
+  Input input_ = Input::Tensors;
   gst::FramePool pool_;
   const BufferLimit* limit_ = nullptr;  // the source's
   // The sink's streaming thread.
