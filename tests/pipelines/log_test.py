@@ -19,7 +19,10 @@ PIPELINE = ("filesrc location=/dev/zero blocksize=192 num-buffers=3 ! applicatio
             "tensor_converter input-dim=3:8:8:1 input-type=uint8 ! "
             "tensor_filter model=src/modules/engines/lua/halves.lua ! fakesink")
 # For categories that log nothing in that pipeline.
+EDGESINK = "videotestsrc num-buffers=3 ! edgesink host=0.0.0.0 port=0"  # it warns, because others can connect
 OTHER_PIPELINES = {
+    "edgesink:2": EDGESINK,
+    "edgesink:4": EDGESINK,
     "weir-bounding_boxes:4":
         "filesrc location=/dev/zero blocksize=5600 num-buffers=3 ! application/octet-stream,framerate=10/1 ! "
         "tensor_converter input-dim=7:200 input-type=float32 ! "
