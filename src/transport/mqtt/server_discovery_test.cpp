@@ -72,20 +72,26 @@ TEST_F(ServerDiscovery, FindsServersAndForgetsThoseThatEnd) {
   EXPECT_TRUE(has(*directory(broker), {{"127.0.0.1", 4102}}));
 }
 
+constexpr char kBrokerPort[] = "WEIR_TEST_BROKER_PORT";
+
+// Run by the test below in a separate process, which is killed.
+TEST_F(ServerDiscovery, DISABLED_AnnouncesUntilItIsKilled) {
+  prctl(PR_SET_PDEATHSIG, SIGKILL);
+  BrokerOptions broker;
+  broker.port = static_cast<uint16_t>(std::atoi(getenv(kBrokerPort)));
+  const auto announced = ServerAnnouncement::open(broker, "1", "objects", {"127.0.0.1", 4101});
+  while (announced) pause();
+}
+
 TEST_F(ServerDiscovery, ForgetsAServerThatWasKilled) {
   const TestBroker broker;
   const auto clients = directory(broker);
-  const pid_t server = fork();
-  if (server == 0) {
-    prctl(PR_SET_PDEATHSIG, SIGKILL);
-    const auto announced =
-        ServerAnnouncement::open(options(broker), "1", "objects", {"127.0.0.1", 4101});
-    while (announced) pause();
-    _exit(1);
-  }
+  setenv(kBrokerPort, std::to_string(broker.port()).c_str(), 1);
+  test::Process server({"/proc/self/exe", "--gtest_also_run_disabled_tests",
+                        "--gtest_filter=*DISABLED_AnnouncesUntilItIsKilled"});
+  unsetenv(kBrokerPort);
   EXPECT_TRUE(has(*clients, {{"127.0.0.1", 4101}}));
-  kill(server, SIGKILL);
-  waitpid(server, nullptr, 0);
+  server.end(SIGKILL);
   EXPECT_TRUE(has(*clients, {}));
 }
 
