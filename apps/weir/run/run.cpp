@@ -187,7 +187,7 @@ Status write_report(const RunOptions& options, const Json& outcome, const TraceS
   return file ? ok() : cannot_write(options.report);
 }
 
-// Null when the pipeline plays by a clock of its own.
+// Null when none is asked for.
 Result<std::unique_ptr<SharedClock>> open_clock(const RunOptions& options) {
   ClockOptions wanted{.address = options.clock, .serving_port = std::nullopt};
   if (options.serving_port >= 0) wanted.serving_port = options.serving_port;
@@ -214,38 +214,57 @@ RunEnd play(const RunOptions& options, PipelineRun* pipeline) {
   return end;
 }
 
+// What a run needs besides its pipeline.
+struct Prepared {
+  std::optional<TraceSession> session;  // of --report
+  gst::Ref<GstElement> pipeline;
+  std::unique_ptr<SharedClock> clock;  // null: the pipeline plays by a clock of its own
+};
+
+Result<Prepared> prepare(const RunOptions& options) {
+  Prepared out;
+  if (!options.report.empty()) {  // before elements are created
+    auto started = TraceSession::start();
+    if (!started) return started.error();
+    out.session = *std::move(started);
+  }
+  auto read = read_pipeline(options.pipeline);
+  if (!read) return read.error();
+  out.pipeline = *std::move(read);
+  if (out.session)
+    if (const Status writable = try_to_write(options.report); !writable) return writable.error();
+  auto clock = open_clock(options);
+  if (!clock) return clock.error();
+  out.clock = *std::move(clock);
+  return out;
+}
+
+void print_outcome(const RunOptions& options, const PipelineRun& run, RunEnd end, const Json& facts,
+                   const SharedClock* clock) {
+  if (options.json) {
+    print(facts);
+    return;
+  }
+  print_errors(run.errors());
+  if (options.quiet) return;
+  print_text(run, end);
+  if (clock) std::printf("\n%s\n", clock->state_text().c_str());
+}
+
 }  // namespace
 
 int run(const RunOptions& options) {
-  std::optional<TraceSession> session;
-  if (!options.report.empty()) {  // before elements are created
-    auto started = TraceSession::start();
-    if (!started) return report(started.error(), options.json);
-    session = *std::move(started);
-  }
-  auto read = read_pipeline(options.pipeline);
-  if (!read) return report(read.error(), options.json);
-  if (session) {
-    const Status writable = try_to_write(options.report);
-    if (!writable) return report(writable.error(), options.json);
-  }
-  const auto clock = open_clock(options);
-  if (!clock) return report(clock.error(), options.json);
-  PipelineRun pipeline(*std::move(read));
-  if (*clock) (*clock)->apply_to(pipeline.pipeline());
+  auto prepared = prepare(options);
+  if (!prepared) return report(prepared.error(), options.json);
+  const SharedClock* clock = prepared->clock.get();
+  PipelineRun pipeline(std::move(prepared->pipeline));
+  if (clock) clock->apply_to(pipeline.pipeline());
   const RunEnd end = play(options, &pipeline);
   Json facts = outcome(pipeline, end);
-  if (*clock) facts["clock"] = (*clock)->state();
-  if (options.json) {
-    print(facts);
-  } else {
-    print_errors(pipeline.errors());
-    if (!options.quiet) print_text(pipeline, end);
-    if (!options.quiet && *clock) std::printf("\n%s\n", (*clock)->state_text().c_str());
-  }
-  if (session) {
-    const Status written = write_report(options, facts, *session);
-    if (!written) {
+  if (clock) facts["clock"] = clock->state();
+  print_outcome(options, pipeline, end, facts, clock);
+  if (prepared->session) {
+    if (const Status written = write_report(options, facts, *prepared->session); !written) {
       std::fprintf(stderr, "%s\n", written.error().message().c_str());
       return kExitError;
     }
