@@ -317,12 +317,15 @@ TEST(LocalStream, DescriptorsAndMemoryStayOverAThousandReconnections) {
   };
   for (uint64_t i = 1; i <= 50; ++i) round(i);
   ASSERT_TRUE(readers_become(*publisher, 0));
-  const size_t descriptors = open_descriptors(), memory = resident_kilobytes();
+  const size_t descriptors = open_descriptors();
+  [[maybe_unused]] const size_t memory = resident_kilobytes();
   for (uint64_t i = 51; i <= 1050; ++i) round(i);
   ASSERT_TRUE(readers_become(*publisher, 0));
   EXPECT_TRUE(becomes_true([&] { return open_descriptors() <= descriptors + 2; },
                            "the sockets to be closed"));
+#ifndef __SANITIZE_ADDRESS__  // it keeps freed memory for a while
   EXPECT_LE(resident_kilobytes(), memory + 4096);
+#endif
 }
 
 }  // namespace
