@@ -104,13 +104,13 @@ class WithThePythonPeer(Edge):
                               f"filesink location={out}"))
         self.assertEqual(out.read_bytes(), b"\1\2\3\4")
         _, port = self.publisher("01020304")
-        source = self.launch(f"edgesrc dest-port={port} num-buffers=1 ! fakesink")
+        source = self.launch(f"edgesrc dest-port={port} num-buffers=1 ! fakesink async=false")
         self.assertNotEqual(source.wait(SECONDS), 0)
         self.assertIn("needed: a capsfilter with fixed caps", self.output_of(source))
 
     def test_the_end_of_the_publisher_is_an_error(self):
         _, port = self.publisher("--caps", CAPS, "01020304,78797a")
-        source = self.launch(f"edgesrc dest-port={port} ! fakesink")
+        source = self.launch(f"edgesrc dest-port={port} ! fakesink async=false")
         self.assertNotEqual(source.wait(SECONDS), 0)
         self.assertIn("the edgesink has closed the connection", self.output_of(source))
         self.assertIn(f"localhost:{port}", self.output_of(source))
