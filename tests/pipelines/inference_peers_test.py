@@ -32,7 +32,7 @@ class InferencePeers(unittest.TestCase):
         self.addCleanup(folder.cleanup)
         self.folder = pathlib.Path(folder.name)
         np.random.default_rng(3).random((FRAMES, 32, 192), np.float32).tofile(self.folder / "in")
-        _, port = start_peer(self, node, PEERS / "onnx_server.js", SOURCE / "tests/support/inference.proto", f"digits={MODEL}")
+        _, port = start_peer(self, node, PEERS / "onnx_server.js", SOURCE / "src/net/protocol/inference.proto", f"digits={MODEL}")
         self.address = f"grpc://127.0.0.1:{port}"
 
     def play(self, model, out, options="", debug="1"):

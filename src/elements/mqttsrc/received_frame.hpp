@@ -14,7 +14,7 @@ namespace weir {
 struct ReceivedFrame {
   std::string caps{};
   size_t offset = 0;            // of the first memory in the payload
-  std::vector<size_t> sizes{};  // of the memories, which lie one behind the other
+  std::vector<size_t> sizes{};  // of the memories, which are consecutive
   bool on_time = true;          // false: sent before this pipeline began, or its PTS is negative
   std::optional<uint64_t> pts{}, dts{}, duration{};
   int64_t base_epoch = 0, sent_epoch = 0;  // ns

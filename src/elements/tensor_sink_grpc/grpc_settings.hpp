@@ -4,6 +4,7 @@
 #include <gst/gst.h>
 
 #include <string>
+#include <tuple>
 
 #include "elements/tensor_sink_grpc/message_codec.hpp"
 #include "gstcpp/element/property.hpp"
@@ -28,6 +29,25 @@ struct GrpcSettings {
   // OPTION_VALUE as of transport::check_old_protocol().
   Result<net::TensorServiceOptions> options(const MessageCodec& codec, GstElement* element) const;
 };
+
+inline constexpr std::tuple kGrpcProperties{
+    gst::Property{"silent", &GrpcSettings::silent, "Accepted for compatibility; has no effect",
+                  gst::Changeable::WhilePlaying},
+    gst::Property{"idl", &GrpcSettings::idl, "Schema of the messages: protobuf or flatbuf"},
+    gst::Property{"host", &GrpcSettings::host,
+                  "Address of the server; server=true: the address to listen on"},
+    gst::Property{"port", &GrpcSettings::port,
+                  "Port of the server; server=true: 0 takes a free port, which the property has "
+                  "while the element is PAUSED or PLAYING",
+                  gst::Changeable::InReady, 0, 65535},
+    gst::Property{"max-message", &GrpcSettings::max_message, "Largest message in bytes",
+                  gst::Changeable::InReady, 1024u, 2147483647u},
+    gst::Property{"insecure", &GrpcSettings::insecure,
+                  "Connect to other machines although [network] require-tls of weir.ini is true; "
+                  "needs allow"},
+    gst::Property{"allow", &GrpcSettings::allow,
+                  "Addresses, networks and names of the peers that are allowed, separated by "
+                  "commas; default: all"}};
 
 // The pads of both elements.
 #define WEIR_CAPS_GRPC \

@@ -45,32 +45,16 @@ class TensorSinkGrpc : public gst::Element<TensorSinkGrpc, gst::BaseSink> {
   uint32_t out() const { return static_cast<uint32_t>(ledger_.snapshot().consumed); }
 
   using Settings = GrpcSettings;
-  static constexpr std::tuple kProperties{
-      gst::Property{"silent", &Settings::silent, "Accepted for compatibility; has no effect",
-                    gst::Changeable::WhilePlaying},
-      gst::Property{"server", &Settings::server,
-                    "true: clients come and receive the frames; false: sends them to a server"},
-      gst::Property{"blocking", &Settings::blocking,
-                    "true: wait while no peer has room for the frame; false: drop the frame"},
-      gst::Property{"idl", &Settings::idl, "Schema of the messages: protobuf or flatbuf"},
-      gst::Property{"host", &Settings::host,
-                    "Address of the server; server=true: the address to listen on"},
-      gst::Property{"port", &Settings::port,
-                    "Port of the server; server=true: 0 takes a free port, which the property has "
-                    "while the element is PAUSED or PLAYING",
-                    gst::Changeable::InReady, 0, 65535},
-      gst::ReadOnly{"out", &TensorSinkGrpc::out, "Number of frames that were sent or queued"},
-      gst::Property{"queue", &Settings::queue, "Frames that wait for each peer",
-                    gst::Changeable::InReady, 1u, 65536u},
-      gst::Property{"max-message", &Settings::max_message, "Largest message in bytes",
-                    gst::Changeable::InReady, 1024u, 2147483647u},
-      gst::Property{"insecure", &Settings::insecure,
-                    "Connect to other machines although [network] require-tls of weir.ini is true; "
-                    "needs allow"},
-      gst::Property{"allow", &Settings::allow,
-                    "Addresses, networks and names of the peers that are allowed, separated by "
-                    "commas; default: all"},
-  };
+  static constexpr auto kProperties = std::tuple_cat(
+      kGrpcProperties,
+      std::tuple{
+          gst::Property{"server", &Settings::server,
+                        "true: clients come and receive the frames; false: sends them to a server"},
+          gst::Property{"blocking", &Settings::blocking,
+                        "true: wait while no peer has room for the frame; false: drop the frame"},
+          gst::ReadOnly{"out", &TensorSinkGrpc::out, "Number of frames that were sent or queued"},
+          gst::Property{"queue", &Settings::queue, "Frames that wait for each peer",
+                        gst::Changeable::InReady, 1u, 65536u}});
 
   GstStateChangeReturn change_state(GstStateChange change) {
     if (change == GST_STATE_CHANGE_READY_TO_PAUSED)

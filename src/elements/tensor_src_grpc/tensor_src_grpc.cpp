@@ -30,32 +30,16 @@ class TensorSrcGrpc : public gst::Element<TensorSrcGrpc, gst::PushSource> {
   uint32_t out() const { return static_cast<uint32_t>(ledger_.snapshot().pushed); }
 
   using Settings = SourceSettings;
-  static constexpr std::tuple kProperties{
-      gst::Property{"silent", &Settings::silent, "Accepted for compatibility; has no effect",
-                    gst::Changeable::WhilePlaying},
-      gst::Property{"server", &Settings::server,
-                    "true: clients come and send frames; false: receives those of a server"},
-      gst::Property{"blocking", &Settings::blocking,
-                    "true: senders wait while the queue is full; false: drop the oldest frame"},
-      gst::Property{"idl", &Settings::idl, "Schema of the messages: protobuf or flatbuf"},
-      gst::Property{"host", &Settings::host,
-                    "Address of the server; server=true: the address to listen on"},
-      gst::Property{"port", &Settings::port,
-                    "Port of the server; server=true: 0 takes a free port, which the property has "
-                    "while the element is PAUSED or PLAYING",
-                    gst::Changeable::InReady, 0, 65535},
-      gst::ReadOnly{"out", &TensorSrcGrpc::out, "Number of frames that were pushed"},
-      gst::Property{"queue", &Settings::queue, "Messages that wait for the pipeline",
-                    gst::Changeable::InReady, 1u, 65536u},
-      gst::Property{"max-message", &Settings::max_message, "Largest message in bytes",
-                    gst::Changeable::InReady, 1024u, 2147483647u},
-      gst::Property{"insecure", &Settings::insecure,
-                    "Connect to other machines although [network] require-tls of weir.ini is true; "
-                    "needs allow"},
-      gst::Property{"allow", &Settings::allow,
-                    "Addresses, networks and names of the peers that are allowed, separated by "
-                    "commas; default: all"},
-  };
+  static constexpr auto kProperties = std::tuple_cat(
+      kGrpcProperties,
+      std::tuple{
+          gst::Property{"server", &Settings::server,
+                        "true: clients come and send frames; false: receives those of a server"},
+          gst::Property{"blocking", &Settings::blocking,
+                        "true: senders wait while the queue is full; false: drop the oldest frame"},
+          gst::ReadOnly{"out", &TensorSrcGrpc::out, "Number of frames that were pushed"},
+          gst::Property{"queue", &Settings::queue, "Messages that wait for the pipeline",
+                        gst::Changeable::InReady, 1u, 65536u}});
 
   void constructed() {
     gst_base_src_set_live(base(), TRUE);

@@ -1,4 +1,4 @@
-// The part of the meta of a client's request that elements outside the plug-in weirnet use: to end
+// The part of the meta of a client's request that elements of other plug-ins use: to end
 // a request whose client no longer waits.
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #pragma once
@@ -10,7 +10,7 @@ namespace weir::gst {
 
 inline constexpr char kRequestMetaApi[] = "WeirRequestMetaAPI";
 
-// The first member of the meta, which the plug-in weirnet registers.
+// The first member of the meta, which the plug-in weiredge registers.
 struct RequestMetaHead {
   GstMeta meta;
   // Ends the request if its client no longer waits for the answer: true when it has ended.

@@ -1,4 +1,4 @@
-// Maps the blocks that a writer sends, none of which is trusted.
+// Maps the blocks that a writer sends. It checks them: a writer is not trusted.
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #pragma once
 #include <cstdint>
