@@ -224,12 +224,12 @@ class GrpcElements(unittest.TestCase):
 
     def test_a_server_with_damaged_messages_is_an_error(self):
         server = self.serve("protobuf", [b"\xff" * 9])
-        output = Pipeline(f"tensor_src_grpc server=false port={server.port} ! fakesink", 0).stop_at_end()
+        output = Pipeline(f"tensor_src_grpc server=false port={server.port} ! fakesink async=false", 0).stop_at_end()
         self.assertIn(f"WEIR-2005: a message of localhost:{server.port} was refused: a protobuf message is damaged", output)
 
     def test_a_server_without_the_service_is_an_error(self):
         server = self.serve("flatbuf")
-        output = Pipeline(f"tensor_src_grpc server=false idl=protobuf port={server.port} ! fakesink", 0).stop_at_end()
+        output = Pipeline(f"tensor_src_grpc server=false idl=protobuf port={server.port} ! fakesink async=false", 0).stop_at_end()
         self.assertIn(f"WEIR-6002: the server localhost:{server.port} refused the call", output)
         self.assertIn("offered: /nnstreamer.protobuf.TensorService/RecvTensors", output)
 
