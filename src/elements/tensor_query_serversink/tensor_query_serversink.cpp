@@ -67,7 +67,7 @@ class TensorQueryServersink : public gst::Element<TensorQueryServersink, gst::Ba
                    .what = "no tensor_query_serversrc has the same id",
                    .offered = "tensor_query_serversink id=" + std::to_string(id),
                    .needed = "a tensor_query_serversrc of this process with that id",
-                   .fix = "tensor_query_serversrc protocol=oip id=" + std::to_string(id)};
+                   .fix = "tensor_query_serversrc id=" + std::to_string(id)};
     return server_->set_output(
         caps, parse_name_list(property_upstream(GST_BASE_SINK_PAD(self()), "outputname")));
   }

@@ -37,7 +37,7 @@ TEST(TensorQueryServersink, NeedsASourceOfItsId) {
       error_of_pipeline(std::string(kFrames) + "tensor_query_serversink id=7");
   EXPECT_SAYS(error, "WEIR-1004: no tensor_query_serversrc has the same id");
   EXPECT_SAYS(error, "offered: tensor_query_serversink id=7");
-  EXPECT_SAYS(error, "fix: tensor_query_serversrc protocol=oip id=7");
+  EXPECT_SAYS(error, "fix: tensor_query_serversrc id=7");
 }
 
 TEST(TensorQueryServersink, AnswersWithoutWaitingForAClock) {

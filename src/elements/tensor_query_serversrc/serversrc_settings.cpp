@@ -5,20 +5,14 @@
 namespace weir {
 
 Status check_protocol(QueryProtocol protocol, QueryConnectType connect_type, const char* element) {
-  const std::string fix = std::string(element) + " protocol=oip";
-  if (protocol != QueryProtocol::Oip)
-    return Error{.code = Code::OPTION_VALUE,
-                 .what = "the protocol of NNStreamer's query elements is not available yet",
-                 .offered = "protocol=edge",
-                 .needed = "protocol=oip, the Open Inference Protocol over gRPC",
-                 .fix = fix};
-  if (connect_type != QueryConnectType::Tcp)
-    return Error{.code = Code::OPTION_VALUE,
-                 .what = "the Open Inference Protocol has no broker",
-                 .offered = "connect-type=HYBRID protocol=oip",
-                 .needed = "connect-type=TCP",
-                 .fix = fix + " connect-type=TCP"};
-  return ok();
+  if (connect_type == QueryConnectType::Tcp) return ok();
+  const bool is_oip = protocol == QueryProtocol::Oip;
+  return Error{.code = Code::OPTION_VALUE,
+               .what = is_oip ? "the Open Inference Protocol has no broker"
+                              : "brokers are not available yet",
+               .offered = is_oip ? "connect-type=HYBRID protocol=oip" : "connect-type=HYBRID",
+               .needed = "connect-type=TCP",
+               .fix = std::string(element) + (is_oip ? " protocol=oip" : "") + " connect-type=TCP"};
 }
 
 }  // namespace weir

@@ -3,6 +3,7 @@
 #pragma once
 #include <string>
 
+#include "elements/edgesink/edge_connect_type.hpp"
 #include "gstcpp/element/property.hpp"
 #include "weir/result.hpp"
 
@@ -25,6 +26,8 @@ struct ServersrcSettings {
   uint64_t max_bytes_in_flight = uint64_t{256} << 20;
   bool insecure = false, model_control = false;
   std::string tls_cert, tls_key, tls_ca, tls_peers, token_file;
+  WireVersion wire_version = WireVersion::Bytes2088;
+  std::string allow;
 };
 
 }  // namespace weir
@@ -33,10 +36,9 @@ namespace weir::gst {
 template <>
 struct EnumType<QueryProtocol> {
   static GType type() {
-    static const GEnumValue values[] = {
-        {0, "NNStreamer's protocol of query elements (not available yet)", "edge"},
-        {1, "Open Inference Protocol v2 over gRPC", "oip"},
-        {0, nullptr, nullptr}};
+    static const GEnumValue values[] = {{0, "NNStreamer's protocol of query elements", "edge"},
+                                        {1, "Open Inference Protocol v2 over gRPC", "oip"},
+                                        {0, nullptr, nullptr}};
     static const GType t = g_enum_register_static("WeirQueryProtocol", values);
     return t;
   }
@@ -45,7 +47,7 @@ template <>
 struct EnumType<QueryConnectType> {
   static GType type() {
     static const GEnumValue values[] = {{0, "Directly to the address", "TCP"},
-                                        {2, "By a broker (protocol=edge)", "HYBRID"},
+                                        {2, "By an MQTT broker (not available yet)", "HYBRID"},
                                         {0, nullptr, nullptr}};
     static const GType t = g_enum_register_static("WeirQueryConnectType", values);
     return t;

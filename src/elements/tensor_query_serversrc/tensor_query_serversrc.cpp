@@ -1,7 +1,8 @@
-// tensor_query_serversrc: serves a pipeline as a model; pushes the requests of clients as frames.
+// tensor_query_serversrc: serves a pipeline; pushes the requests of clients as frames.
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #include <filesystem>
 
+#include "elements/tensor_query_serversrc/edge_query_server.hpp"
 #include "elements/tensor_query_serversrc/query_server.hpp"
 #include "elements/tensor_query_serversrc/request_meta.hpp"
 #include "elements/tensor_query_serversrc/request_watch.hpp"
@@ -10,6 +11,7 @@
 #include "gstcpp/buffer/query_meta.hpp"
 #include "gstcpp/buffer/tensor_caps.hpp"
 #include "gstcpp/element/base_classes.hpp"
+#include "transport/network_policy.hpp"
 
 namespace weir {
 namespace {
@@ -54,16 +56,16 @@ class TensorQueryServersrc : public gst::Element<TensorQueryServersrc, gst::Push
       gst::Property{"max-message", &Settings::max_message, "Largest message in bytes",
                     gst::Changeable::InReady, 1024u, 2147483647u},
       gst::Property{"max-requests", &Settings::max_requests,
-                    "Requests in progress of one connection; more are refused at once; 0 = no "
-                    "limit"},
+                    "Requests in progress of one connection; 0 = no limit. More are refused "
+                    "(protocol=oip), or not read until one ends (protocol=edge)"},
       gst::Property{"max-connections", &Settings::max_connections,
-                    "Connections that have requests in progress; requests of more are refused at "
-                    "once; 0 = no limit"},
+                    "Connections that have requests in progress (protocol=oip), or clients "
+                    "(protocol=edge); more are refused; 0 = no limit"},
       gst::Property{"max-connections-per-address", &Settings::max_connections_per_address,
                     "The same of one address; 0 = no limit"},
       gst::Property{"max-bytes-in-flight", &Settings::max_bytes_in_flight,
                     "Bytes of the requests in progress of one address; more wait until earlier "
-                    "ones are received, or are refused; 0 = no limit"},
+                    "ones are received or end, or are refused; 0 = no limit"},
       gst::Property{"idle-timeout", &Settings::idle_timeout,
                     "Milliseconds after which a connection without calls is closed",
                     gst::Changeable::InReady, 1u, 2147483647u},
@@ -71,6 +73,12 @@ class TensorQueryServersrc : public gst::Element<TensorQueryServersrc, gst::Push
                     "Let clients unload the model, which then refuses requests, and load it again"},
       gst::Property{"insecure", &Settings::insecure,
                     "Let other machines connect without TLS: only on a network that you trust"},
+      gst::Property{"allow", &Settings::allow,
+                    "Addresses and networks of clients, separated by commas (protocol=edge); "
+                    "default: all"},
+      gst::Property{"wire-version", &Settings::wire_version,
+                    "The version of NNStreamer's library that clients have (protocol=edge); 0.2.6 "
+                    "serves clients of 0.2.4 too"},
       gst::Property{"tls-cert", &Settings::tls_cert,
                     "File with the certificate of this server (PEM); with tls-key it enables TLS"},
       gst::Property{"tls-key", &Settings::tls_key, "File with the key of tls-cert (PEM)"},
@@ -87,7 +95,10 @@ class TensorQueryServersrc : public gst::Element<TensorQueryServersrc, gst::Push
       gst::Property{"dest-port", &Settings::dest_port, "Accepted for compatibility; has no effect",
                     gst::Changeable::InReady, 0u, 65535u},
       gst::Property{"topic", &Settings::topic, "Accepted for compatibility; has no effect"},
-      gst::Property{"timeout", &Settings::timeout, "Accepted for compatibility; has no effect",
+      gst::Property{"timeout", &Settings::timeout,
+                    "Seconds after which a client is closed that pauses within a message, does not "
+                    "read its answers, or waits for the caps of the answers; 0 = no limit "
+                    "(protocol=edge)",
                     gst::Changeable::InReady, 0u, 3600u},
       gst::Property{"is-live", &Settings::is_live, "Whether the source is live"},
   };
@@ -132,7 +143,7 @@ class TensorQueryServersrc : public gst::Element<TensorQueryServersrc, gst::Push
     }
     g_object_notify(G_OBJECT(self()), "port");
     GST_CAT_INFO_OBJECT(category(), self(), "%s", server_->description().c_str());
-    if (s.insecure && s.tls_cert.empty())
+    if (s.protocol == QueryProtocol::Oip && s.insecure && s.tls_cert.empty())
       GST_CAT_WARNING_OBJECT(category(), self(),
                              "connections are not encrypted: anyone on the network can read and "
                              "change requests (insecure=true)");
@@ -232,6 +243,22 @@ class TensorQueryServersrc : public gst::Element<TensorQueryServersrc, gst::Push
   }
 
   Result<std::shared_ptr<QueryServer>> open_server(const Settings& s) const {
+    return s.protocol == QueryProtocol::Edge ? open_edge(s) : open_oip(s);
+  }
+  Result<std::shared_ptr<QueryServer>> open_edge(const Settings& s) const {
+    const auto warning = transport::check_old_protocol({.role = transport::Role::Listens,
+                                                        .host = s.host,
+                                                        .port = s.port,
+                                                        .insecure = s.insecure,
+                                                        .allow = s.allow},
+                                                       config::Configuration::load());
+    if (!warning) return warning.error();
+    if (*warning) gst::post_warning(element(), **warning);
+    return open_edge_query_server(s, [this](const Error& error) {
+      GST_CAT_WARNING_OBJECT(category(), self(), "%s", error.message().c_str());
+    });
+  }
+  Result<std::shared_ptr<QueryServer>> open_oip(const Settings& s) const {
     if (!query_protocols().oip) {
       const auto loaded = Ref<GstPlugin>::adopt(gst_plugin_load_by_name("weirnet"));
       if (!loaded || !query_protocols().oip) return missing_plugin();

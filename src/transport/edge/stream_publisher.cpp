@@ -7,19 +7,13 @@
 #include <unistd.h>
 
 #include <algorithm>
-#include <random>
 #include <utility>
 
 #include "core/wire/edge_texts.hpp"
+#include "transport/edge/client_id.hpp"
 
 namespace weir::edge {
 namespace {
-
-// Random, so that it cannot be guessed, and positive.
-int64_t new_client_id() {
-  std::random_device device;
-  return static_cast<int64_t>((uint64_t{device()} << 32 | device()) >> 2);
-}
 
 Error refusal(const std::string& address, const std::string& reason) {
   return Error{.code = Code::PEER_MESSAGE_INVALID,

@@ -16,7 +16,7 @@
 namespace weir::edge {
 namespace {
 
-constexpr int kBacklog = 32;
+constexpr int kBacklog = 128;
 
 struct FreeAddresses {
   void operator()(addrinfo* list) const { freeaddrinfo(list); }
@@ -61,10 +61,7 @@ std::string wait_connected(int socket, const isolate::Deadline& deadline, int ca
     if (*cancelled) return "cancelled";
     if (ready == 0 && isolate::is_over(deadline)) return "no answer in time";
     if (ready <= 0) continue;
-    int error = 0;
-    socklen_t size = sizeof error;
-    getsockopt(socket, SOL_SOCKET, SO_ERROR, &error, &size);
-    return error ? std::strerror(error) : "";
+    return connection_error(socket);
   }
 }
 
@@ -133,6 +130,48 @@ Result<Descriptor> connect_to(const std::string& host, uint32_t port,
                .offered = address_text(host, port) + ": " + reason,
                .needed = "an edgesink that listens there, started before",
                .fix = "reconnect=true waits for it"};
+}
+
+bool is_address(const std::string& host) {
+  in_addr address{};
+  return inet_pton(AF_INET, host.c_str(), &address) == 1;
+}
+
+Result<Descriptor> start_connection(const wire::HostAddress& address) {
+  sockaddr_in target{};
+  target.sin_family = AF_INET;
+  target.sin_port = htons(address.port);
+  Descriptor out = make_socket();
+  if (out && inet_pton(AF_INET, address.host.c_str(), &target.sin_addr) == 1) {
+    send_at_once(out.get());
+    if (connect(out.get(), reinterpret_cast<const sockaddr*>(&target), sizeof target) == 0 ||
+        errno == EINPROGRESS)
+      return out;
+  }
+  return Error{.code = Code::SERVER_UNREACHABLE,
+               .what = "the listener of a client cannot be reached",
+               .offered = address.to_string() + ": " + std::strerror(errno)};
+}
+
+bool is_connected(int socket) noexcept {
+  sockaddr_in address{};
+  socklen_t size = sizeof address;
+  return getpeername(socket, reinterpret_cast<sockaddr*>(&address), &size) == 0;
+}
+
+std::string connection_error(int socket) {
+  int error = 0;
+  socklen_t size = sizeof error;
+  getsockopt(socket, SOL_SOCKET, SO_ERROR, &error, &size);
+  return error ? std::strerror(error) : "";
+}
+
+void keep_alive(int socket) noexcept {
+  const int yes = 1, idle_seconds = 60, interval_seconds = 10, probes = 6;
+  setsockopt(socket, SOL_SOCKET, SO_KEEPALIVE, &yes, sizeof yes);
+  setsockopt(socket, IPPROTO_TCP, TCP_KEEPIDLE, &idle_seconds, sizeof idle_seconds);
+  setsockopt(socket, IPPROTO_TCP, TCP_KEEPINTVL, &interval_seconds, sizeof interval_seconds);
+  setsockopt(socket, IPPROTO_TCP, TCP_KEEPCNT, &probes, sizeof probes);
 }
 
 }  // namespace weir::edge

@@ -6,6 +6,7 @@
 
 #include "core/isolate/deadline.hpp"
 #include "core/isolate/descriptor.hpp"
+#include "core/wire/edge_texts.hpp"
 #include "weir/result.hpp"
 
 namespace weir::edge {
@@ -25,5 +26,16 @@ std::string peer_of(int socket);
 // SERVER_UNREACHABLE; CANCELLED.
 Result<Descriptor> connect_to(const std::string& host, uint32_t port,
                               const isolate::Deadline& deadline, int cancel);
+
+// Whether `host` is an IPv4 address in numbers.
+bool is_address(const std::string& host);
+// Begins to connect to an IPv4 address in numbers, without waiting. SERVER_UNREACHABLE.
+Result<Descriptor> start_connection(const wire::HostAddress& address);
+// Whether a connection that was begun is there.
+bool is_connected(int socket) noexcept;
+// Why it cannot be made; "" while it may come.
+std::string connection_error(int socket);
+// Lets the kernel find out, within two minutes, that the machine of the other end has gone.
+void keep_alive(int socket) noexcept;
 
 }  // namespace weir::edge

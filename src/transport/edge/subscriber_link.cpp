@@ -3,9 +3,7 @@
 #include "transport/edge/subscriber_link.hpp"
 
 #include <sys/socket.h>
-#include <sys/uio.h>
 
-#include <algorithm>
 #include <cerrno>
 #include <cstring>
 
@@ -13,7 +11,6 @@ namespace weir::edge {
 namespace {
 
 constexpr auto kHandshakeTime = std::chrono::seconds(2);
-constexpr size_t kMostParts = 64;  // of one call of sendmsg()
 // A subscriber sends a short text and no frames.
 constexpr wire::MessageLimits kLimits{
     .message_bytes = 4096, .text_bytes = 1024, .metadata_bytes = 1024};
@@ -29,70 +26,29 @@ SubscriberLink::SubscriberLink(Descriptor socket, wire::HeaderForm form, int64_t
 
 isolate::Deadline SubscriberLink::patience(const QueueLimits& limits) const {
   if (state_ == State::Greeting) return began_ + kHandshakeTime;
-  return full_since_ ? isolate::Deadline(*full_since_ + limits.full_for) : std::nullopt;
+  const auto& full_since = queue_.full_since();
+  return full_since ? isolate::Deadline(*full_since + limits.full_for) : std::nullopt;
 }
 
-void SubscriberLink::queue(std::vector<std::byte> header,
-                           std::shared_ptr<const SharedMessage> message, uint64_t bytes) {
-  std::memcpy(header.data() + wire::layout_of(form_).client_id_offset, &client_id_,
+void SubscriberLink::set_client_id(std::vector<std::byte>* header) const {
+  std::memcpy(header->data() + wire::layout_of(form_).client_id_offset, &client_id_,
               sizeof client_id_);
-  queued_bytes_ += bytes;
-  queue_.push_back({std::move(header), std::move(message), bytes});
 }
 
 void SubscriberLink::queue_greeting(std::vector<std::byte> message) {
-  const size_t bytes = message.size();
-  queue(std::move(message), nullptr, bytes);
+  set_client_id(&message);
+  queue_.push(std::move(message));
 }
 
 bool SubscriberLink::queue_frame(const std::shared_ptr<const SharedMessage>& message,
                                  const QueueLimits& limits) {
-  const bool fits = queue_.size() < limits.frames &&
-                    (queue_.empty() || queued_bytes_ + message->bytes <= limits.bytes);
-  if (!fits) {
-    if (!full_since_) full_since_ = std::chrono::steady_clock::now();
-    return false;
-  }
-  full_since_ = std::nullopt;
-  queue(message->header, message, message->bytes);
-  return true;
-}
-
-void SubscriberLink::drop_sent(size_t count) {
-  sent_ += count;
-  while (!queue_.empty() && sent_ >= queue_.front().bytes) {
-    sent_ -= queue_.front().bytes;
-    queued_bytes_ -= queue_.front().bytes;
-    queue_.pop_front();
-    full_since_ = std::nullopt;
-  }
+  auto header = message->header;
+  set_client_id(&header);
+  return queue_.push(std::move(header), message, limits);
 }
 
 void SubscriberLink::send() {
-  while (state_ != State::Gone && !queue_.empty()) {
-    iovec parts[kMostParts];
-    size_t used = 0, skip = sent_;
-    const auto add = [&](std::span<const std::byte> bytes) {
-      const size_t skipped = std::min(skip, bytes.size());
-      skip -= skipped;
-      if (skipped < bytes.size() && used < kMostParts)
-        parts[used++] = {const_cast<std::byte*>(bytes.data()) + skipped, bytes.size() - skipped};
-    };
-    add(queue_.front().header);
-    if (const auto& message = queue_.front().message)
-      for (const auto& memory : message->memories) add(memory);
-    msghdr head{};
-    head.msg_iov = parts;
-    head.msg_iovlen = used;
-    const ssize_t sent = sendmsg(socket_.get(), &head, MSG_NOSIGNAL | MSG_DONTWAIT);
-    if (sent >= 0) {
-      drop_sent(static_cast<size_t>(sent));
-      continue;
-    }
-    if (errno == EINTR) continue;
-    if (errno != EAGAIN && errno != EWOULDBLOCK) state_ = State::Gone;
-    return;
-  }
+  if (state_ != State::Gone && !queue_.send(socket_.get())) state_ = State::Gone;
 }
 
 std::optional<std::string> SubscriberLink::receive() {
@@ -127,7 +83,7 @@ std::optional<std::string> SubscriberLink::handle(const wire::EdgeMessage& messa
 }
 
 void SubscriberLink::send_error() noexcept {
-  if (state_ != State::Subscribed || sent_ > 0)
+  if (state_ != State::Subscribed || queue_.is_within_message())
     return;  // within a message it would be a part of it
   const auto message = wire::error_message(form_);
   ::send(socket_.get(), message.data(), message.size(), MSG_NOSIGNAL | MSG_DONTWAIT);

@@ -2,32 +2,17 @@
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #pragma once
 #include <chrono>
-#include <deque>
 #include <memory>
 #include <optional>
-#include <span>
 #include <string>
 #include <vector>
 
 #include "core/wire/edge_conversation.hpp"
 #include "core/wire/message_reader.hpp"
+#include "transport/edge/send_queue.hpp"
 #include "transport/edge/stream_socket.hpp"
 
 namespace weir::edge {
-
-struct QueueLimits {
-  size_t frames = 16;
-  uint64_t bytes = uint64_t{256} << 20;
-  std::chrono::milliseconds full_for{10000};  // a subscriber that is full so long is removed
-};
-
-// A frame that several subscribers are sent.
-struct SharedMessage {
-  std::vector<std::byte> header;  // without the id of a client
-  std::vector<std::span<const std::byte>> memories;
-  std::shared_ptr<const void> owner;  // of the memories
-  uint64_t bytes = 0;                 // of all
-};
 
 // Used under the publisher's lock. Nothing here blocks.
 class SubscriberLink {
@@ -58,7 +43,7 @@ class SubscriberLink {
 
  private:
   std::optional<std::string> handle(const wire::EdgeMessage& message);
-  void drop_sent(size_t count);
+  void set_client_id(std::vector<std::byte>* header) const;
 
   const Descriptor socket_;
   const wire::HeaderForm form_;
@@ -68,17 +53,7 @@ class SubscriberLink {
   State state_ = State::Greeting;
   wire::MessageReader reader_;
   wire::Conversation conversation_{wire::Side::Publisher};
-  struct Queued {
-    std::vector<std::byte> header;                 // with the id, or a whole message
-    std::shared_ptr<const SharedMessage> message;  // null: a whole message
-    uint64_t bytes = 0;
-  };
-  void queue(std::vector<std::byte> header, std::shared_ptr<const SharedMessage> message,
-             uint64_t bytes);
-  std::deque<Queued> queue_;
-  size_t sent_ = 0;  // bytes of the first message
-  uint64_t queued_bytes_ = 0;
-  isolate::Deadline full_since_;  // when a frame was missed first since one was queued
+  SendQueue queue_;
 };
 
 }  // namespace weir::edge

@@ -1,0 +1,342 @@
+// One thread accepts clients, reads their handshakes and requests, and sends what is queued.
+// SPDX-License-Identifier: LGPL-2.1-or-later
+#include "transport/edge/query_listener.hpp"
+
+#include <algorithm>
+#include <utility>
+
+#include "core/wire/edge_texts.hpp"
+#include "transport/edge/client_id.hpp"
+
+namespace weir::edge {
+namespace {
+
+using State = ServedClient::State;
+
+Error refusal(const std::string& address, const std::string& reason) {
+  return Error{.code = Code::PEER_MESSAGE_INVALID,
+               .what = "a query client was refused",
+               .offered = address + ": " + reason,
+               .needed = "a tensor_query_client that speaks the protocol of nnstreamer-edge"};
+}
+
+bool is_this_machine(const std::string& address) {
+  return address.starts_with("127.");
+}
+
+}  // namespace
+
+Result<std::unique_ptr<QueryListener>> QueryListener::open(ListenerOptions options) {
+  auto listener = listen_on(options.host, options.port);
+  if (!listener) return listener.error();
+  std::unique_ptr<QueryListener> out(new QueryListener(std::move(options)));
+  out->port_ = port_of(listener->get());
+  out->listener_ = *std::move(listener);
+  out->thread_ = std::thread([server = out.get()] { server->serve(); });
+  return out;
+}
+
+QueryListener::~QueryListener() {
+  stop();
+}
+
+void QueryListener::stop() {
+  set_accepting(false);
+  {
+    const std::lock_guard lock(mutex_);
+    stopping_ = true;
+  }
+  wake_->wake();
+  if (thread_.joinable()) thread_.join();
+  listener_ = Descriptor();
+}
+
+Status QueryListener::set_request_caps(const std::string& caps) {
+  return set_caps(&request_caps_, caps);
+}
+Status QueryListener::set_answer_caps(const std::string& caps) {
+  return set_caps(&answer_caps_, caps);
+}
+
+Status QueryListener::set_caps(std::string* caps, const std::string& value) {
+  {
+    const std::lock_guard lock(mutex_);
+    *caps = value;
+    if (request_caps_.empty() || answer_caps_.empty()) return ok();
+    auto text = wire::query_capability_text({request_caps_, answer_caps_});
+    if (!text) return text.error();
+    const auto form = options_.client.form.value_or(wire::HeaderForm::Bytes2088);
+    const auto message = wire::text_message(form, wire::Command::Capability, 0, *text);
+    if (!message) return message.error();
+    capability_ = *std::move(text);
+  }
+  wake_->wake();
+  return ok();
+}
+
+void QueryListener::set_accepting(bool accepting) {
+  {
+    const std::lock_guard lock(mutex_);
+    accepting_ = accepting;
+    if (!accepting) {
+      for (const auto& client : clients_) {
+        client->send_errors();
+        client->set_gone();
+      }
+      clients_.clear();
+      waiting_.clear();
+      changed_.notify_all();
+    }
+  }
+  wake_->wake();
+}
+
+void QueryListener::close() {
+  {
+    const std::lock_guard lock(mutex_);
+    closed_ = true;
+    waiting_.clear();
+  }
+  wake_->wake();
+}
+
+std::shared_ptr<ReceivedRequest> QueryListener::take() {
+  std::unique_lock lock(mutex_);
+  for (;;) {
+    changed_.wait(lock, [this] { return interrupted_ || !waiting_.empty(); });
+    if (interrupted_) return nullptr;
+    auto request = std::move(waiting_.front());
+    waiting_.pop_front();
+    if (!request->client_is_gone()) return request;
+  }
+}
+
+void QueryListener::interrupt() {
+  const std::lock_guard lock(mutex_);
+  interrupted_ = true;
+  changed_.notify_all();
+}
+
+void QueryListener::resume() {
+  const std::lock_guard lock(mutex_);
+  interrupted_ = false;
+}
+
+QueryListener::Client QueryListener::find(int64_t id) const {
+  const auto found = std::find_if(clients_.begin(), clients_.end(),
+                                  [&](const auto& client) { return client->id() == id; });
+  return found == clients_.end() ? nullptr : *found;
+}
+
+QueryListener::Sent QueryListener::answer(int64_t client_id,
+                                          const std::vector<std::span<const std::byte>>& memories,
+                                          std::shared_ptr<const void> owner,
+                                          const std::string& sequence) {
+  bool must_wake = false, is_gone = false;
+  {
+    const std::lock_guard lock(mutex_);
+    const auto client = find(client_id);
+    if (!client || client->state() != State::Ready) {
+      ++answers_lost_;
+      return Sent::NoClient;
+    }
+    const auto queued = client->queue_answer(memories, std::move(owner), sequence);
+    if (!queued) {
+      refuse(client, queued.error().what + ": " + queued.error().offered);
+    } else if (*queued) {
+      client->send();
+    } else {
+      ++answers_lost_;
+      return Sent::Full;
+    }
+    is_gone = client->state() == State::Gone;
+    must_wake = client->has_answers() || is_gone;
+    if (is_gone) ++answers_lost_;
+  }
+  if (must_wake) wake_->wake();
+  return is_gone ? Sent::NoClient : Sent::Queued;
+}
+
+void QueryListener::refuse(int64_t client_id, const std::string& reason) {
+  {
+    const std::lock_guard lock(mutex_);
+    if (const auto client = find(client_id)) refuse(client, reason);
+  }
+  wake_->wake();
+}
+
+bool QueryListener::flush(const isolate::Deadline& deadline) {
+  std::unique_lock lock(mutex_);
+  const auto sent = [this] {
+    return std::none_of(clients_.begin(), clients_.end(), [](const auto& client) {
+      return client->state() != State::Gone && client->has_answers();
+    });
+  };
+  if (deadline) return changed_.wait_until(lock, *deadline, sent);
+  changed_.wait(lock, sent);
+  return true;
+}
+
+ListenerCounts QueryListener::counts() const {
+  const std::lock_guard lock(mutex_);
+  const auto ready = std::count_if(clients_.begin(), clients_.end(), [](const auto& client) {
+    return client->state() == State::Ready;
+  });
+  return {static_cast<uint32_t>(ready), clients_refused_, answers_lost_,
+          static_cast<uint32_t>(waiting_.size())};
+}
+
+std::string QueryListener::reason_to_refuse(const std::string& address) const {
+  if (options_.allowed && !options_.allowed(address)) return "the property allow does not name it";
+  if (options_.most_clients > 0 && clients_.size() >= options_.most_clients)
+    return "there are " + std::to_string(clients_.size()) + " clients (property max-connections)";
+  if (options_.most_of_one_address == 0 || is_this_machine(address)) return "";
+  const auto of_address = std::count_if(clients_.begin(), clients_.end(), [&](const auto& client) {
+    return client->address() == address;
+  });
+  if (static_cast<uint32_t>(of_address) < options_.most_of_one_address) return "";
+  return "there are " + std::to_string(of_address) +
+         " clients of its address (property max-connections-per-address)";
+}
+
+void QueryListener::refuse(const Client& client, const std::string& reason) {
+  if (client->state() == State::Gone) return;
+  ++clients_refused_;
+  refusals_.push_back(refusal(client->address(), reason));
+  client->send_errors();
+  client->set_gone();
+}
+
+void QueryListener::greet(const Client& client) {
+  if (capability_.empty() || client->state() != State::Waiting) return;
+  if (const auto status = client->greet(capability_); !status)
+    refuse(client, status.error().message());
+}
+
+void QueryListener::accept_new() {
+  while (Descriptor socket = accept_from(listener_.get())) {
+    keep_alive(socket.get());
+    int64_t id = new_client_id();
+    while (find(id)) id = new_client_id();
+    const auto client = std::make_shared<ServedClient>(std::move(socket), id, options_.client);
+    if (const auto reason = reason_to_refuse(client->address()); !reason.empty()) {
+      refuse(client, reason);
+      continue;
+    }
+    clients_.push_back(client);
+  }
+}
+
+// The oldest client of an address is read even if the bytes of all its clients are too many, so
+// that one at least goes on.
+bool QueryListener::may_read(const Client& client, bool many_bytes) const {
+  if (client->state() == State::Connecting) return false;  // its answers have no way yet
+  if (client->state() != State::Ready) return true;
+  if (closed_) return false;
+  const uint32_t requests = client->load()->requests;
+  if (options_.most_requests > 0 && requests >= options_.most_requests) return false;
+  if (!many_bytes) return true;
+  uint64_t bytes = 0;
+  Client oldest;
+  for (const auto& other : clients_) {
+    if (other->state() != State::Ready || other->address() != client->address()) continue;
+    if (!oldest) oldest = other;
+    bytes += other->load()->bytes + other->partial_bytes();
+  }
+  return bytes < options_.most_address_bytes || (oldest == client && requests == 0);
+}
+
+isolate::Deadline QueryListener::watch(const Clients& clients, std::vector<pollfd>* watched) {
+  isolate::Deadline next;
+  uint64_t bytes = 0;
+  for (const auto& client : clients) bytes += client->load()->bytes + client->partial_bytes();
+  const bool many_bytes = options_.most_address_bytes > 0 && bytes >= options_.most_address_bytes;
+  bool all_read = true;
+  wake_->set_wanted(true);  // before it is decided, so that a request that ends now wakes this
+  for (const auto& client : clients) {
+    const bool reads = may_read(client, many_bytes);
+    all_read = all_read && reads;
+    client->set_reading(reads);
+    const int in = reads ? POLLIN : 0;
+    const int out = client->has_unsent_greeting() ? POLLOUT : 0;
+    watched->push_back({client->requests_socket(), static_cast<short>(in | out), 0});
+    const int answers = client->has_unsent_answers() ? POLLIN | POLLOUT : POLLIN;
+    watched->push_back({client->answers_socket(), static_cast<short>(answers), 0});
+    const auto deadline = client->deadline();
+    if (deadline && (!next || *deadline < *next)) next = deadline;
+  }
+  if (all_read) wake_->set_wanted(false);
+  return next;
+}
+
+void QueryListener::receive(const Client& client) {
+  std::optional<ServedClient::Request> request;
+  if (const auto reason = client->receive(&request)) return refuse(client, *reason);
+  if (!request) return;
+  waiting_.push_back(std::make_shared<ReceivedRequest>(client->id(), std::move(request->memories),
+                                                       std::move(request->sequence), client->load(),
+                                                       requests_, wake_));
+}
+
+void QueryListener::attend(const Client& client, short requests, short answers) {
+  greet(client);
+  client->send();
+  if (answers)
+    if (const auto reason = client->attend_answers()) refuse(client, *reason);
+  if (requests & POLLIN)
+    receive(client);
+  else if (requests & (POLLERR | POLLHUP))
+    client->set_gone();
+  if (client->state() != State::Gone && isolate::is_over(client->deadline()))
+    refuse(client, client->reason_of_deadline());
+}
+
+void QueryListener::serve_once() {
+  Clients clients;
+  std::vector<pollfd> watched;
+  isolate::Deadline next;
+  {
+    const std::lock_guard lock(mutex_);
+    const bool accepts = accepting_ && !closed_;
+    watched.push_back({wake_->descriptor(), POLLIN, 0});
+    watched.push_back({accepts ? listener_.get() : -1, POLLIN, 0});
+    clients = clients_;
+    next = watch(clients, &watched);
+  }
+  poll(watched.data(), watched.size(), isolate::poll_timeout(next));
+  if (watched[0].revents) wake_->clear();
+  std::vector<Error> refusals;
+  {
+    const std::lock_guard lock(mutex_);
+    for (size_t i = 0; i < clients.size(); ++i)
+      if (clients[i]->state() != State::Gone)
+        attend(clients[i], watched[2 * i + 2].revents, watched[2 * i + 3].revents);
+    if (watched[1].revents && accepting_ && !closed_) accept_new();
+    for (const auto& client : clients_) greet(client);
+    std::erase_if(clients_, [](auto& client) { return client->state() == State::Gone; });
+    refusals.swap(refusals_);
+  }
+  changed_.notify_all();
+  clients.clear();
+  if (options_.refused)
+    for (const Error& error : refusals) options_.refused(error);
+}
+
+void QueryListener::serve() noexcept {
+  try {
+    for (;;) {
+      {
+        const std::lock_guard lock(mutex_);
+        if (stopping_) return;
+      }
+      serve_once();
+    }
+  } catch (const std::exception&) {  // the thread entry: memory ran out
+    const std::lock_guard lock(mutex_);
+    for (const auto& client : clients_) client->set_gone();
+    clients_.clear();
+    changed_.notify_all();
+  }
+}
+
+}  // namespace weir::edge

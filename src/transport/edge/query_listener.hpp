@@ -1,0 +1,123 @@
+// QueryListener: the server of a query in NNStreamer's protocol over TCP
+// (docs/compatibility/edge-wire.md 10.1, 10.4).
+// SPDX-License-Identifier: LGPL-2.1-or-later
+#pragma once
+#include <poll.h>
+
+#include <condition_variable>
+#include <deque>
+#include <functional>
+#include <memory>
+#include <mutex>
+#include <string>
+#include <thread>
+#include <vector>
+
+#include "core/isolate/deadline.hpp"
+#include "transport/edge/received_request.hpp"
+#include "transport/edge/served_client.hpp"
+#include "transport/edge/stream_socket.hpp"
+#include "transport/edge/wake_event.hpp"
+
+namespace weir::edge {
+
+struct ListenerOptions {
+  std::string host{};
+  uint32_t port = 0;  // 0 = a free one
+  ClientOptions client{};
+  // Requests of one client, and bytes of the requests of one address, that are in progress: then
+  // its sockets are not read until one ends. 0 = no limit.
+  uint32_t most_requests = 8;
+  uint64_t most_address_bytes = uint64_t{256} << 20;
+  // Connected clients; 0 = no limit. Those of this machine count for the first one only.
+  uint32_t most_clients = 32, most_of_one_address = 4;
+  std::function<bool(const std::string& address)> allowed{};  // empty: every address
+  std::function<void(const Error&)>
+      refused{};  // called for each client that is refused; any thread
+};
+
+struct ListenerCounts {
+  uint32_t clients = 0;          // whose handshake is complete
+  uint64_t clients_refused = 0;  // closed because of what they are, sent, or did not do
+  uint64_t answers_lost = 0;     // their client had left, or did not read
+  uint32_t requests_waiting = 0;
+};
+
+// Thread-safe. A client that does not read or write stalls no other.
+class QueryListener {
+ public:
+  // Listens. Clients connect, and wait until set_accepting(true). Errors: those of listen_on().
+  static Result<std::unique_ptr<QueryListener>> open(ListenerOptions options);
+  QueryListener(const QueryListener&) = delete;
+  QueryListener& operator=(const QueryListener&) = delete;
+  ~QueryListener();
+
+  uint16_t port() const noexcept { return port_; }
+  // The caps that clients are greeted with, when both are known: of requests and of answers.
+  // OPTION_VALUE, LIMIT_EXCEEDED: no text of the protocol.
+  Status set_request_caps(const std::string& caps);
+  Status set_answer_caps(const std::string& caps);
+  // False: closes all clients.
+  void set_accepting(bool accepting);
+  // Accepts no client and reads no request any more; answers are still sent.
+  void close();
+
+  // Waits for a request. Null after interrupt(), until resume().
+  std::shared_ptr<ReceivedRequest> take();
+  void interrupt();
+  void resume();
+
+  enum class Sent {
+    Queued,
+    NoClient,  // it has left, or cannot be sent such a frame and was refused
+    Full
+  };
+  // Sends a frame to a client. `owner` keeps the memories until it has been sent. `sequence`: of
+  // the request that it answers, may be "".
+  Sent answer(int64_t client, const std::vector<std::span<const std::byte>>& memories,
+              std::shared_ptr<const void> owner, const std::string& sequence);
+  // Closes a client because of what it sent.
+  void refuse(int64_t client, const std::string& reason);
+  // Waits until all answers have been sent; false after the deadline.
+  bool flush(const isolate::Deadline& deadline);
+  // Closes all clients and no longer listens. Only counts() and requests() are of use then.
+  void stop();
+
+  ListenerCounts counts() const;
+  const RequestCounters& requests() const noexcept { return *requests_; }
+
+ private:
+  using Client = std::shared_ptr<ServedClient>;
+  using Clients = std::vector<Client>;
+
+  explicit QueryListener(ListenerOptions options) : options_(std::move(options)) {}
+  Status set_caps(std::string* caps, const std::string& value);
+  void serve() noexcept;
+  void serve_once();
+  isolate::Deadline watch(const Clients& clients, std::vector<pollfd>* watched);
+  bool may_read(const Client& client, bool many_bytes) const;
+  void attend(const Client& client, short requests, short answers);
+  void receive(const Client& client);
+  void accept_new();
+  std::string reason_to_refuse(const std::string& address) const;
+  void refuse(const Client& client, const std::string& reason);
+  void greet(const Client& client);
+  Client find(int64_t id) const;
+
+  const ListenerOptions options_;
+  Descriptor listener_;
+  uint16_t port_ = 0;
+  const std::shared_ptr<WakeEvent> wake_ = std::make_shared<WakeEvent>();
+  const std::shared_ptr<RequestCounters> requests_ = std::make_shared<RequestCounters>();
+  mutable std::mutex mutex_;  // guards the rest
+  std::condition_variable changed_;
+  Clients clients_;
+  std::deque<std::shared_ptr<ReceivedRequest>> waiting_;
+  std::string request_caps_, answer_caps_, capability_;
+  std::vector<Error> refusals_;  // to be reported
+  uint64_t clients_refused_ = 0, answers_lost_ = 0;
+  bool accepting_ = false, closed_ = false, interrupted_ = false, stopping_ = false;
+  std::thread thread_;
+};
+
+}  // namespace weir::edge

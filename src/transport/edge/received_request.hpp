@@ -1,0 +1,63 @@
+// ReceivedRequest: a frame that a query client sent, until its answer has been sent.
+// SPDX-License-Identifier: LGPL-2.1-or-later
+#pragma once
+#include <atomic>
+#include <cstdint>
+#include <memory>
+#include <string>
+#include <vector>
+
+#include "core/wire/message_reader.hpp"
+#include "transport/edge/wake_event.hpp"
+
+namespace weir::edge {
+
+// Of all requests of a server: received = answered + refused + expired + aborted + in progress.
+struct RequestCounters {
+  std::atomic<uint64_t> received{0};
+  std::atomic<uint64_t> answered{0};
+  std::atomic<uint64_t> refused{0};  // they do not match the caps
+  std::atomic<uint64_t> expired{0};  // the client left before they were answered
+  std::atomic<uint64_t> aborted{0};  // the pipeline dropped them
+};
+
+// The requests of one client that are in progress. Thread-safe.
+struct ClientLoad {
+  std::atomic<uint32_t> requests{0};
+  std::atomic<uint64_t> bytes{0};
+  std::atomic<bool> gone{false};  // the client has left
+};
+
+// Thread-safe, but memories() are one thread's. May outlive the server.
+class ReceivedRequest {
+ public:
+  enum class Outcome { Answered, Refused };
+
+  ReceivedRequest(int64_t client, std::vector<wire::ByteBlock> memories, std::string sequence,
+                  std::shared_ptr<ClientLoad> load, std::shared_ptr<RequestCounters> counters,
+                  std::shared_ptr<WakeEvent> wake);
+  ReceivedRequest(const ReceivedRequest&) = delete;
+  ReceivedRequest& operator=(const ReceivedRequest&) = delete;
+  // Counts as expired or aborted unless it has ended. Wakes the server if it waits for that.
+  ~ReceivedRequest();
+
+  int64_t client() const noexcept { return client_; }
+  std::vector<wire::ByteBlock>& memories() noexcept { return memories_; }
+  // What a client of Weir numbers it with; "" from others.
+  const std::string& sequence() const noexcept { return sequence_; }
+  bool client_is_gone() const noexcept { return load_->gone; }
+  // The first call counts.
+  void end(Outcome outcome) noexcept;
+
+ private:
+  const int64_t client_;
+  std::vector<wire::ByteBlock> memories_;
+  const std::string sequence_;
+  uint64_t bytes_ = 0;
+  const std::shared_ptr<ClientLoad> load_;
+  const std::shared_ptr<RequestCounters> counters_;
+  const std::shared_ptr<WakeEvent> wake_;
+  std::atomic<bool> ended_{false};
+};
+
+}  // namespace weir::edge

@@ -1,0 +1,38 @@
+// WakeEvent: ends a poll() of another thread.
+// SPDX-License-Identifier: LGPL-2.1-or-later
+#pragma once
+#include <sys/eventfd.h>
+#include <unistd.h>
+
+#include <atomic>
+#include <cstdint>
+
+#include "core/isolate/descriptor.hpp"
+
+namespace weir::edge {
+
+// Thread-safe.
+class WakeEvent {
+ public:
+  // Readable after wake(), until clear().
+  int descriptor() const noexcept { return event_.get(); }
+  void wake() noexcept {
+    const uint64_t one = 1;
+    [[maybe_unused]] const ssize_t written = write(event_.get(), &one, sizeof one);
+  }
+  void clear() noexcept {
+    uint64_t count = 0;
+    [[maybe_unused]] const ssize_t got = read(event_.get(), &count, sizeof count);
+  }
+  // Whether wake_if_wanted() wakes; once.
+  void set_wanted(bool wanted) noexcept { wanted_ = wanted; }
+  void wake_if_wanted() noexcept {
+    if (wanted_.exchange(false)) wake();
+  }
+
+ private:
+  const isolate::Descriptor event_{eventfd(0, EFD_CLOEXEC | EFD_NONBLOCK)};
+  std::atomic<bool> wanted_{false};
+};
+
+}  // namespace weir::edge
