@@ -5,8 +5,8 @@
 #include <string>
 #include <vector>
 
-#include "core/tensor/frame_spec.hpp"
 #include "elements/edgesrc/buffer_input.hpp"
+#include "elements/edgesrc/message_buffer.hpp"
 #include "transport/edge/stream_subscriber.hpp"
 
 namespace weir {
@@ -28,7 +28,7 @@ class TcpInput : public BufferInput {
   edge::StreamSubscriber subscriber_;
   const int interruption_;
   bool has_given_caps_ = false;
-  std::vector<TensorSpec> tensors_;  // of static caps
+  MessageBuffers buffers_;
 };
 
 }  // namespace weir

@@ -20,7 +20,7 @@ namespace weir::edge {
 //
 // Messages of NNStreamer have no numbers: the n-th answer of a connection belongs to its n-th
 // request. A request that timed out frees its place. Its answer is still used if it arrives before
-// the next request is sent; afterwards nobody could say which of the two it answers, so the entry
+// the next request is sent; afterwards nothing could say which of the two it answers, so the entry
 // stays without its frame until an answer has been discarded for it. Servers of Weir repeat the
 // number of the request (`weir.seq`) and may answer in any order; take() returns the answers in the
 // order of the requests. One thread at a time.
@@ -76,20 +76,20 @@ class PendingRequests {
     bool late;  // after its deadline
   };
   // The next answered request, in the order in which requests were sent. With numbers, requests
-  // that have timed out are passed over.
+  // that have timed out are skipped.
   std::optional<Answered> take() {
     const auto found = std::find_if(entries_.begin(), entries_.end(), [this](const Entry& e) {
       return e.answer || !numbered_ || !e.expired;
     });
     if (found == entries_.end() || !found->answer) return std::nullopt;
     Answered out{*std::move(found->frame), *std::move(found->answer), found->expired};
-    passed_over_ += static_cast<size_t>(
+    skipped_ += static_cast<size_t>(
         std::count_if(entries_.begin(), found, [](const Entry& e) { return e.frame.has_value(); }));
     entries_.erase(entries_.begin(), found + 1);
     return out;
   }
-  // Requests that timed out and were passed over by take(), since the last call.
-  size_t take_passed_over() noexcept { return std::exchange(passed_over_, 0); }
+  // Requests that timed out and were skipped by take(), since the last call.
+  size_t take_skipped() noexcept { return std::exchange(skipped_, 0); }
 
   // Frees the places of the requests whose deadline is not after `now`; returns how many.
   size_t expire(Time now) {
@@ -170,7 +170,7 @@ class PendingRequests {
   uint64_t next_ = 0;          // number of the next request
   uint64_t first_ = 0;         // number of the first request of this connection
   bool numbered_ = false;      // the server repeats numbers
-  size_t late_in_row_ = 0, passed_over_ = 0;
+  size_t late_in_row_ = 0, skipped_ = 0;
 };
 
 }  // namespace weir::edge

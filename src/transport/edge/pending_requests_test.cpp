@@ -151,8 +151,8 @@ TEST(PendingRequests, AnswersWithNumbersAreTakenInTheOrderOfTheRequests) {
   EXPECT_EQ(after_answer(requests, 0), "a");
   EXPECT_EQ(requests.expire(at(10)), 1u);
   EXPECT_EQ(taken(requests), "c");
-  EXPECT_EQ(requests.take_passed_over(), 1u);  // "b"
-  EXPECT_EQ(requests.take_passed_over(), 0u);
+  EXPECT_EQ(requests.take_skipped(), 1u);  // "b"
+  EXPECT_EQ(requests.take_skipped(), 0u);
   EXPECT_EQ(after_answer(requests, 1), "");
   EXPECT_FALSE(requests.must_reconnect(0));
 }
