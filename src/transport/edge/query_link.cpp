@@ -175,12 +175,13 @@ Status QueryLink::send_host_info() {
                      "it does not take the address of the client", "look at the server's log");
 }
 
-// From the address that the client connected to; with a server of this machine any of its
-// addresses, because it is reached under all of them.
+// A server of this machine that is reached under another address than the loopback one may use
+// that.
 bool QueryLink::is_of_server(int socket) const {
   const std::string server = peer_of(requests_->socket.get()), peer = peer_of(socket);
+  const bool is_here = own_address(requests_->socket.get()) == server;
   return peer == server ||
-         (transport::is_loopback(peer) && own_address(requests_->socket.get()) == server);
+         (is_here && transport::is_loopback(peer) && !transport::is_loopback(server));
 }
 
 Status QueryLink::confirm() {

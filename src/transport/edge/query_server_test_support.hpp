@@ -1,7 +1,9 @@
 // ScriptedServer: a query server that does what a test says, step by step, in a thread of its own.
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #pragma once
+#include <arpa/inet.h>
 #include <gtest/gtest.h>
+#include <netinet/in.h>
 #include <poll.h>
 #include <sys/socket.h>
 
@@ -53,7 +55,8 @@ class ScriptedServer {
 
   uint16_t port() const { return port_of(listener_.get()); }
   bool has_ended() const { return has_ended_; }
-  std::string announced() const { return announced_; }  // after has_ended()
+  // The address that the client gave; for scripts, or after has_ended().
+  std::string announced() const { return announced_; }
 
   // For scripts. A step that waits ends the script when the peer closes or the test ends.
   void accept() {
@@ -67,13 +70,28 @@ class ScriptedServer {
     const auto text = *wire::query_capability_text({takes, answers});
     send(requests, *wire::text_message(form, wire::Command::Capability, kClient, text));
   }
+  // The address in the client's HOST_INFO.
+  std::string read_address() {
+    announced_ = *wire::text_of_memory(read().memories.at(0).bytes());
+    return announced_;
+  }
   void connect_back() {
-    const auto message = read();
-    announced_ = *wire::text_of_memory(message.memories.at(0).bytes());
-    const auto address = wire::parse_host_address(announced_);
+    const auto address = wire::parse_host_address(read_address());
     auto connected = connect_to("127.0.0.1", address->port, std::nullopt, stop_.descriptor());
     if (!connected) throw Ended();  // the test may have ended
     answers = *std::move(connected);
+  }
+  // A connection to the client's listener from another address of this machine; it blocks.
+  static Descriptor connect_from(const char* own, const std::string& address) {
+    Descriptor out(socket(AF_INET, SOCK_STREAM | SOCK_CLOEXEC, 0));
+    sockaddr_in at{};
+    at.sin_family = AF_INET;
+    inet_pton(AF_INET, own, &at.sin_addr);
+    EXPECT_EQ(bind(out.get(), reinterpret_cast<sockaddr*>(&at), sizeof at), 0);
+    inet_pton(AF_INET, "127.0.0.1", &at.sin_addr);
+    at.sin_port = htons(wire::parse_host_address(address)->port);
+    EXPECT_EQ(connect(out.get(), reinterpret_cast<sockaddr*>(&at), sizeof at), 0);
+    return out;
   }
   // All that a server does before the first frame.
   void handshake(const std::string& takes, const std::string& answers,
@@ -134,6 +152,7 @@ class ScriptedServer {
     } catch (const Ended&) {
     }
   }
+  void wait_for_the_end_of_the_test() { wait(-1, 0); }
   // Without ERROR, as a process that is killed.
   void close() {
     requests = Descriptor();
