@@ -4,7 +4,7 @@
 #include <memory>
 
 #include "elements/edgesink/buffer_output.hpp"
-#include "gstcpp/buffer/frame_parts.hpp"
+#include "elements/edgesink/message_memories.hpp"
 #include "transport/edge/stream_publisher.hpp"
 
 namespace weir {
@@ -32,8 +32,7 @@ class TcpOutput : public BufferOutput {
       : publisher_(std::move(publisher)) {}
 
   const std::unique_ptr<edge::StreamPublisher> publisher_;
-  bool has_tensors_ = false;
-  gst::FrameParts parts_;  // of streams of tensors
+  MessageSplitter splitter_;
 };
 
 }  // namespace weir

@@ -3,32 +3,30 @@
 #pragma once
 #include <memory>
 #include <string>
-#include <vector>
 
-#include "core/tensor/frame_spec.hpp"
-#include "elements/edgesrc/buffer_input.hpp"
+#include "elements/edgesrc/received_memories.hpp"
 #include "transport/edge/stream_subscriber.hpp"
 
 namespace weir {
 
 class TcpInput : public BufferInput {
  public:
+  using Times = edge::StreamSubscriber::Times;
   // Connects. `interruption` is borrowed. Errors: those of edge::StreamSubscriber::connect().
   static Result<std::unique_ptr<BufferInput>> connect(const std::string& host, uint32_t port,
-                                                      uint64_t most_bytes, int interruption);
+                                                      uint64_t most_bytes, const Times& times,
+                                                      int interruption);
   Result<InputEvent> receive() override;
-  void set_caps(const GstCaps* caps) override;
+  void set_caps(const GstCaps* caps) override { assembler_.set_caps(caps); }
 
  private:
   TcpInput(edge::StreamSubscriber subscriber, int interruption)
       : subscriber_(std::move(subscriber)), interruption_(interruption) {}
 
-  Result<InputEvent> buffer_event(std::vector<wire::ByteBlock> memories) const;
-
   edge::StreamSubscriber subscriber_;
   const int interruption_;
   bool has_given_caps_ = false;
-  std::vector<TensorSpec> tensors_;  // of static caps
+  BufferAssembler assembler_;
 };
 
 }  // namespace weir

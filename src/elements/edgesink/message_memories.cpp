@@ -1,0 +1,72 @@
+// Finds where the tensors of a buffer lie.
+// SPDX-License-Identifier: LGPL-2.1-or-later
+#include "elements/edgesink/message_memories.hpp"
+
+#include <utility>
+
+#include "gstcpp/buffer/tensor_caps.hpp"
+#include "gstcpp/element/ref.hpp"
+
+namespace weir {
+namespace {
+
+// What a message keeps until it is sent.
+struct Owner {
+  gst::Ref<GstBuffer> buffer;
+  std::vector<gst::MappedMemory> maps;  // unmapped before the buffer is released
+};
+
+// The bytes of a part of the buffer; empty if it does not lie in one memory.
+std::span<const std::byte> find_part(const std::vector<gst::MappedMemory>& maps,
+                                     const gst::FramePart& part) {
+  size_t start = 0;
+  for (const auto& map : maps) {
+    const size_t size = map.bytes().size();
+    if (part.offset >= start && part.offset < start + size)
+      return part.size <= start + size - part.offset
+                 ? map.bytes().subspan(part.offset - start, part.size)
+                 : std::span<std::byte>();
+    start += size;
+  }
+  return {};
+}
+
+Error not_in_one_memory() {
+  return Error{.code = Code::FRAME_SIZE,
+               .what = "a tensor of the buffer lies in several memories",
+               .needed = "tensors that lie in one memory each",
+               .fix = "put an element of tensors upstream of edgesink: tensor_transform"};
+}
+
+}  // namespace
+
+void MessageSplitter::set_caps(GstCaps* caps) {
+  const auto spec = gst::spec_from_caps(caps);
+  has_tensors_ = spec.has_value();
+  if (spec) parts_.configure(*spec);
+}
+
+Result<MessageMemories> MessageSplitter::split(GstBuffer* buffer) {
+  auto owner = std::make_shared<Owner>();
+  owner->buffer = gst::Ref<GstBuffer>::share(buffer);
+  std::vector<std::span<const std::byte>> memories;
+  for (guint i = 0; i < gst_buffer_n_memory(buffer); ++i) {
+    owner->maps.emplace_back(gst_buffer_peek_memory(buffer, i), GST_MAP_READ);
+    if (!owner->maps.back())
+      return Error{.code = Code::MAPPING_FAILED,
+                   .what = "a memory of the buffer cannot be mapped for reading",
+                   .needed = "memory that the CPU can read"};
+    memories.emplace_back(owner->maps.back().bytes());
+  }
+  if (has_tensors_) {
+    if (auto status = parts_.read(buffer); !status) return status.error();
+    memories.clear();
+    for (const auto& part : parts_.parts()) {
+      memories.push_back(find_part(owner->maps, part));
+      if (memories.back().size() != part.size) return not_in_one_memory();
+    }
+  }
+  return MessageMemories{std::move(memories), std::move(owner)};
+}
+
+}  // namespace weir
