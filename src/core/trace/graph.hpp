@@ -31,6 +31,12 @@ struct Pad {
   std::vector<std::pair<int64_t, size_t>> peers;  // the linked pad (or kNone) from that time on
 };
 
+struct Edge {
+  size_t source = kNone, sink = kNone;  // pads
+  bool lasts = false;                   // it still existed at the end
+  bool operator==(const Edge&) const = default;
+};
+
 // Not thread-safe. Elements and pads are numbered in the order in which they were seen.
 class Graph {
  public:
@@ -55,15 +61,19 @@ class Graph {
   // The element a pad belongs to; for the inner half of a ghost pad, its bin.
   size_t owner(size_t pad) const;
   bool has_pads(size_t element, bool source) const;
-  // Links between elements other than bins, through ghost pads: (source pad, sink pad), each once.
-  std::vector<std::pair<size_t, size_t>> edges() const;
+  // The sink pad that data from a source pad reached at that time, through ghost pads; kNone if it
+  // reached none.
+  size_t end_at(size_t source_pad, int64_t time) const;
+  // Links between elements other than bins, through ghost pads, each once.
+  std::vector<Edge> edges() const;
 
  private:
   using Places = std::map<const void*, std::vector<size_t>>;
   template <class T>
   static size_t find(const Places& places, const std::vector<T>& all, const void* object,
                      int64_t time);
-  size_t follow(size_t pad) const;
+  void add_edges(size_t source, size_t pad, int64_t from, int64_t until, size_t steps,
+                 std::map<std::pair<size_t, size_t>, bool>* lasting) const;
 
   std::vector<Element> elements_;
   std::vector<Pad> pads_;

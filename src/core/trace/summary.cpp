@@ -100,12 +100,16 @@ class Summing {
       if (span.good && changes_.contains(to)) passed_[to].push_back({span.end, frames, false});
       if (ends_[to]) arrivals_[to].push_back({span.time_stamp, span.begin});
     }
-    if (source_pad != kNone) flows_[source_pad].add(span.frames, span.bytes, span.begin);
+    if (const size_t sink_pad = graph_.end_at(source_pad, span.begin); sink_pad != kNone)
+      flows_[{source_pad, sink_pad}].add(span.frames, span.bytes, span.begin);
   }
 
+  // Links that bins make while they look for what fits, and undo before a frame, are left out.
   void add_links() {
-    for (const auto& [source, sink] : graph_.edges())
-      out_.links.push_back({source, sink, flows_[source]});
+    for (const Edge& edge : graph_.edges()) {
+      const Flow& flow = flows_[{edge.source, edge.sink}];
+      if (edge.lasts || flow.frames > 0) out_.links.push_back({edge.source, edge.sink, flow});
+    }
   }
 
   void add_queues() {
@@ -153,7 +157,7 @@ class Summing {
   std::map<size_t, unsigned> fullest_;
   std::map<size_t, Departures> departures_;
   std::map<size_t, std::vector<Arrival>> arrivals_;
-  std::map<size_t, Flow> flows_;  // by source pad
+  std::map<std::pair<size_t, size_t>, Flow> flows_;  // by source pad and sink pad
 };
 
 }  // namespace

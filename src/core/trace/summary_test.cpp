@@ -66,6 +66,27 @@ TEST(TraceSummary, CountsFramesBytesAndRatesPerLink) {
   }
 }
 
+TEST(TraceSummary, ALinkThatWasUndoneCountsIfFramesPassed) {
+  for (const bool used : {false, true}) {
+    Graph graph = chain_of_three();
+    add_element(&graph, 40, "other", true, false);
+    graph.unlink(at(12), at(21), 150);
+    graph.link(at(12), at(41), 160);
+    Trace trace{graph, {{"t", 1, 0, {push(200, 12), pushed(210, 12)}}}};
+    if (used)
+      trace.threads[0].records.insert(trace.threads[0].records.begin(),
+                                      {push(100, 12), pushed(110, 12)});
+    const Summary summary = summarise(trace);
+    std::vector<std::string> ends;
+    for (const auto& link : summary.links) {
+      ends.push_back(graph.elements()[graph.owner(link.sink_pad)].name);
+      EXPECT_EQ(link.flow.frames, ends.back() == "sink" ? 0u : 1u) << ends.back();
+    }
+    EXPECT_EQ(ends, used ? (std::vector<std::string>{"middle", "other", "sink"})
+                         : (std::vector<std::string>{"other", "sink"}));
+  }
+}
+
 TEST(TraceSummary, LatencyGoesFromSourcesToTheSinksTheyReach) {
   Graph graph = chain_of_three();
   add_element(&graph, 40, "other source", false, true);
