@@ -131,6 +131,11 @@ class Report(Case):
                           "multiqueue": ["jpegdec", "sound"], "jpegdec": ["pictures"],
                           "pictures": ["capsfilter"], "sound": ["capsfilter"], "capsfilter": ["heard", "shown"]})
         self.assertEqual([frames for _, after, frames in links if after == "shown"], [str(self.FRAMES)])
+        latencies = {row["to"]: row for row in page.table("latencies")}
+        self.assertEqual(set(latencies), {"shown", "heard"})
+        for sink, pad in (("shown", "video_0"), ("heard", "audio_0")):
+            self.assertRegex(latencies[sink]["from"], rf"^avidemux\d+\.{pad} \(of file\)$")
+            self.assertEqual((latencies[sink]["frames"], latencies[sink]["not matched"]), (str(self.FRAMES), "0"))
 
     def test_the_picture_shows_each_element_once(self):
         _, page = self.reported(self.BRANCHES)

@@ -5,9 +5,9 @@
 #include <vector>
 
 #include "core/trace/graph.hpp"
-#include "core/trace/latency.hpp"
 #include "core/trace/queue_level.hpp"
 #include "core/trace/recorder.hpp"
+#include "core/trace/stream_latency.hpp"
 
 namespace weir::trace {
 
@@ -49,18 +49,13 @@ struct QueueSummary {
   uint64_t not_passed_on = 0;  // arrived but never left: leaked, flushed, or still inside
 };
 
-struct LatencySummary {
-  size_t source = kNone, sink = kNone;  // elements
-  Latency latency;
-};
-
 struct Summary {
   int64_t begin = 0, end = 0;  // times of the first and the last record
   uint64_t records = 0, lost = 0;
   std::vector<ElementSummary> elements;  // in the order of the graph
   std::vector<LinkSummary> links;
   std::vector<QueueSummary> queues;
-  std::vector<LatencySummary> latencies;
+  std::vector<StreamLatency> latencies;
 };
 
 Summary summarise(const Trace& trace);

@@ -55,14 +55,16 @@ Json to_json(const QueueSummary& queue, const Summary& summary) {
           {"levels", highest_levels(queue.level, summary.begin, summary.end, kLevels)}};
 }
 
-Json to_json(const LatencySummary& summary) {
-  const Latency& latency = summary.latency;
+Json to_json(const StreamLatency& stream, const Graph& graph) {
+  const Latency& latency = stream.latency;
   Json buckets = Json::array();
   for (const Bucket& bucket : latency.buckets)
     buckets.push_back(
         {{"from", seconds(bucket.from)}, {"to", seconds(bucket.to)}, {"frames", bucket.frames}});
-  return {{"source", index(summary.source)},
-          {"sink", index(summary.sink)},
+  return {{"source", index(stream.source)},
+          {"origin", index(graph.owner(stream.origin))},
+          {"origin_pad", stream.origin == kNone ? "" : graph.pads()[stream.origin].name},
+          {"sink", index(stream.sink)},
           {"frames", latency.frames},
           {"unmatched", latency.unmatched},
           {"least", seconds(latency.least)},
@@ -86,7 +88,7 @@ std::string to_json(const Summary& summary, const Trace& trace) {
     out["elements"].push_back(to_json(trace.graph.elements()[i], summary.elements[i]));
   for (const auto& link : summary.links) out["links"].push_back(to_json(link, trace.graph));
   for (const auto& queue : summary.queues) out["queues"].push_back(to_json(queue, summary));
-  for (const auto& item : summary.latencies) out["latencies"].push_back(to_json(item));
+  for (const auto& item : summary.latencies) out["latencies"].push_back(to_json(item, trace.graph));
   for (const auto& thread : trace.threads)
     out["threads"].push_back({{"name", thread.name},
                               {"id", thread.system_id},
