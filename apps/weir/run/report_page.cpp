@@ -111,7 +111,7 @@ std::vector<std::string> element_row(const Json& element, const Json* stats, dou
           in > 0 ? duration_text(work / in) : "",
           in > 0 ? duration_text(element["longest"]) : "",
           in > 0 && run_seconds > 0 ? fixed(work / run_seconds * 100, 1) + " %" : "",
-          element["own_thread"] > 0 ? duration_text(element["own_thread"]) : "",
+          element["thread_work"] > 0 ? duration_text(element["thread_work"]) : "",
           duration_text(element["states"].get<double>() + element["events"].get<double>()),
           stat("bytes-copied"),
           stat("dropped"),

@@ -77,6 +77,26 @@ void Graph::unlink(const void* source, const void* sink, int64_t time) {
       pads_[id].peers.emplace_back(time, kNone);
 }
 
+void Graph::set_waits(const void* element, Waits waits) {
+  if (const size_t id = element_at(element, kForEver); id != kNone) elements_[id].waits = waits;
+}
+
+void Graph::removed(const void* element) {
+  if (const size_t id = element_at(element, kForEver); id != kNone) elements_[id].is_removed = true;
+}
+
+void Graph::added(const void* element) {
+  if (const size_t id = element_at(element, kForEver); id != kNone)
+    elements_[id].is_removed = false;
+}
+
+void Graph::set_caps(const void* pad, std::string caps) {
+  const size_t id = pad_at(pad, kForEver);
+  if (id == kNone || pads_[id].caps == caps) return;
+  if (!pads_[id].caps.empty()) ++pads_[id].caps_changes;
+  pads_[id].caps = std::move(caps);
+}
+
 bool Graph::destroyed(const void* object, int64_t time) {
   const size_t element = element_at(object, kForEver), pad = pad_at(object, kForEver);
   if (element != kNone) elements_[element].until = time;

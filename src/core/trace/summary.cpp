@@ -61,6 +61,11 @@ class Summing {
   }
 
   void add(const Span& span) {
+    if (span.kind == Kind::PushBegin || span.kind == Kind::PullBegin) {
+      out_.flow_begin =
+          out_.flow_begin == kNoTime ? span.begin : std::min(out_.flow_begin, span.begin);
+      out_.flow_end = std::max(out_.flow_end, span.end);
+    }
     if (span.element != kNone) add_time(span, out_.elements[span.element]);
     if (span.kind == Kind::PushBegin)
       add_frames(span, graph_.owner(span.pad), span.element, span.pad);
@@ -69,20 +74,29 @@ class Summing {
     if (span.kind == Kind::PushBegin) add_between(span);
   }
 
-  static void add_time(const Span& span, ElementSummary& element) {
+  void add_time(const Span& span, ElementSummary& element) {
     if (span.kind == Kind::EventBegin) {
       element.events += span.own;
     } else if (span.kind == Kind::StateBegin) {
       element.states += span.own;
     } else {
-      element.work += span.own;
+      const Waits waits = graph_.elements()[span.element].waits;
+      const int64_t waiting = waits == Waits::Room    ? span.own
+                              : waits == Waits::Never ? 0
+                                                      : span.own_idle;
+      element.waiting += waiting;
+      element.work += span.own - waiting;
       element.longest = std::max(element.longest, span.own);
     }
   }
 
   void add_between(const Span& span) {
-    if (const size_t from = graph_.owner(span.pad); from != kNone)
-      out_.elements[from].own_thread += span.between;
+    const size_t from = graph_.owner(span.pad);
+    if (from == kNone) return;
+    const int64_t waiting =
+        graph_.elements()[from].waits == Waits::Room ? span.between : span.between_idle;
+    out_.elements[from].thread_waiting += waiting;
+    out_.elements[from].thread_work += span.between - waiting;
   }
 
   void add_frames(const Span& span, size_t from, size_t to, size_t source_pad) {

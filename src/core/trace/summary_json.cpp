@@ -1,5 +1,6 @@
 // Writes a Summary as JSON.
 // SPDX-License-Identifier: LGPL-2.1-or-later
+#include <array>
 #include <nlohmann/json.hpp>
 
 #include "core/trace/summary.hpp"
@@ -22,26 +23,38 @@ Json to_json(const Flow& flow) {
   return {{"frames", flow.frames}, {"bytes", flow.bytes}, {"rate", flow.rate()}};
 }
 
+const char* name_of(Waits waits) {
+  constexpr std::array<const char*, 6> kNames{"never", "room",   "clock",
+                                              "start", "device", "inputs"};
+  return kNames.at(static_cast<size_t>(waits));
+}
+
 Json to_json(const Element& element, const ElementSummary& sums) {
   return {{"name", element.name},
           {"factory", element.factory},
           {"bin", element.is_bin},
           {"parent", index(element.parent)},
+          {"removed", element.is_removed || element.until != kForEver},
+          {"waits", name_of(element.waits)},
           {"in", to_json(sums.in)},
           {"out", to_json(sums.out)},
           {"refused", sums.refused},
           {"work", seconds(sums.work)},
+          {"waiting", seconds(sums.waiting)},
           {"longest", seconds(sums.longest)},
           {"events", seconds(sums.events)},
           {"states", seconds(sums.states)},
-          {"own_thread", seconds(sums.own_thread)}};
+          {"thread_work", seconds(sums.thread_work)},
+          {"thread_waiting", seconds(sums.thread_waiting)}};
 }
 
 Json to_json(const LinkSummary& link, const Graph& graph) {
   Json out{{"from", index(graph.owner(link.source_pad))},
            {"from_pad", graph.pads()[link.source_pad].name},
            {"to", index(graph.owner(link.sink_pad))},
-           {"to_pad", graph.pads()[link.sink_pad].name}};
+           {"to_pad", graph.pads()[link.sink_pad].name},
+           {"caps", graph.pads()[link.source_pad].caps},
+           {"caps_changes", graph.pads()[link.source_pad].caps_changes}};
   out.update(to_json(link.flow));
   return out;
 }
@@ -80,6 +93,7 @@ Json to_json(const StreamLatency& stream, const Graph& graph) {
 
 std::string to_json(const Summary& summary, const Trace& trace) {
   Json out{{"seconds", seconds(summary.end - summary.begin)},
+           {"flow_seconds", seconds(summary.flow_end - summary.flow_begin)},
            {"records", summary.records},
            {"lost", summary.lost}};
   for (const char* list : {"elements", "links", "queues", "latencies", "threads"})

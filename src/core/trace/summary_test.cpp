@@ -40,8 +40,8 @@ TEST(TraceSummary, ASourcesTimeIsBetweenItsPushes) {
   auto& records = trace.threads[0].records;
   records.insert(records.end(), second.begin(), second.end());
   const Summary summary = summarise(trace);
-  EXPECT_EQ(summary.elements[kSource].own_thread, 70);
-  EXPECT_EQ(summary.elements[kMiddle].own_thread, 0);
+  EXPECT_EQ(summary.elements[kSource].thread_work, 70);
+  EXPECT_EQ(summary.elements[kMiddle].thread_work, 0);
   EXPECT_EQ(summary.elements[kMiddle].work, 100);
 }
 
