@@ -110,11 +110,19 @@ Result<ExchangeEvent> QueryExchange::next(bool wait, size_t max_request) {
   }
 }
 
+Status QueryExchange::check_count(size_t memories) const {
+  const size_t tensors = parts_.spec().tensors.size();
+  if (!has_tensors_ || parts_.spec().format != Format::Static || memories <= tensors) return ok();
+  return wire::peer_error("too many memories", std::to_string(memories) + " memories",
+                          "one for each of " + std::to_string(tensors) + " tensors");
+}
+
 Result<ExchangeEvent> QueryExchange::finish(Pending::Answered answered) {
   ledger_->dropped(DropReason::Late, pending_.take_skipped());
   uint64_t copied = 0;
+  Status status = check_count(answered.answer.memories.size());
   auto buffer = output_.make(std::move(answered.answer.memories), &copied);
-  Status status = buffer ? ok() : Status(buffer.error());
+  if (status && !buffer) status = buffer.error();
   if (status && has_tensors_) status = parts_.read(buffer->get());
   if (!status) {
     ledger_->dropped(DropReason::Error);

@@ -11,6 +11,7 @@
 #include "elements/tensor_query_client/query_exchange.hpp"
 #include "gstcpp/buffer/tensor_caps.hpp"
 #include "gstcpp/element/plain_filter.hpp"
+#include "gstcpp/pads/early_events.hpp"
 #include "transport/local/interruption.hpp"
 #include "transport/network_policy.hpp"
 
@@ -115,14 +116,22 @@ class TensorQueryClient : public gst::PlainFilter<TensorQueryClient> {
       is_ending_ = false;
     }
     exchange_.close(reason);
+    early_.clear();
     if (reason == DropReason::Eos) log_outcomes();
   }
 
+  // Serialized events wait until caps are sent.
   bool take_event(GstEvent* event) {
-    if (GST_EVENT_TYPE(event) == GST_EVENT_FLUSH_START) interruption_.set();
-    if (GST_EVENT_TYPE(event) == GST_EVENT_FLUSH_STOP) interruption_.clear();
-    if (GST_EVENT_TYPE(event) == GST_EVENT_SEGMENT) deliver(settings().timeout > 0);
-    return false;
+    const auto type = GST_EVENT_TYPE(event);
+    if (type == GST_EVENT_FLUSH_START) interruption_.set();
+    if (type == GST_EVENT_FLUSH_STOP) interruption_.clear();
+    if (type == GST_EVENT_SEGMENT) deliver(settings().timeout > 0);
+    const bool serialized = gst_event_type_get_flags(type) & GST_EVENT_TYPE_SERIALIZED;
+    if (output_caps_ || !serialized || type <= GST_EVENT_CAPS || type == GST_EVENT_FLUSH_STOP ||
+        type == GST_EVENT_EOS)
+      return false;
+    early_.push(Ref<GstEvent>::adopt(event));
+    return true;
   }
 
   void forget() {
@@ -184,14 +193,14 @@ class TensorQueryClient : public gst::PlainFilter<TensorQueryClient> {
 
   Status connect() {
     const Settings s = settings();
-    auto link =
-        edge::QueryLink::connect({.host = s.host,
-                                  .port = s.port,
-                                  .server_host = s.dest_host,
-                                  .server_port = s.dest_port,
-                                  .limits = {.message_bytes = s.max_message},
-                                  .cancel = interruption_.descriptor(),
-                                  .handshake_time = was_connected_ ? kRetryHandshake : kHandshake});
+    const auto time = was_connected_ ? kRetryHandshake : kHandshake;
+    auto link = edge::QueryLink::connect({.host = s.host,
+                                          .port = s.port,
+                                          .server_host = s.dest_host,
+                                          .server_port = s.dest_port,
+                                          .limits = {.message_bytes = s.max_message},
+                                          .cancel = interruption_.descriptor(),
+                                          .handshake_time = time});
     if (!link) return link.error();
     const auto caps = answer_caps((*link)->capability(), input_caps_.get());
     if (!caps) return caps.error();
@@ -201,7 +210,7 @@ class TensorQueryClient : public gst::PlainFilter<TensorQueryClient> {
                                               "elements that take the answers of the server");
           !status)
         return status;
-    if (auto status = (*link)->confirm(); !status) return status;
+    if (auto status = (*link)->confirm(isolate::deadline_in(time)); !status) return status;
     exchange_.open(*std::move(link), input_caps_.get(), caps->get());
     if (std::exchange(was_connected_, true)) ++reconnections_;
     retry_ = kFirstRetry;
@@ -210,6 +219,7 @@ class TensorQueryClient : public gst::PlainFilter<TensorQueryClient> {
     if (!are_new) return ok();
     output_caps_ = *caps;
     gst_pad_push_event(source_, gst_event_new_caps(output_caps_.get()));
+    early_.send(source_);
     return ok();
   }
 
@@ -305,6 +315,7 @@ class TensorQueryClient : public gst::PlainFilter<TensorQueryClient> {
   // Streaming thread, or a change of state that has stopped it.
   QueryExchange exchange_{&ledger_, &outcomes_};
   Ref<GstCaps> input_caps_, output_caps_;
+  gst::EarlyEvents early_;  // until there are caps to send
   bool was_connected_ = false, is_ending_ = false;
   milliseconds retry_ = kFirstRetry;
   steady_clock::time_point next_try_;

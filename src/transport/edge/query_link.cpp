@@ -184,9 +184,9 @@ bool QueryLink::is_of_server(int socket) const {
          (is_here && transport::is_loopback(peer) && !transport::is_loopback(server));
 }
 
-Status QueryLink::confirm() {
+Status QueryLink::confirm(const isolate::Deadline& deadline) {
   if (auto status = send_host_info(); !status) return status;
-  auto status = accept_server(isolate::deadline_in(options_.handshake_time));
+  auto status = accept_server(deadline);
   listener_ = Descriptor();
   return status;
 }
@@ -209,7 +209,7 @@ Status QueryLink::accept_server(const isolate::Deadline& deadline) {
       return ok();
     }
     if (ready > 0 && watched[0].revents) {
-      if (auto status = read_requests_side(); !status) return status;
+      if (auto status = read_all(); !status) return status;
       if (end_)
         return Error{.code = Code::SERVER_REFUSED,
                      .what = "the query server ended the handshake",
@@ -218,9 +218,9 @@ Status QueryLink::accept_server(const isolate::Deadline& deadline) {
                      .fix = fix};
     }
     if (isolate::is_over(deadline))
-      return unreachable(
-          options_, "the query server does not connect to the client for its answers",
-          "no connection to " + own + " within " + seconds_text(options_.handshake_time), fix);
+      return unreachable(options_,
+                         "the query server does not connect to the client for its answers",
+                         "no connection to " + own + " in time", fix);
   }
 }
 
@@ -284,45 +284,34 @@ Result<std::optional<LinkEnd>> QueryLink::send(const QueryRequest& request) {
   return end_;
 }
 
+// The end of one connection may come before the ERROR on the other.
 Status QueryLink::read_all() {
-  if (auto status = read_answers_side(); !status) return status;
-  return read_requests_side();
-}
-
-// Nothing but ERROR means anything here.
-Status QueryLink::read_requests_side() {
-  while (!end_) {
-    const auto got = read(requests_.get());
-    if (!got) return got.error();
-    if (*got == Read::Nothing) return ok();
-    if (*got == Read::Closed) {
-      end(LinkEnd::Lost);
-      return ok();
-    }
-    const auto action = requests_->conversation.next(requests_->reader.take().command);
-    if (!action) return action.error();
-    if (*action == wire::Action::Close) end(LinkEnd::Refused);
-  }
+  if (end_) return ok();
+  const Result<std::optional<LinkEnd>> answers =
+      answers_ ? read_side(answers_.get()) : std::optional<LinkEnd>();
+  if (!answers) return answers.error();
+  const auto requests = read_side(requests_.get());
+  if (!requests) return requests.error();
+  if (*answers || *requests)
+    end(*answers == LinkEnd::Refused || *requests == LinkEnd::Refused ? LinkEnd::Refused
+                                                                      : LinkEnd::Lost);
   return ok();
 }
 
-Status QueryLink::read_answers_side() {
-  while (!end_) {
-    const auto got = read(answers_.get());
+// Reads what has arrived; returns how the connection ended, if it did.
+Result<std::optional<LinkEnd>> QueryLink::read_side(Connection* from) {
+  for (;;) {
+    const auto got = read(from);
     if (!got) return got.error();
-    if (*got == Read::Nothing) return ok();
-    if (*got == Read::Closed) {
-      end(LinkEnd::Lost);
-      return ok();
-    }
-    auto message = answers_->reader.take();
-    const auto action = answers_->conversation.next(message.command);
+    if (*got == Read::Nothing) return std::optional<LinkEnd>();
+    if (*got == Read::Closed) return std::optional(LinkEnd::Lost);
+    auto message = from->reader.take();
+    const auto action = from->conversation.next(message.command);
     if (!action) return action.error();
-    if (*action == wire::Action::Close) end(LinkEnd::Refused);
+    if (*action == wire::Action::Close) return std::optional(LinkEnd::Refused);
     if (*action == wire::Action::ReadFrame)
-      if (auto status = take_answer(std::move(message)); !status) return status;
+      if (auto status = take_answer(std::move(message)); !status) return status.error();
   }
-  return ok();
 }
 
 Status QueryLink::take_answer(wire::EdgeMessage message) {
