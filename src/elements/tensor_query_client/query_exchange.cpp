@@ -95,8 +95,8 @@ Result<ExchangeEvent> QueryExchange::next(bool wait, size_t max_request) {
     if (auto answered = pending_.take()) return finish(std::move(*answered));
     if (pending_.must_reconnect(std::max(max_request, kLeastTimeOutsInARow)))
       return ExchangeEvent{Kind::OutOfStep};
-    const bool waits = wait && pending_.waiting() > 0;
-    auto received = link_->receive(waits ? pending_.next_deadline() : steady_clock::now());
+    if (wait && pending_.waiting() == 0) return ExchangeEvent{Kind::Nothing};
+    auto received = link_->receive(wait ? pending_.next_deadline() : steady_clock::now());
     if (!received) return received.error();
     if (received->answer) {
       const auto number = received->answer->number;
@@ -105,7 +105,7 @@ Result<ExchangeEvent> QueryExchange::next(bool wait, size_t max_request) {
       continue;
     }
     was_refused_ = *received->end == edge::LinkEnd::Refused;
-    if (*received->end != edge::LinkEnd::Late || !waits)
+    if (*received->end != edge::LinkEnd::Late || !wait)
       return ExchangeEvent{kind_of(*received->end)};
   }
 }

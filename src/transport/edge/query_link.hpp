@@ -4,6 +4,7 @@
 #pragma once
 #include <sys/uio.h>
 
+#include <array>
 #include <chrono>
 #include <deque>
 #include <memory>
@@ -97,6 +98,10 @@ class QueryLink {
     Descriptor socket;
     wire::MessageReader reader;
     wire::Conversation conversation;
+    // What was read after the part of a message that the reader had room for: with it a small
+    // message is read at once, and the end of a large one with its memories.
+    std::array<std::byte, 16384> ahead{};
+    size_t ahead_begin = 0, ahead_end = 0;
   };
   enum class Read { Message, Nothing, Closed };
 
@@ -108,12 +113,11 @@ class QueryLink {
   std::string announced_host() const;
   Status accept_server(const isolate::Deadline& deadline);
   bool is_of_server(int socket) const;
-  // Reads what has arrived on both connections.
-  Status read_all();
-  Result<std::optional<LinkEnd>> read_side(Connection* from);
+  Status read_ready(bool has_requests, bool has_answers);
+  Result<std::optional<LinkEnd>> read_side(Connection* from, bool all);
   Status take_answer(wire::EdgeMessage message);
-  // Waits for bytes, and with `for_room` also for room to send.
-  std::optional<LinkEnd> wait(const isolate::Deadline& deadline, bool for_room);
+  // Waits for bytes, and with `for_room` also for room to send, and reads what has arrived.
+  Result<std::optional<LinkEnd>> wait(const isolate::Deadline& deadline, bool for_room);
   void end(LinkEnd how) noexcept;
 
   const QueryOptions options_;
