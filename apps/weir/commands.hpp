@@ -65,6 +65,7 @@ struct TryOptions {
   std::string labels;  // path of a label file; "": those of the card or the model
   std::string mode;    // of tensor_decoder; "": chosen
   std::string head;    // of the mode; "": recognised
+  std::string engine;  // "": by the file name
   bool json = false, show = false;
 };
 // Runs the model on the input; prints results, and the pipeline on standard error.
@@ -88,6 +89,7 @@ struct ServeOptions {
   std::string listen = "127.0.0.1:8001";
   std::string tls_cert, tls_key, tls_ca, token_file;  // paths; "": none
   bool insecure = false;                              // allows other machines without TLS
+  std::string engine;                                 // "": by the file name
   std::string custom;                                 // options of the engine
   unsigned batch = 1, workers = 1;                    // as of tensor_filter
   unsigned batch_wait_us = 2000;  // that a request waits for others of its batch
@@ -104,6 +106,7 @@ struct EvaluateOptions {
   std::string truth;                 // path of an annotation file of COCO; "": found in the folder
   std::string metric;                // "": by the folder
   std::string labels, mode, head;    // of models, as in TryOptions
+  std::string engine;                // of models; "": by the file name
   std::vector<std::string> classes;  // labels of the objects to follow; empty: all
   std::string page;                  // path of an HTML page; "": none
   uint64_t limit = 0;                // pictures at most, of each sequence; 0: all

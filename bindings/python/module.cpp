@@ -13,6 +13,7 @@ PYBIND11_MODULE(_weir, module) {
   WEIR_ERROR_CODES(WEIR_CODE)
 #undef WEIR_CODE
   module.attr("CODES") = codes;
+  module.attr("VERSION") = WEIR_PYTHON_VERSION;
   module.def("set_error", &weir::bindings::set_error);
   weir::bindings::bind_model(module);
   weir::bindings::bind_pipeline(module);

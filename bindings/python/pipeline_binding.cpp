@@ -4,6 +4,8 @@
 
 #include <pybind11/stl.h>
 
+#include <algorithm>
+#include <chrono>
 #include <cmath>
 #include <functional>
 #include <memory>
@@ -40,19 +42,37 @@ py::array tensor_of(const Frame& frame, py::ssize_t index) {
   return array_of(tensor, owner);
 }
 
+// The first exception that the program's functions raised since the pipeline started. Guarded by
+// the GIL.
+struct RaisedInStream {
+  py::object exception;
+  std::string text;
+};
+
+template <class T>
+std::shared_ptr<T> freed_with_gil(T* object) {
+  return {object, [](T* freed) {
+            const py::gil_scoped_acquire locked;
+            delete freed;
+          }};
+}
+
 // A Python function that streaming threads call. An exception in it ends the stream.
-std::function<void(const Frame&)> on_stream(py::function function) {
-  const std::shared_ptr<py::function> kept(new py::function(std::move(function)),
-                                           [](py::function* ended) {
-                                             const py::gil_scoped_acquire locked;
-                                             delete ended;
-                                           });
-  return [kept](const Frame& frame) {
+std::function<void(const Frame&)> on_stream(py::function function,
+                                            std::shared_ptr<RaisedInStream> first) {
+  const auto kept = freed_with_gil(new py::function(std::move(function)));
+  return [kept, first = std::move(first)](const Frame& frame) {
     const py::gil_scoped_acquire locked;
     try {
       (*kept)(frame);
     } catch (const py::error_already_set& raised) {
-      throw std::runtime_error(raised.what());  // here, because what() needs the GIL
+      const std::string text = raised.what();  // here, because what() needs the GIL
+      if (!first->exception) {
+        *first = {raised.value(), text};
+        // A function written in C has none.
+        if (raised.trace()) PyException_SetTraceback(raised.value().ptr(), raised.trace().ptr());
+      }
+      throw std::runtime_error(text);
     }
   };
 }
@@ -72,6 +92,7 @@ class PipelineObject {
     if (!pipeline_) throw py::value_error("the pipeline is closed");
     return pipeline_;
   }
+  bool is_closed() const noexcept { return !pipeline_; }
   void close() {
     unlocked([pipeline = std::move(pipeline_)]() mutable { pipeline.reset(); });
   }
@@ -80,10 +101,21 @@ class PipelineObject {
   auto call(Body&& body) const {
     const auto pipeline = get();
     auto result = unlocked([&] { return body(*pipeline); });
-    return value_or_raise(std::move(result));
+    if (!result) raise(result.error(), cause_of(result.error()));
+    if constexpr (requires { *result; }) return *std::move(result);
   }
+  const std::shared_ptr<RaisedInStream>& raised_in_stream() const { return raised_; }
+  void forget_raised() const { *raised_ = {}; }
 
  private:
+  // Null unless a function of the program raised the exception that is this error.
+  py::object cause_of(const Error& error) const {
+    const bool is_raised =
+        error.code == Code::CALLBACK_FAILED && error.what.ends_with(raised_->text);
+    return is_raised ? raised_->exception : py::object();
+  }
+
+  std::shared_ptr<RaisedInStream> raised_ = freed_with_gil(new RaisedInStream);
   std::shared_ptr<Pipeline> pipeline_;
 };
 
@@ -98,13 +130,43 @@ void push(const Object& self, const std::string& name, const py::object& arrays,
   self.call([&](Pipeline& p) { return p.push(name, std::span(lent.views()), options); });
 }
 
+bool is_main_thread() {
+  const auto threading = py::module_::import("threading");
+  return threading.attr("get_ident")().equal(threading.attr("main_thread")().attr("ident"));
+}
+
+// Calls `step` with parts of the time limit until it returns true or the limit has passed. Python
+// runs signal handlers, Ctrl-C's among them, between the parts; only the main thread runs any.
+template <class Step>
+bool interruptible(const std::optional<Nanoseconds>& limit, Step&& step) {
+  if (!is_main_thread()) return step(limit);
+  constexpr Nanoseconds kPart = std::chrono::milliseconds(50);
+  const auto start = std::chrono::steady_clock::now();
+  while (true) {
+    const Nanoseconds left = limit ? *limit - (std::chrono::steady_clock::now() - start) : kPart;
+    if (step(std::optional(std::clamp(left, Nanoseconds(0), kPart)))) return true;
+    if (limit && left <= kPart) return false;
+    if (PyErr_CheckSignals() != 0) throw py::error_already_set();
+  }
+}
+
+bool wait(const Object& self, const Seconds& timeout) {
+  return interruptible(nanoseconds_of(timeout), [&](const auto& limit) {
+    return self.call([&](Pipeline& p) { return p.wait(limit); });
+  });
+}
+
 std::optional<Frame> pull(const Object& self, const std::string& name, const Seconds& timeout) {
-  const auto limit = nanoseconds_of(timeout);
-  return self.call([&](Pipeline& p) { return p.pull(name, limit); });
+  std::optional<Frame> frame;
+  interruptible(nanoseconds_of(timeout), [&](const auto& limit) {
+    frame = self.call([&](Pipeline& p) { return p.pull(name, limit); });
+    return frame || self.call([&](Pipeline& p) { return p.ended(name); });
+  });
+  return frame;
 }
 
 void on_frame(const Object& self, const std::string& name, const std::optional<py::function>& f) {
-  auto function = f ? on_stream(*f) : std::function<void(const Frame&)>();
+  auto function = f ? on_stream(*f, self.raised_in_stream()) : std::function<void(const Frame&)>();
   self.call([&](Pipeline& p) { return p.on_frame(name, std::move(function)); });
 }
 
@@ -152,17 +214,16 @@ void bind_pipeline(py::module_& module) {
       .def(py::init<const std::string&>(), py::arg("text"))
       .def("start", [](const Object& s) { s.call([](Pipeline& p) { return p.start(); }); })
       .def("pause", [](const Object& s) { s.call([](Pipeline& p) { return p.pause(); }); })
-      .def("stop", [](const Object& s) { s.call([](Pipeline& p) { return p.stop(); }); })
+      .def("stop",
+           [](const Object& s) {
+             s.call([](Pipeline& p) { return p.stop(); });
+             s.forget_raised();
+           })
       .def("close", &Object::close, "Stops and frees the pipeline.")
+      .def_property_readonly("closed", &Object::is_closed, "True after close()")
       .def_property_readonly("state", &state, "\"stopped\", \"paused\" or \"playing\"")
-      .def(
-          "wait",
-          [](const Object& self, const Seconds& timeout) {
-            const auto limit = nanoseconds_of(timeout);
-            return self.call([&](Pipeline& p) { return p.wait(limit); });
-          },
-          py::arg("timeout") = py::none(),
-          "Waits until every stream has ended. Returns False on time-out.")
+      .def("wait", &wait, py::arg("timeout") = py::none(),
+           "Waits until every stream has ended. Returns False on time-out. Ctrl-C interrupts it.")
       .def("push", &push, py::arg("name"), py::arg("arrays"), py::arg("pts") = py::none(),
            py::arg("duration") = py::none(),
            "Pushes a frame into the appsrc `name`: an array, or a list of arrays, one for each "

@@ -20,7 +20,7 @@ void set_error(py::object error, py::object code) {
   classes() = {std::move(error), std::move(code)};
 }
 
-void raise(const Error& error) {
+void raise(const Error& error, const py::object& cause) {
   const auto& [type, code] = classes();
   // A text may come from a file: invalid UTF-8 in it must not hide the error.
   const auto text = [](const std::string& part) {
@@ -30,6 +30,7 @@ void raise(const Error& error) {
   const py::object value =
       type(code(static_cast<int>(error.code)), text(error.what), text(error.offered),
            text(error.needed), text(error.difference), text(error.fix), text(error.message()));
+  if (cause) PyException_SetCause(value.ptr(), py::object(cause).release().ptr());
   PyErr_SetObject(type.ptr(), value.ptr());
   throw py::error_already_set();
 }

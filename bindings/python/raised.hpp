@@ -14,8 +14,9 @@ namespace py = pybind11;
 // Sets the class weir.Error and the names of its codes; the package calls it once.
 void set_error(py::object error, py::object code);
 
-// Throws the error as a weir.Error. Call with the GIL held.
-[[noreturn]] void raise(const Error& error);
+// Throws the error as a weir.Error, whose __cause__ is the exception `cause` unless that is null.
+// Call with the GIL held.
+[[noreturn]] void raise(const Error& error, const py::object& cause = {});
 
 template <class T>
 T value_or_raise(Result<T> result) {

@@ -46,7 +46,7 @@ std::string box(const trace::Place& place, const Json& element, double most) {
   out += line(37, "factory", shortened(factory, 24));
   const double in = element["in"]["frames"];
   const double calls = in > 0 ? in : static_cast<double>(element["out"]["frames"]);
-  const double own = element["own_thread"];
+  const double own = element["thread_work"];
   // A source has no chain function: its time is that of its thread.
   const std::string time = in > 0      ? duration_text(work / calls) + " a frame"
                            : calls > 1 ? duration_text(own / (calls - 1)) + " a frame"

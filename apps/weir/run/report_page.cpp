@@ -111,7 +111,7 @@ std::vector<std::string> element_row(const Json& element, const Json* stats, dou
           in > 0 ? duration_text(work / in) : "",
           in > 0 ? duration_text(element["longest"]) : "",
           in > 0 && run_seconds > 0 ? fixed(work / run_seconds * 100, 1) + " %" : "",
-          element["own_thread"] > 0 ? duration_text(element["own_thread"]) : "",
+          element["thread_work"] > 0 ? duration_text(element["thread_work"]) : "",
           duration_text(element["states"].get<double>() + element["events"].get<double>()),
           stat("bytes-copied"),
           stat("dropped"),
@@ -184,8 +184,12 @@ std::string latencies(const Json& summary) {
       {"from", "to", "frames", "least", "median", "mean", "95 %", "99 %", "most", "not matched"}};
   std::string charts;
   for (const Json& item : summary["latencies"]) {
-    const std::string from = escaped(name_of(summary, item["source"])),
-                      to = escaped(name_of(summary, item["sink"]));
+    std::string from = name_of(summary, item["source"]);
+    if (item["origin"] != item["source"])
+      from = name_of(summary, item["origin"]) + "." + item["origin_pad"].get<std::string>() +
+             " (of " + from + ")";
+    from = escaped(from);
+    const std::string to = escaped(name_of(summary, item["sink"]));
     std::vector<std::string> row{from, to, count(item["frames"])};
     for (const char* name : {"least", "median", "mean", "percentile_95", "percentile_99", "most"})
       row.push_back(item["frames"] > 0 ? duration_text(item[name]) : "");
@@ -197,9 +201,10 @@ std::string latencies(const Json& summary) {
   }
   if (rows.size() == 1) return "";
   return "<h2>Latency</h2>\n" + html_table(rows, "latencies", {1}) +
-         "<p class=\"note\">From the push at the source to the arrival of a frame with the same "
-         "time-stamp "
-         "at the sink. The charts show the number of frames for each latency, with steps that grow "
+         "<p class=\"note\">From the push to the arrival of a frame with the same time-stamp at "
+         "the sink. A "
+         "file has no time-stamps before its demuxer or parser: latency counts from there. The "
+         "charts show the number of frames for each latency, with steps that grow "
          "with the latency.</p>\n" +
          charts;
 }

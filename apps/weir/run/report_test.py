@@ -110,6 +110,33 @@ class Report(Case):
             self.assertEqual((links[ends]["frames"], links[ends]["bytes"]),
                              (str(self.FRAMES), f"{self.FRAMES * size / 1000:.1f} kB"))
 
+    def clip(self, frames=FRAMES):
+        """A file with pictures as JPEG and with sound."""
+        file = self.folder / "clip.avi"
+        self.good(weir("run", "-q", f"videotestsrc num-buffers={frames} ! video/x-raw,width=64,height=48,framerate=30/1"
+                       f" ! jpegenc ! avimux name=muxer ! filesink location={file}"
+                       f" audiotestsrc num-buffers={frames} ! audio/x-raw,format=S16LE,rate=8000,channels=1 ! muxer."))
+        return file
+
+    def test_links_of_a_decodebin_are_those_that_the_frames_took(self):
+        _, page = self.reported(f"filesrc name=file location={self.clip()} ! decodebin name=d"
+                                " d. ! queue name=pictures ! video/x-raw ! fakesink name=shown"
+                                " d. ! queue name=sound ! audio/x-raw ! fakesink name=heard")
+        links = [(row["from"].split(".")[0], row["to"].split(".")[0], row["frames"]) for row in page.table("links")]
+        following = {}
+        for before, after, _ in links:
+            following.setdefault(re.sub("[-0-9]+$", "", before), []).append(re.sub("[-0-9]+$", "", after))
+        self.assertEqual({name: sorted(after) for name, after in following.items()},
+                         {"file": ["typefind"], "typefind": ["avidemux"], "avidemux": ["multiqueue"] * 2,
+                          "multiqueue": ["jpegdec", "sound"], "jpegdec": ["pictures"],
+                          "pictures": ["capsfilter"], "sound": ["capsfilter"], "capsfilter": ["heard", "shown"]})
+        self.assertEqual([frames for _, after, frames in links if after == "shown"], [str(self.FRAMES)])
+        latencies = {row["to"]: row for row in page.table("latencies")}
+        self.assertEqual(set(latencies), {"shown", "heard"})
+        for sink, pad in (("shown", "video_0"), ("heard", "audio_0")):
+            self.assertRegex(latencies[sink]["from"], rf"^avidemux\d+\.{pad} \(of file\)$")
+            self.assertEqual((latencies[sink]["frames"], latencies[sink]["not matched"]), (str(self.FRAMES), "0"))
+
     def test_the_picture_shows_each_element_once(self):
         _, page = self.reported(self.BRANCHES)
         self.assertEqual(sorted(page.names), sorted(row["element"] for row in page.table("elements")))

@@ -154,7 +154,8 @@ std::string serving_pipeline(const NamedModel& model, size_t id, const ServeOpti
          property("tls-ca", options.tls_ca) + property("token-file", options.token_file);
   if (options.insecure) out += " insecure=true";
   if (options.model_control) out += " model-control=true";
-  out += " ! tensor_filter name=" + model.name + "-filter framework=auto" +
+  out += " ! tensor_filter name=" + model.name + "-filter" +
+         property("framework", options.engine.empty() ? "auto" : options.engine) +
          property("model", model.file) + property("custom", options.custom);
   if (options.batch > 1)
     out += " batch-size=" + std::to_string(options.batch) +

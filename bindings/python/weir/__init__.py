@@ -16,7 +16,11 @@ from .tensor_shape import TensorShape
 
 __all__ = ["Code", "Error", "Frame", "Model", "Pipeline", "TensorInfo", "TensorShape", "results"]
 
-Code = enum.IntEnum("Code", _weir.CODES)
+__version__ = _weir.VERSION
+
+Code = enum.IntEnum("Code", _weir.CODES, module=__name__)
+Code.__doc__ = "The codes of weir.Error. docs/errors has a page for each."
+Error.__module__ = __name__  # as users write it, in tracebacks
 _weir.set_error(Error, Code)
 
 _pipelines = weakref.WeakSet()
@@ -27,7 +31,11 @@ class Pipeline(_weir.Pipeline):
 
     def __init__(self, text):
         super().__init__(text)
+        self.text = text
         _pipelines.add(self)
+
+    def __repr__(self):
+        return f"<weir.Pipeline {'closed' if self.closed else self.state}: {self.text}>"
 
     def __enter__(self):
         self.start()

@@ -135,7 +135,10 @@ TEST_F(FilterFallback, RefusesAnotherShapeAtTheStart) {
 TEST_F(FilterFallback, RefusesWhatCannotBeOpened) {
   EXPECT_SAYS(start_error(filter("fallback=/nowhere/model.add")), "/nowhere/model.add");
   EXPECT_SAYS(start_error(filter("fallback=model.unknown")),
-              "no engine claims this model file by its name\n  offered: model.unknown");
+              "the model file does not exist\n  offered: model.unknown");
+  const std::string text = files_.write("model.unknown", "x");
+  EXPECT_SAYS(start_error(filter("fallback=" + text)),
+              "no engine claims this model file by its name\n  offered: " + text);
 }
 
 TEST_F(FilterFallback, RefusesBatchesAndAsynchronousEngines) {

@@ -182,7 +182,7 @@ Error broker_unreachable(const BrokerOptions& options, std::string offered) {
           .offered = std::move(offered),
           .needed = "a broker that answers at this address",
           .fix = "start the broker, for example with `mosquitto -p " +
-                 std::to_string(options.port) + "`, or set host and port"};
+                 std::to_string(options.port) + "`, or set " + options.address_properties};
 }
 
 Error broker_refused(const BrokerOptions& options, std::string what, std::string offered) {
