@@ -258,12 +258,6 @@ TEST_F(CapsOfAServer, ThatAreSeveralForItsAnswersAreNamed) {
 
 // Properties.
 
-TEST(TensorQueryClient, BrokersAreNotAvailable) {
-  const std::string error = start_error("tensor_query_client connect-type=HYBRID");
-  EXPECT_SAYS(error, "connect-type=HYBRID");
-  EXPECT_SAYS(error, "connect-type=TCP");
-}
-
 TEST(TensorQueryClient, OtherMachinesAreAWarning) {
   {
     const auto element = lone_element("tensor_query_client dest-host=192.0.2.1");
