@@ -80,7 +80,7 @@ TEST_F(QueryClientBroker, TheAddressOfADeadServerDoesNotHang) {
   EXPECT_EQ(ask(h), 2);
 }
 
-// It accepts connections and says nothing.
+// It accepts connections and sends nothing.
 TEST_F(QueryClientBroker, ASilentServerDoesNotHang) {
   const ScriptedServer silent([](auto& s) { s.wait_for_the_end_of_the_test(); });
   const auto first = announce(silent.port(), "1");
