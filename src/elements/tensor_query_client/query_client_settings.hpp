@@ -5,11 +5,12 @@
 #include <optional>
 #include <string>
 
+#include "elements/mqttsink/broker_login.hpp"
 #include "elements/tensor_query_serversrc/serversrc_settings.hpp"
 
 namespace weir {
 
-struct QueryClientSettings {
+struct QueryClientSettings : BrokerLogin {
   std::string host = "localhost";
   uint32_t port = 3001;
   std::string dest_host = "localhost";

@@ -95,8 +95,8 @@ Result<ExchangeEvent> QueryExchange::next(bool wait, size_t max_request) {
     if (auto answered = pending_.take()) return finish(std::move(*answered));
     if (pending_.must_reconnect(std::max(max_request, kLeastTimeOutsInARow)))
       return ExchangeEvent{Kind::OutOfStep};
-    const bool waits = wait && pending_.waiting() > 0;
-    auto received = link_->receive(waits ? pending_.next_deadline() : steady_clock::now());
+    if (wait && pending_.waiting() == 0) return ExchangeEvent{Kind::Nothing};
+    auto received = link_->receive(wait ? pending_.next_deadline() : steady_clock::now());
     if (!received) return received.error();
     if (received->answer) {
       const auto number = received->answer->number;
@@ -105,16 +105,24 @@ Result<ExchangeEvent> QueryExchange::next(bool wait, size_t max_request) {
       continue;
     }
     was_refused_ = *received->end == edge::LinkEnd::Refused;
-    if (*received->end != edge::LinkEnd::Late || !waits)
+    if (*received->end != edge::LinkEnd::Late || !wait)
       return ExchangeEvent{kind_of(*received->end)};
   }
+}
+
+Status QueryExchange::check_count(size_t memories) const {
+  const size_t tensors = parts_.spec().tensors.size();
+  if (!has_tensors_ || parts_.spec().format != Format::Static || memories <= tensors) return ok();
+  return wire::peer_error("too many memories", std::to_string(memories) + " memories",
+                          "one for each of " + std::to_string(tensors) + " tensors");
 }
 
 Result<ExchangeEvent> QueryExchange::finish(Pending::Answered answered) {
   ledger_->dropped(DropReason::Late, pending_.take_skipped());
   uint64_t copied = 0;
+  Status status = check_count(answered.answer.memories.size());
   auto buffer = output_.make(std::move(answered.answer.memories), &copied);
-  Status status = buffer ? ok() : Status(buffer.error());
+  if (status && !buffer) status = buffer.error();
   if (status && has_tensors_) status = parts_.read(buffer->get());
   if (!status) {
     ledger_->dropped(DropReason::Error);

@@ -6,13 +6,15 @@
 #include <string>
 #include <utility>
 
+#include "elements/edgesink/edge_broker.hpp"
 #include "elements/tensor_query_client/query_caps.hpp"
 #include "elements/tensor_query_client/query_client_settings.hpp"
 #include "elements/tensor_query_client/query_exchange.hpp"
 #include "gstcpp/buffer/tensor_caps.hpp"
 #include "gstcpp/element/plain_filter.hpp"
+#include "gstcpp/pads/early_events.hpp"
 #include "transport/local/interruption.hpp"
-#include "transport/network_policy.hpp"
+#include "transport/mqtt/server_finder.hpp"
 
 namespace weir {
 namespace {
@@ -33,38 +35,43 @@ class TensorQueryClient : public gst::PlainFilter<TensorQueryClient> {
   };
 
   using Settings = QueryClientSettings;
-  static constexpr std::tuple kProperties{
-      gst::Property{"host", &Settings::host,
-                    "The address of this machine to which the server connects for its answers"},
-      gst::Property{"port", &Settings::port,
-                    "The port to which the server connects for its answers; 0 = a free one",
-                    gst::Changeable::InReady, 0u, 65535u},
-      gst::Property{"dest-host", &Settings::dest_host, "The address of the server"},
-      gst::Property{"dest-port", &Settings::dest_port, "The port of the server",
-                    gst::Changeable::InReady, 0u, 65535u},
-      gst::Property{"connect-type", &Settings::connect_type, "How the server is found"},
-      gst::Property{"topic", &Settings::topic, "The name of the server at the broker"},
-      gst::Property{"timeout", &Settings::timeout,
-                    "Milliseconds to wait for the answer to each frame; 0 = do not wait: answers "
-                    "are pushed when later frames arrive",
-                    gst::Changeable::WhilePlaying},
-      gst::Property{"silent", &Settings::silent, "Accepted for compatibility; has no effect",
-                    gst::Changeable::WhilePlaying},
-      gst::Property{"max-request", &Settings::max_request,
-                    "A frame is dropped while more than so many wait for their answers; 0 = no "
-                    "limit",
-                    gst::Changeable::WhilePlaying},
-      gst::Property{"reconnect", &Settings::reconnect,
-                    "Drop frames and connect again while the server is not there; false = an "
-                    "error"},
-      gst::Property{"max-message", &Settings::max_message, "Largest answer in bytes",
-                    gst::Changeable::InReady, uint64_t{1024}, uint64_t{1} << 40},
-      gst::Property{"insecure", &Settings::insecure,
-                    "Connect to another machine although weir.ini requires TLS"},
-      gst::Property{"allow", &Settings::allow,
-                    "Addresses and networks that it may connect to, separated by commas; default: "
-                    "all"},
-  };
+  static constexpr auto kProperties = std::tuple_cat(
+      kBrokerLoginProperties,
+      std::tuple{
+          gst::Property{"host", &Settings::host,
+                        "The address of this machine to which the server connects for its answers"},
+          gst::Property{"port", &Settings::port,
+                        "The port to which the server connects for its answers; 0 = a free one",
+                        gst::Changeable::InReady, 0u, 65535u},
+          gst::Property{"dest-host", &Settings::dest_host,
+                        "The address of the server, or of the broker"},
+          gst::Property{"dest-port", &Settings::dest_port, "The port at dest-host",
+                        gst::Changeable::InReady, 0u, 65535u},
+          gst::Property{"connect-type", &Settings::connect_type, "How the server is found"},
+          gst::Property{"topic", &Settings::topic, "The name of the server at the broker"},
+          gst::Property{
+              "timeout", &Settings::timeout,
+              "Milliseconds to wait for the answer to each frame; 0 = do not wait: answers "
+              "are pushed when later frames arrive",
+              gst::Changeable::WhilePlaying},
+          gst::Property{"silent", &Settings::silent, "Accepted for compatibility; has no effect",
+                        gst::Changeable::WhilePlaying},
+          gst::Property{"max-request", &Settings::max_request,
+                        "A frame is dropped while more than so many wait for their answers; 0 = no "
+                        "limit",
+                        gst::Changeable::WhilePlaying},
+          gst::Property{"reconnect", &Settings::reconnect,
+                        "Drop frames and connect again while the server is not there; false = an "
+                        "error"},
+          gst::Property{"max-message", &Settings::max_message, "Largest answer in bytes",
+                        gst::Changeable::InReady, uint64_t{1024}, uint64_t{1} << 40},
+          gst::Property{"insecure", &Settings::insecure,
+                        "Connect to another machine although weir.ini requires TLS"},
+          gst::Property{
+              "allow", &Settings::allow,
+              "Addresses and networks that it may connect to, separated by commas; default: "
+              "all"},
+      });
 
   GstStateChangeReturn change_state(GstStateChange change) {
     if (change == GST_STATE_CHANGE_READY_TO_PAUSED) {
@@ -115,18 +122,27 @@ class TensorQueryClient : public gst::PlainFilter<TensorQueryClient> {
       is_ending_ = false;
     }
     exchange_.close(reason);
+    early_.clear();
     if (reason == DropReason::Eos) log_outcomes();
   }
 
+  // Serialized events wait until caps are sent.
   bool take_event(GstEvent* event) {
-    if (GST_EVENT_TYPE(event) == GST_EVENT_FLUSH_START) interruption_.set();
-    if (GST_EVENT_TYPE(event) == GST_EVENT_FLUSH_STOP) interruption_.clear();
-    if (GST_EVENT_TYPE(event) == GST_EVENT_SEGMENT) deliver(settings().timeout > 0);
-    return false;
+    const auto type = GST_EVENT_TYPE(event);
+    if (type == GST_EVENT_FLUSH_START) interruption_.set();
+    if (type == GST_EVENT_FLUSH_STOP) interruption_.clear();
+    if (type == GST_EVENT_SEGMENT) deliver(settings().timeout > 0);
+    const bool serialized = gst_event_type_get_flags(type) & GST_EVENT_TYPE_SERIALIZED;
+    if (output_caps_ || !serialized || type <= GST_EVENT_CAPS || type == GST_EVENT_FLUSH_STOP ||
+        type == GST_EVENT_EOS)
+      return false;
+    early_.push(Ref<GstEvent>::adopt(event));
+    return true;
   }
 
   void forget() {
     input_caps_ = output_caps_ = {};
+    finder_.reset();
     interruption_.clear();
   }
 
@@ -149,49 +165,73 @@ class TensorQueryClient : public gst::PlainFilter<TensorQueryClient> {
   // The place of a request is freed after this time if `timeout` does not say.
   static constexpr milliseconds kLongestAnswer{30'000};
   static constexpr milliseconds kFirstRetry{100}, kLastRetry{1000}, kHandshake{10'000},
-      kRetryHandshake{2000};
+      kRetryHandshake{2000}, kServerTime{1000};
 
   Status start() {
     const Settings s = settings();
-    if (s.connect_type == QueryConnectType::Hybrid)
-      return Error{.code = Code::OPTION_VALUE,
-                   .what = "brokers are not available yet",
-                   .offered = "connect-type=HYBRID",
-                   .needed = "connect-type=TCP and the address of the server",
-                   .fix =
-                       "tensor_query_client connect-type=TCP dest-host=localhost "
-                       "dest-port=3000"};
     outcomes_.reset();
     reconnections_ = 0;
     was_connected_ = false;
     retry_ = kFirstRetry;
     next_try_ = {};
-    if (auto status = check_network(s, transport::Role::Connects, s.dest_host, s.dest_port);
-        !status)
+    server_ = {{}, {s.dest_host, static_cast<uint16_t>(s.dest_port)}, 0};
+    if (auto status = check_network(transport::Role::Listens, s.host, s.port); !status)
       return status;
-    return check_network(s, transport::Role::Listens, s.host, s.port);
+    if (s.connect_type == QueryConnectType::Hybrid) return open_finder(s);
+    return check_network(transport::Role::Connects, s.dest_host, s.dest_port);
   }
 
-  Status check_network(const Settings& s, transport::Role role, const std::string& host,
-                       uint32_t port) const {
-    const auto warning = transport::check_old_protocol(
-        {.role = role, .host = host, .port = port, .insecure = s.insecure, .allow = s.allow},
-        config::Configuration::load());
-    if (!warning) return warning.error();
-    if (*warning) gst::post_warning(element(), **warning);
+  Status check_network(transport::Role role, const std::string& host, uint32_t port) const {
+    const Settings s = settings();
+    return check_plain_connection(
+        element(),
+        {.role = role, .host = host, .port = port, .insecure = s.insecure, .allow = s.allow});
+  }
+
+  Status open_finder(const Settings& s) {
+    auto options = open_options(element(), {.host = s.dest_host,
+                                            .port = s.dest_port,
+                                            .login = s,
+                                            .insecure = s.insecure,
+                                            .allow = s.allow});
+    if (!options) return options.error();
+    auto finder = transport::ServerFinder::open(*std::move(options), s.topic.value_or(""));
+    if (!finder) return finder.error();
+    finder_ = *std::move(finder);
     return ok();
   }
 
-  Status connect() {
+  // Tries the servers that the broker announces, oldest first. Until the first connection it waits
+  // for one, as NNStreamer does; later frames are dropped while there is none.
+  Status connect_to_any() {
+    Status mismatch = ok();
+    for (;;) {
+      const bool waits = !was_connected_ && mismatch;
+      auto server = finder_->next(waits ? std::nullopt : isolate::Deadline(steady_clock::now()),
+                                  interruption_.descriptor());
+      if (!server) return mismatch ? Status(server.error()) : mismatch;
+      server_ = *std::move(server);
+      const auto& [host, port] = server_.address;
+      auto status = check_network(transport::Role::Connects, host, port);
+      if (status) status = connect_to_server(kServerTime);
+      if (status || status.error().code == Code::CANCELLED) return status;
+      if (status.error().code == Code::OPTION_VALUE) return status;  // of this element
+      finder_->failed(server_);
+      gst::post_warning(element(), status.error());
+      if (status.error().code == Code::SPEC_MISMATCH) mismatch = status;
+    }
+  }
+
+  // Connects to `server_`.
+  Status connect_to_server(milliseconds time) {
     const Settings s = settings();
-    auto link =
-        edge::QueryLink::connect({.host = s.host,
-                                  .port = s.port,
-                                  .server_host = s.dest_host,
-                                  .server_port = s.dest_port,
-                                  .limits = {.message_bytes = s.max_message},
-                                  .cancel = interruption_.descriptor(),
-                                  .handshake_time = was_connected_ ? kRetryHandshake : kHandshake});
+    auto link = edge::QueryLink::connect({.host = s.host,
+                                          .port = s.port,
+                                          .server_host = server_.address.host,
+                                          .server_port = server_.address.port,
+                                          .limits = {.message_bytes = s.max_message},
+                                          .cancel = interruption_.descriptor(),
+                                          .handshake_time = time});
     if (!link) return link.error();
     const auto caps = answer_caps((*link)->capability(), input_caps_.get());
     if (!caps) return caps.error();
@@ -201,27 +241,36 @@ class TensorQueryClient : public gst::PlainFilter<TensorQueryClient> {
                                               "elements that take the answers of the server");
           !status)
         return status;
-    if (auto status = (*link)->confirm(); !status) return status;
+    if (auto status = (*link)->confirm(isolate::deadline_in(time)); !status) return status;
     exchange_.open(*std::move(link), input_caps_.get(), caps->get());
     if (std::exchange(was_connected_, true)) ++reconnections_;
     retry_ = kFirstRetry;
-    GST_CAT_INFO_OBJECT(category(), element(), "connected to %s:%u, answers are %" GST_PTR_FORMAT,
-                        s.dest_host.c_str(), s.dest_port, static_cast<void*>(caps->get()));
-    if (!are_new) return ok();
-    output_caps_ = *caps;
-    gst_pad_push_event(source_, gst_event_new_caps(output_caps_.get()));
+    GST_CAT_INFO_OBJECT(category(), element(), "connected to %s, answers are %" GST_PTR_FORMAT,
+                        server_.address.to_string().c_str(), static_cast<void*>(caps->get()));
+    if (are_new) send_caps(*caps);
     return ok();
   }
 
-  // With `reconnect` a server that is not there is no error: take_buffer() tries again.
+  void send_caps(const Ref<GstCaps>& caps) {
+    output_caps_ = caps;
+    gst_pad_push_event(source_, gst_event_new_caps(output_caps_.get()));
+    early_.send(source_);
+  }
+
+  // Whether frames are dropped while no server is there.
+  bool outlives_servers() const { return finder_ || settings().reconnect; }
+
+  // A server that is not there may be no error: take_buffer() tries again.
   Status connect_or_retry() {
     if (steady_clock::now() < next_try_) return ok();
-    const Status status = connect();
+    const Status status = finder_
+                              ? connect_to_any()
+                              : connect_to_server(was_connected_ ? kRetryHandshake : kHandshake);
     if (status || status.error().code == Code::CANCELLED) return ok();
     const Code code = status.error().code;
     const bool may_come = code == Code::SERVER_UNREACHABLE || code == Code::SERVER_REFUSED ||
                           code == Code::PEER_MESSAGE_INVALID;
-    if (!may_come || !settings().reconnect) return status;
+    if (!may_come || !outlives_servers()) return status;
     if (retry_ == kFirstRetry) gst::post_warning(element(), status.error());
     next_try_ = steady_clock::now() + retry_;
     retry_ = std::min(2 * retry_, kLastRetry);
@@ -256,6 +305,7 @@ class TensorQueryClient : public gst::PlainFilter<TensorQueryClient> {
                                  "connecting again",
                                  settings().timeout);
           exchange_.close(DropReason::Late);
+          if (finder_) finder_->failed(server_);
           return GST_FLOW_OK;
         case Kind::Refused:
         case Kind::Lost:
@@ -275,17 +325,17 @@ class TensorQueryClient : public gst::PlainFilter<TensorQueryClient> {
 
   GstFlowReturn disconnected(const Error& error) {
     exchange_.close(DropReason::Lost);
-    if (!settings().reconnect && !is_ending_) return post(error);
+    if (finder_) finder_->failed(server_);
+    if (!outlives_servers() && !is_ending_) return post(error);
     gst::post_warning(element(), error);
     return GST_FLOW_OK;
   }
 
   Error server_gone(Kind kind) const {
-    const Settings s = settings();
     return Error{.code = Code::SERVER_UNREACHABLE,
                  .what = kind == Kind::Refused ? "the query server has ended the connection"
                                                : "the connection with the query server broke",
-                 .offered = s.dest_host + ":" + std::to_string(s.dest_port),
+                 .offered = server_.address.to_string(),
                  .needed = "a server that stays as long as the stream",
                  .fix = "tensor_query_client reconnect=true connects again"};
   }
@@ -305,6 +355,9 @@ class TensorQueryClient : public gst::PlainFilter<TensorQueryClient> {
   // Streaming thread, or a change of state that has stopped it.
   QueryExchange exchange_{&ledger_, &outcomes_};
   Ref<GstCaps> input_caps_, output_caps_;
+  std::unique_ptr<transport::ServerFinder> finder_;  // connect-type=HYBRID
+  transport::ServerFinder::Server server_{};         // the last one that was tried
+  gst::EarlyEvents early_;                           // until there are caps to send
   bool was_connected_ = false, is_ending_ = false;
   milliseconds retry_ = kFirstRetry;
   steady_clock::time_point next_try_;

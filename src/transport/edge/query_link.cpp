@@ -89,29 +89,46 @@ Result<std::unique_ptr<QueryLink>> QueryLink::connect(const QueryOptions& option
 }
 
 Result<QueryLink::Read> QueryLink::read(Connection* from) {
-  while (!from->reader.complete()) {
-    const auto room = from->reader.space();
-    const ssize_t got = recv(from->socket.get(), room.data(), room.size(), MSG_DONTWAIT);
+  auto& reader = from->reader;
+  for (;;) {
+    if (from->ahead_begin < from->ahead_end) {
+      const auto bytes =
+          std::span(from->ahead).subspan(from->ahead_begin, from->ahead_end - from->ahead_begin);
+      const auto taken = reader.feed(bytes);
+      if (!taken) return taken.error();
+      from->ahead_begin += *taken;
+    }
+    if (reader.complete()) return Read::Message;
+    const auto room = reader.space();
+    iovec parts[] = {{room.data(), room.size()}, {from->ahead.data(), from->ahead.size()}};
+    msghdr head{};
+    head.msg_iov = parts;
+    head.msg_iovlen = 2;
+    const ssize_t got = recvmsg(from->socket.get(), &head, MSG_DONTWAIT);
     if (got < 0 && errno == EINTR) continue;
     if (got < 0 && would_wait()) return Read::Nothing;
     if (got <= 0) return Read::Closed;
     bytes_received_ += static_cast<uint64_t>(got);
-    if (auto status = from->reader.received(static_cast<size_t>(got)); !status)
-      return status.error();
+    const size_t used = std::min(static_cast<size_t>(got), room.size());
+    from->ahead_begin = 0;
+    from->ahead_end = static_cast<size_t>(got) - used;
+    if (auto status = reader.received(used); !status) return status.error();
   }
-  return Read::Message;
 }
 
-std::optional<LinkEnd> QueryLink::wait(const isolate::Deadline& deadline, bool for_room) {
+Result<std::optional<LinkEnd>> QueryLink::wait(const isolate::Deadline& deadline, bool for_room) {
   const auto events = static_cast<short>(for_room ? POLLIN | POLLOUT : POLLIN);
   pollfd watched[] = {{requests_->socket.get(), events, 0},
                       {options_.cancel, POLLIN, 0},
                       {answers_ ? answers_->socket.get() : -1, POLLIN, 0}};
   const int ready = poll(watched, 3, isolate::poll_timeout(deadline));
-  if (ready < 0 && errno != EINTR) return LinkEnd::Lost;
-  if (ready > 0 && watched[1].revents) return LinkEnd::Interrupted;
-  if (ready == 0 && isolate::is_over(deadline)) return LinkEnd::Late;
-  return std::nullopt;
+  if (ready < 0 && errno != EINTR) return std::optional(LinkEnd::Lost);
+  if (ready > 0 && watched[1].revents) return std::optional(LinkEnd::Interrupted);
+  if (ready == 0 && isolate::is_over(deadline)) return std::optional(LinkEnd::Late);
+  const bool has_answers = ready > 0 && watched[2].revents != 0,
+             has_requests = ready > 0 && (watched[0].revents & ~POLLOUT) != 0;
+  if (auto status = read_ready(has_requests, has_answers); !status) return status.error();
+  return end_;
 }
 
 Result<wire::EdgeMessage> QueryLink::wait_for_greeting(const isolate::Deadline& deadline) {
@@ -126,11 +143,12 @@ Result<wire::EdgeMessage> QueryLink::wait_for_greeting(const isolate::Deadline& 
                    .needed = "a tensor_query_serversrc that has room for another client"};
     // Silence decides the form of some greetings.
     const bool undecided = !requests_->reader.form() && !requests_->reader.at_start();
-    const auto ended = wait(undecided ? isolate::deadline_in(kSilence) : deadline, false);
-    if (ended == LinkEnd::Interrupted) return cancelled();
-    if (ended == LinkEnd::Late && undecided) {
+    const auto until = undecided ? isolate::deadline_in(kSilence) : deadline;
+    pollfd watched[] = {{requests_->socket.get(), POLLIN, 0}, {options_.cancel, POLLIN, 0}};
+    const int ready = poll(watched, 2, isolate::poll_timeout(until));
+    if (ready > 0 && watched[1].revents) return cancelled();
+    if (ready == 0 && undecided && isolate::is_over(until))
       if (auto status = requests_->reader.silence(); !status) return status.error();
-    }
     if (isolate::is_over(deadline))
       return unreachable(options_, "the query server does not greet",
                          "nothing within " + seconds_text(options_.handshake_time),
@@ -184,9 +202,9 @@ bool QueryLink::is_of_server(int socket) const {
          (is_here && transport::is_loopback(peer) && !transport::is_loopback(server));
 }
 
-Status QueryLink::confirm() {
+Status QueryLink::confirm(const isolate::Deadline& deadline) {
   if (auto status = send_host_info(); !status) return status;
-  auto status = accept_server(isolate::deadline_in(options_.handshake_time));
+  auto status = accept_server(deadline);
   listener_ = Descriptor();
   return status;
 }
@@ -209,7 +227,7 @@ Status QueryLink::accept_server(const isolate::Deadline& deadline) {
       return ok();
     }
     if (ready > 0 && watched[0].revents) {
-      if (auto status = read_requests_side(); !status) return status;
+      if (auto status = read_ready(true, false); !status) return status;
       if (end_)
         return Error{.code = Code::SERVER_REFUSED,
                      .what = "the query server ended the handshake",
@@ -218,9 +236,9 @@ Status QueryLink::accept_server(const isolate::Deadline& deadline) {
                      .fix = fix};
     }
     if (isolate::is_over(deadline))
-      return unreachable(
-          options_, "the query server does not connect to the client for its answers",
-          "no connection to " + own + " within " + seconds_text(options_.handshake_time), fix);
+      return unreachable(options_,
+                         "the query server does not connect to the client for its answers",
+                         "no connection to " + own + " in time", fix);
   }
 }
 
@@ -277,52 +295,45 @@ Result<std::optional<LinkEnd>> QueryLink::send(const QueryRequest& request) {
       break;
     }
     const auto ended = wait(deadline, true);
-    if (ended == LinkEnd::Interrupted) return ended;
-    if (ended) end(LinkEnd::Lost);
-    if (auto status = read_all(); !status) return status.error();
+    if (!ended || *ended == LinkEnd::Interrupted) return ended;
+    if (*ended) end(**ended == LinkEnd::Refused ? LinkEnd::Refused : LinkEnd::Lost);
   }
   return end_;
 }
 
-Status QueryLink::read_all() {
-  if (auto status = read_answers_side(); !status) return status;
-  return read_requests_side();
-}
-
-// Nothing but ERROR means anything here.
-Status QueryLink::read_requests_side() {
-  while (!end_) {
-    const auto got = read(requests_.get());
-    if (!got) return got.error();
-    if (*got == Read::Nothing) return ok();
-    if (*got == Read::Closed) {
-      end(LinkEnd::Lost);
-      return ok();
-    }
-    const auto action = requests_->conversation.next(requests_->reader.take().command);
-    if (!action) return action.error();
-    if (*action == wire::Action::Close) end(LinkEnd::Refused);
-  }
+// Answers that came before the end are not lost, and the end of one connection may come before the
+// ERROR on the other.
+Status QueryLink::read_ready(bool has_requests, bool has_answers) {
+  using End = Result<std::optional<LinkEnd>>;
+  const End none = std::optional<LinkEnd>();
+  End answers = has_answers ? read_side(answers_.get(), false) : none;
+  if (!answers) return answers.error();
+  const End requests = has_requests || *answers ? read_side(requests_.get(), true) : none;
+  if (!requests) return requests.error();
+  if (*requests && !*answers && answers_) answers = read_side(answers_.get(), true);
+  if (!answers) return answers.error();
+  if (*answers || *requests)
+    end(*answers == LinkEnd::Refused || *requests == LinkEnd::Refused ? LinkEnd::Refused
+                                                                      : LinkEnd::Lost);
   return ok();
 }
 
-Status QueryLink::read_answers_side() {
-  while (!end_) {
-    const auto got = read(answers_.get());
+// Reads messages, with `all` until there is nothing more; returns how the connection ended, if it
+// did.
+Result<std::optional<LinkEnd>> QueryLink::read_side(Connection* from, bool all) {
+  do {
+    const auto got = read(from);
     if (!got) return got.error();
-    if (*got == Read::Nothing) return ok();
-    if (*got == Read::Closed) {
-      end(LinkEnd::Lost);
-      return ok();
-    }
-    auto message = answers_->reader.take();
-    const auto action = answers_->conversation.next(message.command);
+    if (*got == Read::Nothing) return std::optional<LinkEnd>();
+    if (*got == Read::Closed) return std::optional(LinkEnd::Lost);
+    auto message = from->reader.take();
+    const auto action = from->conversation.next(message.command);
     if (!action) return action.error();
-    if (*action == wire::Action::Close) end(LinkEnd::Refused);
+    if (*action == wire::Action::Close) return std::optional(LinkEnd::Refused);
     if (*action == wire::Action::ReadFrame)
-      if (auto status = take_answer(std::move(message)); !status) return status;
-  }
-  return ok();
+      if (auto status = take_answer(std::move(message)); !status) return status.error();
+  } while (all || from->ahead_begin < from->ahead_end);
+  return std::optional<LinkEnd>();
 }
 
 Status QueryLink::take_answer(wire::EdgeMessage message) {
@@ -351,10 +362,9 @@ Result<QueryLink::Received> QueryLink::receive(const isolate::Deadline& deadline
       return out;
     }
     if (end_) return Received{.end = end_};
-    if (auto status = read_all(); !status) return status.error();
-    if (!arrived_.empty() || end_) continue;
     const auto ended = wait(deadline, false);
-    if (ended) return Received{.end = ended};
+    if (!ended) return ended.error();
+    if (*ended && arrived_.empty()) return Received{.end = *ended};
   }
 }
 

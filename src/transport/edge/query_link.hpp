@@ -4,6 +4,7 @@
 #pragma once
 #include <sys/uio.h>
 
+#include <array>
 #include <chrono>
 #include <deque>
 #include <memory>
@@ -26,8 +27,8 @@ struct QueryOptions {
   std::string server_host = "localhost";
   uint32_t server_port = 3000;
   wire::MessageLimits limits{};
-  int cancel = -1;  // borrowed; ends every wait when readable
-  std::chrono::milliseconds handshake_time{10000};
+  int cancel = -1;                                  // borrowed; ends every wait when readable
+  std::chrono::milliseconds handshake_time{10000};  // until the server has greeted
   std::chrono::milliseconds stall_time{10000};  // a server that takes no bytes for so long is lost
 };
 
@@ -55,7 +56,7 @@ enum class LinkEnd {
 // it reads answers too, so that a server that first writes and then reads does not block.
 //
 //   auto link = QueryLink::connect(options);
-//   if (fits(link->capability())) link->confirm();
+//   if (fits(link->capability())) link->confirm(deadline);
 //   auto request = link->make_request(memories, number);
 //   link->send(*request);
 //   auto answer = link->receive(deadline);
@@ -72,7 +73,7 @@ class QueryLink {
   const wire::QueryCapability& capability() const noexcept { return capability_; }
   // The caps fit: sends the address of the listener and waits until the server has connected.
   // Errors: as of connect().
-  Status confirm();
+  Status confirm(const isolate::Deadline& deadline);
 
   // LIMIT_EXCEEDED, FRAME_SIZE: the server cannot receive such a frame.
   Result<QueryRequest> make_request(std::vector<std::span<const std::byte>> memories,
@@ -97,6 +98,10 @@ class QueryLink {
     Descriptor socket;
     wire::MessageReader reader;
     wire::Conversation conversation;
+    // What was read after the part of a message that the reader had room for: with it a small
+    // message is read at once, and the end of a large one with its memories.
+    std::array<std::byte, 16384> ahead{};
+    size_t ahead_begin = 0, ahead_end = 0;
   };
   enum class Read { Message, Nothing, Closed };
 
@@ -108,13 +113,11 @@ class QueryLink {
   std::string announced_host() const;
   Status accept_server(const isolate::Deadline& deadline);
   bool is_of_server(int socket) const;
-  // Reads what has arrived on both connections.
-  Status read_all();
-  Status read_requests_side();
-  Status read_answers_side();
+  Status read_ready(bool has_requests, bool has_answers);
+  Result<std::optional<LinkEnd>> read_side(Connection* from, bool all);
   Status take_answer(wire::EdgeMessage message);
-  // Waits for bytes, and with `for_room` also for room to send.
-  std::optional<LinkEnd> wait(const isolate::Deadline& deadline, bool for_room);
+  // Waits for bytes, and with `for_room` also for room to send, and reads what has arrived.
+  Result<std::optional<LinkEnd>> wait(const isolate::Deadline& deadline, bool for_room);
   void end(LinkEnd how) noexcept;
 
   const QueryOptions options_;

@@ -38,7 +38,7 @@ class EdgeQuery : public ::testing::Test {
     auto link = QueryLink::connect(options);
     EXPECT_TRUE(link) << (link ? "" : link.error().message());
     if (!link) return nullptr;
-    const auto status = (*link)->confirm();
+    const auto status = (*link)->confirm(isolate::deadline_in(60s));
     EXPECT_TRUE(status) << (status ? "" : status.error().message());
     return *std::move(link);
   }
@@ -126,7 +126,7 @@ TEST_F(EdgeQuery, TheBytesOfTheHandshakeAreThoseOfNNStreamer) {
   });
   auto link = QueryLink::connect(options(server));
   ASSERT_TRUE(link) << link.error().message();
-  std::thread confirming([&] { EXPECT_FALSE((*link)->confirm()); });
+  std::thread confirming([&] { EXPECT_FALSE((*link)->confirm(std::nullopt)); });
   ASSERT_TRUE(becomes_true([&] { return server.has_ended(); }, "the HOST_INFO"));
   stop_.set();
   confirming.join();
@@ -365,11 +365,9 @@ TEST_F(EdgeQuery, AServerThatDoesNotConnectBackIsAnErrorInTime) {
     s.greet("A", "B");
     s.ignore_all();
   });
-  auto wanted = options(server);
-  wanted.handshake_time = 50ms;
-  const auto link = QueryLink::connect(wanted);
+  const auto link = QueryLink::connect(options(server));
   ASSERT_TRUE(link);
-  const auto status = (*link)->confirm();
+  const auto status = (*link)->confirm(isolate::deadline_in(50ms));
   EXPECT_REFUSED(status, SERVER_UNREACHABLE, "does not connect to the client");
   EXPECT_SAYS(status.error().message(), "set host to an address");
 }
@@ -383,7 +381,7 @@ TEST_F(EdgeQuery, AServerThatCannotConnectBackIsNamed) {
   });
   const auto link = QueryLink::connect(options(server));
   ASSERT_TRUE(link);
-  const auto status = (*link)->confirm();
+  const auto status = (*link)->confirm(isolate::deadline_in(60s));
   EXPECT_REFUSED(status, SERVER_REFUSED, "ended the handshake");
   EXPECT_SAYS(status.error().message(), "localhost:");
 }

@@ -152,6 +152,13 @@ class ScriptedServer {
     } catch (const Ended&) {
     }
   }
+  // Until poll() has something for a descriptor.
+  void wait(int socket, short events) {
+    pollfd watched[] = {{socket, events, 0}, {stop_.descriptor(), POLLIN, 0}};
+    while (poll(watched, 2, -1) < 0) {
+    }
+    if (watched[1].revents) throw Stopped();
+  }
   void wait_for_the_end_of_the_test() { wait(-1, 0); }
   // Without ERROR, as a process that is killed.
   void close() {
@@ -165,13 +172,6 @@ class ScriptedServer {
  private:
   struct Ended {};
   struct Stopped {};  // by the end of the test
-  void wait(int socket, short events) {
-    pollfd watched[] = {{socket, events, 0}, {stop_.descriptor(), POLLIN, 0}};
-    while (poll(watched, 2, -1) < 0) {
-    }
-    if (watched[1].revents) throw Stopped();
-  }
-
   local::Interruption stop_;
   Descriptor listener_;
   std::optional<wire::MessageReader> reader_;
