@@ -2,6 +2,7 @@
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #include <pybind11/pybind11.h>
 
+#include "frame_binding.hpp"
 #include "model_binding.hpp"
 #include "pipeline_binding.hpp"
 #include "raised.hpp"
@@ -16,5 +17,6 @@ PYBIND11_MODULE(_weir, module) {
   module.attr("VERSION") = WEIR_PYTHON_VERSION;
   module.def("set_error", &weir::bindings::set_error);
   weir::bindings::bind_model(module);
+  weir::bindings::bind_frame(module);
   weir::bindings::bind_pipeline(module);
 }
