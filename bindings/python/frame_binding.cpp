@@ -115,6 +115,10 @@ void bind_frame(py::module_& module) {
   py::class_<Frame>(module, "Frame", kFrame)
       .def("__len__", &Frame::size)
       .def("__getitem__", &tensor_of, py::arg("index"))
+      .def("__iter__",
+           [](const py::object& frame) {
+             return py::reinterpret_steal<py::object>(PySeqIter_New(frame.ptr()));
+           })
       .def_property_readonly(
           "pts", [](const Frame& f) { return number_of(f.pts()); },
           "the time-stamp in nanoseconds, or None")

@@ -11,10 +11,9 @@ weir.Pipeline plays a pipeline, weir.Model runs one model in any engine, weir.re
 weir.TensorShape is for scripts that a pipeline runs. Failures raise weir.Error.
 """
 
-import enum
-
 from . import _weir, results
 from ._weir import Frame, SourceMap, TensorInfo
+from .codes import Code
 from .error import Error, python_spelling
 from .model import Model, Outputs
 from .pipeline import Pipeline
@@ -23,10 +22,7 @@ from .tensor_shape import TensorShape
 __all__ = ["Code", "Error", "Frame", "Model", "Outputs", "Pipeline", "SourceMap", "TensorInfo", "TensorShape", "results"]
 __version__ = _weir.VERSION
 
-Code = enum.IntEnum("Code", _weir.CODES, module=__name__)
-Code.__doc__ = "The codes of weir.Error. docs/errors has a page for each."
-
-for public in (Error, Model, Outputs, Pipeline):
+for public in (Code, Error, Model, Outputs, Pipeline):
     public.__module__ = __name__  # as users write it, in tracebacks and help()
 del public
 _weir.set_error(Error, Code, python_spelling)

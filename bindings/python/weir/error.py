@@ -7,7 +7,7 @@ import re
 import typing
 
 if typing.TYPE_CHECKING:
-    from . import Code
+    from .codes import Code
 
 
 class Error(Exception):
@@ -34,7 +34,7 @@ class Error(Exception):
         self.difference = difference
         self.fix = fix
 
-    def __reduce__(self) -> tuple:
+    def __reduce__(self) -> tuple[typing.Any, ...]:
         return type(self), (self.code, self.what, self.offered, self.needed, self.difference, self.fix, str(self))
 
     def __repr__(self) -> str:

@@ -5,33 +5,41 @@ from __future__ import annotations
 
 import typing
 
-import numpy
-
 from . import _weir
+
+if typing.TYPE_CHECKING:
+    import numpy.typing
+
+    Array = numpy.typing.NDArray[typing.Any]
 
 # An array, or what numpy.asarray makes one of.
 Input = typing.Any
 
 
-class Outputs(list):
+class Outputs(typing.List["Array"]):
     """The outputs of a model: a list of arrays, which also gives an output by its name.
 
     outputs[0] and outputs["scores"] are the same array if "scores" is the name of the model's first output. `names` has all
     names, in the order of the list. The arrays are read-only and may outlive the model.
     """
 
-    def __init__(self, arrays: typing.Iterable[numpy.ndarray], names: typing.Sequence[str]):
+    def __init__(self, arrays: typing.Iterable[Array], names: typing.Sequence[str]):
         super().__init__(arrays)
         self.names = tuple(names)
 
-    def __getitem__(self, key):
+    @typing.overload  # type: ignore[override]  # a list has no items by name
+    def __getitem__(self, key: typing.Union[int, str]) -> Array: ...
+    @typing.overload
+    def __getitem__(self, key: slice) -> list[Array]: ...
+
+    def __getitem__(self, key: typing.Union[int, slice, str]) -> typing.Union[Array, list[Array]]:
         if not isinstance(key, str):
             return super().__getitem__(key)
         if key in self.names:
             return super().__getitem__(self.names.index(key))
         raise KeyError(f"the model has no output {key!r}; its outputs are {', '.join(map(repr, self.names))}")
 
-    def as_dict(self) -> dict[str, numpy.ndarray]:
+    def as_dict(self) -> dict[str, Array]:
         """The outputs by name. Of outputs with the same name the first."""
         return {name: self[name] for name in self.names}
 

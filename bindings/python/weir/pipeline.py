@@ -57,7 +57,8 @@ class Pipeline(_weir.Pipeline):
         Without a name: a dict of the stats of each element that has any, by the element's name.
         """
         if name is not None:
-            return json.loads(self._get_json(name, "stats"))
+            stats: dict[str, typing.Any] = json.loads(self._get_json(name, "stats"))
+            return stats
         found = {}
         for element in self.elements():
             try:

@@ -16,6 +16,11 @@ import typing
 
 import numpy
 
+if typing.TYPE_CHECKING:
+    import numpy.typing
+
+    Array = numpy.typing.NDArray[typing.Any]
+
 VERSION = 1
 COLUMNS, SOURCE = "weir-columns", "weir-source"  # caps fields
 TRACK_LIMIT = 1 << 24
@@ -39,9 +44,9 @@ class Columns:
     n_points: int = 0
     point_length: int = 0  # 2: x, y; 3: x, y, score
 
-    def dtype(self) -> numpy.dtype:
+    def dtype(self) -> numpy.dtype[typing.Any]:
         """A structured type of one row: fields by column; `box` has the four edges."""
-        fields: list[tuple] = []
+        fields: list[tuple[typing.Any, ...]] = []
         for name, _first, count in self.names:
             if name == "x1":
                 fields.append(("box", "<f4", (4,)))
@@ -126,9 +131,9 @@ class Row:
     label: typing.Optional[str] = None  # of the class; None if the stream does not name its classes
     source: str = ""  # what found the object, usually a model
     text: typing.Optional[str] = None
-    mask: typing.Optional[numpy.ndarray] = _table()  # uint8, height x width: probabilities 0 to 255 over the box
-    scores: typing.Optional[numpy.ndarray] = _table()  # of all classes
-    extra: dict[str, typing.Union[float, numpy.ndarray]] = dataclasses.field(default_factory=dict, compare=False)  # other columns
+    mask: typing.Optional[Array] = _table()  # uint8, height x width: probabilities 0 to 255 over the box
+    scores: typing.Optional[Array] = _table()  # of all classes
+    extra: dict[str, typing.Union[float, Array]] = dataclasses.field(default_factory=dict, compare=False)  # other columns
 
     @property
     def is_background(self) -> bool:
@@ -136,9 +141,10 @@ class Row:
 
     def __repr__(self) -> str:
         """The members that are not neutral."""
-        parts = [f"{name}={getattr(self, name)!r}" for name, neutral in (
-            ("label", None), ("class_index", None), ("score", None), ("box", None), ("track", 0), ("parent", -1), ("rotation", 0.0),
-            ("points", []), ("text", None), ("source", "")) if getattr(self, name) != neutral]
+        neutral: dict[str, typing.Any] = {
+            "label": None, "class_index": None, "score": None, "box": None, "track": 0, "parent": -1, "rotation": 0.0, "points": [],
+            "text": None, "source": ""}
+        parts = [f"{name}={getattr(self, name)!r}" for name in neutral if getattr(self, name) != neutral[name]]
         return f"<weir.results.Row {', '.join(parts)}>"
 
 
@@ -147,7 +153,7 @@ def _integer(number: float, absent: int) -> int:
     return int(number) if abs(number) < 2147483648.0 else absent
 
 
-def array(columns: Columns, tensor: typing.Union[bytes, numpy.ndarray]) -> numpy.ndarray:
+def array(columns: Columns, tensor: typing.Union[bytes, Array]) -> Array:
     """The numbers of a tensor of rows, one row each. `tensor`: bytes or an array of float32, without a header."""
     if columns.kind != "rows":
         raise ValueError(f"a tensor of {columns.kind or 'no results'} has no rows")
@@ -164,7 +170,7 @@ def array(columns: Columns, tensor: typing.Union[bytes, numpy.ndarray]) -> numpy
     return numbers.reshape(-1, columns.length)
 
 
-def structured(columns: Columns, tensor: typing.Union[bytes, numpy.ndarray]) -> numpy.ndarray:
+def structured(columns: Columns, tensor: typing.Union[bytes, Array]) -> Array:
     """The rows as a structured array (Columns.dtype), background rows too. Copies."""
     numbers = numpy.ascontiguousarray(array(columns, tensor), dtype="<f4")
     names = {(name, count) for name, _first, count in columns.names}
@@ -173,7 +179,7 @@ def structured(columns: Columns, tensor: typing.Union[bytes, numpy.ndarray]) -> 
     return numbers.view(columns.dtype()).reshape(-1)
 
 
-def _row(columns: Columns, numbers: numpy.ndarray, number: int) -> Row:
+def _row(columns: Columns, numbers: Array, number: int) -> Row:
     def one(name: str, absent: float) -> float:
         return float(numbers[columns.index[name]]) if name in columns.index else absent
 
@@ -193,13 +199,13 @@ def _row(columns: Columns, numbers: numpy.ndarray, number: int) -> Row:
     return out
 
 
-def rows(columns: Columns, tensor: typing.Union[bytes, numpy.ndarray], background: bool = False) -> list[Row]:
+def rows(columns: Columns, tensor: typing.Union[bytes, Array], background: bool = False) -> list[Row]:
     """The rows of a tensor as Row objects; without those that are background, unless asked for."""
     out = [_row(columns, numbers, number) for number, numbers in enumerate(array(columns, tensor))]
     return [row for row in out if background or not row.is_background]
 
 
-def texts(tensor: numpy.ndarray) -> list[str]:
+def texts(tensor: Array) -> list[str]:
     """The texts of a tensor `text`: an array of uint8, N rows of L bytes. Bytes that are not UTF-8 are replaced."""
     table = numpy.asarray(tensor, dtype=numpy.uint8)
     table = table.reshape(-1, table.shape[-1])
@@ -216,7 +222,7 @@ class _Frame(typing.Protocol):
     """What the functions below use of weir.Frame."""
 
     def __len__(self) -> int: ...
-    def __getitem__(self, index: int) -> numpy.ndarray: ...
+    def __getitem__(self, index: int) -> Array: ...
     def caps_field(self, name: str) -> str: ...
     def label(self, tensor: int, class_index: int) -> typing.Optional[str]: ...
     @property
