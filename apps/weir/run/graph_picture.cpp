@@ -16,7 +16,7 @@ namespace {
 constexpr double kWidth = 184, kHeight = 98, kAcross = 130, kBetween = 30, kMargin = 30;
 constexpr double kBar = 10;                 // of work and waiting, at the bottom of a box
 constexpr size_t kColumns = 4;              // on a line
-constexpr double kGutter = 60, kTrack = 5;  // between lines; between arrows there
+constexpr double kGutter = 76, kTrack = 5;  // between lines; between arrows there
 constexpr double kParallel = 44;            // between links of the same two elements
 constexpr double kTip = 7;
 constexpr size_t kLabel = 20;  // characters between two boxes
@@ -144,12 +144,17 @@ class Gutters {
     if (Page::line_of(a) == Page::line_of(b)) return std::nullopt;
     return std::min(Page::line_of(a), Page::line_of(b));
   }
-  // For the next arrow: its distance from the middle in tracks, and where along the gutter, 0 to 1,
-  // its label is.
-  std::pair<double, double> take(size_t gutter) {
+  struct Track {
+    double aside = 0;  // from the middle of the gutter
+    double half = 0;   // from the middle to the outermost track
+    double along = 0;  // where its label is, 0 to 1
+  };
+  // For the next arrow.
+  Track take(size_t gutter) {
     const auto all = static_cast<double>(arrows_[gutter]);
     const auto used = static_cast<double>(used_[gutter]++);
-    return {used - (all - 1) / 2, (used + 0.5) / all};
+    const double half = (all - 1) / 2;
+    return {(used - half) * kTrack, half * kTrack, (used + 0.5) / all};
   }
 
  private:
@@ -178,6 +183,7 @@ class Arrow {
   }
   double label_x() const { return label_x_; }
   double label_y() const { return label_y_; }
+  double label_half() const { return label_half_; }
   const std::string& path() const { return path_; }
 
  private:
@@ -193,18 +199,21 @@ class Arrow {
     const double half = (x - x_) / 2;
     label_x_ = x_ + half;
     label_y_ = (y_ + y) / 2;
+    label_half_ = 0;
     path_ += " C" + number(x_ + half) + "," + number(y_) + " " + number(x - half) + "," +
              number(y) + " " + number(x) + "," + number(y);
     x_ = x;
     y_ = y;
   }
   void around(size_t gutter, double x, double y, bool forward) {
-    const auto [track, along] = gutters_->take(gutter);
-    const double level = page_.below(gutter) + kGutter / 2 + track * kTrack;
-    const double right = page_.width() - kMargin / 2 + track * kTrack / 2;
-    const double left = kMargin / 2 - track * kTrack / 2;
-    label_x_ = kMargin + (page_.width() - 2 * kMargin) * along;
-    label_y_ = level;
+    const Gutters::Track track = gutters_->take(gutter);
+    const double middle = page_.below(gutter) + kGutter / 2;
+    const double level = middle + track.aside;
+    const double right = page_.width() - kMargin / 2 + track.aside / 2;
+    const double left = kMargin / 2 - track.aside / 2;
+    label_x_ = kMargin + (page_.width() - 2 * kMargin) * track.along;
+    label_y_ = middle;
+    label_half_ = track.half;
     path_ += " H" + number(forward ? right : left) + " V" + number(level) + " H" +
              number(forward ? left : right) + " V" + number(y) + " H" + number(x);
     x_ = x;
@@ -215,7 +224,8 @@ class Arrow {
   Gutters* gutters_;
   const trace::Place* at_;
   double x_, y_;
-  double label_x_ = 0, label_y_ = 0;  // of the last part
+  // Of the last part; half: the distance to keep above and below.
+  double label_x_ = 0, label_y_ = 0, label_half_ = 0;
   std::string path_;
 };
 
@@ -238,12 +248,16 @@ std::string arrow(const Page& page, Gutters* gutters, const trace::Layout& layou
                     "</title><path class=\"link\" marker-end=\"url(#tip)\" d=\"" + drawn.path() +
                     "\"/>";
   const auto lines = caps_lines(caps);
-  double y = drawn.label_y() - 5 - 13 * (static_cast<double>(lines.size()) - 1);
+  double y =
+      drawn.label_y() - drawn.label_half() - 5 - 13 * (static_cast<double>(lines.size()) - 1);
   for (const std::string& text : lines) {
     out += label(drawn.label_x(), y, shortened(text, kLabel));
     y += 13;
   }
-  return out + label(drawn.label_x(), drawn.label_y() + 15, fixed(link["frames"], 0)) + "</g>\n";
+  return out +
+         label(drawn.label_x(), drawn.label_y() + drawn.label_half() + 15,
+               fixed(link["frames"], 0)) +
+         "</g>\n";
 }
 
 // Buttons that need no script; the rules of CSS are in html.cpp.

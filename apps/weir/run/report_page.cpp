@@ -261,12 +261,13 @@ std::string report_page(const Json& document) {
   const auto shown = shown_elements(trace);
   std::string out = page_begin("Pipeline report") + head(document) + "<h2>Graph</h2>\n" +
                     graph_picture(trace, shown, document["verdict"]["element"]);
-  out +=
-      "<p class=\"note\"><span class=\"key work\"></span> work and <span class=\"key "
-      "waiting\"></span> waiting, as shares of " +
-      fixed(trace["flow_seconds"], 3) +
-      " s in which frames flowed. Point at a box for its properties, at an arrow for its "
-      "caps.</p>\n";
+  if (const double seconds = trace["flow_seconds"]; seconds > 0)
+    out +=
+        "<p class=\"note\"><span class=\"key work\"></span> work and <span class=\"key "
+        "waiting\"></span> waiting, as shares of " +
+        fixed(seconds, 3) +
+        " s in which frames flowed. Point at a box for its properties, at an arrow for its "
+        "caps.</p>\n";
   out += elements(trace, shown) + servers(document["outcome"]) + links(trace) + queues(trace) +
          latencies(trace) + properties(trace, shown);
   return out + "<p class=\"note\">Written by weir " + config::kVersion + " run --report; " +
