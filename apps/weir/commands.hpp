@@ -2,6 +2,7 @@
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #pragma once
 #include <cstdint>
+#include <optional>
 #include <string>
 #include <utility>
 #include <vector>
@@ -65,6 +66,7 @@ struct TryOptions {
   std::string labels;  // path of a label file; "": those of the card or the model
   std::string mode;    // of tensor_decoder; "": chosen
   std::string head;    // of the mode; "": recognised
+  std::string engine;  // "": by the file name
   bool json = false, show = false;
 };
 // Runs the model on the input; prints results, and the pipeline on standard error.
@@ -88,11 +90,14 @@ struct ServeOptions {
   std::string listen = "127.0.0.1:8001";
   std::string tls_cert, tls_key, tls_ca, token_file;  // paths; "": none
   bool insecure = false;                              // allows other machines without TLS
+  std::string engine;                                 // "": by the file name
   std::string custom;                                 // options of the engine
   unsigned batch = 1, workers = 1;                    // as of tensor_filter
   unsigned batch_wait_us = 2000;  // that a request waits for others of its batch
   std::string metrics;            // address of the page of metrics; "": none
-  bool dry_run = false;           // prints the pipelines only
+  // As of tensor_query_serversrc; 0 = no limit.
+  std::optional<unsigned> most_connections, most_connections_of_address;
+  bool dry_run = false;  // prints the pipelines only
 };
 // Serves models to clients until a signal ends it.
 int serve(const ServeOptions& options);
@@ -104,6 +109,7 @@ struct EvaluateOptions {
   std::string truth;                 // path of an annotation file of COCO; "": found in the folder
   std::string metric;                // "": by the folder
   std::string labels, mode, head;    // of models, as in TryOptions
+  std::string engine;                // of models; "": by the file name
   std::vector<std::string> classes;  // labels of the objects to follow; empty: all
   std::string page;                  // path of an HTML page; "": none
   uint64_t limit = 0;                // pictures at most, of each sequence; 0: all

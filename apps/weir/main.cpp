@@ -52,6 +52,12 @@ void add_tensor_options(CLI::App* command, TensorOptions* tensors) {
         ->type_name("LIST");
 }
 
+// The same option for all commands that open a model.
+CLI::Option* add_engine(CLI::App* command, std::string* engine) {
+  return command->add_option("--engine,-e", *engine, "The engine; default: by the file's extension")
+      ->type_name("NAME");
+}
+
 void add_bench(CLI::App* app, BenchOptions* bench) {
   constexpr int kMostThreads = 1024, kMostBatch = 1024;
   constexpr double kLeastSeconds = 0.01, kMostSeconds = 3600;
@@ -114,6 +120,7 @@ void add_try(CLI::App* app, TryOptions* options) {
       "--mode", options->mode,
       "detection, classification, segmentation, pose, depth or text; default: by card or outputs");
   command->add_option("--head", options->head, "The head of docs/heads.md; default: recognised");
+  add_engine(command, &options->engine);
 }
 
 void add_evaluate(CLI::App* app, EvaluateOptions* options) {
@@ -144,6 +151,7 @@ void add_evaluate(CLI::App* app, EvaluateOptions* options) {
       ->type_name("FILE");
   command->add_option("--mode", options->mode, "How the outputs are read, as for weir try");
   command->add_option("--head", options->head, "The head of docs/heads.md; default: recognised");
+  add_engine(command, &options->engine);
   command
       ->add_option("--classes", options->classes,
                    "Labels of the objects to follow, for MOT; default: all")
@@ -225,6 +233,15 @@ void add_serve(CLI::App* app, ServeOptions* options) {
   command->add_option("--workers", options->workers, "Sessions of each model; default: 1")
       ->type_name("N")
       ->check(CLI::Range(1u, kMostWorkers));
+  command
+      ->add_option("--max-connections", options->most_connections,
+                   "Connections that have requests in progress; default: 32, 0: no limit")
+      ->type_name("N");
+  command
+      ->add_option("--max-connections-per-address", options->most_connections_of_address,
+                   "The same of one address; default: 4, 0: no limit")
+      ->type_name("N");
+  add_engine(command, &options->engine);
   command->add_option("--custom", options->custom, "Options of the engine, as in custom=");
   command->add_flag("--metrics{127.0.0.1:8002}", options->metrics,
                     "Serve figures for Prometheus; --metrics=ADDRESS for another address");
@@ -244,15 +261,17 @@ void add_inspect(CLI::App* app, InspectOptions* options) {
   auto* inspect =
       app->add_subcommand("inspect", "Show the inputs and outputs of a model, and how to run it");
   inspect->add_option("MODEL", options->model,
-                      "The model file; without it --framework selects the engine");
-  inspect->add_option("--framework,-f", options->framework,
-                      "The engine; default: by the file's extension");
+                      "The model file; without it --engine selects the engine");
+  add_engine(inspect, &options->framework);
+  // The former name.
+  auto* former = inspect->add_option("--framework,-f", options->framework)->group("");
+  former->excludes("--engine");
   inspect->add_option("--custom", options->custom, "Options of the engine, as in custom=");
   add_tensor_options(inspect, &options->tensors);
   inspect->add_flag("--json", options->json, "Print JSON");
   inspect->parse_complete_callback([inspect] {
-    if (inspect->count("MODEL") + inspect->count("--framework") == 0)
-      throw CLI::RequiredError("MODEL or --framework");
+    if (inspect->count("MODEL") + inspect->count("--engine") + inspect->count("--framework") == 0)
+      throw CLI::RequiredError("MODEL or --engine");
   });
 }
 

@@ -287,7 +287,7 @@ class Doctor(Case):
     def test_modules_are_looked_for_in_folders_of_the_configuration(self):
         path = self.ini(f"[module]\npath={self.folder}:{os.environ['WEIR_MODULE_PATH']}\n")
         without = {name: value for name, value in os.environ.items() if name != "WEIR_MODULE_PATH"}
-        done = subprocess.run([os.environ["WEIR_COMMAND"], "inspect", "--framework", "scaling"], text=True, capture_output=True,
+        done = subprocess.run([os.environ["WEIR_COMMAND"], "inspect", "--engine", "scaling"], text=True, capture_output=True,
                               env={**without, "WEIR_CONFIG": str(path)}, timeout=60, check=False)
         self.assertIn("Engine  scaling", done.stdout + done.stderr)
 

@@ -4,6 +4,8 @@
 
 #include <pybind11/stl.h>
 
+#include <algorithm>
+#include <chrono>
 #include <cmath>
 #include <functional>
 #include <memory>
@@ -25,34 +27,37 @@ std::optional<Nanoseconds> nanoseconds_of(const Seconds& seconds) {
 std::optional<Nanoseconds> time_of(const std::optional<int64_t>& nanoseconds) {
   return nanoseconds ? std::optional(Nanoseconds(*nanoseconds)) : std::nullopt;
 }
-std::optional<int64_t> number_of(const std::optional<Nanoseconds>& time) {
-  return time ? std::optional<int64_t>(time->count()) : std::nullopt;
-}
+// The first exception that the program's functions raised since the pipeline started. Guarded by
+// the GIL.
+struct RaisedInStream {
+  py::object exception;
+  std::string text;
+};
 
-py::array tensor_of(const Frame& frame, py::ssize_t index) {
-  const auto size = static_cast<py::ssize_t>(frame.size());
-  if (index < 0) index += size;
-  if (index < 0 || index >= size) throw py::index_error("the frame has no such tensor");
-  auto kept = std::make_unique<Frame>(frame);
-  const Tensor tensor = (*kept)[static_cast<size_t>(index)];
-  const py::capsule owner(kept.get(), [](void* end) { delete static_cast<Frame*>(end); });
-  kept.release();
-  return array_of(tensor, owner);
+template <class T>
+std::shared_ptr<T> freed_with_gil(T* object) {
+  return {object, [](T* freed) {
+            const py::gil_scoped_acquire locked;
+            delete freed;
+          }};
 }
 
 // A Python function that streaming threads call. An exception in it ends the stream.
-std::function<void(const Frame&)> on_stream(py::function function) {
-  const std::shared_ptr<py::function> kept(new py::function(std::move(function)),
-                                           [](py::function* ended) {
-                                             const py::gil_scoped_acquire locked;
-                                             delete ended;
-                                           });
-  return [kept](const Frame& frame) {
+std::function<void(const Frame&)> on_stream(py::function function,
+                                            std::shared_ptr<RaisedInStream> first) {
+  const auto kept = freed_with_gil(new py::function(std::move(function)));
+  return [kept, first = std::move(first)](const Frame& frame) {
     const py::gil_scoped_acquire locked;
     try {
       (*kept)(frame);
     } catch (const py::error_already_set& raised) {
-      throw std::runtime_error(raised.what());  // here, because what() needs the GIL
+      const std::string text = raised.what();  // here, because what() needs the GIL
+      if (!first->exception) {
+        *first = {raised.value(), text};
+        // A function written in C has none.
+        if (raised.trace()) PyException_SetTraceback(raised.value().ptr(), raised.trace().ptr());
+      }
+      throw std::runtime_error(text);
     }
   };
 }
@@ -72,6 +77,7 @@ class PipelineObject {
     if (!pipeline_) throw py::value_error("the pipeline is closed");
     return pipeline_;
   }
+  bool is_closed() const noexcept { return !pipeline_; }
   void close() {
     unlocked([pipeline = std::move(pipeline_)]() mutable { pipeline.reset(); });
   }
@@ -80,10 +86,21 @@ class PipelineObject {
   auto call(Body&& body) const {
     const auto pipeline = get();
     auto result = unlocked([&] { return body(*pipeline); });
-    return value_or_raise(std::move(result));
+    if (!result) raise(result.error(), cause_of(result.error()));
+    if constexpr (requires { *result; }) return *std::move(result);
   }
+  const std::shared_ptr<RaisedInStream>& raised_in_stream() const { return raised_; }
+  void forget_raised() const { *raised_ = {}; }
 
  private:
+  // Null unless a function of the program raised the exception that is this error.
+  py::object cause_of(const Error& error) const {
+    const bool is_raised =
+        error.code == Code::CALLBACK_FAILED && error.what.ends_with(raised_->text);
+    return is_raised ? raised_->exception : py::object();
+  }
+
+  std::shared_ptr<RaisedInStream> raised_ = freed_with_gil(new RaisedInStream);
   std::shared_ptr<Pipeline> pipeline_;
 };
 
@@ -98,13 +115,43 @@ void push(const Object& self, const std::string& name, const py::object& arrays,
   self.call([&](Pipeline& p) { return p.push(name, std::span(lent.views()), options); });
 }
 
+bool is_main_thread() {
+  const auto threading = py::module_::import("threading");
+  return threading.attr("get_ident")().equal(threading.attr("main_thread")().attr("ident"));
+}
+
+// Calls `step` with parts of the time limit until it returns true or the limit has passed. Python
+// runs signal handlers, Ctrl-C's among them, between the parts; only the main thread runs any.
+template <class Step>
+bool interruptible(const std::optional<Nanoseconds>& limit, Step&& step) {
+  if (!is_main_thread()) return step(limit);
+  constexpr Nanoseconds kPart = std::chrono::milliseconds(50);
+  const auto start = std::chrono::steady_clock::now();
+  while (true) {
+    const Nanoseconds left = limit ? *limit - (std::chrono::steady_clock::now() - start) : kPart;
+    if (step(std::optional(std::clamp(left, Nanoseconds(0), kPart)))) return true;
+    if (limit && left <= kPart) return false;
+    if (PyErr_CheckSignals() != 0) throw py::error_already_set();
+  }
+}
+
+bool wait(const Object& self, const Seconds& timeout) {
+  return interruptible(nanoseconds_of(timeout), [&](const auto& limit) {
+    return self.call([&](Pipeline& p) { return p.wait(limit); });
+  });
+}
+
 std::optional<Frame> pull(const Object& self, const std::string& name, const Seconds& timeout) {
-  const auto limit = nanoseconds_of(timeout);
-  return self.call([&](Pipeline& p) { return p.pull(name, limit); });
+  std::optional<Frame> frame;
+  interruptible(nanoseconds_of(timeout), [&](const auto& limit) {
+    frame = self.call([&](Pipeline& p) { return p.pull(name, limit); });
+    return frame || self.call([&](Pipeline& p) { return p.ended(name); });
+  });
+  return frame;
 }
 
 void on_frame(const Object& self, const std::string& name, const std::optional<py::function>& f) {
-  auto function = f ? on_stream(*f) : std::function<void(const Frame&)>();
+  auto function = f ? on_stream(*f, self.raised_in_stream()) : std::function<void(const Frame&)>();
   self.call([&](Pipeline& p) { return p.on_frame(name, std::move(function)); });
 }
 
@@ -127,42 +174,50 @@ const char* state(const Object& self) {
   }
 }
 
-void bind_frame(py::module_& module) {
-  py::class_<Frame>(module, "Frame",
-                    "A frame that came out of a pipeline: len(frame) tensors, frame[i] a read-only "
-                    "array over its memory. Times in nanoseconds of running time, or None.")
-      .def("__len__", &Frame::size)
-      .def("__getitem__", &tensor_of)
-      .def_property_readonly("pts", [](const Frame& f) { return number_of(f.pts()); })
-      .def_property_readonly("duration", [](const Frame& f) { return number_of(f.duration()); })
-      .def_property_readonly("caps", &Frame::caps, "GStreamer's text");
+// The elements of the text, by name: their factories.
+py::dict elements(const Object& self) {
+  using Found = std::vector<std::pair<std::string, std::string>>;
+  const Found found = self.call([](Pipeline& p) { return p.elements(); });
+  py::dict out;
+  for (const auto& [name, kind] : found) out[py::str(name)] = py::str(kind);
+  return out;
 }
 
 constexpr const char* kPipeline =
-    R"(A pipeline, from the text that gst-launch-1.0 takes: appsrc name=in ! ... ! tensor_sink name=out
+    R"(A pipeline, from the text that gst-launch-1.0 takes.
 
-with weir.Pipeline(text) as pipeline starts and stops it. What an element reports on its bus is the error of every later call,
-until stop(). Any thread may call. Time-outs are seconds, None = without limit; times of frames are nanoseconds.)";
+    with weir.Pipeline("appsrc name=in ! tensor_filter model=net.onnx ! tensor_sink name=out") as pipeline:
+        pipeline.push("in", image)
+        pipeline.end("in")
+        for frame in pipeline.frames("out"):
+            print(frame[0])
+
+`with` starts the pipeline and stops it at the end. An error that an element posts raises weir.Error in every later call, until
+stop(). Any thread may call. Time limits are seconds, None: no limit. Times of frames are nanoseconds.)";
 
 }  // namespace
 
 void bind_pipeline(py::module_& module) {
-  bind_frame(module);
   py::class_<Object>(module, "Pipeline", kPipeline)
       .def(py::init<const std::string&>(), py::arg("text"))
-      .def("start", [](const Object& s) { s.call([](Pipeline& p) { return p.start(); }); })
-      .def("pause", [](const Object& s) { s.call([](Pipeline& p) { return p.pause(); }); })
-      .def("stop", [](const Object& s) { s.call([](Pipeline& p) { return p.stop(); }); })
-      .def("close", &Object::close, "Stops and frees the pipeline.")
-      .def_property_readonly("state", &state, "\"stopped\", \"paused\" or \"playing\"")
       .def(
-          "wait",
-          [](const Object& self, const Seconds& timeout) {
-            const auto limit = nanoseconds_of(timeout);
-            return self.call([&](Pipeline& p) { return p.wait(limit); });
+          "start", [](const Object& s) { s.call([](Pipeline& p) { return p.start(); }); },
+          "Starts the pipeline, or resumes it after pause(). Does not wait for the first frame.")
+      .def(
+          "pause", [](const Object& s) { s.call([](Pipeline& p) { return p.pause(); }); },
+          "Pauses the pipeline; start() resumes it.")
+      .def(
+          "stop",
+          [](const Object& s) {
+            s.call([](Pipeline& p) { return p.stop(); });
+            s.forget_raised();
           },
-          py::arg("timeout") = py::none(),
-          "Waits until every stream has ended. Returns False on time-out.")
+          "Stops the pipeline. Frames in it, frames not pulled, and its error are discarded.")
+      .def("close", &Object::close, "Stops and frees the pipeline.")
+      .def_property_readonly("closed", &Object::is_closed, "True after close()")
+      .def_property_readonly("state", &state, "\"stopped\", \"paused\" or \"playing\"")
+      .def("wait", &wait, py::arg("timeout") = py::none(),
+           "Waits until every stream has ended. Returns False on time-out. Ctrl-C interrupts it.")
       .def("push", &push, py::arg("name"), py::arg("arrays"), py::arg("pts") = py::none(),
            py::arg("duration") = py::none(),
            "Pushes a frame into the appsrc `name`: an array, or a list of arrays, one for each "
@@ -174,25 +229,38 @@ void bind_pipeline(py::module_& module) {
           },
           py::arg("name"), "Ends the stream of the appsrc `name`.")
       .def("pull", &pull, py::arg("name"), py::arg("timeout") = py::none(),
-           "The next Frame of the sink `name`; None on time-out or, if ended() is True "
-           "then, at the end of the stream.")
+           "Returns the next Frame of the tensor_sink or appsink `name`; None on time-out or, if "
+           "ended() is True then, at the end of the stream. Ctrl-C interrupts it.")
       .def(
           "ended",
           [](const Object& self, const std::string& name) {
             return self.call([&](Pipeline& p) { return p.ended(name); });
           },
-          py::arg("name"))
+          py::arg("name"), "True if the stream of the sink `name` has ended and no frame is left.")
       .def("on_frame", &on_frame, py::arg("name"), py::arg("function"),
-           "Called with each Frame on a thread of the stream, instead of pulling; None: pulled "
-           "again. An exception ends the stream. It cannot stop, pause or start its own pipeline "
-           "(weir.Error, CANCELLED) but may close it.")
-      .def("set", &set, py::arg("element"), py::arg("property"), py::arg("value"))
+           "Calls `function` with each Frame of the sink `name`, on a thread of the stream, "
+           "instead of "
+           "keeping frames for pull(); None: keeps them again. Only while the pipeline is stopped. "
+           "An exception in the function ends the stream, and is the __cause__ of the weir.Error. "
+           "The function may close its pipeline, but cannot start, pause or stop it.")
+      .def("set", &set, py::arg("element"), py::arg("property"), py::arg("value"),
+           "Sets a property of the element `element`: a bool, a number, or text as in "
+           "gst-launch-1.0.")
       .def(
           "get",
           [](const Object& self, const std::string& element, const std::string& property) {
             return self.call([&](Pipeline& p) { return p.get(element, property); });
           },
           py::arg("element"), py::arg("property"), "Returns the property as text.")
+      .def(
+          "_get_json",
+          [](const Object& self, const std::string& element, const std::string& property) {
+            return self.call([&](Pipeline& p) { return p.get_json(element, property); });
+          },
+          py::arg("element"), py::arg("property"))
+      .def("elements", &elements,
+           "Returns the elements of the text as a dict: their kinds, such as \"tensor_filter\", by "
+           "their names.")
       .def(
           "open_valve",
           [](const Object& self, const std::string& name, bool open) {

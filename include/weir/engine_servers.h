@@ -40,6 +40,9 @@ typedef struct {
   /* Writes up to `room` servers of an open model, in the order of its addresses. Returns how many
    * it has, or below 0. Any thread, also during an invoke. */
   int (*read)(weir_model*, weir_server* out, uint32_t room);
+  /* The address of the server that answered the last invoke of a session; null while none has.
+   * Valid until the model is closed. Called by the thread of that invoke, before the next. */
+  const char* (*answered_by)(weir_session*);
 } weir_engine_servers;
 
 #ifdef __cplusplus

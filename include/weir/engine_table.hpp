@@ -14,7 +14,8 @@
 // Model has open and describe, and may have
 //   weir_execution execution() const noexcept;   how it runs, for "weir.execution/1"
 //   std::vector<weir_statistic> statistics() const;  its counts, for "weir.statistics/1"
-//   std::vector<weir_server> servers() const;        its servers, for "weir.servers/1"
+//   std::vector<weir_server> servers() const;        its servers, for "weir.servers/1"; then a
+//                                                    session has: const char* answered_by() const
 // Session has create, resolve and invoke, and may have
 //   Status warm();              WEIR_WARM; without it, nothing to warm
 //   Status reset_state();       WEIR_RESET_STATE; without it, no state
@@ -153,6 +154,7 @@ struct EngineTable {
       return static_cast<int>(all.size());
     });
   }
+  static const char* answered_by(weir_session* session) { return of(session).answered_by(); }
   // "weir.library/1": const char* const[2] = path and version of the engine's library; null when it
   // is missing or unusable. "weir.library-problem/1": const char* const[2] = the problem and the
   // command that fixes it, valid until the thread's next call; null without a problem.
@@ -171,7 +173,7 @@ struct EngineTable {
       }
     if constexpr (requires(const Model& model) { model.servers(); })
       if (std::string_view(id) == WEIR_ENGINE_SERVERS) {
-        static constexpr weir_engine_servers calls{sizeof calls, read_servers};
+        static constexpr weir_engine_servers calls{sizeof calls, read_servers, answered_by};
         return &calls;
       }
     if (std::string_view(id) == "weir.accelerators/1") {

@@ -19,6 +19,7 @@
 #define WEIR_EDGE_ELEMENTS(X) \
   X(edgesink)                 \
   X(edgesrc)                  \
+  X(tensor_query_client)      \
   X(tensor_query_serversink)  \
   X(tensor_query_serversrc)   \
   WEIR_MQTT_ELEMENTS(X)

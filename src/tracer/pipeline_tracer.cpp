@@ -2,15 +2,41 @@
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #include "tracer/pipeline_tracer.hpp"
 
+#include <gst/base/gstbasesrc.h>
+
 #include <array>
+#include <ctime>
 
 #include "gstcpp/element/ref.hpp"
+#include "tracer/waits.hpp"
 
 namespace weir::tracer {
 
 using trace::Kind;
+using trace::Waits;
 
 namespace {
+
+thread_local unsigned open_pushes = 0;  // of the calling thread, one in another
+
+int64_t thread_time() {
+  timespec now{};
+  clock_gettime(CLOCK_THREAD_CPUTIME_ID, &now);
+  return static_cast<int64_t>(now.tv_sec) * 1'000'000'000 + now.tv_nsec;
+}
+
+gst::Ref<GstElement> element_of(GstPad* pad) {
+  return gst::Ref<GstElement>::adopt(gst_pad_get_parent_element(pad));
+}
+
+bool measures_pushes(Waits waits) {
+  return waits == Waits::Clock || waits == Waits::Inputs;
+}
+
+// A source whose time between two pushes is all work.
+bool makes_frames(GstElement* element, Waits waits) {
+  return element && GST_IS_BASE_SRC(element) && waits != Waits::Device;
+}
 
 int64_t time_stamp(GstBuffer* buffer) {
   const GstClockTime time = buffer ? GST_BUFFER_PTS(buffer) : GST_CLOCK_TIME_NONE;
@@ -56,7 +82,7 @@ void PipelineTracer::append_named(Kind kind, int64_t time, const void* object, c
   recorder_.log().append(record);
 }
 
-inline const PipelineTracer::Remembered& PipelineTracer::remembered(GstPad* pad) {
+inline PipelineTracer::Remembered& PipelineTracer::remembered(GstPad* pad) {
   static thread_local std::array<Remembered, 64> table;
   Remembered& place = table[(reinterpret_cast<uintptr_t>(pad) >> 5) % table.size()];
   const uint64_t generation = generation_.load(std::memory_order_acquire);
@@ -64,37 +90,53 @@ inline const PipelineTracer::Remembered& PipelineTracer::remembered(GstPad* pad)
   return place;
 }
 
-inline void PipelineTracer::sample(WatchedQueue* Remembered::*end, int64_t time, GstPad* pad) {
-  if (!has_queues_.load(std::memory_order_acquire)) return;
-  if (WatchedQueue* queue = remembered(pad).*end) queue->sample(time, &recorder_);
-}
-
 PipelineTracer::Remembered PipelineTracer::look_up(GstPad* pad, uint64_t generation) {
+  const auto own = element_of(pad);
+  const auto peer_pad = gst::Ref<GstPad>::adopt(gst_pad_get_peer(pad));
+  const auto peer = peer_pad ? element_of(peer_pad.get()) : gst::Ref<GstElement>();
+  const Waits own_waits = waits_of(own.get()), peer_waits = waits_of(peer.get());
   std::lock_guard lock(mutex_);
   const auto queue_of = [&](size_t id) -> WatchedQueue* {
     const auto found = queues_.find(graph_.owner(id));
     return found == queues_.end() ? nullptr : found->second.get();
   };
+  graph_.set_waits(own.get(), own_waits);
+  graph_.set_waits(peer.get(), peer_waits);
   const size_t id = graph_.pad_at(pad, trace::kForEver);
-  return {pad, generation, queue_of(id), queue_of(graph_.peer_at(id, trace::kForEver))};
+  Remembered out{pad, generation, queue_of(id), queue_of(graph_.peer_at(id, trace::kForEver))};
+  out.is_timed = measures_pushes(own_waits) || measures_pushes(peer_waits);
+  out.is_timed_outermost = own_waits != Waits::Room && !makes_frames(own.get(), own_waits);
+  return out;
+}
+
+inline void PipelineTracer::begin_push(int64_t time, GstPad* pad, int64_t time_stamp,
+                                       uint64_t frames, uint64_t bytes) {
+  const Remembered& facts = remembered(pad);
+  if (facts.own) facts.own->sample(time, &recorder_);
+  const bool is_outermost = open_pushes++ == 0;
+  if (facts.is_timed || facts.is_timed_once || (is_outermost && facts.is_timed_outermost))
+    append(Kind::ThreadTime, time, nullptr, thread_time());
+  append(Kind::PushBegin, time, pad, time_stamp, frames, bytes);
 }
 
 void PipelineTracer::push_begins(int64_t time, GstPad* pad, GstBuffer* buffer) {
-  sample(&Remembered::own, time, pad);
-  append(Kind::PushBegin, time, pad, time_stamp(buffer), 1, gst_buffer_get_size(buffer));
+  begin_push(time, pad, time_stamp(buffer), 1, gst_buffer_get_size(buffer));
 }
 
 void PipelineTracer::push_begins(int64_t time, GstPad* pad, GstBufferList* list) {
   const guint frames = gst_buffer_list_length(list);
   GstBuffer* first = frames > 0 ? gst_buffer_list_get(list, 0) : nullptr;
-  sample(&Remembered::own, time, pad);
-  append(Kind::PushBegin, time, pad, time_stamp(first), frames,
-         gst_buffer_list_calculate_size(list));
+  begin_push(time, pad, time_stamp(first), frames, gst_buffer_list_calculate_size(list));
 }
 
 void PipelineTracer::push_ends(int64_t time, GstPad* pad, GstFlowReturn result) {
+  Remembered& facts = remembered(pad);
+  const bool is_outermost = open_pushes > 0 && --open_pushes == 0;
+  if (facts.is_timed || facts.is_timed_once || (is_outermost && facts.is_timed_outermost))
+    append(Kind::ThreadTime, time, nullptr, thread_time());
+  facts.is_timed_once = false;
   append(Kind::PushEnd, time, pad, result < 0 ? result : 0);
-  sample(&Remembered::peer, time, pad);
+  if (facts.peer) facts.peer->sample(time, &recorder_);
 }
 
 void PipelineTracer::pull_begins(int64_t time, GstPad* pad) {
@@ -108,6 +150,13 @@ void PipelineTracer::pull_ends(int64_t time, GstPad* pad, GstBuffer* buffer, Gst
 }
 
 void PipelineTracer::event_begins(int64_t time, GstPad* pad, GstEvent* event) {
+  if (GST_EVENT_TYPE(event) == GST_EVENT_CAPS) {
+    GstCaps* caps = nullptr;
+    gst_event_parse_caps(event, &caps);
+    const gst::UniqueText text(gst_caps_to_string(caps));
+    std::lock_guard lock(mutex_);
+    if (text) graph_.set_caps(pad, text.get());
+  }
   append_named(Kind::EventBegin, time, pad, GST_EVENT_TYPE_NAME(event));
 }
 
@@ -135,11 +184,11 @@ void PipelineTracer::name_element(int64_t time, GstElement* element) {
 void PipelineTracer::element_is_new(int64_t time, GstElement* element) {
   std::lock_guard lock(mutex_);
   name_element(time, element);
+  graph_.added(element);
   auto& queue = queues_[graph_.see_element(element, time)];
   if (!queue && WatchedQueue::can_be_watched(element)) {
     queue = std::make_unique<WatchedQueue>(element);
     forget_remembered();
-    has_queues_.store(true, std::memory_order_release);
   }
 }
 
@@ -177,6 +226,11 @@ void PipelineTracer::pads_are_unlinked(int64_t time, GstPad* source, GstPad* sin
   std::lock_guard lock(mutex_);
   graph_.unlink(source, sink, time);
   forget_remembered();
+}
+
+void PipelineTracer::element_is_removed(int64_t, GstElement* element) {
+  std::lock_guard lock(mutex_);
+  graph_.removed(element);
 }
 
 void PipelineTracer::object_is_destroyed(int64_t time, const void* object) {

@@ -32,21 +32,25 @@ class PipelineTracer {
   void pad_is_added(int64_t time, GstElement* element, GstPad* pad);
   void pads_are_linked(int64_t time, GstPad* source, GstPad* sink);
   void pads_are_unlinked(int64_t time, GstPad* source, GstPad* sink);
+  void element_is_removed(int64_t time, GstElement* element);
   void object_is_destroyed(int64_t time, const void* object);
 
   // The records so far; may be called while pipelines play.
   trace::Trace trace() const;
 
  private:
-  // The queues at both ends of a pad's link, cached per thread.
+  // Facts about the elements at both ends of a pad's link, cached per thread.
   struct Remembered {
     const void* pad = nullptr;
     uint64_t generation = 0;
     WatchedQueue* own = nullptr;   // set if the pad's element is a queue
     WatchedQueue* peer = nullptr;  // set if the peer's element is a queue
+    // Whether to measure the time of the thread: with each push, with the outermost of the thread.
+    bool is_timed = false, is_timed_outermost = false;
+    bool is_timed_once = true;  // with the first push
   };
-  const Remembered& remembered(GstPad* pad);
-  void sample(WatchedQueue* Remembered::*end, int64_t time, GstPad* pad);
+  Remembered& remembered(GstPad* pad);
+  void begin_push(int64_t time, GstPad* pad, int64_t time_stamp, uint64_t frames, uint64_t bytes);
   Remembered look_up(GstPad* pad, uint64_t generation);
   void see_pad(int64_t time, GstPad* pad, GstElement* element);
   void name_element(int64_t time, GstElement* element);
@@ -59,7 +63,6 @@ class PipelineTracer {
   mutable std::mutex mutex_;  // guards graph_ and queues_
   trace::Graph graph_;
   std::map<size_t, std::unique_ptr<WatchedQueue>> queues_;  // by element; never removed
-  std::atomic<bool> has_queues_ = false;                    // false: pads need no lookup
   std::atomic<uint64_t> generation_ = next_generation();    // changes with the graph
   static uint64_t next_generation();
 };

@@ -62,6 +62,10 @@ void element_added(GObject* self, GstClockTime time, GstBin*, GstElement* elemen
                    gboolean good) noexcept {
   if (good) hook<&PipelineTracer::element_is_new>(self, time, element);
 }
+void element_removed(GObject* self, GstClockTime time, GstBin*, GstElement* element,
+                     gboolean good) noexcept {
+  if (good) hook<&PipelineTracer::element_is_removed>(self, time, element);
+}
 void pads_linked(GObject* self, GstClockTime time, GstPad* source, GstPad* sink,
                  GstPadLinkReturn result) noexcept {
   if (result == GST_PAD_LINK_OK) hook<&PipelineTracer::pads_are_linked>(self, time, source, sink);
@@ -96,6 +100,7 @@ void register_hooks(GstTracer* self) {
   add("element-new", hook<&PipelineTracer::element_is_new, GstElement*>);
   add("element-add-pad", hook<&PipelineTracer::pad_is_added, GstElement*, GstPad*>);
   add("bin-add-post", element_added);
+  add("bin-remove-post", element_removed);
   add("pad-link-post", pads_linked);
   add("pad-unlink-post", pads_unlinked);
   add("object-destroyed", object_destroyed);

@@ -192,7 +192,7 @@ class Outside(unittest.TestCase):
     def test_options_with_types_and_help(self):
         for name in ("threshold", "outside-cpp", "outside-c"):
             with self.subTest(name):
-                done = run([os.environ["WEIR_COMMAND"], "inspect", "--framework", name], env=self.env)
+                done = run([os.environ["WEIR_COMMAND"], "inspect", "--engine", name], env=self.env)
                 self.assertEqual(done.returncode, 0, done.stderr)
                 option, kind, text = ("limit", "integer", "above it is 1") if name == "threshold" else \
                     ("factor", "number", "what the input is multiplied with")

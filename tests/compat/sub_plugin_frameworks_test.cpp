@@ -77,7 +77,7 @@ TEST_F(SubPluginFramework, PrefersWeirsEngineOfTheSameName) {
 }
 
 TEST_F(SubPluginFramework, FollowsThePriorityOfTheModelsExtension) {
-  EXPECT_SAYS(chosen("model.abc"), "WEIR-3001: no engine claims this model file");
+  EXPECT_SAYS(chosen("model.abc"), "WEIR-3003: the model file does not exist");
   write("[filter]\nframework_priority_abc=missing,hand0,fake\n");
   EXPECT_EQ(chosen("model.ABC"),
             "hand0: the file has the extension .abc; first installed engine of "

@@ -137,11 +137,11 @@ TEST(ModelApi, PassesOnTheEnginesError) {
 }
 
 TEST(ModelApi, RejectsMissingFilesAndEngines) {
-  EXPECT_REFUSED(Model::open("/no/such/model.bin2"), ENGINE_UNKNOWN, "no engine claims");
+  EXPECT_REFUSED(Model::open("/no/such/model.bin2"), MODEL_NOT_FOUND,
+                 "the model file does not exist");
   EXPECT_REFUSED(Model::open("/no/such/model", engine("fake")), MODEL_NOT_FOUND,
                  "the model file does not exist\n  offered: /no/such/model");
-  EXPECT_REFUSED(Model::open("x.tvn"), ENGINE_NOT_INSTALLED,
-                 "the engine trix-engine is not installed");
+  EXPECT_REFUSED(Model::open("x.tvn"), ENGINE_NOT_INSTALLED, "Weir has no engine trix-engine");
   EXPECT_REFUSED(Model::open(std::span<const std::string>()), ENGINE_UNKNOWN, "no model");
 }
 

@@ -4,57 +4,20 @@
 
 import json
 import os
-import pathlib
-import re
 import signal
 import subprocess
 import sys
-import tempfile
-import unittest
 
 import edge_peer
 import tap_runner
+from launched_pipelines import SECONDS, LaunchedPipelines
 from peer_process import start_peer
 
-SECONDS = 60
 CAPS = 'other/tensors,format=static,num_tensors=2,dimensions=(string)"4,3",types=(string)"uint8,uint8",framerate=(fraction)0/1'
-LEAKED = r"object-alive, type-name=\(string\)\w+"
 FRAMES = [bytes(range(i, i + 8)) for i in (0, 100, 200)]
 
 
-class Edge(unittest.TestCase):
-    def setUp(self):
-        folder = tempfile.TemporaryDirectory()
-        self.addCleanup(folder.cleanup)
-        self.folder = pathlib.Path(folder.name)
-
-    def launch(self, text, **environment):
-        """gst-launch-1.0 in the background; its output is in the file `log` of the process."""
-        log = tempfile.TemporaryFile("w+", dir=self.folder, errors="replace")
-        process = subprocess.Popen(["gst-launch-1.0", *text.split()], stdout=log, stderr=log, text=True,
-                                   env=os.environ | environment)
-        process.log = log
-        for cleanup in (log.close, process.wait, process.kill):
-            self.addCleanup(cleanup)
-        return process
-
-    def output_of(self, process):
-        process.log.seek(0)
-        return process.log.read()
-
-    def ends(self, process, code=0):
-        self.assertEqual(process.wait(SECONDS), code, self.output_of(process))
-        self.assertEqual(re.findall(LEAKED, self.output_of(process)), [])
-
-    def wait_for(self, process, pattern):
-        """The first match in the output, read until it comes or the process ends."""
-        while True:
-            ended = process.poll() is not None
-            found = re.search(pattern, self.output_of(process))
-            if found or ended:
-                self.assertTrue(found, f"{pattern} is not in {self.output_of(process)}")
-                return found
-
+class Edge(LaunchedPipelines):
     def sink(self, options, frames=b"".join(FRAMES)):
         """An edgesink that sends frames of 8 bytes, and its port."""
         data = self.folder / "frames"

@@ -19,6 +19,23 @@ from built_modules import has_engine
 from peer_process import start_grpcio_server
 
 FRAMES = 20
+# Plays a pipeline and prints what the meta of each frame before `end` says.
+WHO_ANSWERED = """
+import sys, gi
+gi.require_version("Gst", "1.0")
+from gi.repository import Gst
+Gst.init(None)
+pipeline = Gst.parse_launch(sys.argv[1])
+def seen(pad, info):
+    meta = info.get_buffer().get_custom_meta("WeirAnsweredBy")
+    print(meta.get_structure().to_string() if meta else "-")
+    return Gst.PadProbeReturn.OK
+pipeline.get_by_name("end").get_static_pad("sink").add_probe(Gst.PadProbeType.BUFFER, seen)
+pipeline.set_state(Gst.State.PLAYING)
+message = pipeline.get_bus().timed_pop_filtered(60 * Gst.SECOND, Gst.MessageType.ERROR | Gst.MessageType.EOS)
+print(message.parse_error() if message.type == Gst.MessageType.ERROR else "end")
+pipeline.set_state(Gst.State.NULL)
+"""
 
 
 class InferenceServer(unittest.TestCase):
@@ -106,6 +123,32 @@ class InferenceServer(unittest.TestCase):
         self.assertIn("local.onnx answers: the result of the model is lost", done.stderr)
         self.assertIn("the model answers again; the fallback", done.stderr)
         self.assertRegex(done.stderr, r"requests: 60 sent = \d+ answered \+ 0 late \+ 0 refused \+ \d+ lost")
+
+    def who_answered(self, line):
+        done = subprocess.run(["/usr/bin/python3", "-c", WHO_ANSWERED, line.replace("! filesink", "! identity name=end ! filesink")],
+                              capture_output=True, text=True, timeout=120, env={**os.environ, "GST_DEBUG": "1", "GST_TRACERS": ""})
+        if "import gi" in done.stderr:
+            self.skipTest("python3-gi is missing")
+        self.assertEqual(done.returncode, 0, done.stderr)
+        *frames, end = done.stdout.splitlines()
+        self.assertEqual(end, "end")
+        return [frame.removeprefix("WeirAnsweredBy, ").removesuffix(";") for frame in frames]
+
+    def test_a_meta_says_who_answered_each_frame(self):
+        _, first = self.server("--away", "10:6")
+        local = self.local_model()
+        line = self.line(first, f"name=f fallback={local} custom=probe-ms:20,attempts:1,in-flight:1", self.frames)
+        who = self.who_answered(line)
+        remote, fallback = self.answers()
+        self.assertEqual(who.count(f'f=(string){first}'), remote)
+        self.assertEqual(who.count(f'f=(string){local}'), fallback)
+        self.assertEqual((remote + fallback, fallback > 0), (FRAMES, True))
+
+    def test_the_meta_has_a_field_for_each_filter(self):
+        _, one = self.server()
+        _, two = self.server()
+        line = self.line(one, f"name=f batch-size=4 ! tensor_filter name=g framework=oip model={two}", self.frames)
+        self.assertEqual(self.who_answered(line), [f"f=(string){one}, g=(string){two}"] * FRAMES)
 
     def test_a_fallback_answers_when_no_server_is_there_at_the_start(self):
         process, model = self.server()

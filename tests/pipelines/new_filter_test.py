@@ -82,7 +82,7 @@ class NewFilter(unittest.TestCase):
         self.assertIn("class ByName {", (made / "filter.cpp").read_text())
         self.good(run("make", "-C", made, env=self.env))
         (made / "by-name.so").rename(made / "libweir-engine-by-name.so")
-        output = self.good(run(COMMAND, "inspect", "--framework", "by-name", env={**self.env, "WEIR_MODULE_PATH": str(made)}))
+        output = self.good(run(COMMAND, "inspect", "--engine", "by-name", env={**self.env, "WEIR_MODULE_PATH": str(made)}))
         self.assertIn("Engine  by-name 1", output)
 
     def test_what_cannot_be_is_refused_and_nothing_is_written(self):

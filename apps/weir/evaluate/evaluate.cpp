@@ -58,6 +58,7 @@ Result<Played> played(const EvaluateOptions& options, const std::string& model, 
   tried.labels = options.labels;
   tried.mode = options.mode;
   tried.head = options.head;
+  tried.engine = options.engine;
   auto known = try_model(tried);
   if (!known) return known.error();
   if (!options.json)

@@ -97,7 +97,7 @@ Result<Inspected> open(const InspectOptions& options) {
   Inspected out;
   out.model = options.model;
   auto& library = infer::ModuleLibrary::instance();
-  out.reason = "--framework " + options.framework;
+  out.reason = "--engine " + options.framework;
   if (!by_name) out.framework = options.framework;
   if (by_name) {
     auto choice = library.choose_engine(request.paths);
@@ -227,7 +227,7 @@ void print_card(const Result<card::Card>& card) {
 void print_engine(const Inspected& found) {
   std::printf("Engine  %s %s: %s\n", found.engine->name, engine_version(*found.engine).c_str(),
               found.reason.c_str());
-  for (const auto& other : found.others) std::printf("  or    --framework %s\n", other.c_str());
+  for (const auto& other : found.others) std::printf("  or    --engine %s\n", other.c_str());
 }
 
 void print_text(const Inspected& found, const LaunchLine& line, const Result<card::Card>& card) {

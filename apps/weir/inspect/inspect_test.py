@@ -37,9 +37,23 @@ class Inspect(Case):
     def test_an_engine_by_name(self):
         model = self.folder / "model.bin"
         model.write_text("x")
-        output = self.good(weir("inspect", "-f", "fake", model))
-        self.assertIn("--framework fake", output)
+        output = self.good(weir("inspect", "-e", "fake", model))
+        self.assertIn("--engine fake", output)
         self.assertIn("4:?", output)
+
+    def test_the_former_name_of_the_engine_option_is_taken_but_not_with_the_present_one(self):
+        for option in ("-f", "--framework"):
+            self.assertIn("--engine fake", self.good(weir("inspect", option, "fake")))
+        self.refused(weir("inspect", "-e", "fake", "-f", "fake"), 2, "excludes")
+        self.assertNotIn("--framework", self.good(weir("help", "inspect")))
+        self.refused(weir("inspect"), 2, "MODEL or --engine")
+
+    def test_an_engine_that_is_not_there_is_named_by_every_command(self):
+        photo = self.folder / "cat" / "photo.png"
+        photo.parent.mkdir()
+        photo.write_bytes(b"")
+        for words in (("inspect", MODEL), ("try", MODEL, photo), ("evaluate", MODEL, self.folder)):
+            self.refused(weir(*words, "--engine", "no-such-engine"), 1, "no-such-engine")
 
     def inspected(self, name):
         """The text and the JSON output for a model of the engine fake-models, whose pipeline must run."""

@@ -110,6 +110,33 @@ class Report(Case):
             self.assertEqual((links[ends]["frames"], links[ends]["bytes"]),
                              (str(self.FRAMES), f"{self.FRAMES * size / 1000:.1f} kB"))
 
+    def clip(self, frames=FRAMES):
+        """A file with pictures as JPEG and with sound."""
+        file = self.folder / "clip.avi"
+        self.good(weir("run", "-q", f"videotestsrc num-buffers={frames} ! video/x-raw,width=64,height=48,framerate=30/1"
+                       f" ! jpegenc ! avimux name=muxer ! filesink location={file}"
+                       f" audiotestsrc num-buffers={frames} ! audio/x-raw,format=S16LE,rate=8000,channels=1 ! muxer."))
+        return file
+
+    def test_links_of_a_decodebin_are_those_that_the_frames_took(self):
+        _, page = self.reported(f"filesrc name=file location={self.clip()} ! decodebin name=d"
+                                " d. ! queue name=pictures ! video/x-raw ! fakesink name=shown"
+                                " d. ! queue name=sound ! audio/x-raw ! fakesink name=heard")
+        links = [(row["from"].split(".")[0], row["to"].split(".")[0], row["frames"]) for row in page.table("links")]
+        following = {}
+        for before, after, _ in links:
+            following.setdefault(re.sub("[-0-9]+$", "", before), []).append(re.sub("[-0-9]+$", "", after))
+        self.assertEqual({name: sorted(after) for name, after in following.items()},
+                         {"file": ["typefind"], "typefind": ["avidemux"], "avidemux": ["multiqueue"] * 2,
+                          "multiqueue": ["jpegdec", "sound"], "jpegdec": ["pictures"],
+                          "pictures": ["capsfilter"], "sound": ["capsfilter"], "capsfilter": ["heard", "shown"]})
+        self.assertEqual([frames for _, after, frames in links if after == "shown"], [str(self.FRAMES)])
+        latencies = {row["to"]: row for row in page.table("latencies")}
+        self.assertEqual(set(latencies), {"shown", "heard"})
+        for sink, pad in (("shown", "video_0"), ("heard", "audio_0")):
+            self.assertRegex(latencies[sink]["from"], rf"^avidemux\d+\.{pad} \(of file\)$")
+            self.assertEqual((latencies[sink]["frames"], latencies[sink]["not matched"]), (str(self.FRAMES), "0"))
+
     def test_the_picture_shows_each_element_once(self):
         _, page = self.reported(self.BRANCHES)
         self.assertEqual(sorted(page.names), sorted(row["element"] for row in page.table("elements")))
@@ -151,6 +178,86 @@ class Report(Case):
         self.assertEqual(report["result"], "error")
         for words in ("Failed", "cast: WEIR-1001", "flot32", "fix: "):
             self.assertIn(words, page.text)
+
+    def document(self, pipeline, code=0):
+        """The report as JSON."""
+        file = self.folder / "report.json"
+        done = weir("run", "-q", "--report", file, pipeline)
+        self.assertEqual(done.returncode, code, done.stderr)
+        return json.loads(file.read_text())
+
+    def element(self, document, name):
+        return next(element for element in document["trace"]["elements"] if element["name"] == name)
+
+    def test_the_verdict_names_the_element_that_takes_most_of_the_time(self):
+        slow = ("videotestsrc num-buffers=30 ! video/x-raw,width=8,height=8 ! queue ! identity name=slow sleep-time=5000"
+                " ! fakesink sync=false")
+        verdict = self.document(slow)["verdict"]
+        self.assertEqual((verdict["kind"], verdict["element"]), ("bottleneck", "slow"))
+        self.assertGreater(verdict["share"], 0.8)
+        self.assertRegex(verdict["text"], r"^slow takes \d+ % of the time: the bottleneck\.$")
+        _, page = self.reported(slow)
+        self.assertRegex(page.text, r"slow takes \d+ % of the time: the bottleneck\.")
+
+    def test_a_pipeline_that_waits_for_the_clock_keeps_up(self):
+        for source, sink, waiting in (("is-live=true", "sync=false", "source"), ("is-live=false", "sync=true", "sink")):
+            document = self.document(f"videotestsrc name=source {source} num-buffers=30"
+                                     " ! video/x-raw,width=8,height=8,framerate=50/1"
+                                     f" ! identity name=between ! fakesink name=sink {sink}")
+            self.assertEqual(document["verdict"]["kind"], "keeps-up", document["verdict"])
+            self.assertGreater(self.element(document, waiting)["waiting_share"], 0.7)
+            for name in ("source", "between", "sink"):
+                self.assertLess(self.element(document, name)["share"], 0.3, name)
+
+    def test_a_queue_waits_and_does_not_work(self):
+        document = self.document("videotestsrc num-buffers=50 ! video/x-raw,width=8,height=8 ! queue name=full"
+                                 " max-size-buffers=1 ! identity name=slow sleep-time=3000 ! fakesink")
+        queue = self.element(document, "full")
+        self.assertEqual((queue["waits"], queue["work"], queue["thread_work"]), ("room", 0, 0))
+        self.assertGreater(queue["waiting_share"], 0.8)
+
+    def test_without_a_frame_at_a_sink_the_verdict_says_where_they_end(self):
+        verdict = self.document("videotestsrc num-buffers=5 ! identity name=shut drop-probability=1 ! fakesink async=false")["verdict"]
+        self.assertEqual((verdict["kind"], verdict["text"]),
+                         ("nothing-ran", "No frame reached a sink: shut received 5 frames and pushed none."))
+
+    def test_the_element_that_failed_is_marked(self):
+        pipeline = ("videotestsrc num-buffers=1 ! tensor_converter ! tensor_transform name=cast mode=typecast option=flot32"
+                    " ! fakesink")
+        document = self.document(pipeline, code=1)
+        self.assertEqual(document["verdict"]["kind"], "failed")
+        self.assertTrue(document["verdict"]["text"].startswith("cast failed: "), document["verdict"]["text"])
+        failed = [element["name"] for element in document["trace"]["elements"] if element["failed"]]
+        self.assertIn("cast", failed)
+        self.assertNotIn("tensor_converter", [self.element(document, name)["factory"] for name in failed])
+        self.reported(pipeline, code=1)
+        self.assertIn('class="box failed"', self.file.read_text())
+
+    def test_links_have_caps_and_elements_their_properties(self):
+        document = self.document(self.BRANCHES)
+        caps = {document["trace"]["elements"][link["to"]]["name"]: link["caps"] for link in document["trace"]["links"]}
+        self.assertIn("format=(string)RGB, width=(int)16, height=(int)8", caps["converter"])
+        self.assertIn("float32", caps["tensors"])
+        self.assertEqual(self.element(document, "cast")["properties"], {"mode": "typecast", "option": "float32"})
+        self.assertEqual(self.element(document, "t")["properties"], {})
+        self.assertEqual(set(document), {"verdict", "pipeline", "host", "versions", "outcome", "trace"})
+        self.assertEqual(document["versions"]["gstreamer"].split(".")[0], "1")
+        self.assertGreaterEqual(document["host"]["cores"], 1)
+
+    def test_passwords_are_not_shown(self):
+        done = weir("run", "--report", self.file, 'videotestsrc num-buffers=1 ! fakesink name="rtsp://me:pass1@camera/x"'
+                    ' souphttpsrc location=http://me:pass2@localhost:1/ user-pw=pass3 ! fakesink')
+        self.assertEqual(done.returncode, 1, done.stderr)
+        text = self.file.read_text()
+        self.assertIn("location=http://***@localhost:1/ user-pw=***", text)
+        self.assertIn("Could not connect", text)
+        self.assertNotRegex(text, "pass[123]")
+
+    def test_caps_cannot_change_the_page(self):
+        _, page = self.reported('videotestsrc num-buffers=2 ! video/x-raw,width=8,height=8'
+                                ',note=(string)"<script>alert(2)</script>" ! fakesink')
+        caps = " ".join(row["caps"] for row in page.table("links"))
+        self.assertIn("<script>alert(2)</script>", caps.replace("\\", ""))
 
     def test_an_interrupted_run_is_reported(self):
         frames = self.folder / "frames"

@@ -53,10 +53,13 @@ Result<std::string> path_of(const std::string& model) {
   return (folder_of(*known) / known->files[0].name).string();
 }
 
-Result<std::shared_ptr<infer::Model>> open(const std::string& path) {
+Result<std::shared_ptr<infer::Model>> open(const std::string& path,
+                                           const std::string& engine_name) {
   infer::OpenOptions request;
   request.paths = {path};
-  const auto engine = infer::ModuleLibrary::instance().engine_for_model(request.paths);
+  auto& library = infer::ModuleLibrary::instance();
+  const auto engine =
+      engine_name.empty() ? library.engine_for_model(request.paths) : library.engine(engine_name);
   if (!engine) return engine.error();
   return infer::Model::open(**engine, request);
 }
@@ -284,7 +287,8 @@ Result<TryModel> try_model(const TryOptions& options) {
   auto path = path_of(options.model);
   if (!path) return path.error();
   out.path = *path;
-  const auto model = open(out.path);
+  out.engine = options.engine;
+  const auto model = open(out.path, options.engine);
   if (!model) return model.error();
   const auto card = card_of(out.path, **model);
   // Without its card the model would run on pixels that are guessed.

@@ -11,6 +11,7 @@ namespace weir::app {
 
 struct TryModel {
   std::string path;         // of the model file
+  std::string engine;       // that the user chose; "": by the file name
   std::string preparation;  // properties of tensor_preprocess
   std::string mode;         // of tensor_decoder
   std::string decoder;      // further properties of tensor_decoder, each with a space before it

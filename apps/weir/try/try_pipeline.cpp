@@ -100,9 +100,10 @@ bool is_photo(const std::string& path) {
 
 std::string result_elements(const TryModel& model) {
   const std::string labels = model.labels.empty() ? "" : " labels=" + launch_value(model.labels);
-  return "tensor_preprocess " + model.preparation +
-         " ! tensor_filter model=" + launch_value(model.path) +
-         " ! tensor_decoder mode=" + model.mode + model.decoder + labels;
+  const std::string engine = model.engine.empty() ? "" : " framework=" + launch_value(model.engine);
+  return "tensor_preprocess " + model.preparation + " ! tensor_filter" + engine +
+         " model=" + launch_value(model.path) + " ! tensor_decoder mode=" + model.mode +
+         model.decoder + labels;
 }
 
 Result<std::string> try_pipeline(const TryOptions& options, const TryModel& model,

@@ -97,7 +97,8 @@ std::optional<double> parse_double(std::string_view text) noexcept {
 
 std::string nearest(std::string_view word, std::span<const std::string> candidates) {
   std::string best;
-  size_t best_distance = std::max<size_t>(1, word.size() / 3) + 1;
+  // A word of one letter is near no other.
+  size_t best_distance = std::min(std::max<size_t>(1, word.size() / 3) + 1, word.size());
   for (const auto& candidate : candidates) {
     const size_t distance = edit_distance(word, candidate);
     if (distance >= best_distance) continue;

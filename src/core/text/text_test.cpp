@@ -41,6 +41,15 @@ TEST(Text, FindsTheNearestText) {
   EXPECT_EQ(nearest("caffe", words), "");
 }
 
+TEST(Text, AWordOfWhichEachLetterDiffersIsNotNear) {
+  const std::vector<std::string> words{"m", "ab"};
+  EXPECT_EQ(nearest("!", words), "");
+  EXPECT_EQ(nearest("", words), "");
+  EXPECT_EQ(nearest("M", words), "m");
+  EXPECT_EQ(nearest("ac", words), "ab");
+  EXPECT_EQ(nearest("cd", words), "");
+}
+
 TEST(Text, SwappedLettersAreOneTypingError) {
   const std::vector<std::string> layouts{"auto", "NHWC", "NCHW"};
   EXPECT_EQ(nearest("NHCW", layouts), "NHWC");  // both are one edit away; the first one wins

@@ -3,7 +3,7 @@
 #include "core/trace/graph.hpp"
 
 #include <algorithm>
-#include <set>
+#include <map>
 
 namespace weir::trace {
 
@@ -77,6 +77,26 @@ void Graph::unlink(const void* source, const void* sink, int64_t time) {
       pads_[id].peers.emplace_back(time, kNone);
 }
 
+void Graph::set_waits(const void* element, Waits waits) {
+  if (const size_t id = element_at(element, kForEver); id != kNone) elements_[id].waits = waits;
+}
+
+void Graph::removed(const void* element) {
+  if (const size_t id = element_at(element, kForEver); id != kNone) elements_[id].is_removed = true;
+}
+
+void Graph::added(const void* element) {
+  if (const size_t id = element_at(element, kForEver); id != kNone)
+    elements_[id].is_removed = false;
+}
+
+void Graph::set_caps(const void* pad, std::string caps) {
+  const size_t id = pad_at(pad, kForEver);
+  if (id == kNone || pads_[id].caps == caps) return;
+  if (!pads_[id].caps.empty()) ++pads_[id].caps_changes;
+  pads_[id].caps = std::move(caps);
+}
+
 bool Graph::destroyed(const void* object, int64_t time) {
   const size_t element = element_at(object, kForEver), pad = pad_at(object, kForEver);
   if (element != kNone) elements_[element].until = time;
@@ -105,29 +125,45 @@ bool Graph::has_pads(size_t element, bool source) const {
   });
 }
 
-// Follows data from a pad to the pad it reaches: itself, or beyond the ghost pad that it is half
-// of.
-size_t Graph::follow(size_t pad) const {
+size_t Graph::end_at(size_t source_pad, int64_t time) const {
+  size_t pad = source_pad;
   for (size_t steps = 0; pad != kNone && steps < pads_.size(); ++steps) {
-    if (pads_[pad].half == kNone) return pad;
-    const auto& peers = pads_[pads_[pad].half].peers;
-    const auto last = std::find_if(peers.rbegin(), peers.rend(),
-                                   [](const auto& peer) { return peer.second != kNone; });
-    pad = last == peers.rend() ? kNone : last->second;
+    const size_t peer = peer_at(pad, time);
+    if (peer == kNone || pads_[peer].half == kNone) return peer;
+    pad = pads_[peer].half;  // of a ghost pad: data continues at its other half
   }
   return kNone;
 }
 
-std::vector<std::pair<size_t, size_t>> Graph::edges() const {
-  std::set<std::pair<size_t, size_t>> out;
+// Adds the edges from `source` that `pad`, on the way, was part of between two times.
+void Graph::add_edges(size_t source, size_t pad, int64_t from, int64_t until, size_t steps,
+                      std::map<std::pair<size_t, size_t>, bool>* lasting) const {
+  if (steps == pads_.size()) return;  // ghost pads in a circle
+  const auto& peers = pads_[pad].peers;
+  for (size_t i = 0; i < peers.size(); ++i) {
+    const auto [linked, peer] = peers[i];
+    if (peer == kNone) continue;
+    const int64_t begin = std::max(from, linked);
+    const int64_t end = std::min({until, i + 1 < peers.size() ? peers[i + 1].first : kForEver,
+                                  pads_[pad].until, pads_[peer].until});
+    if (begin >= end) continue;
+    if (const size_t half = pads_[peer].half; half != kNone)
+      add_edges(source, half, begin, end, steps + 1, lasting);
+    else if (pads_[peer].element != kNone)
+      (*lasting)[{source, peer}] |= end == kForEver;
+  }
+}
+
+std::vector<Edge> Graph::edges() const {
+  std::map<std::pair<size_t, size_t>, bool> lasting;
   for (size_t id = 0; id < pads_.size(); ++id) {
     const Pad& pad = pads_[id];
-    if (!pad.is_source || pad.element == kNone || pad.half != kNone) continue;
-    for (const auto& peer : pad.peers)
-      if (const size_t end = follow(peer.second); end != kNone && pads_[end].element != kNone)
-        out.emplace(id, end);
+    if (pad.is_source && pad.element != kNone && pad.half == kNone)
+      add_edges(id, id, 0, kForEver, 0, &lasting);
   }
-  return {out.begin(), out.end()};
+  std::vector<Edge> out;
+  for (const auto& [pads, lasts] : lasting) out.push_back({pads.first, pads.second, lasts});
+  return out;
 }
 
 }  // namespace weir::trace

@@ -9,7 +9,7 @@
 namespace weir::trace {
 namespace {
 
-using Edges = std::vector<std::pair<size_t, size_t>>;
+using Edges = std::vector<Edge>;
 
 TEST(TraceGraph, AReusedAddressIsANewElement) {
   Graph graph;
@@ -78,8 +78,57 @@ TEST(TraceGraph, EdgesFollowGhostPadsOfBins) {
   graph.link(at(32), at(62), 1);
   graph.link(at(52), at(41), 1);
   const auto pad = [&](uintptr_t address) { return graph.pad_at(at(address), 1); };
-  EXPECT_EQ(graph.edges(), (Edges{{pad(12), pad(21)}, {pad(22), pad(31)}, {pad(32), pad(41)}}));
+  EXPECT_EQ(graph.edges(),
+            (Edges{{pad(12), pad(21), true}, {pad(22), pad(31), true}, {pad(32), pad(41), true}}));
+  EXPECT_EQ(graph.end_at(pad(12), 1), pad(21));
+  EXPECT_EQ(graph.end_at(pad(32), 1), pad(41));
+  EXPECT_EQ(graph.end_at(pad(12), 0), kNone);
   EXPECT_EQ(graph.owner(pad(62)), graph.element_at(at(50), 1));
+}
+
+// As decodebin does: its ghost pad first shows the demuxer, then the decoder that it plugged.
+TEST(TraceGraph, AGhostPadThatMovesToAnotherElementLinksEachForItsTime) {
+  Graph graph;
+  for (const auto& [address, name] :
+       {std::pair<uintptr_t, const char*>{10, "demuxer"}, {20, "decoder"}, {30, "sink"}})
+    add_element(&graph, address, name, address != 10, address != 30);
+  graph.see_pad(at(52), at(50), "src", true, 0);
+  graph.see_pad(at(62), nullptr, "half", false, 0);
+  graph.join_halves(at(52), at(62));
+  graph.link(at(12), at(62), 100);
+  graph.unlink(at(12), at(62), 200);
+  graph.link(at(12), at(21), 210);
+  graph.link(at(22), at(62), 220);
+  graph.link(at(52), at(31), 300);
+  const auto pad = [&](uintptr_t address) { return graph.pad_at(at(address), 1000); };
+  EXPECT_EQ(graph.edges(), (Edges{{pad(12), pad(21), true}, {pad(22), pad(31), true}}));
+  EXPECT_EQ(graph.end_at(pad(12), 150), kNone);
+  EXPECT_EQ(graph.end_at(pad(22), 400), pad(31));
+}
+
+TEST(TraceGraph, AnEdgeEndsWithItsPads) {
+  Graph graph;
+  add_element(&graph, 10, "a", false, true);
+  add_element(&graph, 20, "b", true, false);
+  graph.link(at(12), at(21), 100);
+  const size_t source = graph.pad_at(at(12), 100), sink = graph.pad_at(at(21), 100);
+  graph.destroyed(at(21), 200);
+  EXPECT_EQ(graph.edges(), (Edges{{source, sink, false}}));
+}
+
+TEST(TraceGraph, GhostPadsInACircleMakeNoEdge) {
+  Graph graph;
+  add_element(&graph, 10, "a", false, true);
+  for (const uintptr_t base : {50, 60}) {
+    graph.see_pad(at(base), at(90), "sink", false, 0);
+    graph.see_pad(at(base + 1), nullptr, "half", true, 0);
+    graph.join_halves(at(base), at(base + 1));
+  }
+  graph.link(at(12), at(50), 1);
+  graph.link(at(51), at(60), 1);
+  graph.link(at(61), at(50), 1);
+  EXPECT_EQ(graph.edges(), Edges{});
+  EXPECT_EQ(graph.end_at(graph.pad_at(at(12), 1), 1), kNone);
 }
 
 TEST(TraceGraph, AnUnlinkedGhostPadMakesNoEdge) {

@@ -31,12 +31,12 @@ int64_t nearest_rank(const std::vector<int64_t>& sorted, unsigned percent) {
 }
 
 int64_t departure_before(const Departures& departures, const Arrival& arrival) {
-  int64_t best = kNoTime;
-  if (arrival.time_stamp == kNoTime) return best;
-  const auto [first, last] = departures.equal_range(arrival.time_stamp);
-  for (auto it = first; it != last; ++it)
-    if (it->second <= arrival.time) best = std::max(best, it->second);
-  return best;
+  if (arrival.time_stamp == kNoTime) return kNoTime;
+  const auto after = std::upper_bound(departures.begin(), departures.end(),
+                                      Departure{arrival.time_stamp, arrival.time});
+  if (after == departures.begin()) return kNoTime;
+  const Departure& last = *std::prev(after);
+  return last.time_stamp == arrival.time_stamp ? last.time : kNoTime;
 }
 
 std::vector<Bucket> histogram(const std::vector<int64_t>& sorted) {

@@ -14,7 +14,7 @@ TEST(TraceLatency, IsArrivalMinusDeparture) {
   Departures departures;
   std::vector<Arrival> arrivals;
   for (int64_t i = 1; i <= 100; ++i) {
-    departures.emplace(i * 40, i * 1'000'000);
+    departures.push_back({i * 40, i * 1'000'000});
     arrivals.push_back({i * 40, i * 1'000'000 + i * 1000});
   }
   const Latency latency = trace::latency(departures, arrivals);
@@ -53,7 +53,7 @@ TEST(TraceLatency, ARepeatedTimeStampCountsFromItsLastDeparture) {
 }
 
 TEST(TraceLatency, UnmatchedFramesAreCountedSeparately) {
-  const Departures departures{{5, 1000}, {kNoTime, 0}};
+  const Departures departures{{kNoTime, 0}, {5, 1000}};
   const Latency latency = trace::latency(departures, {{6, 2000}, {kNoTime, 2000}, {5, 900}});
   EXPECT_EQ(latency.frames, 0u);
   EXPECT_EQ(latency.unmatched, 3u);

@@ -17,7 +17,8 @@ enum class Kind : uint8_t {
   EventEnd,
   StateBegin,
   StateEnd,
-  Level
+  Level,
+  ThreadTime  // comes directly before a PushBegin or PushEnd
 };
 
 inline constexpr uint64_t kMostFrames = (uint64_t{1} << 20) - 1;
@@ -28,7 +29,8 @@ struct Record {
   const void* object =
       nullptr;  // the pad that pushes or pulls; State: the element; Level: the queue
   union {
-    int64_t value = 0;  // PushBegin: timestamp in ns or kNoTime; ends: 0 = success; Level: buffers
+    int64_t value = 0;  // PushBegin: timestamp in ns or kNoTime; ends: 0 = success; Level: buffers;
+                        // ThreadTime: CPU time of the thread in ns
     const char* name;   // EventBegin, StateBegin: a string with static storage
   };
   uint64_t kind : 4 = 0;     // a Kind

@@ -31,7 +31,6 @@ class Summing {
     out_.elements.resize(count);
     for (size_t id = 0; id < count; ++id) {
       const bool inner = graph_.elements()[id].is_bin;
-      begins_.push_back(!inner && !graph_.has_pads(id, false));
       ends_.push_back(!inner && !graph_.has_pads(id, true));
     }
   }
@@ -63,6 +62,11 @@ class Summing {
   }
 
   void add(const Span& span) {
+    if (span.kind == Kind::PushBegin || span.kind == Kind::PullBegin) {
+      out_.flow_begin =
+          out_.flow_begin == kNoTime ? span.begin : std::min(out_.flow_begin, span.begin);
+      out_.flow_end = std::max(out_.flow_end, span.end);
+    }
     if (span.element != kNone) add_time(span, out_.elements[span.element]);
     if (span.kind == Kind::PushBegin)
       add_frames(span, graph_.owner(span.pad), span.element, span.pad);
@@ -71,20 +75,35 @@ class Summing {
     if (span.kind == Kind::PushBegin) add_between(span);
   }
 
-  static void add_time(const Span& span, ElementSummary& element) {
+  void add_time(const Span& span, ElementSummary& element) {
     if (span.kind == Kind::EventBegin) {
       element.events += span.own;
     } else if (span.kind == Kind::StateBegin) {
       element.states += span.own;
     } else {
-      element.work += span.own;
+      const int64_t waiting = waiting_in(span);
+      element.waiting += waiting;
+      element.work += span.own - waiting;
       element.longest = std::max(element.longest, span.own);
     }
   }
 
+  int64_t waiting_in(const Span& span) {
+    // With its first frame any element may wait for others: to be linked, or for an answer to a
+    // query.
+    const bool is_first = started_.insert(span.pad).second;
+    const Waits waits = graph_.elements()[span.element].waits;
+    if (waits == Waits::Room) return span.own;
+    return waits != Waits::Never || is_first ? span.own_idle : 0;
+  }
+
   void add_between(const Span& span) {
-    if (const size_t from = graph_.owner(span.pad); from != kNone)
-      out_.elements[from].own_thread += span.between;
+    const size_t from = graph_.owner(span.pad);
+    if (from == kNone) return;
+    const int64_t waiting =
+        graph_.elements()[from].waits == Waits::Room ? span.between : span.between_idle;
+    out_.elements[from].thread_waiting += waiting;
+    out_.elements[from].thread_work += span.between - waiting;
   }
 
   void add_frames(const Span& span, size_t from, size_t to, size_t source_pad) {
@@ -93,19 +112,25 @@ class Summing {
       out_.elements[from].out.add(span.frames, span.bytes, span.begin);
       if (!span.good) out_.elements[from].refused += span.frames;
       if (changes_.contains(from)) passed_[from].push_back({span.begin, -frames, false});
-      if (begins_[from]) departures_[from].emplace(span.time_stamp, span.begin);
     }
     if (to != kNone) {
       out_.elements[to].in.add(span.frames, span.bytes, span.begin);
       if (span.good && changes_.contains(to)) passed_[to].push_back({span.end, frames, false});
-      if (ends_[to]) arrivals_[to].push_back({span.time_stamp, span.begin});
+      if (ends_[to]) stamped_.arrivals[to].push_back({span.time_stamp, span.begin});
     }
-    if (source_pad != kNone) flows_[source_pad].add(span.frames, span.bytes, span.begin);
+    const size_t sink_pad = graph_.end_at(source_pad, span.begin);
+    if (sink_pad == kNone) return;
+    flows_[{source_pad, sink_pad}].add(span.frames, span.bytes, span.begin);
+    if (span.time_stamp != kNoTime)
+      stamped_.departures[source_pad].push_back({span.time_stamp, span.begin});
   }
 
+  // Links that bins make while they look for what fits, and undo before a frame, are left out.
   void add_links() {
-    for (const auto& [source, sink] : graph_.edges())
-      out_.links.push_back({source, sink, flows_[source]});
+    for (const Edge& edge : graph_.edges()) {
+      const Flow& flow = flows_[{edge.source, edge.sink}];
+      if (edge.lasts || flow.frames > 0) out_.links.push_back({edge.source, edge.sink, flow});
+    }
   }
 
   void add_queues() {
@@ -119,41 +144,21 @@ class Summing {
     }
   }
 
-  // All elements downstream of one; `next` has the peers of each.
-  static std::set<size_t> reached_from(size_t source, std::map<size_t, std::set<size_t>>* next) {
-    std::set<size_t> reached;
-    std::vector<size_t> open{source};
-    while (!open.empty()) {
-      const size_t element = open.back();
-      open.pop_back();
-      for (const size_t downstream : (*next)[element])
-        if (reached.insert(downstream).second) open.push_back(downstream);
-    }
-    return reached;
-  }
-
   void add_latencies() {
-    std::map<size_t, std::set<size_t>> next;
-    for (const LinkSummary& link : out_.links)
-      next[graph_.owner(link.source_pad)].insert(graph_.owner(link.sink_pad));
-    for (size_t source = 0; source < out_.elements.size(); ++source) {
-      if (!begins_[source]) continue;
-      for (const size_t sink : reached_from(source, &next))
-        if (ends_[sink])
-          out_.latencies.push_back({source, sink, latency(departures_[source], arrivals_[sink])});
-    }
+    std::vector<std::pair<size_t, size_t>> links;
+    for (const LinkSummary& link : out_.links) links.emplace_back(link.source_pad, link.sink_pad);
+    out_.latencies = stream_latencies(graph_, links, std::move(stamped_));
   }
 
   const Trace& trace_;
   const Graph& graph_;
   Summary out_;
-  // Elements without sink pads or without source pads, except bins.
-  std::vector<bool> begins_, ends_;
+  std::vector<bool> ends_;  // elements without source pads, except bins
   std::map<size_t, std::vector<QueueChange>> changes_, passed_;  // by element
   std::map<size_t, unsigned> fullest_;
-  std::map<size_t, Departures> departures_;
-  std::map<size_t, std::vector<Arrival>> arrivals_;
-  std::map<size_t, Flow> flows_;  // by source pad
+  StreamRecords stamped_;
+  std::set<size_t> started_;                         // pads that have pushed
+  std::map<std::pair<size_t, size_t>, Flow> flows_;  // by source pad and sink pad
 };
 
 }  // namespace

@@ -5,9 +5,9 @@
 #include <vector>
 
 #include "core/trace/graph.hpp"
-#include "core/trace/latency.hpp"
 #include "core/trace/queue_level.hpp"
 #include "core/trace/recorder.hpp"
+#include "core/trace/stream_latency.hpp"
 
 namespace weir::trace {
 
@@ -24,17 +24,18 @@ struct Flow {
   double rate() const;  // frames per second, without the first one; 0 if no time passed
 };
 
-// Times are in ns and exclusive: time in a downstream element belongs to that element. Includes
-// waiting: a sink for the clock, a full queue for room.
+// Times are in ns and exclusive: time in a downstream element belongs to that element.
 struct ElementSummary {
   Flow in, out;
-  uint64_t refused = 0;    // output frames that were not accepted: an error, a flush, the end
-  int64_t work = 0;        // in its chain function, or providing what is pulled from it
-  int64_t longest = 0;     // the longest call of `work`
-  int64_t events = 0;      // handling events: caps, segments, ends
-  int64_t states = 0;      // state changes
-  int64_t own_thread = 0;  // between the pushes of a thread that starts here: a source's work, a
-                           // queue's waiting
+  uint64_t refused = 0;  // output frames that were not accepted: an error, a flush, the end
+  int64_t work = 0;      // in its chain function, or providing what is pulled from it
+  int64_t waiting = 0;   // there too, but waiting: see Waits
+  int64_t longest = 0;   // the longest call of the two
+  int64_t events = 0;    // handling events: caps, segments, ends
+  int64_t states = 0;    // state changes
+  // Between the pushes of a thread that starts here: a source that makes a frame, a demuxer.
+  int64_t thread_work = 0;
+  int64_t thread_waiting = 0;  // for a frame, the clock, a device, other threads
 };
 
 struct LinkSummary {
@@ -49,18 +50,14 @@ struct QueueSummary {
   uint64_t not_passed_on = 0;  // arrived but never left: leaked, flushed, or still inside
 };
 
-struct LatencySummary {
-  size_t source = kNone, sink = kNone;  // elements
-  Latency latency;
-};
-
 struct Summary {
-  int64_t begin = 0, end = 0;  // times of the first and the last record
+  int64_t begin = 0, end = 0;                        // times of the first and the last record
+  int64_t flow_begin = kNoTime, flow_end = kNoTime;  // of the first and the last push or pull
   uint64_t records = 0, lost = 0;
   std::vector<ElementSummary> elements;  // in the order of the graph
   std::vector<LinkSummary> links;
   std::vector<QueueSummary> queues;
-  std::vector<LatencySummary> latencies;
+  std::vector<StreamLatency> latencies;
 };
 
 Summary summarise(const Trace& trace);

@@ -40,8 +40,8 @@ TEST(TraceSummary, ASourcesTimeIsBetweenItsPushes) {
   auto& records = trace.threads[0].records;
   records.insert(records.end(), second.begin(), second.end());
   const Summary summary = summarise(trace);
-  EXPECT_EQ(summary.elements[kSource].own_thread, 70);
-  EXPECT_EQ(summary.elements[kMiddle].own_thread, 0);
+  EXPECT_EQ(summary.elements[kSource].thread_work, 70);
+  EXPECT_EQ(summary.elements[kMiddle].thread_work, 0);
   EXPECT_EQ(summary.elements[kMiddle].work, 100);
 }
 
@@ -63,6 +63,27 @@ TEST(TraceSummary, CountsFramesBytesAndRatesPerLink) {
   for (const auto& link : summary.links) {
     EXPECT_EQ(link.flow.frames, 11u);
     EXPECT_DOUBLE_EQ(link.flow.rate(), 10.0);
+  }
+}
+
+TEST(TraceSummary, ALinkThatWasUndoneCountsIfFramesPassed) {
+  for (const bool used : {false, true}) {
+    Graph graph = chain_of_three();
+    add_element(&graph, 40, "other", true, false);
+    graph.unlink(at(12), at(21), 150);
+    graph.link(at(12), at(41), 160);
+    Trace trace{graph, {{"t", 1, 0, {push(200, 12), pushed(210, 12)}}}};
+    if (used)
+      trace.threads[0].records.insert(trace.threads[0].records.begin(),
+                                      {push(100, 12), pushed(110, 12)});
+    const Summary summary = summarise(trace);
+    std::vector<std::string> ends;
+    for (const auto& link : summary.links) {
+      ends.push_back(graph.elements()[graph.owner(link.sink_pad)].name);
+      EXPECT_EQ(link.flow.frames, ends.back() == "sink" ? 0u : 1u) << ends.back();
+    }
+    EXPECT_EQ(ends, used ? (std::vector<std::string>{"middle", "other", "sink"})
+                         : (std::vector<std::string>{"other", "sink"}));
   }
 }
 

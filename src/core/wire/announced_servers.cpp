@@ -18,7 +18,7 @@ Status AnnouncedServers::update(std::string_view topic, std::span<const std::byt
         std::to_string(kMostServers + 1) + " servers, the last one at " + quoted_text(topic),
         "at most " + std::to_string(kMostServers),
         "remove retained messages of servers that no longer exist from the broker");
-  servers_.push_back({std::string(topic), **std::move(address)});
+  servers_.push_back({std::string(topic), **std::move(address), ++announcements_});
   return ok();
 }
 

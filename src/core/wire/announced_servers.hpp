@@ -2,6 +2,7 @@
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #pragma once
 #include <cstddef>
+#include <cstdint>
 #include <span>
 #include <string>
 #include <string_view>
@@ -26,11 +27,13 @@ class AnnouncedServers {
   struct Server {
     std::string topic;
     HostAddress address;
+    uint64_t number;  // of the announcement: each has a higher one than those before
   };
   const std::vector<Server>& servers() const noexcept { return servers_; }
 
  private:
   std::vector<Server> servers_;
+  uint64_t announcements_ = 0;
 };
 
 }  // namespace weir::wire

@@ -101,7 +101,8 @@ Status check_topic(std::string_view name, std::string_view text, std::string_vie
   return Error{.code = Code::OPTION_VALUE,
                .what = std::string(name) + " cannot be part of an MQTT topic",
                .offered = quoted_text(text),
-               .needed = "at least one character, and none of " + quoted_text(forbidden)};
+               .needed = "at least one character, and none of " + quoted_text(forbidden),
+               .fix = name == "topic" ? "topic=objects" : ""};
 }
 
 constexpr std::string_view kNotInTopic("+#\0", 3);

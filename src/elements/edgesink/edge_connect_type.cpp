@@ -20,13 +20,6 @@ Status check_edge_types(EdgeProtocol protocol, EdgeConnectType connect_type, con
                  .offered = "another connect-type than its default",
                  .needed = "protocol=local and path alone",
                  .fix = name + " protocol=local path=/tmp/weir-stream"};
-  if (connect_type == EdgeConnectType::Mqtt || connect_type == EdgeConnectType::Hybrid)
-    return Error{.code = Code::OPTION_VALUE,
-                 .what = "brokers are not available yet",
-                 .offered = connect_type == EdgeConnectType::Mqtt ? "connect-type=MQTT"
-                                                                  : "connect-type=HYBRID",
-                 .needed = "connect-type=TCP, or protocol=local on one machine",
-                 .fix = name + " connect-type=TCP"};
   return ok();
 }
 

@@ -5,11 +5,13 @@
 #include <memory>
 #include <mutex>
 
+#include "elements/edgesink/edge_broker.hpp"
 #include "elements/edgesink/edgesink_settings.hpp"
 #include "elements/edgesink/local_output.hpp"
+#include "elements/edgesink/mqtt_output.hpp"
 #include "elements/edgesink/tcp_output.hpp"
 #include "gstcpp/element/base_classes.hpp"
-#include "transport/network_policy.hpp"
+#include "transport/mqtt/server_discovery.hpp"
 
 namespace weir {
 namespace {
@@ -28,6 +30,18 @@ wire::HeaderForm form_of(WireVersion version) {
   return wire::HeaderForm::Bytes2088;
 }
 
+wire::MqttForm mqtt_form_of(WireVersion version) {
+  switch (version) {
+    case WireVersion::Bytes160:
+      return wire::MqttForm::Bytes144;
+    case WireVersion::Bytes168:
+      return wire::MqttForm::Bytes160;
+    case WireVersion::Bytes2088:
+      break;
+  }
+  return wire::MqttForm::Bytes2080;
+}
+
 class Edgesink : public gst::Element<Edgesink, gst::BaseSink> {
  public:
   static constexpr gst::ElementInfo kInfo{"WeirEdgeSink", "edgesink", "EdgeSink", "Sink/Edge",
@@ -37,46 +51,54 @@ class Edgesink : public gst::Element<Edgesink, gst::BaseSink> {
   };
 
   using Settings = EdgesinkSettings;
-  static constexpr std::tuple kProperties{
-      gst::Property{"host", &Settings::host, "The address to listen on"},
-      gst::Property{"port", &Settings::port,
-                    "The port to listen on; 0 = a free one, which `stats` has as port",
-                    gst::Changeable::InReady, 0u, 65535u},
-      gst::Property{"dest-host", &Settings::dest_host, "The address of the broker"},
-      gst::Property{"dest-port", &Settings::dest_port, "The port of the broker",
-                    gst::Changeable::InReady, 0u, 65535u},
-      gst::Property{"connect-type", &Settings::connect_type, "How receivers find this element"},
-      gst::Property{"topic", &Settings::topic, "The name of the stream at the broker"},
-      gst::Property{"wait-connection", &Settings::wait_connection,
-                    "Wait for a receiver before the first buffer"},
-      gst::Property{"connection-timeout", &Settings::connection_timeout,
-                    "Milliseconds that wait-connection waits; 0 = no limit"},
-      gst::Property{"custom-lib", &Settings::custom_lib,
-                    "Accepted for compatibility; connect-type=CUSTOM is not available"},
-      gst::Property{"protocol", &Settings::protocol, "What receivers speak"},
-      gst::Property{"path", &Settings::path,
-                    "The file name of the stream, a Unix socket (protocol=local)"},
-      gst::Property{"max-buffers", &Settings::max_buffers,
-                    "Buffers that a receiver may have and not have released (protocol=local), or "
-                    "that wait for one (protocol=edge)",
-                    gst::Changeable::InReady, 1u, 96u},
-      gst::Property{"drop", &Settings::drop,
-                    "A receiver that has max-buffers misses buffers; false = the stream waits for "
-                    "it (protocol=local; protocol=edge always drops)"},
-      gst::Property{"wire-version", &Settings::wire_version,
-                    "The version of NNStreamer's library that receivers have (protocol=edge)"},
-      gst::Property{"insecure", &Settings::insecure,
-                    "Let other machines connect although weir.ini requires TLS"},
-      gst::Property{"allow", &Settings::allow,
-                    "Addresses and networks of receivers, separated by commas; default: all"},
-  };
+  static constexpr auto kProperties = std::tuple_cat(
+      kBrokerLoginProperties,
+      std::tuple{
+          gst::Property{"host", &Settings::host, "The address to listen on"},
+          gst::Property{"port", &Settings::port,
+                        "The port to listen on; 0 = a free one, which `stats` has as port",
+                        gst::Changeable::InReady, 0u, 65535u},
+          gst::Property{"dest-host", &Settings::dest_host, "The address of the broker"},
+          gst::Property{"dest-port", &Settings::dest_port, "The port of the broker",
+                        gst::Changeable::InReady, 0u, 65535u},
+          gst::Property{"connect-type", &Settings::connect_type, "How receivers find this element"},
+          gst::Property{"topic", &Settings::topic, "The name of the stream at the broker"},
+          gst::Property{"wait-connection", &Settings::wait_connection,
+                        "Wait for a receiver before the first buffer"},
+          gst::Property{"connection-timeout", &Settings::connection_timeout,
+                        "Milliseconds that wait-connection waits; 0 = no limit"},
+          gst::Property{"custom-lib", &Settings::custom_lib,
+                        "Accepted for compatibility; connect-type=CUSTOM is not available"},
+          gst::Property{"protocol", &Settings::protocol, "What receivers speak"},
+          gst::Property{"path", &Settings::path,
+                        "The file name of the stream, a Unix socket (protocol=local)"},
+          gst::Property{
+              "max-buffers", &Settings::max_buffers,
+              "Buffers that a receiver may have and not have released (protocol=local), or "
+              "that wait for one (protocol=edge)",
+              gst::Changeable::InReady, 1u, 96u},
+          gst::Property{
+              "drop", &Settings::drop,
+              "A receiver that has max-buffers misses buffers; false = the stream waits for "
+              "it (protocol=local; protocol=edge always drops)"},
+          gst::Property{"wire-version", &Settings::wire_version,
+                        "The version of NNStreamer's library that receivers have (protocol=edge)"},
+          gst::Property{"insecure", &Settings::insecure,
+                        "Let other machines connect although weir.ini requires TLS"},
+          gst::Property{"allow", &Settings::allow,
+                        "Addresses and networks of receivers, separated by commas; default: all"},
+      });
 
   Status start() {
     const Settings s = settings();
     if (auto status = check_edge_types(s.protocol, s.connect_type, kInfo.factory_name); !status)
       return status;
-    auto output = s.protocol == EdgeProtocol::Local ? open_local(s) : open_tcp(s);
+    auto output = s.protocol == EdgeProtocol::Local         ? open_local(s)
+                  : s.connect_type == EdgeConnectType::Mqtt ? open_mqtt(s)
+                                                            : open_tcp(s);
     if (!output) return output.error();
+    if (s.connect_type == EdgeConnectType::Hybrid)
+      if (auto status = announce(s); !status) return status;
     ledger_.reset();
     has_waited_ = !s.wait_connection;
     const std::lock_guard lock(output_mutex_);
@@ -85,6 +107,7 @@ class Edgesink : public gst::Element<Edgesink, gst::BaseSink> {
   }
 
   gboolean stop() {
+    announcement_.reset();  // before the port is closed
     std::shared_ptr<BufferOutput> output;
     const std::lock_guard lock(output_mutex_);
     output.swap(output_);
@@ -154,15 +177,49 @@ class Edgesink : public gst::Element<Edgesink, gst::BaseSink> {
                               .refused = [this](const Error& error) { log(error); }});
   }
 
+  static EdgeBroker broker(const Settings& s) {
+    return {.host = s.dest_host,
+            .port = s.dest_port,
+            .login = s,
+            .insecure = s.insecure,
+            .allow = s.allow};
+  }
+
+  Opened open_mqtt(const Settings& s) {
+    auto options = open_options(element(), broker(s));
+    if (!options) return options.error();
+    return MqttOutput::open(
+        {.broker = *std::move(options),
+         .id = unique_device_id(),
+         .topic = s.topic.value_or(""),
+         .form = mqtt_form_of(s.wire_version),
+         .outage = [this](const Error& error) { gst::post_warning(element(), error); }});
+  }
+
+  // Lets the broker keep the address while this element listens.
+  Status announce(const Settings& s) {
+    auto options = open_options(element(), broker(s));
+    if (!options) return options.error();
+    const bool listens_on_all = s.host.empty() || s.host == "0.0.0.0";
+    if (!listens_on_all) warn_of_local_address(element(), broker(s), s.host);
+    auto announcement = transport::ServerAnnouncement::open(
+        *std::move(options), unique_device_id(), s.topic.value_or(""),
+        {listens_on_all ? "" : s.host, static_cast<uint16_t>(taken_port_.load())});
+    if (!announcement) return announcement.error();
+    announcement_ = *std::move(announcement);
+    GST_CAT_INFO_OBJECT(category(), element(), "announced %s",
+                        announcement_->address().to_string().c_str());
+    return ok();
+  }
+
   Opened open_tcp(const Settings& s) {
-    const auto warning = transport::check_old_protocol({.role = transport::Role::Listens,
-                                                        .host = s.host,
-                                                        .port = s.port,
-                                                        .insecure = s.insecure,
-                                                        .allow = s.allow},
-                                                       config::Configuration::load());
-    if (!warning) return warning.error();
-    if (*warning) gst::post_warning(element(), **warning);
+    if (auto status = check_plain_connection(element(), {.role = transport::Role::Listens,
+                                                         .host = s.host,
+                                                         .port = s.port,
+                                                         .insecure = s.insecure,
+                                                         .allow = s.allow});
+        !status)
+      return status.error();
     auto output = TcpOutput::open({.host = s.host,
                                    .port = s.port,
                                    .form = form_of(s.wire_version),
@@ -218,8 +275,9 @@ class Edgesink : public gst::Element<Edgesink, gst::BaseSink> {
 
   mutable std::mutex output_mutex_;  // guards output_ while it changes
   std::shared_ptr<BufferOutput> output_;
-  std::atomic<uint32_t> taken_port_{0};  // 0 = it does not listen
-  bool has_waited_ = false;              // streaming thread
+  std::unique_ptr<transport::ServerAnnouncement> announcement_;  // connect-type=HYBRID
+  std::atomic<uint32_t> taken_port_{0};                          // 0 = it does not listen
+  bool has_waited_ = false;                                      // streaming thread
 };
 
 }  // namespace

@@ -5,10 +5,11 @@
 #include <string>
 
 #include "elements/edgesink/edge_connect_type.hpp"
+#include "elements/mqttsink/broker_login.hpp"
 
 namespace weir {
 
-struct EdgesinkSettings {
+struct EdgesinkSettings : BrokerLogin {
   EdgeProtocol protocol = EdgeProtocol::Edge;
   EdgeConnectType connect_type = EdgeConnectType::Tcp;
   std::string host = "localhost", dest_host = "localhost";

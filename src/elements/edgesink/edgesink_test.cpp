@@ -278,7 +278,6 @@ TEST_F(EdgeLocal, ErrorsAtTheStartNameTheFix) {
     EXPECT_SAYS(start_error(name + " connect-type=CUSTOM"), "connect-type=CUSTOM is not available");
     EXPECT_SAYS(start_error(name + " connect-type=CUSTOM"), "fix: " + name + " connect-type=TCP");
     EXPECT_SAYS(start_error(name + " protocol=local connect-type=MQTT"), "has no broker");
-    EXPECT_SAYS(start_error(name + " connect-type=HYBRID"), "brokers are not available yet");
   }
 }
 

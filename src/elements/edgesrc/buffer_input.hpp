@@ -33,6 +33,10 @@ class BufferInput {
   virtual Result<InputEvent> receive() = 0;
   // The caps that the stream has from now on.
   virtual void set_caps(const GstCaps*) {}
+  // Ends waits that do not watch the descriptor, until it is called with false. Any thread.
+  virtual void interrupt(bool) {}
+  // Adds counts of this kind of input. Any thread.
+  virtual void add_stats(GstStructure*) const {}
 };
 
 }  // namespace weir

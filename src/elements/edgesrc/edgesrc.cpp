@@ -4,16 +4,19 @@
 
 #include <atomic>
 #include <memory>
+#include <mutex>
 #include <optional>
 #include <string>
 
+#include "elements/edgesink/edge_broker.hpp"
 #include "elements/edgesink/edge_connect_type.hpp"
 #include "elements/edgesrc/local_input.hpp"
+#include "elements/edgesrc/mqtt_input.hpp"
 #include "elements/edgesrc/tcp_input.hpp"
 #include "gstcpp/buffer/tensor_caps.hpp"
 #include "gstcpp/element/base_classes.hpp"
 #include "transport/local/interruption.hpp"
-#include "transport/network_policy.hpp"
+#include "transport/mqtt/server_finder.hpp"
 
 namespace weir {
 namespace {
@@ -21,7 +24,7 @@ namespace {
 using gst::Ref;
 using Kind = InputEvent::Kind;
 
-struct EdgesrcSettings {
+struct EdgesrcSettings : BrokerLogin {
   std::optional<std::string> host;
   uint32_t port = 0;
   std::string dest_host = "localhost";
@@ -45,31 +48,34 @@ class Edgesrc : public gst::Element<Edgesrc, gst::PushSource> {
   };
 
   using Settings = EdgesrcSettings;
-  static constexpr std::tuple kProperties{
-      gst::Property{"host", &Settings::host, "Deprecated: it has no effect"},
-      gst::Property{"port", &Settings::port, "Deprecated: it has no effect",
-                    gst::Changeable::InReady, 0u, 65535u},
-      gst::Property{"dest-host", &Settings::dest_host,
-                    "The address of the edgesink, or of the broker"},
-      gst::Property{"dest-port", &Settings::dest_port, "The port at dest-host",
-                    gst::Changeable::InReady, 0u, 65535u},
-      gst::Property{"connect-type", &Settings::connect_type, "How the edgesink is found"},
-      gst::Property{"topic", &Settings::topic, "The name of the stream at the broker"},
-      gst::Property{"custom-lib", &Settings::custom_lib,
-                    "Accepted for compatibility; connect-type=CUSTOM is not available"},
-      gst::Property{"protocol", &Settings::protocol, "What the edgesink speaks"},
-      gst::Property{"path", &Settings::path, "The path of the edgesink (protocol=local)"},
-      gst::Property{"reconnect", &Settings::reconnect,
-                    "Wait for an edgesink that is not there or has ended; false = an error"},
-      gst::Property{"max-message", &Settings::max_message,
-                    "Largest message in bytes (protocol=edge)", gst::Changeable::InReady,
-                    uint64_t{1024}, uint64_t{1} << 40},
-      gst::Property{"insecure", &Settings::insecure,
-                    "Connect to another machine although weir.ini requires TLS"},
-      gst::Property{"allow", &Settings::allow,
-                    "Addresses and networks that it may connect to, separated by commas; default: "
-                    "all"},
-  };
+  static constexpr auto kProperties = std::tuple_cat(
+      kBrokerLoginProperties,
+      std::tuple{
+          gst::Property{"host", &Settings::host, "Deprecated: it has no effect"},
+          gst::Property{"port", &Settings::port, "Deprecated: it has no effect",
+                        gst::Changeable::InReady, 0u, 65535u},
+          gst::Property{"dest-host", &Settings::dest_host,
+                        "The address of the edgesink, or of the broker"},
+          gst::Property{"dest-port", &Settings::dest_port, "The port at dest-host",
+                        gst::Changeable::InReady, 0u, 65535u},
+          gst::Property{"connect-type", &Settings::connect_type, "How the edgesink is found"},
+          gst::Property{"topic", &Settings::topic, "The name of the stream at the broker"},
+          gst::Property{"custom-lib", &Settings::custom_lib,
+                        "Accepted for compatibility; connect-type=CUSTOM is not available"},
+          gst::Property{"protocol", &Settings::protocol, "What the edgesink speaks"},
+          gst::Property{"path", &Settings::path, "The path of the edgesink (protocol=local)"},
+          gst::Property{"reconnect", &Settings::reconnect,
+                        "Wait for an edgesink that is not there or has ended; false = an error"},
+          gst::Property{"max-message", &Settings::max_message,
+                        "Largest message in bytes (protocol=edge)", gst::Changeable::InReady,
+                        uint64_t{1024}, uint64_t{1} << 40},
+          gst::Property{"insecure", &Settings::insecure,
+                        "Connect to another machine although weir.ini requires TLS"},
+          gst::Property{
+              "allow", &Settings::allow,
+              "Addresses and networks that it may connect to, separated by commas; default: "
+              "all"},
+      });
 
   void constructed() { gst_base_src_set_format(base(), GST_FORMAT_TIME); }
 
@@ -78,9 +84,13 @@ class Edgesrc : public gst::Element<Edgesrc, gst::PushSource> {
     if (auto status = check_edge_types(s.protocol, s.connect_type, kInfo.factory_name); !status)
       return status;
     warn_of_deprecated(s);
-    if (s.protocol == EdgeProtocol::Edge)
-      if (auto status = check_network(s); !status) return status;
     ledger_.reset();
+    has_warned_ = false;
+    refused_ = 0;
+    if (s.protocol == EdgeProtocol::Edge && s.connect_type == EdgeConnectType::Tcp)
+      if (auto status = check_network(s.dest_host, s.dest_port); !status) return status;
+    if (s.connect_type == EdgeConnectType::Hybrid && !s.reconnect)
+      return open_finder(s);  // the streaming thread waits for servers
     reconnections_ = 0;
     was_connected_ = false;
     caps_ = {};
@@ -89,7 +99,8 @@ class Edgesrc : public gst::Element<Edgesrc, gst::PushSource> {
   }
 
   gboolean stop() {
-    input_.reset();
+    set_input(nullptr);
+    finder_.reset();
     return TRUE;
   }
 
@@ -113,8 +124,11 @@ class Edgesrc : public gst::Element<Edgesrc, gst::PushSource> {
           if (!set_caps(event->caps)) return GST_FLOW_NOT_NEGOTIATED;
           break;
         case Kind::Lost:
-          input_.reset();
-          if (!settings().reconnect) return failed(lost());
+          set_input(nullptr);
+          if (finder_)
+            finder_->failed(server_);
+          else if (!settings().reconnect)
+            return failed(lost());
           break;
       }
     }
@@ -122,15 +136,22 @@ class Edgesrc : public gst::Element<Edgesrc, gst::PushSource> {
 
   gboolean unlock() {
     interruption_.set();
+    const std::lock_guard lock(input_mutex_);
+    if (input_) input_->interrupt(true);
     return TRUE;
   }
   gboolean unlock_stop() {
     interruption_.clear();
+    const std::lock_guard lock(input_mutex_);
+    if (input_) input_->interrupt(false);
     return TRUE;
   }
 
   void add_stats(GstStructure* stats) const {
-    gst_structure_set(stats, "reconnections", G_TYPE_UINT64, reconnections_.load(), nullptr);
+    gst_structure_set(stats, "reconnections", G_TYPE_UINT64, reconnections_.load(), "refused",
+                      G_TYPE_UINT64, refused_.load(), nullptr);
+    const std::lock_guard lock(input_mutex_);
+    if (input_) input_->add_stats(stats);
   }
 
   Settings settings_;
@@ -150,25 +171,87 @@ class Edgesrc : public gst::Element<Edgesrc, gst::PushSource> {
                          .fix = "edgesrc dest-host=localhost dest-port=3000"});
   }
 
-  Status check_network(const Settings& s) const {
-    const auto warning = transport::check_old_protocol({.role = transport::Role::Connects,
-                                                        .host = s.dest_host,
-                                                        .port = s.dest_port,
-                                                        .insecure = s.insecure,
-                                                        .allow = s.allow},
-                                                       config::Configuration::load());
-    if (!warning) return warning.error();
-    if (*warning) gst::post_warning(element(), **warning);
+  Status check_network(const std::string& host, uint32_t port) const {
+    const Settings s = settings();
+    return check_plain_connection(element(), {.role = transport::Role::Connects,
+                                              .host = host,
+                                              .port = port,
+                                              .insecure = s.insecure,
+                                              .allow = s.allow});
+  }
+
+  Result<transport::BrokerOptions> broker(const Settings& s) const {
+    return open_options(element(), {.host = s.dest_host,
+                                    .port = s.dest_port,
+                                    .login = s,
+                                    .insecure = s.insecure,
+                                    .allow = s.allow});
+  }
+
+  Status open_finder(const Settings& s) {
+    auto options = broker(s);
+    if (!options) return options.error();
+    auto finder = transport::ServerFinder::open(*std::move(options), s.topic.value_or(""));
+    if (!finder) return finder.error();
+    finder_ = *std::move(finder);
     return ok();
   }
 
-  Status connect(const Settings& s) {
+  using Opened = Result<std::unique_ptr<BufferInput>>;
+
+  Opened open_input(const Settings& s) {
     const int interruption = interruption_.descriptor();
-    auto input = s.protocol == EdgeProtocol::Local
-                     ? LocalInput::connect(s.path, interruption)
-                     : TcpInput::connect(s.dest_host, s.dest_port, s.max_message, interruption);
+    if (s.protocol == EdgeProtocol::Local) return LocalInput::connect(s.path, interruption);
+    if (s.connect_type == EdgeConnectType::Mqtt) return open_mqtt(s);
+    if (s.connect_type == EdgeConnectType::Hybrid) return find_and_connect(s);
+    return TcpInput::connect(s.dest_host, s.dest_port, s.max_message, {}, interruption);
+  }
+
+  Opened open_mqtt(const Settings& s) {
+    auto options = broker(s);
+    if (!options) return options.error();
+    return MqttInput::connect({.broker = *std::move(options),
+                               .topic = s.topic.value_or(""),
+                               .most_bytes = s.max_message,
+                               .interruption = interruption_.descriptor(),
+                               .refused = [this](const Error& error) { refuse(error); }});
+  }
+
+  // Tries the servers that the broker announces until one greets.
+  Opened find_and_connect(const Settings& s) {
+    if (!finder_)
+      if (auto status = open_finder(s); !status) return status.error();
+    for (;;) {
+      auto server = finder_->next(std::nullopt, interruption_.descriptor());
+      if (!server) return server.error();
+      server_ = *std::move(server);
+      const auto& [host, port] = server_.address;
+      const auto allowed = check_network(host, port);
+      auto input = allowed ? TcpInput::connect(host, port, s.max_message, kServerTimes,
+                                               interruption_.descriptor())
+                           : Opened(allowed.error());
+      if (input || input.error().code == Code::CANCELLED) return input;
+      finder_->failed(server_);
+      refuse(input.error());
+    }
+  }
+
+  // Of a server or a message that the stream goes on without. The first one is posted.
+  void refuse(const Error& error) {
+    ++refused_;
+    if (!std::exchange(has_warned_, true)) return gst::post_warning(element(), error);
+    GST_CAT_WARNING_OBJECT(category(), element(), "%s", error.message().c_str());
+  }
+
+  void set_input(std::unique_ptr<BufferInput> input) {
+    const std::lock_guard lock(input_mutex_);
+    input_.swap(input);
+  }
+
+  Status connect(const Settings& s) {
+    auto input = open_input(s);
     if (!input) return input.error();
-    input_ = *std::move(input);
+    set_input(*std::move(input));
     if (caps_) input_->set_caps(caps_.get());
     if (std::exchange(was_connected_, true)) ++reconnections_;
     is_discontinuous_ = true;
@@ -183,16 +266,20 @@ class Edgesrc : public gst::Element<Edgesrc, gst::PushSource> {
       if (status) break;
       const Code code = status.error().code;
       if (code == Code::CANCELLED) return InputEvent{Kind::Interrupted};
-      const bool may_come = code == Code::SERVER_UNREACHABLE || code == Code::SERVER_REFUSED;
+      const bool may_come = code == Code::SERVER_UNREACHABLE || code == Code::SERVER_REFUSED ||
+                            code == Code::SERVER_UNREACHABLE;
       if (!may_come || !s.reconnect) return status.error();
       pollfd watched{interruption_.descriptor(), POLLIN, 0};
       if (poll(&watched, 1, kRetryMilliseconds) > 0) return InputEvent{Kind::Interrupted};
     }
-    return input_->receive();
+    auto event = input_->receive();
+    if (event || !finder_) return event;
+    refuse(event.error());  // another server may send what can be used
+    return InputEvent{Kind::Lost};
   }
 
   GstFlowReturn failed(const Error& error) {
-    input_.reset();
+    set_input(nullptr);
     gst::post_error(element(), error);
     return GST_FLOW_ERROR;
   }
@@ -261,13 +348,19 @@ class Edgesrc : public gst::Element<Edgesrc, gst::PushSource> {
   }
 
   static constexpr int kRetryMilliseconds = 50;
+  // A server may have left its address behind.
+  static constexpr TcpInput::Times kServerTimes{.connect = std::chrono::seconds(1),
+                                                .greet = std::chrono::seconds(2)};
 
   local::Interruption interruption_;
-  std::atomic<uint64_t> reconnections_{0};
+  std::atomic<uint64_t> reconnections_{0}, refused_{0};
+  mutable std::mutex input_mutex_;  // guards input_ while it changes
   // Streaming thread, or start() and stop().
   std::unique_ptr<BufferInput> input_;
+  std::unique_ptr<transport::ServerFinder> finder_;  // connect-type=HYBRID
+  transport::ServerFinder::Server server_{};         // that input_ is of
   Ref<GstCaps> caps_;
-  bool was_connected_ = false, is_discontinuous_ = false;
+  bool was_connected_ = false, is_discontinuous_ = false, has_warned_ = false;
 };
 
 }  // namespace

@@ -1,4 +1,4 @@
-// MessageBuffers: buffers of the memories of messages of nnstreamer-edge.
+// MessageBuffers: buffers of the memories of messages in NNStreamer's protocol.
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #pragma once
 #include <gst/gst.h>
@@ -19,11 +19,18 @@ class MessageBuffers {
   void set_caps(const GstCaps* caps);
   // A buffer of these memories, without copying them, but for the tensors from the 16th on, whose
   // bytes are added to `copied`. PEER_MESSAGE_INVALID if number and sizes are not those of static
-  // caps; a frame that has fewer memories than tensors is not checked.
-  Result<gst::Ref<GstBuffer>> make(std::vector<wire::ByteBlock> memories, uint64_t* copied) const;
+  // caps, and for more than 16 memories that are not tensors; a frame that has fewer memories than
+  // tensors is not checked.
+  Result<gst::Ref<GstBuffer>> make(std::vector<gst::Ref<GstMemory>> memories,
+                                   uint64_t* copied) const;
+  // The same; the buffer owns the blocks.
+  Result<gst::Ref<GstBuffer>> make(std::vector<wire::ByteBlock> blocks, uint64_t* copied) const;
 
  private:
+  Result<gst::Ref<GstMemory>> pack(std::vector<gst::Ref<GstMemory>> rest, uint64_t* copied) const;
+
   std::vector<TensorSpec> tensors_;  // of static caps
+  bool has_headers_ = false;         // each tensor, of flexible and sparse caps
 };
 
 }  // namespace weir

@@ -9,9 +9,10 @@
 namespace weir {
 
 Result<std::unique_ptr<BufferInput>> TcpInput::connect(const std::string& host, uint32_t port,
-                                                       uint64_t most_bytes, int interruption) {
-  auto subscriber =
-      edge::StreamSubscriber::connect(host, port, {.message_bytes = most_bytes}, interruption);
+                                                       uint64_t most_bytes, const Times& times,
+                                                       int interruption) {
+  auto subscriber = edge::StreamSubscriber::connect(host, port, {.message_bytes = most_bytes},
+                                                    times, interruption);
   if (!subscriber) return subscriber.error();
   return std::unique_ptr<BufferInput>(new TcpInput(*std::move(subscriber), interruption));
 }
@@ -31,19 +32,11 @@ Result<InputEvent> TcpInput::receive() {
     return InputEvent{*received->end == edge::StreamSubscriber::End::Lost
                           ? InputEvent::Kind::Lost
                           : InputEvent::Kind::Interrupted};
-  return buffer_event(std::move(received->memories));
-}
-
-Result<InputEvent> TcpInput::buffer_event(std::vector<wire::ByteBlock> memories) const {
   InputEvent out{InputEvent::Kind::Buffer};
-  auto buffer = buffers_.make(std::move(memories), &out.copied);
+  auto buffer = buffers_.make(std::move(received->memories), &out.copied);
   if (!buffer) return buffer.error();
   out.buffer = *std::move(buffer);
   return out;
-}
-
-void TcpInput::set_caps(const GstCaps* caps) {
-  buffers_.set_caps(caps);
 }
 
 }  // namespace weir

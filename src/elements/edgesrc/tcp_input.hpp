@@ -3,7 +3,6 @@
 #pragma once
 #include <memory>
 #include <string>
-#include <vector>
 
 #include "elements/edgesrc/buffer_input.hpp"
 #include "elements/edgesrc/message_buffer.hpp"
@@ -13,17 +12,17 @@ namespace weir {
 
 class TcpInput : public BufferInput {
  public:
+  using Times = edge::StreamSubscriber::Times;
   // Connects. `interruption` is borrowed. Errors: those of edge::StreamSubscriber::connect().
   static Result<std::unique_ptr<BufferInput>> connect(const std::string& host, uint32_t port,
-                                                      uint64_t most_bytes, int interruption);
+                                                      uint64_t most_bytes, const Times& times,
+                                                      int interruption);
   Result<InputEvent> receive() override;
-  void set_caps(const GstCaps* caps) override;
+  void set_caps(const GstCaps* caps) override { buffers_.set_caps(caps); }
 
  private:
   TcpInput(edge::StreamSubscriber subscriber, int interruption)
       : subscriber_(std::move(subscriber)), interruption_(interruption) {}
-
-  Result<InputEvent> buffer_event(std::vector<wire::ByteBlock> memories) const;
 
   edge::StreamSubscriber subscriber_;
   const int interruption_;

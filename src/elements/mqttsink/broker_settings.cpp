@@ -27,13 +27,7 @@ Result<transport::BrokerOptions> broker_options(const BrokerSettings& settings) 
   out.version = settings.is_v5() ? transport::MqttVersion::V5 : transport::MqttVersion::V311;
   out.clean_session = settings.cleansession;
   out.keep_alive = settings.keep_alive_interval;
-  out.user = settings.user;
-  out.password = settings.password;
-  out.tls = {.ca = settings.tls_ca,
-             .cert = settings.tls_cert,
-             .key = settings.tls_key,
-             .psk = settings.psk,
-             .psk_identity = settings.psk_identity};
+  settings.set(&out);
   return out;
 }
 

@@ -4,57 +4,49 @@
 #include <string>
 #include <tuple>
 
-#include "gstcpp/element/property.hpp"
-#include "transport/mqtt/mqtt_message.hpp"
+#include "elements/mqttsink/broker_login.hpp"
 
 namespace weir {
 
-struct BrokerSettings {
+struct BrokerSettings : BrokerLogin {
   bool debug = false;
   std::string client_id, host = "127.0.0.1", port = "1883";
   bool cleansession = true;
   int keep_alive_interval = 60, protocol = 4;
   uint32_t max_age = 0;
-  std::string user, password, tls_ca, tls_cert, tls_key, psk, psk_identity, allow;
+  std::string allow;
   bool insecure = false;
 
   bool is_v5() const { return protocol == 5; }
 };
 
-inline constexpr std::tuple kBrokerProperties{
-    gst::Property{"debug", &BrokerSettings::debug, "Accepted for compatibility; has no effect"},
-    gst::Property{"client-id", &BrokerSettings::client_id,
-                  "Client identifier; default: HOST_PID_sinkN or HOST_PID_srcN"},
-    gst::Property{"host", &BrokerSettings::host, "Host name or address of the broker"},
-    gst::Property{"port", &BrokerSettings::port, "Port of the broker"},
-    gst::Property{"cleansession", &BrokerSettings::cleansession,
-                  "Whether the broker forgets the client's state when the connection ends"},
-    gst::Property{"keep-alive-interval", &BrokerSettings::keep_alive_interval,
-                  "Seconds after which a silent connection is checked", gst::Changeable::InReady, 1,
-                  65535},
-    gst::Property{"protocol", &BrokerSettings::protocol,
-                  "4 = MQTT 3.1.1 with NNStreamer's header of 1024 bytes, 5 = MQTT 5 with caps and "
-                  "times as user properties",
-                  gst::Changeable::InReady, 4, 5},
-    gst::Property{"max-age", &BrokerSettings::max_age,
-                  "Milliseconds after which a message is useless (protocol=5); 0 = never"},
-    gst::Property{"user", &BrokerSettings::user, "User name for the broker"},
-    gst::Property{"password", &BrokerSettings::password, "Password for the broker"},
-    gst::Property{"tls-ca", &BrokerSettings::tls_ca,
-                  "File with the authority of the broker's certificate (PEM); enables TLS"},
-    gst::Property{"tls-cert", &BrokerSettings::tls_cert,
-                  "File with the certificate of this client (PEM)"},
-    gst::Property{"tls-key", &BrokerSettings::tls_key, "File with the key of tls-cert (PEM)"},
-    gst::Property{"psk", &BrokerSettings::psk,
-                  "Pre-shared key in hexadecimal digits; enables TLS without certificates"},
-    gst::Property{"psk-identity", &BrokerSettings::psk_identity, "Name of the key for the broker"},
-    gst::Property{"insecure", &BrokerSettings::insecure,
-                  "Let messages go to another machine without TLS: only on a network that you "
-                  "trust"},
-    gst::Property{"allow", &BrokerSettings::allow,
-                  "Host names, addresses and networks of brokers that may be used without TLS "
-                  "where weir.ini requires it"},
-};
+inline constexpr auto kBrokerProperties = std::tuple_cat(
+    kBrokerLoginProperties,
+    std::tuple{
+        gst::Property{"debug", &BrokerSettings::debug, "Accepted for compatibility; has no effect"},
+        gst::Property{"client-id", &BrokerSettings::client_id,
+                      "Client identifier; default: HOST_PID_sinkN or HOST_PID_srcN"},
+        gst::Property{"host", &BrokerSettings::host, "Host name or address of the broker"},
+        gst::Property{"port", &BrokerSettings::port, "Port of the broker"},
+        gst::Property{"cleansession", &BrokerSettings::cleansession,
+                      "Whether the broker forgets the client's state when the connection ends"},
+        gst::Property{"keep-alive-interval", &BrokerSettings::keep_alive_interval,
+                      "Seconds after which a silent connection is checked",
+                      gst::Changeable::InReady, 1, 65535},
+        gst::Property{
+            "protocol", &BrokerSettings::protocol,
+            "4 = MQTT 3.1.1 with NNStreamer's header of 1024 bytes, 5 = MQTT 5 with caps and "
+            "times as user properties",
+            gst::Changeable::InReady, 4, 5},
+        gst::Property{"max-age", &BrokerSettings::max_age,
+                      "Milliseconds after which a message is useless (protocol=5); 0 = never"},
+        gst::Property{"insecure", &BrokerSettings::insecure,
+                      "Let messages go to another machine without TLS: only on a network that you "
+                      "trust"},
+        gst::Property{"allow", &BrokerSettings::allow,
+                      "Host names, addresses and networks of brokers that may be used without TLS "
+                      "where weir.ini requires it"},
+    });
 
 // The options of the client. OPTION_VALUE for a port that is not 1 to 65535.
 Result<transport::BrokerOptions> broker_options(const BrokerSettings& settings);

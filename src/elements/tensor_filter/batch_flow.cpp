@@ -5,6 +5,7 @@
 #include <vector>
 
 #include "core/infer/batch/batch_group.hpp"
+#include "elements/tensor_filter/answered_by.hpp"
 #include "elements/tensor_filter/frame_flow.hpp"
 #include "elements/tensor_filter/output_frame.hpp"
 #include "gstcpp/buffer/request_end.hpp"
@@ -152,7 +153,9 @@ class BatchFlow final : public FrameFlow {
               const std::shared_ptr<void>& owner, uint64_t copied) override {
       flow_->output_.ledger()->copied(copied);
       flow_->count(run);
-      flow_->output_.finish(ticket_, pair_->out.collect(pair_->in, outputs, owner));
+      auto made = pair_->out.collect(pair_->in, outputs, owner);
+      if (made) set_answered_by(made->get(), flow_->output_.element(), run.end.answered_by);
+      flow_->output_.finish(ticket_, std::move(made));
     }
     bool end_if_useless() override {
       if (!gst::end_if_expired(buffer_.get())) return false;
@@ -162,7 +165,7 @@ class BatchFlow final : public FrameFlow {
     void failed(const Error& error) override { flow_->output_.finish(ticket_, error); }
     void dropped(const infer::BatchRun& run) override {
       flow_->count(run);
-      flow_->output_.end(ticket_, {}, drop_reason_of(run.reason));
+      flow_->output_.end(ticket_, {}, drop_reason_of(run.end.reason));
     }
     void drop() { flow_->output_.end(ticket_, {}); }
 

@@ -55,12 +55,8 @@ GstStructure* structure_of(const weir_server& server) {
 
 // The servers that the model is on, as an array of structures.
 void add_servers(const infer::Model& model, GstStructure* stats) {
-  const weir_engine& engine = model.engine();
-  const auto* calls =
-      engine.extension
-          ? static_cast<const weir_engine_servers*>(engine.extension(WEIR_ENGINE_SERVERS))
-          : nullptr;
-  if (!calls || calls->struct_size < sizeof *calls) return;
+  const auto* calls = model.servers();
+  if (!calls) return;
   std::array<weir_server, 64> all{};
   const int count = calls->read(model.handle(), all.data(), all.size());
   if (count <= 0) return;

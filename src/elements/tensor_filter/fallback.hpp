@@ -39,6 +39,7 @@ class Fallback {
   // Prepares for frames of these shapes. Call while no frame is in progress. Errors as of check().
   Status prepare(const Shapes& inputs, const Shapes& outputs);
   weir_model_info info() const;
+  const std::string& file() const noexcept { return file_; }
 
   // The time by CLOCK_MONOTONIC at which the model should end, so that this one can still run on a
   // frame that expires then; 0 = none.

@@ -74,6 +74,29 @@ TEST_F(FilterFallback, AnswersInTheOrderOfTheFrames) {
   }
 }
 
+// What the meta says about the one filter; "" without the meta.
+std::string answered_by(GstBuffer* buffer) {
+  GstCustomMeta* meta = gst_buffer_get_custom_meta(buffer, "WeirAnsweredBy");
+  if (!meta) return "";
+  const GstStructure* fields = gst_custom_meta_get_structure(meta);
+  EXPECT_EQ(gst_structure_n_fields(fields), 1);
+  const char* who = gst_structure_get_string(fields, gst_structure_nth_field_name(fields, 0));
+  return who ? who : "no text";
+}
+
+TEST_F(FilterFallback, ReportsWhoAnsweredEachFrame) {
+  const std::string file = files_.model(90);
+  for (const char* mode : {"", "workers=3", "invoke-rows=1"}) {
+    auto h = harness_of(with_fallback(mode), kAdderCaps);
+    for (const float first : {1.F, kLost, 2.F, kLate})
+      EXPECT_EQ(gst_harness_push(h.get(), frame<float>({first, 0, 0, 0})), GST_FLOW_OK);
+    for (const auto& who : {std::string(), file, std::string(), file}) {
+      const auto out = Ref<GstBuffer>::adopt(gst_harness_pull(h.get()));
+      EXPECT_EQ(answered_by(out.get()), who) << mode;
+    }
+  }
+}
+
 TEST_F(FilterFallback, KeepsTheTimesOfTheFrame) {
   auto h = harness_of(with_fallback(), kAdderCaps);
   gst_harness_push(h.get(), frame<float>({kLost, 0, 0, 0}, 7 * GST_SECOND));
@@ -112,7 +135,10 @@ TEST_F(FilterFallback, RefusesAnotherShapeAtTheStart) {
 TEST_F(FilterFallback, RefusesWhatCannotBeOpened) {
   EXPECT_SAYS(start_error(filter("fallback=/nowhere/model.add")), "/nowhere/model.add");
   EXPECT_SAYS(start_error(filter("fallback=model.unknown")),
-              "no engine claims this model file by its name\n  offered: model.unknown");
+              "the model file does not exist\n  offered: model.unknown");
+  const std::string text = files_.write("model.unknown", "x");
+  EXPECT_SAYS(start_error(filter("fallback=" + text)),
+              "no engine claims this model file by its name\n  offered: " + text);
 }
 
 TEST_F(FilterFallback, RefusesBatchesAndAsynchronousEngines) {

@@ -6,6 +6,7 @@
 #include <chrono>
 #include <mutex>
 
+#include "elements/tensor_filter/answered_by.hpp"
 #include "elements/tensor_filter/deadline.hpp"
 
 namespace weir {
@@ -18,6 +19,15 @@ Error other_rows(const std::string& offered, const std::string& difference) {
           .needed = "outputs with as many rows as the inputs, known before an invoke",
           .difference = difference,
           .fix = "tensor_filter invoke-rows=0 invoke-threads=1"};
+}
+
+// Adds the end of a part to that of its frame.
+void add(const infer::InvokeEnd& part, infer::InvokeEnd* frame) {
+  frame->reason = std::max(frame->reason, part.reason);
+  if (part.answered_by.empty() || frame->answered_by.find(part.answered_by) != std::string::npos)
+    return;
+  if (!frame->answered_by.empty()) frame->answered_by += ',';
+  frame->answered_by += part.answered_by;
 }
 
 }  // namespace
@@ -58,32 +68,34 @@ Result<gst::Ref<GstBuffer>> FrameInvoker::make(const infer::ModelLease::Frame& u
   }
   if (!kept) return kept.error();
   if (!*kept) return gst::Ref<GstBuffer>{};
-  return out_.finish(in_);
+  auto made = out_.finish(in_);
+  if (made) set_answered_by(made->get(), element_, end_.answered_by);
+  return made;
 }
 
 Result<bool> FrameInvoker::invoke(const infer::ModelLease::Frame& use) {
   const infer::FrameOwnerScope scope(in_.frame(), &in_);
   const auto begin = std::chrono::steady_clock::now();
-  int reason = 0;
-  std::atomic<int> reason_of_parts{0};
+  end_ = {};
   auto kept = in_.plan()->rows.none()
-                  ? use.session(session_).invoke(in_.frame(), out_.frame(), &reason)
-                  : run_in_parts(use, &reason_of_parts);
+                  ? use.session(session_).invoke(in_.frame(), out_.frame(), &end_)
+                  : run_in_parts(use, &end_);
   statistics_->record(std::chrono::steady_clock::now() - begin);
-  drop_reason_ = drop_reason_of(std::max(reason, reason_of_parts.load()));
   return kept;
 }
 
 // Runs the fallback on a frame for which the model has no result.
 Result<bool> FrameInvoker::run_fallback(Fallback& fallback) {
-  if (drop_reason_ == DropReason::Policy || !fallback.has_time(in_.frame().expires)) return false;
+  if (drop_reason() == DropReason::Policy || !fallback.has_time(in_.frame().expires)) return false;
   out_.clear();  // what the model left
   if (auto status = out_.acquire(in_); !status) return status.error();
-  return fallback.answer(in_.frame(), out_.frame(), element_, drop_reason_);
+  auto kept = fallback.answer(in_.frame(), out_.frame(), element_, drop_reason());
+  if (kept && *kept) end_.answered_by = fallback.file();
+  return kept;
 }
 
 Result<bool> FrameInvoker::run_in_parts(const infer::ModelLease::Frame& use,
-                                        std::atomic<int>* reason) {
+                                        infer::InvokeEnd* end) {
   const auto& plan = *in_.plan();
   if (!plan.has_memory()) return other_rows("outputs of sizes that are not known", "");
   if (!row_runner_) row_runner_ = std::make_unique<infer::RowRunner>(plan.rows);
@@ -93,7 +105,7 @@ Result<bool> FrameInvoker::run_in_parts(const infer::ModelLease::Frame& use,
   // If the threads share one session, each keeps it locked from resolving the rows to the end of
   // the invoke.
   const bool alone = &use.session(session_) == &use.session(session_ + plan.rows.threads - 1);
-  std::mutex turn;
+  std::mutex turn, ends;
   return row_runner_->run(
       in_.frame(), out_.frame(), use.model().info().alignment,
       [&](size_t thread, const weir_frame& in, weir_frame& out) -> Result<bool> {
@@ -101,9 +113,10 @@ Result<bool> FrameInvoker::run_in_parts(const infer::ModelLease::Frame& use,
         const auto lock = alone ? std::unique_lock(turn) : std::unique_lock<std::mutex>();
         auto& session = use.session(session_ + index);
         if (auto status = adapt_session(session, index, in, out); !status) return status.error();
-        int result = 0;
-        auto kept = session.invoke(in, out, &result);
-        if (result > 0) *reason = result;
+        infer::InvokeEnd part;
+        auto kept = session.invoke(in, out, &part);
+        std::lock_guard join(ends);
+        add(part, end);
         return kept;
       });
 }

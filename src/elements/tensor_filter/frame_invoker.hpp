@@ -3,7 +3,6 @@
 #pragma once
 #include <gst/gst.h>
 
-#include <atomic>
 #include <memory>
 #include <vector>
 
@@ -37,13 +36,13 @@ class FrameInvoker {
                                   GstClockTime deadline);
   const OpenModel& model() const noexcept { return *model_; }
   // Why the last run() returned null.
-  DropReason drop_reason() const noexcept { return drop_reason_; }
+  DropReason drop_reason() const noexcept { return drop_reason_of(end_.reason); }
 
  private:
   Result<gst::Ref<GstBuffer>> make(const infer::ModelLease::Frame& use, GstBuffer* in,
                                    GstClockTime deadline);
   Result<bool> invoke(const infer::ModelLease::Frame& use);
-  Result<bool> run_in_parts(const infer::ModelLease::Frame& use, std::atomic<int>* reason);
+  Result<bool> run_in_parts(const infer::ModelLease::Frame& use, infer::InvokeEnd* end);
   Result<bool> run_fallback(Fallback& fallback);
   Status adapt_session(infer::Session& session, size_t thread, const weir_frame& in,
                        const weir_frame& out);
@@ -57,7 +56,7 @@ class FrameInvoker {
   std::unique_ptr<infer::RowRunner> row_runner_;  // only if frames run in parts
   std::vector<int64_t> session_rows_;  // last resolved by the session of each thread; -1: unknown
   uint64_t session_rows_on_ = 0;       // the sessions to which session_rows_ applies
-  DropReason drop_reason_ = DropReason::Policy;
+  infer::InvokeEnd end_;               // of the last invoke of the model
 };
 
 }  // namespace weir

@@ -14,7 +14,6 @@
 namespace weir::edge {
 namespace {
 
-constexpr auto kConnectTime = std::chrono::seconds(10);
 constexpr auto kSilence = std::chrono::milliseconds(200);
 
 bool would_wait() {
@@ -29,11 +28,17 @@ Error cancelled() {
 
 Result<StreamSubscriber> StreamSubscriber::connect(const std::string& host, uint32_t port,
                                                    const wire::MessageLimits& limits, int cancel) {
-  const auto deadline = isolate::deadline_in(kConnectTime);
-  auto socket = connect_to(host, port, deadline, cancel);
+  return connect(host, port, limits, Times(), cancel);
+}
+
+Result<StreamSubscriber> StreamSubscriber::connect(const std::string& host, uint32_t port,
+                                                   const wire::MessageLimits& limits,
+                                                   const Times& times, int cancel) {
+  auto socket = connect_to(host, port, isolate::deadline_in(times.connect), cancel);
   if (!socket) return socket.error();
   StreamSubscriber out(*std::move(socket), limits);
-  if (auto status = out.greet(deadline, cancel); !status) return status.error();
+  if (auto status = out.greet(isolate::deadline_in(times.greet), cancel); !status)
+    return status.error();
   return out;
 }
 
@@ -87,11 +92,10 @@ Status StreamSubscriber::greet(const isolate::Deadline& deadline, int cancel) {
   if (!waited) return waited.error();
   if (*waited == Wait::Cancelled) return cancelled();
   if (*waited != Wait::Message)
-    return Error{
-        .code = Code::SERVER_REFUSED,
-        .what = "the edgesink did not greet",
-        .offered = *waited == Wait::Late ? "nothing within 10 s" : "it closed the connection",
-        .needed = "an edgesink that has room for another subscriber"};
+    return Error{.code = Code::SERVER_REFUSED,
+                 .what = "the edgesink did not greet",
+                 .offered = *waited == Wait::Late ? "nothing in time" : "it closed the connection",
+                 .needed = "an edgesink that has room for another subscriber"};
   const auto message = reader_->take();
   const auto action = conversation_.next(message.command);
   if (!action) return action.error();

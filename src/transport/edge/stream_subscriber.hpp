@@ -17,10 +17,17 @@ namespace weir::edge {
 // Used by one thread.
 class StreamSubscriber {
  public:
-  // Connects and answers the greeting, within 10 s. `cancel` is a borrowed descriptor that ends
-  // waiting when readable, or -1. SERVER_UNREACHABLE, PEER_MESSAGE_INVALID, CANCELLED.
+  // Within `connect` there must be a connection, and a greeting `greet` after it.
+  struct Times {
+    std::chrono::milliseconds connect{10000}, greet{10000};
+  };
+  // Connects and answers the greeting. `cancel` is a borrowed descriptor that ends waiting when
+  // readable, or -1. SERVER_UNREACHABLE, SERVER_REFUSED, PEER_MESSAGE_INVALID, CANCELLED.
   static Result<StreamSubscriber> connect(const std::string& host, uint32_t port,
                                           const wire::MessageLimits& limits, int cancel = -1);
+  static Result<StreamSubscriber> connect(const std::string& host, uint32_t port,
+                                          const wire::MessageLimits& limits, const Times& times,
+                                          int cancel);
 
   // The caps that the publisher announced; "" if it did not know them.
   const std::string& caps() const noexcept { return caps_; }

@@ -65,7 +65,8 @@ struct BrokerTls {
 struct BrokerOptions {
   std::string host = "127.0.0.1";
   uint16_t port = 1883;
-  std::string client_id{};  // "" = a unique one
+  std::string address_properties = "host and port";  // named in errors
+  std::string client_id{};                           // "" = a unique one
   MqttVersion version = MqttVersion::V311;
   bool clean_session = true;
   int keep_alive = 60;  // seconds

@@ -2,6 +2,10 @@
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #include "transport/mqtt/server_discovery.hpp"
 
+#include <poll.h>
+#include <sys/eventfd.h>
+#include <unistd.h>
+
 #include "core/wire/mqtt_frame.hpp"
 
 namespace weir::transport {
@@ -44,6 +48,8 @@ ServerAnnouncement::~ServerAnnouncement() {
     client_->flush(kWithdrawTime);
 }
 
+ServerDirectory::ServerDirectory() : changed_(eventfd(0, EFD_CLOEXEC | EFD_NONBLOCK)) {}
+
 Result<std::unique_ptr<ServerDirectory>> ServerDirectory::open(BrokerOptions options,
                                                                const std::string& topic) {
   auto filter = wire::announcement_filter(topic);
@@ -64,14 +70,13 @@ void ServerDirectory::update(const MqttMessage& message) {
     return;
   }
   ++version_;
-  changed_.notify_all();
+  const uint64_t one = 1;
+  [[maybe_unused]] const auto bytes = write(changed_.get(), &one, sizeof one);
 }
 
-std::vector<wire::HostAddress> ServerDirectory::servers() const {
+std::vector<wire::AnnouncedServers::Server> ServerDirectory::servers() const {
   std::lock_guard lock(mutex_);
-  std::vector<wire::HostAddress> out;
-  for (const auto& server : servers_.servers()) out.push_back(server.address);
-  return out;
+  return servers_.servers();
 }
 
 uint64_t ServerDirectory::version() const {
@@ -79,16 +84,17 @@ uint64_t ServerDirectory::version() const {
   return version_;
 }
 
-bool ServerDirectory::wait_for_change(uint64_t known, std::chrono::milliseconds timeout) const {
-  std::unique_lock lock(mutex_);
-  changed_.wait_for(lock, timeout, [&] { return interrupted_ || version_ != known; });
-  return !interrupted_ && version_ != known;
-}
-
-void ServerDirectory::interrupt(bool interrupted) {
-  std::lock_guard lock(mutex_);
-  interrupted_ = interrupted;
-  changed_.notify_all();
+bool ServerDirectory::wait_for_change(uint64_t known, const isolate::Deadline& deadline,
+                                      int cancel) const {
+  for (;;) {
+    uint64_t changes = 0;  // before version(), so that no change is missed
+    [[maybe_unused]] const auto bytes = read(changed_.get(), &changes, sizeof changes);
+    if (version() != known) return true;
+    pollfd watched[] = {{changed_.get(), POLLIN, 0}, {cancel, POLLIN, 0}};
+    const int ready = poll(watched, 2, isolate::poll_timeout(deadline));
+    if (ready > 0 && watched[1].revents) return false;
+    if (ready == 0 && isolate::is_over(deadline)) return version() != known;
+  }
 }
 
 uint64_t ServerDirectory::refused() const {

@@ -2,13 +2,13 @@
 // (docs/compatibility/edge-wire.md 10.5).
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #pragma once
-#include <chrono>
-#include <condition_variable>
 #include <memory>
 #include <mutex>
 #include <string>
 #include <vector>
 
+#include "core/isolate/deadline.hpp"
+#include "core/isolate/descriptor.hpp"
 #include "core/wire/announced_servers.hpp"
 #include "core/wire/edge_texts.hpp"
 #include "transport/mqtt/broker_client.hpp"
@@ -40,7 +40,7 @@ class ServerAnnouncement {
   const wire::HostAddress address_;
 };
 
-// The servers that a broker announces for a topic, at most 256. Thread-safe.
+// The servers that a broker announces for a topic, at most 256. Thread-safe, but one thread waits.
 class ServerDirectory {
  public:
   // Connects and subscribes. Errors as of BrokerClient::open(), subscribe() and
@@ -49,24 +49,23 @@ class ServerDirectory {
                                                        const std::string& topic);
 
   // Oldest announcement first. A server that announced again is the last one.
-  std::vector<wire::HostAddress> servers() const;
+  std::vector<wire::AnnouncedServers::Server> servers() const;
   // Grows with each announcement and withdrawal.
   uint64_t version() const;
-  // Waits until version() is another than `known`. False after the time and after interrupt(true).
-  bool wait_for_change(uint64_t known, std::chrono::milliseconds timeout) const;
-  void interrupt(bool interrupted);
+  // Waits until version() is another than `known`. False after the deadline, and when the borrowed
+  // descriptor `cancel` is readable; -1 = none.
+  bool wait_for_change(uint64_t known, const isolate::Deadline& deadline, int cancel) const;
   // Announcements that were not addresses, or one server too many.
   uint64_t refused() const;
 
  private:
-  ServerDirectory() = default;
+  ServerDirectory();
   void update(const MqttMessage& message);
 
-  mutable std::mutex mutex_;  // guards the members up to client_
-  mutable std::condition_variable changed_;
+  mutable std::mutex mutex_;           // guards the members up to client_
+  const isolate::Descriptor changed_;  // an eventfd
   wire::AnnouncedServers servers_;
   uint64_t version_ = 0, refused_ = 0;
-  bool interrupted_ = false;
   std::unique_ptr<BrokerClient> client_;  // ends before what its thread uses
 };
 

@@ -24,7 +24,7 @@ weir_tensor_info row(int64_t length) {
 std::shared_ptr<BatchGroup> group(size_t batch_size, int64_t length) {
   return std::make_shared<BatchGroup>(
       BatchShapes{{{0}, {0}, false}, batch_size, {row(length)}, {row(length)}}, InputMemory{}, 0ns,
-      [](const weir_frame& in, weir_frame& out, int*) -> Result<bool> {
+      [](const weir_frame& in, weir_frame& out, InvokeEnd*) -> Result<bool> {
         std::memcpy(out.tensors[0].data, in.tensors[0].data, in.tensors[0].bytes);
         return true;
       });

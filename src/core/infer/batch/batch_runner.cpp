@@ -206,7 +206,7 @@ Result<bool> BatchRunner::invoke(size_t slots) {
   out.n_tensors = static_cast<uint32_t>(outputs_.size());
   out.tensors = outputs_.data();
   const auto begin = std::chrono::steady_clock::now();
-  auto kept = invoke_(in, out, &run_.reason);
+  auto kept = invoke_(in, out, &run_.end);
   run_.invoke = std::chrono::steady_clock::now() - begin;
   if (kept && slots == shapes_.batch_size) full_invoke_ = run_.invoke;
   return kept;

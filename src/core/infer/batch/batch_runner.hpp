@@ -29,7 +29,7 @@ class BatchRunner {
  public:
   // Session::invoke; true: filled, false: dropped.
   // `reason`: as in Session::invoke.
-  using Invoke = std::function<Result<bool>(const weir_frame&, weir_frame&, int* reason)>;
+  using Invoke = std::function<Result<bool>(const weir_frame&, weir_frame&, InvokeEnd* end)>;
 
   // `reshape`: the measured time of a shape change in the engine.
   BatchRunner(BatchShapes shapes, InputMemory memory, std::chrono::nanoseconds reshape,

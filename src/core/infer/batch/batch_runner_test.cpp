@@ -30,7 +30,7 @@ BatchShapes two_outputs(size_t batch_size, bool fixed = false) {
 // y = 10 x, and the sum of each row; records its inputs.
 struct Model {
   BatchRunner::Invoke invoke() {
-    return [this](const weir_frame& in, weir_frame& out, int*) -> Result<bool> {
+    return [this](const weir_frame& in, weir_frame& out, InvokeEnd*) -> Result<bool> {
       const weir_tensor& x = in.tensors[0];
       const auto* from = static_cast<const float*>(x.data);
       rows.push_back(x.info.shape[0]);
@@ -206,7 +206,7 @@ TEST(BatchRunner, ADroppedBatchDropsEveryFrame) {
 
 TEST(BatchRunner, AnExceptionFailsEveryFrame) {
   BatchRunner runner(two_outputs(2), {}, 0ns,
-                     [](const weir_frame&, weir_frame&, int*) -> Result<bool> {
+                     [](const weir_frame&, weir_frame&, InvokeEnd*) -> Result<bool> {
                        throw std::runtime_error("thrown in an engine");
                      });
   const auto ends = run(runner, {{1, 1}, {2, 1}});
@@ -234,7 +234,7 @@ TEST(BatchRunner, AFrameOfADifferentSizeFailsAlone) {
 TEST(BatchRunner, AnInnerAxisIsInterleavedAndSplit) {
   std::vector<float> given;
   BatchRunner runner({{{1}, {1}, false}, 2, {tensor({2, 1, 1})}, {tensor({2, 1, 1})}}, {}, 0ns,
-                     [&](const weir_frame& in, weir_frame& out, int*) -> Result<bool> {
+                     [&](const weir_frame& in, weir_frame& out, InvokeEnd*) -> Result<bool> {
                        const auto* x = static_cast<const float*>(in.tensors[0].data);
                        auto* y = static_cast<float*>(out.tensors[0].data);
                        given.assign(x, x + 4);

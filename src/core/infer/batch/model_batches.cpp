@@ -40,10 +40,10 @@ Result<std::shared_ptr<BatchGroup>> make_group(const std::shared_ptr<Batches>& b
   }
   return std::make_shared<BatchGroup>(
       *std::move(shapes), memory, reshape,
-      [use, batches](const weir_frame& in, weir_frame& out, int* reason) -> Result<bool> {
+      [use, batches](const weir_frame& in, weir_frame& out, InvokeEnd* end) -> Result<bool> {
         auto model = use->begin();
         if (!model) return model.error();
-        return model->session().invoke(in, out, reason);
+        return model->session().invoke(in, out, end);
       });
 }
 

@@ -8,6 +8,7 @@
 #include <cstddef>
 
 #include "core/infer/model/declared_options.hpp"
+#include "core/infer/model/option_check.hpp"
 #include "core/infer/module/engine_functions.hpp"
 #include "core/infer/module/host.hpp"
 #include "core/infer/module/model_file.hpp"
@@ -57,6 +58,13 @@ Status check_tensors(const std::vector<weir_tensor_info>& tensors) {
   return ok();
 }
 
+const weir_engine_servers* servers_of(const weir_engine& engine) {
+  if (!engine.extension) return nullptr;
+  const auto* calls =
+      static_cast<const weir_engine_servers*>(engine.extension(WEIR_ENGINE_SERVERS));
+  return calls && calls->struct_size >= sizeof *calls ? calls : nullptr;
+}
+
 }  // namespace
 
 Result<std::shared_ptr<Model>> Model::open(const weir_engine& engine, const OpenOptions& options) {
@@ -66,6 +74,7 @@ Result<std::shared_ptr<Model>> Model::open(const weir_engine& engine, const Open
       if (auto status = check_model_file(path); !status) return status.error();
     paths.push_back(path.c_str());
   }
+  if (auto status = check_options(engine, options.options); !status) return status.error();
   std::vector<weir_option> pairs;
   const auto given = options_for(engine, options);
   pairs.reserve(given.size());
@@ -89,6 +98,9 @@ Result<std::shared_ptr<Model>> Model::open(const weir_engine& engine, const Open
   if (auto status = model->read_info(); !status) return status.error();
   return model;
 }
+
+Model::Model(const weir_engine& engine, weir_model* handle)
+    : engine_(engine), handle_(handle), servers_(servers_of(engine)) {}
 
 Status Model::read_info() {
   weir_error error;
@@ -156,12 +168,16 @@ Result<std::vector<weir_tensor_info>> Session::resolve(
   return outputs;
 }
 
-Result<bool> Session::invoke(const weir_frame& in, weir_frame& out, int* reason) {
+Result<bool> Session::invoke(const weir_frame& in, weir_frame& out, InvokeEnd* end) {
   const auto lock = take_turn();
   weir_error error;
   const int result = model_->engine().invoke(handle_, &in, &out, &error);
   if (result < 0) return take_error(&error, result, "the engine failed on a frame");
-  if (reason) *reason = result;
+  if (!end) return result == 0;
+  end->reason = result;
+  const auto* servers = model_->servers();
+  const char* server = servers && result == 0 ? servers->answered_by(handle_) : nullptr;
+  end->answered_by = server ? server : "";
   return result == 0;
 }
 

@@ -10,7 +10,9 @@
 #include <vector>
 
 #include "core/infer/module/async_request.hpp"
+#include "core/infer/queue/invoke_end.hpp"
 #include "weir/abi.h"
+#include "weir/engine_servers.h"
 #include "weir/execution.h"
 #include "weir/result.hpp"
 
@@ -41,15 +43,18 @@ class Model {
   // Valid as long as the model.
   const std::vector<weir_tensor_info>& inputs() const noexcept { return inputs_; }
   const std::vector<weir_tensor_info>& outputs() const noexcept { return outputs_; }
+  // The calls of an engine whose models are on servers; otherwise null.
+  const weir_engine_servers* servers() const noexcept { return servers_; }
   // How the engine currently runs the model; nullopt if it does not report that. Any thread.
   std::optional<weir_execution> execution() const;
 
  private:
-  Model(const weir_engine& engine, weir_model* handle) : engine_(engine), handle_(handle) {}
+  Model(const weir_engine& engine, weir_model* handle);
   Status read_info();
 
   const weir_engine& engine_;
   weir_model* handle_;
+  const weir_engine_servers* const servers_;
   weir_model_info info_{};
   std::vector<weir_tensor_info> inputs_, outputs_;
 };
@@ -67,9 +72,8 @@ class Session {
   // The outputs' shapes for these inputs, -1 = unknown. Also the only source of the number of
   // outputs for a model that describes none.
   Result<std::vector<weir_tensor_info>> resolve(const std::vector<weir_tensor_info>& inputs);
-  // True: the frame is filled; false: the engine drops it. `reason`, which may be null, gets what
-  // the engine returned: 0, or a weir_no_result.
-  Result<bool> invoke(const weir_frame& in, weir_frame& out, int* reason = nullptr);
+  // True: the frame is filled; false: the engine drops it. `end` may be null.
+  Result<bool> invoke(const weir_frame& in, weir_frame& out, InvokeEnd* end = nullptr);
   // MODEL_UNSUPPORTED if the engine has no control; otherwise its result.
   Status control(weir_control op);
   // For asynchronous engines (async_request.hpp).

@@ -8,6 +8,7 @@
 #include <set>
 
 #include "core/infer/module/known_engines.hpp"
+#include "core/infer/module/model_file.hpp"
 #include "core/text/text.hpp"
 #include "weir/join.hpp"
 
@@ -22,12 +23,24 @@ std::string extension_of(const std::string& path) {
   return dot == std::string::npos ? "" : lower(path.substr(dot + 1));
 }
 
-Error unknown(const std::string& model) {
+Error no_engine_for(const std::string& model) {
   return Error{.code = Code::ENGINE_UNKNOWN,
                .what = "no engine claims this model file by its name",
                .offered = model,
                .needed = "a file with the extension .onnx, .tflite, ...",
                .fix = "name the engine: framework=onnxruntime"};
+}
+
+// Reports a file that is not there, or is a folder, as such.
+Error unknown(const std::string& path) {
+  if (path.find("://") != std::string::npos) {
+    Error address = no_engine_for(path);
+    address.needed = "the name of the engine, for the address of a server";
+    address.fix = "framework=oip";
+    return address;
+  }
+  const Status is_file = check_model_file(path);
+  return is_file ? no_engine_for(path) : is_file.error();
 }
 
 std::optional<std::string> engine_of_two(std::span<const std::string> paths) {
@@ -133,12 +146,15 @@ Result<EngineChoice> choose_engine(std::span<const std::string> paths,
                                    const config::Configuration& configuration,
                                    const config::NnstreamerConfiguration* nnstreamer) {
   std::error_code ignored;
-  if (!paths.empty() && fs::is_directory(paths[0], ignored))
+  if (!paths.empty() && fs::is_directory(paths[0], ignored)) {
+    if (!std::binary_search(installed.begin(), installed.end(), "nnfw")) return unknown(paths[0]);
     return EngineChoice{"nnfw", "the model is a folder", {}};
+  }
   if (paths.size() == 2)
     if (const auto engine = engine_of_two(paths))
       return EngineChoice{*engine, "by the names of the model's files", {}};
-  if (paths.size() != 1) return unknown(paths.empty() ? "no model" : paths[0] + " and others");
+  if (paths.size() != 1)
+    return no_engine_for(paths.empty() ? "no model" : paths[0] + " and others");
   const std::string extension = extension_of(paths[0]);
   if (extension.empty()) return unknown(paths[0]);
   Chooser chooser(installed, extension);

@@ -114,12 +114,20 @@ TEST(EngineChoice, FollowsTheNamesOfTwoFiles) {
 }
 
 TEST(EngineChoice, FailsIfNoEngineClaimsTheFile) {
-  for (const auto& paths : std::vector<Names>{
-           {}, {"model"}, {"model."}, {"a.jpg"}, {"a.onnx", "b.onnx"}, {"a.pb", "a.pb"}}) {
+  for (const auto& paths :
+       std::vector<Names>{{}, {"/etc/passwd"}, {"a.onnx", "b.onnx"}, {"a.pb", "a.pb"}}) {
     const auto choice = chosen(paths, kBoth);
     EXPECT_EQ(choice.engine, "");
     EXPECT_SAYS(choice.reason, "WEIR-3001: no engine claims this model file");
   }
+}
+
+TEST(EngineChoice, SaysThatTheFileIsNotThereOrIsAFolder) {
+  for (const char* path : {"model", "model.", "/nowhere/a.jpg"})
+    EXPECT_SAYS(chosen({path}, kBoth).reason, "WEIR-3003: the model file does not exist");
+  EXPECT_SAYS(chosen({"/"}, kBoth).reason, "WEIR-3003: the model is a folder\n  offered: /");
+  EXPECT_EQ(chosen({"/"}, {"nnfw"}).engine, "nnfw") << "its models are folders";
+  EXPECT_SAYS(chosen({"grpc://host:1/m"}, kBoth).reason, "fix: framework=oip");
 }
 
 }  // namespace

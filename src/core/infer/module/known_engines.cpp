@@ -12,6 +12,13 @@ namespace {
 
 constexpr std::string_view kOpencvInstall = "apt-get install libopencv-dnn-dev";
 
+// What runs the same network, for engines that Weir has no module for.
+constexpr std::string_view kOnnx = "the model as .onnx, with framework=onnxruntime";
+constexpr std::string_view kTflite = "the model as .tflite, with framework=tensorflow-lite";
+constexpr std::string_view kOnnxOrTflite =
+    "the .onnx or .tflite file that the model was compiled from";
+constexpr std::string_view kTorchScript = "the model as TorchScript, with framework=pytorch";
+
 constexpr std::array kEngines{
     KnownEngine{"onnxruntime", "onnx", "onnx", "tools/setup --engine onnxruntime"},
     KnownEngine{"tensorflow-lite", "tensorflow2-lite,tensorflow1-lite,tflite", "tflite",
@@ -27,17 +34,32 @@ constexpr std::array kEngines{
     KnownEngine{"custom", "", "so", ""},
     KnownEngine{"custom-easy", "", "", ""},
     KnownEngine{"cpp", "", "", ""},
-    KnownEngine{"snpe", "", "dlc", ""},
-    KnownEngine{"movidius-ncsdk2", "", "graph", ""},
-    KnownEngine{"nntrainer", "", "ini", ""},
-    KnownEngine{"nnfw", "", "circle", ""},
-    KnownEngine{"openvino", "", "bin,xml", ""},
-    KnownEngine{"trix-engine", "srnpu", "tvn", ""},
-    KnownEngine{"vivante", "", "nb", ""},
-    KnownEngine{"caffe2", "", "", ""},
-    KnownEngine{"armnn", "", "", ""},
-    KnownEngine{"edgetpu", "", "", ""},
-    KnownEngine{"llamacpp", "", "gguf", ""},
+    // NNStreamer's, which Weir has no module for.
+    KnownEngine{"snpe", "", "dlc", "", kOnnxOrTflite},
+    KnownEngine{"movidius-ncsdk2", "", "graph", "", kOnnxOrTflite},
+    KnownEngine{"nntrainer", "", "ini", "", ""},
+    KnownEngine{"nnfw", "", "circle", "", kTflite},
+    KnownEngine{"openvino", "", "bin,xml", "", kOnnx},
+    KnownEngine{"trix-engine", "srnpu", "tvn", "", kOnnxOrTflite},
+    KnownEngine{"vivante", "", "nb", "", kOnnxOrTflite},
+    KnownEngine{"caffe2", "", "", "", kOnnx},
+    KnownEngine{"armnn", "", "", "", kTflite},
+    KnownEngine{"edgetpu", "", "", "", kTflite},
+    KnownEngine{"llamacpp", "", "gguf", "", ""},
+    KnownEngine{"llama2c", "", "", "", ""},
+    KnownEngine{"executorch", "", "pte", "", kTorchScript},
+    KnownEngine{"executorch-llama", "", "", "", ""},
+    KnownEngine{"ncnn", "", "", "", kOnnx},
+    KnownEngine{"tvm", "", "", "", kOnnx},
+    KnownEngine{"tensorrt", "", "uff", "", kOnnx},
+    KnownEngine{"tensorrt10", "", "", "", kOnnx},
+    KnownEngine{"qnn", "", "", "", kOnnxOrTflite},
+    KnownEngine{"mxnet", "", "", "", kOnnx},
+    KnownEngine{"mediapipe", "", "", "", kTflite},
+    KnownEngine{"deepview-rt", "", "", "", kOnnxOrTflite},
+    KnownEngine{"snap", "", "", "", kOnnxOrTflite},
+    KnownEngine{"tizen-hal", "", "", "", kOnnxOrTflite},
+    KnownEngine{"dali", "", "", "", ""},
 };
 
 bool lists(std::string_view list, std::string_view word) {

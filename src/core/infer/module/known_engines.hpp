@@ -1,4 +1,5 @@
-// The engines that Weir knows by name: aliases, extensions and install commands.
+// The engines that Weir knows by name, NNStreamer's among them: aliases, extensions and install
+// commands.
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #pragma once
 #include <span>
@@ -11,7 +12,8 @@ struct KnownEngine {
   std::string_view name;     // of the module file: libweir-engine-NAME.so
   std::string_view aliases;  // comma-separated other values of framework=
   std::string_view extensions;
-  std::string_view install;  // the install command; "" = not available for Weir yet
+  std::string_view install;           // the install command; "" = not available for Weir yet
+  std::string_view alternative = {};  // what Weir can run instead, for messages; "" = nothing
 };
 
 std::span<const KnownEngine> known_engines() noexcept;

@@ -14,22 +14,23 @@ Status check_model_file(const std::string& path) {
   std::error_code ignored;
   if (fs::is_regular_file(path, ignored)) return ok();
   if (fs::is_directory(path, ignored))
-    return Error{.code = Code::MODEL_NOT_FOUND,
-                 .what = "the model is a folder",
-                 .offered = path,
-                 .needed = "a file"};
+    return Error{
+        .code = Code::MODEL_NOT_FOUND,
+        .what = "the model is a folder",
+        .offered = path,
+        .needed = "the path of a model file, such as " + (fs::path(path) / "NAME.onnx").string()};
   const fs::path folder = fs::path(path).has_parent_path() ? fs::path(path).parent_path() : ".";
   std::vector<std::string> names;
   for (const auto& entry : fs::directory_iterator(folder, ignored))
-    names.push_back(entry.path().filename().string());
+    if (entry.is_regular_file(ignored)) names.push_back(entry.path().filename().string());
   const std::string close = nearest(fs::path(path).filename().string(), names);
-  return Error{.code = Code::MODEL_NOT_FOUND,
-               .what = "the model file does not exist",
-               .offered = path,
-               .needed = "a file that can be read",
-               .difference = close.empty() ? "" : "did you mean " + close + "?",
-               .fix = close.empty() ? "model=/path/to/the/model"
-                                    : "model=" + (fs::path(path).parent_path() / close).string()};
+  return Error{
+      .code = Code::MODEL_NOT_FOUND,
+      .what = "the model file does not exist",
+      .offered = path,
+      .needed = "a file that can be read",
+      .difference = close.empty() ? "" : "did you mean " + close + "?",
+      .fix = close.empty() ? "" : "model=" + (fs::path(path).parent_path() / close).string()};
 }
 
 }  // namespace weir::infer

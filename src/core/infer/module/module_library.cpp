@@ -32,6 +32,23 @@ std::string list(const std::vector<std::string>& text) {
   return out.empty() ? "none" : out;
 }
 
+// The error for an engine of the table that has no module here.
+Error not_installed(const KnownEngine& known, std::string_view word, std::string installed) {
+  const std::string name(known.name);
+  Error out{.code = Code::ENGINE_NOT_INSTALLED,
+            .what = "the engine " + name + " is not installed",
+            .offered = "framework=" + std::string(word),
+            .needed = "one of: " + std::move(installed)};
+  if (!known.install.empty()) {
+    out.fix = std::string(known.install) + " && make build";
+    return out;
+  }
+  out.what = "Weir has no engine " + name;
+  out.needed = known.alternative.empty() ? "" : std::string(known.alternative) + ", or ";
+  out.needed += "NNStreamer's sub-plugin libnnstreamer_filter_" + name + ".so";
+  return out;
+}
+
 template <class T>
 const T* find_in(const T* const* tables, std::string_view name) {
   for (; tables && *tables; ++tables) {
@@ -198,14 +215,7 @@ Result<const weir_engine*> ModuleLibrary::engine(std::string_view word) {
     found = named_engine(other);
     if (!found || *found) return found;
   }
-  const std::string name(known ? known->name : word);
-  if (known)
-    return Error{.code = Code::ENGINE_NOT_INSTALLED,
-                 .what = "the engine " + name + " is not installed",
-                 .offered = "framework=" + std::string(word),
-                 .needed = "one of: " + list(engine_names()),
-                 .fix = known->install.empty() ? "this version of Weir has no module for " + name
-                                               : std::string(known->install) + " && make build"};
+  if (known) return not_installed(*known, word, list(engine_names()));
   std::vector<std::string> candidates = engine_names();
   for (const auto& engine : known_engines()) {
     candidates.emplace_back(engine.name);

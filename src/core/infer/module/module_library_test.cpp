@@ -130,7 +130,23 @@ TEST_F(ModuleLibraryTest, ReportsTheCommandThatInstallsAKnownEngine) {
     EXPECT_SAYS(refusal(word, Code::ENGINE_NOT_INSTALLED), "tools/setup --engine onnxruntime");
   for (const char* word : {"tensorflow-lite", "tensorflow2-lite", "tflite"})
     EXPECT_SAYS(refusal(word, Code::ENGINE_NOT_INSTALLED), "tools/setup --engine tensorflow-lite");
-  EXPECT_SAYS(refusal("openvino", Code::ENGINE_NOT_INSTALLED), "has no module for openvino");
+}
+
+TEST_F(ModuleLibraryTest, NamesEnginesOfNnstreamerThatWeirLacksAndWhatRunsInstead) {
+  const auto lacks = [this](const char* word, const char* name, const char* instead) {
+    const auto text = refusal(word, Code::ENGINE_NOT_INSTALLED);
+    EXPECT_SAYS(text, std::string("Weir has no engine ") + name);
+    EXPECT_SAYS(text, std::string("offered: framework=") + word);
+    EXPECT_SAYS(text, std::string("needed: ") + instead + "NNStreamer's sub-plugin " +
+                          "libnnstreamer_filter_" + name + ".so");
+    EXPECT_EQ(text.find("fix:"), std::string::npos) << text;
+  };
+  lacks("openvino", "openvino", "the model as .onnx, with framework=onnxruntime, or ");
+  lacks("ncnn", "ncnn", "the model as .onnx, with framework=onnxruntime, or ");
+  lacks("srnpu", "trix-engine", "the .onnx or .tflite file that the model was compiled from, or ");
+  lacks("edgetpu", "edgetpu", "the model as .tflite, with framework=tensorflow-lite, or ");
+  lacks("executorch", "executorch", "the model as TorchScript, with framework=pytorch, or ");
+  lacks("llamacpp", "llamacpp", "");
 }
 
 TEST_F(ModuleLibraryTest, SuggestsTheNearestName) {
@@ -153,17 +169,47 @@ TEST_F(ModuleLibraryTest, ChoosesTheEngineByTheModelsName) {
   EXPECT_SAYS(chosen({"a.onnx"}), "the engine onnxruntime is not installed");
   EXPECT_SAYS(chosen({"dir.x/A.TFLITE"}), "the engine tensorflow-lite is not installed");
   EXPECT_SAYS(chosen({"a.pt"}), "the engine pytorch is not installed");
-  EXPECT_SAYS(chosen({"a.so", "b.nb"}), "the engine vivante is not installed");
+  EXPECT_SAYS(chosen({"a.so", "b.nb"}), "Weir has no engine vivante");
   EXPECT_SAYS(chosen({"a.prototxt", "b.caffemodel"}), "the engine caffe is not installed");
   EXPECT_SAYS(chosen({"a.caffemodel"}), "the engine caffe is not installed");
   EXPECT_SAYS(chosen({"a.cfg", "a.weights"}), "the engine darknet is not installed");
   EXPECT_SAYS(chosen({"a.weights"}), "fix: apt-get install libopencv-dnn-dev && make build");
   EXPECT_SAYS(chosen({"a.pb"}), "the engine tensorflow is not installed");
-  EXPECT_SAYS(chosen({"a.pb", "b.pb"}), "the engine caffe2 is not installed");
-  EXPECT_SAYS(chosen({folder_.string()}), "the engine nnfw is not installed");
-  for (const auto& paths : std::vector<std::vector<std::string>>{
-           {}, {"model"}, {"model."}, {"a.jpg"}, {"a.onnx", "b.onnx"}, {"a.so", "b.nb", "c.nb"}})
+  EXPECT_SAYS(chosen({"a.pb", "b.pb"}), "Weir has no engine caffe2");
+  for (const char* name : {"model", "model.", "a.jpg"}) {
+    const auto path = (folder_ / name).string();
+    std::ofstream(path) << "x";
+    EXPECT_SAYS(chosen({path}), "no engine claims this model file");
+  }
+  for (const auto& paths :
+       std::vector<std::vector<std::string>>{{}, {"a.onnx", "b.onnx"}, {"a.so", "b.nb", "c.nb"}})
     EXPECT_SAYS(chosen(paths), "no engine claims this model file");
+}
+
+TEST_F(ModuleLibraryTest, SaysThatTheModelIsAFolderOrIsNotThere) {
+  search(folder_.string());
+  const auto refused = [&](const fs::path& path) {
+    const auto engine = library_.engine_for_model(std::vector<std::string>{path.string()});
+    return engine ? std::string() : engine.error().message();
+  };
+  EXPECT_SAYS(refused(folder_), "WEIR-3003: the model is a folder\n  offered: " + folder_.string());
+  EXPECT_SAYS(refused(folder_ / "none"), "WEIR-3003: the model file does not exist");
+  EXPECT_SAYS(refused(folder_ / "none.jpg"), "WEIR-3003: the model file does not exist");
+}
+
+TEST_F(ModuleLibraryTest, SuggestsFilesAndNoFolders) {
+  search(folder_.string());
+  fs::create_directory(folder_ / "models");
+  const auto refused = [&] {
+    return library_.engine_for_model(std::vector<std::string>{(folder_ / "model").string()})
+        .error()
+        .message();
+  };
+  EXPECT_EQ(refused().find("did you mean"), std::string::npos) << refused();
+  EXPECT_EQ(refused().find("fix:"), std::string::npos) << refused();
+  std::ofstream(folder_ / "model1") << "x";
+  EXPECT_SAYS(refused(), "did you mean model1?");
+  EXPECT_SAYS(refused(), "fix: model=" + (folder_ / "model1").string());
 }
 
 TEST_F(ModuleLibraryTest, ListsTheDecoders) {

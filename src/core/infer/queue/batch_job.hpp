@@ -7,6 +7,7 @@
 #include <span>
 #include <vector>
 
+#include "core/infer/queue/invoke_end.hpp"
 #include "weir/abi.h"
 #include "weir/result.hpp"
 
@@ -17,7 +18,7 @@ struct BatchRun {
   uint64_t number = 0;  // counts the batches of one collector from 1
   size_t frames = 0;    // of all streams
   std::chrono::nanoseconds invoke{};
-  int reason = 0;  // of a dropped batch: a weir_no_result
+  InvokeEnd end{};
 };
 
 // The collector calls exactly one of done, failed and dropped, once, on its thread, unless

@@ -4,6 +4,7 @@
 #include <atomic>
 #include <memory>
 #include <mutex>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -31,8 +32,10 @@ class OipModel {
   const std::vector<weir_tensor_info>& outputs() const noexcept { return outputs_; }
   const OipSignature& signature() const noexcept { return signature_; }
 
-  // Sends a frame and waits for its end.
-  net::Outcome request(const weir_frame& in, const weir_frame& out) const;
+  // Sends a frame and waits for its end. `server` gets the index of the server that answered.
+  net::Outcome request(const weir_frame& in, const weir_frame& out, size_t* server) const;
+  // Valid as long as the model.
+  const char* address_of(size_t server) const { return servers_->address(server).text.c_str(); }
 
  private:
   explicit OipModel(OipOptions options) : options_(std::move(options)) {}
@@ -71,10 +74,12 @@ class OipSession {
   explicit OipSession(const OipModel& model) : model_(model) {}
   Status resolve(std::span<const weir_tensor_info> in, std::span<weir_tensor_info> out) const;
   // 0, or a weir_no_result.
-  int invoke(const weir_frame& in, weir_frame& out) const;
+  int invoke(const weir_frame& in, weir_frame& out);
+  const char* answered_by() const { return answered_ ? model_.address_of(*answered_) : nullptr; }
 
  private:
   const OipModel& model_;
+  std::optional<size_t> answered_;  // the server of the last answer
 };
 
 }  // namespace weir::engine

@@ -115,7 +115,7 @@ net::ServerSet::Ended OipModel::send(const weir_frame& in, const weir_frame& out
   return ended;
 }
 
-net::Outcome OipModel::request(const weir_frame& in, const weir_frame& out) const {
+net::Outcome OipModel::request(const weir_frame& in, const weir_frame& out, size_t* server) const {
   const auto contents = contents_.load();
   auto ended = send(in, out, contents);
   const bool other_contents =
@@ -128,6 +128,7 @@ net::Outcome OipModel::request(const weir_frame& in, const weir_frame& out) cons
   }
   if (ended.outcome == Outcome::Answered) answered_ = true;
   report(ended);
+  *server = ended.server;
   return ended.outcome;
 }
 
@@ -156,10 +157,13 @@ Status OipSession::resolve(std::span<const weir_tensor_info> in,
   return ok();
 }
 
-int OipSession::invoke(const weir_frame& in, weir_frame& out) const {
+int OipSession::invoke(const weir_frame& in, weir_frame& out) {
   if (auto status = check_inputs(model_.inputs(), tensors_of(in)); !status)
     throw Failure(status.error());
-  return result_of(model_.request(in, out));
+  size_t server = 0;
+  const auto outcome = model_.request(in, out, &server);
+  answered_ = outcome == Outcome::Answered ? std::optional(server) : std::nullopt;
+  return result_of(outcome);
 }
 
 }  // namespace weir::engine

@@ -1,0 +1,204 @@
+// edgesink and edgesrc with a broker: connect-type=HYBRID and MQTT.
+// SPDX-License-Identifier: LGPL-2.1-or-later
+#include <cstring>
+
+#include "core/wire/mqtt_frame.hpp"
+#include "elements/tests/element_test_support.hpp"
+#include "gstcpp/buffer/frame_reader.hpp"
+#include "gstcpp/buffer/tensor_caps.hpp"
+#include "transport/mqtt/broker_client.hpp"
+#include "transport/mqtt/broker_test_support.hpp"
+
+namespace {
+
+using namespace std::chrono_literals;
+using namespace weir::test;
+using weir::transport::BrokerClient;
+
+constexpr char kCaps[] = "other/tensor,dimension=(string)4,type=(string)uint8,framerate=30/1";
+
+class EdgeBroker : public BrokerTest {
+ protected:
+  std::string at_broker(const std::string& type) const {
+    return " connect-type=" + type + " dest-host=127.0.0.1 dest-port=" + broker_.port_text() +
+           " topic=objects ";
+  }
+  Harness sink(const std::string& type, const std::string& more = "",
+               const std::string& caps = kCaps) const {
+    return harness_of("edgesink sync=false port=0" + at_broker(type) + more, caps);
+  }
+  Harness source(const std::string& type, const std::string& more = "") const {
+    Harness out{gst_harness_new_parse(("edgesrc" + at_broker(type) + more).c_str())};
+    gst_harness_play(out.get());
+    return out;
+  }
+  std::unique_ptr<BrokerClient> client() const {
+    weir::transport::BrokerOptions options;
+    options.port = broker_.port();
+    auto out = BrokerClient::open(options);
+    EXPECT_TRUE(out);
+    return *std::move(out);
+  }
+  static bool has_receiver(const Harness& sink) {
+    return becomes_true(
+        [&] {
+          guint count = 0;
+          gst_structure_get_uint(stats(element_of(sink, "edgesink").get()).get(), "receivers",
+                                 &count);
+          return count == 1;
+        },
+        "a receiver");
+  }
+  // The first byte of the next buffer.
+  static int pull(const Harness& h) {
+    const auto buffer = Ref<GstBuffer>::adopt(gst_harness_pull(h.get()));
+    guint8 out = 0;
+    if (!buffer || gst_buffer_extract(buffer.get(), 0, &out, 1) != 1) return -1;
+    return out;
+  }
+  static std::string filter(const std::string& caps) {
+    return "! capsfilter caps=\"" + caps + "\"";
+  }
+
+  TestBroker broker_;
+};
+
+TEST_F(EdgeBroker, HybridFindsTheSink) {
+  const auto out = sink("HYBRID");
+  const auto in = source("HYBRID");
+  ASSERT_TRUE(has_receiver(out));
+  ASSERT_EQ(gst_harness_push(out.get(), frame(Bytes{7, 0, 0, 0})), GST_FLOW_OK);
+  EXPECT_EQ(pull(in), 7);
+}
+
+TEST_F(EdgeBroker, HybridWaitsForASinkThatComesLater) {
+  const auto in = source("HYBRID");
+  const auto out = sink("HYBRID");
+  ASSERT_TRUE(has_receiver(out));
+  ASSERT_EQ(gst_harness_push(out.get(), frame(Bytes{8, 0, 0, 0})), GST_FLOW_OK);
+  EXPECT_EQ(pull(in), 8);
+}
+
+TEST_F(EdgeBroker, HybridDoesNotHangAtTheAddressOfADeadSink) {
+  const auto peer = client();
+  const weir::wire::HostAddress dead{"127.0.0.1", free_port()};
+  ASSERT_TRUE(peer->publish({.topic = "edge/inference/device-1/objects/",
+                             .payload = weir::wire::announcement_payload(dead),
+                             .qos = 1,
+                             .retain = true,
+                             .properties = {}},
+                            30s));
+  ASSERT_TRUE(peer->flush(30s));
+  const auto out = sink("HYBRID");
+  const auto in = source("HYBRID");
+  ASSERT_TRUE(has_receiver(out));
+  ASSERT_EQ(gst_harness_push(out.get(), frame(Bytes{9, 0, 0, 0})), GST_FLOW_OK);
+  EXPECT_EQ(pull(in), 9);
+  EXPECT_EQ(stat(in, "edgesrc", "refused"), 1u);
+}
+
+TEST_F(EdgeBroker, HybridGoesOnWithAnotherSink) {
+  auto first = sink("HYBRID");
+  const auto in = source("HYBRID");
+  ASSERT_TRUE(has_receiver(first));
+  const auto second = sink("HYBRID");
+  ASSERT_EQ(gst_harness_push(first.get(), frame(Bytes{1, 0, 0, 0})), GST_FLOW_OK);
+  EXPECT_EQ(pull(in), 1);
+  first.reset();
+  ASSERT_TRUE(has_receiver(second));
+  ASSERT_EQ(gst_harness_push(second.get(), frame(Bytes{2, 0, 0, 0})), GST_FLOW_OK);
+  EXPECT_EQ(pull(in), 2);
+  EXPECT_EQ(stat(in, "edgesrc", "reconnections"), 1u);
+}
+
+TEST_F(EdgeBroker, HybridStopsWhileItWaits) {
+  const auto in = source("HYBRID");
+  gst_element_set_state(element_of(in, "edgesrc").get(), GST_STATE_NULL);
+  EXPECT_EQ(gst_harness_buffers_received(in.get()), 0u);
+}
+
+TEST_F(EdgeBroker, MqttCarriesFramesThroughTheBroker) {
+  const auto in = source("MQTT", filter(kCaps));
+  const auto out = sink("MQTT");
+  for (uint8_t i = 0; i < 20; ++i)
+    ASSERT_EQ(gst_harness_push(out.get(), frame(Bytes{i, 0, 0, 0})), GST_FLOW_OK);
+  for (int i = 0; i < 20; ++i) EXPECT_EQ(pull(in), i);
+}
+
+// docs/compatibility/edge-wire.md 10.7: the header, then the memory; 10.5: retained, QoS 1.
+TEST_F(EdgeBroker, MqttPublishesTheBytesOfThePage) {
+  const auto peer = client();
+  ASSERT_TRUE(peer->subscribe("edge/#", 2));
+  const auto out = sink("MQTT");
+  ASSERT_EQ(gst_harness_push(out.get(), frame(Bytes{1, 2, 3, 4})), GST_FLOW_OK);
+  const auto message = peer->receive(30s);
+  ASSERT_TRUE(message);
+  Bytes expected(2080);
+  const Bytes head{0xda, 0xed, 0xda, 0xed, 0, 0, 0, 0, 2, 0, 0, 6, 0,
+                   0,    0xdd, 0xef, 1,    0, 0, 0, 0, 0, 0, 0, 4};
+  std::ranges::copy(head, expected.begin());
+  for (const uint8_t byte : {1, 2, 3, 4}) expected.push_back(byte);
+  ASSERT_EQ(message->payload.size(), expected.size());
+  EXPECT_EQ(std::memcmp(message->payload.data(), expected.data(), expected.size()), 0);
+  const auto late = client();
+  ASSERT_TRUE(late->subscribe("edge/inference/+/objects/#", 1));
+  EXPECT_TRUE(late->receive(30s)->retained);
+}
+
+TEST_F(EdgeBroker, MqttRemovesTheLastFrameAtTheEnd) {
+  auto out = sink("MQTT");
+  ASSERT_EQ(gst_harness_push(out.get(), frame(Bytes{1, 2, 3, 4})), GST_FLOW_OK);
+  out.reset();
+  const auto late = client();
+  ASSERT_TRUE(late->subscribe("edge/#", 1));
+  ASSERT_TRUE(late->publish({.topic = "edge/x", .qos = 1}, 30s));
+  EXPECT_EQ(late->receive(30s)->topic, "edge/x");
+}
+
+TEST_F(EdgeBroker, MqttGoesOnWithoutMessagesThatAreNoFrames) {
+  const auto in = source("MQTT", filter(kCaps));
+  const auto peer = client();
+  const std::string_view text("127.0.0.1:4100\0", 15);
+  for (const auto payload : {text, text.substr(0, 1), text.substr(0, 0)})
+    ASSERT_TRUE(peer->publish({.topic = "edge/inference/device-1/objects/",
+                               .payload = std::as_bytes(std::span(payload)),
+                               .qos = 1,
+                               .properties = {}},
+                              30s));
+  const auto out = sink("MQTT");
+  ASSERT_EQ(gst_harness_push(out.get(), frame(Bytes{5, 0, 0, 0})), GST_FLOW_OK);
+  EXPECT_EQ(pull(in), 5);
+  EXPECT_EQ(stat(in, "edgesrc", "refused"), 2u);
+}
+
+TEST_F(EdgeBroker, TheFormsOfOlderVersionsAreUnderstood) {
+  for (const char* version : {"0.2.6", "0.2.4", "0.2.2"}) {
+    const auto in = source("MQTT", filter(kCaps));
+    const auto out = sink("MQTT", std::string("wire-version=") + version);
+    ASSERT_EQ(gst_harness_push(out.get(), frame(Bytes{6, 0, 0, 0})), GST_FLOW_OK);
+    EXPECT_EQ(pull(in), 6) << version;
+  }
+}
+
+TEST_F(EdgeBroker, BrokersThatAreNotThereAreNamed) {
+  broker_.stop();
+  for (const std::string element : {"edgesink", "edgesrc"})
+    for (const char* type : {"HYBRID", "MQTT"}) {
+      const std::string error = start_error(element + " port=0" + at_broker(type));
+      EXPECT_SAYS(error, "the MQTT broker 127.0.0.1:" + broker_.port_text());
+      EXPECT_SAYS(error, "or set dest-host and dest-port");
+    }
+}
+
+TEST_F(EdgeBroker, TopicsThatCannotBeUsedAreNamed) {
+  for (const std::string element : {"edgesink", "edgesrc"})
+    for (const char* type : {"HYBRID", "MQTT"}) {
+      const std::string start = element + " port=0" + at_broker(type);
+      EXPECT_SAYS(start_error(start + "topic=\"\""), "topic cannot be part of an MQTT topic");
+      EXPECT_SAYS(start_error(start + "topic=\"\""), "fix: topic=objects");
+      EXPECT_SAYS(start_error(start + "topic=a/+"), "a/+");
+      EXPECT_SAYS(start_error(start + "dest-port=0"), "dest-port=1883");
+    }
+}
+
+}  // namespace

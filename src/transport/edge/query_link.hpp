@@ -1,0 +1,134 @@
+// QueryLink: the two connections of a query client with its server in NNStreamer's protocol
+// (docs/compatibility/edge-wire.md 10.1).
+// SPDX-License-Identifier: LGPL-2.1-or-later
+#pragma once
+#include <sys/uio.h>
+
+#include <array>
+#include <chrono>
+#include <deque>
+#include <memory>
+#include <optional>
+#include <span>
+#include <string>
+#include <vector>
+
+#include "core/isolate/deadline.hpp"
+#include "core/wire/edge_conversation.hpp"
+#include "core/wire/edge_texts.hpp"
+#include "core/wire/message_reader.hpp"
+#include "transport/edge/stream_socket.hpp"
+
+namespace weir::edge {
+
+struct QueryOptions {
+  std::string host = "localhost";  // of the listener to which the server connects
+  uint32_t port = 0;               // 0 = a free one
+  std::string server_host = "localhost";
+  uint32_t server_port = 3000;
+  wire::MessageLimits limits{};
+  int cancel = -1;                                  // borrowed; ends every wait when readable
+  std::chrono::milliseconds handshake_time{10000};  // until the server has greeted
+  std::chrono::milliseconds stall_time{10000};  // a server that takes no bytes for so long is lost
+};
+
+// A frame as it is sent: its memories are borrowed.
+struct QueryRequest {
+  std::vector<std::byte> header, metadata;
+  std::vector<std::span<const std::byte>> memories;
+};
+
+struct QueryAnswer {
+  std::vector<wire::ByteBlock> memories;
+  std::optional<uint64_t> number;  // of its request, from servers that repeat it
+};
+
+// How waiting for an answer or sending ended without one.
+enum class LinkEnd {
+  Late,         // the deadline passed
+  Interrupted,  // by the descriptor `cancel`
+  Refused,      // the server ended the connection with ERROR
+  Lost,         // the connection broke, or the server takes no bytes
+};
+
+// Used by one thread; it has none of its own. Requests go out on a connection that the client opens
+// (A), answers come in on one that the server opens to the client's listener (B). While it sends,
+// it reads answers too, so that a server that first writes and then reads does not block.
+//
+//   auto link = QueryLink::connect(options);
+//   if (fits(link->capability())) link->confirm(deadline);
+//   auto request = link->make_request(memories, number);
+//   link->send(*request);
+//   auto answer = link->receive(deadline);
+class QueryLink {
+ public:
+  // Listens, connects and reads the server's greeting. OPTION_VALUE, SERVER_UNREACHABLE,
+  // SERVER_REFUSED, PEER_MESSAGE_INVALID, CANCELLED.
+  static Result<std::unique_ptr<QueryLink>> connect(const QueryOptions& options);
+  QueryLink(const QueryLink&) = delete;
+  QueryLink& operator=(const QueryLink&) = delete;
+  // Sends ERROR, as this protocol ends connections, unless the connection has ended.
+  ~QueryLink();
+
+  const wire::QueryCapability& capability() const noexcept { return capability_; }
+  // The caps fit: sends the address of the listener and waits until the server has connected.
+  // Errors: as of connect().
+  Status confirm(const isolate::Deadline& deadline);
+
+  // LIMIT_EXCEEDED, FRAME_SIZE: the server cannot receive such a frame.
+  Result<QueryRequest> make_request(std::vector<std::span<const std::byte>> memories,
+                                    uint64_t number) const;
+  // Sends a frame. Returns why the connection has ended, if it has. PEER_MESSAGE_INVALID for what
+  // the server sent meanwhile.
+  Result<std::optional<LinkEnd>> send(const QueryRequest& request);
+
+  struct Received {
+    std::optional<QueryAnswer> answer{};
+    std::optional<LinkEnd> end{};  // instead of an answer
+  };
+  // Waits for the next answer; a deadline that has passed takes what is there.
+  // PEER_MESSAGE_INVALID.
+  Result<Received> receive(const isolate::Deadline& deadline);
+
+  uint64_t bytes_sent() const noexcept { return bytes_sent_; }
+  uint64_t bytes_received() const noexcept { return bytes_received_; }
+
+ private:
+  struct Connection {
+    Descriptor socket;
+    wire::MessageReader reader;
+    wire::Conversation conversation;
+    // What was read after the part of a message that the reader had room for: with it a small
+    // message is read at once, and the end of a large one with its memories.
+    std::array<std::byte, 16384> ahead{};
+    size_t ahead_begin = 0, ahead_end = 0;
+  };
+  enum class Read { Message, Nothing, Closed };
+
+  explicit QueryLink(const QueryOptions& options);
+  Result<Read> read(Connection* from);
+  Result<wire::EdgeMessage> wait_for_greeting(const isolate::Deadline& deadline);
+  Status read_greeting(const isolate::Deadline& deadline);
+  Status send_host_info();
+  std::string announced_host() const;
+  Status accept_server(const isolate::Deadline& deadline);
+  bool is_of_server(int socket) const;
+  Status read_ready(bool has_requests, bool has_answers);
+  Result<std::optional<LinkEnd>> read_side(Connection* from, bool all);
+  Status take_answer(wire::EdgeMessage message);
+  // Waits for bytes, and with `for_room` also for room to send, and reads what has arrived.
+  Result<std::optional<LinkEnd>> wait(const isolate::Deadline& deadline, bool for_room);
+  void end(LinkEnd how) noexcept;
+
+  const QueryOptions options_;
+  Descriptor listener_;
+  std::unique_ptr<Connection> requests_, answers_;  // A and B
+  wire::QueryCapability capability_;
+  int64_t client_id_ = 0;
+  bool is_within_message_ = false;
+  uint64_t sent_ = 0, answered_ = 0, bytes_sent_ = 0, bytes_received_ = 0;
+  std::deque<QueryAnswer> arrived_;
+  std::optional<LinkEnd> end_;
+};
+
+}  // namespace weir::edge
