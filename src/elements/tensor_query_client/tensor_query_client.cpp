@@ -209,17 +209,22 @@ class TensorQueryClient : public gst::PlainFilter<TensorQueryClient> {
       const bool waits = !was_connected_ && mismatch;
       auto server = finder_->next(waits ? std::nullopt : isolate::Deadline(steady_clock::now()),
                                   interruption_.descriptor());
-      if (!server) return mismatch ? Status(server.error()) : mismatch;
+      if (!server) return mismatch || was_connected_ ? Status(server.error()) : mismatch;
       server_ = *std::move(server);
-      const auto& [host, port] = server_.address;
-      auto status = check_network(transport::Role::Connects, host, port);
-      if (status) status = connect_to_server(kServerTime);
-      if (status || status.error().code == Code::CANCELLED) return status;
-      if (status.error().code == Code::OPTION_VALUE) return status;  // of this element
+      auto status = connect_to_announced();
+      if (status) return status;
+      // Of this element, not of the server.
+      const Code code = status.error().code;
+      if (code == Code::CANCELLED || code == Code::OPTION_VALUE) return status;
       finder_->failed(server_);
       gst::post_warning(element(), status.error());
-      if (status.error().code == Code::SPEC_MISMATCH) mismatch = status;
+      if (code == Code::SPEC_MISMATCH) mismatch = std::move(status);
     }
+  }
+  Status connect_to_announced() {
+    const auto& [host, port] = server_.address;
+    auto status = check_network(transport::Role::Connects, host, port);
+    return status ? connect_to_server(kServerTime) : status;
   }
 
   // Connects to `server_`.
@@ -263,9 +268,8 @@ class TensorQueryClient : public gst::PlainFilter<TensorQueryClient> {
   // A server that is not there may be no error: take_buffer() tries again.
   Status connect_or_retry() {
     if (steady_clock::now() < next_try_) return ok();
-    const Status status = finder_
-                              ? connect_to_any()
-                              : connect_to_server(was_connected_ ? kRetryHandshake : kHandshake);
+    Status status = finder_ ? connect_to_any()
+                            : connect_to_server(was_connected_ ? kRetryHandshake : kHandshake);
     if (status || status.error().code == Code::CANCELLED) return ok();
     const Code code = status.error().code;
     const bool may_come = code == Code::SERVER_UNREACHABLE || code == Code::SERVER_REFUSED ||
