@@ -2,6 +2,7 @@
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #pragma once
 #include <cstdint>
+#include <optional>
 #include <string>
 #include <utility>
 #include <vector>
@@ -94,7 +95,9 @@ struct ServeOptions {
   unsigned batch = 1, workers = 1;                    // as of tensor_filter
   unsigned batch_wait_us = 2000;  // that a request waits for others of its batch
   std::string metrics;            // address of the page of metrics; "": none
-  bool dry_run = false;           // prints the pipelines only
+  // As of tensor_query_serversrc; 0 = no limit.
+  std::optional<unsigned> most_connections, most_connections_of_address;
+  bool dry_run = false;  // prints the pipelines only
 };
 // Serves models to clients until a signal ends it.
 int serve(const ServeOptions& options);

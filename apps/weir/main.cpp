@@ -233,6 +233,14 @@ void add_serve(CLI::App* app, ServeOptions* options) {
   command->add_option("--workers", options->workers, "Sessions of each model; default: 1")
       ->type_name("N")
       ->check(CLI::Range(1u, kMostWorkers));
+  command
+      ->add_option("--max-connections", options->most_connections,
+                   "Connections that have requests in progress; default: 32, 0: no limit")
+      ->type_name("N");
+  command
+      ->add_option("--max-connections-per-address", options->most_connections_of_address,
+                   "The same of one address; default: 4, 0: no limit")
+      ->type_name("N");
   add_engine(command, &options->engine);
   command->add_option("--custom", options->custom, "Options of the engine, as in custom=");
   command->add_flag("--metrics{127.0.0.1:8002}", options->metrics,

@@ -7,17 +7,13 @@
 namespace weir::bindings {
 namespace {
 
-constexpr const char* kNames[WEIR_TYPE_END] = {"int32", "uint32", "int16",   "uint16",
-                                               "int8",  "uint8",  "float64", "float32",
-                                               "int64", "uint64", "float16"};
-
 weir_type type_of_array(const py::array& array) {
   const py::dtype dtype = array.dtype();
   const char order = dtype.byteorder();
   const auto size = dtype.itemsize();
   if (order == '=' || order == '|')
     for (int type = 0; type < WEIR_TYPE_END; ++type) {
-      const char kind = kNames[type][0];
+      const char kind = kTypeNames[type][0];
       if (dtype.kind() == kind && size == static_cast<py::ssize_t>(element_bytes(type)))
         return static_cast<weir_type>(type);
     }
@@ -49,14 +45,14 @@ void LentArrays::add(const py::handle& given) {
 
 py::array array_of(const Tensor& tensor, const py::object& owner) {
   const TensorInfo info = tensor.info();
-  py::array array(py::dtype(kNames[info.type]), info.shape, tensor.bytes().data(), owner);
+  py::array array(py::dtype(kTypeNames[info.type]), info.shape, tensor.bytes().data(), owner);
   array.attr("flags").attr("writeable") = false;
   return array;
 }
 
 py::object dtype_of(weir_type type) {
   if (type == WEIR_TYPE_END) return py::none();
-  return py::dtype(kNames[type]);
+  return py::dtype(kTypeNames[type]);
 }
 
 py::object shape_of(const TensorInfo& info) {

@@ -14,6 +14,11 @@ namespace weir::bindings {
 
 namespace py = pybind11;
 
+// The names that NumPy has for the types of tensors, in the order of weir_type.
+inline constexpr const char* kTypeNames[WEIR_TYPE_END] = {"int32", "uint32", "int16",   "uint16",
+                                                          "int8",  "uint8",  "float64", "float32",
+                                                          "int64", "uint64", "float16"};
+
 // The arrays of a call's arguments, made dense, and views of them, valid as long as this object.
 class LentArrays {
  public:

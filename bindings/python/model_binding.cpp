@@ -33,13 +33,15 @@ std::vector<std::string> paths_of(const py::object& paths) {
 class ModelObject {
  public:
   ModelObject(const py::object& paths, const std::string& engine, const std::string& accelerator,
-              int threads, const py::dict& options, double timeout) {
+              int threads, const py::dict& options, double timeout, const py::dict& declared) {
     ModelOptions wanted{engine, accelerator, threads, {}, nanoseconds_of(timeout)};
     for (const auto& [key, value] : options)
       wanted.options.emplace_back(py::str(key), py::str(value));
+    for (const auto& [key, value] : declared)
+      wanted.declared.emplace_back(py::str(key), py::str(value));
     const auto files = paths_of(paths);
     auto opened = unlocked([&] { return Model::open(files, wanted); });
-    model_ = std::make_shared<Model>(value_or_raise(std::move(opened)));
+    model_ = std::make_shared<Model>(value_of_model(std::move(opened)));
   }
   ModelObject(const ModelObject&) = delete;
   ModelObject& operator=(const ModelObject&) = delete;
@@ -49,6 +51,7 @@ class ModelObject {
     if (!model_) throw py::value_error("the model is closed");
     return model_;
   }
+  bool is_closed() const noexcept { return !model_; }
   void close() {
     unlocked([model = std::move(model_)]() mutable { model.reset(); });
   }
@@ -76,7 +79,7 @@ py::object invoke(const ModelObject& self, const py::object& inputs) {
   const LentArrays lent(inputs);
   const auto model = self.get();
   auto result = unlocked([&] { return model->invoke(lent.views()); });
-  auto outputs = std::make_unique<Outputs>(value_or_raise(std::move(result)));
+  auto outputs = std::make_unique<Outputs>(value_of_model(std::move(result)));
   if (outputs->dropped()) return py::none();
   const Outputs& made = *outputs;
   return arrays_of(keeper_of(std::move(outputs)), made, std::nullopt);
@@ -89,7 +92,7 @@ py::object invoke_batch(const ModelObject& self, const py::sequence& frames) {
   for (const auto& frame : lent) views.push_back(frame.views());
   const auto model = self.get();
   auto result = unlocked([&] { return model->invoke_batch(views); });
-  auto outputs = std::make_unique<Outputs>(value_or_raise(std::move(result)));
+  auto outputs = std::make_unique<Outputs>(value_of_model(std::move(result)));
   if (outputs->dropped()) return py::none();
   const Outputs& made = *outputs;
   const py::object keeper = keeper_of(std::move(outputs));
@@ -102,15 +105,25 @@ void reshape(const ModelObject& self, const py::sequence& shapes) {
   std::vector<TensorShape> wanted;
   for (const auto shape : shapes) wanted.push_back(shape_from(shape));
   const auto model = self.get();
-  check(unlocked([&] { return model->reshape(wanted); }));
+  value_of_model(unlocked([&] { return model->reshape(wanted); }));
 }
 
 constexpr const char* kModel = R"(A model of any engine, opened and invoked by the program itself.
 
-Model(paths, engine="", accelerator="", threads=0, options={}, timeout=0.0)
-paths: a file, or a list of files; engine: its name, "" = by the names of the files; threads: inside one invoke, 0 = the
-engine's own choice; options: the engine's own; timeout: seconds that a later call may take, 0 = without limit.
-Any thread may call; calls of one model wait for each other, and Python's other threads run meanwhile.)";
+Model(paths, engine="", accelerator="", threads=0, options={}, timeout=0.0, declared={})
+
+    with weir.Model("net.onnx") as model:
+        scores, = model(image)
+
+paths: a file, or a list of files
+engine: its name, such as "onnxruntime"; "": chosen by the names of the files
+accelerator: in the engine's terms; "": the engine's own choice
+threads: of one call; 0: the engine's own choice
+options: the engine's own options, as a dict
+timeout: seconds that a call may take; 0: no limit
+declared: the properties input, inputtype, output... of tensor_filter, as a dict, for engines that need them
+
+Any thread may call. Calls of one model wait for each other; other threads of Python run meanwhile.)";
 
 void bind_tensor_info(py::module_& module) {
   py::class_<TensorInfo>(module, "TensorInfo", "The description of one tensor of a model.")
@@ -124,7 +137,8 @@ void bind_tensor_info(py::module_& module) {
                     "real = scale * (value - zero_point); 0: not quantised")
       .def_readonly("zero_point", &TensorInfo::zero_point)
       .def("__repr__",
-           [](const TensorInfo& info) { return "<weir.TensorInfo " + info.to_string() + ">"; });
+           [](const TensorInfo& info) { return "<weir.TensorInfo " + info.to_string() + ">"; })
+      .def("__str__", &TensorInfo::to_string);
 }
 
 }  // namespace
@@ -134,12 +148,17 @@ void bind_model(py::module_& module) {
   using Object = ModelObject;
   py::class_<Object>(module, "Model", kModel)
       .def(py::init<const py::object&, const std::string&, const std::string&, int, const py::dict&,
-                    double>(),
+                    double, const py::dict&>(),
            py::arg("paths"), py::arg("engine") = "", py::arg("accelerator") = "",
-           py::arg("threads") = 0, py::arg("options") = py::dict(), py::arg("timeout") = 0.0)
-      .def_property_readonly("engine", [](const Object& self) { return self.get()->engine(); })
-      .def_property_readonly("engine_version",
-                             [](const Object& self) { return self.get()->engine_version(); })
+           py::arg("threads") = 0, py::arg("options") = py::dict(), py::arg("timeout") = 0.0,
+           py::arg("declared") = py::dict())
+      .def_property_readonly("closed", &Object::is_closed, "True after close()")
+      .def_property_readonly(
+          "engine", [](const Object& self) { return self.get()->engine(); },
+          "the name of the engine that runs the model")
+      .def_property_readonly(
+          "engine_version", [](const Object& self) { return self.get()->engine_version(); },
+          "the version of the engine's library")
       .def_property_readonly(
           "metadata", [](const Object& self) { return self.get()->metadata(); },
           "the metadata of the model's file as JSON; \"\" if it has none")
@@ -147,7 +166,8 @@ void bind_model(py::module_& module) {
           "inputs", [](const Object& self) { return py::tuple(py::cast(self.get()->inputs())); },
           "one TensorInfo per tensor, with the current shapes; reshape() changes them")
       .def_property_readonly(
-          "outputs", [](const Object& self) { return py::tuple(py::cast(self.get()->outputs())); })
+          "outputs", [](const Object& self) { return py::tuple(py::cast(self.get()->outputs())); },
+          "one TensorInfo per tensor that the model returns")
       .def("reshape", &reshape, py::arg("shapes"),
            "Sets the shapes of all inputs where the model leaves them open; () = the model's own.")
       .def(

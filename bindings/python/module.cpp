@@ -2,19 +2,15 @@
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #include <pybind11/pybind11.h>
 
+#include "frame_binding.hpp"
 #include "model_binding.hpp"
 #include "pipeline_binding.hpp"
 #include "raised.hpp"
 
 PYBIND11_MODULE(_weir, module) {
-  namespace py = pybind11;
-  py::list codes;
-#define WEIR_CODE(name, number, title) codes.append(py::make_tuple(#name, number));
-  WEIR_ERROR_CODES(WEIR_CODE)
-#undef WEIR_CODE
-  module.attr("CODES") = codes;
   module.attr("VERSION") = WEIR_PYTHON_VERSION;
   module.def("set_error", &weir::bindings::set_error);
   weir::bindings::bind_model(module);
+  weir::bindings::bind_frame(module);
   weir::bindings::bind_pipeline(module);
 }

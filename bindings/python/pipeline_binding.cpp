@@ -27,21 +27,6 @@ std::optional<Nanoseconds> nanoseconds_of(const Seconds& seconds) {
 std::optional<Nanoseconds> time_of(const std::optional<int64_t>& nanoseconds) {
   return nanoseconds ? std::optional(Nanoseconds(*nanoseconds)) : std::nullopt;
 }
-std::optional<int64_t> number_of(const std::optional<Nanoseconds>& time) {
-  return time ? std::optional<int64_t>(time->count()) : std::nullopt;
-}
-
-py::array tensor_of(const Frame& frame, py::ssize_t index) {
-  const auto size = static_cast<py::ssize_t>(frame.size());
-  if (index < 0) index += size;
-  if (index < 0 || index >= size) throw py::index_error("the frame has no such tensor");
-  auto kept = std::make_unique<Frame>(frame);
-  const Tensor tensor = (*kept)[static_cast<size_t>(index)];
-  const py::capsule owner(kept.get(), [](void* end) { delete static_cast<Frame*>(end); });
-  kept.release();
-  return array_of(tensor, owner);
-}
-
 // The first exception that the program's functions raised since the pipeline started. Guarded by
 // the GIL.
 struct RaisedInStream {
@@ -189,36 +174,45 @@ const char* state(const Object& self) {
   }
 }
 
-void bind_frame(py::module_& module) {
-  py::class_<Frame>(module, "Frame",
-                    "A frame that came out of a pipeline: len(frame) tensors, frame[i] a read-only "
-                    "array over its memory. Times in nanoseconds of running time, or None.")
-      .def("__len__", &Frame::size)
-      .def("__getitem__", &tensor_of)
-      .def_property_readonly("pts", [](const Frame& f) { return number_of(f.pts()); })
-      .def_property_readonly("duration", [](const Frame& f) { return number_of(f.duration()); })
-      .def_property_readonly("caps", &Frame::caps, "GStreamer's text");
+// The elements of the text, by name: their factories.
+py::dict elements(const Object& self) {
+  using Found = std::vector<std::pair<std::string, std::string>>;
+  const Found found = self.call([](Pipeline& p) { return p.elements(); });
+  py::dict out;
+  for (const auto& [name, kind] : found) out[py::str(name)] = py::str(kind);
+  return out;
 }
 
 constexpr const char* kPipeline =
-    R"(A pipeline, from the text that gst-launch-1.0 takes: appsrc name=in ! ... ! tensor_sink name=out
+    R"(A pipeline, from the text that gst-launch-1.0 takes.
 
-with weir.Pipeline(text) as pipeline starts and stops it. What an element reports on its bus is the error of every later call,
-until stop(). Any thread may call. Time-outs are seconds, None = without limit; times of frames are nanoseconds.)";
+    with weir.Pipeline("appsrc name=in ! tensor_filter model=net.onnx ! tensor_sink name=out") as pipeline:
+        pipeline.push("in", image)
+        pipeline.end("in")
+        for frame in pipeline.frames("out"):
+            print(frame[0])
+
+`with` starts the pipeline and stops it at the end. An error that an element posts raises weir.Error in every later call, until
+stop(). Any thread may call. Time limits are seconds, None: no limit. Times of frames are nanoseconds.)";
 
 }  // namespace
 
 void bind_pipeline(py::module_& module) {
-  bind_frame(module);
   py::class_<Object>(module, "Pipeline", kPipeline)
       .def(py::init<const std::string&>(), py::arg("text"))
-      .def("start", [](const Object& s) { s.call([](Pipeline& p) { return p.start(); }); })
-      .def("pause", [](const Object& s) { s.call([](Pipeline& p) { return p.pause(); }); })
-      .def("stop",
-           [](const Object& s) {
-             s.call([](Pipeline& p) { return p.stop(); });
-             s.forget_raised();
-           })
+      .def(
+          "start", [](const Object& s) { s.call([](Pipeline& p) { return p.start(); }); },
+          "Starts the pipeline, or resumes it after pause(). Does not wait for the first frame.")
+      .def(
+          "pause", [](const Object& s) { s.call([](Pipeline& p) { return p.pause(); }); },
+          "Pauses the pipeline; start() resumes it.")
+      .def(
+          "stop",
+          [](const Object& s) {
+            s.call([](Pipeline& p) { return p.stop(); });
+            s.forget_raised();
+          },
+          "Stops the pipeline. Frames in it, frames not pulled, and its error are discarded.")
       .def("close", &Object::close, "Stops and frees the pipeline.")
       .def_property_readonly("closed", &Object::is_closed, "True after close()")
       .def_property_readonly("state", &state, "\"stopped\", \"paused\" or \"playing\"")
@@ -235,25 +229,38 @@ void bind_pipeline(py::module_& module) {
           },
           py::arg("name"), "Ends the stream of the appsrc `name`.")
       .def("pull", &pull, py::arg("name"), py::arg("timeout") = py::none(),
-           "The next Frame of the sink `name`; None on time-out or, if ended() is True "
-           "then, at the end of the stream.")
+           "Returns the next Frame of the tensor_sink or appsink `name`; None on time-out or, if "
+           "ended() is True then, at the end of the stream. Ctrl-C interrupts it.")
       .def(
           "ended",
           [](const Object& self, const std::string& name) {
             return self.call([&](Pipeline& p) { return p.ended(name); });
           },
-          py::arg("name"))
+          py::arg("name"), "True if the stream of the sink `name` has ended and no frame is left.")
       .def("on_frame", &on_frame, py::arg("name"), py::arg("function"),
-           "Called with each Frame on a thread of the stream, instead of pulling; None: pulled "
-           "again. An exception ends the stream. It cannot stop, pause or start its own pipeline "
-           "(weir.Error, CANCELLED) but may close it.")
-      .def("set", &set, py::arg("element"), py::arg("property"), py::arg("value"))
+           "Calls `function` with each Frame of the sink `name`, on a thread of the stream, "
+           "instead of "
+           "keeping frames for pull(); None: keeps them again. Only while the pipeline is stopped. "
+           "An exception in the function ends the stream, and is the __cause__ of the weir.Error. "
+           "The function may close its pipeline, but cannot start, pause or stop it.")
+      .def("set", &set, py::arg("element"), py::arg("property"), py::arg("value"),
+           "Sets a property of the element `element`: a bool, a number, or text as in "
+           "gst-launch-1.0.")
       .def(
           "get",
           [](const Object& self, const std::string& element, const std::string& property) {
             return self.call([&](Pipeline& p) { return p.get(element, property); });
           },
           py::arg("element"), py::arg("property"), "Returns the property as text.")
+      .def(
+          "_get_json",
+          [](const Object& self, const std::string& element, const std::string& property) {
+            return self.call([&](Pipeline& p) { return p.get_json(element, property); });
+          },
+          py::arg("element"), py::arg("property"))
+      .def("elements", &elements,
+           "Returns the elements of the text as a dict: their kinds, such as \"tensor_filter\", by "
+           "their names.")
       .def(
           "open_valve",
           [](const Object& self, const std::string& name, bool open) {

@@ -11,20 +11,25 @@ namespace weir::bindings {
 
 namespace py = pybind11;
 
-// Sets the class weir.Error and the names of its codes; the package calls it once.
-void set_error(py::object error, py::object code);
+// Sets the class weir.Error, the names of its codes, and the function that spells parts of a
+// model's errors as Python does; the package calls it once.
+void set_error(py::object error, py::object code, py::object spelling);
 
 // Throws the error as a weir.Error, whose __cause__ is the exception `cause` unless that is null.
 // Call with the GIL held.
 [[noreturn]] void raise(const Error& error, const py::object& cause = {});
+// The same for an error of a model: its properties are spelled as arguments of weir.Model.
+[[noreturn]] void raise_of_model(Error error);
 
 template <class T>
 T value_or_raise(Result<T> result) {
   if (!result) raise(result.error());
   return *std::move(result);
 }
-inline void check(const Status& status) {
-  if (!status) raise(status.error());
+template <class T>
+T value_of_model(Result<T> result) {
+  if (!result) raise_of_model(result.error());
+  return *std::move(result);
 }
 
 // Runs `body` without the GIL: for calls that block or join threads that need the GIL.

@@ -5,8 +5,9 @@
 #ifndef WEIR_NO_RESULT_H
 #define WEIR_NO_RESULT_H
 
-/* After the last three, the host may run another model on the frame (tensor_filter fallback=...).
- * `stats` counts the frames as dropped-policy, dropped-late, dropped-refused and dropped-lost. */
+/* An engine with submit() says it with the last complete() of a request. After the last three, the
+ * host may run another model on the frame (tensor_filter fallback=...). `stats` counts the frames
+ * as dropped-policy, dropped-late, dropped-refused and dropped-lost. */
 enum weir_no_result {
   WEIR_NO_RESULT = 1,            /* the engine drops the frame */
   WEIR_RESULT_LATE = 0x57450001, /* the result did not come in time */

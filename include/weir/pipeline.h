@@ -104,6 +104,18 @@ WEIR_EXPORT uint32_t weir_pulled_count(const weir_pulled* frame);
 /* Describes tensor `index`; -WEIR_OPTION_VALUE for an invalid one. The memory is read-only and
  * lives as long as the frame. A frame of media is one uint8 tensor. */
 WEIR_EXPORT int weir_pulled_tensor(const weir_pulled* frame, uint32_t index, weir_tensor* tensor);
+/* The text of a field of the caps, "" if they have no such field with a text: weir-columns and
+ * weir-source of results (results.h). Valid as long as the frame, or a copy of it. */
+WEIR_EXPORT const char* weir_pulled_caps_field(const weir_pulled* frame, const char* field);
+/* The label of a class in tensor `index` of results, from the stream's event weir-labels; "" if the
+ * stream has none for it. Valid as long as the frame, or a copy of it. */
+WEIR_EXPORT const char* weir_pulled_label(const weir_pulled* frame, uint32_t index,
+                                          int32_t class_index);
+/* The number of source maps: 0 for a frame that does not come from a picture, 1 for all of its
+ * tensors, or one for each; of a batch of regions one for each region. */
+WEIR_EXPORT uint32_t weir_pulled_map_count(const weir_pulled* frame);
+/* Copies source map `index`; -WEIR_OPTION_VALUE for an invalid one. */
+WEIR_EXPORT int weir_pulled_map(const weir_pulled* frame, uint32_t index, weir_source_map* map);
 /* The PTS of the buffer and its duration in ns; -1 = none. */
 WEIR_EXPORT int64_t weir_pulled_pts(const weir_pulled* frame);
 WEIR_EXPORT int64_t weir_pulled_duration(const weir_pulled* frame);
@@ -124,7 +136,11 @@ WEIR_EXPORT int weir_pipeline_set(weir_pipeline* pipeline, const char* name, con
                                   const char* value, weir_error** error);
 WEIR_EXPORT int weir_pipeline_get(weir_pipeline* pipeline, const char* name, const char* property,
                                   char** value, weir_error** error);
-WEIR_EXPORT void weir_pipeline_text_free(char* text); /* from weir_pipeline_get; NULL: no effect */
+/* The same as JSON, with structures such as the property "stats" as objects. */
+WEIR_EXPORT int weir_pipeline_get_json(weir_pipeline* pipeline, const char* name,
+                                       const char* property, char** json, weir_error** error);
+/* For the texts of weir_pipeline_get and _get_json; NULL: no effect. */
+WEIR_EXPORT void weir_pipeline_text_free(char* text);
 /* The type of a property: one of these, above 0, or -code. */
 enum weir_property_type {
   WEIR_PROPERTY_OTHER = 1,

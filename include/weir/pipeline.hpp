@@ -27,10 +27,12 @@
 #include <span>
 #include <string>
 #include <type_traits>
+#include <utility>
 #include <vector>
 
 #include "weir/c_error.hpp"
 #include "weir/pipeline.h"
+#include "weir/source_map.hpp"
 #include "weir/tensor_info.hpp"
 
 namespace weir {
@@ -55,6 +57,26 @@ class Frame {
     return time(weir_pulled_duration(frame_.get()));
   }
   std::string caps() const { return weir_pulled_caps(frame_.get()); }  // GStreamer caps text
+  // The text of a field of the caps, such as weir-columns; "" if there is none.
+  std::string caps_field(const std::string& field) const {
+    return weir_pulled_caps_field(frame_.get(), field.c_str());
+  }
+  // The label of a class in tensor `index` of results; "" if the stream has none for it.
+  std::string label(size_t index, int32_t class_index) const {
+    return weir_pulled_label(frame_.get(), static_cast<uint32_t>(index), class_index);
+  }
+  // From pixels of the tensors to those of the source picture: one map for all tensors, or one for
+  // each; of a batch of regions one for each region. Empty if the frame does not come from a
+  // picture.
+  std::vector<SourceMap> source_maps() const {
+    std::vector<SourceMap> maps(weir_pulled_map_count(frame_.get()));
+    for (size_t i = 0; i < maps.size(); ++i) {
+      weir_source_map map{};
+      weir_pulled_map(frame_.get(), static_cast<uint32_t>(i), &map);
+      maps[i] = source_map(map);
+    }
+    return maps;
+  }
 
  private:
   static std::optional<Nanoseconds> time(int64_t ns) noexcept {
@@ -208,6 +230,19 @@ class Pipeline {
     return status;
   }
 
+  // The elements of the text in its order: name and kind, such as "out" and "tensor_sink".
+  Result<std::vector<std::pair<std::string, std::string>>> elements() const {
+    std::vector<std::pair<std::string, std::string>> out;
+    CError error;
+    const auto add = [](const char* name, const char* kind, int depth, void* data) {
+      auto* list = static_cast<std::vector<std::pair<std::string, std::string>>*>(data);
+      if (depth == 0) list->emplace_back(name, kind);
+    };
+    const int result = weir_pipeline_elements(handle(), add, &out, error.place());
+    if (result < 0) return error.take(result);
+    return out;
+  }
+
   // Handles; the pipeline must outlive them.
   Valve valve(const std::string& name) { return {handle(), name}; }
   Switch selector(const std::string& name) { return {handle(), name}; }
@@ -228,14 +263,11 @@ class Pipeline {
     return set(element, property, text_of(value));
   }
   Result<std::string> get(const std::string& element, const std::string& property) const {
-    char* text = nullptr;
-    CError error;
-    const int result =
-        weir_pipeline_get(handle(), element.c_str(), property.c_str(), &text, error.place());
-    if (result < 0) return error.take(result);
-    const std::unique_ptr<char, decltype(&weir_pipeline_text_free)> owner(text,
-                                                                          weir_pipeline_text_free);
-    return std::string(text);
+    return get(weir_pipeline_get, element, property);
+  }
+  // The property as JSON: numbers, texts, arrays, and objects such as the property "stats".
+  Result<std::string> get_json(const std::string& element, const std::string& property) const {
+    return get(weir_pipeline_get_json, element, property);
   }
   template <class T>
   requires std::is_arithmetic_v<T> Result<T> get(const std::string& element,
@@ -279,6 +311,17 @@ class Pipeline {
     } catch (...) {
       return failed("an unknown exception");
     }
+  }
+  template <class Get>
+  Result<std::string> get(Get function, const std::string& element,
+                          const std::string& property) const {
+    char* text = nullptr;
+    CError error;
+    const int result = function(handle(), element.c_str(), property.c_str(), &text, error.place());
+    if (result < 0) return error.take(result);
+    const std::unique_ptr<char, decltype(&weir_pipeline_text_free)> owner(text,
+                                                                          weir_pipeline_text_free);
+    return std::string(text);
   }
   template <class T>
   static std::string text_of(T value) {

@@ -221,8 +221,8 @@ bool ServedModel::enqueue(const std::shared_ptr<ServedRequest>& request) {
 
 std::shared_ptr<ServedRequest> ServedModel::next() {
   std::unique_lock lock(mutex_);
-  arrived_.wait(lock, [this] { return interrupted_ || stopped_ || !waiting_.empty(); });
-  if (interrupted_ || stopped_) return nullptr;
+  arrived_.wait(lock, [this] { return interrupted_ || !waiting_.empty(); });
+  if (interrupted_) return nullptr;
   auto out = std::move(waiting_.front());
   waiting_.pop_front();
   return out;
@@ -272,13 +272,13 @@ void ServedModel::close() {
     stopped_ = true;
     waiting.swap(waiting_);
   }
-  arrived_.notify_all();
   notify();
   end_as_stopped(waiting);
 }
 
 void ServedModel::stop() {
   close();
+  interrupt();
   std::deque<std::shared_ptr<ServedRequest>> taken;
   {
     std::lock_guard lock(mutex_);

@@ -199,6 +199,24 @@ const char* weir_pulled_caps(const weir_pulled* frame) {
   return frame ? frame->frame->caps().c_str() : "";
 }
 
+const char* weir_pulled_caps_field(const weir_pulled* frame, const char* field) {
+  return frame && field ? frame->frame->caps_field(field) : "";
+}
+
+const char* weir_pulled_label(const weir_pulled* frame, uint32_t index, int32_t class_index) {
+  return frame ? frame->frame->label(index, class_index) : "";
+}
+
+uint32_t weir_pulled_map_count(const weir_pulled* frame) {
+  return frame ? static_cast<uint32_t>(frame->frame->maps().size()) : 0;
+}
+
+int weir_pulled_map(const weir_pulled* frame, uint32_t index, weir_source_map* map) {
+  if (!map || index >= weir_pulled_map_count(frame)) return -WEIR_OPTION_VALUE;
+  *map = weir::abi_map(frame->frame->maps()[index]);
+  return WEIR_OK;
+}
+
 weir_pulled* weir_pulled_keep(const weir_pulled* frame) {
   return frame ? new (std::nothrow) weir_pulled(*frame) : nullptr;
 }

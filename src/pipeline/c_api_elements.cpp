@@ -11,6 +11,19 @@ using pipeline::Pipeline;
 using pipeline::with;
 using pipeline::with_element;
 
+template <class Get>
+int get_text(weir_pipeline* pipeline, const char* name, const char* property, char** text,
+             weir_error** error, Get get) {
+  const auto copy = [&](GstElement* e) -> Status {
+    const auto got = get(e, property);
+    if (!got) return got.error();
+    *text = g_strdup(got->c_str());
+    return ok();
+  };
+  if (text) *text = nullptr;
+  return with_element(pipeline, name, error, copy, property, text);
+}
+
 }  // namespace
 
 int weir_pipeline_elements(weir_pipeline* pipeline, weir_element_function function, void* data,
@@ -77,14 +90,12 @@ int weir_pipeline_set(weir_pipeline* pipeline, const char* name, const char* pro
 
 int weir_pipeline_get(weir_pipeline* pipeline, const char* name, const char* property, char** value,
                       weir_error** error) {
-  const auto get = [&](GstElement* e) -> Status {
-    const auto text = pipeline::get_property(e, property);
-    if (!text) return text.error();
-    *value = g_strdup(text->c_str());
-    return ok();
-  };
-  if (value) *value = nullptr;
-  return with_element(pipeline, name, error, get, property, value);
+  return get_text(pipeline, name, property, value, error, pipeline::get_property);
+}
+
+int weir_pipeline_get_json(weir_pipeline* pipeline, const char* name, const char* property,
+                           char** json, weir_error** error) {
+  return get_text(pipeline, name, property, json, error, pipeline::get_property_json);
 }
 
 void weir_pipeline_text_free(char* text) {

@@ -6,6 +6,7 @@
 #include <vector>
 
 #include "core/text/choice.hpp"
+#include "gstcpp/element/value_json.hpp"
 #include "gstcpp/pads/output_selector.hpp"
 #include "weir/pipeline.h"
 
@@ -41,6 +42,13 @@ Error refused(GstElement* element, const GParamSpec& spec, const std::string& of
                .offered = offered,
                .needed = std::move(needed),
                .fix = "gst-inspect-1.0 " + kind_of(element)};
+}
+
+Result<GParamSpec*> find_readable(GstElement* element, const std::string& property) {
+  const auto found = find_property(element, property);
+  if (found && !((*found)->flags & G_PARAM_READABLE))
+    return refused(element, **found, "", "a value: it is write-only");
+  return found;
 }
 
 }  // namespace
@@ -106,10 +114,8 @@ Status set_property(GstElement* element, const std::string& property, const std:
 }
 
 Result<std::string> get_property(GstElement* element, const std::string& property) {
-  const auto found = find_property(element, property);
+  const auto found = find_readable(element, property);
   if (!found) return found.error();
-  if (!((*found)->flags & G_PARAM_READABLE))
-    return refused(element, **found, "", "a value: it is write-only");
   Value value((*found)->value_type);
   g_object_get_property(G_OBJECT(element), property.c_str(), value.get());
   if (G_VALUE_HOLDS_STRING(value.get())) {
@@ -119,6 +125,15 @@ Result<std::string> get_property(GstElement* element, const std::string& propert
   gst::UniqueText text(gst_value_serialize(value.get()));
   if (!text) text.reset(g_strdup_value_contents(value.get()));
   return std::string(text ? text.get() : "");
+}
+
+Result<std::string> get_property_json(GstElement* element, const std::string& property) {
+  const auto found = find_readable(element, property);
+  if (!found) return found.error();
+  Value value((*found)->value_type);
+  g_object_get_property(G_OBJECT(element), property.c_str(), value.get());
+  using Json = nlohmann::ordered_json;
+  return gst::json_from_value(value.get()).dump(-1, ' ', false, Json::error_handler_t::replace);
 }
 
 Result<int> property_type(GstElement* element, const std::string& property) {

@@ -22,6 +22,8 @@ Status set_valve(GstElement* element, bool open);
 Status select_pad(GstElement* element, const std::string& pad);
 Status set_property(GstElement* element, const std::string& property, const std::string& text);
 Result<std::string> get_property(GstElement* element, const std::string& property);
+// The value as JSON, as gst::json_from_value() converts it.
+Result<std::string> get_property_json(GstElement* element, const std::string& property);
 // Returns a weir_property_type.
 Result<int> property_type(GstElement* element, const std::string& property);
 // OPTION_VALUE when the property is not an enum.

@@ -5,6 +5,7 @@
 #include <gst/app/app.h>
 
 #include "gstcpp/element/error.hpp"
+#include "gstcpp/element/labels_event.hpp"
 
 namespace weir::pipeline {
 namespace {
@@ -27,8 +28,8 @@ FrameSink::FrameSink(gst::Ref<GstElement> element, infer::CallGate& callbacks)
     connect("new-data", G_CALLBACK(on_tensors));
   }
   connect("eos", G_CALLBACK(on_end));
-  constexpr int kProbed =
-      GST_PAD_PROBE_TYPE_BUFFER | GST_PAD_PROBE_TYPE_BUFFER_LIST | GST_PAD_PROBE_TYPE_EVENT_FLUSH;
+  constexpr int kProbed = GST_PAD_PROBE_TYPE_BUFFER | GST_PAD_PROBE_TYPE_BUFFER_LIST |
+                          GST_PAD_PROBE_TYPE_EVENT_DOWNSTREAM | GST_PAD_PROBE_TYPE_EVENT_FLUSH;
   probe_ = gst_pad_add_probe(pad_.get(), GstPadProbeType(kProbed), on_pad, this, nullptr);
 }
 
@@ -38,6 +39,7 @@ FrameSink::~FrameSink() {
 }
 
 void FrameSink::open() {
+  labels_.reset();
   if (!GST_IS_APP_SINK(element_.get())) return queue_.open(kFramesOfATensorSink, Full::Waits);
   auto* sink = GST_APP_SINK(element_.get());
   queue_.open(gst_app_sink_get_max_buffers(sink),
@@ -65,9 +67,19 @@ GstPadProbeReturn FrameSink::on_pad(GstPad* pad, GstPadProbeInfo* info, gpointer
   auto* self = static_cast<FrameSink*>(data);
   if (GST_PAD_PROBE_INFO_TYPE(info) & GST_PAD_PROBE_TYPE_EVENT_FLUSH)
     self->queue_.flush();
+  else if (GST_PAD_PROBE_INFO_TYPE(info) & GST_PAD_PROBE_TYPE_EVENT_DOWNSTREAM)
+    self->took_event(GST_PAD_PROBE_INFO_EVENT(info));
   else if (!self->function_)
     self->queue_.wait_for_room([pad] { return GST_PAD_IS_FLUSHING(pad); });
   return GST_PAD_PROBE_OK;
+}
+
+void FrameSink::took_event(GstEvent* event) {
+  auto labels = gst::parse_labels_event(event);
+  if (!labels) return;
+  auto all = labels_ ? std::make_shared<Labels>(*labels_) : std::make_shared<Labels>();
+  (*all)[labels->source] = std::move(labels->labels);
+  labels_ = std::move(all);
 }
 
 void FrameSink::on_end(GstElement*, FrameSink* self) {
@@ -76,10 +88,12 @@ void FrameSink::on_end(GstElement*, FrameSink* self) {
 
 void FrameSink::arrived(Arrived frame) {
   if (!frame.buffer) return;
+  frame.labels = labels_;
   if (!function_) return queue_.put(std::move(frame));
   const infer::CallGate::Visit visit(callbacks_);
   if (!visit) return;
-  const auto read = PulledFrame::read(std::move(frame.buffer), frame.caps);
+  const auto read =
+      PulledFrame::read(std::move(frame.buffer), std::move(frame.caps), std::move(frame.labels));
   const Status status = read ? function_(*read) : Status(read.error());
   if (!status) gst::post_error(element_.get(), status.error());
 }

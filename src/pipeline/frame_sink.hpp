@@ -20,6 +20,7 @@ class FrameSink {
   struct Arrived {
     gst::Ref<GstBuffer> buffer;
     gst::Ref<GstCaps> caps;
+    std::shared_ptr<const Labels> labels = {};
   };
   using Queue = FrameQueue<Arrived>;
   using Function = std::function<Status(const std::shared_ptr<const PulledFrame>&)>;
@@ -44,6 +45,7 @@ class FrameSink {
   static GstFlowReturn on_sample(GstElement* element, FrameSink* self);
   static void on_end(GstElement* element, FrameSink* self);
   static GstPadProbeReturn on_pad(GstPad* pad, GstPadProbeInfo* info, gpointer self);
+  void took_event(GstEvent* event);
   void arrived(Arrived frame);
 
   gst::Ref<GstElement> element_;
@@ -53,6 +55,9 @@ class FrameSink {
   gulong probe_ = 0;
   Queue queue_;
   Function function_;  // empty: frames are queued
+  // Replaced, not changed: frames share it. Guarded by the pad's stream lock; open() runs while
+  // the element is stopped.
+  std::shared_ptr<const Labels> labels_;
 };
 
 }  // namespace weir::pipeline

@@ -297,7 +297,8 @@ Result<Pipeline::Pulled> Pipeline::pull(const std::string& name, std::chrono::na
   auto& queue = (*from)->queue();
   auto arrived = queue.take(until(limit), [this] { return failed().has_value(); });
   if (arrived) {
-    auto frame = PulledFrame::read(std::move(arrived->buffer), arrived->caps);
+    auto frame = PulledFrame::read(std::move(arrived->buffer), std::move(arrived->caps),
+                                   std::move(arrived->labels));
     if (!frame) return frame.error();
     return Pulled{Answer::Done, *std::move(frame)};
   }

@@ -5,6 +5,8 @@
 #include "gstcpp/buffer/frame_errors.hpp"
 #include "gstcpp/buffer/memory_part.hpp"
 #include "gstcpp/buffer/tensor_caps.hpp"
+#include "gstcpp/buffer/tensor_meta.hpp"
+#include "weir/results.h"
 
 namespace weir::pipeline {
 namespace {
@@ -21,9 +23,12 @@ int64_t time_of(GstClockTime time) {
 }  // namespace
 
 Result<std::shared_ptr<const PulledFrame>> PulledFrame::read(gst::Ref<GstBuffer> buffer,
-                                                             const gst::Ref<GstCaps>& caps) {
-  std::shared_ptr<PulledFrame> out(new PulledFrame(std::move(buffer)));
-  if (caps) out->caps_ = gst::UniqueText(gst_caps_to_string(caps.get())).get();
+                                                             gst::Ref<GstCaps> given,
+                                                             std::shared_ptr<const Labels> labels) {
+  std::shared_ptr<PulledFrame> out(
+      new PulledFrame(std::move(buffer), std::move(given), std::move(labels)));
+  const auto& caps = out->caps_;
+  if (caps) out->caps_text_ = gst::UniqueText(gst_caps_to_string(caps.get())).get();
   Status status = ok();
   if (caps && !gst_caps_is_any(caps.get()) && !gst_caps_is_empty(caps.get()) &&
       is_tensors(caps.get())) {
@@ -44,7 +49,7 @@ Status PulledFrame::read_tensors(const FrameSpec& spec) {
   if (spec.format == Format::Sparse)
     return Error{.code = Code::FORMAT_UNSUPPORTED,
                  .what = "sparse tensors cannot be pulled",
-                 .offered = caps_,
+                 .offered = caps_text_,
                  .needed = "static or flexible tensors",
                  .fix = "tensor_sparse_dec before the sink"};
   if (auto status = reader_.read(buffer_.get(), spec); !status) return status;
@@ -79,6 +84,29 @@ void PulledFrame::add(const TensorSpec& spec, std::span<std::byte> bytes) {
   for (uint32_t i = 0; i < tensor.info.rank; ++i)
     tensor.info.shape[i] = spec.shape[tensor.info.rank - 1 - i];
   tensors_.push_back(tensor);
+}
+
+const char* PulledFrame::caps_field(const char* field) const noexcept {
+  if (!caps_ || gst_caps_get_size(caps_.get()) == 0) return "";
+  const char* text = gst_structure_get_string(gst_caps_get_structure(caps_.get(), 0), field);
+  return text ? text : "";
+}
+
+const char* PulledFrame::label(uint32_t index, int32_t class_index) const {
+  if (!labels_ || class_index < 0) return "";
+  std::string_view sources = caps_field(WEIR_RESULTS_SOURCE);
+  for (; index > 0; --index) {
+    const size_t end = sources.find(';');
+    if (end == std::string_view::npos) return "";
+    sources.remove_prefix(end + 1);
+  }
+  const auto found = labels_->find(sources.substr(0, sources.find(';')));
+  const auto at = static_cast<size_t>(class_index);
+  return found != labels_->end() && at < found->second.size() ? found->second[at].c_str() : "";
+}
+
+std::span<const SourceMap> PulledFrame::maps() const noexcept {
+  return gst::source_maps(buffer_.get());
 }
 
 int64_t PulledFrame::pts() const noexcept {

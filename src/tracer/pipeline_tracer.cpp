@@ -106,7 +106,6 @@ PipelineTracer::Remembered PipelineTracer::look_up(GstPad* pad, uint64_t generat
   Remembered out{pad, generation, queue_of(id), queue_of(graph_.peer_at(id, trace::kForEver))};
   out.is_timed = measures_pushes(own_waits) || measures_pushes(peer_waits);
   out.is_timed_outermost = own_waits != Waits::Room && !makes_frames(own.get(), own_waits);
-  out.is_timed_once = peer_waits == Waits::Start;
   return out;
 }
 

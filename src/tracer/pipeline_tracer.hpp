@@ -47,7 +47,7 @@ class PipelineTracer {
     WatchedQueue* peer = nullptr;  // set if the peer's element is a queue
     // Whether to measure the time of the thread: with each push, with the outermost of the thread.
     bool is_timed = false, is_timed_outermost = false;
-    bool is_timed_once = false;  // with the first push
+    bool is_timed_once = true;  // with the first push
   };
   Remembered& remembered(GstPad* pad);
   void begin_push(int64_t time, GstPad* pad, int64_t time_stamp, uint64_t frames, uint64_t bytes);

@@ -125,6 +125,7 @@ TEST(NullPointers, OfLibweirPipelineAreErrors) {
   tensor.info.rank = 1;
   tensor.info.shape[0] = 1;
   weir_pulled* frame = nullptr;
+  weir_source_map map{};
   char* text = nullptr;
   int32_t number = 0;
   EXPECT_NULL_REFUSED(weir_pipeline_parse, "fakesrc ! fakesink", &other, kError);
@@ -149,6 +150,7 @@ TEST(NullPointers, OfLibweirPipelineAreErrors) {
   EXPECT_NULL_REFUSED(weir_pipeline_select, p, "v", "sink_0", kError);
   EXPECT_NULL_REFUSED(weir_pipeline_set, p, "v", "drop", "true", kError);
   EXPECT_NULL_REFUSED(weir_pipeline_get, p, "v", "drop", &text, kError);
+  EXPECT_NULL_REFUSED(weir_pipeline_get_json, p, "v", "drop", &text, kError);
   EXPECT_NULL_REFUSED(weir_pipeline_property_type, p, "v", "drop", kError);
   EXPECT_NULL_REFUSED(weir_pipeline_get_enum, p, "v", "drop-mode", &number, kError);
   EXPECT_NULL_REFUSED(weir_pipeline_elements, p, +on_element, kData, kError);
@@ -165,6 +167,11 @@ TEST(NullPointers, OfLibweirPipelineAreErrors) {
   EXPECT_NULL_REFUSED(weir_pulled_duration, frame);
   EXPECT_EQ(weir_pulled_duration(nullptr), -1);
   EXPECT_NULL_REFUSED(weir_pulled_caps, frame);
+  EXPECT_NULL_REFUSED(weir_pulled_caps_field, frame, "weir-columns");
+  EXPECT_NULL_REFUSED(weir_pulled_label, frame, 0u, 0);
+  EXPECT_NULL_REFUSED(weir_pulled_map_count, frame);
+  EXPECT_EQ(weir_pulled_map_count(nullptr), 0u);
+  EXPECT_NULL_REFUSED(weir_pulled_map, frame, 0u, &map);
   EXPECT_NULL_REFUSED(weir_pulled_keep, frame);
   EXPECT_EQ(weir_pulled_keep(nullptr), nullptr);
   EXPECT_NULL_HARMLESS(weir_pulled_free, nullptr);

@@ -120,7 +120,8 @@ TEST(PipelineControl, RejectsPropertiesAndValues) {
   EXPECT_REFUSED(p.set("v", "pattern", "football-and-more"), OPTION_VALUE,
                  "videotestsrc does not accept this value for pattern");
   EXPECT_REFUSED(p.set("v", "pattern", "bal"), OPTION_VALUE, "did you mean ball?");
-  EXPECT_REFUSED(p.set("v", "horizontal-speed", "fast"), OPTION_VALUE, "needed: a gint");
+  EXPECT_REFUSED(p.set("v", "horizontal-speed", "fast"), OPTION_VALUE,
+                 "needed: a whole number from -2147483648 to 2147483647");
   EXPECT_REFUSED(p.set("out", "signal-rate", 501), OPTION_VALUE,
                  "a value in its range, such as 500");
   EXPECT_REFUSED(p.set("c", "stats", "x"), OPTION_VALUE, "it is read-only");

@@ -48,7 +48,7 @@ class CheckOip(unittest.TestCase):
 
     def test_no_server_fails_every_check(self):
         passed, failed = self.check("127.0.0.1:9", "--model", "affine")
-        self.assertEqual((passed, len(failed)), (0, 19))
+        self.assertEqual((passed, len(failed)), (0, 22))
         self.assertIn("server is live: UNAVAILABLE", failed[0])
 
 

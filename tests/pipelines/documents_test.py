@@ -23,7 +23,9 @@ SOURCE = pathlib.Path(os.environ["WEIR_SOURCE"])
 SHARED = pathlib.Path(os.environ.get("WEIR_DATA") or SOURCE / "../shared")
 SECONDS = 120
 # pasted_test.py runs them with an installed tree, examples have tests of their own.
-RUN_ELSEWHERE = ("README.md", "docs/guide/first-pipeline.md", "examples/")
+RUN_ELSEWHERE = ("README.md", "examples/",
+                 *(f"docs/guide/{page}.md" for page in ("a-buffers-way", "classify-sound", "detect-objects", "first-pipeline",
+                                                        "from-dlstreamer", "from-mediapipe", "offload", "use-a-sensor")))
 LEAKED = r"object-alive, type-name=\(string\)\w+"  # printed at the end by the leaks tracer of the environment
 ENGINES = {".onnx": "onnxruntime", ".tflite": "tensorflow-lite",
            ".pt ": "pytorch", ".caffemodel": "caffe", ".pb ": "tensorflow", ".weights": "darknet"}
@@ -58,6 +60,7 @@ def models_of_readers():
     for model in json.loads((SOURCE / "models/catalogue.json").read_text())["models"]:
         for file in model["files"]:
             yield f"{model['name']}/{file['name']}", copies.get(file["name"], SHARED / "models" / file["name"])
+    yield "blazeface/face_detection_short_range.tflite", SHARED / "models/face/blazeface_short_range.tflite"
     yield "onet.onnx", SHARED / "models/face/mtcnn/onnx_nhwc/onet.onnx"
     yield "lenet5.pt", SHARED / "models/torchscript/pytorch_lenet5.pt"
     yield "rnet.pt", SHARED / "models/face/mtcnn/torchscript/rnet.pt"

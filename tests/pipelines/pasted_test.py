@@ -3,13 +3,16 @@
 """Runs every command of README.md and of the guides for new users as pasted, with an installed tree, and compares what they print.
 
 The ```sh blocks of a page run in their order, in one folder that holds the reader's own files (photo.jpg and others). A ```text block
-after them is what they print: numbers may differ a little, `...` stands for anything. Only /usr/share becomes the folder of the tree.
+after them is what they print: numbers may differ a little, `...` stands for anything. Only /usr/share becomes the folder of the tree, and
+the port 8001 a free one.
 """
 
+import json
 import os
 import pathlib
 import re
 import shutil
+import socket
 import subprocess
 import tempfile
 import unittest
@@ -24,7 +27,8 @@ BUILD = pathlib.Path(os.environ["WEIR_BUILD"])
 DESTDIR = BUILD / "tests" / "pipelines" / "installed"
 PREFIX = DESTDIR / os.environ["WEIR_PREFIX"].lstrip("/")
 # The reader's files, as the pages name them.
-FILES = {"photo.jpg": "media/image/bus.jpg"}
+FILES = {"photo.jpg": "media/image/bus.jpg", "faces.jpg": "media/face/three_people.jpg", "clip.mp4": "media/video/street_1080p25.mp4",
+         "sound.wav": "media/audio/speech.wav"}
 SECONDS = 120
 
 
@@ -40,8 +44,10 @@ def installed_environment(home):
 
 class Blocks(unittest.TestCase):
     def test_commands_and_what_they_print(self):
-        page = "```sh\na\n```\ntext\n```sh\nb \\\n  c\n```\n\n```text\nd\ne\n```\n```text\nf\n```\n"
-        self.assertEqual(list(blocks(page)), [("a\n", None), ("b \\\n  c\n", "d\ne\n")])
+        page = ("```sh\na\n```\ntext\n```sh\nb \\\n  c\n```\n\n```text\nd\ne\n```\n```text\nf\n```\n```sh server\ng\n```\n\nIt prints\nthis:\n\n"
+                "```text\nh\n```\n```sh\ni\n```\n\nNot this.\n\n```text\nj\n```\n")
+        self.assertEqual(list(blocks(page)), [("a\n", None, False), ("b \\\n  c\n", "d\ne\n", False), ("g\n", "h\n", True),
+                                              ("i\n", None, False)])
 
     def test_output_that_fits(self):
         for expected, printed in (("a 0.98\n", "a 0.9812\n"), ("box 22 to 799\n", "box 22.4 to 799.4\n"), ("a\n...\nd\n", "a\nb\nc\nd\n"),
@@ -77,26 +83,40 @@ class Pasted(unittest.TestCase):
         for name, file in FILES.items():
             shutil.copy(SHARED / file, self.folder / name)
         self.environment = installed_environment(home)
+        with socket.create_server(("127.0.0.1", 0)) as free:
+            self.port = free.getsockname()[1]
 
     def run_page(self, page):
         count = 0
-        for command, expected in blocks((SOURCE / page).read_text()):
+        for command, expected, goes_on in blocks((SOURCE / page).read_text()):
             count += 1
-            if command == "make install\n":
-                self.assert_make_installs()
-                continue
             with self.subTest(page=page, command=command):
-                pasted = command.replace("/usr/share/", f"{PREFIX}/share/")
-                done = subprocess.run(["bash", "-c", pasted], cwd=self.folder, env=self.environment, timeout=SECONDS, text=True,
-                                      capture_output=True, stdin=subprocess.DEVNULL, check=False)
-                output = done.stdout + done.stderr
-                fails = expected is not None and "ERROR" in expected
-                self.assertEqual(done.returncode != 0, fails, output)
-                for word in ("CRITICAL", "WARNING") + (() if fails else ("ERROR",)):
-                    self.assertNotIn(word, output)
-                if expected is not None:
-                    self.assertIsNone(difference(expected, done.stderr if fails else done.stdout), output)
+                pasted = command.replace("/usr/share/", f"{PREFIX}/share/").replace(":8001", f":{self.port}")
+                if command == "make install\n":
+                    self.assert_make_installs()
+                elif goes_on:
+                    self.start_server(pasted.replace("weir serve", f"exec weir serve --listen 127.0.0.1:{self.port}"), expected)
+                else:
+                    self.run_command(pasted, expected)
         self.assertGreater(count, 0, f"{page} has commands")
+
+    def run_command(self, command, expected):
+        done = subprocess.run(["bash", "-c", command], cwd=self.folder, env=self.environment, timeout=SECONDS, text=True,
+                              capture_output=True, stdin=subprocess.DEVNULL, check=False)
+        output = done.stdout + done.stderr
+        fails = expected is not None and "WEIR-" in expected
+        self.assertEqual(done.returncode != 0, fails, output)
+        for word in ("CRITICAL", "WARNING", "ERROR"):
+            self.assertNotIn(word, output)
+        if expected is not None:
+            self.assertIsNone(difference(expected, done.stderr if fails else done.stdout), output)
+
+    def start_server(self, command, expected):
+        server = subprocess.Popen(["bash", "-c", command], cwd=self.folder, env=self.environment, text=True, stdout=subprocess.PIPE,
+                                  stdin=subprocess.DEVNULL)
+        self.addCleanup(server.communicate, timeout=SECONDS)
+        self.addCleanup(server.terminate)
+        self.assertIsNone(difference(expected.replace(":8001", f":{self.port}"), server.stdout.readline()))
 
     def assert_make_installs(self):
         """It installs packages too, so it is not run: its last step is what made the tree."""
@@ -110,6 +130,44 @@ class Pasted(unittest.TestCase):
     def test_first_pipeline(self):
         self.run_page("docs/guide/first-pipeline.md")
         self.assertTrue((self.folder / "drawn.jpg").read_bytes().startswith(b"\xff\xd8"))
+
+    def frames(self, name):
+        return [json.loads(line) for line in (self.folder / name).read_text().splitlines()]
+
+    def test_detect_objects(self):
+        self.run_page("docs/guide/detect-objects.md")
+        found, counted = self.frames("found.jsonl"), self.frames("counted.jsonl")
+        self.assertEqual(len(found), len(counted))
+        labels = {row["label"] for frame in found for row in frame["detections"]}
+        self.assertTrue(labels and labels <= {"person", "car"}, labels)
+        self.assertEqual([zone["name"] for zone in counted[0]["zones"]], ["left half", "middle line"])
+        self.assertTrue((self.folder / "drawn.avi").read_bytes().startswith(b"RIFF"))
+
+    def test_classify_sound(self):
+        self.run_page("docs/guide/classify-sound.md")
+        sounds = self.frames("sounds.jsonl")
+        self.assertEqual([round(frame["time"], 3) for frame in sounds[:3]], [0, 0.195, 0.39])
+        self.assertEqual({frame["labels"][0]["label"] for frame in sounds}, {"Speech"})
+
+    def test_use_a_sensor(self):
+        self.run_page("docs/guide/use-a-sensor.md")
+
+    def test_a_buffers_way(self):
+        self.run_page("docs/guide/a-buffers-way.md")
+
+    @unittest.skipUnless(has_engine("oip"), "needs gRPC")
+    def test_offload(self):
+        self.run_page("docs/guide/offload.md")
+
+    def test_from_dlstreamer(self):
+        self.run_page("docs/guide/from-dlstreamer.md")
+        tracks = {row.get("track") for frame in self.frames("found.jsonl") for row in frame["detections"]}
+        self.assertGreater(len(tracks), 1)
+
+    def test_from_mediapipe(self):
+        self.run_page("docs/guide/from-mediapipe.md")
+        faces, = self.frames("faces.jsonl")
+        self.assertEqual(len(faces["detections"]), 3)
 
 
 class Links(unittest.TestCase):

@@ -124,7 +124,7 @@ class Limits(unittest.TestCase):
                       [text for code, text in ended if code != "OK"])
 
     def test_an_idle_connection_is_closed_and_a_busy_one_is_not(self):
-        pipeline = self.serve("idle-timeout=200", "identity sleep-time=600000 !")
+        pipeline = self.serve("idle-timeout=1000", "identity sleep-time=2500000 !")
         client = self.client(pipeline)
         idle = self.peer(pipeline)
         call = client.stub.ModelInfer.future(request("same", X), timeout=30)

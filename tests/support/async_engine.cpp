@@ -10,6 +10,7 @@
 //   inline           answers within submit()
 //   fail-at:N        that frame fails after its first output
 //   refuse-at:N      submit() of that frame fails
+//   outcomes         frames of -1, -2 and -3 end as late, refused and lost
 //   dynamic          output k has k + 1 rows of x + k; invoke() produces as many rows of x as the
 //                    first value of the frame
 //   empty            an output has no elements
@@ -29,6 +30,7 @@
 #include <vector>
 
 #include "weir/module.hpp"
+#include "weir/no_result.h"
 
 struct weir_model {
   std::map<std::string, long> options;
@@ -97,9 +99,18 @@ int fill(const weir_model& model, const float* x, long k, int64_t rows, weir_ten
   return WEIR_OK;
 }
 
+// How a frame of this first value ends.
+int end_of(const weir_model& model, float x) {
+  if (!model.has("outcomes")) return WEIR_OK;
+  if (x == -1) return WEIR_RESULT_LATE;
+  if (x == -2) return WEIR_RESULT_REFUSED;
+  return x == -3 ? int{WEIR_RESULT_LOST} : WEIR_OK;
+}
+
 void answer(weir_session* session, const Work& work) {
   const auto& model = *session->model;
   const auto* x = static_cast<const float*>(work.frame->tensors[0].data);
+  const int end = end_of(model, x[0]);
   const long count = model.value("outputs", static_cast<long>(x[0]));
   for (long k = 0; k < count; ++k) {
     OneOutput output;
@@ -116,7 +127,7 @@ void answer(weir_session* session, const Work& work) {
     --session->in_flight;
   }
   const bool fails = work.number == model.value("fail-at", -1);
-  module_host->complete(work.request, fails ? -WEIR_INVOKE_FAILED : WEIR_OK, nullptr, 0);
+  module_host->complete(work.request, fails ? -WEIR_INVOKE_FAILED : end, nullptr, 0);
 }
 
 // Called with the lock held. Takes the next frame to answer, if any.

@@ -7,9 +7,12 @@ NUMBER = r"-?\d+(?:\.\d+)?"
 
 
 def blocks(page):
-    """(commands, output) of each ```sh block; the output is that of a ```text block after it with nothing between, else None."""
-    found = re.finditer(r"^```sh\n(.*?)^```\n(?:\n?```text\n(.*?)^```$)?", page, re.MULTILINE | re.DOTALL)
-    return ((block[1], block[2]) for block in found)
+    """(commands, output, whether they go on) of each ```sh block, which is ```sh server where they are to run until the page ends.
+
+    The output is that of a ```text block after it, with at most one paragraph that ends with a colon between them, else None.
+    """
+    found = re.finditer(r"^```sh( server)?\n(.*?)^```\n(?:\n?(?:[^\n`][^`]*?:\n\n)?```text\n(.*?)^```$)?", page, re.MULTILINE | re.DOTALL)
+    return ((block[2], block[3], bool(block[1])) for block in found)
 
 
 def line_fits(expected, printed):

@@ -1,15 +1,11 @@
 # SPDX-License-Identifier: LGPL-2.1-or-later
-"""A pipeline of gst-launch-1.0 that serves models, and grpcio's client of it.
+"""grpcio's client of a pipeline that serves models.
 
 WEIR_INFERENCE_CLASSES is the folder with the classes that protoc makes of inference.proto.
 """
 
 import os
-import re
-import signal
-import subprocess
 import sys
-import threading
 
 sys.path.insert(0, os.environ.get("WEIR_INFERENCE_CLASSES", ""))
 
@@ -18,71 +14,13 @@ import grpc  # noqa: E402
 import inference_pb2 as pb  # noqa: E402
 import inference_pb2_grpc as service  # noqa: E402
 
+from launched_pipeline import Pipeline  # noqa: E402, F401
+
 TYPES = {"FP32": "<f4", "FP64": "<f8", "FP16": "<f2", "INT8": "<i1", "INT16": "<i2", "INT32": "<i4", "INT64": "<i8",
          "UINT8": "<u1", "UINT16": "<u2", "UINT32": "<u4", "UINT64": "<u8"}
 CONTENTS = {"FP32": "fp32_contents", "FP64": "fp64_contents", "INT8": "int_contents", "INT16": "int_contents",
             "INT32": "int_contents", "INT64": "int64_contents", "UINT8": "uint_contents", "UINT16": "uint_contents",
             "UINT32": "uint_contents", "UINT64": "uint64_contents"}
-
-
-class Pipeline:
-    """Plays until stop(). `port` is that of its tensor_query_serversrc, which has port=0."""
-
-    def __init__(self, text, ports=1):
-        self.process = subprocess.Popen(
-            ["gst-launch-1.0", "-v", *text.split()], stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True,
-            stdin=subprocess.DEVNULL,
-            env={**os.environ, "GST_DEBUG": "tensor_query_serversrc:4", "GST_TRACERS": "", "GST_DEBUG_NO_COLOR": "1"})
-        self.lines, self.changed, self.ended = [], threading.Condition(), False
-        self.interrupted = False
-        self.reader = threading.Thread(target=self.read)
-        self.reader.start()
-        found = self.wait_for(r": port = (\d+)", ports)
-        self.wait_for(r"(Setting pipeline to PLAYING)", 1)
-        self.port = int(found[0]) if found else None
-
-    def read(self):
-        for line in self.process.stdout:
-            with self.changed:
-                self.lines.append(line)
-                self.changed.notify_all()
-        with self.changed:
-            self.ended = True
-            self.changed.notify_all()
-
-    def found(self, pattern):
-        return re.findall(pattern, "".join(self.lines))
-
-    def wait_for(self, pattern, count=1, seconds=60):
-        """What `pattern` finds in the output once it is there `count` times; [] when the pipeline ends first."""
-        with self.changed:
-            self.changed.wait_for(lambda: self.ended or len(self.found(pattern)) >= count, seconds)
-            return self.found(pattern)
-
-    def interrupt(self):
-        """Stops; does not wait. Once: another signal would kill the program while it stops."""
-        if not self.interrupted and self.process.poll() is None:
-            self.process.send_signal(signal.SIGINT)
-        self.interrupted = True
-
-    def stop_at_end(self):
-        """The whole output of a pipeline that ends itself."""
-        self.process.wait(60)
-        return self.stop()
-
-    def stop(self):
-        """The whole output."""
-        self.interrupt()
-        try:
-            self.process.wait(30)
-        except subprocess.TimeoutExpired:
-            self.process.kill()
-            self.process.wait()
-            raise
-        finally:
-            self.reader.join()
-            self.process.stdout.close()
-        return "".join(self.lines)
 
 
 class Client:

@@ -6,6 +6,7 @@
 #include <cctype>
 #include <map>
 #include <optional>
+#include <utility>
 
 #include "core/text/text.hpp"
 #include "launch/launch_tokens.hpp"
@@ -45,6 +46,7 @@ struct End {
   std::optional<size_t> element;
   std::string name;
   size_t at = 0;
+  std::optional<size_t> caps_at = {};  // of caps between it and the end before it
 };
 
 class Reader {
@@ -67,9 +69,9 @@ class Reader {
     for (auto token = tokens.begin(); token != tokens.end(); ++token) {
       if (pending_ && is_caps(token->text)) {
         // Caps extend to the next !: "video/x-raw, width=8 ! ...".
-        const size_t at = token->at;
+        caps_at_ = token->at;
         token = std::find_if(token, tokens.end(), [](const auto& t) { return t.text == "!"; });
-        if (token == tokens.end()) return no_element_after(at);
+        if (token == tokens.end()) return no_element_after(*caps_at_);
       } else if (auto status = take(*token); !status) {
         return status;
       }
@@ -123,6 +125,7 @@ class Reader {
 
   // Links `end` to the element before a pending !.
   void join(End end) {
+    end.caps_at = std::exchange(caps_at_, std::nullopt);
     if (pending_) ends_.emplace_back(*pending_, end);
     pending_.reset();
     last_ = std::move(end);
@@ -148,7 +151,7 @@ class Reader {
       if (!source) return source.error();
       if (!sink) return sink.error();
       auto& outputs = graph_.elements[*source].outputs;
-      graph_.links.push_back({*source, *sink, outputs.size(), to.at});
+      graph_.links.push_back({*source, *sink, outputs.size(), to.at, to.caps_at.value_or(to.at)});
       outputs.push_back(graph_.links.size() - 1);
       graph_.elements[*sink].inputs.push_back(graph_.links.size() - 1);
     }
@@ -161,6 +164,7 @@ class Reader {
   std::map<std::string, size_t> named_;   // filled once all elements are known
   std::optional<End> last_, pending_;     // pending: the element before a ! without its right side
   size_t pending_at_ = 0;
+  std::optional<size_t> caps_at_;  // of caps whose downstream end has not been read
   std::vector<std::pair<End, End>> ends_;
 };
 

@@ -22,6 +22,7 @@ struct LaunchLink {
   size_t from = 0, to = 0;  // indices of elements
   size_t pad = 0;           // index of the output of `from`
   size_t at = 0;            // offset in the text of the downstream end
+  size_t caps_at = 0;       // offset of the caps before it, such as "video/x-raw"; `at` if none
 };
 
 // Caps between two elements belong to the link. Bins, "( a ! b )", are flattened.

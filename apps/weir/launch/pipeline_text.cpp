@@ -8,7 +8,9 @@
 #include "core/text/place.hpp"
 #include "core/text/text.hpp"
 #include "gstcpp/element/property_text.hpp"
+#include "launch/launch_graph.hpp"
 #include "launch/launch_tokens.hpp"
+#include "launch/missing_element.hpp"
 #include "launch/refused_link.hpp"
 #include "weir/join.hpp"
 
@@ -19,15 +21,6 @@ constexpr char kParserCategory[] = "GST_PIPELINE";
 
 std::string text_of(const char* text) {
   return text ? text : "";
-}
-
-std::string nearest_element(const std::string& word) {
-  std::vector<std::string> names;
-  GList* list = gst_registry_get_feature_list(gst_registry_get(), GST_TYPE_ELEMENT_FACTORY);
-  for (GList* item = list; item; item = item->next)
-    names.push_back(text_of(gst_plugin_feature_get_name(GST_PLUGIN_FEATURE(item->data))));
-  gst_plugin_feature_list_free(list);
-  return nearest(word, names);
 }
 
 // Returns null or a floating reference. After a syntax error the parser continues and logs a
@@ -123,42 +116,66 @@ void show_place(const std::string& text, const std::optional<Token>& place, Erro
   error->offered.clear();
 }
 
-Error missing_element(const std::string& name) {
-  const std::string close = nearest_element(name);
-  return {
-      .code = Code::OPTION_SYNTAX,
-      .what = "the pipeline has an element that is not installed",
-      .needed = "an element that gst-inspect-1.0 lists",
-      .difference = "no element \"" + name + "\"",
-      .fix = close.empty() ? "weir doctor" : close + " in place of " + name + ", or weir doctor"};
+// The line with the nearest name or value in place of the rejected one; "" if none is near or the
+// line writes it in another way, as with blanks around the =.
+std::string with_nearest(const gst::RefusedProperty& refused, const Token& place,
+                         const std::string& text) {
+  const std::string& rejected = refused.value ? *refused.value : refused.property;
+  size_t begin = place.begin + (refused.value ? refused.property.size() + 1 : 0);
+  if (begin < text.size() && (text[begin] == '"' || text[begin] == '\'')) ++begin;
+  if (refused.nearest.empty() || text.compare(begin, rejected.size(), rejected) != 0) return "";
+  return text.substr(0, begin) + refused.nearest + text.substr(begin + rejected.size());
 }
 
 Error property_error(gst::RefusedProperty refused, const std::string& text) {
-  show_place(text, assignment(refused, text), &refused.error);
+  const auto place = assignment(refused, text);
+  show_place(text, place, &refused.error);
   refused.error.offered = refused.property + (refused.value ? "=" + *refused.value : "");
+  const std::string mended = place ? with_nearest(refused, *place, text) : "";
+  if (!mended.empty()) refused.error.fix = mended;
   return std::move(refused.error);
 }
 
+// A closing parenthesis without an opening one, which GStreamer's lexer does not log.
+std::optional<Token> lone_parenthesis(const std::string& text) {
+  const auto words = launch_tokens(text);
+  if (!words) return std::nullopt;
+  int open = 0;
+  for (const auto& word : *words) {
+    if (word.text == "(" || word.text.ends_with(".(")) ++open;
+    if (word.text == ")" && --open < 0) return Token{word.at, word.at + 1};
+  }
+  return std::nullopt;
+}
+
+Error syntax_error(const std::string& text, Error out) {
+  out.needed = "elements with ! between them, as for gst-launch-1.0";
+  const auto parenthesis = lone_parenthesis(text);
+  show_place(text, parenthesis ? parenthesis : last_token_read(text), &out);
+  return out;
+}
+
 Error parse_error(const std::string& text, const GError* error, GstParseContext* context) {
+  // GStreamer takes an open quote as part of a value or name.
+  if (const auto tokens = launch_tokens(text); !tokens) return tokens.error();
   if (auto refused = error ? gst::refused_property(*error) : std::nullopt)
     return property_error(*std::move(refused), text);
   const auto is = [error](GstParseError kind) {
     return g_error_matches(error, GST_PARSE_ERROR, static_cast<gint>(kind)) != FALSE;
   };
-  if (is(GST_PARSE_ERROR_LINK))
-    if (auto refused = refused_link(text, text_of(error->message))) return *std::move(refused);
-  Error out{.code = Code::OPTION_SYNTAX, .what = "the pipeline cannot be read"};
-  out.difference = error ? text_of(error->message) : "GStreamer gives no reason";
   const gst::Unique<char*, g_strfreev> missing(gst_parse_context_get_missing_elements(context));
   if (is(GST_PARSE_ERROR_NO_SUCH_ELEMENT) && missing && *missing)
-    out = missing_element(*missing);
-  else if (is(GST_PARSE_ERROR_SYNTAX))
-    out.needed = "elements with ! between them, as for gst-launch-1.0";
-  out.offered = text;
-  if (is(GST_PARSE_ERROR_SYNTAX))
-    show_place(text, last_token_read(text), &out);
-  else
-    show_place(text, quoted_word(out.difference, text), &out);
+    return missing_element(*missing, text);
+  if (is(GST_PARSE_ERROR_LINK))
+    if (auto refused = refused_link(text, text_of(error->message))) return *std::move(refused);
+  Error out{.code = Code::OPTION_SYNTAX,
+            .what = "the pipeline cannot be read",
+            .offered = text,
+            .difference = error ? text_of(error->message) : "GStreamer gives no reason"};
+  if (is(GST_PARSE_ERROR_SYNTAX)) return syntax_error(text, std::move(out));
+  // GStreamer does not say where a name is that no element has.
+  if (const auto graph = read_launch_graph(text); !graph) return graph.error();
+  show_place(text, quoted_word(out.difference, text), &out);
   return out;
 }
 

@@ -127,6 +127,31 @@ std::optional<LaunchLink> find_link(const LaunchGraph& graph, const RefusedNames
   return std::nullopt;
 }
 
+std::string without_number(const std::string& name) {
+  return name.substr(0, name.find_last_not_of("0123456789") + 1);
+}
+
+// Whether the link to the element at `place` can be made; there may be further mistakes after it.
+// GStreamer goes on counting when it names the elements of a second pipeline.
+bool links_up_to(const std::string& text, size_t place) {
+  GError* raw = nullptr;
+  GstElement* made =
+      gst_parse_launch_full(text.c_str(), nullptr, GST_PARSE_FLAG_FATAL_ERRORS, &raw);
+  const gst::Unique<GError, g_error_free> error(raw);
+  if (made) gst_object_unref(gst_object_ref_sink(made));
+  if (!error || !g_error_matches(error.get(), GST_PARSE_ERROR, GST_PARSE_ERROR_LINK)) return true;
+  const auto refused = parse(error->message);
+  const auto graph = read_launch_graph(text);
+  if (!refused || !graph) return false;
+  const Names names(*graph);
+  const auto is_same = [&names](size_t element, const std::string& name) {
+    return without_number(names[element]) == without_number(name);
+  };
+  for (const auto& link : graph->links)
+    if (is_same(link.from, refused->from) && is_same(link.to, refused->to)) return link.at > place;
+  return false;
+}
+
 }  // namespace
 
 std::optional<Error> refused_link(const std::string& text, const std::string& message) {
@@ -143,15 +168,20 @@ std::optional<Error> refused_link(const std::string& text, const std::string& me
                            ? gst::Ref<GstCaps>::adopt(gst_caps_from_string(refused->caps.c_str()))
                            : template_caps(from.c_str(), GST_PAD_SRC);
   const auto needed = template_caps(to.c_str(), GST_PAD_SINK);
+  // The caps of the capsfilter are what the upstream element cannot make.
+  const bool is_caps = !refused->refusing.empty() && refused->refusing == refused->from;
   Error out{.code = Code::OPTION_SYNTAX,
             .what = from + " cannot be linked to " + to,
-            .difference = message + " " + place_in(text, link->at)};
+            .difference = message + " " + place_in(text, is_caps ? link->caps_at : link->at)};
   const bool is_usual = refused->refusing.empty() || has_caps;
   if (!offered || !is_usual) return out;
   const std::string converter = converter_between(offered.get(), needed.get());
   if (converter.empty()) return out;
+  const std::string inserted = converter + " ! ";
+  const std::string mended = text.substr(0, link->at) + inserted + text.substr(link->at);
+  if (!links_up_to(mended, link->at + inserted.size())) return out;
   out.needed = converter + " between them, which converts the stream";
-  out.fix = text.substr(0, link->at) + converter + " ! " + text.substr(link->at);
+  out.fix = mended;
   return out;
 }
 

@@ -1,101 +1,285 @@
-// Draws boxes for elements and arrows for links; the darker a box, the larger its share of the
-// time.
+// A graph reads like text: columns from left to right, and after a few of them on the next line.
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #include "run/graph_picture.hpp"
 
 #include <algorithm>
 #include <map>
+#include <optional>
 
 #include "core/trace/layout.hpp"
+#include "run/caps_text.hpp"
 #include "run/html.hpp"
 
 namespace weir::app {
 namespace {
 
-constexpr double kWidth = 168, kHeight = 74, kAcross = 84, kBetween = 26, kMargin = 12;
+constexpr double kWidth = 184, kHeight = 98, kAcross = 130, kBetween = 30, kMargin = 30;
+constexpr double kBar = 10;                 // of work and waiting, at the bottom of a box
+constexpr size_t kColumns = 4;              // on a line
+constexpr double kGutter = 76, kTrack = 5;  // between lines; between arrows there
+constexpr double kParallel = 44;            // between links of the same two elements
+constexpr double kTip = 7;
+constexpr size_t kLabel = 20;  // characters between two boxes
 
-double left(const trace::Place& place) {
-  return kMargin + static_cast<double>(place.column) * (kWidth + kAcross);
-}
-double middle(const trace::Place& place) {
-  return kMargin + place.row * (kHeight + kBetween) + kHeight / 2;
-}
 std::string number(double value) {
   return fixed(value, 1);
 }
+
+// Where the places of a layout are drawn.
+class Page {
+ public:
+  explicit Page(const trace::Layout& layout) {
+    const size_t lines = (layout.columns + kColumns - 1) / kColumns;
+    first_row_.assign(lines, layout.rows);
+    std::vector<double> end_row(lines, 0);
+    const auto add = [&](const trace::Place& place) {
+      double& first = first_row_[place.column / kColumns];
+      double& end = end_row[place.column / kColumns];
+      first = std::min(first, place.row);
+      end = std::max(end, place.row + 1);
+    };
+    for (const auto& box : layout.boxes) add(box);
+    for (const auto& route : layout.routes)
+      for (const auto& place : route.through) add(place);
+    double y = kMargin / 2;
+    for (size_t line = 0; line < lines; ++line) {
+      top_.push_back(y);
+      y += std::max(end_row[line] - first_row_[line], 1.0) * (kHeight + kBetween) - kBetween;
+      bottom_.push_back(y);
+      y += kGutter;
+    }
+    height_ = lines == 0 ? kMargin : bottom_.back() + kMargin / 2;
+    const auto columns =
+        static_cast<double>(std::min(std::max<size_t>(layout.columns, 1), kColumns));
+    width_ = 2 * kMargin + columns * (kWidth + kAcross) - kAcross;
+  }
+
+  static double left(const trace::Place& place) {
+    return kMargin + static_cast<double>(place.column % kColumns) * (kWidth + kAcross);
+  }
+  double middle(const trace::Place& place) const {
+    const size_t line = line_of(place);
+    return top_[line] + (place.row - first_row_[line]) * (kHeight + kBetween) + kHeight / 2;
+  }
+  static size_t line_of(const trace::Place& place) { return place.column / kColumns; }
+  double below(size_t line) const { return bottom_[line]; }
+  double width() const { return width_; }
+  double height() const { return height_; }
+
+ private:
+  std::vector<double> first_row_, top_, bottom_;  // of each line
+  double width_ = 0, height_ = 0;
+};
 
 std::string line(double y, const char* kind, const std::string& text) {
   return "<text class=\"" + std::string(kind) + "\" x=\"10\" y=\"" + number(y) + "\">" +
          escaped(text) + "</text>";
 }
 
-std::string box(const trace::Place& place, const Json& element, double most) {
-  const double work = element["work"];
-  const double frames =
-      std::max(element["in"]["frames"].get<double>(), element["out"]["frames"].get<double>());
-  const double heat = most > 0 ? work / most : 0;
-  const std::string name = element["name"], factory = element["factory"];
-  std::string out = "<g class=\"element\" transform=\"translate(" + number(left(place)) + "," +
-                    number(middle(place) - kHeight / 2) + ")\"><title>" + escaped(name) + " (" +
-                    escaped(factory) + ")</title><rect class=\"box\" width=\"" + number(kWidth) +
-                    "\" height=\"" + number(kHeight) +
-                    "\" rx=\"6\"/><rect class=\"heat\" width=\"" + number(kWidth) + "\" height=\"" +
-                    number(kHeight) + "\" rx=\"6\" fill-opacity=\"" + fixed(heat * 0.55, 3) +
-                    "\"/>";
-  out += line(21, "name", shortened(name, 18));
-  out += line(37, "factory", shortened(factory, 24));
-  const double in = element["in"]["frames"];
-  const double calls = in > 0 ? in : static_cast<double>(element["out"]["frames"]);
-  const double own = element["thread_work"];
-  // A source has no chain function: its time is that of its thread.
-  const std::string time = in > 0      ? duration_text(work / calls) + " a frame"
-                           : calls > 1 ? duration_text(own / (calls - 1)) + " a frame"
-                                       : "";
-  const double rate = in > 0 ? element["in"]["rate"] : element["out"]["rate"];
-  out += line(56, "number",
-              fixed(frames, 0) + " frames" + (rate > 0 ? ", " + rate_text(rate) + "/s" : ""));
-  out += line(69, "number", time);
-  return out + "</g>\n";
+std::string rectangle(const char* kind, double x, double y, double width, double height) {
+  return "<rect class=\"" + std::string(kind) + "\" x=\"" + number(x) + "\" y=\"" + number(y) +
+         "\" width=\"" + number(width) + "\" height=\"" + number(height) + "\"/>";
 }
 
-std::string arrow(const trace::Route& route, const trace::Layout& layout, const std::string& what,
-                  const std::string& title) {
-  const trace::Place &from = layout.boxes[route.from], &to = layout.boxes[route.to];
-  double x = left(from) + kWidth, y = middle(from);
-  std::string path = "M" + number(x) + "," + number(y);
-  const auto curve = [&](double next_x, double next_y) {
-    const double half = (next_x - x) / 2;
-    path += " C" + number(x + half) + "," + number(y) + " " + number(next_x - half) + "," +
-            number(next_y) + " " + number(next_x) + "," + number(next_y);
-    x = next_x;
-    y = next_y;
-  };
-  for (const trace::Place& place : route.through) {
-    const bool forward = left(place) > x;
-    curve(left(place) + (forward ? 0 : kWidth), middle(place));
-    curve(left(place) + (forward ? kWidth : 0), middle(place));
+std::string percent(double share) {
+  return fixed(share * 100, share < 0.1 && share >= 0.0005 ? 1 : 0) + " %";
+}
+
+// Work from the left, waiting after it; the whole width is all of the time.
+std::string share_bar(double work, double waiting) {
+  const double all = kWidth - 20, y = kHeight - kBar - 8;
+  const double worked = std::clamp(work, 0.0, 1.0) * all;
+  const double waited = std::clamp(waiting, 0.0, 1.0) * all;
+  return rectangle("track", 10, y, all, kBar) + rectangle("work", 10, y, worked, kBar) +
+         rectangle("waiting", 10 + worked, y, std::min(waited, all - worked), kBar);
+}
+
+std::string tooltip(const Json& element) {
+  std::string out =
+      element["name"].get<std::string>() + " (" + element["factory"].get<std::string>() + ")";
+  for (const auto& [name, value] : element["properties"].items())
+    out += "\n" + name + "=" + value.get<std::string>();
+  return out;
+}
+
+std::string box(double x, double y, const Json& trace, const Json& element,
+                const std::string& marked) {
+  const double work = element["share"], waiting = element["waiting_share"];
+  const double in = element["in"]["frames"], out_frames = element["out"]["frames"];
+  const double rate = in > 0 ? element["in"]["rate"] : element["out"]["rate"];
+  const std::string name = element["name"];
+  const bool has_failed = element["failed"];
+  std::string kind = has_failed ? "box failed" : name == marked ? "box marked" : "box";
+  std::string factory = element["factory"];
+  const Json& bin = trace["elements"][element["parent"].get<size_t>()];
+  if (!bin["parent"].is_null()) factory += ", in " + bin["name"].get<std::string>();
+  std::string out = "<g class=\"element\" transform=\"translate(" + number(x) + "," + number(y) +
+                    ")\"><title>" + escaped(tooltip(element)) + "</title><rect class=\"" + kind +
+                    "\" width=\"" + number(kWidth) + "\" height=\"" + number(kHeight) +
+                    "\" rx=\"6\"/>";
+  out += line(19, "name", shortened(name, 21)) + line(34, "factory", shortened(factory, 27));
+  out += line(51, "number",
+              fixed(std::max(in, out_frames), 0) + " frames" +
+                  (rate > 0 ? ", " + rate_text(rate) + "/s" : ""));
+  std::string times = percent(work) + " work";
+  if (waiting >= 0.0005) times += ", " + percent(waiting) + " waiting";
+  out += has_failed ? line(69, "number bad", "failed") : line(69, "number", times);
+  return out + share_bar(work, waiting) + "</g>\n";
+}
+
+// The gutters between lines, in which each arrow has a track and a place for its label.
+class Gutters {
+ public:
+  void add(const trace::Layout& layout, const trace::Route& route) {
+    const trace::Place* at = &layout.boxes[route.from];
+    const auto reach = [&](const trace::Place& place) {
+      if (const auto gutter = between(*at, place)) ++arrows_[*gutter];
+      at = &place;
+    };
+    for (const auto& place : route.through) reach(place);
+    reach(layout.boxes[route.to]);
   }
-  // Puts the number of frames next to a line that comes from above or below, not across it.
-  const bool from_above = y < middle(to);
-  curve(left(to) - 7, middle(to));
-  return "<g><title>" + escaped(title) +
-         "</title><path class=\"link\" marker-end=\"url(#tip)\" d=\"" + path +
-         "\"/><text class=\"count\" x=\"" + number(left(to) - 12) + "\" y=\"" +
-         number(middle(to) + (from_above ? 15 : -6)) + "\">" + escaped(what) + "</text></g>\n";
+  // The line above the gutter that two places of adjacent columns have between them.
+  static std::optional<size_t> between(const trace::Place& a, const trace::Place& b) {
+    if (Page::line_of(a) == Page::line_of(b)) return std::nullopt;
+    return std::min(Page::line_of(a), Page::line_of(b));
+  }
+  struct Track {
+    double aside = 0;  // from the middle of the gutter
+    double half = 0;   // from the middle to the outermost track
+    double along = 0;  // where its label is, 0 to 1
+  };
+  // For the next arrow.
+  Track take(size_t gutter) {
+    const auto all = static_cast<double>(arrows_[gutter]);
+    const auto used = static_cast<double>(used_[gutter]++);
+    const double half = (all - 1) / 2;
+    return {(used - half) * kTrack, half * kTrack, (used + 0.5) / all};
+  }
+
+ private:
+  std::map<size_t, size_t> arrows_, used_;  // by the line above
+};
+
+// Draws an arrow from place to place, around the ends of lines.
+class Arrow {
+ public:
+  Arrow(const Page& page, Gutters* gutters, const trace::Place& from, double aside)
+      : page_(page),
+        gutters_(gutters),
+        at_(&from),
+        x_(Page::left(from) + kWidth),
+        y_(page.middle(from) + aside) {
+    path_ = "M" + number(x_) + "," + number(y_);
+  }
+
+  void through(const trace::Place& place) {
+    const bool forward = place.column > at_->column;
+    reach(place, Page::left(place) + (forward ? 0 : kWidth), 0);
+    curve(Page::left(place) + (forward ? kWidth : 0), page_.middle(place));
+  }
+  void end(const trace::Place& place, double aside) {
+    reach(place, Page::left(place) - kTip, aside);
+  }
+  double label_x() const { return label_x_; }
+  double label_y() const { return label_y_; }
+  double label_half() const { return label_half_; }
+  const std::string& path() const { return path_; }
+
+ private:
+  void reach(const trace::Place& place, double x, double aside) {
+    const double y = page_.middle(place) + aside;
+    if (const auto gutter = Gutters::between(*at_, place))
+      around(*gutter, x, y, place.column > at_->column);
+    else
+      curve(x, y);
+    at_ = &place;
+  }
+  void curve(double x, double y) {
+    const double half = (x - x_) / 2;
+    label_x_ = x_ + half;
+    label_y_ = (y_ + y) / 2;
+    label_half_ = 0;
+    path_ += " C" + number(x_ + half) + "," + number(y_) + " " + number(x - half) + "," +
+             number(y) + " " + number(x) + "," + number(y);
+    x_ = x;
+    y_ = y;
+  }
+  void around(size_t gutter, double x, double y, bool forward) {
+    const Gutters::Track track = gutters_->take(gutter);
+    const double middle = page_.below(gutter) + kGutter / 2;
+    const double level = middle + track.aside;
+    const double right = page_.width() - kMargin / 2 + track.aside / 2;
+    const double left = kMargin / 2 - track.aside / 2;
+    label_x_ = kMargin + (page_.width() - 2 * kMargin) * track.along;
+    label_y_ = middle;
+    label_half_ = track.half;
+    path_ += " H" + number(forward ? right : left) + " V" + number(level) + " H" +
+             number(forward ? left : right) + " V" + number(y) + " H" + number(x);
+    x_ = x;
+    y_ = y;
+  }
+
+  const Page& page_;
+  Gutters* gutters_;
+  const trace::Place* at_;
+  double x_, y_;
+  // Of the last part; half: the distance to keep above and below.
+  double label_x_ = 0, label_y_ = 0, label_half_ = 0;
+  std::string path_;
+};
+
+std::string label(double x, double y, const std::string& text) {
+  return "<text class=\"count\" x=\"" + number(x) + "\" y=\"" + number(y) + "\">" + escaped(text) +
+         "</text>";
+}
+
+// `aside`: how far it is moved down, where two elements have several links.
+std::string arrow(const Page& page, Gutters* gutters, const trace::Layout& layout,
+                  const trace::Route& route, double aside, const Json& link) {
+  Arrow drawn(page, gutters, layout.boxes[route.from], aside);
+  for (const trace::Place& place : route.through) drawn.through(place);
+  drawn.end(layout.boxes[route.to], aside);
+  const std::string caps = link["caps"];
+  const std::string title = link["from_pad"].get<std::string>() + " to " +
+                            link["to_pad"].get<std::string>() + ", " + bytes_text(link["bytes"]) +
+                            " in all\n" + (caps.empty() ? "no caps" : caps);
+  std::string out = "<g><title>" + escaped(title) +
+                    "</title><path class=\"link\" marker-end=\"url(#tip)\" d=\"" + drawn.path() +
+                    "\"/>";
+  const auto lines = caps_lines(caps);
+  double y =
+      drawn.label_y() - drawn.label_half() - 5 - 13 * (static_cast<double>(lines.size()) - 1);
+  for (const std::string& text : lines) {
+    out += label(drawn.label_x(), y, shortened(text, kLabel));
+    y += 13;
+  }
+  return out +
+         label(drawn.label_x(), drawn.label_y() + drawn.label_half() + 15,
+               fixed(link["frames"], 0)) +
+         "</g>\n";
+}
+
+// Buttons that need no script; the rules of CSS are in html.cpp.
+std::string zoom_buttons() {
+  std::string out;
+  for (const auto& [id, text] :
+       {std::pair{"fit", "Fit"}, {"150", "150 %"}, {"200", "200 %"}, {"300", "300 %"}})
+    out += "<input type=\"radio\" name=\"zoom\" id=\"zoom-" + std::string(id) + "\"" +
+           (id == std::string("fit") ? " checked" : "") + "><label for=\"zoom-" + id + "\">" +
+           text + "</label>\n";
+  return out;
 }
 
 }  // namespace
 
-std::string graph_picture(const Json& summary, const std::vector<size_t>& shown) {
+std::string graph_picture(const Json& trace, const std::vector<size_t>& shown,
+                          const std::string& marked) {
   std::map<size_t, size_t> box_of;
-  double most = 0;
-  for (size_t i = 0; i < shown.size(); ++i) {
-    box_of[shown[i]] = i;
-    most = std::max(most, summary["elements"][shown[i]]["work"].get<double>());
-  }
+  for (size_t i = 0; i < shown.size(); ++i) box_of[shown[i]] = i;
   std::vector<std::pair<size_t, size_t>> arrows;
   std::vector<const Json*> links;
-  for (const Json& link : summary["links"]) {
+  for (const Json& link : trace["links"]) {
     if (!link["from"].is_number() || !link["to"].is_number()) continue;
     const auto from = box_of.find(link["from"]), to = box_of.find(link["to"]);
     if (from == box_of.end() || to == box_of.end() || from == to) continue;
@@ -103,27 +287,28 @@ std::string graph_picture(const Json& summary, const std::vector<size_t>& shown)
     links.push_back(&link);
   }
   const trace::Layout layout = trace::lay_out(shown.size(), arrows);
-  const double width =
-      2 * kMargin + static_cast<double>(layout.columns) * (kWidth + kAcross) - kAcross;
-  const double height = 2 * kMargin + layout.rows * (kHeight + kBetween) - kBetween;
-  // Fits the width of the page as long as the text stays readable.
-  std::string out =
-      "<div class=\"wide\"><svg id=\"graph\" role=\"img\" width=\"" + number(width) +
-      "\" style=\"max-width: 100%; height: auto; min-width: " + fixed(width * 0.6, 0) +
-      "px\" height=\"" + number(height) + "\" viewBox=\"0 0 " + number(width) + " " +
-      number(height) +
-      "\"><defs><marker id=\"tip\" viewBox=\"0 0 8 8\" refX=\"1\" refY=\"4\" "
-      "markerWidth=\"8\" markerHeight=\"8\" orient=\"auto\"><path class=\"tip\" "
-      "d=\"M0,0 L8,4 L0,8 z\"/></marker></defs>\n";
+  const Page page(layout);
+  const std::string width = number(page.width()), height = number(page.height());
+  std::string out = zoom_buttons() + "<div class=\"wide\"><svg id=\"graph\" role=\"img\" width=\"" +
+                    width + "\" height=\"" + height + "\" viewBox=\"0 0 " + width + " " + height +
+                    "\"><defs><marker id=\"tip\" viewBox=\"0 0 8 8\" refX=\"1\" refY=\"4\" "
+                    "markerWidth=\"8\" markerHeight=\"8\" orient=\"auto\"><path class=\"tip\" "
+                    "d=\"M0,0 L8,4 L0,8 z\"/></marker></defs>\n";
+  Gutters gutters;
+  std::map<std::pair<size_t, size_t>, double> links_of, drawn_of;
   for (size_t i = 0; i < links.size(); ++i) {
-    const Json& link = *links[i];
-    const std::string title = link["from_pad"].get<std::string>() + " to " +
-                              link["to_pad"].get<std::string>() + ", " + bytes_text(link["bytes"]) +
-                              " in all";
-    out += arrow(layout.routes[i], layout, fixed(link["frames"], 0), title);
+    gutters.add(layout, layout.routes[i]);
+    ++links_of[arrows[i]];
   }
-  for (size_t i = 0; i < shown.size(); ++i)
-    out += box(layout.boxes[i], summary["elements"][shown[i]], most);
+  for (size_t i = 0; i < links.size(); ++i) {
+    const double aside = (drawn_of[arrows[i]]++ - (links_of[arrows[i]] - 1) / 2) * kParallel;
+    out += arrow(page, &gutters, layout, layout.routes[i], aside, *links[i]);
+  }
+  for (size_t i = 0; i < shown.size(); ++i) {
+    const trace::Place& place = layout.boxes[i];
+    out += box(Page::left(place), page.middle(place) - kHeight / 2, trace,
+               trace["elements"][shown[i]], marked);
+  }
   return out + "</svg></div>\n";
 }
 

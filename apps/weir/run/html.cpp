@@ -103,10 +103,21 @@ table { border-collapse: collapse; font-size: 13px; font-variant-numeric: tabula
 th, td { text-align: right; padding: .25em .7em .25em 0; border-bottom: 1px solid var(--line); white-space: nowrap; }
 th { color: var(--dim); font-weight: 600; } th.text, td.text { text-align: left; }
 svg text { font: 12px system-ui, sans-serif; fill: var(--text); } svg text.name { font-size: 14px; font-weight: 600; }
-svg text.factory, svg text.count, svg text.axis { fill: var(--dim); } svg text.count { text-anchor: end; }
-.box { fill: var(--box); stroke: var(--line); } .heat { fill: var(--heat); stroke: none; }
+svg text.factory, svg text.count, svg text.axis { fill: var(--dim); } svg text.count { text-anchor: middle; font-size: 11px;
+  paint-order: stroke; stroke: var(--back); stroke-width: 4px; }
+#graph { max-width: 100%; height: auto; } input[name=zoom] { margin: 0 .2em 0 0; } input[name=zoom] + label { margin-right: .8em; }
+#zoom-150:checked ~ .wide #graph { width: 150%; max-width: none; } #zoom-200:checked ~ .wide #graph { width: 200%; max-width: none; }
+#zoom-300:checked ~ .wide #graph { width: 300%; max-width: none; }
+.box { fill: var(--box); stroke: var(--line); } .box.marked { stroke: var(--heat); stroke-width: 2.5; }
+.box.failed { stroke: var(--bad); stroke-width: 3; } svg text.bad { fill: var(--bad); font-weight: 600; }
+.track { fill: var(--back); } .work { fill: var(--heat); } .waiting { fill: var(--mark); fill-opacity: .35; }
 .link, .grid { fill: none; stroke: var(--dim); stroke-width: 1.3; } .grid { stroke: var(--line); }
 .tip { fill: var(--dim); } .area { fill: var(--mark); fill-opacity: .35; stroke: var(--mark); } .bar { fill: var(--mark); }
+#verdict { font-size: 1.3em; font-weight: 600; margin: .4em 0; } #verdict.failed, #verdict.nothing-ran { color: var(--bad); }
+.key { display: inline-block; width: 2.2em; height: .7em; } .key.work { background: var(--heat); }
+.key.waiting { background: var(--mark); opacity: .35; }
+#links td:last-child, #properties td:last-child { white-space: normal; overflow-wrap: anywhere; }
+summary { cursor: pointer; font-size: 1.15em; font-weight: 600; margin: 2em 0 .8em; }
 )";
 
 }  // namespace

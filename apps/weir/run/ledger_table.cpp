@@ -5,47 +5,18 @@
 #include <algorithm>
 
 #include "gstcpp/element/ref.hpp"
+#include "gstcpp/element/value_json.hpp"
 #include "weir/join.hpp"
 #include "weir_plugins.hpp"
 
 namespace weir::app {
 namespace {
 
-Json to_json(const GstStructure* structure);
-
-Json value_of(const GValue* value) {
-  if (GST_VALUE_HOLDS_STRUCTURE(value)) return to_json(gst_value_get_structure(value));
-  if (GST_VALUE_HOLDS_ARRAY(value)) {
-    Json out = Json::array();
-    for (guint i = 0; i < gst_value_array_get_size(value); ++i)
-      out.push_back(value_of(gst_value_array_get_value(value, i)));
-    return out;
-  }
-  if (G_VALUE_HOLDS_STRING(value) && g_value_get_string(value)) return g_value_get_string(value);
-  if (G_VALUE_HOLDS_UINT64(value)) return g_value_get_uint64(value);
-  if (G_VALUE_HOLDS_INT64(value)) return g_value_get_int64(value);
-  if (G_VALUE_HOLDS_UINT(value)) return g_value_get_uint(value);
-  if (G_VALUE_HOLDS_INT(value)) return g_value_get_int(value);
-  if (G_VALUE_HOLDS_DOUBLE(value)) return g_value_get_double(value);
-  if (G_VALUE_HOLDS_BOOLEAN(value)) return g_value_get_boolean(value) != FALSE;
-  const gst::UniqueText text(gst_value_serialize(value));
-  return text ? Json(text.get()) : Json(nullptr);
-}
-
-Json to_json(const GstStructure* structure) {
-  Json out = Json::object();
-  for (int i = 0; i < gst_structure_n_fields(structure); ++i) {
-    const char* name = gst_structure_nth_field_name(structure, static_cast<guint>(i));
-    out[name] = value_of(gst_structure_get_value(structure, name));
-  }
-  return out;
-}
-
 Json stats_of(GstElement* element) {
   GstStructure* stats = nullptr;
   g_object_get(element, "stats", &stats, nullptr);
   if (!stats) return Json::object();
-  Json out = to_json(stats);
+  Json out = gst::json_from_structure(stats);
   gst_structure_free(stats);
   return out;
 }

@@ -9,6 +9,8 @@
 #include <string_view>
 #include <utility>
 
+#include "run/element_properties.hpp"
+
 namespace weir::app {
 namespace {
 
@@ -71,6 +73,7 @@ Complaint complaint_of(GstMessage* message) {
   if (details && !gst_structure_has_name(details, "weir-error")) details = nullptr;
   Complaint out;
   out.element = GST_MESSAGE_SRC(message) ? text_of(GST_MESSAGE_SRC_NAME(message)) : "";
+  out.path = GST_MESSAGE_SRC(message) ? path_of(GST_MESSAGE_SRC(message)) : "";
   out.id = part(details, "id");
   out.what = details ? part(details, "what") : error ? text_of(error->message) : "";
   out.offered = part(details, "offered");

@@ -17,6 +17,7 @@ namespace weir::app {
 // The parts of a bus message; messages of Weir's elements have all of them.
 struct Complaint {
   std::string element;  // element name, "" before elements exist
+  std::string path;     // with the names of its bins: "pipeline0/decodebin0/typefind"
   std::string id;       // "WEIR-2001", "" for other messages
   std::string what, offered, needed, difference, fix;
   std::string debug;              // GStreamer's debug text

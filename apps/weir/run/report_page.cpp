@@ -26,12 +26,15 @@ std::string name_of(const Json& summary, const Json& element) {
                              : std::string();
 }
 
-// The elements in the pipeline except bins, in stream order.
+// The elements in the pipeline except bins, in stream order; without those that a bin tried out and
+// removed before a frame came.
 std::vector<size_t> shown_elements(const Json& summary) {
   std::vector<size_t> out;
   for (size_t i = 0; i < summary["elements"].size(); ++i) {
     const Json& element = summary["elements"][i];
-    if (!element["bin"] && !element["parent"].is_null()) out.push_back(i);
+    const bool is_used = element["in"]["frames"] > 0 || element["out"]["frames"] > 0;
+    if (!element["bin"] && !element["parent"].is_null() && (is_used || !element["removed"]))
+      out.push_back(i);
   }
   std::vector<std::pair<size_t, size_t>> arrows;
   for (const Json& link : summary["links"])
@@ -42,13 +45,6 @@ std::vector<size_t> shown_elements(const Json& summary) {
     return std::pair(places[a].column, places[a].row) < std::pair(places[b].column, places[b].row);
   });
   return out;
-}
-
-const Json* ledger_of(const Json& outcome, const Json& element) {
-  for (const Json& ledger : outcome["ledger"])
-    if (ledger["name"] == element["name"] && ledger["element"] == element["factory"])
-      return &ledger["stats"];
-  return nullptr;
 }
 
 std::string drops(const Json& stats) {
@@ -75,65 +71,108 @@ std::string complaints(const Json& list, const char* kind) {
   return out;
 }
 
-std::string head(const Json& outcome, const Json& summary, const std::string& pipeline) {
+// "camera: Intel Core i5, 4 cores, 8.00 GB; weir 3.0.0, GStreamer 1.22.0; 2026-11-26T18:00:00Z".
+std::string host_line(const Json& document) {
+  const Json &host = document["host"], &versions = document["versions"];
+  std::string out = host["name"].get<std::string>() + ": " + host["processor"].get<std::string>() +
+                    ", " + count(host["cores"]) + " cores, " + bytes_text(host["memory_bytes"]);
+  for (const Json& gpu : host["gpus"]) out += ", " + gpu.get<std::string>();
+  out += "; " + host["system"].get<std::string>() + "; weir " +
+         versions["weir"].get<std::string>() + ", GStreamer " +
+         versions["gstreamer"].get<std::string>() + "; " + host["time"].get<std::string>();
+  return "<p class=\"note\" id=\"host\">" + escaped(out) + "</p>\n";
+}
+
+std::string result_text(const Json& outcome) {
   const std::string result = outcome["result"];
-  std::string out = "<h1>Pipeline report</h1>\n<pre id=\"pipeline\">" + escaped(pipeline) +
-                    "</pre>\n<p id=\"result\">";
   const std::string unit = outcome["frames"] != 0 ? "frames" : "buffers";
-  out += result == "eos"          ? "Ended"
-         : result == "error"      ? "<b class=\"bad\">Failed</b>"
-         : result == "time-limit" ? "Stopped by --timeout"
-                                  : "Interrupted";
-  out += " after " + fixed(outcome["seconds"], 3) + " s: " + count(outcome[unit]) + " " + unit +
+  return std::string(result == "eos"          ? "Ended"
+                     : result == "error"      ? "Failed"
+                     : result == "time-limit" ? "Stopped by --timeout"
+                                              : "Interrupted") +
+         " after " + fixed(outcome["seconds"], 3) + " s: " + count(outcome[unit]) + " " + unit +
          ", " + fixed(outcome["frame_rate"], 1) + " " + unit + "/s";
-  if (summary["lost"] != 0)
-    out += ". <b class=\"bad\">The logs were full: " + count(summary["lost"]) +
+}
+
+std::string head(const Json& document) {
+  const Json &outcome = document["outcome"], &verdict = document["verdict"];
+  std::string out = "<h1>Pipeline report</h1>\n<p id=\"verdict\" class=\"" +
+                    verdict["kind"].get<std::string>() + "\">" +
+                    escaped(verdict["text"].get<std::string>()) + "</p>\n<p id=\"result\">" +
+                    result_text(outcome);
+  if (const Json& lost = document["trace"]["lost"]; lost != 0)
+    out += ". <b class=\"bad\">The logs were full: " + count(lost) +
            " records are missing, so figures below are too small.</b>";
   out += "</p>\n";
   const std::string entries =
       complaints(outcome["errors"], "error") + complaints(outcome["warnings"], "warning");
-  return entries.empty() ? out : out + "<ul class=\"complaints\">" + entries + "</ul>\n";
+  if (!entries.empty()) out += "<ul class=\"complaints\">" + entries + "</ul>\n";
+  return out + "<pre id=\"pipeline\">" + escaped(document["pipeline"].get<std::string>()) +
+         "</pre>\n" + host_line(document);
 }
 
-// `stats` is the element's ledger, null if it has none.
-std::vector<std::string> element_row(const Json& element, const Json* stats, double run_seconds) {
-  const double in = element["in"]["frames"], work = element["work"];
-  const auto stat = [stats](const char* name) {
-    return stats && stats->contains(name) ? count((*stats)[name]) : std::string();
+std::vector<std::string> element_row(const Json& element) {
+  const double in = element["in"]["frames"], out = element["out"]["frames"];
+  const double work = element["work"].get<double>() + element["thread_work"].get<double>();
+  const Json stats = element.value("stats", Json::object());
+  const auto stat = [&stats](const char* name) {
+    return stats.contains(name) ? count(stats[name]) : std::string();
+  };
+  const auto share = [&element](const char* name) {
+    const double value = element[name];
+    return value > 0 ? fixed(value * 100, 1) + " %" : std::string();
   };
   return {escaped(element["name"].get<std::string>()),
           escaped(element["factory"].get<std::string>()),
           count(element["in"]["frames"]),
           count(element["out"]["frames"]),
-          count(element["refused"]),
+          element["refused"] > 0 ? count(element["refused"]) : "",
           rate_text(in > 0 ? element["in"]["rate"] : element["out"]["rate"]),
-          in > 0 ? duration_text(work) : "",
-          in > 0 ? duration_text(work / in) : "",
+          share("share"),
+          share("waiting_share"),
+          work > 0 ? duration_text(work / std::max({in, out, 1.0})) : "",
           in > 0 ? duration_text(element["longest"]) : "",
-          in > 0 && run_seconds > 0 ? fixed(work / run_seconds * 100, 1) + " %" : "",
-          element["thread_work"] > 0 ? duration_text(element["thread_work"]) : "",
           duration_text(element["states"].get<double>() + element["events"].get<double>()),
           stat("bytes-copied"),
           stat("dropped"),
-          stats ? drops(*stats) : ""};
+          drops(stats)};
 }
 
-std::string elements(const Json& outcome, const Json& summary, const std::vector<size_t>& shown) {
-  Rows rows{{"element", "is a", "frames in", "out", "refused", "frames/s", "time", "a frame",
-             "longest", "of the run", "own thread", "start, events", "bytes copied", "dropped",
-             "why"}};
-  for (const size_t i : shown) {
-    const Json& element = summary["elements"][i];
-    rows.push_back(element_row(element, ledger_of(outcome, element), summary["seconds"]));
+// Without the columns that are empty in every row; `texts` are the columns of text.
+std::string compact_table(Rows rows, std::string_view id, std::vector<size_t> texts) {
+  for (size_t c = rows[0].size(); c-- > 0;) {
+    const bool is_empty =
+        std::all_of(rows.begin() + 1, rows.end(), [c](const auto& row) { return row[c].empty(); });
+    if (!is_empty) continue;
+    for (auto& row : rows) row.erase(row.begin() + static_cast<std::ptrdiff_t>(c));
+    std::erase(texts, c);
+    for (size_t& text : texts) text -= text > c ? 1 : 0;
   }
-  return "<h2>Elements</h2>\n" + html_table(rows, "elements", {1, 14}) +
-         "<p class=\"note\">The time of an element excludes the time of its downstream elements. "
-         "Waiting counts: a sink waits for the clock, a full queue waits for space. Own thread is "
-         "the "
-         "time between the pushes of a streaming thread that starts at the element: a source "
-         "produces "
-         "a frame in it, a queue waits for one. Copied and dropped come from the ledger of Weir's "
-         "elements.</p>\n";
+  return html_table(rows, id, texts);
+}
+
+std::string elements(const Json& trace, const std::vector<size_t>& shown) {
+  Rows rows{{"element", "is a", "frames in", "out", "refused", "frames/s", "work", "waiting",
+             "a frame", "longest", "start, events", "bytes copied", "dropped", "why"}};
+  for (const size_t i : shown) rows.push_back(element_row(trace["elements"][i]));
+  return "<h2>Elements</h2>\n" + compact_table(std::move(rows), "elements", {1, 13}) +
+         "<p class=\"note\">Work and waiting are shares of the time in which frames flowed, "
+         "without "
+         "that of downstream elements. A sink or a live source waits for the clock, a queue for a "
+         "frame or for space, an element of several inputs for the others. Elements in threads of "
+         "their own work at the same time, so the sum can be more than 100 %. A frame: the work "
+         "for each. Copied and dropped come from the ledger of Weir's elements.</p>\n";
+}
+
+std::string properties(const Json& trace, const std::vector<size_t>& shown) {
+  Rows rows{{"element", "property", "value"}};
+  for (const size_t i : shown)
+    for (const auto& [name, value] : trace["elements"][i]["properties"].items())
+      rows.push_back(
+          {escaped(name_of(trace, Json(i))), escaped(name), escaped(value.get<std::string>())});
+  if (rows.size() == 1) return "";
+  return "<details><summary>Properties that are not at their default</summary>\n" +
+         html_table(rows, "properties", {1, 2}) + "</details>\n";
 }
 
 // The inference servers of filters; "" if there are none.
@@ -145,8 +184,14 @@ std::string servers(const Json& outcome) {
   return "<h2>Servers</h2>\n" + html_table(rows, "servers", {0, 1, 7});
 }
 
+std::string caps_cell(const Json& link) {
+  const std::string caps = link["caps"];
+  const int changes = link["caps_changes"];
+  return escaped(caps) + (changes == 0 ? "" : " (the last of " + std::to_string(changes + 1) + ")");
+}
+
 std::string links(const Json& summary) {
-  Rows rows{{"from", "to", "frames", "frames/s", "bytes", "bytes/s"}};
+  Rows rows{{"from", "to", "frames", "frames/s", "bytes", "bytes/s", "caps"}};
   const auto end = [&](const Json& link, const char* element, const char* pad) {
     return escaped(name_of(summary, link[element]) + "." + link[pad].get<std::string>());
   };
@@ -154,9 +199,9 @@ std::string links(const Json& summary) {
     const double frames = link["frames"], rate = link["rate"], bytes = link["bytes"];
     rows.push_back({end(link, "from", "from_pad"), end(link, "to", "to_pad"), count(link["frames"]),
                     rate_text(rate), bytes_text(bytes),
-                    rate > 0 ? bytes_text(bytes / frames * rate) : ""});
+                    rate > 0 ? bytes_text(bytes / frames * rate) : "", caps_cell(link)});
   }
-  return "<h2>Links</h2>\n" + html_table(rows, "links", {1});
+  return "<h2>Links</h2>\n" + html_table(rows, "links", {1, 6});
 }
 
 std::string queues(const Json& summary) {
@@ -211,16 +256,22 @@ std::string latencies(const Json& summary) {
 
 }  // namespace
 
-std::string report_page(const Json& outcome, const Json& summary, const std::string& pipeline) {
-  std::string out = page_begin("Pipeline report") + head(outcome, summary, pipeline);
-  const auto shown = shown_elements(summary);
-  out +=
-      "<h2>Graph</h2>\n" + graph_picture(summary, shown) +
-      "<p class=\"note\">The deeper the colour, the larger the element's own time among all.</p>\n";
-  out += elements(outcome, summary, shown) + servers(outcome) + links(summary) + queues(summary) +
-         latencies(summary);
+std::string report_page(const Json& document) {
+  const Json& trace = document["trace"];
+  const auto shown = shown_elements(trace);
+  std::string out = page_begin("Pipeline report") + head(document) + "<h2>Graph</h2>\n" +
+                    graph_picture(trace, shown, document["verdict"]["element"]);
+  if (const double seconds = trace["flow_seconds"]; seconds > 0)
+    out +=
+        "<p class=\"note\"><span class=\"key work\"></span> work and <span class=\"key "
+        "waiting\"></span> waiting, as shares of " +
+        fixed(seconds, 3) +
+        " s in which frames flowed. Point at a box for its properties, at an arrow for its "
+        "caps.</p>\n";
+  out += elements(trace, shown) + servers(document["outcome"]) + links(trace) + queues(trace) +
+         latencies(trace) + properties(trace, shown);
   return out + "<p class=\"note\">Written by weir " + config::kVersion + " run --report; " +
-         count(summary["records"]) + " records in " + fixed(summary["seconds"], 3) +
+         count(trace["records"]) + " records in " + fixed(trace["seconds"], 3) +
          " s.</p>\n</body></html>\n";
 }
 

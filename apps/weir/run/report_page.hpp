@@ -7,7 +7,7 @@
 
 namespace weir::app {
 
-// `outcome`: the output of --json; `summary`: of the tracer; `pipeline`: its description.
-std::string report_page(const Json& outcome, const Json& summary, const std::string& pipeline);
+// `document`: of report_document().
+std::string report_page(const Json& document);
 
 }  // namespace weir::app

@@ -179,6 +179,86 @@ class Report(Case):
         for words in ("Failed", "cast: WEIR-1001", "flot32", "fix: "):
             self.assertIn(words, page.text)
 
+    def document(self, pipeline, code=0):
+        """The report as JSON."""
+        file = self.folder / "report.json"
+        done = weir("run", "-q", "--report", file, pipeline)
+        self.assertEqual(done.returncode, code, done.stderr)
+        return json.loads(file.read_text())
+
+    def element(self, document, name):
+        return next(element for element in document["trace"]["elements"] if element["name"] == name)
+
+    def test_the_verdict_names_the_element_that_takes_most_of_the_time(self):
+        slow = ("videotestsrc num-buffers=30 ! video/x-raw,width=8,height=8 ! queue ! identity name=slow sleep-time=5000"
+                " ! fakesink sync=false")
+        verdict = self.document(slow)["verdict"]
+        self.assertEqual((verdict["kind"], verdict["element"]), ("bottleneck", "slow"))
+        self.assertGreater(verdict["share"], 0.8)
+        self.assertRegex(verdict["text"], r"^slow takes \d+ % of the time: the bottleneck\.$")
+        _, page = self.reported(slow)
+        self.assertRegex(page.text, r"slow takes \d+ % of the time: the bottleneck\.")
+
+    def test_a_pipeline_that_waits_for_the_clock_keeps_up(self):
+        for source, sink, waiting in (("is-live=true", "sync=false", "source"), ("is-live=false", "sync=true", "sink")):
+            document = self.document(f"videotestsrc name=source {source} num-buffers=30"
+                                     " ! video/x-raw,width=8,height=8,framerate=50/1"
+                                     f" ! identity name=between ! fakesink name=sink {sink}")
+            self.assertEqual(document["verdict"]["kind"], "keeps-up", document["verdict"])
+            self.assertGreater(self.element(document, waiting)["waiting_share"], 0.7)
+            for name in ("source", "between", "sink"):
+                self.assertLess(self.element(document, name)["share"], 0.3, name)
+
+    def test_a_queue_waits_and_does_not_work(self):
+        document = self.document("videotestsrc num-buffers=50 ! video/x-raw,width=8,height=8 ! queue name=full"
+                                 " max-size-buffers=1 ! identity name=slow sleep-time=3000 ! fakesink")
+        queue = self.element(document, "full")
+        self.assertEqual((queue["waits"], queue["work"], queue["thread_work"]), ("room", 0, 0))
+        self.assertGreater(queue["waiting_share"], 0.8)
+
+    def test_without_a_frame_at_a_sink_the_verdict_says_where_they_end(self):
+        verdict = self.document("videotestsrc num-buffers=5 ! identity name=shut drop-probability=1 ! fakesink async=false")["verdict"]
+        self.assertEqual((verdict["kind"], verdict["text"]),
+                         ("nothing-ran", "No frame reached a sink: shut received 5 frames and pushed none."))
+
+    def test_the_element_that_failed_is_marked(self):
+        pipeline = ("videotestsrc num-buffers=1 ! tensor_converter ! tensor_transform name=cast mode=typecast option=flot32"
+                    " ! fakesink")
+        document = self.document(pipeline, code=1)
+        self.assertEqual(document["verdict"]["kind"], "failed")
+        self.assertTrue(document["verdict"]["text"].startswith("cast failed: "), document["verdict"]["text"])
+        failed = [element["name"] for element in document["trace"]["elements"] if element["failed"]]
+        self.assertIn("cast", failed)
+        self.assertNotIn("tensor_converter", [self.element(document, name)["factory"] for name in failed])
+        self.reported(pipeline, code=1)
+        self.assertIn('class="box failed"', self.file.read_text())
+
+    def test_links_have_caps_and_elements_their_properties(self):
+        document = self.document(self.BRANCHES)
+        caps = {document["trace"]["elements"][link["to"]]["name"]: link["caps"] for link in document["trace"]["links"]}
+        self.assertIn("format=(string)RGB, width=(int)16, height=(int)8", caps["converter"])
+        self.assertIn("float32", caps["tensors"])
+        self.assertEqual(self.element(document, "cast")["properties"], {"mode": "typecast", "option": "float32"})
+        self.assertEqual(self.element(document, "t")["properties"], {})
+        self.assertEqual(set(document), {"verdict", "pipeline", "host", "versions", "outcome", "trace"})
+        self.assertEqual(document["versions"]["gstreamer"].split(".")[0], "1")
+        self.assertGreaterEqual(document["host"]["cores"], 1)
+
+    def test_passwords_are_not_shown(self):
+        done = weir("run", "--report", self.file, 'videotestsrc num-buffers=1 ! fakesink name="rtsp://me:pass1@camera/x"'
+                    ' souphttpsrc location=http://me:pass2@localhost:1/ user-pw=pass3 ! fakesink')
+        self.assertEqual(done.returncode, 1, done.stderr)
+        text = self.file.read_text()
+        self.assertIn("location=http://***@localhost:1/ user-pw=***", text)
+        self.assertIn("Could not connect", text)
+        self.assertNotRegex(text, "pass[123]")
+
+    def test_caps_cannot_change_the_page(self):
+        _, page = self.reported('videotestsrc num-buffers=2 ! video/x-raw,width=8,height=8'
+                                ',note=(string)"<script>alert(2)</script>" ! fakesink')
+        caps = " ".join(row["caps"] for row in page.table("links"))
+        self.assertIn("<script>alert(2)</script>", caps.replace("\\", ""))
+
     def test_an_interrupted_run_is_reported(self):
         frames = self.folder / "frames"
         pipeline = ("videotestsrc is-live=true ! video/x-raw,format=GRAY8,width=8,height=8,framerate=100/1"

@@ -16,6 +16,7 @@
 #include "run/complaints.hpp"
 #include "run/ledger_table.hpp"
 #include "run/pipeline_run.hpp"
+#include "run/report_document.hpp"
 #include "run/report_page.hpp"
 #include "run/shared_clock.hpp"
 #include "run/trace_session.hpp"
@@ -115,6 +116,7 @@ Json to_json(const std::vector<Complaint>& complaints) {
     const auto add = [&item](const char* name, const std::string& text) {
       if (!text.empty()) item[name] = text;
     };
+    add("path", complaint.path);
     add("id", complaint.id);
     add("offered", complaint.offered);
     add("needed", complaint.needed);
@@ -179,10 +181,15 @@ Status try_to_write(const std::string& file) {
   return cannot_write(file);
 }
 
-Status write_report(const RunOptions& options, const Json& outcome, const TraceSession& session) {
-  const std::string pipeline = join(options.pipeline, " ");
+Status write_report(const RunOptions& options, const Json& outcome, const TraceSession& session,
+                    GstElement* pipeline) {
+  const Json document =
+      report_document(outcome, session.summary(), join(options.pipeline, " "), pipeline);
   std::ofstream file(options.report);
-  file << report_page(outcome, session.summary(), pipeline);
+  if (options.report.ends_with(".json"))
+    file << document.dump(2, ' ', false, Json::error_handler_t::replace) << '\n';
+  else
+    file << report_page(document);
   file.close();
   return file ? ok() : cannot_write(options.report);
 }
@@ -264,7 +271,9 @@ int run(const RunOptions& options) {
   if (clock) facts["clock"] = clock->state();
   print_outcome(options, pipeline, end, facts, clock);
   if (prepared->session) {
-    if (const Status written = write_report(options, facts, *prepared->session); !written) {
+    if (const Status written =
+            write_report(options, facts, *prepared->session, pipeline.pipeline());
+        !written) {
       std::fprintf(stderr, "%s\n", written.error().message().c_str());
       return kExitError;
     }

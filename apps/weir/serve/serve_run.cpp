@@ -196,7 +196,13 @@ void ServeRun::on_signal() {
       g_source_remove(std::exchange(served->restart, 0));
       served->ended = true;
     } else {
-      gst_element_send_event(served->what.pipeline.get(), gst_event_new_eos());
+      // It waits for the request in work.
+      gst_element_call_async(
+          served->what.pipeline.get(),
+          [](GstElement* pipeline, gpointer) {
+            gst_element_send_event(pipeline, gst_event_new_eos());
+          },
+          nullptr, nullptr);
     }
   }
   end_if_all_ended(kExitGood);

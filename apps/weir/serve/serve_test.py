@@ -30,6 +30,9 @@ class Options(Case):
         self.assertIn(" model-control=true !", self.pipelines(MODEL, "--model-control")[0])
         self.assertIn(" workers=3 !", self.pipelines(MODEL, "--workers", "3")[0])
         self.assertIn(f"-filter framework=onnxruntime model={MODEL} !", self.pipelines(MODEL, "--engine", "onnxruntime")[0])
+        self.assertIn(" max-connections=0 max-connections-per-address=64 !",
+                      self.pipelines(MODEL, "--max-connections", "0", "--max-connections-per-address", "64")[0])
+        self.assertNotIn("max-connections", self.pipelines(MODEL)[0])
         self.assertIn("host=::1 port=0", self.pipelines(MODEL, "--listen", "[::1]:0")[0])
 
     def test_a_file_with_an_equals_sign_keeps_its_name(self):

@@ -153,6 +153,10 @@ std::string serving_pipeline(const NamedModel& model, size_t id, const ServeOpti
   out += property("tls-cert", options.tls_cert) + property("tls-key", options.tls_key) +
          property("tls-ca", options.tls_ca) + property("token-file", options.token_file);
   if (options.insecure) out += " insecure=true";
+  if (const auto most = options.most_connections)
+    out += " max-connections=" + std::to_string(*most);
+  if (const auto most = options.most_connections_of_address)
+    out += " max-connections-per-address=" + std::to_string(*most);
   if (options.model_control) out += " model-control=true";
   out += " ! tensor_filter name=" + model.name + "-filter" +
          property("framework", options.engine.empty() ? "auto" : options.engine) +

@@ -26,6 +26,7 @@ HAS_NET = "weirnet" in os.environ.get("WEIR_NET_PLUGIN", "")
 HAS_GRPCIO = os.environ.get("WEIR_INFERENCE_CLASSES", "") != ""
 if HAS_GRPCIO:
     from served_pipeline import Client, pb, request, status_of
+PEERS = SOURCE / "tests/support/peers"
 FAILED = ("ABORTED", "UNAVAILABLE")  # by the element that fails, or by the pipeline that stops
 CLOCK_LINE = "input float32 1:192:32:1 +output float32 13:12:1\n"
 
@@ -58,10 +59,13 @@ class Serving(Case):
         process, _, address = self.serve(f"digits={MODEL}")
         done = self.check(address, "--model", "digits")
         self.assertEqual(done.returncode, 0, done.stdout + done.stderr)
-        self.assertEqual(done.stdout.splitlines()[-1], "19 passed, 0 failed")
+        self.assertEqual(done.stdout.splitlines()[-1], "21 passed, 0 failed")
+        self.assertIn("skipped repository lists the model: the server has no model control\n", done.stdout)
         status, out, errors = self.end(process)
         self.assertEqual((status, errors), (0, ""))
         self.assertRegex(out, r"digits-filter +[1-9]")
+        _, _, address = self.serve(f"digits={MODEL}", "--model-control")
+        self.assertIn("\n22 passed, 0 failed\n", self.check(address, "--model", "digits").stdout)
 
     @unittest.skipUnless(HAS_GRPCIO, "grpcio is not installed")
     def test_certificates_and_tokens_let_clients_in(self):
@@ -175,6 +179,28 @@ class CustomFilter:
         self.assertIn("unlucky", errors)
         self.assertIn("weir: the model picky is started again in 1 s\n", errors)
 
+    def health_client(self, address, service):
+        """The lines of a client of grpc-js and grpc-health-check."""
+        node = shutil.which("node")
+        if not node or not (PEERS / "node_modules/grpc-health-check").is_dir():
+            self.skipTest("the clients of other projects are not installed: tools/setup --peers")
+        process = subprocess.Popen([node, PEERS / "health_client.js", address, service], stdin=subprocess.PIPE, stdout=subprocess.PIPE, text=True)
+        for undo in (process.stdout.close, process.wait, process.stdin.close):
+            self.addCleanup(undo)
+        return process.stdout
+
+    @unittest.skipUnless(HAS_GRPCIO and has_engine("python3"), "grpcio or the engine python3 is not there")
+    def test_a_health_client_of_another_project_follows_a_model(self):
+        picky = self.script("picky.py", "assert x[0] != 13, 'unlucky'")
+        _, _, address = self.serve(picky, self.script("calm.py", "pass"), line="input float32 4:1.* +output float32 4:1.*\n")
+        client = self.client(address, "picky")
+        other, calm, model = (self.health_client(address, service) for service in ("other", "calm", "picky"))
+        self.assertEqual([other.readline(), other.readline()], ["check code 5\n", "watch SERVICE_UNKNOWN\n"])
+        for lines in (calm, model):
+            self.assertEqual([lines.readline(), lines.readline()], ["check SERVING\n", "watch SERVING\n"])
+        self.assertIn(status_of(lambda: client.infer(request("picky", np.full((1, 4), 13, np.float32))))[0], FAILED)
+        self.assertEqual([model.readline(), model.readline()], ["watch NOT_SERVING\n", "watch SERVING\n"])
+
     @unittest.skipUnless(HAS_GRPCIO and has_engine("python3"), "grpcio or the engine python3 is not there")
     def test_a_server_whose_only_model_fails_keeps_its_address(self):
         picky = self.script("picky.py", "assert x[0] != 13, 'unlucky'")
@@ -207,6 +233,37 @@ class CustomFilter:
         self.assertEqual(waits, [f"weir: the model fragile is started again in {seconds} s\n" for seconds in (1, 2, 4)])
         self.assertIn("ValueError: gone", "".join(lines))
         self.assertEqual(self.end(process)[0], 0)  # while it waits
+
+    def in_flight(self, figures):
+        with urllib.request.urlopen(figures, timeout=10) as answer:
+            return int(re.search(r"weir_requests_in_flight\{[^}]*\} (\d+)", answer.read().decode())[1])
+
+    @unittest.skipUnless(HAS_GRPCIO and has_engine("python3"), "grpcio or the engine python3 is not there")
+    def test_a_signal_lets_the_request_in_work_end_and_refuses_those_that_wait(self):
+        for name in ("begun", "gate"):
+            os.mkfifo(self.folder / name)
+        slow = self.script("slow.py", "open(os.path.join(HERE, 'begun'), 'w').close(); open(os.path.join(HERE, 'gate')).close()")
+        process, _, address = self.serve(slow, "--metrics=127.0.0.1:0", line="input float32 4:1.* +output float32 4:1.*\n")
+        figures = process.stdout.readline().split()[1]
+        client = self.client(address, "slow")
+        one = np.ones((1, 4), np.float32)
+        calls = [client.stub.ModelInfer.future(request("slow", one), timeout=60) for _ in range(5)]
+        with open(self.folder / "begun", encoding="ascii"):  # the first is in the model
+            pass
+        end = time.monotonic() + 60
+        while self.in_flight(figures) < len(calls):
+            self.assertLess(time.monotonic(), end, "not all requests have come")
+        process.send_signal(signal.SIGTERM)
+        while status_of(lambda: client.infer(request("slow", one), timeout=1))[0] != "UNAVAILABLE":
+            self.assertLess(time.monotonic(), end, "a new request is not refused")
+        with open(self.folder / "gate", "w", encoding="ascii"):
+            pass
+        ends = [status_of(call.result) for call in calls]
+        self.assertEqual([code for code, _ in ends].count("OK"), 1, ends)
+        self.assertEqual(next(end[1] for end in ends if end[0] == "OK").raw_output_contents[0], (2 * one).tobytes())
+        self.assertEqual({end for end in ends if end[0] != "OK"}, {("UNAVAILABLE", "the pipeline of the model slow was stopped")})
+        out, errors = process.communicate(timeout=60)
+        self.assertEqual((process.returncode, errors), (0, ""), out)
 
     @unittest.skipUnless(HAS_GRPCIO, "grpcio is not installed")
     def test_clients_unload_and_load_models_where_that_is_allowed(self):

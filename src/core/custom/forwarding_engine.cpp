@@ -2,7 +2,13 @@
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #include "core/custom/forwarding_engine.hpp"
 
+#include <algorithm>
+#include <string>
+#include <utility>
+#include <vector>
+
 #include "core/infer/model/declared_options.hpp"
+#include "core/infer/model/option_check.hpp"
 #include "core/infer/module/host.hpp"
 #include "weir/module.hpp"
 
@@ -82,6 +88,17 @@ int control(weir_session* session, int op, const weir_option* option, weir_error
                          : fail(error, lacks(*engine, "control()"));
 }
 
+// Those before the name by which the engine was requested (core/infer/model/declared_options.hpp).
+std::vector<std::pair<std::string, std::string>> users_options(const weir_open& request) {
+  std::vector<std::pair<std::string, std::string>> out;
+  for (uint32_t i = 0; i < request.n_options; ++i)
+    out.emplace_back(request.options[i].key, request.options[i].value);
+  const auto own = std::find_if(out.rbegin(), out.rend(),
+                                [](const auto& option) { return option.first == "framework"; });
+  if (own != out.rend()) out.erase(own.base() - 1, out.end());
+  return out;
+}
+
 }  // namespace
 
 int forward_open(FindEngine find, const weir_open* request, weir_model** out, weir_error* error) {
@@ -93,6 +110,8 @@ int forward_open(FindEngine find, const weir_open* request, weir_model** out, we
     weir_open inner = *request;
     inner.paths += model->found.paths_used;
     inner.n_models -= model->found.paths_used;
+    if (const auto status = infer::check_options(engine, users_options(*request)); !status)
+      return fail(error, status.error());
     const auto options = infer::options_for_inner(engine, *request);
     inner.options = options.data();
     inner.n_options = static_cast<uint32_t>(options.size());

@@ -15,7 +15,8 @@ namespace weir::trace {
 inline constexpr size_t kNone = std::numeric_limits<size_t>::max();
 inline constexpr int64_t kForEver = std::numeric_limits<int64_t>::max();
 
-// What an element waits for, so that its time is not all work.
+// What an element waits for, so that its time is not all work. With its first frame any element may
+// wait.
 enum class Waits : uint8_t {
   Never,
   Room,    // queues: for room when frames come, for frames to push

@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <map>
+#include <set>
 
 #include "core/trace/spans.hpp"
 
@@ -80,14 +81,20 @@ class Summing {
     } else if (span.kind == Kind::StateBegin) {
       element.states += span.own;
     } else {
-      const Waits waits = graph_.elements()[span.element].waits;
-      const int64_t waiting = waits == Waits::Room    ? span.own
-                              : waits == Waits::Never ? 0
-                                                      : span.own_idle;
+      const int64_t waiting = waiting_in(span);
       element.waiting += waiting;
       element.work += span.own - waiting;
       element.longest = std::max(element.longest, span.own);
     }
+  }
+
+  int64_t waiting_in(const Span& span) {
+    // With its first frame any element may wait for others: to be linked, or for an answer to a
+    // query.
+    const bool is_first = started_.insert(span.pad).second;
+    const Waits waits = graph_.elements()[span.element].waits;
+    if (waits == Waits::Room) return span.own;
+    return waits != Waits::Never || is_first ? span.own_idle : 0;
   }
 
   void add_between(const Span& span) {
@@ -150,6 +157,7 @@ class Summing {
   std::map<size_t, std::vector<QueueChange>> changes_, passed_;  // by element
   std::map<size_t, unsigned> fullest_;
   StreamRecords stamped_;
+  std::set<size_t> started_;                         // pads that have pushed
   std::map<std::pair<size_t, size_t>, Flow> flows_;  // by source pad and sink pad
 };
 

@@ -29,11 +29,14 @@ const char* name_of(Waits waits) {
   return kNames.at(static_cast<size_t>(waits));
 }
 
-Json to_json(const Element& element, const ElementSummary& sums) {
+Json to_json(const Graph& graph, size_t id, const ElementSummary& sums) {
+  const Element& element = graph.elements()[id];
   return {{"name", element.name},
           {"factory", element.factory},
           {"bin", element.is_bin},
           {"parent", index(element.parent)},
+          {"source", !element.is_bin && !graph.has_pads(id, false)},
+          {"sink", !element.is_bin && !graph.has_pads(id, true)},
           {"removed", element.is_removed || element.until != kForEver},
           {"waits", name_of(element.waits)},
           {"in", to_json(sums.in)},
@@ -99,7 +102,7 @@ std::string to_json(const Summary& summary, const Trace& trace) {
   for (const char* list : {"elements", "links", "queues", "latencies", "threads"})
     out[list] = Json::array();
   for (size_t i = 0; i < summary.elements.size(); ++i)
-    out["elements"].push_back(to_json(trace.graph.elements()[i], summary.elements[i]));
+    out["elements"].push_back(to_json(trace.graph, i, summary.elements[i]));
   for (const auto& link : summary.links) out["links"].push_back(to_json(link, trace.graph));
   for (const auto& queue : summary.queues) out["queues"].push_back(to_json(queue, summary));
   for (const auto& item : summary.latencies) out["latencies"].push_back(to_json(item, trace.graph));

@@ -28,7 +28,8 @@ std::string frames(uint64_t count) {
 
 Verdict failed(const Failure& failure) {
   const std::string subject = failure.element.empty() ? "The pipeline" : failure.element;
-  return {VerdictKind::Failed, failure.element, 0, subject + " failed: " + failure.what + "."};
+  return {VerdictKind::Failed, failure.element, 0,
+          subject + " failed: " + failure.what + (failure.what.ends_with('.') ? "" : ".")};
 }
 
 // The last element with frames that pushed none; else a source that pushed none.

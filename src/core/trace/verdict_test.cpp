@@ -100,7 +100,7 @@ TEST(TraceVerdict, AFailureComesFirst) {
   EXPECT_EQ(verdict.kind, VerdictKind::Failed);
   EXPECT_EQ(verdict.element, "cast");
   EXPECT_EQ(verdict.text, "cast failed: the option is unknown.");
-  EXPECT_EQ(judge(loads, {{"", "no element posted an error"}}).text,
+  EXPECT_EQ(judge(loads, {{"", "no element posted an error."}}).text,
             "The pipeline failed: no element posted an error.");
 }
 

@@ -21,6 +21,20 @@ Error caps_unreadable(const GstStructure* s) {
                .fix = kLine};
 }
 
+// GStreamer has positions for up to 64 channels. More are seldom meant: a model with the input
+// 16000:1 makes audioconvert turn one channel into 16000 copies of it.
+std::optional<Error> many_channels(int channels) {
+  constexpr int kUsual = 64;
+  if (channels <= kUsual) return std::nullopt;
+  const std::string count = std::to_string(channels);
+  return Error{.code = Code::SPEC_MISMATCH,
+               .what = "the audio has " + count + " channels: each tensor is one moment of them",
+               .offered = "channels=" + count,
+               .needed = "at most " + std::to_string(kUsual) +
+                         " channels; a tensor of consecutive samples is 1:" + count,
+               .fix = "audio/x-raw,channels=1 ! tensor_converter frames-per-tensor=" + count};
+}
+
 }  // namespace
 
 Result<StreamPlan> AudioMedium::configure(const GstCaps* caps, const Preferences& preferences) {
@@ -46,6 +60,7 @@ Result<StreamPlan> AudioMedium::configure(const GstCaps* caps, const Preferences
   plan_.spec.rate = {rate, 1};
   plan_.frame_bytes = tensor->frame_bytes;
   plan_.frames_out = preferences.frames_per_tensor;
+  plan_.warning = many_channels(channels);
   if (auto status = agree(plan_.spec, preferences.tensors, "audio"); !status) return status.error();
   return plan_;
 }

@@ -119,6 +119,23 @@ TEST(ConverterAudio, OfAnotherRateIsNotAppendedToHeldSamples) {
   EXPECT_EQ(GST_BUFFER_DURATION(out.get()), 20 * GST_MSECOND);
 }
 
+TEST(ConverterAudio, WarnsAboutMoreThan64Channels) {
+  auto h = harness("", audio("S16LE", 64));
+  const auto warning_for = [&h](int channels) {
+    Errors messages(h);
+    const auto caps = Ref<GstCaps>::adopt(gst_caps_from_string(audio("S16LE", channels).c_str()));
+    EXPECT_TRUE(gst_harness_push_event(h.get(), gst_event_new_caps(caps.get())));
+    return messages.next_warning();
+  };
+  EXPECT_EQ(warning_for(63), "");
+  const auto warning = warning_for(65);
+  EXPECT_SAYS(warning, "WEIR-2001: the audio has 65 channels: each tensor is one moment of them");
+  EXPECT_SAYS(warning, "offered: channels=65");
+  EXPECT_SAYS(warning, "fix: audio/x-raw,channels=1 ! tensor_converter frames-per-tensor=65");
+  auto out = Ref<GstBuffer>::adopt(gst_harness_push_and_pull(h.get(), frame(ramp(130))));
+  EXPECT_EQ(content(out.get()), ramp(130)) << "the stream goes on";
+}
+
 TEST(ConverterAudio, FollowsTheCapsOfDownstream) {
   Harness h{gst_harness_new_parse("tensor_converter")};
   gst_harness_set_sink_caps_str(

@@ -37,6 +37,7 @@ struct StreamPlan {
   std::optional<SourceMap> picture;  // maps each output to its picture, if any
   // Neither properties nor downstream fix the tensors: frames do, and `spec` may be a placeholder.
   bool first_frame_decides = false;
+  std::optional<Error> warning = {};  // to be posted when these caps arrive
   // Frames may carry the stream's rate: that of `spec` may not be the final one.
   bool frames_have_rates = false;
 };

@@ -140,6 +140,7 @@ class TensorConverter : public gst::Element<TensorConverter, gst::PlainElement> 
         gst_event_parse_caps(event, &caps);
         const Status status = negotiate(caps, take_settings(&followed_), false);
         if (!status) gst::post_error(element(), status.error());
+        if (status && stream_.plan().warning) gst::post_warning(element(), *stream_.plan().warning);
         return status.has_value();
       }
       case GST_EVENT_SEGMENT:

@@ -125,10 +125,10 @@ class AsyncFlow final : public FrameFlow {
         failure_ = Error{.code = Code::OUT_OF_MEMORY, .what = "no memory for an output"};
       }
     }
-    void end(Status status) noexcept override {
+    void end(const Result<int>& ended) noexcept override {
       flow_->touch();
-      if (status && failure_) status = *failure_;
-      flow_->output_.end(ticket_, status, std::chrono::steady_clock::now() - begin_);
+      const auto took = std::chrono::steady_clock::now() - begin_;
+      flow_->output_.end(ticket_, ended && failure_ ? Result<int>(*failure_) : ended, took);
     }
 
    private:

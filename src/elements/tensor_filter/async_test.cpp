@@ -47,6 +47,41 @@ TEST(TensorFilterAsync, KeepsTheOrderOfFramesThatEndOutOfOrder) {
   EXPECT_EQ(out, expected);
 }
 
+TEST(TensorFilterAsync, CountsFramesByTheReasonForWhichTheyHaveNoResult) {
+  for (const char* custom : {"outcomes,in-flight:1", "outcomes,in-flight:4,reverse:4"}) {
+    auto h = harness(custom);
+    End end(h);
+    for (const float x : {1.F, -1.F, -2.F, -2.F, -3.F, -3.F, -3.F, 2.F})
+      ASSERT_EQ(push(h, x), GST_FLOW_OK);
+    gst_harness_push_event(h.get(), gst_event_new_eos());
+    end.wait();
+    EXPECT_EQ(stat(h, kFilter, "consumed"), 2u) << custom;
+    EXPECT_EQ(stat(h, kFilter, "dropped-late"), 1u) << custom;
+    EXPECT_EQ(stat(h, kFilter, "dropped-refused"), 2u) << custom;
+    EXPECT_EQ(stat(h, kFilter, "dropped-lost"), 3u) << custom;
+    EXPECT_EQ(stat(h, kFilter, "pushed"), 3u) << custom << ": one of 1, two of 2";
+    expect_sums(h);
+  }
+}
+
+TEST(TensorFilterAsync, PushesTheOutputsOfAFrameThatIsLostInTheEnd) {
+  auto h = harness("outcomes,outputs:2");
+  ASSERT_EQ(push(h, -3), GST_FLOW_OK);
+  EXPECT_EQ(pull(h), -3);
+  EXPECT_EQ(pull(h), -2);
+  expect_sums(h);
+  EXPECT_EQ(stat(h, kFilter, "dropped-lost"), 1u);
+}
+
+TEST(TensorFilterAsync, CountsAFlushedFrameAsFlushedWhateverItsEnd) {
+  auto h = harness("outcomes,until-cancelled,in-flight:2");
+  ASSERT_EQ(push(h, -3), GST_FLOW_OK);
+  flush(h);
+  expect_sums(h);
+  EXPECT_EQ(stat(h, kFilter, "dropped-flush"), 1u);
+  EXPECT_EQ(stat(h, kFilter, "dropped-lost"), 0u);
+}
+
 TEST(TensorFilterAsync, CopiesTheTimeOfTheFrameToEachOutput) {
   auto h = harness("outputs:2,in-flight:2");
   for (const GstClockTime time : {5 * GST_SECOND, 7 * GST_SECOND}) {

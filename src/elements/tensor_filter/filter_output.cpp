@@ -161,14 +161,15 @@ Status FilterOutput::add(const Ticket& ticket, gst::Ref<GstBuffer> output) {
                .fix = "tensor_filter invoke-async=true max-bytes=" + needed};
 }
 
-void FilterOutput::end(const Ticket& ticket, const Status& status, std::chrono::nanoseconds took) {
-  if (!status) {
-    finish(ticket, status.error());
+void FilterOutput::end(const Ticket& ticket, const Result<int>& ended,
+                       std::chrono::nanoseconds took) {
+  if (!ended) {
+    finish(ticket, ended.error());
     return;
   }
   statistics()->record(took);
   check_latency();
-  if (queue_.complete(ticket, Ended{}))
+  if (queue_.complete(ticket, Ended{*ended}))
     push_finished();
   else
     ledger()->dropped(DropReason::Flush);
@@ -218,7 +219,11 @@ void FilterOutput::push(Entry entry) noexcept {
     flow_ = gst_pad_push(owner_.source, part->buffer.release());
     held_->release_result(part->bytes);
   } else {
-    ledger()->consumed();
+    const auto reason = drop_reason_of(std::get<Ended>(entry).reason);
+    if (reason == DropReason::Policy)  // an engine may have no output for a frame
+      ledger()->consumed();
+    else
+      ledger()->dropped(reason);
   }
 }
 

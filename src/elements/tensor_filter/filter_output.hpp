@@ -32,7 +32,9 @@ class FilterOutput {
     gst::Ref<GstBuffer> buffer;
     uint64_t bytes;
   };
-  struct Ended {};  // follows the last output of a frame
+  struct Ended {  // follows the last output of a frame
+    int reason;   // 0, or a weir_no_result
+  };
   using Entry = std::variant<gst::Ref<GstBuffer>, gst::Ref<GstEvent>, Part, Ended>;
   using Queue = infer::CompletionQueue<Entry>;
 
@@ -105,8 +107,10 @@ class FilterOutput {
   // others were pushed, or is dropped. An error if the held outputs wait for the end of an older
   // frame.
   Status add(const Ticket& ticket, gst::Ref<GstBuffer> output);
-  // Ends the frame, `took` after it began. Errors as in finish().
-  void end(const Ticket& ticket, const Status& status, std::chrono::nanoseconds took);
+  // Ends the frame, `took` after it began, with what the engine returned. Errors as in finish().
+  // The frame counts as consumed, or as dropped when its result is late, refused or lost; outputs
+  // that were added before are pushed.
+  void end(const Ticket& ticket, const Result<int>& ended, std::chrono::nanoseconds took);
   // Rejects all frames until resume(). Posts the first of several errors.
   void fail_all(const Error& error);
 

@@ -31,7 +31,7 @@ TEST(ModelSettings, ChoosesAnAcceleratorThatTheEngineSupports) {
       {"true", "gpu"},
       {"true:cpu", "cpu"},
       {"true:npu,cpu,gpu", "cpu"},
-      {"TRUE:npu,!gpu", "cpu"},
+      {"TRUE:npu,auto,!gpu", "cpu"},
   };
   for (const auto& [text, chosen] : cases) {
     const Started filter(adder(files.model(1), std::string("accelerator=\"") + text + "\""));
@@ -39,6 +39,14 @@ TEST(ModelSettings, ChoosesAnAcceleratorThatTheEngineSupports) {
     EXPECT_EQ(text_property(filter.element.get(), "accelerator"), text) << "reads as it was set";
     EXPECT_EQ(filter.warning, "");
   }
+}
+
+TEST(ModelSettings, WarnsAboutHardwareThatTheEngineDoesNotHave) {
+  const AdderFiles files;
+  const Started filter(adder(files.model(1), "accelerator=true:npu,!gpu"));
+  EXPECT_EQ(accelerator_of(filter.element.get()), "cpu");
+  EXPECT_SAYS(filter.warning, "WEIR-1004: the engine adder has no accelerator npu: cpu is used");
+  EXPECT_SAYS(filter.warning, "fix: accelerator=true:cpu");
 }
 
 TEST(ModelSettings, WarnsAboutAnUnreadableAccelerator) {

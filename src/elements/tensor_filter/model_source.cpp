@@ -82,8 +82,12 @@ Result<infer::ModelSource> model_source(const FilterSettings& s,
     isolation->declared = source.options.declared;
     source.options.host_context = std::move(isolation);
   }
-  source.options.accelerator = infer::choose_accelerator(
-      infer::parse_accelerator(s.accelerator, warning), infer::accelerators_of(**engine));
+  const auto request = infer::parse_accelerator(s.accelerator, warning);
+  const auto supported = infer::accelerators_of(**engine);
+  source.options.accelerator = infer::choose_accelerator(request, supported);
+  if (auto unavailable =
+          infer::unavailable_hardware(request, supported, (*engine)->name, s.accelerator))
+    *warning = std::move(unavailable);
   return source;
 }
 

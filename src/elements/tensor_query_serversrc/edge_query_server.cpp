@@ -74,28 +74,32 @@ class FrameCheck {
   void set_caps(const GstCaps* caps) {
     const auto spec = gst::spec_from_caps(caps);
     has_tensors_ = spec.has_value();
-    if (spec) parts_.configure(*spec);
-    const auto* structure = gst_caps_get_structure(caps, 0);
+    least_bytes_ = most_bytes_ = 0;
     GstVideoInfo info;
-    video_bytes_ =
-        gst_structure_has_name(structure, "video/x-raw") && gst_video_info_from_caps(&info, caps)
-            ? GST_VIDEO_INFO_SIZE(&info)
-            : 0;
+    if (spec) {
+      parts_.configure(*spec);
+      if (spec->format != Format::Static || spec->tensors.size() > kMemoryLimit) return;
+      for (const auto& tensor : spec->tensors) most_bytes_ += tensor.bytes().value_or(0);
+      least_bytes_ = most_bytes_;
+    } else if (gst_structure_has_name(gst_caps_get_structure(caps, 0), "video/x-raw") &&
+               gst_video_info_from_caps(&info, caps)) {
+      least_bytes_ = GST_VIDEO_INFO_SIZE(&info);
+    }
   }
   Status check(GstBuffer* buffer) {
-    if (has_tensors_) return parts_.read(buffer);
     const size_t size = gst_buffer_get_size(buffer);
-    if (size >= video_bytes_) return ok();
-    return Error{.code = Code::FRAME_SIZE,
-                 .what = "a frame has another size than its caps",
-                 .offered = std::to_string(size) + " bytes",
-                 .needed = "at least " + std::to_string(video_bytes_) + " bytes"};
+    if (size < least_bytes_ || (most_bytes_ > 0 && size > most_bytes_))
+      return Error{.code = Code::FRAME_SIZE,
+                   .what = "a frame has another size than its caps",
+                   .offered = std::to_string(size) + " bytes",
+                   .needed = std::to_string(least_bytes_) + " bytes"};
+    return has_tensors_ ? parts_.read(buffer) : ok();
   }
 
  private:
   bool has_tensors_ = false;
   gst::FrameParts parts_;
-  size_t video_bytes_ = 0;  // 0: not raw video
+  size_t least_bytes_ = 0, most_bytes_ = 0;  // 0: not known
 };
 
 class EdgeQueryServer : public QueryServer {

@@ -162,6 +162,16 @@ class TensorQueryServersrc : public gst::Element<TensorQueryServersrc, gst::Push
     return GST_ELEMENT_CLASS(parent_class())->change_state(element(), change);
   }
 
+  // The base class waits for the frame in work before it sends the end: clients are refused from
+  // now on.
+  gboolean send_event(GstEvent* event) {
+    if (GST_EVENT_TYPE(event) == GST_EVENT_EOS) {
+      std::lock_guard lock(server_mutex_);
+      if (server_) server_->close();
+    }
+    return GST_ELEMENT_CLASS(parent_class())->send_event(element(), event);
+  }
+
   gboolean stop() {
     watch_.stop();
     watched_ = false;

@@ -92,7 +92,8 @@ TEST(BadValues, ErrorsExplainHowFlagsAreJoined) {
 
 TEST(BadValues, ErrorsNameTheTypeOfOtherProperties) {
   EXPECT_SAYS(Parsed("tensor_sink sync=perhaps").error_text(), "needed: true or false");
-  EXPECT_SAYS(Parsed("tensor_preprocess width=many").error_text(), "needed: a guint");
+  EXPECT_SAYS(Parsed("tensor_preprocess width=many").error_text(),
+              "needed: a whole number from 0 to 65536");
   EXPECT_SAYS(Parsed("tensor_preprocess layuot=NHWC").error_text(),
               "WEIR-1004: tensor_preprocess has no such property\n  offered: layuot");
   EXPECT_SAYS(Parsed("tensor_preprocess layuot=NHWC").error_text(), "did you mean layout?");

@@ -395,6 +395,7 @@ class Element {
     if constexpr (requires { Impl::install_signals(G_TYPE_FROM_CLASS(k)); })
       Impl::install_signals(G_TYPE_FROM_CLASS(k));
     element->change_state = change_state_of;
+    if constexpr (requires { &Impl::send_event; }) bind<&Impl::send_event>(element->send_event);
     if constexpr (requires { &Impl::request_new_pad; }) {
       bind<&Impl::request_new_pad>(element->request_new_pad);
       bind<&Impl::release_pad>(element->release_pad);

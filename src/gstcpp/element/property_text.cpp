@@ -2,6 +2,7 @@
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #include "gstcpp/element/property_text.hpp"
 
+#include <sstream>
 #include <vector>
 
 #include "core/text/choice.hpp"
@@ -26,6 +27,50 @@ std::vector<std::string> nicks_of(const GFlagsClass* type) {
   return out;
 }
 
+std::vector<std::string> names_of(GstElement* element) {
+  std::vector<std::string> out;
+  guint count = 0;
+  const Unique<GParamSpec*, g_free> all(
+      g_object_class_list_properties(G_OBJECT_GET_CLASS(element), &count));
+  for (guint i = 0; i < count; ++i) out.emplace_back(all.get()[i]->name);
+  return out;
+}
+
+template <class Number>
+std::string range_text(const char* kind, Number least, Number most) {
+  std::ostringstream out;
+  out.imbue(std::locale::classic());
+  out << kind << " from " << +least << " to " << +most;
+  return out.str();
+}
+
+// What a value of the property is, in words.
+std::string needed_text(GParamSpec* spec) {
+  constexpr char kWhole[] = "a whole number", kNumber[] = "a number";
+  const auto range = [](const char* kind, const auto* of) {
+    return range_text(kind, of->minimum, of->maximum);
+  };
+  if (G_IS_PARAM_SPEC_BOOLEAN(spec)) return "true or false";
+  if (G_IS_PARAM_SPEC_INT(spec)) return range(kWhole, G_PARAM_SPEC_INT(spec));
+  if (G_IS_PARAM_SPEC_UINT(spec)) return range(kWhole, G_PARAM_SPEC_UINT(spec));
+  if (G_IS_PARAM_SPEC_INT64(spec)) return range(kWhole, G_PARAM_SPEC_INT64(spec));
+  if (G_IS_PARAM_SPEC_UINT64(spec)) return range(kWhole, G_PARAM_SPEC_UINT64(spec));
+  if (G_IS_PARAM_SPEC_FLOAT(spec)) return range(kNumber, G_PARAM_SPEC_FLOAT(spec));
+  if (G_IS_PARAM_SPEC_DOUBLE(spec)) return range(kNumber, G_PARAM_SPEC_DOUBLE(spec));
+  if (spec->value_type == GST_TYPE_FRACTION) return "a fraction, such as 30/1";
+  if (spec->value_type == GST_TYPE_CAPS) return "caps, such as video/x-raw,format=RGB";
+  return std::string("a value of the type ") + g_type_name(spec->value_type);
+}
+
+// The nearest valid value, "" if none is near.
+std::string nearest_value(GParamSpec* spec, const std::string& text) {
+  if (G_IS_PARAM_SPEC_ENUM(spec))
+    return nearest(text, nicks_of(G_PARAM_SPEC_ENUM(spec)->enum_class));
+  if (G_IS_PARAM_SPEC_FLAGS(spec))
+    return nearest(text, nicks_of(G_PARAM_SPEC_FLAGS(spec)->flags_class));
+  return "";
+}
+
 }  // namespace
 
 std::string kind_of(GstElement* element) {
@@ -37,11 +82,7 @@ std::string kind_of(GstElement* element) {
 Result<GParamSpec*> find_property(GstElement* element, const std::string& property) {
   auto* type = G_OBJECT_GET_CLASS(element);
   if (auto* spec = g_object_class_find_property(type, property.c_str())) return spec;
-  std::vector<std::string> names;
-  guint count = 0;
-  const Unique<GParamSpec*, g_free> all(g_object_class_list_properties(type, &count));
-  for (guint i = 0; i < count; ++i) names.emplace_back(all.get()[i]->name);
-  return not_one_of(kind_of(element) + " has no such property", property, names);
+  return not_one_of(kind_of(element) + " has no such property", property, names_of(element));
 }
 
 Error refused_value(GstElement* element, GParamSpec* spec, const std::string& text) {
@@ -52,10 +93,8 @@ Error refused_value(GstElement* element, GParamSpec* spec, const std::string& te
     const auto nicks = nicks_of(G_PARAM_SPEC_FLAGS(spec)->flags_class);
     out = not_one_of(out.what, text, nicks);
     out.needed += "; join several with +";
-  } else if (G_IS_PARAM_SPEC_BOOLEAN(spec)) {
-    out.needed = "true or false";
   } else {
-    out.needed = std::string("a ") + g_type_name(spec->value_type);
+    out.needed = needed_text(spec);
   }
   out.fix = "gst-inspect-1.0 " + kind_of(element);
   return out;
@@ -86,11 +125,13 @@ std::optional<RefusedProperty> refused_property(const GError& error) {
   if (!spec) {
     Error missing = spec.error();
     missing.fix = "gst-inspect-1.0 " + kind_of(element.get());
-    return RefusedProperty{property, std::nullopt, std::move(missing)};
+    return RefusedProperty{property, std::nullopt, std::move(missing),
+                           nearest(property, names_of(element.get()))};
   }
   if (unknown) return std::nullopt;
   const std::string value(parts[5].substr(0, parts[5].rfind('"')));
-  return RefusedProperty{property, value, refused_value(element.get(), *spec, value)};
+  return RefusedProperty{property, value, refused_value(element.get(), *spec, value),
+                         nearest_value(*spec, value)};
 }
 
 }  // namespace weir::gst

@@ -40,6 +40,7 @@ struct RefusedProperty {
   std::string property;
   std::optional<std::string> value;  // set if the property exists
   Error error;
+  std::string nearest;  // the valid name or value that is closest; "" if none is
 };
 // nullopt when `error` is about something else.
 std::optional<RefusedProperty> refused_property(const GError& error);

@@ -128,6 +128,12 @@ class RawClient {
     EXPECT_TRUE(is_readable(listener_.get()));
     b = RawEnd(accept_from(listener_.get()));
   }
+  // Whether the server has opened a connection that is not accepted.
+  bool is_called() const {
+    pollfd watched{listener_.get(), POLLIN, 0};
+    return poll(&watched, 1, 0) == 1;
+  }
+  void stop_listening() { listener_ = Descriptor(); }
   void connect() {
     greeting();
     host_info();
@@ -164,7 +170,7 @@ class RawClient {
   void close() {
     a.close();
     b.close();
-    listener_ = Descriptor();
+    stop_listening();
   }
 
   RawEnd a, b;
@@ -224,7 +230,7 @@ class EdgeQuery : public ::testing::Test {
   }
   bool is_refused(const std::string& words) {
     return becomes_true([&] { return reasons().find(words) != std::string::npos; },
-                        "\"" + words + "\" in \"" + reasons() + "\"");
+                        [&] { return "\"" + words + "\" in \"" + reasons() + "\""; });
   }
   // A client that is well-behaved gets its answer.
   void expect_service() {

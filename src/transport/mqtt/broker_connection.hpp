@@ -11,6 +11,7 @@
 #include "transport/mqtt/mosquitto_handle.hpp"
 #include "transport/mqtt/receive_queue.hpp"
 #include "transport/mqtt/sent_messages.hpp"
+#include "transport/mqtt/tls_handshake.hpp"
 
 namespace weir::transport {
 
@@ -75,6 +76,7 @@ class BrokerClient::Impl {
   std::optional<int> answer_;  // of the broker to the last connect
   Clock::time_point paused_since_{};
   std::optional<Error> error_;  // of the last attempt to connect
+  TlsHandshake* handshake_ = nullptr;
 
   mutable std::mutex mutex_;  // guards the members below
   std::condition_variable changed_;

@@ -109,9 +109,16 @@ bool BrokerClient::Impl::connect() {
 bool BrokerClient::Impl::connect_to(const std::string& target, bool blocking, std::string* reason) {
   const auto end = Clock::now() + options_.connect_timeout;
   answer_.reset();
+  TlsHandshake handshake(client_.get());
+  handshake_ = options_.tls.is_enabled() ? &handshake : nullptr;
+  mosquitto_log_callback_set(client_.get(), [](mosquitto*, void* self, int, const char* line) {
+    auto* const observed = static_cast<Impl*>(self)->handshake_;
+    if (observed) observed->log(line);
+  });
   const auto function = blocking ? mosquitto_connect : mosquitto_connect_async;
   int result = function(client_.get(), target.c_str(), options_.port, options_.keep_alive);
   *reason = result == MOSQ_ERR_ERRNO ? std::strerror(errno) : mosquitto_strerror(result);
+  handshake.begin();
   while (result == MOSQ_ERR_SUCCESS && !answer_ && !stopping_) {
     const auto left = std::chrono::ceil<std::chrono::milliseconds>(end - Clock::now());
     if (left <= 0ms) {
@@ -123,14 +130,14 @@ bool BrokerClient::Impl::connect_to(const std::string& target, bool blocking, st
     const bool failed = poll(&wait, 1, 0) > 0 && (wait.revents & POLLERR);
     if (failed) {
       *reason = socket_error(socket);
+      error_ = handshake.failure(options_);
       return false;
     }
     result = step(static_cast<int>(std::min<std::chrono::milliseconds>(left, 50ms).count()));
-    if (result != MOSQ_ERR_SUCCESS && !answer_)
-      *reason = result == MOSQ_ERR_TLS ? "a certificate that is not trusted, or no TLS"
-                                       : mosquitto_strerror(result);
+    if (result != MOSQ_ERR_SUCCESS && !answer_) *reason = mosquitto_strerror(result);
   }
   if (answer_ == 0) return true;
+  if (!answer_ && result != MOSQ_ERR_SUCCESS) error_ = handshake.failure(options_);
   if (answer_)
     error_ =
         broker_refused(options_, "does not accept the client " + options_.client_id,

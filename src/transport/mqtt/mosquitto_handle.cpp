@@ -176,11 +176,14 @@ Result<Mosquitto> make_mosquitto(const BrokerOptions& options, void* user) {
 }
 
 Error broker_unreachable(const BrokerOptions& options, std::string offered) {
+  const bool has_tls = options.tls.is_enabled();
   return {.code = Code::SERVER_UNREACHABLE,
           .what = "the MQTT broker " + options.host + ":" + std::to_string(options.port) +
                   " cannot be reached",
           .offered = std::move(offered),
-          .needed = "a broker that answers at this address",
+          .needed =
+              std::string("a broker that answers at this address ") +
+              (has_tls ? "with TLS, often at port 8883" : "without TLS; one with TLS needs tls-ca"),
           .fix = "start the broker, for example with `mosquitto -p " +
                  std::to_string(options.port) + "`, or set " + options.address_properties};
 }

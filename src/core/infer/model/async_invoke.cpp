@@ -34,7 +34,7 @@ Result<bool> submit(Session& session, const weir_frame& in,
   }
   if (!session.requests().withdraw(request)) return true;
   if (result < 0) return take_error(&error, result, "the engine rejected a frame");
-  receiver->end(ok());  // it drops the frame
+  receiver->end(result);  // it drops the frame
   return true;
 }
 

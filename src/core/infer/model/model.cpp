@@ -8,6 +8,7 @@
 #include <cstddef>
 
 #include "core/infer/model/declared_options.hpp"
+#include "core/infer/model/option_check.hpp"
 #include "core/infer/module/engine_functions.hpp"
 #include "core/infer/module/host.hpp"
 #include "core/infer/module/model_file.hpp"
@@ -73,6 +74,7 @@ Result<std::shared_ptr<Model>> Model::open(const weir_engine& engine, const Open
       if (auto status = check_model_file(path); !status) return status.error();
     paths.push_back(path.c_str());
   }
+  if (auto status = check_options(engine, options.options); !status) return status.error();
   std::vector<weir_option> pairs;
   const auto given = options_for(engine, options);
   pairs.reserve(given.size());

@@ -123,4 +123,22 @@ std::string choose_accelerator(const AcceleratorRequest& request,
   return "none";
 }
 
+std::optional<Error> unavailable_hardware(const AcceleratorRequest& request,
+                                          const std::vector<std::string>& supported,
+                                          std::string_view engine, std::string_view text) {
+  if (request.kind != AcceleratorRequest::Kind::Hardware || supported.empty()) return std::nullopt;
+  std::vector<std::string> skipped;
+  const bool takes_any =
+      std::find(request.names.begin(), request.names.end(), "auto") != request.names.end();
+  if (takes_any || first_named(request, supported, &skipped) || skipped.empty())
+    return std::nullopt;
+  const std::string used = choose_accelerator(request, supported);
+  return Error{.code = Code::OPTION_VALUE,
+               .what = "the engine " + std::string(engine) + " has no accelerator " +
+                       join(skipped, ", ") + ": " + used + " is used",
+               .offered = "accelerator=" + std::string(text),
+               .needed = "one of: " + join(supported, ", "),
+               .fix = "accelerator=true:" + used};
+}
+
 }  // namespace weir::infer

@@ -29,6 +29,12 @@ AcceleratorRequest parse_accelerator(std::string_view text,
 std::string choose_accelerator(const AcceleratorRequest& request,
                                const std::vector<std::string>& supported);
 
+// OPTION_VALUE when the engine supports none of the hardware that the request names, so that
+// another is used; nullopt otherwise, and for an engine without a list. `text` is the property.
+std::optional<Error> unavailable_hardware(const AcceleratorRequest& request,
+                                          const std::vector<std::string>& supported,
+                                          std::string_view engine, std::string_view text);
+
 // The number of a name; names with the same number are the same hardware.
 std::optional<unsigned> accelerator_number(std::string_view name) noexcept;
 

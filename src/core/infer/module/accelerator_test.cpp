@@ -46,6 +46,30 @@ TEST(Accelerator, NamesWithAnExclamationMarkAreLeftOut) {
   EXPECT_EQ(chosen("true:!gpu,!cpu", {"gpu", "cpu"}), "none");
 }
 
+std::string warning_of(const char* text, const std::vector<std::string>& supported) {
+  const auto warning =
+      unavailable_hardware(parse_accelerator(text), supported, "onnxruntime", text);
+  return warning ? warning->message() : "";
+}
+
+TEST(Accelerator, HardwareThatTheEngineDoesNotHaveIsAWarning) {
+  EXPECT_EQ(warning_of("true:gpu", {"cpu"}),
+            "WEIR-1004: the engine onnxruntime has no accelerator gpu: cpu is used\n"
+            "  offered: accelerator=true:gpu\n  needed: one of: cpu\n"
+            "  fix: accelerator=true:cpu");
+  EXPECT_SAYS(warning_of("true:npu,gpu", {"cpu"}), "has no accelerator npu, gpu: cpu is used");
+  EXPECT_SAYS(warning_of("true:npu,!gpu", {"gpu", "cpu"}), "has no accelerator npu: cpu is used");
+}
+
+TEST(Accelerator, HardwareWithAnAlternativeThatTheEngineHasIsNoWarning) {
+  for (const char* text :
+       {"", "true", "false", "false:gpu", "true:gpu,cpu", "true:auto", "true:npu,auto",
+        "true:default", "true:none", "true:cpu", "true:!gpu", "yes"})
+    EXPECT_EQ(warning_of(text, {"cpu"}), "") << text;
+  EXPECT_EQ(warning_of("true:gpu", {"gpu", "cpu"}), "");
+  EXPECT_EQ(warning_of("true:gpu", {}), "") << "the engine does not say what it has";
+}
+
 TEST(Accelerator, AnEngineThatListsNothingReceivesAllNames) {
   EXPECT_EQ(chosen("true:npu,gpu,!cpu", {}), "npu,gpu");
   EXPECT_EQ(chosen("true", {}), "auto");

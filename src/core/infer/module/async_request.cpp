@@ -241,10 +241,10 @@ void complete_request(weir_request* handle, int status, weir_frame* frame, bool 
     if (status == 0 && frame && !is_short) receiver->output(*frame);
     if (is_short)
       receiver->end(short_frame(*frame));
+    else if (status < 0)
+      receiver->end(take_error(&request->error, status, "the engine failed on a frame"));
     else if (is_final)
-      receiver->end(
-          status < 0 ? Status(take_error(&request->error, status, "the engine failed on a frame"))
-                     : ok());
+      receiver->end(status);
     leave(*request->state);
   }
   if (!more) forget(number_of(handle), *request);

@@ -39,8 +39,9 @@ class RequestReceiver {
   // An output. The receiver sets release of the tensors that it takes over to null; the caller
   // releases the others.
   virtual void output(weir_frame& frame) noexcept = 0;
-  // Called once, as the last call, unless the request was abandoned before.
-  virtual void end(Status status) noexcept = 0;
+  // Called once, as the last call, unless the request was abandoned before. `ended`: what the
+  // engine returned, 0 or a weir_no_result, or its error.
+  virtual void end(const Result<int>& ended) noexcept = 0;
 };
 
 // The requests of one session. All functions are thread-safe.

@@ -7,6 +7,7 @@
 
 #include "becomes.hpp"
 #include "says.hpp"
+#include "weir/no_result.h"
 
 namespace weir::infer::async_test {
 namespace {
@@ -65,11 +66,24 @@ TEST_F(AsyncRequest, SkipsFramesThatTheEngineDrops) {
   ASSERT_TRUE(*submit(*session, &received));
   complete(submitted[0], &output, false, 1);
   EXPECT_TRUE(received.outputs.empty());
-  EXPECT_EQ(received.ends, std::vector<std::string>{""});
+  EXPECT_EQ(received.ends, std::vector<std::string>{"1"});
   on_submit = [](weir_request*, weir_error*) { return 1; };
   ASSERT_TRUE(*submit(*session, &received));
   EXPECT_EQ(received.ends.size(), 2u) << "not even begun";
   EXPECT_EQ(session->requests().in_flight(), 0u);
+}
+
+TEST_F(AsyncRequest, PassesOnWhyAFrameHasNoResult) {
+  const auto session = open();
+  Received received;
+  ASSERT_TRUE(*submit(*session, &received));
+  complete(submitted[0], nullptr, true, WEIR_RESULT_LATE);  // no end yet
+  EXPECT_TRUE(received.ends.empty());
+  complete(submitted[0], nullptr, false, WEIR_RESULT_LOST);
+  on_submit = [](weir_request*, weir_error*) { return int{WEIR_RESULT_REFUSED}; };
+  ASSERT_TRUE(*submit(*session, &received));
+  EXPECT_EQ(received.ends, (std::vector{std::to_string(int{WEIR_RESULT_LOST}),
+                                        std::to_string(int{WEIR_RESULT_REFUSED})}));
 }
 
 TEST_F(AsyncRequest, IgnoresOutputsAfterTheEndAndFreesTheirMemory) {
@@ -286,7 +300,7 @@ TEST_F(AsyncRequest, HandlesInconsistentOutputs) {
   const auto session = open();
   struct Deaf final : RequestReceiver {
     void output(weir_frame&) noexcept override {}
-    void end(Status) noexcept override {}
+    void end(const Result<int>&) noexcept override {}
   };
   ASSERT_TRUE(*infer::submit(*session, in_, std::make_shared<Deaf>()));
   weir_frame frame{};

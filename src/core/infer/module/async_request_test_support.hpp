@@ -71,8 +71,9 @@ class Receiver final : public RequestReceiver {
     received_->outputs.push_back(*static_cast<int*>(frame.tensors[0].data));
     if (takes_over_) frame.tensors[0].release = nullptr;
   }
-  void end(Status status) noexcept override {
-    received_->ends.push_back(status ? "" : status.error().message());
+  void end(const Result<int>& ended) noexcept override {
+    const std::string reason = ended && *ended > 0 ? std::to_string(*ended) : "";
+    received_->ends.push_back(ended ? reason : ended.error().message());
   }
 
  private:

@@ -20,7 +20,7 @@ TEST_F(AsyncRequest, IsNotFreedWhileAReceiverIsCalled) {
       EXPECT_TRUE(becomes_true([&] { return leave.load(); }, "the leave to go on"));
       left = true;
     }
-    void end(Status) noexcept override {}
+    void end(const Result<int>&) noexcept override {}
   };
   auto session = open();
   const auto slow = std::make_shared<Slow>();
@@ -45,7 +45,7 @@ TEST_F(AsyncRequest, CountsEachRequestOnceUnderThreads) {
   struct Counting final : RequestReceiver {
     explicit Counting(std::atomic<int>* count) : ends(count) {}
     void output(weir_frame&) noexcept override {}
-    void end(Status) noexcept override { ++*ends; }
+    void end(const Result<int>&) noexcept override { ++*ends; }
     std::atomic<int>* ends;
   };
   max_in_flight = 8;

@@ -1,0 +1,72 @@
+// Compares the value of each property with its default.
+// SPDX-License-Identifier: LGPL-2.1-or-later
+#include "run/element_properties.hpp"
+
+#include <string_view>
+
+#include "gstcpp/element/ref.hpp"
+#include "run/secrets.hpp"
+
+namespace weir::app {
+namespace {
+
+bool is_shown(const GParamSpec* spec) {
+  const GParamFlags needed = G_PARAM_READWRITE;
+  return (spec->flags & needed) == needed && std::string_view(spec->name) != "name" &&
+         std::string_view(spec->name) != "parent" &&
+         !g_type_is_a(spec->value_type, G_TYPE_OBJECT) &&
+         !g_type_is_a(spec->value_type, G_TYPE_POINTER);
+}
+
+std::string text_of(const GValue* value) {
+  if (G_VALUE_HOLDS_STRING(value)) {
+    const char* text = g_value_get_string(value);
+    return text ? text : "";
+  }
+  const gst::UniqueText text(gst_value_serialize(value));
+  return text ? text.get() : "";
+}
+
+Json properties_of(GstElement* element) {
+  Json out = Json::object();
+  guint count = 0;
+  const gst::Unique<GParamSpec*, g_free> specs(
+      g_object_class_list_properties(G_OBJECT_GET_CLASS(element), &count));
+  for (guint i = 0; i < count; ++i) {
+    GParamSpec* spec = specs.get()[i];
+    if (!is_shown(spec)) continue;
+    GValue value = G_VALUE_INIT;
+    g_value_init(&value, spec->value_type);
+    g_object_get_property(G_OBJECT(element), spec->name, &value);
+    if (!g_param_value_defaults(spec, &value)) {
+      const std::string text = text_of(&value);
+      if (!text.empty()) out[spec->name] = is_secret(spec->name) ? "***" : text;
+    }
+    g_value_unset(&value);
+  }
+  return out;
+}
+
+}  // namespace
+
+std::string path_of(GstObject* object) {
+  const gst::UniqueText name(gst_object_get_name(object));
+  const auto parent = gst::Ref<GstObject>::adopt(gst_object_get_parent(object));
+  return (parent ? path_of(parent.get()) + "/" : "") + (name ? name.get() : "");
+}
+
+Json changed_properties(GstElement* pipeline) {
+  Json out = Json::object();
+  gst::Unique<GstIterator, gst_iterator_free> all(gst_bin_iterate_recurse(GST_BIN(pipeline)));
+  gst_iterator_foreach(
+      all.get(),
+      [](const GValue* item, gpointer user) {
+        auto* element = GST_ELEMENT(g_value_get_object(item));
+        if (Json properties = properties_of(element); !properties.empty())
+          (*static_cast<Json*>(user))[path_of(GST_OBJECT(element))] = std::move(properties);
+      },
+      &out);
+  return out;
+}
+
+}  // namespace weir::app

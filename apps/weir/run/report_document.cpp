@@ -1,0 +1,137 @@
+// Puts together the outcome, the trace, the machine and the verdict.
+// SPDX-License-Identifier: LGPL-2.1-or-later
+#include "run/report_document.hpp"
+
+#include <sys/utsname.h>
+
+#include <algorithm>
+
+#include "core/config/install_paths.hpp"
+#include "core/trace/verdict.hpp"
+#include "doctor/machine_facts.hpp"
+#include "gstcpp/element/ref.hpp"
+#include "run/element_properties.hpp"
+#include "run/secrets.hpp"
+
+namespace weir::app {
+namespace {
+
+Json host() {
+  const MachineFacts machine = machine_facts();
+  utsname system{};
+  const bool is_known = uname(&system) == 0;
+  const auto now = gst::Unique<GDateTime, g_date_time_unref>(g_date_time_new_now_utc());
+  const gst::UniqueText time(now ? g_date_time_format(now.get(), "%Y-%m-%dT%H:%M:%SZ") : nullptr);
+  return {
+      {"name", is_known ? system.nodename : ""},
+      {"system",
+       is_known ? std::string(system.sysname) + " " + system.release + " " + system.machine : ""},
+      {"processor", machine.processor},
+      {"cores", machine.cores},
+      {"gpus", machine.gpus},
+      {"memory_bytes", machine.memory_bytes},
+      {"time", time ? time.get() : ""}};
+}
+
+Json versions() {
+  guint major = 0, minor = 0, micro = 0, nano = 0;
+  gst_version(&major, &minor, &micro, &nano);
+  return {{"weir", config::kVersion},
+          {"gstreamer",
+           std::to_string(major) + "." + std::to_string(minor) + "." + std::to_string(micro)}};
+}
+
+std::string path_in(const Json& elements, const Json& element) {
+  const std::string name = element["name"];
+  const Json& parent = element["parent"];
+  return parent.is_number() ? path_in(elements, elements[parent.get<size_t>()]) + "/" + name : name;
+}
+
+const Json* ledger_of(const Json& outcome, const Json& element) {
+  for (const Json& ledger : outcome["ledger"])
+    if (ledger["name"] == element["name"] && ledger["element"] == element["factory"])
+      return &ledger["stats"];
+  return nullptr;
+}
+
+// Models that run in threads of their own work while the stream's threads do something else.
+double work_of(const Json& element, const Json* stats) {
+  const double work = element["work"].get<double>() + element["thread_work"].get<double>();
+  if (!stats || !stats->contains("invokes") || !stats->contains("average-us")) return work;
+  const double invokes = (*stats)["invokes"], mean_us = (*stats)["average-us"];
+  const double workers = std::max(stats->value("workers", 1.0), 1.0);
+  const double model = invokes * mean_us * 1e-6;
+  return workers > 1 ? model / workers : std::max(work, model);
+}
+
+trace::Waits waits_from(const Json& element) {
+  const std::string name = element["waits"];
+  return name == "clock"    ? trace::Waits::Clock
+         : name == "device" ? trace::Waits::Device
+                            : trace::Waits::Never;
+}
+
+// Elements whose errors are the cause come first: Weir's name what is wrong, and others fail of it.
+std::vector<trace::Failure> failures(const Json& outcome) {
+  std::vector<trace::Failure> out, others;
+  for (const Json& error : outcome["errors"])
+    (error.contains("id") ? out : others).push_back({error["element"], error["what"]});
+  out.insert(out.end(), others.begin(), others.end());
+  return out;
+}
+
+bool has_failed(const Json& outcome, const std::string& path) {
+  return std::any_of(outcome["errors"].begin(), outcome["errors"].end(),
+                     [&path](const Json& error) { return error.value("path", "") == path; });
+}
+
+// Names and messages of elements can have addresses in them, too.
+void hide_secrets(Json* value) {
+  if (value->is_string())
+    *value = without_secrets(value->get_ref<const std::string&>());
+  else if (value->is_structured())
+    for (Json& member : *value) hide_secrets(&member);
+}
+
+Json verdict(const std::vector<trace::Load>& loads, const Json& outcome) {
+  const trace::Verdict it = trace::judge(loads, failures(outcome));
+  return {{"kind", to_string(it.kind)},
+          {"element", it.element},
+          {"share", it.share},
+          {"text", it.text}};
+}
+
+}  // namespace
+
+Json report_document(const Json& outcome, Json trace, const std::string& text,
+                     GstElement* pipeline) {
+  const Json properties = changed_properties(pipeline);
+  const double seconds = trace["flow_seconds"];
+  const auto share = [seconds](double time) { return seconds > 0 ? time / seconds : 0; };
+  std::vector<trace::Load> loads;
+  for (Json& element : trace["elements"]) {
+    const std::string path = path_in(trace["elements"], element);
+    const Json* stats = ledger_of(outcome, element);
+    element["path"] = path;
+    element["share"] = share(work_of(element, stats));
+    element["waiting_share"] =
+        share(element["waiting"].get<double>() + element["thread_waiting"].get<double>());
+    element["failed"] = has_failed(outcome, path);
+    element["properties"] = properties.value(path, Json::object());
+    if (stats) element["stats"] = *stats;
+    if (element["bin"] || element["parent"].is_null()) continue;
+    loads.push_back({element["name"], element["share"], element["waiting_share"],
+                     waits_from(element), element["source"], element["sink"],
+                     element["in"]["frames"], element["out"]["frames"]});
+  }
+  Json out{{"verdict", verdict(loads, outcome)},
+           {"pipeline", text},
+           {"host", host()},
+           {"versions", versions()},
+           {"outcome", outcome},
+           {"trace", std::move(trace)}};
+  hide_secrets(&out);
+  return out;
+}
+
+}  // namespace weir::app
