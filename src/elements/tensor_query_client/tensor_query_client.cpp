@@ -171,7 +171,7 @@ class TensorQueryClient : public gst::PlainFilter<TensorQueryClient> {
     const Settings s = settings();
     outcomes_.reset();
     reconnections_ = 0;
-    was_connected_ = false;
+    was_connected_ = has_warned_ = false;
     retry_ = kFirstRetry;
     next_try_ = {};
     server_ = {{}, {s.dest_host, static_cast<uint16_t>(s.dest_port)}, 0};
@@ -304,12 +304,7 @@ class TensorQueryClient : public gst::PlainFilter<TensorQueryClient> {
         case Kind::Interrupted:
           return GST_FLOW_FLUSHING;
         case Kind::OutOfStep:
-          GST_CAT_WARNING_OBJECT(category(), element(),
-                                 "several answers in a row did not come within timeout=%u ms: "
-                                 "connecting again",
-                                 settings().timeout);
-          exchange_.close(DropReason::Late);
-          if (finder_) finder_->failed(server_);
+          answers_are_missing();
           return GST_FLOW_OK;
         case Kind::Refused:
         case Kind::Lost:
@@ -333,6 +328,20 @@ class TensorQueryClient : public gst::PlainFilter<TensorQueryClient> {
     if (!outlives_servers() && !is_ending_) return post(error);
     gst::post_warning(element(), error);
     return GST_FLOW_OK;
+  }
+
+  // Only a new connection makes clear which answer is whose. The first time is posted.
+  void answers_are_missing() {
+    exchange_.close(DropReason::Late);
+    if (finder_) finder_->failed(server_);
+    const Error error{.code = Code::SERVER_UNREACHABLE,
+                      .what = "several answers in a row did not come in time: connecting again",
+                      .offered = server_.address.to_string() +
+                                 ", timeout=" + std::to_string(settings().timeout) + " ms",
+                      .needed = "a timeout that is longer than the server takes",
+                      .fix = "tensor_query_client timeout=1000, or timeout=0 to wait for none"};
+    if (!std::exchange(has_warned_, true)) return gst::post_warning(element(), error);
+    GST_CAT_WARNING_OBJECT(category(), element(), "%s", error.message().c_str());
   }
 
   Error server_gone(Kind kind) const {
@@ -362,7 +371,7 @@ class TensorQueryClient : public gst::PlainFilter<TensorQueryClient> {
   std::unique_ptr<transport::ServerFinder> finder_;  // connect-type=HYBRID
   transport::ServerFinder::Server server_{};         // the last one that was tried
   gst::EarlyEvents early_;                           // until there are caps to send
-  bool was_connected_ = false, is_ending_ = false;
+  bool was_connected_ = false, is_ending_ = false, has_warned_ = false;
   milliseconds retry_ = kFirstRetry;
   steady_clock::time_point next_try_;
 };

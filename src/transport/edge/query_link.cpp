@@ -121,6 +121,7 @@ Result<std::unique_ptr<QueryLink>> QueryLink::connect(const QueryOptions& option
     return error;
   }
   if (!socket) return socket.error();
+  keep_alive(socket->get());
   const wire::MessageLimits texts{.message_bytes = 2 * wire::MessageLimits().text_bytes};
   out->requests_ =
       std::make_unique<MessageConnection>(*std::move(socket), wire::Side::ClientOnA, texts);
@@ -219,6 +220,7 @@ Result<bool> QueryLink::accept_server(const isolate::Deadline& deadline) {
   if (ready > 0 && watched[2].revents) {
     Descriptor socket = accept_from(listener_.get());
     if (!socket || !is_of_server(socket.get())) return false;
+    keep_alive(socket.get());
     answers_ = std::make_unique<MessageConnection>(std::move(socket), wire::Side::ClientOnB,
                                                    options_.limits, requests_->form());
     return true;
@@ -298,7 +300,7 @@ Result<std::optional<LinkEnd>> QueryLink::wait(const isolate::Deadline& deadline
 Result<std::optional<LinkEnd>> QueryLink::read_ready(bool has_requests, bool has_answers) {
   Result<End> answers = has_answers ? read_side(answers_.get(), false) : End();
   if (!answers) return answers;
-  const Result<End> requests =
+  Result<End> requests =
       has_requests || *answers ? read_side(requests_.get(), true) : Result<End>(End());
   if (!requests) return requests;
   if (*requests && !*answers && answers_) answers = read_side(answers_.get(), true);
