@@ -107,7 +107,7 @@ TEST_F(QueryClientBroker, ALostServerIsReplacedByAnother) {
   EXPECT_EQ(ask(h), 1);
   EXPECT_EQ(ask(h), -1);
   EXPECT_SAYS(errors.next_warning(), "127.0.0.1:" + std::to_string(first.port()));
-  EXPECT_EQ(ask(h), 2);
+  EXPECT_TRUE(answers_become(h, 2));  // its address may come later than the first one
   EXPECT_EQ(client_stat(h, "lost"), 1u);
   EXPECT_EQ(client_stat(h, "reconnections"), 1u);
   EXPECT_EQ(errors.next(), "");

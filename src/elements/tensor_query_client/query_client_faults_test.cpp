@@ -14,6 +14,7 @@ TEST(QueryClientFaults, ALostAnswerFreesItsPlaceAndTheNextConnectionStartsClean)
     handshake_and_echo_all(s);
   });
   const auto h = harness_of(client_of(server, "timeout=20 max-request=1"), four_bytes());
+  Errors errors(h);
   uint8_t sent = 0;
   while (gst_harness_buffers_received(h.get()) < 2 && sent < 100)
     ASSERT_EQ(push(h, sent++), GST_FLOW_OK);
@@ -24,6 +25,8 @@ TEST(QueryClientFaults, ALostAnswerFreesItsPlaceAndTheNextConnectionStartsClean)
   }
   EXPECT_GE(client_stat(h, "late"), 3u);
   EXPECT_EQ(client_stat(h, "dropped-policy"), 0u);
+  EXPECT_SAYS(errors.next_warning(), "timeout=20 ms");
+  EXPECT_EQ(errors.next_warning(), "");
   EXPECT_EQ(client_stat(h, "reconnections"), 1u);
   gst_harness_push_event(h.get(), gst_event_new_eos());
   expect_sums(h);

@@ -99,15 +99,18 @@ Result<ExchangeEvent> QueryExchange::next(bool wait, size_t max_request) {
     auto received = link_->receive(wait ? pending_.next_deadline() : steady_clock::now());
     if (!received) return received.error();
     if (received->answer) {
-      const auto number = received->answer->number;
-      if (auto status = pending_.accept(number, *std::move(received->answer)); !status)
-        return status.error();
+      if (auto status = accept(*std::move(received->answer)); !status) return status.error();
       continue;
     }
-    was_refused_ = *received->end == edge::LinkEnd::Refused;
-    if (*received->end != edge::LinkEnd::Late || !wait)
-      return ExchangeEvent{kind_of(*received->end)};
+    was_refused_ = received->end == edge::LinkEnd::Refused;
+    const bool goes_on = wait && received->end == edge::LinkEnd::Late;
+    if (!goes_on) return ExchangeEvent{kind_of(*received->end)};
   }
+}
+
+Status QueryExchange::accept(edge::QueryAnswer answer) {
+  const auto number = answer.number;
+  return pending_.accept(number, std::move(answer));
 }
 
 Status QueryExchange::check_count(size_t memories) const {

@@ -63,6 +63,7 @@ class QueryExchange {
   using Pending = edge::PendingRequests<Frame, edge::QueryAnswer>;
 
   static Kind kind_of(edge::LinkEnd end) noexcept;
+  Status accept(edge::QueryAnswer answer);
   Status check_count(size_t memories) const;
   Result<ExchangeEvent> finish(Pending::Answered answered);
 

@@ -171,7 +171,7 @@ class TensorQueryClient : public gst::PlainFilter<TensorQueryClient> {
     const Settings s = settings();
     outcomes_.reset();
     reconnections_ = 0;
-    was_connected_ = false;
+    was_connected_ = has_warned_ = false;
     retry_ = kFirstRetry;
     next_try_ = {};
     server_ = {{}, {s.dest_host, static_cast<uint16_t>(s.dest_port)}, 0};
@@ -209,17 +209,22 @@ class TensorQueryClient : public gst::PlainFilter<TensorQueryClient> {
       const bool waits = !was_connected_ && mismatch;
       auto server = finder_->next(waits ? std::nullopt : isolate::Deadline(steady_clock::now()),
                                   interruption_.descriptor());
-      if (!server) return mismatch ? Status(server.error()) : mismatch;
+      if (!server) return mismatch || was_connected_ ? Status(server.error()) : mismatch;
       server_ = *std::move(server);
-      const auto& [host, port] = server_.address;
-      auto status = check_network(transport::Role::Connects, host, port);
-      if (status) status = connect_to_server(kServerTime);
-      if (status || status.error().code == Code::CANCELLED) return status;
-      if (status.error().code == Code::OPTION_VALUE) return status;  // of this element
+      auto status = connect_to_announced();
+      if (status) return status;
+      // Of this element, not of the server.
+      const Code code = status.error().code;
+      if (code == Code::CANCELLED || code == Code::OPTION_VALUE) return status;
       finder_->failed(server_);
       gst::post_warning(element(), status.error());
-      if (status.error().code == Code::SPEC_MISMATCH) mismatch = status;
+      if (code == Code::SPEC_MISMATCH) mismatch = std::move(status);
     }
+  }
+  Status connect_to_announced() {
+    const auto& [host, port] = server_.address;
+    auto status = check_network(transport::Role::Connects, host, port);
+    return status ? connect_to_server(kServerTime) : status;
   }
 
   // Connects to `server_`.
@@ -263,9 +268,8 @@ class TensorQueryClient : public gst::PlainFilter<TensorQueryClient> {
   // A server that is not there may be no error: take_buffer() tries again.
   Status connect_or_retry() {
     if (steady_clock::now() < next_try_) return ok();
-    const Status status = finder_
-                              ? connect_to_any()
-                              : connect_to_server(was_connected_ ? kRetryHandshake : kHandshake);
+    Status status = finder_ ? connect_to_any()
+                            : connect_to_server(was_connected_ ? kRetryHandshake : kHandshake);
     if (status || status.error().code == Code::CANCELLED) return ok();
     const Code code = status.error().code;
     const bool may_come = code == Code::SERVER_UNREACHABLE || code == Code::SERVER_REFUSED ||
@@ -300,12 +304,7 @@ class TensorQueryClient : public gst::PlainFilter<TensorQueryClient> {
         case Kind::Interrupted:
           return GST_FLOW_FLUSHING;
         case Kind::OutOfStep:
-          GST_CAT_WARNING_OBJECT(category(), element(),
-                                 "several answers in a row did not come within timeout=%u ms: "
-                                 "connecting again",
-                                 settings().timeout);
-          exchange_.close(DropReason::Late);
-          if (finder_) finder_->failed(server_);
+          answers_are_missing();
           return GST_FLOW_OK;
         case Kind::Refused:
         case Kind::Lost:
@@ -329,6 +328,20 @@ class TensorQueryClient : public gst::PlainFilter<TensorQueryClient> {
     if (!outlives_servers() && !is_ending_) return post(error);
     gst::post_warning(element(), error);
     return GST_FLOW_OK;
+  }
+
+  // Only a new connection makes clear which answer is whose. The first time is posted.
+  void answers_are_missing() {
+    exchange_.close(DropReason::Late);
+    if (finder_) finder_->failed(server_);
+    const Error error{.code = Code::SERVER_UNREACHABLE,
+                      .what = "several answers in a row did not come in time: connecting again",
+                      .offered = server_.address.to_string() +
+                                 ", timeout=" + std::to_string(settings().timeout) + " ms",
+                      .needed = "a timeout that is longer than the server takes",
+                      .fix = "tensor_query_client timeout=1000, or timeout=0 to wait for none"};
+    if (!std::exchange(has_warned_, true)) return gst::post_warning(element(), error);
+    GST_CAT_WARNING_OBJECT(category(), element(), "%s", error.message().c_str());
   }
 
   Error server_gone(Kind kind) const {
@@ -358,7 +371,7 @@ class TensorQueryClient : public gst::PlainFilter<TensorQueryClient> {
   std::unique_ptr<transport::ServerFinder> finder_;  // connect-type=HYBRID
   transport::ServerFinder::Server server_{};         // the last one that was tried
   gst::EarlyEvents early_;                           // until there are caps to send
-  bool was_connected_ = false, is_ending_ = false;
+  bool was_connected_ = false, is_ending_ = false, has_warned_ = false;
   milliseconds retry_ = kFirstRetry;
   steady_clock::time_point next_try_;
 };

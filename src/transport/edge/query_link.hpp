@@ -2,9 +2,6 @@
 // (docs/compatibility/edge-wire.md 10.1).
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #pragma once
-#include <sys/uio.h>
-
-#include <array>
 #include <chrono>
 #include <deque>
 #include <memory>
@@ -14,9 +11,9 @@
 #include <vector>
 
 #include "core/isolate/deadline.hpp"
-#include "core/wire/edge_conversation.hpp"
 #include "core/wire/edge_texts.hpp"
 #include "core/wire/message_reader.hpp"
+#include "transport/edge/message_connection.hpp"
 #include "transport/edge/stream_socket.hpp"
 
 namespace weir::edge {
@@ -90,43 +87,34 @@ class QueryLink {
   // PEER_MESSAGE_INVALID.
   Result<Received> receive(const isolate::Deadline& deadline);
 
-  uint64_t bytes_sent() const noexcept { return bytes_sent_; }
-  uint64_t bytes_received() const noexcept { return bytes_received_; }
-
  private:
-  struct Connection {
-    Descriptor socket;
-    wire::MessageReader reader;
-    wire::Conversation conversation;
-    // What was read after the part of a message that the reader had room for: with it a small
-    // message is read at once, and the end of a large one with its memories.
-    std::array<std::byte, 16384> ahead{};
-    size_t ahead_begin = 0, ahead_end = 0;
-  };
-  enum class Read { Message, Nothing, Closed };
+  using Read = MessageConnection::Read;
+  using End = std::optional<LinkEnd>;
 
   explicit QueryLink(const QueryOptions& options);
-  Result<Read> read(Connection* from);
-  Result<wire::EdgeMessage> wait_for_greeting(const isolate::Deadline& deadline);
   Status read_greeting(const isolate::Deadline& deadline);
+  Result<wire::EdgeMessage> wait_for_greeting(const isolate::Deadline& deadline);
+  Status wait_for_greeting_bytes(const isolate::Deadline& deadline);
   Status send_host_info();
-  std::string announced_host() const;
-  Status accept_server(const isolate::Deadline& deadline);
+  wire::HostAddress listener_address() const;
+  // True when the server has connected.
+  Result<bool> accept_server(const isolate::Deadline& deadline);
   bool is_of_server(int socket) const;
-  Status read_ready(bool has_requests, bool has_answers);
-  Result<std::optional<LinkEnd>> read_side(Connection* from, bool all);
+  Status check_handshake();
+  Result<End> read_ready(bool has_requests, bool has_answers);
+  Result<End> read_side(MessageConnection* from, bool all);
   Status take_answer(wire::EdgeMessage message);
   // Waits for bytes, and with `for_room` also for room to send, and reads what has arrived.
-  Result<std::optional<LinkEnd>> wait(const isolate::Deadline& deadline, bool for_room);
-  void end(LinkEnd how) noexcept;
+  Result<End> wait(const isolate::Deadline& deadline, bool for_room);
+  End end(LinkEnd how) noexcept;
 
   const QueryOptions options_;
   Descriptor listener_;
-  std::unique_ptr<Connection> requests_, answers_;  // A and B
+  std::unique_ptr<MessageConnection> requests_, answers_;  // A and B
   wire::QueryCapability capability_;
   int64_t client_id_ = 0;
   bool is_within_message_ = false;
-  uint64_t sent_ = 0, answered_ = 0, bytes_sent_ = 0, bytes_received_ = 0;
+  uint64_t sent_ = 0, answered_ = 0;
   std::deque<QueryAnswer> arrived_;
   std::optional<LinkEnd> end_;
 };
