@@ -14,6 +14,8 @@ weir.TensorShape is for scripts that a pipeline runs. Failures raise weir.Error.
 import pathlib
 import sys
 
+from . import bundle as _bundle
+
 
 def _why_not_loaded(missing: ImportError) -> str:
     """The extension module is for one version of Python, and needs Weir's libraries."""
@@ -26,6 +28,7 @@ def _why_not_loaded(missing: ImportError) -> str:
     return f"weir cannot be loaded by {here}: {missing.msg}"
 
 
+_bundle.use(pathlib.Path(__file__).parent / "bundle")
 try:
     from . import _weir, results
 except ImportError as missing:
