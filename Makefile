@@ -16,7 +16,7 @@ MESON_FLAGS ?=
 
 export DESTDIR
 
-.PHONY: help needs-input setup setup-to-use configure configure-to-use build test demo demo-faces bench bench-mtcnn bench-street bench-ars install uninstall clean distclean fuzz fuzz-keep tsan soak docs format lint models-table
+.PHONY: help needs-input setup setup-to-use configure configure-to-use build test demo demo-faces bench bench-mtcnn bench-street bench-ars install uninstall wheel clean distclean fuzz fuzz-keep tsan soak docs format lint models-table
 .NOTPARALLEL:
 
 help:
@@ -77,6 +77,10 @@ build: configure
 #: make install     build and install (PREFIX=/usr, DESTDIR=)
 install: configure-to-use
 	@tools/install --jobs $(JOBS) $(BUILD) "$(PREFIX)"
+
+#: make wheel       pack the package for Python with all that it needs of Weir into dist/weir-*.whl
+wheel: configure-to-use
+	@tools/wheel --jobs $(JOBS) $(BUILD) dist
 
 #: make uninstall   remove what make install put there, and nothing else (same PREFIX and DESTDIR)
 uninstall:

@@ -16,6 +16,7 @@
 #include "oip_client.hpp"
 #include "plain_grpc.hpp"
 #include "rounds.hpp"
+#include "served_line.hpp"
 #include "server_process.hpp"
 
 namespace weir::bench {
@@ -41,24 +42,6 @@ const std::string kIdentity = "tensor_filter framework=identity",
                       "(string)150528,types=(string)uint8,framerate=0/1";
 std::string digits(const std::string& model) {
   return "tensor_filter model=" + model + " custom=NumThreads:1";
-}
-
-int run_pipeline(const std::string& line) {
-  const auto pipeline = launched(line);
-  gst_element_set_state(pipeline.get(), GST_STATE_PLAYING);
-  if (gst_element_get_state(pipeline.get(), nullptr, nullptr, 10 * GST_SECOND) ==
-      GST_STATE_CHANGE_FAILURE)
-    return 1;
-  const auto source =
-      gst::Ref<GstElement>::adopt(gst_bin_get_by_name(GST_BIN(pipeline.get()), "source"));
-  guint port = 0;
-  g_object_get(source.get(), "port", &port, nullptr);
-  std::printf("port %u\n", port);
-  std::fflush(stdout);
-  while (std::getchar() != EOF) {
-  }
-  gst_element_set_state(pipeline.get(), GST_STATE_NULL);
-  return 0;
 }
 
 // The plain server around one session of an engine.
@@ -367,7 +350,7 @@ int main(int argc, char** argv) {
     return 0;
   }
   gst_init(&argc, &argv);
-  if (what == "pipeline" && argc == 3) return run_pipeline(argv[2]);
+  if (what == "pipeline" && argc == 3) return run_served_line(argv[2]);
   if (what == "clients") {
     clients();
     return 0;

@@ -43,4 +43,4 @@ static gboolean plugin_init(GstPlugin* plugin) {
 
 GST_PLUGIN_DEFINE(GST_VERSION_MAJOR, GST_VERSION_MINOR, weiredge,
                   "Streams of tensors between processes and machines", plugin_init, VERSION, "LGPL",
-                  PACKAGE, "https://gstreamer.freedesktop.org")
+                  PACKAGE, WEIR_DOC_URL "/README.md")

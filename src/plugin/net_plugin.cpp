@@ -35,4 +35,4 @@ static gboolean plugin_init(GstPlugin* plugin) {
 
 GST_PLUGIN_DEFINE(GST_VERSION_MAJOR, GST_VERSION_MINOR, weirnet,
                   "Pipelines as models for clients on other machines", plugin_init, VERSION, "LGPL",
-                  PACKAGE, "https://gstreamer.freedesktop.org")
+                  PACKAGE, WEIR_DOC_URL "/README.md")

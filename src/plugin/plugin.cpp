@@ -59,4 +59,4 @@ static gboolean plugin_init(GstPlugin* plugin) {
 
 GST_PLUGIN_DEFINE(GST_VERSION_MAJOR, GST_VERSION_MINOR, weir,
                   "Neural networks as filters of streams", plugin_init, VERSION, "LGPL", PACKAGE,
-                  "https://gstreamer.freedesktop.org")
+                  WEIR_DOC_URL "/README.md")

@@ -3,8 +3,13 @@
 """Tests of weir.Error: how it looks, that it can be pickled, and which exception it was raised from."""
 
 import copy
+import os
+import pathlib
 import pickle
+import shutil
+import subprocess
 import sys
+import tempfile
 import traceback
 import unittest
 
@@ -91,6 +96,40 @@ class Package(unittest.TestCase):
         pipeline.close()
         self.assertTrue(pipeline.closed)
         self.assertEqual(repr(pipeline), f"<weir.Pipeline closed: {LOOP}>")
+
+
+class Import(unittest.TestCase):
+    """What a program says when a part of the package is missing: in copies of the package."""
+
+    def setUp(self):
+        folder = tempfile.TemporaryDirectory()
+        self.addCleanup(folder.cleanup)
+        self.folder = pathlib.Path(folder.name)
+        shutil.copytree(pathlib.Path(weir.__file__).parent, self.folder / "weir", ignore=shutil.ignore_patterns("*.p", "__pycache__"))
+        self.extension, = (self.folder / "weir").glob("_weir.*.so")
+
+    def error(self):
+        done = subprocess.run([sys.executable, "-c", "import weir"], capture_output=True, text=True, check=False, timeout=60,
+                              env={**os.environ, "PYTHONPATH": str(self.folder)})
+        self.assertEqual(done.returncode, 1)
+        return done.stderr
+
+    def test_for_another_python(self):
+        self.extension.rename(self.extension.with_name("_weir.cpython-399-x86_64-linux-gnu.so"))
+        self.assertIn("weir was built for another Python: it has _weir.cpython-399-x86_64-linux-gnu.so, and this is /usr/bin/python3",
+                      self.error())
+
+    def test_without_the_extension_module(self):
+        self.extension.unlink()
+        self.assertIn("the package weir has no extension module in ", self.error())
+
+    def test_with_an_extension_module_that_cannot_be_loaded(self):
+        self.extension.write_bytes(b"no library")
+        self.assertRegex(self.error(), r"weir cannot be loaded by /usr/bin/python3.*, which is Python 3.*_weir.*: ")
+
+    def test_without_numpy(self):
+        (self.folder / "numpy.py").write_text("raise ModuleNotFoundError(\"No module named 'numpy'\", name='numpy')")
+        self.assertIn("No module named 'numpy', which weir needs: apt-get install python3-numpy", self.error())
 
 
 if __name__ == "__main__":

@@ -5,7 +5,6 @@
 import gc
 import os
 import pathlib
-import re
 import subprocess
 import sys
 import tempfile
@@ -290,29 +289,6 @@ class Pipelines(Files):
                    "print('end')")
         done = subprocess.run([sys.executable, "-c", program], capture_output=True, text=True, timeout=60, check=False)
         self.assertEqual((done.returncode, done.stdout), (0, "end\n"), done.stderr)
-
-
-class Guide(unittest.TestCase):
-    def test_what_the_guide_shows_runs(self):
-        blocks = re.findall(r"```python\n(.*?)```", (SOURCE / "docs" / "guide" / "python.md").read_text(), re.DOTALL)
-        programs = [block for block in blocks if "import weir\n" in block]
-        self.assertGreater(len(programs), 3)
-        for block in programs:
-            with self.subTest(block=block):
-                if ".onnx\", threads" in block and not has_engine("onnxruntime"):
-                    continue
-                done = subprocess.run([sys.executable, "-c", block], cwd=SOURCE, capture_output=True, text=True, timeout=60,
-                                      check=False)
-                self.assertEqual(done.returncode, 0, done.stderr)
-
-    def test_its_filter_turns_pictures(self):
-        text = (SOURCE / "docs" / "guide" / "python.md").read_text()
-        script = re.search(r"```python\n(.*?)```", text, re.DOTALL)[1]
-        with tempfile.NamedTemporaryFile("w", suffix=".py") as file:
-            file.write(script)
-            file.flush()
-            picture = np.arange(24, dtype=np.uint8).reshape(1, 2, 4, 3)
-            np.testing.assert_array_equal(weir.Model(file.name).invoke(picture)[0], picture[:, ::-1])
 
 
 class Shapes(unittest.TestCase):

@@ -103,11 +103,27 @@ class Frames(unittest.TestCase):
             self.assertEqual(list(pipeline.frames()), [])
 
     def test_start_a_pipeline_that_is_stopped(self):
-        pipeline = weir.Pipeline("videotestsrc num-buffers=3 ! video/x-raw,format=GRAY8,width=4,height=2 ! tensor_converter ! tensor_sink")
+        pipeline = weir.Pipeline("videotestsrc num-buffers=3 ! video/x-raw,format=GRAY8,width=4,height=2 ! tensor_converter ! tensor_sink name=s")
         frames = list(pipeline.frames(timeout=60))
+        self.assertEqual((pipeline.state, pipeline.stats("s")["received"]), ("stopped", 3))
         self.assertEqual([frame[0].shape for frame in frames], [(1, 2, 4, 1)] * 3)
         self.assertRegex(repr(frames[0]), r"^<weir.Frame pts=0: uint8 \(1, 2, 4, 1\)>$")
         self.assertEqual([array.shape for array in frames[0]], [(1, 2, 4, 1)])
+
+    def test_leave_a_pipeline_stopped_when_the_loop_ends_early(self):
+        pipeline = weir.Pipeline("videotestsrc ! video/x-raw,format=GRAY8,width=4,height=2 ! tensor_converter ! tensor_sink")
+        for _round in range(2):
+            for number, _frame in enumerate(pipeline.frames(timeout=60)):
+                self.assertEqual(pipeline.state, "playing")
+                if number == 3:
+                    break
+            self.assertEqual(pipeline.state, "stopped")
+
+    def test_leave_a_pipeline_playing_that_played_before(self):
+        with weir.Pipeline(LOOP) as pipeline:
+            pipeline.push("in", np.zeros(1, np.uint8))
+            next(iter(pipeline.frames(timeout=60)))
+            self.assertEqual(pipeline.state, "playing")
 
     def test_time_limit(self):
         with weir.Pipeline(LOOP) as pipeline, self.assertRaisesRegex(TimeoutError, "no frame came from out in 0.01 seconds"):

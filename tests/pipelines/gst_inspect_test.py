@@ -45,6 +45,26 @@ class GstInspect(unittest.TestCase):
             with self.subTest(version):
                 self.assertEqual([name for name in ELEMENTS if exists(f"--atleast-version={version}", name)], [])
 
+    def test_every_element_names_its_page(self):
+        for name in ELEMENTS:
+            with self.subTest(name):
+                link = re.search(r"(?mi)^ *(?:doc-uri|documentation) +(\S+)$", output_of("gst-inspect-1.0", "--no-colors", name))
+                self.assertIsNotNone(link, "gst-inspect-1.0 prints a link")
+                self.assertTrue(link[1].startswith(os.environ["WEIR_DOC_URL"]), link[1])
+                self.assertTrue((SOURCE / link[1].removeprefix(os.environ["WEIR_DOC_URL"] + "/")).is_file(), link[1])
+
+    def test_the_plugin_names_the_documents(self):
+        for plugin in ("weir", "weiredge"):
+            self.assertIn(f"{os.environ['WEIR_DOC_URL']}/README.md", output_of("gst-inspect-1.0", "--no-colors", plugin))
+
+    def test_decoder_options_say_what_they_are(self):
+        printed = output_of("gst-inspect-1.0", "--no-colors", "tensor_decoder")
+        options = dict(re.findall(r"(?m)^  (option[1-9]) *: (.*)$", printed))
+        self.assertEqual(len(options), 9)
+        self.assertIn("image_labeling: label file", options["option1"])
+        self.assertIn("bounding_boxes: size of the output, W:H", options["option4"])
+        self.assertEqual(len(set(options.values())), 9)
+
     def test_what_is_no_element_does_not_exist(self):
         for name in ("tensor_nothing", "weir_converter", ""):
             with self.subTest(name):

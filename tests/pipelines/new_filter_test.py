@@ -4,6 +4,7 @@
 
 import os
 import pathlib
+import re
 import shutil
 import subprocess
 import tempfile
@@ -76,14 +77,33 @@ class NewFilter(unittest.TestCase):
         self.assertNotEqual(done.returncode, 0)
         self.assertIn("differ", done.stdout + done.stderr)
 
-    def test_the_name_is_one_in_pipelines_too(self):
+    def inspected(self, name, modules):
+        return self.good(run(COMMAND, "inspect", "--engine", name, env={**self.env, "WEIR_MODULE_PATH": modules}))
+
+    def test_it_is_installed_in_a_prefix_of_its_own_and_found_by_its_name(self):
         self.good(self.write("-l", "c++", "by-name"))
-        made = self.folder / "by-name"
+        made, prefix = self.folder / "by-name", self.folder / "prefix"
         self.assertIn("class ByName {", (made / "filter.cpp").read_text())
-        self.good(run("make", "-C", made, env=self.env))
-        (made / "by-name.so").rename(made / "libweir-engine-by-name.so")
-        output = self.good(run(COMMAND, "inspect", "--engine", "by-name", env={**self.env, "WEIR_MODULE_PATH": str(made)}))
-        self.assertIn("Engine  by-name 1", output)
+        output = self.good(run("make", "-C", made, "install", f"PREFIX={prefix}", env=self.env))
+        modules = re.search('^export WEIR_MODULE_PATH="(.*)"$', output, re.MULTILINE)[1]
+        self.assertEqual(pathlib.Path(modules), prefix / "lib" / "weir" / "modules")
+        self.assertIn("Engine  by-name 1", self.inspected("by-name", modules))
+
+    def test_without_a_prefix_it_is_installed_where_weir_looks(self):
+        self.good(self.write("-l", "c", "beside"))
+        output = self.good(run("make", "-C", self.folder / "beside", "install", f"DESTDIR={self.folder / 'root'}", env=self.env))
+        file = next((self.folder / "root").rglob("libweir-engine-beside.so"))
+        self.assertEqual(file.parent.name, "modules")
+        self.assertNotIn("WEIR_MODULE_PATH", output)
+        self.assertIn("Engine  beside 1", self.inspected("beside", str(file.parent)))
+
+    def test_meson_installs_it_too(self):
+        self.good(self.write("-l", "c++", "by-meson"))
+        made, prefix = self.folder / "by-meson", self.folder / "prefix"
+        self.good(run("meson", "setup", made / "build", made, f"--prefix={prefix}", env=self.env))
+        self.good(run("meson", "install", "-C", made / "build", env=self.env))
+        file = next(prefix.rglob("libweir-engine-by-meson.so"))
+        self.assertIn("Engine  by-meson 1", self.inspected("by-meson", str(file.parent)))
 
     def test_what_cannot_be_is_refused_and_nothing_is_written(self):
         (self.folder / "there").mkdir()

@@ -19,7 +19,7 @@ import unittest
 
 import tap_runner
 from built_modules import has_engine
-from documents_test import SHARED, models_of_readers
+from documents_test import SHARED, documents, models_of_readers
 from page_blocks import blocks, difference
 
 SOURCE = pathlib.Path(os.environ["WEIR_SOURCE"])
@@ -40,6 +40,16 @@ def installed_environment(home):
             "GST_REGISTRY": str(home / "registry.bin"), "GST_REGISTRY_FORK": "no", "G_DEBUG": "fatal-criticals", "WEIR_CONFIG": "",
             "WEIR_MODULE_PATH": str(library / "weir" / "modules"), "WEIR_CARD_PATH": str(PREFIX / "share/weir/cards"),
             "WEIR_WORKER": str(PREFIX / "libexec/weir/weir-worker"), "LC_ALL": "C.UTF-8"}
+
+
+def broken_links(pages, root):
+    """The relative links of pages that lead to no file, as `PAGE: LINK`."""
+    broken = []
+    for page in pages:
+        text = re.sub(r"(?ms)^```.*?^```", "", page.read_text())
+        broken += [f"{page.relative_to(root)}: {target}" for target in re.findall(r"\]\(([^)#\s]+)[^)]*\)", text)
+                   if "://" not in target and not (page.parent / target).exists()]
+    return broken
 
 
 class Blocks(unittest.TestCase):
@@ -123,6 +133,29 @@ class Pasted(unittest.TestCase):
         steps = subprocess.run(["make", "-n", "install"], cwd=SOURCE, capture_output=True, text=True, check=True).stdout
         self.assertIn("tools/install", steps.splitlines()[-1])
 
+    def test_documents_are_installed_with_links_that_work(self):
+        documents = PREFIX / "share/doc/weir"
+        pages = list(documents.rglob("*.md"))
+        self.assertGreater(len(pages), 100)
+        # A link to the source code needs the source code.
+        code = re.compile(r": (?:\.\./)*(?:tests|tools|apps|packages|include|src/.*[ch]pp$)")
+        self.assertEqual([link for link in broken_links(pages, documents) if not code.search(link)], [])
+        for page in ("docs/README.md", "docs/guide/first-pipeline.md", "docs/pictures/a-buffers-way.svg", "examples/model_once.c"):
+            self.assertTrue((documents / page).is_file(), page)
+
+    def test_each_element_has_a_man_page(self):
+        names = sorted(page.stem for page in (SOURCE / "docs/elements").glob("*.md"))
+        self.assertEqual(sorted(page.name for page in (PREFIX / "share/man/man7").iterdir()), [f"{name}.7" for name in names])
+        page = (PREFIX / "share/man/man7/tensor_rate.7").read_text()
+        for text in (".SH NAME\ntensor_rate \\- ", "\\fBframerate\\fR", "videotestsrc"):
+            self.assertIn(text, page)
+
+    @unittest.skipUnless(shutil.which("groff"), "needs groff")
+    def test_man_pages_are_valid(self):
+        for page in sorted((PREFIX / "share/man").rglob("*.[17]")):
+            done = subprocess.run(["groff", "-man", "-Tutf8", "-ww", "-z", page], capture_output=True, text=True, check=False)
+            self.assertEqual((done.returncode, done.stderr), (0, ""), page.name)
+
     def test_readme(self):
         self.run_page("README.md")
         self.assertTrue((self.folder / "found.jpg").read_bytes().startswith(b"\xff\xd8"))
@@ -172,14 +205,13 @@ class Pasted(unittest.TestCase):
 
 class Links(unittest.TestCase):
     def test_every_link_of_a_document_leads_to_a_file(self):
-        broken = []
-        for folder in ("docs", "src", "examples", "models", "bindings", "."):
-            for page in (SOURCE / folder).glob("*.md") if folder == "." else (SOURCE / folder).rglob("*.md"):
-                prose = re.sub(r"(?ms)^```.*?^```", "", page.read_text())
-                for target in re.findall(r"\]\(([^)#\s]+)[^)]*\)", prose):
-                    if "://" not in target and not (page.parent / target).exists():
-                        broken.append(f"{page.relative_to(SOURCE)}: {target}")
-        self.assertEqual(broken, [])
+        self.assertEqual(broken_links(documents(), SOURCE), [])
+
+    def test_a_broken_link_is_found(self):
+        with tempfile.TemporaryDirectory() as folder:
+            page = pathlib.Path(folder) / "page.md"
+            page.write_text("[a](page.md) [b](page.md#there) [c](https://a.example/) [d](gone.md#x)\n```c\n[](const x)\n```\n")
+            self.assertEqual(broken_links([page], page.parent), ["page.md: gone.md"])
 
 
 if __name__ == "__main__":

@@ -6,6 +6,7 @@ WEIR_INFERENCE_CLASSES is the folder with the classes that protoc makes of infer
 
 import os
 import sys
+import threading
 
 sys.path.insert(0, os.environ.get("WEIR_INFERENCE_CLASSES", ""))
 

@@ -3,12 +3,24 @@
 #include "doctor/summary.hpp"
 
 #include <cstdio>
+#include <filesystem>
 
 #include "core/config/install_paths.hpp"
 #include "weir/join.hpp"
 
 namespace weir::app {
 namespace {
+
+// GStreamer looks below its own prefix only.
+std::string missing_plugin_fix() {
+  namespace fs = std::filesystem;
+  const fs::path libraries = fs::path(config::kInstalledModules).parent_path().parent_path();
+  const fs::path installed = libraries / "gstreamer-1.0";
+  std::error_code ignored;
+  if (fs::exists(installed / "libgstweir.so", ignored))
+    return "export GST_PLUGIN_PATH=" + installed.string();
+  return "make install, or GST_PLUGIN_PATH=<the folder with libgstweir.so>";
+}
 
 void add_plugin(const Json& plugin, std::vector<Problem>* out) {
   if (plugin["found"]) {
@@ -26,7 +38,7 @@ void add_plugin(const Json& plugin, std::vector<Problem>* out) {
   else
     out->push_back({"the plug-in libgstweir.so was not found",
                     "looked in " + join(plugin["searched"].get<std::vector<std::string>>(), ", "),
-                    "make install, or GST_PLUGIN_PATH=<the folder with libgstweir.so>"});
+                    missing_plugin_fix()});
 }
 
 void add_refused(const char* kind, const Json& items, std::vector<Problem>* out) {

@@ -60,7 +60,7 @@ class Run(Case):
         self.assertGreater(report["frames"], 0)
         self.assertGreaterEqual(report["seconds"] + report["seconds_to_start"], 0.3)
         self.assertIn("Ended after", self.good(weir("run", "--timeout", "60", self.PIPELINE)))
-        self.assertIn("Stopped by --timeout after", self.good(weir("run", "--timeout", "0.1", "videotestsrc is-live=true ! fakesink")))
+        self.assertIn("Stopped by --timeout after", self.good(weir("run", "--timeout", "1", "videotestsrc is-live=true ! fakesink")))
 
     def test_a_pipeline_that_does_not_start_is_an_error_of_timeout(self):
         done = weir("run", "--timeout", "0.2", "appsrc ! fakesink")

@@ -11,7 +11,32 @@ weir.Pipeline plays a pipeline, weir.Model runs one model in any engine, weir.re
 weir.TensorShape is for scripts that a pipeline runs. Failures raise weir.Error.
 """
 
-from . import _weir, results
+import pathlib
+import sys
+
+from . import bundle as _bundle
+
+
+def _why_not_loaded(missing: ImportError) -> str:
+    """The extension module is for one version of Python, and needs Weir's libraries."""
+    built = [path.name for path in pathlib.Path(__file__).parent.glob("_weir.*.so")]
+    here = f"{sys.executable}, which is Python {sys.version_info.major}.{sys.version_info.minor}"
+    if not built:
+        return f"the package weir has no extension module in {pathlib.Path(__file__).parent}: make install builds it"
+    if sys.implementation.cache_tag.replace("cpython-", ".cpython-") not in built[0]:
+        return f"weir was built for another Python: it has {built[0]}, and this is {here}; /usr/bin/python3 is Debian's"
+    return f"weir cannot be loaded by {here}: {missing.msg}"
+
+
+_bundle.use(pathlib.Path(__file__).parent / "bundle")
+try:
+    from . import _weir, results
+except ImportError as missing:
+    if missing.name == "numpy":
+        missing.msg += ", which weir needs: apt-get install python3-numpy, or pip install numpy"
+    elif "_weir" in str(missing):
+        missing.msg = _why_not_loaded(missing)
+    raise
 from ._weir import Frame, SourceMap, TensorInfo
 from .codes import Code
 from .error import Error, python_spelling

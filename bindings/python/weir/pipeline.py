@@ -29,18 +29,24 @@ class Pipeline(_weir.Pipeline):
 
         name: the sink; may be left out if the pipeline has only one.
         timeout: seconds to wait for each frame; TimeoutError if none comes. None: wait without limit.
-        A pipeline that is stopped is started first. An error of the pipeline raises weir.Error.
+        A pipeline that is stopped is started first, and stopped when the iteration ends. An error of the pipeline raises
+        weir.Error.
         """
         sink = self._only_sink() if name is None else name
-        if self.state == "stopped":
-            self.start()
         return self._frames(sink, timeout)
 
     def _frames(self, name: str, timeout: typing.Optional[float]) -> typing.Iterator[Frame]:
-        while (frame := self.pull(name, timeout)) is not None:
-            yield frame
-        if not self.ended(name):
-            raise TimeoutError(f"no frame came from {name} in {timeout} seconds")
+        was_stopped = self.state == "stopped"
+        if was_stopped:
+            self.start()
+        try:
+            while (frame := self.pull(name, timeout)) is not None:
+                yield frame
+            if not self.ended(name):
+                raise TimeoutError(f"no frame came from {name} in {timeout} seconds")
+        finally:
+            if was_stopped and not self.closed:
+                self.stop()
 
     def _only_sink(self) -> str:
         sinks = [name for name, kind in self.elements().items() if kind in _SINKS]

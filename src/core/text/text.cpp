@@ -50,6 +50,14 @@ std::string_view without_plus(std::string_view text) noexcept {
   return plus ? text.substr(1) : text;
 }
 
+// How many letters two words have in common at their start.
+size_t common_prefix(std::string_view a, std::string_view b) noexcept {
+  size_t n = 0;
+  while (n < std::min(a.size(), b.size()) && equal_ignoring_case(a.substr(n, 1), b.substr(n, 1)))
+    ++n;
+  return n;
+}
+
 }  // namespace
 
 std::string_view strip(std::string_view text) noexcept {
@@ -99,10 +107,14 @@ std::string nearest(std::string_view word, std::span<const std::string> candidat
   std::string best;
   // A word of one letter is near no other.
   size_t best_distance = std::min(std::max<size_t>(1, word.size() / 3) + 1, word.size());
+  size_t best_prefix = 0;
   for (const auto& candidate : candidates) {
     const size_t distance = edit_distance(word, candidate);
-    if (distance >= best_distance) continue;
+    const size_t prefix = common_prefix(word, candidate);
+    const bool wins_tie = distance == best_distance && !best.empty() && prefix > best_prefix;
+    if (distance >= best_distance && !wins_tie) continue;
     best_distance = distance;
+    best_prefix = prefix;
     best = candidate;
   }
   return best;

@@ -24,7 +24,8 @@ std::optional<uint64_t> parse_unsigned(std::string_view text) noexcept;
 std::optional<int64_t> parse_signed(std::string_view text) noexcept;  // allows one leading + or -
 // Parses a finite number such as "1", "-.5", "+1e-3"; the whole text must match.
 std::optional<double> parse_double(std::string_view text) noexcept;
-// The candidate with the smallest edit distance, "" if more than a third of it differs.
+// The candidate with the smallest edit distance, and of several the one with the longest common
+// start; "" if more than a third of it differs.
 std::string nearest(std::string_view word, std::span<const std::string> candidates);
 std::string time_text(uint64_t nanoseconds);  // "0:00:01.500000000"
 

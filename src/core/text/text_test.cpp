@@ -50,6 +50,12 @@ TEST(Text, AWordOfWhichEachLetterDiffersIsNotNear) {
   EXPECT_EQ(nearest("cd", words), "");
 }
 
+TEST(Text, OfTwoNearWordsTheOneThatStartsTheSameWayIsNearest) {
+  const std::vector<std::string> elements{"tensor_mux", "tensor_demux", "tensor_mix"};
+  EXPECT_EQ(nearest("tensor_dmux", elements), "tensor_demux");
+  EXPECT_EQ(nearest("tensor_mx", elements), "tensor_mux");  // the first of equals
+}
+
 TEST(Text, SwappedLettersAreOneTypingError) {
   const std::vector<std::string> layouts{"auto", "NHWC", "NCHW"};
   EXPECT_EQ(nearest("NHCW", layouts), "NHWC");  // both are one edit away; the first one wins

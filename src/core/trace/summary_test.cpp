@@ -158,6 +158,87 @@ TEST(TraceSummary, EventsAndStateChangesAreNotProcessingTime) {
   EXPECT_EQ(summary.elements[kMiddle].work, 0);
 }
 
+Record thread_time(int64_t time) {
+  return record(Kind::ThreadTime, 0, 0, time);
+}
+
+// Two frames: source ! middle ! sink. Of 100 in the sink, the thread runs for 10.
+ThreadRecords two_timed_frames() {
+  ThreadRecords thread{"t", 1, 0, {}};
+  for (const int64_t start : {1000, 2000})
+    for (const Record& next :
+         {push(start, 12), thread_time(start + 5), push(start + 50, 22), thread_time(start + 15),
+          pushed(start + 150, 22), pushed(start + 170, 12)})
+      thread.records.push_back(next);
+  return thread;
+}
+
+TEST(TraceSummary, TheTimeThatASinkWaitsForTheClockIsNotWork) {
+  Trace trace{chain_of_three(), {two_timed_frames()}};
+  trace.graph.set_waits(at(30), Waits::Clock);
+  const Summary summary = summarise(trace);
+  EXPECT_EQ(summary.elements[kSink].work, 20);
+  EXPECT_EQ(summary.elements[kSink].waiting, 180);
+  EXPECT_EQ(summary.elements[kSink].longest, 100);
+  EXPECT_EQ(summary.elements[kMiddle].work, 2 * 70);
+  EXPECT_EQ(summary.elements[kMiddle].waiting, 0);
+  EXPECT_EQ(summary.flow_begin, 1000);
+  EXPECT_EQ(summary.flow_end, 2170);
+}
+
+TEST(TraceSummary, OtherElementsWaitOnlyWithTheirFirstFrame) {
+  const Trace trace{chain_of_three(), {two_timed_frames()}};
+  const Summary summary = summarise(trace);
+  EXPECT_EQ(summary.elements[kSink].waiting, 90);
+  EXPECT_EQ(summary.elements[kSink].work, 10 + 100);
+}
+
+TEST(TraceSummary, AQueueWaitsAllTheTime) {
+  Trace trace{chain_of_three(), {one_frame(100, 5)}};
+  trace.graph.set_waits(at(20), Waits::Room);
+  const Summary summary = summarise(trace);
+  EXPECT_EQ(summary.elements[kMiddle].work, 0);
+  EXPECT_EQ(summary.elements[kMiddle].waiting, 50);
+}
+
+TEST(TraceSummary, ALiveSourceWaitsBetweenItsPushes) {
+  Trace trace{chain_of_three(),
+              {{"t",
+                1,
+                0,
+                {thread_time(7), push(100, 12), thread_time(9), pushed(110, 12), thread_time(19),
+                 push(150, 12), thread_time(25), pushed(160, 12)}}}};
+  trace.graph.set_waits(at(10), Waits::Device);
+  const Summary summary = summarise(trace);
+  EXPECT_EQ(summary.elements[kSource].thread_work, 10);
+  EXPECT_EQ(summary.elements[kSource].thread_waiting, 30);
+}
+
+TEST(TraceSummary, AThreadTimeWithoutItsPartnerMeasuresNothing) {
+  Trace trace{chain_of_three(),
+              {{"t", 1, 0, {thread_time(5), push(100, 22), pushed(200, 22), thread_time(9)}}}};
+  trace.graph.set_waits(at(30), Waits::Clock);
+  const Summary summary = summarise(trace);
+  EXPECT_EQ(summary.elements[kSink].work, 100);
+  EXPECT_EQ(summary.elements[kSink].waiting, 0);
+}
+
+TEST(TraceSummary, LinksHaveTheLastCapsOfTheirSourcePad) {
+  Graph graph = chain_of_three();
+  graph.set_caps(at(12), "video/x-raw, width=8");
+  graph.set_caps(at(12), "video/x-raw, width=8");
+  graph.set_caps(at(12), "video/x-raw, width=16");
+  graph.set_caps(at(99), "of a pad that was never seen");
+  graph.removed(at(20));
+  const Trace trace{graph, {one_frame(100, 5)}};
+  const auto json = nlohmann::json::parse(to_json(summarise(trace), trace));
+  EXPECT_EQ(json["links"][0]["caps"], "video/x-raw, width=16");
+  EXPECT_EQ(json["links"][0]["caps_changes"], 1);
+  EXPECT_EQ(json["links"][1]["caps"], "");
+  EXPECT_EQ(json["elements"][kMiddle]["removed"], true);
+  EXPECT_EQ(json["elements"][kSink]["removed"], false);
+}
+
 TEST(TraceSummary, UnmatchedRecordsDoNotAffectTheRest) {
   ThreadRecords thread = one_frame(100, 5);
   thread.records.insert(thread.records.begin(), pushed(50, 99));

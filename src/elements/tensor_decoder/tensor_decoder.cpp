@@ -46,21 +46,41 @@ class TensorDecoder : public gst::CountedTransform<TensorDecoder> {
 
   using Settings = DecoderSettings;
   std::string sub_plugins() const { return join(decoder_names(), ","); }
-  static constexpr char kOption[] = "An option of the decoder; see its README";
   static constexpr auto kPlaying = gst::Changeable::WhilePlaying;
   static constexpr std::tuple kProperties{
       gst::Property{"silent", &Settings::silent, "Accepted for compatibility; has no effect",
                     gst::Changeable::WhilePlaying},
-      gst::Property{"mode", &Settings::mode, "Name of the decoder", kPlaying},
-      gst::Property{"option1", &Settings::option1, kOption, kPlaying},
-      gst::Property{"option2", &Settings::option2, kOption, kPlaying},
-      gst::Property{"option3", &Settings::option3, kOption, kPlaying},
-      gst::Property{"option4", &Settings::option4, kOption, kPlaying},
-      gst::Property{"option5", &Settings::option5, kOption, kPlaying},
-      gst::Property{"option6", &Settings::option6, kOption, kPlaying},
-      gst::Property{"option7", &Settings::option7, kOption, kPlaying},
-      gst::Property{"option8", &Settings::option8, kOption, kPlaying},
-      gst::Property{"option9", &Settings::option9, kOption, kPlaying},
+      gst::Property{"mode", &Settings::mode,
+                    "Name of the decoder, one of sub-plugins; its page (doc-uri) has all options",
+                    kPlaying},
+      gst::Property{
+          "option1", &Settings::option1,
+          "image_labeling: label file; direct_video: video format; bounding_boxes, image_segment: "
+          "scheme of the tensors; pose_estimation: size of the output, W:H; tensor_region: number "
+          "of regions; python3: script; custom-code: name of the function",
+          kPlaying},
+      gst::Property{"option2", &Settings::option2,
+                    "bounding_boxes, tensor_region: label file; image_segment: number of classes; "
+                    "pose_estimation: size of the model's input, W:H",
+                    kPlaying},
+      gst::Property{"option3", &Settings::option3,
+                    "bounding_boxes: parameters of the scheme; pose_estimation: key point file; "
+                    "tensor_region: file of prior boxes, then its parameters",
+                    kPlaying},
+      gst::Property{"option4", &Settings::option4,
+                    "bounding_boxes: size of the output, W:H; pose_estimation: heatmap-only or "
+                    "heatmap-offset; tensor_region: size of the model's input, W:H",
+                    kPlaying},
+      gst::Property{"option5", &Settings::option5, "bounding_boxes: size of the model's input, W:H",
+                    kPlaying},
+      gst::Property{"option6", &Settings::option6,
+                    "bounding_boxes: 1 = number objects from frame to frame", kPlaying},
+      gst::Property{"option7", &Settings::option7,
+                    "bounding_boxes: 1 = log the boxes at level INFO", kPlaying},
+      gst::Property{"option8", &Settings::option8,
+                    "bounding_boxes: accepted for compatibility; has no effect", kPlaying},
+      gst::Property{"option9", &Settings::option9,
+                    "For decoders built for NNStreamer; no decoder of Weir uses it", kPlaying},
       gst::Property{"threshold", &Settings::threshold,
                     "Least score of a result, 0 to 1; -1 = the default of the mode", kPlaying,
                     -1.0f, 1.0f},

@@ -207,7 +207,7 @@ class TensorQueryServersrc : public gst::Element<TensorQueryServersrc, gst::Push
       auto buffer = server_->make_frame(*request);
       if (!buffer) {
         ledger_.dropped(DropReason::Error);
-        GST_CAT_WARNING_OBJECT(category(), self(), "%s", buffer.error().message().c_str());
+        log(buffer.error());
         continue;
       }
       set_request(buffer->get(), request);
@@ -264,9 +264,10 @@ class TensorQueryServersrc : public gst::Element<TensorQueryServersrc, gst::Push
                                                        config::Configuration::load());
     if (!warning) return warning.error();
     if (*warning) gst::post_warning(element(), **warning);
-    return open_edge_query_server(s, [this](const Error& error) {
-      GST_CAT_WARNING_OBJECT(category(), self(), "%s", error.message().c_str());
-    });
+    return open_edge_query_server(s, [this](const Error& error) { log(error); });
+  }
+  void log(const Error& error) const {
+    GST_CAT_WARNING_OBJECT(category(), self(), "%s", error.message().c_str());
   }
   Result<std::shared_ptr<QueryServer>> open_oip(const Settings& s) const {
     if (!query_protocols().oip) {

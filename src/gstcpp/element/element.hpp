@@ -23,6 +23,7 @@
 #include <tuple>
 
 #include "core/limit/buffer_limit.hpp"
+#include "gstcpp/element/documentation.hpp"
 #include "gstcpp/element/error.hpp"
 #include "gstcpp/element/followed_settings.hpp"
 #include "gstcpp/element/ledger_stats.hpp"
@@ -388,6 +389,7 @@ class Element {
     auto* element = GST_ELEMENT_CLASS(k);
     gst_element_class_set_static_metadata(element, Impl::kInfo.long_name, Impl::kInfo.klass,
                                           Impl::kInfo.description, "The Weir developers");
+    set_documentation_link(element, Impl::kInfo.factory_name);
     if constexpr (requires { Impl::add_pad_templates(element); })
       Impl::add_pad_templates(element);
     else

@@ -191,7 +191,7 @@ TEST_F(HostileClient, Class5OtherAddressesThatAreAllowedAreUsed) {
   EXPECT_EQ(asked, 1);
 }
 
-TEST_F(HostileClient, Class5APortWhereNobodyListensIsRefused) {
+TEST_F(HostileClient, Class5APortWithoutAListenerIsRefused) {
   open();
   auto peer = client();
   peer.greeting();
@@ -203,7 +203,7 @@ TEST_F(HostileClient, Class5APortWhereNobodyListensIsRefused) {
   expect_service();
 }
 
-TEST_F(HostileClient, Class6ASilentPeerStallsNobodyAndIsClosedAfter2Seconds) {
+TEST_F(HostileClient, Class6ASilentPeerStallsNoOtherAndIsClosedAfter2Seconds) {
   open({.most_clients = 8});
   std::vector<RawClient> silent;
   for (int i = 0; i < 7; ++i) silent.push_back(client());
@@ -238,7 +238,7 @@ TEST_F(HostileClient, Class6ClientsWaitForTheCapsOnlySoLong) {
   EXPECT_TRUE(is_refused("the caps of the answers are not known within 100 ms (property timeout)"));
 }
 
-TEST_F(HostileClient, Class7APeerThatDoesNotReadStallsNobodyAndIsRemoved) {
+TEST_F(HostileClient, Class7APeerThatDoesNotReadStallsNoOtherAndIsRemoved) {
   open({.client = {.patience = milliseconds(500)}, .most_requests = 2});
   auto slow = connected();
   slow.request({Bytes(32 << 20)});

@@ -28,8 +28,17 @@ std::string text_of(const Error& error) {
   return error.what + ": " + error.offered;
 }
 
-bool would_block() {
-  return errno == EAGAIN || errno == EWOULDBLOCK;
+struct Arrival {
+  size_t bytes = 0;    // 0: nothing is there
+  bool ended = false;  // the other end has closed the connection, or it failed
+};
+Arrival receive_some(int socket, std::span<std::byte> room) {
+  ssize_t got = -1;
+  do {
+    got = recv(socket, room.data(), room.size(), MSG_DONTWAIT);
+  } while (got < 0 && errno == EINTR);
+  if (got > 0) return {.bytes = static_cast<size_t>(got)};
+  return {.ended = got == 0 || (errno != EAGAIN && errno != EWOULDBLOCK)};
 }
 
 }  // namespace
@@ -91,20 +100,14 @@ void ServedClient::set_reading(bool reading) {
 }
 
 ServedClient::Refusal ServedClient::receive(std::optional<Request>* request) {
-  size_t total = 0;
-  while (state_ != State::Gone && total < kMostAtOnce) {
-    const auto room = reader_->space();
-    const ssize_t got = recv(a_.get(), room.data(), room.size(), MSG_DONTWAIT);
-    if (got < 0 && errno == EINTR) continue;
-    if (got < 0 && would_block()) return std::nullopt;
-    if (got <= 0) {
-      set_gone();
-      return std::nullopt;
-    }
+  for (size_t total = 0; state_ != State::Gone && total < kMostAtOnce;) {
+    const auto arrival = receive_some(a_.get(), reader_->space());
+    if (arrival.ended) set_gone();
+    if (arrival.bytes == 0) return std::nullopt;
     last_bytes_ = Clock::now();
-    total += static_cast<size_t>(got);
-    partial_bytes_ += static_cast<size_t>(got);
-    if (const auto status = reader_->received(static_cast<size_t>(got)); !status)
+    total += arrival.bytes;
+    partial_bytes_ += arrival.bytes;
+    if (const auto status = reader_->received(arrival.bytes); !status)
       return text_of(status.error());
     if (!reader_->complete()) continue;
     partial_bytes_ = 0;
@@ -182,16 +185,11 @@ ServedClient::Refusal ServedClient::attend_answers() {
 // A client sends nothing but ERROR on the second connection.
 ServedClient::Refusal ServedClient::read_answers_socket() {
   for (size_t total = 0; state_ != State::Gone && total < kMostAtOnce;) {
-    const auto room = answers_reader_->space();
-    const ssize_t got = recv(b_.get(), room.data(), room.size(), MSG_DONTWAIT);
-    if (got < 0 && errno == EINTR) continue;
-    if (got < 0 && would_block()) return std::nullopt;
-    if (got <= 0) {
-      set_gone();
-      return std::nullopt;
-    }
-    total += static_cast<size_t>(got);
-    if (const auto status = answers_reader_->received(static_cast<size_t>(got)); !status)
+    const auto arrival = receive_some(b_.get(), answers_reader_->space());
+    if (arrival.ended) set_gone();
+    if (arrival.bytes == 0) return std::nullopt;
+    total += arrival.bytes;
+    if (const auto status = answers_reader_->received(arrival.bytes); !status)
       return text_of(status.error());
     if (answers_reader_->complete() && answers_reader_->take().command == wire::Command::Error)
       set_gone();
