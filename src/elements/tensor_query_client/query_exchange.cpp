@@ -89,28 +89,32 @@ Result<QueryExchange::Kind> QueryExchange::send(GstBuffer* buffer, std::chrono::
 }
 
 Result<ExchangeEvent> QueryExchange::next(bool wait, size_t max_request) {
-  using std::chrono::steady_clock;
   for (;;) {
-    outcomes_->late(pending_.expire(steady_clock::now()));
+    outcomes_->late(pending_.expire(std::chrono::steady_clock::now()));
     if (auto answered = pending_.take()) return finish(std::move(*answered));
     if (pending_.must_reconnect(std::max(max_request, kLeastTimeOutsInARow)))
       return ExchangeEvent{Kind::OutOfStep};
     if (wait && pending_.waiting() == 0) return ExchangeEvent{Kind::Nothing};
-    auto received = link_->receive(wait ? pending_.next_deadline() : steady_clock::now());
-    if (!received) return received.error();
-    if (received->answer) {
-      if (auto status = accept(*std::move(received->answer)); !status) return status.error();
-      continue;
-    }
-    was_refused_ = received->end == edge::LinkEnd::Refused;
-    const bool goes_on = wait && received->end == edge::LinkEnd::Late;
-    if (!goes_on) return ExchangeEvent{kind_of(*received->end)};
+    const auto ended = receive(wait);
+    if (!ended) return ended.error();
+    if (*ended) return ExchangeEvent{**ended};
   }
 }
 
-Status QueryExchange::accept(edge::QueryAnswer answer) {
-  const auto number = answer.number;
-  return pending_.accept(number, std::move(answer));
+// Takes the next answer from the link; nullopt if the next request may have got one or timed out.
+Result<std::optional<QueryExchange::Kind>> QueryExchange::receive(bool wait) {
+  auto received =
+      link_->receive(wait ? pending_.next_deadline() : std::chrono::steady_clock::now());
+  if (!received) return received.error();
+  if (received->answer) {
+    const auto number = received->answer->number;
+    auto status = pending_.accept(number, *std::move(received->answer));
+    if (!status) return status.error();
+    return std::optional<Kind>();
+  }
+  was_refused_ = received->end == edge::LinkEnd::Refused;
+  if (wait && received->end == edge::LinkEnd::Late) return std::optional<Kind>();
+  return std::optional(kind_of(*received->end));
 }
 
 Status QueryExchange::check_count(size_t memories) const {

@@ -5,7 +5,7 @@
 
 #include <chrono>
 #include <memory>
-#include <string>
+#include <optional>
 
 #include "core/ledger/ledger.hpp"
 #include "elements/edgesink/message_memories.hpp"
@@ -63,7 +63,7 @@ class QueryExchange {
   using Pending = edge::PendingRequests<Frame, edge::QueryAnswer>;
 
   static Kind kind_of(edge::LinkEnd end) noexcept;
-  Status accept(edge::QueryAnswer answer);
+  Result<std::optional<Kind>> receive(bool wait);
   Status check_count(size_t memories) const;
   Result<ExchangeEvent> finish(Pending::Answered answered);
 

@@ -209,17 +209,19 @@ class TensorQueryClient : public gst::PlainFilter<TensorQueryClient> {
       const bool waits = !was_connected_ && mismatch;
       auto server = finder_->next(waits ? std::nullopt : isolate::Deadline(steady_clock::now()),
                                   interruption_.descriptor());
-      if (!server) return mismatch || was_connected_ ? Status(server.error()) : mismatch;
+      if (!server) return mismatch ? Status(server.error()) : mismatch;
       server_ = *std::move(server);
       auto status = connect_to_announced();
-      if (status) return status;
-      // Of this element, not of the server.
-      const Code code = status.error().code;
-      if (code == Code::CANCELLED || code == Code::OPTION_VALUE) return status;
+      if (status || is_of_this_element(status.error().code)) return status;
       finder_->failed(server_);
       gst::post_warning(element(), status.error());
-      if (code == Code::SPEC_MISMATCH) mismatch = std::move(status);
+      if (!was_connected_ && status.error().code == Code::SPEC_MISMATCH)
+        mismatch = std::move(status);
     }
+  }
+  // Another server would not help.
+  static bool is_of_this_element(Code code) {
+    return code == Code::CANCELLED || code == Code::OPTION_VALUE;
   }
   Status connect_to_announced() {
     const auto& [host, port] = server_.address;
