@@ -239,10 +239,11 @@ TEST_F(HostileClient, Class6ClientsWaitForTheCapsOnlySoLong) {
 }
 
 TEST_F(HostileClient, Class7APeerThatDoesNotReadStallsNoOtherAndIsRemoved) {
-  open({.client = {.patience = milliseconds(500)}, .most_requests = 2});
+  open({.client = {.patience = milliseconds(500)}});
   auto slow = connected();
-  slow.request({Bytes(32 << 20)});
-  answer_one();
+  slow.request({from_text("a")});
+  const auto owner = std::make_shared<Bytes>(32 << 20);
+  EXPECT_EQ(listener_->answer(listener_->take()->client(), {*owner}, owner, ""), Sent::Queued);
   expect_service();
   slow.request({from_text("more")});
   answer_one();  // waits in the queue
