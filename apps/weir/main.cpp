@@ -295,7 +295,8 @@ void add_run(CLI::App* app, RunOptions* options) {
   constexpr double kLeastSeconds = 0.001, kMostSeconds = 1'000'000;
   auto* run = app->add_subcommand("run", "Run a pipeline in the syntax of gst-launch-1.0");
   run->add_flag("--json", options->json, "Print JSON at the end, and nothing else on stdout");
-  run->add_option("--report", options->report, "Write an HTML page: graph, times, queues, latency")
+  run->add_option("--report", options->report,
+                  "Write a page on what limits the pipeline; as JSON: FILE.json")
       ->type_name("FILE");
   run->add_flag("--verbose,-v", options->verbose,
                 "Print the caps and each property that changes, on standard error");

@@ -42,10 +42,12 @@
   X(GRAPH_STALLS, 5001, "Elements of a pipeline wait for each other (deadlock)")          \
   X(CALLBACK_UNKNOWN, 5002, "No callback of this name is registered")                     \
   X(CALLBACK_FAILED, 5003, "A callback of the application failed")                        \
-  X(SERVER_UNREACHABLE, 6001, "An inference server cannot be reached")                    \
-  X(SERVER_REFUSED, 6002, "An inference server refused a request")                        \
+  X(SERVER_UNREACHABLE, 6001, "A server cannot be reached")                               \
+  X(SERVER_REFUSED, 6002, "A server refused a request")                                   \
   X(CONNECTION_INSECURE, 6003, "A connection to another machine is not encrypted")        \
   X(PEER_MESSAGE_INVALID, 6004, "A peer sent a message that cannot be used")              \
+  X(BROKER_UNREACHABLE, 6005, "An MQTT broker cannot be reached")                         \
+  X(BROKER_REFUSED, 6006, "An MQTT broker and its client do not accept each other")       \
   X(CANCELLED, 8001, "The work was cancelled")                                            \
   X(OUT_OF_MEMORY, 9001, "Out of memory")                                                 \
   X(INTERNAL, 9002, "A fault inside Weir")

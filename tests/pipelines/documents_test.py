@@ -39,7 +39,7 @@ def documents():
 
 
 def commands(text):
-    """The gst-launch-1.0 and printf commands in ```sh blocks; a backslash continues a line."""
+    """The gst-launch-1.0 and printf commands, and those that set a tracer, in ```sh blocks; a backslash continues a line."""
     inside, command = False, ""
     for line in text.splitlines():
         if line.startswith("```"):
@@ -49,7 +49,7 @@ def commands(text):
             if command.endswith("\\"):
                 command = command[:-1]
             else:
-                if command.startswith(("gst-launch-1.0 ", "printf ")):
+                if command.startswith(("gst-launch-1.0 ", "printf ", "GST_TRACERS=")):
                     yield command
                 command = ""
 

@@ -80,9 +80,14 @@ std::vector<trace::Failure> failures(const Json& outcome) {
   return out;
 }
 
+// Itself, or a bin that it is in; the pipeline does not count.
 bool has_failed(const Json& outcome, const std::string& path) {
-  return std::any_of(outcome["errors"].begin(), outcome["errors"].end(),
-                     [&path](const Json& error) { return error.value("path", "") == path; });
+  return std::any_of(
+      outcome["errors"].begin(), outcome["errors"].end(), [&path](const Json& error) {
+        const std::string failed = error.value("path", "");
+        return failed == path ||
+               (failed.find('/') != std::string::npos && path.starts_with(failed + "/"));
+      });
 }
 
 // Names and messages of elements can have addresses in them, too.

@@ -233,6 +233,19 @@ class Report(Case):
         self.reported(pipeline, code=1)
         self.assertIn('class="box failed"', self.file.read_text())
 
+    def test_an_error_of_a_bin_marks_what_is_in_it(self):
+        text = self.folder / "words.txt"
+        text.write_text("no picture and no sound\n" * 100)
+        document = self.document(f"filesrc location={text} ! decodebin name=d ! fakesink name=out", code=1)
+        self.assertIn("d", {error["element"] for error in document["outcome"]["errors"]}, document["outcome"]["errors"])
+        failed = {element["name"]: element["failed"] for element in document["trace"]["elements"]}
+        self.assertTrue(failed["typefind"])
+        self.assertFalse(failed["out"])
+
+    def test_the_verdict_is_printed_too(self):
+        done = weir("run", "--report", self.file, "fakesrc num-buffers=20 ! identity sleep-time=3000 name=slow ! fakesink")
+        self.assertRegex(self.good(done), r"\n\nslow takes \d+ % of the time: the bottleneck\.\nReport: ")
+
     def test_links_have_caps_and_elements_their_properties(self):
         document = self.document(self.BRANCHES)
         caps = {document["trace"]["elements"][link["to"]]["name"]: link["caps"] for link in document["trace"]["links"]}

@@ -165,7 +165,7 @@ Json outcome(const PipelineRun& run, RunEnd end) {
   return out;
 }
 
-Status cannot_write(const std::string& file) {
+Error cannot_write(const std::string& file) {
   return Error{.code = Code::FILE_NOT_WRITTEN,
                .what = "the report cannot be written",
                .offered = file,
@@ -181,8 +181,9 @@ Status try_to_write(const std::string& file) {
   return cannot_write(file);
 }
 
-Status write_report(const RunOptions& options, const Json& outcome, const TraceSession& session,
-                    GstElement* pipeline) {
+// Returns the text of the verdict.
+Result<std::string> write_report(const RunOptions& options, const Json& outcome,
+                                 const TraceSession& session, GstElement* pipeline) {
   const Json document =
       report_document(outcome, session.summary(), join(options.pipeline, " "), pipeline);
   std::ofstream file(options.report);
@@ -191,7 +192,8 @@ Status write_report(const RunOptions& options, const Json& outcome, const TraceS
   else
     file << report_page(document);
   file.close();
-  return file ? ok() : cannot_write(options.report);
+  if (!file) return cannot_write(options.report);
+  return document["verdict"]["text"].get<std::string>();
 }
 
 // Null when none is asked for.
@@ -271,13 +273,13 @@ int run(const RunOptions& options) {
   if (clock) facts["clock"] = clock->state();
   print_outcome(options, pipeline, end, facts, clock);
   if (prepared->session) {
-    if (const Status written =
-            write_report(options, facts, *prepared->session, pipeline.pipeline());
-        !written) {
-      std::fprintf(stderr, "%s\n", written.error().message().c_str());
+    const auto verdict = write_report(options, facts, *prepared->session, pipeline.pipeline());
+    if (!verdict) {
+      std::fprintf(stderr, "%s\n", verdict.error().message().c_str());
       return kExitError;
     }
-    if (!options.json && !options.quiet) std::printf("\nReport: %s\n", options.report.c_str());
+    if (!options.json && !options.quiet)
+      std::printf("\n%s\nReport: %s\n", verdict->c_str(), options.report.c_str());
   }
   return status_of(end);
 }

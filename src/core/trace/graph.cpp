@@ -162,6 +162,7 @@ std::vector<Edge> Graph::edges() const {
       add_edges(id, id, 0, kForEver, 0, &lasting);
   }
   std::vector<Edge> out;
+  out.reserve(lasting.size());
   for (const auto& [pads, lasts] : lasting) out.push_back({pads.first, pads.second, lasts});
   return out;
 }

@@ -19,8 +19,12 @@ constexpr char kCaps[] = "other/tensor,dimension=(string)4,type=(string)uint8,fr
 
 class EdgeBroker : public BrokerTest {
  protected:
+  void SetUp() override {
+    BrokerTest::SetUp();
+    if (!IsSkipped()) broker_ = std::make_unique<TestBroker>();
+  }
   std::string at_broker(const std::string& type) const {
-    return " connect-type=" + type + " dest-host=127.0.0.1 dest-port=" + broker_.port_text() +
+    return " connect-type=" + type + " dest-host=127.0.0.1 dest-port=" + broker_->port_text() +
            " topic=objects ";
   }
   Harness sink(const std::string& type, const std::string& more = "",
@@ -34,7 +38,7 @@ class EdgeBroker : public BrokerTest {
   }
   std::unique_ptr<BrokerClient> client() const {
     weir::transport::BrokerOptions options;
-    options.port = broker_.port();
+    options.port = broker_->port();
     auto out = BrokerClient::open(options);
     EXPECT_TRUE(out);
     return *std::move(out);
@@ -60,7 +64,7 @@ class EdgeBroker : public BrokerTest {
     return "! capsfilter caps=\"" + caps + "\"";
   }
 
-  TestBroker broker_;
+  std::unique_ptr<TestBroker> broker_;
 };
 
 TEST_F(EdgeBroker, HybridFindsTheSink) {
@@ -180,12 +184,79 @@ TEST_F(EdgeBroker, TheFormsOfOlderVersionsAreUnderstood) {
   }
 }
 
+TEST_F(EdgeBroker, HybridStreamsWithoutTheBrokerAndAnnouncesAgain) {
+  const auto out = sink("HYBRID");
+  const auto in = source("HYBRID");
+  ASSERT_TRUE(has_receiver(out));
+  broker_->stop();
+  ASSERT_EQ(gst_harness_push(out.get(), frame(Bytes{1, 0, 0, 0})), GST_FLOW_OK);
+  EXPECT_EQ(pull(in), 1);
+  broker_->start();  // it has forgotten what it retained
+  const auto late = source("HYBRID");
+  const auto two = [&] {
+    guint count = 0;
+    gst_structure_get_uint(stats(element_of(out, "edgesink").get()).get(), "receivers", &count);
+    return count == 2;
+  };
+  ASSERT_TRUE(becomes_true(two, "two receivers"));
+  ASSERT_EQ(gst_harness_push(out.get(), frame(Bytes{2, 0, 0, 0})), GST_FLOW_OK);
+  EXPECT_EQ(pull(late), 2);
+}
+
+TEST_F(EdgeBroker, HybridGoesOnAfterASinkThatStartsAnew) {
+  auto out = sink("HYBRID");
+  const auto in = source("HYBRID");
+  for (uint8_t i = 0; i < 5; ++i) {
+    ASSERT_TRUE(has_receiver(out));
+    ASSERT_EQ(gst_harness_push(out.get(), frame(Bytes{i, 0, 0, 0})), GST_FLOW_OK);
+    EXPECT_EQ(pull(in), i);
+    out.reset();
+    out = sink("HYBRID");
+  }
+  ASSERT_TRUE(has_receiver(out));
+  EXPECT_EQ(stat(in, "edgesrc", "reconnections"), 5u);
+}
+
+TEST_F(EdgeBroker, MqttResumesWithinTwoSecondsOfABrokerRestart) {
+  const auto in = source("MQTT", filter(kCaps));
+  const auto out = sink("MQTT");
+  ASSERT_EQ(gst_harness_push(out.get(), frame(Bytes{1, 0, 0, 0})), GST_FLOW_OK);
+  EXPECT_EQ(pull(in), 1);
+  broker_->stop();
+  broker_->start();
+  const auto began = std::chrono::steady_clock::now();
+  const auto connected = [&](const Harness& h, const char* element) {
+    return becomes_true([&] { return stat(h, element, "connections") == 2; }, element);
+  };
+  ASSERT_TRUE(connected(in, "edgesrc"));
+  ASSERT_TRUE(connected(out, "edgesink"));
+  ASSERT_EQ(gst_harness_push(out.get(), frame(Bytes{2, 0, 0, 0})), GST_FLOW_OK);
+  EXPECT_EQ(pull(in), 2);
+  EXPECT_LT(std::chrono::steady_clock::now() - began, 2s);
+}
+
+TEST_F(EdgeBroker, MqttDropsFramesWhileTheBrokerIsFrozen) {
+  const auto in = source("MQTT", filter(kCaps));
+  const auto out = sink("MQTT");
+  Errors errors(out);
+  broker_->signal(SIGSTOP);
+  uint8_t sent = 0;
+  while (stat(out, "edgesink", "dropped-policy") == 0)
+    ASSERT_EQ(gst_harness_push(out.get(), frame(Bytes{++sent, 0, 0, 0})), GST_FLOW_OK);
+  EXPECT_SAYS(errors.next_warning(), "it took no message within 1000 ms");
+  broker_->signal(SIGCONT);
+  // What was in progress arrives, then the stream goes on.
+  for (uint8_t i = 1; i < sent; ++i) EXPECT_EQ(pull(in), i);
+  ASSERT_EQ(gst_harness_push(out.get(), frame(Bytes{200, 0, 0, 0})), GST_FLOW_OK);
+  EXPECT_EQ(pull(in), 200);
+}
+
 TEST_F(EdgeBroker, BrokersThatAreNotThereAreNamed) {
-  broker_.stop();
+  broker_->stop();
   for (const std::string element : {"edgesink", "edgesrc"})
     for (const char* type : {"HYBRID", "MQTT"}) {
       const std::string error = start_error(element + " port=0" + at_broker(type));
-      EXPECT_SAYS(error, "the MQTT broker 127.0.0.1:" + broker_.port_text());
+      EXPECT_SAYS(error, "the MQTT broker 127.0.0.1:" + broker_->port_text());
       EXPECT_SAYS(error, "or set dest-host and dest-port");
     }
 }

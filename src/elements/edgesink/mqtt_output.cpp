@@ -67,7 +67,7 @@ Result<BufferOutput::Outcome> MqttOutput::publish(GstBuffer* buffer, Ledger* led
     return Outcome::Sent;
   }
   if (status.error().code == Code::CANCELLED) return Outcome::Interrupted;
-  if (status.error().code != Code::SERVER_UNREACHABLE) return status.error();
+  if (status.error().code != Code::BROKER_UNREACHABLE) return status.error();
   if (!std::exchange(has_outage_, true)) outage_(status.error());
   return Outcome::Missed;
 }

@@ -267,7 +267,7 @@ class Edgesrc : public gst::Element<Edgesrc, gst::PushSource> {
       const Code code = status.error().code;
       if (code == Code::CANCELLED) return InputEvent{Kind::Interrupted};
       const bool may_come = code == Code::SERVER_UNREACHABLE || code == Code::SERVER_REFUSED ||
-                            code == Code::SERVER_UNREACHABLE;
+                            code == Code::BROKER_UNREACHABLE;
       if (!may_come || !s.reconnect) return status.error();
       pollfd watched{interruption_.descriptor(), POLLIN, 0};
       if (poll(&watched, 1, kRetryMilliseconds) > 0) return InputEvent{Kind::Interrupted};

@@ -247,7 +247,7 @@ TEST_F(MqttElements, ReportsWhatCannotBeUsed) {
   EXPECT_SAYS(error_of_pipeline(frame + sink("pub-topic=a/#")), "without the wildcards");
   EXPECT_SAYS(error_of_pipeline(frame + "mqttsink port=0"), "needed: a number from 1 to 65535");
   EXPECT_SAYS(error_of_pipeline(frame + "mqttsink port=" + std::to_string(free_port())),
-              "WEIR-6001: the MQTT broker 127.0.0.1");
+              "WEIR-6005: the MQTT broker 127.0.0.1");
   EXPECT_SAYS(error_of_pipeline(frame + "mqttsink protocol=5 host=192.0.2.1"),
               "WEIR-6003: the connection to another machine is not encrypted");
   EXPECT_SAYS(error_of_pipeline(frame + sink("max-buffer-size=3")), "needed: at most 3 bytes");

@@ -153,7 +153,7 @@ class MqttSink : public gst::Element<MqttSink, gst::BaseSink> {
     } else if (status.error().code == Code::CANCELLED) {
       ledger_.dropped(DropReason::Flush);
       return GST_FLOW_FLUSHING;
-    } else if (status.error().code == Code::SERVER_UNREACHABLE) {
+    } else if (status.error().code == Code::BROKER_UNREACHABLE) {
       ledger_.dropped(DropReason::Lost);
       if (!std::exchange(outage_, true)) gst::post_warning(element(), status.error());
     } else {

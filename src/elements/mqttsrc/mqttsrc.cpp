@@ -145,7 +145,7 @@ class MqttSrc : public gst::Element<MqttSrc, gst::PushSource> {
   GstBaseSrc* base() const { return GST_BASE_SRC(self()); }
 
   Error no_message() const {
-    return {.code = Code::SERVER_UNREACHABLE,
+    return {.code = Code::BROKER_UNREACHABLE,
             .what = "no message came from the broker",
             .offered = "nothing on the topic " + *active_.sub_topic + " for " +
                        std::to_string(active_.sub_timeout) + " microseconds",

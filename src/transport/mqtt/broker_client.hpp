@@ -23,8 +23,8 @@ struct BrokerCounts {
 // methods are thread-safe; several clients of a process are independent.
 class BrokerClient {
  public:
-  // Connects. SERVER_UNREACHABLE if no connection can be made within `connect_timeout`,
-  // SERVER_REFUSED if the broker does not accept the client, FILE_NOT_FOUND and OPTION_VALUE for
+  // Connects. BROKER_UNREACHABLE if no connection can be made within `connect_timeout`,
+  // BROKER_REFUSED if the broker does not accept the client, FILE_NOT_FOUND and OPTION_VALUE for
   // options that cannot be used. Without libmosquitto OPTION_VALUE with the package to install.
   static Result<std::unique_ptr<BrokerClient>> open(BrokerOptions options);
   // Says goodbye to the broker, which then does not publish the will. What waits is lost.
@@ -33,7 +33,7 @@ class BrokerClient {
   BrokerClient& operator=(const BrokerClient&) = delete;
 
   // Receives what matches `filter`, also after the next connections. Waits for the broker:
-  // SERVER_REFUSED if it does not permit that. QoS 2 of MQTT 5 is received with QoS 1.
+  // BROKER_REFUSED if it does not permit that. QoS 2 of MQTT 5 is received with QoS 1.
   Status subscribe(const std::string& filter, int qos);
   // The next message; nullopt when none came in time, and after interrupt(true).
   std::optional<MqttMessage> receive(std::chrono::milliseconds timeout);
@@ -41,7 +41,7 @@ class BrokerClient {
   void interrupt(bool interrupted);
 
   // Publishes, waiting up to `timeout` for a connection and for room among the messages in
-  // progress. SERVER_UNREACHABLE when there was none, CANCELLED after interrupt(true).
+  // progress. BROKER_UNREACHABLE when there was none, CANCELLED after interrupt(true).
   Status publish(const Publication& publication, std::chrono::milliseconds timeout);
   // Publishes now and after each new connection, because a broker may forget what it retains when
   // it ends. Replaces the publication that was kept for that topic.

@@ -129,7 +129,7 @@ TEST_F(BrokerClientTest, ConnectsAgainAndSubscribesAgain) {
   EXPECT_TRUE(becomes_true([&] { return !sender->is_connected() && !receiver->is_connected(); },
                            "a lost connection"));
   const auto status = sender->publish({.topic = "t"}, 1ms);
-  EXPECT_REFUSED(status, SERVER_UNREACHABLE, "offered: no connection within 1 ms");
+  EXPECT_REFUSED(status, BROKER_UNREACHABLE, "offered: no connection within 1 ms");
   broker.start();
   const auto began = std::chrono::steady_clock::now();
   EXPECT_TRUE(becomes_true([&] { return receiver->is_connected(); }, "a connection"));
@@ -160,16 +160,16 @@ TEST_F(BrokerClientTest, AWillIsPublishedOnlyWithoutAGoodbye) {
 
 TEST_F(BrokerClientTest, RejectsWhatCannotBeReached) {
   const uint16_t port = test::free_port();
-  EXPECT_REFUSED(BrokerClient::open(options(port)), SERVER_UNREACHABLE,
+  EXPECT_REFUSED(BrokerClient::open(options(port)), BROKER_UNREACHABLE,
                  "offered: Connection refused");
   EXPECT_SAYS(BrokerClient::open(options(port)).error().message(), "mosquitto -p ");
   BrokerOptions unknown = options(port);
   unknown.host = "no-such-host.invalid";
-  EXPECT_REFUSED(BrokerClient::open(unknown), SERVER_UNREACHABLE, "no-such-host.invalid");
+  EXPECT_REFUSED(BrokerClient::open(unknown), BROKER_UNREACHABLE, "no-such-host.invalid");
   const SilentPeer silent;
   BrokerOptions patient = options(silent.port());
   patient.connect_timeout = 100ms;
-  EXPECT_REFUSED(BrokerClient::open(patient), SERVER_UNREACHABLE, "no answer within 100 ms");
+  EXPECT_REFUSED(BrokerClient::open(patient), BROKER_UNREACHABLE, "no answer within 100 ms");
 }
 
 TEST_F(BrokerClientTest, RejectsFilesThatAreNotThere) {
@@ -188,7 +188,7 @@ TEST_F(BrokerClientTest, ReportsARefusal) {
   const TestBroker broker("allow_anonymous false\n");
   for (const auto version : {MqttVersion::V311, MqttVersion::V5}) {
     const auto client = BrokerClient::open(options(broker.port(), version));
-    EXPECT_REFUSED(client, SERVER_REFUSED, "does not accept the client");
+    EXPECT_REFUSED(client, BROKER_REFUSED, "does not accept the client");
     EXPECT_SAYS(client.error().message(), "fix: set user and password");
   }
 }

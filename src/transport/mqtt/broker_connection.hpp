@@ -51,6 +51,7 @@ class BrokerClient::Impl {
   void run();
   bool connect();
   bool connect_to(const std::string& target, bool blocking, std::string* reason);
+  bool try_connect(const std::string& target, bool blocking, std::string* reason);
   int step(int wait_ms);
   bool should_read();
   void connected();
@@ -76,7 +77,8 @@ class BrokerClient::Impl {
   std::optional<int> answer_;  // of the broker to the last connect
   Clock::time_point paused_since_{};
   std::optional<Error> error_;  // of the last attempt to connect
-  TlsHandshake* handshake_ = nullptr;
+  std::string tls_error_;       // in it, of OpenSSL
+  bool is_open_ = false;        // has been connected
 
   mutable std::mutex mutex_;  // guards the members below
   std::condition_variable changed_;

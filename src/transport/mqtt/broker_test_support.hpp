@@ -115,6 +115,8 @@ class TestBroker {
     if (process_) process_->end(signal);
     process_.reset();
   }
+  // SIGSTOP freezes it, SIGCONT lets it go on.
+  void signal(int number) const { kill(process_->pid(), number); }
   uint16_t port() const { return port_; }
   std::string port_text() const { return std::to_string(port_); }
 

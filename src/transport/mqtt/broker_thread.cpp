@@ -102,23 +102,31 @@ bool BrokerClient::Impl::connect() {
       if (connect_to(address, false, &reason)) return true;
     }
   }
+  // Only open() reports the reason.
+  if (!error_ && !is_open_) error_ = find_tls_failure(options_, tls_error_);
   if (!error_) error_ = broker_unreachable(options_, reason);
   return false;
 }
 
 bool BrokerClient::Impl::connect_to(const std::string& target, bool blocking, std::string* reason) {
+  tls_error_.clear();
+  // The library formats a line for each packet while there is this callback.
+  mosquitto_log_callback_set(client_.get(), [](mosquitto*, void* self, int, const char* line) {
+    auto& error = static_cast<Impl*>(self)->tls_error_;
+    if (error.empty()) error = tls_error_of_log(line);
+  });
+  const bool connected = try_connect(target, blocking, reason);
+  mosquitto_log_callback_set(client_.get(), nullptr);
+  return connected;
+}
+
+bool BrokerClient::Impl::try_connect(const std::string& target, bool blocking,
+                                     std::string* reason) {
   const auto end = Clock::now() + options_.connect_timeout;
   answer_.reset();
-  TlsHandshake handshake(client_.get());
-  handshake_ = options_.tls.is_enabled() ? &handshake : nullptr;
-  mosquitto_log_callback_set(client_.get(), [](mosquitto*, void* self, int, const char* line) {
-    auto* const observed = static_cast<Impl*>(self)->handshake_;
-    if (observed) observed->log(line);
-  });
   const auto function = blocking ? mosquitto_connect : mosquitto_connect_async;
   int result = function(client_.get(), target.c_str(), options_.port, options_.keep_alive);
   *reason = result == MOSQ_ERR_ERRNO ? std::strerror(errno) : mosquitto_strerror(result);
-  handshake.begin();
   while (result == MOSQ_ERR_SUCCESS && !answer_ && !stopping_) {
     const auto left = std::chrono::ceil<std::chrono::milliseconds>(end - Clock::now());
     if (left <= 0ms) {
@@ -130,14 +138,12 @@ bool BrokerClient::Impl::connect_to(const std::string& target, bool blocking, st
     const bool failed = poll(&wait, 1, 0) > 0 && (wait.revents & POLLERR);
     if (failed) {
       *reason = socket_error(socket);
-      error_ = handshake.failure(options_);
       return false;
     }
     result = step(static_cast<int>(std::min<std::chrono::milliseconds>(left, 50ms).count()));
     if (result != MOSQ_ERR_SUCCESS && !answer_) *reason = mosquitto_strerror(result);
   }
   if (answer_ == 0) return true;
-  if (!answer_ && result != MOSQ_ERR_SUCCESS) error_ = handshake.failure(options_);
   if (answer_)
     error_ =
         broker_refused(options_, "does not accept the client " + options_.client_id,
@@ -153,10 +159,11 @@ int BrokerClient::Impl::step(int wait_ms) {
   pollfd waits[] = {{.fd = socket, .events = static_cast<short>(reads ? POLLIN : 0), .revents = 0},
                     {.fd = wake_, .events = POLLIN, .revents = 0}};
   if (mosquitto_want_write(client_.get())) waits[0].events |= POLLOUT;
-  poll(waits, 2, wait_ms);
+  const bool has_unread = reads && has_unread_tls_data(client_.get());
+  poll(waits, 2, has_unread ? 0 : wait_ms);
   if (waits[1].revents) clear_wake();
   int result = MOSQ_ERR_SUCCESS;
-  if (waits[0].revents & (POLLIN | POLLHUP | POLLERR))
+  if (has_unread || waits[0].revents & (POLLIN | POLLHUP | POLLERR))
     result = mosquitto_loop_read(client_.get(), 1);
   if (result == MOSQ_ERR_SUCCESS && mosquitto_want_write(client_.get()))
     result = mosquitto_loop_write(client_.get(), 1);
@@ -192,6 +199,7 @@ void BrokerClient::Impl::connected() {
     mosquitto_publish(client_.get(), nullptr, topic.c_str(),
                       static_cast<int>(message.payload.size()), message.payload.data(), message.qos,
                       true);
+  is_open_ = true;
   lock.lock();
   connected_ = true;
   ++counts_.connections;

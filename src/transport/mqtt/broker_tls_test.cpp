@@ -59,7 +59,7 @@ void expect_refused(const BrokerOptions& options, const std::string& reason,
                     const std::string& remedy) {
   const auto client = BrokerClient::open(options);
   ASSERT_FALSE(client);
-  EXPECT_REFUSED(client, SERVER_REFUSED, reason);
+  EXPECT_REFUSED(client, BROKER_REFUSED, reason);
   EXPECT_SAYS(client.error().message(), remedy);
 }
 
@@ -100,7 +100,7 @@ TEST_F(BrokerTls, RejectsABrokerWithoutTls) {
 
 TEST_F(BrokerTls, WithoutTlsABrokerThatNeedsItIsNotReached) {
   const TestBroker broker(files_.settings("broker"));
-  EXPECT_REFUSED(BrokerClient::open(options(broker, "")), SERVER_UNREACHABLE, "tls-ca");
+  EXPECT_REFUSED(BrokerClient::open(options(broker, "")), BROKER_UNREACHABLE, "tls-ca");
 }
 
 TEST_F(BrokerTls, ABrokerThatNeedsCertificatesOfClients) {

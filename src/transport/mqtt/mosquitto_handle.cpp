@@ -177,7 +177,7 @@ Result<Mosquitto> make_mosquitto(const BrokerOptions& options, void* user) {
 
 Error broker_unreachable(const BrokerOptions& options, std::string offered) {
   const bool has_tls = options.tls.is_enabled();
-  return {.code = Code::SERVER_UNREACHABLE,
+  return {.code = Code::BROKER_UNREACHABLE,
           .what = "the MQTT broker " + options.host + ":" + std::to_string(options.port) +
                   " cannot be reached",
           .offered = std::move(offered),
@@ -189,7 +189,7 @@ Error broker_unreachable(const BrokerOptions& options, std::string offered) {
 }
 
 Error broker_refused(const BrokerOptions& options, std::string what, std::string offered) {
-  return {.code = Code::SERVER_REFUSED,
+  return {.code = Code::BROKER_REFUSED,
           .what = "the MQTT broker " + options.host + ":" + std::to_string(options.port) + " " +
                   std::move(what),
           .offered = std::move(offered),

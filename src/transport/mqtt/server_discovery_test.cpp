@@ -7,6 +7,7 @@
 
 #include <algorithm>
 #include <cstring>
+#include <filesystem>
 #include <thread>
 
 #include "says.hpp"
@@ -159,6 +160,30 @@ TEST_F(ServerDiscovery, RejectsTopicsWithWildcards) {
   EXPECT_REFUSED(ServerDirectory::open(nowhere, std::string("a\0", 2)), OPTION_VALUE, "a\\x00");
   EXPECT_REFUSED(ServerAnnouncement::open(nowhere, "a/b", "objects", {"h", 1}), OPTION_VALUE, "id");
   EXPECT_REFUSED(ServerAnnouncement::open(nowhere, "1", "", {"h", 1}), OPTION_VALUE, "topic");
+}
+
+size_t open_descriptors() {
+  const std::filesystem::directory_iterator all("/proc/self/fd");
+  return static_cast<size_t>(std::distance(begin(all), end(all)));
+}
+
+TEST_F(ServerDiscovery, AStormOfServersAndClientsLeavesNothingBehind) {
+  const TestBroker broker;
+  client(broker).reset();  // what the libraries open once
+  const size_t before = open_descriptors();
+  {
+    std::vector<std::jthread> storm;
+    for (int thread = 0; thread < 8; ++thread)
+      storm.emplace_back([&, thread] {
+        for (int i = 0; i < 20; ++i) {
+          const auto server = announce(broker, std::to_string(thread).c_str(), 4100);
+          const auto servers = directory(broker);
+          EXPECT_TRUE(becomes_true([&] { return !servers->servers().empty(); }, "a server"));
+        }
+      });
+  }
+  EXPECT_TRUE(has(*directory(broker), {}));
+  EXPECT_EQ(open_descriptors(), before);
 }
 
 TEST_F(ServerDiscovery, WaitsNoLongerWhenInterrupted) {

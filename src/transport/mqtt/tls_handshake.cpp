@@ -1,10 +1,16 @@
-// Reads the result of OpenSSL's verification, and the alerts that a broker sends.
+// A handshake of its own shows what OpenSSL thinks of the broker, and the broker of the client.
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #include "transport/mqtt/tls_handshake.hpp"
 
-#include <string_view>
+#include <gio/gio.h>
+#include <glib-unix.h>
+#include <openssl/err.h>
+#include <openssl/ssl.h>
+#include <sys/socket.h>
+#include <sys/time.h>
 
-#include "transport/mqtt/mosquitto_handle.hpp"
+#include <memory>
+#include <string_view>
 
 namespace weir::transport {
 namespace {
@@ -21,7 +27,6 @@ Reason rejected_certificate(long result, const BrokerOptions& options) {
               "issue a new certificate for the broker, and compare the clocks of both machines"};
     case X509_V_ERR_CERT_NOT_YET_VALID:
       return {"its certificate is not valid yet", "set the clocks of both machines"};
-    case X509_V_ERR_UNSPECIFIED:  // what libmosquitto's own check leaves behind
     case X509_V_ERR_HOSTNAME_MISMATCH:
     case X509_V_ERR_IP_ADDRESS_MISMATCH:
       return {"its certificate is not for " + options.host,
@@ -64,38 +69,99 @@ Reason broken_handshake(const std::string& error, const BrokerOptions& options) 
           "compare the versions and ciphers of TLS that the broker allows"};
 }
 
+template <auto free>
+struct Free {
+  template <class T>
+  void operator()(T* object) const {
+    free(object);
+  }
+};
+using Context = std::unique_ptr<SSL_CTX, Free<SSL_CTX_free>>;
+using Connection = std::unique_ptr<SSL, Free<SSL_free>>;
+template <class T>
+using Object = std::unique_ptr<T, Free<g_object_unref>>;
+
+constexpr int kSeconds = 2;  // for the connection, and for each answer
+
+Context make_context(const BrokerTls& tls) {
+  Context out(SSL_CTX_new(TLS_client_method()));
+  if (!out) return out;
+  if (tls.ca.empty())
+    SSL_CTX_set_default_verify_paths(out.get());
+  else
+    SSL_CTX_load_verify_locations(out.get(), tls.ca.c_str(), nullptr);
+  SSL_CTX_set_verify(out.get(), SSL_VERIFY_PEER, nullptr);
+  if (!tls.cert.empty()) {
+    SSL_CTX_use_certificate_chain_file(out.get(), tls.cert.c_str());
+    SSL_CTX_use_PrivateKey_file(out.get(), tls.key.c_str(), SSL_FILETYPE_PEM);
+  }
+  return out;
+}
+
+void set_name(SSL* ssl, const std::string& host) {
+  if (g_hostname_is_ip_address(host.c_str())) {
+    X509_VERIFY_PARAM_set1_ip_asc(SSL_get0_param(ssl), host.c_str());
+    return;
+  }
+  SSL_set1_host(ssl, host.c_str());
+  SSL_set_tlsext_host_name(ssl, host.c_str());
+}
+
+struct Handshake {
+  long verified = X509_V_OK;
+  bool is_rejected = false;  // by the broker, after it
+};
+
+Handshake shake_hands(const BrokerOptions& options) {
+  const Context context = make_context(options.tls);
+  const Object<GSocketClient> client(g_socket_client_new());
+  g_socket_client_set_timeout(client.get(), kSeconds);
+  const Object<GSocketConnection> connection(g_socket_client_connect_to_host(
+      client.get(), options.host.c_str(), options.port, nullptr, nullptr));
+  if (!context || !connection) return {};
+  GSocket* const socket = g_socket_connection_get_socket(connection.get());
+  const int descriptor = g_socket_get_fd(socket);
+  g_unix_set_fd_nonblocking(descriptor, FALSE, nullptr);
+  const timeval limit{kSeconds, 0};
+  setsockopt(descriptor, SOL_SOCKET, SO_RCVTIMEO, &limit, sizeof limit);
+  setsockopt(descriptor, SOL_SOCKET, SO_SNDTIMEO, &limit, sizeof limit);
+  const Connection ssl(SSL_new(context.get()));
+  if (!ssl || SSL_set_fd(ssl.get(), descriptor) != 1) return {};
+  set_name(ssl.get(), options.host);
+  Handshake out;
+  const bool is_done = SSL_connect(ssl.get()) == 1;
+  out.verified = SSL_get_verify_result(ssl.get());
+  char byte = 0;
+  // With TLS 1.3 a broker rejects a certificate, or that there is none, after the handshake.
+  const int got = is_done ? SSL_read(ssl.get(), &byte, 1) : 0;
+  out.is_rejected = is_done && got <= 0 && SSL_get_error(ssl.get(), got) != SSL_ERROR_WANT_READ;
+  ERR_clear_error();
+  return out;
+}
+
 }  // namespace
 
-TlsHandshake::TlsHandshake(mosquitto* client) : client_(client) {}
-
-TlsHandshake::~TlsHandshake() {
-  // The library formats a line for each packet while there is a callback.
-  mosquitto_log_callback_set(client_, nullptr);
+bool has_unread_tls_data(mosquitto* client) {
+  const auto* const ssl = static_cast<const SSL*>(mosquitto_ssl_get(client));
+  return ssl && SSL_pending(ssl) > 0;
 }
 
-void TlsHandshake::begin() {
-  auto* const ssl = static_cast<SSL*>(mosquitto_ssl_get(client_));
-  if (ssl && SSL_up_ref(ssl) == 1) ssl_.reset(ssl);
-}
-
-void TlsHandshake::log(const char* line) {
+std::string tls_error_of_log(const char* line) {
   // "OpenSSL Error[0]: error:0A000086:SSL routines::certificate verify failed"
   const std::string_view text = line;
-  if (!error_.empty() || !text.starts_with("OpenSSL Error")) return;
-  error_ = text.substr(text.rfind(':') + 1);
+  if (!text.starts_with("OpenSSL Error")) return "";
+  return std::string(text.substr(text.rfind(':') + 1));
 }
 
-std::optional<Error> TlsHandshake::failure(const BrokerOptions& options) const {
+std::optional<Error> find_tls_failure(const BrokerOptions& options, const std::string& error) {
   if (!options.tls.is_enabled()) return std::nullopt;
-  const long verified = ssl_ ? SSL_get_verify_result(ssl_.get()) : X509_V_OK;
-  // With TLS 1.3 a broker rejects the certificate of a client, or that there is none, after the
-  // handshake: by an alert that is lost when the broker closes the connection.
-  const bool is_rejected = ssl_ && SSL_is_init_finished(ssl_.get());
-  if (verified == X509_V_OK && error_.empty() && !is_rejected) return std::nullopt;
-  auto reason = verified != X509_V_OK ? rejected_certificate(verified, options)
-                : is_rejected         ? rejected_client(options)
-                                      : broken_handshake(error_, options);
-  return Error{.code = Code::SERVER_REFUSED,
+  const Handshake handshake = options.tls.psk.empty() ? shake_hands(options) : Handshake{};
+  const bool is_rejected = handshake.verified != X509_V_OK;
+  if (!is_rejected && !handshake.is_rejected && error.empty()) return std::nullopt;
+  auto reason = is_rejected             ? rejected_certificate(handshake.verified, options)
+                : handshake.is_rejected ? rejected_client(options)
+                                        : broken_handshake(error, options);
+  return Error{.code = Code::BROKER_REFUSED,
                .what = "the MQTT broker " + options.host + ":" + std::to_string(options.port) +
                        " is not trusted, or does not trust this client",
                .offered = std::move(reason.what),

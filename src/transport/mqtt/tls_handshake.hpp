@@ -1,11 +1,8 @@
-// TlsHandshake: why a client and a broker did not agree on TLS. libmosquitto reports one number for
-// all reasons.
+// Why a client and a broker did not agree on TLS: libmosquitto reports one number for all reasons.
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #pragma once
 #include <mosquitto.h>
-#include <openssl/ssl.h>
 
-#include <memory>
 #include <optional>
 #include <string>
 
@@ -13,30 +10,15 @@
 
 namespace weir::transport {
 
-// Lives as long as the attempt to connect. Used by the thread of the client, whose log callback it
-// sets for that time.
-class TlsHandshake {
- public:
-  explicit TlsHandshake(mosquitto* client);
-  TlsHandshake(const TlsHandshake&) = delete;
-  TlsHandshake& operator=(const TlsHandshake&) = delete;
-  ~TlsHandshake();
+// Whether OpenSSL has data of the broker that the socket no longer has: poll() does not report it.
+bool has_unread_tls_data(mosquitto* client);
 
-  // Called after the client began to connect, and before the library reads.
-  void begin();
-  // A line of the log of libmosquitto.
-  void log(const char* line);
-  // BROKER_REFUSED with what to do; nullopt if TLS is not the reason. `host` is the name that was
-  // looked for in the certificate.
-  std::optional<Error> failure(const BrokerOptions& options) const;
+// What OpenSSL says in a line of the log of libmosquitto; "" for other lines.
+std::string tls_error_of_log(const char* line);
 
- private:
-  struct Free {
-    void operator()(SSL* ssl) const { SSL_free(ssl); }
-  };
-  mosquitto* const client_;
-  std::unique_ptr<SSL, Free> ssl_;  // outlives that of the library
-  std::string error_;               // OpenSSL's first
-};
+// BROKER_REFUSED with what to do, after a client could not connect; nullopt if TLS is not the
+// reason. `error` is the first of tls_error_of_log(), or "". Connects to the broker once more, for
+// the result of the verification, which the library hides; takes up to 5 s.
+std::optional<Error> find_tls_failure(const BrokerOptions& options, const std::string& error);
 
 }  // namespace weir::transport
