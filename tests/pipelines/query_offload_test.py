@@ -3,6 +3,7 @@
 """tensor_query_client in a process of its own: with a Python peer of NNStreamer's protocol, with servers of Weir, and when either is killed."""
 
 import json
+import re
 import signal
 import subprocess
 import sys
@@ -102,9 +103,9 @@ class WithThePythonPeer(Query):
 
 
 class WithServersOfWeir(Query):
-    def server(self, port=0):
+    def server(self, port=0, more=""):
         """Adds 1 to each byte."""
-        process = self.launch(f"tensor_query_serversrc port={port} ! {CAPS} ! tensor_transform mode=arithmetic option=add:1 ! "
+        process = self.launch(f"tensor_query_serversrc port={port} ! {CAPS} ! tensor_transform mode=arithmetic option=add:1 ! {more} "
                               "tensor_query_serversink async=false", GST_DEBUG="GST_TRACER:7,tensor_query_serversrc:4",
                               GST_DEBUG_NO_COLOR="1")
         process.port = int(self.wait_for(process, r"listening on localhost:(\d+)")[1])
@@ -130,6 +131,25 @@ class WithServersOfWeir(Query):
                 self.assertEqual(self.ask(client, own), plus_one(own))
         for client in clients:
             self.assertEqual(self.outcomes(client)["answered"], 24)
+
+    def test_a_server_that_drops_frames_repeats_the_numbers_of_the_others(self):
+        server = self.server(more="identity drop-probability=0.5 !")
+        client = self.client(server.port, "timeout=100 max-request=100")  # no new connection after late answers
+        for frame in FRAMES:
+            self.send(client, frame)
+        outcomes = self.outcomes(client)
+        self.assertEqual(outcomes["sent"], len(FRAMES))
+        self.assertGreater(outcomes["answered"], 0)
+        self.assertGreater(outcomes["late"], 0)
+        written = self.out.read_bytes()
+        answers = [written[i:i + 8] for i in range(0, len(written), 8)]
+        self.assertEqual(answers, sorted(set(answers)))
+        asked = [plus_one(frame) for frame in FRAMES]
+        self.assertLessEqual(set(answers), set(asked))
+        # Without numbers each answer after the first dropped frame would be taken for the one before.
+        first_dropped = next(answer for answer in asked if answer not in answers)
+        self.assertGreater(answers[-1], first_dropped)
+        self.assertEqual(len(re.findall("connected to", self.output_of(client))), 1, self.output_of(client))
 
     def test_a_killed_client_does_not_stop_the_server(self):
         server = self.server()
