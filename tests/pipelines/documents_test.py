@@ -16,6 +16,7 @@ import subprocess
 import sys
 import unittest
 
+import mqtt_broker
 import tap_runner
 from built_modules import has_engine, has_module
 
@@ -26,6 +27,7 @@ SECONDS = 120
 RUN_ELSEWHERE = ("README.md", "examples/",
                  *(f"docs/guide/{page}.md" for page in ("a-buffers-way", "classify-sound", "detect-objects", "first-pipeline",
                                                         "from-dlstreamer", "from-mediapipe", "offload", "use-a-sensor")))
+BROKER_PORT = 1883  # of the lines
 LEAKED = r"object-alive, type-name=\(string\)\w+"  # printed at the end by the leaks tracer of the environment
 ENGINES = {".onnx": "onnxruntime", ".tflite": "tensorflow-lite",
            ".pt ": "pytorch", ".caffemodel": "caffe", ".pb ": "tensorflow", ".weights": "darknet"}
@@ -85,8 +87,8 @@ def missing(command):
         for file in map(pathlib.Path, model.split(",")):
             if file.is_relative_to(SHARED) and not file.exists():
                 return str(file)
-    if "mqttsink" in command or "mqttsrc" in command:
-        return "an MQTT broker"
+    if re.search(r"mqttsink|mqttsrc|connect-type", command) and not mqtt_broker.find_mosquitto():
+        return "mosquitto, an MQTT broker"
     for extension, engine in ENGINES.items():
         if extension in command and not has_engine(engine):
             return f"the engine {engine}"
@@ -103,6 +105,11 @@ def missing(command):
 
 
 class Documents(unittest.TestCase):
+    @classmethod
+    def setUpClass(cls):
+        if mqtt_broker.find_mosquitto() and not mqtt_broker.accepts_connections(BROKER_PORT):
+            cls.enterClassContext(mqtt_broker.running_broker(BROKER_PORT))
+
     def test_blocks_are_read(self):
         text = "gst-launch-1.0 no\n```sh\nls\ngst-launch-1.0 a ! \\\n  b\n```\n```\ngst-launch-1.0 no\n```\n"
         self.assertEqual(list(commands(text)), ["gst-launch-1.0 a ! b"])
