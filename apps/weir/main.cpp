@@ -10,10 +10,14 @@
 #include <string>
 #include <vector>
 
+#include "card/card_command.hpp"
 #include "commands.hpp"
 #include "core/config/install_paths.hpp"
 #include "core/process/process_object.hpp"
 #include "library/process.h"
+#include "new/new_module.hpp"
+#include "other_names.hpp"
+#include "run/service_run.hpp"
 #include "usage.hpp"
 
 namespace weir::app {
@@ -32,7 +36,10 @@ struct CommandLine {
   PkiOptions authority{.days = kAuthorityDays}, certificate{.days = kCertificateDays};
   ServeOptions server;
   NewFilterOptions filter;
+  NewModuleOptions made;
+  bool is_service = false;
   CustomClassOptions custom_class;
+  CardOptions card;
   bool any_size = false;
   PbtxtOptions pbtxt;
   DoctorOptions doctor;
@@ -250,13 +257,6 @@ void add_serve(CLI::App* app, ServeOptions* options) {
   command->add_flag("--dry-run", options->dry_run, "Print the pipelines, and serve nothing");
 }
 
-void add_pbtxt(CLI::App* command, PbtxtOptions* pbtxt) {
-  command->add_flag("--from-pbtxt,-p", pbtxt->from_pbtxt, "The other direction; not implemented");
-  command->add_flag("--verbose,-v", pbtxt->verbose, "Print elements and links on standard error");
-  command->positionals_at_end();
-  command->add_option("PIPELINE", pbtxt->pipeline, "The pipeline; default: read from stdin");
-}
-
 void add_inspect(CLI::App* app, InspectOptions* options) {
   auto* inspect =
       app->add_subcommand("inspect", "Show the inputs and outputs of a model, and how to run it");
@@ -275,13 +275,31 @@ void add_inspect(CLI::App* app, InspectOptions* options) {
   });
 }
 
+void add_card(CLI::App* app, CardOptions* card) {
+  auto* command = app->add_subcommand("card", "Write a model card to fill in");
+  command->add_option("MODEL", card->model, "The model file")->required();
+  add_engine(command, &card->engine);
+  command
+      ->add_option("--output,-o", card->output,
+                   "The new file, or - for standard output; default: NAME.card.json at the model")
+      ->type_name("FILE");
+}
+
 void add_new(CLI::App* app, CommandLine* line) {
-  auto* made = app->add_subcommand("new", "Create a filter from a template");
+  auto* made = app->add_subcommand("new", "Create a filter, engine, decoder or converter");
   made->require_subcommand(1);
   auto* filter =
       made->add_subcommand("filter", "Create a folder with a filter that builds and runs");
   filter->add_option("--language,-l", line->filter.language, "c, c++, python or lua")->required();
   filter->add_option("NAME", line->filter.name, "Name of the filter and its folder")->required();
+  const std::pair<const char*, const char*> modules[]{
+      {"engine", "Create a folder with an engine in C++, which opens model files"},
+      {"decoder", "Create a folder with a decoder in C++, a mode of tensor_decoder"},
+      {"converter", "Create a folder with a converter in C++, for streams of another kind"}};
+  for (const auto& [kind, help] : modules)
+    made->add_subcommand(kind, help)
+        ->add_option("NAME", line->made.name, "Its name and that of its folder")
+        ->required();
   auto* custom =
       made->add_subcommand("nnstreamer-filter", "Create a C source file with NNStreamer_custom");
   custom->add_option("--base,-b", line->custom_class.base, "Base name of the files; default: NAME");
@@ -291,7 +309,7 @@ void add_new(CLI::App* app, CommandLine* line) {
       ->required();
 }
 
-void add_run(CLI::App* app, RunOptions* options) {
+void add_run(CLI::App* app, RunOptions* options, bool* is_service) {
   constexpr double kLeastSeconds = 0.001, kMostSeconds = 1'000'000;
   auto* run = app->add_subcommand("run", "Run a pipeline in the syntax of gst-launch-1.0");
   run->add_flag("--json", options->json, "Print JSON at the end, and nothing else on stdout");
@@ -302,6 +320,8 @@ void add_run(CLI::App* app, RunOptions* options) {
                 "Print the caps and each property that changes, on standard error");
   run->add_flag("--quiet,-q", options->quiet, "Print warnings and errors only")
       ->excludes("--verbose");
+  run->add_flag("--service", *is_service,
+                "Report to systemd that it plays, stops and lives (Type=notify)");
   run->add_option("--timeout", options->time_limit, "End the stream after this many seconds")
       ->type_name("SECONDS")
       ->check(CLI::Range(kLeastSeconds, kMostSeconds));
@@ -328,7 +348,7 @@ void add_compatible_commands(CLI::App* app, CommandLine* line) {
 // In the order of `weir help`: what a newcomer needs first.
 void add_subcommands(CLI::App* app, CommandLine* line) {
   add_try(app, &line->attempt);
-  add_run(app, &line->run);
+  add_run(app, &line->run, &line->is_service);
   add_inspect(app, &line->inspect);
   add_models(app, &line->models);
   auto* doctor = app->add_subcommand(
@@ -340,6 +360,7 @@ void add_subcommands(CLI::App* app, CommandLine* line) {
   add_bench(app, &line->bench);
   add_evaluate(app, &line->evaluation);
   add_serve(app, &line->server);
+  add_card(app, &line->card);
   add_new(app, line);
   add_pki(app, &line->authority, &line->certificate);
   add_compatible_commands(app, line);
@@ -348,30 +369,12 @@ void add_subcommands(CLI::App* app, CommandLine* line) {
       ->add_option("COMMAND", line->help_topic, "Such as run, or new filter");
 }
 
-// Handles the NNStreamer command names, which are links to this program. nullopt: called by its own
-// name.
-std::optional<int> by_another_name(const std::string& name, int argc, char** argv) {
-  if (name != "nnstreamer-check" && name != "nnstreamer-parser" &&
-      name != "nnstreamerCodeGenCustomFilter")
-    return std::nullopt;
-  CLI::App app{"Weir's command " + name, name};
-  PbtxtOptions options;
-  if (name == "nnstreamer-parser") add_pbtxt(&app, &options);
-  try {
-    app.parse(argc, argv);
-  } catch (const CLI::ParseError& error) {
-    return app.exit(error) == 0 ? kExitGood : kExitUsage;
-  }
-  if (name == "nnstreamer-parser") return pbtxt(options);
-  if (name == "nnstreamerCodeGenCustomFilter") return ask_for_filter();
-  gst_init(nullptr, nullptr);
-  return check();
-}
-
 int run_new(CLI::App* app, CommandLine* line) {
+  line->made.kind = app->get_subcommands().front()->get_name();
+  if (line->made.kind == "filter") return new_filter(line->filter);
+  if (line->made.kind != "nnstreamer-filter") return new_module(line->made);
   line->custom_class.fixed = !line->any_size;
-  return app->got_subcommand("filter") ? new_filter(line->filter)
-                                       : new_custom_class(line->custom_class);
+  return new_custom_class(line->custom_class);
 }
 
 int run_pki(CLI::App* app, const CommandLine& line) {
@@ -384,6 +387,7 @@ int run_subcommand(CLI::App* app, CommandLine* line) {
   if (app->got_subcommand("explain")) return explain(line->error_code);
   if (app->got_subcommand("pki")) return run_pki(app->get_subcommand("pki"), *line);
   if (app->got_subcommand("inspect")) return inspect(line->inspect);
+  if (app->got_subcommand("card")) return write_card(line->card);
   if (app->got_subcommand("models")) return models(line->models);
   if (app->got_subcommand("bench")) return bench(line->bench);
   if (app->got_subcommand("bench-case")) return bench_case(line->bench_case);
@@ -394,7 +398,7 @@ int run_subcommand(CLI::App* app, CommandLine* line) {
   if (app->got_subcommand("serve")) return serve(line->server);
   if (app->got_subcommand("check")) return check();
   if (app->got_subcommand("doctor")) return doctor(line->doctor);
-  return run(line->run);
+  return line->is_service ? run_as_service(line->run) : run(line->run);
 }
 
 int run_command(int argc, char** argv) {

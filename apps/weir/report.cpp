@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <cstdio>
 
+#include "colour.hpp"
 #include "commands.hpp"
 
 namespace weir::app {
@@ -66,7 +67,7 @@ int report(const Error& error, bool json) {
   if (json)
     print(Json{{"error", to_json(error)}});
   else
-    std::fprintf(stderr, "%s\n", error.message().c_str());
+    std::fprintf(stderr, "%s\n", coloured_error(stderr, error.message()).c_str());
   return kExitError;
 }
 

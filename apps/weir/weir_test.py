@@ -21,7 +21,7 @@ class Usage(Case):
         self.assertEqual(self.good(weir("--help")), output)
         commands = re.findall(r"^  ([a-z]+) {2,}\S", output, re.MULTILINE)
         self.assertEqual(commands[:5], ["try", "run", "inspect", "models", "doctor"])
-        self.assertLessEqual({"bench", "check", "evaluate", "explain", "new", "pbtxt", "pki", "serve"}, set(commands))
+        self.assertLessEqual({"bench", "card", "check", "evaluate", "explain", "new", "pbtxt", "pki", "serve"}, set(commands))
         self.assertNotIn("bench-case", output)
 
     def test_help_of_a_command_is_that_of_its_option(self):
@@ -38,7 +38,7 @@ class Usage(Case):
                 (("xyzzy",), "weir has no command 'xyzzy'.\nweir help lists the commands.\n"),
                 (("doctor", "--jsn"), "weir doctor has no option '--jsn'. Did you mean '--json'?\nweir help doctor shows the options.\n"),
                 (("--hlp",), "weir has no option '--hlp'. Did you mean '--help'?\nweir help shows the options.\n"),
-                (("new",), "weir new needs a command: filter, nnstreamer-filter\nweir help new shows them.\n"),
+                (("new",), "weir new needs a command: filter, engine, decoder, converter, nnstreamer-filter\nweir help new shows them.\n"),
                 (("run",), "weir run: PIPELINE is required\nweir help run shows the options.\n")):
             done = weir(*words)
             self.assertEqual((done.returncode, done.stdout, done.stderr), (2, "", text), words)

@@ -69,6 +69,37 @@ class NewFilter(unittest.TestCase):
                 self.good(run("meson", "setup", made / "build", made, env=self.env))
                 self.good(run("meson", "test", "-C", made / "build", env=self.env))
 
+    def test_engines_decoders_and_converters_build_run_and_have_a_test(self):
+        for kind, broken in (("engine", ("x[i] + added_", "x[i]")), ("decoder", ("sum / bytes.size()", "sum")),
+                             ("converter", ("numbers.push_back(number)", "numbers.push_back(0)"))):
+            with self.subTest(kind):
+                name = f"a-{kind}_2"
+                output = self.good(run(COMMAND, "new", kind, name, cwd=self.folder))
+                made = self.folder / name
+                self.assertEqual({path.name for path in made.iterdir()}, FILES | {f"{kind}.cpp"})
+                self.assertIn(f"cd {name} && make test", output)
+                for path in made.iterdir():
+                    self.assertNotIn(f"my-{kind}", path.read_text())
+                    self.assertNotIn(f"My{kind.capitalize()}", path.read_text())
+                self.assertIn(f"{name} works", self.good(run("make", "-C", made, "test", env=self.env)))
+                source = made / f"{kind}.cpp"
+                self.assertIn(broken[0], source.read_text())
+                source.write_text(source.read_text().replace(*broken))
+                self.assertNotEqual(run("make", "-C", made, "test", env=self.env).returncode, 0, "its test can fail")
+
+    def test_a_new_engine_is_described_and_its_options_are_checked(self):
+        self.good(run(COMMAND, "new", "engine", "adder2", cwd=self.folder))
+        made = self.folder / "adder2"
+        self.good(run("make", "-C", made, env=self.env))
+        env = {**self.env, "WEIR_MODULE_PATH": str(made)}
+        self.assertRegex(self.good(run(COMMAND, "inspect", "--engine", "adder2", env=env)), r"times +integer +1 +how often N is added")
+        model = made / "three.model"
+        model.write_text("3")
+        done = run(COMMAND, "run", f"fakesrc num-buffers=1 ! tensor_filter framework=adder2 model='{model}' custom=tims:2 ! fakesink", env=env)
+        self.assertEqual(done.returncode, 1)
+        for words in ("WEIR-1004: the engine adder2 has no such option", "did you mean times?", "fix: custom=times:2"):
+            self.assertIn(words, done.stderr)
+
     def test_the_test_fails_where_the_filter_does_something_else(self):
         self.good(self.write("-l", "c", "other"))
         source = self.folder / "other" / "filter.c"
@@ -114,7 +145,12 @@ class NewFilter(unittest.TestCase):
         self.refused(self.write("-l", "rust", "x"), 1, "--language rust")
         for name in ("", "Big", "1st", "-x1", "a b", "../up", "a/b", "x" * 65, "auto", "any", "m\u00e4h"):
             with self.subTest(name):
-                self.refused(self.write("-l", "c", "--", name), 1, "WEIR-1004: this cannot be the name of a filter")
+                self.refused(self.write("-l", "c", "--", name), 1, "WEIR-1004: this cannot be the name of a new filter")
+        for kind in ("engine", "decoder", "converter"):
+            self.refused(run(COMMAND, "new", kind, "there", cwd=self.folder), 1, "WEIR-4010", f"fix: weir new {kind} there-2")
+            self.refused(run(COMMAND, "new", kind, "Big", cwd=self.folder), 1, f"this cannot be the name of a new {kind}",
+                         f"fix: weir new {kind} brightness")
+            self.refused(run(COMMAND, "new", kind, cwd=self.folder), 2, "NAME")
         self.refused(self.write("x"), 2, "--language")
         self.refused(self.write("-l", "c"), 2, "NAME")
         self.refused(run(COMMAND, "new", cwd=self.folder), 2)

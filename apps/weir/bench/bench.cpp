@@ -10,6 +10,8 @@
 #include "core/card/card.hpp"
 #include "core/infer/model/model.hpp"
 #include "core/infer/module/module_library.hpp"
+#include "doctor/machine_facts.hpp"
+#include "evaluate/progress_bar.hpp"
 #include "inspect/launch_line.hpp"
 #include "inspect/made_up_inputs.hpp"
 #include "inspect/model_card.hpp"
@@ -110,15 +112,6 @@ void run_round(const BenchOptions& options, BenchCase& one, BenchPlan* plan) {
   }
 }
 
-// Alternates the cases in rounds, so that other load on the machine affects all of them alike.
-void run(const BenchOptions& options, BenchPlan* plan) {
-  for (int round = 0; round < kRounds; ++round) {
-    for (auto& one : plan->cases)
-      if (!one.error && !one.is_dropped) run_round(options, one, plan);
-    std::erase_if(plan->cases, [](const BenchCase& one) { return one.is_dropped; });
-  }
-}
-
 std::vector<const BenchCase*> by_time(const std::vector<BenchCase>& cases) {
   std::vector<const BenchCase*> out;
   for (const auto& one : cases)
@@ -147,6 +140,19 @@ std::string name_of(const BenchCase& one) {
   std::string out = engine_cell(one) + ", threads " + std::to_string(one.threads) + ", batch " +
                     std::to_string(one.batch);
   return one.custom.empty() ? out : out + ", " + one.custom;
+}
+
+// Alternates the cases in rounds, so that other load on the machine affects all of them alike.
+void run(const BenchOptions& options, BenchPlan* plan) {
+  ProgressBar progress(plan->cases.size() * kRounds, "measurements");
+  for (int round = 0; round < kRounds; ++round) {
+    for (auto& one : plan->cases) {
+      progress.show(name_of(one));
+      if (!one.error && !one.is_dropped) run_round(options, one, plan);
+      progress.step();
+    }
+    std::erase_if(plan->cases, [](const BenchCase& one) { return one.is_dropped; });
+  }
 }
 
 // All cases of an engine that failed with the same error.
@@ -211,6 +217,8 @@ Result<LaunchLine> line_of(const BenchOptions& options, const BenchCase& fastest
   auto line = launch_line(options.model, fastest.engine, inputs,
                           card ? card::preparation(card->inputs[0]) : "",
                           properties_of(fastest, options.tensors));
+  if (!card && card.error().code == Code::CARD_INVALID)
+    line.notes.push_back("pixels are not prepared: " + card.error().message());
   if (is_lowered(fastest))
     line.notes.push_back(
         "lowered: the graph is translated for " + fastest.rounds[0].lowering +
@@ -230,6 +238,8 @@ Json json_of(const BenchCase& one) {
           {"custom", one.custom},
           {"lowered_to", is_lowered(one) ? Json(one.rounds[0].lowering) : Json(nullptr)},
           {"ms", ms},
+          {"ms_10_percent", median_of(one, &Measured::low_ms)},
+          {"ms_90_percent", median_of(one, &Measured::high_ms)},
           {"frames_per_second", 1e3 / ms},
           {"load_ms", median_of(one, &Measured::load_ms)},
           {"memory_mib", median_of(one, &Measured::mib)}};
@@ -241,6 +251,10 @@ std::string decimals(double value, int digits) {
   return text;
 }
 
+std::string ms_text(double ms) {
+  return decimals(ms, ms < 0.01 ? 6 : ms < 1 ? 4 : 2);
+}
+
 std::string indented(const std::string& text) {
   std::string out;
   for (const char c : text) out += c == '\n' ? std::string("\n    ") : std::string(1, c);
@@ -249,17 +263,19 @@ std::string indented(const std::string& text) {
 
 void print_text(const BenchOptions& options, const BenchPlan& plan,
                 const std::vector<const BenchCase*>& ordered, const LaunchLine& line) {
-  std::printf("Model   %s\n\n", options.model.c_str());
-  std::vector<std::vector<std::string>> rows{
-      {"engine", "threads", "batch", "options", "ms per frame", "frames/s", "load ms", "MiB"}};
+  const auto machine = machine_facts();
+  std::printf("Model   %s\nCPU     %s, %d %s\n\n", options.model.c_str(), machine.processor.c_str(),
+              machine.cores, machine.cores == 1 ? "core" : "cores");
+  std::vector<std::vector<std::string>> rows{{"engine", "threads", "batch", "options",
+                                              "ms per frame", "10 %", "90 %", "frames/s", "load ms",
+                                              "MiB"}};
   for (const auto* one : ordered) {
     const double ms = median_of(*one, &Measured::ms);
     rows.push_back({engine_cell(*one), std::to_string(one->threads), std::to_string(one->batch),
-                    one->custom.empty() ? "-" : one->custom,
-                    decimals(ms, ms < 0.01 ? 6
-                                 : ms < 1  ? 4
-                                           : 2),
-                    decimals(1e3 / ms, 1), decimals(median_of(*one, &Measured::load_ms), 0),
+                    one->custom.empty() ? "-" : one->custom, ms_text(ms),
+                    ms_text(median_of(*one, &Measured::low_ms)),
+                    ms_text(median_of(*one, &Measured::high_ms)), decimals(1e3 / ms, 1),
+                    decimals(median_of(*one, &Measured::load_ms), 0),
                     decimals(median_of(*one, &Measured::mib), 1)});
   }
   std::printf("%s", table(rows, "  ").c_str());
@@ -275,7 +291,11 @@ void print_text(const BenchOptions& options, const BenchPlan& plan,
 
 void print_json(const BenchOptions& options, const BenchPlan& plan,
                 const std::vector<const BenchCase*>& ordered, const LaunchLine& line) {
-  Json out{{"model", options.model}, {"cases", Json::array()}, {"not_measured", Json::array()}};
+  const auto machine = machine_facts();
+  Json out{{"model", options.model},
+           {"cpu", {{"name", machine.processor}, {"cores", machine.cores}}},
+           {"cases", Json::array()},
+           {"not_measured", Json::array()}};
   for (const auto* one : ordered) out["cases"].push_back(json_of(*one));
   for (const auto& failure : failures_of(plan))
     out["not_measured"].push_back(

@@ -182,10 +182,15 @@ Result<Json> measure(const BenchCaseOptions& options) {
     times.push_back(milliseconds(after - now) / options.batch);
     now = after;
   }
-  const auto middle = times.begin() + static_cast<std::ptrdiff_t>(times.size() / 2);
-  std::nth_element(times.begin(), middle, times.end());
+  std::sort(times.begin(), times.end());
+  const auto at = [&times](double part) {
+    return times[static_cast<size_t>(part * static_cast<double>(times.size() - 1))];
+  };
+  constexpr double kTenth = 0.1;
   const double memory = memory_of_process("VmHWM") - memory_before;
-  return Json{{"ms", *middle},
+  return Json{{"ms", times[times.size() / 2]},
+              {"low_ms", at(kTenth)},
+              {"high_ms", at(1 - kTenth)},
               {"load_ms", load},
               {"mib", std::max(memory, 0.0) / kKibibytesPerMebibyte},
               {"lowering", lowering_of((*opened)->model())},

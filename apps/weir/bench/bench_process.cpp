@@ -141,8 +141,9 @@ Result<Measured> run_case(const BenchCaseOptions& options) {
     return Error{.code = Code::INTERNAL,
                  .what = "a different case was measured than requested",
                  .offered = text};
-  return Measured{report.value("ms", 0.0), report.value("load_ms", 0.0), report.value("mib", 0.0),
-                  report.value("lowering", std::string())};
+  return Measured{report.value("ms", 0.0),      report.value("low_ms", 0.0),
+                  report.value("high_ms", 0.0), report.value("load_ms", 0.0),
+                  report.value("mib", 0.0),     report.value("lowering", std::string())};
 }
 
 }  // namespace weir::app

@@ -10,7 +10,8 @@
 namespace weir::app {
 
 struct Measured {
-  double ms = 0;  // median time of one frame
+  double ms = 0;                   // median time of one frame
+  double low_ms = 0, high_ms = 0;  // a tenth of the frames took less, and a tenth took more
   double load_ms = 0;
   double mib = 0;  // peak resident memory above that at the start
   // From the model's metadata: the engine that runs the lowered graph, or "none: " and the reason;

@@ -5,11 +5,13 @@
 import json
 import os
 import pathlib
+import pty
 import re
+import subprocess
 import unittest
 
 import tap_runner
-from weir_case import HAS_ONNX, MODEL, SOURCE, Case, weir
+from weir_case import COMMAND, HAS_ONNX, MODEL, SOURCE, Case, weir
 
 SHORT = ("--seconds", "0.05")
 SHARED = pathlib.Path(os.environ.get("WEIR_DATA") or SOURCE / "../shared")
@@ -35,10 +37,14 @@ class Bench(Case):
 
     def test_the_table_and_the_line(self):
         output = self.good(weir("bench", "-e", "fake", "-t", "1,2", "-b", "1,2,8", *SHORT, self.model()))
-        rows = re.findall(r"^  fake +(\d+) +(\d+) +- +([\d.]+) +([\d.]+) +\d+ +[\d.]+$", output, re.M)
+        rows = re.findall(r"^  fake +(\d+) +(\d+) +- +([\d.]+) +([\d.]+) +([\d.]+) +[\d.]+ +\d+ +[\d.]+$", output, re.M)
         self.assertEqual(sorted((t, b) for t, b, *_ in rows), sorted((t, b) for t in "12" for b in "128"))
         times = [float(row[2]) for row in rows]
         self.assertEqual(times, sorted(times), "the fastest first")
+        for _, _, middle, low, high in rows:
+            self.assertLessEqual(float(low), float(middle))
+            self.assertLessEqual(float(middle), float(high))
+        self.assertRegex(output, rf"\nCPU     .+, {len(os.sched_getaffinity(0))} cores?\n")
         fastest = re.search(r"The fastest: fake, threads (\d), batch (\d)\n  (gst-launch-1.0 .*)\n", output)
         self.assertIn(f"threads={fastest[1]}", fastest[3])
         self.assertEqual(f"batch-size={fastest[2]}" in fastest[3], fastest[2] != "1")
@@ -50,10 +56,28 @@ class Bench(Case):
         for case in report["cases"]:
             self.assertAlmostEqual(case["frames_per_second"] * case["ms"], 1000, places=3)
             self.assertGreater(case["load_ms"], 0)
+            self.assertGreater(case["ms_10_percent"], 0)
+            self.assertLessEqual(case["ms_10_percent"], case["ms"])
+            self.assertLessEqual(case["ms"], case["ms_90_percent"])
             self.assertGreaterEqual(case["memory_mib"], 0)
         self.assertIn(report["fastest"], report["cases"])
         self.assertEqual(report["not_measured"], [])
+        self.assertEqual(report["cpu"]["cores"], len(os.sched_getaffinity(0)))
         self.runs(report["launch"])
+
+    def test_a_terminal_sees_what_is_measured_and_others_do_not(self):
+        ours, theirs = pty.openpty()
+        self.addCleanup(os.close, ours)
+        words = [COMMAND, "bench", "-e", "fake", "-t", "1", "-b", "1,2", *SHORT, str(self.model())]
+        running = subprocess.Popen(words, stdout=subprocess.PIPE, stderr=theirs, text=True)
+        os.close(theirs)
+        seen = ""
+        while "] 5/6 measurements" not in seen:
+            seen += os.read(ours, 1000).decode()  # raises when the process has ended
+        self.assertIn("fake, threads 1, batch 2", seen)
+        running.communicate(timeout=60)
+        self.assertEqual(running.returncode, 0)
+        self.assertEqual(weir(*words[1:]).stderr, "")
 
     def test_options_go_to_the_engine_and_into_the_line(self):
         report = self.report("-e", "fake", "-t", "1", "-b", "2", "--custom", "rows:2,drop-at:1", self.model())

@@ -5,6 +5,7 @@
 #include <cstdio>
 #include <filesystem>
 
+#include "colour.hpp"
 #include "core/config/install_paths.hpp"
 #include "weir/join.hpp"
 
@@ -119,7 +120,10 @@ std::string verdict(const Json& facts, const std::vector<Problem>& problems) {
 }
 
 void print_summary(const Json& facts, const std::vector<Problem>& problems) {
-  std::printf("%s\n", verdict(facts, problems).c_str());
+  const Colour colour = !facts["usable"]   ? Colour::Red
+                        : problems.empty() ? Colour::Green
+                                           : Colour::Yellow;
+  std::printf("%s\n", coloured(stdout, colour, verdict(facts, problems)).c_str());
   for (const auto& problem : problems) {
     std::printf("  %s\n", problem.what.c_str());
     if (!problem.reason.empty()) std::printf("    reason: %s\n", problem.reason.c_str());

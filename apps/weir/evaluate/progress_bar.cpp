@@ -19,8 +19,17 @@ void ProgressBar::step() {
   const auto now = Clock::now();
   if (!is_terminal_ || now - shown_ < kBetween) return;
   shown_ = now;
-  const double seconds = std::chrono::duration<double>(now - begin_).count();
-  std::fprintf(stderr, "\r\033[K%s", progress_text(done_, all_, unit_, seconds).c_str());
+  print("");
+}
+
+void ProgressBar::show(const std::string& next) {
+  if (is_terminal_) print(": " + next);
+}
+
+void ProgressBar::print(const std::string& end) {
+  const double seconds = std::chrono::duration<double>(Clock::now() - begin_).count();
+  std::fprintf(stderr, "\r\033[K%s%s", progress_text(done_, all_, unit_, seconds).c_str(),
+               end.c_str());
   std::fflush(stderr);
   is_visible_ = true;
 }

@@ -15,11 +15,14 @@ class ProgressBar {
   ProgressBar(const ProgressBar&) = delete;
   ProgressBar& operator=(const ProgressBar&) = delete;
 
-  void step();   // one more is done
-  void clear();  // before other text is printed
+  void step();                         // one more is done
+  void show(const std::string& next);  // at once, with what is being done
+  void clear();                        // before other text is printed
 
  private:
   using Clock = std::chrono::steady_clock;
+
+  void print(const std::string& end);
 
   const size_t all_;
   const std::string unit_;

@@ -215,8 +215,12 @@ void print_tensors(const char* title, const std::vector<weir_tensor_info>& tenso
 }
 
 void print_card(const Result<card::Card>& card) {
+  if (!card && card.error().code == Code::CARD_INVALID) {
+    std::printf("\nCard\n%s\n", card.error().message().c_str());
+    return;
+  }
   if (!card) {
-    std::printf("\nCard\n  none: %s\n", card.error().what.c_str());
+    std::printf("\nCard\n  none: %s; weir card writes one to fill in\n", card.error().what.c_str());
     return;
   }
   const std::string place = card->path.empty() ? "the model's own metadata" : card->path;

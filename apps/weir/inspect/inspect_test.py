@@ -2,6 +2,7 @@
 # SPDX-License-Identifier: LGPL-2.1-or-later
 """Tests of `weir inspect`: its output for people and for programs."""
 
+import hashlib
 import json
 import os
 import pathlib
@@ -47,6 +48,52 @@ class Inspect(Case):
         self.refused(weir("inspect", "-e", "fake", "-f", "fake"), 2, "excludes")
         self.assertNotIn("--framework", self.good(weir("help", "inspect")))
         self.refused(weir("inspect"), 2, "MODEL or --engine")
+
+    def card(self, *words, copy_of=MODEL):
+        model = self.folder / copy_of.name
+        model.write_bytes(copy_of.read_bytes())
+        return model, weir("card", model, *words)
+
+    @unittest.skipUnless(HAS_ONNX, "the engine onnxruntime is not built")
+    def test_a_card_to_fill_in_is_written_and_its_open_fields_are_all_named(self):
+        model, done = self.card()
+        path = model.with_suffix(".card.json")
+        self.assertIn(f"{path}\n\nReplace each \"?\", then: weir inspect {model}\n", self.good(done))
+        card = json.loads(path.read_text())
+        self.assertEqual((card["name"], card["model"]), ("clock_digits", "clock_digits.onnx"))
+        self.assertEqual(card["sha256"], hashlib.sha256(model.read_bytes()).hexdigest())
+        self.assertEqual(card["inputs"][0]["shape"], [1, 32, 192, 1])
+        self.assertEqual((card["inputs"][0]["layout"], card["inputs"][0]["color"]), ("NHWC", "GRAY8"))
+        self.assertIn("letterbox", card["inputs"][0]["resize"])
+        self.assertEqual([output["shape"] for output in card["outputs"]], [[1, 12, 13]])
+        for words in (("inspect", model), ("try", model, "test"), ("bench", "--seconds", "0.05", "-t", "1", "-b", "1", model)):
+            output = weir(*words).stdout + weir(*words).stderr
+            for field in ("mean", "scale", "resize"):
+                self.assertIn(f"{path}/inputs/0/{field}: ", output, words)
+        filled = {"mean": [127.5], "scale": [1 / 127.5], "resize": "stretch"}
+        card["inputs"][0].update(filled)
+        path.write_text(json.dumps(card))
+        self.assertIn(f"Card    {path}: ", self.good(weir("inspect", model)))
+
+    @unittest.skipUnless(HAS_ONNX, "the engine onnxruntime is not built")
+    def test_a_card_goes_where_it_is_asked_for_and_replaces_nothing(self):
+        model, done = self.card("--output", "-")
+        self.assertEqual(json.loads(self.good(done))["name"], "clock_digits")
+        self.assertEqual(list(self.folder.iterdir()), [model])
+        path = self.folder / "there.json"
+        path.write_text("mine")
+        self.refused(weir("card", model, "-o", path), 1, "WEIR-4010: there is a file with this name already", f"offered: {path}",
+                     f"fix: weir card {model} --output new.card.json")
+        self.assertEqual(path.read_text(), "mine")
+        self.refused(weir("card", model, "-o", self.folder / "none" / "x.json"), 1, "WEIR-4010: the card cannot be written", "No such file")
+
+    def test_a_card_needs_a_model_with_a_picture(self):
+        self.refused(weir("card", "/no/such.onnx"), 1, "WEIR-3003: the model file does not exist")
+        model = self.folder / "numbers.bin"
+        model.write_text("x")
+        self.refused(weir("card", "--engine", "fake", model), 1, "the model has no input that is a picture, and a card describes pictures",
+                     f"fix: weir inspect {model}")
+        self.refused(weir("card"), 2, "MODEL")
 
     def test_an_engine_that_is_not_there_is_named_by_every_command(self):
         photo = self.folder / "cat" / "photo.png"

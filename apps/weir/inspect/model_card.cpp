@@ -6,9 +6,9 @@
 #include <map>
 #include <vector>
 
-#include "core/card/find.hpp"
 #include "core/card/metadata.hpp"
 #include "gstcpp/element/file_digest.hpp"
+#include "inspect/launch_line.hpp"
 
 namespace weir::app {
 namespace {
@@ -51,7 +51,7 @@ std::map<std::string, std::string> properties_of(const infer::Model& model) {
 
 }  // namespace
 
-Result<card::Card> card_of(const std::string& model_path, const infer::Model& model) {
+card::Search card_search(const std::string& model_path, const infer::Model& model) {
   card::Search search;
   search.model = model_path;
   search.sha256 = [digest = std::string(), model_path]() mutable {
@@ -65,7 +65,16 @@ Result<card::Card> card_of(const std::string& model_path, const infer::Model& mo
     if (const auto input = card::input_from_metadata(properties, search.inputs[0]))
       search.from_model = {*input};
   search.labels_from_model = card::labels_from_metadata(properties);
-  return card::find(search);
+  for (const auto& info : model.outputs()) {
+    const size_t rank = info.rank == WEIR_RANK_UNKNOWN ? 0 : info.rank;
+    search.outputs.push_back({info.name ? info.name : "", type_name(info),
+                              std::vector<int64_t>(info.shape, info.shape + rank)});
+  }
+  return search;
+}
+
+Result<card::Card> card_of(const std::string& model_path, const infer::Model& model) {
+  return card::find(card_search(model_path, model));
 }
 
 Json to_json(const card::Card& card, const std::string& model_path) {

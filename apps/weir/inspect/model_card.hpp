@@ -2,11 +2,14 @@
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #pragma once
 #include "core/card/card.hpp"
+#include "core/card/find.hpp"
 #include "core/infer/model/model.hpp"
 #include "report.hpp"
 
 namespace weir::app {
 
+// What core/card/find.hpp needs of an open model.
+card::Search card_search(const std::string& model_path, const infer::Model& model);
 // As in core/card/find.hpp. Computes the model's digest.
 Result<card::Card> card_of(const std::string& model_path, const infer::Model& model);
 

@@ -5,20 +5,24 @@
 #include <algorithm>
 #include <cstdio>
 
+#include "colour.hpp"
+
 namespace weir::app {
 namespace {
 
-void print_complaint(const char* kind, const Complaint& complaint) {
-  std::string text = kind;
-  if (!complaint.element.empty()) text += " from " + complaint.element;
-  text += ": " + (complaint.id.empty() ? "" : complaint.id + ": ") + complaint.what + "\n";
+void print_complaint(const char* kind, Colour colour, const Complaint& complaint) {
+  std::string head = kind;
+  if (!complaint.element.empty()) head += " from " + complaint.element;
+  std::string text = coloured(stderr, colour, head) + ": " +
+                     (complaint.id.empty() ? "" : complaint.id + ": ") + complaint.what + "\n";
   const auto add = [&text](const char* name, const std::string& part) {
     if (!part.empty()) text += std::string("  ") + name + ": " + part + "\n";
   };
   add("offered", complaint.offered);
   add("needed", complaint.needed);
   add("first difference", complaint.difference);
-  add("fix", complaint.fix);
+  if (!complaint.fix.empty())
+    text += coloured(stderr, Colour::Green, "  fix: " + complaint.fix) + "\n";
   // Weir's errors are complete without it; GStreamer's own elements put the useful part there.
   if (complaint.id.empty()) add("details", complaint.debug);
   std::fputs(text.c_str(), stderr);
@@ -27,7 +31,7 @@ void print_complaint(const char* kind, const Complaint& complaint) {
 }  // namespace
 
 void print_warning(const Complaint& warning) {
-  print_complaint("warning", warning);
+  print_complaint("warning", Colour::Yellow, warning);
 }
 
 // If one of Weir's elements reports the cause, the errors of others only follow from it. A source
@@ -37,7 +41,7 @@ void print_errors(const std::vector<Complaint>& errors) {
   const bool any_ours = std::any_of(errors.begin(), errors.end(), ours);
   for (auto error = errors.begin(); error != errors.end(); ++error)
     if ((!any_ours || ours(*error)) && std::find(errors.begin(), error, *error) == error)
-      print_complaint("error", *error);
+      print_complaint("error", Colour::Red, *error);
 }
 
 }  // namespace weir::app

@@ -170,6 +170,13 @@ void PipelineRun::on_message(GstMessage* message) {
     case GST_MESSAGE_PROPERTY_NOTIFY:
       if (events_.notice) events_.notice(property_line(message));
       break;
+    case GST_MESSAGE_STATE_CHANGED: {
+      GstState state;
+      gst_message_parse_state_changed(message, nullptr, &state, nullptr);
+      const bool is_ours = GST_MESSAGE_SRC(message) == GST_OBJECT(pipeline_.get());
+      if (is_ours && state == GST_STATE_PLAYING && events_.playing) events_.playing();
+      break;
+    }
     case GST_MESSAGE_LATENCY:
       gst_bin_recalculate_latency(GST_BIN(pipeline_.get()));
       break;
@@ -202,6 +209,7 @@ void PipelineRun::on_signal() {
     finish(RunEnd::Interrupted);
     return;
   }
+  stop();
   if (events_.notice)
     events_.notice("stopping: waiting for frames in flight (interrupt again to stop at once)");
   gst_element_send_event(pipeline_.get(), gst_event_new_eos());
@@ -222,10 +230,16 @@ void PipelineRun::on_time_limit() {
     finish(RunEnd::Error);
     return;
   }
+  stop();
   gst_element_send_event(pipeline_.get(), gst_event_new_eos());
 }
 
+void PipelineRun::stop() {
+  if (const auto stopping = std::exchange(events_.stopping, nullptr)) stopping();
+}
+
 void PipelineRun::finish(RunEnd end) {
+  stop();
   end_ = end;
   g_main_loop_quit(loop_.get());
 }

@@ -37,6 +37,8 @@ struct RunEvents {
   std::function<void(const PipelineRun&)> progress;  // periodically
   std::function<void(const std::string&)> notice;    // a line to show at once
   std::function<void(const Complaint&)> warning;     // of an element, when it posts it
+  std::function<void()> playing;                     // each time the pipeline has come to PLAYING
+  std::function<void()> stopping;                    // once, before frames in flight are waited for
 };
 
 class PipelineRun {
@@ -74,6 +76,7 @@ class PipelineRun {
   void on_signal();
   void on_time_limit();
   bool is_playing() const;
+  void stop();  // reports that the stream is about to end
   void drain_bus();
   void finish(RunEnd end);
 

@@ -14,10 +14,13 @@
 #include "launch/pipeline_text.hpp"
 #include "report.hpp"
 #include "run/complaints.hpp"
+#include "run/crash_hint.hpp"
 #include "run/ledger_table.hpp"
 #include "run/pipeline_run.hpp"
 #include "run/report_document.hpp"
 #include "run/report_page.hpp"
+#include "run/service_notifier.hpp"
+#include "run/service_run.hpp"
 #include "run/shared_clock.hpp"
 #include "run/trace_session.hpp"
 #include "weir/join.hpp"
@@ -206,9 +209,14 @@ Result<std::unique_ptr<SharedClock>> open_clock(const RunOptions& options) {
   return clock;
 }
 
-RunEnd play(const RunOptions& options, PipelineRun* pipeline) {
+RunEnd play(const RunOptions& options, ServiceNotifier* service, PipelineRun* pipeline) {
   ProgressLine line;
   RunEvents events;
+  if (service) {
+    events.playing = [service] { service->ready("playing"); };
+    events.stopping = [service] { service->stopping(); };
+  }
+  const CrashHint hint(pipeline->pipeline(), join(options.pipeline, " "));
   if (!options.quiet) events.progress = [&line](const PipelineRun& run) { line.show(run); };
   events.notice = [&line](const std::string& text) { line.say(text); };
   if (!options.json)
@@ -260,20 +268,17 @@ void print_outcome(const RunOptions& options, const PipelineRun& run, RunEnd end
   if (clock) std::printf("\n%s\n", clock->state_text().c_str());
 }
 
-}  // namespace
-
-int run(const RunOptions& options) {
-  auto prepared = prepare(options);
-  if (!prepared) return report(prepared.error(), options.json);
-  const SharedClock* clock = prepared->clock.get();
-  PipelineRun pipeline(std::move(prepared->pipeline));
+// `service` may be null.
+int run_prepared(const RunOptions& options, Prepared prepared, ServiceNotifier* service) {
+  const SharedClock* clock = prepared.clock.get();
+  PipelineRun pipeline(std::move(prepared.pipeline));
   if (clock) clock->apply_to(pipeline.pipeline());
-  const RunEnd end = play(options, &pipeline);
+  const RunEnd end = play(options, service, &pipeline);
   Json facts = outcome(pipeline, end);
   if (clock) facts["clock"] = clock->state();
   print_outcome(options, pipeline, end, facts, clock);
-  if (prepared->session) {
-    const auto verdict = write_report(options, facts, *prepared->session, pipeline.pipeline());
+  if (prepared.session) {
+    const auto verdict = write_report(options, facts, *prepared.session, pipeline.pipeline());
     if (!verdict) {
       std::fprintf(stderr, "%s\n", verdict.error().message().c_str());
       return kExitError;
@@ -282,6 +287,22 @@ int run(const RunOptions& options) {
       std::printf("\n%s\nReport: %s\n", verdict->c_str(), options.report.c_str());
   }
   return status_of(end);
+}
+
+}  // namespace
+
+int run(const RunOptions& options) {
+  auto prepared = prepare(options);
+  if (!prepared) return report(prepared.error(), options.json);
+  return run_prepared(options, *std::move(prepared), nullptr);
+}
+
+int run_as_service(const RunOptions& options) {
+  auto prepared = prepare(options);
+  if (!prepared) return report(prepared.error(), options.json);
+  const auto service = ServiceNotifier::open();
+  if (!service) return report(service.error(), options.json);
+  return run_prepared(options, *std::move(prepared), service->get());
 }
 
 }  // namespace weir::app

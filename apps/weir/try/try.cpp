@@ -125,7 +125,9 @@ int try_model_on_input(const TryOptions& options) {
   const RunEnd ending = run.play(
       {.progress = {},
        .notice = [](const std::string& text) { std::fprintf(stderr, "%s\n", text.c_str()); },
-       .warning = print_warning});
+       .warning = print_warning,
+       .playing = {},
+       .stopping = {}});
   if (ending == RunEnd::Error && run.errors().front().is_closed_window) return kExitGood;
   print_errors(run.errors());
   if (!options.output.empty() && ending == RunEnd::Eos)

@@ -23,11 +23,16 @@ constexpr size_t kBytesLimit = size_t{1} << 20;
 constexpr int kDepthLimit = 16;
 constexpr int64_t kSideLimit = 1 << 15;
 
-// Reads the fields of one object. Keeps the first error; fields after it get defaults.
+struct Fault {
+  std::string place, value, needed;
+};
+using Faults = std::vector<Fault>;
+
+// Reads the fields of one object. Keeps the first fault of each field; faulty fields get defaults.
 class Fields {
  public:
-  Fields(const Json& object, std::string where, std::optional<Error>* fault)
-      : object_(object), where_(std::move(where)), fault_(*fault) {
+  Fields(const Json& object, std::string where, Faults* faults)
+      : object_(object), where_(std::move(where)), faults_(*faults) {
     if (!object_.is_object()) fail("", "an object {...}");
   }
 
@@ -77,23 +82,27 @@ class Fields {
     return nullptr;
   }
   void fail(const std::string& key, const std::string& needed) {
-    if (fault_) return;
+    if (!object_.is_object() && !key.empty()) return;  // the object itself is the fault
+    std::string place = key.empty() ? where_ : where(key);
+    if (is_faulty(place)) return;
     const Json* value = object_.is_object() && object_.contains(key) ? &object_[key] : nullptr;
     const std::string shown = value ? value->dump(-1, ' ', false, Json::error_handler_t::replace)
                               : key.empty() ? object_.type_name()
                                             : "nothing";
-    fault_ = Error{.code = Code::CARD_INVALID,
-                   .what = "the model card cannot be used",
-                   .offered = where_ + (key.empty() ? "" : "/" + key) + ": " + shown.substr(0, 80),
-                   .needed = needed,
-                   .fix = "docs/cards.md lists the fields of a card"};
+    faults_.push_back({std::move(place), shown.substr(0, 80), needed});
   }
+  bool has_fault(const std::string& key) const { return is_faulty(where(key)); }
   std::string where(const std::string& key) const { return where_ + "/" + key; }
 
  private:
+  bool is_faulty(const std::string& place) const {
+    return std::any_of(faults_.begin(), faults_.end(),
+                       [&place](const Fault& fault) { return fault.place == place; });
+  }
+
   const Json& object_;
   std::string where_;
-  std::optional<Error>& fault_;
+  Faults& faults_;
 };
 
 void read_padding(Fields* fields, ImageInput* input) {
@@ -113,6 +122,7 @@ void check_input(const ImageInput& input, Fields* fields) {
   if (!picture)
     return fields->fail(
         "shape", "the extents of one picture in the order of `layout`, such as [1, 224, 224, 3]");
+  if (fields->has_fault("color") || fields->has_fault("layout")) return;
   const int64_t channels = input.color == Color::Gray ? 1 : 3;
   if (input.channels() != channels)
     fields->fail("shape", std::to_string(channels) + " channels at the position given by `layout`");
@@ -122,8 +132,8 @@ void check_input(const ImageInput& input, Fields* fields) {
   }
 }
 
-ImageInput input_from(const Json& json, const std::string& where, std::optional<Error>* fault) {
-  Fields fields(json, where, fault);
+ImageInput input_from(const Json& json, const std::string& where, Faults* faults) {
+  Fields fields(json, where, faults);
   fields.only({"name", "type", "shape", "layout", "color", "mean", "scale", "resize", "padding"});
   ImageInput input;
   input.name = fields.text("name", false);
@@ -147,12 +157,12 @@ ImageInput input_from(const Json& json, const std::string& where, std::optional<
   return input;
 }
 
-Labels labels_from(Fields* fields, std::optional<Error>* fault) {
+Labels labels_from(Fields* fields, Faults* faults) {
   Labels out;
   const Json* value = fields->find("labels", false);
   if (!value) return out;
   if (value->is_object()) {
-    Fields file(*value, fields->where("labels"), fault);
+    Fields file(*value, fields->where("labels"), faults);
     file.only({"file", "skip"});
     out.file = file.text("file", true);
     if (out.file.find('/') != std::string::npos) file.fail("file", "a file's name without folders");
@@ -171,11 +181,11 @@ Labels labels_from(Fields* fields, std::optional<Error>* fault) {
 }
 
 std::vector<std::pair<std::string, std::string>> decoder_options_from(Fields* fields,
-                                                                      std::optional<Error>* fault) {
+                                                                      Faults* faults) {
   std::vector<std::pair<std::string, std::string>> out;
   const Json* value = fields->find("decoder_options", false);
   if (!value) return out;
-  Fields options(*value, fields->where("decoder_options"), fault);
+  Fields options(*value, fields->where("decoder_options"), faults);
   if (!value->is_object()) return out;
   for (const auto& [name, option] : value->items()) {
     if (option.is_string())
@@ -186,8 +196,8 @@ std::vector<std::pair<std::string, std::string>> decoder_options_from(Fields* fi
   return out;
 }
 
-Card card_from(const Json& json, const std::string& place, std::optional<Error>* fault) {
-  Fields fields(json, place, fault);
+Card card_from(const Json& json, const std::string& place, Faults* faults) {
+  Fields fields(json, place, faults);
   fields.only({"name", "model", "sha256", "task", "inputs", "outputs", "labels", "decoder",
                "decoder_options", "provenance"});
   Card card;
@@ -199,8 +209,8 @@ Card card_from(const Json& json, const std::string& place, std::optional<Error>*
       card.sha256.find_first_not_of("0123456789abcdef") != std::string::npos)
     fields.fail("sha256", "64 hexadecimal digits: sha256sum MODEL");
   card.decoder = fields.text("decoder", false);
-  card.decoder_options = decoder_options_from(&fields, fault);
-  card.labels = labels_from(&fields, fault);
+  card.decoder_options = decoder_options_from(&fields, faults);
+  card.labels = labels_from(&fields, faults);
   const Json* provenance = fields.find("provenance", true);
   if (provenance && !provenance->is_object())
     fields.fail("provenance", "an object: source, licence");
@@ -210,7 +220,7 @@ Card card_from(const Json& json, const std::string& place, std::optional<Error>*
   if (inputs && inputs->is_array())
     for (size_t i = 0; i < inputs->size(); ++i)
       card.inputs.push_back(
-          input_from((*inputs)[i], fields.where("inputs") + "/" + std::to_string(i), fault));
+          input_from((*inputs)[i], fields.where("inputs") + "/" + std::to_string(i), faults));
   return card;
 }
 
@@ -220,6 +230,18 @@ Error invalid(const std::string& offered, const std::string& needed) {
                .offered = offered,
                .needed = needed,
                .fix = "docs/cards.md lists the fields of a card"};
+}
+
+// The first fault, and the others below it.
+Error invalid(const Faults& faults) {
+  Error out = invalid(faults[0].place + ": " + faults[0].value, faults[0].needed);
+  const size_t others = faults.size() - 1;
+  if (others == 0) return out;
+  out.difference = std::to_string(others) + (others == 1 ? " more fault:" : " more faults:");
+  for (size_t i = 1; i < faults.size(); ++i)
+    out.difference +=
+        "\n    " + faults[i].place + ": " + faults[i].value + ", needed: " + faults[i].needed;
+  return out;
 }
 
 }  // namespace
@@ -253,9 +275,9 @@ Result<Card> parse(std::string_view text, const std::string& place) {
     return invalid(place + ": a number that is too large", "JSON with numbers of 64 bits");
   }
   if (too_deep) return invalid(place + ": objects within objects without end", "a card");
-  std::optional<Error> fault;
-  Card card = card_from(json, place, &fault);
-  if (fault) return *fault;
+  Faults faults;
+  Card card = card_from(json, place, &faults);
+  if (!faults.empty()) return invalid(faults);
   return card;
 }
 

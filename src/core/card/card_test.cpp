@@ -105,6 +105,36 @@ TEST(Card, NamesTheFieldThatIsMissing) {
   }
 }
 
+TEST(Card, NamesAllFaultsAtOnce) {
+  Json json = good();
+  json.erase("name");
+  json["sha256"] = "?";
+  json["inputs"][0]["color"] = "RGB or BGR?";
+  json["inputs"][0]["mean"] = {"?"};
+  json["inputs"][0]["sclae"] = 1;
+  EXPECT_EQ(error_of(json),
+            "WEIR-3009: the model card cannot be used\n"
+            "  offered: test.card.json/name: nothing\n"
+            "  needed: it is required\n"
+            "  first difference: 4 more faults:\n"
+            "    test.card.json/sha256: \"?\", needed: 64 hexadecimal digits: sha256sum MODEL\n"
+            "    test.card.json/inputs/0/sclae: 1, needed: did you mean scale?\n"
+            "    test.card.json/inputs/0/color: \"RGB or BGR?\", needed: one of RGB, BGR, GRAY8\n"
+            "    test.card.json/inputs/0/mean: [\"?\"], needed: a list of numbers\n"
+            "  fix: docs/cards.md lists the fields of a card");
+}
+
+TEST(Card, NamesEachFaultOnce) {
+  Json json = good();
+  json["inputs"][0].erase("type");  // is missing, and no element type either
+  EXPECT_EQ(error_of(json).find("more fault"), std::string::npos) << error_of(json);
+  json["inputs"][0] = 7;  // its fields are not reported
+  EXPECT_EQ(error_of(json).find("more fault"), std::string::npos) << error_of(json);
+  json["task"] = 7;
+  EXPECT_SAYS(error_of(json),
+              "1 more fault:\n    test.card.json/inputs/0: number, needed: an object");
+}
+
 TEST(Card, SuggestsTheNearestField) {
   Json json = good();
   json["inputs"][0]["meen"] = {1};

@@ -32,6 +32,26 @@ std::string layout_name(Layout layout) {
   return layout == Layout::Nhwc ? "NHWC" : "NCHW";
 }
 
+const char* color_name(Color color) {
+  return color == Color::Gray ? "GRAY8" : color == Color::Rgb ? "RGB" : "BGR";
+}
+
+// `says_pixels`: the model's metadata say how the pixels are prepared.
+nlohmann::ordered_json input_to_fill_in(const ImageInput& input, bool says_pixels) {
+  nlohmann::ordered_json out{{"name", input.name},
+                             {"type", name_of(input.type)},
+                             {"shape", input.shape},
+                             {"layout", layout_name(input.layout)}};
+  const bool is_gray = input.channels() == 1;
+  out["color"] = says_pixels ? color_name(input.color) : is_gray ? "GRAY8" : "RGB or BGR?";
+  out["mean"] = {"?"};
+  out["scale"] = {"?"};
+  if (says_pixels) out["mean"] = input.mean;
+  if (says_pixels) out["scale"] = input.scale;
+  out["resize"] = "stretch, crop or letterbox?";
+  return out;
+}
+
 Result<Card> read_beside(const fs::path& beside, const Search& search) {
   auto card = read(beside.string());
   if (!card || card->sha256 == search.sha256()) return card;
@@ -68,16 +88,14 @@ std::string card_to_fill_in(const Search& search) {
                               {"model", fs::path(search.model).filename().string()},
                               {"sha256", search.sha256()},
                               {"task", "?"}};
-  for (const auto& input : search.inputs)
-    card["inputs"].push_back({{"name", input.name},
-                              {"type", name_of(input.type)},
-                              {"shape", input.shape},
-                              {"layout", layout_name(input.layout)},
-                              {"color", "RGB, BGR or GRAY8?"},
-                              {"mean", {"?"}},
-                              {"scale", {"?"}},
-                              {"resize", "stretch or crop?"}});
+  const bool says_pixels = !search.from_model.empty();
+  for (const auto& input : says_pixels ? search.from_model : search.inputs)
+    card["inputs"].push_back(input_to_fill_in(input, says_pixels));
+  for (const auto& output : search.outputs)
+    card["outputs"].push_back(
+        {{"name", output.name}, {"type", output.type}, {"shape", output.shape}, {"meaning", "?"}});
   card["labels"] = {{"file", "labels.txt?"}};
+  if (!search.labels_from_model.empty()) card["labels"] = search.labels_from_model;
   card["decoder"] = "image_labeling?";
   card["provenance"] = {{"source", "?"}, {"licence", "?"}};
   return card.dump(2, ' ', false, nlohmann::ordered_json::error_handler_t::replace);

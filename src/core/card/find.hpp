@@ -9,6 +9,12 @@
 
 namespace weir::card {
 
+// An output of the model, for people who read the card.
+struct Output {
+  std::string name, type;
+  std::vector<int64_t> shape;  // outermost first, -1 = open
+};
+
 struct Search {
   std::string model;                    // path of the model file
   std::function<std::string()> sha256;  // of the model file, lower case; called only if needed
@@ -16,6 +22,7 @@ struct Search {
   std::vector<ImageInput> from_model;   // from the model's own metadata; may be empty
   std::vector<std::string> labels_from_model;
   std::vector<ImageInput> inputs;  // the model's inputs, for the card template
+  std::vector<Output> outputs;     // for the card template
 };
 
 // Returns NAME.card.json next to NAME.onnx if its digest matches the model, else the card with that
@@ -33,7 +40,7 @@ std::vector<std::string> labels_by_name(const std::string& model,
 // WEIR_CARD_PATH (separated by colons), then the folder chosen when Weir was built.
 std::vector<std::string> card_folders();
 
-// A card template for `search`; the fields that only the model's author knows are left open.
+// A card template for `search`; each "?" stands for what the model's file does not say.
 std::string card_to_fill_in(const Search& search);
 
 }  // namespace weir::card

@@ -4,9 +4,10 @@
 
 namespace weir::config {
 
-// Absolute, below the prefix of the build. install_paths.cpp alone depends on the prefix, so that
-// another prefix compiles one file and links. Core looks at these places last, after those that the
-// environment and weir.ini name.
+// Absolute. Below the prefix of the build, or where the tree was moved to after `make install`: the
+// plug-in, the library and the programs look beside themselves. install_paths.cpp alone depends on
+// the prefix, so that another prefix compiles one file and links. Core looks at these places last,
+// after those that the environment and weir.ini name.
 extern const char* const kInstalledModules;     // folder of engines, decoders and converters
 extern const char* const kInstalledFilters;     // folder of custom filters
 extern const char* const kInstalledCards;       // folder of model cards

@@ -1,4 +1,5 @@
-// `weir new filter`: creates a folder with a filter that builds, runs and has a test.
+// `weir new filter|engine|decoder|converter`: creates a folder with one that builds, runs and has a
+// test.
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #include <algorithm>
 #include <cctype>
@@ -9,6 +10,7 @@
 #include "commands.hpp"
 #include "core/text/text.hpp"
 #include "embedded_files.hpp"
+#include "new/new_module.hpp"
 #include "report.hpp"
 #include "weir/join.hpp"
 #include "weir/result.hpp"
@@ -18,25 +20,32 @@ namespace {
 
 namespace fs = std::filesystem;
 
-constexpr std::string_view kName = "my-filter", kClass = "MyFilter";
 constexpr size_t kLongestName = 64;
+constexpr std::string_view kFilter = "filter";
+constexpr const char* kLanguages[] = {"c", "c++", "lua", "python"};
 
-Status check_language(const std::string& language) {
-  std::vector<std::string> known;
-  for (const auto& part : filter_templates())
-    if (known.empty() || known.back() != part.group) known.emplace_back(part.group);
-  if (std::find(known.begin(), known.end(), language) != known.end()) return ok();
+// "weir new filter --language c++", the command without a name.
+std::string command_of(const NewModuleOptions& options, const std::string& language) {
+  return "weir new " + options.kind + (options.kind == kFilter ? " --language " + language : "");
+}
+
+Status check_language(const NewModuleOptions& options) {
+  const std::vector<std::string> known(std::begin(kLanguages), std::end(kLanguages));
+  const std::string& language = options.language;
+  if (options.kind != kFilter || std::find(known.begin(), known.end(), language) != known.end())
+    return ok();
   const std::string close = language == "cpp" ? "c++" : nearest(language, known);
   return Error{.code = Code::OPTION_VALUE,
                .what = "there is no template for this language",
                .offered = "--language " + language,
                .needed = "one of: " + join(known, ", "),
                .difference = close.empty() ? "" : "did you mean " + close + "?",
-               .fix = "weir new filter --language " + (close.empty() ? "c++" : close) + " NAME"};
+               .fix = command_of(options, close.empty() ? "c++" : close) + " NAME"};
 }
 
 // The name is used in pipelines, as the folder and in code: letters, digits, - and _.
-Status check_name(const std::string& name) {
+Status check_name(const NewModuleOptions& options) {
+  const std::string& name = options.name;
   const auto plain = [](unsigned char c) {
     return c < 128 && (std::islower(c) || std::isdigit(c) || c == '-' || c == '_');
   };
@@ -46,10 +55,10 @@ Status check_name(const std::string& name) {
   if (good) return ok();
   return Error{
       .code = Code::OPTION_VALUE,
-      .what = "this cannot be the name of a filter",
+      .what = "this cannot be the name of a new " + options.kind,
       .offered = '"' + name + '"',
       .needed = "a small letter, then small letters, digits, - or _, 64 at most; not auto or any",
-      .fix = "weir new filter --language c++ brightness"};
+      .fix = command_of(options, "c++") + " brightness"};
 }
 
 // "brightness-of-sky" -> "BrightnessOfSky".
@@ -74,39 +83,40 @@ void replace_all(std::string* text, std::string_view from, const std::string& to
 
 Error not_written(const fs::path& path, const std::string& why, const std::string& fix) {
   return Error{.code = Code::FILE_NOT_WRITTEN,
-               .what = "a file of the new filter cannot be written",
+               .what = "a file of the new folder cannot be written",
                .offered = path.string() + ": " + why,
                .needed = "a writable folder",
                .fix = fix};
 }
 
-Status write(const fs::path& path, const EmbeddedFile& part, const std::string& name) {
+Status write(const fs::path& path, const EmbeddedFile& part, const NewModuleOptions& options) {
   std::string text(part.text);
-  replace_all(&text, kName, name);
-  replace_all(&text, kClass, class_name(name));
+  const std::string template_name = "my-" + options.kind;
+  replace_all(&text, template_name, options.name);
+  replace_all(&text, class_name(template_name), class_name(options.name));
   std::ofstream file(path, std::ios::binary);
   file << text;
   file.close();
   return file ? ok() : Status(not_written(path, "it cannot be written", ""));
 }
 
-Result<std::vector<std::string>> write_folder(const NewFilterOptions& options) {
+Result<std::vector<std::string>> write_folder(const NewModuleOptions& options) {
   const fs::path folder = options.name;
   std::error_code failed;
   if (!fs::create_directory(folder, failed)) {
     if (failed) return not_written(folder, failed.message(), "");
-    return Error{
-        .code = Code::FILE_NOT_WRITTEN,
-        .what = "a file or folder with this name exists already",
-        .offered = folder.string(),
-        .needed = "an unused name in this folder",
-        .fix = "weir new filter --language " + options.language + " " + options.name + "-2"};
+    return Error{.code = Code::FILE_NOT_WRITTEN,
+                 .what = "a file or folder with this name exists already",
+                 .offered = folder.string(),
+                 .needed = "an unused name in this folder",
+                 .fix = command_of(options, options.language) + " " + options.name + "-2"};
   }
   std::vector<std::string> files;
+  const std::string& group = options.kind == kFilter ? options.language : options.kind;
   for (const auto& part : filter_templates()) {
-    if (part.group != options.language) continue;
+    if (part.group != group) continue;
     const fs::path path = folder / part.name;
-    if (auto status = write(path, part, options.name); !status) {
+    if (auto status = write(path, part, options); !status) {
       fs::remove_all(folder, failed);
       return status.error();
     }
@@ -117,14 +127,18 @@ Result<std::vector<std::string>> write_folder(const NewFilterOptions& options) {
 
 }  // namespace
 
-int new_filter(const NewFilterOptions& options) {
-  for (const Status& status : {check_language(options.language), check_name(options.name)})
+int new_module(const NewModuleOptions& options) {
+  for (const Status& status : {check_language(options), check_name(options)})
     if (!status) return report(status.error(), false);
   const auto files = write_folder(options);
   if (!files) return report(files.error(), false);
   for (const auto& file : *files) std::printf("%s\n", file.c_str());
   std::printf("\ncd %s && make test\n", options.name.c_str());
   return kExitGood;
+}
+
+int new_filter(const NewFilterOptions& options) {
+  return new_module({"filter", options.language, options.name});
 }
 
 }  // namespace weir::app

@@ -1,0 +1,78 @@
+// Opens the model and writes the template of core/card/find.hpp.
+// SPDX-License-Identifier: LGPL-2.1-or-later
+#include "card/card_command.hpp"
+
+#include <cerrno>
+#include <cstdio>
+#include <cstring>
+#include <filesystem>
+
+#include "commands.hpp"
+#include "core/card/find.hpp"
+#include "core/infer/model/model.hpp"
+#include "core/infer/module/module_library.hpp"
+#include "core/text/pasted.hpp"
+#include "inspect/model_card.hpp"
+#include "report.hpp"
+
+namespace weir::app {
+namespace {
+
+namespace fs = std::filesystem;
+
+Result<std::string> card_text(const CardOptions& options) {
+  infer::OpenOptions request;
+  request.paths = {options.model};
+  auto& library = infer::ModuleLibrary::instance();
+  const auto engine = options.engine.empty() ? library.engine_for_model(request.paths)
+                                             : library.engine(options.engine);
+  if (!engine) return engine.error();
+  const auto model = infer::Model::open(**engine, request);
+  if (!model) return model.error();
+  const auto search = card_search(options.model, **model);
+  if (search.inputs.empty())
+    return Error{.code = Code::MODEL_UNSUPPORTED,
+                 .what = "the model has no input that is a picture, and a card describes pictures",
+                 .offered = options.model,
+                 .needed = "an input of 3 or 4 dimensions, of which one is 1 or 3 colours",
+                 .fix = "weir inspect " + shell_word(options.model)};
+  return card::card_to_fill_in(search) + "\n";
+}
+
+Error not_written(const CardOptions& options, const std::string& path, int reason) {
+  Error out{.code = Code::FILE_NOT_WRITTEN,
+            .what = "the card cannot be written",
+            .offered = path,
+            .needed = "a writable folder",
+            .difference = std::strerror(reason)};
+  if (reason != EEXIST) return out;
+  out.what = "there is a file with this name already";
+  out.needed = "an unused name";
+  out.difference = "";
+  out.fix = "weir card " + shell_word(options.model) + " --output new.card.json";
+  return out;
+}
+
+}  // namespace
+
+int write_card(const CardOptions& options) {
+  const auto text = card_text(options);
+  if (!text) return report(text.error(), false);
+  if (options.output == "-") {
+    std::fputs(text->c_str(), stdout);
+    return kExitGood;
+  }
+  const std::string path = options.output.empty()
+                               ? fs::path(options.model).replace_extension(".card.json").string()
+                               : options.output;
+  std::FILE* const file = std::fopen(path.c_str(), "wx");  // x: fails if it exists
+  if (!file) return report(not_written(options, path, errno), false);
+  const bool is_written = std::fputs(text->c_str(), file) >= 0;
+  if (std::fclose(file) != 0 || !is_written)
+    return report(not_written(options, path, errno), false);
+  std::printf("%s\n\nReplace each \"?\", then: weir inspect %s\n", path.c_str(),
+              shell_word(options.model).c_str());
+  return kExitGood;
+}
+
+}  // namespace weir::app
