@@ -54,14 +54,24 @@ const Json* ledger_of(const Json& outcome, const Json& element) {
   return nullptr;
 }
 
-// Models that run in threads of their own work while the stream's threads do something else.
-double work_of(const Json& element, const Json* stats) {
-  const double work = element["work"].get<double>() + element["thread_work"].get<double>();
-  if (!stats || !stats->contains("invokes") || !stats->contains("average-us")) return work;
+struct Times {
+  double work = 0, waiting = 0;  // seconds
+};
+
+// A thread of the stream may wait for a model that runs in threads of its own: that is work, for
+// several workers the mean of theirs.
+Times times_of(const Json& element, const Json* stats) {
+  const auto sum = [&element](const char* in_pushes, const char* between) {
+    return element[in_pushes].get<double>() + element[between].get<double>();
+  };
+  const Times traced{sum("work", "thread_work"), sum("waiting", "thread_waiting")};
+  if (!stats || !stats->contains("invokes") || !stats->contains("average-us")) return traced;
   const double invokes = (*stats)["invokes"], mean_us = (*stats)["average-us"];
   const double workers = std::max(stats->value("workers", 1.0), 1.0);
   const double model = invokes * mean_us * 1e-6;
-  return workers > 1 ? model / workers : std::max(work, model);
+  if (workers > 1) return {model / workers, 0};
+  const double work = std::max(traced.work, model);
+  return {work, std::max(traced.work + traced.waiting - work, 0.0)};
 }
 
 trace::Waits waits_from(const Json& element) {
@@ -118,9 +128,9 @@ Json report_document(const Json& outcome, Json trace, const std::string& text,
     const std::string path = path_in(trace["elements"], element);
     const Json* stats = ledger_of(outcome, element);
     element["path"] = path;
-    element["share"] = share(work_of(element, stats));
-    element["waiting_share"] =
-        share(element["waiting"].get<double>() + element["thread_waiting"].get<double>());
+    const Times times = times_of(element, stats);
+    element["share"] = share(times.work);
+    element["waiting_share"] = share(times.waiting);
     element["failed"] = has_failed(outcome, path);
     element["properties"] = properties.value(path, Json::object());
     if (stats) element["stats"] = *stats;

@@ -12,7 +12,7 @@ import tempfile
 import unittest
 
 import tap_runner
-from weir_case import COMMAND, Case, weir
+from weir_case import COMMAND, SOURCE, Case, weir
 
 VOID = {"meta", "br", "link", "img", "input", "hr"}
 CHROMIUM = shutil.which("chromium")
@@ -208,6 +208,18 @@ class Report(Case):
             self.assertGreater(self.element(document, waiting)["waiting_share"], 0.7)
             for name in ("source", "between", "sink"):
                 self.assertLess(self.element(document, name)["share"], 0.3, name)
+
+    def test_a_model_works_while_the_thread_of_the_stream_waits_for_it(self):
+        model = SOURCE / "models" / "clock_digits.onnx"
+        line = ("videotestsrc num-buffers=200 ! video/x-raw,format=GRAY8,width=192,height=32 ! tensor_converter"
+                f" ! tensor_transform mode=typecast option=float32 ! tensor_filter name=net {{}} model={model} ! fakesink")
+        if weir("inspect", model).returncode:
+            self.skipTest("there is no engine for the model")
+        for workers in (1, 2):
+            net = self.element(self.document(line.format(f"workers={workers}")), "net")
+            self.assertEqual(net["stats"]["invokes"], 200)
+            self.assertGreater(net["share"], 0)
+            self.assertLessEqual(net["waiting_share"], 1 if workers == 1 else 0)
 
     def test_a_queue_waits_and_does_not_work(self):
         document = self.document("videotestsrc num-buffers=50 ! video/x-raw,width=8,height=8 ! queue name=full"
