@@ -1,5 +1,7 @@
 // tensor_query_serversink: answers the requests of clients with the frames that it receives.
 // SPDX-License-Identifier: LGPL-2.1-or-later
+#include <algorithm>
+
 #include "elements/tensor_query_serversrc/request_meta.hpp"
 #include "elements/tensor_query_serversrc/request_watch.hpp"
 #include "elements/tensor_query_serversrc/served_pairs.hpp"
@@ -30,9 +32,11 @@ class TensorQueryServersink : public gst::Element<TensorQueryServersink, gst::Ba
   static constexpr std::tuple kProperties{
       gst::Property{"id", &Settings::id,
                     "Pairs this element with the tensor_query_serversrc of the same id"},
-      gst::Property{"limit", &Settings::limit,
-                    "Frames in a row without a request that are dropped; one more is an error",
-                    gst::Changeable::InReady, 0, 65535},
+      gst::Property{
+          "limit", &Settings::limit,
+          "So many frames in a row without a request are an error, fewer are dropped; 0 = "
+          "1",
+          gst::Changeable::InReady, 0, 65535},
       gst::Property{"connect-type", &Settings::connect_type,
                     "Accepted for compatibility; has no effect"},
       gst::Property{"timeout", &Settings::timeout, "Accepted for compatibility; has no effect",
@@ -97,9 +101,9 @@ class TensorQueryServersink : public gst::Element<TensorQueryServersink, gst::Ba
 
  private:
   GstFlowReturn count_without_request() {
-    const int limit = settings().limit;
+    const int limit = std::max(settings().limit, 1);
     ledger_.dropped(DropReason::Policy);
-    if (++without_request_ <= limit) return GST_FLOW_OK;
+    if (++without_request_ < limit) return GST_FLOW_OK;
     gst::post_error(
         element(),
         Error{.code = Code::OPTION_VALUE,

@@ -19,12 +19,19 @@ TEST(TensorQueryServersink, RejectsFramesWithoutARequest) {
   const std::string error =
       error_of_pipeline(std::string(kFrames) + "tensor_query_serversink limit=1" + kSource);
   EXPECT_SAYS(error, "WEIR-1004: frames arrive that answer no request");
-  EXPECT_SAYS(error, "offered: 2 in a row");
+  EXPECT_SAYS(error, "offered: 1 in a row");
   EXPECT_SAYS(error, "fix: tensor_query_serversink limit=2");
 }
 
-TEST(TensorQueryServersink, DropsAsManyAsLimitAllows) {
-  PlayedPipeline p(std::string(kFrames) + "tensor_query_serversink name=end limit=3" + kSource);
+TEST(TensorQueryServersink, TheDefaultOfLimitIsOne) {
+  const std::string error =
+      error_of_pipeline(std::string(kFrames) + "tensor_query_serversink" + kSource);
+  EXPECT_SAYS(error, "offered: 1 in a row");
+  EXPECT_SAYS(error, "fix: tensor_query_serversink limit=2");
+}
+
+TEST(TensorQueryServersink, DropsFewerThanLimit) {
+  PlayedPipeline p(std::string(kFrames) + "tensor_query_serversink name=end limit=4" + kSource);
   gst_element_set_state(p.get(), GST_STATE_PLAYING);
   EXPECT_TRUE(
       becomes_true([&] { return p.stat("end", "dropped-policy") == 3; }, "three dropped frames"));
