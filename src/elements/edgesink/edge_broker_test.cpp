@@ -69,14 +69,14 @@ class EdgeBroker : public BrokerTest {
 
 TEST_F(EdgeBroker, HybridFindsTheSink) {
   const auto out = sink("HYBRID");
-  const auto in = source("HYBRID");
+  const auto in = source("HYBRID", filter(kCaps));
   ASSERT_TRUE(has_receiver(out));
   ASSERT_EQ(gst_harness_push(out.get(), frame(Bytes{7, 0, 0, 0})), GST_FLOW_OK);
   EXPECT_EQ(pull(in), 7);
 }
 
 TEST_F(EdgeBroker, HybridWaitsForASinkThatComesLater) {
-  const auto in = source("HYBRID");
+  const auto in = source("HYBRID", filter(kCaps));
   const auto out = sink("HYBRID");
   ASSERT_TRUE(has_receiver(out));
   ASSERT_EQ(gst_harness_push(out.get(), frame(Bytes{8, 0, 0, 0})), GST_FLOW_OK);
@@ -94,7 +94,7 @@ TEST_F(EdgeBroker, HybridDoesNotHangAtTheAddressOfADeadSink) {
                             30s));
   ASSERT_TRUE(peer->flush(30s));
   const auto out = sink("HYBRID");
-  const auto in = source("HYBRID");
+  const auto in = source("HYBRID", filter(kCaps));
   ASSERT_TRUE(has_receiver(out));
   ASSERT_EQ(gst_harness_push(out.get(), frame(Bytes{9, 0, 0, 0})), GST_FLOW_OK);
   EXPECT_EQ(pull(in), 9);
@@ -103,7 +103,7 @@ TEST_F(EdgeBroker, HybridDoesNotHangAtTheAddressOfADeadSink) {
 
 TEST_F(EdgeBroker, HybridGoesOnWithAnotherSink) {
   auto first = sink("HYBRID");
-  const auto in = source("HYBRID");
+  const auto in = source("HYBRID", filter(kCaps));
   ASSERT_TRUE(has_receiver(first));
   const auto second = sink("HYBRID");
   ASSERT_EQ(gst_harness_push(first.get(), frame(Bytes{1, 0, 0, 0})), GST_FLOW_OK);
@@ -116,7 +116,7 @@ TEST_F(EdgeBroker, HybridGoesOnWithAnotherSink) {
 }
 
 TEST_F(EdgeBroker, HybridStopsWhileItWaits) {
-  const auto in = source("HYBRID");
+  const auto in = source("HYBRID", filter(kCaps));
   gst_element_set_state(element_of(in, "edgesrc").get(), GST_STATE_NULL);
   EXPECT_EQ(gst_harness_buffers_received(in.get()), 0u);
 }
@@ -186,13 +186,13 @@ TEST_F(EdgeBroker, TheFormsOfOlderVersionsAreUnderstood) {
 
 TEST_F(EdgeBroker, HybridStreamsWithoutTheBrokerAndAnnouncesAgain) {
   const auto out = sink("HYBRID");
-  const auto in = source("HYBRID");
+  const auto in = source("HYBRID", filter(kCaps));
   ASSERT_TRUE(has_receiver(out));
   broker_->stop();
   ASSERT_EQ(gst_harness_push(out.get(), frame(Bytes{1, 0, 0, 0})), GST_FLOW_OK);
   EXPECT_EQ(pull(in), 1);
   broker_->start();  // it has forgotten what it retained
-  const auto late = source("HYBRID");
+  const auto late = source("HYBRID", filter(kCaps));
   const auto two = [&] {
     guint count = 0;
     gst_structure_get_uint(stats(element_of(out, "edgesink").get()).get(), "receivers", &count);
@@ -205,7 +205,7 @@ TEST_F(EdgeBroker, HybridStreamsWithoutTheBrokerAndAnnouncesAgain) {
 
 TEST_F(EdgeBroker, HybridGoesOnAfterASinkThatStartsAnew) {
   auto out = sink("HYBRID");
-  const auto in = source("HYBRID");
+  const auto in = source("HYBRID", filter(kCaps));
   for (uint8_t i = 0; i < 5; ++i) {
     ASSERT_TRUE(has_receiver(out));
     ASSERT_EQ(gst_harness_push(out.get(), frame(Bytes{i, 0, 0, 0})), GST_FLOW_OK);
