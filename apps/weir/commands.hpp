@@ -102,6 +102,15 @@ struct ServeOptions {
 // Serves models to clients until a signal ends it.
 int serve(const ServeOptions& options);
 
+struct CardOptions {
+  std::string model;   // a path
+  std::string engine;  // "": by the file name
+  std::string output;  // "": NAME.card.json beside the model; "-": standard output
+};
+// Writes what the model's file says of its inputs and outputs as a card, with a "?" for what it
+// does not say. Never replaces a file.
+int write_card(const CardOptions& options);
+
 struct EvaluateOptions {
   std::string model;                 // a path, a name of the catalogue, or a pipeline
   std::string folder;                // pictures with truth
@@ -156,12 +165,23 @@ struct RunOptions {
   int serving_port = -1;  // serves the clock to other machines; 0 = a free port, -1 = it does not
 };
 int run(const RunOptions& options);
+// Like run(), and reports to the service manager that the pipeline plays, stops and lives
+// (ServiceNotifier).
+int run_as_service(const RunOptions& options);
 
 struct NewFilterOptions {
   std::string language;  // "c", "c++", "python", "lua"
   std::string name;      // of the filter and of the new folder
 };
 int new_filter(const NewFilterOptions& options);
+
+struct NewModuleOptions {
+  std::string kind;      // "filter", "engine", "decoder", "converter"
+  std::string language;  // of a filter: "c", "c++", "python", "lua"; the others are in C++
+  std::string name;      // of the filter, engine, ... and of the new folder
+};
+// Writes a folder with a source, a build, a README and a test. new_filter() is this for filters.
+int new_module(const NewModuleOptions& options);
 
 // A custom filter for NNStreamer's interface, in C: writes nnstreamer_customfilter_BASE.c and .mk
 // to the current folder.

@@ -10,14 +10,11 @@
 #include <string>
 #include <vector>
 
-#include "card/card_command.hpp"
 #include "commands.hpp"
 #include "core/config/install_paths.hpp"
 #include "core/process/process_object.hpp"
 #include "library/process.h"
-#include "new/new_module.hpp"
 #include "other_names.hpp"
-#include "run/service_run.hpp"
 #include "usage.hpp"
 
 namespace weir::app {

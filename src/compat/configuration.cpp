@@ -1,5 +1,6 @@
 // Reads nnstreamer.ini, and finds the framework of a model.
 // SPDX-License-Identifier: LGPL-2.1-or-later
+#include <filesystem>
 #include <string>
 #include <vector>
 
@@ -46,6 +47,9 @@ gchar* gst_tensor_filter_detect_framework(const gchar* const* model_files, const
       if (!given("gst_tensor_filter_detect_framework", {model_files[i]})) return nullptr;
       paths.emplace_back(model_files[i]);
     }
+    // As in NNStreamer, also where no engine reads folders.
+    std::error_code ignored;
+    if (!paths.empty() && std::filesystem::is_directory(paths[0], ignored)) return text("nnfw");
     const auto nnstreamer = weir::infer::nnstreamer_configuration();
     const auto engines = weir::infer::ModuleLibrary::instance().engine_names();
     const auto choice = weir::infer::choose_engine(paths, engines, weir::infer::configuration(),

@@ -126,9 +126,9 @@ class Spelling(ModelCase):
             self.assertEqual(python_spelling(text), spelled)
 
     def test_of_a_pipeline_is_that_of_gst_launch(self):
-        pipeline = weir.Pipeline("appsrc name=in ! tensor_filter name=f model=/no/such/file.onnx ! tensor_sink name=out")
+        pipeline = weir.Pipeline("appsrc name=in ! tensor_filter name=f framework=no-such-engine model=a.onnx ! tensor_sink name=out")
         error = self.error(pipeline.start)
-        self.assertEqual((error.code, error.fix), (weir.Code.MODEL_NOT_FOUND, "model=/path/to/the/model"))
+        self.assertEqual((error.code, error.fix), (weir.Code.ENGINE_UNKNOWN, "framework=auto"))
 
 
 if __name__ == "__main__":

@@ -28,8 +28,8 @@ OTHER_PIPELINES = {
         "tensor_converter input-dim=7:200 input-type=float32 ! "
         "tensor_decoder mode=bounding_boxes option1=ov-person-detection option4=64:48 option5=64:48 option7=1 ! fakesink",
 }
-# tests/compat plays the first, inference_server_test.py the second, and query_server_test.py reads the sums of the third.
-OF_OTHER_TESTS = {"weir-nnstreamer:5", "weir-oip:4", "tensor_query_serversrc:4"}
+# tests/compat plays the first, inference_server_test.py the second; query_server_test.py and query_offload_test.py read the sums of the others.
+OF_OTHER_TESTS = {"weir-nnstreamer:5", "weir-oip:4", "tensor_query_serversrc:4", "tensor_query_client:4"}
 
 
 def promised():

@@ -102,7 +102,7 @@ class Faces(unittest.TestCase):
         self.assertEqual(len(json.loads(fetched.stdout)), len(self.found(*photo)[0]), "the files that fetch brings")
         done = run("--models", NETWORKS, "--framework", "mtcnn-kernels", "--custom", "Precision:2", SHARED / "media/face/faces.jpg")
         self.assertEqual(done.returncode, 1)
-        self.assertIn("needed: float32, mixed or int8", done.stderr)
+        self.assertIn("needed: one of: float32, mixed, int8", done.stderr)
 
     def photos(self, *options, control=False):
         off = []

@@ -93,9 +93,8 @@ class NewFilter(unittest.TestCase):
         self.good(run("make", "-C", made, env=self.env))
         env = {**self.env, "WEIR_MODULE_PATH": str(made)}
         self.assertRegex(self.good(run(COMMAND, "inspect", "--engine", "adder2", env=env)), r"times +integer +1 +how often N is added")
-        model = made / "three.model"
-        model.write_text("3")
-        done = run(COMMAND, "run", f"fakesrc num-buffers=1 ! tensor_filter framework=adder2 model='{model}' custom=tims:2 ! fakesink", env=env)
+        (made / "three.model").write_text("3")
+        done = run(COMMAND, "run", "fakesrc num-buffers=1 ! tensor_filter framework=adder2 model=three.model custom=tims:2 ! fakesink", env=env, cwd=made)
         self.assertEqual(done.returncode, 1)
         for words in ("WEIR-1004: the engine adder2 has no such option", "did you mean times?", "fix: custom=times:2"):
             self.assertIn(words, done.stderr)

@@ -448,7 +448,7 @@ class Starts(unittest.TestCase):
 
     def test_unusable_settings_are_errors(self):
         for options, wanted in {
-                "protocol=edge connect-type=HYBRID": "brokers are not available yet\n  offered: connect-type=HYBRID\n  needed: connect-type=TCP",
+                "protocol=edge connect-type=HYBRID": "topic cannot be part of an MQTT topic\n  offered: \"\"",
                 "connect-type=HYBRID": "needed: connect-type=TCP",
                 "tls-cert=a.pem": "offered: tls-cert without tls-key",
                 "tls-ca=a.pem": "WEIR-1004: clients have no certificates on connections without TLS",

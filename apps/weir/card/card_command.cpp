@@ -1,6 +1,5 @@
 // Opens the model and writes the template of core/card/find.hpp.
 // SPDX-License-Identifier: LGPL-2.1-or-later
-#include "card/card_command.hpp"
 
 #include <cerrno>
 #include <cstdio>

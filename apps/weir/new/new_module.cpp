@@ -10,7 +10,6 @@
 #include "commands.hpp"
 #include "core/text/text.hpp"
 #include "embedded_files.hpp"
-#include "new/new_module.hpp"
 #include "report.hpp"
 #include "weir/join.hpp"
 #include "weir/result.hpp"

@@ -20,7 +20,6 @@
 #include "run/report_document.hpp"
 #include "run/report_page.hpp"
 #include "run/service_notifier.hpp"
-#include "run/service_run.hpp"
 #include "run/shared_clock.hpp"
 #include "run/trace_session.hpp"
 #include "weir/join.hpp"

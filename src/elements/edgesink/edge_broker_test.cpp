@@ -203,7 +203,7 @@ TEST_F(EdgeBroker, HybridStreamsWithoutTheBrokerAndAnnouncesAgain) {
   EXPECT_EQ(pull(late), 2);
 }
 
-TEST_F(EdgeBroker, HybridGoesOnAfterASinkThatStartsAnew) {
+TEST_F(EdgeBroker, HybridGoesOnAfterASinkThatStartsAgain) {
   auto out = sink("HYBRID");
   const auto in = source("HYBRID", filter(kCaps));
   for (uint8_t i = 0; i < 5; ++i) {

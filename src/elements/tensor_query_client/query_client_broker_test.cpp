@@ -1,6 +1,7 @@
 // tensor_query_client with connect-type=HYBRID: servers that an MQTT broker announces.
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #include "elements/tensor_query_client/query_client_test_support.hpp"
+#include "elements/tests/pipeline_test_support.hpp"
 #include "transport/mqtt/broker_test_support.hpp"
 #include "transport/mqtt/server_discovery.hpp"
 
@@ -58,6 +59,45 @@ TEST_F(QueryClientBroker, FindsTheServer) {
   const auto h = harness_of(client(), four_bytes());
   EXPECT_EQ(ask(h), 1);
   EXPECT_EQ(client_stat(h, "answered"), 1u);
+}
+
+// A pipeline that adds `number` to each byte and announces itself.
+std::string serving(const TestBroker& broker, int number) {
+  return "tensor_query_serversrc host=127.0.0.1 port=0 connect-type=HYBRID topic=objects "
+         "dest-host=127.0.0.1 dest-port=" +
+         broker.port_text() + " ! " + four_bytes() +
+         " ! tensor_transform mode=arithmetic option=add:" + std::to_string(number) +
+         " ! tensor_query_serversink";
+}
+
+TEST_F(QueryClientBroker, FindsAPipelineThatServes) {
+  PlayedPipeline server(serving(broker_, 3));
+  gst_element_set_state(server.get(), GST_STATE_PLAYING);
+  const auto h = harness_of(client(), four_bytes());
+  EXPECT_EQ(ask(h), 3);
+}
+
+TEST_F(QueryClientBroker, APipelineThatPausesIsNotFound) {
+  PlayedPipeline server(serving(broker_, 3));
+  gst_element_set_state(server.get(), GST_STATE_PLAYING);
+  {
+    const auto h = harness_of(client(), four_bytes());
+    EXPECT_EQ(ask(h), 3);
+  }
+  gst_element_set_state(server.get(), GST_STATE_PAUSED);
+  const ScriptedServer other(adds(1));
+  const auto announcement = announce(other.port(), "1");
+  const auto h = harness_of(client(), four_bytes());
+  EXPECT_EQ(ask(h), 1);
+}
+
+TEST_F(QueryClientBroker, AServerNeedsItsBroker) {
+  const std::string port = std::to_string(free_port());
+  const std::string error = error_of_pipeline(
+      "tensor_query_serversrc port=0 connect-type=HYBRID topic=a dest-host=127.0.0.1 dest-port=" +
+      port + " ! " + four_bytes() + " ! tensor_query_serversink");
+  EXPECT_SAYS(error, "WEIR-6005");
+  EXPECT_SAYS(error, "127.0.0.1:" + port);
 }
 
 TEST_F(QueryClientBroker, WaitsForAServerThatComesLater) {

@@ -283,8 +283,6 @@ TEST_F(EdgeServer, RejectsSettingsThatItCannotUse) {
     return error_of_pipeline("tensor_query_serversrc port=0 " + options + " ! " + caps +
                              " ! tensor_query_serversink");
   };
-  EXPECT_SAYS(error("connect-type=HYBRID"), "brokers are not available yet");
-  EXPECT_SAYS(error("connect-type=HYBRID"), "fix: tensor_query_serversrc connect-type=TCP");
   EXPECT_SAYS(error("host=no.such.host.invalid"), "no.such.host.invalid:0");
   EXPECT_SAYS(error("host=0.0.0.0 allow=a/b/c"), "allow");
   EXPECT_SAYS(error("", "application/x,text=(string)\"a@b\""), "@");

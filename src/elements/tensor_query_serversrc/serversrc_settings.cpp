@@ -5,14 +5,12 @@
 namespace weir {
 
 Status check_protocol(QueryProtocol protocol, QueryConnectType connect_type, const char* element) {
-  if (connect_type == QueryConnectType::Tcp) return ok();
-  const bool is_oip = protocol == QueryProtocol::Oip;
+  if (connect_type == QueryConnectType::Tcp || protocol != QueryProtocol::Oip) return ok();
   return Error{.code = Code::OPTION_VALUE,
-               .what = is_oip ? "the Open Inference Protocol has no broker"
-                              : "brokers are not available yet",
-               .offered = is_oip ? "connect-type=HYBRID protocol=oip" : "connect-type=HYBRID",
+               .what = "the Open Inference Protocol has no broker",
+               .offered = "connect-type=HYBRID protocol=oip",
                .needed = "connect-type=TCP",
-               .fix = std::string(element) + (is_oip ? " protocol=oip" : "") + " connect-type=TCP"};
+               .fix = std::string(element) + " protocol=oip connect-type=TCP"};
 }
 
 }  // namespace weir

@@ -26,6 +26,7 @@ struct ServersrcSettings {
   uint64_t max_bytes_in_flight = uint64_t{256} << 20;
   bool insecure = false, model_control = false;
   std::string tls_cert, tls_key, tls_ca, tls_peers, token_file;
+  std::string user, password, psk, psk_identity;  // for the broker
   WireVersion wire_version = WireVersion::Bytes2088;
   std::string allow;
 };
@@ -47,7 +48,7 @@ template <>
 struct EnumType<QueryConnectType> {
   static GType type() {
     static const GEnumValue values[] = {{0, "Directly to the address", "TCP"},
-                                        {2, "By an MQTT broker (not available yet)", "HYBRID"},
+                                        {2, "By an MQTT broker", "HYBRID"},
                                         {0, nullptr, nullptr}};
     static const GType t = g_enum_register_static("WeirQueryConnectType", values);
     return t;
@@ -57,7 +58,7 @@ struct EnumType<QueryConnectType> {
 
 namespace weir {
 
-// OPTION_VALUE for a protocol or connect-type that is not available, naming what is.
+// OPTION_VALUE for a connect-type that the protocol does not have.
 Status check_protocol(QueryProtocol protocol, QueryConnectType connect_type, const char* element);
 
 }  // namespace weir

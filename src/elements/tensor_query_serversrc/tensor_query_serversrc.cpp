@@ -2,6 +2,7 @@
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #include <filesystem>
 
+#include "elements/edgesink/edge_broker.hpp"
 #include "elements/tensor_query_serversrc/edge_query_server.hpp"
 #include "elements/tensor_query_serversrc/query_server.hpp"
 #include "elements/tensor_query_serversrc/request_meta.hpp"
@@ -11,6 +12,7 @@
 #include "gstcpp/buffer/query_meta.hpp"
 #include "gstcpp/buffer/tensor_caps.hpp"
 #include "gstcpp/element/base_classes.hpp"
+#include "transport/mqtt/server_discovery.hpp"
 #include "transport/network_policy.hpp"
 
 namespace weir {
@@ -91,10 +93,19 @@ class TensorQueryServersrc : public gst::Element<TensorQueryServersrc, gst::Push
       gst::Property{"token-file", &Settings::token_file,
                     "File with tokens, one on each line: a client needs one; needs TLS"},
       gst::Property{"connect-type", &Settings::connect_type, "How clients find this server"},
-      gst::Property{"dest-host", &Settings::dest_host, "Accepted for compatibility; has no effect"},
-      gst::Property{"dest-port", &Settings::dest_port, "Accepted for compatibility; has no effect",
+      gst::Property{"dest-host", &Settings::dest_host,
+                    "The address of the broker (connect-type=HYBRID); tls-ca, tls-cert and tls-key "
+                    "are for it"},
+      gst::Property{"dest-port", &Settings::dest_port, "The port of the broker",
                     gst::Changeable::InReady, 0u, 65535u},
-      gst::Property{"topic", &Settings::topic, "Accepted for compatibility; has no effect"},
+      gst::Property{"topic", &Settings::topic,
+                    "The name under which the broker has the address of this server"},
+      gst::Property{"user", &Settings::user, "User name for the broker"},
+      gst::Property{"password", &Settings::password, "Password for the broker"},
+      gst::Property{"psk", &Settings::psk,
+                    "Pre-shared key of the broker in hexadecimal digits; enables TLS without "
+                    "certificates"},
+      gst::Property{"psk-identity", &Settings::psk_identity, "Name of the key for the broker"},
       gst::Property{"timeout", &Settings::timeout,
                     "Seconds after which a client is closed that pauses within a message, does not "
                     "read its answers, or waits for the caps of the answers; 0 = no limit "
@@ -154,7 +165,10 @@ class TensorQueryServersrc : public gst::Element<TensorQueryServersrc, gst::Push
   GstStateChangeReturn change_state(GstStateChange change) {
     const bool pauses = change == GST_STATE_CHANGE_PLAYING_TO_PAUSED;
     if (server_ && (pauses || change == GST_STATE_CHANGE_PAUSED_TO_PLAYING)) {
-      if (const Status status = server_->set_running(!pauses); !status) {
+      if (pauses) announcement_.reset();
+      Status status = server_->set_running(!pauses);
+      if (status && !pauses) status = announce();
+      if (!status) {
         gst::post_error(element(), status.error());
         return GST_STATE_CHANGE_FAILURE;
       }
@@ -173,6 +187,7 @@ class TensorQueryServersrc : public gst::Element<TensorQueryServersrc, gst::Push
   }
 
   gboolean stop() {
+    announcement_.reset();
     watch_.stop();
     watched_ = false;
     if (!server_) return TRUE;
@@ -269,6 +284,34 @@ class TensorQueryServersrc : public gst::Element<TensorQueryServersrc, gst::Push
   void log(const Error& error) const {
     GST_CAT_WARNING_OBJECT(category(), self(), "%s", error.message().c_str());
   }
+  // Lets the broker keep the address while clients are accepted.
+  Status announce() {
+    const Settings s = settings();
+    if (s.connect_type != QueryConnectType::Hybrid) return ok();
+    const EdgeBroker broker{.host = s.dest_host,
+                            .port = s.dest_port,
+                            .login = {.user = s.user,
+                                      .password = s.password,
+                                      .tls_ca = s.tls_ca,
+                                      .tls_cert = s.tls_cert,
+                                      .tls_key = s.tls_key,
+                                      .psk = s.psk,
+                                      .psk_identity = s.psk_identity},
+                            .insecure = s.insecure,
+                            .allow = s.allow};
+    auto options = open_options(element(), broker);
+    if (!options) return options.error();
+    const bool listens_on_all = s.host.empty() || s.host == "0.0.0.0";
+    if (!listens_on_all) warn_of_local_address(element(), broker, s.host);
+    auto announcement = transport::ServerAnnouncement::open(
+        *std::move(options), unique_device_id(), s.topic,
+        {listens_on_all ? "" : s.host, static_cast<uint16_t>(server_->port())});
+    if (!announcement) return announcement.error();
+    announcement_ = *std::move(announcement);
+    GST_CAT_INFO_OBJECT(category(), self(), "announced %s",
+                        announcement_->address().to_string().c_str());
+    return ok();
+  }
   Result<std::shared_ptr<QueryServer>> open_oip(const Settings& s) const {
     if (!query_protocols().oip) {
       const auto loaded = Ref<GstPlugin>::adopt(gst_plugin_load_by_name("weirnet"));
@@ -317,6 +360,7 @@ class TensorQueryServersrc : public gst::Element<TensorQueryServersrc, gst::Push
   mutable std::mutex server_mutex_;  // guards server_ while it changes
   // Set in start().
   std::shared_ptr<QueryServer> server_;
+  std::unique_ptr<transport::ServerAnnouncement> announcement_;  // connect-type=HYBRID
   uint32_t id_ = 0, wanted_port_ = 0;
   bool watched_ = false;
   RequestWatch watch_;
