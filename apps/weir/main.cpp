@@ -378,6 +378,17 @@ int run_pki(CLI::App* app, const CommandLine& line) {
   return app->got_subcommand("init") ? pki_init(line.authority) : pki_issue(line.certificate);
 }
 
+// The subcommands that play pipelines.
+int run_with_gstreamer(const CLI::App& app, const CommandLine& line) {
+  gst_init(nullptr, nullptr);
+  if (app.got_subcommand("evaluate")) return evaluate(line.evaluation);
+  if (app.got_subcommand("try")) return try_model_on_input(line.attempt);
+  if (app.got_subcommand("serve")) return serve(line.server);
+  if (app.got_subcommand("check")) return check();
+  if (app.got_subcommand("doctor")) return doctor(line.doctor);
+  return line.is_service ? run_as_service(line.run) : run(line.run);
+}
+
 int run_subcommand(CLI::App* app, CommandLine* line) {
   if (app->got_subcommand("new")) return run_new(app->get_subcommand("new"), line);
   if (app->got_subcommand("help")) return show_help(*app, line->help_topic);
@@ -389,13 +400,7 @@ int run_subcommand(CLI::App* app, CommandLine* line) {
   if (app->got_subcommand("bench")) return bench(line->bench);
   if (app->got_subcommand("bench-case")) return bench_case(line->bench_case);
   if (app->got_subcommand("pbtxt")) return pbtxt(line->pbtxt);
-  gst_init(nullptr, nullptr);
-  if (app->got_subcommand("evaluate")) return evaluate(line->evaluation);
-  if (app->got_subcommand("try")) return try_model_on_input(line->attempt);
-  if (app->got_subcommand("serve")) return serve(line->server);
-  if (app->got_subcommand("check")) return check();
-  if (app->got_subcommand("doctor")) return doctor(line->doctor);
-  return line->is_service ? run_as_service(line->run) : run(line->run);
+  return run_with_gstreamer(*app, *line);
 }
 
 int run_command(int argc, char** argv) {
