@@ -15,13 +15,13 @@ TYPES = {"guint": "Unsigned Integer", "gint": "Integer", "gboolean": "Boolean", 
          "GstPad": 'Object of type "GstPad"', "GstCaps": 'Caps'}
 # What a user should know of a property beyond its type and values.
 REMARKS = {
-    "tensor_filter.sub-plugins": "the engines that are installed here, by Weir's names",
-    "tensor_filter.framework": "names and aliases of both",
-    "tensor_decoder.sub-plugins": "the decoders that are installed here",
-    "tensor_converter.sub-plugins": "the converters that are installed here",
-    "tensor_transform.acceleration": "accepted; both values give the same results, always with SIMD",
+    "tensor_filter.sub-plugins": "lists the installed engines by Weir's names",
+    "tensor_filter.framework": "accepts the names and aliases of both projects",
+    "tensor_decoder.sub-plugins": "lists the installed decoders",
+    "tensor_converter.sub-plugins": "lists the installed converters",
+    "tensor_transform.acceleration": "both values give the same results, always with SIMD",
     "tensor_transform.transpose-rank-limit": "transpose takes any rank",
-    "tensor_debug.output-method": "filewrite is accepted, and no property names a file",
+    "tensor_debug.output-method": "`filewrite` is accepted but has no effect, because no property sets the file",
 }
 # Mode words: (element, property, what it chooses) -> words and where in the tree each is, "" where that is the element itself.
 DECODERS = ["direct_video", "image_labeling", "octet_stream", "bounding_boxes", "pose_estimation", "image_segment",
@@ -91,17 +91,17 @@ def differences(fact, own):
     found = []
     base = TYPES.get(kind)
     if base and not ours.startswith(base):
-        found.append(f"another type: {ours.split('.')[0]}")
+        found.append(f"type is {ours.split('.')[0]}")
     if not base and not ours.startswith(("Enum", "Flags")):
-        found.append(f"another type: {ours.split('.')[0]}")
+        found.append(f"type is {ours.split('.')[0]}")
     if "W" in flags and "writable" not in our_flags:
-        found.append("can only be read")
+        found.append("read-only")
     if not value.count(",") and not same_value(value, initial(ours)):  # a list of names is of what is installed
-        found.append(f"starts as {initial(ours)}, there {value}")
+        found.append(f"the default is {initial(ours)}, not {value}")
     if match := re.match(r"(-?\d+)\.\.(-?\d+)$", values):
         mine = re.search(r"Range: *(-?\d+) - *(-?\d+)", ours)
         if mine and mine.groups() != match.groups():
-            found.append(f"takes {mine.group(1)} to {mine.group(2)}, there {match.group(1)} to {match.group(2)}")
+            found.append(f"the range is {mine.group(1)} to {mine.group(2)}, not {match.group(1)} to {match.group(2)}")
     elif missing := words_missing(values, ours):
         found.append("lacks " + ", ".join(missing))
     return found
@@ -110,20 +110,20 @@ def differences(fact, own):
 def element_section(name, fact, page):
     plugin, properties = fact
     if page is None:
-        return [f"## {name}", "", f"**Not there yet** (plug-in `{plugin}`). Its properties: "
+        return [f"## {name}", "", f"**Not implemented yet** (plug-in `{plugin}`). Its properties: "
                 + ", ".join(f"`{p}`" for p in properties) + ".", ""]
     own = weir(page)
     out = [f"## {name}", "", "| property | state | remarks |", "|---|---|---|"]
     for prop, row in properties.items():
         found = ["not there"] if prop not in own else differences(row, own[prop])
-        state = "same" if not found else "**not there**" if found == ["not there"] else "differs"
+        state = "same" if not found else "**missing**" if found == ["not there"] else "differs"
         remarks = [] if found == ["not there"] else found
         remarks += [REMARKS[f"{name}.{prop}"]] if REMARKS.get(f"{name}.{prop}") else []
         out.append(f"| `{prop}` | {state} | {'; '.join(remarks)} |")
     inherited = {"async", "blocksize", "enable-last-sample", "last-sample", "max-bitrate", "max-lateness", "processing-deadline", "qos",
                  "render-delay", "sync", "throttle-time", "ts-offset", "do-timestamp", "num-buffers", "typefind"}
     more = sorted(set(own) - set(properties) - inherited)
-    out += ["", "Weir's own, which a line for NNStreamer does not name: " + ", ".join(f"`{p}`" for p in more) + ".", ""]
+    out += ["", "Additional properties of Weir: " + ", ".join(f"`{p}`" for p in more) + ".", ""]
     return out
 
 
@@ -132,8 +132,8 @@ def source_text(folder):
                    if "_test" not in p.name)
 
 
-def rows_of(words, there, absent="not there yet"):
-    return [f"| `{word}` | {'there' if word in there else absent} |" for word in words]
+def rows_of(words, there, absent="not implemented yet"):
+    return [f"| `{word}` | {'supported' if word in there else absent} |" for word in words]
 
 
 def engines():
@@ -154,11 +154,12 @@ def modules(kind, builtin):
 def page(pages):
     """`pages`: element -> text of its page."""
     out = ["# NNStreamer's elements in Weir, property by property", "",
-           "Generated by `tools/gen-docs` from the plug-in; see [Coming from NNStreamer](from-nnstreamer.md) for the reasons. `same`:",
-           "type, initial value, range and words are NNStreamer 2.7's.", ""]
+           "Look up here whether Weir supports the elements, properties and modes that your NNStreamer pipeline uses. `same` means that the",
+           "type, the default, the range and the enum values are those of NNStreamer 2.7. [Coming from NNStreamer](from-nnstreamer.md) explains",
+           "the differences. `tools/gen-docs` generates this page from the plug-in.", ""]
     elements = nnstreamer()
     there = [name for name in elements if name in pages]
-    out += [f"{len(there)} of {len(elements)} elements are there. Not yet: "
+    out += [f"Weir implements {len(there)} of {len(elements)} elements. Not implemented yet: "
             + ", ".join(f"`{n}`" for n in elements if n not in pages) + ".", ""]
     for name, fact in elements.items():
         out += element_section(name, fact, pages.get(name))
@@ -166,12 +167,12 @@ def page(pages):
     out += ["## Modes", ""]
     for title, (folder, words) in WORDS.items():
         text = source_text(folder)
-        out += [f"### {title}", "", "| word | state |", "|---|---|", *rows_of(words, {w for w in words if f'"{w}"' in text}), ""]
+        out += [f"### {title}", "", "| value | state |", "|---|---|", *rows_of(words, {w for w in words if f'"{w}"' in text}), ""]
     decoders = modules("decoders", {w for w in ("custom-code",) if f'"{w}"' in decoder})
     decoders |= set(re.findall(r'decoder_table<\w+>\(\s*"(\w+)"', source_text("src/core/decoders")))
     out += ["### tensor_decoder mode", "", "| mode | state |", "|---|---|", *rows_of(DECODERS, decoders), ""]
     converters = modules("converters", {w for w in ("custom-code", "custom-script") if w in converter})
     out += ["### tensor_converter mode and converters", "", "| name | state |", "|---|---|", *rows_of(CONVERTERS, converters), ""]
     out += ["### tensor_filter framework", "", "| framework | state |", "|---|---|",
-            *rows_of(FRAMEWORKS, engines(), "no module of Weir's own; a sub-plugin built for NNStreamer brings it"), ""]
+            *rows_of(FRAMEWORKS, engines(), "needs a sub-plugin that is built for NNStreamer"), ""]
     return "\n".join(out)

@@ -121,7 +121,7 @@ void bind_frame(py::module_& module) {
            })
       .def_property_readonly(
           "pts", [](const Frame& f) { return number_of(f.pts()); },
-          "the time-stamp in nanoseconds, or None")
+          "the timestamp in nanoseconds, or None")
       .def_property_readonly(
           "duration", [](const Frame& f) { return number_of(f.duration()); },
           "in nanoseconds, or None")

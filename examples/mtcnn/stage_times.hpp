@@ -25,7 +25,7 @@ inline constexpr size_t kStages = 4;
 class StageTimes {
  public:
   using Clock = std::chrono::steady_clock;
-  // Records that the picture with this time-stamp (ns) has reached `stage` at `time`. Any thread.
+  // Records that the picture with this timestamp (ns) has reached `stage` at `time`. Any thread.
   void reached(Stage stage, int64_t pts, Clock::time_point time = Clock::now());
   // Records that a picture is shown now. Any thread.
   void shown();
@@ -33,7 +33,7 @@ class StageTimes {
   void copied(uint64_t bytes);
   // Writes {"pictures": [[begin, proposed, refined, marked], ...], "begun": pictures that reached
   // the networks, "shown": [time, ...], "copied": bytes or null}, in seconds of a monotonic clock,
-  // in order of time-stamps; unfinished pictures are omitted. FILE_NOT_WRITTEN.
+  // in order of timestamps; unfinished pictures are omitted. FILE_NOT_WRITTEN.
   weir::Status write(const std::string& file) const;
 
  private:

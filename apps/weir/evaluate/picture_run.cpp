@@ -126,7 +126,7 @@ class PictureRun {
       return mismatch("results have the time of no picture",
                       GST_CLOCK_TIME_IS_VALID(time)
                           ? std::to_string(GST_TIME_AS_MSECONDS(time)) + " ms"
-                          : "no time-stamp");
+                          : "no timestamp");
     const std::string& path = sequence_.pictures[index].path;
     if (states_[index] == State::Done)
       return mismatch("a picture has results more than once", path);

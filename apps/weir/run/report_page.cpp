@@ -246,9 +246,9 @@ std::string latencies(const Json& summary) {
   }
   if (rows.size() == 1) return "";
   return "<h2>Latency</h2>\n" + html_table(rows, "latencies", {1}) +
-         "<p class=\"note\">From the push to the arrival of a frame with the same time-stamp at "
+         "<p class=\"note\">From the push to the arrival of a frame with the same timestamp at "
          "the sink. A "
-         "file has no time-stamps before its demuxer or parser: latency counts from there. The "
+         "file has no timestamps before its demuxer or parser: latency counts from there. The "
          "charts show the number of frames for each latency, with steps that grow "
          "with the latency.</p>\n" +
          charts;

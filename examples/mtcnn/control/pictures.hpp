@@ -16,7 +16,7 @@ struct Source {
   bool live = false;  // at the file's rate; only the newest waiting picture is kept
 };
 
-// Calls `function` with each picture and its time-stamp (ns) until EOS. The decoder owns the
+// Calls `function` with each picture and its timestamp (ns) until EOS. The decoder owns the
 // picture's memory, valid during the call. False, with a line on stderr, when decoding fails.
 bool for_each_picture(const Source& source,
                       const std::function<void(const cv::Mat&, int64_t)>& function);

@@ -63,7 +63,7 @@ TEST(WindowTime, OfFramesThatAConverterCollectedIsTheirOwn) {
   }
 }
 
-// A million frames in buffers of 1000, windows of 100; only the first buffer has a time-stamp.
+// A million frames in buffers of 1000, windows of 100; only the first buffer has a timestamp.
 TEST(WindowTime, DoesNotDriftOverAMillionFrames) {
   auto h = harness_of("tensor_aggregator frames-in=1000 frames-out=100 frames-dim=0",
                       tensors("uint8", "1000", "30000/1001"));

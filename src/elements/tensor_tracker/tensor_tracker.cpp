@@ -220,7 +220,7 @@ class TensorTracker : public gst::CountedTransform<TensorTracker> {
     return gst::with_roles(std::move(caps), output_roles(in, nullptr));
   }
 
-  // The running time of the frame in seconds; without time-stamp, that of the frame rate (30
+  // The running time of the frame in seconds; without timestamp, that of the frame rate (30
   // frames per second if there is none) after the last frame.
   double time_of(GstBuffer* in) const {
     const auto running =
