@@ -58,7 +58,8 @@ void add_tensor_options(CLI::App* command, TensorOptions* tensors) {
 
 // The same option for all commands that open a model.
 CLI::Option* add_engine(CLI::App* command, std::string* engine) {
-  return command->add_option("--engine,-e", *engine, "The engine; default: by the file's extension")
+  return command
+      ->add_option("--engine,-e", *engine, "The engine; default: selected by the file's extension")
       ->type_name("NAME");
 }
 
@@ -66,13 +67,13 @@ void add_bench(CLI::App* app, BenchOptions* bench) {
   constexpr int kMostThreads = 1024, kMostBatch = 1024;
   constexpr double kLeastSeconds = 0.01, kMostSeconds = 3600;
   auto* command =
-      app->add_subcommand("bench", "Measure a model on every engine, thread count and batch size");
+      app->add_subcommand("bench", "Measure a model with each engine, thread count and batch size");
   command->add_option("MODEL", bench->model, "The model file")->required();
-  command->add_option("--engine,-e", bench->engines, "Only these engines, separated by commas")
+  command->add_option("--engine,-e", bench->engines, "Use only these engines, separated by commas")
       ->delimiter(',');
   command
       ->add_option("--threads,-t", bench->threads,
-                   "Thread counts; default: 1, 2, 4 up to the cores")
+                   "Thread counts; default: 1, 2, 4 up to the number of cores")
       ->delimiter(',')
       ->check(CLI::Range(1, kMostThreads));
   command->add_option("--batch,-b", bench->batches, "Batch sizes; default: 1 and 4")
@@ -81,7 +82,8 @@ void add_bench(CLI::App* app, BenchOptions* bench) {
   command->add_option("--custom", bench->custom, "Options of the engine, as in custom=");
   add_tensor_options(command, &bench->tensors);
   command
-      ->add_option("--card", bench->card, "The model card for the line; default: the model's own")
+      ->add_option("--card", bench->card,
+                   "The model card for the printed line; default: the model's card")
       ->type_name("FILE");
   command->add_option("--seconds", bench->seconds, "Seconds to measure each case; default: 1")
       ->check(CLI::Range(kLeastSeconds, kMostSeconds));
@@ -105,8 +107,8 @@ void add_bench_case(CLI::App* app, BenchCaseOptions* one) {
 
 void add_try(CLI::App* app, TryOptions* options) {
   auto* command = app->add_subcommand(
-      "try", "Run a model on a photo, video, camera or stream, show the results");
-  command->add_option("MODEL", options->model, "A model file, or a name of weir models list")
+      "try", "Run a model on a photo, video, camera or stream and show the results");
+  command->add_option("MODEL", options->model, "A model file, or a name from weir models list")
       ->required();
   command
       ->add_option("INPUT", options->input,
@@ -117,8 +119,8 @@ void add_try(CLI::App* app, TryOptions* options) {
       ->add_option("--output,-o", options->output,
                    "Write the input with the results drawn on it: .jpg, .png, .webm, .mkv, .avi")
       ->type_name("FILE");
-  command->add_flag("--show", options->show, "Show it in a window");
-  command->add_option("--labels", options->labels, "Names of classes, one a line")
+  command->add_flag("--show", options->show, "Show the results in a window");
+  command->add_option("--labels", options->labels, "File with class names, one on each line")
       ->type_name("FILE");
   command->add_option(
       "--mode", options->mode,
@@ -134,31 +136,34 @@ void add_evaluate(CLI::App* app, EvaluateOptions* options) {
   command
       ->add_option(
           "MODEL", options->model,
-          "A model file, a name of weir models list, or a pipeline from pictures to results")
+          "A model file, a name from weir models list, or a pipeline from pictures to results")
       ->required();
   command
-      ->add_option("FOLDER", options->folder,
-                   "Pictures with truth: COCO, a folder for each class, images and masks, MOT")
+      ->add_option(
+          "FOLDER", options->folder,
+          "Pictures with ground truth: COCO, a folder for each class, images and masks, MOT")
       ->required();
   command->add_option("--compare", options->compare, "A second model or pipeline")
       ->type_name("MODEL");
   command
       ->add_option("--metric", options->metric,
-                   "ap, oks, accuracy, iou or tracking; default: by the folder")
+                   "ap, oks, accuracy, iou or tracking; default: selected by the folder")
       ->check(CLI::IsMember({"ap", "oks", "accuracy", "iou", "tracking"}));
   command->add_option("--truth", options->truth, "The annotation file; default: the only one")
       ->type_name("FILE");
   command->add_flag("--json", options->json, "Print JSON");
   command->add_option("--page", options->page, "Write an HTML page with the worst pictures")
       ->type_name("FILE");
-  command->add_option("--labels", options->labels, "Names of the model's classes, one a line")
+  command
+      ->add_option("--labels", options->labels,
+                   "File with the model's class names, one on each line")
       ->type_name("FILE");
-  command->add_option("--mode", options->mode, "How the outputs are read, as for weir try");
+  command->add_option("--mode", options->mode, "How to read the outputs, as for weir try");
   command->add_option("--head", options->head, "The head of docs/heads.md; default: recognised");
   add_engine(command, &options->engine);
   command
       ->add_option("--classes", options->classes,
-                   "Labels of the objects to follow, for MOT; default: all")
+                   "Labels of the objects to track, for MOT; default: all")
       ->delimiter(',')
       ->allow_extra_args(false);
   command->add_option("--limit", options->limit, "Use the first N pictures; default: all")
@@ -171,18 +176,18 @@ void add_evaluate(CLI::App* app, EvaluateOptions* options) {
 }
 
 void add_models(CLI::App* app, ModelsOptions* models) {
-  auto* command = app->add_subcommand("models", "List, show and fetch public models");
+  auto* command = app->add_subcommand("models", "List, show and download public models");
   command->require_subcommand(1);
   const auto add = [&](const char* name, const char* help, ModelsAction action) {
     auto* one = command->add_subcommand(name, help);
     one->add_flag("--json", models->json, "Print JSON");
     if (action != ModelsAction::List)
-      one->add_option("NAME", models->name, "A name of the list")->required();
+      one->add_option("NAME", models->name, "A name from the list")->required();
     one->callback([models, action] { models->action = action; });
   };
   add("list", "List the models: name, task, size, licence", ModelsAction::List);
   add("info", "Show where a model comes from, its digest, card and command", ModelsAction::Info);
-  add("get", "Fetch a model and check its digest", ModelsAction::Get);
+  add("get", "Download a model and check its digest", ModelsAction::Get);
 }
 
 void add_pki(CLI::App* app, PkiOptions* authority, PkiOptions* certificate) {
@@ -190,21 +195,23 @@ void add_pki(CLI::App* app, PkiOptions* authority, PkiOptions* certificate) {
   auto* command = app->add_subcommand("pki", "Make a certificate authority and certificates");
   command->require_subcommand(1);
   auto* init = command->add_subcommand("init", "Make a certificate authority in a folder");
-  init->add_option("DIR", authority->folder, "The folder, which is made if it is missing")
+  init->add_option("DIR", authority->folder, "The folder; created if it does not exist")
       ->required();
-  init->add_option("--days", authority->days, "Days that it is valid; default: 3650")
+  init->add_option("--days", authority->days, "Days until it expires; default: 3650")
       ->check(CLI::Range(1, kMostDays));
   init->add_flag("--json", authority->json, "Print JSON");
   auto* issue = command->add_subcommand("issue", "Make a certificate for a server or client");
   issue->add_option("NAME", certificate->name, "Host name or address of the server, or any name")
       ->required();
-  issue->add_option("--dir", certificate->folder, "Folder of the authority; default: this one")
+  issue
+      ->add_option("--dir", certificate->folder,
+                   "Folder of the authority; default: the current one")
       ->type_name("DIR");
   issue->add_option("--san", certificate->alternatives, "More host names and addresses")
       ->type_name("LIST")
       ->delimiter(',')
       ->allow_extra_args(false);
-  issue->add_option("--days", certificate->days, "Days that it is valid; default: 90")
+  issue->add_option("--days", certificate->days, "Days until it expires; default: 90")
       ->check(CLI::Range(1, kMostDays));
   issue->add_flag("--json", certificate->json, "Print JSON");
 }
@@ -215,18 +222,19 @@ void add_serve(CLI::App* app, ServeOptions* options) {
   command->add_option("MODEL", options->models, "Model files, or NAME=FILE")->required();
   command
       ->add_option("--listen", options->listen,
-                   "HOST:PORT or unix:PATH; default: 127.0.0.1:8001, port 0: a free one")
+                   "HOST:PORT or unix:PATH; default: 127.0.0.1:8001; port 0 uses a free port")
       ->type_name("ADDRESS");
   const std::tuple<const char*, std::string*, const char*> files[]{
       {"--tls-cert", &options->tls_cert, "The certificate of this server, in PEM"},
       {"--tls-key", &options->tls_key, "Its key"},
-      {"--tls-ca", &options->tls_ca, "The authority whose certificate each client needs"},
-      {"--token-file", &options->token_file, "Tokens, one on each line: a client needs one"}};
+      {"--tls-ca", &options->tls_ca, "The authority that must sign the certificate of each client"},
+      {"--token-file", &options->token_file,
+       "File with tokens, one on each line; a client needs one"}};
   for (const auto& [name, path, help] : files)
     command->add_option(name, *path, help)->type_name("FILE");
   command->add_flag("--insecure", options->insecure,
                     "Let other machines connect without TLS, on a network that you trust");
-  command->add_option("--batch", options->batch, "Run up to N requests at a time; default: 1")
+  command->add_option("--batch", options->batch, "Run up to N requests in one invoke; default: 1")
       ->type_name("N")
       ->check(CLI::Range(1u, kMostBatch));
   command
@@ -243,22 +251,22 @@ void add_serve(CLI::App* app, ServeOptions* options) {
       ->type_name("N");
   command
       ->add_option("--max-connections-per-address", options->most_connections_of_address,
-                   "The same of one address; default: 4, 0: no limit")
+                   "The same for each address; default: 4, 0: no limit")
       ->type_name("N");
   add_engine(command, &options->engine);
   command->add_option("--custom", options->custom, "Options of the engine, as in custom=");
   command->add_flag("--metrics{127.0.0.1:8002}", options->metrics,
-                    "Serve figures for Prometheus; --metrics=ADDRESS for another address");
+                    "Serve metrics for Prometheus; --metrics=ADDRESS for another address");
   command->add_flag("--model-control", options->model_control,
                     "Let clients unload models and load them again");
-  command->add_flag("--dry-run", options->dry_run, "Print the pipelines, and serve nothing");
+  command->add_flag("--dry-run", options->dry_run, "Print the pipelines and serve nothing");
 }
 
 void add_inspect(CLI::App* app, InspectOptions* options) {
   auto* inspect =
       app->add_subcommand("inspect", "Show the inputs and outputs of a model, and how to run it");
   inspect->add_option("MODEL", options->model,
-                      "The model file; without it --engine selects the engine");
+                      "The model file; without it, show the engine of --engine");
   add_engine(inspect, &options->framework);
   // The former name.
   auto* former = inspect->add_option("--framework,-f", options->framework)->group("");
@@ -277,8 +285,9 @@ void add_card(CLI::App* app, CardOptions* card) {
   command->add_option("MODEL", card->model, "The model file")->required();
   add_engine(command, &card->engine);
   command
-      ->add_option("--output,-o", card->output,
-                   "The new file, or - for standard output; default: NAME.card.json at the model")
+      ->add_option(
+          "--output,-o", card->output,
+          "The new file, or - for standard output; default: NAME.card.json next to the model")
       ->type_name("FILE");
 }
 
@@ -292,10 +301,10 @@ void add_new(CLI::App* app, CommandLine* line) {
   const std::pair<const char*, const char*> modules[]{
       {"engine", "Create a folder with an engine in C++, which opens model files"},
       {"decoder", "Create a folder with a decoder in C++, a mode of tensor_decoder"},
-      {"converter", "Create a folder with a converter in C++, for streams of another kind"}};
+      {"converter", "Create a folder with a converter in C++, for a new kind of stream"}};
   for (const auto& [kind, help] : modules)
     made->add_subcommand(kind, help)
-        ->add_option("NAME", line->made.name, "Its name and that of its folder")
+        ->add_option("NAME", line->made.name, "Name of the module and its folder")
         ->required();
   auto* custom =
       made->add_subcommand("nnstreamer-filter", "Create a C source file with NNStreamer_custom");
@@ -311,22 +320,22 @@ void add_run(CLI::App* app, RunOptions* options, bool* is_service) {
   auto* run = app->add_subcommand("run", "Run a pipeline in the syntax of gst-launch-1.0");
   run->add_flag("--json", options->json, "Print JSON at the end, and nothing else on stdout");
   run->add_option("--report", options->report,
-                  "Write a page on what limits the pipeline; as JSON: FILE.json")
+                  "Write a page that shows what limits the pipeline; FILE.json: as JSON")
       ->type_name("FILE");
   run->add_flag("--verbose,-v", options->verbose,
                 "Print the caps and each property that changes, on standard error");
   run->add_flag("--quiet,-q", options->quiet, "Print warnings and errors only")
       ->excludes("--verbose");
   run->add_flag("--service", *is_service,
-                "Report to systemd that it plays, stops and lives (Type=notify)");
+                "Report to systemd that it plays, stops and is alive (Type=notify)");
   run->add_option("--timeout", options->time_limit, "End the stream after this many seconds")
       ->type_name("SECONDS")
       ->check(CLI::Range(kLeastSeconds, kMostSeconds));
   run->add_option("--clock", options->clock,
-                  "Play by a clock of the network: net://HOST:PORT, ntp://HOST, ptp://DOMAIN")
+                  "Use a network clock: net://HOST:PORT, ntp://HOST, ptp://DOMAIN")
       ->type_name("ADDRESS");
   run->add_option("--serve-clock", options->serving_port,
-                  "Serve this pipeline's clock to other machines on a UDP port; 0 = a free one")
+                  "Serve this pipeline's clock to other machines on a UDP port; 0 uses a free port")
       ->type_name("PORT")
       ->check(CLI::Range(0, 65535));
   run->add_option("PIPELINE", options->pipeline, "The pipeline, as one argument or several")
@@ -353,7 +362,7 @@ void add_subcommands(CLI::App* app, CommandLine* line) {
   doctor->add_flag("--all", line->doctor.all, "Show each element, setting, folder and file");
   doctor->add_flag("--json", line->doctor.json, "Print JSON");
   app->add_subcommand("explain", "Show what an error code means and how to fix it")
-      ->add_option("CODE", line->error_code, "Such as WEIR-2001; without it all codes are listed");
+      ->add_option("CODE", line->error_code, "Such as WEIR-2001; default: list all codes");
   add_bench(app, &line->bench);
   add_evaluate(app, &line->evaluation);
   add_serve(app, &line->server);
