@@ -111,10 +111,10 @@ AnswerSettings read_answer_settings(const Options& options) {
 
 std::string answer_options_json(uint32_t tasks) {
   std::string out =
-      R"([{"name":"threshold","type":"number","default":"","help":"Least score, 0 to 1"},)"
+      R"([{"name":"threshold","type":"number","default":"","help":"Minimum score, 0 to 1"},)"
       R"({"name":"iou","type":"number","default":"0.45","help":"Overlap beyond which the weaker of two boxes is removed"},)"
-      R"({"name":"labels","type":"file","default":"","help":"Label file: one label a line"},)"
-      R"({"name":"max-results","type":"integer","default":"100","help":"Objects of a frame at most"},)"
+      R"({"name":"labels","type":"file","default":"","help":"Label file: one label per line"},)"
+      R"({"name":"max-results","type":"integer","default":"100","help":"Maximum number of objects of a frame"},)"
       R"({"name":"classes","type":"text","default":"","help":"Classes to keep: labels or numbers, separated by commas"},)"
       R"({"name":"head","type":"text","default":"","help":"Family of the model's outputs"},)"
       R"({"name":"input","type":"text","default":"","help":"Size of the model's input, W:H"},)"

@@ -19,11 +19,11 @@ namespace {
 
 constexpr char kOptions[] =
     R"([{"name":"option1","type":"string","default":"","help":"Scheme of the model"},)"
-    R"({"name":"option2","type":"file","default":"","help":"Label file: one label a line"},)"
+    R"({"name":"option2","type":"file","default":"","help":"Label file: one label per line"},)"
     R"({"name":"option3","type":"string","default":"","help":"Parameters of the scheme"},)"
     R"({"name":"option4","type":"string","default":"","help":"Size of the output, W:H"},)"
     R"({"name":"option5","type":"string","default":"","help":"Size of the model's input, W:H"},)"
-    R"({"name":"option6","type":"string","default":"0","help":"1: number objects over time"},)"
+    R"({"name":"option6","type":"string","default":"0","help":"1: number objects from frame to frame"},)"
     R"({"name":"option7","type":"string","default":"0","help":"1: log the boxes of each frame"}])";
 
 constexpr int kLabelRise = 14;  // pixels from the top of a label to the top of its box

@@ -19,7 +19,7 @@ namespace {
 
 constexpr char kOptions[] =
     R"([{"name":"option1","type":"tflite-deeplab|snpe-deeplab|snpe-depth","default":"",)"
-    R"("help":"What the tensor holds: scores, class numbers or depths"},)"
+    R"("help":"Content of the tensor: scores, class numbers or depths"},)"
     R"({"name":"option2","type":"integer","default":"20",)"
     R"("help":"Number of classes besides the background"}])";
 

@@ -23,7 +23,7 @@ constexpr char kOptions[] =
     R"({"name":"option3","type":"file","default":"",)"
     R"("help":"Key point file: a name and the indices of connected key points in each line"},)"
     R"({"name":"option4","type":"heatmap-only|heatmap-offset","default":"heatmap-only",)"
-    R"("help":"Whether a second tensor holds offsets"}])";
+    R"("help":"heatmap-only, or heatmap-offset if a second tensor contains offsets"}])";
 
 constexpr float kLeastProbability = 0.5f;
 

@@ -27,7 +27,7 @@ struct Mode {
 #define WEIR_RECORD_OPTIONS                                                                    \
   R"([{"name":"labels","type":"text","default":"","help":"Label file; several, separated by )" \
   R"(semicolons, for the sources of the results in their order"},)"                            \
-  R"({"name":"threshold","type":"number","default":"0","help":"Least score that is written"})"
+  R"({"name":"threshold","type":"number","default":"0","help":"Minimum score that is written"})"
 
 constexpr Mode kModes[] = {
     {"json", "application/x-json",

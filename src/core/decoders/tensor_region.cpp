@@ -17,7 +17,7 @@ namespace {
 
 constexpr char kOptions[] =
     R"([{"name":"option1","type":"integer","default":"1","help":"Number of regions"},)"
-    R"({"name":"option2","type":"file","default":"","help":"Label file: one label a line"},)"
+    R"({"name":"option2","type":"file","default":"","help":"Label file: one label per line"},)"
     R"({"name":"option3","type":"string","default":"",)"
     R"("help":"File of prior boxes and thresholds, as for mobilenet-ssd of bounding_boxes"},)"
     R"({"name":"option4","type":"string","default":"300:300",)"

@@ -11,7 +11,7 @@ using weir::Code;
 using weir::Failure;
 
 constexpr char kOptions[] =
-    R"([{"name":"option1","type":"file","default":"","help":"Label file: one label a line"}])";
+    R"([{"name":"option1","type":"file","default":"","help":"Label file: one label per line"}])";
 
 // An IEEE 754 binary16 value, compared as sign and magnitude; every number is greater than NaN.
 struct Half {
