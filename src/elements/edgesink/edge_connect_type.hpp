@@ -24,8 +24,8 @@ struct EnumType<EdgeConnectType> {
     static const GEnumValue values[] = {
         {0, "Directly to the address of the sink", "TCP"},
         {1, "Frames through an MQTT broker", "MQTT"},
-        {2, "Directly, to the address that an MQTT broker has", "HYBRID"},
-        {3, "A library of the user (not available)", "CUSTOM"},
+        {2, "Directly, to the address that an MQTT broker stores", "HYBRID"},
+        {3, "A user's library (not available)", "CUSTOM"},
         {0, nullptr, nullptr}};
     static const GType t = g_enum_register_static("WeirEdgeConnectType", values);
     return t;

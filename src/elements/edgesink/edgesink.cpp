@@ -54,37 +54,37 @@ class Edgesink : public gst::Element<Edgesink, gst::BaseSink> {
   static constexpr auto kProperties = std::tuple_cat(
       kBrokerLoginProperties,
       std::tuple{
-          gst::Property{"host", &Settings::host, "The address to listen on"},
+          gst::Property{"host", &Settings::host, "Address to listen on"},
           gst::Property{"port", &Settings::port,
-                        "The port to listen on; 0 = a free one, which `stats` has as port",
+                        "Port to listen on; 0 = a free port, which stats contains as port",
                         gst::Changeable::InReady, 0u, 65535u},
-          gst::Property{"dest-host", &Settings::dest_host, "The address of the broker"},
-          gst::Property{"dest-port", &Settings::dest_port, "The port of the broker",
+          gst::Property{"dest-host", &Settings::dest_host, "Address of the MQTT broker"},
+          gst::Property{"dest-port", &Settings::dest_port, "Port of the MQTT broker",
                         gst::Changeable::InReady, 0u, 65535u},
           gst::Property{"connect-type", &Settings::connect_type, "How receivers find this element"},
-          gst::Property{"topic", &Settings::topic, "The name of the stream at the broker"},
+          gst::Property{"topic", &Settings::topic, "Name of the stream at the MQTT broker"},
           gst::Property{"wait-connection", &Settings::wait_connection,
-                        "Wait for a receiver before the first buffer"},
+                        "Wait for a receiver before the first buffer; false = drop buffers without "
+                        "a receiver"},
           gst::Property{"connection-timeout", &Settings::connection_timeout,
-                        "Milliseconds that wait-connection waits; 0 = no limit"},
+                        "Maximum time in milliseconds that wait-connection waits, then an error; 0 "
+                        "= no limit"},
           gst::Property{"custom-lib", &Settings::custom_lib,
                         "Accepted for compatibility; connect-type=CUSTOM is not available"},
-          gst::Property{"protocol", &Settings::protocol, "What receivers speak"},
+          gst::Property{"protocol", &Settings::protocol, "Protocol of the receivers"},
           gst::Property{"path", &Settings::path,
-                        "The file name of the stream, a Unix socket (protocol=local)"},
-          gst::Property{
-              "max-buffers", &Settings::max_buffers,
-              "Buffers that a receiver may have and not have released (protocol=local), or "
-              "that wait for one (protocol=edge)",
-              gst::Changeable::InReady, 1u, 96u},
-          gst::Property{
-              "drop", &Settings::drop,
-              "A receiver that has max-buffers misses buffers; false = the stream waits for "
-              "it (protocol=local; protocol=edge always drops)"},
+                        "File name of the Unix socket of the stream (protocol=local)"},
+          gst::Property{"max-buffers", &Settings::max_buffers,
+                        "Maximum number of buffers that a receiver has not released "
+                        "(protocol=local), or that wait for a receiver (protocol=edge)",
+                        gst::Changeable::InReady, 1u, 96u},
+          gst::Property{"drop", &Settings::drop,
+                        "true = a receiver that has max-buffers misses buffers; false = the stream "
+                        "waits for it; protocol=edge always drops"},
           gst::Property{"wire-version", &Settings::wire_version,
-                        "The version of NNStreamer's library that receivers have (protocol=edge)"},
+                        "Version of NNStreamer's library that receivers have (protocol=edge)"},
           gst::Property{"insecure", &Settings::insecure,
-                        "Let other machines connect although weir.ini requires TLS"},
+                        "Allow other machines to connect although weir.ini requires TLS"},
           gst::Property{"allow", &Settings::allow,
                         "Addresses and networks of receivers, separated by commas; default: all"},
       });

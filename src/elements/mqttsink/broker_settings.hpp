@@ -29,9 +29,9 @@ inline constexpr auto kBrokerProperties = std::tuple_cat(
         gst::Property{"host", &BrokerSettings::host, "Host name or address of the broker"},
         gst::Property{"port", &BrokerSettings::port, "Port of the broker"},
         gst::Property{"cleansession", &BrokerSettings::cleansession,
-                      "Whether the broker forgets the client's state when the connection ends"},
+                      "Whether the broker deletes the client's state when the connection ends"},
         gst::Property{"keep-alive-interval", &BrokerSettings::keep_alive_interval,
-                      "Seconds after which a silent connection is checked",
+                      "Seconds without a message after which the connection is checked",
                       gst::Changeable::InReady, 1, 65535},
         gst::Property{
             "protocol", &BrokerSettings::protocol,
@@ -39,13 +39,13 @@ inline constexpr auto kBrokerProperties = std::tuple_cat(
             "times as user properties",
             gst::Changeable::InReady, 4, 5},
         gst::Property{"max-age", &BrokerSettings::max_age,
-                      "Milliseconds after which a message is useless (protocol=5); 0 = never"},
+                      "Milliseconds after which a message is dropped (protocol=5); 0 = never"},
         gst::Property{"insecure", &BrokerSettings::insecure,
-                      "Let messages go to another machine without TLS: only on a network that you "
-                      "trust"},
+                      "Allow connections to other machines without TLS; use it only on a network "
+                      "that you trust"},
         gst::Property{"allow", &BrokerSettings::allow,
                       "Host names, addresses and networks of brokers that may be used without TLS "
-                      "where weir.ini requires it"},
+                      "although weir.ini requires it"},
     });
 
 // The options of the client. OPTION_VALUE for a port that is not 1 to 65535.

@@ -71,21 +71,25 @@ class MqttSink : public gst::Element<MqttSink, gst::BaseSink> {
           gst::Property{"pub-topic", &Settings::pub_topic,
                         "Topic to publish to; default: client-id/topic"},
           gst::Property{"pub-wait-timeout", &Settings::pub_wait_timeout,
-                        "Seconds to wait until the broker takes a message; it is dropped then",
+                        "Maximum time in seconds until the broker accepts a message; after that "
+                        "the message is dropped",
                         gst::Changeable::InReady, uint64_t{1}, UINT64_MAX},
           gst::Property{"num-buffers", &Settings::num_buffers,
-                        "Buffers to publish before EOS; -1 = all", gst::Changeable::InReady, -1,
-                        INT32_MAX},
+                        "Number of buffers to publish before EOS; -1 = no limit",
+                        gst::Changeable::InReady, -1, INT32_MAX},
           gst::Property{"max-buffer-size", &Settings::max_buffer_size,
                         "Largest buffer in bytes; a larger one is an error; 0 = no limit"},
-          gst::Property{"mqtt-qos", &Settings::mqtt_qos, "Quality of service of MQTT",
-                        gst::Changeable::InReady, 0, 2},
-          gst::Property{"ntp-sync", &Settings::ntp_sync, "Send the time of NTP servers"},
+          gst::Property{
+              "mqtt-qos", &Settings::mqtt_qos,
+              "Quality of service of MQTT: 0 = at most once, 1 = at least once, 2 = exactly once",
+              gst::Changeable::InReady, 0, 2},
+          gst::Property{"ntp-sync", &Settings::ntp_sync,
+                        "Send the time of the servers in ntp-srvs instead of this machine's"},
           gst::Property{"ntp-srvs", &Settings::ntp_srvs,
                         "NTP servers for ntp-sync: host:port,host:port"},
-          gst::Property{"response-topic", &Settings::response_topic,
-                        "Topic at which answers are expected (protocol=5); each message gets its "
-                        "number as correlation data"}});
+          gst::Property{
+              "response-topic", &Settings::response_topic,
+              "Topic for answers (protocol=5); each message has its number as correlation data"}});
 
   void constructed() { gst_base_sink_set_sync(GST_BASE_SINK(self()), FALSE); }
 

@@ -48,14 +48,17 @@ class MqttSrc : public gst::Element<MqttSrc, gst::PushSource> {
   };
   static constexpr auto kProperties = std::tuple_cat(
       kBrokerProperties,
-      std::tuple{gst::Property{"sub-topic", &Settings::sub_topic,
-                               "Topic to subscribe to, which may have the wildcards + and #"},
-                 gst::Property{"sub-timeout", &Settings::sub_timeout,
-                               "Microseconds without a message after which the stream fails",
-                               gst::Changeable::InReady, int64_t{1'000'000}, INT64_MAX},
-                 gst::Property{"mqtt-qos", &Settings::mqtt_qos, "Quality of service of MQTT",
-                               gst::Changeable::InReady, 0, 2},
-                 gst::Property{"is-live", &Settings::is_live, "Whether the source is live"}});
+      std::tuple{
+          gst::Property{"sub-topic", &Settings::sub_topic,
+                        "Topic to subscribe to; may contain the wildcards + and #"},
+          gst::Property{"sub-timeout", &Settings::sub_timeout,
+                        "Microseconds without a message after which the stream fails",
+                        gst::Changeable::InReady, int64_t{1'000'000}, INT64_MAX},
+          gst::Property{
+              "mqtt-qos", &Settings::mqtt_qos,
+              "Quality of service of MQTT: 0 = at most once, 1 = at least once, 2 = exactly once",
+              gst::Changeable::InReady, 0, 2},
+          gst::Property{"is-live", &Settings::is_live, "Whether the source is live"}});
 
   void constructed() {
     gst_base_src_set_live(base(), TRUE);

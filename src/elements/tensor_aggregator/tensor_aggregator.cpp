@@ -41,12 +41,12 @@ class TensorAggregator : public gst::PlainFilter<TensorAggregator> {
   };
   static constexpr auto kPlaying = gst::Changeable::WhilePlaying;
   static constexpr std::tuple kProperties{
-      gst::Property{"frames-in", &Settings::frames_in, "Frames in each input buffer", kPlaying, 1u,
-                    G_MAXUINT},
-      gst::Property{"frames-out", &Settings::frames_out, "Frames in each window", kPlaying, 1u,
-                    G_MAXUINT},
+      gst::Property{"frames-in", &Settings::frames_in, "Number of frames in each input buffer",
+                    kPlaying, 1u, G_MAXUINT},
+      gst::Property{"frames-out", &Settings::frames_out, "Number of frames in each window",
+                    kPlaying, 1u, G_MAXUINT},
       gst::Property{"frames-flush", &Settings::frames_flush,
-                    "Frames from one window to the next; 0 = frames-out", kPlaying},
+                    "Number of frames from one window to the next; 0 = frames-out", kPlaying},
       gst::Property{"frames-dim", &Settings::frames_dim,
                     "Dimension along which the frames of a buffer are arranged", kPlaying, 0u, 15u},
       gst::Property{"concat", &Settings::concat,

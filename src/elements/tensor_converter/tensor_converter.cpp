@@ -44,19 +44,19 @@ class TensorConverter : public gst::Element<TensorConverter, gst::PlainElement> 
                     kPlaying},
       gst::Property{"input-type", &Settings::input_type,
                     "Element types of the tensors in a byte stream", kPlaying},
-      gst::Property{"frames-per-tensor", &Settings::frames_per_tensor, "Frames in each output",
-                    kPlaying, 1u, G_MAXUINT},
+      gst::Property{"frames-per-tensor", &Settings::frames_per_tensor,
+                    "Number of frames in each output", kPlaying, 1u, G_MAXUINT},
       gst::Property{"set-timestamp", &Settings::set_timestamp,
-                    "Fill in missing time-stamps and durations", kPlaying},
+                    "Fill in missing timestamps and durations", kPlaying},
       gst::Property{"on-backwards-time", &Settings::on_backwards_time,
                     "What to do with a frame whose timestamp is earlier than the previous one"},
       gst::Property{"silent", &Settings::silent, "Accepted for compatibility; has no effect",
                     gst::Changeable::WhilePlaying},
       gst::Property{"mode", &Settings::mode,
-                    "custom-code:NAME for a registered function, custom-script:PATH for a script",
+                    "custom-code:NAME = a registered function makes the tensors, "
+                    "custom-script:PATH = a Python script does; empty = the caps decide",
                     kPlaying},
-      gst::ReadOnly{"sub-plugins", &TensorConverter::sub_plugins,
-                    "External converters that are installed"},
+      gst::ReadOnly{"sub-plugins", &TensorConverter::sub_plugins, "Installed external converters"},
   };
 
   void constructed() {

@@ -34,7 +34,7 @@ class TensorDecoder : public gst::CountedTransform<TensorDecoder> {
  public:
   static constexpr gst::ElementInfo kInfo{
       "WeirTensorDecoder", "tensor_decoder", "TensorDecoder", "Converter/Tensor",
-      "Converts the results of a network to labels, pictures or bytes"};
+      "Converts the outputs of a network to results, labels, pictures or bytes"};
   static inline GstStaticPadTemplate kPads[] = {
       GST_STATIC_PAD_TEMPLATE(
           "sink", GST_PAD_SINK, GST_PAD_ALWAYS,
@@ -50,9 +50,10 @@ class TensorDecoder : public gst::CountedTransform<TensorDecoder> {
   static constexpr std::tuple kProperties{
       gst::Property{"silent", &Settings::silent, "Accepted for compatibility; has no effect",
                     gst::Changeable::WhilePlaying},
-      gst::Property{"mode", &Settings::mode,
-                    "Name of the decoder, one of sub-plugins; its page (doc-uri) has all options",
-                    kPlaying},
+      gst::Property{
+          "mode", &Settings::mode,
+          "Name of the decoder, one of sub-plugins; its page (doc-uri) describes all options",
+          kPlaying},
       gst::Property{
           "option1", &Settings::option1,
           "image_labeling: label file; direct_video: video format; bounding_boxes, image_segment: "
@@ -82,24 +83,24 @@ class TensorDecoder : public gst::CountedTransform<TensorDecoder> {
       gst::Property{"option9", &Settings::option9,
                     "For decoders built for NNStreamer; no decoder of Weir uses it", kPlaying},
       gst::Property{"threshold", &Settings::threshold,
-                    "Least score of a result, 0 to 1; -1 = the default of the mode", kPlaying,
+                    "Minimum score of a result, 0 to 1; -1 = the default of the mode", kPlaying,
                     -1.0f, 1.0f},
       gst::Property{"iou", &Settings::iou,
                     "Overlap, 0 to 1, beyond which the weaker of two results is removed; -1 = the "
                     "default of the mode",
                     kPlaying, -1.0f, 1.0f},
       gst::Property{"labels", &Settings::labels,
-                    "Label file: one label for each class, a line each", kPlaying},
+                    "Path of a label file with one line for each class", kPlaying},
       gst::Property{"max-results", &Settings::max_results,
                     "Maximum number of results of a frame; 0 = the default of the mode", kPlaying,
                     0u, 65536u},
       gst::Property{"classes", &Settings::classes,
                     "Classes to keep: labels or numbers, separated by ','; unset = all", kPlaying},
       gst::Property{"custom", &Settings::custom,
-                    "More options that the mode declares: key:value, separated by ','", kPlaying},
+                    "More options of the mode: key:value, separated by ','", kPlaying},
       gst::Property{"config-file", &Settings::config_file,
                     "File with lines of property=value, read when this is set", kPlaying},
-      gst::ReadOnly{"sub-plugins", &TensorDecoder::sub_plugins, "Decoders that are installed"},
+      gst::ReadOnly{"sub-plugins", &TensorDecoder::sub_plugins, "Installed decoders"},
   };
 
   Status check_change(const char* name, const Settings& wanted) const {

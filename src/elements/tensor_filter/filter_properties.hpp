@@ -69,9 +69,8 @@ inline constexpr std::tuple kFilterProperties{
                   "while playing",
                   gst::Changeable::WhilePlaying},
     gst::Property{"fallback", &FilterSettings::fallback,
-                  "Path of a model that answers frames for which the engine reports no result, "
-                  "because a server is gone, late or refuses; its file extension selects the "
-                  "engine; empty = none"},
+                  "Path of a local model that answers a frame if the server is unavailable, late "
+                  "or refuses it; its file extension selects the engine; empty = none"},
     gst::Property{"custom", &FilterSettings::custom, "Options of the engine: key:value,key:value",
                   gst::Changeable::WhilePlaying},
     gst::Property{"input-combination", &FilterSettings::input_combination,
@@ -80,9 +79,10 @@ inline constexpr std::tuple kFilterProperties{
     gst::Property{"output-combination", &FilterSettings::output_combination,
                   "Comma list of i<N> (input tensor) and o<N> (model output) to push",
                   gst::Changeable::WhilePlaying},
-    gst::Property{"accelerator", &FilterSettings::accelerator,
-                  "(true|false)[:NAME,...] of npu, gpu, cpu, ...; !NAME excludes one",
-                  gst::Changeable::WhilePlaying},
+    gst::Property{
+        "accelerator", &FilterSettings::accelerator,
+        "Hardware to use: (true|false)[:NAME,...] with npu, gpu, cpu, ...; !NAME excludes one",
+        gst::Changeable::WhilePlaying},
     gst::Property{"is-updatable", &FilterSettings::is_updatable,
                   "Allow another model to replace the current one while playing",
                   gst::Changeable::WhilePlaying},
@@ -139,8 +139,8 @@ inline constexpr std::tuple kFilterProperties{
     gst::Property{"isolate", &FilterSettings::isolate,
                   "Where the engine runs; in a separate process it cannot harm this one"},
     gst::Property{"isolate-timeout", &FilterSettings::isolate_timeout,
-                  "With isolate=process: time limit of an invoke in milliseconds, ten times as "
-                  "long for the start (at least a minute) and the first invoke; 0 = no limit"},
+                  "With isolate=process: time limit of an invoke in milliseconds; the start (at "
+                  "least a minute) and the first invoke may take ten times as long; 0 = no limit"},
     gst::Property{"isolate-memory", &FilterSettings::isolate_memory,
                   "With isolate=process: maximum private memory of a process in MiB; 0 = no limit",
                   gst::Changeable::InReady, 0u, 1u << 24},

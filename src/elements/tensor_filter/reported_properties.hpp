@@ -76,7 +76,7 @@ constexpr auto reported_properties() {
   constexpr auto kPlaying = gst::Changeable::WhilePlaying;
   return std::tuple{
       gst::Accessor{"input", &S::input, &R::template reported<&S::input, true, dimensions_text>,
-                    "Dimensions of the model's inputs, where the model leaves them open", kPlaying},
+                    "Dimensions of the model's inputs, if the model leaves them open", kPlaying},
       gst::Accessor{"inputtype", &S::inputtype,
                     &R::template reported<&S::inputtype, true, types_text>,
                     "Element types of the model's inputs", kPlaying},
@@ -98,11 +98,12 @@ constexpr auto reported_properties() {
                     &R::template reported_layouts<&S::outputlayout, false>,
                     "NCHW, NHWC, ANY or NONE for each output", kPlaying},
       gst::Accessor{"framework", &S::framework, &R::framework,
-                    "Name of the engine; auto = found by the model file", kPlaying},
+                    "Name of the engine; auto = selected by the extension of the model file",
+                    kPlaying},
       gst::ReadOnly{"inputranks", &R::template reported_ranks<true>, "Ranks of the model's inputs"},
       gst::ReadOnly{"outputranks", &R::template reported_ranks<false>,
                     "Ranks of the model's outputs"},
-      gst::ReadOnly{"sub-plugins", &R::sub_plugins, "Engines that are installed"},
+      gst::ReadOnly{"sub-plugins", &R::sub_plugins, "Installed engines"},
       gst::Gauge{"latency", &S::latency, &R::latency,
                  "Write 1 to enable; reads as the mean of the last 10 invokes in microseconds", 0,
                  1},

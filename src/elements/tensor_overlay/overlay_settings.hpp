@@ -86,13 +86,14 @@ inline constexpr std::tuple kOverlayProperties{
     gst::Property{"mask-opacity", &OverlaySettings::mask_opacity,
                   "Opacity of masks and class maps, 0 to 1; 0 = none",
                   gst::Changeable::WhilePlaying, 0.0f, 1.0f},
-    gst::Property{"auto-size", &OverlaySettings::auto_size,
-                  "Choose those of text-size, line-width and point-size that are not set by the "
-                  "height of the picture: 20, 2 and 5 at 720 rows; false = these at any height"},
+    gst::Property{
+        "auto-size", &OverlaySettings::auto_size,
+        "Scale text-size, line-width and point-size with the height of the picture unless they are "
+        "set: 20, 2 and 5 at 720 rows; false = these sizes at any height"},
     gst::Property{"color-by", &OverlaySettings::color_by,
-                  "What gives boxes and labels their colour", gst::Changeable::WhilePlaying},
+                  "What selects the colour of boxes and labels", gst::Changeable::WhilePlaying},
     gst::Property{"trail-length", &OverlaySettings::trail_length,
-                  "Number of results over which the trail of a track goes back; 0 = no trails",
+                  "Number of results over which the trail of a track extends; 0 = no trails",
                   gst::Changeable::WhilePlaying, 0u, draw::kTrailLimit},
     gst::Property{"show-zones", &OverlaySettings::show_zones,
                   "Draw the zones of tensor_zones with their names and counts",

@@ -142,12 +142,12 @@ inline constexpr std::tuple kPreprocessProperties{
                   "otherwise float32 with mean or scale and uint8 without"},
     gst::Property{"layout", &PreprocessSettings::layout, "Order of the tensor's dimensions"},
     gst::Property{"card", &PreprocessSettings::card,
-                  "Path of a model card, which gives the values of unset properties"},
+                  "Path of a model card, which supplies the values of properties that are not set"},
     gst::Property{"card-input", &PreprocessSettings::card_input,
                   "Name or index (from 0 on) of the model input that the tensor is for, if the "
                   "card has several"},
     gst::Property{"threads", &PreprocessSettings::threads,
-                  "Threads that work on each frame, including the streaming thread",
+                  "Number of threads that process each frame, including the streaming thread",
                   gst::Changeable::InReady, 1u, static_cast<uint32_t>(preprocess::kThreadLimit)},
 };
 

@@ -39,16 +39,17 @@ class TensorQueryClient : public gst::PlainFilter<TensorQueryClient> {
       kBrokerLoginProperties,
       std::tuple{
           gst::Property{"host", &Settings::host,
-                        "The address of this machine to which the server connects for its answers"},
+                        "Address of this machine to which the server connects for its answers"},
           gst::Property{"port", &Settings::port,
-                        "The port to which the server connects for its answers; 0 = a free one",
+                        "Port to which the server connects for its answers; 0 = a free port",
                         gst::Changeable::InReady, 0u, 65535u},
           gst::Property{"dest-host", &Settings::dest_host,
-                        "The address of the server, or of the broker"},
-          gst::Property{"dest-port", &Settings::dest_port, "The port at dest-host",
+                        "Address of the server, or of the MQTT broker"},
+          gst::Property{"dest-port", &Settings::dest_port, "Port at dest-host",
                         gst::Changeable::InReady, 0u, 65535u},
-          gst::Property{"connect-type", &Settings::connect_type, "How the server is found"},
-          gst::Property{"topic", &Settings::topic, "The name of the server at the broker"},
+          gst::Property{"connect-type", &Settings::connect_type,
+                        "How the element finds the server"},
+          gst::Property{"topic", &Settings::topic, "Name of the server at the MQTT broker"},
           gst::Property{
               "timeout", &Settings::timeout,
               "Milliseconds to wait for the answer to each frame; 0 = do not wait: answers "
@@ -56,21 +57,20 @@ class TensorQueryClient : public gst::PlainFilter<TensorQueryClient> {
               gst::Changeable::WhilePlaying},
           gst::Property{"silent", &Settings::silent, "Accepted for compatibility; has no effect",
                         gst::Changeable::WhilePlaying},
-          gst::Property{"max-request", &Settings::max_request,
-                        "A frame is dropped while more than so many wait for their answers; 0 = no "
-                        "limit",
-                        gst::Changeable::WhilePlaying},
+          gst::Property{
+              "max-request", &Settings::max_request,
+              "Drop a frame while more frames than this wait for their answers; 0 = no limit",
+              gst::Changeable::WhilePlaying},
           gst::Property{"reconnect", &Settings::reconnect,
-                        "Drop frames and connect again while the server is not there; false = an "
-                        "error"},
-          gst::Property{"max-message", &Settings::max_message, "Largest answer in bytes",
+                        "true = drop frames and connect again while the server is unavailable; "
+                        "false = that is an error"},
+          gst::Property{"max-message", &Settings::max_message, "Maximum size of an answer in bytes",
                         gst::Changeable::InReady, uint64_t{1024}, uint64_t{1} << 40},
           gst::Property{"insecure", &Settings::insecure,
-                        "Connect to another machine although weir.ini requires TLS"},
-          gst::Property{
-              "allow", &Settings::allow,
-              "Addresses and networks that it may connect to, separated by commas; default: "
-              "all"},
+                        "Allow connections to other machines although weir.ini requires TLS"},
+          gst::Property{"allow", &Settings::allow,
+                        "Addresses and networks to which the element may connect, separated by "
+                        "commas; default: all"},
       });
 
   GstStateChangeReturn change_state(GstStateChange change) {

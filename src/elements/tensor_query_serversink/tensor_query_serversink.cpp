@@ -34,8 +34,7 @@ class TensorQueryServersink : public gst::Element<TensorQueryServersink, gst::Ba
                     "Pairs this element with the tensor_query_serversrc of the same id"},
       gst::Property{
           "limit", &Settings::limit,
-          "So many frames in a row without a request are an error, fewer are dropped; 0 = "
-          "1",
+          "Number of frames in a row without a request that is an error; fewer are dropped; 0 = 1",
           gst::Changeable::InReady, 0, 65535},
       gst::Property{"connect-type", &Settings::connect_type,
                     "Accepted for compatibility; has no effect"},

@@ -48,7 +48,7 @@ template <>
 struct EnumType<QueryConnectType> {
   static GType type() {
     static const GEnumValue values[] = {{0, "Directly to the address", "TCP"},
-                                        {2, "By an MQTT broker", "HYBRID"},
+                                        {2, "Through an MQTT broker", "HYBRID"},
                                         {0, nullptr, nullptr}};
     static const GType t = g_enum_register_static("WeirQueryConnectType", values);
     return t;

@@ -36,51 +36,53 @@ class TensorQueryServersrc : public gst::Element<TensorQueryServersrc, gst::Push
 
   using Settings = ServersrcSettings;
   static constexpr std::tuple kProperties{
-      gst::Property{"protocol", &Settings::protocol, "What clients speak"},
-      gst::Property{"host", &Settings::host, "The address to listen on"},
-      gst::Property{"port", &Settings::port,
-                    "The port to listen on; 0 = a free one, which the property has while the "
-                    "element is PAUSED or PLAYING",
-                    gst::Changeable::InReady, 0u, 65535u},
+      gst::Property{"protocol", &Settings::protocol, "Protocol of the clients"},
+      gst::Property{"host", &Settings::host, "Address to listen on"},
+      gst::Property{
+          "port", &Settings::port,
+          "Port to listen on; 0 = a free port, which the property contains in PAUSED and PLAYING",
+          gst::Changeable::InReady, 0u, 65535u},
       gst::Property{"unix-path", &Settings::unix_path,
-                    "A Unix socket to listen on instead of host and port"},
+                    "Path of a Unix socket to listen on, instead of host and port"},
       gst::Property{"id", &Settings::id,
                     "Pairs this element with the tensor_query_serversink of the same id"},
       gst::Property{"caps", &Settings::caps,
-                    "Caps of the requests; without it those that the downstream element needs"},
+                    "Caps of the requests; default: those that the downstream element requires"},
       gst::Property{"model-name", &Settings::model_name,
-                    "Name of the model; default: that of the model file of the next filter, or "
-                    "this element's name"},
+                    "Name of the model; default: the name of the next filter's model file, or this "
+                    "element's name"},
       gst::Property{"model-version", &Settings::model_version, "Version of the model"},
       gst::Property{"queue", &Settings::queue,
-                    "Requests that wait for the pipeline; more are refused at once",
+                    "Maximum number of requests that wait for the pipeline; more are refused",
                     gst::Changeable::InReady, 1u, 65536u},
-      gst::Property{"max-message", &Settings::max_message, "Largest message in bytes",
+      gst::Property{"max-message", &Settings::max_message, "Maximum size of a message in bytes",
                     gst::Changeable::InReady, 1024u, 2147483647u},
       gst::Property{"max-requests", &Settings::max_requests,
-                    "Requests in progress of one connection; 0 = no limit. More are refused "
-                    "(protocol=oip), or not read until one ends (protocol=edge)"},
+                    "Maximum number of requests in progress of one connection; more are refused "
+                    "(protocol=oip), or read when one ends (protocol=edge); 0 = no limit"},
       gst::Property{"max-connections", &Settings::max_connections,
-                    "Connections that have requests in progress (protocol=oip), or clients "
-                    "(protocol=edge); more are refused; 0 = no limit"},
+                    "Maximum number of connections with requests in progress (protocol=oip), or of "
+                    "clients (protocol=edge); more are refused; 0 = no limit"},
       gst::Property{"max-connections-per-address", &Settings::max_connections_per_address,
-                    "The same of one address; 0 = no limit"},
+                    "As max-connections, for one address; 0 = no limit"},
       gst::Property{"max-bytes-in-flight", &Settings::max_bytes_in_flight,
-                    "Bytes of the requests in progress of one address; more wait until earlier "
-                    "ones are received or end, or are refused; 0 = no limit"},
+                    "Maximum bytes of the requests in progress of one address; further requests "
+                    "wait or are refused; 0 = no limit"},
       gst::Property{"idle-timeout", &Settings::idle_timeout,
                     "Milliseconds after which a connection without calls is closed",
                     gst::Changeable::InReady, 1u, 2147483647u},
       gst::Property{"model-control", &Settings::model_control,
-                    "Let clients unload the model, which then refuses requests, and load it again"},
-      gst::Property{"insecure", &Settings::insecure,
-                    "Let other machines connect without TLS: only on a network that you trust"},
+                    "Allow clients to unload the model and load it again; an unloaded model "
+                    "refuses requests"},
+      gst::Property{
+          "insecure", &Settings::insecure,
+          "Allow other machines to connect without TLS; use it only on a network that you trust"},
       gst::Property{"allow", &Settings::allow,
                     "Addresses and networks of clients, separated by commas (protocol=edge); "
                     "default: all"},
       gst::Property{"wire-version", &Settings::wire_version,
-                    "The version of NNStreamer's library that clients have (protocol=edge); 0.2.6 "
-                    "serves clients of 0.2.4 too"},
+                    "Version of NNStreamer's library that clients have (protocol=edge); 0.2.6 also "
+                    "serves clients of 0.2.4"},
       gst::Property{"tls-cert", &Settings::tls_cert,
                     "File with the certificate of this server (PEM); with tls-key it enables TLS"},
       gst::Property{"tls-key", &Settings::tls_key, "File with the key of tls-cert (PEM)"},
@@ -91,15 +93,15 @@ class TensorQueryServersrc : public gst::Element<TensorQueryServersrc, gst::Push
           "Names of clients' certificates that are allowed, separated by commas; default: "
           "all of tls-ca"},
       gst::Property{"token-file", &Settings::token_file,
-                    "File with tokens, one on each line: a client needs one; needs TLS"},
+                    "File with one token per line; each client must send one; requires TLS"},
       gst::Property{"connect-type", &Settings::connect_type, "How clients find this server"},
       gst::Property{"dest-host", &Settings::dest_host,
-                    "The address of the broker (connect-type=HYBRID); tls-ca, tls-cert and tls-key "
-                    "are for it"},
-      gst::Property{"dest-port", &Settings::dest_port, "The port of the broker",
+                    "Address of the MQTT broker (connect-type=HYBRID); tls-ca, tls-cert and "
+                    "tls-key apply to it"},
+      gst::Property{"dest-port", &Settings::dest_port, "Port of the MQTT broker",
                     gst::Changeable::InReady, 0u, 65535u},
       gst::Property{"topic", &Settings::topic,
-                    "The name under which the broker has the address of this server"},
+                    "Name under which the MQTT broker stores the address of this server"},
       gst::Property{"user", &Settings::user, "User name for the broker"},
       gst::Property{"password", &Settings::password, "Password for the broker"},
       gst::Property{"psk", &Settings::psk,
@@ -107,9 +109,9 @@ class TensorQueryServersrc : public gst::Element<TensorQueryServersrc, gst::Push
                     "certificates"},
       gst::Property{"psk-identity", &Settings::psk_identity, "Name of the key for the broker"},
       gst::Property{"timeout", &Settings::timeout,
-                    "Seconds after which a client is closed that pauses within a message, does not "
-                    "read its answers, or waits for the caps of the answers; 0 = no limit "
-                    "(protocol=edge)",
+                    "Maximum time in seconds that a client pauses within a message, does not read "
+                    "its answers, or waits for the caps of the answers; after that it is closed; 0 "
+                    "= no limit (protocol=edge)",
                     gst::Changeable::InReady, 0u, 3600u},
       gst::Property{"is-live", &Settings::is_live, "Whether the source is live"},
   };

@@ -50,10 +50,10 @@ class TensorRate : public gst::CountedTransform<TensorRate> {
     return drop_;
   }
   static constexpr std::tuple kProperties{
-      gst::ReadOnly{"in", &TensorRate::in, "Frames received"},
-      gst::ReadOnly{"out", &TensorRate::out, "Frames pushed"},
-      gst::ReadOnly{"duplicate", &TensorRate::duplicate, "Frames pushed again"},
-      gst::ReadOnly{"drop", &TensorRate::drop, "Frames dropped"},
+      gst::ReadOnly{"in", &TensorRate::in, "Number of received frames"},
+      gst::ReadOnly{"out", &TensorRate::out, "Number of pushed frames"},
+      gst::ReadOnly{"duplicate", &TensorRate::duplicate, "Number of duplicated frames"},
+      gst::ReadOnly{"drop", &TensorRate::drop, "Number of dropped frames"},
       gst::Property{"silent", &Settings::silent, "False = notify changes of drop and duplicate",
                     gst::Changeable::WhilePlaying},
       gst::Property{"throttle", &Settings::throttle,

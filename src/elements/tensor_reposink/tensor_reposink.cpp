@@ -36,7 +36,7 @@ class TensorReposink : public gst::Element<TensorReposink, gst::BaseSink> {
  public:
   static constexpr gst::ElementInfo kInfo{
       "WeirTensorReposink", "tensor_reposink", "TensorRepoSink", "Sink/Tensor/Repository",
-      "Passes frames to the tensor_reposrc of the same slot: the end of a loop"};
+      "Ends a loop: passes frames to the tensor_reposrc of the same slot"};
   static inline GstStaticPadTemplate kPads[] = {
       GST_STATIC_PAD_TEMPLATE(
           "sink", GST_PAD_SINK, GST_PAD_ALWAYS,
@@ -55,8 +55,8 @@ class TensorReposink : public gst::Element<TensorReposink, gst::BaseSink> {
       gst::Property{"signal-rate", &Settings::signal_rate,
                     "Accepted for compatibility; has no effect", gst::Changeable::WhilePlaying, 0u,
                     500u},
-      gst::Property{"slot-index", &Settings::slot_index, "The slot that frames go to",
-                    gst::Changeable::WhilePlaying},
+      gst::Property{"slot-index", &Settings::slot_index,
+                    "Number of the slot to which frames are passed", gst::Changeable::WhilePlaying},
       gst::Property{"silent", &Settings::silent, "Accepted for compatibility; has no effect",
                     gst::Changeable::WhilePlaying},
   };

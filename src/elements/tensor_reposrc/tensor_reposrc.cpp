@@ -79,8 +79,9 @@ class TensorReposrc : public gst::Element<TensorReposrc, gst::PushSource> {
   static constexpr std::tuple kProperties{
       gst::Property{"caps", &Settings::caps, "Fixed tensor caps of the frames of the loop",
                     gst::Changeable::WhilePlaying},
-      gst::Property{"slot-index", &Settings::slot_index, "The slot that frames come from",
-                    gst::Changeable::WhilePlaying, 0u, kNotSet - 1},
+      gst::Property{"slot-index", &Settings::slot_index,
+                    "Number of the slot from which frames come", gst::Changeable::WhilePlaying, 0u,
+                    kNotSet - 1},
       gst::Property{"silent", &Settings::silent, "Accepted for compatibility; has no effect",
                     gst::Changeable::WhilePlaying},
   };

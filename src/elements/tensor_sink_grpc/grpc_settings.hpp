@@ -35,16 +35,16 @@ inline constexpr std::tuple kGrpcProperties{
                   gst::Changeable::WhilePlaying},
     gst::Property{"idl", &GrpcSettings::idl, "Schema of the messages: protobuf or flatbuf"},
     gst::Property{"host", &GrpcSettings::host,
-                  "Address of the server; server=true: the address to listen on"},
+                  "Address of the server; with server=true, the address to listen on"},
     gst::Property{"port", &GrpcSettings::port,
-                  "Port of the server; server=true: 0 takes a free port, which the property has "
-                  "while the element is PAUSED or PLAYING",
+                  "Port of the server; with server=true, 0 = a free port, which the property "
+                  "contains in PAUSED and PLAYING",
                   gst::Changeable::InReady, 0, 65535},
-    gst::Property{"max-message", &GrpcSettings::max_message, "Largest message in bytes",
+    gst::Property{"max-message", &GrpcSettings::max_message, "Maximum size of a message in bytes",
                   gst::Changeable::InReady, 1024u, 2147483647u},
     gst::Property{"insecure", &GrpcSettings::insecure,
-                  "Connect to other machines although [network] require-tls of weir.ini is true; "
-                  "needs allow"},
+                  "Allow connections to other machines although weir.ini has [network] "
+                  "require-tls=true; requires allow"},
     gst::Property{"allow", &GrpcSettings::allow,
                   "Addresses, networks and names of the peers that are allowed, separated by "
                   "commas; default: all"}};

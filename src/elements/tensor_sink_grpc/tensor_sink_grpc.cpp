@@ -49,11 +49,13 @@ class TensorSinkGrpc : public gst::Element<TensorSinkGrpc, gst::BaseSink> {
       kGrpcProperties,
       std::tuple{
           gst::Property{"server", &Settings::server,
-                        "true: clients come and receive the frames; false: sends them to a server"},
+                        "true = clients connect and receive the frames; false = the element "
+                        "connects to a server and sends them"},
           gst::Property{"blocking", &Settings::blocking,
-                        "true: wait while no peer has room for the frame; false: drop the frame"},
+                        "true = wait while no peer has room for the frame; false = drop the frame"},
           gst::ReadOnly{"out", &TensorSinkGrpc::out, "Number of frames that were sent or queued"},
-          gst::Property{"queue", &Settings::queue, "Frames that wait for each peer",
+          gst::Property{"queue", &Settings::queue,
+                        "Maximum number of frames that wait for each peer",
                         gst::Changeable::InReady, 1u, 65536u}});
 
   GstStateChangeReturn change_state(GstStateChange change) {

@@ -46,10 +46,10 @@ class TensorSplit : public gst::OneToMany<TensorSplit> {
                     "Dimensions of each segment, as in 3:4:1,3:4:2; with split-dim also the sizes "
                     "along it, as in 1,2",
                     gst::Changeable::WhilePlaying},
-      gst::Property{"split-dim", &Settings::split_dim,
-                    "Cut along this dimension, 0 is the innermost; -1 = segments follow each other "
-                    "in memory",
-                    gst::Changeable::InReady, -1, 15},
+      gst::Property{
+          "split-dim", &Settings::split_dim,
+          "Dimension to split along, 0 = the innermost; -1 = segments follow each other in memory",
+          gst::Changeable::InReady, -1, 15},
       gst::Property{"split-parts", &Settings::split_parts,
                     "With split-dim: number of equal segments; 0 = as given by tensorseg",
                     gst::Changeable::InReady, 0u, G_MAXUINT},

@@ -32,14 +32,16 @@ class TensorSrcGrpc : public gst::Element<TensorSrcGrpc, gst::PushSource> {
   using Settings = SourceSettings;
   static constexpr auto kProperties = std::tuple_cat(
       kGrpcProperties,
-      std::tuple{
-          gst::Property{"server", &Settings::server,
-                        "true: clients come and send frames; false: receives those of a server"},
-          gst::Property{"blocking", &Settings::blocking,
-                        "true: senders wait while the queue is full; false: drop the oldest frame"},
-          gst::ReadOnly{"out", &TensorSrcGrpc::out, "Number of frames that were pushed"},
-          gst::Property{"queue", &Settings::queue, "Messages that wait for the pipeline",
-                        gst::Changeable::InReady, 1u, 65536u}});
+      std::tuple{gst::Property{"server", &Settings::server,
+                               "true = clients connect and send frames; false = the element "
+                               "connects to a server and receives them"},
+                 gst::Property{
+                     "blocking", &Settings::blocking,
+                     "true = senders wait while the queue is full; false = drop the oldest frame"},
+                 gst::ReadOnly{"out", &TensorSrcGrpc::out, "Number of frames that were pushed"},
+                 gst::Property{"queue", &Settings::queue,
+                               "Maximum number of messages that wait for the pipeline",
+                               gst::Changeable::InReady, 1u, 65536u}});
 
   void constructed() {
     gst_base_src_set_live(base(), TRUE);

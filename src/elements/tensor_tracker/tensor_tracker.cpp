@@ -27,7 +27,7 @@ struct EnumType<track::Mode> {
   static GType type() {
     static const GEnumValue values[] = {
         {0, "Prediction, and boxes of a low score continue tracks", "bytetrack"},
-        {1, "The overlap with the last box alone", "iou"},
+        {1, "Only the overlap with the last box", "iou"},
         {0, nullptr, nullptr}};
     static const GType t = g_enum_register_static("WeirTrackerMode", values);
     return t;
@@ -79,9 +79,9 @@ std::string plain_columns(const FrameSpec& spec) {
 
 class TensorTracker : public gst::CountedTransform<TensorTracker> {
  public:
-  static constexpr gst::ElementInfo kInfo{"WeirTensorTracker", "tensor_tracker", "TensorTracker",
-                                          "Filter/Tensor",
-                                          "Gives objects a number that stays from frame to frame"};
+  static constexpr gst::ElementInfo kInfo{
+      "WeirTensorTracker", "tensor_tracker", "TensorTracker", "Filter/Tensor",
+      "Gives each object a number that stays the same from frame to frame"};
   static inline GstStaticPadTemplate kPads[] = {
       GST_STATIC_PAD_TEMPLATE("sink", GST_PAD_SINK, GST_PAD_ALWAYS,
                               GST_STATIC_CAPS(WEIR_CAPS_TENSOR "; " WEIR_CAPS_TENSORS(
@@ -103,8 +103,7 @@ class TensorTracker : public gst::CountedTransform<TensorTracker> {
   static constexpr uint64_t kLongest = uint64_t{24} * 3600 * 1000000000;
   static constexpr std::tuple kProperties{
       gst::Property{"mode", &Settings::mode, "How boxes are matched with tracks", kPlaying},
-      gst::Property{"classes", &Settings::classes,
-                    "Whether objects of each class are tracked apart", kPlaying},
+      gst::Property{"classes", &Settings::classes, "Whether an object keeps its class", kPlaying},
       gst::Property{"high", &Settings::high,
                     "Minimum score of boxes that are matched first and that begin tracks", kPlaying,
                     0.0f, 1.0f},
@@ -113,18 +112,19 @@ class TensorTracker : public gst::CountedTransform<TensorTracker> {
       gst::Property{"match", &Settings::match,
                     "Minimum intersection over union of a track and its box", kPlaying, 0.0f, 1.0f},
       gst::Property{"max-age", &Settings::max_age,
-                    "Time in nanoseconds after which a track without a box is forgotten", kPlaying,
+                    "Time in nanoseconds after which a track without a box is deleted", kPlaying,
                     uint64_t{0}, kLongest},
       gst::Property{"min-hits", &Settings::min_hits,
                     "Number of consecutive frames with a box before an object gets its number",
                     kPlaying, 1u, 1000u},
-      gst::Property{"camera-motion", &Settings::camera_motion,
-                    "Whether a motion that most objects have in common is that of the camera",
-                    kPlaying},
-      gst::Property{"embeddings", &Settings::embeddings,
-                    "Number, from 0, of the tensor with a vector for each row of the first tensor "
-                    "of rows; -1 = none",
-                    kPlaying, -1, int{kTensorLimit} - 1},
+      gst::Property{
+          "camera-motion", &Settings::camera_motion,
+          "Compensate for motion that most objects have in common, which is that of the camera",
+          kPlaying},
+      gst::Property{
+          "embeddings", &Settings::embeddings,
+          "Index of the tensor with a vector for each row of the first tensor of rows; -1 = none",
+          kPlaying, -1, int{kTensorLimit} - 1},
       gst::Property{"appearance", &Settings::appearance,
                     "Maximum cosine distance of a track and the vector of its box", kPlaying, 0.0f,
                     2.0f},
