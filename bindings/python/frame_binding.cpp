@@ -67,11 +67,10 @@ std::string repr_of_map(const SourceMap& map) {
 }
 
 void bind_source_map(py::module_& module) {
-  py::class_<SourceMap>(
-      module, "SourceMap",
-      R"(The way from pixels of a tensor to those of the picture that it was made of.
+  py::class_<SourceMap>(module, "SourceMap",
+                        R"(The transform from tensor to source picture coordinates.
 
-Coordinates are pixels from the top left corner; integers are the edges between pixels.)")
+Coordinates are pixels from the top left corner. Integers are the edges between pixels.)")
       .def(
           "to_source",
           [](const SourceMap& map, double x, double y) {
@@ -103,10 +102,10 @@ Coordinates are pixels from the top left corner; integers are the edges between 
       .def("__repr__", &repr_of_map);
 }
 
-constexpr const char* kFrame = R"(A frame that came out of a pipeline.
+constexpr const char* kFrame = R"(A frame from a pipeline.
 
-len(frame) is the number of its tensors, frame[i] a read-only array over the memory of one. `pts` and `duration` are in
-nanoseconds, or None. A frame of other media than tensors is one array of uint8.)";
+len(frame) is the number of its tensors. frame[i] is a read-only array over the memory of a tensor. `pts` and `duration` are in
+nanoseconds, or None. A frame of other media is one array of uint8.)";
 
 }  // namespace
 
@@ -127,21 +126,21 @@ void bind_frame(py::module_& module) {
           "in nanoseconds, or None")
       .def_property_readonly("caps", &Frame::caps, "the stream's caps, as GStreamer writes them")
       .def_property_readonly("results", from_results("of_frame"),
-                             "what tensor_decoder, tensor_tracker and others found: a list of "
-                             "weir.results.Row. ValueError if the stream has no results")
+                             "the results of tensor_decoder, tensor_tracker and others: a list of "
+                             "weir.results.Row. Raises ValueError if the stream has no results")
       .def_property_readonly("columns", from_results("columns_of_frame"),
-                             "what each tensor holds: a list of weir.results.Columns")
+                             "the description of each tensor: a list of weir.results.Columns")
       .def_property_readonly("text", from_results("text_of_frame"),
-                             "the frame of a stream of text, such as that of tensor_decoder "
-                             "mode=json, as str. ValueError for another stream")
+                             "the frame of a text stream, such as that of tensor_decoder "
+                             "mode=json, as str. Raises ValueError for other streams")
       .def_property_readonly("source_map", &first_map,
-                             "the SourceMap of the first tensor or region; None if the frame does "
-                             "not come from a picture")
+                             "the SourceMap of the first tensor or region, or None if the frame "
+                             "does not come from a picture")
       .def_property_readonly("source_maps", &maps_of,
-                             "the SourceMaps: one for all tensors, or one for each; of a batch of "
-                             "regions one for each region")
+                             "the SourceMaps: one for all tensors, one for each tensor, or one for "
+                             "each region of a batch of regions")
       .def("caps_field", &Frame::caps_field, py::arg("name"),
-           "Returns the text of a field of the caps, such as weir-source; \"\" if there is none.")
+           "Returns the text of a caps field, such as weir-source, or \"\" if it does not exist.")
       .def("label", &label_of, py::arg("tensor"), py::arg("class_index"),
            "Returns the label of a class in results tensor number `tensor`, or None.")
       .def("__repr__", &repr);

@@ -108,7 +108,7 @@ void reshape(const ModelObject& self, const py::sequence& shapes) {
   value_of_model(unlocked([&] { return model->reshape(wanted); }));
 }
 
-constexpr const char* kModel = R"(A model of any engine, opened and invoked by the program itself.
+constexpr const char* kModel = R"(A model that the program opens with any engine and invokes.
 
 Model(paths, engine="", accelerator="", threads=0, options={}, timeout=0.0, declared={})
 
@@ -116,23 +116,24 @@ Model(paths, engine="", accelerator="", threads=0, options={}, timeout=0.0, decl
         scores, = model(image)
 
 paths: a file, or a list of files
-engine: its name, such as "onnxruntime"; "": chosen by the names of the files
-accelerator: in the engine's terms; "": the engine's own choice
-threads: of one call; 0: the engine's own choice
-options: the engine's own options, as a dict
-timeout: seconds that a call may take; 0: no limit
+engine: the name of the engine, such as "onnxruntime"; "" selects it by the extensions of the files
+accelerator: the accelerator in the engine's terms; "" is the engine's default
+threads: the number of threads for one call; 0 is the engine's default
+options: the options of the engine, as a dict
+timeout: the time limit of a call in seconds; 0 is no limit
 declared: the properties input, inputtype, output... of tensor_filter, as a dict, for engines that need them
 
-Any thread may call. Calls of one model wait for each other; other threads of Python run meanwhile.)";
+Any thread can call a model. Calls of the same model wait for each other. Other Python threads run during a call.)";
 
 void bind_tensor_info(py::module_& module) {
   py::class_<TensorInfo>(module, "TensorInfo", "The description of one tensor of a model.")
       .def_readonly("name", &TensorInfo::name)
       .def_property_readonly(
           "dtype", [](const TensorInfo& info) { return dtype_of(info.type); },
-          "of NumPy; None where it is open")
+          "the NumPy dtype, or None if it is open")
       .def_property_readonly("shape", &shape_of,
-                             "outermost first; None for an open extent, or if the rank is unknown")
+                             "the shape, outermost dimension first; None for an open dimension, or "
+                             "if the rank is unknown")
       .def_readonly("scale", &TensorInfo::scale,
                     "real = scale * (value - zero_point); 0: not quantised")
       .def_readonly("zero_point", &TensorInfo::zero_point)
@@ -169,7 +170,7 @@ void bind_model(py::module_& module) {
           "outputs", [](const Object& self) { return py::tuple(py::cast(self.get()->outputs())); },
           "one TensorInfo per tensor that the model returns")
       .def("reshape", &reshape, py::arg("shapes"),
-           "Sets the shapes of all inputs where the model leaves them open; () = the model's own.")
+           "Sets the open dimensions with one shape for each input; () is the model's own shape.")
       .def(
           "set_timeout",
           [](const Object& self, double seconds) {
@@ -177,11 +178,12 @@ void bind_model(py::module_& module) {
           },
           py::arg("seconds"), "The time limit of later calls in seconds; 0 = none.")
       .def("invoke", &invoke, py::arg("inputs"),
-           "Runs the model on an array, or a list of arrays, one for each input. Returns a list of "
-           "arrays, read-only, in memory of the call; None when the model drops the frame.")
+           "Runs the model on an array, or on a list with one array for each input. Returns a list "
+           "of read-only arrays in new memory, or None if the model drops the frame.")
       .def("invoke_batch", &invoke_batch, py::arg("frames"),
-           "Runs several frames at once, each as for invoke(). Returns a list of outputs for each.")
-      .def("close", &Object::close, "Frees the model after the calls that are running.")
+           "Runs several frames at once, each as for invoke(). Returns a list of outputs for each "
+           "frame.")
+      .def("close", &Object::close, "Frees the model when the running calls have returned.")
       .def("__enter__", [](py::object self) { return self; })
       .def("__exit__", [](Object& self, const py::args&) { self.close(); });
 }

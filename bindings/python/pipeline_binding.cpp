@@ -184,7 +184,7 @@ py::dict elements(const Object& self) {
 }
 
 constexpr const char* kPipeline =
-    R"(A pipeline, from the text that gst-launch-1.0 takes.
+    R"(A pipeline, from a text in the syntax of gst-launch-1.0.
 
     with weir.Pipeline("appsrc name=in ! tensor_filter model=net.onnx ! tensor_sink name=out") as pipeline:
         pipeline.push("in", image)
@@ -193,7 +193,7 @@ constexpr const char* kPipeline =
             print(frame[0])
 
 `with` starts the pipeline and stops it at the end. An error that an element posts raises weir.Error in every later call, until
-stop(). Any thread may call. Time limits are seconds, None: no limit. Times of frames are nanoseconds.)";
+stop(). Any thread can call these functions. Timeouts are in seconds; None waits without limit. Times of frames are in nanoseconds.)";
 
 }  // namespace
 
@@ -212,15 +212,15 @@ void bind_pipeline(py::module_& module) {
             s.call([](Pipeline& p) { return p.stop(); });
             s.forget_raised();
           },
-          "Stops the pipeline. Frames in it, frames not pulled, and its error are discarded.")
+          "Stops the pipeline. Discards its frames, frames that were not pulled, and its error.")
       .def("close", &Object::close, "Stops and frees the pipeline.")
       .def_property_readonly("closed", &Object::is_closed, "True after close()")
       .def_property_readonly("state", &state, "\"stopped\", \"paused\" or \"playing\"")
       .def("wait", &wait, py::arg("timeout") = py::none(),
-           "Waits until every stream has ended. Returns False on time-out. Ctrl-C interrupts it.")
+           "Waits until every stream has ended. Returns False on timeout. Ctrl-C interrupts it.")
       .def("push", &push, py::arg("name"), py::arg("arrays"), py::arg("pts") = py::none(),
            py::arg("duration") = py::none(),
-           "Pushes a frame into the appsrc `name`: an array, or a list of arrays, one for each "
+           "Pushes a frame into the appsrc `name`: an array, or a list with one array for each "
            "tensor.")
       .def(
           "end",
@@ -229,8 +229,8 @@ void bind_pipeline(py::module_& module) {
           },
           py::arg("name"), "Ends the stream of the appsrc `name`.")
       .def("pull", &pull, py::arg("name"), py::arg("timeout") = py::none(),
-           "Returns the next Frame of the tensor_sink or appsink `name`; None on time-out or, if "
-           "ended() is True then, at the end of the stream. Ctrl-C interrupts it.")
+           "Returns the next Frame of the tensor_sink or appsink `name`. Returns None on timeout, "
+           "and at the end of the stream, when ended() is True. Ctrl-C interrupts it.")
       .def(
           "ended",
           [](const Object& self, const std::string& name) {
@@ -239,10 +239,10 @@ void bind_pipeline(py::module_& module) {
           py::arg("name"), "True if the stream of the sink `name` has ended and no frame is left.")
       .def("on_frame", &on_frame, py::arg("name"), py::arg("function"),
            "Calls `function` with each Frame of the sink `name`, on a thread of the stream, "
-           "instead of "
-           "keeping frames for pull(); None: keeps them again. Only while the pipeline is stopped. "
-           "An exception in the function ends the stream, and is the __cause__ of the weir.Error. "
-           "The function may close its pipeline, but cannot start, pause or stop it.")
+           "instead of keeping frames for pull(). None keeps the frames for pull() again. Call "
+           "this only while the pipeline is stopped. An exception in the function ends the stream "
+           "and is the __cause__ of the weir.Error. The function can close its pipeline, but "
+           "cannot start, pause or stop it.")
       .def("set", &set, py::arg("element"), py::arg("property"), py::arg("value"),
            "Sets a property of the element `element`: a bool, a number, or text as in "
            "gst-launch-1.0.")
@@ -259,8 +259,8 @@ void bind_pipeline(py::module_& module) {
           },
           py::arg("element"), py::arg("property"))
       .def("elements", &elements,
-           "Returns the elements of the text as a dict: their kinds, such as \"tensor_filter\", by "
-           "their names.")
+           "Returns a dict of the elements in the pipeline text: the element type, such as "
+           "\"tensor_filter\", by element name.")
       .def(
           "open_valve",
           [](const Object& self, const std::string& name, bool open) {

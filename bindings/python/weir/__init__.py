@@ -7,8 +7,8 @@
 
     scores, = weir.Model("net.onnx")(image)
 
-weir.Pipeline plays a pipeline, weir.Model runs one model in any engine, weir.results reads tensors of results, and
-weir.TensorShape is for scripts that a pipeline runs. Failures raise weir.Error.
+weir.Pipeline runs a pipeline. weir.Model runs one model with any engine. weir.results reads result tensors. weir.TensorShape is
+for scripts that a pipeline runs. Functions that fail raise weir.Error.
 """
 
 import pathlib

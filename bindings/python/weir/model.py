@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: LGPL-2.1-or-later
-"""weir.Model and what it returns."""
+"""weir.Model and its outputs."""
 
 from __future__ import annotations
 
@@ -17,10 +17,10 @@ Input = typing.Any
 
 
 class Outputs(typing.List["Array"]):
-    """The outputs of a model: a list of arrays, which also gives an output by its name.
+    """The outputs of a model: a list of arrays that you can also index by name.
 
     outputs[0] and outputs["scores"] are the same array if "scores" is the name of the model's first output. `names` has all
-    names, in the order of the list. The arrays are read-only and may outlive the model.
+    names in the order of the list. The arrays are read-only and can outlive the model.
     """
 
     def __init__(self, arrays: typing.Iterable[Array], names: typing.Sequence[str]):
@@ -40,7 +40,7 @@ class Outputs(typing.List["Array"]):
         raise KeyError(f"the model has no output {key!r}; its outputs are {', '.join(map(repr, self.names))}")
 
     def as_dict(self) -> dict[str, Array]:
-        """The outputs by name. Of outputs with the same name the first."""
+        """Returns the outputs by name. If several outputs have the same name, returns the first."""
         return {name: self[name] for name in self.names}
 
     def __repr__(self) -> str:
@@ -65,7 +65,7 @@ class Model(_weir.Model):
     def invoke(self, inputs: Input) -> typing.Optional[Outputs]:
         """Runs the model on one array, on a list with an array for each input, or on a dict of arrays by the names of inputs.
 
-        An array's dtype must be that of the input: it is never converted silently. Returns Outputs, which is a list of
+        The dtype of an array must be that of the input. It is never converted silently. Returns Outputs, which is a list of
         read-only arrays, or None if the model drops the frame.
         """
         if isinstance(inputs, dict):
@@ -74,7 +74,7 @@ class Model(_weir.Model):
         return None if arrays is None else Outputs(arrays, self._output_names())
 
     def invoke_batch(self, frames: typing.Sequence[Input]) -> typing.Optional[list[Outputs]]:
-        """Runs several frames at once, each as for invoke(). Returns Outputs for each frame, or None if the model drops them."""
+        """Runs several frames at once. Each frame is as for invoke(). Returns Outputs for each frame, or None if the model drops them."""
         ordered = [self._in_order(frame) if isinstance(frame, dict) else frame for frame in frames]
         all_outputs = super().invoke_batch(ordered)
         if all_outputs is None:

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: LGPL-2.1-or-later
-"""weir.Pipeline: a pipeline that a program plays."""
+"""weir.Pipeline: runs a pipeline from a program."""
 
 from __future__ import annotations
 
@@ -27,10 +27,9 @@ class Pipeline(_weir.Pipeline):
     def frames(self, name: typing.Optional[str] = None, timeout: typing.Optional[float] = None) -> typing.Iterator[Frame]:
         """Iterates over the frames of a tensor_sink or appsink until its stream ends: for frame in pipeline.frames("out").
 
-        name: the sink; may be left out if the pipeline has only one.
-        timeout: seconds to wait for each frame; TimeoutError if none comes. None: wait without limit.
-        A pipeline that is stopped is started first, and stopped when the iteration ends. An error of the pipeline raises
-        weir.Error.
+        name: the name of the sink. Optional if the pipeline has only one sink.
+        timeout: seconds to wait for each frame. Raises TimeoutError if no frame arrives. None waits without limit.
+        If the pipeline is stopped, the iteration starts it, and stops it at the end. An error of the pipeline raises weir.Error.
         """
         sink = self._only_sink() if name is None else name
         return self._frames(sink, timeout)
@@ -58,9 +57,9 @@ class Pipeline(_weir.Pipeline):
                          f"they are {', '.join(map(repr, sinks))}")
 
     def stats(self, name: typing.Optional[str] = None) -> dict[str, typing.Any]:
-        """The property "stats" of the element `name` as a dict: frames received, dropped, ... and what the element adds.
+        """Returns the property "stats" of the element `name` as a dict: frames received, dropped, ... and the element's own counters.
 
-        Without a name: a dict of the stats of each element that has any, by the element's name.
+        Without a name, returns a dict with the stats of all elements that have this property, by element name.
         """
         if name is not None:
             stats: dict[str, typing.Any] = json.loads(self._get_json(name, "stats"))

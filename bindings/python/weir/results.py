@@ -1,8 +1,8 @@
 # SPDX-License-Identifier: LGPL-2.1-or-later
-"""Weir Results, version 1, in Python: columns of a stream, and its rows by name.
+"""Reads Weir Results, version 1: the columns of a stream, and its rows by name.
 
-The format is that of weir/results.h and docs/results.md. Frame.results gives the rows of a frame of weir.Pipeline. For tensors
-from elsewhere only NumPy is needed: this module works without the libraries of Weir.
+weir/results.h and docs/results.md define the format. Frame.results returns the rows of a frame of weir.Pipeline. For other
+tensors, this module needs only NumPy and works without the libraries of Weir.
 
     columns = parse_columns("x1,y1,x2,y2,score,class;masks")
     for row in rows(columns[0], tensor):          # tensor: bytes, or an array
@@ -32,9 +32,9 @@ SINGLE = ("score", "class", "track", "parent", "rotation")
 
 @dataclasses.dataclass(frozen=True)
 class Columns:
-    """What a tensor holds. `kind` is "rows", the name of a table, or "" for a tensor that is not a result.
+    """Describes a tensor. `kind` is "rows", the name of a table, or "" for a tensor that is not a result.
 
-    The rest is of rows: `length` numbers in each, and `names`: (name, first number, count) of each column.
+    The other members describe rows. Each row has `length` numbers. `names` has (name, first number, count) for each column.
     """
 
     kind: str = ""
@@ -45,7 +45,7 @@ class Columns:
     point_length: int = 0  # 2: x, y; 3: x, y, score
 
     def dtype(self) -> numpy.dtype[typing.Any]:
-        """A structured type of one row: fields by column; `box` has the four edges."""
+        """Returns a structured type for one row, with a field for each column. `box` has the four edges."""
         fields: list[tuple[typing.Any, ...]] = []
         for name, _first, count in self.names:
             if name == "x1":
@@ -104,7 +104,7 @@ def _parse_entry(text: str) -> Columns:
 
 
 def parse_columns(text: typing.Optional[str]) -> list[Columns]:
-    """The Columns of each tensor of a weir-columns text. Raises ValueError if it is not valid."""
+    """Returns the Columns of each tensor in a weir-columns text. Raises ValueError if the text is not valid."""
     return [_parse_entry(entry) for entry in (text or "").split(";")]
 
 
@@ -115,9 +115,9 @@ def _table() -> typing.Any:
 
 @dataclasses.dataclass(repr=False)
 class Row:
-    """One object that was found. Members that the rows have no column for have their neutral value.
+    """One result, such as a detected object. A member without a column in the rows has its default value.
 
-    The last members come from Frame.results, which knows the stream's labels and the tensors that belong to the rows.
+    Frame.results sets the last members from the labels of the stream and from the other tensors of the frame.
     """
 
     box: typing.Optional[tuple[float, ...]]  # x1, y1, x2, y2 in pixels of the source picture

@@ -9,7 +9,7 @@ namespace weir {
 Error backwards_time(uint64_t time, uint64_t before, OnBackwardsTime what) {
   const bool dropped = what == OnBackwardsTime::Drop;
   return {.code = Code::TIME_INVALID,
-          .what = std::string("a time-stamp goes backwards: such frames are ") +
+          .what = std::string("a timestamp goes backwards: such frames are ") +
                   (dropped ? "dropped and counted" : "counted and passed on"),
           .offered = time_text(time),
           .needed = "at least " + time_text(before) + ", the time before",

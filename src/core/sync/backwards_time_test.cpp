@@ -36,7 +36,7 @@ TEST(BackwardsTime, CanBeReset) {
 TEST(BackwardsTime, IsReportedWithBothTimesAndTheProperty) {
   const auto passed = backwards_time(1'500'000'000, 3'723'000'000'001, OnBackwardsTime::Pass);
   EXPECT_EQ(passed.code, Code::TIME_INVALID);
-  EXPECT_EQ(passed.what, "a time-stamp goes backwards: such frames are counted and passed on");
+  EXPECT_EQ(passed.what, "a timestamp goes backwards: such frames are counted and passed on");
   EXPECT_EQ(passed.offered, "0:00:01.500000000");
   EXPECT_EQ(passed.needed, "at least 1:02:03.000000001, the time before");
   EXPECT_EQ(passed.fix, "on-backwards-time=drop leaves them out");

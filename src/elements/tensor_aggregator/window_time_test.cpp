@@ -106,7 +106,7 @@ TEST(WindowTime, ThatGoesBackwardsIsCounted) {
     Errors errors(h);
     for (const GstClockTime time : {10, 20, 15, 30})
       ASSERT_EQ(gst_harness_push(h.get(), frame(Bytes(1), time, 1)), GST_FLOW_OK);
-    EXPECT_SAYS(errors.next_warning(), "WEIR-2008: a time-stamp goes backwards");
+    EXPECT_SAYS(errors.next_warning(), "WEIR-2008: a timestamp goes backwards");
     EXPECT_EQ(stat(h, kName, "backwards-times"), 1u);
     EXPECT_EQ(stat(h, kName, "dropped-time"), drop ? 1u : 0u);
     EXPECT_EQ(gst_harness_buffers_in_queue(h.get()), drop ? 1u : 2u);

@@ -201,7 +201,7 @@ TEST(ConverterTime, ThatGoesBackwardsIsCountedReportedOnceAndForwarded) {
   EXPECT_EQ(stat(h, "backwards-times"), 2u);
   EXPECT_EQ(stat(h, "consumed"), 4u);
   const auto warning = errors.next_warning();
-  EXPECT_SAYS(warning, "WEIR-2008: a time-stamp goes backwards: such frames are counted");
+  EXPECT_SAYS(warning, "WEIR-2008: a timestamp goes backwards: such frames are counted");
   EXPECT_SAYS(warning, "offered: 0:00:03.000000000");
   EXPECT_SAYS(warning, "needed: at least 0:00:05.000000000");
   EXPECT_SAYS(warning, "fix: on-backwards-time=drop");

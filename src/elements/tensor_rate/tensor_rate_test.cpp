@@ -141,7 +141,7 @@ TEST(TensorRate, DropsABackwardsFrameAndWarns) {
   push(h, 0, 100 * kMs);
   push(h, 1, 50 * kMs);
   const std::string warning = errors.next_warning();
-  EXPECT_SAYS(warning, "WEIR-2008: a time-stamp goes backwards");
+  EXPECT_SAYS(warning, "WEIR-2008: a timestamp goes backwards");
   push(h, 2, 60 * kMs);
   EXPECT_EQ(errors.next_warning(), "") << "posted only once";
   EXPECT_EQ(counter(h, "drop"), 2u);

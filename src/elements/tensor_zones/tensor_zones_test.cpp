@@ -363,7 +363,7 @@ TEST_F(TensorZones, FramesWithoutTimesAreCountedWithAWarning) {
   Errors errors(element.get());
   line(h, object(50, 40, 7));
   EXPECT_SAYS(line(h, object(50, 60, 7)), R"("forward":1)");
-  EXPECT_SAYS(errors.next_warning(), "WEIR-2008: a frame has no time-stamp");
+  EXPECT_SAYS(errors.next_warning(), "WEIR-2008: a frame has no timestamp");
   EXPECT_EQ(errors.next_warning(), "");
 }
 

@@ -46,7 +46,7 @@ Error objects_without_track() {
 
 Error frame_without_time() {
   return Error{.code = Code::TIME_INVALID,
-               .what = "a frame has no time-stamp: dwell times and speeds stand still",
+               .what = "a frame has no timestamp: dwell times and speeds stand still",
                .offered = "a buffer without a PTS",
                .needed = "a PTS in a segment of format time",
                .fix = "check the upstream element: a source needs do-timestamp=true"};

@@ -28,7 +28,7 @@ TEST_P(BadTime, IsAcceptedAndCounted) {
   bench.expect_balance(std::size(times));
   if (std::string(subject.name) == "converter") {
     EXPECT_EQ(bench.stat("backwards-times"), 4u);
-    EXPECT_SAYS(bench.warning(), "WEIR-2008: a time-stamp goes backwards");
+    EXPECT_SAYS(bench.warning(), "WEIR-2008: a timestamp goes backwards");
     EXPECT_EQ(bench.last_time(), 7 + GST_SECOND / 30) << "missing times continue from 7";
   }
   expect_sound_again(bench, subject, std::size(times));
