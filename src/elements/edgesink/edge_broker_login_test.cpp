@@ -44,7 +44,7 @@ class BrokerLogin : public BrokerTest {
         << source;
   }
 
-  const BrokerCertificates files_;
+  const BrokerCertificates files_{};
 };
 
 TEST_F(BrokerLogin, StreamsWithCertificatesAndPassword) {

@@ -11,19 +11,7 @@ namespace weir::test {
 // of other.pem.
 class BrokerCertificates {
  public:
-  BrokerCertificates() {
-    char name[] = "/tmp/weir-certificates-XXXXXX";
-    folder_ = mkdtemp(name);
-    Process made({"sh", "-ec", kScript, "sh", folder_});
-    EXPECT_EQ(made.wait(), 0) << "the command openssl";
-  }
-  BrokerCertificates(const BrokerCertificates&) = delete;
-  BrokerCertificates& operator=(const BrokerCertificates&) = delete;
-  ~BrokerCertificates() {
-    std::error_code ignored;
-    std::filesystem::remove_all(folder_, ignored);
-  }
-  std::string file(const std::string& name) const { return folder_ + "/" + name; }
+  std::string file(const std::string& name) const { return folder() + "/" + name; }
   // Settings of a mosquitto with the certificate NAME.pem.
   std::string settings(const std::string& name, const std::string& more = "") const {
     return "user root\nallow_anonymous true\ncafile " + file("ca.pem") + "\ncertfile " +
@@ -36,6 +24,31 @@ class BrokerCertificates {
   }
 
  private:
+  // Made once for all tests of a program: it takes seconds.
+  class Folder {
+   public:
+    Folder() {
+      char name[] = "/tmp/weir-certificates-XXXXXX";
+      path_ = mkdtemp(name);
+      Process made({"sh", "-ec", kScript, "sh", path_});
+      EXPECT_EQ(made.wait(), 0) << "the command openssl";
+    }
+    Folder(const Folder&) = delete;
+    Folder& operator=(const Folder&) = delete;
+    ~Folder() {
+      std::error_code ignored;
+      std::filesystem::remove_all(path_, ignored);
+    }
+    const std::string& path() const { return path_; }
+
+   private:
+    std::string path_;
+  };
+  static const std::string& folder() {
+    static const Folder made;
+    return made.path();
+  }
+
   static constexpr char kScript[] = R"(cd "$1"
 key='-newkey ec -pkeyopt ec_paramgen_curve:P-256 -nodes'
 authority() { openssl req -x509 $key -keyout $1.key -out $1.pem -subj /CN=$1 -days 2; }
@@ -52,7 +65,6 @@ issue expired DNS:localhost,IP:127.0.0.1 -1 ca
 issue client DNS:client 1 ca
 issue stranger DNS:stranger 1 other
 )";
-  std::string folder_;
 };
 
 }  // namespace weir::test

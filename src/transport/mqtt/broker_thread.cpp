@@ -30,6 +30,18 @@ std::string socket_error(int socket) {
   return strerror_r(error, text, sizeof text);
 }
 
+bool has_failed(int socket) {
+  pollfd wait{.fd = socket, .events = 0, .revents = 0};
+  return poll(&wait, 1, 0) > 0 && (wait.revents & POLLERR);
+}
+// Whether a connection has ended and there is nothing left to read.
+bool has_ended(int socket) {
+  pollfd wait{.fd = socket, .events = 0, .revents = 0};
+  char byte = 0;
+  return poll(&wait, 1, 0) > 0 && (wait.revents & POLLHUP) &&
+         recv(socket, &byte, 1, MSG_PEEK | MSG_DONTWAIT) <= 0;
+}
+
 }  // namespace
 
 BrokerClient::Impl::Impl(BrokerOptions options)
@@ -134,14 +146,18 @@ bool BrokerClient::Impl::try_connect(const std::string& target, bool blocking,
       return false;
     }
     const int socket = mosquitto_socket(client_.get());
-    pollfd wait{.fd = socket, .events = 0, .revents = 0};
-    const bool failed = poll(&wait, 1, 0) > 0 && (wait.revents & POLLERR);
-    if (failed) {
+    if (has_failed(socket)) {
       *reason = socket_error(socket);
       return false;
     }
+    const bool ended = has_ended(socket);
     result = step(static_cast<int>(std::min<std::chrono::milliseconds>(left, 50ms).count()));
     if (result != MOSQ_ERR_SUCCESS && !answer_) *reason = mosquitto_strerror(result);
+    // OpenSSL takes the error of a refused connection from the socket, and the library waits on.
+    if (result == MOSQ_ERR_SUCCESS && !answer_ && ended) {
+      *reason = "the connection was refused or ended";
+      return false;
+    }
   }
   if (answer_ == 0) return true;
   if (answer_)

@@ -51,7 +51,7 @@ class BrokerTls : public test::BrokerTest {
     EXPECT_TRUE((*client)->receive(30s));
   }
 
-  const test::BrokerCertificates files_;
+  const test::BrokerCertificates files_{};
 };
 
 // The client is not accepted, or does not accept the broker, for a reason, and with a remedy.
@@ -123,6 +123,19 @@ TEST_F(BrokerTls, PreSharedKeys) {
                  "fix: compare psk and psk-identity");
   expect_refused(with_key(broker, "door", "abcdef0123456789"), "the pre-shared key",
                  "fix: compare psk and psk-identity");
+}
+
+// localhost is ::1 first, where this broker does not listen.
+TEST_F(BrokerTls, ARefusedAddressIsLeftAtOnceForTheNext) {
+  const std::string keys = files_.text_file("keys", "camera:abcdef0123456789");
+  const TestBroker broker("user root\nallow_anonymous true\npsk_hint weir\npsk_file " + keys +
+                          "\n");
+  auto options = with_key(broker, "camera", "abcdef0123456789");
+  options.host = "localhost";
+  options.connect_timeout = 60s;
+  const auto began = std::chrono::steady_clock::now();
+  expect_exchange(options);
+  EXPECT_LT(std::chrono::steady_clock::now() - began, 30s);
 }
 
 TEST_F(BrokerTls, Passwords) {

@@ -181,9 +181,9 @@ Error broker_unreachable(const BrokerOptions& options, std::string offered) {
           .what = "the MQTT broker " + options.host + ":" + std::to_string(options.port) +
                   " cannot be reached",
           .offered = std::move(offered),
-          .needed =
-              std::string("a broker that answers at this address ") +
-              (has_tls ? "with TLS, often at port 8883" : "without TLS; one with TLS needs tls-ca"),
+          .needed = std::string("a broker that answers at this address ") +
+                    (has_tls ? "with TLS, at a port that is often 8883"
+                             : "without TLS; one with TLS needs tls-ca"),
           .fix = "start the broker, for example with `mosquitto -p " +
                  std::to_string(options.port) + "`, or set " + options.address_properties};
 }
