@@ -1,4 +1,5 @@
-// ElementStage: drives one element, or several in a row, between two bare pads from this thread.
+// ElementStage: drives one element, or several in a row, between two bare pads from this thread. A
+// sink has no second pad.
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #pragma once
 #include <gst/gst.h>
@@ -27,7 +28,7 @@ class ElementStage {
     const auto in = gst::Ref<GstPad>::adopt(gst_element_get_static_pad(element_.get(), "sink"));
     const auto out = gst::Ref<GstPad>::adopt(gst_element_get_static_pad(element_.get(), "src"));
     gst_pad_link(source_, in.get());
-    gst_pad_link(out.get(), sink_);
+    if (out) gst_pad_link(out.get(), sink_);
     gst_pad_set_active(sink_, TRUE);
     gst_pad_set_active(source_, TRUE);
     gst_element_set_state(element_.get(), GST_STATE_PLAYING);

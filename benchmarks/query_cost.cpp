@@ -1,16 +1,18 @@
-// Compares a request of tensor_query_client with a ping-pong of plain sockets that sends the same
-// bytes: to a plain server that speaks the same protocol, and to a pipeline that is served
-// (docs/benchmarks.md).
+// Compares requests in NNStreamer's protocol with a ping-pong of plain sockets that sends the same
+// bytes: tensor_query_client to a plain server that speaks the protocol, a plain client to a
+// pipeline that is served, and both elements together (docs/benchmarks.md).
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #include <sys/socket.h>
-#include <sys/uio.h>
 
+#include <array>
 #include <cstring>
 #include <memory>
 
 #include "core/wire/edge_header.hpp"
+#include "core/wire/edge_metadata.hpp"
 #include "core/wire/edge_texts.hpp"
 #include "element_stage.hpp"
+#include "served_line.hpp"
 #include "server_process.hpp"
 #include "transport/edge/stream_socket.hpp"
 
@@ -18,7 +20,9 @@ namespace weir::bench {
 namespace {
 
 using edge::Descriptor;
+using Bytes = std::vector<std::byte>;
 
+constexpr auto kForm = wire::HeaderForm::Bytes2088;
 constexpr size_t kHeader = wire::kLargestHeaderBytes;
 // The header, and client_id and weir.seq with about as many digits as they have.
 constexpr size_t kAround = kHeader + 48;
@@ -27,8 +31,8 @@ std::string caps_of(size_t bytes) {
   return "other/tensors,format=static,num_tensors=1,types=(string)uint8,dimensions=(string)" +
          std::to_string(bytes) + ",framerate=0/1";
 }
-void block(int socket) {
-  fcntl(socket, F_SETFL, fcntl(socket, F_GETFL) & ~O_NONBLOCK);
+void block(const Descriptor& socket) {
+  fcntl(socket.get(), F_SETFL, fcntl(socket.get(), F_GETFL) & ~O_NONBLOCK);
 }
 // False at the end of the connection.
 bool read_all(const Descriptor& socket, std::byte* data, size_t size) {
@@ -42,35 +46,49 @@ void write_all(const Descriptor& socket, const std::byte* data, size_t size) {
     size -= static_cast<size_t>(sent);
   }
 }
-Descriptor accepted(const Descriptor& listener) {
-  block(listener.get());
-  Descriptor out = edge::accept_from(listener.get());
-  block(out.get());
-  return out;
-}
 Descriptor listening() {
   auto out = value(edge::listen_on("127.0.0.1", 0));
-  std::printf("port %u\n", edge::port_of(out.get()));
-  std::fflush(stdout);
+  block(out);
   return out;
 }
-
-// Sends back messages of `size` bytes.
-int run_ping(size_t size) {
-  const Descriptor socket = accepted(listening());
-  std::vector<std::byte> message(size);
-  while (read_all(socket, message.data(), size)) write_all(socket, message.data(), size);
-  return 0;
+Descriptor accepted(const Descriptor& listener) {
+  Descriptor out = edge::accept_from(listener.get());
+  block(out);
+  return out;
+}
+Descriptor connected_to(uint32_t port) {
+  auto out = value(edge::connect_to("127.0.0.1", port, std::nullopt, -1));
+  block(out);
+  return out;
+}
+Descriptor connected_to(const ServerProcess& server) {
+  return connected_to(static_cast<uint32_t>(std::stoul(server.port())));
+}
+void print_port(const Descriptor& listener) {
+  std::printf("port %u\n", edge::port_of(listener.get()));
+  std::fflush(stdout);
 }
 
-// The same as a query server, for frames of `bytes` bytes.
+// Sends back messages of `size` bytes, with a thread for each connection.
+int run_ping(size_t size) {
+  const Descriptor listener = listening();
+  print_port(listener);
+  for (;;)
+    std::thread([size, socket = accepted(listener)] {
+      Bytes message(size);
+      while (read_all(socket, message.data(), size)) write_all(socket, message.data(), size);
+    }).detach();
+}
+
+// The same as a query server of one client, for frames of `bytes` bytes.
 int run_echo(size_t bytes) {
-  const Descriptor requests = accepted(listening());
+  const Descriptor listener = listening();
+  print_port(listener);
+  const Descriptor requests = accepted(listener);
   const auto text = value(wire::query_capability_text({caps_of(bytes), caps_of(bytes)}));
-  const auto greeting =
-      value(wire::text_message(wire::HeaderForm::Bytes2088, wire::Command::Capability, 1, text));
+  const auto greeting = value(wire::text_message(kForm, wire::Command::Capability, 1, text));
   write_all(requests, greeting.data(), greeting.size());
-  std::vector<std::byte> message(2 * kAround + bytes);
+  Bytes message(2 * kAround + bytes);
   // The bytes of the next message; 0 at the end.
   const auto read_message = [&]() -> size_t {
     for (size_t have = 0;;) {
@@ -88,55 +106,110 @@ int run_echo(size_t bytes) {
   if (host_info == 0) return 1;
   const auto address = value(wire::parse_host_address(
       value(wire::text_of_memory(std::span(message).subspan(kHeader, host_info - kHeader)))));
-  const Descriptor answers = value(edge::connect_to("127.0.0.1", address.port, std::nullopt, -1));
-  block(answers.get());
+  const Descriptor answers = connected_to(address.port);
   while (const size_t size = read_message()) write_all(answers, message.data(), size);
   return 0;
 }
 
-int run_pipeline(size_t bytes) {
-  gst_init(nullptr, nullptr);
-  const auto pipeline =
-      launched("tensor_query_serversrc name=source port=0 max-message=1000000000 ! " +
-               caps_of(bytes) + " ! tensor_query_serversink async=false sync=false");
-  gst_element_set_state(pipeline.get(), GST_STATE_PLAYING);
-  const auto source =
-      gst::Ref<GstElement>::adopt(gst_bin_get_by_name(GST_BIN(pipeline.get()), "source"));
-  guint port = 0;
-  g_object_get(source.get(), "port", &port, nullptr);
-  std::printf("port %u\n", port);
-  std::fflush(stdout);
-  while (std::getchar() != EOF) {
+// A client of plain sockets, to which the server opens the second connection.
+class PlainClient {
+ public:
+  PlainClient(const ServerProcess& server, size_t bytes) : requests_(connected_to(server)) {
+    Bytes header(kHeader);
+    if (!read_all(requests_, header.data(), header.size())) std::exit(1);
+    const auto greeting = value(wire::read_header(kForm, header, {}));
+    Bytes text(greeting.sizes[0]);
+    if (!read_all(requests_, text.data(), text.size())) std::exit(1);
+    const Descriptor listener = listening();
+    const auto host_info =
+        value(wire::text_message(kForm, wire::Command::HostInfo, greeting.client_id,
+                                 "127.0.0.1:" + std::to_string(edge::port_of(listener.get()))));
+    write_all(requests_, host_info.data(), host_info.size());
+    answers_ = accepted(listener);
+    make_request(greeting.client_id, bytes);
   }
-  gst_element_set_state(pipeline.get(), GST_STATE_NULL);
-  return 0;
+  void call() {
+    write_all(requests_, request_.data(), request_.size());
+    if (!read_all(answers_, answer_.data(), answer_.size())) std::exit(1);
+  }
+
+ private:
+  // Of one memory; the answer is as long.
+  void make_request(int64_t client, size_t bytes) {
+    wire::EdgeMetadata metadata;
+    if (!metadata.set("client_id", std::to_string(client))) std::exit(1);
+    const Bytes pairs = metadata.encode();
+    request_ = value(wire::write_header(kForm, {.command = wire::Command::TransferData,
+                                                .client_id = client,
+                                                .sizes = {bytes},
+                                                .metadata_bytes = pairs.size()}));
+    request_.resize(request_.size() + bytes);
+    request_.insert(request_.end(), pairs.begin(), pairs.end());
+    answer_.resize(request_.size());
+  }
+  Descriptor requests_, answers_;
+  Bytes request_, answer_;
+};
+
+// A plain connection to run_ping().
+class Ping {
+ public:
+  Ping(const ServerProcess& server, size_t bytes)
+      : socket_(connected_to(server)), message_(kAround + bytes) {}
+  static ServerProcess server(size_t bytes) {
+    return ServerProcess({"ping", std::to_string(kAround + bytes)});
+  }
+  void call() {
+    write_all(socket_, message_.data(), message_.size());
+    if (!read_all(socket_, message_.data(), message_.size())) std::exit(1);
+  }
+
+ private:
+  Descriptor socket_;
+  Bytes message_;
+};
+
+std::unique_ptr<ElementStage> client_of(const ServerProcess& server, size_t bytes) {
+  return std::make_unique<ElementStage>(
+      "tensor_query_client port=0 timeout=60000 max-message=1000000000 dest-port=" + server.port(),
+      caps_of(bytes).c_str(), bytes);
+}
+ServerProcess served_pipeline(size_t bytes) {
+  return ServerProcess(
+      {"pipeline", "tensor_query_serversrc name=source port=0 max-message=1000000000 caps=\"" +
+                       caps_of(bytes) + "\" ! tensor_query_serversink"});
 }
 
 // What sends frames of one size and waits for their answers.
 class Exchanges {
  public:
   explicit Exchanges(size_t bytes)
-      : message_(kAround + bytes),
-        ping_({"ping", std::to_string(message_.size())}),
+      : ping_server_(Ping::server(bytes)),
         echo_({"echo", std::to_string(bytes)}),
-        pipeline_({"pipeline", std::to_string(bytes)}),
-        socket_(value(edge::connect_to("127.0.0.1", static_cast<uint32_t>(std::stoul(ping_.port())),
-                                       std::nullopt, -1))) {
-    block(socket_.get());
-    to_echo_ = stage(echo_, bytes);
-    to_pipeline_ = stage(pipeline_, bytes);
-  }
-  static constexpr const char* kNames[] = {"plain sockets", "tensor_query_client to plain sockets",
-                                           "tensor_query_client to tensor_query_serversrc"};
-  // Medians of a round trip in microseconds, in the order of kNames.
-  std::vector<double> medians(int exchanges) {
-    return {median_of(exchanges,
-                      [this] {
-                        write_all(socket_, message_.data(), message_.size());
-                        if (!read_all(socket_, message_.data(), message_.size())) std::exit(1);
-                      }),
-            median_of(exchanges, [this] { to_echo_->push(1); }),
-            median_of(exchanges, [this] { to_pipeline_->push(1); })};
+        pipeline_(served_pipeline(bytes)),
+        ping_(ping_server_, bytes),
+        plain_client_(pipeline_, bytes),
+        to_echo_(client_of(echo_, bytes)),
+        to_pipeline_(client_of(pipeline_, bytes)) {}
+  static constexpr std::array kNames = {"plain sockets", "tensor_query_client to plain sockets",
+                                        "plain sockets to tensor_query_serversrc",
+                                        "tensor_query_client to tensor_query_serversrc"};
+  using Times = std::array<std::vector<double>, kNames.size()>;
+
+  // Medians of a round trip in microseconds, in the order of kNames. Each has its turn, so that
+  // other load affects all alike.
+  void add_medians(int exchanges, Times* medians) {
+    const std::function<void()> calls[] = {[this] { ping_.call(); }, [this] { to_echo_->push(1); },
+                                           [this] { plain_client_.call(); },
+                                           [this] { to_pipeline_->push(1); }};
+    Times times;
+    for (int i = -exchanges / 10; i < exchanges; ++i)
+      for (size_t which = 0; which < kNames.size(); ++which) {
+        const double before = seconds(CLOCK_MONOTONIC);
+        calls[which]();
+        if (i >= 0) times[which].push_back((seconds(CLOCK_MONOTONIC) - before) * 1e6);
+      }
+    for (size_t i = 0; i < times.size(); ++i) (*medians)[i].push_back(median(times[i]));
   }
   uint64_t unanswered() const {
     return to_echo_->stat("sent") - to_echo_->stat("answered") + to_pipeline_->stat("sent") -
@@ -144,67 +217,68 @@ class Exchanges {
   }
 
  private:
-  static std::unique_ptr<ElementStage> stage(const ServerProcess& server, size_t bytes) {
-    return std::make_unique<ElementStage>(
-        "tensor_query_client port=0 timeout=60000 max-message=1000000000 dest-port=" +
-            server.port(),
-        caps_of(bytes).c_str(), bytes);
-  }
-  template <class Exchange>
-  static double median_of(int exchanges, const Exchange& exchange) {
-    std::vector<double> times;
-    for (int i = -exchanges / 10; i < exchanges; ++i) {
-      const double before = seconds(CLOCK_MONOTONIC);
-      exchange();
-      if (i >= 0) times.push_back((seconds(CLOCK_MONOTONIC) - before) * 1e6);
-    }
-    return median(times);
-  }
-
-  std::vector<std::byte> message_;
-  ServerProcess ping_, echo_, pipeline_;
-  Descriptor socket_;
-  std::unique_ptr<ElementStage> to_echo_, to_pipeline_;
+  const ServerProcess ping_server_, echo_, pipeline_;
+  Ping ping_;
+  PlainClient plain_client_;
+  const std::unique_ptr<ElementStage> to_echo_, to_pipeline_;
 };
 
-std::vector<double> over_rounds_of(size_t bytes, int rounds, uint64_t* unanswered) {
+Exchanges::Times times_of_rounds(size_t bytes, int rounds, uint64_t* unanswered) {
   Exchanges exchanges(bytes);
   const int count = std::clamp(static_cast<int>(100'000'000 / (bytes + 50'000)), 20, 1000);
-  std::vector<std::vector<double>> all(std::size(Exchanges::kNames));
-  for (int round = 0; round < rounds; ++round) {
-    const auto medians = exchanges.medians(count);
-    for (size_t i = 0; i < all.size(); ++i) all[i].push_back(medians[i]);
-  }
-  if (unanswered) *unanswered += exchanges.unanswered();
-  std::vector<double> out;
-  for (const auto& times : all) out.push_back(median(times));
+  Exchanges::Times out;
+  for (int round = 0; round < rounds; ++round) exchanges.add_medians(count, &out);
+  *unanswered += exchanges.unanswered();
   return out;
 }
 
 // For tools/plot.
 int report_sizes() {
+  uint64_t unanswered = 0;
   for (size_t bytes = 1 << 10; bytes <= 1 << 24; bytes *= 4) {
-    const auto times = over_rounds_of(bytes, 3, nullptr);
+    const auto times = times_of_rounds(bytes, 3, &unanswered);
     for (size_t i = 0; i < times.size(); ++i)
       std::printf("{\"series\": \"%s\", \"axis\": \"bytes\", \"x\": %zu, \"us\": %.1f}\n",
-                  Exchanges::kNames[i], bytes, times[i]);
+                  Exchanges::kNames[i], bytes, median(times[i]));
     std::fflush(stdout);
+  }
+  return unanswered == 0 ? 0 : 1;
+}
+
+// For tools/plot: requests of 150 kB of several clients at a time.
+int report_clients_at_once() {
+  constexpr size_t kBytes = 150'528;
+  for (const int count : {1, 2, 4, 8, 16}) {
+    const ServerProcess ping = Ping::server(kBytes), pipeline = served_pipeline(kBytes);
+    std::vector<std::unique_ptr<Ping>> pings;
+    std::vector<std::unique_ptr<ElementStage>> elements;
+    for (int i = 0; i < count; ++i) {
+      pings.push_back(std::make_unique<Ping>(ping, kBytes));
+      elements.push_back(client_of(pipeline, kBytes));
+    }
+    report_clients(
+        {{Exchanges::kNames[0], [&](int i) { pings[static_cast<size_t>(i)]->call(); }},
+         {Exchanges::kNames[3], [&](int i) { elements[static_cast<size_t>(i)]->push(1); }}},
+        count);
   }
   return 0;
 }
 
 int report_ratios(int rounds) {
+  constexpr std::array kTargets = {1.0, 1.2, 1.2, 2.0};
   uint64_t unanswered = 0;
   for (const auto& [bytes, text] :
        {std::pair<size_t, const char*>{4096, "4 KiB"}, {150'528, "150 kB"}, {6'220'800, "6 MB"}}) {
-    const auto times = over_rounds_of(bytes, rounds, &unanswered);
-    std::fprintf(stderr, "%s: us: plain sockets %.1f, client %.1f, client and server %.1f\n", text,
-                 times[0], times[1], times[2]);
-    const std::string frame = std::string(", ") + text + " there and back: p50";
-    report("tensor_query_client" + frame, "the same bytes by plain sockets", times[1] / times[0],
-           "x", 1.2);
-    report("tensor_query_client to tensor_query_serversrc" + frame,
-           "the same bytes by plain sockets", times[2] / times[0], "x", 2);
+    const auto times = times_of_rounds(bytes, rounds, &unanswered);
+    for (size_t i = 0; i < times.size(); ++i) {
+      std::fprintf(stderr, "%s: %s: %.1f us\n", text, Exchanges::kNames[i], median(times[i]));
+      if (i == 0) continue;
+      std::vector<double> ratios;
+      for (size_t round = 0; round < times[i].size(); ++round)
+        ratios.push_back(times[i][round] / times[0][round]);
+      report(std::string(Exchanges::kNames[i]) + ", " + text + " there and back: p50",
+             "the same bytes by plain sockets", median(ratios), "x", kTargets[i]);
+    }
   }
   report("tensor_query_client: frames without an answer", "", static_cast<double>(unanswered),
          "frames", 0);
@@ -214,14 +288,16 @@ int report_ratios(int rounds) {
 }  // namespace
 }  // namespace weir::bench
 
-// Usage: query_cost [ROUNDS], or query_cost sizes. The other forms are its servers.
+// Usage: query_cost [ROUNDS], query_cost sizes or query_cost clients. The other forms are its
+// servers.
 int main(int argc, char** argv) {
   using namespace weir::bench;
   const std::string what = argc > 1 ? argv[1] : "5";
-  const size_t size = argc > 2 ? std::strtoull(argv[2], nullptr, 10) : 0;
-  if (what == "ping") return run_ping(size);
-  if (what == "echo") return run_echo(size);
-  if (what == "pipeline") return run_pipeline(size);
+  const std::string server = argc > 2 ? argv[2] : "";
+  if (what == "ping") return run_ping(std::stoul(server));
+  if (what == "echo") return run_echo(std::stoul(server));
   gst_init(nullptr, nullptr);
-  return what == "sizes" ? report_sizes() : report_ratios(std::atoi(what.c_str()));
+  if (what == "pipeline") return run_served_line(server);
+  if (what == "sizes") return report_sizes();
+  return what == "clients" ? report_clients_at_once() : report_ratios(std::stoi(what));
 }

@@ -4,6 +4,7 @@
 #pragma once
 #include <fcntl.h>
 #include <signal.h>
+#include <sys/prctl.h>
 #include <sys/wait.h>
 #include <unistd.h>
 
@@ -37,7 +38,7 @@ T value(Result<T> result) {
 }
 
 // This program with other arguments. It prints `port PORT` when it listens, and serves until the
-// end of its standard input.
+// end of its standard input, or of this program.
 class ServerProcess {
  public:
   explicit ServerProcess(std::vector<std::string> arguments) {
@@ -49,6 +50,7 @@ class ServerProcess {
     argv.push_back(nullptr);
     process_ = fork();
     if (process_ == 0) {
+      prctl(PR_SET_PDEATHSIG, SIGKILL);  // also when this program fails
       dup2(in[0], 0);
       dup2(out[1], 1);
       execv(argv[0], argv.data());

@@ -150,6 +150,34 @@ class Doctor(Case):
         self.assertEqual(set(decoders) & messages, set(converters) & messages)
         self.assertTrue(pathlib.Path(report["converters"][0]["module"]).is_file())
 
+    def library(self, **environment):
+        return next(f for f in json.loads(self.good(weir("doctor", "--json", **environment)))["libraries"] if f["name"] == "libmosquitto")
+
+    def test_doctor_names_the_library_for_brokers(self):
+        report = json.loads(self.good(weir("doctor", "--json")))
+        elements = {e["name"] for e in report["elements"] if e["plugin"] == "weiredge"}
+        fact = next(f for f in report["libraries"] if f["name"] == "libmosquitto")
+        self.assertIn("connect-type=HYBRID", fact["needed_for"])
+        output = self.good(weir("doctor"))
+        if "edgesink" in elements and "mqttsink" not in elements:
+            self.assertEqual((fact["state"], fact["install"]), ("not in this build", "apt-get install libmosquitto-dev && make install"))
+            self.assertIn("libmosquitto is not in this build: without it there are no mqttsink, mqttsrc,", output)
+        elif fact["state"] == "usable":
+            self.assertRegex(fact["version"], r"^2\.\d+\.\d+$")
+            self.assertTrue(pathlib.Path(fact["file"]).is_file())
+            self.assertRegex(output, rf"\nLibraries    libmosquitto {fact['version']}\n")
+            self.assertRegex(self.good(weir("doctor", "--all")), rf"libmosquitto +usable +{fact['version']} +mqttsink.* {fact['file']}\n")
+
+    def test_doctor_says_what_is_missing_without_the_library_for_brokers(self):
+        (self.folder / "libmosquitto.so.1").write_text("no library")
+        hidden = {"LD_LIBRARY_PATH": f"{self.folder}:{os.environ.get('LD_LIBRARY_PATH', '')}", "GST_REGISTRY": str(self.folder / "registry")}
+        fact = self.library(**hidden)
+        self.assertEqual((fact["version"], fact["file"]), ("", ""))
+        self.assertNotEqual(fact["state"], "usable")
+        self.assertRegex(self.good(weir("doctor", **hidden)),
+                         rf"\nlibmosquitto is {fact['state']}: without it there are no mqttsink, mqttsrc, connect-type=HYBRID and connect-type=MQTT\n"
+                         rf"  {fact['install']}\n")
+
     def test_a_decoder_and_a_converter_that_cannot_be_opened_are_reported(self):
         for kind in ("decoder", "converter"):
             (self.folder / f"libweir-{kind}-broken.so").write_text("no library")

@@ -9,6 +9,7 @@
 #include "core/infer/module/module_library.hpp"
 #include "doctor/configuration_facts.hpp"
 #include "doctor/engine_facts.hpp"
+#include "doctor/library_facts.hpp"
 #include "doctor/machine_facts.hpp"
 #include "doctor/module_facts.hpp"
 #include "doctor/nnstreamer_facts.hpp"
@@ -101,6 +102,26 @@ Json to_json(const std::vector<ModuleFact>& facts) {
   return out;
 }
 
+Json to_json(const std::vector<LibraryFact>& facts) {
+  Json out = Json::array();
+  for (const auto& fact : facts)
+    out.push_back({{"name", fact.name},
+                   {"state", fact.state},
+                   {"version", fact.version},
+                   {"file", fact.file},
+                   {"needed_for", fact.needed_for},
+                   {"install", fact.install}});
+  return out;
+}
+
+void print_libraries(const std::vector<LibraryFact>& facts) {
+  std::vector<std::vector<std::string>> rows{
+      {"library", "state", "version", "needed for", "place"}};
+  for (const auto& fact : facts)
+    rows.push_back({fact.name, fact.state, fact.version, fact.needed_for, fact.file});
+  std::printf("\nLibraries\n%s", table(rows, "  ").c_str());
+}
+
 void print_modules(const char* kind, const std::vector<ModuleFact>& facts) {
   std::vector<std::vector<std::string>> rows{{kind, "state", "place"}};
   for (const auto& fact : facts)
@@ -144,6 +165,7 @@ void print_engines(const std::vector<EngineFact>& engines) {
 int doctor(const DoctorOptions& options) {
   const PluginFacts plugin = plugin_facts();
   const auto engines = engine_facts();
+  const auto libraries = library_facts(plugin);
   const auto decoders = decoder_facts();
   const auto converters = converter_facts();
   const auto configuration = config::Configuration::load();
@@ -156,6 +178,7 @@ int doctor(const DoctorOptions& options) {
   document["module_path"] = infer::ModuleLibrary::search_path();
   document["engines"] = Json::array();
   for (const auto& engine : engines) document["engines"].push_back(to_json(engine));
+  document["libraries"] = to_json(libraries);
   document["decoders"] = to_json(decoders);
   document["converters"] = to_json(converters);
   document["sub_plugins"] = sub_plugins_as_json();
@@ -171,6 +194,7 @@ int doctor(const DoctorOptions& options) {
     print_plugin(plugin);
     print(configuration);
     print(nnstreamer, configuration);
+    print_libraries(libraries);
     print_folders();
     print_modules("decoder", decoders);
     print_modules("converter", converters);

@@ -84,11 +84,18 @@ std::string usable(const Json& items, bool with_version) {
   return names.empty() ? "none" : join(names, ", ");
 }
 
-void print_engines_to_install(const Json& engines) {
+void print_what_to_install(const Json& engines, const Json& libraries) {
   std::vector<std::vector<std::string>> rows{{"engine", "to install it"}};
   for (const auto& engine : engines)
     if (engine["state"] == "not installed") rows.push_back({engine["name"], engine["install"]});
   if (rows.size() > 1) std::printf("\nNot installed\n%s", table(rows, "  ").c_str());
+  for (const auto& library : libraries)
+    if (library["state"] != "usable")
+      std::printf("\n%s is %s: without it there are no %s\n  %s\n",
+                  library["name"].get<std::string>().c_str(),
+                  library["state"].get<std::string>().c_str(),
+                  library["needed_for"].get<std::string>().c_str(),
+                  library["install"].get<std::string>().c_str());
 }
 
 }  // namespace
@@ -145,7 +152,8 @@ void print_summary(const Json& facts, const std::vector<Problem>& problems) {
   std::printf("Converters   %s\n", usable(facts["converters"], false).c_str());
   if (!facts["sub_plugins"]["files"].empty())
     std::printf("Sub-plugins  %s\n", usable(facts["sub_plugins"]["files"], false).c_str());
-  print_engines_to_install(facts["engines"]);
+  std::printf("Libraries    %s\n", usable(facts["libraries"], true).c_str());
+  print_what_to_install(facts["engines"], facts["libraries"]);
 }
 
 }  // namespace weir::app

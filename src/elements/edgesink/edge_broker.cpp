@@ -36,6 +36,8 @@ Result<transport::BrokerOptions> open_options(GstElement* element, const EdgeBro
   return out;
 }
 
+namespace {
+
 void warn_of_local_address(GstElement* element, const EdgeBroker& broker, const std::string& host) {
   if (!transport::is_loopback(host) || transport::is_loopback(broker.host)) return;
   gst::post_warning(element, Error{.code = Code::OPTION_VALUE,
@@ -45,6 +47,22 @@ void warn_of_local_address(GstElement* element, const EdgeBroker& broker, const 
                                    .needed = "the address of this machine in the network",
                                    .fix = "host=0.0.0.0 listens on all, and announces the address "
                                           "that reaches the broker"});
+}
+
+}  // namespace
+
+Result<std::unique_ptr<transport::ServerAnnouncement>> open_announcement(GstElement* element,
+                                                                         const EdgeBroker& broker,
+                                                                         const std::string& topic,
+                                                                         const std::string& host,
+                                                                         uint32_t port) {
+  auto options = open_options(element, broker);
+  if (!options) return options.error();
+  const bool listens_on_all = host.empty() || host == "0.0.0.0";
+  if (!listens_on_all) warn_of_local_address(element, broker, host);
+  return transport::ServerAnnouncement::connect(
+      *std::move(options), unique_device_id(), topic,
+      {listens_on_all ? "" : host, static_cast<uint16_t>(port)});
 }
 
 std::string unique_device_id() {

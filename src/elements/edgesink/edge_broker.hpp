@@ -1,9 +1,11 @@
-// The broker of connect-type=HYBRID and connect-type=MQTT, from the properties of an element.
+// The broker of connect-type=HYBRID and connect-type=MQTT, from the properties of an element, and
+// how an element announces its address there.
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #pragma once
 #include <gst/gst.h>
 
 #include "elements/mqttsink/broker_login.hpp"
+#include "transport/mqtt/server_discovery.hpp"
 #include "transport/network_policy.hpp"
 #include "weir/result.hpp"
 
@@ -24,8 +26,15 @@ Result<transport::BrokerOptions> open_options(GstElement* element, const EdgeBro
 // Posts the warning, or returns the error, of a connection in NNStreamer's protocol without TLS.
 Status check_plain_connection(GstElement* element, const transport::Endpoint& endpoint);
 
-// Warns of an address that only programs of this machine reach, at a broker of another machine.
-void warn_of_local_address(GstElement* element, const EdgeBroker& broker, const std::string& host);
+// Connects to the broker for an element that listens on `host` and `port`, whose address the broker
+// keeps from announce() on. `host` may be "" or 0.0.0.0: all addresses of this machine. Warns of an
+// address that only programs of this machine reach, at a broker of another machine. Errors as of
+// open_options() and transport::ServerAnnouncement::connect().
+Result<std::unique_ptr<transport::ServerAnnouncement>> open_announcement(GstElement* element,
+                                                                         const EdgeBroker& broker,
+                                                                         const std::string& topic,
+                                                                         const std::string& host,
+                                                                         uint32_t port);
 
 // Different for each stream: NNStreamer's elements use the time.
 std::string unique_device_id();

@@ -4,6 +4,7 @@
 
 #include "core/wire/mqtt_frame.hpp"
 #include "elements/tests/element_test_support.hpp"
+#include "elements/tests/pipeline_test_support.hpp"
 #include "gstcpp/buffer/frame_reader.hpp"
 #include "gstcpp/buffer/tensor_caps.hpp"
 #include "transport/mqtt/broker_client.hpp"
@@ -81,6 +82,37 @@ TEST_F(EdgeBroker, HybridWaitsForASinkThatComesLater) {
   ASSERT_TRUE(has_receiver(out));
   ASSERT_EQ(gst_harness_push(out.get(), frame(Bytes{8, 0, 0, 0})), GST_FLOW_OK);
   EXPECT_EQ(pull(in), 8);
+}
+
+// A receiver gets the caps when it connects.
+TEST_F(EdgeBroker, HybridAnnouncesTheSinkWithItsFirstCaps) {
+  const Harness out{
+      gst_harness_new_parse(("edgesink sync=false port=0" + at_broker("HYBRID")).c_str())};
+  gst_harness_play(out.get());
+  const auto in = source("HYBRID");
+  const auto peer = client();
+  ASSERT_TRUE(peer->subscribe("edge/#", 1));
+  ASSERT_TRUE(
+      peer->publish({.topic = "edge/marker", .payload = {}, .qos = 1, .properties = {}}, 30s));
+  EXPECT_EQ(peer->receive(30s)->topic, "edge/marker");
+  gst_harness_set_src_caps_str(out.get(), kCaps);
+  EXPECT_SAYS(peer->receive(30s)->topic, "edge/inference/device-");
+  ASSERT_TRUE(has_receiver(out));
+  ASSERT_EQ(gst_harness_push(out.get(), frame(Bytes{7, 0, 0, 0})), GST_FLOW_OK);
+  EXPECT_EQ(pull(in), 7);
+  const auto caps = Ref<GstCaps>::adopt(gst_pad_get_current_caps(in->sinkpad));
+  const auto sent = Ref<GstCaps>::adopt(gst_caps_from_string(kCaps));
+  EXPECT_TRUE(gst_caps_is_equal(caps.get(), sent.get()));
+}
+
+TEST_F(EdgeBroker, HybridAnnouncesASinkWithoutCapsWithItsFirstBuffer) {
+  const auto peer = client();
+  ASSERT_TRUE(peer->subscribe("edge/#", 1));
+  PlayedPipeline sending(
+      "fakesrc num-buffers=1 sizetype=fixed sizemax=4 ! edgesink sync=false port=0" +
+      at_broker("HYBRID"));
+  gst_element_set_state(sending.get(), GST_STATE_PLAYING);
+  EXPECT_SAYS(peer->receive(30s)->topic, "edge/inference/device-");
 }
 
 TEST_F(EdgeBroker, HybridDoesNotHangAtTheAddressOfADeadSink) {
@@ -214,7 +246,8 @@ TEST_F(EdgeBroker, HybridGoesOnAfterASinkThatStartsAgain) {
     out = sink("HYBRID");
   }
   // The sink counts a receiver before the source has seen the answer.
-  EXPECT_TRUE(becomes_true([&] { return stat(in, "edgesrc", "reconnections") == 5u; }, "the fifth reconnection"));
+  EXPECT_TRUE(becomes_true([&] { return stat(in, "edgesrc", "reconnections") == 5u; },
+                           "the fifth reconnection"));
 }
 
 TEST_F(EdgeBroker, MqttResumesWithinTwoSecondsOfABrokerRestart) {

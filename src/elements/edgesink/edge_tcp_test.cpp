@@ -1,5 +1,6 @@
 // edgesink and edgesrc over TCP: many tensors, frames that do not match, addresses.
 // SPDX-License-Identifier: LGPL-2.1-or-later
+#include "core/tensor/tensor_header.hpp"
 #include "elements/tests/element_test_support.hpp"
 #include "gstcpp/buffer/frame_reader.hpp"
 #include "gstcpp/buffer/tensor_caps.hpp"
@@ -53,6 +54,70 @@ TEST(EdgeTcp, MoreThan16TensorsArePackedAgain) {
   for (int i = 0; i < 20; ++i)
     EXPECT_EQ(reader.tensors()[i].payload[0], static_cast<std::byte>(i)) << i;
   EXPECT_EQ(stat(in, "edgesrc", "bytes-copied"), 5u);
+}
+
+// A server that sends frames of `count` flexible tensors, the i-th of i + 1 bytes.
+class FlexibleFrames : public ::testing::Test {
+ protected:
+  FlexibleFrames() {
+    auto publisher = weir::edge::StreamPublisher::open(
+        {.host = "localhost", .port = 0, .queue = {}, .allowed = {}, .refused = {}});
+    EXPECT_TRUE(publisher);
+    publisher_ = *std::move(publisher);
+    EXPECT_TRUE(publisher_->set_caps("other/tensors,format=flexible,framerate=10/1"));
+    in_.reset(
+        gst_harness_new_parse(("edgesrc dest-port=" + std::to_string(publisher_->port())).c_str()));
+    gst_harness_play(in_.get());
+    EXPECT_TRUE(publisher_->wait_for_subscriber(std::nullopt));
+  }
+  // With `wrong`, a header that declares one byte less than there are.
+  void send(size_t count, std::optional<size_t> wrong = {}) {
+    constexpr size_t kHeader = weir::kTensorHeaderBytes;
+    tensors_.clear();
+    for (uint32_t i = 0; i < count; ++i) {
+      auto& tensor = tensors_.emplace_back(kHeader + i + 1, std::byte(i));
+      const uint32_t declared = i + 1 - (wrong == i ? 1 : 0);
+      weir::write_tensor_header({{weir::ElementType::UInt8, weir::Shape{declared}, ""},
+                                 weir::Format::Static,
+                                 weir::MediaType::Tensor,
+                                 0},
+                                std::span(tensor).first<kHeader>());
+    }
+    EXPECT_TRUE(publisher_->publish({tensors_.begin(), tensors_.end()}, nullptr));
+    EXPECT_TRUE(publisher_->flush(std::nullopt));
+  }
+
+  std::vector<std::vector<std::byte>> tensors_;
+  std::unique_ptr<weir::edge::StreamPublisher> publisher_;
+  Harness in_;
+};
+
+TEST_F(FlexibleFrames, MoreThan16TensorsArePacked) {
+  for (const size_t count : {16u, 17u, 40u, 255u}) {
+    send(count);
+    const auto got = Ref<GstBuffer>::adopt(gst_harness_pull(in_.get()));
+    ASSERT_TRUE(got);
+    EXPECT_EQ(gst_buffer_n_memory(got.get()), 16u);
+    const auto caps = Ref<GstCaps>::adopt(gst_pad_get_current_caps(in_->sinkpad));
+    const auto spec = weir::gst::spec_from_caps(caps.get());
+    ASSERT_TRUE(spec);
+    weir::gst::FrameReader reader;
+    ASSERT_TRUE(reader.read(got.get(), *spec));
+    ASSERT_EQ(reader.tensors().size(), count);
+    for (size_t i = 0; i < count; ++i) {
+      const auto& tensor = reader.tensors()[i];
+      ASSERT_EQ(tensor.payload.size(), i + 1);
+      EXPECT_EQ(tensor.payload[i], static_cast<std::byte>(i));
+    }
+  }
+}
+
+TEST_F(FlexibleFrames, APackedTensorWithAWrongHeaderIsAnError) {
+  Errors errors(in_);
+  send(20, 18);
+  std::string error;
+  EXPECT_TRUE(becomes_true([&] { return !(error = errors.next()).empty(); }, "an error"));
+  EXPECT_SAYS(error, "does not have the size that its header declares");
 }
 
 // docs/compatibility/edge-wire.md 10.6, class 9.

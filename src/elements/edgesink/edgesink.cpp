@@ -11,7 +11,6 @@
 #include "elements/edgesink/mqtt_output.hpp"
 #include "elements/edgesink/tcp_output.hpp"
 #include "gstcpp/element/base_classes.hpp"
-#include "transport/mqtt/server_discovery.hpp"
 
 namespace weir {
 namespace {
@@ -97,8 +96,13 @@ class Edgesink : public gst::Element<Edgesink, gst::BaseSink> {
                   : s.connect_type == EdgeConnectType::Mqtt ? open_mqtt(s)
                                                             : open_tcp(s);
     if (!output) return output.error();
-    if (s.connect_type == EdgeConnectType::Hybrid)
-      if (auto status = announce(s); !status) return status;
+    if (s.connect_type == EdgeConnectType::Hybrid) {
+      auto announcement =
+          open_announcement(element(), broker(s), s.topic.value_or(""), s.host, taken_port_.load());
+      if (!announcement) return announcement.error();
+      announcement_ = *std::move(announcement);
+      announced_ = false;
+    }
     ledger_.reset();
     has_waited_ = !s.wait_connection;
     const std::lock_guard lock(output_mutex_);
@@ -115,12 +119,16 @@ class Edgesink : public gst::Element<Edgesink, gst::BaseSink> {
     return TRUE;
   }
 
-  Status set_caps(GstCaps* caps) { return output_->set_caps(caps); }
+  Status set_caps(GstCaps* caps) {
+    if (auto status = output_->set_caps(caps); !status) return status;
+    return announce();
+  }
 
   GstFlowReturn render(GstBuffer* buffer) {
     ledger_.received();
+    const Status announced = announce();  // of a stream without caps
     for (;;) {
-      auto outcome = wait_for_receiver();
+      auto outcome = announced ? wait_for_receiver() : announced.error();
       if (outcome && *outcome == Outcome::Sent) outcome = output_->publish(buffer, &ledger_);
       if (!outcome) {
         ledger_.dropped(DropReason::Error);
@@ -196,17 +204,12 @@ class Edgesink : public gst::Element<Edgesink, gst::BaseSink> {
          .outage = [this](const Error& error) { gst::post_warning(element(), error); }});
   }
 
-  // Lets the broker keep the address while this element listens.
-  Status announce(const Settings& s) {
-    auto options = open_options(element(), broker(s));
-    if (!options) return options.error();
-    const bool listens_on_all = s.host.empty() || s.host == "0.0.0.0";
-    if (!listens_on_all) warn_of_local_address(element(), broker(s), s.host);
-    auto announcement = transport::ServerAnnouncement::open(
-        *std::move(options), unique_device_id(), s.topic.value_or(""),
-        {listens_on_all ? "" : s.host, static_cast<uint16_t>(taken_port_.load())});
-    if (!announcement) return announcement.error();
-    announcement_ = *std::move(announcement);
+  // Lets receivers find this element by the broker. Not before the caps are known, because a
+  // receiver gets them only when it connects.
+  Status announce() {
+    if (!announcement_ || announced_) return ok();
+    if (auto status = announcement_->announce(); !status) return status;
+    announced_ = true;
     GST_CAT_INFO_OBJECT(category(), element(), "announced %s",
                         announcement_->address().to_string().c_str());
     return ok();
@@ -277,7 +280,7 @@ class Edgesink : public gst::Element<Edgesink, gst::BaseSink> {
   std::shared_ptr<BufferOutput> output_;
   std::unique_ptr<transport::ServerAnnouncement> announcement_;  // connect-type=HYBRID
   std::atomic<uint32_t> taken_port_{0};                          // 0 = it does not listen
-  bool has_waited_ = false;                                      // streaming thread
+  bool has_waited_ = false, announced_ = false;                  // streaming thread
 };
 
 }  // namespace

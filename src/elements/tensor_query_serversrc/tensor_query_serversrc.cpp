@@ -12,7 +12,6 @@
 #include "gstcpp/buffer/query_meta.hpp"
 #include "gstcpp/buffer/tensor_caps.hpp"
 #include "gstcpp/element/base_classes.hpp"
-#include "transport/mqtt/server_discovery.hpp"
 #include "transport/network_policy.hpp"
 
 namespace weir {
@@ -301,14 +300,9 @@ class TensorQueryServersrc : public gst::Element<TensorQueryServersrc, gst::Push
                                       .psk_identity = s.psk_identity},
                             .insecure = s.insecure,
                             .allow = s.allow};
-    auto options = open_options(element(), broker);
-    if (!options) return options.error();
-    const bool listens_on_all = s.host.empty() || s.host == "0.0.0.0";
-    if (!listens_on_all) warn_of_local_address(element(), broker, s.host);
-    auto announcement = transport::ServerAnnouncement::open(
-        *std::move(options), unique_device_id(), s.topic,
-        {listens_on_all ? "" : s.host, static_cast<uint16_t>(server_->port())});
+    auto announcement = open_announcement(element(), broker, s.topic, s.host, server_->port());
     if (!announcement) return announcement.error();
+    if (auto status = (*announcement)->announce(); !status) return status;
     announcement_ = *std::move(announcement);
     GST_CAT_INFO_OBJECT(category(), self(), "announced %s",
                         announcement_->address().to_string().c_str());

@@ -21,16 +21,22 @@ Result<std::unique_ptr<ServerAnnouncement>> ServerAnnouncement::open(BrokerOptio
                                                                      const std::string& id,
                                                                      const std::string& topic,
                                                                      wire::HostAddress address) {
+  auto out = connect(std::move(options), id, topic, std::move(address));
+  if (!out) return out;
+  if (auto status = (*out)->announce(); !status) return status.error();
+  return out;
+}
+
+Result<std::unique_ptr<ServerAnnouncement>> ServerAnnouncement::connect(BrokerOptions options,
+                                                                        const std::string& id,
+                                                                        const std::string& topic,
+                                                                        wire::HostAddress address) {
   auto whole_topic = wire::announcement_topic(id, topic);
   if (!whole_topic) return whole_topic.error();
   options.will = MqttWill{.topic = *whole_topic, .payload = {}, .qos = kQos, .retain = true};
   auto client = BrokerClient::open(std::move(options));
   if (!client) return client.error();
   if (address.host.empty()) address.host = (*client)->local_address();
-  auto status = (*client)->keep_published(*whole_topic, wire::announcement_payload(address), kQos,
-                                          kAnnounceTime);
-  if (!status) return status.error();
-  (*client)->flush(kAnnounceTime);
   return std::unique_ptr<ServerAnnouncement>(
       new ServerAnnouncement(*std::move(client), *std::move(whole_topic), std::move(address)));
 }
@@ -38,6 +44,13 @@ Result<std::unique_ptr<ServerAnnouncement>> ServerAnnouncement::open(BrokerOptio
 ServerAnnouncement::ServerAnnouncement(std::unique_ptr<BrokerClient> client, std::string topic,
                                        wire::HostAddress address)
     : client_(std::move(client)), topic_(std::move(topic)), address_(std::move(address)) {}
+
+Status ServerAnnouncement::announce() {
+  auto status =
+      client_->keep_published(topic_, wire::announcement_payload(address_), kQos, kAnnounceTime);
+  if (status) client_->flush(kAnnounceTime);
+  return status;
+}
 
 ServerAnnouncement::~ServerAnnouncement() {
   // A broker that is gone publishes the will, or has forgotten the address.

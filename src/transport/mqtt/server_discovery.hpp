@@ -26,6 +26,13 @@ class ServerAnnouncement {
                                                           const std::string& id,
                                                           const std::string& topic,
                                                           wire::HostAddress address);
+  // The same, but clients find the server only after announce().
+  static Result<std::unique_ptr<ServerAnnouncement>> connect(BrokerOptions options,
+                                                             const std::string& id,
+                                                             const std::string& topic,
+                                                             wire::HostAddress address);
+  // BROKER_UNREACHABLE.
+  Status announce();
   // Withdraws the address, waiting up to 2 s for the broker.
   ~ServerAnnouncement();
 
