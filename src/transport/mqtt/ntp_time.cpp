@@ -33,6 +33,7 @@ int64_t read_time(const Packet& packet, size_t offset) {
 
 std::optional<int64_t> ask(const std::string& server, unsigned timeout) {
   const std::unique_ptr<GSocketClient, Unreference> client(g_socket_client_new());
+  g_socket_client_set_enable_proxy(client.get(), FALSE);
   g_socket_client_set_socket_type(client.get(), G_SOCKET_TYPE_DATAGRAM);
   g_socket_client_set_protocol(client.get(), G_SOCKET_PROTOCOL_UDP);
   g_socket_client_set_timeout(client.get(), timeout);

@@ -115,6 +115,7 @@ struct Handshake {
 Handshake shake_hands(const BrokerOptions& options) {
   const Context context = make_context(options.tls);
   const Object<GSocketClient> client(g_socket_client_new());
+  g_socket_client_set_enable_proxy(client.get(), FALSE);  // libmosquitto uses none
   g_socket_client_set_timeout(client.get(), kSeconds);
   const Object<GSocketConnection> connection(g_socket_client_connect_to_host(
       client.get(), options.host.c_str(), options.port, nullptr, nullptr));
