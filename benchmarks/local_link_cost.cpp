@@ -22,11 +22,13 @@
 namespace weir::bench {
 namespace {
 
-constexpr int kFrames = 400, kWarm = 100;  // of 6.2 MB; the first are not counted
+constexpr int kFrames = 400, kWarm = 100;  // the first are not counted
 constexpr int kExchanges = 3000;
 
 // framesource: frames of `blocksize` bytes from the allocator that downstream proposes.
 bool writes_frames = false;
+size_t frame_bytes = 6'220'800;
+int readers = 1;  // of edgesink
 GstFlowReturn fill(GstPushSrc*, GstBuffer* buffer) {
   if (!writes_frames) return GST_FLOW_OK;
   const gst::Mapped map(buffer, GST_MAP_WRITE);
@@ -48,8 +50,8 @@ void init_gstreamer() {
   gst_element_register(nullptr, "framesource", GST_RANK_NONE, type);
 }
 std::string source(int frames) {
-  return "framesource blocksize=6220800 num-buffers=" + std::to_string(frames) +
-         " ! video/x-raw,format=RGB,width=1920,height=1080,framerate=30/1 ! ";
+  return "framesource blocksize=" + std::to_string(frame_bytes) +
+         " num-buffers=" + std::to_string(frames) + " ! application/octet-stream ! ";
 }
 
 // Another process that runs `body` before this one has a thread of GStreamer.
@@ -110,6 +112,24 @@ double through_queue() {
               kFrames);
 }
 
+// Holds the frames back at the sink "out" until all readers have connected.
+void wait_for_readers(GstElement* pipeline) {
+  const auto out = gst::Ref<GstElement>::adopt(gst_bin_get_by_name(GST_BIN(pipeline), "out"));
+  const auto pad = gst::Ref<GstPad>::adopt(gst_element_get_static_pad(out.get(), "sink"));
+  gst_pad_add_probe(
+      pad.get(), GST_PAD_PROBE_TYPE_BUFFER,
+      [](GstPad*, GstPadProbeInfo*, gpointer sink) {
+        for (guint connected = 0; connected < static_cast<guint>(readers); poll(nullptr, 0, 1)) {
+          GstStructure* stats = nullptr;
+          g_object_get(sink, "stats", &stats, nullptr);
+          gst_structure_get_uint(stats, "receivers", &connected);
+          gst_structure_free(stats);
+        }
+        return GST_PAD_PROBE_REMOVE;
+      },
+      out.get(), nullptr);
+}
+
 // The writer is the other process, which reports the bytes that it copied by its exit code.
 uint64_t bytes_copied = 0;
 double through_local_link() {
@@ -120,6 +140,7 @@ double through_local_link() {
                                    "edgesink name=out sync=false protocol=local "
                                    "wait-connection=true path=" +
                                    path);
+    if (readers > 1) wait_for_readers(pipeline.get());
     gst_element_set_state(pipeline.get(), GST_STATE_PLAYING);
     const auto bus = gst::Ref<GstBus>::adopt(gst_element_get_bus(pipeline.get()));
     gst_message_unref(gst_bus_timed_pop_filtered(
@@ -132,9 +153,15 @@ double through_local_link() {
     gst_structure_get_uint64(stats, "bytes-copied", &copied);
     _exit(copied == 0 ? 0 : 1);
   });
-  const double rate =
-      play("edgesrc protocol=local reconnect=true path=" + path + " ! fakesink name=out sync=false",
-           kFrames);
+  const auto read = [&] {
+    return play(
+        "edgesrc protocol=local reconnect=true path=" + path + " ! fakesink name=out sync=false",
+        kFrames);
+  };
+  std::vector<pid_t> others;
+  for (int i = 1; i < readers; ++i) others.push_back(process(read));
+  const double rate = read();
+  for (const pid_t other : others) waitpid(other, nullptr, 0);
   int status = 1;
   waitpid(writer, &status, 0);
   if (status != 0) ++bytes_copied;
@@ -245,46 +272,54 @@ double by_local_link() {
   return out;
 }
 
-}  // namespace
-}  // namespace weir::bench
+// Runs a measurement in a process of its own, because a process with threads of GStreamer cannot
+// fork. Adds to `copied` whether frames were copied.
+double run_once(double (*measured)(), double* copied) {
+  int ends[2];
+  if (pipe(ends) != 0) std::exit(1);
+  const pid_t child = process([&] {
+    const double result[] = {measured(), static_cast<double>(bytes_copied)};
+    [[maybe_unused]] const auto written = write(ends[1], result, sizeof result);
+  });
+  close(ends[1]);
+  double result[2] = {};
+  if (read(ends[0], result, sizeof result) != sizeof result) std::exit(1);
+  close(ends[0]);
+  waitpid(child, nullptr, 0);
+  *copied += result[1];
+  return result[0];
+}
 
-// Usage: local_link_cost [ROUNDS]. Each measurement runs in a process of its own, because a process
-// with threads of GStreamer cannot fork.
-int main(int argc, char** argv) {
-  using namespace weir::bench;
-  const int rounds = argc > 1 ? std::atoi(argv[1]) : 5;
-  char name[] = "/tmp/weir-link-XXXXXX";
-  folder = mkdtemp(name);
-  double (*const measured[])() = {[] { return writes_frames = true, through_queue(); },
-                                  [] { return writes_frames = true, through_local_link(); },
-                                  [] { return writes_frames = true, through_shmsink(); },
-                                  through_local_link,
-                                  through_shmsink,
-                                  by_eventfd,
-                                  by_local_link};
-  std::vector<std::vector<double>> values(std::size(measured));
-  double copied = 0;
+// Medians over rounds in which each has its turn.
+std::vector<double> medians_of(const std::vector<double (*)()>& measured, int rounds,
+                               double* copied) {
+  std::vector<std::vector<double>> values(measured.size());
   for (int round = 0; round < rounds; ++round)
-    for (size_t i = 0; i < std::size(measured); ++i) {
-      int ends[2];
-      if (pipe(ends) != 0) return 1;
-      const pid_t child = process([&] {
-        double result[2] = {};
-        result[0] = measured[i]();
-        result[1] = static_cast<double>(bytes_copied);
-        [[maybe_unused]] const auto written = write(ends[1], result, sizeof result);
-      });
-      close(ends[1]);
-      double result[2] = {};
-      if (read(ends[0], result, sizeof result) != sizeof result) return 1;
-      close(ends[0]);
-      waitpid(child, nullptr, 0);
-      values[i].push_back(result[0]);
-      copied += result[1];
-    }
-  std::filesystem::remove_all(folder);
-  double m[std::size(measured)];
-  for (size_t i = 0; i < std::size(measured); ++i) m[i] = median(values[i]);
+    for (size_t i = 0; i < measured.size(); ++i) values[i].push_back(run_once(measured[i], copied));
+  std::vector<double> out;
+  for (const auto& some : values) out.push_back(median(some));
+  return out;
+}
+
+double written_through_queue() {
+  writes_frames = true;
+  return through_queue();
+}
+double written_through_local_link() {
+  writes_frames = true;
+  return through_local_link();
+}
+double written_through_shmsink() {
+  writes_frames = true;
+  return through_shmsink();
+}
+
+void report_ratios(int rounds) {
+  double copied = 0;
+  const auto m =
+      medians_of({written_through_queue, written_through_local_link, written_through_shmsink,
+                  through_local_link, through_shmsink, by_eventfd, by_local_link},
+                 rounds, &copied);
   std::fprintf(stderr,
                "frames/s: written: queue %.0f, local link %.0f, shmsink %.0f; not written: local "
                "link %.0f, shmsink %.0f; us: eventfd %.1f, local stream %.1f\n",
@@ -296,4 +331,48 @@ int main(int argc, char** argv) {
            "shmsink and shmsrc", m[4] / m[3], "x", 1.0 / 3);
   report("edgesink protocol=local: runs with frames that were copied", "", copied, "runs", 0);
   report("local stream, 4 KiB there and back: p50", "the same with eventfds", m[6] / m[5], "x", 2);
+}
+
+// For tools/plot: microseconds of a frame that is written.
+void report_point(const char* axis, size_t x,
+                  const std::vector<std::pair<const char*, double (*)()>>& series) {
+  std::vector<double (*)()> measured;
+  for (const auto& [name, function] : series) measured.push_back(function);
+  double copied = 0;
+  const auto rates = medians_of(measured, 3, &copied);
+  for (size_t i = 0; i < series.size(); ++i)
+    if (!std::isnan(rates[i]))
+      std::printf("{\"series\": \"%s\", \"axis\": \"%s\", \"x\": %zu, \"us\": %.1f}\n",
+                  series[i].first, axis, x, 1e6 / rates[i]);
+  std::fflush(stdout);
+}
+void report_sizes() {
+  for (frame_bytes = 1 << 12; frame_bytes <= 1 << 24; frame_bytes *= 4)
+    report_point("bytes", frame_bytes,
+                 {{"queue", written_through_queue},
+                  {"edgesink protocol=local", written_through_local_link},
+                  {"shmsink", written_through_shmsink}});
+}
+void report_readers() {
+  for (readers = 1; readers <= 16; readers *= 2)
+    report_point("readers", static_cast<size_t>(readers),
+                 {{"edgesink protocol=local", written_through_local_link}});
+}
+
+}  // namespace
+}  // namespace weir::bench
+
+// Usage: local_link_cost [ROUNDS], local_link_cost sizes or local_link_cost readers.
+int main(int argc, char** argv) {
+  using namespace weir::bench;
+  const std::string what = argc > 1 ? argv[1] : "5";
+  char name[] = "/tmp/weir-link-XXXXXX";
+  folder = mkdtemp(name);
+  if (what == "sizes")
+    report_sizes();
+  else if (what == "readers")
+    report_readers();
+  else
+    report_ratios(std::atoi(what.c_str()));
+  std::filesystem::remove_all(folder);
 }

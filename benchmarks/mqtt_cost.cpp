@@ -35,10 +35,12 @@ class Broker {
   Broker() {
     char name[] = "/tmp/weir-bench-XXXXXX";
     if (!mkdtemp(name)) fail("no folder for the broker");
-    folder_ = name;
-    const std::string settings = folder_ / "broker.conf";
+    const fs::path folder = name;
+    const std::string settings = folder / "broker.conf";
     port_ = free_port();
-    std::ofstream(settings) << "listener " << port_ << " 127.0.0.1\nallow_anonymous true\n"
+    // As another user it would not end with this program.
+    std::ofstream(settings) << "user root\nlistener " << port_
+                            << " 127.0.0.1\nallow_anonymous true\n"
                             << "set_tcp_nodelay true\nlog_type none\n";
     process_ = fork();
     if (process_ == 0) {
@@ -54,12 +56,11 @@ class Broker {
       if (Clock::now() > end) fail("mosquitto does not listen");
       std::this_thread::sleep_for(1ms);
     }
+    fs::remove_all(folder);
   }
   ~Broker() {
     kill(process_, SIGKILL);
     waitpid(process_, nullptr, 0);
-    std::error_code ignored;
-    fs::remove_all(folder_, ignored);
   }
   Broker(const Broker&) = delete;
   Broker& operator=(const Broker&) = delete;
@@ -71,7 +72,6 @@ class Broker {
     return bool(edge::connect_to("127.0.0.1", static_cast<uint32_t>(port_), std::nullopt, -1));
   }
 
-  fs::path folder_;
   int port_ = 0;
   pid_t process_ = -1;
 };

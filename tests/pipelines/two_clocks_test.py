@@ -39,7 +39,7 @@ def can_shift():
     return shutil.which("unshare") and subprocess.run([*SHIFTED, "true"], capture_output=True, check=False).returncode == 0
 
 
-@unittest.skipUnless(mqtt_broker.find_mosquitto() and shutil.which("mosquitto_sub"), "mosquitto is not installed")
+@unittest.skipUnless(mqtt_broker.find_mosquitto() and shutil.which("mosquitto_sub"), "mosquitto is not installed, or this build has no MQTT")
 @unittest.skipUnless(has_engine("python3"), "the engine python3 is not built")
 class TwoClocks(unittest.TestCase):
     def setUp(self):

@@ -11,6 +11,9 @@ PATH = os.environ.get("PATH", "") + ":/usr/sbin:/usr/local/sbin"
 
 
 def find_mosquitto():
+    """None too for a build without MQTT, whose elements could not use it."""
+    if os.environ.get("WEIR_WITHOUT_MQTT"):
+        return None
     return shutil.which("mosquitto", path=PATH)
 
 
