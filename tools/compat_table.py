@@ -123,7 +123,9 @@ def element_section(name, fact, page):
     inherited = {"async", "blocksize", "enable-last-sample", "last-sample", "max-bitrate", "max-lateness", "processing-deadline", "qos",
                  "render-delay", "sync", "throttle-time", "ts-offset", "do-timestamp", "num-buffers", "typefind"}
     more = sorted(set(own) - set(properties) - inherited)
-    out += ["", "Additional properties of Weir: " + ", ".join(f"`{p}`" for p in more) + ".", ""]
+    out.append("")
+    if more:
+        out += ["Additional properties of Weir: " + ", ".join(f"`{p}`" for p in more) + ".", ""]
     return out
 
 

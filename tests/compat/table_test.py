@@ -43,10 +43,10 @@ class Table(unittest.TestCase):
             ('Enum "M" Default: 1, "ON"; (0): OFF - No; (1): ON - Yes', "writable")), [])
 
     def test_each_difference_is_reported(self):
-        for own, output in {("Integer. Range: 1 - 9 Default: 3", "writable"): "another type: Integer",
-                          ("Unsigned Integer. Range: 1 - 8 Default: 3", "writable"): "takes 1 to 8, there 1 to 9",
-                          ("Unsigned Integer. Range: 1 - 9 Default: 4", "writable"): "starts as 4, there 3",
-                          (UINT[0], "readable"): "can only be read"}.items():
+        for own, output in {("Integer. Range: 1 - 9 Default: 3", "writable"): "type is Integer",
+                          ("Unsigned Integer. Range: 1 - 8 Default: 3", "writable"): "the range is 1 to 8, not 1 to 9",
+                          ("Unsigned Integer. Range: 1 - 9 Default: 4", "writable"): "the default is 4, not 3",
+                          (UINT[0], "readable"): "read-only"}.items():
             self.assertEqual(compat_table.differences(FACT, own), [output])
         self.assertEqual(compat_table.differences(("mode", "RW", "0", "0=OFF, 1=ON"),
                                                   ('Enum "M" Default: 0, "OFF"; (0): OFF - No', "writable")), ["lacks ON"])
@@ -54,8 +54,8 @@ class Table(unittest.TestCase):
     def test_what_is_not_there_is_reported(self):
         facts = ("nnstreamer", {"one": FACT, "two": FACT})
         rows = "\n".join(compat_table.element_section("x", facts, f"| `one` | {UINT[0]} | {UINT[1]} | of it |\n"))
-        self.assertIn("| `one` | same |  |\n| `two` | **not there** |  |", rows)
-        self.assertIn("**Not there yet**", "\n".join(compat_table.element_section("x", facts, None)))
+        self.assertIn("| `one` | same |  |\n| `two` | **missing** |  |", rows)
+        self.assertIn("**Not implemented yet**", "\n".join(compat_table.element_section("x", facts, None)))
 
 
 if __name__ == "__main__":

@@ -85,7 +85,7 @@ class Guide(unittest.TestCase):
 
     def test_the_version(self):
         program = re.search(r"python3 -c '(.*)'", PAGE)[1]
-        self.assertEqual(run(program).stdout, re.search(r"^prints `(.*)`\.", PAGE, re.MULTILINE)[1] + "\n")
+        self.assertEqual(run(program).stdout, re.search(r"^This prints `(.*?)`\.", PAGE, re.MULTILINE)[1] + "\n")
 
     def test_the_table_has_every_member_of_a_result(self):
         rows = re.search(r"\| member \|.*?\n\n", PAGE, re.DOTALL)[0]
