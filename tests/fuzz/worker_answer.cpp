@@ -48,7 +48,7 @@ void add_model(std::string* out) {
   info.outputs = &output;
   MessageWriter writer;
   writer.begin(Kind::Opened);
-  put_model("adding", info, &writer);
+  put_model("adding", {}, info, &writer);
   add(&writer, out);
 }
 

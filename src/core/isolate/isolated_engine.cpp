@@ -317,6 +317,10 @@ std::shared_ptr<Monitor> monitor_of(const infer::Model& model) {
   const auto* own = isolated(model);
   return own ? own->isolation.monitor : nullptr;
 }
+AcceleratorChoice accelerator_in(const infer::Model& model) {
+  const auto* own = isolated(model);
+  return own ? own->facts->accelerator : AcceleratorChoice{};
+}
 std::string engine_in(const infer::Model& model) {
   const auto* own = isolated(model);
   return own ? own->facts->engine : "";

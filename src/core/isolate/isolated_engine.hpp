@@ -6,6 +6,7 @@
 
 #include "core/infer/model/model.hpp"
 #include "core/isolate/isolation.hpp"
+#include "core/isolate/model_facts.hpp"
 #include "core/isolate/shared_arena.hpp"
 
 namespace weir::isolate {
@@ -18,7 +19,8 @@ const weir_engine& isolated_engine() noexcept;
 // For a model opened by isolated_engine(); null (or "") for others.
 std::shared_ptr<SharedArena> arena_of(const infer::Model& model);
 std::shared_ptr<Monitor> monitor_of(const infer::Model& model);
-// The name of the engine inside the process.
+// The name of the engine inside the process, and the accelerator that it got.
 std::string engine_in(const infer::Model& model);
+AcceleratorChoice accelerator_in(const infer::Model& model);
 
 }  // namespace weir::isolate

@@ -14,7 +14,7 @@
 namespace weir::isolate {
 
 // Increment it with every change of a message: workers of another version are rejected.
-inline constexpr uint32_t kProtocol = 4;
+inline constexpr uint32_t kProtocol = 5;
 
 enum class Kind : uint32_t {
   // From the worker, once: protocol version, the two texts of Confinement.

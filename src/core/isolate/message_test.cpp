@@ -72,7 +72,7 @@ ModelFacts described(const std::vector<weir_tensor_info>& tensors) {
   info.metadata_json = "{}";
   MessageWriter writer;
   writer.begin(Kind::Opened);
-  put_model("fake", info, &writer);
+  put_model("fake", {}, info, &writer);
   MessageReader reader(body(&writer));
   auto facts = ModelFacts::take(&reader);
   EXPECT_TRUE(reader.complete());
@@ -102,6 +102,23 @@ TEST(ModelFacts, RoundTripWithTheirNames) {
   EXPECT_EQ(facts.outputs.list()[0].shape[1], 4);
 }
 
+TEST(ModelFacts, HaveTheAcceleratorAndItsWarning) {
+  const Error warning{.code = Code::OPTION_VALUE, .what = "no gpu", .fix = "true:cpu"};
+  for (const AcceleratorChoice& choice : {AcceleratorChoice{"cpu", warning}, {"", {}}}) {
+    MessageWriter writer;
+    writer.begin(Kind::Opened);
+    put_model("fake", choice, {}, &writer);
+    MessageReader reader(body(&writer));
+    const auto facts = ModelFacts::take(&reader);
+    EXPECT_TRUE(reader.complete());
+    EXPECT_EQ(facts.accelerator.used, choice.used);
+    ASSERT_EQ(facts.accelerator.warning.has_value(), choice.warning.has_value());
+    if (choice.warning) {
+      EXPECT_EQ(facts.accelerator.warning->message(), warning.message());
+    }
+  }
+}
+
 TEST(ModelFacts, AreTheSameWhateverTheNames) {
   auto other = tensor("y");
   EXPECT_TRUE(same_tensors(described({tensor("x")}), described({other})));
@@ -119,7 +136,7 @@ TEST(ModelFacts, RejectDamage) {
   info.inputs = info.outputs = tensors.data();
   MessageWriter writer;
   writer.begin(Kind::Opened);
-  put_model("fake", info, &writer);
+  put_model("fake", {}, info, &writer);
   const auto whole = body(&writer);
   for (size_t size = 0; size < whole.size(); ++size) {
     MessageReader reader(whole.first(size));

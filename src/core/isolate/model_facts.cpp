@@ -41,8 +41,12 @@ TensorInfos TensorInfos::take(MessageReader* message) {
   return out;
 }
 
-void put_model(const std::string& engine, const weir_model_info& info, MessageWriter* message) {
+void put_model(const std::string& engine, const AcceleratorChoice& accelerator,
+               const weir_model_info& info, MessageWriter* message) {
   message->text(engine);
+  message->text(shortened(accelerator.used));
+  message->put<uint8_t>(accelerator.warning.has_value());
+  if (accelerator.warning) put_error(*accelerator.warning, message);
   weir_model_info plain = info;
   plain.inputs = plain.outputs = nullptr;
   plain.metadata_json = nullptr;
@@ -56,6 +60,8 @@ void put_model(const std::string& engine, const weir_model_info& info, MessageWr
 ModelFacts ModelFacts::take(MessageReader* message) {
   ModelFacts out;
   out.engine = message->text();
+  out.accelerator.used = message->text();
+  if (message->take<uint8_t>() != 0) out.accelerator.warning = take_error(message);
   out.info = message->take<weir_model_info>();
   out.info.inputs = out.info.outputs = nullptr;
   out.info.metadata_json = nullptr;

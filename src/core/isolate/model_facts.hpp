@@ -2,6 +2,7 @@
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #pragma once
 #include <memory>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -29,15 +30,23 @@ class TensorInfos {
 
 void put_infos(std::span<const weir_tensor_info> infos, MessageWriter* message);
 
+// What the worker made of the property accelerator: it alone knows what the engine supports.
+struct AcceleratorChoice {
+  std::string used;  // as weir_open.accelerator
+  std::optional<Error> warning = {};
+};
+
 struct ModelFacts {
-  std::string engine;      // its name
+  std::string engine;  // its name
+  AcceleratorChoice accelerator;
   weir_model_info info{};  // without pointers
   TensorInfos inputs, outputs;
   std::string metadata_json;
 
   static ModelFacts take(MessageReader* message);
 };
-void put_model(const std::string& engine, const weir_model_info& info, MessageWriter* message);
+void put_model(const std::string& engine, const AcceleratorChoice& accelerator,
+               const weir_model_info& info, MessageWriter* message);
 
 // True if types and shapes are the same.
 bool same_tensors(const ModelFacts& a, const ModelFacts& b);

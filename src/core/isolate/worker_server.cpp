@@ -4,7 +4,10 @@
 
 #include <algorithm>
 #include <cstring>
+#include <string>
+#include <utility>
 
+#include "core/infer/module/accelerator.hpp"
 #include "core/infer/module/engine_functions.hpp"
 #include "core/infer/module/host.hpp"
 #include "core/infer/module/module_library.hpp"
@@ -14,6 +17,17 @@ namespace {
 
 Error unreadable() {
   return Error{.code = Code::INTERNAL, .what = "a worker process cannot read a request"};
+}
+
+// The choice from the property accelerator; that of the caller where it has none.
+AcceleratorChoice choose_accelerator(const OpenCall& call, const weir_engine& engine) {
+  const auto given =
+      std::ranges::find(call.declared, "accelerator", &std::pair<std::string, std::string>::first);
+  if (given == call.declared.end()) return {call.accelerator};
+  const auto request = infer::parse_accelerator(given->second);
+  const auto supported = infer::accelerators_of(engine);
+  return {infer::choose_accelerator(request, supported),
+          infer::unavailable_hardware(request, supported, engine.name, given->second)};
 }
 
 }  // namespace
@@ -86,7 +100,8 @@ Status WorkerServer::open(MessageReader* message) {
   options.paths = call.paths;
   options.options = call.options;
   options.declared = call.declared;
-  options.accelerator = call.accelerator;
+  const auto accelerator = choose_accelerator(call, **engine);
+  options.accelerator = accelerator.used;
   options.threads = call.threads;
   auto model = infer::Model::open(**engine, options);
   if (!model) return model.error();
@@ -99,7 +114,7 @@ Status WorkerServer::open(MessageReader* message) {
   model_ = *std::move(model);
   session_ = session;
   writer_.begin(Kind::Opened);
-  put_model((*engine)->name, model_->info(), &writer_);
+  put_model((*engine)->name, accelerator, model_->info(), &writer_);
   return ok();
 }
 

@@ -49,6 +49,19 @@ TEST(ModelSettings, WarnsAboutHardwareThatTheEngineDoesNotHave) {
   EXPECT_SAYS(filter.warning, "fix: accelerator=true:cpu");
 }
 
+// The worker process alone knows what the engine has.
+TEST(ModelSettings, WarnAboutHardwareThatTheEngineOfAWorkerProcessDoesNotHave) {
+  const AdderFiles files;
+  const Started filter(adder(files.model(1), "isolate=process accelerator=true:npu,!gpu"));
+  EXPECT_EQ(accelerator_of(filter.element.get()), "cpu");
+  EXPECT_SAYS(filter.warning, "WEIR-1004: the engine adder has no accelerator npu: cpu is used");
+  EXPECT_SAYS(filter.warning, "fix: accelerator=true:cpu");
+  const Started other(adder(files.model(1), "isolate=process accelerator=true:npu,cpu"));
+  EXPECT_EQ(accelerator_of(other.element.get()), "cpu");
+  EXPECT_EQ(other.warning, "");
+  EXPECT_EQ(accelerator_of(Started(adder(files.model(1), "isolate=process")).element.get()), "");
+}
+
 TEST(ModelSettings, WarnsAboutAnUnreadableAccelerator) {
   const AdderFiles files;
   const Started filter(adder(files.model(1), "accelerator=true:gqu"));

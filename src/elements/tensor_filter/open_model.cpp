@@ -132,6 +132,7 @@ Result<std::unique_ptr<OpenModel>> OpenModel::open(const FilterSettings& s,
   opened->engine_ = model.engine().name;
   if (auto arena = isolate::arena_of(model)) {
     opened->engine_ = isolate::engine_in(model);
+    add(isolate::accelerator_in(model).warning, warnings);
     opened->shared_memory_ = gst::shared_allocator(std::move(arena));
   }
   if (auto status =
@@ -337,12 +338,15 @@ void OpenModel::add_stats(GstStructure* stats) const {
   if (fallback_) fallback_->add_stats(stats);
   const auto& shared = *use_->shared();
   const auto model = shared.model();
+  const std::string accelerator = model && isolate::arena_of(*model)
+                                      ? isolate::accelerator_in(*model).used
+                                      : shared.source().options.accelerator;
   gst_structure_set(stats, "weights-bytes", G_TYPE_UINT64,
                     model ? guint64{model->info().weight_bytes} : guint64{0}, "shared-by",
                     G_TYPE_UINT64, guint64{shared.users()}, "reloads", G_TYPE_UINT64,
                     guint64{shared.reloads()}, "suspended", G_TYPE_BOOLEAN,
-                    gboolean{use_->suspended()}, "accelerator", G_TYPE_STRING,
-                    shared.source().options.accelerator.c_str(), nullptr);
+                    gboolean{use_->suspended()}, "accelerator", G_TYPE_STRING, accelerator.c_str(),
+                    nullptr);
   if (model) add_engine_stats(*model, stats);
   const auto execution = model ? model->execution() : std::nullopt;
   if (!execution) return;
