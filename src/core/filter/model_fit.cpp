@@ -61,6 +61,11 @@ bool is_picture(const ModelTensor& m, size_t channel_axis) {
          (m.inner(channel_axis) == 1 || m.inner(channel_axis) == 3 || m.inner(channel_axis) == 4);
 }
 
+bool is_real(ElementType type) {
+  return type == ElementType::Float16 || type == ElementType::Float32 ||
+         type == ElementType::Float64;
+}
+
 const char* video_format(int64_t channels) {
   return channels == 1 ? "GRAY8" : channels == 4 ? "RGBA" : "RGB";
 }
@@ -100,31 +105,43 @@ bool is_only_longer(const TensorSpec& offered, const ModelTensor& needed) {
          dimensions_fit(needed, one.shape);
 }
 
+// The elements that make tensors of the dimensions of the model from video; "" if it takes no
+// picture.
+std::string picture_elements(const ModelTensor& needed) {
+  if (is_picture(needed, 0)) return scaled_video(needed.inner(0), needed.inner(1), needed.inner(2));
+  if (is_picture(needed, 2))
+    return scaled_video(needed.inner(2), needed.inner(0), needed.inner(1)) +
+           " ! tensor_transform mode=transpose option=1:2:0:3";
+  return "";
+}
+
+// The elements that convert values of `type` to those of the model; "" if none do.
+std::string cast_elements(ElementType type, const ModelTensor& needed) {
+  // Real numbers, such as -1 to 1, would all become 0 or 1.
+  if (is_real(type) && !is_real(needed.type)) return "";
+  const std::string cast =
+      "tensor_transform mode=typecast option=" + std::string(name_of(needed.type));
+  // Pixels of a quantised model, which typecast would wrap from 128 on.
+  const bool is_moved = type == ElementType::UInt8 && needed.type == ElementType::Int8 &&
+                        needed.scale > 0 && needed.zero_point == -128;
+  return is_moved ? "tensor_transform mode=arithmetic option=typecast:int16,add:-128 ! " + cast
+                  : cast;
+}
+
 }  // namespace
 
 std::string suggested_fix(const TensorSpec& offered, const ModelTensor& needed) {
   if (is_only_longer(offered, needed))
     return "tensor_filter invoke-rows=1, which runs the model for each of them";
-  const bool outer = is_picture(needed, 0);
-  const bool planar = !outer && is_picture(needed, 2);
-  const int64_t channels = outer ? needed.inner(0) : needed.inner(2);
-  const int64_t width = outer ? needed.inner(1) : needed.inner(0);
-  const int64_t height = outer ? needed.inner(2) : needed.inner(1);
-  std::string fix;
-  const auto add = [&fix](const std::string& part) { fix += (fix.empty() ? "" : " ! ") + part; };
-  if (!dimensions_fit(needed, offered.shape)) {
-    if (outer) {
-      add(scaled_video(channels, width, height));
-    } else if (planar) {
-      add(scaled_video(channels, width, height));
-      add("tensor_transform mode=transpose option=1:2:0:3");
-    } else {
-      return "";
-    }
-  }
-  if (needed.type != ElementType::End && needed.type != offered.type)
-    add("tensor_transform mode=typecast option=" + std::string(name_of(needed.type)));
-  return fix.empty() ? "" : fix + " ! tensor_filter";
+  const bool fits = dimensions_fit(needed, offered.shape);
+  const std::string picture = fits ? "" : picture_elements(needed);
+  if (!fits && picture.empty()) return "";
+  const ElementType type = fits ? offered.type : ElementType::UInt8;  // of video as a tensor
+  const std::string begin = fits ? "" : picture + " ! ";
+  if (needed.type == ElementType::End || needed.type == type)
+    return fits ? "" : begin + "tensor_filter";
+  const std::string cast = cast_elements(type, needed);
+  return cast.empty() ? "" : begin + cast + " ! tensor_filter";
 }
 
 Result<std::vector<ModelTensor>> fit(const std::vector<ModelTensor>& model,

@@ -59,7 +59,35 @@ TEST(Fit, ReportsAWrongType) {
   const auto r = fit({kMobilenet}, {spec(ElementType::Float32, {3, 224, 224, 1})});
   ASSERT_FALSE(r);
   EXPECT_EQ(r.error().difference, "tensor 0 (input): type is float32, needed is uint8");
-  EXPECT_EQ(r.error().fix, "tensor_transform mode=typecast option=uint8 ! tensor_filter");
+  EXPECT_EQ(r.error().fix, "") << "as integers, values from -1 to 1 would be 0 or 1";
+  ModelTensor real = kMobilenet;
+  real.type = ElementType::Float32;
+  EXPECT_EQ(fit({real}, {spec(ElementType::UInt8, {3, 224, 224, 1})}).error().fix,
+            "tensor_transform mode=typecast option=float32 ! tensor_filter");
+}
+
+TEST(Fit, ConvertsVideoOfAnotherSizeToTheTypeOfTheModel) {
+  const std::string video =
+      "videoconvert ! videoscale ! video/x-raw,format=RGB,width=224,height=224 ! tensor_converter";
+  EXPECT_EQ(fit({kMobilenet}, {spec(ElementType::Float32, {3, 100, 224, 1})}).error().fix,
+            video + " ! tensor_filter");
+  ModelTensor real = kMobilenet;
+  real.type = ElementType::Float32;
+  EXPECT_EQ(fit({real}, {spec(ElementType::Float32, {3, 100, 224, 1})}).error().fix,
+            video + " ! tensor_transform mode=typecast option=float32 ! tensor_filter");
+}
+
+TEST(Fit, MovesThePixelsOfAQuantisedModelOfSignedIntegers) {
+  ModelTensor model = kMobilenet;
+  model.type = ElementType::Int8;
+  const std::string cast = "tensor_transform mode=typecast option=int8 ! tensor_filter";
+  const auto fix_for = [&model] {
+    return fit({model}, {spec(ElementType::UInt8, {3, 224, 224, 1})}).error().fix;
+  };
+  EXPECT_EQ(fix_for(), cast) << "not quantised";
+  model.scale = 1.0F / 255;
+  model.zero_point = -128;
+  EXPECT_EQ(fix_for(), "tensor_transform mode=arithmetic option=typecast:int16,add:-128 ! " + cast);
 }
 
 TEST(Fit, RejectsAWrongNumberOfTensors) {
