@@ -21,10 +21,11 @@ Error caps_unreadable(const GstStructure* s) {
                .fix = kLine};
 }
 
-// GStreamer has positions for up to 64 channels. More are seldom meant: a model with the input
-// 16000:1 makes audioconvert turn one channel into 16000 copies of it.
+// GStreamer has positions for up to 64 channels, and audioconvert fails an assertion for more. More
+// are seldom meant.
+constexpr int kUsual = 64;
+
 std::optional<Error> many_channels(int channels) {
-  constexpr int kUsual = 64;
   if (channels <= kUsual) return std::nullopt;
   const std::string count = std::to_string(channels);
   return Error{.code = Code::SPEC_MISMATCH,
@@ -33,6 +34,24 @@ std::optional<Error> many_channels(int channels) {
                .needed = "at most " + std::to_string(kUsual) +
                          " channels; a tensor of consecutive samples is 1:" + count,
                .fix = "audio/x-raw,channels=1 ! tensor_converter frames-per-tensor=" + count};
+}
+
+// The error for a model of consecutive samples, as 16000, that gets each moment of the audio as a
+// tensor.
+std::optional<Error> rows_of_samples(const TensorSpec& audio, const std::vector<TensorSpec>& peer) {
+  const bool is_row = peer.size() == 1 && peer[0].shape.min_rank() <= 1 &&
+                      peer[0].shape[0] > static_cast<uint32_t>(kUsual);
+  if (!is_row || peer[0].shape == audio.shape) return std::nullopt;
+  const std::string count = std::to_string(peer[0].shape[0]);
+  const std::string format = audio_format_of(peer[0].type);
+  return Error{.code = Code::SPEC_MISMATCH,
+               .what = "the downstream element needs " + count + " consecutive samples",
+               .offered = audio.to_string(),
+               .needed = peer[0].to_string(),
+               .fix = std::string("audioconvert ! audioresample ! audio/x-raw,") +
+                      (format.empty() ? "" : "format=" + format + ",") +
+                      "channels=1 ! tensor_converter frames-per-tensor=" + count +
+                      " ! tensor_transform mode=transpose option=1:0:2:3"};
 }
 
 }  // namespace
@@ -62,6 +81,7 @@ Result<StreamPlan> AudioMedium::configure(const GstCaps* caps, const Preferences
   plan_.frames_out = preferences.frames_per_tensor;
   plan_.warning = many_channels(channels);
   if (auto status = agree(plan_.spec, preferences.tensors, "audio"); !status) return status.error();
+  if (const auto error = rows_of_samples(tensor->spec, preferences.peer)) return *error;
   return plan_;
 }
 
@@ -80,7 +100,7 @@ std::string AudioMedium::caps_for(const TensorSpec& peer, const Fraction& rate) 
                       "the downstream element needs float16, which no audio format has");
     return "";
   }
-  if (peer.shape[0] > G_MAXINT || peer.shape.min_rank() > 2) return "";
+  if (peer.shape[0] > static_cast<uint32_t>(kUsual) || peer.shape.min_rank() > 2) return "";
   const bool rate_known = rate.valid() && rate.numerator > 0 && rate.denominator == 1;
   return "audio/x-raw, " + (any_format ? "" : "format=(string)" + format + ", ") +
          "layout=(string)interleaved, channels=(int)" + std::to_string(peer.shape[0]) +

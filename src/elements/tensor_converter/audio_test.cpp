@@ -1,6 +1,7 @@
 // tensor_converter with raw audio.
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #include "elements/tensor_converter/converter_test_support.hpp"
+#include "elements/tests/pipeline_test_support.hpp"
 
 namespace {
 
@@ -134,6 +135,28 @@ TEST(ConverterAudio, WarnsAboutMoreThan64Channels) {
   EXPECT_SAYS(warning, "fix: audio/x-raw,channels=1 ! tensor_converter frames-per-tensor=65");
   auto out = Ref<GstBuffer>::adopt(gst_harness_push_and_pull(h.get(), frame(ramp(130))));
   EXPECT_EQ(content(out.get()), ramp(130)) << "the stream goes on";
+}
+
+// GStreamer logs criticals, which end this program, when audioconvert makes so many channels.
+TEST(ConverterAudio, IsNotConvertedToThousandsOfChannels) {
+  const std::string source = "audiotestsrc num-buffers=40 ! audioconvert ! audioresample ! ",
+                    row =
+                        " ! other/tensors,format=static,num_tensors=1,types=float32,"
+                        "dimensions=(string)16000 ! tensor_sink name=out";
+  PlayedPipeline refused(source + "tensor_converter" + row);
+  EXPECT_FALSE(refused.reaches(GST_STATE_PLAYING));
+  const auto text = refused.outcome();
+  EXPECT_SAYS(text, "WEIR-2001: the downstream element needs 16000 consecutive samples");
+  const std::string fix =
+      "audio/x-raw,format=F32LE,channels=1 ! tensor_converter frames-per-tensor=16000 ! "
+      "tensor_transform mode=transpose option=1:0:2:3";
+  EXPECT_SAYS(text, "fix: audioconvert ! audioresample ! " + fix);
+  PlayedPipeline mended(source + fix + row);
+  mended.watch("out");
+  EXPECT_TRUE(mended.reaches(GST_STATE_PLAYING));
+  EXPECT_EQ(mended.outcome(), "");
+  ASSERT_EQ(mended.seen<float>("out").size(), 40u * 1024 / 16000);
+  EXPECT_EQ(mended.seen<float>("out")[0].size(), 16000u);
 }
 
 TEST(ConverterAudio, FollowsTheCapsOfDownstream) {
