@@ -46,6 +46,7 @@ struct End {
   std::optional<size_t> element;
   std::string name;
   size_t at = 0;
+  LaunchPad pad = {};
   std::optional<size_t> caps_at = {};  // of caps between it and the end before it
 };
 
@@ -84,7 +85,11 @@ class Reader {
     if (token.text == "(" || token.text == ")" || token.text.ends_with(".(")) return ok();
     if (token.assigns) return property(token);
     if (is_reference(token)) {
-      join({std::nullopt, token.text.substr(0, token.text.find('.')), token.at});
+      const size_t dot = token.text.find('.');
+      join({std::nullopt,
+            token.text.substr(0, dot),
+            token.at,
+            {token.text.substr(dot + 1), token.at + dot + 1}});
       return ok();
     }
     if (!is_identifier(token.text))
@@ -151,7 +156,8 @@ class Reader {
       if (!source) return source.error();
       if (!sink) return sink.error();
       auto& outputs = graph_.elements[*source].outputs;
-      graph_.links.push_back({*source, *sink, outputs.size(), to.at, to.caps_at.value_or(to.at)});
+      graph_.links.push_back(
+          {*source, *sink, outputs.size(), to.at, to.caps_at.value_or(to.at), from.pad, to.pad});
       outputs.push_back(graph_.links.size() - 1);
       graph_.elements[*sink].inputs.push_back(graph_.links.size() - 1);
     }

@@ -18,11 +18,18 @@ struct LaunchElement {
   std::vector<size_t> inputs, outputs;
 };
 
+// A pad that the text names, as src_0 in "demux.src_0".
+struct LaunchPad {
+  std::string name;  // "": any
+  size_t at = 0;     // offset of the name in the text
+};
+
 struct LaunchLink {
   size_t from = 0, to = 0;  // indices of elements
   size_t pad = 0;           // index of the output of `from`
   size_t at = 0;            // offset in the text of the downstream end
   size_t caps_at = 0;       // offset of the caps before it, such as "video/x-raw"; `at` if none
+  LaunchPad from_pad, to_pad;
 };
 
 // Caps between two elements belong to the link. Bins, "( a ! b )", are flattened.

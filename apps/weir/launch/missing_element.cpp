@@ -22,9 +22,6 @@ struct Lacking {
 };
 // Elements of NNStreamer; a build that has one never looks it up here.
 constexpr std::array kLacking{
-    Lacking{
-        "tensor_query_client",
-        "tensor_filter framework=oip model=grpc://HOST:PORT/MODEL, with weir serve on the server"},
     Lacking{"tensor_src_iio", "appsrc in a program that reads the sensor, with caps other/tensors"},
     Lacking{"tensor_trainer", "tensor_filter, with a model that was trained elsewhere"},
     Lacking{"datareposrc", "multifilesrc ! application/octet-stream ! tensor_converter"},

@@ -11,6 +11,7 @@
 #include "launch/launch_graph.hpp"
 #include "launch/launch_tokens.hpp"
 #include "launch/missing_element.hpp"
+#include "launch/missing_pad.hpp"
 #include "launch/refused_link.hpp"
 #include "weir/join.hpp"
 
@@ -166,8 +167,10 @@ Error parse_error(const std::string& text, const GError* error, GstParseContext*
   const gst::Unique<char*, g_strfreev> missing(gst_parse_context_get_missing_elements(context));
   if (is(GST_PARSE_ERROR_NO_SUCH_ELEMENT) && missing && *missing)
     return missing_element(*missing, text);
-  if (is(GST_PARSE_ERROR_LINK))
+  if (is(GST_PARSE_ERROR_LINK)) {
+    if (auto missing_one = missing_pad(text, nullptr)) return *std::move(missing_one);
     if (auto refused = refused_link(text, text_of(error->message))) return *std::move(refused);
+  }
   Error out{.code = Code::OPTION_SYNTAX,
             .what = "the pipeline cannot be read",
             .offered = text,
@@ -199,6 +202,7 @@ Result<gst::Ref<GstElement>> read_pipeline(const std::vector<std::string>& words
     g_clear_error(&error);
     return failure;
   }
+  if (auto missing = missing_pad(text, parsed.get())) return *std::move(missing);
   if (GST_IS_PIPELINE(parsed.get())) return parsed;
   auto pipeline =
       gst::Ref<GstElement>::adopt(GST_ELEMENT(gst_object_ref_sink(gst_pipeline_new(nullptr))));
