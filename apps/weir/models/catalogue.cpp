@@ -9,6 +9,7 @@
 #include <iterator>
 
 #include "core/card/find.hpp"
+#include "core/text/pasted.hpp"
 #include "core/text/text.hpp"
 #include "machine/environment.hpp"
 #include "report.hpp"
@@ -106,6 +107,21 @@ Result<CatalogueModel> model_of(const std::vector<CatalogueModel>& models,
                .needed = "a name that weir models list prints",
                .difference = close.empty() ? "" : "did you mean " + close + "?",
                .fix = close.empty() ? "weir models list" : "weir models info " + close};
+}
+
+std::string CatalogueModel::command() const {
+  constexpr const char* kOfPhotos[] = {"classification", "depth",        "detection",
+                                       "pose",           "segmentation", "text"};
+  const std::string file = shell_word((folder_of(*this) / files[0].name).string());
+  if (!line.empty()) {
+    constexpr std::string_view kFile = "{model}";
+    const size_t at = line.find(kFile);
+    return at == std::string::npos ? line
+                                   : line.substr(0, at) + file + line.substr(at + kFile.size());
+  }
+  const bool is_shown =
+      std::find(std::begin(kOfPhotos), std::end(kOfPhotos), task) != std::end(kOfPhotos);
+  return is_shown ? "weir try " + name + " photo.jpg" : "weir inspect " + file;
 }
 
 fs::path models_folder() {

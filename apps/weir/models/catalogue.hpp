@@ -22,10 +22,12 @@ struct CatalogueFile {
 struct CatalogueModel {
   std::string name, task, about, licence;
   std::string card;                  // file name of its card; "" = none
-  std::string line;                  // a tested command; "" = weir try NAME
+  std::string line;                  // a tested command, with {model} for the file; "": none
   std::vector<CatalogueFile> files;  // at least one; the first ones are the model, then labels
 
-  std::string command() const { return line.empty() ? "weir try " + name + " photo.jpg" : line; }
+  // The command that runs the model once it is fetched: its line, weir try with a photo for what
+  // weir try shows, or weir inspect, which says how other models are run.
+  std::string command() const;
 };
 
 // Reads catalogue.json beside the folders of cards (card::card_folders()). FILE_NOT_FOUND,

@@ -57,7 +57,7 @@ int list(const std::vector<CatalogueModel>& models, bool json) {
     rows.push_back({model.name, model.task, model.about, megabytes(bytes_of(model)), model.licence,
                     is_fetched(model) ? "fetched" : ""});
   std::fputs(table(std::move(rows), "").c_str(), stdout);
-  std::puts("\nweir models get NAME fetches a model, weir try NAME photo.jpg runs it.");
+  std::puts("\nweir models get NAME fetches a model and prints a command that runs it.");
   return kExitGood;
 }
 

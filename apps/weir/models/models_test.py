@@ -61,6 +61,18 @@ class Catalogue(Case):
         self.assertEqual(info["files"][0]["sha256"], file["sha256"])
         self.assertFalse(info["fetched"])
 
+    def test_the_command_fits_what_the_model_takes(self):
+        commands = {model["name"]: model["command"] for model in json.loads(self.good(self.run_models("list", "--json")))["models"]}
+        file = self.folder / "models" / "yamnet" / "yamnet.tflite"
+        self.assertIn(f" filesrc location=sound.wav ! decodebin ! audioconvert ! ", commands["yamnet"])
+        self.assertIn(f" ! tensor_filter model={file} ! ", commands["yamnet"])
+        for model in CATALOGUE["models"]:
+            name, takes_photos = model["name"], model["task"] in ("classification", "detection", "pose", "segmentation", "text")
+            self.assertEqual(commands[name] == f"weir try {name} photo.jpg", takes_photos, name)
+            if not takes_photos and "line" not in model:
+                self.assertEqual(commands[name], f"weir inspect {self.folder}/models/{name}/{model['files'][0]['name']}")
+        self.assertIn(commands["yamnet"], self.good(self.run_models("info", "yamnet")))
+
     def test_an_unknown_name_gets_the_nearest(self):
         self.refused(self.run_models("info", "yolox-nan"), 1, "WEIR-4001", "did you mean yolox-nano?")
         self.refused(self.run_models("get", "zzz"), 1, "weir models list")

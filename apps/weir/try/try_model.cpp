@@ -8,6 +8,7 @@
 #include <filesystem>
 #include <fstream>
 #include <iterator>
+#include <string_view>
 
 #include "core/card/card.hpp"
 #include "core/card/find.hpp"
@@ -35,6 +36,30 @@ constexpr std::pair<const char*, heads::Task> kModes[] = {
     {"segmentation", heads::kSegmentation},
     {"classification", heads::kClassification},
     {"depth", heads::kDepth}};
+
+// The error of a model file that is not there, with a command as its fix: for a file with a similar
+// name, or for the model of the catalogue that has such a file.
+Error missing_file(const TryOptions& options, Error error) {
+  std::error_code ignored;
+  if (error.code != Code::MODEL_NOT_FOUND || fs::exists(options.model, ignored)) return error;
+  constexpr std::string_view kSimilar = "model=";
+  const std::string input = " " + shell_word(options.input);
+  if (error.fix.starts_with(kSimilar)) {
+    error.fix = "weir try " + shell_word(error.fix.substr(kSimilar.size())) + input;
+    return error;
+  }
+  const auto all = read_catalogue();
+  if (!all) return error;
+  const auto name = fs::path(options.model).filename();
+  const auto known = std::find_if(all->begin(), all->end(), [&name](const CatalogueModel& model) {
+    return model.files[0].name == name || model.name == name.stem();
+  });
+  error.needed = "a file that can be read, or a name that weir models list prints";
+  if (known == all->end()) return error;
+  error.fix =
+      is_fetched(*known) ? "weir try " + known->name + input : "weir models get " + known->name;
+  return error;
+}
 
 // The file of a path or of a name of the catalogue.
 Result<std::string> path_of(const std::string& model) {
@@ -289,7 +314,7 @@ Result<TryModel> try_model(const TryOptions& options) {
   out.path = *path;
   out.engine = options.engine;
   const auto model = open(out.path, options.engine);
-  if (!model) return model.error();
+  if (!model) return missing_file(options, model.error());
   const auto card = card_of(out.path, **model);
   // Without its card the model would run on pixels that are guessed.
   if (!card && card.error().code == Code::CARD_INVALID) return card.error();

@@ -6,6 +6,7 @@ import json
 import os
 import pathlib
 import re
+import shutil
 import subprocess
 import unittest
 
@@ -54,6 +55,20 @@ def overlap(a, b):
 class Refused(Case):
     def test_a_model_that_does_not_exist(self):
         self.refused(weir("try", self.folder / "no.onnx", "test", **CARDS), 1, "WEIR-3003")
+
+    def test_a_model_that_does_not_exist_comes_with_the_command_for_the_one_that_was_meant(self):
+        near = self.folder / "my model.onnx"
+        shutil.copy(MODEL, near)
+        environment = {"WEIR_MODELS": str(self.folder / "models"), **CARDS}
+        for given, fix in ((self.folder / "my modl.onnx", f"weir try '{near}' 'a photo.jpg'"),
+                           (self.folder / "of-nobody.onnx", None), (self.folder / "ultraface.onnx", "weir models get ultraface"),
+                           ("/nonexistent/yolox-nano.onnx", "weir models get yolox-nano"),
+                           ("/nonexistent/yolox_nano.onnx", "weir models get yolox-nano")):
+            done = weir("try", given, "a photo.jpg", **environment)
+            self.refused(done, 1, f"WEIR-3003: the model file does not exist\n  offered: {given}\n")
+            fixes = re.findall("(?m)^  fix: (.*)$", done.stderr)
+            self.assertEqual(fixes, [fix] if fix else [], done.stderr)
+            self.assertNotIn("/path/to", done.stderr)
 
     def test_a_model_that_was_not_fetched_names_the_command(self):
         self.refused(weir("try", "yolox-nano", "test", WEIR_MODELS=str(self.folder), **CARDS), 1, "WEIR-3003",

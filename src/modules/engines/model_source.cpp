@@ -20,7 +20,7 @@ Error not_found(const std::string& path, const std::string& why) {
                .offered = path + ": " + why,
                .needed = "a regular file that this user may read",
                .difference = {},
-               .fix = "model=/path/to/the/model"};
+               .fix = {}};
 }
 
 }  // namespace
