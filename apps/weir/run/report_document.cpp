@@ -11,6 +11,7 @@
 #include "doctor/machine_facts.hpp"
 #include "gstcpp/element/ref.hpp"
 #include "run/element_properties.hpp"
+#include "run/engine_versions.hpp"
 #include "run/secrets.hpp"
 
 namespace weir::app {
@@ -33,12 +34,13 @@ Json host() {
       {"time", time ? time.get() : ""}};
 }
 
-Json versions() {
+Json versions(GstElement* pipeline) {
   guint major = 0, minor = 0, micro = 0, nano = 0;
   gst_version(&major, &minor, &micro, &nano);
   return {{"weir", config::kVersion},
           {"gstreamer",
-           std::to_string(major) + "." + std::to_string(minor) + "." + std::to_string(micro)}};
+           std::to_string(major) + "." + std::to_string(minor) + "." + std::to_string(micro)},
+          {"engines", engine_versions(pipeline)}};
 }
 
 std::string path_in(const Json& elements, const Json& element) {
@@ -139,12 +141,8 @@ Json report_document(const Json& outcome, Json trace, const std::string& text,
                      waits_from(element), element["source"], element["sink"],
                      element["in"]["frames"], element["out"]["frames"]});
   }
-  Json out{{"verdict", verdict(loads, outcome)},
-           {"pipeline", text},
-           {"host", host()},
-           {"versions", versions()},
-           {"outcome", outcome},
-           {"trace", std::move(trace)}};
+  Json out{{"verdict", verdict(loads, outcome)}, {"pipeline", text},   {"host", host()},
+           {"versions", versions(pipeline)},     {"outcome", outcome}, {"trace", std::move(trace)}};
   hide_secrets(&out);
   return out;
 }

@@ -71,7 +71,8 @@ std::string complaints(const Json& list, const char* kind) {
   return out;
 }
 
-// "camera: Intel Core i5, 4 cores, 8.00 GB; weir 3.0.0, GStreamer 1.22.0; 2026-11-26T18:00:00Z".
+// "camera: Intel Core i5, 4 cores, 8.00 GB; Linux 6.1 x86_64; weir 3.0.0, GStreamer 1.22.0,
+// onnxruntime 1.20.1; 2026-11-26T18:00:00Z".
 std::string host_line(const Json& document) {
   const Json &host = document["host"], &versions = document["versions"];
   std::string out = host["name"].get<std::string>() + ": " + host["processor"].get<std::string>() +
@@ -79,7 +80,10 @@ std::string host_line(const Json& document) {
   for (const Json& gpu : host["gpus"]) out += ", " + gpu.get<std::string>();
   out += "; " + host["system"].get<std::string>() + "; weir " +
          versions["weir"].get<std::string>() + ", GStreamer " +
-         versions["gstreamer"].get<std::string>() + "; " + host["time"].get<std::string>();
+         versions["gstreamer"].get<std::string>();
+  for (const auto& [engine, version] : versions["engines"].items())
+    out += ", " + engine + " " + version.get<std::string>();
+  out += "; " + host["time"].get<std::string>();
   return "<p class=\"note\" id=\"host\">" + escaped(out) + "</p>\n";
 }
 

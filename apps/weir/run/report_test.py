@@ -269,6 +269,17 @@ class Report(Case):
         self.assertEqual(document["versions"]["gstreamer"].split(".")[0], "1")
         self.assertGreaterEqual(document["host"]["cores"], 1)
 
+    def test_the_engines_in_use_have_their_versions(self):
+        model = self.folder / "model"
+        model.write_text("any")
+        line = ("videotestsrc num-buffers=2 ! video/x-raw,format=RGBA,width=4,height=1 ! tensor_converter"
+                f" ! tensor_transform mode=typecast option=float32 ! tensor_filter framework=fake model={model} ! fakesink")
+        self.assertEqual(self.document(line)["versions"]["engines"], {"fake": "1"})
+        _, page = self.reported(line)
+        self.assertRegex(page.text, r"weir \d+\.\d+\.\d+, GStreamer \d+\.\d+\.\d+, fake 1; ")
+        for other in (line.replace("framework=fake", "framework=fake isolate=process"), self.BRANCHES):
+            self.assertEqual(self.document(other)["versions"]["engines"], {}, "this process has no engine")
+
     def test_passwords_are_not_shown(self):
         done = weir("run", "--report", self.file, 'videotestsrc num-buffers=1 ! fakesink name="rtsp://me:pass1@camera/x"'
                     ' souphttpsrc location=http://me:pass2@localhost:1/ user-pw=pass3 ! fakesink')
