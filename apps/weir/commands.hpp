@@ -169,18 +169,12 @@ int run(const RunOptions& options);
 // (ServiceNotifier).
 int run_as_service(const RunOptions& options);
 
-struct NewFilterOptions {
-  std::string language;  // "c", "c++", "python", "lua"
-  std::string name;      // of the filter and of the new folder
-};
-int new_filter(const NewFilterOptions& options);
-
 struct NewModuleOptions {
   std::string kind;      // "filter", "engine", "decoder", "converter"
   std::string language;  // of a filter: "c", "c++", "python", "lua"; the others are in C++
   std::string name;      // of the filter, engine, ... and of the new folder
 };
-// Writes a folder with a source, a build, a README and a test. new_filter() is this for filters.
+// Writes a folder with a source, a build, a README and a test.
 int new_module(const NewModuleOptions& options);
 
 // A custom filter for NNStreamer's interface, in C: writes nnstreamer_customfilter_BASE.c and .mk

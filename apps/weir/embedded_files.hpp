@@ -10,10 +10,11 @@ struct EmbeddedFile {
   std::string_view group, name, text;
 };
 
-// What `weir new filter` writes, from apps/weir/new/templates/filter. group: the language, "c",
-// "c++", "python" or "lua"; name: that of the file in the new folder; text: for a filter called
-// my-filter with a class MyFilter.
-std::span<const EmbeddedFile> filter_templates() noexcept;
+// What `weir new` writes, from apps/weir/new/templates. group: the language of a filter, "c",
+// "c++", "python" or "lua", or the kind of a module, "engine"; name: that of the file in the new
+// folder; text: for a filter called my-filter with a class MyFilter, an engine called my-engine.
+// KIND stands for the kind of a module.
+std::span<const EmbeddedFile> module_templates() noexcept;
 
 // What `weir explain` prints, from docs/errors. group: "errors"; name: "WEIR-1001.md".
 std::span<const EmbeddedFile> error_pages() noexcept;

@@ -32,7 +32,6 @@ struct CommandLine {
   RunOptions run;
   PkiOptions authority{.days = kAuthorityDays}, certificate{.days = kCertificateDays};
   ServeOptions server;
-  NewFilterOptions filter;
   NewModuleOptions made;
   bool is_service = false;
   CustomClassOptions custom_class;
@@ -296,8 +295,8 @@ void add_new(CLI::App* app, CommandLine* line) {
   made->require_subcommand(1);
   auto* filter =
       made->add_subcommand("filter", "Create a folder with a filter that builds and runs");
-  filter->add_option("--language,-l", line->filter.language, "c, c++, python or lua")->required();
-  filter->add_option("NAME", line->filter.name, "Name of the filter and its folder")->required();
+  filter->add_option("--language,-l", line->made.language, "c, c++, python or lua")->required();
+  filter->add_option("NAME", line->made.name, "Name of the filter and its folder")->required();
   const std::pair<const char*, const char*> modules[]{
       {"engine", "Create a folder with an engine in C++, which opens model files"},
       {"decoder", "Create a folder with a decoder in C++, a mode of tensor_decoder"},
@@ -377,7 +376,6 @@ void add_subcommands(CLI::App* app, CommandLine* line) {
 
 int run_new(CLI::App* app, CommandLine* line) {
   line->made.kind = app->get_subcommands().front()->get_name();
-  if (line->made.kind == "filter") return new_filter(line->filter);
   if (line->made.kind != "nnstreamer-filter") return new_module(line->made);
   line->custom_class.fixed = !line->any_size;
   return new_custom_class(line->custom_class);

@@ -90,6 +90,7 @@ Error not_written(const fs::path& path, const std::string& why, const std::strin
 
 Status write(const fs::path& path, const EmbeddedFile& part, const NewModuleOptions& options) {
   std::string text(part.text);
+  replace_all(&text, "KIND", options.kind);  // in files that all kinds of modules share
   const std::string template_name = "my-" + options.kind;
   replace_all(&text, template_name, options.name);
   replace_all(&text, class_name(template_name), class_name(options.name));
@@ -112,7 +113,7 @@ Result<std::vector<std::string>> write_folder(const NewModuleOptions& options) {
   }
   std::vector<std::string> files;
   const std::string& group = options.kind == kFilter ? options.language : options.kind;
-  for (const auto& part : filter_templates()) {
+  for (const auto& part : module_templates()) {
     if (part.group != group) continue;
     const fs::path path = folder / part.name;
     if (auto status = write(path, part, options); !status) {
@@ -134,10 +135,6 @@ int new_module(const NewModuleOptions& options) {
   for (const auto& file : *files) std::printf("%s\n", file.c_str());
   std::printf("\ncd %s && make test\n", options.name.c_str());
   return kExitGood;
-}
-
-int new_filter(const NewFilterOptions& options) {
-  return new_module({"filter", options.language, options.name});
 }
 
 }  // namespace weir::app
