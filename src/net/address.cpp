@@ -2,9 +2,10 @@
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #include "net/address.hpp"
 
-#include <algorithm>
 #include <charconv>
 #include <optional>
+
+#include "machine/loopback.hpp"
 
 namespace weir::net {
 namespace {
@@ -31,17 +32,6 @@ bool is_port(std::string_view text) {
   int port = 0;
   const auto [end, bad] = std::from_chars(text.data(), text.data() + text.size(), port);
   return bad == std::errc{} && end == text.data() + text.size() && port > 0 && port < 65536;
-}
-
-// "127.0.0.1", with four numbers: a name such as 127.0.0.1.example is another machine.
-bool is_loopback_number(std::string_view host) {
-  if (host.substr(0, 4) != "127.") return false;
-  return std::count(host.begin(), host.end(), '.') == 3 &&
-         host.find_first_not_of("0123456789.") == std::string_view::npos;
-}
-
-bool is_loopback(std::string_view host) {
-  return host == "localhost" || host == "[::1]" || is_loopback_number(host);
 }
 
 // Splits "host:port" and says what is wrong with it; "" = nothing.

@@ -9,6 +9,7 @@
 #include <vector>
 
 #include "core/config/ini.hpp"
+#include "machine/loopback.hpp"
 
 namespace weir::transport {
 namespace {
@@ -85,13 +86,6 @@ std::string Endpoint::to_string() const {
   const bool bare_v6 = host.find(':') != std::string::npos && host.front() != '[';
   const std::string shown = host.empty() ? "0.0.0.0" : host;
   return (bare_v6 ? "[" + shown + "]" : shown) + ":" + std::to_string(port);
-}
-
-bool is_loopback(std::string_view host) {
-  const std::string bare = without_brackets(host);
-  if (g_ascii_strcasecmp(bare.c_str(), "localhost") == 0) return true;
-  const Address address = address_from_text(bare);
-  return address && g_inet_address_get_is_loopback(address.get());
 }
 
 bool is_allowed(std::string_view allow, std::string_view peer) {

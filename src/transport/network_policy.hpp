@@ -26,9 +26,6 @@ struct Endpoint {
   std::string to_string() const;  // "host:port", an IPv6 address in brackets
 };
 
-// Whether only programs of this machine are reached under `host`: "localhost", 127.x.x.x, ::1.
-bool is_loopback(std::string_view host);
-
 // Whether `allow` names the peer: its entries, separated by commas, are host names, addresses, and
 // networks as 192.168.1.0/24. An empty list names every peer.
 bool is_allowed(std::string_view allow, std::string_view peer);

@@ -3,6 +3,7 @@
 #include "elements/edgesink/edge_broker.hpp"
 
 #include "gstcpp/element/error.hpp"
+#include "machine/loopback.hpp"
 
 namespace weir {
 
@@ -39,7 +40,7 @@ Result<transport::BrokerOptions> open_options(GstElement* element, const EdgeBro
 namespace {
 
 void warn_of_local_address(GstElement* element, const EdgeBroker& broker, const std::string& host) {
-  if (!transport::is_loopback(host) || transport::is_loopback(broker.host)) return;
+  if (!is_loopback(host) || is_loopback(broker.host)) return;
   gst::post_warning(element, Error{.code = Code::OPTION_VALUE,
                                    .what = "the broker announces an address that only programs of "
                                            "this machine reach",

@@ -15,7 +15,7 @@
 #include "core/text/text.hpp"
 #include "core/wire/edge_metadata.hpp"
 #include "core/wire/peer_error.hpp"
-#include "transport/network_policy.hpp"
+#include "machine/loopback.hpp"
 
 namespace weir::edge {
 namespace {
@@ -197,8 +197,7 @@ Status QueryLink::send_host_info() {
 bool QueryLink::is_of_server(int socket) const {
   const std::string server = peer_of(requests_->socket()), peer = peer_of(socket);
   const bool is_here = own_address(requests_->socket()) == server;
-  return peer == server ||
-         (is_here && transport::is_loopback(peer) && !transport::is_loopback(server));
+  return peer == server || (is_here && is_loopback(peer) && !is_loopback(server));
 }
 
 Status QueryLink::confirm(const isolate::Deadline& deadline) {
