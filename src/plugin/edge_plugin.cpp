@@ -5,6 +5,7 @@
 
 #include "conflicting_plugins.hpp"
 #include "core/process/process_object.hpp"
+#include "gstcpp/element/documentation_link.hpp"
 #include "library/process.h"
 
 #ifdef WEIR_HAS_MQTT
@@ -43,4 +44,4 @@ static gboolean plugin_init(GstPlugin* plugin) {
 
 GST_PLUGIN_DEFINE(GST_VERSION_MAJOR, GST_VERSION_MINOR, weiredge,
                   "Streams of tensors between processes and machines", plugin_init, VERSION, "LGPL",
-                  PACKAGE, WEIR_DOC_URL "/README.md")
+                  PACKAGE, weir::gst::documentation_link("README.md"))

@@ -5,6 +5,7 @@
 #include "conflicting_plugins.hpp"
 #include "core/process/process_object.hpp"
 #include "elements/tensor_query_serversrc/oip/oip_query_server.hpp"
+#include "gstcpp/element/documentation_link.hpp"
 #include "library/process.h"
 
 #ifdef WEIR_GRPC_ELEMENTS
@@ -35,4 +36,4 @@ static gboolean plugin_init(GstPlugin* plugin) {
 
 GST_PLUGIN_DEFINE(GST_VERSION_MAJOR, GST_VERSION_MINOR, weirnet,
                   "Pipelines as models for clients on other machines", plugin_init, VERSION, "LGPL",
-                  PACKAGE, WEIR_DOC_URL "/README.md")
+                  PACKAGE, weir::gst::documentation_link("README.md"))

@@ -5,6 +5,7 @@
 #include "conflicting_plugins.hpp"
 #include "core/infer/module/host.hpp"
 #include "core/process/process_object.hpp"
+#include "gstcpp/element/documentation_link.hpp"
 #include "gstcpp/element/log.hpp"
 #include "library/process.h"
 
@@ -59,4 +60,4 @@ static gboolean plugin_init(GstPlugin* plugin) {
 
 GST_PLUGIN_DEFINE(GST_VERSION_MAJOR, GST_VERSION_MINOR, weir,
                   "Neural networks as filters of streams", plugin_init, VERSION, "LGPL", PACKAGE,
-                  WEIR_DOC_URL "/README.md")
+                  weir::gst::documentation_link("README.md"))

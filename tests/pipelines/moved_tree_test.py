@@ -59,6 +59,13 @@ class MovedTree(unittest.TestCase):
         self.env = {name: value.replace(str(self.tree), str(other)) for name, value in self.env.items()}
         self.assertIn("3 frames", self.good(self.run_line(other / "bin/weir", "run", self.line)))
 
+    @unittest.skipUnless(os.environ["WEIR_DOC_FOLDER"], "the documents have an address")
+    def test_the_documents_are_those_of_this_tree(self):
+        folder = f"file://{self.tree}/{os.environ['WEIR_DOC_FOLDER']}".replace(" ", "%20")
+        inspected = {name: self.good(self.run_line("gst-inspect-1.0", "--no-colors", name)) for name in ("tensor_sink", "weir")}
+        self.assertIn(f"{folder}/src/elements/tensor_sink/README.md\n", inspected["tensor_sink"])
+        self.assertIn(f"{folder}/README.md\n", inspected["weir"])
+
     def test_without_its_modules_the_engine_is_missing(self):
         shutil.rmtree(self.tree / LIBRARIES / "weir")
         done = self.run_line(self.tree / "bin/weir", "run", self.line)

@@ -46,6 +46,11 @@ const char* const kInstalledSettings = installed(WEIR_CONFIG_DIR);
 const char* const kInstalledWorker = installed(WEIR_WORKER_PROGRAM);
 const char* const kInstalledNnstreamer = installed(WEIR_NNSTREAMER_LIBRARY);
 
+const char* installed_documents() {
+  static const char* const folder = installed(WEIR_DOC_DIR);
+  return folder;
+}
+
 const char* const kVersion = WEIR_VERSION;
 
 }  // namespace weir::config

@@ -15,6 +15,10 @@ extern const char* const kInstalledSettings;    // folder of weir.ini and nnstre
 extern const char* const kInstalledWorker;      // the program weir-worker
 extern const char* const kInstalledNnstreamer;  // libnnstreamer.so
 
+// Folder of the documents, laid out as the sources. A function, because the descriptor of a plug-in
+// uses it while the constants above are initialised.
+const char* installed_documents();
+
 extern const char* const kVersion;  // "3.0.0"
 
 }  // namespace weir::config

@@ -3,13 +3,34 @@
 #include "gstcpp/element/documentation.hpp"
 
 #include <string>
+#include <string_view>
+
+#include "core/config/install_paths.hpp"
+#include "gstcpp/element/documentation_link.hpp"
+#include "gstcpp/element/ref.hpp"
 
 namespace weir::gst {
+namespace {
+
+// The layout of the installed documents is that of the repository, so that their links work.
+std::string address_of(const std::string& page) {
+  constexpr std::string_view kAddress = WEIR_DOC_URL;
+  if (!kAddress.empty()) return std::string(kAddress) + "/" + page;
+  const std::string file = std::string(config::installed_documents()) + "/" + page;
+  const UniqueText address(g_filename_to_uri(file.c_str(), nullptr, nullptr));
+  return address ? address.get() : "";
+}
+
+}  // namespace
+
+const char* documentation_link(const char* page) {
+  return g_intern_string(address_of(page).c_str());
+}
 
 void set_documentation_link(GstElementClass* element, const char* factory_name) {
-  // The layout of the installed documents is that of the repository, so that their links work.
-  const std::string page = std::string(WEIR_DOC_URL "/src/elements/") + factory_name + "/README.md";
-  gst_element_class_add_metadata(element, GST_ELEMENT_METADATA_DOC_URI, page.c_str());
+  const std::string page = std::string("src/elements/") + factory_name + "/README.md";
+  gst_element_class_add_static_metadata(element, GST_ELEMENT_METADATA_DOC_URI,
+                                        documentation_link(page.c_str()));
 }
 
 }  // namespace weir::gst
