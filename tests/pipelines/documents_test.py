@@ -41,7 +41,7 @@ def documents():
 
 
 def commands(text):
-    """The gst-launch-1.0 and printf commands, and those that set a tracer, in ```sh blocks; a backslash continues a line."""
+    """The gst-launch-1.0 and printf commands, those that set a tracer, and scripts that write a file, in ```sh blocks; a backslash continues a line."""
     inside, command = False, ""
     for line in text.splitlines():
         if line.startswith("```"):
@@ -51,7 +51,7 @@ def commands(text):
             if command.endswith("\\"):
                 command = command[:-1]
             else:
-                if command.startswith(("gst-launch-1.0 ", "printf ", "GST_TRACERS=")):
+                if re.match(r"gst-launch-1\.0 |printf |GST_TRACERS=|python3 -c .* > /tmp/", command):
                     yield command
                 command = ""
 
