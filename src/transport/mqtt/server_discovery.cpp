@@ -68,7 +68,9 @@ Result<std::unique_ptr<ServerDirectory>> ServerDirectory::open(BrokerOptions opt
   auto filter = wire::announcement_filter(topic);
   if (!filter) return filter.error();
   std::unique_ptr<ServerDirectory> out(new ServerDirectory);
-  options.on_message = [directory = out.get()](MqttMessage message) { directory->update(message); };
+  options.on_message = [directory = out.get()](const MqttMessage& message) {
+    directory->update(message);
+  };
   auto client = BrokerClient::open(std::move(options));
   if (!client) return client.error();
   out->client_ = *std::move(client);
