@@ -16,7 +16,7 @@ MESON_FLAGS ?=
 
 export DESTDIR
 
-.PHONY: help needs-input setup setup-to-use configure configure-to-use build test demo demo-faces bench bench-mtcnn bench-street bench-ars install uninstall wheel clean distclean fuzz fuzz-keep tsan soak docs format lint models-table
+.PHONY: help needs-input setup setup-to-use configure configure-to-use build test demo demo-faces bench bench-mtcnn bench-street bench-ars install uninstall wheel clean distclean fuzz fuzz-keep asan tsan soak docs format lint models-table
 .NOTPARALLEL:
 
 help:
@@ -93,6 +93,10 @@ fuzz: setup
 #: make fuzz-keep   add to tests/fuzz/corpus what make fuzz found
 fuzz-keep: setup
 	@tools/fuzz --keep build-fuzz
+
+#: make asan        run every test under AddressSanitizer and UndefinedBehaviorSanitizer (ASAN_FLAGS='--suite elements')
+asan: setup
+	@tools/asan build-asan $(ASAN_FLAGS)
 
 #: make tsan        run every test under ThreadSanitizer, which knows GLib's locks (TSAN_FLAGS='--suite library')
 tsan: setup
