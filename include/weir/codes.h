@@ -17,7 +17,7 @@
   X(HEADER_INVALID, 2005, "A tensor header is damaged or inconsistent")                   \
   X(LIMIT_EXCEEDED, 2006, "A size or count is beyond the limits of the stream type")      \
   X(MAPPING_FAILED, 2007, "Memory cannot be mapped")                                      \
-  X(TIME_INVALID, 2008, "A time-stamp is missing or goes backwards")                      \
+  X(TIME_INVALID, 2008, "A timestamp is missing or goes backwards")                       \
   X(ENGINE_UNKNOWN, 3001, "No engine of this name is known")                              \
   X(ENGINE_NOT_INSTALLED, 3002, "The engine is known but not installed")                  \
   X(MODEL_NOT_FOUND, 3003, "The model file does not exist")                               \

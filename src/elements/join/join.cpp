@@ -33,7 +33,7 @@ class Join : public gst::Element<Join, gst::PlainElement> {
  public:
   static constexpr gst::ElementInfo kInfo{
       "WeirJoin", "join", "Input join", "Generic",
-      "Merges branches, of which one delivers at a time, into one stream"};
+      "Merges branches that deliver one at a time into one stream"};
   static inline GstStaticPadTemplate kPads[] = {
       GST_STATIC_PAD_TEMPLATE("sink_%u", GST_PAD_SINK, GST_PAD_REQUEST, GST_STATIC_CAPS_ANY),
       GST_STATIC_PAD_TEMPLATE("src", GST_PAD_SRC, GST_PAD_ALWAYS, GST_STATIC_CAPS_ANY),

@@ -51,7 +51,7 @@ template <>
 struct FlagsType<DebugMetadata> {
   static GType type() {
     static const GFlagsValue values[] = {{0, "None", "disabled"},
-                                         {1, "Time-stamps", "timestamp"},
+                                         {1, "Timestamps", "timestamp"},
                                          {2, "The client of a query server", "queryserver"},
                                          {0, nullptr, nullptr}};
     static const GType t = g_flags_register_static("WeirDebugMetadata", values);
