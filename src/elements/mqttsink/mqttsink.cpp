@@ -229,9 +229,10 @@ class MqttSink : public gst::Element<MqttSink, gst::BaseSink> {
                             .pts = valid(GST_BUFFER_PTS(buffer)),
                             .caps = caps_};
     for (const auto& memory : memories) header.sizes.push_back(memory.size());
-    auto bytes = wire::write_mqtt_header(header);
+    const auto bytes = wire::write_mqtt_header(header);
     if (!bytes) return bytes.error();
-    payload_ = *std::move(bytes);
+    // Assigned, not moved: payload_ keeps its memory from frame to frame.
+    payload_.assign(bytes->begin(), bytes->end());
     append(memories);
     return client_->publish({.topic = active_.pub_topic,
                              .payload = payload_,
