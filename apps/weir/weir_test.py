@@ -247,7 +247,7 @@ class Doctor(Case):
         without = {name: value for name, value in os.environ.items() if name != "WEIR_CONFIG"}
         done = subprocess.run([os.environ["WEIR_COMMAND"], "doctor", "--all"], env={**without, **home}, text=True, capture_output=True,
                               timeout=60, check=True)
-        self.assertIn(f"{self.folder}/x/weir/weir.ini: not there", done.stdout)
+        self.assertIn(f"{self.folder}/x/weir/weir.ini: not found", done.stdout)
         self.assertIn("/etc/weir/weir.ini: ", done.stdout)
 
     def test_doctor_shows_every_place_of_nnstreamers_configuration(self):
@@ -268,7 +268,7 @@ class Doctor(Case):
                                r"without effect: Weir's engine pytorch runs on the processor\n")
         self.assertRegex(output, rf"\[own\] key +1 +{re.escape(str(extra))}:4")
         self.assertRegex(output, rf"filters +{re.escape(str(self.folder))} +{re.escape(str(path))}:7 +there\n")
-        self.assertRegex(output, r"trainers +/no/trainers +NNSTREAMER_TRAINERS +not there\n")
+        self.assertRegex(output, r"trainers +/no/trainers +NNSTREAMER_TRAINERS +not found\n")
         self.assertIn(f"reason: {path}:3: neither true nor false: [common] enable_symlink=perhaps", output)
         self.assertIn(f"reason: {extra}:2: the path is not absolute and is ignored: [decoder] decoders=here", output)
         report = json.loads(self.good(weir("doctor", "--json", **variables)))["nnstreamer"]
@@ -289,7 +289,7 @@ class Doctor(Case):
         path.write_text(f"[decoder]\ndecoders={self.folder}\n[trainer]\ntrainer={self.folder}\n")
         variables = {"NNSTREAMER_CONF": str(path), "WEIR_NNSTREAMER_ENABLE": "yes", "WEIR_NNSTREAMER_LIBRARY": "/no/lib.so"}
         output = self.good(weir("doctor", "--all", **variables))
-        self.assertIn("their functions: /no/lib.so: not there\n", output)
+        self.assertIn("their functions: /no/lib.so: not found\n", output)
         self.assertRegex(output, rf"decoder +text +refused +{re.escape(str(self.folder))}/libnnstreamer_decoder_text.so\n")
         self.assertIn("the decoder text cannot be used\n    reason: the library with the functions that sub-plugins", output)
         self.assertNotIn("linked", output, "links are skipped")
@@ -310,7 +310,7 @@ class Doctor(Case):
         output = self.good(weir("inspect", model, WEIR_CONFIG=str(path), WEIR_FILTER_PRIORITY_SCL="fake"))
         self.assertIn("Engine  fake 1: the file has the extension .scl; first installed engine of priority_scl "
                       "(WEIR_FILTER_PRIORITY_SCL)", output)
-        self.refused(weir("inspect", model), 1, "WEIR-3001: no engine claims this model file by its name")
+        self.refused(weir("inspect", model), 1, "WEIR-3001: no engine can be selected for this model")
 
     def test_modules_are_looked_for_in_folders_of_the_configuration(self):
         path = self.ini(f"[module]\npath={self.folder}:{os.environ['WEIR_MODULE_PATH']}\n")

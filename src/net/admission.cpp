@@ -94,8 +94,8 @@ std::optional<std::string> Admission::read(const std::string& peer, const void* 
     if (!address.waiting.empty() || !has_room(address)) {
       if (address.reading == 0 && address.waiting.empty())
         return refused("the requests in progress of this address have " + in_mib(address.bytes) +
-                       ", which leaves no room for one of " + in_mib(limits_.message_bytes) +
-                       " (max-bytes-in-flight)");
+                       ", so the server cannot accept another one of up to " +
+                       in_mib(limits_.message_bytes) + " (max-bytes-in-flight)");
       address.waiting.push_back({call, std::move(start)});
       return std::nullopt;
     }

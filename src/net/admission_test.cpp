@@ -91,8 +91,8 @@ TEST_F(Admitting, RefusesWhenReceivedRequestsLeaveNoRoom) {
   EXPECT_EQ(enter("ipv4:1.1.1.1:1"), "");
   admission_->received("ipv4:1.1.1.1:1", (3u << 20) / 2);
   EXPECT_SAYS(enter("ipv4:1.1.1.1:1"),
-              "the requests in progress of this address have 1 MiB, which leaves no room for one "
-              "of 2 MiB (max-bytes-in-flight)");
+              "the requests in progress of this address have 1 MiB, so the server cannot accept "
+              "another one of up to 2 MiB (max-bytes-in-flight)");
   leave("ipv4:1.1.1.1:1", (3u << 20) / 2);
   EXPECT_EQ(enter("ipv4:1.1.1.1:1"), "");
   EXPECT_EQ(admission_->refused(), 1u);

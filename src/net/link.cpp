@@ -40,7 +40,7 @@ Status check_security(const ServerAddress& address, const Security& security) {
   const bool has_files = !security.ca.empty() || !security.cert.empty() || !security.key.empty();
   if (!address.encrypted && has_files)
     return Error{.code = Code::OPTION_VALUE,
-                 .what = "certificates have no use for a connection without TLS",
+                 .what = "certificates have no effect on a connection without TLS",
                  .offered = address.text + " with ca, cert or key",
                  .needed = "grpcs://",
                  .fix = "model=grpcs" + address.text.substr(4)};

@@ -67,10 +67,10 @@ void set_limits(grpc::ServerBuilder* builder, const ListenOptions& options) {
 
 Error unusable_address(const ListenOptions& options) {
   return {.code = Code::OPTION_VALUE,
-          .what = "the address cannot be listened on",
+          .what = "the server cannot listen on this address",
           .offered = address_text(options),
           .needed = "an address of this machine, and a port that no other program uses",
-          .fix = "port=0, which takes a free port"};
+          .fix = "port=0, which uses a free port"};
 }
 
 class GrpcListener final : public Listener {

@@ -13,9 +13,9 @@ Status ModelList::add(const std::shared_ptr<ServedModel>& model, const std::stri
       if (other->model().name == model->model().name &&
           other->model().version == model->model().version)
         return Error{.code = Code::OPTION_VALUE,
-                     .what = "two elements serve a model of the same name on one address",
+                     .what = "two elements serve a model with the same name on one address",
                      .offered = describe(model->model()) + " on " + address,
-                     .needed = "another name or version",
+                     .needed = "a different name or version for each",
                      .fix = "model-name=" + model->model().name + "-2"};
     models_.push_back(model);
     std::erase_if(gone_,
@@ -102,7 +102,7 @@ void ModelList::watch(std::shared_ptr<Call> call, const std::string& service) {
   const Health now = health_locked(service);
   call->send(encode_health(static_cast<int>(now)));
   if (closed_)
-    call->fail(CallStatus::Unavailable, "the server stops");
+    call->fail(CallStatus::Unavailable, "the server is stopping");
   else
     watchers_.push_back({std::move(call), service, now});
 }
@@ -128,7 +128,7 @@ void ModelList::close() {
   for (const auto& watcher : watchers) {
     if (watcher.sent != Health::NotServing)
       watcher.call->send(encode_health(static_cast<int>(Health::NotServing)));
-    watcher.call->fail(CallStatus::Unavailable, "the server stops");
+    watcher.call->fail(CallStatus::Unavailable, "the server is stopping");
   }
 }
 

@@ -75,7 +75,7 @@ TEST_F(Watching, EndsWithNotServing) {
   for (const auto* ended : {&before, &after}) {
     EXPECT_EQ(ended->times, 1);
     EXPECT_EQ(ended->status, static_cast<int>(CallStatus::Unavailable));
-    EXPECT_EQ(ended->text, "the server stops");
+    EXPECT_EQ(ended->text, "the server is stopping");
   }
 }
 

@@ -162,8 +162,8 @@ void ModelServer::watch_health(const std::shared_ptr<Call>& call) {
 bool ModelServer::can_control(const std::shared_ptr<Call>& call) const {
   if (!options_.model_control)
     call->fail(CallStatus::Unimplemented,
-               "clients may not control models here: weir serve --model-control, or "
-               "tensor_query_serversrc model-control=true, lets them");
+               "clients may not load or unload models on this server: start it with weir serve "
+               "--model-control, or set model-control=true of tensor_query_serversrc");
   return options_.model_control;
 }
 
@@ -173,7 +173,7 @@ void ModelServer::set_loaded(const std::shared_ptr<Call>& call, bool loaded) {
   if (!wanted) return refuse(call, wanted.error());
   if (loaded && wanted->has_parameters) {
     call->fail(CallStatus::InvalidArgument,
-               "models are loaded as the server was started: parameters are not accepted");
+               "the server loads models with its own settings and does not accept parameters");
     return;
   }
   const auto model = find({wanted->model, ""}, call);
@@ -195,7 +195,7 @@ void ModelServer::reflection(const std::shared_ptr<Call>& call) {
   const auto& services = Reflection::of_this_server();
   if (services.empty()) {
     call->fail(CallStatus::Unimplemented,
-               "this server was built without protoc, so without reflection");
+               "this server was built without protoc and has no reflection service");
     return;
   }
   const auto answer = services.answer(call->request());

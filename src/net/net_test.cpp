@@ -51,18 +51,18 @@ TEST(ServerAddress, DistinguishesThisMachineFromOthers) {
 TEST(ServerAddress, RefusesWhatItCannotReadAndSaysWhy) {
   const struct {
     const char *text, *difference;
-  } cases[] = {{"http://a:1/m", "it begins otherwise"},
-               {"", "it begins otherwise"},
-               {"grpc://a:1", "no name of a model"},
-               {"grpc://a:1/", "no name of a model"},
+  } cases[] = {{"http://a:1/m", "it does not begin with grpc: or grpcs:"},
+               {"", "it does not begin with grpc: or grpcs:"},
+               {"grpc://a:1", "no model name"},
+               {"grpc://a:1/", "no model name"},
                {"grpc://a/m", "no host and port"},
                {"grpc://:1/m", "no host and port"},
-               {"grpc://a:0/m", "the port is no number from 1 to 65535"},
-               {"grpc://a:65536/m", "the port is no number from 1 to 65535"},
+               {"grpc://a:0/m", "the port is not a number from 1 to 65535"},
+               {"grpc://a:65536/m", "the port is not a number from 1 to 65535"},
                {"grpc://::1:80/m", "an IPv6 address needs brackets: [::1]:8001"},
                {"grpc://localhost@evil.example:80/m", "an IPv6 address needs brackets: [::1]:8001"},
                {"grpc://a:1/m/1/2", "more than a model and a version"},
-               {"grpc+unix:/run/a", "a socket and its model: grpc+unix:/run/weir.sock:/resnet"}};
+               {"grpc+unix:/run/a", "no socket and model, as in grpc+unix:/run/weir.sock:/resnet"}};
   for (const auto& c : cases) {
     const auto address = ServerAddress::parse(c.text);
     ASSERT_FALSE(address) << c.text;

@@ -102,7 +102,8 @@ Status read_typed(const Chunks& chunks, const InferTensor& tensor, const OipType
   if (!writer.beyond().empty())
     return bad_message(sender, "the number " + writer.beyond() + " in " + describe(tensor),
                        "numbers from " + writer.numbers());
-  return bad_message(sender, "typed contents of another number of elements for " + describe(tensor),
+  return bad_message(sender,
+                     "a wrong number of elements in the typed contents of " + describe(tensor),
                      std::to_string(to.size()) + " bytes of elements");
 }
 
@@ -147,7 +148,7 @@ bool read_tensor(const Chunks& chunks, Range range, TensorText* out, std::vector
 Status read_elements(const Chunks& chunks, const InferTensor& tensor, std::optional<Range> raw,
                      std::span<std::byte> to, Sender sender) {
   const auto* type = oip_type(tensor.datatype);
-  if (!type) return bad_message(sender, describe(tensor), "a type of streams");
+  if (!type) return bad_message(sender, describe(tensor), "a type that tensor streams support");
   if (!raw) return read_typed(chunks, tensor, *type, to, sender);
   if (raw->size() != to.size())
     return bad_message(sender, std::to_string(raw->size()) + " bytes for " + describe(tensor),
@@ -159,7 +160,7 @@ Status read_elements(const Chunks& chunks, const InferTensor& tensor, std::optio
 Result<Range> only_element(const Chunks& chunks, const InferTensor& tensor,
                            std::optional<Range> raw, Sender sender) {
   const auto other = [&] {
-    return bad_message(sender, "BYTES of other than one element for " + describe(tensor),
+    return bad_message(sender, "not exactly one BYTES element in " + describe(tensor),
                        "one element");
   };
   if (raw) {

@@ -120,7 +120,7 @@ Result<Pieces> encode_infer_request(std::string_view model, std::string_view ver
       return Error{.code = Code::OPTION_VALUE,
                    .what = "a tensor cannot be sent as typed contents",
                    .offered = std::string(tensor.name) + " of type " + std::string(tensor.datatype),
-                   .needed = "raw contents, which FP16 has alone",
+                   .needed = "raw contents, because FP16 has no typed contents",
                    .fix = "custom=contents:raw"};
     put_typed_tensor(&out, tensor, *type, copied);
   }

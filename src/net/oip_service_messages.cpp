@@ -93,7 +93,8 @@ Status check_contents(const InferRequest& request) {
                        "one for each input, or contents in each input");
   for (const auto& input : request.inputs)
     if (!input.contents.empty())
-      return bad_message(Sender::Client, "raw and typed contents, as of " + describe(input),
+      return bad_message(Sender::Client,
+                         "raw contents for all inputs, and typed contents for " + describe(input),
                          "either raw contents of all inputs or typed contents of all");
   return ok();
 }

@@ -69,7 +69,7 @@ Result<std::vector<size_t>> match_inputs(const InferRequest& request, const Mode
         std::find_if(request.inputs.begin(), request.inputs.end(),
                      [&](const auto& offered) { return offered.name == needed.name; });
     if (found == request.inputs.end())
-      return mismatch(model, "no input of the name " + needed.name, list(model.inputs));
+      return mismatch(model, "no input with the name " + needed.name, list(model.inputs));
     if (!same_type(*found, needed) || !same_shape(*found, needed))
       return mismatch(model, describe(*found), describe(needed));
     const auto index = static_cast<size_t>(found - request.inputs.begin());

@@ -30,13 +30,14 @@ Status check_pair(const ServerSecurity& security, const std::string& cert, const
       PEM_read_bio_PrivateKey(bio_of(key).get(), nullptr, no_password, nullptr), EVP_PKEY_free);
   if (certificate && secret && X509_check_private_key(certificate.get(), secret.get()) == 1)
     return ok();
-  return Error{.code = Code::OPTION_VALUE,
-               .what = !certificate ? "the file of the property tls-cert has no certificate"
-                       : !secret ? "the file of the property tls-key has no key without a password"
-                                 : "the certificate and the key do not belong together",
-               .offered = "tls-cert=" + security.cert + " tls-key=" + security.key,
-               .needed = "a certificate and its key, in PEM",
-               .fix = "weir pki issue NAME, which makes both"};
+  return Error{
+      .code = Code::OPTION_VALUE,
+      .what = !certificate ? "the file of the property tls-cert has no certificate"
+              : !secret ? "the file of the property tls-key has no key, or the key has a password"
+                        : "the certificate and the key do not belong together",
+      .offered = "tls-cert=" + security.cert + " tls-key=" + security.key,
+      .needed = "a certificate and its key, in PEM",
+      .fix = "weir pki issue NAME, which creates both"};
 }
 
 }  // namespace

@@ -17,7 +17,7 @@ Status check_security(const ListenOptions& options) {
                  .fix = "tls-cert=server.pem tls-key=server.key"};
   if (!encrypted && !security.ca.empty())
     return Error{.code = Code::OPTION_VALUE,
-                 .what = "clients have no certificates on connections without TLS",
+                 .what = "client certificates need a connection with TLS",
                  .offered = "tls-ca without tls-cert and tls-key",
                  .needed = "a certificate of this server",
                  .fix = "tls-cert=server.pem tls-key=server.key tls-ca=" + security.ca};

@@ -302,7 +302,7 @@ TEST_F(ServingBytes, RefusesOtherThanOneElement) {
     Ended ended;
     receive(&ended, text);
     EXPECT_EQ(ended.status, static_cast<int>(CallStatus::InvalidArgument));
-    EXPECT_SAYS(ended.text, "offered: BYTES of other than one element for x BYTES [1]");
+    EXPECT_SAYS(ended.text, "offered: not exactly one BYTES element in x BYTES [1]");
   }
   Ended two, other_type;
   receive(&two, raw(std::string("\1\0\0\0a\1\0\0\0b", 10), "\2"));

@@ -188,7 +188,8 @@ class Client final : public TensorEndpoint {
     const auto since = std::chrono::steady_clock::now();
     while (!stopping_) {
       if (channel_->WaitForConnected(std::chrono::system_clock::now() + kPause)) return true;
-      if (std::chrono::steady_clock::now() - since > kUnreachable) warn("nothing answers there");
+      if (std::chrono::steady_clock::now() - since > kUnreachable)
+        warn("nothing answers at this address");
     }
     return false;
   }
@@ -226,8 +227,8 @@ class Client final : public TensorEndpoint {
     }
     const Error error{.code = Code::SERVER_REFUSED,
                       .what = "the server " + address_text(options_) + " refused the call",
-                      .offered = method_,
-                      .needed = "a server that accepts it; it says: " + status.error_message()};
+                      .offered = method_ + ": " + status.error_message(),
+                      .needed = "a server that accepts this call"};
     if (outgoing_) outgoing_->fail(error);
     if (incoming_) incoming_->fail(error);
     return false;
@@ -236,14 +237,14 @@ class Client final : public TensorEndpoint {
   // Once until a call has lasted.
   void warn(const std::string& why) {
     if (std::exchange(warned_, true) || !options_.warn) return;
-    options_.warn({.code = Code::SERVER_UNREACHABLE,
-                   .what = "the server " + address_text(options_) +
-                           " cannot be reached; attempts go on until it can",
-                   .offered = why.empty() ? "the connection ended" : why,
-                   .needed = "a server of " + method_,
-                   .fix = outgoing_
-                              ? "start the pipeline with tensor_src_grpc server=true there"
-                              : "start the pipeline with tensor_sink_grpc server=true there"});
+    options_.warn(
+        {.code = Code::SERVER_UNREACHABLE,
+         .what = "the server " + address_text(options_) +
+                 " cannot be reached; the element tries again until it can",
+         .offered = why.empty() ? "the connection ended" : why,
+         .needed = "a server with the method " + method_,
+         .fix = outgoing_ ? "start a pipeline with tensor_src_grpc server=true on that machine"
+                          : "start a pipeline with tensor_sink_grpc server=true on that machine"});
   }
 
   const TensorServiceOptions options_;

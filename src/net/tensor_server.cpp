@@ -204,10 +204,10 @@ class Server final : public TensorEndpoint, grpc::CallbackGenericService {
     server_ = builder.BuildAndStart();
     if (!server_ || port == 0)
       return Error{.code = Code::OPTION_VALUE,
-                   .what = "the address cannot be listened on",
+                   .what = "the server cannot listen on this address",
                    .offered = address_text(options),
                    .needed = "an address of this machine, and a port that no other program uses",
-                   .fix = "port=0, which takes a free port"};
+                   .fix = "port=0, which uses a free port"};
     port_ = static_cast<uint32_t>(port);
     return ok();
   }

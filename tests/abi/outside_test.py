@@ -146,7 +146,7 @@ class Outside(unittest.TestCase):
                         self.assertIn(words, output)
                 _, output, code = self.play([[1, 2]], f"framework={name} custom=factor:two")
                 self.assertNotEqual(code, 0)
-                self.assertIn(f"WEIR-1004: the engine {name} does not take this value of factor", output)
+                self.assertIn(f"WEIR-1004: the engine {name} does not accept this value for factor", output)
                 self.assertIn("fix: custom=factor:1", output)
 
     def edit(self, name, command):

@@ -134,7 +134,7 @@ TEST(SubPluginDecoder, IsRejectedWithAMessage) {
   EXPECT_SAYS(refusal("reserved"), "a decoder was rejected: this name is reserved (Auto)");
   harness("mode=bare", kThree);
   EXPECT_SAYS(refusal("copied"),
-              "a decoder was rejected: another decoder has this name already (bare)");
+              "a decoder was rejected: another decoder already has this name (bare)");
 }
 
 TEST(SubPluginDecoder, IsSearchedInItsFoldersOnly) {

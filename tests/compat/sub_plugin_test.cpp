@@ -142,7 +142,7 @@ TEST(CompatSubPlugin, FaultyDescriptorsAreRejected) {
       {1, "version 0x0000000000000001"},
       {2, "no name"},
       {3, "this name is reserved (ANY)"},
-      {4, "another filter has this name already (hand0)"},
+      {4, "another filter already has this name (hand0)"},
       {5, "no invoke_NN"},
       {6, "its tensors are not declared"},
       {7, "one of getInputDimension and getOutputDimension"},

@@ -174,7 +174,7 @@ class Sizes(BadCase):
         self.refused(self.seg(..., slice(60), slice(None)), "mode=segmentation custom=head:yolov8-seg", "WEIR-2001",
                      "the outputs are not those of the head yolov8-seg", "float32 80:60:8:1 'output1'", "prototypes W:H:M or M:W:H",
                      "fix: tensor_decoder without custom=head:yolov8-seg")
-        self.refused(self.seg(..., slice(60), slice(None)), "mode=segmentation", "no head that this mode knows has such outputs",
+        self.refused(self.seg(..., slice(60), slice(None)), "mode=segmentation", "no head of this mode fits these outputs",
                      "yolov8-seg: N:4+CLASSES+M")
 
     def test_more_masks_than_a_row_has_weights(self):
@@ -248,7 +248,7 @@ class Cards(BadCase):
                           inputs=[self.INPUT | {"shape": [1, 320, 320, 3], "layout": "NHWC"}])
 
     def test_another_mode(self):
-        self.refused_card(["error from weirtensordecoder0: WEIR-2001: no head that this mode knows has such outputs"],
+        self.refused_card(["error from weirtensordecoder0: WEIR-2001: no head of this mode fits these outputs"],
                           decoder="pose", decoder_options={})
 
     def test_another_head(self):
@@ -256,8 +256,8 @@ class Cards(BadCase):
                            "fix: tensor_decoder without custom=head:ssd"], decoder_options={"custom": "head:ssd"})
 
     def test_another_file(self):
-        self.refused_card(["WEIR-3009: the card beside the model belongs to a different file", "net.card.json: sha256 00000000",
-                           f"needed: sha256 {self.card['sha256']}", "fix: fetch the model again"], sha256="0" * 64)
+        self.refused_card(["WEIR-3009: the card next to the model belongs to a different file", "net.card.json: sha256 00000000",
+                           f"needed: sha256 {self.card['sha256']}", "fix: download the model again"], sha256="0" * 64)
 
 
 if __name__ == "__main__":

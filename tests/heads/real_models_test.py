@@ -126,7 +126,7 @@ class Faces(ModelCase):
         return indices
 
     def test_yunet(self):
-        """Its card has another size than the reference, so faces are compared with those of MTCNN."""
+        """Its card has a different size than the reference, so faces are compared with those of MTCNN."""
         frame = self.decode("face/yunet_n_dynamic.onnx", "face/three_people.jpg", "detection", "yunet_n_dynamic")
         self.of_mtcnn(frame, 0.6)
 

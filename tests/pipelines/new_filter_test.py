@@ -138,7 +138,7 @@ class NewFilter(unittest.TestCase):
     def test_what_cannot_be_is_refused_and_nothing_is_written(self):
         (self.folder / "there").mkdir()
         self.there = [self.folder / "there"]
-        self.refused(self.write("-l", "c", "there"), 1, "WEIR-4010: a file or folder with this name exists already", "there-2")
+        self.refused(self.write("-l", "c", "there"), 1, "WEIR-4010: a file or folder with this name already exists", "there-2")
         self.refused(self.write("-l", "cpp", "x"), 1, "WEIR-1004: there is no template for this language",
                      "one of: c, c++, lua, python", "did you mean c++?")
         self.refused(self.write("-l", "rust", "x"), 1, "--language rust")

@@ -184,7 +184,7 @@ class Security(unittest.TestCase):
         self.assertIn(f"offered: tls-cert={self.folder}/server.pem tls-key={self.folder}/camera.key", done.stderr)
 
     def test_files_that_are_no_certificate_and_no_key_are_errors(self):
-        for cert, key, wanted in (("server.key", "server.key", "tls-cert has no certificate"), ("server.pem", "server.pem", "tls-key has no key without a password")):
+        for cert, key, wanted in (("server.key", "server.key", "tls-cert has no certificate"), ("server.pem", "server.pem", "tls-key has no key, or the key has a password")):
             done = subprocess.run(["gst-launch-1.0", *f"tensor_query_serversrc protocol=oip port=0 tls-cert={self.folder}/{cert} "
                                    f"tls-key={self.folder}/{key} {CAPS} ! tensor_query_serversink".split()],
                                   capture_output=True, text=True, timeout=60, stdin=subprocess.DEVNULL)

@@ -305,15 +305,15 @@ class Refusals(Served):
         self.assertIn("WEIR-2001: the request does not fit the model affine\n  offered: input FP32 [1,5]\n"
                       "  needed: input FP32 [1,4]", text)
         self.assertIn("offered: input INT32 [1,4]", self.refused(client, request("affine", X, "INT32")))
-        self.assertIn("offered: no input of the name input\n  needed: input FP32 [1,4]", self.refused(client, request("affine", X, name="x")))
+        self.assertIn("offered: no input with the name input\n  needed: input FP32 [1,4]", self.refused(client, request("affine", X, name="x")))
         self.assertIn("offered: 12 bytes for input FP32 [1,4]\n  needed: 16 bytes",
                       self.refused(client, request("affine", X[:, :3], shape=[1, 4])))
         self.assertIn("offered: 0 inputs\n  needed: 1: input FP32 [1,4]", self.refused(client, pb.ModelInferRequest(model_name="affine")))
-        self.assertIn("typed contents of another number of elements for input FP32 [1,4]",
+        self.assertIn("a wrong number of elements in the typed contents of input FP32 [1,4]",
                       self.refused(client, request("affine", X[:, :3], typed=True, shape=[1, 4])))
         both = request("affine", X, typed=True)
         both.raw_input_contents.append(X.tobytes())
-        self.assertIn("offered: raw and typed contents", self.refused(client, both))
+        self.assertIn("offered: raw contents for all inputs, and typed contents for", self.refused(client, both))
         more = request("affine", X)
         more.raw_input_contents.append(X.tobytes())
         self.assertIn("offered: 2 raw contents for 1 inputs", self.refused(client, more))
@@ -451,11 +451,11 @@ class Starts(unittest.TestCase):
                 "protocol=edge connect-type=HYBRID": "topic cannot be part of an MQTT topic\n  offered: \"\"",
                 "connect-type=HYBRID": "needed: connect-type=TCP",
                 "tls-cert=a.pem": "offered: tls-cert without tls-key",
-                "tls-ca=a.pem": "WEIR-1004: clients have no certificates on connections without TLS",
+                "tls-ca=a.pem": "WEIR-1004: client certificates need a connection with TLS",
                 "tls-peers=a": "offered: tls-peers without tls-ca",
                 "token-file=a": "WEIR-6003: clients would send their tokens without TLS",
                 "tls-cert=nowhere.pem tls-key=nowhere.key": "WEIR-4001: the file of the property tls-cert cannot be read",
-                "host=192.0.2.1 insecure=true": "WEIR-1004: the address cannot be listened on\n  offered: 192.0.2.1:0"}.items():
+                "host=192.0.2.1 insecure=true": "WEIR-1004: the server cannot listen on this address\n  offered: 192.0.2.1:0"}.items():
             with self.subTest(options):
                 self.assertIn(wanted, self.fails(f"{source()} {options} ! tensor_query_serversink"))
 

@@ -221,8 +221,8 @@ Result<LaunchLine> line_of(const BenchOptions& options, const BenchCase& fastest
     line.notes.push_back("pixels are not prepared: " + card.error().message());
   if (is_lowered(fastest))
     line.notes.push_back(
-        "lowered: the graph is translated for " + fastest.rounds[0].lowering +
-        ", and results may differ by some steps from those of the engine that the file is made for;"
+        "lowered: Weir translated the graph for " + fastest.rounds[0].lowering +
+        ". Its results can differ slightly from those of the engine that the file is made for:"
         " compare them before you rely on it");
   if (fastest.batch > 1)
     line.notes.push_back("batch-size collects frames: each frame waits for " +
@@ -312,7 +312,7 @@ Error nothing_ran(const BenchOptions& options, const BenchPlan& plan) {
   auto failed = failures_of(plan);
   if (failed.empty())
     return {.code = Code::ENGINE_UNKNOWN,
-            .what = "no engine claims this model file",
+            .what = "no engine can be selected for this model",
             .offered = options.model,
             .needed = "a file ending in .onnx, .tflite, ...",
             .fix = "weir bench --engine NAME " + shell_word(options.model)};

@@ -41,7 +41,7 @@ class Descriptor {
 
 Error not_started(int number) {
   return {.code = Code::WORKER_NOT_STARTED,
-          .what = "no process for a measurement could be started",
+          .what = "the process for a measurement could not be started",
           .offered = strerror(number)};
 }
 
@@ -127,7 +127,7 @@ Result<Measured> run_case(const BenchCaseOptions& options) {
   if (!in_time)
     return Error{
         .code = Code::WORKER_TIMEOUT,
-        .what = "the case took too long and was stopped",
+        .what = "a measurement took too long and was stopped",
         .offered =
             "more than " + std::to_string(static_cast<int>(options.patience)) + " s above its time",
         .fix = "weir bench --timeout " + std::to_string(static_cast<int>(options.patience * 10))};
@@ -139,7 +139,7 @@ Result<Measured> run_case(const BenchCaseOptions& options) {
   if (report.contains("error")) return error_of(report["error"]);
   if (report.value("threads", 0) != options.threads || report.value("batch", 0) != options.batch)
     return Error{.code = Code::INTERNAL,
-                 .what = "a different case was measured than requested",
+                 .what = "the process measured a different case than the requested one",
                  .offered = text};
   return Measured{report.value("ms", 0.0),      report.value("low_ms", 0.0),
                   report.value("high_ms", 0.0), report.value("load_ms", 0.0),

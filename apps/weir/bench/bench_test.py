@@ -145,7 +145,7 @@ class Bench(Case):
         fastest = re.search(r"The fastest: (.*), threads 1, batch 1(?:, Lowering:onnxruntime)?\n  (.*)\n  note: (.*)\n", output)
         self.assertIn("lowered", fastest[1])
         self.assertRegex(fastest[2], r"framework=(onnxruntime |tensorflow-lite .*custom=Lowering:onnxruntime )")
-        self.assertRegex(fastest[3], "^lowered: the graph is translated for onnxruntime, and results may differ by some steps")
+        self.assertRegex(fastest[3], "^lowered: Weir translated the graph for onnxruntime\. Its results can differ slightly")
         report = json.loads(self.good(weir(*words, "--json", "-e", "tensorflow-lite", "--custom", "Lowering:onnxruntime", QUANTISED, **cache)))
         self.assertEqual([c["lowered_to"] for c in report["cases"]], ["onnxruntime"])
         self.runs(report["launch"])
@@ -194,7 +194,7 @@ class Bench(Case):
         self.assertEqual(self.refusal("-e", "onnxruntme", MODEL)["id"], "WEIR-3001")
         self.assertEqual(self.refusal("")["id"], "WEIR-3003")
         unknown = self.refusal(self.model("model.zzz"))
-        self.assertEqual((unknown["id"], unknown["what"]), ("WEIR-3001", "no engine claims this model file"))
+        self.assertEqual((unknown["id"], unknown["what"]), ("WEIR-3001", "no engine can be selected for this model"))
         self.assertIn("weir bench --engine NAME", unknown["fix"])
 
     def test_an_engine_that_is_missing_comes_with_its_command(self):

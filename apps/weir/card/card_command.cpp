@@ -30,11 +30,12 @@ Result<std::string> card_text(const CardOptions& options) {
   if (!model) return model.error();
   const auto search = card_search(options.model, **model);
   if (search.inputs.empty())
-    return Error{.code = Code::MODEL_UNSUPPORTED,
-                 .what = "the model has no input that is a picture, and a card describes pictures",
-                 .offered = options.model,
-                 .needed = "an input of 3 or 4 dimensions, of which one is 1 or 3 colours",
-                 .fix = "weir inspect " + shell_word(options.model)};
+    return Error{
+        .code = Code::MODEL_UNSUPPORTED,
+        .what = "the model has no input for pictures, and a card describes only these",
+        .offered = options.model,
+        .needed = "an input with 3 or 4 dimensions, one of them 1 or 3 (the colour channels)",
+        .fix = "weir inspect " + shell_word(options.model)};
   return card::card_to_fill_in(search) + "\n";
 }
 
@@ -45,7 +46,7 @@ Error not_written(const CardOptions& options, const std::string& path, int reaso
             .needed = "a writable folder",
             .difference = std::strerror(reason)};
   if (reason != EEXIST) return out;
-  out.what = "there is a file with this name already";
+  out.what = "a file with this name already exists";
   out.needed = "an unused name";
   out.difference = "";
   out.fix = "weir card " + shell_word(options.model) + " --output new.card.json";

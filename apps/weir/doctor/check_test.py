@@ -106,8 +106,8 @@ class Generator(Case):
         for answers, words in (("1st\n\n\n\n", "this cannot be the name of a filter in C\n  offered: \"1st\""),
                                ("\n\n\n\n", "this cannot be the name of a filter in C"),
                                ("a-b\n\n\n\n", "letters, digits and _, not a digit first"),
-                               ("good\n../x\n\n\n", "this cannot be a part of a file's name\n  offered: \"../x\""),
-                               ("good\n\nperhaps\n\n", "this is not an answer\n  offered: perhaps\n  needed: yes or no"),
+                               ("good\n../x\n\n\n", "this cannot be part of a file name\n  offered: \"../x\""),
+                               ("good\n\nperhaps\n\n", "the answer is neither yes nor no\n  offered: perhaps\n  needed: yes or no"),
                                ("good\n\nyes\n", "the input ended before every question was answered")):
             with self.subTest(answers):
                 self.refused(called("nnstreamerCodeGenCustomFilter", answers, cwd=self.folder), 1, words)

@@ -8,7 +8,7 @@ namespace weir::app {
 namespace {
 
 const char* state(const config::ConfigurationFile& file) {
-  return file.read ? "read" : file.found ? "cannot be read" : "not there";
+  return file.read ? "read" : file.found ? "cannot be read" : "not found";
 }
 
 }  // namespace

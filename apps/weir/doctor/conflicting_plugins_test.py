@@ -44,7 +44,7 @@ class ConflictingPlugins(Case):
         # other plug-in, whose elements it dropped when Weir's took their names.
         if before["tensor_filter"] == "weir":
             report = owners(WEIR_PLUGIN_PREFER_NNSTREAMER="true")[1]
-            self.assertIn("GStreamer's registry knows no tensor_filter", report["conflicts"][0]["reason"])
+            self.assertIn("GStreamer's registry has no tensor_filter", report["conflicts"][0]["reason"])
             self.assertEqual(report["conflicts"][0]["fix"], f"rm {paths['GST_REGISTRY']}")
             self.assertEqual(owners(WEIR_PLUGIN_PREFER_NNSTREAMER="false")[0], before)
         os.remove(paths["GST_REGISTRY"])
@@ -53,7 +53,7 @@ class ConflictingPlugins(Case):
         for name in ("tensor_mux", "tensor_converter", "join"):
             self.assertNotIn(name, after)
         self.assertEqual((report["yields_to"], report["owners"]["decoy"]), ("WEIR_PLUGIN_PREFER_NNSTREAMER", 1))
-        self.assertIn("WEIR_PLUGIN_PREFER_NNSTREAMER sets prefer_nnstreamer", report["conflicts"][0]["fix"])
+        self.assertIn("WEIR_PLUGIN_PREFER_NNSTREAMER, which sets prefer_nnstreamer", report["conflicts"][0]["fix"])
         # Set by a file, and by a change of that file.
         path = self.folder / "weir.ini"
         path.write_text("[plugin]\nprefer_nnstreamer = yes\n")

@@ -157,7 +157,7 @@ class EngineLibraries(Case):
         self.assertEqual((error["id"], error["what"]),
                          ("WEIR-3002", f"a library of the engine {engine} differs from the one the module was built with"))
         self.assertRegex(error["offered"], "undefined symbol|version `")
-        self.assertIn("that library, in that version", error["needed"])
+        self.assertIn("the version of the library that the module was built with", error["needed"])
         self.assertIn("apt-get install", error["fix"])
 
     @unittest.skipUnless(built("caffe"), "the engine caffe is not built")

@@ -79,7 +79,7 @@ void print(const config::NnstreamerConfiguration& configuration,
   for (const auto kind : config::kFolderKinds)
     for (const auto& folder : configuration.folders(kind))
       folders.push_back(
-          {name_of(kind), folder.path, folder.origin, is_there(folder) ? "there" : "not there"});
+          {name_of(kind), folder.path, folder.origin, is_there(folder) ? "found" : "not found"});
   if (folders.size() > 1) std::fputs(table(folders, "  ").c_str(), stdout);
 }
 

@@ -120,13 +120,14 @@ void find_strangers(GstRegistry* registry, PluginFacts* facts) {
       if (known.plugin == plugin) return;
     facts->conflicts.push_back(
         {plugin, file,
-         element.empty() ? "it has elements of the same names as Weir"
+         element.empty() ? "it has elements with the same names as Weir"
                          : "GStreamer uses " + element + " from that plug-in, not from Weir",
          facts->yields_to.empty()
              ? "remove the package that provides the plug-in " + plugin +
                    ", or set GST_PLUGIN_PATH to folders without it, or, for its "
                    "elements, WEIR_PLUGIN_PREFER_NNSTREAMER=true"
-             : "nothing, if you want this: " + facts->yields_to + " sets prefer_nnstreamer"});
+             : "nothing if you want this; otherwise correct " + facts->yields_to +
+                   ", which sets prefer_nnstreamer"});
   };
   for (const auto& element : facts->elements)
     if (!is_weir_plugin(element.plugin)) add(element.plugin, element.file, element.name);
@@ -153,9 +154,9 @@ void find_forgotten(PluginFacts* facts) {
   facts->conflicts.push_back(
       {kPluginName, facts->file,
        "Weir yields to NNStreamer (" + facts->yields_to +
-           "), and GStreamer's registry knows no tensor_filter: no other plug-in is installed, or "
-           "it "
-           "was forgotten when Weir's elements took its names",
+           "), but GStreamer's registry has no tensor_filter: NNStreamer's plug-in is not "
+           "installed, "
+           "or the registry dropped it when Weir registered elements with the same names",
        std::string("rm ") + (named ? named : "~/.cache/gstreamer-1.0/registry.*")});
 }
 

@@ -47,7 +47,7 @@ Json sub_plugins_as_json() {
 
 void print_sub_plugins() {
   std::printf("\nSub-plugins for NNStreamer\n  their functions: %s: %s\n",
-              subplugin::library_path().c_str(), library_is_there() ? "there" : "not there");
+              subplugin::library_path().c_str(), library_is_there() ? "found" : "not found");
   std::vector<std::vector<std::string>> rows{{"kind", "name", "state", "place"}};
   for (const auto kind : subplugin::kKinds)
     for (const auto& fact : facts(kind))

@@ -27,9 +27,9 @@ void add_plugin(const Json& plugin, std::vector<Problem>* out) {
   if (plugin["found"]) {
     if (plugin["version"] != config::kVersion)
       out->push_back(
-          {"the plug-in has another version than this command",
+          {"the plug-in and this command have different versions",
            plugin["file"].get<std::string>() + " is " + plugin["version"].get<std::string>(),
-           "make install, or GST_PLUGIN_PATH=<the folder of the right one>"});
+           "make install, or GST_PLUGIN_PATH=<the folder of the matching plug-in>"});
     return;
   }
   const std::string error = plugin["load_error"];
@@ -115,7 +115,7 @@ std::vector<Problem> problems_of(const Json& facts) {
   add_refused("sub-plugin", facts["sub_plugins"]["files"], &out);
   for (const char* file : {"configuration", "nnstreamer"})
     for (const auto& problem : facts[file]["problems"])
-      out.push_back({"the configuration has a mistake", problem, ""});
+      out.push_back({"the configuration has an error", problem, ""});
   return out;
 }
 

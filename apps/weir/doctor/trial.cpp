@@ -46,7 +46,7 @@ std::string failure_of_load(const std::function<void()>& load) {
   while (waitpid(child, &status, 0) < 0)
     if (errno != EINTR) return "";
   if (WIFSIGNALED(status) && WTERMSIG(status) == SIGALRM)
-    return "it does not return within " + std::to_string(kSeconds) + " seconds";
+    return "it did not return within " + std::to_string(kSeconds) + " seconds";
   if (WIFSIGNALED(status))
     return "it terminates the process: signal " + std::to_string(WTERMSIG(status)) + " (" +
            strsignal(WTERMSIG(status)) + ")";

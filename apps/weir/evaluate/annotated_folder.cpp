@@ -127,7 +127,7 @@ Result<LabelledFolder> read_annotated(const fs::path& folder, const std::string&
   for (auto& picture : truth->pictures) {
     if (leads_out(picture.file))
       return Error{.code = Code::LABELS_INVALID,
-                   .what = "the name of a picture leads out of the folder",
+                   .what = "the name of a picture points outside the folder",
                    .offered = annotations + ": " + picture.file,
                    .needed = "a name below " + folder.string(),
                    .fix = "correct file_name"};
@@ -146,9 +146,9 @@ Result<LabelledFolder> read_annotated(const fs::path& folder, const std::string&
                                          .height = picture.height,
                                          .objects = std::move(picture.objects)});
   }
-  warn("truth without a picture is left out", missing,
+  warn("annotations without a picture are ignored", missing,
        "the file, in " + folder.string() + " or a folder below it", "add the pictures", &out);
-  warn("pictures without truth are left out", unlisted(listed),
+  warn("pictures without annotations are ignored", unlisted(listed),
        "an entry in \"images\", even for pictures without objects", "add the entries", &out);
   return out;
 }

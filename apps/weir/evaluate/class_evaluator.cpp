@@ -31,9 +31,9 @@ class ClassEvaluator final : public Evaluator {
     if (!has_labels_)
       return Error{
           .code = Code::SPEC_MISMATCH,
-          .what = "the results have no classes of pictures",
+          .what = "the results contain no class for a picture",
           .offered = "results without the list \"labels\"",
-          .needed = "a class of each picture, because the truth is a folder for each class",
+          .needed = "a class for each picture, because the folder has a subfolder for each class",
           .fix = "a classifier, or --mode classification"};
     if (auto status = labels_.check(); !status) return status.error();
     const size_t classes = folder_.categories.size();

@@ -141,11 +141,11 @@ std::string verdict(const Comparison& comparison) {
   const auto& first = comparison.evaluated[0].evaluation.scores[0];
   const double difference = comparison.evaluated[1].evaluation.scores[0].value - first.value;
   if (comparison.differences.empty() || std::isnan(comparison.differences[0].low))
-    return "Whether " + first.name + " differs cannot be said: it takes two " +
-           comparison.evaluated[0].evaluation.unit_name + " or more.";
+    return "It is not known whether " + first.name + " differs: this needs at least two " +
+           comparison.evaluated[0].evaluation.unit_name + ".";
   const auto& [low, high] = comparison.differences[0];
   if (low <= 0 && high >= 0)
-    return "No difference of " + first.name + " is shown: 0 is in the interval " +
+    return "The measurement shows no difference in " + first.name + ": 0 is in the interval " +
            interval_text(comparison.differences[0]) + ".";
   return std::string("B is ") + (difference > 0 ? "better" : "worse") + " than A: " + first.name +
          " differs by " + number_text(difference) + ", 95 % " +

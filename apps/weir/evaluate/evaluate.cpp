@@ -45,9 +45,9 @@ Result<Played> played(const EvaluateOptions& options, const std::string& model, 
     return Played{shortened(model, kMostCharacters), model};
   if (kind == Labelled::Tracks)
     return Error{.code = Code::SPEC_MISMATCH,
-                 .what = "a model alone follows no objects",
+                 .what = "a model alone does not track objects",
                  .offered = model,
-                 .needed = "a pipeline whose results have tracks, because the truth is tracks: " +
+                 .needed = "a pipeline whose results have tracks, because the truth has tracks: " +
                            options.folder,
                  .fix =
                      "weir evaluate 'tensor_preprocess ... ! tensor_filter ... ! tensor_decoder "
@@ -106,7 +106,7 @@ class Evaluating {
                    .what = "no picture of the folder can be used",
                    .offered = options_.folder,
                    .needed = "pictures that fit their truth",
-                   .fix = "see the warnings"};
+                   .fix = "correct what the warnings above report"};
     auto evaluation = (*evaluator)->finish();
     if (!evaluation) return evaluation.error();
     for (const Error& warning : (*evaluator)->warnings()) warn(warning);

@@ -20,7 +20,7 @@ class Refused(Coco):
         (self.folder / "set").mkdir()
         self.refused(self.evaluate(), 1, "WEIR-4001", "the labelled folder is empty", "seqinfo.ini, gt/gt.txt")
         (self.folder / "set" / "notes.txt").write_text("no truth")
-        self.refused(self.evaluate(), 1, "WEIR-4001", "no truth in a layout that is known")
+        self.refused(self.evaluate(), 1, "WEIR-4001", "no truth in a known layout")
         self.refused(weir("evaluate", BOXES, self.folder / "set" / "notes.txt"), 1, "this is a file, not a folder")
 
     def test_errors_as_json(self):
@@ -45,9 +45,9 @@ class Refused(Coco):
         (self.folder / "set" / "2.png").rename(self.folder / "set" / "3.png")
         done = self.evaluate()
         self.assertRegex(self.good(done), r"ap of 1 picture,")
-        self.assertIn("truth without a picture is left out", done.stderr)
+        self.assertIn("annotations without a picture are ignored", done.stderr)
         self.assertIn("truth.json: 2.png", done.stderr)
-        self.assertIn("pictures without truth are left out", done.stderr)
+        self.assertIn("pictures without annotations are ignored", done.stderr)
         self.assertIn("3.png", done.stderr)
 
     def test_a_damaged_picture_is_left_out(self):
@@ -56,7 +56,7 @@ class Refused(Coco):
         picture.write_bytes(picture.read_bytes()[:100])
         done = self.evaluate()
         self.assertRegex(self.good(done), r"ap of 1 picture,")
-        self.assertIn("a picture is damaged or of an unknown format", done.stderr)
+        self.assertIn("a picture is damaged or has an unknown format", done.stderr)
         self.assertIn("set/2.png", done.stderr)
         (self.folder / "set" / "1.png").write_text("no picture")
         self.refused(self.evaluate(), 1, "WEIR-4002", "no picture of the folder can be used")
@@ -66,7 +66,7 @@ class Refused(Coco):
         write_picture(self.folder / "set" / "2.png", [], (140, 280))
         done = self.evaluate()
         self.assertRegex(self.good(done), r"ap of 1 picture,")
-        self.assertIn("a picture does not have the size that the truth says", done.stderr)
+        self.assertIn("the size of a picture differs from its size in the truth", done.stderr)
         self.assertIn("2.png: 140 x 280 pixels", done.stderr)
 
     def test_names_that_lead_out_of_the_folder(self):
@@ -75,7 +75,7 @@ class Refused(Coco):
             self.good_set()
             self.truth["images"][0]["file_name"] = name
             self.write()
-            self.refused(self.evaluate(), 1, "WEIR-4002", "the name of a picture leads out of the folder", name)
+            self.refused(self.evaluate(), 1, "WEIR-4002", "the name of a picture points outside the folder", name)
 
     def test_results_of_another_kind(self):
         self.good_set()

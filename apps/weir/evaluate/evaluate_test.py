@@ -97,9 +97,9 @@ class AveragePrecision(Coco):
         self.add([(0, 10, 10, 80, 80)], [[10, 10, 90, 90, 200, 0], [10, 10, 90, 90, 250, 7]])
         self.write()
         done = self.evaluate()
-        self.assertIn("results whose labels the truth does not have are left out", done.stderr)
+        self.assertIn("results with labels that are not in the truth are ignored", done.stderr)
         self.assertIn("class 7 (1)", done.stderr)
-        self.assertIn("taken for thing", done.stderr)
+        self.assertIn("assigned to thing", done.stderr)
         self.assertRegex(self.good(done), r"(?m)^AP +1\.000")
 
 
@@ -176,7 +176,7 @@ class Classes(Case):
     def test_labels_that_are_no_class(self):
         self.add("cat", "a.png", 5)
         done = self.evaluate()
-        self.refused(done, 1, "WEIR-4002", "no label of the results is a category of the truth", "offered: class 5",
+        self.refused(done, 1, "WEIR-4002", "none of the labels in the results is a category of the truth", "offered: class 5",
                      "needed:", "cat", "fix: --labels FILE")
 
     def test_a_page_has_the_confusion(self):
@@ -247,7 +247,7 @@ class Maps(Case):
         self.add("one", [[0, 1] * 8] * 8, [[0, 1] * 4] * 8)
         self.refused(self.evaluate(), 1, "a mask does not have the size of its picture", "no picture of the folder can be used")
         Image.new("RGB", (16, 8)).save(self.folder / "set" / "masks" / "one.png")
-        self.refused(self.evaluate(), 1, "the mask is no PNG file with a class for each pixel")
+        self.refused(self.evaluate(), 1, "the mask is not a PNG file with a class for each pixel")
 
     def test_a_detector_has_no_class_map(self):
         write_picture(self.folder / "set" / "images" / "one.png", [])

@@ -111,7 +111,7 @@ class Tracks(Case):
 
     def test_a_model_alone(self):
         self.add("one", [{}], [{1: (10, 10, 50, 50)}])
-        self.refused(self.evaluate(pipeline="model.onnx"), 1, "WEIR-2001", "a model alone follows no objects")
+        self.refused(self.evaluate(pipeline="model.onnx"), 1, "WEIR-2001", "a model alone does not track objects")
 
     def test_classes_that_do_not_occur(self):
         self.add("one", [{1: (10, 10, 50, 50)}], [{1: (10, 10, 50, 50)}])
@@ -135,7 +135,7 @@ class Tracks(Case):
 
     def test_pictures_of_another_size(self):
         self.add("one", [{}], [{1: (10, 10, 50, 50)}], imWidth=640)
-        self.refused(self.evaluate(), 1, "WEIR-4002", "does not have the size that the truth says", "280 x 280", "640 x 280")
+        self.refused(self.evaluate(), 1, "WEIR-4002", "the size of a picture differs from its size in the truth", "280 x 280", "640 x 280")
 
 
 def best_idf1(sequence):

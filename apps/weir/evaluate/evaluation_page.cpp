@@ -131,8 +131,9 @@ std::string curve_chart(const Comparison& comparison) {
     out += "\"/>\n";
   }
   return out +
-         "</svg>\n<p class=\"note\">Precision (upwards) of the boxes above a score, over the "
-         "part of the objects that they find, at a similarity of 0.5; mean of the categories."
+         "</svg>\n<p class=\"note\">Vertical: precision of the boxes above a score. "
+         "Horizontal: recall, the part of the objects that these boxes find. A box matches an "
+         "object at a similarity of 0.5 or more. The curve is the mean of the categories."
          "</p>\n";
 }
 
@@ -193,8 +194,8 @@ std::string evaluation_page(const Comparison& comparison) {
   if (is_pair) out += "<p id=\"verdict\"><b>" + escaped(verdict(comparison)) + "</b></p>\n";
   out += "<h2>Scores</h2>\n" + score_table(comparison);
   if (!comparison.evaluated[0].intervals.empty())
-    out += "<p class=\"note\">95 %: the central part of " + std::to_string(comparison.draws) +
-           " draws of " + std::to_string(first.units) + " " + first.unit_name +
+    out += "<p class=\"note\">95 %: the central 95 % of " + std::to_string(comparison.draws) +
+           " bootstrap draws of " + std::to_string(first.units) + " " + first.unit_name +
            " with replacement, seed " + std::to_string(comparison.seed) + ".</p>\n";
   for (size_t e = 0; e < comparison.evaluated.size(); ++e)
     out += examples(comparison.evaluated[e],

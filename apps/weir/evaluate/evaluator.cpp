@@ -51,10 +51,10 @@ Status Evaluator::accept(const LabelledPicture& picture, const DecodedPicture& d
       (picture.width == decoded.width && picture.height == decoded.height))
     return ok();
   return Error{.code = Code::LABELS_INVALID,
-               .what = "a picture does not have the size that the truth says",
+               .what = "the size of a picture differs from its size in the truth",
                .offered = picture.path + ": " + size(decoded.width, decoded.height),
                .needed = size(picture.width, picture.height),
-               .fix = "use the pictures that the truth was made for, not scaled or turned ones"};
+               .fix = "use the original pictures, which were not scaled or rotated"};
 }
 
 Result<std::unique_ptr<Evaluator>> make_evaluator(const LabelledFolder& folder,

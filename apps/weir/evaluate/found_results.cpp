@@ -68,21 +68,21 @@ Status LabelMatcher::check() const {
   std::vector<std::string> names;
   for (const auto& [name, count] : unknown_) names.push_back(name);
   return Error{.code = Code::LABELS_INVALID,
-               .what = "no label of the results is a category of the truth",
+               .what = "none of the labels in the results is a category of the truth",
                .offered = some_of(names),
                .needed = truth_ + ": " + some_of(categories_),
-               .fix = "--labels FILE gives the classes of the model the names of the truth"};
+               .fix = "--labels FILE, with the truth's names for the classes of the model"};
 }
 
 std::optional<Error> LabelMatcher::warning_about_names() const {
   if (!unnamed_) return std::nullopt;
-  return Error{.code = Code::LABELS_INVALID,
-               .what =
-                   "the classes of the results have no names: they are taken for the categories "
-                   "in their order",
-               .offered = unnamed_->first,
-               .needed = "taken for " + categories_[unnamed_->second],
-               .fix = "--labels FILE names them"};
+  return Error{
+      .code = Code::LABELS_INVALID,
+      .what =
+          "the classes in the results have no names and are assigned to the categories in order",
+      .offered = unnamed_->first,
+      .needed = "names; this class is assigned to " + categories_[unnamed_->second],
+      .fix = "--labels FILE, with the name of one class on each line"};
 }
 
 std::optional<Error> LabelMatcher::warning_about_labels() const {
@@ -91,10 +91,10 @@ std::optional<Error> LabelMatcher::warning_about_labels() const {
   for (const auto& [name, count] : unknown_)
     names.push_back(name + " (" + std::to_string(count) + ")");
   return Error{.code = Code::LABELS_INVALID,
-               .what = "results whose labels the truth does not have are left out",
+               .what = "results with labels that are not in the truth are ignored",
                .offered = some_of(names),
                .needed = truth_ + ": " + some_of(categories_),
-               .fix = "--labels FILE, if these are the same classes by other names"};
+               .fix = "--labels FILE, if the truth has these classes under other names"};
 }
 
 std::optional<evaluate::Rectangle> box_of(const Json& object) {

@@ -18,7 +18,7 @@ namespace {
 namespace fs = std::filesystem;
 
 constexpr char kLayouts[] =
-    "an annotation file of COCO with pictures; a folder of pictures for each class; images/ and "
+    "a COCO annotation file with pictures; a folder of pictures for each class; images/ and "
     "masks/; seqinfo.ini, gt/gt.txt and img1/ of MOTChallenge";
 
 std::string digest_of(const std::string& bytes) {
@@ -107,10 +107,10 @@ Error unknown_layout(const fs::path& folder) {
   const bool is_empty = fs::is_empty(folder, ignored);
   return {.code = Code::FILE_NOT_FOUND,
           .what = is_empty ? "the labelled folder is empty"
-                           : "the folder has no truth in a layout that is known",
+                           : "the folder has no truth in a known layout",
           .offered = folder.string(),
           .needed = std::string("one of: ") + kLayouts,
-          .fix = "--truth FILE names an annotation file with another name"};
+          .fix = "--truth FILE, if the annotation file has another name"};
 }
 
 Result<LabelledFolder> read_by_layout(const EvaluateOptions& options) {
@@ -144,9 +144,9 @@ Result<LabelledFolder> read_labelled_folder(const EvaluateOptions& options) {
     return Error{.code = Code::FILE_NOT_FOUND,
                  .what = "the folder has no pictures with truth",
                  .offered = options.folder,
-                 .needed = "pictures: .jpg, .png, .bmp, .webp or .tif, that the truth names",
+                 .needed = "pictures that the truth names: .jpg, .png, .bmp, .webp or .tif",
                  .difference = out->warnings.empty() ? "" : out->warnings[0].offered,
-                 .fix = "the folder in which the pictures lie"};
+                 .fix = "weir evaluate MODEL FOLDER, with the folder that contains the pictures"};
   if (options.limit > 0)
     for (auto& sequence : out->sequences)
       if (sequence.pictures.size() > options.limit) sequence.pictures.resize(options.limit);

@@ -41,7 +41,7 @@ class MapEvaluator final : public Evaluator {
                    .what = "a mask does not have the size of its picture",
                    .offered = picture.mask + ": " + size(mask->width, mask->height),
                    .needed = picture.path + ": " + size(decoded.width, decoded.height),
-                   .fix = "make the mask of this picture again"};
+                   .fix = "create the mask of this picture again"};
     waiting_[picture.path] = *std::move(mask);
     return ok();
   }
@@ -93,7 +93,7 @@ class MapEvaluator final : public Evaluator {
           .code = Code::SPEC_MISMATCH,
           .what = std::move(what),
           .offered = path + ": " + offered,
-          .needed = "a class map of the picture, because the truth is masks: " + folder_.truth,
+          .needed = "a class map of the picture, because the truth has masks: " + folder_.truth,
           .fix = "a segmentation network, or --mode segmentation"};
     };
     if (!frame.contains("segments"))
@@ -106,7 +106,8 @@ class MapEvaluator final : public Evaluator {
       if (!segment.contains("mask")) continue;
       const auto& size = segment["mask"]["size"];
       if (size[0] != truth.height || size[1] != truth.width)
-        return mismatch("the class map is of another picture", "size " + size.dump());
+        return mismatch("the size of the class map differs from that of the picture",
+                        "size " + size.dump());
       const auto runs = records::runs_of_text(
           segment["mask"]["counts"].get_ref<const std::string&>(), truth.classes.size());
       if (!runs) return mismatch("the class map cannot be read", "damaged run lengths");

@@ -42,7 +42,7 @@ class ObjectEvaluator final : public Evaluator {
       return Error{.code = Code::SPEC_MISMATCH,
                    .what = "the results have no boxes",
                    .offered = "results without the list \"detections\"",
-                   .needed = "boxes, because the truth has some: " + folder_.truth,
+                   .needed = "boxes, because the truth has boxes: " + folder_.truth,
                    .fix = "a detector, or --mode detection"};
     if (auto status = labels_.check(); !status) return status.error();
     if (metric_.empty()) metric_ = folder_.key_points > 0 && most_points_ > 0 ? "oks" : "ap";
@@ -82,11 +82,11 @@ class ObjectEvaluator final : public Evaluator {
     if (auto warning = labels_.warning_about_labels()) out.push_back(*std::move(warning));
     constexpr size_t kPerson = 17;
     if (metric_ == "oks" && folder_.key_points != kPerson)
-      out.push_back({.code = Code::LABELS_INVALID,
-                     .what = "COCO has no deviations for this number of key points: each has the "
-                             "same",
-                     .offered = std::to_string(folder_.key_points) + " key points",
-                     .needed = "the 17 of COCO's persons"});
+      out.push_back(
+          {.code = Code::LABELS_INVALID,
+           .what = "COCO defines no deviations for this number of key points: all get the same one",
+           .offered = std::to_string(folder_.key_points) + " key points",
+           .needed = "the 17 key points that COCO defines for persons"});
     return out;
   }
 

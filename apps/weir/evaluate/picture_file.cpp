@@ -67,7 +67,7 @@ class OneFrame {
     if (!message) return !reason_.empty();
     GError* error = nullptr;
     gst_message_parse_error(message.get(), &error, nullptr);
-    if (reason_.empty()) reason_ = error ? error->message : "no reason is known";
+    if (reason_.empty()) reason_ = error ? error->message : "GStreamer gives no reason";
     g_clear_error(&error);
     return true;
   }
@@ -78,7 +78,7 @@ class OneFrame {
 
 Error unreadable(const std::string& path, const std::string& reason) {
   return {.code = Code::FILE_NOT_FOUND,
-          .what = "a picture is damaged or of an unknown format",
+          .what = "a picture is damaged or has an unknown format",
           .offered = path,
           .needed = "a picture that GStreamer can decode",
           .difference = reason,
@@ -89,7 +89,7 @@ Error no_mask(const std::string& path, std::string what) {
   return {.code = Code::LABELS_INVALID,
           .what = std::move(what),
           .offered = path,
-          .needed = "a PNG file with a palette, or of 1 to 16 bits of grey",
+          .needed = "a PNG file with a palette, or with 1 to 16 bits of grey",
           .fix = "save the mask with the class of each pixel as its value"};
 }
 
@@ -187,7 +187,7 @@ Result<ClassMask> read_class_mask(const std::string& path) {
   if (!bytes) return bytes.error();
   const PngFacts png = png_facts(*bytes);
   if (png.kind != PngFacts::Grey && png.kind != PngFacts::Palette)
-    return no_mask(path, "the mask is no PNG file with a class for each pixel");
+    return no_mask(path, "the mask is not a PNG file with a class for each pixel");
   if (png.has_equal_colors && png.kind == PngFacts::Palette)
     return no_mask(path, "the palette of the mask has two equal colours");
   OneFrame frame("filesrc name=file ! pngdec ! appsink name=sink sync=false");

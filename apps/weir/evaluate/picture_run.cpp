@@ -123,14 +123,14 @@ class PictureRun {
         static_cast<double>(time) / static_cast<double>(GST_SECOND) * sequence_.frame_rate));
     if (!GST_CLOCK_TIME_IS_VALID(time) || index >= states_.size() ||
         states_[index] == State::Waiting || states_[index] == State::LeftOut)
-      return mismatch("results have the time of no picture",
+      return mismatch("results have a timestamp that no picture has",
                       GST_CLOCK_TIME_IS_VALID(time)
                           ? std::to_string(GST_TIME_AS_MSECONDS(time)) + " ms"
                           : "no timestamp");
     const std::string& path = sequence_.pictures[index].path;
     if (states_[index] == State::Done)
-      return mismatch("a picture has results more than once", path);
-    if (index < last_) return mismatch("results come in another order than the pictures", path);
+      return mismatch("a picture has more than one frame of results", path);
+    if (index < last_) return mismatch("the results are not in the order of the pictures", path);
     last_ = index;
     states_[index] = State::Done;
     const gst::Mapped bytes(buffer, GST_MAP_READ);
@@ -172,7 +172,7 @@ class PictureRun {
             .what = std::move(what),
             .offered = offered,
             .needed = "one frame of results for each picture, with its time",
-            .fix = "take elements that drop, repeat or join frames out of the pipeline"};
+            .fix = "remove the elements that drop, repeat or join frames from the pipeline"};
   }
 
   const gst::Ref<GstElement> pipeline_, source_, sink_;

@@ -48,7 +48,7 @@ Error unknown_code(const std::string& code, const std::string& id) {
   return {.code = Code::OPTION_VALUE,
           .what = "there is no such error code",
           .offered = code,
-          .needed = "a code such as WEIR-2001, as it stands at the beginning of an error",
+          .needed = "a code such as WEIR-2001, which begins each error message",
           .difference = close.empty() ? "" : "did you mean " + close + "?",
           .fix = close.empty() ? "weir explain" : "weir explain " + close};
 }

@@ -75,7 +75,7 @@ LaunchLine line_of(const InspectOptions& options, const Inspected& found,
                           card ? card::preparation(card->inputs[0]) : "", properties);
   const bool chose = std::any_of(found.inputs.begin(), found.inputs.end(), leaves_open);
   if (const auto refusal = chose ? refusal_of_chosen(found) : ""; !refusal.empty())
-    line.notes.push_back("the model was tried and rejects the sizes of this line: " + refusal);
+    line.notes.push_back("the model rejects the sizes in this line: " + refusal);
   if (found.inputs.empty())
     line.notes.push_back(
         "weir inspect --input 3:224:224:1 --inputtype uint8 prints the outputs for such a stream");

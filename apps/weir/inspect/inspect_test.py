@@ -82,7 +82,7 @@ class Inspect(Case):
         self.assertEqual(list(self.folder.iterdir()), [model])
         path = self.folder / "there.json"
         path.write_text("mine")
-        self.refused(weir("card", model, "-o", path), 1, "WEIR-4010: there is a file with this name already", f"offered: {path}",
+        self.refused(weir("card", model, "-o", path), 1, "WEIR-4010: a file with this name already exists", f"offered: {path}",
                      f"fix: weir card {model} --output new.card.json")
         self.assertEqual(path.read_text(), "mine")
         self.refused(weir("card", model, "-o", self.folder / "none" / "x.json"), 1, "WEIR-4010: the card cannot be written", "No such file")
@@ -91,7 +91,7 @@ class Inspect(Case):
         self.refused(weir("card", "/no/such.onnx"), 1, "WEIR-3003: the model file does not exist")
         model = self.folder / "numbers.bin"
         model.write_text("x")
-        self.refused(weir("card", "--engine", "fake", model), 1, "the model has no input that is a picture, and a card describes pictures",
+        self.refused(weir("card", "--engine", "fake", model), 1, "the model has no input for pictures, and a card describes only these",
                      f"fix: weir inspect {model}")
         self.refused(weir("card"), 2, "MODEL")
 
@@ -115,9 +115,9 @@ class Inspect(Case):
         output, report = self.inspected("quantised.bin")
         self.assertRegex(output, r"0 +picture +uint8 +3:\?:\?:1 +\(1, \?, \?, 3\) +NHWC +0\.0078125 \* \(value - 128\)\n")
         self.assertRegex(output, r"0 +classes +uint8 +5:1 +\(1, 5\) +none +the value\n")
-        self.assertIn("note: the model leaves sizes open, and the line uses --input 3:224:224:1 --inputtype uint8; "
-                      f"others: weir inspect --input DIMENSIONS --inputtype TYPES {report['model']}\n", output)
-        self.assertFalse(any("does not take" in note for note in report["notes"]))
+        self.assertIn("note: the model leaves sizes open; the line uses --input 3:224:224:1 --inputtype uint8; "
+                      f"for other sizes, run weir inspect --input DIMENSIONS --inputtype TYPES {report['model']}\n", output)
+        self.assertFalse(any("rejects the sizes" in note for note in report["notes"]))
         self.assertEqual(report["inputs"][0], {
             "name": "picture", "type": "uint8", "dimension": "3:?:?:1", "shape": [1, None, None, 3], "layout": "NHWC",
             "quantisation": {"scale": 0.0078125, "zero_point": 128}})
@@ -127,9 +127,9 @@ class Inspect(Case):
     @unittest.skipUnless(LENET.is_file() and "pytorch" in os.environ["WEIR_MODULE_PATH"], "pytorch is not built, or ../shared is not there")
     def test_what_a_line_chose_and_the_model_does_not_take_is_reported(self):
         report = json.loads(self.good(weir("inspect", "--json", LENET, **WITHOUT_LEAKS)))
-        self.assertIn(f"the model leaves sizes open, and the line uses --input 1 --inputtype float32; others: weir inspect --input "
+        self.assertIn(f"the model leaves sizes open; the line uses --input 1 --inputtype float32; for other sizes, run weir inspect --input "
                       f"DIMENSIONS --inputtype TYPES {LENET}", report["notes"])
-        refused = [note for note in report["notes"] if note.startswith("the model was tried and rejects the sizes of this line: ")]
+        refused = [note for note in report["notes"] if note.startswith("the model rejects the sizes in this line: ")]
         self.assertRegex(" ".join(refused), "Dimension out of range")
         report = json.loads(self.good(weir("inspect", "--json", "--input", "1:28:28:1", "--inputtype", "uint8", LENET, **WITHOUT_LEAKS)))
         self.assertFalse(any("chose" in note for note in report["notes"]))
@@ -240,7 +240,7 @@ class Inspect(Case):
                      "did you mean clock_digits.onnx?")
 
     def test_what_is_no_model_is_refused(self):
-        self.refused(weir("inspect", SOURCE / "README.md"), 1, "WEIR-3001", "no engine claims")
+        self.refused(weir("inspect", SOURCE / "README.md"), 1, "WEIR-3001", "no engine can be selected")
         self.refused(weir("inspect", ""), 1, "WEIR-3003")
 
     def test_a_missing_engine_is_refused_with_its_command(self):

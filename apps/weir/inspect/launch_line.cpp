@@ -141,9 +141,10 @@ LaunchLine launch_line(const std::string& model, const std::string& framework,
   if (!properties.empty()) out.command += " " + properties;
   out.command += " ! fakesink";
   if (std::any_of(inputs.begin(), inputs.end(), leaves_open))
-    out.notes.push_back("the model leaves sizes open, and the line uses " + chosen_options(inputs) +
-                        "; others: weir inspect --input DIMENSIONS --inputtype TYPES " +
-                        launch_value(model));
+    out.notes.push_back(
+        "the model leaves sizes open; the line uses " + chosen_options(inputs) +
+        "; for other sizes, run weir inspect --input DIMENSIONS --inputtype TYPES " +
+        launch_value(model));
   if (inputs.empty())
     out.notes.push_back("the model accepts any tensors; the line feeds pictures");
   else if (!picture)

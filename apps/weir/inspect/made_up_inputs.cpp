@@ -52,11 +52,12 @@ Result<std::vector<weir_tensor_info>> inputs_of_frame(std::vector<weir_tensor_in
     model.assign(shapes->size(), open);
   }
   if (model.empty())
-    return Error{.code = Code::SPEC_MISMATCH,
-                 .what = "the model's inputs follow the stream, and there is no stream here",
-                 .offered = "no --input",
-                 .needed = "dimensions and types of its inputs",
-                 .fix = "--input 3:224:224:1 --inputtype uint8"};
+    return Error{
+        .code = Code::SPEC_MISMATCH,
+        .what = "the model takes its input sizes from a stream, and weir inspect has no stream",
+        .offered = "no --input",
+        .needed = "the dimensions and types of its inputs",
+        .fix = "--input 3:224:224:1 --inputtype uint8"};
   for (size_t i = 0; i < model.size(); ++i) {
     if (i < shapes->size()) set_shape((*shapes)[i], &model[i]);
     if (i < types->size() && model[i].type >= WEIR_TYPE_END)

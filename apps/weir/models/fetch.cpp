@@ -107,8 +107,8 @@ Status fetch_file(const CatalogueFile& file, const fs::path& folder) {
   if (!status) return status;
   const std::string digest = gst::sha256_of(part);
   if (digest != file.sha256) {
-    Error error =
-        failed(file, "what was fetched is another file", "weir models info NAME, and look");
+    Error error = failed(file, "the downloaded file is not the expected one",
+                         "check the source that weir models info NAME prints");
     error.difference = "sha256 " + digest;
     return error;
   }
@@ -130,7 +130,7 @@ Status fetch(const CatalogueModel& model, const std::function<void(const std::st
   fs::create_directories(folder, failed);
   if (failed)
     return Error{.code = Code::FILE_NOT_WRITTEN,
-                 .what = "the folder of models cannot be made: " + failed.message(),
+                 .what = "the folder for models cannot be created: " + failed.message(),
                  .offered = folder.string(),
                  .needed = "a folder that can be written to",
                  .fix = "WEIR_MODELS=/path/to/folder weir models get " + model.name};
@@ -138,7 +138,7 @@ Status fetch(const CatalogueModel& model, const std::function<void(const std::st
     const fs::path path = folder / file.name;
     std::error_code ignored;
     if (fs::is_regular_file(path, ignored) && gst::sha256_of(path) == file.sha256) {
-      say(path.string() + " (already there)");
+      say(path.string() + " (already downloaded)");
       continue;
     }
     if (auto status = fetch_file(file, folder); !status) return status;

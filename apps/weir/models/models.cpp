@@ -55,9 +55,9 @@ int list(const std::vector<CatalogueModel>& models, bool json) {
       {"name", "task", "what it does", "size", "licence", ""}};
   for (const auto& model : models)
     rows.push_back({model.name, model.task, model.about, megabytes(bytes_of(model)), model.licence,
-                    is_fetched(model) ? "fetched" : ""});
+                    is_fetched(model) ? "downloaded" : ""});
   std::fputs(table(std::move(rows), "").c_str(), stdout);
-  std::puts("\nweir models get NAME fetches a model and prints a command that runs it.");
+  std::puts("\nweir models get NAME downloads a model and prints a command that runs it.");
   return kExitGood;
 }
 
@@ -78,7 +78,7 @@ int info(const CatalogueModel& model, bool json) {
   }
   if (!model.card.empty()) rows.push_back({"card", model.card});
   rows.push_back(
-      {"folder", folder_of(model).string() + (is_fetched(model) ? "" : " (not fetched)")});
+      {"folder", folder_of(model).string() + (is_fetched(model) ? "" : " (not downloaded)")});
   rows.push_back({"command", model.command()});
   std::fputs(table(std::move(rows), "").c_str(), stdout);
   return kExitGood;

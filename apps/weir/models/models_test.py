@@ -32,7 +32,7 @@ class Catalogue(Case):
             line = next(line for line in text.splitlines() if line.startswith(model["name"] + " "))
             self.assertIn(model["task"], line)
             self.assertIn(model["licence"], line)
-            self.assertNotIn("fetched", line)
+            self.assertNotIn("downloaded", line)
 
     def test_has_at_least_25_models_without_copyleft(self):
         self.assertGreaterEqual(len(CATALOGUE["models"]), 25)
@@ -121,9 +121,9 @@ class Fetching(Case):
         self.assertIn(str(file), self.good(self.get(cards)))
         self.assertEqual(file.read_bytes(), b"the model" * 1000)
         (self.served / "net.onnx").unlink()
-        self.assertIn("already there", self.good(self.get(cards)))
+        self.assertIn("already downloaded", self.good(self.get(cards)))
         listed = self.good(weir("models", "list", WEIR_CARD_PATH=str(cards), WEIR_MODELS=str(self.folder / "models")))
-        self.assertRegex(listed, "net .*fetched")
+        self.assertRegex(listed, "net .*downloaded")
         self.assertEqual(os.listdir(file.parent), ["net.onnx"])
 
     def test_replaces_a_damaged_file(self):

@@ -37,7 +37,7 @@ Result<bool> ask_whether(const std::string& question, const std::string& otherwi
   for (const char* word : {"y", "yes", "n", "no"})
     if (equal_ignoring_case(*answer, word)) return word[0] == 'y';
   return Error{.code = Code::OPTION_VALUE,
-               .what = "this is not an answer",
+               .what = "the answer is neither yes nor no",
                .offered = *answer,
                .needed = "yes or no",
                .fix = otherwise};

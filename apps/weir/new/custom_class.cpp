@@ -162,7 +162,7 @@ Status check_base(const std::string& base) {
   if (!base.empty() && base.size() <= kLongestName && std::all_of(base.begin(), base.end(), plain))
     return ok();
   return Error{.code = Code::OPTION_VALUE,
-               .what = "this cannot be a part of a file's name",
+               .what = "this cannot be part of a file name",
                .offered = '"' + base + '"',
                .needed = "letters, digits, _, - and dots, 64 at most, no folder",
                .fix = "weir new nnstreamer-filter --base bright brightness"};

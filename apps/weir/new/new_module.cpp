@@ -106,7 +106,7 @@ Result<std::vector<std::string>> write_folder(const NewModuleOptions& options) {
   if (!fs::create_directory(folder, failed)) {
     if (failed) return not_written(folder, failed.message(), "");
     return Error{.code = Code::FILE_NOT_WRITTEN,
-                 .what = "a file or folder with this name exists already",
+                 .what = "a file or folder with this name already exists",
                  .offered = folder.string(),
                  .needed = "an unused name in this folder",
                  .fix = command_of(options, options.language) + " " + options.name + "-2"};

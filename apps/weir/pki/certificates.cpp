@@ -146,18 +146,19 @@ Status check_lifetime(X509* authority, X509* certificate, int days) {
   const Unique<ASN1_TIME, ASN1_TIME_free> soon(X509_gmtime_adj(nullptr, kSecondsToRetry));
   int left = 0, seconds = 0;
   ASN1_TIME_diff(&left, &seconds, soon.get(), end);
-  return Error{.code = Code::OPTION_VALUE,
-               .what = "the certificate would be valid for longer than its authority",
-               .offered = "--days " + std::to_string(days),
-               .needed = "an authority that is valid until then; this one ends on " + day_of(end),
-               .fix = left > 0 ? "--days " + std::to_string(left) : "weir pki init NEW-FOLDER"};
+  return Error{
+      .code = Code::OPTION_VALUE,
+      .what = "the certificate would be valid for longer than its authority",
+      .offered = "--days " + std::to_string(days),
+      .needed = "an authority that is valid until then; this one expires on " + day_of(end),
+      .fix = left > 0 ? "--days " + std::to_string(left) : "weir pki init NEW-FOLDER"};
 }
 
 }  // namespace
 
 Result<Certificate> make_authority(int days) {
   const Key key(EVP_EC_gen("P-256"));
-  if (!key) return crypto_error("a key cannot be made");
+  if (!key) return crypto_error("a key cannot be created");
   const X509Certificate certificate = unsigned_certificate(key.get(), days);
   X509* const self = certificate.get();
   const Extensions extensions{{NID_basic_constraints, "critical,CA:TRUE,pathlen:0"},
@@ -166,7 +167,7 @@ Result<Certificate> make_authority(int days) {
   if (!self || !set_subject(self, authority_name(self)) ||
       X509_set_issuer_name(self, X509_get_subject_name(self)) != 1 ||
       !add_extensions(self, self, extensions) || X509_sign(self, key.get(), EVP_sha256()) == 0)
-    return crypto_error("the certificate of the authority cannot be made");
+    return crypto_error("the certificate of the authority cannot be created");
   return in_pem(self, key.get());
 }
 
@@ -181,9 +182,9 @@ Result<Certificate> issue_certificate(const Certificate& authority,
   if (X509_check_private_key(issuer.get(), issuer_key.get()) != 1)
     return authority_error("the key of the authority belongs to another certificate");
   if (X509_check_ca(issuer.get()) != 1)
-    return authority_error("the certificate is not one of an authority");
+    return authority_error("the certificate is not that of a certificate authority");
   const Key key(EVP_EC_gen("P-256"));
-  if (!key) return crypto_error("a key cannot be made");
+  if (!key) return crypto_error("a key cannot be created");
   const X509Certificate certificate = unsigned_certificate(key.get(), days);
   X509* const made = certificate.get();
   const Extensions extensions{{NID_basic_constraints, "critical,CA:FALSE"},
@@ -194,11 +195,11 @@ Result<Certificate> issue_certificate(const Certificate& authority,
                               {NID_subject_alt_name, alternative_names(names)}};
   if (!made || !set_subject(made, names.front()) ||
       X509_set_issuer_name(made, X509_get_subject_name(issuer.get())) != 1)
-    return crypto_error("the certificate cannot be made");
+    return crypto_error("the certificate cannot be created");
   if (auto status = check_lifetime(issuer.get(), made, days); !status) return status.error();
   if (!add_extensions(made, issuer.get(), extensions) ||
       X509_sign(made, issuer_key.get(), EVP_sha256()) == 0)
-    return crypto_error("the certificate cannot be made");
+    return crypto_error("the certificate cannot be created");
   return in_pem(made, key.get());
 }
 

@@ -18,7 +18,7 @@ namespace fs = std::filesystem;
 Error not_written(const fs::path& path, int error) {
   if (error == EEXIST)
     return Error{.code = Code::FILE_NOT_WRITTEN,
-                 .what = "a file of this name exists already, and is not replaced",
+                 .what = "a file with this name already exists and is not replaced",
                  .offered = path.string(),
                  .needed = "a name that is not in use",
                  .fix = "mv " + path.string() + " " + path.string() + ".old"};

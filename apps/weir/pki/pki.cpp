@@ -62,7 +62,7 @@ Status check_name(const std::string& name) {
     return ok();
   return Error{.code = Code::OPTION_VALUE,
                .what = name == kAuthority ? "this name is the authority's own"
-                                          : "the name cannot be that of a certificate",
+                                          : "a certificate cannot have this name",
                .offered = "'" + name + "'",
                .needed =
                    "the host name or IP address of a server, or a name for a client: "
@@ -100,7 +100,7 @@ Status make_folder(const fs::path& folder) {
   if (mkdir(folder.c_str(), kOwnFolder) == 0) return ok();
   const int error = errno;
   return Error{.code = Code::FILE_NOT_WRITTEN,
-               .what = "the folder cannot be made: " + std::generic_category().message(error),
+               .what = "the folder cannot be created: " + std::generic_category().message(error),
                .offered = folder.string(),
                .needed = "a folder that you may write to",
                .fix = "weir pki init ANOTHER-FOLDER"};
@@ -122,10 +122,10 @@ int print_pair(const PkiOptions& options, const std::string& name,
     print(out);
     return kExitGood;
   }
-  const std::string what = names.empty() ? "certificate of the authority, for every peer"
+  const std::string what = names.empty() ? "certificate of the authority; copy it to every peer"
                                          : "certificate of " + join(names, ", ");
   std::fputs(table({{certificate, what + ", valid until " + pair.valid_until},
-                    {key, names.empty() ? "its key, which stays here" : "its key"}},
+                    {key, names.empty() ? "its key; keep it secret" : "its key"}},
                    "")
                  .c_str(),
              stdout);

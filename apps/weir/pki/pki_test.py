@@ -95,7 +95,7 @@ class Certificates(Pki):
         below.mkdir()
         (below / "ca.pem").write_bytes(leaf.read_bytes())
         (below / "ca.key").write_bytes(leaf.with_suffix(".key").read_bytes())
-        self.refused(weir("pki", "issue", "server", "--dir", below), 1, "WEIR-4001: the certificate is not one of an authority")
+        self.refused(weir("pki", "issue", "server", "--dir", below), 1, "WEIR-4001: the certificate is not that of a certificate authority")
 
     def test_json_names_the_files(self):
         folder = self.authority()
@@ -123,7 +123,7 @@ class Files(Pki):
         folder = self.authority()
         self.issue(folder, "server")
         before = {path: path.read_bytes() for path in folder.iterdir()}
-        self.refused(weir("pki", "init", folder), 1, "WEIR-4010: a file of this name exists already, and is not replaced", "ca.key",
+        self.refused(weir("pki", "init", folder), 1, "WEIR-4010: a file with this name already exists and is not replaced", "ca.key",
                      f"fix: mv {folder}/ca.key {folder}/ca.key.old")
         self.refused(weir("pki", "issue", "server", "--dir", folder), 1, "WEIR-4010", "server.key")
         self.assertEqual({path: path.read_bytes() for path in folder.iterdir()}, before)
@@ -147,7 +147,7 @@ class Files(Pki):
     def test_folders_that_cannot_be_written_to_are_errors(self):
         (self.folder / "file").write_text("")
         for place in (self.folder / "file", self.folder / "file" / "pki", pathlib.Path("/proc/pki")):
-            self.refused(weir("pki", "init", place), 1, "WEIR-4010: the folder cannot be made", str(place))
+            self.refused(weir("pki", "init", place), 1, "WEIR-4010: the folder cannot be created", str(place))
         self.refused(weir("pki", "init", "/proc"), 1, "WEIR-4010: a file cannot be written", "/proc/ca.key")
         folder = self.authority()
         if os.geteuid() != 0:
@@ -177,7 +177,7 @@ class Files(Pki):
         folder = self.authority()
         for name in ("", "../server", "a/b", ".hidden", "a..b", "a b", "-a" * 40, "x" * 65, "ä", "a,DNS:b", "*.example", "1.2.3.4/8",
                      "a\nb", "a."):
-            self.refused(weir("pki", "issue", "--dir", folder, "--", name), 1, "WEIR-1004: the name cannot be that of a certificate")
+            self.refused(weir("pki", "issue", "--dir", folder, "--", name), 1, "WEIR-1004: a certificate cannot have this name")
         self.refused(weir("pki", "issue", "ca", "--dir", folder), 1, "WEIR-1004: this name is the authority's own")
         for name in ("a b", "*", "a.*", "http://a", "a:8001", "email:x", "fe80::1%eth0"):
             self.refused(weir("pki", "issue", "server", "--dir", folder, "--san", name), 1,

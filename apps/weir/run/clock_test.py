@@ -116,7 +116,7 @@ class Clock(Case):
             done = weir("run", "--clock", f"net://127.0.0.1:{silent.getsockname()[1]}", LIVE)
             self.assertEqual(done.returncode, 1)
             self.assertIn("WEIR-6001: the clock did not synchronise within 10 seconds", done.stderr)
-            self.assertIn("fix: weir run --serve-clock 5637 PIPELINE there", done.stderr)
+            self.assertIn("fix: weir run --serve-clock 5637 PIPELINE, on that machine", done.stderr)
 
     def test_a_port_that_is_taken(self):
         with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as other:

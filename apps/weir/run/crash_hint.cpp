@@ -53,8 +53,8 @@ CrashHint::CrashHint(GstElement* pipeline, const std::string& line) {
   const auto filters = filters_in_this_process(pipeline);
   if (filters.empty()) return;
   hint = "\nerror: the process crashed, perhaps in the model or filter of " + join(filters, ", ") +
-         "\n  needed: isolate=process, with which a crash ends a process of the filter's own and "
-         "the pipeline goes on\n  fix: " +
+         "\n  needed: isolate=process, which runs the filter in its own process; the pipeline then "
+         "survives a crash of the filter\n  fix: " +
          with_isolation(line) + "\n";
   struct sigaction action {};
   action.sa_handler = write_hint;

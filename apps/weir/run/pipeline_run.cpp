@@ -222,10 +222,11 @@ void PipelineRun::on_time_limit() {
   }
   if (!is_playing()) {
     Complaint complaint;
-    complaint.what = "the pipeline did not play before the time of --timeout was over";
+    complaint.what = "the pipeline did not reach PLAYING within the time of --timeout";
     complaint.needed =
-        "a first buffer at each sink: a source that delivers, and async=false at "
-        "sinks whose first buffer comes late";
+        "a first buffer at each sink: check the sources, and set async=false at sinks whose first "
+        "buffer "
+        "comes late";
     errors_.push_back(std::move(complaint));
     finish(RunEnd::Error);
     return;

@@ -64,7 +64,7 @@ class Run(Case):
 
     def test_a_pipeline_that_does_not_start_is_an_error_of_timeout(self):
         done = weir("run", "--timeout", "0.2", "appsrc ! fakesink")
-        self.refused(done, 1, "error: the pipeline did not play before the time of --timeout was over", "needed: a first buffer at each sink")
+        self.refused(done, 1, "error: the pipeline did not reach PLAYING within the time of --timeout", "needed: a first buffer at each sink")
         self.refused(weir("run", "--timeout", "0", self.PIPELINE), 2, "weir run: --timeout: ")
 
     def test_a_file_has_buffers_and_its_video_has_frames(self):

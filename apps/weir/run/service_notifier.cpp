@@ -48,7 +48,7 @@ Result<std::unique_ptr<ServiceNotifier>> ServiceNotifier::open() {
   sockaddr_un address{};
   address.sun_family = AF_UNIX;
   if ((path[0] != '/' && path[0] != '@') || path.size() >= sizeof address.sun_path)
-    return unreachable(path, "not a path of a socket");
+    return unreachable(path, "not the path of a socket");
   std::memcpy(address.sun_path, path.data(), path.size());
   if (path[0] == '@') address.sun_path[0] = '\0';  // of the abstract namespace
   const auto size = static_cast<socklen_t>(offsetof(sockaddr_un, sun_path) + path.size());

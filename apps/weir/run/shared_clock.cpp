@@ -84,8 +84,9 @@ Error not_synchronised(const std::string& address) {
   return {.code = Code::SERVER_UNREACHABLE,
           .what = "the clock did not synchronise within 10 seconds",
           .offered = "--clock " + address,
-          .needed = is_net ? "a pipeline there that serves its clock" : "a server of time there",
-          .fix = is_net ? "weir run --serve-clock 5637 PIPELINE there"
+          .needed = is_net ? "a pipeline on that machine that serves its clock"
+                           : "an NTP server at this address",
+          .fix = is_net ? "weir run --serve-clock 5637 PIPELINE, on that machine"
                         : "--clock net://HOST:PORT of a machine with weir run --serve-clock PORT"};
 }
 
@@ -154,7 +155,7 @@ Status SharedClock::serve(int port) {
                .what = "the clock cannot be served",
                .offered = "--serve-clock " + std::to_string(port),
                .needed = "a UDP port that no other program uses",
-               .fix = "--serve-clock 0, which takes a free port"};
+               .fix = "--serve-clock 0, which uses a free port"};
 }
 
 void SharedClock::apply_to(GstElement* pipeline) const {

@@ -80,7 +80,7 @@ gboolean on_incoming(GSocketService*, GSocketConnection* connection, GObject*, g
 
 Error not_listening(const ListenAddress& address, const std::string& reason) {
   return {.code = Code::SERVER_UNREACHABLE,
-          .what = "the page of metrics cannot be served: " + reason,
+          .what = "the metrics cannot be served: " + reason,
           .offered = "--metrics=" + address.text(),
           .needed = "an address of this machine with a free port",
           .fix = "--metrics=127.0.0.1:0"};
@@ -101,7 +101,7 @@ Result<std::unique_ptr<MetricsServer>> MetricsServer::open(const ListenAddress& 
                                                            std::function<std::string()> page) {
   if (!address.is_local() || !address.unix_path.empty())
     return Error{.code = Code::OPTION_VALUE,
-                 .what = "the page of metrics is for this machine alone",
+                 .what = "metrics are served to this machine only",
                  .offered = "--metrics=" + address.text(),
                  .needed =
                      "127.0.0.1, localhost or [::1]; Prometheus on another machine scrapes "
@@ -112,7 +112,7 @@ Result<std::unique_ptr<MetricsServer>> MetricsServer::open(const ListenAddress& 
   const auto port = static_cast<guint>(std::atoi(address.port.c_str()));
   const gst::Unique<GSocketAddress, g_object_unref> wanted(
       g_inet_socket_address_new_from_string(host.c_str(), port));
-  if (!wanted) return not_listening(address, "this is no address");
+  if (!wanted) return not_listening(address, "this is not an address");
   GError* error = nullptr;
   GSocketAddress* effective = nullptr;
   auto* listener = G_SOCKET_LISTENER(out->service_.get());

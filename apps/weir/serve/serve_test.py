@@ -66,7 +66,7 @@ class Options(Case):
         for options, what, offered in (
                 (("--tls-cert", "a"), "WEIR-1004: a certificate and its key belong together", "--tls-cert without --tls-key"),
                 (("--tls-key", "a"), "WEIR-1004: a certificate and its key belong together", "--tls-key without --tls-cert"),
-                (("--tls-ca", "a"), "WEIR-1004: clients have no certificates", "--tls-ca without --tls-cert"),
+                (("--tls-ca", "a"), "WEIR-1004: client certificates need a connection with TLS", "--tls-ca without --tls-cert"),
                 (("--token-file", "a"), "WEIR-6003: clients would send their tokens without TLS", "--token-file without --tls-cert")):
             self.refused(weir("serve", MODEL, *options), 1, what, f"offered: {offered}")
 

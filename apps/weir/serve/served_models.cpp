@@ -124,7 +124,7 @@ Status check_options(const ServeOptions& options, const ListenAddress& address) 
                  .fix = tls};
   if (!encrypted && !options.tls_ca.empty())
     return Error{.code = Code::OPTION_VALUE,
-                 .what = "clients have no certificates on connections without TLS",
+                 .what = "client certificates need a connection with TLS",
                  .offered = "--tls-ca without --tls-cert and --tls-key",
                  .needed = "a certificate of this server",
                  .fix = tls};

@@ -285,7 +285,7 @@ class CustomFilter:
         self.assertIn(b"UNAVAILABLE\x22\x08unloaded", call("RepositoryIndex", b"")[1])
         self.assertEqual(call("RepositoryIndex", b"\x10\x01"), ("OK", b""))  # those that are ready
         code, text = call("RepositoryModelLoad", named + b"\x1a\x04\x0a\x02ab")
-        self.assertEqual((code, text), ("INVALID_ARGUMENT", "models are loaded as the server was started: parameters are not accepted"))
+        self.assertEqual((code, text), ("INVALID_ARGUMENT", "the server loads models with its own settings and does not accept parameters"))
         self.assertEqual(call("RepositoryModelLoad", b"\x12\x05other")[0], "NOT_FOUND")
         self.assertEqual(call("RepositoryModelLoad", b"\x12\xff")[0], "INVALID_ARGUMENT")
         self.assertEqual(call("RepositoryModelLoad", named), ("OK", b""))
@@ -299,8 +299,7 @@ class CustomFilter:
         for method in ("RepositoryIndex", "RepositoryModelLoad", "RepositoryModelUnload"):
             call = client.channel.unary_unary(f"/inference.GRPCInferenceService/{method}")
             self.assertEqual(status_of(lambda call=call: call(b"\x12\x06digits", timeout=30)),
-                             ("UNIMPLEMENTED", "clients may not control models here: weir serve --model-control, or "
-                                               "tensor_query_serversrc model-control=true, lets them"))
+                             ("UNIMPLEMENTED", "clients may not load or unload models on this server: start it with weir serve --model-control, or set model-control=true of tensor_query_serversrc"))
         self.assertNotIn("model_repository", client.call("ServerMetadata", pb.ServerMetadataRequest()).extensions)
 
     def test_both_signals_end_it(self):
@@ -342,7 +341,7 @@ class CustomFilter:
     def test_addresses_of_figures_that_others_reach_are_refused(self):
         for address in ("0.0.0.0:0", "192.0.2.1:1", "unix:/tmp/x"):
             self.refused(weir("serve", MODEL, "--listen", "127.0.0.1:0", f"--metrics={address}"), 1,
-                         "WEIR-1004: the page of metrics is for this machine alone", f"offered: --metrics={address}")
+                         "WEIR-1004: metrics are served to this machine only", f"offered: --metrics={address}")
 
     def test_an_address_in_use_and_a_file_that_is_no_model_are_errors(self):
         _, _, address = self.serve(f"digits={MODEL}")

@@ -71,7 +71,7 @@ Result<std::string> path_of(const std::string& model) {
   if (!known) return fs::path(model).has_extension() ? Result<std::string>(model) : known.error();
   if (!is_fetched(*known))
     return Error{.code = Code::MODEL_NOT_FOUND,
-                 .what = "the model has not been fetched",
+                 .what = "the model has not been downloaded",
                  .offered = model,
                  .needed = folder_of(*known).string() + "/" + known->files[0].name,
                  .fix = "weir models get " + model};
@@ -152,7 +152,7 @@ Error several(const std::vector<Reading>& readings, const heads::ModelFacts& fac
 
 Error unknown_outputs(const heads::ModelFacts& facts) {
   return {.code = Code::SPEC_MISMATCH,
-          .what = "no head that is known has such outputs",
+          .what = "no known head fits these outputs",
           .offered = facts.describe_outputs(),
           .needed = "one of: " + join(heads::all_families(), ", ",
                                       [](const heads::Family* family) { return family->name; }),
@@ -256,7 +256,7 @@ Error no_dictionary(const std::string& model) {
   return {.code = Code::LABELS_INVALID,
           .what = "text recognition needs the model's dictionary",
           .offered = model + " without --labels",
-          .needed = "a file with one character a line, as it comes with the model",
+          .needed = "the dictionary file of the model, with one character on each line",
           .fix = "--labels /path/to/dictionary.txt"};
 }
 
@@ -281,7 +281,7 @@ Result<std::string> decode_by_head(const TryOptions& options, const std::string&
     if (!options.head.empty()) out->decoder += " custom=head:" + launch_value(options.head);
     out->notes.push_back("read as " + out->mode + " by the head " + family);
     if (out->labels.empty() && out->mode != "text" && out->mode != "depth")
-      out->notes.push_back("the classes have no names; --labels FILE gives them");
+      out->notes.push_back("the classes have no names; set them with --labels FILE");
     return family;
   } catch (const Failure& failure) {
     return failure.error();

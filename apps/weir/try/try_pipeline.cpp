@@ -75,7 +75,7 @@ Result<std::string> encoder_of(const std::string& output) {
   if (extension == ".mkv") return "jpegenc ! matroskamux ! " + file;
   if (extension == ".avi") return "jpegenc ! avimux ! " + file;
   return Error{.code = Code::OPTION_VALUE,
-               .what = "the kind of the output file is not known",
+               .what = "the format of the output file is unknown",
                .offered = "--output " + output,
                .needed = "a name that ends in .jpg, .png, .webm, .mkv or .avi",
                .fix = "--output result.jpg for a photo, --output result.webm for a video"};

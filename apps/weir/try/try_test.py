@@ -108,7 +108,7 @@ class Refused(Case):
 
     @unittest.skipUnless(HAS_ONNX, "the engine onnxruntime is not built")
     def test_a_mode_that_cannot_read_the_outputs(self):
-        self.refused(weir("try", "--mode", "pose", MODEL, "test", **CARDS), 1, "WEIR-2001", "no head that this mode knows")
+        self.refused(weir("try", "--mode", "pose", MODEL, "test", **CARDS), 1, "WEIR-2001", "no head of this mode")
 
     @unittest.skipUnless(HAS_ONNX, "the engine onnxruntime is not built")
     def test_a_card_of_another_file(self):
@@ -116,7 +116,7 @@ class Refused(Case):
         path.write_bytes(pathlib.Path(MODEL).read_bytes())
         card = json.loads(pathlib.Path(MODEL).with_suffix(".card.json").read_text()) | {"sha256": "0" * 64}
         (self.folder / "net.card.json").write_text(json.dumps(card))
-        self.refused(weir("try", path, "test", **CARDS), 1, "WEIR-3009: the card beside the model belongs to a different file")
+        self.refused(weir("try", path, "test", **CARDS), 1, "WEIR-3009: the card next to the model belongs to a different file")
 
     @unittest.skipUnless(HAS_ONNX, "the engine onnxruntime is not built")
     def test_a_mode_or_a_head_that_does_not_exist(self):
@@ -249,7 +249,7 @@ class Real(Case):
         frame = json.loads(self.good(done))
         self.assertIn("read as detection by the head yolox", done.stderr)
         self.assertIn("assumed: pixels as 0 to 255, BGR, letterboxed", done.stderr)
-        self.assertIn("the classes have no names; --labels FILE gives them", done.stderr)
+        self.assertIn("the classes have no names; set them with --labels FILE", done.stderr)
         self.assertGreaterEqual(len([d for d in frame["detections"] if d["score"] > 0.4]), 4)
 
     def test_models_without_cards_are_read_by_their_outputs(self):

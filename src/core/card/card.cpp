@@ -50,7 +50,7 @@ class Fields {
     if (!value) return "";
     if (value->is_string() && !(needed && value->get_ref<const std::string&>().empty()))
       return value->get<std::string>();
-    fail(key, "a text");
+    fail(key, "a string");
     return "";
   }
   template <class T>
@@ -165,7 +165,7 @@ Labels labels_from(Fields* fields, Faults* faults) {
     Fields file(*value, fields->where("labels"), faults);
     file.only({"file", "skip"});
     out.file = file.text("file", true);
-    if (out.file.find('/') != std::string::npos) file.fail("file", "a file's name without folders");
+    if (out.file.find('/') != std::string::npos) file.fail("file", "a file name without folders");
     if (const Json* skip = file.find("skip", false)) {
       if (skip->is_number_unsigned()) out.skip = skip->get<size_t>();
       if (!skip->is_number_unsigned()) file.fail("skip", "a number of lines");
@@ -176,7 +176,7 @@ Labels labels_from(Fields* fields, Faults* faults) {
       value->is_array() &&
       std::all_of(value->begin(), value->end(), [](auto& label) { return label.is_string(); });
   if (texts) out.names = value->get<std::vector<std::string>>();
-  if (!texts) fields->fail("labels", "a list of texts, or {\"file\": ..., \"skip\": ...}");
+  if (!texts) fields->fail("labels", "a list of strings, or {\"file\": ..., \"skip\": ...}");
   return out;
 }
 
@@ -191,7 +191,7 @@ std::vector<std::pair<std::string, std::string>> decoder_options_from(Fields* fi
     if (option.is_string())
       out.emplace_back(name, option.get<std::string>());
     else
-      options.fail(name, "a text: the value of this property of tensor_decoder");
+      options.fail(name, "a string: the value of this property of tensor_decoder");
   }
   return out;
 }
@@ -237,7 +237,7 @@ Error invalid(const Faults& faults) {
   Error out = invalid(faults[0].place + ": " + faults[0].value, faults[0].needed);
   const size_t others = faults.size() - 1;
   if (others == 0) return out;
-  out.difference = std::to_string(others) + (others == 1 ? " more fault:" : " more faults:");
+  out.difference = std::to_string(others) + (others == 1 ? " more error:" : " more errors:");
   for (size_t i = 1; i < faults.size(); ++i)
     out.difference +=
         "\n    " + faults[i].place + ": " + faults[i].value + ", needed: " + faults[i].needed;
@@ -272,9 +272,10 @@ Result<Card> parse(std::string_view text, const std::string& place) {
   } catch (const Json::parse_error& error) {
     return invalid(place + ": not JSON at byte " + std::to_string(error.byte), "JSON");
   } catch (const Json::exception&) {  // a number out of range
-    return invalid(place + ": a number that is too large", "JSON with numbers of 64 bits");
+    return invalid(place + ": a number that is too large",
+                   "JSON with numbers that fit into 64 bits");
   }
-  if (too_deep) return invalid(place + ": objects within objects without end", "a card");
+  if (too_deep) return invalid(place + ": objects that are nested too deeply", "a card");
   Faults faults;
   Card card = card_from(json, place, &faults);
   if (!faults.empty()) return invalid(faults);

@@ -116,7 +116,7 @@ TEST(Card, NamesAllFaultsAtOnce) {
             "WEIR-3009: the model card cannot be used\n"
             "  offered: test.card.json/name: nothing\n"
             "  needed: it is required\n"
-            "  first difference: 4 more faults:\n"
+            "  first difference: 4 more errors:\n"
             "    test.card.json/sha256: \"?\", needed: 64 hexadecimal digits: sha256sum MODEL\n"
             "    test.card.json/inputs/0/sclae: 1, needed: did you mean scale?\n"
             "    test.card.json/inputs/0/color: \"RGB or BGR?\", needed: one of RGB, BGR, GRAY8\n"
@@ -127,12 +127,12 @@ TEST(Card, NamesAllFaultsAtOnce) {
 TEST(Card, NamesEachFaultOnce) {
   Json json = good();
   json["inputs"][0].erase("type");  // is missing, and no element type either
-  EXPECT_EQ(error_of(json).find("more fault"), std::string::npos) << error_of(json);
+  EXPECT_EQ(error_of(json).find("more error"), std::string::npos) << error_of(json);
   json["inputs"][0] = 7;  // its fields are not reported
-  EXPECT_EQ(error_of(json).find("more fault"), std::string::npos) << error_of(json);
+  EXPECT_EQ(error_of(json).find("more error"), std::string::npos) << error_of(json);
   json["task"] = 7;
   EXPECT_SAYS(error_of(json),
-              "1 more fault:\n    test.card.json/inputs/0: number, needed: an object");
+              "1 more error:\n    test.card.json/inputs/0: number, needed: an object");
 }
 
 TEST(Card, SuggestsTheNearestField) {

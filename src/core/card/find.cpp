@@ -56,10 +56,10 @@ Result<Card> read_beside(const fs::path& beside, const Search& search) {
   auto card = read(beside.string());
   if (!card || card->sha256 == search.sha256()) return card;
   return Error{.code = Code::CARD_INVALID,
-               .what = "the card beside the model belongs to a different file",
+               .what = "the card next to the model belongs to a different file",
                .offered = beside.string() + ": sha256 " + card->sha256,
                .needed = "sha256 " + search.sha256(),
-               .fix = "fetch the model again, or correct the card after checking it"};
+               .fix = "download the model again, or correct sha256 in the card"};
 }
 
 Card card_from_model(const Search& search) {
@@ -160,10 +160,11 @@ Result<std::vector<std::string>> labels_of(const Card& card, const std::string& 
     labels.erase(labels.begin(), labels.begin() + skip);
     if (!labels.empty()) return labels;
   }
-  return Error{.code = Code::LABELS_INVALID,
-               .what = "the label file that the card names does not exist, or is empty",
-               .offered = card.labels.file,
-               .needed = "a file with one label a line beside the model: " + places[0].string()};
+  return Error{
+      .code = Code::LABELS_INVALID,
+      .what = "the label file that the card names does not exist, or is empty",
+      .offered = card.labels.file,
+      .needed = "a file with one label on each line, next to the model: " + places[0].string()};
 }
 
 }  // namespace weir::card

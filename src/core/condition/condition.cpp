@@ -34,7 +34,7 @@ bool needs_two_values(Operator op) noexcept {
 }
 
 Result<std::vector<Number>> parse_supplied_value(std::string_view text) {
-  constexpr char kNeeded[] = "one number, or two joined by ','; whole ones within int64";
+  constexpr char kNeeded[] = "one number, or two separated by ','; integers must fit into int64";
   std::vector<Number> out;
   if (strip(text).empty()) return out;
   const bool real = text.find_first_of(".eE") != std::string_view::npos;

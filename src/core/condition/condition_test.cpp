@@ -40,7 +40,7 @@ TEST(SuppliedValue, ShowsThePlaceOfATypo) {
   EXPECT_SAYS(value_error("1,2,3"), "at character 5:");
   EXPECT_SAYS(value_error("1,"), "at the end:");
   EXPECT_SAYS(value_error("1:2"), "at character 1:");
-  EXPECT_SAYS(value_error("9223372036854775808"), "whole ones within int64");
+  EXPECT_SAYS(value_error("9223372036854775808"), "integers must fit into int64");
   EXPECT_SAYS(value_error("1.5.2"), "at character 1:");
   EXPECT_SAYS(value_error("1e999"), "at character 1:");
   EXPECT_SAYS(value_error("e"), "at character 1:");

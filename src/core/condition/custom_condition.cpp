@@ -30,10 +30,12 @@ std::string text_of(const weir_frame& frame) {
 
 Error failed(const std::string& who, int result, weir_error* error, const weir_frame& frame) {
   if (!error->set)
-    return Error{.code = Code::CALLBACK_FAILED,
-                 .what = who + " failed without an error message",
-                 .offered = "it returned " + std::to_string(result) + " for " + text_of(frame),
-                 .needed = "0; above 0 to drop the frame; below 0 after host->fail with a message"};
+    return Error{
+        .code = Code::CALLBACK_FAILED,
+        .what = who + " failed without an error message",
+        .offered = "it returned " + std::to_string(result) + " for " + text_of(frame),
+        .needed =
+            "0 for success, above 0 to drop the frame, or below 0 after host->fail with a message"};
   Error failure = infer::take_error(error, result, "");
   failure.what = who + " failed: " + failure.what;
   failure.code = Code::CALLBACK_FAILED;

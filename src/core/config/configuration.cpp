@@ -101,7 +101,7 @@ void Configuration::read(const std::string& path, bool wanted) {
   for (Error fault : ini->faults) {
     if (fault.code == Code::FILE_NOT_FOUND) file.read = false;
     if (fault.code == Code::FILE_NOT_FOUND && wanted)
-      fault.needed = "the file that WEIR_CONFIG names";
+      fault.needed = "an existing file, because WEIR_CONFIG names it";
     possible_faults_.push_back({before, "", "", "", fault});
     faults_.push_back(std::move(fault));
   }

@@ -90,7 +90,8 @@ TEST_F(ConfigurationTest, ReportsThatTheNamedFileIsMissing) {
   ASSERT_EQ(missing.faults().size(), 1u);
   EXPECT_EQ(missing.faults()[0].code, Code::FILE_NOT_FOUND);
   EXPECT_SAYS(missing.faults()[0].message(), "offered: /no/such/weir.ini");
-  EXPECT_SAYS(missing.faults()[0].message(), "needed: the file that WEIR_CONFIG names");
+  EXPECT_SAYS(missing.faults()[0].message(),
+              "needed: an existing file, because WEIR_CONFIG names it");
 }
 
 TEST_F(ConfigurationTest, ReportsWhyAnExistingFileCannotBeRead) {

@@ -98,7 +98,7 @@ const char* name_of(State state) noexcept {
     case State::Read:
       return "read";
     case State::NotThere:
-      return "not there";
+      return "not found";
     case State::NoFile:
       return "not a regular file";
     case State::NotNeeded:

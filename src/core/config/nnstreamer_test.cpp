@@ -86,7 +86,7 @@ TEST_F(NnstreamerConfigurationTest, NeedsNoFile) {
   const auto c = of({{"NNSTREAMER_CONF", (folder_ / "none.ini").string()}});
   EXPECT_SAYS(faults(c), "WEIR-4001: NNSTREAMER_CONF does not name a regular file and is ignored");
   EXPECT_SAYS(faults(c), "offered: " + (folder_ / "none.ini").string());
-  EXPECT_EQ(state(c, (folder_ / "none.ini").string()), "NNSTREAMER_CONF: not there");
+  EXPECT_EQ(state(c, (folder_ / "none.ini").string()), "NNSTREAMER_CONF: not found");
   EXPECT_SAYS(folders(c, FolderKind::Decoders), "/usr/lib/nnstreamer/decoders from hard-coded");
   const auto unset = of({});
   EXPECT_EQ(unset.candidates().front().source, "built for");
@@ -231,7 +231,7 @@ TEST_F(NnstreamerConfigurationTest, ReportsThatTheAdditionalFileIsMissing) {
   const auto c = with("[common]\nextra_config_path=/nowhere/extra.ini\n");
   EXPECT_SAYS(faults(c),
               "WEIR-4001: " + file() + ":2: extra_config_path does not name a regular file");
-  EXPECT_EQ(state(c, "/nowhere/extra.ini"), "extra_config_path: not there");
+  EXPECT_EQ(state(c, "/nowhere/extra.ini"), "extra_config_path: not found");
 }
 
 TEST_F(NnstreamerConfigurationTest, CanBeDisabledInWeirIni) {

@@ -18,7 +18,7 @@ std::string name_in(std::span<const char* const> paths) {
   if (paths.size() == 1) return paths[0];
   const std::string list = join(paths, ",");
   throw Failure({.code = Code::OPTION_VALUE,
-                 .what = "a filter of the process has exactly one name",
+                 .what = "framework=custom-easy needs exactly one filter name",
                  .offered = "model=" + list,
                  .needed = "the name under which it was registered",
                  .fix = "framework=custom-easy model=NAME"});

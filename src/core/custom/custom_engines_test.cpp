@@ -174,7 +174,7 @@ TEST_F(CustomEngines, FileOfWeirsOwnInterfaceIsTheFilter) {
 
 TEST_F(CustomEngines, EngineReportsThatItNeedsAModel) {
   const auto text = refusal("custom", {module("scaling")});
-  EXPECT_SAYS(text, "WEIR-3003: the engine in this file needs a model of its own");
+  EXPECT_SAYS(text, "WEIR-3003: the engine in this file needs a model file");
   EXPECT_SAYS(text, "scaling.so,/path/to/the/model");
 }
 

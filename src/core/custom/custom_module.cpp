@@ -54,9 +54,9 @@ Result<FoundEngine> find(const weir_open& request) {
   if (engines[1]) return several_engines(path, engines);
   if (request.n_models == 1 && (engines[0]->flags & WEIR_ENGINE_NEEDS_NO_MODEL) == 0)
     return Error{.code = Code::MODEL_NOT_FOUND,
-                 .what = "the engine in this file needs a model of its own",
+                 .what = "the engine in this file needs a model file",
                  .offered = "model=" + path,
-                 .needed = "the model's file after it",
+                 .needed = "the path of the model file after the library",
                  .fix = "model=" + path + ",/path/to/the/model"};
   return FoundEngine{engines[0], *tables, 1};
 }

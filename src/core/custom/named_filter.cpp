@@ -66,7 +66,7 @@ Status check(const std::string& name, const weir_filter& filter) {
   if (!can_be_a_name(name)) return refused('"' + name + '"', "its name", kNameNeeded);
   if (filter.struct_size < sizeof filter)
     return refused(name, "struct_size " + std::to_string(filter.struct_size),
-                   std::to_string(sizeof filter) + " at least");
+                   "at least " + std::to_string(sizeof filter));
   if (!filter.invoke) return refused(name, "no invoke", "the function that makes the outputs");
   if (auto s = check_tensors(name, "input", filter.inputs, filter.n_inputs); !s) return s;
   if (auto s = check_tensors(name, "output", filter.outputs, filter.n_outputs); !s) return s;
@@ -124,10 +124,12 @@ Result<int> NamedFilter::call(Body&& body) {
 
 Error NamedFilter::failed(int result, weir_error* error) const {
   if (!error->set)
-    return Error{.code = Code::CALLBACK_FAILED,
-                 .what = "the filter " + name_ + " failed without an error message",
-                 .offered = "it returned " + std::to_string(result),
-                 .needed = "0; above 0 to drop the frame; below 0 after host->fail with a message"};
+    return Error{
+        .code = Code::CALLBACK_FAILED,
+        .what = "the filter " + name_ + " failed without an error message",
+        .offered = "it returned " + std::to_string(result),
+        .needed =
+            "0 for success, above 0 to drop the frame, or below 0 after host->fail with a message"};
   Error failure = infer::take_error(error, result, "");
   failure.what = "the filter " + name_ + " failed: " + failure.what;
   return failure;

@@ -130,7 +130,7 @@ class AnswerDecoder {
     open_head(model_.facts(tensors, settings_.input, settings_.labels.size()));
     if (features_ == before) return;
     throw Failure({.code = Code::SPEC_MISMATCH,
-                   .what = "the outputs changed to another kind of results within the stream",
+                   .what = "the kind of results changed within the stream",
                    .offered = results::columns_of(features_),
                    .needed = results::columns_of(before),
                    .fix = "one tensor_decoder for each model"});

@@ -166,7 +166,7 @@ TEST(AnswerDecoder, RefusesClassesWithoutLabel) {
 TEST(AnswerDecoder, NamesTheHeadsWhereNoneFits) {
   AnswerRun run("detection", {});
   EXPECT_FALSE(run.configure({TestTensor("3:3", std::vector<float>(9))}, &kModel));
-  EXPECT_SAYS(run.error, "no head that this mode knows has such outputs");
+  EXPECT_SAYS(run.error, "no head of this mode fits these outputs");
   EXPECT_SAYS(run.error, "float32 3:3");
   EXPECT_SAYS(run.error, "yolov8: ");
 }

@@ -227,7 +227,7 @@ TEST(BoundingBoxesRefusals, OtherTensorsAreNamed) {
       return error_of(kMode, options, tensors);
     };
     const std::string what =
-        "WEIR-2001: option1=" + std::string(head.scheme) + " does not take these tensors";
+        "WEIR-2001: option1=" + std::string(head.scheme) + " does not accept these tensors";
     EXPECT_EQ(error(head.good), "") << head.scheme;
     EXPECT_SAYS(TestDecoder(kMode, options).error, "");
     auto fewer = head.good, more = head.good, mixed = head.good;

@@ -120,7 +120,7 @@ TEST(FaceAnswers, YunetNeedsTheSizeOfThePicture) {
   YunetOutputs with_face(96, 64);
   with_face.fill(1);
   run.decode(with_face.tensors(), {map});
-  EXPECT_SAYS(run.error, "the outputs of YuNet are of another picture size");
+  EXPECT_SAYS(run.error, "the YuNet outputs belong to a different picture size");
 }
 
 TEST(FaceAnswers, YunetIgnoresNumbersThatAreNotFinite) {

@@ -138,7 +138,7 @@ class ImageSegment {
             ",types=float32";
     return Failure({.code = Code::SPEC_MISMATCH,
                     .what = only_classes_differ
-                                ? "the tensor has another number of classes than option2"
+                                ? "the tensor has a different number of classes than option2"
                                 : "mode=image_segment cannot read this tensor as a picture",
                     .offered = describe(info),
                     .needed = needed[static_cast<size_t>(scheme_)],

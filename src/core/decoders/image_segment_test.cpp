@@ -144,7 +144,7 @@ TEST(ImageSegment, NeedsANumberOfClasses) {
 TEST(ImageSegment, RejectsAnotherNumberOfScores) {
   const auto error =
       error_of(kMode, options("tflite-deeplab"), {{"11:4:2", std::vector<float>(88)}});
-  EXPECT_SAYS(error, "WEIR-2001: the tensor has another number of classes than option2");
+  EXPECT_SAYS(error, "WEIR-2001: the tensor has a different number of classes than option2");
   EXPECT_SAYS(error, "offered: float32 11:4:2");
   EXPECT_SAYS(error, "needed: float32 21:W:H");
   EXPECT_SAYS(error, "fix: option2=10");

@@ -120,7 +120,7 @@ ModelFacts StreamModel::facts(std::span<const weir_tensor_info> tensors,
     for (const ModelTensor& output : outputs_) out.outputs.push_back(facts_of(output));
   if (out.outputs.empty())
     throw Failure({.code = Code::SPEC_MISMATCH,
-                   .what = "the stream does not say what the model's outputs are",
+                   .what = "the stream does not describe the model's outputs",
                    .offered = "a flexible stream that does not come from tensor_filter",
                    .needed = "the outputs of tensor_filter, or a static stream",
                    .fix = "tensor_filter ... ! tensor_decoder ..."});

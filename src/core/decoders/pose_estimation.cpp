@@ -109,7 +109,7 @@ class PoseEstimation {
                              : "tensor_transform mode=typecast option=float32");
     if (dimension(maps, 0) != points)
       throw wrong_tensor(
-          "the heat map has another number of key points than the body", maps,
+          "the heat map has a different number of key points than the body", maps,
           "option3=/path/to/a file of " + std::to_string(dimension(maps, 0)) + " lines");
     const detection::HeatGrid grid{static_cast<size_t>(points),
                                    static_cast<size_t>(dimension(maps, 1)),

@@ -258,7 +258,7 @@ TEST(PoseEstimation, GivesTheReasonWhyAKeyPointFileCannotBeUsed) {
 
 TEST(PoseEstimation, RejectsAnotherNumberOfKeyPoints) {
   const auto fewer = error_of(kMode, options("6:4", "2:2"), {{"17:2:2", std::vector<float>(68)}});
-  EXPECT_SAYS(fewer, "WEIR-2001: the heat map has another number of key points than the body");
+  EXPECT_SAYS(fewer, "WEIR-2001: the heat map has a different number of key points than the body");
   EXPECT_SAYS(fewer, "offered: float32 17:2:2");
   EXPECT_SAYS(fewer, "needed: float32 14:W:H for the default key points, without option3");
   EXPECT_SAYS(fewer, "fix: option3=/path/to/a file of 17 lines");

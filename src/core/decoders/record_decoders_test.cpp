@@ -169,7 +169,7 @@ TEST(RecordDecoders, RefuseFramesThatDoNotFitTheColumns) {
   RecordRun run("json");
   ASSERT_TRUE(run.configure(kColumns));
   run.decode({{"5:1", {1, 2, 3, 4, 5}}});
-  expect_says(run.error, {"WEIR-2001", "a tensor of results is not what weir-columns says"});
+  expect_says(run.error, {"WEIR-2001", "a tensor of results does not match weir-columns"});
   TestTensor cut{"6:2", kRow};
   run.decode({cut});
   expect_says(run.error, {"WEIR-2004", "offered: 24 bytes", "needed: 48 bytes"});

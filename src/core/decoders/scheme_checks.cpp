@@ -23,7 +23,7 @@ Failure wrong_tensors(const SchemeOptions& options,
                       std::span<const weir_tensor_info* const> tensors, const std::string& needed,
                       const std::string& fix) {
   return Failure({.code = Code::SPEC_MISMATCH,
-                  .what = options.setting() + " does not take these tensors",
+                  .what = options.setting() + " does not accept these tensors",
                   .offered = describe_all(tensors),
                   .needed = needed,
                   .fix = fix});

@@ -44,7 +44,7 @@ size_t count_labels(const Options& options) {
   throw Failure({.code = Code::FILE_NOT_FOUND,
                  .what = "mode=tensor_region has no label file",
                  .offered = "no option2",
-                 .needed = "a text file with one label a line, at least as many as classes",
+                 .needed = "a text file with one label on each line, for all classes",
                  .fix = "option2=/path/to/labels.txt"});
 }
 

@@ -146,7 +146,7 @@ TEST(TensorRegion, NeedsASizeOfTheInput) {
 
 TEST(TensorRegion, RejectsOtherTensors) {
   const auto one = error_of(kMode, options(), {{"4:1:3", std::vector<float>(12)}});
-  EXPECT_SAYS(one, "WEIR-2001: mode=tensor_region does not take these tensors");
+  EXPECT_SAYS(one, "WEIR-2001: mode=tensor_region does not accept these tensors");
   EXPECT_SAYS(one, "offered: 1 tensor: float32 4:1:3");
   EXPECT_SAYS(error_of(kMode, options(),
                        {{"5:1:3", std::vector<float>(15)}, {"3:3", std::vector<float>(9)}}),

@@ -16,10 +16,12 @@ namespace {
 constexpr std::array kLineNames{"y of the centres", "x of the centres", "heights", "widths"};
 
 Error invalid_priors(std::string difference) {
-  return Error{.code = Code::OPTION_SYNTAX,
-               .what = "the file is not a list of prior boxes",
-               .needed = "four lines of as many numbers: y and x of the centres, heights, widths",
-               .difference = std::move(difference)};
+  return Error{
+      .code = Code::OPTION_SYNTAX,
+      .what = "the file is not a list of prior boxes",
+      .needed =
+          "four lines with the same number of values: y and x of the centres, heights, widths",
+      .difference = std::move(difference)};
 }
 
 Status read_line(std::string_view line, const std::string& place, std::vector<float>* list) {

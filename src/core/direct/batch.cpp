@@ -25,7 +25,7 @@ Status check_axis(const weir_tensor_info& info, uint32_t frames, size_t index) {
                     (info.shape[0] < 0 || info.shape[0] == frames);
   if (free) return ok();
   return unsupported(
-      place_text("input", index, info) + " has no room for " + std::to_string(frames) + " frames",
+      place_text("input", index, info) + " cannot hold " + std::to_string(frames) + " frames",
       to_string(info), "a free axis 0");
 }
 

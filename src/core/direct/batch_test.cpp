@@ -63,7 +63,7 @@ TEST_F(DirectTest, FillsAModelWhoseBatchIsFixed) {
   EXPECT_EQ(values(outcome->results), (Values{2, 3, 4, 5}));
   EXPECT_REFUSED(model->invoke_batch(std::array{lend(kA), lend(kB), lend(kC)}, 3),
                  BATCH_UNSUPPORTED,
-                 "input 0 (x) has no room for 3 frames\n  offered: float32 (2, 2) x\n"
+                 "input 0 (x) cannot hold 3 frames\n  offered: float32 (2, 2) x\n"
                  "  needed: a free axis 0");
 }
 

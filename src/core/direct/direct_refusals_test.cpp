@@ -142,8 +142,8 @@ TEST_F(DirectTest, RejectsAnOpenOutputOfAnotherSizeThanTheCallersMemory) {
 TEST(DirectEngine, IsFoundByNameOrByTheFiles) {
   const std::vector<std::string> none, missing{"model.txt"}, text{"/etc/passwd"};
   EXPECT_REFUSED(engine_for("", missing), MODEL_NOT_FOUND, "the model file does not exist");
-  EXPECT_REFUSED(engine_for("", text), ENGINE_UNKNOWN, "no engine claims this model file");
-  EXPECT_REFUSED(engine_for("AUTO", none), ENGINE_UNKNOWN, "no engine claims");
+  EXPECT_REFUSED(engine_for("", text), ENGINE_UNKNOWN, "no engine can be selected for this model");
+  EXPECT_REFUSED(engine_for("AUTO", none), ENGINE_UNKNOWN, "no engine can be selected");
   EXPECT_REFUSED(engine_for("onnxruntim", none), ENGINE_UNKNOWN, "did you mean onnxruntime?");
 }
 

@@ -105,7 +105,7 @@ Status check_detections(const TensorSpec& spec) {
   if (flat && spec.type == ElementType::Float32) return ok();
   return Error{
       .code = Code::SPEC_MISMATCH,
-      .what = "the stream of results is not of boxes",
+      .what = "the stream of results does not contain boxes",
       .offered = spec.to_string(),
       .needed =
           "one tensor float32 K:N: rows of x1, y1, x2, y2, then score, class, and x, y of key "

@@ -44,9 +44,9 @@ class Reader {
 
   const Json& list(const char* name) const {
     if (root_.is_object() && root_.contains(name) && root_[name].is_array()) return root_[name];
-    refuse("the file is no annotation file of COCO", std::string("no list \"") + name + "\"",
+    refuse("the file is not a COCO annotation file", std::string("no list \"") + name + "\"",
            "an object with the lists images, annotations and categories",
-           "--truth FILE names the annotation file");
+           "--truth FILE, if the annotation file has another name");
   }
   static std::string place(const char* name, size_t index) {
     return std::string(name) + "[" + std::to_string(index) + "]";
@@ -61,8 +61,8 @@ class Reader {
     if (entry.is_object() && entry.contains(key) && entry[key].is_string() &&
         !entry[key].get_ref<const std::string&>().empty())
       return entry[key].get<std::string>();
-    refuse("an entry has no text \"" + std::string(key) + "\"", at,
-           "\"" + std::string(key) + "\": a text", "add it to the entry");
+    refuse("an entry has no string \"" + std::string(key) + "\"", at,
+           "\"" + std::string(key) + "\": a string", "add it to the entry");
   }
   std::vector<double> numbers(const Json& list, size_t count, const std::string& at) const {
     std::vector<double> out;
@@ -85,10 +85,10 @@ class Reader {
       const std::string name = text(all[i], "name", at);
       if (!names.emplace(id, name).second)
         refuse("two categories have the same id", at + ", id " + std::to_string(id),
-               "an id of its own for each category", "delete one of them");
+               "a unique id for each category", "delete one of them");
       if (!seen.insert(name).second)
         refuse("two categories have the same name", at + ", " + name,
-               "a name of its own for each category", "give both annotations the same category_id");
+               "a unique name for each category", "give both annotations the same category_id");
     }
     if (names.empty())
       refuse("the annotation file has no categories", "\"categories\": []", "one category or more",
@@ -103,9 +103,8 @@ class Reader {
     if (!entry.contains(key)) return 0;
     const int64_t value = integer(entry, key, at);
     if (value > 0 && value <= INT32_MAX) return static_cast<uint32_t>(value);
-    refuse("a picture has a size that no picture has",
-           at + ", \"" + key + "\": " + std::to_string(value), "the size in pixels",
-           "correct it, or leave it out");
+    refuse("the size of a picture is not valid", at + ", \"" + key + "\": " + std::to_string(value),
+           "the size in pixels", "correct it, or leave it out");
   }
 
   void read_pictures() {
@@ -117,7 +116,7 @@ class Reader {
       const std::string file = text(all[i], "file_name", at);
       if (!picture_of_.emplace(id, out_.pictures.size()).second)
         refuse("two pictures have the same id", at + ", id " + std::to_string(id),
-               "an id of its own for each picture", "delete one of them");
+               "a unique id for each picture", "delete one of them");
       if (!files.insert(file).second)
         refuse("a picture is listed twice", at + ", " + file, "an entry for each file",
                "give all its annotations the same image_id");
@@ -126,7 +125,7 @@ class Reader {
     }
     if (out_.pictures.empty())
       refuse("the annotation file has no pictures", "\"images\": []", "one picture or more",
-             "--truth FILE names another annotation file");
+             "--truth FILE, with another annotation file");
   }
 
   void read_annotations() {
@@ -139,13 +138,13 @@ class Reader {
         const int64_t id = integer(entry, "id", at);
         at += ", id " + std::to_string(id);
         if (!ids.insert(id).second)
-          refuse("two annotations have the same id", at, "an id of its own for each annotation",
+          refuse("two annotations have the same id", at, "a unique id for each annotation",
                  "delete one of them");
       }
       const int64_t picture_id = integer(entry, "image_id", at);
       const auto picture = picture_of_.find(picture_id);
       if (picture == picture_of_.end())
-        refuse("an annotation is of a picture that is not in the list",
+        refuse("an annotation refers to a picture that is not in the list",
                at + ", image_id " + std::to_string(picture_id), "an id of \"images\"",
                "add the picture, or delete the annotation");
       read_annotation(entry, at, &out_.pictures[picture->second]);
@@ -168,7 +167,7 @@ class Reader {
     object.area = entry.contains("area") && entry["area"].is_number() ? entry["area"].get<double>()
                                                                       : object.box.area();
     if (!std::isfinite(object.area) || object.area < 0)
-      refuse("an annotation has an area that no object has", at + ", " + entry["area"].dump(),
+      refuse("the area of an annotation is not valid", at + ", " + entry["area"].dump(),
              "\"area\": pixels of the object, 0 or more", "correct it, or leave it out");
     object.is_crowd = is_set(entry, "iscrowd", at);
     object.is_ignored = object.is_crowd || is_set(entry, "ignore", at);
@@ -231,13 +230,14 @@ class Reader {
   void warn_about_edges() {
     if (boxes_over_edge_ == 0) return;
     const bool is_one = boxes_over_edge_ == 1;
-    out_.warnings.push_back({.code = Code::LABELS_INVALID,
-                             .what = std::to_string(boxes_over_edge_) +
-                                     (is_one ? " box reaches outside of its picture"
-                                             : " boxes reach outside of their pictures"),
-                             .offered = path_ + ": " + first_over_edge_,
-                             .needed = "boxes that end at the edge of the picture",
-                             .fix = "cut them at the edge: they are compared as they are"});
+    out_.warnings.push_back(
+        {.code = Code::LABELS_INVALID,
+         .what =
+             std::to_string(boxes_over_edge_) + (is_one ? " box reaches outside of its picture"
+                                                        : " boxes reach outside of their pictures"),
+         .offered = path_ + ": " + first_over_edge_,
+         .needed = "boxes that end at the edge of the picture",
+         .fix = "clip the boxes at the edge of the picture; Weir compares them unchanged"});
   }
 
   const std::string& path_;
@@ -253,10 +253,10 @@ Error not_json(const std::string& path, std::string_view text, size_t byte,
   Error out{.code = Code::LABELS_INVALID,
             .what = "the annotation file is not JSON",
             .offered = path,
-            .needed = "an annotation file of COCO",
+            .needed = "a COCO annotation file",
             .difference = why};
   if (byte > 0) out.difference = place_in(text, std::min(byte - 1, text.size()));
-  out.fix = "python3 -m json.tool FILE shows what is wrong; --truth FILE names another file";
+  out.fix = "python3 -m json.tool FILE shows what is wrong; --truth FILE uses another file";
   return out;
 }
 

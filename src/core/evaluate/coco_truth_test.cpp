@@ -91,11 +91,12 @@ TEST(CocoTruthRefused, NumbersThatAreNotFinite) {
   };
   EXPECT_SAYS(parse_coco_truth("t", text("1e999")).error().message(), "a number is too large");
   EXPECT_SAYS(parse_coco_truth("t", text("NaN")).error().message(), "is not JSON");
-  EXPECT_SAYS(parse_coco_truth("t", text("-1")).error().message(), "an area that no object has");
+  EXPECT_SAYS(parse_coco_truth("t", text("-1")).error().message(),
+              "the area of an annotation is not valid");
 }
 
 TEST(CocoTruthRefused, FilesThatAreNoAnnotations) {
-  EXPECT_SAYS(refused(Json::array()), "no annotation file of COCO");
+  EXPECT_SAYS(refused(Json::array()), "not a COCO annotation file");
   for (const char* name : {"images", "annotations", "categories"}) {
     Json json = example();
     json.erase(name);
@@ -135,7 +136,7 @@ TEST(CocoTruthRefused, NamesThatOccurTwice) {
 TEST(CocoTruthRefused, AnnotationsOfNothing) {
   Json json = example();
   json["annotations"][0]["image_id"] = 99;
-  EXPECT_SAYS(refused(json), "of a picture that is not in the list");
+  EXPECT_SAYS(refused(json), "refers to a picture that is not in the list");
   EXPECT_SAYS(refused(json), "annotations[0], id 1, image_id 99");
   json = example();
   json["annotations"][0]["category_id"] = 99;
@@ -190,7 +191,7 @@ TEST(CocoTruthRefused, EntriesThatLackSomething) {
   }
   Json json = example();
   json["images"][0]["width"] = 0;
-  EXPECT_SAYS(refused(json), "a size that no picture has");
+  EXPECT_SAYS(refused(json), "the size of a picture is not valid");
   json = example();
   json["annotations"][0]["iscrowd"] = 2;
   EXPECT_SAYS(refused(json), "neither 0 nor 1");

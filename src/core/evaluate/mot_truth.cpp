@@ -58,12 +58,13 @@ class TruthReader {
                    "correct the line, or delete it");
     const double frame = n[0], track = n[1];
     if (frame != std::floor(frame) || frame < 1 || frame > info_.frames)
-      return fault("a line is of a frame that the sequence does not have",
+      return fault("a line refers to a frame that the sequence does not have",
                    "a frame from 1 to " + std::to_string(info_.frames),
                    "correct seqLength of seqinfo.ini, or the line");
     constexpr double kMostTrack = 1e15;
     if (track != std::floor(track) || std::abs(track) > kMostTrack)
-      return fault("the number of a track is not whole", "a whole number", "correct the line");
+      return fault("the number of a track is not a whole number", "a whole number",
+                   "correct the line");
     const Rectangle box{n[2] - 1, n[3] - 1, n[4], n[5]};  // pixels of the files count from 1
     if (!(box.width > 0 && box.height > 0))
       return fault("a box has no area", "a width and height above 0",
@@ -76,7 +77,7 @@ class TruthReader {
                    "correct the line, or delete it");
     const auto index = static_cast<size_t>(frame) - 1;
     if (!seen_[index].insert(static_cast<int64_t>(track)).second)
-      return fault("a track is twice in the same frame", "one box of a track in a frame",
+      return fault("a track has two boxes in the same frame", "one box of a track in a frame",
                    "delete one of the lines, or correct its id");
     const bool is_counted = n.size() < 7 || n[6] != 0;
     TruthTracks& out = frames_[index];

@@ -81,8 +81,9 @@ TEST(MotTruthRefused, FramesThatTheSequenceDoesNotHave) {
 }
 
 TEST(MotTruthRefused, TruthThatContradictsItself) {
-  EXPECT_SAYS(refused("1,1,10,20,30,40\n1,1,90,20,30,40"), "a track is twice in the same frame");
-  EXPECT_SAYS(refused("1,1.5,10,20,30,40"), "the number of a track is not whole");
+  EXPECT_SAYS(refused("1,1,10,20,30,40\n1,1,90,20,30,40"),
+              "a track has two boxes in the same frame");
+  EXPECT_SAYS(refused("1,1.5,10,20,30,40"), "the number of a track is not a whole number");
   EXPECT_SAYS(refused("1,1,10,20,0,40"), "a box has no area");
   EXPECT_SAYS(refused("1,1,641,20,5,40"), "a box is outside of its picture");
   EXPECT_SAYS(refused("1,1,641,20,5,40"), "640 x 480");

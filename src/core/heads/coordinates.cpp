@@ -51,9 +51,9 @@ void require_size(detection::PictureSize input) {
   if (input.width > 0) return;
   throw Failure({.code = Code::SPEC_MISMATCH,
                  .what = "the size of the model's input is not known",
-                 .offered = "coordinates that are parts of the picture",
-                 .needed = "tensor_preprocess, whose frames have a source map, a model of "
-                           "tensor_filter whose input is a picture, or the size",
+                 .offered = "coordinates relative to the size of the picture",
+                 .needed = "the size, from tensor_preprocess, from a tensor_filter with a picture "
+                           "input, or from custom=input",
                  .fix = "custom=input:640:640"});
 }
 

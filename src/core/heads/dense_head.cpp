@@ -43,7 +43,7 @@ std::span<const float> DenseHead::read(OutputValues& outputs) const {
   const auto numbers = outputs.read(spec_.output);
   if (numbers.size() == scores_.cells * scores_.values) return numbers;
   throw Failure({.code = Code::SPEC_MISMATCH,
-                 .what = "the frame has another number of cells than the head was opened for",
+                 .what = "the frame has a different number of cells than the head was opened for",
                  .offered = std::to_string(numbers.size()) + " numbers",
                  .needed = std::to_string(scores_.cells * scores_.values)});
 }

@@ -33,10 +33,11 @@ class DepthMap final : public Head {
                 results::Answer* answer) override {
     const auto numbers = outputs.read(0);
     if (numbers.size() != size_t{map_.width} * map_.height)
-      throw Failure({.code = Code::SPEC_MISMATCH,
-                     .what = "the frame has another number of pixels than the head was opened for",
-                     .offered = std::to_string(numbers.size()),
-                     .needed = std::to_string(size_t{map_.width} * map_.height)});
+      throw Failure(
+          {.code = Code::SPEC_MISMATCH,
+           .what = "the frame has a different number of pixels than the head was opened for",
+           .offered = std::to_string(numbers.size()),
+           .needed = std::to_string(size_t{map_.width} * map_.height)});
     answer->map_width = map_.width;
     answer->map_height = map_.height;
     answer->depth.assign(numbers.begin(), numbers.end());

@@ -99,10 +99,11 @@ class QueryHead : public Head {
  private:
   void check(std::span<const float> numbers, size_t length) const {
     if (numbers.size() == queries_.count * length) return;
-    throw Failure({.code = Code::SPEC_MISMATCH,
-                   .what = "the frame has another number of queries than the head was opened for",
-                   .offered = std::to_string(numbers.size()) + " numbers",
-                   .needed = std::to_string(queries_.count * length)});
+    throw Failure(
+        {.code = Code::SPEC_MISMATCH,
+         .what = "the frame has a different number of queries than the head was opened for",
+         .offered = std::to_string(numbers.size()) + " numbers",
+         .needed = std::to_string(queries_.count * length)});
   }
 
   Queries queries_;

@@ -112,7 +112,7 @@ class Yunet final : public Head {
     const size_t columns = input.width / grid.stride, rows = input.height / grid.stride;
     if (columns * rows == grid.cells) return columns;
     throw Failure({.code = Code::SPEC_MISMATCH,
-                   .what = "the outputs of YuNet are of another picture size",
+                   .what = "the YuNet outputs belong to a different picture size",
                    .offered = std::to_string(grid.cells) + " cells of " +
                               std::to_string(grid.stride) + " pixels for an input of " +
                               std::to_string(input.width) + " x " + std::to_string(input.height),

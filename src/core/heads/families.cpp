@@ -103,7 +103,7 @@ void check_sizes(const ModelFacts& model) {
 
 Error nothing_fits(const ModelFacts& model, const std::vector<const Family*>& families) {
   return {.code = Code::SPEC_MISMATCH,
-          .what = "no head that this mode knows has such outputs",
+          .what = "no head of this mode fits these outputs",
           .offered = model.describe_outputs(),
           .needed = join(families, "; ",
                          [](const Family* family) {

@@ -24,7 +24,7 @@ float sigmoid(float x) noexcept {
 
 Failure other_size(size_t offered, size_t needed) {
   return Failure({.code = Code::SPEC_MISMATCH,
-                  .what = "the frame has another size than the head was opened for",
+                  .what = "the frame has a different size than the head was opened for",
                   .offered = std::to_string(offered) + " numbers",
                   .needed = std::to_string(needed)});
 }

@@ -149,7 +149,7 @@ TEST(Segmentation, ReadsNumbersOfClasses) {
 
 TEST(Segmentation, RefusesPicturesOfAnotherAspect) {
   EXPECT_SAYS(segment({"3:40:20:1", Floats(2400)}, {20, 20}).error,
-              "no head that this mode knows has such outputs");
+              "no head of this mode fits these outputs");
 }
 
 TEST(Depth, IsTheMapOfTheNetwork) {
@@ -162,7 +162,7 @@ TEST(Depth, IsTheMapOfTheNetwork) {
     EXPECT_EQ(result.answer.depth, (Floats{1, 2, 3, -4, 0, 0}));
   }
   EXPECT_SAYS(run_head({TestOutput("3:3:3:1", Floats(27))}, {.tasks = kDepth}).error,
-              "no head that this mode knows has such outputs");
+              "no head of this mode fits these outputs");
 }
 
 }  // namespace

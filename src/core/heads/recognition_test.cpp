@@ -56,7 +56,7 @@ TEST(Recognition, TheTaskInTheMetadataDecides) {
   EXPECT_EQ(of_task("detect"), "yolov8");
   EXPECT_EQ(of_task("pose"), "yolov8-pose");
   EXPECT_EQ(of_task("obb"), "yolov8-obb");
-  EXPECT_SAYS(of_task("classify"), "no head that this mode knows has such outputs");
+  EXPECT_SAYS(of_task("classify"), "no head of this mode fits these outputs");
 }
 
 TEST(Recognition, FewerLabelsThanClassesChangeNothing) {
@@ -79,12 +79,12 @@ TEST(Recognition, TwoReadingsAreAnErrorThatNamesBoth) {
 
 TEST(Recognition, APictureThatContradictsTheCellsFitsNothing) {
   const std::string error = recognised({zeros("8400:84:1")}, {.input = {320, 320}, .labels = 80});
-  EXPECT_SAYS(error, "no head that this mode knows has such outputs");
+  EXPECT_SAYS(error, "no head of this mode fits these outputs");
 }
 
 TEST(Recognition, AnotherModeHasOtherFamilies) {
   EXPECT_SAYS(family({zeros("8400:84:1")}, 0, kClassification),
-              "no head that this mode knows has such outputs");
+              "no head of this mode fits these outputs");
   EXPECT_SAYS(family({zeros("1000:1")}, 0, kDetection), "needed: ");
 }
 
@@ -117,7 +117,7 @@ TEST(Recognition, AMapOfTheInputsSizeIsNoHeatMap) {
   EXPECT_EQ(family({zeros("640:640:1", "predicted_depth")}, 0, kAll), "depth");
   EXPECT_EQ(family({zeros("640:640:1", "sigmoid_0.tmp_0")}, 0, kAll), "db");
   EXPECT_SAYS(family({zeros("640:640:1", "block/depthwise")}, 0, kAll), "db, deeplab, depth");
-  EXPECT_SAYS(family({zeros("640:640:1")}, 0, kPose), "no head that this mode knows");
+  EXPECT_SAYS(family({zeros("640:640:1")}, 0, kPose), "no head of this mode");
   EXPECT_EQ(family({zeros("160:160:1")}, 0, kPose), "heat-maps");
 }
 

@@ -60,7 +60,7 @@ void check_size(std::span<const float> numbers, const Pixels& pixels) {
   const size_t needed = size_t{pixels.width} * pixels.height * pixels.classes;
   if (numbers.size() == needed) return;
   throw Failure({.code = Code::SPEC_MISMATCH,
-                 .what = "the frame has another number of pixels than the head was opened for",
+                 .what = "the frame has a different number of pixels than the head was opened for",
                  .offered = std::to_string(numbers.size()) + " numbers",
                  .needed = std::to_string(needed)});
 }

@@ -72,10 +72,11 @@ class Ssd final : public Head {
     const auto boxes = outputs.read(raw_.boxes);
     auto scores = outputs.read(raw_.scores);
     if (boxes.size() != raw_.anchors * kBox || scores.size() != raw_.anchors * raw_.classes)
-      throw Failure({.code = Code::SPEC_MISMATCH,
-                     .what = "the frame has another number of anchors than the head was opened for",
-                     .offered = std::to_string(boxes.size() / kBox),
-                     .needed = std::to_string(raw_.anchors)});
+      throw Failure(
+          {.code = Code::SPEC_MISMATCH,
+           .what = "the frame has a different number of anchors than the head was opened for",
+           .offered = std::to_string(boxes.size() / kBox),
+           .needed = std::to_string(raw_.anchors)});
     if (kind_ == ScoreKind::Automatic && are_logits(scores)) kind_ = ScoreKind::Logits;
     if (kind_ != ScoreKind::Logits) scores = logits_of(scores);
     // The least score above 0, because logits have no score 0.

@@ -194,7 +194,7 @@ std::unique_ptr<Head> open_ctc(const ModelFacts& model, const HeadOptions& optio
                    .offered = std::to_string(characters.size()) + " characters",
                    .needed = std::to_string(layout->classes - 2) + " or " +
                              std::to_string(layout->classes - 1) + " characters for " +
-                             std::to_string(layout->classes) + " classes, one a line",
+                             std::to_string(layout->classes) + " classes, one on each line",
                    .fix = "tensor_decoder labels=/path/to/dictionary.txt"});
   if (characters.size() + 2 == layout->classes) characters.emplace_back(" ");
   return std::make_unique<Ctc>(*layout, std::move(characters), options.threshold);

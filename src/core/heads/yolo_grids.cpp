@@ -101,7 +101,7 @@ class YoloGrids final : public Head {
       const auto numbers = outputs.read(grid.output);
       if (numbers.size() != grid.count())
         throw Failure({.code = Code::SPEC_MISMATCH,
-                       .what = "a grid has another size than the head was opened for",
+                       .what = "a grid has a different size than the head was opened for",
                        .offered = std::to_string(numbers.size()) + " numbers",
                        .needed = std::to_string(grid.count())});
       if (kind_ == ScoreKind::Automatic && are_logits(numbers)) kind_ = ScoreKind::Logits;

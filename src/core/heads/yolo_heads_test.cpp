@@ -280,7 +280,7 @@ TEST(YoloHeads, PrototypesMayHaveAnotherSizeButNotAnotherAspect) {
   EXPECT_EQ(result.answer.mask_width, 4u);
   EXPECT_EQ(result.answer.masks, std::vector<uint8_t>(16, 253));  // 255 / (1 + exp(-5))
   const TestOutput wide("16:8:3:1", Floats(16 * 8 * 3, 1));
-  EXPECT_SAYS(recognised({output, wide}), "no head that this mode knows has such outputs");
+  EXPECT_SAYS(recognised({output, wide}), "no head of this mode fits these outputs");
   EXPECT_SAYS(run_head({output, wide}, setup_of("yolov8-seg")).error,
               "the outputs are not those of the head yolov8-seg");
 }

@@ -116,7 +116,7 @@ TEST_F(IsolatedTest, ReportsWhatIsWrongWithTheEngineOrTheModel) {
   status = open();
   ASSERT_FALSE(status);
   EXPECT_EQ(status.error().code, Code::ENGINE_UNKNOWN);
-  EXPECT_SAYS(status.error().message(), "no engine claims this model file by its name");
+  EXPECT_SAYS(status.error().message(), "no engine can be selected for this model");
 }
 
 TEST_F(IsolatedTest, HasAProcessForEachSession) {

@@ -118,7 +118,7 @@ std::string filter_system_calls() {
   // All threads: a library preloaded by the environment may have started one.
   const long other =
       syscall(SYS_seccomp, SECCOMP_SET_MODE_FILTER, SECCOMP_FILTER_FLAG_TSYNC, &filter);
-  if (other > 0) return "thread " + std::to_string(other) + " has a filter of its own";
+  if (other > 0) return "thread " + std::to_string(other) + " has its own filter";
   return other == 0 ? "" : std::strerror(errno);
 }
 

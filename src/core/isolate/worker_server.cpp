@@ -110,7 +110,7 @@ Status WorkerServer::open(MessageReader* message) {
   const int result = (*engine)->session_new((*model)->handle(), nullptr, 0, &session, &error);
   if (result < 0 || !session)
     return infer::take_error(&error, result < 0 ? result : -WEIR_INTERNAL,
-                             "no session could be made");
+                             "no session could be created");
   model_ = *std::move(model);
   session_ = session;
   writer_.begin(Kind::Opened);

@@ -82,10 +82,11 @@ Status check_result_rows(const TensorSpec& spec, const weir_result_columns& colu
   bool flat = spec.shape.valid() && spec.shape[0] == columns.length;
   for (size_t i = 2; i < spec.shape.rank(); ++i) flat = flat && spec.shape[i] == 1;
   if (flat && spec.type == ElementType::Float32) return ok();
-  return Error{.code = Code::SPEC_MISMATCH,
-               .what = "the tensor of results is not of the columns in its caps",
-               .offered = spec.to_string(),
-               .needed = "float32 " + std::to_string(columns.length) + ":N, as weir-columns says"};
+  return Error{
+      .code = Code::SPEC_MISMATCH,
+      .what = "the tensor of results does not have the columns that its caps define",
+      .offered = spec.to_string(),
+      .needed = "float32 " + std::to_string(columns.length) + ":N, as weir-columns defines it"};
 }
 
 void read_result_boxes(const weir_result_columns& columns, std::span<const std::byte> bytes,

@@ -108,7 +108,7 @@ TEST(ResultBoxes, NeedTensorsOfTheirColumns) {
         TensorSpec{ElementType::Float32, {5, 9, 2}, ""}, TensorSpec{}}) {
     const auto status = check_result_rows(other, columns);
     ASSERT_FALSE(status);
-    EXPECT_SAYS(status.error().message(), "not of the columns in its caps");
+    EXPECT_SAYS(status.error().message(), "does not have the columns that its caps define");
     EXPECT_SAYS(status.error().message(), "needed: float32 5:N");
   }
 }

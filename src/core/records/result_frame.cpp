@@ -24,7 +24,7 @@ Error bad_columns(const std::string& columns, size_t tensor, std::string what) {
 
 Error bad_tensor(size_t tensor, const TensorSpec& spec, std::string needed) {
   return Error{.code = Code::SPEC_MISMATCH,
-               .what = "a tensor of results is not what weir-columns says",
+               .what = "a tensor of results does not match weir-columns",
                .offered = spec.to_string(),
                .needed = std::move(needed),
                .difference = "tensor " + std::to_string(tensor)};
@@ -314,7 +314,7 @@ Status ResultReader::check(std::span<const TensorSpec> specs) const {
   if (!has_columns_) {
     if (specs.size() == 1) return draw::check_detections(specs[0]);
     return Error{.code = Code::SPEC_MISMATCH,
-                 .what = "a stream of several tensors does not say which are results",
+                 .what = "a stream of several tensors does not define which of them are results",
                  .offered = std::to_string(specs.size()) + " tensors without weir-columns",
                  .needed = "the caps field weir-columns, or one tensor of boxes",
                  .fix = "tensor_decoder mode=detection"};
@@ -382,7 +382,7 @@ Status ResultReader::read(std::span<const ResultTensor> tensors, ResultFrame* ou
     if (needed && tensors[i].bytes.size() >= *needed) continue;
     return Error{
         .code = Code::FRAME_SIZE,
-        .what = "a tensor of results is shorter than its shape says",
+        .what = "a tensor of results is shorter than its shape requires",
         .offered = std::to_string(tensors[i].bytes.size()) + " bytes",
         .needed = std::to_string(needed.value_or(0)) + " bytes for " + specs[i].to_string(),
         .difference = "tensor " + std::to_string(i)};

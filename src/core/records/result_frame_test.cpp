@@ -83,8 +83,8 @@ TEST(ResultFrame, RowsWithoutColumnsAreThoseOfDetectionHpp) {
   EXPECT_EQ(frame.points[0], (results::KeyPoint{7, 8, 1}));
   expect_says(error_of("", TestFrame().floats("3:1", {1, 2, 3})), {"WEIR-2001", "float32 3:1"});
   expect_says(error_of("", TestFrame().floats("4:1", {1, 2, 3, 4}).floats("1", {1})),
-              {"a stream of several tensors does not say which are results", "weir-columns",
-               "fix: tensor_decoder mode=detection"});
+              {"a stream of several tensors does not define which of them are results",
+               "weir-columns", "fix: tensor_decoder mode=detection"});
 }
 
 TEST(ResultFrame, LeavesOutRowsThatAreNotFinite) {
@@ -114,7 +114,7 @@ TEST(ResultFrame, RefusesColumnsThatCannotBeRead) {
 TEST(ResultFrame, RefusesTensorsThatAreNotWhatTheColumnsSay) {
   const std::vector<float> twelve(12);
   expect_says(error_of(kBoxes, TestFrame().floats("5:2", std::vector<float>(10))),
-              {"WEIR-2001", "a tensor of results is not what weir-columns says",
+              {"WEIR-2001", "a tensor of results does not match weir-columns",
                "offered: float32 5:2", "needed: float32 6:N"});
   expect_says(error_of(kBoxes, TestFrame().floats("6:1:2", twelve)), {"offered: float32 6:1:2"});
   expect_says(error_of(kBoxes, TestFrame().add(ElementType::Int32, "6:2", twelve)),
@@ -137,7 +137,7 @@ TEST(ResultFrame, RefusesTensorsThatAreNotWhatTheColumnsSay) {
 
 TEST(ResultFrame, RefusesTensorsThatAreShorterThanTheirShape) {
   expect_says(error_of(kBoxes, TestFrame().floats("6:3", std::vector<float>(12))),
-              {"WEIR-2004", "a tensor of results is shorter than its shape says",
+              {"WEIR-2004", "a tensor of results is shorter than its shape requires",
                "offered: 48 bytes", "needed: 72 bytes for float32 6:3"});
   // 2^32 - 1 rows of 4 bytes are not there.
   expect_says(error_of("score", TestFrame().floats("1:4294967295", {1})), {"offered: 4 bytes"});

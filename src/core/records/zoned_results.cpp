@@ -14,7 +14,7 @@ namespace {
 
 Error no_tracks(const ResultRoles& roles) {
   return Error{.code = Code::SPEC_MISMATCH,
-               .what = "the results have no tracks, which zones are counted by",
+               .what = "the results have no tracks, which tensor_zones needs for counting",
                .offered = roles.empty() ? "a stream without weir-columns"
                                         : "weir-columns=\"" + columns_text(roles) + "\"",
                .needed = "rows with the columns x1,y1,x2,y2 and track",
@@ -23,7 +23,7 @@ Error no_tracks(const ResultRoles& roles) {
 
 Error zones_twice(const ResultRoles& roles) {
   return Error{.code = Code::SPEC_MISMATCH,
-               .what = "the results have zones already",
+               .what = "the results already have zones",
                .offered = "weir-columns=\"" + columns_text(roles) + "\"",
                .needed = "one tensor_zones for a stream",
                .fix = "tensor_zones zones=all.json, a file with the zones of both"};

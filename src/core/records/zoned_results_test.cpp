@@ -80,7 +80,7 @@ TEST(ZonedResults, NeedTracks) {
 
 TEST(ZonedResults, CannotHaveZonesTwice) {
   EXPECT_SAYS(error_of(std::string(kTracked) + ";" + kZoneCountColumns),
-              "WEIR-2001: the results have zones already");
+              "WEIR-2001: the results already have zones");
   EXPECT_SAYS(error_of(std::string(kTracked) + ",speed"), "one tensor_zones for a stream");
 }
 

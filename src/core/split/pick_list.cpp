@@ -31,7 +31,7 @@ Result<std::vector<size_t>> parse_index_list(std::string_view property, std::str
   std::vector<size_t> out;
   if (strip(text).empty()) return out;
   for (const auto part : split(text, separators)) {
-    const auto index = parse_index(property, text, part, "numbers from 0, joined by ','", "0,2");
+    const auto index = parse_index(property, text, part, "numbers from 0, separated by ','", "0,2");
     if (!index) return index.error();
     out.push_back(*index);
   }

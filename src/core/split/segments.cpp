@@ -13,15 +13,14 @@ namespace weir {
 namespace {
 
 Error unreadable(std::string_view text, size_t segment, std::string_view part) {
-  return Error{
-      .code = Code::DIMENSION_SYNTAX,
-      .what = "segment " + std::to_string(segment) + " of tensorseg cannot be read",
-      .offered = "tensorseg=" + std::string(text),
-      .needed =
-          "whole numbers above 0 from the innermost dimension outwards, joined by ':'; ',' "
-          "between segments; at most 16 dimensions",
-      .difference = place_in(text, static_cast<size_t>(part.data() - text.data())),
-      .fix = "tensorseg=3:4:1,3:4:2"};
+  return Error{.code = Code::DIMENSION_SYNTAX,
+               .what = "segment " + std::to_string(segment) + " of tensorseg cannot be read",
+               .offered = "tensorseg=" + std::string(text),
+               .needed =
+                   "whole numbers above 0 from the innermost dimension outwards, separated by ':'; "
+                   "',' between segments; at most 16 dimensions",
+               .difference = place_in(text, static_cast<size_t>(part.data() - text.data())),
+               .fix = "tensorseg=3:4:1,3:4:2"};
 }
 
 SourceMap part_of(const SourceMap& map, const Segment::Part& part) {

@@ -217,7 +217,8 @@ Result<const weir_engine*> engine(std::string_view name) {
     return Error{
         .code = Code::MODULE_REFUSED,
         .what = "the filter " + std::string(name) + " for NNStreamer cannot be used as an engine",
-        .offered = adapter ? "see the log for the reason" : "this process cannot run such filters",
+        .offered = adapter ? "see the log for the reason"
+                           : "this process cannot run filters for NNStreamer",
         .needed = "a filter of the interface V0 or V1"};
   return engine;
 }

@@ -33,7 +33,7 @@ Status Table::add(Kind kind, std::string_view name, const void* descriptor) {
   Status status = check_name(name);
   if (status && !of(kind).add(std::string(name), descriptor))
     status = Error{.code = Code::OPTION_VALUE,
-                   .what = std::string("another ") + name_of(kind) + " has this name already",
+                   .what = std::string("another ") + name_of(kind) + " already has this name",
                    .offered = std::string(name),
                    .needed = "an unused name"};
   if (status)

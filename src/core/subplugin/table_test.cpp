@@ -40,7 +40,7 @@ TEST(SubPluginTable, RejectsNamesThatAreEmptyReservedOrTaken) {
   EXPECT_SAYS(table.add(Kind::Decoder, "", &any).error().message(), "a sub-plugin has no name");
   EXPECT_TRUE(table.add(Kind::Decoder, "automatic", &any));
   EXPECT_SAYS(table.add(Kind::Decoder, "automatic", &any).error().message(),
-              "another decoder has this name already\n  offered: automatic");
+              "another decoder already has this name\n  offered: automatic");
 }
 
 TEST(SubPluginTable, RecordsWhatAThreadRegisters) {

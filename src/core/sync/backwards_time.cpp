@@ -9,14 +9,13 @@ namespace weir {
 Error backwards_time(uint64_t time, uint64_t before, OnBackwardsTime what) {
   const bool dropped = what == OnBackwardsTime::Drop;
   return {.code = Code::TIME_INVALID,
-          .what = std::string("a timestamp goes backwards: such frames are ") +
+          .what = std::string("a timestamp goes backwards; these frames are ") +
                   (dropped ? "dropped and counted" : "counted and passed on"),
           .offered = time_text(time),
-          .needed = "at least " + time_text(before) + ", the time before",
-          .fix = dropped ? "on-backwards-time=pass keeps them; an upstream identity "
-                           "single-segment=true repairs "
-                           "streams that were joined"
-                         : "on-backwards-time=drop leaves them out"};
+          .needed = "at least " + time_text(before) + ", the previous timestamp",
+          .fix = dropped ? "on-backwards-time=pass, to keep these frames; or identity "
+                           "single-segment=true upstream, if streams were joined"
+                         : "on-backwards-time=drop, to drop these frames"};
 }
 
 }  // namespace weir

@@ -36,10 +36,10 @@ TEST(BackwardsTime, CanBeReset) {
 TEST(BackwardsTime, IsReportedWithBothTimesAndTheProperty) {
   const auto passed = backwards_time(1'500'000'000, 3'723'000'000'001, OnBackwardsTime::Pass);
   EXPECT_EQ(passed.code, Code::TIME_INVALID);
-  EXPECT_EQ(passed.what, "a timestamp goes backwards: such frames are counted and passed on");
+  EXPECT_EQ(passed.what, "a timestamp goes backwards; these frames are counted and passed on");
   EXPECT_EQ(passed.offered, "0:00:01.500000000");
-  EXPECT_EQ(passed.needed, "at least 1:02:03.000000001, the time before");
-  EXPECT_EQ(passed.fix, "on-backwards-time=drop leaves them out");
+  EXPECT_EQ(passed.needed, "at least 1:02:03.000000001, the previous timestamp");
+  EXPECT_EQ(passed.fix, "on-backwards-time=drop, to drop these frames");
   const auto dropped = backwards_time(0, 1, OnBackwardsTime::Drop);
   EXPECT_SAYS(dropped.what, "dropped and counted");
   EXPECT_SAYS(dropped.fix, "on-backwards-time=pass");

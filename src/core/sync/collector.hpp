@@ -246,8 +246,8 @@ class Collector {
                       .what = "the frames of one output exceed max-bytes",
                       .offered = std::to_string(held) + " bytes held and a frame of " +
                                  std::to_string(bytes) +
-                                 " beside them, max-bytes=" + std::to_string(max_bytes_),
-                      .needed = "max-bytes of " + needed + " or more, 0 = any",
+                                 " in addition, max-bytes=" + std::to_string(max_bytes_),
+                      .needed = "max-bytes of " + needed + " or more, or 0 for no limit",
                       .fix = "max-bytes=" + needed};
     ledger_->dropped(DropReason::Error);
     refuse(lock, error);

@@ -40,7 +40,7 @@ TEST_F(Collecting, ReportsTheBoundThatTheStreamsNeed) {
   EXPECT_EQ(first.get(), kRefused);
   ASSERT_EQ(out.errors.size(), 1u);
   EXPECT_SAYS(out.errors[0], "exceed max-bytes");
-  EXPECT_SAYS(out.errors[0], "30 bytes held and a frame of 20 beside them, max-bytes=49");
+  EXPECT_SAYS(out.errors[0], "30 bytes held and a frame of 20 in addition, max-bytes=49");
   EXPECT_SAYS(out.errors[0], "fix: max-bytes=50");
   EXPECT_EQ(dropped(DropReason::Error), 2u);
 }

@@ -94,7 +94,7 @@ Result<std::vector<Shape>> parse_shape_list(std::string_view text) {
           .code = Code::DIMENSION_SYNTAX,
           .what = "a dimension cannot be read",
           .offered = std::string(text),
-          .needed = "whole numbers above 0 from the innermost outwards, joined by ':'",
+          .needed = "whole numbers above 0 from the innermost outwards, separated by ':'",
           .difference = (word.empty() ? "at \"" : "at \"" + std::string(word) + "\" of \"") +
                         std::string(part) + "\"",
           .fix = "3:224:224:1"};

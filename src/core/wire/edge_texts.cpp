@@ -110,7 +110,7 @@ Result<HostAddress> callback_address(const HostAddress& announced, std::string_v
   };
   if (is_same(peer_address) || std::any_of(allowed.begin(), allowed.end(), is_same))
     return announced;
-  return peer_error("a client asks for answers at another machine",
+  return peer_error("a client requests its answers at another machine",
                     announced.to_string() + " from a connection of " + std::string(peer_address),
                     "the address of the connection",
                     "set host=" + std::string(peer_address) +

@@ -251,7 +251,7 @@ TEST(HostilePeer, CannotMakeTheServerConnectToAnotherMachine) {
     return callback_address({host, 80}, "192.0.2.7", allowed);
   };
   EXPECT_REFUSED(ask("192.0.2.8"), PEER_MESSAGE_INVALID,
-                 "a client asks for answers at another machine\n"
+                 "a client requests its answers at another machine\n"
                  "  offered: 192.0.2.8:80 from a connection of 192.0.2.7\n"
                  "  needed: the address of the connection\n"
                  "  fix: set host=192.0.2.7 on the client, or allow the other address with "

@@ -67,7 +67,7 @@ Status MessageReader::end() {
   // The end is the longest silence: it completes a message that has no text.
   if (auto status = silence(); !status || complete()) return status;
   return fail(peer_error("the peer closed the connection in the middle of a message", place(),
-                         "a whole message", "see why the peer ended"));
+                         "a complete message", "check the log of the peer"));
 }
 
 Status MessageReader::silence() {

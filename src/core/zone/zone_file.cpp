@@ -164,10 +164,10 @@ class Parser {
                          value->get_ref<const std::string&>().size() <= kNameLimit &&
                          is_text(value->get_ref<const std::string&>());
     if (!is_name)
-      return faults_.add(path, value, "a text of 1 to " + std::to_string(kNameLimit) + " bytes");
+      return faults_.add(path, value, "a string of 1 to " + std::to_string(kNameLimit) + " bytes");
     out->name = value->get<std::string>();
     const auto [known, is_new] = paths_.emplace(out->name, path);
-    if (!is_new) faults_.add(path, value, "a name of its own: " + known->second + " has it too");
+    if (!is_new) faults_.add(path, value, "a unique name: " + known->second + " has the same one");
   }
 
   void reference(const Json* value, const std::string& path, Zone* out) {

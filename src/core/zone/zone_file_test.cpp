@@ -96,7 +96,7 @@ TEST(ZoneFile, AllFaultsAreReportedAtOnceWithTheirPaths) {
   for (const char* words :
        {"z.json", "version is 2, needs 1",
         "zones[0].polygon is [[0,0],[1,1]], needs 3 to 1000 points",
-        "zones[1].name is \"a\", needs a name of its own: zones[0].name has it too",
+        "zones[1].name is \"a\", needs a unique name: zones[0].name has the same one",
         "zones[1].line is [[5,5],[5,5]], needs two different points", "zones[2].name is missing",
         "needs either \"polygon\" or \"line\"", "zones[3].name is \"\"",
         "zones[3].polygon[1] is [1,null], needs two finite numbers", "zones[3].polygon[2]",

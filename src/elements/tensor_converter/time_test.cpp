@@ -201,7 +201,7 @@ TEST(ConverterTime, ThatGoesBackwardsIsCountedReportedOnceAndForwarded) {
   EXPECT_EQ(stat(h, "backwards-times"), 2u);
   EXPECT_EQ(stat(h, "consumed"), 4u);
   const auto warning = errors.next_warning();
-  EXPECT_SAYS(warning, "WEIR-2008: a timestamp goes backwards: such frames are counted");
+  EXPECT_SAYS(warning, "WEIR-2008: a timestamp goes backwards; these frames are counted");
   EXPECT_SAYS(warning, "offered: 0:00:03.000000000");
   EXPECT_SAYS(warning, "needed: at least 0:00:05.000000000");
   EXPECT_SAYS(warning, "fix: on-backwards-time=drop");
@@ -218,7 +218,7 @@ TEST(ConverterTime, ThatGoesBackwardsIsDroppedIfConfigured) {
   EXPECT_EQ(stat(h, "dropped-time"), 2u);
   EXPECT_EQ(stat(h, "consumed"), 3u);
   EXPECT_EQ(stat(h, "held"), 0u);
-  EXPECT_SAYS(errors.next_warning(), "such frames are dropped and counted");
+  EXPECT_SAYS(errors.next_warning(), "these frames are dropped and counted");
   EXPECT_EQ(errors.next_warning(), "");
 }
 

@@ -75,7 +75,7 @@ TEST(BoundingBoxes, ErrorsAreOnTheBus) {
   EXPECT_SAYS(error_of("mode=bounding_boxes option1=yolov10 option4=8:8"), "option5 is required");
   EXPECT_SAYS(error_of(kMode + " option2=/nowhere/labels.txt"), "WEIR-4001");
   EXPECT_SAYS(error_of(kMode, tensor("float32", "5:2"), Bytes(40)),
-              "WEIR-2001: option1=yolov10 does not take these tensors");
+              "WEIR-2001: option1=yolov10 does not accept these tensors");
   EXPECT_SAYS(error_of(kMode, tensor("uint8", "6:2"), Bytes(12)),
               "fix: tensor_transform mode=typecast option=float32");
   EXPECT_SAYS(error_of("mode=bounding_box option1=mobilenet-ssd option4=8:8 option5=8:8 "

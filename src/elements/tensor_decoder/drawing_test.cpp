@@ -105,7 +105,8 @@ TEST(TensorDecoderDrawing, DrawsKeyPointsWithOffsets) {
 TEST(TensorDecoderDrawing, ReportsAnotherNumberOfKeyPoints) {
   const std::string message = error_of("mode=pose_estimation option1=6:4 option2=2:2",
                                        tensor("float32", "17:2:2"), Bytes(4 * 68));
-  EXPECT_SAYS(message, "WEIR-2001: the heat map has another number of key points than the body");
+  EXPECT_SAYS(message,
+              "WEIR-2001: the heat map has a different number of key points than the body");
   EXPECT_SAYS(message, "offered: float32 17:2:2");
 }
 

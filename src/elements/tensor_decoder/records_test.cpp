@@ -107,7 +107,7 @@ TEST(TensorDecoderRecords, LabelsOfTheUserCountMoreThanThoseOfTheStream) {
 
 TEST(TensorDecoderRecords, RefusesColumnsThatTheTensorsDoNotHave) {
   const std::string error = error_of("mode=json", results("x1,y1,x2,y2,score,class", "5:1"));
-  EXPECT_SAYS(error, "WEIR-2001: a tensor of results is not what weir-columns says");
+  EXPECT_SAYS(error, "WEIR-2001: a tensor of results does not match weir-columns");
   EXPECT_SAYS(error, "needed: float32 6:N");
 }
 

@@ -66,7 +66,7 @@ TEST(ResultDecoder, SaysWithTheFirstFrameWhatAStreamWithoutAModelLacks) {
   begin(h, kFlexible);
   EXPECT_EQ(errors.next(), "") << "the model may follow";
   EXPECT_EQ(decoded_rows(h, with_header(yolo(kTwo), {21, 7})), (Rows{"not accepted"}));
-  EXPECT_SAYS(errors.next(), "the stream does not say what the model's outputs are");
+  EXPECT_SAYS(errors.next(), "the stream does not describe the model's outputs");
   EXPECT_EQ(stat(h, "received"), 1u);
   EXPECT_EQ(stat(h, "dropped"), 1u);
 }

@@ -87,7 +87,7 @@ TEST(TensorFilterAsyncBytes, FailsIfOnlyTheEngineCouldFreeSpace) {
   for (int i = 0; i < 3; ++i) ASSERT_EQ(push(h, static_cast<float>(i)), GST_FLOW_OK);
   const std::string error = await(errors);
   EXPECT_SAYS(error, "WEIR-2006: outputs that wait for those of an older frame exceed max-bytes");
-  EXPECT_SAYS(error, "offered: 64 bytes held and an output of 16 beside them, max-bytes=64");
+  EXPECT_SAYS(error, "offered: 64 bytes held and an output of 16 in addition, max-bytes=64");
   EXPECT_SAYS(
       error,
       "needed: max-bytes of 80 or more, or 0 for no limit; or when-busy=drop-new or drop-old");

@@ -28,7 +28,7 @@ TEST(TensorFilterAuto, UsesAndLogsTheConfiguredPriority) {
 TEST(TensorFilterAuto, LogsNoPriorityWithoutIt) {
   const AdderFiles files;
   EXPECT_SAYS(start_error("tensor_filter model=" + files.model(5)),
-              "WEIR-3001: no engine claims this model file by its name");
+              "WEIR-3001: no engine can be selected for this model");
 }
 
 }  // namespace

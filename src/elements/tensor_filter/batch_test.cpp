@@ -326,7 +326,7 @@ TEST(TensorFilterBatch, AFrameBeyondMaxBytesIsDropped) {
 TEST(TensorFilterBatch, ReportsWhyAModelCannotBeBatched) {
   const std::string state = start_error(line("batch-size=2 custom=stateful:1"));
   EXPECT_SAYS(state, "WEIR-3013: the model keeps state from frame to frame");
-  EXPECT_SAYS(state, "fix: set batch-size=1 and give each stream a tensor_filter of its own");
+  EXPECT_SAYS(state, "fix: set batch-size=1 and give each stream its own tensor_filter");
   const std::string other = start_error(line("batch-size=3 custom=rows:4"));
   EXPECT_SAYS(other, "WEIR-3013: the model cannot run 3 frames at once");
   EXPECT_SAYS(other, "first difference: input 0 (x): dimension 1 is 4");

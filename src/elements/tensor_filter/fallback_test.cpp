@@ -138,7 +138,7 @@ TEST_F(FilterFallback, RefusesWhatCannotBeOpened) {
               "the model file does not exist\n  offered: model.unknown");
   const std::string text = files_.write("model.unknown", "x");
   EXPECT_SAYS(start_error(filter("fallback=" + text)),
-              "no engine claims this model file by its name\n  offered: " + text);
+              "no engine can be selected for this model\n  offered: " + text);
 }
 
 TEST_F(FilterFallback, RefusesBatchesAndAsynchronousEngines) {

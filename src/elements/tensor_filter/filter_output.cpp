@@ -155,7 +155,7 @@ Status FilterOutput::add(const Ticket& ticket, gst::Ref<GstBuffer> output) {
   return Error{.code = Code::LIMIT_EXCEEDED,
                .what = "outputs that wait for those of an older frame exceed max-bytes",
                .offered = std::to_string(held) + " bytes held and an output of " +
-                          std::to_string(bytes) + " beside them, max-bytes=" + most,
+                          std::to_string(bytes) + " in addition, max-bytes=" + most,
                .needed = "max-bytes of " + needed +
                          " or more, or 0 for no limit; or when-busy=drop-new or drop-old",
                .fix = "tensor_filter invoke-async=true max-bytes=" + needed};

@@ -116,7 +116,7 @@ TEST(TensorFilterRows, AModelOfOneRowStaysOneWithoutTheProperty) {
   Errors errors(h);
   EXPECT_EQ(gst_harness_push(h.get(), frame(numbers(3, 0), 0, GST_MSECOND)), GST_FLOW_ERROR);
   const std::string unaligned = errors.next();
-  EXPECT_SAYS(unaligned, "WEIR-3013: the rows of a batch are not aligned as a model of one row");
+  EXPECT_SAYS(unaligned, "WEIR-3013: the rows of a batch are not aligned as the model requires");
   EXPECT_SAYS(unaligned, "offered: rows of 16 bytes");
   EXPECT_SAYS(unaligned, "needed: a multiple of 64 bytes");
   EXPECT_SAYS(start_error(line("invoke-rows=1 custom=stateful:1,rows:1")),

@@ -39,7 +39,7 @@ TEST(MaxBytes, ReportsTheNeededBytes) {
     EXPECT_EQ(first.get(), GST_FLOW_ERROR) << line;
     const std::string text = element.error();
     EXPECT_SAYS(text, "WEIR-2006: the frames of one output exceed max-bytes");
-    EXPECT_SAYS(text, "offered: 10 bytes held and a frame of 10 beside them, max-bytes=19");
+    EXPECT_SAYS(text, "offered: 10 bytes held and a frame of 10 in addition, max-bytes=19");
     EXPECT_SAYS(text, "fix: max-bytes=20");
     EXPECT_EQ(element.stat("dropped-error"), 2u);
     EXPECT_EQ(element.stat("held"), 0u);

@@ -16,7 +16,7 @@ TEST(OverlayRejects, ResultsOfAnotherLayout) {
     Errors errors(b.element.get());
     gst_harness_set_src_caps_str(b.results.get(), caps.c_str());
     const auto text = errors.next();
-    EXPECT_SAYS(text, "WEIR-2001: the stream of results is not of boxes");
+    EXPECT_SAYS(text, "WEIR-2001: the stream of results does not contain boxes");
     EXPECT_SAYS(text, "rows of x1, y1, x2, y2, then score, class");
   }
 }

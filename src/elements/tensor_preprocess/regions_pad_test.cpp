@@ -230,7 +230,7 @@ TEST(RegionsPad, SaysWhatResultsLack) {
     return errors.next();
   };
   EXPECT_EQ(error("x1,y1,x2,y2,score", "5:1"), "");
-  EXPECT_SAYS(error("x1,y1,x2,y2,score", "6:1"), "needed: float32 5:N, as weir-columns says");
+  EXPECT_SAYS(error("x1,y1,x2,y2,score", "6:1"), "needed: float32 5:N, as weir-columns defines it");
   const std::string boxless = error("score,class", "2:1");
   EXPECT_SAYS(boxless, "the stream of regions has results without boxes");
   EXPECT_SAYS(boxless, "offered: weir-columns=\"score,class\"");

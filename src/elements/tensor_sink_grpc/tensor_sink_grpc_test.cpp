@@ -127,7 +127,7 @@ TEST(TensorSinkGrpcAlone, WarnsOnceThatNoServerAnswers) {
   ASSERT_TRUE(
       becomes_true([&] { return !(warning = errors.next_warning()).empty(); }, "a warning"));
   EXPECT_SAYS(warning, "WEIR-6001: the server localhost:");
-  EXPECT_SAYS(warning, "cannot be reached; attempts go on until it can");
+  EXPECT_SAYS(warning, "cannot be reached; the element tries again until it can");
   EXPECT_SAYS(warning, "tensor_src_grpc server=true");
 }
 
@@ -169,7 +169,7 @@ TEST(TensorSinkGrpcAlone, ReportsPropertiesThatCannotBeUsed) {
   EXPECT_SAYS(schema, "needed: protobuf or flatbuf");
   const Harness source = served_source();
   const std::string port = start_error("tensor_sink_grpc server=true" + port_of(source, kSource));
-  EXPECT_SAYS(port, "WEIR-1004: the address cannot be listened on");
+  EXPECT_SAYS(port, "WEIR-1004: the server cannot listen on this address");
   EXPECT_SAYS(port, "fix: port=0");
   EXPECT_SAYS(start_error("tensor_sink_grpc server=true host=no.such.name.invalid"), "WEIR-1004");
   EXPECT_SAYS(start_error("tensor_sink_grpc allow=1.2.3"), "an entry of the property allow");

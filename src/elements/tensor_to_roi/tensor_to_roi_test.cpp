@@ -186,7 +186,7 @@ TEST(TensorToRoi, RefusesStreamsAndFramesThatAreNotResults) {
   gst_harness_set_src_caps_str(both.results_in.get(), results("x1,y1", "2:1").c_str());
   EXPECT_SAYS(errors.next(), "WEIR-1001");
   gst_harness_set_src_caps_str(both.results_in.get(), results(kColumns, "5:1").c_str());
-  EXPECT_SAYS(errors.next(), "WEIR-2001: a tensor of results is not what weir-columns says");
+  EXPECT_SAYS(errors.next(), "WEIR-2001: a tensor of results does not match weir-columns");
   EXPECT_SAYS(start_error("tensor_to_roi labels=/nonexistent.txt"), "WEIR-4001");
 }
 

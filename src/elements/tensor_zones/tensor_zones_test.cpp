@@ -351,7 +351,7 @@ TEST_F(TensorZones, RefusesResultsThatHaveZonesAlready) {
   write(kYard);
   const auto text =
       start_error(launch(), results("x1,y1,x2,y2,track,speed,ground-speed,zone:4,dwell:4", "15:1"));
-  EXPECT_SAYS(text, "WEIR-2001: the results have zones already");
+  EXPECT_SAYS(text, "WEIR-2001: the results already have zones");
   EXPECT_SAYS(text, "needed: one tensor_zones for a stream");
   EXPECT_SAYS(text, "fix: tensor_zones zones=all.json, a file with the zones of both");
 }

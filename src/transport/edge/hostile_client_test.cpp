@@ -162,7 +162,7 @@ TEST_F(HostileClient, Class4RepeatedAndEmptyKeys) {
 
 TEST_F(HostileClient, Class5AnswersForAnotherMachineAreRefused) {
   expect_handshake_refused(host_info("192.0.2.1:80"),
-                           "a client asks for answers at another machine");
+                           "a client requests its answers at another machine");
   EXPECT_SAYS(reasons(), "192.0.2.1:80 from a connection of 127.0.0.1");
 }
 

@@ -40,8 +40,8 @@ Error unsupported(std::string what, const Infos& inputs, const Infos& outputs, s
   return Error{.code = Code::BATCH_UNSUPPORTED,
                .what = std::move(what),
                .offered = text_of(inputs, outputs),
-               .needed = "a first axis that is open, or " + std::to_string(batch_size) +
-                         " long, in every input and output",
+               .needed = "a first axis that is open, or of length " + std::to_string(batch_size) +
+                         ", in every input and output",
                .difference = std::move(difference),
                .fix = std::move(fix)};
 }
@@ -100,7 +100,7 @@ Result<BatchAxes> find_batch_axes(uint32_t flags, const Infos& inputs, const Inf
                      "of its frames",
                  .offered = "batch-size=" + std::to_string(batch_size),
                  .needed = "a model without state",
-                 .fix = "set batch-size=1 and give each stream a tensor_filter of its own"};
+                 .fix = "set batch-size=1 and give each stream its own tensor_filter"};
   BatchAxes axes;
   const auto wanted = static_cast<int64_t>(batch_size);
   int64_t other = 0;  // a length common to all tensors that is not batch_size

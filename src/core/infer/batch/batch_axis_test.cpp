@@ -61,7 +61,7 @@ TEST(BatchAxis, AModelWithStateIsRejected) {
   EXPECT_EQ(error.code, Code::BATCH_UNSUPPORTED);
   EXPECT_SAYS(error.what, "keeps state");
   EXPECT_EQ(error.offered, "batch-size=2");
-  EXPECT_EQ(error.fix, "set batch-size=1 and give each stream a tensor_filter of its own");
+  EXPECT_EQ(error.fix, "set batch-size=1 and give each stream its own tensor_filter");
 }
 
 TEST(BatchAxis, AModelForOneFrameIsRejectedWithAFix) {
@@ -69,7 +69,7 @@ TEST(BatchAxis, AModelForOneFrameIsRejectedWithAFix) {
   EXPECT_EQ(error.code, Code::BATCH_UNSUPPORTED);
   EXPECT_EQ(error.what, "the model cannot run 4 frames at once");
   EXPECT_EQ(error.offered, "in float32 3:224:224:?; out float32 10:1");
-  EXPECT_EQ(error.needed, "a first axis that is open, or 4 long, in every input and output");
+  EXPECT_EQ(error.needed, "a first axis that is open, or of length 4, in every input and output");
   EXPECT_EQ(error.difference, "output 0 (scores): dimension 1 is 1");
   EXPECT_EQ(error.fix, "export the model with a dynamic first axis, or set batch-size=1");
 }

@@ -137,7 +137,7 @@ Result<bool> RowRunner::run(const weir_frame& in, weir_frame& out, size_t alignm
   const size_t length = rows_of_a_part(in, rows, std::max<size_t>(alignment, 1));
   if (limits_.single && length > 1 && rows > 1)
     return Error{.code = Code::BATCH_UNSUPPORTED,
-                 .what = "the rows of a batch are not aligned as a model of one row needs",
+                 .what = "the rows of a batch are not aligned as the model requires",
                  .offered = "rows of " + std::to_string(in.tensors[0].bytes / rows) + " bytes",
                  .needed = "a multiple of " + std::to_string(alignment) + " bytes",
                  .fix = "use a model with an open first dimension"};

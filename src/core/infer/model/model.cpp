@@ -33,7 +33,7 @@ Status check_info(const weir_model_info& info) {
                  .needed = "at most 256 each"};
   if ((info.n_inputs > 0 && !info.inputs) || (info.n_outputs > 0 && !info.outputs))
     return Error{.code = Code::MODEL_INVALID,
-                 .what = "the engine counts tensors without describing them",
+                 .what = "the engine returned a number of tensors without descriptions",
                  .offered = "a null list",
                  .needed = "a description of each tensor"};
   constexpr uint32_t kMostAlignment = 4096, kMostPadding = 65536;
@@ -52,7 +52,7 @@ Status check_tensors(const std::vector<weir_tensor_info>& tensors) {
     if (info.type > WEIR_TYPE_END ||
         (info.rank > WEIR_RANK_LIMIT && info.rank != WEIR_RANK_UNKNOWN))
       return Error{.code = Code::MODEL_UNSUPPORTED,
-                   .what = "a tensor of the model has a rank or type beyond limits",
+                   .what = "a tensor of the model has a rank or type beyond the limits",
                    .offered = info.name ? info.name : "",
                    .needed = "rank at most 16"};
   return ok();

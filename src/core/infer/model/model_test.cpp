@@ -129,13 +129,13 @@ TEST_F(ModelTest, RejectsDescriptionsBeyondTheLimits) {
   EXPECT_SAYS(open_error(), "too many tensors");
   the_info.n_inputs = 1;
   the_info.inputs = nullptr;
-  EXPECT_SAYS(open_error(), "without describing them");
+  EXPECT_SAYS(open_error(), "without descriptions");
   the_info.inputs = &tensor_;
   tensor_.rank = 17;
-  EXPECT_SAYS(open_error(), "beyond limits");
+  EXPECT_SAYS(open_error(), "beyond the limits");
   tensor_.rank = 1;
   tensor_.type = 99;
-  EXPECT_SAYS(open_error(), "beyond limits");
+  EXPECT_SAYS(open_error(), "beyond the limits");
 }
 
 TEST_F(ModelTest, RejectsAnEngineThatGivesNoSession) {

@@ -82,7 +82,7 @@ Status check_options(const weir_engine& engine,
     if (auto type = needed(option->type, value); !type.empty())
       return Error{.code = Code::OPTION_VALUE,
                    .what = std::string("the engine ") + engine.name +
-                           " does not take this value of " + option->name,
+                           " does not accept this value for " + option->name,
                    .offered = "custom=" + key + ":" + value,
                    .needed = std::move(type),
                    .fix = option->usual.empty() ? "" : "custom=" + key + ":" + option->usual};

@@ -48,7 +48,7 @@ TEST(OptionCheck, AnUnknownKeyIsAnErrorWithTheKnownOnes) {
 
 TEST(OptionCheck, AValueOfAnotherTypeIsAnError) {
   const auto limit = refusal({{"limit", "many"}});
-  EXPECT_SAYS(limit, "WEIR-1004: the engine threshold does not take this value of limit");
+  EXPECT_SAYS(limit, "WEIR-1004: the engine threshold does not accept this value for limit");
   EXPECT_SAYS(limit, "offered: custom=limit:many\n  needed: an integer\n  fix: custom=limit:127");
   EXPECT_SAYS(refusal({{"limit", "1.5"}}), "needed: an integer");
   EXPECT_SAYS(refusal({{"limit", ""}}), "needed: an integer");

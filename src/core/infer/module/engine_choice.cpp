@@ -25,7 +25,7 @@ std::string extension_of(const std::string& path) {
 
 Error no_engine_for(const std::string& model) {
   return Error{.code = Code::ENGINE_UNKNOWN,
-               .what = "no engine claims this model file by its name",
+               .what = "no engine can be selected for this model",
                .offered = model,
                .needed = "a file with the extension .onnx, .tflite, ...",
                .fix = "name the engine: framework=onnxruntime"};
@@ -35,7 +35,7 @@ Error no_engine_for(const std::string& model) {
 Error unknown(const std::string& path) {
   if (path.find("://") != std::string::npos) {
     Error address = no_engine_for(path);
-    address.needed = "the name of the engine, for the address of a server";
+    address.needed = "framework=oip, because model= is the address of a server";
     address.fix = "framework=oip";
     return address;
   }

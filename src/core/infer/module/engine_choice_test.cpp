@@ -118,7 +118,7 @@ TEST(EngineChoice, FailsIfNoEngineClaimsTheFile) {
        std::vector<Names>{{}, {"/etc/passwd"}, {"a.onnx", "b.onnx"}, {"a.pb", "a.pb"}}) {
     const auto choice = chosen(paths, kBoth);
     EXPECT_EQ(choice.engine, "");
-    EXPECT_SAYS(choice.reason, "WEIR-3001: no engine claims this model file");
+    EXPECT_SAYS(choice.reason, "WEIR-3001: no engine can be selected for this model");
   }
 }
 

@@ -73,7 +73,7 @@ Error module_refused(const std::string& path, std::string offered, std::string n
                .what = "the module " + path + " cannot be used",
                .offered = std::move(offered),
                .needed = std::move(needed),
-               .fix = "build the module again with the headers of this Weir; weir doctor"};
+               .fix = "build the module again with the headers of this version of Weir"};
 }
 
 Status check_module(const weir_module* module, const std::string& path) {

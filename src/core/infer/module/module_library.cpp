@@ -74,7 +74,7 @@ Error with_install_line(Error error, const KnownEngine& known) {
                        (is_missing ? " is not installed"
                                    : " differs from the one the module was built with"),
                .offered = error.offered,
-               .needed = "that library, in that version",
+               .needed = "the version of the library that the module was built with",
                .fix = std::string(known.install) + " && make build"};
 }
 

@@ -179,11 +179,11 @@ TEST_F(ModuleLibraryTest, ChoosesTheEngineByTheModelsName) {
   for (const char* name : {"model", "model.", "a.jpg"}) {
     const auto path = (folder_ / name).string();
     std::ofstream(path) << "x";
-    EXPECT_SAYS(chosen({path}), "no engine claims this model file");
+    EXPECT_SAYS(chosen({path}), "no engine can be selected for this model");
   }
   for (const auto& paths :
        std::vector<std::vector<std::string>>{{}, {"a.onnx", "b.onnx"}, {"a.so", "b.nb", "c.nb"}})
-    EXPECT_SAYS(chosen(paths), "no engine claims this model file");
+    EXPECT_SAYS(chosen(paths), "no engine can be selected for this model");
 }
 
 TEST_F(ModuleLibraryTest, SaysThatTheModelIsAFolderOrIsNotThere) {

@@ -165,7 +165,7 @@ TEST(OipFaults, RefusesOptionsThatCannotBeUsed) {
                {"timeout-ms", "soon", "the option timeout-ms has a value that cannot be used"},
                {"contents", "json", "the option contents has a value that cannot be used"},
                {"insecure", "maybe", "the option insecure has a value that cannot be used"},
-               {"ca", "/nowhere", "certificates have no use for a connection without TLS"}};
+               {"ca", "/nowhere", "certificates have no effect on a connection without TLS"}};
   for (const auto& c : cases) {
     OipEngine engine({"grpc://127.0.0.1:9/m"}, {{c.key, c.value}});
     EXPECT_EQ(engine.error().what, c.what);
