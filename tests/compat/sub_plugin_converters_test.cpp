@@ -128,11 +128,12 @@ TEST(SubPluginConverter, HasItsFramesCombined) {
 TEST(SubPluginConverter, CannotHaveAllFramesCombined) {
   auto two = harness("frames-per-tensor=2", caps("two"));
   EXPECT_SAYS(error_of(two, frame({1, 2, 3})),
-              "WEIR-1004: several tensors of a converter cannot be gathered\n"
+              "WEIR-1004: frames with several tensors cannot be combined into one output\n"
               "  offered: 2 tensors, frames-per-tensor=2");
   auto flexible = harness("frames-per-tensor=2", caps("flexible"));
   EXPECT_SAYS(error_of(flexible, frame({1, 2, 3})),
-              "WEIR-1004: the converter bytes gives flexible tensors, which cannot be gathered\n"
+              "WEIR-1004: the converter bytes outputs flexible tensors, which cannot be combined "
+              "into one output\n"
               "  offered: frames-per-tensor=2");
 }
 
@@ -165,7 +166,7 @@ TEST(SubPluginConverter, IsReportedWhenItsFileIsRejected) {
   ASSERT_NE(find("bytes"), nullptr);
   for (const char* name : {"lacking", "absent", "twice", "any"}) EXPECT_EQ(find(name), nullptr);
   auto h = harness("", caps());
-  EXPECT_EQ(accepted(h, "x-test/capless"), "EMPTY") << "its query_caps gives NULL";
+  EXPECT_EQ(accepted(h, "x-test/capless"), "EMPTY") << "its query_caps returned NULL";
 }
 
 TEST(SubPluginConverter, IsSelectedByItsName) {

@@ -74,7 +74,7 @@ class Log(unittest.TestCase):
         self.assertEqual(status, 0)
         output = [text for level, category, text in lines if (level, category) == ("INFO", "tensor_filter")]
         text = "\n".join(output)
-        self.assertRegex(text, r"framework=auto is lua: the file has the extension \.lua")
+        self.assertRegex(text, r"framework=auto selected lua: the file has the extension \.lua")
         self.assertRegex(text, r"model src/modules/engines/lua/halves\.lua: engine lua, 1 workers with \d+ threads each")
         self.assertRegex(text, r"input caps .*3:8:8:1")
         self.assertRegex(text, r"output caps other/tensor, dimension=\(string\)3:8:8:1, type=\(string\)float32")

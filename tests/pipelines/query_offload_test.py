@@ -98,7 +98,7 @@ class WithThePythonPeer(Query):
         peer.wait()
         self.send(client, FRAMES[1])
         self.assertNotEqual(client.wait(SECONDS), 0)
-        self.assertIn("the connection with the query server broke", self.output_of(client))
+        self.assertIn("the connection to the query server was lost", self.output_of(client))
         self.assertIn(f"localhost:{port}", self.output_of(client))
 
 
@@ -168,7 +168,7 @@ class WithServersOfWeir(Query):
         server.kill()
         server.wait()
         self.send(client, FRAMES[1])
-        self.wait_for(client, "the connection with the query server broke")
+        self.wait_for(client, "the connection to the query server was lost")
         self.server(server.port)
         before = self.out.stat().st_size
         while self.out.stat().st_size == before:

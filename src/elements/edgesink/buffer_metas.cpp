@@ -58,7 +58,7 @@ Status decode_region(MessageReader* in, GstBuffer* buffer) {
   region->parent_id = parent;
   for (uint32_t left = in->count(kMostParameters); left > 0; --left) {
     GstStructure* parameter = gst_structure_from_string(in->text().c_str(), nullptr);
-    if (!parameter) return invalid("a parameter of a region that is no structure");
+    if (!parameter) return invalid("a parameter of a region that is not a structure");
     gst_video_region_of_interest_meta_add_param(region, parameter);
   }
   return ok();
@@ -75,7 +75,8 @@ void encode_maps(GstBuffer* buffer, MessageWriter* out) {
 
 Status decode_maps(MessageReader* in, GstBuffer* buffer) {
   const auto of = in->take<uint32_t>();
-  if (of > static_cast<uint32_t>(gst::MapsOf::Regions)) return invalid("source maps of no kind");
+  if (of > static_cast<uint32_t>(gst::MapsOf::Regions))
+    return invalid("source maps of an unknown kind");
   std::vector<SourceMap> maps;
   for (uint32_t left = in->count(kMostMaps); left > 0; --left) {
     const auto map = in->take<weir_source_map>();

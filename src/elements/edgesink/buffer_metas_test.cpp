@@ -108,7 +108,7 @@ TEST(BufferMetas, AParameterThatIsNoStructureIsRefused) {
   ASSERT_NE(at, std::string_view::npos);
   bytes[at] = std::byte{','};
   EXPECT_REFUSED(weir::decode_metas(bytes, buffer_of(1024).get()), PEER_MESSAGE_INVALID,
-                 "no structure");
+                 "not a structure");
 }
 
 }  // namespace

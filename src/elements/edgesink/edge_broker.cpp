@@ -41,13 +41,14 @@ namespace {
 
 void warn_of_local_address(GstElement* element, const EdgeBroker& broker, const std::string& host) {
   if (!is_loopback(host) || is_loopback(broker.host)) return;
-  gst::post_warning(element, Error{.code = Code::OPTION_VALUE,
-                                   .what = "the broker announces an address that only programs of "
-                                           "this machine reach",
-                                   .offered = "host=" + host,
-                                   .needed = "the address of this machine in the network",
-                                   .fix = "host=0.0.0.0 listens on all, and announces the address "
-                                          "that reaches the broker"});
+  gst::post_warning(
+      element,
+      Error{.code = Code::OPTION_VALUE,
+            .what = "the address announced to the broker is reachable from this machine only",
+            .offered = "host=" + host,
+            .needed = "an address of this machine that other machines can reach",
+            .fix = "host=0.0.0.0, which listens on all addresses and announces the one used to "
+                   "reach the broker"});
 }
 
 }  // namespace

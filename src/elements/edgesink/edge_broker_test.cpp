@@ -276,7 +276,7 @@ TEST_F(EdgeBroker, MqttDropsFramesWhileTheBrokerIsFrozen) {
   uint8_t sent = 0;
   while (stat(out, "edgesink", "dropped-policy") == 0)
     ASSERT_EQ(gst_harness_push(out.get(), frame(Bytes{++sent, 0, 0, 0})), GST_FLOW_OK);
-  EXPECT_SAYS(errors.next_warning(), "it took no message within 1000 ms");
+  EXPECT_SAYS(errors.next_warning(), "it accepted no message within 1000 ms");
   broker_->signal(SIGCONT);
   // What was in progress arrives, then the stream goes on.
   for (uint8_t i = 1; i < sent; ++i) EXPECT_EQ(pull(in), i);

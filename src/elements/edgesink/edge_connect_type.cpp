@@ -17,8 +17,8 @@ Status check_edge_types(EdgeProtocol protocol, EdgeConnectType connect_type, con
   if (protocol == EdgeProtocol::Local && connect_type != EdgeConnectType::Tcp)
     return Error{.code = Code::OPTION_VALUE,
                  .what = "protocol=local has no broker",
-                 .offered = "another connect-type than its default",
-                 .needed = "protocol=local and path alone",
+                 .offered = "a connect-type other than TCP",
+                 .needed = "protocol=local with path, without connect-type",
                  .fix = name + " protocol=local path=/tmp/weir-stream"};
   return ok();
 }

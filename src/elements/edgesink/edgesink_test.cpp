@@ -283,7 +283,7 @@ TEST_F(EdgeLocal, ErrorsAtTheStartNameTheFix) {
 
 TEST_F(EdgeLocal, TwoEdgesinksDoNotShareAPath) {
   const auto out = sink();
-  EXPECT_SAYS(start_error("edgesink" + ends_with()), "another process listens on it");
+  EXPECT_SAYS(start_error("edgesink" + ends_with()), "another process already listens on it");
 }
 
 TEST_F(EdgeLocal, PropertiesHaveNnstreamersValues) {

@@ -35,7 +35,7 @@ Error not_in_one_memory() {
   return Error{.code = Code::FRAME_SIZE,
                .what = "a tensor of the buffer lies in several memories",
                .needed = "tensors that lie in one memory each",
-               .fix = "put an element of tensors upstream: tensor_transform"};
+               .fix = "put an element that writes new tensors upstream, such as tensor_transform"};
 }
 
 }  // namespace

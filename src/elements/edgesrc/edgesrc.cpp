@@ -292,9 +292,11 @@ class Edgesrc : public gst::Element<Edgesrc, gst::PushSource> {
         .code = Code::SERVER_UNREACHABLE,
         .what = "the edgesink has closed the connection",
         .offered = is_local ? "path=" + s.path : s.dest_host + ":" + std::to_string(s.dest_port),
-        .needed = is_local ? "an edgesink that ends its stream with EOS"
-                           : "an edgesink that stays: its protocol has no end of stream",
-        .fix = "reconnect=true waits for the next one"};
+        .needed =
+            is_local
+                ? "an edgesink that ends its stream with EOS"
+                : "an edgesink that keeps running: its protocol cannot signal the end of a stream",
+        .fix = "reconnect=true, which waits for the next edgesink"};
   }
 
   bool set_caps(const Ref<GstCaps>& caps) {

@@ -21,7 +21,7 @@ Result<InputEvent> TcpInput::receive() {
   if (!std::exchange(has_given_caps_, true) && !subscriber_.caps().empty()) {
     auto caps = gst::Ref<GstCaps>::adopt(gst_caps_from_string(subscriber_.caps().c_str()));
     if (!caps)
-      return wire::peer_error("the caps of the edgesink are no caps",
+      return wire::peer_error("the caps of the edgesink are not valid",
                               wire::quoted_text(subscriber_.caps()), "caps");
     if (gst_caps_is_fixed(caps.get()))
       return InputEvent{InputEvent::Kind::Caps, std::move(caps), {}};

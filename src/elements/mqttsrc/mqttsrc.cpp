@@ -194,8 +194,9 @@ class MqttSrc : public gst::Element<MqttSrc, gst::PushSource> {
         std::string_view(reinterpret_cast<const char*>(message.payload.data()), 4) == "gone";
     ++(gone ? gone_ : invalid_);
     ledger_.dropped(gone ? DropReason::Eos : DropReason::Error);
-    GST_CAT_WARNING_OBJECT(category(), self(), "topic %s: %s", message.topic.c_str(),
-                           gone ? "a publisher ended without a goodbye" : error.message().c_str());
+    GST_CAT_WARNING_OBJECT(
+        category(), self(), "topic %s: %s", message.topic.c_str(),
+        gone ? "a publisher lost its connection to the broker" : error.message().c_str());
   }
   // Each publisher numbers its messages; a new base epoch is a new stream.
   void count_gap(const std::string& topic, const ReceivedFrame& frame) {

@@ -255,7 +255,7 @@ class TensorAggregator : public gst::PlainFilter<TensorAggregator> {
     frames_lost_ += stream->take_frames_lost();
     GST_CAT_WARNING_OBJECT(
         category(), self(),
-        "more than %zu clients: the frames of the one that was silent longest are dropped",
+        "more than %zu clients: the frames of the client that has been idle longest are dropped",
         gst::kClientLimit);
   }
 

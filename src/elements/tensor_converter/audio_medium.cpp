@@ -28,12 +28,14 @@ constexpr int kUsual = 64;
 std::optional<Error> many_channels(int channels) {
   if (channels <= kUsual) return std::nullopt;
   const std::string count = std::to_string(channels);
-  return Error{.code = Code::SPEC_MISMATCH,
-               .what = "the audio has " + count + " channels: each tensor is one moment of them",
-               .offered = "channels=" + count,
-               .needed = "at most " + std::to_string(kUsual) +
-                         " channels; a tensor of consecutive samples is 1:" + count,
-               .fix = "audio/x-raw,channels=1 ! tensor_converter frames-per-tensor=" + count};
+  return Error{
+      .code = Code::SPEC_MISMATCH,
+      .what =
+          "the audio has " + count + " channels, so each tensor has one sample of every channel",
+      .offered = "channels=" + count,
+      .needed = "at most " + std::to_string(kUsual) +
+                " channels; the dimensions of consecutive samples of one channel are 1:" + count,
+      .fix = "audio/x-raw,channels=1 ! tensor_converter frames-per-tensor=" + count};
 }
 
 // The error for a model of consecutive samples, as 16000, that gets each moment of the audio as a

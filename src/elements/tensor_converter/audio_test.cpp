@@ -130,7 +130,9 @@ TEST(ConverterAudio, WarnsAboutMoreThan64Channels) {
   };
   EXPECT_EQ(warning_for(63), "");
   const auto warning = warning_for(65);
-  EXPECT_SAYS(warning, "WEIR-2001: the audio has 65 channels: each tensor is one moment of them");
+  EXPECT_SAYS(
+      warning,
+      "WEIR-2001: the audio has 65 channels, so each tensor has one sample of every channel");
   EXPECT_SAYS(warning, "offered: channels=65");
   EXPECT_SAYS(warning, "fix: audio/x-raw,channels=1 ! tensor_converter frames-per-tensor=65");
   auto out = Ref<GstBuffer>::adopt(gst_harness_push_and_pull(h.get(), frame(ramp(130))));

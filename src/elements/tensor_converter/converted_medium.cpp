@@ -45,7 +45,7 @@ Result<gst::Ref<GstMemory>> memory_of(infer::ConvertedTensor& tensor, size_t ski
 
 Error flexible_tensors_are_not_gathered(uint32_t frames_per_tensor) {
   return {.code = Code::OPTION_VALUE,
-          .what = "flexible tensors of a converter cannot be gathered",
+          .what = "frames with flexible tensors cannot be combined into one output",
           .offered = "frames-per-tensor=" + std::to_string(frames_per_tensor),
           .needed = "frames-per-tensor=1",
           .fix = "tensor_converter frames-per-tensor=1"};

@@ -187,7 +187,7 @@ TEST(ConverterModule, LosesInTheOpenWhatWaitsWhenItsTensorsChange) {
 TEST(ConverterModule, CannotHaveSeveralTensorsGathered) {
   auto h = harness("frames-per-tensor=2", kNumbers);
   const auto error = error_of(h, text("1 2;3"));
-  EXPECT_SAYS(error, "WEIR-1004: several tensors of a converter cannot be gathered");
+  EXPECT_SAYS(error, "WEIR-1004: frames with several tensors cannot be combined into one output");
   EXPECT_SAYS(error, "offered: 2 tensors, frames-per-tensor=2");
   EXPECT_EQ(gst_harness_push(h.get(), text("1 2")), GST_FLOW_OK) << "and goes on";
   EXPECT_EQ(stat(h, "dropped-error"), 1u);

@@ -185,7 +185,7 @@ TEST(ConverterFlexible, FollowsOtherCapsInTheMiddleOfAStream) {
 
 TEST(ConverterFlexible, CannotBeGathered) {
   const auto text = caps_error("frames-per-tensor=2", kFlexible);
-  EXPECT_SAYS(text, "WEIR-1004: flexible tensors cannot be gathered");
+  EXPECT_SAYS(text, "WEIR-1004: flexible tensors cannot be combined into one output");
   EXPECT_SAYS(text, "fix: tensor_converter frames-per-tensor=1");
 }
 

@@ -24,7 +24,7 @@ void plan_before_the_first(const Preferences& preferences, StreamPlan* plan) {
 Status one_frame_each(const Preferences& preferences, const char* what) {
   if (preferences.frames_per_tensor == 1) return ok();
   return Error{.code = Code::OPTION_VALUE,
-               .what = std::string(what) + " cannot be gathered",
+               .what = std::string(what) + " cannot be combined into one output",
                .offered = "frames-per-tensor=" + std::to_string(preferences.frames_per_tensor),
                .needed = "frames-per-tensor=1",
                .fix = "tensor_converter frames-per-tensor=1"};
@@ -34,7 +34,7 @@ Status gather(uint32_t frames_per_tensor, std::vector<TensorSpec>* tensors) {
   if (frames_per_tensor == 1 || tensors->empty()) return ok();
   if (tensors->size() > 1)
     return Error{.code = Code::OPTION_VALUE,
-                 .what = "several tensors of a converter cannot be gathered",
+                 .what = "frames with several tensors cannot be combined into one output",
                  .offered = std::to_string(tensors->size()) +
                             " tensors, frames-per-tensor=" + std::to_string(frames_per_tensor),
                  .needed = "one tensor, or frames-per-tensor=1",

@@ -200,7 +200,7 @@ TEST_P(ConverterMessage, GathersStaticTensorsAlone) {
               GST_FLOW_OK);
   EXPECT_EQ(content(Ref<GstBuffer>::adopt(gst_harness_pull(h.get())).get()), (Bytes{1, 2}));
   const auto error = error_of(h, message(kFlexible, {chunk({1})}));
-  EXPECT_SAYS(error, "WEIR-1004: flexible tensors of a converter cannot be gathered");
+  EXPECT_SAYS(error, "WEIR-1004: frames with flexible tensors cannot be combined into one output");
   EXPECT_SAYS(error, "fix: tensor_converter frames-per-tensor=1");
 }
 

@@ -27,14 +27,16 @@ Ref<GstCaps> caps_of(const NNStreamerExternalConverter& type) {
   const auto answer =
       infer::called(who, "return caps", [&] { return type.query_caps(config.get()); });
   if (!answer) {
-    subplugin::log_once(
-        who, "its query_caps threw an exception (" + answer.error().offered + "), and is skipped");
+    subplugin::log_once(who, "its query_caps threw an exception (" + answer.error().offered +
+                                 "); the converter is skipped");
     return {};
   }
   auto caps = Ref<GstCaps>::adopt(*answer);
   if (caps && GST_IS_CAPS(caps.get()) && !gst_caps_is_any(caps.get())) return caps;
-  subplugin::log_once(who, caps ? "its query_caps gives ANY or no caps, and is skipped"
-                                : "its query_caps gives NULL, and is skipped");
+  subplugin::log_once(
+      who, caps
+               ? "its query_caps returned ANY or something else than caps; the converter is skipped"
+               : "its query_caps returned NULL; the converter is skipped");
   return {};
 }
 
@@ -99,7 +101,8 @@ Result<std::unique_ptr<Medium>> SubPluginMedium::open(const NNStreamerExternalCo
   std::unique_ptr<SubPluginMedium> medium(new SubPluginMedium(type));
   if (script) {
     if (!type.open)
-      return failed(medium->name_, "does not accept a script", *script, "one with open");
+      return failed(medium->name_, "does not accept a script", *script,
+                    "a converter with the function open");
     const auto result = infer::called(medium->name_, "return a number below 0",
                                       [&] { return type.open(script->c_str(), &medium->data_); });
     if (!result) return result.error();
@@ -122,7 +125,7 @@ Result<FrameSpec> SubPluginMedium::first_spec(const GstCaps* caps) const {
     return Error{.code = Code::FORMAT_UNSUPPORTED,
                  .what = name_ + " rejects this stream",
                  .offered = text.get(),
-                 .needed = "a stream for which its get_out_config gives TRUE"};
+                 .needed = "a stream for which its get_out_config returns TRUE"};
   }
   return config.spec(name_);
 }
@@ -162,11 +165,12 @@ Result<MediumFrames> SubPluginMedium::read_tensors(Ref<GstBuffer> made, FrameSpe
                                                    Ledger* ledger) {
   if (spec->format == Format::Flexible) {
     if (frames_per_tensor_ > 1)
-      return Error{.code = Code::OPTION_VALUE,
-                   .what = name_ + " gives flexible tensors, which cannot be gathered",
-                   .offered = "frames-per-tensor=" + std::to_string(frames_per_tensor_),
-                   .needed = "frames-per-tensor=1",
-                   .fix = "tensor_converter frames-per-tensor=1"};
+      return Error{
+          .code = Code::OPTION_VALUE,
+          .what = name_ + " outputs flexible tensors, which cannot be combined into one output",
+          .offered = "frames-per-tensor=" + std::to_string(frames_per_tensor_),
+          .needed = "frames-per-tensor=1",
+          .fix = "tensor_converter frames-per-tensor=1"};
     return flexible_.frames(std::move(made), ledger);
   }
   const size_t size = gst_buffer_get_size(made.get());

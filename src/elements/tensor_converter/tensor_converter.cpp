@@ -230,7 +230,7 @@ class TensorConverter : public gst::Element<TensorConverter, gst::PlainElement> 
                          .what = "more clients are active than frames are kept for",
                          .offered = std::to_string(gst::kClientLimit + 1) + " clients",
                          .needed = "at most " + std::to_string(gst::kClientLimit),
-                         .difference = "the client that was silent longest loses its frames",
+                         .difference = "the client that has been idle longest loses its frames",
                          .fix = "a pipeline for each group of clients"});
   }
 

@@ -214,13 +214,14 @@ TEST(TensorConverter, GathersNoBytesForFlexibleTensors) {
   Errors errors(h);
   gst_harness_set_sink_caps_str(h.get(), "other/tensors,format=flexible");
   gst_harness_set_src_caps_str(h.get(), "application/octet-stream,framerate=10/1");
-  EXPECT_SAYS(errors.next(), "WEIR-1004: bytes for flexible tensors cannot be gathered");
+  EXPECT_SAYS(errors.next(),
+              "WEIR-1004: bytes for flexible tensors cannot be combined into one output");
 }
 
 TEST(TensorConverter, GathersNeitherBuffersOfAnySizeNorSeveralTensors) {
   const auto several = caps_error("frames-per-tensor=2 input-dim=2,3 input-type=uint8,uint8",
                                   "application/octet-stream");
-  EXPECT_SAYS(several, "WEIR-1004: several tensors cannot be gathered");
+  EXPECT_SAYS(several, "WEIR-1004: several tensors cannot be combined into one output");
   EXPECT_SAYS(several, "fix: tensor_converter frames-per-tensor=1");
   const auto huge =
       caps_error("frames-per-tensor=4294967295 input-dim=4294967295:2147483647 input-type=uint8",

@@ -47,9 +47,9 @@ void TensorStream::flush() {
 Result<MediumFrames> TensorStream::convert(Ref<GstBuffer> buffer) {
   if (!medium_)
     return Error{.code = Code::NOT_NEGOTIATED,
-                 .what = "a buffer came before caps",
+                 .what = "a buffer arrived before caps",
                  .needed = "caps",
-                 .fix = "put a capsfilter after the source"};
+                 .fix = "put a capsfilter downstream of the source"};
   if (gst_buffer_get_size(buffer.get()) == 0)
     return Error{.code = Code::FRAME_SIZE,
                  .what = "a buffer is empty",

@@ -67,12 +67,13 @@ MediumFrames TextMedium::cut(GstBuffer* buffer, size_t size) {
   // A region of a buffer loses the duration; the text has the duration of the whole.
   GST_BUFFER_DURATION(out.buffer.get()) = GST_BUFFER_DURATION(buffer);
   if (!std::exchange(cut_reported_, true))
-    out.warning = Error{
-        .code = Code::FRAME_SIZE,
-        .what = "a text is longer than input-dim and is cut; later ones are cut without a message",
-        .offered = std::to_string(size) + " bytes",
-        .needed = std::to_string(frame_bytes_) + " bytes",
-        .fix = "tensor_converter input-dim=" + std::to_string(size)};
+    out.warning = Error{.code = Code::FRAME_SIZE,
+                        .what =
+                            "a text is longer than input-dim and is truncated; later ones are "
+                            "truncated without a warning",
+                        .offered = std::to_string(size) + " bytes",
+                        .needed = std::to_string(frame_bytes_) + " bytes",
+                        .fix = "tensor_converter input-dim=" + std::to_string(size)};
   return out;
 }
 

@@ -30,7 +30,7 @@ Result<StreamPlan> VideoMedium::configure(const GstCaps* caps, const Preferences
   if (!tensor) return tensor.error();
   if (GST_VIDEO_INFO_VIEWS(&video) > 1)
     GST_CAT_WARNING(gst::library_category(),
-                    "the video has several views: each frame is taken as one picture");
+                    "the video has several views: each frame is treated as one picture");
   video_ = DenseVideo(video, *tensor);
   StreamPlan plan;
   plan.spec.format = Format::Static;

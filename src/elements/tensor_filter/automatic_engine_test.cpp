@@ -20,7 +20,7 @@ TEST(TensorFilterAuto, UsesAndLogsTheConfiguredPriority) {
   EXPECT_EQ(text_property(element_of(h, "tensor_filter").get(), "framework"), "adder");
   setenv("WEIR_CONFIG", "", 1);
   EXPECT_SAYS(log.text(),
-              "framework=auto is adder: the file has the extension .add; first installed engine of "
+              "framework=auto selected adder: the file has the extension .add; first installed engine of "
               "priority_add (" +
                   ini + ":2); other candidates: scaling");
 }

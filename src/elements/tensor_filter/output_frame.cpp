@@ -237,12 +237,13 @@ Result<gst::TensorPiece> OutputFrame::input_piece(const InputFrame& in, size_t i
 
 Result<gst::TensorPiece> OutputFrame::output_piece(size_t index, weir_tensor& tensor) {
   if (tensor.bytes == 0)
-    return Error{
-        .code = Code::INVOKE_FAILED,
-        .what = "the engine returned an output without elements",
-        .offered = "tensor " + std::to_string(index) + ": 0 bytes",
-        .needed = "at least one element: a stream cannot contain empty tensors",
-        .fix = "let the engine drop such a frame (a result above 0), or write one element"};
+    return Error{.code = Code::INVOKE_FAILED,
+                 .what = "the engine returned an output without elements",
+                 .offered = "tensor " + std::to_string(index) + ": 0 bytes",
+                 .needed = "at least one element: a stream cannot contain empty tensors",
+                 .fix =
+                     "return a value above 0 from the engine to drop the frame, or write at least "
+                     "one element"};
   if (!tensor.data)
     return Error{.code = Code::INVOKE_FAILED,
                  .what = "the engine returned no memory for an output",

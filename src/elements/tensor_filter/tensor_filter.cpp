@@ -231,7 +231,8 @@ class TensorFilter : public gst::Element<TensorFilter, gst::PlainElement>,
     threads_.claim(chosen);  // settings may have changed while in READY
     chosen.threads = threads_.chosen();
     if (const auto choice = automatic_engine(chosen))
-      GST_CAT_INFO_OBJECT(category(), self(), "framework=auto is %s", choice->to_string().c_str());
+      GST_CAT_INFO_OBJECT(category(), self(), "framework=auto selected %s",
+                          choice->to_string().c_str());
     model_.start();
     if (auto status = open_model(chosen, [](const auto&) { return ok(); }); !status) return status;
     if (const auto monitor = model_.monitor()) log_confinement(*monitor, element());

@@ -6,7 +6,7 @@ namespace weir {
 
 Result<std::unique_ptr<draw::TextPainter>> make_text_painter(uint32_t) {
   return Error{.code = Code::FILE_NOT_FOUND,
-               .what = "this build draws no text",
+               .what = "this build cannot draw text",
                .offered = "built without Pango's headers",
                .needed = "Pango and Cairo",
                .fix =

@@ -25,7 +25,7 @@ Status RegionsPad::accept(const FrameSpec& spec) {
   if (spec.tensors.size() != 1)
     return Error{
         .code = Code::SPEC_MISMATCH,
-        .what = "the stream of regions is not of boxes",
+        .what = "the stream of regions does not contain boxes",
         .offered = spec.to_string(),
         .needed = "one tensor uint32 4:N or float32 4:N: x, y, width and height of each box",
         .difference = "number of tensors"};

@@ -38,20 +38,20 @@ bool are_same_tensors(const GstCaps* a, const GstCaps* b) {
 Result<Ref<GstCaps>> parse(const std::string& text, const char* which) {
   auto caps = Ref<GstCaps>::adopt(gst_caps_from_string(text.c_str()));
   if (caps && !gst_caps_is_empty(caps.get())) return caps;
-  return wire::peer_error(std::string("the query server announces no usable caps of ") + which,
-                          wire::quoted_text(text), "caps of GStreamer");
+  return wire::peer_error(std::string("the query server announces invalid caps for ") + which,
+                          wire::quoted_text(text), "valid caps");
 }
 
 }  // namespace
 
 Result<Ref<GstCaps>> answer_caps(const wire::QueryCapability& capability, const GstCaps* input) {
-  const auto taken = parse(capability.source_caps, "what it takes");
+  const auto taken = parse(capability.source_caps, "its input");
   if (!taken) return taken.error();
   const auto offered = without_rate(input), needed = without_rate(taken->get());
   if (!gst_caps_can_intersect(offered.get(), needed.get()) &&
       !are_same_tensors(offered.get(), needed.get()))
     return Error{.code = Code::SPEC_MISMATCH,
-                 .what = "the query server does not take this stream",
+                 .what = "the query server does not accept this stream",
                  .offered = text_of(input),
                  .needed = text_of(taken->get()),
                  .fix = "convert the stream upstream of tensor_query_client"};

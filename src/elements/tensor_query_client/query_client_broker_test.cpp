@@ -194,7 +194,7 @@ TEST_F(QueryClientBroker, AServerThatTakesOtherFramesIsNamed) {
   });
   const auto announcement = announce(server.port(), "1");
   const std::string error = start_error(client(), four_bytes());
-  EXPECT_SAYS(error, "the query server does not take this stream");
+  EXPECT_SAYS(error, "the query server does not accept this stream");
   EXPECT_SAYS(error, "float32");
 }
 

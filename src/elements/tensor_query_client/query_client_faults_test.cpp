@@ -101,7 +101,7 @@ TEST_P(QueryClientWithoutServer, PostsAnError) {
   EXPECT_EQ(push(h, 1), GST_FLOW_ERROR);
   const std::string error = errors.next();
   EXPECT_SAYS(error, says_so ? "the query server has ended the connection"
-                             : "the connection with the query server broke");
+                             : "the connection to the query server was lost");
   EXPECT_SAYS(error, "localhost:" + std::to_string(server.port()));
   EXPECT_SAYS(error, "reconnect=true");
   EXPECT_EQ(client_stat(h, says_so ? "refused" : "lost"), 1u);
@@ -144,7 +144,7 @@ TEST(QueryClientFaults, AServerThatIsNotThereIsNamed) {
       start_error("tensor_query_client port=0 dest-port=" + std::to_string(port), four_bytes());
   EXPECT_SAYS(error, "the query server cannot be reached");
   EXPECT_SAYS(error, "localhost:" + std::to_string(port));
-  EXPECT_SAYS(error, "whose pipeline plays");
+  EXPECT_SAYS(error, "in a pipeline that is playing");
 }
 
 TEST(QueryClientFaults, WithReconnectItWaitsForAServerThatComesLater) {

@@ -244,8 +244,8 @@ class TensorQueryClient : public gst::PlainFilter<TensorQueryClient> {
     if (!caps) return caps.error();
     const bool are_new = !output_caps_ || !gst_caps_is_equal(caps->get(), output_caps_.get());
     if (are_new)
-      if (auto status = gst::check_downstream(source_, caps->get(),
-                                              "elements that take the answers of the server");
+      if (auto status = gst::check_downstream(
+              source_, caps->get(), "downstream elements that accept the answers of the server");
           !status)
         return status;
     if (auto status = (*link)->confirm(isolate::deadline_in(time)); !status) return status;
@@ -336,12 +336,13 @@ class TensorQueryClient : public gst::PlainFilter<TensorQueryClient> {
   void answers_are_missing() {
     exchange_.close(DropReason::Late);
     if (finder_) finder_->failed(server_);
-    const Error error{.code = Code::SERVER_UNREACHABLE,
-                      .what = "several answers in a row did not come in time: connecting again",
-                      .offered = server_.address.to_string() +
-                                 ", timeout=" + std::to_string(settings().timeout) + " ms",
-                      .needed = "a timeout that is longer than the server takes",
-                      .fix = "tensor_query_client timeout=1000, or timeout=0 to wait for none"};
+    const Error error{
+        .code = Code::SERVER_UNREACHABLE,
+        .what = "several answers in a row were late: the client reconnects",
+        .offered =
+            server_.address.to_string() + ", timeout=" + std::to_string(settings().timeout) + " ms",
+        .needed = "a timeout longer than the time that the server needs",
+        .fix = "tensor_query_client timeout=1000, or timeout=0, which does not wait for answers"};
     if (!std::exchange(has_warned_, true)) return gst::post_warning(element(), error);
     GST_CAT_WARNING_OBJECT(category(), element(), "%s", error.message().c_str());
   }
@@ -349,10 +350,10 @@ class TensorQueryClient : public gst::PlainFilter<TensorQueryClient> {
   Error server_gone(Kind kind) const {
     return Error{.code = Code::SERVER_UNREACHABLE,
                  .what = kind == Kind::Refused ? "the query server has ended the connection"
-                                               : "the connection with the query server broke",
+                                               : "the connection to the query server was lost",
                  .offered = server_.address.to_string(),
-                 .needed = "a server that stays as long as the stream",
-                 .fix = "tensor_query_client reconnect=true connects again"};
+                 .needed = "a server that runs as long as the stream",
+                 .fix = "tensor_query_client reconnect=true, which connects again"};
   }
 
   void log_outcomes() const {

@@ -243,13 +243,13 @@ class CapsOfAServer : public ::testing::Test {
 
 TEST_F(CapsOfAServer, ThatDoesNotTakeTheStreamAreNamed) {
   const std::string text = error(tensors("float32", "10"), four_bytes());
-  EXPECT_SAYS(text, "the query server does not take this stream");
+  EXPECT_SAYS(text, "the query server does not accept this stream");
   EXPECT_SAYS(text, "uint8");
   EXPECT_SAYS(text, "float32");
 }
 TEST_F(CapsOfAServer, ThatAreNoCapsAreNamed) {
-  EXPECT_SAYS(error("no caps,", four_bytes()), "no usable caps of what it takes");
-  EXPECT_SAYS(error(four_bytes(), "(((("), "no usable caps of its answers");
+  EXPECT_SAYS(error("no caps,", four_bytes()), "invalid caps for its input");
+  EXPECT_SAYS(error(four_bytes(), "(((("), "invalid caps for its answers");
 }
 TEST_F(CapsOfAServer, ThatAreSeveralForItsAnswersAreNamed) {
   EXPECT_SAYS(error(four_bytes(), "video/x-raw,width=[1,100]"), "several caps for its answers");

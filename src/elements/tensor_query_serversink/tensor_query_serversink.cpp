@@ -103,14 +103,13 @@ class TensorQueryServersink : public gst::Element<TensorQueryServersink, gst::Ba
     const int limit = std::max(settings().limit, 1);
     ledger_.dropped(DropReason::Policy);
     if (++without_request_ < limit) return GST_FLOW_OK;
-    gst::post_error(
-        element(),
-        Error{.code = Code::OPTION_VALUE,
-              .what = "frames arrive that answer no request",
-              .offered = std::to_string(without_request_) + " in a row",
-              .needed = "frames made from those of a tensor_query_serversrc, by elements that keep "
-                        "the metadata of buffers",
-              .fix = "tensor_query_serversink limit=" + std::to_string(limit + 1)});
+    gst::post_error(element(),
+                    Error{.code = Code::OPTION_VALUE,
+                          .what = "frames arrive that do not belong to a request",
+                          .offered = std::to_string(without_request_) + " in a row",
+                          .needed = "frames of a tensor_query_serversrc, passed through elements "
+                                    "that keep the metadata of buffers",
+                          .fix = "tensor_query_serversink limit=" + std::to_string(limit + 1)});
     return GST_FLOW_ERROR;
   }
 

@@ -18,7 +18,7 @@ constexpr char kSource[] =
 TEST(TensorQueryServersink, RejectsFramesWithoutARequest) {
   const std::string error =
       error_of_pipeline(std::string(kFrames) + "tensor_query_serversink limit=1" + kSource);
-  EXPECT_SAYS(error, "WEIR-1004: frames arrive that answer no request");
+  EXPECT_SAYS(error, "WEIR-1004: frames arrive that do not belong to a request");
   EXPECT_SAYS(error, "offered: 1 in a row");
   EXPECT_SAYS(error, "fix: tensor_query_serversink limit=2");
 }

@@ -90,7 +90,7 @@ class FrameCheck {
     const size_t size = gst_buffer_get_size(buffer);
     if (size < least_bytes_ || (most_bytes_ > 0 && size > most_bytes_))
       return Error{.code = Code::FRAME_SIZE,
-                   .what = "a frame has another size than its caps",
+                   .what = "the size of a frame does not match its caps",
                    .offered = std::to_string(size) + " bytes",
                    .needed = std::to_string(least_bytes_) + " bytes"};
     return has_tensors_ ? parts_.read(buffer) : ok();

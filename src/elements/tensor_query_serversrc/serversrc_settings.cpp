@@ -7,7 +7,7 @@ namespace weir {
 Status check_protocol(QueryProtocol protocol, QueryConnectType connect_type, const char* element) {
   if (connect_type == QueryConnectType::Tcp || protocol != QueryProtocol::Oip) return ok();
   return Error{.code = Code::OPTION_VALUE,
-               .what = "the Open Inference Protocol has no broker",
+               .what = "protocol=oip does not use a broker",
                .offered = "connect-type=HYBRID protocol=oip",
                .needed = "connect-type=TCP",
                .fix = std::string(element) + " protocol=oip connect-type=TCP"};

@@ -320,7 +320,7 @@ class TensorQueryServersrc : public gst::Element<TensorQueryServersrc, gst::Push
         .code = Code::MODULE_REFUSED,
         .what = "the plug-in weirnet, which serves the Open Inference Protocol, is not installed",
         .offered = "tensor_query_serversrc protocol=oip",
-        .needed = "the plug-in weirnet, which Weir builds where gRPC is",
+        .needed = "the plug-in weirnet, which Weir builds when gRPC is installed",
         .fix = "apt-get install libgrpc++-dev && make install"};
   }
 

@@ -13,11 +13,12 @@ Repository& repository() {
 
 Error lone_end(const char* missing, uint32_t slot) {
   const std::string name = std::string(missing) + " slot-index=" + std::to_string(slot);
-  return {.code = Code::GRAPH_STALLS,
-          .what = "a loop has only one end",
-          .offered = "no " + name,
-          .needed = "both ends with one slot-index, in this program",
-          .fix = name};
+  return {
+      .code = Code::GRAPH_STALLS,
+      .what = "a loop has only one end",
+      .offered = "no " + name,
+      .needed = "a tensor_reposink and a tensor_reposrc with the same slot-index, in this process",
+      .fix = name};
 }
 
 }  // namespace weir

@@ -30,8 +30,8 @@ Error unfit(GstElement* element, const std::string& mode) {
                   ", which synchronises by timestamps",
           .offered = "sync-mode=" + mode + ", while frames of a loop are one round old",
           .needed =
-              "sync-mode=nosync: other modes drop such frames as late and wait, or with refresh "
-              "never end",
+              "sync-mode=nosync: slowest and basepad drop these frames as late and wait; refresh "
+              "never ends",
           .fix = std::string("name=") + name.get() + " sync-mode=nosync"};
 }
 

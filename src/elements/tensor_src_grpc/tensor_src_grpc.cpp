@@ -177,7 +177,7 @@ class TensorSrcGrpc : public gst::Element<TensorSrcGrpc, gst::PushSource> {
                    .what = "the message holds flexible tensors",
                    .offered = "format 1 (flexible)",
                    .needed = "format 0 (static)",
-                   .fix = "other/tensors,format=static before the sender"};
+                   .fix = "other/tensors,format=static upstream of the sender"};
     if (auto status = follow(spec_of(message_)); !status) return status.error();
     auto buffer = pool_.acquire(buffer_limit_);
     if (!buffer) return buffer.error();

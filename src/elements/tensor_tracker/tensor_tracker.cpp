@@ -61,8 +61,7 @@ Error without_rows(std::string offered, bool is_flexible) {
           .fix = is_flexible
                      ? "tensor_decoder mode=detection ! tensor_tracker, for a network's outputs; "
                        "other/tensors,format=static ! tensor_tracker, for plain rows"
-                     : "put tensor_decoder mode=detection, which makes results of a network's "
-                       "outputs, before tensor_tracker"};
+                     : "tensor_decoder mode=detection ! tensor_tracker, for a network's outputs"};
 }
 
 // The columns of a stream of one tensor without weir-columns, as weir/detection.hpp defines them.
@@ -188,7 +187,7 @@ class TensorTracker : public gst::CountedTransform<TensorTracker> {
         .code = Code::OPTION_VALUE,
         .what = "no box can have a score of at least low and less than high",
         .offered = "low=" + short_number(s.low) + " high=" + short_number(s.high),
-        .needed = "low of at most high",
+        .needed = "a value of low that is at most high",
         .fix = "tensor_tracker low=" + short_number(s.high) + " high=" + short_number(s.low)};
   }
 
@@ -275,7 +274,7 @@ class TensorTracker : public gst::CountedTransform<TensorTracker> {
     const gst::TensorView& view = reader_.tensors()[tensor];
     if (view.spec.type != ElementType::Float32 || view.spec.shape[0] != columns.length)
       return Error{.code = Code::SPEC_MISMATCH,
-                   .what = "tensor " + std::to_string(tensor) + " is not what weir-columns says",
+                   .what = "tensor " + std::to_string(tensor) + " does not match weir-columns",
                    .offered = view.spec.to_string(),
                    .needed = "float32 " + std::to_string(columns.length) + ":N",
                    .fix = "correct weir-columns or the tensor in the upstream element"};
@@ -328,7 +327,7 @@ class TensorTracker : public gst::CountedTransform<TensorTracker> {
                       std::to_string(of),
             .fix =
                 "embeddings=NUMBER of the tensor with the vectors, which tensor_mux appends to "
-                "the rows; embeddings=-1 follows objects without"};
+                "the rows; embeddings=-1 tracks objects without vectors"};
   }
   size_t row_length(size_t tensor) const {
     return columns_[tensor].length + (columns_[tensor].track < 0);

@@ -61,7 +61,7 @@ TEST(TensorTracker, RefusesStreamsWithoutBoxes) {
       "tensor_tracker ! fakesink");
   EXPECT_SAYS(error, "tensor_tracker needs rows of results with boxes");
   EXPECT_SAYS(error, "uint8 3:4:4");
-  EXPECT_SAYS(error, "put tensor_decoder mode=detection");
+  EXPECT_SAYS(error, "tensor_decoder mode=detection ! tensor_tracker");
 }
 
 TEST(TensorTracker, BoxesThatAreNotFiniteHaveNoTrack) {

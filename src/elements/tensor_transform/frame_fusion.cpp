@@ -15,7 +15,7 @@ Error source_not_mapped(guint memory) {
                .what = "the input memory of the upstream tensor_transform cannot be mapped",
                .offered = "memory " + std::to_string(memory),
                .needed = "system memory",
-               .fix = "put a queue between the two"};
+               .fix = "put a queue between the two tensor_transform"};
 }
 
 }  // namespace

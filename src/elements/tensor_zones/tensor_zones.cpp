@@ -209,7 +209,7 @@ class TensorZones : public gst::CountedTransform<TensorZones> {
 
   static Error too_many_tensors(size_t count) {
     return Error{.code = Code::LIMIT_EXCEEDED,
-                 .what = "there is no room for the counts and events of zones in a frame",
+                 .what = "a frame has too many tensors to append the counts and events of zones",
                  .offered = std::to_string(count) + " tensors",
                  .needed = "at most 254 tensors",
                  .fix = "tensor_demux tensorpick=... upstream of tensor_zones"};

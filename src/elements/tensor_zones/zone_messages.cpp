@@ -37,19 +37,19 @@ void post_zone_event(GstElement* element, const zone::Event& event, const zone::
 Error objects_without_track() {
   return Error{.code = Code::SPEC_MISMATCH,
                .what =
-                   "no object has a track number: they count as inside, and nothing enters, "
-                   "leaves or crosses",
+                   "no object has a track number: zones count the objects inside, but none that "
+                   "enter, leave or cross",
                .offered = "30 frames with objects of track 0",
-               .needed = "objects that are followed from frame to frame",
+               .needed = "objects that are tracked from frame to frame",
                .fix = "tensor_tracker ! tensor_zones"};
 }
 
 Error frame_without_time() {
   return Error{.code = Code::TIME_INVALID,
-               .what = "a frame has no timestamp: dwell times and speeds stand still",
+               .what = "a frame has no timestamp: dwell times and speeds are not updated",
                .offered = "a buffer without a PTS",
                .needed = "a PTS in a segment of format time",
-               .fix = "check the upstream element: a source needs do-timestamp=true"};
+               .fix = "set do-timestamp=true at the source"};
 }
 
 Error time_goes_back(GstClockTime running_time) {

@@ -76,13 +76,14 @@ TEST(PaddedRows, ThatAreTruncatedOrMissingAreReported) {
       EXPECT_SAYS(cut, "fix: check the upstream element");
     }
     const std::string bare = bench.push(zeros(10));
-    EXPECT_SAYS(bare, "rows without padding; GStreamer's of this width are 8 bytes apart");
+    EXPECT_SAYS(bare,
+                "the rows have no padding; in GStreamer, rows of this width are 8 bytes apart");
     EXPECT_SAYS(bare, "fix: gst_buffer_add_video_meta_full()");
     bench.expect_balance(4);
   }
   Bench nv12("tensor_preprocess width=4 height=4");
   ASSERT_EQ(nv12.start(video("NV12", 5, 3)), "");
-  EXPECT_SAYS(nv12.push(zeros(15 + 2 * 6)), "rows without padding");
+  EXPECT_SAYS(nv12.push(zeros(15 + 2 * 6)), "the rows have no padding");
 }
 
 TEST(PaddedRows, OfAnotherNumberOfPlanesAreReported) {

@@ -219,9 +219,8 @@ Result<size_t> count_of(const GstStructure* s) {
 
 Result<FrameSpec> spec_from_caps(const GstCaps* caps) {
   if (!caps || gst_caps_is_any(caps) || gst_caps_is_empty(caps))
-    return Error{.code = Code::NOT_NEGOTIATED,
-                 .what = "the caps describe no stream",
-                 .needed = "other/tensors"};
+    return Error{
+        .code = Code::NOT_NEGOTIATED, .what = "the caps are empty", .needed = "other/tensors"};
   const GstStructure* s = gst_caps_get_structure(caps, 0);
   FrameSpec spec;
   spec.rate = rate_of(s);

@@ -63,7 +63,7 @@ Status check_video_size(const GstVideoInfo& video, size_t bytes) {
         .fix = "put rawvideoparse downstream of the source: it splits the data into frames"};
   Error error = video_too_small(offered, std::to_string(needed) + " bytes");
   if (bytes == unpadded_size(video)) {
-    error.difference = "rows without padding; GStreamer's of this width are " +
+    error.difference = "the rows have no padding; in GStreamer, rows of this width are " +
                        std::to_string(GST_VIDEO_INFO_PLANE_STRIDE(&video, 0)) + " bytes apart";
     error.fix = "gst_buffer_add_video_meta_full() with the actual strides";
   }

@@ -40,7 +40,7 @@ bool is_module_name(std::string_view text) {
 }  // namespace
 
 GstDebugCategory* debug_category(const char* name, const char* description) {
-  // GStreamer returns the category that has this name already.
+  // GStreamer returns the category that already has this name.
   return _gst_debug_category_new(name, 0, description);
 }
 

@@ -112,7 +112,7 @@ Error loop(const std::string& element, const std::string& pad) {
       .what = "an element waits for its own output",
       .offered =
           pad + " of " + element + " receives nothing before " + element + " has sent something",
-      .needed = "the loop is broken, so that its first frame exists",
+      .needed = "a tensor_reposrc in the loop, which produces the first frame",
       .difference = pad,
       .fix = "... ! tensor_reposink slot-index=0   tensor_reposrc slot-index=0 caps=... ! " +
              element + "." + pad};

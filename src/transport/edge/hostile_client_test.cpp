@@ -142,7 +142,7 @@ TEST_F(HostileClient, Class3AnswersBeforeTheGreeting) {
   auto peer = client();
   peer.host_info();
   peer.a.rest();
-  EXPECT_TRUE(is_refused("it answers before it is greeted"));
+  EXPECT_TRUE(is_refused("it sent HOST_INFO before the server sent CAPABILITY"));
 }
 
 TEST_F(HostileClient, Class4MetadataThatIsNotItsPairs) {

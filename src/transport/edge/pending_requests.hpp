@@ -61,8 +61,8 @@ class PendingRequests {
     const auto entry =
         std::find_if(entries_.begin(), entries_.end(), [](const Entry& e) { return !e.answer; });
     if (entry == entries_.end())
-      return wire::peer_error("an answer belongs to no request", "one answer more than requests",
-                              "one answer for each request");
+      return wire::peer_error("an answer does not belong to a request",
+                              "more answers than requests", "one answer for each request");
     if (entry->frame)
       answered(&*entry, std::move(answer));
     else
@@ -155,7 +155,7 @@ class PendingRequests {
   }
   Status accept_number(uint64_t number, Answer answer) {
     if (number < first_ || number >= next_)
-      return wire::peer_error("an answer belongs to no request",
+      return wire::peer_error("an answer does not belong to a request",
                               "weir.seq " + std::to_string(number),
                               "a number that was sent on this connection");
     numbered_ = true;

@@ -172,7 +172,7 @@ TEST(PendingRequests, NeverReconnectsForLostAnswersOfAServerThatRepeatsNumbers) 
 TEST(PendingRequests, RefusesAnAnswerWithoutARequest) {
   Requests requests;
   EXPECT_EQ(after_answer(requests),
-            "error: an answer belongs to no request: one answer more than requests");
+            "error: an answer does not belong to a request: more answers than requests");
   add(requests, {"a"});
   EXPECT_EQ(after_answer(requests), "a");
   EXPECT_EQ(requests.accept({}, 1).error().code, Code::PEER_MESSAGE_INVALID);
@@ -181,11 +181,11 @@ TEST(PendingRequests, RefusesAnAnswerWithoutARequest) {
 TEST(PendingRequests, RefusesANumberThatWasNotSentOnTheConnection) {
   Requests requests;
   add(requests, {"a"});
-  EXPECT_EQ(after_answer(requests, 7), "error: an answer belongs to no request: weir.seq 7");
+  EXPECT_EQ(after_answer(requests, 7), "error: an answer does not belong to a request: weir.seq 7");
   requests.clear();
   EXPECT_EQ(requests.next_number(), 1u);
   add(requests, {"b"});
-  EXPECT_EQ(after_answer(requests, 0), "error: an answer belongs to no request: weir.seq 0");
+  EXPECT_EQ(after_answer(requests, 0), "error: an answer does not belong to a request: weir.seq 0");
   EXPECT_EQ(requests.waiting(), 1u);
 }
 

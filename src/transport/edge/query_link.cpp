@@ -23,7 +23,7 @@ namespace {
 constexpr auto kSilence = std::chrono::milliseconds(200);
 constexpr char kNumberKey[] = "weir.seq";
 constexpr char kClientKey[] = "client_id";
-constexpr char kHostFix[] = "set host to an address of this machine that the server reaches";
+constexpr char kHostFix[] = "set host to an address of this machine that the server can reach";
 
 std::string seconds_text(std::chrono::milliseconds time) {
   return std::to_string(time.count() / 1000) + " s";
@@ -45,7 +45,8 @@ Error unreachable(const QueryOptions& options, std::string what, const std::stri
       .code = Code::SERVER_UNREACHABLE,
       .what = std::move(what),
       .offered = options.server_host + ":" + std::to_string(options.server_port) + ": " + reason,
-      .needed = "a tensor_query_serversrc that listens there and whose pipeline plays",
+      .needed =
+          "a tensor_query_serversrc that listens at this address, in a pipeline that is playing",
       .fix = std::move(fix)};
 }
 
@@ -117,7 +118,8 @@ Result<std::unique_ptr<QueryLink>> QueryLink::connect(const QueryOptions& option
   if (!socket && socket.error().code == Code::SERVER_UNREACHABLE) {
     Error error = socket.error();
     error.what = "the query server cannot be reached";
-    error.needed = "a tensor_query_serversrc that listens there and whose pipeline plays";
+    error.needed =
+        "a tensor_query_serversrc that listens at this address, in a pipeline that is playing";
     return error;
   }
   if (!socket) return socket.error();
@@ -140,9 +142,9 @@ Status QueryLink::wait_for_greeting_bytes(const isolate::Deadline& deadline) {
   if (ready == 0 && undecided && isolate::is_over(until))
     if (auto status = requests_->silence(); !status) return status;
   if (ready > 0 || !isolate::is_over(deadline)) return ok();
-  return unreachable(options_, "the query server does not greet",
+  return unreachable(options_, "the query server does not start the handshake",
                      "nothing within " + seconds_text(options_.handshake_time),
-                     "check the port, and that its pipeline plays");
+                     "check the port, and that the pipeline of the server is playing");
 }
 
 Result<wire::EdgeMessage> QueryLink::wait_for_greeting(const isolate::Deadline& deadline) {
@@ -150,12 +152,13 @@ Result<wire::EdgeMessage> QueryLink::wait_for_greeting(const isolate::Deadline& 
     auto step = requests_->read();
     if (!step) return step.error();
     if (step->read == Read::Closed)
-      return Error{.code = Code::SERVER_REFUSED,
-                   .what = "the query server closed the connection without a greeting",
-                   .offered = options_.server_host + ":" + std::to_string(options_.server_port),
-                   .needed = "a tensor_query_serversrc that has room for another client"};
+      return Error{
+          .code = Code::SERVER_REFUSED,
+          .what = "the query server closed the connection before the handshake",
+          .offered = options_.server_host + ":" + std::to_string(options_.server_port),
+          .needed = "a tensor_query_serversrc that accepts another client (max-connections)"};
     if (step->read == Read::Message && step->action != wire::Action::ReadCapability)
-      return wire::peer_error("the query server does not greet",
+      return wire::peer_error("the query server does not start the handshake",
                               wire::to_string(step->message.command), "CAPABILITY");
     if (step->read == Read::Message) return std::move(step->message);
     if (auto status = wait_for_greeting_bytes(deadline); !status) return status.error();
@@ -189,7 +192,7 @@ Status QueryLink::send_host_info() {
   if (sent == static_cast<ssize_t>(message->size())) return ok();
   end(LinkEnd::Lost);
   return unreachable(options_, "the query server closed the connection in the handshake",
-                     "it does not take the address of the client", "look at the server's log");
+                     "it does not accept the address of the client", "look at the server's log");
 }
 
 // From the address that the client connected to. A server of this machine that is reached under
@@ -227,8 +230,10 @@ Result<bool> QueryLink::accept_server(const isolate::Deadline& deadline) {
   if (ready > 0)
     if (auto status = check_handshake(); !status) return status.error();
   if (!isolate::is_over(deadline)) return false;
-  return unreachable(options_, "the query server does not connect to the client for its answers",
-                     "no connection to " + listener_address().to_string() + " in time", kHostFix);
+  return unreachable(
+      options_,
+      "the query server did not connect to the client, which it must do to send its answers",
+      "no connection to " + listener_address().to_string() + " in time", kHostFix);
 }
 
 // Whether the server has given up instead of connecting.
@@ -238,8 +243,8 @@ Status QueryLink::check_handshake() {
   if (!*ended) return ok();
   return Error{
       .code = Code::SERVER_REFUSED,
-      .what = "the query server ended the handshake",
-      .offered = "it should connect to " + listener_address().to_string() + " for its answers",
+      .what = "the query server ended the handshake early",
+      .offered = "the client asked it to send its answers to " + listener_address().to_string(),
       .needed = "a server that can connect to this address",
       .fix = kHostFix};
 }
@@ -326,7 +331,7 @@ Result<std::optional<LinkEnd>> QueryLink::read_side(MessageConnection* from, boo
 
 Status QueryLink::take_answer(wire::EdgeMessage message) {
   if (answered_ == sent_)
-    return wire::peer_error("an answer belongs to no request", "one answer more than requests",
+    return wire::peer_error("an answer does not belong to a request", "more answers than requests",
                             "one answer for each request");
   const auto metadata = wire::EdgeMetadata::parse(message.metadata.bytes());
   if (!metadata) return metadata.error();

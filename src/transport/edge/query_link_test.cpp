@@ -247,7 +247,7 @@ TEST_F(EdgeQuery, GreetingsWithoutUsableTextsAreRefused) {
               "does not announce its caps");
 }
 TEST_F(EdgeQuery, AServerThatRefusesAtOnceIsNamed) {
-  EXPECT_SAYS(greeting_error(wire::test::golden_error()), "does not greet");
+  EXPECT_SAYS(greeting_error(wire::test::golden_error()), "does not start the handshake");
 }
 TEST_F(EdgeQuery, OtherCommandsAfterTheHandshakeAreIgnored) {
   ScriptedServer server([](auto& s) {
@@ -294,7 +294,7 @@ TEST_F(EdgeQuery, AnAnswerWithoutARequestIsRefused) {
   });
   const auto link = linked(server);
   ASSERT_TRUE(link);
-  EXPECT_REFUSED(receive(link.get()), PEER_MESSAGE_INVALID, "belongs to no request");
+  EXPECT_REFUSED(receive(link.get()), PEER_MESSAGE_INVALID, "does not belong to a request");
 }
 
 // Class 5. All of 127.0.0.0/8 is this machine.
@@ -345,7 +345,7 @@ TEST_F(EdgeQuery, AServerThatDoesNotGreetIsAnErrorInTime) {
   });
   auto wanted = options(server);
   wanted.handshake_time = 50ms;
-  EXPECT_REFUSED(QueryLink::connect(wanted), SERVER_UNREACHABLE, "does not greet");
+  EXPECT_REFUSED(QueryLink::connect(wanted), SERVER_UNREACHABLE, "does not start the handshake");
 }
 TEST_F(EdgeQuery, AServerThatSendsHalfAGreetingIsAnErrorInTime) {
   for (const size_t size : {3, 16, 100, 2088}) {
@@ -356,7 +356,7 @@ TEST_F(EdgeQuery, AServerThatSendsHalfAGreetingIsAnErrorInTime) {
     });
     auto wanted = options(server);
     wanted.handshake_time = 50ms;
-    EXPECT_REFUSED(QueryLink::connect(wanted), SERVER_UNREACHABLE, "does not greet");
+    EXPECT_REFUSED(QueryLink::connect(wanted), SERVER_UNREACHABLE, "does not start the handshake");
   }
 }
 TEST_F(EdgeQuery, AServerThatDoesNotConnectBackIsAnErrorInTime) {
@@ -368,7 +368,7 @@ TEST_F(EdgeQuery, AServerThatDoesNotConnectBackIsAnErrorInTime) {
   const auto link = QueryLink::connect(options(server));
   ASSERT_TRUE(link);
   const auto status = (*link)->confirm(isolate::deadline_in(50ms));
-  EXPECT_REFUSED(status, SERVER_UNREACHABLE, "does not connect to the client");
+  EXPECT_REFUSED(status, SERVER_UNREACHABLE, "did not connect to the client");
   EXPECT_SAYS(status.error().message(), "set host to an address");
 }
 TEST_F(EdgeQuery, AServerThatCannotConnectBackIsNamed) {

@@ -187,16 +187,18 @@ ListenerCounts QueryListener::counts() const {
 }
 
 std::string QueryListener::reason_to_refuse(const std::string& address) const {
-  if (options_.allowed && !options_.allowed(address)) return "the property allow does not name it";
+  if (options_.allowed && !options_.allowed(address))
+    return "the property allow does not contain its address";
   if (options_.most_clients > 0 && clients_.size() >= options_.most_clients)
-    return "there are " + std::to_string(clients_.size()) + " clients (property max-connections)";
+    return std::to_string(clients_.size()) +
+           " clients are already connected (property max-connections)";
   if (options_.most_of_one_address == 0 || is_this_machine(address)) return "";
   const auto of_address = std::count_if(clients_.begin(), clients_.end(), [&](const auto& client) {
     return client->address() == address;
   });
   if (static_cast<uint32_t>(of_address) < options_.most_of_one_address) return "";
-  return "there are " + std::to_string(of_address) +
-         " clients of its address (property max-connections-per-address)";
+  return std::to_string(of_address) +
+         " clients with its address are already connected (property max-connections-per-address)";
 }
 
 void QueryListener::refuse(const Client& client, const std::string& reason) {

@@ -265,7 +265,7 @@ TEST_F(EdgeQuery, MoreClientsThanAllowedAreRefused) {
   auto one = connected(), two = connected();
   auto three = client();
   EXPECT_EQ(three.a.rest(), wire::test::golden_error());
-  EXPECT_TRUE(is_refused("there are 2 clients (property max-connections)"));
+  EXPECT_TRUE(is_refused("2 clients are already connected (property max-connections)"));
   one.close();
   ASSERT_TRUE(clients_become(1));
   expect_service();
@@ -275,7 +275,7 @@ TEST_F(EdgeQuery, AddressesThatAreNotAllowedAreRefused) {
   open({.allowed = [](const std::string& address) { return address != "127.0.0.1"; }});
   auto peer = client();
   peer.a.rest();
-  EXPECT_TRUE(is_refused("127.0.0.1: the property allow does not name it"));
+  EXPECT_TRUE(is_refused("127.0.0.1: the property allow does not contain its address"));
 }
 
 TEST_F(EdgeQuery, AStormOf100ClientsIsServed) {

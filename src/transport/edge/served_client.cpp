@@ -142,7 +142,7 @@ ServedClient::Refusal ServedClient::take_message(std::optional<Request>* request
 }
 
 ServedClient::Refusal ServedClient::host_info(const wire::EdgeMessage& message) {
-  if (state_ != State::Greeted) return "it answers before it is greeted";
+  if (state_ != State::Greeted) return "it sent HOST_INFO before the server sent CAPABILITY";
   form_ = *reader_->form();
   if (!options_.form && form_ == HeaderForm::Bytes160)
     return "it uses headers of 160 bytes (property wire-version=0.2.2)";

@@ -136,13 +136,14 @@ PublisherCounts StreamPublisher::counts() const {
 }
 
 std::string StreamPublisher::reason_to_refuse(const std::string& address) const {
-  if (options_.allowed && !options_.allowed(address)) return "the property allow does not name it";
+  if (options_.allowed && !options_.allowed(address))
+    return "the property allow does not contain its address";
   if (links_.size() >= options_.most_subscribers)
-    return "there are " + std::to_string(options_.most_subscribers) + " subscribers";
+    return std::to_string(options_.most_subscribers) + " subscribers are already connected";
   const auto of_address = std::count_if(
       links_.begin(), links_.end(), [&](const auto& link) { return link->address() == address; });
   if (static_cast<uint32_t>(of_address) >= options_.most_of_one_address)
-    return "there are " + std::to_string(of_address) + " connections of its address";
+    return std::to_string(of_address) + " subscribers with its address are already connected";
   return "";
 }
 
@@ -184,7 +185,7 @@ void StreamPublisher::attend(SubscriberLink* link, bool has_input, std::vector<E
   if (reason)
     refuse(link, *reason, refusals);
   else if (isolate::is_over(link->patience(options_.queue)))
-    refuse(link, "it does not greet, or does not read", refusals);
+    refuse(link, "it does not complete the handshake, or does not read", refusals);
 }
 
 void StreamPublisher::serve_once() {

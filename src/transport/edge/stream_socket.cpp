@@ -73,7 +73,7 @@ Result<Descriptor> listen_on(const std::string& host, uint32_t port) {
                  .what = "the address to listen on cannot be used",
                  .offered = address_text(host, port) + ": " + reason,
                  .needed = "an IPv4 address or name of this machine, and a port that is free",
-                 .fix = "host=localhost port=0 takes a free port"};
+                 .fix = "host=localhost port=0, which uses a free port"};
   };
   std::string reason;
   const auto addresses = addresses_of(host, port, true, &reason);
@@ -128,8 +128,8 @@ Result<Descriptor> connect_to(const std::string& host, uint32_t port,
   return Error{.code = Code::SERVER_UNREACHABLE,
                .what = "the edgesink of this stream cannot be reached",
                .offered = address_text(host, port) + ": " + reason,
-               .needed = "an edgesink that listens there, started before",
-               .fix = "reconnect=true waits for it"};
+               .needed = "an edgesink that already listens at this address",
+               .fix = "reconnect=true, which waits for the edgesink"};
 }
 
 bool is_address(const std::string& host) {

@@ -93,15 +93,15 @@ Status StreamSubscriber::greet(const isolate::Deadline& deadline, int cancel) {
   if (*waited == Wait::Cancelled) return cancelled();
   if (*waited != Wait::Message)
     return Error{.code = Code::SERVER_REFUSED,
-                 .what = "the edgesink did not greet",
+                 .what = "the edgesink did not start the handshake",
                  .offered = *waited == Wait::Late ? "nothing in time" : "it closed the connection",
-                 .needed = "an edgesink that has room for another subscriber"};
+                 .needed = "an edgesink that accepts another subscriber"};
   const auto message = reader_->take();
   const auto action = conversation_.next(message.command);
   if (!action) return action.error();
   if (*action != wire::Action::ReadCapability || message.memories.empty())
-    return wire::peer_error("the edgesink did not greet", wire::to_string(message.command),
-                            "CAPABILITY");
+    return wire::peer_error("the edgesink did not start the handshake",
+                            wire::to_string(message.command), "CAPABILITY");
   const auto text = wire::text_of_memory(message.memories.front().bytes());
   if (!text) return text.error();
   auto caps = wire::parse_publisher_capability(*text);

@@ -92,7 +92,7 @@ class HostileReader : public ::testing::Test {
 TEST_F(HostileReader, AnotherProtocol) {
   RawReader reader(folder_.file());
   reader.hello(0x12345678);
-  expect_refused(&reader, "did not greet");
+  expect_refused(&reader, "did not start the handshake");
 }
 TEST_F(HostileReader, AnotherVersion) {
   RawReader reader(folder_.file());
@@ -102,7 +102,7 @@ TEST_F(HostileReader, AnotherVersion) {
 TEST_F(HostileReader, AMessageBeforeTheGreeting) {
   RawReader reader(folder_.file());
   reader.send(Kind::Release, uint64_t{1});
-  expect_refused(&reader, "did not greet");
+  expect_refused(&reader, "did not start the handshake");
 }
 TEST_F(HostileReader, ASecondGreeting) {
   RawReader reader(folder_.file());
@@ -159,7 +159,7 @@ TEST_F(HostileReader, Silence) {
 TEST_F(HostileReader, OneTooMany) {
   const auto one = subscriber_at(folder_.file());
   const auto two = subscriber_at(folder_.file());
-  EXPECT_REFUSED(Subscriber::connect(folder_.file()), SERVER_REFUSED, "largest number of readers");
+  EXPECT_REFUSED(Subscriber::connect(folder_.file()), SERVER_REFUSED, "accepts another reader");
   EXPECT_EQ(publisher_->counts().refused, 1u);
   EXPECT_EQ(publisher_->counts().readers, 2u);
 }
@@ -250,7 +250,7 @@ TEST_F(HostileWriter, ABlockOfAnOrdinaryFile) {
   const auto error = error_after([&] {
     send_block({1, 4096}, Descriptor(open("/proc/self/exe", O_RDONLY | O_CLOEXEC)));
   });
-  EXPECT_SAYS(error.message(), "no memfd");
+  EXPECT_SAYS(error.message(), "not a memfd");
 }
 TEST_F(HostileWriter, ABlockWithoutADescriptor) {
   EXPECT_SAYS(error_after([&] {

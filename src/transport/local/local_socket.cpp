@@ -46,10 +46,10 @@ int call(int (*function)(int, const sockaddr*, socklen_t), int socket, const soc
 Status remove_stale(const std::string& path, const sockaddr_un& address) {
   struct stat found {};
   if (lstat(path.c_str(), &found) != 0) return unusable(path, std::strerror(errno));
-  if (!S_ISSOCK(found.st_mode)) return unusable(path, "there is a file that is not a socket");
+  if (!S_ISSOCK(found.st_mode)) return unusable(path, "the file exists and is not a socket");
   const Descriptor probe = make_socket();
   if (call(connect, probe.get(), address) == 0 || errno == EAGAIN)
-    return unusable(path, "another process listens on it");
+    return unusable(path, "another process already listens on it");
   if (errno != ECONNREFUSED) return unusable(path, std::strerror(errno));
   if (unlink(path.c_str()) != 0 && errno != ENOENT) return unusable(path, std::strerror(errno));
   return ok();
@@ -111,8 +111,8 @@ Result<Descriptor> connect_to(const std::string& path) {
   return Error{.code = Code::SERVER_UNREACHABLE,
                .what = "no process writes to this local stream",
                .offered = "path=" + path + ": " + std::strerror(errno),
-               .needed = "an edgesink with the same path, started before",
-               .fix = "reconnect=true waits for it"};
+               .needed = "an edgesink with the same path that is already running",
+               .fix = "reconnect=true, which waits for the edgesink"};
 }
 
 std::optional<uid_t> user_of_peer(int socket) noexcept {

@@ -44,7 +44,8 @@ TEST(LocalSocket, AStaleFileIsReplaced) {
 TEST(LocalSocket, AFileOfAnotherListenerStays) {
   const Folder folder;
   const auto first = Listener::open(folder.file());
-  EXPECT_REFUSED(Listener::open(folder.file()), OPTION_VALUE, "another process listens on it");
+  EXPECT_REFUSED(Listener::open(folder.file()), OPTION_VALUE,
+                 "another process already listens on it");
   EXPECT_TRUE(connect_to(folder.file()));
 }
 

@@ -10,7 +10,7 @@ namespace weir::local {
 
 inline Error bad_writer(std::string sent) {
   return Error{.code = Code::PEER_MESSAGE_INVALID,
-               .what = "the writer of a local stream sent what cannot be used",
+               .what = "the edgesink of a local stream sent an invalid message",
                .offered = std::move(sent),
                .needed = "an edgesink of the same version; the connection is closed"};
 }

@@ -160,7 +160,7 @@ void Publisher::greet_new(std::vector<Error>* refusals) {
     } else if (readers_.size() >= options_.most_readers) {
       ++refused_;
       refusals->push_back(refusal(
-          options_.path, "there are " + std::to_string(options_.most_readers) + " readers"));
+          options_.path, std::to_string(options_.most_readers) + " readers are already connected"));
     } else {
       readers_.push_back(std::make_shared<ReaderLink>(std::move(socket)));
     }
@@ -192,7 +192,7 @@ void Publisher::refuse_silent(ReaderLink* reader, std::vector<Error>* refusals) 
   if (reader->state() != ReaderLink::State::Greeting || !isolate::is_over(reader->greeting_ends()))
     return;
   ++refused_;
-  refusals->push_back(refusal(options_.path, "it did not greet within 2 s"));
+  refusals->push_back(refusal(options_.path, "it did not start the handshake within 2 s"));
   reader->set_gone();
 }
 

@@ -95,12 +95,12 @@ std::optional<std::string> ReaderLink::release(uint64_t number, Garbage* garbage
 
 std::optional<std::string> ReaderLink::handle(const Packet& packet, Garbage* garbage) {
   auto message = packet.cut || packet.descriptor ? std::nullopt : open_message(packet.bytes);
-  if (!message) return "it sent a packet that is no message";
+  if (!message) return "it sent a packet that is not a message";
   auto& body = message->body;
   if (state_ == State::Greeting) {
     const auto greeting = body.take<Greeting>();
     if (message->kind != Kind::Hello || !body.complete() || greeting.magic != kMagic)
-      return "it did not greet as a reader does";
+      return "it did not start the handshake of a reader";
     if (greeting.protocol != kProtocol)
       return "it speaks version " + std::to_string(greeting.protocol) + " of the protocol, not " +
              std::to_string(kProtocol);

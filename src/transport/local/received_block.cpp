@@ -12,7 +12,7 @@ namespace weir::local {
 Result<isolate::Mapping> map_block(const Descriptor& block, uint64_t bytes) {
   if (!block) return bad_writer("a block without a descriptor");
   const int seals = fcntl(block.get(), F_GET_SEALS);
-  if (seals < 0) return bad_writer("a block that is no memfd");
+  if (seals < 0) return bad_writer("a block that is not a memfd");
   if (!(seals & F_SEAL_SHRINK)) return bad_writer("a block that is not sealed against shrinking");
   struct stat found {};
   if (fstat(block.get(), &found) != 0 || found.st_size < 0)

@@ -75,21 +75,19 @@ Status Subscriber::greet(int cancel) {
     case Wait::Cancelled:
       return Error{.code = Code::CANCELLED, .what = "connecting to a local stream was cancelled"};
     case Wait::Late:
-      return bad_writer("no greeting within 2 s");
+      return bad_writer("no handshake within 2 s");
     case Wait::Closed:
       return Error{.code = Code::SERVER_REFUSED,
-                   .what = "the writer of a local stream closed the connection",
+                   .what = "the edgesink of a local stream closed the connection",
                    .offered = "an edgesrc of protocol version " + std::to_string(kProtocol),
-                   .needed =
-                       "an edgesink of the same version with fewer than its largest number "
-                       "of readers"};
+                   .needed = "an edgesink of the same version that accepts another reader"};
   }
   auto message = packet.cut ? std::nullopt : open_message(packet.bytes);
-  if (!message || message->kind != Kind::Welcome) return bad_writer("no greeting");
+  if (!message || message->kind != Kind::Welcome) return bad_writer("no handshake");
   const auto greeting = message->body.take<Greeting>();
   most_held_ = message->body.take<uint32_t>();
   if (!message->body.complete() || greeting.magic != kMagic || greeting.protocol != kProtocol)
-    return bad_writer("a greeting of another version of the protocol");
+    return bad_writer("a handshake of a different version of the protocol");
   return ok();
 }
 
@@ -125,7 +123,7 @@ Result<StreamEvent> Subscriber::receive(int cancel) {
 
 Subscriber::Handled Subscriber::handle(Packet* packet) {
   auto message = packet->cut ? std::nullopt : open_message(packet->bytes);
-  if (!message) return bad_writer("a packet that is no message");
+  if (!message) return bad_writer("a packet that is not a message");
   auto& body = message->body;
   if (packet->descriptor && message->kind != Kind::Block)
     return bad_writer("a descriptor without a block");
@@ -174,7 +172,7 @@ Status Subscriber::forget_block(isolate::MessageReader* body) {
 Subscriber::Handled Subscriber::caps(isolate::MessageReader* body) {
   StreamEvent event{StreamEvent::Kind::Caps, body->text(), {}};
   if (!body->complete() || event.caps.find('\0') != std::string::npos)
-    return bad_writer("caps that are no text");
+    return bad_writer("caps that are not text");
   return std::optional(std::move(event));
 }
 

@@ -131,9 +131,9 @@ Status BrokerClient::Impl::publish(const Publication& publication,
   changed_.wait_for(lock, timeout, [&] { return interrupted_ || has_room(); });
   if (interrupted_) return Error{.code = Code::CANCELLED, .what = "publishing was interrupted"};
   if (!has_room())
-    return broker_unreachable(
-        options_, std::string(connected_ ? "it took no message" : "no connection") + " within " +
-                      std::to_string(timeout.count()) + " ms");
+    return broker_unreachable(options_,
+                              std::string(connected_ ? "it accepted no message" : "no connection") +
+                                  " within " + std::to_string(timeout.count()) + " ms");
   sent_.begin();
   const uint64_t connection = counts_.connections;
   lock.unlock();

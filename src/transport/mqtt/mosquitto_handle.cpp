@@ -89,7 +89,7 @@ Error option_error(int reason) {
   return {.code = Code::OPTION_VALUE,
           .what = "the properties for the broker cannot be used",
           .offered = mosquitto_strerror(reason),
-          .needed = "texts of UTF-8, and a last will of at most 256 MiB",
+          .needed = "UTF-8 text, and a last will of at most 256 MiB",
           .fix = "check client-id, user and password"};
 }
 
@@ -118,7 +118,7 @@ Result<PropertyList> to_property_list(const MqttProperties& properties) {
   return Error{.code = Code::OPTION_VALUE,
                .what = "a property of an MQTT message cannot be sent",
                .offered = mosquitto_strerror(result),
-               .needed = "texts of at most 65535 bytes of UTF-8",
+               .needed = "at most 65535 bytes of UTF-8",
                .fix = "shorten the caps"};
 }
 
@@ -182,8 +182,8 @@ Error broker_unreachable(const BrokerOptions& options, std::string offered) {
                   " cannot be reached",
           .offered = std::move(offered),
           .needed = std::string("a broker that answers at this address ") +
-                    (has_tls ? "with TLS, at a port that is often 8883"
-                             : "without TLS; one with TLS needs tls-ca"),
+                    (has_tls ? "with TLS, usually at port 8883"
+                             : "without TLS; for a broker with TLS, set tls-ca"),
           .fix = "start the broker, for example with `mosquitto -p " +
                  std::to_string(options.port) + "`, or set " + options.address_properties};
 }

@@ -39,7 +39,7 @@ Reason rejected_certificate(long result, const BrokerOptions& options) {
     case X509_V_ERR_DEPTH_ZERO_SELF_SIGNED_CERT:
     case X509_V_ERR_UNABLE_TO_VERIFY_LEAF_SIGNATURE:
     case X509_V_ERR_CERT_SIGNATURE_FAILURE:
-      return {"its certificate is not of the authority in " + options.tls.ca,
+      return {"its certificate was not signed by the authority in " + options.tls.ca,
               "set tls-ca to the file of the authority that signed the broker's certificate"};
     default:
       return {std::string("its certificate is rejected: ") + X509_verify_cert_error_string(result),
@@ -49,9 +49,9 @@ Reason rejected_certificate(long result, const BrokerOptions& options) {
 
 // Of the certificate of this client, or of none.
 Reason rejected_client(const BrokerOptions& options) {
-  return {options.tls.cert.empty() ? "it ended the connection, as if it needs a "
-                                     "certificate of the client"
-                                   : "it does not accept the certificate " + options.tls.cert,
+  return {options.tls.cert.empty()
+              ? "it ended the connection; it probably needs a certificate of the client"
+              : "it does not accept the certificate " + options.tls.cert,
           "set tls-cert and tls-key to a certificate of an authority that the broker trusts"};
 }
 
@@ -63,7 +63,7 @@ Reason broken_handshake(const std::string& error, const BrokerOptions& options) 
             "compare psk and psk-identity with the broker's file of keys"};
   if (has("wrong version number") || has("unexpected eof"))
     return {"there is no TLS at this port: " + error,
-            "set the port at which the broker has TLS, often 8883"};
+            "set the port at which the broker has TLS, usually 8883"};
   if (has("alert")) return rejected_client(options);
   return {"the TLS handshake failed: " + error,
           "compare the versions and ciphers of TLS that the broker allows"};
