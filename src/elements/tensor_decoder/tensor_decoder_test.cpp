@@ -74,7 +74,7 @@ TEST(TensorDecoder, RefusesWhatIsNoPicture) {
                            tensor("uint16", "3:4:2"), tensor("uint8", "3:4:2:2")}) {
     const std::string message = error_of("mode=direct_video", caps, Bytes(96));
     EXPECT_SAYS(message, "WEIR-2001");
-    EXPECT_SAYS(message, "takes one picture");
+    EXPECT_SAYS(message, "needs one picture");
   }
 }
 
@@ -90,7 +90,7 @@ TEST(TensorDecoder, PostsNoErrorForAQuery) {
   EXPECT_EQ(errors.next(), "");
   gst_pad_send_event(sink.get(), gst_event_new_stream_start("test"));
   EXPECT_FALSE(gst_pad_send_event(sink.get(), gst_event_new_caps(caps.get())));
-  EXPECT_SAYS(errors.next(), "takes one picture") << "caps do post it";
+  EXPECT_SAYS(errors.next(), "needs one picture") << "caps do post it";
   EXPECT_EQ(errors.next(), "");
 }
 

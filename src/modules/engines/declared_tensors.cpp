@@ -49,9 +49,9 @@ Status take_into(std::vector<DeclaredTensor>* tensors, std::string_view kind,
   const auto list = parts(value, kind == "name" ? "," : ",.");
   if (list.size() > WEIR_TENSOR_LIMIT)
     return Error{.code = Code::LIMIT_EXCEEDED,
-                 .what = "more tensors are named than a stream can have",
+                 .what = "more tensors are declared than a stream can have",
                  .offered = std::to_string(list.size()),
-                 .needed = "256 at most"};
+                 .needed = "at most 256"};
   if (tensors->size() < list.size()) tensors->resize(list.size());
   for (size_t i = 0; i < list.size(); ++i) {
     DeclaredTensor& tensor = (*tensors)[i];

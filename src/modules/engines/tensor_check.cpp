@@ -114,7 +114,7 @@ Status check_memory(const weir_tensor& tensor, size_t index, const char* role) {
     return Error{
         .code = Code::FRAME_SIZE,
         .what = which + " has a size that does not match its description",
-        .offered = std::to_string(tensor.bytes) + " bytes" + (tensor.data ? "" : " of no memory"),
+        .offered = std::to_string(tensor.bytes) + " bytes" + (tensor.data ? "" : " without memory"),
         .needed = bytes ? std::to_string(*bytes) + " bytes: " + describe(tensor.info)
                         : "a complete description, not " + describe(tensor.info)};
   if (!strides_are_dense(tensor))

@@ -72,7 +72,7 @@ Result<PythonApi> find_python() {
   }
   const auto version = reinterpret_cast<const char* (*)()>(dlsym(library, "Py_GetVersion"));
   if (version && !is_recent(version()))
-    return not_usable(library, "Python " + short_version(version()) + " is another version");
+    return not_usable(library, "Python " + short_version(version()) + " is not supported");
   PythonApi api;
   const char* missing = nullptr;
 // NOLINTBEGIN(bugprone-macro-parentheses): a member's name takes none

@@ -24,10 +24,10 @@ def bytes_of(index, shape, array):
     kind, dims = tensor_of(shape)
     dtype = DTYPES[kind]
     if not is_a(numpy.ndarray, array):
-        raise TypeError(f"array {index} is no NumPy array but {type(array).__name__}")
+        raise TypeError(f"array {index} is not a NumPy array but {type(array).__name__}")
     array = numpy.asarray(array)  # a subclass may report another type or size than its memory has
     if array.dtype not in (numpy.uint8, dtype):
-        raise TypeError(f"array {index} is of {array.dtype}: it is bytes, array.view(numpy.uint8)")
+        raise TypeError(f"array {index} is of {array.dtype}: pass bytes, array.view(numpy.uint8)")
     needed = dtype.itemsize
     for d in dims:
         needed *= d
@@ -50,7 +50,7 @@ def convert(script, arrays):
     tensors = tuple(bytes_of(i, *pair) for i, pair in enumerate(zip(shapes, arrays)))
     rate_n, rate_d = int(rate_n), int(rate_d)
     if not (0 <= rate_n < 1 << 31 and 1 <= rate_d < 1 << 31):
-        raise ValueError(f"{rate_n}/{rate_d} is no frame rate: 0/1 or more")
+        raise ValueError(f"{rate_n}/{rate_d} is not a frame rate, which is 0/1 or more")
     return rate_n, rate_d, tensors
 )py";
 

@@ -223,7 +223,7 @@ INSTANTIATE_TEST_SUITE_P(
     testing::Values(
         Fault{"pass", "rate_d), not NoneType"}, Fault{"return 1, 2, 3", "not 3 values"},
         Fault{"return [TensorShape([2])], [], 0, 1", "1 TensorShapes for 0 arrays"},
-        Fault{"return [TensorShape([2])], [[1, 2]], 0, 1", "array 0 is no NumPy array but list"},
+        Fault{"return [TensorShape([2])], [[1, 2]], 0, 1", "array 0 is not a NumPy array but list"},
         Fault{"return [TensorShape([3])], input_array, 0, 1", "array 0 has 2 bytes"},
         Fault{"return [TensorShape([2])], [numpy.zeros(2)], 0, 1", "array 0 is of float64"},
         Fault{"class Array(numpy.ndarray): nbytes = 8\n"
@@ -247,9 +247,9 @@ INSTANTIATE_TEST_SUITE_P(
         Fault{"return [TensorShape([1] * 17)], input_array, 0, 1", "at most 16"},
         Fault{"return [TensorShape((2,))], input_array, 0, 1", "are a list, not tuple"},
         Fault{"return [2], input_array, 0, 1", "AttributeError"},
-        Fault{"return [TensorShape([2])], input_array, -1, 1", "is no frame rate"},
-        Fault{"return [TensorShape([2])], input_array, 1, 0", "is no frame rate"},
-        Fault{"return [TensorShape([2])], input_array, 1 << 80, 1", "is no frame rate"},
+        Fault{"return [TensorShape([2])], input_array, -1, 1", "is not a frame rate"},
+        Fault{"return [TensorShape([2])], input_array, 1, 0", "is not a frame rate"},
+        Fault{"return [TensorShape([2])], input_array, 1 << 80, 1", "is not a frame rate"},
         Fault{"return [TensorShape([2])], input_array, 'x', 1", "ValueError"},
         Fault{"return [], [], 0, 1", "ValueError: convert returns no tensors"},
         Fault{"return [TensorShape([2])] * 257, input_array * 257, 0, 1",

@@ -117,7 +117,7 @@ class DirectVideo {
     for (uint32_t i = 3; i < WEIR_RANK_LIMIT; ++i) one_picture &= weir::dimension(info, i) == 1;
     if (!format || !one_picture)
       throw Failure({.code = Code::SPEC_MISMATCH,
-                     .what = "mode=direct_video takes one picture",
+                     .what = "mode=direct_video needs one picture",
                      .offered = weir::describe(info),
                      .needed = "1, 3 or 4 channels : width : height of uint8 or int8, or 1 channel "
                                "of uint16 or int16",
@@ -134,9 +134,9 @@ class DirectVideo {
     for (const auto& format : kFormats)
       if (format.channels == made.channels && format.bytes == made.bytes)
         names.push_back(format.name);
-    const std::string text = "mode=direct_video makes " + std::string(made.name) +
-                             " and not option1=" + wanted_ +
-                             ", for this tensor can be one of: " + weir::join(names, ", ");
+    const std::string text = "mode=direct_video outputs " + std::string(made.name) +
+                             " instead of option1=" + wanted_ + ": this tensor can become one of " +
+                             weir::join(names, ", ");
     weir::module_host->log(WEIR_LOG_ERROR, "direct_video", text.c_str());
   }
 

@@ -62,8 +62,8 @@ TEST(DirectVideo, RefusesWhatIsNoPicture) {
     EXPECT_SAYS(error, "WEIR-2001");
     EXPECT_SAYS(error, std::string("uint8 ") + shape);
   }
-  EXPECT_SAYS(shown<float>("", "3:4:2", 24, ElementType::Float32).error, "takes one picture");
-  EXPECT_SAYS(shown<uint16_t>("", "3:4:2", 24, ElementType::UInt16).error, "takes one picture");
+  EXPECT_SAYS(shown<float>("", "3:4:2", 24, ElementType::Float32).error, "needs one picture");
+  EXPECT_SAYS(shown<uint16_t>("", "3:4:2", 24, ElementType::UInt16).error, "needs one picture");
 }
 
 // Captures log messages into `lines` until the end of the scope.
@@ -84,11 +84,12 @@ TEST(DirectVideo, ReportsThatAFormatIsNotPossible) {
   EXPECT_SAYS(shown("RGBA", "1:4:2", 8).sink.caps, "(string)GRAY8,");
   EXPECT_EQ(shown("RGB", "3:4:2", 24).error, "");
   ASSERT_EQ(log.lines.size(), 2u);
-  EXPECT_EQ(log.lines[0],
-            "1 direct_video: mode=direct_video makes RGB and not option1=YUY2, for this tensor can "
-            "be one of: RGB, BGR");
+  EXPECT_EQ(
+      log.lines[0],
+      "1 direct_video: mode=direct_video outputs RGB instead of option1=YUY2: this tensor can "
+      "become one of RGB, BGR");
   EXPECT_SAYS(log.lines[1],
-              "makes GRAY8 and not option1=RGBA, for this tensor can be one of: GRAY8");
+              "outputs GRAY8 instead of option1=RGBA: this tensor can become one of GRAY8");
 }
 
 TEST(DirectVideo, ReportsItOncePerStream) {

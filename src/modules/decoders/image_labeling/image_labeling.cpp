@@ -82,7 +82,7 @@ class ImageLabeling {
       throw Failure({.code = Code::FILE_NOT_FOUND,
                      .what = "mode=image_labeling has no label file",
                      .offered = "no option1",
-                     .needed = "a text file with one label a line",
+                     .needed = "a text file with one label on each line",
                      .fix = "tensor_decoder mode=image_labeling option1=/path/to/labels.txt"});
     path_ = *path;
     labels_ = weir::read_label_file("option1", path_);
@@ -114,7 +114,7 @@ class ImageLabeling {
                      .offered = path_ + ", " + std::to_string(labels_.size()) + " lines",
                      .needed = "a label in line " + std::to_string(index + 1) + " of at least " +
                                std::to_string(count),
-                     .fix = "option1=the label file of this model"});
+                     .fix = "option1=/path/to/the/labels/of/this/model.txt"});
     const std::string& label = labels_[index];
     std::memcpy(output.reserve(label.size() + 1).data(), label.c_str(), label.size() + 1);
     return true;
@@ -126,7 +126,7 @@ class ImageLabeling {
     for (uint32_t i = 1; i < WEIR_RANK_LIMIT; ++i) good &= weir::dimension(info, i) == 1;
     if (good) return;
     throw Failure({.code = Code::SPEC_MISMATCH,
-                   .what = "mode=image_labeling takes one score for each class",
+                   .what = "mode=image_labeling needs one score for each class",
                    .offered = weir::describe(info),
                    .needed = "a first tensor of N:1 or N:1:1:1",
                    .fix = "tensor_filter output-combination=o0, or another mode"});

@@ -18,7 +18,7 @@ std::string describe_output(const net::TensorText& output) {
 
 Error other_output(std::string offered, std::string needed) {
   return {.code = Code::PEER_MESSAGE_INVALID,
-          .what = "a server's answer has other outputs than the model",
+          .what = "the answer of a server has different outputs than the model",
           .offered = std::move(offered),
           .needed = std::move(needed),
           .fix = "start the pipeline again if another model was loaded on the server"};
@@ -71,7 +71,7 @@ Result<Taken> check(const net::Reply& reply, const net::InferResponse& response,
     set_shape(&out.info, given.shape.begin(), given.shape.size());
   }
   const auto bytes = tensor_bytes(out.info);
-  if (!bytes) return other_output(describe_output(given), "a size that memory has");
+  if (!bytes) return other_output(describe_output(given), "a size that fits into memory");
   out.bytes = *bytes;
   if (out.bytes / element_bytes(out.info.type) > received_bytes(response, *index))
     return other_output(describe_output(given) + " with fewer elements", wanted.to_string());
@@ -90,7 +90,7 @@ Status take_outputs(const net::Reply& reply, const std::vector<OipTensor>& expec
   *times = response->times;
   const auto tensors = tensors_of(frame);
   if (tensors.size() != expected.size())
-    return Error{.code = Code::INTERNAL, .what = "a frame has another number of outputs"};
+    return Error{.code = Code::INTERNAL, .what = "a frame has a different number of outputs"};
   std::vector<Taken> taken;
   for (size_t i = 0; i < expected.size(); ++i) {
     auto one = check(reply, *response, expected[i], i, tensors[i]);

@@ -19,7 +19,7 @@ Error invalid(const std::string& offered) {
                .what = "the file is truncated, damaged or not an ONNX model",
                .offered = offered,
                .needed = "a complete ONNX model",
-               .fix = "fetch or export the model again; weir inspect MODEL"};
+               .fix = "download or export the model again, then check it with weir inspect MODEL"};
 }
 
 Error damage(const ProtobufReader& reader, const char* part) {

@@ -45,7 +45,7 @@ Error load_error(const OrtFailure& failure, const std::string& model) {
     error.what = "the model needs something that this ONNX Runtime lacks";
     error.fix = "export the model with an older opset or with standard operators only";
   } else {
-    error.fix = "fetch or export the model again; weir inspect MODEL";
+    error.fix = "download or export the model again, then check it with weir inspect MODEL";
   }
   return Error{.code = error.code,
                .what = error.what,

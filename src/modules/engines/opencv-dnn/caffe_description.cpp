@@ -14,7 +14,7 @@ Error damaged(const std::string& offered) {
                .what = "the weights file is truncated, damaged or not a Caffe file",
                .offered = offered,
                .needed = "a complete .caffemodel",
-               .fix = "fetch the .caffemodel again"};
+               .fix = "download the .caffemodel again"};
 }
 
 DeclaredTensor input_of(std::string name, std::vector<int64_t> shape) {

@@ -119,7 +119,7 @@ Error load_error(const std::string& model, const std::string& reason) {
   Error error{.code = Code::MODEL_INVALID,
               .what = "OpenCV cannot load the network",
               .offered = model + ": " + reason,
-              .fix = "fetch the files again; both must belong to the same network"};
+              .fix = "download the files again; both must belong to the same network"};
   if (!is_missing_feature(reason)) return error;
   error.code = Code::MODEL_UNSUPPORTED;
   error.what = "the network has a layer that OpenCV lacks";

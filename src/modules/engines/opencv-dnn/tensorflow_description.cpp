@@ -18,7 +18,7 @@ Error invalid(const std::string& offered) {
                .what = "the file is truncated, damaged or not a frozen TensorFlow graph",
                .offered = offered,
                .needed = "a complete GraphDef (.pb) whose variables are constants",
-               .fix = "fetch or freeze the graph again"};
+               .fix = "download or freeze the graph again"};
 }
 
 Error invalid(const ProtobufReader& reader, const std::string& part) {

@@ -95,7 +95,7 @@ Error torch_load_error(const std::string& model, std::string_view text) {
   return Error{.code = Code::MODEL_INVALID,
                .what = "libtorch cannot load the model",
                .offered = model + ": " + torch_reason(text),
-               .fix = "save the model again; weir inspect MODEL"};
+               .fix = "save the model again, then check it with weir inspect MODEL"};
 }
 
 Error torch_run_error(std::string_view text) {

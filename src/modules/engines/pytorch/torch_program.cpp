@@ -98,7 +98,7 @@ Status check_entries(std::istream* stream, std::span<const CompressedEntry> entr
                    .what = "the file is truncated, damaged or not a TorchScript model",
                    .offered = name + ": " + entry.name + " has a wrong checksum",
                    .needed = "a complete TorchScript archive",
-                   .fix = "fetch or save the model again"};
+                   .fix = "download or save the model again"};
   }
   return ok();
 }

@@ -24,7 +24,7 @@ Error not_usable(std::string offered) {
   return {.code = Code::ENGINE_NOT_INSTALLED,
           .what = "the library of TensorFlow Lite cannot be used",
           .offered = std::move(offered),
-          .needed = "the C library of TensorFlow Lite 2.9 or a later 2",
+          .needed = "the C library of TensorFlow Lite 2.9 or a later 2.x",
           .fix = "tools/setup --engine tensorflow-lite"};
 }
 
@@ -72,7 +72,7 @@ Result<std::unique_ptr<const TfliteApi>> TfliteApi::load() {
   if (!missing.empty()) return not_usable(library->path() + ": no symbol " + missing);
   if (!is_recent(text_or_empty(api->version())))
     return not_usable(library->path() + ": version " + std::string(text_or_empty(api->version())) +
-                      " is a different version");
+                      " is not supported");
   want(&api->modify_graph, "TfLiteInterpreterModifyGraphWithDelegate");
   want(&api->reset_variables, "TfLiteInterpreterResetVariableTensors");
   want(&api->xnnpack_create, "TfLiteXNNPackDelegateCreate");

@@ -113,7 +113,7 @@ int open_lowered(const weir_open& request, const LoweringChoice& choice, ChosenM
       static_cast<const weir_engine_finder*>(module_host->extension(WEIR_FIND_ENGINE));
   if (!finder)
     return fail(error, {.code = Code::ENGINE_NOT_INSTALLED,
-                        .what = "this host does not let an engine find another",
+                        .what = "this version of Weir does not let an engine use another one",
                         .offered = "Lowering:onnxruntime",
                         .needed = "a newer Weir",
                         .fix = "custom=Lowering:None"});

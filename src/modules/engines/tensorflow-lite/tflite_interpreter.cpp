@@ -31,7 +31,7 @@ Error load_error(const std::string& complaints) {
                .what = "TensorFlow Lite cannot load the model",
                .offered = complaints.empty() ? "no reason given" : complaints,
                .needed = "a model that it can run",
-               .fix = "fetch or export the model again; weir inspect MODEL"};
+               .fix = "download or export the model again, then check it with weir inspect MODEL"};
 }
 
 }  // namespace

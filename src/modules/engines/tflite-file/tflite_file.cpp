@@ -109,7 +109,7 @@ class Walker {
       if (auto status = operation(operators.table(i), index); !status) return status;
     for (uint32_t i = 0; i < outputs.size(); ++i) {
       const auto tensor = outputs.scalar<int32_t>(i);
-      if (!is_available(tensor)) return damage("an output of the graph is made by no operator");
+      if (!is_available(tensor)) return damage("no operator produces an output of the graph");
       out_.passes_through |= !tensors_[static_cast<size_t>(tensor)].computed;
     }
     return file_.damaged() ? damage("") : ok();
@@ -126,7 +126,7 @@ class Walker {
     for (uint32_t i = 0; i < inputs.size(); ++i)
       if (!is_available(inputs.scalar<int32_t>(i)))
         return damage("an operator uses a tensor before it is made");
-    if (!make(outputs)) return damage("an operator writes a tensor that has a value already");
+    if (!make(outputs)) return damage("an operator writes a tensor that already has a value");
     for (uint32_t i = 0; i < outputs.size(); ++i)
       if (const auto index = outputs.scalar<int32_t>(i); index >= 0)
         tensors_[static_cast<size_t>(index)].computed = true;

@@ -145,7 +145,8 @@ TEST(TfliteFile, AcceptsAnEmptyTensorThatNoOperatorWrites) {
 }
 
 TEST(TfliteFile, RejectsAnOutputThatNoOperatorWrites) {
-  EXPECT_SAYS(refusal(tflite_negation().output("z", kTfFloat, {1})), "made by no operator");
+  EXPECT_SAYS(refusal(tflite_negation().output("z", kTfFloat, {1})),
+              "no operator produces an output");
 }
 
 TEST(TfliteFile, RejectsATensorThatDoesNotExist) {

@@ -84,7 +84,7 @@ Error tflite_damage(const FlatFile& file, const std::string& finding) {
                          ? "an offset or length is outside the file: it was truncated or changed"
                          : finding,
           .needed = "a complete .tflite model",
-          .fix = "fetch or export the model again; weir inspect MODEL"};
+          .fix = "download or export the model again, then check it with weir inspect MODEL"};
 }
 
 Result<TfliteTensor> check_tflite_tensor(FlatFile* file, const FlatTable& tensor,
