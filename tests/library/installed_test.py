@@ -64,11 +64,12 @@ class Installed(unittest.TestCase):
 
     def test_install_prints_the_settings_of_a_prefix_where_gstreamer_does_not_look(self):
         install = importlib.machinery.SourceFileLoader("install", str(SOURCE / "tools/install")).load_module()
-        put = [f"/opt/w/{file}" for file in ("lib/gstreamer-1.0/libgstweir.so", "lib/pkgconfig/weir-module.pc", "bin/weir",
+        put = [f"/opt/w/{file}" for file in ("lib/gstreamer-1.0/libgstweir.so", "lib/pkgconfig/weir-module.pc", "bin/weir", "lib/libweir-pipeline.so",
                                              "lib/python3/dist-packages/weir/__init__.py")]
         self.assertEqual([line.strip() for line in install.settings_of_a_prefix("/opt/w", put).splitlines()[1:]],
                          ["export GST_PLUGIN_PATH=/opt/w/lib/gstreamer-1.0", "export PATH=/opt/w/bin:$PATH",
-                          "export PKG_CONFIG_PATH=/opt/w/lib/pkgconfig", "export PYTHONPATH=/opt/w/lib/python3/dist-packages"])
+                          "export LD_LIBRARY_PATH=/opt/w/lib", "export PKG_CONFIG_PATH=/opt/w/lib/pkgconfig",
+                          "export PYTHONPATH=/opt/w/lib/python3/dist-packages"])
         plugins = run("pkg-config", "--variable=pluginsdir", "gstreamer-1.0").stdout.strip()
         self.assertEqual(install.settings_of_a_prefix("/usr", [f"{plugins}/libgstweir.so"]), "")
 
