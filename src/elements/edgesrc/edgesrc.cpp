@@ -15,8 +15,8 @@
 #include "elements/edgesrc/tcp_input.hpp"
 #include "gstcpp/buffer/tensor_caps.hpp"
 #include "gstcpp/element/base_classes.hpp"
-#include "transport/local/interruption.hpp"
 #include "transport/mqtt/server_finder.hpp"
+#include "transport/wake_event.hpp"
 
 namespace weir {
 namespace {
@@ -355,7 +355,7 @@ class Edgesrc : public gst::Element<Edgesrc, gst::PushSource> {
   static constexpr TcpInput::Times kServerTimes{.connect = std::chrono::seconds(1),
                                                 .greet = std::chrono::seconds(2)};
 
-  local::Interruption interruption_;
+  transport::WakeEvent interruption_;
   std::atomic<uint64_t> reconnections_{0}, refused_{0};
   mutable std::mutex input_mutex_;  // guards input_ while it changes
   // Streaming thread, or start() and stop().

@@ -58,7 +58,7 @@ TEST(QueryClientFaults, AnswersBelongToTheirFramesWhenTheServerDropsSome) {
 }
 
 TEST(QueryClientFaults, ALateAnswerIsPushedBeforeTheNextFrame) {
-  weir::local::Interruption may_answer;
+  weir::transport::WakeEvent may_answer;
   std::atomic<bool> answered{false};
   ScriptedServer server([&](auto& s) {
     s.handshake(four_bytes(), four_bytes());
@@ -261,7 +261,7 @@ class QueryClientStops : public ::testing::TestWithParam<int> {};
 // The server stops after this many steps of the handshake.
 TEST_P(QueryClientStops, Anywhere) {
   const int steps = GetParam();
-  weir::local::Interruption reached;
+  weir::transport::WakeEvent reached;
   ScriptedServer server([&](auto& s) {
     if (steps > 0) s.accept();
     if (steps > 1) s.greet(four_bytes(), four_bytes());

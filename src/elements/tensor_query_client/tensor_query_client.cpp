@@ -13,8 +13,8 @@
 #include "gstcpp/buffer/tensor_caps.hpp"
 #include "gstcpp/element/plain_filter.hpp"
 #include "gstcpp/pads/early_events.hpp"
-#include "transport/local/interruption.hpp"
 #include "transport/mqtt/server_finder.hpp"
+#include "transport/wake_event.hpp"
 
 namespace weir {
 namespace {
@@ -365,7 +365,7 @@ class TensorQueryClient : public gst::PlainFilter<TensorQueryClient> {
                         counts.sent, counts.answered, counts.late, counts.refused, counts.lost);
   }
 
-  local::Interruption interruption_;
+  transport::WakeEvent interruption_;
   edge::RequestOutcomes outcomes_;
   std::atomic<uint64_t> reconnections_{0};
   // Streaming thread, or a change of state that has stopped it.

@@ -104,7 +104,7 @@ TEST(TensorQueryClient, AnswersWithNumbersArePushedInTheOrderOfTheFrames) {
 }
 
 TEST(TensorQueryClient, EosWaitsForTheAnswers) {
-  weir::local::Interruption may_answer;
+  weir::transport::WakeEvent may_answer;
   ScriptedServer server([&](auto& s) {
     s.handshake(four_bytes(), four_bytes());
     s.echo(s.read());

@@ -85,7 +85,7 @@ class EdgeQuery : public ::testing::Test {
     return *received->end == LinkEnd::Lost ? "lost" : "refused";
   }
 
-  local::Interruption stop_;
+  transport::WakeEvent stop_;
 };
 
 TEST_F(EdgeQuery, FramesGoOutAndAnswersComeBackInEachForm) {

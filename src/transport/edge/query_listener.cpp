@@ -46,7 +46,7 @@ void QueryListener::stop() {
     const std::lock_guard lock(mutex_);
     stopping_ = true;
   }
-  wake_->wake();
+  wake_->set();
   if (thread_.joinable()) thread_.join();
   listener_ = Descriptor();
 }
@@ -70,7 +70,7 @@ Status QueryListener::set_caps(std::string* caps, const std::string& value) {
     if (!message) return message.error();
     capability_ = *std::move(text);
   }
-  wake_->wake();
+  wake_->set();
   return ok();
 }
 
@@ -88,7 +88,7 @@ void QueryListener::set_accepting(bool accepting) {
       changed_.notify_all();
     }
   }
-  wake_->wake();
+  wake_->set();
 }
 
 void QueryListener::close() {
@@ -97,7 +97,7 @@ void QueryListener::close() {
     closed_ = true;
     waiting_.clear();
   }
-  wake_->wake();
+  wake_->set();
 }
 
 std::shared_ptr<ReceivedRequest> QueryListener::take() {
@@ -153,7 +153,7 @@ QueryListener::Sent QueryListener::answer(int64_t client_id,
     must_wake = client->has_answers() || is_gone;
     if (is_gone) ++answers_lost_;
   }
-  if (must_wake) wake_->wake();
+  if (must_wake) wake_->set();
   return is_gone ? Sent::NoClient : Sent::Queued;
 }
 
@@ -162,7 +162,7 @@ void QueryListener::refuse(int64_t client_id, const std::string& reason) {
     const std::lock_guard lock(mutex_);
     if (const auto client = find(client_id)) refuse(client, reason);
   }
-  wake_->wake();
+  wake_->set();
 }
 
 bool QueryListener::flush(const isolate::Deadline& deadline) {

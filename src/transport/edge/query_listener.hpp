@@ -17,7 +17,7 @@
 #include "transport/edge/received_request.hpp"
 #include "transport/edge/served_client.hpp"
 #include "transport/edge/stream_socket.hpp"
-#include "transport/edge/wake_event.hpp"
+#include "transport/wake_event.hpp"
 
 namespace weir::edge {
 
@@ -107,7 +107,7 @@ class QueryListener {
   const ListenerOptions options_;
   Descriptor listener_;
   uint16_t port_ = 0;
-  const std::shared_ptr<WakeEvent> wake_ = std::make_shared<WakeEvent>();
+  const std::shared_ptr<transport::WakeEvent> wake_ = std::make_shared<transport::WakeEvent>();
   const std::shared_ptr<RequestCounters> requests_ = std::make_shared<RequestCounters>();
   mutable std::mutex mutex_;  // guards the rest
   std::condition_variable changed_;

@@ -20,7 +20,7 @@
 #include "core/wire/message_reader.hpp"
 #include "core/wire/wire_test_support.hpp"
 #include "transport/edge/stream_socket.hpp"
-#include "transport/local/interruption.hpp"
+#include "transport/wake_event.hpp"
 
 namespace weir::edge::test {
 
@@ -172,7 +172,7 @@ class ScriptedServer {
  private:
   struct Ended {};
   struct Stopped {};  // by the end of the test
-  local::Interruption stop_;
+  transport::WakeEvent stop_;
   Descriptor listener_;
   std::optional<wire::MessageReader> reader_;
   std::string announced_;

@@ -9,7 +9,7 @@ namespace weir::edge {
 ReceivedRequest::ReceivedRequest(int64_t client, std::vector<wire::ByteBlock> memories,
                                  std::string sequence, std::shared_ptr<ClientLoad> load,
                                  std::shared_ptr<RequestCounters> counters,
-                                 std::shared_ptr<WakeEvent> wake)
+                                 std::shared_ptr<transport::WakeEvent> wake)
     : client_(client),
       memories_(std::move(memories)),
       sequence_(std::move(sequence)),
@@ -26,7 +26,7 @@ ReceivedRequest::~ReceivedRequest() {
   if (!ended_) (load_->gone ? counters_->expired : counters_->aborted) += 1;
   load_->bytes -= bytes_;
   load_->requests -= 1;
-  wake_->wake_if_wanted();
+  wake_->set_if_wanted();
 }
 
 void ReceivedRequest::end(Outcome outcome) noexcept {

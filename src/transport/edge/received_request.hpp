@@ -8,7 +8,7 @@
 #include <vector>
 
 #include "core/wire/message_reader.hpp"
-#include "transport/edge/wake_event.hpp"
+#include "transport/wake_event.hpp"
 
 namespace weir::edge {
 
@@ -35,7 +35,7 @@ class ReceivedRequest {
 
   ReceivedRequest(int64_t client, std::vector<wire::ByteBlock> memories, std::string sequence,
                   std::shared_ptr<ClientLoad> load, std::shared_ptr<RequestCounters> counters,
-                  std::shared_ptr<WakeEvent> wake);
+                  std::shared_ptr<transport::WakeEvent> wake);
   ReceivedRequest(const ReceivedRequest&) = delete;
   ReceivedRequest& operator=(const ReceivedRequest&) = delete;
   // Counts as expired or aborted unless it has ended. Wakes the server if it waits for that.
@@ -56,7 +56,7 @@ class ReceivedRequest {
   uint64_t bytes_ = 0;
   const std::shared_ptr<ClientLoad> load_;
   const std::shared_ptr<RequestCounters> counters_;
-  const std::shared_ptr<WakeEvent> wake_;
+  const std::shared_ptr<transport::WakeEvent> wake_;
   std::atomic<bool> ended_{false};
 };
 

@@ -2,10 +2,6 @@
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #include "transport/edge/stream_publisher.hpp"
 
-#include <poll.h>
-#include <sys/eventfd.h>
-#include <unistd.h>
-
 #include <algorithm>
 #include <utility>
 
@@ -24,9 +20,6 @@ Error refusal(const std::string& address, const std::string& reason) {
 
 }  // namespace
 
-StreamPublisher::StreamPublisher(PublisherOptions options)
-    : options_(std::move(options)), wake_(eventfd(0, EFD_CLOEXEC | EFD_NONBLOCK)) {}
-
 Result<std::unique_ptr<StreamPublisher>> StreamPublisher::open(PublisherOptions options) {
   auto listener = listen_on(options.host, options.port);
   if (!listener) return listener.error();
@@ -42,14 +35,9 @@ StreamPublisher::~StreamPublisher() {
     const std::lock_guard lock(mutex_);
     stopping_ = true;
   }
-  wake();
+  wake_.set();
   if (thread_.joinable()) thread_.join();
   for (const auto& link : links_) link->send_error();
-}
-
-void StreamPublisher::wake() noexcept {
-  const uint64_t one = 1;
-  [[maybe_unused]] const ssize_t written = write(wake_.get(), &one, sizeof one);
 }
 
 Status StreamPublisher::set_caps(const std::string& caps) {
@@ -92,7 +80,7 @@ Result<StreamPublisher::Outcome> StreamPublisher::publish(
       if (queued || best == Outcome::NoSubscriber) best = queued ? Outcome::Sent : Outcome::Missed;
     }
   }
-  if (best == Outcome::Sent) wake();
+  if (best == Outcome::Sent) wake_.set();
   return best;
 }
 
@@ -190,7 +178,7 @@ void StreamPublisher::attend(SubscriberLink* link, bool has_input, std::vector<E
 
 void StreamPublisher::serve_once() {
   Links links;
-  std::vector<pollfd> watched{{wake_.get(), POLLIN, 0}, {listener_.get(), POLLIN, 0}};
+  std::vector<pollfd> watched{{wake_.descriptor(), POLLIN, 0}, {listener_.get(), POLLIN, 0}};
   isolate::Deadline next;
   {
     const std::lock_guard lock(mutex_);
@@ -198,8 +186,7 @@ void StreamPublisher::serve_once() {
     next = watch(links, &watched);
   }
   poll(watched.data(), watched.size(), isolate::poll_timeout(next));
-  uint64_t woken = 0;
-  [[maybe_unused]] const ssize_t got = read(wake_.get(), &woken, sizeof woken);
+  wake_.clear();
   std::vector<Error> refusals;
   {
     const std::lock_guard lock(mutex_);

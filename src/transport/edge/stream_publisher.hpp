@@ -16,6 +16,7 @@
 #include "core/wire/edge_header.hpp"
 #include "transport/edge/stream_socket.hpp"
 #include "transport/edge/subscriber_link.hpp"
+#include "transport/wake_event.hpp"
 
 namespace weir::edge {
 
@@ -65,7 +66,7 @@ class StreamPublisher {
  private:
   using Links = std::vector<std::shared_ptr<SubscriberLink>>;
 
-  explicit StreamPublisher(PublisherOptions options);
+  explicit StreamPublisher(PublisherOptions options) : options_(std::move(options)) {}
   template <class Ready>
   bool wait(const isolate::Deadline& deadline, const Ready& ready);
   uint32_t count_subscribers() const;
@@ -76,10 +77,10 @@ class StreamPublisher {
   void accept_new(std::vector<Error>* refusals);
   std::string reason_to_refuse(const std::string& address) const;
   void refuse(SubscriberLink* link, const std::string& reason, std::vector<Error>* refusals);
-  void wake() noexcept;
 
   const PublisherOptions options_;
-  Descriptor listener_, wake_;
+  Descriptor listener_;
+  transport::WakeEvent wake_;
   mutable std::mutex mutex_;  // guards the rest
   std::condition_variable changed_;
   Links links_;

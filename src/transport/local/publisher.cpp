@@ -3,7 +3,6 @@
 #include "transport/local/publisher.hpp"
 
 #include <poll.h>
-#include <sys/eventfd.h>
 #include <unistd.h>
 
 #include <algorithm>
@@ -24,9 +23,7 @@ Error refusal(const std::string& path, std::string reason) {
 }  // namespace
 
 Publisher::Publisher(PublisherOptions options)
-    : options_(std::move(options)),
-      arena_(isolate::SharedArena::make(kFrameAlignmentPadding)),
-      wake_(eventfd(0, EFD_CLOEXEC | EFD_NONBLOCK)) {}
+    : options_(std::move(options)), arena_(isolate::SharedArena::make(kFrameAlignmentPadding)) {}
 
 Result<std::unique_ptr<Publisher>> Publisher::open(PublisherOptions options) {
   auto listener = Listener::open(options.path);
@@ -42,13 +39,8 @@ Publisher::~Publisher() {
     const std::lock_guard lock(mutex_);
     stopping_ = true;
   }
-  wake();
+  wake_.set();
   if (thread_.joinable()) thread_.join();
-}
-
-void Publisher::wake() noexcept {
-  const uint64_t one = 1;
-  [[maybe_unused]] const ssize_t written = write(wake_.get(), &one, sizeof one);
 }
 
 Publisher::Readers Publisher::active() const {
@@ -71,7 +63,7 @@ Publisher::Outcome Publisher::deliver(Lock* lock, const std::shared_ptr<ReaderLi
     if (interrupted_) return Outcome::Interrupted;
     if (!reads()) break;
     if (delivery.send(*reader)) return Outcome::Sent;
-    wake();  // to wait for room in the socket, or to remove the reader
+    wake_.set();  // to wait for room in the socket, or to remove the reader
   }
   return Outcome::NoReader;
 }
@@ -204,7 +196,7 @@ void Publisher::remove_gone(Garbage* garbage) {
 
 void Publisher::serve_once(std::vector<std::byte>* buffer) {
   Readers readers;
-  std::vector<pollfd> watched{{wake_.get(), POLLIN, 0}, {listener_.get(), POLLIN, 0}};
+  std::vector<pollfd> watched{{wake_.descriptor(), POLLIN, 0}, {listener_.get(), POLLIN, 0}};
   isolate::Deadline next;
   {
     const std::lock_guard lock(mutex_);
@@ -218,8 +210,7 @@ void Publisher::serve_once(std::vector<std::byte>* buffer) {
     }
   }
   poll(watched.data(), watched.size(), isolate::poll_timeout(next));
-  uint64_t woken = 0;
-  [[maybe_unused]] const ssize_t got = ::read(wake_.get(), &woken, sizeof woken);
+  wake_.clear();
   Garbage garbage;
   std::vector<Error> refusals;
   {

@@ -15,6 +15,7 @@
 #include "transport/local/local_message.hpp"
 #include "transport/local/local_socket.hpp"
 #include "transport/local/reader_link.hpp"
+#include "transport/wake_event.hpp"
 
 namespace weir::local {
 
@@ -84,12 +85,11 @@ class Publisher {
   };
   Outcome deliver(Lock* lock, const std::shared_ptr<ReaderLink>& reader, const Delivery& delivery);
   Outcome deliver_to_all(Lock* lock, const Delivery& delivery);
-  void wake() noexcept;
 
   const PublisherOptions options_;
   const std::shared_ptr<isolate::SharedArena> arena_;
   Listener listener_;
-  Descriptor wake_;
+  transport::WakeEvent wake_;
   mutable std::mutex mutex_;  // guards the rest
   std::condition_variable changed_;
   Readers readers_;

@@ -101,7 +101,7 @@ Status BrokerClient::Impl::subscribe(const std::string& filter, int qos) {
   int number = 0;
   const int result = mosquitto_subscribe(client_.get(), &number, filter.c_str(), qos);
   if (result != MOSQ_ERR_SUCCESS) return broker_unreachable(options_, mosquitto_strerror(result));
-  wake();
+  wake_.set();
   std::unique_lock lock(mutex_);
   const bool answered = changed_.wait_for(lock, options_.connect_timeout, [&] {
     return interrupted_ || !connected_ || granted_.count(number) > 0;
@@ -142,7 +142,7 @@ Status BrokerClient::Impl::publish(const Publication& publication,
                                           static_cast<int>(std::min<size_t>(size, INT32_MAX)),
                                           publication.payload.data(), publication.qos,
                                           publication.retain, list->get());
-  wake();
+  wake_.set();
   lock.lock();
   if (result != MOSQ_ERR_SUCCESS) {
     sent_.cancel();
@@ -172,7 +172,7 @@ bool BrokerClient::Impl::flush(std::chrono::milliseconds timeout) {
 
 std::optional<MqttMessage> BrokerClient::Impl::receive(std::chrono::milliseconds timeout) {
   auto out = received_.pop(timeout);
-  if (reads_paused_) wake();
+  if (reads_paused_) wake_.set();
   return out;
 }
 

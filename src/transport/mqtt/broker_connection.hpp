@@ -12,6 +12,7 @@
 #include "transport/mqtt/receive_queue.hpp"
 #include "transport/mqtt/sent_messages.hpp"
 #include "transport/mqtt/tls_handshake.hpp"
+#include "transport/wake_event.hpp"
 
 namespace weir::transport {
 
@@ -57,10 +58,8 @@ class BrokerClient::Impl {
   void connected();
   void disconnected();
   void say_goodbye();
-  void wait_for_wake(std::chrono::milliseconds time) const;
-  void clear_wake() const;
+  void wait_for_wake(std::chrono::milliseconds time);
 
-  void wake() const;
   void set_callbacks();
   void on_connect(int code);
   void on_message(const mosquitto_message& message, const mosquitto_property* properties);
@@ -70,7 +69,7 @@ class BrokerClient::Impl {
   const BrokerOptions options_;
   Mosquitto client_;
   ReceiveQueue received_;
-  const int wake_;  // an eventfd that ends poll()
+  WakeEvent wake_;
   const std::unique_ptr<GCancellable, decltype(&g_object_unref)> lookup_;
   std::atomic<bool> stopping_{false}, reads_paused_{false};
   // Of the thread.

@@ -5,9 +5,7 @@
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #include <mqtt_protocol.h>
 #include <poll.h>
-#include <sys/eventfd.h>
 #include <sys/socket.h>
-#include <unistd.h>
 
 #include <csignal>
 #include <cstring>
@@ -47,17 +45,15 @@ bool has_ended(int socket) {
 BrokerClient::Impl::Impl(BrokerOptions options)
     : options_(std::move(options)),
       received_(options_.most_received_messages, options_.most_received_bytes),
-      wake_(eventfd(0, EFD_NONBLOCK | EFD_CLOEXEC)),
       lookup_(g_cancellable_new(), g_object_unref) {}
 
 BrokerClient::Impl::~Impl() {
   stopping_ = true;
   g_cancellable_cancel(lookup_.get());
   interrupt(true);
-  wake();
+  wake_.set();
   if (thread_.joinable()) thread_.join();
   client_.reset();
-  if (wake_ >= 0) close(wake_);
 }
 
 Status BrokerClient::Impl::start() {
@@ -173,11 +169,11 @@ int BrokerClient::Impl::step(int wait_ms) {
   if (socket < 0) return MOSQ_ERR_NO_CONN;
   const bool reads = should_read();
   pollfd waits[] = {{.fd = socket, .events = static_cast<short>(reads ? POLLIN : 0), .revents = 0},
-                    {.fd = wake_, .events = POLLIN, .revents = 0}};
+                    {.fd = wake_.descriptor(), .events = POLLIN, .revents = 0}};
   if (mosquitto_want_write(client_.get())) waits[0].events |= POLLOUT;
   const bool has_unread = reads && has_unread_tls_data(client_.get());
   poll(waits, 2, has_unread ? 0 : wait_ms);
-  if (waits[1].revents) clear_wake();
+  if (waits[1].revents) wake_.clear();
   int result = MOSQ_ERR_SUCCESS;
   if (has_unread || waits[0].revents & (POLLIN | POLLHUP | POLLERR))
     result = mosquitto_loop_read(client_.get(), 1);
@@ -237,23 +233,13 @@ void BrokerClient::Impl::say_goodbye() {
   }
 }
 
-void BrokerClient::Impl::wait_for_wake(std::chrono::milliseconds time) const {
+void BrokerClient::Impl::wait_for_wake(std::chrono::milliseconds time) {
   const auto end = Clock::now() + time;
   while (!stopping_ && Clock::now() < end) {
-    pollfd wait{.fd = wake_, .events = POLLIN, .revents = 0};
+    pollfd wait{.fd = wake_.descriptor(), .events = POLLIN, .revents = 0};
     const auto left = std::chrono::ceil<std::chrono::milliseconds>(end - Clock::now());
-    if (poll(&wait, 1, static_cast<int>(left.count())) > 0) clear_wake();
+    if (poll(&wait, 1, static_cast<int>(left.count())) > 0) wake_.clear();
   }
-}
-
-void BrokerClient::Impl::clear_wake() const {
-  uint64_t count = 0;
-  [[maybe_unused]] const auto bytes = read(wake_, &count, sizeof count);
-}
-
-void BrokerClient::Impl::wake() const {
-  const uint64_t one = 1;
-  [[maybe_unused]] const auto bytes = write(wake_, &one, sizeof one);
 }
 
 }  // namespace weir::transport

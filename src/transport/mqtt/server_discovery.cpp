@@ -3,8 +3,6 @@
 #include "transport/mqtt/server_discovery.hpp"
 
 #include <poll.h>
-#include <sys/eventfd.h>
-#include <unistd.h>
 
 #include "core/wire/mqtt_frame.hpp"
 
@@ -61,8 +59,6 @@ ServerAnnouncement::~ServerAnnouncement() {
     client_->flush(kWithdrawTime);
 }
 
-ServerDirectory::ServerDirectory() : changed_(eventfd(0, EFD_CLOEXEC | EFD_NONBLOCK)) {}
-
 Result<std::unique_ptr<ServerDirectory>> ServerDirectory::open(BrokerOptions options,
                                                                const std::string& topic) {
   auto filter = wire::announcement_filter(topic);
@@ -85,8 +81,7 @@ void ServerDirectory::update(const MqttMessage& message) {
     return;
   }
   ++version_;
-  const uint64_t one = 1;
-  [[maybe_unused]] const auto bytes = write(changed_.get(), &one, sizeof one);
+  changed_.set();
 }
 
 std::vector<wire::AnnouncedServers::Server> ServerDirectory::servers() const {
@@ -100,12 +95,11 @@ uint64_t ServerDirectory::version() const {
 }
 
 bool ServerDirectory::wait_for_change(uint64_t known, const isolate::Deadline& deadline,
-                                      int cancel) const {
+                                      int cancel) {
   for (;;) {
-    uint64_t changes = 0;  // before version(), so that no change is missed
-    [[maybe_unused]] const auto bytes = read(changed_.get(), &changes, sizeof changes);
+    changed_.clear();  // before version(), so that no change is missed
     if (version() != known) return true;
-    pollfd watched[] = {{changed_.get(), POLLIN, 0}, {cancel, POLLIN, 0}};
+    pollfd watched[] = {{changed_.descriptor(), POLLIN, 0}, {cancel, POLLIN, 0}};
     const int ready = poll(watched, 2, isolate::poll_timeout(deadline));
     if (ready > 0 && watched[1].revents) return false;
     if (ready == 0 && isolate::is_over(deadline)) return version() != known;

@@ -8,10 +8,10 @@
 #include <vector>
 
 #include "core/isolate/deadline.hpp"
-#include "core/isolate/descriptor.hpp"
 #include "core/wire/announced_servers.hpp"
 #include "core/wire/edge_texts.hpp"
 #include "transport/mqtt/broker_client.hpp"
+#include "transport/wake_event.hpp"
 
 namespace weir::transport {
 
@@ -61,16 +61,16 @@ class ServerDirectory {
   uint64_t version() const;
   // Waits until version() is another than `known`. False after the deadline, and when the borrowed
   // descriptor `cancel` is readable; -1 = none.
-  bool wait_for_change(uint64_t known, const isolate::Deadline& deadline, int cancel) const;
+  bool wait_for_change(uint64_t known, const isolate::Deadline& deadline, int cancel);
   // Announcements that were not addresses, or one server too many.
   uint64_t refused() const;
 
  private:
-  ServerDirectory();
+  ServerDirectory() = default;
   void update(const MqttMessage& message);
 
-  mutable std::mutex mutex_;           // guards the members up to client_
-  const isolate::Descriptor changed_;  // an eventfd
+  mutable std::mutex mutex_;  // guards the members up to client_
+  WakeEvent changed_;
   wire::AnnouncedServers servers_;
   uint64_t version_ = 0, refused_ = 0;
   std::unique_ptr<BrokerClient> client_;  // ends before what its thread uses

@@ -11,8 +11,8 @@
 #include <thread>
 
 #include "says.hpp"
-#include "transport/local/interruption.hpp"
 #include "transport/mqtt/broker_test_support.hpp"
+#include "transport/wake_event.hpp"
 
 namespace weir::transport {
 namespace {
@@ -189,7 +189,7 @@ TEST_F(ServerDiscovery, AStormOfServersAndClientsLeavesNothingBehind) {
 TEST_F(ServerDiscovery, WaitsNoLongerWhenInterrupted) {
   const TestBroker broker;
   const auto clients = directory(broker);
-  local::Interruption interruption;
+  transport::WakeEvent interruption;
   std::jthread waiting([&] {
     EXPECT_FALSE(
         clients->wait_for_change(clients->version(), std::nullopt, interruption.descriptor()));

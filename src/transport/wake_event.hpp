@@ -9,14 +9,14 @@
 
 #include "core/isolate/descriptor.hpp"
 
-namespace weir::edge {
+namespace weir::transport {
 
 // Thread-safe.
 class WakeEvent {
  public:
-  // Readable after wake(), until clear().
+  // Readable while set.
   int descriptor() const noexcept { return event_.get(); }
-  void wake() noexcept {
+  void set() noexcept {
     const uint64_t one = 1;
     [[maybe_unused]] const ssize_t written = write(event_.get(), &one, sizeof one);
   }
@@ -24,10 +24,10 @@ class WakeEvent {
     uint64_t count = 0;
     [[maybe_unused]] const ssize_t got = read(event_.get(), &count, sizeof count);
   }
-  // Whether wake_if_wanted() wakes; once.
+  // Whether set_if_wanted() sets it; once.
   void set_wanted(bool wanted) noexcept { wanted_ = wanted; }
-  void wake_if_wanted() noexcept {
-    if (wanted_.exchange(false)) wake();
+  void set_if_wanted() noexcept {
+    if (wanted_.exchange(false)) set();
   }
 
  private:
@@ -35,4 +35,4 @@ class WakeEvent {
   std::atomic<bool> wanted_{false};
 };
 
-}  // namespace weir::edge
+}  // namespace weir::transport
