@@ -293,12 +293,13 @@ void QueryListener::attend(const Client& client, short requests, short answers) 
     refuse(client, client->reason_of_deadline());
 }
 
-void QueryListener::serve_once() {
+bool QueryListener::serve_once() {
   Clients clients;
   std::vector<pollfd> watched;
   isolate::Deadline next;
   {
     const std::lock_guard lock(mutex_);
+    if (stopping_) return false;
     const bool accepts = accepting_ && !closed_;
     watched.push_back({wake_->descriptor(), POLLIN, 0});
     watched.push_back({accepts ? listener_.get() : -1, POLLIN, 0});
@@ -322,16 +323,12 @@ void QueryListener::serve_once() {
   clients.clear();
   if (options_.refused)
     for (const Error& error : refusals) options_.refused(error);
+  return true;
 }
 
 void QueryListener::serve() noexcept {
   try {
-    for (;;) {
-      {
-        const std::lock_guard lock(mutex_);
-        if (stopping_) return;
-      }
-      serve_once();
+    while (serve_once()) {
     }
   } catch (const std::exception&) {  // the thread entry: memory ran out
     const std::lock_guard lock(mutex_);

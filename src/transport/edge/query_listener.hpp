@@ -93,7 +93,7 @@ class QueryListener {
   explicit QueryListener(ListenerOptions options) : options_(std::move(options)) {}
   Status set_caps(std::string* caps, const std::string& value);
   void serve() noexcept;
-  void serve_once();
+  bool serve_once();  // false: it was stopped
   isolate::Deadline watch(const Clients& clients, std::vector<pollfd>* watched);
   bool may_read(const Client& client, bool many_bytes) const;
   void attend(const Client& client, short requests, short answers);

@@ -176,12 +176,13 @@ void StreamPublisher::attend(SubscriberLink* link, bool has_input, std::vector<E
     refuse(link, "it does not complete the handshake, or does not read", refusals);
 }
 
-void StreamPublisher::serve_once() {
+bool StreamPublisher::serve_once() {
   Links links;
   std::vector<pollfd> watched{{wake_.descriptor(), POLLIN, 0}, {listener_.get(), POLLIN, 0}};
   isolate::Deadline next;
   {
     const std::lock_guard lock(mutex_);
+    if (stopping_) return false;
     links = links_;
     next = watch(links, &watched);
   }
@@ -198,16 +199,12 @@ void StreamPublisher::serve_once() {
   }
   if (options_.refused)
     for (const Error& error : refusals) options_.refused(error);
+  return true;
 }
 
 void StreamPublisher::serve() noexcept {
   try {
-    for (;;) {
-      {
-        const std::lock_guard lock(mutex_);
-        if (stopping_) return;
-      }
-      serve_once();
+    while (serve_once()) {
     }
   } catch (const std::exception&) {  // the thread entry: memory ran out
     const std::lock_guard lock(mutex_);

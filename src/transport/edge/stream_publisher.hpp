@@ -71,7 +71,7 @@ class StreamPublisher {
   bool wait(const isolate::Deadline& deadline, const Ready& ready);
   uint32_t count_subscribers() const;
   void serve() noexcept;
-  void serve_once();
+  bool serve_once();  // false: it was stopped
   isolate::Deadline watch(const Links& links, std::vector<pollfd>* watched) const;
   void attend(SubscriberLink* link, bool has_input, std::vector<Error>* refusals);
   void accept_new(std::vector<Error>* refusals);

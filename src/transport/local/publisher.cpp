@@ -194,12 +194,13 @@ void Publisher::remove_gone(Garbage* garbage) {
   std::erase_if(readers_, [](auto& r) { return r->state() == ReaderLink::State::Gone; });
 }
 
-void Publisher::serve_once(std::vector<std::byte>* buffer) {
+bool Publisher::serve_once(std::vector<std::byte>* buffer) {
   Readers readers;
   std::vector<pollfd> watched{{wake_.descriptor(), POLLIN, 0}, {listener_.get(), POLLIN, 0}};
   isolate::Deadline next;
   {
     const std::lock_guard lock(mutex_);
+    if (stopping_) return false;
     readers = readers_;
     for (const auto& reader : readers) {
       watched.push_back(
@@ -226,17 +227,13 @@ void Publisher::serve_once(std::vector<std::byte>* buffer) {
   }
   if (options_.refused)
     for (const Error& error : refusals) options_.refused(error);
+  return true;
 }
 
 void Publisher::serve() noexcept {
   try {
     std::vector<std::byte> buffer(kMostMessageBytes);
-    for (;;) {
-      {
-        const std::lock_guard lock(mutex_);
-        if (stopping_) return;
-      }
-      serve_once(&buffer);
+    while (serve_once(&buffer)) {
     }
   } catch (const std::exception& e) {  // the thread entry: memory ran out
     const std::lock_guard lock(mutex_);

@@ -70,7 +70,7 @@ class Publisher {
 
   explicit Publisher(PublisherOptions options);
   void serve() noexcept;
-  void serve_once(std::vector<std::byte>* buffer);
+  bool serve_once(std::vector<std::byte>* buffer);  // false: it was stopped
   void greet_new(std::vector<Error>* refusals);
   void read(const std::shared_ptr<ReaderLink>& reader, std::span<std::byte> buffer,
             Garbage* garbage, std::vector<Error>* refusals);
