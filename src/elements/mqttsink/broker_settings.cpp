@@ -52,12 +52,4 @@ std::string default_client_id(const char* kind) {
          std::to_string(next++);
 }
 
-int64_t base_time_epoch(GstElement* element, int64_t now) {
-  const auto clock = gst::Ref<GstClock>::adopt(gst_element_get_clock(element));
-  if (!clock) return now;
-  const GstClockTime time = gst_clock_get_time(clock.get());
-  const GstClockTime base = gst_element_get_base_time(element);
-  return time > base ? now - static_cast<int64_t>(time - base) : now;
-}
-
 }  // namespace weir

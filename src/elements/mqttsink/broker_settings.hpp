@@ -55,7 +55,5 @@ Status check_connection(GstElement* element, const transport::BrokerOptions& opt
                         const BrokerSettings& settings);
 // "HOST_PID_KINDn", with a new n for each call.
 std::string default_client_id(const char* kind);
-// The Unix time at which the pipeline's running time was 0, if it is `now` now; ns.
-int64_t base_time_epoch(GstElement* element, int64_t now);
 
 }  // namespace weir

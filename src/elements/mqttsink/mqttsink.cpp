@@ -3,10 +3,8 @@
 #include <cstring>
 
 #include "core/wire/mqtt_header.hpp"
-#include "elements/mqttsink/broker_settings.hpp"
+#include "elements/mqttsink/mqtt_element.hpp"
 #include "elements/mqttsink/mqtt_meta.hpp"
-#include "gstcpp/element/base_classes.hpp"
-#include "transport/mqtt/broker_client.hpp"
 #include "transport/mqtt/ntp_time.hpp"
 
 namespace weir {
@@ -51,7 +49,7 @@ class MappedMemories {
   bool failed_ = false;
 };
 
-class MqttSink : public gst::Element<MqttSink, gst::BaseSink> {
+class MqttSink : public MqttElement<MqttSink, gst::BaseSink> {
  public:
   static constexpr gst::ElementInfo kInfo{"WeirMqttSink", "mqttsink", "MQTT sink", "Sink/MQTT",
                                           "Publishes a stream to a topic of an MQTT broker"};
@@ -117,22 +115,10 @@ class MqttSink : public gst::Element<MqttSink, gst::BaseSink> {
     auto client = BrokerClient::open(*std::move(options));
     if (!client) return client.error();
     ledger_.reset();
-    base_epoch_.reset();
     sequence_ = 0;
     outage_ = false;
-    std::lock_guard lock(client_mutex_);
-    client_ = *std::move(client);
+    set_client(*std::move(client));
     return ok();
-  }
-  gboolean stop() {
-    std::shared_ptr<BrokerClient> client;
-    std::lock_guard lock(client_mutex_);
-    client = std::move(client_);
-    return TRUE;
-  }
-  GstStateChangeReturn change_state(GstStateChange change) {
-    if (change == GST_STATE_CHANGE_PAUSED_TO_PLAYING) base_epoch_valid_ = false;
-    return GST_ELEMENT_CLASS(parent_class())->change_state(element(), change);
   }
 
   Status set_caps(GstCaps* caps) {
@@ -175,18 +161,9 @@ class MqttSink : public gst::Element<MqttSink, gst::BaseSink> {
       GST_CAT_WARNING_OBJECT(category(), self(), "the broker has not acknowledged all messages");
     return parent_class()->event(self(), event);
   }
-  gboolean unlock() {
-    if (client_) client_->interrupt(true);
-    return TRUE;
-  }
-  gboolean unlock_stop() {
-    if (client_) client_->interrupt(false);
-    return TRUE;
-  }
 
   void add_stats(GstStructure* stats) const {
-    std::lock_guard lock(client_mutex_);
-    const auto c = client_ ? client_->counts() : transport::BrokerCounts{};
+    const auto c = counts();
     gst_structure_set(stats, "connections", G_TYPE_UINT64, c.connections, "messages-published",
                       G_TYPE_UINT64, c.published, "messages-refused", G_TYPE_UINT64, c.refused,
                       "messages-lost", G_TYPE_UINT64, c.lost, nullptr);
@@ -211,9 +188,8 @@ class MqttSink : public gst::Element<MqttSink, gst::BaseSink> {
     const MappedMemories mapped(buffer);
     if (mapped.failed())
       return Error{.code = Code::MAPPING_FAILED, .what = "a memory of a buffer cannot be read"};
-    if (!base_epoch_valid_.exchange(true)) base_epoch_.reset();
     const int64_t now = transport::unix_time() + ntp_offset_;
-    if (!base_epoch_) base_epoch_ = base_time_epoch(element(), now);
+    update_base_epoch(now);
     auto status = active_.is_v5() ? publish_v5(buffer, mapped.spans(), now)
                                   : publish_v311(buffer, mapped.spans(), now);
     if (status) ++sequence_;
@@ -222,7 +198,7 @@ class MqttSink : public gst::Element<MqttSink, gst::BaseSink> {
 
   Status publish_v311(GstBuffer* buffer, const std::vector<std::span<const std::byte>>& memories,
                       int64_t now) {
-    wire::MqttHeader header{.base_time_epoch = *base_epoch_,
+    wire::MqttHeader header{.base_time_epoch = base_epoch_,
                             .sent_time_epoch = now,
                             .duration = valid(GST_BUFFER_DURATION(buffer)),
                             .dts = valid(GST_BUFFER_DTS(buffer)),
@@ -281,7 +257,7 @@ class MqttSink : public gst::Element<MqttSink, gst::BaseSink> {
     properties->user.emplace_back("caps", caps_);
     if (const auto pts = valid(GST_BUFFER_PTS(buffer))) add("pts", *pts);
     if (const auto duration = valid(GST_BUFFER_DURATION(buffer))) add("dur", *duration);
-    add("base-epoch", *base_epoch_);
+    add("base-epoch", base_epoch_);
     add("sent-epoch", now);
     add("seq", sequence_);
     if (memories.size() < 2) return;
@@ -300,14 +276,10 @@ class MqttSink : public gst::Element<MqttSink, gst::BaseSink> {
       payload_.insert(payload_.end(), memory.begin(), memory.end());
   }
 
-  mutable std::mutex client_mutex_;  // guards client_ while it changes
-  std::shared_ptr<BrokerClient> client_;
   Settings active_;  // set in start(); streaming thread
   std::string caps_, media_type_;
   std::vector<std::byte> payload_;
   int64_t ntp_offset_ = 0;
-  std::optional<int64_t> base_epoch_;
-  std::atomic<bool> base_epoch_valid_{false};
   uint64_t sequence_ = 0, invalid_answers_ = 0;
   bool outage_ = false;
 };

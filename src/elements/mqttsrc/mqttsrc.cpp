@@ -2,11 +2,9 @@
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #include <map>
 
-#include "elements/mqttsink/broker_settings.hpp"
+#include "elements/mqttsink/mqtt_element.hpp"
 #include "elements/mqttsink/mqtt_meta.hpp"
 #include "elements/mqttsrc/received_frame.hpp"
-#include "gstcpp/element/base_classes.hpp"
-#include "transport/mqtt/broker_client.hpp"
 #include "transport/mqtt/ntp_time.hpp"
 
 namespace weir {
@@ -32,7 +30,7 @@ void append_memories(GstBuffer* buffer, Payload payload, const ReceivedFrame& fr
   gst_memory_unref(whole);
 }
 
-class MqttSrc : public gst::Element<MqttSrc, gst::PushSource> {
+class MqttSrc : public MqttElement<MqttSrc, gst::PushSource> {
  public:
   static constexpr gst::ElementInfo kInfo{"WeirMqttSrc", "mqttsrc", "MQTT source", "Source/MQTT",
                                           "Receives a stream from a topic of an MQTT broker"};
@@ -84,34 +82,12 @@ class MqttSrc : public gst::Element<MqttSrc, gst::PushSource> {
       return status;
     ledger_.reset();
     caps_.clear();
-    base_epoch_.reset();
     next_.clear();
     lost_ = invalid_ = gone_ = overflowed_ = 0;
-    std::lock_guard lock(client_mutex_);
-    client_ = *std::move(client);
+    set_client(*std::move(client));
     return ok();
   }
-  gboolean stop() {
-    std::shared_ptr<BrokerClient> client;
-    std::lock_guard lock(client_mutex_);
-    client = std::move(client_);
-    return TRUE;
-  }
-  GstStateChangeReturn change_state(GstStateChange change) {
-    if (change == GST_STATE_CHANGE_PAUSED_TO_PLAYING) base_epoch_valid_ = false;
-    return GST_ELEMENT_CLASS(parent_class())->change_state(element(), change);
-  }
   gboolean negotiate() { return TRUE; }  // the caps come with the messages
-  gboolean unlock() {
-    if (client_) client_->interrupt(true);
-    interrupted_ = true;
-    return TRUE;
-  }
-  gboolean unlock_stop() {
-    if (client_) client_->interrupt(false);
-    interrupted_ = false;
-    return TRUE;
-  }
 
   GstFlowReturn create(GstBuffer** out) {
     const std::chrono::milliseconds timeout(active_.sub_timeout / 1000);
@@ -134,8 +110,7 @@ class MqttSrc : public gst::Element<MqttSrc, gst::PushSource> {
   }
 
   void add_stats(GstStructure* stats) const {
-    std::lock_guard lock(client_mutex_);
-    const auto c = client_ ? client_->counts() : transport::BrokerCounts{};
+    const auto c = counts();
     gst_structure_set(stats, "connections", G_TYPE_UINT64, c.connections, "messages-lost",
                       G_TYPE_UINT64, lost_.load(), "messages-invalid", G_TYPE_UINT64,
                       invalid_.load(), "senders-gone", G_TYPE_UINT64, gone_.load(), nullptr);
@@ -167,11 +142,10 @@ class MqttSrc : public gst::Element<MqttSrc, gst::PushSource> {
 
   // Nullopt, counted, for a message that is not pushed.
   std::optional<ReceivedFrame> read(const MqttMessage& message) {
-    if (!base_epoch_valid_.exchange(true)) base_epoch_.reset();
     const int64_t now = transport::unix_time();
-    if (!base_epoch_) base_epoch_ = base_time_epoch(element(), now);
-    auto frame = active_.is_v5() ? frame_from_properties(message, *base_epoch_)
-                                 : frame_from_header(message, *base_epoch_);
+    update_base_epoch(now);
+    auto frame = active_.is_v5() ? frame_from_properties(message, base_epoch_)
+                                 : frame_from_header(message, base_epoch_);
     if (!frame) {
       reject(message, frame.error());
       return std::nullopt;
@@ -240,12 +214,8 @@ class MqttSrc : public gst::Element<MqttSrc, gst::PushSource> {
     return buffer;
   }
 
-  mutable std::mutex client_mutex_;  // guards client_ while it changes
-  std::shared_ptr<BrokerClient> client_;
   Settings active_;  // set in start(); streaming thread
   std::string caps_;
-  std::optional<int64_t> base_epoch_;
-  std::atomic<bool> base_epoch_valid_{false}, interrupted_{false};
   std::map<std::string, std::pair<int64_t, uint64_t>> next_;  // base epoch and number, by topic
   std::atomic<uint64_t> lost_{0}, invalid_{0}, gone_{0};
   uint64_t overflowed_ = 0;
