@@ -10,14 +10,11 @@
 #include <fstream>
 #include <iterator>
 
+#include "net/channel_arguments.hpp"
 #include "net/grpc_bytes.hpp"
 
 namespace weir::net {
 namespace {
-
-constexpr int kFirstReconnectMs = 100, kLastReconnectMs = 1000;
-// gRPC's "minimum" is the time that it gives an attempt to connect, TLS included.
-constexpr int kConnectMs = 10000;
 
 Result<std::string> read_file(const std::string& path, const char* option) {
   std::ifstream in(path, std::ios::binary);
@@ -138,21 +135,6 @@ class GrpcLink final : public Link {
   const std::string token_;
 };
 
-grpc::ChannelArguments arguments_of(const ServerAddress& address, size_t most_bytes) {
-  grpc::ChannelArguments out;
-  const int most = static_cast<int>(std::min<size_t>(most_bytes, INT32_MAX));
-  out.SetMaxReceiveMessageSize(most);
-  out.SetMaxSendMessageSize(most);
-  out.SetInt(GRPC_ARG_ENABLE_RETRIES, 0);
-  out.SetInt(GRPC_ARG_USE_LOCAL_SUBCHANNEL_POOL, 1);
-  out.SetInt(GRPC_ARG_INITIAL_RECONNECT_BACKOFF_MS, kFirstReconnectMs);
-  out.SetInt(GRPC_ARG_MIN_RECONNECT_BACKOFF_MS, kConnectMs);
-  out.SetInt(GRPC_ARG_MAX_RECONNECT_BACKOFF_MS, kLastReconnectMs);
-  out.SetInt(GRPC_ARG_ENABLE_HTTP_PROXY, 0);
-  if (address.target.rfind("dns:", 0) == 0) out.SetLoadBalancingPolicyName("round_robin");
-  return out;
-}
-
 }  // namespace
 
 Result<std::unique_ptr<Link>> Link::open(const ServerAddress& address, const Security& security,
@@ -166,8 +148,9 @@ Result<std::unique_ptr<Link>> Link::open(const ServerAddress& address, const Sec
     if (!text) return text.error();
     token = text->substr(0, text->find_first_of("\r\n"));
   }
-  auto channel =
-      grpc::CreateCustomChannel(address.target, *credentials, arguments_of(address, most_bytes));
+  grpc::ChannelArguments arguments = channel_arguments(most_bytes);
+  if (address.target.rfind("dns:", 0) == 0) arguments.SetLoadBalancingPolicyName("round_robin");
+  auto channel = grpc::CreateCustomChannel(address.target, *credentials, arguments);
   return std::unique_ptr<Link>(new GrpcLink(std::move(channel), std::move(token)));
 }
 

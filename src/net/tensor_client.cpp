@@ -9,6 +9,7 @@
 #include <optional>
 #include <thread>
 
+#include "net/channel_arguments.hpp"
 #include "net/grpc_bytes.hpp"
 #include "net/tensor_endpoints.hpp"
 
@@ -16,7 +17,6 @@ namespace weir::net {
 namespace {
 
 using namespace std::chrono_literals;
-constexpr int kFirstReconnectMs = 100, kLastReconnectMs = 1000, kConnectMs = 10'000;
 constexpr auto kPause = 100ms;     // before the next attempt
 constexpr auto kUnreachable = 1s;  // without a connection before a warning
 
@@ -134,20 +134,6 @@ class ReceivingCall final : public ClientCall, public IncomingStream {
   grpc::ByteBuffer request_, message_;
 };
 
-grpc::ChannelArguments arguments_of(const TensorServiceOptions& options) {
-  grpc::ChannelArguments out;
-  const int most = static_cast<int>(std::min<size_t>(options.most_bytes, INT32_MAX));
-  out.SetMaxReceiveMessageSize(most);
-  out.SetMaxSendMessageSize(most);
-  out.SetInt(GRPC_ARG_ENABLE_RETRIES, 0);
-  out.SetInt(GRPC_ARG_USE_LOCAL_SUBCHANNEL_POOL, 1);
-  out.SetInt(GRPC_ARG_INITIAL_RECONNECT_BACKOFF_MS, kFirstReconnectMs);
-  out.SetInt(GRPC_ARG_MIN_RECONNECT_BACKOFF_MS, kConnectMs);
-  out.SetInt(GRPC_ARG_MAX_RECONNECT_BACKOFF_MS, kLastReconnectMs);
-  out.SetInt(GRPC_ARG_ENABLE_HTTP_PROXY, 0);
-  return out;
-}
-
 // A thread that keeps a call to the server.
 class Client final : public TensorEndpoint {
  public:
@@ -156,8 +142,9 @@ class Client final : public TensorEndpoint {
         outgoing_(outgoing),
         incoming_(incoming),
         method_(method_path(options, outgoing ? kSendTensors : kRecvTensors)),
-        channel_(grpc::CreateCustomChannel(
-            address_text(options), grpc::InsecureChannelCredentials(), arguments_of(options))),
+        channel_(grpc::CreateCustomChannel(address_text(options),
+                                           grpc::InsecureChannelCredentials(),
+                                           channel_arguments(options.most_bytes))),
         stub_(channel_),
         thread_([this] { run(); }) {}
   Client(const Client&) = delete;
