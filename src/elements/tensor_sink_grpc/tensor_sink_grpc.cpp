@@ -1,12 +1,10 @@
 // tensor_sink_grpc: sends each frame of tensors as a message of NNStreamer's TensorService.
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #include <new>
-#include <optional>
 
-#include "elements/tensor_sink_grpc/grpc_settings.hpp"
+#include "elements/tensor_sink_grpc/grpc_element.hpp"
 #include "gstcpp/buffer/frame_reader.hpp"
 #include "gstcpp/buffer/tensor_caps.hpp"
-#include "gstcpp/element/base_classes.hpp"
 
 namespace weir {
 namespace {
@@ -32,7 +30,7 @@ class MessageMemory {
   std::byte* const data_;
 };
 
-class TensorSinkGrpc : public gst::Element<TensorSinkGrpc, gst::BaseSink> {
+class TensorSinkGrpc : public GrpcElement<TensorSinkGrpc, gst::BaseSink, OutgoingFrames> {
  public:
   static constexpr gst::ElementInfo kInfo{"WeirTensorSinkGrpc", "tensor_sink_grpc",
                                           "TensorSinkGRPC", "Sink/Network",
@@ -104,64 +102,31 @@ class TensorSinkGrpc : public gst::Element<TensorSinkGrpc, gst::BaseSink> {
     return parent_class()->event(self(), event);
   }
 
-  gboolean unlock() {
-    if (frames_) frames_->interrupt();
-    return TRUE;
-  }
-  gboolean unlock_stop() {
-    if (frames_) frames_->resume();
-    return TRUE;
-  }
-
   void add_stats(GstStructure* stats) const {
-    std::lock_guard lock(frames_mutex_);
-    const auto c = frames_ ? frames_->counts() : net::OutgoingCounts{};
+    const auto c = counts();
     gst_structure_set(stats, "peers", G_TYPE_UINT64, c.peers, "messages-sent", G_TYPE_UINT64,
                       c.sent, "messages-dropped", G_TYPE_UINT64, c.dropped, "messages-lost",
                       G_TYPE_UINT64, c.lost, nullptr);
   }
 
   Settings settings_;
-  Ledger ledger_;
 
  private:
   Status open() {
     const Settings s = settings();
-    auto codec = MessageCodec::make(s.idl);
-    if (!codec) return codec.error();
-    codec_.emplace(*std::move(codec));
     max_message_ = s.max_message;
-    auto frames = std::make_unique<OutgoingFrames>(
-        OutgoingFrames::Options{.queue = s.queue, .waits = s.blocking, .keeps = !s.server});
-    const auto options = s.options(*codec_, element());
-    if (!options) return options.error();
-    auto endpoint = net::open_sender(*options, frames.get());
-    if (!endpoint) return endpoint.error();
-    {
-      std::lock_guard lock(frames_mutex_);
-      frames_ = std::move(frames);
-      endpoint_ = *std::move(endpoint);
-    }
-    ledger_.reset();
-    wanted_port_ = s.port;
-    show_port(static_cast<int>(endpoint_->port()));
-    GST_CAT_INFO_OBJECT(category(), self(), "%s %s, idl=%s", s.server ? "listens on" : "sends to",
-                        net::address_text(*options).c_str(), s.idl.c_str());
-    return ok();
+    return connect(s,
+                   std::make_unique<OutgoingFrames>(OutgoingFrames::Options{
+                       .queue = s.queue, .waits = s.blocking, .keeps = !s.server}),
+                   net::open_sender, "sends to");
   }
   void close() {
-    endpoint_.reset();
-    if (!frames_) return;
-    const auto c = frames_->counts();
+    disconnect();
+    const auto c = counts();
     GST_CAT_INFO_OBJECT(category(), self(),
                         "messages: %" G_GUINT64_FORMAT " sent, %" G_GUINT64_FORMAT
                         " dropped, %" G_GUINT64_FORMAT " lost",
                         c.sent, c.dropped, c.lost);
-    show_port(wanted_port_);
-  }
-  void show_port(int port) {
-    change_settings([&](Settings& shown) { shown.port = port; });
-    g_object_notify(G_OBJECT(self()), "port");
   }
 
   void finish() {
@@ -207,16 +172,11 @@ class TensorSinkGrpc : public gst::Element<TensorSinkGrpc, gst::BaseSink> {
             .fix = "max-message=" + std::to_string(bytes) + " here and at the receiver"};
   }
 
-  mutable std::mutex frames_mutex_;  // guards the two pointers while they change
-  std::unique_ptr<OutgoingFrames> frames_;
-  std::unique_ptr<net::TensorEndpoint> endpoint_;  // uses frames_
   // Streaming thread only.
-  std::optional<MessageCodec> codec_;
   FrameSpec spec_;
   gst::FrameReader reader_;
   messages::TensorMessage message_;
   uint64_t max_message_ = 0;
-  int wanted_port_ = 0;
 };
 
 }  // namespace

@@ -1,12 +1,10 @@
 // tensor_src_grpc: pushes the messages of NNStreamer's TensorService as frames of tensors.
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #include <cstring>
-#include <optional>
 
-#include "elements/tensor_sink_grpc/grpc_settings.hpp"
+#include "elements/tensor_sink_grpc/grpc_element.hpp"
 #include "gstcpp/buffer/frame_pool.hpp"
 #include "gstcpp/buffer/tensor_caps.hpp"
-#include "gstcpp/element/base_classes.hpp"
 
 namespace weir {
 namespace {
@@ -18,7 +16,7 @@ struct SourceSettings : GrpcSettings {
   SourceSettings() { server = true; }
 };
 
-class TensorSrcGrpc : public gst::Element<TensorSrcGrpc, gst::PushSource> {
+class TensorSrcGrpc : public GrpcElement<TensorSrcGrpc, gst::PushSource, IncomingFrames> {
  public:
   static constexpr gst::ElementInfo kInfo{"WeirTensorSrcGrpc", "tensor_src_grpc", "TensorSrcGRPC",
                                           "Source/Network",
@@ -50,41 +48,22 @@ class TensorSrcGrpc : public gst::Element<TensorSrcGrpc, gst::PushSource> {
 
   Status start() {
     const Settings s = settings();
-    auto codec = MessageCodec::make(s.idl);
-    if (!codec) return codec.error();
-    codec_.emplace(*std::move(codec));
     is_server_ = s.server;
-    auto frames = std::make_unique<IncomingFrames>(
-        IncomingFrames::Options{.queue = s.queue, .waits = s.blocking});
-    const auto options = s.options(*codec_, element());
-    if (!options) return options.error();
-    auto endpoint = net::open_receiver(*options, frames.get());
-    if (!endpoint) return endpoint.error();
-    {
-      std::lock_guard lock(frames_mutex_);
-      frames_ = std::move(frames);
-      endpoint_ = *std::move(endpoint);
-    }
-    ledger_.reset();
     pool_ = {};
     spec_ = {};
-    wanted_port_ = s.port;
-    show_port(static_cast<int>(endpoint_->port()));
-    GST_CAT_INFO_OBJECT(category(), self(), "%s %s, idl=%s",
-                        s.server ? "listens on" : "receives from",
-                        net::address_text(*options).c_str(), s.idl.c_str());
-    return ok();
+    return connect(s,
+                   std::make_unique<IncomingFrames>(
+                       IncomingFrames::Options{.queue = s.queue, .waits = s.blocking}),
+                   net::open_receiver, "receives from");
   }
 
   gboolean stop() {
-    endpoint_.reset();
-    if (!frames_) return TRUE;
-    const auto c = frames_->counts();
+    disconnect();
+    const auto c = counts();
     GST_CAT_INFO_OBJECT(category(), self(),
                         "messages: %" G_GUINT64_FORMAT " received, %" G_GUINT64_FORMAT
                         " dropped, %" G_GUINT64_FORMAT " refused",
                         c.received, c.dropped, c.refused);
-    show_port(wanted_port_);
     return TRUE;
   }
 
@@ -126,35 +105,19 @@ class TensorSrcGrpc : public gst::Element<TensorSrcGrpc, gst::PushSource> {
     }
   }
 
-  gboolean unlock() {
-    if (frames_) frames_->interrupt();
-    return TRUE;
-  }
-  gboolean unlock_stop() {
-    if (frames_) frames_->resume();
-    return TRUE;
-  }
-
   void add_stats(GstStructure* stats) const {
-    std::lock_guard lock(frames_mutex_);
-    const auto c = frames_ ? frames_->counts() : net::IncomingCounts{};
+    const auto c = counts();
     gst_structure_set(stats, "peers", G_TYPE_UINT64, c.peers, "messages-received", G_TYPE_UINT64,
                       c.received, "messages-dropped", G_TYPE_UINT64, c.dropped, "messages-refused",
                       G_TYPE_UINT64, c.refused, nullptr);
   }
 
   Settings settings_;
-  Ledger ledger_;
   BufferLimit buffer_limit_{kInfo.factory_name};
 
  private:
   GstBaseSrc* base() const { return GST_BASE_SRC(self()); }
   GstPad* pad() const { return GST_BASE_SRC_PAD(self()); }
-
-  void show_port(int port) {
-    change_settings([&](Settings& shown) { shown.port = port; });
-    g_object_notify(G_OBJECT(self()), "port");
-  }
 
   // A client whose messages cannot be used ends; the others go on. A server is the only peer:
   // false.
@@ -242,17 +205,12 @@ class TensorSrcGrpc : public gst::Element<TensorSrcGrpc, gst::PushSource> {
           gst_util_uint64_scale_int(GST_SECOND, spec_.rate.denominator, spec_.rate.numerator);
   }
 
-  mutable std::mutex frames_mutex_;  // guards the two pointers while they change
-  std::unique_ptr<IncomingFrames> frames_;
-  std::unique_ptr<net::TensorEndpoint> endpoint_;  // uses frames_
   // Streaming thread only.
-  std::optional<MessageCodec> codec_;
   messages::TensorMessage message_;
   std::vector<std::byte> joined_;
   FrameSpec spec_;
   gst::FramePool pool_;
   bool is_server_ = true;
-  int wanted_port_ = 0;
 };
 
 }  // namespace
