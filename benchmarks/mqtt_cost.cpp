@@ -233,20 +233,15 @@ class Streams {
   }
   static constexpr const char* kNames[] = {BareStream::kName, "mqttsink protocol=4",
                                            "mqttsink protocol=5"};
-  // Medians in microseconds from a frame's start until all receivers have it, one at a time. Each
-  // stream sends one in turn, so that other load affects all alike.
+  // Medians in microseconds from a frame's start until all receivers have it, one at a time.
   std::vector<double> latencies(int frames) {
-    std::vector<std::vector<double>> times(all_.size());
-    for (int i = 0; i < frames; ++i)
-      for (size_t which = 0; which < all_.size(); ++which) {
-        const double before = seconds(CLOCK_MONOTONIC);
-        all_[which]->send_one();
-        all_[which]->wait(0);
-        times[which].push_back((seconds(CLOCK_MONOTONIC) - before) * 1e6);
-      }
-    std::vector<double> out;
-    for (const auto& some : times) out.push_back(median(some));
-    return out;
+    std::vector<Call> calls;
+    for (const auto& stream : all_)
+      calls.push_back([&stream](int) {
+        stream->send_one();
+        stream->wait(0);
+      });
+    return medians_in_turn(calls, frames);
   }
   // Microseconds of a frame with kInFlight of them on their way.
   std::vector<double> times_in_flight(int frames) {
@@ -272,35 +267,23 @@ int frames_of(size_t bytes) {
   return std::clamp(static_cast<int>(50'000'000 / (bytes + 50'000)), 8, 500);
 }
 
-using Rounds = std::vector<std::vector<double>>;
-void add(const std::vector<double>& times, Rounds* rounds) {
-  rounds->resize(times.size());
-  for (size_t i = 0; i < times.size(); ++i) (*rounds)[i].push_back(times[i]);
-}
-// The median over rounds of what a stream takes of the first one's time.
-double ratio(const Rounds& rounds, size_t which) {
-  std::vector<double> out;
-  for (size_t i = 0; i < rounds[0].size(); ++i) out.push_back(rounds[which][i] / rounds[0][i]);
-  return median(out);
-}
-
 int report_ratios(int rounds) {
-  for (const auto& [bytes, text] :
-       {std::pair<size_t, const char*>{4096, "4 KiB"}, {150'528, "150 kB"}, {6'220'800, "6 MB"}}) {
+  for (const auto& [bytes, text] : kFrameSizes) {
     Streams streams(bytes, 1);
     Rounds latency, in_flight;
     for (int round = 0; round < rounds; ++round) {
-      add(streams.latencies(frames_of(bytes)), &latency);
-      add(streams.times_in_flight(frames_of(bytes)), &in_flight);
+      add_round(streams.latencies(frames_of(bytes)), &latency);
+      add_round(streams.times_in_flight(frames_of(bytes)), &in_flight);
     }
     for (size_t i = 0; i < latency.size(); ++i) {
       std::fprintf(stderr, "%s: %s: p50 %.1f us; %d in flight: %.1f us a frame\n", text,
                    Streams::kNames[i], median(latency[i]), kInFlight, median(in_flight[i]));
       if (i == 0) continue;
       const std::string name = Streams::kNames[i] + std::string(" to mqttsrc, ") + text;
-      report(name + ": p50", "libmosquitto, the same broker", ratio(latency, i), "x", 1 / 0.9);
+      report(name + ": p50", "libmosquitto, the same broker", median_ratio(latency[0], latency[i]),
+             "x", 1 / 0.9);
       report(name + ", 8 in flight: time of a frame", "libmosquitto, the same broker",
-             ratio(in_flight, i), "x", 1 / 0.9);
+             median_ratio(in_flight[0], in_flight[i]), "x", 1 / 0.9);
     }
   }
   return 0;
@@ -310,7 +293,7 @@ int report_ratios(int rounds) {
 void report_point(const char* axis, int x, size_t bytes, int receivers) {
   Streams streams(bytes, receivers);
   Rounds latency;
-  for (int round = 0; round < 3; ++round) add(streams.latencies(frames_of(bytes)), &latency);
+  for (int round = 0; round < 3; ++round) add_round(streams.latencies(frames_of(bytes)), &latency);
   for (size_t i = 0; i < latency.size(); ++i)
     std::printf("{\"series\": \"%s\", \"axis\": \"%s\", \"x\": %d, \"us\": %.1f}\n",
                 Streams::kNames[i], axis, x, median(latency[i]));

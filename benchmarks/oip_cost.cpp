@@ -75,13 +75,7 @@ void compare(size_t elements, const char* size, double most, int calls, int roun
   const Call plain = pair.plain(), engine = pair.by_engine();
   std::vector<double> p50, bare, rate;
   for (int round = 0; round <= rounds; ++round) {
-    // In turn, so that other load affects both alike.
-    std::vector<double> floors, times;
-    for (int i = 0; i < calls; ++i) {
-      floors.push_back(times_of(plain, 1, 1)[0]);
-      times.push_back(times_of(engine, 1, 1)[0]);
-    }
-    const double floor = median(floors), ours = median(times);
+    const auto medians = medians_in_turn({plain, engine}, calls);
     const auto timed = [&](const Call& call) {
       const auto begin = Clock::now();
       times_of(call, kInFlight, calls / kInFlight);
@@ -89,12 +83,12 @@ void compare(size_t elements, const char* size, double most, int calls, int roun
     };
     const double floor_all = timed(plain), ours_all = timed(engine);
     if (round == 0) continue;
-    p50.push_back(ours / floor);
-    bare.push_back(floor);
+    p50.push_back(medians[1] / medians[0]);
+    bare.push_back(medians[0]);
     rate.push_back(ours_all / floor_all);
   }
   const std::string name = std::string("engine oip, ") + size + " both ways";
-  const std::string of_a_call = std::to_string(static_cast<int>(1000 * median(bare))) + " us";
+  const std::string of_a_call = std::to_string(static_cast<int>(median(bare))) + " us";
   report(name + ": p50 of a call", "plain grpc++ generic calls, " + of_a_call, median(p50), "x",
          most);
   report(name + ": time of calls, 4 in flight", "the same, 4 in flight", median(rate), "x",

@@ -194,22 +194,13 @@ class Exchanges {
   static constexpr std::array kNames = {"plain sockets", "tensor_query_client to plain sockets",
                                         "plain sockets to tensor_query_serversrc",
                                         "tensor_query_client to tensor_query_serversrc"};
-  using Times = std::array<std::vector<double>, kNames.size()>;
 
-  // Medians of a round trip in microseconds, in the order of kNames. Each has its turn, so that
-  // other load affects all alike.
-  void add_medians(int exchanges, Times* medians) {
-    const std::function<void()> calls[] = {[this] { ping_.call(); }, [this] { to_echo_->push(1); },
-                                           [this] { plain_client_.call(); },
-                                           [this] { to_pipeline_->push(1); }};
-    Times times;
-    for (int i = -exchanges / 10; i < exchanges; ++i)
-      for (size_t which = 0; which < kNames.size(); ++which) {
-        const double before = seconds(CLOCK_MONOTONIC);
-        calls[which]();
-        if (i >= 0) times[which].push_back((seconds(CLOCK_MONOTONIC) - before) * 1e6);
-      }
-    for (size_t i = 0; i < times.size(); ++i) (*medians)[i].push_back(median(times[i]));
+  // Medians of a round trip in microseconds, in the order of kNames.
+  std::vector<double> medians(int exchanges) {
+    return medians_in_turn(
+        {[this](int) { ping_.call(); }, [this](int) { to_echo_->push(1); },
+         [this](int) { plain_client_.call(); }, [this](int) { to_pipeline_->push(1); }},
+        exchanges, exchanges / 10);
   }
   uint64_t unanswered() const {
     return to_echo_->stat("sent") - to_echo_->stat("answered") + to_pipeline_->stat("sent") -
@@ -223,11 +214,11 @@ class Exchanges {
   const std::unique_ptr<ElementStage> to_echo_, to_pipeline_;
 };
 
-Exchanges::Times times_of_rounds(size_t bytes, int rounds, uint64_t* unanswered) {
+Rounds times_of_rounds(size_t bytes, int rounds, uint64_t* unanswered) {
   Exchanges exchanges(bytes);
   const int count = std::clamp(static_cast<int>(100'000'000 / (bytes + 50'000)), 20, 1000);
-  Exchanges::Times out;
-  for (int round = 0; round < rounds; ++round) exchanges.add_medians(count, &out);
+  Rounds out;
+  for (int round = 0; round < rounds; ++round) add_round(exchanges.medians(count), &out);
   *unanswered += exchanges.unanswered();
   return out;
 }
@@ -267,17 +258,13 @@ int report_clients_at_once() {
 int report_ratios(int rounds) {
   constexpr std::array kTargets = {1.0, 1.2, 1.2, 2.0};
   uint64_t unanswered = 0;
-  for (const auto& [bytes, text] :
-       {std::pair<size_t, const char*>{4096, "4 KiB"}, {150'528, "150 kB"}, {6'220'800, "6 MB"}}) {
+  for (const auto& [bytes, text] : kFrameSizes) {
     const auto times = times_of_rounds(bytes, rounds, &unanswered);
     for (size_t i = 0; i < times.size(); ++i) {
       std::fprintf(stderr, "%s: %s: %.1f us\n", text, Exchanges::kNames[i], median(times[i]));
       if (i == 0) continue;
-      std::vector<double> ratios;
-      for (size_t round = 0; round < times[i].size(); ++round)
-        ratios.push_back(times[i][round] / times[0][round]);
       report(std::string(Exchanges::kNames[i]) + ", " + text + " there and back: p50",
-             "the same bytes by plain sockets", median(ratios), "x", kTargets[i]);
+             "the same bytes by plain sockets", median_ratio(times[0], times[i]), "x", kTargets[i]);
     }
   }
   report("tensor_query_client: frames without an answer", "", static_cast<double>(unanswered),

@@ -95,29 +95,17 @@ void wait_for(const PlainClient& client, const Request& request, std::span<char>
 }
 
 // Of each round, the median time of each of these calls, which are done in turn.
-using Medians = std::vector<std::vector<double>>;
-Medians medians_of(const std::vector<Call>& calls, int rounds) {
-  constexpr int kCalls = 200;
-  Medians out(calls.size());
+Rounds medians_of(const std::vector<Call>& calls, int rounds) {
+  Rounds out;
   for (int round = 0; round <= rounds; ++round) {
-    Medians times(calls.size());
-    for (int i = 0; i < kCalls; ++i)
-      for (size_t which = 0; which < calls.size(); ++which)
-        times[which].push_back(times_of(calls[which], 1, 1)[0]);
-    for (size_t which = 0; which < calls.size() && round != 0; ++which)
-      out[which].push_back(median(times[which]));
+    const auto medians = medians_in_turn(calls, 200);
+    if (round != 0) add_round(medians, &out);
   }
   return out;
 }
 
-double ratio_of(const std::vector<double>& floor, const std::vector<double>& ours) {
-  std::vector<double> ratios;
-  for (size_t round = 0; round < ours.size(); ++round) ratios.push_back(ours[round] / floor[round]);
-  return median(ratios);
-}
-
-std::string microseconds(const std::vector<double>& milliseconds) {
-  return std::to_string(static_cast<int>(1000 * median(milliseconds))) + " us";
+std::string median_text(const std::vector<double>& microseconds) {
+  return std::to_string(static_cast<int>(median(microseconds))) + " us";
 }
 
 // The end of the answer's bytes go to `answer`. Ends the program when there is none.
@@ -144,11 +132,11 @@ void compare(const std::string& name, const std::vector<std::string>& bare,
     std::fprintf(stderr, "%s: the two servers answer differently\n", name.c_str());
     std::exit(1);
   }
-  const Medians times = medians_of(
+  const Rounds times = medians_of(
       {call_of(to_plain, request, answer), call_of(to_pipeline, request, answer)}, rounds);
   report("served pipeline, " + name + ": p50 of a call",
-         "plain grpc++ server that calls the same engine, " + microseconds(times[0]),
-         ratio_of(times[0], times[1]), "x", 1.15);
+         "plain grpc++ server that calls the same engine, " + median_text(times[0]),
+         median_ratio(times[0], times[1]), "x", 1.15);
 }
 
 const char* const kNoLimits = "port=0 max-connections=0 max-connections-per-address=0";
@@ -239,15 +227,15 @@ void tls(const std::string& pki, int rounds) {
       to_bare_secure(bare_secure.port(), grpc::SslCredentials({text_of(pki + "/ca.pem"), "", ""}));
   const auto request = request_of("x", "UINT8", {kBytes}, kBytes);
   std::vector<char> answer(kBytes);
-  const Medians times =
+  const Rounds times =
       medians_of({call_of(to_plain, answer), call_of(to_secure, answer),
                   call_of(to_bare, *request, answer), call_of(to_bare_secure, *request, answer)},
                  rounds);
   char bare[32];
-  std::snprintf(bare, sizeof bare, "%.2f", ratio_of(times[2], times[3]));
+  std::snprintf(bare, sizeof bare, "%.2f", median_ratio(times[2], times[3]));
   report("engine oip and served pipeline, 150 kB both ways, TLS: p50 of a call",
-         "the same without TLS, " + microseconds(times[0]) + "; plain grpc++ alone " + bare + " x",
-         ratio_of(times[0], times[1]), "x", 1.3);
+         "the same without TLS, " + median_text(times[0]) + "; plain grpc++ alone " + bare + " x",
+         median_ratio(times[0], times[1]), "x", 1.3);
 }
 
 // appsrc ! tensor_filter framework=oip fallback=MODEL ! appsink.

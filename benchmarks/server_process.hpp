@@ -106,6 +106,37 @@ inline std::vector<double> times_of(const Call& call, int threads, int calls) {
   return all;
 }
 
+// Median microseconds of each of these calls. They have their turns, so that other load affects all
+// alike. The first `warm` turns are not counted.
+inline std::vector<double> medians_in_turn(const std::vector<Call>& calls, int turns,
+                                           int warm = 0) {
+  std::vector<std::vector<double>> times(calls.size());
+  for (int turn = -warm; turn < turns; ++turn)
+    for (size_t which = 0; which < calls.size(); ++which) {
+      const double time = 1000 * times_of(calls[which], 1, 1)[0];
+      if (turn >= 0) times[which].push_back(time);
+    }
+  std::vector<double> out;
+  for (const auto& some : times) out.push_back(median(some));
+  return out;
+}
+
+// Of each candidate, a number of each round.
+using Rounds = std::vector<std::vector<double>>;
+inline void add_round(const std::vector<double>& numbers, Rounds* rounds) {
+  rounds->resize(numbers.size());
+  for (size_t i = 0; i < numbers.size(); ++i) (*rounds)[i].push_back(numbers[i]);
+}
+inline double median_ratio(const std::vector<double>& floor, const std::vector<double>& ours) {
+  std::vector<double> ratios;
+  for (size_t round = 0; round < ours.size(); ++round) ratios.push_back(ours[round] / floor[round]);
+  return median(ratios);
+}
+
+// Bytes of the frames that are compared: a small tensor, RGB of 224x224, and RGB in Full HD.
+constexpr std::pair<size_t, const char*> kFrameSizes[] = {
+    {4096, "4 KiB"}, {150'528, "150 kB"}, {6'220'800, "6 MB"}};
+
 // Calls per second and the 99th percentile of so many threads, for tools/plot: medians of rounds in
 // which each series has its turn.
 inline void report_clients(const std::vector<std::pair<const char*, Call>>& all, int threads) {
