@@ -4,6 +4,18 @@
 
 namespace weir {
 
+wire::HeaderForm header_form(WireVersion version) {
+  switch (version) {
+    case WireVersion::Bytes160:
+      return wire::HeaderForm::Bytes160;
+    case WireVersion::Bytes168:
+      return wire::HeaderForm::Bytes168;
+    case WireVersion::Bytes2088:
+      break;
+  }
+  return wire::HeaderForm::Bytes2088;
+}
+
 Status check_edge_types(EdgeProtocol protocol, EdgeConnectType connect_type, const char* element) {
   const std::string name = element;
   if (connect_type == EdgeConnectType::Custom)

@@ -1,6 +1,7 @@
 // How edgesink and edgesrc find each other, and what they speak.
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #pragma once
+#include "core/wire/header_form.hpp"
 #include "gstcpp/element/property.hpp"
 #include "weir/result.hpp"
 
@@ -11,6 +12,7 @@ enum class EdgeProtocol : int { Edge = 0, Local = 1 };
 
 // The version of NNStreamer's library whose headers are sent.
 enum class WireVersion : int { Bytes2088 = 0, Bytes168 = 1, Bytes160 = 2 };
+wire::HeaderForm header_form(WireVersion version);
 
 // OPTION_VALUE for a combination that is not available, naming those that are.
 Status check_edge_types(EdgeProtocol protocol, EdgeConnectType connect_type, const char* element);

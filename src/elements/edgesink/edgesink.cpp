@@ -17,18 +17,6 @@ namespace {
 
 using Outcome = BufferOutput::Outcome;
 
-wire::HeaderForm form_of(WireVersion version) {
-  switch (version) {
-    case WireVersion::Bytes160:
-      return wire::HeaderForm::Bytes160;
-    case WireVersion::Bytes168:
-      return wire::HeaderForm::Bytes168;
-    case WireVersion::Bytes2088:
-      break;
-  }
-  return wire::HeaderForm::Bytes2088;
-}
-
 wire::MqttForm mqtt_form_of(WireVersion version) {
   switch (version) {
     case WireVersion::Bytes160:
@@ -225,7 +213,7 @@ class Edgesink : public gst::Element<Edgesink, gst::BaseSink> {
       return status.error();
     auto output = TcpOutput::open({.host = s.host,
                                    .port = s.port,
-                                   .form = form_of(s.wire_version),
+                                   .form = header_form(s.wire_version),
                                    .queue = {.frames = s.max_buffers},
                                    .most_subscribers = kMostReceivers,
                                    .most_of_one_address = kMostOfOneAddress,

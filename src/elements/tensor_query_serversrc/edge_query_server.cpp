@@ -21,26 +21,12 @@ using Outcome = edge::ReceivedRequest::Outcome;
 
 constexpr auto kLongestFlush = std::chrono::milliseconds(500);
 
-std::optional<wire::HeaderForm> form_of(WireVersion version) {
-  switch (version) {
-    case WireVersion::Bytes160:
-      return wire::HeaderForm::Bytes160;
-    case WireVersion::Bytes168:
-      return wire::HeaderForm::Bytes168;
-    case WireVersion::Bytes2088:
-      break;
-  }
-  return std::nullopt;  // and 0.2.4
-}
-
 edge::ListenerOptions listener_options(const ServersrcSettings& s,
                                        std::function<void(const Error&)> report) {
   edge::ListenerOptions out{
       .host = s.host,
       .port = s.port,
-      .client = {.form = form_of(s.wire_version),
-                 .most_message_bytes = s.max_message,
-                 .patience = std::chrono::seconds(s.timeout)},
+      .client = {.most_message_bytes = s.max_message, .patience = std::chrono::seconds(s.timeout)},
       .most_requests = s.max_requests,
       .most_address_bytes = s.max_bytes_in_flight,
       .most_clients = s.max_connections,
@@ -48,6 +34,8 @@ edge::ListenerOptions listener_options(const ServersrcSettings& s,
       .allowed =
           [allow = s.allow](const auto& address) { return transport::is_allowed(allow, address); },
       .refused = std::move(report)};
+  // Without a form, the server also speaks that of 0.2.4.
+  if (s.wire_version != WireVersion::Bytes2088) out.client.form = header_form(s.wire_version);
   if (!s.allow.empty()) out.client.allows_callback = out.allowed;
   return out;
 }
