@@ -136,7 +136,7 @@ class Fetching(Case):
 
     def test_another_digest_is_an_error_and_leaves_nothing(self):
         cards = self.catalogue_of(digest="0" * 64)
-        self.refused(self.get(cards), 1, "WEIR-4011", "another file", "sha256 " + hashlib.sha256(b"the model" * 1000).hexdigest())
+        self.refused(self.get(cards), 1, "WEIR-4011", "not the expected one", "sha256 " + hashlib.sha256(b"the model" * 1000).hexdigest())
         self.assertEqual(os.listdir(self.folder / "models" / "net"), [])
 
     def test_a_missing_file_shows_what_curl_says(self):

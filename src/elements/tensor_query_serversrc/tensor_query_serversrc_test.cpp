@@ -127,7 +127,7 @@ TEST_F(TensorQueryServersrc, ServesAgainAfterAStop) {
 
 TEST_F(TensorQueryServersrc, RejectsSettingsThatItCannotUse) {
   const std::string sink = "tensor_query_serversink";
-  EXPECT_SAYS(error_of_pipeline(source("connect-type=HYBRID") + sink), "has no broker");
+  EXPECT_SAYS(error_of_pipeline(source("connect-type=HYBRID") + sink), "does not use a broker");
   EXPECT_SAYS(error_of_pipeline(source("host=0.0.0.0") + sink), "WEIR-6003");
   EXPECT_SAYS(error_of_pipeline(source("tls-key=key.pem") + sink), "tls-key without tls-cert");
   EXPECT_SAYS(error_of_pipeline("tensor_query_serversrc protocol=oip port=0 ! fakesink"),

@@ -140,17 +140,17 @@ TEST_F(HostileReader, AWritersMessage) {
 TEST_F(HostileReader, APacketThatIsTooLong) {
   RawReader reader(folder_.file());
   reader.send_bytes(kMostMessageBytes + 1);
-  expect_refused(&reader, "no message");
+  expect_refused(&reader, "not a message");
 }
 TEST_F(HostileReader, ShortPackets) {
   RawReader reader(folder_.file());
   reader.send_bytes(3);
-  expect_refused(&reader, "no message");
+  expect_refused(&reader, "not a message");
 }
 TEST_F(HostileReader, ADescriptor) {
   RawReader reader(folder_.file());
   reader.send_bytes(8, 1);
-  expect_refused(&reader, "no message");
+  expect_refused(&reader, "not a message");
 }
 TEST_F(HostileReader, Silence) {
   RawReader reader(folder_.file());
@@ -338,15 +338,15 @@ TEST_F(HostileWriter, ADescriptorWithAnotherMessage) {
 }
 TEST_F(HostileWriter, CapsThatAreNoText) {
   EXPECT_SAYS(error_after([&] { send(Kind::Caps, uint32_t{4}, uint32_t{0}); }).message(),
-              "no text");
-  EXPECT_SAYS(error_after([&] { send(Kind::Caps, uint32_t{400}); }).message(), "no text");
+              "not text");
+  EXPECT_SAYS(error_after([&] { send(Kind::Caps, uint32_t{400}); }).message(), "not text");
 }
 TEST_F(HostileWriter, AReadersMessage) {
   EXPECT_SAYS(error_after([&] { send(Kind::Release, uint64_t{1}); }).message(), "kind 2");
 }
 TEST_F(HostileWriter, ShortPackets) {
   EXPECT_SAYS(error_after([&] { send_packet(socket_.get(), std::vector<std::byte>(5)); }).message(),
-              "no message");
+              "not a message");
 }
 
 TEST(ReceivedBlock, CannotBeWrittenByItsReader) {
