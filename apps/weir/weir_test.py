@@ -267,7 +267,7 @@ class Doctor(Case):
         self.assertRegex(output, rf"\[pytorch\] enable_use_gpu +1 +{re.escape(str(extra))}:6 +"
                                r"without effect: Weir's engine pytorch runs on the processor\n")
         self.assertRegex(output, rf"\[own\] key +1 +{re.escape(str(extra))}:4")
-        self.assertRegex(output, rf"filters +{re.escape(str(self.folder))} +{re.escape(str(path))}:7 +there\n")
+        self.assertRegex(output, rf"filters +{re.escape(str(self.folder))} +{re.escape(str(path))}:7 +found\n")
         self.assertRegex(output, r"trainers +/no/trainers +NNSTREAMER_TRAINERS +not found\n")
         self.assertIn(f"reason: {path}:3: neither true nor false: [common] enable_symlink=perhaps", output)
         self.assertIn(f"reason: {extra}:2: the path is not absolute and is ignored: [decoder] decoders=here", output)

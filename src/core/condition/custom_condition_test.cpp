@@ -109,7 +109,7 @@ TEST(CustomCondition, ReportsTheNameAndReasonOfAFailure) {
   EXPECT_SAYS(silent, "WEIR-5003: the condition above failed without an error message");
   EXPECT_SAYS(silent, "offered: it returned -");
   EXPECT_SAYS(silent, " for a frame of ");
-  EXPECT_SAYS(silent, "needed: 0; above 0 to drop the frame");
+  EXPECT_SAYS(silent, "needed: 0 for success, above 0 to drop the frame");
   EXPECT_EQ(weir_condition_unregister("above"), WEIR_OK);
 }
 

@@ -53,7 +53,7 @@ TEST(ConverterText, IsCutAndKeepsItsTimeAndTheFirstCutIsReported) {
     EXPECT_EQ(GST_BUFFER_DURATION(out.get()), 3u);
   }
   const auto warning = errors.next_warning();
-  EXPECT_SAYS(warning, "WEIR-2004: a text is longer than input-dim and is cut");
+  EXPECT_SAYS(warning, "WEIR-2004: a text is longer than input-dim and is truncated");
   EXPECT_SAYS(warning, "fix: tensor_converter input-dim=8");
   EXPECT_EQ(errors.next_warning(), "");
   EXPECT_EQ(stat(h, "bytes-copied"), 0u);
