@@ -26,6 +26,8 @@ class BufferOutput {
 
   // The caps of the buffers that follow.
   virtual Status set_caps(GstCaps* caps) = 0;
+  // Called before each buffer of a stream that may have no caps.
+  virtual Status set_no_caps() { return ok(); }
   // Counts bytes that it copies in `ledger`.
   virtual Result<Outcome> publish(GstBuffer* buffer, Ledger* ledger) = 0;
   // Reports the end of the stream to receivers, where the protocol has one.

@@ -56,6 +56,76 @@ TEST(EdgeTcp, MoreThan16TensorsArePackedAgain) {
   EXPECT_EQ(stat(in, "edgesrc", "bytes-copied"), 5u);
 }
 
+// An edgesrc that waits for the caps of `sink`, which has none yet.
+Harness early_source(const Harness& sink, const std::string& more = "") {
+  Harness in{gst_harness_new_parse(
+      ("edgesrc dest-port=" + std::to_string(port_of(sink)) + " " + more).c_str())};
+  gst_harness_play(in.get());
+  return in;
+}
+
+TEST(EdgeTcp, AReceiverThatConnectsBeforeTheCapsGetsThemAndEveryFrame) {
+  const auto out = harness_of("edgesink sync=false port=0 wait-connection=true");
+  const auto in = early_source(out);
+  gst_harness_set_src_caps_str(out.get(), video("RGB", 2, 1).c_str());
+  for (uint8_t i = 0; i < 3; ++i)
+    ASSERT_EQ(gst_harness_push(out.get(), frame(Bytes{i, 0, 0, 0, 0, 0, 0, 0})), GST_FLOW_OK);
+  for (uint8_t i = 0; i < 3; ++i) {
+    const auto got = Ref<GstBuffer>::adopt(gst_harness_pull(in.get()));
+    ASSERT_TRUE(got);
+    EXPECT_EQ(content(got.get())[0], i);
+  }
+  EXPECT_SAYS(caps_text(in), "video/x-raw");
+  EXPECT_SAYS(caps_text(in), "width=(int)2");
+}
+
+TEST(EdgeTcp, AReceiverOfAStreamWithoutCapsIsShownACapsfilterThatFits) {
+  for (const auto& [downstream, fix] :
+       {std::pair("videoconvert", "fix: edgesrc ! video/x-raw,format=RGB,width=640"),
+        std::pair("audioconvert", "fix: edgesrc ! audio/x-raw,format=S16LE"),
+        std::pair("tensor_converter ! tensor_sink", "fix: edgesrc ! other/tensors"),
+        std::pair("fakesink", "fix: edgesrc ! CAPS")}) {
+    const auto out = harness_of("edgesink sync=false port=0 wait-connection=true");
+    const auto pipeline =
+        lone_element("edgesrc dest-port=" + std::to_string(port_of(out)) + " ! " + downstream);
+    gst_element_set_state(pipeline.get(), GST_STATE_PLAYING);
+    gst_harness_push_event(out.get(), gst_event_new_stream_start("test"));
+    gst_harness_push_event(out.get(), time_segment());
+    ASSERT_EQ(gst_harness_push(out.get(), frame(Bytes{1, 2, 3, 4})), GST_FLOW_OK);
+    const auto bus = Ref<GstBus>::adopt(gst_element_get_bus(pipeline.get()));
+    const auto message = Ref<GstMessage>::adopt(
+        gst_bus_timed_pop_filtered(bus.get(), 60 * GST_SECOND, GST_MESSAGE_ERROR));
+    EXPECT_SAYS(text_of(message.get()), "an edgesink that did not announce its caps");
+    EXPECT_SAYS(text_of(message.get()), fix);
+    gst_element_set_state(pipeline.get(), GST_STATE_NULL);
+  }
+}
+
+TEST(EdgeTcp, EitherEndStopsAtOnceWhileAReceiverWaitsForTheCaps) {
+  const auto out = harness_of("edgesink sync=false port=0");
+  auto in = early_source(out);
+  in.reset();
+  const auto next = early_source(out);
+  Errors errors(next);
+  gst_element_set_state(element_of(out, "edgesink").get(), GST_STATE_NULL);
+  std::string error;
+  EXPECT_TRUE(becomes_true([&] { return !(error = errors.next()).empty(); }, "an error"));
+  EXPECT_SAYS(error, "it closed the connection");
+}
+
+TEST(EdgeTcp, AReceiverThatReconnectsWaitsForTheCapsOfTheNextEdgesink) {
+  auto out = harness_of("edgesink sync=false port=0");
+  const guint port = port_of(out);
+  const auto in = early_source(out, "reconnect=true");
+  out.reset();
+  out = harness_of("edgesink sync=false wait-connection=true port=" + std::to_string(port));
+  gst_harness_set_src_caps_str(out.get(), tensors("uint8", "4").c_str());
+  ASSERT_EQ(gst_harness_push(out.get(), frame(Bytes{1, 2, 3, 4})), GST_FLOW_OK);
+  const auto got = Ref<GstBuffer>::adopt(gst_harness_pull(in.get()));
+  ASSERT_TRUE(got);
+  EXPECT_EQ(content(got.get()), (Bytes{1, 2, 3, 4}));
+}
+
 // A server that sends frames of `count` flexible tensors, the i-th of i + 1 bytes.
 class FlexibleFrames : public ::testing::Test {
  protected:

@@ -114,9 +114,10 @@ class Edgesink : public gst::Element<Edgesink, gst::BaseSink> {
 
   GstFlowReturn render(GstBuffer* buffer) {
     ledger_.received();
-    const Status announced = announce();  // of a stream without caps
+    Status ready = output_->set_no_caps();  // the stream may have none
+    if (ready) ready = announce();
     for (;;) {
-      auto outcome = announced ? wait_for_receiver() : announced.error();
+      auto outcome = ready ? wait_for_receiver() : ready.error();
       if (outcome && *outcome == Outcome::Sent) outcome = output_->publish(buffer, &ledger_);
       if (!outcome) {
         ledger_.dropped(DropReason::Error);

@@ -26,7 +26,7 @@ Status TcpOutput::set_caps(GstCaps* caps) {
 }
 
 Result<BufferOutput::Outcome> TcpOutput::publish(GstBuffer* buffer, Ledger*) {
-  if (publisher_->counts().subscribers == 0) return Outcome::NoReceiver;
+  if (!publisher_->has_subscriber()) return Outcome::NoReceiver;
   auto mapped = mapper_.map(buffer);
   if (!mapped) return mapped.error();
   const auto outcome = publisher_->publish(std::move(mapped->memories), std::move(mapped->owner));

@@ -16,6 +16,7 @@ class TcpOutput : public BufferOutput {
 
   uint16_t port() const noexcept { return publisher_->port(); }
   Status set_caps(GstCaps* caps) override;
+  Status set_no_caps() override { return publisher_->set_no_caps(); }
   Result<Outcome> publish(GstBuffer* buffer, Ledger* ledger) override;
   // The protocol has no end of stream: waits until the last frame has been sent.
   void end() override;

@@ -14,6 +14,7 @@ struct InputEvent {
     Buffer,       // `buffer`
     End,          // of the stream
     Lost,         // the sender has ended or closed the connection
+    Silent,       // the sender has not started the handshake; once for each connection
     Interrupted,  // by the descriptor that the input waits for
   };
   Kind kind;

@@ -5,14 +5,14 @@
 #include <atomic>
 #include <memory>
 #include <mutex>
-#include <optional>
 #include <string>
 
 #include "elements/edgesink/edge_broker.hpp"
-#include "elements/edgesink/edge_connect_type.hpp"
+#include "elements/edgesrc/edgesrc_settings.hpp"
 #include "elements/edgesrc/local_input.hpp"
 #include "elements/edgesrc/mqtt_input.hpp"
 #include "elements/edgesrc/tcp_input.hpp"
+#include "elements/edgesrc/unknown_caps.hpp"
 #include "gstcpp/buffer/tensor_caps.hpp"
 #include "gstcpp/element/base_classes.hpp"
 #include "transport/mqtt/server_finder.hpp"
@@ -23,21 +23,6 @@ namespace {
 
 using gst::Ref;
 using Kind = InputEvent::Kind;
-
-struct EdgesrcSettings : BrokerLogin {
-  std::optional<std::string> host;
-  uint32_t port = 0;
-  std::string dest_host = "localhost";
-  uint32_t dest_port = 3000;
-  EdgeConnectType connect_type = EdgeConnectType::Tcp;
-  std::optional<std::string> topic, custom_lib;
-  EdgeProtocol protocol = EdgeProtocol::Edge;
-  std::string path;
-  bool reconnect = false;
-  uint64_t max_message = uint64_t{64} << 20;
-  bool insecure = false;
-  std::string allow;
-};
 
 class Edgesrc : public gst::Element<Edgesrc, gst::PushSource> {
  public:
@@ -113,7 +98,11 @@ class Edgesrc : public gst::Element<Edgesrc, gst::PushSource> {
       auto event = next();
       if (!event) return failed(event.error());
       switch (event->kind) {
+        case Kind::Silent:
+          gst::post_warning(element(), silent());
+          break;
         case Kind::Buffer:
+          count_connection();
           if (!caps_ && !set_caps_of_downstream()) return GST_FLOW_NOT_NEGOTIATED;
           ledger_.copied(event->copied);
           return take(event->buffer.release(), out);
@@ -122,6 +111,7 @@ class Edgesrc : public gst::Element<Edgesrc, gst::PushSource> {
         case Kind::Interrupted:
           return GST_FLOW_FLUSHING;
         case Kind::Caps:
+          count_connection();
           if (!set_caps(event->caps)) return GST_FLOW_NOT_NEGOTIATED;
           break;
         case Kind::Lost:
@@ -205,7 +195,7 @@ class Edgesrc : public gst::Element<Edgesrc, gst::PushSource> {
     if (s.protocol == EdgeProtocol::Local) return LocalInput::connect(s.path, interruption);
     if (s.connect_type == EdgeConnectType::Mqtt) return open_mqtt(s);
     if (s.connect_type == EdgeConnectType::Hybrid) return find_and_connect(s);
-    return TcpInput::connect(s.dest_host, s.dest_port, s.max_message, {}, interruption);
+    return TcpInput::open(s.dest_host, s.dest_port, s.max_message, interruption);
   }
 
   Opened open_mqtt(const Settings& s) {
@@ -254,35 +244,49 @@ class Edgesrc : public gst::Element<Edgesrc, gst::PushSource> {
     if (!input) return input.error();
     set_input(*std::move(input));
     if (caps_) input_->set_caps(caps_.get());
-    if (std::exchange(was_connected_, true)) ++reconnections_;
-    is_discontinuous_ = true;
+    is_new_ = is_discontinuous_ = true;
     return ok();
+  }
+
+  // An edgesink that closes the connection before it sends something does not count.
+  void count_connection() {
+    if (std::exchange(is_new_, false) && std::exchange(was_connected_, true)) ++reconnections_;
   }
 
   // Connects if necessary; with `reconnect` it waits for the edgesink.
   Result<InputEvent> next() {
     const Settings s = settings();
-    while (!input_) {
-      const auto status = connect(s);
-      if (status) break;
-      const Code code = status.error().code;
+    for (;;) {
+      const Status connected = input_ ? ok() : connect(s);
+      auto event = connected ? input_->receive() : Result<InputEvent>(connected.error());
+      if (event) return event;
+      const Code code = event.error().code;
       if (code == Code::CANCELLED) return InputEvent{Kind::Interrupted};
+      if (connected && finder_) {
+        refuse(event.error());  // another server may send what can be used
+        return InputEvent{Kind::Lost};
+      }
       const bool may_come = code == Code::SERVER_UNREACHABLE || code == Code::SERVER_REFUSED ||
                             code == Code::BROKER_UNREACHABLE;
-      if (!may_come || !s.reconnect) return status.error();
+      if (!may_come || !s.reconnect) return event;
+      set_input(nullptr);
       pollfd watched{interruption_.descriptor(), POLLIN, 0};
       if (poll(&watched, 1, kRetryMilliseconds) > 0) return InputEvent{Kind::Interrupted};
     }
-    auto event = input_->receive();
-    if (event || !finder_) return event;
-    refuse(event.error());  // another server may send what can be used
-    return InputEvent{Kind::Lost};
   }
 
   GstFlowReturn failed(const Error& error) {
     set_input(nullptr);
     gst::post_error(element(), error);
     return GST_FLOW_ERROR;
+  }
+
+  Error silent() const {
+    const Settings s = settings();
+    return {.code = Code::SERVER_UNREACHABLE,
+            .what = "the edgesink has not announced its caps for 10 seconds",
+            .offered = s.dest_host + ":" + std::to_string(s.dest_port),
+            .needed = "an edgesink whose stream has started; edgesrc continues to wait"};
   }
 
   Error lost() const {
@@ -328,12 +332,7 @@ class Edgesrc : public gst::Element<Edgesrc, gst::PushSource> {
   bool set_caps_of_downstream() {
     auto caps = fixed_caps_of_downstream();
     if (!caps) {
-      gst::post_error(element(), Error{.code = Code::NOT_NEGOTIATED,
-                                       .what = "the caps of the stream are not known",
-                                       .offered = "an edgesink that did not announce its caps",
-                                       .needed = "a capsfilter with fixed caps",
-                                       .fix = "edgesrc ! other/tensors,format=flexible,"
-                                              "framerate=30/1 ! tensor_sink"});
+      gst::post_error(element(), unknown_caps(pad()));
       return false;
     }
     caps_ = caps;
@@ -363,7 +362,7 @@ class Edgesrc : public gst::Element<Edgesrc, gst::PushSource> {
   std::unique_ptr<transport::ServerFinder> finder_;  // connect-type=HYBRID
   transport::ServerFinder::Server server_{};         // that input_ is of
   Ref<GstCaps> caps_;
-  bool was_connected_ = false, is_discontinuous_ = false, has_warned_ = false;
+  bool was_connected_ = false, is_new_ = false, is_discontinuous_ = false, has_warned_ = false;
 };
 
 }  // namespace

@@ -7,6 +7,13 @@
 #include "core/wire/peer_error.hpp"
 
 namespace weir {
+Result<std::unique_ptr<BufferInput>> TcpInput::open(const std::string& host, uint32_t port,
+                                                    uint64_t most_bytes, int interruption) {
+  auto subscriber = edge::StreamSubscriber::open(host, port, {.message_bytes = most_bytes},
+                                                 Times().connect, interruption);
+  if (!subscriber) return subscriber.error();
+  return std::unique_ptr<BufferInput>(new TcpInput(*std::move(subscriber), interruption, false));
+}
 
 Result<std::unique_ptr<BufferInput>> TcpInput::connect(const std::string& host, uint32_t port,
                                                        uint64_t most_bytes, const Times& times,
@@ -14,10 +21,27 @@ Result<std::unique_ptr<BufferInput>> TcpInput::connect(const std::string& host, 
   auto subscriber = edge::StreamSubscriber::connect(host, port, {.message_bytes = most_bytes},
                                                     times, interruption);
   if (!subscriber) return subscriber.error();
-  return std::unique_ptr<BufferInput>(new TcpInput(*std::move(subscriber), interruption));
+  return std::unique_ptr<BufferInput>(new TcpInput(*std::move(subscriber), interruption, true));
+}
+
+Result<std::optional<InputEvent>> TcpInput::greet() {
+  const auto deadline = was_silent_ ? isolate::Deadline() : isolate::deadline_in(Times().greet);
+  const auto greeted = subscriber_.greet(deadline, interruption_);
+  if (!greeted && greeted.error().code == Code::CANCELLED)
+    return std::optional(InputEvent{InputEvent::Kind::Interrupted});
+  if (!greeted) return greeted.error();
+  is_greeted_ = *greeted;
+  if (is_greeted_) return std::optional<InputEvent>();
+  was_silent_ = true;
+  return std::optional(InputEvent{InputEvent::Kind::Silent});
 }
 
 Result<InputEvent> TcpInput::receive() {
+  if (!is_greeted_) {
+    auto event = greet();
+    if (!event) return event.error();
+    if (*event) return **std::move(event);
+  }
   if (!std::exchange(has_given_caps_, true) && !subscriber_.caps().empty()) {
     auto caps = gst::Ref<GstCaps>::adopt(gst_caps_from_string(subscriber_.caps().c_str()));
     if (!caps)

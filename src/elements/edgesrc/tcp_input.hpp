@@ -2,6 +2,7 @@
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #pragma once
 #include <memory>
+#include <optional>
 #include <string>
 
 #include "elements/edgesrc/buffer_input.hpp"
@@ -13,7 +14,11 @@ namespace weir {
 class TcpInput : public BufferInput {
  public:
   using Times = edge::StreamSubscriber::Times;
-  // Connects. `interruption` is borrowed. Errors: those of edge::StreamSubscriber::connect().
+  // Connects; receive() waits for the handshake. `interruption` is borrowed. Errors: those of
+  // edge::StreamSubscriber::open().
+  static Result<std::unique_ptr<BufferInput>> open(const std::string& host, uint32_t port,
+                                                   uint64_t most_bytes, int interruption);
+  // Connects and completes the handshake. Errors: those of edge::StreamSubscriber::connect().
   static Result<std::unique_ptr<BufferInput>> connect(const std::string& host, uint32_t port,
                                                       uint64_t most_bytes, const Times& times,
                                                       int interruption);
@@ -21,12 +26,14 @@ class TcpInput : public BufferInput {
   void set_caps(const GstCaps* caps) override { buffers_.set_caps(caps); }
 
  private:
-  TcpInput(edge::StreamSubscriber subscriber, int interruption)
-      : subscriber_(std::move(subscriber)), interruption_(interruption) {}
+  TcpInput(edge::StreamSubscriber subscriber, int interruption, bool is_greeted)
+      : subscriber_(std::move(subscriber)), interruption_(interruption), is_greeted_(is_greeted) {}
+  // Nullopt: the handshake is complete.
+  Result<std::optional<InputEvent>> greet();
 
   edge::StreamSubscriber subscriber_;
   const int interruption_;
-  bool has_given_caps_ = false;
+  bool is_greeted_, was_silent_ = false, has_given_caps_ = false;
   MessageBuffers buffers_;
 };
 

@@ -25,7 +25,6 @@ Result<std::unique_ptr<StreamPublisher>> StreamPublisher::open(PublisherOptions 
   if (!listener) return listener.error();
   std::unique_ptr<StreamPublisher> out(new StreamPublisher(std::move(options)));
   out->listener_ = *std::move(listener);
-  if (auto status = out->set_caps(""); !status) return status.error();
   out->thread_ = std::thread([publisher = out.get()] { publisher->serve(); });
   return out;
 }
@@ -47,13 +46,29 @@ Status StreamPublisher::set_caps(const std::string& caps) {
   if (!message) return message.error();
   const std::lock_guard lock(mutex_);
   greeting_ = *std::move(message);
+  for (const auto& link : links_)
+    if (link->state() == SubscriberLink::State::Waiting) link->queue_greeting(greeting_);
+  wake_.set();
   return ok();
 }
 
-uint32_t StreamPublisher::count_subscribers() const {
-  return static_cast<uint32_t>(std::count_if(links_.begin(), links_.end(), [](const auto& link) {
-    return link->state() == SubscriberLink::State::Subscribed;
-  }));
+Status StreamPublisher::set_no_caps() {
+  {
+    const std::lock_guard lock(mutex_);
+    if (!greeting_.empty()) return ok();
+  }
+  return set_caps("");
+}
+
+bool StreamPublisher::has_subscriber() const {
+  const std::lock_guard lock(mutex_);
+  return std::any_of(links_.begin(), links_.end(),
+                     [](const auto& link) { return link->gets_frames(); });
+}
+
+uint32_t StreamPublisher::count(SubscriberLink::State state) const {
+  return static_cast<uint32_t>(std::count_if(
+      links_.begin(), links_.end(), [state](const auto& link) { return link->state() == state; }));
 }
 
 Result<StreamPublisher::Outcome> StreamPublisher::publish(
@@ -74,7 +89,7 @@ Result<StreamPublisher::Outcome> StreamPublisher::publish(
   {
     const std::lock_guard lock(mutex_);
     for (const auto& link : links_) {
-      if (link->state() != SubscriberLink::State::Subscribed) continue;
+      if (!link->gets_frames()) continue;
       const bool queued = link->queue_frame(message, options_.queue);
       if (!queued) ++missed_;
       if (queued || best == Outcome::NoSubscriber) best = queued ? Outcome::Sent : Outcome::Missed;
@@ -120,7 +135,7 @@ void StreamPublisher::resume() {
 
 PublisherCounts StreamPublisher::counts() const {
   const std::lock_guard lock(mutex_);
-  return {count_subscribers(), refused_, missed_};
+  return {count_subscribers(), refused_, missed_, count(SubscriberLink::State::Waiting)};
 }
 
 std::string StreamPublisher::reason_to_refuse(const std::string& address) const {
@@ -150,7 +165,10 @@ void StreamPublisher::accept_new(std::vector<Error>* refusals) {
       refuse(link.get(), reason, refusals);
       continue;
     }
-    link->queue_greeting(greeting_);
+    if (greeting_.empty())
+      link->wait_for_greeting();
+    else
+      link->queue_greeting(greeting_);
     link->send();
     links_.push_back(link);
   }
@@ -159,7 +177,7 @@ void StreamPublisher::accept_new(std::vector<Error>* refusals) {
 isolate::Deadline StreamPublisher::watch(const Links& links, std::vector<pollfd>* watched) const {
   isolate::Deadline next;
   for (const auto& link : links) {
-    const auto events = static_cast<short>(link->has_unsent() ? POLLIN | POLLOUT : POLLIN);
+    const auto events = static_cast<short>(link->can_send() ? POLLIN | POLLOUT : POLLIN);
     watched->push_back({link->socket(), events, 0});
     const auto patience = link->patience(options_.queue);
     if (patience && (!next || *patience < *next)) next = patience;

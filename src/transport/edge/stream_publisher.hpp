@@ -34,6 +34,7 @@ struct PublisherCounts {
   uint32_t subscribers = 0;
   uint64_t refused = 0;  // connections that were closed because of what they are or sent
   uint64_t missed = 0;   // frames that were not sent to a subscriber, over all of them
+  uint32_t waiting = 0;  // for the caps
 };
 
 // publish(), set_caps() and flush() are called by one thread; everything else by any. A subscriber
@@ -47,9 +48,15 @@ class StreamPublisher {
   ~StreamPublisher();
 
   uint16_t port() const noexcept { return port_of(listener_.get()); }
-  // The caps that later subscribers get. OPTION_VALUE, LIMIT_EXCEEDED: no text of the
+  // Announces the caps to the subscribers that wait for them, and to later ones. Until then, a
+  // subscriber that connects gets no CAPABILITY. OPTION_VALUE, LIMIT_EXCEEDED: no text of the
   // protocol.
   Status set_caps(const std::string& caps);
+  // For a stream without caps: announces none unless set_caps() was called. Call it before the
+  // first frame.
+  Status set_no_caps();
+  // Whether publish() has a subscriber to queue a frame for.
+  bool has_subscriber() const;
   enum class Outcome { Sent, NoSubscriber, Missed };
   // Queues a frame for every subscriber. `owner` keeps the memories until all have been sent.
   // Errors: those of wire::write_header().
@@ -69,7 +76,8 @@ class StreamPublisher {
   explicit StreamPublisher(PublisherOptions options) : options_(std::move(options)) {}
   template <class Ready>
   bool wait(const isolate::Deadline& deadline, const Ready& ready);
-  uint32_t count_subscribers() const;
+  uint32_t count(SubscriberLink::State state) const;
+  uint32_t count_subscribers() const { return count(SubscriberLink::State::Subscribed); }
   void serve() noexcept;
   bool serve_once();  // false: it was stopped
   isolate::Deadline watch(const Links& links, std::vector<pollfd>* watched) const;

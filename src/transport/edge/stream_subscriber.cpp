@@ -24,7 +24,22 @@ Error cancelled() {
   return Error{.code = Code::CANCELLED, .what = "connecting was cancelled"};
 }
 
+Error no_greeting(const char* reason) {
+  return Error{.code = Code::SERVER_REFUSED,
+               .what = "the edgesink did not start the handshake",
+               .offered = reason,
+               .needed = "an edgesink that accepts another subscriber"};
+}
+
 }  // namespace
+
+Result<StreamSubscriber> StreamSubscriber::open(const std::string& host, uint32_t port,
+                                                const wire::MessageLimits& limits,
+                                                std::chrono::milliseconds time, int cancel) {
+  auto socket = connect_to(host, port, isolate::deadline_in(time), cancel);
+  if (!socket) return socket.error();
+  return StreamSubscriber(*std::move(socket), limits);
+}
 
 Result<StreamSubscriber> StreamSubscriber::connect(const std::string& host, uint32_t port,
                                                    const wire::MessageLimits& limits, int cancel) {
@@ -34,11 +49,11 @@ Result<StreamSubscriber> StreamSubscriber::connect(const std::string& host, uint
 Result<StreamSubscriber> StreamSubscriber::connect(const std::string& host, uint32_t port,
                                                    const wire::MessageLimits& limits,
                                                    const Times& times, int cancel) {
-  auto socket = connect_to(host, port, isolate::deadline_in(times.connect), cancel);
-  if (!socket) return socket.error();
-  StreamSubscriber out(*std::move(socket), limits);
-  if (auto status = out.greet(isolate::deadline_in(times.greet), cancel); !status)
-    return status.error();
+  auto out = open(host, port, limits, times.connect, cancel);
+  if (!out) return out;
+  const auto greeted = out->greet(isolate::deadline_in(times.greet), cancel);
+  if (!greeted) return greeted.error();
+  if (!*greeted) return no_greeting("nothing in time");
   return out;
 }
 
@@ -87,15 +102,12 @@ Result<StreamSubscriber::Wait> StreamSubscriber::wait(const isolate::Deadline& d
   }
 }
 
-Status StreamSubscriber::greet(const isolate::Deadline& deadline, int cancel) {
+Result<bool> StreamSubscriber::greet(const isolate::Deadline& deadline, int cancel) {
   const auto waited = wait(deadline, cancel);
   if (!waited) return waited.error();
   if (*waited == Wait::Cancelled) return cancelled();
-  if (*waited != Wait::Message)
-    return Error{.code = Code::SERVER_REFUSED,
-                 .what = "the edgesink did not start the handshake",
-                 .offered = *waited == Wait::Late ? "nothing in time" : "it closed the connection",
-                 .needed = "an edgesink that accepts another subscriber"};
+  if (*waited == Wait::Late) return false;
+  if (*waited == Wait::Closed) return no_greeting("it closed the connection");
   const auto message = reader_->take();
   const auto action = conversation_.next(message.command);
   if (!action) return action.error();
@@ -107,7 +119,8 @@ Status StreamSubscriber::greet(const isolate::Deadline& deadline, int cancel) {
   auto caps = wire::parse_publisher_capability(*text);
   if (!caps) return caps.error();
   caps_ = *std::move(caps);
-  return send_host_info(message.client_id);
+  if (auto status = send_host_info(message.client_id); !status) return status.error();
+  return true;
 }
 
 Status StreamSubscriber::send_host_info(int64_t client_id) {

@@ -21,8 +21,16 @@ class StreamSubscriber {
   struct Times {
     std::chrono::milliseconds connect{10000}, greet{10000};
   };
-  // Connects and answers the greeting. `cancel` is a borrowed descriptor that ends waiting when
-  // readable, or -1. SERVER_UNREACHABLE, SERVER_REFUSED, PEER_MESSAGE_INVALID, CANCELLED.
+  // Connects; greet() is due next. `cancel` is a borrowed descriptor that ends waiting when
+  // readable, or -1. SERVER_UNREACHABLE, CANCELLED.
+  static Result<StreamSubscriber> open(const std::string& host, uint32_t port,
+                                       const wire::MessageLimits& limits,
+                                       std::chrono::milliseconds time, int cancel);
+  // Answers the greeting, which a publisher sends when it knows its caps. False: it has not come
+  // before the deadline, and greet() can be called again. SERVER_UNREACHABLE, SERVER_REFUSED,
+  // PEER_MESSAGE_INVALID, CANCELLED (it can be called again).
+  Result<bool> greet(const isolate::Deadline& deadline, int cancel);
+  // Connects and answers the greeting. The errors of both, SERVER_REFUSED without a greeting.
   static Result<StreamSubscriber> connect(const std::string& host, uint32_t port,
                                           const wire::MessageLimits& limits, int cancel = -1);
   static Result<StreamSubscriber> connect(const std::string& host, uint32_t port,
@@ -37,13 +45,12 @@ class StreamSubscriber {
     std::vector<wire::ByteBlock> memories{};  // of a frame
     std::optional<End> end{};                 // instead of a frame
   };
-  // Waits for the next frame. PEER_MESSAGE_INVALID: close the connection.
+  // Waits for the next frame, after greet(). PEER_MESSAGE_INVALID: close the connection.
   Result<Received> receive(int cancel = -1);
 
  private:
   StreamSubscriber(Descriptor socket, const wire::MessageLimits& limits)
       : socket_(std::move(socket)), reader_(std::make_unique<wire::MessageReader>(limits)) {}
-  Status greet(const isolate::Deadline& deadline, int cancel);
   Status send_host_info(int64_t client_id);
   enum class Wait { Message, Closed, Cancelled, Late };
   Result<Wait> wait(const isolate::Deadline& deadline, int cancel);

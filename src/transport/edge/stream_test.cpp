@@ -40,6 +40,7 @@ class EdgeStream : public ::testing::Test {
                                        }});
     ASSERT_TRUE(made) << made.error().message();
     publisher_ = *std::move(made);
+    ASSERT_TRUE(publisher_->set_caps(""));
   }
   StreamSubscriber subscriber() {
     auto made = StreamSubscriber::connect("localhost", publisher_->port(), {});

@@ -25,8 +25,9 @@ SubscriberLink::SubscriberLink(Descriptor socket, wire::HeaderForm form, int64_t
       reader_(kLimits) {}
 
 isolate::Deadline SubscriberLink::patience(const QueueLimits& limits) const {
-  if (state_ == State::Greeting) return began_ + kHandshakeTime;
-  const auto& full_since = queue_.full_since();
+  if (state_ == State::Waiting) return std::nullopt;
+  if (state_ == State::Greeting) return greeted_ + kHandshakeTime;
+  const auto& full_since = frames_.full_since();
   return full_since ? isolate::Deadline(*full_since + limits.full_for) : std::nullopt;
 }
 
@@ -37,18 +38,23 @@ void SubscriberLink::set_client_id(std::vector<std::byte>* header) const {
 
 void SubscriberLink::queue_greeting(std::vector<std::byte> message) {
   set_client_id(&message);
-  queue_.push(std::move(message));
+  greeting_.push(std::move(message));
+  state_ = State::Greeting;
+  greeted_ = std::chrono::steady_clock::now();
 }
 
 bool SubscriberLink::queue_frame(const std::shared_ptr<const SharedMessage>& message,
                                  const QueueLimits& limits) {
   auto header = message->header;
   set_client_id(&header);
-  return queue_.push(std::move(header), message, limits);
+  return frames_.push(std::move(header), message, limits);
 }
 
 void SubscriberLink::send() {
-  if (state_ != State::Gone && !queue_.send(socket_.get())) state_ = State::Gone;
+  if (state_ == State::Gone) return;
+  if (!greeting_.send(socket_.get()) ||
+      (state_ == State::Subscribed && greeting_.empty() && !frames_.send(socket_.get())))
+    state_ = State::Gone;
 }
 
 std::optional<std::string> SubscriberLink::receive() {
@@ -74,6 +80,7 @@ std::optional<std::string> SubscriberLink::handle(const wire::EdgeMessage& messa
   if (!action) return action.error().what + ": " + action.error().offered;
   if (*action == wire::Action::Close) state_ = State::Gone;
   if (*action != wire::Action::ReadHostInfo) return std::nullopt;
+  if (state_ == State::Waiting) return "it sent HOST_INFO before the publisher sent CAPABILITY";
   if (reader_.form() != form_)
     return "it uses headers of " + std::to_string(wire::layout_of(*reader_.form()).bytes) +
            " bytes, not of " + std::to_string(wire::layout_of(form_).bytes) +
@@ -83,7 +90,7 @@ std::optional<std::string> SubscriberLink::handle(const wire::EdgeMessage& messa
 }
 
 void SubscriberLink::send_error() noexcept {
-  if (state_ != State::Subscribed || queue_.is_within_message())
+  if (state_ != State::Subscribed || greeting_.is_within_message() || frames_.is_within_message())
     return;  // within a message it would be a part of it
   const auto message = wire::error_message(form_);
   ::send(socket_.get(), message.data(), message.size(), MSG_NOSIGNAL | MSG_DONTWAIT);

@@ -17,7 +17,12 @@ namespace weir::edge {
 // Used under the publisher's lock. Nothing here blocks.
 class SubscriberLink {
  public:
-  enum class State { Greeting, Subscribed, Gone };
+  enum class State {
+    Waiting,   // for the caps that it is greeted with
+    Greeting,  // its HOST_INFO has to come
+    Subscribed,
+    Gone
+  };
 
   // `client_id` is announced to the peer, and part of each frame.
   SubscriberLink(Descriptor socket, wire::HeaderForm form, int64_t client_id);
@@ -26,12 +31,23 @@ class SubscriberLink {
   const std::string& address() const noexcept { return address_; }
   State state() const noexcept { return state_; }
   void set_gone() noexcept { state_ = State::Gone; }
-  bool has_unsent() const noexcept { return !queue_.empty(); }
+  bool has_unsent() const noexcept { return !greeting_.empty() || !frames_.empty(); }
+  // Whether the socket should take something now: frames wait for the end of the handshake.
+  bool can_send() const noexcept {
+    return !greeting_.empty() || (state_ == State::Subscribed && !frames_.empty());
+  }
+  // Whether frames are queued for it. A subscriber that waited for the caps gets the frames after
+  // them, although its handshake is not complete.
+  bool gets_frames() const noexcept {
+    return state_ == State::Subscribed || (state_ == State::Greeting && has_waited_);
+  }
   // When the peer is to be removed unless it greets or reads; nullopt: it need not do anything.
   isolate::Deadline patience(const QueueLimits& limits) const;
 
-  // `message`: a CAPABILITY.
+  // `message`: a CAPABILITY. The time for the handshake begins.
   void queue_greeting(std::vector<std::byte> message);
+  // The subscriber waits for queue_greeting(); no time limit applies.
+  void wait_for_greeting() noexcept { has_waited_ = true; }
   // False: the queue is full.
   bool queue_frame(const std::shared_ptr<const SharedMessage>& message, const QueueLimits& limits);
   // Sends what the socket takes.
@@ -49,11 +65,12 @@ class SubscriberLink {
   const wire::HeaderForm form_;
   const int64_t client_id_;
   const std::string address_;
-  const std::chrono::steady_clock::time_point began_ = std::chrono::steady_clock::now();
-  State state_ = State::Greeting;
+  State state_ = State::Waiting;
+  bool has_waited_ = false;
+  std::chrono::steady_clock::time_point greeted_;
   wire::MessageReader reader_;
   wire::Conversation conversation_{wire::Side::Publisher};
-  SendQueue queue_;
+  SendQueue greeting_, frames_;
 };
 
 }  // namespace weir::edge
