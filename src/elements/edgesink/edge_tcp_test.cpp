@@ -126,6 +126,34 @@ TEST(EdgeTcp, AReceiverThatReconnectsWaitsForTheCapsOfTheNextEdgesink) {
   EXPECT_EQ(content(got.get()), (Bytes{1, 2, 3, 4}));
 }
 
+// The receiver does not read until the test does.
+TEST(EdgeTcp, AReceiverThatMissesBuffersIsAWarningOnceUntilItHasCaughtUp) {
+  const auto out = harness_of("edgesink sync=false port=0 wait-connection=true max-buffers=2",
+                              "application/octet-stream");
+  Errors errors(out);
+  auto receiver = weir::edge::StreamSubscriber::connect("localhost", port_of(out), {});
+  ASSERT_TRUE(receiver);
+  // Larger than what the sockets buffer.
+  const auto large = Ref<GstBuffer>::adopt(frame(Bytes(16 << 20)));
+  uint64_t received = 0;
+  for (uint64_t outage = 1; outage <= 2; ++outage) {
+    const uint64_t before = stat(out, "edgesink", "missed");
+    while (stat(out, "edgesink", "missed") < before + 3)
+      ASSERT_EQ(gst_harness_push(out.get(), gst_buffer_ref(large.get())), GST_FLOW_OK);
+    const std::string warning = errors.next_warning();
+    EXPECT_SAYS(warning, "a receiver is slower than the stream, and misses buffers");
+    EXPECT_SAYS(warning, "127.0.0.1: 2 buffers wait for it (max-buffers), " +
+                             std::to_string(before + 1) + " dropped so far");
+    EXPECT_SAYS(warning, "fix: edgesink max-buffers=96");
+    EXPECT_EQ(errors.next_warning(), "");
+    while (received < stat(out, "edgesink", "consumed")) {
+      const auto got = receiver->receive();
+      ASSERT_TRUE(got && !got->end);
+      ++received;
+    }
+  }
+}
+
 // A server that sends frames of `count` flexible tensors, the i-th of i + 1 bytes.
 class FlexibleFrames : public ::testing::Test {
  protected:

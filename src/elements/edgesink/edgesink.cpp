@@ -212,17 +212,19 @@ class Edgesink : public gst::Element<Edgesink, gst::BaseSink> {
                                                          .allow = s.allow});
         !status)
       return status.error();
-    auto output = TcpOutput::open({.host = s.host,
-                                   .port = s.port,
-                                   .form = header_form(s.wire_version),
-                                   .queue = {.frames = s.max_buffers},
-                                   .most_subscribers = kMostReceivers,
-                                   .most_of_one_address = kMostOfOneAddress,
-                                   .allowed =
-                                       [allow = s.allow](const std::string& address) {
-                                         return transport::is_allowed(allow, address);
-                                       },
-                                   .refused = [this](const Error& error) { log(error); }});
+    auto output = TcpOutput::open(
+        {.host = s.host,
+         .port = s.port,
+         .form = header_form(s.wire_version),
+         .queue = {.frames = s.max_buffers},
+         .most_subscribers = kMostReceivers,
+         .most_of_one_address = kMostOfOneAddress,
+         .allowed =
+             [allow = s.allow](const std::string& address) {
+               return transport::is_allowed(allow, address);
+             },
+         .refused = [this](const Error& error) { log(error); },
+         .fallen_behind = [this](const Error& error) { gst::post_warning(element(), error); }});
     if (!output) return output.error();
     taken_port_ = (*output)->port();
     GST_CAT_INFO_OBJECT(category(), element(), "listening on %s:%u", s.host.c_str(),

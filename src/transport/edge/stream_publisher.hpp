@@ -28,6 +28,8 @@ struct PublisherOptions {
   uint32_t most_subscribers = 32, most_of_one_address = 32;
   std::function<bool(const std::string& address)> allowed;  // empty: every address
   std::function<void(const Error&)> refused;  // called for each peer that is refused; any thread
+  // Called by publish() when a subscriber misses the first frame of an outage.
+  std::function<void(const Error&)> fallen_behind{};
 };
 
 struct PublisherCounts {

@@ -6,6 +6,7 @@
 
 #include <cerrno>
 #include <cstring>
+#include <utility>
 
 namespace weir::edge {
 namespace {
@@ -47,7 +48,12 @@ bool SubscriberLink::queue_frame(const std::shared_ptr<const SharedMessage>& mes
                                  const QueueLimits& limits) {
   auto header = message->header;
   set_client_id(&header);
-  return frames_.push(std::move(header), message, limits);
+  if (frames_.empty()) is_behind_ = false;
+  has_fallen_behind_ = false;
+  if (frames_.push(std::move(header), message, limits)) return true;
+  ++missed_;
+  has_fallen_behind_ = !std::exchange(is_behind_, true);
+  return false;
 }
 
 void SubscriberLink::send() {

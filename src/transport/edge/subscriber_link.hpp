@@ -50,6 +50,11 @@ class SubscriberLink {
   void wait_for_greeting() noexcept { has_waited_ = true; }
   // False: the queue is full.
   bool queue_frame(const std::shared_ptr<const SharedMessage>& message, const QueueLimits& limits);
+  // Whether the last queue_frame() began an outage, which ends when all queued frames are sent.
+  bool has_fallen_behind() const noexcept { return has_fallen_behind_; }
+  size_t queued_frames() const noexcept { return frames_.size(); }
+  // Frames that the queue had no room for.
+  uint64_t missed() const noexcept { return missed_; }
   // Sends what the socket takes.
   void send();
   // Reads what arrived; nullopt, or why the subscriber is refused.
@@ -66,7 +71,8 @@ class SubscriberLink {
   const int64_t client_id_;
   const std::string address_;
   State state_ = State::Waiting;
-  bool has_waited_ = false;
+  bool has_waited_ = false, is_behind_ = false, has_fallen_behind_ = false;
+  uint64_t missed_ = 0;
   std::chrono::steady_clock::time_point greeted_;
   wire::MessageReader reader_;
   wire::Conversation conversation_{wire::Side::Publisher};
