@@ -218,6 +218,39 @@ TEST_F(FlexibleFrames, APackedTensorWithAWrongHeaderIsAnError) {
   EXPECT_SAYS(error, "does not have the size that its header declares");
 }
 
+// The first buffer arrives in PAUSED, when the pipeline has no clock.
+TEST(EdgeTcp, DoTimestampGivesEveryBufferATime) {
+  auto publisher = weir::edge::StreamPublisher::open(
+      {.host = "localhost", .port = 0, .queue = {}, .allowed = {}, .refused = {}});
+  ASSERT_TRUE(publisher);
+  ASSERT_TRUE((*publisher)->set_caps(tensors("uint8", "4")));
+  const auto pipeline = lone_element(
+      "edgesrc do-timestamp=true num-buffers=3 dest-port=" + std::to_string((*publisher)->port()) +
+      " ! fakesink name=out sync=false signal-handoffs=true");
+  std::vector<GstClockTime> times;
+  const auto sink = Ref<GstElement>::adopt(gst_bin_get_by_name(GST_BIN(pipeline.get()), "out"));
+  const auto keep = +[](GstElement*, GstBuffer* buffer, GstPad*, std::vector<GstClockTime>* out) {
+    out->push_back(GST_BUFFER_PTS(buffer));
+  };
+  g_signal_connect(sink.get(), "handoff", G_CALLBACK(keep), &times);
+  gst_element_set_state(pipeline.get(), GST_STATE_PAUSED);
+  EXPECT_TRUE((*publisher)->wait_for_subscriber(std::nullopt));
+  const std::vector<std::byte> bytes(4);
+  EXPECT_TRUE((*publisher)->publish({bytes}, nullptr));
+  EXPECT_EQ(gst_element_get_state(pipeline.get(), nullptr, nullptr, 60 * GST_SECOND),
+            GST_STATE_CHANGE_SUCCESS);
+  gst_element_set_state(pipeline.get(), GST_STATE_PLAYING);
+  for (int i = 0; i < 2; ++i) EXPECT_TRUE((*publisher)->publish({bytes}, nullptr));
+  const auto bus = Ref<GstBus>::adopt(gst_element_get_bus(pipeline.get()));
+  EXPECT_TRUE(Ref<GstMessage>::adopt(
+      gst_bus_timed_pop_filtered(bus.get(), 60 * GST_SECOND, GST_MESSAGE_EOS)));
+  gst_element_set_state(pipeline.get(), GST_STATE_NULL);
+  ASSERT_EQ(times.size(), 3u);
+  EXPECT_EQ(times[0], 0u);
+  EXPECT_TRUE(GST_CLOCK_TIME_IS_VALID(times[1]) && GST_CLOCK_TIME_IS_VALID(times[2]));
+  EXPECT_LE(times[1], times[2]);
+}
+
 // docs/compatibility/edge-wire.md 10.6, class 9.
 class UnlikeItsCaps : public ::testing::Test {
  protected:

@@ -342,11 +342,20 @@ class Edgesrc : public gst::Element<Edgesrc, gst::PushSource> {
 
   GstFlowReturn take(GstBuffer* buffer, GstBuffer** out) {
     ledger_.received();
+    // GstBaseSrc sets the time of a buffer that has none, once there is a clock.
+    if (gst_base_src_get_do_timestamp(base()))
+      GST_BUFFER_PTS(buffer) = GST_BUFFER_DTS(buffer) =
+          is_before_playing() ? 0 : GST_CLOCK_TIME_NONE;
     if (std::exchange(is_discontinuous_, false))
       GST_BUFFER_FLAG_SET(buffer, GST_BUFFER_FLAG_DISCONT);
     ledger_.consumed_and_pushed();
     *out = buffer;
     return GST_FLOW_OK;
+  }
+
+  // The running time is 0 until the pipeline has been in PLAYING.
+  bool is_before_playing() const {
+    return GST_STATE(element()) != GST_STATE_PLAYING && gst_element_get_base_time(element()) == 0;
   }
 
   static constexpr int kRetryMilliseconds = 50;

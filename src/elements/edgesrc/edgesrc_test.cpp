@@ -50,6 +50,18 @@ TEST_F(EdgeLocalSource, AnElementThatWritesGetsACopy) {
   EXPECT_EQ(content(own.get()), (Bytes{99, 2, 3, 4}));
 }
 
+TEST_F(EdgeLocalSource, DoTimestampReplacesTheTimeOfTheSender) {
+  const auto out = sink();
+  const auto in = source("do-timestamp=true");
+  ASSERT_TRUE(receivers_become(out, 1));
+  for (int i = 0; i < 2; ++i) {
+    gst_harness_push(out.get(), frame(Bytes{1, 2, 3, 4}, 1000 * GST_SECOND));
+    const auto got = pull(in);
+    ASSERT_TRUE(got);
+    EXPECT_LT(GST_BUFFER_PTS(got.get()), 1000 * GST_SECOND);
+  }
+}
+
 TEST_F(EdgeLocalSource, DeprecatedPropertiesOfEdgesrcWarn) {
   const auto out = sink();
   const auto element = lone_element("edgesrc host=somewhere" + ends_with());
