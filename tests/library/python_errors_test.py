@@ -108,8 +108,8 @@ class Import(unittest.TestCase):
         shutil.copytree(pathlib.Path(weir.__file__).parent, self.folder / "weir", ignore=shutil.ignore_patterns("*.p", "__pycache__"))
         self.extension, = (self.folder / "weir").glob("_weir.*.so")
 
-    def error(self):
-        done = subprocess.run([sys.executable, "-c", "import weir"], capture_output=True, text=True, check=False, timeout=60,
+    def error(self, before="pass"):
+        done = subprocess.run([sys.executable, "-c", f"{before}; import weir"], capture_output=True, text=True, check=False, timeout=60,
                               env={**os.environ, "PYTHONPATH": str(self.folder)})
         self.assertEqual(done.returncode, 1)
         return done.stderr
@@ -129,7 +129,12 @@ class Import(unittest.TestCase):
 
     def test_without_numpy(self):
         (self.folder / "numpy.py").write_text("raise ModuleNotFoundError(\"No module named 'numpy'\", name='numpy')")
-        self.assertIn("No module named 'numpy', which weir needs: apt-get install python3-numpy", self.error())
+        self.assertIn("No module named 'numpy', which weir needs: apt-get install python3-numpy\n", self.error())
+        # An interpreter of pyenv or of a virtual environment does not see Debian's package.
+        other = self.error("import sys; sys.prefix, sys.executable = '/opt/pyenv/3.11', '/opt/pyenv/3.11/bin/python'")
+        self.assertIn("No module named 'numpy' in /opt/pyenv/3.11/bin/python, and weir needs it: "
+                      "/opt/pyenv/3.11/bin/python -m pip install numpy; "
+                      "apt-get install python3-numpy installs it only for /usr/bin/python3\n", other)
 
 
 if __name__ == "__main__":

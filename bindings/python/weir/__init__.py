@@ -28,12 +28,20 @@ def _why_not_loaded(missing: ImportError) -> str:
     return f"weir cannot be loaded by {here}: {missing.msg}"
 
 
+def _how_to_install_numpy() -> str:
+    """Debian's package is for Debian's interpreter alone, not for one of pyenv or in a virtual environment."""
+    if sys.prefix == "/usr":
+        return ", which weir needs: apt-get install python3-numpy"
+    return (f" in {sys.executable}, and weir needs it: {sys.executable} -m pip install numpy; "
+            "apt-get install python3-numpy installs it only for /usr/bin/python3")
+
+
 _bundle.use(pathlib.Path(__file__).parent / "bundle")
 try:
     from . import _weir, results
 except ImportError as missing:
     if missing.name == "numpy":
-        missing.msg += ", which weir needs: apt-get install python3-numpy, or pip install numpy"
+        missing.msg += _how_to_install_numpy()
     elif "_weir" in str(missing):
         missing.msg = _why_not_loaded(missing)
     raise
