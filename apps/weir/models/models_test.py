@@ -140,7 +140,9 @@ class Fetching(Case):
         self.assertEqual(os.listdir(self.folder / "models" / "net"), [])
 
     def test_a_missing_file_shows_what_curl_says(self):
-        self.refused(self.get(self.catalogue_of(path="nothing.onnx")), 1, "WEIR-4011", "curl failed", "404", self.address)
+        self.refused(self.get(self.catalogue_of(path="nothing.onnx")), 1, "WEIR-4011", "curl failed", "404", self.address,
+                     "fix: check the network, then repeat the command, or copy the file from another machine to "
+                     f"{self.folder}/models/net/net.onnx\n")
 
     def test_a_missing_program_names_its_package(self):
         self.refused(self.get(self.catalogue_of(), PATH=str(self.folder)), 1, "WEIR-4011", "apt-get install curl")
