@@ -77,6 +77,16 @@ class Run(Case):
         report = json.loads(self.good(weir("run", "--json", "audiotestsrc num-buffers=5 ! fakesink name=out")))
         self.assertEqual((report["frames"], report["buffers"], report["sinks"]), (0, 5, [{"name": "out", "buffers": 5}]))
 
+    def test_a_missing_file_is_named(self):
+        (self.folder / "street.mp4").write_bytes(b"")
+        for place, words in (("stret.mp4", ("the file does not exist", f"fix: location={self.folder}/street.mp4")),
+                             ("none", ("the file does not exist",)), ("", ("the location is a folder", f"such as {self.folder}/NAME"))):
+            location = self.folder / place
+            done = weir("run", f"filesrc name=file location={location} ! fakesink")
+            self.refused(done, 1, "error from file: WEIR-4001: ", f"offered: location={location}", *words)
+            self.assertEqual(done.stderr.count("error"), 1, done.stderr)
+        self.refused(weir("run", f"uridecodebin uri=file://{self.folder}/stret.mp4 ! fakesink"), 1, "WEIR-4001: ", "did you mean street.mp4?")
+
     def test_filters_have_their_times(self):
         model = self.folder / "model"
         model.write_text("any")
