@@ -94,8 +94,8 @@ Status WorkerServer::open(MessageReader* message) {
     return Error{.code = Code::MODEL_NOT_FOUND,
                  .what = "no model is set",
                  .offered = "model=\"\"",
-                 .needed = "the path of a model file",
-                 .fix = "tensor_filter model=mobilenet.tflite"};
+                 .needed = "the path of a model file; weir models list prints models to try",
+                 .fix = "model=/path/to/model"};
   infer::OpenOptions options;
   options.paths = call.paths;
   options.options = call.options;

@@ -51,6 +51,15 @@ std::vector<std::pair<std::string, std::string>> declared(const FilterSettings& 
   return out;
 }
 
+// Without a name that is similar, an engine for the model's file is better than one of no name.
+Error with_automatic_engine(Error error, const std::vector<std::string>& paths) {
+  const bool is_guessed = !error.difference.empty();
+  if (error.code == Code::ENGINE_UNKNOWN && !is_guessed &&
+      infer::ModuleLibrary::instance().choose_engine(paths))
+    error.fix = "framework=auto";
+  return error;
+}
+
 }  // namespace
 
 Result<infer::ModelSource> model_source(const FilterSettings& s,
@@ -61,15 +70,15 @@ Result<infer::ModelSource> model_source(const FilterSettings& s,
     return Error{.code = Code::MODEL_NOT_FOUND,
                  .what = "no model is set",
                  .offered = "model=\"\"",
-                 .needed = "the path of a model file",
-                 .fix = "tensor_filter model=mobilenet.tflite"};
+                 .needed = "the path of a model file; weir models list prints models to try",
+                 .fix = "model=/path/to/model"};
   };
   if (paths.empty() && automatic(s.framework)) return no_model();
   auto& library = infer::ModuleLibrary::instance();
   const auto engine = monitor ? Result<const weir_engine*>(&isolate::isolated_engine())
                       : automatic(s.framework) ? library.engine_for_model(paths)
                                                : library.engine(s.framework);
-  if (!engine) return engine.error();
+  if (!engine) return with_automatic_engine(engine.error(), paths);
   if (paths.empty() && !((*engine)->flags & WEIR_ENGINE_NEEDS_NO_MODEL)) return no_model();
   infer::ModelSource source;
   source.engine = *engine;

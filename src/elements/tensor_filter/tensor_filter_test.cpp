@@ -279,7 +279,20 @@ TEST(TensorFilter, RejectsPropertiesWithATypo) {
   EXPECT_SAYS(error_of(line("input-combination=x")), "at \"x\"");
   EXPECT_SAYS(error_of(line("input=5:2")), "input contradicts the model");
   EXPECT_SAYS(error_of(line("output-combination=o3")), "o3");
-  EXPECT_SAYS(error_of("tensor_filter framework=fake"), "no model is set");
+}
+
+TEST(TensorFilter, NamesModelsToTryWithoutAModel) {
+  const std::string text = error_of("tensor_filter framework=fake");
+  EXPECT_SAYS(text, "no model is set");
+  EXPECT_SAYS(text, "weir models list prints models to try");
+  EXPECT_SAYS(text, "fix: model=/path/to/model");
+}
+
+TEST(TensorFilter, NamesTheFileOfAnEngineThatIsNotFound) {
+  EXPECT_SAYS(error_of("tensor_filter framework=brighten"), "libweir-engine-brighten.so");
+  EXPECT_SAYS(error_of("tensor_filter framework=brighten"), "fix: export WEIR_MODULE_PATH=");
+  // Where the model's file selects another engine, that one needs no other folder.
+  EXPECT_SAYS(error_of("tensor_filter framework=brighten model=m.onnx"), "fix: framework=auto");
 }
 
 TEST(TensorFilter, KeepsEventsInTheirPlaceBetweenFrames) {

@@ -35,7 +35,7 @@ Error no_engine_for(const std::string& model) {
 Error unknown(const std::string& path) {
   if (path.find("://") != std::string::npos) {
     Error address = no_engine_for(path);
-    address.needed = "framework=oip, because model= is the address of a server";
+    address.needed = "framework=oip, because the model is the address of a server";
     address.fix = "framework=oip";
     return address;
   }

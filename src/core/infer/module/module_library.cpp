@@ -27,6 +27,11 @@ std::string file_name(const std::string& kind, const std::string& name) {
   return "libweir-" + kind + "-" + name + ".so";
 }
 
+// Whether a module can have this name: a path is none.
+bool is_plain(std::string_view name) {
+  return !name.empty() && name.find('/') == std::string_view::npos;
+}
+
 std::string list(const std::vector<std::string>& text) {
   const std::string out = join(text, ", ");
   return out.empty() ? "none" : out;
@@ -46,6 +51,28 @@ Error not_installed(const KnownEngine& known, std::string_view word, std::string
   out.what = "Weir has no engine " + name;
   out.needed = known.alternative.empty() ? "" : std::string(known.alternative) + ", or ";
   out.needed += "NNStreamer's sub-plugin libnnstreamer_filter_" + name + ".so";
+  return out;
+}
+
+// The error for a name that no table has: it is misspelt, or its module is in a folder that is not
+// searched.
+Error unknown_engine(std::string_view word, const std::vector<std::string>& available) {
+  std::vector<std::string> candidates = available;
+  for (const auto& engine : known_engines()) {
+    candidates.emplace_back(engine.name);
+    for (const auto alias : split(engine.aliases, ",")) candidates.emplace_back(alias);
+  }
+  const std::string close = nearest(word, candidates);
+  Error out{.code = Code::ENGINE_UNKNOWN,
+            .what = "no engine has this name",
+            .offered = "framework=" + std::string(word),
+            .needed = "one of: " + list(available),
+            .difference = close.empty() ? "" : "did you mean " + close + "?",
+            .fix = close.empty() ? "" : "framework=" + close};
+  if (!is_plain(word)) return out;
+  out.needed += "; or the file " + file_name("engine", std::string(word)) +
+                " in a folder that WEIR_MODULE_PATH lists";
+  if (close.empty()) out.fix = "export WEIR_MODULE_PATH=/folder/of/the/module";
   return out;
 }
 
@@ -196,8 +223,7 @@ Result<const weir_engine*> ModuleLibrary::named_engine(std::string_view word) {
   }
   const KnownEngine* known = known_engine(word);
   const std::string name(known ? known->name : word);
-  const bool plain = name.find('/') == std::string::npos && !name.empty();
-  auto module = plain ? open("engine", name) : Result<const weir_module*>(nullptr);
+  auto module = is_plain(name) ? open("engine", name) : Result<const weir_module*>(nullptr);
   if (!module) return known ? with_install_line(module.error(), *known) : module.error();
   if (*module) return engine_in(**module, word, name);
   for (const auto& source : sources()) {
@@ -216,18 +242,7 @@ Result<const weir_engine*> ModuleLibrary::engine(std::string_view word) {
     if (!found || *found) return found;
   }
   if (known) return not_installed(*known, word, list(engine_names()));
-  std::vector<std::string> candidates = engine_names();
-  for (const auto& engine : known_engines()) {
-    candidates.emplace_back(engine.name);
-    for (const auto alias : split(engine.aliases, ",")) candidates.emplace_back(alias);
-  }
-  const std::string close = nearest(word, candidates);
-  return Error{.code = Code::ENGINE_UNKNOWN,
-               .what = "no engine has this name",
-               .offered = "framework=" + std::string(word),
-               .needed = "one of: " + list(engine_names()),
-               .difference = close.empty() ? "" : "did you mean " + close + "?",
-               .fix = close.empty() ? "framework=auto" : "framework=" + close};
+  return unknown_engine(word, engine_names());
 }
 
 Result<const weir_engine*> ModuleLibrary::engine_for_model(std::span<const std::string> paths) {
@@ -246,8 +261,8 @@ Result<const weir_decoder_type*> ModuleLibrary::decoder(std::string_view name) {
     for (const auto* module : builtins_)
       if (const auto* table = find_in(module->decoders, name)) return table;
   }
-  const bool plain = !name.empty() && name.find('/') == std::string_view::npos;
-  auto module = plain ? open("decoder", std::string(name)) : Result<const weir_module*>(nullptr);
+  auto module =
+      is_plain(name) ? open("decoder", std::string(name)) : Result<const weir_module*>(nullptr);
   if (!module) return module.error();
   if (*module)
     if (const auto* table = find_in((*module)->decoders, name)) return table;
@@ -267,8 +282,8 @@ Result<const weir_converter_type*> ModuleLibrary::converter(std::string_view nam
     for (const auto* module : builtins_)
       if (const auto* table = find_in(module->converters, name)) return table;
   }
-  const bool plain = !name.empty() && name.find('/') == std::string_view::npos;
-  auto module = plain ? open("converter", std::string(name)) : Result<const weir_module*>(nullptr);
+  auto module =
+      is_plain(name) ? open("converter", std::string(name)) : Result<const weir_module*>(nullptr);
   if (!module) return module.error();
   if (*module)
     if (const auto* table = find_in((*module)->converters, name)) return table;

@@ -154,6 +154,17 @@ TEST_F(ModuleLibraryTest, SuggestsTheNearestName) {
   EXPECT_SAYS(refusal("fke", Code::ENGINE_UNKNOWN), "framework=fake");
 }
 
+// Also a correct name is unknown where its module is in a folder that is not searched.
+TEST_F(ModuleLibraryTest, NamesTheFileOfAModuleAndTheVariableForItsFolder) {
+  const std::string text = refusal("brighten", Code::ENGINE_UNKNOWN);
+  EXPECT_SAYS(text, "; or the file libweir-engine-brighten.so in a folder that WEIR_MODULE_PATH");
+  EXPECT_SAYS(text, "fix: export WEIR_MODULE_PATH=/folder/of/the/module");
+  EXPECT_SAYS(refusal("fke", Code::ENGINE_UNKNOWN), "libweir-engine-fke.so");
+  const std::string path = refusal("/a/libb.so", Code::ENGINE_UNKNOWN);
+  EXPECT_EQ(path.find("WEIR_MODULE_PATH"), std::string::npos) << path;
+  EXPECT_EQ(path.find("fix:"), std::string::npos) << path;
+}
+
 TEST_F(ModuleLibraryTest, NeverLeavesItsFolders) {
   for (const char* name : {"../fake", "/etc/passwd", "", "a/b"})
     EXPECT_NE(refusal(name, Code::ENGINE_UNKNOWN), "") << name;
