@@ -12,6 +12,7 @@
 #include "core/infer/module/module_library.hpp"
 #include "doctor/machine_facts.hpp"
 #include "evaluate/progress_bar.hpp"
+#include "inspect/command_error.hpp"
 #include "inspect/launch_line.hpp"
 #include "inspect/made_up_inputs.hpp"
 #include "inspect/model_card.hpp"
@@ -329,13 +330,13 @@ int bench(const BenchOptions& options) {
   Result<card::Card> card = Error{};
   if (!options.card.empty()) {
     card = card::read(options.card);
-    if (!card) return report(card.error(), options.json);
+    if (!card) return report(command_error(card.error()), options.json);
   }
   auto plan = plan_bench(options);
   if (!plan) return report(plan.error(), options.json);
   run(options, &*plan);
   const auto ordered = by_time(plan->cases);
-  if (ordered.empty()) return report(nothing_ran(options, *plan), options.json);
+  if (ordered.empty()) return report(command_error(nothing_ran(options, *plan)), options.json);
   const auto line = line_of(options, best_of(ordered), card);
   if (!line) return report(line.error(), options.json);
   if (options.json)

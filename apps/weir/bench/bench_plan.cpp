@@ -11,6 +11,7 @@
 #include "core/text/text.hpp"
 #include "doctor/engine_facts.hpp"
 #include "doctor/engine_options.hpp"
+#include "inspect/command_error.hpp"
 #include "inspect/model_paths.hpp"
 #include "machine/usable_cores.hpp"
 
@@ -87,7 +88,7 @@ void add_named(const BenchOptions& options, BenchPlan* plan) {
     if (engine)
       add_cases(options, **engine, plan);
     else
-      plan->refused.push_back({name, engine.error()});
+      plan->refused.push_back({name, command_error(engine.error())});
   }
 }
 
@@ -127,8 +128,8 @@ Result<BenchPlan> plan_bench(const BenchOptions& options) {
     return Error{.code = Code::MODEL_NOT_FOUND,
                  .what = "no model is named",
                  .offered = "\"" + options.model + "\"",
-                 .needed = "the path of a model file",
-                 .fix = "weir bench mobilenet.tflite"};
+                 .needed = "the path of a model file; weir models list prints models to try",
+                 .fix = "weir bench /path/to/model"};
   BenchPlan plan;
   if (options.engines.empty())
     add_all(options, paths[0], &plan);

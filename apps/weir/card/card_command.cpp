@@ -11,6 +11,7 @@
 #include "core/infer/model/model.hpp"
 #include "core/infer/module/module_library.hpp"
 #include "core/text/pasted.hpp"
+#include "inspect/command_error.hpp"
 #include "inspect/model_card.hpp"
 #include "report.hpp"
 
@@ -25,9 +26,9 @@ Result<std::string> card_text(const CardOptions& options) {
   auto& library = infer::ModuleLibrary::instance();
   const auto engine = options.engine.empty() ? library.engine_for_model(request.paths)
                                              : library.engine(options.engine);
-  if (!engine) return engine.error();
+  if (!engine) return command_error(engine.error());
   const auto model = infer::Model::open(**engine, request);
-  if (!model) return model.error();
+  if (!model) return command_error(model.error());
   const auto search = card_search(options.model, **model);
   if (search.inputs.empty())
     return Error{

@@ -13,6 +13,7 @@
 #include "core/text/text.hpp"
 #include "doctor/engine_facts.hpp"
 #include "doctor/engine_options.hpp"
+#include "inspect/command_error.hpp"
 #include "inspect/launch_line.hpp"
 #include "inspect/made_up_inputs.hpp"
 #include "inspect/model_card.hpp"
@@ -78,7 +79,8 @@ LaunchLine line_of(const InspectOptions& options, const Inspected& found,
     line.notes.push_back("the model rejects the sizes in this line: " + refusal);
   if (found.inputs.empty())
     line.notes.push_back(
-        "weir inspect --input 3:224:224:1 --inputtype uint8 prints the outputs for such a stream");
+        inspect_command(found.model, found.framework, "--input 3:224:224:1 --inputtype uint8") +
+        " prints the outputs for such a stream");
   return line;
 }
 
@@ -92,8 +94,8 @@ Result<Inspected> open(const InspectOptions& options) {
     return Error{.code = Code::MODEL_NOT_FOUND,
                  .what = "no model is named",
                  .offered = "\"" + options.model + "\"",
-                 .needed = "the path of a model file",
-                 .fix = "weir inspect mobilenet.tflite"};
+                 .needed = "the path of a model file; weir models list prints models to try",
+                 .fix = "weir inspect /path/to/model"};
   Inspected out;
   out.model = options.model;
   auto& library = infer::ModuleLibrary::instance();
@@ -101,17 +103,17 @@ Result<Inspected> open(const InspectOptions& options) {
   if (!by_name) out.framework = options.framework;
   if (by_name) {
     auto choice = library.choose_engine(request.paths);
-    if (!choice) return choice.error();
+    if (!choice) return command_error(choice.error());
     out.reason = std::move(choice->reason);
     out.others = std::move(choice->others);
   }
   const auto engine =
       by_name ? library.engine_for_model(request.paths) : library.engine(options.framework);
-  if (!engine) return engine.error();
+  if (!engine) return command_error(engine.error());
   out.engine = *engine;
   if (request.paths.empty() && !(out.engine->flags & WEIR_ENGINE_NEEDS_NO_MODEL)) return out;
   auto model = infer::Model::open(**engine, request);
-  if (!model) return model.error();
+  if (!model) return command_error(model.error());
   out.opened = *std::move(model);
   if (auto status = read_tensors(options.tensors, &out); !status) return status.error();
   return out;

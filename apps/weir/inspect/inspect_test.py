@@ -116,7 +116,7 @@ class Inspect(Case):
         self.assertRegex(output, r"0 +picture +uint8 +3:\?:\?:1 +\(1, \?, \?, 3\) +NHWC +0\.0078125 \* \(value - 128\)\n")
         self.assertRegex(output, r"0 +classes +uint8 +5:1 +\(1, 5\) +none +the value\n")
         self.assertIn("note: the model leaves sizes open; the line uses --input 3:224:224:1 --inputtype uint8; "
-                      f"for other sizes, run weir inspect --input DIMENSIONS --inputtype TYPES {report['model']}\n", output)
+                      f"for other sizes, run weir inspect --engine fake-models --input DIMENSIONS --inputtype TYPES {report['model']}\n", output)
         self.assertFalse(any("rejects the sizes" in note for note in report["notes"]))
         self.assertEqual(report["inputs"][0], {
             "name": "picture", "type": "uint8", "dimension": "3:?:?:1", "shape": [1, None, None, 3], "layout": "NHWC",
@@ -235,9 +235,18 @@ class Inspect(Case):
     def test_an_engine_of_no_known_name_is_refused_with_a_guess(self):
         self.refused(weir("inspect", "-f", "onnxruntme", MODEL), 1, "WEIR-3001", "did you mean onnxruntime?")
 
+    def test_an_engine_is_named_by_the_option(self):
+        self.refused(weir("inspect", "--engine", "onnxruntme", MODEL), 1, "offered: --engine onnxruntme", "fix: --engine onnxruntime")
+        refused = weir("inspect", "--engine", "brighten")
+        self.refused(refused, 1, "the file libweir-engine-brighten.so in a folder that WEIR_MODULE_PATH lists",
+                     "fix: export WEIR_MODULE_PATH=/folder/of/the/module")
+        self.assertNotIn("framework=", refused.stderr)
+        self.refused(weir("inspect", "grpc://127.0.0.1:8001/boxes"), 1, "WEIR-3001: no engine can be selected for this model",
+                     "needed: --engine oip, because the model is the address of a server", "fix: --engine oip")
+
     def test_a_missing_model_is_refused_with_a_guess(self):
         self.refused(weir("inspect", "-f", "fake", SOURCE / "models" / "clock_digit.onnx"), 1, "WEIR-3003",
-                     "did you mean clock_digits.onnx?")
+                     "did you mean clock_digits.onnx?", f"fix: {SOURCE / 'models' / 'clock_digits.onnx'}")
 
     def test_what_is_no_model_is_refused(self):
         self.refused(weir("inspect", SOURCE / "README.md"), 1, "WEIR-3001", "no engine can be selected")

@@ -119,6 +119,15 @@ std::string caps_order(const weir_tensor_info& info) {
   return out.empty() ? "1" : out;
 }
 
+std::string inspect_command(const std::string& model, const std::string& framework,
+                            const std::string& options) {
+  std::string out = "weir inspect";
+  if (!framework.empty()) out += " --engine " + shell_word(framework);
+  out += " " + options;
+  if (!model.empty()) out += " " + shell_word(model);
+  return out;
+}
+
 std::string type_name(const weir_tensor_info& info) {
   if (info.type >= WEIR_TYPE_END) return "?";
   return std::string(name_of(static_cast<ElementType>(info.type)));
@@ -141,10 +150,9 @@ LaunchLine launch_line(const std::string& model, const std::string& framework,
   if (!properties.empty()) out.command += " " + properties;
   out.command += " ! fakesink";
   if (std::any_of(inputs.begin(), inputs.end(), leaves_open))
-    out.notes.push_back(
-        "the model leaves sizes open; the line uses " + chosen_options(inputs) +
-        "; for other sizes, run weir inspect --input DIMENSIONS --inputtype TYPES " +
-        launch_value(model));
+    out.notes.push_back("the model leaves sizes open; the line uses " + chosen_options(inputs) +
+                        "; for other sizes, run " +
+                        inspect_command(model, framework, "--input DIMENSIONS --inputtype TYPES"));
   if (inputs.empty())
     out.notes.push_back("the model accepts any tensors; the line feeds pictures");
   else if (!picture)

@@ -18,6 +18,10 @@ std::string caps_order(const weir_tensor_info& info);
 // "float32", or "?" if the stream decides.
 std::string type_name(const weir_tensor_info& info);
 
+// `weir inspect` with these options, for the same model and engine. Both may be "".
+std::string inspect_command(const std::string& model, const std::string& framework,
+                            const std::string& options);
+
 // A `framework` that is not empty is added to tensor_filter. `preparation`: the elements between a
 // video stream and tensor_filter according to a card; "" without one. `properties`: more properties
 // of tensor_filter.

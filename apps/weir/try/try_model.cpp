@@ -17,6 +17,7 @@
 #include "core/infer/model/model.hpp"
 #include "core/infer/module/module_library.hpp"
 #include "core/text/pasted.hpp"
+#include "inspect/command_error.hpp"
 #include "inspect/model_card.hpp"
 #include "models/catalogue.hpp"
 #include "try/open_shapes.hpp"
@@ -314,7 +315,7 @@ Result<TryModel> try_model(const TryOptions& options) {
   out.path = *path;
   out.engine = options.engine;
   const auto model = open(out.path, options.engine);
-  if (!model) return missing_file(options, model.error());
+  if (!model) return command_error(missing_file(options, model.error()));
   const auto card = card_of(out.path, **model);
   // Without its card the model would run on pixels that are guessed.
   if (!card && card.error().code == Code::CARD_INVALID) return card.error();

@@ -77,6 +77,11 @@ class Refused(Case):
     def test_a_name_that_is_nearly_one_of_the_catalogue(self):
         self.refused(weir("try", "yolox-nan", "test", WEIR_MODELS=str(self.folder), **CARDS), 1, "did you mean yolox-nano?")
 
+    def test_the_address_of_a_server_needs_the_option_for_its_engine(self):
+        refused = weir("try", "grpc://127.0.0.1:8001/boxes", "photo.jpg", **CARDS)
+        self.refused(refused, 1, "WEIR-3001: no engine can be selected for this model", "fix: --engine oip")
+        self.assertNotIn("framework=", refused.stderr)
+
     @unittest.skipUnless(HAS_ONNX, "the engine onnxruntime is not built")
     def test_inputs_that_do_not_exist(self):
         for name, words in ((self.folder, "the input is a folder"), (self.folder / "no.jpg", "the input does not exist"),

@@ -1,0 +1,34 @@
+// Replaces the properties in the parts of an error.
+// SPDX-License-Identifier: LGPL-2.1-or-later
+#include "inspect/command_error.hpp"
+
+#include <string>
+#include <string_view>
+
+namespace weir::app {
+namespace {
+
+// Replaces `property` wherever a word begins with it.
+void replace(std::string* text, std::string_view property, std::string_view option) {
+  for (size_t at = 0; (at = text->find(property, at)) != std::string::npos;) {
+    if (at > 0 && (*text)[at - 1] != ' ') {
+      at += property.size();
+      continue;
+    }
+    text->replace(at, property.size(), option);
+    at += option.size();
+  }
+}
+
+}  // namespace
+
+Error command_error(Error error) {
+  for (auto* part : {&error.offered, &error.needed, &error.fix}) {
+    replace(part, "framework=", "--engine ");
+    replace(part, "card=", "--card ");
+    replace(part, "model=", "");
+  }
+  return error;
+}
+
+}  // namespace weir::app
