@@ -17,6 +17,7 @@
 #include "core/infer/model/model.hpp"
 #include "core/infer/module/module_library.hpp"
 #include "core/text/pasted.hpp"
+#include "gstcpp/element/file_digest.hpp"
 #include "inspect/command_error.hpp"
 #include "inspect/model_card.hpp"
 #include "models/catalogue.hpp"
@@ -237,20 +238,39 @@ Result<std::string> kept_labels(const std::vector<std::string>& names, const std
                .fix = "XDG_CACHE_HOME=/path/to/folder weir try ..."};
 }
 
-Result<std::string> labels_of(const TryOptions& options, const Result<card::Card>& card,
-                              const decoders::StreamModel& model, const std::string& path) {
-  if (!options.labels.empty()) return options.labels;
-  if (card && !card->labels.file.empty() && card->labels.skip == 0) {
-    const fs::path file = fs::path(path).parent_path() / card->labels.file;
-    std::error_code ignored;
-    if (fs::is_regular_file(file, ignored)) return file.string();
+// The names that tensor_decoder finds without the property labels.
+std::vector<std::string> found_labels(const decoders::StreamModel& model, const std::string& path) {
+  const auto names = model.labels();
+  if (!names.empty()) return names;
+  return card::labels_by_name(
+      path, [&path] { return gst::sha256_of(path); }, card::card_folders());
+}
+
+struct Labels {
+  std::string file;  // for the property labels; "" where it is not needed
+  size_t count = 0;
+};
+
+Result<Labels> labels_of_user(const std::string& file) {
+  try {
+    return Labels{file, read_label_file("--labels", file).size()};
+  } catch (const Failure& failure) {
+    return failure.error();
   }
+}
+
+Result<Labels> labels_of(const TryOptions& options, const Result<card::Card>& card,
+                         const decoders::StreamModel& model, const std::string& path) {
+  if (!options.labels.empty()) return labels_of_user(options.labels);
   std::vector<std::string> names = model.labels();
   if (card) {
     const auto of_card = card::labels_of(*card, path, card::card_folders());
     if (of_card && !of_card->empty()) names = *of_card;
   }
-  return names.empty() ? Result<std::string>(std::string()) : kept_labels(names, path);
+  if (names.empty() || names == found_labels(model, path)) return Labels{"", names.size()};
+  auto file = kept_labels(names, path);
+  if (!file) return file.error();
+  return Labels{*std::move(file), names.size()};
 }
 
 Error no_dictionary(const std::string& model) {
@@ -270,18 +290,18 @@ void decode_as_card(const card::Card& card, TryModel* out) {
 
 // How a head reads the outputs; its family's name.
 Result<std::string> decode_by_head(const TryOptions& options, const std::string& mode,
-                                   const decoders::StreamModel& facts, TryModel* out) {
+                                   const decoders::StreamModel& facts, size_t labels,
+                                   TryModel* out) {
   try {
-    const size_t labels = out->labels.empty() ? 0 : read_label_file("--labels", out->labels).size();
     const auto described = facts.facts(std::span<const weir_tensor_info>(), {}, labels);
     const auto reading = reading_of(described, mode, options.head, &out->notes);
     if (!reading) return reading.error();
     out->mode = reading->mode;
     const std::string family(reading->family->name);
-    if (out->labels.empty() && family == "ctc") return no_dictionary(out->path);
+    if (labels == 0 && family == "ctc") return no_dictionary(out->path);
     if (!options.head.empty()) out->decoder += " custom=head:" + launch_value(options.head);
     out->notes.push_back("read as " + out->mode + " by the head " + family);
-    if (out->labels.empty() && out->mode != "text" && out->mode != "depth")
+    if (labels == 0 && out->mode != "text" && out->mode != "depth")
       out->notes.push_back("the classes have no names; set them with --labels FILE");
     return family;
   } catch (const Failure& failure) {
@@ -323,7 +343,7 @@ Result<TryModel> try_model(const TryOptions& options) {
       facts_of(**model, out.path, card ? card->inputs[0].shape : std::vector<int64_t>());
   auto labels = labels_of(options, card, facts, out.path);
   if (!labels) return labels.error();
-  out.labels = *labels;
+  out.labels = labels->file;
 
   const bool card_reads =
       card && !card->decoder.empty() && options.mode.empty() && options.head.empty();
@@ -331,7 +351,8 @@ Result<TryModel> try_model(const TryOptions& options) {
   if (card_reads && card->decoder != "image_labeling") {
     decode_as_card(*card, &out);
   } else {
-    auto head = decode_by_head(options, card_reads ? "classification" : options.mode, facts, &out);
+    auto head = decode_by_head(options, card_reads ? "classification" : options.mode, facts,
+                               labels->count, &out);
     if (!head) return head.error();
     family = *head;
   }

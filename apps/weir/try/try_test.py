@@ -248,6 +248,15 @@ class Real(Case):
         self.runs(line.replace("fdsink fd=1", f"filesink location={self.folder}/pasted.jsonl"), **CARDS)
         pasted = json.loads((self.folder / "pasted.jsonl").read_text())
         self.assertIn("bus", self.labels(pasted))
+        self.assertNotIn(" labels=", line, "tensor_decoder finds them in the card")
+
+    def test_the_printed_pipeline_has_labels_that_tensor_decoder_does_not_find(self):
+        """Of a file with another name than the one in the card, which weir try finds by the digest."""
+        copy = self.folder / "other.onnx"
+        shutil.copy(model("detection/yolox_nano.onnx"), copy)
+        done = weir("try", copy, picture("image/bus.jpg"), **CARDS, XDG_CACHE_HOME=str(self.folder))
+        self.assertRegex(self.good(done), r"(?m)^  bus \d+ %")
+        self.assertIn(f" labels={self.folder}/weir/labels/other.txt ", done.stderr)
 
     def test_a_model_without_a_card_is_read_by_its_outputs(self):
         done = weir("try", "--json", model("detection/yolox_nano.onnx"), picture("image/bus.jpg"), WEIR_CARD_PATH=str(self.folder))
