@@ -107,7 +107,7 @@ class Pasted(unittest.TestCase):
                 elif goes_on:
                     self.start_server(pasted.replace("weir serve", f"exec weir serve --listen 127.0.0.1:{self.port}"), expected)
                 else:
-                    self.run_command(pasted, expected)
+                    self.run_command(pasted, expected and expected.replace("/usr/share/", f"{PREFIX}/share/"))
         self.assertGreater(count, 0, f"{page} has commands")
 
     def run_command(self, command, expected):

@@ -2,6 +2,7 @@
 # SPDX-License-Identifier: LGPL-2.1-or-later
 """Tests of `weir run`: the final ledger, errors with their place, interrupts."""
 
+import hashlib
 import json
 import os
 import pathlib
@@ -76,6 +77,25 @@ class Run(Case):
         self.assertRegex(output, r"\n  m: 12 frames\n")
         report = json.loads(self.good(weir("run", "--json", "audiotestsrc num-buffers=5 ! fakesink name=out")))
         self.assertEqual((report["frames"], report["buffers"], report["sinks"]), (0, 5, [{"name": "out", "buffers": 5}]))
+
+    def test_the_fix_of_a_stream_that_does_not_fit_the_model_is_its_card(self):
+        model, path = self.folder / "planar.bin", self.folder / "planar.card.json"
+        model.write_text("the engine only looks at the name")
+        picture = {"name": "picture", "type": "float32", "shape": [1, 3, 16, 24], "layout": "NCHW", "color": "RGB", "mean": [127.5],
+                   "scale": [0.007843], "resize": "stretch"}
+        card = {"name": "planar", "model": "planar.bin", "sha256": hashlib.sha256(model.read_bytes()).hexdigest(), "task": "none",
+                "inputs": [picture], "outputs": [], "labels": ["a"], "decoder": "image_labeling", "provenance": {}}
+        path.write_text(json.dumps(card))
+        source, network = "videotestsrc num-buffers=2", f"tensor_filter framework=fake-models model={model} ! fakesink"
+        done = weir("run", f"{source} ! tensor_converter ! {network}")
+        fix = f"tensor_preprocess card={path} ! tensor_filter"
+        self.refused(done, 1, "WEIR-2001: the stream does not fit the model",
+                     f"fix: {fix}, directly after the video, without tensor_converter\n")
+        self.good(weir("run", f"{source} ! {fix} {network.removeprefix('tensor_filter ')}"))
+        # A card that does not make what the model needs is no fix.
+        path.write_text(json.dumps(card | {"inputs": [picture | {"shape": [1, 3, 8, 8]}]}))
+        done = weir("run", f"{source} ! tensor_converter ! {network}")
+        self.refused(done, 1, "WEIR-2001", "fix: tensor_transform mode=typecast option=float32 ! tensor_filter\n")
 
     def test_a_missing_file_is_named(self):
         (self.folder / "street.mp4").write_bytes(b"")

@@ -8,6 +8,7 @@
 #include "core/custom/custom_easy.hpp"
 #include "core/infer/model/async_invoke.hpp"
 #include "core/isolate/isolated_engine.hpp"
+#include "elements/tensor_filter/card_fix.hpp"
 #include "elements/tensor_filter/engine_stats.hpp"
 #include "elements/tensor_filter/model_source.hpp"
 #include "gstcpp/buffer/shared_allocator.hpp"
@@ -358,7 +359,10 @@ Status OpenModel::fit_inputs(const std::vector<TensorSpec>& stream, FilterPlan* 
   auto chosen = choose_tensors(stream, plan->input_choice, "input-combination");
   if (!chosen) return chosen.error();
   auto fitted = fit(inputs(), *chosen);
-  if (!fitted) return fitted.error();
+  if (!fitted) {
+    const auto& paths = use_->shared()->source().options.paths;
+    return with_card(fitted.error(), paths.size() == 1 ? paths[0] : "", inputs());
+  }
   plan->model_inputs = *std::move(fitted);
   return ok();
 }
