@@ -66,6 +66,17 @@ class MovedTree(unittest.TestCase):
         self.assertIn(f"{folder}/src/elements/tensor_sink/README.md\n", inspected["tensor_sink"])
         self.assertIn(f"{folder}/README.md\n", inspected["weir"])
 
+    def test_files_of_the_usual_prefix_are_those_of_this_tree(self):
+        folder = self.tree / "share/weir/models"
+        folder.mkdir(parents=True)
+        for name in ("net.onnx", "net.card.json"):
+            (folder / name).write_text("any")
+        other = "/usr/none/share/weir/models/net"
+        done = self.run_line(self.tree / "bin/weir", "run", self.line.replace(str(self.model), f"{other}.onnx"))
+        self.assertIn(f"fix: model={folder}/net.onnx\n", done.stderr)
+        done = self.run_line(self.tree / "bin/weir", "run", f"videotestsrc ! tensor_preprocess card={other}.card.json ! fakesink")
+        self.assertIn(f"fix: card={folder}/net.card.json\n", done.stderr)
+
     def test_without_its_modules_the_engine_is_missing(self):
         shutil.rmtree(self.tree / LIBRARIES / "weir")
         done = self.run_line(self.tree / "bin/weir", "run", self.line)

@@ -10,6 +10,7 @@
 #include <iterator>
 #include <nlohmann/json.hpp>
 
+#include "core/config/installed_file.hpp"
 #include "core/text/text.hpp"
 #include "weir/join.hpp"
 
@@ -244,6 +245,19 @@ Error invalid(const Faults& faults) {
   return out;
 }
 
+Error not_read(const std::string& path) {
+  Error out{.code = Code::FILE_NOT_FOUND,
+            .what = "the model card cannot be read",
+            .offered = path,
+            .needed = "a file",
+            .fix = "the path of a card; docs/cards.md describes its fields"};
+  if (const auto installed = config::installed_file(path); !installed.empty()) {
+    out.difference = "Weir is installed below another prefix";
+    out.fix = "card=" + installed;
+  }
+  return out;
+}
+
 }  // namespace
 
 int64_t ImageInput::width() const noexcept {
@@ -285,12 +299,7 @@ Result<Card> parse(std::string_view text, const std::string& place) {
 Result<Card> read(const std::string& path) {
   std::error_code ignored;
   std::ifstream file(path, std::ios::binary);
-  if (!file.is_open() || !fs::is_regular_file(path, ignored))
-    return Error{.code = Code::FILE_NOT_FOUND,
-                 .what = "the model card cannot be read",
-                 .offered = path,
-                 .needed = "a file",
-                 .fix = "the path of a card; docs/cards.md describes its fields"};
+  if (!file.is_open() || !fs::is_regular_file(path, ignored)) return not_read(path);
   std::string text(kBytesLimit + 1, '\0');
   file.read(text.data(), static_cast<std::streamsize>(text.size()));
   text.resize(static_cast<size_t>(file.gcount()));

@@ -4,6 +4,7 @@
 
 #include <filesystem>
 
+#include "core/config/installed_file.hpp"
 #include "core/text/text.hpp"
 
 namespace weir::infer {
@@ -19,6 +20,13 @@ Status check_model_file(const std::string& path) {
         .what = "the model is a folder",
         .offered = path,
         .needed = "the path of a model file, such as " + (fs::path(path) / "NAME.onnx").string()};
+  if (const auto installed = config::installed_file(path); !installed.empty())
+    return Error{.code = Code::MODEL_NOT_FOUND,
+                 .what = "the model file does not exist",
+                 .offered = path,
+                 .needed = "a file that can be read",
+                 .difference = "Weir is installed below another prefix",
+                 .fix = "model=" + installed};
   const fs::path folder = fs::path(path).has_parent_path() ? fs::path(path).parent_path() : ".";
   std::vector<std::string> names;
   for (const auto& entry : fs::directory_iterator(folder, ignored))

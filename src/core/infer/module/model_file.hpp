@@ -7,7 +7,7 @@
 
 namespace weir::infer {
 
-// MODEL_NOT_FOUND if the path is not a regular file; the error suggests a similar file name.
+// MODEL_NOT_FOUND if the path is not a regular file; the error suggests another file.
 Status check_model_file(const std::string& path);
 
 }  // namespace weir::infer
