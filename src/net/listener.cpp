@@ -66,11 +66,13 @@ void set_limits(grpc::ServerBuilder* builder, const ListenOptions& options) {
 }
 
 Error unusable_address(const ListenOptions& options) {
+  const bool is_tcp = options.unix_path.empty();
   return {.code = Code::OPTION_VALUE,
           .what = "the server cannot listen on this address",
           .offered = address_text(options),
-          .needed = "an address of this machine, and a port that no other program uses",
-          .fix = "port=0, which uses a free port"};
+          .needed = is_tcp ? "an address of this machine, and a port that no other program uses"
+                           : "a path that no other server uses, in a folder that you can write to",
+          .fix = is_tcp ? "port=0, which uses a free port" : ""};
 }
 
 class GrpcListener final : public Listener {

@@ -2,11 +2,16 @@
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #include <gst/gst.h>
 
+#include <string>
+
 #include "conflicting_plugins.hpp"
 #include "core/process/process_object.hpp"
 #include "elements/tensor_query_serversrc/oip/oip_query_server.hpp"
 #include "gstcpp/element/documentation_link.hpp"
+#include "gstcpp/element/log.hpp"
 #include "library/process.h"
+#include "net/link.hpp"
+#include "weir/abi.h"
 
 #ifdef WEIR_GRPC_ELEMENTS
 namespace weir {
@@ -26,10 +31,18 @@ static bool register_grpc_elements([[maybe_unused]] GstPlugin* plugin) {
 #endif
 }
 
+// gRPC prints its log on standard error, also what elements report as errors.
+static void take_log_of_grpc() {
+  weir::net::Link::set_log([](bool error, const std::string& text) {
+    weir::gst::log_module_line(error ? WEIR_LOG_INFO : WEIR_LOG_DEBUG, "net", text.c_str());
+  });
+}
+
 static gboolean plugin_init(GstPlugin* plugin) {
   // Before the first use of a process-wide object.
   weir::process::take_objects_from(weir_process_object);
   if (weir::plugin::yields_to(plugin)) return TRUE;  // so does weiredge
+  take_log_of_grpc();
   weir::register_oip_query_server();
   return register_grpc_elements(plugin);
 }

@@ -86,6 +86,7 @@ class Addresses(Peers):
     def test_a_unix_socket_that_cannot_be_made_is_an_error(self):
         text = Pipeline(f"tensor_query_serversrc protocol=oip unix-path=/nowhere/served {FLOATS} ! tensor_query_serversink").stop()
         self.assertIn("WEIR-1004: the server cannot listen on this address\n  offered: unix:/nowhere/served", text)
+        self.assertNotIn("port=0", text)
 
     def test_there_are_no_more_connections_with_requests_than_allowed(self):
         pipeline = self.serve("port=0 max-connections=2 max-connections-per-address=0", "identity sleep-time=300000 !")

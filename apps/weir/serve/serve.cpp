@@ -51,6 +51,15 @@ std::string address_text(const ServeOptions& options, const ListenAddress& addre
   return scheme + "://" + shown.text();
 }
 
+// The port is a property of the element, and here a part of --listen.
+std::vector<Complaint> with_option(std::vector<Complaint> errors, ListenAddress address) {
+  address.port = "0";
+  for (auto& error : errors)
+    if (error.fix.starts_with("port=0"))
+      error.fix = "--listen " + shell_word(address.text()) + ", which uses a free port";
+  return errors;
+}
+
 void print_models(const ServeRun& run, const std::string& address) {
   std::vector<std::vector<std::string>> rows;
   for (size_t i = 0; i < run.size(); ++i) {
@@ -94,7 +103,7 @@ int serve(const ServeOptions& options) {
   if (!pipelines) return report(pipelines.error(), false);
   ServeRun run(*std::move(pipelines));
   if (const auto errors = run.start(); !errors.empty()) {
-    print_errors(errors);
+    print_errors(with_option(errors, *address));
     return kExitError;
   }
   print_models(run, address_text(options, *address, run.port()));

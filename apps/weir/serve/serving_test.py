@@ -345,7 +345,10 @@ class CustomFilter:
 
     def test_an_address_in_use_and_a_file_that_is_no_model_are_errors(self):
         _, _, address = self.serve(f"digits={MODEL}")
-        self.refused(weir("serve", MODEL, "--listen", address), 1, address.split(":")[1])
+        refused = weir("serve", MODEL, "--listen", address)
+        self.refused(refused, 1, address.split(":")[1], "fix: --listen 127.0.0.1:0, which uses a free port")
+        self.assertNotIn("port=0", refused.stderr)
+        self.assertNotIn("chttp2", refused.stderr, "gRPC's own log")
         broken = self.folder / "broken.onnx"
         broken.write_text("no model")
         self.refused(weir("serve", broken, "--listen", "127.0.0.1:0"), 1, "WEIR-3004", str(broken))
