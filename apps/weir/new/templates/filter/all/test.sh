@@ -7,7 +7,7 @@ printf '\000\001\177\377' > "$folder/in"
 printf '\377\376\200\000' > "$folder/expected"
 # The first bytes of a file, as printf reads them.
 bytes() {
-  head -c 64 "$folder/$1" | od -An -v -to1 | tr -d '\n' | tr ' ' '\\'
+  head -c 64 "$folder/$1" | od -An -v -to1 | tr -d '\n' | sed 's/ /\\/g'
 }
 for place in none process; do
   rm -f "$folder/out"
