@@ -19,10 +19,11 @@ TEST(TensorFilterAuto, UsesAndLogsTheConfiguredPriority) {
   EXPECT_EQ(pushed_sum(h), 5);
   EXPECT_EQ(text_property(element_of(h, "tensor_filter").get(), "framework"), "adder");
   setenv("WEIR_CONFIG", "", 1);
-  EXPECT_SAYS(log.text(),
-              "framework=auto selected adder: the file has the extension .add; first installed engine of "
-              "priority_add (" +
-                  ini + ":2); other candidates: scaling");
+  EXPECT_SAYS(
+      log.text(),
+      "framework=auto selected adder: the file has the extension .add; first installed engine of "
+      "priority_add (" +
+          ini + ":2); other candidates: scaling");
 }
 
 TEST(TensorFilterAuto, LogsNoPriorityWithoutIt) {
