@@ -240,8 +240,7 @@ Result<std::string> kept_labels(const std::vector<std::string>& names, const std
 
 // The names that tensor_decoder finds without the property labels.
 std::vector<std::string> found_labels(const decoders::StreamModel& model, const std::string& path) {
-  const auto names = model.labels();
-  if (!names.empty()) return names;
+  if (const auto& names = model.labels(); !names.empty()) return names;
   return card::labels_by_name(
       path, [&path] { return gst::sha256_of(path); }, card::card_folders());
 }
