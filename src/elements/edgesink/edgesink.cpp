@@ -17,6 +17,8 @@ namespace {
 
 using Outcome = BufferOutput::Outcome;
 
+constexpr uint32_t kMostBuffers = 96;  // of max-buffers
+
 wire::MqttForm mqtt_form_of(WireVersion version) {
   switch (version) {
     case WireVersion::Bytes160:
@@ -27,6 +29,21 @@ wire::MqttForm mqtt_form_of(WireVersion version) {
       break;
   }
   return wire::MqttForm::Bytes2080;
+}
+
+Error fallen_behind(const edge::Outage& outage, uint32_t max_buffers) {
+  const bool is_full = outage.queued >= max_buffers;
+  const bool can_grow = is_full && max_buffers < kMostBuffers;
+  return Error{.code = Code::LIMIT_EXCEEDED,
+               .what = "a receiver is slower than the stream, and misses buffers",
+               .offered = outage.address + ": " + std::to_string(outage.queued) +
+                          (is_full ? " buffers wait for it (max-buffers), "
+                                   : " buffers wait for it (as many as 256 MiB have room for), ") +
+                          std::to_string(outage.missed) + " dropped so far",
+               .needed = std::string("a receiver that reads as fast as the stream") +
+                         (can_grow ? ", or room for more buffers while it is slow" : "") +
+                         "; protocol=local waits for receivers on this machine",
+               .fix = can_grow ? "edgesink max-buffers=" + std::to_string(kMostBuffers) : ""};
 }
 
 class Edgesink : public gst::Element<Edgesink, gst::BaseSink> {
@@ -64,7 +81,7 @@ class Edgesink : public gst::Element<Edgesink, gst::BaseSink> {
           gst::Property{"max-buffers", &Settings::max_buffers,
                         "Maximum number of buffers that a receiver has not released "
                         "(protocol=local), or that wait for a receiver (protocol=edge)",
-                        gst::Changeable::InReady, 1u, 96u},
+                        gst::Changeable::InReady, 1u, kMostBuffers},
           gst::Property{"drop", &Settings::drop,
                         "true = a receiver that has max-buffers misses buffers; false = the stream "
                         "waits for it; protocol=edge always drops"},
@@ -212,19 +229,21 @@ class Edgesink : public gst::Element<Edgesink, gst::BaseSink> {
                                                          .allow = s.allow});
         !status)
       return status.error();
-    auto output = TcpOutput::open(
-        {.host = s.host,
-         .port = s.port,
-         .form = header_form(s.wire_version),
-         .queue = {.frames = s.max_buffers},
-         .most_subscribers = kMostReceivers,
-         .most_of_one_address = kMostOfOneAddress,
-         .allowed =
-             [allow = s.allow](const std::string& address) {
-               return transport::is_allowed(allow, address);
-             },
-         .refused = [this](const Error& error) { log(error); },
-         .fallen_behind = [this](const Error& error) { gst::post_warning(element(), error); }});
+    auto output = TcpOutput::open({.host = s.host,
+                                   .port = s.port,
+                                   .form = header_form(s.wire_version),
+                                   .queue = {.frames = s.max_buffers},
+                                   .most_subscribers = kMostReceivers,
+                                   .most_of_one_address = kMostOfOneAddress,
+                                   .allowed =
+                                       [allow = s.allow](const std::string& address) {
+                                         return transport::is_allowed(allow, address);
+                                       },
+                                   .refused = [this](const Error& error) { log(error); },
+                                   .fallen_behind =
+                                       [this, limit = s.max_buffers](const edge::Outage& outage) {
+                                         gst::post_warning(element(), fallen_behind(outage, limit));
+                                       }});
     if (!output) return output.error();
     taken_port_ = (*output)->port();
     GST_CAT_INFO_OBJECT(category(), element(), "listening on %s:%u", s.host.c_str(),

@@ -18,22 +18,6 @@ Error refusal(const std::string& address, const std::string& reason) {
                .needed = "an edgesrc that speaks the protocol of nnstreamer-edge"};
 }
 
-Error fallen_behind(const SubscriberLink& link, const QueueLimits& limits) {
-  constexpr size_t kMostFrames = 96;  // of the property max-buffers
-  const bool is_full = link.queued_frames() >= limits.frames;
-  const bool can_grow = is_full && limits.frames < kMostFrames;
-  return Error{.code = Code::LIMIT_EXCEEDED,
-               .what = "a receiver is slower than the stream, and misses buffers",
-               .offered = link.address() + ": " + std::to_string(link.queued_frames()) +
-                          (is_full ? " buffers wait for it (max-buffers), "
-                                   : " buffers wait for it (as many as 256 MiB have room for), ") +
-                          std::to_string(link.missed()) + " dropped so far",
-               .needed = std::string("a receiver that reads as fast as the stream") +
-                         (can_grow ? ", or room for more buffers while it is slow" : "") +
-                         "; protocol=local waits for receivers on this machine",
-               .fix = can_grow ? "edgesink max-buffers=" + std::to_string(kMostFrames) : ""};
-}
-
 }  // namespace
 
 Result<std::unique_ptr<StreamPublisher>> StreamPublisher::open(PublisherOptions options) {
@@ -101,21 +85,26 @@ Result<StreamPublisher::Outcome> StreamPublisher::publish(
   message->header = *std::move(bytes);
   message->memories = std::move(memories);
   message->owner = std::move(owner);
-  Outcome best = Outcome::NoSubscriber;
-  std::vector<Error> outages;
-  {
-    const std::lock_guard lock(mutex_);
-    for (const auto& link : links_) {
-      if (!link->gets_frames()) continue;
-      const bool queued = link->queue_frame(message, options_.queue);
-      if (!queued) ++missed_;
-      if (link->has_fallen_behind()) outages.push_back(fallen_behind(*link, options_.queue));
-      if (queued || best == Outcome::NoSubscriber) best = queued ? Outcome::Sent : Outcome::Missed;
-    }
-  }
-  if (best == Outcome::Sent) wake_.set();
+  std::vector<Outage> outages;
+  const Outcome outcome = queue(message, &outages);
+  if (outcome == Outcome::Sent) wake_.set();
   if (options_.fallen_behind)
-    for (const Error& error : outages) options_.fallen_behind(error);
+    for (const Outage& outage : outages) options_.fallen_behind(outage);
+  return outcome;
+}
+
+StreamPublisher::Outcome StreamPublisher::queue(const std::shared_ptr<const SharedMessage>& message,
+                                                std::vector<Outage>* outages) {
+  Outcome best = Outcome::NoSubscriber;
+  const std::lock_guard lock(mutex_);
+  for (const auto& link : links_) {
+    if (!link->gets_frames()) continue;
+    const bool queued = link->queue_frame(message, options_.queue);
+    if (!queued) ++missed_;
+    if (link->has_fallen_behind())
+      outages->push_back({link->address(), link->queued_frames(), link->missed()});
+    if (queued || best == Outcome::NoSubscriber) best = queued ? Outcome::Sent : Outcome::Missed;
+  }
   return best;
 }
 

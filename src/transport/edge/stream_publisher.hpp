@@ -20,6 +20,13 @@
 
 namespace weir::edge {
 
+// A subscriber whose queue has no room for a frame.
+struct Outage {
+  std::string address;
+  size_t queued = 0;    // frames
+  uint64_t missed = 0;  // frames since it connected
+};
+
 struct PublisherOptions {
   std::string host;
   uint32_t port = 0;  // 0 = a free one
@@ -29,7 +36,7 @@ struct PublisherOptions {
   std::function<bool(const std::string& address)> allowed;  // empty: every address
   std::function<void(const Error&)> refused;  // called for each peer that is refused; any thread
   // Called by publish() when a subscriber misses the first frame of an outage.
-  std::function<void(const Error&)> fallen_behind{};
+  std::function<void(const Outage&)> fallen_behind{};
 };
 
 struct PublisherCounts {
@@ -76,6 +83,7 @@ class StreamPublisher {
   using Links = std::vector<std::shared_ptr<SubscriberLink>>;
 
   explicit StreamPublisher(PublisherOptions options) : options_(std::move(options)) {}
+  Outcome queue(const std::shared_ptr<const SharedMessage>& message, std::vector<Outage>* outages);
   template <class Ready>
   bool wait(const isolate::Deadline& deadline, const Ready& ready);
   uint32_t count(SubscriberLink::State state) const;
