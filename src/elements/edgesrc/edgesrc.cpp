@@ -115,11 +115,7 @@ class Edgesrc : public gst::Element<Edgesrc, gst::PushSource> {
           if (!set_caps(event->caps)) return GST_FLOW_NOT_NEGOTIATED;
           break;
         case Kind::Lost:
-          set_input(nullptr);
-          if (finder_)
-            finder_->failed(server_);
-          else if (!settings().reconnect)
-            return failed(lost());
+          if (!may_replace_lost_server()) return failed(lost());
           break;
       }
     }
@@ -253,22 +249,39 @@ class Edgesrc : public gst::Element<Edgesrc, gst::PushSource> {
     if (std::exchange(is_new_, false) && std::exchange(was_connected_, true)) ++reconnections_;
   }
 
-  // Connects if necessary; with `reconnect` it waits for the edgesink.
+  // Closes the connection.
+  bool may_replace_lost_server() {
+    set_input(nullptr);
+    if (!finder_) return settings().reconnect;
+    finder_->failed(server_);
+    return true;
+  }
+
+  // Whether an edgesink that starts later ends the error.
+  static bool is_of_absent_server(const Error& error) {
+    return error.code == Code::SERVER_UNREACHABLE || error.code == Code::SERVER_REFUSED ||
+           error.code == Code::BROKER_UNREACHABLE;
+  }
+
+  // Connects if necessary.
+  Result<InputEvent> receive(const Settings& s) {
+    if (!input_)
+      if (auto status = connect(s); !status) return status.error();
+    auto event = input_->receive();
+    if (event || !finder_ || event.error().code == Code::CANCELLED) return event;
+    refuse(event.error());  // another server may send what can be used
+    return InputEvent{Kind::Lost};
+  }
+
+  // With `reconnect` it waits for the edgesink.
   Result<InputEvent> next() {
     const Settings s = settings();
     for (;;) {
-      const Status connected = input_ ? ok() : connect(s);
-      auto event = connected ? input_->receive() : Result<InputEvent>(connected.error());
+      auto event = receive(s);
       if (event) return event;
-      const Code code = event.error().code;
-      if (code == Code::CANCELLED) return InputEvent{Kind::Interrupted};
-      if (connected && finder_) {
-        refuse(event.error());  // another server may send what can be used
-        return InputEvent{Kind::Lost};
-      }
-      const bool may_come = code == Code::SERVER_UNREACHABLE || code == Code::SERVER_REFUSED ||
-                            code == Code::BROKER_UNREACHABLE;
-      if (!may_come || !s.reconnect) return event;
+      const Error& error = event.error();
+      if (error.code == Code::CANCELLED) return InputEvent{Kind::Interrupted};
+      if (!s.reconnect || !is_of_absent_server(error)) return event;
       set_input(nullptr);
       pollfd watched{interruption_.descriptor(), POLLIN, 0};
       if (poll(&watched, 1, kRetryMilliseconds) > 0) return InputEvent{Kind::Interrupted};

@@ -36,19 +36,27 @@ Result<std::optional<InputEvent>> TcpInput::greet() {
   return std::optional(InputEvent{InputEvent::Kind::Silent});
 }
 
+Result<std::optional<InputEvent>> TcpInput::announced_caps() const {
+  const std::string& text = subscriber_.caps();
+  if (text.empty()) return std::optional<InputEvent>();
+  auto caps = gst::Ref<GstCaps>::adopt(gst_caps_from_string(text.c_str()));
+  if (!caps)
+    return wire::peer_error("the caps of the edgesink are not valid", wire::quoted_text(text),
+                            "caps");
+  if (!gst_caps_is_fixed(caps.get())) return std::optional<InputEvent>();
+  return std::optional(InputEvent{InputEvent::Kind::Caps, std::move(caps), {}});
+}
+
 Result<InputEvent> TcpInput::receive() {
   if (!is_greeted_) {
     auto event = greet();
     if (!event) return event.error();
     if (*event) return **std::move(event);
   }
-  if (!std::exchange(has_given_caps_, true) && !subscriber_.caps().empty()) {
-    auto caps = gst::Ref<GstCaps>::adopt(gst_caps_from_string(subscriber_.caps().c_str()));
-    if (!caps)
-      return wire::peer_error("the caps of the edgesink are not valid",
-                              wire::quoted_text(subscriber_.caps()), "caps");
-    if (gst_caps_is_fixed(caps.get()))
-      return InputEvent{InputEvent::Kind::Caps, std::move(caps), {}};
+  if (!std::exchange(has_given_caps_, true)) {
+    auto event = announced_caps();
+    if (!event) return event.error();
+    if (*event) return **std::move(event);
   }
   auto received = subscriber_.receive(interruption_);
   if (!received) return received.error();

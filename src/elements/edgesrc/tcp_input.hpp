@@ -30,6 +30,8 @@ class TcpInput : public BufferInput {
       : subscriber_(std::move(subscriber)), interruption_(interruption), is_greeted_(is_greeted) {}
   // Nullopt: the handshake is complete.
   Result<std::optional<InputEvent>> greet();
+  // Nullopt: the edgesink has announced none, or none that are fixed.
+  Result<std::optional<InputEvent>> announced_caps() const;
 
   edge::StreamSubscriber subscriber_;
   const int interruption_;
