@@ -33,6 +33,12 @@ inline int poll_timeout(const Deadline& deadline, std::chrono::steady_clock::tim
   return static_cast<int>(std::min<int64_t>(left, INT_MAX));
 }
 
+// The one that comes first.
+inline Deadline earlier(const Deadline& a, const Deadline& b) noexcept {
+  if (!a || !b) return a ? a : b;
+  return std::min(*a, *b);
+}
+
 // True if the deadline has passed.
 inline bool is_over(const Deadline& deadline) noexcept {
   return deadline && std::chrono::steady_clock::now() >= *deadline;

@@ -45,6 +45,14 @@ TEST(DeadlineIn, IsNoneBeyondTheClock) {
   EXPECT_EQ(deadline_in(most + 1ms, 1, kNow), std::nullopt);
 }
 
+TEST(Earlier, NoDeadlineIsAfterAll) {
+  EXPECT_EQ(earlier(kNow, kNow + 1ms), kNow);
+  EXPECT_EQ(earlier(kNow + 1ms, kNow), kNow);
+  EXPECT_EQ(earlier(kNow, std::nullopt), kNow);
+  EXPECT_EQ(earlier(std::nullopt, kNow), kNow);
+  EXPECT_EQ(earlier(std::nullopt, std::nullopt), std::nullopt);
+}
+
 TEST(IsOver, HoldsFromTheDeadlineOn) {
   EXPECT_FALSE(is_over(std::nullopt));
   EXPECT_TRUE(is_over(Clock::now()));

@@ -133,8 +133,7 @@ class PendingRequests {
   isolate::Deadline next_deadline() const {
     isolate::Deadline next;
     for (const Entry& entry : entries_)
-      if (entry.waits() && entry.deadline && (!next || *entry.deadline < *next))
-        next = entry.deadline;
+      if (entry.waits()) next = isolate::earlier(next, entry.deadline);
     return next;
   }
 

@@ -264,8 +264,7 @@ isolate::Deadline QueryListener::watch(const Clients& clients, std::vector<pollf
     watched->push_back({client->requests_socket(), static_cast<short>(in | out), 0});
     const int answers = client->has_unsent_answers() ? POLLIN | POLLOUT : POLLIN;
     watched->push_back({client->answers_socket(), static_cast<short>(answers), 0});
-    const auto deadline = client->deadline();
-    if (deadline && (!next || *deadline < *next)) next = deadline;
+    next = isolate::earlier(next, client->deadline());
   }
   if (all_read) wake_->set_wanted(false);
   return next;

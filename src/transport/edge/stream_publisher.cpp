@@ -188,8 +188,7 @@ isolate::Deadline StreamPublisher::watch(const Links& links, std::vector<pollfd>
   for (const auto& link : links) {
     const auto events = static_cast<short>(link->can_send() ? POLLIN | POLLOUT : POLLIN);
     watched->push_back({link->socket(), events, 0});
-    const auto patience = link->patience(options_.queue);
-    if (patience && (!next || *patience < *next)) next = patience;
+    next = isolate::earlier(next, link->patience(options_.queue));
   }
   return next;
 }

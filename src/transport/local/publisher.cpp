@@ -205,9 +205,8 @@ bool Publisher::serve_once(std::vector<std::byte>* buffer) {
     for (const auto& reader : readers) {
       watched.push_back(
           {reader->socket(), static_cast<short>(reader->is_full() ? POLLIN | POLLOUT : POLLIN), 0});
-      if (reader->state() == ReaderLink::State::Greeting &&
-          (!next || reader->greeting_ends() < *next))
-        next = reader->greeting_ends();
+      if (reader->state() == ReaderLink::State::Greeting)
+        next = isolate::earlier(next, reader->greeting_ends());
     }
   }
   poll(watched.data(), watched.size(), isolate::poll_timeout(next));
