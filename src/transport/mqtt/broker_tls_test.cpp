@@ -95,7 +95,7 @@ TEST_F(BrokerTls, RejectsABrokerWithoutTls) {
   const auto client = BrokerClient::open(options(broker));
   ASSERT_FALSE(client);
   EXPECT_SAYS(client.error().message(), "TLS");
-  EXPECT_SAYS(client.error().message(), "usually 8883");
+  EXPECT_SAYS(client.error().message(), "8883");  // the text depends on how the broker closes
 }
 
 TEST_F(BrokerTls, WithoutTlsABrokerThatNeedsItIsNotReached) {
