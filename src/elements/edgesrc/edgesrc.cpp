@@ -191,7 +191,7 @@ class Edgesrc : public gst::Element<Edgesrc, gst::PushSource> {
     if (s.protocol == EdgeProtocol::Local) return LocalInput::connect(s.path, interruption);
     if (s.connect_type == EdgeConnectType::Mqtt) return open_mqtt(s);
     if (s.connect_type == EdgeConnectType::Hybrid) return find_and_connect(s);
-    return TcpInput::open(s.dest_host, s.dest_port, s.max_message, interruption);
+    return TcpInput::open(s.dest_host, s.dest_port, s.max_message, TcpInput::Times(), interruption);
   }
 
   Opened open_mqtt(const Settings& s) {

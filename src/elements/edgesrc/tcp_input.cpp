@@ -8,11 +8,13 @@
 
 namespace weir {
 Result<std::unique_ptr<BufferInput>> TcpInput::open(const std::string& host, uint32_t port,
-                                                    uint64_t most_bytes, int interruption) {
+                                                    uint64_t most_bytes, const Times& times,
+                                                    int interruption) {
   auto subscriber = edge::StreamSubscriber::open(host, port, {.message_bytes = most_bytes},
-                                                 Times().connect, interruption);
+                                                 times.connect, interruption);
   if (!subscriber) return subscriber.error();
-  return std::unique_ptr<BufferInput>(new TcpInput(*std::move(subscriber), interruption, false));
+  return std::unique_ptr<BufferInput>(
+      new TcpInput(*std::move(subscriber), times, interruption, false));
 }
 
 Result<std::unique_ptr<BufferInput>> TcpInput::connect(const std::string& host, uint32_t port,
@@ -21,11 +23,12 @@ Result<std::unique_ptr<BufferInput>> TcpInput::connect(const std::string& host, 
   auto subscriber = edge::StreamSubscriber::connect(host, port, {.message_bytes = most_bytes},
                                                     times, interruption);
   if (!subscriber) return subscriber.error();
-  return std::unique_ptr<BufferInput>(new TcpInput(*std::move(subscriber), interruption, true));
+  return std::unique_ptr<BufferInput>(
+      new TcpInput(*std::move(subscriber), times, interruption, true));
 }
 
 Result<std::optional<InputEvent>> TcpInput::greet() {
-  const auto deadline = was_silent_ ? isolate::Deadline() : isolate::deadline_in(Times().greet);
+  const auto deadline = was_silent_ ? isolate::Deadline() : isolate::deadline_in(times_.greet);
   const auto greeted = subscriber_.greet(deadline, interruption_);
   if (!greeted && greeted.error().code == Code::CANCELLED)
     return std::optional(InputEvent{InputEvent::Kind::Interrupted});

@@ -111,6 +111,7 @@ Result<bool> StreamSubscriber::greet(const isolate::Deadline& deadline, int canc
   const auto message = reader_->take();
   const auto action = conversation_.next(message.command);
   if (!action) return action.error();
+  if (*action == wire::Action::Close) return no_greeting("it has stopped");
   if (*action != wire::Action::ReadCapability || message.memories.empty())
     return wire::peer_error("the edgesink did not start the handshake",
                             wire::to_string(message.command), "CAPABILITY");

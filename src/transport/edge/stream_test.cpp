@@ -313,6 +313,11 @@ TEST_F(HostilePublisher, GreetsWithoutTheKey) {
 TEST_F(HostilePublisher, SendsAFrameFirst) {
   EXPECT_SAYS(error_after(wire::test::golden_transfer_data()).message(), "TRANSFER_DATA");
 }
+TEST_F(HostilePublisher, StopsInsteadOfAGreeting) {
+  const auto error = error_after(wire::test::golden_error());
+  EXPECT_EQ(error.code, Code::SERVER_REFUSED);
+  EXPECT_SAYS(error.message(), "it has stopped");
+}
 TEST_F(HostilePublisher, SaysNothing) {
   EXPECT_EQ(error_after({}).code, Code::SERVER_REFUSED);
 }

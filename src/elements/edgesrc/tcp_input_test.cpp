@@ -1,0 +1,109 @@
+// The stream of a publisher as buffers, and what a publisher that has not started looks like.
+// SPDX-License-Identifier: LGPL-2.1-or-later
+#include "elements/edgesrc/tcp_input.hpp"
+
+#include <gtest/gtest.h>
+
+#include <memory>
+#include <string>
+#include <vector>
+
+#include "becomes.hpp"
+#include "says.hpp"
+#include "transport/edge/stream_publisher.hpp"
+#include "transport/wake_event.hpp"
+
+namespace weir {
+namespace {
+
+using namespace std::chrono_literals;
+using Kind = InputEvent::Kind;
+
+constexpr char kCaps[] = "other/tensors, format=(string)flexible, framerate=(fraction)10/1";
+
+class EdgeTcpInput : public ::testing::Test {
+ protected:
+  EdgeTcpInput() {
+    auto publisher = edge::StreamPublisher::open(
+        {.host = "localhost", .port = 0, .queue = {}, .allowed = {}, .refused = {}});
+    EXPECT_TRUE(publisher);
+    publisher_ = *std::move(publisher);
+    auto input = TcpInput::open("localhost", publisher_->port(), 1 << 20,
+                                {.connect = 60s, .greet = 5ms}, interruption_.descriptor());
+    EXPECT_TRUE(input);
+    input_ = *std::move(input);
+    EXPECT_TRUE(becomes_true([&] { return publisher_->counts().waiting == 1; }, "the wait"));
+  }
+  void publish(size_t bytes) {
+    const auto owner = std::make_shared<std::vector<std::byte>>(bytes);
+    const auto outcome = publisher_->publish({std::span<const std::byte>(*owner)}, owner);
+    EXPECT_TRUE(outcome && *outcome == edge::StreamPublisher::Outcome::Sent);
+  }
+  void expect(Kind kind) {
+    const auto event = input_->receive();
+    ASSERT_TRUE(event) << event.error().message();
+    EXPECT_EQ(event->kind, kind);
+  }
+  void expect_buffer_of(size_t bytes) {
+    const auto event = input_->receive();
+    ASSERT_TRUE(event) << event.error().message();
+    ASSERT_EQ(event->kind, Kind::Buffer);
+    EXPECT_EQ(gst_buffer_get_size(event->buffer.get()), bytes);
+  }
+
+  transport::WakeEvent interruption_;
+  std::unique_ptr<edge::StreamPublisher> publisher_;
+  std::unique_ptr<BufferInput> input_;
+};
+
+TEST_F(EdgeTcpInput, APublisherWithoutCapsIsSilentOnce) {
+  expect(Kind::Silent);
+  ASSERT_TRUE(publisher_->set_caps(kCaps));
+  const auto event = input_->receive();
+  ASSERT_TRUE(event) << event.error().message();
+  ASSERT_EQ(event->kind, Kind::Caps);
+  const gst::UniqueText caps{gst_caps_to_string(event->caps.get())};
+  EXPECT_STREQ(caps.get(), kCaps);
+  publish(3);
+  expect_buffer_of(3);
+}
+
+TEST_F(EdgeTcpInput, TheWaitForCapsCanBeInterrupted) {
+  expect(Kind::Silent);
+  interruption_.set();
+  expect(Kind::Interrupted);
+}
+
+// With `reconnect`, edgesrc waits for the next one.
+TEST_F(EdgeTcpInput, APublisherThatStopsBeforeItsCapsRefuses) {
+  expect(Kind::Silent);
+  publisher_.reset();
+  const auto event = input_->receive();
+  ASSERT_FALSE(event);
+  EXPECT_EQ(event.error().code, Code::SERVER_REFUSED);
+  EXPECT_SAYS(event.error().message(), "it closed the connection");
+}
+
+TEST_F(EdgeTcpInput, CapsWithRangesAreLeftToDownstream) {
+  ASSERT_TRUE(publisher_->set_caps("other/tensors,framerate=[0/1,30/1]"));
+  publish(5);
+  expect_buffer_of(5);
+}
+
+TEST_F(EdgeTcpInput, CapsThatAreNoneNameThePublisher) {
+  ASSERT_TRUE(publisher_->set_caps("no caps, at=all("));
+  const auto event = input_->receive();
+  ASSERT_FALSE(event);
+  EXPECT_EQ(event.error().code, Code::PEER_MESSAGE_INVALID);
+  EXPECT_SAYS(event.error().message(), "the caps of the edgesink are not valid");
+  EXPECT_SAYS(event.error().message(), "no caps, at=all(");
+}
+
+}  // namespace
+}  // namespace weir
+
+int main(int argc, char** argv) {
+  testing::InitGoogleTest(&argc, argv);
+  gst_init(&argc, &argv);
+  return RUN_ALL_TESTS();
+}
