@@ -1,4 +1,4 @@
-// Results of the C API: errors become numbers, and their text the thread's last error.
+// Results of the C API: ml_error_e numbers, and the text of each thread's last error.
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #pragma once
 #include <exception>
@@ -28,7 +28,7 @@ inline int answer(const Status& status) noexcept {
   return status ? static_cast<int>(ML_ERROR_NONE) : fail(status.error());
 }
 
-// Runs `body`, which returns an ml_error_e, and lets no exception out.
+// Runs `body`, which returns an ml_error_e. Exceptions become errors.
 template <class Body>
 int guarded(Body&& body) noexcept {
   try {

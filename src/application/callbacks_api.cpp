@@ -51,7 +51,8 @@ template <class Callback, class Body>
 int call(Callback& callback, const weir_host* host, weir_error* error, Body&& body) noexcept {
   try {
     const infer::CallGate::Visit visit(callback.gate);
-    if (!visit) return refuse(host, error, callback.name + " is no longer registered");
+    if (!visit)
+      return refuse(host, error, "the callback of " + callback.name + " is no longer registered");
     const int result = body();
     if (result >= 0) return result;
     return refuse(host, error,
@@ -165,9 +166,9 @@ int ml_pipeline_tensor_if_custom_register(const char* name, ml_pipeline_if_custo
     callback->data = user_data;
     if (weir_condition_register(name, decide, callback.get()) < 0)
       return fail(Error{.code = Code::OPTION_VALUE,
-                        .what = "a condition cannot be registered under this name",
+                        .what = "the condition cannot be registered under this name",
                         .offered = "\"" + callback->name + "\"",
-                        .needed = "an unused name that is not empty"});
+                        .needed = "a non-empty name that no other condition has"});
     keep(callback);
     *if_custom = Handles::all().add(std::make_shared<RegisteredCondition>(callback));
     return static_cast<int>(ML_ERROR_NONE);

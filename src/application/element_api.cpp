@@ -20,8 +20,11 @@ class Element : public PipelinePart {
 };
 
 const char* name_of_type(int type) {
-  constexpr const char* kNames[]{"",      "another type", "bool",   "int32",  "uint32",
-                                 "int64", "uint64",       "double", "string", "enum"};
+  constexpr const char* kNames[]{"",       "a type that this API does not support",
+                                 "bool",   "int32",
+                                 "uint32", "int64",
+                                 "uint64", "double",
+                                 "string", "enum"};
   return kNames[type];
 }
 
@@ -32,11 +35,15 @@ int with_property(void* handle, const char* property, int type, Body&& body) {
       handle, "elem_h", [&](weir_pipeline* pipeline, const char* name, weir_error** error) {
         const int found = weir_pipeline_property_type(pipeline, name, property, error);
         if (found < 0 || found == type) return found < 0 ? found : body(pipeline, name, error);
+        const std::string call = std::string("ml_pipeline_element_set_property_") +
+                                 name_of_type(found) + "() or ml_pipeline_element_get_property_" +
+                                 name_of_type(found) + "()";
         *error = weir_error_new(
             WEIR_OPTION_VALUE,
-            (std::string(property) + " of " + name + " has a different type").c_str(),
+            ("the property " + std::string(property) + " of " + name + " has a different type")
+                .c_str(),
             name_of_type(type), name_of_type(found), "",
-            (std::string("ml_pipeline_element_..._property_") + name_of_type(found)).c_str());
+            found == WEIR_PROPERTY_OTHER ? "" : call.c_str());
         return -static_cast<int>(WEIR_OPTION_VALUE);
       });
 }
@@ -64,7 +71,10 @@ int get(void* handle, const char* property, int type, Take&& take) {
         const std::unique_ptr<char, decltype(&weir_pipeline_text_free)> owner(
             text, weir_pipeline_text_free);
         if (take(text)) return 0;
-        *error = weir_error_new(WEIR_INTERNAL, "a property has a value that is not of its type",
+        *error = weir_error_new(WEIR_INTERNAL,
+                                ("the value of the property " + std::string(property) + " of " +
+                                 name + " cannot be read")
+                                    .c_str(),
                                 text, name_of_type(type), "", "");
         return -static_cast<int>(WEIR_INTERNAL);
       });

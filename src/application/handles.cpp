@@ -37,7 +37,7 @@ std::shared_ptr<Object> Handles::lookup(void* handle, bool away) {
 }
 
 Error Handles::no_object(void* handle, const char* what, const char* kind, const Object* other) {
-  Error error{.code = Code::OPTION_VALUE, .needed = std::string("a handle of a ") + kind};
+  Error error{.code = Code::OPTION_VALUE, .needed = std::string("a handle of type ") + kind};
   bool given = false;
   {
     std::lock_guard lock(mutex_);
@@ -45,12 +45,12 @@ Error Handles::no_object(void* handle, const char* what, const char* kind, const
   }
   error.what = what;
   if (other) {
-    error.what += " is a handle of a different kind";
-    error.offered = std::string("a handle of a ") + other->kind();
+    error.what += " is a handle of a different type";
+    error.offered = std::string("a handle of type ") + other->kind();
   } else if (!handle) {
     error.what += " is a null pointer";
   } else if (given) {
-    error.what += " is a handle that was destroyed";
+    error.what += " is a handle that was destroyed or released";
   } else {
     error.what += " is not a handle";
   }

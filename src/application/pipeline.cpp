@@ -53,7 +53,8 @@ std::variant<std::shared_ptr<Pipeline>, Refusal> Pipeline::construct(const char*
   if (result < 0) return refusal(error.take(result));
   if (result > 0) {
     Error forbidden = error.take(-WEIR_OPTION_VALUE);
-    forbidden.fix = "[element-restriction] restricted_elements of " + (*restriction)->origin;
+    forbidden.fix = "add the element to restricted_elements of [element-restriction] in " +
+                    (*restriction)->origin;
     return Refusal{ML_ERROR_PERMISSION_DENIED, std::move(forbidden)};
   }
   if (auto status = out->connect(); !status) return refusal(status.error());
@@ -104,10 +105,10 @@ void Pipeline::leave() {
 Status Pipeline::not_from_its_callback() const {
   if (pipeline_of_callback() != this) return ok();
   return Error{.code = Code::CANCELLED,
-               .what = "a callback of a pipeline cannot change its state: it would wait for itself",
-               .offered = "a call from within a callback",
-               .needed = "a thread of the program",
-               .fix = "call it on another thread"};
+               .what = "a callback cannot change the state of its own pipeline",
+               .offered = "a call in a callback, for which the call would wait",
+               .needed = "a call on another thread",
+               .fix = "return from the callback, and make the call on another thread"};
 }
 
 Status Pipeline::stop() {

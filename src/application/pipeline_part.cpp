@@ -14,8 +14,8 @@ Status check_kind(const Pipeline::Use& pipeline, const char* name, const std::st
   if (any && (kinds.empty() || !kind.empty())) return ok();
   return Error{
       .code = Code::OPTION_VALUE,
-      .what = std::string(name) + " is not an element that this call is for",
-      .offered = kind.empty() ? "an element that the pipeline description does not name" : kind,
+      .what = "the element " + std::string(name) + " does not support this call",
+      .offered = kind.empty() ? "an element inside a bin, not in the pipeline description" : kind,
       .needed = kinds};
 }
 

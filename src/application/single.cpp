@@ -71,7 +71,7 @@ Error no_such_number(const char* what, int number, const char* needed) {
 Error nothing_came() {
   return Error{.code = Code::INVOKE_FAILED,
                .what = "the model returned no output for these inputs",
-               .needed = "an output"};
+               .needed = "at least one output"};
 }
 
 // Replaces the functions of weir/model.h in the error's fix by those of this API.
@@ -89,8 +89,9 @@ Result<std::shared_ptr<Single>> Single::open(const SingleRequest& request) {
                           "ML_NNFW_TYPE_ANY to ML_NNFW_TYPE_EXECUTORCH");
   const auto accelerator = accelerator_name(request.hardware);
   if (!accelerator)
-    return no_such_number("hw is not a value of ml_nnfw_hw_e", request.hardware,
-                          "ML_NNFW_HW_ANY, ML_NNFW_HW_CPU and the others of nnstreamer-single.h");
+    return no_such_number(
+        "hw is not a value of ml_nnfw_hw_e", request.hardware,
+        "a value from nnstreamer-single.h, such as ML_NNFW_HW_ANY or ML_NNFW_HW_CPU");
   std::vector<std::string> paths;
   for (const auto path : split(request.model, ",")) paths.emplace_back(strip(path));
   std::vector<const char*> c_paths;
@@ -128,7 +129,7 @@ Status Single::agree() const {
       infos_of(model_.get(), weir_model_output_count(model_.get()), weir_model_output);
   for (const auto& info : infos)
     if (!known(info)) return ok();
-  return check_same("the model's outputs differ from output_info", request_.outputs,
+  return check_same("output_info differs from the outputs of the model", request_.outputs,
                     specs_of(infos));
 }
 
@@ -185,7 +186,7 @@ Status Single::invoke_into(const TensorsData& input, const TensorsData& output) 
     return Error{.code = Code::OPTION_VALUE,
                  .what = "the outputs cannot be written into this data",
                  .offered = "read-only data",
-                 .needed = "data of ml_tensors_data_create",
+                 .needed = "data created with ml_tensors_data_create()",
                  .fix = "ml_tensors_data_create(output_info, &output)"};
   const auto tensors = fitted(input, {});
   auto into = output.c_tensors();
@@ -216,7 +217,7 @@ Result<std::string> Single::property(const std::string& name) const {
   const std::string close = nearest(name, names);
   const std::string list = join(names, ", ");
   return Error{.code = Code::OPTION_VALUE,
-               .what = "a single has no such property",
+               .what = "no property has this name",
                .offered = name,
                .needed = "one of: " + list,
                .difference = close.empty() ? "" : "did you mean " + close + "?"};
@@ -227,16 +228,16 @@ Status Single::set_property(const std::string& name, const std::string& value) {
   if (!now) return now.error();
   if (name != "input")
     return Error{.code = Code::OPTION_VALUE,
-                 .what = "this property of a single can only be read",
+                 .what = "this property is read-only after the model is opened",
                  .offered = name + "=" + value,
-                 .needed = "input, or another single",
-                 .fix = "ml_single_open_full(...)"};
+                 .needed = "the property input, the only one that can be set on an open model",
+                 .fix = "open the model with this value: ml_single_open_full()"};
   const auto shapes = parse_shape_list(value);
   if (!shapes) return shapes.error();
   TensorSpecs wanted = inputs();
   if (wanted.size() != shapes->size())
     return Error{.code = Code::SPEC_MISMATCH,
-                 .what = "the model has a different number of inputs",
+                 .what = "the number of shapes differs from the number of inputs of the model",
                  .offered = value,
                  .needed = std::to_string(wanted.size()) + ": " + describe(wanted),
                  .difference = "number of tensors"};

@@ -1,4 +1,4 @@
-// Single: a model that a program opened by the C API.
+// Single: a model that a program opened through the C API.
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #pragma once
 #include <memory>

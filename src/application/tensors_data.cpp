@@ -125,7 +125,7 @@ int ml_tensors_data_set_tensor_data(ml_tensors_data_h data, unsigned int index,
     const auto memory = (*found)->memory()[index];
     if (data_size < 1 || data_size > memory.size())
       return fail(Error{.code = Code::FRAME_SIZE,
-                        .what = "tensor " + std::to_string(index) + " has the wrong size",
+                        .what = "data_size is out of range for tensor " + std::to_string(index),
                         .offered = std::to_string(data_size) + " bytes",
                         .needed = "1 to " + std::to_string(memory.size()) +
                                   " bytes: " + describe({(*found)->tensors()[index]})});
@@ -133,8 +133,8 @@ int ml_tensors_data_set_tensor_data(ml_tensors_data_h data, unsigned int index,
       return fail(Refusal{ML_ERROR_PERMISSION_DENIED,
                           {.code = Code::OPTION_VALUE,
                            .what = "this data is read-only",
-                           .offered = "outputs, or the frame of a callback",
-                           .needed = "data of ml_tensors_data_create",
+                           .offered = "outputs of a model, or a frame passed to a callback",
+                           .needed = "data created with ml_tensors_data_create()",
                            .fix = "ml_tensors_data_create(info, &data)"}});
     std::memcpy(memory.data(), raw_data, data_size);
     return static_cast<int>(ML_ERROR_NONE);

@@ -20,15 +20,15 @@ Status check_complete(const TensorSpecs& tensors, const char* what) {
   if (tensors.empty())
     return Error{.code = Code::OPTION_VALUE,
                  .what = std::string(what) + " describes no tensor",
-                 .needed = "one tensor or more",
+                 .needed = "at least one tensor",
                  .fix = "ml_tensors_info_set_count(info, 1)"};
   for (size_t i = 0; i < tensors.size(); ++i) {
     const std::string name = std::string(what) + ": tensor " + std::to_string(i);
     if (!tensors[i].valid())
       return Error{.code = Code::OPTION_VALUE,
-                   .what = name + " is not described",
+                   .what = name + " has an incomplete description",
                    .offered = describe(tensors),
-                   .needed = "type and dimensions",
+                   .needed = "a type and dimensions",
                    .difference = tensors[i].shape.valid() ? "type" : "dimensions",
                    .fix = tensors[i].shape.valid() ? "ml_tensors_info_set_tensor_type"
                                                    : "ml_tensors_info_set_tensor_dimension"};
@@ -36,7 +36,7 @@ Status check_complete(const TensorSpecs& tensors, const char* what) {
       return Error{.code = Code::LIMIT_EXCEEDED,
                    .what = name + " is too large",
                    .offered = describe(tensors),
-                   .needed = "below 2^63 bytes"};
+                   .needed = "less than 2^63 bytes"};
   }
   return ok();
 }
@@ -82,9 +82,9 @@ TensorSpec spec_of(const weir_tensor_info& info) {
 
 Error no_such_tensor(size_t index, size_t count) {
   return Error{.code = Code::OPTION_VALUE,
-               .what = "there is no tensor with this index",
+               .what = "no tensor has this index",
                .offered = std::to_string(index),
-               .needed = "below the number of tensors: " + std::to_string(count)};
+               .needed = "an index below the number of tensors: " + std::to_string(count)};
 }
 
 Error TensorsInfo::beyond(size_t index, size_t count) {

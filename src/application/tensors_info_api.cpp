@@ -26,7 +26,7 @@ int with(void* info, size_t index, Body&& body) {
 
 Error bad_type(int type) {
   return Error{.code = Code::TYPE_SYNTAX,
-               .what = "this is not a tensor type",
+               .what = "type is not a tensor type",
                .offered = std::to_string(type),
                .needed = "ML_TENSOR_TYPE_INT32 to ML_TENSOR_TYPE_FLOAT16"};
 }
@@ -35,7 +35,7 @@ Result<Shape> shape_of(const unsigned* dimension) {
   const Shape shape(std::span<const uint32_t>(dimension, ML_TENSOR_RANK_LIMIT));
   if (shape.valid()) return shape;
   return Error{.code = Code::DIMENSION_SYNTAX,
-               .what = "these are not dimensions of a tensor",
+               .what = "dimension is not a valid tensor dimension",
                .offered = join(std::span(dimension, ML_TENSOR_RANK_LIMIT), ":",
                                [](unsigned extent) { return std::to_string(extent); }),
                .needed = "one or more non-zero entries, followed by zeros only",
@@ -87,9 +87,9 @@ int ml_tensors_info_set_count(ml_tensors_info_h info, unsigned int count) {
     if (!found) return fail(found.error());
     if (count < 1 || count > kTensorLimit)
       return fail(Error{.code = Code::LIMIT_EXCEEDED,
-                        .what = "a frame holds 1 to 256 tensors",
+                        .what = "count is out of range",
                         .offered = std::to_string(count),
-                        .needed = "1 to 256"});
+                        .needed = "1 to 256, the number of tensors in a frame"});
     (*found)->set_count(count);
     return static_cast<int>(ML_ERROR_NONE);
   });

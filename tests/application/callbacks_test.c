@@ -90,7 +90,7 @@ static void a_filter_of_the_program_runs(void) {
   OK(ml_pipeline_destroy(pipe));
   OK(ml_pipeline_custom_easy_filter_unregister(filter));
   CHECK_REFUSED(ml_pipeline_custom_easy_filter_unregister(filter), ML_ERROR_INVALID_PARAMETER,
-                "custom is a handle that was destroyed");
+                "custom is a handle that was destroyed or released");
   OK(ml_tensors_info_destroy(info));
   OK(ml_tensors_info_destroy(empty));
 }
@@ -107,7 +107,7 @@ static void a_filter_that_is_unregistered_is_called_no_more(void) {
   OK(ml_tensors_data_destroy(out));
   OK(ml_pipeline_custom_easy_filter_unregister(filter));
   CHECK_REFUSED(ml_single_invoke(single, data, &out), ML_ERROR_STREAMS_PIPE,
-                "gone is no longer registered");
+                "the callback of gone is no longer registered");
   CHECK(invokes == before + 1);
   OK(ml_single_close(single));
   OK(ml_tensors_data_destroy(data));
@@ -170,7 +170,7 @@ static void a_condition_of_the_program_decides(void) {
   CHECK_REFUSED(ml_pipeline_tensor_if_custom_register("positive", positive, NULL, &second),
                 ML_ERROR_INVALID_PARAMETER, "cannot be registered under this name");
   CHECK_REFUSED(ml_pipeline_tensor_if_custom_register("", positive, NULL, &second),
-                ML_ERROR_INVALID_PARAMETER, "needed: an unused name that is not empty");
+                ML_ERROR_INVALID_PARAMETER, "needed: a non-empty name that no other condition has");
   CHECK_REFUSED(ml_pipeline_tensor_if_custom_register("x", NULL, NULL, &second),
                 ML_ERROR_INVALID_PARAMETER, "null pointer");
   OK(ml_pipeline_construct(
@@ -188,7 +188,7 @@ static void a_condition_of_the_program_decides(void) {
   OK(ml_pipeline_destroy(pipe));
   OK(ml_pipeline_tensor_if_custom_unregister(condition));
   CHECK_REFUSED(ml_pipeline_tensor_if_custom_unregister(condition), ML_ERROR_INVALID_PARAMETER,
-                "if_custom is a handle that was destroyed");
+                "if_custom is a handle that was destroyed or released");
 }
 
 static void write_configuration(const char* path, const char* text) {
@@ -275,7 +275,8 @@ static void only_elements_that_are_allowed(void) {
                 ML_ERROR_PERMISSION_DENIED,
                 "the configuration does not allow this element in pipelines\n"
                 "  offered: filesink\n  needed: one of: videotestsrc, fakesink\n"
-                "  fix: [element-restriction] restricted_elements of /tmp/weir-restriction-");
+                "  fix: add the element to restricted_elements of [element-restriction] in "
+                "/tmp/weir-restriction-");
   CHECK(pipe == NULL);
   CHECK_REFUSED(ml_pipeline_construct("( videotestsrc ! identity ! fakesink )", NULL, NULL, &pipe),
                 ML_ERROR_PERMISSION_DENIED, "offered: identity");

@@ -53,7 +53,7 @@ static void a_valve_opens_and_closes(void) {
   CHECK_REFUSED(ml_pipeline_valve_get_handle(pipe, "out", &src), ML_ERROR_INVALID_PARAMETER,
                 "offered: tensor_sink\n  needed: valve");
   CHECK_REFUSED(ml_pipeline_valve_set_open(element, true), ML_ERROR_INVALID_PARAMETER,
-                "valve_handle is a handle of a different kind");
+                "valve_handle is a handle of a different type");
   CHECK_REFUSED(ml_pipeline_valve_set_open(NULL, true), ML_ERROR_INVALID_PARAMETER,
                 "valve_handle is a null pointer");
   OK(ml_pipeline_destroy(pipe));
@@ -164,9 +164,11 @@ static void properties_have_their_types(void) {
   CHECK(text && strcmp(text, "uint8") == 0);
   free(text);
 
-  CHECK_REFUSED(ml_pipeline_element_set_property_int32(t, "option", 1), ML_ERROR_INVALID_PARAMETER,
-                "option of t has a different type\n  offered: int32\n  needed: string\n"
-                "  fix: ml_pipeline_element_..._property_string");
+  CHECK_REFUSED(
+      ml_pipeline_element_set_property_int32(t, "option", 1), ML_ERROR_INVALID_PARAMETER,
+      "the property option of t has a different type\n  offered: int32\n  needed: string\n"
+      "  fix: ml_pipeline_element_set_property_string() or "
+      "ml_pipeline_element_get_property_string()");
   CHECK_REFUSED(ml_pipeline_element_get_property_uint32(v, "num-buffers", &uint32),
                 ML_ERROR_INVALID_PARAMETER, "needed: int32");
   CHECK_REFUSED(ml_pipeline_element_get_property_enum(v, "num-buffers", &uint32),
@@ -182,7 +184,7 @@ static void properties_have_their_types(void) {
   CHECK_REFUSED(ml_pipeline_element_get_property_string(t, NULL, &text), ML_ERROR_INVALID_PARAMETER,
                 "null pointer");
   CHECK_REFUSED(ml_pipeline_element_get_property_string(pipe, "option", &text),
-                ML_ERROR_INVALID_PARAMETER, "elem_h is a handle of a different kind");
+                ML_ERROR_INVALID_PARAMETER, "elem_h is a handle of a different type");
   CHECK_REFUSED(ml_pipeline_element_get_handle(pipe, "w", &t), ML_ERROR_INVALID_PARAMETER,
                 "no element of the pipeline has this name");
   OK(ml_pipeline_destroy(pipe));

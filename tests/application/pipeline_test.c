@@ -56,7 +56,7 @@ static void frames_go_in_and_come_out(const char* text) {
   wait_for(&seen.frames, 2);
   wait_for(&again.frames, 2);
   CHECK_REFUSED(ml_tensors_data_get_tensor_data(data, 0, &memory, &size),
-                ML_ERROR_INVALID_PARAMETER, "data is a handle that was destroyed");
+                ML_ERROR_INVALID_PARAMETER, "data is a handle that was destroyed or released");
   OK(ml_pipeline_sink_unregister(second));
   OK(ml_pipeline_src_input_data(src, two_floats(4), ML_PIPELINE_BUF_POLICY_AUTO_FREE));
   wait_for(&seen.frames, 3);
@@ -150,10 +150,13 @@ static void meddle(const ml_tensors_data_h data, const ml_tensors_info_h info, v
   (void)info;
   OK(ml_pipeline_get_state(seen->pipe, &state));
   CHECK_REFUSED(ml_pipeline_stop(seen->pipe), ML_ERROR_TRY_AGAIN,
-                "a callback of a pipeline cannot change its state");
-  CHECK_REFUSED(ml_pipeline_start(seen->pipe), ML_ERROR_TRY_AGAIN, "it would wait for itself");
-  CHECK_REFUSED(ml_pipeline_flush(seen->pipe, true), ML_ERROR_TRY_AGAIN, "a thread of the program");
-  CHECK_REFUSED(ml_pipeline_destroy(seen->pipe), ML_ERROR_TRY_AGAIN, "call it on another thread");
+                "a callback cannot change the state of its own pipeline");
+  CHECK_REFUSED(ml_pipeline_start(seen->pipe), ML_ERROR_TRY_AGAIN,
+                "a call in a callback, for which the call would wait");
+  CHECK_REFUSED(ml_pipeline_flush(seen->pipe, true), ML_ERROR_TRY_AGAIN,
+                "needed: a call on another thread");
+  CHECK_REFUSED(ml_pipeline_destroy(seen->pipe), ML_ERROR_TRY_AGAIN,
+                "make the call on another thread");
   CHECK_REFUSED(ml_tensors_data_set_tensor_data(data, 0, &one, sizeof one),
                 ML_ERROR_PERMISSION_DENIED, "this data is read-only");
   OK(ml_pipeline_sink_unregister(seen->sink));
@@ -174,7 +177,7 @@ static void callbacks_may_call(void) {
   CHECK(count_of(&seen.frames) == 1);
   OK(ml_pipeline_destroy(pipe));
   CHECK_REFUSED(ml_pipeline_sink_unregister(seen.sink), ML_ERROR_INVALID_PARAMETER,
-                "sink_handle is a handle that was destroyed");
+                "sink_handle is a handle that was destroyed or released");
   OK(ml_pipeline_sink_unregister(other.sink));
   OK(ml_pipeline_src_release_handle(src));
 }
@@ -194,13 +197,13 @@ static void texts_and_names_are_refused(void) {
                 "pipe is a null pointer");
   CHECK_REFUSED(ml_pipeline_start(NULL), ML_ERROR_INVALID_PARAMETER, "pipe is a null pointer");
   CHECK_REFUSED(ml_pipeline_start(data), ML_ERROR_INVALID_PARAMETER,
-                "pipe is a handle of a different kind");
+                "pipe is a handle of a different type");
   pipe = construct("appsrc name=in ! tensor_sink name=out sync=false");
   CHECK_REFUSED(ml_pipeline_sink_register(pipe, "oud", see, &seen, &sink),
                 ML_ERROR_INVALID_PARAMETER, "did you mean out?");
   CHECK_REFUSED(ml_pipeline_sink_register(pipe, "in", see, &seen, &sink),
                 ML_ERROR_INVALID_PARAMETER,
-                "in is not an element that this call is for\n  offered: appsrc\n"
+                "the element in does not support this call\n  offered: appsrc\n"
                 "  needed: tensor_sink or appsink");
   CHECK_REFUSED(ml_pipeline_sink_register(pipe, "out", NULL, &seen, &sink),
                 ML_ERROR_INVALID_PARAMETER, "null pointer");
@@ -214,12 +217,12 @@ static void texts_and_names_are_refused(void) {
   CHECK_REFUSED(ml_pipeline_src_input_data(src, data, (ml_pipeline_buf_policy_e)9),
                 ML_ERROR_INVALID_PARAMETER, "policy is not a value");
   CHECK_REFUSED(ml_pipeline_src_input_data(data, data, ML_PIPELINE_BUF_POLICY_AUTO_FREE),
-                ML_ERROR_INVALID_PARAMETER, "src_handle is a handle of a different kind");
+                ML_ERROR_INVALID_PARAMETER, "src_handle is a handle of a different type");
   CHECK_REFUSED(ml_pipeline_src_input_data(src, NULL, ML_PIPELINE_BUF_POLICY_AUTO_FREE),
                 ML_ERROR_INVALID_PARAMETER, "data is a null pointer");
   OK(ml_pipeline_destroy(pipe));
   CHECK_REFUSED(ml_pipeline_destroy(pipe), ML_ERROR_INVALID_PARAMETER,
-                "pipe is a handle that was destroyed");
+                "pipe is a handle that was destroyed or released");
   CHECK_REFUSED(ml_pipeline_src_input_data(src, data, ML_PIPELINE_BUF_POLICY_AUTO_FREE),
                 ML_ERROR_INVALID_PARAMETER, "the pipeline of this handle was destroyed");
   OK(ml_pipeline_src_release_handle(src));

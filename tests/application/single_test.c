@@ -153,7 +153,7 @@ static void open_dimensions_are_set(void) {
                 "  needed: float32 4:3");
   CHECK(output == NULL && out_info == NULL);
   CHECK_REFUSED(ml_single_set_property(single, "input", "4:3,4:3"), ML_ERROR_INVALID_PARAMETER,
-                "the model has a different number of inputs");
+                "the number of shapes differs from the number of inputs of the model");
   OK(ml_single_close(single));
   OK(ml_tensors_data_destroy(input));
   OK(ml_tensors_info_destroy(two));
@@ -187,19 +187,19 @@ static void wrong_models_and_words_are_refused(void) {
   CHECK_REFUSED(ml_single_open(&single, "plus-one", info, NULL, ML_NNFW_TYPE_CUSTOM_FILTER, 0),
                 ML_ERROR_INVALID_PARAMETER, "uint8");
   CHECK_REFUSED(ml_single_open(&single, "plus-one", NULL, info, ML_NNFW_TYPE_CUSTOM_FILTER, 0),
-                ML_ERROR_INVALID_PARAMETER, "the model's outputs differ from output_info");
+                ML_ERROR_INVALID_PARAMETER, "output_info differs from the outputs of the model");
   CHECK_REFUSED(ml_single_get_property(single, "framework", &text), ML_ERROR_INVALID_PARAMETER,
                 "single is a null pointer");
   single = open_plus_one();
   CHECK_REFUSED(ml_single_get_property(single, "inputtipe", &text), ML_ERROR_INVALID_PARAMETER,
                 "did you mean inputtype?");
   CHECK_REFUSED(ml_single_set_property(single, "model", "x"), ML_ERROR_INVALID_PARAMETER,
-                "can only be read");
+                "this property is read-only");
   CHECK_REFUSED(ml_single_get_property(single, NULL, &text), ML_ERROR_INVALID_PARAMETER,
                 "null pointer");
   OK(ml_single_close(single));
   CHECK_REFUSED(ml_single_close(single), ML_ERROR_INVALID_PARAMETER,
-                "single is a handle that was destroyed");
+                "single is a handle that was destroyed or released");
   OK(ml_tensors_info_destroy(info));
   OK(ml_tensors_info_destroy(empty));
 }
@@ -220,9 +220,9 @@ static void wrong_inputs_are_refused(void) {
   CHECK_REFUSED(ml_single_invoke(single, wrong_type, NULL), ML_ERROR_INVALID_PARAMETER,
                 "output is a null pointer");
   CHECK_REFUSED(ml_single_invoke(single, bytes, &output), ML_ERROR_INVALID_PARAMETER,
-                "input is a handle of a different kind");
+                "input is a handle of a different type");
   CHECK_REFUSED(ml_single_invoke(wrong_type, wrong_type, &output), ML_ERROR_INVALID_PARAMETER,
-                "single is a handle of a different kind");
+                "single is a handle of a different type");
   OK(ml_single_close(single));
   OK(ml_tensors_data_destroy(wrong_type));
   OK(ml_tensors_data_destroy(wrong_shape));

@@ -70,16 +70,16 @@ static void an_info_refuses_what_no_tensor_is(void) {
   unsigned int i;
   size_t size = 9;
   CHECK_REFUSED(ml_tensors_info_set_count(info, 0), ML_ERROR_INVALID_PARAMETER,
-                "a frame holds 1 to 256 tensors");
+                "count is out of range");
   CHECK_REFUSED(ml_tensors_info_set_count(info, 257), ML_ERROR_INVALID_PARAMETER, "offered: 257");
   CHECK_REFUSED(ml_tensors_info_set_tensor_type(info, 0, ML_TENSOR_TYPE_UNKNOWN),
-                ML_ERROR_INVALID_PARAMETER, "this is not a tensor type");
+                ML_ERROR_INVALID_PARAMETER, "type is not a tensor type");
   CHECK_REFUSED(ml_tensors_info_set_tensor_type(info, 0, (ml_tensor_type_e)-1),
                 ML_ERROR_INVALID_PARAMETER, "offered: -1");
   CHECK_REFUSED(ml_tensors_info_set_tensor_type(info, 1, ML_TENSOR_TYPE_INT8),
-                ML_ERROR_INVALID_PARAMETER, "there is no tensor with this index\n  offered: 1");
+                ML_ERROR_INVALID_PARAMETER, "no tensor has this index\n  offered: 1");
   CHECK_REFUSED(ml_tensors_info_set_tensor_dimension(info, 0, none), ML_ERROR_INVALID_PARAMETER,
-                "these are not dimensions");
+                "dimension is not a valid tensor dimension");
   CHECK_REFUSED(ml_tensors_info_set_tensor_dimension(info, 0, hole), ML_ERROR_INVALID_PARAMETER,
                 "offered: 3:0:2:0");
   CHECK_REFUSED(ml_tensors_info_set_tensor_dimension(info, 0, NULL), ML_ERROR_INVALID_PARAMETER,
@@ -87,12 +87,12 @@ static void an_info_refuses_what_no_tensor_is(void) {
   OK(ml_tensors_info_get_tensor_dimension(info, 0, got));
   CHECK(got[0] == 7);
   CHECK_REFUSED(ml_tensors_info_get_tensor_size(info, 1, &size), ML_ERROR_INVALID_PARAMETER,
-                "needed: below the number of tensors: 1");
+                "needed: an index below the number of tensors: 1");
   CHECK(size == 0);
   CHECK_REFUSED(ml_tensors_info_get_tensor_size(info, -2, &size), ML_ERROR_INVALID_PARAMETER,
-                "no tensor with this index");
+                "no tensor has this index");
   CHECK_REFUSED(ml_tensors_info_get_tensor_type(info, 1, &type), ML_ERROR_INVALID_PARAMETER,
-                "no tensor with this index");
+                "no tensor has this index");
   CHECK(type == ML_TENSOR_TYPE_UNKNOWN);
   for (i = 0; i < 4; ++i) huge[i] = 65536;
   OK(ml_tensors_info_set_tensor_dimension(info, 0, huge));
@@ -114,13 +114,13 @@ static void data_is_zero_and_takes_copies(void) {
   CHECK(values && values[0] == 1 && values[3] == 4);
   OK(ml_tensors_data_set_tensor_data(data, 0, &given[2], sizeof(float)));
   CHECK(values && values[0] == 3 && values[1] == 2);
-  CHECK_REFUSED(ml_tensors_data_set_tensor_data(data, 0, given, sizeof given + 1),
-                ML_ERROR_INVALID_PARAMETER,
-                "tensor 0 has the wrong size\n  offered: 17 bytes\n  needed: 1 to 16 bytes");
+  CHECK_REFUSED(
+      ml_tensors_data_set_tensor_data(data, 0, given, sizeof given + 1), ML_ERROR_INVALID_PARAMETER,
+      "data_size is out of range for tensor 0\n  offered: 17 bytes\n  needed: 1 to 16 bytes");
   CHECK_REFUSED(ml_tensors_data_set_tensor_data(data, 0, given, 0), ML_ERROR_INVALID_PARAMETER,
                 "offered: 0 bytes");
   CHECK_REFUSED(ml_tensors_data_set_tensor_data(data, 1, given, 4), ML_ERROR_INVALID_PARAMETER,
-                "no tensor with this index");
+                "no tensor has this index");
   CHECK_REFUSED(ml_tensors_data_set_tensor_data(data, 0, NULL, 4), ML_ERROR_INVALID_PARAMETER,
                 "raw_data is a null pointer");
   OK(ml_tensors_data_destroy(data));
@@ -149,16 +149,16 @@ static void handles_differ(void) {
   CHECK_REFUSED(ml_tensors_info_get_count(NULL, &count), ML_ERROR_INVALID_PARAMETER,
                 "info is a null pointer");
   CHECK_REFUSED(ml_tensors_info_get_count(data, &count), ML_ERROR_INVALID_PARAMETER,
-                "info is a handle of a different kind\n  offered: a handle of a tensors data\n"
-                "  needed: a handle of a tensors info");
+                "info is a handle of a different type\n  offered: a handle of type tensors data\n"
+                "  needed: a handle of type tensors info");
   CHECK_REFUSED(ml_tensors_info_get_count(&number, &count), ML_ERROR_INVALID_PARAMETER,
                 "info is not a handle");
   CHECK_REFUSED(ml_tensors_data_destroy(info), ML_ERROR_INVALID_PARAMETER,
-                "data is a handle of a different kind");
+                "data is a handle of a different type");
   CHECK_REFUSED(ml_tensors_info_clone(info, data), ML_ERROR_INVALID_PARAMETER, "src is a handle");
   OK(ml_tensors_info_destroy(info));
   CHECK_REFUSED(ml_tensors_info_destroy(info), ML_ERROR_INVALID_PARAMETER,
-                "info is a handle that was destroyed");
+                "info is a handle that was destroyed or released");
   OK(ml_tensors_info_create(&again));
   CHECK(again != info);
   CHECK_REFUSED(ml_tensors_info_get_count(info, &count), ML_ERROR_INVALID_PARAMETER,
