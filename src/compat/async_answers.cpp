@@ -115,15 +115,16 @@ void AsyncAnswers::dispatch(GstTensorMemory* output) {
   if (request_ && filter) return give_on(output, now, filter);
   for (size_t i = 0; gives_ && i < now.infos.size(); ++i) destroy(filter_, &output[i]);
   if (!filter)
-    return nns_logw("the filter %s returned an output while it was closed: the output is dropped",
-                    filter_.name().c_str());
+    return nns_logw(
+        "the filter %s returned an output while it was being closed; the output is dropped",
+        filter_.name().c_str());
   too_late_ = Error{
       .code = Code::CALLBACK_FAILED,
       .what = "the filter " + filter_.name() + " returned an output after its frame had ended",
       .offered = std::to_string(now.infos.size()) + " tensors, when no frame was in progress",
       .needed = "an output within " + std::to_string(kQuiet.count()) +
                 " ms of the previous one, or of the start of the frame",
-      .fix = "let invoke return when the last output of its frame was dispatched"};
+      .fix = "return from invoke only after the last output of the frame was dispatched"};
   nns_loge("%s", too_late_->message().c_str());
 }
 

@@ -128,7 +128,7 @@ void gst_tensor_alloc_init(gsize alignment) {
   // A mask is a power of two minus one; GStreamer takes masks too.
   const gsize wanted = std::has_single_bit(alignment) ? alignment : alignment + 1;
   if (!std::has_single_bit(wanted))
-    return warn(__func__,
-                std::to_string(alignment) + " is neither a power of two nor the mask of one");
+    return warn(__func__, "the alignment " + std::to_string(alignment) +
+                              " is neither a power of two nor a power of two minus one");
   gst_memory_alignment = std::max(wanted, kMallocAlignment) - 1;
 }

@@ -81,7 +81,7 @@ Result<Ref<GstBuffer>> converted(Converter& converter, GstBuffer* in, GstTensors
   if (!made) return made.error();
   if (made->tensors.empty())
     return Error{.code = Code::CALLBACK_FAILED,
-                 .what = "the converter produces nothing from this buffer"};
+                 .what = "the converter returned no tensors for this buffer"};
   auto out = Ref<GstBuffer>::adopt(gst_buffer_new());
   gst_buffer_copy_into(out.get(), in, GST_BUFFER_COPY_METADATA, 0, static_cast<gsize>(-1));
   const Format format = made->is_flexible ? Format::Flexible : Format::Static;
@@ -94,7 +94,10 @@ Result<Ref<GstBuffer>> converted(Converter& converter, GstBuffer* in, GstTensors
     write(tensor.spec(), &info);
     const bool room = gst_tensor_buffer_append_memory(out.get(), memory->release(), &info);
     gst_tensor_info_free(&info);
-    if (!room) return Error{.code = Code::LIMIT_EXCEEDED, .what = "too many tensors"};
+    if (!room)
+      return Error{.code = Code::LIMIT_EXCEEDED,
+                   .what = "the converter returned too many tensors for one buffer",
+                   .needed = "at most 256"};
   }
   gst_tensors_config_free(config);
   write(spec, config);

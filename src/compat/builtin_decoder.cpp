@@ -46,8 +46,8 @@ class Sink final : public weir_sink {
   Status share_input(uint32_t index) override {
     if (!out_ || !inputs_ || index >= inputs_->size())
       return Error{.code = Code::CALLBACK_FAILED,
-                   .what = "an input cannot be shared",
-                   .offered = std::to_string(index)};
+                   .what = "the decoder cannot share this input",
+                   .offered = "input " + std::to_string(index)};
     const weir_tensor& input = (*inputs_)[index];
     parts_.push_back({{}, {static_cast<const std::byte*>(input.data), input.bytes}});
     return ok();
@@ -133,7 +133,7 @@ OpenDecoder* opened(void** priv) {
 bool is_open(const char* function, void** priv) {
   if (!given(function, {priv})) return false;
   if (*priv) return true;
-  warn(function, "the decoder is not open: call init() first, and no function after exit()");
+  warn(function, "the decoder is not open: call init() first, and no other function after exit()");
   return false;
 }
 

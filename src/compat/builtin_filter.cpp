@@ -170,10 +170,11 @@ int hand_over(const direct::Results& results, GstTensorFilterProperties* prop,
     } else if (output[i].size == tensor.bytes) {
       std::memcpy(output[i].data, tensor.data, tensor.bytes);
     } else {
-      return no("invoke", {.code = Code::FRAME_SIZE,
-                           .what = "output " + std::to_string(i) + " has the wrong size",
-                           .offered = std::to_string(output[i].size) + " bytes",
-                           .needed = std::to_string(tensor.bytes) + " bytes"});
+      return no("invoke",
+                {.code = Code::FRAME_SIZE,
+                 .what = "the memory for output " + std::to_string(i) + " has the wrong size",
+                 .offered = std::to_string(output[i].size) + " bytes",
+                 .needed = std::to_string(tensor.bytes) + " bytes"});
     }
   }
   if (prop->invoke_dynamic) assign(infos, &prop->output_meta);

@@ -16,19 +16,22 @@ Failure refused(const std::string& file, const char* offered, const char* needed
 void check(const NNStreamer_custom_class& callbacks, const std::string& file) {
   const bool gets = callbacks.getInputDim || callbacks.getOutputDim;
   if (!callbacks.initfunc)
-    throw refused(file, "no initfunc", "the function that initialises it",
-                  ".initfunc = a function that may return NULL");
+    throw refused(
+        file, "no initfunc", "initfunc, which initializes the filter",
+        "set .initfunc to a function that returns the private data of the filter, or NULL");
   if (gets && callbacks.setInputDim)
-    throw refused(file, "getInputDim or getOutputDim, and setInputDim",
-                  "either the former or the latter",
-                  "omit setInputDim if the sizes are fixed, the other two if they are not");
+    throw refused(file, "setInputDim together with getInputDim or getOutputDim",
+                  "either getInputDim and getOutputDim, or setInputDim",
+                  "remove setInputDim if the tensor sizes are fixed; otherwise remove the other "
+                  "two functions");
   if (!callbacks.setInputDim && !(callbacks.getInputDim && callbacks.getOutputDim))
     throw refused(
-        file, gets ? "one of getInputDim and getOutputDim" : "its tensors are not declared",
+        file,
+        gets ? "only one of getInputDim and getOutputDim" : "no function that declares the tensors",
         "getInputDim and getOutputDim, or setInputDim", ".getInputDim = ..., .getOutputDim = ...");
   if (callbacks.invoke && callbacks.allocate_invoke)
-    throw refused(file, "invoke and allocate_invoke", "one of them",
-                  "omit the one that is not used");
+    throw refused(file, "both invoke and allocate_invoke", "only one of them",
+                  "remove the function that the filter does not use");
   if (!callbacks.invoke && !callbacks.allocate_invoke)
     throw refused(file, "no invoke", "invoke or allocate_invoke", ".invoke = ...");
 }
@@ -46,7 +49,7 @@ class CustomClass final : public OpenFilter {
     try {
       if (callbacks_.exitfunc) callbacks_.exitfunc(priv_, prop());
     } catch (...) {
-      nns_logw("the filter %s threw out of exitfunc", name().c_str());
+      nns_logw("the filter %s threw an exception in exitfunc", name().c_str());
     }
   }
 

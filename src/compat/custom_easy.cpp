@@ -64,11 +64,12 @@ class EasyFunction final : public OpenFilter {
   int invoke(const GstTensorMemory* in, GstTensorMemory* out) override {
     const weir::infer::CallGate::Visit visit(*gate);
     if (!visit)
-      throw weir::Failure({.code = weir::Code::CALLBACK_UNKNOWN,
-                           .what = "the filter " + name() + " is no longer registered",
-                           .offered = "a frame after it was unregistered",
-                           .needed = "a filter that stays registered while a pipeline uses it",
-                           .fix = "stop the pipeline before NNS_custom_easy_unregister()"});
+      throw weir::Failure(
+          {.code = weir::Code::CALLBACK_UNKNOWN,
+           .what = "the filter " + name() + " is no longer registered",
+           .offered = "a frame that arrived after the filter was unregistered",
+           .needed = "a filter that stays registered while a pipeline uses it",
+           .fix = "stop the pipeline before you call NNS_custom_easy_unregister()"});
     if (fixed) return call("its function", [&] { return fixed(data, prop(), in, out); });
     return call("its function",
                 [&] { return dynamic(data, &prop()->input_meta, &prop()->output_meta, in, out); });
@@ -77,7 +78,7 @@ class EasyFunction final : public OpenFilter {
   void destroy(void* memory) override { g_free(memory); }
 
  private:
-  // The names stay ours: readers of the copy do not own them.
+  // This object keeps ownership of the names: readers of the copy must not free them.
   static void copy(const GstTensorsInfo& from, GstTensorsInfo* to) {
     to->num_tensors = from.num_tensors;
     to->format = from.format;

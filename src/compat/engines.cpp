@@ -49,8 +49,8 @@ std::string reason_of_loader() {
 std::shared_ptr<OpenFilter> open_file(const OpenRequest& request) {
   if (request.paths.size() != 1)
     throw Failure({.code = Code::OPTION_VALUE,
-                   .what = "a custom filter is one file",
-                   .offered = std::to_string(request.paths.size()) + " parts in model=",
+                   .what = "a custom filter must be a single file",
+                   .offered = std::to_string(request.paths.size()) + " paths in model=",
                    .needed = "model=lib.so",
                    .fix = "framework=custom model=/path/to/lib.so"});
   const std::string file = request.paths[0];
@@ -59,13 +59,13 @@ std::shared_ptr<OpenFilter> open_file(const OpenRequest& request) {
   void* handle = dlopen(path.c_str(), RTLD_NOW | RTLD_LOCAL);
   if (!handle)
     throw not_loaded(file, reason_of_loader(),
-                     "a shared object for this machine with all its functions defined",
+                     "a shared object for this machine without undefined symbols",
                      "ldd -r " + path);
   const auto* symbol =
       static_cast<NNStreamer_custom_class* const*>(dlsym(handle, "NNStreamer_custom"));
   if (!symbol || !*symbol)
     throw not_loaded(file, symbol ? "NNStreamer_custom is NULL" : "no symbol NNStreamer_custom",
-                     "the exported pointer to its callbacks",
+                     "the exported pointer to the callbacks of the filter",
                      "NNStreamer_custom_class *NNStreamer_custom = &callbacks;");
   return open_class(**symbol, std::make_unique<Properties>("custom", file, request));
 }

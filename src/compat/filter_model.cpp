@@ -15,7 +15,7 @@ bool same(const weir_tensor_info& a, const weir_tensor_info& b) {
          std::equal(a.shape, a.shape + a.rank, b.shape);
 }
 
-// The outputs of a filter that gives their number only with each frame.
+// Maximum number of outputs of a filter that reports their number only with each frame.
 constexpr size_t kMostUnsaid = 16;
 
 }  // namespace
@@ -76,11 +76,12 @@ void FilterModel::describe_outputs(std::span<const weir_tensor_info> in) {
   if (result < 0) {
     stream_.clear();
     throw broke(filter_->name(),
-                result == -ENOENT ? "declares no sizes and accepts none" : "rejects these inputs",
-                "its return value for the stream's sizes: " + returned(result), "0 or above",
+                result == -ENOENT ? "neither declares its tensors nor accepts those of the stream"
+                                  : "rejects the inputs of the stream",
+                "the return value " + returned(result), "0 or above",
                 result == -ENOENT
                     ? "tensor_filter input=... inputtype=... output=... outputtype=..."
-                    : "other/tensors caps with the sizes that the filter accepts");
+                    : "other/tensors caps with dimensions and types that the filter accepts");
   }
   answers_ = described(*out, filter_->name(), "output");
   properties.configure_outputs(answers_.infos);
@@ -97,7 +98,7 @@ void FilterModel::resolve(std::span<const weir_tensor_info> in, std::span<weir_t
   if (answers_.infos.size() > out.size())
     throw broke(filter_->name(), "has a different number of outputs than before",
                 std::to_string(answers_.infos.size()), std::to_string(out.size()),
-                "the same number for all input sizes");
+                "return the same number of outputs for all inputs");
   std::copy(answers_.infos.begin(), answers_.infos.end(), out.begin());
 }
 
@@ -126,9 +127,9 @@ int FilterModel::run() {
   if (result >= 0) return result;
   throw Failure({.code = Code::INVOKE_FAILED,
                  .what = "the filter " + filter_->name() + " failed on a frame",
-                 .offered = "it returned " + returned(result),
-                 .needed = "0, or above 0 to drop the frame",
-                 .fix = "GST_DEBUG=weir*:5 shows what the filter logs"});
+                 .offered = "the return value " + returned(result),
+                 .needed = "0 for success, or above 0 to drop the frame",
+                 .fix = "set GST_DEBUG=weir*:5 to see the log messages of the filter"});
 }
 
 void FilterModel::drop_outputs() noexcept {
@@ -140,13 +141,13 @@ void FilterModel::fill_given(weir_frame& out) {
   for (uint32_t i = 0; i < out.n_tensors; ++i) {
     const uint64_t wanted = bytes_of(out.tensors[i].info);
     if (!out_[i].data)
-      throw broke(filter_->name(), "allocates its outputs and returned none", which(i, out_[i]),
-                  std::to_string(wanted) + " bytes",
+      throw broke(filter_->name(), "must allocate its outputs, but returned no memory",
+                  which(i, out_[i]), std::to_string(wanted) + " bytes",
                   "output[" + std::to_string(i) + "].data = malloc(output[" + std::to_string(i) +
                       "].size)");
     if (out_[i].size != wanted)
       throw broke(filter_->name(), "returned an output of a different size", which(i, out_[i]),
-                  std::to_string(wanted) + ": " + weir::describe(out.tensors[i].info),
+                  std::to_string(wanted) + " bytes: " + weir::describe(out.tensors[i].info),
                   "do not change output[].size, or set invoke-dynamic=true");
   }
   for (uint32_t i = 0; i < out.n_tensors; ++i) {
@@ -187,9 +188,10 @@ bool FilterModel::invoke_in_place(weir_frame& out) {
   if (run() > 0) return false;
   for (uint32_t i = 0; i < out.n_tensors; ++i)
     if (out_[i].data != out.tensors[i].data || out_[i].size != out.tensors[i].bytes)
-      throw broke(filter_->name(), "changed the address of its output", which(i, out_[i]),
-                  std::to_string(out.tensors[i].bytes) + " bytes, written in place",
-                  "allocate_invoke, or allocate_in_invoke = 1");
+      throw broke(
+          filter_->name(), "changed the address or size of its output", which(i, out_[i]),
+          std::to_string(out.tensors[i].bytes) + " bytes, written to the memory in output[].data",
+          "to return other memory, set allocate_invoke, or allocate_in_invoke to 1");
   return true;
 }
 
@@ -234,7 +236,7 @@ void FilterModel::control(int op, const weir_option*) {
   if (result < 0)
     throw Failure({.code = Code::MODEL_UNSUPPORTED,
                    .what = "the filter " + filter_->name() + " does not handle this event",
-                   .offered = "its return value for " +
+                   .offered = "the return value for " +
                               std::string(suspend ? "SUSPEND" : "the event") + ": " +
                               returned(result),
                    .needed = "0 or above"});

@@ -72,7 +72,7 @@ std::shared_ptr<OpenFilter> open_object(const weir::OpenRequest& request) {
     throw weir::Failure({.code = weir::Code::CALLBACK_UNKNOWN,
                          .what = "the filter object is no longer registered",
                          .offered = "framework=cpp model=" + name,
-                         .needed = "an object that is"});
+                         .needed = "an object that stays registered while a pipeline uses it"});
   const auto object = found->second;
   lock.unlock();
   return std::make_shared<OpenObject>(object, std::make_unique<Properties>("cpp", name, request));
@@ -105,7 +105,7 @@ int add(tensor_filter_cpp* filter) {
   {
     std::lock_guard lock(objects().mutex);
     if (objects().all.contains(name)) {
-      warn(kRegister, "another object has the name " + name + " already");
+      warn(kRegister, "another object already has the name " + name);
       return -EINVAL;
     }
     name_of_entry = objects().names.emplace_back(name).c_str();

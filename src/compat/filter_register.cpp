@@ -42,5 +42,5 @@ void nnstreamer_filter_dispatch_output_async(GstTensorFilterProperties* prop,
   if (prop->async_callback)
     prop->async_callback(output, prop->async_user_data);
   else
-    warn(__func__, "the element does not set invoke-async=true: the output is dropped");
+    warn(__func__, "the output is dropped, because the element does not have invoke-async=true");
 }

@@ -26,15 +26,15 @@ std::string hexadecimal(uint64_t number) {
 
 Result<FrameworkFacts> facts_of_v0(const GstTensorFilterFramework& f) {
   const std::string name = f.name ? f.name : "";
-  if (name.empty()) return refused("", "no name", "its name in framework=", ".name = \"NAME\"");
+  if (name.empty()) return refused("", "no name", "the name for framework=", ".name = \"NAME\"");
   if (!f.invoke_NN)
-    return refused(name, "no invoke_NN", "the function that runs a frame", ".invoke_NN = ...");
+    return refused(name, "no invoke_NN", "invoke_NN, which processes a frame", ".invoke_NN = ...");
   const bool gets = f.getInputDimension && f.getOutputDimension;
   if (!gets && !f.setInputDimension)
     return refused(name,
                    f.getInputDimension || f.getOutputDimension
-                       ? "one of getInputDimension and getOutputDimension"
-                       : "its tensors are not declared",
+                       ? "only one of getInputDimension and getOutputDimension"
+                       : "no function that declares the tensors",
                    "getInputDimension and getOutputDimension, or setInputDimension",
                    ".setInputDimension = ...");
   return FrameworkFacts{0, name, f.run_without_model != 0, f.verify_model_path != 0};
@@ -56,11 +56,11 @@ Result<FrameworkFacts> facts_of_v1(const GstTensorFilterFramework& f) {
   const int result = f.getFrameworkInfo(&f, properties.get(), nullptr, &info);
   if (result < 0)
     return refused("", "getFrameworkInfo returned " + std::to_string(result), "0 or above",
-                   "getFrameworkInfo also works without a model");
+                   "let getFrameworkInfo succeed when no model is open");
   const std::string name = info.name ? info.name : "";
   if (name.empty())
     return refused("", "getFrameworkInfo returned no name",
-                   "its name in framework=", "info->name = \"NAME\"");
+                   "the name for framework=", "info->name = \"NAME\"");
   return FrameworkFacts{1, name, info.run_without_model != 0, info.verify_model_path != 0};
 }
 

@@ -22,7 +22,7 @@ class FrameworkV1 final : public OpenFilter {
     try {
       if (framework_.close) framework_.close(prop(), &priv_);
     } catch (...) {
-      nns_logw("the filter %s threw out of close", name().c_str());
+      nns_logw("the filter %s threw an exception in close", name().c_str());
     }
   }
 

@@ -1,4 +1,4 @@
-// Helpers at the border to C: no exception gets out, and NULL arguments are logged.
+// Helpers for functions that C code calls: they catch exceptions and log NULL arguments.
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #pragma once
 #include <exception>

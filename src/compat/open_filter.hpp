@@ -47,10 +47,10 @@ class OpenFilter : public std::enable_shared_from_this<OpenFilter> {
     const auto threw = [&](const char* what) {
       return Failure(
           {.code = Code::CALLBACK_FAILED,
-           .what = "the filter " + name() + " threw out of " + function,
+           .what = "the filter " + name() + " threw an exception in " + function,
            .offered = what,
            .needed = "a negative number on failure: exceptions must not cross C functions",
-           .fix = "catch it in " + std::string(function) + " and return -EINVAL"});
+           .fix = "catch the exception in " + std::string(function) + " and return -EINVAL"});
     };
     try {
       return body();
@@ -85,10 +85,10 @@ std::shared_ptr<OpenFilter> open_class(const NNStreamer_custom_class& callbacks,
 // Thrown by these functions when a callback returned a negative value.
 inline Failure not_opened(const std::string& name, const std::string& offered) {
   return Failure({.code = Code::MODEL_INVALID,
-                  .what = "the filter " + name + " does not open its model",
+                  .what = "the filter " + name + " cannot open its model",
                   .offered = offered,
                   .needed = "0 or above",
-                  .fix = "GST_DEBUG=weir*:5 shows what the filter logs"});
+                  .fix = "set GST_DEBUG=weir*:5 to see the log messages of the filter"});
 }
 
 }  // namespace weir::compat

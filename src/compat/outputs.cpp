@@ -48,7 +48,7 @@ void destroy(OpenFilter& filter, GstTensorMemory* memory) noexcept {
   try {
     filter.destroy(data);
   } catch (...) {
-    nns_logw("the filter %s threw while it freed an output", filter.name().c_str());
+    nns_logw("the filter %s threw an exception while it freed an output", filter.name().c_str());
   }
 }
 
@@ -69,8 +69,8 @@ std::string which(size_t index, const GstTensorMemory& memory) {
 Failure too_many(const std::string& name, size_t count, size_t most) {
   return broke(name, "returned more outputs than expected", std::to_string(count),
                "at most " + std::to_string(most),
-               "tensor_filter output= and outputtype= with " + std::to_string(count) +
-                   " tensors: only their number matters");
+               "declare " + std::to_string(count) +
+                   " tensors with output= and outputtype=; only their number matters");
 }
 
 Failure other_size(const std::string& name, size_t index, const GstTensorMemory& memory,
@@ -78,7 +78,7 @@ Failure other_size(const std::string& name, size_t index, const GstTensorMemory&
   return broke(name, "returned an output whose size differs from its description",
                which(index, memory),
                std::to_string(bytes_of(info)) + " bytes: " + weir::describe(info),
-               "output[].data and output[].size as in output_meta");
+               "set output[].data and output[].size to match output_meta");
 }
 
 }  // namespace weir::compat

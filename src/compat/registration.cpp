@@ -23,7 +23,7 @@ Status complete(Kind kind, const char* name, std::initializer_list<Needed> parts
   const auto name_of_part = [](const Needed& part) { return part.name; };
   return Error{.code = Code::MODULE_REFUSED,
                .what = std::string("the ") + name_of(kind) + " " +
-                       (name ? name : "without a name") + " lacks required parts",
+                       (name ? name : "without a name") + " lacks required members",
                .offered = "without " + join(missing, ", ", name_of_part),
                .needed = join(parts, ", ", name_of_part)};
 }
@@ -48,7 +48,7 @@ void unregister_descriptor(const char* function, Kind kind, const char* name) no
   if (!given(function, {name})) return;
   attempt(function, [&] {
     if (!subplugin::table().remove(kind, name))
-      warn(function, std::string("there is no ") + name_of(kind) + " " + name);
+      warn(function, std::string("no ") + name_of(kind) + " is registered under the name " + name);
   });
 }
 
@@ -58,7 +58,7 @@ void describe(const char* function, Kind kind, const char* name, const char* key
   attempt(function, [&] {
     for (const char* each = key; each; each = va_arg(texts, const char*)) {
       const char* text = va_arg(texts, const char*);
-      if (!text) return warn(function, std::string(each) + " has no description");
+      if (!text) return warn(function, "the property " + std::string(each) + " has no description");
       subplugin::table().describe(kind, name, each, text);
     }
   });

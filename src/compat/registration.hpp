@@ -60,7 +60,8 @@ int answered(const char* function, Body&& body) noexcept {
   return -EINVAL;
 }
 
-// Checks `name` and logs when `add`, a function of libweir, finds it taken. `what`: "function".
+// Checks `name`, and logs an error when `add`, a function of libweir, reports that it is in use.
+// `what`: "function".
 template <class Add>
 int register_name(const char* function, const char* what, const char* name, Add&& add) noexcept {
   return answered(function, [&] {
@@ -70,7 +71,7 @@ int register_name(const char* function, const char* what, const char* name, Add&
     }
     const int answer = answer_of(function, add());
     if (answer == -EINVAL)
-      warn(function, std::string("another ") + what + " has the name " + name + " already");
+      warn(function, std::string("another ") + what + " already has the name " + name);
     return answer;
   });
 }

@@ -30,8 +30,8 @@ class Slots {
     const size_t number = count_;
     if (number == kMost)
       return Error{.code = Code::LIMIT_EXCEEDED,
-                   .what = "no descriptor is left",
-                   .needed = std::to_string(kMost)};
+                   .what = "too many descriptors of this kind are in use",
+                   .needed = "at most " + std::to_string(kMost)};
     types_[number] = &type;
     name_it(table_[number], number);
     ++count_;

@@ -23,7 +23,8 @@ guint fill(const char* function, GstTensorsInfo* info, const gchar* text, const 
     const auto parts = weir::split(text, separators);
     if (parts.size() == 1 && weir::strip(parts[0]).empty()) return 0;
     if (parts.size() > NNS_TENSOR_SIZE_LIMIT)
-      warn(function, std::to_string(parts.size()) + " tensors: the first 256 are used");
+      warn(function, "the list contains " + std::to_string(parts.size()) +
+                         " tensors; only the first 256 are used");
     const size_t count = std::min<size_t>(parts.size(), NNS_TENSOR_SIZE_LIMIT);
     for (size_t i = 0; i < count; ++i) put(weir::strip(parts[i]), room_at(*info, i));
     return static_cast<guint>(count);

@@ -13,11 +13,13 @@ namespace {
 constexpr uint64_t kMostBytes = uint64_t{1} << 32;
 
 Failure nonsense(const std::string& filter, std::string offered, std::string needed) {
-  return Failure({.code = Code::CALLBACK_FAILED,
-                  .what = "the filter " + filter + " declares an invalid tensor",
-                  .offered = std::move(offered),
-                  .needed = std::move(needed),
-                  .fix = "num_tensors, type and dimension of every tensor in its GstTensorsInfo"});
+  return Failure(
+      {.code = Code::CALLBACK_FAILED,
+       .what = "the filter " + filter + " declares an invalid tensor",
+       .offered = std::move(offered),
+       .needed = std::move(needed),
+       .fix =
+           "set num_tensors, and the type and dimension of every tensor, in the GstTensorsInfo"});
 }
 
 std::string numbers(const tensor_dim dim) {
@@ -42,7 +44,7 @@ weir_tensor_info checked(const GstTensorInfo& tensor, const std::string& filter,
   const Shape shape = shape_of(tensor.dimension);
   if (!shape.valid())
     throw nonsense(filter, which + " with the dimension " + numbers(tensor.dimension),
-                   "1 to 16 numbers above 0, followed by 0");
+                   "1 to 16 numbers above 0, followed only by zeros");
   const auto bytes = TensorSpec{element_type(tensor.type), shape, {}}.bytes();
   if (!bytes || *bytes >= kMostBytes)
     throw nonsense(filter, which + " with the dimension " + numbers(tensor.dimension),
@@ -97,8 +99,8 @@ Described described(const GstTensorsInfo& info, const std::string& filter, const
     const std::string which = std::string(role) + " " + std::to_string(i);
     const auto* tensor = tensor_at(info, i);
     if (!tensor)
-      throw nonsense(filter, which + " without an entry",
-                     "the tensors from the 17th on in extra: gst_tensors_info_get_nth_info()");
+      throw nonsense(filter, which + " without a description",
+                     "a description in extra, which gst_tensors_info_get_nth_info() allocates");
     out.infos.push_back(checked(*tensor, filter, which));
     if (tensor->name && *tensor->name)
       out.infos.back().name = out.names.emplace_back(tensor->name).c_str();

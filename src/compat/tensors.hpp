@@ -29,8 +29,8 @@ class TensorsInfo {
   GstTensorsInfo info_;
 };
 
-// Writes `tensors` to `to`; its names and `extra` are owned and freed by clear(). Unknown parts are
-// _NNS_END or without dimensions.
+// Writes `tensors` to `to`; gst_tensors_info_free() frees its names and `extra`. An unknown type is
+// _NNS_END; unknown dimensions are 0.
 void assign(std::span<const weir_tensor_info> tensors, GstTensorsInfo* to);
 
 // Descriptions for an engine, with storage for their names.
@@ -40,7 +40,7 @@ struct Described {
 };
 
 // Reads what `filter` gave for its inputs or outputs (`role`: "input" or "output"). Throws
-// CALLBACK_FAILED for an invalid result: no or more than 256 tensors, a type out of range, invalid
+// CALLBACK_FAILED for an invalid result: no tensors, more than 256, a type out of range, invalid
 // dimensions, 4 GiB or more.
 Described described(const GstTensorsInfo& info, const std::string& filter, const char* role);
 

@@ -16,7 +16,7 @@ const char* name_of(const char* function, const GstTensorTrainerFramework& frame
   const weir::Error error{.code = weir::Code::MODULE_REFUSED,
                           .what = "the trainer's getFrameworkInfo returns no name",
                           .offered = info.name ? info.name : "NULL",
-                          .needed = "a name, and 0"};
+                          .needed = "a name, and a return value of 0 or above"};
   weir::subplugin::table().refuse(Kind::Trainer, error);
   warn(function, error);
   return nullptr;
@@ -27,7 +27,7 @@ bool has_version(const char* function, const GstTensorTrainerFramework& framewor
   char offered[32];
   g_snprintf(offered, sizeof offered, "0x%016" G_GINT64_MODIFIER "X", framework.version);
   const weir::Error error{.code = weir::Code::MODULE_REFUSED,
-                          .what = "the trainer has another interface version",
+                          .what = "the trainer has an unsupported interface version",
                           .offered = offered,
                           .needed = "0xDEAFDEAD00010000"};
   weir::subplugin::table().refuse(Kind::Trainer, error);
@@ -69,5 +69,6 @@ int nnstreamer_trainer_exit(GstTensorTrainerFramework* framework) {
 void nnstreamer_trainer_notify_event(GstTensorTrainerEventNotifier* notifier,
                                      GstTensorTrainerEventType event, void*) {
   if (!given(__func__, {notifier})) return;
-  warn(__func__, "no element trains: event " + std::to_string(event) + " is ignored");
+  warn(__func__,
+       "event " + std::to_string(event) + " is ignored, because no element runs trainers");
 }

@@ -109,7 +109,8 @@ TEST(CompatCustomFilter, MissingAllocatedOutputsAreReported) {
   {
     auto h = harness_of(line("allocating", address), tensors("uint64", "2"));
     EXPECT_EQ(pushed<uint64_t>(h, {1, 0}), Numbers{}) << "dropped";
-    EXPECT_SAYS(frame_error<uint64_t>(h, {2, 0}), "allocates its outputs and returned none");
+    EXPECT_SAYS(frame_error<uint64_t>(h, {2, 0}),
+                "must allocate its outputs, but returned no memory");
   }
   auto h = harness_of(line("allocating", address), tensors("uint64", "2"));
   const auto message = frame_error<uint64_t>(h, {3, 0});
@@ -119,14 +120,15 @@ TEST(CompatCustomFilter, MissingAllocatedOutputsAreReported) {
 }
 
 TEST(CompatCustomFilter, IncompleteTablesAreRejected) {
-  const std::pair<int, const char*> faults[] = {{1, "no initfunc"},
-                                                {2, "getInputDim or getOutputDim, and setInputDim"},
-                                                {3, "one of getInputDim and getOutputDim"},
-                                                {4, "its tensors are not declared"},
-                                                {5, "invoke and allocate_invoke"},
-                                                {6, "no invoke"},
-                                                {7, "NNStreamer_custom is NULL"},
-                                                {8, "nnstreamer_no_such_function"}};
+  const std::pair<int, const char*> faults[] = {
+      {1, "no initfunc"},
+      {2, "setInputDim together with getInputDim or getOutputDim"},
+      {3, "only one of getInputDim and getOutputDim"},
+      {4, "no function that declares the tensors"},
+      {5, "both invoke and allocate_invoke"},
+      {6, "no invoke"},
+      {7, "NNStreamer_custom is NULL"},
+      {8, "nnstreamer_no_such_function"}};
   for (const auto& [number, words] : faults) {
     const auto message = start_error(line("unruly" + std::to_string(number)));
     EXPECT_SAYS(message, "WEIR-3007");
@@ -139,7 +141,7 @@ TEST(CompatCustomFilter, ImpossibleSizesAreRejected) {
   const std::pair<const char*, const char*> faults[] = {
       {"no-tensor", "0 outputs"},
       {"257-tensors", "257 outputs"},
-      {"17-without-extra", "output 16 without an entry"},
+      {"17-without-extra", "output 16 without a description"},
       {"no-dimension", "output 0 with the dimension 0"},
       {"hole", "output 0 with the dimension 4:0:3"},
       {"4-gib", "less than 4 GiB"},
@@ -156,10 +158,12 @@ TEST(CompatCustomFilter, ImpossibleSizesAreRejected) {
 }
 
 TEST(CompatCustomFilter, ExceptionsEndAtTheElement) {
-  EXPECT_SAYS(fault("throw-in-init"), "threw out of initfunc\n  offered: the device is gone");
-  EXPECT_SAYS(fault("throw-in-input"), "threw out of getInputDim\n  offered: not a std::exc");
+  EXPECT_SAYS(fault("throw-in-init"),
+              "threw an exception in initfunc\n  offered: the device is gone");
+  EXPECT_SAYS(fault("throw-in-input"),
+              "threw an exception in getInputDim\n  offered: not a std::exc");
   auto h = harness_of(line("unruly0", "custom=throw-in-invoke"), kFour);
-  EXPECT_SAYS(frame_error<float>(h, {1, 2, 3, 4}), "threw out of invoke");
+  EXPECT_SAYS(frame_error<float>(h, {1, 2, 3, 4}), "threw an exception in invoke");
   h = harness_of(line("unruly0", "custom=throw-a-number"), kFour);
   EXPECT_SAYS(frame_error<float>(h, {1, 2, 3, 4}), "not a std::exception");
   h = harness_of(line("unruly0", "custom=throw-in-exit"), kFour);
@@ -169,7 +173,8 @@ TEST(CompatCustomFilter, ExceptionsEndAtTheElement) {
 TEST(CompatCustomFilter, OutputAddressesMustNotChange) {
   for (const char* name : {"other-memory", "smaller"}) {
     auto h = harness_of(line("unruly0", std::string("custom=") + name), kFour);
-    EXPECT_SAYS(frame_error<float>(h, {1, 2, 3, 4}), "changed the address of its output") << name;
+    EXPECT_SAYS(frame_error<float>(h, {1, 2, 3, 4}), "changed the address or size of its output")
+        << name;
   }
 }
 

@@ -100,7 +100,7 @@ TEST_P(CompatFilterLife, AModelThatDoesNotOpenIsReportedAndTheOldOneContinues) {
   Errors messages(h);
   g_object_set(filter.get(), "model", files.write("broken", "no number").c_str(), nullptr);
   const auto message = messages.next_warning();
-  EXPECT_SAYS(message, std::string("the filter ") + GetParam() + " does not open its model");
+  EXPECT_SAYS(message, std::string("the filter ") + GetParam() + " cannot open its model");
   EXPECT_SAYS(message, "open returned -5 (Input/output error)");
   EXPECT_EQ(pushed_sum(h), 1);
   g_object_set(filter.get(), "model", "/no/such/file", nullptr);
@@ -132,7 +132,7 @@ TEST_P(CompatFilterLife, ModelFilesAreCheckedOrOptionalAsTheFrameworkDeclares) {
   EXPECT_SAYS(start_error(std::string("tensor_filter framework=") + GetParam()), "no model is set");
   const AdderFiles files;
   const auto message = start_error(life(files.write("empty", ""), "1"));
-  EXPECT_SAYS(message, std::string("the filter ") + GetParam() + " does not open its model");
+  EXPECT_SAYS(message, std::string("the filter ") + GetParam() + " cannot open its model");
   EXPECT_SAYS(message, "open returned -5 (Input/output error)");
 }
 

@@ -80,7 +80,7 @@ TEST(CompatProgram, FunctionIsAFilter) {
   EXPECT_EQ(pushed<uint8_t>(h, {100, 2}), Bytes{}) << "dropped";
   EXPECT_SAYS(frame_error<uint8_t>(h, {101, 2}), "-5 (Input/output error)");
   h = harness_of(kLine, kTwo);
-  EXPECT_SAYS(frame_error<uint8_t>(h, {102, 2}), "threw out of its function");
+  EXPECT_SAYS(frame_error<uint8_t>(h, {102, 2}), "threw an exception in its function");
 }
 
 class Flexible : public Info {
@@ -147,7 +147,7 @@ TEST(CompatProgram, FunctionNeedsANumberOfTensors) {
   Flexible two(2);
   ASSERT_EQ(NNS_custom_easy_register("adder", add, &number, one.get(), two.get()), 0);
   const Easy adder("adder");
-  EXPECT_SAYS(start_error(kLine, kTwo), "rejects these inputs");
+  EXPECT_SAYS(start_error(kLine, kTwo), "rejects the inputs of the stream");
 }
 
 TEST(CompatProgram, FunctionDecidesSizes) {
@@ -229,7 +229,7 @@ TEST(CompatProgram, ObjectIsAFilter) {
   {
     auto h = harness_of("tensor_filter framework=cpp model=object", kTwo);
     EXPECT_EQ(pushed<uint8_t>(h, {1, 2}), (Bytes{1, 2}));
-    EXPECT_SAYS(frame_error<uint8_t>(h, {0, 2}), "the filter object threw out of invoke");
+    EXPECT_SAYS(frame_error<uint8_t>(h, {0, 2}), "the filter object threw an exception in invoke");
   }
   EXPECT_EQ(object._unregister(), 0);
   EXPECT_EQ(object._unregister(), -EINVAL);

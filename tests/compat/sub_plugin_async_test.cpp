@@ -113,7 +113,8 @@ TEST(CompatSubPluginAsync, OutputsWhileItIsClosedAreDropped) {
   for (int i = 0; i < 3; ++i) EXPECT_TRUE(Ref<GstBuffer>::adopt(gst_harness_pull(h.get())));
   testing::internal::CaptureStderr();
   h.reset();
-  EXPECT_SAYS(testing::internal::GetCapturedStderr(), "while it was closed: the output is dropped");
+  EXPECT_SAYS(testing::internal::GetCapturedStderr(),
+              "while it was being closed; the output is dropped");
 }
 
 }  // namespace

@@ -126,10 +126,10 @@ TEST(SubPluginDecoder, IsRejectedWithAMessage) {
         << "the second time";
   EXPECT_SAYS(refusal("renamed"), "needed: the decoder renamed");
   EXPECT_SAYS(refusal("nameless"),
-              "a decoder was rejected: the decoder without a name lacks required parts (without "
+              "a decoder was rejected: the decoder without a name lacks required members (without "
               "modename)");
   EXPECT_SAYS(refusal("halved"),
-              "the decoder halved lacks required parts (without getOutCaps, decode)");
+              "the decoder halved lacks required members (without getOutCaps, decode)");
   EXPECT_SAYS(refusal("auto"), "a decoder was rejected: this name is reserved (auto)");
   EXPECT_SAYS(refusal("reserved"), "a decoder was rejected: this name is reserved (Auto)");
   harness("mode=bare", kThree);

@@ -28,7 +28,7 @@ TEST(CompatSubPlugin, Version0RejectsInputsWithItsNumber) {
   gst_harness_set_src_caps_str(h.get(), tensors("int8", "2").c_str());
   gst_harness_push(h.get(), frame<int8_t>({1, 2}));
   const auto message = errors.next();
-  EXPECT_SAYS(message, "the filter hand0 rejects these inputs");
+  EXPECT_SAYS(message, "the filter hand0 rejects the inputs of the stream");
   EXPECT_SAYS(message, "-22 (Invalid argument)");
 }
 
@@ -120,7 +120,7 @@ TEST(CompatSubPlugin, ClassAddsANumber) {
 
 TEST(CompatSubPlugin, ClassReportsThatItCannotBeConfigured) {
   EXPECT_SAYS(start_error("tensor_filter framework=classes custom=throw"),
-              "the filter classes does not open its model\n  offered: open returned -22");
+              "the filter classes cannot open its model\n  offered: open returned -22");
   EXPECT_SAYS(start_error("tensor_filter framework=classes custom=device"),
               "open returned -19 (No such device)");
 }
@@ -144,8 +144,8 @@ TEST(CompatSubPlugin, FaultyDescriptorsAreRejected) {
       {3, "this name is reserved (ANY)"},
       {4, "another filter already has this name (hand0)"},
       {5, "no invoke_NN"},
-      {6, "its tensors are not declared"},
-      {7, "one of getInputDimension and getOutputDimension"},
+      {6, "no function that declares the tensors"},
+      {7, "only one of getInputDimension and getOutputDimension"},
       {8, "getFrameworkInfo returned -5"},
       {9, "no eventHandler"}};
   for (const auto& [number, words] : faults) {

@@ -43,9 +43,10 @@ TEST(SubPluginTrainer, IsRejectedWithAMessage) {
   for (int i = 0; i < 2; ++i) {
     EXPECT_SAYS(refusal("unnamed"),
                 "a trainer was rejected: the trainer's getFrameworkInfo returns no name (NULL)");
-    EXPECT_SAYS(refusal("later"), "the trainer has another interface version (0xDEAFDEAD00020000)");
+    EXPECT_SAYS(refusal("later"),
+                "the trainer has an unsupported interface version (0xDEAFDEAD00020000)");
     EXPECT_SAYS(refusal("partly"),
-                "the trainer partly lacks required parts (without stop, push_data)");
+                "the trainer partly lacks required members (without stop, push_data)");
     EXPECT_SAYS(refusal("auto"), "this name is reserved (auto)");
   }
 }
