@@ -123,7 +123,6 @@ Result<std::unique_ptr<QueryLink>> QueryLink::connect(const QueryOptions& option
     return error;
   }
   if (!socket) return socket.error();
-  keep_alive(socket->get());
   const wire::MessageLimits texts{.message_bytes = 2 * wire::MessageLimits().text_bytes};
   out->requests_ =
       std::make_unique<MessageConnection>(*std::move(socket), wire::Side::ClientOnA, texts);
@@ -222,7 +221,6 @@ Result<bool> QueryLink::accept_server(const isolate::Deadline& deadline) {
   if (ready > 0 && watched[2].revents) {
     Descriptor socket = accept_from(listener_.get());
     if (!socket || !is_of_server(socket.get())) return false;
-    keep_alive(socket.get());
     answers_ = std::make_unique<MessageConnection>(std::move(socket), wire::Side::ClientOnB,
                                                    options_.limits, requests_->form());
     return true;

@@ -217,7 +217,6 @@ void QueryListener::greet(const Client& client) {
 
 void QueryListener::accept_new() {
   while (Descriptor socket = accept_from(listener_.get())) {
-    keep_alive(socket.get());
     int64_t id = new_client_id();
     while (find(id)) id = new_client_id();
     const auto client = std::make_shared<ServedClient>(std::move(socket), id, options_.client);

@@ -41,9 +41,18 @@ Descriptor make_socket() {
   return out;
 }
 
-void send_at_once(int socket) noexcept {
-  const int yes = 1;
-  setsockopt(socket, IPPROTO_TCP, TCP_NODELAY, &yes, sizeof yes);
+void set_option(int socket, int level, int option, int value) noexcept {
+  setsockopt(socket, level, option, &value, sizeof value);
+}
+
+// Small messages are sent at once, and the kernel finds out within two minutes that the machine of
+// the other end has gone.
+void set_options(int socket) noexcept {
+  set_option(socket, IPPROTO_TCP, TCP_NODELAY, 1);
+  set_option(socket, SOL_SOCKET, SO_KEEPALIVE, 1);
+  set_option(socket, IPPROTO_TCP, TCP_KEEPIDLE, 60);
+  set_option(socket, IPPROTO_TCP, TCP_KEEPINTVL, 10);
+  set_option(socket, IPPROTO_TCP, TCP_KEEPCNT, 6);
 }
 
 std::string address_text(const std::string& host, uint32_t port) {
@@ -96,7 +105,7 @@ uint16_t port_of(int socket) noexcept {
 
 Descriptor accept_from(int listener) noexcept {
   Descriptor out(accept4(listener, nullptr, nullptr, SOCK_CLOEXEC | SOCK_NONBLOCK));
-  if (out) send_at_once(out.get());
+  if (out) set_options(out.get());
   return out;
 }
 
@@ -116,7 +125,7 @@ Result<Descriptor> connect_to(const std::string& host, uint32_t port,
   for (const addrinfo* at = addresses.get(); at; at = at->ai_next) {
     Descriptor out = make_socket();
     if (!out) break;
-    send_at_once(out.get());
+    set_options(out.get());
     bool cancelled = false;
     reason = "";
     if (connect(out.get(), at->ai_addr, at->ai_addrlen) != 0)
@@ -143,7 +152,7 @@ Result<Descriptor> start_connection(const wire::HostAddress& address) {
   target.sin_port = htons(address.port);
   Descriptor out = make_socket();
   if (out && inet_pton(AF_INET, address.host.c_str(), &target.sin_addr) == 1) {
-    send_at_once(out.get());
+    set_options(out.get());
     if (connect(out.get(), reinterpret_cast<const sockaddr*>(&target), sizeof target) == 0 ||
         errno == EINPROGRESS)
       return out;
@@ -164,14 +173,6 @@ std::string connection_error(int socket) {
   socklen_t size = sizeof error;
   getsockopt(socket, SOL_SOCKET, SO_ERROR, &error, &size);
   return error ? std::strerror(error) : "";
-}
-
-void keep_alive(int socket) noexcept {
-  const int yes = 1, idle_seconds = 60, interval_seconds = 10, probes = 6;
-  setsockopt(socket, SOL_SOCKET, SO_KEEPALIVE, &yes, sizeof yes);
-  setsockopt(socket, IPPROTO_TCP, TCP_KEEPIDLE, &idle_seconds, sizeof idle_seconds);
-  setsockopt(socket, IPPROTO_TCP, TCP_KEEPINTVL, &interval_seconds, sizeof interval_seconds);
-  setsockopt(socket, IPPROTO_TCP, TCP_KEEPCNT, &probes, sizeof probes);
 }
 
 }  // namespace weir::edge

@@ -35,7 +35,5 @@ Result<Descriptor> start_connection(const wire::HostAddress& address);
 bool is_connected(int socket) noexcept;
 // Why it cannot be made; "" while it may come.
 std::string connection_error(int socket);
-// Lets the kernel find out, within two minutes, that the machine of the other end has gone.
-void keep_alive(int socket) noexcept;
 
 }  // namespace weir::edge
