@@ -65,9 +65,8 @@ Result<std::optional<StreamSubscriber::Wait>> StreamSubscriber::read_some() {
       got = recv(socket_.get(), room.data(), room.size(), MSG_DONTWAIT);
     } while (got < 0 && errno == EINTR);
     if (got < 0) return would_wait() ? std::optional<Wait>() : std::optional(Wait::Closed);
-    const auto status = got == 0 ? reader_->end() : reader_->received(static_cast<size_t>(got));
-    if (!status) return status.error();
     if (got == 0) return std::optional(Wait::Closed);
+    if (auto status = reader_->received(static_cast<size_t>(got)); !status) return status.error();
   }
   return std::optional(Wait::Message);
 }

@@ -241,6 +241,14 @@ class HostileWriter : public ::testing::Test {
   Descriptor socket_;
 };
 
+// edgesrc reconnect=true waits for the next one.
+TEST_F(HostileWriter, NoHandshake) {
+  const auto listener = Listener::open(folder_.file());
+  ASSERT_TRUE(listener);
+  const auto subscriber = Subscriber::connect(folder_.file());
+  EXPECT_REFUSED(subscriber, SERVER_REFUSED, "has not started the handshake within 2 s");
+}
+
 TEST_F(HostileWriter, ABlockThatCanShrink) {
   const auto error = error_after([&] { send_block({1, 4096}, memory_of(F_SEAL_GROW)); });
   EXPECT_EQ(error.code, Code::PEER_MESSAGE_INVALID);

@@ -28,6 +28,13 @@ Result<std::optional<StreamEvent>> without_event(Status status) {
   return std::optional<StreamEvent>();
 }
 
+Error no_greeting(const std::string& what) {
+  return Error{.code = Code::SERVER_REFUSED,
+               .what = "the edgesink of a local stream " + what,
+               .offered = "an edgesrc of protocol version " + std::to_string(kProtocol),
+               .needed = "an edgesink of the same version that accepts another reader"};
+}
+
 }  // namespace
 
 void WriterLink::send(std::span<const std::byte> message) noexcept {
@@ -75,12 +82,9 @@ Status Subscriber::greet(int cancel) {
     case Wait::Cancelled:
       return Error{.code = Code::CANCELLED, .what = "connecting to a local stream was cancelled"};
     case Wait::Late:
-      return bad_writer("no handshake within 2 s");
+      return no_greeting("has not started the handshake within 2 s");
     case Wait::Closed:
-      return Error{.code = Code::SERVER_REFUSED,
-                   .what = "the edgesink of a local stream closed the connection",
-                   .offered = "an edgesrc of protocol version " + std::to_string(kProtocol),
-                   .needed = "an edgesink of the same version that accepts another reader"};
+      return no_greeting("closed the connection");
   }
   auto message = packet.cut ? std::nullopt : open_message(packet.bytes);
   if (!message || message->kind != Kind::Welcome) return bad_writer("no handshake");
