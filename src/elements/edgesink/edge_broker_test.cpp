@@ -44,16 +44,17 @@ class EdgeBroker : public BrokerTest {
     EXPECT_TRUE(out);
     return *std::move(out);
   }
-  static bool has_receiver(const Harness& sink) {
+  static bool has_receivers(const Harness& sink, guint number) {
     return becomes_true(
         [&] {
           guint count = 0;
           gst_structure_get_uint(stats(element_of(sink, "edgesink").get()).get(), "receivers",
                                  &count);
-          return count == 1;
+          return count == number;
         },
-        "a receiver");
+        "the receivers");
   }
+  static bool has_receiver(const Harness& sink) { return has_receivers(sink, 1); }
   // The first byte of the next buffer.
   static int pull(const Harness& h) {
     const auto buffer = Ref<GstBuffer>::adopt(gst_harness_pull(h.get()));
@@ -145,6 +146,22 @@ TEST_F(EdgeBroker, HybridGoesOnWithAnotherSink) {
   ASSERT_EQ(gst_harness_push(second.get(), frame(Bytes{2, 0, 0, 0})), GST_FLOW_OK);
   EXPECT_EQ(pull(in), 2);
   EXPECT_EQ(stat(in, "edgesrc", "reconnections"), 1u);
+}
+
+TEST_F(EdgeBroker, HybridHasCapsAfterASecondStart) {
+  const auto out = sink("HYBRID");
+  const auto in = source("HYBRID");
+  for (uint8_t i = 1; i <= 2; ++i) {
+    ASSERT_TRUE(has_receiver(out));
+    ASSERT_EQ(gst_harness_push(out.get(), frame(Bytes{i, 0, 0, 0})), GST_FLOW_OK);
+    EXPECT_EQ(pull(in), i);
+    const auto pad =
+        Ref<GstPad>::adopt(gst_element_get_static_pad(element_of(in, "edgesrc").get(), "src"));
+    EXPECT_TRUE(Ref<GstCaps>::adopt(gst_pad_get_current_caps(pad.get())));
+    gst_element_set_state(in->element, GST_STATE_NULL);
+    EXPECT_TRUE(has_receivers(out, 0));
+    gst_harness_play(in.get());
+  }
 }
 
 TEST_F(EdgeBroker, HybridStopsWhileItWaits) {

@@ -73,13 +73,13 @@ class Edgesrc : public gst::Element<Edgesrc, gst::PushSource> {
     ledger_.reset();
     has_warned_ = false;
     refused_ = 0;
+    reconnections_ = 0;
+    was_connected_ = false;
+    caps_ = {};
     if (s.protocol == EdgeProtocol::Edge && s.connect_type == EdgeConnectType::Tcp)
       if (auto status = check_network(s.dest_host, s.dest_port); !status) return status;
     if (s.connect_type == EdgeConnectType::Hybrid && !s.reconnect)
       return open_finder(s);  // the streaming thread waits for servers
-    reconnections_ = 0;
-    was_connected_ = false;
-    caps_ = {};
     if (s.reconnect) return ok();
     return connect(s);
   }
