@@ -173,6 +173,26 @@ TEST_F(QueryClientBroker, WithoutAnotherServerFramesAreDroppedUntilOneComes) {
   expect_sums(h);
 }
 
+// Each attempt takes the second after which the other one may be tried again.
+TEST_F(QueryClientBroker, TwoSilentServersDoNotHoldTheStreamThatLostItsOwn) {
+  auto first = std::make_unique<ScriptedServer>([](ScriptedServer& s) {
+    s.handshake(four_bytes(), four_bytes());
+    s.read();
+    s.close();
+  });
+  auto announcement = announce(first->port(), "1");
+  const auto h = harness_of(client(), four_bytes());
+  EXPECT_EQ(ask(h), -1);
+  announcement.reset();
+  first.reset();
+  const ScriptedServer one([](auto& s) { s.wait_for_the_end_of_the_test(); });
+  const ScriptedServer other([](auto& s) { s.wait_for_the_end_of_the_test(); });
+  const auto second = announce(one.port(), "2"), third = announce(other.port(), "3");
+  for (int i = 0; i < 3; ++i) EXPECT_EQ(ask(h), -1);
+  gst_harness_push_event(h.get(), gst_event_new_eos());
+  expect_sums(h);
+}
+
 TEST_F(QueryClientBroker, AServerThatDoesNotAnswerIsReplaced) {
   const ScriptedServer first([](auto& s) {
     s.handshake(four_bytes(), four_bytes());

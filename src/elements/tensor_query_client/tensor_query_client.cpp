@@ -205,10 +205,10 @@ class TensorQueryClient : public gst::PlainFilter<TensorQueryClient> {
   // for one, as NNStreamer does; later frames are dropped while there is none.
   Status connect_to_any() {
     Status mismatch = ok();
+    const isolate::Deadline now(steady_clock::now());
     for (;;) {
       const bool waits = !was_connected_ && mismatch;
-      auto server = finder_->next(waits ? std::nullopt : isolate::Deadline(steady_clock::now()),
-                                  interruption_.descriptor());
+      auto server = finder_->next(waits ? std::nullopt : now, interruption_.descriptor());
       if (!server) return mismatch ? Status(server.error()) : mismatch;
       server_ = *std::move(server);
       auto status = connect_to_announced();

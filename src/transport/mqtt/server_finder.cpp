@@ -46,7 +46,9 @@ Result<ServerFinder::Server> ServerFinder::next(const isolate::Deadline& deadlin
       return Error{.code = Code::CANCELLED, .what = "the search for a server was cancelled"};
     const uint64_t version = directory_->version();
     const auto servers = directory_->servers();
-    if (auto server = choice_.choose(servers, ServerChoice::Clock::now())) return *server;
+    const auto now = ServerChoice::Clock::now();
+    if (auto server = choice_.choose(servers, deadline ? std::min(now, *deadline) : now))
+      return *server;
     if (isolate::is_over(deadline))
       return Error{
           .code = Code::SERVER_UNREACHABLE,
@@ -54,9 +56,7 @@ Result<ServerFinder::Server> ServerFinder::next(const isolate::Deadline& deadlin
           .offered = std::to_string(servers.size()) + " servers announced for topic=" + topic_,
           .needed = "a server with connect-type=HYBRID and this topic at this broker",
           .fix = "start the server, or correct topic, dest-host and dest-port"};
-    auto wake = choice_.next_retry();
-    if (!wake || (deadline && *deadline < *wake)) wake = deadline;
-    directory_->wait_for_change(version, wake, cancel);
+    directory_->wait_for_change(version, isolate::earlier(choice_.next_retry(), deadline), cancel);
   }
 }
 

@@ -52,7 +52,8 @@ class ServerFinder {
                                                     const std::string& topic);
 
   // The server to try next; waits for one. CANCELLED when the borrowed descriptor `cancel` is
-  // readable, -1 = none; SERVER_UNREACHABLE after the deadline.
+  // readable, -1 = none; SERVER_UNREACHABLE after the deadline. A server that failed less than
+  // kRetryTime before the deadline is not tried again, however often this is called.
   Result<Server> next(const isolate::Deadline& deadline, int cancel);
   // Others go first from now on.
   void failed(const Server& server) { choice_.failed(server, ServerChoice::Clock::now()); }
