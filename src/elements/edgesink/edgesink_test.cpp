@@ -260,6 +260,32 @@ TEST_F(EdgeLocal, PausingWhileAReceiverIsFullLosesAndRepeatsNothing) {
   EXPECT_EQ(stat(out, "edgesink", "consumed"), 2u);
 }
 
+// The buffer after the flush has the address of the one before it, if that one was freed.
+TEST_F(EdgeLocal, AFlushForgetsTheBufferThatWaited) {
+  const auto out = sink("max-buffers=1");
+  Keeper keeper(path());
+  gst_harness_push(out.get(), frame(Bytes{1, 2, 3, 4}));
+  EXPECT_EQ(keeper.keep_next(), 1);
+  GstBuffer* const waiting = frame(Bytes{5, 6, 7, 8});
+  std::thread writer([&] { EXPECT_EQ(gst_harness_push(out.get(), waiting), GST_FLOW_FLUSHING); });
+  EXPECT_TRUE(wait_for_stat(out, "edgesink", "received", 2));
+  gst_harness_push_event(out.get(), gst_event_new_flush_start());
+  writer.join();
+  gst_harness_push_event(out.get(), gst_event_new_flush_stop(TRUE));
+  GstSegment segment;
+  gst_segment_init(&segment, GST_FORMAT_TIME);
+  gst_harness_push_event(out.get(), gst_event_new_segment(&segment));
+  keeper.release();
+  std::vector<Ref<GstBuffer>> others;
+  GstBuffer* next = frame(Bytes{9, 0, 0, 0});
+  for (int i = 0; i < 1000 && next != waiting; ++i) {
+    others.push_back(Ref<GstBuffer>::adopt(next));
+    next = frame(Bytes{9, 0, 0, 0});
+  }
+  EXPECT_EQ(gst_harness_push(out.get(), next), GST_FLOW_OK);
+  EXPECT_EQ(keeper.keep_next(), 9);
+}
+
 TEST_F(EdgeLocal, WaitConnectionGivesUpAfterItsTimeout) {
   const auto out = sink("wait-connection=true connection-timeout=1");
   Errors errors(out);

@@ -137,13 +137,13 @@ Result<LocalOutput::Made> LocalOutput::make_frame(GstBuffer* buffer, Ledger* led
 }
 
 Result<BufferOutput::Outcome> LocalOutput::publish(GstBuffer* buffer, Ledger* ledger) {
-  if (interrupted_ != buffer) {
+  if (interrupted_.get() != buffer) {
     if (publisher_->counts().readers == 0) return Outcome::NoReceiver;
     const auto made = make_frame(buffer, ledger);
     if (!made) return made.error();
     if (*made == Made::Interrupted) return Outcome::Interrupted;
   }
-  interrupted_ = nullptr;
+  interrupted_ = {};
   switch (publisher_->publish(&frame_)) {
     case local::Publisher::Outcome::Sent:
       frame_ = {};
@@ -157,7 +157,7 @@ Result<BufferOutput::Outcome> LocalOutput::publish(GstBuffer* buffer, Ledger* le
     case local::Publisher::Outcome::Interrupted:
       break;
   }
-  interrupted_ = buffer;
+  interrupted_ = gst::Ref<GstBuffer>::share(buffer);
   return Outcome::Interrupted;
 }
 

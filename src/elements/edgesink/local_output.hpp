@@ -38,7 +38,7 @@ class LocalOutput : public BufferOutput {
   const std::unique_ptr<local::Publisher> publisher_;
   const gst::Ref<GstAllocator> allocator_;  // of the publisher's memory
   local::LocalFrame frame_;                 // that was interrupted, or empty
-  GstBuffer* interrupted_ = nullptr;        // its buffer, for comparison only
+  gst::Ref<GstBuffer> interrupted_;         // its buffer, so that no other has its address
 };
 
 }  // namespace weir
