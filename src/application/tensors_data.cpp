@@ -76,7 +76,7 @@ using namespace weir::application;
 Result<std::shared_ptr<TensorsData>> find(void* data, unsigned index) {
   auto found = Handles::all().find<TensorsData>(data, "data");
   if (found && index >= (*found)->tensors().size())
-    return no_such_tensor(index, (*found)->tensors().size());
+    return no_such_tensor(std::to_string(index), (*found)->tensors().size());
   return found;
 }
 

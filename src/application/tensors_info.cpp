@@ -2,9 +2,10 @@
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #include "tensors_info.hpp"
 
-#include "weir/join.hpp"
-
 #include <algorithm>
+#include <utility>
+
+#include "weir/join.hpp"
 
 namespace weir::application {
 
@@ -80,15 +81,15 @@ TensorSpec spec_of(const weir_tensor_info& info) {
   return spec;
 }
 
-Error no_such_tensor(size_t index, size_t count) {
+Error no_such_tensor(std::string index, size_t count) {
   return Error{.code = Code::OPTION_VALUE,
                .what = "no tensor has this index",
-               .offered = std::to_string(index),
+               .offered = std::move(index),
                .needed = "an index below the number of tensors: " + std::to_string(count)};
 }
 
 Error TensorsInfo::beyond(size_t index, size_t count) {
-  return no_such_tensor(index, count);
+  return no_such_tensor(std::to_string(index), count);
 }
 
 void* new_info(TensorSpecs tensors) {

@@ -2,6 +2,7 @@
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #pragma once
 #include <mutex>
+#include <string>
 #include <vector>
 
 #include "core/tensor/frame_spec.hpp"
@@ -58,7 +59,7 @@ class TensorsInfo : public Object {
   TensorSpecs tensors_;
 };
 
-Error no_such_tensor(size_t index, size_t count);
+Error no_such_tensor(std::string index, size_t count);
 void* new_info(TensorSpecs tensors);
 // The tensors of the info; none if the handle is NULL.
 Result<TensorSpecs> tensors_or_none(void* info, const char* what);

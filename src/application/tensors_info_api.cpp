@@ -170,7 +170,7 @@ int ml_tensors_info_get_tensor_size(ml_tensors_info_h info, int index, size_t* d
     auto tensors = (*found)->tensors();
     const auto at = static_cast<size_t>(index);
     if (index < -1 || (index >= 0 && at >= tensors.size()))
-      return fail(no_such_tensor(at, tensors.size()));
+      return fail(no_such_tensor(std::to_string(index), tensors.size()));
     if (index >= 0) tensors = {tensors[at]};
     if (auto status = check_complete(tensors, "info"); !status) return fail(status.error());
     size_t sum = 0;

@@ -25,7 +25,7 @@ Error own_thread() {
                .what = "a callback cannot change the state of its own pipeline",
                .offered = "a call on a streaming thread, for which the call would wait",
                .needed = "a call on another thread",
-               .fix = "return from the callback, and call pipeline.stop() on another thread"};
+               .fix = "return from the callback, and make the call on another thread"};
 }
 
 }  // namespace

@@ -90,7 +90,7 @@ static void an_info_refuses_what_no_tensor_is(void) {
                 "needed: an index below the number of tensors: 1");
   CHECK(size == 0);
   CHECK_REFUSED(ml_tensors_info_get_tensor_size(info, -2, &size), ML_ERROR_INVALID_PARAMETER,
-                "no tensor has this index");
+                "no tensor has this index\n  offered: -2");
   CHECK_REFUSED(ml_tensors_info_get_tensor_type(info, 1, &type), ML_ERROR_INVALID_PARAMETER,
                 "no tensor has this index");
   CHECK(type == ML_TENSOR_TYPE_UNKNOWN);
