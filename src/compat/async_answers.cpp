@@ -18,6 +18,12 @@ struct Tensors {
   }
 };
 
+// Shorter than the user's limit, after which a silent filter counts as hung.
+std::chrono::milliseconds within(std::chrono::milliseconds limit, std::chrono::milliseconds time) {
+  if (limit.count() <= 0) return time;
+  return std::max(std::min(time, limit / 2), std::chrono::milliseconds{1});
+}
+
 }  // namespace
 
 OpenFilter::OpenFilter(std::unique_ptr<Properties> properties)
@@ -26,18 +32,16 @@ OpenFilter::~OpenFilter() = default;
 
 AsyncAnswers::AsyncAnswers(OpenFilter& filter, bool gives, size_t outputs,
                            std::chrono::milliseconds limit)
-    : filter_(filter), gives_(gives), outputs_(outputs) {
+    : filter_(filter),
+      gives_(gives),
+      outputs_(outputs),
+      short_limit_(within(limit, kQuietWithin)),
+      long_limit_(within(limit, kQuiet)) {
   auto* prop = filter_.properties().get();
   prop->async_callback = dispatched;
   prop->async_user_data = this;
-  // Shorter than the user's limit, after which a silent filter counts as hung.
-  const auto within = [limit](std::chrono::milliseconds wanted) {
-    return limit.count() > 0 ? std::max(std::min(wanted, limit / 2), std::chrono::milliseconds{1})
-                             : wanted;
-  };
-  short_watch_.emplace(TimerQueue::instance(), within(kQuietWithin),
-                       [this] { return quiet(true); });
-  long_watch_.emplace(TimerQueue::instance(), within(kQuiet), [this] { return quiet(false); });
+  short_watch_.emplace(TimerQueue::instance(), short_limit_, [this] { return quiet(true); });
+  long_watch_.emplace(TimerQueue::instance(), long_limit_, [this] { return quiet(false); });
 }
 
 AsyncAnswers::~AsyncAnswers() {
@@ -55,7 +59,7 @@ void AsyncAnswers::end() {
 bool AsyncAnswers::quiet(bool within) {
   std::lock_guard lock(mutex_);
   if (invoking_ != std::thread::id{}) return false;
-  if (within == (answers_within_ && !answers_later_)) end();
+  if (within == answers_only_within()) end();
   return true;
 }
 
@@ -109,6 +113,7 @@ void AsyncAnswers::dispatch(GstTensorMemory* output) {
   const Described now = described(properties.get()->output_meta, filter_.name(), "output");
   if (properties.dynamic()) properties.forget_output_names();
   const auto filter = filter_.weak_from_this().lock();
+  const auto limit = answers_only_within() ? short_limit_ : long_limit_;
   (invoking_ == std::this_thread::get_id() ? answers_within_ : answers_later_) = true;
   short_watch_->touch();
   long_watch_->touch();
@@ -122,7 +127,7 @@ void AsyncAnswers::dispatch(GstTensorMemory* output) {
       .code = Code::CALLBACK_FAILED,
       .what = "the filter " + filter_.name() + " returned an output after its frame had ended",
       .offered = std::to_string(now.infos.size()) + " tensors, when no frame was in progress",
-      .needed = "an output within " + std::to_string(kQuiet.count()) +
+      .needed = "an output within " + std::to_string(limit.count()) +
                 " ms of the previous one, or of the start of the frame",
       .fix = "return from invoke only after the last output of the frame was dispatched"};
   nns_loge("%s", too_late_->message().c_str());

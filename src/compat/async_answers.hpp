@@ -42,11 +42,13 @@ class AsyncAnswers {
   void give_on(GstTensorMemory* output, const Described& now,
                const std::shared_ptr<OpenFilter>& filter);
   bool quiet(bool within);
+  bool answers_only_within() const noexcept { return answers_within_ && !answers_later_; }
   void end();
 
   OpenFilter& filter_;
   const bool gives_;  // takes ownership of the outputs' memory
   const size_t outputs_;
+  const std::chrono::milliseconds short_limit_, long_limit_;
   std::mutex mutex_;  // guards the members below
   std::optional<Request> request_;
   std::thread::id invoking_;  // thread of the running invoke, or none

@@ -231,14 +231,17 @@ void FilterModel::submit(const weir_frame& in, Request& request) {
 void FilterModel::control(int op, const weir_option*) {
   if (op == WEIR_WARM || op == WEIR_RESET_STATE) return;  // only frames invoke the filter
   const bool suspend = op == WEIR_SUSPEND;
-  const int result =
-      suspend || op == WEIR_RESUME ? filter_->send(suspend ? SUSPEND : RESUME) : -ENOENT;
+  if (!suspend && op != WEIR_RESUME)
+    throw Failure({.code = Code::MODEL_UNSUPPORTED,
+                   .what = "filters of NNStreamer have no such event",
+                   .offered = "event " + std::to_string(op),
+                   .needed = "SUSPEND or RESUME"});
+  const int result = filter_->send(suspend ? SUSPEND : RESUME);
   if (result < 0)
     throw Failure({.code = Code::MODEL_UNSUPPORTED,
                    .what = "the filter " + filter_->name() + " does not handle this event",
-                   .offered = "the return value for " +
-                              std::string(suspend ? "SUSPEND" : "the event") + ": " +
-                              returned(result),
+                   .offered = std::string("the return value for ") +
+                              (suspend ? "SUSPEND" : "RESUME") + ": " + returned(result),
                    .needed = "0 or above"});
 }
 

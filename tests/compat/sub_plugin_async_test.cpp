@@ -18,9 +18,9 @@ const std::string kThree = tensors("uint8", "3");
 // through another pipe.
 class Later {
  public:
-  Later()
+  explicit Later(const std::string& more = "")
       : harness(harness_of("tensor_filter framework=header1 invoke-async=true custom=later:" +
-                               to_.reader() + ":" + from_.writer(),
+                               to_.reader() + ":" + from_.writer() + more,
                            kThree)) {}
   ~Later() {
     to_.put(0);  // ends the thread
@@ -93,15 +93,16 @@ TEST(CompatSubPluginAsync, AFlushAbandonsTheOpenFrame) {
 }
 
 TEST(CompatSubPluginAsync, ALateOutputFailsTheNextFrame) {
-  const Later later;
+  const Later later(" async-timeout=400");
   const Harness& h = later.harness;
   Errors errors(h);
   ASSERT_EQ(push(h, 10), GST_FLOW_OK);
   wait_for_stat(h, "tensor_filter", "consumed", 1);
   testing::internal::CaptureStderr();
   later.dispatch(5);
-  EXPECT_SAYS(testing::internal::GetCapturedStderr(),
-              "returned an output after its frame had ended");
+  const std::string log = testing::internal::GetCapturedStderr();
+  EXPECT_SAYS(log, "returned an output after its frame had ended");
+  EXPECT_SAYS(log, "needed: an output within 200 ms of the previous one");
   EXPECT_EQ(push(h, 20), GST_FLOW_ERROR);
   EXPECT_SAYS(errors.next(),
               "WEIR-5003: the filter header1 returned an output after its frame had ended");
