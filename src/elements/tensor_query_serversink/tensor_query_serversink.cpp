@@ -85,7 +85,8 @@ class TensorQueryServersink : public gst::Element<TensorQueryServersink, gst::Ba
       gst::post_error(element(), delivery.error());
       return GST_FLOW_ERROR;
     }
-    if (*delivery == Delivery::NoRequest) return count_without_request();
+    if (*delivery == Delivery::NoRequest) return count_without_request(nullptr);
+    if (*delivery == Delivery::OtherServer) return count_without_request(request.get());
     without_request_ = 0;
     ledger_.copied(copied);
     if (*delivery == Delivery::Lost)
@@ -99,18 +100,33 @@ class TensorQueryServersink : public gst::Element<TensorQueryServersink, gst::Ba
   Ledger ledger_;
 
  private:
-  GstFlowReturn count_without_request() {
+  // `others`: the request of another server; null for a frame without one.
+  GstFlowReturn count_without_request(const QueryRequest* others) {
     const int limit = std::max(settings().limit, 1);
     ledger_.dropped(DropReason::Policy);
     if (++without_request_ < limit) return GST_FLOW_OK;
-    gst::post_error(element(),
-                    Error{.code = Code::OPTION_VALUE,
-                          .what = "frames arrive that do not belong to a request",
-                          .offered = std::to_string(without_request_) + " in a row",
-                          .needed = "frames of a tensor_query_serversrc, passed through elements "
-                                    "that keep the metadata of buffers",
-                          .fix = "tensor_query_serversink limit=" + std::to_string(limit + 1)});
+    gst::post_error(element(), others ? requests_of(others->source_id()) : no_requests(limit));
     return GST_FLOW_ERROR;
+  }
+
+  Error no_requests(int limit) const {
+    return {.code = Code::OPTION_VALUE,
+            .what = "frames arrive that do not belong to a request",
+            .offered = std::to_string(without_request_) + " in a row",
+            .needed =
+                "frames of a tensor_query_serversrc, passed through elements that keep the "
+                "metadata of buffers",
+            .fix = "tensor_query_serversink limit=" + std::to_string(limit + 1)};
+  }
+  Error requests_of(uint32_t source) const {
+    const std::string sink = "tensor_query_serversink id=", own = std::to_string(settings().id);
+    return {.code = Code::OPTION_VALUE,
+            .what = "frames arrive that answer requests of a server with another protocol",
+            .offered = "at " + sink + own +
+                       ": requests of tensor_query_serversrc id=" + std::to_string(source),
+            .needed = "frames of tensor_query_serversrc id=" + own +
+                      "; those of another protocol need a tensor_query_serversink of their own",
+            .fix = sink + std::to_string(source) + " for these frames"};
   }
 
   // Streaming thread only.

@@ -1,9 +1,10 @@
-// tensor_query_serversink: frames without a request, and a missing source.
+// tensor_query_serversink: frames without a request or of another server, and a missing source.
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #include <string>
 
 #include "becomes.hpp"
 #include "elements/tests/pipeline_test_support.hpp"
+#include "transport/edge/query_client_test_support.hpp"
 
 namespace weir::test {
 namespace {
@@ -37,6 +38,48 @@ TEST(TensorQueryServersink, DropsFewerThanLimit) {
       becomes_true([&] { return p.stat("end", "dropped-policy") == 3; }, "three dropped frames"));
   EXPECT_EQ(p.stat("end", "received"), 3u);
   EXPECT_EQ(p.stat("end", "consumed"), 0u);
+}
+
+// The requests of a client of the first source reach the sinks of both.
+class SinkOfAnotherProtocol : public ::testing::Test {
+ protected:
+  void play(const std::string& options) {
+    const std::string caps = "other/tensor,dimension=(string)4,type=(string)uint8,framerate=0/1";
+    pipeline_ = std::make_unique<PlayedPipeline>(
+        "tensor_query_serversrc name=edge port=0 ! " + caps +
+        " ! tee name=both ! tensor_query_serversink name=other id=1 " + options +
+        " both. ! tensor_query_serversink tensor_query_serversrc id=1 protocol=oip port=0 caps=" +
+        caps + " ! fakesink async=false");
+    ASSERT_TRUE(pipeline_->reaches(GST_STATE_PLAYING));
+    guint port = 0;
+    g_object_get(pipeline_->find("edge").get(), "port", &port, nullptr);
+    client_ = std::make_unique<edge::test::RawClient>(static_cast<uint16_t>(port));
+    client_->connect();
+  }
+  const std::vector<wire::test::Bytes> frame_{wire::test::from_text("abcd")};
+  std::unique_ptr<PlayedPipeline> pipeline_;
+  std::unique_ptr<edge::test::RawClient> client_;
+};
+
+TEST_F(SinkOfAnotherProtocol, NamesTheSourceOfTheRequest) {
+  play("");
+  client_->request(frame_);
+  const std::string error = pipeline_->outcome();
+  EXPECT_SAYS(error,
+              "WEIR-1004: frames arrive that answer requests of a server with another protocol");
+  EXPECT_SAYS(error,
+              "offered: at tensor_query_serversink id=1: requests of tensor_query_serversrc id=0");
+  EXPECT_SAYS(error, "fix: tensor_query_serversink id=0 for these frames");
+}
+
+TEST_F(SinkOfAnotherProtocol, DropsFewerThanLimit) {
+  play("limit=3");
+  for (int i = 0; i < 2; ++i) {
+    client_->request(frame_);
+    EXPECT_EQ(client_->answer(), frame_);
+  }
+  EXPECT_EQ(pipeline_->stat("other", "dropped-policy"), 2u);
+  EXPECT_EQ(pipeline_->stat("other", "consumed"), 0u);
 }
 
 TEST(TensorQueryServersink, NeedsASourceOfItsId) {

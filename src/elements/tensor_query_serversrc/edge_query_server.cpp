@@ -125,7 +125,7 @@ class EdgeQueryServer : public QueryServer {
   // A client that sends what it was not asked for is closed: it would take the answer of its next
   // request for that of this one.
   Result<Ref<GstBuffer>> make_frame(QueryRequest& request) override {
-    auto& received = received_of(request);
+    auto& received = static_cast<EdgeRequest&>(request).received();  // of take()
     uint64_t copied = 0;
     auto buffer = buffers_.make(std::move(received.memories()), &copied);
     auto status = buffer ? check_.check(buffer->get()) : Status(buffer.error());
@@ -137,14 +137,16 @@ class EdgeQueryServer : public QueryServer {
   }
   Result<Delivery> answer(QueryRequest* request, GstBuffer* buffer, uint64_t*) override {
     const auto client = gst::client_of(buffer);
-    if (!client && !request) return Delivery::NoRequest;
+    const auto* own = dynamic_cast<EdgeRequest*>(request);
+    if (request && !own) return Delivery::OtherServer;
+    if (!client && !own) return Delivery::NoRequest;
     auto mapped = mapper_.map(buffer);
     if (!mapped) return mapped.error();
-    const auto sent = listener_->answer(client ? *client : request->client(), mapped->memories,
-                                        std::move(mapped->owner),
-                                        request ? received_of(*request).sequence() : "");
+    const auto sent =
+        listener_->answer(client ? *client : own->client(), mapped->memories,
+                          std::move(mapped->owner), own ? own->received().sequence() : "");
     if (sent != edge::QueryListener::Sent::Queued) return Delivery::Lost;
-    if (request) received_of(*request).end(Outcome::Answered);
+    if (own) own->received().end(Outcome::Answered);
     return Delivery::Sent;
   }
   Status set_running(bool running) override {
@@ -179,11 +181,6 @@ class EdgeQueryServer : public QueryServer {
   }
 
  private:
-  // This server makes all requests that it gets.
-  static edge::ReceivedRequest& received_of(QueryRequest& request) {
-    return static_cast<EdgeRequest&>(request).received();
-  }
-
   const std::unique_ptr<edge::QueryListener> listener_;
   const std::string host_;
   // The source's streaming thread.

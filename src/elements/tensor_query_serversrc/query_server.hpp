@@ -30,13 +30,21 @@ class QueryRequest {
   // `element`: a text that lives as long as the process.
   virtual void entered(const char* element) noexcept = 0;
   virtual void pushed() noexcept = 0;
+
+  // Of the tensor_query_serversrc that received it; set before its frame is pushed.
+  uint32_t source_id() const noexcept { return source_id_; }
+  void set_source_id(uint32_t id) noexcept { source_id_ = id; }
+
+ private:
+  uint32_t source_id_ = 0;
 };
 
 // What became of a frame that tensor_query_serversink received.
 enum class Delivery {
   Sent,
-  NoRequest,  // the frame answers no request
-  Lost        // the client has gone, or does not receive
+  NoRequest,    // the frame answers no request
+  OtherServer,  // the frame answers a request of a server with another protocol
+  Lost          // the client has gone, or does not receive
 };
 
 // The server of one pair. Thread-safe, but set_input() and make_frame() are the source's streaming
@@ -65,7 +73,8 @@ class QueryServer {
   virtual void resume() = 0;
   // The frame of a request. Ends the request when it returns an error.
   virtual Result<gst::Ref<GstBuffer>> make_frame(QueryRequest& request) = 0;
-  // Answers `request`, which the buffer belongs to, may be null. Adds the bytes that it copied.
+  // Answers `request`, which the buffer belongs to; it may be null or another server's. Adds the
+  // bytes that it copied.
   virtual Result<Delivery> answer(QueryRequest* request, GstBuffer* buffer,
                                   uint64_t* bytes_copied) = 0;
   // Whether frames flow: in PLAYING.

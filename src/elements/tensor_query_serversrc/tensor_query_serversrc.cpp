@@ -226,6 +226,7 @@ class TensorQueryServersrc : public gst::Element<TensorQueryServersrc, gst::Push
         log(buffer.error());
         continue;
       }
+      request->set_source_id(id_);
       set_request(buffer->get(), request);
       gst::set_client(buffer->get(), request->client());
       request->pushed();

@@ -125,6 +125,22 @@ TEST_F(TensorQueryServersrc, ServesAgainAfterAStop) {
   }
 }
 
+// The sink of the edge server gets the frame before that of the server which received the request.
+TEST_F(TensorQueryServersrc, IsNotAnsweredByTheSinkOfAnotherProtocol) {
+  play(
+      "tee name=both ! tensor_query_serversink both. ! tensor_query_serversink id=1 "
+      "tensor_query_serversrc port=0 ! other/tensor,dimension=(string)4:1,type=(string)float32,"
+      "framerate=0/1 ! fakesink async=false",
+      "id=1");
+  infer({});
+  const std::string error = pipeline_->outcome();
+  EXPECT_SAYS(error,
+              "WEIR-1004: frames arrive that answer requests of a server with another protocol");
+  EXPECT_SAYS(error,
+              "offered: at tensor_query_serversink id=0: requests of tensor_query_serversrc id=1");
+  EXPECT_SAYS(error, "fix: tensor_query_serversink id=1 for these frames");
+}
+
 TEST_F(TensorQueryServersrc, RejectsSettingsThatItCannotUse) {
   const std::string sink = "tensor_query_serversink";
   EXPECT_SAYS(error_of_pipeline(source("connect-type=HYBRID") + sink), "does not use a broker");

@@ -122,7 +122,7 @@ class OipQueryServer : public QueryServer {
   void resume() override { model_->resume(); }
 
   Result<Ref<GstBuffer>> make_frame(QueryRequest& request) override {
-    net::ServedRequest& served = served_of(request);
+    net::ServedRequest& served = static_cast<OipRequest&>(request).served();  // of take()
     if (input_ != Input::Tensors) return make_frame_of_bytes(served);
     auto buffer = pool_.acquire(*limit_);
     if (!buffer) {
@@ -138,14 +138,16 @@ class OipQueryServer : public QueryServer {
   Result<Delivery> answer(QueryRequest* request, GstBuffer* buffer,
                           uint64_t* bytes_copied) override {
     if (!request) return Delivery::NoRequest;
+    const auto* own = dynamic_cast<OipRequest*>(request);
+    if (!own) return Delivery::OtherServer;
     const auto answer = std::make_shared<MappedAnswer>(buffer);
     auto tensors = read(answer.get());
     if (!tensors) {
-      served_of(*request).fail(net::CallStatus::Internal, tensors.error().message());
+      own->served().fail(net::CallStatus::Internal, tensors.error().message());
       return tensors.error();
     }
     *bytes_copied += answer->reader.bytes_copied();
-    served_of(*request).answer(*tensors, answer);
+    own->served().answer(*tensors, answer);
     return Delivery::Sent;
   }
   Status set_running(bool running) override {
@@ -173,10 +175,6 @@ class OipQueryServer : public QueryServer {
   }
 
  private:
-  // This server makes all requests that it gets.
-  static net::ServedRequest& served_of(QueryRequest& request) {
-    return static_cast<OipRequest&>(request).served();
-  }
   static Error unknown_tensors(const GstCaps* caps) {
     const gst::UniqueText text{gst_caps_to_string(caps)};
     return {
