@@ -75,16 +75,21 @@ std::string ModelList::names() const {
   return out.empty() ? "none" : out;
 }
 
+bool ModelList::is_here_locked(const std::string& name) const {
+  return std::any_of(models_.begin(), models_.end(),
+                     [&](const auto& model) { return model->model().name == name; });
+}
+
 Health ModelList::health_locked(const std::string& service) const {
   const bool whole = service.empty() || service == "inference.GRPCInferenceService";
-  bool known = whole, ready = !closed_;
+  bool known = whole, ready = !closed_ && !models_.empty();
   for (const auto& model : models_) {
     if (!whole && model->model().name != service) continue;
     known = true;
     ready = ready && model->ready();
   }
   for (const auto& gone : gone_) {
-    if (known || gone.name != service) continue;
+    if ((!whole && gone.name != service) || is_here_locked(gone.name)) continue;
     known = true;
     ready = false;
   }

@@ -63,6 +63,34 @@ TEST_F(Watching, RemembersModelsThatMayComeBack) {
   EXPECT_FALSE(list_->was_here({"m", ""}));
 }
 
+TEST_F(Watching, TheWholeServesOnlyWhileAllItsModelsDo) {
+  Ended whole;
+  watch(&whole, "");
+  for (const auto& model : {model_, other_}) {
+    describe(model.get());
+    ASSERT_TRUE(list_->add(model, "here"));
+  }
+  list_->remove(*other_);
+  EXPECT_EQ(list_->health("m"), Health::Serving);
+  ASSERT_TRUE(list_->add(other_, "here"));
+  list_->remove(*model_);
+  list_->remove(*other_);
+  using Sent = std::vector<std::string>;
+  EXPECT_EQ(whole.sent, (Sent{kNotServing, kServing, kNotServing, kServing, kNotServing}));
+  EXPECT_EQ(list_->health("inference.GRPCInferenceService"), Health::NotServing);
+}
+
+TEST_F(Watching, AnotherVersionTakesThePlaceOfOneThatIsGone) {
+  const auto next = std::make_shared<ServedModel>(ModelRequest{"m", "2"}, "weir", 2);
+  for (const auto& model : {model_, next}) {
+    describe(model.get());
+    ASSERT_TRUE(list_->add(model, "here"));
+  }
+  list_->remove(*model_);
+  EXPECT_EQ(list_->health(""), Health::Serving);
+  EXPECT_EQ(list_->health("m"), Health::Serving);
+}
+
 TEST_F(Watching, EndsWithNotServing) {
   Ended before, after;
   ASSERT_TRUE(list_->add(model_, "here"));

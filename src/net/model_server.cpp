@@ -39,6 +39,12 @@ void leave(const std::string& address) {
   if (found != shared_servers().end() && --found->second.users == 0) shared_servers().erase(found);
 }
 
+// shared_mutex() is held.
+std::shared_ptr<ModelServer> use(const std::string& address, Shared* shared) {
+  ++shared->users;
+  return {shared->server.get(), [address](ModelServer*) { leave(address); }};
+}
+
 void refuse(const std::shared_ptr<Call>& call, const Error& error) {
   call->fail(CallStatus::InvalidArgument, error.message());
 }
@@ -68,9 +74,13 @@ Result<std::shared_ptr<ModelServer>> ModelServer::share(const ListenOptions& opt
     address = address_text(actual);
     found = servers.emplace(address, Shared{std::move(server), actual, 0}).first;
   }
-  ++found->second.users;
-  return std::shared_ptr<ModelServer>(found->second.server.get(),
-                                      [address](ModelServer*) { leave(address); });
+  return use(address, &found->second);
+}
+
+std::shared_ptr<ModelServer> ModelServer::listening_on(const std::string& address) {
+  std::lock_guard lock(shared_mutex());
+  const auto found = shared_servers().find(address);
+  return found == shared_servers().end() ? nullptr : use(address, &found->second);
 }
 
 Status ModelServer::add(const std::shared_ptr<ServedModel>& model) {

@@ -17,6 +17,10 @@ class ModelServer {
   // Listener::open(); OPTION_VALUE when the options differ.
   static Result<std::shared_ptr<ModelServer>> share(const ListenOptions& options);
 
+  // One more user of the server that listens on an address in this process, "127.0.0.1:8001" or
+  // "unix:PATH"; null when there is none.
+  static std::shared_ptr<ModelServer> listening_on(const std::string& address);
+
   explicit ModelServer(const ListenOptions& options) : options_(options) {}
   ~ModelServer() { models_->close(); }
   ModelServer(const ModelServer&) = delete;

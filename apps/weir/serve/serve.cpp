@@ -3,9 +3,11 @@
 #include <gst/gst.h>
 
 #include <cstdio>
+#include <memory>
 #include <optional>
 
 #include "commands.hpp"
+#include "core/process/kept_address.hpp"
 #include "core/text/pasted.hpp"
 #include "launch/pipeline_text.hpp"
 #include "report.hpp"
@@ -49,6 +51,13 @@ std::string address_text(const ServeOptions& options, const ListenAddress& addre
   if (address.host == "0.0.0.0" || address.host == "::") shown.host = g_get_host_name();
   shown.port = std::to_string(port);
   return scheme + "://" + shown.text();
+}
+
+// Clients of a model that is restarted are answered meanwhile.
+std::shared_ptr<const void> keep_listening(ListenAddress address, unsigned port) {
+  if (address.unix_path.empty()) address.port = std::to_string(port);
+  const auto keep = process::keep_address().load();
+  return keep ? keep(address.text()) : nullptr;
 }
 
 // The port is a property of the element, and here a part of --listen.
@@ -106,6 +115,7 @@ int serve(const ServeOptions& options) {
     print_errors(with_option(errors, *address));
     return kExitError;
   }
+  const auto kept = keep_listening(*address, run.port());
   print_models(run, address_text(options, *address, run.port()));
   std::unique_ptr<MetricsServer> metrics;
   if (!options.metrics.empty()) {

@@ -164,15 +164,16 @@ class CustomFilter:
         calm = self.script("calm.py", "pass")
         process, _, address = self.serve(picky, calm, line="input float32 4:1.* +output float32 4:1.*\n")
         client = self.client(address, "picky")
-        health = client.channel.unary_stream("/grpc.health.v1.Health/Watch")(b"\x0a\x05picky", timeout=60)
-        self.assertEqual(next(health), b"\x08\x01")
+        client.wait_until_ready("calm")
+        health, whole = (client.channel.unary_stream("/grpc.health.v1.Health/Watch")(service, timeout=60) for service in (b"\x0a\x05picky", b""))
+        self.assertEqual([next(health), next(whole)], [b"\x08\x01"] * 2)
         one = np.ones((1, 4), np.float32)
         self.assertIn(status_of(lambda: client.infer(request("picky", 13 * one)))[0], FAILED)
-        self.assertEqual(next(health), b"\x08\x02")
+        self.assertEqual([next(health), next(whole)], [b"\x08\x02"] * 2)
         self.assertEqual(status_of(lambda: client.infer(request("picky", one))),
                          ("UNAVAILABLE", "the pipeline of the model picky does not run"))
         self.assertEqual(client.infer(request("calm", one)).raw_output_contents[0], (2 * one).tobytes())
-        self.assertEqual(next(health), b"\x08\x01")
+        self.assertEqual([next(health), next(whole)], [b"\x08\x01"] * 2)
         self.assertEqual(client.infer(request("picky", one)).raw_output_contents[0], (2 * one).tobytes())
         status, _, errors = self.end(process)
         self.assertEqual(status, 0, errors)
@@ -226,9 +227,15 @@ class CustomFilter:
         client = self.client(address, "fragile")
         self.assertIn(status_of(lambda: client.infer(request("fragile", np.ones((1, 4), np.float32))))[0], FAILED)
         lines = []
+        health = client.channel.unary_unary("/grpc.health.v1.Health/Check")
         while sum("is started again" in line for line in lines) < 3:
             lines.append(process.stderr.readline())
             self.assertTrue(lines[-1], lines)
+            if "is started again" in lines[-1]:  # the connection stays
+                self.assertEqual(status_of(lambda: client.infer(request("fragile", np.ones((1, 4), np.float32)))),
+                                 ("UNAVAILABLE", "the pipeline of the model fragile does not run"))
+                self.assertEqual([health(service, timeout=30) for service in (b"", b"\x0a\x07fragile")], [b"\x08\x02"] * 2)
+                self.assertFalse(client.call("ServerReady", pb.ServerReadyRequest()).ready)
         waits = [line for line in lines if "started again" in line]
         self.assertEqual(waits, [f"weir: the model fragile is started again in {seconds} s\n" for seconds in (1, 2, 4)])
         self.assertIn("ValueError: gone", "".join(lines))

@@ -10,6 +10,7 @@
 #include "elements/tests/pipeline_test_support.hpp"
 #include "net/link.hpp"
 #include "net/outcome.hpp"
+#include "transport/edge/stream_socket.hpp"
 
 namespace weir::test {
 namespace {
@@ -28,15 +29,21 @@ class TensorQueryServersrc : public ::testing::Test {
   void play(const std::string& rest, const std::string& options = "") {
     pipeline_ = std::make_unique<PlayedPipeline>(source(options) + rest);
     ASSERT_TRUE(pipeline_->reaches(GST_STATE_PLAYING));
-    guint port = 0;
-    g_object_get(pipeline_->find("server").get(), "port", &port, nullptr);
-    ASSERT_NE(port, 0u);
+    connect();
+  }
+  void connect() {
+    ASSERT_NE(port(), 0u);
     const auto address =
-        net::ServerAddress::parse("grpc://127.0.0.1:" + std::to_string(port) + "/m");
+        net::ServerAddress::parse("grpc://127.0.0.1:" + std::to_string(port()) + "/m");
     auto link = Link::open(*address, {}, 1 << 20);
     ASSERT_TRUE(link);
     link_ = *std::move(link);
     ASSERT_TRUE(becomes_true([this] { return is_ready(); }, "a model that is ready"));
+  }
+  guint port() const {
+    guint port = 0;
+    g_object_get(pipeline_->find("server").get(), "port", &port, nullptr);
+    return port;
   }
   bool is_ready() {
     const auto reply = link_->call("ModelReady", net::encode_model_request("m", ""), nullptr,
@@ -121,6 +128,31 @@ TEST_F(TensorQueryServersrc, RefusesCallsAfterTheEndOfItsStream) {
 TEST_F(TensorQueryServersrc, ServesAgainAfterAStop) {
   for (int i = 0; i < 3; ++i) {
     play("tensor_query_serversink");
+    EXPECT_EQ(result_of(infer({1, 2, 3, 4})), (Floats{1, 2, 3, 4}));
+  }
+}
+
+TEST_F(TensorQueryServersrc, GivesItsPortBackWhenItStops) {
+  for (const GstState state : {GST_STATE_READY, GST_STATE_NULL}) {
+    play("tensor_query_serversink");
+    const guint was = port();
+    EXPECT_EQ(infer({}).status, 0);
+    ASSERT_TRUE(pipeline_->reaches(state));
+    EXPECT_TRUE(edge::listen_on("localhost", was));
+    EXPECT_EQ(stat("requests-answered"), 1u);
+    EXPECT_EQ(stat("calls-refused"), 0u);
+  }
+}
+
+TEST_F(TensorQueryServersrc, ServesAgainOnItsPortWithOtherSettings) {
+  play("tensor_query_serversink");
+  for (const guint64 most : {2048, 4096}) {
+    const guint was = port();
+    ASSERT_TRUE(pipeline_->reaches(GST_STATE_NULL));
+    g_object_set(pipeline_->find("server").get(), "port", was, "max-message", most, nullptr);
+    ASSERT_TRUE(pipeline_->reaches(GST_STATE_PLAYING));
+    EXPECT_EQ(port(), was);
+    connect();
     EXPECT_EQ(result_of(infer({1, 2, 3, 4})), (Floats{1, 2, 3, 4}));
   }
 }

@@ -4,7 +4,10 @@
 #include "elements/tensor_query_serversrc/oip/oip_query_server.hpp"
 
 #include <functional>
+#include <mutex>
+#include <utility>
 
+#include "core/process/kept_address.hpp"
 #include "core/tensor/tensor_header.hpp"
 #include "elements/tensor_query_serversrc/oip/served_tensors.hpp"
 #include "elements/tensor_query_serversrc/query_server.hpp"
@@ -75,11 +78,11 @@ class OipQueryServer : public QueryServer {
                  const net::ListenOptions& options)
       : server_(std::move(server)),
         model_(std::move(model)),
-        has_port_(options.unix_path.empty()),
+        port_(options.unix_path.empty() ? options.port : 0),
         address_(net::address_text(options)) {}
 
   Status publish() override { return server_->add(model_); }
-  uint32_t port() const override { return has_port_ ? server_->port() : 0; }
+  uint32_t port() const override { return port_; }
   std::string description() const override {
     return "model " + model_->model().name + " version " + model_->model().version +
            " listens on " + address_;
@@ -158,6 +161,8 @@ class OipQueryServer : public QueryServer {
   void stop() override {
     model_->stop();
     server_->remove(*model_);
+    // Waits for the last calls of the address.
+    const auto released = release();
   }
   std::string summary() const override {
     const auto c = model_->counts();
@@ -171,10 +176,19 @@ class OipQueryServer : public QueryServer {
                       G_TYPE_UINT64, c.answered, "requests-refused", G_TYPE_UINT64, c.refused,
                       "requests-expired", G_TYPE_UINT64, c.expired, "requests-aborted",
                       G_TYPE_UINT64, c.aborted, "requests-in-flight", G_TYPE_UINT64, c.in_flight,
-                      "calls-refused", G_TYPE_UINT64, server_->refused(), nullptr);
+                      "calls-refused", G_TYPE_UINT64, calls_refused(), nullptr);
   }
 
  private:
+  std::shared_ptr<net::ModelServer> release() {
+    std::lock_guard lock(server_mutex_);
+    calls_refused_ = server_->refused();
+    return std::exchange(server_, nullptr);
+  }
+  uint64_t calls_refused() const {
+    std::lock_guard lock(server_mutex_);
+    return server_ ? server_->refused() : calls_refused_;
+  }
   static Error unknown_tensors(const GstCaps* caps) {
     const gst::UniqueText text{gst_caps_to_string(caps)};
     return {
@@ -256,9 +270,11 @@ class OipQueryServer : public QueryServer {
     frame_outputs_ = describe_tensors(specs, "output");
   }
 
-  const std::shared_ptr<net::ModelServer> server_;
+  mutable std::mutex server_mutex_;           // guards server_ while it changes
+  std::shared_ptr<net::ModelServer> server_;  // null after stop()
+  uint64_t calls_refused_ = 0;                // by stop()
   const std::shared_ptr<net::ServedModel> model_;
-  const bool has_port_;
+  const uint32_t port_;
   const std::string address_;
   // The source's streaming thread.
   Input input_ = Input::Tensors;
@@ -285,9 +301,14 @@ Result<std::shared_ptr<QueryServer>> open(const ServersrcSettings& s,
       std::make_shared<OipQueryServer>(*std::move(server), std::move(model), shown));
 }
 
+std::shared_ptr<const void> keep(const std::string& address) {
+  return net::ModelServer::listening_on(address);
+}
+
 }  // namespace
 
 void register_oip_query_server() {
+  process::keep_address() = keep;
   query_protocols().oip = open;
 }
 
