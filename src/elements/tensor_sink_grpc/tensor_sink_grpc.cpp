@@ -10,6 +10,7 @@ namespace weir {
 namespace {
 
 using net::OutgoingFrames;
+using Outcome = OutgoingFrames::Outcome;
 
 constexpr std::chrono::seconds kLongestEnd{5};  // to send what is queued at EOS
 constexpr std::align_val_t kMessageAlignment{64};
@@ -81,20 +82,21 @@ class TensorSinkGrpc : public GrpcElement<TensorSinkGrpc, gst::BaseSink, Outgoin
     ledger_.received();
     auto message = encode(buffer);
     if (!message) return failed(message.error());
-    switch (frames_->send(*message)) {
-      case OutgoingFrames::Outcome::Queued:
-        ledger_.consumed();
-        return GST_FLOW_OK;
-      case OutgoingFrames::Outcome::Dropped:
-        ledger_.dropped(DropReason::Policy);
-        return GST_FLOW_OK;
-      case OutgoingFrames::Outcome::Interrupted:
+    auto outcome = frames_->send(*message);
+    while (outcome == Outcome::Interrupted) {
+      // A pause also interrupts the wait; only a flush or the change to READY ends it.
+      if (const auto flow = gst_base_sink_wait_preroll(self()); flow != GST_FLOW_OK) {
         ledger_.dropped(DropReason::Flush);
-        return GST_FLOW_FLUSHING;
-      case OutgoingFrames::Outcome::Failed:
-        break;
+        return flow;
+      }
+      outcome = frames_->send(*message);
     }
-    return failed(*frames_->error());
+    if (outcome == Outcome::Failed) return failed(*frames_->error());
+    if (outcome == Outcome::Queued)
+      ledger_.consumed();
+    else
+      ledger_.dropped(DropReason::Policy);
+    return GST_FLOW_OK;
   }
 
   gboolean event(GstEvent* event) {

@@ -1,6 +1,8 @@
 // tensor_sink_grpc with tensor_src_grpc at the other end of a real connection: both roles, both
 // schemas, what is dropped, what fails.
 // SPDX-License-Identifier: LGPL-2.1-or-later
+#include <thread>
+
 #include "elements/tensor_sink_grpc/grpc_test_support.hpp"
 
 namespace weir::test {
@@ -184,6 +186,23 @@ TEST(TensorSinkGrpcAlone, StopsWhileItWaitsForAServer) {
   ASSERT_TRUE(wait_for_stat(pipeline.find("sink").get(), "received", 2));
   EXPECT_TRUE(pipeline.reaches(GST_STATE_NULL));
   EXPECT_EQ(pipeline.stat("sink", "held"), 0u);
+}
+
+TEST(TensorSinkGrpcAlone, PausingWhileItWaitsForRoomLosesAndRepeatsNothing) {
+  const std::string port = free_port();
+  const Harness sink = harness_of("tensor_sink_grpc sync=false queue=1" + port, kSixBytes);
+  EXPECT_EQ(gst_harness_push(sink.get(), six_bytes(1)), GST_FLOW_OK);
+  std::thread writer([&] { EXPECT_EQ(gst_harness_push(sink.get(), six_bytes(2)), GST_FLOW_OK); });
+  EXPECT_TRUE(wait_for_stat(sink, kSink, "received", 2));
+  const auto element = element_of(sink, kSink);
+  gst_element_set_state(element.get(), GST_STATE_PAUSED);
+  gst_element_set_state(element.get(), GST_STATE_PLAYING);
+  const Harness source = harness_of("tensor_src_grpc" + port);
+  gst_harness_play(source.get());
+  writer.join();
+  EXPECT_EQ(pulled_bytes(source), Bytes({1, 2, 3, 4, 5, 6}));
+  EXPECT_EQ(pulled_bytes(source), Bytes({2, 3, 4, 5, 6, 7}));
+  EXPECT_EQ(stat(sink, kSink, "consumed"), 2u);
 }
 
 TEST(TensorSinkGrpcAlone, ServesOnlyWhomItAllows) {
