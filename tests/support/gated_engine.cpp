@@ -3,6 +3,7 @@
 // takes:US microseconds per invoke, without the gate.
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #include <chrono>
+#include <cmath>
 #include <cstdlib>
 #include <cstring>
 #include <memory>
@@ -15,7 +16,7 @@
 struct weir_model {
   weir_tensor_info input{}, output{};
   weir_model_info info{};
-  float fail = -1, drop = -1;
+  float fail = NAN, drop = NAN;  // equal to no value
   std::chrono::microseconds takes{0};
 };
 struct weir_session {

@@ -152,6 +152,7 @@ bool Fallback::has_time(int64_t expires) const {
 Result<bool> Fallback::answer(const weir_frame& in, weir_frame& out, GstElement* element,
                               DropReason reason) {
   std::lock_guard lock(mutex_);
+  if (!has_time(in.expires)) return false;
   const auto begin = now();
   const auto use = lease_->begin();
   if (!use) return use.error();

@@ -46,7 +46,8 @@ class Fallback {
   int64_t latest_end(int64_t expires) const;
   // Whether this model can end before the frame expires.
   bool has_time(int64_t expires) const;
-  // Runs the frame. `reason`: why the model has no result.
+  // Runs the frame. False if it has no time left after the wait for others. `reason`: why the model
+  // has no result.
   Result<bool> answer(const weir_frame& in, weir_frame& out, GstElement* element,
                       DropReason reason);
   // The model has answered a frame. Returns true.

@@ -1,9 +1,11 @@
 // tensor_filter fallback=...: a second model answers the frames for which the first has no result.
 // SPDX-License-Identifier: LGPL-2.1-or-later
+#include <chrono>
 #include <cstdlib>
 
 #include "elements/tensor_filter/adder_test_support.hpp"
 #include "elements/tensor_filter/filter_log_test_support.hpp"
+#include "gate.hpp"
 
 namespace weir::test {
 namespace {
@@ -15,7 +17,8 @@ constexpr float kLate = -1, kRefused = -2, kLost = -3;
 class FilterFallback : public testing::Test {
  protected:
   FilterFallback() {
-    const auto ini = files_.write("weir.ini", "[filter]\npriority_add = adder\n");
+    const auto ini =
+        files_.write("weir.ini", "[filter]\npriority_add = adder\npriority_gate = gated\n");
     setenv("WEIR_CONFIG", ini.c_str(), 1);
   }
   ~FilterFallback() override { setenv("WEIR_CONFIG", "", 1); }
@@ -95,6 +98,34 @@ TEST_F(FilterFallback, ReportsWhoAnsweredEachFrame) {
       EXPECT_EQ(answered_by(out.get()), who) << mode;
     }
   }
+}
+
+// Both frames are late. The second one waits until the fallback has run for the first one.
+TEST_F(FilterFallback, DropsAFrameThatWaitsForTheFallbackBeyondItsDeadline) {
+  Gate& gate = Gate::of_process();
+  gate.reset(true);  // for the dry run
+  auto h = harness_of(filter("workers=2 fallback=" + files_.write("slow.gate", "x")), kAdderCaps);
+  gate.reset();
+  const auto push = [&h](float second) {
+    EXPECT_EQ(gst_harness_push(h.get(), frame<float>({kLate, second, 0, 0}, 0)), GST_FLOW_OK);
+  };
+  push(1);
+  EXPECT_EQ(gate.wait_for_entered(1).size(), 1u);
+  g_object_set(element_of(h, "tensor_filter").get(), "deadline", guint64{20 * GST_MSECOND},
+               nullptr);
+  push(2);
+  const auto expired = std::chrono::steady_clock::now() + std::chrono::milliseconds(20);
+  ASSERT_TRUE(becomes_true([&] { return std::chrono::steady_clock::now() > expired; },
+                           "the deadline of the second frame"));
+  gate.open();
+  const auto first = Ref<GstBuffer>::adopt(gst_harness_pull(h.get()));
+  ASSERT_TRUE(first);
+  EXPECT_EQ(values<float>(first.get())[1], 2);
+  EXPECT_TRUE(wait_for_stat(h, "tensor_filter", "held", 0));
+  EXPECT_EQ(gate.entered().size(), 1u) << "the fallback does not run on the second frame";
+  EXPECT_EQ(stat(h, "fallback-frames"), 1u);
+  EXPECT_EQ(stat(h, "dropped-late"), 1u);
+  EXPECT_EQ(stat(h, "received"), stat(h, "consumed") + stat(h, "dropped"));
 }
 
 TEST_F(FilterFallback, KeepsTheTimesOfTheFrame) {
