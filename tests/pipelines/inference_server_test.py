@@ -165,6 +165,14 @@ class InferenceServer(unittest.TestCase):
         self.assertEqual(done.returncode, 0, done.stderr)
         self.assertEqual(self.answers(), (0, FRAMES))
 
+    def test_batches_end_with_their_deadline_when_the_server_is_slow(self):
+        _, model = self.server("--delay", "4")
+        line = self.line(model, "name=remote batch-size=4 deadline=1000000000 custom=attempts:1", self.frames, before="identity sync=true ! ")
+        done = self.weir_run(line, "--json")
+        self.assertEqual(done.returncode, 0, done.stderr)
+        stats = next(one["stats"] for one in json.loads(done.stdout)["ledger"] if one["name"] == "remote")
+        self.assertEqual((stats["pushed"], stats["dropped"]), (0, FRAMES), stats)
+
     def test_a_fallback_of_another_shape_is_refused_at_the_start(self):
         _, model = self.server()
         done = self.play(model, f"fallback={self.local_model(width=5)}")

@@ -1,7 +1,8 @@
 /* An engine in C11 for tests, as a user would write one: y = x + 1 on float32 [-1, 4].
  * Options: fail-at:N (that invoke fails), drop-at:N (that invoke drops its frame), alignment:N and
  * padding:N (required, and checked in each invoke), rows:N (float32 [N, 4], no other length),
- * stateful:1 (declares that it keeps state), show-deadline:1 (y = the frame's deadline in ms).
+ * stateful:1 (declares that it keeps state), show-deadline:1 (y = the frame's deadline in ms),
+ * show-expiry:1 (y = 1 if the frame expires, otherwise 0).
  *
  * SPDX-License-Identifier: LGPL-2.1-or-later */
 #include <stdlib.h>
@@ -13,7 +14,7 @@ struct weir_model {
   weir_tensor_info input, output;
   long fail_at, drop_at;
   uint32_t alignment, padding, flags;
-  int shows_deadline;
+  int shows_deadline, shows_expiry;
 };
 struct weir_session {
   struct weir_model* model;
@@ -38,6 +39,7 @@ static int open_model(const weir_open* request, weir_model** out, weir_error* er
     if (strcmp(request->options[i].key, "padding") == 0)
       model->padding = (uint32_t)strtoul(request->options[i].value, NULL, 10);
     if (strcmp(request->options[i].key, "show-deadline") == 0) model->shows_deadline = 1;
+    if (strcmp(request->options[i].key, "show-expiry") == 0) model->shows_expiry = 1;
   }
   model->input.type = WEIR_FLOAT32;
   model->input.rank = 2;
@@ -106,8 +108,10 @@ static int invoke(weir_session* session, const weir_frame* in, weir_frame* out, 
     return host->fail(error, WEIR_INVOKE_FAILED, "memory that was not requested", NULL, NULL, NULL,
                       NULL);
   const float deadline = in->deadline < 0 ? -1.f : (float)in->deadline / 1e6f;
-  for (uint64_t i = 0; i < in->tensors[0].bytes / sizeof *x; ++i)
+  for (uint64_t i = 0; i < in->tensors[0].bytes / sizeof *x; ++i) {
     y[i] = session->model->shows_deadline ? deadline : x[i] + 1;
+    if (session->model->shows_expiry) y[i] = in->expires > 0;
+  }
   return WEIR_OK;
 }
 

@@ -6,6 +6,7 @@
 
 #include "core/infer/batch/batch_group.hpp"
 #include "elements/tensor_filter/answered_by.hpp"
+#include "elements/tensor_filter/deadline.hpp"
 #include "elements/tensor_filter/frame_flow.hpp"
 #include "elements/tensor_filter/output_frame.hpp"
 #include "gstcpp/buffer/request_end.hpp"
@@ -58,7 +59,7 @@ class BatchFlow final : public FrameFlow {
       ticket = output_.submit();
     }
     if (!ticket) return output_.reject(GST_FLOW_FLUSHING);
-    add(std::move(buffer), *ticket, std::move(share));
+    add(std::move(buffer), deadline, *ticket, std::move(share));
     const auto flow = output_.report_flow();
     const auto failed = output_.failure();
     return failed != GST_FLOW_OK ? failed : flow;
@@ -138,12 +139,13 @@ class BatchFlow final : public FrameFlow {
   class Frame final : public infer::BatchJob {
    public:
     Frame(BatchFlow* flow, std::unique_ptr<Pair> pair, gst::Ref<GstBuffer> buffer,
-          const Ticket& ticket, Share share)
+          GstClockTime deadline, const Ticket& ticket, Share share)
         : flow_(flow),
           share_(std::move(share)),
           pairs_(flow->pairs_),
           pair_(std::move(pair)),
           buffer_(std::move(buffer)),
+          deadline_(deadline),
           ticket_(ticket) {}
     ~Frame() override { pairs_->give_back(std::move(pair_)); }
 
@@ -157,8 +159,11 @@ class BatchFlow final : public FrameFlow {
       if (made) set_answered_by(made->get(), flow_->output_.element(), run.end.answered_by);
       flow_->output_.finish(ticket_, std::move(made));
     }
+    int64_t expires() const override {
+      return monotonic_deadline(flow_->output_.element(), deadline_);
+    }
     bool end_if_useless() override {
-      if (!gst::end_if_expired(buffer_.get())) return false;
+      if (!flow_->output_.is_past(deadline_) && !gst::end_if_expired(buffer_.get())) return false;
       flow_->output_.drop_late(ticket_);
       return true;
     }
@@ -175,15 +180,16 @@ class BatchFlow final : public FrameFlow {
     std::shared_ptr<Pairs> pairs_;
     std::unique_ptr<Pair> pair_;
     gst::Ref<GstBuffer> buffer_;
+    GstClockTime deadline_;
     Ticket ticket_;
   };
 
   // Adds the frame to the stream; a frame that cannot be read ends immediately.
-  void add(gst::Ref<GstBuffer> buffer, const Ticket& ticket, Share share) {
+  void add(gst::Ref<GstBuffer> buffer, GstClockTime deadline, const Ticket& ticket, Share share) {
     auto pair = pairs_->take();
     if (!pair) return output_.finish(ticket, pair.error());
-    auto frame = std::make_unique<Frame>(this, *std::move(pair), std::move(buffer), ticket,
-                                         std::move(share));
+    auto frame = std::make_unique<Frame>(this, *std::move(pair), std::move(buffer), deadline,
+                                         ticket, std::move(share));
     if (auto status = frame->read(); !status) return frame->failed(status.error());
     stream()->add(std::move(frame));
   }

@@ -6,6 +6,7 @@
 #include <fstream>
 
 #include "elements/tensor_filter/deadline.hpp"
+#include "elements/tensor_filter/gated_filter_test_support.hpp"
 #include "elements/tests/element_test_support.hpp"
 
 namespace {
@@ -228,6 +229,33 @@ TEST(TensorFilterDeadline, IsPassedToTheEngine) {
   push(h, GST_CLOCK_TIME_NONE);
   const auto timeless = Ref<GstBuffer>::adopt(gst_harness_pull(h.get()));
   EXPECT_EQ(values<float>(timeless.get())[0], -1.f) << "none";
+}
+
+// The clock passes the deadline of the last two frames while the first batch runs.
+TEST(TensorFilterDeadline, DropsALateFrameBeforeItsBatchRuns) {
+  GatedFilter filter("batch-size=2 batch-timeout=3600000000000 deadline=50000000");
+  for (int i = 0; i < 4; ++i) ASSERT_EQ(filter.push(static_cast<float>(i)), GST_FLOW_OK);
+  gate().wait_for_entered(1);
+  const Unique<GstTestClock, gst_object_unref> clock(gst_harness_get_testclock(filter.get()));
+  gst_test_clock_set_time(clock.get(), 200 * kMs);
+  gate().open();
+  EXPECT_EQ(filter.pull(2), (std::vector<float>{1, 2}));
+  filter.expect_all_accounted();
+  EXPECT_EQ(filter.stat("dropped-qos"), 2u);
+  EXPECT_EQ(filter.stat("batches"), 1u);
+}
+
+TEST(TensorFilterDeadline, OfABatchIsPassedToTheEngine) {
+  const std::string batch = "custom=show-expiry:1 batch-size=2 batch-timeout=3600000000000 ";
+  for (const bool has : {true, false}) {
+    auto h = harness(filter(batch + (has ? "deadline=3600000000000" : "")));
+    push(h, 0);
+    push(h, 100 * kMs);
+    for (int i = 0; i < 2; ++i) {
+      const auto out = Ref<GstBuffer>::adopt(gst_harness_pull(h.get()));
+      EXPECT_EQ(values<float>(out.get())[0], has ? 1.F : 0.F);
+    }
+  }
 }
 
 TEST(TensorFilterDeadline, AcceptsTheMaximumValue) {

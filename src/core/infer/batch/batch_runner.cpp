@@ -6,6 +6,8 @@
 #include <cstdint>
 #include <string>
 
+#include "weir/no_result.h"
+
 namespace weir::infer {
 namespace {
 
@@ -59,6 +61,17 @@ void set_memory(weir_tensor* tensor, void* data, uint64_t bytes, uint64_t capaci
 bool suits(const weir_tensor& tensor, const InputMemory& memory) {
   return reinterpret_cast<uintptr_t>(tensor.data) % memory.alignment == 0 &&
          tensor.capacity >= tensor.bytes + memory.padding;
+}
+
+// When the results are useless for every frame; 0 = never.
+int64_t last_expiry(const BatchJobs& jobs) {
+  int64_t last = 0;
+  for (const auto& job : jobs) {
+    const int64_t expires = job->expires();
+    if (expires == 0) return 0;
+    last = std::max(last, expires);
+  }
+  return last;
 }
 
 }  // namespace
@@ -143,7 +156,7 @@ void BatchRunner::run_checked(BatchJobs& jobs) {
   auto kept = [&]() -> Result<bool> {
     if (auto status = describe_inputs(jobs, slots); !status) return status.error();
     if (auto status = describe_outputs(slots); !status) return status.error();
-    return invoke(slots);
+    return invoke(slots, last_expiry(jobs));
   }();
   Status status = kept ? ok() : Status(kept.error());
   if (status && *kept) status = hand_out(jobs, slots);
@@ -196,10 +209,11 @@ Status BatchRunner::describe_outputs(size_t slots) {
   return ok();
 }
 
-Result<bool> BatchRunner::invoke(size_t slots) {
+Result<bool> BatchRunner::invoke(size_t slots, int64_t expires) {
   weir_frame in{}, out{};
   in.struct_size = out.struct_size = sizeof in;
   in.pts = in.duration = in.deadline = out.pts = out.duration = out.deadline = -1;
+  in.expires = expires;
   in.sequence = out.sequence = run_.number;
   in.n_tensors = static_cast<uint32_t>(inputs_.size());
   in.tensors = inputs_.data();
@@ -212,8 +226,23 @@ Result<bool> BatchRunner::invoke(size_t slots) {
   return kept;
 }
 
+// The time of the batch, until which a server may answer, can be later than that of the frame.
+bool BatchRunner::is_late(const BatchJob& job) const {
+  if (run_.end.answered_by.empty()) return false;
+  const std::chrono::nanoseconds now = std::chrono::steady_clock::now().time_since_epoch();
+  const int64_t expires = job.expires();
+  return expires > 0 && now.count() > expires;
+}
+
 Status BatchRunner::hand_out(BatchJobs& jobs, size_t slots) {
+  BatchRun late = run_;
+  late.end.reason = WEIR_RESULT_LATE;
   for (size_t slot = 0; slot < jobs.size(); ++slot) {
+    if (is_late(*jobs[slot])) {
+      jobs[slot]->dropped(late);
+      jobs[slot].reset();
+      continue;
+    }
     std::shared_ptr<void> owner;
     const auto cut = slice(slot, slots, &owner);
     if (!cut) return cut.error();

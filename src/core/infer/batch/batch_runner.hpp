@@ -37,7 +37,8 @@ class BatchRunner {
 
   // Runs 1 to batch_size jobs, whose inputs have the shapes of one frame, and ends every job. A
   // batch that is padded, or whose length the model fixes, is filled with copies of the last frame,
-  // whose outputs are discarded. The frames have no common time, so pts is -1.
+  // whose outputs are discarded. The frames have no common time, so pts is -1. The batch expires
+  // with the last of its frames. A frame for which the answer of a server is too late is dropped.
   void run(BatchJobs& jobs);
 
   const BatchShapes& shapes() const noexcept { return shapes_; }
@@ -47,7 +48,8 @@ class BatchRunner {
   Status describe_inputs(const BatchJobs& jobs, size_t slots);
   Status describe_input(const BatchJobs& jobs, size_t index, size_t slots);
   Status describe_outputs(size_t slots);
-  Result<bool> invoke(size_t slots);
+  Result<bool> invoke(size_t slots, int64_t expires);
+  bool is_late(const BatchJob& job) const;
   Status hand_out(BatchJobs& jobs, size_t slots);
   Result<uint64_t> slice(size_t slot, size_t slots, std::shared_ptr<void>* owner);
   void run_checked(BatchJobs& jobs);

@@ -7,6 +7,7 @@
 #include <stdexcept>
 
 #include "core/infer/queue/numbered_job_test_support.hpp"
+#include "weir/no_result.h"
 
 namespace weir::infer {
 namespace {
@@ -127,6 +128,49 @@ TEST(BatchRunner, DoesNotInvokeWhenAllClientsHaveGone) {
   runner.run(jobs);
   EXPECT_EQ(useless, 1);
   EXPECT_TRUE(model.given.empty());
+}
+
+// Runs a batch of frames that expire at these times, which a server answers if `server` is not
+// empty. `given`: the time of the batch.
+Ends run_expiring(const std::vector<int64_t>& times, const std::string& server, int64_t* given) {
+  BatchRunner runner(two_outputs(times.size()), {}, 0ns,
+                     [&](const weir_frame& in, weir_frame&, InvokeEnd* end) -> Result<bool> {
+                       *given = in.expires;
+                       end->answered_by = server;
+                       return true;
+                     });
+  Ends ends;
+  BatchJobs jobs;
+  for (const int64_t time : times) {
+    auto job = std::make_unique<NumberedJob>(
+        Numbered{1, 1}, std::vector<float>{1, 2},
+        [&ends](NumberedJob::End end) { ends.push_back(std::move(end)); });
+    job->expires_at(time);
+    jobs.push_back(std::move(job));
+  }
+  runner.run(jobs);
+  return ends;
+}
+
+TEST(BatchRunner, ABatchExpiresWithTheLastOfItsFrames) {
+  int64_t given = -1;
+  for (const auto& end : run_expiring({5, 9, 7}, "", &given))
+    EXPECT_FALSE(end.dropped) << "an engine on this machine may be late";
+  EXPECT_EQ(given, 9);
+  run_expiring({5, 0, 7}, "", &given);
+  EXPECT_EQ(given, 0) << "one frame never expires";
+}
+
+TEST(BatchRunner, DropsAFrameForWhichAServerIsLate) {
+  int64_t given = 0;
+  const auto ends = run_expiring({1, INT64_MAX, 0}, "server", &given);
+  ASSERT_EQ(ends.size(), 3u);
+  EXPECT_TRUE(ends[0].dropped);
+  EXPECT_EQ(ends[0].run.end.reason, WEIR_RESULT_LATE);
+  for (size_t i = 1; i < 3; ++i) {
+    EXPECT_FALSE(ends[i].dropped) << i;
+    EXPECT_EQ(ends[i].run.end.reason, 0) << i;
+  }
 }
 
 TEST(BatchRunner, OutputsLiveUntilTheLastReferenceIsReleased) {

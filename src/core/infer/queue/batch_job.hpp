@@ -29,7 +29,9 @@ class BatchJob {
   virtual ~BatchJob() = default;
   // The frame's tensors, in the order of the model's inputs; readable until the job is ended.
   virtual std::span<const weir_tensor> inputs() const = 0;
-  // Called before the batch runs. True: its client has gone, and the job has ended.
+  // When its result becomes useless, by CLOCK_MONOTONIC in nanoseconds; 0 = never.
+  virtual int64_t expires() const { return 0; }
+  // Called before the batch runs. True: its result would be useless, and the job has ended.
   virtual bool end_if_useless() { return false; }
   // `owner` keeps the memory of `outputs` alive; `copied`: bytes copied for this frame.
   virtual void done(const BatchRun& run, std::span<const weir_tensor> outputs,

@@ -41,7 +41,9 @@ class NumberedJob final : public BatchJob {
     tensor_.info.type = WEIR_FLOAT32;
   }
   const Numbered& number() const noexcept { return number_; }
+  void expires_at(int64_t time) noexcept { expires_ = time; }
   std::span<const weir_tensor> inputs() const override { return {&tensor_, 1}; }
+  int64_t expires() const override { return expires_; }
   void done(const BatchRun& run, std::span<const weir_tensor> outputs,
             const std::shared_ptr<void>& owner, uint64_t copied) override {
     End end{number_, {}, {}, false, run, copied, owner, {}};
@@ -64,6 +66,7 @@ class NumberedJob final : public BatchJob {
   std::vector<float> values_;
   Ended ended_;
   weir_tensor tensor_{};
+  int64_t expires_ = 0;
 };
 
 inline std::unique_ptr<BatchJob> numbered(int stream, int number,
