@@ -121,8 +121,12 @@ TEST(OutgoingFrames, FinishesWhenEachPeerHasAll) {
   frames.send(message("b"));
   bool finished = false;
   std::thread end([&] { finished = frames.finish(60s); });
-  ASSERT_TRUE(becomes_true([&] { return !frames.needs_streams(); }, "the end to begin"));
-  EXPECT_FALSE(frames.join(&late)) << "no more frames come";
+  const auto refuses = [&] {
+    if (!frames.join(&late)) return true;
+    frames.leave(&late);
+    return false;
+  };
+  ASSERT_TRUE(becomes_true(refuses, "the end to begin")) << "no more frames come";
   reader.reads(&frames);
   EXPECT_FALSE(reader.ended) << "b is being written";
   reader.reads(&frames);
@@ -142,6 +146,38 @@ TEST(OutgoingFrames, DoesNotWaitForEverForAPeerAtTheEnd) {
   frames.leave(&still);
   OutgoingFrames unused({.queue = 4, .waits = true, .keeps = true});
   EXPECT_TRUE(unused.finish(60s)) << "nothing is queued";
+}
+
+TEST(OutgoingFrames, SendsAgainAfterTheEnd) {
+  for (const bool keeps : {true, false}) {
+    OutgoingFrames frames({.queue = 1, .waits = false, .keeps = keeps});
+    TestReader first, second;
+    frames.join(&first);
+    frames.finish(0ms);
+    EXPECT_TRUE(first.ended);
+    frames.leave(&first);
+    EXPECT_FALSE(frames.join(&second));
+    frames.restart();
+    EXPECT_EQ(frames.send(message("a")), keeps ? Outcome::Queued : Outcome::Dropped);
+    EXPECT_TRUE(frames.join(&second));
+    frames.send(message("b"));
+    EXPECT_EQ(second.texts, Texts({keeps ? "a" : "b"}));
+    EXPECT_FALSE(second.ended);
+    frames.leave(&second);
+  }
+}
+
+TEST(OutgoingFrames, AClientWaitsForTheRestartOrTheClose) {
+  OutgoingFrames frames({.queue = 1, .waits = true, .keeps = true});
+  EXPECT_TRUE(frames.wait_until_needed());
+  frames.finish(0ms);
+  std::thread restarted([&] { EXPECT_TRUE(frames.wait_until_needed()); });
+  frames.restart();
+  restarted.join();
+  frames.finish(0ms);
+  std::thread closed([&] { EXPECT_FALSE(frames.wait_until_needed()); });
+  frames.close();
+  closed.join();
 }
 
 TEST(OutgoingFrames, AFailureEndsTheWait) {

@@ -72,6 +72,12 @@ bool OutgoingFrames::finish(std::chrono::milliseconds longest) {
   return is_done();
 }
 
+void OutgoingFrames::restart() {
+  std::lock_guard lock(mutex_);
+  finishing_ = false;
+  changed_.notify_all();
+}
+
 void OutgoingFrames::interrupt() {
   std::lock_guard lock(mutex_);
   interrupted_ = true;
@@ -131,7 +137,7 @@ bool OutgoingFrames::leave(OutgoingStream* stream) {
   const bool writing = peer->writing;
   counts_.lost += writing ? 1 : 0;
   peer->stream = nullptr;
-  peer->writing = false;
+  peer->writing = peer->ended = false;
   if (!options_.keeps) {
     counts_.lost += peer->queue.size();
     std::erase_if(peers_, [&](const auto& one) { return one.get() == peer; });
@@ -146,9 +152,16 @@ void OutgoingFrames::fail(Error error) {
   changed_.notify_all();
 }
 
-bool OutgoingFrames::needs_streams() const {
+bool OutgoingFrames::wait_until_needed() {
+  std::unique_lock lock(mutex_);
+  changed_.wait(lock, [this] { return closed_ || error_ || accepts(); });
+  return !closed_ && !error_;
+}
+
+void OutgoingFrames::close() {
   std::lock_guard lock(mutex_);
-  return accepts();
+  closed_ = true;
+  changed_.notify_all();
 }
 
 }  // namespace weir::net

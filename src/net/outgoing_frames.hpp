@@ -60,6 +60,8 @@ class OutgoingFrames {
   std::optional<Error> error() const;
   // Sends what is queued and ends the streams. False when that took longer, or was interrupted.
   bool finish(std::chrono::milliseconds longest);
+  // After finish(): streams are needed again.
+  void restart();
   void interrupt();  // send() and finish() return until resume()
   void resume();
   OutgoingCounts counts() const;
@@ -74,8 +76,9 @@ class OutgoingFrames {
   bool leave(OutgoingStream* stream);
   // Ends the sending: send() returns Failed.
   void fail(Error error);
-  // Whether a stream would have anything to send.
-  bool needs_streams() const;
+  // Waits until a stream would have anything to send. False after fail() or close().
+  bool wait_until_needed();
+  void close();
 
  private:
   struct Peer {
@@ -93,7 +96,7 @@ class OutgoingFrames {
   mutable std::mutex mutex_;  // guards the rest
   std::condition_variable changed_;
   std::vector<std::unique_ptr<Peer>> peers_;
-  bool interrupted_ = false, finishing_ = false;
+  bool interrupted_ = false, finishing_ = false, closed_ = false;
   std::optional<Error> error_;
   OutgoingCounts counts_;
 };

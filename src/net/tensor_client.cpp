@@ -155,6 +155,7 @@ class Client final : public TensorEndpoint {
       stopping_ = true;
       if (call_) call_->cancel();
     }
+    if (outgoing_) outgoing_->close();
     changed_.notify_all();
     thread_.join();
   }
@@ -201,13 +202,14 @@ class Client final : public TensorEndpoint {
     return status;
   }
 
-  // What the end of a call means. False when there is to be no other one.
+  // What the end of a call means. False when there is to be no other one. After the end of the
+  // stream, waits for its restart.
   bool goes_on(const grpc::Status& status) {
     if (status.ok() && incoming_) {
       incoming_->end();
       return false;
     }
-    if (status.ok()) return outgoing_->needs_streams();
+    if (status.ok()) return outgoing_->wait_until_needed();
     if (outcome_of(static_cast<int>(status.error_code())) == Outcome::Lost) {
       warn(status.error_message());
       return true;

@@ -100,7 +100,9 @@ class TensorSinkGrpc : public GrpcElement<TensorSinkGrpc, gst::BaseSink, Outgoin
   }
 
   gboolean event(GstEvent* event) {
-    if (GST_EVENT_TYPE(event) == GST_EVENT_EOS) finish();
+    const auto type = GST_EVENT_TYPE(event);
+    if (type == GST_EVENT_EOS) finish();
+    if (type == GST_EVENT_FLUSH_STOP && frames_) frames_->restart();
     return parent_class()->event(self(), event);
   }
 

@@ -88,6 +88,39 @@ TEST(TensorSinkGrpcAlone, SendsWhatIsQueuedBeforeTheEnd) {
   for (int i = 0; i < 50; ++i) EXPECT_EQ(pulled_bytes(source).size(), 6u);
 }
 
+// As by a seek to the beginning.
+void end_and_flush(const Harness& sink) {
+  EXPECT_TRUE(gst_harness_push_event(sink.get(), gst_event_new_eos()));
+  EXPECT_EQ(stat(sink, kSink, "peers"), 0u) << "the calls have ended";
+  gst_harness_push_event(sink.get(), gst_event_new_flush_start());
+  gst_harness_push_event(sink.get(), gst_event_new_flush_stop(TRUE));
+  gst_harness_push_event(sink.get(), time_segment());
+}
+
+TEST(TensorSinkGrpcAlone, SendsToItsServerAgainAfterTheEndAndAFlush) {
+  const Harness source = served_source();
+  const Harness sink = harness_of(
+      "tensor_sink_grpc sync=false blocking=false" + port_of(source, kSource), kSixBytes);
+  for (const uint8_t first : {1, 7}) {
+    EXPECT_EQ(gst_harness_push(sink.get(), six_bytes(first)), GST_FLOW_OK);
+    ASSERT_EQ(stat(sink, kSink, "dropped-policy"), 0u);
+    EXPECT_EQ(pulled_bytes(source)[0], first);
+    end_and_flush(sink);
+  }
+}
+
+TEST(TensorSinkGrpcAlone, ServesNewClientsAfterTheEndAndAFlush) {
+  const Harness sink = served_sink();
+  for (const uint8_t first : {1, 7}) {
+    const Harness source = source_of(sink);
+    ASSERT_TRUE(wait_for_stat(sink, kSink, "peers", 1));
+    EXPECT_EQ(gst_harness_push(sink.get(), six_bytes(first)), GST_FLOW_OK);
+    EXPECT_EQ(pulled_bytes(source)[0], first);
+    end_and_flush(sink);
+    EXPECT_TRUE(ends(source));
+  }
+}
+
 TEST(TensorSinkGrpcAlone, WithoutBlockingDropsWhatNoServerTakes) {
   const Harness sink =
       harness_of("tensor_sink_grpc sync=false blocking=false queue=2" + free_port(), kSixBytes);
