@@ -18,7 +18,8 @@ class Call {
 
   const std::string& method() const noexcept { return method_; }  // "/package.Service/Method"
   const std::string& peer() const noexcept { return peer_; }      // "ipv4:127.0.0.1:52844"
-  // The W3C trace context that the client sent; "" = none. The answer carries it too.
+  // The W3C trace context that the client sent; "" = none, or an invalid one. The answer carries it
+  // too.
   const std::string& trace_parent() const noexcept { return trace_parent_; }
   // When the answer becomes useless to the client; max() = never.
   Clock::time_point deadline() const noexcept { return deadline_; }

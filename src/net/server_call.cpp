@@ -5,6 +5,7 @@
 #include <algorithm>
 
 #include "net/grpc_bytes.hpp"
+#include "net/header_text.hpp"
 
 namespace weir::net {
 namespace {
@@ -20,6 +21,11 @@ std::string text_of(const grpc::string_ref& text) {
 std::string metadata_of(const grpc::CallbackServerContext& context, const char* key) {
   const auto found = context.client_metadata().find(key);
   return found == context.client_metadata().end() ? "" : text_of(found->second);
+}
+
+std::string trace_parent_of(const grpc::CallbackServerContext& context) {
+  std::string text = metadata_of(context, "traceparent");
+  return is_trace_parent(text) ? text : "";
 }
 
 Call::Clock::time_point deadline_of(const grpc::CallbackServerContext& context) {
@@ -42,7 +48,7 @@ class GrpcCall final : public Call {
       : reactor_(reactor), state_(std::move(state)), is_stream_(reactor->is_stream()) {
     method_ = reactor->context().method();
     peer_ = reactor->peer();
-    trace_parent_ = metadata_of(reactor->context(), "traceparent");
+    trace_parent_ = trace_parent_of(reactor->context());
     deadline_ = deadline_of(reactor->context());
     request_ = std::move(request.chunks);
     memory_ = std::move(request.memory);
@@ -169,7 +175,7 @@ bool ServerReactor::end(ServerReactor* reactor, const std::shared_ptr<CallState>
   }
   // Before the answer: with it the client may send its next request.
   reactor->leave();
-  const std::string trace_parent = metadata_of(*reactor->context_, "traceparent");
+  const std::string trace_parent = trace_parent_of(*reactor->context_);
   if (reactor->admitted_ && !trace_parent.empty())
     reactor->context_->AddTrailingMetadata("traceparent", trace_parent);
   if (!answer) {

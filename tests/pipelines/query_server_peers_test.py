@@ -21,6 +21,8 @@ from served_pipeline import Client, Pipeline, request, status_of
 
 FLOATS = "caps=other/tensor,dimension=(string)4:1,type=(string)float32,framerate=0/1"
 INFER = "/inference.GRPCInferenceService/ModelInfer"
+LIVE = "/inference.GRPCInferenceService/ServerLive"
+TRACE = "00-0af7651916cd43dd8448eb211c80319c-b7ad6b7169203331-01"
 X = np.array([[1.5, -2, 0, 1e6]], np.float32)
 MIB = 1 << 20
 
@@ -124,6 +126,47 @@ class Bombs(Peers):
         self.assertLess(self.status(pipeline, "VmHWM") - before, 32 << 10)
         self.serves(client)
         self.assertEqual(self.ended(pipeline), (2, [2, 0, 0, 0]))
+
+
+class Texts(Peers):
+    """gRPC aborts a process that sends a header with other bytes than printable ASCII."""
+
+    def called(self, peer, path, message=b"", more=()):
+        stream = peer.call(path, message, more=more)
+        end = time.monotonic() + 30
+        while stream.reset is None and not peer.closed and time.monotonic() < end:
+            peer.push()
+            peer.read(1)
+        self.assertIsNotNone(stream.reset, "the call has not ended")
+        return stream
+
+    def test_a_trace_with_any_bytes_does_not_stop_the_server(self):
+        pipeline = self.serve()
+        client = self.client(pipeline)
+        peer = self.peer(pipeline)
+        for path in (LIVE, INFER, "/grpc.health.v1.Health/Check", "/other.Service/Method"):
+            for trace in (b"\x80\x80\x80\x80", b"trace\x1f", b"trace\x7f", b"\xff" * 100, b"a\tb", b"hello\n", TRACE.encode()[:-1] + b"\xe9"):
+                stream = self.called(peer, path, more=[("traceparent", trace)])
+                self.assertNotIn(trace, stream.headers)
+        self.assertIn(TRACE.encode(), self.called(peer, LIVE, more=[("traceparent", TRACE)]).headers)
+        self.serves(client)
+
+    def test_only_the_trace_of_a_request_comes_back(self):
+        client = self.client(self.serve())
+        for trace in (TRACE, TRACE.upper(), TRACE + "-", TRACE.replace("-", "_"), "hello", " "):
+            _, call = client.stub.ModelInfer.with_call(request("same", X), timeout=30, metadata=[("traceparent", trace)])
+            self.assertEqual([value for name, value in call.trailing_metadata() if name == "traceparent"], [TRACE] * (trace == TRACE), trace)
+
+    def test_errors_with_any_bytes_are_sent(self):
+        """Names of a client come back in the texts of errors."""
+        pipeline = self.serve()
+        peer = self.peer(pipeline)
+        names = [bytes(range(first, first + 16)) for first in range(0, 256, 16)]
+        for name in names:
+            text = "".join(chr(byte) if 32 <= byte < 127 and byte != 37 else f"%{byte:02X}" for byte in name)
+            for path in (INFER, "/inference.GRPCInferenceService/ModelReady", "/grpc.health.v1.Health/Check"):
+                self.assertIn(text.encode(), self.called(peer, path, b"\x0a\x10" + name).headers, path)
+        self.serves(self.client(pipeline))
 
 
 class Stalls(Peers):

@@ -13,7 +13,7 @@ INITIAL_WINDOW_SIZE, WINDOW, FRAME = 4, 65535, 16384
 def header_block(headers):
     """HPACK: literals that are not indexed."""
     def text(value):
-        data = value.encode()
+        data = value if isinstance(value, bytes) else value.encode()
         assert len(data) < 127
         return bytes([len(data)]) + data
     return b"".join(b"\0" + text(name) + text(value) for name, value in headers)
@@ -22,6 +22,7 @@ def header_block(headers):
 class Stream:
     def __init__(self, number, data, window):
         self.number, self.unsent, self.window, self.reset = number, memoryview(data), window, None
+        self.headers = b""  # that came, as HPACK: gRPC sends their texts as they are
 
 
 class Connection:
@@ -104,7 +105,9 @@ class Connection:
             stream.window += struct.unpack(">I", payload)[0]
         elif kind == WINDOW_UPDATE:
             self.window += struct.unpack(">I", payload)[0]
-        elif stream and (kind == RST_STREAM or flags & END_STREAM):
+        if stream and kind == HEADERS:
+            stream.headers += payload
+        if stream and (kind == RST_STREAM or flags & END_STREAM):
             stream.reset = kind
 
     def ping(self):
