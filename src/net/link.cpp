@@ -6,12 +6,14 @@
 #include <grpcpp/generic/generic_stub.h>
 #include <grpcpp/grpcpp.h>
 
+#include <algorithm>
 #include <atomic>
 #include <fstream>
 #include <iterator>
 
 #include "net/channel_arguments.hpp"
 #include "net/grpc_bytes.hpp"
+#include "net/token_file.hpp"
 
 namespace weir::net {
 namespace {
@@ -74,6 +76,17 @@ Result<std::shared_ptr<grpc::ChannelCredentials>> credentials_of(const ServerAdd
     *file.text = *std::move(text);
   }
   return grpc::SslCredentials(options);
+}
+
+// "" without a file. The first line counts.
+Result<std::string> token_of(const Security& security) {
+  if (security.token_file.empty()) return std::string();
+  auto text = read_file(security.token_file, "token-file");
+  if (!text) return text.error();
+  text->resize(std::min(text->find_first_of("\r\n"), text->size()));
+  if (auto status = check_token(*text, security.token_file, 1, "option"); !status)
+    return status.error();
+  return text;
 }
 
 Reply reply_of(const grpc::Status& status, const grpc::ByteBuffer& message) {
@@ -142,16 +155,12 @@ Result<std::unique_ptr<Link>> Link::open(const ServerAddress& address, const Sec
   if (auto status = check_security(address, security); !status) return status.error();
   auto credentials = credentials_of(address, security);
   if (!credentials) return credentials.error();
-  std::string token;
-  if (!security.token_file.empty()) {
-    auto text = read_file(security.token_file, "token-file");
-    if (!text) return text.error();
-    token = text->substr(0, text->find_first_of("\r\n"));
-  }
+  auto token = token_of(security);
+  if (!token) return token.error();
   grpc::ChannelArguments arguments = channel_arguments(most_bytes);
   if (address.target.rfind("dns:", 0) == 0) arguments.SetLoadBalancingPolicyName("round_robin");
   auto channel = grpc::CreateCustomChannel(address.target, *credentials, arguments);
-  return std::unique_ptr<Link>(new GrpcLink(std::move(channel), std::move(token)));
+  return std::unique_ptr<Link>(new GrpcLink(std::move(channel), *std::move(token)));
 }
 
 std::string Link::library_version() {

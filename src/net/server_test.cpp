@@ -2,11 +2,8 @@
 // call.
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #include <gtest/gtest.h>
-#include <unistd.h>
 
 #include <cstring>
-#include <filesystem>
-#include <fstream>
 #include <thread>
 
 #include "becomes.hpp"
@@ -15,7 +12,6 @@
 #include "net/served_model.hpp"
 #include "net/server_security.hpp"
 #include "net/test_call.hpp"
-#include "net/token_file.hpp"
 #include "says.hpp"
 
 namespace weir::net {
@@ -324,58 +320,6 @@ TEST(ServiceMessages, RefuseDamagedRequests) {
   std::string many;
   for (int i = 0; i < 257; ++i) put_bytes(&many, 5, "");
   EXPECT_FALSE(parse_infer_request(Chunks({std::as_bytes(std::span(many))})));
-}
-
-class Tokens : public ::testing::Test {
- protected:
-  Tokens() : folder_(::testing::TempDir() + "weir-tokens-" + std::to_string(getpid())) {
-    std::filesystem::create_directories(folder_);
-  }
-  ~Tokens() override { std::filesystem::remove_all(folder_); }
-  // Replaces the file.
-  std::string write(const std::string& text) {
-    std::ofstream(folder_ + "/new") << text;
-    std::filesystem::rename(folder_ + "/new", path_);
-    return path_;
-  }
-
-  const std::string folder_, path_ = folder_ + "/tokens";
-};
-
-TEST_F(Tokens, AreComparedWhole) {
-  auto tokens = TokenFile::open(write("one\r\n\nanother"));
-  ASSERT_TRUE(tokens);
-  EXPECT_TRUE((*tokens)->allows("Bearer one"));
-  EXPECT_TRUE((*tokens)->allows("Bearer another"));
-  for (const auto* wrong :
-       {"", "one", "bearer one", "Bearer ", "Bearer on", "Bearer onf", "Bearer one "})
-    EXPECT_FALSE((*tokens)->allows(wrong)) << wrong;
-}
-
-TEST_F(Tokens, AreReadAgainWhenTheFileIsReplaced) {
-  auto tokens = TokenFile::open(write("one\n"));
-  ASSERT_TRUE(tokens);
-  write("two\n");
-  EXPECT_FALSE((*tokens)->allows("Bearer one"));
-  EXPECT_TRUE((*tokens)->allows("Bearer two"));
-}
-
-TEST_F(Tokens, StayWhileTheFileHasNone) {
-  auto tokens = TokenFile::open(write("one\n"));
-  ASSERT_TRUE(tokens);
-  write("\n");
-  EXPECT_TRUE((*tokens)->allows("Bearer one"));
-  std::filesystem::remove(path_);
-  EXPECT_TRUE((*tokens)->allows("Bearer one"));
-  write("two\n");
-  EXPECT_FALSE((*tokens)->allows("Bearer one"));
-}
-
-TEST_F(Tokens, FilesWithoutATokenAreErrors) {
-  EXPECT_SAYS(TokenFile::open(folder_ + "/none").error().message(),
-              "WEIR-4001: the file of the property token-file cannot be read");
-  EXPECT_SAYS(TokenFile::open(write("\r\n\n")).error().message(),
-              "WEIR-1004: the file of the property token-file has no token");
 }
 
 TEST(ServerSecurity, DistinguishesThisMachineFromOthers) {

@@ -2,8 +2,11 @@
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #include "net/token_file.hpp"
 
-#include <fstream>
+#include <algorithm>
+#include <array>
+#include <cstdio>
 
+#include "net/header_text.hpp"
 #include "net/server_security.hpp"
 
 namespace weir::net {
@@ -23,7 +26,47 @@ bool same_file(const struct stat& one, const struct stat& other) {
          one.st_mtim.tv_sec == other.st_mtim.tv_sec && one.st_mtim.tv_nsec == other.st_mtim.tv_nsec;
 }
 
+std::vector<std::string> lines_of(const std::string& text) {
+  std::vector<std::string> out;
+  for (size_t begin = 0; begin < text.size();) {
+    const size_t end = std::min(text.find('\n', begin), text.size());
+    out.push_back(text.substr(begin, end - begin));
+    if (out.back().ends_with('\r')) out.back().pop_back();
+    begin = end + 1;
+  }
+  return out;
+}
+
+Error no_token(const std::string& path) {
+  return {.code = Code::OPTION_VALUE,
+          .what = "the file of the property token-file has no token",
+          .offered = path,
+          .needed = "one token on each line",
+          .fix = "openssl rand -hex 32 > " + path};
+}
+
+std::string describe_byte(std::string_view token, size_t at) {
+  if (at == 0 && token.starts_with("\xEF\xBB\xBF")) return "a UTF-8 byte order mark";
+  std::array<char, 8> hex{};
+  std::snprintf(hex.data(), hex.size(), "0x%02X", static_cast<unsigned char>(token[at]));
+  return "the byte " + std::string(hex.data());
+}
+
 }  // namespace
+
+Status check_token(std::string_view token, const std::string& path, size_t line,
+                   const char* setting) {
+  size_t at = 0;
+  while (at < token.size() && is_header_value(token.substr(at, 1))) ++at;
+  if (at == token.size()) return ok();
+  return Error{.code = Code::OPTION_VALUE,
+               .what = std::string("the file of the ") + setting +
+                       " token-file has a token that cannot be sent",
+               .offered = describe_byte(token, at) + " in column " + std::to_string(at + 1) +
+                          " of line " + std::to_string(line) + " of " + path,
+               .needed = "letters, digits, signs and spaces of ASCII",
+               .fix = "LC_ALL=C sed -i 's/[^ -~]//g' " + path};
+}
 
 Result<std::unique_ptr<TokenFile>> TokenFile::open(const std::string& path) {
   std::unique_ptr<TokenFile> out(new TokenFile(path));
@@ -38,21 +81,18 @@ Status TokenFile::read() {
   auto text = read_security_file(path_, "token-file");
   if (!text) return text.error();
   std::vector<std::string> tokens;
-  for (size_t begin = 0; begin < text->size();) {
-    const size_t end = std::min(text->find('\n', begin), text->size());
-    std::string line = text->substr(begin, end - begin);
-    if (!line.empty() && line.back() == '\r') line.pop_back();
-    if (!line.empty()) tokens.push_back(std::move(line));
-    begin = end + 1;
+  Status out = ok();
+  const auto lines = lines_of(*text);
+  for (size_t i = 0; i < lines.size(); ++i) {
+    if (lines[i].empty()) continue;
+    if (auto status = check_token(lines[i], path_, i + 1, "property"); !status)
+      out = status;
+    else
+      tokens.push_back(lines[i]);
   }
-  if (tokens.empty())
-    return Error{.code = Code::OPTION_VALUE,
-                 .what = "the file of the property token-file has no token",
-                 .offered = path_,
-                 .needed = "one token on each line",
-                 .fix = "openssl rand -hex 32 > " + path_};
+  if (tokens.empty()) return out ? no_token(path_) : out;
   tokens_ = std::move(tokens);
-  return ok();
+  return out;
 }
 
 bool TokenFile::allows(std::string_view header) {

@@ -13,18 +13,25 @@
 
 namespace weir::net {
 
+// OPTION_VALUE for a token that no client can send, because of bytes that a header cannot have.
+// `setting` names the file's "option" or "property". The error does not show the token.
+Status check_token(std::string_view token, const std::string& path, size_t line,
+                   const char* setting);
+
 // Thread-safe.
 class TokenFile {
  public:
-  // One token on each line. FILE_NOT_FOUND; OPTION_VALUE for a file without a token.
+  // One token on each line. FILE_NOT_FOUND; OPTION_VALUE for a file without a token, or with one
+  // that no client can send.
   static Result<std::unique_ptr<TokenFile>> open(const std::string& path);
   // Whether `header`, "Bearer TOKEN", has one of the tokens. Takes the same time for all tokens of
   // a length. Reads a file that was changed or replaced first; while it cannot be read or has no
-  // token, the tokens before are valid.
+  // token that clients can send, the tokens before are valid.
   bool allows(std::string_view header);
 
  private:
   explicit TokenFile(std::string path) : path_(std::move(path)) {}
+  // Keeps the tokens that clients can send, also when it returns an error for another one.
   Status read();
 
   const std::string path_;

@@ -179,5 +179,17 @@ TEST_F(OipTls, FilesThatCannotBeUsedAreErrors) {
   EXPECT_EQ(empty.error().what, "the file of the option token-file cannot be read");
 }
 
+// gRPC ends a process that sends them.
+TEST_F(OipTls, TokensThatCannotBeSentAreErrors) {
+  PythonServer server(with("server", {"--token=secret"}));
+  for (const auto* text : {"\xEF\xBB\xBFsecret\n", "sec\tret", "secr\xC3\xA9t", "\x7f"}) {
+    OipEngine engine({server.address("grpcs")}, trusting({{"token-file", token(text)}}));
+    EXPECT_EQ(engine.error().code, Code::OPTION_VALUE);
+    EXPECT_EQ(engine.error().what,
+              "the file of the option token-file has a token that cannot be sent");
+    EXPECT_NE(engine.error().offered.find(" of line 1 of " + file("token")), std::string::npos);
+  }
+}
+
 }  // namespace
 }  // namespace weir::engine_test
