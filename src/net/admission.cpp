@@ -70,14 +70,37 @@ std::optional<std::string> Admission::enter(const std::string& peer, CallKind ki
 }
 
 void Admission::leave(const std::string& peer, CallKind kind) {
+  answering(peer, kind, 0);
+  answered(peer, 0);
+}
+
+void Admission::answering(const std::string& peer, CallKind kind, uint64_t bytes) {
   std::lock_guard lock(mutex_);
-  const auto known = connections_.find(peer);
-  --(kind == CallKind::Stream ? known->second.streams : known->second.requests);
-  if (known->second.streams != 0 || known->second.requests != 0) return;
-  connections_.erase(known);
+  Connection& connection = connections_.find(peer)->second;
+  --(kind == CallKind::Stream ? connection.streams : connection.requests);
+  ++connection.answers;
+  Address& address = addresses_[address_of(peer)];
+  ++address.answers;
+  if (is_one_connection(peer)) address.bytes += bytes;
+}
+
+void Admission::answered(const std::string& peer, uint64_t bytes) {
   const std::string name = address_of(peer);
-  --addresses_[name].connections;
-  forget_if_unused(name);
+  {
+    std::lock_guard lock(mutex_);
+    Address& address = addresses_[name];
+    --address.answers;
+    if (is_one_connection(peer)) address.bytes -= bytes;
+    const auto known = connections_.find(peer);
+    Connection& connection = known->second;
+    --connection.answers;
+    if (connection.streams == 0 && connection.requests == 0 && connection.answers == 0) {
+      connections_.erase(known);
+      --address.connections;
+    }
+    forget_if_unused(name);
+  }
+  start_waiting(name);
 }
 
 void Admission::forget_if_unused(const std::string& name) {
@@ -92,7 +115,7 @@ std::optional<std::string> Admission::read(const std::string& peer, const void* 
     std::lock_guard lock(mutex_);
     Address& address = addresses_[address_of(peer)];
     if (!address.waiting.empty() || !has_room(address)) {
-      if (address.reading == 0 && address.waiting.empty())
+      if (address.reading == 0 && address.answers == 0 && address.waiting.empty())
         return refused("the requests in progress of this address have " + in_mib(address.bytes) +
                        ", so the server cannot accept another one of up to " +
                        in_mib(limits_.message_bytes) + " (max-bytes-in-flight)");

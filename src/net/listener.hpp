@@ -36,7 +36,8 @@ struct ListenOptions {
   uint32_t most_connections = 32;                     // that have requests; 0 = no limit
   uint32_t most_address_connections = 4;              // of one address; 0 = no limit
   uint64_t most_address_bytes = uint64_t{256} << 20;  // of its requests in progress; 0 = no limit
-  uint32_t idle_ms = 300'000;  // after which a connection without calls is closed
+  // After which a connection without calls is closed, and a call whose answer is not read ends.
+  uint32_t idle_ms = 300'000;
   ServerSecurity security;
   bool model_control = false;  // clients may load and unload models; of ModelServer
   bool operator==(const ListenOptions&) const = default;

@@ -98,6 +98,7 @@ ServerRules::ServerRules(const ListenOptions& options, std::unique_ptr<TokenFile
     : tokens(std::move(token_file)),
       peers(options.security.peers),
       admission(admission_limits(options)),
+      answer_limit(options.idle_ms),
       handler(std::move(handle)) {}
 
 std::optional<grpc::Status> ServerRules::check(const grpc::CallbackServerContext& context) const {
@@ -156,11 +157,33 @@ void ServerReactor::end_later_without_message() {
   });
 }
 
-void ServerReactor::leave() {
+// Under the lock of the state, when the call ends: a client that reads nothing would keep its
+// answer in memory.
+void ServerReactor::cancel_later_if_unread() {
+  unread_ = std::make_unique<grpc::Alarm>();
+  unread_->Set(SystemClock::now() + rules_->answer_limit,
+               [context = context_, state = state_](bool expired) {
+                 std::lock_guard lock(state->mutex);
+                 if (expired && !state->done) context->TryCancel();
+               });
+}
+
+// Before the answer is sent: with it the client may send its next request.
+void ServerReactor::leave(uint64_t answer_bytes) {
   if (!admitted_) return;
   rules_->admission.forget(peer_, this);
-  rules_->admission.release(peer_, std::exchange(bytes_, 0));
-  rules_->admission.leave(peer_, kind_);
+  rules_->admission.answering(peer_, kind_, answer_bytes);
+  bytes_ += answer_bytes;
+}
+
+void ServerReactor::OnDone() {
+  {
+    std::lock_guard lock(state_->mutex);
+    state_->done = true;
+  }
+  sent_.Clear();
+  if (admitted_) rules_->admission.answered(peer_, bytes_);
+  delete this;
 }
 
 bool ServerReactor::end(ServerReactor* reactor, const std::shared_ptr<CallState>& state,
@@ -168,13 +191,13 @@ bool ServerReactor::end(ServerReactor* reactor, const std::shared_ptr<CallState>
   {
     std::lock_guard lock(state->mutex);
     if (std::exchange(state->ended, true)) return false;
+    reactor->cancel_later_if_unread();
     if (reactor->writing_) {
       reactor->last_ = status;
       return true;
     }
   }
-  // Before the answer: with it the client may send its next request.
-  reactor->leave();
+  reactor->leave(answer ? answer->Length() : 0);
   const std::string trace_parent = trace_parent_of(*reactor->context_);
   if (reactor->admitted_ && !trace_parent.empty())
     reactor->context_->AddTrailingMetadata("traceparent", trace_parent);
@@ -214,7 +237,7 @@ void ServerReactor::OnWriteDone(bool written) {
   writing_ = false;
   if (state_->ended) {
     lock.unlock();
-    leave();
+    leave(0);
     return Finish(*last_);
   }
   if (written && next_) {

@@ -29,6 +29,7 @@ struct ServerRules {
   const std::unique_ptr<TokenFile> tokens;
   const std::vector<std::string> peers;
   Admission admission;
+  const std::chrono::milliseconds answer_limit;  // until a client has read an answer
   const Listener::Handler handler;
   std::atomic<uint64_t> not_allowed{0};
 };
@@ -37,6 +38,7 @@ struct ServerRules {
 struct CallState {
   std::mutex mutex;    // guards the rest, and members of the reactor
   bool ended = false;  // from then on only gRPC uses the reactor, which deletes itself
+  bool done = false;   // the reactor and its context are gone
   std::atomic<bool> cancelled{false};
 };
 
@@ -46,7 +48,7 @@ class ServerReactor final : public grpc::ServerGenericBidiReactor {
   void OnReadDone(bool read) override;
   void OnWriteDone(bool written) override;
   void OnCancel() override;
-  void OnDone() override { delete this; }
+  void OnDone() override;
 
   const grpc::GenericCallbackServerContext& context() const { return *context_; }
   const std::string& peer() const { return peer_; }
@@ -66,7 +68,8 @@ class ServerReactor final : public grpc::ServerGenericBidiReactor {
   void refuse(const grpc::Status& status) { end(this, state_, status); }
   void read();
   void end_later_without_message();
-  void leave();
+  void cancel_later_if_unread();
+  void leave(uint64_t answer_bytes);
 
   grpc::GenericCallbackServerContext* const context_;
   ServerRules* const rules_;
@@ -77,11 +80,12 @@ class ServerReactor final : public grpc::ServerGenericBidiReactor {
   bool admitted_ = false;
   // Guarded by the mutex of the state.
   bool writing_ = false, reads_on_ = false;
-  uint64_t bytes_ = 0;     // of the message that was received
+  uint64_t bytes_ = 0;     // of the message that was received, and of the last answer
   uint64_t messages_ = 0;  // that were received
   std::optional<grpc::ByteBuffer> next_;
   std::optional<grpc::Status> last_;       // sent after the message that is being sent
   std::unique_ptr<grpc::Alarm> patience_;  // for the next message of a stream
+  std::unique_ptr<grpc::Alarm> unread_;    // for a client that does not read its answer
 };
 
 }  // namespace weir::net

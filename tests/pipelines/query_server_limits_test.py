@@ -21,9 +21,9 @@ X = np.array([[1.5, -2, 0, 1e6]], np.float32)
 MIB = 1 << 20
 
 
-class Limits(unittest.TestCase):
-    def serve(self, options="", between=""):
-        pipeline = Pipeline(f"tensor_query_serversrc protocol=oip port=0 model-name=same {options} {FLOATS} ! {between} tensor_query_serversink")
+class Served(unittest.TestCase):
+    def serve(self, options="", between="", caps=FLOATS):
+        pipeline = Pipeline(f"tensor_query_serversrc protocol=oip port=0 model-name=same {options} {caps} ! {between} tensor_query_serversink")
         self.addCleanup(pipeline.stop)
         self.assertTrue(pipeline.port, "".join(pipeline.lines))
         return pipeline
@@ -35,6 +35,8 @@ class Limits(unittest.TestCase):
             client.wait_until_ready("same")
         return client
 
+
+class Limits(Served):
     @unittest.skipUnless(has_engine("python3"), "the engine python3 is not built")
     def test_a_request_that_expires_in_the_queue_of_the_filter_is_not_invoked(self):
         """Two workers have a frame of 1 s each; the others wait for them, and their clients only 0.3 s."""
@@ -147,6 +149,73 @@ class Limits(unittest.TestCase):
             while stream.reset is None and not peer.closed:
                 peer.read(10)
         self.assertEqual((peer.closed, peer.goodbye), (False, None))
+
+
+class Answers(Served):
+    """What answers take that their clients do not read."""
+
+    MEBIBYTE = "caps=other/tensor,dimension=(string)1048576:1,type=(string)uint8,framerate=0/1"
+
+    def answered(self, pipeline, message):
+        """A peer with a call whose answer the server has and cannot send."""
+        peer = http2_peer.Connection(pipeline.port, own_window=0)
+        self.addCleanup(peer.close)
+        stream = peer.call(INFER, message.SerializeToString())
+        end = time.monotonic() + 60
+        while not stream.headers and not peer.closed and time.monotonic() < end:  # they come before the answer
+            peer.push()
+            peer.read(1)
+        self.assertTrue(stream.headers)
+        return peer, stream
+
+    def ends(self, peer, stream):
+        end = time.monotonic() + 60
+        while stream.reset is None and not peer.closed and time.monotonic() < end:
+            peer.read(1)
+        return stream.reset is not None
+
+    def test_their_connections_count(self):
+        pipeline = self.serve()
+        client = self.client(pipeline)
+        message = request("same", X)
+        stalled = [self.answered(pipeline, message) for _ in range(4)]
+        code, text = status_of(lambda: client.infer(message))
+        self.assertEqual((code, text), ("RESOURCE_EXHAUSTED", "this address has 4 connections with requests in progress (max-connections-per-address)"))
+        peer, stream = stalled[0]
+        peer.open(stream, MIB)
+        self.assertTrue(self.ends(peer, stream))
+        end = time.monotonic() + 60
+        while (code := status_of(lambda: client.infer(message))[0]) == "RESOURCE_EXHAUSTED":  # until the server knows
+            self.assertLess(time.monotonic(), end)
+        self.assertEqual(code, "OK")
+
+    def test_their_bytes_count(self):
+        x = np.zeros((1, MIB), np.uint8)
+        message = request("same", x, "UINT8")
+        pipeline = self.serve(f"max-message={2 * MIB} max-bytes-in-flight={3 * MIB}", caps=self.MEBIBYTE)
+        client = self.client(pipeline)
+        self.assertEqual(status_of(lambda: client.infer(message))[0], "OK")
+        peer, stream = self.answered(pipeline, message)
+        self.assertEqual(status_of(lambda: client.infer(message, 0.5))[0], "DEADLINE_EXCEEDED")
+        call = client.stub.ModelInfer.future(message, timeout=60)
+        peer.open(stream, 2 * MIB)
+        self.assertTrue(self.ends(peer, stream))
+        self.assertEqual(status_of(call.result)[0], "OK")
+
+    def test_their_calls_end(self):
+        pipeline = self.serve("idle-timeout=1000")
+        peer, stream = self.answered(pipeline, request("same", X))
+        other = peer.call(INFER, bytes(10), announced=100)  # without it the connection would be idle
+        peer.push()
+        self.assertTrue(self.ends(peer, stream))
+        self.assertEqual((peer.ping(), other.reset), (True, None))
+        client = self.client(pipeline)
+        self.assertEqual(status_of(lambda: client.infer(request("same", X)))[0], "OK")
+
+    def test_a_client_that_reads_its_answers_is_never_refused(self):
+        client = self.client(self.serve(f"max-requests=1 max-connections=1 max-message={MIB} max-bytes-in-flight={MIB}"))
+        codes = [status_of(lambda: client.infer(request("same", X)))[0] for _ in range(300)]
+        self.assertEqual(set(codes), {"OK"})
 
 
 if __name__ == "__main__":

@@ -28,14 +28,15 @@ class Stream:
 class Connection:
     """`goodbye` is the error code of a GOAWAY, `closed` whether the other side closed the connection."""
 
-    def __init__(self, port, host="127.0.0.1"):
+    def __init__(self, port, host="127.0.0.1", own_window=WINDOW):
+        """`own_window`: bytes that the other side may send on each stream before open()."""
         self.socket = socket.create_connection((host, port), 10)
         self.streams, self.next_number = {}, 1
         self.window, self.first_window = WINDOW, WINDOW
         self.received, self.pongs, self.pings = b"", 0, 0
         self.closed, self.goodbye, self.served = False, None, False
         self.socket.sendall(b"PRI * HTTP/2.0\r\n\r\nSM\r\n\r\n")
-        self.frame(SETTINGS, 0, 0)
+        self.frame(SETTINGS, 0, 0, struct.pack(">HI", INITIAL_WINDOW_SIZE, own_window))
 
     def close(self):
         self.socket.close()
@@ -56,6 +57,11 @@ class Connection:
                    ("content-type", "application/grpc"), *more]
         self.frame(HEADERS, END_HEADERS, stream.number, header_block(headers))
         return stream
+
+    def open(self, stream, size):
+        """Lets the other side send `size` bytes more on a stream."""
+        for number in (0, stream.number):
+            self.frame(WINDOW_UPDATE, 0, number, struct.pack(">I", size))
 
     def push(self):
         """Sends what the other side's windows allow."""

@@ -65,10 +65,11 @@ class TensorQueryServersrc : public gst::Element<TensorQueryServersrc, gst::Push
       gst::Property{"max-connections-per-address", &Settings::max_connections_per_address,
                     "As max-connections, for one address; 0 = no limit"},
       gst::Property{"max-bytes-in-flight", &Settings::max_bytes_in_flight,
-                    "Maximum bytes of the requests in progress of one address; further requests "
-                    "wait or are refused; 0 = no limit"},
+                    "Maximum bytes of the requests in progress and of the unread answers of one "
+                    "address; further requests wait or are refused; 0 = no limit"},
       gst::Property{"idle-timeout", &Settings::idle_timeout,
-                    "Milliseconds after which a connection without calls is closed",
+                    "Milliseconds after which a connection without calls is closed, and a call "
+                    "ends whose answer the client has not read",
                     gst::Changeable::InReady, 1u, 2147483647u},
       gst::Property{"model-control", &Settings::model_control,
                     "Allow clients to unload the model and load it again; an unloaded model "
