@@ -11,6 +11,7 @@
 #include "net/admission.hpp"
 #include "net/grpc_bytes.hpp"
 #include "net/tensor_endpoints.hpp"
+#include "net/vanished_clients.hpp"
 
 namespace weir::net {
 namespace {
@@ -20,8 +21,6 @@ constexpr AdmissionLimits kLimits{.streams = 8, .connections = 32, .address_conn
 constexpr int kMostMetadataBytes = 16 << 10, kHandshakeMs = 2000, kIdleMs = 300'000;
 constexpr int kUnreadBytes = 64 << 10;             // that a client may send before a read
 constexpr size_t kMostMemory = size_t{512} << 20;  // for what is received and not taken
-// A client that froze is noticed by its missing answers.
-constexpr int kPingMs = 10'000, kPingAnswerMs = 5'000;
 
 grpc::ByteBuffer message_of(const std::string& bytes) {
   return net::message_of({{bytes, {}}}, nullptr);
@@ -172,11 +171,9 @@ void set_limits(grpc::ServerBuilder* builder, const TensorServiceOptions& option
                    {GRPC_ARG_MAX_CONNECTION_IDLE_MS, kIdleMs},
                    {GRPC_ARG_HTTP2_BDP_PROBE, 0},
                    {GRPC_ARG_HTTP2_STREAM_LOOKAHEAD_BYTES, kUnreadBytes},
-                   {GRPC_ARG_MAX_CONCURRENT_STREAMS, static_cast<int>(kLimits.streams) * 2},
-                   {GRPC_ARG_KEEPALIVE_TIME_MS, kPingMs},
-                   {GRPC_ARG_KEEPALIVE_TIMEOUT_MS, kPingAnswerMs},
-                   {GRPC_ARG_HTTP2_MAX_PINGS_WITHOUT_DATA, 0}};
+                   {GRPC_ARG_MAX_CONCURRENT_STREAMS, static_cast<int>(kLimits.streams) * 2}};
   for (const auto& argument : arguments) builder->AddChannelArgument(argument.name, argument.value);
+  end_vanished_clients(builder);
 }
 
 class Server final : public TensorEndpoint, grpc::CallbackGenericService {

@@ -233,6 +233,36 @@ class Stalls(Peers):
             self.serves(client)
         self.descriptors_fall_to(pipeline, before + 4)
 
+    def test_a_client_that_vanishes_gives_back_its_place(self):
+        """The server knows after 15 seconds without an answer to its ping."""
+        pipeline = self.serve("port=0 max-connections=1")
+        peer = self.peer(pipeline)
+        stream = peer.call(INFER, bytes(100), announced=1000)
+        peer.push()
+        self.assertTrue(peer.ping())
+        client = Client(f"127.0.0.1:{pipeline.port}")
+        self.addCleanup(client.close)
+        self.assertEqual(status_of(lambda: client.infer(request("same", X)))[0], "RESOURCE_EXHAUSTED")
+        peer.socket.settimeout(60)
+        while peer.socket.recv(1 << 16):  # reads the ping and does not answer it
+            pass
+        end = time.monotonic() + 30
+        while (code := status_of(lambda: client.infer(request("same", X)))[0]) == "RESOURCE_EXHAUSTED":
+            self.assertLess(time.monotonic(), end)
+        self.assertEqual((code, stream.reset), ("OK", None))
+
+    def test_pings_of_clients_are_accepted(self):
+        peer = self.peer(self.serve())
+        stream = peer.call("/grpc.health.v1.Health/Watch")
+        peer.push()
+        self.assertTrue(peer.ping())
+        end = time.monotonic() + 3
+        while time.monotonic() < end:
+            peer.read(0.15)  # a client may send a ping each 100 ms
+            if not peer.ping():
+                break
+        self.assertEqual((peer.closed, peer.goodbye, stream.reset), (False, None, None))
+
     def test_cancel_storms_end_every_request(self):
         pipeline = self.serve("port=0 max-requests=0 max-connections-per-address=0 queue=2000", "queue !")
 

@@ -1,0 +1,17 @@
+// end_vanished_clients(): how a server notices clients that froze, or went without closing their
+// connections.
+// SPDX-License-Identifier: LGPL-2.1-or-later
+#pragma once
+#include <grpcpp/grpcpp.h>
+
+namespace weir::net {
+
+// A connection that is silent for ten seconds gets a ping, and ends when the answer is missing for
+// five. gRPC's own default is two hours.
+inline void end_vanished_clients(grpc::ServerBuilder* builder) {
+  builder->AddChannelArgument(GRPC_ARG_KEEPALIVE_TIME_MS, 10'000);
+  builder->AddChannelArgument(GRPC_ARG_KEEPALIVE_TIMEOUT_MS, 5'000);
+  builder->AddChannelArgument(GRPC_ARG_HTTP2_MAX_PINGS_WITHOUT_DATA, 0);
+}
+
+}  // namespace weir::net
