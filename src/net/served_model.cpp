@@ -15,6 +15,19 @@ void add(Duration* to, Call::Clock::duration took) {
       std::chrono::duration_cast<std::chrono::nanoseconds>(std::max(took, took.zero())).count());
 }
 
+// Which input of the request each input of the model is.
+Result<std::vector<size_t>> order_of_inputs(const Call& call, const InferRequest& request,
+                                            const ModelMetadata& model) {
+  auto order = match_inputs(request, model);
+  if (!order) return order;
+  for (size_t i = 0; i < order->size(); ++i) {
+    if (model.inputs[i].datatype != "BYTES") continue;
+    if (const auto bytes = input_bytes(call.request(), request, (*order)[i]); !bytes)
+      return bytes.error();
+  }
+  return order;
+}
+
 }  // namespace
 
 ServedRequest::ServedRequest(std::shared_ptr<ServedModel> model, std::shared_ptr<Call> call,
@@ -41,12 +54,25 @@ Status ServedRequest::read_input(size_t index, std::span<std::byte> to) const {
 
 size_t ServedRequest::size_of_bytes(size_t index) const {
   const auto range = input_bytes(call_->request(), request_, order_[index]);
-  return range ? range->size() : 0;  // receive() has refused others
+  return range ? range->size() : 0;  // take() has refused others
 }
 
 void ServedRequest::copy_bytes(size_t index, std::span<std::byte> to) const {
   const auto range = input_bytes(call_->request(), request_, order_[index]);
   if (range && range->size() == to.size()) call_->request().copy(*range, to.data());
+}
+
+bool ServedRequest::end_if_inputs_changed() {
+  auto order = order_of_inputs(*call_, request_, model_->metadata());
+  if (order) {
+    order_ = *std::move(order);
+    return false;
+  }
+  Error error = order.error();
+  error.what =
+      "the inputs of the model " + model_->model().name + " changed while the request waited";
+  fail(CallStatus::InvalidArgument, error.message());
+  return true;
 }
 
 bool ServedRequest::end_if_expired() {
@@ -180,13 +206,8 @@ void ServedModel::receive(std::shared_ptr<Call> call, InferRequest request) {
                            : "the model " + model_.name + " is unloaded");
     }
   }
-  auto order = match_inputs(request, described);
+  auto order = order_of_inputs(*call, request, described);
   if (!order) return refuse(CallStatus::InvalidArgument, order.error().message());
-  for (size_t i = 0; i < order->size(); ++i) {
-    if (described.inputs[i].datatype != "BYTES") continue;
-    if (const auto bytes = input_bytes(call->request(), request, (*order)[i]); !bytes)
-      return refuse(CallStatus::InvalidArgument, bytes.error().message());
-  }
   if (!described.outputs.empty())
     if (const auto chosen = match_outputs(request, described); !chosen)
       return refuse(CallStatus::InvalidArgument, chosen.error().message());
@@ -232,7 +253,7 @@ std::shared_ptr<ServedRequest> ServedModel::take() {
   for (;;) {
     auto request = next();
     if (!request) return nullptr;
-    if (request->end_if_expired()) continue;
+    if (request->end_if_expired() || request->end_if_inputs_changed()) continue;
     request->taken_ = request->pushed_ = ServedRequest::Clock::now();
     return request;
   }

@@ -57,13 +57,15 @@ class ServedRequest {
   friend class ServedModel;
   // How a request ends, for the counts.
   enum class End { Answered, Refused, Expired, Aborted };
+  // When it is taken: it may have waited since before set_inputs().
+  bool end_if_inputs_changed();
   AnswerTimes times() const;
   bool fail_as(End end, CallStatus status, const std::string& message);
 
   const std::shared_ptr<ServedModel> model_;
   const std::shared_ptr<Call> call_;
   const InferRequest request_;
-  const std::vector<size_t> order_;  // of the model's inputs in the request
+  std::vector<size_t> order_;  // of the model's inputs in the request
   std::atomic<bool> ended_{false};
   std::atomic<const char*> last_element_{nullptr};
   const Clock::time_point received_ = Clock::now();
@@ -94,7 +96,8 @@ class ServedModel : public std::enable_shared_from_this<ServedModel> {
   void set_loaded(bool loaded);
   bool is_loaded() const;
   void receive(std::shared_ptr<Call> call, InferRequest request);
-  // Waits for a request whose client still waits. Null after interrupt(), until resume().
+  // Waits for a request that fits the inputs and whose client still waits. Null after interrupt(),
+  // until resume().
   std::shared_ptr<ServedRequest> take();
   void interrupt();
   void resume();

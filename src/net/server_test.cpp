@@ -33,6 +33,17 @@ std::string message(const std::string& raw = std::string(8, 'a'), const std::str
   return out;
 }
 
+// With a second input, z.
+std::string message_with_z() {
+  std::string tensor, out = message();
+  put_bytes(&tensor, 1, "z");
+  put_bytes(&tensor, 2, "FP32");
+  put_bytes(&tensor, 3, "\1");
+  put_bytes(&out, 5, tensor);
+  put_bytes(&out, 7, "bbbb");
+  return out;
+}
+
 class Serving : public ::testing::Test {
  protected:
   Serving() { describe(); }
@@ -213,6 +224,36 @@ TEST_F(Serving, RefusesWhileItIsUnloaded) {
   receive(&after);
   EXPECT_TRUE(answer(model_->take()));
   EXPECT_EQ(after.status, 0);
+}
+
+TEST_F(Serving, RefusesWhatWaitedWhenTheInputsChange) {
+  Ended before, after;
+  receive(&before);
+  model_->set_inputs({{"x", "FP32", {1, 2}}, {"z", "FP32", {1}}});
+  receive(&after, message_with_z());
+  const auto request = model_->take();
+  std::array<std::byte, 4> second{};
+  EXPECT_TRUE(request->read_input(1, second));
+  EXPECT_EQ(std::memcmp(second.data(), "bbbb", 4), 0);
+  EXPECT_TRUE(answer(request));
+  EXPECT_EQ(before.status, static_cast<int>(CallStatus::InvalidArgument));
+  EXPECT_SAYS(before.text,
+              "WEIR-2001: the inputs of the model m changed while the request waited\n"
+              "  offered: 1 inputs\n  needed: 2: x FP32 [1,2], z FP32 [1]");
+  EXPECT_EQ(after.status, 0);
+  expect_counts({.received = 2, .answered = 1, .refused = 1});
+}
+
+TEST_F(Serving, KeepsWhatWaitedWhenItStillFitsTheInputs) {
+  Ended ended;
+  receive(&ended);
+  model_->set_inputs({{"x", "FP32", {1, 2}}, {"z", "FP32", {1}}});
+  model_->set_inputs({{"x", "FP32", {2}}});
+  const auto request = model_->take();
+  std::array<std::byte, 8> elements{};
+  EXPECT_TRUE(request->read_input(0, elements));
+  EXPECT_TRUE(answer(request));
+  EXPECT_EQ(ended.status, 0);
 }
 
 TEST_F(Serving, WakesTheThreadThatTakes) {

@@ -27,7 +27,10 @@ std::string source(const std::string& options) {
 class TensorQueryServersrc : public ::testing::Test {
  protected:
   void play(const std::string& rest, const std::string& options = "") {
-    pipeline_ = std::make_unique<PlayedPipeline>(source(options) + rest);
+    play_line(source(options) + rest);
+  }
+  void play_line(const std::string& line) {
+    pipeline_ = std::make_unique<PlayedPipeline>(line);
     ASSERT_TRUE(pipeline_->reaches(GST_STATE_PLAYING));
     connect();
   }
@@ -102,6 +105,38 @@ TEST_F(TensorQueryServersrc, NamesTheElementThatDropped) {
   EXPECT_EQ(reply.status, static_cast<int>(net::CallStatus::Aborted));
   EXPECT_EQ(reply.message, "dropped by gate");
   EXPECT_EQ(stat("requests-aborted"), 1u);
+}
+
+TEST_F(TensorQueryServersrc, RefusesARequestThatWaitedWhileTheCapsChanged) {
+  const auto caps = [](const char* number, const char* dimensions, const char* types) {
+    return std::string("other/tensors,format=static,num_tensors=") + number +
+           ",dimensions=(string)" + dimensions + ",types=(string)" + types + ",framerate=0/1";
+  };
+  play_line(
+      "tensor_query_serversrc name=server protocol=oip port=0 model-name=m ! "
+      "capsfilter name=wanted caps=" +
+      caps("1", "4:1", "float32") + " ! identity name=gate ! tensor_query_serversink");
+  const auto gate =
+      Ref<GstPad>::adopt(gst_element_get_static_pad(pipeline_->find("gate").get(), "sink"));
+  const auto blocks = GstPadProbeType(GST_PAD_PROBE_TYPE_BLOCK | GST_PAD_PROBE_TYPE_BUFFER);
+  const gulong block = gst_pad_add_probe(
+      gate.get(), blocks, +[](GstPad*, GstPadProbeInfo*, gpointer) { return GST_PAD_PROBE_OK; },
+      nullptr, nullptr);
+  net::Reply first, second;
+  std::thread first_caller([&] { first = infer({1, 2, 3, 4}); });
+  EXPECT_TRUE(becomes_true([&] { return gst_pad_is_blocking(gate.get()); }, "a frame on its way"));
+  std::thread second_caller([&] { second = infer({}); });
+  EXPECT_TRUE(becomes_true([&] { return stat("requests-in-flight") == 2; }, "a waiting request"));
+  const auto other =
+      Ref<GstCaps>::adopt(gst_caps_from_string(caps("2", "4:1.2:1", "float32.float32").c_str()));
+  g_object_set(pipeline_->find("wanted").get(), "caps", other.get(), nullptr);
+  gst_pad_remove_probe(gate.get(), block);
+  first_caller.join();
+  second_caller.join();
+  EXPECT_EQ(result_of(first), (Floats{1, 2, 3, 4}));
+  EXPECT_EQ(second.status, static_cast<int>(net::CallStatus::InvalidArgument));
+  EXPECT_SAYS(second.message, "the inputs of the model m changed while the request waited");
+  EXPECT_EQ(stat("requests-refused"), 1u);
 }
 
 TEST_F(TensorQueryServersrc, EndsCallsWhenItStops) {
