@@ -64,13 +64,15 @@ class TensorQueryServersink : public gst::Element<TensorQueryServersink, gst::Ba
 
   Status set_caps(GstCaps* caps) {
     const uint32_t id = settings().id;
-    server_ = server_of_pair(id);
-    if (!server_)
+    auto server = server_of_pair(id);
+    if (!server)
       return Error{.code = Code::OPTION_VALUE,
                    .what = "no tensor_query_serversrc has the same id",
                    .offered = "tensor_query_serversink id=" + std::to_string(id),
                    .needed = "a tensor_query_serversrc of this process with that id",
                    .fix = "tensor_query_serversrc id=" + std::to_string(id)};
+    if (!caps) return gst::buffer_before_caps();
+    server_ = std::move(server);
     return server_->set_output(
         caps, parse_name_list(property_upstream(GST_BASE_SINK_PAD(self()), "outputname")));
   }
@@ -79,7 +81,7 @@ class TensorQueryServersink : public gst::Element<TensorQueryServersink, gst::Ba
     ledger_.received();
     const auto request = request_of(buffer);
     uint64_t copied = 0;
-    const auto delivery = server_->answer(request.get(), buffer, &copied);
+    const auto delivery = answer(request.get(), buffer, &copied);
     if (!delivery) {
       ledger_.dropped(DropReason::Error);
       gst::post_error(element(), delivery.error());
@@ -100,6 +102,15 @@ class TensorQueryServersink : public gst::Element<TensorQueryServersink, gst::Ba
   Ledger ledger_;
 
  private:
+  Result<Delivery> answer(QueryRequest* request, GstBuffer* buffer, uint64_t* copied) {
+    if (!server_)  // a stream without caps: set_caps() was not called
+      if (auto status = set_current_caps(); !status) return status.error();
+    return server_->answer(request, buffer, copied);
+  }
+  Status set_current_caps() {
+    const auto caps = Ref<GstCaps>::adopt(gst_pad_get_current_caps(GST_BASE_SINK_PAD(self())));
+    return set_caps(caps.get());
+  }
   // `others`: the request of another server; null for a frame without one.
   GstFlowReturn count_without_request(const QueryRequest* others) {
     const int limit = std::max(settings().limit, 1);

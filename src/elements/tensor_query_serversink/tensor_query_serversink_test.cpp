@@ -90,6 +90,18 @@ TEST(TensorQueryServersink, NeedsASourceOfItsId) {
   EXPECT_SAYS(error, "fix: tensor_query_serversrc id=7");
 }
 
+TEST(TensorQueryServersink, NeedsASourceForFramesWithoutCapsToo) {
+  const std::string error = error_of_pipeline("fakesrc num-buffers=1 ! tensor_query_serversink");
+  EXPECT_SAYS(error, "WEIR-1004: no tensor_query_serversrc has the same id");
+  EXPECT_SAYS(error, "fix: tensor_query_serversrc id=0");
+}
+
+TEST(TensorQueryServersink, RejectsFramesWithoutCaps) {
+  const std::string error =
+      error_of_pipeline(std::string("fakesrc num-buffers=1 ! tensor_query_serversink") + kSource);
+  EXPECT_SAYS(error, "a buffer arrived before caps");
+}
+
 TEST(TensorQueryServersink, AnswersWithoutWaitingForAClock) {
   PlayedPipeline p(std::string(kFrames) + "tensor_query_serversink name=end id=7");
   gboolean sync = TRUE;
