@@ -240,6 +240,26 @@ TEST_F(MqttElements, ResumesAfterABrokerRestart) {
   EXPECT_EQ(receiving.stat("source", "connections"), 2u);
 }
 
+// PAUSED while the stream waits for a broker that answers nothing.
+TEST_F(MqttElements, PublishesTheBufferThatAPauseInterrupted) {
+  constexpr uint64_t kMostInProgress = 20, kFrames = kMostInProgress + 5;
+  const auto peer = client();
+  ASSERT_TRUE(peer->subscribe("t", 1));
+  PlayedPipeline p("videotestsrc num-buffers=" + std::to_string(kFrames) +
+                   " ! video/x-raw,format=GRAY8,width=4,height=1,framerate=100/1 ! " +
+                   sink("pub-topic=t mqtt-qos=1 pub-wait-timeout=1000"));
+  ASSERT_TRUE(p.reaches(GST_STATE_READY));
+  broker_->signal(SIGSTOP);
+  gst_element_set_state(p.get(), GST_STATE_PLAYING);
+  ASSERT_TRUE(becomes_true([&] { return p.stat("sink", "received") == kMostInProgress + 1; },
+                           "a buffer that waits"));
+  ASSERT_TRUE(p.reaches(GST_STATE_PAUSED));
+  broker_->signal(SIGCONT);
+  EXPECT_EQ(p.plays_to_its_end(), "");
+  EXPECT_EQ(p.stat("sink", "consumed"), kFrames);
+  for (uint64_t i = 0; i < kFrames; ++i) ASSERT_TRUE(peer->receive(30s)) << i;
+}
+
 TEST_F(MqttElements, ReportsWhatCannotBeUsed) {
   const std::string frame = frames(1);
   EXPECT_SAYS(error_of_pipeline(source("") + " ! fakesink"),

@@ -136,13 +136,18 @@ class MqttSink : public MqttElement<MqttSink, gst::BaseSink> {
       ledger_.dropped(DropReason::Eos);
       return GST_FLOW_EOS;
     }
-    const Status status = publish(buffer);
+    Status status = publish(buffer);
+    while (!status && status.error().code == Code::CANCELLED) {
+      // A pause also interrupts the wait; only a flush or the change to READY ends it.
+      if (const auto flow = gst_base_sink_wait_preroll(self()); flow != GST_FLOW_OK) {
+        ledger_.dropped(DropReason::Flush);
+        return flow;
+      }
+      status = publish(buffer);
+    }
     if (status) {
       outage_ = false;
       ledger_.consumed();
-    } else if (status.error().code == Code::CANCELLED) {
-      ledger_.dropped(DropReason::Flush);
-      return GST_FLOW_FLUSHING;
     } else if (status.error().code == Code::BROKER_UNREACHABLE) {
       ledger_.dropped(DropReason::Lost);
       if (!std::exchange(outage_, true)) gst::post_warning(element(), status.error());
