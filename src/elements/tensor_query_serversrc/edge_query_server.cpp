@@ -2,14 +2,17 @@
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #include "elements/tensor_query_serversrc/edge_query_server.hpp"
 
+#include <gst/audio/audio.h>
 #include <gst/video/video.h>
 
+#include <optional>
 #include <utility>
 
 #include "elements/edgesink/message_memories.hpp"
 #include "elements/edgesrc/message_buffer.hpp"
 #include "gstcpp/buffer/query_meta.hpp"
 #include "gstcpp/buffer/tensor_caps.hpp"
+#include "gstcpp/buffer/video_meta.hpp"
 #include "transport/edge/query_listener.hpp"
 #include "transport/network_policy.hpp"
 
@@ -55,6 +58,15 @@ class EdgeRequest : public QueryRequest {
   const std::shared_ptr<edge::ReceivedRequest> request_;
 };
 
+// Bytes of one sample of every channel; 0 if it is not known.
+size_t sample_bytes(const GstStructure* audio) {
+  const char* format = gst_structure_get_string(audio, "format");
+  int channels = 0;
+  if (!format || !gst_structure_get_int(audio, "channels", &channels) || channels < 0) return 0;
+  const auto* info = gst_audio_format_get_info(gst_audio_format_from_string(format));
+  return GST_AUDIO_FORMAT_INFO_WIDTH(info) / 8 * static_cast<size_t>(channels);
+}
+
 // What frames of these caps must be, beyond what their elements can report without an end of the
 // stream: a client must not be able to end it.
 class FrameCheck {
@@ -62,32 +74,53 @@ class FrameCheck {
   void set_caps(const GstCaps* caps) {
     const auto spec = gst::spec_from_caps(caps);
     has_tensors_ = spec.has_value();
-    least_bytes_ = most_bytes_ = 0;
-    GstVideoInfo info;
-    if (spec) {
-      parts_.configure(*spec);
-      if (spec->format != Format::Static || spec->tensors.size() > kMemoryLimit) return;
-      for (const auto& tensor : spec->tensors) most_bytes_ += tensor.bytes().value_or(0);
-      least_bytes_ = most_bytes_;
-    } else if (gst_structure_has_name(gst_caps_get_structure(caps, 0), "video/x-raw") &&
-               gst_video_info_from_caps(&info, caps)) {
-      least_bytes_ = GST_VIDEO_INFO_SIZE(&info);
-    }
+    tensor_bytes_ = sample_bytes_ = 0;
+    video_.reset();
+    if (spec)
+      set_tensors(*spec);
+    else
+      set_medium(caps);
   }
   Status check(GstBuffer* buffer) {
     const size_t size = gst_buffer_get_size(buffer);
-    if (size < least_bytes_ || (most_bytes_ > 0 && size > most_bytes_))
-      return Error{.code = Code::FRAME_SIZE,
-                   .what = "the size of a frame does not match its caps",
-                   .offered = std::to_string(size) + " bytes",
-                   .needed = std::to_string(least_bytes_) + " bytes"};
-    return has_tensors_ ? parts_.read(buffer) : ok();
+    if (!has_tensors_) return check_medium(size);
+    if (tensor_bytes_ > 0 && size != tensor_bytes_)
+      return wrong_size(size, std::to_string(tensor_bytes_) + " bytes");
+    return parts_.read(buffer);
   }
 
  private:
+  static Error wrong_size(size_t size, std::string needed) {
+    return Error{.code = Code::FRAME_SIZE,
+                 .what = "the size of a frame does not match its caps",
+                 .offered = std::to_string(size) + " bytes",
+                 .needed = std::move(needed)};
+  }
+  void set_tensors(const FrameSpec& spec) {
+    parts_.configure(spec);
+    if (spec.format != Format::Static || spec.tensors.size() > kMemoryLimit) return;
+    for (const auto& tensor : spec.tensors) tensor_bytes_ += tensor.bytes().value_or(0);
+  }
+  void set_medium(const GstCaps* caps) {
+    const GstStructure* medium = gst_caps_get_structure(caps, 0);
+    GstVideoInfo video;
+    if (gst_structure_has_name(medium, "audio/x-raw"))
+      sample_bytes_ = sample_bytes(medium);
+    else if (gst_structure_has_name(medium, "video/x-raw") &&
+             gst_video_info_from_caps(&video, caps) && GST_VIDEO_INFO_SIZE(&video) > 0)
+      video_ = video;
+  }
+  Status check_medium(size_t size) const {
+    if (video_) return gst::check_video_size(*video_, size);
+    if (sample_bytes_ > 0 && size % sample_bytes_ != 0)
+      return wrong_size(size, "a multiple of " + std::to_string(sample_bytes_) + " bytes");
+    return ok();
+  }
+
   bool has_tensors_ = false;
   gst::FrameParts parts_;
-  size_t least_bytes_ = 0, most_bytes_ = 0;  // 0: not known
+  size_t tensor_bytes_ = 0, sample_bytes_ = 0;  // 0: not known
+  std::optional<GstVideoInfo> video_;
 };
 
 class EdgeQueryServer : public QueryServer {

@@ -239,6 +239,21 @@ TEST_F(EdgeServerUnlikeItsCaps, SmallerVideo) {
   expect_refused({from_text("abcdefg")}, {from_text("abcdefgh")});
 }
 
+TEST_F(EdgeServerUnlikeItsCaps, SeveralFramesOfVideo) {
+  play("video/x-raw,format=GRAY8,width=4,height=2,framerate=0/1 ! tensor_converter");
+  expect_refused({from_text("abcdefghabcdefgh")}, {from_text("abcdefgh")});
+}
+TEST_F(EdgeServerUnlikeItsCaps, PartsOfAudioSamples) {
+  play("audio/x-raw,format=S16LE,channels=4,rate=16000,layout=interleaved ! tensor_converter");
+  expect_refused({from_text("abc")}, {from_text("abcdefgh")});
+}
+
+TEST_F(EdgeServer, VideoMayHaveBytesAfterTheFrame) {
+  play("video/x-raw,format=GRAY8,width=4,height=2,framerate=0/1 ! tensor_converter");
+  auto client = connected();
+  EXPECT_EQ(answer(&client, {from_text("abcdefghijk")}), Message{from_text("abcdefgh")});
+}
+
 TEST_F(EdgeServer, TheAnswerOfTheLastFrameArrives) {
   play(kFour, "num-buffers=2");
   auto client = connected();
