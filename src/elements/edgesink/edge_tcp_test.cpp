@@ -1,5 +1,7 @@
 // edgesink and edgesrc over TCP: many tensors, frames that do not match, addresses.
 // SPDX-License-Identifier: LGPL-2.1-or-later
+#include <thread>
+
 #include "core/tensor/tensor_header.hpp"
 #include "elements/tests/element_test_support.hpp"
 #include "gstcpp/buffer/frame_reader.hpp"
@@ -54,6 +56,40 @@ TEST(EdgeTcp, MoreThan16TensorsArePackedAgain) {
   for (int i = 0; i < 20; ++i)
     EXPECT_EQ(reader.tensors()[i].payload[0], static_cast<std::byte>(i)) << i;
   EXPECT_EQ(stat(in, "edgesrc", "bytes-copied"), 5u);
+}
+
+TEST(EdgeTcp, WaitsForAReceiverAgainAfterReady) {
+  const auto out =
+      harness_of("edgesink sync=false port=0 wait-connection=true", tensors("uint8", "1"));
+  const auto sink = element_of(out, "edgesink");
+  const auto connect = [&] {
+    return weir::edge::StreamSubscriber::connect("localhost", port_of(out), {});
+  };
+  {
+    auto subscriber = connect();
+    ASSERT_TRUE(subscriber);
+    ASSERT_EQ(gst_harness_push(out.get(), frame(Bytes{1})), GST_FLOW_OK);
+    ASSERT_TRUE(subscriber->receive());
+  }
+  const auto receivers = [&] {
+    guint count = 1;
+    gst_structure_get_uint(stats(sink.get()).get(), "receivers", &count);
+    return count;
+  };
+  ASSERT_TRUE(becomes_true([&] { return receivers() == 0; }, "no receiver"));
+  gst_element_set_state(sink.get(), GST_STATE_READY);
+  gst_element_set_state(sink.get(), GST_STATE_PLAYING);
+  gst_harness_push_event(out.get(), gst_event_new_stream_start("again"));
+  gst_harness_set_src_caps_str(out.get(), tensors("uint8", "1").c_str());
+  std::jthread pushing([&] { gst_harness_push(out.get(), frame(Bytes{2})); });
+  ASSERT_TRUE(wait_for_stat(sink.get(), "received", 2));
+  auto subscriber = connect();
+  ASSERT_TRUE(subscriber);
+  pushing.join();
+  ASSERT_EQ(stat(sink.get(), "consumed"), 2u);
+  const auto received = subscriber->receive();
+  ASSERT_TRUE(received && !received->end);
+  EXPECT_EQ(received->memories[0].bytes()[0], std::byte{2});
 }
 
 // An edgesrc that waits for the caps of `sink`, which has none yet.

@@ -109,7 +109,6 @@ class Edgesink : public gst::Element<Edgesink, gst::BaseSink> {
       announced_ = false;
     }
     ledger_.reset();
-    has_waited_ = !s.wait_connection;
     const std::lock_guard lock(output_mutex_);
     output_ = *std::move(output);
     return ok();
@@ -122,6 +121,11 @@ class Edgesink : public gst::Element<Edgesink, gst::BaseSink> {
     output.swap(output_);
     taken_port_ = 0;
     return TRUE;
+  }
+
+  GstStateChangeReturn change_state(GstStateChange change) {
+    if (change == GST_STATE_CHANGE_READY_TO_PAUSED) has_waited_ = !settings().wait_connection;
+    return GST_ELEMENT_CLASS(parent_class())->change_state(element(), change);
   }
 
   Status set_caps(GstCaps* caps) {

@@ -260,6 +260,21 @@ TEST_F(MqttElements, PublishesTheBufferThatAPauseInterrupted) {
   for (uint64_t i = 0; i < kFrames; ++i) ASSERT_TRUE(peer->receive(30s)) << i;
 }
 
+TEST_F(MqttElements, PublishesNumBuffersAgainAfterReady) {
+  const auto peer = client();
+  ASSERT_TRUE(peer->subscribe("t", 1));
+  PlayedPipeline p(frames(-1) + sink("pub-topic=t mqtt-qos=1 protocol=5 num-buffers=3"));
+  for (int run = 0; run < 2; ++run) {
+    EXPECT_EQ(p.plays_to_its_end(), "");
+    for (const char* number : {"0", "1", "2"}) {
+      const auto message = peer->receive(5s);
+      ASSERT_TRUE(message) << "run " << run;
+      EXPECT_EQ(message->properties.find("seq"), number);
+    }
+    ASSERT_TRUE(p.reaches(GST_STATE_READY));
+  }
+}
+
 TEST_F(MqttElements, ReportsWhatCannotBeUsed) {
   const std::string frame = frames(1);
   EXPECT_SAYS(error_of_pipeline(source("") + " ! fakesink"),

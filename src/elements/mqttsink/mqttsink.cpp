@@ -115,10 +115,14 @@ class MqttSink : public MqttElement<MqttSink, gst::BaseSink> {
     auto client = BrokerClient::open(*std::move(options));
     if (!client) return client.error();
     ledger_.reset();
-    sequence_ = 0;
     outage_ = false;
     set_client(*std::move(client));
     return ok();
+  }
+
+  GstStateChangeReturn change_state(GstStateChange change) {
+    if (change == GST_STATE_CHANGE_READY_TO_PAUSED) sequence_ = 0;
+    return MqttElement::change_state(change);
   }
 
   Status set_caps(GstCaps* caps) {
