@@ -21,8 +21,16 @@ class MqttElement : public gst::Element<Impl, Base> {
     if (change == GST_STATE_CHANGE_PAUSED_TO_PLAYING) base_epoch_valid_ = false;
     return GST_ELEMENT_CLASS(this->parent_class())->change_state(this->element(), change);
   }
-  gboolean unlock() { return set_interrupted(true); }
-  gboolean unlock_stop() { return set_interrupted(false); }
+  gboolean unlock() {
+    interrupted_ = true;  // first: the streaming thread reads it when interrupt() wakes it
+    if (client_) client_->interrupt(true);
+    return TRUE;
+  }
+  gboolean unlock_stop() {
+    if (client_) client_->interrupt(false);
+    interrupted_ = false;
+    return TRUE;
+  }
 
  protected:
   void set_client(std::unique_ptr<transport::BrokerClient> client) {
@@ -50,12 +58,6 @@ class MqttElement : public gst::Element<Impl, Base> {
   std::atomic<bool> interrupted_{false};  // from unlock() to unlock_stop()
 
  private:
-  gboolean set_interrupted(bool interrupted) {
-    if (client_) client_->interrupt(interrupted);
-    interrupted_ = interrupted;
-    return TRUE;
-  }
-
   mutable std::mutex client_mutex_;  // guards client_ while it changes
   std::atomic<bool> base_epoch_valid_{false};
 };

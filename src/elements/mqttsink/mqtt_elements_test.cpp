@@ -275,6 +275,16 @@ TEST_F(MqttElements, PublishesNumBuffersAgainAfterReady) {
   }
 }
 
+TEST_F(MqttElements, ASourceThatStopsWhileItWaitsReportsNoError) {
+  PlayedPipeline p(source("sub-topic=silent") + " ! fakesink async=false");
+  Errors errors(p.get());
+  for (int i = 0; i < 50; ++i) {
+    ASSERT_TRUE(p.reaches(GST_STATE_PLAYING));
+    ASSERT_TRUE(p.reaches(GST_STATE_READY));
+  }
+  EXPECT_EQ(errors.next(), "");
+}
+
 TEST_F(MqttElements, ReportsWhatCannotBeUsed) {
   const std::string frame = frames(1);
   EXPECT_SAYS(error_of_pipeline(source("") + " ! fakesink"),

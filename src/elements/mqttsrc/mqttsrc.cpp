@@ -93,7 +93,7 @@ class MqttSrc : public MqttElement<MqttSrc, gst::PushSource> {
     const std::chrono::milliseconds timeout(active_.sub_timeout / 1000);
     while (true) {
       auto message = client_->receive(timeout);
-      if (interrupted_) return GST_FLOW_FLUSHING;
+      if (interrupted_) return flushing(message.has_value());
       count_overflow();
       if (!message) {
         gst::post_error(element(), no_message());
@@ -129,6 +129,14 @@ class MqttSrc : public MqttElement<MqttSrc, gst::PushSource> {
                        std::to_string(active_.sub_timeout) + " microseconds",
             .needed = "a publisher, for example mqttsink pub-topic=" + *active_.sub_topic,
             .fix = "start the publisher first, or raise sub-timeout"};
+  }
+
+  GstFlowReturn flushing(bool has_message) {
+    if (has_message) {
+      ledger_.received();
+      ledger_.dropped(DropReason::Flush);
+    }
+    return GST_FLOW_FLUSHING;
   }
 
   // Messages that the client dropped because this element was slower.
