@@ -77,6 +77,14 @@ class TensorQueryServersink : public gst::Element<TensorQueryServersink, gst::Ba
         caps, parse_name_list(property_upstream(GST_BASE_SINK_PAD(self()), "outputname")));
   }
 
+  // A tensor_query_serversrc that starts again has another server, but its caps may be the same:
+  // then GstBaseSink does not call set_caps().
+  gboolean event(GstEvent* event) {
+    const bool has_server = is_server_event(event);
+    const gboolean handled = parent_class()->event(self(), event);
+    return handled && (!has_server || follow_server());
+  }
+
   GstFlowReturn render(GstBuffer* buffer) {
     ledger_.received();
     const auto request = request_of(buffer);
@@ -106,6 +114,13 @@ class TensorQueryServersink : public gst::Element<TensorQueryServersink, gst::Ba
     if (!server_)  // a stream without caps: set_caps() was not called
       if (auto status = set_current_caps(); !status) return status.error();
     return server_->answer(request, buffer, copied);
+  }
+  bool follow_server() {
+    const auto server = server_of_pair(settings().id);
+    if (!server_ || !server || server == server_) return true;
+    const auto status = set_current_caps();
+    if (!status) gst::post_error(element(), status.error());
+    return bool(status);
   }
   Status set_current_caps() {
     const auto caps = Ref<GstCaps>::adopt(gst_pad_get_current_caps(GST_BASE_SINK_PAD(self())));

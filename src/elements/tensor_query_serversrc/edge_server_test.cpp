@@ -278,6 +278,24 @@ TEST_F(EdgeServer, PausingClosesClientsAndPlayingServesAgain) {
   }
 }
 
+// Only the source stops, to change a property: the caps of the sink stay the same.
+TEST_F(EdgeServer, ASourceThatStartsAgainServesWithTheSinkThatPlays) {
+  const std::string four = kFour;
+  for (const auto& rest : {four, four + " ! tensor_transform mode=arithmetic option=mul:1 ! queue",
+                           video("GRAY8", 4, 1) + " ! tensor_converter"}) {
+    play(rest);
+    { auto client = connected(); }
+    const auto server = pipeline_->find("server");
+    for (int i = 0; i < 2; ++i) {
+      ASSERT_NE(gst_element_set_state(server.get(), GST_STATE_READY), GST_STATE_CHANGE_FAILURE);
+      g_object_set(server.get(), "port", 0, nullptr);
+      ASSERT_NE(gst_element_set_state(server.get(), GST_STATE_PLAYING), GST_STATE_CHANGE_FAILURE);
+      auto client = connected();
+      EXPECT_EQ(answer(&client, numbers({i, 2, 3, 4})), numbers({i, 2, 3, 4}));
+    }
+  }
+}
+
 TEST_F(EdgeServer, ThePortIsThatOfTheUserWhenItHasStopped) {
   play(kFour);
   EXPECT_NE(port(), 0u);

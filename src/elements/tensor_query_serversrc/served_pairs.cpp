@@ -18,6 +18,8 @@ Pairs& pairs() {
   return all;
 }
 
+constexpr char kServerEvent[] = "WeirQueryServer";
+
 }  // namespace
 
 Status add_pair(uint32_t id, const std::shared_ptr<QueryServer>& server) {
@@ -42,6 +44,15 @@ std::shared_ptr<QueryServer> server_of_pair(uint32_t id) {
   std::lock_guard lock(pairs().mutex);
   const auto found = pairs().servers.find(id);
   return found == pairs().servers.end() ? nullptr : found->second;
+}
+
+GstEvent* make_server_event() {
+  return gst_event_new_custom(GST_EVENT_CUSTOM_DOWNSTREAM, gst_structure_new_empty(kServerEvent));
+}
+
+bool is_server_event(GstEvent* event) {
+  return GST_EVENT_TYPE(event) == GST_EVENT_CUSTOM_DOWNSTREAM &&
+         gst_event_has_name(event, kServerEvent);
 }
 
 }  // namespace weir

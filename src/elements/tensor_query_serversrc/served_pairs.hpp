@@ -15,4 +15,9 @@ void remove_pair(uint32_t id, const QueryServer& server);
 // Null when no tensor_query_serversrc has the id.
 std::shared_ptr<QueryServer> server_of_pair(uint32_t id);
 
+// A tensor_query_serversrc sends it downstream after its caps, so that tensor_query_serversink
+// looks for its server.
+GstEvent* make_server_event();
+bool is_server_event(GstEvent* event);
+
 }  // namespace weir

@@ -336,7 +336,9 @@ class TensorQueryServersrc : public gst::Element<TensorQueryServersrc, gst::Push
     caps = Ref<GstCaps>::adopt(gst_caps_fixate(caps.release()));
     const auto names = parse_name_list(property_downstream(pad(), "inputname"));
     if (auto status = server_->set_input(caps.get(), names, buffer_limit_); !status) return status;
-    return gst_base_src_set_caps(base(), caps.get()) ? ok() : Status(rejected_caps());
+    if (!gst_base_src_set_caps(base(), caps.get())) return rejected_caps();
+    gst_pad_push_event(pad(), make_server_event());
+    return ok();
   }
   Error rejected_caps() const {
     const auto own = settings().caps;
