@@ -75,7 +75,7 @@ std::string ModelList::names() const {
   return out.empty() ? "none" : out;
 }
 
-bool ModelList::is_here_locked(const std::string& name) const {
+bool ModelList::has_version_locked(const std::string& name) const {
   return std::any_of(models_.begin(), models_.end(),
                      [&](const auto& model) { return model->model().name == name; });
 }
@@ -89,7 +89,7 @@ Health ModelList::health_locked(const std::string& service) const {
     ready = ready && model->ready();
   }
   for (const auto& gone : gone_) {
-    if ((!whole && gone.name != service) || is_here_locked(gone.name)) continue;
+    if ((!whole && gone.name != service) || has_version_locked(gone.name)) continue;
     known = true;
     ready = false;
   }

@@ -31,8 +31,8 @@ class ModelList : public std::enable_shared_from_this<ModelList> {
   // "a version 1, b version 1".
   std::string names() const;
 
-  // Of a service: "" and the protocol's name are all models, any other name is that of a model. A
-  // model of which no version is here does not serve, nor does a server without models.
+  // Of a service: "" and the protocol's name are all models, any other name is that of a model.
+  // NotServing also for a model that was removed, and for "" without any model.
   Health health(const std::string& service) const;
   // Sends the health of a service, now and when it changes, until the call ends.
   void watch(std::shared_ptr<Call> call, const std::string& service);
@@ -45,7 +45,7 @@ class ModelList : public std::enable_shared_from_this<ModelList> {
     std::string service;
     Health sent;
   };
-  bool is_here_locked(const std::string& name) const;
+  bool has_version_locked(const std::string& name) const;
   Health health_locked(const std::string& service) const;
   void update();
 

@@ -46,6 +46,18 @@ class QueryClientBroker : public BrokerTest {
     const auto got = Ref<GstBuffer>::adopt(gst_harness_try_pull(h.get()));
     return got ? content(got.get()).at(0) : -1;
   }
+  // Its only server has gone, with the answer to one frame.
+  Harness client_that_lost_its_server() const {
+    const ScriptedServer server([](ScriptedServer& s) {
+      s.handshake(four_bytes(), four_bytes());
+      s.read();
+      s.close();
+    });
+    const auto announcement = announce(server.port(), "1");
+    auto out = harness_of(client(), four_bytes());
+    EXPECT_EQ(ask(out), -1);
+    return out;
+  }
   static bool answers_become(const Harness& h, int value) {
     return becomes_true([&] { return ask(h) == value; }, "an answer of the other server");
   }
@@ -154,16 +166,7 @@ TEST_F(QueryClientBroker, ALostServerIsReplacedByAnother) {
 }
 
 TEST_F(QueryClientBroker, WithoutAnotherServerFramesAreDroppedUntilOneComes) {
-  auto first = std::make_unique<ScriptedServer>([](ScriptedServer& s) {
-    s.handshake(four_bytes(), four_bytes());
-    s.read();
-    s.close();
-  });
-  auto first_announcement = announce(first->port(), "1");
-  const auto h = harness_of(client(), four_bytes());
-  EXPECT_EQ(ask(h), -1);
-  first_announcement.reset();
-  first.reset();
+  const auto h = client_that_lost_its_server();
   EXPECT_EQ(ask(h), -1);
   EXPECT_EQ(client_stat(h, "dropped-lost"), 2u);
   const ScriptedServer second(adds(2));
@@ -175,16 +178,7 @@ TEST_F(QueryClientBroker, WithoutAnotherServerFramesAreDroppedUntilOneComes) {
 
 // Each attempt takes the second after which the other one may be tried again.
 TEST_F(QueryClientBroker, TwoSilentServersDoNotHoldTheStreamThatLostItsOwn) {
-  auto first = std::make_unique<ScriptedServer>([](ScriptedServer& s) {
-    s.handshake(four_bytes(), four_bytes());
-    s.read();
-    s.close();
-  });
-  auto announcement = announce(first->port(), "1");
-  const auto h = harness_of(client(), four_bytes());
-  EXPECT_EQ(ask(h), -1);
-  announcement.reset();
-  first.reset();
+  const auto h = client_that_lost_its_server();
   const ScriptedServer one([](auto& s) { s.wait_for_the_end_of_the_test(); });
   const ScriptedServer other([](auto& s) { s.wait_for_the_end_of_the_test(); });
   const auto second = announce(one.port(), "2"), third = announce(other.port(), "3");
