@@ -13,7 +13,7 @@ import numpy as np
 import http2_peer
 import tap_runner
 from built_modules import has_engine
-from served_pipeline import Client, Pipeline, request, status_of
+from served_pipeline import Client, Gate, Pipeline, request, status_of, wait_until_done
 
 FLOATS = "caps=other/tensor,dimension=(string)4:1,type=(string)float32,framerate=0/1"
 INFER = "/inference.GRPCInferenceService/ModelInfer"
@@ -22,8 +22,9 @@ MIB = 1 << 20
 
 
 class Served(unittest.TestCase):
-    def serve(self, options="", between="", caps=FLOATS):
-        pipeline = Pipeline(f"tensor_query_serversrc protocol=oip port=0 model-name=same {options} {caps} ! {between} tensor_query_serversink")
+    def serve(self, options="", between="", caps=FLOATS, gate=None):
+        pipeline = Pipeline(f"tensor_query_serversrc protocol=oip port=0 model-name=same {options} {caps} ! {between} tensor_query_serversink",
+                            gate=gate)
         self.addCleanup(pipeline.stop)
         self.assertTrue(pipeline.port, "".join(pipeline.lines))
         return pipeline
@@ -36,21 +37,34 @@ class Served(unittest.TestCase):
         return client
 
 
+def ends(peer, stream):
+    """Whether the server ends a stream."""
+    end = time.monotonic() + 60
+    while stream.reset is None and not peer.closed and time.monotonic() < end:
+        peer.push()
+        peer.read(1)
+    return stream.reset is not None
+
+
 class Limits(Served):
     @unittest.skipUnless(has_engine("python3"), "the engine python3 is not built")
     def test_a_request_that_expires_in_the_queue_of_the_filter_is_not_invoked(self):
-        """Two workers have a frame of 1 s each; the others wait for them, and their clients only 0.3 s."""
+        """Two workers have a frame each until the file `end` is there; the others wait for them, and their clients only 1 s."""
         with tempfile.TemporaryDirectory() as folder:
-            script = pathlib.Path(folder) / "slow.py"
-            script.write_text("import sys, time\n\n\nclass CustomFilter:\n    def setInputDim(self, dims):\n        return dims\n\n"
+            script, end = pathlib.Path(folder) / "slow.py", pathlib.Path(folder) / "end"
+            script.write_text("import os, sys, time\n\n\nclass CustomFilter:\n    def setInputDim(self, dims):\n        return dims\n\n"
                               "    def invoke(self, arrays):\n        print('invoked', file=sys.stderr, flush=True)\n"
-                              "        time.sleep(1)\n        return [array.copy() for array in arrays]\n")
+                              f"        while not os.path.exists('{end}'):\n            time.sleep(0.01)\n"
+                              "        return [array.copy() for array in arrays]\n")
             pipeline = self.serve(between=f"tensor_filter framework=python3 model={script} workers=2 !")
             client = self.client(pipeline)
-            first = [client.stub.ModelInfer.future(request("same", X), timeout=30) for _ in range(2)]
+            first = [client.stub.ModelInfer.future(request("same", X), timeout=60) for _ in range(2)]
             self.assertEqual(len(pipeline.wait_for("invoked", 2)), 2)
-            late = [client.stub.ModelInfer.future(request("same", X), timeout=0.3) for _ in range(4)]
-            self.assertEqual([status_of(call.result)[0] for call in late], ["DEADLINE_EXCEEDED"] * 4)
+            peer = self.peer(pipeline)
+            late = [peer.call(INFER, request("same", X).SerializeToString(), more=[("grpc-timeout", "1S")]) for _ in range(4)]
+            for stream in late:
+                self.assertTrue(ends(peer, stream))
+            end.touch()
             self.assertEqual([status_of(call.result)[0] for call in first], ["OK"] * 2)
             self.assertEqual(status_of(lambda: client.infer(request("same", X)))[0], "OK")
             pipeline.stop()
@@ -112,6 +126,7 @@ class Limits(Served):
         stalled = self.peer(pipeline)
         stalled.call(INFER, b"", announced=MIB)
         stalled.push()
+        self.assertTrue(stalled.ping())
         client = self.client(pipeline, ready=False)
         code, text = status_of(lambda: client.infer(request("same", X), 0.5))
         self.assertEqual(code, "DEADLINE_EXCEEDED", text)
@@ -120,9 +135,17 @@ class Limits(Served):
         self.assertEqual(status_of(call.result)[0], "OK")
 
     def test_an_address_has_no_more_connections_with_requests_than_allowed(self):
-        pipeline = self.serve("", "identity sleep-time=100000 !")
-        clients = [self.client(pipeline) for _ in range(6)]
-        calls = [client.stub.ModelInfer.future(request("same", X), timeout=30) for client in clients]
+        gate = Gate(self)
+        pipeline = self.serve("", gate.text, gate=gate)
+        # A call of the others could still have a place, although it has its answer.
+        clients = [self.client(pipeline), *(self.client(pipeline, ready=False) for _ in range(5))]
+        for client in clients:
+            client.connect()
+        calls = [clients[0].stub.ModelInfer.future(request("same", X), timeout=60)]
+        self.assertEqual(pipeline.frames_at_gate(1), 1)
+        calls += [client.stub.ModelInfer.future(request("same", X), timeout=60) for client in clients[1:]]
+        wait_until_done(calls, 2)
+        gate.open()
         ended = [status_of(call.result) for call in calls]
         self.assertEqual(sorted(code for code, _ in ended), ["OK"] * 4 + ["RESOURCE_EXHAUSTED"] * 2)
         self.assertIn("this address has 4 connections with requests in progress (max-connections-per-address)",
@@ -133,7 +156,7 @@ class Limits(Served):
         client = self.client(pipeline)
         idle = self.peer(pipeline)
         call = client.stub.ModelInfer.future(request("same", X), timeout=30)
-        end = time.monotonic() + 20
+        end = time.monotonic() + 60
         while not idle.closed and time.monotonic() < end:
             idle.read(1)
         self.assertTrue(idle.closed)
@@ -160,19 +183,16 @@ class Answers(Served):
         """A peer with a call whose answer the server has and cannot send."""
         peer = http2_peer.Connection(pipeline.port, own_window=0)
         self.addCleanup(peer.close)
-        stream = peer.call(INFER, message.SerializeToString())
         end = time.monotonic() + 60
-        while not stream.headers and not peer.closed and time.monotonic() < end:  # they come before the answer
-            peer.push()
-            peer.read(1)
-        self.assertTrue(stream.headers)
-        return peer, stream
-
-    def ends(self, peer, stream):
-        end = time.monotonic() + 60
-        while stream.reset is None and not peer.closed and time.monotonic() < end:
-            peer.read(1)
-        return stream.reset is not None
+        while True:
+            stream = peer.call(INFER, message.SerializeToString())
+            while not stream.headers and not peer.closed and time.monotonic() < end:  # they come before the answer
+                peer.push()
+                peer.read(1)
+            self.assertTrue(stream.headers)
+            if stream.reset is None:
+                return peer, stream
+            self.assertLess(time.monotonic(), end)  # refused: a call that has its answer may still have a place
 
     def test_their_connections_count(self):
         pipeline = self.serve()
@@ -183,7 +203,7 @@ class Answers(Served):
         self.assertEqual((code, text), ("RESOURCE_EXHAUSTED", "this address has 4 connections with requests in progress (max-connections-per-address)"))
         peer, stream = stalled[0]
         peer.open(stream, MIB)
-        self.assertTrue(self.ends(peer, stream))
+        self.assertTrue(ends(peer, stream))
         end = time.monotonic() + 60
         while (code := status_of(lambda: client.infer(message))[0]) == "RESOURCE_EXHAUSTED":  # until the server knows
             self.assertLess(time.monotonic(), end)
@@ -199,7 +219,7 @@ class Answers(Served):
         self.assertEqual(status_of(lambda: client.infer(message, 0.5))[0], "DEADLINE_EXCEEDED")
         call = client.stub.ModelInfer.future(message, timeout=60)
         peer.open(stream, 2 * MIB)
-        self.assertTrue(self.ends(peer, stream))
+        self.assertTrue(ends(peer, stream))
         self.assertEqual(status_of(call.result)[0], "OK")
 
     def test_their_calls_end(self):
@@ -207,7 +227,7 @@ class Answers(Served):
         peer, stream = self.answered(pipeline, request("same", X))
         other = peer.call(INFER, bytes(10), announced=100)  # without it the connection would be idle
         peer.push()
-        self.assertTrue(self.ends(peer, stream))
+        self.assertTrue(ends(peer, stream))
         self.assertEqual((peer.ping(), other.reset), (True, None))
         client = self.client(pipeline)
         self.assertEqual(status_of(lambda: client.infer(request("same", X)))[0], "OK")

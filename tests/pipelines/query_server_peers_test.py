@@ -17,7 +17,7 @@ import numpy as np
 
 import http2_peer
 import tap_runner
-from served_pipeline import Client, Pipeline, request, status_of
+from served_pipeline import Client, Gate, Pipeline, request, status_of, wait_until_done
 
 FLOATS = "caps=other/tensor,dimension=(string)4:1,type=(string)float32,framerate=0/1"
 INFER = "/inference.GRPCInferenceService/ModelInfer"
@@ -28,16 +28,17 @@ MIB = 1 << 20
 
 
 class Peers(unittest.TestCase):
-    def serve(self, options="port=0", between="", caps=FLOATS, ports=1):
+    def serve(self, options="port=0", between="", caps=FLOATS, ports=1, gate=None):
         pipeline = Pipeline(f"tensor_query_serversrc name=server protocol=oip model-name=same {options} {caps} ! {between} "
-                            "tensor_query_serversink", ports)
+                            "tensor_query_serversink", ports, gate)
         self.addCleanup(pipeline.stop)
         return pipeline
 
-    def client(self, pipeline, address=None):
+    def client(self, pipeline, address=None, ready=True):
         client = Client(address or f"127.0.0.1:{pipeline.port}")
         self.addCleanup(client.close)
-        client.wait_until_ready("same")
+        if ready:
+            client.wait_until_ready("same")
         return client
 
     def peer(self, pipeline):
@@ -91,9 +92,17 @@ class Addresses(Peers):
         self.assertNotIn("port=0", text)
 
     def test_there_are_no_more_connections_with_requests_than_allowed(self):
-        pipeline = self.serve("port=0 max-connections=2 max-connections-per-address=0", "identity sleep-time=300000 !")
-        clients = [self.client(pipeline) for _ in range(4)]
-        calls = [client.stub.ModelInfer.future(request("same", X), timeout=30) for client in clients]
+        gate = Gate(self)
+        pipeline = self.serve("port=0 max-connections=2 max-connections-per-address=0", gate.text, gate=gate)
+        # A call of the others could still have a place, although it has its answer.
+        clients = [self.client(pipeline), *(self.client(pipeline, ready=False) for _ in range(3))]
+        for client in clients:
+            client.connect()
+        calls = [clients[0].stub.ModelInfer.future(request("same", X), timeout=60)]
+        self.assertEqual(pipeline.frames_at_gate(1), 1)
+        calls += [client.stub.ModelInfer.future(request("same", X), timeout=60) for client in clients[1:]]
+        wait_until_done(calls, 2)
+        gate.open()
         ended = [status_of(call.result) for call in calls]
         self.assertEqual(sorted(code for code, _ in ended), ["OK"] * 2 + ["RESOURCE_EXHAUSTED"] * 2)
         self.assertIn("the server serves 2 connections at a time (max-connections)", [text for code, text in ended if code != "OK"])

@@ -14,12 +14,14 @@ import unittest
 import grpc
 import numpy as np
 
+import http2_peer
 import tap_runner
 from built_modules import has_engine
-from served_pipeline import CONTENTS, TYPES, Client, Pipeline, pb, request, status_of
+from served_pipeline import CONTENTS, TYPES, Client, Gate, Pipeline, pb, request, status_of, wait_until_done
 
 SOURCE = pathlib.Path(os.environ["WEIR_SOURCE"])
 FLOATS = "caps=other/tensor,dimension=(string)4:1,type=(string)float32,framerate=0/1"
+INFER = "/inference.GRPCInferenceService/ModelInfer"
 AFFINE = "tensor_transform mode=arithmetic option=mul:2,add:1"
 X = np.array([[1.5, -2, 0, 1e6]], np.float32)
 
@@ -29,8 +31,8 @@ def source(options="", caps=FLOATS):
 
 
 class Served(unittest.TestCase):
-    def serve(self, text, ports=1):
-        pipeline = Pipeline(text, ports)
+    def serve(self, text, ports=1, gate=None):
+        pipeline = Pipeline(text, ports, gate)
         self.addCleanup(pipeline.stop)
         self.assertTrue(pipeline.port, "".join(pipeline.lines))
         return pipeline
@@ -45,6 +47,12 @@ class Served(unittest.TestCase):
     def affine(self, between="", options=""):
         pipeline = self.serve(f"{source('model-name=affine ' + options)} ! {between} {AFFINE} ! tensor_query_serversink")
         return pipeline, self.client(pipeline)
+
+    def gated(self, options=""):
+        """The same, and a gate that holds the requests in the pipeline."""
+        gate = Gate(self)
+        pipeline = self.serve(f"{source('model-name=affine ' + options)} ! {gate.text} {AFFINE} ! tensor_query_serversink", gate=gate)
+        return pipeline, self.client(pipeline), gate
 
     def ended_after(self, pipeline):
         pipeline.interrupt()
@@ -345,21 +353,24 @@ class Refusals(Served):
         self.assertIn("4096", text)
 
     def test_a_full_queue_refuses_at_once(self):
-        pipeline, client = self.affine("identity sleep-time=500000 !", "queue=1")
-        calls = [client.stub.ModelInfer.future(request("affine", X), timeout=30) for _ in range(6)]
-        ended = [status_of(call.result) for call in calls]
+        pipeline, client, gate = self.gated("queue=1")
+        first = client.stub.ModelInfer.future(request("affine", X), timeout=60)
+        self.assertEqual(pipeline.frames_at_gate(1), 1)
+        calls = [client.stub.ModelInfer.future(request("affine", X), timeout=60) for _ in range(5)]
+        wait_until_done(calls, 4)
+        gate.open()
+        ended = [status_of(call.result) for call in [first, *calls]]
         codes = [code for code, _ in ended]
-        # One waits. The source may take one before others come, and one more before the last.
-        self.assertIn(codes.count("OK"), (1, 2, 3), codes)
-        self.assertEqual(codes.count("RESOURCE_EXHAUSTED"), 6 - codes.count("OK"))
-        self.assertIn("1 requests wait for the model affine (queue)", [text for code, text in ended if code != "OK"])
+        self.assertEqual(sorted(codes), ["OK"] * 2 + ["RESOURCE_EXHAUSTED"] * 4)
+        self.assertEqual({text for code, text in ended if code != "OK"}, {"1 requests wait for the model affine (queue)"})
         pipeline.stop()
-        counts = self.ended(pipeline)
-        self.assertEqual((counts["received"], counts["refused"]), (6, codes.count("RESOURCE_EXHAUSTED")))
+        self.assertEqual(self.ended(pipeline), dict(received=6, answered=2, refused=4, expired=0, aborted=0))
 
     def test_a_connection_has_no_more_requests_than_allowed(self):
-        _, client = self.affine("identity sleep-time=200000 !", "max-requests=2")
-        calls = [client.stub.ModelInfer.future(request("affine", X), timeout=30) for _ in range(4)]
+        _, client, gate = self.gated("max-requests=2")
+        calls = [client.stub.ModelInfer.future(request("affine", X), timeout=60) for _ in range(4)]
+        wait_until_done(calls, 2)
+        gate.open()
         codes = sorted(status_of(call.result)[0] for call in calls)
         self.assertEqual(codes, ["OK", "OK", "RESOURCE_EXHAUSTED", "RESOURCE_EXHAUSTED"])
 
@@ -380,23 +391,35 @@ class Endings(Served):
         self.assertEqual((code, text), ("ABORTED", "dropped by elsewhere"))
 
     def test_an_expired_request_is_not_run(self):
-        pipeline, client = self.affine("identity name=slow sleep-time=400000 !")
-        first = client.stub.ModelInfer.future(request("affine", X), timeout=30)
-        late = [client.stub.ModelInfer.future(request("affine", X), timeout=0.1) for _ in range(3)]
-        self.assertEqual([status_of(call.result)[0] for call in late], ["DEADLINE_EXCEEDED"] * 3)
+        pipeline, client, gate = self.gated()
+        first = client.stub.ModelInfer.future(request("affine", X), timeout=60)
+        self.assertEqual(pipeline.frames_at_gate(1), 1)
+        # gRPC's clients end such calls themselves, perhaps before the server does.
+        peer = http2_peer.Connection(pipeline.port)
+        self.addCleanup(peer.close)
+        late = [peer.call(INFER, request("affine", X).SerializeToString(), more=[("grpc-timeout", "2S")]) for _ in range(3)]
+        end = time.monotonic() + 60
+        while any(stream.reset is None for stream in late):
+            self.assertLess(time.monotonic(), end)
+            peer.push()
+            peer.read(1)
+        gate.open()
         self.assertEqual(status_of(first.result)[0], "OK")
-        begin = time.monotonic()
         self.assertEqual(status_of(lambda: client.infer(request("affine", X)))[0], "OK")
-        self.assertLess(time.monotonic() - begin, 1.2, "three late requests would take 1.2 s")
+        self.assertEqual(pipeline.frames_at_gate(2), 2)
         pipeline.stop()
         counts = self.ended(pipeline)
         self.assertEqual((counts["answered"], counts["expired"]), (2, 3))
 
     def test_a_cancelled_request_is_not_run(self):
-        pipeline, client = self.affine("identity sleep-time=400000 !")
-        first = client.stub.ModelInfer.future(request("affine", X), timeout=30)
-        second = client.stub.ModelInfer.future(request("affine", X), timeout=30)
+        pipeline, client, gate = self.gated()
+        first = client.stub.ModelInfer.future(request("affine", X), timeout=60)
+        self.assertEqual(pipeline.frames_at_gate(1), 1)
+        second = client.stub.ModelInfer.future(request("affine", X), timeout=60)
         second.cancel()
+        for _ in range(20):  # no client sees that the server knows of it, but it comes before these calls
+            self.assertTrue(client.call("ServerLive", pb.ServerLiveRequest()).live)
+        gate.open()
         self.assertEqual(status_of(first.result)[0], "OK")
         self.assertEqual(status_of(lambda: client.infer(request("affine", X)))[0], "OK")
         pipeline.stop()
@@ -404,14 +427,14 @@ class Endings(Served):
         self.assertEqual((counts["answered"], counts["aborted"], counts["refused"]), (2, 0, 0))
 
     def test_stopping_ends_all_requests(self):
-        pipeline, client = self.affine("identity sleep-time=1000000 !")
-        calls = [client.stub.ModelInfer.future(request("affine", X), timeout=30) for _ in range(8)]
-        calls[0].result()
-        pipeline.interrupt()  # seven seconds before the last answer
-        ended = [status_of(call.result) for call in calls[1:]]
-        codes = {code for code, _ in ended}
-        self.assertLessEqual(codes, {"OK", "UNAVAILABLE"}, ended)
-        self.assertIn("UNAVAILABLE", codes)
+        pipeline, client, _ = self.gated("queue=4")
+        first = client.stub.ModelInfer.future(request("affine", X), timeout=60)
+        self.assertEqual(pipeline.frames_at_gate(1), 1)
+        calls = [client.stub.ModelInfer.future(request("affine", X), timeout=60) for _ in range(7)]
+        wait_until_done(calls, 3)  # the queue is full when they are refused
+        pipeline.interrupt()
+        ended = [status_of(call.result)[0] for call in [first, *calls]]
+        self.assertEqual(sorted(ended), ["RESOURCE_EXHAUSTED"] * 3 + ["UNAVAILABLE"] * 5)
         pipeline.stop()
         self.assertEqual(self.ended(pipeline)["received"], 8)
 

@@ -6,7 +6,7 @@ WEIR_INFERENCE_CLASSES is the folder with the classes that protoc makes of infer
 
 import os
 import sys
-import threading
+import time
 
 sys.path.insert(0, os.environ.get("WEIR_INFERENCE_CLASSES", ""))
 
@@ -15,7 +15,7 @@ import grpc  # noqa: E402
 import inference_pb2 as pb  # noqa: E402
 import inference_pb2_grpc as service  # noqa: E402
 
-from launched_pipeline import Pipeline  # noqa: E402, F401
+from launched_pipeline import Gate, Pipeline  # noqa: E402, F401
 
 TYPES = {"FP32": "<f4", "FP64": "<f8", "FP16": "<f2", "INT8": "<i1", "INT16": "<i2", "INT32": "<i4", "INT64": "<i8",
          "UINT8": "<u1", "UINT16": "<u2", "UINT32": "<u4", "UINT64": "<u8"}
@@ -42,14 +42,18 @@ class Client:
     def infer(self, request, timeout=30, **more):
         return self.call("ModelInfer", request, timeout, **more)
 
+    def connect(self):
+        """Makes no call."""
+        grpc.channel_ready_future(self.channel).result(60)
+
     def wait_until_ready(self, model):
         """Once the pipeline runs, its model is ready."""
-        grpc.channel_ready_future(self.channel).result(30)
-        for _ in range(500):
-            if self.call("ModelReady", pb.ModelReadyRequest(name=model)).ready:
-                return
-            threading.Event().wait(0.01)
-        raise AssertionError(f"the model {model} is not ready")
+        self.connect()
+        end = time.monotonic() + 60
+        while not self.call("ModelReady", pb.ModelReadyRequest(name=model)).ready:
+            if time.monotonic() > end:
+                raise AssertionError(f"the model {model} is not ready")
+            time.sleep(0.01)
 
 
 def request(model, array, datatype="FP32", typed=False, name="input", shape=None, **more):
@@ -61,6 +65,15 @@ def request(model, array, datatype="FP32", typed=False, name="input", shape=None
     else:
         out.raw_input_contents.append(array.tobytes())
     return out
+
+
+def wait_until_done(calls, count):
+    """Returns when `count` of the calls have ended."""
+    end = time.monotonic() + 60
+    while sum(call.done() for call in calls) < count:
+        if time.monotonic() > end:
+            raise AssertionError(f"{sum(call.done() for call in calls)} of {len(calls)} calls have ended, not {count}")
+        time.sleep(0.01)
 
 
 def status_of(call):
