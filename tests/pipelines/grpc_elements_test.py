@@ -21,7 +21,7 @@ import tap_runner
 from served_pipeline import Pipeline, status_of
 from tensor_messages import TYPES, Flatbuf, Message, Protobuf
 
-SECONDS = 60
+SECONDS = 240  # ends what hangs
 SCHEMAS = {"protobuf": Protobuf, "flatbuf": Flatbuf}
 # The bytes of an empty message: google.protobuf.Empty, and an empty table as flatc's classes write it.
 EMPTY = {"protobuf": b""}
@@ -234,11 +234,11 @@ class GrpcElements(unittest.TestCase):
         self.assertIn("offered: /nnstreamer.protobuf.TensorService/RecvTensors", output)
 
     def test_a_client_that_does_not_read_stops_no_other(self):
-        arrays = [self.array("uint8", (100_000,)) for _ in range(400)]
+        arrays = [self.array("uint8", (400_000,)) for _ in range(100)]
         pipeline = self.play(self.sink_text(arrays, "server=true port=0 queue=2 name=sink", "identity sleep-time=1000 !"))
         still = self.client(pipeline.port, "protobuf").receive(b"", timeout=SECONDS)
         messages = sum(1 for _ in self.client(pipeline.port, "protobuf").receive(b"", timeout=SECONDS))
-        self.assertGreater(messages, 300)
+        self.assertGreater(messages, 75)
         still.cancel()
 
     def test_bytes_that_are_not_http_are_survived(self):

@@ -77,7 +77,7 @@ class Health(Services):
             self.assertLess(time.monotonic(), end)
 
     def test_a_watcher_ends_at_its_deadline(self):
-        call = self.watch(self.client(self.serve()), seconds=0.5)
+        call = self.watch(self.client(self.serve()), seconds=3)
         self.assertEqual(next(call), SERVING)
         self.assertEqual(status_of(lambda: list(call))[0], "DEADLINE_EXCEEDED")
 
