@@ -54,6 +54,14 @@ class Case(unittest.TestCase):
         self.assertEqual(done.returncode, 0, done.stdout + done.stderr)
         return done.stdout
 
+    def run_for(self, seconds, *words):
+        """Ends a live pipeline by --timeout, after so many seconds or, when it does not start in that time, after more."""
+        while True:
+            done = weir("run", "--timeout", seconds, *words)
+            if seconds > 60 or "the pipeline did not reach PLAYING" not in done.stdout + done.stderr:
+                return done
+            seconds *= 4
+
     def runs(self, line, **environment):
         """Runs a shell command. gst-launch-1.0 cannot load a plug-in that is built with a sanitizer."""
         if SANITIZED:

@@ -69,7 +69,7 @@ class Clock(Case):
         return int(found[1])
 
     def state(self, address):
-        report = json.loads(self.good(weir("run", "--json", "--timeout", "0.5", "--clock", address, LIVE)))
+        report = json.loads(self.good(self.run_for(0.5, "--json", "--clock", address, LIVE)))
         self.assertEqual(report["errors"], [])
         return report["clock"]
 
@@ -94,8 +94,7 @@ class Clock(Case):
 
     def test_a_live_source_has_the_time_of_the_clock(self):
         before = time.monotonic_ns()
-        done = weir("run", "-v", "--timeout", "0.5", "--serve-clock", "0",
-                    "videotestsrc is-live=true num-buffers=1 ! identity silent=false ! fakesink")
+        done = self.run_for(0.5, "-v", "--serve-clock", "0", "videotestsrc is-live=true num-buffers=1 ! identity silent=false ! fakesink")
         self.good(done)
         hours, minutes, seconds = re.search(r"pts:\\? (\d+):(\d+):([\d.]+)", done.stderr).groups()
         pts = (int(hours) * 60 + int(minutes)) * 60 * SECOND + round(float(seconds) * SECOND)

@@ -55,13 +55,13 @@ class Run(Case):
         self.assertRegex(done.stderr, r"out\.sink: caps = video/x-raw, ")
 
     def test_the_stream_ends_after_the_time_of_timeout(self):
-        done = weir("run", "--timeout", "0.3", "--json", "videotestsrc is-live=true ! fakesink")
+        done = self.run_for(0.3, "--json", "videotestsrc is-live=true ! fakesink")
         report = json.loads(self.good(done))
         self.assertEqual((report["result"], report["errors"]), ("time-limit", []))
         self.assertGreater(report["frames"], 0)
         self.assertGreaterEqual(report["seconds"] + report["seconds_to_start"], 0.3)
-        self.assertIn("Ended after", self.good(weir("run", "--timeout", "60", self.PIPELINE)))
-        self.assertIn("Stopped by --timeout after", self.good(weir("run", "--timeout", "1", "videotestsrc is-live=true ! fakesink")))
+        self.assertIn("Ended after", self.good(weir("run", "--timeout", "250", self.PIPELINE)))
+        self.assertIn("Stopped by --timeout after", self.good(self.run_for(1, "videotestsrc is-live=true ! fakesink")))
 
     def test_a_pipeline_that_does_not_start_is_an_error_of_timeout(self):
         done = weir("run", "--timeout", "0.2", "appsrc ! fakesink")

@@ -126,13 +126,13 @@ class Serving(Case):
                               "tensor_converter input-dim=4:1 input-type=float32 ! "
                               f"tensor_filter framework=oip model={url} workers=4 ! filesink location={self.folder}/out"))
         np.testing.assert_array_equal(np.fromfile(self.folder / "out", np.float32).reshape(-1, 4), 2 * frames)
-        with urllib.request.urlopen(figures, timeout=10) as answer:
+        with urllib.request.urlopen(figures, timeout=60) as answer:
             batches = re.search(r'weir_batches_total\{model="double",element="tensor_filter"\} (\d+)', answer.read().decode())
         self.assertLess(int(batches[1]), len(frames))
         self.assertEqual(self.end(process)[0], 0)
 
-    def script(self, name, body):
-        """A model in Python that answers each number with its double, after `body` has seen the numbers."""
+    def script(self, name, body, start="pass"):
+        """A model in Python that begins with `start`, and answers each number with its double, after `body` has seen the numbers."""
         path = self.folder / name
         path.write_text(f"""
 import os
@@ -140,6 +140,7 @@ import time
 import numpy as np
 from weir import TensorShape
 HERE = {str(self.folder)!r}
+{start}
 class CustomFilter:
     def getInputDim(self):
         return [TensorShape([4, 1], np.float32)]
@@ -160,19 +161,22 @@ class CustomFilter:
 
     @unittest.skipUnless(HAS_GRPCIO and has_engine("python3"), "grpcio or the engine python3 is not there")
     def test_a_model_whose_pipeline_fails_comes_back_and_is_unavailable_until_then(self):
-        picky = self.script("picky.py", "assert x[0] != 13, 'unlucky'")
+        stopped = self.folder / "stopped"  # while it is there, the model does not start
+        picky = self.script("picky.py", "assert x[0] != 13, 'unlucky'", "assert not os.path.exists(HERE + '/stopped')")
         calm = self.script("calm.py", "pass")
         process, _, address = self.serve(picky, calm, line="input float32 4:1.* +output float32 4:1.*\n")
         client = self.client(address, "picky")
         client.wait_until_ready("calm")
-        health, whole = (client.channel.unary_stream("/grpc.health.v1.Health/Watch")(service, timeout=60) for service in (b"\x0a\x05picky", b""))
+        health, whole = (client.channel.unary_stream("/grpc.health.v1.Health/Watch")(service, timeout=240) for service in (b"\x0a\x05picky", b""))
         self.assertEqual([next(health), next(whole)], [b"\x08\x01"] * 2)
         one = np.ones((1, 4), np.float32)
+        stopped.touch()
         self.assertIn(status_of(lambda: client.infer(request("picky", 13 * one)))[0], FAILED)
         self.assertEqual([next(health), next(whole)], [b"\x08\x02"] * 2)
         self.assertEqual(status_of(lambda: client.infer(request("picky", one))),
                          ("UNAVAILABLE", "the pipeline of the model picky does not run"))
         self.assertEqual(client.infer(request("calm", one)).raw_output_contents[0], (2 * one).tobytes())
+        stopped.unlink()
         self.assertEqual([next(health), next(whole)], [b"\x08\x01"] * 2)
         self.assertEqual(client.infer(request("picky", one)).raw_output_contents[0], (2 * one).tobytes())
         status, _, errors = self.end(process)
@@ -242,7 +246,7 @@ class CustomFilter:
         self.assertEqual(self.end(process)[0], 0)  # while it waits
 
     def in_flight(self, figures):
-        with urllib.request.urlopen(figures, timeout=10) as answer:
+        with urllib.request.urlopen(figures, timeout=60) as answer:
             return int(re.search(r"weir_requests_in_flight\{[^}]*\} (\d+)", answer.read().decode())[1])
 
     @unittest.skipUnless(HAS_GRPCIO and has_engine("python3"), "grpcio or the engine python3 is not there")
@@ -318,7 +322,7 @@ class CustomFilter:
     def test_figures_are_served_to_this_machine(self):
         process, _, _ = self.serve(f"digits={MODEL}", "--metrics=127.0.0.1:0")
         address = re.fullmatch(r"metrics +(http://127\.0\.0\.1:\d+)/metrics\n", process.stdout.readline())[1]
-        with urllib.request.urlopen(f"{address}/metrics", timeout=10) as answer:
+        with urllib.request.urlopen(f"{address}/metrics", timeout=60) as answer:
             self.assertEqual(answer.headers["Content-Type"], "text/plain; version=0.0.4; charset=utf-8")
             page = answer.read().decode()
         self.assertIn('# TYPE weir_requests_received_total counter\n'
@@ -332,7 +336,7 @@ class CustomFilter:
             self.check_with_promtool(page)
         for path, method, status in (("/", "GET", 404), ("/metrics", "POST", 405)):
             with self.assertRaises(urllib.error.HTTPError) as refused:
-                urllib.request.urlopen(urllib.request.Request(address + path, method=method, data=b"" if method == "POST" else None), timeout=10)
+                urllib.request.urlopen(urllib.request.Request(address + path, method=method, data=b"" if method == "POST" else None), timeout=60)
             self.assertEqual(refused.exception.code, status)
             refused.exception.close()
 
