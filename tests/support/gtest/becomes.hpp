@@ -11,6 +11,20 @@
 // program, so that a failed wait reports what it was waiting for.
 inline constexpr std::chrono::seconds kLongestWait{60};
 
+// Whether one of five attempts took less than `limit`, for what must not wait that long: a busy
+// machine may delay some of them.
+template <class Preparation, class Attempt>
+[[nodiscard]] bool is_quick(const Preparation& prepare, const Attempt& attempt,
+                            std::chrono::steady_clock::duration limit) {
+  for (int i = 0; i < 5; ++i) {
+    prepare();
+    const auto began = std::chrono::steady_clock::now();
+    attempt();
+    if (std::chrono::steady_clock::now() - began < limit) return true;
+  }
+  return false;
+}
+
 // Whether `holds` became true; otherwise the test fails with `awaited`: a text, or a function that
 // makes one after the wait.
 template <class Condition, class Text>

@@ -35,7 +35,7 @@ class FaultProxy : public PythonProcess {
 struct Ends {
   std::atomic<uint64_t> answered{0}, late{0}, refused{0}, lost{0}, other{0};
   std::atomic<uint64_t> wrong{0};    // answers that are not those of their frames
-  std::atomic<uint64_t> overdue{0};  // ended later than one second after their deadline
+  std::atomic<uint64_t> overdue{0};  // ended later than three seconds after their deadline
   uint64_t all() const { return answered + late + refused + lost; }
 };
 
@@ -86,7 +86,7 @@ void send(OipEngine& engine, const Load& load, Ends* ends) {
       const auto begin = Clock::now();
       const auto result =
           engine.invoke(make_tensor(WEIR_FLOAT32, {1, 4}, x), load.expires ? load.limit : 0);
-      if (Clock::now() - begin > std::chrono::milliseconds(load.limit) + 1s) ++ends->overdue;
+      if (Clock::now() - begin > std::chrono::milliseconds(load.limit) + 3s) ++ends->overdue;
       count(result, x, ends);
     }
   };
@@ -118,12 +118,11 @@ TEST(OipLaws, TenThousandRequestsEndOnceInTimeWithTheirOwnAnswers) {
   const std::vector<std::string> faults{"delay=0.05", "stall=0.002", "cut=0.004", "half=0.002",
                                         "reset=0.004"};
   FaultProxy one(first, 1, faults), two(second, 2, faults);
-  OipEngine engine(
-      {affine_at(one.port()), affine_at(two.port())},
-      {{"timeout-ms", std::to_string(kLimit)}, {"probe-ms", "20"}, {"in-flight", "8"}});
-  ASSERT_EQ(engine.error().what, "");
+  const auto engine =
+      opened({affine_at(one.port()), affine_at(two.port())},
+             {{"timeout-ms", std::to_string(kLimit)}, {"probe-ms", "20"}, {"in-flight", "8"}});
   Ends ends;
-  send(engine,
+  send(*engine,
        {.requests = kRequests,
         .threads = 8,
         .limit = kLimit,
@@ -134,7 +133,7 @@ TEST(OipLaws, TenThousandRequestsEndOnceInTimeWithTheirOwnAnswers) {
               if (i == 8000) first.end();
             }},
        &ends);
-  expect_sums(engine, ends, kRequests);
+  expect_sums(*engine, ends, kRequests);
   EXPECT_EQ(ends.wrong, 0u);
   EXPECT_GT(ends.answered, kRequests / 10u);
   EXPECT_GT(ends.late + ends.lost, 0u);
@@ -145,12 +144,11 @@ TEST(OipLaws, ChangedBytesEndRequestsOnceAndInTime) {
   constexpr int kRequests = 2000, kLimit = 400;
   PythonServer server;
   FaultProxy proxy(server, 3, {"flip=0.05"});
-  OipEngine engine({affine_at(proxy.port())},
-                   {{"timeout-ms", std::to_string(kLimit)}, {"probe-ms", "20"}});
-  if (!engine.error().what.empty()) GTEST_FAIL() << engine.error().message();
+  const auto engine = opened({affine_at(proxy.port())},
+                             {{"timeout-ms", std::to_string(kLimit)}, {"probe-ms", "20"}});
   Ends ends;
-  send(engine, {.requests = kRequests, .threads = 4, .limit = kLimit}, &ends);
-  expect_sums(engine, ends, kRequests);
+  send(*engine, {.requests = kRequests, .threads = 4, .limit = kLimit}, &ends);
+  expect_sums(*engine, ends, kRequests);
   EXPECT_GT(ends.answered, 0u);
 }
 
@@ -184,7 +182,7 @@ TEST(OipLaws, AStormOfCancelledRequestsEndsAndTheServerIsUsedAfterIt) {
   send(engine, {.requests = kRequests, .threads = 16, .limit = 3, .expires = true}, &ends);
   expect_sums(engine, ends, kRequests);
   EXPECT_GT(ends.late, 0u);
-  const auto limit = Clock::now() + 20s;
+  const auto limit = Clock::now() + 60s;
   int code = 1;
   while (code != 0 && Clock::now() < limit)
     code = engine.invoke(make_tensor(WEIR_FLOAT32, {1, 4}, std::vector<float>{0, 1, 2, 3})).code;
@@ -200,12 +198,12 @@ TEST(OipLaws, AModelIsClosedInEveryStateOfItsServer) {
   }
   OipEngine probing({there.address(), "grpc://127.0.0.1:9/affine/1"}, {{"probe-ms", "1"}});
   EXPECT_EQ(probing.invoke(x).code, 0);
-  OipEngine hangs({stopped.address()}, {{"timeout-ms", "50"}, {"probe-ms", "1"}});
+  OipEngine hangs({stopped.address()}, {{"probe-ms", "1"}});
   OipEngine gone({killed.address()}, {{"probe-ms", "1"}});
   stopped.signal(SIGSTOP);
   killed.end();
   for (int i = 0; i < 4; ++i) {
-    EXPECT_NE(hangs.invoke(x).code, 0);
+    EXPECT_NE(hangs.invoke(x, 50).code, 0);
     EXPECT_EQ(gone.invoke(x).code, WEIR_RESULT_LOST);
   }
 }

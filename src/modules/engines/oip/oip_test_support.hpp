@@ -11,9 +11,11 @@
 #include <chrono>
 #include <cstring>
 #include <map>
+#include <memory>
 #include <string>
 #include <vector>
 
+#include "becomes.hpp"
 #include "engine_host_test_support.hpp"
 #include "weir/engine_servers.h"
 #include "weir/engine_statistics.h"
@@ -148,6 +150,10 @@ class OipEngine {
   // `expires`: milliseconds from now; 0 = none. `room`: bytes of memory for the output; 0: the
   // engine allocates.
   Result invoke(const TestTensor& input, int expires = 0, size_t room = 0) {
+    if (!session_) {
+      ADD_FAILURE() << "the model was not opened: " << error_.message();
+      return {.code = -1, .error = error_, .bytes = {}, .shape = {}};
+    }
     weir_tensor in{}, out{};
     in.data = const_cast<std::byte*>(input.bytes.data());
     in.bytes = in.capacity = input.bytes.size();
@@ -200,5 +206,18 @@ class OipEngine {
   weir_model_info info_{};
   Error error_{};
 };
+
+// For a short timeout-ms, which is also the time that a busy server has to describe its model.
+inline std::unique_ptr<OipEngine> opened(const std::vector<std::string>& addresses,
+                                         const OipEngine::Options& options) {
+  std::unique_ptr<OipEngine> out;
+  EXPECT_TRUE(becomes_true(
+      [&] {
+        out = std::make_unique<OipEngine>(addresses, options);
+        return out->error().what.empty();
+      },
+      [&] { return "a model: " + out->error().message(); }));
+  return out;
+}
 
 }  // namespace weir::engine_test
