@@ -27,17 +27,18 @@ class QueryClientBroker : public BrokerTest {
   // A server that adds its number to each byte.
   static ScriptedServer::Script adds(uint8_t number) {
     return [number](ScriptedServer& s) {
-      for (;;) {
+      const auto serve_one = [&s, number] {
         s.handshake(four_bytes(), four_bytes());
         for (;;) {
           const auto message = s.read();
-          if (message.command == weir::wire::Command::Error) break;
+          if (message.command == weir::wire::Command::Error) return;
           auto bytes = weir::wire::test::copy_of(message.memories.at(0).bytes());
           for (auto& byte : bytes)
             byte = static_cast<std::byte>(std::to_integer<int>(byte) + number);
           s.answer({bytes});
         }
-      }
+      };
+      for (;;) s.until_closed(serve_one);
     };
   }
   // The first byte of the answer to a frame of zeros; -1 without one.

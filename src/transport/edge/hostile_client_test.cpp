@@ -204,12 +204,16 @@ TEST_F(HostileClient, Class5APortWithoutAListenerIsRefused) {
 }
 
 TEST_F(HostileClient, Class6ASilentPeerStallsNoOtherAndIsClosedAfter2Seconds) {
-  open({.most_clients = 8});
   std::vector<RawClient> silent;
-  for (int i = 0; i < 7; ++i) silent.push_back(client());
-  const auto began = std::chrono::steady_clock::now();
-  expect_service();
-  EXPECT_LT(std::chrono::steady_clock::now() - began, milliseconds(1500));
+  std::chrono::steady_clock::time_point began;
+  const auto connect_silent = [&] {
+    silent.clear();
+    open({.most_clients = 8});
+    began = std::chrono::steady_clock::now();
+    for (int i = 0; i < 7; ++i) silent.push_back(client());
+  };
+  EXPECT_TRUE(is_quick(
+      connect_silent, [this] { expect_service(); }, milliseconds(1500)));
   for (auto& peer : silent) peer.a.rest();
   EXPECT_GE(std::chrono::steady_clock::now() - began, milliseconds(1500));
   EXPECT_TRUE(is_refused("it does not complete the handshake within 2 s"));
@@ -239,7 +243,7 @@ TEST_F(HostileClient, Class6ClientsWaitForTheCapsOnlySoLong) {
 }
 
 TEST_F(HostileClient, Class7APeerThatDoesNotReadStallsNoOtherAndIsRemoved) {
-  open({.client = {.patience = milliseconds(500)}});
+  open({.client = {.patience = milliseconds(2000)}});
   auto slow = connected();
   slow.request({from_text("a")});
   const auto owner = std::make_shared<Bytes>(32 << 20);
@@ -248,7 +252,7 @@ TEST_F(HostileClient, Class7APeerThatDoesNotReadStallsNoOtherAndIsRemoved) {
   slow.request({from_text("more")});
   answer_one();  // waits in the queue
   expect_service();
-  EXPECT_TRUE(is_refused("it did not read its answers for 500 ms (property timeout)"));
+  EXPECT_TRUE(is_refused("it did not read its answers for 2000 ms (property timeout)"));
   EXPECT_TRUE(clients_become(0));
 }
 

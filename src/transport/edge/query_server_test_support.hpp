@@ -152,6 +152,14 @@ class ScriptedServer {
     } catch (const Ended&) {
     }
   }
+  // Takes the steps until the client closes its connections, even while an answer is sent.
+  template <class Steps>
+  void until_closed(const Steps& steps) {
+    try {
+      steps();
+    } catch (const Ended&) {
+    }
+  }
   // Until poll() has something for a descriptor.
   void wait(int socket, short events) {
     pollfd watched[] = {{socket, events, 0}, {stop_.descriptor(), POLLIN, 0}};
