@@ -220,7 +220,7 @@ class BlockedJoinTest : public JoinTest {
   }
   template <class T>
   static bool returns(const std::future<T>& call, const char* what) {
-    return becomes_true([&] { return call.wait_for(0s) == std::future_status::ready; }, what, 10s);
+    return becomes_true([&] { return call.wait_for(0s) == std::future_status::ready; }, what);
   }
   void expect_that_second_leaves() {
     ASSERT_TRUE(returns(second_, "the thread that waits for its turn"));
@@ -242,7 +242,7 @@ class BlockedJoinTest : public JoinTest {
 
 // docs/compatibility/routing.md 6.10: the branch whose frame arrives becomes active immediately.
 TEST_F(BlockedJoinTest, ABranchEosDoesNotEndTheStreamWhileAnotherBranchHasAFrame) {
-  EXPECT_TRUE(becomes_true([&] { return active() == "sink_1"; }, "the second branch", 10s));
+  EXPECT_TRUE(becomes_true([&] { return active() == "sink_1"; }, "the second branch"));
   auto first_and_end = std::async(std::launch::async, [&] {
     EXPECT_EQ(first_.get(), GST_FLOW_OK);
     return gst_pad_push_event(blocking_, gst_event_new_eos());
@@ -260,7 +260,7 @@ TEST_F(BlockedJoinTest, ABranchEosDoesNotEndTheStreamWhileAnotherBranchHasAFrame
 
 // The branch that delivered last is active again.
 TEST_F(BlockedJoinTest, ABranchWithAFlushedFrameDoesNotEndTheStream) {
-  EXPECT_TRUE(becomes_true([&] { return active() == "sink_1"; }, "the second branch", 10s));
+  EXPECT_TRUE(becomes_true([&] { return active() == "sink_1"; }, "the second branch"));
   EXPECT_TRUE(gst_pad_push_event(waiting_, gst_event_new_flush_start()));
   expect_that_second_leaves();
   EXPECT_TRUE(gst_pad_push_event(waiting_, gst_event_new_flush_stop(TRUE)));
@@ -324,7 +324,7 @@ TEST_F(JoinTest, WaitsForABranchThatPushesBuffersFromOtherThreads) {
   EXPECT_EQ(std::async(std::launch::async, push_a, 1).get(), GST_FLOW_OK);
   EXPECT_EQ(gst_pad_push(b, frame(Bytes{2})), GST_FLOW_OK);
   auto last = std::async(std::launch::async, [&] {
-    EXPECT_TRUE(becomes_true([b] { return GST_PAD_IS_EOS(b); }, "EOS of the active branch", 10s));
+    EXPECT_TRUE(becomes_true([b] { return GST_PAD_IS_EOS(b); }, "EOS of the active branch"));
     return push_a(3);
   });
   EXPECT_TRUE(gst_pad_push_event(b, gst_event_new_eos()));
@@ -432,7 +432,7 @@ TEST_F(JoinTest, ReleasesABranchThatIsBlockedInASerializedQuery) {
   EXPECT_TRUE(becomes_true([&] { return begun.load(); }, "the query"));
   release = std::async(std::launch::async,
                        [&] { gst_element_release_request_pad(h_->element, requested.get()); });
-  EXPECT_EQ(release.wait_for(10s), std::future_status::ready);
+  EXPECT_EQ(release.wait_for(kLongestWait), std::future_status::ready);
   closed.open();
   EXPECT_EQ(first.get(), GST_FLOW_OK);
 }

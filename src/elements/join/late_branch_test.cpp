@@ -94,20 +94,26 @@ std::chrono::nanoseconds end_takes(const std::string& branches, size_t frames) {
   return ends[1] - ends[0];
 }
 
+// Without the wait of a second for a branch that may still bring a frame. A busy machine may delay
+// some of the attempts.
+bool ends_at_once(const std::string& branches, size_t frames) {
+  for (int i = 0; i < 5; ++i)
+    if (end_takes(branches, frames) < std::chrono::milliseconds(900)) return true;
+  return false;
+}
+
 TEST(JoinLateBranch, EndsImmediatelyWhenTheQueueOfAnotherBranchStaysEmpty) {
   const std::string stays_empty = "identity name=a ! j.sink_0 i.src_1 ! queue ! j.sink_1";
-  EXPECT_LT(end_takes(kIf + ("i.src_0 ! " + stays_empty), 10), std::chrono::milliseconds(900));
+  EXPECT_TRUE(ends_at_once(kIf + ("i.src_0 ! " + stays_empty), 10));
   // This one sends no stream-start to a branch that it does not select.
-  EXPECT_LT(end_takes("output-selector name=i i.src_0 ! " + stays_empty, 10),
-            std::chrono::milliseconds(900));
+  EXPECT_TRUE(ends_at_once("output-selector name=i i.src_0 ! " + stays_empty, 10));
 }
 
 TEST(JoinLateBranch, EndsImmediatelyAfterTwoChainedQueues) {
   const std::string chain = "identity name=a ! j.sink_0 i.src_1 ! queue ! queue ! j.sink_1";
-  EXPECT_LT(end_takes("output-selector name=i i.src_0 ! " + chain, 10),
-            std::chrono::milliseconds(900));
-  EXPECT_LT(end_takes(kIf + ("i.src_0 ! " + chain), 10), std::chrono::milliseconds(900));
-  EXPECT_LT(end_takes("tee name=i i.src_0 ! " + chain, 20), std::chrono::milliseconds(900));
+  EXPECT_TRUE(ends_at_once("output-selector name=i i.src_0 ! " + chain, 10));
+  EXPECT_TRUE(ends_at_once(kIf + ("i.src_0 ! " + chain), 10));
+  EXPECT_TRUE(ends_at_once("tee name=i i.src_0 ! " + chain, 20));
 }
 
 TEST(JoinLateBranch, KeepsFramesOfAQueueFilledByTheSameThread) {

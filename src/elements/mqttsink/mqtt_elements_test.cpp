@@ -229,15 +229,21 @@ TEST_F(MqttElements, ResumesAfterABrokerRestart) {
   gst_element_set_state(sending.get(), GST_STATE_PLAYING);
   const auto pushed = [&] { return receiving.stat("source", "pushed"); };
   EXPECT_TRUE(becomes_true([&] { return pushed() > 10; }, "frames"));
-  broker_->stop();
-  EXPECT_TRUE(
-      becomes_true([&] { return sending.stat("sink", "dropped-lost") > 0; }, "lost frames"));
-  broker_->start();
-  const auto began = std::chrono::steady_clock::now();
-  const uint64_t before = pushed();
-  EXPECT_TRUE(becomes_true([&] { return pushed() > before + 10; }, "frames after the restart"));
-  EXPECT_LT(std::chrono::steady_clock::now() - began, 2s);
-  EXPECT_EQ(receiving.stat("source", "connections"), 2u);
+  uint64_t restarts = 0, lost = 0;
+  const auto restart = [&] {
+    broker_->stop();
+    EXPECT_TRUE(
+        becomes_true([&] { return sending.stat("sink", "dropped-lost") > lost; }, "lost frames"));
+    broker_->start();
+    ++restarts;
+  };
+  const auto resume = [&] {
+    const uint64_t before = pushed();
+    EXPECT_TRUE(becomes_true([&] { return pushed() > before + 10; }, "frames after the restart"));
+    lost = sending.stat("sink", "dropped-lost");
+  };
+  EXPECT_TRUE(is_quick(restart, resume, 2s));
+  EXPECT_EQ(receiving.stat("source", "connections"), restarts + 1);
 }
 
 // PAUSED while the stream waits for a broker that answers nothing.
@@ -247,7 +253,7 @@ TEST_F(MqttElements, PublishesTheBufferThatAPauseInterrupted) {
   ASSERT_TRUE(peer->subscribe("t", 1));
   PlayedPipeline p("videotestsrc num-buffers=" + std::to_string(kFrames) +
                    " ! video/x-raw,format=GRAY8,width=4,height=1,framerate=100/1 ! " +
-                   sink("pub-topic=t mqtt-qos=1 pub-wait-timeout=1000"));
+                   sink("pub-topic=t mqtt-qos=1 pub-wait-timeout=60000"));
   ASSERT_TRUE(p.reaches(GST_STATE_READY));
   broker_->signal(SIGSTOP);
   gst_element_set_state(p.get(), GST_STATE_PLAYING);
@@ -267,7 +273,7 @@ TEST_F(MqttElements, PublishesNumBuffersAgainAfterReady) {
   for (int run = 0; run < 2; ++run) {
     EXPECT_EQ(p.plays_to_its_end(), "");
     for (const char* number : {"0", "1", "2"}) {
-      const auto message = peer->receive(5s);
+      const auto message = peer->receive(30s);
       ASSERT_TRUE(message) << "run " << run;
       EXPECT_EQ(message->properties.find("seq"), number);
     }
