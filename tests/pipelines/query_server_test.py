@@ -162,7 +162,6 @@ class Answers(Served):
         self.assertEqual(client.infer(request("first", X)).raw_output_contents[0], X.tobytes())
         self.assertEqual(client.infer(request("second", X)).raw_output_contents[0], (2 * X + 1).tobytes())
 
-
     def test_bytes_are_one_frame_of_a_stream_without_tensors(self):
         pipeline = self.serve(f"{source('model-name=text', 'caps=text/x-raw,format=utf8')} ! tensor_query_serversink")
         client = self.client(pipeline, "text")
