@@ -78,15 +78,14 @@ Result<std::shared_ptr<grpc::ChannelCredentials>> credentials_of(const ServerAdd
   return grpc::SslCredentials(options);
 }
 
-// "" without a file. The first line counts.
+// The first of the file; "" without a file.
 Result<std::string> token_of(const Security& security) {
   if (security.token_file.empty()) return std::string();
   auto text = read_file(security.token_file, "token-file");
   if (!text) return text.error();
-  text->resize(std::min(text->find_first_of("\r\n"), text->size()));
-  if (auto status = check_token(*text, security.token_file, 1, "option"); !status)
-    return status.error();
-  return text;
+  auto tokens = parse_tokens(*text, security.token_file, "option");
+  if (!tokens.status) return tokens.status.error();
+  return std::move(tokens.sendable.front());
 }
 
 Reply reply_of(const grpc::Status& status, const grpc::ByteBuffer& message) {

@@ -26,20 +26,20 @@ bool same_file(const struct stat& one, const struct stat& other) {
          one.st_mtim.tv_sec == other.st_mtim.tv_sec && one.st_mtim.tv_nsec == other.st_mtim.tv_nsec;
 }
 
-std::vector<std::string> lines_of(const std::string& text) {
-  std::vector<std::string> out;
+std::vector<std::string_view> lines_of(std::string_view text) {
+  std::vector<std::string_view> out;
   for (size_t begin = 0; begin < text.size();) {
     const size_t end = std::min(text.find('\n', begin), text.size());
     out.push_back(text.substr(begin, end - begin));
-    if (out.back().ends_with('\r')) out.back().pop_back();
+    if (out.back().ends_with('\r')) out.back().remove_suffix(1);
     begin = end + 1;
   }
   return out;
 }
 
-Error no_token(const std::string& path) {
+Error no_token(const std::string& path, const char* setting) {
   return {.code = Code::OPTION_VALUE,
-          .what = "the file of the property token-file has no token",
+          .what = std::string("the file of the ") + setting + " token-file has no token",
           .offered = path,
           .needed = "one token on each line",
           .fix = "openssl rand -hex 32 > " + path};
@@ -51,8 +51,6 @@ std::string describe_byte(std::string_view token, size_t at) {
   std::snprintf(hex.data(), hex.size(), "0x%02X", static_cast<unsigned char>(token[at]));
   return "the byte " + std::string(hex.data());
 }
-
-}  // namespace
 
 Status check_token(std::string_view token, const std::string& path, size_t line,
                    const char* setting) {
@@ -68,6 +66,22 @@ Status check_token(std::string_view token, const std::string& path, size_t line,
                .fix = "LC_ALL=C sed -i 's/[^ -~]//g' " + path};
 }
 
+}  // namespace
+
+Tokens parse_tokens(std::string_view text, const std::string& path, const char* setting) {
+  Tokens out{.sendable = {}, .status = ok()};
+  const auto lines = lines_of(text);
+  for (size_t i = 0; i < lines.size(); ++i) {
+    if (lines[i].empty()) continue;
+    if (auto status = check_token(lines[i], path, i + 1, setting); !status)
+      out.status = status;
+    else
+      out.sendable.emplace_back(lines[i]);
+  }
+  if (out.sendable.empty() && out.status) out.status = no_token(path, setting);
+  return out;
+}
+
 Result<std::unique_ptr<TokenFile>> TokenFile::open(const std::string& path) {
   std::unique_ptr<TokenFile> out(new TokenFile(path));
   if (auto status = out->read(); !status) return status.error();
@@ -80,19 +94,9 @@ Status TokenFile::read() {
   if (stat(path_.c_str(), &state) == 0) read_state_ = state;
   auto text = read_security_file(path_, "token-file");
   if (!text) return text.error();
-  std::vector<std::string> tokens;
-  Status out = ok();
-  const auto lines = lines_of(*text);
-  for (size_t i = 0; i < lines.size(); ++i) {
-    if (lines[i].empty()) continue;
-    if (auto status = check_token(lines[i], path_, i + 1, "property"); !status)
-      out = status;
-    else
-      tokens.push_back(lines[i]);
-  }
-  if (tokens.empty()) return out ? no_token(path_) : out;
-  tokens_ = std::move(tokens);
-  return out;
+  auto tokens = parse_tokens(*text, path_, "property");
+  if (!tokens.sendable.empty()) tokens_ = std::move(tokens.sendable);
+  return tokens.status;
 }
 
 bool TokenFile::allows(std::string_view header) {

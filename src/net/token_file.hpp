@@ -13,10 +13,16 @@
 
 namespace weir::net {
 
-// OPTION_VALUE for a token that no client can send, because of bytes that a header cannot have.
-// `setting` names the file's "option" or "property". The error does not show the token.
-Status check_token(std::string_view token, const std::string& path, size_t line,
-                   const char* setting);
+// The tokens that a file's text has, one on each line that is not empty.
+struct Tokens {
+  std::vector<std::string> sendable;
+  // OPTION_VALUE for a text without tokens, or for the last token that no client can send, because
+  // of bytes that a header cannot have. The error shows no token.
+  Status status;
+};
+
+// `setting` names the file's "option" or "property" in errors, `path` is its file.
+Tokens parse_tokens(std::string_view text, const std::string& path, const char* setting);
 
 // Thread-safe.
 class TokenFile {

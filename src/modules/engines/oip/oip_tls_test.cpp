@@ -123,7 +123,8 @@ TEST_F(OipTls, AServerThatKnowsItsClientsAnswersNoOthers) {
 
 TEST_F(OipTls, ATokenIsSentWithEachRequest) {
   PythonServer server(with("server", {"--token=secret"}));
-  OipEngine engine({server.address("grpcs")}, trusting({{"token-file", token("secret\n")}}));
+  OipEngine engine({server.address("grpcs")},
+                   trusting({{"token-file", token("\nsecret\r\nother\n")}}));
   expect_answer(&engine);
 }
 
@@ -177,6 +178,8 @@ TEST_F(OipTls, FilesThatCannotBeUsedAreErrors) {
   EXPECT_EQ(missing.error().offered, file("nowhere.pem"));
   OipEngine empty({"grpcs://127.0.0.1:9/m"}, trusting({{"token-file", token("")}}));
   EXPECT_EQ(empty.error().what, "the file of the option token-file cannot be read");
+  OipEngine blank({"grpcs://127.0.0.1:9/m"}, trusting({{"token-file", token("\n\r\n")}}));
+  EXPECT_EQ(blank.error().what, "the file of the option token-file has no token");
 }
 
 // gRPC ends a process that sends them.
