@@ -11,6 +11,7 @@
 #include "elements/edgesink/mqtt_output.hpp"
 #include "elements/edgesink/tcp_output.hpp"
 #include "gstcpp/element/base_classes.hpp"
+#include "gstcpp/element/playing_gate.hpp"
 
 namespace weir {
 namespace {
@@ -125,7 +126,9 @@ class Edgesink : public gst::Element<Edgesink, gst::BaseSink> {
 
   GstStateChangeReturn change_state(GstStateChange change) {
     if (change == GST_STATE_CHANGE_READY_TO_PAUSED) has_waited_ = !settings().wait_connection;
-    return GST_ELEMENT_CLASS(parent_class())->change_state(element(), change);
+    return gate_.change_state(self(), change, [&] {
+      return GST_ELEMENT_CLASS(parent_class())->change_state(element(), change);
+    });
   }
 
   Status set_caps(GstCaps* caps) {
@@ -147,7 +150,7 @@ class Edgesink : public gst::Element<Edgesink, gst::BaseSink> {
       }
       if (*outcome != Outcome::Interrupted) return count(*outcome);
       // PAUSED, a flush or the end.
-      const GstFlowReturn flow = gst_base_sink_wait_preroll(self());
+      const GstFlowReturn flow = gate_.wait(self());
       if (flow == GST_FLOW_OK) continue;
       ledger_.dropped(DropReason::Flush);
       return flow;
@@ -292,6 +295,7 @@ class Edgesink : public gst::Element<Edgesink, gst::BaseSink> {
 
   mutable std::mutex output_mutex_;  // guards output_ while it changes
   std::shared_ptr<BufferOutput> output_;
+  gst::PlayingGate gate_;
   std::unique_ptr<transport::ServerAnnouncement> announcement_;  // connect-type=HYBRID
   std::atomic<uint32_t> taken_port_{0};                          // 0 = it does not listen
   bool has_waited_ = false, announced_ = false;                  // streaming thread

@@ -252,8 +252,10 @@ TEST_F(EdgeLocal, PausingWhileAReceiverIsFullLosesAndRepeatsNothing) {
   });
   EXPECT_TRUE(wait_for_stat(out, "edgesink", "received", 2));
   const auto element = element_of(out, "edgesink");
-  gst_element_set_state(element.get(), GST_STATE_PAUSED);
-  gst_element_set_state(element.get(), GST_STATE_PLAYING);
+  for (int i = 0; i < 200; ++i) {  // some before the thread that waits has woken
+    gst_element_set_state(element.get(), GST_STATE_PAUSED);
+    gst_element_set_state(element.get(), GST_STATE_PLAYING);
+  }
   keeper.release();
   EXPECT_EQ(keeper.keep_next(), 5);
   writer.join();

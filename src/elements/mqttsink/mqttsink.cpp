@@ -5,6 +5,7 @@
 #include "core/wire/mqtt_header.hpp"
 #include "elements/mqttsink/mqtt_element.hpp"
 #include "elements/mqttsink/mqtt_meta.hpp"
+#include "gstcpp/element/playing_gate.hpp"
 #include "transport/mqtt/ntp_time.hpp"
 
 namespace weir {
@@ -122,7 +123,7 @@ class MqttSink : public MqttElement<MqttSink, gst::BaseSink> {
 
   GstStateChangeReturn change_state(GstStateChange change) {
     if (change == GST_STATE_CHANGE_READY_TO_PAUSED) sequence_ = 0;
-    return MqttElement::change_state(change);
+    return gate_.change_state(self(), change, [&] { return MqttElement::change_state(change); });
   }
 
   Status set_caps(GstCaps* caps) {
@@ -142,8 +143,7 @@ class MqttSink : public MqttElement<MqttSink, gst::BaseSink> {
     }
     Status status = publish(buffer);
     while (!status && status.error().code == Code::CANCELLED) {
-      // A pause also interrupts the wait; only a flush or the change to READY ends it.
-      if (const auto flow = gst_base_sink_wait_preroll(self()); flow != GST_FLOW_OK) {
+      if (const auto flow = gate_.wait(self()); flow != GST_FLOW_OK) {
         ledger_.dropped(DropReason::Flush);
         return flow;
       }
@@ -286,6 +286,7 @@ class MqttSink : public MqttElement<MqttSink, gst::BaseSink> {
   }
 
   Settings active_;  // set in start(); streaming thread
+  gst::PlayingGate gate_;
   std::string caps_, media_type_;
   std::vector<std::byte> payload_;
   int64_t ntp_offset_ = 0;

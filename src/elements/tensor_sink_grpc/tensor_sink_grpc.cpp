@@ -5,6 +5,7 @@
 #include "elements/tensor_sink_grpc/grpc_element.hpp"
 #include "gstcpp/buffer/frame_reader.hpp"
 #include "gstcpp/buffer/tensor_caps.hpp"
+#include "gstcpp/element/playing_gate.hpp"
 
 namespace weir {
 namespace {
@@ -63,7 +64,9 @@ class TensorSinkGrpc : public GrpcElement<TensorSinkGrpc, gst::BaseSink, Outgoin
         gst::post_error(element(), status.error());
         return GST_STATE_CHANGE_FAILURE;
       }
-    const auto result = GST_ELEMENT_CLASS(parent_class())->change_state(element(), change);
+    const auto result = gate_.change_state(self(), change, [&] {
+      return GST_ELEMENT_CLASS(parent_class())->change_state(element(), change);
+    });
     const bool failed = result == GST_STATE_CHANGE_FAILURE;
     if (change == GST_STATE_CHANGE_PAUSED_TO_READY ||
         (change == GST_STATE_CHANGE_READY_TO_PAUSED && failed))
@@ -84,8 +87,7 @@ class TensorSinkGrpc : public GrpcElement<TensorSinkGrpc, gst::BaseSink, Outgoin
     if (!message) return failed(message.error());
     auto outcome = frames_->send(*message);
     while (outcome == Outcome::Interrupted) {
-      // A pause also interrupts the wait; only a flush or the change to READY ends it.
-      if (const auto flow = gst_base_sink_wait_preroll(self()); flow != GST_FLOW_OK) {
+      if (const auto flow = gate_.wait(self()); flow != GST_FLOW_OK) {
         ledger_.dropped(DropReason::Flush);
         return flow;
       }
@@ -176,6 +178,7 @@ class TensorSinkGrpc : public GrpcElement<TensorSinkGrpc, gst::BaseSink, Outgoin
             .fix = "max-message=" + std::to_string(bytes) + " here and at the receiver"};
   }
 
+  gst::PlayingGate gate_;
   // Streaming thread only.
   FrameSpec spec_;
   gst::FrameReader reader_;

@@ -228,8 +228,10 @@ TEST(TensorSinkGrpcAlone, PausingWhileItWaitsForRoomLosesAndRepeatsNothing) {
   std::thread writer([&] { EXPECT_EQ(gst_harness_push(sink.get(), six_bytes(2)), GST_FLOW_OK); });
   EXPECT_TRUE(wait_for_stat(sink, kSink, "received", 2));
   const auto element = element_of(sink, kSink);
-  gst_element_set_state(element.get(), GST_STATE_PAUSED);
-  gst_element_set_state(element.get(), GST_STATE_PLAYING);
+  for (int i = 0; i < 200; ++i) {  // some before the thread that waits has woken
+    gst_element_set_state(element.get(), GST_STATE_PAUSED);
+    gst_element_set_state(element.get(), GST_STATE_PLAYING);
+  }
   const Harness source = harness_of("tensor_src_grpc" + port);
   gst_harness_play(source.get());
   writer.join();
