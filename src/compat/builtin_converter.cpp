@@ -167,7 +167,8 @@ struct Functions {
 
 Slots<NNStreamerExternalConverter, weir_converter_type>& slots() {
   using All = Slots<NNStreamerExternalConverter, weir_converter_type>;
-  static auto& all = *new All(slot_table<Functions>(std::make_index_sequence<All::kMost>()));
+  const auto make = []<size_t Number>() { return Functions<Number>::descriptor(); };
+  static auto& all = *new All(slot_table(make, std::make_index_sequence<All::kMost>()));
   return all;
 }
 

@@ -295,7 +295,8 @@ struct Functions {
 
 Slots<Framework, weir_engine>& slots() {
   using Numbers = std::make_index_sequence<Slots<Framework, weir_engine>::kMost>;
-  static auto& all = *new Slots<Framework, weir_engine>(slot_table<Functions>(Numbers()));
+  const auto make = []<size_t Number>() { return Functions<Number>::descriptor(); };
+  static auto& all = *new Slots<Framework, weir_engine>(slot_table(make, Numbers()));
   return all;
 }
 

@@ -47,10 +47,12 @@ class Slots {
   size_t count_ = 0;
 };
 
-// The table of Functions<0>::descriptor() and so on.
-template <template <size_t> class Functions, size_t... N>
-auto slot_table(std::index_sequence<N...>) {
-  return std::array{Functions<N>::descriptor()...};
+// The table of make.operator()<0>() and so on; `make` is a lambda of the calling file. With a class
+// template as parameter, GCC 12 takes those of one name in anonymous namespaces for the same, and
+// the linker keeps one table for all files.
+template <class Make, size_t... N>
+auto slot_table(Make make, std::index_sequence<N...>) {
+  return std::array{make.template operator()<N>()...};
 }
 
 }  // namespace weir::compat
