@@ -217,7 +217,7 @@ void print_tensors(const char* title, const std::vector<weir_tensor_info>& tenso
 }
 
 void print_card(const Result<card::Card>& card) {
-  if (!card && card.error().code == Code::CARD_INVALID) {
+  if (!card && card.error().code != Code::CARD_MISSING) {
     std::printf("\nCard\n%s\n", card.error().message().c_str());
     return;
   }

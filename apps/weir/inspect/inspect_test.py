@@ -76,6 +76,16 @@ class Inspect(Case):
         self.assertIn(f"Card    {path}: ", self.good(weir("inspect", model)))
 
     @unittest.skipUnless(HAS_ONNX, "the engine onnxruntime is not built")
+    def test_a_card_that_is_a_folder_is_reported_as_one(self):
+        model, done = self.card("--output", "-")
+        self.good(done)
+        model.with_suffix(".card.json").mkdir()
+        output = self.good(weir("inspect", model))
+        self.assertIn("Card\nWEIR-4001: the model card cannot be read\n", output)
+        self.assertIn("first difference: it is a folder\n", output)
+        self.assertNotIn("weir card writes one", output)
+
+    @unittest.skipUnless(HAS_ONNX, "the engine onnxruntime is not built")
     def test_a_card_goes_where_it_is_asked_for_and_replaces_nothing(self):
         model, done = self.card("--output", "-")
         self.assertEqual(json.loads(self.good(done))["name"], "clock_digits")

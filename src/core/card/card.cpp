@@ -12,6 +12,7 @@
 
 #include "core/config/installed_file.hpp"
 #include "core/text/text.hpp"
+#include "core/text/unreadable.hpp"
 #include "weir/join.hpp"
 
 namespace weir::card {
@@ -249,7 +250,8 @@ Error not_read(const std::string& path) {
   Error out{.code = Code::FILE_NOT_FOUND,
             .what = "the model card cannot be read",
             .offered = path,
-            .needed = "a file",
+            .needed = "a file that can be read",
+            .difference = why_unreadable(path),
             .fix = "the path of a card; docs/cards.md describes its fields"};
   if (const auto installed = config::installed_file(path); !installed.empty()) {
     out.difference = "Weir is installed below another prefix";
@@ -298,8 +300,9 @@ Result<Card> parse(std::string_view text, const std::string& place) {
 
 Result<Card> read(const std::string& path) {
   std::error_code ignored;
+  if (!fs::is_regular_file(path, ignored)) return not_read(path);  // opening a FIFO would wait
   std::ifstream file(path, std::ios::binary);
-  if (!file.is_open() || !fs::is_regular_file(path, ignored)) return not_read(path);
+  if (!file.is_open()) return not_read(path);
   std::string text(kBytesLimit + 1, '\0');
   file.read(text.data(), static_cast<std::streamsize>(text.size()));
   text.resize(static_cast<size_t>(file.gcount()));

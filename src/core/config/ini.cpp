@@ -10,6 +10,7 @@
 #include <system_error>
 
 #include "core/text/text.hpp"
+#include "core/text/unreadable.hpp"
 
 namespace weir::config {
 namespace {
@@ -109,20 +110,6 @@ class Parser {
   Ini out_;
 };
 
-// The reason as text: "it is a folder", "Permission denied".
-std::string why_closed(fs::file_type type, const std::error_code& failed, int number) {
-  switch (type) {
-    case fs::file_type::not_found:
-      return "it does not exist";
-    case fs::file_type::directory:
-      return "it is a folder";
-    case fs::file_type::regular:
-      return std::generic_category().message(number);
-    default:
-      return failed ? failed.message() : "it is not a regular file";
-  }
-}
-
 }  // namespace
 
 Ini parse_ini(std::string_view text, const std::string& name) {
@@ -133,18 +120,16 @@ Ini parse_ini(std::string_view text, const std::string& name) {
 }
 
 Ini read_ini(const std::string& path) {
-  std::error_code failed;
-  const auto type = fs::status(path, failed).type();
+  std::error_code ignored;
   std::ifstream file;
-  errno = 0;
-  if (type == fs::file_type::regular) file.open(path, std::ios::binary);
+  if (fs::is_regular_file(path, ignored)) file.open(path, std::ios::binary);
   if (!file.is_open())
     return {{},
             {{.code = Code::FILE_NOT_FOUND,
               .what = "the configuration file cannot be read",
               .offered = path,
               .needed = "a file that can be read",
-              .difference = why_closed(type, failed, errno)}}};
+              .difference = why_unreadable(path)}}};
   std::string text(kMostBytes + 1, '\0');
   file.read(text.data(), static_cast<std::streamsize>(text.size()));
   if (file.bad())

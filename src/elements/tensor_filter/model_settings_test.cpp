@@ -148,10 +148,13 @@ TEST(ModelSettings, ConfigFileWarnsAboutInvalidValues) {
   EXPECT_EQ(Started(adder(files.model(4), "config-file=" + right)).warning, "");
 }
 
-TEST(ModelSettings, ReportsAMissingConfigFile) {
+TEST(ModelSettings, ReportsAConfigFileThatIsMissingOrAFolder) {
   const AdderFiles files;
-  EXPECT_SAYS(start_error(adder(files.model(4), "config-file=/nowhere/f.conf")),
-              "WEIR-4001: the property file cannot be read");
+  const auto missing = start_error(adder(files.model(4), "config-file=/nowhere/f.conf"));
+  EXPECT_SAYS(missing, "WEIR-4001: the property file cannot be read");
+  EXPECT_SAYS(missing, "first difference: it does not exist");
+  EXPECT_SAYS(start_error(adder(files.model(4), "config-file=/tmp")),
+              "first difference: it is a folder");
 }
 
 }  // namespace

@@ -221,6 +221,7 @@ TEST_F(Card, IsReadAgainAtEachStart) {
 TEST_F(Card, IsMissing) {
   const auto text = error_of_start("card=" + path_);
   EXPECT_SAYS(text, "WEIR-4001: the model card cannot be read");
+  EXPECT_SAYS(text, "first difference: it does not exist");
   EXPECT_SAYS(text, "fix: the path of a card; docs/cards.md describes its fields");
   EXPECT_SAYS(text, path_);
 }

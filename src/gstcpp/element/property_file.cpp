@@ -6,6 +6,7 @@
 
 #include "core/text/property_file.hpp"
 #include "core/text/text.hpp"
+#include "core/text/unreadable.hpp"
 #include "gstcpp/element/error.hpp"
 #include "gstcpp/element/property_text.hpp"
 #include "gstcpp/element/ref.hpp"
@@ -75,6 +76,7 @@ Result<std::string> read_text(const std::string& path) {
                  .what = "the property file cannot be read",
                  .offered = "config-file=" + path,
                  .needed = "a text file with lines of property=value",
+                 .difference = why_unreadable(path),
                  .fix = "config-file=/path/to/properties.conf"};
   const UniqueText text{raw};
   return std::string(text.get(), size);
