@@ -15,15 +15,15 @@ namespace {
 
 namespace fs = std::filesystem;
 
-bool is_file_source(GstObject* object) {
-  if (!GST_IS_ELEMENT(object)) return false;
+std::string_view factory_of(GstObject* object) {
+  if (!GST_IS_ELEMENT(object)) return "";
   GstElementFactory* factory = gst_element_get_factory(GST_ELEMENT(object));
-  return factory && std::string_view(GST_OBJECT_NAME(factory)) == "filesrc";
+  return factory ? GST_OBJECT_NAME(factory) : "";
 }
 
-std::string location_of(GstObject* source) {
+std::string location_of(GstObject* element) {
   char* text = nullptr;
-  g_object_get(source, "location", &text, nullptr);
+  g_object_get(element, "location", &text, nullptr);
   std::string out = text ? text : "";
   g_free(text);
   return out;
@@ -43,28 +43,54 @@ bool is_in_pipeline(GstObject* source) {
   return GST_OBJECT_PARENT(source) && GST_IS_PIPELINE(GST_OBJECT_PARENT(source));
 }
 
-}  // namespace
+void report_folder(const std::string& location, Complaint* complaint) {
+  complaint->what = "the location is a folder";
+  complaint->offered = "location=" + location;
+  complaint->needed = "the path of a file, such as " + (fs::path(location) / "NAME").string();
+}
 
-void explain_missing_file(GstObject* source, const GError* error, Complaint* complaint) {
-  if (!error || error->domain != GST_RESOURCE_ERROR || !source || !is_file_source(source)) return;
-  const std::string location = location_of(source);
+void explain_source(GstObject* source, const std::string& location, Complaint* complaint) {
   std::error_code ignored;
   const bool is_folder = fs::is_directory(location, ignored);
-  if (location.empty() || (!is_folder && fs::exists(location, ignored))) return;
+  if (!is_folder && fs::exists(location, ignored)) return;
   complaint->id = "WEIR-4001";
-  complaint->what = is_folder ? "the location is a folder" : "the file does not exist";
+  if (is_folder) return report_folder(location, complaint);
+  complaint->what = "the file does not exist";
   complaint->offered = "location=" + location;
   complaint->needed = "the path of a file";
-  if (is_folder) {
-    complaint->needed += ", such as " + (fs::path(location) / "NAME").string();
-    return;
-  }
   const std::string close = similar_file(location);
   if (close.empty()) return;
   complaint->difference = "did you mean " + close + "?";
   if (is_in_pipeline(source))
     complaint->fix =
         "location=" + launch_value((fs::path(location).parent_path() / close).string());
+}
+
+void explain_sink(const std::string& location, Complaint* complaint) {
+  std::error_code ignored;
+  const fs::path folder = fs::path(location).parent_path();
+  const bool is_folder = fs::is_directory(location, ignored);
+  if (!is_folder && (folder.empty() || fs::exists(folder, ignored))) return;
+  complaint->id = "WEIR-4010";
+  if (is_folder) return report_folder(location, complaint);
+  complaint->what = "the folder of the file does not exist";
+  complaint->offered = "location=" + location;
+  complaint->needed = "a path in a folder that exists";
+  complaint->fix = "mkdir -p " + shell_word(folder.string());
+}
+
+}  // namespace
+
+void explain_missing_file(GstObject* element, const GError* error, Complaint* complaint) {
+  if (!error || error->domain != GST_RESOURCE_ERROR || !element) return;
+  const auto factory = factory_of(element);
+  if (factory != "filesrc" && factory != "filesink") return;
+  const std::string location = location_of(element);
+  if (location.empty()) return;
+  if (factory == "filesrc")
+    explain_source(element, location, complaint);
+  else
+    explain_sink(location, complaint);
 }
 
 }  // namespace weir::app

@@ -58,6 +58,15 @@ std::string property_line(GstMessage* message) {
   return name + ": " + text_of(property) + " = " + text_of(text.get());
 }
 
+// Sources and sinks post this error after the one with the reason.
+bool is_failed_state_change(GstMessage* message) {
+  GError* error = nullptr;
+  gst_message_parse_error(message, &error, nullptr);
+  const bool out = g_error_matches(error, GST_CORE_ERROR, GST_CORE_ERROR_STATE_CHANGE);
+  g_clear_error(&error);
+  return out;
+}
+
 }  // namespace
 
 Complaint complaint_of(GstMessage* message) {
@@ -159,7 +168,8 @@ void PipelineRun::drain_bus() {
 void PipelineRun::on_message(GstMessage* message) {
   switch (GST_MESSAGE_TYPE(message)) {
     case GST_MESSAGE_ERROR:
-      errors_.push_back(complaint_of(message));
+      if (errors_.empty() || !is_failed_state_change(message))
+        errors_.push_back(complaint_of(message));
       finish(RunEnd::Error);
       break;
     case GST_MESSAGE_WARNING:

@@ -195,6 +195,18 @@ class Run(Case):
         self.assertEqual(ours[0]["element"], "cast")
         self.assertIn("flot32", ours[0]["offered"])
 
+    def test_a_file_to_write_in_no_folder_is_named_with_the_reason(self):
+        for location, words in ((self.folder, (": the location is a folder\n", f"such as {self.folder}/NAME\n")),
+                                (self.folder / "no" / "x", (": the folder of the file does not exist\n", f"fix: mkdir -p {self.folder}/no\n"))):
+            done = weir("run", "-q", f"videotestsrc num-buffers=1 ! filesink name=out location={location}")
+            self.refused(done, 1, "error from out: WEIR-4010", f"offered: location={location}\n", *words)
+            self.assertEqual(done.stderr.count("error from"), 1)
+
+    def test_a_state_change_that_failed_has_one_error_with_the_reason(self):
+        done = weir("run", "filesrc ! fakesink")
+        self.refused(done, 1, "error from filesrc0: No file name specified for reading.")
+        self.assertNotIn("failed to post a proper error message", done.stderr)
+
     def test_errors_of_other_elements_come_with_their_details(self):
         done = weir("run", "videotestsrc ! identity name=weak error-after=2 ! fakesink")
         self.refused(done, 1, "error from weak: ", "details: ", "Failed after")
