@@ -90,12 +90,14 @@ std::string host_line(const Json& document) {
 std::string result_text(const Json& outcome) {
   const std::string result = outcome["result"];
   const std::string unit = outcome["frames"] != 0 ? "frames" : "buffers";
-  return std::string(result == "eos"          ? "Ended"
-                     : result == "error"      ? "Failed"
-                     : result == "time-limit" ? "Stopped by --timeout"
-                                              : "Interrupted") +
-         " after " + fixed(outcome["seconds"], 3) + " s: " + count(outcome[unit]) + " " + unit +
-         ", " + fixed(outcome["frame_rate"], 1) + " " + unit + "/s";
+  const std::string verb = result == "eos"          ? "Ended"
+                           : result == "error"      ? "Failed"
+                           : result == "time-limit" ? "Stopped by --timeout"
+                                                    : "Interrupted";
+  if (outcome["seconds_to_start"] == 0) return verb + " without a frame";
+  return verb + " " + fixed(outcome["seconds"], 3) +
+         " s after the first frame: " + count(outcome[unit]) + " " + unit + ", " +
+         fixed(outcome["frame_rate"], 1) + " " + unit + "/s";
 }
 
 std::string head(const Json& document) {

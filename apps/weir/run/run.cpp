@@ -132,11 +132,13 @@ Json to_json(const std::vector<Complaint>& complaints) {
 
 void print_text(const PipelineRun& run, RunEnd end) {
   const auto total = run.sinks().total();
-  std::printf("%s after %.3f s: %s, %.1f %s/s", verb_of(end), run.seconds(),
-              count_text(total).c_str(), run.frame_rate(), unit_of(total));
   if (run.seconds_to_start() > 0)
-    std::printf("; first frame %.3f s after the start", run.seconds_to_start());
-  std::puts("");
+    std::printf(
+        "%s %.3f s after the first frame: %s, %.1f %s/s; the first frame came after %.3f s\n",
+        verb_of(end), run.seconds(), count_text(total).c_str(), run.frame_rate(), unit_of(total),
+        run.seconds_to_start());
+  else
+    std::printf("%s without a frame\n", verb_of(end));
   const auto sinks = run.sinks().figures();
   if (sinks.size() > 1)
     for (const auto& sink : sinks)
