@@ -146,7 +146,8 @@ class NewFilter(unittest.TestCase):
         self.refused(self.write("-l", "rust", "x"), 1, "--language rust")
         for name in ("", "Big", "1st", "-x1", "a b", "../up", "a/b", "x" * 65, "auto", "any", "m\u00e4h"):
             with self.subTest(name):
-                self.refused(self.write("-l", "c", "--", name), 1, "WEIR-1004: this cannot be the name of a new filter")
+                self.refused(self.write("-l", "c", "--", name), 1, "WEIR-1004: this cannot be the name of a new filter",
+                             "needed: a lower-case letter, then lower-case letters", "fix: weir new filter --language c brightness\n")
         for kind in ("engine", "decoder", "converter"):
             self.refused(run(COMMAND, "new", kind, "there", cwd=self.folder), 1, "WEIR-4010", f"fix: weir new {kind} there-2")
             self.refused(run(COMMAND, "new", kind, "Big", cwd=self.folder), 1, f"this cannot be the name of a new {kind}",

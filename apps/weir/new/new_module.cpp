@@ -56,8 +56,10 @@ Status check_name(const NewModuleOptions& options) {
       .code = Code::OPTION_VALUE,
       .what = "this cannot be the name of a new " + options.kind,
       .offered = '"' + name + '"',
-      .needed = "a small letter, then small letters, digits, - or _, 64 at most; not auto or any",
-      .fix = command_of(options, "c++") + " brightness"};
+      .needed =
+          "a lower-case letter, then lower-case letters, digits, - or _, at most 64 characters;"
+          " not auto or any",
+      .fix = command_of(options, options.language) + " brightness"};
 }
 
 // "brightness-of-sky" -> "BrightnessOfSky".
