@@ -10,9 +10,13 @@
 namespace weir::app {
 namespace {
 
-std::string megabytes(uint64_t bytes) {
+std::string size_text(uint64_t bytes) {
+  constexpr uint64_t kLeastInMegabytes = 100'000;
   char text[32];
-  std::snprintf(text, sizeof text, "%.1f MB", static_cast<double>(bytes) / 1e6);
+  if (bytes < kLeastInMegabytes)
+    std::snprintf(text, sizeof text, "%.0f kB", static_cast<double>(bytes) / 1e3);
+  else
+    std::snprintf(text, sizeof text, "%.1f MB", static_cast<double>(bytes) / 1e6);
   return text;
 }
 
@@ -54,7 +58,7 @@ int list(const std::vector<CatalogueModel>& models, bool json) {
   std::vector<std::vector<std::string>> rows{
       {"name", "task", "what it does", "size", "licence", ""}};
   for (const auto& model : models)
-    rows.push_back({model.name, model.task, model.about, megabytes(bytes_of(model)), model.licence,
+    rows.push_back({model.name, model.task, model.about, size_text(bytes_of(model)), model.licence,
                     is_fetched(model) ? "downloaded" : ""});
   std::fputs(table(std::move(rows), "").c_str(), stdout);
   std::puts("\nweir models get NAME downloads a model and prints a command that runs it.");
@@ -71,7 +75,7 @@ int info(const CatalogueModel& model, bool json) {
                                              {"what it does", model.about},
                                              {"licence", model.licence}};
   for (const auto& file : model.files) {
-    rows.push_back({"file", file.name + ", " + megabytes(file.bytes)});
+    rows.push_back({"file", file.name + ", " + size_text(file.bytes)});
     rows.push_back(
         {"  from", file.url.empty() ? "npm package " + file.npm + ", " + file.path : file.url});
     rows.push_back({"  sha256", file.sha256});

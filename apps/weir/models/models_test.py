@@ -34,6 +34,11 @@ class Catalogue(Case):
             self.assertIn(model["licence"], line)
             self.assertNotIn("downloaded", line)
 
+    def test_small_models_have_a_size_too(self):
+        text = self.good(self.run_models("list"))
+        self.assertRegex(text, r"mnist .* 26 kB ")
+        self.assertNotIn(" 0.0 MB", text)
+
     def test_has_at_least_25_models_without_copyleft(self):
         self.assertGreaterEqual(len(CATALOGUE["models"]), 25)
         names = [model["name"] for model in CATALOGUE["models"]]
