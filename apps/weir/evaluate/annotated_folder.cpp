@@ -16,11 +16,14 @@ namespace {
 
 namespace fs = std::filesystem;
 
+// Without model cards, which lie next to models.
 std::vector<fs::path> json_files_in(const fs::path& folder) {
   std::vector<fs::path> out;
   std::error_code failed;
   for (const auto& entry : fs::directory_iterator(folder, failed))
-    if (entry.path().extension() == ".json") out.push_back(entry.path());
+    if (const std::string name = entry.path().filename().string();
+        name.ends_with(".json") && !name.ends_with(".card.json"))
+      out.push_back(entry.path());
   std::sort(out.begin(), out.end());
   return out;
 }

@@ -40,6 +40,11 @@ class Refused(Coco):
         self.refused(self.evaluate(), 1, "WEIR-1004", "several annotation files", "fix: --truth")
         self.assertEqual(scores(self.evaluate("--json", "--truth", self.folder / "set" / "truth.json"))["AP"], 1)
 
+    def test_a_model_card_is_no_annotation_file(self):
+        self.good_set()
+        (self.folder / "set" / "model.card.json").write_text("{}")
+        self.assertEqual(scores(self.evaluate("--json"))["AP"], 1)
+
     def test_pictures_without_truth_and_truth_without_pictures(self):
         self.good_set()
         (self.folder / "set" / "2.png").rename(self.folder / "set" / "3.png")
