@@ -26,7 +26,8 @@ bool is_camera(const std::string& input) {
 }
 
 // tcpclientsrc is no source of uridecodebin.
-Result<std::string> tcp_source(const std::string& input) {
+Result<std::string> tcp_source(const TryOptions& options) {
+  const std::string& input = options.input;
   const size_t begin = input.find("://") + 3, colon = input.rfind(':');
   const std::string host = input.substr(begin, std::max(colon, begin) - begin);
   const std::string port = input.substr(colon + 1);
@@ -39,11 +40,12 @@ Result<std::string> tcp_source(const std::string& input) {
                .what = "the address has no host or no port",
                .offered = input,
                .needed = "tcp://HOST:PORT",
-               .fix = "weir try MODEL tcp://camera.local:5000"};
+               .fix = "weir try " + shell_word(options.model) + " tcp://camera.local:5000"};
 }
 
-Result<std::string> source_of(const std::string& input) {
-  if (input.starts_with("tcp://")) return tcp_source(input);
+Result<std::string> source_of(const TryOptions& options) {
+  const std::string& input = options.input;
+  if (input.starts_with("tcp://")) return tcp_source(options);
   if (input.find("://") != std::string::npos)
     return "uridecodebin uri=" + launch_value(input) + " ! videoconvert";
   std::error_code ignored;
@@ -63,7 +65,7 @@ Result<std::string> source_of(const std::string& input) {
           fs::is_directory(input, ignored) ? "the input is a folder" : "the input does not exist",
       .offered = input,
       .needed = "a photo, a video, a camera (/dev/video0), an address (rtsp://...) or test",
-      .fix = "weir try MODEL photo.jpg"};
+      .fix = "weir try " + shell_word(options.model) + " photo.jpg"};
 }
 
 Result<std::string> encoder_of(const std::string& output) {
@@ -108,7 +110,7 @@ std::string result_elements(const TryModel& model) {
 
 Result<std::string> try_pipeline(const TryOptions& options, const TryModel& model,
                                  const std::string& text_sink) {
-  auto source = source_of(options.input);
+  auto source = source_of(options);
   if (!source) return source;
   const std::string results = result_elements(model);
   // The labels travel with the results.

@@ -86,7 +86,7 @@ class Refused(Case):
     def test_inputs_that_do_not_exist(self):
         for name, words in ((self.folder, "the input is a folder"), (self.folder / "no.jpg", "the input does not exist"),
                             ("/dev/video99", "the input does not exist")):
-            self.refused(weir("try", "--mode", "text", MODEL, name, **CARDS), 1, "WEIR-4001", words, "weir try MODEL photo.jpg")
+            self.refused(weir("try", "--mode", "text", MODEL, name, **CARDS), 1, "WEIR-4001", words, f"weir try {MODEL} photo.jpg")
 
     @unittest.skipUnless(HAS_ONNX, "the engine onnxruntime is not built")
     def test_addresses_without_host_or_port(self):
