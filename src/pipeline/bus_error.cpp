@@ -5,6 +5,7 @@
 #include <string>
 #include <vector>
 
+#include "core/text/pasted.hpp"
 #include "core/text/text.hpp"
 #include "gstcpp/element/property_text.hpp"
 #include "gstcpp/element/ref.hpp"
@@ -74,16 +75,23 @@ Error error_of(GstMessage* message) {
 
 Error parse_error(const GError& error, const char* text) {
   if (auto refused = gst::refused_property(error)) return std::move(refused->error);
-  const bool unknown = g_error_matches(&error, GST_PARSE_ERROR, GST_PARSE_ERROR_NO_SUCH_ELEMENT);
-  const std::string word = unknown ? quoted(error.message) : "";
-  const std::string close = word.empty() ? "" : nearest(word, element_names());
-  return Error{.code = unknown ? Code::OPTION_VALUE : Code::OPTION_SYNTAX,
-               .what = std::string("the pipeline description cannot be parsed: ") + error.message,
-               .offered = text,
-               .needed = unknown ? "elements that are installed"
-                                 : "a description that gst-launch-1.0 accepts",
-               .difference = close.empty() ? "" : "did you mean " + close + "?",
-               .fix = unknown ? "gst-inspect-1.0" : ""};
+  Error out{.code = Code::OPTION_SYNTAX,
+            .what = std::string("the pipeline description cannot be parsed: ") + error.message,
+            .offered = text,
+            .needed = "a description that gst-launch-1.0 accepts"};
+  if (g_error_matches(&error, GST_PARSE_ERROR, GST_PARSE_ERROR_LINK)) {
+    out.needed = "elements that fit together; weir run names the missing one";
+    out.fix = "weir run " + shell_word(text);
+  }
+  if (g_error_matches(&error, GST_PARSE_ERROR, GST_PARSE_ERROR_NO_SUCH_ELEMENT)) {
+    const std::string word = quoted(error.message);
+    const std::string close = word.empty() ? "" : nearest(word, element_names());
+    out.code = Code::OPTION_VALUE;
+    out.needed = "elements that are installed";
+    out.difference = close.empty() ? "" : "did you mean " + close + "?";
+    out.fix = "gst-inspect-1.0";
+  }
+  return out;
 }
 
 }  // namespace weir::pipeline

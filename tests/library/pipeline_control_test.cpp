@@ -147,6 +147,8 @@ TEST(PipelineControl, RejectsElementsOfADifferentKind) {
 TEST(PipelineControl, RejectsInvalidDescriptions) {
   EXPECT_REFUSED(Pipeline::parse("tensor_filtre ! fakesink"), OPTION_VALUE,
                  "first difference: did you mean tensor_filter?");
+  EXPECT_REFUSED(Pipeline::parse("videotestsrc ! tensor_filter"), OPTION_SYNTAX,
+                 "fix: weir run 'videotestsrc ! tensor_filter'");
   EXPECT_REFUSED(Pipeline::parse("fakesrc ! "), OPTION_SYNTAX,
                  "a description that gst-launch-1.0 accepts");
   EXPECT_REFUSED(Pipeline::parse(""), OPTION_SYNTAX, "a description that gst-launch-1.0 accepts");
