@@ -438,9 +438,17 @@ int run_command(int argc, char** argv) {
 
 int main(int argc, char** argv) {
   try {
-    return weir::app::run_command(argc, argv);
+    const int status = weir::app::run_command(argc, argv);
+    return weir::app::has_written_all() ? status : weir::app::kExitError;
   } catch (const std::exception& error) {
     std::fprintf(stderr, "weir: %s\n", error.what());
     return weir::app::kExitError;
   }
 }
+// Reports output that was lost, for example because the disk is full.
+bool has_written_all() {
+  if (std::fflush(stdout) == 0 && std::ferror(stdout) == 0) return true;
+  std::fputs("weir: standard output cannot be written; is the disk full?\n", stderr);
+  return false;
+}
+

@@ -43,6 +43,14 @@ class Usage(Case):
             done = weir(*words)
             self.assertEqual((done.returncode, done.stdout, done.stderr), (2, "", text), words)
 
+    def test_output_that_cannot_be_written_is_an_error(self):
+        for words in (("explain",), ("help",), ("models", "list"), ("doctor", "--json")):
+            with open("/dev/full", "w") as full:
+                done = subprocess.run([os.environ["WEIR_COMMAND"], *words], stdout=full, stderr=subprocess.PIPE, text=True, timeout=60,
+                                      check=False, env={**os.environ, "WEIR_CARD_PATH": str(SOURCE / "models" / "cards")})
+            self.assertEqual((done.returncode, done.stderr),
+                             (1, "weir: standard output cannot be written; is the disk full?\n"), words)
+
     def completed(self, *words):
         """What bash offers for the last of the words."""
         script = ('source apps/weir/completion.bash; COMP_WORDS=("$@"); COMP_CWORD=$(($# - 1)); _weir; '
