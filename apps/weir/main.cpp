@@ -74,10 +74,10 @@ void add_bench(CLI::App* app, BenchOptions* bench) {
       ->add_option("--threads,-t", bench->threads,
                    "Thread counts; default: 1, 2, 4 up to the number of cores")
       ->delimiter(',')
-      ->check(CLI::Range(1, kMostThreads));
+      ->check(in_range(1, kMostThreads));
   command->add_option("--batch,-b", bench->batches, "Batch sizes; default: 1 and 4")
       ->delimiter(',')
-      ->check(CLI::Range(1, kMostBatch));
+      ->check(in_range(1, kMostBatch));
   command->add_option("--custom", bench->custom, "Options of the engine, as in custom=");
   add_tensor_options(command, &bench->tensors);
   command
@@ -85,9 +85,9 @@ void add_bench(CLI::App* app, BenchOptions* bench) {
                    "The model card for the printed line; default: the model's card")
       ->type_name("FILE");
   command->add_option("--seconds", bench->seconds, "Seconds to measure each case; default: 1")
-      ->check(CLI::Range(kLeastSeconds, kMostSeconds));
+      ->check(in_range(kLeastSeconds, kMostSeconds));
   command->add_option("--timeout", bench->patience, "Seconds to load and warm up; default: 120")
-      ->check(CLI::Range(1.0, kMostSeconds));
+      ->check(in_range(1.0, kMostSeconds));
   command->add_flag("--json", bench->json, "Print JSON");
 }
 
@@ -170,7 +170,7 @@ void add_evaluate(CLI::App* app, EvaluateOptions* options) {
       ->check(CLI::PositiveNumber);
   command->add_option("--draws", options->draws, "Draws for the intervals; default: 1000, 0: none")
       ->type_name("N")
-      ->check(CLI::Range(uint64_t{0}, kMostDraws));
+      ->check(in_range(uint64_t{0}, kMostDraws));
   command->add_option("--seed", options->seed, "Seed of the draws; default: 1")->type_name("N");
 }
 
@@ -197,7 +197,7 @@ void add_pki(CLI::App* app, PkiOptions* authority, PkiOptions* certificate) {
   init->add_option("DIR", authority->folder, "The folder; created if it does not exist")
       ->required();
   init->add_option("--days", authority->days, "Days until it expires; default: 3650")
-      ->check(CLI::Range(1, kMostDays));
+      ->check(in_range(1, kMostDays));
   init->add_flag("--json", authority->json, "Print JSON");
   auto* issue = command->add_subcommand("issue", "Make a certificate for a server or client");
   issue->add_option("NAME", certificate->name, "Host name or address of the server, or any name")
@@ -211,7 +211,7 @@ void add_pki(CLI::App* app, PkiOptions* authority, PkiOptions* certificate) {
       ->delimiter(',')
       ->allow_extra_args(false);
   issue->add_option("--days", certificate->days, "Days until it expires; default: 90")
-      ->check(CLI::Range(1, kMostDays));
+      ->check(in_range(1, kMostDays));
   issue->add_flag("--json", certificate->json, "Print JSON");
 }
 
@@ -235,15 +235,15 @@ void add_serve(CLI::App* app, ServeOptions* options) {
                     "Let other machines connect without TLS, on a network that you trust");
   command->add_option("--batch", options->batch, "Run up to N requests in one invoke; default: 1")
       ->type_name("N")
-      ->check(CLI::Range(1u, kMostBatch));
+      ->check(in_range(1u, kMostBatch));
   command
       ->add_option("--batch-wait", options->batch_wait_us,
                    "Microseconds that a request waits for others; default: 2000")
       ->type_name("N")
-      ->check(CLI::Range(0u, kMostWait));
+      ->check(in_range(0u, kMostWait));
   command->add_option("--workers", options->workers, "Sessions of each model; default: 1")
       ->type_name("N")
-      ->check(CLI::Range(1u, kMostWorkers));
+      ->check(in_range(1u, kMostWorkers));
   command
       ->add_option("--max-connections", options->most_connections,
                    "Connections that have requests in progress; default: 32, 0: no limit")
@@ -329,14 +329,14 @@ void add_run(CLI::App* app, RunOptions* options, bool* is_service) {
                 "Report to systemd that it plays, stops and is alive (Type=notify)");
   run->add_option("--timeout", options->time_limit, "End the stream after this many seconds")
       ->type_name("SECONDS")
-      ->check(CLI::Range(kLeastSeconds, kMostSeconds));
+      ->check(in_range(kLeastSeconds, kMostSeconds));
   run->add_option("--clock", options->clock,
                   "Use a network clock: net://HOST:PORT, ntp://HOST, ptp://DOMAIN")
       ->type_name("ADDRESS");
   run->add_option("--serve-clock", options->serving_port,
                   "Serve this pipeline's clock to other machines on a UDP port; 0 uses a free port")
       ->type_name("PORT")
-      ->check(CLI::Range(0, 65535));
+      ->check(in_range(0, 65535));
   run->add_option("PIPELINE", options->pipeline, "The pipeline, as one argument or several")
       ->required();
 }
@@ -429,6 +429,7 @@ int run_command(int argc, char** argv) {
     if (argc == 1) return show_help(app, {});
     if (error.get_exit_code() != 0) return report_usage_error(app, error);
     return app.exit(error);  // prints the help or the version that was asked for
+  app.formatter(help_formatter());
   }
   return run_subcommand(&app, &line);
 }

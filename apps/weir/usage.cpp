@@ -50,7 +50,31 @@ int report_unknown_command(const CLI::App& app, const std::string& typed) {
   return kExitUsage;
 }
 
+class HelpFormatter : public CLI::Formatter {
+ public:
+  // "--metrics[=ADDRESS]" for a flag that takes a value, where CLI11 prints its default in braces.
+  std::string make_option_name(const CLI::Option* option, bool is_positional) const override {
+    std::string out = Formatter::make_option_name(option, is_positional);
+    if (const size_t brace = out.find('{'); brace != std::string::npos)
+      out.replace(brace, std::string::npos, "[=ADDRESS]");
+    return out;
+  }
+
+  std::string make_option_opts(const CLI::Option* option) const override {
+    if (option->get_type_size() == 0) return "";
+    const std::string type = option->get_type_name();
+    std::string out = " " + type.substr(0, type.find(':'));
+    if (option->get_expected_max() == CLI::detail::expected_max_vector_size) out += " ...";
+    if (option->get_required()) out += " REQUIRED";
+    return out;
+  }
+};
+
 }  // namespace
+
+std::shared_ptr<CLI::FormatterBase> help_formatter() {
+  return std::make_shared<HelpFormatter>();
+}
 
 int report_usage_error(const CLI::App& app, const CLI::ParseError& error) {
   const CLI::App* command = &app;

@@ -3,6 +3,8 @@
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #pragma once
 #include <CLI/CLI.hpp>
+#include <memory>
+#include <sstream>
 #include <string>
 #include <vector>
 
@@ -10,6 +12,23 @@ namespace weir::app {
 
 // The hidden command of completions/weir, the file for bash.
 inline constexpr char kCompleteCommand[] = "complete";
+
+// A check whose error says what is needed: "'abc' is not a number from 0.001 to 1000000".
+template <typename Number>
+CLI::Validator in_range(Number least, Number most) {
+  const auto check = [least, most](const std::string& text) -> std::string {
+    Number value{};
+    if (CLI::detail::lexical_cast(text, value) && value >= least && value <= most) return "";
+    std::ostringstream out;
+    out.precision(9);
+    out << '\'' << text << "' is not a number from " << least << " to " << most;
+    return out.str();
+  };
+  return CLI::Validator(check, "");
+}
+
+// Formats help without the texts that CLI11 adds for checks and options that exclude each other.
+std::shared_ptr<CLI::FormatterBase> help_formatter();
 
 // Prints to stderr what is wrong with a command line that `app` could not parse, and the nearest
 // command or option. Returns kExitUsage.

@@ -51,6 +51,20 @@ class Usage(Case):
             self.assertEqual((done.returncode, done.stderr),
                              (1, "weir: standard output cannot be written; is the disk full?\n"), words)
 
+    def test_a_number_out_of_range_is_refused_with_the_range(self):
+        for words, text in ((("run", "--timeout", "abc", "fakesrc"), "'abc' is not a number from 0.001 to 1000000\n"),
+                            (("run", "--serve-clock", "65536", "fakesrc"), "'65536' is not a number from 0 to 65535\n"),
+                            (("serve", "--batch", "-1", "x"), "'-1' is not a number from 1 to 1024\n"),
+                            (("bench", "-t", "1,x", "model"), "'x' is not a number from 1 to 1024\n")):
+            self.refused(weir(*words), 2, text)
+
+    def test_help_has_the_names_of_values_and_nothing_of_the_parser(self):
+        self.assertRegex(self.good(weir("help", "run")), r"--timeout SECONDS +End the stream")
+        self.assertRegex(self.good(weir("help", "serve")), r"--metrics\[=ADDRESS\] +Serve metrics")
+        self.assertRegex(self.good(weir("help", "bench")), r"MODEL TEXT REQUIRED +A model file")
+        for command in ("run", "inspect", "bench", "evaluate", "serve"):
+            self.assertNotRegex(self.good(weir("help", command)), r"Excludes|:INT|:FLOAT|:UINT|:POSITIVE|\{", command)
+
     def completed(self, *words):
         """What bash offers for the last of the words."""
         script = ('source apps/weir/completion.bash; COMP_WORDS=("$@"); COMP_CWORD=$(($# - 1)); _weir; '
