@@ -65,6 +65,19 @@ class Usage(Case):
         for command in ("run", "inspect", "bench", "evaluate", "serve"):
             self.assertNotRegex(self.good(weir("help", command)), r"Excludes|:INT|:FLOAT|:UINT|:POSITIVE|\{", command)
 
+    def test_every_command_has_a_manual_page_and_weir_1_lists_them_in_the_order_of_help(self):
+        commands = re.findall(r"^  ([a-z]+) {2,}\S", self.good(weir("help")), re.MULTILINE)
+        pages = SOURCE / "apps" / "weir"
+        listed = (pages / "weir.1").read_text().partition(".SH DESCRIPTION")[2].partition(".SH OPTIONS")[0]
+        self.assertEqual(re.findall(r"^\.B (\w+)$", listed, re.MULTILINE), commands)
+        installed = (pages / "meson.build").read_text()
+        for command in commands:
+            if command == "help":
+                continue
+            self.assertIn(f".BR weir\\-{command} (1).", listed)
+            self.assertTrue((pages / f"weir-{command}.1").exists(), command)
+            self.assertIn(f"'weir-{command}.1'", installed)
+
     def completed(self, *words):
         """What bash offers for the last of the words."""
         script = ('source apps/weir/completion.bash; COMP_WORDS=("$@"); COMP_CWORD=$(($# - 1)); _weir; '
