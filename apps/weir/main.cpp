@@ -14,12 +14,15 @@
 #include "core/config/install_paths.hpp"
 #include "core/process/process_object.hpp"
 #include "library/process.h"
+#include "models/catalogue.hpp"
 #include "other_names.hpp"
+#include "report.hpp"
 #include "usage.hpp"
 
 namespace weir::app {
 namespace {
 
+constexpr const char* kModelOrName = "A model file, or a name from weir models list";
 constexpr int kAuthorityDays = 3650, kCertificateDays = 90;
 
 struct CommandLine {
@@ -67,7 +70,7 @@ void add_bench(CLI::App* app, BenchOptions* bench) {
   constexpr double kLeastSeconds = 0.01, kMostSeconds = 3600;
   auto* command =
       app->add_subcommand("bench", "Measure a model with each engine, thread count and batch size");
-  command->add_option("MODEL", bench->model, "The model file")->required();
+  command->add_option("MODEL", bench->model, kModelOrName)->required();
   command->add_option("--engine,-e", bench->engines, "Use only these engines, separated by commas")
       ->delimiter(',');
   command
@@ -107,8 +110,7 @@ void add_bench_case(CLI::App* app, BenchCaseOptions* one) {
 void add_try(CLI::App* app, TryOptions* options) {
   auto* command = app->add_subcommand(
       "try", "Run a model on a photo, video, camera or stream and show the results");
-  command->add_option("MODEL", options->model, "A model file, or a name from weir models list")
-      ->required();
+  command->add_option("MODEL", options->model, kModelOrName)->required();
   command
       ->add_option("INPUT", options->input,
                    "A photo or video, /dev/video0, rtsp://..., or test for a test picture")
@@ -264,8 +266,9 @@ void add_serve(CLI::App* app, ServeOptions* options) {
 void add_inspect(CLI::App* app, InspectOptions* options) {
   auto* inspect =
       app->add_subcommand("inspect", "Show the inputs and outputs of a model, and how to run it");
-  inspect->add_option("MODEL", options->model,
-                      "The model file; without it, show the engine of --engine");
+  inspect->add_option(
+      "MODEL", options->model,
+      "A model file, or a name from weir models list; without it, show the engine of --engine");
   add_engine(inspect, &options->framework);
   // The former name.
   auto* former = inspect->add_option("--framework,-f", options->framework)->group("");
@@ -281,7 +284,7 @@ void add_inspect(CLI::App* app, InspectOptions* options) {
 
 void add_card(CLI::App* app, CardOptions* card) {
   auto* command = app->add_subcommand("card", "Write a model card to fill in");
-  command->add_option("MODEL", card->model, "The model file")->required();
+  command->add_option("MODEL", card->model, kModelOrName)->required();
   add_engine(command, &card->engine);
   command
       ->add_option(
@@ -396,15 +399,25 @@ int run_with_gstreamer(const CLI::App& app, const CommandLine& line) {
   return line.is_service ? run_as_service(line.run) : run(line.run);
 }
 
+// A name of the catalogue becomes the file of the model.
+template <typename Options>
+int run_with_model(int (*command)(const Options&), Options options, bool is_json) {
+  const auto file = file_of_model(options.model);
+  if (!file) return report(file.error(), is_json);
+  options.model = *file;
+  return command(options);
+}
+
 int run_subcommand(CLI::App* app, CommandLine* line) {
   if (app->got_subcommand("new")) return run_new(app->get_subcommand("new"), line);
   if (app->got_subcommand("help")) return show_help(*app, line->help_topic);
   if (app->got_subcommand("explain")) return explain(line->error_code);
   if (app->got_subcommand("pki")) return run_pki(app->get_subcommand("pki"), *line);
-  if (app->got_subcommand("inspect")) return inspect(line->inspect);
-  if (app->got_subcommand("card")) return write_card(line->card);
+  if (app->got_subcommand("inspect"))
+    return run_with_model(inspect, line->inspect, line->inspect.json);
+  if (app->got_subcommand("card")) return run_with_model(write_card, line->card, false);
   if (app->got_subcommand("models")) return models(line->models);
-  if (app->got_subcommand("bench")) return bench(line->bench);
+  if (app->got_subcommand("bench")) return run_with_model(bench, line->bench, line->bench.json);
   if (app->got_subcommand("bench-case")) return bench_case(line->bench_case);
   if (app->got_subcommand("pbtxt")) return pbtxt(line->pbtxt);
   return run_with_gstreamer(*app, *line);
@@ -416,6 +429,7 @@ int run_command(int argc, char** argv) {
   if (const auto status = by_another_name(name, argc, argv)) return *status;
   CLI::App app{"Weir: neural networks as elements of GStreamer pipelines", "weir"};
   CommandLine line;
+  app.formatter(help_formatter());
   app.require_subcommand(1);
   app.set_version_flag("--version", std::string("weir ") + config::kVersion);
   add_subcommands(&app, &line);
@@ -429,9 +443,15 @@ int run_command(int argc, char** argv) {
     if (argc == 1) return show_help(app, {});
     if (error.get_exit_code() != 0) return report_usage_error(app, error);
     return app.exit(error);  // prints the help or the version that was asked for
-  app.formatter(help_formatter());
   }
   return run_subcommand(&app, &line);
+}
+
+// Reports output that was lost, for example because the disk is full.
+bool has_written_all() {
+  if (std::fflush(stdout) == 0 && std::ferror(stdout) == 0) return true;
+  std::fputs("weir: standard output cannot be written; is the disk full?\n", stderr);
+  return false;
 }
 
 }  // namespace
@@ -446,10 +466,3 @@ int main(int argc, char** argv) {
     return weir::app::kExitError;
   }
 }
-// Reports output that was lost, for example because the disk is full.
-bool has_written_all() {
-  if (std::fflush(stdout) == 0 && std::ferror(stdout) == 0) return true;
-  std::fputs("weir: standard output cannot be written; is the disk full?\n", stderr);
-  return false;
-}
-

@@ -86,6 +86,19 @@ class Inspect(Case):
         self.assertNotIn("weir card writes one", output)
 
     @unittest.skipUnless(HAS_ONNX, "the engine onnxruntime is not built")
+    def test_names_of_the_catalogue_are_models_too(self):
+        places = {"WEIR_CARD_PATH": str(SOURCE / "models" / "cards"), "WEIR_MODELS": str(self.folder)}
+        for words in (("inspect",), ("card", "-o", "-"), ("bench", "--seconds", "0.05")):
+            self.refused(weir(*words, "mnist", **places), 1, "WEIR-3003: the model has not been downloaded", "fix: weir models get mnist\n")
+        catalogue = json.loads((SOURCE / "models" / "catalogue.json").read_text())
+        file = next(model for model in catalogue["models"] if model["name"] == "mnist")["files"][0]
+        fetched = self.folder / "mnist" / file["name"]
+        fetched.parent.mkdir()
+        fetched.write_bytes(MODEL.read_bytes().ljust(file["bytes"], b"\0")[:file["bytes"]])
+        self.assertIn(str(fetched), weir("inspect", "mnist", **places).stderr)
+        self.refused(weir("inspect", "mnisst", **places), 1, "WEIR-3003: the model file does not exist", "offered: mnisst")
+
+    @unittest.skipUnless(HAS_ONNX, "the engine onnxruntime is not built")
     def test_a_card_goes_where_it_is_asked_for_and_replaces_nothing(self):
         model, done = self.card("--output", "-")
         self.assertEqual(json.loads(self.good(done))["name"], "clock_digits")

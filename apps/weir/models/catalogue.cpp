@@ -124,6 +124,21 @@ std::string CatalogueModel::command() const {
   return is_shown ? "weir try " + name + " photo.jpg" : "weir inspect " + file;
 }
 
+Result<std::string> file_of_model(const std::string& model) {
+  std::error_code ignored;
+  if (fs::exists(model, ignored) || model.find('/') != std::string::npos) return model;
+  const auto all = read_catalogue();
+  if (!all) return model;  // the engine reports that there is no such file
+  const auto known = model_of(*all, model);
+  if (!known) return model;
+  if (is_fetched(*known)) return (folder_of(*known) / known->files[0].name).string();
+  return Error{.code = Code::MODEL_NOT_FOUND,
+               .what = "the model has not been downloaded",
+               .offered = model,
+               .needed = (folder_of(*known) / known->files[0].name).string(),
+               .fix = "weir models get " + model};
+}
+
 fs::path models_folder() {
   if (const char* chosen = environment_variable("WEIR_MODELS"); chosen && *chosen) return chosen;
   return fs::path(g_get_user_data_dir()) / "weir" / "models";

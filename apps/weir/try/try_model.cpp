@@ -63,21 +63,17 @@ Error missing_file(const TryOptions& options, Error error) {
   return error;
 }
 
-// The file of a path or of a name of the catalogue.
+// The file of a path or of a name of the catalogue. A name without an extension that the catalogue
+// lacks is an error with the nearest name.
 Result<std::string> path_of(const std::string& model) {
+  auto file = file_of_model(model);
   std::error_code ignored;
-  if (fs::exists(model, ignored) || model.find('/') != std::string::npos) return model;
+  const bool is_path = model.find('/') != std::string::npos || fs::path(model).has_extension() ||
+                       fs::exists(model, ignored);
+  if (!file || *file != model || is_path) return file;
   const auto all = read_catalogue();
-  if (!all) return model;  // the engine reports that there is no such file
-  const auto known = model_of(*all, model);
-  if (!known) return fs::path(model).has_extension() ? Result<std::string>(model) : known.error();
-  if (!is_fetched(*known))
-    return Error{.code = Code::MODEL_NOT_FOUND,
-                 .what = "the model has not been downloaded",
-                 .offered = model,
-                 .needed = folder_of(*known).string() + "/" + known->files[0].name,
-                 .fix = "weir models get " + model};
-  return (folder_of(*known) / known->files[0].name).string();
+  if (!all) return file;
+  return model_of(*all, model).error();
 }
 
 Result<std::shared_ptr<infer::Model>> open(const std::string& path,
