@@ -216,11 +216,13 @@ void print_tensors(const char* title, const std::vector<weir_tensor_info>& tenso
   std::printf("\n%s\n%s", title, table(rows, "  ").c_str());
 }
 
-void print_card(const Result<card::Card>& card) {
+// A card describes pictures: other models need none.
+void print_card(const Result<card::Card>& card, const infer::Model& model) {
   if (!card && card.error().code != Code::CARD_MISSING) {
     std::printf("\nCard\n%s\n", card.error().message().c_str());
     return;
   }
+  if (!card && !has_pictures(model)) return;
   if (!card) {
     std::printf("\nCard\n  none: %s; weir card writes one to fill in\n", card.error().what.c_str());
     return;
@@ -241,7 +243,7 @@ void print_text(const Inspected& found, const LaunchLine& line, const Result<car
   print_engine(found);
   print_tensors("Inputs", found.inputs);
   print_tensors("Outputs", found.outputs);
-  print_card(card);
+  print_card(card, *found.opened);
   std::fputs(description_text(model_description(*found.opened)).c_str(), stdout);
   print_options(engine_options(*found.engine));
   std::printf("\nTo run it\n");

@@ -98,6 +98,11 @@ class Inspect(Case):
         self.assertIn(str(fetched), weir("inspect", "mnist", **places).stderr)
         self.refused(weir("inspect", "mnisst", **places), 1, "WEIR-3003: the model file does not exist", "offered: mnisst")
 
+    def test_a_model_without_pictures_needs_no_card(self):
+        model = self.folder / "numbers.fake"
+        model.write_text("x")
+        self.assertNotIn("weir card", self.good(weir("inspect", "--engine", "fake", model)))
+
     @unittest.skipUnless(HAS_ONNX, "the engine onnxruntime is not built")
     def test_a_card_goes_where_it_is_asked_for_and_replaces_nothing(self):
         model, done = self.card("--output", "-")

@@ -159,8 +159,8 @@ LaunchLine launch_line(const std::string& model, const std::string& framework,
     out.notes.push_back("the line feeds zeros; a model may need other values to run");
   if (picture && !prepared && inputs[0].type != WEIR_UINT8)
     out.notes.push_back(
-        "the model (its card) defines how pixels become numbers; the line only converts the type"
-        " fit");
+        "a model card defines how pixels become numbers; without one, this line only matches the"
+        " type");
   return out;
 }
 

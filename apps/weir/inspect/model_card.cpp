@@ -51,6 +51,10 @@ std::map<std::string, std::string> properties_of(const infer::Model& model) {
 
 }  // namespace
 
+bool has_pictures(const infer::Model& model) {
+  return !pictures_of(model).empty();
+}
+
 card::Search card_search(const std::string& model_path, const infer::Model& model) {
   card::Search search;
   search.model = model_path;

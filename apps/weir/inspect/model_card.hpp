@@ -8,6 +8,8 @@
 
 namespace weir::app {
 
+// Whether an input has the shape of a picture, which a card describes.
+bool has_pictures(const infer::Model& model);
 // What core/card/find.hpp needs of an open model.
 card::Search card_search(const std::string& model_path, const infer::Model& model);
 // As in core/card/find.hpp. Computes the model's digest.
