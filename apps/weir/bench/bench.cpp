@@ -3,12 +3,14 @@
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #include <algorithm>
 #include <cstdio>
+#include <optional>
 #include <tuple>
 
 #include "bench/bench_plan.hpp"
 #include "commands.hpp"
 #include "core/card/card.hpp"
 #include "core/infer/model/model.hpp"
+#include "core/infer/module/model_file.hpp"
 #include "core/infer/module/module_library.hpp"
 #include "doctor/machine_facts.hpp"
 #include "evaluate/progress_bar.hpp"
@@ -308,14 +310,22 @@ void print_json(const BenchOptions& options, const BenchPlan& plan,
   print(out);
 }
 
+// The error of a path that is a folder or does not exist; empty for an address.
+std::optional<Error> missing_file(const std::string& model) {
+  const Status found = infer::check_model_file(paths_of(model).front());
+  if (found || model.find("://") != std::string::npos) return std::nullopt;
+  return found.error();
+}
+
 // The error when no case ran.
 Error nothing_ran(const BenchOptions& options, const BenchPlan& plan) {
   auto failed = failures_of(plan);
+  if (const auto no_file = missing_file(options.model); failed.empty() && no_file) return *no_file;
   if (failed.empty())
     return {.code = Code::ENGINE_UNKNOWN,
             .what = "no engine can be selected for this model",
             .offered = options.model,
-            .needed = "a file ending in .onnx, .tflite, ...",
+            .needed = "a file with the extension .onnx, .tflite, ...",
             .fix = "weir bench --engine NAME " + shell_word(options.model)};
   Error error = failed[0].error;
   for (size_t i = 1; i < failed.size(); ++i)

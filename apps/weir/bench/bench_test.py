@@ -189,6 +189,10 @@ class Bench(Case):
         self.assertEqual(report["not_measured"][0]["case"], "onnxruntme")
         self.assertIn("did you mean onnxruntime?", report["not_measured"][0]["error"]["difference"])
 
+    def test_a_folder_and_a_missing_file_are_reported_as_such(self):
+        self.refused(weir("bench", self.folder), 1, "WEIR-3003: the model is a folder", f"offered: {self.folder}")
+        self.refused(weir("bench", self.folder / "model"), 1, "WEIR-3003: the model file does not exist")
+
     def test_files_and_engines_that_are_not_there(self):
         self.assertEqual(self.refusal("-e", "fake", self.folder / "none.bin")["id"], "WEIR-3003")
         self.assertEqual(self.refusal("-e", "onnxruntme", MODEL)["id"], "WEIR-3001")
