@@ -1,6 +1,7 @@
 // Opens the model and writes the template of core/card/find.hpp.
 // SPDX-License-Identifier: LGPL-2.1-or-later
 
+#include <algorithm>
 #include <cerrno>
 #include <cstdio>
 #include <cstring>
@@ -20,6 +21,26 @@ namespace {
 
 namespace fs = std::filesystem;
 
+Error no_picture(const CardOptions& options, const infer::Model& model) {
+  const auto& inputs = model.inputs();
+  const bool is_open = std::any_of(inputs.begin(), inputs.end(), [](const weir_tensor_info& info) {
+    return info.rank == WEIR_RANK_UNKNOWN;
+  });
+  const std::string file = shell_word(options.model);
+  if (is_open)
+    return Error{.code = Code::MODEL_UNSUPPORTED,
+                 .what = "the file does not have the dimensions of its inputs, which a card needs",
+                 .offered = options.model,
+                 .needed = "the same model in a format that has them, such as .onnx or .tflite",
+                 .fix = "weir inspect " + file};
+  return Error{
+      .code = Code::MODEL_UNSUPPORTED,
+      .what = "the model has no input for pictures, and a card describes only these",
+      .offered = options.model,
+      .needed = "an input with 3 or 4 dimensions, one of them 1 or 3 (the colour channels)",
+      .fix = "weir inspect " + file};
+}
+
 Result<std::string> card_text(const CardOptions& options) {
   infer::OpenOptions request;
   request.paths = {options.model};
@@ -30,13 +51,7 @@ Result<std::string> card_text(const CardOptions& options) {
   const auto model = infer::Model::open(**engine, request);
   if (!model) return command_error(model.error());
   const auto search = card_search(options.model, **model);
-  if (search.inputs.empty())
-    return Error{
-        .code = Code::MODEL_UNSUPPORTED,
-        .what = "the model has no input for pictures, and a card describes only these",
-        .offered = options.model,
-        .needed = "an input with 3 or 4 dimensions, one of them 1 or 3 (the colour channels)",
-        .fix = "weir inspect " + shell_word(options.model)};
+  if (search.inputs.empty()) return no_picture(options, **model);
   return card::card_to_fill_in(search) + "\n";
 }
 

@@ -115,6 +115,11 @@ class Inspect(Case):
         self.assertEqual(path.read_text(), "mine")
         self.refused(weir("card", model, "-o", self.folder / "none" / "x.json"), 1, "WEIR-4010: the card cannot be written", "No such file")
 
+    @unittest.skipUnless(LENET.exists() and "pytorch" in os.environ["WEIR_MODULE_PATH"], "needs the test data and the engine pytorch")
+    def test_a_card_needs_the_dimensions_of_the_inputs(self):
+        self.refused(weir("card", LENET, **WITHOUT_LEAKS), 1, "the file does not have the dimensions of its inputs, which a card needs",
+                     f"fix: weir inspect {LENET}")
+
     def test_a_card_needs_a_model_with_a_picture(self):
         self.refused(weir("card", "/no/such.onnx"), 1, "WEIR-3003: the model file does not exist")
         model = self.folder / "numbers.bin"
