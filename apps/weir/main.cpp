@@ -14,9 +14,7 @@
 #include "core/config/install_paths.hpp"
 #include "core/process/process_object.hpp"
 #include "library/process.h"
-#include "models/catalogue.hpp"
 #include "other_names.hpp"
-#include "report.hpp"
 #include "usage.hpp"
 
 namespace weir::app {
@@ -399,25 +397,15 @@ int run_with_gstreamer(const CLI::App& app, const CommandLine& line) {
   return line.is_service ? run_as_service(line.run) : run(line.run);
 }
 
-// A name of the catalogue becomes the file of the model.
-template <typename Options>
-int run_with_model(int (*command)(const Options&), Options options, bool is_json) {
-  const auto file = file_of_model(options.model);
-  if (!file) return report(file.error(), is_json);
-  options.model = *file;
-  return command(options);
-}
-
 int run_subcommand(CLI::App* app, CommandLine* line) {
   if (app->got_subcommand("new")) return run_new(app->get_subcommand("new"), line);
   if (app->got_subcommand("help")) return show_help(*app, line->help_topic);
   if (app->got_subcommand("explain")) return explain(line->error_code);
   if (app->got_subcommand("pki")) return run_pki(app->get_subcommand("pki"), *line);
-  if (app->got_subcommand("inspect"))
-    return run_with_model(inspect, line->inspect, line->inspect.json);
-  if (app->got_subcommand("card")) return run_with_model(write_card, line->card, false);
+  if (app->got_subcommand("inspect")) return inspect(line->inspect);
+  if (app->got_subcommand("card")) return write_card(line->card);
   if (app->got_subcommand("models")) return models(line->models);
-  if (app->got_subcommand("bench")) return run_with_model(bench, line->bench, line->bench.json);
+  if (app->got_subcommand("bench")) return bench(line->bench);
   if (app->got_subcommand("bench-case")) return bench_case(line->bench_case);
   if (app->got_subcommand("pbtxt")) return pbtxt(line->pbtxt);
   return run_with_gstreamer(*app, *line);

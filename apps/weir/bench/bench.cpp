@@ -19,6 +19,7 @@
 #include "inspect/made_up_inputs.hpp"
 #include "inspect/model_card.hpp"
 #include "inspect/model_paths.hpp"
+#include "models/catalogue.hpp"
 #include "report.hpp"
 #include "weir/join.hpp"
 
@@ -336,7 +337,11 @@ Error nothing_ran(const BenchOptions& options, const BenchPlan& plan) {
 
 }  // namespace
 
-int bench(const BenchOptions& options) {
+int bench(const BenchOptions& given) {
+  BenchOptions options = given;
+  const auto file = file_of_model(given.model);
+  if (!file) return report(file.error(), given.json);
+  options.model = *file;
   Result<card::Card> card = Error{};
   if (!options.card.empty()) {
     card = card::read(options.card);

@@ -14,6 +14,7 @@
 #include "core/text/pasted.hpp"
 #include "inspect/command_error.hpp"
 #include "inspect/model_card.hpp"
+#include "models/catalogue.hpp"
 #include "report.hpp"
 
 namespace weir::app {
@@ -71,7 +72,11 @@ Error not_written(const CardOptions& options, const std::string& path, int reaso
 
 }  // namespace
 
-int write_card(const CardOptions& options) {
+int write_card(const CardOptions& given) {
+  CardOptions options = given;
+  const auto model_file = file_of_model(given.model);
+  if (!model_file) return report(model_file.error(), false);
+  options.model = *model_file;
   const auto text = card_text(options);
   if (!text) return report(text.error(), false);
   if (options.output == "-") {

@@ -19,6 +19,7 @@
 #include "inspect/model_card.hpp"
 #include "inspect/model_description.hpp"
 #include "inspect/model_paths.hpp"
+#include "models/catalogue.hpp"
 #include "report.hpp"
 #include "weir/join.hpp"
 
@@ -253,7 +254,11 @@ void print_text(const Inspected& found, const LaunchLine& line, const Result<car
 
 }  // namespace
 
-int inspect(const InspectOptions& options) {
+int inspect(const InspectOptions& given) {
+  InspectOptions options = given;
+  const auto file = file_of_model(given.model);
+  if (!file) return report(file.error(), given.json);
+  options.model = *file;
   const auto found = open(options);
   if (!found) return report(found.error(), options.json);
   if (!found->opened) {

@@ -36,8 +36,8 @@ Result<std::vector<CatalogueModel>> read_catalogue();
 // FILE_NOT_FOUND, with the nearest name.
 Result<CatalogueModel> model_of(const std::vector<CatalogueModel>& models, const std::string& name);
 
-// The file of a model of the catalogue; `model` itself if it is a path, or no name of the catalogue.
-// MODEL_NOT_FOUND for a model that has not been downloaded.
+// The file of a model of the catalogue; `model` itself if it is a path, or no name of the
+// catalogue. MODEL_NOT_FOUND for a model that has not been downloaded.
 Result<std::string> file_of_model(const std::string& model);
 
 // Where models are kept: WEIR_MODELS, or weir/models in the user's data folder.
