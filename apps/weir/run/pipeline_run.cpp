@@ -165,12 +165,15 @@ void PipelineRun::drain_bus() {
   }
 }
 
+void PipelineRun::on_error(GstMessage* message) {
+  if (errors_.empty() || !is_failed_state_change(message)) errors_.push_back(complaint_of(message));
+  finish(RunEnd::Error);
+}
+
 void PipelineRun::on_message(GstMessage* message) {
   switch (GST_MESSAGE_TYPE(message)) {
     case GST_MESSAGE_ERROR:
-      if (errors_.empty() || !is_failed_state_change(message))
-        errors_.push_back(complaint_of(message));
-      finish(RunEnd::Error);
+      on_error(message);
       break;
     case GST_MESSAGE_WARNING:
       warnings_.push_back(complaint_of(message));

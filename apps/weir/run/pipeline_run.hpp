@@ -73,6 +73,7 @@ class PipelineRun {
 
  private:
   void on_message(GstMessage* message);
+  void on_error(GstMessage* message);
   void on_signal();
   void on_time_limit();
   bool is_playing() const;
