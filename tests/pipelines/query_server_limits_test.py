@@ -13,7 +13,7 @@ import numpy as np
 import http2_peer
 import tap_runner
 from built_modules import has_engine
-from served_pipeline import Client, Gate, Pipeline, request, status_of, wait_until_done
+from served_pipeline import Client, Gate, Pipeline, ends_behind_gate, request, status_of
 
 FLOATS = "caps=other/tensor,dimension=(string)4:1,type=(string)float32,framerate=0/1"
 INFER = "/inference.GRPCInferenceService/ModelInfer"
@@ -142,14 +142,7 @@ class Limits(Served):
         pipeline = self.serve("", gate.text, gate=gate)
         # A call of the others could still have a place, although it has its answer.
         clients = [self.client(pipeline), *(self.client(pipeline, ready=False) for _ in range(5))]
-        for client in clients:
-            client.connect()
-        calls = [clients[0].stub.ModelInfer.future(request("same", X), timeout=60)]
-        self.assertEqual(pipeline.frames_at_gate(1), 1)
-        calls += [client.stub.ModelInfer.future(request("same", X), timeout=60) for client in clients[1:]]
-        wait_until_done(calls, 2)
-        gate.open()
-        ended = [status_of(call.result) for call in calls]
+        ended = ends_behind_gate(pipeline, gate, clients, request("same", X), refused=2)
         self.assertEqual(sorted(code for code, _ in ended), ["OK"] * 4 + ["RESOURCE_EXHAUSTED"] * 2)
         self.assertIn("this address has 4 connections with requests in progress (max-connections-per-address)",
                       [text for code, text in ended if code != "OK"])

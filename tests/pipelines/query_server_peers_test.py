@@ -17,7 +17,7 @@ import numpy as np
 
 import http2_peer
 import tap_runner
-from served_pipeline import Client, Gate, Pipeline, request, status_of, wait_until_done
+from served_pipeline import Client, Gate, Pipeline, ends_behind_gate, request, status_of
 
 FLOATS = "caps=other/tensor,dimension=(string)4:1,type=(string)float32,framerate=0/1"
 INFER = "/inference.GRPCInferenceService/ModelInfer"
@@ -96,14 +96,7 @@ class Addresses(Peers):
         pipeline = self.serve("port=0 max-connections=2 max-connections-per-address=0", gate.text, gate=gate)
         # A call of the others could still have a place, although it has its answer.
         clients = [self.client(pipeline), *(self.client(pipeline, ready=False) for _ in range(3))]
-        for client in clients:
-            client.connect()
-        calls = [clients[0].stub.ModelInfer.future(request("same", X), timeout=60)]
-        self.assertEqual(pipeline.frames_at_gate(1), 1)
-        calls += [client.stub.ModelInfer.future(request("same", X), timeout=60) for client in clients[1:]]
-        wait_until_done(calls, 2)
-        gate.open()
-        ended = [status_of(call.result) for call in calls]
+        ended = ends_behind_gate(pipeline, gate, clients, request("same", X), refused=2)
         self.assertEqual(sorted(code for code, _ in ended), ["OK"] * 2 + ["RESOURCE_EXHAUSTED"] * 2)
         self.assertIn("the server serves 2 connections at a time (max-connections)", [text for code, text in ended if code != "OK"])
 

@@ -76,6 +76,19 @@ def wait_until_done(calls, count):
         time.sleep(0.01)
 
 
+def ends_behind_gate(pipeline, gate, clients, message, refused):
+    """How one call of each client ends. The first reaches the gate before the others begin, and `refused` end there."""
+    for client in clients:
+        client.connect()
+    calls = [clients[0].stub.ModelInfer.future(message, timeout=60)]
+    if pipeline.frames_at_gate(1) != 1:
+        raise AssertionError("the first request did not reach the gate")
+    calls += [client.stub.ModelInfer.future(message, timeout=60) for client in clients[1:]]
+    wait_until_done(calls, refused)
+    gate.open()
+    return [status_of(call.result) for call in calls]
+
+
 def status_of(call):
     """The code's name and the text with which a call fails; ("OK", answer) if it does not."""
     try:
