@@ -140,21 +140,22 @@ class Edgesink : public gst::Element<Edgesink, gst::BaseSink> {
     ledger_.received();
     Status ready = output_->set_no_caps();  // the stream may have none
     if (ready) ready = announce();
-    for (;;) {
-      auto outcome = ready ? wait_for_receiver() : ready.error();
+    Result<Outcome> outcome = Outcome::Interrupted;
+    const GstFlowReturn flow = gate_.until_done(self(), [&] {
+      outcome = ready ? wait_for_receiver() : ready.error();
       if (outcome && *outcome == Outcome::Sent) outcome = output_->publish(buffer, &ledger_);
-      if (!outcome) {
-        ledger_.dropped(DropReason::Error);
-        gst::post_error(element(), outcome.error());
-        return GST_FLOW_ERROR;
-      }
-      if (*outcome != Outcome::Interrupted) return count(*outcome);
-      // PAUSED, a flush or the end.
-      const GstFlowReturn flow = gate_.wait(self());
-      if (flow == GST_FLOW_OK) continue;
+      return !outcome || *outcome != Outcome::Interrupted;
+    });
+    if (flow != GST_FLOW_OK) {
       ledger_.dropped(DropReason::Flush);
       return flow;
     }
+    if (!outcome) {
+      ledger_.dropped(DropReason::Error);
+      gst::post_error(element(), outcome.error());
+      return GST_FLOW_ERROR;
+    }
+    return count(*outcome);
   }
 
   gboolean event(GstEvent* event) {

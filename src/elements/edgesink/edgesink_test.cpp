@@ -6,6 +6,7 @@
 #include <thread>
 
 #include "elements/edgesink/edge_local_test_support.hpp"
+#include "elements/tests/pipeline_test_support.hpp"
 #include "gstcpp/buffer/query_meta.hpp"
 #include "gstcpp/buffer/tensor_meta.hpp"
 #include "transport/local/subscriber.hpp"
@@ -286,6 +287,22 @@ TEST_F(EdgeLocal, AFlushForgetsTheBufferThatWaited) {
   }
   EXPECT_EQ(gst_harness_push(out.get(), next), GST_FLOW_OK);
   EXPECT_EQ(keeper.keep_next(), 9);
+}
+
+// The stream's thread may begin to wait before the change to PLAYING has returned.
+TEST_F(EdgeLocal, StatesChangeWhileItWaitsForAReceiver) {
+  const PlayedPipeline pipeline(
+      "videotestsrc ! video/x-raw,format=GRAY8,width=4,height=1 ! "
+      "edgesink sync=false wait-connection=true connection-timeout=20000" +
+      ends_with());
+  Errors errors(pipeline.get());
+  for (int i = 0; i < 200; ++i) {
+    ASSERT_TRUE(pipeline.reaches(GST_STATE_PLAYING)) << i;
+    ASSERT_TRUE(pipeline.reaches(GST_STATE_PAUSED)) << i;
+    ASSERT_TRUE(pipeline.reaches(GST_STATE_PLAYING)) << i;
+    ASSERT_TRUE(pipeline.reaches(GST_STATE_READY)) << i;
+  }
+  EXPECT_EQ(errors.next(), "");
 }
 
 TEST_F(EdgeLocal, WaitConnectionGivesUpAfterItsTimeout) {

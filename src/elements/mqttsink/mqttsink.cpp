@@ -141,13 +141,14 @@ class MqttSink : public MqttElement<MqttSink, gst::BaseSink> {
       ledger_.dropped(DropReason::Eos);
       return GST_FLOW_EOS;
     }
-    Status status = publish(buffer);
-    while (!status && status.error().code == Code::CANCELLED) {
-      if (const auto flow = gate_.wait(self()); flow != GST_FLOW_OK) {
-        ledger_.dropped(DropReason::Flush);
-        return flow;
-      }
+    Status status = ok();
+    const GstFlowReturn flow = gate_.until_done(self(), [&] {
       status = publish(buffer);
+      return status || status.error().code != Code::CANCELLED;
+    });
+    if (flow != GST_FLOW_OK) {
+      ledger_.dropped(DropReason::Flush);
+      return flow;
     }
     if (status) {
       outage_ = false;

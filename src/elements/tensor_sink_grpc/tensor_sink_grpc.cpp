@@ -85,13 +85,14 @@ class TensorSinkGrpc : public GrpcElement<TensorSinkGrpc, gst::BaseSink, Outgoin
     ledger_.received();
     auto message = encode(buffer);
     if (!message) return failed(message.error());
-    auto outcome = frames_->send(*message);
-    while (outcome == Outcome::Interrupted) {
-      if (const auto flow = gate_.wait(self()); flow != GST_FLOW_OK) {
-        ledger_.dropped(DropReason::Flush);
-        return flow;
-      }
+    Outcome outcome{};
+    const GstFlowReturn flow = gate_.until_done(self(), [&] {
       outcome = frames_->send(*message);
+      return outcome != Outcome::Interrupted;
+    });
+    if (flow != GST_FLOW_OK) {
+      ledger_.dropped(DropReason::Flush);
+      return flow;
     }
     if (outcome == Outcome::Failed) return failed(*frames_->error());
     if (outcome == Outcome::Queued)

@@ -1,4 +1,4 @@
-// PlayingGate: where a sink's render() waits in PAUSED after its own wait was interrupted.
+// PlayingGate: lets a sink's render() wait for a peer in PLAYING only.
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #pragma once
 #include <gst/base/gstbasesink.h>
@@ -7,9 +7,9 @@
 
 namespace weir::gst {
 
-// gst_base_sink_wait_preroll() alone also returns when the sink was paused again before its thread
-// woke. The next wait of render() would then hold the preroll lock, which the change to PLAYING
-// needs.
+// render() holds the preroll lock, which changes of state need. gst_base_sink_wait_preroll() gives
+// it up, but also returns when the sink was paused again before its thread woke, and the base class
+// lets render() run before its change to PLAYING has returned.
 class PlayingGate {
  public:
   // The sink's change_state(), with `parent` for that of the base class.
@@ -22,13 +22,14 @@ class PlayingGate {
     return result;
   }
 
-  // For render(). GST_FLOW_OK in PLAYING: it tries the same buffer again. GST_FLOW_FLUSHING after a
-  // flush and on the way to READY: the buffer is lost.
-  GstFlowReturn wait(GstBaseSink* sink) const {
-    GstFlowReturn flow = GST_FLOW_OK;
-    do flow = gst_base_sink_wait_preroll(sink);
-    while (flow == GST_FLOW_OK && !playing_);
-    return flow;
+  // For render(): calls `attempt` in PLAYING, again after each pause and flush that made it return
+  // false. GST_FLOW_FLUSHING after a flush and on the way to READY: the buffer is lost.
+  template <class Attempt>
+  GstFlowReturn until_done(GstBaseSink* sink, Attempt attempt) const {
+    while (!playing_ || !attempt())
+      if (const GstFlowReturn flow = gst_base_sink_wait_preroll(sink); flow != GST_FLOW_OK)
+        return flow;
+    return GST_FLOW_OK;
   }
 
  private:
