@@ -38,6 +38,17 @@ pipeline.set_state(Gst.State.NULL)
 """
 
 
+def interrupt(process):
+    """As by Ctrl-C. gst-launch-1.0 takes it only once it prerolls, which may be after the first request."""
+    def takes_it():
+        caught = re.search(r"SigCgt:\s*(\w+)", pathlib.Path(f"/proc/{process.pid}/status").read_text(encoding="utf-8"))
+        return int(caught[1], 16) >> signal.SIGINT - 1 & 1
+
+    while not takes_it() and process.poll() is None:
+        pass
+    process.send_signal(signal.SIGINT)
+
+
 class InferenceServer(unittest.TestCase):
     def setUp(self):
         if not has_engine("oip"):
@@ -197,7 +208,7 @@ class InferenceServer(unittest.TestCase):
                 self.assertIn("left ", process.stdout.readline(), "no request arrived")
                 if sent:
                     process.send_signal(sent)
-                launched.send_signal(signal.SIGINT)
+                interrupt(launched)
                 try:
                     errors = launched.communicate(timeout=30)[1]
                 finally:
