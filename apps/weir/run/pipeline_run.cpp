@@ -10,7 +10,7 @@
 #include <utility>
 
 #include "run/element_properties.hpp"
-#include "run/missing_file.hpp"
+#include "run/file_error.hpp"
 
 namespace weir::app {
 namespace {
@@ -93,7 +93,7 @@ Complaint complaint_of(GstMessage* message) {
   out.debug = text_of(debug);
   out.is_closed_window =
       GST_MESSAGE_TYPE(message) == GST_MESSAGE_ERROR && is_closed_window(message, error);
-  if (!details) explain_missing_file(GST_MESSAGE_SRC(message), error, &out);
+  if (!details) explain_file_error(GST_MESSAGE_SRC(message), error, &out);
   g_clear_error(&error);
   g_free(debug);
   return out;

@@ -107,6 +107,15 @@ class Run(Case):
             self.assertEqual(done.stderr.count("error"), 1, done.stderr)
         self.refused(weir("run", f"uridecodebin uri=file://{self.folder}/stret.mp4 ! fakesink"), 1, "WEIR-4001: ", "did you mean street.mp4?")
 
+    def test_a_file_of_an_unknown_format_is_named(self):
+        path = self.folder / "notes.txt"
+        for content, words in ((b"hello\n", "the format of the file is not known"), (b"", "the file is empty")):
+            path.write_bytes(content)
+            for source in (f"filesrc location={path} ! decodebin", f"filesrc location={path} ! typefind", f"uridecodebin uri=file://{path}"):
+                done = weir("run", f"{source} ! fakesink")
+                self.refused(done, 1, f": WEIR-2002: {words}\n  offered: {path}\n  needed: a picture, a video or a sound\n")
+                self.assertEqual(done.stderr.count("error"), 1, done.stderr)
+
     def test_filters_have_their_times(self):
         model = self.folder / "model"
         model.write_text("any")

@@ -1,4 +1,4 @@
-// Names the file that a filesrc or filesink cannot open.
+// Names the file that is the reason for an error of GStreamer's elements.
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #pragma once
 #include "run/pipeline_run.hpp"
@@ -7,7 +7,8 @@ namespace weir::app {
 
 // If `element` is a filesrc whose file does not exist or is a folder, `complaint` becomes WEIR-4001
 // with a similar name of the folder. If it is a filesink whose file is a folder or lies in none
-// that exists, `complaint` becomes WEIR-4010.
-void explain_missing_file(GstObject* element, const GError* error, Complaint* complaint);
+// that exists, `complaint` becomes WEIR-4010. If it is a typefind that does not know the format of
+// a file, `complaint` becomes WEIR-2002.
+void explain_file_error(GstObject* element, const GError* error, Complaint* complaint);
 
 }  // namespace weir::app

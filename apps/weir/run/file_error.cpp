@@ -1,6 +1,6 @@
 // Looks at the location and into its folder.
 // SPDX-License-Identifier: LGPL-2.1-or-later
-#include "run/missing_file.hpp"
+#include "run/file_error.hpp"
 
 #include <filesystem>
 #include <string>
@@ -9,6 +9,7 @@
 
 #include "core/text/pasted.hpp"
 #include "core/text/text.hpp"
+#include "gstcpp/element/ref.hpp"
 
 namespace weir::app {
 namespace {
@@ -79,12 +80,41 @@ void explain_sink(const std::string& location, Complaint* complaint) {
   complaint->fix = "mkdir -p " + shell_word(folder.string());
 }
 
+// The file that an element's sink pad reads; "" if the stream comes from elsewhere.
+std::string input_file_of(GstObject* element) {
+  const auto pad =
+      gst::Ref<GstPad>::adopt(gst_element_get_static_pad(GST_ELEMENT(element), "sink"));
+  const gst::Unique<GstQuery, gst_query_unref> query(gst_query_new_uri());
+  if (!pad || !gst_pad_peer_query(pad.get(), query.get())) return "";
+  char* uri = nullptr;
+  gst_query_parse_uri(query.get(), &uri);
+  const gst::UniqueText owned(uri);
+  const gst::UniqueText path(uri ? g_filename_from_uri(uri, nullptr, nullptr) : nullptr);
+  return path ? path.get() : "";
+}
+
+void explain_format(GstObject* typefind, Complaint* complaint) {
+  const std::string file = input_file_of(typefind);
+  if (file.empty()) return;
+  std::error_code failed;
+  const bool is_empty = fs::file_size(file, failed) == 0 && !failed;
+  complaint->id = "WEIR-2002";
+  complaint->what = is_empty ? "the file is empty" : "the format of the file is not known";
+  complaint->offered = file;
+  complaint->needed = "a picture, a video or a sound";
+}
+
 }  // namespace
 
-void explain_missing_file(GstObject* element, const GError* error, Complaint* complaint) {
-  if (!error || error->domain != GST_RESOURCE_ERROR || !element) return;
+void explain_file_error(GstObject* element, const GError* error, Complaint* complaint) {
+  if (!error || !element) return;
   const auto factory = factory_of(element);
-  if (factory != "filesrc" && factory != "filesink") return;
+  if (factory == "typefind" &&
+      (g_error_matches(error, GST_STREAM_ERROR, GST_STREAM_ERROR_TYPE_NOT_FOUND) ||
+       g_error_matches(error, GST_STREAM_ERROR, GST_STREAM_ERROR_WRONG_TYPE)))
+    return explain_format(element, complaint);
+  if (error->domain != GST_RESOURCE_ERROR || (factory != "filesrc" && factory != "filesink"))
+    return;
   const std::string location = location_of(element);
   if (location.empty()) return;
   if (factory == "filesrc")
