@@ -218,7 +218,10 @@ void add_pki(CLI::App* app, PkiOptions* authority, PkiOptions* certificate) {
 void add_serve(CLI::App* app, ServeOptions* options) {
   constexpr unsigned kMostBatch = 1024, kMostWorkers = 1024, kMostWait = 10'000'000;
   auto* command = app->add_subcommand("serve", "Serve models to clients on other machines");
-  command->add_option("MODEL", options->models, "Model files, or NAME=FILE")->required();
+  command
+      ->add_option("MODEL", options->models,
+                   "Model files, or names from weir models list, or NAME=MODEL")
+      ->required();
   command
       ->add_option("--listen", options->listen,
                    "HOST:PORT or unix:PATH; default: 127.0.0.1:8001; port 0 uses a free port")

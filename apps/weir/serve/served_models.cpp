@@ -9,6 +9,7 @@
 
 #include "core/text/pasted.hpp"
 #include "inspect/model_paths.hpp"
+#include "models/catalogue.hpp"
 
 namespace weir::app {
 namespace {
@@ -34,8 +35,11 @@ bool is_port(std::string_view text) {
 Result<NamedModel> read_model(const std::string& argument) {
   const size_t equals = argument.find('=');
   const bool named = equals != std::string::npos && is_name(argument.substr(0, equals));
+  const std::string given = named ? argument.substr(equals + 1) : argument;
+  const auto file = file_of_model(given);
+  if (!file) return file.error();
   NamedModel out;
-  out.file = named ? argument.substr(equals + 1) : argument;
+  out.file = *file;
   const auto paths = paths_of(out.file);
   for (const auto& path : paths) {
     std::error_code failed;
@@ -43,11 +47,15 @@ Result<NamedModel> read_model(const std::string& argument) {
       return Error{.code = Code::MODEL_NOT_FOUND,
                    .what = "the model file does not exist",
                    .offered = path,
-                   .needed = "a model file, or NAME=FILE",
+                   .needed = "a model file, or a name of weir models list",
                    .fix = "weir serve /path/to/model.onnx"};
   }
-  out.name = named ? argument.substr(0, equals)
-                   : fs::path(paths.empty() ? "" : paths.front()).stem().string();
+  if (named)
+    out.name = argument.substr(0, equals);
+  else if (out.file != given)  // a name of the catalogue
+    out.name = given;
+  else if (!paths.empty())
+    out.name = fs::path(paths.front()).stem().string();
   if (!paths.empty() && is_name(out.name)) return out;
   return Error{.code = Code::OPTION_VALUE,
                .what = "the model needs a name that fits into an address",

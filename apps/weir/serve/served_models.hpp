@@ -26,8 +26,9 @@ struct NamedModel {
   std::string file;  // a path, or several with commas
 };
 
-// Reads "MODEL" and "NAME=MODEL"; the default name is that of the file without its extension.
-// MODEL_NOT_FOUND; OPTION_VALUE for names that addresses cannot have and for names used twice.
+// Reads "MODEL" and "NAME=MODEL", where MODEL is a file or a name of the catalogue. The default
+// name is that of the catalogue, or that of the file without its extension. MODEL_NOT_FOUND;
+// OPTION_VALUE for names that addresses cannot have and for names used twice.
 Result<std::vector<NamedModel>> read_models(const std::vector<std::string>& arguments);
 
 // Errors of options that contradict each other, in terms of the command.
