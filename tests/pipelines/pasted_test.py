@@ -130,7 +130,7 @@ class Pasted(unittest.TestCase):
 
     def assert_make_installs(self):
         """It installs packages too, so it is not run: its last step is what made the tree."""
-        steps = subprocess.run(["make", "-n", "install"], cwd=SOURCE, capture_output=True, text=True, check=True).stdout
+        steps = subprocess.run(["make", "--no-print-directory", "-n", "install"], cwd=SOURCE, capture_output=True, text=True, check=True).stdout
         self.assertIn("tools/install", steps.splitlines()[-1])
 
     def test_documents_are_installed_with_links_that_work(self):
