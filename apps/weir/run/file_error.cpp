@@ -1,4 +1,4 @@
-// Looks at the location and into its folder.
+// Asks the element for its file, and looks into its folder.
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #include "run/file_error.hpp"
 
