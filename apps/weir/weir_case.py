@@ -1,6 +1,7 @@
 # SPDX-License-Identifier: LGPL-2.1-or-later
 """Helpers shared by the tests of the command `weir`."""
 
+import json
 import os
 import pathlib
 import re
@@ -61,6 +62,15 @@ class Case(unittest.TestCase):
             if seconds > 60 or "the pipeline did not reach PLAYING" not in done.stdout + done.stderr:
                 return done
             seconds *= 4
+
+    def downloaded(self, name):
+        """A file with the name, the size and the place of a model of the catalogue, for WEIR_MODELS=self.folder. Not that model's bytes."""
+        catalogue = json.loads((SOURCE / "models" / "catalogue.json").read_text())
+        file = next(model for model in catalogue["models"] if model["name"] == name)["files"][0]
+        path = self.folder / name / file["name"]
+        path.parent.mkdir()
+        path.write_bytes(MODEL.read_bytes().ljust(file["bytes"], b"\0")[:file["bytes"]])
+        return path
 
     def runs(self, line, **environment):
         """Runs a shell command. gst-launch-1.0 cannot load a plug-in that is built with a sanitizer."""

@@ -90,12 +90,7 @@ class Inspect(Case):
         places = {"WEIR_CARD_PATH": str(SOURCE / "models" / "cards"), "WEIR_MODELS": str(self.folder)}
         for words in (("inspect",), ("card", "-o", "-"), ("bench", "--seconds", "0.05")):
             self.refused(weir(*words, "mnist", **places), 1, "WEIR-3003: the model has not been downloaded", "fix: weir models get mnist\n")
-        catalogue = json.loads((SOURCE / "models" / "catalogue.json").read_text())
-        file = next(model for model in catalogue["models"] if model["name"] == "mnist")["files"][0]
-        fetched = self.folder / "mnist" / file["name"]
-        fetched.parent.mkdir()
-        fetched.write_bytes(MODEL.read_bytes().ljust(file["bytes"], b"\0")[:file["bytes"]])
-        self.assertIn(str(fetched), weir("inspect", "mnist", **places).stderr)
+        self.assertIn(str(self.downloaded("mnist")), weir("inspect", "mnist", **places).stderr)
         self.refused(weir("inspect", "mnisst", **places), 1, "WEIR-3003: the model file does not exist", "offered: mnisst")
 
     def test_a_model_without_pictures_needs_no_card(self):

@@ -2,8 +2,6 @@
 # SPDX-License-Identifier: LGPL-2.1-or-later
 """Tests of the options of `weir serve`, and of its pipelines."""
 
-import json
-
 import tap_runner
 from weir_case import MODEL, SOURCE, Case, weir
 
@@ -58,14 +56,10 @@ class Options(Case):
         places = {"WEIR_CARD_PATH": str(SOURCE / "models" / "cards"), "WEIR_MODELS": str(self.folder)}
         for model in ("mnist", "digits=mnist"):
             self.refused(weir("serve", model, **places), 1, "WEIR-3003: the model has not been downloaded", "fix: weir models get mnist\n")
-        catalogue = json.loads((SOURCE / "models" / "catalogue.json").read_text())
-        file = next(model for model in catalogue["models"] if model["name"] == "mnist")["files"][0]
-        fetched = self.folder / "mnist" / file["name"]
-        fetched.parent.mkdir()
-        fetched.write_bytes(bytes(file["bytes"]))
+        file = self.downloaded("mnist")
         one, two = self.good(weir("serve", "--dry-run", "mnist", "digits=mnist", **places)).splitlines()
-        self.assertIn(f" model-name=mnist host=127.0.0.1 port=8001 ! tensor_filter name=mnist-filter framework=auto model={fetched} !", one)
-        self.assertIn(f" model-name=digits host=127.0.0.1 port=8001 ! tensor_filter name=digits-filter framework=auto model={fetched} !", two)
+        self.assertIn(f" model-name=mnist host=127.0.0.1 port=8001 ! tensor_filter name=mnist-filter framework=auto model={file} !", one)
+        self.assertIn(f" model-name=digits host=127.0.0.1 port=8001 ! tensor_filter name=digits-filter framework=auto model={file} !", two)
 
     def test_addresses_that_cannot_be_read_are_errors(self):
         for address in ("8001", "host", ":8001", "host:", "host:70000", "host:-1", "::1:8001", "a b:1", "unix:", ""):
