@@ -14,7 +14,7 @@ def literal(text):
 def main():
     function, folder, output, names = sys.argv[1], pathlib.Path(sys.argv[2]), pathlib.Path(sys.argv[3]), sys.argv[4:]
     parts = ["// Files of the sources, as apps/weir/embed.py wrote them.", '#include "embedded_files.hpp"',
-             "namespace weir::app {", "namespace {"]
+             "namespace weir::app {", f"namespace {function}_data {{"]
     numbers, rows = {}, []
     for name in names:
         file, _, kept = name.partition("=")
@@ -24,8 +24,8 @@ def main():
             parts.append(f"constexpr char kText{numbers[kept]}[] = {{{text}}};")
         group, _, file = file.partition("/")
         rows.append(f'{{"{group}", "{file}", {{kText{numbers[kept]}, sizeof kText{numbers[kept]}}}}}')
-    parts += [f"constexpr EmbeddedFile kFiles[] = {{{', '.join(rows)}}};", "}  // namespace",
-              f"std::span<const EmbeddedFile> {function}() noexcept {{ return kFiles; }}", "}  // namespace weir::app", ""]
+    parts += [f"constexpr EmbeddedFile kFiles[] = {{{', '.join(rows)}}};", f"}}  // namespace {function}_data",
+              f"std::span<const EmbeddedFile> {function}() noexcept {{ return {function}_data::kFiles; }}", "}  // namespace weir::app", ""]
     output.write_text("\n".join(parts), encoding="utf-8")
 
 

@@ -138,23 +138,23 @@ int open(const weir_converter_type& type, const char* script, void** priv) {
   });
 }
 
-Slots<NNStreamerExternalConverter, weir_converter_type>& slots();
+Slots<NNStreamerExternalConverter, weir_converter_type>& converter_slots();
 
 template <size_t Number>
-struct Functions {
+struct ConverterFunctions {
   static NNStreamerExternalConverter descriptor() {
     NNStreamerExternalConverter converter{};
     converter.convert = [](GstBuffer* in, GstTensorsConfig* config, void* priv) {
-      return convert(slots().type(Number), in, config, priv);
+      return convert(converter_slots().type(Number), in, config, priv);
     };
     converter.get_out_config = [](const GstCaps* caps, GstTensorsConfig* config) {
-      return output_config(slots().type(Number), caps, config);
+      return output_config(converter_slots().type(Number), caps, config);
     };
     converter.query_caps = [](const GstTensorsConfig*) {
-      return gst_caps_from_string(slots().type(Number).caps);
+      return gst_caps_from_string(converter_slots().type(Number).caps);
     };
     converter.open = [](const char* script, void** priv) {
-      return open(slots().type(Number), script, priv);
+      return open(converter_slots().type(Number), script, priv);
     };
     converter.close = [](void** priv) {
       if (!priv) return;
@@ -165,9 +165,9 @@ struct Functions {
   }
 };
 
-Slots<NNStreamerExternalConverter, weir_converter_type>& slots() {
+Slots<NNStreamerExternalConverter, weir_converter_type>& converter_slots() {
   using All = Slots<NNStreamerExternalConverter, weir_converter_type>;
-  const auto make = []<size_t Number>() { return Functions<Number>::descriptor(); };
+  const auto make = []<size_t Number>() { return ConverterFunctions<Number>::descriptor(); };
   static auto& all = *new All(slot_table(make, std::make_index_sequence<All::kMost>()));
   return all;
 }
@@ -177,7 +177,7 @@ Slots<NNStreamerExternalConverter, weir_converter_type>& slots() {
 Result<const NNStreamerExternalConverter*> builtin_converter(const char* name) {
   const auto type = infer::ModuleLibrary::instance().converter(name);
   if (!type) return type.error();
-  return slots().of(**type, [&](NNStreamerExternalConverter& converter, size_t) {
+  return converter_slots().of(**type, [&](NNStreamerExternalConverter& converter, size_t) {
     converter.name = (*type)->name;
   });
 }

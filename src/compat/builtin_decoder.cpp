@@ -125,7 +125,7 @@ class OpenDecoder {
   std::optional<FrameSpec> configured_;
 };
 
-OpenDecoder* opened(void** priv) {
+OpenDecoder* opened_decoder(void** priv) {
   return static_cast<OpenDecoder*>(*priv);
 }
 
@@ -182,7 +182,7 @@ int set_option(void** priv, int number, const char* value) {
   if (!is_open("setOption", priv) || !given("setOption", {value})) return FALSE;
   if (number < 0 || number >= kOptions) return FALSE;
   return or_else("setOption", FALSE, [&] {
-    opened(priv)->set_option(static_cast<size_t>(number), value);
+    opened_decoder(priv)->set_option(static_cast<size_t>(number), value);
     return TRUE;
   });
 }
@@ -191,7 +191,7 @@ GstCaps* output_caps(void** priv, const GstTensorsConfig* config) {
   if (!is_open("getOutCaps", priv) || !given("getOutCaps", {config})) return nullptr;
   if (!can_be("getOutCaps", config->info)) return nullptr;
   return or_else<GstCaps*>("getOutCaps", nullptr, [&]() -> GstCaps* {
-    auto caps = opened(priv)->configure(spec_of(*config));
+    auto caps = opened_decoder(priv)->configure(spec_of(*config));
     if (caps) return caps->release();
     warn("getOutCaps", caps.error());
     return nullptr;
@@ -206,7 +206,7 @@ GstFlowReturn decode(void** priv, const GstTensorsConfig* config, const GstTenso
     const auto spec = spec_of(*config);
     auto tensors = tensors_of(spec, *config, input);
     gst_buffer_remove_all_memory(outbuf);
-    const auto kept = tensors ? opened(priv)->decode(spec, *std::move(tensors), outbuf)
+    const auto kept = tensors ? opened_decoder(priv)->decode(spec, *std::move(tensors), outbuf)
                               : Result<bool>(tensors.error());
     if (kept) return *kept ? GST_FLOW_OK : GST_FLOW_CUSTOM_SUCCESS;
     warn("decode", kept.error());
@@ -214,16 +214,16 @@ GstFlowReturn decode(void** priv, const GstTensorsConfig* config, const GstTenso
   });
 }
 
-Slots<GstTensorDecoderDef, weir_decoder_type>& slots();
+Slots<GstTensorDecoderDef, weir_decoder_type>& decoder_slots();
 
 template <size_t Number>
-struct Functions {
+struct DecoderFunctions {
   static GstTensorDecoderDef descriptor() {
     GstTensorDecoderDef decoder{};
     decoder.init = [](void** priv) -> int {
       if (!given("init", {priv})) return FALSE;
       return or_else("init", FALSE, [&] {
-        *priv = new OpenDecoder(slots().type(Number));
+        *priv = new OpenDecoder(decoder_slots().type(Number));
         return TRUE;
       });
     };
@@ -237,9 +237,9 @@ struct Functions {
   }
 };
 
-Slots<GstTensorDecoderDef, weir_decoder_type>& slots() {
+Slots<GstTensorDecoderDef, weir_decoder_type>& decoder_slots() {
   using All = Slots<GstTensorDecoderDef, weir_decoder_type>;
-  const auto make = []<size_t Number>() { return Functions<Number>::descriptor(); };
+  const auto make = []<size_t Number>() { return DecoderFunctions<Number>::descriptor(); };
   static auto& all = *new All(slot_table(make, std::make_index_sequence<All::kMost>()));
   return all;
 }
@@ -249,7 +249,7 @@ Slots<GstTensorDecoderDef, weir_decoder_type>& slots() {
 Result<const GstTensorDecoderDef*> builtin_decoder(const char* name) {
   const auto type = infer::ModuleLibrary::instance().decoder(name);
   if (!type) return type.error();
-  return slots().of(**type, [&](GstTensorDecoderDef& decoder, size_t) {
+  return decoder_slots().of(**type, [&](GstTensorDecoderDef& decoder, size_t) {
     decoder.modename = const_cast<char*>((*type)->name);
   });
 }

@@ -22,12 +22,12 @@ using Framework = GstTensorFilterFramework;
 using Infos = std::vector<weir_tensor_info>;
 using Pairs = std::vector<std::pair<std::string, std::string>>;
 
-Slots<Framework, weir_engine>& slots();
+Slots<Framework, weir_engine>& filter_slots();
 
 struct OpenModel {
   std::unique_ptr<direct::DirectModel> model;
 };
-OpenModel* opened(void* priv) {
+OpenModel* opened_filter(void* priv) {
   return static_cast<OpenModel*>(priv);
 }
 
@@ -113,7 +113,7 @@ int open(const weir_engine& engine, const GstTensorFilterProperties* prop, void*
 
 void close(const GstTensorFilterProperties*, void** priv) {
   if (!priv) return;
-  const std::unique_ptr<OpenModel> owner(opened(std::exchange(*priv, nullptr)));
+  const std::unique_ptr<OpenModel> owner(opened_filter(std::exchange(*priv, nullptr)));
 }
 
 // Open extents of the model are 1 until the caller sets them.
@@ -151,7 +151,7 @@ int get_model_info(const Framework*, const GstTensorFilterProperties*, void* pri
                    model_info_ops op, GstTensorsInfo* in, GstTensorsInfo* out) {
   if (!given("getModelInfo", {priv, in, out})) return -EINVAL;
   return or_else("getModelInfo", -EINVAL, [&] {
-    auto& model = *opened(priv)->model;
+    auto& model = *opened_filter(priv)->model;
     if (op == GET_IN_OUT_INFO) return model_tensors(model, in, out);
     return op == SET_INPUT_INFO ? set_inputs(model, *in, out) : -ENOENT;
   });
@@ -205,7 +205,7 @@ int invoke(const Framework*, GstTensorFilterProperties* prop, void* priv,
   if (!given("invoke", {prop, priv, input, output})) return -EINVAL;
   if (!can_be("invoke", prop->input_meta)) return -EINVAL;
   return or_else("invoke", -EINVAL, [&] {
-    auto& model = *opened(priv)->model;
+    auto& model = *opened_filter(priv)->model;
     const auto outcome = model.invoke(input_tensors(model.inputs(), prop->input_meta, input));
     if (!outcome) return no("invoke", outcome.error());
     return outcome->dropped ? 1 : hand_over(outcome->results, prop, output);
@@ -270,19 +270,19 @@ int handle_event(const Framework* self, const GstTensorFilterProperties* prop, v
     void* reopened = nullptr;
     const int result = open(engine_of_slot(self), &properties, &reopened);
     if (result < 0) return result;
-    const std::unique_ptr<OpenModel> old(opened(reopened));
-    std::swap(old->model, opened(priv)->model);
+    const std::unique_ptr<OpenModel> old(opened_filter(reopened));
+    std::swap(old->model, opened_filter(priv)->model);
     return 0;
   });
 }
 
 template <size_t Number>
-struct Functions {
+struct FilterFunctions {
   static Framework descriptor() {
     Framework framework{};
     framework.version = GST_TENSOR_FILTER_FRAMEWORK_V1;
     framework.open = [](const GstTensorFilterProperties* prop, void** priv) {
-      return open(slots().type(Number), prop, priv);
+      return open(filter_slots().type(Number), prop, priv);
     };
     framework.close = close;
     framework.invoke = invoke;
@@ -293,9 +293,9 @@ struct Functions {
   }
 };
 
-Slots<Framework, weir_engine>& slots() {
+Slots<Framework, weir_engine>& filter_slots() {
   using Numbers = std::make_index_sequence<Slots<Framework, weir_engine>::kMost>;
-  const auto make = []<size_t Number>() { return Functions<Number>::descriptor(); };
+  const auto make = []<size_t Number>() { return FilterFunctions<Number>::descriptor(); };
   static auto& all = *new Slots<Framework, weir_engine>(slot_table(make, Numbers()));
   return all;
 }
@@ -305,7 +305,7 @@ Slots<Framework, weir_engine>& slots() {
 Result<const Framework*> builtin_filter(const char* name) {
   const auto engine = infer::ModuleLibrary::instance().engine(name);
   if (!engine) return engine.error();
-  return slots().of(**engine, [&](Framework& framework, size_t) {
+  return filter_slots().of(**engine, [&](Framework& framework, size_t) {
     framework.subplugin_data = const_cast<weir_engine*>(*engine);
   });
 }

@@ -17,7 +17,7 @@ namespace {
 
 namespace fs = std::filesystem;
 
-constexpr size_t kLongestName = 64;
+constexpr size_t kMaxClassName = 64;
 
 constexpr std::string_view kHead =
     R"(/* NAME, a custom filter: tensor_filter framework=custom model=$PWD/FILE.so
@@ -143,9 +143,9 @@ std::string filled(std::string text, const CustomClassOptions& options, const st
   return out;
 }
 
-Status check_name(const std::string& name) {
+Status check_class_name(const std::string& name) {
   const auto plain = [](unsigned char c) { return c < 128 && (std::isalnum(c) || c == '_'); };
-  if (!name.empty() && name.size() <= kLongestName && !std::isdigit(name[0]) &&
+  if (!name.empty() && name.size() <= kMaxClassName && !std::isdigit(name[0]) &&
       std::all_of(name.begin(), name.end(), plain))
     return ok();
   return Error{.code = Code::OPTION_VALUE,
@@ -159,7 +159,7 @@ Status check_base(const std::string& base) {
   const auto plain = [](unsigned char c) {
     return c < 128 && (std::isalnum(c) || c == '_' || c == '-' || c == '.');
   };
-  if (!base.empty() && base.size() <= kLongestName && std::all_of(base.begin(), base.end(), plain))
+  if (!base.empty() && base.size() <= kMaxClassName && std::all_of(base.begin(), base.end(), plain))
     return ok();
   return Error{.code = Code::OPTION_VALUE,
                .what = "this cannot be part of a file name",
@@ -186,7 +186,7 @@ Status write(const fs::path& path, const std::string& text) {
 
 int new_custom_class(const CustomClassOptions& options) {
   const std::string base = options.base.empty() ? options.name : options.base;
-  for (const Status& status : {check_name(options.name), check_base(base)})
+  for (const Status& status : {check_class_name(options.name), check_base(base)})
     if (!status) return report(status.error(), false);
   const std::string file = "nnstreamer_customfilter_" + base;
   std::string source(kHead);

@@ -19,7 +19,7 @@ namespace {
 
 namespace fs = std::filesystem;
 
-constexpr size_t kLongestName = 64;
+constexpr size_t kMaxModuleName = 64;
 constexpr std::string_view kFilter = "filter";
 constexpr const char* kLanguages[] = {"c", "c++", "lua", "python"};
 
@@ -48,7 +48,7 @@ Status check_name(const NewModuleOptions& options) {
   const auto plain = [](unsigned char c) {
     return c < 128 && (std::islower(c) || std::isdigit(c) || c == '-' || c == '_');
   };
-  const bool good = !name.empty() && name.size() <= kLongestName && name[0] >= 'a' &&
+  const bool good = !name.empty() && name.size() <= kMaxModuleName && name[0] >= 'a' &&
                     name[0] <= 'z' && std::all_of(name.begin(), name.end(), plain) &&
                     name != "auto" && name != "any";
   if (good) return ok();

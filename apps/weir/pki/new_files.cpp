@@ -35,7 +35,7 @@ int write_temporary(const NewFile& file, std::string* name) {
   if (descriptor < 0) return errno;
   int error = fchmod(descriptor, file.mode) == 0 ? 0 : errno;
   for (size_t done = 0; error == 0 && done < file.text.size();) {
-    const ssize_t count = write(descriptor, file.text.data() + done, file.text.size() - done);
+    const ssize_t count = ::write(descriptor, file.text.data() + done, file.text.size() - done);
     if (count >= 0)
       done += static_cast<size_t>(count);
     else if (errno != EINTR)

@@ -13,7 +13,7 @@
 namespace weir::app {
 namespace {
 
-constexpr double kWidth = 184, kHeight = 98, kAcross = 130, kBetween = 30, kMargin = 30;
+constexpr double kBoxWidth = 184, kBoxHeight = 98, kAcross = 130, kBetween = 30, kMargin = 30;
 constexpr double kBar = 10;                 // of work and waiting, at the bottom of a box
 constexpr size_t kColumns = 4;              // on a line
 constexpr double kGutter = 76, kTrack = 5;  // between lines; between arrows there
@@ -21,7 +21,7 @@ constexpr double kParallel = 44;            // between links of the same two ele
 constexpr double kTip = 7;
 constexpr size_t kLabel = 20;  // characters between two boxes
 
-std::string number(double value) {
+std::string coordinate(double value) {
   return fixed(value, 1);
 }
 
@@ -44,22 +44,22 @@ class Page {
     double y = kMargin / 2;
     for (size_t line = 0; line < lines; ++line) {
       top_.push_back(y);
-      y += std::max(end_row[line] - first_row_[line], 1.0) * (kHeight + kBetween) - kBetween;
+      y += std::max(end_row[line] - first_row_[line], 1.0) * (kBoxHeight + kBetween) - kBetween;
       bottom_.push_back(y);
       y += kGutter;
     }
     height_ = lines == 0 ? kMargin : bottom_.back() + kMargin / 2;
     const auto columns =
         static_cast<double>(std::min(std::max<size_t>(layout.columns, 1), kColumns));
-    width_ = 2 * kMargin + columns * (kWidth + kAcross) - kAcross;
+    width_ = 2 * kMargin + columns * (kBoxWidth + kAcross) - kAcross;
   }
 
   static double left(const trace::Place& place) {
-    return kMargin + static_cast<double>(place.column % kColumns) * (kWidth + kAcross);
+    return kMargin + static_cast<double>(place.column % kColumns) * (kBoxWidth + kAcross);
   }
   double middle(const trace::Place& place) const {
     const size_t line = line_of(place);
-    return top_[line] + (place.row - first_row_[line]) * (kHeight + kBetween) + kHeight / 2;
+    return top_[line] + (place.row - first_row_[line]) * (kBoxHeight + kBetween) + kBoxHeight / 2;
   }
   static size_t line_of(const trace::Place& place) { return place.column / kColumns; }
   double below(size_t line) const { return bottom_[line]; }
@@ -72,13 +72,14 @@ class Page {
 };
 
 std::string line(double y, const char* kind, const std::string& text) {
-  return "<text class=\"" + std::string(kind) + "\" x=\"10\" y=\"" + number(y) + "\">" +
+  return "<text class=\"" + std::string(kind) + "\" x=\"10\" y=\"" + coordinate(y) + "\">" +
          escaped(text) + "</text>";
 }
 
 std::string rectangle(const char* kind, double x, double y, double width, double height) {
-  return "<rect class=\"" + std::string(kind) + "\" x=\"" + number(x) + "\" y=\"" + number(y) +
-         "\" width=\"" + number(width) + "\" height=\"" + number(height) + "\"/>";
+  return "<rect class=\"" + std::string(kind) + "\" x=\"" + coordinate(x) + "\" y=\"" +
+         coordinate(y) + "\" width=\"" + coordinate(width) + "\" height=\"" + coordinate(height) +
+         "\"/>";
 }
 
 std::string percent(double share) {
@@ -87,7 +88,7 @@ std::string percent(double share) {
 
 // Work from the left, waiting after it; the whole width is all of the time.
 std::string share_bar(double work, double waiting) {
-  const double all = kWidth - 20, y = kHeight - kBar - 8;
+  const double all = kBoxWidth - 20, y = kBoxHeight - kBar - 8;
   const double worked = std::clamp(work, 0.0, 1.0) * all;
   const double waited = std::clamp(waiting, 0.0, 1.0) * all;
   return rectangle("track", 10, y, all, kBar) + rectangle("work", 10, y, worked, kBar) +
@@ -113,10 +114,10 @@ std::string box(double x, double y, const Json& trace, const Json& element,
   std::string factory = element["factory"];
   const Json& bin = trace["elements"][element["parent"].get<size_t>()];
   if (!bin["parent"].is_null()) factory += ", in " + bin["name"].get<std::string>();
-  std::string out = "<g class=\"element\" transform=\"translate(" + number(x) + "," + number(y) +
-                    ")\"><title>" + escaped(tooltip(element)) + "</title><rect class=\"" + kind +
-                    "\" width=\"" + number(kWidth) + "\" height=\"" + number(kHeight) +
-                    "\" rx=\"6\"/>";
+  std::string out = "<g class=\"element\" transform=\"translate(" + coordinate(x) + "," +
+                    coordinate(y) + ")\"><title>" + escaped(tooltip(element)) +
+                    "</title><rect class=\"" + kind + "\" width=\"" + coordinate(kBoxWidth) +
+                    "\" height=\"" + coordinate(kBoxHeight) + "\" rx=\"6\"/>";
   out += line(19, "name", shortened(name, 21)) + line(34, "factory", shortened(factory, 27));
   out += line(51, "number",
               fixed(std::max(in, out_frames), 0) + " frames" +
@@ -168,15 +169,15 @@ class Arrow {
       : page_(page),
         gutters_(gutters),
         at_(&from),
-        x_(Page::left(from) + kWidth),
+        x_(Page::left(from) + kBoxWidth),
         y_(page.middle(from) + aside) {
-    path_ = "M" + number(x_) + "," + number(y_);
+    path_ = "M" + coordinate(x_) + "," + coordinate(y_);
   }
 
   void through(const trace::Place& place) {
     const bool forward = place.column > at_->column;
-    reach(place, Page::left(place) + (forward ? 0 : kWidth), 0);
-    curve(Page::left(place) + (forward ? kWidth : 0), page_.middle(place));
+    reach(place, Page::left(place) + (forward ? 0 : kBoxWidth), 0);
+    curve(Page::left(place) + (forward ? kBoxWidth : 0), page_.middle(place));
   }
   void end(const trace::Place& place, double aside) {
     reach(place, Page::left(place) - kTip, aside);
@@ -200,8 +201,8 @@ class Arrow {
     label_x_ = x_ + half;
     label_y_ = (y_ + y) / 2;
     label_half_ = 0;
-    path_ += " C" + number(x_ + half) + "," + number(y_) + " " + number(x - half) + "," +
-             number(y) + " " + number(x) + "," + number(y);
+    path_ += " C" + coordinate(x_ + half) + "," + coordinate(y_) + " " + coordinate(x - half) +
+             "," + coordinate(y) + " " + coordinate(x) + "," + coordinate(y);
     x_ = x;
     y_ = y;
   }
@@ -214,8 +215,8 @@ class Arrow {
     label_x_ = kMargin + (page_.width() - 2 * kMargin) * track.along;
     label_y_ = middle;
     label_half_ = track.half;
-    path_ += " H" + number(forward ? right : left) + " V" + number(level) + " H" +
-             number(forward ? left : right) + " V" + number(y) + " H" + number(x);
+    path_ += " H" + coordinate(forward ? right : left) + " V" + coordinate(level) + " H" +
+             coordinate(forward ? left : right) + " V" + coordinate(y) + " H" + coordinate(x);
     x_ = x;
     y_ = y;
   }
@@ -230,8 +231,8 @@ class Arrow {
 };
 
 std::string label(double x, double y, const std::string& text) {
-  return "<text class=\"count\" x=\"" + number(x) + "\" y=\"" + number(y) + "\">" + escaped(text) +
-         "</text>";
+  return "<text class=\"count\" x=\"" + coordinate(x) + "\" y=\"" + coordinate(y) + "\">" +
+         escaped(text) + "</text>";
 }
 
 // `aside`: how far it is moved down, where two elements have several links.
@@ -288,7 +289,7 @@ std::string graph_picture(const Json& trace, const std::vector<size_t>& shown,
   }
   const trace::Layout layout = trace::lay_out(shown.size(), arrows);
   const Page page(layout);
-  const std::string width = number(page.width()), height = number(page.height());
+  const std::string width = coordinate(page.width()), height = coordinate(page.height());
   std::string out = zoom_buttons() + "<div class=\"wide\"><svg id=\"graph\" role=\"img\" width=\"" +
                     width + "\" height=\"" + height + "\" viewBox=\"0 0 " + width + " " + height +
                     "\"><defs><marker id=\"tip\" viewBox=\"0 0 8 8\" refX=\"1\" refY=\"4\" "
@@ -306,7 +307,7 @@ std::string graph_picture(const Json& trace, const std::vector<size_t>& shown,
   }
   for (size_t i = 0; i < shown.size(); ++i) {
     const trace::Place& place = layout.boxes[i];
-    out += box(Page::left(place), page.middle(place) - kHeight / 2, trace,
+    out += box(Page::left(place), page.middle(place) - kBoxHeight / 2, trace,
                trace["elements"][shown[i]], marked);
   }
   return out + "</svg></div>\n";

@@ -47,7 +47,7 @@ Error unknown(const std::string& name, const std::string& library) {
                .fix = fix};
 }
 
-Result<FoundEngine> find(const weir_open& request) {
+Result<FoundEngine> find_class_engine(const weir_open& request) {
   if (request.n_models < 1 || request.n_models > 2)
     return Error{.code = Code::OPTION_VALUE,
                  .what = "a filter class has a name and optionally a library",
@@ -71,7 +71,7 @@ Result<FoundEngine> find(const weir_open& request) {
   return FoundEngine{engine, *tables, request.n_models};
 }
 
-Error refused(const std::string& name, const std::string& why, const std::string& needed) {
+Error refused_class(const std::string& name, const std::string& why, const std::string& needed) {
   return Error{.code = Code::OPTION_VALUE,
                .what = "the filter class " + name + " cannot be registered",
                .offered = why,
@@ -79,16 +79,16 @@ Error refused(const std::string& name, const std::string& why, const std::string
 }
 
 Status add(const std::string& name, const weir_module* (*entry)(const weir_host*)) {
-  if (!can_be_a_name(name)) return refused('"' + name + '"', "its name", kNameNeeded);
-  if (!entry) return refused(name, "no entry", "the function that returns its engine");
-  if (classes().find(name)) return refused(name, "another class has this name", kNameFree);
+  if (!can_be_a_name(name)) return refused_class('"' + name + '"', "its name", kNameNeeded);
+  if (!entry) return refused_class(name, "no entry", "the function that returns its engine");
+  if (classes().find(name)) return refused_class(name, "another class has this name", kNameFree);
   auto tables = infer::ModuleTables::copy(entry(&infer::host()), name);
   if (!tables) return tables.error();
   const auto* engines = (*tables)->module().engines;
   if (!engines[0] || engines[1])
     return infer::module_refused(name, engines[0] ? "several engines" : "no engine", "one engine");
   if (!classes().add(name, *std::move(tables)))
-    return refused(name, "another class has this name", kNameFree);
+    return refused_class(name, "another class has this name", kNameFree);
   return ok();
 }
 
@@ -96,7 +96,7 @@ Status add(const std::string& name, const weir_module* (*entry)(const weir_host*
 
 const weir_engine& cpp_engine() {
   static const weir_engine kTable = [] {
-    weir_engine table = forwarding_table<find>();
+    weir_engine table = forwarding_table<find_class_engine>();
     table.name = "cpp";
     table.flags = WEIR_ENGINE_MODEL_IS_NO_FILE;
     return table;

@@ -17,7 +17,7 @@
 namespace weir::decoders {
 namespace {
 
-constexpr char kOptions[] =
+constexpr char kSegmentOptions[] =
     R"([{"name":"option1","type":"tflite-deeplab|snpe-deeplab|snpe-depth","default":"",)"
     R"("help":"Content of the tensor: scores, class numbers or depths"},)"
     R"({"name":"option2","type":"integer","default":"20",)"
@@ -28,13 +28,13 @@ constexpr float kThreshold = 0.5f;  // a class needs a greater score
 constexpr size_t kPart = 2048;  // pixels that are decoded and painted while they are in the cache
 
 enum class Scheme { Scores, ClassNumbers, Depths };
-constexpr std::array kSchemes{Scheme::Scores, Scheme::ClassNumbers, Scheme::Depths};
+constexpr std::array kSegmentSchemes{Scheme::Scores, Scheme::ClassNumbers, Scheme::Depths};
 
 Scheme read_scheme(const Options& options) {
   static const std::vector<std::string> names{"tflite-deeplab", "snpe-deeplab", "snpe-depth"};
   const std::string name(options.get("option1").value_or(""));
   if (const auto found = std::find(names.begin(), names.end(), name); found != names.end())
-    return kSchemes[static_cast<size_t>(found - names.begin())];
+    return kSegmentSchemes[static_cast<size_t>(found - names.begin())];
   if (!name.empty()) {
     Error error = not_one_of("option1 is not a kind of segmentation", "option1=" + name, names);
     const std::string close = nearest(name, names);
@@ -210,7 +210,8 @@ class ImageSegment {
 }  // namespace
 
 const weir_decoder_type& image_segment() {
-  static const weir_decoder_type table = decoder_table<ImageSegment>("image_segment", "", kOptions);
+  static const weir_decoder_type table =
+      decoder_table<ImageSegment>("image_segment", "", kSegmentOptions);
   return table;
 }
 

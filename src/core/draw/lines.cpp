@@ -10,14 +10,14 @@
 namespace weir::draw {
 namespace {
 
-constexpr double kFar = 1e7;  // pixels; corners farther away make no visible difference
+constexpr double kFarPixels = 1e7;  // pixels; corners farther away make no visible difference
 
 bool is_finite(const Point& p) noexcept {
   return std::isfinite(p.x) && std::isfinite(p.y);
 }
 
 Point bounded(const Point& p) noexcept {
-  return {std::clamp(p.x, -kFar, kFar), std::clamp(p.y, -kFar, kFar)};
+  return {std::clamp(p.x, -kFarPixels, kFarPixels), std::clamp(p.y, -kFarPixels, kFarPixels)};
 }
 
 // The first pixel whose centre is at or after `at`.
@@ -29,7 +29,7 @@ int64_t first_pixel(double at) noexcept {
 
 void fill_convex(std::span<const Point> corners, const Paint& paint, Canvas* canvas) noexcept {
   if (corners.size() < 3 || !std::all_of(corners.begin(), corners.end(), is_finite)) return;
-  double top = kFar, bottom = -kFar;
+  double top = kFarPixels, bottom = -kFarPixels;
   for (const Point& corner : corners) {
     top = std::min(top, bounded(corner).y);
     bottom = std::max(bottom, bounded(corner).y);

@@ -12,7 +12,7 @@ namespace {
 
 constexpr double kRounding = std::numeric_limits<double>::epsilon();
 
-double threshold_at(size_t index) noexcept {
+double hota_threshold_at(size_t index) noexcept {
   return 0.05 * static_cast<double>(index + 1);
 }
 
@@ -76,7 +76,7 @@ std::array<HotaCounts, kHotaThresholds> hota_counts(const Sequence& sequence) {
       if (!matches[t]) continue;
       const double overlap = frame.overlaps.at(t, *matches[t]);
       PairCounts& pair = pairs[frame.truth[t] * columns + frame.found[*matches[t]]];
-      for (size_t a = 0; a < kHotaThresholds && overlap >= threshold_at(a) - kRounding; ++a) {
+      for (size_t a = 0; a < kHotaThresholds && overlap >= hota_threshold_at(a) - kRounding; ++a) {
         ++out[a].matches, --out[a].missed, --out[a].false_found;
         ++pair[a];
       }

@@ -71,7 +71,7 @@ const Detector& palm() {
                                  {{192, {{8, 2}, {16, 6}}}, {256, {{8, 2}, {16, 2}, {32, 6}}}}};
   return detector;
 }
-const Detector& blazepose() {
+const Detector& blazepose_detector() {
   static const Detector detector{&kBlazeposeDetection,
                                  4,
                                  Region::AroundFirstPoint,
@@ -79,7 +79,7 @@ const Detector& blazepose() {
   return detector;
 }
 
-struct Layout {
+struct DetectorLayout {
   size_t boxes, scores;  // outputs
   const Variant* variant;
 };
@@ -94,13 +94,13 @@ const Variant* variant_of(const Detector& detector, size_t anchors, PictureSize 
   return found;
 }
 
-std::optional<Layout> layout_of(const Detector& detector, const ModelFacts& model) {
+std::optional<DetectorLayout> layout_of(const Detector& detector, const ModelFacts& model) {
   if (model.outputs.size() != 2) return std::nullopt;
   for (const size_t boxes : {0u, 1u}) {
     const size_t count = matrix_rows(model.outputs[boxes], kBox + 2 * detector.points);
     if (count == 0 || matrix_rows(model.outputs[1 - boxes], 1) != count) continue;
     if (const Variant* variant = variant_of(detector, count, model.input))
-      return Layout{boxes, 1 - boxes, variant};
+      return DetectorLayout{boxes, 1 - boxes, variant};
   }
   return std::nullopt;
 }
@@ -127,7 +127,7 @@ float rotation_of(const results::KeyPoint& from, const results::KeyPoint& to) no
 
 class AnchorHead final : public Head {
  public:
-  AnchorHead(const Detector& detector, const Layout& layout, float threshold)
+  AnchorHead(const Detector& detector, const DetectorLayout& layout, float threshold)
       : detector_(detector),
         layout_(layout),
         threshold_(threshold),
@@ -205,7 +205,7 @@ class AnchorHead final : public Head {
   }
 
   const Detector& detector_;
-  Layout layout_;
+  DetectorLayout layout_;
   float threshold_;
   std::vector<results::KeyPoint> anchors_;
 };
@@ -254,7 +254,7 @@ const Family kBlazeposeDetection{.name = "blazepose-detection",
                                  .outputs = "2 tensors 12:N and 1:N, N = 2254 or 896",
                                  .custom = "",
                                  .threshold = 0.5f,
-                                 .fit = fit<blazepose>,
-                                 .open = open<blazepose>};
+                                 .fit = fit<blazepose_detector>,
+                                 .open = open<blazepose_detector>};
 
 }  // namespace weir::heads

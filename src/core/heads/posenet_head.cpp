@@ -16,7 +16,7 @@ using detection::kPoseNetPoints;
 using detection::PictureSize;
 using detection::PoseNetMaps;
 
-struct Layout {
+struct PoseNetLayout {
   size_t width, height;  // cells
   size_t heat, offsets;  // outputs
   // With both vectors in one output, and with one output for each; or neither.
@@ -37,19 +37,19 @@ std::vector<size_t> grids_of(const ModelFacts& model, size_t values, size_t widt
 }
 
 // Where output `heat` has the heat maps; nullopt if it cannot have them.
-std::optional<Layout> layout_around(const ModelFacts& model, size_t heat) {
+std::optional<PoseNetLayout> layout_around(const ModelFacts& model, size_t heat) {
   const Shape& shape = model.outputs[heat].shape;
   if (shape[0] != kPoseNetPoints || shape[1] < 2 || shape[2] < 2) return std::nullopt;
   const auto grids = [&](size_t values) { return grids_of(model, values, shape[1], shape[2]); };
   const auto offsets = grids(2 * kPoseNetPoints);
   if (offsets.size() != 1 || grids(kPoseNetPoints).size() != 1) return std::nullopt;
-  Layout layout{.width = shape[1],
-                .height = shape[2],
-                .heat = heat,
-                .offsets = offsets[0],
-                .vectors = {},
-                .forward = {},
-                .backward = {}};
+  PoseNetLayout layout{.width = shape[1],
+                       .height = shape[2],
+                       .heat = heat,
+                       .offsets = offsets[0],
+                       .vectors = {},
+                       .forward = {},
+                       .backward = {}};
   if (const auto both = grids(4 * kPoseNetEdges); both.size() == 1) layout.vectors = both[0];
   if (const auto one = grids(2 * kPoseNetEdges); one.size() == 2) {
     const bool is_swapped = has_name_with(model.outputs[one[0]], "bwd");
@@ -58,7 +58,7 @@ std::optional<Layout> layout_around(const ModelFacts& model, size_t heat) {
   return layout;
 }
 
-std::optional<Layout> layout_of(const ModelFacts& model) {
+std::optional<PoseNetLayout> layout_of(const ModelFacts& model) {
   for (size_t i = 0; i < model.outputs.size(); ++i)
     if (const auto layout = layout_around(model, i)) return layout;
   return std::nullopt;
@@ -66,7 +66,7 @@ std::optional<Layout> layout_of(const ModelFacts& model) {
 
 class Posenet final : public PointsHead {
  public:
-  Posenet(const Layout& layout, float threshold)
+  Posenet(const PoseNetLayout& layout, float threshold)
       : PointsHead(kPoseNetPoints), layout_(layout), threshold_(threshold) {}
 
   Candidates find(OutputValues& outputs, PictureSize input) override {
@@ -116,7 +116,7 @@ class Posenet final : public PointsHead {
     if (person.score > 0) add(points, threshold_, person.score, 0);
   }
 
-  Layout layout_;
+  PoseNetLayout layout_;
   float threshold_;
 };
 

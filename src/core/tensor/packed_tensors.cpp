@@ -12,7 +12,7 @@
 namespace weir {
 namespace {
 
-constexpr uint32_t kMagic = 0xF00DC0DE;
+constexpr uint32_t kPackedMagic = 0xF00DC0DE;
 constexpr size_t kExtraLimit = kTensorLimit - kMemoryLimit;
 constexpr size_t kCountAt = 8, kFirstSizeAt = 16, kEntriesAt = 24, kEntryBytes = 80;
 constexpr size_t kEntryTypeAt = 8, kEntryDimsAt = 12;
@@ -28,7 +28,7 @@ void write(std::span<std::byte> bytes, size_t at, T value) noexcept {
   std::memcpy(bytes.data() + at, &value, sizeof value);
 }
 
-Error invalid(std::string what, std::string offered, std::string needed) {
+Error invalid_packing(std::string what, std::string offered, std::string needed) {
   return Error{.code = Code::HEADER_INVALID,
                .what = std::move(what),
                .offered = std::move(offered),
@@ -44,9 +44,10 @@ Result<TensorSpec> entry(std::span<const std::byte> memory, size_t index) {
   for (size_t i = 0; i < kRankLimit; ++i)
     spec.shape[i] = read<uint32_t>(memory, at + kEntryDimsAt + 4 * i);
   if (!spec.valid() || !spec.bytes())
-    return invalid("an entry of the packed tensors is damaged",
-                   "tensor " + std::to_string(kMemoryLimit + index) + ": " + spec.to_string(),
-                   "a type and dimensions above 0");
+    return invalid_packing(
+        "an entry of the packed tensors is damaged",
+        "tensor " + std::to_string(kMemoryLimit + index) + ": " + spec.to_string(),
+        "a type and dimensions above 0");
   return spec;
 }
 
@@ -57,10 +58,10 @@ size_t end_of(const std::vector<ByteRange>& ranges) {
 Status append(uint64_t size, size_t limit, std::vector<ByteRange>* ranges) {
   const size_t offset = end_of(*ranges);
   if (size > limit - offset)
-    return invalid("the packed tensors declare more bytes than their memory holds",
-                   std::to_string(limit - offset) + " bytes left",
-                   std::to_string(size) + " bytes for tensor " +
-                       std::to_string(kMemoryLimit - 1 + ranges->size()));
+    return invalid_packing("the packed tensors declare more bytes than their memory holds",
+                           std::to_string(limit - offset) + " bytes left",
+                           std::to_string(size) + " bytes for tensor " +
+                               std::to_string(kMemoryLimit - 1 + ranges->size()));
   ranges->push_back({offset, static_cast<size_t>(size)});
   return ok();
 }
@@ -93,19 +94,19 @@ Result<std::vector<ByteRange>> chunk_ranges(std::span<const std::byte> memory, u
 }  // namespace
 
 bool is_packed(std::span<const std::byte> memory) noexcept {
-  return memory.size() >= kPackedHeaderBytes && read<uint32_t>(memory, 0) == kMagic;
+  return memory.size() >= kPackedHeaderBytes && read<uint32_t>(memory, 0) == kPackedMagic;
 }
 
 Result<std::vector<ByteRange>> read_packed_tensors(std::span<const std::byte> memory,
                                                    Format format) {
   if (!is_packed(memory))
-    return invalid("the last memory of a frame with more than 16 tensors has no packed header",
-                   std::to_string(memory.size()) + " bytes",
-                   "19224 bytes that start with 0xF00DC0DE");
+    return invalid_packing(
+        "the last memory of a frame with more than 16 tensors has no packed header",
+        std::to_string(memory.size()) + " bytes", "19224 bytes that start with 0xF00DC0DE");
   const auto extra = read<uint32_t>(memory, kCountAt);
   if (extra < 1 || extra > kExtraLimit)
-    return invalid("the packed header has too few or too many tensors", std::to_string(extra),
-                   "1 to 240");
+    return invalid_packing("the packed header has too few or too many tensors",
+                           std::to_string(extra), "1 to 240");
   return format == Format::Static ? entry_ranges(memory, extra) : chunk_ranges(memory, extra);
 }
 
@@ -113,7 +114,7 @@ void write_packed_header(std::span<const TensorSpec> tensors, std::span<const ui
                          std::span<std::byte, kPackedHeaderBytes> out) noexcept {
   std::fill(out.begin(), out.end(), std::byte{0});
   const size_t extra = std::min(tensors.size() - 1, kExtraLimit);
-  write(out, 0, kMagic);
+  write(out, 0, kPackedMagic);
   write(out, kCountAt, static_cast<uint32_t>(extra));
   write(out, kFirstSizeAt, chunk_bytes[0]);
   for (size_t i = 0; i < extra; ++i) {

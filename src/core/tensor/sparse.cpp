@@ -11,7 +11,7 @@
 namespace weir {
 namespace {
 
-Error invalid(std::string what, std::string offered, std::string needed) {
+Error invalid_sparse(std::string what, std::string offered, std::string needed) {
   return Error{.code = Code::HEADER_INVALID,
                .what = std::move(what),
                .offered = std::move(offered),
@@ -63,7 +63,7 @@ Result<TensorHeader> read_sparse_header(std::span<const std::byte> chunk) {
   auto header = read_tensor_chunk(chunk);
   if (!header) return header;
   if (header->format != Format::Sparse)
-    return invalid("a tensor is not sparse", std::string(name_of(header->format)), "sparse");
+    return invalid_sparse("a tensor is not sparse", std::string(name_of(header->format)), "sparse");
   // A small header must not allocate huge memory.
   constexpr uint64_t kDenseLimit = uint64_t{1} << 32;
   if (*header->spec.bytes() > kDenseLimit)
@@ -87,9 +87,9 @@ Status read_sparse(const TensorHeader& header, std::span<const std::byte> chunk,
       uint32_t index;
       std::memcpy(&index, indices + 4 * i, 4);
       if (index >= count || index < least)
-        return invalid("a sparse tensor has a bad index",
-                       std::to_string(index) + " as index " + std::to_string(i),
-                       "ascending indices below " + std::to_string(count));
+        return invalid_sparse("a sparse tensor has a bad index",
+                              std::to_string(index) + " as index " + std::to_string(i),
+                              "ascending indices below " + std::to_string(count));
       std::memcpy(dense.data() + index * sizeof(T), values + i * sizeof(T), sizeof(T));
       least = uint64_t{index} + 1;
     }

@@ -31,7 +31,7 @@ void put(std::span<std::byte, kTensorHeaderBytes> out, size_t index, uint32_t va
   std::memcpy(out.data() + 4 * index, &value, 4);
 }
 
-Error invalid(std::string what, std::string offered, std::string needed) {
+Error invalid_header(std::string what, std::string offered, std::string needed) {
   return Error{.code = Code::HEADER_INVALID,
                .what = std::move(what),
                .offered = std::move(offered),
@@ -42,12 +42,12 @@ Error invalid(std::string what, std::string offered, std::string needed) {
 Status check_sizes(const TensorHeader& header) {
   const auto count = header.spec.shape.count();
   if (!count || !header.spec.bytes() || !header.payload_bytes())
-    return invalid("the dimensions of a tensor header overflow", header.spec.to_string(),
-                   "a size below 2^63 bytes");
+    return invalid_header("the dimensions of a tensor header overflow", header.spec.to_string(),
+                          "a size below 2^63 bytes");
   if (header.format == Format::Sparse && header.nonzero_count > *count)
-    return invalid("a sparse header has more values than the tensor has elements",
-                   std::to_string(header.nonzero_count) + " values",
-                   "at most " + std::to_string(*count));
+    return invalid_header("a sparse header has more values than the tensor has elements",
+                          std::to_string(header.nonzero_count) + " values",
+                          "at most " + std::to_string(*count));
   return ok();
 }
 
@@ -61,31 +61,34 @@ std::optional<uint64_t> TensorHeader::payload_bytes() const noexcept {
 
 Result<TensorHeader> read_tensor_header(std::span<const std::byte> bytes) {
   if (bytes.size() < kTensorHeaderBytes)
-    return invalid("a memory is too short for a tensor header",
-                   std::to_string(bytes.size()) + " bytes", "at least 128 bytes");
+    return invalid_header("a memory is too short for a tensor header",
+                          std::to_string(bytes.size()) + " bytes", "at least 128 bytes");
   if (word(bytes, kMagicWord) != kMagic)
-    return invalid("a memory does not start with a tensor header",
-                   "magic " + std::to_string(word(bytes, kMagicWord)), "magic 0xFEEDCCED");
+    return invalid_header("a memory does not start with a tensor header",
+                          "magic " + std::to_string(word(bytes, kMagicWord)), "magic 0xFEEDCCED");
   if (((word(bytes, kVersionWord) >> 24) & kVersionTag) != kVersionTag)
-    return invalid("a tensor header has an unknown version",
-                   std::to_string(word(bytes, kVersionWord)), "0xDE001000");
+    return invalid_header("a tensor header has an unknown version",
+                          std::to_string(word(bytes, kVersionWord)), "0xDE001000");
   const uint32_t type = word(bytes, kTypeWord);
   const uint32_t format = word(bytes, kFormatWord);
   const auto media = static_cast<int32_t>(word(bytes, kMediaWord));
   if (type >= static_cast<uint32_t>(ElementType::End))
-    return invalid("a tensor header has an unknown element type", std::to_string(type), "0 to 10");
+    return invalid_header("a tensor header has an unknown element type", std::to_string(type),
+                          "0 to 10");
   if (format >= static_cast<uint32_t>(Format::End))
-    return invalid("a tensor header has an unknown format", std::to_string(format), "0 to 2");
+    return invalid_header("a tensor header has an unknown format", std::to_string(format),
+                          "0 to 2");
   if (media < static_cast<int32_t>(MediaType::Invalid) ||
       media > static_cast<int32_t>(MediaType::Tensor))
-    return invalid("a tensor header has an unknown media type", std::to_string(media), "0 to 4");
+    return invalid_header("a tensor header has an unknown media type", std::to_string(media),
+                          "0 to 4");
   TensorHeader header;
   header.spec.type = static_cast<ElementType>(type);
   for (size_t i = 0; i < kRankLimit; ++i) header.spec.shape[i] = word(bytes, kDimsWord + i);
   if (!header.spec.shape.valid())
-    return invalid("a tensor header has bad dimensions",
-                   "\"" + header.spec.shape.to_string() + "\"",
-                   "numbers above 0, followed by zeros only");
+    return invalid_header("a tensor header has bad dimensions",
+                          "\"" + header.spec.shape.to_string() + "\"",
+                          "numbers above 0, followed by zeros only");
   header.format = static_cast<Format>(format);
   header.media = static_cast<MediaType>(media);
   if (header.format == Format::Sparse) header.nonzero_count = word(bytes, kNnzWord);
@@ -98,9 +101,10 @@ Result<TensorHeader> read_tensor_chunk(std::span<const std::byte> bytes) {
   if (!header) return header;
   const uint64_t needed = *header->payload_bytes();
   if (needed > bytes.size() - kTensorHeaderBytes)
-    return invalid("a tensor header declares more bytes than its memory holds",
-                   std::to_string(bytes.size() - kTensorHeaderBytes) + " bytes after the header",
-                   std::to_string(needed) + " bytes for " + header->spec.to_string());
+    return invalid_header(
+        "a tensor header declares more bytes than its memory holds",
+        std::to_string(bytes.size() - kTensorHeaderBytes) + " bytes after the header",
+        std::to_string(needed) + " bytes for " + header->spec.to_string());
   return header;
 }
 

@@ -74,7 +74,7 @@ Status take_late_typecast(OptionReader& reader, const Arithmetic& arithmetic,
   if (type == ElementType::End)
     return reader.syntax_error("an element type such as float32", kExample);
   if (reader.at_end() && !arithmetic.steps.empty()) {
-    warnings.push_back(
+    warnings.emplace_back(
         "typecast comes first in an arithmetic option; the one at the end is ignored");
     return ok();
   }

@@ -13,15 +13,15 @@
 namespace weir::transform {
 namespace {
 
-constexpr const char* kExample = "option=-1.0:1.0";
+constexpr const char* kClampExample = "option=-1.0:1.0";
 
 Result<double> take_limit(OptionReader& reader) {
   const size_t begin = reader.position();
   const auto text = reader.take_number();
-  if (text.empty()) return reader.syntax_error("a number such as 0, -1.5 or 1e3", kExample);
+  if (text.empty()) return reader.syntax_error("a number such as 0, -1.5 or 1e3", kClampExample);
   if (const auto value = parse_double(text)) return *value;
   reader.go_to(begin);
-  return reader.value_error("a limit of the clamp is out of range", "a float64", kExample);
+  return reader.value_error("a limit of the clamp is out of range", "a float64", kClampExample);
 }
 
 // The next float16 above or below x; x is finite.
@@ -120,11 +120,11 @@ Result<Operation> parse_clamp(std::string_view option) {
   OptionReader reader("clamp", option);
   const auto low = take_limit(reader);
   if (!low) return low.error();
-  if (!reader.take(":")) return reader.syntax_error("':' and the highest value", kExample);
+  if (!reader.take(":")) return reader.syntax_error("':' and the highest value", kClampExample);
   const size_t begin = reader.position();
   const auto high = take_limit(reader);
   if (!high) return high.error();
-  if (!reader.at_end()) return reader.syntax_error("the end", kExample);
+  if (!reader.at_end()) return reader.syntax_error("the end", kClampExample);
   if (*low <= *high) return Operation{Clamp{*low, *high}, {}};
   reader.go_to(begin);
   return reader.value_error("the lower limit of the clamp is above the upper limit",

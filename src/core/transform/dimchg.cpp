@@ -12,7 +12,7 @@
 namespace weir::transform {
 namespace {
 
-constexpr const char* kExample = "option=0:2";
+constexpr const char* kDimchgExample = "option=0:2";
 
 Transpose transposition(const Dimchg& dimchg) {
   Transpose out;
@@ -31,13 +31,13 @@ Result<uint8_t> take_dimension(OptionReader& reader) {
   const auto digits = reader.take_digits();
   if (digits.empty() || (digits.size() > 1 && digits[0] == '0')) {
     reader.go_to(begin);
-    return reader.syntax_error("the number of a dimension, 0 is the innermost", kExample);
+    return reader.syntax_error("the number of a dimension, 0 is the innermost", kDimchgExample);
   }
   const auto value = parse_unsigned(digits);
   if (value && *value < kRankLimit) return static_cast<uint8_t>(*value);
   reader.go_to(begin);
   return reader.value_error("a dimension of the option is out of range",
-                            "at most " + std::to_string(kRankLimit - 1), kExample);
+                            "at most " + std::to_string(kRankLimit - 1), kDimchgExample);
 }
 
 }  // namespace
@@ -46,10 +46,11 @@ Result<Operation> parse_dimchg(std::string_view option) {
   OptionReader reader("dimchg", option);
   const auto from = take_dimension(reader);
   if (!from) return from.error();
-  if (!reader.take(":")) return reader.syntax_error("':' and the place it moves to", kExample);
+  if (!reader.take(":"))
+    return reader.syntax_error("':' and the place it moves to", kDimchgExample);
   const auto to = take_dimension(reader);
   if (!to) return to.error();
-  if (!reader.at_end()) return reader.syntax_error("the end", kExample);
+  if (!reader.at_end()) return reader.syntax_error("the end", kDimchgExample);
   Operation operation{Dimchg{*from, *to}, {}};
   if (*from == *to)
     operation.warnings.push_back("dimchg " + std::string(option) +

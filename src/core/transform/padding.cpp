@@ -11,7 +11,7 @@
 namespace weir::transform {
 namespace {
 
-constexpr const char* kExample = "option=left:1,right:1,top:2,bottom:2";
+constexpr const char* kPaddingExample = "option=left:1,right:1,top:2,bottom:2";
 constexpr uint32_t kMost = 1 << 16;  // zeros on one side
 
 struct Side {
@@ -26,16 +26,16 @@ Status take_side(OptionReader& reader, Padding& padding) {
   const auto side = std::find_if(std::begin(kSides), std::end(kSides),
                                  [&](const Side& s) { return reader.take(s.name); });
   if (side == std::end(kSides))
-    return reader.syntax_error("left, right, top, bottom, front, back or layout", kExample);
-  if (!reader.take(":")) return reader.syntax_error("':' and how many zeros", kExample);
+    return reader.syntax_error("left, right, top, bottom, front, back or layout", kPaddingExample);
+  if (!reader.take(":")) return reader.syntax_error("':' and how many zeros", kPaddingExample);
   const size_t begin = reader.position();
   const auto digits = reader.take_digits();
-  if (digits.empty()) return reader.syntax_error("how many zeros", kExample);
+  if (digits.empty()) return reader.syntax_error("how many zeros", kPaddingExample);
   const auto value = parse_unsigned(digits);
   if (!value || *value > kMost) {
     reader.go_to(begin);
     return reader.value_error("a side of the padding is too large",
-                              "at most " + std::to_string(kMost), kExample);
+                              "at most " + std::to_string(kMost), kPaddingExample);
   }
   (side->before ? padding.before : padding.after)[side->dimension] = static_cast<uint32_t>(*value);
   return ok();
@@ -46,9 +46,9 @@ Status take_layout(OptionReader& reader, Padding& padding) {
     std::swap(padding.before[0], padding.before[2]);
     std::swap(padding.after[0], padding.after[2]);
   } else if (!reader.take("NCHW")) {
-    return reader.syntax_error("NCHW or NHWC", kExample);
+    return reader.syntax_error("NCHW or NHWC", kPaddingExample);
   }
-  return reader.at_end() ? ok() : reader.syntax_error("the end after the layout", kExample);
+  return reader.at_end() ? ok() : reader.syntax_error("the end after the layout", kPaddingExample);
 }
 
 // Missing dimensions count as 1.

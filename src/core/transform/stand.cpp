@@ -9,7 +9,7 @@
 namespace weir::transform {
 namespace {
 
-constexpr const char* kExample = "option=default:float32";
+constexpr const char* kStandExample = "option=default:float32";
 
 class StandKernel final : public Kernel {
  public:
@@ -74,11 +74,11 @@ Result<Operation> parse_stand(std::string_view option) {
   if (reader.take("dc-average"))
     stand.only_mean = true;
   else if (!reader.take("default"))
-    return reader.syntax_error("default or dc-average", kExample);
+    return reader.syntax_error("default or dc-average", kStandExample);
   if (reader.take(":")) {
     stand.to = reader.take_type();
     if (stand.to == ElementType::End)
-      return reader.syntax_error("an element type such as float32", kExample);
+      return reader.syntax_error("an element type such as float32", kStandExample);
   }
   if (reader.take(",per-channel:")) {
     stand.per_channel = reader.take("true");
@@ -86,7 +86,7 @@ Result<Operation> parse_stand(std::string_view option) {
       return reader.syntax_error("true or false", "option=default:float32,per-channel:true");
   }
   if (!reader.at_end())
-    return reader.syntax_error("':' and a type, ',per-channel:true', or the end", kExample);
+    return reader.syntax_error("':' and a type, ',per-channel:true', or the end", kStandExample);
   return Operation{stand, {}};
 }
 

@@ -13,7 +13,7 @@ namespace weir::transform {
 namespace {
 
 using FullOrder = std::array<uint8_t, kRankLimit>;
-constexpr const char* kExample = "option=1:0:2:3";
+constexpr const char* kTransposeExample = "option=1:0:2:3";
 constexpr size_t kShortForm = 4;  // its last index is always 3
 
 FullOrder full_order(const Transpose& transpose) noexcept {
@@ -56,16 +56,16 @@ Result<uint8_t> take_index(OptionReader& reader, const std::vector<uint8_t>& bef
   const auto value = parse_unsigned(digits);  // nullopt: none, or far too large
   if (digits.empty() || (digits.size() > 1 && digits[0] == '0')) {
     reader.go_to(begin);
-    return reader.syntax_error("an index of a dimension, 0 is the innermost", kExample);
+    return reader.syntax_error("an index of a dimension, 0 is the innermost", kTransposeExample);
   }
   if (!value || *value >= kRankLimit) {
     reader.go_to(begin);
     return reader.value_error("an index of the transposition is out of range",
-                              "at most " + std::to_string(kRankLimit - 1), kExample);
+                              "at most " + std::to_string(kRankLimit - 1), kTransposeExample);
   }
   if (std::find(before.begin(), before.end(), *value) != before.end()) {
     reader.go_to(begin);
-    return reader.syntax_error("each index once", kExample);
+    return reader.syntax_error("each index once", kTransposeExample);
   }
   return static_cast<uint8_t>(*value);
 }
@@ -77,7 +77,7 @@ std::string with_next_index(std::string_view option) {
 // Whether the complete and distinct indices are a permutation that the grammar allows.
 Status check_order(OptionReader& reader, const std::vector<uint8_t>& order) {
   if (order.size() < kShortForm)
-    return reader.syntax_error("at least four indices, such as 1:0:2:3", kExample);
+    return reader.syntax_error("at least four indices, such as 1:0:2:3", kTransposeExample);
   const auto beyond = std::find_if(order.begin(), order.end(),
                                    [&](uint8_t index) { return index >= order.size(); });
   if (beyond != order.end()) {
@@ -86,7 +86,8 @@ Status check_order(OptionReader& reader, const std::vector<uint8_t>& order) {
       place = reader.text().find(':', place) + 1;
     reader.go_to(place);
     return reader.syntax_error(
-        "each of the indices 0 to " + std::to_string(order.size() - 1) + " once", kExample);
+        "each of the indices 0 to " + std::to_string(order.size() - 1) + " once",
+        kTransposeExample);
   }
   if (order.size() == kShortForm && order.back() != kShortForm - 1) {
     reader.go_to(reader.text().rfind(':') + 1);
@@ -123,7 +124,7 @@ Result<Operation> parse_transpose(std::string_view option) {
     if (!index) return std::move(index).error();
     transpose.order.push_back(*index);
   } while (reader.take(":"));
-  if (!reader.at_end()) return reader.syntax_error("':' or the end", kExample);
+  if (!reader.at_end()) return reader.syntax_error("':' or the end", kTransposeExample);
   if (auto status = check_order(reader, transpose.order); !status) return std::move(status).error();
   Operation operation{transpose, {}};
   if (is_identity(transpose.order))

@@ -15,7 +15,7 @@ namespace {
 
 constexpr size_t kBlockBytesAtOnce = size_t{64} << 10;
 // The bytes that every decision about the form needs.
-constexpr size_t kStartBytes = 16;
+constexpr size_t kFormBytes = 16;
 
 }  // namespace
 
@@ -78,7 +78,7 @@ Status MessageReader::silence() {
 }
 
 size_t MessageReader::header_bytes_needed() const noexcept {
-  return form_ ? layout_of(*form_).bytes : std::max(form_needs_, kStartBytes);
+  return form_ ? layout_of(*form_).bytes : std::max(form_needs_, kFormBytes);
 }
 
 Status MessageReader::header_received() {

@@ -11,7 +11,7 @@ namespace weir {
 namespace {
 
 // What a message keeps until it is sent.
-struct Owner {
+struct MappedBuffer {
   gst::Ref<GstBuffer> buffer;
   std::vector<gst::MappedMemory> maps;  // unmapped before the buffer is released
 };
@@ -47,7 +47,7 @@ void MemoryMapper::set_caps(const GstCaps* caps) {
 }
 
 Result<MessageMemories> MemoryMapper::map(GstBuffer* buffer) {
-  auto owner = std::make_shared<Owner>();
+  auto owner = std::make_shared<MappedBuffer>();
   owner->buffer = gst::Ref<GstBuffer>::share(buffer);
   MessageMemories out;
   for (guint i = 0; i < gst_buffer_n_memory(buffer); ++i) {

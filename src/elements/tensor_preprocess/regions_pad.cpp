@@ -6,8 +6,6 @@
 
 namespace weir {
 
-using preprocess::Box;
-
 void RegionsPad::start() {
   queue_.clear();
   queue_.flush(false);
@@ -61,7 +59,7 @@ Status RegionsPad::accept_results(const FrameSpec& spec) {
 }
 
 Status RegionsPad::read_results(const std::vector<gst::TensorView>& tensors,
-                                std::vector<Box>* boxes) const {
+                                std::vector<preprocess::Box>* boxes) const {
   uint64_t row = 0;
   for (size_t i = 0; i < std::min(tensors.size(), columns_.size()); ++i) {
     if (columns_[i].kind != WEIR_RESULT_ROWS) continue;
@@ -76,7 +74,7 @@ Status RegionsPad::read_results(const std::vector<gst::TensorView>& tensors,
 // A frame without tensors has no boxes. Boxes without a time match no picture; before the first
 // picture they count as unused.
 Status RegionsPad::push(GstBuffer*, const std::vector<gst::TensorView>& tensors, int64_t time) {
-  std::vector<Box> boxes;
+  std::vector<preprocess::Box> boxes;
   if (!columns_.empty()) {
     if (auto status = read_results(tensors, &boxes); !status) return status;
     queue_.push(time, std::move(boxes));
@@ -91,7 +89,8 @@ Status RegionsPad::push(GstBuffer*, const std::vector<gst::TensorView>& tensors,
   return ok();
 }
 
-sync::TimedOutcome RegionsPad::take(GstClockTime time, GstClockTime most, std::vector<Box>* out) {
+sync::TimedOutcome RegionsPad::take(GstClockTime time, GstClockTime most,
+                                    std::vector<preprocess::Box>* out) {
   constexpr GstClockTime kMost = GstClockTime{24} * 3600 * GST_SECOND;
   const std::chrono::nanoseconds wait(std::min(most, kMost));
   return queue_.take(static_cast<int64_t>(time), wait, out);

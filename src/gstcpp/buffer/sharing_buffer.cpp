@@ -29,7 +29,7 @@ gboolean start_or_stop(GstBufferPool*) {
   return TRUE;
 }
 
-void class_init(gpointer k, gpointer) {
+void buffer_class_init(gpointer k, gpointer) {
   auto* pool_class = static_cast<GstBufferPoolClass*>(k);
   pool_class->acquire_buffer = acquire_buffer;
   pool_class->reset_buffer = reset_buffer;
@@ -42,7 +42,7 @@ void class_init(gpointer k, gpointer) {
 GstBufferPool* pool() {
   static GstBufferPool* const made = [] {
     const GType type = g_type_register_static_simple(GST_TYPE_BUFFER_POOL, "WeirSharingPool",
-                                                     sizeof(GstBufferPoolClass), class_init,
+                                                     sizeof(GstBufferPoolClass), buffer_class_init,
                                                      sizeof(GstBufferPool), nullptr, GTypeFlags(0));
     auto* pool = static_cast<GstBufferPool*>(gst_object_ref_sink(g_object_new(type, nullptr)));
     GST_OBJECT_FLAG_SET(pool, GST_OBJECT_FLAG_MAY_BE_LEAKED);

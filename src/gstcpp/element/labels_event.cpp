@@ -8,7 +8,7 @@ namespace weir::gst {
 namespace {
 
 constexpr char kPrefix[] = "weir-labels/";
-constexpr guint kVersion = 1;
+constexpr guint kLabelsVersion = 1;
 constexpr size_t kLongestLabel = 4096;  // bytes, likewise of a source
 constexpr guint kMostLabels = 65536;
 
@@ -35,8 +35,8 @@ bool is_text(const char* text) {
 
 Ref<GstEvent> make_labels_event(const LabelsOfSource& labels) {
   GstStructure* out =
-      gst_structure_new(name_of_event(labels.source).c_str(), "version", G_TYPE_UINT, kVersion,
-                        "source", G_TYPE_STRING, labels.source.c_str(), nullptr);
+      gst_structure_new(name_of_event(labels.source).c_str(), "version", G_TYPE_UINT,
+                        kLabelsVersion, "source", G_TYPE_STRING, labels.source.c_str(), nullptr);
   GValue list = G_VALUE_INIT;
   g_value_init(&list, GST_TYPE_ARRAY);
   for (const auto& label : labels.labels) {
@@ -56,7 +56,7 @@ std::optional<LabelsOfSource> parse_labels_event(GstEvent* event) {
   guint version = 0;
   const char* source = gst_structure_get_string(structure, "source");
   const GValue* list = gst_structure_get_value(structure, "labels");
-  if (!gst_structure_get_uint(structure, "version", &version) || version != kVersion ||
+  if (!gst_structure_get_uint(structure, "version", &version) || version != kLabelsVersion ||
       !is_text(source) || !list || !GST_VALUE_HOLDS_ARRAY(list) ||
       gst_value_array_get_size(list) > kMostLabels)
     return std::nullopt;

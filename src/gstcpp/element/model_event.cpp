@@ -8,8 +8,8 @@
 namespace weir::gst {
 namespace {
 
-constexpr char kName[] = "weir-model";
-constexpr guint kVersion = 1;
+constexpr char kModelName[] = "weir-model";
+constexpr guint kModelVersion = 1;
 constexpr size_t kLongestText = size_t{16} << 20;  // labels of a model may be in its metadata
 constexpr size_t kLongestName = 4096;
 
@@ -116,7 +116,7 @@ std::optional<std::vector<ModelTensor>> tensors_of(const GstStructure* event, co
 }  // namespace
 
 Ref<GstEvent> make_model_event(const DescribedModel& model) {
-  GstStructure* out = gst_structure_new(kName, "version", G_TYPE_UINT, kVersion, "path",
+  GstStructure* out = gst_structure_new(kModelName, "version", G_TYPE_UINT, kModelVersion, "path",
                                         G_TYPE_STRING, model.path.c_str(), "metadata",
                                         G_TYPE_STRING, model.metadata_json.c_str(), nullptr);
   set_tensors(out, "inputs", model.inputs);
@@ -126,14 +126,14 @@ Ref<GstEvent> make_model_event(const DescribedModel& model) {
 
 bool is_model_event(GstEvent* event) noexcept {
   return GST_EVENT_TYPE(event) == GST_EVENT_CUSTOM_DOWNSTREAM_STICKY &&
-         gst_event_has_name(event, kName);
+         gst_event_has_name(event, kModelName);
 }
 
 std::optional<DescribedModel> parse_model_event(GstEvent* event) {
   if (!is_model_event(event)) return std::nullopt;
   const GstStructure* structure = gst_event_get_structure(event);
   guint version = 0;
-  if (!gst_structure_get_uint(structure, "version", &version) || version != kVersion)
+  if (!gst_structure_get_uint(structure, "version", &version) || version != kModelVersion)
     return std::nullopt;
   auto inputs = tensors_of(structure, "inputs"), outputs = tensors_of(structure, "outputs");
   auto path = text_of(structure, "path", kLongestText);

@@ -13,7 +13,7 @@ namespace {
 
 using State = ServedClient::State;
 
-Error refusal(const std::string& address, const std::string& reason) {
+Error refused_client(const std::string& address, const std::string& reason) {
   return Error{.code = Code::PEER_MESSAGE_INVALID,
                .what = "a query client was refused",
                .offered = address + ": " + reason,
@@ -204,7 +204,7 @@ std::string QueryListener::reason_to_refuse(const std::string& address) const {
 void QueryListener::refuse(const Client& client, const std::string& reason) {
   if (client->state() == State::Gone) return;
   ++clients_refused_;
-  refusals_.push_back(refusal(client->address(), reason));
+  refusals_.push_back(refused_client(client->address(), reason));
   client->send_errors();
   client->set_gone();
 }

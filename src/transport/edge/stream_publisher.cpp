@@ -11,7 +11,7 @@
 namespace weir::edge {
 namespace {
 
-Error refusal(const std::string& address, const std::string& reason) {
+Error refused_subscriber(const std::string& address, const std::string& reason) {
   return Error{.code = Code::PEER_MESSAGE_INVALID,
                .what = "a subscriber was refused",
                .offered = address + ": " + reason,
@@ -162,7 +162,7 @@ std::string StreamPublisher::reason_to_refuse(const std::string& address) const 
 void StreamPublisher::refuse(SubscriberLink* link, const std::string& reason,
                              std::vector<Error>* refusals) {
   ++refused_;
-  refusals->push_back(refusal(link->address(), reason));
+  refusals->push_back(refused_subscriber(link->address(), reason));
   link->set_gone();
 }
 

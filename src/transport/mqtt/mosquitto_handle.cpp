@@ -11,10 +11,10 @@
 namespace weir::transport {
 namespace {
 
-struct Free {
+struct FreeMosquitto {
   void operator()(void* memory) const { std::free(memory); }
 };
-using Text = std::unique_ptr<char, Free>;
+using Text = std::unique_ptr<char, FreeMosquitto>;
 
 std::string read_string(const mosquitto_property* property, int id) {
   char* raw = nullptr;
@@ -35,7 +35,7 @@ void read_correlation_data(const mosquitto_property* property, MqttProperties* o
   void* raw = nullptr;
   uint16_t length = 0;
   mosquitto_property_read_binary(property, MQTT_PROP_CORRELATION_DATA, &raw, &length, false);
-  const std::unique_ptr<void, Free> data(raw);
+  const std::unique_ptr<void, FreeMosquitto> data(raw);
   const auto* bytes = static_cast<const std::byte*>(raw);
   if (raw) out->correlation_data.assign(bytes, bytes + length);
 }

@@ -18,7 +18,7 @@ Functions& functions() {
   return all;
 }
 
-Error unknown(const std::string& name) {
+Error unknown_converter(const std::string& name) {
   return Error{
       .code = Code::CONVERTER_UNKNOWN,
       .what = "no function is registered under this name",
@@ -40,7 +40,7 @@ class CustomConverter final : public Converter {
   Result<ConvertedFrame> convert(const weir_frame& in) override {
     if (!function_ || function_->gate->is_closed()) {
       function_ = functions().find(name_);
-      if (!function_) return unknown(name_);
+      if (!function_) return unknown_converter(name_);
     }
     weir_error error;
     weir_frame* out = room_.prepare(in);

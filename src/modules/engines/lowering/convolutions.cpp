@@ -12,14 +12,14 @@
 namespace weir::engine {
 namespace {
 
-using Shape = std::array<int64_t, 4>;
-constexpr Shape kChannelsFirst{0, 3, 1, 2}, kChannelsLast{0, 2, 3, 1};
+using Extents = std::array<int64_t, 4>;
+constexpr Extents kChannelsFirst{0, 3, 1, 2}, kChannelsLast{0, 2, 3, 1};
 constexpr std::array<int64_t, 2> kOnes{1, 1};
 
 // Permutes axes: `from` lists the axes of the source in their new order.
 template <class T>
-std::vector<T> transposed(const T* data, const Shape& shape, const Shape& from) {
-  const Shape steps{shape[1] * shape[2] * shape[3], shape[2] * shape[3], shape[3], 1};
+std::vector<T> transposed(const T* data, const Extents& shape, const Extents& from) {
+  const Extents steps{shape[1] * shape[2] * shape[3], shape[2] * shape[3], shape[3], 1};
   const auto extent = [&](size_t i) { return shape[static_cast<size_t>(from[i])]; };
   const auto step = [&](size_t i) { return steps[static_cast<size_t>(from[i])]; };
   std::vector<T> out;
@@ -101,7 +101,7 @@ Status product(LoweredGraph& graph, const TfliteGraphOperator& op, const std::st
 
 // Convolution with uint8 weights, outputs first, in floats: they hold the integers exactly.
 Status real_convolution(LoweredGraph& graph, const TfliteGraphOperator& op, const std::string& data,
-                        const Shape& shape, const Weights& weights,
+                        const Extents& shape, const Weights& weights,
                         const std::vector<int32_t>& bias, const OnnxAttributes& attributes,
                         int8_t activation) {
   const auto in = graph.quantization(op.inputs[0]);
@@ -129,7 +129,7 @@ Status real_convolution(LoweredGraph& graph, const TfliteGraphOperator& op, cons
 
 struct ConvolutionKind {
   int32_t channel_axis;  // axis of the weights' output channels
-  Shape order;           // axes of the weights in the order of QLinearConv
+  Extents order;         // axes of the weights in the order of QLinearConv
   int64_t groups, channels;
   int8_t activation;
 };
@@ -149,7 +149,7 @@ Status convolution(LoweredGraph& graph, const TfliteGraphOperator& op, Window wi
   if (!bias) return bias.error();
   const auto data = graph.value(op.inputs[0]);
   if (!data) return data.error();
-  const Shape shape{filter.shape[0], filter.shape[1], filter.shape[2], filter.shape[3]};
+  const Extents shape{filter.shape[0], filter.shape[1], filter.shape[2], filter.shape[3]};
   const bool pointwise = kind.groups == 1 && window.size == kOnes && window.stride == kOnes;
   if (!weights->is_signed && pointwise) {
     const auto columns = transposed(weights->data.data(), shape, {3, 0, 1, 2});
@@ -158,7 +158,7 @@ Status convolution(LoweredGraph& graph, const TfliteGraphOperator& op, Window wi
   }
   const auto ordered = transposed(weights->data.data(), shape, kind.order);
   weights->data.assign(ordered.data(), ordered.size());
-  Shape ordered_shape{};
+  Extents ordered_shape{};
   for (size_t i = 0; i < 4; ++i) ordered_shape[i] = shape[static_cast<size_t>(kind.order[i])];
   auto attributes = OnnxAttributes()
                         .numbers("kernel_shape", window.size)
@@ -310,7 +310,7 @@ Status lower_transposed_convolution(LoweredGraph& graph, const TfliteGraphOperat
   const auto data = graph.value(op.inputs[2]);
   if (!data) return data.error();
 
-  const Shape shape{filter[0], filter[1], filter[2], filter[3]};
+  const Extents shape{filter[0], filter[1], filter[2], filter[3]};
   std::vector<float> real(weights->data.size());
   const size_t each = real.size() / static_cast<size_t>(filter[0]);
   const auto scale_of = [&](size_t channel) {
@@ -319,7 +319,7 @@ Status lower_transposed_convolution(LoweredGraph& graph, const TfliteGraphOperat
   for (size_t i = 0; i < real.size(); ++i)
     real[i] = scale_of(i / each) *
               static_cast<float>(static_cast<uint8_t>(weights->data[i]) - int{weights->zero_point});
-  const Shape inputs_first{filter[3], filter[0], filter[1], filter[2]};
+  const Extents inputs_first{filter[3], filter[0], filter[1], filter[2]};
   std::vector<std::string> inputs{
       graph.made("Transpose",
                  {graph.made("DequantizeLinear",

@@ -13,7 +13,7 @@ namespace {
 
 using Field = ProtobufReader::Field;
 
-Error invalid(const std::string& offered) {
+Error invalid_graph(const std::string& offered) {
   return Error{.code = Code::MODEL_INVALID,
                .what = "the file is truncated, damaged or not a frozen TensorFlow graph",
                .offered = offered,
@@ -21,10 +21,11 @@ Error invalid(const std::string& offered) {
                .fix = "download or freeze the graph again"};
 }
 
-Error invalid(const ProtobufReader& reader, const std::string& part) {
-  return invalid(reader.missing() > 0 ? "the " + part + " ends at least " +
-                                            std::to_string(reader.missing()) + " bytes too early"
-                                      : "the " + part + " is not a sequence of fields");
+Error invalid_graph(const ProtobufReader& reader, const std::string& part) {
+  return invalid_graph(reader.missing() > 0
+                           ? "the " + part + " ends at least " + std::to_string(reader.missing()) +
+                                 " bytes too early"
+                           : "the " + part + " is not a sequence of fields");
 }
 
 struct Node {
@@ -52,7 +53,7 @@ Result<int64_t> read_extent(std::span<const std::byte> bytes, const std::string&
   ProtobufReader reader(bytes);
   for (Field field; reader.next(&field);)
     if (field.number == 1) extent = static_cast<int64_t>(field.value);
-  if (!reader.good()) return invalid(reader, "shape of " + node);
+  if (!reader.good()) return invalid_graph(reader, "shape of " + node);
   return std::max<int64_t>(extent, -1);
 }
 
@@ -68,7 +69,7 @@ Status read_shape(std::span<const std::byte> bytes, Node* out) {
     if (!extent) return extent.error();
     shape.push_back(*extent);
   }
-  if (!reader.good()) return invalid(reader, "shape of " + out->name);
+  if (!reader.good()) return invalid_graph(reader, "shape of " + out->name);
   if (!unknown && shape.size() <= WEIR_RANK_LIMIT) out->shape = std::move(shape);
   return ok();
 }
@@ -82,7 +83,7 @@ Status read_value(std::span<const std::byte> bytes, const std::string& key, Node
     if (key == "shape" && field.number == 7 && out->op.starts_with("Placeholder"))
       if (auto status = read_shape(field.bytes, out); !status) return status;
   }
-  return reader.good() ? ok() : invalid(reader, "attribute " + key + " of " + out->name);
+  return reader.good() ? ok() : invalid_graph(reader, "attribute " + key + " of " + out->name);
 }
 
 // A map entry: key 1, value 2.
@@ -94,7 +95,7 @@ Status read_attribute(std::span<const std::byte> bytes, Node* out) {
     if (field.number == 2)
       if (auto status = read_value(field.bytes, key, out); !status) return status;
   }
-  return reader.good() ? ok() : invalid(reader, "attribute of " + out->name);
+  return reader.good() ? ok() : invalid_graph(reader, "attribute of " + out->name);
 }
 
 // NodeDef: name 1, op 2, input 3, attr 5.
@@ -106,7 +107,7 @@ Result<Node> read_node(std::span<const std::byte> bytes) {
     if (field.number == 2) out.op = field.text();
     if (field.number == 3) out.inputs.emplace_back(field.text());
   }
-  if (!names.good()) return invalid(names, "node " + out.name);
+  if (!names.good()) return invalid_graph(names, "node " + out.name);
   ProtobufReader reader(bytes);
   for (Field field; reader.next(&field);)
     if (field.number == 5)
@@ -165,13 +166,13 @@ Result<DnnDescription> describe_tensorflow(std::span<const std::byte> graph) {
   ProtobufReader reader(graph);
   for (Field field; reader.next(&field);) {
     if (field.number != 1) continue;
-    if (!field.delimited) return invalid("an invalid node");
+    if (!field.delimited) return invalid_graph("an invalid_graph node");
     auto node = read_node(field.bytes);
     if (!node) return node.error();
     nodes.push_back(*std::move(node));
   }
-  if (!reader.good()) return invalid(reader, "file");
-  if (nodes.empty()) return invalid("the graph has no node");
+  if (!reader.good()) return invalid_graph(reader, "file");
+  if (nodes.empty()) return invalid_graph("the graph has no node");
   for (const auto& node : nodes) {
     out.nodes.insert(node.name);
     out.operators.insert(node.op);
