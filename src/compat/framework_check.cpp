@@ -9,7 +9,8 @@
 namespace weir::compat {
 namespace {
 
-Error refused(const std::string& name, std::string offered, std::string needed, std::string fix) {
+Error refused_framework(const std::string& name, std::string offered, std::string needed,
+                        std::string fix) {
   return Error{
       .code = Code::MODULE_REFUSED,
       .what = "the filter sub-plugin " + (name.empty() ? "" : name + " ") + "cannot be used",
@@ -26,17 +27,19 @@ std::string hexadecimal(uint64_t number) {
 
 Result<FrameworkFacts> facts_of_v0(const GstTensorFilterFramework& f) {
   const std::string name = f.name ? f.name : "";
-  if (name.empty()) return refused("", "no name", "the name for framework=", ".name = \"NAME\"");
+  if (name.empty())
+    return refused_framework("", "no name", "the name for framework=", ".name = \"NAME\"");
   if (!f.invoke_NN)
-    return refused(name, "no invoke_NN", "invoke_NN, which processes a frame", ".invoke_NN = ...");
+    return refused_framework(name, "no invoke_NN", "invoke_NN, which processes a frame",
+                             ".invoke_NN = ...");
   const bool gets = f.getInputDimension && f.getOutputDimension;
   if (!gets && !f.setInputDimension)
-    return refused(name,
-                   f.getInputDimension || f.getOutputDimension
-                       ? "only one of getInputDimension and getOutputDimension"
-                       : "no function that declares the tensors",
-                   "getInputDimension and getOutputDimension, or setInputDimension",
-                   ".setInputDimension = ...");
+    return refused_framework(name,
+                             f.getInputDimension || f.getOutputDimension
+                                 ? "only one of getInputDimension and getOutputDimension"
+                                 : "no function that declares the tensors",
+                             "getInputDimension and getOutputDimension, or setInputDimension",
+                             ".setInputDimension = ...");
   return FrameworkFacts{0, name, f.run_without_model != 0, f.verify_model_path != 0};
 }
 
@@ -47,20 +50,20 @@ Result<FrameworkFacts> facts_of_v1(const GstTensorFilterFramework& f) {
                                                     {"eventHandler", f.eventHandler}};
   for (const auto& [function, there] : functions)
     if (!there)
-      return refused("", std::string("no ") + function,
-                     "invoke, getFrameworkInfo, getModelInfo and eventHandler",
-                     "." + std::string(function) + " = ...");
+      return refused_framework("", std::string("no ") + function,
+                               "invoke, getFrameworkInfo, getModelInfo and eventHandler",
+                               "." + std::string(function) + " = ...");
   const OpenRequest nothing{{}, Options(nullptr, 0), "", 0};
   Properties properties("", "", nothing);
   GstTensorFilterFrameworkInfo info{};
   const int result = f.getFrameworkInfo(&f, properties.get(), nullptr, &info);
   if (result < 0)
-    return refused("", "getFrameworkInfo returned " + std::to_string(result), "0 or above",
-                   "let getFrameworkInfo succeed when no model is open");
+    return refused_framework("", "getFrameworkInfo returned " + std::to_string(result),
+                             "0 or above", "let getFrameworkInfo succeed when no model is open");
   const std::string name = info.name ? info.name : "";
   if (name.empty())
-    return refused("", "getFrameworkInfo returned no name",
-                   "the name for framework=", "info->name = \"NAME\"");
+    return refused_framework("", "getFrameworkInfo returned no name",
+                             "the name for framework=", "info->name = \"NAME\"");
   return FrameworkFacts{1, name, info.run_without_model != 0, info.verify_model_path != 0};
 }
 
@@ -70,9 +73,9 @@ Result<FrameworkFacts> facts_of(const GstTensorFilterFramework& framework) {
   const uint64_t version = framework.version;
   const auto api = static_cast<unsigned>(version >> 16 & 0xFFFF);
   if (version >> 32 != 0xDEAFDEAD || api > 1)
-    return refused("", "version " + hexadecimal(version),
-                   "0xdeafdead0000.... (version 0) or 0xdeafdead0001.... (version 1)",
-                   ".version = GST_TENSOR_FILTER_FRAMEWORK_V1");
+    return refused_framework("", "version " + hexadecimal(version),
+                             "0xdeafdead0000.... (version 0) or 0xdeafdead0001.... (version 1)",
+                             ".version = GST_TENSOR_FILTER_FRAMEWORK_V1");
   return api == 0 ? facts_of_v0(framework) : facts_of_v1(framework);
 }
 

@@ -8,9 +8,9 @@
 namespace weir::net {
 namespace {
 
-constexpr size_t kMostTensors = WEIR_TENSOR_LIMIT;
+constexpr size_t kMostServiceTensors = WEIR_TENSOR_LIMIT;
 
-Error damaged(const char* message) {
+Error damaged_service_message(const char* message) {
   return damaged_message(Sender::Client, message);
 }
 
@@ -72,14 +72,14 @@ bool read_list_field(const Chunks& chunks, const Field& field, InferRequest* out
   if (field.number < 5 || field.number > 7) return true;
   if (field.type != WireType::Bytes) return false;
   if (field.number == 5) {
-    if (out->inputs.size() == kMostTensors) return false;
+    if (out->inputs.size() == kMostServiceTensors) return false;
     auto& input = out->inputs.emplace_back();
     return read_tensor(chunks, field.range, &input, &input.contents);
   }
   if (field.number == 6)
-    return out->outputs.size() < kMostTensors &&
+    return out->outputs.size() < kMostServiceTensors &&
            read_output_name(chunks, field.range, &out->outputs.emplace_back());
-  if (out->raw.size() == kMostTensors) return false;
+  if (out->raw.size() == kMostServiceTensors) return false;
   out->raw.push_back(field.range);
   return true;
 }
@@ -140,7 +140,7 @@ Result<ModelRequest> parse_model_request(const Chunks& chunks) {
     if (field.number == 1) out.name = reader.text(field, kMostNameBytes);
     if (field.number == 2) out.version = reader.text(field, kMostNameBytes);
   }
-  if (reader.failed()) return damaged("request for a model");
+  if (reader.failed()) return damaged_service_message("request for a model");
   return out;
 }
 
@@ -151,7 +151,7 @@ Result<LoadRequest> parse_load_request(const Chunks& chunks) {
     if (field.number == 2) out.model = reader.text(field, kMostNameBytes);
     if (field.number == 3) out.has_parameters = true;
   }
-  if (reader.failed()) return damaged("request to load a model");
+  if (reader.failed()) return damaged_service_message("request to load a model");
   return out;
 }
 
@@ -160,7 +160,7 @@ Result<bool> parse_index_request(const Chunks& chunks) {
   MessageReader reader(chunks, {0, chunks.size()});
   for (Field field; reader.next(&field);)
     if (field.number == 2) ready = field.value != 0;
-  if (reader.failed()) return damaged("RepositoryIndexRequest");
+  if (reader.failed()) return damaged_service_message("RepositoryIndexRequest");
   return ready;
 }
 
@@ -173,9 +173,9 @@ Result<InferRequest> parse_infer_request(const Chunks& chunks) {
     if (field.number == 3) out.id = reader.text(field, kMostNameBytes);
     if (field.number == 4 && field.type == WireType::Bytes)
       out.wants_times = asks_for_times(chunks, field.range) || out.wants_times;
-    if (!read_list_field(chunks, field, &out)) return damaged("ModelInferRequest");
+    if (!read_list_field(chunks, field, &out)) return damaged_service_message("ModelInferRequest");
   }
-  if (reader.failed()) return damaged("ModelInferRequest");
+  if (reader.failed()) return damaged_service_message("ModelInferRequest");
   if (auto status = check_contents(out); !status) return status.error();
   return out;
 }

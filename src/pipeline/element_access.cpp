@@ -2,6 +2,7 @@
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #include "pipeline/element_access.hpp"
 
+#include <nlohmann/json.hpp>
 #include <utility>
 #include <vector>
 

@@ -17,7 +17,7 @@
 namespace weir::decoders {
 namespace {
 
-constexpr char kOptions[] =
+constexpr char kBoxOptions[] =
     R"([{"name":"option1","type":"string","default":"","help":"Scheme of the model"},)"
     R"({"name":"option2","type":"file","default":"","help":"Label file: one label per line"},)"
     R"({"name":"option3","type":"string","default":"","help":"Parameters of the scheme"},)"
@@ -183,7 +183,7 @@ class BoundingBoxes {
 
 const weir_decoder_type& bounding_boxes() {
   static const weir_decoder_type table =
-      decoder_table<BoundingBoxes>("bounding_boxes", "bounding_box", kOptions);
+      decoder_table<BoundingBoxes>("bounding_boxes", "bounding_box", kBoxOptions);
   return table;
 }
 

@@ -16,7 +16,7 @@
 namespace weir::decoders {
 namespace {
 
-constexpr char kOptions[] =
+constexpr char kPoseOptions[] =
     R"([{"name":"option1","type":"string","default":"","help":"Size of the output, W:H"},)"
     R"({"name":"option2","type":"string","default":"",)"
     R"("help":"Size of the model's input, W:H; with heatmap-only that of the heat map"},)"
@@ -188,7 +188,7 @@ class PoseEstimation {
 
 const weir_decoder_type& pose_estimation() {
   static const weir_decoder_type table =
-      decoder_table<PoseEstimation>("pose_estimation", "", kOptions);
+      decoder_table<PoseEstimation>("pose_estimation", "", kPoseOptions);
   return table;
 }
 

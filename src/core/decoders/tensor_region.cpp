@@ -15,7 +15,7 @@
 namespace weir::decoders {
 namespace {
 
-constexpr char kOptions[] =
+constexpr char kRegionOptions[] =
     R"([{"name":"option1","type":"integer","default":"1","help":"Number of regions"},)"
     R"({"name":"option2","type":"file","default":"","help":"Label file: one label per line"},)"
     R"({"name":"option3","type":"string","default":"",)"
@@ -108,7 +108,8 @@ class TensorRegion {
 }  // namespace
 
 const weir_decoder_type& tensor_region() {
-  static const weir_decoder_type table = decoder_table<TensorRegion>("tensor_region", "", kOptions);
+  static const weir_decoder_type table =
+      decoder_table<TensorRegion>("tensor_region", "", kRegionOptions);
   return table;
 }
 

@@ -16,7 +16,7 @@ using detection::Candidate;
 using detection::Candidates;
 using detection::PictureSize;
 
-constexpr size_t kMostQueries = 1000, kBox = 4, kCoco = 80, kCocoOfDetr = 92;
+constexpr size_t kMostQueries = 1000, kDetrBox = 4, kCoco = 80, kCocoOfDetr = 92;
 
 // Centre and size, 0 to 1 across the picture.
 Candidate candidate_of(std::span<const float> box, PictureSize input) {
@@ -44,7 +44,7 @@ std::optional<Queries> find_queries(const ModelFacts& model) {
     const size_t boxes = is_swapped ? attempt : 1 - attempt;
     const Shape &box = model.outputs[boxes].shape, &score = model.outputs[1 - boxes].shape;
     if (box.min_rank() > 2 || score.min_rank() > 2) continue;
-    if (box[0] != kBox || box[1] != score[1] || box[1] == 0 || box[1] > kMostQueries) continue;
+    if (box[0] != kDetrBox || box[1] != score[1] || box[1] == 0 || box[1] > kMostQueries) continue;
     return Queries{.count = box[1],
                    .classes = score[0],
                    .scores_output = 1 - boxes,
@@ -58,8 +58,8 @@ std::optional<Queries> find_queries(const ModelFacts& model) {
 std::optional<Queries> find_joined_queries(const ModelFacts& model) {
   if (model.outputs.size() != 1 || model.outputs[0].shape.min_rank() != 2) return std::nullopt;
   const Shape& shape = model.outputs[0].shape;
-  if (shape[0] <= kBox || shape[1] > kMostQueries) return std::nullopt;
-  return Queries{.count = shape[1], .classes = shape[0] - kBox, .row_length = shape[0]};
+  if (shape[0] <= kDetrBox || shape[1] > kMostQueries) return std::nullopt;
+  return Queries{.count = shape[1], .classes = shape[0] - kDetrBox, .row_length = shape[0]};
 }
 
 class QueryHead : public Head {
@@ -75,14 +75,14 @@ class QueryHead : public Head {
     const auto scores = outputs.read(queries_.scores_output);
     const auto boxes = outputs.read(queries_.boxes_output);
     check(scores, queries_.row_length);
-    const size_t box_length = queries_.are_together() ? queries_.row_length : kBox;
+    const size_t box_length = queries_.are_together() ? queries_.row_length : kDetrBox;
     check(boxes, box_length);
     begin(scores);
     Candidates found;
     for (size_t i = 0; i < queries_.count; ++i) {
-      const size_t first = queries_.are_together() ? kBox : 0;
+      const size_t first = queries_.are_together() ? kDetrBox : 0;
       const auto row = scores.subspan(i * queries_.row_length + first, queries_.classes);
-      Candidate candidate = candidate_of(boxes.subspan(i * box_length, kBox), input);
+      Candidate candidate = candidate_of(boxes.subspan(i * box_length, kDetrBox), input);
       if (!choose(row, &candidate) || !candidate.is_finite()) continue;
       candidate.row = static_cast<uint32_t>(i);
       found.push_back(candidate);
@@ -133,7 +133,7 @@ class RtDetr final : public QueryHead {
  public:
   RtDetr(const Queries& queries, PictureSize input, float threshold, ScoreKind kind)
       : QueryHead(queries, input, threshold),
-        first_(queries.are_together() ? kBox : 0),
+        first_(queries.are_together() ? kDetrBox : 0),
         length_(queries.row_length),
         kind_(kind) {}
 
@@ -202,7 +202,7 @@ bool are_boxes(const OutputFacts& boxes, const OutputFacts& a, const OutputFacts
   const auto is_list = [count](const OutputFacts& output) {
     return output.shape.min_rank() == 1 && output.shape[0] == count;
   };
-  return boxes.shape[0] == kBox && boxes.shape.min_rank() <= 2 && is_list(a) && is_list(b);
+  return boxes.shape[0] == kDetrBox && boxes.shape.min_rank() <= 2 && is_list(a) && is_list(b);
 }
 
 // Whether the names make `labels` the labels and `scores` the scores.
@@ -244,10 +244,11 @@ class LabelsBoxesScores final : public Head {
   Candidates find(OutputValues& outputs, PictureSize input) override {
     const auto labels = outputs.read_raw(roles_.labels);
     const auto boxes = outputs.read(roles_.boxes), scores = outputs.read(roles_.scores);
-    const size_t count = std::min({labels.size(), scores.size(), boxes.size() / kBox});
+    const size_t count = std::min({labels.size(), scores.size(), boxes.size() / kDetrBox});
     boxes_.begin();
     for (size_t i = 0; i < count; ++i)
-      boxes_.add(boxes.subspan(i * kBox).first<kBox>(), scores[i], labels[i] - first_class_, i);
+      boxes_.add(boxes.subspan(i * kDetrBox).first<kDetrBox>(), scores[i], labels[i] - first_class_,
+                 i);
     return boxes_.take(input.width > 0 ? input : input_);
   }
 

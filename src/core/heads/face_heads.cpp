@@ -149,15 +149,15 @@ const std::array<PriorLayer, 4>& prior_layers() {
   return layers;
 }
 
-uint32_t cells_along(uint32_t pixels, uint32_t stride) {
+uint32_t face_cells_along(uint32_t pixels, uint32_t stride) {
   return pixels / stride + (pixels % stride != 0 ? 1 : 0);
 }
 
 size_t prior_count(PictureSize input) {
   size_t count = 0;
   for (const auto& [stride, sides] : prior_layers())
-    count +=
-        size_t{cells_along(input.width, stride)} * cells_along(input.height, stride) * sides.size();
+    count += size_t{face_cells_along(input.width, stride)} *
+             face_cells_along(input.height, stride) * sides.size();
   return count;
 }
 
@@ -171,8 +171,8 @@ std::vector<Prior> make_priors(PictureSize input) {
   const auto picture_height = static_cast<float>(input.height);
   std::vector<Prior> priors;
   for (const auto& [stride, sides] : prior_layers())
-    for (uint32_t y = 0; y < cells_along(input.height, stride); ++y)
-      for (uint32_t x = 0; x < cells_along(input.width, stride); ++x)
+    for (uint32_t y = 0; y < face_cells_along(input.height, stride); ++y)
+      for (uint32_t x = 0; x < face_cells_along(input.width, stride); ++x)
         for (const float side : sides)
           priors.push_back(
               {part((static_cast<float>(x) + 0.5f) * static_cast<float>(stride) / picture_width),

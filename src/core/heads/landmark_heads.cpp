@@ -45,7 +45,7 @@ const Network& hand() {
   return network;
 }
 
-struct Layout {
+struct LandmarkLayout {
   PointTensor form;
   size_t points, presence;  // outputs
   std::optional<size_t> side;
@@ -64,7 +64,7 @@ std::vector<size_t> published_order(const ModelFacts& model) {
   return order;
 }
 
-std::optional<Layout> layout_of(const Network& network, const ModelFacts& model) {
+std::optional<LandmarkLayout> layout_of(const Network& network, const ModelFacts& model) {
   const auto order = published_order(model);
   std::vector<size_t> numbers;
   for (const size_t i : order)
@@ -76,14 +76,15 @@ std::optional<Layout> layout_of(const Network& network, const ModelFacts& model)
       const size_t count = form.points * form.values;
       if (element_count(output) != count || has_name_with(output, "world")) continue;
       const bool has_side = network.has_side && numbers.size() > 1;
-      return Layout{form, i, numbers[0], has_side ? std::optional(numbers[1]) : std::nullopt};
+      return LandmarkLayout{form, i, numbers[0],
+                            has_side ? std::optional(numbers[1]) : std::nullopt};
     }
   return std::nullopt;
 }
 
 class LandmarkHead final : public PointsHead {
  public:
-  LandmarkHead(const Network& network, const Layout& layout, float threshold)
+  LandmarkHead(const Network& network, const LandmarkLayout& layout, float threshold)
       : PointsHead(layout.form.reported),
         network_(network),
         layout_(layout),
@@ -108,7 +109,7 @@ class LandmarkHead final : public PointsHead {
   static constexpr float kLeastVisibility = 0.5f;  // of points that the box surrounds
 
   const Network& network_;
-  Layout layout_;
+  LandmarkLayout layout_;
   float threshold_;
 };
 

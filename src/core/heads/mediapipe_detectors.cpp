@@ -19,7 +19,7 @@ using detection::Candidate;
 using detection::Candidates;
 using detection::PictureSize;
 
-constexpr size_t kBox = 4;
+constexpr size_t kMediapipeBox = 4;
 
 struct AnchorGrid {
   uint32_t stride;   // pixels of a cell
@@ -97,7 +97,7 @@ const Variant* variant_of(const Detector& detector, size_t anchors, PictureSize 
 std::optional<DetectorLayout> layout_of(const Detector& detector, const ModelFacts& model) {
   if (model.outputs.size() != 2) return std::nullopt;
   for (const size_t boxes : {0u, 1u}) {
-    const size_t count = matrix_rows(model.outputs[boxes], kBox + 2 * detector.points);
+    const size_t count = matrix_rows(model.outputs[boxes], kMediapipeBox + 2 * detector.points);
     if (count == 0 || matrix_rows(model.outputs[1 - boxes], 1) != count) continue;
     if (const Variant* variant = variant_of(detector, count, model.input))
       return DetectorLayout{boxes, 1 - boxes, variant};
@@ -170,7 +170,7 @@ class AnchorHead final : public Head {
       const float* values = values_of(outputs, kept[i].row);
       const size_t first = answer->points.size();
       for (size_t point = 0; point < detector_.points; ++point) {
-        auto at = point_at(kept[i].row, values + kBox + 2 * point, input);
+        auto at = point_at(kept[i].row, values + kMediapipeBox + 2 * point, input);
         answer->points.push_back(key_point(at.x, at.y, kept[i].score));
       }
       turn(answer->points.data() + first, &answer->objects[i]);
@@ -187,7 +187,7 @@ class AnchorHead final : public Head {
     return static_cast<float>(pixels) / static_cast<float>(layout_.variant->input);
   }
   const float* values_of(OutputValues& outputs, size_t anchor) const {
-    return outputs.read(layout_.boxes).data() + (kBox + 2 * detector_.points) * anchor;
+    return outputs.read(layout_.boxes).data() + (kMediapipeBox + 2 * detector_.points) * anchor;
   }
   results::KeyPoint point_at(size_t anchor, const float* values, PictureSize input) const noexcept {
     return {anchors_[anchor].x * static_cast<float>(input.width) + values[0] * scale(input.width),

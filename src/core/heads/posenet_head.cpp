@@ -58,7 +58,7 @@ std::optional<PoseNetLayout> layout_around(const ModelFacts& model, size_t heat)
   return layout;
 }
 
-std::optional<PoseNetLayout> layout_of(const ModelFacts& model) {
+std::optional<PoseNetLayout> posenet_layout(const ModelFacts& model) {
   for (size_t i = 0; i < model.outputs.size(); ++i)
     if (const auto layout = layout_around(model, i)) return layout;
   return std::nullopt;
@@ -120,14 +120,14 @@ class Posenet final : public PointsHead {
   float threshold_;
 };
 
-Fit fit(const ModelFacts& model) {
-  if (!layout_of(model)) return Fit::No;
+Fit fit_posenet(const ModelFacts& model) {
+  if (!posenet_layout(model)) return Fit::No;
   return any_name_has(model, "heatmap") && any_name_has(model, "offset") ? Fit::Certain
                                                                          : Fit::Possible;
 }
 
-std::unique_ptr<Head> open(const ModelFacts& model, const HeadOptions& options) {
-  const auto layout = layout_of(model);
+std::unique_ptr<Head> open_posenet(const ModelFacts& model, const HeadOptions& options) {
+  const auto layout = posenet_layout(model);
   if (!layout) throw wrong_outputs(model, kPosenet);
   return std::make_unique<Posenet>(*layout, options.threshold);
 }
@@ -142,7 +142,7 @@ const Family kPosenet{.name = "posenet",
                           "two 32:W:H",
                       .custom = "",
                       .threshold = 0.25f,
-                      .fit = fit,
-                      .open = open};
+                      .fit = fit_posenet,
+                      .open = open_posenet};
 
 }  // namespace weir::heads

@@ -17,7 +17,7 @@ namespace {
 using detection::Candidates;
 using detection::PictureSize;
 
-constexpr size_t kBox = 4;
+constexpr size_t kSsdBox = 4;
 
 // ---- Raw ----
 
@@ -39,7 +39,7 @@ std::optional<RawOutputs> find_raw(const ModelFacts& model) {
   for (const size_t boxes : {0u, 1u}) {
     const auto box = extents_of(model.outputs[boxes].shape);
     const auto score = extents_of(model.outputs[1 - boxes].shape);
-    if (box.size() != 2 || score.size() != 2 || box[0] != kBox || box[1] != score[1]) continue;
+    if (box.size() != 2 || score.size() != 2 || box[0] != kSsdBox || box[1] != score[1]) continue;
     return RawOutputs{.boxes = boxes, .scores = 1 - boxes, .anchors = box[1], .classes = score[0]};
   }
   return std::nullopt;
@@ -71,11 +71,11 @@ class Ssd final : public Head {
   Candidates find(OutputValues& outputs, PictureSize input) override {
     const auto boxes = outputs.read(raw_.boxes);
     auto scores = outputs.read(raw_.scores);
-    if (boxes.size() != raw_.anchors * kBox || scores.size() != raw_.anchors * raw_.classes)
+    if (boxes.size() != raw_.anchors * kSsdBox || scores.size() != raw_.anchors * raw_.classes)
       throw Failure(
           {.code = Code::SPEC_MISMATCH,
            .what = "the frame has a different number of anchors than the head was opened for",
-           .offered = std::to_string(boxes.size() / kBox),
+           .offered = std::to_string(boxes.size() / kSsdBox),
            .needed = std::to_string(raw_.anchors)});
     if (kind_ == ScoreKind::Automatic && are_logits(scores)) kind_ = ScoreKind::Logits;
     if (kind_ != ScoreKind::Logits) scores = logits_of(scores);
@@ -171,7 +171,7 @@ std::optional<size_t> find_boxes(const ModelFacts& model) {
   std::optional<size_t> boxes;
   for (size_t i = 0; i < model.outputs.size(); ++i) {
     const Shape& shape = model.outputs[i].shape;
-    if (shape[0] != kBox || shape.min_rank() != 2) continue;
+    if (shape[0] != kSsdBox || shape.min_rank() != 2) continue;
     if (boxes) return std::nullopt;
     boxes = i;
   }
@@ -226,14 +226,14 @@ class SsdPostprocess final : public Head {
     auto classes = outputs.read(outputs_.classes), scores = outputs.read(outputs_.scores);
     const float stated = outputs.read(outputs_.count)[0];
     const auto rows =
-        static_cast<float>(std::min({scores.size(), classes.size(), boxes.size() / kBox}));
+        static_cast<float>(std::min({scores.size(), classes.size(), boxes.size() / kSsdBox}));
     const auto count = static_cast<size_t>(stated > 0 ? std::min(stated, rows) : 0);
     if (!outputs_.is_certain && are_classes(scores.first(count)) &&
         !are_classes(classes.first(count)))
       std::swap(classes, scores);
     boxes_.begin();
     for (size_t i = 0; i < count; ++i) {
-      const auto box = boxes.subspan(i * kBox, kBox);  // top, left, bottom, right
+      const auto box = boxes.subspan(i * kSsdBox, kSsdBox);  // top, left, bottom, right
       const std::array corners{part(box[1]), part(box[0]), part(box[3]), part(box[2])};
       boxes_.add(corners, scores[i], classes[i] - first_class_, i);
     }

@@ -28,7 +28,7 @@ constexpr std::array kOfVersion7{12.f, 16.f, 19.f,  36.f,  40.f,  28.f,  36.f,  
                                  55.f, 72.f, 146.f, 142.f, 110.f, 192.f, 243.f, 459.f, 401.f};
 
 // One grid, and the steps from one number to the next along each dimension.
-struct Grid {
+struct YoloGrid {
   size_t output = 0, columns = 0, rows = 0, values = 0;
   size_t anchor_step = 0, value_step = 0, row_step = 0, column_step = 0;
 
@@ -39,24 +39,24 @@ struct Grid {
 };
 
 // 3*V:W:H, W:H:3*V or V:W:H:3 with V = 5 + classes.
-std::optional<Grid> grid_of(const Shape& shape, size_t output) {
+std::optional<YoloGrid> grid_of(const Shape& shape, size_t output) {
   const size_t a = shape[0], b = shape[1], c = shape[2], d = shape[3];
   if (shape.min_rank() == 4 && d == kAnchors && a > kFixed)
-    return Grid{output, b, c, a, a * b * c, 1, a * b, a};
+    return YoloGrid{output, b, c, a, a * b * c, 1, a * b, a};
   if (shape.min_rank() != 3) return std::nullopt;
   const auto has_values = [](size_t extent) {
     return extent % kAnchors == 0 && extent / kAnchors > kFixed;
   };
   // The numbers of a cell are the dimension that leaves a grid of the same aspect.
   const bool is_planar = has_values(c) && (a == b || !has_values(a));
-  if (is_planar) return Grid{output, a, b, c / kAnchors, a * b * c / kAnchors, a * b, a, 1};
-  if (has_values(a)) return Grid{output, b, c, a / kAnchors, a / kAnchors, 1, a * b, a};
+  if (is_planar) return YoloGrid{output, a, b, c / kAnchors, a * b * c / kAnchors, a * b, a, 1};
+  if (has_values(a)) return YoloGrid{output, b, c, a / kAnchors, a / kAnchors, 1, a * b, a};
   return std::nullopt;
 }
 
 // Two or three grids, each of half the size of the one before; empty if they are not.
-std::vector<Grid> find_grids(const ModelFacts& model) {
-  std::vector<Grid> grids;
+std::vector<YoloGrid> find_grids(const ModelFacts& model) {
+  std::vector<YoloGrid> grids;
   if (model.outputs.size() < 2 || model.outputs.size() > 3) return {};
   for (size_t i = 0; i < model.outputs.size(); ++i) {
     const auto grid = grid_of(model.outputs[i].shape, i);
@@ -64,9 +64,9 @@ std::vector<Grid> find_grids(const ModelFacts& model) {
     grids.push_back(*grid);
   }
   std::sort(grids.begin(), grids.end(),
-            [](const Grid& a, const Grid& b) { return a.columns > b.columns; });
+            [](const YoloGrid& a, const YoloGrid& b) { return a.columns > b.columns; });
   for (size_t i = 1; i < grids.size(); ++i) {
-    const Grid &large = grids[i - 1], &small = grids[i];
+    const YoloGrid &large = grids[i - 1], &small = grids[i];
     if (large.columns != 2 * small.columns || large.rows != 2 * small.rows ||
         large.values != small.values)
       return {};
@@ -76,14 +76,14 @@ std::vector<Grid> find_grids(const ModelFacts& model) {
 
 enum class Version { Three, FiveOrSeven };
 
-float sigmoid(float x) noexcept {
+float yolo_sigmoid(float x) noexcept {
   return 1 / (1 + std::exp(-x));
 }
 
 class YoloGrids final : public Head {
  public:
-  YoloGrids(std::vector<Grid> grids, std::vector<float> anchors, PictureSize input, Version version,
-            ScoreKind kind, float threshold)
+  YoloGrids(std::vector<YoloGrid> grids, std::vector<float> anchors, PictureSize input,
+            Version version, ScoreKind kind, float threshold)
       : grids_(std::move(grids)),
         anchors_(std::move(anchors)),
         input_(input),
@@ -97,7 +97,7 @@ class YoloGrids final : public Head {
 
   Candidates find(OutputValues& outputs, PictureSize frame_input) override {
     const PictureSize input = frame_input.width > 0 ? frame_input : input_;
-    for (const Grid& grid : grids_) {
+    for (const YoloGrid& grid : grids_) {
       const auto numbers = outputs.read(grid.output);
       if (numbers.size() != grid.count())
         throw Failure({.code = Code::SPEC_MISMATCH,
@@ -119,10 +119,10 @@ class YoloGrids final : public Head {
 
  private:
   float activated(float number) const noexcept {
-    return kind_ == ScoreKind::Logits ? sigmoid(number) : number;
+    return kind_ == ScoreKind::Logits ? yolo_sigmoid(number) : number;
   }
 
-  void add(const Grid& grid, std::span<const float> numbers, size_t anchor,
+  void add(const YoloGrid& grid, std::span<const float> numbers, size_t anchor,
            std::span<const float> size, PictureSize input, uint32_t* row, Candidates* found) const {
     for (size_t y = 0; y < grid.rows; ++y)
       for (size_t x = 0; x < grid.columns; ++x, ++*row) {
@@ -169,7 +169,7 @@ class YoloGrids final : public Head {
             .height = 4 * activated(number(3)) * activated(number(3)) * size[1]};
   }
 
-  std::vector<Grid> grids_;
+  std::vector<YoloGrid> grids_;
   std::vector<float> anchors_;
   PictureSize input_;
   Version version_;
@@ -180,7 +180,7 @@ class YoloGrids final : public Head {
 Fit fit_grids(const ModelFacts& model) {
   const auto grids = find_grids(model);
   if (grids.empty()) return Fit::No;
-  const Grid& smallest = grids.back();
+  const YoloGrid& smallest = grids.back();
   const bool has_size = model.input.width > 0;
   return !has_size || (smallest.columns * kLargestStride == model.input.width &&
                        smallest.rows * kLargestStride == model.input.height)

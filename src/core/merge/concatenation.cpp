@@ -16,7 +16,7 @@ namespace {
 constexpr size_t kTileBytes = 16384;
 constexpr size_t kStreamedBytes = size_t{8} << 20, kStreamedBlock = 1024;
 
-uint32_t dim(const Shape& shape, size_t i) {
+uint32_t extent_or_one(const Shape& shape, size_t i) {
   return std::max<uint32_t>(shape[i], 1);
 }
 
@@ -40,13 +40,13 @@ Status fits(const TensorSpec& one, const TensorSpec& first, size_t pad, size_t d
   }
   std::vector<size_t> differ;
   for (size_t d = 0; d < kRankLimit; ++d)
-    if (dim(one.shape, d) != dim(first.shape, d)) differ.push_back(d);
+    if (extent_or_one(one.shape, d) != extent_or_one(first.shape, d)) differ.push_back(d);
   if (differ.empty() || (differ.size() == 1 && differ[0] == dimension)) return ok();
   const size_t d = differ[0] == dimension ? differ[1] : differ[0];
-  Error error =
-      mismatch(one, first, pad,
-               "dimension " + std::to_string(d) + " is " + std::to_string(dim(one.shape, d)) +
-                   ", needed is " + std::to_string(dim(first.shape, d)));
+  Error error = mismatch(one, first, pad,
+                         "dimension " + std::to_string(d) + " is " +
+                             std::to_string(extent_or_one(one.shape, d)) + ", needed is " +
+                             std::to_string(extent_or_one(first.shape, d)));
   // Tensors that differ along one dimension only can be concatenated along that dimension.
   if (differ.size() == 1) error.fix = "tensor_merge mode=linear option=" + std::to_string(d);
   return error;
@@ -101,7 +101,7 @@ Result<Concatenation> Concatenation::plan(std::span<const TensorSpec> inputs, si
   for (size_t pad = 0; pad < inputs.size(); ++pad) {
     if (auto status = fits(inputs[pad], first, pad, dimension); !status) return status.error();
     rank = std::max(rank, inputs[pad].shape.rank());
-    sum += dim(inputs[pad].shape, dimension);
+    sum += extent_or_one(inputs[pad].shape, dimension);
   }
   out.output_ = {first.type, first.shape.with_rank(rank), ""};
   out.output_.shape[dimension] = static_cast<uint32_t>(std::min<uint64_t>(sum, UINT32_MAX));
@@ -111,11 +111,11 @@ Result<Concatenation> Concatenation::plan(std::span<const TensorSpec> inputs, si
                  .offered = std::to_string(sum) + " in dimension " + std::to_string(dimension),
                  .needed = "at most 4294967295, and less than 8 EiB together"};
   size_t inner = size_of(first.type);
-  for (size_t d = 0; d < dimension; ++d) inner *= dim(first.shape, d);
+  for (size_t d = 0; d < dimension; ++d) inner *= extent_or_one(first.shape, d);
   out.rows_ = 1;
-  for (size_t d = dimension + 1; d < kRankLimit; ++d) out.rows_ *= dim(first.shape, d);
+  for (size_t d = dimension + 1; d < kRankLimit; ++d) out.rows_ *= extent_or_one(first.shape, d);
   for (const auto& input : inputs) {
-    out.blocks_.push_back(inner * dim(input.shape, dimension));
+    out.blocks_.push_back(inner * extent_or_one(input.shape, dimension));
     out.row_ += out.blocks_.back();
   }
   return out;

@@ -78,7 +78,7 @@ Result<ZonedResults> ZonedResults::make(const ResultRoles& roles, ZonedSettings 
 
 namespace {
 
-bool is_finite(const Box& box) noexcept {
+bool is_finite_box(const Box& box) noexcept {
   return std::isfinite(box.width()) && std::isfinite(box.height()) && std::isfinite(box.x1) &&
          std::isfinite(box.y1);
 }
@@ -108,7 +108,7 @@ Status ZonedResults::read(std::span<const ResultTensor> tensors, std::vector<zon
       std::memcpy(numbers.data(), tensors[i].bytes.data() + row * length * sizeof(float),
                   length * sizeof(float));
       const ResultRow found(columns_[i], numbers.data());
-      if (found.is_background() || !is_finite(found.box())) continue;
+      if (found.is_background() || !is_finite_box(found.box())) continue;
       out->push_back(sighting_of(found, i, columns_[i].class_index >= 0));
       rows_.push_back({i, row});
     }

@@ -72,7 +72,7 @@ Decision discard_what_is_too_old(const Round& round, std::span<const PadView> pa
   return out;
 }
 
-bool never_fed_and_missing(const PadView& pad) {
+bool slowest_is_missing(const PadView& pad) {
   return pad.state == PadState::Missing && !pad.has_kept;
 }
 
@@ -87,8 +87,7 @@ Decision decide_slowest(const Round& round, std::span<const PadView> pads) {
     case Readiness::Ready:
       break;
   }
-  if (std::any_of(pads.begin(), pads.end(), never_fed_and_missing))
-    return discard_heads(round, pads);
+  if (std::any_of(pads.begin(), pads.end(), slowest_is_missing)) return discard_heads(round, pads);
   const Round set = round.need_set ? step_a(round, pads) : round;
   std::vector<Use> uses;
   for (const PadView& pad : pads) uses.push_back(step_b(pad, set.current));

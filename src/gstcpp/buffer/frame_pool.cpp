@@ -33,7 +33,7 @@ struct Pool {
 struct PoolClass {
   GstBufferPoolClass parent;
 };
-gpointer parent_class = nullptr;
+gpointer pool_parent_class = nullptr;
 
 PoolState& state_of(gpointer pool) {
   return *static_cast<Pool*>(pool)->state;
@@ -76,7 +76,8 @@ GstFlowReturn alloc_buffer(GstBufferPool* pool, GstBuffer** out, GstBufferPoolAc
   return GST_FLOW_OK;
 }
 
-GstFlowReturn acquire_buffer(GstBufferPool* pool, GstBuffer** out, GstBufferPoolAcquireParams* p) {
+GstFlowReturn acquire_from_pool(GstBufferPool* pool, GstBuffer** out,
+                                GstBufferPoolAcquireParams* p) {
   PoolState& s = state_of(pool);
   {
     std::lock_guard lock(s.mutex);
@@ -101,7 +102,7 @@ bool has_all_bytes(const PoolState& s, GstBuffer* buffer) {
   return true;
 }
 
-void release_buffer(GstBufferPool* pool, GstBuffer* buffer) {
+void release_to_pool(GstBufferPool* pool, GstBuffer* buffer) {
   PoolState& s = state_of(pool);
   const bool intact = !GST_BUFFER_FLAG_IS_SET(buffer, GST_BUFFER_FLAG_TAG_MEMORY) &&
                       gst_buffer_is_all_memory_writable(buffer) && has_all_bytes(s, buffer);
@@ -130,24 +131,24 @@ gboolean stop(GstBufferPool* pool) {
   return TRUE;
 }
 
-void finalize(GObject* object) {
+void pool_finalize(GObject* object) {
   stop(GST_BUFFER_POOL_CAST(object));
   delete reinterpret_cast<Pool*>(object)->state;
-  G_OBJECT_CLASS(parent_class)->finalize(object);
+  G_OBJECT_CLASS(pool_parent_class)->finalize(object);
 }
 
-void class_init(gpointer k, gpointer) {
-  parent_class = g_type_class_peek_parent(k);
-  G_OBJECT_CLASS(k)->finalize = finalize;
+void pool_class_init(gpointer k, gpointer) {
+  pool_parent_class = g_type_class_peek_parent(k);
+  G_OBJECT_CLASS(k)->finalize = pool_finalize;
   auto* pool_class = static_cast<GstBufferPoolClass*>(k);
   pool_class->alloc_buffer = alloc_buffer;
-  pool_class->acquire_buffer = acquire_buffer;
-  pool_class->release_buffer = release_buffer;
+  pool_class->acquire_buffer = acquire_from_pool;
+  pool_class->release_buffer = release_to_pool;
   pool_class->start = start;
   pool_class->stop = stop;
 }
 
-void init(GTypeInstance* instance, gpointer) {
+void pool_init(GTypeInstance* instance, gpointer) {
   reinterpret_cast<Pool*>(instance)->state = new PoolState;
 }
 
@@ -157,7 +158,7 @@ GType pool_type() {
     const char* free_name =
         g_type_from_name("WeirFramePool") ? "WeirFramePoolOfWeirnet" : "WeirFramePool";
     return g_type_register_static_simple(GST_TYPE_BUFFER_POOL, free_name, sizeof(PoolClass),
-                                         class_init, sizeof(Pool), init, GTypeFlags(0));
+                                         pool_class_init, sizeof(Pool), pool_init, GTypeFlags(0));
   }();
   return type;
 }

@@ -16,7 +16,7 @@ struct Allocator {
   GstAllocator parent;
   Arena* arena;
 };
-gpointer parent_class = nullptr;
+gpointer allocator_parent_class = nullptr;
 
 void give_back(gpointer block) {
   const std::unique_ptr<Block> owned(static_cast<Block*>(block));
@@ -46,20 +46,20 @@ GstMemory* alloc(GstAllocator* allocator, gsize size, GstAllocationParams* param
 // The memories are GStreamer's wrapped ones, which free themselves.
 void no_free(GstAllocator*, GstMemory*) {}
 
-void finalize(GObject* object) {
+void allocator_finalize(GObject* object) {
   delete reinterpret_cast<Allocator*>(object)->arena;
-  G_OBJECT_CLASS(parent_class)->finalize(object);
+  G_OBJECT_CLASS(allocator_parent_class)->finalize(object);
 }
 
-void class_init(gpointer k, gpointer) {
-  parent_class = g_type_class_peek_parent(k);
-  G_OBJECT_CLASS(k)->finalize = finalize;
+void allocator_class_init(gpointer k, gpointer) {
+  allocator_parent_class = g_type_class_peek_parent(k);
+  G_OBJECT_CLASS(k)->finalize = allocator_finalize;
   auto* allocator_class = static_cast<GstAllocatorClass*>(k);
   allocator_class->alloc = alloc;
   allocator_class->free = no_free;
 }
 
-void init(GTypeInstance* instance, gpointer) {
+void allocator_init(GTypeInstance* instance, gpointer) {
   GST_ALLOCATOR_CAST(instance)->mem_type = "WeirShared";
   reinterpret_cast<Allocator*>(instance)->arena = new Arena;
 }
@@ -70,9 +70,9 @@ GType type() {
   static const GType t = [] {
     const GType known = g_type_from_name("WeirSharedAllocator");
     return known != 0 ? known
-                      : g_type_register_static_simple(GST_TYPE_ALLOCATOR, "WeirSharedAllocator",
-                                                      sizeof(GstAllocatorClass), class_init,
-                                                      sizeof(Allocator), init, GTypeFlags(0));
+                      : g_type_register_static_simple(
+                            GST_TYPE_ALLOCATOR, "WeirSharedAllocator", sizeof(GstAllocatorClass),
+                            allocator_class_init, sizeof(Allocator), allocator_init, GTypeFlags(0));
   }();
   return t;
 }

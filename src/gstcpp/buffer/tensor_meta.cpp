@@ -15,7 +15,7 @@ struct TensorMeta {
 };
 
 // Another copy of this file in the process may have registered both types.
-GType api_type() {
+GType tensor_api_type() {
   static const GType type = [] {
     static const gchar* tags[] = {nullptr};
     if (const GType known = g_type_from_name("WeirTensorMetaAPI")) return known;
@@ -24,7 +24,7 @@ GType api_type() {
   return type;
 }
 
-gboolean init(GstMeta* meta, gpointer, GstBuffer*) {
+gboolean init_tensor_meta(GstMeta* meta, gpointer, GstBuffer*) {
   new (&reinterpret_cast<TensorMeta*>(meta)->maps) std::vector<SourceMap>();
   reinterpret_cast<TensorMeta*>(meta)->of = MapsOf::Tensors;
   return TRUE;
@@ -34,34 +34,35 @@ void release(GstMeta* meta, GstBuffer*) {
   reinterpret_cast<TensorMeta*>(meta)->maps.~vector();
 }
 
-gboolean copy(GstBuffer* target, GstMeta* meta, GstBuffer*, GQuark type, gpointer) {
+gboolean copy_tensor_meta(GstBuffer* target, GstMeta* meta, GstBuffer*, GQuark type, gpointer) {
   if (!GST_META_TRANSFORM_IS_COPY(type)) return FALSE;
   const auto* from = reinterpret_cast<TensorMeta*>(meta);
   set_source_maps(target, from->maps, from->of);
   return TRUE;
 }
 
-const GstMetaInfo* info() {
+const GstMetaInfo* tensor_meta_info() {
   static const GstMetaInfo* const registered = [] {
     if (const auto* known = gst_meta_get_info("WeirTensorMeta")) return known;
-    return gst_meta_register(api_type(), "WeirTensorMeta", sizeof(TensorMeta), init, release, copy);
+    return gst_meta_register(tensor_api_type(), "WeirTensorMeta", sizeof(TensorMeta),
+                             init_tensor_meta, release, copy_tensor_meta);
   }();
   return registered;
 }
 
-TensorMeta* meta_of(GstBuffer* buffer) noexcept {
-  return reinterpret_cast<TensorMeta*>(gst_buffer_get_meta(buffer, api_type()));
+TensorMeta* tensor_meta_of(GstBuffer* buffer) noexcept {
+  return reinterpret_cast<TensorMeta*>(gst_buffer_get_meta(buffer, tensor_api_type()));
 }
 
 }  // namespace
 
 std::span<const SourceMap> source_maps(GstBuffer* buffer) noexcept {
-  const TensorMeta* meta = meta_of(buffer);
+  const TensorMeta* meta = tensor_meta_of(buffer);
   return meta ? std::span<const SourceMap>(meta->maps) : std::span<const SourceMap>();
 }
 
 MapsOf maps_of(GstBuffer* buffer) noexcept {
-  const TensorMeta* meta = meta_of(buffer);
+  const TensorMeta* meta = tensor_meta_of(buffer);
   return meta ? meta->of : MapsOf::Tensors;
 }
 
@@ -80,12 +81,13 @@ void FrameMaps::fill(GstBuffer* buffer, std::span<const size_t> chosen, weir_fra
 }
 
 void set_source_maps(GstBuffer* buffer, std::vector<SourceMap> maps, MapsOf of) {
-  TensorMeta* meta = meta_of(buffer);
+  TensorMeta* meta = tensor_meta_of(buffer);
   if (maps.empty()) {
     if (meta) gst_buffer_remove_meta(buffer, &meta->meta);
     return;
   }
-  if (!meta) meta = reinterpret_cast<TensorMeta*>(gst_buffer_add_meta(buffer, info(), nullptr));
+  if (!meta)
+    meta = reinterpret_cast<TensorMeta*>(gst_buffer_add_meta(buffer, tensor_meta_info(), nullptr));
   meta->maps = std::move(maps);
   meta->of = of;
 }

@@ -2,6 +2,7 @@
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #include "gstcpp/buffer/video_meta.hpp"
 
+#include <cstdint>
 #include <string>
 #include <utility>
 

@@ -3,6 +3,7 @@
 #pragma once
 #include <gst/gst.h>
 
+#include <cstdint>
 #include <string>
 
 #include "weir/result.hpp"

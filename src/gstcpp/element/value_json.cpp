@@ -2,6 +2,8 @@
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #include "gstcpp/element/value_json.hpp"
 
+#include <nlohmann/json.hpp>
+
 #include "gstcpp/element/ref.hpp"
 
 namespace weir::gst {

@@ -3,7 +3,7 @@
 #pragma once
 #include <gst/gst.h>
 
-#include <nlohmann/json.hpp>
+#include <nlohmann/json_fwd.hpp>
 
 namespace weir::gst {
 

@@ -14,13 +14,13 @@
 namespace weir::edge {
 namespace {
 
-constexpr auto kSilence = std::chrono::milliseconds(200);
+constexpr auto kSubscriberSilence = std::chrono::milliseconds(200);
 
 bool would_wait() {
   return errno == EAGAIN || errno == EWOULDBLOCK;
 }
 
-Error cancelled() {
+Error cancelled_subscription() {
   return Error{.code = Code::CANCELLED, .what = "connecting was cancelled"};
 }
 
@@ -85,7 +85,7 @@ std::optional<StreamSubscriber::Wait> StreamSubscriber::wait_for_bytes(
 Result<std::optional<StreamSubscriber::Wait>> StreamSubscriber::wait_for_more(
     const isolate::Deadline& deadline, int cancel) {
   if (reader_->form() || reader_->at_start()) return wait_for_bytes(deadline, cancel);
-  const auto ended = wait_for_bytes(isolate::deadline_in(kSilence), cancel);
+  const auto ended = wait_for_bytes(isolate::deadline_in(kSubscriberSilence), cancel);
   if (ended != Wait::Late) return ended;
   if (auto status = reader_->silence(); !status) return status.error();
   return isolate::is_over(deadline) ? ended : std::nullopt;
@@ -104,7 +104,7 @@ Result<StreamSubscriber::Wait> StreamSubscriber::wait(const isolate::Deadline& d
 Result<bool> StreamSubscriber::greet(const isolate::Deadline& deadline, int cancel) {
   const auto waited = wait(deadline, cancel);
   if (!waited) return waited.error();
-  if (*waited == Wait::Cancelled) return cancelled();
+  if (*waited == Wait::Cancelled) return cancelled_subscription();
   if (*waited == Wait::Late) return false;
   if (*waited == Wait::Closed) return no_greeting("it closed the connection");
   const auto message = reader_->take();

@@ -11,7 +11,7 @@
 namespace weir::edge {
 namespace {
 
-constexpr auto kHandshakeTime = std::chrono::seconds(2);
+constexpr auto kLinkHandshakeTime = std::chrono::seconds(2);
 // A subscriber sends a short text and no frames.
 constexpr wire::MessageLimits kLimits{
     .message_bytes = 4096, .text_bytes = 1024, .metadata_bytes = 1024};
@@ -27,7 +27,7 @@ SubscriberLink::SubscriberLink(Descriptor socket, wire::HeaderForm form, int64_t
 
 isolate::Deadline SubscriberLink::patience(const QueueLimits& limits) const {
   if (state_ == State::Waiting) return std::nullopt;
-  if (state_ == State::Greeting) return greeted_ + kHandshakeTime;
+  if (state_ == State::Greeting) return greeted_ + kLinkHandshakeTime;
   const auto& full_since = frames_.full_since();
   return full_since ? isolate::Deadline(*full_since + limits.full_for) : std::nullopt;
 }

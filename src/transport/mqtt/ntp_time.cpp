@@ -19,7 +19,7 @@ constexpr int64_t kEpoch1970 = 2208988800;  // seconds from 1900
 constexpr uint16_t kPort = 123;
 using Packet = std::array<uint8_t, kPacketBytes>;
 
-struct Unreference {
+struct UnreferenceAddress {
   void operator()(gpointer object) const { g_object_unref(object); }
 };
 
@@ -32,12 +32,12 @@ int64_t read_time(const Packet& packet, size_t offset) {
 }
 
 std::optional<int64_t> ask(const std::string& server, unsigned timeout) {
-  const std::unique_ptr<GSocketClient, Unreference> client(g_socket_client_new());
+  const std::unique_ptr<GSocketClient, UnreferenceAddress> client(g_socket_client_new());
   g_socket_client_set_enable_proxy(client.get(), FALSE);
   g_socket_client_set_socket_type(client.get(), G_SOCKET_TYPE_DATAGRAM);
   g_socket_client_set_protocol(client.get(), G_SOCKET_PROTOCOL_UDP);
   g_socket_client_set_timeout(client.get(), timeout);
-  const std::unique_ptr<GSocketConnection, Unreference> connection(
+  const std::unique_ptr<GSocketConnection, UnreferenceAddress> connection(
       g_socket_client_connect_to_host(client.get(), server.c_str(), kPort, nullptr, nullptr));
   if (!connection) return std::nullopt;
   GSocket* socket = g_socket_connection_get_socket(connection.get());

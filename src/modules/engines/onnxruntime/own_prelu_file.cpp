@@ -10,8 +10,8 @@ namespace weir::engine {
 namespace {
 
 using Bytes = std::span<const std::byte>;
-constexpr uint32_t kExternal = 1;  // TensorProto.DataLocation
-constexpr uint32_t kFloat = 1;     // TensorProto.DataType
+constexpr uint32_t kExternal = 1;   // TensorProto.DataLocation
+constexpr uint32_t kOnnxFloat = 1;  // TensorProto.DataType
 
 void varint(std::vector<std::byte>* out, uint64_t value) {
   for (; value >= 0x80; value >>= 7) out->push_back(std::byte((value & 0x7F) | 0x80));
@@ -44,7 +44,7 @@ struct Constant {
       if (field.number == 14) location = field.value;
     }
   }
-  bool are_slopes() const { return type == kFloat && long_axes <= 1; }
+  bool are_slopes() const { return type == kOnnxFloat && long_axes <= 1; }
   // For packed dims: each value ends with a byte below 128.
   static int long_ones(Bytes dims) {
     int count = 0;
