@@ -42,9 +42,8 @@ struct weir_model {
   }
 };
 
-namespace {
+namespace async_engine {
 
-using weir::module_host;
 
 struct Work {
   weir_request* request;
@@ -57,7 +56,11 @@ struct OneOutput {
   weir_frame frame{};
 };
 
-}  // namespace
+}  // namespace async_engine
+
+using async_engine::OneOutput;
+using weir::module_host;
+using async_engine::Work;
 
 struct weir_session {
   explicit weir_session(weir_model* given) : model(given) {}

@@ -3,6 +3,7 @@
 #pragma once
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <chrono>
 #include <thread>
 #include <type_traits>
@@ -31,7 +32,9 @@ template <class Condition, class Text>
 [[nodiscard]] bool becomes_true(const Condition& holds, const Text& awaited,
                                 std::chrono::steady_clock::duration longest = kLongestWait) {
   const auto end = std::chrono::steady_clock::now() + longest;
-  while (!holds()) {
+  // What is waited for may need each of the machine's few cores.
+  constexpr std::chrono::microseconds kShortestPause{200}, kLongestPause{2000};
+  for (auto pause = kShortestPause; !holds(); pause = std::min(2 * pause, kLongestPause)) {
     if (std::chrono::steady_clock::now() > end) {
       if constexpr (std::is_invocable_v<const Text&>)
         ADD_FAILURE() << "timed out waiting for " << awaited();
@@ -39,7 +42,7 @@ template <class Condition, class Text>
         ADD_FAILURE() << "timed out waiting for " << awaited;
       return false;
     }
-    std::this_thread::yield();
+    std::this_thread::sleep_for(pause);
   }
   return true;
 }
