@@ -15,6 +15,10 @@ SETUP_FLAGS ?=
 MESON_FLAGS ?=
 
 export DESTDIR
+# ccache: what was compiled in one folder serves in another one, also from precompiled headers.
+export CCACHE_BASEDIR := $(CURDIR)
+export CCACHE_NOHASHDIR := 1
+export CCACHE_SLOPPINESS := pch_defines,time_macros
 
 .PHONY: help needs-input setup setup-to-use configure configure-to-use build test demo demo-faces bench bench-mtcnn bench-street bench-ars install uninstall wheel clean distclean fuzz fuzz-keep asan tsan soak docs format lint models-table
 .NOTPARALLEL:
@@ -42,6 +46,7 @@ needs-input:
 test: build
 	@tools/run-tests $(BUILD)
 
+bench bench-mtcnn bench-street bench-ars: MESON_FLAGS += -Dbenchmarks=true
 #: make bench       set up, build, and measure: a table of ratios
 bench: build
 	@tools/bench $(BUILD)
@@ -94,7 +99,7 @@ fuzz: setup
 fuzz-keep: setup
 	@tools/fuzz --keep build-fuzz
 
-#: make asan        run every test under AddressSanitizer and UndefinedBehaviorSanitizer (ASAN_FLAGS='--suite elements')
+#: make asan        run the tests in C++ and the fuzz corpora under AddressSanitizer and UndefinedBehaviorSanitizer; ASAN_FLAGS=--all: every test
 asan: setup
 	@tools/asan build-asan $(ASAN_FLAGS)
 

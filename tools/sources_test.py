@@ -18,13 +18,10 @@ from tools_test import TOOLS, main, write_program
 
 
 class Lint(unittest.TestCase):
-    """With stand-ins for ninja, which knows who includes what, and for clang-tidy, which finds `bad` in every file it reads."""
+    """With a stand-in for clang-tidy, which finds `bad` in every file it reads."""
 
-    SOURCES = {"src/one.cpp": '#include "one.hpp"\n', "src/one.hpp": "", "src/two.cpp": "bad\n", "src/deep.hpp": "bad\n",
+    SOURCES = {"src/one.cpp": '#include "one.hpp"\n', "src/one.hpp": '#include "deep.hpp"\n', "src/two.cpp": "bad\n", "src/deep.hpp": "bad\n",
                "src/one_test.cpp": "bad\n", "src/tests/harness.hpp": "bad\n", "benchmarks/cost.cpp": "bad\n", "src/off.cpp": ""}
-    NINJA = """#!/bin/bash
-printf 'one.o: #deps 2\\n    ../src/one.hpp\\n    ../src/deep.hpp\\n\\ntwo.o: #deps 1\\n    /usr/include/x.h\\n'
-"""
     CLANG_TIDY = """#!/bin/bash
 file=${@: -1} folder=$(dirname "${@: -1}")
 echo "$(basename "$file") $*" >> "$FAKE/calls"
@@ -43,12 +40,13 @@ done
             shutil.copy(TOOLS / name, self.root / "tools")
         build = self.root / "build"
         build.mkdir()
-        entries = [{"directory": str(build), "file": f"../src/{name}.cpp", "output": f"{name}.o",
-                    "command": f"c++ -O2 -fvect-cost-model=dynamic -g1 -o {name}.o -c ../src/{name}.cpp"} for name in ("one", "two", "one_test")]
+        # one.cpp and two.cpp are compiled as one unit, as Meson writes it.
+        (build / "x-unity0.cpp").write_text("".join(f"#include<{build}/../src/{name}.cpp>\n" for name in ("one", "two")))
+        entries = [{"directory": str(build), "file": name, "output": "x.o", "command": "ccache c++ -I../src -fpch-preprocess -include "
+                    f"std.hpp -O2 -fvect-cost-model=dynamic -g1 -o x.o -c {name}"} for name in ("x-unity0.cpp", "../src/one_test.cpp")]
         (build / "compile_commands.json").write_text(json.dumps(entries))
         programs = self.root / "programs"
         programs.mkdir()
-        write_program(programs / "ninja", self.NINJA)
         write_program(programs / "clang-tidy", self.CLANG_TIDY)
         self.environment = dict(os.environ, PATH=f"{programs}:/usr/bin:/bin", FAKE=str(self.root))
         (self.root / ".gitignore").write_text("build\nprograms\ncalls\n")
@@ -85,6 +83,7 @@ done
         for entry in json.loads((self.root / "build/lint/compile_commands.json").read_text()):
             options = [argument for argument in entry["arguments"] if re.match("-[fgO]", argument)]
             self.assertEqual(options, ["-O2"], entry)
+            self.assertNotIn("-include", entry["arguments"])
 
     def test_changed_files_are_those_of_the_last_commits_and_of_no_commit(self):
         self.commit(".")
@@ -93,12 +92,12 @@ done
             self.commit("src")
         self.assertEqual(self.lint("--changed", "2"), (0, ["1 passed, 0 failed"]))
         self.assertEqual(self.lint("--changed", "3"), (0, ["2 passed, 0 failed"]))
-        (self.root / "src" / "one.cpp").write_text("bad\n")
+        (self.root / "src" / "one.cpp").write_text('#include "one.hpp"\nbad\n')
         self.assertEqual(self.lint("--changed", "2")[1][-1], "1 passed, 1 failed")
 
     def test_of_many_changed_files_the_newest_are_checked(self):
         self.commit(".")
-        (self.root / "src" / "one.cpp").write_text("// changed\n")
+        (self.root / "src" / "one.cpp").write_text('#include "one.hpp"\n// changed\n')
         self.commit("src")
         self.assertEqual(self.lint("--changed", "9", "--most", "1", "--list")[1],
                          ["not compiled in build: src/off.cpp", "3 of 4 files are left out: --most 1", "src/one.cpp"])
@@ -113,8 +112,9 @@ done
         self.addCleanup(shutil.rmtree, clone, ignore_errors=True)
         self.git("clone", "-q", "--depth", "2", f"file://{self.root}", str(clone))
         shutil.copytree(self.root / "build", clone / "build")
-        commands = clone / "build" / "compile_commands.json"
-        commands.write_text(commands.read_text().replace(str(self.root), str(clone)))
+        for name in ("compile_commands.json", "x-unity0.cpp"):
+            copy = clone / "build" / name
+            copy.write_text(copy.read_text().replace(str(self.root), str(clone)))
         self.root = clone
         self.assertEqual(self.lint("--changed", "1"), (0, ["1 passed, 0 failed"]))
         self.assertEqual(self.lint("--changed", "30"), (0, ["1 passed, 0 failed"]), "not every file for the oldest commit")
@@ -144,6 +144,44 @@ def run_check(check, files):
     if result.stderr:
         raise AssertionError(result.stderr)
     return result.returncode, [line.strip() for line in result.stdout.splitlines() if line.startswith("   ")]
+
+
+class Layers(unittest.TestCase):
+    """tools/checks layers, small_headers and length."""
+
+    ROOMS = {"src/core/meson.build": "core_rooms = {\n  'base': ['text'],\n  'results': ['draw'],\n}\n"}
+
+    def test_an_include_of_a_lower_layer_is_no_finding(self):
+        files = {"src/core/draw/one.hpp": '#include "core/text/text.hpp"\n', "src/elements/one.cpp": '#include "transport/x.hpp"\n',
+                 "apps/weir/one.cpp": '#include "library/x.hpp"\n#include <nlohmann/json.hpp>\n'}
+        self.assertEqual(run_check("layers", {**self.ROOMS, **files}), (0, []))
+
+    def test_an_include_that_no_list_allows_is_found(self):
+        for path, name in (("src/core/text/one.hpp", "core/draw/x.hpp"), ("src/core/text/one.hpp", "net/x.hpp"),
+                           ("src/gstcpp/one.cpp", "transport/x.hpp"), ("apps/weir/one.cpp", "elements/x.hpp"),
+                           ("src/modules/one.cpp", "core/text/x.hpp"), ("include/weir/one.hpp", "machine/x.hpp"),
+                           ("src/transport/one.cpp", "nlohmann/json.hpp")):
+            with self.subTest(f"{path}: {name}"):
+                status, findings = run_check("layers", {**self.ROOMS, path: f'#include "{name}"\n'})
+                self.assertEqual((status, len(findings)), (1, 1), findings)
+                self.assertIn(f"{path}:1: ", findings[0])
+
+    def test_a_room_that_is_compiled_nowhere_is_found(self):
+        self.assertEqual(run_check("layers", {**self.ROOMS, "src/core/attic/one.cpp": "\n"}),
+                         (1, ["src/core/attic/one.cpp: src/core/meson.build has no such room"]))
+
+    def test_a_source_of_800_lines_passes_and_one_of_801_does_not(self):
+        self.assertEqual(run_check("length", {"src/one.cpp": "\n" * 800})[0], 0)
+        self.assertEqual(run_check("length", {"src/one.cpp": "\n" * 801})[0], 1)
+
+    def test_one_more_small_header_with_one_user_is_found(self):
+        def files(count):
+            return {f"src/h{i}.hpp": "\n" for i in range(count)} | {f"src/u{i}.cpp": f'#include "h{i}.hpp"\n' for i in range(count)}
+
+        self.assertEqual(run_check("small_headers", files(168))[0], 0)
+        self.assertEqual(run_check("small_headers", files(169))[0], 1)
+        shared = files(169) | {"src/other.cpp": '#include "h0.hpp"\n'}
+        self.assertEqual(run_check("small_headers", shared)[0], 0)
 
 
 class Vocabulary(unittest.TestCase):
