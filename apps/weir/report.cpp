@@ -7,6 +7,7 @@
 
 #include "colour.hpp"
 #include "commands.hpp"
+#include "weir/printable_text.hpp"
 
 namespace weir::app {
 namespace {
@@ -23,6 +24,21 @@ bool is_control(char c) {
 size_t width_of(const std::string& text) {
   return static_cast<size_t>(
       std::count_if(text.begin(), text.end(), [](char c) { return (c & 0xC0) != 0x80; }));
+}
+
+// JSON text with the control characters that JSON permits in strings as \uNNNN.
+std::string for_terminal(std::string_view json) {
+  std::string out;
+  while (!json.empty()) {
+    const size_t length = std::max<size_t>(utf8_sequence(json), 1);
+    const auto character = json.substr(0, length);
+    if (character != "\n" && is_terminal_control(character))
+      append_json_escape(character, &out);
+    else
+      out += character;
+    json.remove_prefix(length);
+  }
+  return out;
 }
 
 struct Columns {
@@ -60,7 +76,8 @@ Json to_json(const Error& error) {
 }
 
 void print(const Json& document) {
-  std::puts(document.dump(2, ' ', false, Json::error_handler_t::replace).c_str());
+  const std::string text = document.dump(2, ' ', false, Json::error_handler_t::replace);
+  std::puts(for_terminal(text).c_str());
 }
 
 int report(const Error& error, bool json) {
@@ -73,7 +90,10 @@ int report(const Error& error, bool json) {
 
 std::string table(std::vector<std::vector<std::string>> rows, std::string_view indent) {
   for (auto& row : rows)
-    for (auto& cell : row) std::replace_if(cell.begin(), cell.end(), is_control, ' ');
+    for (auto& cell : row) {
+      std::replace_if(cell.begin(), cell.end(), is_control, ' ');
+      cell = printable_text(cell);
+    }
   const auto [widths, numbers] = columns_of(rows);
   std::string out;
   for (const auto& row : rows) {

@@ -19,10 +19,12 @@ Classes& classes() {
   return *kept;
 }
 
-// A text may come from a file: invalid UTF-8 in it must not hide the error.
+// A text may come from a file or a peer: invalid UTF-8 in it must not hide the error, and a
+// terminal shows its control characters.
 py::object text(const std::string& part) {
+  const std::string shown = printable_text(part);
   return py::reinterpret_steal<py::object>(
-      PyUnicode_DecodeUTF8(part.data(), static_cast<Py_ssize_t>(part.size()), "replace"));
+      PyUnicode_DecodeUTF8(shown.data(), static_cast<Py_ssize_t>(shown.size()), "replace"));
 }
 
 bool is_type(const std::string& name) {

@@ -12,29 +12,9 @@
 #include <vector>
 
 #include "weir/module.hpp"
+#include "weir/printable_text.hpp"
 
 namespace weir {
-
-// Length of the UTF-8 sequence at the start of `text`; 0 if it is invalid. RFC 3629: no overlong
-// forms, no surrogates, nothing above U+10FFFF.
-constexpr size_t utf8_sequence(std::string_view text) noexcept {
-  const auto at = [&](size_t i) { return static_cast<unsigned char>(text[i]); };
-  if (text.empty()) return 0;
-  const unsigned lead = at(0);
-  if (lead < 0x80) return 1;
-  const size_t length = lead >= 0xC2 && lead < 0xE0   ? 2
-                        : lead >= 0xE0 && lead < 0xF0 ? 3
-                        : lead >= 0xF0 && lead < 0xF5 ? 4
-                                                      : 0;
-  if (length == 0 || text.size() < length) return 0;
-  for (size_t i = 1; i < length; ++i)
-    if ((at(i) & 0xC0) != 0x80) return 0;
-  const unsigned second = at(1);
-  const bool too_long = (lead == 0xE0 && second < 0xA0) || (lead == 0xF0 && second < 0x90);
-  const bool surrogate = lead == 0xED && second >= 0xA0;
-  const bool too_great = lead == 0xF4 && second >= 0x90;
-  return too_long || surrogate || too_great ? 0 : length;
-}
 
 // True for UTF-8 without zero bytes.
 constexpr bool is_text(std::string_view text) noexcept {

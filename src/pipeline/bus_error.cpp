@@ -69,8 +69,8 @@ Error error_of(GstMessage* message) {
                  .difference = text_of(details, "difference"),
                  .fix = text_of(details, "fix")};
   return Error{.code = code_of(*error),
-               .what = element + ": " + error->message,
-               .offered = place ? place.get() : ""};
+               .what = element + ": " + printable_text(error->message),
+               .offered = place ? printable_text(place.get()) : ""};
 }
 
 Error parse_error(const GError& error, const char* text) {

@@ -132,9 +132,10 @@ void print_summary(const Json& facts, const std::vector<Problem>& problems) {
                                            : Colour::Yellow;
   std::printf("%s\n", coloured(stdout, colour, verdict(facts, problems)).c_str());
   for (const auto& problem : problems) {
-    std::printf("  %s\n", problem.what.c_str());
-    if (!problem.reason.empty()) std::printf("    reason: %s\n", problem.reason.c_str());
-    if (!problem.fix.empty()) std::printf("    fix: %s\n", problem.fix.c_str());
+    std::printf("  %s\n", printable_text(problem.what).c_str());
+    if (!problem.reason.empty())
+      std::printf("    reason: %s\n", printable_text(problem.reason).c_str());
+    if (!problem.fix.empty()) std::printf("    fix: %s\n", printable_text(problem.fix).c_str());
   }
   std::printf("\nVersions     Weir %s, %s\n", config::kVersion,
               facts["gstreamer"].get<std::string>().c_str());

@@ -13,6 +13,7 @@
 #include "run/html.hpp"
 #include "try/try_model.hpp"
 #include "try/try_pipeline.hpp"
+#include "weir/printable_text.hpp"
 
 namespace weir::app {
 namespace {
@@ -62,7 +63,8 @@ Result<Played> played(const EvaluateOptions& options, const std::string& model, 
   auto known = try_model(tried);
   if (!known) return known.error();
   if (!options.json)
-    for (const auto& note : known->notes) std::fprintf(stderr, "%s\n", note.c_str());
+    for (const auto& note : known->notes)
+      std::fprintf(stderr, "%s\n", printable_text(note).c_str());
   known->decoder += decoder_properties(kind);
   return Played{fs::path(known->path).filename().string(),
                 "videoconvert ! " + result_elements(*known)};
@@ -80,7 +82,7 @@ class Evaluating {
     if (!what) return what.error();
     auto evaluator = make_evaluator(folder_, options_);
     if (!evaluator) return evaluator.error();
-    if (!options_.json) std::fprintf(stderr, "%s\n", what->pipeline.c_str());
+    if (!options_.json) std::fprintf(stderr, "%s\n", printable_text(what->pipeline).c_str());
     size_t pictures = 0;
     ProgressBar bar(folder_.pictures(), "pictures");
     bar_ = &bar;

@@ -22,6 +22,7 @@
 #include "models/catalogue.hpp"
 #include "report.hpp"
 #include "weir/join.hpp"
+#include "weir/printable_text.hpp"
 
 namespace weir::app {
 namespace {
@@ -225,22 +226,24 @@ void print_card(const Result<card::Card>& card, const infer::Model& model) {
   }
   if (!card && !has_pictures(model)) return;
   if (!card) {
-    std::printf("\nCard\n  none: %s; weir card writes one to fill in\n", card.error().what.c_str());
+    std::printf("\nCard\n  none: %s; weir card writes one to fill in\n",
+                printable_text(card.error().what).c_str());
     return;
   }
   const std::string place = card->path.empty() ? "the model's own metadata" : card->path;
-  std::printf("\nCard    %s: %s\n  to prepare video: %s\n", place.c_str(), card->task.c_str(),
-              card::preparation(card->inputs[0]).c_str());
+  std::printf("\nCard    %s: %s\n  to prepare video: %s\n", printable_text(place).c_str(),
+              printable_text(card->task).c_str(),
+              printable_text(card::preparation(card->inputs[0])).c_str());
 }
 
 void print_engine(const Inspected& found) {
   std::printf("Engine  %s %s: %s\n", found.engine->name, engine_version(*found.engine).c_str(),
-              found.reason.c_str());
+              printable_text(found.reason).c_str());
   for (const auto& other : found.others) std::printf("  or    --engine %s\n", other.c_str());
 }
 
 void print_text(const Inspected& found, const LaunchLine& line, const Result<card::Card>& card) {
-  if (!found.model.empty()) std::printf("Model   %s\n", found.model.c_str());
+  if (!found.model.empty()) std::printf("Model   %s\n", printable_text(found.model).c_str());
   print_engine(found);
   print_tensors("Inputs", found.inputs);
   print_tensors("Outputs", found.outputs);
@@ -248,8 +251,8 @@ void print_text(const Inspected& found, const LaunchLine& line, const Result<car
   std::fputs(description_text(model_description(*found.opened)).c_str(), stdout);
   print_options(engine_options(*found.engine));
   std::printf("\nTo run it\n");
-  if (!line.command.empty()) std::printf("  %s\n", line.command.c_str());
-  for (const auto& note : line.notes) std::printf("  note: %s\n", note.c_str());
+  if (!line.command.empty()) std::printf("  %s\n", printable_text(line.command).c_str());
+  for (const auto& note : line.notes) std::printf("  note: %s\n", printable_text(note).c_str());
 }
 
 }  // namespace

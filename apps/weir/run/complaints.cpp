@@ -6,6 +6,7 @@
 #include <cstdio>
 
 #include "colour.hpp"
+#include "weir/printable_text.hpp"
 
 namespace weir::app {
 namespace {
@@ -13,16 +14,18 @@ namespace {
 void print_complaint(const char* kind, Colour colour, const Complaint& complaint) {
   std::string head = kind;
   if (!complaint.element.empty()) head += " from " + complaint.element;
-  std::string text = coloured(stderr, colour, head) + ": " +
-                     (complaint.id.empty() ? "" : complaint.id + ": ") + complaint.what + "\n";
+  // Other elements put text of peers and files into their errors as it is.
+  std::string text = coloured(stderr, colour, printable_text(head)) + ": " +
+                     (complaint.id.empty() ? "" : complaint.id + ": ") +
+                     printable_text(complaint.what) + "\n";
   const auto add = [&text](const char* name, const std::string& part) {
-    if (!part.empty()) text += std::string("  ") + name + ": " + part + "\n";
+    if (!part.empty()) text += std::string("  ") + name + ": " + printable_text(part) + "\n";
   };
   add("offered", complaint.offered);
   add("needed", complaint.needed);
   add("first difference", complaint.difference);
   if (!complaint.fix.empty())
-    text += coloured(stderr, Colour::Green, "  fix: " + complaint.fix) + "\n";
+    text += coloured(stderr, Colour::Green, "  fix: " + printable_text(complaint.fix)) + "\n";
   // Weir's errors are complete without it; GStreamer's own elements put the useful part there.
   if (complaint.id.empty()) add("details", complaint.debug);
   std::fputs(text.c_str(), stderr);

@@ -23,6 +23,7 @@
 #include "run/shared_clock.hpp"
 #include "run/trace_session.hpp"
 #include "weir/join.hpp"
+#include "weir/printable_text.hpp"
 
 namespace weir::app {
 namespace {
@@ -70,7 +71,7 @@ class ProgressLine {
   }
   void say(const std::string& text) {
     clear();
-    std::fprintf(stderr, "%s\n", text.c_str());
+    std::fprintf(stderr, "%s\n", printable_text(text).c_str());
   }
 
  private:
@@ -142,7 +143,7 @@ void print_text(const PipelineRun& run, RunEnd end) {
   const auto sinks = run.sinks().figures();
   if (sinks.size() > 1)
     for (const auto& sink : sinks)
-      std::printf("  %s: %s\n", sink.name.c_str(), count_text(sink).c_str());
+      std::printf("  %s: %s\n", printable_text(sink.name).c_str(), count_text(sink).c_str());
   const Json all = ledgers(run.pipeline());
   const std::string filters = filter_table(all), ledger = ledger_table(all);
   if (!filters.empty()) std::printf("\nFilters\n%s", filters.c_str());

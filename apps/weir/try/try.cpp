@@ -9,6 +9,7 @@
 #include "run/pipeline_run.hpp"
 #include "try/try_model.hpp"
 #include "try/try_pipeline.hpp"
+#include "weir/printable_text.hpp"
 
 namespace weir::app {
 namespace {
@@ -58,6 +59,11 @@ std::vector<std::string> lines_of_maps(const Json& frame) {
   return out;
 }
 
+// Labels come from files and models.
+void print_line(const std::string& line) {
+  std::printf("  %s\n", printable_text(line).c_str());
+}
+
 void print_frame(const std::string& text) {
   const Json frame = Json::parse(text, nullptr, false);
   if (!frame.is_object()) return;
@@ -70,12 +76,12 @@ void print_frame(const std::string& text) {
        {std::pair{"labels", "label"}, {"detections", "label"}, {"text", "text"}}) {
     if (!frame.contains(list)) continue;
     for (const Json& object : frame[list]) {
-      std::printf("  %s\n", line_of(object, name).c_str());
+      print_line(line_of(object, name));
       is_empty = false;
     }
   }
   for (const std::string& line : lines_of_maps(frame)) {
-    std::printf("  %s\n", line.c_str());
+    print_line(line);
     is_empty = false;
   }
   if (is_empty) std::puts("  nothing");
@@ -111,8 +117,8 @@ int try_model_on_input(const TryOptions& options) {
     gst_element_set_state(pipeline->get(), GST_STATE_NULL);
     return report(opened.error(), false);
   }
-  for (const auto& note : model->notes) std::fprintf(stderr, "%s\n", note.c_str());
-  std::fprintf(stderr, "gst-launch-1.0 %s\n\n", shown->c_str());
+  for (const auto& note : model->notes) std::fprintf(stderr, "%s\n", printable_text(note).c_str());
+  std::fprintf(stderr, "gst-launch-1.0 %s\n\n", printable_text(*shown).c_str());
   {
     const auto sink =
         gst::Ref<GstElement>::adopt(gst_bin_get_by_name(GST_BIN(pipeline->get()), "weir-try-text"));
@@ -122,12 +128,14 @@ int try_model_on_input(const TryOptions& options) {
   }
   PipelineRun run(*std::move(pipeline));
   if (options.show && is_photo(options.input)) run.stop_at_first_signal();
-  const RunEnd ending = run.play(
-      {.progress = {},
-       .notice = [](const std::string& text) { std::fprintf(stderr, "%s\n", text.c_str()); },
-       .warning = print_warning,
-       .playing = {},
-       .stopping = {}});
+  const RunEnd ending = run.play({.progress = {},
+                                  .notice =
+                                      [](const std::string& text) {
+                                        std::fprintf(stderr, "%s\n", printable_text(text).c_str());
+                                      },
+                                  .warning = print_warning,
+                                  .playing = {},
+                                  .stopping = {}});
   if (ending == RunEnd::Error && run.errors().front().is_closed_window) return kExitGood;
   print_errors(run.errors());
   if (!options.output.empty() && ending == RunEnd::Eos)

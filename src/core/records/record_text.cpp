@@ -30,7 +30,6 @@ void append_fraction(int64_t nanoseconds, std::string* out) {
 }
 
 void append_escaped(char c, std::string* out) {
-  constexpr char kHex[] = "0123456789abcdef";
   switch (c) {
     case '"':
       *out += "\\\"";
@@ -48,9 +47,7 @@ void append_escaped(char c, std::string* out) {
       *out += "\\r";
       break;
     default:
-      *out += "\\u00";
-      *out += kHex[static_cast<unsigned char>(c) >> 4];
-      *out += kHex[c & 15];
+      append_json_escape({&c, 1}, out);
   }
 }
 
@@ -101,7 +98,9 @@ void append_json_string(std::string_view text, std::string* out) {
     const size_t length = utf8_sequence(text);
     if (length == 0)
       *out += "\xEF\xBF\xBD";
-    else if (length > 1 || (text[0] >= ' ' && text[0] != '"' && text[0] != '\\'))
+    else if (length > 1 && is_terminal_control(text.substr(0, length)))
+      append_json_escape(text.substr(0, length), out);
+    else if (length > 1 || (text[0] >= ' ' && text[0] != '"' && text[0] != '\\' && text[0] != 0x7F))
       out->append(text.substr(0, length));
     else
       append_escaped(text[0], out);

@@ -65,7 +65,9 @@ TEST(RecordText, UtcIsThatOfTheCalendar) {
 }
 
 TEST(RecordText, StringsAreJsonWhateverTheBytes) {
-  EXPECT_EQ(text(append_json_string, "a\"b\\c\n\x01\x7F/"), "\"a\\\"b\\\\c\\n\\u0001\x7F/\"");
+  EXPECT_EQ(text(append_json_string, "a\"b\\c\n\x01\x7F/"), "\"a\\\"b\\\\c\\n\\u0001\\u007f/\"");
+  // C1 and a change of direction, which terminals act on.
+  EXPECT_EQ(text(append_json_string, "\xC2\x9B\xE2\x80\xAE\xC2\xA0"), "\"\\u009b\\u202e\xC2\xA0\"");
   EXPECT_EQ(text(append_json_string, "Gr\xC3\xBC\xC3\x9F"), "\"Gr\xC3\xBC\xC3\x9F\"");
   // A lone continuation, a surrogate, a cut sequence.
   EXPECT_EQ(nlohmann::json::parse(text(append_json_string, "a\x80z\xED\xA0\x80\xE2\x82")),

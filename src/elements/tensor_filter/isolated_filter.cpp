@@ -80,20 +80,23 @@ std::shared_ptr<isolate::Monitor> make_monitor(const FilterSettings& settings,
 
 void log_confinement(const isolate::Monitor& monitor, GstElement* element) {
   const auto [text, refused] = monitor.confinement();
-  GST_CAT_INFO_OBJECT(gst::category_of(element), element, "worker process: %s", text.c_str());
+  GST_CAT_INFO_OBJECT(gst::category_of(element), element, "worker process: %s",
+                      printable_text(text).c_str());
   if (!refused.empty())
     GST_CAT_WARNING_OBJECT(gst::category_of(element), element,
-                           "not restricted for the worker process: %s", refused.c_str());
+                           "not restricted for the worker process: %s",
+                           printable_text(refused).c_str());
 }
 
 void add_worker_stats(const isolate::Monitor& monitor, GstStructure* stats) {
   const auto c = monitor.counts();
-  gst_structure_set(
-      stats, "worker-ended", G_TYPE_UINT64, c.ended, "worker-timeouts", G_TYPE_UINT64, c.timed_out,
-      "worker-restarts", G_TYPE_UINT64, c.restarted, "worker-not-started", G_TYPE_UINT64,
-      c.not_started, "worker-frames-lost", G_TYPE_UINT64, c.frames_lost, "worker-frames-saved",
-      G_TYPE_UINT64, c.frames_saved, "worker-bytes-copied", G_TYPE_UINT64, c.bytes_copied,
-      "worker-confinement", G_TYPE_STRING, monitor.confinement().text.c_str(), nullptr);
+  gst_structure_set(stats, "worker-ended", G_TYPE_UINT64, c.ended, "worker-timeouts", G_TYPE_UINT64,
+                    c.timed_out, "worker-restarts", G_TYPE_UINT64, c.restarted,
+                    "worker-not-started", G_TYPE_UINT64, c.not_started, "worker-frames-lost",
+                    G_TYPE_UINT64, c.frames_lost, "worker-frames-saved", G_TYPE_UINT64,
+                    c.frames_saved, "worker-bytes-copied", G_TYPE_UINT64, c.bytes_copied,
+                    "worker-confinement", G_TYPE_STRING,
+                    printable_text(monitor.confinement().text).c_str(), nullptr);
 }
 
 }  // namespace weir

@@ -39,11 +39,13 @@ Domain domain_of(Code code) {
 
 GstStructure* details_of(const Error& error) {
   const std::string id = "WEIR-" + std::to_string(static_cast<int>(error.code));
-  return gst_structure_new(
-      "weir-error", "code", G_TYPE_UINT, static_cast<guint>(error.code), "id", G_TYPE_STRING,
-      id.c_str(), "what", G_TYPE_STRING, error.what.c_str(), "offered", G_TYPE_STRING,
-      error.offered.c_str(), "needed", G_TYPE_STRING, error.needed.c_str(), "difference",
-      G_TYPE_STRING, error.difference.c_str(), "fix", G_TYPE_STRING, error.fix.c_str(), nullptr);
+  return gst_structure_new("weir-error", "code", G_TYPE_UINT, static_cast<guint>(error.code), "id",
+                           G_TYPE_STRING, id.c_str(), "what", G_TYPE_STRING,
+                           printable_text(error.what).c_str(), "offered", G_TYPE_STRING,
+                           printable_text(error.offered).c_str(), "needed", G_TYPE_STRING,
+                           printable_text(error.needed).c_str(), "difference", G_TYPE_STRING,
+                           printable_text(error.difference).c_str(), "fix", G_TYPE_STRING,
+                           printable_text(error.fix).c_str(), nullptr);
 }
 
 thread_local GstElement* trying_caps = nullptr;

@@ -9,6 +9,7 @@
 
 #include "gstcpp/element/ref.hpp"
 #include "weir/abi.h"
+#include "weir/printable_text.hpp"
 
 namespace weir::gst {
 namespace {
@@ -66,21 +67,23 @@ void log_output_caps(GstPad* source_pad, const GstCaps* caps) {
                       static_cast<const void*>(caps));
 }
 
-void log_module_line(int level, const char* module, const char* text) {
+void log_module_line(int level, const char* module, const char* line) {
   const GstDebugLevel gst_level = level_of(level);
   // No category shows this level: skips the search for the category.
   if (level > WEIR_LOG_WARNING && gst_level > _gst_debug_min) return;
+  const std::string escaped = printable_text(line);
+  const char* const text = escaped.c_str();
   const bool is_module = is_module_name(module);
   auto* const category =
       is_module ? debug_category((std::string("weir-") + module).c_str(), "a module of Weir")
                 : library_category();
   const bool is_shown = gst_debug_category_get_threshold(category) >= gst_level;
   if (!is_shown && level <= WEIR_LOG_WARNING)
-    std::fprintf(stderr, "weir: %s: %s\n", module, text);
+    std::fprintf(stderr, "weir: %s: %s\n", printable_text(module).c_str(), text);
   else if (is_module)
     GST_CAT_LEVEL_LOG(category, gst_level, nullptr, "%s", text);
   else
-    GST_CAT_LEVEL_LOG(category, gst_level, nullptr, "%s: %s", module, text);
+    GST_CAT_LEVEL_LOG(category, gst_level, nullptr, "%s: %s", printable_text(module).c_str(), text);
 }
 
 }  // namespace weir::gst
