@@ -6,6 +6,7 @@
 #include "compat/spec.hpp"
 #include "core/infer/module/converter.hpp"
 #include "core/infer/module/module_library.hpp"
+#include "gstcpp/buffer/caps_text.hpp"
 #include "gstcpp/buffer/frame_errors.hpp"
 #include "gstcpp/buffer/module_values.hpp"
 #include "gstcpp/element/ref.hpp"
@@ -29,8 +30,8 @@ Fraction rate_of(const GstCaps* caps) {
 }
 
 bool takes(const weir_converter_type& type, const GstCaps* caps) {
-  const auto own = Ref<GstCaps>::adopt(gst_caps_from_string(type.caps));
-  return own && gst_caps_can_intersect(own.get(), caps);
+  const auto own = gst::caps_from_text(type.caps);
+  return own && gst_caps_can_intersect(own->get(), caps);
 }
 
 // The tensors of each frame; none if unknown before the first frame. A converter that cannot open
@@ -151,7 +152,8 @@ struct ConverterFunctions {
       return output_config(converter_slots().type(Number), caps, config);
     };
     converter.query_caps = [](const GstTensorsConfig*) {
-      return gst_caps_from_string(converter_slots().type(Number).caps);
+      auto caps = gst::caps_from_text(converter_slots().type(Number).caps);
+      return caps ? caps->release() : nullptr;
     };
     converter.open = [](const char* script, void** priv) {
       return open(converter_slots().type(Number), script, priv);

@@ -6,6 +6,7 @@
 #include <string>
 
 #include "fuzz_input.hpp"
+#include "gstcpp/buffer/caps_text.hpp"
 #include "gstcpp/element/ref.hpp"
 
 using weir::fuzz::require;
@@ -38,8 +39,9 @@ extern "C" int LLVMFuzzerInitialize(int*, char***) {
 
 extern "C" int LLVMFuzzerTestOneInput(const uint8_t* data, size_t size) {
   const std::string text(reinterpret_cast<const char*>(data), size);
-  const auto caps = weir::gst::Ref<GstCaps>::adopt(gst_caps_from_string(text.c_str()));
-  if (!caps) return 0;
+  const auto read = weir::gst::caps_from_text(text);
+  if (!read) return 0;
+  const auto& caps = *read;
   const auto spec = weir::gst::spec_from_caps(caps.get());
   if (!spec) {
     require(!spec.error().what.empty(), "an error has a text");

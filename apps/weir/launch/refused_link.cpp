@@ -7,6 +7,7 @@
 #include <map>
 
 #include "core/text/place.hpp"
+#include "gstcpp/buffer/caps_text.hpp"
 #include "gstcpp/element/ref.hpp"
 #include "launch/launch_graph.hpp"
 
@@ -164,9 +165,10 @@ std::optional<Error> refused_link(const std::string& text, const std::string& me
   const std::string& to = graph->elements[link->to].type;
   // The caps of a capsfilter between them, if it is the downstream element that refuses them.
   const bool has_caps = refused->refusing == refused->to;
-  const auto offered = has_caps
-                           ? gst::Ref<GstCaps>::adopt(gst_caps_from_string(refused->caps.c_str()))
-                           : template_caps(from.c_str(), GST_PAD_SRC);
+  auto written = gst::caps_from_text(refused->caps);
+  const auto offered = !has_caps ? template_caps(from.c_str(), GST_PAD_SRC)
+                       : written ? *std::move(written)
+                                 : gst::Ref<GstCaps>();
   const auto needed = template_caps(to.c_str(), GST_PAD_SINK);
   // The caps of the capsfilter are what the upstream element cannot make.
   const bool is_caps = !refused->refusing.empty() && refused->refusing == refused->from;

@@ -6,7 +6,7 @@
 
 #include <string_view>
 
-#include "gstcpp/element/ref.hpp"
+#include "gstcpp/buffer/caps_text.hpp"
 #include "run/html.hpp"
 
 namespace weir::app {
@@ -69,10 +69,9 @@ std::vector<std::string> lines_of(const GstStructure* caps) {
 }  // namespace
 
 std::vector<std::string> caps_lines(const std::string& text) {
-  const auto caps =
-      gst::Ref<GstCaps>::adopt(text.empty() ? nullptr : gst_caps_from_string(text.c_str()));
-  if (!caps || gst_caps_get_size(caps.get()) == 0) return {};
-  auto lines = lines_of(gst_caps_get_structure(caps.get(), 0));
+  const auto caps = gst::caps_from_text(text);
+  if (!caps || gst_caps_get_size(caps->get()) == 0) return {};
+  auto lines = lines_of(gst_caps_get_structure(caps->get(), 0));
   std::erase_if(lines, [](const std::string& line) { return line.empty() || line == " "; });
   return lines;
 }

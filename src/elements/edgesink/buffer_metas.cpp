@@ -8,6 +8,7 @@
 #include <utility>
 
 #include "core/isolate/message.hpp"
+#include "gstcpp/buffer/caps_text.hpp"
 #include "gstcpp/buffer/query_meta.hpp"
 #include "gstcpp/buffer/tensor_meta.hpp"
 #include "gstcpp/element/ref.hpp"
@@ -27,11 +28,15 @@ void put_kind(MessageWriter* out, MetaKind kind) {
   out->put(static_cast<uint32_t>(kind));
 }
 
-Error invalid(const char* what) {
+Error invalid(std::string what) {
   return Error{.code = Code::PEER_MESSAGE_INVALID,
                .what = "the metadata of a frame from another process cannot be used",
-               .offered = what,
+               .offered = std::move(what),
                .needed = "an edgesink of the same version"};
+}
+
+Error invalid(const char* what, const Error& cause) {
+  return invalid(std::string(what) + ": " + cause.offered + ", not " + cause.needed);
 }
 
 void encode_region(const Region& region, MessageWriter* out) {
@@ -57,9 +62,10 @@ Status decode_region(MessageReader* in, GstBuffer* buffer) {
   region->id = id;
   region->parent_id = parent;
   for (uint32_t left = in->count(kMostParameters); left > 0; --left) {
-    GstStructure* parameter = gst_structure_from_string(in->text().c_str(), nullptr);
-    if (!parameter) return invalid("a parameter of a region that is not a structure");
-    gst_video_region_of_interest_meta_add_param(region, parameter);
+    auto parameter = gst::structure_from_text(in->text());
+    if (!parameter)
+      return invalid("a parameter of a region that is not a structure", parameter.error());
+    gst_video_region_of_interest_meta_add_param(region, parameter->release());
   }
   return ok();
 }

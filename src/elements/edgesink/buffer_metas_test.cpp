@@ -7,6 +7,7 @@
 
 #include <cstring>
 
+#include "core/isolate/message.hpp"
 #include "gstcpp/buffer/query_meta.hpp"
 #include "gstcpp/buffer/tensor_meta.hpp"
 #include "gstcpp/element/ref.hpp"
@@ -63,6 +64,44 @@ TEST(BufferMetas, PlanesBeyondTheFrameAreRefused) {
   EXPECT_TRUE(weir::decode_metas(bytes, buffer_of(560).get()));
   EXPECT_REFUSED(weir::decode_metas(bytes, buffer_of(559).get()), PEER_MESSAGE_INVALID,
                  "planes of video beyond the frame");
+}
+
+// A record of a region with one parameter, as encode_metas() writes it.
+std::vector<std::byte> region_with(const std::string& parameter) {
+  weir::isolate::MessageWriter out;
+  enum class Kind : uint32_t { None };
+  out.begin(Kind::None);
+  out.put(uint32_t{1});
+  out.text("cat");
+  for (const int32_t id : {1, 0}) out.put(id);
+  for (const uint32_t place : {1, 2, 3, 4}) out.put(place);
+  out.put(uint32_t{1});
+  out.text(parameter.c_str());
+  const auto bytes = out.finish().subspan(sizeof(weir::isolate::MessageHead));
+  return {bytes.begin(), bytes.end()};
+}
+
+TEST(BufferMetas, ParametersOfRegionsArrive) {
+  const auto to = buffer_of(16);
+  ASSERT_TRUE(
+      weir::decode_metas(region_with("pose, score=(double)0.5, points=(int)< < 1, 2 >, < 3, 4 > >, "
+                                     "part=(structure)\"head\\,\\ name\\=\\(string\\)a\\;\";"),
+                         to.get()));
+  const auto* region = reinterpret_cast<GstVideoRegionOfInterestMeta*>(
+      gst_buffer_get_video_region_of_interest_meta_id(to.get(), 1));
+  ASSERT_TRUE(region);
+  const GstStructure* pose = gst_video_region_of_interest_meta_get_param(
+      const_cast<GstVideoRegionOfInterestMeta*>(region), "pose");
+  ASSERT_TRUE(pose);
+  EXPECT_TRUE(gst_structure_has_field_typed(pose, "part", GST_TYPE_STRUCTURE));
+}
+
+TEST(BufferMetas, ParametersThatGStreamerCannotParseSafelyAreRefused) {
+  for (const std::string& text :
+       {"pose,a=" + std::string(30000, '<'), std::string("1pose"), std::string("pose,a=[2,1]"),
+        std::string("pose,a=(buffer)abc"), std::string("pose,a=(GstElement)x")})
+    EXPECT_REFUSED(weir::decode_metas(region_with(text), buffer_of(16).get()), PEER_MESSAGE_INVALID,
+                   "a parameter of a region that is not a structure: ");
 }
 
 TEST(BufferMetas, EveryTruncationIsRefused) {

@@ -1,6 +1,7 @@
 // edgesrc with protocol=local: edgesinks that come and go, and elements downstream.
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #include "elements/edgesink/edge_local_test_support.hpp"
+#include "transport/local/publisher.hpp"
 
 namespace {
 
@@ -99,6 +100,37 @@ TEST_F(EdgeLocalSource, ElementsThatKeepAllBuffersGetCopies) {
   gst_harness_push(out.get(), frame(Bytes{1, 2, 3, 4}));
   EXPECT_TRUE(pull(in));
   EXPECT_EQ(stat(in, "edgesrc", "bytes-copied"), 18u * 4);
+}
+
+class HostileEdgesink : public EdgeLocal {
+ protected:
+  // The error of an edgesrc that gets these caps from a process of the same user.
+  std::string error_of_caps(const std::string& text) {
+    const auto writer = weir::local::Publisher::open({.path = path(), .refused = {}});
+    EXPECT_TRUE(writer);
+    EXPECT_TRUE((*writer)->set_caps(text));
+    const auto element = lone_element("edgesrc" + ends_with() + "! fakesink");
+    const auto bus = Ref<GstBus>::adopt(gst_element_get_bus(element.get()));
+    gst_element_set_state(element.get(), GST_STATE_PLAYING);
+    const auto message = Ref<GstMessage>::adopt(
+        gst_bus_timed_pop_filtered(bus.get(), 60 * GST_SECOND, GST_MESSAGE_ERROR));
+    const std::string text_of_error = message ? text_of(message.get()) : "hangs";
+    gst_element_set_state(element.get(), GST_STATE_NULL);
+    return text_of_error;
+  }
+};
+
+TEST_F(HostileEdgesink, CapsThatWouldOverflowTheStackAreRefused) {
+  const std::string error = error_of_caps("video/x-raw,a=" + std::string(30000, '{'));
+  EXPECT_SAYS(error, "WEIR-6004: the edgesink of a local stream sent an invalid message");
+  EXPECT_SAYS(error, "not at most 16 lists or structures in each other");
+}
+
+TEST_F(HostileEdgesink, CapsThatAreNotFixedAreNamedWithoutControlCharacters) {
+  const std::string error = error_of_caps("video/x-raw,a=\"\x1b[2J\x07\",width=[1,2]");
+  EXPECT_SAYS(error, "caps that are not fixed");
+  EXPECT_SAYS(error, "\\x1b[2J\\x07");
+  EXPECT_EQ(error.find('\x1b'), std::string::npos);
 }
 
 }  // namespace

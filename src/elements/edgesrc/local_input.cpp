@@ -5,8 +5,10 @@
 #include <cstring>
 #include <utility>
 
+#include "core/text/quoted.hpp"
 #include "elements/edgesink/buffer_metas.hpp"
 #include "gstcpp/buffer/allocation.hpp"
+#include "gstcpp/buffer/caps_text.hpp"
 #include "transport/local/peer_error.hpp"
 
 namespace weir {
@@ -76,10 +78,13 @@ Result<InputEvent> LocalInput::receive() {
   if (!event) return event.error();
   switch (event->kind) {
     case local::StreamEvent::Kind::Caps: {
-      auto caps = gst::Ref<GstCaps>::adopt(gst_caps_from_string(event->caps.c_str()));
-      if (!caps || !gst_caps_is_fixed(caps.get()))
-        return local::bad_writer("caps that are not fixed: " + event->caps.substr(0, 200));
-      return InputEvent{InputEvent::Kind::Caps, std::move(caps), {}};
+      auto caps = gst::caps_from_text(event->caps);
+      if (!caps)
+        return local::bad_writer("caps that cannot be used: " + caps.error().offered + ", not " +
+                                 caps.error().needed);
+      if (!gst_caps_is_fixed(caps->get()))
+        return local::bad_writer("caps that are not fixed: " + quoted_text(event->caps));
+      return InputEvent{InputEvent::Kind::Caps, *std::move(caps), {}};
     }
     case local::StreamEvent::Kind::Frame: {
       // The elements downstream keep all frames that they may: without a copy both sides would

@@ -5,6 +5,7 @@
 #include <utility>
 
 #include "core/wire/peer_error.hpp"
+#include "gstcpp/buffer/caps_text.hpp"
 
 namespace weir {
 Result<std::unique_ptr<BufferInput>> TcpInput::open(const std::string& host, uint32_t port,
@@ -42,12 +43,10 @@ Result<std::optional<InputEvent>> TcpInput::greet() {
 Result<std::optional<InputEvent>> TcpInput::announced_caps() const {
   const std::string& text = subscriber_.caps();
   if (text.empty()) return std::optional<InputEvent>();
-  auto caps = gst::Ref<GstCaps>::adopt(gst_caps_from_string(text.c_str()));
-  if (!caps)
-    return wire::peer_error("the caps of the edgesink are not valid", wire::quoted_text(text),
-                            "caps");
-  if (!gst_caps_is_fixed(caps.get())) return std::optional<InputEvent>();
-  return std::optional(InputEvent{InputEvent::Kind::Caps, std::move(caps), {}});
+  auto caps = gst::caps_from_text(text);
+  if (!caps) return wire::peer_error("the caps of the edgesink are not valid", caps.error());
+  if (!gst_caps_is_fixed(caps->get())) return std::optional<InputEvent>();
+  return std::optional(InputEvent{InputEvent::Kind::Caps, *std::move(caps), {}});
 }
 
 Result<InputEvent> TcpInput::receive() {

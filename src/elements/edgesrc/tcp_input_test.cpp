@@ -99,6 +99,34 @@ TEST_F(EdgeTcpInput, CapsThatAreNoneNameThePublisher) {
   EXPECT_SAYS(event.error().message(), "no caps, at=all(");
 }
 
+// GStreamer's parser would recurse once for each brace.
+TEST_F(EdgeTcpInput, CapsThatWouldOverflowTheStackAreRefused) {
+  ASSERT_TRUE(publisher_->set_caps("video/x-raw,a=" + std::string(60000, '{')));
+  const auto event = input_->receive();
+  EXPECT_REFUSED(event, PEER_MESSAGE_INVALID, "the caps of the edgesink are not valid");
+  EXPECT_SAYS(event.error().message(), "60014 bytes");
+  EXPECT_SAYS(event.error().message(), "at most 16 lists or structures in each other");
+  EXPECT_SAYS(event.error().message(), "at byte 31");
+}
+
+TEST_F(EdgeTcpInput, CapsThatFailAnAssertionAreRefused) {
+  ASSERT_TRUE(publisher_->set_caps("video/x-raw,width=(int)[ 100, 1 ]"));
+  EXPECT_REFUSED(input_->receive(), PEER_MESSAGE_INVALID,
+                 "a range of two numbers, the smaller one first");
+}
+
+TEST_F(EdgeTcpInput, CapsOfManyLargeTensorsAreRead) {
+  std::string dimensions, types;
+  for (int i = 0; i < 256; ++i) {
+    dimensions += "4294967295:4294967295:4294967295:4294967295:1:1:1:1:1:1:1:1:1:1:1:1,";
+    types += "float64,";
+  }
+  ASSERT_TRUE(publisher_->set_caps(
+      "other/tensors, format=(string)static, num_tensors=(int)256, dimensions=(string)\"" +
+      dimensions + "\", types=(string)\"" + types + "\", framerate=(fraction)30/1"));
+  expect(Kind::Caps);
+}
+
 }  // namespace
 }  // namespace weir
 

@@ -15,6 +15,7 @@
 #include "elements/tensor_converter/sub_plugin_medium.hpp"
 #include "elements/tensor_converter/text_medium.hpp"
 #include "elements/tensor_converter/video_medium.hpp"
+#include "gstcpp/buffer/caps_text.hpp"
 #include "gstcpp/buffer/device_caps.hpp"
 #include "gstcpp/buffer/tensor_caps.hpp"
 #include "gstcpp/element/log.hpp"
@@ -51,7 +52,8 @@ constexpr std::array kMedia{
 };
 
 gst::Ref<GstCaps> caps_of(const weir_converter_type& type) {
-  return gst::Ref<GstCaps>::adopt(type.caps ? gst_caps_from_string(type.caps) : nullptr);
+  auto caps = gst::caps_from_text(type.caps ? type.caps : "");
+  return caps ? *std::move(caps) : gst::Ref<GstCaps>();
 }
 
 bool takes(const weir_converter_type& type, const char* name) {

@@ -5,6 +5,7 @@
 #include <string>
 
 #include "core/wire/peer_error.hpp"
+#include "gstcpp/buffer/caps_text.hpp"
 #include "gstcpp/buffer/tensor_caps.hpp"
 
 namespace weir {
@@ -36,10 +37,11 @@ bool are_same_tensors(const GstCaps* a, const GstCaps* b) {
 }
 
 Result<Ref<GstCaps>> parse(const std::string& text, const char* which) {
-  auto caps = Ref<GstCaps>::adopt(gst_caps_from_string(text.c_str()));
-  if (caps && !gst_caps_is_empty(caps.get())) return caps;
-  return wire::peer_error(std::string("the query server announces invalid caps for ") + which,
-                          wire::quoted_text(text), "valid caps");
+  const std::string what = std::string("the query server announces invalid caps for ") + which;
+  auto caps = gst::caps_from_text(text);
+  if (!caps) return wire::peer_error(what, caps.error());
+  if (!gst_caps_is_empty(caps->get())) return caps;
+  return wire::peer_error(what, wire::quoted_text(text), "valid caps");
 }
 
 }  // namespace

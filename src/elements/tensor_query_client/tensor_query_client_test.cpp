@@ -251,6 +251,17 @@ TEST_F(CapsOfAServer, ThatAreNoCapsAreNamed) {
   EXPECT_SAYS(error("no caps,", four_bytes()), "invalid caps for its input");
   EXPECT_SAYS(error(four_bytes(), "(((("), "invalid caps for its answers");
 }
+TEST_F(CapsOfAServer, ThatWouldOverflowTheStackAreRefused) {
+  const std::string braces = "video/x-raw,a=" + std::string(60000, '{');
+  for (const std::string& text : {error(braces, four_bytes()), error(four_bytes(), braces)}) {
+    EXPECT_SAYS(text, "WEIR-6004: the query server announces invalid caps for its");
+    EXPECT_SAYS(text, "at most 16 lists or structures in each other");
+  }
+}
+TEST_F(CapsOfAServer, ThatFailAnAssertionAreRefused) {
+  EXPECT_SAYS(error(four_bytes(), "1video/x-raw"), "a media type, which begins with a letter");
+  EXPECT_SAYS(error("video/x-raw,rate=(fraction)[2/1,1/1]", four_bytes()), "the smaller one first");
+}
 TEST_F(CapsOfAServer, ThatAreSeveralForItsAnswersAreNamed) {
   EXPECT_SAYS(error(four_bytes(), "video/x-raw,width=[1,100]"), "several caps for its answers");
   EXPECT_SAYS(error(four_bytes(), "video/x-raw,width=[1,100]"), "put a capsfilter");

@@ -5,7 +5,9 @@
 #include <algorithm>
 #include <cstring>
 
+#include "core/text/quoted.hpp"
 #include "gstcpp/buffer/allocation.hpp"
+#include "gstcpp/buffer/caps_text.hpp"
 #include "gstcpp/buffer/frame_errors.hpp"
 
 namespace weir::gst {
@@ -46,15 +48,16 @@ Result<Ref<GstMemory>> memory_of(infer::ConvertedTensor& tensor, Ledger* ledger)
 }
 
 Result<Ref<GstCaps>> caps_of_decoder(const std::string& text, const Fraction& rate) {
-  auto caps = Ref<GstCaps>::adopt(text.empty() ? nullptr : gst_caps_from_string(text.c_str()));
-  if (!caps || gst_caps_is_empty(caps.get()) || gst_caps_is_any(caps.get()))
+  auto caps = caps_from_text(text);
+  if (!caps || gst_caps_is_empty(caps->get()) || gst_caps_is_any(caps->get()))
     return Error{.code = Code::CALLBACK_FAILED,
                  .what = "the decoder returned invalid caps",
-                 .offered = "\"" + text + "\"",
+                 .offered = quoted_text(text),
                  .needed = "caps as text, for example text/x-raw,format=(string)utf8",
+                 .difference = caps ? "" : caps.error().difference + ": " + caps.error().needed,
                  .fix = "fix the decoder's configure"};
   if (rate.valid())
-    gst_caps_set_simple(caps.get(), "framerate", GST_TYPE_FRACTION, rate.numerator,
+    gst_caps_set_simple(caps->get(), "framerate", GST_TYPE_FRACTION, rate.numerator,
                         rate.denominator, nullptr);
   return caps;
 }

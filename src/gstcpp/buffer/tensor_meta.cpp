@@ -15,7 +15,7 @@ struct TensorMeta {
 };
 
 // Another copy of this file in the process may have registered both types.
-GType tensor_api_type() {
+GType tensor_meta_api() {
   static const GType type = [] {
     static const gchar* tags[] = {nullptr};
     if (const GType known = g_type_from_name("WeirTensorMetaAPI")) return known;
@@ -30,7 +30,7 @@ gboolean init_tensor_meta(GstMeta* meta, gpointer, GstBuffer*) {
   return TRUE;
 }
 
-void release(GstMeta* meta, GstBuffer*) {
+void release_tensor_meta(GstMeta* meta, GstBuffer*) {
   reinterpret_cast<TensorMeta*>(meta)->maps.~vector();
 }
 
@@ -44,14 +44,14 @@ gboolean copy_tensor_meta(GstBuffer* target, GstMeta* meta, GstBuffer*, GQuark t
 const GstMetaInfo* tensor_meta_info() {
   static const GstMetaInfo* const registered = [] {
     if (const auto* known = gst_meta_get_info("WeirTensorMeta")) return known;
-    return gst_meta_register(tensor_api_type(), "WeirTensorMeta", sizeof(TensorMeta),
-                             init_tensor_meta, release, copy_tensor_meta);
+    return gst_meta_register(tensor_meta_api(), "WeirTensorMeta", sizeof(TensorMeta),
+                             init_tensor_meta, release_tensor_meta, copy_tensor_meta);
   }();
   return registered;
 }
 
 TensorMeta* tensor_meta_of(GstBuffer* buffer) noexcept {
-  return reinterpret_cast<TensorMeta*>(gst_buffer_get_meta(buffer, tensor_api_type()));
+  return reinterpret_cast<TensorMeta*>(gst_buffer_get_meta(buffer, tensor_meta_api()));
 }
 
 }  // namespace
