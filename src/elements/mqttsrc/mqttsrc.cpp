@@ -1,10 +1,14 @@
 // mqttsrc: pushes the messages of a topic of an MQTT broker as buffers, with their caps and times.
 // SPDX-License-Identifier: LGPL-2.1-or-later
+#include <array>
 #include <map>
+#include <utility>
 
+#include "core/text/quoted.hpp"
 #include "elements/mqttsink/mqtt_element.hpp"
 #include "elements/mqttsink/mqtt_meta.hpp"
 #include "elements/mqttsrc/received_frame.hpp"
+#include "gstcpp/buffer/caps_text.hpp"
 #include "transport/mqtt/ntp_time.hpp"
 
 namespace weir {
@@ -14,6 +18,11 @@ using gst::Ref;
 using transport::BrokerClient;
 using transport::MqttMessage;
 using Payload = std::vector<std::byte>;
+
+constexpr char kOnePublisher[] = "set sub-topic to the topic of one publisher";
+
+// What makes a message unusable.
+enum class Invalid { Message, Caps };
 
 // One memory for each size; all of them keep the payload.
 void append_memories(GstBuffer* buffer, Payload payload, const ReceivedFrame& frame) {
@@ -84,6 +93,7 @@ class MqttSrc : public MqttElement<MqttSrc, gst::PushSource> {
     caps_.clear();
     next_.clear();
     lost_ = invalid_ = gone_ = overflowed_ = 0;
+    has_warned_ = {};
     set_client(*std::move(client));
     return ok();
   }
@@ -102,7 +112,11 @@ class MqttSrc : public MqttElement<MqttSrc, gst::PushSource> {
       ledger_.received();
       auto frame = read(*message);
       if (!frame) continue;
-      if (frame->caps != caps_ && !change_caps(frame->caps)) return GST_FLOW_NOT_NEGOTIATED;
+      if (frame->caps != caps_ || caps_.empty()) {
+        const auto caps = read_caps(*message, frame->caps);
+        if (!caps) continue;
+        if (!change_caps(caps.get(), frame->caps)) return GST_FLOW_NOT_NEGOTIATED;
+      }
       *out = make_buffer(*std::move(message), *frame);
       ledger_.consumed_and_pushed();
       return GST_FLOW_OK;
@@ -164,7 +178,7 @@ class MqttSrc : public MqttElement<MqttSrc, gst::PushSource> {
     if (late || !frame->on_time) {
       ledger_.dropped(late ? DropReason::Late : DropReason::Time);
       GST_CAT_DEBUG_OBJECT(category(), self(), "a message of %s is dropped: %s",
-                           message.topic.c_str(),
+                           quoted_text(message.topic).c_str(),
                            late ? "it is older than max-age" : "it was sent before this stream");
       return std::nullopt;
     }
@@ -174,11 +188,23 @@ class MqttSrc : public MqttElement<MqttSrc, gst::PushSource> {
     const bool gone =
         active_.is_v5() && message.payload.size() == 4 &&
         std::string_view(reinterpret_cast<const char*>(message.payload.data()), 4) == "gone";
-    ++(gone ? gone_ : invalid_);
-    ledger_.dropped(gone ? DropReason::Eos : DropReason::Error);
-    GST_CAT_WARNING_OBJECT(
-        category(), self(), "topic %s: %s", message.topic.c_str(),
-        gone ? "a publisher lost its connection to the broker" : error.message().c_str());
+    if (!gone) return drop_invalid(Invalid::Message, message, error);
+    ++gone_;
+    ledger_.dropped(DropReason::Eos);
+    GST_CAT_WARNING_OBJECT(category(), self(),
+                           "topic %s: a publisher lost its connection to the broker",
+                           quoted_text(message.topic).c_str());
+  }
+  // Everyone who may publish can send such a message, and the broker repeats a retained one at each
+  // start, so it does not end the stream. Posts the first of a kind as a warning.
+  void drop_invalid(Invalid kind, const MqttMessage& message, Error error) {
+    ++invalid_;
+    ledger_.dropped(DropReason::Error);
+    error.what =
+        "a message of the topic " + quoted_text(message.topic) + " is dropped: " + error.what;
+    if (!std::exchange(has_warned_[static_cast<size_t>(kind)], true))
+      return gst::post_warning(element(), error);
+    GST_CAT_DEBUG_OBJECT(category(), self(), "%s", error.message().c_str());
   }
   // Each publisher numbers its messages; a new base epoch is a new stream.
   void count_gap(const std::string& topic, const ReceivedFrame& frame) {
@@ -193,22 +219,30 @@ class MqttSrc : public MqttElement<MqttSrc, gst::PushSource> {
     next = *frame.sequence + 1;
   }
 
-  bool change_caps(const std::string& text) {
-    const auto caps = Ref<GstCaps>::adopt(gst_caps_from_string(text.c_str()));
-    const bool usable = caps && gst_caps_is_fixed(caps.get());
-    if (usable && gst_base_src_set_caps(base(), caps.get())) {
+  // Null, counted, for a message whose caps cannot be used.
+  Ref<GstCaps> read_caps(const MqttMessage& message, const std::string& text) {
+    auto caps = gst::caps_from_text(text);
+    if (caps && gst_caps_is_fixed(caps->get())) return *std::move(caps);
+    drop_invalid(Invalid::Caps, message,
+                 Error{.code = Code::PEER_MESSAGE_INVALID,
+                       .what = "its caps cannot be used",
+                       .offered = caps ? quoted_text(text) : caps.error().offered,
+                       .needed = caps ? "fixed caps of one format" : caps.error().needed,
+                       .difference = caps ? "" : caps.error().difference,
+                       .fix = kOnePublisher});
+    return {};
+  }
+  bool change_caps(GstCaps* caps, const std::string& text) {
+    if (gst_base_src_set_caps(base(), caps)) {
       caps_ = text;
       return true;
     }
     ledger_.dropped(DropReason::Error);
-    gst::post_error(element(),
-                    Error{.code = Code::SPEC_MISMATCH,
-                          .what = usable ? "the downstream element rejects the caps of a message"
-                                         : "the caps of a message cannot be used",
-                          .offered = text,
-                          .needed = usable ? "caps that the downstream element accepts"
-                                           : "fixed caps of one format",
-                          .fix = "set sub-topic to the topic of one publisher"});
+    gst::post_error(element(), Error{.code = Code::SPEC_MISMATCH,
+                                     .what = "the downstream element rejects the caps of a message",
+                                     .offered = text,
+                                     .needed = "caps that the downstream element accepts",
+                                     .fix = kOnePublisher});
     return false;
   }
 
@@ -226,6 +260,7 @@ class MqttSrc : public MqttElement<MqttSrc, gst::PushSource> {
   std::string caps_;
   std::map<std::string, std::pair<int64_t, uint64_t>> next_;  // base epoch and number, by topic
   std::atomic<uint64_t> lost_{0}, invalid_{0}, gone_{0};
+  std::array<bool, 2> has_warned_{};  // of each kind of Invalid; streaming thread
   uint64_t overflowed_ = 0;
 };
 
