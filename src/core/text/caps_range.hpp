@@ -8,6 +8,8 @@ namespace weir {
 // The types that have ranges. Guessed: the first of int, double and fraction that fits.
 enum class RangeType { Guessed, Int, Int64, Double, Fraction };
 
+// Whether the text is a number of this type that a range can begin or end with.
+bool is_number(RangeType type, std::string_view text);
 // Whether GStreamer can make a range of these two numbers and its step, which may be empty: the
 // first is the smaller one, and both are multiples of the step. Decimal numbers only, and `min` and
 // `max` for integers.

@@ -4,96 +4,13 @@
 
 #include <algorithm>
 #include <cstdint>
-#include <limits>
 
-#include "core/text/caps_range.hpp"
+#include "core/text/caps_type.hpp"
 #include "core/text/quoted.hpp"
 #include "weir/label_file.hpp"
 
 namespace weir {
 namespace {
-
-enum class CapsType { Guessed, Int, Int64, Double, Fraction, Buffer, List, Structure, Caps, Plain };
-
-struct NamedCapsType {
-  std::string_view name;
-  CapsType type;
-};
-// The abbreviations and names that GStreamer knows.
-constexpr NamedCapsType kCapsTypes[] = {
-    {"int", CapsType::Int},
-    {"i", CapsType::Int},
-    {"gint", CapsType::Int},
-    {"int64", CapsType::Int64},
-    {"gint64", CapsType::Int64},
-    {"double", CapsType::Double},
-    {"d", CapsType::Double},
-    {"gdouble", CapsType::Double},
-    {"fraction", CapsType::Fraction},
-    {"GstFraction", CapsType::Fraction},
-    {"buffer", CapsType::Buffer},
-    {"GstBuffer", CapsType::Buffer},
-    {"list", CapsType::List},
-    {"GstValueList", CapsType::List},
-    {"array", CapsType::List},
-    {"GstValueArray", CapsType::List},
-    {"structure", CapsType::Structure},
-    {"GstStructure", CapsType::Structure},
-    {"GstCaps", CapsType::Caps},
-    {"uint", CapsType::Plain},
-    {"u", CapsType::Plain},
-    {"guint", CapsType::Plain},
-    {"uint64", CapsType::Plain},
-    {"guint64", CapsType::Plain},
-    {"float", CapsType::Plain},
-    {"f", CapsType::Plain},
-    {"gfloat", CapsType::Plain},
-    {"boolean", CapsType::Plain},
-    {"bool", CapsType::Plain},
-    {"b", CapsType::Plain},
-    {"gboolean", CapsType::Plain},
-    {"string", CapsType::Plain},
-    {"str", CapsType::Plain},
-    {"s", CapsType::Plain},
-    {"gchararray", CapsType::Plain},
-    {"bitmask", CapsType::Plain},
-    {"GstBitmask", CapsType::Plain},
-    {"flagset", CapsType::Plain},
-    {"GstFlagSet", CapsType::Plain},
-};
-
-constexpr bool is_caps_letter(char c) {
-  return (c >= 'a' && c <= 'z') || (c >= 'A' && c <= 'Z');
-}
-constexpr bool is_caps_digit(char c) {
-  return c >= '0' && c <= '9';
-}
-constexpr bool is_caps_hex_digit(char c) {
-  return is_caps_digit(c) || (c >= 'a' && c <= 'f') || (c >= 'A' && c <= 'F');
-}
-constexpr bool is_caps_blank(char c) {
-  return c == ' ' || (c >= '\t' && c <= '\r');
-}
-// In a value without quotes.
-constexpr bool is_caps_word(char c) {
-  return is_caps_letter(c) || is_caps_digit(c) ||
-         std::string_view("_-+/:.").find(c) != std::string_view::npos;
-}
-
-RangeType range_type(CapsType type) {
-  switch (type) {
-    case CapsType::Int:
-      return RangeType::Int;
-    case CapsType::Int64:
-      return RangeType::Int64;
-    case CapsType::Double:
-      return RangeType::Double;
-    case CapsType::Fraction:
-      return RangeType::Fraction;
-    default:
-      return RangeType::Guessed;
-  }
-}
 
 struct CapsFault {
   Code code = Code::OPTION_SYNTAX;
@@ -191,16 +108,16 @@ class CapsChecker {
   bool cast(CapsType* type) {
     skip_blanks();
     const auto name = word();
-    const auto* known = std::find_if(std::begin(kCapsTypes), std::end(kCapsTypes),
-                                     [name](const NamedCapsType& t) { return t.name == name; });
-    if (known == std::end(kCapsTypes) && (name.empty() || !is_plain_type_(std::string(name))))
+    const auto known = caps_type(name);
+    if (!known && (name.empty() || !is_plain_type_(std::string(name))))
       return failed("the name of a type that caps have");
-    *type = known == std::end(kCapsTypes) ? CapsType::Plain : known->type;
+    *type = known.value_or(CapsType::Plain);
     skip_blanks();
     return next(')') || failed(") after the name of a type");
   }
   bool list(CapsType type, char end) {
     if (++depth_ > kMostCapsDepth) return too_deep();
+    ++lists_;
     skip_blanks();
     if (!next(end)) {
       do {
@@ -209,6 +126,7 @@ class CapsChecker {
       } while (next(','));
       if (!next(end)) return failed(std::string("a comma or ") + end);
     }
+    --lists_;
     --depth_;
     return true;
   }
@@ -237,7 +155,8 @@ class CapsChecker {
         (text.size() % 2 != 0 || !std::all_of(text.begin(), text.end(), is_caps_hex_digit)))
       return failed("bytes in hexadecimal");
     if (type == CapsType::List) return failed("a list");
-    return (type != CapsType::Structure && type != CapsType::Caps) || nested(type, text, begin);
+    if (type == CapsType::Structure || type == CapsType::Caps) return nested(type, text, begin);
+    return lists_ == 0 || is_value(type, text) || failed("values of the type of their list");
   }
   bool quoted(CapsType type) {
     const size_t begin = at_++;
@@ -251,13 +170,34 @@ class CapsChecker {
     if (!next('"')) return failed("a quotation mark at the end of a value");
     if (type == CapsType::Buffer || type == CapsType::List)
       return failed("a value without quotation marks");
-    if (type != CapsType::Structure && type != CapsType::Caps) return true;
+    if (type != CapsType::Structure && type != CapsType::Caps)
+      return lists_ == 0 || type == CapsType::Guessed ||
+             (type == CapsType::Text &&
+              (!has_number || is_text(decoded(text_.substr(begin, at_ - begin))))) ||
+             failed("values of the type of their list");
     at_ = has_number ? begin : at_;
     return has_number ? failed("a structure without \\NNN") : nested(type, text, begin);
+  }
+  // The bytes of a text in quotes, where \NNN is a byte.
+  static std::string decoded(std::string_view quoted) {
+    std::string out;
+    for (size_t i = 0; i < quoted.size(); ++i) {
+      if (quoted[i] == '\\' && i + 3 < quoted.size() && is_caps_digit(quoted[i + 1])) {
+        out += static_cast<char>((quoted[i + 1] - '0') * 64 + (quoted[i + 2] - '0') * 8 +
+                                 (quoted[i + 3] - '0'));
+        i += 3;
+      } else if (quoted[i] == '\\') {
+        out += quoted[++i];
+      } else {
+        out += quoted[i];
+      }
+    }
+    return out;
   }
   bool nested(CapsType type, std::string_view text, size_t begin) {
     if (depth_ + 1 > kMostCapsDepth) return too_deep();
     CapsChecker inner(text, is_plain_type_, depth_ + 1, counts_);
+    inner.lists_ = lists_;
     if (type == CapsType::Caps ? inner.caps() : inner.one_structure()) return true;
     fault_ = inner.fault();
     fault_.at = begin;
@@ -297,6 +237,8 @@ class CapsChecker {
   std::string_view text_;
   IsPlainType is_plain_type_;
   size_t depth_, at_ = 0;
+  // Open lists. GStreamer 1.22 leaks the values of a list that has one that cannot be read.
+  size_t lists_ = 0;
   size_t brackets_ = 0;  // structures in brackets that are open
   CapsCounts* counts_;
   CapsFault fault_;

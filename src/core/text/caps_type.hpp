@@ -1,0 +1,57 @@
+// The types of values in the text of caps.
+// SPDX-License-Identifier: LGPL-2.1-or-later
+#pragma once
+#include <optional>
+#include <string_view>
+
+#include "core/text/caps_range.hpp"
+
+namespace weir {
+
+// Guessed: without a name; GStreamer tries int, double, fraction and boolean, and takes a string.
+enum class CapsType {
+  Text,
+  Uint,
+  Uint64,
+  Float,
+  Boolean,
+  Bitmask,
+  Guessed,
+  Int,
+  Int64,
+  Double,
+  Fraction,
+  Buffer,
+  List,
+  Structure,
+  Caps,
+  Plain
+};
+
+// The type of a name or an abbreviation of GStreamer; nullopt for types that caps do not have.
+std::optional<CapsType> caps_type(std::string_view name);
+// Guessed for types without ranges.
+RangeType range_type(CapsType type);
+// Whether GStreamer certainly reads a value of this type from the text.
+bool is_value(CapsType type, std::string_view text);
+
+constexpr bool is_caps_letter(char c) {
+  return (c >= 'a' && c <= 'z') || (c >= 'A' && c <= 'Z');
+}
+constexpr bool is_caps_digit(char c) {
+  return c >= '0' && c <= '9';
+}
+constexpr bool is_caps_hex_digit(char c) {
+  return is_caps_digit(c) || (c >= 'a' && c <= 'f') || (c >= 'A' && c <= 'F');
+}
+// As g_ascii_isspace().
+constexpr bool is_caps_blank(char c) {
+  return c == ' ' || c == '\t' || c == '\n' || c == '\f' || c == '\r';
+}
+// In a value without quotes.
+constexpr bool is_caps_word(char c) {
+  return is_caps_letter(c) || is_caps_digit(c) ||
+         std::string_view("_-+/:.").find(c) != std::string_view::npos;
+}
+
+}  // namespace weir
