@@ -39,6 +39,11 @@ class EdgeTcpInput : public ::testing::Test {
     const auto outcome = publisher_->publish({std::span<const std::byte>(*owner)}, owner);
     EXPECT_TRUE(outcome && *outcome == edge::StreamPublisher::Outcome::Sent);
   }
+  // What comes once the caps are set; before that, the publisher may be silent for 5 ms.
+  Result<InputEvent> receive_after_caps() {
+    auto event = input_->receive();
+    return event && event->kind == Kind::Silent ? input_->receive() : std::move(event);
+  }
   void expect(Kind kind) {
     const auto event = input_->receive();
     ASSERT_TRUE(event) << event.error().message();
@@ -87,12 +92,15 @@ TEST_F(EdgeTcpInput, APublisherThatStopsBeforeItsCapsRefuses) {
 TEST_F(EdgeTcpInput, CapsWithRangesAreLeftToDownstream) {
   ASSERT_TRUE(publisher_->set_caps("other/tensors,framerate=[0/1,30/1]"));
   publish(5);
-  expect_buffer_of(5);
+  const auto event = receive_after_caps();
+  ASSERT_TRUE(event) << event.error().message();
+  ASSERT_EQ(event->kind, Kind::Buffer);
+  EXPECT_EQ(gst_buffer_get_size(event->buffer.get()), 5u);
 }
 
 TEST_F(EdgeTcpInput, CapsThatAreNoneNameThePublisher) {
   ASSERT_TRUE(publisher_->set_caps("no caps, at=all("));
-  const auto event = input_->receive();
+  const auto event = receive_after_caps();
   ASSERT_FALSE(event);
   EXPECT_EQ(event.error().code, Code::PEER_MESSAGE_INVALID);
   EXPECT_SAYS(event.error().message(), "the caps of the edgesink are not valid");
@@ -102,7 +110,7 @@ TEST_F(EdgeTcpInput, CapsThatAreNoneNameThePublisher) {
 // GStreamer's parser would recurse once for each brace.
 TEST_F(EdgeTcpInput, CapsThatWouldOverflowTheStackAreRefused) {
   ASSERT_TRUE(publisher_->set_caps("video/x-raw,a=" + std::string(60000, '{')));
-  const auto event = input_->receive();
+  const auto event = receive_after_caps();
   EXPECT_REFUSED(event, PEER_MESSAGE_INVALID, "the caps of the edgesink are not valid");
   EXPECT_SAYS(event.error().message(), "60014 bytes");
   EXPECT_SAYS(event.error().message(), "at most 16 lists or structures in each other");
@@ -111,7 +119,7 @@ TEST_F(EdgeTcpInput, CapsThatWouldOverflowTheStackAreRefused) {
 
 TEST_F(EdgeTcpInput, CapsThatFailAnAssertionAreRefused) {
   ASSERT_TRUE(publisher_->set_caps("video/x-raw,width=(int)[ 100, 1 ]"));
-  EXPECT_REFUSED(input_->receive(), PEER_MESSAGE_INVALID,
+  EXPECT_REFUSED(receive_after_caps(), PEER_MESSAGE_INVALID,
                  "a range of two numbers, the smaller one first");
 }
 
@@ -124,7 +132,9 @@ TEST_F(EdgeTcpInput, CapsOfManyLargeTensorsAreRead) {
   ASSERT_TRUE(publisher_->set_caps(
       "other/tensors, format=(string)static, num_tensors=(int)256, dimensions=(string)\"" +
       dimensions + "\", types=(string)\"" + types + "\", framerate=(fraction)30/1"));
-  expect(Kind::Caps);
+  const auto event = receive_after_caps();
+  ASSERT_TRUE(event) << event.error().message();
+  EXPECT_EQ(event->kind, Kind::Caps);
 }
 
 }  // namespace
