@@ -36,9 +36,9 @@ if importlib.util.find_spec("weir") is None:
 def load(path, class_name, *arguments):
     global loaded
     path = os.path.abspath(path)
-    for folder in (os.path.dirname(path), "."):
-        if folder not in sys.path:
-            sys.path.append(folder)
+    # Only the script's own folder: the working directory may hold the files of anyone.
+    if os.path.dirname(path) not in sys.path:
+        sys.path.append(os.path.dirname(path))
     loaded += 1
     module = types.ModuleType(f"weir_script_{loaded}")
     module.__file__ = path

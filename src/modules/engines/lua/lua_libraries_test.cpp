@@ -1,6 +1,8 @@
 // Tests of the standard Lua libraries, which scripts get unless they run in a sandbox.
 // SPDX-License-Identifier: LGPL-2.1-or-later
+#include <cstdlib>
 #include <ctime>
+#include <filesystem>
 #include <fstream>
 
 #include "lua/lua_test_support.hpp"
@@ -47,6 +49,42 @@ TEST_F(LuaLibraries, RequireFindsModulesOnItsPath) {
           "'\n  local tripled = require('tripled')  for i = 1, 4 do y[i] = tripled.of(x[i]) end"),
       (std::vector<float>{3, 6, 9, 12}));
   EXPECT_SAYS(failure("require('no_such_module')").message(), "module 'no_such_module' not found");
+}
+
+// Changes the working directory for as long as it lives.
+class WorkingIn {
+ public:
+  explicit WorkingIn(const std::filesystem::path& folder) {
+    std::filesystem::create_directories(folder);
+    std::filesystem::current_path(folder);
+  }
+  ~WorkingIn() { std::filesystem::current_path(before_); }
+  WorkingIn(const WorkingIn&) = delete;
+  WorkingIn& operator=(const WorkingIn&) = delete;
+
+ private:
+  const std::filesystem::path before_ = std::filesystem::current_path();
+};
+
+TEST_F(LuaLibraries, RequireFindsModulesBesideTheScriptAndNotInTheWorkingDirectory) {
+  const WorkingIn elsewhere(folder_.path("elsewhere"));
+  file("beside.lua", "return 5");
+  std::ofstream("working.lua") << "return 6";
+  EXPECT_EQ(result("y[1] = require('beside')  y[2] = pcall(require, 'working') and 1 or 2"),
+            (std::vector<float>{5, 2, 0, 0}));
+  EXPECT_EQ(result("for part in (package.path .. ';' .. package.cpath):gmatch('[^;]+') do\n"
+                   "if part:sub(1, 1) ~= '/' then y[1] = y[1] + 1 end  y[2] = y[2] + 1 end")[0],
+            0);
+  EXPECT_SAYS(failure("require('working')").message(), folder_.path("working.lua"));
+}
+
+TEST_F(LuaLibraries, VariablesSetTheSearchPathAsInLua) {
+  const WorkingIn elsewhere(folder_.path("elsewhere"));
+  std::ofstream("working.lua") << "return 6";
+  setenv("LUA_PATH", "./?.lua", 1);
+  const auto y = result("y[1] = require('working')");
+  unsetenv("LUA_PATH");
+  EXPECT_EQ(y, (std::vector<float>{6, 0, 0, 0}));
 }
 
 TEST_F(LuaLibraries, OtherScriptsCanBeRun) {

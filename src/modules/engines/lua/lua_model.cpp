@@ -21,6 +21,7 @@ constexpr char kSourceName[] = "model";  // appears in messages: "model:3: ..."
 
 struct Source {
   std::string text, name;
+  std::string folder = {};  // of the file, absolute; "" if the text is no file
 };
 
 // Joins model= at its commas again; only blanks next to commas are lost.
@@ -49,8 +50,12 @@ Result<Source> read_source(const weir_open& request) {
   const auto model = read_model(request, {.most = kMostSource});
   if (!model) return model.error();
   const auto* bytes = reinterpret_cast<const char*>(model->bytes.data());
-  return Source{{bytes, model->bytes.size()},
-                model->path.empty() ? std::string(kSourceName) : model->path};
+  Source out{{bytes, model->bytes.size()},
+             model->path.empty() ? std::string(kSourceName) : model->path};
+  std::error_code ignored;
+  if (!model->path.empty())
+    out.folder = fs::absolute(model->path, ignored).parent_path().lexically_normal().string();
+  return out;
 }
 
 bool same_tensors(const std::vector<weir_tensor_info>& a, const std::vector<weir_tensor_info>& b) {
@@ -72,6 +77,7 @@ Result<std::unique_ptr<LuaModel>> LuaModel::open(const weir_open& request) {
   model->options_ = *options;
   model->text_ = std::move(source->text);
   model->name_ = std::move(source->name);
+  model->folder_ = std::move(source->folder);
   auto state = model->new_state(&model->tensors_);
   if (!state) return state.error();
   model->state_bytes_ = (*state)->bytes();
@@ -86,6 +92,7 @@ Result<std::unique_ptr<LuaModel>> LuaModel::open(const weir_open& request) {
 Result<std::unique_ptr<LuaState>> LuaModel::new_state(ScriptTensors* tensors) const {
   auto state = LuaState::create(api_, options_);
   if (!state) return state.error();
+  if (auto status = (*state)->search_in(folder_); !status) return status.error();
   if (auto status = (*state)->run(text_, name_); !status) return status.error();
   auto described = (*state)->describe();
   if (!described) {

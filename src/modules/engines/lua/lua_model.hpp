@@ -31,7 +31,7 @@ class LuaModel {
 
   const LuaApi& api_;
   LuaOptions options_;
-  std::string text_, name_;
+  std::string text_, name_, folder_;
   ScriptTensors tensors_;
   uint64_t state_bytes_ = 0;
   mutable std::mutex mutex_;                 // guards first_

@@ -9,6 +9,7 @@
 #include <cstring>
 #include <mutex>
 
+#include "environment.hpp"
 #include "lua/half_float.hpp"
 #include "lua/prelude.hpp"
 #include "tensor_check.hpp"
@@ -213,6 +214,31 @@ Error LuaState::failure(Code code, std::string what, int status) {
           .what = std::move(what),
           .offered = message,
           .fix = fix_for(message, options_, status)};
+}
+
+Status LuaState::search_in(const std::string& folder) {
+  constexpr std::string_view kText = R"lua(
+    local folder, keeps_path, keeps_cpath = ...
+    if not package then return end
+    local function searched(path, extension)
+      local out = {folder ~= '' and folder .. '/?' .. extension or nil}
+      for part in path:gmatch('[^;]+') do
+        if part:sub(1, 2) ~= './' then out[#out + 1] = part end
+      end
+      return table.concat(out, ';')
+    end
+    if not keeps_path then package.path = searched(package.path, '.lua') end
+    if not keeps_cpath then package.cpath = searched(package.cpath, '.so') end)lua";
+  if (const int status = api_.luaL_loadbufferx(state_, kText.data(), kText.size(), "=weir", "t"))
+    return failure(Code::INTERNAL, "the search path of scripts cannot be set", status);
+  // Both characters have a meaning in a search path.
+  const bool can_be_searched = folder.find_first_of(";?") == std::string::npos;
+  api_.lua_pushstring(state_, can_be_searched ? folder.c_str() : "");
+  for (const char* variable : {"LUA_PATH", "LUA_CPATH"})
+    api_.lua_pushboolean(state_, environment_variable(variable) ? 1 : 0);
+  if (const int status = api_.lua_pcall(state_, 3, 0, 0))
+    return failure(Code::INTERNAL, "the search path of scripts cannot be set", status);
+  return ok();
 }
 
 Status LuaState::run(std::string_view text, const std::string& name) {

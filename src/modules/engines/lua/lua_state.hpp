@@ -38,6 +38,9 @@ class LuaState {
   LuaState(const LuaState&) = delete;
   LuaState& operator=(const LuaState&) = delete;
 
+  // Makes require() search `folder`, "" for none, and not the working directory, unless LUA_PATH or
+  // LUA_CPATH set what is searched.
+  Status search_in(const std::string& folder);
   // Runs the source text; `name` appears in messages. MODEL_INVALID with file, line and traceback,
   // and for byte code.
   Status run(std::string_view text, const std::string& name);

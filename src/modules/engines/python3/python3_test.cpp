@@ -279,6 +279,41 @@ TEST_F(Python3, ImportsModulesBesideTheScript) {
   EXPECT_EQ((*made)[0].as<float>(), (Floats{3, 6, 9, 12}));
 }
 
+// The working directory may hold files of anyone.
+TEST_F(Python3, ImportsNoModulesOfTheWorkingDirectory) {
+  write("weir_in_the_working_directory", "FACTOR = 3\n", "working");
+  const auto path = write("script",
+                          "import sys\n"
+                          "assert '.' not in sys.path and '' not in sys.path, sys.path\n"
+                          "from weir_in_the_working_directory import FACTOR\n" +
+                              kHead + kFour,
+                          "elsewhere");
+  const auto before = std::filesystem::current_path();
+  std::filesystem::current_path(std::filesystem::path(path).parent_path().parent_path() /
+                                "working");
+  const auto refused = Filter::open(path);
+  std::filesystem::current_path(before);
+  ASSERT_FALSE(refused);
+  EXPECT_SAYS(refused.error().message(), "No module named 'weir_in_the_working_directory'");
+}
+
+TEST_F(Python3, ImportsModulesBesideAScriptWithARelativePath) {
+  write("weir_beside_the_relative", "FACTOR = 3\n", "relative");
+  const auto path =
+      write("script",
+            "from weir_beside_the_relative import FACTOR\n" + kHead + kFour +
+                "  def invoke(self, input_array): return [input_array[0] * np.float32(FACTOR)]\n",
+            "relative");
+  const auto before = std::filesystem::current_path();
+  std::filesystem::current_path(std::filesystem::path(path).parent_path());
+  auto filter = Filter::open("script.py");
+  std::filesystem::current_path(before);
+  ASSERT_TRUE(filter) << filter.error().message();
+  const auto made = filter->invoke({floats({1, 2, 3, 4})});
+  ASSERT_TRUE(made) << made.error().message();
+  EXPECT_EQ((*made)[0].as<float>(), (Floats{3, 6, 9, 12}));
+}
+
 TEST_F(Python3, PassesItsArguments) {
   const auto path = write("words",
                           "import numpy as np\nfrom nnstreamer_python import TensorShape\n"
