@@ -8,6 +8,7 @@
 #include <set>
 
 #include "core/evaluate/coco_truth.hpp"
+#include "core/text/pasted.hpp"
 #include "evaluate/folder_files.hpp"
 #include "weir/join.hpp"
 
@@ -110,7 +111,7 @@ Result<std::string> annotation_file_of(const fs::path& folder) {
                .what = "the folder has several annotation files",
                .offered = join(files, ", ", [](const fs::path& file) { return file.string(); }),
                .needed = "the option that chooses one",
-               .fix = "--truth " + files[0].string()};
+               .fix = "--truth " + shell_word(files[0].string())};
 }
 
 Result<LabelledFolder> read_annotated(const fs::path& folder, const std::string& annotations) {

@@ -6,6 +6,7 @@
 #include "core/evaluate/mot_truth.hpp"
 #include "core/evaluate/similarity.hpp"
 #include "core/evaluate/tracking.hpp"
+#include "core/text/pasted.hpp"
 #include "evaluate/evaluator.hpp"
 #include "evaluate/found_results.hpp"
 
@@ -43,7 +44,7 @@ class TrackEvaluator final : public Evaluator {
                    .what = "no object has a label of --classes",
                    .offered = "objects with the label " + counted_label_,
                    .needed = "labels of the results",
-                   .fix = "--classes " + counted_label_};
+                   .fix = "--classes " + shell_word(counted_label_)};
     Evaluation out{.metric = "tracking",
                    .headline = 3,
                    .part_name = "sequence",

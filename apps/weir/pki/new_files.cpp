@@ -1,6 +1,7 @@
 // Writes temporary files beside their places, and links them there.
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #include "pki/new_files.hpp"
+#include "core/text/pasted.hpp"
 
 #include <fcntl.h>
 #include <sys/stat.h>
@@ -17,11 +18,12 @@ namespace fs = std::filesystem;
 
 Error not_written(const fs::path& path, int error) {
   if (error == EEXIST)
-    return Error{.code = Code::FILE_NOT_WRITTEN,
-                 .what = "a file with this name already exists and is not replaced",
-                 .offered = path.string(),
-                 .needed = "a name that is not in use",
-                 .fix = "mv " + path.string() + " " + path.string() + ".old"};
+    return Error{
+        .code = Code::FILE_NOT_WRITTEN,
+        .what = "a file with this name already exists and is not replaced",
+        .offered = path.string(),
+        .needed = "a name that is not in use",
+        .fix = "mv " + shell_word(path.string()) + " " + shell_word(path.string() + ".old")};
   return Error{.code = Code::FILE_NOT_WRITTEN,
                .what = "a file cannot be written: " + std::generic_category().message(error),
                .offered = path.string(),

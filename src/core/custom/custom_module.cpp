@@ -7,6 +7,7 @@
 #include "core/custom/filter_library.hpp"
 #include "core/custom/foreign_class.hpp"
 #include "core/custom/forwarding_engine.hpp"
+#include "core/text/pasted.hpp"
 #include "weir/join.hpp"
 
 namespace weir::custom {
@@ -17,7 +18,7 @@ Error without_engine(const std::string& path) {
                .what = "the file has no engine of its own",
                .offered = path,
                .needed = "weir_module_entry with an engine",
-               .fix = "framework=cpp model=NAME," + path};
+               .fix = "framework=cpp model=" + launch_value("NAME," + path)};
 }
 
 Error several_engines(const std::string& path, const weir_engine* const* engines) {
@@ -25,11 +26,12 @@ Error several_engines(const std::string& path, const weir_engine* const* engines
   while (engines[count]) ++count;
   const std::string names =
       join(std::span(engines, count), ", ", [](const weir_engine* engine) { return engine->name; });
-  return Error{.code = Code::OPTION_VALUE,
-               .what = "the file has several engines",
-               .offered = path + ": " + names,
-               .needed = "one of them by name",
-               .fix = "framework=cpp model=" + std::string(engines[0]->name) + "," + path};
+  return Error{
+      .code = Code::OPTION_VALUE,
+      .what = "the file has several engines",
+      .offered = path + ": " + names,
+      .needed = "one of them by name",
+      .fix = "framework=cpp model=" + launch_value(std::string(engines[0]->name) + "," + path)};
 }
 
 Result<FoundEngine> find(const weir_open& request) {
@@ -57,7 +59,7 @@ Result<FoundEngine> find(const weir_open& request) {
                  .what = "the engine in this file needs a model file",
                  .offered = "model=" + path,
                  .needed = "the path of the model file after the library",
-                 .fix = "model=" + path + ",/path/to/the/model"};
+                 .fix = "model=" + launch_value(path + ",/path/to/the/model")};
   return FoundEngine{engines[0], *tables, 1};
 }
 

@@ -17,6 +17,7 @@
 #include "core/infer/module/module_check.hpp"
 #include "core/process/process_object.hpp"
 #include "core/subplugin/loader.hpp"
+#include "core/text/pasted.hpp"
 #include "core/text/text.hpp"
 
 namespace weir::custom {
@@ -81,7 +82,7 @@ Result<Names> check_file(const std::string& path) {
         .what = "a filter's file must not be a symbolic link",
         .offered = path + " -> " + target,
         .needed = "the file itself, or enable_symlink=true in the group [filter] of weir.ini",
-        .fix = "model=" + target};
+        .fix = "model=" + launch_value(target)};
   }
   const auto names = names_in(path);
   if (names.entry || names.registers || names.callbacks || names.calls_nnstreamer) return names;
@@ -107,7 +108,7 @@ Error callbacks_alone(const std::string& path) {
                .what = "the file has one filter without a name, for framework=custom",
                .offered = path + " exports NNStreamer_custom",
                .needed = "a shared object that registers filters by name",
-               .fix = "framework=custom model=" + path};
+               .fix = "framework=custom model=" + launch_value(path)};
 }
 
 }  // namespace

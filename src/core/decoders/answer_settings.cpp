@@ -8,6 +8,7 @@
 
 #include "core/decoders/option_text.hpp"
 #include "core/heads/families.hpp"
+#include "core/text/pasted.hpp"
 #include "core/text/text.hpp"
 #include "weir/label_file.hpp"
 
@@ -84,7 +85,7 @@ std::vector<int32_t> AnswerSettings::class_indices(const std::vector<std::string
                                              : "one of the " + std::to_string(names.size()) +
                                                    " labels, or a number",
                      .difference = close.empty() ? "" : "did you mean " + close + "?",
-                     .fix = close.empty() ? "" : "classes=" + close});
+                     .fix = close.empty() ? "" : "classes=" + launch_value(close)});
     }
   }
   return out;

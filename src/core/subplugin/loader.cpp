@@ -15,6 +15,7 @@
 #include "core/infer/module/host.hpp"
 #include "core/infer/module/module_check.hpp"
 #include "core/process/process_object.hpp"
+#include "core/text/pasted.hpp"
 
 namespace weir::subplugin {
 namespace {
@@ -81,7 +82,7 @@ Error link_forbidden(const std::string& path) {
       .what = "a sub-plugin's file must not be a symbolic link",
       .offered = path + " -> " + target,
       .needed = "the file itself, or enable_symlink=true in the group [common] of nnstreamer.ini",
-      .fix = "cp --remove-destination " + target + " " + path};
+      .fix = "cp --remove-destination " + shell_word(target) + " " + shell_word(path)};
 }
 
 // Keeps the reason for rejecting a file, since its constructor runs only once.

@@ -6,9 +6,13 @@
 
 namespace weir {
 
-// One word of a POSIX shell command line, quoted only if needed.
+// Both take any bytes; an argument and a value end at their first NUL.
+
+// Quotes a word of a POSIX shell command line, if needed. The result contains no control characters
+// but line feeds and tabs.
 std::string shell_word(std::string_view text);
-// A property value in a pipeline description on a shell command line: quoted for both.
+// Quotes the value of a property of type string in a pipeline description on a shell command line,
+// for both. GStreamer refuses a value that is not UTF-8.
 std::string launch_value(std::string_view text);
 
 }  // namespace weir

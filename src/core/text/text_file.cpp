@@ -7,6 +7,7 @@
 #include <cstring>
 #include <memory>
 
+#include "core/text/pasted.hpp"
 #include "weir/module.hpp"
 
 namespace weir {
@@ -22,7 +23,7 @@ std::string read_text_file(const std::string& option, const std::string& path) {
                     .what = "the file of " + option + " cannot be read: " + reason,
                     .offered = path.empty() ? "an empty path" : path,
                     .needed = "a readable text file of at most 16 MiB",
-                    .fix = "ls -l " + path});
+                    .fix = "ls -l " + shell_word(path)});
   };
   const std::unique_ptr<std::FILE, int (*)(std::FILE*)> file(std::fopen(path.c_str(), "rb"),
                                                              std::fclose);
