@@ -22,28 +22,29 @@ namespace fs = std::filesystem;
 
 // What is played: a pipeline as it is, or one that is made for a model.
 struct Played {
-  std::string name, pipeline;
+  std::string name;
+  PipelineDescription pipeline;
 };
 
 // Scores and ranks need results that `weir try` would not show.
-std::string decoder_properties(Labelled kind) {
+Properties decoder_properties(Labelled kind) {
   switch (kind) {
     case Labelled::Objects:
-      return " threshold=0.001 max-results=100";
+      return {{"threshold", "0.001"}, {"max-results", "100"}};
     case Labelled::Classes:
-      return " threshold=0 max-results=5";
+      return {{"threshold", "0"}, {"max-results", "5"}};
     case Labelled::Maps:
     case Labelled::Tracks:
       break;
   }
-  return "";
+  return {};
 }
 
 Result<Played> played(const EvaluateOptions& options, const std::string& model, Labelled kind) {
   constexpr size_t kMostCharacters = 100;
   std::error_code ignored;
   if (model.find('!') != std::string::npos && !fs::exists(model, ignored))
-    return Played{shortened(model, kMostCharacters), model};
+    return Played{shortened(model, kMostCharacters), PipelineDescription().text(model)};
   if (kind == Labelled::Tracks)
     return Error{.code = Code::SPEC_MISMATCH,
                  .what = "a model alone does not track objects",
@@ -53,7 +54,7 @@ Result<Played> played(const EvaluateOptions& options, const std::string& model, 
                  .fix =
                      "weir evaluate 'tensor_preprocess ... ! tensor_filter ... ! tensor_decoder "
                      "... ! TRACKER' " +
-                     options.folder};
+                     shell_word(options.folder)};
   TryOptions tried;
   tried.model = model;
   tried.labels = options.labels;
@@ -65,9 +66,9 @@ Result<Played> played(const EvaluateOptions& options, const std::string& model, 
   if (!options.json)
     for (const auto& note : known->notes)
       std::fprintf(stderr, "%s\n", printable_text(note).c_str());
-  known->decoder += decoder_properties(kind);
+  for (auto& property : decoder_properties(kind)) known->decoder.push_back(std::move(property));
   return Played{fs::path(known->path).filename().string(),
-                "videoconvert ! " + result_elements(*known)};
+                PipelineDescription().text("videoconvert ! ").append(result_elements(*known))};
 }
 
 class Evaluating {
@@ -82,7 +83,7 @@ class Evaluating {
     if (!what) return what.error();
     auto evaluator = make_evaluator(folder_, options_);
     if (!evaluator) return evaluator.error();
-    if (!options_.json) std::fprintf(stderr, "%s\n", printable_text(what->pipeline).c_str());
+    if (!options_.json) std::fprintf(stderr, "%s\n", what->pipeline.pasted().c_str());
     size_t pictures = 0;
     ProgressBar bar(folder_.pictures(), "pictures");
     bar_ = &bar;
@@ -113,7 +114,7 @@ class Evaluating {
     if (!evaluation) return evaluation.error();
     for (const Error& warning : (*evaluator)->warnings()) warn(warning);
     out_.pictures = pictures;
-    out_.evaluated.push_back({what->name, what->pipeline, *std::move(evaluation), {}});
+    out_.evaluated.push_back({what->name, what->pipeline.pasted(), *std::move(evaluation), {}});
     return ok();
   }
 

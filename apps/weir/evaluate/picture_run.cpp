@@ -9,13 +9,13 @@
 #include <optional>
 
 #include "evaluate/folder_files.hpp"
-#include "launch/pipeline_text.hpp"
 #include "run/pipeline_run.hpp"
 
 namespace weir::app {
 namespace {
 
-constexpr char kSource[] = "weir-evaluate-pictures", kSink[] = "weir-evaluate-results";
+constexpr char kSource[] = "weir-evaluate-pictures", kSink[] = "weir-evaluate-results",
+               kDecoder[] = "weir-evaluate-json";
 constexpr GstClockTime kPatience = 20 * GST_MSECOND;  // between looks at the bus
 
 // An error of an element as those of the command. Those of GStreamer's own elements have no code.
@@ -185,13 +185,16 @@ class PictureRun {
 
 }  // namespace
 
-Status play_pictures(const std::string& pipeline, const LabelledSequence& sequence,
+Status play_pictures(const PipelineDescription& pipeline, const LabelledSequence& sequence,
                      const RunHandlers& handlers) {
-  auto parsed = read_pipeline(
-      {std::string("appsrc name=") + kSource + " format=time ! " + pipeline +
-       " ! tensor_decoder mode=json custom=masks:rle ! appsink sync=false name=" + kSink});
-  if (!parsed) return parsed.error();
-  return PictureRun(*std::move(parsed), sequence, handlers).play();
+  PipelineDescription played;
+  played.text(std::string("appsrc name=") + kSource + " format=time ! ")
+      .append(pipeline)
+      .text(std::string(" ! tensor_decoder name=") + kDecoder +
+            " mode=json custom=masks:rle ! appsink sync=false name=" + kSink);
+  auto made = played.make();
+  if (!made) return made.error();
+  return PictureRun(*std::move(made), sequence, handlers).play();
 }
 
 }  // namespace weir::app

@@ -7,6 +7,7 @@
 
 #include "evaluate/labelled_folder.hpp"
 #include "evaluate/picture_file.hpp"
+#include "launch/pipeline_description.hpp"
 #include "report.hpp"
 #include "weir/result.hpp"
 
@@ -27,7 +28,7 @@ struct RunHandlers {
 // `pipeline` takes pictures (video/x-raw) at its begin and has results at its end. Picture i has
 // the time i / frame rate. Errors: OPTION_SYNTAX, those of its elements, SPEC_MISMATCH when
 // pictures have no results or several.
-Status play_pictures(const std::string& pipeline, const LabelledSequence& sequence,
+Status play_pictures(const PipelineDescription& pipeline, const LabelledSequence& sequence,
                      const RunHandlers& handlers);
 
 }  // namespace weir::app

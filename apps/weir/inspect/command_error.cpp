@@ -5,6 +5,9 @@
 #include <string>
 #include <string_view>
 
+#include "core/infer/module/model_file.hpp"
+#include "core/text/pasted.hpp"
+
 namespace weir::app {
 namespace {
 
@@ -28,6 +31,11 @@ Error command_error(Error error) {
     replace(part, "card=", "--card ");
     replace(part, "model=", "");
   }
+  // A value in a pipeline has other quotes than a word of a command.
+  if (error.code == Code::MODEL_NOT_FOUND)
+    if (const auto similar = infer::similar_model_file(error.offered);
+        !similar.empty() && !error.fix.empty())
+      error.fix = shell_word(similar);
   return error;
 }
 

@@ -210,13 +210,4 @@ Result<gst::Ref<GstElement>> read_pipeline(const std::vector<std::string>& words
   return pipeline;
 }
 
-Result<gst::Ref<GstElement>> read_pasted_pipeline(const std::string& line) {
-  char** parsed = nullptr;
-  std::vector<std::string> words;
-  g_shell_parse_argv(line.c_str(), nullptr, &parsed, nullptr);  // none of a line that is no command
-  const gst::Unique<char*, g_strfreev> owned(parsed);
-  for (char** word = parsed; word && *word; ++word) words.emplace_back(*word);
-  return read_pipeline(words);
-}
-
 }  // namespace weir::app

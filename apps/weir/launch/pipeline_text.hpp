@@ -14,7 +14,5 @@ namespace weir::app {
 // Returns a GstPipeline in state NULL, even for a single element. `words` is the description as one
 // argument or split by a shell. OPTION_SYNTAX when it cannot be parsed.
 Result<gst::Ref<GstElement>> read_pipeline(const std::vector<std::string>& words);
-// The same for a line that users can paste after gst-launch-1.0: quoted for a shell, too.
-Result<gst::Ref<GstElement>> read_pasted_pipeline(const std::string& line);
 
 }  // namespace weir::app

@@ -9,7 +9,6 @@
 #include "commands.hpp"
 #include "core/process/kept_address.hpp"
 #include "core/text/pasted.hpp"
-#include "launch/pipeline_text.hpp"
 #include "report.hpp"
 #include "run/complaints.hpp"
 #include "run/ledger_table.hpp"
@@ -36,7 +35,7 @@ Result<std::vector<ServedPipeline>> make_pipelines(const std::vector<NamedModel>
                                                    const ListenAddress& address) {
   std::vector<ServedPipeline> out;
   for (const auto& model : models) {
-    auto pipeline = read_pasted_pipeline(serving_pipeline(model, out.size() + 1, options, address));
+    auto pipeline = serving_pipeline(model, out.size() + 1, options, address).make();
     if (!pipeline) return pipeline.error();
     out.push_back({model, *std::move(pipeline)});
   }
@@ -104,7 +103,7 @@ int serve(const ServeOptions& options) {
   if (!models) return report(models.error(), false);
   if (options.dry_run) {
     for (size_t i = 0; i < models->size(); ++i)
-      std::puts(serving_pipeline((*models)[i], i + 1, options, *address).c_str());
+      std::puts(serving_pipeline((*models)[i], i + 1, options, *address).pasted().c_str());
     return kExitGood;
   }
   if (auto status = check_elements(); !status) return report(status.error(), false);

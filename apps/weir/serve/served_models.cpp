@@ -64,9 +64,9 @@ Result<NamedModel> read_model(const std::string& argument) {
                .fix = "weir serve my-model=" + shell_word(out.file.empty() ? "FILE" : out.file)};
 }
 
-// " property=value", or "" for an empty value.
-std::string property(const char* name, const std::string& value) {
-  return value.empty() ? "" : std::string(" ") + name + "=" + launch_value(value);
+// An empty value leaves the default.
+void add(const char* name, const std::string& value, Properties* properties) {
+  if (!value.empty()) properties->emplace_back(name, value);
 }
 
 }  // namespace
@@ -151,29 +151,41 @@ Status check_options(const ServeOptions& options, const ListenAddress& address) 
   return ok();
 }
 
-std::string serving_pipeline(const NamedModel& model, size_t id, const ServeOptions& options,
-                             const ListenAddress& address) {
+PipelineDescription serving_pipeline(const NamedModel& model, size_t id,
+                                     const ServeOptions& options, const ListenAddress& address) {
   const std::string number = std::to_string(id);
-  std::string out = "tensor_query_serversrc protocol=oip id=" + number + " name=" + model.name +
-                    "-source model-name=" + model.name;
-  out += property("unix-path", address.unix_path) + property("host", address.host) +
-         property("port", address.port);
-  out += property("tls-cert", options.tls_cert) + property("tls-key", options.tls_key) +
-         property("tls-ca", options.tls_ca) + property("token-file", options.token_file);
-  if (options.insecure) out += " insecure=true";
+  Properties source{{"protocol", "oip"},
+                    {"id", number},
+                    {"name", model.name + "-source"},
+                    {"model-name", model.name}};
+  add("unix-path", address.unix_path, &source);
+  add("host", address.host, &source);
+  add("port", address.port, &source);
+  add("tls-cert", options.tls_cert, &source);
+  add("tls-key", options.tls_key, &source);
+  add("tls-ca", options.tls_ca, &source);
+  add("token-file", options.token_file, &source);
+  if (options.insecure) add("insecure", "true", &source);
   if (const auto most = options.most_connections)
-    out += " max-connections=" + std::to_string(*most);
+    add("max-connections", std::to_string(*most), &source);
   if (const auto most = options.most_connections_of_address)
-    out += " max-connections-per-address=" + std::to_string(*most);
-  if (options.model_control) out += " model-control=true";
-  out += " ! tensor_filter name=" + model.name + "-filter" +
-         property("framework", options.engine.empty() ? "auto" : options.engine) +
-         property("model", model.file) + property("custom", options.custom);
-  if (options.batch > 1)
-    out += " batch-size=" + std::to_string(options.batch) +
-           " batch-timeout=" + std::to_string(options.batch_wait_us * 1000ULL);
-  if (options.workers > 1) out += " workers=" + std::to_string(options.workers);
-  return out + " ! tensor_query_serversink name=" + model.name + "-sink id=" + number;
+    add("max-connections-per-address", std::to_string(*most), &source);
+  if (options.model_control) add("model-control", "true", &source);
+  Properties filter{{"name", model.name + "-filter"}};
+  add("framework", options.engine.empty() ? "auto" : options.engine, &filter);
+  add("model", model.file, &filter);
+  add("custom", options.custom, &filter);
+  if (options.batch > 1) {
+    add("batch-size", std::to_string(options.batch), &filter);
+    add("batch-timeout", std::to_string(options.batch_wait_us * 1000ULL), &filter);
+  }
+  if (options.workers > 1) add("workers", std::to_string(options.workers), &filter);
+  return PipelineDescription()
+      .element("tensor_query_serversrc", std::move(source))
+      .text(" ! ")
+      .element("tensor_filter", std::move(filter))
+      .text(" ! ")
+      .element("tensor_query_serversink", {{"name", model.name + "-sink"}, {"id", number}});
 }
 
 }  // namespace weir::app

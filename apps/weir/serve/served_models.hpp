@@ -5,6 +5,7 @@
 #include <vector>
 
 #include "commands.hpp"
+#include "launch/pipeline_description.hpp"
 #include "weir/result.hpp"
 
 namespace weir::app {
@@ -34,9 +35,9 @@ Result<std::vector<NamedModel>> read_models(const std::vector<std::string>& argu
 // Errors of options that contradict each other, in terms of the command.
 Status check_options(const ServeOptions& options, const ListenAddress& address);
 
-// A pipeline in the syntax of gst-launch-1.0, with elements NAME-source, NAME-filter, NAME-sink.
+// A pipeline with the elements NAME-source, NAME-filter and NAME-sink.
 // `id` pairs source and sink.
-std::string serving_pipeline(const NamedModel& model, size_t id, const ServeOptions& options,
-                             const ListenAddress& address);
+PipelineDescription serving_pipeline(const NamedModel& model, size_t id,
+                                     const ServeOptions& options, const ListenAddress& address);
 
 }  // namespace weir::app

@@ -3,7 +3,7 @@
 #include <cstdio>
 
 #include "commands.hpp"
-#include "launch/pipeline_text.hpp"
+#include "core/text/pasted.hpp"
 #include "report.hpp"
 #include "run/complaints.hpp"
 #include "run/pipeline_run.hpp"
@@ -111,14 +111,14 @@ int try_model_on_input(const TryOptions& options) {
   const auto shown = try_pipeline(options, *model, "fdsink fd=1");
   if (!shown) return report(shown.error(), false);
   const auto played = try_pipeline(options, *model, kTextSink);
-  auto pipeline = read_pasted_pipeline(*played);
+  auto pipeline = played->make();
   if (!pipeline) return report(pipeline.error(), false);
   if (auto opened = open_window(pipeline->get()); !opened) {
     gst_element_set_state(pipeline->get(), GST_STATE_NULL);
     return report(opened.error(), false);
   }
   for (const auto& note : model->notes) std::fprintf(stderr, "%s\n", printable_text(note).c_str());
-  std::fprintf(stderr, "gst-launch-1.0 %s\n\n", printable_text(*shown).c_str());
+  std::fprintf(stderr, "gst-launch-1.0 %s\n\n", shown->pasted().c_str());
   {
     const auto sink =
         gst::Ref<GstElement>::adopt(gst_bin_get_by_name(GST_BIN(pipeline->get()), "weir-try-text"));

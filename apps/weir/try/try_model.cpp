@@ -15,6 +15,7 @@
 #include "core/decoders/model_facts.hpp"
 #include "core/heads/families.hpp"
 #include "core/infer/model/model.hpp"
+#include "core/infer/module/model_file.hpp"
 #include "core/infer/module/module_library.hpp"
 #include "core/text/pasted.hpp"
 #include "gstcpp/element/file_digest.hpp"
@@ -44,10 +45,9 @@ constexpr std::pair<const char*, heads::Task> kModes[] = {
 Error missing_file(const TryOptions& options, Error error) {
   std::error_code ignored;
   if (error.code != Code::MODEL_NOT_FOUND || fs::exists(options.model, ignored)) return error;
-  constexpr std::string_view kSimilar = "model=";
   const std::string input = " " + shell_word(options.input);
-  if (error.fix.starts_with(kSimilar)) {
-    error.fix = "weir try " + shell_word(error.fix.substr(kSimilar.size())) + input;
+  if (const auto similar = infer::similar_model_file(options.model); !similar.empty()) {
+    error.fix = "weir try " + shell_word(similar) + input;
     return error;
   }
   const auto all = read_catalogue();
@@ -279,8 +279,7 @@ Error no_dictionary(const std::string& model) {
 // How the card reads the outputs.
 void decode_as_card(const card::Card& card, TryModel* out) {
   out->mode = card.decoder;
-  for (const auto& [name, value] : card.decoder_options)
-    out->decoder += " " + name + "=" + launch_value(value);
+  out->decoder = card.decoder_options;
 }
 
 // How a head reads the outputs; its family's name.
@@ -294,7 +293,7 @@ Result<std::string> decode_by_head(const TryOptions& options, const std::string&
     out->mode = reading->mode;
     const std::string family(reading->family->name);
     if (labels == 0 && family == "ctc") return no_dictionary(out->path);
-    if (!options.head.empty()) out->decoder += " custom=head:" + launch_value(options.head);
+    if (!options.head.empty()) out->decoder.emplace_back("custom", "head:" + options.head);
     out->notes.push_back("read as " + out->mode + " by the head " + family);
     if (labels == 0 && out->mode != "text" && out->mode != "depth")
       out->notes.push_back("the classes have no names; set them with --labels FILE");
@@ -309,7 +308,7 @@ Status prepare(const Result<card::Card>& card, const infer::Model& model, const 
                TryModel* out) {
   if (card) {
     out->preparation = card->path.empty() ? preprocess_properties(card->inputs[0])
-                                          : "card=" + launch_value(card->path);
+                                          : Properties{{"card", card->path}};
     return ok();
   }
   std::string note;
@@ -330,7 +329,7 @@ Result<TryModel> try_model(const TryOptions& options) {
   out.path = *path;
   out.engine = options.engine;
   const auto model = open(out.path, options.engine);
-  if (!model) return command_error(missing_file(options, model.error()));
+  if (!model) return missing_file(options, command_error(model.error()));
   const auto card = card_of(out.path, **model);
   // Without its card the model would run on pixels that are guessed.
   if (!card && card.error().code == Code::CARD_INVALID) return card.error();

@@ -5,17 +5,18 @@
 #include <vector>
 
 #include "commands.hpp"
+#include "launch/pipeline_description.hpp"
 #include "weir/result.hpp"
 
 namespace weir::app {
 
 struct TryModel {
-  std::string path;         // of the model file
-  std::string engine;       // that the user chose; "": by the file name
-  std::string preparation;  // properties of tensor_preprocess
-  std::string mode;         // of tensor_decoder
-  std::string decoder;      // further properties of tensor_decoder, each with a space before it
-  std::string labels;       // path of a label file; "" = none
+  std::string path;                // of the model file
+  std::string engine;              // that the user chose; "": by the file name
+  Properties preparation;          // of tensor_preprocess
+  std::string mode;                // of tensor_decoder
+  Properties decoder;              // further properties of tensor_decoder
+  std::string labels;              // path of a label file; "" = none
   std::vector<std::string> notes;  // what was assumed, for people
 };
 

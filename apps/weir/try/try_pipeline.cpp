@@ -26,7 +26,7 @@ bool is_camera(const std::string& input) {
 }
 
 // tcpclientsrc is no source of uridecodebin.
-Result<std::string> tcp_source(const TryOptions& options) {
+Result<PipelineDescription> tcp_source(const TryOptions& options) {
   const std::string& input = options.input;
   const size_t begin = input.find("://") + 3, colon = input.rfind(':');
   const std::string host = input.substr(begin, std::max(colon, begin) - begin);
@@ -34,8 +34,9 @@ Result<std::string> tcp_source(const TryOptions& options) {
   const bool is_port = !port.empty() && port.size() <= 5 &&
                        port.find_first_not_of("0123456789") == std::string::npos;
   if (!host.empty() && colon > begin && is_port)
-    return "tcpclientsrc host=" + launch_value(host) + " port=" + port +
-           " ! decodebin ! videoconvert";
+    return PipelineDescription()
+        .element("tcpclientsrc", {{"host", host}, {"port", port}})
+        .text(" ! decodebin ! videoconvert");
   return Error{.code = Code::OPTION_VALUE,
                .what = "the address has no host or no port",
                .offered = input,
@@ -43,22 +44,24 @@ Result<std::string> tcp_source(const TryOptions& options) {
                .fix = "weir try " + shell_word(options.model) + " tcp://camera.local:5000"};
 }
 
-Result<std::string> source_of(const TryOptions& options) {
+Result<PipelineDescription> source_of(const TryOptions& options) {
   const std::string& input = options.input;
   if (input.starts_with("tcp://")) return tcp_source(options);
   if (input.find("://") != std::string::npos)
-    return "uridecodebin uri=" + launch_value(input) + " ! videoconvert";
+    return PipelineDescription().element("uridecodebin", {{"uri", input}}).text(" ! videoconvert");
   std::error_code ignored;
   // A camera does not wait: a model that is slower gets its newest frame.
   if (is_camera(input) && fs::exists(input, ignored))
-    return "v4l2src device=" + launch_value(input) +
-           " ! decodebin ! videoconvert ! queue leaky=downstream max-size-buffers=1";
-  if (fs::is_regular_file(input, ignored)) {
-    const std::string file = "filesrc location=" + launch_value(input) + " ! decodebin ! ";
-    // A picture of its own has no time.
-    return file + (is_photo(input) ? "imagefreeze num-buffers=1 ! videoconvert" : "videoconvert");
-  }
-  if (input == "test") return std::string("videotestsrc num-buffers=100");
+    return PipelineDescription()
+        .element("v4l2src", {{"device", input}})
+        .text(" ! decodebin ! videoconvert ! queue leaky=downstream max-size-buffers=1");
+  if (fs::is_regular_file(input, ignored))
+    return PipelineDescription()
+        .element("filesrc", {{"location", input}})
+        .text(" ! decodebin ! ")
+        // A picture of its own has no time.
+        .text(is_photo(input) ? "imagefreeze num-buffers=1 ! videoconvert" : "videoconvert");
+  if (input == "test") return PipelineDescription().text("videotestsrc num-buffers=100");
   return Error{
       .code = Code::FILE_NOT_FOUND,
       .what =
@@ -68,14 +71,17 @@ Result<std::string> source_of(const TryOptions& options) {
       .fix = "weir try " + shell_word(options.model) + " photo.jpg"};
 }
 
-Result<std::string> encoder_of(const std::string& output) {
-  const std::string extension = extension_of(output),
-                    file = "filesink location=" + launch_value(output);
-  if (extension == ".jpg" || extension == ".jpeg") return "jpegenc quality=92 ! " + file;
-  if (extension == ".png") return "pngenc ! " + file;
-  if (extension == ".webm") return "vp8enc deadline=1 cpu-used=8 ! webmmux ! " + file;
-  if (extension == ".mkv") return "jpegenc ! matroskamux ! " + file;
-  if (extension == ".avi") return "jpegenc ! avimux ! " + file;
+Result<PipelineDescription> encoder_of(const std::string& output) {
+  constexpr std::pair<const char*, const char*> kEncoders[] = {
+      {".jpg", "jpegenc quality=92 ! "},
+      {".jpeg", "jpegenc quality=92 ! "},
+      {".png", "pngenc ! "},
+      {".webm", "vp8enc deadline=1 cpu-used=8 ! webmmux ! "},
+      {".mkv", "jpegenc ! matroskamux ! "},
+      {".avi", "jpegenc ! avimux ! "}};
+  for (const auto& [extension, encoder] : kEncoders)
+    if (extension_of(output) == extension)
+      return PipelineDescription().text(encoder).element("filesink", {{"location", output}});
   return Error{.code = Code::OPTION_VALUE,
                .what = "the format of the output file is unknown",
                .offered = "--output " + output,
@@ -100,36 +106,50 @@ bool is_photo(const std::string& path) {
                      [&](const char* known) { return extension == known; });
 }
 
-std::string result_elements(const TryModel& model) {
-  const std::string labels = model.labels.empty() ? "" : " labels=" + launch_value(model.labels);
-  const std::string engine = model.engine.empty() ? "" : " framework=" + launch_value(model.engine);
-  return "tensor_preprocess " + model.preparation + " ! tensor_filter" + engine +
-         " model=" + launch_value(model.path) + " ! tensor_decoder mode=" + model.mode +
-         model.decoder + labels;
+PipelineDescription result_elements(const TryModel& model) {
+  Properties filter, decoder{{"mode", model.mode}};
+  if (!model.engine.empty()) filter.emplace_back("framework", model.engine);
+  filter.emplace_back("model", model.path);
+  decoder.insert(decoder.end(), model.decoder.begin(), model.decoder.end());
+  if (!model.labels.empty()) decoder.emplace_back("labels", model.labels);
+  return PipelineDescription()
+      .element("tensor_preprocess", model.preparation)
+      .text(" ! ")
+      .element("tensor_filter", std::move(filter))
+      .text(" ! ")
+      .element("tensor_decoder", std::move(decoder));
 }
 
-Result<std::string> try_pipeline(const TryOptions& options, const TryModel& model,
-                                 const std::string& text_sink) {
-  auto source = source_of(options);
-  if (!source) return source;
-  const std::string results = result_elements(model);
-  // The labels travel with the results.
-  const std::string text = "tensor_decoder mode=json ! " + text_sink;
-  if (options.output.empty() && !options.show) return *source + " ! " + results + " ! " + text;
-
-  std::string picture = "tensor_overlay name=drawn sync=same-time ! videoconvert ! ";
-  if (!options.output.empty()) {
-    auto encoder = encoder_of(options.output);
-    if (!encoder) return encoder;
-    picture += options.show ? "tee name=seen ! queue ! " + *encoder + " seen. ! queue ! " +
-                                  window_for(options.input)
-                            : *encoder;
-  } else {
-    picture += window_for(options.input);
+Result<PipelineDescription> try_pipeline(const TryOptions& options, const TryModel& model,
+                                         const std::string& text_sink) {
+  auto out = source_of(options);
+  if (!out) return out;
+  const auto results = result_elements(model);
+  const auto end_with_text = [&] {
+    // The labels travel with the results.
+    out->element("tensor_decoder", {{"mode", "json"}}).text(" ! " + text_sink);
+  };
+  if (options.output.empty() && !options.show) {
+    out->text(" ! ").append(results).text(" ! ");
+    end_with_text();
+    return out;
   }
   const std::string queue = is_camera(options.input) ? "queue max-size-buffers=1" : "queue";
-  return *source + " ! tee name=video ! " + queue + " ! " + picture + " video. ! " + queue + " ! " +
-         results + " ! tee name=results ! queue ! drawn.results results. ! queue ! " + text;
+  out->text(" ! tee name=video ! " + queue +
+            " ! tensor_overlay name=drawn sync=same-time ! videoconvert ! ");
+  if (!options.output.empty()) {
+    const auto encoder = encoder_of(options.output);
+    if (!encoder) return encoder.error();
+    if (options.show) out->text("tee name=seen ! queue ! ");
+    out->append(*encoder);
+    if (options.show) out->text(" seen. ! queue ! ");
+  }
+  if (options.show) out->text(window_for(options.input));
+  out->text(" video. ! " + queue + " ! ")
+      .append(results)
+      .text(" ! tee name=results ! queue ! drawn.results results. ! queue ! ");
+  end_with_text();
+  return out;
 }
 
 Status open_window(GstElement* pipeline) {

@@ -99,11 +99,8 @@ std::string number_text(double value) {
   return text;
 }
 
-std::string list_of(const char* name, const std::vector<double>& values) {
-  std::string out;
-  for (const double value : values)
-    out += (out.empty() ? std::string(" ") + name + "=" : ",") + number_text(value);
-  return out;
+void add_list(const char* name, const std::vector<double>& values, Properties* out) {
+  if (!values.empty()) out->emplace_back(name, join(values, ",", number_text));
 }
 
 const char* text_of(card::Color color) {
@@ -150,17 +147,21 @@ std::optional<card::ImageInput> usual_pixels(std::string_view family, const weir
   return out;
 }
 
-std::string preprocess_properties(const card::ImageInput& input) {
-  std::string out =
-      "width=" + std::to_string(input.width()) + " height=" + std::to_string(input.height());
-  if (input.resize == card::Resize::Letterbox)
-    out += " fit=letterbox padding-value=" + std::to_string(input.padding);
-  if (input.resize == card::Resize::Crop) out += " fit=centre-crop";
-  if (input.color == card::Color::Bgr) out += " channel-order=BGR";
-  if (input.color == card::Color::Gray) out += " channel-order=GRAY";
-  if (input.layout == card::Layout::Nchw) out += " layout=NCHW";
-  out += list_of("mean", input.mean) + list_of("scale", input.scale);
-  return out + " type=" + std::string(name_of(input.type));
+Properties preprocess_properties(const card::ImageInput& input) {
+  Properties out{{"width", std::to_string(input.width())},
+                 {"height", std::to_string(input.height())}};
+  if (input.resize == card::Resize::Letterbox) {
+    out.emplace_back("fit", "letterbox");
+    out.emplace_back("padding-value", std::to_string(input.padding));
+  }
+  if (input.resize == card::Resize::Crop) out.emplace_back("fit", "centre-crop");
+  if (input.color == card::Color::Bgr) out.emplace_back("channel-order", "BGR");
+  if (input.color == card::Color::Gray) out.emplace_back("channel-order", "GRAY");
+  if (input.layout == card::Layout::Nchw) out.emplace_back("layout", "NCHW");
+  add_list("mean", input.mean, &out);
+  add_list("scale", input.scale, &out);
+  out.emplace_back("type", name_of(input.type));
+  return out;
 }
 
 }  // namespace weir::app

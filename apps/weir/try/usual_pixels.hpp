@@ -6,6 +6,7 @@
 #include <string_view>
 
 #include "core/card/card.hpp"
+#include "launch/pipeline_description.hpp"
 #include "weir/abi.h"
 
 namespace weir::app {
@@ -16,7 +17,7 @@ namespace weir::app {
 std::optional<card::ImageInput> usual_pixels(std::string_view family, const weir_tensor_info& info,
                                              std::string* note);
 
-// The properties of tensor_preprocess for an input: "width=640 height=640 fit=letterbox ...".
-std::string preprocess_properties(const card::ImageInput& input);
+// Returns the properties of tensor_preprocess for an input: width, height, fit, ...
+Properties preprocess_properties(const card::ImageInput& input);
 
 }  // namespace weir::app
