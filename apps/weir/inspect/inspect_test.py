@@ -68,10 +68,11 @@ class Inspect(Case):
         self.assertEqual([output["shape"] for output in card["outputs"]], [[1, 12, 13]])
         for words in (("inspect", model), ("try", model, "test"), ("bench", "--seconds", "0.05", "-t", "1", "-b", "1", model)):
             output = weir(*words).stdout + weir(*words).stderr
-            for field in ("mean", "scale", "resize"):
-                self.assertIn(f"{path}/inputs/0/{field}: ", output, words)
+            for field in ("inputs/0/mean", "inputs/0/scale", "inputs/0/resize", "decoder"):
+                self.assertIn(f"{path}/{field}: ", output, words)
         filled = {"mean": [127.5], "scale": [1 / 127.5], "resize": "stretch"}
         card["inputs"][0].update(filled)
+        card["decoder"] = "image_labeling"
         path.write_text(json.dumps(card))
         self.assertIn(f"Card    {path}: ", self.good(weir("inspect", model)))
 

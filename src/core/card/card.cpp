@@ -6,11 +6,13 @@
 #include <cmath>
 #include <filesystem>
 #include <fstream>
-#include <initializer_list>
-#include <iterator>
+#include <limits>
 #include <nlohmann/json.hpp>
 
+#include "core/card/card_decoder.hpp"
+#include "core/card/fields.hpp"
 #include "core/config/installed_file.hpp"
+#include "core/text/pasted.hpp"
 #include "core/text/text.hpp"
 #include "core/text/unreadable.hpp"
 #include "weir/join.hpp"
@@ -18,94 +20,11 @@
 namespace weir::card {
 namespace {
 
-using Json = nlohmann::json;
 namespace fs = std::filesystem;
 
 constexpr size_t kBytesLimit = size_t{1} << 20;
 constexpr int kDepthLimit = 16;
 constexpr int64_t kSideLimit = 1 << 15;
-
-struct Fault {
-  std::string place, value, needed;
-};
-using Faults = std::vector<Fault>;
-
-// Reads the fields of one object. Keeps the first fault of each field; faulty fields get defaults.
-class Fields {
- public:
-  Fields(const Json& object, std::string where, Faults* faults)
-      : object_(object), where_(std::move(where)), faults_(*faults) {
-    if (!object_.is_object()) fail("", "an object {...}");
-  }
-
-  void only(std::initializer_list<const char*> known) {
-    if (!object_.is_object()) return;
-    const std::vector<std::string> names(known.begin(), known.end());
-    for (const auto& [key, value] : object_.items()) {
-      if (std::find(names.begin(), names.end(), key) != names.end()) continue;
-      const std::string close = nearest(key, names);
-      fail(key, close.empty() ? "a known field of a card" : "did you mean " + close + "?");
-    }
-  }
-  std::string text(const char* key, bool needed) {
-    const Json* value = find(key, needed);
-    if (!value) return "";
-    if (value->is_string() && !(needed && value->get_ref<const std::string&>().empty()))
-      return value->get<std::string>();
-    fail(key, "a string");
-    return "";
-  }
-  template <class T>
-  T one_of(const char* key, std::initializer_list<std::pair<const char*, T>> choices, T otherwise,
-           bool needed) {
-    const std::string given = text(key, needed);
-    if (given.empty()) return otherwise;
-    for (const auto& [name, value] : choices)
-      if (given == name) return value;
-    fail(key, "one of " + join(choices, ", ", [](const auto& choice) { return choice.first; }));
-    return otherwise;
-  }
-  std::vector<double> numbers(const char* key) {
-    std::vector<double> out;
-    const Json* value = find(key, false);
-    if (!value) return out;
-    const bool good = value->is_array() && std::all_of(value->begin(), value->end(), [](auto& n) {
-                        return n.is_number() && std::isfinite(n.template get<double>());
-                      });
-    if (!good) fail(key, "a list of numbers");
-    if (good) out = value->get<std::vector<double>>();
-    return out;
-  }
-  const Json* find(const char* key, bool needed) {
-    if (!object_.is_object()) return nullptr;
-    const auto at = object_.find(key);
-    if (at != object_.end() && !at->is_null()) return &*at;
-    if (needed) fail(key, "it is required");
-    return nullptr;
-  }
-  void fail(const std::string& key, const std::string& needed) {
-    if (!object_.is_object() && !key.empty()) return;  // the object itself is the fault
-    std::string place = key.empty() ? where_ : where(key);
-    if (is_faulty(place)) return;
-    const Json* value = object_.is_object() && object_.contains(key) ? &object_[key] : nullptr;
-    const std::string shown = value ? value->dump(-1, ' ', false, Json::error_handler_t::replace)
-                              : key.empty() ? object_.type_name()
-                                            : "nothing";
-    faults_.push_back({std::move(place), shown.substr(0, 80), needed});
-  }
-  bool has_fault(const std::string& key) const { return is_faulty(where(key)); }
-  std::string where(const std::string& key) const { return where_ + "/" + key; }
-
- private:
-  bool is_faulty(const std::string& place) const {
-    return std::any_of(faults_.begin(), faults_.end(),
-                       [&place](const Fault& fault) { return fault.place == place; });
-  }
-
-  const Json& object_;
-  std::string where_;
-  Faults& faults_;
-};
 
 void read_padding(Fields* fields, ImageInput* input) {
   const Json* padding = fields->find("padding", false);
@@ -115,6 +34,27 @@ void read_padding(Fields* fields, ImageInput* input) {
   else
     fields->fail("padding", "a pixel value from 0 to 255");
   if (input->resize != Resize::Letterbox) fields->fail("padding", "\"resize\": \"letterbox\"");
+}
+
+// Returns extents of 0 if one of them is faulty.
+std::vector<int64_t> shape_from(Fields* fields) {
+  const auto given = fields->numbers("shape");
+  const bool whole = std::all_of(given.begin(), given.end(), [](double extent) {
+    return extent >= 1 && extent <= kSideLimit && std::trunc(extent) == extent;
+  });
+  if (whole) return {given.begin(), given.end()};
+  fields->fail("shape", "whole numbers from 1 to " + std::to_string(kSideLimit));
+  return std::vector<int64_t>(given.size(), 0);
+}
+
+// Reads numbers that fit into 32 bits, with which pixels are prepared.
+std::vector<double> floats_from(Fields* fields, const char* key) {
+  auto out = fields->numbers(key);
+  const bool fit = std::all_of(out.begin(), out.end(), [](double number) {
+    return std::abs(number) <= double{std::numeric_limits<float>::max()};
+  });
+  if (!fit) fields->fail(key, "numbers that fit into 32 bits, up to 3.4e38");
+  return out;
 }
 
 void check_input(const ImageInput& input, Fields* fields) {
@@ -141,8 +81,7 @@ ImageInput input_from(const Json& json, const std::string& where, Faults* faults
   input.name = fields.text("name", false);
   input.type = parse_element_type(fields.text("type", true));
   if (input.type == ElementType::End) fields.fail("type", "an element type, such as float32");
-  for (const double extent : fields.numbers("shape"))
-    input.shape.push_back(extent >= 1 && extent <= kSideLimit ? static_cast<int64_t>(extent) : 0);
+  input.shape = shape_from(&fields);
   input.layout = fields.one_of<Layout>("layout", {{"NHWC", Layout::Nhwc}, {"NCHW", Layout::Nchw}},
                                        Layout::Nhwc, true);
   input.color = fields.one_of<Color>(
@@ -153,8 +92,8 @@ ImageInput input_from(const Json& json, const std::string& where, Faults* faults
       {{"stretch", Resize::Stretch}, {"crop", Resize::Crop}, {"letterbox", Resize::Letterbox}},
       Resize::Stretch, false);
   read_padding(&fields, &input);
-  input.mean = fields.numbers("mean");
-  input.scale = fields.numbers("scale");
+  input.mean = floats_from(&fields, "mean");
+  input.scale = floats_from(&fields, "scale");
   check_input(input, &fields);
   return input;
 }
@@ -167,7 +106,8 @@ Labels labels_from(Fields* fields, Faults* faults) {
     Fields file(*value, fields->where("labels"), faults);
     file.only({"file", "skip"});
     out.file = file.text("file", true);
-    if (out.file.find('/') != std::string::npos) file.fail("file", "a file name without folders");
+    if (!out.file.empty() && !is_name_of_a_file(out.file))
+      file.fail("file", "a file name without folders");
     if (const Json* skip = file.find("skip", false)) {
       if (skip->is_number_unsigned()) out.skip = skip->get<size_t>();
       if (!skip->is_number_unsigned()) file.fail("skip", "a number of lines");
@@ -177,28 +117,20 @@ Labels labels_from(Fields* fields, Faults* faults) {
   const bool texts =
       value->is_array() &&
       std::all_of(value->begin(), value->end(), [](auto& label) { return label.is_string(); });
-  if (texts) out.names = value->get<std::vector<std::string>>();
-  if (!texts) fields->fail("labels", "a list of strings, or {\"file\": ..., \"skip\": ...}");
-  return out;
-}
-
-std::vector<std::pair<std::string, std::string>> decoder_options_from(Fields* fields,
-                                                                      Faults* faults) {
-  std::vector<std::pair<std::string, std::string>> out;
-  const Json* value = fields->find("decoder_options", false);
-  if (!value) return out;
-  Fields options(*value, fields->where("decoder_options"), faults);
-  if (!value->is_object()) return out;
-  for (const auto& [name, option] : value->items()) {
-    if (option.is_string())
-      out.emplace_back(name, option.get<std::string>());
-    else
-      options.fail(name, "a string: the value of this property of tensor_decoder");
+  if (!texts) {
+    fields->fail("labels", "a list of strings, or {\"file\": ..., \"skip\": ...}");
+    return out;
   }
+  for (size_t i = 0; i < value->size(); ++i) {
+    const auto& label = (*value)[i].get_ref<const std::string&>();
+    if (!is_plain_text(label))
+      fields->fail_at("labels/" + std::to_string(i), (*value)[i], kPlainText);
+  }
+  out.names = value->get<std::vector<std::string>>();
   return out;
 }
 
-Card card_from(const Json& json, const std::string& place, Faults* faults) {
+Card card_from(const Json& json, const std::string& place, const fs::path& folder, Faults* faults) {
   Fields fields(json, place, faults);
   fields.only({"name", "model", "sha256", "task", "inputs", "outputs", "labels", "decoder",
                "decoder_options", "provenance"});
@@ -210,8 +142,8 @@ Card card_from(const Json& json, const std::string& place, Faults* faults) {
   if (card.sha256.size() != 64 ||
       card.sha256.find_first_not_of("0123456789abcdef") != std::string::npos)
     fields.fail("sha256", "64 hexadecimal digits: sha256sum MODEL");
-  card.decoder = fields.text("decoder", false);
-  card.decoder_options = decoder_options_from(&fields, faults);
+  card.decoder = decoder_from(&fields);
+  card.decoder_options = decoder_options_from(&fields, card.decoder, folder, faults);
   card.labels = labels_from(&fields, faults);
   const Json* provenance = fields.find("provenance", true);
   if (provenance && !provenance->is_object())
@@ -255,7 +187,7 @@ Error not_read(const std::string& path) {
             .fix = "the path of a card; docs/cards.md describes its fields"};
   if (const auto installed = config::installed_file(path); !installed.empty()) {
     out.difference = "Weir is installed below another prefix";
-    out.fix = "card=" + installed;
+    out.fix = "card=" + launch_value(installed);
   }
   return out;
 }
@@ -272,7 +204,7 @@ int64_t ImageInput::channels() const noexcept {
   return shape[shape.size() - (layout == Layout::Nhwc ? 1 : 3)];
 }
 
-Result<Card> parse(std::string_view text, const std::string& place) {
+Result<Card> parse(std::string_view text, const std::string& place, const fs::path& folder) {
   if (text.size() > kBytesLimit)
     return invalid(place + ": " + std::to_string(text.size()) + " bytes",
                    "a card of at most 1 MiB");
@@ -293,7 +225,7 @@ Result<Card> parse(std::string_view text, const std::string& place) {
   }
   if (too_deep) return invalid(place + ": objects that are nested too deeply", "a card");
   Faults faults;
-  Card card = card_from(json, place, &faults);
+  Card card = card_from(json, place, folder, &faults);
   if (!faults.empty()) return invalid(faults);
   return card;
 }
@@ -306,7 +238,7 @@ Result<Card> read(const std::string& path) {
   std::string text(kBytesLimit + 1, '\0');
   file.read(text.data(), static_cast<std::streamsize>(text.size()));
   text.resize(static_cast<size_t>(file.gcount()));
-  auto card = parse(text, path);
+  auto card = parse(text, path, fs::path(path).parent_path());
   if (card) card->path = path;
   return card;
 }

@@ -2,6 +2,7 @@
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #pragma once
 #include <cstdint>
+#include <filesystem>
 #include <map>
 #include <optional>
 #include <string>
@@ -51,14 +52,16 @@ struct Card {
   std::string task;
   std::vector<ImageInput> inputs;  // at least one
   Labels labels;
-  std::string decoder;  // a mode of tensor_decoder, "" = none
-  // Properties of tensor_decoder for this model: names and values.
+  std::string decoder;  // a mode of tensor_decoder among decoder_modes(), "" = none
+  // Properties of tensor_decoder for this model: names and values. Files have their folder.
   std::vector<std::pair<std::string, std::string>> decoder_options;
   std::string path;  // the file that the card was read from, or ""
 };
 
-// CARD_INVALID with the field, the value and what is needed. `place` names the card.
-Result<Card> parse(std::string_view json, const std::string& place);
+// CARD_INVALID with the field, the value and what is needed. `place` names the card. Files that
+// options of the decoder name lie in `folder`.
+Result<Card> parse(std::string_view json, const std::string& place,
+                   const std::filesystem::path& folder = {});
 // FILE_NOT_FOUND, or the errors of parse().
 Result<Card> read(const std::string& path);
 

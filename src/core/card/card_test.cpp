@@ -177,6 +177,74 @@ TEST(Card, RejectsValuesOfTheWrongKind) {
   }
 }
 
+TEST(Card, ExtentsAreWholeNumbers) {
+  for (const Json& extent : {Json(224.9), Json(0), Json(-224), Json(0.5), Json(32769), Json(1e300),
+                             Json(9223372036854775807), Json(1e-300)}) {
+    Json json = good();
+    json["inputs"][0]["shape"][1] = extent;
+    EXPECT_SAYS(error_of(json), "test.card.json/inputs/0/shape: [1," + extent.dump() + ",192,3]");
+    EXPECT_SAYS(error_of(json), "needed: whole numbers from 1 to 32768");
+  }
+  for (const Json& extent : {Json("224"), Json(true), Json(nullptr), Json{224}}) {
+    Json json = good();
+    json["inputs"][0]["shape"][1] = extent;
+    EXPECT_SAYS(error_of(json), "test.card.json/inputs/0/shape: ");
+    EXPECT_SAYS(error_of(json), "needed: a list of numbers");
+  }
+  Json json = good();
+  json["inputs"][0]["shape"][1] = 224.0;  // a whole number in other writing
+  const auto card = parsed(json);
+  ASSERT_TRUE(card) << card.error().message();
+  EXPECT_EQ(card->inputs[0].height(), 224);
+}
+
+TEST(Card, NumbersOfPixelsAreFinite) {
+  for (const char* key : {"mean", "scale"}) {
+    Json json = good();
+    json["inputs"][0][key] = {1e39};
+    EXPECT_SAYS(error_of(json), "numbers that fit into 32 bits, up to 3.4e38");
+    json["inputs"][0][key] = {-3e38};
+    EXPECT_EQ(error_of(json), "");
+  }
+  for (const char* number : {"NaN", "Infinity", "1e999", "-1e999"}) {
+    std::string text = good().dump();
+    text.replace(text.find("127.5"), 5, number);
+    const auto card = parse(text, "x");
+    ASSERT_FALSE(card) << number;
+    EXPECT_EQ(card.error().code, Code::CARD_INVALID);
+  }
+}
+
+// Texts of a card reach properties, terminals and lines to paste.
+TEST(Card, TextsHaveNoControlCharacters) {
+  const std::string control[] = {"a\nb", std::string("a\0b", 3), "\x1b[2J", "\x7f", "\r"};
+  for (const char* place : {"/name", "/model", "/task", "/inputs/0/name", "/labels/1"})
+    for (const std::string& text : control) {
+      Json json = good();
+      json[Json::json_pointer(place)] = text;
+      const std::string error = error_of(json);
+      EXPECT_SAYS(error, "test.card.json" + std::string(place) + ": ");
+      EXPECT_SAYS(error, "a text of at most 4096 bytes, without control characters");
+      EXPECT_EQ(error.find_first_of("\x1b\x7f\r"), std::string::npos);
+    }
+  for (const std::string& text : control) {
+    Json json = good();
+    json[text] = 1;
+    EXPECT_EQ(error_of(json).find_first_of("\x1b\x7f\r"), std::string::npos);
+    json = good();
+    json["labels"] = {{"file", text}};
+    EXPECT_SAYS(error_of(json), "test.card.json/labels/file: ");
+  }
+}
+
+TEST(Card, LabelFilesHaveNamesWithoutFolders) {
+  for (const char* file : {"..", ".", "/etc/passwd", "a/b", ""}) {
+    Json json = good();
+    json["labels"] = {{"file", file}};
+    EXPECT_SAYS(error_of(json), "test.card.json/labels/file: ") << file;
+  }
+}
+
 TEST(Card, RejectsOtherJson) {
   for (const char* text :
        {"", "{", "[]", "3", "{\"name\": \"\xff\"}", "null", "{} {}", "{\"name\": 1e999}"})
