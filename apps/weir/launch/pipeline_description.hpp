@@ -27,7 +27,7 @@ class PipelineDescription {
   // Appends a part of a pipeline. It comes from Weir, or is a pipeline that the user wrote; a shell
   // has read its quotes.
   PipelineDescription& text(std::string_view part);
-  // Appends an element. Without a property `name`, it gets the name that GStreamer would choose,
+  // Appends an element. Without a property `name`, it gets the name of its factory and a number,
   // which no element in a text() may have. A name that is set consists of letters, digits and ._-
   PipelineDescription& element(std::string factory, Properties properties = {});
   PipelineDescription& append(const PipelineDescription& other);
