@@ -28,7 +28,7 @@ class CapsChecker {
   CapsChecker(std::string_view text, IsPlainType is_plain_type, size_t depth, CapsCounts* counts)
       : text_(text), is_plain_type_(is_plain_type), depth_(depth), counts_(counts) {}
 
-  // Each function returns whether the text goes on as it should; `fault()` says why not.
+  // Each function returns whether the text goes on as it should; `fault()` has the reason if not.
   bool caps() {
     do skip_blanks();
     while (at_ < text_.size() && structure(true));
