@@ -44,7 +44,6 @@ struct weir_model {
 
 namespace async_engine {
 
-
 struct Work {
   weir_request* request;
   const weir_frame* frame;
@@ -59,8 +58,8 @@ struct OneOutput {
 }  // namespace async_engine
 
 using async_engine::OneOutput;
-using weir::module_host;
 using async_engine::Work;
+using weir::module_host;
 
 struct weir_session {
   explicit weir_session(weir_model* given) : model(given) {}

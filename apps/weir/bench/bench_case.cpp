@@ -43,8 +43,8 @@ double memory_of_process(const std::string& field) {
   return 0;
 }
 
-struct Memory {
-  explicit Memory(size_t bytes, size_t alignment, size_t padding)
+struct MemoryUse {
+  explicit MemoryUse(size_t bytes, size_t alignment, size_t padding)
       : data(std::aligned_alloc(alignment, ((bytes + padding) / alignment + 1) * alignment),
              std::free) {
     if (!data) throw std::bad_alloc();
@@ -151,7 +151,7 @@ class Case {
   static constexpr uint32_t kAlignment = 64;
   std::unique_ptr<infer::Session> session_;
   const TensorOptions tensors_;
-  std::vector<Memory> memory_;
+  std::vector<MemoryUse> memory_;
   std::vector<weir_tensor> inputs_, outputs_;
   std::vector<bool> open_;  // outputs that the engine allocates
   weir_frame in_{}, out_{};

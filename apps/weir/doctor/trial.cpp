@@ -14,7 +14,7 @@
 namespace weir::app {
 namespace {
 
-constexpr unsigned kSeconds = 10;
+constexpr unsigned kTrialSeconds = 10;
 constexpr int kReturned = 42;  // differs from the status of an exit() in a module
 
 [[noreturn]] void run(const std::function<void()>& load) {
@@ -23,7 +23,7 @@ constexpr int kReturned = 42;  // differs from the status of an exit() in a modu
   if (const int nowhere = open("/dev/null", O_WRONLY | O_CLOEXEC); nowhere >= 0)
     dup2(nowhere, STDOUT_FILENO);
   std::signal(SIGALRM, SIG_DFL);
-  alarm(kSeconds);
+  alarm(kTrialSeconds);
   try {
     load();
   } catch (...) {  // reported when the function runs in this process
@@ -46,7 +46,7 @@ std::string failure_of_load(const std::function<void()>& load) {
   while (waitpid(child, &status, 0) < 0)
     if (errno != EINTR) return "";
   if (WIFSIGNALED(status) && WTERMSIG(status) == SIGALRM)
-    return "it did not return within " + std::to_string(kSeconds) + " seconds";
+    return "it did not return within " + std::to_string(kTrialSeconds) + " seconds";
   if (WIFSIGNALED(status))
     return "it terminates the process: signal " + std::to_string(WTERMSIG(status)) + " (" +
            strsignal(WTERMSIG(status)) + ")";

@@ -15,7 +15,7 @@ namespace {
 
 using Rows = std::vector<std::vector<std::string>>;
 
-constexpr char kStyle[] = R"(
+constexpr char kEvaluationStyle[] = R"(
 .curve { fill: none; stroke: var(--mark); stroke-width: 2; } .curve.b { stroke: var(--heat); }
 figure { display: inline-block; margin: 0 1em 1.5em 0; max-width: 640px; vertical-align: top; }
 figure svg { max-width: 100%; height: auto; border-radius: 4px; }
@@ -184,9 +184,10 @@ std::string warnings(const Comparison& comparison) {
 std::string evaluation_page(const Comparison& comparison) {
   const bool is_pair = comparison.evaluated.size() > 1;
   const Evaluation& first = comparison.evaluated[0].evaluation;
-  std::string out = page_begin("Evaluation", kStyle) + "<h1>Evaluation</h1>\n<p id=\"folder\">" +
-                    escaped(first.metric) + " of " + pictures_text(comparison.pictures) + ", " +
-                    escaped(comparison.folder) + "</p>\n";
+  std::string out = page_begin("Evaluation", kEvaluationStyle) +
+                    "<h1>Evaluation</h1>\n<p id=\"folder\">" + escaped(first.metric) + " of " +
+                    pictures_text(comparison.pictures) + ", " + escaped(comparison.folder) +
+                    "</p>\n";
   for (size_t e = 0; e < comparison.evaluated.size(); ++e)
     out += "<pre>" + (is_pair ? letter(e) + ": " : std::string()) +
            escaped(comparison.evaluated[e].pipeline) + "</pre>\n";

@@ -15,7 +15,7 @@
 namespace weir::app {
 
 // A box or key points on a picture of the page.
-struct Shape {
+struct PictureMark {
   enum class Kind { Truth, Missed, Right, False };
   Kind kind = Kind::Truth;
   evaluate::Rectangle box{};
@@ -27,7 +27,7 @@ struct Shape {
 struct Example {
   std::string path{}, caption{};
   double errors = 0;
-  std::vector<Shape> shapes{};
+  std::vector<PictureMark> shapes{};
   std::vector<bool> wrong_pixels{};  // of class maps
 };
 

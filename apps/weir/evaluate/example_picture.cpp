@@ -13,15 +13,15 @@
 namespace weir::app {
 namespace {
 
-const char* name_of(Shape::Kind kind) {
+const char* name_of(PictureMark::Kind kind) {
   switch (kind) {
-    case Shape::Kind::Truth:
+    case PictureMark::Kind::Truth:
       return "truth";
-    case Shape::Kind::Missed:
+    case PictureMark::Kind::Missed:
       return "missed";
-    case Shape::Kind::Right:
+    case PictureMark::Kind::Right:
       return "right";
-    case Shape::Kind::False:
+    case PictureMark::Kind::False:
       return "false";
   }
   return "";
@@ -77,10 +77,10 @@ class Labels {
 
 // Boxes and points over a dark edge, so that they are seen on every background, then the labels.
 // `scale`: pixels of the page for each of the picture.
-std::string svg_of(const std::vector<Shape>& shapes, double scale, Labels labels) {
+std::string svg_of(const std::vector<PictureMark>& shapes, double scale, Labels labels) {
   constexpr double kRadius = 3.2;
   std::string edges, boxes, texts;
-  for (const Shape& shape : shapes) {
+  for (const PictureMark& shape : shapes) {
     const std::string kind = name_of(shape.kind);
     const evaluate::Rectangle box{shape.box.x * scale, shape.box.y * scale, shape.box.width * scale,
                                   shape.box.height * scale};
@@ -91,7 +91,8 @@ std::string svg_of(const std::vector<Shape>& shapes, double scale, Labels labels
         boxes += "<circle class=\"" + kind + "\" cx=\"" + fixed(point.x * scale, 1) + "\" cy=\"" +
                  fixed(point.y * scale, 1) + "\" r=\"" + fixed(kRadius, 1) + "\"/>";
     // Labels of the truth are at the bottom of its box, so that they do not cover those of results.
-    const bool is_truth = shape.kind == Shape::Kind::Truth || shape.kind == Shape::Kind::Missed;
+    const bool is_truth =
+        shape.kind == PictureMark::Kind::Truth || shape.kind == PictureMark::Kind::Missed;
     texts +=
         labels.add(kind, shape.label, box.x, is_truth ? box.y + box.height - Labels::kLine : box.y);
   }

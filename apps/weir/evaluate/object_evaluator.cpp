@@ -142,13 +142,13 @@ class ObjectEvaluator final : public Evaluator {
     std::vector<bool> is_found(picture.truth.size(), false);
     Example example{.path = *paths_[index]};
     size_t false_found = 0, missed = 0;
-    std::vector<Shape> shapes;
+    std::vector<PictureMark> shapes;
     for (const FoundObject* object : found) {
       const auto best = best_truth(picture, *object, is_found);
       const bool is_right = best.has_value();
       if (best) is_found[*best] = true;
       false_found += !is_right;
-      shapes.push_back({is_right ? Shape::Kind::Right : Shape::Kind::False, object->box,
+      shapes.push_back({is_right ? PictureMark::Kind::Right : PictureMark::Kind::False, object->box,
                         object->points,
                         folder_.categories[object->category] + " " + percent(object->score)});
     }
@@ -156,8 +156,8 @@ class ObjectEvaluator final : public Evaluator {
       const TruthObject& object = picture.truth[t];
       const bool is_missed = !is_found[t] && !object.is_ignored;
       missed += is_missed;
-      example.shapes.push_back({is_missed ? Shape::Kind::Missed : Shape::Kind::Truth, object.box,
-                                object.points, folder_.categories[object.category]});
+      example.shapes.push_back({is_missed ? PictureMark::Kind::Missed : PictureMark::Kind::Truth,
+                                object.box, object.points, folder_.categories[object.category]});
     }
     example.shapes.insert(example.shapes.end(), shapes.begin(), shapes.end());
     example.errors = static_cast<double>(missed + false_found);

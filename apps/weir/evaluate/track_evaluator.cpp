@@ -124,15 +124,17 @@ class TrackEvaluator final : public Evaluator {
       });
     };
     for (const auto& box : truth)
-      example.shapes.push_back({fits(box, found) ? Shape::Kind::Truth : Shape::Kind::Missed,
-                                box.box,
-                                {},
-                                "#" + std::to_string(box.track)});
+      example.shapes.push_back(
+          {fits(box, found) ? PictureMark::Kind::Truth : PictureMark::Kind::Missed,
+           box.box,
+           {},
+           "#" + std::to_string(box.track)});
     for (const auto& box : found)
-      example.shapes.push_back({fits(box, truth) ? Shape::Kind::Right : Shape::Kind::False,
-                                box.box,
-                                {},
-                                "#" + std::to_string(box.track)});
+      example.shapes.push_back(
+          {fits(box, truth) ? PictureMark::Kind::Right : PictureMark::Kind::False,
+           box.box,
+           {},
+           "#" + std::to_string(box.track)});
     worst_.add(std::move(example));
   }
 

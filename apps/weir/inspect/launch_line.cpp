@@ -13,8 +13,8 @@
 namespace weir::app {
 namespace {
 
-constexpr int64_t kOpenSide = 224;  // pixels, for models that accept any picture size
-constexpr int64_t kLeastSide = 8;   // a smaller "picture" is more likely a table
+constexpr int64_t kAnySide = 224;  // pixels, for models that accept any picture size
+constexpr int64_t kLeastSide = 8;  // a smaller "picture" is more likely a table
 constexpr int kFrames = 30;
 
 struct Picture {
@@ -22,7 +22,7 @@ struct Picture {
   bool planar;  // channels outermost: NCHW
 };
 
-constexpr Picture kAnyPicture{1, kOpenSide, kOpenSide, 3, false};
+constexpr Picture kAnyPicture{1, kAnySide, kAnySide, 3, false};
 
 bool is_channels(int64_t n) {
   return n == 1 || n == 3 || n == 4;
@@ -31,7 +31,7 @@ bool is_side(int64_t n) {
   return n < 0 || n >= kLeastSide;
 }
 int64_t side_or(int64_t n) {
-  return n < 0 ? kOpenSide : n;
+  return n < 0 ? kAnySide : n;
 }
 
 std::optional<Picture> picture_of(const std::vector<weir_tensor_info>& inputs) {
@@ -165,7 +165,7 @@ LaunchLine launch_line(const std::string& model, const std::string& framework,
 }
 
 std::vector<weir_tensor_info> chosen_inputs(std::vector<weir_tensor_info> inputs) {
-  const int64_t side = picture_of(inputs) ? kOpenSide : 1;
+  const int64_t side = picture_of(inputs) ? kAnySide : 1;
   for (auto& info : inputs) {
     if (info.rank == WEIR_RANK_UNKNOWN) info.rank = 1, info.shape[0] = 1;
     if (info.type >= WEIR_TYPE_END) info.type = WEIR_FLOAT32;

@@ -20,7 +20,7 @@ namespace {
 
 constexpr char kParserCategory[] = "GST_PIPELINE";
 
-std::string text_of(const char* text) {
+std::string text_or_none(const char* text) {
   return text ? text : "";
 }
 
@@ -69,7 +69,7 @@ struct Follower {
 void on_log(GstDebugCategory* category, GstDebugLevel, const char*, const char*, gint, GObject*,
             GstDebugMessage* message, gpointer follower) {
   if (g_strcmp0(gst_debug_category_get_name(category), kParserCategory) == 0)
-    static_cast<Follower*>(follower)->handle_message(text_of(gst_debug_message_get(message)));
+    static_cast<Follower*>(follower)->handle_message(text_or_none(gst_debug_message_get(message)));
 }
 
 // The token at which the parser stopped; empty if GStreamer was built without logging.
@@ -169,12 +169,12 @@ Error parse_error(const std::string& text, const GError* error, GstParseContext*
     return missing_element(*missing, text);
   if (is(GST_PARSE_ERROR_LINK)) {
     if (auto missing_one = missing_pad(text, nullptr)) return *std::move(missing_one);
-    if (auto refused = refused_link(text, text_of(error->message))) return *std::move(refused);
+    if (auto refused = refused_link(text, text_or_none(error->message))) return *std::move(refused);
   }
   Error out{.code = Code::OPTION_SYNTAX,
             .what = "the pipeline cannot be read",
             .offered = text,
-            .difference = error ? text_of(error->message) : "GStreamer gives no reason"};
+            .difference = error ? text_or_none(error->message) : "GStreamer gives no reason"};
   if (is(GST_PARSE_ERROR_SYNTAX)) return syntax_error(text, std::move(out));
   // GStreamer does not say where a name is that no element has.
   if (const auto graph = read_launch_graph(text); !graph) return graph.error();

@@ -20,17 +20,17 @@ namespace {
 
 namespace fs = std::filesystem;
 
-std::string text_of(const Json& object, const char* key) {
+std::string member_text(const Json& object, const char* key) {
   const auto at = object.find(key);
   return at != object.end() && at->is_string() ? at->get<std::string>() : "";
 }
 
 CatalogueFile file_from(const Json& json) {
-  CatalogueFile out{.name = text_of(json, "name"),
-                    .url = text_of(json, "url"),
-                    .npm = text_of(json, "npm"),
-                    .path = text_of(json, "path"),
-                    .sha256 = text_of(json, "sha256")};
+  CatalogueFile out{.name = member_text(json, "name"),
+                    .url = member_text(json, "url"),
+                    .npm = member_text(json, "npm"),
+                    .path = member_text(json, "path"),
+                    .sha256 = member_text(json, "sha256")};
   if (json.contains("bytes") && json["bytes"].is_number_unsigned())
     out.bytes = json["bytes"].get<uint64_t>();
   return out;
@@ -58,12 +58,12 @@ Result<std::vector<CatalogueModel>> read_from(const fs::path& path) {
     return invalid(path, "not a catalogue");
   std::vector<CatalogueModel> out;
   for (const Json& item : json["models"]) {
-    CatalogueModel model{.name = text_of(item, "name"),
-                         .task = text_of(item, "task"),
-                         .about = text_of(item, "about"),
-                         .licence = text_of(item, "licence"),
-                         .card = text_of(item, "card"),
-                         .line = text_of(item, "line"),
+    CatalogueModel model{.name = member_text(item, "name"),
+                         .task = member_text(item, "task"),
+                         .about = member_text(item, "about"),
+                         .licence = member_text(item, "licence"),
+                         .card = member_text(item, "card"),
+                         .line = member_text(item, "line"),
                          .files = {}};
     if (item.contains("files") && item["files"].is_array())
       for (const Json& file : item["files"]) model.files.push_back(file_from(file));

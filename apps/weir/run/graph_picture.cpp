@@ -82,7 +82,7 @@ std::string rectangle(const char* kind, double x, double y, double width, double
          "\"/>";
 }
 
-std::string percent(double share) {
+std::string rounded_percent(double share) {
   return fixed(share * 100, share < 0.1 && share >= 0.0005 ? 1 : 0) + " %";
 }
 
@@ -122,8 +122,8 @@ std::string box(double x, double y, const Json& trace, const Json& element,
   out += line(51, "number",
               fixed(std::max(in, out_frames), 0) + " frames" +
                   (rate > 0 ? ", " + rate_text(rate) + "/s" : ""));
-  std::string times = percent(work) + " work";
-  if (waiting >= 0.0005) times += ", " + percent(waiting) + " waiting";
+  std::string times = rounded_percent(work) + " work";
+  if (waiting >= 0.0005) times += ", " + rounded_percent(waiting) + " waiting";
   out += has_failed ? line(69, "number bad", "failed") : line(69, "number", times);
   return out + share_bar(work, waiting) + "</g>\n";
 }

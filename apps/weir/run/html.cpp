@@ -88,7 +88,7 @@ std::string rate_text(double per_second) {
 
 namespace {
 
-constexpr char kStyle[] = R"(
+constexpr char kPageStyle[] = R"(
 :root { color-scheme: light dark; --text: #1c2330; --dim: #5d6778; --line: #cdd3dd; --back: #fff; --box: #f4f6f9;
   --mark: #2f6fde; --heat: #e2622b; --bad: #b3261e; }
 @media (prefers-color-scheme: dark) { :root { --text: #e6e9ef; --dim: #9aa4b5; --line: #3a4352; --back: #161b24;
@@ -125,7 +125,7 @@ summary { cursor: pointer; font-size: 1.15em; font-weight: 600; margin: 2em 0 .8
 std::string page_begin(std::string_view title, std::string_view style) {
   return "<!DOCTYPE html>\n<html lang=\"en\"><head><meta charset=\"utf-8\">"
          "<meta name=\"viewport\" content=\"width=device-width\"><title>" +
-         escaped(title) + "</title><style>" + kStyle + std::string(style) +
+         escaped(title) + "</title><style>" + kPageStyle + std::string(style) +
          "</style></head><body>\n";
 }
 

@@ -18,12 +18,12 @@ namespace {
 constexpr guint kProgressMs = 500;
 constexpr double kMostSecondsToEnd = 5, kMsPerSecond = 1000;
 
-std::string text_of(const char* text) {
+std::string string_or_empty(const char* text) {
   return text ? text : "";
 }
 
 std::string part(const GstStructure* details, const char* name) {
-  return details ? text_of(gst_structure_get_string(details, name)) : "";
+  return details ? string_or_empty(gst_structure_get_string(details, name)) : "";
 }
 
 // Video sinks of X, GL and Wayland post this error when their window is closed.
@@ -46,7 +46,7 @@ std::string property_line(GstMessage* message) {
   const gst::UniqueText text(is_caps ? gst_caps_to_string(gst_value_get_caps(value))
                              : value ? gst_value_serialize(value)
                                      : nullptr);
-  std::string name = text_of(path.get());
+  std::string name = string_or_empty(path.get());
   // "/GstPipeline:pipeline0/GstVideoTestSrc:videotestsrc0.GstPad:src" without the types.
   name.erase(0, name.rfind('/') + 1);
   for (size_t begin = 0; begin != std::string::npos && begin < name.size();) {
@@ -55,7 +55,7 @@ std::string property_line(GstMessage* message) {
     begin = name.find('.', begin);
     if (begin != std::string::npos) ++begin;
   }
-  return name + ": " + text_of(property) + " = " + text_of(text.get());
+  return name + ": " + string_or_empty(property) + " = " + string_or_empty(text.get());
 }
 
 // Sources and sinks post this error after the one with the reason.
@@ -82,15 +82,15 @@ Complaint complaint_of(GstMessage* message) {
   }
   if (details && !gst_structure_has_name(details, "weir-error")) details = nullptr;
   Complaint out;
-  out.element = GST_MESSAGE_SRC(message) ? text_of(GST_MESSAGE_SRC_NAME(message)) : "";
+  out.element = GST_MESSAGE_SRC(message) ? string_or_empty(GST_MESSAGE_SRC_NAME(message)) : "";
   out.path = GST_MESSAGE_SRC(message) ? path_of(GST_MESSAGE_SRC(message)) : "";
   out.id = part(details, "id");
-  out.what = details ? part(details, "what") : error ? text_of(error->message) : "";
+  out.what = details ? part(details, "what") : error ? string_or_empty(error->message) : "";
   out.offered = part(details, "offered");
   out.needed = part(details, "needed");
   out.difference = part(details, "difference");
   out.fix = part(details, "fix");
-  out.debug = text_of(debug);
+  out.debug = string_or_empty(debug);
   out.is_closed_window =
       GST_MESSAGE_TYPE(message) == GST_MESSAGE_ERROR && is_closed_window(message, error);
   if (!details) explain_file_error(GST_MESSAGE_SRC(message), error, &out);

@@ -170,7 +170,7 @@ Json outcome(const PipelineRun& run, RunEnd end) {
   return out;
 }
 
-Error cannot_write(const std::string& file) {
+Error cannot_write_report(const std::string& file) {
   return Error{.code = Code::FILE_NOT_WRITTEN,
                .what = "the report cannot be written",
                .offered = file,
@@ -183,7 +183,7 @@ Error cannot_write(const std::string& file) {
 // end.
 Status try_to_write(const std::string& file) {
   if (std::ofstream(file, std::ios::app)) return ok();
-  return cannot_write(file);
+  return cannot_write_report(file);
 }
 
 // Returns the text of the verdict.
@@ -197,7 +197,7 @@ Result<std::string> write_report(const RunOptions& options, const Json& outcome,
   else
     file << report_page(document);
   file.close();
-  if (!file) return cannot_write(options.report);
+  if (!file) return cannot_write_report(options.report);
   return document["verdict"]["text"].get<std::string>();
 }
 

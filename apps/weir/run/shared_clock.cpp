@@ -11,10 +11,10 @@
 namespace weir::app {
 namespace {
 
-constexpr GstClockTime kPatience = 10 * GST_SECOND;  // until the clock is synchronised
+constexpr GstClockTime kClockWait = 10 * GST_SECOND;  // until the clock is synchronised
 constexpr int kNtpPort = 123, kMostPort = 65535, kMostDomain = 255;
 
-Error unreadable(const std::string& address, std::string difference) {
+Error unreadable_clock(const std::string& address, std::string difference) {
   return {.code = Code::OPTION_VALUE,
           .what = "the address of a clock cannot be read",
           .offered = "--clock " + address,
@@ -54,7 +54,7 @@ std::optional<HostPort> host_and_port(std::string_view text, int port) {
 
 Result<gst::Ref<GstClock>> open_ptp(const std::string& address, std::string_view rest) {
   const auto domain = number(rest, 0, kMostDomain);
-  if (!domain) return unreadable(address, "a PTP domain is a number from 0 to 255");
+  if (!domain) return unreadable_clock(address, "a PTP domain is a number from 0 to 255");
   if (!gst_ptp_is_initialized() && !gst_ptp_init(GST_PTP_CLOCK_ID_NONE, nullptr))
     return Error{
         .code = Code::OPTION_VALUE,
@@ -71,10 +71,11 @@ Result<gst::Ref<GstClock>> open_clock(const std::string& address) {
   const std::string_view all = address, scheme = all.substr(0, std::min<size_t>(6, all.size()));
   const std::string_view rest = all.substr(scheme.size());
   if (scheme == "ptp://") return open_ptp(address, rest);
-  if (scheme != "net://" && scheme != "ntp://") return unreadable(address, "the scheme is unknown");
+  if (scheme != "net://" && scheme != "ntp://")
+    return unreadable_clock(address, "the scheme is unknown");
   const bool is_ntp = scheme == "ntp://";
   const auto server = host_and_port(rest, is_ntp ? kNtpPort : 0);
-  if (!server) return unreadable(address, "no host and port");
+  if (!server) return unreadable_clock(address, "no host and port");
   const auto open = is_ntp ? gst_ntp_clock_new : gst_net_client_clock_new;
   return gst::Ref<GstClock>::adopt(open("shared", server->host.c_str(), server->port, 0));
 }
@@ -118,10 +119,10 @@ Status SharedClock::connect(const std::string& address) {
   if (!clock) return clock.error();
   address_ = address;
   clock_ = *std::move(clock);
-  if (!clock_) return unreadable(address, "GStreamer does not accept it");
+  if (!clock_) return unreadable_clock(address, "GStreamer does not accept it");
   watch_answers();
-  return gst_clock_wait_for_sync(clock_.get(), kPatience) ? ok()
-                                                          : Status(not_synchronised(address));
+  return gst_clock_wait_for_sync(clock_.get(), kClockWait) ? ok()
+                                                           : Status(not_synchronised(address));
 }
 
 // The clock posts a message for each answer of its server.

@@ -241,31 +241,31 @@ std::vector<std::string> found_labels(const decoders::StreamModel& model, const 
       path, [&path] { return gst::sha256_of(path); }, card::card_folders());
 }
 
-struct Labels {
+struct ModelLabels {
   std::string file;  // for the property labels; "" where it is not needed
   size_t count = 0;
 };
 
-Result<Labels> labels_of_user(const std::string& file) {
+Result<ModelLabels> labels_of_user(const std::string& file) {
   try {
-    return Labels{file, read_label_file("--labels", file).size()};
+    return ModelLabels{file, read_label_file("--labels", file).size()};
   } catch (const Failure& failure) {
     return failure.error();
   }
 }
 
-Result<Labels> labels_of(const TryOptions& options, const Result<card::Card>& card,
-                         const decoders::StreamModel& model, const std::string& path) {
+Result<ModelLabels> labels_of(const TryOptions& options, const Result<card::Card>& card,
+                              const decoders::StreamModel& model, const std::string& path) {
   if (!options.labels.empty()) return labels_of_user(options.labels);
   std::vector<std::string> names = model.labels();
   if (card) {
     const auto of_card = card::labels_of(*card, path, card::card_folders());
     if (of_card && !of_card->empty()) names = *of_card;
   }
-  if (names.empty() || names == found_labels(model, path)) return Labels{"", names.size()};
+  if (names.empty() || names == found_labels(model, path)) return ModelLabels{"", names.size()};
   auto file = kept_labels(names, path);
   if (!file) return file.error();
-  return Labels{*std::move(file), names.size()};
+  return ModelLabels{*std::move(file), names.size()};
 }
 
 Error no_dictionary(const std::string& model) {

@@ -15,7 +15,7 @@ namespace {
 
 namespace fs = std::filesystem;
 
-std::string extension_of(const std::string& path) {
+std::string lower_extension(const std::string& path) {
   return lower(fs::path(path).extension().string());
 }
 
@@ -80,7 +80,7 @@ Result<PipelineDescription> encoder_of(const std::string& output) {
       {".mkv", "jpegenc ! matroskamux ! "},
       {".avi", "jpegenc ! avimux ! "}};
   for (const auto& [extension, encoder] : kEncoders)
-    if (extension_of(output) == extension)
+    if (lower_extension(output) == extension)
       return PipelineDescription().text(encoder).element("filesink", {{"location", output}});
   return Error{.code = Code::OPTION_VALUE,
                .what = "the format of the output file is unknown",
@@ -101,7 +101,7 @@ std::string window_for(const std::string& input) {
 
 bool is_photo(const std::string& path) {
   constexpr const char* kPhotos[] = {".jpg", ".jpeg", ".png", ".bmp", ".webp", ".tif", ".tiff"};
-  const std::string extension = extension_of(path);
+  const std::string extension = lower_extension(path);
   return std::any_of(std::begin(kPhotos), std::end(kPhotos),
                      [&](const char* known) { return extension == known; });
 }

@@ -149,17 +149,17 @@ class AnswerDecoder {
   Answer part_, answer_;  // kept for their memory
 };
 
-template <uint32_t kHeadTasks>
+template <uint32_t kTasks>
 class ModeDecoder final : public AnswerDecoder {
  public:
-  explicit ModeDecoder(const Options& options) : AnswerDecoder(options, kHeadTasks) {}
+  explicit ModeDecoder(const Options& options) : AnswerDecoder(options, kTasks) {}
 };
 
-template <uint32_t kHeadTasks>
+template <uint32_t kTasks>
 const weir_decoder_type* table_of(const char* mode) {
-  static const std::string options = answer_options_json(kHeadTasks);
+  static const std::string options = answer_options_json(kTasks);
   static const weir_decoder_type table =
-      decoder_table<ModeDecoder<kHeadTasks>>(mode, "", options.c_str());
+      decoder_table<ModeDecoder<kTasks>>(mode, "", options.c_str());
   return &table;
 }
 

@@ -16,7 +16,7 @@
 namespace weir {
 namespace {
 
-using Outcome = BufferOutput::Outcome;
+using OutputOutcome = BufferOutput::Outcome;
 
 constexpr uint32_t kMostBuffers = 96;  // of max-buffers
 
@@ -140,11 +140,11 @@ class Edgesink : public gst::Element<Edgesink, gst::BaseSink> {
     ledger_.received();
     Status ready = output_->set_no_caps();  // the stream may have none
     if (ready) ready = announce();
-    Result<Outcome> outcome = Outcome::Interrupted;
+    Result<OutputOutcome> outcome = OutputOutcome::Interrupted;
     const GstFlowReturn flow = gate_.until_done(self(), [&] {
       outcome = ready ? wait_for_receiver() : ready.error();
-      if (outcome && *outcome == Outcome::Sent) outcome = output_->publish(buffer, &ledger_);
-      return !outcome || *outcome != Outcome::Interrupted;
+      if (outcome && *outcome == OutputOutcome::Sent) outcome = output_->publish(buffer, &ledger_);
+      return !outcome || *outcome != OutputOutcome::Interrupted;
     });
     if (flow != GST_FLOW_OK) {
       ledger_.dropped(DropReason::Flush);
@@ -269,16 +269,16 @@ class Edgesink : public gst::Element<Edgesink, gst::BaseSink> {
   }
 
   // Sent = there is a receiver, or none is waited for.
-  Result<Outcome> wait_for_receiver() {
-    if (has_waited_) return Outcome::Sent;
+  Result<OutputOutcome> wait_for_receiver() {
+    if (has_waited_) return OutputOutcome::Sent;
     const uint64_t limit = settings().connection_timeout;
     isolate::Deadline deadline;
     if (limit > 0)
       deadline = isolate::deadline_in(
           std::chrono::milliseconds(static_cast<int64_t>(std::min(limit, kLongestTimeout))));
     has_waited_ = output_->wait_for_receiver(deadline);
-    if (has_waited_) return Outcome::Sent;
-    if (!isolate::is_over(deadline)) return Outcome::Interrupted;
+    if (has_waited_) return OutputOutcome::Sent;
+    if (!isolate::is_over(deadline)) return OutputOutcome::Interrupted;
     return Error{.code = Code::SERVER_UNREACHABLE,
                  .what = "no receiver connected within connection-timeout",
                  .offered = "connection-timeout=" + std::to_string(limit) + " ms",
@@ -286,8 +286,8 @@ class Edgesink : public gst::Element<Edgesink, gst::BaseSink> {
                  .fix = "edgesink wait-connection=false"};
   }
 
-  GstFlowReturn count(Outcome outcome) {
-    if (outcome == Outcome::Sent)
+  GstFlowReturn count(OutputOutcome outcome) {
+    if (outcome == OutputOutcome::Sent)
       ledger_.consumed();
     else
       ledger_.dropped(DropReason::Policy);

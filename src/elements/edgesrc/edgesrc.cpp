@@ -22,7 +22,7 @@ namespace weir {
 namespace {
 
 using gst::Ref;
-using Kind = InputEvent::Kind;
+using InputKind = InputEvent::Kind;
 
 class Edgesrc : public gst::Element<Edgesrc, gst::PushSource> {
  public:
@@ -98,23 +98,23 @@ class Edgesrc : public gst::Element<Edgesrc, gst::PushSource> {
       auto event = next();
       if (!event) return failed(event.error());
       switch (event->kind) {
-        case Kind::Silent:
+        case InputKind::Silent:
           gst::post_warning(element(), silent());
           break;
-        case Kind::Buffer:
+        case InputKind::Buffer:
           count_connection();
           if (!caps_ && !set_caps_of_downstream()) return GST_FLOW_NOT_NEGOTIATED;
           ledger_.copied(event->copied);
           return take(event->buffer.release(), out);
-        case Kind::End:
+        case InputKind::End:
           return GST_FLOW_EOS;
-        case Kind::Interrupted:
+        case InputKind::Interrupted:
           return GST_FLOW_FLUSHING;
-        case Kind::Caps:
+        case InputKind::Caps:
           count_connection();
           if (!set_caps(event->caps)) return GST_FLOW_NOT_NEGOTIATED;
           break;
-        case Kind::Lost:
+        case InputKind::Lost:
           if (!may_replace_lost_server()) return failed(lost());
           break;
       }
@@ -270,7 +270,7 @@ class Edgesrc : public gst::Element<Edgesrc, gst::PushSource> {
     auto event = input_->receive();
     if (event || !finder_ || event.error().code == Code::CANCELLED) return event;
     refuse(event.error());  // another server may send what can be used
-    return InputEvent{Kind::Lost};
+    return InputEvent{InputKind::Lost};
   }
 
   // With `reconnect` it waits for the edgesink.
@@ -280,11 +280,11 @@ class Edgesrc : public gst::Element<Edgesrc, gst::PushSource> {
       auto event = receive(s);
       if (event) return event;
       const Error& error = event.error();
-      if (error.code == Code::CANCELLED) return InputEvent{Kind::Interrupted};
+      if (error.code == Code::CANCELLED) return InputEvent{InputKind::Interrupted};
       if (!s.reconnect || !is_of_absent_server(error)) return event;
       set_input(nullptr);
       pollfd watched{interruption_.descriptor(), POLLIN, 0};
-      if (poll(&watched, 1, kRetryMilliseconds) > 0) return InputEvent{Kind::Interrupted};
+      if (poll(&watched, 1, kRetryMilliseconds) > 0) return InputEvent{InputKind::Interrupted};
     }
   }
 

@@ -12,7 +12,7 @@ namespace weir {
 namespace {
 
 using Payload = std::vector<std::byte>;
-constexpr int kQos = 1;
+constexpr int kInputQos = 1;
 
 }  // namespace
 
@@ -21,7 +21,7 @@ Result<std::unique_ptr<BufferInput>> MqttInput::connect(Options options) {
   if (!filter) return filter.error();
   auto client = transport::BrokerClient::open(options.broker);
   if (!client) return client.error();
-  if (auto status = (*client)->subscribe(*filter, kQos); !status) return status.error();
+  if (auto status = (*client)->subscribe(*filter, kInputQos); !status) return status.error();
   return std::unique_ptr<BufferInput>(new MqttInput(*std::move(client), std::move(options)));
 }
 

@@ -22,7 +22,7 @@ namespace {
 using gst::Ref;
 using Outcome = edge::ReceivedRequest::Outcome;
 
-constexpr auto kLongestFlush = std::chrono::milliseconds(500);
+constexpr auto kLongestRequestFlush = std::chrono::milliseconds(500);
 
 edge::ListenerOptions listener_options(const ServersrcSettings& s,
                                        std::function<void(const Error&)> report) {
@@ -183,13 +183,13 @@ class EdgeQueryServer : public QueryServer {
     return Delivery::Sent;
   }
   Status set_running(bool running) override {
-    if (!running) listener_->flush(isolate::deadline_in(kLongestFlush));
+    if (!running) listener_->flush(isolate::deadline_in(kLongestRequestFlush));
     listener_->set_accepting(running);
     return ok();
   }
   void close() override { listener_->close(); }
   void stop() override {
-    listener_->flush(isolate::deadline_in(kLongestFlush));
+    listener_->flush(isolate::deadline_in(kLongestRequestFlush));
     listener_->stop();
   }
   std::string summary() const override {

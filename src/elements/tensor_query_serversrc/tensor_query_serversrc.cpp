@@ -19,7 +19,7 @@ namespace {
 
 using gst::Ref;
 
-std::string text_of(const GstCaps* caps) {
+std::string caps_as_text(const GstCaps* caps) {
   const gst::UniqueText text{gst_caps_to_string(caps)};
   return text.get();
 }
@@ -343,7 +343,8 @@ class TensorQueryServersrc : public gst::Element<TensorQueryServersrc, gst::Push
   Error rejected_caps() const {
     const auto own = settings().caps;
     const auto peer = Ref<GstCaps>::adopt(gst_pad_peer_query_caps(pad(), nullptr));
-    return gst::downstream_mismatch(pad(), peer.get(), own ? text_of(own.get()) : "any tensors",
+    return gst::downstream_mismatch(pad(), peer.get(),
+                                    own ? caps_as_text(own.get()) : "any tensors",
                                     "caps that the downstream element accepts");
   }
   static Error unknown_caps() {
