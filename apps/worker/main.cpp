@@ -63,7 +63,7 @@ int main(int argc, char** argv) {
     const auto confinement = weir::isolate::confine(std::strtoull(argv[2], nullptr, 10));
     bool well = false;
     {
-      weir::isolate::WorkerServer server{weir::isolate::Descriptor(kSocket)};
+      weir::isolate::WorkerServer server{weir::io::Descriptor(kSocket)};
       well = server.serve(confinement);
     }
     _exit(well ? 0 : 2);  // skips exit handlers of modules, which may hang

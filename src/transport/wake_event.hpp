@@ -7,7 +7,7 @@
 #include <atomic>
 #include <cstdint>
 
-#include "core/isolate/descriptor.hpp"
+#include "core/io/descriptor.hpp"
 
 namespace weir::transport {
 
@@ -31,7 +31,7 @@ class WakeEvent {
   }
 
  private:
-  const isolate::Descriptor event_{eventfd(0, EFD_CLOEXEC | EFD_NONBLOCK)};
+  const io::Descriptor event_{eventfd(0, EFD_CLOEXEC | EFD_NONBLOCK)};
   std::atomic<bool> wanted_{false};
 };
 

@@ -25,16 +25,16 @@ bool may_look_again(std::chrono::steady_clock::time_point until) {
 }
 
 // As poll(), with a deadline. Interruptions by signals do not end it.
-int poll_until(std::span<pollfd> watched, const Deadline& deadline) {
+int poll_until(std::span<pollfd> watched, const io::Deadline& deadline) {
   for (;;) {
-    const int ready = poll(watched.data(), watched.size(), poll_timeout(deadline));
+    const int ready = poll(watched.data(), watched.size(), io::poll_timeout(deadline));
     const bool interrupted = ready < 0 && errno == EINTR;
-    if (!interrupted && (ready != 0 || is_over(deadline))) return ready;
+    if (!interrupted && (ready != 0 || io::is_over(deadline))) return ready;
   }
 }
 
 // As recvmsg(). A descriptor that comes with the bytes goes to `came`.
-ssize_t receive_some(int socket, std::span<std::byte> into, Descriptor* came) {
+ssize_t receive_some(int socket, std::span<std::byte> into, io::Descriptor* came) {
   alignas(cmsghdr) char control[CMSG_SPACE(sizeof(int))] = {};
   iovec part{into.data(), into.size()};
   msghdr head{};
@@ -49,14 +49,14 @@ ssize_t receive_some(int socket, std::span<std::byte> into, Descriptor* came) {
       along->cmsg_len == CMSG_LEN(sizeof(int))) {
     int number = -1;
     std::memcpy(&number, CMSG_DATA(along), sizeof number);
-    *came = Descriptor(number);
+    *came = io::Descriptor(number);
   }
   return got;
 }
 
 }  // namespace
 
-Passage Channel::wait(short events, const Deadline& deadline) const {
+Passage Channel::wait(short events, const io::Deadline& deadline) const {
   pollfd watched[] = {
       {socket_.get(), events, 0}, {process_, POLLIN, 0}, {stop_, POLLIN, 0}, {cancel_, POLLIN, 0}};
   const int ready = poll_until(watched, deadline);
@@ -68,7 +68,7 @@ Passage Channel::wait(short events, const Deadline& deadline) const {
   return Passage::Cancelled;
 }
 
-Passage Channel::send(std::span<const std::byte> message, const Deadline& deadline,
+Passage Channel::send(std::span<const std::byte> message, const io::Deadline& deadline,
                       int descriptor) {
   alignas(cmsghdr) char control[CMSG_SPACE(sizeof(int))] = {};
   while (!message.empty()) {
@@ -98,8 +98,9 @@ Passage Channel::send(std::span<const std::byte> message, const Deadline& deadli
   return Passage::Done;
 }
 
-Passage Channel::receive_bytes(std::span<std::byte> into, const Deadline& deadline,
-                               std::chrono::steady_clock::time_point look_until, Descriptor* came) {
+Passage Channel::receive_bytes(std::span<std::byte> into, const io::Deadline& deadline,
+                               std::chrono::steady_clock::time_point look_until,
+                               io::Descriptor* came) {
   while (!into.empty()) {
     const ssize_t got = receive_some(socket_.get(), into, came);
     if (got == 0) return Passage::Ended;
@@ -115,7 +116,7 @@ Passage Channel::receive_bytes(std::span<std::byte> into, const Deadline& deadli
   return Passage::Done;
 }
 
-Passage Channel::receive(const Deadline& deadline, Message* out) {
+Passage Channel::receive(const io::Deadline& deadline, Message* out) {
   MessageHead head{};
   out->descriptor = {};
   const auto head_bytes = std::as_writable_bytes(std::span(&head, 1));

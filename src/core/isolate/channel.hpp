@@ -6,8 +6,8 @@
 #include <span>
 #include <vector>
 
-#include "core/isolate/deadline.hpp"
-#include "core/isolate/descriptor.hpp"
+#include "core/io/deadline.hpp"
+#include "core/io/descriptor.hpp"
 #include "core/isolate/message.hpp"
 #include "core/isolate/usual_wait.hpp"
 
@@ -24,7 +24,7 @@ enum class Passage {
 struct Message {
   Kind kind{};
   std::vector<std::byte> body;
-  Descriptor descriptor;  // received with the message
+  io::Descriptor descriptor;  // received with the message
 };
 
 // Used by one thread at a time.
@@ -32,22 +32,23 @@ class Channel {
  public:
   Channel() = default;
   // `process` (a pidfd), `stop` and `cancel` are borrowed; -1 = none.
-  explicit Channel(Descriptor socket, int process = -1, int stop = -1, int cancel = -1)
+  explicit Channel(io::Descriptor socket, int process = -1, int stop = -1, int cancel = -1)
       : socket_(std::move(socket)), process_(process), stop_(stop), cancel_(cancel) {}
 
   void set_cancel(int cancel) noexcept { cancel_ = cancel; }
   // Sends `descriptor` with the message if it is >= 0.
-  Passage send(std::span<const std::byte> message, const Deadline& deadline, int descriptor = -1);
+  Passage send(std::span<const std::byte> message, const io::Deadline& deadline,
+               int descriptor = -1);
   // Fills `out`, reusing its memory.
-  Passage receive(const Deadline& deadline, Message* out);
+  Passage receive(const io::Deadline& deadline, Message* out);
 
  private:
-  Passage wait(short events, const Deadline& deadline) const;
+  Passage wait(short events, const io::Deadline& deadline) const;
   // Polls for data until `look_until`, then sleeps.
-  Passage receive_bytes(std::span<std::byte> into, const Deadline& deadline,
-                        std::chrono::steady_clock::time_point look_until, Descriptor* came);
+  Passage receive_bytes(std::span<std::byte> into, const io::Deadline& deadline,
+                        std::chrono::steady_clock::time_point look_until, io::Descriptor* came);
 
-  Descriptor socket_;
+  io::Descriptor socket_;
   UsualWait usual_;  // for messages
   int process_ = -1, stop_ = -1, cancel_ = -1;
 };

@@ -14,7 +14,7 @@ extern "C" {  // missing in glibc 2.36
 #include <cstdlib>
 #include <thread>
 
-#include "core/isolate/descriptor.hpp"
+#include "core/io/descriptor.hpp"
 #include "core/isolate/isolated_test_support.hpp"
 #include "refused_calls.hpp"
 
@@ -147,10 +147,10 @@ TEST_F(IsolatedTest, DISABLED_EndsAtOnce) {
 TEST(Worker, NeverOutlivesItsPipeline) {
   int ends[2];
   ASSERT_EQ(pipe(ends), 0);
-  const Descriptor read_end(ends[0]);
+  const io::Descriptor read_end(ends[0]);
   pid_t child = -1;
   {
-    const Descriptor write_end(ends[1]);
+    const io::Descriptor write_end(ends[1]);
     posix_spawn_file_actions_t actions;
     posix_spawn_file_actions_init(&actions);
     posix_spawn_file_actions_adddup2(&actions, write_end.get(), 1);
@@ -168,7 +168,7 @@ TEST(Worker, NeverOutlivesItsPipeline) {
   const size_t at = text.find("worker=");
   ASSERT_NE(at, std::string::npos) << text;
   const auto worker = static_cast<pid_t>(std::atol(text.c_str() + at + 7));
-  const Descriptor process(pidfd_open(worker, 0));
+  const io::Descriptor process(pidfd_open(worker, 0));
   if (!process) return;  // already gone
   pollfd watched{process.get(), POLLIN, 0};
   EXPECT_EQ(poll(&watched, 1, 30000), 1) << "the worker lives on";

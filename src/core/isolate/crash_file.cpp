@@ -11,7 +11,7 @@
 #include <filesystem>
 #include <span>
 
-#include "core/isolate/descriptor.hpp"
+#include "core/io/descriptor.hpp"
 #include "core/tensor/model_tensor.hpp"
 #include "core/tensor/tensor_header.hpp"
 #include "core/text/pasted.hpp"
@@ -38,13 +38,13 @@ bool write_all(int file, std::span<const std::byte> bytes) {
 }
 
 // Creates a file with an unused name: weir-frame-PID-NUMBER.tensors
-Descriptor new_file(const std::string& folder, std::string* path) {
+io::Descriptor new_file(const std::string& folder, std::string* path) {
   constexpr int kMostNames = 10000;
   for (int number = 1; number <= kMostNames; ++number) {
     *path = (std::filesystem::path(folder) /
              ("weir-frame-" + std::to_string(getpid()) + "-" + std::to_string(number) + ".tensors"))
                 .string();
-    Descriptor file(
+    io::Descriptor file(
         open(path->c_str(), O_WRONLY | O_CREAT | O_EXCL | O_CLOEXEC, S_IRUSR | S_IWUSR));
     if (file || errno != EEXIST) return file;
   }
@@ -61,7 +61,7 @@ std::string CrashFile::line(const std::string& element) const {
 
 Result<CrashFile> save_frame(const std::string& folder, const weir_frame& frame) {
   CrashFile out;
-  const Descriptor file = new_file(folder, &out.path);
+  const io::Descriptor file = new_file(folder, &out.path);
   if (!file) return not_written(out.path, std::strerror(errno));
   for (uint32_t i = 0; i < frame.n_tensors; ++i) {
     const weir_tensor& tensor = frame.tensors[i];

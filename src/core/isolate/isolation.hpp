@@ -13,8 +13,8 @@
 #include <utility>
 #include <vector>
 
+#include "core/io/descriptor.hpp"
 #include "core/isolate/confinement.hpp"
-#include "core/isolate/descriptor.hpp"
 #include "weir/result.hpp"
 
 namespace weir::isolate {
@@ -87,7 +87,7 @@ class Monitor {
     return poll(&watched, 1, 0) > 0;
   }
 
-  const Descriptor stop_{eventfd(0, EFD_CLOEXEC | EFD_NONBLOCK)};
+  const io::Descriptor stop_{eventfd(0, EFD_CLOEXEC | EFD_NONBLOCK)};
   mutable std::mutex mutex_;  // guards the rest
   MonitorCounts counts_;
   Confinement confinement_;

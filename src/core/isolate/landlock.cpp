@@ -17,7 +17,7 @@
 #include <string_view>
 #include <vector>
 
-#include "core/isolate/descriptor.hpp"
+#include "core/io/descriptor.hpp"
 
 namespace weir::isolate {
 namespace {
@@ -55,13 +55,13 @@ class Ruleset {
     if (abi < 2) handled_ &= ~uint64_t{LANDLOCK_ACCESS_FS_REFER};
     if (abi < 3) handled_ &= ~kTruncate;
     const RulesetAttributes attributes{handled_, abi < 4 ? 0 : kAllNet, abi < 6 ? 0 : kAllScopes};
-    descriptor_ = Descriptor(
+    descriptor_ = io::Descriptor(
         static_cast<int>(syscall(SYS_landlock_create_ruleset, &attributes, sizeof attributes, 0)));
   }
   explicit operator bool() const noexcept { return static_cast<bool>(descriptor_); }
 
   // `place` is an open path; files support fewer rights than folders. Returns false on failure.
-  bool allow(const Descriptor& place, uint64_t rights) const {
+  bool allow(const io::Descriptor& place, uint64_t rights) const {
     struct stat status {};
     if (!place || fstat(place.get(), &status) != 0) return false;
     rights &= S_ISDIR(status.st_mode) ? handled_ : handled_ & kFile;
@@ -74,12 +74,12 @@ class Ruleset {
   }
 
  private:
-  Descriptor descriptor_;
+  io::Descriptor descriptor_;
   uint64_t handled_ = 0;
 };
 
-Descriptor open_path(const char* path) {
-  return Descriptor(open(path, O_PATH | O_CLOEXEC));
+io::Descriptor open_path(const char* path) {
+  return io::Descriptor(open(path, O_PATH | O_CLOEXEC));
 }
 
 // No rule for / itself, which would include /proc.
@@ -89,7 +89,7 @@ bool allow_all_but_proc_and_sys(const Ruleset& rules) {
   while (const dirent* entry = readdir(root.get())) {
     const std::string_view name = entry->d_name;
     if (name == "." || name == ".." || name == "proc" || name == "sys") continue;
-    const Descriptor place(
+    const io::Descriptor place(
         openat(dirfd(root.get()), entry->d_name, O_PATH | O_NOFOLLOW | O_CLOEXEC));
     rules.allow(place, kUse);  // not a link; its target has a rule of its own
   }
@@ -98,7 +98,7 @@ bool allow_all_but_proc_and_sys(const Ruleset& rules) {
 
 // Keeps the files open, since the kernel may drop an unused inode of /proc together with its rule.
 void allow_and_keep_open(const Ruleset& rules, const char* path, uint64_t rights) {
-  static std::vector<Descriptor> kept;
+  static std::vector<io::Descriptor> kept;
   kept.push_back(open_path(path));
   rules.allow(kept.back(), rights);
 }

@@ -13,7 +13,7 @@
 #include <cerrno>
 #include <cstring>
 
-#include "core/isolate/descriptor.hpp"
+#include "core/io/descriptor.hpp"
 
 namespace weir::isolate {
 namespace {
@@ -23,7 +23,7 @@ std::string reason_of(bool done) {
 }
 
 bool write_file(const char* path, const std::string& text) {
-  const Descriptor file(open(path, O_WRONLY | O_CLOEXEC));
+  const io::Descriptor file(open(path, O_WRONLY | O_CLOEXEC));
   return file && write(file.get(), text.data(), text.size()) == static_cast<ssize_t>(text.size());
 }
 

@@ -54,7 +54,7 @@ Result<std::shared_ptr<SharedBlock>> SharedBlock::create(size_t bytes, Sharing s
   }
   const size_t size = bytes == 0 ? kPage : (bytes + kPage - 1) / kPage * kPage;
   std::shared_ptr<SharedBlock> block(new SharedBlock);
-  block->descriptor_ = Descriptor(memfd_create("weir", MFD_CLOEXEC | MFD_ALLOW_SEALING));
+  block->descriptor_ = io::Descriptor(memfd_create("weir", MFD_CLOEXEC | MFD_ALLOW_SEALING));
   const int descriptor = block->descriptor_.get();
   if (descriptor < 0) return no_memory(size, "memfd_create");
   // Allocate now: a page missing later would kill the process that touches it.

@@ -5,7 +5,7 @@
 #include <cstdint>
 #include <memory>
 
-#include "core/isolate/descriptor.hpp"
+#include "core/io/descriptor.hpp"
 #include "weir/result.hpp"
 
 namespace weir::isolate {
@@ -48,7 +48,7 @@ class SharedBlock {
 
  private:
   SharedBlock() = default;
-  Descriptor descriptor_;
+  io::Descriptor descriptor_;
   Mapping mapping_;
   uint64_t id_ = 0;
   Sharing sharing_ = Sharing::ReadByWorker;

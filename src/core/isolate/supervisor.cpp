@@ -97,10 +97,10 @@ void Supervisor::run() {
 
 // Ends on a stop or when the time is over. ended() and remember() do not change the time meanwhile.
 void Supervisor::wait_for_start(std::unique_lock<std::mutex>* lock) {
-  const Deadline until = start_at_;
+  const io::Deadline until = start_at_;
   lock->unlock();
   pollfd watched[] = {{cancel_.get(), POLLIN, 0}, {settings_.stop, POLLIN, 0}};
-  poll(watched, std::size(watched), poll_timeout(until));  // run() checks the time again
+  poll(watched, std::size(watched), io::poll_timeout(until));  // run() checks the time again
   lock->lock();
   if (!watched[1].revents) return;
   state_ = State::Gone;

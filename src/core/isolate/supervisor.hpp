@@ -48,7 +48,7 @@ class Supervisor {
   const WorkerSettings settings_;
   const OnCrash on_crash_;
   const std::shared_ptr<Monitor> monitor_;
-  Descriptor cancel_;                        // an eventfd, readable when this object is destroyed
+  io::Descriptor cancel_;                    // an eventfd, readable when this object is destroyed
   std::shared_ptr<const ModelFacts> facts_;  // written before start() returns
 
   std::mutex mutex_;  // guards the rest

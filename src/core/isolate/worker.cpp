@@ -29,7 +29,7 @@ Result<std::unique_ptr<Worker>> Worker::start(const WorkerSettings& settings, in
 Status Worker::open(int cancel) {
   channel_ = Channel(process_->take_socket(), process_->descriptor(), settings_.stop, cancel);
   auto until = deadline(kOnce);
-  const auto least = deadline_in(settings_.least_for_start);
+  const auto least = io::deadline_in(settings_.least_for_start);
   if (until && (!least || *least > *until)) until = least;
   const auto passage = channel_.receive(until, &answer_);
   if (passage == Passage::Cancelled) return lost(passage, "at its start");
@@ -75,9 +75,9 @@ Worker::~Worker() {
   if (alive_ && process_) process_->wait(kToClose);
 }
 
-Deadline Worker::deadline(int times) const {
+io::Deadline Worker::deadline(int times) const {
   if (settings_.timeout.count() <= 0) return std::nullopt;
-  return deadline_in(settings_.timeout, times);
+  return io::deadline_in(settings_.timeout, times);
 }
 
 std::string Worker::on_frame() const {
@@ -130,7 +130,7 @@ Error Worker::invalid_message(const std::string& doing, const std::string& how) 
                .fix = "on-crash=restart crash-folder=/tmp"};
 }
 
-Status Worker::ask(Kind kind, const Deadline& until, const std::string& doing) {
+Status Worker::ask(Kind kind, const io::Deadline& until, const std::string& doing) {
   auto passage = channel_.send(writer_.finish(), until);
   if (passage == Passage::Done) passage = channel_.receive(until, &answer_);
   if (passage == Passage::Unreadable)

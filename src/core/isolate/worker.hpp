@@ -58,9 +58,9 @@ class Worker {
   explicit Worker(const WorkerSettings& settings) : settings_(settings) {}
   Status open(int cancel);
   Error about_model(Error error) const;
-  Deadline deadline(int times) const;
+  io::Deadline deadline(int times) const;
   // Sends the content of writer_ and waits for a reply of `kind`.
-  Status ask(Kind kind, const Deadline& until, const std::string& doing);
+  Status ask(Kind kind, const io::Deadline& until, const std::string& doing);
   Error lost(Passage passage, const std::string& doing);
   Error invalid_message(const std::string& doing, const std::string& how);
   Status share(const std::shared_ptr<SharedBlock>& block);

@@ -141,7 +141,7 @@ Result<int> Worker::invoke(const weir_frame& in, weir_frame& out, const SharedAr
     return Error{.code = Code::LIMIT_EXCEEDED,
                  .what = "a frame has too many tensors",
                  .needed = "at most 256"};
-  const Deadline until = deadline(invokes_ == 0 ? 10 : 1);
+  const io::Deadline until = deadline(invokes_ == 0 ? 10 : 1);
   ++invokes_;
   std::vector<InputCall> inputs;
   for (uint32_t i = 0; i < in.n_tensors; ++i) {

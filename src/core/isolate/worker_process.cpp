@@ -19,7 +19,7 @@ extern "C" {  // missing in glibc 2.36
 #include <cstring>
 
 #include "core/config/install_paths.hpp"
-#include "core/isolate/deadline.hpp"
+#include "core/io/deadline.hpp"
 
 extern char** environ;
 
@@ -86,12 +86,12 @@ Result<std::unique_ptr<WorkerProcess>> WorkerProcess::start(uint64_t memory_mib)
   if (socketpair(AF_UNIX, SOCK_STREAM | SOCK_CLOEXEC, 0, ends) != 0)
     return not_started("socketpair", errno);
   std::unique_ptr<WorkerProcess> worker(new WorkerProcess);
-  worker->socket_ = Descriptor(ends[0]);
-  Descriptor theirs(ends[1]);
+  worker->socket_ = io::Descriptor(ends[0]);
+  io::Descriptor theirs(ends[1]);
   if (theirs.get() == kSocketInWorker) {  // dup2 onto itself would keep FD_CLOEXEC
     const int other = fcntl(theirs.get(), F_DUPFD_CLOEXEC, kSocketInWorker + 1);
     if (other < 0) return not_started("fcntl", errno);
-    theirs = Descriptor(other);
+    theirs = io::Descriptor(other);
   }
   SpawnSettings settings;
   if (const int failed = settings.prepare(theirs.get())) return not_started("posix_spawn", failed);
@@ -101,7 +101,7 @@ Result<std::unique_ptr<WorkerProcess>> WorkerProcess::start(uint64_t memory_mib)
   if (const int failed = posix_spawn(&worker->id_, path.c_str(), &settings.actions,
                                      &settings.attributes, arguments, environ))
     return not_started(path, failed);
-  worker->process_ = Descriptor(pidfd_open(worker->id_, 0));
+  worker->process_ = io::Descriptor(pidfd_open(worker->id_, 0));
   if (!worker->process_) {
     const int failed = errno;
     ::kill(worker->id_, SIGKILL);
@@ -117,12 +117,12 @@ void WorkerProcess::kill() noexcept {
 
 std::optional<std::string> WorkerProcess::wait(std::chrono::milliseconds patience) {
   if (end_) return end_;
-  const Deadline until = deadline_in(patience);
+  const io::Deadline until = io::deadline_in(patience);
   pollfd watched{process_.get(), POLLIN, 0};
   int ready = 0;
   do {
-    ready = poll(&watched, 1, poll_timeout(until));
-  } while ((ready < 0 && errno == EINTR) || (ready == 0 && !is_over(until)));
+    ready = poll(&watched, 1, io::poll_timeout(until));
+  } while ((ready < 0 && errno == EINTR) || (ready == 0 && !io::is_over(until)));
   if (ready <= 0) return std::nullopt;
   siginfo_t info{};
   if (waitid(P_PIDFD, static_cast<id_t>(process_.get()), &info, WEXITED) == 0)

@@ -8,7 +8,7 @@
 #include <optional>
 #include <string>
 
-#include "core/isolate/descriptor.hpp"
+#include "core/io/descriptor.hpp"
 #include "weir/result.hpp"
 
 namespace weir::isolate {
@@ -27,7 +27,7 @@ class WorkerProcess {
   WorkerProcess& operator=(const WorkerProcess&) = delete;
 
   // This end of the socket whose other end is the worker's descriptor 3; call it once.
-  Descriptor take_socket() noexcept { return std::move(socket_); }
+  io::Descriptor take_socket() noexcept { return std::move(socket_); }
   int descriptor() const noexcept { return process_.get(); }  // a pidfd
   pid_t id() const noexcept { return id_; }
 
@@ -37,7 +37,7 @@ class WorkerProcess {
 
  private:
   WorkerProcess() = default;
-  Descriptor socket_, process_;
+  io::Descriptor socket_, process_;
   pid_t id_ = -1;
   std::optional<std::string> end_;
 };

@@ -17,7 +17,7 @@ namespace weir::isolate {
 
 class WorkerServer {
  public:
-  explicit WorkerServer(Descriptor socket) : channel_(std::move(socket)) {}
+  explicit WorkerServer(io::Descriptor socket) : channel_(std::move(socket)) {}
   ~WorkerServer();
   WorkerServer(const WorkerServer&) = delete;
   WorkerServer& operator=(const WorkerServer&) = delete;

@@ -3,7 +3,7 @@
 #pragma once
 #include <gst/gst.h>
 
-#include "core/isolate/deadline.hpp"
+#include "core/io/deadline.hpp"
 #include "core/ledger/ledger.hpp"
 #include "weir/result.hpp"
 
@@ -33,7 +33,7 @@ class BufferOutput {
   // Reports the end of the stream to receivers, where the protocol has one.
   virtual void end() = 0;
   // False after the deadline or an interruption.
-  virtual bool wait_for_receiver(const isolate::Deadline& deadline) = 0;
+  virtual bool wait_for_receiver(const io::Deadline& deadline) = 0;
   // Ends waiting calls, and those that would wait until resume().
   virtual void interrupt() = 0;
   virtual void resume() = 0;

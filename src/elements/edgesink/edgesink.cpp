@@ -272,13 +272,13 @@ class Edgesink : public gst::Element<Edgesink, gst::BaseSink> {
   Result<OutputOutcome> wait_for_receiver() {
     if (has_waited_) return OutputOutcome::Sent;
     const uint64_t limit = settings().connection_timeout;
-    isolate::Deadline deadline;
+    io::Deadline deadline;
     if (limit > 0)
-      deadline = isolate::deadline_in(
+      deadline = io::deadline_in(
           std::chrono::milliseconds(static_cast<int64_t>(std::min(limit, kLongestTimeout))));
     has_waited_ = output_->wait_for_receiver(deadline);
     if (has_waited_) return OutputOutcome::Sent;
-    if (!isolate::is_over(deadline)) return OutputOutcome::Interrupted;
+    if (!io::is_over(deadline)) return OutputOutcome::Interrupted;
     return Error{.code = Code::SERVER_UNREACHABLE,
                  .what = "no receiver connected within connection-timeout",
                  .offered = "connection-timeout=" + std::to_string(limit) + " ms",

@@ -17,7 +17,7 @@ class LocalOutput : public BufferOutput {
   Status set_caps(GstCaps* caps) override;
   Result<Outcome> publish(GstBuffer* buffer, Ledger* ledger) override;
   void end() override { publisher_->end(); }
-  bool wait_for_receiver(const isolate::Deadline& deadline) override {
+  bool wait_for_receiver(const io::Deadline& deadline) override {
     return publisher_->wait_for_reader(deadline);
   }
   void interrupt() override { publisher_->interrupt(); }

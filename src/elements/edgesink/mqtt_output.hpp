@@ -32,7 +32,7 @@ class MqttOutput : public BufferOutput {
   Result<Outcome> publish(GstBuffer* buffer, Ledger* ledger) override;
   void end() override;
   // The receiver is the broker, which is connected.
-  bool wait_for_receiver(const isolate::Deadline&) override { return true; }
+  bool wait_for_receiver(const io::Deadline&) override { return true; }
   void interrupt() override { client_->interrupt(true); }
   void resume() override { client_->interrupt(false); }
   void propose_allocation(GstQuery*) override {}

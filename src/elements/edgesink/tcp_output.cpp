@@ -43,7 +43,7 @@ Result<BufferOutput::Outcome> TcpOutput::publish(GstBuffer* buffer, Ledger*) {
 }
 
 void TcpOutput::end() {
-  publisher_->flush(isolate::deadline_in(kLongestFlush));
+  publisher_->flush(io::deadline_in(kLongestFlush));
 }
 
 void TcpOutput::propose_allocation(GstQuery*) {}

@@ -20,7 +20,7 @@ class TcpOutput : public BufferOutput {
   Result<Outcome> publish(GstBuffer* buffer, Ledger* ledger) override;
   // The protocol has no end of stream: waits until the last frame has been sent.
   void end() override;
-  bool wait_for_receiver(const isolate::Deadline& deadline) override {
+  bool wait_for_receiver(const io::Deadline& deadline) override {
     return publisher_->wait_for_subscriber(deadline);
   }
   void interrupt() override { publisher_->interrupt(); }

@@ -29,7 +29,7 @@ Result<std::unique_ptr<BufferInput>> TcpInput::connect(const std::string& host, 
 }
 
 Result<std::optional<InputEvent>> TcpInput::greet() {
-  const auto deadline = was_silent_ ? isolate::Deadline() : isolate::deadline_in(times_.greet);
+  const auto deadline = was_silent_ ? io::Deadline() : io::deadline_in(times_.greet);
   const auto greeted = subscriber_.greet(deadline, interruption_);
   if (!greeted && greeted.error().code == Code::CANCELLED)
     return std::optional(InputEvent{InputEvent::Kind::Interrupted});

@@ -78,7 +78,7 @@ Result<QueryExchange::Kind> QueryExchange::send(GstBuffer* buffer, std::chrono::
     return request.error();
   }
   const auto forgotten =
-      pending_.add({like(buffer), std::chrono::steady_clock::now()}, isolate::deadline_in(time));
+      pending_.add({like(buffer), std::chrono::steady_clock::now()}, io::deadline_in(time));
   ledger_->dropped(DropReason::Late, forgotten);
   outcomes_->sent();
   const auto ended = link_->send(*request);

@@ -205,7 +205,7 @@ class TensorQueryClient : public gst::PlainFilter<TensorQueryClient> {
   // for one, as NNStreamer does; later frames are dropped while there is none.
   Status connect_to_any() {
     Status mismatch = ok();
-    const isolate::Deadline now(steady_clock::now());
+    const io::Deadline now(steady_clock::now());
     for (;;) {
       const bool waits = !was_connected_ && mismatch;
       auto server = finder_->next(waits ? std::nullopt : now, interruption_.descriptor());
@@ -248,7 +248,7 @@ class TensorQueryClient : public gst::PlainFilter<TensorQueryClient> {
               source_, caps->get(), "downstream elements that accept the answers of the server");
           !status)
         return status;
-    if (auto status = (*link)->confirm(isolate::deadline_in(time)); !status) return status;
+    if (auto status = (*link)->confirm(io::deadline_in(time)); !status) return status;
     exchange_.open(*std::move(link), input_caps_.get(), caps->get());
     if (std::exchange(was_connected_, true)) ++reconnections_;
     retry_ = kFirstRetry;

@@ -183,13 +183,13 @@ class EdgeQueryServer : public QueryServer {
     return Delivery::Sent;
   }
   Status set_running(bool running) override {
-    if (!running) listener_->flush(isolate::deadline_in(kLongestRequestFlush));
+    if (!running) listener_->flush(io::deadline_in(kLongestRequestFlush));
     listener_->set_accepting(running);
     return ok();
   }
   void close() override { listener_->close(); }
   void stop() override {
-    listener_->flush(isolate::deadline_in(kLongestRequestFlush));
+    listener_->flush(io::deadline_in(kLongestRequestFlush));
     listener_->stop();
   }
   std::string summary() const override {

@@ -34,7 +34,7 @@ class EarlySubscriber : public ::testing::Test {
     EXPECT_TRUE(made);
     EXPECT_TRUE(
         becomes_true([&] { return publisher_->counts().waiting == before + 1; }, "the wait"));
-    const auto greeted = made->greet(isolate::deadline_in(5ms), -1);
+    const auto greeted = made->greet(io::deadline_in(5ms), -1);
     EXPECT_TRUE(greeted && !*greeted);
     return *std::move(made);
   }

@@ -10,7 +10,7 @@
 #include <string>
 #include <utility>
 
-#include "core/isolate/deadline.hpp"
+#include "core/io/deadline.hpp"
 #include "core/wire/peer_error.hpp"
 #include "weir/result.hpp"
 
@@ -38,7 +38,7 @@ class PendingRequests {
   uint64_t next_number() const noexcept { return next_; }
   // A request was sent. Without `deadline` it waits until the connection ends. Returns how many
   // requests that timed out can no longer have an answer because of it.
-  size_t add(Frame frame, isolate::Deadline deadline) {
+  size_t add(Frame frame, io::Deadline deadline) {
     size_t forgotten = 0;
     for (Entry& entry : entries_) {
       if (!entry.expired || !entry.frame) continue;
@@ -130,10 +130,10 @@ class PendingRequests {
         std::count_if(entries_.begin(), entries_.end(), [](const Entry& e) { return e.waits(); }));
   }
   // When the next request times out.
-  isolate::Deadline next_deadline() const {
-    isolate::Deadline next;
+  io::Deadline next_deadline() const {
+    io::Deadline next;
     for (const Entry& entry : entries_)
-      if (entry.waits()) next = isolate::earlier(next, entry.deadline);
+      if (entry.waits()) next = io::earlier(next, entry.deadline);
     return next;
   }
 
@@ -142,7 +142,7 @@ class PendingRequests {
     uint64_t number;
     std::optional<Frame> frame;  // none: no answer can be used
     std::optional<Answer> answer;
-    isolate::Deadline deadline;
+    io::Deadline deadline;
     bool expired;
 
     bool waits() const noexcept { return !expired && !answer; }

@@ -29,8 +29,7 @@ std::string after_answer(Requests& requests, std::optional<uint64_t> number = {}
   return taken(requests);
 }
 
-void add(Requests& requests, std::initializer_list<const char*> names,
-         isolate::Deadline deadline = {}) {
+void add(Requests& requests, std::initializer_list<const char*> names, io::Deadline deadline = {}) {
   for (const char* name : names) requests.add(name, deadline);
 }
 

@@ -101,7 +101,7 @@ class RawEnd {
 class RawClient {
  public:
   explicit RawClient(uint16_t port, HeaderForm form = HeaderForm::Bytes2088) : form_(form) {
-    auto made = connect_to("localhost", port, isolate::deadline_in(kTestTime), -1);
+    auto made = connect_to("localhost", port, io::deadline_in(kTestTime), -1);
     EXPECT_TRUE(made);
     if (made) a = RawEnd(*std::move(made));
     auto listening = listen_on("localhost", 0);

@@ -113,7 +113,7 @@ Result<std::unique_ptr<QueryLink>> QueryLink::connect(const QueryOptions& option
   auto listener = listen_on(options.host, options.port);
   if (!listener) return listener.error();
   out->listener_ = *std::move(listener);
-  const auto deadline = isolate::deadline_in(options.handshake_time);
+  const auto deadline = io::deadline_in(options.handshake_time);
   auto socket = connect_to(options.server_host, options.server_port, deadline, options.cancel);
   if (!socket && socket.error().code == Code::SERVER_UNREACHABLE) {
     Error error = socket.error();
@@ -131,22 +131,22 @@ Result<std::unique_ptr<QueryLink>> QueryLink::connect(const QueryOptions& option
 }
 
 // Waits until there is something to read.
-Status QueryLink::wait_for_greeting_bytes(const isolate::Deadline& deadline) {
+Status QueryLink::wait_for_greeting_bytes(const io::Deadline& deadline) {
   // Silence decides the form of some greetings.
   const bool undecided = requests_->is_undecided();
-  const auto until = undecided ? isolate::deadline_in(kSilence) : deadline;
+  const auto until = undecided ? io::deadline_in(kSilence) : deadline;
   pollfd watched[] = {{requests_->socket(), POLLIN, 0}, {options_.cancel, POLLIN, 0}};
-  const int ready = poll(watched, 2, isolate::poll_timeout(until));
+  const int ready = poll(watched, 2, io::poll_timeout(until));
   if (ready > 0 && watched[1].revents) return cancelled();
-  if (ready == 0 && undecided && isolate::is_over(until))
+  if (ready == 0 && undecided && io::is_over(until))
     if (auto status = requests_->silence(); !status) return status;
-  if (ready > 0 || !isolate::is_over(deadline)) return ok();
+  if (ready > 0 || !io::is_over(deadline)) return ok();
   return unreachable(options_, "the query server does not start the handshake",
                      "nothing within " + seconds_text(options_.handshake_time),
                      "check the port, and that the pipeline of the server is playing");
 }
 
-Result<wire::EdgeMessage> QueryLink::wait_for_greeting(const isolate::Deadline& deadline) {
+Result<wire::EdgeMessage> QueryLink::wait_for_greeting(const io::Deadline& deadline) {
   for (;;) {
     auto step = requests_->read();
     if (!step) return step.error();
@@ -164,7 +164,7 @@ Result<wire::EdgeMessage> QueryLink::wait_for_greeting(const isolate::Deadline& 
   }
 }
 
-Status QueryLink::read_greeting(const isolate::Deadline& deadline) {
+Status QueryLink::read_greeting(const io::Deadline& deadline) {
   const auto message = wait_for_greeting(deadline);
   if (!message) return message.error();
   const auto text = wire::text_of_memory(message->memories.at(0).bytes());
@@ -202,7 +202,7 @@ bool QueryLink::is_of_server(int socket) const {
   return peer == server || (is_here && is_loopback(peer) && !is_loopback(server));
 }
 
-Status QueryLink::confirm(const isolate::Deadline& deadline) {
+Status QueryLink::confirm(const io::Deadline& deadline) {
   if (auto status = send_host_info(); !status) return status;
   for (;;) {
     const auto accepted = accept_server(deadline);
@@ -213,10 +213,10 @@ Status QueryLink::confirm(const isolate::Deadline& deadline) {
   return ok();
 }
 
-Result<bool> QueryLink::accept_server(const isolate::Deadline& deadline) {
+Result<bool> QueryLink::accept_server(const io::Deadline& deadline) {
   pollfd watched[] = {
       {requests_->socket(), POLLIN, 0}, {options_.cancel, POLLIN, 0}, {listener_.get(), POLLIN, 0}};
-  const int ready = poll(watched, 3, isolate::poll_timeout(deadline));
+  const int ready = poll(watched, 3, io::poll_timeout(deadline));
   if (ready > 0 && watched[1].revents) return cancelled();
   if (ready > 0 && watched[2].revents) {
     Descriptor socket = accept_from(listener_.get());
@@ -227,7 +227,7 @@ Result<bool> QueryLink::accept_server(const isolate::Deadline& deadline) {
   }
   if (ready > 0)
     if (auto status = check_handshake(); !status) return status.error();
-  if (!isolate::is_over(deadline)) return false;
+  if (!io::is_over(deadline)) return false;
   return unreachable(
       options_,
       "the query server did not connect to the client, which it must do to send its answers",
@@ -268,11 +268,11 @@ Result<QueryRequest> QueryLink::make_request(std::vector<std::span<const std::by
 Result<std::optional<LinkEnd>> QueryLink::send(const QueryRequest& request) {
   UnsentParts unsent(request);
   ++sent_;
-  auto deadline = isolate::deadline_in(options_.stall_time);
+  auto deadline = io::deadline_in(options_.stall_time);
   while (!end_ && !unsent.empty()) {
     const ssize_t sent = unsent.send(requests_->socket());
     if (sent > 0) {
-      deadline = isolate::deadline_in(options_.stall_time);
+      deadline = io::deadline_in(options_.stall_time);
       is_within_message_ = !unsent.empty();
       continue;
     }
@@ -284,15 +284,15 @@ Result<std::optional<LinkEnd>> QueryLink::send(const QueryRequest& request) {
   return end_;
 }
 
-Result<std::optional<LinkEnd>> QueryLink::wait(const isolate::Deadline& deadline, bool for_room) {
+Result<std::optional<LinkEnd>> QueryLink::wait(const io::Deadline& deadline, bool for_room) {
   const auto events = static_cast<short>(for_room ? POLLIN | POLLOUT : POLLIN);
   pollfd watched[] = {{requests_->socket(), events, 0},
                       {options_.cancel, POLLIN, 0},
                       {answers_->socket(), POLLIN, 0}};
-  const int ready = poll(watched, 3, isolate::poll_timeout(deadline));
+  const int ready = poll(watched, 3, io::poll_timeout(deadline));
   if (ready < 0 && errno != EINTR) return end(LinkEnd::Lost);
   if (ready > 0 && watched[1].revents) return End(LinkEnd::Interrupted);
-  if (ready == 0 && isolate::is_over(deadline)) return End(LinkEnd::Late);
+  if (ready == 0 && io::is_over(deadline)) return End(LinkEnd::Late);
   if (ready <= 0) return End();
   return read_ready((watched[0].revents & ~POLLOUT) != 0, watched[2].revents != 0);
 }
@@ -345,7 +345,7 @@ Status QueryLink::take_answer(wire::EdgeMessage message) {
   return ok();
 }
 
-Result<QueryLink::Received> QueryLink::receive(const isolate::Deadline& deadline) {
+Result<QueryLink::Received> QueryLink::receive(const io::Deadline& deadline) {
   for (;;) {
     if (!arrived_.empty()) {
       Received out{.answer = std::move(arrived_.front())};

@@ -10,7 +10,7 @@
 #include <string>
 #include <vector>
 
-#include "core/isolate/deadline.hpp"
+#include "core/io/deadline.hpp"
 #include "core/wire/edge_texts.hpp"
 #include "core/wire/message_reader.hpp"
 #include "transport/edge/message_connection.hpp"
@@ -70,7 +70,7 @@ class QueryLink {
   const wire::QueryCapability& capability() const noexcept { return capability_; }
   // The caps fit: sends the address of the listener and waits until the server has connected.
   // Errors: as of connect().
-  Status confirm(const isolate::Deadline& deadline);
+  Status confirm(const io::Deadline& deadline);
 
   // LIMIT_EXCEEDED, FRAME_SIZE: the server cannot receive such a frame.
   Result<QueryRequest> make_request(std::vector<std::span<const std::byte>> memories,
@@ -85,27 +85,27 @@ class QueryLink {
   };
   // Waits for the next answer; a deadline that has passed takes what is there.
   // PEER_MESSAGE_INVALID.
-  Result<Received> receive(const isolate::Deadline& deadline);
+  Result<Received> receive(const io::Deadline& deadline);
 
  private:
   using Read = MessageConnection::Read;
   using End = std::optional<LinkEnd>;
 
   explicit QueryLink(const QueryOptions& options);
-  Status read_greeting(const isolate::Deadline& deadline);
-  Result<wire::EdgeMessage> wait_for_greeting(const isolate::Deadline& deadline);
-  Status wait_for_greeting_bytes(const isolate::Deadline& deadline);
+  Status read_greeting(const io::Deadline& deadline);
+  Result<wire::EdgeMessage> wait_for_greeting(const io::Deadline& deadline);
+  Status wait_for_greeting_bytes(const io::Deadline& deadline);
   Status send_host_info();
   wire::HostAddress listener_address() const;
   // True when the server has connected.
-  Result<bool> accept_server(const isolate::Deadline& deadline);
+  Result<bool> accept_server(const io::Deadline& deadline);
   bool is_of_server(int socket) const;
   Status check_handshake();
   Result<End> read_ready(bool has_requests, bool has_answers);
   Result<End> read_side(MessageConnection* from, bool all);
   Status take_answer(wire::EdgeMessage message);
   // Waits for bytes, and with `for_room` also for room to send, and reads what has arrived.
-  Result<End> wait(const isolate::Deadline& deadline, bool for_room);
+  Result<End> wait(const io::Deadline& deadline, bool for_room);
   End end(LinkEnd how) noexcept;
 
   const QueryOptions options_;

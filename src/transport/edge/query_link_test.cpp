@@ -38,7 +38,7 @@ class EdgeQuery : public ::testing::Test {
     auto link = QueryLink::connect(options);
     EXPECT_TRUE(link) << (link ? "" : link.error().message());
     if (!link) return nullptr;
-    const auto status = (*link)->confirm(isolate::deadline_in(60s));
+    const auto status = (*link)->confirm(io::deadline_in(60s));
     EXPECT_TRUE(status) << (status ? "" : status.error().message());
     return *std::move(link);
   }
@@ -50,7 +50,7 @@ class EdgeQuery : public ::testing::Test {
     EXPECT_FALSE(*ended);
   }
   static Result<QueryLink::Received> receive(QueryLink* link) {
-    return link->receive(isolate::deadline_in(60s));
+    return link->receive(io::deadline_in(60s));
   }
   static std::vector<Bytes> bytes_of(const QueryAnswer& answer) {
     std::vector<Bytes> out;
@@ -367,7 +367,7 @@ TEST_F(EdgeQuery, AServerThatDoesNotConnectBackIsAnErrorInTime) {
   });
   const auto link = QueryLink::connect(options(server));
   ASSERT_TRUE(link);
-  const auto status = (*link)->confirm(isolate::deadline_in(50ms));
+  const auto status = (*link)->confirm(io::deadline_in(50ms));
   EXPECT_REFUSED(status, SERVER_UNREACHABLE, "did not connect to the client");
   EXPECT_SAYS(status.error().message(), "set host to an address");
 }
@@ -381,7 +381,7 @@ TEST_F(EdgeQuery, AServerThatCannotConnectBackIsNamed) {
   });
   const auto link = QueryLink::connect(options(server));
   ASSERT_TRUE(link);
-  const auto status = (*link)->confirm(isolate::deadline_in(60s));
+  const auto status = (*link)->confirm(io::deadline_in(60s));
   EXPECT_REFUSED(status, SERVER_REFUSED, "ended the handshake");
   EXPECT_SAYS(status.error().message(), "localhost:");
 }

@@ -165,7 +165,7 @@ void QueryListener::refuse(int64_t client_id, const std::string& reason) {
   wake_->set();
 }
 
-bool QueryListener::flush(const isolate::Deadline& deadline) {
+bool QueryListener::flush(const io::Deadline& deadline) {
   std::unique_lock lock(mutex_);
   const auto sent = [this] {
     return std::none_of(clients_.begin(), clients_.end(), [](const auto& client) {
@@ -247,8 +247,8 @@ bool QueryListener::may_read(const Client& client, bool many_bytes) const {
   return bytes < options_.most_address_bytes || (oldest == client && requests == 0);
 }
 
-isolate::Deadline QueryListener::watch(const Clients& clients, std::vector<pollfd>* watched) {
-  isolate::Deadline next;
+io::Deadline QueryListener::watch(const Clients& clients, std::vector<pollfd>* watched) {
+  io::Deadline next;
   uint64_t bytes = 0;
   for (const auto& client : clients) bytes += client->load()->bytes + client->partial_bytes();
   const bool many_bytes = options_.most_address_bytes > 0 && bytes >= options_.most_address_bytes;
@@ -263,7 +263,7 @@ isolate::Deadline QueryListener::watch(const Clients& clients, std::vector<pollf
     watched->push_back({client->requests_socket(), static_cast<short>(in | out), 0});
     const int answers = client->has_unsent_answers() ? POLLIN | POLLOUT : POLLIN;
     watched->push_back({client->answers_socket(), static_cast<short>(answers), 0});
-    next = isolate::earlier(next, client->deadline());
+    next = io::earlier(next, client->deadline());
   }
   if (all_read) wake_->set_wanted(false);
   return next;
@@ -287,14 +287,14 @@ void QueryListener::attend(const Client& client, short requests, short answers) 
     receive(client);
   else if (requests & (POLLERR | POLLHUP))
     client->set_gone();
-  if (client->state() != State::Gone && isolate::is_over(client->deadline()))
+  if (client->state() != State::Gone && io::is_over(client->deadline()))
     refuse(client, client->reason_of_deadline());
 }
 
 bool QueryListener::serve_once() {
   Clients clients;
   std::vector<pollfd> watched;
-  isolate::Deadline next;
+  io::Deadline next;
   {
     const std::lock_guard lock(mutex_);
     if (stopping_) return false;
@@ -304,7 +304,7 @@ bool QueryListener::serve_once() {
     clients = clients_;
     next = watch(clients, &watched);
   }
-  poll(watched.data(), watched.size(), isolate::poll_timeout(next));
+  poll(watched.data(), watched.size(), io::poll_timeout(next));
   if (watched[0].revents) wake_->clear();
   std::vector<Error> refusals;
   {

@@ -13,7 +13,7 @@
 #include <thread>
 #include <vector>
 
-#include "core/isolate/deadline.hpp"
+#include "core/io/deadline.hpp"
 #include "transport/edge/received_request.hpp"
 #include "transport/edge/served_client.hpp"
 #include "transport/edge/stream_socket.hpp"
@@ -79,7 +79,7 @@ class QueryListener {
   // Closes a client because of what it sent.
   void refuse(int64_t client, const std::string& reason);
   // Waits until all answers have been sent; false after the deadline.
-  bool flush(const isolate::Deadline& deadline);
+  bool flush(const io::Deadline& deadline);
   // Closes all clients and no longer listens. Only counts() and requests() are of use then.
   void stop();
 
@@ -94,7 +94,7 @@ class QueryListener {
   Status set_caps(std::string* caps, const std::string& value);
   void serve() noexcept;
   bool serve_once();  // false: it was stopped
-  isolate::Deadline watch(const Clients& clients, std::vector<pollfd>* watched);
+  io::Deadline watch(const Clients& clients, std::vector<pollfd>* watched);
   bool may_read(const Client& client, bool many_bytes) const;
   void attend(const Client& client, short requests, short answers);
   void receive(const Client& client);

@@ -150,7 +150,7 @@ TEST_F(EdgeQuery, SendsWhatIsQueuedBeforeItStops) {
   peer.request({Bytes(8 << 20)});
   answer_one();
   std::thread reader([&] { EXPECT_EQ(peer.answer()[0].size(), size_t{8} << 20); });
-  EXPECT_TRUE(listener_->flush(isolate::deadline_in(kTestTime)));
+  EXPECT_TRUE(listener_->flush(io::deadline_in(kTestTime)));
   listener_->stop();
   reader.join();
   EXPECT_EQ(listener_->requests().answered, 1u);
@@ -170,7 +170,7 @@ TEST_F(EdgeQuery, StopsInEveryState) {
   EXPECT_EQ(answer(request), Sent::NoClient);
   request.reset();
   EXPECT_EQ(listener_->requests().expired, 1u);
-  EXPECT_FALSE(connect_to("localhost", listener_->port(), isolate::deadline_in(kTestTime), -1));
+  EXPECT_FALSE(connect_to("localhost", listener_->port(), io::deadline_in(kTestTime), -1));
 }
 
 TEST_F(EdgeQuery, TakingEndsWhenInterrupted) {

@@ -9,7 +9,7 @@
 #include <span>
 #include <vector>
 
-#include "core/isolate/deadline.hpp"
+#include "core/io/deadline.hpp"
 
 namespace weir::edge {
 
@@ -43,9 +43,9 @@ class SendQueue {
   // Whether a part of a message has been sent, so that no other may be sent now.
   bool is_within_message() const noexcept { return sent_ > 0; }
   // When push() failed first since it succeeded; nullopt: it has not.
-  const isolate::Deadline& full_since() const noexcept { return full_since_; }
+  const io::Deadline& full_since() const noexcept { return full_since_; }
   // Since when the socket has taken nothing although messages wait; nullopt: none wait.
-  const isolate::Deadline& waiting_since() const noexcept { return waiting_since_; }
+  const io::Deadline& waiting_since() const noexcept { return waiting_since_; }
 
  private:
   struct Queued {
@@ -59,7 +59,7 @@ class SendQueue {
   std::deque<Queued> queue_;
   size_t sent_ = 0;  // bytes of the first message
   uint64_t queued_bytes_ = 0;
-  isolate::Deadline full_since_, waiting_since_;
+  io::Deadline full_since_, waiting_since_;
 };
 
 }  // namespace weir::edge

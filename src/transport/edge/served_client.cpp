@@ -56,14 +56,13 @@ void ServedClient::set_gone() noexcept {
   load_->gone = true;
 }
 
-isolate::Deadline ServedClient::deadline() const {
+io::Deadline ServedClient::deadline() const {
   if (state_ == State::Greeted || state_ == State::Connecting) return since_ + kHandshakeTime;
   if (options_.patience.count() == 0) return std::nullopt;
-  if (state_ == State::Waiting) return isolate::deadline_in(options_.patience, 1, since_);
+  if (state_ == State::Waiting) return io::deadline_in(options_.patience, 1, since_);
   if (const auto& since = answers_.waiting_since())
-    return isolate::deadline_in(options_.patience, 1, *since);
-  if (reading_ && !reader_->at_start())
-    return isolate::deadline_in(options_.patience, 1, last_bytes_);
+    return io::deadline_in(options_.patience, 1, *since);
+  if (reading_ && !reader_->at_start()) return io::deadline_in(options_.patience, 1, last_bytes_);
   return std::nullopt;
 }
 

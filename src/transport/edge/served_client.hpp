@@ -51,7 +51,7 @@ class ServedClient {
   const std::shared_ptr<ClientLoad>& load() const noexcept { return load_; }
   void set_gone() noexcept;
   // When it is refused unless it does what is due; nullopt: it need not do anything.
-  isolate::Deadline deadline() const;
+  io::Deadline deadline() const;
   // Why it is refused then.
   std::string reason_of_deadline() const;
 

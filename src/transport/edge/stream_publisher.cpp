@@ -109,7 +109,7 @@ StreamPublisher::Outcome StreamPublisher::queue(const std::shared_ptr<const Shar
 }
 
 template <class Ready>
-bool StreamPublisher::wait(const isolate::Deadline& deadline, const Ready& ready) {
+bool StreamPublisher::wait(const io::Deadline& deadline, const Ready& ready) {
   std::unique_lock lock(mutex_);
   const auto ended = [&] { return interrupted_ || ready(); };
   if (!deadline)
@@ -119,7 +119,7 @@ bool StreamPublisher::wait(const isolate::Deadline& deadline, const Ready& ready
   return !interrupted_ && ready();
 }
 
-bool StreamPublisher::flush(const isolate::Deadline& deadline) {
+bool StreamPublisher::flush(const io::Deadline& deadline) {
   return wait(deadline, [this] {
     return std::none_of(links_.begin(), links_.end(), [](const auto& link) {
       return link->state() != SubscriberLink::State::Gone && link->has_unsent();
@@ -127,7 +127,7 @@ bool StreamPublisher::flush(const isolate::Deadline& deadline) {
   });
 }
 
-bool StreamPublisher::wait_for_subscriber(const isolate::Deadline& deadline) {
+bool StreamPublisher::wait_for_subscriber(const io::Deadline& deadline) {
   return wait(deadline, [this] { return count_subscribers() > 0; });
 }
 
@@ -183,12 +183,12 @@ void StreamPublisher::accept_new(std::vector<Error>* refusals) {
   }
 }
 
-isolate::Deadline StreamPublisher::watch(const Links& links, std::vector<pollfd>* watched) const {
-  isolate::Deadline next;
+io::Deadline StreamPublisher::watch(const Links& links, std::vector<pollfd>* watched) const {
+  io::Deadline next;
   for (const auto& link : links) {
     const auto events = static_cast<short>(link->can_send() ? POLLIN | POLLOUT : POLLIN);
     watched->push_back({link->socket(), events, 0});
-    next = isolate::earlier(next, link->patience(options_.queue));
+    next = io::earlier(next, link->patience(options_.queue));
   }
   return next;
 }
@@ -198,21 +198,21 @@ void StreamPublisher::attend(SubscriberLink* link, bool has_input, std::vector<E
   const auto reason = has_input ? link->receive() : std::nullopt;
   if (reason)
     refuse(link, *reason, refusals);
-  else if (isolate::is_over(link->patience(options_.queue)))
+  else if (io::is_over(link->patience(options_.queue)))
     refuse(link, "it does not complete the handshake, or does not read", refusals);
 }
 
 bool StreamPublisher::serve_once() {
   Links links;
   std::vector<pollfd> watched{{wake_.descriptor(), POLLIN, 0}, {listener_.get(), POLLIN, 0}};
-  isolate::Deadline next;
+  io::Deadline next;
   {
     const std::lock_guard lock(mutex_);
     if (stopping_) return false;
     links = links_;
     next = watch(links, &watched);
   }
-  poll(watched.data(), watched.size(), isolate::poll_timeout(next));
+  poll(watched.data(), watched.size(), io::poll_timeout(next));
   wake_.clear();
   std::vector<Error> refusals;
   {

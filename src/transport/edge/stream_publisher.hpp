@@ -12,7 +12,7 @@
 #include <thread>
 #include <vector>
 
-#include "core/isolate/deadline.hpp"
+#include "core/io/deadline.hpp"
 #include "core/wire/edge_header.hpp"
 #include "transport/edge/stream_socket.hpp"
 #include "transport/edge/subscriber_link.hpp"
@@ -72,9 +72,9 @@ class StreamPublisher {
   Result<Outcome> publish(std::vector<std::span<const std::byte>> memories,
                           std::shared_ptr<const void> owner);
   // Waits until all queues are empty; false after the deadline or an interruption.
-  bool flush(const isolate::Deadline& deadline);
+  bool flush(const io::Deadline& deadline);
 
-  bool wait_for_subscriber(const isolate::Deadline& deadline);
+  bool wait_for_subscriber(const io::Deadline& deadline);
   void interrupt();
   void resume();
   PublisherCounts counts() const;
@@ -85,12 +85,12 @@ class StreamPublisher {
   explicit StreamPublisher(PublisherOptions options) : options_(std::move(options)) {}
   Outcome queue(const std::shared_ptr<const SharedMessage>& message, std::vector<Outage>* outages);
   template <class Ready>
-  bool wait(const isolate::Deadline& deadline, const Ready& ready);
+  bool wait(const io::Deadline& deadline, const Ready& ready);
   uint32_t count(SubscriberLink::State state) const;
   uint32_t count_subscribers() const { return count(SubscriberLink::State::Subscribed); }
   void serve() noexcept;
   bool serve_once();  // false: it was stopped
-  isolate::Deadline watch(const Links& links, std::vector<pollfd>* watched) const;
+  io::Deadline watch(const Links& links, std::vector<pollfd>* watched) const;
   void attend(SubscriberLink* link, bool has_input, std::vector<Error>* refusals);
   void accept_new(std::vector<Error>* refusals);
   std::string reason_to_refuse(const std::string& address) const;

@@ -60,15 +60,14 @@ std::string address_text(const std::string& host, uint32_t port) {
 }
 
 // Waits until the connection is there; "" or why it is not.
-std::string wait_connected(int socket, const isolate::Deadline& deadline, int cancel,
-                           bool* cancelled) {
+std::string wait_connected(int socket, const io::Deadline& deadline, int cancel, bool* cancelled) {
   for (;;) {
     pollfd watched[] = {{socket, POLLOUT, 0}, {cancel, POLLIN, 0}};
-    const int ready = poll(watched, 2, isolate::poll_timeout(deadline));
+    const int ready = poll(watched, 2, io::poll_timeout(deadline));
     if (ready < 0 && errno != EINTR) return std::strerror(errno);
     *cancelled = ready > 0 && watched[1].revents != 0;
     if (*cancelled) return "cancelled";
-    if (ready == 0 && isolate::is_over(deadline)) return "no answer in time";
+    if (ready == 0 && io::is_over(deadline)) return "no answer in time";
     if (ready <= 0) continue;
     return connection_error(socket);
   }
@@ -118,8 +117,8 @@ std::string peer_of(int socket) {
   return text;
 }
 
-Result<Descriptor> connect_to(const std::string& host, uint32_t port,
-                              const isolate::Deadline& deadline, int cancel) {
+Result<Descriptor> connect_to(const std::string& host, uint32_t port, const io::Deadline& deadline,
+                              int cancel) {
   std::string reason;
   const auto addresses = addresses_of(host, port, false, &reason);
   for (const addrinfo* at = addresses.get(); at; at = at->ai_next) {

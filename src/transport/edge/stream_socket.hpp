@@ -4,14 +4,14 @@
 #include <cstdint>
 #include <string>
 
-#include "core/isolate/deadline.hpp"
-#include "core/isolate/descriptor.hpp"
+#include "core/io/deadline.hpp"
+#include "core/io/descriptor.hpp"
 #include "core/wire/edge_texts.hpp"
 #include "weir/result.hpp"
 
 namespace weir::edge {
 
-using isolate::Descriptor;
+using io::Descriptor;
 
 // Listens on an address of this machine; port 0 takes a free one. OPTION_VALUE if it cannot.
 Result<Descriptor> listen_on(const std::string& host, uint32_t port);
@@ -24,8 +24,8 @@ std::string peer_of(int socket);
 
 // Connects. `cancel` is a borrowed descriptor that ends waiting when readable, or -1.
 // SERVER_UNREACHABLE; CANCELLED.
-Result<Descriptor> connect_to(const std::string& host, uint32_t port,
-                              const isolate::Deadline& deadline, int cancel);
+Result<Descriptor> connect_to(const std::string& host, uint32_t port, const io::Deadline& deadline,
+                              int cancel);
 
 // Whether `host` is an IPv4 address in numbers.
 bool is_address(const std::string& host);

@@ -36,7 +36,7 @@ Error no_greeting(const char* reason) {
 Result<StreamSubscriber> StreamSubscriber::open(const std::string& host, uint32_t port,
                                                 const wire::MessageLimits& limits,
                                                 std::chrono::milliseconds time, int cancel) {
-  auto socket = connect_to(host, port, isolate::deadline_in(time), cancel);
+  auto socket = connect_to(host, port, io::deadline_in(time), cancel);
   if (!socket) return socket.error();
   return StreamSubscriber(*std::move(socket), limits);
 }
@@ -51,7 +51,7 @@ Result<StreamSubscriber> StreamSubscriber::connect(const std::string& host, uint
                                                    const Times& times, int cancel) {
   auto out = open(host, port, limits, times.connect, cancel);
   if (!out) return out;
-  const auto greeted = out->greet(isolate::deadline_in(times.greet), cancel);
+  const auto greeted = out->greet(io::deadline_in(times.greet), cancel);
   if (!greeted) return greeted.error();
   if (!*greeted) return no_greeting("nothing in time");
   return out;
@@ -71,28 +71,27 @@ Result<std::optional<StreamSubscriber::Wait>> StreamSubscriber::read_some() {
   return std::optional(Wait::Message);
 }
 
-std::optional<StreamSubscriber::Wait> StreamSubscriber::wait_for_bytes(
-    const isolate::Deadline& deadline, int cancel) {
+std::optional<StreamSubscriber::Wait> StreamSubscriber::wait_for_bytes(const io::Deadline& deadline,
+                                                                       int cancel) {
   pollfd watched[] = {{socket_.get(), POLLIN, 0}, {cancel, POLLIN, 0}};
-  const int ready = poll(watched, 2, isolate::poll_timeout(deadline));
+  const int ready = poll(watched, 2, io::poll_timeout(deadline));
   if (ready < 0 && errno != EINTR) return Wait::Closed;
   if (ready > 0 && watched[1].revents) return Wait::Cancelled;
-  if (ready == 0 && isolate::is_over(deadline)) return Wait::Late;
+  if (ready == 0 && io::is_over(deadline)) return Wait::Late;
   return std::nullopt;
 }
 
 // Silence decides the form of some greetings.
 Result<std::optional<StreamSubscriber::Wait>> StreamSubscriber::wait_for_more(
-    const isolate::Deadline& deadline, int cancel) {
+    const io::Deadline& deadline, int cancel) {
   if (reader_->form() || reader_->at_start()) return wait_for_bytes(deadline, cancel);
-  const auto ended = wait_for_bytes(isolate::deadline_in(kSubscriberSilence), cancel);
+  const auto ended = wait_for_bytes(io::deadline_in(kSubscriberSilence), cancel);
   if (ended != Wait::Late) return ended;
   if (auto status = reader_->silence(); !status) return status.error();
-  return isolate::is_over(deadline) ? ended : std::nullopt;
+  return io::is_over(deadline) ? ended : std::nullopt;
 }
 
-Result<StreamSubscriber::Wait> StreamSubscriber::wait(const isolate::Deadline& deadline,
-                                                      int cancel) {
+Result<StreamSubscriber::Wait> StreamSubscriber::wait(const io::Deadline& deadline, int cancel) {
   for (;;) {
     auto ended = read_some();
     if (ended && !*ended) ended = wait_for_more(deadline, cancel);
@@ -101,7 +100,7 @@ Result<StreamSubscriber::Wait> StreamSubscriber::wait(const isolate::Deadline& d
   }
 }
 
-Result<bool> StreamSubscriber::greet(const isolate::Deadline& deadline, int cancel) {
+Result<bool> StreamSubscriber::greet(const io::Deadline& deadline, int cancel) {
   const auto waited = wait(deadline, cancel);
   if (!waited) return waited.error();
   if (*waited == Wait::Cancelled) return cancelled_subscription();

@@ -7,7 +7,7 @@
 #include <string>
 #include <vector>
 
-#include "core/isolate/deadline.hpp"
+#include "core/io/deadline.hpp"
 #include "core/wire/edge_conversation.hpp"
 #include "core/wire/message_reader.hpp"
 #include "transport/edge/stream_socket.hpp"
@@ -29,7 +29,7 @@ class StreamSubscriber {
   // Answers the greeting, which a publisher sends when it knows its caps. False: it has not come
   // before the deadline, and greet() can be called again. SERVER_UNREACHABLE, SERVER_REFUSED,
   // PEER_MESSAGE_INVALID, CANCELLED (it can be called again).
-  Result<bool> greet(const isolate::Deadline& deadline, int cancel);
+  Result<bool> greet(const io::Deadline& deadline, int cancel);
   // Connects and answers the greeting. The errors of both, SERVER_REFUSED without a greeting.
   static Result<StreamSubscriber> connect(const std::string& host, uint32_t port,
                                           const wire::MessageLimits& limits, int cancel = -1);
@@ -53,10 +53,10 @@ class StreamSubscriber {
       : socket_(std::move(socket)), reader_(std::make_unique<wire::MessageReader>(limits)) {}
   Status send_host_info(int64_t client_id);
   enum class Wait { Message, Closed, Cancelled, Late };
-  Result<Wait> wait(const isolate::Deadline& deadline, int cancel);
+  Result<Wait> wait(const io::Deadline& deadline, int cancel);
   // Nullopt: there is something to read, or the wait was interrupted.
-  std::optional<Wait> wait_for_bytes(const isolate::Deadline& deadline, int cancel);
-  Result<std::optional<Wait>> wait_for_more(const isolate::Deadline& deadline, int cancel);
+  std::optional<Wait> wait_for_bytes(const io::Deadline& deadline, int cancel);
+  Result<std::optional<Wait>> wait_for_more(const io::Deadline& deadline, int cancel);
   // Reads what is there; nullopt if more is needed.
   Result<std::optional<Wait>> read_some();
 

@@ -25,11 +25,11 @@ SubscriberLink::SubscriberLink(Descriptor socket, wire::HeaderForm form, int64_t
       address_(peer_of(socket_.get())),
       reader_(kLimits) {}
 
-isolate::Deadline SubscriberLink::patience(const QueueLimits& limits) const {
+io::Deadline SubscriberLink::patience(const QueueLimits& limits) const {
   if (state_ == State::Waiting) return std::nullopt;
   if (state_ == State::Greeting) return greeted_ + kLinkHandshakeTime;
   const auto& full_since = frames_.full_since();
-  return full_since ? isolate::Deadline(*full_since + limits.full_for) : std::nullopt;
+  return full_since ? io::Deadline(*full_since + limits.full_for) : std::nullopt;
 }
 
 void SubscriberLink::set_client_id(std::vector<std::byte>* header) const {

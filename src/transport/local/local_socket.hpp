@@ -8,12 +8,12 @@
 #include <span>
 #include <string>
 
-#include "core/isolate/descriptor.hpp"
+#include "core/io/descriptor.hpp"
 #include "weir/result.hpp"
 
 namespace weir::local {
 
-using isolate::Descriptor;
+using io::Descriptor;
 
 // A listening socket and the file that it owns: removed with the object unless another process
 // has replaced it.

@@ -127,7 +127,7 @@ TEST(LocalStream, FramesWithoutReadersGoNowhere) {
   const Folder folder;
   const auto publisher = publisher_at(folder.file());
   EXPECT_EQ(publish(*publisher, frame_of(*publisher, 1)), Outcome::NoReader);
-  EXPECT_FALSE(publisher->wait_for_reader(isolate::deadline_in(std::chrono::milliseconds(1))));
+  EXPECT_FALSE(publisher->wait_for_reader(io::deadline_in(std::chrono::milliseconds(1))));
 }
 
 TEST(LocalStream, AReaderThatComesLaterGetsTheCapsAndTheEnd) {

@@ -108,7 +108,7 @@ Publisher::Outcome Publisher::end() {
   return deliver_to_all(&lock, {[](ReaderLink& reader) { return reader.send_end(); }});
 }
 
-bool Publisher::wait_for_reader(const isolate::Deadline& deadline) {
+bool Publisher::wait_for_reader(const io::Deadline& deadline) {
   Lock lock(mutex_);
   const auto ready = [this] { return interrupted_ || !active().empty(); };
   if (!deadline)
@@ -181,7 +181,7 @@ void Publisher::read(const std::shared_ptr<ReaderLink>& reader, std::span<std::b
 }
 
 void Publisher::refuse_silent(ReaderLink* reader, std::vector<Error>* refusals) {
-  if (reader->state() != ReaderLink::State::Greeting || !isolate::is_over(reader->greeting_ends()))
+  if (reader->state() != ReaderLink::State::Greeting || !io::is_over(reader->greeting_ends()))
     return;
   ++refused_;
   refusals->push_back(refusal(options_.path, "it did not start the handshake within 2 s"));
@@ -197,7 +197,7 @@ void Publisher::remove_gone(Garbage* garbage) {
 bool Publisher::serve_once(std::vector<std::byte>* buffer) {
   Readers readers;
   std::vector<pollfd> watched{{wake_.descriptor(), POLLIN, 0}, {listener_.get(), POLLIN, 0}};
-  isolate::Deadline next;
+  io::Deadline next;
   {
     const std::lock_guard lock(mutex_);
     if (stopping_) return false;
@@ -206,10 +206,10 @@ bool Publisher::serve_once(std::vector<std::byte>* buffer) {
       watched.push_back(
           {reader->socket(), static_cast<short>(reader->is_full() ? POLLIN | POLLOUT : POLLIN), 0});
       if (reader->state() == ReaderLink::State::Greeting)
-        next = isolate::earlier(next, reader->greeting_ends());
+        next = io::earlier(next, reader->greeting_ends());
     }
   }
-  poll(watched.data(), watched.size(), isolate::poll_timeout(next));
+  poll(watched.data(), watched.size(), io::poll_timeout(next));
   wake_.clear();
   Garbage garbage;
   std::vector<Error> refusals;

@@ -10,7 +10,7 @@
 #include <thread>
 #include <vector>
 
-#include "core/isolate/deadline.hpp"
+#include "core/io/deadline.hpp"
 #include "core/isolate/shared_arena.hpp"
 #include "transport/local/local_message.hpp"
 #include "transport/local/local_socket.hpp"
@@ -55,7 +55,7 @@ class Publisher {
   Outcome end();
 
   // Waits until there is a reader; false after the deadline or an interruption.
-  bool wait_for_reader(const isolate::Deadline& deadline);
+  bool wait_for_reader(const io::Deadline& deadline);
   // Waits until a reader may have released a frame.
   enum class Release { Released, NoneHeld, Interrupted };
   Release wait_for_release();

@@ -76,7 +76,7 @@ Status Subscriber::greet(int cancel) {
                               {kMagic, kProtocol}};
   send_packet(link_->socket(), std::as_bytes(std::span(&hello, 1)));
   Packet packet;
-  switch (wait(cancel, isolate::deadline_in(kGreetingTime), &packet)) {
+  switch (wait(cancel, io::deadline_in(kGreetingTime), &packet)) {
     case Wait::Packet:
       break;
     case Wait::Cancelled:
@@ -95,7 +95,7 @@ Status Subscriber::greet(int cancel) {
   return ok();
 }
 
-Subscriber::Wait Subscriber::wait(int cancel, const isolate::Deadline& deadline, Packet* packet) {
+Subscriber::Wait Subscriber::wait(int cancel, const io::Deadline& deadline, Packet* packet) {
   for (;;) {
     switch (receive_packet(link_->socket(), buffer_, packet)) {
       case Transfer::Done:
@@ -106,10 +106,10 @@ Subscriber::Wait Subscriber::wait(int cancel, const isolate::Deadline& deadline,
         break;
     }
     pollfd watched[] = {{link_->socket(), POLLIN, 0}, {cancel, POLLIN, 0}};
-    const int ready = poll(watched, 2, isolate::poll_timeout(deadline));
+    const int ready = poll(watched, 2, io::poll_timeout(deadline));
     if (ready < 0 && errno != EINTR) return Wait::Closed;
     if (ready > 0 && watched[1].revents) return Wait::Cancelled;
-    if (ready == 0 && isolate::is_over(deadline)) return Wait::Late;
+    if (ready == 0 && io::is_over(deadline)) return Wait::Late;
   }
 }
 

@@ -9,7 +9,7 @@
 #include <string>
 #include <vector>
 
-#include "core/isolate/deadline.hpp"
+#include "core/io/deadline.hpp"
 #include "core/isolate/shared_block.hpp"
 #include "transport/local/local_message.hpp"
 #include "transport/local/local_socket.hpp"
@@ -91,7 +91,7 @@ class Subscriber {
       : link_(std::make_shared<WriterLink>(std::move(socket))), buffer_(kMostMessageBytes) {}
   Status greet(int cancel);
   enum class Wait { Packet, Closed, Cancelled, Late };
-  Wait wait(int cancel, const isolate::Deadline& deadline, Packet* packet);
+  Wait wait(int cancel, const io::Deadline& deadline, Packet* packet);
   // No event: the message was for this object.
   using Handled = Result<std::optional<StreamEvent>>;
   Handled handle(Packet* packet);

@@ -94,15 +94,14 @@ uint64_t ServerDirectory::version() const {
   return version_;
 }
 
-bool ServerDirectory::wait_for_change(uint64_t known, const isolate::Deadline& deadline,
-                                      int cancel) {
+bool ServerDirectory::wait_for_change(uint64_t known, const io::Deadline& deadline, int cancel) {
   for (;;) {
     changed_.clear();  // before version(), so that no change is missed
     if (version() != known) return true;
     pollfd watched[] = {{changed_.descriptor(), POLLIN, 0}, {cancel, POLLIN, 0}};
-    const int ready = poll(watched, 2, isolate::poll_timeout(deadline));
+    const int ready = poll(watched, 2, io::poll_timeout(deadline));
     if (ready > 0 && watched[1].revents) return false;
-    if (ready == 0 && isolate::is_over(deadline)) return version() != known;
+    if (ready == 0 && io::is_over(deadline)) return version() != known;
   }
 }
 

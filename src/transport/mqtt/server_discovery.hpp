@@ -7,7 +7,7 @@
 #include <string>
 #include <vector>
 
-#include "core/isolate/deadline.hpp"
+#include "core/io/deadline.hpp"
 #include "core/wire/announced_servers.hpp"
 #include "core/wire/edge_texts.hpp"
 #include "transport/mqtt/broker_client.hpp"
@@ -61,7 +61,7 @@ class ServerDirectory {
   uint64_t version() const;
   // Waits until version() is another than `known`. False after the deadline, and when the borrowed
   // descriptor `cancel` is readable; -1 = none.
-  bool wait_for_change(uint64_t known, const isolate::Deadline& deadline, int cancel);
+  bool wait_for_change(uint64_t known, const io::Deadline& deadline, int cancel);
   // Announcements that were not addresses, or one server too many.
   uint64_t refused() const;
 

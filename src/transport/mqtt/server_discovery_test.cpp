@@ -73,7 +73,7 @@ TEST_F(ServerDiscovery, FindsServersAndForgetsThoseThatEnd) {
   EXPECT_TRUE(has(*clients, {{"127.0.0.1", 4101}}));
   const uint64_t version = clients->version();
   const auto second = announce(broker, "2", 4102);
-  EXPECT_TRUE(clients->wait_for_change(version, isolate::deadline_in(30s), -1));
+  EXPECT_TRUE(clients->wait_for_change(version, io::deadline_in(30s), -1));
   EXPECT_TRUE(has(*clients, {{"127.0.0.1", 4101}, {"127.0.0.1", 4102}}));
   first.reset();
   EXPECT_TRUE(has(*clients, {{"127.0.0.1", 4102}}));
@@ -196,7 +196,7 @@ TEST_F(ServerDiscovery, WaitsNoLongerWhenInterrupted) {
   });
   interruption.set();
   waiting.join();
-  EXPECT_FALSE(clients->wait_for_change(clients->version(), isolate::deadline_in(1ms), -1));
+  EXPECT_FALSE(clients->wait_for_change(clients->version(), io::deadline_in(1ms), -1));
 }
 
 }  // namespace

@@ -21,7 +21,7 @@ std::optional<ServerChoice::Server> ServerChoice::choose(const std::vector<Serve
   return *std::ranges::find(servers, failures_.front().announcement, &Server::number);
 }
 
-isolate::Deadline ServerChoice::next_retry() const {
+io::Deadline ServerChoice::next_retry() const {
   if (failures_.empty()) return std::nullopt;
   return failures_.front().time + kRetryTime;
 }
@@ -39,7 +39,7 @@ Result<std::unique_ptr<ServerFinder>> ServerFinder::open(BrokerOptions options,
   return std::unique_ptr<ServerFinder>(new ServerFinder(*std::move(directory), topic));
 }
 
-Result<ServerFinder::Server> ServerFinder::next(const isolate::Deadline& deadline, int cancel) {
+Result<ServerFinder::Server> ServerFinder::next(const io::Deadline& deadline, int cancel) {
   for (;;) {
     pollfd cancelled{cancel, POLLIN, 0};
     if (poll(&cancelled, 1, 0) > 0)
@@ -49,14 +49,14 @@ Result<ServerFinder::Server> ServerFinder::next(const isolate::Deadline& deadlin
     const auto now = ServerChoice::Clock::now();
     if (auto server = choice_.choose(servers, deadline ? std::min(now, *deadline) : now))
       return *server;
-    if (isolate::is_over(deadline))
+    if (io::is_over(deadline))
       return Error{
           .code = Code::SERVER_UNREACHABLE,
           .what = "no server of the topic can be reached",
           .offered = std::to_string(servers.size()) + " servers announced for topic=" + topic_,
           .needed = "a server with connect-type=HYBRID and this topic at this broker",
           .fix = "start the server, or correct topic, dest-host and dest-port"};
-    directory_->wait_for_change(version, isolate::earlier(choice_.next_retry(), deadline), cancel);
+    directory_->wait_for_change(version, io::earlier(choice_.next_retry(), deadline), cancel);
   }
 }
 

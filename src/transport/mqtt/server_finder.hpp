@@ -23,7 +23,7 @@ class ServerChoice {
   // failed longest ago, once kRetryTime has passed. Nullopt if none may be tried now.
   std::optional<Server> choose(const std::vector<Server>& servers, Clock::time_point now);
   // When the next server may be tried that failed; nullopt if none did.
-  isolate::Deadline next_retry() const;
+  io::Deadline next_retry() const;
   void failed(const Server& server, Clock::time_point now);
 
  private:
@@ -54,7 +54,7 @@ class ServerFinder {
   // The server to try next; waits for one. CANCELLED when the borrowed descriptor `cancel` is
   // readable, -1 = none; SERVER_UNREACHABLE after the deadline. A server that failed less than
   // kRetryTime before the deadline is not tried again, however often this is called.
-  Result<Server> next(const isolate::Deadline& deadline, int cancel);
+  Result<Server> next(const io::Deadline& deadline, int cancel);
   // Others go first from now on.
   void failed(const Server& server) { choice_.failed(server, ServerChoice::Clock::now()); }
   // How many servers are announced. Any thread.

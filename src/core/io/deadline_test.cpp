@@ -1,10 +1,10 @@
 // Tests deadlines that are near, past and beyond the range of the clock.
 // SPDX-License-Identifier: LGPL-2.1-or-later
-#include "core/isolate/deadline.hpp"
+#include "core/io/deadline.hpp"
 
 #include <gtest/gtest.h>
 
-namespace weir::isolate {
+namespace weir::io {
 namespace {
 
 using namespace std::chrono_literals;
@@ -60,4 +60,4 @@ TEST(IsOver, HoldsFromTheDeadlineOn) {
 }
 
 }  // namespace
-}  // namespace weir::isolate
+}  // namespace weir::io

@@ -5,7 +5,7 @@
 
 #include <utility>
 
-namespace weir::isolate {
+namespace weir::io {
 
 class Descriptor {
  public:
@@ -26,4 +26,4 @@ class Descriptor {
   int number_ = -1;
 };
 
-}  // namespace weir::isolate
+}  // namespace weir::io

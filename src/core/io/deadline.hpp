@@ -7,7 +7,7 @@
 #include <cstdint>
 #include <optional>
 
-namespace weir::isolate {
+namespace weir::io {
 
 using Deadline = std::optional<std::chrono::steady_clock::time_point>;  // nullopt: never
 
@@ -44,4 +44,4 @@ inline bool is_over(const Deadline& deadline) noexcept {
   return deadline && std::chrono::steady_clock::now() >= *deadline;
 }
 
-}  // namespace weir::isolate
+}  // namespace weir::io
