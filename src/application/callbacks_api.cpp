@@ -6,6 +6,8 @@
 #include "answer.hpp"
 #include "capi-nnstreamer/nnstreamer.h"
 #include "core/infer/queue/call_gate.hpp"
+#include "core/process/process_object.hpp"
+#include "library/process.h"
 #include "tensors_data.hpp"
 #include "weir/c_error.hpp"
 #include "weir/custom_condition.h"
@@ -127,6 +129,12 @@ int unregister(void* handle, const char* what, Free&& free_name) {
 }
 
 }  // namespace
+
+// Runs when the library is loaded: a filter or condition of a program is registered for the
+// process, also where the linker takes this library's copy of a register function.
+__attribute__((constructor)) static void take_objects_of_the_process() {
+  process::take_objects_from(weir_process_object);
+}
 
 int ml_pipeline_custom_easy_filter_register(const char* name, const ml_tensors_info_h in,
                                             const ml_tensors_info_h out,
