@@ -73,9 +73,9 @@ class MovedTree(unittest.TestCase):
             (folder / name).write_text("any")
         other = "/usr/none/share/weir/models/net"
         done = self.run_line(self.tree / "bin/weir", "run", self.line.replace(str(self.model), f"{other}.onnx"))
-        self.assertIn(f"fix: model={folder}/net.onnx\n", done.stderr)
+        self.assertIn(f"""fix: model='"{folder}/net.onnx"'\n""", done.stderr)  # a line for a shell
         done = self.run_line(self.tree / "bin/weir", "run", f"videotestsrc ! tensor_preprocess card={other}.card.json ! fakesink")
-        self.assertIn(f"fix: card={folder}/net.card.json\n", done.stderr)
+        self.assertIn(f"""fix: card='"{folder}/net.card.json"'\n""", done.stderr)
 
     def test_without_its_modules_the_engine_is_missing(self):
         shutil.rmtree(self.tree / LIBRARIES / "weir")
