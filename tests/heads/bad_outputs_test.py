@@ -235,7 +235,7 @@ class Cards(BadCase):
         self.assertEqual([entry["label"] for entry in json.loads(done.stdout.splitlines()[0])["detections"]], ["c", "a", "b"])
 
     def test_another_size(self):
-        self.refused_card(["error from weirtensorfilter0: WEIR-2001: the stream does not fit the model",
+        self.refused_card(["error from tensor_filter0: WEIR-2001: the stream does not fit the model",
                            "dimension 0 is 256, needed is 320"],
                           inputs=[self.INPUT | {"shape": [1, 3, 256, 256]}])
 
@@ -248,11 +248,11 @@ class Cards(BadCase):
                           inputs=[self.INPUT | {"shape": [1, 320, 320, 3], "layout": "NHWC"}])
 
     def test_another_mode(self):
-        self.refused_card(["error from weirtensordecoder0: WEIR-2001: no head of this mode fits these outputs"],
+        self.refused_card(["error from tensor_decoder0: WEIR-2001: no head of this mode fits these outputs"],
                           decoder="pose", decoder_options={})
 
     def test_another_head(self):
-        self.refused_card(["error from weirtensordecoder0: WEIR-2001: the outputs are not those of the head ssd",
+        self.refused_card(["error from tensor_decoder0: WEIR-2001: the outputs are not those of the head ssd",
                            "fix: tensor_decoder without custom=head:ssd"], decoder_options={"custom": "head:ssd"})
 
     def test_another_file(self):
