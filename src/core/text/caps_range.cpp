@@ -1,6 +1,6 @@
 // Compares the ends of a range as GStreamer's assertions do.
 // SPDX-License-Identifier: LGPL-2.1-or-later
-#include "core/text/caps_range.hpp"
+#include "core/text/caps_type.hpp"
 
 #include <algorithm>
 #include <cstdint>

@@ -4,7 +4,7 @@
 
 #include <gtest/gtest.h>
 
-#include "core/text/caps_range.hpp"
+#include "core/text/caps_type.hpp"
 #include "says.hpp"
 
 namespace weir {
