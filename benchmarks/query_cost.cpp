@@ -19,7 +19,7 @@
 namespace weir::bench {
 namespace {
 
-using edge::Descriptor;
+using io::Descriptor;
 using Bytes = std::vector<std::byte>;
 
 constexpr auto kForm = wire::HeaderForm::Bytes2088;

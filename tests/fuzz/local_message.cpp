@@ -19,6 +19,7 @@ namespace {
 using namespace weir;
 using namespace weir::local;
 using fuzz::require;
+using io::Descriptor;
 
 constexpr size_t kBlockBytes = 4096;
 constexpr uint32_t kMostPackets = 64;

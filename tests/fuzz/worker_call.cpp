@@ -17,6 +17,7 @@ namespace {
 using namespace weir::isolate;
 using weir::fuzz::FuzzInput;
 using weir::fuzz::require;
+using weir::io::Descriptor;
 
 constexpr uint64_t kBlock = 1;
 
