@@ -7,7 +7,7 @@
 #include <cmath>
 
 namespace mtcnn {
-namespace {
+namespace cascade_test {
 
 using weir::Box;
 
@@ -94,5 +94,5 @@ TEST(Refine, KeepsTheSureOnes) {
   EXPECT_TRUE(refine({}, {}, {}, {100, 100}).empty());
 }
 
-}  // namespace
+}  // namespace cascade_test
 }  // namespace mtcnn

@@ -8,7 +8,7 @@
 #include <limits>
 #include <random>
 
-namespace {
+namespace detection_test {
 
 using weir::Box;
 using weir::Overlap;
@@ -113,4 +113,4 @@ TEST(DetectionRow, ReadsWhatItWrote) {
   EXPECT_EQ(read.y(1), 11);
 }
 
-}  // namespace
+}  // namespace detection_test

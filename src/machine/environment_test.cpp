@@ -12,7 +12,7 @@
 #include <string>
 
 namespace weir {
-namespace {
+namespace environment_test {
 
 namespace fs = std::filesystem;
 
@@ -59,5 +59,5 @@ TEST(Environment, IsNotReadByASetUserIdProgram) {
   EXPECT_EQ(WEXITSTATUS(status), 0);
 }
 
-}  // namespace
+}  // namespace environment_test
 }  // namespace weir

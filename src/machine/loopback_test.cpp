@@ -5,7 +5,7 @@
 #include <gtest/gtest.h>
 
 namespace weir {
-namespace {
+namespace loopback_test {
 
 TEST(Loopback, IsThisMachineByNameOrNumber) {
   for (const char* host : {"localhost", "LOCALHOST", "127.0.0.1", "127.8.9.10", "::1", "[::1]"})
@@ -20,5 +20,5 @@ TEST(Loopback, IsNoOtherAddressAndNoNameThatBeginsOrEndsAlike) {
   EXPECT_FALSE(is_loopback({"localhost\0.example", 18})) << "a name with a zero byte";
 }
 
-}  // namespace
+}  // namespace loopback_test
 }  // namespace weir

@@ -10,7 +10,7 @@
 #include <thread>
 
 namespace weir {
-namespace {
+namespace usable_cores_test {
 
 namespace fs = std::filesystem;
 
@@ -84,5 +84,5 @@ TEST(UsableCoresOfThisMachine, FollowTheAffinityOfTheThread) {
   EXPECT_EQ(found, 1);
 }
 
-}  // namespace
+}  // namespace usable_cores_test
 }  // namespace weir

@@ -13,7 +13,7 @@
 #include "says.hpp"
 
 namespace weir::messages {
-namespace {
+namespace message_test {
 
 using Bytes = std::vector<std::byte>;
 
@@ -307,5 +307,5 @@ TEST(Message, WhoseCountDiffersIsRefused) {
   EXPECT_SAYS(many.error().message(), "WEIR-2006");
 }
 
-}  // namespace
+}  // namespace message_test
 }  // namespace weir::messages

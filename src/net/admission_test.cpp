@@ -9,7 +9,7 @@
 #include "says.hpp"
 
 namespace weir::net {
-namespace {
+namespace admission_test {
 
 // Calls of peers. `started_` has those whose request may be received.
 class Admitting : public ::testing::Test {
@@ -181,5 +181,5 @@ TEST_F(Admitting, LetsRequestsWaitForTheRoomOfAnswers) {
   EXPECT_EQ(started_, (std::vector<int>{1, 9, 2}));
 }
 
-}  // namespace
+}  // namespace admission_test
 }  // namespace weir::net

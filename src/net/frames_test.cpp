@@ -11,7 +11,7 @@
 #include "says.hpp"
 
 namespace weir::net {
-namespace {
+namespace frames_test {
 
 using namespace std::chrono_literals;
 using Outcome = OutgoingFrames::Outcome;
@@ -305,5 +305,5 @@ TEST(IncomingFrames, CloseEndsAllAndAdmitsNoMore) {
   EXPECT_FALSE(frames.join(&late));
 }
 
-}  // namespace
+}  // namespace frames_test
 }  // namespace weir::net

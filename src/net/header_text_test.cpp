@@ -7,7 +7,7 @@
 #include "net/header_text.hpp"
 
 namespace weir::net {
-namespace {
+namespace header_text_test {
 
 TEST(HeaderTexts, ArePrintableAscii) {
   for (int byte = 0; byte < 256; ++byte)
@@ -31,5 +31,5 @@ TEST(HeaderTexts, HaveATraceOnlyInTheFormOfTraceContext) {
   EXPECT_FALSE(is_trace_parent(trace.substr(1)));
 }
 
-}  // namespace
+}  // namespace header_text_test
 }  // namespace weir::net

@@ -8,7 +8,7 @@
 #include "net/oip_service_messages.hpp"
 
 namespace weir::net {
-namespace {
+namespace link_figures_test {
 
 using namespace std::chrono_literals;
 
@@ -120,5 +120,5 @@ TEST(Extensions, AreFoundByTheWholeName) {
   EXPECT_FALSE(parse_has_extension(chunks_of(with.substr(0, with.size() - 1)), kTimesExtension));
 }
 
-}  // namespace
+}  // namespace link_figures_test
 }  // namespace weir::net

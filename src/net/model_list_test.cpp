@@ -7,7 +7,7 @@
 #include "says.hpp"
 
 namespace weir::net {
-namespace {
+namespace model_list_test {
 
 // Messages of the health service.
 const std::string kServing = "\x08\x01", kNotServing = "\x08\x02", kUnknown = "\x08\x03";
@@ -128,5 +128,5 @@ TEST_F(Watching, ModelsOfOneNameAreAnError) {
   EXPECT_EQ(list_->all().size(), 1u);
 }
 
-}  // namespace
+}  // namespace model_list_test
 }  // namespace weir::net

@@ -13,7 +13,7 @@
 #include "net/server_set.hpp"
 
 namespace weir::net {
-namespace {
+namespace net_test {
 
 using namespace std::chrono_literals;
 
@@ -341,5 +341,5 @@ TEST_F(ServerSetTest, CountsEveryEndOnce) {
                              counts.of(Outcome::Refused) + counts.of(Outcome::Lost));
 }
 
-}  // namespace
+}  // namespace net_test
 }  // namespace weir::net

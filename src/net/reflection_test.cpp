@@ -7,7 +7,7 @@
 #include "says.hpp"
 
 namespace weir::net {
-namespace {
+namespace reflection_test {
 
 std::string field(uint32_t number, const std::string& bytes) {
   std::string out;
@@ -66,5 +66,5 @@ TEST(Reflection, ReadsWhatThereIsOfACutDescription) {
     EXPECT_TRUE(Reflection(std::string_view(kSet).substr(0, bytes)).empty());
 }
 
-}  // namespace
+}  // namespace reflection_test
 }  // namespace weir::net

@@ -15,7 +15,7 @@
 #include "says.hpp"
 
 namespace weir::net {
-namespace {
+namespace server_test {
 
 using namespace std::chrono_literals;
 
@@ -373,5 +373,5 @@ TEST(ServerSecurity, DistinguishesThisMachineFromOthers) {
   EXPECT_EQ(address_text({.host = "::1", .port = 5, .unix_path = "", .security = {}}), "[::1]:5");
 }
 
-}  // namespace
+}  // namespace server_test
 }  // namespace weir::net

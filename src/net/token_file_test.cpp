@@ -10,7 +10,7 @@
 #include "says.hpp"
 
 namespace weir::net {
-namespace {
+namespace token_file_test {
 
 class Tokens : public ::testing::Test {
  protected:
@@ -91,5 +91,5 @@ TEST_F(Tokens, ThatNoClientCanSendAreIgnoredWhenTheFileIsReplaced) {
   EXPECT_TRUE((*tokens)->allows("Bearer two"));
 }
 
-}  // namespace
+}  // namespace token_file_test
 }  // namespace weir::net

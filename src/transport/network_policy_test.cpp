@@ -9,7 +9,7 @@
 #include "says.hpp"
 
 namespace weir::transport {
-namespace {
+namespace network_policy_test {
 
 config::Configuration settings(const char* require_tls) {
   return config::Configuration([require_tls](const char* name) -> const char* {
@@ -102,5 +102,5 @@ TEST(NetworkPolicy, RequireTlsNeedsInsecureAndAllow) {
   EXPECT_SAYS(warning_of(server), "error WEIR-1004");
 }
 
-}  // namespace
+}  // namespace network_policy_test
 }  // namespace weir::transport

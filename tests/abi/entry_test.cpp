@@ -10,7 +10,7 @@
 
 #include "weir/abi.h"
 
-namespace {
+namespace entry_test {
 
 using Entry = const weir_module* (*)(const weir_host*);
 
@@ -83,4 +83,4 @@ TEST(ModuleEntryTests, HaveModules) {
   EXPECT_GE(modules().size(), 5u);
 }
 
-}  // namespace
+}  // namespace entry_test

@@ -15,7 +15,7 @@
 #include "weir/model.h"
 #include "weir/pipeline.h"
 
-namespace {
+namespace null_pointers_test {
 
 using weir::test::may_be_null;
 
@@ -345,4 +345,4 @@ TEST(NullPointers, OfTheApplicationApiAreErrors) {
   check_every_function_is_called("libcapi-nnstreamer");
 }
 
-}  // namespace
+}  // namespace null_pointers_test

@@ -12,7 +12,7 @@
 #include "nnstreamer_plugin_api_converter.h"
 #include "nnstreamer_plugin_api_decoder.h"
 
-namespace {
+namespace builtin_message_test {
 
 class BuiltInMessage : public testing::TestWithParam<std::string> {
  protected:
@@ -138,4 +138,4 @@ TEST(BuiltInScript, HasAPlaceholderBeforeTheScriptIsOpen) {
 INSTANTIATE_TEST_SUITE_P(Each, BuiltInMessage, testing::Values("protobuf", "flatbuf", "flexbuf"),
                          [](const auto& info) { return info.param; });
 
-}  // namespace
+}  // namespace builtin_message_test

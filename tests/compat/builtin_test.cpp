@@ -16,7 +16,7 @@
 #include "nnstreamer_plugin_api_filter.h"
 #include "tensor_filter_custom_easy.h"
 
-namespace {
+namespace builtin_test {
 
 class Info {
  public:
@@ -412,7 +412,7 @@ TEST(BuiltInConverter, RejectsInvalidCalls) {
   EXPECT_EQ(nnstreamer_converter_find(nullptr), nullptr);
 }
 
-}  // namespace
+}  // namespace builtin_test
 
 int main(int argc, char** argv) {
   gst_init(&argc, &argv);

@@ -7,7 +7,7 @@
 #include "elements/tests/pipeline_test_support.hpp"
 #include "filter_lines_test_support.hpp"
 
-namespace {
+namespace custom_filter_test {
 
 using namespace weir::test;
 using Floats = std::vector<float>;
@@ -243,4 +243,4 @@ TEST(CompatCustomFilter, LstmCellInALoop) {
   }
 }
 
-}  // namespace
+}  // namespace custom_filter_test

@@ -3,7 +3,7 @@
 #include "elements/tensor_filter/adder_test_support.hpp"
 #include "filter_lines_test_support.hpp"
 
-namespace {
+namespace filter_life_test {
 
 using namespace weir::test;
 
@@ -136,4 +136,4 @@ TEST_P(CompatFilterLife, ModelFilesAreCheckedOrOptionalAsTheFrameworkDeclares) {
   EXPECT_SAYS(message, "open returned -5 (Input/output error)");
 }
 
-}  // namespace
+}  // namespace filter_life_test

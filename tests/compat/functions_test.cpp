@@ -10,7 +10,7 @@
 #include "nnstreamer_plugin_api_filter.h"
 #include "nnstreamer_plugin_api_util.h"
 
-namespace {
+namespace functions_test {
 
 std::string taken(gchar* text) {
   const std::string out = text ? text : "(none)";
@@ -222,4 +222,4 @@ TEST(CompatVersion, EqualsTheInterfaceVersion) {
   EXPECT_EQ(major * 100 + minor, 207u);
 }
 
-}  // namespace
+}  // namespace functions_test

@@ -10,7 +10,7 @@
 #include "tensor_filter_cpp.hh"
 #include "tensor_filter_custom_easy.h"
 
-namespace {
+namespace program_test {
 
 using namespace weir::test;
 
@@ -246,4 +246,4 @@ TEST(CompatProgram, DestroyedObjectIsUnregistered) {
   EXPECT_EQ(again._register(), 0);
 }
 
-}  // namespace
+}  // namespace program_test

@@ -9,7 +9,7 @@
 
 #include "nnstreamer_plugin_api.h"
 
-namespace {
+namespace streams_test {
 
 std::string taken(GstCaps* caps) {
   if (!caps) return "(none)";
@@ -160,7 +160,7 @@ TEST(CompatBuffer, RejectsThe257thTensor) {
   gst_buffer_unref(buffer);
 }
 
-}  // namespace
+}  // namespace streams_test
 
 int main(int argc, char** argv) {
   gst_init(nullptr, nullptr);

@@ -6,7 +6,7 @@
 #include "elements/tensor_filter/async_filter_test_support.hpp"
 #include "filter_lines_test_support.hpp"
 
-namespace {
+namespace sub_plugin_async_test {
 
 using namespace weir::test;
 using weir::test::async::End;
@@ -118,4 +118,4 @@ TEST(CompatSubPluginAsync, OutputsWhileItIsClosedAreDropped) {
               "while it was being closed; the output is dropped");
 }
 
-}  // namespace
+}  // namespace sub_plugin_async_test

@@ -5,8 +5,8 @@
 #include "sub_plugin_test_support.hpp"
 #include "tensor_if.h"
 
-namespace weir::testing {
-namespace {
+namespace weir::test {
+namespace sub_plugin_conditions_test {
 
 constexpr char kNamed[] = "tensor_if compared-value=CUSTOM compared-value-option=c-named";
 
@@ -67,5 +67,5 @@ TEST(SubPluginCondition, RequiresAnUnusedName) {
   EXPECT_SAYS(element.warning(), "WEIR-5002: no condition is registered under this name");
 }
 
-}  // namespace
-}  // namespace weir::testing
+}  // namespace sub_plugin_conditions_test
+}  // namespace weir::test

@@ -11,7 +11,7 @@
 #include "tensor_converter_custom.h"
 
 namespace weir::testing_tensor_converter {
-namespace {
+namespace sub_plugin_converters_test {
 
 std::string caps(const std::string& what = "", const std::string& name = "bytes") {
   return "x-test/" + name + (what.empty() ? "" : ",what=(string)" + what) + ",framerate=10/1";
@@ -292,5 +292,5 @@ TEST(ConverterFunction, OfTheProgramConvertsAnyMedium) {
   EXPECT_SAYS(error_of(gone, frame({1})), "WEIR-3011: no function is registered under this name");
 }
 
-}  // namespace
+}  // namespace sub_plugin_converters_test
 }  // namespace weir::testing_tensor_converter

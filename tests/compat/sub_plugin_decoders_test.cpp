@@ -10,7 +10,7 @@
 #include "tensor_decoder_custom.h"
 
 namespace weir::testing_tensor_decoder {
-namespace {
+namespace sub_plugin_decoders_test {
 
 const std::string kThree = tensor("uint8", "3");
 
@@ -266,5 +266,5 @@ TEST(CustomCodeDecoder, ReportsAnExceptionWithItsName) {
   WEIR_LIBRARY(nnstreamer_decoder_custom_unregister)("throwing");
 }
 
-}  // namespace
+}  // namespace sub_plugin_decoders_test
 }  // namespace weir::testing_tensor_decoder

@@ -13,7 +13,7 @@
 #include "sub_plugin_test_support.hpp"
 
 namespace weir::infer {
-namespace {
+namespace sub_plugin_frameworks_test {
 
 namespace fs = std::filesystem;
 
@@ -115,7 +115,7 @@ TEST_F(SubPluginFramework, AcceptsLinksToCustomFiltersIfEnabled) {
   EXPECT_EQ(refused(), "");
 }
 
-}  // namespace
+}  // namespace sub_plugin_frameworks_test
 }  // namespace weir::infer
 
 int main(int argc, char** argv) {

@@ -4,7 +4,7 @@
 #include "filter_lines_test_support.hpp"
 #include "nnstreamer_plugin_api_filter.h"
 
-namespace {
+namespace sub_plugin_test {
 
 using namespace weir::test;
 using Floats = std::vector<float>;
@@ -156,4 +156,4 @@ TEST(CompatSubPlugin, FaultyDescriptorsAreRejected) {
   }
 }
 
-}  // namespace
+}  // namespace sub_plugin_test

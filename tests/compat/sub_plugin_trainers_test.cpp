@@ -8,7 +8,7 @@
 #include "sub_plugin_test_support.hpp"
 
 namespace weir::subplugin {
-namespace {
+namespace sub_plugin_trainers_test {
 
 std::string refusal(const char* name) {
   const auto opened = open(Kind::Trainer, name);
@@ -64,7 +64,7 @@ TEST(SubPluginTrainer, IsUnregisteredAndReportsUnhandledEvents) {
   EXPECT_FALSE(WEIR_LIBRARY(nnstreamer_trainer_probe)(trainer)) << "its name is taken";
 }
 
-}  // namespace
+}  // namespace sub_plugin_trainers_test
 }  // namespace weir::subplugin
 
 int main(int argc, char** argv) {

@@ -13,7 +13,7 @@
 #include "weir/module.hpp"
 
 namespace weir::isolate {
-namespace {
+namespace damaged_models_test {
 
 namespace fs = std::filesystem;
 #ifdef __SANITIZE_ADDRESS__
@@ -175,5 +175,5 @@ INSTANTIATE_TEST_SUITE_P(Each, DamagedModels, testing::ValuesIn(models()),
                          [](const auto& info) { return "model" + std::to_string(info.index); });
 GTEST_ALLOW_UNINSTANTIATED_PARAMETERIZED_TEST(DamagedModels);
 
-}  // namespace
+}  // namespace damaged_models_test
 }  // namespace weir::isolate

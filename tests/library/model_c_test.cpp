@@ -7,7 +7,7 @@
 
 #include "weir/model.h"
 
-namespace {
+namespace model_c_test {
 
 struct Freed {
   ~Freed() { weir_error_free(error); }
@@ -128,4 +128,4 @@ TEST_F(ModelC, ReportsWhereASizeIsWrong) {
                "  offered: 12 bytes\n  needed: 16 bytes: float32 (1, 4) x");
 }
 
-}  // namespace
+}  // namespace model_c_test

@@ -10,7 +10,7 @@
 
 #include "says.hpp"
 
-namespace {
+namespace model_test {
 
 using weir::Code;
 using weir::Model;
@@ -195,4 +195,4 @@ TEST(TensorInfoText, ShowOpenParts) {
   EXPECT_EQ(weir::TensorInfo(info).to_string(), "float16 (3,) h");
 }
 
-}  // namespace
+}  // namespace model_test

@@ -9,7 +9,7 @@
 #include "weir/c_error.hpp"
 #include "weir/pipeline.h"
 
-namespace {
+namespace pipeline_allowed_test {
 
 // An element with a property "inner" of type element, like playbin's video-sink.
 struct Holder {
@@ -132,4 +132,4 @@ TEST_F(PipelineAllowed, RejectsAnElementThatIsAddedLater) {
   gst_object_unref(bin);
 }
 
-}  // namespace
+}  // namespace pipeline_allowed_test

@@ -9,7 +9,7 @@
 #include "says.hpp"
 #include "weir/pipeline.hpp"
 
-namespace {
+namespace pipeline_control_test {
 
 using namespace std::chrono_literals;
 using namespace weir::pipeline_test;
@@ -242,4 +242,4 @@ TEST(PipelineControl, NullPointersAreErrors) {
   weir_pipeline_text_free(nullptr);
 }
 
-}  // namespace
+}  // namespace pipeline_control_test

@@ -10,7 +10,7 @@
 #include "weir/pipeline.hpp"
 #include "weir/results.hpp"
 
-namespace {
+namespace pipeline_results_test {
 
 using namespace weir::pipeline_test;
 using weir::Code;
@@ -128,4 +128,4 @@ TEST(Pipeline, ListsItsElementsByName) {
   EXPECT_EQ(*elements, wanted);
 }
 
-}  // namespace
+}  // namespace pipeline_results_test

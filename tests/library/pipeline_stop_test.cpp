@@ -16,7 +16,7 @@
 #include "weir/model.h"
 #include "weir/pipeline.hpp"
 
-namespace {
+namespace pipeline_stop_test {
 
 using namespace std::chrono_literals;
 using namespace weir::pipeline_test;
@@ -331,4 +331,4 @@ TEST(PipelineCallback, OfACustomFilterCanFreeThePipeline) {
   EXPECT_TRUE(filter.is_gone());
 }
 
-}  // namespace
+}  // namespace pipeline_stop_test

@@ -12,7 +12,7 @@
 #include "says.hpp"
 #include "weir/custom_condition.hpp"
 
-namespace {
+namespace pipeline_test {
 
 using namespace std::chrono_literals;
 using namespace weir::pipeline_test;
@@ -279,4 +279,4 @@ TEST(Pipeline, CallsAConditionThatTheProgramRegistered) {
   EXPECT_EQ(pulled(p, "out"), (Values{4}));
 }
 
-}  // namespace
+}  // namespace pipeline_test

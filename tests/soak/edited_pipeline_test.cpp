@@ -8,7 +8,7 @@
 #include <cstdlib>
 
 namespace weir::soak {
-namespace {
+namespace edited_pipeline_test {
 
 constexpr int kEdits = 40;
 
@@ -25,5 +25,5 @@ INSTANTIATE_TEST_SUITE_P(Seeds, EditedPipelineWithSeed,
                          ::testing::Values(1u, 2u, 3u, 5u, 8u, 13u, 17u, 20u, 21u, 34u, 45u, 55u,
                                            89u));
 
-}  // namespace
+}  // namespace edited_pipeline_test
 }  // namespace weir::soak

@@ -7,7 +7,7 @@
 #include <filesystem>
 
 namespace control {
-namespace {
+namespace floor_requests_test {
 
 using Bytes = std::vector<uint8_t>;
 
@@ -76,5 +76,5 @@ TEST_F(RequestFiles, ThatCannotBeWrittenOrReadAreReported) {
   EXPECT_EQ(read_seen(folder_ + "/nowhere/requests"), Seen{});
 }
 
-}  // namespace
+}  // namespace floor_requests_test
 }  // namespace control

@@ -11,7 +11,7 @@
 #include "says.hpp"
 
 namespace weir::card {
-namespace {
+namespace card_decoder_test {
 
 using Json = nlohmann::json;
 using Options = std::vector<std::pair<std::string, std::string>>;
@@ -186,5 +186,5 @@ TEST(CardDecoder, FilesOfACardThatIsReadHaveItsFolder) {
   EXPECT_EQ(card->decoder_options, (Options{{"labels", folder + "/l.txt"}}));
 }
 
-}  // namespace
+}  // namespace card_decoder_test
 }  // namespace weir::card

@@ -9,7 +9,7 @@
 #include "says.hpp"
 
 namespace weir::card {
-namespace {
+namespace card_test {
 
 using Json = nlohmann::json;
 
@@ -308,5 +308,5 @@ TEST(Preparation, ConvertsToGrayAndBgr) {
   EXPECT_SAYS(prepared({{"color", "GRAY8"}, {"shape", {1, 9, 9, 1}}}), "format=GRAY8,");
 }
 
-}  // namespace
+}  // namespace card_test
 }  // namespace weir::card

@@ -12,7 +12,7 @@
 #include "says.hpp"
 
 namespace weir::card {
-namespace {
+namespace find_test {
 
 namespace fs = std::filesystem;
 
@@ -186,5 +186,5 @@ TEST_F(FindCard, ReadsTheLabelsOfTensorflowLiteModels) {
   EXPECT_EQ(card->decoder, "image_labeling");
 }
 
-}  // namespace
+}  // namespace find_test
 }  // namespace weir::card

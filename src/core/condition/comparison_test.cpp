@@ -12,7 +12,7 @@
 #include "says.hpp"
 
 namespace weir::condition {
-namespace {
+namespace comparison_test {
 
 constexpr Operator kOperators[] = {
     Operator::Equal,      Operator::NotEqual,       Operator::Greater, Operator::GreaterOrEqual,
@@ -225,5 +225,5 @@ TEST(Comparison, RejectsElementsThatTheStreamLacks) {
   EXPECT_SAYS(refused(ComparedValue::Average, "9"), "there are 1 tensors");
 }
 
-}  // namespace
+}  // namespace comparison_test
 }  // namespace weir::condition

@@ -7,7 +7,7 @@
 #include "says.hpp"
 
 namespace weir::condition {
-namespace {
+namespace condition_test {
 
 TEST(SuppliedValue, IsWholeOrReal) {
   const auto whole = *parse_supplied_value(" -3 , 9223372036854775807 ");
@@ -104,5 +104,5 @@ TEST(Condition, ReportsWhatIsMissing) {
   EXPECT_EQ(error_text(ComparedValue::Custom, "mine", Operator::InRange, ""), "");
 }
 
-}  // namespace
+}  // namespace condition_test
 }  // namespace weir::condition

@@ -15,7 +15,7 @@
 #include "weir/custom_condition.hpp"
 
 namespace weir::condition {
-namespace {
+namespace custom_condition_test {
 
 // True above *data; 0 drops, 255 fails, 254 fails without a message.
 int above(const weir_host* host, const weir_frame* in, int* result, void* data, weir_error* error) {
@@ -206,5 +206,5 @@ TEST(RegisteredConditionInCpp, RejectsATakenNameAndAMissingFunction) {
   EXPECT_TRUE(is_custom_condition("first"));
 }
 
-}  // namespace
+}  // namespace custom_condition_test
 }  // namespace weir::condition

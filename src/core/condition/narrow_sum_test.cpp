@@ -11,7 +11,7 @@
 #include <vector>
 
 namespace weir::condition {
-namespace {
+namespace narrow_sum_test {
 
 void on_each_target(const std::function<void()>& check) {
   for (const int64_t target : hwy::SupportedAndGeneratedTargets()) {
@@ -66,5 +66,5 @@ TYPED_TEST(NarrowSum, IsExactForManyOfTheLargest) {
   });
 }
 
-}  // namespace
+}  // namespace narrow_sum_test
 }  // namespace weir::condition

@@ -13,7 +13,7 @@
 #include "says.hpp"
 
 namespace weir::config {
-namespace {
+namespace configuration_test {
 
 namespace fs = std::filesystem;
 using Variables = std::map<std::string, std::string>;
@@ -224,5 +224,5 @@ TEST_F(ConfigurationTest, ListsWhatHasAnEffect) {
             "filter/path=/f\nfilter/priority_onnx=b\nfilter/priority_pt=pytorch\nmodule/path=/m\n");
 }
 
-}  // namespace
+}  // namespace configuration_test
 }  // namespace weir::config

@@ -11,7 +11,7 @@
 #include "core/config/configuration.hpp"
 
 namespace weir::config {
-namespace {
+namespace ini_files_test {
 
 namespace fs = std::filesystem;
 
@@ -100,5 +100,5 @@ TEST_F(IniFilesTest, AConfigurationReadsItsFileOnceForAllReaders) {
   EXPECT_EQ(Configuration(environment).find("module", "path")->value, "/n");
 }
 
-}  // namespace
+}  // namespace ini_files_test
 }  // namespace weir::config

@@ -11,7 +11,7 @@
 #include "weir/join.hpp"
 
 namespace weir::config {
-namespace {
+namespace ini_test {
 
 // "group/key=value@line" for each entry.
 std::string entries(const Ini& ini) {
@@ -117,5 +117,5 @@ TEST(Ini, ParsesBooleansByTheirFirstLetters) {
   }
 }
 
-}  // namespace
+}  // namespace ini_test
 }  // namespace weir::config

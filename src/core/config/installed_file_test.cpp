@@ -8,7 +8,7 @@
 #include <fstream>
 
 namespace weir::config {
-namespace {
+namespace installed_file_test {
 
 namespace fs = std::filesystem;
 
@@ -44,5 +44,5 @@ TEST_F(InstalledFile, IsNotLookedForWhereThePathExists) {
   EXPECT_EQ(installed_file("/nowhere/share/weir/models/none.onnx"), "");
 }
 
-}  // namespace
+}  // namespace installed_file_test
 }  // namespace weir::config

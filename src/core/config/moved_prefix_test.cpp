@@ -7,7 +7,7 @@
 #include <array>
 
 namespace weir::config {
-namespace {
+namespace moved_prefix_test {
 
 constexpr std::array<std::string_view, 4> kFolders{"lib/x86_64-linux-gnu/gstreamer-1.0",
                                                    "lib/x86_64-linux-gnu", "bin", "libexec/weir"};
@@ -44,5 +44,5 @@ TEST(MovedPrefix, OtherPathsStay) {
     EXPECT_EQ(below_prefix(path, "/usr/local", "/opt/w"), path);
 }
 
-}  // namespace
+}  // namespace moved_prefix_test
 }  // namespace weir::config

@@ -13,7 +13,7 @@
 #include "says.hpp"
 
 namespace weir::config {
-namespace {
+namespace nnstreamer_test {
 
 namespace fs = std::filesystem;
 using Variables = std::map<std::string, std::string>;
@@ -266,5 +266,5 @@ TEST_F(NnstreamerConfigurationTest, ListsWhatHasAnEffectAndWhatOverridesIt) {
             "pytorch/enable_use_gpu=1\n");
 }
 
-}  // namespace
+}  // namespace nnstreamer_test
 }  // namespace weir::config

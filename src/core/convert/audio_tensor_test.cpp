@@ -7,7 +7,7 @@
 #include <bit>
 
 namespace weir {
-namespace {
+namespace audio_tensor_test {
 
 static_assert(std::endian::native == std::endian::little, "the names below are of such a machine");
 
@@ -49,5 +49,5 @@ TEST(AudioTensor, KnowsNoFormatForOtherTypes) {
     EXPECT_EQ(audio_format_of(type), "");
 }
 
-}  // namespace
+}  // namespace audio_tensor_test
 }  // namespace weir

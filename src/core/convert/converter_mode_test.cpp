@@ -5,7 +5,7 @@
 #include <gtest/gtest.h>
 
 namespace weir {
-namespace {
+namespace converter_mode_test {
 
 using Kind = ConverterMode::Kind;
 
@@ -33,5 +33,5 @@ TEST(ConverterMode, RequiresKindAndName) {
   }
 }
 
-}  // namespace
+}  // namespace converter_mode_test
 }  // namespace weir

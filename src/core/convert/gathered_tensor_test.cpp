@@ -7,7 +7,7 @@
 #include "says.hpp"
 
 namespace weir {
-namespace {
+namespace gathered_tensor_test {
 
 std::string gathered(std::string_view shape, uint32_t frames) {
   const auto tensor = gathered_tensor({ElementType::Int16, Shape::parse(shape), "x"}, frames);
@@ -38,5 +38,5 @@ TEST(GatheredTensor, HasLimits) {
   }
 }
 
-}  // namespace
+}  // namespace gathered_tensor_test
 }  // namespace weir

@@ -7,7 +7,7 @@
 #include "says.hpp"
 
 namespace weir {
-namespace {
+namespace video_tensor_test {
 
 TEST(VideoTensor, HasChannelsInnermost) {
   const auto rgb = video_tensor("RGB", 640, 480, 1);
@@ -53,5 +53,5 @@ TEST(VideoTensor, RejectsMorePlanarRowsThanCanBeCounted) {
   EXPECT_EQ(video_tensor("RGBP", 1, 1431655765u, 1)->rows, 4294967295u);
 }
 
-}  // namespace
+}  // namespace video_tensor_test
 }  // namespace weir

@@ -10,7 +10,7 @@
 #include <random>
 
 namespace weir {
-namespace {
+namespace regions_test {
 
 using Bytes = std::vector<std::byte>;
 
@@ -111,5 +111,5 @@ TEST(Regions, MissingDimensionsAreOne) {
   EXPECT_EQ(part_of(line, {1, 0, 2, 1}).shape.to_string(), "3:2:1:1");
 }
 
-}  // namespace
+}  // namespace regions_test
 }  // namespace weir

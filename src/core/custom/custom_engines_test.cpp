@@ -15,7 +15,7 @@
 #include "weir/engine.hpp"
 
 namespace weir::custom {
-namespace {
+namespace custom_engines_test {
 
 namespace fs = std::filesystem;
 
@@ -273,5 +273,5 @@ TEST(OtherProcess, RunsFiltersOfALibrary) {
   EXPECT_SAYS(bound->message(), "fix: tensor_filter framework=cpp model=x,/path/to/lib.so");
 }
 
-}  // namespace
+}  // namespace custom_engines_test
 }  // namespace weir::custom

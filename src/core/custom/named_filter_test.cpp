@@ -16,7 +16,7 @@
 #include "weir/module.hpp"
 
 namespace weir::custom {
-namespace {
+namespace named_filter_test {
 
 // Returns *data; above 100 also sets an error.
 int answer(const weir_host* host, const weir_frame*, weir_frame*, void* data, weir_error* error) {
@@ -238,5 +238,5 @@ TEST(NamedFilter, RejectsATakenName) {
   EXPECT_SAYS(model.error().message(), "offered: model=a,b");
 }
 
-}  // namespace
+}  // namespace named_filter_test
 }  // namespace weir::custom

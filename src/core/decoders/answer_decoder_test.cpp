@@ -5,7 +5,7 @@
 #include "core/decoders/answer_test_support.hpp"
 
 namespace weir::decoders {
-namespace {
+namespace answer_decoder_test {
 
 constexpr size_t kCells = 21;  // of a picture of 32 x 32: 16 + 4 + 1
 constexpr size_t kClasses = 3, kValues = 4 + kClasses;
@@ -184,5 +184,5 @@ TEST(AnswerDecoder, RefusesABatchOfFewerPartsThanRegions) {
   EXPECT_SAYS(run.error, "2 in the outermost dimension");
 }
 
-}  // namespace
+}  // namespace answer_decoder_test
 }  // namespace weir::decoders

@@ -11,7 +11,7 @@
 #include "core/decoders/decoder_test_support.hpp"
 
 namespace weir::decoders {
-namespace {
+namespace bounding_boxes_refusals_test {
 
 constexpr const char* kMode = "bounding_boxes";
 
@@ -338,5 +338,5 @@ TEST(BoundingBoxesRefusals, AHundredThousandCandidatesAreDrawn) {
   EXPECT_SAYS(LogLines::lines[0], "Detect 1 boxes in 1280 x 1280 input image");
 }
 
-}  // namespace
+}  // namespace bounding_boxes_refusals_test
 }  // namespace weir::decoders

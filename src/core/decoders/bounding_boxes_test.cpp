@@ -7,7 +7,7 @@
 #include "core/draw/glyphs.hpp"
 
 namespace weir::decoders {
-namespace {
+namespace bounding_boxes_test {
 
 constexpr const char* kMode = "bounding_boxes";
 
@@ -209,5 +209,5 @@ TEST(BoundingBoxes, ReadsEveryElementType) {
   expect_of(ElementType::Float16, float16(1.f));
 }
 
-}  // namespace
+}  // namespace bounding_boxes_test
 }  // namespace weir::decoders

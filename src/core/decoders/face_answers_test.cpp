@@ -5,7 +5,7 @@
 #include "core/decoders/answer_test_support.hpp"
 
 namespace weir::decoders {
-namespace {
+namespace face_answers_test {
 
 struct Face {
   float x, y, width, height;        // centre and size in pixels
@@ -263,5 +263,5 @@ TEST(FaceAnswers, UltrafaceIsReadFromQuantisedTensors) {
   EXPECT_EQ(run.row(0).box(), (Box{160, 60, 320, 180}));
 }
 
-}  // namespace
+}  // namespace face_answers_test
 }  // namespace weir::decoders

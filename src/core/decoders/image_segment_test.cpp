@@ -5,7 +5,7 @@
 #include "core/decoders/decoder_test_support.hpp"
 
 namespace weir::decoders {
-namespace {
+namespace image_segment_test {
 
 constexpr const char* kMode = "image_segment";
 
@@ -219,5 +219,5 @@ TEST(ImageSegment, TreatsNotANumberAsNoScore) {
             (Pixels{color(2, 2), 0}));
 }
 
-}  // namespace
+}  // namespace image_segment_test
 }  // namespace weir::decoders

@@ -6,7 +6,7 @@
 #include "weir/module.hpp"
 
 namespace weir::decoders {
-namespace {
+namespace key_points_test {
 
 using Bones = std::vector<draw::Bone>;
 
@@ -114,5 +114,5 @@ TEST(KeyPoints, GivesTheReasonWhyAFileCannotBeRead) {
   EXPECT_SAYS(refusal(""), "WEIR-4002: the label file is empty");
 }
 
-}  // namespace
+}  // namespace key_points_test
 }  // namespace weir::decoders

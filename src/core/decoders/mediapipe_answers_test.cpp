@@ -6,7 +6,7 @@
 #include "core/decoders/answer_test_support.hpp"
 
 namespace weir::decoders {
-namespace {
+namespace mediapipe_answers_test {
 
 constexpr float kPi = std::numbers::pi_v<float>;
 
@@ -303,5 +303,5 @@ TEST(MediapipeAnswers, LandmarksAreReadFromQuantisedTensors) {
   EXPECT_EQ(run.row(0).x(1), 6);
 }
 
-}  // namespace
+}  // namespace mediapipe_answers_test
 }  // namespace weir::decoders

@@ -5,7 +5,7 @@
 #include "core/decoders/answer_test_support.hpp"
 
 namespace weir::decoders {
-namespace {
+namespace pose_answers_test {
 
 // y, x, score of 17 points.
 std::vector<float> person(float x, float y, float score) {
@@ -198,5 +198,5 @@ TEST(PoseAnswers, PosenetVectorsMayComeInOneTensorOrInTwo) {
   }
 }
 
-}  // namespace
+}  // namespace pose_answers_test
 }  // namespace weir::decoders

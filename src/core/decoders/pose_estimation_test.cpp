@@ -7,7 +7,7 @@
 #include "core/draw/glyphs.hpp"
 
 namespace weir::decoders {
-namespace {
+namespace pose_estimation_test {
 
 constexpr const char* kMode = "pose_estimation";
 using Place = std::pair<int, int>;  // x, y
@@ -332,5 +332,5 @@ TEST(PoseEstimation, TreatsNotANumberAsNoProbability) {
             Bytes(4 * 400));
 }
 
-}  // namespace
+}  // namespace pose_estimation_test
 }  // namespace weir::decoders

@@ -6,7 +6,7 @@
 #include "weir/source_map.hpp"
 
 namespace weir::decoders {
-namespace {
+namespace record_decoders_test {
 
 constexpr char kColumns[] = "x1,y1,x2,y2,score,class";
 const std::vector<float> kRow{1, 2, 3, 4, 0.5f, 1};
@@ -177,5 +177,5 @@ TEST(RecordDecoders, RefuseFramesThatDoNotFitTheColumns) {
   EXPECT_EQ(run.error, "");
 }
 
-}  // namespace
+}  // namespace record_decoders_test
 }  // namespace weir::decoders

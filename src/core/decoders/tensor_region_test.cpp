@@ -6,7 +6,7 @@
 #include "core/tensor/tensor_header.hpp"
 
 namespace weir::decoders {
-namespace {
+namespace tensor_region_test {
 
 constexpr const char* kMode = "tensor_region";
 using Numbers = std::vector<uint32_t>;
@@ -156,5 +156,5 @@ TEST(TensorRegion, RejectsOtherTensors) {
   EXPECT_SAYS(decoder.error, "offered: 0 tensors");
 }
 
-}  // namespace
+}  // namespace tensor_region_test
 }  // namespace weir::decoders

@@ -5,7 +5,7 @@
 #include "core/decoders/answer_test_support.hpp"
 
 namespace weir::decoders {
-namespace {
+namespace text_answers_test {
 
 std::vector<float> line_map(size_t width, size_t height) {
   std::vector<float> map(width * height);
@@ -203,5 +203,5 @@ TEST(TextAnswers, WhatMayBeAMapOrStepsNeedsAName) {
   EXPECT_SAYS(columns("", {{"head", "db"}}), "rotation");
 }
 
-}  // namespace
+}  // namespace text_answers_test
 }  // namespace weir::decoders

@@ -9,7 +9,7 @@
 #include "says.hpp"
 
 namespace weir::detection {
-namespace {
+namespace anchors_test {
 
 const float kNan = std::nanf("");
 
@@ -149,5 +149,5 @@ TEST(Palms, LeavesOutWhatIsNotFinite) {
   EXPECT_TRUE(decode_palms(boxes, std::vector<float>{9}, anchors, 0.5f, {64, 64}).empty());
 }
 
-}  // namespace
+}  // namespace anchors_test
 }  // namespace weir::detection

@@ -12,7 +12,7 @@
 #include "core/detection/pixel_suppression.hpp"
 
 namespace weir::detection {
-namespace {
+namespace boxes_test {
 
 constexpr PictureSize kPicture{100, 50};
 
@@ -204,5 +204,5 @@ TEST(CentroidTracker, BeginsAgainAfterAReset) {
   EXPECT_EQ(tracker.follow(at({50})), (Numbers{1}));
 }
 
-}  // namespace
+}  // namespace boxes_test
 }  // namespace weir::detection

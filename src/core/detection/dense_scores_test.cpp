@@ -8,7 +8,7 @@
 #include <random>
 
 namespace weir::detection {
-namespace {
+namespace dense_scores_test {
 
 using Found = std::vector<ScoredCell>;
 
@@ -71,5 +71,5 @@ TEST(DenseScores, LeaveOutWhatIsNotAScore) {
   EXPECT_EQ(find({}, {.cells = 0, .values = 6, .first_class = 4, .classes = 2}, 0), Found{});
 }
 
-}  // namespace
+}  // namespace dense_scores_test
 }  // namespace weir::detection

@@ -14,7 +14,7 @@
 #include "core/detection/yolo_v8.hpp"
 
 namespace weir::detection {
-namespace {
+namespace heads_test {
 
 constexpr PictureSize kPicture{640, 320};
 const float kNan = std::nanf(""), kInfinity = INFINITY;
@@ -206,5 +206,5 @@ TEST(OpenvinoRecords, EndAtANegativePicture) {
   EXPECT_TRUE(decode_openvino(bad, 0.8f, kPicture).empty());
 }
 
-}  // namespace
+}  // namespace heads_test
 }  // namespace weir::detection

@@ -9,7 +9,7 @@
 #include <random>
 
 namespace weir::detection {
-namespace {
+namespace instance_masks_test {
 
 struct Sample {
   std::vector<float> planes;  // one after the other
@@ -85,5 +85,5 @@ TEST(InstanceMasks, ABoxWithoutExtentAndSumsThatAreNotNumbersAreEmpty) {
             4u);
 }
 
-}  // namespace
+}  // namespace instance_masks_test
 }  // namespace weir::detection

@@ -8,7 +8,7 @@
 #include <vector>
 
 namespace weir::detection {
-namespace {
+namespace pose_test {
 
 using Peaks = std::vector<HeatPeak>;
 
@@ -96,5 +96,5 @@ TEST(PositionWithOffset, IsNotFiniteWithSuchAnOffset) {
   EXPECT_TRUE(std::isinf(position_with_offset({1, 0, 1}, grid, offsets, 0, {9, 9}).x));
 }
 
-}  // namespace
+}  // namespace pose_test
 }  // namespace weir::detection

@@ -8,7 +8,7 @@
 #include <numeric>
 
 namespace weir::detection {
-namespace {
+namespace posenet_test {
 
 constexpr size_t kWidth = 40, kHeight = 30;
 constexpr float kStride = 16;
@@ -158,5 +158,5 @@ TEST(PoseNet, MapsWithoutMeaningEnd) {
   }
 }
 
-}  // namespace
+}  // namespace posenet_test
 }  // namespace weir::detection

@@ -9,7 +9,7 @@
 #include <vector>
 
 namespace weir::detection {
-namespace {
+namespace segmentation_test {
 
 using Classes = std::vector<uint16_t>;
 
@@ -131,5 +131,5 @@ TEST(GraysFromDepths, AgreesWithNumPy) {
                                        202, 34, 131, 228, 60,  157, 255, 86,  184, 15, 113}));
 }
 
-}  // namespace
+}  // namespace segmentation_test
 }  // namespace weir::detection

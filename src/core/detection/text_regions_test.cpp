@@ -9,7 +9,7 @@
 #include <random>
 
 namespace weir::detection {
-namespace {
+namespace text_regions_test {
 
 constexpr double kPi = std::numbers::pi;
 
@@ -203,5 +203,5 @@ TEST(TextRegions, BoxesAreTheSmallestThatContainTheArea) {
   }
 }
 
-}  // namespace
+}  // namespace text_regions_test
 }  // namespace weir::detection

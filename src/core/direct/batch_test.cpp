@@ -5,7 +5,7 @@
 #include "core/direct/direct_test_support.hpp"
 
 namespace weir::direct {
-namespace {
+namespace batch_test {
 
 using Values = std::vector<float>;
 const Values kA{1, 2}, kB{3, 4}, kC{5, 6};
@@ -113,5 +113,5 @@ TEST_F(DirectTest, RejectsIncompleteFramesAndDifferentShapes) {
                  "the model leaves a shape open");
 }
 
-}  // namespace
+}  // namespace batch_test
 }  // namespace weir::direct

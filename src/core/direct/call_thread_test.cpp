@@ -7,7 +7,7 @@
 #include <future>
 
 namespace weir::direct {
-namespace {
+namespace call_thread_test {
 
 using namespace std::chrono_literals;
 
@@ -71,5 +71,5 @@ TEST(CallThread, CanBeDestroyedDuringACall) {
   EXPECT_EQ(seen.get_future().get(), 7);
 }
 
-}  // namespace
+}  // namespace call_thread_test
 }  // namespace weir::direct

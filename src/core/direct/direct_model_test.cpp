@@ -3,7 +3,7 @@
 #include "core/direct/direct_test_support.hpp"
 
 namespace weir::direct {
-namespace {
+namespace direct_model_test {
 
 using Values = std::vector<float>;
 
@@ -147,5 +147,5 @@ TEST_F(DirectTest, ScalarsAndEmptyModelsRun) {
   EXPECT_EQ(outcome->results.tensors()[0].bytes, 8u);
 }
 
-}  // namespace
+}  // namespace direct_model_test
 }  // namespace weir::direct

@@ -5,7 +5,7 @@
 #include "core/direct/direct_test_support.hpp"
 
 namespace weir::direct {
-namespace {
+namespace direct_refusals_test {
 
 using Values = std::vector<float>;
 const Values kTwo{1, 2}, kFour{1, 2, 3, 4};
@@ -147,5 +147,5 @@ TEST(DirectEngine, IsFoundByNameOrByTheFiles) {
   EXPECT_REFUSED(engine_for("onnxruntim", none), ENGINE_UNKNOWN, "did you mean onnxruntime?");
 }
 
-}  // namespace
+}  // namespace direct_refusals_test
 }  // namespace weir::direct

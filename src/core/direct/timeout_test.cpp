@@ -8,7 +8,7 @@
 #include "core/direct/direct_test_support.hpp"
 
 namespace weir::direct {
-namespace {
+namespace timeout_test {
 
 using namespace std::chrono_literals;
 using Values = std::vector<float>;
@@ -148,5 +148,5 @@ TEST_F(DirectTest, CallsOfManyThreadsWaitForEachOther) {
   EXPECT_EQ(most, 1);
 }
 
-}  // namespace
+}  // namespace timeout_test
 }  // namespace weir::direct

@@ -8,7 +8,7 @@
 #include "says.hpp"
 
 namespace weir::draw {
-namespace {
+namespace canvas_test {
 
 void set_area(TestPicture* picture, const Area& area, Rgb color) {
   for (int64_t y = area.top; y < area.bottom; ++y)
@@ -127,5 +127,5 @@ TEST(Canvas, RefusesPlanesThatAreTooShort) {
   }
 }
 
-}  // namespace
+}  // namespace canvas_test
 }  // namespace weir::draw

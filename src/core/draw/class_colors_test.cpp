@@ -8,7 +8,7 @@
 #include <set>
 
 namespace weir::draw {
-namespace {
+namespace class_colors_test {
 
 // The pixel as a little-endian number.
 uint32_t number_of(Rgba pixel) {
@@ -52,5 +52,5 @@ TEST(PaintGrays, IsOpaque) {
   EXPECT_EQ(pixels, (std::vector<Rgba>{{0, 0, 0, 255}, {7, 7, 7, 255}, {255, 255, 255, 255}}));
 }
 
-}  // namespace
+}  // namespace class_colors_test
 }  // namespace weir::draw

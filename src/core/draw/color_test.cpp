@@ -9,7 +9,7 @@
 #include "core/draw/draw_test_support.hpp"
 
 namespace weir::draw {
-namespace {
+namespace color_test {
 
 using Samples = std::array<uint8_t, 3>;
 
@@ -82,5 +82,5 @@ TEST(DrawColor, OfTextContrastsWithItsBackground) {
   EXPECT_EQ(text_color({0, 0, 255}), (Rgb{255, 255, 255}));
 }
 
-}  // namespace
+}  // namespace color_test
 }  // namespace weir::draw

@@ -9,7 +9,7 @@
 #include "says.hpp"
 
 namespace weir::draw {
-namespace {
+namespace detections_test {
 
 constexpr float kNan = std::numeric_limits<float>::quiet_NaN();
 constexpr float kInf = std::numeric_limits<float>::infinity();
@@ -137,5 +137,5 @@ TEST(Detections, AreOneTensorOfFloats) {
     EXPECT_TRUE(check_detections({ElementType::Float32, {k, 3, 1, 1}, ""})) << k;
 }
 
-}  // namespace
+}  // namespace detections_test
 }  // namespace weir::draw

@@ -7,7 +7,7 @@
 #include <random>
 
 namespace weir::draw {
-namespace {
+namespace label_layout_test {
 
 constexpr Area kPicture{0, 0, 200, 100};
 
@@ -72,5 +72,5 @@ TEST(LabelLayout, ALabelThatIsLargerThanThePictureBeginsAtItsEdge) {
   EXPECT_EQ(LabelLayout({0, 0, 20, 8}).place({5, 2, 9, 6}, 30, 10, 1).left, 0);
 }
 
-}  // namespace
+}  // namespace label_layout_test
 }  // namespace weir::draw

@@ -5,7 +5,7 @@
 #include <gtest/gtest.h>
 
 namespace weir::draw {
-namespace {
+namespace labels_test {
 
 // A mask as wide as the text is long; its coverage is the first byte of the text.
 class LengthPainter : public TextPainter {
@@ -86,5 +86,5 @@ TEST(Labels, ShowScoresInPerCent) {
   EXPECT_EQ(width(1e-30f), 3u);
 }
 
-}  // namespace
+}  // namespace labels_test
 }  // namespace weir::draw

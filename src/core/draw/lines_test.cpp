@@ -8,7 +8,7 @@
 #include "core/draw/draw_test_support.hpp"
 
 namespace weir::draw {
-namespace {
+namespace lines_test {
 
 constexpr Rgb kColor{200, 30, 90};
 
@@ -98,5 +98,5 @@ TEST(DrawOutline, OfARotatedRectangleLeavesTheInsideFree) {
   EXPECT_FALSE(is_painted(&picture, 5, 5));
 }
 
-}  // namespace
+}  // namespace lines_test
 }  // namespace weir::draw

@@ -9,7 +9,7 @@
 #include "core/draw/skeletons.hpp"
 
 namespace weir::draw {
-namespace {
+namespace overlay_results_test {
 
 constexpr Style kNoLines{.line_width = 0, .point_size = 0};
 
@@ -201,5 +201,5 @@ TEST(OverlayResults, LabelsOfThePictureAreAList) {
   EXPECT_EQ(*picture.sample(0, 99, 99), 7);  // no box around the picture
 }
 
-}  // namespace
+}  // namespace overlay_results_test
 }  // namespace weir::draw

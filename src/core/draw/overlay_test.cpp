@@ -8,7 +8,7 @@
 #include "core/draw/draw_test_support.hpp"
 
 namespace weir::draw {
-namespace {
+namespace overlay_test {
 
 Detections boxes(std::vector<Detection> rows) {
   Detections out;
@@ -180,5 +180,5 @@ TEST(Overlay, CutsLabelsThatAreWiderThanThePicture) {
   }
 }
 
-}  // namespace
+}  // namespace overlay_test
 }  // namespace weir::draw

@@ -12,7 +12,7 @@
 #include "core/draw/glyphs.hpp"
 
 namespace weir::draw {
-namespace {
+namespace rgba_frame_test {
 
 constexpr int64_t kLow = std::numeric_limits<int32_t>::min();
 constexpr int64_t kHigh = std::numeric_limits<int32_t>::max();
@@ -178,5 +178,5 @@ TEST(Glyphs, EveryOtherByteIsAStar) {
   }
 }
 
-}  // namespace
+}  // namespace rgba_frame_test
 }  // namespace weir::draw

@@ -9,7 +9,7 @@
 #include "core/draw/glyphs.hpp"
 
 namespace weir::draw {
-namespace {
+namespace skeleton_test {
 
 using Rows = std::vector<std::string>;
 
@@ -128,5 +128,5 @@ TEST(DrawNames, StaysInTheFrame) {
   EXPECT_EQ(low, Rows(all.begin(), all.begin() + 8));
 }
 
-}  // namespace
+}  // namespace skeleton_test
 }  // namespace weir::draw

@@ -9,7 +9,7 @@
 #include <vector>
 
 namespace weir::draw {
-namespace {
+namespace tint_row_test {
 
 // (d * (255 - a) + p * a) / 255 is never halfway between integers: 255 is odd.
 uint8_t expected(uint8_t d, uint8_t p, uint8_t a) {
@@ -53,5 +53,5 @@ TEST(TintRow, RoundsEachValueToTheNearest) {
     }
 }
 
-}  // namespace
+}  // namespace tint_row_test
 }  // namespace weir::draw

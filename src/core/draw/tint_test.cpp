@@ -9,7 +9,7 @@
 #include "core/draw/draw_test_support.hpp"
 
 namespace weir::draw {
-namespace {
+namespace tint_test {
 
 constexpr Rgb kColor{200, 30, 90};
 
@@ -102,5 +102,5 @@ TEST(TintClasses, PixelsTakeTheNearestClass) {
   }
 }
 
-}  // namespace
+}  // namespace tint_test
 }  // namespace weir::draw

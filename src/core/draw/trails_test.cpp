@@ -8,7 +8,7 @@
 #include "core/draw/overlay.hpp"
 
 namespace weir::draw {
-namespace {
+namespace trails_test {
 
 Detection row(double x, double bottom, uint32_t track, uint32_t class_index = 0) {
   Detection out;
@@ -112,5 +112,5 @@ TEST(TrackColors, StayWithTheTrackInAnyRow) {
   }
 }
 
-}  // namespace
+}  // namespace trails_test
 }  // namespace weir::draw

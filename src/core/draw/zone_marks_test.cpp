@@ -10,7 +10,7 @@
 #include "core/draw/overlay.hpp"
 
 namespace weir::draw {
-namespace {
+namespace zone_marks_test {
 
 bool is_painted(TestPicture& picture, int64_t x, int64_t y) {
   return *picture.sample(0, x, y) != 7;
@@ -106,5 +106,5 @@ TEST(ZoneMarks, LabelsStandAtTheZones) {
   EXPECT_TRUE(is_painted(picture, 30, 17)) << "above the yard";
 }
 
-}  // namespace
+}  // namespace zone_marks_test
 }  // namespace weir::draw

@@ -9,7 +9,7 @@
 #include "core/evaluate/similarity.hpp"
 
 namespace weir::evaluate {
-namespace {
+namespace average_precision_test {
 
 TruthObject truth(const Rectangle& box, size_t category = 0) {
   return {category, box, box.area(), false, false, {}};
@@ -227,5 +227,5 @@ TEST(KeyPointSimilarity, OtherNumbersOfPointsHaveEqualDeviations) {
   EXPECT_EQ(key_point_deviations(17)[0], 0.026);
 }
 
-}  // namespace
+}  // namespace average_precision_test
 }  // namespace weir::evaluate

@@ -8,7 +8,7 @@
 #include <numeric>
 
 namespace weir::evaluate {
-namespace {
+namespace bootstrap_test {
 
 // The mean of `values`, each as often as a draw says.
 Measure mean_of(const std::vector<double>& values) {
@@ -67,5 +67,5 @@ TEST(Bootstrap, DrawsWithoutTheScoreAreLeftOut) {
   EXPECT_DOUBLE_EQ(some[0].low, 1);
 }
 
-}  // namespace
+}  // namespace bootstrap_test
 }  // namespace weir::evaluate

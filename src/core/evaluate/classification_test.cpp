@@ -7,7 +7,7 @@
 #include <cmath>
 
 namespace weir::evaluate {
-namespace {
+namespace classification_test {
 
 const std::vector<ClassifiedPicture> kPictures{
     {0, {0, 1, 2}},          // right
@@ -43,5 +43,5 @@ TEST(ConfusionMatrix, HasRowsOfTheTruthAndAColumnForOtherLabels) {
             (std::vector<std::vector<uint64_t>>{{1, 1, 0}, {0, 1, 2}}));
 }
 
-}  // namespace
+}  // namespace classification_test
 }  // namespace weir::evaluate

@@ -9,7 +9,7 @@
 #include "says.hpp"
 
 namespace weir::evaluate {
-namespace {
+namespace coco_truth_test {
 
 using Json = nlohmann::json;
 
@@ -197,5 +197,5 @@ TEST(CocoTruthRefused, EntriesThatLackSomething) {
   EXPECT_SAYS(refused(json), "neither 0 nor 1");
 }
 
-}  // namespace
+}  // namespace coco_truth_test
 }  // namespace weir::evaluate

@@ -7,7 +7,7 @@
 #include "says.hpp"
 
 namespace weir::evaluate {
-namespace {
+namespace mot_truth_test {
 
 constexpr char kInfo[] =
     "[Sequence]\nname=MOT17-02\nimDir=img1\nframeRate=30\nseqLength=3\nimWidth=640\n"
@@ -105,5 +105,5 @@ TEST(NeutralObjects, DoNotTakeBoxesOfCountedOnes) {
   EXPECT_EQ(without_neutral(truth, {{7, {0, 0, 10, 10}}}).found.size(), 1U);
 }
 
-}  // namespace
+}  // namespace mot_truth_test
 }  // namespace weir::evaluate

@@ -7,7 +7,7 @@
 #include <cmath>
 
 namespace weir::evaluate {
-namespace {
+namespace segmentation_test {
 
 using Map = std::vector<uint32_t>;
 constexpr uint32_t kIgnored = 255;
@@ -51,5 +51,5 @@ TEST(ClassMapOverlap, WithoutPixelsIsUndefined) {
   EXPECT_TRUE(std::isnan(segmentation_scores({}, 2, {})[0].value));
 }
 
-}  // namespace
+}  // namespace segmentation_test
 }  // namespace weir::evaluate

@@ -7,7 +7,7 @@
 #include <cmath>
 
 namespace weir::evaluate {
-namespace {
+namespace tracking_test {
 
 Rectangle at(double x) {
   return {x, 0, 10, 10};
@@ -153,5 +153,5 @@ TEST(PartsOf, AreOfEqualLengthAndHaveEveryFrameOnce) {
   EXPECT_EQ(lengths(0, 4, 20), Lengths{0});
 }
 
-}  // namespace
+}  // namespace tracking_test
 }  // namespace weir::evaluate

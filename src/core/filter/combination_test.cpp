@@ -7,7 +7,7 @@
 #include "says.hpp"
 
 namespace weir {
-namespace {
+namespace combination_test {
 
 TEST(InputCombination, KeepsTheOrderGiven) {
   const auto r = parse_input_combination(" 2, 0 ");
@@ -49,5 +49,5 @@ TEST(ChooseTensors, NamesThePropertyAndTheIndex) {
   EXPECT_NE(r.error().offered.find('1'), std::string::npos);
 }
 
-}  // namespace
+}  // namespace combination_test
 }  // namespace weir

@@ -5,7 +5,7 @@
 #include <gtest/gtest.h>
 
 namespace weir {
-namespace {
+namespace described_model_test {
 
 FrameSpec stream_of(std::vector<TensorSpec> tensors, Format format = Format::Static) {
   return {format, std::move(tensors), {30, 1}};
@@ -77,5 +77,5 @@ TEST(DescribedModel, GoesToModulesWithNamesAndQuantisation) {
   EXPECT_EQ(out.metadata_json, nullptr);
 }
 
-}  // namespace
+}  // namespace described_model_test
 }  // namespace weir

@@ -5,7 +5,7 @@
 #include <gtest/gtest.h>
 
 namespace weir {
-namespace {
+namespace latency_report_test {
 
 TEST(LatencyReport, AddsAMargin) {
   LatencyReport report;
@@ -50,5 +50,5 @@ TEST(LatencyReport, HandlesAnyNumber) {
   EXPECT_TRUE(report.outdated(0));
 }
 
-}  // namespace
+}  // namespace latency_report_test
 }  // namespace weir

@@ -7,7 +7,7 @@
 #include "says.hpp"
 
 namespace weir {
-namespace {
+namespace layout_test {
 
 using Numbers = std::vector<uint32_t>;
 
@@ -39,5 +39,5 @@ TEST(Layout, AnyKeepsTheModelsLayout) {
   EXPECT_EQ(shapes[2].layout, 1u);
 }
 
-}  // namespace
+}  // namespace layout_test
 }  // namespace weir

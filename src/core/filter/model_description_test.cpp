@@ -7,7 +7,7 @@
 #include "weir/abi.h"
 
 namespace weir {
-namespace {
+namespace model_description_test {
 
 ModelTensor shape(std::vector<int64_t> dimensions, const std::string& name = "") {
   return {ElementType::Float32, true, std::move(dimensions), name, WEIR_LAYOUT_ANY};
@@ -126,5 +126,5 @@ TEST(ModelDescription, RejectsAModelWithoutOutputs) {
   EXPECT_EQ(made.error().what, "the model declares no outputs for this stream");
 }
 
-}  // namespace
+}  // namespace model_description_test
 }  // namespace weir

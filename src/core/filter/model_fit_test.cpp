@@ -7,7 +7,7 @@
 #include "says.hpp"
 
 namespace weir {
-namespace {
+namespace model_fit_test {
 
 const ModelTensor kMobilenet{ElementType::UInt8, true, {1, 224, 224, 3}, "input"};
 const ModelTensor kDynamic{ElementType::Float32, true, {-1, 3, -1, -1}, "images"};
@@ -134,5 +134,5 @@ TEST(UserSettings, MustNotContradictTheModel) {
   EXPECT_FALSE(with_user_settings({kMobilenet}, "3:224:224:1,4", "", "input"));
 }
 
-}  // namespace
+}  // namespace model_fit_test
 }  // namespace weir

@@ -5,7 +5,7 @@
 #include <gtest/gtest.h>
 
 namespace weir {
-namespace {
+namespace spare_time_test {
 
 TEST(SpareTime, KeepsATenthOfTheTimeThatIsLeft) {
   const SpareTime spare;
@@ -43,5 +43,5 @@ TEST(SpareTime, HasNoLimitForFramesThatDoNotExpire) {
   EXPECT_TRUE(spare.is_enough(0, 5000));
 }
 
-}  // namespace
+}  // namespace spare_time_test
 }  // namespace weir

@@ -9,7 +9,7 @@
 #include <vector>
 
 namespace weir {
-namespace {
+namespace throttle_test {
 
 constexpr uint64_t kMs = 1'000'000;
 using Overflow = Throttle::Overflow;
@@ -134,5 +134,5 @@ TEST(Throttle, AgreesWithAPlainModelOnRandomStreams) {
   }
 }
 
-}  // namespace
+}  // namespace throttle_test
 }  // namespace weir

@@ -10,7 +10,7 @@
 #include "core/text/text.hpp"
 
 namespace weir::heads {
-namespace {
+namespace families_test {
 
 TEST(Families, HaveNamesOfTheirOwn) {
   std::set<std::string> names;
@@ -102,5 +102,5 @@ TEST(Families, ReadAnyOutputsOrRefuseThem) {
   EXPECT_GT(opened, 300u);
 }
 
-}  // namespace
+}  // namespace families_test
 }  // namespace weir::heads

@@ -3,7 +3,7 @@
 #include "core/heads/head_test_support.hpp"
 
 namespace weir::heads {
-namespace {
+namespace map_heads_test {
 
 HeadResult classify(const TestOutput& output, float threshold = 0.1f,
                     std::map<std::string, std::string> custom = {}) {
@@ -165,5 +165,5 @@ TEST(Depth, IsTheMapOfTheNetwork) {
               "no head of this mode fits these outputs");
 }
 
-}  // namespace
+}  // namespace map_heads_test
 }  // namespace weir::heads

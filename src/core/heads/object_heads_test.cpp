@@ -7,7 +7,7 @@
 #include "core/heads/head_test_support.hpp"
 
 namespace weir::heads {
-namespace {
+namespace object_heads_test {
 
 const std::vector<TestObject> kObjects{{4, 8, 20, 40, 0.9f, 2}, {30, 30, 62, 50, 0.6f, 0}};
 
@@ -404,5 +404,5 @@ TEST(ObjectHeads, RefuseOtherOutputs) {
                 std::string("the outputs are not those of the head ") + head);
 }
 
-}  // namespace
+}  // namespace object_heads_test
 }  // namespace weir::heads

@@ -9,7 +9,7 @@
 #include "says.hpp"
 
 namespace weir::heads {
-namespace {
+namespace output_values_test {
 
 weir_tensor tensor_of(uint32_t type, std::initializer_list<int64_t> shape, void* data,
                       uint64_t bytes) {
@@ -73,5 +73,5 @@ TEST(OutputValues, RefusesWhatTheShapeDoesNotSay) {
   EXPECT_THROW(values.read(0), Failure);
 }
 
-}  // namespace
+}  // namespace output_values_test
 }  // namespace weir::heads

@@ -3,7 +3,7 @@
 #include "core/heads/head_test_support.hpp"
 
 namespace weir::heads {
-namespace {
+namespace recognition_test {
 
 constexpr detection::PictureSize k640{640, 640};
 
@@ -121,5 +121,5 @@ TEST(Recognition, AMapOfTheInputsSizeIsNoHeatMap) {
   EXPECT_EQ(family({zeros("160:160:1")}, 0, kPose), "heat-maps");
 }
 
-}  // namespace
+}  // namespace recognition_test
 }  // namespace weir::heads

@@ -7,7 +7,7 @@
 #include "core/heads/head_test_support.hpp"
 
 namespace weir::heads {
-namespace {
+namespace yolo_grids_test {
 
 constexpr size_t kClasses = 4, kValues = 5 + kClasses, kAnchors = 3;
 // Of the papers, in pixels: 8, 16 and 32 pixels a cell.
@@ -140,5 +140,5 @@ TEST(YoloGrids, RefuseOtherOutputs) {
   }
 }
 
-}  // namespace
+}  // namespace yolo_grids_test
 }  // namespace weir::heads

@@ -5,7 +5,7 @@
 #include "core/heads/head_test_support.hpp"
 
 namespace weir::heads {
-namespace {
+namespace yolo_heads_test {
 
 constexpr size_t kClasses = 6;
 // A picture of 64 x 64 pixels has 64 + 16 + 4 cells of 8, 16 and 32 pixels, row after row.
@@ -344,5 +344,5 @@ TEST(YoloHeads, RefusesOtherOutputs) {
   }
 }
 
-}  // namespace
+}  // namespace yolo_heads_test
 }  // namespace weir::heads

@@ -5,7 +5,7 @@
 #include <gtest/gtest.h>
 
 namespace weir::io {
-namespace {
+namespace deadline_test {
 
 using namespace std::chrono_literals;
 using Clock = std::chrono::steady_clock;
@@ -59,5 +59,5 @@ TEST(IsOver, HoldsFromTheDeadlineOn) {
   EXPECT_FALSE(is_over(Clock::time_point::max()));
 }
 
-}  // namespace
+}  // namespace deadline_test
 }  // namespace weir::io

@@ -5,7 +5,7 @@
 #include <gtest/gtest.h>
 
 namespace weir::isolate {
-namespace {
+namespace calls_test {
 
 TEST(OpenCall, RoundTrips) {
   const OpenCall call{"tflite", {"a.tflite", "b"}, {{"NumThreads", "2"}, {"x", ""}}, "cpu",
@@ -40,5 +40,5 @@ TEST(Places, EndBeforeNumbersOverflow) {
   EXPECT_FALSE(place(1, &end));
 }
 
-}  // namespace
+}  // namespace calls_test
 }  // namespace weir::isolate

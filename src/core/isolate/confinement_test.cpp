@@ -21,7 +21,7 @@ extern "C" {  // missing in glibc 2.36
 extern char** environ;
 
 namespace weir::isolate {
-namespace {
+namespace confinement_test {
 
 class Confined : public IsolatedTest {
  protected:
@@ -174,5 +174,5 @@ TEST(Worker, NeverOutlivesItsPipeline) {
   EXPECT_EQ(poll(&watched, 1, 30000), 1) << "the worker lives on";
 }
 
-}  // namespace
+}  // namespace confinement_test
 }  // namespace weir::isolate

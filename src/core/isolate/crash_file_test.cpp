@@ -15,7 +15,7 @@
 #include "says.hpp"
 
 namespace weir::isolate {
-namespace {
+namespace crash_file_test {
 
 namespace fs = std::filesystem;
 
@@ -111,5 +111,5 @@ TEST_F(CrashFileTest, ReportsWhyItIsNotWritten) {
   EXPECT_TRUE(fs::is_empty(folder_)) << "no half file stays";
 }
 
-}  // namespace
+}  // namespace crash_file_test
 }  // namespace weir::isolate

@@ -10,7 +10,7 @@
 #include "core/isolate/isolated_test_support.hpp"
 
 namespace weir::isolate {
-namespace {
+namespace isolated_engine_test {
 
 TEST_F(IsolatedTest, DescribesTheModelAsTheEngineDoes) {
   ASSERT_TRUE(open());
@@ -139,5 +139,5 @@ TEST_F(IsolatedTest, EndsEveryProcess) {
   EXPECT_EQ(errno, ECHILD);
 }
 
-}  // namespace
+}  // namespace isolated_engine_test
 }  // namespace weir::isolate

@@ -7,7 +7,7 @@
 #include "core/isolate/model_facts.hpp"
 
 namespace weir::isolate {
-namespace {
+namespace message_test {
 
 std::span<const std::byte> body(MessageWriter* writer) {
   return writer->finish().subspan(sizeof(MessageHead));
@@ -180,5 +180,5 @@ TEST(Errors, AreShortenedAndGetAValidCode) {
   EXPECT_EQ(error.what.size(), 65536u);
 }
 
-}  // namespace
+}  // namespace message_test
 }  // namespace weir::isolate

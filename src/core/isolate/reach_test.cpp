@@ -23,7 +23,7 @@
 #include "core/isolate/isolated_test_support.hpp"
 
 namespace weir::isolate {
-namespace {
+namespace reach_test {
 
 // An argument of a system call: a number, or bytes that it points to.
 struct Argument {
@@ -395,5 +395,5 @@ TEST(ReachOfAnotherUser, IsTheSame) {
   EXPECT_EQ(WEXITSTATUS(status), 0) << "as user 65534: see the failures above";
 }
 
-}  // namespace
+}  // namespace reach_test
 }  // namespace weir::isolate

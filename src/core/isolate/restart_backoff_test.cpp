@@ -7,7 +7,7 @@
 #include <vector>
 
 namespace weir::isolate {
-namespace {
+namespace restart_backoff_test {
 
 using namespace std::chrono_literals;
 
@@ -33,5 +33,5 @@ TEST(RestartBackoff, StartsAgainAfterAQuietTime) {
   EXPECT_EQ(backoff.ended(kStart), 100ms);
 }
 
-}  // namespace
+}  // namespace restart_backoff_test
 }  // namespace weir::isolate

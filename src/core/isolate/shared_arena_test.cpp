@@ -11,7 +11,7 @@
 #include "says.hpp"
 
 namespace weir::isolate {
-namespace {
+namespace shared_arena_test {
 
 constexpr size_t kPage = SharedBlock::kPage;
 
@@ -118,5 +118,5 @@ TEST(SharedArena, LivesAsLongAsItsLastFrame) {
   frame->data()[0] = std::byte{1};
 }
 
-}  // namespace
+}  // namespace shared_arena_test
 }  // namespace weir::isolate

@@ -22,7 +22,7 @@
 #include <set>
 
 namespace weir::isolate {
-namespace {
+namespace system_call_filter_test {
 
 #if defined(__aarch64__)
 constexpr uint32_t kArchitecture = AUDIT_ARCH_AARCH64;
@@ -262,5 +262,5 @@ TEST(FilterSystemCalls, HoldsForThreadsThatRunAlready) {
               "");
 }
 
-}  // namespace
+}  // namespace system_call_filter_test
 }  // namespace weir::isolate

@@ -5,7 +5,7 @@
 #include <gtest/gtest.h>
 
 namespace weir::isolate {
-namespace {
+namespace usual_wait_test {
 
 using namespace std::chrono_literals;
 
@@ -49,5 +49,5 @@ TEST(UsualWait, RecoversWithinTenShortAnswers) {
   EXPECT_GT(after(10, 30us, after(100, 10s)).patience(), 0us);
 }
 
-}  // namespace
+}  // namespace usual_wait_test
 }  // namespace weir::isolate

@@ -12,7 +12,7 @@
 #include "core/tensor/tensor_header.hpp"
 
 namespace weir::isolate {
-namespace {
+namespace worker_end_test {
 
 namespace fs = std::filesystem;
 using namespace std::chrono_literals;
@@ -270,5 +270,5 @@ TEST_F(WorkerEnd, ReportsThatTheFrameCannotBeSaved) {
   EXPECT_EQ(counts().frames_saved, 0u);
 }
 
-}  // namespace
+}  // namespace worker_end_test
 }  // namespace weir::isolate

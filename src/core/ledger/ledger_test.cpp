@@ -8,7 +8,7 @@
 #include <vector>
 
 namespace weir {
-namespace {
+namespace ledger_test {
 
 TEST(Ledger, StartsEmpty) {
   const LedgerSnapshot s = Ledger().snapshot();
@@ -61,5 +61,5 @@ TEST(Ledger, EveryReasonHasItsOwnName) {
   EXPECT_NE(name_of(DropReason::Eos), name_of(DropReason::Flush));
 }
 
-}  // namespace
+}  // namespace ledger_test
 }  // namespace weir

@@ -7,7 +7,7 @@
 #include "says.hpp"
 
 namespace weir {
-namespace {
+namespace buffer_limit_test {
 
 FrameSpec bytes_spec(const std::string& dimensions) {
   return FrameSpec{Format::Static, {{ElementType::UInt8, Shape::parse(dimensions), ""}}, {}};
@@ -59,5 +59,5 @@ TEST(BufferLimit, AcceptsTensorsOfUnknownSize) {
   EXPECT_TRUE(limit.check_input(FrameSpec{Format::Flexible, {}, {}}));
 }
 
-}  // namespace
+}  // namespace buffer_limit_test
 }  // namespace weir

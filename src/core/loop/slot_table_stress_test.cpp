@@ -12,7 +12,7 @@
 #include "core/loop/slot_table.hpp"
 
 namespace weir::loop {
-namespace {
+namespace slot_table_stress_test {
 
 using Table = SlotTable<std::unique_ptr<int>>;
 
@@ -146,5 +146,5 @@ TEST(SlotTableStress, NoOrderOfEventsLeavesAWaiterBlocked) {
   }
 }
 
-}  // namespace
+}  // namespace slot_table_stress_test
 }  // namespace weir::loop

@@ -8,7 +8,7 @@
 #include <memory>
 
 namespace weir::loop {
-namespace {
+namespace slot_table_test {
 
 using Frame = std::unique_ptr<int>;  // copying does not compile
 using Table = SlotTable<Frame>;
@@ -350,5 +350,5 @@ TEST_F(SlotsByNumber, GivesEachFrameToOneOfSeveralReaders) {
   EXPECT_EQ(value_of(one.get()) + value_of(other.get()), 3);
 }
 
-}  // namespace
+}  // namespace slot_table_test
 }  // namespace weir::loop

@@ -10,7 +10,7 @@
 #include "says.hpp"
 
 namespace weir {
-namespace {
+namespace concatenation_test {
 
 using Bytes = std::vector<std::byte>;
 
@@ -167,5 +167,5 @@ TEST(Concatenation, TheSumHasALimit) {
   EXPECT_FALSE(Concatenation::plan({}, 0));
 }
 
-}  // namespace
+}  // namespace concatenation_test
 }  // namespace weir

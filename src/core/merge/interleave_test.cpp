@@ -9,7 +9,7 @@
 #include <vector>
 
 namespace weir {
-namespace {
+namespace interleave_test {
 
 using Bytes = std::vector<std::byte>;
 
@@ -73,5 +73,5 @@ TEST(Interleave, SkipsLongRowsAndManyInputs) {
   EXPECT_EQ(check({4}, 100), 0u);
 }
 
-}  // namespace
+}  // namespace interleave_test
 }  // namespace weir

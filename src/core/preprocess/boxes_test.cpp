@@ -9,7 +9,7 @@
 #include "says.hpp"
 
 namespace weir::preprocess {
-namespace {
+namespace boxes_test {
 
 template <class Number>
 std::vector<Box> read(ElementType type, const std::vector<Number>& numbers) {
@@ -113,5 +113,5 @@ TEST(ResultBoxes, NeedTensorsOfTheirColumns) {
   }
 }
 
-}  // namespace
+}  // namespace boxes_test
 }  // namespace weir::preprocess

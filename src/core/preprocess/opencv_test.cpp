@@ -9,7 +9,7 @@
 #include "core/preprocess/plan_reference_test_support.hpp"
 
 namespace weir::preprocess {
-namespace {
+namespace opencv_test {
 
 using testing::Pixels;
 using testing::run;
@@ -70,5 +70,5 @@ TEST(OpenCv, FloatsAreThoseOfTheFormulas) {
         compare<float>(c, width, height, c.ours == Resize::Nearest ? 0.001 : 1.0 / 32);
 }
 
-}  // namespace
+}  // namespace opencv_test
 }  // namespace weir::preprocess

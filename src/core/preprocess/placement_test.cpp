@@ -5,7 +5,7 @@
 #include <gtest/gtest.h>
 
 namespace weir::preprocess {
-namespace {
+namespace placement_test {
 
 Preparation preparation(uint32_t width, uint32_t height, uint32_t to_width, uint32_t to_height,
                         Fit fit) {
@@ -77,5 +77,5 @@ TEST(SourceMap, MapsCornersToCornersAndBack) {
   }
 }
 
-}  // namespace
+}  // namespace placement_test
 }  // namespace weir::preprocess

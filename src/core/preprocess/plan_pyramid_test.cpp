@@ -10,7 +10,7 @@
 #include "core/transform/transform_test_support.hpp"
 
 namespace weir::preprocess {
-namespace {
+namespace plan_pyramid_test {
 
 using testing::Pixels;
 using transform::test::for_each_target;
@@ -123,5 +123,5 @@ TEST(PlanPyramid, RandomLayersAndPartsOfPicturesAgree) {
   }
 }
 
-}  // namespace
+}  // namespace plan_pyramid_test
 }  // namespace weir::preprocess

@@ -8,7 +8,7 @@
 #include "says.hpp"
 
 namespace weir::preprocess {
-namespace {
+namespace plan_regions_test {
 
 using testing::Pixels;
 using testing::reference;
@@ -196,5 +196,5 @@ TEST(RegionPlan, FramesAreIndependent) {
   EXPECT_FALSE(plan->set_region({0, 0, 62, 47}, {0, 0, 5, 5})) << "more than the picture";
 }
 
-}  // namespace
+}  // namespace plan_regions_test
 }  // namespace weir::preprocess

@@ -12,7 +12,7 @@
 #include "says.hpp"
 
 namespace weir::preprocess {
-namespace {
+namespace plan_test {
 
 using testing::Pixels;
 using testing::reference;
@@ -374,5 +374,5 @@ TEST(Plan, RejectsImpossibleRequests) {
   }
 }
 
-}  // namespace
+}  // namespace plan_test
 }  // namespace weir::preprocess

@@ -9,7 +9,7 @@
 #include "says.hpp"
 
 namespace weir::preprocess {
-namespace {
+namespace request_test {
 
 template <class T>
 std::string refusal(const Result<T>& result) {
@@ -250,5 +250,5 @@ TEST(Request, OffersEachPossibleTensor) {
   EXPECT_EQ(possible_frames(request)[0][0].to_string(), "int8 5:6:3:1");
 }
 
-}  // namespace
+}  // namespace request_test
 }  // namespace weir::preprocess

@@ -8,7 +8,7 @@
 #include "says.hpp"
 
 namespace weir::preprocess {
-namespace {
+namespace runner_test {
 
 using testing::Pixels;
 
@@ -136,5 +136,5 @@ TEST(Runner, ReportsAnErrorOnceAndContinues) {
   }
 }
 
-}  // namespace
+}  // namespace runner_test
 }  // namespace weir::preprocess

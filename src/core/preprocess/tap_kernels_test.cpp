@@ -12,7 +12,7 @@
 #include "core/transform/transform_test_support.hpp"
 
 namespace weir::preprocess {
-namespace {
+namespace tap_kernels_test {
 
 using transform::test::for_each_target;
 
@@ -74,5 +74,5 @@ TEST(TapKernels, TakesEachComponentOfInterleavedPixels) {
         }
 }
 
-}  // namespace
+}  // namespace tap_kernels_test
 }  // namespace weir::preprocess

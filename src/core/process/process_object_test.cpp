@@ -8,7 +8,7 @@
 #include <vector>
 
 namespace weir::process {
-namespace {
+namespace process_object_test {
 
 struct Counted {
   Counted() { ++made; }
@@ -44,5 +44,5 @@ TEST(ProcessObject, ComesFromTheGivenProvider) {
   EXPECT_NE(&object<Other>("test.one"), &theirs);
 }
 
-}  // namespace
+}  // namespace process_object_test
 }  // namespace weir::process

@@ -9,7 +9,7 @@
 #include <vector>
 
 namespace weir {
-namespace {
+namespace frame_rate_test {
 
 constexpr uint64_t kMillisecond = 1'000'000;
 using Times = std::vector<uint64_t>;
@@ -231,5 +231,5 @@ TEST(FrameRate, ReportsThePlaceOfASyntaxError) {
   }
 }
 
-}  // namespace
+}  // namespace frame_rate_test
 }  // namespace weir

@@ -8,7 +8,7 @@
 #include "core/records/records_test_support.hpp"
 
 namespace weir::records {
-namespace {
+namespace drawn_results_test {
 
 draw::Detections drawn(const std::string& columns, const TestFrame& frame,
                        const std::vector<SourceMap>& maps = {}) {
@@ -149,5 +149,5 @@ TEST(DrawnResults, TiltedClassMapsHaveBackgroundAroundThem) {
   EXPECT_NEAR(static_cast<double>(count) / (57 * 57), 0.5, 0.02);
 }
 
-}  // namespace
+}  // namespace drawn_results_test
 }  // namespace weir::records

@@ -8,7 +8,7 @@
 #include "core/records/records_test_support.hpp"
 
 namespace weir::records {
-namespace {
+namespace json_schema_test {
 
 using test::Schema;
 using Json = nlohmann::json;
@@ -104,5 +104,5 @@ TEST_F(JsonSchema, LinesWithZonesAreValid) {
   EXPECT_GT(of_objects, 30u);
 }
 
-}  // namespace
+}  // namespace json_schema_test
 }  // namespace weir::records

@@ -8,7 +8,7 @@
 #include "core/records/records_test_support.hpp"
 
 namespace weir::records {
-namespace {
+namespace map_summary_test {
 
 // Borrows the memory of the test's frame.
 struct ReadFrame : ResultFrame {
@@ -85,5 +85,5 @@ TEST(MapSummary, DepthsThatAreNotFiniteOrNotInThePictureDoNotCount) {
   EXPECT_EQ(range_of_depths(none.depths[0], std::nullopt).greatest, 0);
 }
 
-}  // namespace
+}  // namespace map_summary_test
 }  // namespace weir::records

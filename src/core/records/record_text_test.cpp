@@ -12,7 +12,7 @@
 #include <random>
 
 namespace weir::records {
-namespace {
+namespace record_text_test {
 
 template <class Append, class Value>
 std::string text(Append append, Value value) {
@@ -77,5 +77,5 @@ TEST(RecordText, StringsAreJsonWhateverTheBytes) {
   EXPECT_NO_THROW(nlohmann::json::parse(text(append_json_string, all)));
 }
 
-}  // namespace
+}  // namespace record_text_test
 }  // namespace weir::records

@@ -8,7 +8,7 @@
 #include "core/records/records_test_support.hpp"
 
 namespace weir::records {
-namespace {
+namespace record_writers_test {
 
 using Names = std::vector<std::vector<std::string>>;
 
@@ -212,5 +212,5 @@ TEST(Writers, NumbersOfAnySizeStayFinite) {
   }
 }
 
-}  // namespace
+}  // namespace record_writers_test
 }  // namespace weir::records

@@ -8,7 +8,7 @@
 #include "says.hpp"
 
 namespace weir::records {
-namespace {
+namespace result_frame_test {
 
 ResultFrame read(const ResultReader& reader, const TestFrame& frame) {
   ResultFrame out;
@@ -149,5 +149,5 @@ TEST(ResultFrame, ReadsAHundredThousandRowsAndNoTensorTwice) {
   EXPECT_EQ(read(reader_of(kBoxes), TestFrame().floats("6:100000", rows)).objects.size(), 100000u);
 }
 
-}  // namespace
+}  // namespace result_frame_test
 }  // namespace weir::records

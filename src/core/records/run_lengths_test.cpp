@@ -8,7 +8,7 @@
 #include <random>
 
 namespace weir::records {
-namespace {
+namespace run_lengths_test {
 
 // The picture of a code, row after row.
 std::vector<int> pixels_of(const RunLengths& runs, size_t width, size_t height) {
@@ -124,5 +124,5 @@ TEST(RunLengths, HugePicturesHaveNone) {
   EXPECT_FALSE(has_run_lengths(0, 5));
 }
 
-}  // namespace
+}  // namespace run_lengths_test
 }  // namespace weir::records

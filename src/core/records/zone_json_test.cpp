@@ -5,7 +5,7 @@
 #include "core/records/records_test_support.hpp"
 
 namespace weir::records {
-namespace {
+namespace zone_json_test {
 
 // Rows of one detector, with two zones for each object, and the tables of zones.
 const std::string kColumns = with_zone_columns("x1,y1,x2,y2,score,class,track", 2) + ";" +
@@ -118,5 +118,5 @@ TEST(ZoneJson, OtherReadersSkipTheTables) {
   }
 }
 
-}  // namespace
+}  // namespace zone_json_test
 }  // namespace weir::records

@@ -7,7 +7,7 @@
 #include "core/records/zone_columns.hpp"
 
 namespace weir::records {
-namespace {
+namespace zone_tables_test {
 
 using Floats = std::vector<float>;
 
@@ -87,5 +87,5 @@ TEST_F(ZoneTables, ColumnsNameAsManyZonesAsFit) {
   EXPECT_EQ(comparable(one), (Floats{-99, -99, 2, 0}));
 }
 
-}  // namespace
+}  // namespace zone_tables_test
 }  // namespace weir::records

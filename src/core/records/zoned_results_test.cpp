@@ -5,7 +5,7 @@
 #include "core/records/records_test_support.hpp"
 
 namespace weir::records {
-namespace {
+namespace zoned_results_test {
 
 constexpr char kTracked[] = "x1,y1,x2,y2,score,class,track";
 
@@ -101,5 +101,5 @@ TEST(ZonedResults, FramesOfAnotherShapeAreRejected) {
   EXPECT_TRUE(sightings.empty());
 }
 
-}  // namespace
+}  // namespace zoned_results_test
 }  // namespace weir::records

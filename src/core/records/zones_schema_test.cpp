@@ -7,7 +7,7 @@
 #include "core/zone/zone_file.hpp"
 
 namespace weir::records {
-namespace {
+namespace zones_schema_test {
 
 using Json = nlohmann::json;
 
@@ -175,5 +175,5 @@ TEST_F(ZonesSchema, TheParserRefusesMoreThanASchemaCanSay) {
   only_parser("/ground/picture/1", {50, 50});
 }
 
-}  // namespace
+}  // namespace zones_schema_test
 }  // namespace weir::records

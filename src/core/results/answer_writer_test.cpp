@@ -13,7 +13,7 @@
 #include "weir/results.hpp"
 
 namespace weir::results {
-namespace {
+namespace answer_writer_test {
 
 struct Written {
   TensorHeader header;
@@ -163,5 +163,5 @@ TEST(Append, RejectsASecondMap) {
   EXPECT_THROW(append(&again, features, &all), Failure);
 }
 
-}  // namespace
+}  // namespace answer_writer_test
 }  // namespace weir::results

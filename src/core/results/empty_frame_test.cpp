@@ -9,7 +9,7 @@
 #include "core/tensor/tensor_header.hpp"
 
 namespace weir::results {
-namespace {
+namespace empty_frame_test {
 
 struct Written {
   bool valid = false;
@@ -59,5 +59,5 @@ TEST(EmptyFrame, OfInvalidColumnsIsNotWritten) {
   }
 }
 
-}  // namespace
+}  // namespace empty_frame_test
 }  // namespace weir::results

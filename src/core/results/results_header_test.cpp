@@ -5,7 +5,7 @@
 #include <gtest/gtest.h>
 
 namespace weir {
-namespace {
+namespace results_header_test {
 
 TEST(ResultColumns, AreFoundByName) {
   const auto columns = result_columns("x1,y1,x2,y2,score,class,track,parent,rotation,xys:17", 0);
@@ -127,5 +127,5 @@ TEST(ResultRow, NumbersThatAreNotIntegersDoNoHarm) {
   EXPECT_TRUE(ResultRow(*columns, background).is_background());
 }
 
-}  // namespace
+}  // namespace results_header_test
 }  // namespace weir

@@ -9,7 +9,7 @@
 #include <random>
 
 namespace weir::results {
-namespace {
+namespace select_test {
 
 using detection::Candidate;
 using detection::Candidates;
@@ -102,5 +102,5 @@ TEST(RotatedOverlap, AgreesWithCountingPoints) {
   }
 }
 
-}  // namespace
+}  // namespace select_test
 }  // namespace weir::results

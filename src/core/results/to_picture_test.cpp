@@ -7,7 +7,7 @@
 #include <numbers>
 
 namespace weir::results {
-namespace {
+namespace to_picture_test {
 
 constexpr float kPi = std::numbers::pi_v<float>;
 
@@ -62,5 +62,5 @@ TEST(ToPicture, CandidatesWithAnAngleHaveTheirCentreAtXY) {
   EXPECT_EQ(object_of(candidate, false).class_index, 0);
 }
 
-}  // namespace
+}  // namespace to_picture_test
 }  // namespace weir::results

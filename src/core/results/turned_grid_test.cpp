@@ -11,7 +11,7 @@
 #include "core/results/to_picture.hpp"
 
 namespace weir::results {
-namespace {
+namespace turned_grid_test {
 
 // Turns clockwise by an angle about the origin, and scales.
 SourceMap turn(double degrees, double scale = 1) {
@@ -152,5 +152,5 @@ TEST(TurnedMask, OfBoxesWithoutAreaOrMapsWithoutAnInverseIsEmpty) {
   for (const uint8_t value : not_finite.masks) EXPECT_EQ(value, 0);
 }
 
-}  // namespace
+}  // namespace turned_grid_test
 }  // namespace weir::results

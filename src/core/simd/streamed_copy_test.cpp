@@ -8,7 +8,7 @@
 #include <vector>
 
 namespace weir {
-namespace {
+namespace streamed_copy_test {
 
 TEST(StreamedCopy, WritesTheGivenBytesAndNothingElse) {
   constexpr size_t kLine = 64, kLongest = 3 * kLine;
@@ -31,5 +31,5 @@ TEST(StreamedCopy, WritesTheGivenBytesAndNothingElse) {
   hwy::SetSupportedTargetsForTest(0);
 }
 
-}  // namespace
+}  // namespace streamed_copy_test
 }  // namespace weir

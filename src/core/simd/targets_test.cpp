@@ -5,7 +5,7 @@
 
 #include "hwy/highway.h"
 
-namespace {
+namespace targets_test {
 
 TEST(SimdTargets, AreThoseThatHighwayFinds) {
   void* library = dlopen("libhwy.so.1", RTLD_NOW | RTLD_LOCAL);
@@ -35,4 +35,4 @@ TEST(SimdTargets, ATestChoosesOne) {
   hwy::SetSupportedTargetsForTest(0);
 }
 
-}  // namespace
+}  // namespace targets_test

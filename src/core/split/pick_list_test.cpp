@@ -7,7 +7,7 @@
 #include "says.hpp"
 
 namespace weir {
-namespace {
+namespace pick_list_test {
 
 TEST(TensorGroups, AcceptAllSeparators) {
   const TensorGroups expected{{0}, {1, 2}, {3}, {4, 5, 6}, {7}};
@@ -59,5 +59,5 @@ TEST(IndexBeyond, NamesIndexAndCount) {
   EXPECT_SAYS(text, "there are 3 tensors");
 }
 
-}  // namespace
+}  // namespace pick_list_test
 }  // namespace weir

@@ -12,7 +12,7 @@
 #include "says.hpp"
 
 namespace weir {
-namespace {
+namespace segments_test {
 
 using Bytes = std::vector<std::byte>;
 
@@ -266,5 +266,5 @@ TEST(SplitPicture, OfABatchGoesWithItsRegions) {
   EXPECT_TRUE(maps_of(regions->segments[1], input, fewer.first(1), true).empty());
 }
 
-}  // namespace
+}  // namespace segments_test
 }  // namespace weir

@@ -9,7 +9,7 @@
 #include "says.hpp"
 
 namespace weir::subplugin {
-namespace {
+namespace table_test {
 
 TEST(SubPluginTable, KeepsDescriptorsByKindAndName) {
   Table table;
@@ -83,5 +83,5 @@ TEST(SubPluginTable, KeepsDescriptionsAsLongAsTheName) {
   EXPECT_TRUE(table.descriptions(Kind::Decoder, "d").empty());
 }
 
-}  // namespace
+}  // namespace table_test
 }  // namespace weir::subplugin

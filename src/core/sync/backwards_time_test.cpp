@@ -7,7 +7,7 @@
 #include "says.hpp"
 
 namespace weir {
-namespace {
+namespace backwards_time_test {
 
 TEST(BackwardsTime, IsReportedOnce) {
   BackwardsTimeWatch watch;
@@ -45,5 +45,5 @@ TEST(BackwardsTime, IsReportedWithBothTimesAndTheProperty) {
   EXPECT_SAYS(dropped.fix, "on-backwards-time=pass");
 }
 
-}  // namespace
+}  // namespace backwards_time_test
 }  // namespace weir

@@ -4,7 +4,7 @@
 #include "core/sync/collector_test_support.hpp"
 
 namespace weir::sync {
-namespace {
+namespace collector_flush_test {
 
 TEST_F(Collecting, FlushWakesTheThreadOfItsPadOnly) {
   const QueueId a = collector.add(), b = collector.add(), c = collector.add();
@@ -163,5 +163,5 @@ TEST_F(Collecting, AnOutputInProgressIsFinishedBeforeAFlushEnds) {
   first.get(), second.get();
 }
 
-}  // namespace
+}  // namespace collector_flush_test
 }  // namespace weir::sync

@@ -3,7 +3,7 @@
 #include "core/sync/collector_test_support.hpp"
 
 namespace weir::sync {
-namespace {
+namespace collector_test {
 
 using namespace std::chrono_literals;
 
@@ -319,5 +319,5 @@ TEST_F(Collecting, LosesNothingUncountedUnderThreads) {
   }
 }
 
-}  // namespace
+}  // namespace collector_test
 }  // namespace weir::sync

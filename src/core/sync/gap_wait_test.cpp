@@ -9,7 +9,7 @@
 #include "core/sync/collector.hpp"
 
 namespace weir::sync {
-namespace {
+namespace gap_wait_test {
 
 using Ids = std::vector<QueueId>;
 
@@ -145,5 +145,5 @@ TEST(WaitForSilentPads, IsNotReportedWhereAFrameArrivesInTime) {
   EXPECT_EQ(out.asked, 0);
 }
 
-}  // namespace
+}  // namespace gap_wait_test
 }  // namespace weir::sync

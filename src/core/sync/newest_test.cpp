@@ -7,7 +7,7 @@
 #include <thread>
 
 namespace weir::sync {
-namespace {
+namespace newest_test {
 
 std::shared_ptr<const int> item(int value) {
   return std::make_shared<const int>(value);
@@ -114,5 +114,5 @@ TEST(Newest, AddsUpWithTwoThreads) {
   EXPECT_EQ(counts.used + counts.replaced, static_cast<uint64_t>(kMany));
 }
 
-}  // namespace
+}  // namespace newest_test
 }  // namespace weir::sync

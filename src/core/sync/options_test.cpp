@@ -7,7 +7,7 @@
 #include "says.hpp"
 
 namespace weir::sync {
-namespace {
+namespace options_test {
 
 TEST(SyncOptions, ParsesEachPolicyInAnyCase) {
   EXPECT_EQ(*parse_mode("nosync"), Mode::NoSync);
@@ -77,5 +77,5 @@ TEST(SyncOptions, ABadBaseIsReportedWithItsPlace) {
   EXPECT_FALSE(parse_base("1:2:3"));
 }
 
-}  // namespace
+}  // namespace options_test
 }  // namespace weir::sync

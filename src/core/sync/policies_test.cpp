@@ -5,7 +5,7 @@
 #include "core/sync/options.hpp"
 
 namespace weir::sync {
-namespace {
+namespace policies_test {
 
 PadView head(Stamp time) {
   PadView pad;
@@ -363,5 +363,5 @@ TEST(Lateness, EndsWithTheFirstPadThatEnds) {
   EXPECT_EQ(decide_late({head(10), kEmpty}, {}).outcome, Outcome::Wait);
 }
 
-}  // namespace
+}  // namespace policies_test
 }  // namespace weir::sync

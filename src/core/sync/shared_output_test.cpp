@@ -10,7 +10,7 @@
 #include "becomes.hpp"
 
 namespace weir::sync {
-namespace {
+namespace shared_output_test {
 
 using Output = SharedOutput<int>;
 using Access = Output::Access;
@@ -221,5 +221,5 @@ TEST_F(SharedOutputTest, OneInputAtATimeUnderThreads) {
   EXPECT_EQ(granted, kInputs * kRounds);
 }
 
-}  // namespace
+}  // namespace shared_output_test
 }  // namespace weir::sync

@@ -8,7 +8,7 @@
 #include "core/sync/input_queues.hpp"
 
 namespace weir::sync {
-namespace {
+namespace streams_test {
 
 using Streams = std::vector<std::vector<Stamp>>;  // one list for each pad
 struct Row {
@@ -410,5 +410,5 @@ TEST(MaxWait, NothingIsSentTwiceWhenAllPadsBecomeMissing) {
   }
 }
 
-}  // namespace
+}  // namespace streams_test
 }  // namespace weir::sync

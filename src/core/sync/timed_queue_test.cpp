@@ -8,7 +8,7 @@
 #include <vector>
 
 namespace weir::sync {
-namespace {
+namespace timed_queue_test {
 
 using Items = std::vector<int64_t>;
 using Outcome = TimedOutcome;
@@ -103,5 +103,5 @@ TEST(TimedQueue, IsBounded) {
   EXPECT_EQ(queue.take(5, kLong, &out), Outcome::Found);
 }
 
-}  // namespace
+}  // namespace timed_queue_test
 }  // namespace weir::sync

@@ -8,7 +8,7 @@
 #include <limits>
 
 namespace weir {
-namespace {
+namespace element_type_test {
 
 TEST(ElementType, HasTheNumbersAndSizesOfTheWireFormat) {
   EXPECT_EQ(static_cast<int>(ElementType::UInt8), 5);
@@ -66,5 +66,5 @@ TEST(Float16, KeepsInfinityAndNaN) {
   EXPECT_TRUE(std::isnan(static_cast<float>(float16(std::nanf("")))));
 }
 
-}  // namespace
+}  // namespace element_type_test
 }  // namespace weir

@@ -5,7 +5,7 @@
 #include <gtest/gtest.h>
 
 namespace weir {
-namespace {
+namespace frame_spec_test {
 
 FrameSpec video() {
   FrameSpec spec;
@@ -106,5 +106,5 @@ TEST(Names, OfFormatsAndMediaAreReadBack) {
   EXPECT_EQ(media_type_of_caps_name("application/json"), MediaType::Invalid);
 }
 
-}  // namespace
+}  // namespace frame_spec_test
 }  // namespace weir

@@ -5,7 +5,7 @@
 #include <gtest/gtest.h>
 
 namespace weir {
-namespace {
+namespace model_tensor_test {
 
 const ModelTensor kImages{.type = ElementType::UInt8,
                           .rank_known = true,
@@ -53,5 +53,5 @@ TEST(ModelTensor, WithOpenPartsIsNotFixed) {
   EXPECT_FALSE((ModelTensor{.rank_known = true, .shape = {4}}).fixed());
 }
 
-}  // namespace
+}  // namespace model_tensor_test
 }  // namespace weir

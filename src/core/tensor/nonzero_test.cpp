@@ -10,7 +10,7 @@
 #include <vector>
 
 namespace weir {
-namespace {
+namespace nonzero_test {
 
 struct Found {
   std::vector<std::byte> values;
@@ -87,5 +87,5 @@ TEST(NonzeroElements, WritesAtMostTheGivenNumber) {
   }
 }
 
-}  // namespace
+}  // namespace nonzero_test
 }  // namespace weir

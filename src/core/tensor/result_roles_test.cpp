@@ -5,7 +5,7 @@
 #include <gtest/gtest.h>
 
 namespace weir {
-namespace {
+namespace result_roles_test {
 
 const ResultRole kRows{"x1,y1,x2,y2,score", "yolo"}, kMasks{"masks", "yolo"}, kNone{};
 
@@ -58,5 +58,5 @@ TEST(ResultRoles, ArePickedWithTheTensors) {
   EXPECT_TRUE(pick_roles({}, std::vector<size_t>{0, 1}).empty());
 }
 
-}  // namespace
+}  // namespace result_roles_test
 }  // namespace weir

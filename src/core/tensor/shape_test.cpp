@@ -5,7 +5,7 @@
 #include <gtest/gtest.h>
 
 namespace weir {
-namespace {
+namespace shape_test {
 
 TEST(Shape, ReadsInnermostFirst) {
   const Shape s = Shape::parse(" 3 :224: 224:1");
@@ -48,5 +48,5 @@ TEST(Shape, PadsAndCutsForCapsSpellings) {
   EXPECT_EQ((Shape{3, 4, 5, 1, 1}).with_rank(4).to_string(), "3:4:5:1");
 }
 
-}  // namespace
+}  // namespace shape_test
 }  // namespace weir

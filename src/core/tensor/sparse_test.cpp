@@ -11,7 +11,7 @@
 #include "says.hpp"
 
 namespace weir {
-namespace {
+namespace sparse_test {
 
 using Bytes = std::vector<std::byte>;
 
@@ -146,5 +146,5 @@ TEST(Sparse, RejectsAStaticHeader) {
   expect_invalid(to_dense(chunk, nullptr), "a tensor is not sparse\n  offered: static");
 }
 
-}  // namespace
+}  // namespace sparse_test
 }  // namespace weir

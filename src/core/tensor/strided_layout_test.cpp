@@ -8,7 +8,7 @@
 #include <random>
 
 namespace weir {
-namespace {
+namespace strided_layout_test {
 
 // Offsets of all elements by the definition: offset + sum of index times stride.
 std::vector<int64_t> offsets_of(const TensorSpec& tensor, const StridedLayout& layout) {
@@ -94,5 +94,5 @@ TEST(StridedLayout, RejectsOffsetsOutsideTheMemory) {
   EXPECT_FALSE(extent_of({ElementType::UInt8, {}, ""}, {0, {}}));
 }
 
-}  // namespace
+}  // namespace strided_layout_test
 }  // namespace weir

@@ -13,7 +13,7 @@
 #include "says.hpp"
 
 namespace weir {
-namespace {
+namespace tensor_header_test {
 
 using Bytes = std::vector<std::byte>;
 
@@ -191,5 +191,5 @@ TEST(WalkChunks, FindsChunksBackToBackAndKeepsTheRestInTheLast) {
   EXPECT_FALSE(walk_chunks({}));
 }
 
-}  // namespace
+}  // namespace tensor_header_test
 }  // namespace weir

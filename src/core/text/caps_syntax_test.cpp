@@ -8,7 +8,7 @@
 #include "says.hpp"
 
 namespace weir {
-namespace {
+namespace caps_syntax_test {
 
 bool is_flags(const std::string& name) {
   return name == "GstVideoMultiviewFlagsSet";
@@ -184,5 +184,5 @@ TEST(CapsRange, IsOfTwoNumbersInOrder) {
   EXPECT_FALSE(is_range(Guessed, "a", "b", ""));
 }
 
-}  // namespace
+}  // namespace caps_syntax_test
 }  // namespace weir

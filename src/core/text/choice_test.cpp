@@ -7,7 +7,7 @@
 #include <vector>
 
 namespace weir {
-namespace {
+namespace choice_test {
 
 const std::vector<std::string> kFits{"auto", "stretch", "letterbox"};
 
@@ -23,5 +23,5 @@ TEST(Choice, SuggestsNothingIfNoChoiceIsNear) {
   EXPECT_EQ(not_one_of("no such fit", "crop", {}).needed, "one of: none");
 }
 
-}  // namespace
+}  // namespace choice_test
 }  // namespace weir

@@ -5,7 +5,7 @@
 #include <gtest/gtest.h>
 
 namespace weir {
-namespace {
+namespace launch_elements_test {
 
 using Names = std::vector<std::string>;
 
@@ -76,5 +76,5 @@ TEST(LaunchElements, HaveProperties) {
   EXPECT_EQ(found.properties[1].value, "a ! b location=\"c\"");
 }
 
-}  // namespace
+}  // namespace launch_elements_test
 }  // namespace weir

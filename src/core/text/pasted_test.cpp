@@ -11,7 +11,7 @@
 #include <string>
 
 namespace weir {
-namespace {
+namespace pasted_test {
 
 // What `sh` passes to a program as arguments, each with a | after it.
 std::string read_by_shell(const std::string& words) {
@@ -79,5 +79,5 @@ TEST(Pasted, TextEndsAtItsFirstNul) {
   EXPECT_EQ(launch_value(text), "'\"a b\"'");
 }
 
-}  // namespace
+}  // namespace pasted_test
 }  // namespace weir

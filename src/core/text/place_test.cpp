@@ -7,7 +7,7 @@
 #include <algorithm>
 #include <string>
 
-namespace {
+namespace place_test {
 
 using weir::place_in;
 
@@ -60,4 +60,4 @@ TEST(Place, SplitsNoCharacter) {
   }
 }
 
-}  // namespace
+}  // namespace place_test

@@ -7,7 +7,7 @@
 #include "weir/result.hpp"
 
 namespace weir {
-namespace {
+namespace printable_text_test {
 
 TEST(PrintableText, KeepsWhatPeopleWrite) {
   for (const char* text :
@@ -53,5 +53,5 @@ TEST(PrintableText, IsThatOfTheMessageOfAnError) {
             "  first difference: one\ntwo\n  fix: \\xe2\\x80\\xae");
 }
 
-}  // namespace
+}  // namespace printable_text_test
 }  // namespace weir

@@ -5,7 +5,7 @@
 #include <gtest/gtest.h>
 
 namespace weir {
-namespace {
+namespace property_file_test {
 
 using Pairs = std::vector<std::pair<std::string_view, std::string_view>>;
 
@@ -24,5 +24,5 @@ TEST(PropertyFile, KeepsEmptyValuesAndTheOrder) {
   EXPECT_EQ(parse_property_file("b=\na=1\nb=2"), (Pairs{{"b", ""}, {"a", "1"}, {"b", "2"}}));
 }
 
-}  // namespace
+}  // namespace property_file_test
 }  // namespace weir

@@ -7,7 +7,7 @@
 #include "weir/join.hpp"
 
 namespace weir {
-namespace {
+namespace text_test {
 
 TEST(Text, StripsBlanksAtBothEndsOnly) {
   EXPECT_EQ(strip("  a b\t\n"), "a b");
@@ -85,5 +85,5 @@ TEST(Join, PutsTheSeparatorBetweenItems) {
             "1:4:9");
 }
 
-}  // namespace
+}  // namespace text_test
 }  // namespace weir

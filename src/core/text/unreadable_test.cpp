@@ -10,7 +10,7 @@
 #include <string>
 
 namespace weir {
-namespace {
+namespace unreadable_test {
 
 class Unreadable : public testing::Test {
  protected:
@@ -35,5 +35,5 @@ TEST_F(Unreadable, IsEmptyForAFileThatCanBeRead) {
   EXPECT_EQ(why_unreadable(folder_ + "/file"), "");
 }
 
-}  // namespace
+}  // namespace unreadable_test
 }  // namespace weir

@@ -5,7 +5,7 @@
 #include <gtest/gtest.h>
 
 namespace weir {
-namespace {
+namespace deadline_test {
 
 using namespace std::chrono_literals;
 using Clock = std::chrono::steady_clock;
@@ -26,5 +26,5 @@ TEST(DeadlineAfter, StopsAtTheEndOfTheClock) {
   EXPECT_EQ(deadline_after(Clock::time_point::max(), 1ns), Clock::time_point::max());
 }
 
-}  // namespace
+}  // namespace deadline_test
 }  // namespace weir

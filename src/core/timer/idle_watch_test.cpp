@@ -5,7 +5,7 @@
 #include "core/timer/timer_test_support.hpp"
 
 namespace weir {
-namespace {
+namespace idle_watch_test {
 
 using namespace std::chrono_literals;
 
@@ -72,5 +72,5 @@ TEST_F(IdleWatchTest, NoticesATouchDuringTheCallback) {
   EXPECT_EQ(calls_, after + 1);
 }
 
-}  // namespace
+}  // namespace idle_watch_test
 }  // namespace weir

@@ -7,7 +7,7 @@
 #include "core/timer/timer_test_support.hpp"
 
 namespace weir {
-namespace {
+namespace timer_queue_test {
 
 using namespace std::chrono_literals;
 
@@ -92,5 +92,5 @@ TEST(TimerQueueThread, ATimerThatEndsWaitsForItsCall) {
   EXPECT_TRUE(done);
 }
 
-}  // namespace
+}  // namespace timer_queue_test
 }  // namespace weir

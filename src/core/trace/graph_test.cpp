@@ -7,7 +7,7 @@
 #include "core/trace/trace_test_support.hpp"
 
 namespace weir::trace {
-namespace {
+namespace graph_test {
 
 using Edges = std::vector<Edge>;
 
@@ -141,5 +141,5 @@ TEST(TraceGraph, AnUnlinkedGhostPadMakesNoEdge) {
   EXPECT_EQ(graph.edges(), Edges{});
 }
 
-}  // namespace
+}  // namespace graph_test
 }  // namespace weir::trace

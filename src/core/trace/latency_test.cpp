@@ -7,7 +7,7 @@
 #include "core/trace/record.hpp"
 
 namespace weir::trace {
-namespace {
+namespace latency_test {
 
 TEST(TraceLatency, IsArrivalMinusDeparture) {
   // 100 frames with latencies of 1, 2, ... 100 us.
@@ -61,5 +61,5 @@ TEST(TraceLatency, UnmatchedFramesAreCountedSeparately) {
   EXPECT_TRUE(latency.buckets.empty());
 }
 
-}  // namespace
+}  // namespace latency_test
 }  // namespace weir::trace

@@ -8,7 +8,7 @@
 #include <random>
 
 namespace weir::trace {
-namespace {
+namespace layout_test {
 
 TEST(TraceLayout, AChainIsARow) {
   const Layout layout = lay_out(3, {{2, 0}, {0, 1}});
@@ -68,5 +68,5 @@ TEST(TraceLayout, NothingOverlapsInAnyGraph) {
   }
 }
 
-}  // namespace
+}  // namespace layout_test
 }  // namespace weir::trace

@@ -7,7 +7,7 @@
 #include "says.hpp"
 
 namespace weir::trace {
-namespace {
+namespace options_test {
 
 TEST(TraceOptions, HaveDefaults) {
   for (const char* text : {"", " "}) {
@@ -45,5 +45,5 @@ TEST(TraceOptions, InvalidNumbersOfRecordsAreRejected) {
   }
 }
 
-}  // namespace
+}  // namespace options_test
 }  // namespace weir::trace

@@ -5,7 +5,7 @@
 #include <gtest/gtest.h>
 
 namespace weir::trace {
-namespace {
+namespace queue_level_test {
 
 std::vector<uint64_t> frames(const QueueLevel& level) {
   std::vector<uint64_t> out;
@@ -50,5 +50,5 @@ TEST(TraceQueueLevel, APartShowsItsHighestLevelOrTheOneFromBefore) {
   EXPECT_EQ(highest_levels(level, 0, 0, 2), (std::vector<uint64_t>{0, 0}));
 }
 
-}  // namespace
+}  // namespace queue_level_test
 }  // namespace weir::trace

@@ -9,7 +9,7 @@
 #include "core/trace/trace_test_support.hpp"
 
 namespace weir::trace {
-namespace {
+namespace recorder_test {
 
 TEST(TraceRecorder, KeepsEachThreadsRecordsInOrder) {
   constexpr int64_t kRecords = 20000;
@@ -70,5 +70,5 @@ TEST(TraceRecorder, RecordersOfOneThreadDoNotMix) {
   EXPECT_EQ(c.threads()[0].records.size(), 1u);
 }
 
-}  // namespace
+}  // namespace recorder_test
 }  // namespace weir::trace

@@ -7,7 +7,7 @@
 #include "core/trace/trace_test_support.hpp"
 
 namespace weir::trace {
-namespace {
+namespace stream_latency_test {
 
 // file (10) ! demuxer (20), which has pads for pictures (22) and sound (23), ! a sink each (30, 40)
 class DemuxedStreams : public ::testing::Test {
@@ -99,5 +99,5 @@ TEST_F(DemuxedStreams, LinksInACircleEnd) {
   EXPECT_EQ(measured().size(), 2u);
 }
 
-}  // namespace
+}  // namespace stream_latency_test
 }  // namespace weir::trace

@@ -9,7 +9,7 @@
 #include "core/trace/trace_test_support.hpp"
 
 namespace weir::trace {
-namespace {
+namespace summary_test {
 
 constexpr size_t kSource = 0, kMiddle = 1, kSink = 2;
 
@@ -278,5 +278,5 @@ TEST(TraceSummary, JsonHasTheSumsAndAnyName) {
   EXPECT_TRUE(json["queues"].empty());
 }
 
-}  // namespace
+}  // namespace summary_test
 }  // namespace weir::trace

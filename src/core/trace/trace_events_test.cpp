@@ -10,7 +10,7 @@
 #include "core/trace/trace_test_support.hpp"
 
 namespace weir::trace {
-namespace {
+namespace trace_events_test {
 
 using Json = nlohmann::json;
 
@@ -90,5 +90,5 @@ TEST(TraceEvents, InvalidUtf8NamesKeepTheDocumentValid) {
   EXPECT_EQ(spans[0]["name"], "\xEF\xBF\xBD\"</script>");
 }
 
-}  // namespace
+}  // namespace trace_events_test
 }  // namespace weir::trace

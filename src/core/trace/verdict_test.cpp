@@ -5,7 +5,7 @@
 #include <gtest/gtest.h>
 
 namespace weir::trace {
-namespace {
+namespace verdict_test {
 
 Load source(double work, Waits waits = Waits::Never, double waiting = 0) {
   return {"source", work, waiting, waits, true, false, 0, 100};
@@ -110,5 +110,5 @@ TEST(TraceVerdict, EachKindHasAName) {
   EXPECT_EQ(to_string(VerdictKind::Balanced), "balanced");
 }
 
-}  // namespace
+}  // namespace verdict_test
 }  // namespace weir::trace

@@ -10,7 +10,7 @@
 #include "core/track/tracker.hpp"
 
 namespace weir::track {
-namespace {
+namespace appearance_test {
 
 using Vector = std::vector<float>;
 using Numbers = std::vector<uint32_t>;
@@ -78,5 +78,5 @@ TEST(Tracker, AppearanceFindsALostObjectThatItsBoxDoesNotOverlap) {
   }
 }
 
-}  // namespace
+}  // namespace appearance_test
 }  // namespace weir::track

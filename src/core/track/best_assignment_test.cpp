@@ -9,7 +9,7 @@
 #include <random>
 
 namespace weir::track {
-namespace {
+namespace best_assignment_test {
 
 Matrix matrix(const std::vector<std::vector<double>>& rows) {
   Matrix out(rows.size(), rows.empty() ? 0 : rows[0].size());
@@ -76,5 +76,5 @@ TEST(Assignment, IsAsGoodAsTheBestPermutation) {
       }
 }
 
-}  // namespace
+}  // namespace best_assignment_test
 }  // namespace weir::track

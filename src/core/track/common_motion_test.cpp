@@ -9,7 +9,7 @@
 #include <vector>
 
 namespace weir::track {
-namespace {
+namespace common_motion_test {
 
 using Boxes = std::vector<Box>;
 
@@ -97,5 +97,5 @@ TEST(CommonMotion, NumbersThatAreNotFiniteAreNone) {
   expect_none(common_motion(Boxes(4, {nan, nan, nan, nan}), Boxes(4, {nan, 0, nan, 9})));
 }
 
-}  // namespace
+}  // namespace common_motion_test
 }  // namespace weir::track

@@ -12,7 +12,7 @@
 #include "core/track/assignment.hpp"
 
 namespace weir::track {
-namespace {
+namespace tracker_test {
 
 TrackedBox at(float x, float y, float score = 0.9f, int64_t group = 0) {
   return {{x, y, x + 40, y + 80}, score, group};
@@ -187,5 +187,5 @@ TEST(Tracker, ChurnLeavesABoundedNumberOfTracks) {
   }
 }
 
-}  // namespace
+}  // namespace tracker_test
 }  // namespace weir::track

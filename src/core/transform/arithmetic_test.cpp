@@ -7,7 +7,7 @@
 #include "says.hpp"
 
 namespace weir::transform {
-namespace {
+namespace arithmetic_test {
 
 Arithmetic arithmetic_of(std::string_view option) {
   const auto operation = parse(Mode::Arithmetic, option);
@@ -177,5 +177,5 @@ TEST(ArithmeticTypes, TheInputsTypeIsOpenWithATypecastOnly) {
   EXPECT_FALSE(input_candidates(*parse(Mode::Arithmetic, "typecast:int8,add:1"), out));
 }
 
-}  // namespace
+}  // namespace arithmetic_test
 }  // namespace weir::transform

@@ -5,7 +5,7 @@
 #include "core/transform/transform_test_support.hpp"
 
 namespace weir::transform {
-namespace {
+namespace chain_test {
 
 using test::for_each_target;
 using test::run;
@@ -364,5 +364,5 @@ TEST(Arithmetic, PlansCanBeCopiedAndUsedTogether) {
   EXPECT_EQ(a, b);
 }
 
-}  // namespace
+}  // namespace chain_test
 }  // namespace weir::transform

@@ -6,7 +6,7 @@
 #include "says.hpp"
 
 namespace weir::transform {
-namespace {
+namespace clamp_test {
 
 using test::for_each_target;
 using test::type_of;
@@ -120,5 +120,5 @@ TEST(Clamp, RejectsWhatItCannotRead) {
   EXPECT_EQ(parse(Mode::Clamp, "5:-1").error().fix, "option=-1:5");
 }
 
-}  // namespace
+}  // namespace clamp_test
 }  // namespace weir::transform

@@ -5,7 +5,7 @@
 #include "says.hpp"
 
 namespace weir::transform {
-namespace {
+namespace dimchg_test {
 
 // The order of the output's dimensions: removes one and inserts it elsewhere.
 std::vector<size_t> moved(size_t from, size_t to) {
@@ -88,5 +88,5 @@ TEST(Dimchg, RejectsWhatItCannotRead) {
   }
 }
 
-}  // namespace
+}  // namespace dimchg_test
 }  // namespace weir::transform

@@ -3,7 +3,7 @@
 #include "core/transform/transform_test_support.hpp"
 
 namespace weir::transform {
-namespace {
+namespace fused_test {
 
 struct Stage {
   Mode mode;
@@ -192,5 +192,5 @@ TEST(Fused, NotIfAWholeTensorIsNeeded) {
       << "its channels come again after more than a block";
 }
 
-}  // namespace
+}  // namespace fused_test
 }  // namespace weir::transform

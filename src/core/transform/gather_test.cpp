@@ -5,7 +5,7 @@
 #include "says.hpp"
 
 namespace weir::transform {
-namespace {
+namespace gather_test {
 
 using Bytes = std::vector<std::byte>;
 
@@ -115,5 +115,5 @@ TEST(Gather, RejectsStridesOutsideTheMemory) {
   EXPECT_FALSE(gather_plan({ElementType::UInt8, {}, ""}, {0, {}}));
 }
 
-}  // namespace
+}  // namespace gather_test
 }  // namespace weir::transform

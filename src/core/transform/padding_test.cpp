@@ -5,7 +5,7 @@
 #include "says.hpp"
 
 namespace weir::transform {
-namespace {
+namespace padding_test {
 
 using Sides = std::array<uint32_t, 6>;  // before and after of dimensions 0, 1, 2
 
@@ -123,5 +123,5 @@ TEST(Padding, NeverWritesBeyondASpanThatIsTooShort) {
   EXPECT_EQ(out, std::vector<std::byte>(19, std::byte{7}));
 }
 
-}  // namespace
+}  // namespace padding_test
 }  // namespace weir::transform

@@ -7,7 +7,7 @@
 #include <cmath>
 
 namespace weir::transform {
-namespace {
+namespace picture_test {
 
 SourceMap through(Mode mode, const char* option, const SourceMap& in) {
   const auto operation = parse(mode, option);
@@ -94,5 +94,5 @@ TEST(SourceMap, IsUnchangedIfOnlyValuesChange) {
     EXPECT_EQ(through(mode, option, map).x_dimension, 1);
 }
 
-}  // namespace
+}  // namespace picture_test
 }  // namespace weir::transform

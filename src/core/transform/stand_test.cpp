@@ -6,7 +6,7 @@
 #include "says.hpp"
 
 namespace weir::transform {
-namespace {
+namespace stand_test {
 
 using test::for_each_target;
 
@@ -277,5 +277,5 @@ TEST(Stand, RejectsWhatItCannotRead) {
   }
 }
 
-}  // namespace
+}  // namespace stand_test
 }  // namespace weir::transform

@@ -9,7 +9,7 @@
 #include "core/transform/float16_bits.hpp"
 
 namespace weir::transform {
-namespace {
+namespace transform_test {
 
 TEST(TransformMode, NamesRoundTrip) {
   for (int32_t i = 0; i <= 6; ++i)
@@ -112,5 +112,5 @@ TEST(Float16Bits, RoundsAsFloat16Does) {
   }
 }
 
-}  // namespace
+}  // namespace transform_test
 }  // namespace weir::transform

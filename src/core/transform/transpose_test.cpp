@@ -7,7 +7,7 @@
 #include "says.hpp"
 
 namespace weir::transform {
-namespace {
+namespace transpose_test {
 
 using test::for_each_target;
 
@@ -254,5 +254,5 @@ TEST(TransposeOption, ReportsThePlaceOfAnInvalidIndex) {
   }
 }
 
-}  // namespace
+}  // namespace transpose_test
 }  // namespace weir::transform

@@ -6,7 +6,7 @@
 #include "says.hpp"
 
 namespace weir::transform {
-namespace {
+namespace typecast_test {
 
 using test::for_each_target;
 using test::run;
@@ -185,5 +185,5 @@ TEST(Typecast, SameTypeIsACopy) {
   EXPECT_EQ((run<float>(Mode::Typecast, "float32", Shape{3}, in)), in);
 }
 
-}  // namespace
+}  // namespace typecast_test
 }  // namespace weir::transform

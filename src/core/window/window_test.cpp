@@ -8,7 +8,7 @@
 #include <random>
 
 namespace weir::window {
-namespace {
+namespace window_test {
 
 using Bytes = std::vector<std::byte>;
 
@@ -206,5 +206,5 @@ TEST(Window, HasExactTimesAfterAMillionFrames) {
   EXPECT_EQ(time_of(5, {-1, -1}), 0u);
 }
 
-}  // namespace
+}  // namespace window_test
 }  // namespace weir::window

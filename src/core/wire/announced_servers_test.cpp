@@ -9,7 +9,7 @@
 #include "says.hpp"
 
 namespace weir::wire {
-namespace {
+namespace announced_servers_test {
 
 using namespace test;
 
@@ -63,5 +63,5 @@ TEST(AnnouncedServers, HoldNoFloodOfAddresses) {
   EXPECT_TRUE(announce(&table, "one-more", "h:1"));
 }
 
-}  // namespace
+}  // namespace announced_servers_test
 }  // namespace weir::wire

@@ -8,7 +8,7 @@
 #include "says.hpp"
 
 namespace weir::wire {
-namespace {
+namespace edge_header_test {
 
 using namespace test;
 
@@ -197,5 +197,5 @@ TEST(EdgeHeader, RefusesTextsThatCannotBeSent) {
   EXPECT_TRUE(text_message(HeaderForm::Bytes2088, Command::Capability, 1, std::string(65535, 'a')));
 }
 
-}  // namespace
+}  // namespace edge_header_test
 }  // namespace weir::wire

@@ -12,7 +12,7 @@
 #include "says.hpp"
 
 namespace weir::wire {
-namespace {
+namespace edge_texts_test {
 
 using namespace test;
 using namespace std::string_view_literals;
@@ -189,5 +189,5 @@ TEST(Conversation, KnowsWhenTheHandshakeIsComplete) {
   EXPECT_FALSE(Conversation(Side::ClientOnB).is_in_handshake());
 }
 
-}  // namespace
+}  // namespace edge_texts_test
 }  // namespace weir::wire

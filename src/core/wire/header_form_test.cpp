@@ -8,7 +8,7 @@
 #include "says.hpp"
 
 namespace weir::wire {
-namespace {
+namespace header_form_test {
 
 using namespace test;
 
@@ -108,5 +108,5 @@ TEST(HeaderForm, ReportsWhatIsNoMessage) {
                  "  needed: the magic number 0xfeedfeed, little-endian");
 }
 
-}  // namespace
+}  // namespace header_form_test
 }  // namespace weir::wire

@@ -14,7 +14,7 @@
 #include "says.hpp"
 
 namespace weir::wire {
-namespace {
+namespace hostile_peer_test {
 
 using namespace test;
 
@@ -346,5 +346,5 @@ TEST(HostilePeer, ReceivesNoDuplicateKeysAndNoBytesOfTheStack) {
   }
 }
 
-}  // namespace
+}  // namespace hostile_peer_test
 }  // namespace weir::wire

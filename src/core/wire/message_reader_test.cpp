@@ -11,7 +11,7 @@
 #include "says.hpp"
 
 namespace weir::wire {
-namespace {
+namespace message_reader_test {
 
 using namespace test;
 
@@ -227,5 +227,5 @@ TEST(MessageReader, RefusesMoreBytesThanItsSpace) {
   EXPECT_REFUSED(reader.received(17), INTERNAL, "more bytes were received than there was space");
 }
 
-}  // namespace
+}  // namespace message_reader_test
 }  // namespace weir::wire

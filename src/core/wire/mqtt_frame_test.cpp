@@ -9,7 +9,7 @@
 #include "says.hpp"
 
 namespace weir::wire {
-namespace {
+namespace mqtt_frame_test {
 
 using namespace test;
 
@@ -136,5 +136,5 @@ TEST(MqttFrame, RefusesAnAddressThatIsCut) {
                    "a text of a peer has no end");
 }
 
-}  // namespace
+}  // namespace mqtt_frame_test
 }  // namespace weir::wire

@@ -8,7 +8,7 @@
 #include "says.hpp"
 
 namespace weir::wire {
-namespace {
+namespace mqtt_header_test {
 
 using namespace test;
 
@@ -181,5 +181,5 @@ TEST(MqttHeader, DropsTimesBeyond64Bits) {
   ASSERT_FALSE(far.has_value());
 }
 
-}  // namespace
+}  // namespace mqtt_header_test
 }  // namespace weir::wire

@@ -9,7 +9,7 @@
 #include <vector>
 
 namespace weir::zone {
-namespace {
+namespace geometry_test {
 
 using Points = std::vector<Point>;
 const Points kSquare{{10, 10}, {20, 10}, {20, 20}, {10, 20}};
@@ -170,5 +170,5 @@ TEST(Ground, RejectsPointsOnALineAndCornersInAnotherOrder) {
   EXPECT_FALSE(Ground::from_points(square, {Point{0, 0}, {1, 1}, {1, 0}, {0, 1}}));
 }
 
-}  // namespace
+}  // namespace geometry_test
 }  // namespace weir::zone

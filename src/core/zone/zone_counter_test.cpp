@@ -3,7 +3,7 @@
 #include "core/zone/zone_counter_test_support.hpp"
 
 namespace weir::zone {
-namespace {
+namespace zone_counter_test {
 
 TEST_F(ZoneCounterTest, SaysWhoEntersStaysAndLeaves) {
   use({area("yard", 100, 100, 200, 200)});
@@ -289,5 +289,5 @@ TEST_F(ZoneCounterTest, ClassesBeyondTheLimitAreInTheTotal) {
   expect_balance();
 }
 
-}  // namespace
+}  // namespace zone_counter_test
 }  // namespace weir::zone

@@ -11,7 +11,7 @@
 #include "says.hpp"
 
 namespace weir::zone {
-namespace {
+namespace zone_file_test {
 
 Result<ZoneSet> parsed(const std::string& text) {
   return parse_zones(text, "z.json");
@@ -203,5 +203,5 @@ TEST_F(ZoneFiles, HaveAnotherStateWhenTheyChange) {
   EXPECT_NE(second, state_of_file(path));
 }
 
-}  // namespace
+}  // namespace zone_file_test
 }  // namespace weir::zone

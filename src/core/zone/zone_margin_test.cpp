@@ -5,7 +5,7 @@
 #include "core/zone/zone_counter_test_support.hpp"
 
 namespace weir::zone {
-namespace {
+namespace zone_margin_test {
 
 // Boxes are 20 high: a margin of 0.1 is 2 pixels.
 class NearALine : public ZoneCounterTest {
@@ -139,5 +139,5 @@ TEST_F(ZoneCounterTest, AnAreaWithAMarginKeepsWhoTremblesOnItsBorder) {
   expect_balance();
 }
 
-}  // namespace
+}  // namespace zone_margin_test
 }  // namespace weir::zone

@@ -13,7 +13,7 @@
 #include "gstcpp/element/ref.hpp"
 #include "says.hpp"
 
-namespace {
+namespace buffer_metas_test {
 
 using weir::gst::Ref;
 
@@ -150,10 +150,4 @@ TEST(BufferMetas, AParameterThatIsNoStructureIsRefused) {
                  "not a structure");
 }
 
-}  // namespace
-
-int main(int argc, char** argv) {
-  testing::InitGoogleTest(&argc, argv);
-  gst_init(&argc, &argv);
-  return RUN_ALL_TESTS();
-}
+}  // namespace buffer_metas_test

@@ -4,7 +4,7 @@
 #include "elements/tests/pipeline_test_support.hpp"
 #include "transport/mqtt/broker_certificates.hpp"
 
-namespace {
+namespace edge_broker_login_test {
 
 using namespace weir::test;
 
@@ -92,4 +92,4 @@ TEST_F(BrokerLogin, CertificatesThatAreNotTheBrokersNameTheFix) {
   EXPECT_SAYS(start_error("edgesrc" + edge(expired, "HYBRID") + ca), "its certificate has expired");
 }
 
-}  // namespace
+}  // namespace edge_broker_login_test

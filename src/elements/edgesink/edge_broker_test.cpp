@@ -10,7 +10,7 @@
 #include "transport/mqtt/broker_client.hpp"
 #include "transport/mqtt/broker_test_support.hpp"
 
-namespace {
+namespace edge_broker_test {
 
 using namespace std::chrono_literals;
 using namespace weir::test;
@@ -328,4 +328,4 @@ TEST_F(EdgeBroker, TopicsThatCannotBeUsedAreNamed) {
     }
 }
 
-}  // namespace
+}  // namespace edge_broker_test

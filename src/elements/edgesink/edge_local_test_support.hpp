@@ -9,7 +9,7 @@
 
 namespace weir::test {
 
-inline constexpr char kCaps[] =
+inline constexpr char kLocalCaps[] =
     "other/tensor,dimension=(string)4,type=(string)uint8,framerate=30/1";
 
 class EdgeLocal : public ::testing::Test {
@@ -23,7 +23,7 @@ class EdgeLocal : public ::testing::Test {
   std::string ends_with(const std::string& more = "") const {
     return " protocol=local path=" + path() + " " + more;
   }
-  Harness sink(const std::string& more = "", const char* caps = kCaps) const {
+  Harness sink(const std::string& more = "", const char* caps = kLocalCaps) const {
     return harness_of("edgesink sync=false" + ends_with(more), caps);
   }
   // An edgesrc that is connected.

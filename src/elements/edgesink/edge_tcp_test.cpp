@@ -9,7 +9,7 @@
 #include "transport/edge/stream_publisher.hpp"
 #include "transport/edge/stream_subscriber.hpp"
 
-namespace {
+namespace edge_tcp_test {
 
 using namespace weir::test;
 
@@ -346,4 +346,4 @@ TEST(EdgeTcp, AnEdgesinkThatIsNotThereIsNamed) {
   EXPECT_SAYS(error, "reconnect=true");
 }
 
-}  // namespace
+}  // namespace edge_tcp_test

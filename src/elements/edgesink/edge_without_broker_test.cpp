@@ -3,7 +3,7 @@
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #include "elements/tests/element_test_support.hpp"
 
-namespace {
+namespace edge_without_broker_test {
 
 using namespace weir::test;
 
@@ -46,4 +46,4 @@ TEST(WithoutABroker, StreamsOverTcpWork) {
   EXPECT_TRUE(Ref<GstBuffer>::adopt(gst_harness_pull(in.get())));
 }
 
-}  // namespace
+}  // namespace edge_without_broker_test

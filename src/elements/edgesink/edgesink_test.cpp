@@ -11,7 +11,7 @@
 #include "gstcpp/buffer/tensor_meta.hpp"
 #include "transport/local/subscriber.hpp"
 
-namespace {
+namespace edgesink_test {
 
 using namespace weir::test;
 
@@ -57,7 +57,7 @@ TEST_F(EdgeLocal, ABufferOfTheProposedAllocatorIsNotCopied) {
   const auto out = sink();
   const auto in = source();
   ASSERT_TRUE(receivers_become(out, 1));
-  const auto caps = Ref<GstCaps>::adopt(gst_caps_from_string(kCaps));
+  const auto caps = Ref<GstCaps>::adopt(gst_caps_from_string(kLocalCaps));
   const Unique<GstQuery, gst_query_unref> query(gst_query_new_allocation(caps.get(), FALSE));
   ASSERT_TRUE(gst_pad_peer_query(out->srcpad, query.get()));
   ASSERT_EQ(gst_query_get_n_allocation_params(query.get()), 1u);
@@ -349,4 +349,4 @@ TEST_F(EdgeLocal, PropertiesHaveNnstreamersValues) {
   EXPECT_EQ(type, 0);
 }
 
-}  // namespace
+}  // namespace edgesink_test

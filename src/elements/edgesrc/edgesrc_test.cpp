@@ -3,7 +3,7 @@
 #include "elements/edgesink/edge_local_test_support.hpp"
 #include "transport/local/publisher.hpp"
 
-namespace {
+namespace edgesrc_test {
 
 using namespace weir::test;
 
@@ -133,4 +133,4 @@ TEST_F(HostileEdgesink, CapsThatAreNotFixedAreNamedWithoutControlCharacters) {
   EXPECT_EQ(error.find('\x1b'), std::string::npos);
 }
 
-}  // namespace
+}  // namespace edgesrc_test

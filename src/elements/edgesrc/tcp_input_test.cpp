@@ -14,7 +14,7 @@
 #include "transport/wake_event.hpp"
 
 namespace weir {
-namespace {
+namespace tcp_input_test {
 
 using namespace std::chrono_literals;
 using Kind = InputEvent::Kind;
@@ -137,11 +137,5 @@ TEST_F(EdgeTcpInput, CapsOfManyLargeTensorsAreRead) {
   EXPECT_EQ(event->kind, Kind::Caps);
 }
 
-}  // namespace
+}  // namespace tcp_input_test
 }  // namespace weir
-
-int main(int argc, char** argv) {
-  testing::InitGoogleTest(&argc, argv);
-  gst_init(&argc, &argv);
-  return RUN_ALL_TESTS();
-}

@@ -8,7 +8,7 @@
 #include "elements/tests/closed_pad_test_support.hpp"
 #include "elements/tests/element_test_support.hpp"
 
-namespace {
+namespace join_test {
 
 using namespace weir::test;
 using namespace std::chrono_literals;
@@ -460,4 +460,4 @@ TEST_F(JoinTest, EndsTheFlushOfABranchThatIsReleased) {
   EXPECT_EQ(pulled(), (Bytes{1, 2}));
 }
 
-}  // namespace
+}  // namespace join_test

@@ -4,7 +4,7 @@
 
 #include "elements/tests/pipeline_test_support.hpp"
 
-namespace {
+namespace late_branch_test {
 
 using namespace weir::test;
 
@@ -134,4 +134,4 @@ TEST(JoinLateBranch, KeepsFramesOfTwoChainedQueues) {
   EXPECT_EQ(pipeline.seen<uint8_t>("out").size(), 20u);
 }
 
-}  // namespace
+}  // namespace late_branch_test

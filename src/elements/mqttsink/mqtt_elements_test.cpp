@@ -6,7 +6,7 @@
 #include "elements/mqttsink/mqtt_elements_test_support.hpp"
 
 namespace weir::test {
-namespace {
+namespace mqtt_elements_test {
 
 TEST_F(MqttElements, WritesTheHeaderOfThePage) {
   const auto peer = client(MqttVersion::V311);
@@ -45,9 +45,9 @@ TEST_F(MqttElements, ReadsTheMessageOfThePage) {
   ASSERT_TRUE(p.reaches(GST_STATE_PLAYING));
   const auto peer = client();
   const int64_t soon = transport::unix_time() + 1'000'000'000;
-  publish(*peer, message_of_page(kCaps, soon, 1, 0));  // sent before the pipeline began
-  publish(*peer, message_of_page(kCaps, 0, soon, 0));  // its PTS would be negative
-  publish(*peer, message_of_page(kCaps, soon, soon, 5'000'000'000));
+  publish(*peer, message_of_page(kMqttCaps, soon, 1, 0));  // sent before the pipeline began
+  publish(*peer, message_of_page(kMqttCaps, 0, soon, 0));  // its PTS would be negative
+  publish(*peer, message_of_page(kMqttCaps, soon, soon, 5'000'000'000));
   EXPECT_EQ(p.outcome(), "");
   EXPECT_EQ(p.seen<uint8_t>("out"), (std::vector<std::vector<uint8_t>>{{1, 2, 3, 4}}));
   EXPECT_EQ(p.stat("source", "received"), 3u);
@@ -109,7 +109,7 @@ TEST_F(MqttElements, IgnoresPayloadsThatAreNoMessages) {
   ASSERT_TRUE(p.reaches(GST_STATE_PLAYING));
   const auto peer = client(MqttVersion::V311);
   const int64_t soon = transport::unix_time() + 1'000'000'000;
-  auto good = message_of_page(kCaps, soon, soon, 0);
+  auto good = message_of_page(kMqttCaps, soon, soon, 0);
   auto count = good, size = good;
   count[0] = std::byte{17};
   size[15] = std::byte{255};
@@ -128,7 +128,7 @@ TEST_F(MqttElements, AnswersRequests) {
   ASSERT_TRUE(p.reaches(GST_STATE_PLAYING));
   const auto peer = client();
   ASSERT_TRUE(peer->subscribe("answers", 1));
-  const std::string caps = kCaps;
+  const std::string caps = kMqttCaps;
   for (const char* topic : {"not/+/valid", "answers"}) {
     MqttProperties question{.response_topic = topic,
                             .correlation_data = bytes("number 7"),
@@ -268,5 +268,5 @@ TEST(NtpTime, IsAskedWithOnePacket) {
   EXPECT_REFUSED(transport::ntp_offset("", 1s), OPTION_VALUE, "ntp-sync=false");
 }
 
-}  // namespace
+}  // namespace mqtt_elements_test
 }  // namespace weir::test

@@ -21,7 +21,7 @@ using transport::MqttProperties;
 using transport::MqttVersion;
 using Bytes8 = std::vector<std::byte>;
 
-inline constexpr char kCaps[] =
+inline constexpr char kMqttCaps[] =
     "other/tensor,dimension=(string)4:1:1:1,type=(string)uint8,framerate=(fraction)30/1";
 
 template <class T>
@@ -80,7 +80,7 @@ class MqttElements : public BrokerTest {
         {.topic = "t", .payload = payload, .qos = 1, .properties = std::move(properties)}, 30s));
   }
   static MqttProperties frame(uint64_t seq) {
-    return {.user = {{"caps", kCaps}, {"seq", std::to_string(seq)}, {"base-epoch", "1"}}};
+    return {.user = {{"caps", kMqttCaps}, {"seq", std::to_string(seq)}, {"base-epoch", "1"}}};
   }
   std::unique_ptr<TestBroker> broker_;
 };

@@ -7,7 +7,7 @@
 #include "says.hpp"
 
 namespace weir {
-namespace {
+namespace received_frame_test {
 
 transport::MqttMessage message(std::vector<std::pair<std::string, std::string>> user) {
   transport::MqttMessage out;
@@ -35,5 +35,5 @@ TEST(ReceivedFrame, RejectsPropertiesThatCannotBeRead) {
                    PEER_MESSAGE_INVALID, std::string(name) + "=\"x\"");
 }
 
-}  // namespace
+}  // namespace received_frame_test
 }  // namespace weir

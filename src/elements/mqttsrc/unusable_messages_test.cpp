@@ -3,7 +3,7 @@
 #include "elements/mqttsink/mqtt_elements_test_support.hpp"
 
 namespace weir::test {
-namespace {
+namespace unusable_messages_test {
 
 using UnusableMessages = MqttElements;
 
@@ -20,11 +20,11 @@ TEST_F(UnusableMessages, DropsMessagesWithCapsThatCannotBeUsed) {
   };
   publish(*peer, bytes("abcd"), with_caps(""));
   publish(*peer, bytes("abcd"), with_caps("video/x-raw,a=" + std::string(60000, '{')));
-  publish(*peer, bytes("abcd"), with_caps(kCaps));
+  publish(*peer, bytes("abcd"), with_caps(kMqttCaps));
   const std::string unusable[] = {
       "no caps", "1video/x-raw", "video/x-raw,width=[2,1]", "video/x-raw,width=[1,2]", "ANY", ""};
   for (const auto& caps : unusable) publish(*peer, bytes("abcd"), with_caps(caps));
-  publish(*peer, bytes("efgh"), with_caps(kCaps));
+  publish(*peer, bytes("efgh"), with_caps(kMqttCaps));
   EXPECT_EQ(p.outcome(), "");
   EXPECT_EQ(p.seen<uint8_t>("out").size(), 2u);
   EXPECT_EQ(p.stat("source", "received"), 10u);
@@ -43,7 +43,7 @@ TEST_F(UnusableMessages, WarnsOnceForEachKindOfUnusableMessage) {
     publish(*peer, message_of_page("\x1b]0;title\x07\xff", soon, soon, 0));
     publish(*peer, bytes("x"));
   }
-  publish(*peer, message_of_page(kCaps, soon, soon, 0));
+  publish(*peer, message_of_page(kMqttCaps, soon, soon, 0));
   ASSERT_TRUE(becomes_true([&] { return p.stat("source", "consumed") == 1; }, "the frame"));
   const std::string caps = take_message(bus.get(), GST_MESSAGE_WARNING);
   const std::string header = take_message(bus.get(), GST_MESSAGE_WARNING);
@@ -68,12 +68,12 @@ TEST_F(UnusableMessages, ARetainedMessageWithUnusableCapsDoesNotEndTheStream) {
     ASSERT_TRUE(p.reaches(GST_STATE_PLAYING));
     ASSERT_TRUE(becomes_true([&] { return p.stat("source", "messages-invalid") == 1; },
                              "the retained message"));
-    publish(*peer, message_of_page(kCaps, soon, soon, 0));
+    publish(*peer, message_of_page(kMqttCaps, soon, soon, 0));
     EXPECT_EQ(p.outcome(), "");
     ASSERT_TRUE(p.reaches(GST_STATE_READY));
   }
   EXPECT_EQ(p.seen<uint8_t>("out").size(), 2u);
 }
 
-}  // namespace
+}  // namespace unusable_messages_test
 }  // namespace weir::test

@@ -5,7 +5,7 @@
 
 #include "elements/tests/element_test_support.hpp"
 
-namespace {
+namespace overlap_test {
 
 using namespace weir::test;
 
@@ -132,4 +132,4 @@ TEST(OverlappingWindows, ShareMemoryWherePossible) {
   }
 }
 
-}  // namespace
+}  // namespace overlap_test

@@ -3,7 +3,7 @@
 #include "elements/tests/flexible_frame_test_support.hpp"
 
 namespace weir::test {
-namespace {
+namespace tensor_aggregator_placeholder_test {
 
 using Names = std::vector<std::string>;
 constexpr char kPlaceholder[] =
@@ -46,5 +46,5 @@ TEST(AggregatorPlaceholder, EndsAStreamWithoutFrames) {
   EXPECT_EQ(errors.next(), "");
 }
 
-}  // namespace
+}  // namespace tensor_aggregator_placeholder_test
 }  // namespace weir::test

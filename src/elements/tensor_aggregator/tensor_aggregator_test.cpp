@@ -6,7 +6,7 @@
 #include "gstcpp/buffer/query_meta.hpp"
 #include "gstcpp/buffer/tensor_meta.hpp"
 
-namespace {
+namespace tensor_aggregator_test {
 
 using namespace weir::test;
 
@@ -310,4 +310,4 @@ TEST(TensorAggregator, SuggestsADimensionThatHoldsWholeFrames) {
   EXPECT_EQ(fix("3:4:3").find("fix: tensor_aggregator frames-dim=2"), std::string::npos);
 }
 
-}  // namespace
+}  // namespace tensor_aggregator_test

@@ -2,7 +2,7 @@
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #include "elements/tests/element_test_support.hpp"
 
-namespace {
+namespace window_time_test {
 
 using namespace weir::test;
 
@@ -142,4 +142,4 @@ TEST(WindowTime, GivesADiscontinuityToTheFirstPartOnly) {
   }
 }
 
-}  // namespace
+}  // namespace window_time_test

@@ -3,7 +3,7 @@
 #include "elements/tensor_converter/converter_test_support.hpp"
 #include "elements/tests/pipeline_test_support.hpp"
 
-namespace {
+namespace audio_test {
 
 using namespace weir::testing_tensor_converter;
 
@@ -181,4 +181,4 @@ TEST(ConverterAudio, FollowsTheCapsOfDownstream) {
   EXPECT_EQ(accepted(h, any).substr(0, channels.size()), channels) << "of any type";
 }
 
-}  // namespace
+}  // namespace audio_test

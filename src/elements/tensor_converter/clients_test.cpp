@@ -7,7 +7,7 @@
 #include "gstcpp/buffer/query_meta.hpp"
 #include "gstcpp/element/per_client.hpp"
 
-namespace {
+namespace clients_test {
 
 using namespace weir;
 using namespace weir::testing_tensor_converter;
@@ -134,4 +134,4 @@ TEST(ConverterClients, ThatComeAndGoLoseNothing) {
   EXPECT_EQ(stat(h, "dropped"), 0u);
 }
 
-}  // namespace
+}  // namespace clients_test

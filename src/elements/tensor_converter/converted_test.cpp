@@ -5,7 +5,7 @@
 #include "core/tensor/tensor_header.hpp"
 #include "elements/tensor_converter/converter_test_support.hpp"
 
-namespace {
+namespace converted_test {
 
 using namespace weir;
 using namespace weir::testing_tensor_converter;
@@ -208,4 +208,4 @@ TEST(ConverterModule, GetsHeadersWhenDownstreamRequiresThem) {
   }
 }
 
-}  // namespace
+}  // namespace converted_test

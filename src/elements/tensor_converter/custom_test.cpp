@@ -8,7 +8,7 @@
 #include "elements/tensor_converter/converter_test_support.hpp"
 #include "weir/custom_converter.h"
 
-namespace {
+namespace tensor_converter_custom_test {
 
 using namespace weir::testing_tensor_converter;
 
@@ -186,4 +186,4 @@ TEST(ConverterMode, WithoutANameIsReportedWhenABusExists) {
   gst_element_set_state(pipeline.get(), GST_STATE_NULL);
 }
 
-}  // namespace
+}  // namespace tensor_converter_custom_test

@@ -6,7 +6,7 @@
 #include "core/tensor/tensor_header.hpp"
 #include "elements/tensor_converter/converter_test_support.hpp"
 
-namespace {
+namespace flexible_test {
 
 using namespace weir;
 using namespace weir::testing_tensor_converter;
@@ -306,4 +306,4 @@ TEST(ConverterFlexible, GetsMissingTimeStampsForEachFrame) {
   }
 }
 
-}  // namespace
+}  // namespace flexible_test

@@ -8,7 +8,7 @@
 #include "elements/tensor_converter/converter_test_support.hpp"
 
 namespace weir::testing_tensor_converter {
-namespace {
+namespace tensor_converter_memory_test {
 
 GstMemory* only_memory(GstBuffer* buffer) {
   EXPECT_EQ(gst_buffer_n_memory(buffer), 1u);
@@ -262,5 +262,5 @@ TEST(TensorConverterMemory, CountsWhatIsGatheredFromSeveralBuffers) {
   }
 }
 
-}  // namespace
+}  // namespace tensor_converter_memory_test
 }  // namespace weir::testing_tensor_converter

@@ -7,7 +7,7 @@
 #include "core/tensor/tensor_header.hpp"
 #include "elements/tensor_converter/converter_test_support.hpp"
 
-namespace {
+namespace message_test {
 
 using namespace weir;
 using namespace weir::testing_tensor_converter;
@@ -246,4 +246,4 @@ TEST_P(ConverterMessage, LargerThanTheLimitIsNotWritten) {
 INSTANTIATE_TEST_SUITE_P(Each, ConverterMessage, testing::Values("protobuf", "flatbuf", "flexbuf"),
                          [](const auto& info) { return info.param; });
 
-}  // namespace
+}  // namespace message_test

@@ -4,7 +4,7 @@
 #include "elements/tensor_converter/converter_test_support.hpp"
 #include "elements/tests/pipeline_test_support.hpp"
 
-namespace {
+namespace refused_test {
 
 using namespace weir::testing_tensor_converter;
 
@@ -167,4 +167,4 @@ TEST(ConverterRefuses, NoStreamWhenAModeIsSet) {
   EXPECT_SAYS(error_of(h, frame({1})), "WEIR-3011: no function is registered");
 }
 
-}  // namespace
+}  // namespace refused_test

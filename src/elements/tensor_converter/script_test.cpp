@@ -5,7 +5,7 @@
 
 #include "elements/tensor_converter/converter_test_support.hpp"
 
-namespace {
+namespace tensor_converter_script_test {
 
 using namespace weir::testing_tensor_converter;
 
@@ -73,4 +73,4 @@ TEST_F(ConverterScript, ThatIsNotThereIsNamed) {
   EXPECT_SAYS(error, "offered: /nonexistent/x.py");
 }
 
-}  // namespace
+}  // namespace tensor_converter_script_test

@@ -5,7 +5,7 @@
 #include "core/tensor/tensor_header.hpp"
 #include "elements/tensor_converter/converter_test_support.hpp"
 
-namespace {
+namespace tensor_converter_test {
 
 using namespace weir;
 using namespace weir::testing_tensor_converter;
@@ -266,4 +266,4 @@ TEST(TensorConverter, RefusesPropertiesWithATypo) {
               "WEIR-1004");
 }
 
-}  // namespace
+}  // namespace tensor_converter_test

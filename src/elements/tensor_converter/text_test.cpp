@@ -2,7 +2,7 @@
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #include "elements/tensor_converter/converter_test_support.hpp"
 
-namespace {
+namespace text_test {
 
 using namespace weir::testing_tensor_converter;
 
@@ -104,4 +104,4 @@ TEST(ConverterText, FollowsOtherCapsInTheMiddleOfAStream) {
   EXPECT_SAYS(caps_text(h), "framerate=(fraction)2/1");
 }
 
-}  // namespace
+}  // namespace text_test

@@ -2,7 +2,7 @@
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #include "elements/tensor_converter/converter_test_support.hpp"
 
-namespace {
+namespace time_test {
 
 using namespace weir::testing_tensor_converter;
 
@@ -244,4 +244,4 @@ TEST(ConverterTime, ThatIsMissingIsCountedWhetherItIsFilledInOrNot) {
   }
 }
 
-}  // namespace
+}  // namespace time_test

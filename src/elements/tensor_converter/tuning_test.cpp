@@ -2,7 +2,7 @@
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #include "elements/tests/tuning_test_support.hpp"
 
-namespace {
+namespace tensor_converter_tuning_test {
 
 using namespace weir::test;
 
@@ -82,4 +82,4 @@ TEST(TuningConverter, ASecondWriteCompletesTheFirst) {
   EXPECT_EQ(t.messages.next_warning(), "");
 }
 
-}  // namespace
+}  // namespace tensor_converter_tuning_test

@@ -4,7 +4,7 @@
 #include "core/tensor/tensor_header.hpp"
 #include "elements/tensor_mux/many_inputs_test_support.hpp"
 
-namespace weir::testing {
+namespace weir::test {
 
 inline constexpr char kRaw[] =
     "other/tensor,dimension=(string)2:5:4,type=(string)uint8,framerate=30/1";
@@ -55,4 +55,4 @@ struct Crop : ManyInputs {
   void push_both(const Bytes& info) { push_both(buffer_of({picture()}, 100), info, 100); }
 };
 
-}  // namespace weir::testing
+}  // namespace weir::test

@@ -5,8 +5,8 @@
 #include "core/tensor/packed_tensors.hpp"
 #include "elements/tensor_crop/crop_test_support.hpp"
 
-namespace weir::testing {
-namespace {
+namespace weir::test {
+namespace crop_views_test {
 
 // A tensor_transform between the element and the bare pad.
 struct Transformed : Crop {
@@ -216,5 +216,5 @@ TEST(CropPool, DoesNotReuseHeldBuffers) {
   EXPECT_EQ(crop.stat("pool-allocated"), 3u);
 }
 
-}  // namespace
-}  // namespace weir::testing
+}  // namespace crop_views_test
+}  // namespace weir::test

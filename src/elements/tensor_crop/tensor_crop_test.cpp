@@ -6,8 +6,8 @@
 #include "elements/tensor_crop/crop_test_support.hpp"
 #include "gstcpp/buffer/tensor_meta.hpp"
 
-namespace weir::testing {
-namespace {
+namespace weir::test {
+namespace tensor_crop_test {
 
 TEST(TensorCrop, CropsEachRegion) {
   Crop crop;
@@ -186,5 +186,5 @@ TEST(TensorCrop, RejectsSparseRegions) {
   expect_refused(buffer_of({picture()}, 0), info, "WEIR-2002");
 }
 
-}  // namespace
-}  // namespace weir::testing
+}  // namespace tensor_crop_test
+}  // namespace weir::test

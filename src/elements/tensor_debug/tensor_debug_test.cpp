@@ -3,7 +3,7 @@
 #include "elements/tests/element_test_support.hpp"
 #include "gstcpp/buffer/query_meta.hpp"
 
-namespace {
+namespace tensor_debug_test {
 
 using namespace weir::test;
 
@@ -177,4 +177,4 @@ TEST(TensorDebug, RejectsOtherTensorAndVideo) {
   }
 }
 
-}  // namespace
+}  // namespace tensor_debug_test

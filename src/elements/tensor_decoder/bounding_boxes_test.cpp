@@ -9,7 +9,7 @@
 #include "elements/tests/tuning_test_support.hpp"
 
 namespace weir::testing_tensor_decoder {
-namespace {
+namespace bounding_boxes_test {
 
 const std::string kCaps =
     "other/tensor,dimension=(string)6:2,type=(string)float32,framerate=(fraction)30/1";
@@ -118,5 +118,5 @@ TEST(BoundingBoxes, AFlushBeginsTheNumbersAgain) {
   EXPECT_EQ(red(decoded(h, frame(second))), number_one);
 }
 
-}  // namespace
+}  // namespace bounding_boxes_test
 }  // namespace weir::testing_tensor_decoder

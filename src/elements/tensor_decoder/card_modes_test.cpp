@@ -12,7 +12,7 @@
 #include "core/infer/module/module_library.hpp"
 
 namespace weir::testing_tensor_decoder {
-namespace {
+namespace card_modes_test {
 
 using Names = std::vector<std::string>;
 
@@ -70,5 +70,5 @@ TEST(CardModes, KnowTheOptionsThatAreFiles) {
   }
 }
 
-}  // namespace
+}  // namespace card_modes_test
 }  // namespace weir::testing_tensor_decoder

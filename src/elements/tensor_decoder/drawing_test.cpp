@@ -7,7 +7,7 @@
 #include "elements/tensor_decoder/decoder_test_support.hpp"
 
 namespace weir::testing_tensor_decoder {
-namespace {
+namespace drawing_test {
 
 std::string file_with(const char* name, const std::string& text) {
   const std::string path = testing::TempDir() + name;
@@ -126,5 +126,5 @@ TEST(TensorDecoderDrawing, WritesRegionsThatTensorCropCuts) {
                    0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0}));
 }
 
-}  // namespace
+}  // namespace drawing_test
 }  // namespace weir::testing_tensor_decoder

@@ -6,7 +6,7 @@
 #include "elements/tests/tuning_test_support.hpp"
 
 namespace weir::testing_tensor_decoder {
-namespace {
+namespace named_options_test {
 
 const std::string kHead = "custom=head:yolov8,input:32:32";
 const std::string kFirst = "1:0.9@14,5,18,11^-1", kSecond = "0:0.5@6,19,14,21^-1";
@@ -134,5 +134,5 @@ TEST(NamedOptions, AFileThatCannotBeReadIsRejectedWhileFramesFlow) {
   EXPECT_EQ(t.messages.next_warning(), "");
 }
 
-}  // namespace
+}  // namespace named_options_test
 }  // namespace weir::testing_tensor_decoder

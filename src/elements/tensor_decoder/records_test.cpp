@@ -7,7 +7,7 @@
 #include "gstcpp/element/labels_event.hpp"
 
 namespace weir::testing_tensor_decoder {
-namespace {
+namespace records_test {
 
 std::string results(const std::string& columns, const std::string& dimensions) {
   return tensor("float32", dimensions) + ",weir-columns=(string)\"" + columns +
@@ -111,5 +111,5 @@ TEST(TensorDecoderRecords, RefusesColumnsThatTheTensorsDoNotHave) {
   EXPECT_SAYS(error, "needed: float32 6:N");
 }
 
-}  // namespace
+}  // namespace records_test
 }  // namespace weir::testing_tensor_decoder

@@ -8,7 +8,7 @@
 #include "gstcpp/element/labels_event.hpp"
 
 namespace weir::testing_tensor_decoder {
-namespace {
+namespace result_test {
 
 const Rows kBoth{"1:0.9@14,5,18,11^-1", "0:0.5@6,19,14,21^-1"};
 
@@ -283,5 +283,5 @@ TEST(ResultDecoder, AGapOfOtherModesStaysAGap) {
   EXPECT_TRUE(found);
 }
 
-}  // namespace
+}  // namespace result_test
 }  // namespace weir::testing_tensor_decoder

@@ -8,7 +8,7 @@
 #include "elements/tensor_decoder/decoder_test_support.hpp"
 
 namespace weir::testing_tensor_decoder {
-namespace {
+namespace tensor_decoder_script_test {
 
 std::string script(const std::string& text) {
   static int number = 0;
@@ -95,5 +95,5 @@ TEST_F(DecoderScript, WhoseBytesAreBeyondTheLimitIsAnError) {
               "WEIR-2006");
 }
 
-}  // namespace
+}  // namespace tensor_decoder_script_test
 }  // namespace weir::testing_tensor_decoder

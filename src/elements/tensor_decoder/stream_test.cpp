@@ -6,7 +6,7 @@
 #include "elements/tensor_decoder/decoder_test_support.hpp"
 
 namespace weir::testing_tensor_decoder {
-namespace {
+namespace stream_test {
 
 const std::string kOne = tensor("uint8", "1");
 
@@ -168,5 +168,5 @@ TEST(TensorDecoderStream, MakesTheCamerasPictureAgainWhateverItsStrides) {
   gst_video_frame_unmap(&picture);
 }
 
-}  // namespace
+}  // namespace stream_test
 }  // namespace weir::testing_tensor_decoder

@@ -6,7 +6,7 @@
 #include "gstcpp/element/property_file.hpp"
 
 namespace weir::testing_tensor_decoder {
-namespace {
+namespace tensor_decoder_test {
 
 std::string label_file(const std::string& text, const char* name = "weir-labels.txt") {
   const std::string path = testing::TempDir() + name;
@@ -279,5 +279,5 @@ TEST(TensorDecoder, GoesOnAfterAFlush) {
   EXPECT_EQ(stat(h, "pushed"), 2u);
 }
 
-}  // namespace
+}  // namespace tensor_decoder_test
 }  // namespace weir::testing_tensor_decoder

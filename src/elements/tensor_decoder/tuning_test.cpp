@@ -4,7 +4,7 @@
 
 #include "elements/tests/tuning_test_support.hpp"
 
-namespace {
+namespace tensor_decoder_tuning_test {
 
 using namespace weir::test;
 const Bytes kPixels{1, 2, 3, 4, 5, 6};
@@ -85,4 +85,4 @@ TEST(TuningDecoder, ARejectedWriteKeepsOtherWrites) {
   EXPECT_EQ(t.messages.next_warning(), "");
 }
 
-}  // namespace
+}  // namespace tensor_decoder_tuning_test

@@ -4,8 +4,8 @@
 
 #include "elements/tests/branches_test_support.hpp"
 
-namespace weir::testing {
-namespace {
+namespace weir::test {
+namespace pads_test {
 
 constexpr char kTwo[] =
     "other/tensors,format=static,num_tensors=2,dimensions=(string)\"2,1\",types=(string)\"uint8,"
@@ -188,7 +188,7 @@ TEST(TensorDemuxRejects, NoIndexBeforeTheFirstFrame) {
 
 TEST(TensorDemuxRejects, AnIndexBeyondTheTensorsOfAFlexibleFrameWithAWarning) {
   Branches demux("tensor_demux tensorpick=1,7");
-  demux.caps(kFlexibleCaps);
+  demux.caps(kFlexibleBranch);
   ASSERT_EQ(demux.push(flexible_frame(2)), GST_FLOW_OK);
   ASSERT_EQ(demux.push(flexible_frame(2)), GST_FLOW_OK);
   EXPECT_EQ(demux.branch("src_0").buffers.size(), 2u);
@@ -212,14 +212,14 @@ TEST(TensorDemuxRejects, AnIndexBeyondTheTensorsBeforeAnythingIsPushed) {
     if (self->has("src_0")) self->branch("src_0").flow = GST_FLOW_ERROR;
   };
   g_signal_connect(demux.element(), "pad-added", G_CALLBACK(refuse), &demux);
-  demux.caps(kFlexibleCaps);
+  demux.caps(kFlexibleBranch);
   EXPECT_EQ(demux.push(flexible_frame(2)), GST_FLOW_ERROR);
   EXPECT_SAYS(demux.warning(), "index 7");
 }
 
 TEST(TensorDemuxRejects, OnlyIndicesBeyondTheTensorsOfAFlexibleFrame) {
   Branches demux("tensor_demux tensorpick=0:9");
-  demux.caps(kFlexibleCaps);
+  demux.caps(kFlexibleBranch);
   EXPECT_EQ(demux.push(flexible_frame(2)), GST_FLOW_OK);
   EXPECT_SAYS(demux.warning(), "index 9");
   EXPECT_EQ(demux.stat("dropped-policy"), 1u);
@@ -266,14 +266,14 @@ TEST(TensorDemuxRejects, BuffersOfTheWrongSize) {
   EXPECT_SAYS(refused(kTwo, frame_of({{1}, {2}})), "1 bytes in memory 0");
   EXPECT_SAYS(refused(kTwo, frame_of({{1, 2}})), "2 bytes in 1 memory");
   EXPECT_SAYS(refused(kTwo, gst_buffer_new()), "the buffer is too small");
-  EXPECT_SAYS(refused(kFlexibleCaps, gst_buffer_new()),
+  EXPECT_SAYS(refused(kFlexibleBranch, gst_buffer_new()),
               "a buffer is empty\n  offered: 0 bytes\n  needed: at least one tensor\n  fix: check");
 }
 
 TEST(TensorDemuxRejects, InvalidHeaders) {
   Bytes header(128);
-  EXPECT_SAYS(refused(kFlexibleCaps, frame_of({header})), "WEIR-2005");
-  EXPECT_SAYS(refused(kFlexibleCaps, frame_of({{1, 2, 3}})), "too short for a tensor header");
+  EXPECT_SAYS(refused(kFlexibleBranch, frame_of({header})), "WEIR-2005");
+  EXPECT_SAYS(refused(kFlexibleBranch, frame_of({{1, 2, 3}})), "too short for a tensor header");
   const auto put = [&](size_t at, uint32_t value) { std::memcpy(&header[at], &value, 4); };
   put(0, 0xfeedcced);
   put(4, 0xDE001000);
@@ -282,10 +282,10 @@ TEST(TensorDemuxRejects, InvalidHeaders) {
   put(80, 4);
   Bytes short_of_one = header;
   short_of_one.resize(128 + 8);
-  EXPECT_SAYS(refused(kFlexibleCaps, frame_of({short_of_one})),
+  EXPECT_SAYS(refused(kFlexibleBranch, frame_of({short_of_one})),
               "a tensor header declares more bytes than its memory holds");
   put(8, 11);
-  EXPECT_SAYS(refused(kFlexibleCaps, frame_of({header})), "unknown element type");
+  EXPECT_SAYS(refused(kFlexibleBranch, frame_of({header})), "unknown element type");
 }
 
 TEST(TensorDemuxRejects, InvalidPackedTensors) {
@@ -319,5 +319,5 @@ TEST(TensorDemuxRejects, ABufferBeforeCaps) {
   demux.expect_balance();
 }
 
-}  // namespace
-}  // namespace weir::testing
+}  // namespace pads_test
+}  // namespace weir::test

@@ -7,8 +7,8 @@
 #include "elements/tests/branches_test_support.hpp"
 #include "gstcpp/buffer/tensor_meta.hpp"
 
-namespace weir::testing {
-namespace {
+namespace weir::test {
+namespace tensor_demux_test {
 
 // Tensor i: int16, i + 1 elements with the values 256 * i, 256 * i + 1, ...; rank 1 to 16.
 TensorSpec spec_of(size_t i) {
@@ -74,7 +74,7 @@ class TensorDemuxCounts : public ::testing::TestWithParam<std::tuple<size_t, boo
 TEST_P(TensorDemuxCounts, SharesEachTensorOnItsOwnPad) {
   const auto [count, flexible] = GetParam();
   Branches demux("tensor_demux");
-  demux.caps(flexible ? kFlexibleCaps : caps_of(count));
+  demux.caps(flexible ? kFlexibleBranch : caps_of(count));
   for (int round = 0; round < 3; ++round) {
     ASSERT_EQ(demux.push(frame(count, flexible)), GST_FLOW_OK);
     for (size_t i = 0; i < count; ++i) {
@@ -118,7 +118,7 @@ TEST(TensorDemux, SharesTheMemories) {
 TEST(TensorDemux, KeepsTheOrderOfGroups) {
   for (const bool flexible : {false, true}) {
     Branches demux("tensor_demux tensorpick=\"3:1;0+0/2\"");
-    demux.caps(flexible ? kFlexibleCaps : caps_of(4));
+    demux.caps(flexible ? kFlexibleBranch : caps_of(4));
     ASSERT_EQ(demux.push(frame(4, flexible)), GST_FLOW_OK);
     const std::vector<std::vector<size_t>> groups{{3, 1}, {0, 0}, {2}};
     for (size_t g = 0; g < groups.size(); ++g) {
@@ -141,7 +141,7 @@ TEST(TensorDemux, CopiesTensorsThatMustBePackedAgain) {
     std::string pick = "19";
     for (int i = 18; i >= 0; --i) pick += ":" + std::to_string(i);
     Branches demux("tensor_demux tensorpick=" + pick);
-    demux.caps(flexible ? kFlexibleCaps : caps_of(20));
+    demux.caps(flexible ? kFlexibleBranch : caps_of(20));
     ASSERT_EQ(demux.push(frame(20, flexible)), GST_FLOW_OK);
     const auto out = demux.take("src_0");
     ASSERT_EQ(gst_buffer_n_memory(out.get()), 16u);
@@ -184,7 +184,7 @@ TEST(TensorDemux, SplitsOneMemoryByTheSizesOfTheCaps) {
 
 TEST(TensorDemux, ReadsConsecutiveChunks) {
   Branches demux("tensor_demux tensorpick=1");
-  demux.caps(kFlexibleCaps);
+  demux.caps(kFlexibleBranch);
   Bytes all = with_header(0);
   const Bytes second = with_header(1);
   all.insert(all.end(), second.begin(), second.end());
@@ -260,7 +260,7 @@ TEST(TensorDemux, KeepsRegionsOfABatchForEveryTensor) {
 
 TEST(TensorDemux, FlexibleFramesMayHaveMoreOrFewerTensors) {
   Branches demux("tensor_demux");
-  demux.caps(kFlexibleCaps);
+  demux.caps(kFlexibleBranch);
   ASSERT_EQ(demux.push(frame(2, true)), GST_FLOW_OK);
   ASSERT_EQ(demux.push(frame(1, true)), GST_FLOW_OK);
   ASSERT_EQ(demux.push(frame(3, true)), GST_FLOW_OK);
@@ -271,5 +271,5 @@ TEST(TensorDemux, FlexibleFramesMayHaveMoreOrFewerTensors) {
   EXPECT_EQ(demux.no_more_pads_count(), 1);
 }
 
-}  // namespace
-}  // namespace weir::testing
+}  // namespace tensor_demux_test
+}  // namespace weir::test

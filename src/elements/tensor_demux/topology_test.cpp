@@ -6,8 +6,8 @@
 #include "becomes.hpp"
 #include "elements/tests/branches_test_support.hpp"
 
-namespace weir::testing {
-namespace {
+namespace weir::test {
+namespace topology_test {
 
 constexpr char kTwo[] =
     "other/tensors,format=static,num_tensors=2,dimensions=(string)\"2,1\",types=(string)\"uint8,"
@@ -173,5 +173,5 @@ TEST(TensorDemuxTopology, PipelinesCanStopAtAnyTime) {
   }
 }
 
-}  // namespace
-}  // namespace weir::testing
+}  // namespace topology_test
+}  // namespace weir::test

@@ -2,8 +2,8 @@
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #include "elements/tests/branches_test_support.hpp"
 
-namespace weir::testing {
-namespace {
+namespace weir::test {
+namespace tensor_demux_tuning_test {
 
 constexpr char kThree[] =
     "other/tensors,format=static,num_tensors=3,dimensions=(string)\"1,1,1\","
@@ -69,5 +69,5 @@ TEST(DemuxPropertyChange, OutputThatDownstreamRejectsIsRejected) {
   EXPECT_EQ(demux.warning(), "");
 }
 
-}  // namespace
-}  // namespace weir::testing
+}  // namespace tensor_demux_tuning_test
+}  // namespace weir::test

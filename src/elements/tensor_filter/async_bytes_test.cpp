@@ -7,7 +7,7 @@
 #include "elements/tensor_filter/async_filter_test_support.hpp"
 #include "elements/tests/closed_pad_test_support.hpp"
 
-namespace {
+namespace async_bytes_test {
 
 using namespace weir::test;
 using namespace weir::test::async;
@@ -206,4 +206,4 @@ TEST(TensorFilterAsyncBusy, DropsAFrameIfTheEngineIsFull) {
     }
 }
 
-}  // namespace
+}  // namespace async_bytes_test

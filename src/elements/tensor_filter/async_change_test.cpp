@@ -6,7 +6,7 @@
 
 #include "elements/tensor_filter/async_filter_test_support.hpp"
 
-namespace {
+namespace async_change_test {
 
 using namespace weir::test;
 using namespace weir::test::async;
@@ -185,4 +185,4 @@ TEST_F(AsyncChange, AStopEndsIt) {
   }
 }
 
-}  // namespace
+}  // namespace async_change_test

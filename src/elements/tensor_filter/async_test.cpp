@@ -7,7 +7,7 @@
 
 #include "elements/tensor_filter/async_filter_test_support.hpp"
 
-namespace {
+namespace async_test {
 
 using namespace weir::test;
 using namespace weir::test::async;
@@ -324,4 +324,4 @@ TEST(TensorFilterAsync, DropsLateFramesBeforeTheEngine) {
   EXPECT_EQ(stat(h, kFilter, "invokes"), 1u);
 }
 
-}  // namespace
+}  // namespace async_test

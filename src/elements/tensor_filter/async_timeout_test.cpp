@@ -4,7 +4,7 @@
 
 #include "elements/tensor_filter/async_filter_test_support.hpp"
 
-namespace {
+namespace async_timeout_test {
 
 using namespace weir::test;
 using namespace weir::test::async;
@@ -64,4 +64,4 @@ TEST(TensorFilterAsyncTimeout, WaitsForeverWithoutATimeout) {
   EXPECT_EQ(errors.next(), "");
 }
 
-}  // namespace
+}  // namespace async_timeout_test

@@ -6,7 +6,7 @@
 #include "elements/tensor_filter/adder_test_support.hpp"
 #include "elements/tensor_filter/filter_log_test_support.hpp"
 
-namespace {
+namespace automatic_engine_test {
 
 using namespace weir::test;
 
@@ -32,4 +32,4 @@ TEST(TensorFilterAuto, LogsNoPriorityWithoutIt) {
               "WEIR-3001: no engine can be selected for this model");
 }
 
-}  // namespace
+}  // namespace automatic_engine_test

@@ -6,7 +6,7 @@
 #include "core/tensor/tensor_header.hpp"
 #include "elements/tests/element_test_support.hpp"
 
-namespace {
+namespace batch_test {
 
 using namespace weir::test;
 
@@ -346,4 +346,4 @@ TEST(TensorFilterBatch, ReportsWhyAModelCannotBeBatched) {
   EXPECT_SAYS(flexible, "fix: tensor_filter input=... inputtype=..., tensor_converter");
 }
 
-}  // namespace
+}  // namespace batch_test

@@ -8,7 +8,7 @@
 #include "elements/tests/closed_pad_test_support.hpp"
 
 namespace weir::test {
-namespace {
+namespace busy_test {
 
 using Numbers = std::vector<float>;
 
@@ -325,5 +325,5 @@ TEST(FilterWorkersState, KeepsCountsAcrossFlushes) {
   }
 }
 
-}  // namespace
+}  // namespace busy_test
 }  // namespace weir::test

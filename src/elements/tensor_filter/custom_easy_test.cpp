@@ -9,7 +9,7 @@
 #include "becomes.hpp"
 #include "elements/tensor_filter/custom_easy_test_support.hpp"
 
-namespace {
+namespace custom_easy_test {
 
 using namespace weir::test;
 using weir::FilterDescription;
@@ -277,4 +277,4 @@ TEST(TensorFilterCustomEasy, RejectsWorkersWithState) {
   EXPECT_SAYS(start_error(line("workers=2")), "the model keeps state from frame to frame");
 }
 
-}  // namespace
+}  // namespace custom_easy_test

@@ -4,7 +4,7 @@
 #include "elements/tests/tuning_test_support.hpp"
 
 namespace weir::test {
-namespace {
+namespace declared_tensors_test {
 
 std::string text(GstElement* element, const char* property) {
   gchar* raw = nullptr;
@@ -63,5 +63,5 @@ TEST(ReportedTensors, AreThoseOfTheNegotiatedStream) {
   EXPECT_NE(t.get("input"), "4:3");
 }
 
-}  // namespace
+}  // namespace declared_tensors_test
 }  // namespace weir::test

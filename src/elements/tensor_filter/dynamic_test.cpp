@@ -4,7 +4,7 @@
 
 #include "elements/tests/element_test_support.hpp"
 
-namespace {
+namespace dynamic_test {
 
 using namespace weir::test;
 
@@ -162,4 +162,4 @@ TEST(TensorFilterDynamic, RejectsInvalidOutputs) {
   }
 }
 
-}  // namespace
+}  // namespace dynamic_test

@@ -8,7 +8,7 @@
 #include "gate.hpp"
 
 namespace weir::test {
-namespace {
+namespace fallback_test {
 
 using Numbers = std::vector<float>;
 constexpr float kLate = -1, kRefused = -2, kLost = -3;
@@ -202,5 +202,5 @@ TEST_F(FilterFallback, AnEngineChoosesHowManyFramesRunAtATime) {
   EXPECT_EQ(workers(adder(files_.model(5))), 1u);
 }
 
-}  // namespace
+}  // namespace fallback_test
 }  // namespace weir::test

@@ -16,7 +16,7 @@
 #include "elements/tests/element_test_support.hpp"
 #include "refused_calls.hpp"
 
-namespace {
+namespace isolate_test {
 
 using namespace weir::test;
 namespace fs = std::filesystem;
@@ -327,4 +327,4 @@ TEST(TensorFilterIsolated, AStopCancelsAReopenAfterAPropertyChange) {
   EXPECT_EQ(stat(element.get(), "held"), 0u);
 }
 
-}  // namespace
+}  // namespace isolate_test

@@ -3,7 +3,7 @@
 #include "elements/tensor_filter/gated_filter_test_support.hpp"
 
 namespace weir::test {
-namespace {
+namespace lag_test {
 
 // Frames at 30 per second that arrive later and later: by `lag` percent of the elapsed time.
 class Late {
@@ -143,5 +143,5 @@ TEST(FilterLatency, IncludesTheWaitForAWorker) {
   }
 }
 
-}  // namespace
+}  // namespace lag_test
 }  // namespace weir::test

@@ -9,7 +9,7 @@
 #include "becomes.hpp"
 #include "elements/tensor_filter/adder_test_support.hpp"
 
-namespace {
+namespace lua_filter_test {
 
 using namespace weir::test;
 
@@ -218,4 +218,4 @@ TEST_F(LuaFilter, CanBeReplacedWhilePlaying) {
   EXPECT_EQ(result(h, {0, 1, 2, 3}), (std::vector<float>{0, 9}));
 }
 
-}  // namespace
+}  // namespace lua_filter_test

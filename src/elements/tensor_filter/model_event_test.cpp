@@ -4,7 +4,7 @@
 
 #include "elements/tensor_filter/adder_test_support.hpp"
 
-namespace {
+namespace tensor_filter_model_event_test {
 
 using namespace weir;
 using namespace weir::test;
@@ -143,4 +143,4 @@ TEST(ModelEventOfFilter, EndsWhereTensorsChange) {
   }
 }
 
-}  // namespace
+}  // namespace tensor_filter_model_event_test

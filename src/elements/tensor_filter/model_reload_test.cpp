@@ -7,7 +7,7 @@
 #include "becomes.hpp"
 #include "elements/tensor_filter/adder_test_support.hpp"
 
-namespace {
+namespace model_reload_test {
 
 using namespace weir::test;
 
@@ -357,4 +357,4 @@ TEST(ModelReload, AStopWaitsForAModelThatIsBeingOpened) {
   EXPECT_EQ(std::count(rest.begin(), rest.end(), 'c'), 2) << "both are closed";
 }
 
-}  // namespace
+}  // namespace model_reload_test

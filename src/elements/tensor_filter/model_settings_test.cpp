@@ -2,7 +2,7 @@
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #include "elements/tensor_filter/adder_test_support.hpp"
 
-namespace {
+namespace model_settings_test {
 
 using namespace weir::test;
 
@@ -157,4 +157,4 @@ TEST(ModelSettings, ReportsAConfigFileThatIsMissingOrAFolder) {
               "first difference: it is a folder");
 }
 
-}  // namespace
+}  // namespace model_settings_test

@@ -2,7 +2,7 @@
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #include "elements/tensor_filter/adder_test_support.hpp"
 
-namespace {
+namespace model_sharing_test {
 
 using namespace weir::test;
 
@@ -87,4 +87,4 @@ TEST(ModelSharing, AReloadThatDoesNotFitOneFilterReplacesNone) {
   EXPECT_EQ(pushed_sum(second), 1);
 }
 
-}  // namespace
+}  // namespace model_sharing_test

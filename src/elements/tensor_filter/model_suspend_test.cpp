@@ -2,7 +2,7 @@
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #include "elements/tensor_filter/adder_test_support.hpp"
 
-namespace {
+namespace model_suspend_test {
 
 using namespace weir::test;
 
@@ -92,4 +92,4 @@ TEST(ModelSuspend, NeverSuspendsByDefault) {
   EXPECT_FALSE(is_suspended(element_of(h, "tensor_filter").get()));
 }
 
-}  // namespace
+}  // namespace model_suspend_test

@@ -4,7 +4,7 @@
 
 #include "elements/tests/element_test_support.hpp"
 
-namespace {
+namespace open_count_test {
 
 using namespace weir::test;
 
@@ -55,4 +55,4 @@ TEST(TensorFilterOpenCount, ReportsErrorsOnceTheStreamIsKnown) {
               "output= and the model's outputs for this stream differ in number");
 }
 
-}  // namespace
+}  // namespace open_count_test

@@ -6,7 +6,7 @@
 #include "elements/tests/flexible_frame_test_support.hpp"
 
 namespace weir::test {
-namespace {
+namespace tensor_filter_placeholder_test {
 
 constexpr char kPlaceholder[] =
     "other/tensor,dimension=(string)1,type=(string)uint8,framerate=(fraction)10/1";
@@ -112,5 +112,5 @@ TEST(FilterPlaceholder, AFlushDropsTheStoredSegment) {
             (Names{"flush-start", "flush-stop", "custom-downstream-sticky", "caps", "segment"}));
 }
 
-}  // namespace
+}  // namespace tensor_filter_placeholder_test
 }  // namespace weir::test

@@ -8,7 +8,7 @@
 
 #include "elements/tests/element_test_support.hpp"
 
-namespace {
+namespace python_filter_test {
 
 using namespace weir::test;
 
@@ -249,4 +249,4 @@ TEST_F(PythonFilter, EndsItsOwnProcessOnly) {
   EXPECT_SAYS(errors.next(), "exit(3)");
 }
 
-}  // namespace
+}  // namespace python_filter_test

@@ -6,7 +6,7 @@
 
 #include "elements/tests/element_test_support.hpp"
 
-namespace {
+namespace pytorch_filter_test {
 
 using namespace weir::test;
 
@@ -52,4 +52,4 @@ TEST_F(PytorchFilter, AcceptsOutputPropertiesThatMatchTheModel) {
   }
 }
 
-}  // namespace
+}  // namespace pytorch_filter_test

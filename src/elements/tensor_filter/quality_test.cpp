@@ -9,7 +9,7 @@
 #include "elements/tensor_filter/gated_filter_test_support.hpp"
 #include "elements/tests/element_test_support.hpp"
 
-namespace {
+namespace quality_test {
 
 using namespace weir::test;
 
@@ -348,4 +348,4 @@ TEST(TensorFilterLatency, PostsAMessageWhenItChanges) {
   }
 }
 
-}  // namespace
+}  // namespace quality_test

@@ -6,7 +6,7 @@
 #include "onnxruntime/onnx_builder_test_support.hpp"
 #include "tensorflow-lite/tflite_builder_test_support.hpp"
 
-namespace {
+namespace real_model_lifecycle_test {
 
 using namespace weir::test;
 using namespace weir::engine_test;
@@ -104,4 +104,4 @@ TEST_P(RealModelLifecycle, AnIdleModelIsClosedAndRunsAgain) {
 INSTANTIATE_TEST_SUITE_P(Engines, RealModelLifecycle,
                          ::testing::Values("onnxruntime", "tensorflow-lite"));
 
-}  // namespace
+}  // namespace real_model_lifecycle_test

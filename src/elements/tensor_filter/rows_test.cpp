@@ -6,7 +6,7 @@
 #include "core/tensor/tensor_header.hpp"
 #include "elements/tests/element_test_support.hpp"
 
-namespace {
+namespace rows_test {
 
 using namespace weir::test;
 
@@ -137,4 +137,4 @@ TEST(TensorFilterRows, ReportsBatchesThatCannotBeSplit) {
   EXPECT_SAYS(start_error(line("invoke-rows=2 isolate=process")), "isolate=process");
 }
 
-}  // namespace
+}  // namespace rows_test

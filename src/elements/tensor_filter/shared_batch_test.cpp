@@ -9,7 +9,7 @@
 #include "elements/tests/closed_pad_test_support.hpp"
 #include "elements/tests/element_test_support.hpp"
 
-namespace {
+namespace shared_batch_test {
 
 using namespace weir::test;
 
@@ -189,4 +189,4 @@ TEST(SharedBatch, KeepsAllFramesInOrderUnderStalls) {
   }
 }
 
-}  // namespace
+}  // namespace shared_batch_test

@@ -8,7 +8,7 @@
 #include "elements/tests/pipeline_test_support.hpp"
 #include "gstcpp/buffer/frame_parts.hpp"
 
-namespace {
+namespace tensor_filter_test {
 
 using namespace weir::test;
 
@@ -372,4 +372,4 @@ TEST(TensorFilter, ConvertsExceptionsOfSuchAnEngineToErrors) {
       << "the next frame runs";
 }
 
-}  // namespace
+}  // namespace tensor_filter_test

@@ -4,7 +4,7 @@
 #include "elements/tests/tuning_test_support.hpp"
 
 namespace weir::test {
-namespace {
+namespace tensor_filter_tuning_test {
 
 using Floats = std::vector<float>;
 const Floats kFour{1, 2, 3, 4};
@@ -116,5 +116,5 @@ TEST(FilterPropertyChange, ASecondWriteCompletesTheFirst) {
   EXPECT_EQ(t.messages.next_warning(), "");
 }
 
-}  // namespace
+}  // namespace tensor_filter_tuning_test
 }  // namespace weir::test

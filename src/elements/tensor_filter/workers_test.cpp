@@ -4,7 +4,7 @@
 #include "machine/usable_cores.hpp"
 
 namespace weir::test {
-namespace {
+namespace workers_test {
 
 using Numbers = std::vector<float>;
 
@@ -218,5 +218,5 @@ TEST(FilterThreads, AreSharedAmongTheFiltersOfAPipeline) {
   EXPECT_EQ(wanted, expected);
 }
 
-}  // namespace
+}  // namespace workers_test
 }  // namespace weir::test

@@ -11,7 +11,7 @@
 #include "gstcpp/buffer/tensor_meta.hpp"
 
 namespace weir {
-namespace {
+namespace tensor_from_roi_test {
 
 using namespace weir::test;
 
@@ -145,5 +145,5 @@ TEST(TensorFromRoi, RefusesLabelsThatDoNotExist) {
   EXPECT_SAYS(start_error("tensor_from_roi labels=/nonexistent.txt"), "WEIR-4001");
 }
 
-}  // namespace
+}  // namespace tensor_from_roi_test
 }  // namespace weir

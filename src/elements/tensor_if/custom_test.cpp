@@ -8,8 +8,8 @@
 #include "elements/tests/branches_test_support.hpp"
 #include "weir/custom_condition.hpp"
 
-namespace weir::testing {
-namespace {
+namespace weir::test {
+namespace tensor_if_custom_test {
 
 // Looked up as a program does: this test links its own copy of the core, separate from the
 // plug-in's.
@@ -59,7 +59,7 @@ TEST(TensorIfCustom, GetsTheTensorsOfEachFlexibleFrame) {
     return frame.tensors[0].bytes == static_cast<const uint8_t*>(frame.tensors[0].data)[0];
   });
   Branches element(kNamed);
-  element.caps(kFlexibleCaps);
+  element.caps(kFlexibleBranch);
   for (const uint32_t size : {3u, 5u}) {
     TensorHeader header;
     header.format = Format::Flexible;
@@ -128,5 +128,5 @@ TEST(TensorIfCustom, InCCanDropFrames) {
   EXPECT_EQ(remove("named"), WEIR_OK);
 }
 
-}  // namespace
-}  // namespace weir::testing
+}  // namespace tensor_if_custom_test
+}  // namespace weir::test

@@ -3,8 +3,8 @@
 #include "core/tensor/tensor_header.hpp"
 #include "elements/tests/branches_test_support.hpp"
 
-namespace weir::testing {
-namespace {
+namespace weir::test {
+namespace tensor_if_errors_test {
 
 constexpr char kCaps[] =
     "other/tensors,format=static,num_tensors=2,dimensions=(string)\"3:4,2\",types=(string)\"uint8,"
@@ -106,7 +106,7 @@ TEST(TensorIfRejects, AStreamWithoutAnyOutput) {
 
 TEST(TensorIfRejects, BuffersOfFlexibleStreamsWithoutHeaders) {
   Branches element("tensor_if supplied-value=1 compared-value-option=0,0");
-  element.caps(kFlexibleCaps);
+  element.caps(kFlexibleBranch);
   EXPECT_EQ(element.push(frame()), GST_FLOW_ERROR);
   EXPECT_SAYS(element.error(), "WEIR-2005");
   element.expect_balance();
@@ -120,7 +120,7 @@ TEST(TensorIfRejects, SparseTensorsOfFlexibleStreams) {
   Bytes bytes(kTensorHeaderBytes + 5, 1);  // one value and its place
   write_tensor_header(header, std::as_writable_bytes(std::span(bytes)).first<kTensorHeaderBytes>());
   Branches element("tensor_if supplied-value=1 compared-value-option=0,0");
-  element.caps(kFlexibleCaps);
+  element.caps(kFlexibleBranch);
   EXPECT_EQ(element.push(frame_of({bytes})), GST_FLOW_ERROR);
   const std::string error = element.error();
   EXPECT_SAYS(error, "the tensor to compare is not dense");
@@ -139,5 +139,5 @@ TEST(TensorIfRejects, PeersThatTakeFlexibleTensorsOnly) {
               "WEIR-2001: the element downstream of src_0 does not accept its output");
 }
 
-}  // namespace
-}  // namespace weir::testing
+}  // namespace tensor_if_errors_test
+}  // namespace weir::test

@@ -2,8 +2,8 @@
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #include "elements/tests/branches_test_support.hpp"
 
-namespace weir::testing {
-namespace {
+namespace weir::test {
+namespace restart_test {
 
 TEST(TensorIfRestart, PadsAndLinksRemainInStateNull) {
   Branches way(
@@ -52,5 +52,5 @@ TEST(TensorIfRestart, AParsedPipelineCanRestart) {
   }
 }
 
-}  // namespace
-}  // namespace weir::testing
+}  // namespace restart_test
+}  // namespace weir::test

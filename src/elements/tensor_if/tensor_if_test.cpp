@@ -5,8 +5,8 @@
 #include "elements/tests/branches_test_support.hpp"
 #include "gstcpp/buffer/tensor_meta.hpp"
 
-namespace weir::testing {
-namespace {
+namespace weir::test {
+namespace tensor_if_test {
 
 std::string one(const std::string& dimensions, const std::string& type = "uint8") {
   return test::tensors(type, dimensions);
@@ -247,5 +247,5 @@ TEST(TensorIfProperties, AreRejectedIfDownstreamRejectsTheResult) {
   EXPECT_EQ(element.error(), "");
 }
 
-}  // namespace
-}  // namespace weir::testing
+}  // namespace tensor_if_test
+}  // namespace weir::test

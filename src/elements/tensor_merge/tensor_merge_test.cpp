@@ -3,8 +3,8 @@
 #include "elements/tensor_mux/many_inputs_test_support.hpp"
 #include "gstcpp/buffer/tensor_meta.hpp"
 
-namespace weir::testing {
-namespace {
+namespace weir::test {
+namespace tensor_merge_test {
 
 std::string caps(const char* dims, const char* type = "uint8") {
   return std::string("other/tensor,dimension=(string)") + dims + ",type=(string)" + type +
@@ -174,5 +174,5 @@ TEST(TensorMerge, RejectsABufferThatIsTooSmall) {
   EXPECT_SAYS(error, "3 bytes in memory 0 on pad 0");
 }
 
-}  // namespace
-}  // namespace weir::testing
+}  // namespace tensor_merge_test
+}  // namespace weir::test

@@ -2,8 +2,8 @@
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #include "elements/tensor_mux/many_inputs_test_support.hpp"
 
-namespace weir::testing {
-namespace {
+namespace weir::test {
+namespace tensor_merge_tuning_test {
 
 constexpr char kCaps[] =
     "other/tensor,dimension=(string)2:1,type=(string)uint8,framerate=(fraction)30/1";
@@ -88,5 +88,5 @@ TEST(MergePropertyChange, OutputThatDownstreamRejectsIsRejected) {
   EXPECT_EQ(merge.error(), "");
 }
 
-}  // namespace
-}  // namespace weir::testing
+}  // namespace tensor_merge_tuning_test
+}  // namespace weir::test

@@ -11,8 +11,8 @@
 #include "becomes.hpp"
 #include "elements/tests/element_parts_test_support.hpp"
 
-namespace weir::testing {
-namespace {
+namespace weir::test {
+namespace edit_test {
 
 using gst::Ref;
 using gst::Unique;
@@ -130,5 +130,5 @@ TEST(TensorMuxEdit, BranchesOfAMergeAreAddedAndRemoved) {
   for (const unsigned seed : {6u, 7u, 8u}) edit("tensor_merge option=2", seed);
 }
 
-}  // namespace
-}  // namespace weir::testing
+}  // namespace edit_test
+}  // namespace weir::test

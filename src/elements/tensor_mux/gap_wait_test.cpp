@@ -3,8 +3,8 @@
 #include "elements/tensor_mux/many_inputs_test_support.hpp"
 #include "says.hpp"
 
-namespace weir::testing {
-namespace {
+namespace weir::test {
+namespace gap_wait_test {
 
 TEST(TensorMuxGaps, AreReportedIfAFrameWaitsForAPadWithOnlyGaps) {
   for (const std::string mode : {"nosync", "basepad"}) {
@@ -44,5 +44,5 @@ TEST(TensorMuxSilence, OfAPadIsAWarning) {
   EXPECT_EQ(push.get(), GST_FLOW_OK);
 }
 
-}  // namespace
-}  // namespace weir::testing
+}  // namespace gap_wait_test
+}  // namespace weir::test

@@ -4,8 +4,8 @@
 
 #include "elements/tests/pipeline_test_support.hpp"
 
-namespace weir::testing {
-namespace {
+namespace weir::test {
+namespace graph_test {
 
 constexpr char kSource[] =
     "videotestsrc num-buffers=10 ! video/x-raw,format=GRAY8,width=4,height=4,framerate=30/1 ! "
@@ -108,5 +108,5 @@ TEST(TensorMuxGraph, TwoSourcesNeedNoQueue) {
   EXPECT_EQ(graph.stat("out", "received"), 10u);
 }
 
-}  // namespace
-}  // namespace weir::testing
+}  // namespace graph_test
+}  // namespace weir::test

@@ -2,8 +2,8 @@
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #include "elements/tensor_mux/many_inputs_test_support.hpp"
 
-namespace weir::testing {
-namespace {
+namespace weir::test {
+namespace late_pad_test {
 
 // Whether it returns while the other pads receive nothing.
 bool returns(std::future<GstFlowReturn>& push) {
@@ -47,5 +47,5 @@ TEST(TensorMuxLatePad, AFrameOfTheLastTimeWaits) {
   EXPECT_EQ(memories_of(mux.buffers().at(1).get()), (std::vector<Bytes>{{3}, {2}}));
 }
 
-}  // namespace
-}  // namespace weir::testing
+}  // namespace late_pad_test
+}  // namespace weir::test

@@ -11,7 +11,7 @@
 
 #include "elements/tests/element_parts_test_support.hpp"
 
-namespace weir::testing {
+namespace weir::test {
 
 using gst::Ref;
 using test::Bytes;
@@ -184,4 +184,4 @@ inline std::string caps_of_bytes(size_t count, const char* rate = "30/1") {
          ",type=(string)uint8,framerate=(fraction)" + rate;
 }
 
-}  // namespace weir::testing
+}  // namespace weir::test

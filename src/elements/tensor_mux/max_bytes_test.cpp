@@ -3,8 +3,8 @@
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #include "elements/tensor_mux/many_inputs_test_support.hpp"
 
-namespace weir::testing {
-namespace {
+namespace weir::test {
+namespace max_bytes_test {
 
 Bytes zeros(size_t size) {
   return Bytes(size, 0);
@@ -58,5 +58,5 @@ TEST(MaxBytes, ReportsTheNeededBytesForCrop) {
   EXPECT_SAYS(crop.error(), "fix: max-bytes=184");
 }
 
-}  // namespace
-}  // namespace weir::testing
+}  // namespace max_bytes_test
+}  // namespace weir::test

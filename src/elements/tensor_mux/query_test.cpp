@@ -9,7 +9,7 @@
 #include "elements/tests/pipeline_test_support.hpp"
 
 namespace weir::test {
-namespace {
+namespace query_test {
 
 // Counts the frames that pass a pad.
 class Passed {
@@ -148,5 +148,5 @@ INSTANTIATE_TEST_SUITE_P(
              "tensor_converter ! "}),
     [](const auto& info) { return std::string(info.param.name); });
 
-}  // namespace
+}  // namespace query_test
 }  // namespace weir::test

@@ -5,8 +5,8 @@
 
 #include "elements/tensor_mux/many_inputs_test_support.hpp"
 
-namespace weir::testing {
-namespace {
+namespace weir::test {
+namespace tensor_mux_shutdown_test {
 
 using namespace std::chrono_literals;
 
@@ -432,5 +432,5 @@ TEST(TensorMuxShutdown, SurvivesAFlushWhileThePadIsReleased) {
   }
 }
 
-}  // namespace
-}  // namespace weir::testing
+}  // namespace tensor_mux_shutdown_test
+}  // namespace weir::test

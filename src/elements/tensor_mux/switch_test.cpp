@@ -9,8 +9,8 @@
 #include "elements/tests/element_parts_test_support.hpp"
 #include "gstcpp/pads/output_selector.hpp"
 
-namespace weir::testing {
-namespace {
+namespace weir::test {
+namespace switch_test {
 
 using gst::Ref;
 
@@ -111,5 +111,5 @@ TEST(TensorMuxSwitch, AnOutputSelectorChangesThePad) {
   graph.expect_sums();
 }
 
-}  // namespace
-}  // namespace weir::testing
+}  // namespace switch_test
+}  // namespace weir::test

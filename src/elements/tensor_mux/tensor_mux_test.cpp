@@ -6,8 +6,8 @@
 #include "gstcpp/buffer/tensor_meta.hpp"
 #include "gstcpp/element/labels_event.hpp"
 
-namespace weir::testing {
-namespace {
+namespace weir::test {
+namespace tensor_mux_test {
 
 constexpr char kFlexible[] = "other/tensors,format=flexible,framerate=30/1";
 
@@ -412,5 +412,5 @@ TEST(TensorMux, RejectsIncompleteCaps) {
   EXPECT_NE(mux.push(0, Bytes{1}, 0), GST_FLOW_OK);
 }
 
-}  // namespace
-}  // namespace weir::testing
+}  // namespace tensor_mux_test
+}  // namespace weir::test

@@ -5,7 +5,7 @@
 #include "gstcpp/buffer/tensor_meta.hpp"
 
 namespace weir::overlay_test {
-namespace {
+namespace overlay_errors_test {
 
 TEST(OverlayRejects, ResultsOfAnotherLayout) {
   for (const std::string& caps :
@@ -110,5 +110,5 @@ TEST(OverlayRejects, InvalidLabelFiles) {
   EXPECT_SAYS(start_error("tensor_overlay labels=/proc/self/exe"), "WEIR-4002");
 }
 
-}  // namespace
+}  // namespace overlay_errors_test
 }  // namespace weir::overlay_test

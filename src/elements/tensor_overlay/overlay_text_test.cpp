@@ -12,7 +12,7 @@
 #include "gstcpp/element/labels_event.hpp"
 
 namespace weir::overlay_test {
-namespace {
+namespace overlay_text_test {
 
 constexpr int kWidth = 400, kHeight = 100;
 
@@ -155,5 +155,5 @@ TEST(OverlayTextDeathTest, NeedsAFont) {
   std::filesystem::remove(path);
 }
 
-}  // namespace
+}  // namespace overlay_text_test
 }  // namespace weir::overlay_test

@@ -8,7 +8,7 @@
 #include "gstcpp/element/zones_event.hpp"
 
 namespace weir::overlay_test {
-namespace {
+namespace overlay_zones_test {
 
 constexpr int kSide = 40;
 constexpr char kZones[] =
@@ -134,5 +134,5 @@ TEST(OverlayColors, AreThoseOfTracksIfAskedFor) {
   EXPECT_NE(by_track.picture(20, 0).at(at), by_class.picture(20, 1).at(at));
 }
 
-}  // namespace
+}  // namespace overlay_zones_test
 }  // namespace weir::overlay_test

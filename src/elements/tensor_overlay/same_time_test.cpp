@@ -8,7 +8,7 @@
 #include "elements/tensor_overlay/overlay_test_support.hpp"
 
 namespace weir::overlay_test {
-namespace {
+namespace same_time_test {
 
 constexpr const char* kLong = "sync=same-time max-wait=86400000000000";
 
@@ -123,5 +123,5 @@ TEST(SameTime, AddsItsWaitToTheLatencyOfLiveStreams) {
   EXPECT_EQ(latency("max-wait=7"), GST_SECOND);
 }
 
-}  // namespace
+}  // namespace same_time_test
 }  // namespace weir::overlay_test

@@ -6,7 +6,7 @@
 #include "gstcpp/buffer/tensor_meta.hpp"
 
 namespace weir::overlay_test {
-namespace {
+namespace tensor_overlay_test {
 
 constexpr GstClockTime kTenth = GST_SECOND / 10;
 
@@ -321,5 +321,5 @@ TEST(TensorOverlay, DrawsNoMoreRowsThanItsLimit) {
   EXPECT_EQ(b.stat("boxes-drawn"), 10000u);
 }
 
-}  // namespace
+}  // namespace tensor_overlay_test
 }  // namespace weir::overlay_test

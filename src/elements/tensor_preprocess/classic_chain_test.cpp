@@ -16,7 +16,7 @@
 #include "core/tensor/element_type.hpp"
 #include "gstcpp/element/ref.hpp"
 
-namespace {
+namespace classic_chain_test {
 
 using weir::ElementType;
 using weir::gst::Mapped;
@@ -126,4 +126,4 @@ TEST(ClassicChain, IsWithinOneStepWhereItRoundsBetween) {
   }
 }
 
-}  // namespace
+}  // namespace classic_chain_test

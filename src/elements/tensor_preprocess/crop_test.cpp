@@ -4,7 +4,7 @@
 #include "gstcpp/buffer/tensor_meta.hpp"
 
 namespace weir::preprocess_test {
-namespace {
+namespace crop_test {
 
 constexpr const char* kGray = "channel-order=GRAY type=uint8 ";
 
@@ -94,5 +94,5 @@ TEST(Crop, ThatIsUnreadableIsReportedWithItsPosition) {
   EXPECT_SAYS(text, "at character 5:\n    1:2:0:3\n        ^");
 }
 
-}  // namespace
+}  // namespace crop_test
 }  // namespace weir::preprocess_test

@@ -8,7 +8,7 @@
 #include "elements/tests/pipeline_test_support.hpp"
 
 namespace weir::preprocess_test {
-namespace {
+namespace tensor_preprocess_errors_test {
 
 TEST(TensorPreprocess, RejectsACropBeyondThePicture) {
   auto h = harness("width=2 height=1", video("GRAY8", 4, 3));
@@ -249,5 +249,5 @@ TEST_F(Card, SelectsOneOfSeveralInputs) {
   EXPECT_SAYS(caps_text(first), "4:2:3:1");
 }
 
-}  // namespace
+}  // namespace tensor_preprocess_errors_test
 }  // namespace weir::preprocess_test

@@ -7,7 +7,7 @@
 #include "elements/tensor_preprocess/preprocess_test_support.hpp"
 
 namespace weir::preprocess_test {
-namespace {
+namespace tensor_preprocess_memory_test {
 
 GstBuffer* with_regions(size_t count) {
   GstBuffer* in = frame(ramp(12));
@@ -96,5 +96,5 @@ TEST(PreprocessMemory, OfAHeldBatchIsNotReused) {
     EXPECT_EQ(gst_buffer_get_size(held[i].get()), kTensorHeaderBytes + i + 1);
 }
 
-}  // namespace
+}  // namespace tensor_preprocess_memory_test
 }  // namespace weir::preprocess_test

@@ -4,7 +4,7 @@
 #include "gstcpp/buffer/tensor_meta.hpp"
 
 namespace weir::preprocess_test {
-namespace {
+namespace pyramid_test {
 
 std::vector<Bytes> memories(GstBuffer* buffer) {
   std::vector<Bytes> out;
@@ -107,5 +107,5 @@ TEST(Pyramid, ReportsTheFirstLayerThatDoesNotFit) {
   EXPECT_SAYS(text, "3:2:2:1");
 }
 
-}  // namespace
+}  // namespace pyramid_test
 }  // namespace weir::preprocess_test

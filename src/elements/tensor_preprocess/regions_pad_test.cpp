@@ -8,7 +8,7 @@
 #include "gstcpp/buffer/tensor_meta.hpp"
 
 namespace weir::preprocess_test {
-namespace {
+namespace regions_pad_test {
 
 constexpr const char* kBoxes =
     "other/tensors,format=static,num_tensors=1,dimensions=(string)\"4:2\",types=(string)uint32,"
@@ -238,5 +238,5 @@ TEST(RegionsPad, SaysWhatResultsLack) {
   EXPECT_SAYS(error("x1,y1,x2,score", "4:1"), "the columns of a stream of results cannot be read");
 }
 
-}  // namespace
+}  // namespace regions_pad_test
 }  // namespace weir::preprocess_test

@@ -8,7 +8,7 @@
 #include "gstcpp/buffer/tensor_meta.hpp"
 
 namespace weir::preprocess_test {
-namespace {
+namespace regions_test {
 
 struct Box {
   guint x, y, width, height;
@@ -274,5 +274,5 @@ TEST(Regions, OfAFrameThatIsTooShortAreRejected) {
   EXPECT_EQ(stat(h, "dropped-error"), 1u);
 }
 
-}  // namespace
+}  // namespace regions_test
 }  // namespace weir::preprocess_test

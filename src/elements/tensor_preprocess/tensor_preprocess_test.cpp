@@ -4,7 +4,7 @@
 #include "elements/tests/second_thread_test_support.hpp"
 
 namespace weir::preprocess_test {
-namespace {
+namespace tensor_preprocess_test {
 
 TEST(TensorPreprocess, PassesPixelsOfTheSameSize) {
   auto h = harness("width=4 height=2", video("RGB", 4, 2));
@@ -154,5 +154,5 @@ TEST(TensorPreprocess, HonoursTheCropOfEachBuffer) {
   EXPECT_EQ(pushed<uint8_t>(h, frame(ramp(12))).size(), 2u);
 }
 
-}  // namespace
+}  // namespace tensor_preprocess_test
 }  // namespace weir::preprocess_test

@@ -5,7 +5,7 @@
 #include "transport/mqtt/broker_test_support.hpp"
 #include "transport/mqtt/server_discovery.hpp"
 
-namespace {
+namespace query_client_broker_test {
 
 using namespace std::chrono_literals;
 using namespace weir::test;
@@ -260,4 +260,4 @@ TEST_F(QueryClientBroker, TopicsThatCannotBeUsedAreNamed) {
               "dest-port=0");
 }
 
-}  // namespace
+}  // namespace query_client_broker_test

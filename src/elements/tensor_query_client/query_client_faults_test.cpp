@@ -2,7 +2,7 @@
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #include "elements/tensor_query_client/query_client_test_support.hpp"
 
-namespace {
+namespace query_client_faults_test {
 
 using namespace weir::test;
 using weir::wire::test::from_text;
@@ -311,4 +311,4 @@ TEST(QueryClientFaults, ItCanStartAgainAfterEachStop) {
   }
 }
 
-}  // namespace
+}  // namespace query_client_faults_test

@@ -4,7 +4,7 @@
 
 #include "elements/tensor_query_client/query_client_test_support.hpp"
 
-namespace {
+namespace tensor_query_client_test {
 
 using namespace weir::test;
 
@@ -289,4 +289,4 @@ TEST(TensorQueryClient, ABufferBeforeCapsIsAnError) {
   EXPECT_SAYS(error_before_caps("tensor_query_client"), "before caps");
 }
 
-}  // namespace
+}  // namespace tensor_query_client_test

@@ -7,7 +7,7 @@
 #include "transport/edge/query_client_test_support.hpp"
 
 namespace weir::test {
-namespace {
+namespace tensor_query_serversink_test {
 
 constexpr char kFrames[] =
     "videotestsrc num-buffers=3 ! video/x-raw,format=GRAY8,width=4,height=1,framerate=30/1 ! "
@@ -109,5 +109,5 @@ TEST(TensorQueryServersink, AnswersWithoutWaitingForAClock) {
   EXPECT_FALSE(sync);
 }
 
-}  // namespace
+}  // namespace tensor_query_serversink_test
 }  // namespace weir::test

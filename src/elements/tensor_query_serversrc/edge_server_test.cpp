@@ -10,7 +10,7 @@
 #include "transport/edge/query_client_test_support.hpp"
 
 namespace weir::test {
-namespace {
+namespace edge_server_test {
 
 using edge::test::RawClient;
 using wire::HeaderForm;
@@ -347,5 +347,5 @@ TEST_F(EdgeServer, OtherMachinesAreAWarning) {
   gst_element_set_state(element.get(), GST_STATE_NULL);
 }
 
-}  // namespace
+}  // namespace edge_server_test
 }  // namespace weir::test

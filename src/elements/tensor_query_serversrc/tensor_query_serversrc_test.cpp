@@ -13,7 +13,7 @@
 #include "transport/edge/stream_socket.hpp"
 
 namespace weir::test {
-namespace {
+namespace tensor_query_serversrc_test {
 
 using namespace std::chrono_literals;
 using net::Link;
@@ -217,5 +217,5 @@ TEST_F(TensorQueryServersrc, RejectsSettingsThatItCannotUse) {
               "WEIR-1004: the tensors of the requests are not known");
 }
 
-}  // namespace
+}  // namespace tensor_query_serversrc_test
 }  // namespace weir::test

@@ -4,7 +4,7 @@
 
 #include "elements/tests/element_test_support.hpp"
 
-namespace {
+namespace tensor_rate_test {
 
 using namespace weir::test;
 
@@ -344,4 +344,4 @@ TEST(TensorRate, CarriesOneToTwentyTensors) {
   }
 }
 
-}  // namespace
+}  // namespace tensor_rate_test

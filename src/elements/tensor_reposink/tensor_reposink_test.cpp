@@ -7,7 +7,7 @@
 #include "elements/tests/element_test_support.hpp"
 
 namespace weir::test {
-namespace {
+namespace tensor_reposink_test {
 
 constexpr char kByte[] = "other/tensor,dimension=(string)2,type=(string)uint8,framerate=30/1";
 
@@ -239,5 +239,5 @@ TEST(TensorReposink, ReportsFlexibleFramesWithoutHeaders) {
   EXPECT_EQ(stat(sink, "tensor_reposink", "dropped-error"), 1u);
 }
 
-}  // namespace
+}  // namespace tensor_reposink_test
 }  // namespace weir::test

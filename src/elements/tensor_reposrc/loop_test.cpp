@@ -5,7 +5,7 @@
 #include "elements/tests/pipeline_test_support.hpp"
 
 namespace weir::test {
-namespace {
+namespace loop_test {
 
 constexpr char kCaps[] =
     " caps=other/tensor,dimension=(string)4:1:1:1,type=(string)int32,framerate=(fraction)0/1 ";
@@ -179,5 +179,5 @@ TEST(Loop, ReportsASinkWhoseFramesDoNotFit) {
   EXPECT_SAYS(error, "type is float32, needed is int32");
 }
 
-}  // namespace
+}  // namespace loop_test
 }  // namespace weir::test

@@ -4,7 +4,7 @@
 #include "elements/tests/pipeline_test_support.hpp"
 
 namespace weir::test {
-namespace {
+namespace mux_loop_test {
 
 constexpr char kBytes[] =
     "other/tensor,dimension=(string)1:4:1:1,type=(string)uint8,framerate=30/1";
@@ -80,5 +80,5 @@ TEST(MuxLoop, WarnsAboutAnUnsuitableSyncMode) {
   EXPECT_EQ(warning_of(loop("sync-mode=nosync")), "");
 }
 
-}  // namespace
+}  // namespace mux_loop_test
 }  // namespace weir::test

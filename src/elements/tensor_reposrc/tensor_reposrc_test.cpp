@@ -11,7 +11,7 @@
 #include "gstcpp/element/labels_event.hpp"
 
 namespace weir::test {
-namespace {
+namespace tensor_reposrc_test {
 
 std::string tensor(const std::string& type, const std::string& dimension,
                    const std::string& rate = "30/1") {
@@ -420,5 +420,5 @@ TEST(TensorReposrc, AnswersLatencyAndForwardsNoQos) {
     EXPECT_NE(GST_EVENT_TYPE(event.get()), GST_EVENT_QOS);
 }
 
-}  // namespace
+}  // namespace tensor_reposrc_test
 }  // namespace weir::test

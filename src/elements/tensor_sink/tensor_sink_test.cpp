@@ -7,7 +7,7 @@
 
 #include "elements/tests/element_test_support.hpp"
 
-namespace {
+namespace tensor_sink_test {
 
 using namespace weir::test;
 
@@ -136,4 +136,4 @@ TEST_F(TensorSink, KeepsTheRateWithinItsRange) {
   EXPECT_EQ(G_PARAM_SPEC_UINT(spec)->maximum, 500u);
 }
 
-}  // namespace
+}  // namespace tensor_sink_test

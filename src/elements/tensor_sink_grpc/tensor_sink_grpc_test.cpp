@@ -6,7 +6,7 @@
 #include "elements/tensor_sink_grpc/grpc_test_support.hpp"
 
 namespace weir::test {
-namespace {
+namespace tensor_sink_grpc_test {
 
 constexpr char kSink[] = "tensor_sink_grpc", kSource[] = "tensor_src_grpc";
 
@@ -250,5 +250,5 @@ TEST(TensorSinkGrpcAlone, ServesOnlyWhomItAllows) {
   EXPECT_SAYS(error, "this server does not allow your address (allow)");
 }
 
-}  // namespace
+}  // namespace tensor_sink_grpc_test
 }  // namespace weir::test

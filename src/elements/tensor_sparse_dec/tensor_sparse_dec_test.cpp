@@ -7,7 +7,7 @@
 #include "elements/tests/element_test_support.hpp"
 #include "gstcpp/buffer/query_meta.hpp"
 
-namespace {
+namespace tensor_sparse_dec_test {
 
 using namespace weir::test;
 
@@ -212,4 +212,4 @@ TEST(TensorSparseDec, RejectsABufferBeforeCaps) {
   EXPECT_SAYS(error_before_caps(kDec), "WEIR-2003: a buffer arrived before caps");
 }
 
-}  // namespace
+}  // namespace tensor_sparse_dec_test

@@ -5,7 +5,7 @@
 #include "elements/tests/element_test_support.hpp"
 #include "gstcpp/buffer/query_meta.hpp"
 
-namespace {
+namespace tensor_sparse_enc_test {
 
 using namespace weir::test;
 
@@ -136,4 +136,4 @@ TEST(TensorSparseEnc, RejectsABufferBeforeCaps) {
   EXPECT_SAYS(error_before_caps(kEnc), "WEIR-2003: a buffer arrived before caps");
 }
 
-}  // namespace
+}  // namespace tensor_sparse_enc_test

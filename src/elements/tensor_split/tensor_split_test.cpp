@@ -5,8 +5,8 @@
 #include "elements/tests/branches_test_support.hpp"
 #include "gstcpp/buffer/tensor_meta.hpp"
 
-namespace weir::testing {
-namespace {
+namespace weir::test {
+namespace tensor_split_test {
 
 Bytes ramp(size_t size) {
   Bytes out(size);
@@ -275,5 +275,5 @@ TEST(TensorSplitRejects, AnEndWithoutAFrame) {
   EXPECT_SAYS(split.error(), "the stream ended without any output");
 }
 
-}  // namespace
-}  // namespace weir::testing
+}  // namespace tensor_split_test
+}  // namespace weir::test

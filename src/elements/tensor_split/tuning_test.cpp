@@ -2,8 +2,8 @@
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #include "elements/tests/branches_test_support.hpp"
 
-namespace weir::testing {
-namespace {
+namespace weir::test {
+namespace tensor_split_tuning_test {
 
 std::string read(const Branches& split, const char* property) {
   gchar* raw = nullptr;
@@ -93,5 +93,5 @@ TEST(SplitPropertyChange, OutputThatDownstreamRejectsIsRejected) {
   EXPECT_EQ(split.error(), "");
 }
 
-}  // namespace
-}  // namespace weir::testing
+}  // namespace tensor_split_tuning_test
+}  // namespace weir::test

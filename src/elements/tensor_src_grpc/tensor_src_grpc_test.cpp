@@ -4,7 +4,7 @@
 #include "elements/tensor_sink_grpc/grpc_test_support.hpp"
 
 namespace weir::test {
-namespace {
+namespace tensor_src_grpc_test {
 
 constexpr char kSink[] = "tensor_sink_grpc", kSource[] = "tensor_src_grpc";
 
@@ -156,5 +156,5 @@ TEST(TensorSrcGrpc, ReportsAnUnknownSchema) {
               "WEIR-1004: the schema of the messages is unknown");
 }
 
-}  // namespace
+}  // namespace tensor_src_grpc_test
 }  // namespace weir::test

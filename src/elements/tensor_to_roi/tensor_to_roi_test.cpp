@@ -11,7 +11,7 @@
 #include "gstcpp/element/labels_event.hpp"
 
 namespace weir {
-namespace {
+namespace tensor_to_roi_test {
 
 using namespace weir::test;
 
@@ -205,5 +205,5 @@ TEST(TensorToRoi, FromRoiReadsBackTheSameRows) {
   for (size_t i = 0; i < kTwo.size(); ++i) EXPECT_NEAR(numbers[i], kTwo[i], 1e-4) << i;
 }
 
-}  // namespace
+}  // namespace tensor_to_roi_test
 }  // namespace weir

@@ -10,7 +10,7 @@
 #include "gstcpp/element/labels_event.hpp"
 
 namespace weir {
-namespace {
+namespace tensor_tracker_test {
 
 using namespace weir::test;
 using Floats = std::vector<float>;
@@ -249,5 +249,5 @@ TEST(TensorTracker, RowsThatAreNotTheColumnsStopTheStream) {
   EXPECT_EQ(gst_harness_push(h.get(), in), GST_FLOW_ERROR);
 }
 
-}  // namespace
+}  // namespace tensor_tracker_test
 }  // namespace weir

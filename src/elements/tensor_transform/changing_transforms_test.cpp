@@ -7,7 +7,7 @@
 #include "core/tensor/tensor_header.hpp"
 #include "elements/tensor_transform/transform_chain_test_support.hpp"
 
-namespace {
+namespace changing_transforms_test {
 
 using weir::chain_test::Bytes;
 using weir::chain_test::Chain;
@@ -346,4 +346,4 @@ TEST(ChangingTransforms, WholePipelinesGiveTheSameFramesWithQueuesBetween) {
   EXPECT_EQ(fused, Pipeline(line(" ! tee ! ")).play());
 }
 
-}  // namespace
+}  // namespace changing_transforms_test

@@ -4,7 +4,7 @@
 
 #include "elements/tensor_transform/transform_chain_test_support.hpp"
 
-namespace {
+namespace fused_transforms_test {
 
 using weir::chain_test::Chain;
 using weir::chain_test::Frame;
@@ -346,4 +346,4 @@ TEST(FusedTransforms, AChangeOfSizeIsNotInPlace) {
   EXPECT_EQ(chain.stat("b", "pool-allocated"), 1u);
 }
 
-}  // namespace
+}  // namespace fused_transforms_test

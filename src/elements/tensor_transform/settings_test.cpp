@@ -5,7 +5,7 @@
 #include "elements/tests/element_test_support.hpp"
 #include "elements/tests/second_thread_test_support.hpp"
 
-namespace {
+namespace settings_test {
 
 using namespace weir::test;
 
@@ -52,4 +52,4 @@ TEST(TensorTransformSettings, AnInvalidApplyIsReportedAtTheStart) {
               "WEIR-1001: apply cannot be read\n  offered: 0,y");
 }
 
-}  // namespace
+}  // namespace settings_test

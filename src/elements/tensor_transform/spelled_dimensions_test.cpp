@@ -3,7 +3,7 @@
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #include "elements/tests/element_test_support.hpp"
 
-namespace {
+namespace spelled_dimensions_test {
 
 using namespace weir::test;
 
@@ -93,4 +93,4 @@ TEST(SpelledDimensions, AQueryForAnotherDimensionReturnsEmptyCaps) {
   }
 }
 
-}  // namespace
+}  // namespace spelled_dimensions_test

@@ -5,7 +5,7 @@
 
 #include "elements/tests/element_test_support.hpp"
 
-namespace {
+namespace tensor_transform_test {
 
 using namespace weir::test;
 
@@ -148,4 +148,4 @@ TEST(TensorTransform, RejectsUnreadableOptions) {
     EXPECT_SAYS(error_of(properties), "WEIR-1001") << properties;
 }
 
-}  // namespace
+}  // namespace tensor_transform_test

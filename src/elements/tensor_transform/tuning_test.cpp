@@ -6,7 +6,7 @@
 #include "elements/tests/tuning_test_support.hpp"
 #include "gstcpp/pads/early_events.hpp"
 
-namespace {
+namespace tensor_transform_tuning_test {
 
 using namespace weir::test;
 using Bytes = std::vector<uint8_t>;
@@ -167,4 +167,4 @@ TEST(TransformPropertyChange, AStreamWithoutFramesNeedsNone) {
   EXPECT_EQ(t.messages.next(), "");
 }
 
-}  // namespace
+}  // namespace tensor_transform_tuning_test

@@ -12,7 +12,7 @@
 #include "gstcpp/element/zones_event.hpp"
 
 namespace weir {
-namespace {
+namespace tensor_zones_test {
 
 using namespace weir::test;
 
@@ -400,5 +400,5 @@ TEST_F(TensorZones, TenThousandZonesWork) {
   EXPECT_EQ(stat(h, "tensor_zones", "zones-not-named"), 96u);
 }
 
-}  // namespace
+}  // namespace tensor_zones_test
 }  // namespace weir

@@ -10,7 +10,7 @@
 #include "elements/tests/element_test_support.hpp"
 
 namespace weir {
-namespace {
+namespace video_memory_test {
 
 using namespace weir::test;
 using testing_memory::DeviceAllocator;
@@ -77,5 +77,5 @@ TEST_F(VideoMemory, IsMappedByAnElementThatReadsIt) {
   EXPECT_GT(device_.mappings(), 0);
 }
 
-}  // namespace
+}  // namespace video_memory_test
 }  // namespace weir

@@ -2,7 +2,7 @@
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #include "elements/tests/bad_input_bench_test_support.hpp"
 
-namespace {
+namespace bad_caps_test {
 
 using namespace weir::testing_bad_input;
 
@@ -138,4 +138,4 @@ std::vector<Change> refusals() {
 }
 INSTANTIATE_TEST_SUITE_P(All, RejectedCaps, testing::ValuesIn(refusals()), name_of);
 
-}  // namespace
+}  // namespace bad_caps_test

@@ -5,7 +5,7 @@
 
 #include "elements/tests/bad_input_bench_test_support.hpp"
 
-namespace {
+namespace bad_frames_test {
 
 using namespace weir::testing_bad_input;
 
@@ -123,4 +123,4 @@ TEST(SparseTensorInAFlexibleStream, IsRejectedBeforeItIsRead) {
   }
 }
 
-}  // namespace
+}  // namespace bad_frames_test

@@ -84,19 +84,19 @@ inline std::string fake_filter() {
 inline std::vector<uint8_t> with_header(uint32_t type, const std::vector<uint32_t>& dimensions,
                                         uint32_t format, const std::vector<uint8_t>& payload) {
   std::vector<uint8_t> out;
-  testing::append_word(&out, 0xfeedcced, 4);
-  testing::append_word(&out, 0xDE001000, 4);
-  testing::append_word(&out, type, 4);
-  testing::append_dimensions(&out, dimensions);
-  testing::append_word(&out, format, 4);
-  testing::append_word(&out, 4, 4);  // media: a tensor
-  out.resize(128);                   // all values of a sparse tensor are 0
+  test::append_word(&out, 0xfeedcced, 4);
+  test::append_word(&out, 0xDE001000, 4);
+  test::append_word(&out, type, 4);
+  test::append_dimensions(&out, dimensions);
+  test::append_word(&out, format, 4);
+  test::append_word(&out, 4, 4);  // media: a tensor
+  out.resize(128);                // all values of a sparse tensor are 0
   out.insert(out.end(), payload.begin(), payload.end());
   return out;
 }
 inline std::vector<uint8_t> one_region() {
   std::vector<uint8_t> numbers;
-  for (const uint64_t number : {0, 0, 2, 2}) testing::append_word(&numbers, number, 4);
+  for (const uint64_t number : {0, 0, 2, 2}) test::append_word(&numbers, number, 4);
   return with_header(1, {4, 1}, 1, numbers);
 }
 

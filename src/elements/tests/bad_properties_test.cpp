@@ -3,7 +3,7 @@
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #include "elements/tests/bad_input_bench_test_support.hpp"
 
-namespace {
+namespace bad_properties_test {
 
 using namespace weir::testing_bad_input;
 
@@ -150,4 +150,4 @@ INSTANTIATE_TEST_SUITE_P(
         Typo{"no_model", "tensor_filter framework=fake", kTensor, {"WEIR-"}}),
     [](const auto& info) { return std::string(info.param.name); });
 
-}  // namespace
+}  // namespace bad_properties_test

@@ -2,7 +2,7 @@
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #include "elements/tests/bad_input_bench_test_support.hpp"
 
-namespace {
+namespace bad_queries_test {
 
 using namespace weir::testing_bad_input;
 
@@ -40,4 +40,4 @@ TEST_P(BadQuery, PostsNoError) {
 
 WEIR_FOR_EACH_ELEMENT(BadQuery);
 
-}  // namespace
+}  // namespace bad_queries_test

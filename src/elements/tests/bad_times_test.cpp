@@ -3,7 +3,7 @@
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #include "elements/tests/bad_input_bench_test_support.hpp"
 
-namespace {
+namespace bad_times_test {
 
 using namespace weir::testing_bad_input;
 
@@ -51,4 +51,4 @@ TEST_P(BadTime, OfAnExtremeFrameRateIsValid) {
 
 WEIR_FOR_EACH_ELEMENT(BadTime);
 
-}  // namespace
+}  // namespace bad_times_test

@@ -15,7 +15,7 @@
 #include "weir/join.hpp"
 
 namespace weir::gst {
-namespace {
+namespace bad_values_test {
 
 // The error and the element of gst_parse_launch().
 struct Parsed {
@@ -104,5 +104,5 @@ TEST(BadValues, OtherParserErrorsAreIgnored) {
   EXPECT_SAYS(Parsed("fakesrc ! ! fakesink").error_text(), "of another kind: ");
 }
 
-}  // namespace
+}  // namespace bad_values_test
 }  // namespace weir::gst

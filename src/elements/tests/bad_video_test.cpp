@@ -2,7 +2,7 @@
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #include "elements/tests/bad_input_bench_test_support.hpp"
 
-namespace {
+namespace bad_video_test {
 
 using namespace weir::testing_bad_input;
 
@@ -183,4 +183,4 @@ TEST(EnormousTensor, IsReportedBeforeItIsAllocated) {
   }
 }
 
-}  // namespace
+}  // namespace bad_video_test

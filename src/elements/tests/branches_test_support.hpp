@@ -13,7 +13,7 @@
 
 #include "elements/tests/element_parts_test_support.hpp"
 
-namespace weir::testing {
+namespace weir::test {
 
 using gst::Ref;
 using gst::UniqueText;
@@ -29,7 +29,7 @@ inline GstBuffer* frame_of(const std::vector<Bytes>& tensors) {
   for (const auto& bytes : tensors) gst_buffer_append_memory(buffer, test::memory_of(bytes));
   return buffer;
 }
-inline constexpr char kFlexibleCaps[] = "other/tensors,format=flexible,framerate=30/1";
+inline constexpr char kFlexibleBranch[] = "other/tensors,format=flexible,framerate=30/1";
 
 class Branches {
  public:
@@ -165,4 +165,4 @@ class Branches {
   std::map<std::string, std::unique_ptr<Branch>> branches_;
 };
 
-}  // namespace weir::testing
+}  // namespace weir::test

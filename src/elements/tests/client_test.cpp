@@ -9,7 +9,7 @@
 #include "gstcpp/buffer/query_meta.hpp"
 #include "gstcpp/element/ref.hpp"
 
-namespace {
+namespace client_test {
 
 using weir::gst::Ref;
 using weir::gst::Unique;
@@ -53,4 +53,4 @@ INSTANTIATE_TEST_SUITE_P(
         "tensor_converter ! tensor_decoder mode=octet_stream",
         "tensor_converter ! tensor_decoder mode=direct_video"));
 
-}  // namespace
+}  // namespace client_test

@@ -6,7 +6,7 @@
 
 #include "elements/tests/pipeline_test_support.hpp"
 
-namespace {
+namespace gl_memory_test {
 
 using namespace weir::test;
 
@@ -173,4 +173,4 @@ TEST_F(GlMemory, InCapsIsRejectedWithAWorkingFix) {
   }
 }
 
-}  // namespace
+}  // namespace gl_memory_test

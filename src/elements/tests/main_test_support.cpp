@@ -1,10 +1,13 @@
-// Runs the element tests; at the end the leaks tracer must report nothing.
+// Runs the element tests of the files that it is given, or all; at the end the leaks tracer must
+// report nothing.
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #include <gst/gst.h>
 #include <gtest/gtest.h>
 
 #include <cstdlib>
 #include <cstring>
+#include <filesystem>
+#include <string>
 
 namespace {
 
@@ -26,10 +29,40 @@ bool has_tracer(const char* name) {
   return feature != nullptr;
 }
 
+// Folder and name: what is before them depends on where a compiler ran.
+std::string short_path(const char* file) {
+  const std::filesystem::path path(file);
+  return path.parent_path().filename() / path.filename();
+}
+
+// False if the file has no test.
+bool add_tests_of(const std::string& file, std::string* filter) {
+  const auto size = filter->size();
+  const auto& tests = *testing::UnitTest::GetInstance();
+  for (int i = 0; i < tests.total_test_suite_count(); ++i) {
+    const auto& suite = *tests.GetTestSuite(i);
+    for (int j = 0; j < suite.total_test_count(); ++j) {
+      const auto& test = *suite.GetTestInfo(j);
+      if (short_path(test.file()) == file)
+        *filter += std::string(suite.name()) + '.' + test.name() + ':';
+    }
+  }
+  return filter->size() > size;
+}
+
 }  // namespace
 
 int main(int argc, char** argv) {
   testing::InitGoogleTest(&argc, argv);
+  std::string filter;
+  for (int i = 1; i < argc; ++i) {
+    const auto file = short_path(argv[i]);
+    if (file.ends_with("_test.cpp") && !add_tests_of(file, &filter)) {
+      std::fprintf(stderr, "%s: no tests of this file\n", argv[i]);
+      return 1;
+    }
+  }
+  if (!filter.empty()) GTEST_FLAG_SET(filter, filter);
   gst_init(&argc, &argv);
   int result = RUN_ALL_TESTS();
   const char* tracers = std::getenv("GST_TRACERS");

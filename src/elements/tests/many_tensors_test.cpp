@@ -6,8 +6,8 @@
 #include "elements/tests/branches_test_support.hpp"
 #include "elements/tests/element_test_support.hpp"
 
-namespace weir::testing {
-namespace {
+namespace weir::test {
+namespace many_tensors_test {
 
 using Memories = std::vector<Bytes>;
 
@@ -257,5 +257,5 @@ std::string name_of(const ::testing::TestParamInfo<Sweep>& info) {
 INSTANTIATE_TEST_SUITE_P(Sweep, ManyTensors, ::testing::ValuesIn(sweep()), name_of);
 INSTANTIATE_TEST_SUITE_P(Sweep, ManyStaticTensors, ::testing::ValuesIn(sweep(false)), name_of);
 
-}  // namespace
-}  // namespace weir::testing
+}  // namespace many_tensors_test
+}  // namespace weir::test

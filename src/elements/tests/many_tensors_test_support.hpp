@@ -12,7 +12,7 @@
 
 #include "weir/join.hpp"
 
-namespace weir::testing {
+namespace weir::test {
 
 // Tensor i of a sweep has rank `first_rank` + i (from 16 back to 1); the types alternate.
 struct Sweep {
@@ -149,4 +149,4 @@ inline std::string caps_of(const Sweep& sweep, const std::vector<size_t>& tensor
          "\",framerate=30/1";
 }
 
-}  // namespace weir::testing
+}  // namespace weir::test

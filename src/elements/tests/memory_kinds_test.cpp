@@ -10,7 +10,7 @@
 #include "elements/tests/device_memory_test_support.hpp"
 #include "elements/tests/dma_buf_test_support.hpp"
 
-namespace {
+namespace memory_kinds_test {
 
 using namespace weir::testing_bad_input;
 using namespace weir::testing_memory;
@@ -156,4 +156,4 @@ TEST(MemoryKindOfPaddedRows, IsReadOrReported) {
 
 WEIR_FOR_EACH_OF(MemoryKind, single_input_subjects());
 
-}  // namespace
+}  // namespace memory_kinds_test

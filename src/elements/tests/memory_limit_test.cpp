@@ -17,7 +17,7 @@ constexpr bool kSanitized = true;  // reserves more address space than a limit c
 constexpr bool kSanitized = false;
 #endif
 
-namespace {
+namespace memory_limit_test {
 
 using namespace weir::testing_bad_input;
 using weir::test::Bytes;
@@ -112,7 +112,7 @@ Outcome transform_of_another_tensor() {
 }
 
 // Two inputs, each pushed by its own thread.
-Outcome both_pushed(weir::testing::ManyInputs& inputs, GstBuffer* first, GstBuffer* second) {
+Outcome both_pushed(weir::test::ManyInputs& inputs, GstBuffer* first, GstBuffer* second) {
   const auto push = [&](GstBuffer* a, GstBuffer* b) {
     GST_BUFFER_PTS(a) = GST_BUFFER_PTS(b) = 0;
     auto pushing = inputs.push_later(0, Ref<GstBuffer>::adopt(a));
@@ -124,25 +124,25 @@ Outcome both_pushed(weir::testing::ManyInputs& inputs, GstBuffer* first, GstBuff
   return {inputs.error(), ""};
 }
 Outcome merged() {
-  weir::testing::ManyInputs merge("tensor_merge mode=linear option=0 max-buffer-size=0");
+  weir::test::ManyInputs merge("tensor_merge mode=linear option=0 max-buffer-size=0");
   for (int i = 0; i < 2; ++i) merge.add(tensors("268435456", "uint8").c_str());
   merge.play();
   return both_pushed(merge, zero_pages(kHalf), zero_pages(kHalf));
 }
 Outcome multiplexed() {
-  weir::testing::ManyInputs mux("tensor_mux sync-mode=nosync");
+  weir::test::ManyInputs mux("tensor_mux sync-mode=nosync");
   for (int i = 0; i < 2; ++i) mux.add(tensors("268435456", "uint8").c_str());
   mux.play();
   return both_pushed(mux, zero_pages(kHalf), zero_pages(kHalf));
 }
 Outcome cropped() {
-  weir::testing::Crop crop(
+  weir::test::Crop crop(
       "max-buffer-size=0",
       "other/tensor,dimension=(string)1:8192:8192,type=(string)uint8,framerate=30/1");
   std::vector<uint32_t> regions;
   for (int i = 0; i < 16; ++i) regions.insert(regions.end(), {0, 0, 8192, 8192});
   return both_pushed(crop, zero_pages(size_t{8192} * 8192),
-                     weir::test::frame(weir::testing::info_of(regions)));
+                     weir::test::frame(weir::test::info_of(regions)));
 }
 
 // A picture with other owners is copied before it is drawn into.
@@ -284,7 +284,7 @@ std::vector<Case> cases() {
       {"sink", pass("tensor_sink"), true},
       {"join",
        [=] {
-         weir::testing::ManyInputs join("join");
+         weir::test::ManyInputs join("join");
          join.add(huge.c_str());
          join.play();
          GstBuffer* large = zero_pages(kHuge);
@@ -376,13 +376,13 @@ TEST(MaxBufferSize, RejectsASparseFrameThatExpandsBeyondIt) {
 }
 
 TEST(MaxBufferSize, RejectsOverlappingRegionsBeyondIt) {
-  weir::testing::Crop crop("max-buffer-size=1000");
+  weir::test::Crop crop("max-buffer-size=1000");
   const auto regions = [](size_t count) {
     std::vector<uint32_t> out;
     for (size_t i = 0; i < count; ++i) out.insert(out.end(), {0, 0, 5, 4});
-    return weir::testing::info_of(out);
+    return weir::test::info_of(out);
   };
-  auto first = crop.push_later(0, weir::testing::buffer_of({weir::testing::picture()}, 100));
+  auto first = crop.push_later(0, weir::test::buffer_of({weir::test::picture()}, 100));
   crop.push(1, regions(6), 100);
   first.get();
   EXPECT_SAYS(crop.error(), "offered: 1008 bytes\n  needed: at most 1000 bytes\n");
@@ -405,4 +405,4 @@ TEST(MaxBufferSize, RejectsWindowsAndLoopsBeyondIt) {
   EXPECT_SAYS(text.push(zeros(8)), "fix: tensor_converter max-buffer-size=1000");
 }
 
-}  // namespace
+}  // namespace memory_limit_test

@@ -9,8 +9,8 @@
 
 #include "gstcpp/element/ref.hpp"
 
-namespace weir::testing {
-namespace {
+namespace weir::test {
+namespace pool_return_test {
 
 using gst::Ref;
 using gst::Unique;
@@ -106,5 +106,5 @@ TEST(PoolReturn, ABufferWhoseMemoryIsHeldIsNotReused) {
   gst_buffer_pool_set_active(pool.get(), FALSE);
 }
 
-}  // namespace
-}  // namespace weir::testing
+}  // namespace pool_return_test
+}  // namespace weir::test

@@ -5,7 +5,7 @@
 #include "elements/tests/element_test_support.hpp"
 #include "gstcpp/buffer/tensor_caps.hpp"
 
-namespace {
+namespace result_caps_test {
 
 using namespace weir;
 using namespace weir::test;
@@ -17,7 +17,7 @@ std::string with_fields(const std::string& caps, const std::string& columns,
 const std::string kTwo = tensors("float32,uint8", "6:2,3");  // rows and a table
 const std::string kResults = with_fields(kTwo, "x1,y1,x2,y2,score,class;masks", "yolo;yolo");
 GstBuffer* frame_of_two() {
-  return weir::testing::buffer_of({Bytes(48), Bytes(3)}, 0).release();
+  return weir::test::buffer_of({Bytes(48), Bytes(3)}, 0).release();
 }
 
 // The roles of the output's caps: "columns|source" of each tensor.
@@ -90,7 +90,7 @@ Stream results_of_two() {
   return {kResults, Ref<GstBuffer>::adopt(frame_of_two())};
 }
 Stream plain() {
-  return {tensors("uint8,uint8", "2,2"), weir::testing::buffer_of({Bytes(2), Bytes(2)}, 0)};
+  return {tensors("uint8,uint8", "2,2"), weir::test::buffer_of({Bytes(2), Bytes(2)}, 0)};
 }
 Stream flexible(const std::string& columns, const std::string& source) {
   std::vector<Bytes> memories;
@@ -100,10 +100,10 @@ Stream flexible(const std::string& columns, const std::string& source) {
   }));
   const std::string caps = "other/tensors,format=flexible,framerate=30/1";
   return {columns.empty() ? caps : with_fields(caps, columns, source),
-          weir::testing::buffer_of(memories, 0)};
+          weir::test::buffer_of(memories, 0)};
 }
 Roles joined(const std::vector<Stream>& streams) {
-  weir::testing::ManyInputs mux("tensor_mux");
+  weir::test::ManyInputs mux("tensor_mux");
   for (const auto& stream : streams) mux.add(stream.caps.c_str());
   mux.play();
   std::vector<std::future<GstFlowReturn>> pushes;
@@ -128,7 +128,7 @@ TEST(ResultCaps, OfFlexibleStreamsSayHowManyTensorsThereAre) {
 }
 
 TEST(ResultCaps, ThatChangeInTheMiddleChangeTheJoinedCaps) {
-  weir::testing::ManyInputs mux("tensor_mux");
+  weir::test::ManyInputs mux("tensor_mux");
   mux.add(kResults.c_str());
   mux.play();
   EXPECT_EQ(mux.push(0, results_of_two().frame), GST_FLOW_OK);
@@ -137,4 +137,4 @@ TEST(ResultCaps, ThatChangeInTheMiddleChangeTheJoinedCaps) {
   EXPECT_EQ(roles(mux.caps()), (Roles{"score,class|a", "text|b"}));
 }
 
-}  // namespace
+}  // namespace result_caps_test

@@ -5,7 +5,7 @@
 #include "elements/tensor_filter/custom_easy_test_support.hpp"
 
 namespace weir::testing_tensor_decoder {
-namespace {
+namespace result_chain_test {
 
 using In = std::span<const weir_tensor>;
 using Out = std::span<weir_tensor>;
@@ -111,5 +111,5 @@ TEST(ResultChain, PicturesWithoutObjectsHaveTwoEmptyTensorsAndNothingWaits) {
   for (const Frame& expected : {nothing, found, nothing, found}) EXPECT_EQ(chain.next(), expected);
 }
 
-}  // namespace
+}  // namespace result_chain_test
 }  // namespace weir::testing_tensor_decoder

@@ -8,7 +8,7 @@
 #include "gstcpp/buffer/tensor_caps.hpp"
 
 namespace weir::test {
-namespace {
+namespace result_stream_test {
 
 constexpr char kFlexible[] = "other/tensors,format=flexible,framerate=10/1";
 constexpr char kBoxColumns[] = "x1,y1,x2,y2,score,class";
@@ -256,5 +256,5 @@ TEST(ResultStream, GoesRoundALoop) {
   }
 }
 
-}  // namespace
+}  // namespace result_stream_test
 }  // namespace weir::test

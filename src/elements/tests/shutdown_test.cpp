@@ -4,7 +4,7 @@
 #include "elements/tests/element_test_support.hpp"
 
 namespace weir::test {
-namespace {
+namespace tests_shutdown_test {
 
 struct Case {
   const char* launch;
@@ -44,5 +44,5 @@ INSTANTIATE_TEST_SUITE_P(
              "other/tensors,format=static,num_tensors=1,dimensions=(string)4:2,"
              "types=(string)float32,framerate=30/1"}));
 
-}  // namespace
+}  // namespace tests_shutdown_test
 }  // namespace weir::test

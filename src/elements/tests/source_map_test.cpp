@@ -12,7 +12,7 @@
 #include "gstcpp/buffer/tensor_meta.hpp"
 #include "gstcpp/element/ref.hpp"
 
-namespace {
+namespace source_map_test {
 
 using weir::SourceMap;
 using weir::gst::Mapped;
@@ -304,4 +304,4 @@ TEST(SourceMap, IsReplacedCopiedAndRemoved) {
   EXPECT_EQ(weir::gst::maps_of(buffer.get()), weir::gst::MapsOf::Tensors);
 }
 
-}  // namespace
+}  // namespace source_map_test

@@ -4,7 +4,7 @@
 
 #include "elements/tests/bad_input_bench_test_support.hpp"
 
-namespace {
+namespace split_video_test {
 
 using namespace weir::testing_bad_input;
 using weir::test::Bytes;
@@ -136,4 +136,4 @@ TEST(SplitVideoPlanes, InSeparateMemoriesAreCopiedOnce) {
   EXPECT_EQ(bench.stat("bytes-copied"), 30u);
 }
 
-}  // namespace
+}  // namespace split_video_test

@@ -9,7 +9,7 @@
 #include "gstcpp/buffer/allocation.hpp"
 
 namespace weir::gst {
-namespace {
+namespace buffer_parts_test {
 
 using Bytes = std::vector<std::byte>;
 
@@ -92,5 +92,5 @@ TEST_F(BufferParts, FailWhereNoMemoryCanBeAllocated) {
   EXPECT_EQ(memories(), 0u);
 }
 
-}  // namespace
+}  // namespace buffer_parts_test
 }  // namespace weir::gst

@@ -8,7 +8,7 @@
 #include "says.hpp"
 
 namespace weir::gst {
-namespace {
+namespace caps_text_test {
 
 // Whether the text of caps gives the caps.
 void expect_same(const GstCaps* caps) {
@@ -111,5 +111,5 @@ TEST(PostedError, HasNoControlCharacters) {
   gst_element_set_bus(element.get(), nullptr);
 }
 
-}  // namespace
+}  // namespace caps_text_test
 }  // namespace weir::gst

@@ -8,7 +8,7 @@
 #include <thread>
 #include <vector>
 
-namespace {
+namespace deferred_memory_test {
 
 using weir::gst::DeferredCounts;
 using weir::gst::MappedMemory;
@@ -178,4 +178,4 @@ TEST(DeferralOffer, IsValidOnlyFromTheLinkedPad) {
   EXPECT_FALSE(weir::gst::deferral_is_offered(query.get(), pads.source));
 }
 
-}  // namespace
+}  // namespace deferred_memory_test

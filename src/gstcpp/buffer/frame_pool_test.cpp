@@ -11,7 +11,7 @@
 #include "says.hpp"
 
 namespace weir::gst {
-namespace {
+namespace frame_pool_test {
 
 std::vector<TensorSpec> bytes_of_sizes(const std::vector<uint32_t>& sizes) {
   std::vector<TensorSpec> out;
@@ -126,5 +126,5 @@ TEST(FramePool, RejectsABufferThatCannotBeWritten) {
   EXPECT_FALSE(writer.map(pool, empty.get()));
 }
 
-}  // namespace
+}  // namespace frame_pool_test
 }  // namespace weir::gst

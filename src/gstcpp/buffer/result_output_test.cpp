@@ -12,7 +12,7 @@
 #include "says.hpp"
 
 namespace weir::gst {
-namespace {
+namespace result_output_test {
 
 constexpr size_t kHeader = 128;  // bytes of a flexible tensor's header, docs/compatibility
 
@@ -142,5 +142,5 @@ TEST(ResultOutput, AMapWhoseBytesAreNoTensorIsAnError) {
   EXPECT_SAYS(status.error().message(), "3 bytes");
 }
 
-}  // namespace
+}  // namespace result_output_test
 }  // namespace weir::gst

@@ -9,7 +9,7 @@
 #include "says.hpp"
 
 namespace weir::gst {
-namespace {
+namespace tensor_caps_test {
 
 using Caps = Ref<GstCaps>;
 
@@ -160,5 +160,5 @@ TEST(TensorCaps, AMismatchNamesBothSides) {
   EXPECT_SAYS(error.needed, "type=(string)int8");
 }
 
-}  // namespace
+}  // namespace tensor_caps_test
 }  // namespace weir::gst

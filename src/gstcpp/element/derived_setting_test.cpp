@@ -8,7 +8,7 @@
 #include <future>
 
 namespace weir::gst {
-namespace {
+namespace derived_setting_test {
 
 TEST(DerivedSetting, IsComputedOnceUntilItIsReset) {
   DerivedSetting<int> derived;
@@ -49,5 +49,5 @@ TEST(DerivedSetting, DiscardsAValueIfASettingChangesWhileItIsComputed) {
   EXPECT_EQ(*derived.get([&] { return setting.load(); }), 2);
 }
 
-}  // namespace
+}  // namespace derived_setting_test
 }  // namespace weir::gst

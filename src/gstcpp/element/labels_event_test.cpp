@@ -5,7 +5,7 @@
 #include <gtest/gtest.h>
 
 namespace weir::gst {
-namespace {
+namespace labels_event_test {
 
 const LabelsOfSource kTwo{"yolo nano;v1", {"person", "traffic \"light\"", ""}};
 
@@ -65,5 +65,5 @@ TEST(LabelsEvent, OtherContentsAreNone) {
   }));
 }
 
-}  // namespace
+}  // namespace labels_event_test
 }  // namespace weir::gst

@@ -9,7 +9,7 @@
 #include "weir/abi.h"
 
 namespace weir::gst {
-namespace {
+namespace log_test {
 
 // The lines that GStreamer logs while the object exists: "LEVEL category: text".
 class Lines {
@@ -86,5 +86,5 @@ TEST(ElementLog, UsesTheLibraryCategoryForTypesWithoutCategory) {
   gst_object_unref(element);
 }
 
-}  // namespace
+}  // namespace log_test
 }  // namespace weir::gst

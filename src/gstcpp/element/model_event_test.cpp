@@ -7,7 +7,7 @@
 #include <limits>
 
 namespace weir::gst {
-namespace {
+namespace element_model_event_test {
 
 DescribedModel whole_model() {
   DescribedModel model;
@@ -131,5 +131,5 @@ TEST(ModelEvent, NonsenseOfATensorIsNotAccepted) {
   }));
 }
 
-}  // namespace
+}  // namespace element_model_event_test
 }  // namespace weir::gst

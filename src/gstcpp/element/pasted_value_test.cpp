@@ -10,7 +10,7 @@
 #include "gstcpp/element/ref.hpp"
 
 namespace weir {
-namespace {
+namespace pasted_value_test {
 
 std::string property(GstElement* element, const char* name) {
   char* text = nullptr;
@@ -111,5 +111,5 @@ TEST(PastedValue, OfRandomTextIsReadAsTheText) {
   for (int i = 0; i < 500 && !testing::Test::HasFailure(); ++i) expect_read(text(), text());
 }
 
-}  // namespace
+}  // namespace pasted_value_test
 }  // namespace weir

@@ -9,7 +9,7 @@
 
 #include "gstcpp/element/ref.hpp"
 
-namespace {
+namespace push_task_test {
 
 using weir::gst::PushTask;
 using weir::gst::Ref;
@@ -112,4 +112,4 @@ TEST_F(PushTaskTest, CanBeRestarted) {
   }
 }
 
-}  // namespace
+}  // namespace push_task_test

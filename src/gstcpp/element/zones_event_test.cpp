@@ -5,7 +5,7 @@
 #include <gtest/gtest.h>
 
 namespace weir::gst {
-namespace {
+namespace zones_event_test {
 
 TEST(ZonesEvent, ReadsBack) {
   const ZonesOfSource zones{"zones of \"a\"", "{\"version\":1,\n\"zones\":[]}"};
@@ -28,5 +28,5 @@ TEST(ZonesEvent, OtherContentsAreIgnored) {
   EXPECT_FALSE(parse_zones_event(eos.get()));
 }
 
-}  // namespace
+}  // namespace zones_event_test
 }  // namespace weir::gst

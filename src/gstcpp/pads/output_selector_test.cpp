@@ -7,7 +7,7 @@
 #include <string>
 
 namespace weir::gst {
-namespace {
+namespace output_selector_test {
 
 // An output-selector with two pads; the test pushes into it and records what arrives at each peer.
 class OutputSelectorTest : public ::testing::Test {
@@ -134,5 +134,5 @@ TEST_F(OutputSelectorTest, AReleasedPadIsIgnored) {
   EXPECT_EQ(ends_[0].seen, "stream-start caps-8 segment frame");
 }
 
-}  // namespace
+}  // namespace output_selector_test
 }  // namespace weir::gst

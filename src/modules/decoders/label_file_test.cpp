@@ -6,7 +6,7 @@
 #include <sys/stat.h>
 
 namespace weir {
-namespace {
+namespace label_file_test {
 
 // Counts the sequences of `length` bytes with a lead byte >= 0x80 that are one valid character.
 size_t accepted(size_t length) {
@@ -96,5 +96,5 @@ TEST_F(LabelFile, AFifoWithoutAWriterIsRejectedAtOnce) {
   EXPECT_EQ(error.what, "the label file cannot be read: not a regular file");
 }
 
-}  // namespace
+}  // namespace label_file_test
 }  // namespace weir

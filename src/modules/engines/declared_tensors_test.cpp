@@ -5,7 +5,7 @@
 #include <gtest/gtest.h>
 
 namespace weir::engine {
-namespace {
+namespace declared_tensors_test {
 
 TEST(DeclaredTensors, ListsFillTheTensorsInOrder) {
   DeclaredTensors tensors;
@@ -62,5 +62,5 @@ TEST(DeclaredTensors, DimensionsAreWrittenInnermostFirst) {
   EXPECT_FALSE(type_of("float"));
 }
 
-}  // namespace
+}  // namespace declared_tensors_test
 }  // namespace weir::engine

@@ -11,7 +11,7 @@
 #include "says.hpp"
 
 namespace weir::engine {
-namespace {
+namespace dry_run_test {
 
 weir_tensor_info floats(std::initializer_list<int64_t> shape) {
   weir_tensor_info info{};
@@ -73,5 +73,5 @@ TEST(DryRunInputs, WithoutASizeAreRejected) {
   }
 }
 
-}  // namespace
+}  // namespace dry_run_test
 }  // namespace weir::engine

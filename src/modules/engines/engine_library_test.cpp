@@ -10,7 +10,7 @@
 #include "says.hpp"
 
 namespace weir::engine {
-namespace {
+namespace engine_library_test {
 
 class EngineLibraryPlaces : public ::testing::Test {
  protected:
@@ -70,5 +70,5 @@ TEST_F(EngineLibraryPlaces, AMissingSymbolIsNull) {
   }
 }
 
-}  // namespace
+}  // namespace engine_library_test
 }  // namespace weir::engine

@@ -13,7 +13,7 @@
 #include <vector>
 
 namespace weir::engine {
-namespace {
+namespace environment_variable_test {
 
 std::string value_of(const char* name) {
   const char* value = std::getenv(name);
@@ -80,5 +80,5 @@ TEST(EnvironmentVariable, CanBeSetWhileThreadsReadOthers) {
   EXPECT_EQ(value_of(name.c_str()), "199");
 }
 
-}  // namespace
+}  // namespace environment_variable_test
 }  // namespace weir::engine

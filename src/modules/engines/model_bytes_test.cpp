@@ -13,7 +13,7 @@
 #include "says.hpp"
 
 namespace weir::engine {
-namespace {
+namespace model_bytes_test {
 
 Result<ModelBytes> read(const std::vector<std::string>& paths) {
   std::vector<const char*> pointers;
@@ -203,5 +203,5 @@ TEST(ModelSource, ReadsOnlyWithinTheFile) {
   }
 }
 
-}  // namespace
+}  // namespace model_bytes_test
 }  // namespace weir::engine

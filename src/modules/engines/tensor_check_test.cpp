@@ -10,7 +10,7 @@
 #include "weir/module.hpp"
 
 namespace weir::engine {
-namespace {
+namespace tensor_check_test {
 
 weir_tensor_info shaped(uint32_t type, const std::vector<int64_t>& shape) {
   weir_tensor_info info{};
@@ -185,5 +185,5 @@ TEST_F(WriteOutput, RejectsAWrongSizeOrTypeAndMissingMemory) {
   EXPECT_EQ(code_of(write_output(shaped(WEIR_UINT8, {101}), from, 0, &none)), Code::OUT_OF_MEMORY);
 }
 
-}  // namespace
+}  // namespace tensor_check_test
 }  // namespace weir::engine

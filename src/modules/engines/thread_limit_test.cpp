@@ -10,7 +10,7 @@
 #include "says.hpp"
 
 namespace weir::engine {
-namespace {
+namespace thread_limit_test {
 
 TEST(ThreadLimit, SufficesForAFewThreads) {
   EXPECT_TRUE(check_thread_limit(0));
@@ -35,5 +35,5 @@ TEST(ThreadLimit, IsMissingWithoutMemoryForStacks) {
       "fix: custom=NumThreads:1");
 }
 
-}  // namespace
+}  // namespace thread_limit_test
 }  // namespace weir::engine

@@ -10,7 +10,7 @@
 #include "tflite-file/tflite_work.hpp"
 
 namespace weir::engine {
-namespace {
+namespace thread_rule_test {
 
 constexpr ThreadCosts kCosts{.of_operator = 1e6, .of_invoke = 10e6, .of_weight = 20};
 
@@ -132,5 +132,5 @@ TEST(TfliteWork, ExcludesOpenShapesAndMissingTensors) {
   EXPECT_EQ(tflite_work(graph).operators, 0u);
 }
 
-}  // namespace
+}  // namespace thread_rule_test
 }  // namespace weir::engine

@@ -10,7 +10,7 @@
 #include "transport/edge/stream_subscriber.hpp"
 
 namespace weir::edge {
-namespace {
+namespace early_subscriber_test {
 
 using namespace std::chrono_literals;
 using wire::test::Bytes;
@@ -140,5 +140,5 @@ TEST(SubscriberLinkTime, TheWaitForCapsIsNotASlowHandshake) {
   EXPECT_GE(*link.patience({}), before + 2s);
 }
 
-}  // namespace
+}  // namespace early_subscriber_test
 }  // namespace weir::edge

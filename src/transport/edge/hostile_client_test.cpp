@@ -7,7 +7,7 @@
 #include "transport/edge/query_client_test_support.hpp"
 
 namespace weir::edge::test {
-namespace {
+namespace hostile_client_test {
 
 using Sent = QueryListener::Sent;
 using std::chrono::milliseconds;
@@ -347,5 +347,5 @@ TEST_F(HostileClient, Class12MoreMemoriesThanAFormHas) {
   EXPECT_EQ(listener_->counts().answers_lost, 1u);
 }
 
-}  // namespace
+}  // namespace hostile_client_test
 }  // namespace weir::edge::test

@@ -5,7 +5,7 @@
 #include <gtest/gtest.h>
 
 namespace weir::edge {
-namespace {
+namespace pending_requests_test {
 
 using Requests = PendingRequests<std::string, int>;
 
@@ -203,5 +203,5 @@ TEST(PendingRequests, ANumberedAnswerThatComesTwiceIsGivenToNoOtherRequest) {
   EXPECT_EQ(requests.waiting(), 1u);
 }
 
-}  // namespace
+}  // namespace pending_requests_test
 }  // namespace weir::edge

@@ -10,7 +10,7 @@
 #include "transport/edge/query_server_test_support.hpp"
 
 namespace weir::edge {
-namespace {
+namespace query_link_test {
 
 using namespace std::chrono_literals;
 using test::ScriptedServer;
@@ -465,5 +465,5 @@ TEST_F(EdgeQuery, AnAddressThatIsTakenIsNamed) {
   EXPECT_REFUSED(QueryLink::connect(wanted), OPTION_VALUE, "in use");
 }
 
-}  // namespace
+}  // namespace query_link_test
 }  // namespace weir::edge

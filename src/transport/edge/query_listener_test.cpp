@@ -7,7 +7,7 @@
 #include "transport/edge/query_client_test_support.hpp"
 
 namespace weir::edge::test {
-namespace {
+namespace query_listener_test {
 
 using Sent = QueryListener::Sent;
 
@@ -310,5 +310,5 @@ TEST_F(EdgeQuery, AnAddressThatIsTakenIsNamed) {
   EXPECT_SAYS(second.error().message(), "in use");
 }
 
-}  // namespace
+}  // namespace query_listener_test
 }  // namespace weir::edge::test

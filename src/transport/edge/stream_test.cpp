@@ -18,7 +18,7 @@
 #include "transport/edge/stream_subscriber.hpp"
 
 namespace weir::edge {
-namespace {
+namespace stream_test {
 
 using wire::HeaderForm;
 using wire::test::Bytes;
@@ -358,5 +358,5 @@ TEST(EdgeSocket, AddressesThatCannotBeUsed) {
                  "no-such-host.invalid:1");
 }
 
-}  // namespace
+}  // namespace stream_test
 }  // namespace weir::edge

@@ -11,7 +11,7 @@
 #include "transport/local/received_block.hpp"
 
 namespace weir::local::test {
-namespace {
+namespace hostile_peer_test {
 
 using isolate::MessageWriter;
 
@@ -365,5 +365,5 @@ TEST(ReceivedBlock, CannotBeWrittenByItsReader) {
   EXPECT_TRUE(map_block(Descriptor(dup((*block)->descriptor())), 4096));
 }
 
-}  // namespace
+}  // namespace hostile_peer_test
 }  // namespace weir::local::test

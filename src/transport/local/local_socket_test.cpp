@@ -9,7 +9,7 @@
 #include "transport/local/local_stream_test_support.hpp"
 
 namespace weir::local::test {
-namespace {
+namespace local_socket_test {
 
 // A socket file without a listener, as of a process that was killed.
 void leave_stale_socket(const std::string& path) {
@@ -69,5 +69,5 @@ TEST(LocalSocket, AMissingWriterIsNamedWithTheFix) {
   EXPECT_SAYS(connect_to(folder.file()).error().fix, "reconnect=true");
 }
 
-}  // namespace
+}  // namespace local_socket_test
 }  // namespace weir::local::test

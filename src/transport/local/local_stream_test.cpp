@@ -6,7 +6,7 @@
 #include "transport/local/local_stream_test_support.hpp"
 
 namespace weir::local::test {
-namespace {
+namespace local_stream_test {
 
 using Outcome = Publisher::Outcome;
 using EventKind = StreamEvent::Kind;
@@ -328,5 +328,5 @@ TEST(LocalStream, DescriptorsAndMemoryStayOverAThousandReconnections) {
 #endif
 }
 
-}  // namespace
+}  // namespace local_stream_test
 }  // namespace weir::local::test

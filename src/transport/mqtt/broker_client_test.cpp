@@ -10,7 +10,7 @@
 #include "transport/mqtt/broker_test_support.hpp"
 
 namespace weir::transport {
-namespace {
+namespace broker_client_test {
 
 using namespace std::chrono_literals;
 using test::TestBroker;
@@ -275,5 +275,5 @@ TEST_F(BrokerClientTest, CountsMessagesOfAKilledBrokerAsLost) {
   EXPECT_EQ(counts.published + counts.lost, accepted);
 }
 
-}  // namespace
+}  // namespace broker_client_test
 }  // namespace weir::transport

@@ -6,7 +6,7 @@
 #include "transport/mqtt/broker_client.hpp"
 
 namespace weir::transport {
-namespace {
+namespace broker_tls_test {
 
 using namespace std::chrono_literals;
 using test::TestBroker;
@@ -159,5 +159,5 @@ TEST_F(BrokerTls, ConnectsAgainWithTls) {
   EXPECT_TRUE(becomes_true([&] { return (*client)->is_connected(); }, "a connection"));
 }
 
-}  // namespace
+}  // namespace broker_tls_test
 }  // namespace weir::transport

@@ -11,7 +11,7 @@
 #include "transport/mqtt/sent_messages.hpp"
 
 namespace weir::transport {
-namespace {
+namespace mqtt_message_test {
 
 using namespace std::chrono_literals;
 using namespace std::string_literals;
@@ -90,5 +90,5 @@ TEST(SentMessages, HasRoomForOneMessageOfAnySize) {
   EXPECT_TRUE(sent.empty());
 }
 
-}  // namespace
+}  // namespace mqtt_message_test
 }  // namespace weir::transport

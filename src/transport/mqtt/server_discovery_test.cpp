@@ -15,7 +15,7 @@
 #include "transport/wake_event.hpp"
 
 namespace weir::transport {
-namespace {
+namespace server_discovery_test {
 
 using namespace std::chrono_literals;
 using test::TestBroker;
@@ -199,5 +199,5 @@ TEST_F(ServerDiscovery, WaitsNoLongerWhenInterrupted) {
   EXPECT_FALSE(clients->wait_for_change(clients->version(), io::deadline_in(1ms), -1));
 }
 
-}  // namespace
+}  // namespace server_discovery_test
 }  // namespace weir::transport

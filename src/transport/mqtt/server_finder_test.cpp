@@ -5,7 +5,7 @@
 #include <gtest/gtest.h>
 
 namespace weir::transport {
-namespace {
+namespace server_finder_test {
 
 using namespace std::chrono_literals;
 using Server = ServerChoice::Server;
@@ -64,5 +64,5 @@ TEST(ServerChoice, ForgetsAServerThatIsWithdrawn) {
   EXPECT_FALSE(choice.next_retry());
 }
 
-}  // namespace
+}  // namespace server_finder_test
 }  // namespace weir::transport

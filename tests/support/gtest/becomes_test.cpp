@@ -4,7 +4,7 @@
 
 #include <gtest/gtest-spi.h>
 
-namespace {
+namespace becomes_test {
 
 using namespace std::chrono_literals;
 
@@ -30,4 +30,4 @@ TEST(BecomesTrue, DescribesWhatIsMissingAfterTheWait) {
                           "timed out waiting for what was requested");
 }
 
-}  // namespace
+}  // namespace becomes_test

@@ -6,7 +6,7 @@
 
 #include <deque>
 
-namespace {
+namespace says_test {
 
 // Messages that are consumed by reading, like those of a bus.
 class Messages {
@@ -42,4 +42,4 @@ TEST(ExpectLacks, FailsIfTheTextIsPresent) {
   EXPECT_LACKS(messages.next(), "fix:");
 }
 
-}  // namespace
+}  // namespace says_test

@@ -9,7 +9,7 @@
 #include "says.hpp"
 
 namespace weir::infer {
-namespace {
+namespace batch_axis_test {
 
 using Infos = std::vector<weir_tensor_info>;
 
@@ -168,5 +168,5 @@ TEST(BatchAxis, TheModelsErrorAboutShapesIsPassedOn) {
   EXPECT_EQ(shapes.error().fix, "export the model with a dynamic first axis, or set batch-size=1");
 }
 
-}  // namespace
+}  // namespace batch_axis_test
 }  // namespace weir::infer

@@ -13,7 +13,7 @@
 #include "core/infer/queue/numbered_job_test_support.hpp"
 
 namespace weir::infer {
-namespace {
+namespace batch_collector_test {
 
 using namespace std::chrono_literals;
 
@@ -296,5 +296,5 @@ TEST(BatchCollector, GivesEachFrameBackOnceInOrderToItsStream) {
   }
 }
 
-}  // namespace
+}  // namespace batch_collector_test
 }  // namespace weir::infer

@@ -9,7 +9,7 @@
 #include "core/infer/queue/numbered_job_test_support.hpp"
 
 namespace weir::infer {
-namespace {
+namespace batch_group_test {
 
 using namespace std::chrono_literals;
 
@@ -86,5 +86,5 @@ TEST(BatchGroup, AStreamKeepsItsGroupAndPassesItsFramesToIt) {
   EXPECT_EQ(ends[1].outputs[0], (std::vector<float>{1, 6})) << "outlives the group";
 }
 
-}  // namespace
+}  // namespace batch_group_test
 }  // namespace weir::infer

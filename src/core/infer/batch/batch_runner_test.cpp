@@ -10,7 +10,7 @@
 #include "weir/no_result.h"
 
 namespace weir::infer {
-namespace {
+namespace batch_runner_test {
 
 using namespace std::chrono_literals;
 using Ends = std::vector<NumberedJob::End>;
@@ -292,5 +292,5 @@ TEST(BatchRunner, AnInnerAxisIsInterleavedAndSplit) {
   EXPECT_EQ(ends[1].copied, 4 * sizeof(float)) << "in and out";
 }
 
-}  // namespace
+}  // namespace batch_runner_test
 }  // namespace weir::infer

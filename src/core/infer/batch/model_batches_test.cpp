@@ -8,7 +8,7 @@
 #include "core/infer/queue/numbered_job_test_support.hpp"
 
 namespace weir::infer {
-namespace {
+namespace model_batches_test {
 
 using namespace std::chrono_literals;
 using sum_engine::floats;
@@ -102,5 +102,5 @@ TEST_F(ModelBatchesTest, AGroupAloneKeepsTheModelOpen) {
   EXPECT_TRUE(seen_model.expired());
 }
 
-}  // namespace
+}  // namespace model_batches_test
 }  // namespace weir::infer

@@ -10,7 +10,7 @@
 #include <set>
 
 namespace weir::infer {
-namespace {
+namespace row_runner_test {
 
 weir_tensor_info info_of(int64_t rows, int64_t width) {
   weir_tensor_info info{};
@@ -184,5 +184,5 @@ TEST(RowRunner, SplitsOnlyModelsWithAnOpenBatch) {
   EXPECT_EQ(fixed.error().difference, "output 0");
 }
 
-}  // namespace
+}  // namespace row_runner_test
 }  // namespace weir::infer

@@ -11,7 +11,7 @@
 #include "says.hpp"
 
 namespace weir::infer {
-namespace {
+namespace declared_options_test {
 
 using Pairs = std::vector<std::pair<std::string, std::string>>;
 
@@ -156,5 +156,5 @@ TEST(DeclaredOptions, AreForwardedAsTheInnerEngineListsThem) {
             (Pairs{{"input", "the user's"}, {"framework", "inside"}, {"inputtype", "uint8"}}));
 }
 
-}  // namespace
+}  // namespace declared_options_test
 }  // namespace weir::infer

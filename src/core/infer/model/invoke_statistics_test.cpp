@@ -5,7 +5,7 @@
 #include <gtest/gtest.h>
 
 namespace weir::infer {
-namespace {
+namespace invoke_statistics_test {
 
 using std::chrono::microseconds;
 
@@ -70,5 +70,5 @@ TEST(InvokeStatistics, CanBeReset) {
   EXPECT_EQ(s.snapshot().count, 0u);
 }
 
-}  // namespace
+}  // namespace invoke_statistics_test
 }  // namespace weir::infer

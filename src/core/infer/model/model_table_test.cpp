@@ -8,7 +8,7 @@
 #include "says.hpp"
 
 namespace weir::infer {
-namespace {
+namespace model_table_test {
 
 class ModelTableTest : public ::testing::Test {
  protected:
@@ -56,5 +56,5 @@ TEST_F(ModelTableTest, ForgetsAModelWithItsLastUser) {
   EXPECT_FALSE(table_.find("k", source(b)).not_shared);
 }
 
-}  // namespace
+}  // namespace model_table_test
 }  // namespace weir::infer

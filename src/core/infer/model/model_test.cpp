@@ -8,17 +8,11 @@
 #include <filesystem>
 #include <fstream>
 
+#include "core/infer/module/engine_objects_test_support.hpp"
 #include "says.hpp"
 
-struct weir_model {
-  int dummy;
-};
-struct weir_session {
-  int dummy;
-};
-
 namespace weir::infer {
-namespace {
+namespace model_test {
 
 weir_model the_model{};
 weir_session the_session{};
@@ -151,5 +145,5 @@ TEST_F(ModelTest, RejectsAnEngineThatGivesNoSession) {
   EXPECT_EQ(session.error().code, Code::OUT_OF_MEMORY);
 }
 
-}  // namespace
+}  // namespace model_test
 }  // namespace weir::infer

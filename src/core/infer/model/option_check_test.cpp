@@ -9,7 +9,7 @@
 #include "says.hpp"
 
 namespace weir::infer {
-namespace {
+namespace option_check_test {
 
 using Pairs = std::vector<std::pair<std::string, std::string>>;
 
@@ -64,5 +64,5 @@ TEST(OptionCheck, EnginesThatDeclareNothingOrTakeTheWholeTextAreNotChecked) {
   EXPECT_EQ(refusal({{"anything", "goes"}}, kOptions, "onnxruntime"), "") << "it warns itself";
 }
 
-}  // namespace
+}  // namespace option_check_test
 }  // namespace weir::infer

@@ -6,7 +6,7 @@
 #include "core/infer/model/sum_engine_test_support.hpp"
 
 namespace weir::infer {
-namespace {
+namespace shared_model_stress_test {
 
 using sum_engine::rules;
 using sum_engine::seen;
@@ -142,5 +142,5 @@ TEST_F(SharedModelStress, UsersJoinLeaveAndSuspendWhileModelsAreReplaced) {
   loader.join();
 }
 
-}  // namespace
+}  // namespace shared_model_stress_test
 }  // namespace weir::infer

@@ -9,7 +9,7 @@
 #include "says.hpp"
 
 namespace weir::infer {
-namespace {
+namespace shared_model_test {
 
 using sum_engine::floats;
 using sum_engine::rules;
@@ -268,5 +268,5 @@ TEST_F(SharedModelTest, KeepsAttachedObjectsUntilTheLastReferenceIsReleased) {
   EXPECT_EQ(model->attached<Collector>(make)->number, 2);
 }
 
-}  // namespace
+}  // namespace shared_model_test
 }  // namespace weir::infer

@@ -6,17 +6,11 @@
 
 #include <set>
 
+#include "core/infer/module/engine_objects_test_support.hpp"
 #include "says.hpp"
 
-struct weir_model {
-  int number;
-};
-struct weir_session {
-  weir_model* model;
-};
-
 namespace weir::infer {
-namespace {
+namespace worker_sessions_test {
 
 weir_model_info the_info;
 int models, opened, sessions, refused_model, threads_wanted;
@@ -132,5 +126,5 @@ TEST_F(WorkerSessions, RejectsSeveralWorkersForAModelThatKeepsState) {
   EXPECT_TRUE(made(0, WEIR_MODEL_STATEFUL, 1));
 }
 
-}  // namespace
+}  // namespace worker_sessions_test
 }  // namespace weir::infer

@@ -7,7 +7,7 @@
 #include "says.hpp"
 
 namespace weir::infer {
-namespace {
+namespace accelerator_test {
 
 using Names = std::vector<std::string>;
 using Kind = AcceleratorRequest::Kind;
@@ -102,5 +102,5 @@ TEST(Accelerator, NamesHaveTheDocumentedNumbers) {
   EXPECT_EQ(accelerator_number("tpu"), std::nullopt);
 }
 
-}  // namespace
+}  // namespace accelerator_test
 }  // namespace weir::infer

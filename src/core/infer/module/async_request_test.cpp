@@ -10,7 +10,7 @@
 #include "weir/no_result.h"
 
 namespace weir::infer::async_test {
-namespace {
+namespace async_request_test {
 
 TEST_F(AsyncRequest, GivesAnyNumberOfOutputsAndOneEnd) {
   const auto session = open();
@@ -363,5 +363,5 @@ TEST_F(AsyncRequest, AllowsOneRequestByDefault) {
   other.join();
 }
 
-}  // namespace
+}  // namespace async_request_test
 }  // namespace weir::infer::async_test

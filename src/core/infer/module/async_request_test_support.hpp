@@ -12,14 +12,8 @@
 #include "core/infer/model/async_invoke.hpp"
 #include "core/infer/model/model.hpp"
 #include "core/infer/module/async_request.hpp"
+#include "core/infer/module/engine_objects_test_support.hpp"
 #include "core/infer/module/host.hpp"
-
-struct weir_model {
-  int dummy;
-};
-struct weir_session {
-  int dummy;
-};
 
 namespace weir::infer::async_test {
 

@@ -9,7 +9,7 @@
 #include "becomes.hpp"
 
 namespace weir::infer::async_test {
-namespace {
+namespace async_request_threads_test {
 
 // Freeing a session waits for a receiver that is being called.
 TEST_F(AsyncRequest, IsNotFreedWhileAReceiverIsCalled) {
@@ -98,5 +98,5 @@ TEST_F(AsyncRequest, CountsEachRequestOnceUnderThreads) {
   EXPECT_EQ(static_cast<size_t>(ends) + abandoned, 2000u);
 }
 
-}  // namespace
+}  // namespace async_request_threads_test
 }  // namespace weir::infer::async_test

@@ -12,7 +12,7 @@
 #include "says.hpp"
 
 namespace weir::infer {
-namespace {
+namespace converter_test {
 
 int released = 0;
 alignas(64) std::byte memory[64];
@@ -286,5 +286,5 @@ TEST(ConverterLibrary, FindsConvertersByNameAndAlias) {
   }
 }
 
-}  // namespace
+}  // namespace converter_test
 }  // namespace weir::infer

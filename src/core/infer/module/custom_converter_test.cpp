@@ -10,7 +10,7 @@
 #include "weir/custom_converter.h"
 
 namespace weir::infer {
-namespace {
+namespace custom_converter_test {
 
 // Adds *data to each byte.
 int add(const weir_host* host, const char* caps, const weir_frame* in, weir_frame* out, void* data,
@@ -100,5 +100,5 @@ TEST(CustomConverter, RequiresAnUnusedNameAndAFunction) {
   EXPECT_FALSE(is_custom_converter("none"));
 }
 
-}  // namespace
+}  // namespace custom_converter_test
 }  // namespace weir::infer

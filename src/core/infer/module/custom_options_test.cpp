@@ -5,7 +5,7 @@
 #include <gtest/gtest.h>
 
 namespace weir::infer {
-namespace {
+namespace custom_options_test {
 
 using Pairs = std::vector<std::pair<std::string, std::string>>;
 
@@ -21,5 +21,5 @@ TEST(CustomOptions, WithoutAColonHaveNoValue) {
   EXPECT_EQ(custom_options(""), Pairs{});
 }
 
-}  // namespace
+}  // namespace custom_options_test
 }  // namespace weir::infer

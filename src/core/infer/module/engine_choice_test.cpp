@@ -10,7 +10,7 @@
 #include "says.hpp"
 
 namespace weir::infer {
-namespace {
+namespace engine_choice_test {
 
 using Names = std::vector<std::string>;
 
@@ -130,5 +130,5 @@ TEST(EngineChoice, SaysThatTheFileIsNotThereOrIsAFolder) {
   EXPECT_SAYS(chosen({"grpc://host:1/m"}, kBoth).reason, "fix: framework=oip");
 }
 
-}  // namespace
+}  // namespace engine_choice_test
 }  // namespace weir::infer

@@ -7,7 +7,7 @@
 #include <thread>
 
 namespace weir::infer {
-namespace {
+namespace held_frame_test {
 
 struct Owner final : FrameOwner {
   explicit Owner(bool able = true) : able(able) {}
@@ -58,5 +58,5 @@ TEST(HeldFrame, IsRejectedWhereFramesCannotBeHeld) {
   EXPECT_EQ(owner.holders(), 0);
 }
 
-}  // namespace
+}  // namespace held_frame_test
 }  // namespace weir::infer

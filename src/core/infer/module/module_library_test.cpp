@@ -11,7 +11,7 @@
 #include "says.hpp"
 
 namespace weir::infer {
-namespace {
+namespace module_library_test {
 
 namespace fs = std::filesystem;
 
@@ -232,5 +232,5 @@ TEST_F(ModuleLibraryTest, ListsTheDecoders) {
   EXPECT_SAYS(decoder.error().message(), "mode=image_labeling");
 }
 
-}  // namespace
+}  // namespace module_library_test
 }  // namespace weir::infer

@@ -11,7 +11,7 @@
 #include "says.hpp"
 
 namespace weir::infer {
-namespace {
+namespace module_tables_test {
 
 // A table of a module that knew only its first `bytes`: reading further crashes, or finds 0xff up
 // to the next address at which a table may lie.
@@ -149,5 +149,5 @@ TEST(ModuleTables, OfAnotherMajorVersionAreRejected) {
   EXPECT_SAYS(tables.error().message(), "ABI version 2");
 }
 
-}  // namespace
+}  // namespace module_tables_test
 }  // namespace weir::infer

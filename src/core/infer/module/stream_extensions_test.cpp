@@ -13,7 +13,7 @@
 #include "weir/converter_stream.h"
 
 namespace weir::infer {
-namespace {
+namespace stream_extensions_test {
 
 alignas(64) std::byte memory[kTensorHeaderBytes + 64];
 uint64_t bytes_made = 0;
@@ -164,5 +164,5 @@ TEST(DecoderStream, IsIgnoredWhenTheTableIsIncomplete) {
   }
 }
 
-}  // namespace
+}  // namespace stream_extensions_test
 }  // namespace weir::infer

@@ -9,7 +9,7 @@
 #include "core/infer/queue/numbered_job_test_support.hpp"
 
 namespace weir::infer {
-namespace {
+namespace batch_queue_test {
 
 using namespace std::chrono_literals;
 using Time = BatchQueue::Time;
@@ -240,5 +240,5 @@ TEST(BatchQueue, KeepsEveryFrameOnceInOrder) {
   }
 }
 
-}  // namespace
+}  // namespace batch_queue_test
 }  // namespace weir::infer

@@ -8,7 +8,7 @@
 #include <vector>
 
 namespace weir::infer {
-namespace {
+namespace busy_policy_test {
 
 Verdict of(WhenBusy when_busy, const PoolLoad& load, uint64_t bytes = 1, uint64_t limit = 0) {
   return judge({2, when_busy, limit}, load, bytes);
@@ -100,5 +100,5 @@ TEST(BusyPolicy, KeepsItsInvariantsUnderAnyLoad) {
   }
 }
 
-}  // namespace
+}  // namespace busy_policy_test
 }  // namespace weir::infer

@@ -11,7 +11,7 @@
 #include "becomes.hpp"
 
 namespace weir::infer {
-namespace {
+namespace completion_queue_test {
 
 using Queue = CompletionQueue<int>;
 
@@ -374,5 +374,5 @@ TEST(CompletionQueue, ARemovedEntryMakesRoom) {
   EXPECT_TRUE(queue.wait_until_empty());
 }
 
-}  // namespace
+}  // namespace completion_queue_test
 }  // namespace weir::infer

@@ -14,7 +14,7 @@
 #include <vector>
 
 namespace weir::infer {
-namespace {
+namespace completion_queue_threads_test {
 
 using Queue = CompletionQueue<int>;
 
@@ -114,5 +114,5 @@ TEST(CompletionQueueThreads, SurvivesFlushesUnderThreads) {
   EXPECT_TRUE(std::is_sorted(out.begin(), out.end()));
 }
 
-}  // namespace
+}  // namespace completion_queue_threads_test
 }  // namespace weir::infer

@@ -7,7 +7,7 @@
 #include <functional>
 
 namespace weir::infer {
-namespace {
+namespace falling_behind_test {
 
 using std::chrono::milliseconds;
 
@@ -48,5 +48,5 @@ TEST(FallingBehind, StartsAgainAfterAReset) {
   EXPECT_TRUE(watch.observe(milliseconds(4500), milliseconds(1500)));
 }
 
-}  // namespace
+}  // namespace falling_behind_test
 }  // namespace weir::infer

@@ -12,7 +12,7 @@
 #include "becomes.hpp"
 
 namespace weir::infer {
-namespace {
+namespace held_bytes_test {
 
 using Answer = HeldBytes::Answer;
 using Room = HeldBytes::Room;
@@ -158,5 +158,5 @@ TEST(HeldBytes, RejectsOnlyFramesAfterAFailure) {
   EXPECT_EQ(held->take_result(1, queue), Room::Taken);
 }
 
-}  // namespace
+}  // namespace held_bytes_test
 }  // namespace weir::infer

@@ -5,7 +5,7 @@
 #include <gtest/gtest.h>
 
 namespace weir::infer {
-namespace {
+namespace occupancy_test {
 
 Occupancy::Time at(int milliseconds) {
   return Occupancy::Time(std::chrono::milliseconds(1000 + milliseconds));
@@ -37,5 +37,5 @@ TEST(Occupancy, CountsFramesInProgress) {
   EXPECT_DOUBLE_EQ(o.mean(at(60)), (30 + 60) / 60.0);
 }
 
-}  // namespace
+}  // namespace occupancy_test
 }  // namespace weir::infer

@@ -5,7 +5,7 @@
 #include <gtest/gtest.h>
 
 namespace weir::infer {
-namespace {
+namespace thread_budget_test {
 
 TEST(ThreadBudget, LeavesTheChoiceToTheEngineOfALoneModel) {
   EXPECT_EQ(share_of({1, 0}, {}, 8), 0);
@@ -62,5 +62,5 @@ TEST(ThreadBudget, NeverGrantsMoreThanTheCores) {
       }
 }
 
-}  // namespace
+}  // namespace thread_budget_test
 }  // namespace weir::infer

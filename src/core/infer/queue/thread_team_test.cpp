@@ -9,7 +9,7 @@
 #include <set>
 
 namespace weir::infer {
-namespace {
+namespace thread_team_test {
 
 TEST(ThreadTeam, RunsEachJobOnce) {
   for (const size_t threads : {1, 2, 3, 8}) {
@@ -52,5 +52,5 @@ TEST(ThreadTeam, RunsAsManyAtOnceAsItHasThreads) {
   EXPECT_EQ(seen, (std::set<size_t>{0, 1, 2}));
 }
 
-}  // namespace
+}  // namespace thread_team_test
 }  // namespace weir::infer

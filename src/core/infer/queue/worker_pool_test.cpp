@@ -11,7 +11,7 @@
 #include "becomes.hpp"
 
 namespace weir::infer {
-namespace {
+namespace worker_pool_test {
 
 // Blocks jobs until the test releases them.
 class Gate {
@@ -396,5 +396,5 @@ TEST(WorkerPool, LosesNoJobUnderThreads) {
   }
 }
 
-}  // namespace
+}  // namespace worker_pool_test
 }  // namespace weir::infer

@@ -4,7 +4,7 @@
 #include "tensors_generated.h"
 
 namespace weir::testing_converters {
-namespace {
+namespace flatbuf_test {
 
 namespace schema = nnstreamer::flatbuf;
 using flatbuffers::FlatBufferBuilder;
@@ -113,5 +113,5 @@ TEST(FlatbufConverter, RefusesTensorsThatShareTheirBytes) {
   EXPECT_SAYS(error, "tensors of the message overlap\n  offered: 200000 bytes of tensors");
 }
 
-}  // namespace
+}  // namespace flatbuf_test
 }  // namespace weir::testing_converters

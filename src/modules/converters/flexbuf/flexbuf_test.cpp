@@ -5,7 +5,7 @@
 #include "message_converter_test_support.hpp"
 
 namespace weir::testing_converters {
-namespace {
+namespace flexbuf_test {
 
 using flexbuffers::Builder;
 
@@ -171,5 +171,5 @@ TEST(FlexbufConverter, RefusesAKeyThatDoesNotEnd) {
   EXPECT_SAYS(MessageReader("flexbuf").read(unending).error, "a key cannot be read");
 }
 
-}  // namespace
+}  // namespace flexbuf_test
 }  // namespace weir::testing_converters

@@ -4,7 +4,7 @@
 #include "message_converter_test_support.hpp"
 
 namespace weir::testing_converters {
-namespace {
+namespace protobuf_test {
 
 const Bytes kOneUint8{0x08, 1, 0x12, 4, 0x08, 30,   0x10, 1, 0x1A, 10,
                       0x10, 5, 0x1A, 1, 3,    0x22, 3,    7, 8,    9};
@@ -108,5 +108,5 @@ TEST(ProtobufConverter, NamesWhatIsDamaged) {
   EXPECT_EQ(reader.read(kOneUint8).error, "") << "and goes on";
 }
 
-}  // namespace
+}  // namespace protobuf_test
 }  // namespace weir::testing_converters

@@ -13,7 +13,7 @@
 #include "says.hpp"
 
 namespace weir {
-namespace {
+namespace python3_test {
 
 using Bytes = std::vector<uint8_t>;
 using Opened = Result<std::unique_ptr<infer::Converter>>;
@@ -286,5 +286,5 @@ TEST(Python3Missing, IsNamedWithTheCommandThatBringsIt) {
       "WEIR-3002: Python is not installed as a library(.|\n)*apt-get install libpython3.11");
 }
 
-}  // namespace
+}  // namespace python3_test
 }  // namespace weir

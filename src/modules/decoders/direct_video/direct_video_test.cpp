@@ -6,7 +6,7 @@
 #include "says.hpp"
 
 namespace weir::testing_decoders {
-namespace {
+namespace direct_video_test {
 
 template <class T = uint8_t>
 Outcome shown(const std::string& format, const std::string& shape, size_t values,
@@ -122,5 +122,5 @@ TEST(DirectVideo, RefusesAFrameOfAnotherSize) {
               "WEIR-2004: mode=direct_video got a frame without tensors");
 }
 
-}  // namespace
+}  // namespace direct_video_test
 }  // namespace weir::testing_decoders

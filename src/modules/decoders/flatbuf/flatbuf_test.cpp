@@ -4,7 +4,7 @@
 #include "tensors_generated.h"
 
 namespace weir::testing_decoders {
-namespace {
+namespace flatbuf_test {
 
 namespace schema = nnstreamer::flatbuf;
 
@@ -59,5 +59,5 @@ TEST(FlatbufDecoder, WritesFlexibleTensorsWithTheirHeader) {
   EXPECT_EQ(bytes_of(root->tensor()->Get(0)), Bytes(130, 6));
 }
 
-}  // namespace
+}  // namespace flatbuf_test
 }  // namespace weir::testing_decoders

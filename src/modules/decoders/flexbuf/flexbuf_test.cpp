@@ -5,7 +5,7 @@
 #include "message_decoder_test_support.hpp"
 
 namespace weir::testing_decoders {
-namespace {
+namespace flexbuf_test {
 
 flexbuffers::Map read(const WrittenMessage& made) {
   EXPECT_EQ(made.error, "");
@@ -69,5 +69,5 @@ TEST(FlexbufDecoder, WritesLargeAndFlexibleTensors) {
     EXPECT_EQ((map[key].AsVector()[3].AsBlob().data() - made.bytes.data()) % 64, 0);
 }
 
-}  // namespace
+}  // namespace flexbuf_test
 }  // namespace weir::testing_decoders

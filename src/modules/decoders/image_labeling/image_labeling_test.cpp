@@ -8,7 +8,7 @@
 #include "says.hpp"
 
 namespace weir::testing_decoders {
-namespace {
+namespace image_labeling_test {
 
 std::string label_file(const std::string& text) {
   const std::string path = testing::TempDir() + "weir-image-labeling-test.txt";
@@ -150,5 +150,5 @@ TEST(ImageLabeling, NamesTheMissingLabel) {
               "class 1 has no label");
 }
 
-}  // namespace
+}  // namespace image_labeling_test
 }  // namespace weir::testing_decoders

@@ -3,7 +3,7 @@
 #include "decoder_test_support.hpp"
 
 namespace weir::testing_decoders {
-namespace {
+namespace octet_stream_test {
 
 TEST(OctetStream, SharesTheTensors) {
   const auto out = decode("octet_stream", {}, Tensor<float>{ElementType::Float32, "2", {1, 2}});
@@ -26,5 +26,5 @@ TEST(OctetStream, PassesOverOptionsThatItDoesNotHave) {
   EXPECT_EQ(out.error, "");
 }
 
-}  // namespace
+}  // namespace octet_stream_test
 }  // namespace weir::testing_decoders

@@ -4,7 +4,7 @@
 #include "message_decoder_test_support.hpp"
 
 namespace weir::testing_decoders {
-namespace {
+namespace protobuf_test {
 
 Bytes join(std::initializer_list<Bytes> parts) {
   Bytes out;
@@ -54,5 +54,5 @@ TEST(ProtobufDecoder, WritesNoFrameRateThatCannotBe) {
   }
 }
 
-}  // namespace
+}  // namespace protobuf_test
 }  // namespace weir::testing_decoders

@@ -7,7 +7,7 @@
 #include "decoder_test_support.hpp"
 
 namespace weir::testing_decoders {
-namespace {
+namespace python3_test {
 
 std::string script(const std::string& text) {
   static int number = 0;
@@ -178,5 +178,5 @@ TEST_F(Python3Decoder, ReportsWhatIsWrongWithAScript) {
   EXPECT_SAYS(decode_with(script("class CustomDecoder:\n  pass\n")).error, "AttributeError");
 }
 
-}  // namespace
+}  // namespace python3_test
 }  // namespace weir::testing_decoders

@@ -11,7 +11,7 @@
 #include "says.hpp"
 
 namespace weir::engine_test {
-namespace {
+namespace lowering_cache_test {
 
 namespace fs = std::filesystem;
 using engine::LoweringCache;
@@ -167,5 +167,5 @@ TEST_F(LoweringCacheOfModels, AFolderThatCannotBeCreatedIsIgnored) {
   expect_runs(kLowered, "could not be stored");
 }
 
-}  // namespace
+}  // namespace lowering_cache_test
 }  // namespace weir::engine_test

@@ -4,7 +4,7 @@
 #include "lowering/lowering_test_support.hpp"
 
 namespace weir::engine_test {
-namespace {
+namespace lowering_damaged_test {
 
 // The engine with lowering enabled for every model.
 const weir_engine& lowering_engine() {
@@ -53,5 +53,5 @@ TEST_F(LoweringDamaged, VersionsOfARealModelAreRejectedOrRun) {
   EXPECT_GT(counts.ran, 0);
 }
 
-}  // namespace
+}  // namespace lowering_damaged_test
 }  // namespace weir::engine_test

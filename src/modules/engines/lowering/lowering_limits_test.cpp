@@ -11,7 +11,7 @@
 #include "tensorflow-lite/tflite_builder_test_support.hpp"
 
 namespace weir::engine_test {
-namespace {
+namespace lowering_limits_test {
 
 constexpr int64_t kMost64 = std::numeric_limits<int64_t>::max();
 constexpr int64_t kLeast64 = std::numeric_limits<int64_t>::min();
@@ -142,5 +142,5 @@ TEST(LoweringLimits, ExtentsOfAnEmptyTensorAreRejected) {
   }
 }
 
-}  // namespace
+}  // namespace lowering_limits_test
 }  // namespace weir::engine_test

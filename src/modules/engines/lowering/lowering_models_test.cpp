@@ -7,7 +7,7 @@
 #include "says.hpp"
 
 namespace weir::engine_test {
-namespace {
+namespace lowering_models_test {
 
 class LoweringModels : public LoweringTest {};
 
@@ -87,5 +87,5 @@ TEST_F(LoweringModels, YamnetStaysWithTensorFlowLiteForItsFourierTransform) {
   EXPECT_TRUE((*model)->invoke(zero_inputs(**model)));
 }
 
-}  // namespace
+}  // namespace lowering_models_test
 }  // namespace weir::engine_test

@@ -5,7 +5,7 @@
 #include "says.hpp"
 
 namespace weir::engine_test {
-namespace {
+namespace lowering_test {
 
 class Lowering : public LoweringTest {};
 
@@ -111,5 +111,5 @@ TEST_F(Lowering, ADamagedFileIsRejectedAsWithoutLowering) {
   EXPECT_SAYS(error.offered, "model.bin");
 }
 
-}  // namespace
+}  // namespace lowering_test
 }  // namespace weir::engine_test

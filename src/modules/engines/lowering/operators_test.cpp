@@ -6,7 +6,7 @@
 #include "says.hpp"
 
 namespace weir::engine_test {
-namespace {
+namespace operators_test {
 
 // Values of BuiltinOperator.
 enum : int32_t {
@@ -345,5 +345,5 @@ TEST_F(LoweredOperators, UnsupportedUsesAreReportedWithTheirReason) {
   EXPECT_SAYS(shape, "an output of 5 rows or columns where the window gives 6");
 }
 
-}  // namespace
+}  // namespace operators_test
 }  // namespace weir::engine_test

@@ -7,7 +7,7 @@
 #include "says.hpp"
 
 namespace weir::engine_test {
-namespace {
+namespace plain_operators_test {
 
 // Values of BuiltinOperator and BuiltinOptions.
 enum : int32_t {
@@ -350,5 +350,5 @@ TEST_F(LoweredPlainOperators, OperatorsThatWouldFailOrDifferStayWithTensorFlowLi
   EXPECT_SAYS(refused(narrow), "CAST (number 1) is not lowered");
 }
 
-}  // namespace
+}  // namespace plain_operators_test
 }  // namespace weir::engine_test

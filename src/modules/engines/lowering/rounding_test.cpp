@@ -9,7 +9,7 @@
 #include <random>
 
 namespace weir::engine {
-namespace {
+namespace rounding_test {
 
 // The multiplier as 31 bits and a shift; rounds twice, half up.
 int value_of(int64_t sum, double multiplier, int zero_point) {
@@ -72,5 +72,5 @@ TEST(Rounding, WhatIsAddedToALargeBiasIsNotRoundedAway) {
   }
 }
 
-}  // namespace
+}  // namespace rounding_test
 }  // namespace weir::engine

@@ -5,7 +5,7 @@
 #include <gtest/gtest.h>
 
 namespace weir::engine {
-namespace {
+namespace sha256_test {
 
 std::string digest(const std::string& text) {
   return hexadecimal(sha256(std::as_bytes(std::span(text))));
@@ -38,5 +38,5 @@ TEST(Sha256, AgreesAtBlockBoundaries) {
             "13f05a0b594787f5ecd315edc96141bd3243203d1b7d4f0836f37308b276ba98");
 }
 
-}  // namespace
+}  // namespace sha256_test
 }  // namespace weir::engine

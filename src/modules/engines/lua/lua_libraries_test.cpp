@@ -9,7 +9,7 @@
 #include "says.hpp"
 
 namespace weir::engine_test {
-namespace {
+namespace lua_libraries_test {
 
 class LuaLibraries : public LuaTest {
  protected:
@@ -128,5 +128,5 @@ TEST_F(LuaLibraries, TheLastValueOfSandboxCounts) {
   EXPECT_SAYS(error.message(), "true or false");
 }
 
-}  // namespace
+}  // namespace lua_libraries_test
 }  // namespace weir::engine_test

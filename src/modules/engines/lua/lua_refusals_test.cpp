@@ -7,7 +7,7 @@
 #include "says.hpp"
 
 namespace weir::engine_test {
-namespace {
+namespace lua_refusals_test {
 
 class LuaRejects : public LuaTest {};
 
@@ -304,5 +304,5 @@ TEST_F(LuaRejects, UnsupportedControlCalls) {
   EXPECT_EQ(model->control(WEIR_SET_OPTION).error().code, Code::OPTION_VALUE);
 }
 
-}  // namespace
+}  // namespace lua_refusals_test
 }  // namespace weir::engine_test

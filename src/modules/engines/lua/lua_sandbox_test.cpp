@@ -6,7 +6,7 @@
 #include "says.hpp"
 
 namespace weir::engine_test {
-namespace {
+namespace lua_sandbox_test {
 
 class LuaSandbox : public LuaTest {
  protected:
@@ -193,5 +193,5 @@ TEST_F(LuaSandbox, AFractionFromAMetamethodIsRejectedInEveryTable) {
   EXPECT_SAYS(error.message(), "1.9999");
 }
 
-}  // namespace
+}  // namespace lua_sandbox_test
 }  // namespace weir::engine_test

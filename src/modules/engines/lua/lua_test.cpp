@@ -9,7 +9,7 @@
 #include "lua/lua_test_support.hpp"
 
 namespace weir::engine_test {
-namespace {
+namespace lua_test {
 
 class Lua : public LuaTest {};
 
@@ -351,5 +351,5 @@ TEST_F(Lua, RecognisesScripts) {
   EXPECT_EQ(score("a.onnx", "ONNX"), 0);
 }
 
-}  // namespace
+}  // namespace lua_test
 }  // namespace weir::engine_test

@@ -6,7 +6,7 @@
 #include "network_files_test_support.hpp"
 
 namespace mtcnn::kernels {
-namespace {
+namespace engine_test {
 
 using weir::Code;
 using weir::engine_test::make_tensor;
@@ -158,5 +158,5 @@ TEST_F(KernelsEngine, DamagedFilesAreRejectedOrRun) {
   }
 }
 
-}  // namespace
+}  // namespace engine_test
 }  // namespace mtcnn::kernels

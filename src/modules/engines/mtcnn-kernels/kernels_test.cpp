@@ -11,7 +11,7 @@
 #include "byte_kernels.hpp"
 
 namespace mtcnn::kernels {
-namespace {
+namespace kernels_test {
 
 template <class F>
 void for_each_target(F&& f) {
@@ -183,5 +183,5 @@ TEST(FloatKernels, BytesAreConvertedToTheSameNumbers) {
   });
 }
 
-}  // namespace
+}  // namespace kernels_test
 }  // namespace mtcnn::kernels

@@ -10,7 +10,7 @@
 #include "says.hpp"
 
 namespace mtcnn::kernels {
-namespace {
+namespace runner_test {
 
 using test::network_file;
 
@@ -190,5 +190,5 @@ TEST(NetworkFile, WithMissingOrInvalidWeightsIsRejected) {
   EXPECT_EQ(error_of(few.bytes()).code, weir::Code::MODEL_INVALID);
 }
 
-}  // namespace
+}  // namespace runner_test
 }  // namespace mtcnn::kernels

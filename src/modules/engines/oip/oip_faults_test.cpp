@@ -3,7 +3,7 @@
 #include "oip/oip_test_support.hpp"
 
 namespace weir::engine_test {
-namespace {
+namespace oip_faults_test {
 
 using namespace std::chrono_literals;
 
@@ -177,5 +177,5 @@ TEST(OipFaults, RefusesOptionsThatCannotBeUsed) {
   EXPECT_EQ(missing.error().code, Code::FILE_NOT_FOUND);
 }
 
-}  // namespace
+}  // namespace oip_faults_test
 }  // namespace weir::engine_test

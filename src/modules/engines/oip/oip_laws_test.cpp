@@ -11,7 +11,7 @@
 #include "oip/oip_test_support.hpp"
 
 namespace weir::engine_test {
-namespace {
+namespace oip_laws_test {
 
 using namespace std::chrono_literals;
 using Clock = std::chrono::steady_clock;
@@ -208,5 +208,5 @@ TEST(OipLaws, AModelIsClosedInEveryStateOfItsServer) {
   }
 }
 
-}  // namespace
+}  // namespace oip_laws_test
 }  // namespace weir::engine_test

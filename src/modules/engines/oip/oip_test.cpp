@@ -7,7 +7,7 @@
 #include "oip/oip_test_support.hpp"
 
 namespace weir::engine_test {
-namespace {
+namespace oip_test {
 
 template <class T>
 std::vector<T> as(const std::vector<std::byte>& bytes) {
@@ -203,5 +203,5 @@ TEST(Oip, ReportsWhatAServerLost) {
   EXPECT_EQ(engine.statistics()["requests-lost"], 0u);
 }
 
-}  // namespace
+}  // namespace oip_test
 }  // namespace weir::engine_test

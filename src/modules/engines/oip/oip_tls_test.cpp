@@ -8,7 +8,7 @@
 #include "oip/oip_test_support.hpp"
 
 namespace weir::engine_test {
-namespace {
+namespace oip_tls_test {
 
 namespace fs = std::filesystem;
 
@@ -194,5 +194,5 @@ TEST_F(OipTls, TokensThatCannotBeSentAreErrors) {
   }
 }
 
-}  // namespace
+}  // namespace oip_tls_test
 }  // namespace weir::engine_test

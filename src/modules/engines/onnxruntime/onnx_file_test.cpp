@@ -8,7 +8,7 @@
 #include "says.hpp"
 
 namespace weir::engine {
-namespace {
+namespace onnx_file_test {
 
 using engine_test::kFloat;
 using engine_test::OnnxBuilder;
@@ -150,5 +150,5 @@ TEST(OnnxFile, RecognisesAnOnnxFileByItsFirstBytes) {
   EXPECT_EQ(score({}), 0);
 }
 
-}  // namespace
+}  // namespace onnx_file_test
 }  // namespace weir::engine

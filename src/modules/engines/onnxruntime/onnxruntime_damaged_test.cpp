@@ -4,7 +4,7 @@
 #include "onnxruntime/onnx_builder_test_support.hpp"
 
 namespace weir::engine_test {
-namespace {
+namespace onnxruntime_damaged_test {
 
 class OnnxRuntimeDamaged : public EngineTest {};
 
@@ -29,5 +29,5 @@ TEST_F(OnnxRuntimeDamaged, VersionsOfARealModelAreRejectedOrRun) {
   EXPECT_GT(counts.ran, 0) << "weights take most of its bytes";
 }
 
-}  // namespace
+}  // namespace onnxruntime_damaged_test
 }  // namespace weir::engine_test

@@ -6,7 +6,7 @@
 #include "says.hpp"
 
 namespace weir::engine_test {
-namespace {
+namespace onnxruntime_models_test {
 
 class OnnxRuntimeModels : public EngineTest {};
 
@@ -165,5 +165,5 @@ TEST_F(OnnxRuntimeModels, PointHistoryAcceptsAScalarAsItsSecondInput) {
   EXPECT_FALSE(model->invoke({rows, make_tensor<float>(WEIR_FLOAT32, {1}, {0.5f})}));
 }
 
-}  // namespace
+}  // namespace onnxruntime_models_test
 }  // namespace weir::engine_test

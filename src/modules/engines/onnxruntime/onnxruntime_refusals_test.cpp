@@ -8,7 +8,7 @@
 #include "says.hpp"
 
 namespace weir::engine_test {
-namespace {
+namespace onnxruntime_refusals_test {
 
 OnnxBuilder negation(const std::vector<std::string>& shape = {"2", "3"}) {
   return OnnxBuilder()
@@ -228,5 +228,5 @@ TEST_F(OnnxRuntimeRejects, OutputMemoryOfADifferentShape) {
       << status.error().message();
 }
 
-}  // namespace
+}  // namespace onnxruntime_refusals_test
 }  // namespace weir::engine_test

@@ -11,7 +11,7 @@
 #include "usable_cores.hpp"
 
 namespace weir::engine_test {
-namespace {
+namespace onnxruntime_test {
 
 class OnnxRuntime : public EngineTest {
  protected:
@@ -383,5 +383,5 @@ TEST_F(OnnxRuntime, OpensAModelGivenAsBytes) {
   engine()->close(model);
 }
 
-}  // namespace
+}  // namespace onnxruntime_test
 }  // namespace weir::engine_test

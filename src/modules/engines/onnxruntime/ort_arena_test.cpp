@@ -9,7 +9,7 @@
 #include "onnxruntime/onnx_builder_test_support.hpp"
 
 namespace weir::engine_test {
-namespace {
+namespace ort_arena_test {
 
 using engine::OrtArena;
 using engine::OrtOwner;
@@ -118,5 +118,5 @@ TEST_F(SharedArena, ModelsCanHaveTheirOwn) {
   run(shared, 1000);
 }
 
-}  // namespace
+}  // namespace ort_arena_test
 }  // namespace weir::engine_test

@@ -11,7 +11,7 @@
 #include "says.hpp"
 
 namespace weir::engine_test {
-namespace {
+namespace own_prelu_test {
 
 using engine::with_own_prelu;
 
@@ -131,5 +131,5 @@ TEST_F(OwnPrelu, WithAWrongNumberOfSlopesIsRejected) {
               "PRelu: the number of slopes differs from the number of channels");
 }
 
-}  // namespace
+}  // namespace own_prelu_test
 }  // namespace weir::engine_test

@@ -5,7 +5,7 @@
 #include <gtest/gtest.h>
 
 namespace weir::engine {
-namespace {
+namespace symbolic_shapes_test {
 
 weir_tensor_info shaped(const std::vector<int64_t>& shape) {
   weir_tensor_info info{};
@@ -58,5 +58,5 @@ TEST(SymbolicShapes, UnknownRanksAndMissingNamesStayOpen) {
   EXPECT_EQ(outputs[1].shape[0], -1);
 }
 
-}  // namespace
+}  // namespace symbolic_shapes_test
 }  // namespace weir::engine

@@ -5,7 +5,7 @@
 #include "says.hpp"
 
 namespace weir::engine_test {
-namespace {
+namespace opencv_dnn_refusals_test {
 
 class OpencvDnnRejects : public DnnTest {};
 
@@ -217,5 +217,5 @@ TEST_F(OpencvDnnRejects, InvalidOptionValues) {
   EXPECT_SAYS(type.fix, "mode=typecast");
 }
 
-}  // namespace
+}  // namespace opencv_dnn_refusals_test
 }  // namespace weir::engine_test

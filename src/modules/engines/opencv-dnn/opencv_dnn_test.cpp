@@ -9,7 +9,7 @@
 #include "usable_cores.hpp"
 
 namespace weir::engine_test {
-namespace {
+namespace opencv_dnn_test {
 
 class OpencvDnn : public DnnTest {};
 
@@ -255,5 +255,5 @@ TEST_F(OpencvDnn, FormatsWithDifferentThreadCountsRunAtOnce) {
   EXPECT_EQ(right, 300);
 }
 
-}  // namespace
+}  // namespace opencv_dnn_test
 }  // namespace weir::engine_test

@@ -4,7 +4,7 @@
 #include "script_filter_test_support.hpp"
 
 namespace weir::python_test {
-namespace {
+namespace python3_changing_test {
 
 class Python3Changing : public Python3 {
  protected:
@@ -95,5 +95,5 @@ TEST_F(Python3Changing, DimensionsThatAreNotIntegersAreRejected) {
   EXPECT_SAYS(error, "a dimension is an integer, not 1.9999");
 }
 
-}  // namespace
+}  // namespace python3_changing_test
 }  // namespace weir::python_test

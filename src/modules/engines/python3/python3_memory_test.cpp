@@ -4,7 +4,7 @@
 #include "script_filter_test_support.hpp"
 
 namespace weir::python_test {
-namespace {
+namespace python3_memory_test {
 
 class Python3Memory : public Python3 {};
 
@@ -29,5 +29,5 @@ TEST_F(Python3Memory, AScriptReportsMissingMemoryAndRecovers) {
   EXPECT_EXIT(run_and_exit(path), testing::ExitedWithCode(0), "errors, then successes");
 }
 
-}  // namespace
+}  // namespace python3_memory_test
 }  // namespace weir::python_test

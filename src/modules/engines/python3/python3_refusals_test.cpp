@@ -3,7 +3,7 @@
 #include "script_filter_test_support.hpp"
 
 namespace weir::python_test {
-namespace {
+namespace python3_refusals_test {
 
 TEST_F(Python3, ReportsWhereAScriptFails) {
   const auto text = invoke_error("x = 1\nreturn x / 0");
@@ -226,5 +226,5 @@ TEST(Python3WithoutNumpy, IsReportedWithTheCommandThatInstallsIt) {
       "installed)");
 }
 
-}  // namespace
+}  // namespace python3_refusals_test
 }  // namespace weir::python_test

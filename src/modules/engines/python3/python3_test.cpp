@@ -6,7 +6,7 @@
 #include "script_filter_test_support.hpp"
 
 namespace weir::python_test {
-namespace {
+namespace python3_test {
 
 using Floats = std::vector<float>;
 using Bytes = std::vector<uint8_t>;
@@ -391,5 +391,5 @@ TEST_F(Python3, DoesNotLeakReferences) {
       << "a leak would be seen";
 }
 
-}  // namespace
+}  // namespace python3_test
 }  // namespace weir::python_test

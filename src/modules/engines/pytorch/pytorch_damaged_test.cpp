@@ -4,7 +4,7 @@
 #include "pytorch/torchscript_builder_test_support.hpp"
 
 namespace weir::engine_test {
-namespace {
+namespace pytorch_damaged_test {
 
 class PytorchDamaged : public EngineTest {};
 
@@ -28,5 +28,5 @@ TEST_F(PytorchDamaged, VersionsOfARealModelAreRejectedOrRun) {
   EXPECT_GT(counts.refused, kDamagedVersions / 3) << "what was cut, and what has checksums";
 }
 
-}  // namespace
+}  // namespace pytorch_damaged_test
 }  // namespace weir::engine_test

@@ -7,7 +7,7 @@
 #include "usable_cores.hpp"
 
 namespace weir::engine_test {
-namespace {
+namespace pytorch_models_test {
 
 class PytorchModels : public EngineTest {
  protected:
@@ -164,5 +164,5 @@ TEST_F(PytorchModels, StateDictsAreRejectedByName) {
   }
 }
 
-}  // namespace
+}  // namespace pytorch_models_test
 }  // namespace weir::engine_test

@@ -5,7 +5,7 @@
 #include "says.hpp"
 
 namespace weir::engine_test {
-namespace {
+namespace pytorch_refusals_test {
 
 class PytorchRejects : public EngineTest {
  protected:
@@ -248,5 +248,5 @@ TEST_F(PytorchRejects, InconsistentFrames) {
   EXPECT_EQ(code(), Code::SPEC_MISMATCH);
 }
 
-}  // namespace
+}  // namespace pytorch_refusals_test
 }  // namespace weir::engine_test

@@ -15,7 +15,7 @@ extern "C" __attribute__((visibility("default"))) const char* __asan_default_opt
 #endif
 
 namespace weir::engine_test {
-namespace {
+namespace pytorch_test {
 
 class Pytorch : public EngineTest {
  protected:
@@ -269,5 +269,5 @@ TEST_F(Pytorch, AnInputThatAModelKeepsIsItsOwnCopy) {
   second.out.release(second.out.owner);
 }
 
-}  // namespace
+}  // namespace pytorch_test
 }  // namespace weir::engine_test

@@ -11,7 +11,7 @@
 #include "says.hpp"
 
 namespace weir::engine {
-namespace {
+namespace torch_file_test {
 
 // An archive of stored or compressed data with an arbitrary directory.
 class CraftedZip {
@@ -134,5 +134,5 @@ TEST(SourceBuffer, ReadsAndSeeksAsAFileDoes) {
   EXPECT_FALSE(stream.seekg(200001));
 }
 
-}  // namespace
+}  // namespace torch_file_test
 }  // namespace weir::engine

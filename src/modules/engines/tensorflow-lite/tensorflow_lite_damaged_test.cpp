@@ -4,7 +4,7 @@
 #include "tensorflow-lite/tflite_builder_test_support.hpp"
 
 namespace weir::engine_test {
-namespace {
+namespace tensorflow_lite_damaged_test {
 
 class TensorflowLiteDamaged : public EngineTest {};
 
@@ -25,5 +25,5 @@ TEST_F(TensorflowLiteDamaged, VersionsOfRealModelsAreRejectedOrRun) {
   }
 }
 
-}  // namespace
+}  // namespace tensorflow_lite_damaged_test
 }  // namespace weir::engine_test

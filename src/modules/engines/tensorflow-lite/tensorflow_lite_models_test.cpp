@@ -8,7 +8,7 @@
 #include "usable_cores.hpp"
 
 namespace weir::engine_test {
-namespace {
+namespace tensorflow_lite_models_test {
 
 class TensorflowLiteModels : public EngineTest {};
 
@@ -118,5 +118,5 @@ TEST_F(TensorflowLiteModels, PnetFollowsTheSizeOfThePicture) {
   }
 }
 
-}  // namespace
+}  // namespace tensorflow_lite_models_test
 }  // namespace weir::engine_test

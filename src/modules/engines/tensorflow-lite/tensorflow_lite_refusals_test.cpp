@@ -8,7 +8,7 @@
 #include "tensorflow-lite/tflite_builder_test_support.hpp"
 
 namespace weir::engine_test {
-namespace {
+namespace tensorflow_lite_refusals_test {
 
 // y = x with another shape.
 std::vector<std::byte> reshaping(int8_t type) {
@@ -117,5 +117,5 @@ TEST_F(TensorflowLiteRejects, LogsUnknownOptions) {
   EXPECT_TRUE(says("GPU"));
 }
 
-}  // namespace
+}  // namespace tensorflow_lite_refusals_test
 }  // namespace weir::engine_test

@@ -4,7 +4,7 @@
 #include "tensorflow-lite/tflite_builder_test_support.hpp"
 
 namespace weir::engine_test {
-namespace {
+namespace tensorflow_lite_sessions_test {
 
 class TensorflowLiteSessions : public EngineTest {};
 
@@ -98,5 +98,5 @@ TEST_F(TensorflowLiteSessions, SessionsHaveTheirOwnState) {
   engine()->close(model);
 }
 
-}  // namespace
+}  // namespace tensorflow_lite_sessions_test
 }  // namespace weir::engine_test

@@ -8,7 +8,7 @@
 #include "usable_cores.hpp"
 
 namespace weir::engine_test {
-namespace {
+namespace tensorflow_lite_test {
 
 class TensorflowLite : public EngineTest {
  protected:
@@ -314,5 +314,5 @@ TEST_F(TensorflowLite, OpensAModelFromTemporaryBytes) {
   engine()->close(model);
 }
 
-}  // namespace
+}  // namespace tensorflow_lite_test
 }  // namespace weir::engine_test

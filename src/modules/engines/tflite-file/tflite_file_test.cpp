@@ -10,7 +10,7 @@
 #include "tensorflow-lite/tflite_builder_test_support.hpp"
 
 namespace weir::engine {
-namespace {
+namespace tflite_file_test {
 
 using namespace engine_test;  // NOLINT: the builder's words
 
@@ -223,5 +223,5 @@ TEST(TfliteFile, RejectsACustomOperatorWithoutAName) {
               "without a name");
 }
 
-}  // namespace
+}  // namespace tflite_file_test
 }  // namespace weir::engine
