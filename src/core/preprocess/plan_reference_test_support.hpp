@@ -85,27 +85,44 @@ inline double share(Resize resize, const AxisWhole& whole, double from_pixel, do
   return std::max(0.0, 1 - std::fabs(position - static_cast<double>(index)));
 }
 
-// The value of sample `component` at the target pixel (x, y) of the content.
-inline double resized(const Preparation& p, const Placement& place, const Pixels& pixels,
-                      size_t component, uint32_t x, uint32_t y) {
-  const auto [halved_columns, halved_rows] =
-      std::pair{p.source.format.components[component].halved_columns,
-                p.source.format.components[component].halved_rows};
-  const uint32_t columns = halved_columns ? (p.source.width + 1) / 2 : p.source.width;
-  const uint32_t rows = halved_rows ? (p.source.height + 1) / 2 : p.source.height;
-  const Rect &part = place.source, &content = place.content;
-  const AxisWhole across = place.columns.value_or(AxisWhole{part.x, part.width, content.width, 0});
-  const AxisWhole down = place.rows.value_or(AxisWhole{part.y, part.height, content.height, 0});
-  double sum = 0;
-  for (uint32_t j = 0; j < rows; ++j) {
-    const double wy = share(p.resize, down, part.y, part.y + part.height, y, halved_rows,
-                            p.source.cosited_rows, j);
-    for (uint32_t i = 0; wy > 0 && i < columns; ++i) {
-      const double wx = share(p.resize, across, part.x, part.x + part.width, x, halved_columns,
-                              p.source.cosited_columns, i);
-      if (wx > 0) sum += wy * wx * pixels.sample(component, i, j);
-    }
+// The samples of one target pixel along an axis with their weights.
+using Weights = std::vector<std::pair<uint32_t, double>>;
+
+// Of each target pixel of the content along an axis, for one component.
+struct ComponentWeights {
+  std::vector<Weights> columns, rows;
+
+  ComponentWeights(const Preparation& p, const Placement& place, size_t component) {
+    const Component& c = p.source.format.components[component];
+    const Rect &part = place.source, &content = place.content;
+    columns = along(
+        p.resize, place.columns.value_or(AxisWhole{part.x, part.width, content.width, 0}), part.x,
+        part.width, content.width, c.halved_columns, p.source.cosited_columns, p.source.width);
+    rows = along(p.resize, place.rows.value_or(AxisWhole{part.y, part.height, content.height, 0}),
+                 part.y, part.height, content.height, c.halved_rows, p.source.cosited_rows,
+                 p.source.height);
   }
+
+  static std::vector<Weights> along(Resize resize, const AxisWhole& whole, uint32_t begin,
+                                    uint32_t length, uint32_t targets, bool halved, bool cosited,
+                                    uint32_t pixels) {
+    std::vector<Weights> out(targets);
+    for (uint32_t t = 0; t < targets; ++t)
+      for (uint32_t i = 0; i < (halved ? (pixels + 1) / 2 : pixels); ++i) {
+        const double weight = share(resize, whole, begin, begin + length, t, halved, cosited, i);
+        if (weight > 0) out[t].emplace_back(i, weight);
+      }
+    return out;
+  }
+};
+
+// The value of sample `component` at the target pixel (x, y) of the content.
+inline double resized(const ComponentWeights& weights, const Pixels& pixels, size_t component,
+                      uint32_t x, uint32_t y) {
+  double sum = 0;
+  for (const auto& [row, wy] : weights.rows[y])
+    for (const auto& [column, wx] : weights.columns[x])
+      sum += wy * wx * pixels.sample(component, column, row);
   return sum;
 }
 
@@ -129,13 +146,14 @@ inline std::array<double, 3> rgb(const Preparation& p, const std::array<double, 
   return {limit(255 * red), limit(255 * green), limit(255 * blue)};
 }
 
-inline double pixel(const Preparation& p, const Placement& place, const Pixels& pixels,
+inline double pixel(const Preparation& p, const Placement& place,
+                    const std::vector<ComponentWeights>& weights, const Pixels& pixels,
                     size_t channel, uint32_t x, uint32_t y) {
   const Rect& c = place.content;
   if (x < c.x || y < c.y || x >= c.x + c.width || y >= c.y + c.height) return p.padding;
   std::array<double, 3> s{};
-  for (size_t component = 0; component < p.source.format.component_count(); ++component)
-    s[component] = resized(p, place, pixels, component, x - c.x, y - c.y);
+  for (size_t component = 0; component < weights.size(); ++component)
+    s[component] = resized(weights[component], pixels, component, x - c.x, y - c.y);
   if (p.order == ChannelOrder::Gray && p.source.format.model == ColorModel::Yuv) s[1] = s[2] = 128;
   const auto color = rgb(p, s);
   if (p.order == ChannelOrder::Gray)
@@ -150,6 +168,9 @@ inline double pixel(const Preparation& p, const Placement& place, const Pixels& 
 inline std::vector<double> reference(const Preparation& p, const Pixels& pixels) {
   const Placement place = preprocess::place(p);
   const size_t channels = p.channels();
+  std::vector<ComponentWeights> weights;
+  for (size_t component = 0; component < p.source.format.component_count(); ++component)
+    weights.emplace_back(p, place, component);
   std::vector<double> out(channels * p.width * p.height);
   const auto of = [](const std::vector<double>& numbers, size_t c, double otherwise) {
     return numbers.empty() ? otherwise : numbers[numbers.size() == 1 ? 0 : c];
@@ -159,7 +180,8 @@ inline std::vector<double> reference(const Preparation& p, const Pixels& pixels)
       for (size_t c = 0; c < channels; ++c) {
         const size_t at = p.layout == Layout::Nhwc ? (size_t{y} * p.width + x) * channels + c
                                                    : (c * p.height + y) * p.width + x;
-        out[at] = (pixel(p, place, pixels, c, x, y) - of(p.mean, c, 0)) * of(p.scale, c, 1);
+        out[at] =
+            (pixel(p, place, weights, pixels, c, x, y) - of(p.mean, c, 0)) * of(p.scale, c, 1);
       }
   return out;
 }

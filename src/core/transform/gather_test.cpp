@@ -62,27 +62,29 @@ TEST(Gather, CollectsTheElements) {
 }
 
 TEST(Gather, AppliesElementWiseOperations) {
-  for (const auto& [tensor, layout] : kCases)
+  for (const auto& [tensor, layout] : kCases) {
+    const auto gather = gather_plan(tensor, layout);
+    ASSERT_TRUE(gather);
+    const Bytes in = random_bytes(*gather->input().bytes(), 6);
+    const Bytes dense = gathered(tensor, layout, in);
     for (const auto& [mode, option] : std::vector<std::pair<Mode, const char*>>{
              {Mode::Typecast, "float32"},
              {Mode::Arithmetic, "typecast:float32,add:-127.5,div:127.5"},
              {Mode::Arithmetic, "per-channel:true@0,add:1@0,mul:3@2"},
              {Mode::Clamp, "20:90"}})
       for (const bool accelerate : {true, false}) {
-        const auto gather = gather_plan(tensor, layout);
-        ASSERT_TRUE(gather);
         const auto work = test::plan_of(mode, option, tensor, accelerate);
         const auto both = fused(*gather, work);
         ASSERT_TRUE(both) << option;
         EXPECT_FALSE(both->is_gather());
-        const Bytes in = random_bytes(*gather->input().bytes(), 6);
-        EXPECT_EQ(applied(*both, in), applied(work, gathered(tensor, layout, in)))
+        EXPECT_EQ(applied(*both, in), applied(work, dense))
             << option << " of " << tensor.to_string();
         const auto limit = test::plan_of(Mode::Clamp, "30:60", both->output(), accelerate);
         const auto three = fused(*both, limit);
         ASSERT_TRUE(three);
         EXPECT_EQ(applied(*three, in), applied(limit, applied(*both, in)));
       }
+  }
 }
 
 TEST(Gather, LeavesOtherWorkToASecondPass) {
