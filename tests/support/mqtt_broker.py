@@ -3,9 +3,11 @@
 
 import contextlib
 import os
+import random
 import shutil
 import socket
 import subprocess
+import time
 
 PATH = os.environ.get("PATH", "") + ":/usr/sbin:/usr/local/sbin"
 
@@ -28,15 +30,26 @@ def free_port():
         return probe.getsockname()[1]
 
 
+def started_broker(port):
+    """None if it ended, for example because another process has the port."""
+    broker = subprocess.Popen([find_mosquitto(), "-p", str(port)], stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL)
+    while broker.poll() is None and not accepts_connections(port):
+        time.sleep(0.002)
+    return broker if broker.poll() is None else None
+
+
 @contextlib.contextmanager
 def running_broker(port=None):
     """The port of a broker, which ends with the block."""
-    port = port or free_port()
-    with subprocess.Popen([find_mosquitto(), "-p", str(port)], stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL) as broker:
-        try:
-            while not accepts_connections(port):
-                if broker.poll() is not None:
-                    raise RuntimeError(f"mosquitto -p {port} ended with {broker.returncode}")
-            yield port
-        finally:
-            broker.kill()
+    # mosquitto cannot choose one itself. The kernel gives connections and listeners with port 0 those from 32768 on.
+    ports = [port] if port else random.sample(range(20000, 32000), 20)
+    for port in ports:
+        if not accepts_connections(port) and (broker := started_broker(port)):
+            break
+    else:
+        raise RuntimeError(f"mosquitto does not start on port {port}")
+    try:
+        yield port
+    finally:
+        broker.kill()
+        broker.wait()

@@ -13,6 +13,7 @@
 
 #include <filesystem>
 #include <fstream>
+#include <random>
 #include <string>
 #include <vector>
 
@@ -46,6 +47,17 @@ inline bool accepts_connections(uint16_t port) {
   return out;
 }
 
+// A port for a process that binds it later: the kernel gives connections and listeners with port 0
+// those from 32768 on.
+inline uint16_t broker_port() {
+  static std::mt19937 random(std::random_device{}());
+  uint16_t port = 0;
+  do {
+    port = static_cast<uint16_t>(20000 + random() % 12000);
+  } while (accepts_connections(port));
+  return port;
+}
+
 // A program of the test; killed at the end.
 class Process {
  public:
@@ -76,6 +88,12 @@ class Process {
     pid_ = -1;
     return WIFEXITED(status) ? WEXITSTATUS(status) : -1;
   }
+  bool ended() const {
+    siginfo_t state{};
+    return pid_ <= 0 ||
+           (waitid(P_PID, static_cast<id_t>(pid_), &state, WEXITED | WNOHANG | WNOWAIT) == 0 &&
+            state.si_pid != 0);
+  }
   pid_t pid() const { return pid_; }
 
  private:
@@ -93,11 +111,15 @@ class TestBroker {
   explicit TestBroker(const std::string& settings = "allow_anonymous true\n") {
     char name[] = "/tmp/weir-broker-XXXXXX";
     folder_ = mkdtemp(name);
-    port_ = free_port();
-    std::ofstream(folder_ + "/broker.conf")
-        << "listener " << port_ << " 127.0.0.1\nmax_queued_messages 10000\nlog_type none\n"
-        << settings;
-    start();
+    // mosquitto cannot choose one itself, and ends where another process took it meanwhile.
+    for (int attempts = 20; attempts > 0 && !process_; --attempts) {
+      port_ = broker_port();
+      std::ofstream(folder_ + "/broker.conf")
+          << "listener " << port_ << " 127.0.0.1\nmax_queued_messages 10000\nlog_type none\n"
+          << settings;
+      if (!launch()) process_.reset();
+    }
+    EXPECT_TRUE(process_) << "mosquitto does not start";
   }
   TestBroker(const TestBroker&) = delete;
   TestBroker& operator=(const TestBroker&) = delete;
@@ -106,11 +128,7 @@ class TestBroker {
     std::error_code ignored;
     std::filesystem::remove_all(folder_, ignored);
   }
-  void start() {
-    process_ = std::make_unique<Process>(
-        std::vector<std::string>{program(), "-c", folder_ + "/broker.conf"});
-    EXPECT_TRUE(becomes_true([this] { return accepts_connections(port_); }, "mosquitto"));
-  }
+  void start() { EXPECT_TRUE(launch()) << "mosquitto does not start again"; }
   void stop(int signal = SIGKILL) {
     if (process_) process_->end(signal);
     process_.reset();
@@ -121,6 +139,14 @@ class TestBroker {
   std::string port_text() const { return std::to_string(port_); }
 
  private:
+  bool launch() {
+    process_ = std::make_unique<Process>(
+        std::vector<std::string>{program(), "-c", folder_ + "/broker.conf"});
+    return becomes_true([this] { return process_->ended() || accepts_connections(port_); },
+                        "mosquitto") &&
+           !process_->ended();
+  }
+
   std::string folder_;
   uint16_t port_ = 0;
   std::unique_ptr<Process> process_;
