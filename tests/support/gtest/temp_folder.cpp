@@ -1,6 +1,7 @@
 // testing::TempDir() is a folder of this process alone: test programs, and parts of one, run beside
 // each other and beside those of other checkouts. Linked whole into each test program.
 // SPDX-License-Identifier: LGPL-2.1-or-later
+#include <sys/stat.h>
 #include <unistd.h>
 
 #include <cstdlib>
@@ -12,9 +13,11 @@ namespace {
 class TempFolder {
  public:
   TempFolder() {
-    if (std::getenv(kVariable)) return;
+    const char* given = std::getenv(kVariable);
+    if (given && access(given, W_OK) == 0) return;
     std::string name = std::filesystem::temp_directory_path() / "weir-test-XXXXXX";
     if (!mkdtemp(name.data())) return;
+    chmod(name.c_str(), 0755);  // tests become other users
     setenv(kVariable, name.c_str(), 1);
     folder_ = name;
   }
