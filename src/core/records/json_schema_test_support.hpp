@@ -26,6 +26,7 @@ class Schema {
     std::ifstream file(std::string(folder) + "/" + name);
     return std::make_unique<Schema>(Json::parse(file));
   }
+  const Json& root() const { return root_; }
   // The first violation; "" if there is none.
   std::string check(const Json& value) const { return check(root_, value, "#", Members::Named); }
 
