@@ -215,7 +215,7 @@ TEST(LocalStream, BlocksThatAreGoneAreForgotten) {
 // The reader's process counts frames that are right, and gives its count as exit code.
 // A slow reader looks at each frame several times.
 int read_all(const std::string& path, int times) {
-  auto subscriber = Subscriber::connect(path);
+  auto subscriber = subscriber_when_served(path);
   if (!subscriber) return 255;
   uint64_t seed = 1;
   int right = 0;
@@ -233,10 +233,10 @@ int read_all(const std::string& path, int times) {
 
 TEST(LocalStreamBetweenProcesses, BytesArriveInThreeReadersOfDifferentSpeeds) {
   const Folder folder;
-  const auto publisher = publisher_at(folder.file(), 3);
   std::vector<pid_t> readers;
   for (const int times : {1, 2, 8})
     readers.push_back(process([&] { return read_all(folder.file(), times); }));
+  const auto publisher = publisher_at(folder.file(), 3);
   ASSERT_TRUE(readers_become(*publisher, 3));
   for (uint64_t i = 1; i <= 100; ++i) {
     ASSERT_EQ(publish(*publisher, frame_of(*publisher, i, 100000)), Outcome::Sent);
@@ -247,12 +247,12 @@ TEST(LocalStreamBetweenProcesses, BytesArriveInThreeReadersOfDifferentSpeeds) {
 
 TEST(LocalStreamBetweenProcesses, AKilledReaderReturnsItsFrames) {
   const Folder folder;
-  const auto publisher = publisher_at(folder.file(), 2);
   const pid_t reader = process([&] {
-    auto subscriber = Subscriber::connect(folder.file());
+    const auto subscriber = subscriber_when_served(folder.file());
     for (;;) pause();
     return 0;
   });
+  const auto publisher = publisher_at(folder.file(), 2);
   ASSERT_TRUE(readers_become(*publisher, 1));
   std::vector<std::weak_ptr<const void>> owners;
   for (uint64_t i = 1; i <= 2; ++i) {
@@ -279,13 +279,8 @@ TEST(LocalStreamBetweenProcesses, AReaderKeepsItsFramesWhenTheWriterIsKilled) {
     for (;;) pause();
     return 0;
   });
-  std::optional<Subscriber> subscriber;
-  const auto connects = [&] {
-    auto made = Subscriber::connect(folder.file());
-    if (made) subscriber.emplace(*std::move(made));
-    return subscriber.has_value();
-  };
-  ASSERT_TRUE(becomes_true(connects, "the writer"));
+  auto subscriber = subscriber_when_served(folder.file());
+  ASSERT_TRUE(subscriber);
   const auto event = next(&*subscriber);
   kill(writer, SIGKILL);
   exit_of(writer);

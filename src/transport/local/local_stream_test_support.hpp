@@ -2,6 +2,7 @@
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #pragma once
 #include <gtest/gtest.h>
+#include <sys/prctl.h>
 #include <sys/wait.h>
 #include <unistd.h>
 
@@ -10,6 +11,7 @@
 #include <cstring>
 #include <filesystem>
 #include <memory>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -89,12 +91,26 @@ inline bool readers_become(const Publisher& publisher, uint32_t count) {
                       std::to_string(count) + " readers");
 }
 
-// Another process that runs `body` and exits with its value.
+// A reader of a writer that may start later.
+inline std::optional<Subscriber> subscriber_when_served(const std::string& path) {
+  std::optional<Subscriber> out;
+  const auto connects = [&] {
+    auto made = Subscriber::connect(path);
+    if (made) out.emplace(*std::move(made));
+    return out.has_value();
+  };
+  return becomes_true(connects, "a writer") ? std::move(out) : std::nullopt;
+}
+
+// Another process that runs `body`, exits with its value, and ends with this one. To be called
+// while this process has one thread, so before it has a publisher: a lock that another thread holds
+// stays locked in the copy, such as that of AddressSanitizer's allocator.
 template <class Body>
 pid_t process(const Body& body) {
   const pid_t child = fork();
-  if (child == 0) _exit(body());
-  return child;
+  if (child != 0) return child;
+  prctl(PR_SET_PDEATHSIG, SIGKILL);
+  _exit(body());
 }
 inline int exit_of(pid_t child) {
   int status = -1;
