@@ -1,7 +1,7 @@
 #!/usr/bin/python3
 # SPDX-License-Identifier: LGPL-2.1-or-later
-"""Tests of tools/setup, tools/configure, tools/install, tools/uninstall and tools/count-tests.py, in folders of their own and
-with stand-ins for npm, apt, dpkg, meson and ninja: nothing is fetched and nothing installed. The last line is
+"""Tests of tools/setup, tools/configure, tools/install, tools/uninstall, tools/count-tests.py and tools/measure, in folders of
+their own and with stand-ins for npm, apt, dpkg, meson and ninja: nothing is fetched and nothing installed. The last line is
 `N passed, N failed`.
 """
 
@@ -354,6 +354,55 @@ class CountTests(unittest.TestCase):
     def test_nothing_run_is_a_failure(self):
         self.assertEqual(self.count([], "", "1"), (1, ["FAILED meson test failed before it ran a test", "0 passed, 1 failed"]))
         self.assertEqual(self.count([], "", "0")[0], 1)
+
+
+class Measure(unittest.TestCase):
+    FILES = {"src/core/text/a.cpp": 40, "src/core/text/a_test.cpp": 7, "include/weir/a.h": 30, "apps/weir/a.py": 31,
+             "tests/a.cpp": 5, "tools/a.py": 3, "docs/a.md": 9}
+
+    def setUp(self):
+        temporary = tempfile.TemporaryDirectory()
+        self.addCleanup(temporary.cleanup)
+        self.root = pathlib.Path(temporary.name)
+        (self.root / "tools").mkdir()
+        shutil.copy(TOOLS / "measure", self.root / "tools")
+        for name, lines in self.FILES.items():
+            path = self.root / name
+            path.parent.mkdir(parents=True, exist_ok=True)
+            path.write_text("x\n" * lines)
+        self.git("init", "-q")
+        self.git("add", *self.FILES)
+        self.git("commit", "-qm", "first")
+
+    def git(self, *arguments):
+        subprocess.run(["git", "-c", "user.name=a", "-c", "user.email=a@b", *arguments], cwd=self.root, check=True)
+
+    def measure(self, *arguments):
+        output = subprocess.run([self.root / "tools/measure", *arguments], text=True, capture_output=True, check=True).stdout
+        return {line[:42].strip(): [int(n) for n in line[42:].split() if n.lstrip("-").isdigit()] for line in output.splitlines()}
+
+    def test_counts_product_tests_and_headers_apart(self):
+        rows = self.measure()
+        self.assertEqual(rows["product"], [3, 101])
+        self.assertEqual(rows["product, files of at most 30 lines"], [1, 30])
+        self.assertEqual(rows["public headers"], [1, 30])
+        self.assertEqual(rows["tests and benchmarks"], [2, 12])
+        self.assertEqual(rows["tools and examples"], [1, 3])
+        self.assertEqual(rows["src/core/text"], [1, 40])
+
+    def test_compares_two_commits(self):
+        (self.root / "src/core/text/a.cpp").write_text("x\n" * 15)
+        self.git("commit", "-qam", "second")
+        rows = self.measure("HEAD~1", "HEAD")
+        self.assertEqual(rows["src/core/text"], [1, 40, 1, 15, 0, -25])
+        self.assertNotIn("apps/weir", rows)
+
+    def test_reads_the_compile_steps_of_a_build(self):
+        build = self.root / "build"
+        build.mkdir()
+        (build / ".ninja_log").write_text("# ninja log v5\n0\t900\t1\ta.o\tf\n5\t1505\t1\ta.o\tf\n0\t500\t1\tb.o\tf\n0\t9000\t1\tb.so\tf\n")
+        output = subprocess.run([self.root / "tools/measure", "--build", build], text=True, capture_output=True, check=True).stdout
+        self.assertEqual(output.splitlines()[-1], "compile steps: 2, 2 s")
 
 
 def main(module):
