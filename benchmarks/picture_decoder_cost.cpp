@@ -11,7 +11,7 @@
 #include <string>
 #include <vector>
 
-#include "core/decoders/builtin_decoders.hpp"
+#include "core/decoders/decoders.hpp"
 #include "core/draw/glyphs.hpp"
 #include "core/infer/module/decoder.hpp"
 #include "core/infer/module/module_library.hpp"

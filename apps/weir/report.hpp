@@ -2,11 +2,12 @@
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #pragma once
 #include <nlohmann/json.hpp>
+
 #include <string>
 #include <string_view>
 #include <vector>
 
-#include "core/text/pasted.hpp"
+#include "core/text/shell_quote.hpp"
 #include "weir/result.hpp"
 
 namespace weir::app {

@@ -5,7 +5,7 @@
 #include <string>
 #include <vector>
 
-#include "core/text/pasted.hpp"
+#include "core/text/shell_quote.hpp"
 #include "core/text/text.hpp"
 #include "gstcpp/element/property_text.hpp"
 #include "gstcpp/element/ref.hpp"

@@ -3,10 +3,11 @@
 #include "pipeline/element_access.hpp"
 
 #include <nlohmann/json.hpp>
+
 #include <utility>
 #include <vector>
 
-#include "core/text/choice.hpp"
+#include "core/text/error_text.hpp"
 #include "gstcpp/element/value_json.hpp"
 #include "gstcpp/pads/output_selector.hpp"
 #include "weir/pipeline.h"

@@ -6,7 +6,7 @@
 #include <string>
 #include <vector>
 
-#include "core/decoders/builtin_decoders.hpp"
+#include "core/decoders/decoders.hpp"
 #include "core/infer/module/decoder.hpp"
 #include "fuzz_input.hpp"
 

@@ -10,7 +10,7 @@
 #include "core/infer/module/accelerator.hpp"
 #include "core/preprocess/request.hpp"
 #include "core/rate/frame_rate.hpp"
-#include "core/text/place.hpp"
+#include "core/text/error_text.hpp"
 #include "core/text/text.hpp"
 #include "core/trace/options.hpp"
 #include "core/window/window.hpp"

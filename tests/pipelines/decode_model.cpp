@@ -5,14 +5,15 @@
 //   decode_model --heads
 // Prints the name, the aliases and the settings of each head.
 // SPDX-License-Identifier: LGPL-2.1-or-later
+#include <nlohmann/json.hpp>
+
 #include <cstdio>
 #include <cstring>
 #include <fstream>
 #include <iterator>
 #include <list>
-#include <nlohmann/json.hpp>
 
-#include "core/decoders/builtin_decoders.hpp"
+#include "core/decoders/decoders.hpp"
 #include "core/direct/direct_model.hpp"
 #include "core/heads/families.hpp"
 #include "core/infer/module/decoder.hpp"

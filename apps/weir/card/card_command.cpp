@@ -11,7 +11,7 @@
 #include "core/card/find.hpp"
 #include "core/infer/model/model.hpp"
 #include "core/infer/module/module_library.hpp"
-#include "core/text/pasted.hpp"
+#include "core/text/shell_quote.hpp"
 #include "inspect/command_error.hpp"
 #include "inspect/model_card.hpp"
 #include "models/catalogue.hpp"

@@ -10,7 +10,7 @@
 #include <cmath>
 #include <map>
 
-#include "core/text/pasted.hpp"
+#include "core/text/shell_quote.hpp"
 #include "evaluate/folder_files.hpp"
 #include "evaluate/photo_orientation.hpp"
 

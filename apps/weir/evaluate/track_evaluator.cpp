@@ -6,7 +6,7 @@
 #include "core/evaluate/mot_truth.hpp"
 #include "core/evaluate/similarity.hpp"
 #include "core/evaluate/tracking.hpp"
-#include "core/text/pasted.hpp"
+#include "core/text/shell_quote.hpp"
 #include "evaluate/evaluator.hpp"
 #include "evaluate/found_results.hpp"
 

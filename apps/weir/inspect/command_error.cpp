@@ -6,7 +6,7 @@
 #include <string_view>
 
 #include "core/infer/module/model_file.hpp"
-#include "core/text/pasted.hpp"
+#include "core/text/shell_quote.hpp"
 
 namespace weir::app {
 namespace {

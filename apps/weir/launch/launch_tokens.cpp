@@ -4,7 +4,7 @@
 
 #include <cctype>
 
-#include "core/text/place.hpp"
+#include "core/text/error_text.hpp"
 
 namespace weir::app {
 namespace {

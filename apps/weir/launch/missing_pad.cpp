@@ -7,7 +7,7 @@
 #include <string_view>
 #include <vector>
 
-#include "core/text/place.hpp"
+#include "core/text/error_text.hpp"
 #include "core/text/text.hpp"
 #include "gstcpp/element/ref.hpp"
 #include "launch/launch_graph.hpp"

@@ -4,7 +4,7 @@
 
 #include <algorithm>
 
-#include "core/text/pasted.hpp"
+#include "core/text/shell_quote.hpp"
 #include "gstcpp/element/property_text.hpp"
 #include "launch/pipeline_text.hpp"
 

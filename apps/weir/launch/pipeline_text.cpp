@@ -5,7 +5,7 @@
 #include <algorithm>
 #include <optional>
 
-#include "core/text/place.hpp"
+#include "core/text/error_text.hpp"
 #include "core/text/text.hpp"
 #include "gstcpp/element/property_text.hpp"
 #include "launch/launch_graph.hpp"

@@ -6,7 +6,7 @@
 
 #include <map>
 
-#include "core/text/place.hpp"
+#include "core/text/error_text.hpp"
 #include "gstcpp/buffer/caps_text.hpp"
 #include "gstcpp/element/ref.hpp"
 #include "launch/launch_graph.hpp"

@@ -9,7 +9,7 @@
 #include <iterator>
 
 #include "core/card/find.hpp"
-#include "core/text/pasted.hpp"
+#include "core/text/shell_quote.hpp"
 #include "core/text/text.hpp"
 #include "machine/environment.hpp"
 #include "report.hpp"

@@ -1,7 +1,7 @@
 // Writes temporary files beside their places, and links them there.
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #include "pki/new_files.hpp"
-#include "core/text/pasted.hpp"
+#include "core/text/shell_quote.hpp"
 
 #include <fcntl.h>
 #include <sys/stat.h>

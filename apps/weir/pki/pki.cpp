@@ -13,7 +13,7 @@
 #include <vector>
 
 #include "commands.hpp"
-#include "core/text/pasted.hpp"
+#include "core/text/shell_quote.hpp"
 #include "pki/certificates.hpp"
 #include "pki/new_files.hpp"
 #include "report.hpp"

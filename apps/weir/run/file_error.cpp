@@ -7,7 +7,7 @@
 #include <string_view>
 #include <vector>
 
-#include "core/text/pasted.hpp"
+#include "core/text/shell_quote.hpp"
 #include "core/text/text.hpp"
 #include "gstcpp/element/ref.hpp"
 

@@ -8,7 +8,7 @@
 
 #include "commands.hpp"
 #include "core/process/kept_address.hpp"
-#include "core/text/pasted.hpp"
+#include "core/text/shell_quote.hpp"
 #include "report.hpp"
 #include "run/complaints.hpp"
 #include "run/ledger_table.hpp"

@@ -7,7 +7,7 @@
 #include <filesystem>
 #include <set>
 
-#include "core/text/pasted.hpp"
+#include "core/text/shell_quote.hpp"
 #include "inspect/model_paths.hpp"
 #include "models/catalogue.hpp"
 

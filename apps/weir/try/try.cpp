@@ -3,7 +3,7 @@
 #include <cstdio>
 
 #include "commands.hpp"
-#include "core/text/pasted.hpp"
+#include "core/text/shell_quote.hpp"
 #include "report.hpp"
 #include "run/complaints.hpp"
 #include "run/pipeline_run.hpp"

@@ -17,7 +17,7 @@
 #include "core/infer/model/model.hpp"
 #include "core/infer/module/model_file.hpp"
 #include "core/infer/module/module_library.hpp"
-#include "core/text/pasted.hpp"
+#include "core/text/shell_quote.hpp"
 #include "gstcpp/element/file_digest.hpp"
 #include "inspect/command_error.hpp"
 #include "inspect/model_card.hpp"

@@ -6,7 +6,7 @@
 #include <filesystem>
 #include <string_view>
 
-#include "core/text/pasted.hpp"
+#include "core/text/shell_quote.hpp"
 #include "core/text/text.hpp"
 #include "gstcpp/element/ref.hpp"
 

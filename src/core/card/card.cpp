@@ -2,19 +2,20 @@
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #include "core/card/card.hpp"
 
+#include <nlohmann/json.hpp>
+
 #include <algorithm>
 #include <cmath>
 #include <filesystem>
 #include <fstream>
 #include <limits>
-#include <nlohmann/json.hpp>
 
 #include "core/card/card_decoder.hpp"
 #include "core/card/fields.hpp"
 #include "core/config/installed_file.hpp"
-#include "core/text/pasted.hpp"
+#include "core/text/shell_quote.hpp"
 #include "core/text/text.hpp"
-#include "core/text/unreadable.hpp"
+#include "core/text/text_file.hpp"
 #include "weir/join.hpp"
 
 namespace weir::card {

@@ -5,7 +5,7 @@
 #include <algorithm>
 
 #include "core/split/pick_list.hpp"
-#include "core/text/place.hpp"
+#include "core/text/error_text.hpp"
 #include "core/text/text.hpp"
 
 namespace weir::condition {

@@ -10,7 +10,7 @@
 #include <system_error>
 
 #include "core/text/text.hpp"
-#include "core/text/unreadable.hpp"
+#include "core/text/text_file.hpp"
 
 namespace weir::config {
 namespace {

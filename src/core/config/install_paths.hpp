@@ -1,6 +1,9 @@
 // Install paths: the folders and files that `make install` fills, and the version of this build.
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #pragma once
+#include <span>
+#include <string>
+#include <string_view>
 
 namespace weir::config {
 
@@ -20,5 +23,14 @@ extern const char* const kInstalledNnstreamer;  // libnnstreamer.so
 const char* installed_documents();
 
 extern const char* const kVersion;  // "3.0.0"
+
+// The prefix of the tree in which the program or library `file` is installed: its folder without
+// the one of `folders`, relative to a prefix, with which that ends. `built_for` when it ends with
+// none of them, as in a build folder.
+std::string prefix_of(std::string_view file, std::span<const std::string_view> folders,
+                      std::string_view built_for);
+// `path` below another prefix; as it is when it is not below `built_for`, as "/etc".
+std::string below_prefix(std::string_view path, std::string_view built_for,
+                         std::string_view prefix);
 
 }  // namespace weir::config

@@ -17,7 +17,7 @@
 #include "core/infer/module/module_check.hpp"
 #include "core/process/process_object.hpp"
 #include "core/subplugin/loader.hpp"
-#include "core/text/pasted.hpp"
+#include "core/text/shell_quote.hpp"
 #include "core/text/text.hpp"
 
 namespace weir::custom {

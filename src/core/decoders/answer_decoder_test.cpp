@@ -1,6 +1,6 @@
 // Tests of what the modes that write results have in common, on tensors of YOLOv8.
 // SPDX-License-Identifier: LGPL-2.1-or-later
-#include "core/decoders/answer_decoder.hpp"
+#include "core/decoders/decoders.hpp"
 
 #include "core/decoders/answer_test_support.hpp"
 

@@ -1,21 +1,46 @@
 // Draws the detections of any scheme (docs/compatibility/decoder.md 5.3).
 // SPDX-License-Identifier: LGPL-2.1-or-later
-#include "core/decoders/bounding_boxes.hpp"
+#include "core/decoders/decoders.hpp"
 
 #include <algorithm>
+#include <array>
 #include <charconv>
+#include <cmath>
 #include <iterator>
 
 #include "core/decoders/box_scheme.hpp"
 #include "core/decoders/option_text.hpp"
-#include "core/decoders/rotated_outline.hpp"
 #include "core/detection/centroid_tracker.hpp"
+#include "core/detection/pixel_box.hpp"
 #include "core/draw/rgba_frame.hpp"
 #include "weir/decoder.hpp"
 #include "weir/label_file.hpp"
 
 namespace weir::decoders {
 namespace {
+
+// The box has its centre at x, y; its corners are scaled from `input` to `output` and truncated to
+// whole pixels.
+void draw_rotated(const detection::PixelBox& box, detection::PictureSize input, draw::Size output,
+                  draw::RgbaFrame* frame) noexcept {
+  struct Point {
+    double x, y;
+  };
+  const double half_width = box.width / 2.0, half_height = box.height / 2.0;
+  const double cosine = std::cos(double{box.angle}), sine = std::sin(double{box.angle});
+  std::array<Point, 4> corners{{{-half_width, -half_height},
+                                {half_width, -half_height},
+                                {half_width, half_height},
+                                {-half_width, half_height}}};
+  for (Point& corner : corners)
+    corner = {(box.x + corner.x * cosine - corner.y * sine) * output.width / input.width,
+              (box.y + corner.x * sine + corner.y * cosine) * output.height / input.height};
+  for (size_t i = 0; i < corners.size(); ++i) {
+    const Point &from = corners[i], &to = corners[(i + 1) % corners.size()];
+    frame->line(static_cast<int64_t>(from.x), static_cast<int64_t>(from.y),
+                static_cast<int64_t>(to.x), static_cast<int64_t>(to.y), draw::kRed);
+  }
+}
 
 constexpr char kBoxOptions[] =
     R"([{"name":"option1","type":"string","default":"","help":"Scheme of the model"},)"

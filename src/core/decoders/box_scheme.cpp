@@ -2,11 +2,7 @@
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #include "core/decoders/box_scheme.hpp"
 
-#include "core/decoders/openvino_scheme.hpp"
-#include "core/decoders/palm_scheme.hpp"
-#include "core/decoders/ssd_schemes.hpp"
-#include "core/decoders/yolo_schemes.hpp"
-#include "core/text/choice.hpp"
+#include "core/text/error_text.hpp"
 #include "core/text/text.hpp"
 
 namespace weir::decoders {

@@ -42,4 +42,16 @@ void check_scheme(const std::string& name);
 // Opens the scheme; throws Failure for an unknown name and for parameters that it cannot use.
 std::unique_ptr<BoxScheme> open_scheme(const SchemeOptions& options);
 
+// The schemes, by name.
+std::unique_ptr<BoxScheme> open_yolov5(const SchemeOptions& options);
+std::unique_ptr<BoxScheme> open_yolov8(const SchemeOptions& options);
+std::unique_ptr<BoxScheme> open_yolov8_obb(const SchemeOptions& options);
+std::unique_ptr<BoxScheme> open_yolov10(const SchemeOptions& options);
+std::unique_ptr<BoxScheme> open_mobilenet_ssd(const SchemeOptions& options);
+// Takes the first class of each anchor that reaches the threshold, not the best one.
+std::unique_ptr<BoxScheme> open_mobilenet_ssd_of_first_class(const SchemeOptions& options);
+std::unique_ptr<BoxScheme> open_mobilenet_ssd_postprocess(const SchemeOptions& options);
+std::unique_ptr<BoxScheme> open_openvino(const SchemeOptions& options);
+std::unique_ptr<BoxScheme> open_palm(const SchemeOptions& options);
+
 }  // namespace weir::decoders

@@ -1,7 +1,7 @@
 // Turns the scores, class numbers or depths of each pixel into colours
 // (docs/compatibility/decoder.md 5.5).
 // SPDX-License-Identifier: LGPL-2.1-or-later
-#include "core/decoders/image_segment.hpp"
+#include "core/decoders/decoders.hpp"
 
 #include <algorithm>
 #include <array>
@@ -9,8 +9,8 @@
 
 #include "core/decoders/tensor_values.hpp"
 #include "core/detection/segmentation.hpp"
-#include "core/draw/class_colors.hpp"
-#include "core/text/choice.hpp"
+#include "core/draw/rgba_frame.hpp"
+#include "core/text/error_text.hpp"
 #include "core/text/text.hpp"
 #include "weir/decoder.hpp"
 

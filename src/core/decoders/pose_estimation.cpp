@@ -1,6 +1,6 @@
 // Finds key points in heat maps and draws them (docs/compatibility/decoder.md 5.4).
 // SPDX-License-Identifier: LGPL-2.1-or-later
-#include "core/decoders/pose_estimation.hpp"
+#include "core/decoders/decoders.hpp"
 
 #include <algorithm>
 #include <cmath>
@@ -9,7 +9,7 @@
 #include "core/decoders/option_text.hpp"
 #include "core/decoders/tensor_values.hpp"
 #include "core/detection/pose.hpp"
-#include "core/text/choice.hpp"
+#include "core/text/error_text.hpp"
 #include "core/text/text.hpp"
 #include "weir/decoder.hpp"
 

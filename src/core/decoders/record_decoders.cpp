@@ -1,6 +1,6 @@
 // Reads frames of results and passes them to the writer of a text format.
 // SPDX-License-Identifier: LGPL-2.1-or-later
-#include "core/decoders/record_decoders.hpp"
+#include "core/decoders/decoders.hpp"
 
 #include <charconv>
 #include <cstring>

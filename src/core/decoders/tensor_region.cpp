@@ -1,12 +1,12 @@
 // Writes the best boxes of an SSD model as a flexible tensor (docs/compatibility/decoder.md 5.7).
 // SPDX-License-Identifier: LGPL-2.1-or-later
-#include "core/decoders/tensor_region.hpp"
+#include "core/decoders/decoders.hpp"
 
 #include <algorithm>
 #include <cstring>
 
+#include "core/decoders/box_scheme.hpp"
 #include "core/decoders/option_text.hpp"
-#include "core/decoders/ssd_schemes.hpp"
 #include "core/tensor/tensor_header.hpp"
 #include "core/text/text.hpp"
 #include "weir/decoder.hpp"

@@ -1,13 +1,11 @@
 // Reads the options and tensors of YOLO models.
 // SPDX-License-Identifier: LGPL-2.1-or-later
-#include "core/decoders/yolo_schemes.hpp"
+#include "core/decoders/box_scheme.hpp"
 
 #include "core/decoders/scheme_checks.hpp"
 #include "core/decoders/tensor_values.hpp"
-#include "core/detection/pixel_suppression.hpp"
-#include "core/detection/yolo_v10.hpp"
-#include "core/detection/yolo_v5.hpp"
-#include "core/detection/yolo_v8.hpp"
+#include "core/detection/box_layouts.hpp"
+#include "core/detection/pixel_box.hpp"
 
 namespace weir::decoders {
 namespace {

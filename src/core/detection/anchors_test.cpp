@@ -4,8 +4,7 @@
 
 #include <cmath>
 
-#include "core/detection/palm_anchors.hpp"
-#include "core/detection/ssd_priors.hpp"
+#include "core/detection/anchors.hpp"
 #include "says.hpp"
 
 namespace weir::detection {

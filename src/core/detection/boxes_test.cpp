@@ -9,7 +9,7 @@
 #include <tuple>
 
 #include "core/detection/centroid_tracker.hpp"
-#include "core/detection/pixel_suppression.hpp"
+#include "core/detection/pixel_box.hpp"
 
 namespace weir::detection {
 namespace boxes_test {

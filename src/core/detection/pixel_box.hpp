@@ -30,4 +30,15 @@ enum class Limits {
 PixelBox to_pixels(const Candidate& candidate, Limits limits, PictureSize picture) noexcept;
 PixelBoxes to_pixels(std::span<const Candidate> candidates, Limits limits, PictureSize picture);
 
+// Intersection over union with an inclusive intersection; above 1 for equal boxes, 0 where the
+// quotient is negative.
+float inclusive_overlap(const PixelBox& a, const PixelBox& b) noexcept;
+// The overlap of rotated boxes, from the 6 x 6 points of the smaller one that lie in the other.
+float rotated_overlap(const PixelBox& a, const PixelBox& b) noexcept;
+
+// Sorts by descending probability (equal ones keep their order) and removes the boxes that overlap
+// a better one by more than `threshold`, of any class.
+PixelBoxes suppress(PixelBoxes boxes, float threshold);
+PixelBoxes suppress_rotated(PixelBoxes boxes, float threshold);
+
 }  // namespace weir::detection

@@ -10,7 +10,7 @@
 
 #include "core/draw/label_layout.hpp"
 #include "core/draw/lines.hpp"
-#include "core/draw/skeletons.hpp"
+#include "core/draw/skeleton.hpp"
 #include "core/draw/tint.hpp"
 #include "core/draw/zone_marks.hpp"
 

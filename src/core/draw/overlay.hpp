@@ -4,7 +4,7 @@
 // a box less than twice as wide as its line is filled. Rotated boxes are lines along their edges. A
 // key point of diameter d is a disc: in the square of d pixels centred nearest to the point, the
 // pixels whose centre is at most d / 2 away. Key points of bodies and hands are connected
-// (skeletons.hpp). Each class has its own colour.
+// (skeleton.hpp). Each class has its own colour.
 //
 // Class maps are drawn first, then masks, boxes and points, then labels, the best score first: a
 // label takes the first free place around its box (label_layout.hpp), and is left out where there

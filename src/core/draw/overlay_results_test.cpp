@@ -6,7 +6,7 @@
 
 #include "core/draw/draw_test_support.hpp"
 #include "core/draw/overlay.hpp"
-#include "core/draw/skeletons.hpp"
+#include "core/draw/skeleton.hpp"
 
 namespace weir::draw {
 namespace overlay_results_test {

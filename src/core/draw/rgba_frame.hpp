@@ -12,6 +12,7 @@
 #include <cstdint>
 #include <span>
 #include <string_view>
+#include <vector>
 
 namespace weir::draw {
 
@@ -65,5 +66,16 @@ class RgbaFrame {
 
 // Cells advance by one pixel more than their width.
 inline constexpr int kGlyphAdvance = 9;
+
+// Class 0, the background, is transparent. Class i of the others is opaque; its blue, green and red
+// bytes together are i times the largest number that keeps the last class within 0xFFFFFF, so that
+// colours are spread over all and the same in every process. `classes` includes class 0.
+std::vector<Rgba> spread_colors(size_t classes);
+
+// Precondition: `pixels` has as many elements as `map`, and each element of `map` has a colour.
+void paint_classes(std::span<const uint16_t> map, std::span<const Rgba> colors,
+                   std::span<Rgba> pixels) noexcept;
+// Opaque gray pixels, as many as `grays`.
+void paint_grays(std::span<const uint8_t> grays, std::span<Rgba> pixels) noexcept;
 
 }  // namespace weir::draw

@@ -5,6 +5,7 @@
 #include <optional>
 #include <span>
 #include <string>
+#include <utility>
 
 #include "core/draw/rgba_frame.hpp"
 
@@ -33,5 +34,11 @@ void draw_skeleton(RgbaFrame& frame, std::span<const Joint> joints, std::span<co
 // joints.
 void draw_names(RgbaFrame& frame, std::span<const Joint> joints, std::span<const std::string> names,
                 Rgba color) noexcept;
+
+using Connection = std::pair<uint8_t, uint8_t>;
+
+// 17: COCO's key points, in its order (cocodataset.org, person key points). 33: MediaPipe's pose
+// landmarks. 21: its hand landmarks. Empty for other numbers.
+std::span<const Connection> connections_of(size_t points) noexcept;
 
 }  // namespace weir::draw

@@ -2,7 +2,7 @@
 // sub-plugins built for NNStreamer.
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #include "core/custom/builtin_engines.hpp"
-#include "core/decoders/builtin_decoders.hpp"
+#include "core/decoders/decoders.hpp"
 #include "core/infer/module/module_library.hpp"
 #include "core/process/process_object.hpp"
 #include "core/subplugin/loader.hpp"

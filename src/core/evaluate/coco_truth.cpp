@@ -2,13 +2,14 @@
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #include "core/evaluate/coco_truth.hpp"
 
+#include <nlohmann/json.hpp>
+
 #include <algorithm>
 #include <cmath>
 #include <map>
-#include <nlohmann/json.hpp>
 #include <set>
 
-#include "core/text/place.hpp"
+#include "core/text/error_text.hpp"
 
 namespace weir::evaluate {
 namespace {

@@ -11,7 +11,7 @@
 #include "core/evaluate/similarity.hpp"
 #include "core/evaluate/track_numbers.hpp"
 #include "core/text/text.hpp"
-#include "core/track/best_assignment.hpp"
+#include "core/track/assignment.hpp"
 
 namespace weir::evaluate {
 namespace {

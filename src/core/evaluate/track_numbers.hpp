@@ -6,7 +6,7 @@
 #include <vector>
 
 #include "core/evaluate/tracking.hpp"
-#include "core/track/best_assignment.hpp"
+#include "core/track/assignment.hpp"
 
 namespace weir::evaluate {
 

@@ -1,6 +1,6 @@
 // Reads classifiers, and turns logits into probabilities.
 // SPDX-License-Identifier: LGPL-2.1-or-later
-#include "core/heads/classification_heads.hpp"
+#include "core/heads/families.hpp"
 
 #include <algorithm>
 #include <cmath>

@@ -1,8 +1,13 @@
-// Reads rows of objects.
+// Heads of detectors that give one row for each object and need no removal of duplicates: the DETR
+// models, and YOLO models and others that end in their own suppression.
 // SPDX-License-Identifier: LGPL-2.1-or-later
-#include "core/heads/end_to_end_heads.hpp"
+#include <algorithm>
+#include <cmath>
 
+#include "core/detection/best_class.hpp"
 #include "core/heads/coordinates.hpp"
+#include "core/heads/families.hpp"
+#include "core/heads/output_shapes.hpp"
 
 namespace weir::heads {
 namespace {
@@ -63,6 +68,266 @@ std::unique_ptr<Head> open_rows(const ModelFacts& model, const HeadOptions& opti
   return std::make_unique<EndToEnd>(columns, model.input, unit_setting(options), options.threshold);
 }
 
+using detection::Candidate;
+using detection::Candidates;
+using detection::PictureSize;
+
+constexpr size_t kMostQueries = 1000, kDetrBox = 4, kCoco = 80, kCocoOfDetr = 92;
+
+// Centre and size, 0 to 1 across the picture.
+Candidate candidate_of(std::span<const float> box, PictureSize input) {
+  const auto width = static_cast<float>(input.width), height = static_cast<float>(input.height);
+  return {.x = (box[0] - box[2] / 2) * width,
+          .y = (box[1] - box[3] / 2) * height,
+          .width = box[2] * width,
+          .height = box[3] * height};
+}
+
+// Where the classes and the boxes of queries are: in two outputs, or both in rows of one.
+struct Queries {
+  size_t count = 0, classes = 0;
+  size_t scores_output = 0, boxes_output = 0;
+  size_t row_length = 0;  // of scores; of boxes too if they are in one output
+  bool are_together() const noexcept { return scores_output == boxes_output; }
+};
+
+std::optional<Queries> find_queries(const ModelFacts& model) {
+  if (model.outputs.size() != 2) return std::nullopt;
+  // Four classes and boxes have the same shape: names decide, then the usual order.
+  const bool is_swapped =
+      has_name_with(model.outputs[0], "box") && !has_name_with(model.outputs[1], "box");
+  for (const size_t attempt : {0u, 1u}) {
+    const size_t boxes = is_swapped ? attempt : 1 - attempt;
+    const Shape &box = model.outputs[boxes].shape, &score = model.outputs[1 - boxes].shape;
+    if (box.min_rank() > 2 || score.min_rank() > 2) continue;
+    if (box[0] != kDetrBox || box[1] != score[1] || box[1] == 0 || box[1] > kMostQueries) continue;
+    return Queries{.count = box[1],
+                   .classes = score[0],
+                   .scores_output = 1 - boxes,
+                   .boxes_output = boxes,
+                   .row_length = score[0]};
+  }
+  return std::nullopt;
+}
+
+// Rows of boxes and scores, as Ultralytics exports RT-DETR.
+std::optional<Queries> find_joined_queries(const ModelFacts& model) {
+  if (model.outputs.size() != 1 || model.outputs[0].shape.min_rank() != 2) return std::nullopt;
+  const Shape& shape = model.outputs[0].shape;
+  if (shape[0] <= kDetrBox || shape[1] > kMostQueries) return std::nullopt;
+  return Queries{.count = shape[1], .classes = shape[0] - kDetrBox, .row_length = shape[0]};
+}
+
+class QueryHead : public Head {
+ public:
+  QueryHead(const Queries& queries, PictureSize input, float threshold)
+      : queries_(queries), input_(input), threshold_(threshold) {}
+
+  results::Features features() const override { return {}; }
+
+  Candidates find(OutputValues& outputs, PictureSize frame_input) override {
+    const PictureSize input = frame_input.width > 0 ? frame_input : input_;
+    require_size(input);
+    const auto scores = outputs.read(queries_.scores_output);
+    const auto boxes = outputs.read(queries_.boxes_output);
+    check(scores, queries_.row_length);
+    const size_t box_length = queries_.are_together() ? queries_.row_length : kDetrBox;
+    check(boxes, box_length);
+    begin(scores);
+    Candidates found;
+    for (size_t i = 0; i < queries_.count; ++i) {
+      const size_t first = queries_.are_together() ? kDetrBox : 0;
+      const auto row = scores.subspan(i * queries_.row_length + first, queries_.classes);
+      Candidate candidate = candidate_of(boxes.subspan(i * box_length, kDetrBox), input);
+      if (!choose(row, &candidate) || !candidate.is_finite()) continue;
+      candidate.row = static_cast<uint32_t>(i);
+      found.push_back(candidate);
+    }
+    return found;
+  }
+
+ protected:
+  virtual void begin(std::span<const float> scores) { (void)scores; }
+  // Sets score and class; returns whether the score reaches the threshold.
+  virtual bool choose(std::span<const float> row, Candidate* candidate) const = 0;
+  bool reaches(float score) const noexcept { return heads::reaches(score, threshold_); }
+
+ private:
+  void check(std::span<const float> numbers, size_t length) const {
+    if (numbers.size() == queries_.count * length) return;
+    throw Failure(
+        {.code = Code::SPEC_MISMATCH,
+         .what = "the frame has a different number of queries than the head was opened for",
+         .offered = std::to_string(numbers.size()) + " numbers",
+         .needed = std::to_string(queries_.count * length)});
+  }
+
+  Queries queries_;
+  PictureSize input_;
+  float threshold_;
+};
+
+// The last class is "no object"; scores are the softmax of all.
+class Detr final : public QueryHead {
+ public:
+  using QueryHead::QueryHead;
+
+ private:
+  bool choose(std::span<const float> row, Candidate* candidate) const override {
+    const auto classes = row.first(row.size() - 1);
+    const float best = detection::best_score(classes);
+    const float greatest = std::max(best, row.back());
+    double sum = 0;
+    for (const float logit : row) sum += std::exp(static_cast<double>(logit) - greatest);
+    candidate->score = static_cast<float>(std::exp(static_cast<double>(best) - greatest) / sum);
+    candidate->class_index = detection::class_with(classes, best);
+    return reaches(candidate->score);
+  }
+};
+
+class RtDetr final : public QueryHead {
+ public:
+  RtDetr(const Queries& queries, PictureSize input, float threshold, ScoreKind kind)
+      : QueryHead(queries, input, threshold),
+        first_(queries.are_together() ? kDetrBox : 0),
+        length_(queries.row_length),
+        kind_(kind) {}
+
+ private:
+  // Boxes may be beyond 0 and 1, so only the scores are looked at.
+  void begin(std::span<const float> scores) override {
+    if (kind_ != ScoreKind::Automatic) return;
+    for (size_t at = 0; at + length_ <= scores.size() && kind_ == ScoreKind::Automatic;
+         at += length_)
+      if (are_logits(scores.subspan(at + first_, length_ - first_))) kind_ = ScoreKind::Logits;
+  }
+  bool choose(std::span<const float> row, Candidate* candidate) const override {
+    const float best = detection::best_score(row);
+    candidate->score = kind_ == ScoreKind::Logits ? 1 / (1 + std::exp(-best)) : best;
+    candidate->class_index = detection::class_with(row, best);
+    return reaches(candidate->score);
+  }
+
+  size_t first_, length_;
+  ScoreKind kind_;  // logits, once one was seen
+};
+
+Fit fit_detr(const ModelFacts& model) {
+  const auto queries = find_queries(model);
+  if (!queries || queries->classes < 2) return Fit::No;
+  if (model.labels > 0 && model.labels == queries->classes) return Fit::Possible;
+  const bool is_usual =
+      model.labels > 0 ? model.labels + 1 == queries->classes : queries->classes == kCocoOfDetr;
+  return is_usual ? Fit::Certain : Fit::Possible;
+}
+
+Fit fit_rt_detr(const ModelFacts& model) {
+  if (const auto queries = find_queries(model)) {
+    const bool is_usual =
+        model.labels > 0 ? model.labels == queries->classes : queries->classes == kCoco;
+    return is_usual ? Fit::Certain : Fit::Possible;
+  }
+  constexpr size_t kUsualQueries = 300;
+  const auto joined = find_joined_queries(model);
+  // Rows of 6 numbers are more likely x1, y1, x2, y2, score, class.
+  const bool is_likely = joined && (joined->classes > 2 || model.labels == joined->classes);
+  return is_likely && joined->count == kUsualQueries ? Fit::Possible : Fit::No;
+}
+
+std::unique_ptr<Head> open_detr(const ModelFacts& model, const HeadOptions& options) {
+  const auto queries = find_queries(model);
+  if (!queries || queries->classes < 2) throw wrong_outputs(model, kDetr);
+  return std::make_unique<Detr>(*queries, model.input, options.threshold);
+}
+
+std::unique_ptr<Head> open_rt_detr(const ModelFacts& model, const HeadOptions& options) {
+  auto queries = find_queries(model);
+  if (!queries) queries = find_joined_queries(model);
+  if (!queries) throw wrong_outputs(model, kRtDetr);
+  return std::make_unique<RtDetr>(*queries, model.input, options.threshold, score_kind(options));
+}
+
+// Three outputs: labels N, boxes 4:N of x1, y1, x2, y2, scores N.
+struct Roles {
+  size_t labels = 0, boxes = 0, scores = 0;
+};
+
+// Whether the output at `boxes` has one box for each number of the outputs `a` and `b`.
+bool are_boxes(const OutputFacts& boxes, const OutputFacts& a, const OutputFacts& b) {
+  const uint32_t count = std::max(boxes.shape[1], 1u);
+  const auto is_list = [count](const OutputFacts& output) {
+    return output.shape.min_rank() == 1 && output.shape[0] == count;
+  };
+  return boxes.shape[0] == kDetrBox && boxes.shape.min_rank() <= 2 && is_list(a) && is_list(b);
+}
+
+// Whether the names make `labels` the labels and `scores` the scores.
+bool are_named(const OutputFacts& labels, const OutputFacts& scores) {
+  return has_name_with(scores, "score") || has_name_with(labels, "label") ||
+         has_name_with(labels, "class");
+}
+
+// Labels are integers where scores are not; else the names decide.
+std::optional<Roles> roles_around(const ModelFacts& model, size_t boxes) {
+  const size_t first = boxes == 0 ? 1 : 0, second = boxes == 2 ? 1 : 2;
+  const auto &a = model.outputs[first], &b = model.outputs[second];
+  if (!are_boxes(model.outputs[boxes], a, b)) return std::nullopt;
+  if (is_integer(a.type) != is_integer(b.type))
+    return is_integer(a.type) ? Roles{first, boxes, second} : Roles{second, boxes, first};
+  if (are_named(b, a)) return Roles{second, boxes, first};
+  if (are_named(a, b)) return Roles{first, boxes, second};
+  return std::nullopt;
+}
+
+std::optional<Roles> find_roles(const ModelFacts& model) {
+  if (model.outputs.size() != 3) return std::nullopt;
+  for (size_t boxes = 0; boxes < 3; ++boxes)
+    if (const auto roles = roles_around(model, boxes)) return roles;
+  return std::nullopt;
+}
+
+class LabelsBoxesScores final : public Head {
+ public:
+  LabelsBoxesScores(const Roles& roles, PictureSize input, Unit unit, int64_t first_class,
+                    float threshold)
+      : roles_(roles),
+        input_(input),
+        first_class_(static_cast<float>(first_class)),
+        boxes_(unit, threshold) {}
+
+  results::Features features() const override { return {}; }
+
+  Candidates find(OutputValues& outputs, PictureSize input) override {
+    const auto labels = outputs.read_raw(roles_.labels);
+    const auto boxes = outputs.read(roles_.boxes), scores = outputs.read(roles_.scores);
+    const size_t count = std::min({labels.size(), scores.size(), boxes.size() / kDetrBox});
+    boxes_.begin();
+    for (size_t i = 0; i < count; ++i)
+      boxes_.add(boxes.subspan(i * kDetrBox).first<kDetrBox>(), scores[i], labels[i] - first_class_,
+                 i);
+    return boxes_.take(input.width > 0 ? input : input_);
+  }
+
+ private:
+  Roles roles_;
+  PictureSize input_;
+  float first_class_;
+  CornerBoxes boxes_;
+};
+
+Fit fit_labels_boxes_scores(const ModelFacts& model) {
+  return find_roles(model) ? Fit::Possible : Fit::No;
+}
+
+std::unique_ptr<Head> open_labels_boxes_scores(const ModelFacts& model,
+                                               const HeadOptions& options) {
+  const auto roles = find_roles(model);
+  if (!roles) throw wrong_outputs(model, kLabelsBoxesScores);
+  const auto first = number_setting(options, "first-class", -1000, 1000).value_or(0);
+  return std::make_unique<LabelsBoxesScores>(*roles, model.input, unit_setting(options), first,
+                                             options.threshold);
+}
+
 }  // namespace
 
 const Family kYolov10{
@@ -103,5 +368,32 @@ const Family kDetectionOutput{
         [](const ModelFacts& model, const HeadOptions& options) {
           return open_rows(model, options, kDetectionOutput, kOutputColumns);
         }};
+
+const Family kDetr{.name = "detr",
+                   .aliases = "",
+                   .tasks = kDetection,
+                   .outputs = "logits CLASSES+1:N, the last for no object, and boxes 4:N",
+                   .custom = "",
+                   .threshold = 0.5f,
+                   .fit = fit_detr,
+                   .open = open_detr};
+
+const Family kRtDetr{.name = "rtdetr",
+                     .aliases = "rt-detr,deformable-detr",
+                     .tasks = kDetection,
+                     .outputs = "scores CLASSES:N and boxes 4:N, or 1 tensor 4+CLASSES:300",
+                     .custom = "scores",
+                     .threshold = 0.5f,
+                     .fit = fit_rt_detr,
+                     .open = open_rt_detr};
+
+const Family kLabelsBoxesScores{.name = "labels-boxes-scores",
+                                .aliases = "rtdetr-deployed,torchvision",
+                                .tasks = kDetection,
+                                .outputs = "labels N (integers), boxes 4:N, scores N in any order",
+                                .custom = "unit,first-class",
+                                .threshold = 0.5f,
+                                .fit = fit_labels_boxes_scores,
+                                .open = open_labels_boxes_scores};
 
 }  // namespace weir::heads

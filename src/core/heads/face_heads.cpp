@@ -1,6 +1,6 @@
 // Reads boxes and key points of YuNet and UltraFace.
 // SPDX-License-Identifier: LGPL-2.1-or-later
-#include "core/heads/face_heads.hpp"
+#include "core/heads/families.hpp"
 
 #include <algorithm>
 #include <array>

@@ -4,22 +4,6 @@
 
 #include <algorithm>
 
-#include "core/heads/classification_heads.hpp"
-#include "core/heads/depth_heads.hpp"
-#include "core/heads/detr_heads.hpp"
-#include "core/heads/end_to_end_heads.hpp"
-#include "core/heads/face_heads.hpp"
-#include "core/heads/grid_detectors.hpp"
-#include "core/heads/heat_map_head.hpp"
-#include "core/heads/landmark_heads.hpp"
-#include "core/heads/mediapipe_detectors.hpp"
-#include "core/heads/pose_heads.hpp"
-#include "core/heads/posenet_head.hpp"
-#include "core/heads/segmentation_heads.hpp"
-#include "core/heads/ssd_heads.hpp"
-#include "core/heads/text_heads.hpp"
-#include "core/heads/yolo_grids.hpp"
-#include "core/heads/yolo_heads.hpp"
 #include "core/text/text.hpp"
 #include "weir/join.hpp"
 

@@ -1,6 +1,6 @@
 // Reads FastestDet (one grid) and NanoDet (distributions of the distances to the edges).
 // SPDX-License-Identifier: LGPL-2.1-or-later
-#include "core/heads/grid_detectors.hpp"
+#include "core/heads/families.hpp"
 
 #include <algorithm>
 #include <cmath>

@@ -3,7 +3,7 @@
 // As the published graphs (hand_landmark, face_landmark, pose_landmark): points are pixels of the
 // input; the presence of faces and the visibility of points are logits, the rest probabilities.
 // SPDX-License-Identifier: LGPL-2.1-or-later
-#include "core/heads/landmark_heads.hpp"
+#include "core/heads/families.hpp"
 
 #include <algorithm>
 

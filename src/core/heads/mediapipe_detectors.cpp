@@ -3,7 +3,7 @@
 // Anchors, scaling and rotation follow the graphs that MediaPipe publishes (face_detection,
 // palm_detection, pose_detection): each anchor is a cell's centre with the size of the picture.
 // SPDX-License-Identifier: LGPL-2.1-or-later
-#include "core/heads/mediapipe_detectors.hpp"
+#include "core/heads/families.hpp"
 
 #include <algorithm>
 #include <cmath>

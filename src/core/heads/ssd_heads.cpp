@@ -1,12 +1,12 @@
 // Reads SSD models.
 // SPDX-License-Identifier: LGPL-2.1-or-later
-#include "core/heads/ssd_heads.hpp"
+#include "core/heads/families.hpp"
 
 #include <algorithm>
 #include <array>
 #include <cmath>
 
-#include "core/detection/ssd_anchors.hpp"
+#include "core/detection/anchors.hpp"
 #include "core/heads/coordinates.hpp"
 #include "core/heads/output_shapes.hpp"
 #include "core/text/text_file.hpp"

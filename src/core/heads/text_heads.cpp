@@ -1,6 +1,6 @@
 // Reads boxes of text from probability maps, and characters from their probabilities.
 // SPDX-License-Identifier: LGPL-2.1-or-later
-#include "core/heads/text_heads.hpp"
+#include "core/heads/families.hpp"
 
 #include <algorithm>
 #include <cmath>

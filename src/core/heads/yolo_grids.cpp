@@ -1,6 +1,6 @@
 // Decodes grids of cells with anchors.
 // SPDX-License-Identifier: LGPL-2.1-or-later
-#include "core/heads/yolo_grids.hpp"
+#include "core/heads/families.hpp"
 
 #include <algorithm>
 #include <array>

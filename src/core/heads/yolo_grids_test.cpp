@@ -1,6 +1,6 @@
 // Tests of YOLO heads that give one grid for each size of cells.
 // SPDX-License-Identifier: LGPL-2.1-or-later
-#include "core/heads/yolo_grids.hpp"
+#include "core/heads/families.hpp"
 
 #include <numeric>
 

@@ -1,6 +1,6 @@
 // Tests of YOLO heads on tensors that are encoded from the published description of each network.
 // SPDX-License-Identifier: LGPL-2.1-or-later
-#include "core/heads/yolo_heads.hpp"
+#include "core/heads/families.hpp"
 
 #include "core/heads/head_test_support.hpp"
 

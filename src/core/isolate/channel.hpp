@@ -8,8 +8,8 @@
 
 #include "core/io/deadline.hpp"
 #include "core/io/descriptor.hpp"
+#include "core/isolate/adaptive_poll.hpp"
 #include "core/isolate/message.hpp"
-#include "core/isolate/usual_wait.hpp"
 
 namespace weir::isolate {
 
@@ -49,7 +49,7 @@ class Channel {
                         std::chrono::steady_clock::time_point look_until, io::Descriptor* came);
 
   io::Descriptor socket_;
-  UsualWait usual_;  // for messages
+  AdaptivePoll usual_;  // for messages
   int process_ = -1, stop_ = -1, cancel_ = -1;
 };
 

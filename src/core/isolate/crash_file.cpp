@@ -14,7 +14,7 @@
 #include "core/io/descriptor.hpp"
 #include "core/tensor/model_tensor.hpp"
 #include "core/tensor/tensor_header.hpp"
-#include "core/text/pasted.hpp"
+#include "core/text/shell_quote.hpp"
 
 namespace weir::isolate {
 namespace {

@@ -67,7 +67,11 @@ class MessageWriter {
   }
 
  private:
-  void append(const void* from, size_t size);
+  void append(const void* from, size_t size) {
+    const size_t at = bytes_.size();
+    bytes_.resize(at + size);
+    if (size > 0) std::memcpy(bytes_.data() + at, from, size);
+  }
   std::vector<std::byte> bytes_;
 };
 

@@ -6,7 +6,7 @@
 #include <string>
 #include <vector>
 
-#include "core/text/place.hpp"
+#include "core/text/error_text.hpp"
 #include "core/text/text.hpp"
 #include "weir/join.hpp"
 

@@ -6,7 +6,7 @@
 #include <algorithm>
 #include <string>
 
-#include "core/text/place.hpp"
+#include "core/text/error_text.hpp"
 #include "core/text/text.hpp"
 
 namespace weir {

@@ -7,7 +7,7 @@
 #include <cstring>
 
 #include "core/records/map_summary.hpp"
-#include "core/results/turned_grid.hpp"
+#include "core/results/to_picture.hpp"
 
 namespace weir::records {
 namespace {
@@ -106,7 +106,7 @@ draw::ClassMap map_over(results::GridSize size, size_t tensor, std::span<const S
     for (size_t i = 0; i < elements; ++i) out.classes[i] = value_of(i);
     return out;
   }
-  const results::TurnedGrid grid(*map, whole, size);
+  const results::RotatedGrid grid(*map, whole, size);
   out.width = grid.size().width, out.height = grid.size().height;
   for (uint32_t row = 0; row < out.height; ++row)
     for (uint32_t column = 0; column < out.width; ++column) {

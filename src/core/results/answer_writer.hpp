@@ -25,4 +25,9 @@ using Reserve = std::function<std::span<std::byte>(size_t bytes)>;
 // and one element of zeros in each of the tables. Throws what `reserve` throws.
 void write(const Answer& answer, const Features& features, const Reserve& reserve);
 
+// Appends `part` with its tables to `all`. Masks of another size are resampled (nearest). Throws
+// Failure (SPEC_MISMATCH) for a second class map or depth: a frame has one of each. `part` is left
+// in an unspecified state.
+void append(Answer* part, const Features& features, Answer* all);
+
 }  // namespace weir::results

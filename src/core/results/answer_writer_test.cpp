@@ -7,7 +7,6 @@
 #include <cstring>
 #include <list>
 
-#include "core/results/append.hpp"
 #include "core/tensor/tensor_header.hpp"
 #include "weir/module.hpp"
 #include "weir/results.hpp"

@@ -1,15 +1,25 @@
-// Maps boxes, angles, key points and masks to the source picture.
+// Moves boxes, rotations, key points, masks and maps to the source picture.
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #include "core/results/to_picture.hpp"
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 #include <vector>
-
-#include "core/results/turned_grid.hpp"
 
 namespace weir::results {
 namespace {
+
+// As many elements along each side as the turned grid has in that direction.
+GridSize turned_size(const SourceMap& map, GridSize grid) noexcept {
+  const double length = std::hypot(map.xx, map.yx);
+  if (!(length > 0) || !std::isfinite(length)) return grid;
+  const double along = std::abs(map.xx) / length, across = std::abs(map.yx) / length;
+  const auto count = [&](double x, double y) {
+    return static_cast<uint32_t>(std::max(1., x * grid.width + y * grid.height + 0.5));
+  };
+  return {count(along, across), count(across, along)};
+}
 
 // The probability between the centres of a mask's elements; those at the edge beyond them.
 uint8_t value_at(const uint8_t* mask, GridSize size, const Point& place) noexcept {
@@ -33,7 +43,7 @@ void turn_masks(const SourceMap& map, Answer* answer) {
   std::vector<uint8_t> turned;
   GridSize after = before;
   for (size_t i = 0; i < answer->objects.size(); ++i) {
-    const TurnedGrid grid(map, answer->objects[i].box, before);
+    const RotatedGrid grid(map, answer->objects[i].box, before);
     const uint8_t* const mask = answer->masks.data() + i * bytes;
     after = grid.size();
     for (uint32_t row = 0; row < after.height; ++row)
@@ -65,6 +75,40 @@ void move_rotated(const SourceMap& map, Object* object) noexcept {
 }
 
 }  // namespace
+
+bool keeps_directions(const SourceMap& map) noexcept {
+  return map.xy == 0 && map.yx == 0 && map.xx > 0 && map.yy > 0;
+}
+
+Box upright_box(const SourceMap& map, const Box& box) noexcept {
+  constexpr double kInfinity = std::numeric_limits<double>::infinity();
+  double left = kInfinity, top = kInfinity, right = -kInfinity, bottom = -kInfinity;
+  for (const double x : {box.x1, box.x2})
+    for (const double y : {box.y1, box.y2}) {
+      const Point corner = map.to_source({x, y});
+      left = std::min(left, corner.x), right = std::max(right, corner.x);
+      top = std::min(top, corner.y), bottom = std::max(bottom, corner.y);
+    }
+  return {static_cast<float>(left), static_cast<float>(top), static_cast<float>(right),
+          static_cast<float>(bottom)};
+}
+
+RotatedGrid::RotatedGrid(const SourceMap& map, const Box& box, GridSize grid) noexcept
+    : map_(map),
+      box_(box),
+      upright_(upright_box(map, box)),
+      grid_(grid),
+      size_(turned_size(map, grid)) {}
+
+std::optional<Point> RotatedGrid::place_of(uint32_t column, uint32_t row) const noexcept {
+  const Point at = map_.to_tensor({upright_.x1 + (column + 0.5) / size_.width * upright_.width(),
+                                   upright_.y1 + (row + 0.5) / size_.height * upright_.height()});
+  const double x = (at.x - box_.x1) / box_.width() * grid_.width;
+  const double y = (at.y - box_.y1) / box_.height() * grid_.height;
+  // False for numbers that are not finite, too.
+  if (!(x >= 0 && y >= 0 && x < grid_.width && y < grid_.height)) return std::nullopt;
+  return Point{x, y};
+}
 
 Object object_of(const detection::Candidate& candidate, bool is_rotated) noexcept {
   const float x = is_rotated ? candidate.x - candidate.width / 2 : candidate.x;

@@ -1,11 +1,52 @@
-// Moves objects from the coordinates of a model's input to those of the source picture.
+// Moves objects, and the grids of masks and class maps, from the coordinates of a model's input to
+// those of the source picture.
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #pragma once
+#include <cstdint>
+#include <optional>
+
 #include "core/detection/candidate.hpp"
 #include "core/results/answer.hpp"
+#include "weir/detection.hpp"
 #include "weir/source_map.hpp"
 
 namespace weir::results {
+
+// RotatedGrid: where the elements of a mask or class map come from if the tensor's pixels are
+// turned or mirrored in the source picture.
+
+struct GridSize {
+  uint32_t width = 0, height = 0;
+  bool operator==(const GridSize&) const = default;
+};
+
+// Whether rows of the tensor are rows of the picture, in the same direction: grids stay as they
+// are.
+bool keeps_directions(const SourceMap& map) noexcept;
+
+// The upright box around a box of the tensor.
+Box upright_box(const SourceMap& map, const Box& box) noexcept;
+
+// A grid over the upright box around a box of the tensor, whose elements lie over those of a grid
+// over that box. After a quarter turn each element lies over exactly one.
+class RotatedGrid {
+ public:
+  // Precondition: both sizes of `grid` are above 0.
+  RotatedGrid(const SourceMap& map, const Box& box, GridSize grid) noexcept;
+
+  const Box& box() const noexcept { return upright_; }  // in the picture
+  GridSize size() const noexcept { return size_; }
+  // The place of an element's centre in the original grid, whose first element spans 0 to 1.
+  // nullopt outside of it.
+  std::optional<Point> place_of(uint32_t column, uint32_t row) const noexcept;
+
+ private:
+  SourceMap map_;
+  Box box_, upright_;
+  GridSize grid_, size_;
+};
+
+// Moves objects from the coordinates of a model's input to those of the source picture.
 
 // The object of a candidate in pixels of the model's input. The box of a candidate with an angle
 // has its centre at the candidate's x, y.

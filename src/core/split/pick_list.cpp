@@ -4,7 +4,7 @@
 
 #include <string>
 
-#include "core/text/place.hpp"
+#include "core/text/error_text.hpp"
 #include "core/text/text.hpp"
 
 namespace weir {

@@ -15,7 +15,7 @@
 #include "core/infer/module/host.hpp"
 #include "core/infer/module/module_check.hpp"
 #include "core/process/process_object.hpp"
-#include "core/text/pasted.hpp"
+#include "core/text/shell_quote.hpp"
 
 namespace weir::subplugin {
 namespace {

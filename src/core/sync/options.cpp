@@ -5,11 +5,8 @@
 #include <array>
 #include <string>
 
-#include "core/sync/lateness.hpp"
-#include "core/sync/no_sync.hpp"
-#include "core/sync/refresh.hpp"
-#include "core/sync/slowest.hpp"
-#include "core/text/place.hpp"
+#include "core/sync/policies.hpp"
+#include "core/text/error_text.hpp"
 #include "core/text/text.hpp"
 
 namespace weir::sync {

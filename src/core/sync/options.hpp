@@ -5,8 +5,7 @@
 #include <optional>
 #include <string_view>
 
-#include "core/sync/base_pad.hpp"
-#include "core/sync/policy.hpp"
+#include "core/sync/policies.hpp"
 #include "weir/result.hpp"
 
 namespace weir::sync {

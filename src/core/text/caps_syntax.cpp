@@ -6,7 +6,7 @@
 #include <cstdint>
 
 #include "core/text/caps_type.hpp"
-#include "core/text/quoted.hpp"
+#include "core/text/shell_quote.hpp"
 #include "weir/label_file.hpp"
 
 namespace weir {

@@ -1,4 +1,4 @@
-// The names of types, and which text is a value of one.
+// The types of values in the text of caps, and their ranges.
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #include "core/text/caps_type.hpp"
 
@@ -6,6 +6,7 @@
 #include <cmath>
 #include <cstdint>
 #include <limits>
+#include <optional>
 
 #include "core/text/text.hpp"
 
@@ -58,6 +59,49 @@ constexpr NamedCapsType kCapsTypes[] = {
     {"flagset", CapsType::Plain},
     {"GstFlagSet", CapsType::Plain},
 };
+
+std::optional<int64_t> range_integer(std::string_view text, int64_t least, int64_t most) {
+  if (equal_ignoring_case(text, "min")) return least;
+  if (equal_ignoring_case(text, "max")) return most;
+  const auto number = parse_signed(text);
+  return number && *number >= least && *number <= most ? number : std::nullopt;
+}
+
+template <class Int>
+bool is_integer_range(std::string_view first, std::string_view last, std::string_view step) {
+  constexpr int64_t kLeast = std::numeric_limits<Int>::min(),
+                    kMost = std::numeric_limits<Int>::max();
+  const auto a = range_integer(first, kLeast, kMost), b = range_integer(last, kLeast, kMost);
+  if (!a || !b || *a >= *b) return false;
+  if (step.empty()) return true;
+  const auto s = range_integer(step, 1, kMost);
+  return s && *a % *s == 0 && *b % *s == 0;
+}
+
+bool is_double_range(std::string_view first, std::string_view last) {
+  const auto a = parse_double(first), b = parse_double(last);
+  return a && b && *a < *b;
+}
+
+struct RangeRatio {
+  int64_t numerator, denominator;
+};
+std::optional<RangeRatio> range_ratio(std::string_view text) {
+  constexpr int64_t kMost = std::numeric_limits<int32_t>::max();
+  const size_t slash = std::min(text.find('/'), text.size());
+  const auto numerator = parse_signed(text.substr(0, slash));
+  const auto denominator =
+      slash == text.size() ? std::optional<int64_t>(1) : parse_signed(text.substr(slash + 1));
+  if (!numerator || !denominator || *numerator < -kMost || *numerator > kMost || *denominator < 1 ||
+      *denominator > kMost)
+    return std::nullopt;
+  return RangeRatio{*numerator, *denominator};
+}
+
+bool is_fraction_range(std::string_view first, std::string_view last) {
+  const auto a = range_ratio(first), b = range_ratio(last);
+  return a && b && a->numerator * b->denominator < b->numerator * a->denominator;
+}
 
 }  // namespace
 
@@ -112,6 +156,43 @@ bool is_value(CapsType type, std::string_view text) {
     default:
       return false;
   }
+}
+
+bool is_number(RangeType type, std::string_view text) {
+  switch (type) {
+    case RangeType::Int:
+      return range_integer(text, INT32_MIN, INT32_MAX).has_value();
+    case RangeType::Int64:
+      return range_integer(text, INT64_MIN, INT64_MAX).has_value();
+    case RangeType::Double:
+      return parse_double(text).has_value();
+    case RangeType::Fraction:
+      return range_ratio(text).has_value();
+    case RangeType::Guessed:
+      break;
+  }
+  return true;
+}
+
+bool is_range(RangeType type, std::string_view first, std::string_view last,
+              std::string_view step) {
+  switch (type) {
+    case RangeType::Int:
+      return is_integer_range<int32_t>(first, last, step);
+    case RangeType::Int64:
+      return is_integer_range<int64_t>(first, last, step);
+    case RangeType::Double:
+      return step.empty() && is_double_range(first, last);
+    case RangeType::Fraction:
+      return step.empty() && is_fraction_range(first, last);
+    case RangeType::Guessed:
+      break;
+  }
+  if (is_number(RangeType::Int, first) && is_number(RangeType::Int, last))
+    return is_range(RangeType::Int, first, last, step);
+  if (is_number(RangeType::Int, first) || is_number(RangeType::Int, last)) return false;
+  return is_range(RangeType::Double, first, last, step) ||
+         is_range(RangeType::Fraction, first, last, step);
 }
 
 }  // namespace weir

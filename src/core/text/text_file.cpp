@@ -1,13 +1,16 @@
-// Reads a text file in blocks.
+// Reads text files.
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #include "core/text/text_file.hpp"
 
 #include <cerrno>
 #include <cstdio>
 #include <cstring>
+#include <filesystem>
+#include <fstream>
 #include <memory>
+#include <system_error>
 
-#include "core/text/pasted.hpp"
+#include "core/text/shell_quote.hpp"
 #include "weir/module.hpp"
 
 namespace weir {
@@ -36,6 +39,22 @@ std::string read_text_file(const std::string& option, const std::string& path) {
   }
   if (std::ferror(file.get())) throw failure(std::strerror(errno));
   return text;
+}
+
+std::string why_unreadable(const std::string& path) {
+  namespace fs = std::filesystem;
+  std::error_code failed;
+  switch (fs::status(path, failed).type()) {
+    case fs::file_type::not_found:
+      return "it does not exist";
+    case fs::file_type::directory:
+      return "it is a folder";
+    case fs::file_type::regular:
+      errno = 0;
+      return std::ifstream(path) ? "" : std::generic_category().message(errno);
+    default:
+      return failed ? failed.message() : "it is not a regular file";
+  }
 }
 
 }  // namespace weir

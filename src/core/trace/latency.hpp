@@ -3,7 +3,10 @@
 #pragma once
 #include <compare>
 #include <cstdint>
+#include <map>
 #include <vector>
+
+#include "core/trace/graph.hpp"
 
 namespace weir::trace {
 
@@ -32,5 +35,23 @@ struct Arrival {
 // Measures a frame from the last departure of its timestamp that is not after its arrival.
 // `departures` are sorted.
 Latency latency(const Departures& departures, const std::vector<Arrival>& arrivals);
+
+struct StreamLatency {
+  size_t source = kNone, sink = kNone;  // elements
+  size_t origin = kNone;                // the source pad whose pushes latency counts from
+  Latency latency;
+};
+
+struct StreamRecords {
+  std::map<size_t, Departures> departures;          // by source pad, in any order
+  std::map<size_t, std::vector<Arrival>> arrivals;  // by sink element
+};
+
+// Sources are elements without sink pads, sinks those without source pads. `links`: pairs of
+// source and sink pad. The origin is the first pad on the way from the source of which most frames
+// that arrive at the sink have a timestamp; else the one of the most.
+std::vector<StreamLatency> stream_latencies(const Graph& graph,
+                                            const std::vector<std::pair<size_t, size_t>>& links,
+                                            StreamRecords records);
 
 }  // namespace weir::trace

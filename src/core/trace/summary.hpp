@@ -5,9 +5,9 @@
 #include <vector>
 
 #include "core/trace/graph.hpp"
+#include "core/trace/latency.hpp"
 #include "core/trace/queue_level.hpp"
 #include "core/trace/recorder.hpp"
-#include "core/trace/stream_latency.hpp"
 
 namespace weir::trace {
 

@@ -1,11 +1,14 @@
-// BoxMotion: a Kalman filter that predicts where a box will be, at constant velocity.
+// The motion of tracked objects, and what all of them have in common when the camera moves.
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #pragma once
 #include <array>
+#include <span>
 
 #include "weir/detection.hpp"
 
 namespace weir::track {
+
+// BoxMotion: a Kalman filter that predicts where a box will be, at constant velocity.
 
 // Centre, width and height with their velocities. The noise is that of DeepSORT and ByteTrack
 // (arXiv 2110.06864): independent for each of the four, so that each is a filter of two states.
@@ -30,5 +33,15 @@ class BoxMotion {
 
   std::array<Axis, 4> axes_;  // x, y of the centre, width, height
 };
+
+// common_motion: how far the camera moved, from boxes alone.
+
+struct Shift {
+  float x = 0, y = 0;  // pixels
+};
+
+// The shift that brings the most predicted boxes onto boxes of nearly the same size: the median of
+// those that agree. No shift where fewer than three agree or less than half of them do.
+Shift common_motion(std::span<const Box> predicted, std::span<const Box> boxes);
 
 }  // namespace weir::track

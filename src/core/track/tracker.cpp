@@ -5,7 +5,7 @@
 #include <cmath>
 #include <limits>
 
-#include "core/track/common_motion.hpp"
+#include "core/track/motion.hpp"
 #include "weir/results.h"
 
 namespace weir::track {

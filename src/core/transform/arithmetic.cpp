@@ -1,6 +1,6 @@
 // mode=arithmetic: its grammar and its type rules.
 // SPDX-License-Identifier: LGPL-2.1-or-later
-#include "core/transform/arithmetic.hpp"
+#include "core/transform/modes.hpp"
 
 #include "core/text/text.hpp"
 #include "core/transform/chain.hpp"

@@ -1,13 +1,12 @@
 // mode=dimchg: its grammar and its conversion to a transposition.
 // SPDX-License-Identifier: LGPL-2.1-or-later
-#include "core/transform/dimchg.hpp"
+#include "core/transform/modes.hpp"
 
 #include <algorithm>
 #include <numeric>
 
 #include "core/text/text.hpp"
 #include "core/transform/option_reader.hpp"
-#include "core/transform/transpose.hpp"
 
 namespace weir::transform {
 namespace {

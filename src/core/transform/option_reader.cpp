@@ -5,7 +5,7 @@
 #include <algorithm>
 #include <utility>
 
-#include "core/text/place.hpp"
+#include "core/text/error_text.hpp"
 #include "core/text/text.hpp"
 
 namespace weir::transform {

@@ -1,6 +1,6 @@
 // mode=padding: its grammar, shapes and kernel.
 // SPDX-License-Identifier: LGPL-2.1-or-later
-#include "core/transform/padding.hpp"
+#include "core/transform/modes.hpp"
 
 #include <algorithm>
 #include <cstring>

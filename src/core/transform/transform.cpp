@@ -7,16 +7,12 @@
 #include <cstring>
 
 #include "core/text/text.hpp"
-#include "core/transform/arithmetic.hpp"
 #include "core/transform/clamp.hpp"
-#include "core/transform/dimchg.hpp"
 #include "core/transform/fused.hpp"
 #include "core/transform/gather.hpp"
 #include "core/transform/kernel.hpp"
-#include "core/transform/padding.hpp"
+#include "core/transform/modes.hpp"
 #include "core/transform/stand.hpp"
-#include "core/transform/transpose.hpp"
-#include "core/transform/typecast.hpp"
 
 namespace weir::transform {
 namespace {

@@ -1,6 +1,6 @@
 // mode=typecast.
 // SPDX-License-Identifier: LGPL-2.1-or-later
-#include "core/transform/typecast.hpp"
+#include "core/transform/modes.hpp"
 
 #include <array>
 

@@ -3,7 +3,7 @@
 #pragma once
 #include <string>
 
-#include "core/text/quoted.hpp"
+#include "core/text/shell_quote.hpp"
 #include "weir/result.hpp"
 
 namespace weir::wire {

@@ -5,7 +5,7 @@
 #include <cstring>
 #include <utility>
 
-#include "core/text/quoted.hpp"
+#include "core/text/shell_quote.hpp"
 #include "elements/edgesink/buffer_metas.hpp"
 #include "gstcpp/buffer/allocation.hpp"
 #include "gstcpp/buffer/caps_text.hpp"

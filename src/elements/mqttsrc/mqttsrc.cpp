@@ -4,7 +4,7 @@
 #include <map>
 #include <utility>
 
-#include "core/text/quoted.hpp"
+#include "core/text/shell_quote.hpp"
 #include "elements/mqttsink/mqtt_element.hpp"
 #include "elements/mqttsink/mqtt_meta.hpp"
 #include "elements/mqttsrc/received_frame.hpp"

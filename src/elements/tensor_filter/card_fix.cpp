@@ -3,7 +3,7 @@
 #include "elements/tensor_filter/card_fix.hpp"
 
 #include "core/card/find.hpp"
-#include "core/text/pasted.hpp"
+#include "core/text/shell_quote.hpp"
 #include "gstcpp/element/file_digest.hpp"
 
 namespace weir {

@@ -4,7 +4,7 @@
 
 #include <utility>
 
-#include "core/text/pasted.hpp"
+#include "core/text/shell_quote.hpp"
 #include "gstcpp/element/error.hpp"
 #include "gstcpp/element/log.hpp"
 #include "gstcpp/element/ref.hpp"

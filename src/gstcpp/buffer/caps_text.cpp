@@ -3,7 +3,7 @@
 #include "gstcpp/buffer/caps_text.hpp"
 
 #include "core/text/caps_syntax.hpp"
-#include "core/text/quoted.hpp"
+#include "core/text/shell_quote.hpp"
 
 namespace weir::gst {
 namespace {

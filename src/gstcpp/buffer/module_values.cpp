@@ -5,7 +5,7 @@
 #include <algorithm>
 #include <cstring>
 
-#include "core/text/quoted.hpp"
+#include "core/text/shell_quote.hpp"
 #include "gstcpp/buffer/allocation.hpp"
 #include "gstcpp/buffer/caps_text.hpp"
 #include "gstcpp/buffer/frame_errors.hpp"

@@ -6,7 +6,7 @@
 #include <random>
 #include <string>
 
-#include "core/text/pasted.hpp"
+#include "core/text/shell_quote.hpp"
 #include "gstcpp/element/ref.hpp"
 
 namespace weir {

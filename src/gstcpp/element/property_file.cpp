@@ -6,7 +6,7 @@
 
 #include "core/text/property_file.hpp"
 #include "core/text/text.hpp"
-#include "core/text/unreadable.hpp"
+#include "core/text/text_file.hpp"
 #include "gstcpp/element/error.hpp"
 #include "gstcpp/element/property_text.hpp"
 #include "gstcpp/element/ref.hpp"

@@ -5,7 +5,7 @@
 #include <sstream>
 #include <vector>
 
-#include "core/text/choice.hpp"
+#include "core/text/error_text.hpp"
 #include "core/text/text.hpp"
 #include "gstcpp/element/ref.hpp"
 

@@ -5,7 +5,7 @@
 #include <filesystem>
 
 #include "core/config/installed_file.hpp"
-#include "core/text/pasted.hpp"
+#include "core/text/shell_quote.hpp"
 #include "core/text/text.hpp"
 
 namespace weir::infer {

@@ -1,0 +1,53 @@
+// Tests the polling time for given waits, without a clock.
+// SPDX-License-Identifier: LGPL-2.1-or-later
+#include "core/isolate/adaptive_poll.hpp"
+
+#include <gtest/gtest.h>
+
+namespace weir::isolate {
+namespace adaptive_poll_test {
+
+using namespace std::chrono_literals;
+
+AdaptivePoll after(int times, AdaptivePoll::Duration wait, AdaptivePoll from = {}) {
+  for (int i = 0; i < times; ++i) from.took(wait);
+  return from;
+}
+
+TEST(AdaptivePoll, StartsWithTheTimeOfAWakeUp) {
+  EXPECT_EQ(AdaptivePoll().patience(), 50us);
+}
+
+TEST(AdaptivePoll, IsPatientForTwiceTheTimeOfShortAnswers) {
+  const auto patience = after(60, 100us).patience();
+  EXPECT_GT(patience, 199us);
+  EXPECT_LE(patience, 200us);
+}
+
+TEST(AdaptivePoll, FollowsByAQuarterOfTheDifference) {
+  EXPECT_EQ(after(1, 105us).patience(), 2 * (25us + 20us));
+  EXPECT_EQ(after(2, 105us).patience(), 2 * (25us + 20us + 15us));
+}
+
+TEST(AdaptivePoll, SpinsForFastAnswers) {
+  EXPECT_EQ(after(60, 0us).patience(), 20us);
+  EXPECT_EQ(after(60, -5us).patience(), 20us) << "a clock that goes back is no wait";
+}
+
+TEST(AdaptivePoll, SleepsAtOnceForSlowAnswers) {
+  EXPECT_EQ(after(60, 10ms).patience(), 0us);
+  EXPECT_EQ(after(60, 210us).patience(), 0us);
+}
+
+TEST(AdaptivePoll, ToleratesOneLongWait) {
+  const auto short_ones = after(60, 40us);
+  EXPECT_GT(after(1, 10s, short_ones).patience(), 80us);
+  EXPECT_LE(after(1, 10s, short_ones).patience(), 400us);
+}
+
+TEST(AdaptivePoll, RecoversWithinTenShortAnswers) {
+  EXPECT_GT(after(10, 30us, after(100, 10s)).patience(), 0us);
+}
+
+}  // namespace adaptive_poll_test
+}  // namespace weir::isolate
