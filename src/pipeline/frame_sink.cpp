@@ -5,7 +5,7 @@
 #include <gst/app/app.h>
 
 #include "gstcpp/element/error.hpp"
-#include "gstcpp/element/labels_event.hpp"
+#include "gstcpp/element/result_events.hpp"
 
 namespace weir::pipeline {
 namespace {

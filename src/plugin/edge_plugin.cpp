@@ -5,7 +5,7 @@
 
 #include "conflicting_plugins.hpp"
 #include "core/process/process_object.hpp"
-#include "gstcpp/element/documentation_link.hpp"
+#include "gstcpp/element/documentation.hpp"
 #include "library/process.h"
 
 #ifdef WEIR_HAS_MQTT

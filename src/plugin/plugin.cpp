@@ -5,7 +5,7 @@
 #include "conflicting_plugins.hpp"
 #include "core/infer/module/host.hpp"
 #include "core/process/process_object.hpp"
-#include "gstcpp/element/documentation_link.hpp"
+#include "gstcpp/element/documentation.hpp"
 #include "gstcpp/element/log.hpp"
 #include "library/process.h"
 

@@ -1,28 +1,294 @@
-// Finds the Medium for caps.
+// Finds the Medium for caps, and has those of raw audio, bytes and text.
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #include "elements/tensor_converter/media.hpp"
 
+#include <algorithm>
 #include <array>
 #include <cstring>
 
+#include "core/convert/audio_tensor.hpp"
 #include "core/infer/module/custom_converter.hpp"
 #include "core/infer/module/module_library.hpp"
 #include "core/subplugin/loader.hpp"
-#include "elements/tensor_converter/audio_medium.hpp"
 #include "elements/tensor_converter/converted_medium.hpp"
 #include "elements/tensor_converter/flexible_medium.hpp"
-#include "elements/tensor_converter/octet_medium.hpp"
+#include "elements/tensor_converter/medium.hpp"
 #include "elements/tensor_converter/sub_plugin_medium.hpp"
-#include "elements/tensor_converter/text_medium.hpp"
 #include "elements/tensor_converter/video_medium.hpp"
 #include "gstcpp/buffer/caps_text.hpp"
 #include "gstcpp/buffer/device_caps.hpp"
+#include "gstcpp/buffer/frame_errors.hpp"
+#include "gstcpp/buffer/memory_part.hpp"
 #include "gstcpp/buffer/tensor_caps.hpp"
 #include "gstcpp/element/log.hpp"
 #include "weir/join.hpp"
 
 namespace weir {
 namespace {
+
+// Raw interleaved audio as tensors that share the buffer's memory.
+class AudioMedium final : public Medium {
+ public:
+  Result<StreamPlan> configure(const GstCaps* caps, const Preferences& preferences) override;
+  Result<MediumFrames> frames(gst::Ref<GstBuffer> buffer, Ledger* ledger) override;
+  MediaType type() const noexcept override { return MediaType::Audio; }
+
+  // The audio format whose tensor is `peer`, as caps text; "" if there is none.
+  static std::string caps_for(const TensorSpec& peer, const Fraction& rate);
+
+ private:
+  StreamPlan plan_;
+};
+
+// Bytes as tensors that the user or the peer specifies, or, for flexible tensors, one
+// byte tensor per buffer.
+class OctetMedium final : public Medium {
+ public:
+  Result<StreamPlan> configure(const GstCaps* caps, const Preferences& preferences) override;
+  Status accepts(const GstBuffer* buffer) const override;
+  Result<MediumFrames> frames(gst::Ref<GstBuffer> buffer, Ledger* ledger) override;
+  MediaType type() const noexcept override { return MediaType::Octet; }
+
+ private:
+  StreamPlan plan_;
+};
+
+// UTF-8 text; each buffer is one frame of the size that the user sets.
+class TextMedium final : public Medium {
+ public:
+  Result<StreamPlan> configure(const GstCaps* caps, const Preferences& preferences) override;
+  // Pads shorter text with zeros, by a copy; cuts longer text, with one warning.
+  Result<MediumFrames> frames(gst::Ref<GstBuffer> buffer, Ledger* ledger) override;
+  MediaType type() const noexcept override { return MediaType::Text; }
+
+ private:
+  Result<MediumFrames> padded(GstBuffer* buffer, size_t size, Ledger* ledger) const;
+  MediumFrames cut(GstBuffer* buffer, size_t size);
+
+  size_t frame_bytes_ = 0;
+  bool cut_reported_ = false;
+  const BufferLimit* limit_ = nullptr;  // borrowed; set by configure()
+};
+
+constexpr char kLine[] = "audioconvert ! audio/x-raw,layout=interleaved ! tensor_converter";
+
+Error caps_unreadable(const GstStructure* s) {
+  const gst::UniqueText text{gst_structure_to_string(s)};
+  return Error{.code = Code::FORMAT_UNSUPPORTED,
+               .what = "the audio caps cannot be read",
+               .offered = text.get(),
+               .needed = "a format, a rate, channels and the layout interleaved",
+               .fix = kLine};
+}
+
+// GStreamer has positions for up to 64 channels, and audioconvert fails an assertion for more. More
+// are seldom meant.
+constexpr int kUsual = 64;
+
+std::optional<Error> many_channels(int channels) {
+  if (channels <= kUsual) return std::nullopt;
+  const std::string count = std::to_string(channels);
+  return Error{
+      .code = Code::SPEC_MISMATCH,
+      .what =
+          "the audio has " + count + " channels, so each tensor has one sample of every channel",
+      .offered = "channels=" + count,
+      .needed = "at most " + std::to_string(kUsual) +
+                " channels; the dimensions of consecutive samples of one channel are 1:" + count,
+      .fix = "audio/x-raw,channels=1 ! tensor_converter frames-per-tensor=" + count};
+}
+
+// The error for a model of consecutive samples, as 16000, that gets each moment of the audio as a
+// tensor.
+std::optional<Error> rows_of_samples(const TensorSpec& audio, const std::vector<TensorSpec>& peer) {
+  const bool is_row = peer.size() == 1 && peer[0].shape.min_rank() <= 1 &&
+                      peer[0].shape[0] > static_cast<uint32_t>(kUsual);
+  if (!is_row || peer[0].shape == audio.shape) return std::nullopt;
+  const std::string count = std::to_string(peer[0].shape[0]);
+  const std::string format = audio_format_of(peer[0].type);
+  return Error{.code = Code::SPEC_MISMATCH,
+               .what = "the downstream element needs " + count + " consecutive samples",
+               .offered = audio.to_string(),
+               .needed = peer[0].to_string(),
+               .fix = std::string("audioconvert ! audioresample ! audio/x-raw,") +
+                      (format.empty() ? "" : "format=" + format + ",") +
+                      "channels=1 ! tensor_converter frames-per-tensor=" + count +
+                      " ! tensor_transform mode=transpose option=1:0:2:3"};
+}
+
+// The bytes of a frame, if those of `frames` of them can be counted.
+Result<uint64_t> bytes_of(const FrameSpec& spec, uint32_t frames) {
+  const auto bytes = spec.bytes();
+  uint64_t gathered = 0;
+  if (bytes && !__builtin_mul_overflow(*bytes, frames, &gathered) && gathered <= INT64_MAX)
+    return *bytes;
+  return Error{
+      .code = Code::LIMIT_EXCEEDED, .what = "the tensors are too big", .offered = spec.to_string()};
+}
+
+Result<StreamPlan> AudioMedium::configure(const GstCaps* caps, const Preferences& preferences) {
+  const GstStructure* s = gst_caps_get_structure(caps, 0);
+  const char* format = gst_structure_get_string(s, "format");
+  const char* layout = gst_structure_get_string(s, "layout");
+  int channels = 0, rate = 0;
+  const bool there = gst_structure_get_int(s, "channels", &channels) &&
+                     gst_structure_get_int(s, "rate", &rate) && channels > 0 && rate > 0;
+  if (!format || !layout || !there) return caps_unreadable(s);
+  if (std::strcmp(layout, "interleaved") != 0)
+    return Error{.code = Code::FORMAT_UNSUPPORTED,
+                 .what = "the channels of this audio are not interleaved",
+                 .offered = std::string("layout=") + layout,
+                 .needed = "layout=interleaved",
+                 .fix = kLine};
+  const auto tensor =
+      audio_tensor(format, static_cast<uint32_t>(channels), preferences.frames_per_tensor);
+  if (!tensor) return tensor.error();
+  plan_ = {};
+  plan_.spec.format = Format::Static;
+  plan_.spec.tensors = {tensor->spec};
+  plan_.spec.rate = {rate, 1};
+  plan_.frame_bytes = tensor->frame_bytes;
+  plan_.frames_out = preferences.frames_per_tensor;
+  plan_.warning = many_channels(channels);
+  if (auto status = agree(plan_.spec, preferences.tensors, "audio"); !status) return status.error();
+  if (const auto error = rows_of_samples(tensor->spec, preferences.peer)) return *error;
+  return plan_;
+}
+
+Result<MediumFrames> AudioMedium::frames(gst::Ref<GstBuffer> buffer, Ledger*) {
+  if (auto status = whole_frames(buffer.get(), plan_, "check the upstream element"); !status)
+    return status.error();
+  return MediumFrames{std::move(buffer), {}, {}};
+}
+
+std::string AudioMedium::caps_for(const TensorSpec& peer, const Fraction& rate) {
+  const bool any_format = peer.type == ElementType::End;
+  const std::string format = audio_format_of(peer.type);
+  if (format.empty() && !any_format) {
+    if (peer.type == ElementType::Float16)
+      GST_CAT_WARNING(gst::library_category(),
+                      "the downstream element needs float16, which no audio format has");
+    return "";
+  }
+  if (peer.shape[0] > static_cast<uint32_t>(kUsual) || peer.shape.min_rank() > 2) return "";
+  const bool rate_known = rate.valid() && rate.numerator > 0 && rate.denominator == 1;
+  return "audio/x-raw, " + (any_format ? "" : "format=(string)" + format + ", ") +
+         "layout=(string)interleaved, channels=(int)" + std::to_string(peer.shape[0]) +
+         ", rate=(int)" + (rate_known ? std::to_string(rate.numerator) : "[ 1, 2147483647 ]") +
+         "; ";
+}
+
+Result<StreamPlan> OctetMedium::configure(const GstCaps* caps, const Preferences& preferences) {
+  plan_ = {};
+  plan_.spec.rate = rate_of(caps);
+  plan_.spec.tensors = preferences.tensors.empty() ? preferences.peer : preferences.tensors;
+  const size_t count = plan_.spec.tensors.size();
+  if (count == 0 && !preferences.peer_is_flexible)
+    return Error{.code = Code::OPTION_VALUE,
+                 .what = "the tensors in the byte stream are unknown",
+                 .needed = "input-dim and input-type",
+                 .fix = "tensor_converter input-dim=3:224:224:1 input-type=uint8"};
+  if (count != 1 || preferences.peer_is_flexible) {
+    const char* what = count > 1    ? "several tensors"
+                       : count == 0 ? "buffers of any size"
+                                    : "bytes for flexible tensors";
+    if (auto status = one_frame_each(preferences, what); !status) return status.error();
+  }
+  plan_.spec.format = count == 0 ? Format::Flexible : Format::Static;
+  if (count == 0) return plan_;
+  const auto bytes = bytes_of(plan_.spec, preferences.frames_per_tensor);
+  if (!bytes) return bytes.error();
+  plan_.frame_bytes = *bytes;
+  plan_.frames_out = preferences.frames_per_tensor;
+  return plan_;
+}
+
+Status OctetMedium::accepts(const GstBuffer* buffer) const {
+  if (plan_.spec.format != Format::Static) return ok();
+  return whole_frames(buffer, plan_,
+                      "set blocksize=" + std::to_string(plan_.frame_bytes) + " on the source");
+}
+
+Result<MediumFrames> OctetMedium::frames(gst::Ref<GstBuffer> buffer, Ledger*) {
+  const size_t size = gst_buffer_get_size(buffer.get());
+  if (auto status = accepts(buffer.get()); !status) return status.error();
+  if (plan_.spec.format == Format::Static) return MediumFrames{std::move(buffer), {}, {}};
+  if (size > UINT32_MAX)
+    return Error{.code = Code::LIMIT_EXCEEDED,
+                 .what = "a buffer is too big for a dimension",
+                 .offered = std::to_string(size),
+                 .needed = "at most " + std::to_string(UINT32_MAX) + " bytes",
+                 .fix = "set blocksize on the source"};
+  return MediumFrames{
+      std::move(buffer), {{ElementType::UInt8, Shape{static_cast<uint32_t>(size)}, ""}}, {}};
+}
+
+Result<StreamPlan> TextMedium::configure(const GstCaps* caps, const Preferences& preferences) {
+  const char* format = gst_structure_get_string(gst_caps_get_structure(caps, 0), "format");
+  if (!format || std::strcmp(format, "utf8") != 0)
+    return Error{.code = Code::FORMAT_UNSUPPORTED,
+                 .what = "this text format cannot be a tensor",
+                 .offered = format ? std::string("format=") + format : "no format",
+                 .needed = "format=utf8",
+                 .fix = "text/x-raw,format=utf8 ! tensor_converter input-dim=300"};
+  if (preferences.shapes.size() != 1)
+    return Error{.code = Code::OPTION_VALUE,
+                 .what = "the size of a text is unknown",
+                 .offered = std::to_string(preferences.shapes.size()) + " dimensions in input-dim",
+                 .needed = "one: the bytes of each text",
+                 .fix = "tensor_converter input-dim=300"};
+  const uint32_t size = preferences.shapes[0][0];
+  StreamPlan plan;
+  plan.spec.format = Format::Static;
+  plan.spec.tensors = {{ElementType::UInt8, Shape{size, preferences.frames_per_tensor}, ""}};
+  plan.spec.rate = rate_of(caps);
+  plan.frame_bytes = frame_bytes_ = size;
+  plan.frames_out = preferences.frames_per_tensor;
+  cut_reported_ = false;
+  limit_ = preferences.limit;
+  if (auto status = agree(plan.spec, preferences.tensors, "text"); !status) return status.error();
+  return plan;
+}
+
+Result<MediumFrames> TextMedium::frames(gst::Ref<GstBuffer> buffer, Ledger* ledger) {
+  const size_t size = gst_buffer_get_size(buffer.get());
+  if (size < frame_bytes_) return padded(buffer.get(), size, ledger);
+  if (size > frame_bytes_) return cut(buffer.get(), size);
+  return MediumFrames{std::move(buffer), {}, {}};
+}
+
+Result<MediumFrames> TextMedium::padded(GstBuffer* buffer, size_t size, Ledger* ledger) const {
+  if (auto status = limit_->check(frame_bytes_); !status) return status.error();
+  auto allocated = gst::allocate_buffer(frame_bytes_);
+  if (!allocated) return allocated.error();
+  auto out = *std::move(allocated);
+  gst_buffer_copy_into(out.get(), buffer, GST_BUFFER_COPY_METADATA, 0, static_cast<gsize>(-1));
+  {
+    const gst::Mapped to(out.get(), GST_MAP_WRITE);
+    if (!to || gst_buffer_extract(buffer, 0, to.bytes().data(), size) != size)
+      return gst::memory_not_mapped();
+    std::ranges::fill(to.bytes().subspan(size), std::byte{0});
+  }
+  ledger->copied(size);
+  return MediumFrames{std::move(out), {}, {}};
+}
+
+MediumFrames TextMedium::cut(GstBuffer* buffer, size_t size) {
+  constexpr auto kParts = GstBufferCopyFlags(GST_BUFFER_COPY_METADATA | GST_BUFFER_COPY_MEMORY);
+  MediumFrames out;
+  out.buffer = gst::Ref<GstBuffer>::adopt(gst_buffer_copy_region(buffer, kParts, 0, frame_bytes_));
+  // A region of a buffer loses the duration; the text has the duration of the whole.
+  GST_BUFFER_DURATION(out.buffer.get()) = GST_BUFFER_DURATION(buffer);
+  if (!std::exchange(cut_reported_, true))
+    out.warning = Error{.code = Code::FRAME_SIZE,
+                        .what =
+                            "a text is longer than input-dim and is truncated; later ones are "
+                            "truncated without a warning",
+                        .offered = std::to_string(size) + " bytes",
+                        .needed = std::to_string(frame_bytes_) + " bytes",
+                        .fix = "tensor_converter input-dim=" + std::to_string(size)};
+  return out;
+}
 
 struct Entry {
   const char* name;  // of the caps structure

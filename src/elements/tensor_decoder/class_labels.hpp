@@ -8,7 +8,7 @@
 #include <vector>
 
 #include "elements/tensor_decoder/frame_decoder.hpp"
-#include "gstcpp/element/labels_event.hpp"
+#include "gstcpp/element/result_events.hpp"
 
 namespace weir {
 

@@ -14,8 +14,8 @@
 #include "core/tensor/frame_spec.hpp"
 #include "elements/tensor_decoder/decoder_options.hpp"
 #include "gstcpp/buffer/frame_reader.hpp"
-#include "gstcpp/element/labels_event.hpp"
 #include "gstcpp/element/ref.hpp"
+#include "gstcpp/element/result_events.hpp"
 #include "weir/result.hpp"
 
 namespace weir {

@@ -2,10 +2,107 @@
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #include "elements/tensor_decoder/module_decoder.hpp"
 
-#include "elements/tensor_decoder/buffer_sink.hpp"
+#include <gst/gst.h>
+
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "core/infer/module/host.hpp"
+#include "core/ledger/ledger.hpp"
+#include "core/limit/buffer_limit.hpp"
+#include "gstcpp/buffer/allocation.hpp"
+#include "gstcpp/buffer/buffer_parts.hpp"
+#include "gstcpp/buffer/frame_reader.hpp"
+#include "gstcpp/buffer/memory_part.hpp"
 #include "gstcpp/buffer/module_values.hpp"
 
 namespace weir {
+namespace {
+
+// Receives a decoder's caps and output, and writes them to one GstBuffer.
+class BufferSink final : public weir_sink {
+ public:
+  BufferSink() = default;  // for configure: accepts caps only
+  BufferSink(GstBuffer* in, GstBuffer* out, const gst::FrameReader* reader,
+             const BufferLimit& limit, Ledger* ledger)
+      : in_(in), out_(out), reader_(reader), limit_(&limit), ledger_(ledger) {}
+  ~BufferSink() = default;
+
+  Status set_caps(const std::string& caps) override;
+  void* reserve(uint64_t bytes) override;
+  Status share_input(uint32_t index) override;
+  // Appends the reserved and shared parts to the buffer in order: one memory each; of more than 16,
+  // the 16th and all later ones share one. LIMIT_EXCEEDED, OUT_OF_MEMORY, MAPPING_FAILED.
+  Status finish();
+  const std::string& caps() const noexcept { return caps_; }
+  // Why reserve() returned null: LIMIT_EXCEEDED or OUT_OF_MEMORY.
+  const std::optional<Error>& refusal() const noexcept { return refusal_; }
+
+ private:
+  GstBuffer* in_ = nullptr;   // borrowed
+  GstBuffer* out_ = nullptr;  // borrowed; null while configuring
+  const gst::FrameReader* reader_ = nullptr;
+  const BufferLimit* limit_ = nullptr;  // borrowed
+  Ledger* ledger_ = nullptr;
+  uint64_t reserved_ = 0;  // bytes
+  std::optional<Error> refusal_;
+  std::string caps_;
+  std::vector<gst::BufferPart> parts_;   // parts of the output
+  std::vector<gst::MappedMemory> maps_;  // of reserved parts, until finish()
+};
+
+Status BufferSink::set_caps(const std::string& caps) {
+  caps_ = caps;
+  return ok();
+}
+
+void* BufferSink::reserve(uint64_t bytes) {
+  if (!out_ || bytes > G_MAXSSIZE) return nullptr;
+  auto allowed = limit_->check(reserved_ + bytes);
+  auto memory = allowed ? gst::allocate_memory(bytes) : std::move(allowed).error();
+  if (!memory) {
+    refusal_ = memory.error();
+    return nullptr;
+  }
+  reserved_ += bytes;
+  maps_.emplace_back(memory->get(), GST_MAP_WRITE);
+  parts_.push_back({*std::move(memory), {}});
+  return maps_.back() ? static_cast<void*>(maps_.back().bytes().data()) : nullptr;
+}
+
+Status BufferSink::share_input(uint32_t index) {
+  if (!out_ || index >= reader_->tensors().size())
+    return Error{.code = Code::CALLBACK_FAILED,
+                 .what = "a decoder shares a tensor that does not exist",
+                 .offered = std::to_string(index)};
+  const auto& view = reader_->tensors()[index];
+  if (view.memory < 0) {
+    parts_.push_back({{}, view.payload});
+    return ok();
+  }
+  bool copied = false;
+  auto part = gst::part_of(gst_buffer_peek_memory(in_, static_cast<guint>(view.memory)),
+                           view.header_bytes, view.payload.size(), &copied);
+  if (!part) return part.error();
+  if (copied) ledger_->copied(view.payload.size());
+  parts_.push_back({*std::move(part), {}});
+  return ok();
+}
+
+Status BufferSink::finish() {
+  maps_.clear();
+  return gst::append_parts(parts_, out_, [this](size_t bytes) -> Result<gst::Ref<GstMemory>> {
+    if (auto status = limit_->check(reserved_ + bytes); !status) return status.error();
+    auto memory = gst::allocate_memory(bytes);
+    if (!memory) return memory;
+    ledger_->copied(bytes);
+    reserved_ += bytes;
+    return memory;
+  });
+}
+
+}  // namespace
 
 using gst::Ref;
 

@@ -4,7 +4,7 @@
 #include <fstream>
 
 #include "elements/tensor_decoder/decoder_test_support.hpp"
-#include "gstcpp/element/labels_event.hpp"
+#include "gstcpp/element/result_events.hpp"
 
 namespace weir::testing_tensor_decoder {
 namespace records_test {

@@ -5,7 +5,7 @@
 
 #include "elements/tensor_decoder/result_test_support.hpp"
 #include "gstcpp/element/file_digest.hpp"
-#include "gstcpp/element/labels_event.hpp"
+#include "gstcpp/element/result_events.hpp"
 
 namespace weir::testing_tensor_decoder {
 namespace result_test {

@@ -4,7 +4,7 @@
 #include "core/tensor/tensor_header.hpp"
 #include "elements/tensor_mux/many_inputs_test_support.hpp"
 #include "gstcpp/buffer/tensor_meta.hpp"
-#include "gstcpp/element/labels_event.hpp"
+#include "gstcpp/element/result_events.hpp"
 
 namespace weir::test {
 namespace tensor_mux_test {

@@ -9,7 +9,7 @@
 
 #include "elements/tensor_overlay/overlay_test_support.hpp"
 #include "elements/tensor_overlay/text_painter.hpp"
-#include "gstcpp/element/labels_event.hpp"
+#include "gstcpp/element/result_events.hpp"
 
 namespace weir::overlay_test {
 namespace overlay_text_test {

@@ -5,7 +5,7 @@
 #include "core/records/zone_columns.hpp"
 #include "core/tensor/tensor_header.hpp"
 #include "elements/tensor_overlay/overlay_test_support.hpp"
-#include "gstcpp/element/zones_event.hpp"
+#include "gstcpp/element/result_events.hpp"
 
 namespace weir::overlay_test {
 namespace overlay_zones_test {

@@ -8,8 +8,8 @@
 
 #include "core/ledger/ledger.hpp"
 #include "core/loop/slot_table.hpp"
-#include "gstcpp/element/labels_event.hpp"
 #include "gstcpp/element/ref.hpp"
+#include "gstcpp/element/result_events.hpp"
 #include "weir/result.hpp"
 
 namespace weir {

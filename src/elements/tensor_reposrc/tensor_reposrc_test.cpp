@@ -8,7 +8,7 @@
 #include "core/results/empty_frame.hpp"
 #include "core/tensor/tensor_header.hpp"
 #include "elements/tests/element_test_support.hpp"
-#include "gstcpp/element/labels_event.hpp"
+#include "gstcpp/element/result_events.hpp"
 
 namespace weir::test {
 namespace tensor_reposrc_test {

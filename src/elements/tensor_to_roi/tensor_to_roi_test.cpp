@@ -8,7 +8,7 @@
 #include <fstream>
 
 #include "elements/tests/element_test_support.hpp"
-#include "gstcpp/element/labels_event.hpp"
+#include "gstcpp/element/result_events.hpp"
 
 namespace weir {
 namespace tensor_to_roi_test {

@@ -7,7 +7,7 @@
 #include "elements/tests/element_test_support.hpp"
 #include "elements/tests/pipeline_test_support.hpp"
 #include "gstcpp/buffer/tensor_meta.hpp"
-#include "gstcpp/element/labels_event.hpp"
+#include "gstcpp/element/result_events.hpp"
 
 namespace weir {
 namespace tensor_tracker_test {

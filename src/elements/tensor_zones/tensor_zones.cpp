@@ -1,24 +1,128 @@
 // tensor_zones: finds the zones in which the objects of a stream of results are, and counts them.
 // SPDX-License-Identifier: LGPL-2.1-or-later
+#include <gst/gst.h>
+
 #include <atomic>
+#include <cmath>
 #include <cstring>
+#include <memory>
+#include <optional>
+#include <string>
+#include <vector>
 
 #include "core/records/source_labels.hpp"
 #include "core/records/zoned_results.hpp"
-#include "elements/tensor_zones/watched_zones.hpp"
-#include "elements/tensor_zones/zone_messages.hpp"
+#include "core/text/text.hpp"
+#include "core/zone/zone_counter.hpp"
+#include "core/zone/zone_file.hpp"
 #include "gstcpp/buffer/frame_errors.hpp"
 #include "gstcpp/buffer/frame_reader.hpp"
 #include "gstcpp/buffer/tensor_caps.hpp"
 #include "gstcpp/buffer/tensor_meta.hpp"
 #include "gstcpp/buffer/tensor_pieces.hpp"
 #include "gstcpp/element/counted_transform.hpp"
-#include "gstcpp/element/labels_event.hpp"
-#include "gstcpp/element/zones_event.hpp"
+#include "gstcpp/element/result_events.hpp"
 #include "gstcpp/pads/timed_tensors.hpp"
+#include "weir/result.hpp"
 
 namespace weir {
 namespace {
+
+// The zones of a file that may be replaced while a stream plays.
+//
+// One thread.
+class WatchedZones {
+ public:
+  // Reads the file. Errors: read_zones(), and OPTION_VALUE without a path.
+  Status open(const std::string& path);
+  // Call before a frame: reads the file again if `path` is another one or its file has changed.
+  // True when the zones were replaced. An error is returned once for each change, and the zones
+  // stay.
+  Result<bool> follow(const std::string& path);
+  const std::shared_ptr<const zone::ZoneSet>& zones() const noexcept { return zones_; }
+
+ private:
+  std::string path_;
+  zone::FileState state_;
+  std::shared_ptr<const zone::ZoneSet> zones_;
+};
+
+void add_number(const char* name, float number, GstStructure* out) {
+  if (std::isfinite(number)) gst_structure_set(out, name, G_TYPE_DOUBLE, double{number}, nullptr);
+}
+
+Status WatchedZones::open(const std::string& path) {
+  zones_.reset();
+  if (path.empty())
+    return Error{.code = Code::OPTION_VALUE,
+                 .what = "tensor_zones has no zones",
+                 .offered = "zones=\"\"",
+                 .needed = "a JSON file as docs/zones.md defines it",
+                 .fix = "tensor_zones zones=/path/to/zones.json"};
+  const auto read = follow(path);
+  return read ? ok() : Status(read.error());
+}
+
+Result<bool> WatchedZones::follow(const std::string& path) {
+  // The state before reading: what is written meanwhile is read before the next frame.
+  const zone::FileState state = zone::state_of_file(path);
+  if (zones_ && path == path_ && state == state_) return false;
+  path_ = path;
+  state_ = state;
+  auto read = zone::read_zones(path);
+  if (!read) return read.error();
+  zones_ = std::make_shared<const zone::ZoneSet>(*std::move(read));
+  return true;
+}
+
+// Posts the element message "weir-zone-event"; docs/zones.md lists its fields. `labels` names
+// classes and may be null.
+void post_zone_event(GstElement* element, const zone::Event& event, const zone::Zone& zone,
+                     const std::vector<std::string>* labels, GstClockTime running_time) {
+  GstStructure* out =
+      gst_structure_new("weir-zone-event", "event", G_TYPE_STRING, zone::name_of(event.kind),
+                        "zone", G_TYPE_STRING, zone.name.c_str(), "track", G_TYPE_UINT, event.track,
+                        "running-time", G_TYPE_UINT64, running_time, nullptr);
+  if (event.class_index != zone::kNoClass) {
+    const auto index = static_cast<size_t>(event.class_index);
+    const std::string label =
+        labels && index < labels->size() ? (*labels)[index] : std::to_string(index);
+    gst_structure_set(out, "class", G_TYPE_INT, event.class_index, "label", G_TYPE_STRING,
+                      label.c_str(), nullptr);
+  }
+  add_number("dwell", event.dwell, out);
+  add_number("speed", event.speed.pixels, out);
+  add_number("ground-speed", event.speed.metres, out);
+  gst_element_post_message(element, gst_message_new_element(GST_OBJECT_CAST(element), out));
+}
+
+Error objects_without_track() {
+  return Error{.code = Code::SPEC_MISMATCH,
+               .what =
+                   "no object has a track number: zones count the objects inside, but none that "
+                   "enter, leave or cross",
+               .offered = "30 frames with objects of track 0",
+               .needed = "objects that are tracked from frame to frame",
+               .fix = "tensor_tracker ! tensor_zones"};
+}
+
+Error frame_without_time() {
+  return Error{.code = Code::TIME_INVALID,
+               .what = "a frame has no timestamp: dwell times and speeds are not updated",
+               .offered = "a buffer without a PTS",
+               .needed = "a PTS in a segment of format time",
+               .fix = "set do-timestamp=true at the source"};
+}
+
+Error time_goes_back(GstClockTime running_time) {
+  return Error{.code = Code::TIME_INVALID,
+               .what =
+                   "the time of a frame is before that of the last frame: all tracks end and "
+                   "start again",
+               .offered = "running time " + time_text(running_time),
+               .needed = "times that increase",
+               .fix = "put a queue or a parser that orders the frames upstream"};
+}
 
 using gst::Ref;
 

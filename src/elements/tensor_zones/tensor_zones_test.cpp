@@ -8,8 +8,7 @@
 #include "core/tensor/tensor_header.hpp"
 #include "elements/tests/element_test_support.hpp"
 #include "gstcpp/buffer/tensor_meta.hpp"
-#include "gstcpp/element/labels_event.hpp"
-#include "gstcpp/element/zones_event.hpp"
+#include "gstcpp/element/result_events.hpp"
 
 namespace weir {
 namespace tensor_zones_test {

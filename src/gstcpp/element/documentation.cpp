@@ -6,7 +6,6 @@
 #include <string_view>
 
 #include "core/config/install_paths.hpp"
-#include "gstcpp/element/documentation_link.hpp"
 #include "gstcpp/element/ref.hpp"
 
 namespace weir::gst {

@@ -4,7 +4,7 @@
 
 #include "gstcpp/buffer/tensor_caps.hpp"
 #include "gstcpp/element/error.hpp"
-#include "gstcpp/element/labels_event.hpp"
+#include "gstcpp/element/result_events.hpp"
 
 namespace weir::gst {
 

@@ -8,7 +8,7 @@
 #include "core/records/source_labels.hpp"
 #include "core/tensor/frame_spec.hpp"
 #include "gstcpp/buffer/frame_reader.hpp"
-#include "gstcpp/element/zones_event.hpp"
+#include "gstcpp/element/result_events.hpp"
 
 namespace weir::gst {
 
