@@ -94,8 +94,8 @@ void PipelineTracer::forget_remembered() {
   generation_.store(next_generation(), std::memory_order_release);
 }
 
-inline void PipelineTracer::append(Kind kind, int64_t time, const void* object, int64_t value,
-                                   uint64_t frames, uint64_t bytes) {
+void PipelineTracer::append(Kind kind, int64_t time, const void* object, int64_t value,
+                            uint64_t frames, uint64_t bytes) {
   trace::Record record;
   record.time = time;
   record.object = object;
@@ -115,7 +115,7 @@ void PipelineTracer::append_named(Kind kind, int64_t time, const void* object, c
   recorder_.log().append(record);
 }
 
-inline PipelineTracer::Remembered& PipelineTracer::remembered(GstPad* pad) {
+PipelineTracer::Remembered& PipelineTracer::remembered(GstPad* pad) {
   static thread_local std::array<Remembered, 64> table;
   Remembered& place = table[(reinterpret_cast<uintptr_t>(pad) >> 5) % table.size()];
   const uint64_t generation = generation_.load(std::memory_order_acquire);
@@ -142,8 +142,8 @@ PipelineTracer::Remembered PipelineTracer::look_up(GstPad* pad, uint64_t generat
   return out;
 }
 
-inline void PipelineTracer::begin_push(int64_t time, GstPad* pad, int64_t time_stamp,
-                                       uint64_t frames, uint64_t bytes) {
+void PipelineTracer::begin_push(int64_t time, GstPad* pad, int64_t time_stamp, uint64_t frames,
+                                uint64_t bytes) {
   const Remembered& facts = remembered(pad);
   if (facts.own) facts.own->sample(time, &recorder_);
   const bool is_outermost = open_pushes++ == 0;

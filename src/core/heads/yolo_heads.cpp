@@ -17,7 +17,7 @@
 namespace weir::heads {
 namespace {
 
-inline constexpr size_t kBoxValues = 4, kCocoClasses = 80;
+constexpr size_t kBoxValues = 4, kCocoClasses = 80;
 
 // The outputs of a detector of cells: rows, and prototype masks if there are two.
 struct YoloOutputs {

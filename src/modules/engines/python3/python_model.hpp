@@ -60,8 +60,7 @@ class PythonModel {
   const python::PythonApi& api_;
   const std::string path_;
   python::Numpy numpy_;
-  python::PyObject* names_ =
-      nullptr;  // the filter_names.hpp module; exists until the process exits
+  python::PyObject* names_ = nullptr;  // the module of kFilterNames; exists until the process exits
   python::Object script_, invoke_;
   bool takes_input_shapes_ = false;
   long long list_references_ = 0,
