@@ -6,7 +6,7 @@
 #include <cmath>
 #include <cstring>
 
-#include "core/records/zone_tables.hpp"
+#include "core/records/zone_columns.hpp"
 #include "weir/results.hpp"
 
 namespace weir::records {

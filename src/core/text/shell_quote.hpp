@@ -6,7 +6,7 @@
 
 namespace weir {
 
-// Both take any bytes; an argument and a value end at their first NUL.
+// The first two take any bytes; an argument and a value end at their first NUL.
 
 // Quotes a word of a POSIX shell command line, if needed. The result contains no control characters
 // but line feeds and tabs.

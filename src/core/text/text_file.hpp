@@ -1,4 +1,4 @@
-// Reads a text file that an option names, and says why a file cannot be read.
+// Reads a text file that an option names, and the reason why a file cannot be read.
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #pragma once
 #include <string>

@@ -8,16 +8,28 @@
 // The thread lives as long as the collector. batch_queue.hpp defines when a batch is due.
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #pragma once
+#include <chrono>
 #include <condition_variable>
 #include <functional>
 #include <memory>
 #include <mutex>
 #include <thread>
 
-#include "core/infer/batch/batch_clock.hpp"
 #include "core/infer/queue/batch_queue.hpp"
 
 namespace weir::infer {
+
+class BatchClock {
+ public:
+  using Time = std::chrono::steady_clock::time_point;
+  virtual ~BatchClock() = default;
+  virtual Time now() = 0;
+  // Waits for `changed` (locked with `lock`) until `until`; may return early.
+  virtual void wait_until(std::condition_variable& changed, std::unique_lock<std::mutex>& lock,
+                          Time until) = 0;
+  // The steady clock.
+  static BatchClock& machine();
+};
 
 class BatchCollector {
  public:

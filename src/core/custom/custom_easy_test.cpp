@@ -1,6 +1,5 @@
 // Tests filters of the application: registering, calling, rejecting.
 // SPDX-License-Identifier: LGPL-2.1-or-later
-#include "core/custom/named_filter.hpp"
 
 #include <gtest/gtest.h>
 
@@ -16,7 +15,7 @@
 #include "weir/module.hpp"
 
 namespace weir::custom {
-namespace named_filter_test {
+namespace custom_easy_test {
 
 // Returns *data; above 100 also sets an error.
 int answer(const weir_host* host, const weir_frame*, weir_frame*, void* data, weir_error* error) {
@@ -238,5 +237,5 @@ TEST(NamedFilter, RejectsATakenName) {
   EXPECT_SAYS(model.error().message(), "offered: model=a,b");
 }
 
-}  // namespace named_filter_test
+}  // namespace custom_easy_test
 }  // namespace weir::custom

@@ -1,13 +1,12 @@
 // Tests of columns and tables of zones.
 // SPDX-License-Identifier: LGPL-2.1-or-later
-#include "core/records/zone_tables.hpp"
 
 #include <gtest/gtest.h>
 
 #include "core/records/zone_columns.hpp"
 
 namespace weir::records {
-namespace zone_tables_test {
+namespace zone_columns_test {
 
 using Floats = std::vector<float>;
 
@@ -87,5 +86,5 @@ TEST_F(ZoneTables, ColumnsNameAsManyZonesAsFit) {
   EXPECT_EQ(comparable(one), (Floats{-99, -99, 2, 0}));
 }
 
-}  // namespace zone_tables_test
+}  // namespace zone_columns_test
 }  // namespace weir::records
