@@ -8,9 +8,13 @@
  *    (C) Shapes are outermost-first as in NumPy, -1 = unknown. Only the text grammar of caps and
  *        properties is innermost-first.
  * Functions that return int return 0 on success and -code (codes.h) on failure, with the weir_error
- * filled through host->fail. invoke and decode return > 0 to drop the frame (invoke: no_result.h).
+ * filled through host->fail. invoke and decode return > 0 to drop the frame (weir_no_result).
  * Strings are UTF-8, zero-terminated, owned by the side that passes them and valid for the call
  * unless stated otherwise.
+ *
+ * The tables of the host, an engine, a decoder and a converter are followed by their extensions,
+ * all optional. extension(id) returns the struct that the id names, or NULL for an unknown id. It
+ * is valid until the process ends unless stated otherwise.
  *
  * SPDX-License-Identifier: LGPL-2.1-or-later */
 #ifndef WEIR_ABI_H
@@ -88,6 +92,16 @@ enum weir_engine_flag { WEIR_ENGINE_NEEDS_NO_MODEL = 1, WEIR_ENGINE_MODEL_IS_NO_
  * continue the previous ones. SET_OPTION: apply the options passed to the call. A return value
  * below 0: not supported. */
 enum weir_control { WEIR_WARM = 0, WEIR_SUSPEND, WEIR_RESUME, WEIR_RESET_STATE, WEIR_SET_OPTION };
+/* Return values of invoke that say why a frame has no result; other values above 0 mean
+ * WEIR_NO_RESULT. An engine with submit() passes it to the last complete() of a request. After the
+ * last three, the host may run another model on the frame (tensor_filter fallback=...). `stats`
+ * counts the frames as dropped-policy, dropped-late, dropped-refused and dropped-lost. */
+enum weir_no_result {
+  WEIR_NO_RESULT = 1,            /* the engine drops the frame */
+  WEIR_RESULT_LATE = 0x57450001, /* the result did not come in time */
+  WEIR_RESULT_REFUSED,           /* another process or machine rejected the frame */
+  WEIR_RESULT_LOST               /* another process or machine has ended, or cannot be reached */
+};
 enum weir_log_level { WEIR_LOG_ERROR = 1, WEIR_LOG_WARNING, WEIR_LOG_INFO, WEIR_LOG_DEBUG };
 
 /* One tensor's description. FROZEN, 192 bytes on LP64. */
@@ -172,10 +186,11 @@ typedef struct {
   /* Returns nonzero when the result is no longer needed: complete the request soon. Cheap to
    * poll. */
   int (*cancelled)(const weir_request*);
-  const void* (*extension)(const char* id); /* "weir.sink/1" = const weir_sink_calls* */
+  /* weir_sink_calls, weir_frame_holder, weir_engine_finder */
+  const void* (*extension)(const char* id);
 } weir_host;
 
-/* Output of a decoder or converter, from host->extension("weir.sink/1"). */
+/* "weir.sink/1", an extension of the host: the output of a decoder. */
 typedef struct {
   uint32_t struct_size;
   /* In configure: sets the output caps as GStreamer text, without framerate, which the host
@@ -187,6 +202,18 @@ typedef struct {
   /* Appends tensor `index` of the input frame without copying it. */
   int (*share_input)(weir_sink*, uint32_t index, weir_error*);
 } weir_sink_calls;
+
+#define WEIR_HOLD_FRAME "weir.hold-frame/1"
+
+/* An extension of the host that keeps input memory valid beyond its invoke, for engines that pass
+ * it to code which may retain it. */
+typedef struct {
+  uint32_t struct_size;
+  /* Call it on the thread of invoke for the frame being invoked. The memory of all its inputs stays
+   * valid and unchanged until release(owner) is called, once, on any thread. Returns 0, or below 0
+   * when the host cannot: batches, worker processes, memory that a program lent for a call. */
+  int (*hold)(const weir_frame* in, void (**release)(void* owner), void** owner);
+} weir_frame_holder;
 
 /* The model to open: n_models file paths, and the user's settings. Valid for the call. */
 typedef struct {
@@ -251,10 +278,95 @@ typedef struct {
   int (*submit)(weir_session*, const weir_frame* in, weir_request*, weir_error*);
   void (*cancel)(weir_session*, weir_request*); /* optional; complete() still comes */
   int (*control)(weir_session*, int op, const weir_option*, weir_error*); /* weir_control */
-  /* "weir.accelerators/1" = const char*, a comma-separated list of the supported accelerators
-   * ("cpu,cpu.simd,gpu"), the automatic choice first. Returns NULL for an unknown id. */
+  /* weir_execution_calls, weir_engine_statistics, weir_engine_servers, and texts:
+   * - "weir.accelerators/1", const char*: a comma-separated list of the supported accelerators
+   *   ("cpu,cpu.simd,gpu"), the automatic choice first.
+   * - "weir.library/1", const char* const[2]: path and version of the engine's library; NULL when
+   *   it is missing or unusable.
+   * - "weir.library-problem/1", const char* const[2]: that problem and the command that fixes it,
+   *   valid until the thread's next call; NULL without a problem. */
   const void* (*extension)(const char* id);
 } weir_engine;
+
+#define WEIR_FIND_ENGINE "weir.find-engine/1"
+
+/* An extension of the host for engines that delegate a model to another engine, for example after
+ * translating it. */
+typedef struct {
+  uint32_t struct_size;
+  /* Finds the engine with this name or alias. Its module is opened on first use and stays open.
+   * Returns 0, or below 0 with the error filled: ENGINE_UNKNOWN, ENGINE_NOT_INSTALLED with the
+   * install command, MODULE_REFUSED. Any thread, but not during weir_module_entry. */
+  int (*find)(const char* name, const weir_engine** out, weir_error*);
+} weir_engine_finder;
+
+/* The extensions of an engine report on an open model. `tensor_filter` shows them in `stats`. */
+#define WEIR_EXECUTION "weir.execution/1"
+#define WEIR_ENGINE_STATISTICS "weir.statistics/1"
+#define WEIR_ENGINE_SERVERS "weir.servers/1"
+
+/* The execution settings of a model. */
+typedef struct {
+  uint32_t struct_size; /* set by the caller; later members are not written */
+  uint32_t threads;     /* of one invoke; 0 = not chosen yet: depends on the input shapes */
+  uint32_t spins;       /* 1: idle threads spin between operators instead of sleeping */
+} weir_execution;
+
+/* Reports the execution settings that the engine chose for a model. */
+typedef struct {
+  uint32_t struct_size;
+  /* Describes an open model; resolve() may change the result. Any thread. Returns 0, or below 0
+   * when the engine does not know. */
+  int (*describe)(weir_model*, weir_execution*);
+} weir_execution_calls;
+
+/* FROZEN. */
+typedef struct {
+  const char* name; /* lower case with hyphens; valid until the process ends */
+  uint64_t value;
+} weir_statistic;
+
+/* Reports counts of the engine's own. */
+typedef struct {
+  uint32_t struct_size;
+  /* Writes up to `room` statistics of an open model. Returns how many it has, or below 0. Any
+   * thread, also during an invoke. */
+  int (*read)(weir_model*, weir_statistic* out, uint32_t room);
+} weir_engine_statistics;
+
+/* Whether a server gets requests. */
+enum weir_circuit {
+  WEIR_CIRCUIT_CLOSED = 0,    /* it does */
+  WEIR_CIRCUIT_HALF_OPEN = 1, /* one, whose answer closes the circuit */
+  WEIR_CIRCUIT_OPEN = 2       /* none, until a probe finds it ready */
+};
+
+/* FROZEN. -1: not known. */
+typedef struct {
+  const char* address; /* valid until the model is closed */
+  int32_t circuit;     /* weir_circuit */
+  uint32_t in_flight;
+  /* Requests that were sent to this server, by how they ended there. A request that another server
+   * answered in the end is one of both. */
+  uint64_t answered, late, refused, lost;
+  uint64_t bytes_sent, bytes_received;
+  int64_t p50_us, p95_us, p99_us; /* of the last answers */
+  int64_t queue_us, compute_us;   /* mean time of a request in the server, as it reports it */
+  /* How far the server's clock is ahead, in nanoseconds, within clock_error_ns; known only if that
+   * is not below 0. */
+  int64_t clock_offset_ns, clock_error_ns;
+} weir_server;
+
+/* Reports on each server that a model is on. */
+typedef struct {
+  uint32_t struct_size;
+  /* Writes up to `room` servers of an open model, in the order of its addresses. Returns how many
+   * it has, or below 0. Any thread, also during an invoke. */
+  int (*read)(weir_model*, weir_server* out, uint32_t room);
+  /* The address of the server that answered the last invoke of a session; null while none has.
+   * Valid until the model is closed. Called by the thread of that invoke, before the next. */
+  const char* (*answered_by)(weir_session*);
+} weir_engine_servers;
 
 /* One detected object, in units of the source picture. FROZEN, 112 bytes on LP64. */
 typedef struct {
@@ -285,8 +397,88 @@ typedef struct {
   int (*decode)(weir_decoder*, const weir_frame* in, weir_sink*, weir_error*);
   int (*set_option)(weir_decoder*, const weir_option*, weir_error*);
   void (*reset)(weir_decoder*); /* after a flush: frames before it are forgotten */
+  /* weir_decoder_stream, _model, _caps, _times, _labels */
   const void* (*extension)(const char* id);
 } weir_decoder_type;
+
+/* The extensions of a decoder pass what it knows or needs of the stream besides its tensors. The
+ * host calls them on the thread of configure and decode. */
+#define WEIR_DECODER_STREAM "weir.decoder-stream/1"
+#define WEIR_DECODER_MODEL "weir.decoder-model/1"
+#define WEIR_DECODER_CAPS "weir.decoder-caps/1"
+#define WEIR_DECODER_TIMES "weir.decoder-times/1"
+#define WEIR_DECODER_LABELS "weir.decoder-labels/1"
+
+/* WITH_HEADERS: in flexible streams, `data` and `bytes` of each tensor include its 128-byte header;
+ * `info` still describes the payload, and share_input still appends the payload alone. */
+enum weir_decoder_stream_flag { WEIR_DECODER_WITH_HEADERS = 1 };
+
+/* For formats that carry the frame rate or the headers of flexible tensors. */
+typedef struct {
+  uint32_t struct_size;
+  uint32_t flags; /* weir_decoder_stream_flag */
+  /* Called before each configure: the frame rate n/d of the input (0/1 = variable or unknown), and
+   * whether it is flexible. */
+  void (*set_stream)(weir_decoder*, int32_t rate_n, int32_t rate_d, int is_flexible);
+} weir_decoder_stream;
+
+/* What is known of the model whose outputs the decoder reads; tensor_filter sends it downstream
+ * with its stream. Valid for the call. Tensors have the names and the quantisation of the model
+ * file. */
+typedef struct {
+  uint32_t struct_size;
+  uint32_t n_inputs, n_outputs;
+  const weir_tensor_info *inputs, *outputs;
+  const char* path;          /* of the model file, or NULL */
+  const char* metadata_json; /* an object of strings, as in weir_model_info, or NULL */
+  /* Names of classes in the model's card. Check struct_size before you read them. */
+  const char* const* card_labels;
+  uint32_t n_card_labels;
+} weir_stream_model;
+
+typedef struct {
+  uint32_t struct_size;
+  uint32_t reserved;
+  /* Called before configure. NULL: the stream's model is not known. Outputs are those of the
+   * stream: the host passes a model only if types and shapes are equal. */
+  void (*set_model)(weir_decoder*, const weir_stream_model*);
+} weir_decoder_model;
+
+/* For formats that carry other fields of the input caps, such as weir-columns (results.h). */
+typedef struct {
+  uint32_t struct_size;
+  uint32_t reserved;
+  /* Called before each configure: the text fields of the input caps, by name. Valid for the
+   * call. */
+  void (*set_caps)(weir_decoder*, const weir_option* fields, uint32_t n);
+} weir_decoder_caps;
+
+/* For formats that write times beyond those of weir_frame, whose pts is of the segment. */
+typedef struct {
+  uint32_t struct_size;
+  uint32_t reserved;
+  /* Called before each decode, in nanoseconds: the frame's running time, and when it was captured,
+   * since 1970 UTC. -1 = unknown. */
+  void (*set_times)(weir_decoder*, int64_t running_time, int64_t unix_time);
+} weir_decoder_times;
+
+/* Names of classes. A decoder that writes results reports those of its results, and the host sends
+ * them downstream with the stream; a decoder that reads results receives those of the sources in
+ * weir-source (results.h). */
+typedef struct {
+  uint32_t struct_size;
+  uint32_t reserved;
+  /* Called after configure: the number of names, which are those of class 0 and the classes after
+   * it; 0 = not known. They stay valid until the next call of the decoder. NULL: the decoder writes
+   * no results. */
+  uint32_t (*labels)(weir_decoder*, const char* const** names);
+  /* Called before configure and between frames: the names of the classes of one source, valid for
+   * the call. NULL: the decoder does not use them. */
+  void (*set_labels)(weir_decoder*, const char* source, const char* const* names, uint32_t n);
+  /* Called after configure: the number of classes that the model tells apart; 0 = not known. The
+   * host warns of fewer names than that. NULL, or beyond struct_size: not known. */
+  uint32_t (*classes)(weir_decoder*);
+} weir_decoder_labels;
 
 /* An external converter turns a media stream into tensors. open, close, configure and convert are
  * required. */
@@ -308,8 +500,30 @@ typedef struct {
    * preset to the input's. The host releases what a failed call has allocated. */
   int (*convert)(weir_converter*, const weir_frame* in, weir_frame* out, weir_error*);
   void (*reset)(weir_converter*);
-  const void* (*extension)(const char* id);
+  const void* (*extension)(const char* id); /* weir_converter_rate, weir_converter_stream */
 } weir_converter_type;
+
+/* The extensions of a converter report on the frame of a convert that succeeded. The host calls
+ * them after it, on its thread. */
+#define WEIR_CONVERTER_RATE "weir.converter-rate/1"
+#define WEIR_CONVERTER_STREAM "weir.converter-stream/1"
+
+/* For formats whose frames carry their own frame rate. Without it the stream keeps the rate of its
+ * input caps. */
+typedef struct {
+  uint32_t struct_size;
+  /* Returns 1 and the frame rate n/d that the frame carried (0/1 = variable), or 0 when it carried
+   * none. */
+  int (*rate)(weir_converter*, int32_t* n, int32_t* d);
+} weir_converter_rate;
+
+/* For formats whose frames may hold flexible tensors. Without it the output is static. */
+typedef struct {
+  uint32_t struct_size;
+  /* Nonzero: the tensors of the frame are flexible. Each begins with its 128-byte header, which
+   * `bytes` includes and which the host compares with `info`. */
+  int (*is_flexible)(weir_converter*);
+} weir_converter_stream;
 
 /* The tables of a module; they stay valid until the process ends. */
 typedef struct {

@@ -21,7 +21,7 @@
 // a flush or a seek and discards what was kept of earlier frames. The optional rate returns the
 // frame rate that the last frame carried, for formats whose frames carry one. The optional
 // is_flexible returns whether the tensors of the last frame are flexible, each with its 128-byte
-// header (converter_stream.h). The other functions may throw weir::Failure or any exception, which
+// header. The other functions may throw weir::Failure or any exception, which
 // becomes an error on the bus. An object is used by one thread at a time. Shapes are
 // outermost-first (abi.h, rule C).
 // SPDX-License-Identifier: LGPL-2.1-or-later
@@ -33,8 +33,6 @@
 #include <utility>
 #include <vector>
 
-#include "weir/converter_rate.h"
-#include "weir/converter_stream.h"
 #include "weir/module.hpp"
 
 namespace weir {
@@ -97,7 +95,7 @@ class ConverterOutput {
     tensor.fence_fd = -1;
     describe_as(info, &tensor);
   }
-  // The PTS and duration of the output in ns, -1 = none. They default to those of the input.
+  // Sets the PTS and duration of the output in ns, -1 = none. They default to those of the input.
   void set_time(int64_t pts, int64_t duration) noexcept {
     frame_->pts = pts;
     frame_->duration = duration;
@@ -123,7 +121,7 @@ class ConverterOutput {
   void* host_ctx_;
 };
 
-// The table of the extension weir.converter-rate/1 for the class `Opened::converter`.
+// Returns the table of the extension weir.converter-rate/1 for the class `Opened::converter`.
 template <class Opened>
 const weir_converter_rate* rate_table() {
   static const weir_converter_rate table{
@@ -137,7 +135,7 @@ const weir_converter_rate* rate_table() {
   return &table;
 }
 
-// The table of the extension weir.converter-stream/1 for the class `Opened::converter`.
+// Returns the table of the extension weir.converter-stream/1 for the class `Opened::converter`.
 template <class Opened>
 const weir_converter_stream* flexible_table() {
   static const weir_converter_stream table{
@@ -147,7 +145,7 @@ const weir_converter_stream* flexible_table() {
   return &table;
 }
 
-// The extensions of the class `Opened::converter`: the functions that it has.
+// Returns the extensions of the class `Opened::converter`: the functions that it has.
 template <class Opened>
 const void* converter_extension(std::string_view id) {
   using Converter = decltype(Opened::converter);
@@ -162,7 +160,7 @@ const void* converter_extension(std::string_view id) {
   return nullptr;
 }
 
-// The C table for the class `Converter`.
+// Makes the C table for the class `Converter`.
 template <class Converter>
 weir_converter_type converter_table(const char* name, const char* aliases, const char* caps,
                                     const char* options_json) {

@@ -20,23 +20,18 @@
 // The host calls configure before the first frame and when the stream's format changes. `inputs` is
 // empty for flexible streams, whose frames carry their own shapes. decode returns false to drop a
 // frame. The optional reset runs after a flush or a seek and discards what was kept of earlier
-// frames. The optional set_stream, set_model (decoder_model.h) and set_caps (decoder_caps.h) run
-// before each configure, the optional set_times (decoder_times.h) before each decode. The optional
-// labels and set_labels (decoder_labels.h) pass the names of classes with the stream. With
-// the optional kWithHeaders, tensors of flexible streams begin with their 128-byte headers
-// (decoder_stream.h). The other functions may throw weir::Failure or any exception, which becomes
-// an error on the bus. An object is used by one thread at a time. Shapes in weir_tensor_info are
+// frames. The optional set_stream, set_model and set_caps run before each configure, the optional
+// set_times before each decode. The optional labels and set_labels pass the names of classes with
+// the stream, and the optional classes their number. With the optional kWithHeaders, tensors of
+// flexible streams begin with their 128-byte headers. abi.h describes these extensions of a
+// decoder. The other functions may throw weir::Failure or any exception, which becomes an error on
+// the bus. An object is used by one thread at a time. Shapes in weir_tensor_info are
 // outermost-first (abi.h, rule C).
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #pragma once
 #include <memory>
 #include <utility>
 
-#include "weir/decoder_caps.h"
-#include "weir/decoder_labels.h"
-#include "weir/decoder_model.h"
-#include "weir/decoder_stream.h"
-#include "weir/decoder_times.h"
 #include "weir/module.hpp"
 
 namespace weir {
@@ -50,23 +45,23 @@ class DecoderOutput {
     if (!calls_) throw Failure({.code = Code::INTERNAL, .what = "the host has no weir.sink/1"});
   }
 
-  // In configure, once: sets the output caps as GStreamer text, without framerate, which the host
-  // adds. Throws Failure (INTERNAL) when the host rejects the text.
+  // Sets the output caps as GStreamer text, without framerate, which the host adds. Called in
+  // configure, once. Throws Failure (INTERNAL) when the host rejects the text.
   void set_caps(const std::string& caps) {
     // No weir_error: it belongs to the caller. Rejected caps are a bug of the decoder.
     if (calls_->set_caps(sink_, caps.c_str(), nullptr) < 0)
       throw Failure(
           {.code = Code::INTERNAL, .what = "the host rejects the decoder's caps", .offered = caps});
   }
-  // In decode: appends `bytes` of writable memory to the output, valid until decode returns. Throws
-  // std::bad_alloc.
+  // Appends `bytes` of writable memory to the output. Called in decode; valid until it returns.
+  // Throws std::bad_alloc.
   std::span<std::byte> reserve(size_t bytes) {
     void* data = calls_->reserve(sink_, bytes);
     if (!data && bytes > 0) throw std::bad_alloc();
     return {static_cast<std::byte*>(data), bytes};
   }
-  // In decode: appends tensor `index` of the frame without copying it. Throws Failure (INTERNAL)
-  // for an invalid index.
+  // Appends tensor `index` of the frame without copying it. Called in decode. Throws Failure
+  // (INTERNAL) for an invalid index.
   void share_input(uint32_t index) {
     if (calls_->share_input(sink_, index, nullptr) < 0)
       throw Failure({.code = Code::INTERNAL,
@@ -91,7 +86,7 @@ struct DecoderTimes {
   int64_t unix_time = -1;  // when it was captured, since 1970 UTC
 };
 
-// The table of the extension weir.decoder-stream/1 for the class `Decoder`.
+// Returns the table of the extension weir.decoder-stream/1 for the class `Decoder`.
 template <class Decoder>
 const weir_decoder_stream* stream_table() {
   constexpr bool with_headers = [] {
@@ -106,7 +101,7 @@ const weir_decoder_stream* stream_table() {
   return &table;
 }
 
-// The table of the extension weir.decoder-model/1 for the class `Decoder`.
+// Returns the table of the extension weir.decoder-model/1 for the class `Decoder`.
 template <class Decoder>
 const weir_decoder_model* model_table() {
   static const weir_decoder_model table{sizeof(weir_decoder_model), 0,
@@ -116,7 +111,7 @@ const weir_decoder_model* model_table() {
   return &table;
 }
 
-// The table of the extension weir.decoder-caps/1 for the class `Decoder`.
+// Returns the table of the extension weir.decoder-caps/1 for the class `Decoder`.
 template <class Decoder>
 const weir_decoder_caps* caps_table() {
   static const weir_decoder_caps table{
@@ -127,7 +122,7 @@ const weir_decoder_caps* caps_table() {
   return &table;
 }
 
-// The table of the extension weir.decoder-times/1 for the class `Decoder`.
+// Returns the table of the extension weir.decoder-times/1 for the class `Decoder`.
 template <class Decoder>
 const weir_decoder_times* times_table() {
   static const weir_decoder_times table{
@@ -138,7 +133,7 @@ const weir_decoder_times* times_table() {
   return &table;
 }
 
-// The table of the extension weir.decoder-labels/1 for the class `Decoder`.
+// Returns the table of the extension weir.decoder-labels/1 for the class `Decoder`.
 template <class Decoder>
 const weir_decoder_labels* labels_table() {
   static const weir_decoder_labels table = [] {
@@ -170,7 +165,7 @@ const weir_decoder_labels* labels_table() {
   return table.labels || table.set_labels ? &table : nullptr;
 }
 
-// The C table for the class `Decoder`.
+// Makes the C table for the class `Decoder`.
 template <class Decoder>
 weir_decoder_type decoder_table(const char* name, const char* aliases, const char* options_json) {
   weir_decoder_type table{};

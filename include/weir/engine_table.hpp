@@ -32,10 +32,7 @@
 #include <string_view>
 #include <vector>
 
-#include "weir/engine_servers.h"
-#include "weir/engine_statistics.h"
 #include "weir/engine_tools.hpp"
-#include "weir/execution.h"
 
 namespace weir::engine {
 
@@ -155,9 +152,6 @@ struct EngineTable {
     });
   }
   static const char* answered_by(weir_session* session) { return of(session).answered_by(); }
-  // "weir.library/1": const char* const[2] = path and version of the engine's library; null when it
-  // is missing or unusable. "weir.library-problem/1": const char* const[2] = the problem and the
-  // command that fixes it, valid until the thread's next call; null without a problem.
   static const void* extension(const char* id) {
     if (!id) return nullptr;
     if (std::string_view(id) == "weir.library-problem/1") return library_problem();
@@ -198,7 +192,7 @@ struct EngineTable {
     return texts.data();
   }
 
-  // The table, for the whole life of the process.
+  // Makes the table, for the whole life of the process.
   static weir_engine make() {
     weir_engine table{};
     table.struct_size = sizeof table;
@@ -224,7 +218,7 @@ struct EngineTable {
   }
 };
 
-// The module with this one engine, for the host that loaded it.
+// Returns the module with this one engine, for the host that loaded it.
 template <class Engine>
 const weir_module* module_of(const weir_host* host) {
   if (!accept_host(host)) return nullptr;

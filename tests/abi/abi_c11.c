@@ -3,15 +3,9 @@
  *
  * SPDX-License-Identifier: LGPL-2.1-or-later */
 #include "weir/abi.h"
-#include "weir/converter_stream.h"
 #include "weir/custom_condition.h"
 #include "weir/custom_converter.h"
 #include "weir/custom_filter.h"
-#include "weir/decoder_caps.h"
-#include "weir/decoder_labels.h"
-#include "weir/decoder_model.h"
-#include "weir/decoder_stream.h"
-#include "weir/decoder_times.h"
 #include "weir/error.h"
 #include "weir/model.h"
 #include "weir/pipeline.h"

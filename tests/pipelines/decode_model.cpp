@@ -21,7 +21,7 @@
 #include "core/tensor/element_type.hpp"
 #include "core/tensor/tensor_header.hpp"
 #include "core/text/text.hpp"
-#include "weir/decoder_model.h"
+#include "weir/abi.h"
 #include "weir/source_map.hpp"
 
 namespace {

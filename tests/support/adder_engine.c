@@ -13,8 +13,7 @@
 #include <unistd.h>
 
 #include "one_engine.h"
-#include "weir/execution.h"
-#include "weir/no_result.h"
+#include "weir/abi.h"
 
 struct weir_model {
   weir_tensor_info tensor;

@@ -29,8 +29,8 @@
 #include <thread>
 #include <vector>
 
+#include "weir/abi.h"
 #include "weir/module.hpp"
-#include "weir/no_result.h"
 
 struct weir_model {
   std::map<std::string, long> options;

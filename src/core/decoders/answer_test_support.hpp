@@ -6,7 +6,7 @@
 
 #include "core/decoders/decoder_test_support.hpp"
 #include "core/tensor/tensor_header.hpp"
-#include "weir/decoder_model.h"
+#include "weir/abi.h"
 #include "weir/results.hpp"
 #include "weir/source_map.hpp"
 

@@ -8,7 +8,7 @@
 
 #include "core/heads/head.hpp"
 #include "core/tensor/model_tensor.hpp"
-#include "weir/decoder_model.h"
+#include "weir/abi.h"
 #include "weir/source_map.hpp"
 
 namespace weir::decoders {

@@ -5,7 +5,7 @@
 #include <vector>
 
 #include "core/tensor/model_tensor.hpp"
-#include "weir/decoder_model.h"
+#include "weir/abi.h"
 
 namespace weir {
 

@@ -11,7 +11,7 @@
 #include "core/infer/module/host.hpp"
 #include "core/isolate/crash_file.hpp"
 #include "core/isolate/supervisor.hpp"
-#include "weir/execution.h"
+#include "weir/abi.h"
 
 namespace weir::isolate {
 namespace {

@@ -12,7 +12,7 @@
 #include "core/isolate/model_facts.hpp"
 #include "core/isolate/shared_arena.hpp"
 #include "core/isolate/worker_process.hpp"
-#include "weir/execution.h"
+#include "weir/abi.h"
 
 namespace weir::isolate {
 

@@ -10,7 +10,7 @@
 
 namespace weir {
 
-// Late, Refused, Lost: what an engine reports of a result that it did not get (no_result.h).
+// Late, Refused, Lost: what an engine reports of a result that it did not get (weir_no_result).
 enum class DropReason { Policy, Qos, Flush, Eos, Error, Time, Late, Refused, Lost };
 inline constexpr size_t kDropReasons = 9;
 std::string_view name_of(DropReason reason) noexcept;

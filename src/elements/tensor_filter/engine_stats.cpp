@@ -6,8 +6,7 @@
 #include <array>
 #include <utility>
 
-#include "weir/engine_servers.h"
-#include "weir/engine_statistics.h"
+#include "weir/abi.h"
 
 namespace weir {
 namespace {

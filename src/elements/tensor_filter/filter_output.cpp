@@ -7,7 +7,7 @@
 
 #include "elements/tensor_filter/deadline.hpp"
 #include "gstcpp/element/error.hpp"
-#include "weir/no_result.h"
+#include "weir/abi.h"
 
 namespace weir {
 namespace {

@@ -19,8 +19,7 @@
 #include <sstream>
 
 #include "tensor_check.hpp"
-#include "weir/find_engine.h"
-#include "weir/hold_frame.h"
+#include "weir/abi.h"
 #include "weir/join.hpp"
 
 namespace weir::engine_test {

@@ -9,7 +9,6 @@
 #include <vector>
 
 #include "weir/abi.h"
-#include "weir/execution.h"
 #include "weir/result.hpp"
 
 struct weir_error {
@@ -23,7 +22,7 @@ namespace weir::engine_test {
 const weir_engine* load_module(const char* path);
 // Sets the engine that others find by this name; null: none.
 void let_find(const std::string& name, const weir_engine* engine);
-// Whether the host keeps the memory of frames (hold_frame.h), and how many it keeps now.
+// Whether the host keeps the memory of frames (weir_frame_holder), and how many it keeps now.
 void let_hold_frames(bool holds);
 int held_frames();
 // Returns the lines that the module logged since the last call.

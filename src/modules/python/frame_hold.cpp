@@ -2,7 +2,7 @@
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #include "frame_hold.hpp"
 
-#include "weir/hold_frame.h"
+#include "weir/abi.h"
 #include "weir/module.hpp"
 
 namespace weir::python {

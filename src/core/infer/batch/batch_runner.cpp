@@ -6,7 +6,7 @@
 #include <cstdint>
 #include <string>
 
-#include "weir/no_result.h"
+#include "weir/abi.h"
 
 namespace weir::infer {
 namespace {

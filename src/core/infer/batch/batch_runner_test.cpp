@@ -7,7 +7,7 @@
 #include <stdexcept>
 
 #include "core/infer/queue/numbered_job_test_support.hpp"
-#include "weir/no_result.h"
+#include "weir/abi.h"
 
 namespace weir::infer {
 namespace batch_runner_test {

@@ -12,8 +12,6 @@
 #include "core/infer/module/async_request.hpp"
 #include "core/infer/queue/invoke_end.hpp"
 #include "weir/abi.h"
-#include "weir/engine_servers.h"
-#include "weir/execution.h"
 #include "weir/result.hpp"
 
 namespace weir::infer {

@@ -7,7 +7,7 @@
 
 #include "becomes.hpp"
 #include "says.hpp"
-#include "weir/no_result.h"
+#include "weir/abi.h"
 
 namespace weir::infer::async_test {
 namespace async_request_test {

@@ -5,8 +5,7 @@
 #include <algorithm>
 #include <cstddef>
 
-#include "weir/converter_rate.h"
-#include "weir/converter_stream.h"
+#include "weir/abi.h"
 
 namespace weir::infer {
 namespace {

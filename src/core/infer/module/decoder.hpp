@@ -9,11 +9,6 @@
 #include "core/infer/module/host.hpp"
 #include "core/tensor/frame_spec.hpp"
 #include "weir/abi.h"
-#include "weir/decoder_caps.h"
-#include "weir/decoder_labels.h"
-#include "weir/decoder_model.h"
-#include "weir/decoder_stream.h"
-#include "weir/decoder_times.h"
 #include "weir/result.hpp"
 
 namespace weir::infer {

@@ -1,9 +1,9 @@
-// Extends the lifetime of the frame that a thread is invoking (include/weir/hold_frame.h).
+// Extends the lifetime of the frame that a thread is invoking (weir_frame_holder).
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #pragma once
 #include <memory>
 
-#include "weir/hold_frame.h"
+#include "weir/abi.h"
 
 namespace weir::infer {
 

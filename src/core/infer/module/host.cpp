@@ -13,7 +13,7 @@
 #include "core/infer/module/held_frame.hpp"
 #include "core/infer/module/module_library.hpp"
 #include "core/process/process_object.hpp"
-#include "weir/find_engine.h"
+#include "weir/abi.h"
 
 namespace weir::infer {
 namespace {

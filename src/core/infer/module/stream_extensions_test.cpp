@@ -10,7 +10,7 @@
 #include "core/infer/module/decoder.hpp"
 #include "core/tensor/tensor_header.hpp"
 #include "says.hpp"
-#include "weir/converter_stream.h"
+#include "weir/abi.h"
 
 namespace weir::infer {
 namespace stream_extensions_test {

@@ -10,8 +10,7 @@
 
 #include "oip/oip_options.hpp"
 #include "oip/oip_signature.hpp"
-#include "weir/engine_servers.h"
-#include "weir/engine_statistics.h"
+#include "weir/abi.h"
 
 namespace weir::engine {
 

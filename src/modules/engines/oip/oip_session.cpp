@@ -9,9 +9,8 @@
 #include "oip/oip_model.hpp"
 #include "oip/oip_signature.hpp"
 #include "tensor_check.hpp"
+#include "weir/abi.h"
 #include "weir/engine_tools.hpp"
-#include "weir/hold_frame.h"
-#include "weir/no_result.h"
 
 namespace weir::engine {
 namespace {

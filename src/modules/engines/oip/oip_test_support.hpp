@@ -17,9 +17,7 @@
 
 #include "becomes.hpp"
 #include "engine_host_test_support.hpp"
-#include "weir/engine_servers.h"
-#include "weir/engine_statistics.h"
-#include "weir/no_result.h"
+#include "weir/abi.h"
 
 namespace weir::engine_test {
 

@@ -13,7 +13,6 @@
 #include "onnxruntime/ort_options.hpp"
 #include "onnxruntime/own_prelu.hpp"
 #include "weir/abi.h"
-#include "weir/execution.h"
 
 namespace weir::engine {
 

@@ -6,7 +6,7 @@
 #include <vector>
 
 #include "opencv-dnn/dnn_net.hpp"
-#include "weir/execution.h"
+#include "weir/abi.h"
 
 namespace weir::engine {
 

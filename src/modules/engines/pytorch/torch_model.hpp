@@ -10,7 +10,7 @@
 
 #include "pytorch/torch_options.hpp"
 #include "pytorch/torch_program.hpp"
-#include "weir/execution.h"
+#include "weir/abi.h"
 
 namespace weir::engine {
 

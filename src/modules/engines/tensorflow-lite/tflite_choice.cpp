@@ -10,9 +10,8 @@
 #include "lowering/lowering.hpp"
 #include "model_bytes.hpp"
 #include "tflite-file/tflite_file.hpp"
+#include "weir/abi.h"
 #include "weir/engine_tools.hpp"
-#include "weir/execution.h"
-#include "weir/find_engine.h"
 
 namespace weir::engine {
 namespace {

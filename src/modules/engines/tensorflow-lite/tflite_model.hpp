@@ -8,7 +8,7 @@
 
 #include "tensorflow-lite/tflite_interpreter.hpp"
 #include "tflite-file/tflite_file.hpp"
-#include "weir/execution.h"
+#include "weir/abi.h"
 
 namespace weir::engine {
 
