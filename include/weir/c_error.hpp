@@ -17,8 +17,8 @@ class CError {
   ~CError() { weir_error_free(error_); }
 
   weir_error** place() noexcept { return &error_; }
-  // The error of a C function that returned `code` (below 0). It has no texts when the C function
-  // could not allocate the weir_error.
+  // Returns the error of a C function that returned `code` (below 0). It has no texts when the C
+  // function could not allocate the weir_error.
   Error take(int code) const {
     Error error{.code = static_cast<Code>(-code)};
     error.what = weir_error_what(error_);
@@ -28,7 +28,7 @@ class CError {
     error.fix = weir_error_fix(error_);
     return error;
   }
-  // For C functions whose return values above 0 have no meaning.
+  // Returns the status of a C function whose return values above 0 have no meaning.
   Status status(int result) const {
     if (result < 0) return take(result);
     return ok();

@@ -15,11 +15,13 @@ extern "C" {
 #endif
 
 /* Decides one frame, on the streaming thread of the element that calls it.
- *   host    its fail and log may be used.
- *   in      the tensors of the frame: dense, shapes outermost-first, read-only, readable until the
- *           function returns; pts and duration in ns, -1 = none.
- *   result  set it to 0 for the ELSE branch, to anything else for THEN. It is preset to 0.
- *   data    the pointer that was registered.
+ *
+ * - host: its fail and log may be used.
+ * - in: the tensors of the frame: dense, shapes outermost-first, read-only, readable until the
+ *   function returns; pts and duration in ns, -1 = none.
+ * - result: set it to 0 for the ELSE branch, to anything else for THEN. It is preset to 0.
+ * - data: the pointer that was registered.
+ *
  * Returns 0; > 0 to drop the frame; a code below 0, with `error` filled through host->fail, to end
  * the stream with that error (WEIR_CALLBACK_FAILED). Must not throw. */
 typedef int (*weir_condition_function)(const weir_host* host, const weir_frame* in, int* result,

@@ -19,14 +19,16 @@ extern "C" {
 #endif
 
 /* Converts one buffer to tensors, on the streaming thread of the element that calls it.
- *   host  its allocate and fail may be used; pass NULL as host_ctx of allocate.
- *   caps  of the stream, as GStreamer text.
- *   in    one uint8 tensor for each memory of the buffer, readable until the function returns.
- *   out   n_tensors: capacity on entry, count on return. For each tensor the function fills `info`
- *         (shape outermost-first) and allocates memory through host->allocate. The time is preset
- * to the input's. The host releases what a failed call has allocated. data  the pointer that was
- * registered. Returns 0; a code below 0 with `error` filled through host->fail; > 0 to drop the
- * frame. */
+ *
+ * - host: its allocate and fail may be used; pass NULL as host_ctx of allocate.
+ * - caps: those of the stream, as GStreamer text.
+ * - in: one uint8 tensor for each memory of the buffer, readable until the function returns.
+ * - out: n_tensors is the capacity on entry, the count on return. For each tensor the function
+ *   fills `info` (shape outermost-first) and allocates memory through host->allocate. The time is
+ *   preset to the input's. The host releases what a failed call has allocated.
+ * - data: the pointer that was registered.
+ *
+ * Returns 0; a code below 0 with `error` filled through host->fail; > 0 to drop the frame. */
 typedef int (*weir_convert_function)(const weir_host* host, const char* caps, const weir_frame* in,
                                      weir_frame* out, void* data, weir_error* error);
 

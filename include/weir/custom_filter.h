@@ -25,13 +25,16 @@ enum weir_filter_flag {
 };
 
 /* Computes the outputs of one frame, on a thread of the element.
- *   host  its allocate, fail and log may be used; pass NULL as host_ctx of allocate.
- *   in    the inputs: dense, shapes outermost-first, read-only, readable until the function
- * returns; pts and duration in ns, -1 = none. out   the outputs, with info set. Write `bytes` bytes
- * into each `data` and change nothing else. For a DYNAMIC filter `data` is NULL: fill `info` and
- * allocate through host->allocate. data  the pointer that was registered. Returns 0; > 0 to drop
- * the frame; a code below 0, with `error` filled through host->fail, to end the stream with that
- * error. Must not throw. */
+ *
+ * - host: its allocate, fail and log may be used; pass NULL as host_ctx of allocate.
+ * - in: the inputs: dense, shapes outermost-first, read-only, readable until the function returns;
+ *   pts and duration in ns, -1 = none.
+ * - out: the outputs, with info set. Write `bytes` bytes into each `data` and change nothing else.
+ *   For a DYNAMIC filter `data` is NULL: fill `info` and allocate through host->allocate.
+ * - data: the pointer that was registered.
+ *
+ * Returns 0; > 0 to drop the frame; a code below 0, with `error` filled through host->fail, to end
+ * the stream with that error. Must not throw. */
 typedef int (*weir_filter_invoke)(const weir_host* host, const weir_frame* in, weir_frame* out,
                                   void* data, weir_error* error);
 

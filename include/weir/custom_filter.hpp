@@ -130,7 +130,7 @@ class RegisteredFilter {
     if (result < 0) throw Failure(functions.take(result, error));
     held.release();
   }
-  // For libraries that register when they are loaded, where nothing may be thrown: the name stays
+  // Registers from a library that is being loaded, where nothing may be thrown: the name stays
   // taken until the process ends. Returns false, with a line on standard error, on failure.
   template <class Function>
   static bool keep(std::string name, FilterDescription description, Function function) noexcept {
@@ -221,7 +221,7 @@ class RegisteredFilterClass {
     const int result = functions.add_class(name_.c_str(), entry, &error);
     if (result < 0) throw Failure(functions.take(result, error));
   }
-  // See RegisteredFilter::keep.
+  // Registers as RegisteredFilter::keep does.
   static bool keep(const char* name) noexcept {
     return kept([&] {
       RegisteredFilterClass filter{std::string(name)};

@@ -21,12 +21,12 @@ struct Box {
 
   float width() const noexcept { return x2 - x1; }
   float height() const noexcept { return y2 - y1; }
-  // 0 for a box with negative sides or NaN edges.
+  // Returns 0 for a box with negative sides or NaN edges.
   float area() const noexcept { return width() > 0 && height() > 0 ? width() * height() : 0; }
   bool operator==(const Box&) const = default;
 };
 
-// The intersection; its area() is 0 if the boxes do not meet.
+// Returns the intersection; its area() is 0 if the boxes do not meet.
 inline Box common_part(const Box& a, const Box& b) noexcept {
   return {std::max(a.x1, b.x1), std::max(a.y1, b.y1), std::min(a.x2, b.x2), std::min(a.y2, b.y2)};
 }
@@ -44,7 +44,7 @@ inline float overlap(const Box& a, const Box& b, Overlap share = Overlap::OfUnio
   return common / (share == Overlap::OfUnion ? a.area() + b.area() - common : smaller);
 }
 
-// Greedy non-maximum suppression. Returns the indices of the boxes to keep, best first. A box is
+// Selects boxes by greedy non-maximum suppression and returns their indices, best first. A box is
 // removed when a kept box of equal or higher score overlaps it by more than `threshold`; ties go to
 // the earlier box. With `classes`, boxes only suppress boxes of the same class. Boxes with a NaN
 // score are removed. Precondition: as many scores (and classes, unless empty) as boxes.
@@ -67,7 +67,7 @@ inline std::vector<uint32_t> suppress(std::span<const Box> boxes, std::span<cons
   return kept;
 }
 
-// The square with the same centre and the length of the longer side.
+// Returns the square with the same centre and the length of the longer side.
 inline Box square_around(const Box& box) noexcept {
   const float half = std::max(box.width(), box.height()) / 2;
   const float x = (box.x1 + box.x2) / 2, y = (box.y1 + box.y2) / 2;

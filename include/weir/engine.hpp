@@ -70,9 +70,9 @@ class Request {
     module_host->complete(std::exchange(handle_, nullptr), -WEIR_INVOKE_FAILED, nullptr, 0);
   }
 
-  // The argument of cancel(); null once the request is completed.
+  // Returns the argument of cancel(); null once the request is completed.
   const weir_request* id() const noexcept { return handle_; }
-  // True when the result is no longer needed: end() soon.
+  // Returns true when the result is no longer needed: end() soon.
   bool cancelled() const noexcept { return module_host->cancelled(handle_) != 0; }
   // Adds one output of all the model's tensors; the host takes over their memory.
   void output(std::span<weir_tensor> tensors) {
@@ -179,7 +179,7 @@ struct EngineTable {
   }
 };
 
-// The C table for the class `Engine`.
+// Makes the C table for the class `Engine`.
 template <class Engine>
 weir_engine engine_table(const char* name, const char* version, const char* aliases,
                          const char* extensions) {

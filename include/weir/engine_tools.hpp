@@ -40,12 +40,13 @@ inline bool equals_ignoring_case(std::string_view a, std::string_view b) {
                     [low](char x, char y) { return low(x) == low(y); });
 }
 
-// "" for null.
+// Returns `text`, or "" for null.
 inline std::string_view text_or_empty(const char* text) {
   return text ? text : "";
 }
 
-// OPTION_VALUE for the option `key` with the value `text`. `valid` is a value for the fix.
+// Makes the error OPTION_VALUE for the option `key` with the value `text`. `valid` is a value for
+// the fix.
 inline Error bad_option(std::string_view key, std::string_view text, std::string needed,
                         std::string_view valid) {
   const std::string name(key);
@@ -82,7 +83,7 @@ inline void warn_unknown_option(std::string_view key, std::string_view known) {
 
 // ---- Tensor descriptions -----------------------------------------------------------------------
 
-// A description without name, type (WEIR_TYPE_END) and rank (WEIR_RANK_UNKNOWN).
+// Returns a description without name, type (WEIR_TYPE_END) and rank (WEIR_RANK_UNKNOWN).
 inline weir_tensor_info open_tensor_info() {
   weir_tensor_info info{};
   info.type = WEIR_TYPE_END;
@@ -99,8 +100,8 @@ void set_shape(weir_tensor_info* info, Iterator first, size_t rank) {
   std::fill(std::copy_n(first, rank, info->shape), std::end(info->shape), 0);
 }
 
-// MODEL_UNSUPPORTED for the tensor `which` ("an output", "the model's tensor x") whose type
-// `offered` no stream can have.
+// Makes the error MODEL_UNSUPPORTED for the tensor `which` ("an output", "the model's tensor x")
+// whose type `offered` no stream can have.
 inline Error unsupported_type(const std::string& which, std::string offered, std::string fix,
                               std::string needed = "numbers of 8 to 64 bits, or bool") {
   return Error{.code = Code::MODEL_UNSUPPORTED,
@@ -110,7 +111,7 @@ inline Error unsupported_type(const std::string& which, std::string offered, std
                .fix = std::move(fix)};
 }
 
-// MODEL_UNSUPPORTED for the tensor `which` with a rank above 16.
+// Makes the error MODEL_UNSUPPORTED for the tensor `which` with a rank above 16.
 inline Error unsupported_rank(const std::string& which, long long rank) {
   return Error{.code = Code::MODEL_UNSUPPORTED,
                .what = which + " has too many dimensions",

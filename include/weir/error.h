@@ -26,14 +26,15 @@ WEIR_EXPORT weir_error* weir_error_new(int code, const char* what, const char* o
                                        const char* needed, const char* difference, const char* fix);
 /* Returns a weir_code (codes.h), explained in docs/errors/WEIR-<code>.md; 0 for NULL. */
 WEIR_EXPORT int weir_error_code(const weir_error* error);
-/* The whole error: "WEIR-2001: what\n  offered: ...\n  needed: ...\n  first difference: ...\n  fix:
- * ...". The texts are never NULL, even for a NULL error; "" = not set. */
+/* Returns the whole error, of which the functions below return the parts:
+ * "WEIR-2001: what\n  offered: ...\n  needed: ...\n  first difference: ...\n  fix: ...". Texts are
+ * never NULL, even for a NULL error; "" = not set. */
 WEIR_EXPORT const char* weir_error_message(weir_error* error);
 WEIR_EXPORT const char* weir_error_what(const weir_error* error);
 WEIR_EXPORT const char* weir_error_offered(const weir_error* error);
 WEIR_EXPORT const char* weir_error_needed(const weir_error* error);
 WEIR_EXPORT const char* weir_error_difference(const weir_error* error);
-/* A line to paste or a command to run. */
+/* Returns a line to paste or a command to run. */
 WEIR_EXPORT const char* weir_error_fix(const weir_error* error);
 WEIR_EXPORT void weir_error_free(weir_error* error); /* NULL: no effect */
 

@@ -16,7 +16,7 @@
 
 namespace weir {
 
-// True for UTF-8 without zero bytes.
+// Returns true for UTF-8 without zero bytes.
 constexpr bool is_text(std::string_view text) noexcept {
   while (!text.empty()) {
     const size_t length = utf8_sequence(text);

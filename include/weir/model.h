@@ -58,13 +58,13 @@ WEIR_EXPORT int weir_model_open(const weir_model_options* options, weir_loaded_m
  * closes when that ends. Results stay valid. */
 WEIR_EXPORT void weir_model_close(weir_loaded_model* model);
 
-/* Name and version of the engine; the metadata of the model file as a JSON object, or NULL. Valid
- * until close. */
+/* Return the name and version of the engine; the metadata of the model file as a JSON object, or
+ * NULL. Valid until close. */
 WEIR_EXPORT const char* weir_model_engine(const weir_loaded_model* model);
 WEIR_EXPORT const char* weir_model_engine_version(const weir_loaded_model* model);
 WEIR_EXPORT const char* weir_model_metadata(const weir_loaded_model* model);
 
-/* The current tensors; weir_model_reshape changes them. Names are valid until close. Rank
+/* Describe the current tensors; weir_model_reshape changes them. Names are valid until close. Rank
  * WEIR_RANK_UNKNOWN and type WEIR_TYPE_END: open. -WEIR_OPTION_VALUE for an invalid index. */
 WEIR_EXPORT uint32_t weir_model_input_count(const weir_loaded_model* model);
 WEIR_EXPORT uint32_t weir_model_output_count(const weir_loaded_model* model);
@@ -110,8 +110,8 @@ static inline weir_tensor weir_tensor_of(const void* data, uint64_t bytes, uint3
  * shape), FRAME_SIZE, INVOKE_FAILED, WORKER_TIMEOUT, errors of the engine. */
 WEIR_EXPORT int weir_model_invoke(weir_loaded_model* model, const weir_tensor* inputs,
                                   uint32_t n_inputs, weir_results** results, weir_error** error);
-/* Same as weir_model_invoke, into the caller's memory: one tensor per output with data and the
- * exact size in bytes. Fills their info, without names. Outputs of open shape are copied there;
+/* Does the same as weir_model_invoke, into the caller's memory: one tensor per output with data and
+ * the exact size in bytes. Fills their info, without names. Outputs of open shape are copied there;
  * FRAME_SIZE if the size differs. */
 WEIR_EXPORT int weir_model_invoke_into(weir_loaded_model* model, const weir_tensor* inputs,
                                        uint32_t n_inputs, weir_tensor* outputs, uint32_t n_outputs,
@@ -124,7 +124,7 @@ WEIR_EXPORT int weir_model_invoke_batch(weir_loaded_model* model, const weir_ten
                                         uint32_t n_inputs, uint32_t n_frames,
                                         weir_results** results, weir_error** error);
 
-/* The number of outputs, and of frames in a batch. */
+/* Return the number of outputs, and of frames in a batch. */
 WEIR_EXPORT uint32_t weir_results_count(const weir_results* results);
 WEIR_EXPORT uint32_t weir_results_frames(const weir_results* results); /* 1 without a batch */
 /* Describes output `index`, of all frames or of one frame. Memory and name are valid until

@@ -28,18 +28,19 @@ namespace weir {
 // The outputs of an invoke. Owns the memory; may outlive its model.
 class Outputs {
  public:
-  // Empty when the model has no output for these inputs: dropped().
+  // Wraps `results`; null when the model has no output for these inputs: dropped().
   explicit Outputs(weir_results* results = nullptr) : results_(results) {}
   bool dropped() const noexcept { return !results_; }
   size_t size() const noexcept { return results_ ? weir_results_count(results_.get()) : 0; }
   size_t frames() const noexcept { return results_ ? weir_results_frames(results_.get()) : 0; }
-  // Output `index` of all frames, borrowed from this object. Precondition: `index` < size().
+  // Returns output `index` of all frames, borrowed from this object. Precondition: `index` <
+  // size().
   Tensor operator[](size_t index) const noexcept {
     weir_tensor tensor{};
     if (results_) weir_results_tensor(results_.get(), static_cast<uint32_t>(index), &tensor);
     return Tensor(tensor);
   }
-  // The part of one frame of a batch, borrowed. Precondition: `frame` < frames().
+  // Returns the part of one frame of a batch, borrowed. Precondition: `frame` < frames().
   Tensor of_frame(size_t frame, size_t index) const noexcept {
     weir_tensor tensor{};
     if (results_)
@@ -47,7 +48,7 @@ class Outputs {
                                 static_cast<uint32_t>(index), &tensor);
     return Tensor(tensor);
   }
-  // The output with this name; nullopt if there is none.
+  // Returns the output with this name; nullopt if there is none.
   std::optional<Tensor> find(std::string_view name) const {
     for (size_t i = 0; i < size(); ++i)
       if ((*this)[i].info().name == name) return (*this)[i];
@@ -73,7 +74,8 @@ struct ModelOptions {
 
 class Model {
  public:
-  // Errors: MODEL_NOT_FOUND, ENGINE_UNKNOWN, ENGINE_NOT_INSTALLED, errors of the engine.
+  // Opens a model of one file. Errors: MODEL_NOT_FOUND, ENGINE_UNKNOWN, ENGINE_NOT_INSTALLED,
+  // errors of the engine.
   static Result<Model> open(const std::string& path, const ModelOptions& options = {}) {
     return open(std::span(&path, 1), options);
   }
@@ -106,12 +108,12 @@ class Model {
 
   std::string engine() const { return weir_model_engine(model_.get()); }
   std::string engine_version() const { return weir_model_engine_version(model_.get()); }
-  // The metadata of the model file as a JSON object; "" without metadata.
+  // Returns the metadata of the model file as a JSON object; "" without metadata.
   std::string metadata() const {
     const char* text = weir_model_metadata(model_.get());
     return text ? text : "";
   }
-  // The current tensors; reshape() changes them.
+  // Return the current tensors; reshape() changes them.
   std::vector<TensorInfo> inputs() const {
     return infos(weir_model_input_count(model_.get()), weir_model_input);
   }

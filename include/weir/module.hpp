@@ -39,7 +39,7 @@ T value_or_throw(Result<T> result) {
 // The host's table; weir_module_entry sets it before any other code of the module runs.
 inline const weir_host* module_host = nullptr;
 
-// For weir_module_entry: stores the host's table. Returns false, with the reason in the host's log,
+// Stores the host's table, for weir_module_entry. Returns false, with the reason in the host's log,
 // when this module cannot work with the host; the entry then returns NULL.
 inline bool accept_host(const weir_host* host) noexcept {
   if (!host || host->struct_size < offsetof(weir_host, extension) + sizeof host->extension)
@@ -96,7 +96,7 @@ int guarded(weir_error* to, Body&& body) noexcept {
 class Options {
  public:
   Options(const weir_option* options, uint32_t count) : options_(options, options ? count : 0) {}
-  // The last value of `key`; nullopt if it is not set.
+  // Returns the last value of `key`; nullopt if it is not set.
   std::optional<std::string_view> get(std::string_view key) const {
     std::optional<std::string_view> value;
     for (const auto& option : options_)
@@ -141,7 +141,7 @@ inline void allocate(weir_tensor* tensor, const weir_tensor_info& info, size_t b
   tensor->info = info;
 }
 
-// The elements of a dense tensor in host memory.
+// Returns the elements of a dense tensor in host memory.
 template <class T>
 std::span<T> elements(const weir_tensor& tensor) noexcept {
   return {static_cast<T*>(tensor.data), tensor.bytes / sizeof(T)};
@@ -149,7 +149,8 @@ std::span<T> elements(const weir_tensor& tensor) noexcept {
 
 // ---- Tensor descriptions ---------------------------------------------------------------------
 
-// Dimension `index` counted from the innermost, as in caps; 1 beyond the rank, -1 = unknown.
+// Returns dimension `index` counted from the innermost, as in caps; 1 beyond the rank, -1 =
+// unknown.
 constexpr int64_t dimension(const weir_tensor_info& info, uint32_t index) noexcept {
   if (info.rank > WEIR_RANK_LIMIT) return -1;
   return index < info.rank ? info.shape[info.rank - 1 - index] : 1;
@@ -161,7 +162,7 @@ constexpr size_t element_bytes(uint32_t type) noexcept {
   return type < WEIR_TYPE_END ? kBytes[type] : 0;
 }
 
-// "float32"; "?" for an unknown type.
+// Returns "float32"; "?" for an unknown type.
 constexpr const char* type_name(uint32_t type) noexcept {
   constexpr const char* kNames[WEIR_TYPE_END] = {"int32", "uint32", "int16",   "uint16",
                                                  "int8",  "uint8",  "float64", "float32",
@@ -169,7 +170,7 @@ constexpr const char* type_name(uint32_t type) noexcept {
   return type < WEIR_TYPE_END ? kNames[type] : "?";
 }
 
-// "uint8 3:224:224" as in caps, innermost first; ? = unknown.
+// Returns "uint8 3:224:224", as in caps, innermost first; ? = unknown.
 inline std::string describe(const weir_tensor_info& info) {
   std::string text = type_name(info.type);
   if (info.rank > WEIR_RANK_LIMIT) return text + " ?";

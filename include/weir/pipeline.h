@@ -37,12 +37,12 @@ enum weir_pipeline_answer {
 /* Parses a pipeline; initialises GStreamer if necessary. OPTION_SYNTAX for text that does not
  * parse, OPTION_VALUE for an element that does not exist. */
 WEIR_EXPORT int weir_pipeline_parse(const char* text, weir_pipeline** pipeline, weir_error** error);
-/* Same as weir_pipeline_parse, restricted to elements of the `n_allowed` factories in `allowed`.
- * Bins and capsfilters created by parentheses and caps in the text are always allowed. Returns 1,
- * with *error naming the first other factory and *pipeline NULL, if the text names one: as an
- * element, a URI, or in a property that takes elements. No element is created then. Elements that
- * bins such as decodebin add are checked too: one that is not allowed passes no data, and every
- * later call fails with its error. */
+/* Does the same as weir_pipeline_parse, restricted to elements of the `n_allowed` factories in
+ * `allowed`. Bins and capsfilters created by parentheses and caps in the text are always allowed.
+ * Returns 1, with *error naming the first other factory and *pipeline NULL, if the text names one:
+ * as an element, a URI, or in a property that takes elements. No element is created then. Elements
+ * that bins such as decodebin add are checked too: one that is not allowed passes no data, and
+ * every later call fails with its error. */
 WEIR_EXPORT int weir_pipeline_parse_allowed(const char* text, const char* const* allowed,
                                             uint32_t n_allowed, weir_pipeline** pipeline,
                                             weir_error** error);
@@ -99,24 +99,24 @@ typedef void (*weir_state_function)(int state, void* data);
 WEIR_EXPORT int weir_pipeline_on_state(weir_pipeline* pipeline, weir_state_function function,
                                        void* data, weir_error** error);
 
-/* The number of tensors of a frame. */
+/* Returns the number of tensors of a frame. */
 WEIR_EXPORT uint32_t weir_pulled_count(const weir_pulled* frame);
 /* Describes tensor `index`; -WEIR_OPTION_VALUE for an invalid one. The memory is read-only and
  * lives as long as the frame. A frame of media is one uint8 tensor. */
 WEIR_EXPORT int weir_pulled_tensor(const weir_pulled* frame, uint32_t index, weir_tensor* tensor);
-/* The text of a field of the caps, "" if they have no such field with a text: weir-columns and
- * weir-source of results (results.h). Valid as long as the frame, or a copy of it. */
+/* Returns the text of a field of the caps, "" if they have no such field with a text: weir-columns
+ * and weir-source of results (results.h). Valid as long as the frame, or a copy of it. */
 WEIR_EXPORT const char* weir_pulled_caps_field(const weir_pulled* frame, const char* field);
-/* The label of a class in tensor `index` of results, from the stream's event weir-labels; "" if the
- * stream has none for it. Valid as long as the frame, or a copy of it. */
+/* Returns the label of a class in tensor `index` of results, from the stream's event weir-labels;
+ * "" if the stream has none for it. Valid as long as the frame, or a copy of it. */
 WEIR_EXPORT const char* weir_pulled_label(const weir_pulled* frame, uint32_t index,
                                           int32_t class_index);
-/* The number of source maps: 0 for a frame that does not come from a picture, 1 for all of its
- * tensors, or one for each; of a batch of regions one for each region. */
+/* Returns the number of source maps: 0 for a frame that does not come from a picture, 1 for all of
+ * its tensors, or one for each; of a batch of regions one for each region. */
 WEIR_EXPORT uint32_t weir_pulled_map_count(const weir_pulled* frame);
 /* Copies source map `index`; -WEIR_OPTION_VALUE for an invalid one. */
 WEIR_EXPORT int weir_pulled_map(const weir_pulled* frame, uint32_t index, weir_source_map* map);
-/* The PTS of the buffer and its duration in ns; -1 = none. */
+/* Return the PTS of the buffer and its duration in ns; -1 = none. */
 WEIR_EXPORT int64_t weir_pulled_pts(const weir_pulled* frame);
 WEIR_EXPORT int64_t weir_pulled_duration(const weir_pulled* frame);
 WEIR_EXPORT const char* weir_pulled_caps(const weir_pulled* frame);  /* GStreamer caps text */
@@ -136,10 +136,10 @@ WEIR_EXPORT int weir_pipeline_set(weir_pipeline* pipeline, const char* name, con
                                   const char* value, weir_error** error);
 WEIR_EXPORT int weir_pipeline_get(weir_pipeline* pipeline, const char* name, const char* property,
                                   char** value, weir_error** error);
-/* The same as JSON, with structures such as the property "stats" as objects. */
+/* Gets a property as JSON, with structures such as the property "stats" as objects. */
 WEIR_EXPORT int weir_pipeline_get_json(weir_pipeline* pipeline, const char* name,
                                        const char* property, char** json, weir_error** error);
-/* For the texts of weir_pipeline_get and _get_json; NULL: no effect. */
+/* Frees a text of weir_pipeline_get or _get_json; NULL: no effect. */
 WEIR_EXPORT void weir_pipeline_text_free(char* text);
 /* The type of a property: one of these, above 0, or -code. */
 enum weir_property_type {
@@ -155,7 +155,7 @@ enum weir_property_type {
 };
 WEIR_EXPORT int weir_pipeline_property_type(weir_pipeline* pipeline, const char* name,
                                             const char* property, weir_error** error);
-/* The number of an enum property's value; weir_pipeline_get returns it as text. */
+/* Gets the number of an enum property's value; weir_pipeline_get returns it as text. */
 WEIR_EXPORT int weir_pipeline_get_enum(weir_pipeline* pipeline, const char* name,
                                        const char* property, int32_t* value, weir_error** error);
 
@@ -165,7 +165,7 @@ WEIR_EXPORT int weir_pipeline_get_enum(weir_pipeline* pipeline, const char* name
 typedef void (*weir_element_function)(const char* name, const char* kind, int depth, void* data);
 WEIR_EXPORT int weir_pipeline_elements(weir_pipeline* pipeline, weir_element_function function,
                                        void* data, weir_error** error);
-/* The same for the current pads of the element `name`; `source`: 1 or 0. */
+/* Does the same for the current pads of the element `name`; `source`: 1 or 0. */
 typedef void (*weir_pad_function)(const char* name, int source, void* data);
 WEIR_EXPORT int weir_pipeline_pads(weir_pipeline* pipeline, const char* name,
                                    weir_pad_function function, void* data, weir_error** error);

@@ -39,35 +39,40 @@ namespace weir {
 
 using Nanoseconds = std::chrono::nanoseconds;
 
+// A type of a property's value: a number or bool.
+template <class T>
+concept PropertyNumber = std::is_arithmetic_v<T>;
+
 // A frame pulled from a pipeline: 1 to 256 tensors; a frame of media is one uint8 tensor. Copies
 // share the memory, which is read-only.
 class Frame {
  public:
   explicit Frame(weir_pulled* frame) : frame_(frame, weir_pulled_free) {}
   size_t size() const noexcept { return weir_pulled_count(frame_.get()); }
-  // Precondition: `index` < size(). The memory lives as long as a copy of this object.
+  // Returns tensor `index`, which must be below size(). The memory lives as long as a copy of this
+  // object.
   Tensor operator[](size_t index) const noexcept {
     weir_tensor tensor{};
     weir_pulled_tensor(frame_.get(), static_cast<uint32_t>(index), &tensor);
     return Tensor(tensor);
   }
-  // The PTS of the buffer; nullopt: none.
+  // Returns the PTS of the buffer; nullopt: none.
   std::optional<Nanoseconds> pts() const noexcept { return time(weir_pulled_pts(frame_.get())); }
   std::optional<Nanoseconds> duration() const noexcept {
     return time(weir_pulled_duration(frame_.get()));
   }
   std::string caps() const { return weir_pulled_caps(frame_.get()); }  // GStreamer caps text
-  // The text of a field of the caps, such as weir-columns; "" if there is none.
+  // Returns the text of a field of the caps, such as weir-columns; "" if there is none.
   std::string caps_field(const std::string& field) const {
     return weir_pulled_caps_field(frame_.get(), field.c_str());
   }
-  // The label of a class in tensor `index` of results; "" if the stream has none for it.
+  // Returns the label of a class in tensor `index` of results; "" if the stream has none for it.
   std::string label(size_t index, int32_t class_index) const {
     return weir_pulled_label(frame_.get(), static_cast<uint32_t>(index), class_index);
   }
-  // From pixels of the tensors to those of the source picture: one map for all tensors, or one for
-  // each; of a batch of regions one for each region. Empty if the frame does not come from a
-  // picture.
+  // Returns the maps from pixels of the tensors to those of the source picture: one for all
+  // tensors, or one for each; of a batch of regions one for each region. Empty if the frame does
+  // not come from a picture.
   std::vector<SourceMap> source_maps() const {
     std::vector<SourceMap> maps(weir_pulled_map_count(frame_.get()));
     for (size_t i = 0; i < maps.size(); ++i) {
@@ -133,7 +138,8 @@ class Switch {
 
 class Pipeline {
  public:
-  // OPTION_SYNTAX for text that does not parse, OPTION_VALUE for an element that does not exist.
+  // Builds the pipeline. Errors: OPTION_SYNTAX for text that does not parse, OPTION_VALUE for an
+  // element that does not exist.
   static Result<Pipeline> parse(const std::string& text) {
     weir_pipeline* pipeline = nullptr;
     CError error;
@@ -147,7 +153,7 @@ class Pipeline {
   Status pause() { return call(weir_pipeline_pause); }
   // Discards frames in the pipeline, frames not pulled, and errors. The destructor stops too.
   Status stop() { return call(weir_pipeline_stop); }
-  // The current state, or the target of a state change.
+  // Returns the current state, or the target of a state change.
   PipelineState state() const {
     return static_cast<PipelineState>(weir_pipeline_get_state(handle()));
   }
@@ -170,7 +176,7 @@ class Pipeline {
     const TensorView view(elements, options.shape);
     return push(name, std::span(&view, 1), options);
   }
-  // A frame of several tensors with their own shapes; options.shape is ignored.
+  // Pushes a frame of several tensors with their own shapes; options.shape is ignored.
   Status push(const std::string& name, std::span<const TensorView> tensors,
               const PushOptions& options = {}) {
     std::vector<weir_tensor> all;
@@ -200,7 +206,8 @@ class Pipeline {
     if (!frame) return std::optional<Frame>();
     return std::optional<Frame>(Frame(frame));
   }
-  // Typed pull; SPEC_MISMATCH, which discards the frame, if a tensor has another type.
+  // Pulls a frame of tensors of type T; SPEC_MISMATCH, which discards the frame, if a tensor has
+  // another type.
   template <TensorElement T>
   Result<std::optional<Frame>> pull(const std::string& name,
                                     std::optional<Nanoseconds> timeout = std::nullopt) {
@@ -210,7 +217,7 @@ class Pipeline {
       if (const auto typed = (**frame)[i].template as<T>(); !typed) return typed.error();
     return frame;
   }
-  // True if the stream has ended and every frame has been pulled.
+  // Returns true if the stream has ended and every frame has been pulled.
   Result<bool> ended(const std::string& name) {
     CError error;
     const int result = weir_pipeline_ended(handle(), name.c_str(), error.place());
@@ -230,7 +237,7 @@ class Pipeline {
     return status;
   }
 
-  // The elements of the text in its order: name and kind, such as "out" and "tensor_sink".
+  // Returns the elements of the text in its order: name and kind, such as "out" and "tensor_sink".
   Result<std::vector<std::pair<std::string, std::string>>> elements() const {
     std::vector<std::pair<std::string, std::string>> out;
     CError error;
@@ -243,12 +250,12 @@ class Pipeline {
     return out;
   }
 
-  // Handles; the pipeline must outlive them.
+  // Return handles; the pipeline must outlive them.
   Valve valve(const std::string& name) { return {handle(), name}; }
   Switch selector(const std::string& name) { return {handle(), name}; }
 
-  // Properties, as text or typed. OPTION_VALUE for one that does not exist, cannot be set in this
-  // state, or does not accept the value; for get<T> also if the value is not a T.
+  // Set and get properties, as text or typed. OPTION_VALUE for one that does not exist, cannot be
+  // set in this state, or does not accept the value; for get<T> also if the value is not a T.
   Status set(const std::string& element, const std::string& property, const std::string& value) {
     CError error;
     return error.status(weir_pipeline_set(handle(), element.c_str(), property.c_str(),
@@ -257,22 +264,19 @@ class Pipeline {
   Status set(const std::string& element, const std::string& property, const char* value) {
     return set(element, property, std::string(value));
   }
-  template <class T>
-  requires std::is_arithmetic_v<T> Status set(const std::string& element,
-                                              const std::string& property, T value) {
+  template <PropertyNumber T>
+  Status set(const std::string& element, const std::string& property, T value) {
     return set(element, property, text_of(value));
   }
   Result<std::string> get(const std::string& element, const std::string& property) const {
     return get(weir_pipeline_get, element, property);
   }
-  // The property as JSON: numbers, texts, arrays, and objects such as the property "stats".
+  // Returns the property as JSON: numbers, texts, arrays, and objects such as the property "stats".
   Result<std::string> get_json(const std::string& element, const std::string& property) const {
     return get(weir_pipeline_get_json, element, property);
   }
-  template <class T>
-  requires std::is_arithmetic_v<T> Result<T> get(const std::string& element,
-                                                 const std::string& property)
-  const {
+  template <PropertyNumber T>
+  Result<T> get(const std::string& element, const std::string& property) const {
     const auto text = get(element, property);
     if (!text) return text.error();
     if (const auto value = read<T>(*text)) return *value;

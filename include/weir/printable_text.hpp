@@ -9,8 +9,8 @@
 
 namespace weir {
 
-// Length of the UTF-8 sequence at the start of `text`; 0 if it is invalid. RFC 3629: no overlong
-// forms, no surrogates, nothing above U+10FFFF.
+// Returns the length of the UTF-8 sequence at the start of `text`; 0 if it is invalid. RFC 3629: no
+// overlong forms, no surrogates, nothing above U+10FFFF.
 constexpr size_t utf8_sequence(std::string_view text) noexcept {
   const auto at = [&](size_t i) { return static_cast<unsigned char>(text[i]); };
   if (text.empty()) return 0;
@@ -30,8 +30,9 @@ constexpr size_t utf8_sequence(std::string_view text) noexcept {
   return too_long || surrogate || too_great ? 0 : length;
 }
 
-// Whether a terminal acts on this UTF-8 sequence instead of showing it: C0, DEL and C1 control
-// characters, and those that change the direction of text (U+202A to U+202E, U+2066 to U+2069).
+// Returns whether a terminal acts on this UTF-8 sequence instead of showing it: C0, DEL and C1
+// control characters, and those that change the direction of text (U+202A to U+202E, U+2066 to
+// U+2069).
 constexpr bool is_terminal_control(std::string_view sequence) noexcept {
   const auto at = [&](size_t i) { return static_cast<unsigned char>(sequence[i]); };
   if (sequence.size() == 1) return at(0) < ' ' || at(0) == 0x7F;
@@ -55,8 +56,9 @@ inline void append_json_escape(std::string_view sequence, std::string* out) {
   for (int shift = 12; shift >= 0; shift -= 4) *out += kDigits[code >> shift & 0xF];
 }
 
-// `text` with control characters and bytes that are not UTF-8 written as \xNN, byte by byte. Line
-// feeds and tabs stay. The result is valid UTF-8 and does not change when it is escaped again.
+// Returns `text` with control characters and bytes that are not UTF-8 written as \xNN, byte by
+// byte. Line feeds and tabs stay. The result is valid UTF-8 and does not change when it is escaped
+// again.
 inline std::string printable_text(std::string_view text) {
   constexpr char kDigits[] = "0123456789abcdef";
   std::string out;

@@ -27,8 +27,9 @@ struct Error {
   std::string difference{};  // the first difference between the two, or the place of a typo
   std::string fix{};         // a line to paste or a command to run
 
-  // "WEIR-2001: what\n  offered: ...\n  needed: ...\n  first difference: ...\n  fix: ...", with
-  // control characters and bytes that are not UTF-8 escaped: parts may be text of a peer or a file.
+  // Returns "WEIR-2001: what\n  offered: ...\n  needed: ...\n  first difference: ...\n  fix: ...",
+  // with control characters and bytes that are not UTF-8 escaped: parts may be text of a peer or a
+  // file.
   std::string message() const {
     std::string text = "WEIR-" + std::to_string(static_cast<int>(code)) + ": " + what;
     const auto add = [&text](const char* name, const std::string& part) {

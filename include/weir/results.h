@@ -70,7 +70,7 @@ typedef struct {
   uint32_t point_length; /* 2: x, y; 3: x, y, score */
 } weir_result_columns;
 
-/* Whether the `length` characters at `text` are `name`. */
+/* Returns whether the `length` characters at `text` are `name`. */
 static inline int weir_results_equal(const char* text, size_t length, const char* name) {
   return strlen(name) == length && memcmp(text, name, length) == 0;
 }

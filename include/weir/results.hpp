@@ -14,7 +14,7 @@
 
 namespace weir {
 
-// The entry of tensor `index` of a weir-columns text; nullopt if it is not valid.
+// Returns the entry of tensor `index` of a weir-columns text; nullopt if it is not valid.
 inline std::optional<weir_result_columns> result_columns(const std::string& text, uint32_t index) {
   weir_result_columns columns;
   if (!weir_results_parse(text.c_str(), index, &columns)) return std::nullopt;
@@ -32,7 +32,7 @@ class ResultRow {
     const float* at = has_box() ? row_ + columns_.box : nullptr;
     return at ? Box{at[0], at[1], at[2], at[3]} : Box{};
   }
-  // 0 or less, or NaN: background, to be skipped.
+  // Returns the score; 0 or less, or NaN: background, to be skipped.
   float score() const noexcept { return number(columns_.score, 1); }
   bool is_background() const noexcept { return !(score() > 0); }
   int32_t class_index() const noexcept { return integer(columns_.class_index, 0); }
@@ -53,7 +53,8 @@ class ResultRow {
   float number(int32_t index, float absent) const noexcept {
     return index >= 0 ? row_[index] : absent;
   }
-  // Numbers that no int32_t holds read as if the column were absent.
+  // Returns the number of a column. Numbers that no int32_t holds read as if the column were
+  // absent.
   int32_t integer(int32_t index, int32_t absent) const noexcept {
     const float value = number(index, static_cast<float>(absent));
     return std::abs(value) < 2147483648.0f ? static_cast<int32_t>(value) : absent;

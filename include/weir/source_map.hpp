@@ -28,14 +28,15 @@ struct SourceMap {
   Point to_source(Point tensor) const noexcept {
     return {xx * tensor.x + xy * tensor.y + x0, yx * tensor.x + yy * tensor.y + y0};
   }
-  // The result is not finite if the map is singular.
+  // Returns the inverse; it is not finite if the map is singular.
   Point to_tensor(Point source) const noexcept {
     const double area = xx * yy - xy * yx;
     const double x = source.x - x0, y = source.y - y0;
     return {(yy * x - xy * y) / area, (xx * y - yx * x) / area};
   }
 
-  // The map of a part cut and scaled out of this tensor: its point p is scale * p + offset here.
+  // Returns the map of a part cut and scaled out of this tensor: its point p is scale * p + offset
+  // here.
   SourceMap of_part(double scale_x, double offset_x, double scale_y, double offset_y,
                     uint32_t part_width, uint32_t part_height) const noexcept {
     SourceMap out = *this;
@@ -73,8 +74,8 @@ inline SourceMap source_map(const weir_source_map& map) noexcept {
           static_cast<uint8_t>(map.y_dimension),
           map.row};
 }
-// The map of tensor `index` of a frame, or of region `index` if the maps are per region; a single
-// map applies to all. nullopt if the frame does not come from a picture.
+// Returns the map of tensor `index` of a frame, or of region `index` if the maps are per region; a
+// single map applies to all. nullopt if the frame does not come from a picture.
 inline std::optional<SourceMap> source_map(const weir_frame& frame, uint32_t index) noexcept {
   constexpr uint32_t kNeeded = offsetof(weir_frame, maps) + sizeof frame.maps;
   if (frame.struct_size < kNeeded || !frame.maps || frame.n_maps == 0) return std::nullopt;
@@ -82,7 +83,7 @@ inline std::optional<SourceMap> source_map(const weir_frame& frame, uint32_t ind
   return index < frame.n_maps ? std::optional(source_map(frame.maps[index])) : std::nullopt;
 }
 
-// The identity map, for a picture taken as a tensor. Packed pixels are C:W:H, planes W:H:C.
+// Returns the identity map, for a picture taken as a tensor. Packed pixels are C:W:H, planes W:H:C.
 inline SourceMap picture_as_it_is(uint32_t width, uint32_t height, bool planar) noexcept {
   SourceMap out;
   out.source_width = out.width = width;

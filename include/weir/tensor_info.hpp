@@ -47,12 +47,11 @@ inline constexpr weir_type type_of<float> = WEIR_FLOAT32;
 template <>
 inline constexpr weir_type type_of<double> = WEIR_FLOAT64;
 template <class T>
-concept TensorElement = type_of<T>
-!= WEIR_TYPE_END;
+concept TensorElement = (type_of<T> != WEIR_TYPE_END);
 
 using TensorShape = std::vector<int64_t>;
 
-// "uint8", "float32", ...; "any type" for WEIR_TYPE_END.
+// Returns "uint8", "float32", ...; "any type" for WEIR_TYPE_END.
 inline std::string type_text(uint32_t type) {
   weir_tensor_info info{};
   info.type = type;
@@ -79,13 +78,13 @@ struct TensorInfo {
         layout(info.layout <= WEIR_LAYOUT_NONE ? static_cast<weir_layout>(info.layout)
                                                : WEIR_LAYOUT_ANY) {}
 
-  // Number of elements; -1 if an extent is open.
+  // Returns the number of elements; -1 if an extent is open.
   int64_t elements() const noexcept {
     int64_t count = rank_known ? 1 : -1;
     for (const int64_t extent : shape) count = extent < 0 || count < 0 ? -1 : count * extent;
     return count;
   }
-  // "float32 (1, 224, ?) x"
+  // Returns "float32 (1, 224, ?) x".
   std::string to_string() const {
     std::string text = type_text(type) + (rank_known ? " (" : " any shape");
     text +=
@@ -99,14 +98,13 @@ struct TensorInfo {
 // shape of the model or stream.
 class TensorView {
  public:
-  // For a vector, an array or a span.
-  template <std::ranges::contiguous_range Elements>
-  requires TensorElement<std::ranges::range_value_t<Elements>> TensorView(
-      const Elements& elements, const TensorShape& shape = {})
-      : TensorView(std::ranges::data(elements),
-                   std::ranges::size(elements) * sizeof(*std::ranges::data(elements)),
-                   type_of<std::ranges::range_value_t<Elements>>, shape) {}
-  // For memory of any type, `bytes` long.
+  // Views a vector, an array or a span.
+  template <std::ranges::contiguous_range Elements,
+            TensorElement Element = std::ranges::range_value_t<Elements>>
+  TensorView(const Elements& elements, const TensorShape& shape = {})
+      : TensorView(std::ranges::data(elements), std::ranges::size(elements) * sizeof(Element),
+                   type_of<Element>, shape) {}
+  // Views memory of any type, `bytes` long.
   TensorView(const void* data, uint64_t bytes, uint32_t type, const TensorShape& shape = {}) {
     tensor_.data = const_cast<void*>(data);
     tensor_.bytes = tensor_.capacity = bytes;
@@ -129,10 +127,9 @@ class TensorView {
 // Writable elements that a call fills.
 class WritableTensorView {
  public:
-  template <std::ranges::contiguous_range Elements>
-  requires TensorElement<std::ranges::range_value_t<Elements>> WritableTensorView(
-      Elements&& elements)
-      : view_(elements) {
+  template <std::ranges::contiguous_range Elements,
+            TensorElement = std::ranges::range_value_t<Elements>>
+  WritableTensorView(Elements&& elements) : view_(elements) {
     static_assert(
         !std::is_const_v<std::remove_reference_t<decltype(*std::ranges::data(elements))>>);
   }
@@ -154,7 +151,7 @@ class Tensor {
   std::span<const std::byte> bytes() const noexcept {
     return {static_cast<const std::byte*>(tensor_.data), tensor_.bytes};
   }
-  // SPEC_MISMATCH if the tensor has another type.
+  // Returns the elements; SPEC_MISMATCH if the tensor has another type.
   template <TensorElement T>
   Result<std::span<const T>> as() const {
     if (tensor_.info.type != type_of<T>)
