@@ -2,9 +2,12 @@
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #include "pipeline.hpp"
 
+#include <cstdio>
 #include <utility>
-#include <vector>
 
+#include "core/config/ini.hpp"
+#include "core/config/nnstreamer.hpp"
+#include "core/text/text.hpp"
 #include "weir/c_error.hpp"
 
 namespace weir::application {
@@ -29,6 +32,40 @@ Result<std::vector<Named>> elements_of(weir_pipeline* pipeline) {
 ml_pipeline_state_e number_of(int state) {
   if (state == WEIR_PIPELINE_PLAYING) return ML_PIPELINE_STATE_PLAYING;
   return state == WEIR_PIPELINE_PAUSED ? ML_PIPELINE_STATE_PAUSED : ML_PIPELINE_STATE_NULL;
+}
+
+// Once per process.
+void log_faults(const config::NnstreamerConfiguration& configuration) {
+  static std::once_flag reported;
+  if (configuration.faults().empty()) return;
+  std::call_once(reported, [&configuration] {
+    for (const auto& fault : configuration.faults())
+      std::fprintf(stderr, "weir: configuration: %s\n", fault.message().c_str());
+  });
+}
+
+// Reads [element-restriction] of nnstreamer.ini and NNSTREAMER_element-restriction_KEY again;
+// nullopt: every element is allowed. An error when a configuration file exists and cannot be read
+// or parsed, because it may restrict elements.
+Result<std::optional<ElementRestriction>> element_restriction() {
+  using None = std::optional<ElementRestriction>;
+  constexpr const char* kGroup = "element-restriction";
+  const auto configuration = config::NnstreamerConfiguration::load();
+  if (const auto& unread = configuration.unread()) {
+    Error error = *unread;
+    error.what = "a pipeline cannot be checked against [element-restriction]: " + error.what;
+    return error;
+  }
+  log_faults(configuration);
+  const auto enabled = configuration.find(kGroup, "enable_element_restriction");
+  if (!enabled || !config::truth(enabled->value, false)) return None();
+  ElementRestriction out{{}, enabled->origin};
+  const auto elements = configuration.find(kGroup, "restricted_elements");
+  if (!elements) return None(std::move(out));
+  out.origin = elements->origin;
+  for (const auto word : split(elements->value, ",; "))
+    if (!strip(word).empty()) out.allowed.emplace_back(strip(word));
+  return None(std::move(out));
 }
 
 }  // namespace
@@ -145,6 +182,21 @@ Result<Pipeline::Use> use_pipeline(void* handle) {
   const auto found = Handles::all().find<Pipeline>(handle, "pipe");
   if (!found) return found.error();
   return (*found)->use();
+}
+
+Status check_kind(const Pipeline::Use& pipeline, const char* name, const std::string& kinds) {
+  CError error;
+  const int result = weir_pipeline_property_type(pipeline.get(), name, "name", error.place());
+  if (result < 0) return error.take(result);
+  const std::string kind = pipeline->kind_of(name);
+  const bool any = kinds.empty() || kinds == kind || kinds.starts_with(kind + " or ") ||
+                   kinds.ends_with(" or " + kind);
+  if (any && (kinds.empty() || !kind.empty())) return ok();
+  return Error{
+      .code = Code::OPTION_VALUE,
+      .what = "the element " + std::string(name) + " does not support this call",
+      .offered = kind.empty() ? "an element inside a bin, not in the pipeline description" : kind,
+      .needed = kinds};
 }
 
 }  // namespace weir::application

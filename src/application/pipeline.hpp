@@ -5,16 +5,24 @@
 #include <map>
 #include <memory>
 #include <mutex>
+#include <optional>
 #include <string>
 #include <variant>
+#include <vector>
 
 #include "answer.hpp"
-#include "element_restriction.hpp"
 #include "handles.hpp"
 #include "sink_callbacks.hpp"
 #include "weir/pipeline.h"
 
 namespace weir::application {
+
+// The elements that the configuration allows ([element-restriction],
+// docs/compatibility/app-api.md 8.1).
+struct ElementRestriction {
+  std::vector<std::string> allowed;
+  std::string origin;  // "/etc/nnstreamer.ini:7"
+};
 
 // Thread-safe.
 class Pipeline : public Object, public std::enable_shared_from_this<Pipeline> {
@@ -85,5 +93,9 @@ class Pipeline : public Object, public std::enable_shared_from_this<Pipeline> {
 
 // The pipeline of a handle, leased.
 Result<Pipeline::Use> use_pipeline(void* handle);
+
+// Checks an element. OPTION_VALUE: no element of this name, or its kind is not in `kinds`, a list
+// separated by " or " (empty: any).
+Status check_kind(const Pipeline::Use& pipeline, const char* name, const std::string& kinds);
 
 }  // namespace weir::application

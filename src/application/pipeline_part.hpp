@@ -28,10 +28,6 @@ class PipelinePart : public Object {
   const std::string name_;
 };
 
-// OPTION_VALUE: no element of this name, or its kind is not in `kinds`, a list separated by " or "
-// (empty: any).
-Status check_kind(const Pipeline::Use& pipeline, const char* name, const std::string& kinds);
-
 // Runs `body`, which calls a function of weir/pipeline.h, with the pipeline and the part's name.
 template <class Part, class Body>
 int with_part(void* handle, const char* what, Body&& body) {

@@ -1,4 +1,4 @@
-// Reads nnstreamer.ini, and finds the framework of a model.
+// Reads nnstreamer.ini, finds the framework of a model, and returns the interface's release.
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #include <filesystem>
 #include <string>
@@ -11,6 +11,7 @@
 #include "core/infer/module/module_library.hpp"
 #include "nnstreamer_plugin_api_filter.h"
 #include "nnstreamer_plugin_api_util.h"
+#include "nnstreamer_version.h"
 
 using namespace weir::compat;
 
@@ -65,4 +66,14 @@ gint find_key_strv(const gchar** strv, const gchar* key) {
   for (gint i = 0; strv[i]; ++i)
     if (g_ascii_strcasecmp(strv[i], key) == 0) return i;
   return -1;
+}
+
+gchar* nnstreamer_version_string(void) {
+  return g_strdup("NNStreamer " NNSTREAMER_VERSION);
+}
+
+void nnstreamer_version_fetch(guint* major, guint* minor, guint* micro) {
+  if (major) *major = NNSTREAMER_VERSION_MAJOR;
+  if (minor) *minor = NNSTREAMER_VERSION_MINOR;
+  if (micro) *micro = NNSTREAMER_VERSION_MICRO;
 }

@@ -1,7 +1,6 @@
 // Engines for filter descriptors. All share one implementation, so each is passed its own name.
+// Loading the library registers them.
 // SPDX-License-Identifier: LGPL-2.1-or-later
-#include "compat/engines.hpp"
-
 #include <dlfcn.h>
 
 #include <deque>
@@ -11,8 +10,12 @@
 #include "compat/filter_model.hpp"
 #include "compat/framework_check.hpp"
 #include "compat/guard.hpp"
+#include "core/custom/foreign_class.hpp"
 #include "core/infer/module/host.hpp"
+#include "core/process/process_object.hpp"
+#include "core/subplugin/loader.hpp"
 #include "core/subplugin/table.hpp"
+#include "library/process.h"
 
 namespace weir::compat {
 namespace {
@@ -84,8 +87,8 @@ Engines& engines() {
   return all;
 }
 
-}  // namespace
-
+// Returns the engine of a registered descriptor (const GstTensorFilterFramework*); valid until the
+// process ends. Null, with a log line, when it cannot be used.
 const weir_engine* engine_of(const void* descriptor) {
   return or_else<const weir_engine*>(__func__, nullptr, [&]() -> const weir_engine* {
     accept_host(&infer::host());
@@ -105,6 +108,8 @@ const weir_engine* engine_of(const void* descriptor) {
   });
 }
 
+// Returns the engine for a shared object that exports NNStreamer_custom, which is its only model
+// file.
 const weir_engine& class_engine() {
   static const weir_engine table = [] {
     accept_host(&infer::host());
@@ -113,4 +118,23 @@ const weir_engine& class_engine() {
   return table;
 }
 
+// Makes libnnstreamer-single.so available from this library's folder to files that link with it,
+// whatever the loader's search path is.
+void open_the_other_name() {
+  Dl_info own{};
+  if (!dladdr(reinterpret_cast<void*>(open_the_other_name), &own) || !own.dli_fname) return;
+  const auto folder = std::filesystem::path(own.dli_fname).parent_path();
+  dlopen((folder / "libnnstreamer-single.so").c_str(), RTLD_LAZY | RTLD_LOCAL);
+}
+
+// Runs before the constructors of sub-plugins, which link with this library: process-wide objects
+// are those of libweir.
+__attribute__((constructor)) static void take_the_process() {
+  process::take_objects_from(weir_process_object);
+  subplugin::set_engine_adapter(engine_of);
+  custom::set_class_engine(class_engine);
+  attempt("libnnstreamer.so", open_the_other_name);
+}
+
+}  // namespace
 }  // namespace weir::compat
