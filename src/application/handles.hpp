@@ -28,12 +28,13 @@ class Handles {
   static Handles& all();
 
   void* add(std::shared_ptr<Object> object);
-  // OPTION_VALUE: null, another kind, destroyed, or never issued. `what` names the argument.
+  // Finds the object of a handle. OPTION_VALUE: null, another kind, destroyed, or never issued.
+  // `what` names the argument.
   template <class T>
   Result<std::shared_ptr<T>> find(void* handle, const char* what) {
     return as<T>(handle, what, lookup(handle, false));
   }
-  // The same, and removes the handle.
+  // Does the same, and removes the handle.
   template <class T>
   Result<std::shared_ptr<T>> take(void* handle, const char* what) {
     auto found = find<T>(handle, what);

@@ -34,7 +34,7 @@ ml_pipeline_state_e number_of(int state) {
   return state == WEIR_PIPELINE_PAUSED ? ML_PIPELINE_STATE_PAUSED : ML_PIPELINE_STATE_NULL;
 }
 
-// Once per process.
+// Logs them once per process.
 void log_faults(const config::NnstreamerConfiguration& configuration) {
   static std::once_flag reported;
   if (configuration.faults().empty()) return;

@@ -58,16 +58,16 @@ class Pipeline : public Object, public std::enable_shared_from_this<Pipeline> {
     std::shared_ptr<Pipeline> pipeline_;
   };
   Result<Use> use();
-  // CANCELLED: this thread is in a callback of this pipeline.
+  // Returns CANCELLED if this thread is in a callback of this pipeline.
   Status not_from_its_callback() const;
-  // CANCELLED: this is a streaming thread of the pipeline.
+  // Stops the pipeline. CANCELLED: this is a streaming thread of the pipeline.
   Status stop();
   // Stops the pipeline, waits for all leases and frees it. Must not be called in its callbacks.
   void close();
 
-  // The callbacks of the tensor_sink or appsink with this name; null if there is none.
+  // Returns the callbacks of the tensor_sink or appsink with this name; null if there is none.
   SinkCallbacks* sink(const std::string& name) const;
-  // The factory name, for example "valve"; "" if the text contains no such element.
+  // Returns the factory name, for example "valve"; "" if the text contains no such element.
   std::string kind_of(const std::string& name) const;
 
  private:
@@ -91,7 +91,7 @@ class Pipeline : public Object, public std::enable_shared_from_this<Pipeline> {
   bool closed_ = false;
 };
 
-// The pipeline of a handle, leased.
+// Leases the pipeline of a handle.
 Result<Pipeline::Use> use_pipeline(void* handle);
 
 // Checks an element. OPTION_VALUE: no element of this name, or its kind is not in `kinds`, a list

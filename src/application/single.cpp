@@ -38,7 +38,7 @@ bool known(const weir_tensor_info& info) {
   return true;
 }
 
-// The description of `spec` with the model's rank, if only 1s are added or removed.
+// Returns the description of `spec` with the model's rank, if only 1s are added or removed.
 weir_tensor_info with_rank_of(const TensorSpec& spec, const weir_tensor_info& model) {
   weir_tensor_info info = c_info(spec);
   if (model.rank > WEIR_RANK_LIMIT || spec.shape.min_rank() > model.rank) return info;

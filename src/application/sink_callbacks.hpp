@@ -36,7 +36,7 @@ class SinkCallbacks {
   std::vector<std::shared_ptr<SinkCallback>> callbacks_;
 };
 
-// The pipeline whose callback runs on this thread; null: none.
+// Returns the pipeline whose callback runs on this thread; null: none.
 const void* pipeline_of_callback() noexcept;
 // Marks the scope of a callback.
 class InCallback {

@@ -37,7 +37,7 @@ void add_pad(const char* name, int source, void* data) {
   if ((source != 0) == pads->sources) pads->names.emplace_back(name);
 }
 
-// A NULL-terminated list for free(); NULL when memory runs out.
+// Makes a NULL-terminated list for free(); NULL when memory runs out.
 // NOLINTBEGIN(cppcoreguidelines-no-malloc): the caller calls free()
 char** c_list(const std::vector<std::string>& names) {
   auto** list = static_cast<char**>(std::calloc(names.size() + 1, sizeof(char*)));

@@ -29,7 +29,7 @@ class TensorsData : public Object {
   const TensorSpecs& tensors() const noexcept { return tensors_; }
   const std::vector<std::span<std::byte>>& memory() const noexcept { return memory_; }
   bool writable() const noexcept { return access_ == Access::ReadWrite; }
-  // For calls of weir/model.h and pipeline.h; valid while this object exists.
+  // Describes the tensors for calls of weir/model.h and pipeline.h; valid while this object exists.
   std::vector<weir_tensor> c_tensors() const;
 
  private:

@@ -13,16 +13,17 @@ namespace weir::application {
 
 using TensorSpecs = std::vector<TensorSpec>;
 
-// OPTION_VALUE: no tensors, or one without type or dimensions. LIMIT_EXCEEDED: too large.
+// Checks an info. OPTION_VALUE: no tensors, or one without type or dimensions. LIMIT_EXCEEDED: too
+// large.
 Status check_complete(const TensorSpecs& tensors, const char* what);
-// SPEC_MISMATCH: types or dimensions differ. Names are ignored.
+// Compares specs. SPEC_MISMATCH: types or dimensions differ. Names are ignored.
 Status check_same(const char* what, const TensorSpecs& offered, const TensorSpecs& needed);
 std::string describe(const TensorSpecs& tensors);  // "float32 4:2, uint8 3"
 
 // Shapes are outermost first; unknown parts stay open. The name is valid while `spec` exists.
 weir_tensor_info c_info(const TensorSpec& spec);
 std::vector<weir_tensor_info> c_infos(const TensorSpecs& tensors);
-// Open extents become 1; an open rank gives an incomplete spec.
+// Reverses c_info(): open extents become 1; an open rank gives an incomplete spec.
 TensorSpec spec_of(const weir_tensor_info& info);
 
 class TensorsInfo : public Object {
@@ -61,7 +62,7 @@ class TensorsInfo : public Object {
 
 Error no_such_tensor(std::string index, size_t count);
 void* new_info(TensorSpecs tensors);
-// The tensors of the info; none if the handle is NULL.
+// Returns the tensors of the info; none if the handle is NULL.
 Result<TensorSpecs> tensors_or_none(void* info, const char* what);
 
 }  // namespace weir::application

@@ -32,7 +32,7 @@ class AsyncAnswers {
   // Ends the previous frame and opens that of `request`; this thread calls invoke next. Throws the
   // error of an output that arrived too late.
   void begin(Request& request);
-  // Call after invoke: it returned, or failed, which ends the frame with the error.
+  // Report the end of invoke: it returned, or failed, which ends the frame with the error.
   void invoked();
   void failed(const Error& error);
 

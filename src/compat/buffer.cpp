@@ -34,13 +34,13 @@ PackedHeader header_of(std::span<const std::byte> bytes) {
   return header;
 }
 
-// The ranges of the packed tensors: from their own headers if the first one has one.
+// Returns the ranges of the packed tensors: from their own headers if the first one has one.
 weir::Result<std::vector<weir::ByteRange>> ranges_in(std::span<const std::byte> bytes) {
   auto flexible = weir::read_packed_tensors(bytes, weir::Format::Flexible);
   return flexible ? flexible : weir::read_packed_tensors(bytes, weir::Format::Static);
 }
 
-// The 16th memory with one more tensor appended; null when it cannot be mapped.
+// Makes the 16th memory with one more tensor appended; null when it cannot be mapped.
 GstMemory* packed_with(GstMemory* last, GstMemory* added, const GstTensorInfo& info) {
   const weir::gst::MappedMemory old(last, GST_MAP_READ), more(added, GST_MAP_READ);
   if (!old || !more) return nullptr;

@@ -8,7 +8,7 @@
 
 namespace weir::compat {
 
-// By name or alias; errors are those of the module library.
+// Find by name or alias; errors are those of the module library.
 Result<const GstTensorFilterFramework*> builtin_filter(const char* name);
 Result<const GstTensorDecoderDef*> builtin_decoder(const char* name);
 Result<const NNStreamerExternalConverter*> builtin_converter(const char* name);

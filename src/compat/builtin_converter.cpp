@@ -34,8 +34,8 @@ bool takes(const weir_converter_type& type, const GstCaps* caps) {
   return own && gst_caps_can_intersect(own->get(), caps);
 }
 
-// The tensors of each frame; none if unknown before the first frame. A converter that cannot open
-// without a script learns them from the script's frames.
+// Returns the tensors of each frame; none if unknown before the first frame. A converter that
+// cannot open without a script learns them from the script's frames.
 Result<std::vector<TensorSpec>> output_tensors(const weir_converter_type& type,
                                                const GstCaps* caps) {
   const auto converter = Converter::open(type, {});

@@ -129,7 +129,7 @@ OpenDecoder* opened_decoder(void** priv) {
   return static_cast<OpenDecoder*>(*priv);
 }
 
-// Whether it is between init() and exit(); otherwise logs a warning.
+// Returns whether it is between init() and exit(); otherwise logs a warning.
 bool is_open(const char* function, void** priv) {
   if (!given(function, {priv})) return false;
   if (*priv) return true;

@@ -73,7 +73,7 @@ void write(const Infos& infos, GstTensorsInfo* to) {
   assign(infos, to);
 }
 
-// The caller's description with the model's rank, if only 1s are added or removed.
+// Returns the caller's description with the model's rank, if only 1s are added or removed.
 weir_tensor_info info_of(const GstTensorInfo& tensor, const Infos& model, size_t index) {
   const Shape shape = shape_of(tensor.dimension);
   weir_tensor_info info{};
@@ -181,7 +181,7 @@ int hand_over(const direct::Results& results, GstTensorFilterProperties* prop,
   return 0;
 }
 
-// The model's type if it is known, else that of the stream; bytes where neither is.
+// Returns the model's type if it is known, else that of the stream; bytes where neither is.
 uint32_t type_of_input(const Infos& model, size_t i, const GstTensorInfo* meta) {
   if (i < model.size() && model[i].type < WEIR_TYPE_END) return model[i].type;
   return meta ? static_cast<uint32_t>(meta->type) : uint32_t{WEIR_UINT8};

@@ -17,14 +17,14 @@ void set_rate(GstStructure* structure, const weir::Fraction& rate) {
                       nullptr);
 }
 
-// Whether each tensor has a type and dimensions.
+// Returns whether each tensor has a type and dimensions.
 bool known(const weir::FrameSpec& spec) {
   for (const auto& tensor : spec.tensors)
     if (!tensor.valid()) return false;
   return !spec.tensors.empty();
 }
 
-// The result of `read`; FALSE, with the reason in the log, on an error.
+// Returns the result of `read`; FALSE, with the reason in the log, on an error.
 template <class Read>
 gboolean fill(const char* function, GstTensorsConfig* config, Read read) noexcept {
   return or_else(function, FALSE, [&]() -> gboolean {

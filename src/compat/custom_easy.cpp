@@ -21,7 +21,7 @@ constexpr unsigned kMostTensors = NNS_TENSOR_SIZE_LIMIT;
 
 using Gate = std::shared_ptr<weir::infer::CallGate>;
 
-// By filter name.
+// Returns the gates by filter name.
 weir::infer::NamedObjects<Gate>& gates() {
   static auto& all = *new weir::infer::NamedObjects<Gate>;
   return all;

@@ -14,8 +14,8 @@ struct FrameworkFacts {
   bool runs_without_model, verifies_paths;
 };
 
-// MODULE_REFUSED: an invalid version, a missing function, or no name. Exceptions of a callback are
-// passed on.
+// Reads the properties. MODULE_REFUSED: an invalid version, a missing function, or no name.
+// Exceptions of a callback are passed on.
 Result<FrameworkFacts> facts_of(const GstTensorFilterFramework& framework);
 
 }  // namespace weir::compat

@@ -14,7 +14,7 @@ namespace weir::compat {
 void warn(const char* function, const std::string& text) noexcept;
 void warn(const char* function, const Error& error) noexcept;
 
-// False, with a log line, when one of the pointers is NULL.
+// Returns false, with a log line, when one of the pointers is NULL.
 inline bool given(const char* function, std::initializer_list<const void*> pointers) noexcept {
   for (const void* pointer : pointers)
     if (!pointer) {

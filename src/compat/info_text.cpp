@@ -11,7 +11,7 @@ using namespace weir::compat;
 
 namespace {
 
-// "out uint8 3:224:224".
+// Returns for example "out uint8 3:224:224".
 std::string to_string(const GstTensorInfo& info) {
   const auto spec = spec_of(info);
   const std::string name = spec.name.empty() ? "" : spec.name + " ";
@@ -35,7 +35,7 @@ size_t count_of(const GstTensorsInfo& info) {
   return std::min<size_t>(info.num_tensors, NNS_TENSOR_SIZE_LIMIT);
 }
 
-// "static, 2 tensors: [0] uint8 3:4, [1] float32 5".
+// Returns for example "static, 2 tensors: [0] uint8 3:4, [1] float32 5".
 std::string to_string(const GstTensorsInfo& info) {
   const size_t count = count_of(info);
   std::string out = format_of(info);

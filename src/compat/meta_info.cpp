@@ -17,7 +17,7 @@ namespace {
 
 using Bytes = std::array<std::byte, weir::kTensorHeaderBytes>;
 
-// The fields followed by zeros, as in a stream, for the common header parser.
+// Parses the fields followed by zeros, as in a stream, by the common header parser.
 std::optional<weir::TensorHeader> header_of(const GstTensorMetaInfo& meta) {
   Bytes bytes{};
   std::memcpy(bytes.data(), &meta, sizeof meta);

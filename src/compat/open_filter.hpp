@@ -32,7 +32,7 @@ class OpenFilter : public std::enable_shared_from_this<OpenFilter> {
   virtual Known get_info(GstTensorsInfo* in, GstTensorsInfo* out) = 0;
   virtual int set_inputs(const GstTensorsInfo* in, GstTensorsInfo* out) = 0;
   virtual int invoke(const GstTensorMemory* in, GstTensorMemory* out) = 0;
-  // Whether invoke() sets the outputs' `data`, which destroy() frees.
+  // Returns whether invoke() sets the outputs' `data`, which destroy() frees.
   virtual bool allocates() = 0;
   virtual void destroy(void* data) = 0;
   virtual int send(event_ops) { return -ENOENT; }
@@ -67,14 +67,14 @@ class OpenFilter : public std::enable_shared_from_this<OpenFilter> {
   std::unique_ptr<Properties> properties_;
 };
 
-// For example "-22 (Invalid argument)".
+// Returns for example "-22 (Invalid argument)".
 inline std::string returned(int result) {
   std::string text = std::to_string(result);
   if (result < 0 && result > -200) text += std::string(" (") + std::strerror(-result) + ")";
   return text;
 }
 
-// Throw Failure when the filter does not open.
+// Open a filter. Throw Failure when it does not open.
 std::shared_ptr<OpenFilter> open_v0(const GstTensorFilterFramework& framework,
                                     std::unique_ptr<Properties> properties);
 std::shared_ptr<OpenFilter> open_v1(const GstTensorFilterFramework& framework,
@@ -82,7 +82,7 @@ std::shared_ptr<OpenFilter> open_v1(const GstTensorFilterFramework& framework,
 std::shared_ptr<OpenFilter> open_class(const NNStreamer_custom_class& callbacks,
                                        std::unique_ptr<Properties> properties);
 
-// Thrown by these functions when a callback returned a negative value.
+// Makes the error that these functions throw when a callback returned a negative value.
 inline Failure not_opened(const std::string& name, const std::string& offered) {
   return Failure({.code = Code::MODEL_INVALID,
                   .what = "the filter " + name + " cannot open its model",

@@ -8,26 +8,26 @@
 
 namespace weir::compat {
 
-// 0 for an invalid type.
+// Returns the size; 0 for an invalid type.
 uint64_t bytes_of(const weir_tensor_info& info) noexcept;
 
 // Transfers the filter's `memory` to `out`; the filter stays open until it is freed.
 void give(std::shared_ptr<OpenFilter> filter, GstTensorMemory* memory, const weir_tensor_info& info,
           weir_tensor* out);
-// For a filter whose number of outputs varies by frame: marks an output as absent.
+// Marks an output as absent, of a filter whose number of outputs varies by frame.
 void leave_out(weir_tensor* out) noexcept;
 // Frees memory that was not transferred; logs exceptions.
 void destroy(OpenFilter& filter, GstTensorMemory* memory) noexcept;
 
-// CALLBACK_FAILED: "the filter NAME what".
+// Makes the error CALLBACK_FAILED: "the filter NAME what".
 Failure broke(const std::string& name, const std::string& what, std::string offered,
               std::string needed, std::string fix);
-// For example "output 0: 17 bytes" or "output 0: NULL".
+// Returns for example "output 0: 17 bytes" or "output 0: NULL".
 std::string which(size_t index, const GstTensorMemory& memory);
-// For an output whose size differs from that of `info`.
+// Makes the error for an output whose size differs from that of `info`.
 Failure other_size(const std::string& name, size_t index, const GstTensorMemory& memory,
                    const weir_tensor_info& info);
-// For more outputs than expected.
+// Makes the error for more outputs than expected.
 Failure too_many(const std::string& name, size_t count, size_t most);
 
 }  // namespace weir::compat

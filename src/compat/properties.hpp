@@ -24,9 +24,9 @@ class Properties {
   const std::string& shown() const noexcept { return shown_; }
   bool dynamic() const noexcept { return value_.invoke_dynamic; }
   bool asynchronous() const noexcept { return value_.invoke_async; }
-  // How long the filter may be silent, set by the user; zero: forever.
+  // Returns how long the filter may be silent, set by the user; zero: forever.
   std::chrono::milliseconds async_timeout() const noexcept { return async_timeout_; }
-  // The number of outputs that the user declared; 0: not declared.
+  // Returns the number of outputs that the user declared; 0: not declared.
   size_t declared_outputs() const noexcept { return value_.output_meta.num_tensors; }
 
   // Resolves accelerator=. `supported`: the framework's, empty if it gives none. `whole_list`: all

@@ -14,7 +14,7 @@ using subplugin::Kind;
 
 namespace {
 
-// An error unless name and parts are complete.
+// Returns an error unless name and parts are complete.
 Status complete(Kind kind, const char* name, std::initializer_list<Needed> parts) {
   std::vector<Needed> missing;
   std::copy_if(parts.begin(), parts.end(), std::back_inserter(missing),

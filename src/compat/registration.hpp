@@ -39,13 +39,13 @@ const Descriptor* find_descriptor(const char* function, subplugin::Kind kind, co
     return nullptr;
   });
 }
-// NULL-terminated pairs of key and text.
+// Stores NULL-terminated pairs of key and text.
 void describe(const char* function, subplugin::Kind kind, const char* name, const char* key,
               va_list texts) noexcept;
 
 // Returns the result of a libweir function: 0, -EINVAL or -ENOMEM. Logs and frees its error.
 int answer_of(const char* function, int code, weir_error* error = nullptr);
-// The same for the result of `body`; logs its exceptions.
+// Does the same for the result of `body`; logs its exceptions.
 template <class Body>
 int answered(const char* function, Body&& body) noexcept {
   try {

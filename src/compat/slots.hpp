@@ -21,7 +21,7 @@ class Slots {
   Slots(const Slots&) = delete;
   Slots& operator=(const Slots&) = delete;
 
-  // The descriptor of `type`; `name_it(descriptor, number)` fills its data members, once.
+  // Returns the descriptor of `type`; `name_it(descriptor, number)` fills its data members, once.
   template <class NameIt>
   Result<const Descriptor*> of(const Type& type, NameIt name_it) {
     std::lock_guard lock(mutex_);
@@ -37,7 +37,7 @@ class Slots {
     ++count_;
     return &table_[number];
   }
-  // The type of a number from of().
+  // Returns the type of a number from of().
   const Type& type(size_t number) const noexcept { return *types_[number].load(); }
 
  private:
@@ -47,9 +47,9 @@ class Slots {
   size_t count_ = 0;
 };
 
-// The table of make.operator()<0>() and so on; `make` is a lambda of the calling file. With a class
-// template as parameter, GCC 12 takes those of one name in anonymous namespaces for the same, and
-// the linker keeps one table for all files.
+// Makes the table of make.operator()<0>() and so on; `make` is a lambda of the calling file. With a
+// class template as parameter, GCC 12 takes those of one name in anonymous namespaces for the same,
+// and the linker keeps one table for all files.
 template <class Make, size_t... N>
 auto slot_table(Make make, std::index_sequence<N...>) {
   return std::array{make.template operator()<N>()...};

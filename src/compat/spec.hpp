@@ -14,22 +14,22 @@ inline ElementType element_type(int type) noexcept {
 inline Shape shape_of(const tensor_dim dim) noexcept {
   return Shape(std::span<const uint32_t>(dim, NNS_TENSOR_RANK_LIMIT));
 }
-// Like Shape::parse(), but uses the leading digits of each part: "5U" is 5.
+// Parses like Shape::parse(), but uses the leading digits of each part: "5U" is 5.
 Shape parse_shape(std::string_view text);
-// The first `rank` dimensions, extended with ":1" if `padding`; all of them for a rank of 0 or
-// above 16.
+// Writes the first `rank` dimensions, extended with ":1" if `padding`; all of them for a rank of 0
+// or above 16.
 std::string rank_text(const Shape& shape, unsigned rank, bool padding);
 TensorSpec spec_of(const GstTensorInfo& info);
 // Overwrites `info`.
 void write(const TensorSpec& spec, GstTensorInfo* info);
 
-// Tensor `index` < NNS_TENSOR_SIZE_LIMIT; null if `extra` is missing.
+// Returns tensor `index` < NNS_TENSOR_SIZE_LIMIT; null if `extra` is missing.
 const GstTensorInfo* tensor_at(const GstTensorsInfo& info, size_t index) noexcept;
 GstTensorInfo* tensor_at(GstTensorsInfo& info, size_t index) noexcept;
-// The same, and allocates `extra` if necessary.
+// Does the same, and allocates `extra` if necessary.
 GstTensorInfo* room_at(GstTensorsInfo& info, size_t index) noexcept;
 
-// False, with a log line, when there are too many tensors.
+// Returns false, with a log line, when there are too many tensors.
 bool can_be(const char* function, const GstTensorsInfo& info) noexcept;
 // Reads at most the allowed number of tensors; those without an entry are invalid.
 FrameSpec spec_of(const GstTensorsInfo& info);
@@ -38,7 +38,7 @@ FrameSpec spec_of(const GstTensorsConfig& config);
 void write(const FrameSpec& spec, GstTensorsInfo* info);
 void write(const FrameSpec& spec, GstTensorsConfig* config);
 
-// A copy for C; free it with g_free().
+// Makes a copy for C; free it with g_free().
 inline gchar* text(const std::string& from) {
   return g_strndup(from.data(), from.size());
 }

@@ -9,13 +9,13 @@ using namespace weir::compat;
 
 namespace {
 
-// The field with the dimensions; null if the structure is not a tensor stream.
+// Returns the field with the dimensions; null if the structure is not a tensor stream.
 const char* dimension_field(const GstStructure* structure) {
   if (gst_structure_has_name(structure, "other/tensor")) return "dimension";
   return gst_structure_has_name(structure, "other/tensors") ? "dimensions" : nullptr;
 }
 
-// The spelling of the dimensions of `structure` in `other`; null if they are not equal.
+// Returns the spelling of the dimensions of `structure` in `other`; null if they are not equal.
 const char* equal_dimensions(const GstStructure* structure, const GstStructure* other) {
   const char* field = dimension_field(structure);
   if (!field || !gst_structure_has_name(other, gst_structure_get_name(structure))) return nullptr;

@@ -44,7 +44,7 @@ struct Described {
 // dimensions, 4 GiB or more.
 Described described(const GstTensorsInfo& info, const std::string& filter, const char* role);
 
-// `count` tensors whose specs are unknown.
+// Describes `count` tensors whose specs are unknown.
 Described open_tensors(size_t count);
 
 }  // namespace weir::compat

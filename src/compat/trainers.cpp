@@ -8,7 +8,7 @@ using weir::subplugin::Kind;
 
 namespace {
 
-// Null, with a log line, when the framework gives none.
+// Returns null, with a log line, when the framework gives none.
 const char* name_of(const char* function, const GstTensorTrainerFramework& framework) {
   GstTensorTrainerFrameworkInfo info{};
   if (framework.getFrameworkInfo(&framework, nullptr, nullptr, &info) >= 0 && info.name)
