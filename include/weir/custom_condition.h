@@ -8,7 +8,7 @@
  * SPDX-License-Identifier: LGPL-2.1-or-later */
 #ifndef WEIR_CUSTOM_CONDITION_H
 #define WEIR_CUSTOM_CONDITION_H
-#include "weir/abi.h"
+#include "weir/error.h"
 
 #ifdef __cplusplus
 extern "C" {
@@ -26,10 +26,6 @@ extern "C" {
  * the stream with that error (WEIR_CALLBACK_FAILED). Must not throw. */
 typedef int (*weir_condition_function)(const weir_host* host, const weir_frame* in, int* result,
                                        void* data, weir_error* error);
-
-#ifndef WEIR_EXPORT
-#define WEIR_EXPORT __attribute__((visibility("default")))
-#endif
 
 /* Registers `condition` under `name`, which is copied. An element looks the name up at its first
  * frame. `data` must stay valid until weir_condition_unregister has returned. Thread-safe. Returns

@@ -12,7 +12,7 @@
  * SPDX-License-Identifier: LGPL-2.1-or-later */
 #ifndef WEIR_CUSTOM_CONVERTER_H
 #define WEIR_CUSTOM_CONVERTER_H
-#include "weir/abi.h"
+#include "weir/error.h"
 
 #ifdef __cplusplus
 extern "C" {
@@ -31,10 +31,6 @@ extern "C" {
  * Returns 0; a code below 0 with `error` filled through host->fail; > 0 to drop the frame. */
 typedef int (*weir_convert_function)(const weir_host* host, const char* caps, const weir_frame* in,
                                      weir_frame* out, void* data, weir_error* error);
-
-#ifndef WEIR_EXPORT
-#define WEIR_EXPORT __attribute__((visibility("default")))
-#endif
 
 /* Registers `convert` under `name`, which is copied. An element looks the name up at its first
  * frame. `data` must stay valid until weir_converter_unregister has returned. Thread-safe. Returns
