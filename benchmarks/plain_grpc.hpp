@@ -21,7 +21,7 @@
 #include <string>
 #include <vector>
 
-#include "net/oip_messages.hpp"
+#include "net/protocol/oip_messages.hpp"
 
 namespace weir::bench {
 

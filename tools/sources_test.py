@@ -157,7 +157,7 @@ class Layers(unittest.TestCase):
         self.assertEqual(run_check("layers", {**self.ROOMS, **files}), (0, []))
 
     def test_an_include_that_no_list_allows_is_found(self):
-        for path, name in (("src/core/text/one.hpp", "core/draw/x.hpp"), ("src/core/text/one.hpp", "net/x.hpp"),
+        for path, name in (("src/core/text/one.hpp", "core/draw/x.hpp"), ("src/core/text/one.hpp", "net/server/x.hpp"), ("src/net/client/one.hpp", "net/server/x.hpp"),
                            ("src/gstcpp/one.cpp", "transport/x.hpp"), ("apps/weir/one.cpp", "elements/x.hpp"),
                            ("src/modules/one.cpp", "core/text/x.hpp"), ("include/weir/one.hpp", "machine/x.hpp"),
                            ("src/transport/one.cpp", "nlohmann/json.hpp")):

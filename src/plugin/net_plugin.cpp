@@ -10,7 +10,7 @@
 #include "gstcpp/element/documentation.hpp"
 #include "gstcpp/element/log.hpp"
 #include "library/process.h"
-#include "net/link.hpp"
+#include "net/client/link.hpp"
 #include "weir/abi.h"
 
 #ifdef WEIR_GRPC_ELEMENTS

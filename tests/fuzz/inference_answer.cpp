@@ -1,6 +1,6 @@
 // Fuzz target: answers of inference servers, in chunks of any size.
 // SPDX-License-Identifier: LGPL-2.1-or-later
-#include "net/oip_messages.hpp"
+#include "net/protocol/oip_messages.hpp"
 #include "peer_message.hpp"
 
 namespace {

@@ -1,8 +1,8 @@
 // Fuzz target: requests of clients of an inference server, in chunks of any size.
 // SPDX-License-Identifier: LGPL-2.1-or-later
-#include "net/oip_service_messages.hpp"
-#include "net/reflection.hpp"
-#include "net/request_check.hpp"
+#include "net/protocol/oip_service_messages.hpp"
+#include "net/server/reflection.hpp"
+#include "net/server/served_model.hpp"
 #include "peer_message.hpp"
 
 namespace {

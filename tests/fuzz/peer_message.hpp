@@ -8,7 +8,7 @@
 #include <span>
 #include <vector>
 
-#include "net/wire.hpp"
+#include "net/protocol/wire.hpp"
 
 namespace weir::fuzz {
 

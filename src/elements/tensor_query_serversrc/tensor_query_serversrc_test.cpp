@@ -8,8 +8,8 @@
 
 #include "becomes.hpp"
 #include "elements/tests/pipeline_test_support.hpp"
-#include "net/link.hpp"
-#include "net/outcome.hpp"
+#include "net/client/link.hpp"
+#include "net/protocol/outcome.hpp"
 #include "transport/edge/stream_socket.hpp"
 
 namespace weir::test {

@@ -24,7 +24,7 @@ Result<net::TensorServiceOptions> GrpcSettings::options(const MessageCodec& code
   out.host = host;
   out.port = static_cast<uint32_t>(port);
   out.server = server;
-  out.most_bytes = max_message;
+  out.max_bytes = max_message;
   if (!allow.empty())
     out.allows = [list = allow](const std::string& peer) {
       return transport::is_allowed(list, peer);

@@ -8,7 +8,7 @@
 
 #include "elements/tensor_sink_grpc/message_codec.hpp"
 #include "gstcpp/element/property.hpp"
-#include "net/tensor_service.hpp"
+#include "net/tensor_service/tensor_service.hpp"
 
 namespace weir {
 

@@ -14,8 +14,8 @@
 #include "gstcpp/buffer/frame_pool.hpp"
 #include "gstcpp/buffer/frame_reader.hpp"
 #include "gstcpp/buffer/tensor_caps.hpp"
-#include "net/model_server.hpp"
-#include "net/server_security.hpp"
+#include "net/server/model_server.hpp"
+#include "net/server/server_security.hpp"
 
 namespace weir {
 namespace {
@@ -30,11 +30,11 @@ net::ListenOptions listen_options(const ServersrcSettings& s) {
   net::ListenOptions out{.host = s.host,
                          .port = s.port,
                          .unix_path = s.unix_path,
-                         .most_bytes = s.max_message,
-                         .most_requests = s.max_requests,
-                         .most_connections = s.max_connections,
-                         .most_address_connections = s.max_connections_per_address,
-                         .most_address_bytes = s.max_bytes_in_flight,
+                         .max_bytes = s.max_message,
+                         .max_requests = s.max_requests,
+                         .max_connections = s.max_connections,
+                         .max_address_connections = s.max_connections_per_address,
+                         .max_address_bytes = s.max_bytes_in_flight,
                          .idle_ms = s.idle_timeout,
                          .security = {.cert = s.tls_cert,
                                       .key = s.tls_key,

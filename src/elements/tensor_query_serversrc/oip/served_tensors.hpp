@@ -7,7 +7,7 @@
 #include <vector>
 
 #include "core/tensor/frame_spec.hpp"
-#include "net/oip_messages.hpp"
+#include "net/protocol/oip_messages.hpp"
 
 namespace weir {
 

@@ -4,7 +4,7 @@
 #include <optional>
 
 #include "declared_tensors.hpp"
-#include "net/server_set.hpp"
+#include "net/client/server_set.hpp"
 
 namespace weir::engine {
 

@@ -5,7 +5,7 @@
 #include <cstring>
 #include <optional>
 
-#include "net/link.hpp"
+#include "net/client/link.hpp"
 #include "oip/oip_model.hpp"
 #include "oip/oip_signature.hpp"
 #include "tensor_check.hpp"

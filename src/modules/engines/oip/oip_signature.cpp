@@ -4,7 +4,7 @@
 
 #include <algorithm>
 
-#include "net/oip_types.hpp"
+#include "net/protocol/oip_types.hpp"
 #include "weir/engine_tools.hpp"
 
 namespace weir::engine {

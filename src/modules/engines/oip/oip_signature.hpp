@@ -5,7 +5,7 @@
 #include <vector>
 
 #include "declared_tensors.hpp"
-#include "net/oip_messages.hpp"
+#include "net/protocol/oip_messages.hpp"
 
 namespace weir::engine {
 

@@ -1,0 +1,286 @@
+// Admits calls, receives their messages, sends their answers.
+// SPDX-License-Identifier: LGPL-2.1-or-later
+#include "net/server/server_call.hpp"
+
+#include <algorithm>
+
+#include "net/protocol/grpc_bytes.hpp"
+
+namespace weir::net {
+namespace {
+
+using SystemClock = std::chrono::system_clock;
+// A client that opens a stream and sends nothing gives back its place.
+constexpr std::chrono::seconds kMessageWait{5};
+
+std::string text_of(const grpc::string_ref& text) {
+  return {text.data(), text.size()};
+}
+
+std::string metadata_of(const grpc::CallbackServerContext& context, const char* key) {
+  const auto found = context.client_metadata().find(key);
+  return found == context.client_metadata().end() ? "" : text_of(found->second);
+}
+
+std::string trace_parent_of(const grpc::CallbackServerContext& context) {
+  std::string text = metadata_of(context, "traceparent");
+  return is_trace_parent(text) ? text : "";
+}
+
+Call::Clock::time_point deadline_of(const grpc::CallbackServerContext& context) {
+  const auto left = context.deadline() - SystemClock::now();
+  if (left > std::chrono::hours(24 * 365)) return Call::Clock::time_point::max();
+  return Call::Clock::now() + std::chrono::duration_cast<Call::Clock::duration>(left);
+}
+
+AdmissionLimits admission_limits(const ListenOptions& options) {
+  return {.requests = options.max_requests,
+          .connections = options.max_connections,
+          .address_connections = options.max_address_connections,
+          .address_bytes = options.max_address_bytes,
+          .message_bytes = options.max_bytes};
+}
+
+class GrpcCall final : public Call {
+ public:
+  GrpcCall(ServerReactor* reactor, std::shared_ptr<CallState> state, ReceivedMessage request)
+      : reactor_(reactor), state_(std::move(state)), is_stream_(reactor->is_stream()) {
+    method_ = reactor->context().method();
+    peer_ = reactor->peer();
+    trace_parent_ = trace_parent_of(reactor->context());
+    deadline_ = deadline_of(reactor->context());
+    request_ = std::move(request.chunks);
+    memory_ = std::move(request.memory);
+  }
+  GrpcCall(const GrpcCall&) = delete;
+  GrpcCall& operator=(const GrpcCall&) = delete;
+  ~GrpcCall() override {
+    if (!answered_) end({grpc::StatusCode::ABORTED, "the call was dropped"}, std::nullopt);
+  }
+
+  bool cancelled() const noexcept override { return state_->cancelled; }
+  bool ended() const noexcept override {
+    std::lock_guard lock(state_->mutex);
+    return state_->ended;
+  }
+  bool answer(const Pieces& pieces, const std::shared_ptr<const void>& memory) override {
+    if (!is_stream_) return end(grpc::Status::OK, message_of(pieces, memory));
+    if (std::exchange(answered_, true)) return false;
+    reactor_->answer_message(message_of(pieces, memory));
+    return true;
+  }
+  bool send(const Pieces& pieces) override {
+    std::lock_guard lock(state_->mutex);
+    if (state_->ended || !is_stream_) return false;
+    reactor_->send(message_of(pieces, nullptr));
+    return true;
+  }
+  bool fail(CallStatus status, const std::string& message) override {
+    return end({static_cast<grpc::StatusCode>(status), message}, std::nullopt);
+  }
+
+ private:
+  bool end(const grpc::Status& status, std::optional<grpc::ByteBuffer> answer) {
+    return ServerReactor::end(reactor_, state_, status, std::move(answer));
+  }
+
+  ServerReactor* const reactor_;  // not used after the end
+  const std::shared_ptr<CallState> state_;
+  const bool is_stream_;
+  bool answered_ = false;  // a message of a stream
+};
+
+}  // namespace
+
+ServerRules::ServerRules(const ListenOptions& options, std::unique_ptr<TokenFile> token_file,
+                         Listener::Handler handle)
+    : tokens(std::move(token_file)),
+      peers(options.security.peers),
+      admission(admission_limits(options)),
+      answer_limit(options.idle_ms),
+      handler(std::move(handle)) {}
+
+std::optional<grpc::Status> ServerRules::check(const grpc::CallbackServerContext& context) const {
+  if (tokens && !tokens->allows(metadata_of(context, "authorization")))
+    return grpc::Status(grpc::StatusCode::UNAUTHENTICATED,
+                        "a token is needed: metadata authorization: Bearer TOKEN");
+  if (peers.empty()) return std::nullopt;
+  const auto auth = context.auth_context();
+  for (const auto& name : auth->FindPropertyValues(GRPC_X509_SAN_PROPERTY_NAME))
+    if (std::find(peers.begin(), peers.end(), text_of(name)) != peers.end()) return std::nullopt;
+  return grpc::Status(grpc::StatusCode::PERMISSION_DENIED,
+                      "no name of the client's certificate is allowed (tls-peers)");
+}
+
+ServerReactor::ServerReactor(grpc::GenericCallbackServerContext* context, ServerRules* rules)
+    : context_(context),
+      rules_(rules),
+      peer_(context->peer()),
+      kind_(is_stream_method(context->method()) ? CallKind::Stream : CallKind::Request) {
+  if (auto refused = rules->check(*context)) {
+    ++rules->not_allowed;
+    refuse(*refused);
+  } else if (auto why = rules->admission.enter(peer_, kind_)) {
+    refuse({grpc::StatusCode::RESOURCE_EXHAUSTED, *why});
+  } else {
+    admitted_ = true;
+    read();
+  }
+}
+
+void ServerReactor::read() {
+  if (is_stream()) end_later_without_message();
+  const auto start = [this, state = state_, rules = rules_, peer = peer_] {
+    {
+      std::lock_guard lock(state->mutex);
+      if (!state->ended) return StartRead(&request_);
+    }
+    rules->admission.received(peer, 0);
+  };
+  if (auto why = rules_->admission.read(peer_, this, start))
+    refuse({grpc::StatusCode::RESOURCE_EXHAUSTED, *why});
+}
+
+void ServerReactor::end_later_without_message() {
+  std::lock_guard lock(state_->mutex);
+  if (state_->ended) return;
+  patience_ = std::make_unique<grpc::Alarm>();
+  patience_->Set(SystemClock::now() + kMessageWait, [this, state = state_,
+                                                     received = messages_](bool expired) {
+    {
+      std::lock_guard other_lock(state->mutex);
+      if (!expired || state->ended || messages_ != received) return;
+    }
+    end(this, state,
+        {grpc::StatusCode::DEADLINE_EXCEEDED, "no message came on the stream for five seconds"});
+  });
+}
+
+// Runs under the lock of the state, when the call ends: a client that reads nothing would keep its
+// answer in memory.
+void ServerReactor::cancel_later_if_unread() {
+  unread_ = std::make_unique<grpc::Alarm>();
+  unread_->Set(SystemClock::now() + rules_->answer_limit,
+               [context = context_, state = state_](bool expired) {
+                 std::lock_guard lock(state->mutex);
+                 if (expired && !state->done) context->TryCancel();
+               });
+}
+
+// Runs before the answer is sent: with it the client may send its next request.
+void ServerReactor::leave(uint64_t answer_bytes) {
+  if (!admitted_) return;
+  rules_->admission.forget(peer_, this);
+  rules_->admission.answering(peer_, kind_, answer_bytes);
+  bytes_ += answer_bytes;
+}
+
+void ServerReactor::OnDone() {
+  {
+    std::lock_guard lock(state_->mutex);
+    state_->done = true;
+  }
+  sent_.Clear();
+  if (admitted_) rules_->admission.answered(peer_, bytes_);
+  delete this;
+}
+
+bool ServerReactor::end(ServerReactor* reactor, const std::shared_ptr<CallState>& state,
+                        const grpc::Status& status, std::optional<grpc::ByteBuffer> answer) {
+  {
+    std::lock_guard lock(state->mutex);
+    if (std::exchange(state->ended, true)) return false;
+    reactor->cancel_later_if_unread();
+    if (reactor->writing_) {
+      reactor->last_ = status;
+      return true;
+    }
+  }
+  reactor->leave(answer ? answer->Length() : 0);
+  const std::string trace_parent = trace_parent_of(*reactor->context_);
+  if (reactor->admitted_ && !trace_parent.empty())
+    reactor->context_->AddTrailingMetadata("traceparent", trace_parent);
+  if (!answer) {
+    reactor->Finish(status);
+  } else {
+    reactor->sent_ = *std::move(answer);
+    reactor->StartWriteAndFinish(&reactor->sent_, grpc::WriteOptions(), status);
+  }
+  return true;
+}
+
+void ServerReactor::send(const grpc::ByteBuffer& message) {
+  if (writing_) {
+    next_ = message;
+    return;
+  }
+  writing_ = true;
+  sent_ = message;
+  StartWrite(&sent_);
+}
+
+void ServerReactor::answer_message(const grpc::ByteBuffer& message) {
+  uint64_t bytes = 0;
+  {
+    std::lock_guard lock(state_->mutex);
+    if (state_->ended) return;
+    bytes = std::exchange(bytes_, 0);
+    reads_on_ = true;
+    send(message);
+  }
+  rules_->admission.release(peer_, bytes);
+}
+
+void ServerReactor::OnWriteDone(bool written) {
+  std::unique_lock lock(state_->mutex);
+  writing_ = false;
+  if (state_->ended) {
+    lock.unlock();
+    leave(0);
+    return Finish(*last_);
+  }
+  if (written && next_) {
+    writing_ = true;
+    sent_ = *std::exchange(next_, std::nullopt);
+    return StartWrite(&sent_);
+  }
+  const bool reads_on = std::exchange(reads_on_, false);
+  lock.unlock();
+  if (!written) return refuse(grpc::Status::CANCELLED);
+  if (reads_on) read();
+}
+
+void ServerReactor::OnReadDone(bool read) {
+  const uint64_t bytes = read ? request_.Length() : 0;
+  rules_->admission.received(peer_, bytes);
+  const auto state = state_;  // this may be gone after the end
+  bool ended = false, first = false;
+  {
+    std::lock_guard lock(state->mutex);
+    ended = state->ended;
+    if (!ended) bytes_ = bytes;
+    first = messages_ == 0;
+    if (read) ++messages_;
+  }
+  if (ended) return rules_->admission.release(peer_, bytes);
+  if (!read && !first) return refuse(grpc::Status::OK);
+  if (!read) return refuse({grpc::StatusCode::INVALID_ARGUMENT, "the call has no request"});
+  // A call that is not handed over to the handler ends as dropped.
+  try {
+    auto request = received(request_);
+    request_.Clear();
+    if (!request) return refuse({grpc::StatusCode::INTERNAL, "the request cannot be read"});
+    rules_->handler(std::make_shared<GrpcCall>(this, state, *std::move(request)));
+  } catch (...) {
+    // No member may be used here: the call may have ended, and this with it.
+  }
+}
+
+void ServerReactor::OnCancel() {
+  state_->cancelled = true;
+  // Calls that have been received are ended by those who have them.
+  if (rules_->admission.forget(peer_, this) || is_stream())
+    refuse({grpc::StatusCode::CANCELLED, "the call was cancelled"});
+}
+
+}  // namespace weir::net

@@ -1,0 +1,261 @@
+// The client of TensorService, by gRPC's generic stub, whose messages are bytes.
+// SPDX-License-Identifier: LGPL-2.1-or-later
+#include <grpcpp/generic/generic_stub.h>
+#include <grpcpp/grpcpp.h>
+
+#include <atomic>
+#include <condition_variable>
+#include <mutex>
+#include <optional>
+#include <thread>
+
+#include "net/client/channel_arguments.hpp"
+#include "net/protocol/grpc_bytes.hpp"
+#include "net/tensor_service/tensor_endpoints.hpp"
+
+namespace weir::net {
+namespace {
+
+using namespace std::chrono_literals;
+constexpr auto kPause = 100ms;     // before the next attempt
+constexpr auto kUnreachable = 1s;  // without a connection before a warning
+
+// How a call ended. Outlives the call, which its own thread and one of gRPC use.
+class CallEnd {
+ public:
+  void set(const grpc::Status& status) {
+    std::lock_guard lock(mutex_);
+    status_ = status;
+    changed_.notify_all();
+  }
+  grpc::Status wait() {
+    std::unique_lock lock(mutex_);
+    changed_.wait(lock, [this] { return status_.has_value(); });
+    return *status_;
+  }
+
+ private:
+  std::mutex mutex_;
+  std::condition_variable changed_;
+  std::optional<grpc::Status> status_;
+};
+
+// A call to the server. It may be destroyed after its end.
+class ClientCall : public grpc::ClientBidiReactor<grpc::ByteBuffer, grpc::ByteBuffer> {
+ public:
+  void open(grpc::GenericStub* stub, const std::string& method) {
+    stub->PrepareBidiStreamingCall(&context_, method, {}, this);
+    AddHold();  // operations are started outside of gRPC's callbacks
+    begin();
+    StartCall();
+  }
+  virtual void begin() = 0;
+  virtual void leave() = 0;
+  // Thread-safe.
+  void cancel() {
+    leave();
+    context_.TryCancel();
+    release();
+  }
+  grpc::Status wait() { return std::shared_ptr(end_)->wait(); }
+  void OnDone(const grpc::Status& status) override { std::shared_ptr(end_)->set(status); }
+
+ protected:
+  void release() {
+    if (!released_.exchange(true)) RemoveHold();
+  }
+
+ private:
+  grpc::ClientContext context_;
+  const std::shared_ptr<CallEnd> end_ = std::make_shared<CallEnd>();
+  std::atomic<bool> released_{false};
+};
+
+// SendTensors
+class SendingCall final : public ClientCall, public OutgoingStream {
+ public:
+  explicit SendingCall(OutgoingFrames* frames) : frames_(frames) {}
+  void begin() override {
+    StartRead(&answer_);
+    if (!frames_->join(this)) StartWritesDone();
+  }
+  void leave() override { frames_->leave(this); }
+  // The answer, or the end of the call.
+  void OnReadDone(bool) override {
+    leave();
+    release();
+  }
+  void OnWriteDone(bool written) override {
+    if (written && frames_->written(this)) return;
+    leave();
+    release();
+  }
+  void write(const OutgoingMessage& message) override {
+    message_ = message_of({{{}, message.bytes}}, message.memory);
+    StartWrite(&message_);
+  }
+  void end() override { StartWritesDone(); }
+
+ private:
+  OutgoingFrames* const frames_;
+  grpc::ByteBuffer message_, answer_;
+};
+
+// RecvTensors
+class ReceivingCall final : public ClientCall, public IncomingStream {
+ public:
+  ReceivingCall(IncomingFrames* frames, const TensorServiceOptions& options)
+      : frames_(frames),
+        peer_(address_text(options)),
+        request_(message_of({{options.empty, {}}}, nullptr)) {}
+  void begin() override {
+    StartWriteLast(&request_, {});
+    frames_->join(this);
+  }
+  void leave() override { frames_->leave(this); }
+  void OnReadDone(bool read) override {
+    if (read) {
+      auto message = received(message_);
+      message_.Clear();
+      if (message)
+        return frames_->arrived(this,
+                                {std::move(message->chunks), std::move(message->memory), peer_, 0});
+    }
+    leave();
+    release();
+  }
+  void read() override { StartRead(&message_); }
+  // The element ends the stream itself: there is no call to end with an error.
+  void refuse(CallStatus, const std::string&) override {}
+
+ private:
+  IncomingFrames* const frames_;
+  const std::string peer_;
+  grpc::ByteBuffer request_, message_;
+};
+
+// A thread that keeps a call to the server.
+class Client final : public TensorEndpoint {
+ public:
+  Client(const TensorServiceOptions& options, OutgoingFrames* outgoing, IncomingFrames* incoming)
+      : options_(options),
+        outgoing_(outgoing),
+        incoming_(incoming),
+        method_(method_path(options, outgoing ? kSendTensors : kRecvTensors)),
+        channel_(grpc::CreateCustomChannel(address_text(options),
+                                           grpc::InsecureChannelCredentials(),
+                                           channel_arguments(options.max_bytes))),
+        stub_(channel_),
+        thread_([this] { run(); }) {}
+  Client(const Client&) = delete;
+  Client& operator=(const Client&) = delete;
+  ~Client() override {
+    {
+      std::lock_guard lock(mutex_);
+      stopping_ = true;
+      if (call_) call_->cancel();
+    }
+    if (outgoing_) outgoing_->close();
+    changed_.notify_all();
+    thread_.join();
+  }
+  uint32_t port() const noexcept override { return options_.port; }
+
+ private:
+  void run() {
+    while (!stopping_) {
+      if (!is_connected()) continue;
+      const auto status = call();
+      if (stopping_ || !goes_on(status)) return;
+      std::unique_lock lock(mutex_);
+      changed_.wait_for(lock, kPause, [this] { return stopping_.load(); });
+    }
+  }
+
+  bool is_connected() {
+    const auto since = std::chrono::steady_clock::now();
+    while (!stopping_) {
+      if (channel_->WaitForConnected(std::chrono::system_clock::now() + kPause)) return true;
+      if (std::chrono::steady_clock::now() - since > kUnreachable)
+        warn("nothing answers at this address");
+    }
+    return false;
+  }
+
+  grpc::Status call() {
+    std::unique_ptr<ClientCall> call;
+    if (outgoing_)
+      call = std::make_unique<SendingCall>(outgoing_);
+    else
+      call = std::make_unique<ReceivingCall>(incoming_, options_);
+    {
+      std::lock_guard lock(mutex_);
+      if (stopping_) return grpc::Status::CANCELLED;
+      call_ = call.get();
+      call->open(&stub_, method_);
+    }
+    const auto since = std::chrono::steady_clock::now();
+    auto status = call->wait();
+    if (std::chrono::steady_clock::now() - since > kUnreachable) warned_ = false;
+    std::lock_guard lock(mutex_);
+    call_ = nullptr;
+    return status;
+  }
+
+  // What the end of a call means. False when there is to be no other one. After the end of the
+  // stream, waits for its restart.
+  bool goes_on(const grpc::Status& status) {
+    if (status.ok() && incoming_) {
+      incoming_->end();
+      return false;
+    }
+    if (status.ok()) return outgoing_->wait_until_needed();
+    if (outcome_of(static_cast<int>(status.error_code())) == Outcome::Lost) {
+      warn(status.error_message());
+      return true;
+    }
+    const Error error{.code = Code::SERVER_REFUSED,
+                      .what = "the server " + address_text(options_) + " refused the call",
+                      .offered = method_ + ": " + status.error_message(),
+                      .needed = "a server that accepts this call"};
+    if (outgoing_) outgoing_->fail(error);
+    if (incoming_) incoming_->fail(error);
+    return false;
+  }
+
+  // Once until a call has lasted.
+  void warn(const std::string& why) {
+    if (std::exchange(warned_, true) || !options_.warn) return;
+    options_.warn(
+        {.code = Code::SERVER_UNREACHABLE,
+         .what = "the server " + address_text(options_) +
+                 " cannot be reached; the element tries again until it can",
+         .offered = why.empty() ? "the connection ended" : why,
+         .needed = "a server with the method " + method_,
+         .fix = outgoing_ ? "start a pipeline with tensor_src_grpc server=true on that machine"
+                          : "start a pipeline with tensor_sink_grpc server=true on that machine"});
+  }
+
+  const TensorServiceOptions options_;
+  OutgoingFrames* const outgoing_;
+  IncomingFrames* const incoming_;
+  const std::string method_;
+  const std::shared_ptr<grpc::Channel> channel_;
+  grpc::GenericStub stub_;
+  std::atomic<bool> stopping_{false};
+  std::mutex mutex_;  // guards call_
+  std::condition_variable changed_;
+  ClientCall* call_ = nullptr;
+  bool warned_ = false;  // used by the thread
+  std::thread thread_;   // the last member
+};
+
+}  // namespace
+
+std::unique_ptr<TensorEndpoint> connect_tensors(const TensorServiceOptions& options,
+                                                OutgoingFrames* outgoing,
+                                                IncomingFrames* incoming) {
+  return std::make_unique<Client>(options, outgoing, incoming);
+}
+
+}  // namespace weir::net

@@ -1,0 +1,245 @@
+// The server of TensorService, by gRPC's generic service, whose messages are bytes.
+// SPDX-License-Identifier: LGPL-2.1-or-later
+#include <grpcpp/generic/async_generic_service.h>
+#include <grpcpp/grpcpp.h>
+#include <grpcpp/resource_quota.h>
+
+#include <algorithm>
+#include <atomic>
+#include <mutex>
+
+#include "net/protocol/grpc_bytes.hpp"
+#include "net/server/admission.hpp"
+#include "net/server/vanished_clients.hpp"
+#include "net/tensor_service/tensor_endpoints.hpp"
+
+namespace weir::net {
+namespace {
+
+constexpr std::chrono::milliseconds kEndOfCalls{500};
+constexpr AdmissionLimits kLimits{.streams = 8, .connections = 32, .address_connections = 16};
+constexpr int kMaxMetadataBytes = 16 << 10, kHandshakeMs = 2000, kIdleMs = 300'000;
+constexpr int kUnreadBytes = 64 << 10;            // that a client may send before a read
+constexpr size_t kMaxMemory = size_t{512} << 20;  // for what is received and not taken
+
+grpc::ByteBuffer message_of(const std::string& bytes) {
+  return net::message_of({{bytes, {}}}, nullptr);
+}
+
+// "::1" for "ipv6:%5B::1%5D:52844"
+std::string host_of(const std::string& peer) {
+  const size_t begin = peer.find(':') + 1, end = peer.rfind(':');
+  std::string host = peer.substr(begin, end > begin ? end - begin : std::string::npos);
+  if (host.rfind("%5B", 0) == 0) return host.substr(3, host.rfind("%5D") - 3);
+  if (host.rfind('[', 0) == 0) return host.substr(1, host.rfind(']') - 1);
+  return host;
+}
+
+// A call: admitted or refused, and finished once. Exists until OnDone().
+class ServedCall : public grpc::ServerGenericBidiReactor {
+ public:
+  ServedCall(grpc::GenericCallbackServerContext* context, Admission* admission)
+      : peer_(context->peer()), admission_(admission) {}
+
+  bool enter() {
+    auto why = admission_->enter(peer_, CallKind::Stream);
+    admitted_ = !why;
+    if (why) finish({grpc::StatusCode::RESOURCE_EXHAUSTED, *why});
+    return admitted_;
+  }
+  void finish(const grpc::Status& status) {
+    if (!finished_.exchange(true)) Finish(status);
+  }
+  void OnDone() override {
+    if (admitted_) admission_->leave(peer_, CallKind::Stream);
+    delete this;
+  }
+
+ protected:
+  const std::string peer_;
+  std::atomic<bool> finished_{false};
+
+ private:
+  Admission* const admission_;
+  bool admitted_ = false;
+};
+
+// RecvTensors: the client sends Empty and receives a stream.
+class SendingCall final : public ServedCall, public OutgoingStream {
+ public:
+  SendingCall(grpc::GenericCallbackServerContext* context, Admission* admission,
+              OutgoingFrames* frames)
+      : ServedCall(context, admission), frames_(frames) {
+    if (enter()) StartRead(&request_);
+  }
+
+  void OnReadDone(bool read) override {
+    if (!read) return finish({grpc::StatusCode::INVALID_ARGUMENT, "the call has no request"});
+    std::lock_guard lock(order_);
+    if (!gone_ && !frames_->join(this)) finish(grpc::Status::OK);
+  }
+  void OnWriteDone(bool written) override {
+    if (written && frames_->written(this)) return;
+    frames_->leave(this);
+    finish(grpc::Status::CANCELLED);
+  }
+  void OnCancel() override {
+    std::lock_guard lock(order_);
+    gone_ = true;
+    // A write in progress ends too: OnWriteDone() finishes the call.
+    if (!frames_->leave(this)) finish(grpc::Status::CANCELLED);
+  }
+
+  void write(const OutgoingMessage& message) override {
+    message_ = net::message_of({{{}, message.bytes}}, message.memory);
+    StartWrite(&message_);
+  }
+  void end() override { finish(grpc::Status::OK); }
+
+  void OnDone() override {
+    frames_->leave(this);
+    ServedCall::OnDone();
+  }
+
+ private:
+  OutgoingFrames* const frames_;
+  grpc::ByteBuffer request_, message_;
+  std::mutex order_;   // of joining and leaving; guards gone_
+  bool gone_ = false;  // the client gave up
+};
+
+// SendTensors: the client sends a stream and receives Empty.
+class ReceivingCall final : public ServedCall, public IncomingStream {
+ public:
+  ReceivingCall(grpc::GenericCallbackServerContext* context, Admission* admission,
+                IncomingFrames* frames, const std::string& empty)
+      : ServedCall(context, admission), frames_(frames), answer_(message_of(empty)) {
+    if (enter() && !frames_->join(this))
+      finish({grpc::StatusCode::UNAVAILABLE, "the stream of the receiver has ended"});
+  }
+
+  void OnReadDone(bool read) override {
+    if (read) {
+      auto message = received(message_);
+      message_.Clear();
+      if (message)
+        return frames_->arrived(this,
+                                {std::move(message->chunks), std::move(message->memory), peer_, 0});
+    }
+    if (frames_->leave(this) && !finished_.exchange(true))
+      StartWriteAndFinish(&answer_, grpc::WriteOptions(), grpc::Status::OK);
+  }
+  void OnCancel() override {
+    if (frames_->leave(this)) finish(grpc::Status::CANCELLED);
+  }
+
+  void read() override { StartRead(&message_); }
+  void refuse(CallStatus status, const std::string& why) override {
+    finish({static_cast<grpc::StatusCode>(status), why});
+  }
+
+  void OnDone() override {
+    frames_->leave(this);
+    ServedCall::OnDone();
+  }
+
+ private:
+  IncomingFrames* const frames_;
+  grpc::ByteBuffer message_, answer_;
+};
+
+class RefusedCall final : public grpc::ServerGenericBidiReactor {
+ public:
+  explicit RefusedCall(const grpc::Status& status) { Finish(status); }
+  void OnDone() override { delete this; }
+};
+
+void set_limits(grpc::ServerBuilder* builder, const TensorServiceOptions& options) {
+  const int max = static_cast<int>(std::min<size_t>(options.max_bytes, INT32_MAX));
+  builder->SetMaxReceiveMessageSize(max);
+  builder->SetMaxSendMessageSize(max);
+  // A compressed message could be far larger than what was received.
+  builder->SetCompressionAlgorithmSupportStatus(GRPC_COMPRESS_DEFLATE, false);
+  builder->SetCompressionAlgorithmSupportStatus(GRPC_COMPRESS_GZIP, false);
+  builder->SetResourceQuota(grpc::ResourceQuota("tensors").Resize(kMaxMemory));
+  const struct {
+    const char* name;
+    int value;
+  } arguments[] = {{GRPC_ARG_ALLOW_REUSEPORT, 0},
+                   {GRPC_ARG_MAX_METADATA_SIZE, kMaxMetadataBytes},
+                   {GRPC_ARG_SERVER_HANDSHAKE_TIMEOUT_MS, kHandshakeMs},
+                   {GRPC_ARG_MAX_CONNECTION_IDLE_MS, kIdleMs},
+                   {GRPC_ARG_HTTP2_BDP_PROBE, 0},
+                   {GRPC_ARG_HTTP2_STREAM_LOOKAHEAD_BYTES, kUnreadBytes},
+                   {GRPC_ARG_MAX_CONCURRENT_STREAMS, static_cast<int>(kLimits.streams) * 2}};
+  for (const auto& argument : arguments) builder->AddChannelArgument(argument.name, argument.value);
+  end_vanished_clients(builder);
+}
+
+class Server final : public TensorEndpoint, grpc::CallbackGenericService {
+ public:
+  Server(const TensorServiceOptions& options, OutgoingFrames* outgoing, IncomingFrames* incoming)
+      : outgoing_(outgoing),
+        incoming_(incoming),
+        empty_(options.empty),
+        method_(method_path(options, outgoing ? kRecvTensors : kSendTensors)),
+        admission_(kLimits),
+        allows_(options.allows) {}
+  Server(const Server&) = delete;
+  Server& operator=(const Server&) = delete;
+  ~Server() override {
+    if (incoming_) incoming_->close();
+    if (server_) server_->Shutdown(std::chrono::system_clock::now() + kEndOfCalls);
+  }
+
+  Status start(const TensorServiceOptions& options) {
+    grpc::ServerBuilder builder;
+    set_limits(&builder, options);
+    builder.RegisterCallbackGenericService(this);
+    int port = 0;
+    builder.AddListeningPort(address_text(options), grpc::InsecureServerCredentials(), &port);
+    server_ = builder.BuildAndStart();
+    if (!server_ || port == 0)
+      return Error{.code = Code::OPTION_VALUE,
+                   .what = "the server cannot listen on this address",
+                   .offered = address_text(options),
+                   .needed = "an address of this machine, and a port that no other program uses",
+                   .fix = "port=0, which uses a free port"};
+    port_ = static_cast<uint32_t>(port);
+    return ok();
+  }
+  uint32_t port() const noexcept override { return port_; }
+
+ private:
+  grpc::ServerGenericBidiReactor* CreateReactor(
+      grpc::GenericCallbackServerContext* context) override {
+    if (context->method() != method_)
+      return new RefusedCall(
+          {grpc::StatusCode::UNIMPLEMENTED, "this server has the method " + method_ + " only"});
+    if (allows_ && !allows_(host_of(context->peer())))
+      return new RefusedCall(
+          {grpc::StatusCode::PERMISSION_DENIED, "this server does not allow your address (allow)"});
+    if (outgoing_) return new SendingCall(context, &admission_, outgoing_);
+    return new ReceivingCall(context, &admission_, incoming_, empty_);
+  }
+
+  OutgoingFrames* const outgoing_;
+  IncomingFrames* const incoming_;
+  const std::string empty_, method_;
+  Admission admission_;
+  const std::function<bool(const std::string&)> allows_;
+  std::unique_ptr<grpc::Server> server_;
+  uint32_t port_ = 0;
+};
+
+}  // namespace
+
+Result<std::unique_ptr<TensorEndpoint>> serve_tensors(const TensorServiceOptions& options,
+                                                      OutgoingFrames* outgoing,
+                                                      IncomingFrames* incoming) {
+  auto out = std::make_unique<Server>(options, outgoing, incoming);
+  if (auto status = out->start(options); !status) return status.error();
+  return std::unique_ptr<TensorEndpoint>(std::move(out));
+}
+
+}  // namespace weir::net
