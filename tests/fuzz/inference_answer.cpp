@@ -1,6 +1,6 @@
 // Fuzz target: answers of inference servers, in chunks of any size.
 // SPDX-License-Identifier: LGPL-2.1-or-later
-#include "net/protocol/oip_messages.hpp"
+#include "net/protocol/oip_contents.hpp"
 #include "peer_message.hpp"
 
 namespace {
@@ -10,14 +10,14 @@ using weir::fuzz::expect;
 
 void read_outputs(const Chunks& chunks, const InferResponse& response, size_t room) {
   expect(response.outputs.size() <= 256);
-  expect(response.raw.empty() || response.raw.size() == response.outputs.size());
   std::vector<std::byte> to(room);
-  for (size_t i = 0; i < response.outputs.size(); ++i) {
-    expect(response.outputs[i].shape.size() <= 16);
-    if (!response.raw.empty()) expect(response.raw[i].end <= chunks.size());
-    if (const auto status = read_output(chunks, response, i, to); !status)
+  for (const auto& output : response.outputs) {
+    expect(output.shape.size() <= 16);
+    expect(output.raw.has_value() == response.outputs.front().raw.has_value());
+    if (output.raw) expect(output.raw->end <= chunks.size());
+    if (const auto status = read_elements(chunks, output, to, Sender::Server); !status)
       expect(status.error().code == weir::Code::PEER_MESSAGE_INVALID);
-    const auto element = bytes_element(chunks, response, i);
+    const auto element = only_element(chunks, output, Sender::Server);
     if (element) expect(element->begin <= element->end && element->end <= chunks.size());
   }
 }

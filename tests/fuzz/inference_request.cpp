@@ -1,5 +1,6 @@
 // Fuzz target: requests of clients of an inference server, in chunks of any size.
 // SPDX-License-Identifier: LGPL-2.1-or-later
+#include "net/protocol/oip_contents.hpp"
 #include "net/protocol/oip_service_messages.hpp"
 #include "net/server/reflection.hpp"
 #include "net/server/served_model.hpp"
@@ -12,13 +13,14 @@ using weir::fuzz::expect;
 
 void read_inputs(const Chunks& chunks, const InferRequest& request, size_t room) {
   expect(request.inputs.size() <= 256 && request.outputs.size() <= 256);
-  expect(request.raw.empty() || request.raw.size() == request.inputs.size());
   std::vector<std::byte> to(room);
-  for (size_t i = 0; i < request.inputs.size(); ++i) {
-    expect(request.inputs[i].shape.size() <= 16);
-    if (!request.raw.empty()) expect(request.raw[i].end <= chunks.size());
-    if (const auto bytes = input_bytes(chunks, request, i)) expect(bytes->end <= chunks.size());
-    if (const auto status = read_input(chunks, request, i, to); !status)
+  for (const auto& input : request.inputs) {
+    expect(input.shape.size() <= 16);
+    expect(input.raw.has_value() == request.inputs.front().raw.has_value());
+    if (input.raw) expect(input.raw->end <= chunks.size());
+    if (const auto bytes = only_element(chunks, input, Sender::Client))
+      expect(bytes->end <= chunks.size());
+    if (const auto status = read_elements(chunks, input, to, Sender::Client); !status)
       expect(status.error().code == weir::Code::PEER_MESSAGE_INVALID);
   }
 }
@@ -31,9 +33,9 @@ void read_fitting(const Chunks& chunks, const InferRequest& request) {
   if (order) {
     expect(order->size() == 2);
     std::vector<std::byte> x(8), y(3);
-    const auto read_x = read_input(chunks, request, (*order)[0], x);
-    const auto read_y = read_input(chunks, request, (*order)[1], y);
-    if (!request.raw.empty()) expect(read_x && read_y);
+    const auto read_x = read_elements(chunks, request.inputs[(*order)[0]], x, Sender::Client);
+    const auto read_y = read_elements(chunks, request.inputs[(*order)[1]], y, Sender::Client);
+    if (request.inputs.front().raw) expect(read_x && read_y);
   }
   const auto outputs = match_outputs(request, model);
   if (outputs) expect(outputs->size() == (request.outputs.empty() ? 1 : request.outputs.size()));

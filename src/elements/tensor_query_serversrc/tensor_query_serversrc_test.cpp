@@ -9,6 +9,7 @@
 #include "becomes.hpp"
 #include "elements/tests/pipeline_test_support.hpp"
 #include "net/client/link.hpp"
+#include "net/protocol/oip_contents.hpp"
 #include "net/protocol/outcome.hpp"
 #include "transport/edge/stream_socket.hpp"
 
@@ -68,8 +69,8 @@ class TensorQueryServersrc : public ::testing::Test {
     const auto response = net::parse_infer_response(reply.chunks);
     EXPECT_TRUE(response && response->outputs.size() == 1) << reply.message;
     if (!response || response->outputs.size() != 1) return out;
-    EXPECT_TRUE(
-        net::read_output(reply.chunks, *response, 0, std::as_writable_bytes(std::span(out))));
+    EXPECT_TRUE(net::read_elements(reply.chunks, response->outputs[0],
+                                   std::as_writable_bytes(std::span(out)), net::Sender::Server));
     return out;
   }
   uint64_t stat(const char* name) const { return pipeline_->stat("server", name); }

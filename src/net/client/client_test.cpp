@@ -9,10 +9,10 @@
 #include "becomes.hpp"
 #include "net/client/circuit.hpp"
 #include "net/client/server_set.hpp"
-#include "net/protocol/oip_messages.hpp"
+#include "net/protocol/oip_contents.hpp"
 
 namespace weir::net {
-namespace net_test {
+namespace client_test {
 
 using namespace std::chrono_literals;
 
@@ -135,7 +135,8 @@ TEST(InferResponse, IsReadFromChunksOfAnySize) {
     EXPECT_EQ(response->outputs[0].name, "y");
     EXPECT_EQ(response->outputs[0].shape, (std::vector<int64_t>{1, 2}));
     float y[2] = {};
-    ASSERT_TRUE(read_output(chunks, *response, 0, std::as_writable_bytes(std::span(y))));
+    ASSERT_TRUE(read_elements(chunks, response->outputs[0], std::as_writable_bytes(std::span(y)),
+                              Sender::Server));
     EXPECT_EQ(y[0], 1);
     EXPECT_EQ(y[1], 2);
   }
@@ -149,7 +150,8 @@ TEST(InferResponse, RefusesEveryTruncatedMessage) {
     const auto response = parse_infer_response(chunks);
     float y[2] = {};
     const bool read = response && response->outputs.size() == 1 &&
-                      read_output(chunks, *response, 0, std::as_writable_bytes(std::span(y)));
+                      read_elements(chunks, response->outputs[0],
+                                    std::as_writable_bytes(std::span(y)), Sender::Server);
     EXPECT_FALSE(read) << bytes;
     refused += !response;
   }
@@ -339,5 +341,5 @@ TEST_F(ServerSetTest, CountsEveryEndOnce) {
                              counts.of(Outcome::Refused) + counts.of(Outcome::Lost));
 }
 
-}  // namespace net_test
+}  // namespace client_test
 }  // namespace weir::net

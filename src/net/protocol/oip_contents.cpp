@@ -1,4 +1,4 @@
-// Reads tensors of messages.
+// Reads tensors of messages, and writes what requests and answers have in common of them.
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #include "net/protocol/oip_contents.hpp"
 
@@ -145,10 +145,37 @@ bool read_tensor(const Chunks& chunks, Range range, TensorText* out, std::vector
   return !reader.failed();
 }
 
-Status read_elements(const Chunks& chunks, const InferTensor& tensor, std::optional<Range> raw,
-                     std::span<std::byte> to, Sender sender) {
+bool read_tensor_field(const Chunks& chunks, const Field& field, uint32_t raw_field,
+                       std::vector<InferTensor>* tensors, std::vector<Range>* raw) {
+  constexpr uint32_t kTensors = 5;
+  if (field.number != kTensors && field.number != raw_field) return true;
+  const size_t count = field.number == kTensors ? tensors->size() : raw->size();
+  if (field.type != WireType::Bytes || count == WEIR_TENSOR_LIMIT) return false;
+  if (field.number == kTensors) {
+    auto& tensor = tensors->emplace_back();
+    return read_tensor(chunks, field.range, &tensor, &tensor.contents);
+  }
+  raw->push_back(field.range);
+  return true;
+}
+
+Status set_raw(const std::vector<Range>& raw, Sender sender, std::vector<InferTensor>* tensors) {
+  const bool server = sender == Sender::Server;
+  if (!raw.empty() && raw.size() != tensors->size())
+    return bad_message(
+        sender,
+        std::to_string(raw.size()) + " raw contents for " + std::to_string(tensors->size()) +
+            (server ? " outputs" : " inputs"),
+        server ? "one for each output" : "one for each input, or contents in each input");
+  for (size_t i = 0; i < raw.size(); ++i) (*tensors)[i].raw = raw[i];
+  return ok();
+}
+
+Status read_elements(const Chunks& chunks, const InferTensor& tensor, std::span<std::byte> to,
+                     Sender sender) {
   const auto* type = oip_type(tensor.datatype);
   if (!type) return bad_message(sender, describe(tensor), "a type that tensor streams support");
+  const auto& raw = tensor.raw;
   if (!raw) return read_typed(chunks, tensor, *type, to, sender);
   if (raw->size() != to.size())
     return bad_message(sender, std::to_string(raw->size()) + " bytes for " + describe(tensor),
@@ -157,13 +184,12 @@ Status read_elements(const Chunks& chunks, const InferTensor& tensor, std::optio
   return ok();
 }
 
-Result<Range> only_element(const Chunks& chunks, const InferTensor& tensor,
-                           std::optional<Range> raw, Sender sender) {
+Result<Range> only_element(const Chunks& chunks, const InferTensor& tensor, Sender sender) {
   const auto other = [&] {
     return bad_message(sender, "not exactly one BYTES element in " + describe(tensor),
                        "one element");
   };
-  if (raw) {
+  if (const auto& raw = tensor.raw) {
     const auto length = Cursor(chunks, *raw).fixed(4);
     if (!length || *length != raw->size() - 4) return other();
     return Range{raw->begin + 4, raw->end};
@@ -178,6 +204,28 @@ Result<Range> only_element(const Chunks& chunks, const InferTensor& tensor,
   }
   if (found.size() != 1) return other();
   return found.front();
+}
+
+std::string encode_description(std::string_view name, std::string_view datatype,
+                               std::span<const int64_t> shape) {
+  std::string extents, out;
+  for (const int64_t extent : shape) put_varint(&extents, static_cast<uint64_t>(extent));
+  put_text(&out, 1, name);
+  put_text(&out, 2, datatype);
+  put_text(&out, 3, extents);
+  return out;
+}
+
+void put_raw_contents(Pieces* to, uint32_t field, std::span<const RequestTensor> tensors) {
+  for (const auto& tensor : tensors) {
+    const bool element = tensor.datatype == "BYTES";  // its length comes first
+    std::string head;
+    put_bytes_header(&head, field, tensor.data.size() + (element ? 4 : 0));
+    for (int shift = 0; element && shift < 32; shift += 8)
+      head.push_back(static_cast<char>(tensor.data.size() >> shift));
+    to->push_back({std::move(head), {}});
+    to->push_back({"", tensor.data});
+  }
 }
 
 }  // namespace weir::net

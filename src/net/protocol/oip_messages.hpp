@@ -40,6 +40,7 @@ struct ModelMetadata {
 // A tensor of a request or an answer.
 struct InferTensor : TensorText {
   std::vector<Range> contents;  // of InferTensorContents
+  std::optional<Range> raw;     // of its raw contents
 };
 
 // The parameter of a request that asks for the times of its answer. A server that has it lists it
@@ -56,7 +57,6 @@ struct AnswerTimes {
 struct InferResponse {
   std::optional<AnswerTimes> times;  // if the server sent all of them, and they can be
   std::vector<InferTensor> outputs;
-  std::vector<Range> raw;  // of raw_output_contents, in the order of the outputs
 };
 
 // One input of a request. `data` must outlive the request.
@@ -85,12 +85,5 @@ Result<bool> parse_model_ready(const Chunks& chunks);
 // Reads from a ServerMetadataResponse whether the server has the extension.
 Result<bool> parse_has_extension(const Chunks& chunks, std::string_view extension);
 Result<InferResponse> parse_infer_response(const Chunks& chunks);
-
-// Writes the elements of output `index` to `to`, whose size is that of the expected tensor.
-// PEER_MESSAGE_INVALID when there are more or fewer.
-Status read_output(const Chunks& chunks, const InferResponse& response, size_t index,
-                   std::span<std::byte> to);
-// The only element of an output of type BYTES, as a range of the message.
-Result<Range> bytes_element(const Chunks& chunks, const InferResponse& response, size_t index);
 
 }  // namespace weir::net

@@ -2,23 +2,14 @@
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #include <cstring>
 
-#include "net/protocol/oip_messages.hpp"
+#include "net/protocol/oip_contents.hpp"
 #include "net/protocol/oip_types.hpp"
 
 namespace weir::net {
 namespace {
 
-constexpr uint32_t kParameters = 4, kInputs = 5, kRawContents = 7, kTensorContents = 5, kShape = 3,
+constexpr uint32_t kParameters = 4, kInputs = 5, kRawContents = 7, kTensorContents = 5,
                    kBytesField = 8;
-
-std::string encode_tensor(const RequestTensor& tensor) {
-  std::string shape, out;
-  for (const int64_t extent : tensor.shape) put_varint(&shape, static_cast<uint64_t>(extent));
-  put_bytes(&out, 1, tensor.name);
-  put_bytes(&out, 2, tensor.datatype);
-  put_bytes(&out, kShape, shape);
-  return out;
-}
 
 template <class Number>
 void put_numbers(std::string* to, std::span<const std::byte> data) {
@@ -74,7 +65,7 @@ void put_typed_tensor(Pieces* to, const RequestTensor& tensor, const OipType& ty
   const size_t bytes = in_place ? tensor.data.size() : values.size();
   std::string head;
   put_bytes_header(&head, type.content_field, bytes);
-  std::string body = encode_tensor(tensor);
+  std::string body = encode_description(tensor.name, tensor.datatype, tensor.shape);
   put_bytes_header(&body, kTensorContents, head.size() + bytes);
   body += head;
   std::string text;
@@ -84,19 +75,12 @@ void put_typed_tensor(Pieces* to, const RequestTensor& tensor, const OipType& ty
   if (in_place) to->push_back({"", tensor.data});
 }
 
-// The length before the only element of a BYTES tensor, little-endian.
-std::string element_length(size_t bytes) {
-  std::string out;
-  for (int shift = 0; shift < 32; shift += 8) out.push_back(static_cast<char>(bytes >> shift));
-  return out;
-}
-
 }  // namespace
 
 Pieces encode_model_request(std::string_view model, std::string_view version) {
   std::string out;
   put_bytes(&out, 1, model);
-  if (!version.empty()) put_bytes(&out, 2, version);
+  put_text(&out, 2, version);
   return {{std::move(out), {}}};
 }
 
@@ -113,7 +97,8 @@ Result<Pieces> encode_infer_request(std::string_view model, std::string_view ver
   for (const auto& tensor : inputs) {
     const auto* type = oip_type(tensor.datatype);
     if (contents == Contents::Raw) {
-      put_bytes(&out.front().own, kInputs, encode_tensor(tensor));
+      put_bytes(&out.front().own, kInputs,
+                encode_description(tensor.name, tensor.datatype, tensor.shape));
       continue;
     }
     if (!type || type->content_field == 0)
@@ -124,15 +109,7 @@ Result<Pieces> encode_infer_request(std::string_view model, std::string_view ver
                    .fix = "custom=contents:raw"};
     put_typed_tensor(&out, tensor, *type, copied);
   }
-  if (contents == Contents::Typed) return out;
-  for (const auto& tensor : inputs) {
-    const bool element = tensor.datatype == "BYTES";
-    std::string head;
-    put_bytes_header(&head, kRawContents, tensor.data.size() + (element ? 4 : 0));
-    if (element) head += element_length(tensor.data.size());
-    out.push_back({std::move(head), {}});
-    out.push_back({"", tensor.data});
-  }
+  if (contents == Contents::Raw) put_raw_contents(&out, kRawContents, inputs);
   return out;
 }
 

@@ -7,16 +7,6 @@
 #include "weir/module.hpp"
 
 namespace weir::net {
-namespace {
-
-constexpr size_t kMaxTensors = WEIR_TENSOR_LIMIT;
-
-Error damaged(const char* message) {
-  return damaged_message(Sender::Server, message);
-}
-
-}  // namespace
-
 Result<ModelMetadata> parse_model_metadata(const Chunks& chunks) {
   ModelMetadata out;
   FieldReader reader(chunks, {0, chunks.size()});
@@ -25,11 +15,11 @@ Result<ModelMetadata> parse_model_metadata(const Chunks& chunks) {
     if (field.number == 3) out.platform = reader.text(field, kMaxNameBytes);
     if (field.number != 4 && field.number != 5) continue;
     auto& list = field.number == 4 ? out.inputs : out.outputs;
-    if (list.size() == kMaxTensors || field.type != WireType::Bytes ||
+    if (list.size() == WEIR_TENSOR_LIMIT || field.type != WireType::Bytes ||
         !read_tensor(chunks, field.range, &list.emplace_back(), nullptr))
-      return damaged("ModelMetadataResponse");
+      return damaged_message(Sender::Server, "ModelMetadataResponse");
   }
-  if (reader.failed()) return damaged("ModelMetadataResponse");
+  if (reader.failed()) return damaged_message(Sender::Server, "ModelMetadataResponse");
   return out;
 }
 
@@ -38,7 +28,7 @@ Result<bool> parse_has_extension(const Chunks& chunks, std::string_view extensio
   FieldReader reader(chunks, {0, chunks.size()});
   for (Field field; reader.next(&field);)
     if (field.number == 3) found = reader.text(field, kMaxNameBytes) == extension || found;
-  if (reader.failed()) return damaged("ServerMetadataResponse");
+  if (reader.failed()) return damaged_message(Sender::Server, "ServerMetadataResponse");
   return found;
 }
 
@@ -47,7 +37,7 @@ Result<bool> parse_model_ready(const Chunks& chunks) {
   FieldReader reader(chunks, {0, chunks.size()});
   for (Field field; reader.next(&field);)
     if (field.number == 1) ready = field.type == WireType::Varint && field.value != 0;
-  if (reader.failed()) return damaged("ModelReadyResponse");
+  if (reader.failed()) return damaged_message(Sender::Server, "ModelReadyResponse");
   return ready;
 }
 
@@ -88,48 +78,21 @@ class TimesReader {
   std::array<int64_t, 4> found_{-1, -1, -1, -1};
 };
 
-// Reads an output or raw contents of ModelInferResponse. False: the message is damaged.
-bool read_infer_field(const Chunks& chunks, const Field& field, InferResponse* out) {
-  if (field.number != 5 && field.number != 6) return true;
-  if (field.type != WireType::Bytes) return false;
-  if (field.number == 6) {
-    if (out->raw.size() == kMaxTensors) return false;
-    out->raw.push_back(field.range);
-    return true;
-  }
-  if (out->outputs.size() == kMaxTensors) return false;
-  auto& output = out->outputs.emplace_back();
-  return read_tensor(chunks, field.range, &output, &output.contents);
-}
-
 Result<InferResponse> parse_infer_response(const Chunks& chunks) {
   InferResponse out;
   TimesReader times;
+  std::vector<Range> raw;
   FieldReader reader(chunks, {0, chunks.size()});
   for (Field field; reader.next(&field);) {
     const bool is_parameter = field.number == 4 && field.type == WireType::Bytes;
-    if (is_parameter ? !times.read(chunks, field.range) : !read_infer_field(chunks, field, &out))
-      return damaged("ModelInferResponse");
+    if (is_parameter ? !times.read(chunks, field.range)
+                     : !read_tensor_field(chunks, field, 6, &out.outputs, &raw))
+      return damaged_message(Sender::Server, "ModelInferResponse");
   }
-  if (reader.failed()) return damaged("ModelInferResponse");
+  if (reader.failed()) return damaged_message(Sender::Server, "ModelInferResponse");
   out.times = times.times();
-  if (!out.raw.empty() && out.raw.size() != out.outputs.size())
-    return bad_message(Sender::Server,
-                       std::to_string(out.raw.size()) + " raw contents for " +
-                           std::to_string(out.outputs.size()) + " outputs",
-                       "one for each output");
+  if (auto status = set_raw(raw, Sender::Server, &out.outputs); !status) return status.error();
   return out;
-}
-
-Status read_output(const Chunks& chunks, const InferResponse& response, size_t index,
-                   std::span<std::byte> to) {
-  const auto raw = response.raw.empty() ? std::nullopt : std::optional(response.raw[index]);
-  return read_elements(chunks, response.outputs[index], raw, to, Sender::Server);
-}
-
-Result<Range> bytes_element(const Chunks& chunks, const InferResponse& response, size_t index) {
-  const auto raw = response.raw.empty() ? std::nullopt : std::optional(response.raw[index]);
-  return only_element(chunks, response.outputs[index], raw, Sender::Server);
 }
 
 }  // namespace weir::net

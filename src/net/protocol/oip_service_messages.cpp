@@ -8,32 +8,6 @@
 namespace weir::net {
 namespace {
 
-constexpr size_t kMaxServiceTensors = WEIR_TENSOR_LIMIT;
-
-Error damaged_service_message(const char* message) {
-  return damaged_message(Sender::Client, message);
-}
-
-void put_number(std::string* to, uint32_t field, uint64_t value) {
-  if (value == 0) return;  // proto3 leaves out the default
-  put_varint(to, uint64_t{field} << 3 | static_cast<uint32_t>(WireType::Varint));
-  put_varint(to, value);
-}
-
-void put_text(std::string* to, uint32_t field, std::string_view text) {
-  if (!text.empty()) put_bytes(to, field, text);
-}
-
-std::string encode_description(std::string_view name, std::string_view datatype,
-                               std::span<const int64_t> extents) {
-  std::string shape, out;
-  for (const int64_t extent : extents) put_varint(&shape, static_cast<uint64_t>(extent));
-  put_text(&out, 1, name);
-  put_text(&out, 2, datatype);
-  put_text(&out, 3, shape);
-  return out;
-}
-
 // The name in an InferRequestedOutputTensor.
 bool read_output_name(const Chunks& chunks, Range range, std::string* out) {
   FieldReader reader(chunks, range);
@@ -65,38 +39,6 @@ void put_parameter(std::string* to, std::string_view name, int64_t value) {
   put_bytes(&entry, 1, name);
   put_bytes(&entry, 2, choice);
   put_bytes(to, 4, entry);
-}
-
-// Reads an entry of the lists of ModelInferRequest. False: the message is damaged.
-bool read_list_field(const Chunks& chunks, const Field& field, InferRequest* out) {
-  if (field.number < 5 || field.number > 7) return true;
-  if (field.type != WireType::Bytes) return false;
-  if (field.number == 5) {
-    if (out->inputs.size() == kMaxServiceTensors) return false;
-    auto& input = out->inputs.emplace_back();
-    return read_tensor(chunks, field.range, &input, &input.contents);
-  }
-  if (field.number == 6)
-    return out->outputs.size() < kMaxServiceTensors &&
-           read_output_name(chunks, field.range, &out->outputs.emplace_back());
-  if (out->raw.size() == kMaxServiceTensors) return false;
-  out->raw.push_back(field.range);
-  return true;
-}
-
-Status check_contents(const InferRequest& request) {
-  if (request.raw.empty()) return ok();
-  if (request.raw.size() != request.inputs.size())
-    return bad_message(Sender::Client,
-                       std::to_string(request.raw.size()) + " raw contents for " +
-                           std::to_string(request.inputs.size()) + " inputs",
-                       "one for each input, or contents in each input");
-  for (const auto& input : request.inputs)
-    if (!input.contents.empty())
-      return bad_message(Sender::Client,
-                         "raw contents for all inputs, and typed contents for " + describe(input),
-                         "either raw contents of all inputs or typed contents of all");
-  return ok();
 }
 
 void put_duration(std::string* to, uint32_t field, const Duration& duration) {
@@ -140,7 +82,7 @@ Result<ModelRequest> parse_model_request(const Chunks& chunks) {
     if (field.number == 1) out.name = reader.text(field, kMaxNameBytes);
     if (field.number == 2) out.version = reader.text(field, kMaxNameBytes);
   }
-  if (reader.failed()) return damaged_service_message("request for a model");
+  if (reader.failed()) return damaged_message(Sender::Client, "request for a model");
   return out;
 }
 
@@ -151,7 +93,7 @@ Result<LoadRequest> parse_load_request(const Chunks& chunks) {
     if (field.number == 2) out.model = reader.text(field, kMaxNameBytes);
     if (field.number == 3) out.has_parameters = true;
   }
-  if (reader.failed()) return damaged_service_message("request to load a model");
+  if (reader.failed()) return damaged_message(Sender::Client, "request to load a model");
   return out;
 }
 
@@ -160,12 +102,13 @@ Result<bool> parse_index_request(const Chunks& chunks) {
   FieldReader reader(chunks, {0, chunks.size()});
   for (Field field; reader.next(&field);)
     if (field.number == 2) ready = field.value != 0;
-  if (reader.failed()) return damaged_service_message("RepositoryIndexRequest");
+  if (reader.failed()) return damaged_message(Sender::Client, "RepositoryIndexRequest");
   return ready;
 }
 
 Result<InferRequest> parse_infer_request(const Chunks& chunks) {
   InferRequest out;
+  std::vector<Range> raw;
   FieldReader reader(chunks, {0, chunks.size()});
   for (Field field; reader.next(&field);) {
     if (field.number == 1) out.model = reader.text(field, kMaxNameBytes);
@@ -173,10 +116,20 @@ Result<InferRequest> parse_infer_request(const Chunks& chunks) {
     if (field.number == 3) out.id = reader.text(field, kMaxNameBytes);
     if (field.number == 4 && field.type == WireType::Bytes)
       out.wants_times = asks_for_times(chunks, field.range) || out.wants_times;
-    if (!read_list_field(chunks, field, &out)) return damaged_service_message("ModelInferRequest");
+    const bool is_read =
+        field.number == 6
+            ? field.type == WireType::Bytes && out.outputs.size() < WEIR_TENSOR_LIMIT &&
+                  read_output_name(chunks, field.range, &out.outputs.emplace_back())
+            : read_tensor_field(chunks, field, 7, &out.inputs, &raw);
+    if (!is_read) return damaged_message(Sender::Client, "ModelInferRequest");
   }
-  if (reader.failed()) return damaged_service_message("ModelInferRequest");
-  if (auto status = check_contents(out); !status) return status.error();
+  if (reader.failed()) return damaged_message(Sender::Client, "ModelInferRequest");
+  if (auto status = set_raw(raw, Sender::Client, &out.inputs); !status) return status.error();
+  for (const auto& input : out.inputs)
+    if (input.raw && !input.contents.empty())
+      return bad_message(Sender::Client,
+                         "raw contents for all inputs, and typed contents for " + describe(input),
+                         "either raw contents of all inputs or typed contents of all");
   return out;
 }
 
@@ -184,17 +137,6 @@ Result<std::string> parse_health_request(const Chunks& chunks) {
   auto request = parse_model_request(chunks);
   if (!request) return request.error();
   return std::move(request->name);
-}
-
-Status read_input(const Chunks& chunks, const InferRequest& request, size_t index,
-                  std::span<std::byte> to) {
-  const auto raw = request.raw.empty() ? std::nullopt : std::optional(request.raw[index]);
-  return read_elements(chunks, request.inputs[index], raw, to, Sender::Client);
-}
-
-Result<Range> input_bytes(const Chunks& chunks, const InferRequest& request, size_t index) {
-  const auto raw = request.raw.empty() ? std::nullopt : std::optional(request.raw[index]);
-  return only_element(chunks, request.inputs[index], raw, Sender::Client);
 }
 
 Pieces encode_flag(bool value) {
@@ -245,15 +187,7 @@ Pieces encode_infer_response(const ModelRequest& model, std::string_view id,
   for (const auto& output : outputs)
     put_bytes(&head, 5, encode_description(output.name, output.datatype, output.shape));
   Pieces out{{std::move(head), {}}};
-  for (const auto& output : outputs) {
-    const bool element = output.datatype == "BYTES";
-    std::string raw;
-    put_bytes_header(&raw, 6, output.data.size() + (element ? 4 : 0));
-    for (int shift = 0; element && shift < 32; shift += 8)
-      raw.push_back(static_cast<char>(output.data.size() >> shift));
-    out.push_back({std::move(raw), {}});
-    out.push_back({"", output.data});
-  }
+  put_raw_contents(&out, 6, outputs);
   return out;
 }
 

@@ -35,7 +35,6 @@ struct InferRequest {
   std::string model, version, id;
   std::vector<InferTensor> inputs;
   std::vector<std::string> outputs;  // the names of the outputs to answer; none = all
-  std::vector<Range> raw;            // of raw_input_contents, in the order of the inputs
   bool wants_times = false;          // the parameter weir_times is true
 };
 
@@ -48,15 +47,6 @@ Result<bool> parse_index_request(const Chunks& chunks);
 Result<InferRequest> parse_infer_request(const Chunks& chunks);
 // The service in a HealthCheckRequest.
 Result<std::string> parse_health_request(const Chunks& chunks);
-
-// Writes the elements of input `index` to `to`, whose size is that of the expected tensor.
-// PEER_MESSAGE_INVALID when there are more or fewer.
-Status read_input(const Chunks& chunks, const InferRequest& request, size_t index,
-                  std::span<std::byte> to);
-
-// The only element of input `index`, whose type is BYTES, as a range of the message.
-// PEER_MESSAGE_INVALID when there are more or fewer.
-Result<Range> input_bytes(const Chunks& chunks, const InferRequest& request, size_t index);
 
 // ServerLiveResponse, ServerReadyResponse and ModelReadyResponse.
 Pieces encode_flag(bool value);

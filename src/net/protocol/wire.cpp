@@ -22,6 +22,16 @@ void put_bytes(std::string* to, uint32_t field, std::string_view bytes) {
   *to += bytes;
 }
 
+void put_number(std::string* to, uint32_t field, uint64_t value) {
+  if (value == 0) return;
+  put_varint(to, uint64_t{field} << 3 | static_cast<uint32_t>(WireType::Varint));
+  put_varint(to, value);
+}
+
+void put_text(std::string* to, uint32_t field, std::string_view text) {
+  if (!text.empty()) put_bytes(to, field, text);
+}
+
 Chunks::Chunks(std::vector<Chunk> chunks) : chunks_(std::move(chunks)) {
   std::erase_if(chunks_, [](const auto& chunk) { return chunk.empty(); });
   for (const auto& chunk : chunks_) {

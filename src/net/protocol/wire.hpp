@@ -24,6 +24,9 @@ void put_varint(std::string* to, uint64_t value);
 // The tag and the length of a field whose bytes follow.
 void put_bytes_header(std::string* to, uint32_t field, size_t bytes);
 void put_bytes(std::string* to, uint32_t field, std::string_view bytes);
+// Write nothing for the default of proto3: 0, and an empty text.
+void put_number(std::string* to, uint32_t field, uint64_t value);
+void put_text(std::string* to, uint32_t field, std::string_view text);
 
 // ---- Reading -----------------------------------------------------------------------------------
 

@@ -43,8 +43,7 @@ std::string name_in(const Chunks& chunks, Range range) {
 
 std::string error_answer(const std::string& text) {
   std::string error, out;
-  put_varint(&error, 1 << 3);
-  put_varint(&error, static_cast<uint64_t>(CallStatus::NotFound));
+  put_number(&error, 1, static_cast<uint64_t>(CallStatus::NotFound));
   put_bytes(&error, 2, text);
   put_bytes(&out, kError, error);
   return out;

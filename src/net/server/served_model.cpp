@@ -24,7 +24,9 @@ Result<std::vector<size_t>> order_of_inputs(const Call& call, const InferRequest
   if (!order) return order;
   for (size_t i = 0; i < order->size(); ++i) {
     if (model.inputs[i].datatype != "BYTES") continue;
-    if (const auto bytes = input_bytes(call.request(), request, (*order)[i]); !bytes)
+    if (const auto bytes =
+            only_element(call.request(), request.inputs[(*order)[i]], Sender::Client);
+        !bytes)
       return bytes.error();
   }
   return order;
@@ -67,12 +69,11 @@ size_t bytes_of(const TensorText& tensor) {
   return out;
 }
 
-Status check_raw(const InferRequest& request, size_t index, const TensorText& needed,
-                 const ModelMetadata& model) {
-  if (request.raw.empty() || needed.datatype == "BYTES") return ok();
-  const size_t offered = request.raw[index].size(), bytes = bytes_of(needed);
+Status check_raw(const InferTensor& input, const TensorText& needed, const ModelMetadata& model) {
+  if (!input.raw || needed.datatype == "BYTES") return ok();
+  const size_t offered = input.raw->size(), bytes = bytes_of(needed);
   if (offered == bytes) return ok();
-  return mismatch(model, std::to_string(offered) + " bytes for " + describe(request.inputs[index]),
+  return mismatch(model, std::to_string(offered) + " bytes for " + describe(input),
                   std::to_string(bytes) + " bytes for " + describe(needed));
 }
 
@@ -91,9 +92,8 @@ Result<std::vector<size_t>> match_inputs(const InferRequest& request, const Mode
       return mismatch(model, "no input with the name " + needed.name, list(model.inputs));
     if (!same_type(*found, needed) || !same_shape(*found, needed))
       return mismatch(model, describe(*found), describe(needed));
-    const auto index = static_cast<size_t>(found - request.inputs.begin());
-    if (auto status = check_raw(request, index, needed, model); !status) return status.error();
-    out.push_back(index);
+    if (auto status = check_raw(*found, needed, model); !status) return status.error();
+    out.push_back(static_cast<size_t>(found - request.inputs.begin()));
   }
   return out;
 }
@@ -130,16 +130,16 @@ ServedRequest::~ServedRequest() {
 }
 
 Status ServedRequest::read_input(size_t index, std::span<std::byte> to) const {
-  return net::read_input(call_->request(), request_, order_[index], to);
+  return read_elements(call_->request(), request_.inputs[order_[index]], to, Sender::Client);
 }
 
 size_t ServedRequest::size_of_bytes(size_t index) const {
-  const auto range = input_bytes(call_->request(), request_, order_[index]);
+  const auto range = only_element(call_->request(), request_.inputs[order_[index]], Sender::Client);
   return range ? range->size() : 0;  // take() has refused others
 }
 
 void ServedRequest::copy_bytes(size_t index, std::span<std::byte> to) const {
-  const auto range = input_bytes(call_->request(), request_, order_[index]);
+  const auto range = only_element(call_->request(), request_.inputs[order_[index]], Sender::Client);
   if (range && range->size() == to.size()) call_->request().copy(*range, to.data());
 }
 

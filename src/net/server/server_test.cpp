@@ -7,6 +7,7 @@
 #include <thread>
 
 #include "becomes.hpp"
+#include "net/protocol/oip_contents.hpp"
 #include "net/protocol/oip_service_messages.hpp"
 #include "net/server/served_model.hpp"
 #include "net/server/server_security.hpp"
@@ -95,7 +96,8 @@ TEST_F(Serving, AnswersWithTheIdAndTheBytes) {
   EXPECT_EQ(response->outputs.at(0).shape, (std::vector<int64_t>{1, 2}));
   EXPECT_NE(bytes.find("seven"), std::string::npos);
   float values[2];
-  EXPECT_TRUE(read_output(chunks, *response, 0, std::as_writable_bytes(std::span(values))));
+  EXPECT_TRUE(read_elements(chunks, response->outputs[0], std::as_writable_bytes(std::span(values)),
+                            Sender::Server));
   EXPECT_EQ(values[1], 4);
   expect_counts({.received = 1, .answered = 1});
 }

@@ -6,6 +6,7 @@
 #include <optional>
 
 #include "net/client/link.hpp"
+#include "net/protocol/oip_contents.hpp"
 #include "oip/oip_model.hpp"
 #include "oip/oip_signature.hpp"
 #include "tensor_check.hpp"
@@ -49,10 +50,10 @@ struct Taken {
 };
 
 // Every element has taken at least one byte of the answer.
-size_t received_bytes(const net::InferResponse& response, size_t index) {
-  if (!response.raw.empty()) return response.raw[index].size();
+size_t received_bytes(const net::InferTensor& output) {
+  if (output.raw) return output.raw->size();
   size_t out = 0;
-  for (const auto range : response.outputs[index].contents) out += range.size();
+  for (const auto range : output.contents) out += range.size();
   return out;
 }
 
@@ -65,7 +66,7 @@ Result<Taken> check(const net::Reply& reply, const net::InferResponse& response,
     return other_output(describe_output(given), wanted.to_string());
   Taken out{*index, wanted.info(), 0, {}};
   if (wanted.is_bytes()) {
-    const auto element = net::bytes_element(reply.chunks, response, *index);
+    const auto element = net::only_element(reply.chunks, given, net::Sender::Server);
     if (!element) return element.error();
     out.element = *element;
     out.info.shape[0] = static_cast<int64_t>(element->size());
@@ -77,7 +78,7 @@ Result<Taken> check(const net::Reply& reply, const net::InferResponse& response,
   const auto bytes = tensor_bytes(out.info);
   if (!bytes) return other_output(describe_output(given), "a size that fits into memory");
   out.bytes = *bytes;
-  if (out.bytes / element_bytes(out.info.type) > received_bytes(response, *index))
+  if (out.bytes / element_bytes(out.info.type) > received_bytes(given))
     return other_output(describe_output(given) + " with fewer elements", wanted.to_string());
   if (to.data && to.bytes != out.bytes)
     return other_output(describe_output(given), std::to_string(to.bytes) + " bytes");
@@ -109,7 +110,8 @@ Status take_outputs(const net::Reply& reply, const std::vector<OipTensor>& expec
       reply.chunks.copy(taken[i].element, tensors[i].data);
     } else {
       const std::span to(static_cast<std::byte*>(tensors[i].data), taken[i].bytes);
-      auto status = net::read_output(reply.chunks, *response, taken[i].index, to);
+      auto status = net::read_elements(reply.chunks, response->outputs[taken[i].index], to,
+                                       net::Sender::Server);
       if (!status) return status;
     }
     *copied += taken[i].bytes;
