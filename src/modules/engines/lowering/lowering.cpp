@@ -3,10 +3,7 @@
 #include "lowering/lowering.hpp"
 
 #include "lowering/lowered_graph.hpp"
-#include "lowering/lowering_cache.hpp"
 #include "lowering/operators.hpp"
-#include "lowering/sha256.hpp"
-#include "weir/engine_tools.hpp"
 
 namespace weir::engine {
 namespace {
@@ -57,38 +54,15 @@ Result<std::string> lower_graph(const TfliteGraph& source) {
   return graph.model();
 }
 
-LoweringCache cache_of(std::span<const std::byte> file, const std::string& runtime) {
-  const std::string made_of = "lowering " + std::to_string(kLoweringVersion) + "\nONNX Runtime " +
-                              runtime + "\nfile " + hexadecimal(sha256(file));
-  return LoweringCache(std::as_bytes(std::span(made_of)));
-}
-
 }  // namespace
 
-Result<LoweredModel> lower_tflite(std::span<const std::byte> file,
-                                  const LoweringSettings& settings) {
+Result<LoweredModel> lower_tflite(std::span<const std::byte> file) {
   const auto source = read_tflite_graph(file);
   if (!source) return source.error();
-  LoweredModel out{{}, false, ports(*source, source->inputs), ports(*source, source->outputs)};
-  if (settings.cache) {
-    std::string complaint;
-    const auto cache = cache_of(file, settings.runtime);
-    const auto kept = cache.load(&complaint);
-    if (!complaint.empty())
-      log(WEIR_LOG_WARNING,
-          "the cache of lowered graphs: " + complaint + "; the graph is generated again");
-    if (kept) {
-      out.onnx = *kept;
-      out.cached = true;
-      return out;
-    }
-  }
   auto graph = lower_graph(*source);
   if (!graph) return graph.error();
-  out.onnx = *std::move(graph);
-  if (settings.cache && !cache_of(file, settings.runtime).store(out.onnx))
-    log(WEIR_LOG_INFO, "the lowered graph could not be stored in the cache");
-  return out;
+  return LoweredModel{*std::move(graph), ports(*source, source->inputs),
+                      ports(*source, source->outputs)};
 }
 
 }  // namespace weir::engine

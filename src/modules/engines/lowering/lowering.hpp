@@ -11,28 +11,18 @@
 
 namespace weir::engine {
 
-// Increase this whenever the same file would be lowered to different bytes.
-inline constexpr int kLoweringVersion = 2;
-
 struct PortQuantization {
   float scale = 0;  // 0: not quantised
   int32_t zero_point = 0;
 };
 struct LoweredModel {
   std::string onnx;                               // a complete file
-  bool cached = false;                            // loaded from the cache
   std::vector<PortQuantization> inputs, outputs;  // of the model, as in the source
-};
-
-struct LoweringSettings {
-  bool cache = true;    // cache on disk (lowering_cache.hpp)
-  std::string runtime;  // version of the runtime that will run the graph
 };
 
 // Keeps the names, types and shapes of the model's inputs and outputs. Results differ by rounding:
 // docs/guide/lowering.md. MODEL_INVALID for a damaged file; MODEL_UNSUPPORTED, naming the operator,
 // for what cannot be lowered.
-Result<LoweredModel> lower_tflite(std::span<const std::byte> file,
-                                  const LoweringSettings& settings);
+Result<LoweredModel> lower_tflite(std::span<const std::byte> file);
 
 }  // namespace weir::engine

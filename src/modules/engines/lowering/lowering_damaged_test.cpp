@@ -11,11 +11,10 @@ const weir_engine& lowering_engine() {
   static const weir_engine table = [] {
     weir_engine out = *engine();
     out.open = [](const weir_open* request, weir_model** model, weir_error* error) {
-      static const weir_option options[] = {{"Lowering", "onnxruntime"},
-                                            {"LoweringCache", "false"}};
+      static const weir_option options[] = {{"Lowering", "onnxruntime"}};
       weir_open with = *request;
       with.options = options;
-      with.n_options = 2;
+      with.n_options = 1;
       return engine()->open(&with, model, error);
     };
     return out;

@@ -34,7 +34,7 @@ enum : int32_t {
 
 Error error_of(const TfliteBuilder& model) {
   const auto bytes = model.bytes();
-  const auto lowered = engine::lower_tflite(bytes, {.cache = false, .runtime = "1"});
+  const auto lowered = engine::lower_tflite(bytes);
   return lowered ? Error{.code = Code::INTERNAL, .what = "it is lowered"} : lowered.error();
 }
 

@@ -2,7 +2,6 @@
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #pragma once
 #include <algorithm>
-#include <cstdlib>
 #include <random>
 
 #include "engine_test_support.hpp"
@@ -34,7 +33,6 @@ class LoweringTest : public EngineTest {
     if (!other_engine()->extension("weir.library/1"))
       GTEST_SKIP() << "onnxruntime is not installed";
     let_find("onnxruntime", other_engine());
-    setenv("XDG_CACHE_HOME", folder_.path("cache").c_str(), 1);
   }
 
   // The log text since the last call.

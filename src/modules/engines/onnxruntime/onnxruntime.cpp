@@ -17,8 +17,6 @@ struct OnnxRuntimeEngine {
      "help": "graph optimization level of ONNX Runtime"},
     {"name": "Spinning", "type": "boolean", "default": "true for the only filter of the process, otherwise false",
      "help": "threads busy-wait between two operators"},
-    {"name": "LoweringCache", "type": "boolean", "default": "true",
-     "help": "translated graphs of .tflite models are cached in ~/.cache/weir"},
     {"name": "session.*", "type": "text", "default": "", "help": "an entry of the session configuration"}])";
   using Model = OrtModel;
   using Session = OrtRunner;

@@ -92,10 +92,9 @@ struct LoweredFacts {
 
 // Replaces a TensorFlow Lite model with the lowered ONNX model, which is then opened. Nullopt: it
 // is another model.
-Result<std::optional<LoweredFacts>> lower(ModelBytes* file, const OrtRuntime& runtime,
-                                          OrtOptions* options) {
+Result<std::optional<LoweredFacts>> lower(ModelBytes* file, OrtOptions* options) {
   if (!is_tflite(file->bytes)) return std::optional<LoweredFacts>();
-  auto lowered = lower_tflite(file->bytes, {options->lowering_cache, runtime.version()});
+  auto lowered = lower_tflite(file->bytes);
   if (!lowered) {
     Error error = lowered.error();
     error.offered = file->name() + (error.offered.empty() ? "" : ": " + error.offered);
@@ -129,7 +128,7 @@ Result<std::unique_ptr<OrtModel>> OrtModel::open(const weir_open& request) {
   if (!options) return options.error();
   auto file = read_model(request, {.check_head = check_head});
   if (!file) return file.error();
-  auto lowered = lower(&*file, **runtime, &*options);
+  auto lowered = lower(&*file, &*options);
   if (!lowered) return lowered.error();
   auto summary = read_onnx(file->bytes);
   if (!summary) {

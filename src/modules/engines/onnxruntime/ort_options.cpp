@@ -47,8 +47,6 @@ Status apply(const weir_option& option, OrtOptions* out) {
   const auto key = text_or_empty(option.key), value = text_or_empty(option.value);
   if (equals_ignoring_case(key, "GraphOptimization"))
     return store_option(optimization_option(value), &out->optimization);
-  if (equals_ignoring_case(key, "LoweringCache"))
-    return store_option(switch_option(key, value), &out->lowering_cache);
   if (equals_ignoring_case(key, "NumThreads")) {
     const auto threads = number_option(key, value, 1);
     if (!threads) return threads.error();
@@ -62,8 +60,7 @@ Status apply(const weir_option& option, OrtOptions* out) {
     out->config[std::string(key)] = value;
     if (key == kAllowSpinning) out->spins = value != "0";
   } else {
-    warn_unknown_option(key,
-                        "NumThreads, GraphOptimization, Spinning, LoweringCache, session.* keys");
+    warn_unknown_option(key, "NumThreads, GraphOptimization, Spinning, session.* keys");
   }
   return ok();
 }

@@ -17,13 +17,12 @@ struct OrtOptions {
   bool by_size = false;  // neither the user nor the host said how many: one for a small model
   bool spins = false;    // threads spin while they wait for the next operator
   GraphOptimizationLevel optimization = ORT_ENABLE_ALL;
-  bool lowering_cache = true;  // cache lowered TensorFlow Lite models
   // Keys of onnxruntime_session_options_config_keys.h, passed on unchanged.
   std::map<std::string, std::string> config;
 
-  // NumThreads:N, GraphOptimization:{none,basic,extended,all}, Spinning:{true,false},
-  // LoweringCache:{true,false}, and every ONNX Runtime key that contains a dot. Unknown keys are
-  // logged; OPTION_VALUE for an invalid value.
+  // NumThreads:N, GraphOptimization:{none,basic,extended,all}, Spinning:{true,false}, and
+  // every ONNX Runtime key that contains a dot. Unknown keys are logged; OPTION_VALUE for an
+  // invalid value.
   //
   // If no thread count is set (weir_open::threads is 0: the only model of the process, one frame at
   // a time), the model gets all cores, or one thread if it is small. Its threads then spin for up

@@ -18,9 +18,7 @@ struct TensorflowLiteEngine {
     {"name": "Resize", "type": "boolean", "default": "false",
      "help": "inputs have the stream's shape even if the file has a fixed one"},
     {"name": "Lowering", "type": "onnxruntime|None", "default": "None",
-     "help": "a quantised graph is translated for ONNX Runtime; results differ by a few steps"},
-    {"name": "LoweringCache", "type": "boolean", "default": "true",
-     "help": "translated graphs are cached in ~/.cache/weir"}])";
+     "help": "a quantised graph is translated for ONNX Runtime; results differ by a few steps"}])";
   using Model = TfliteModel;
   using Session = TfliteRunner;
 

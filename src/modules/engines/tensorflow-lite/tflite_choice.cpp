@@ -52,7 +52,7 @@ ChosenSession& of(weir_session* session) {
 constexpr weir_option kAsWritten{"session.disable_quant_qdq", "1"};
 
 struct LoweringChoice {
-  bool wanted = false, cache = true;
+  bool wanted = false;
   std::vector<weir_option> others;  // options for the other engine
 };
 
@@ -63,12 +63,6 @@ Result<LoweringChoice> lowering_choice(const weir_open& request) {
     const auto key = text_or_empty(request.options[i].key);
     const auto value = text_or_empty(request.options[i].value);
     if (equals_ignoring_case(key, "Delegate")) continue;
-    if (equals_ignoring_case(key, "LoweringCache")) {
-      const auto on = switch_option(key, value);
-      if (!on) return on.error();
-      out.cache = *on;
-      continue;
-    }
     if (!equals_ignoring_case(key, "Lowering")) {
       out.others.push_back(request.options[i]);
       continue;
@@ -90,12 +84,6 @@ std::string with_reason(const char* metadata, const std::string& why) {
 int open_own(const weir_open& request, ChosenModel* out, weir_error* error) {
   out->engine = own_engine;
   return own_engine->open(&request, &out->model, error);
-}
-
-// The version of the engine's library; "" when it is not installed.
-std::string version_of(const weir_engine& engine) {
-  const auto* library = static_cast<const char* const*>(engine.extension("weir.library/1"));
-  return library ? library[1] : "";
 }
 
 int open_instead(const weir_open& request, const std::string& model, const std::string& why,
@@ -120,7 +108,7 @@ int open_lowered(const weir_open& request, const LoweringChoice& choice, ChosenM
   if (!file) return fail(error, file.error());
   const weir_engine* other = nullptr;
   if (const int found = finder->find("onnxruntime", &other, error); found < 0) return found;
-  auto lowered = lower_tflite(file->bytes, {choice.cache, version_of(*other)});
+  auto lowered = lower_tflite(file->bytes);
   if (!lowered && lowered.error().code == Code::MODEL_UNSUPPORTED) {
     const auto& why = lowered.error();
     return open_instead(request, file->name(),
@@ -151,8 +139,7 @@ int open_lowered(const weir_open& request, const LoweringChoice& choice, ChosenM
   out->input_scales = std::move(lowered->inputs);
   out->output_scales = std::move(lowered->outputs);
   out->metadata = lowered_metadata(file->bytes);
-  log(WEIR_LOG_INFO, "Lowering:onnxruntime: ONNX Runtime runs " + file->name() +
-                         (lowered->cached ? ", lowered before" : ""));
+  log(WEIR_LOG_INFO, "Lowering:onnxruntime: ONNX Runtime runs " + file->name());
   return WEIR_OK;
 }
 

@@ -26,9 +26,8 @@ Status apply(const weir_option& option, TfliteOptions* out) {
     return store_option(switch_option(key, value), &out->resize);
   if (equals_ignoring_case(key, "Delegate")) {
     choose_delegate(value, out);
-  } else if (!equals_ignoring_case(key, "Lowering") &&
-             !equals_ignoring_case(key, "LoweringCache")) {  // parsed in tflite_choice.cpp
-    warn_unknown_option(key, "NumThreads, Delegate, Resize, Lowering, LoweringCache");
+  } else if (!equals_ignoring_case(key, "Lowering")) {  // parsed in tflite_choice.cpp
+    warn_unknown_option(key, "NumThreads, Delegate, Resize, Lowering");
   }
   return ok();
 }
