@@ -7,7 +7,6 @@
 #include <cstring>
 
 #include "core/simd/dispatch.hpp"
-#include "core/transform/avx512_bytes.hpp"
 #include "core/transform/stand_scale.hpp"
 
 #undef HWY_TARGET_INCLUDE
@@ -124,17 +123,8 @@ void add_bytes(const std::byte* bytes, size_t count, IntegerSums& totals) noexce
   const auto turned = hn::Set(d, uint8_t{0x80});
   const auto low = hn::Set(d16, uint16_t{0xFF});
   auto sum = hn::Zero(d64);
-  size_t begin = 0;
-  uint64_t total = 0, squares_total = 0;
-#if HWY_TARGET == HWY_AVX3 && WEIR_AVX512_BYTES
-  if (has_avx512_bytes()) {  // three instructions instead of eight
-    const auto sums = add_bytes_avx512(in, count, kSigned ? uint8_t{0x80} : uint8_t{0});
-    total = sums.sum;
-    squares_total = sums.squares;
-    begin = whole;
-  }
-#endif
-  for (size_t done = begin; done < whole; done += kVectors) {
+  uint64_t squares_total = 0;
+  for (size_t done = 0; done < whole; done += kVectors) {
     auto even = hn::Zero(d32), odd = hn::Zero(d32), even_rest = hn::Zero(d32),
          odd_rest = hn::Zero(d32);
     const size_t end = std::min(done + kVectors, whole);
@@ -154,7 +144,7 @@ void add_bytes(const std::byte* bytes, size_t count, IntegerSums& totals) noexce
       for (size_t i = 0; i < hn::Lanes(d32); ++i) squares_total += static_cast<uint32_t>(each[i]);
     }
   }
-  total += hn::GetLane(hn::SumOfLanes(d64, sum));
+  uint64_t total = hn::GetLane(hn::SumOfLanes(d64, sum));
   for (size_t i = whole * lanes; i < count; ++i) {
     const auto x = static_cast<uint8_t>(in[i] ^ (kSigned ? 0x80 : 0));
     total += x;

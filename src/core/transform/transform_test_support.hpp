@@ -13,7 +13,6 @@
 #include <string>
 #include <vector>
 
-#include "core/transform/avx512_bytes.hpp"
 #include "core/transform/transform.hpp"
 
 namespace weir::transform::test {
@@ -28,11 +27,6 @@ void for_each_target(F&& f) {
     hwy::SetSupportedTargetsForTest(target);
     SCOPED_TRACE(hwy::TargetName(target));
     f();
-    if (target != HWY_AVX3 || !has_avx512_bytes()) continue;
-    SCOPED_TRACE("without VBMI and VNNI");
-    allow_avx512_bytes(false);
-    f();
-    allow_avx512_bytes(true);
   }
   hwy::SetSupportedTargetsForTest(0);
 }

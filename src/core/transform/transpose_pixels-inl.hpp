@@ -132,9 +132,6 @@ void move_triples(const Pixels& plane) noexcept {
   const Pixels pixels = plane;  // a local copy: the stores might alias `plane`
   constexpr size_t kBlocks = kTileBlocks, kRows = 4 * kBlocks, kSpilt = kBlocks == 1 ? 2 : 3;
   const size_t columns = pixels.columns < 6 ? 0 : (pixels.columns - 2) / 4 * 4;
-#if HWY_TARGET == HWY_AVX3 && WEIR_AVX512_BYTES
-  const bool fast = has_avx512_bytes();
-#endif
   for (size_t strip = 0; strip < pixels.columns; strip += kPixelStrip) {
     const size_t end = std::min(strip + kPixelStrip, pixels.columns);
     const size_t whole = std::max(strip, std::min(end, columns));
@@ -142,14 +139,6 @@ void move_triples(const Pixels& plane) noexcept {
       for (size_t r = from; whole < end && r < to; ++r) move_row<3, 3>(pixels, r, whole, end);
     };
     size_t r = 0;
-#if HWY_TARGET == HWY_AVX3 && WEIR_AVX512_BYTES
-    for (; fast && r + kTripleRows <= pixels.rows; r += kTripleRows) {
-      move_triples_avx512(reinterpret_cast<const uint8_t*>(pixels.from(r, strip)), pixels.in_stride,
-                          reinterpret_cast<uint8_t*>(pixels.to(r, strip)), pixels.out_stride,
-                          (whole - strip) / kTripleColumns);
-      rest(r, r + kTripleRows);
-    }
-#endif
     for (; r + kRows + kSpilt <= pixels.rows; r += kRows) {
       for (size_t c = strip; c < whole; c += 4) move_triple_tile<kBlocks, false>(pixels, r, c);
       rest(r, r + kRows);

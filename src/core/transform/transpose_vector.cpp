@@ -3,7 +3,6 @@
 #include <algorithm>
 #include <cstring>
 
-#include "core/transform/avx512_bytes.hpp"
 #include "core/transform/transpose_steps.hpp"
 
 #undef HWY_TARGET_INCLUDE
