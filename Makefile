@@ -53,15 +53,15 @@ bench: build
 
 #: make bench-mtcnn the face detection example against its control; INPUT=clip, tables into BUILD/mtcnn
 bench-mtcnn: needs-input build
-	@examples/mtcnn/bench --build $(BUILD) --output $(BUILD)/mtcnn "$(INPUT)"
+	@benchmarks/mtcnn/bench --build $(BUILD) --output $(BUILD)/mtcnn "$(INPUT)"
 
 #: make bench-street the street example against its control; INPUT=clip, a table into BUILD/street
 bench-street: needs-input build
-	@examples/street/bench --build $(BUILD) --output $(BUILD)/street "$(INPUT)"
+	@benchmarks/street/bench --build $(BUILD) --output $(BUILD)/street "$(INPUT)"
 
 #: make bench-ars   the activity recognition example against its control, a table into BUILD/ars
 bench-ars: build
-	@examples/ars/bench --build $(BUILD) --output $(BUILD)/ars
+	@benchmarks/ars/bench --build $(BUILD) --output $(BUILD)/ars
 
 #: make setup       install what is missing: packages and engines (SETUP_FLAGS=--check looks only)
 setup:

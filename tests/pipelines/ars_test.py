@@ -23,10 +23,10 @@ from built_modules import has_engine
 SOURCE = pathlib.Path(os.environ["WEIR_SOURCE"])
 BUILD = pathlib.Path(os.environ["WEIR_BUILD"])
 SHARED = pathlib.Path(os.environ.get("WEIR_DATA") or SOURCE / "../shared")
-ARS = SOURCE / "examples/ars"
+ARS, BENCHMARK = SOURCE / "examples/ars", SOURCE / "benchmarks/ars"
 MODULES, NETWORKS = BUILD / "examples/ars", ARS / "networks"
 HAS_PACKAGE = (BUILD / "bindings/python/weir/__init__.py").exists()
-sys.path[:0] = [str(BUILD / "bindings/python"), str(ARS), str(ARS / "measure")]
+sys.path[:0] = [str(BUILD / "bindings/python"), str(ARS), str(BENCHMARK / "measure")]
 import code_lines  # noqa: E402
 import event_camera  # noqa: E402
 import lines  # noqa: E402
@@ -110,7 +110,7 @@ class Lines(WithRecording):
                 for name in ("a", "b", *(["c", "bc"] if has_engine("onnxruntime") else []))}
         for name, expected in line.items():
             for workers in (1, 2):
-                done = call([ARS / "control/control.py", "--modules", MODULES, "--networks", NETWORKS, "--workers", workers, name, self.recording])
+                done = call([BENCHMARK / "control.py", "--modules", MODULES, "--networks", NETWORKS, "--workers", workers, name, self.recording])
                 self.assertEqual(activities_of(done), expected, name)
                 played = call([ARS / "run", "--build", BUILD, "--workers", workers, name, self.recording])
                 self.assertEqual(played.stdout.decode().split("\n")[:-1], expected, name)
@@ -378,7 +378,7 @@ class Bench(unittest.TestCase):
     @unittest.skipUnless(HAS_PACKAGE, "the package weir for Python is not built")
     def test_a_small_run_has_the_rows_of_the_paper(self):
         with tempfile.TemporaryDirectory() as folder:
-            done = call([ARS / "bench", "--build", BUILD, "--rounds", 1, "--variants", "b", "--live-seconds", 6, "--output", folder])
+            done = call([BENCHMARK / "bench", "--build", BUILD, "--rounds", 1, "--variants", "b", "--live-seconds", 6, "--output", folder])
             self.assertEqual(done.returncode, 0, done.stderr)
             text = (pathlib.Path(folder) / "ars.md").read_text()
         rows = [line.split(" | ")[0].removeprefix("| B: ") for line in text.splitlines() if line.startswith("| B: ")]
@@ -389,8 +389,8 @@ class Bench(unittest.TestCase):
 
     def test_the_bench_refuses(self):
         for arguments, words in (("--rounds 0", "at least 1 round"), ("--live-seconds 5", "6 to 44 seconds"), ("--variants a,z", "no variant z: a, b, c, bc"), ("--workers 1", "at least 2 workers"),
-                                 ("--build /nowhere", "no examples/ars/ars-bare: make build")):
-            done = call([ARS / "bench", "--build", BUILD, *arguments.split()])
+                                 ("--build /nowhere", "no benchmarks/ars/ars-bare: make build")):
+            done = call([BENCHMARK / "bench", "--build", BUILD, *arguments.split()])
             self.assertEqual(done.returncode, 2, arguments)
             self.assertIn(words, done.stderr.decode())
 

@@ -1,6 +1,6 @@
 #!/usr/bin/python3
 # SPDX-License-Identifier: LGPL-2.1-or-later
-"""Tests examples/mtcnn/bench: its arithmetic on hand-made values, its table, its clips, and a small run."""
+"""Tests benchmarks/mtcnn/bench: its arithmetic on hand-made values, its table, its clips, and a small run."""
 
 import json
 import os
@@ -19,8 +19,8 @@ BUILD = pathlib.Path(os.environ["WEIR_BUILD"])
 SHARED = pathlib.Path(os.environ.get("WEIR_DATA") or SOURCE / "../shared")
 VIDEO = SHARED / "media/video/street_1080p25.mp4"
 NETWORKS = SHARED / "models/face/mtcnn"
-BENCH = SOURCE / "examples/mtcnn/bench"
-sys.path.insert(0, str(SOURCE / "examples/mtcnn/measure"))
+BENCHMARK = SOURCE / "benchmarks/mtcnn"
+sys.path.insert(0, str(BENCHMARK / "measure"))
 import lines  # noqa: E402
 import numbers_of as numbers  # noqa: E402
 import parts  # noqa: E402
@@ -132,11 +132,11 @@ class Lines(unittest.TestCase):
         self.assertEqual(lines.of_text("<launch>\n<!-- one\ntwo -->\n</launch>\n", ".launch"), 2)
 
     def test_every_source_of_the_programs_counts_once(self):
-        folder = SOURCE / "examples/mtcnn"
         counted = [name for names, _ in lines.PARTS.values() for name in names.split()]
         self.assertEqual(len(counted), len(set(counted)))
-        sources = {str(f.relative_to(folder)) for pattern in ("*.[ch]pp", "*.msg", "*.launch") for f in folder.rglob(pattern)}
-        others = {f for f in sources if f.endswith("_test.cpp") or f.startswith("kernels/") or f.startswith("control/floor")}
+        sources = {str(f.relative_to(folder)) for folder in (lines.EXAMPLE, BENCHMARK) for pattern in ("*.[ch]pp", "*.msg", "*.launch")
+                   for f in folder.rglob(pattern)}
+        others = {f for f in sources if f.endswith("_test.cpp") or f.startswith("floor")}
         self.assertEqual(sources - set(counted), others)
 
 
@@ -176,7 +176,7 @@ class KernelsFloor(unittest.TestCase):
         with tempfile.TemporaryDirectory() as folder:
             file = pathlib.Path(folder) / "requests"
             file.write_text(asked)
-            return subprocess.run([SOURCE / "examples/mtcnn/run", "--build", BUILD, "--kernels-floor", "--models", models, *options, file],
+            return subprocess.run([BENCHMARK / "run", "--build", BUILD, "--kernels-floor", "--models", models, *options, file],
                                   capture_output=True, text=True, timeout=300)
 
     def test_repeats_what_was_requested(self):
@@ -215,10 +215,10 @@ class KernelsFloor(unittest.TestCase):
             self.assertIn(words, done.stderr)
 
 
-@unittest.skipUnless(VIDEO.exists() and (BUILD / "examples/mtcnn/control/mtcnn-floor").exists(), "no clip, or no control is built")
+@unittest.skipUnless(VIDEO.exists() and (BUILD / "benchmarks/mtcnn/mtcnn-floor").exists(), "no clip, or no control is built")
 class Run(unittest.TestCase):
     def bench(self, *arguments):
-        return subprocess.run([BENCH, "--build", BUILD, *map(str, arguments)], capture_output=True, text=True, timeout=300)
+        return subprocess.run([BENCHMARK / "bench", "--build", BUILD, *map(str, arguments)], capture_output=True, text=True, timeout=300)
 
     def test_a_small_run_and_one_more_round(self):
         with tempfile.TemporaryDirectory() as folder:

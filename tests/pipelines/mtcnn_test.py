@@ -38,11 +38,13 @@ def overlap(a, b):
     return width * height / (sum(areas) - width * height)
 
 
-CONTROL, ROS = BUILD / "examples/mtcnn/control/mtcnn-control", BUILD / "examples/mtcnn/control/ros/mtcnn-ros-camera"
+CONTROL, ROS = BUILD / "benchmarks/mtcnn/mtcnn-control", BUILD / "benchmarks/mtcnn/ros/mtcnn-ros-camera"
 
 
-def run(*arguments, control=False):
-    return subprocess.run([SOURCE / "examples/mtcnn/run", *(["--control"] if control else []), *map(str, arguments)],
+def run(*arguments, other=None):
+    """`other`: the option of benchmarks/mtcnn/run for another program."""
+    command = [SOURCE / "benchmarks/mtcnn/run", other] if other else [SOURCE / "examples/mtcnn/run"]
+    return subprocess.run([*command, *map(str, arguments)],
                           capture_output=True, text=True, timeout=300, env={**os.environ, "WEIR_BUILD": str(BUILD)})
 
 
@@ -86,7 +88,7 @@ class Faces(unittest.TestCase):
     def test_photos_of_the_control(self):
         if not CONTROL.exists():
             self.skipTest("the control is not built")
-        self.photos(control=True)
+        self.photos(other="--control")
 
     def test_kernels_of_our_own(self):
         """With 8 bits in all networks, and only in P-Net; float32 is the default."""
@@ -104,10 +106,10 @@ class Faces(unittest.TestCase):
         self.assertEqual(done.returncode, 1)
         self.assertIn("needed: one of: float32, mixed, int8", done.stderr)
 
-    def photos(self, *options, control=False):
+    def photos(self, *options, other=None):
         off = []
         for name, reference in self.reference["mtcnn"].items():
-            pictures = self.found(*options, "--min-face", reference["minsize"], SHARED / "media/face" / name, control=control)
+            pictures = self.found(*options, "--min-face", reference["minsize"], SHARED / "media/face" / name, other=other)
             self.assertEqual(len(pictures), 1, name)
             off += self.hold(pictures[0], reference, name)
         self.assertGreater(len(off), 10)
@@ -115,16 +117,16 @@ class Faces(unittest.TestCase):
 
     def test_faces_at_the_edge_of_the_picture(self):
         """A face with a part cut off is found, with the same landmarks as in the whole photo."""
-        for control in (False, True):
-            if control and not CONTROL.exists():
+        for other in (None, "--control"):
+            if other and not CONTROL.exists():
                 self.skipTest("the control is not built")
             for name, side, share in (("ivan.jpg", "bottom", 0.35), ("ivan.jpg", "right", 0.25), ("faces.jpg", "right", 0.25),
                                       ("obama-1080p.jpg", "left", 0.2), ("obama-1080p.jpg", "top", 0.25)):
-                with self.subTest(f"{name} {side} {share}", control=control):
-                    self.at_the_edge(SHARED / "media/face" / name, side, share, control)
+                with self.subTest(f"{name} {side} {share}", other=other):
+                    self.at_the_edge(SHARED / "media/face" / name, side, share, other)
 
-    def at_the_edge(self, photo, side, share, control):
-        face = self.found(photo, control=control)[0][0]
+    def at_the_edge(self, photo, side, share, other):
+        face = self.found(photo, other=other)[0][0]
         left, top, right, bottom = face["box"]
         # The part of the photo after the cut, or before it.
         cut = {"left": left + share * (right - left), "right": right - share * (right - left),
@@ -135,7 +137,7 @@ class Faces(unittest.TestCase):
             away = {"left": cut, "top": cut, "right": width - cut, "bottom": height - cut}[side]
             subprocess.run(f"gst-launch-1.0 -q filesrc location={photo} ! decodebin ! videoconvert ! video/x-raw,format=RGB ! "
                            f"videocrop {side}={round(away)} ! pngenc ! filesink location={part}".split(), check=True, timeout=60)
-            faces = self.found(part, control=control)[0]
+            faces = self.found(part, other=other)[0]
         x, y = round(away) if side == "left" else 0, round(away) if side == "top" else 0
         for one in faces:
             one["box"] = [n + (x, y)[i % 2] for i, n in enumerate(one["box"])]
@@ -154,12 +156,12 @@ class Faces(unittest.TestCase):
         if not (ROS.exists() and shutil.which("roslaunch")):
             self.skipTest("ROS 1 is not installed (libroscpp-dev, python3-roslaunch)")
         photo = SHARED / "media/face/faces.jpg"
-        self.assertEqual(self.found("--ros", photo), self.found(photo, control=True))
+        self.assertEqual(self.found(photo, other="--ros"), self.found(photo, other="--control"))
         with tempfile.TemporaryDirectory() as folder:
-            done = run("--ros", "--json", "--models", folder, photo)
+            done = run("--json", "--models", folder, photo, other="--ros")
             self.assertEqual((done.returncode, done.stdout), (1, ""))
             self.assertIn("onnx/pnet.onnx", done.stderr)
-        done = run("--ros", "--json", "--models", NETWORKS, SOURCE / "README.md")
+        done = run("--json", "--models", NETWORKS, SOURCE / "README.md", other="--ros")
         self.assertEqual((done.returncode, done.stdout), (1, ""))
         self.assertIn("control: ", done.stderr)
 
@@ -246,7 +248,7 @@ class Faces(unittest.TestCase):
 
     def test_a_cascade_that_stalls(self):
         """A clip with one picture per second, while a result is expected every tenth of a second."""
-        sys.path.insert(0, str(SOURCE / "examples/mtcnn/measure"))
+        sys.path.insert(0, str(SOURCE / "benchmarks/mtcnn/measure"))
         import clips
 
         with tempfile.TemporaryDirectory() as folder:
@@ -263,17 +265,17 @@ class Faces(unittest.TestCase):
         self.assertIn("--patience", done.stderr)
 
     def test_what_is_not_there_is_named(self):
-        for options, program, fix in (((), "mtcnn", "make build"), (("--control",), "mtcnn-control", "libopencv-imgproc-dev"),
-                                      (("--ros",), "mtcnn-ros-camera", "libroscpp-dev")):
-            done = run("--build", "/nowhere", *options, "clip.mp4")
+        for other, program, fix in ((None, "mtcnn", "make build"), ("--control", "mtcnn-control", "libopencv-imgproc-dev"),
+                                    ("--ros", "mtcnn-ros-camera", "libroscpp-dev")):
+            done = run("--build", "/nowhere", "clip.mp4", other=other)
             self.assertEqual(done.returncode, 1)
             self.assertRegex(done.stderr, f"{program} is not built\n  fix: .*{fix}")
         with tempfile.TemporaryDirectory() as folder:
-            nodes = pathlib.Path(folder) / "examples/mtcnn/control/ros"
+            nodes = pathlib.Path(folder) / "benchmarks/mtcnn/ros"
             nodes.mkdir(parents=True)
             for name in ("camera", "p", "r", "o"):
                 (nodes / f"mtcnn-ros-{name}").touch()
-            done = run("--build", folder, "--ros", "clip.mp4")
+            done = run("--build", folder, "clip.mp4", other="--ros")
         self.assertEqual(done.returncode, 1)
         self.assertRegex(done.stderr, r"package\.xml is not built\n  fix: .*libroscpp-dev")
 

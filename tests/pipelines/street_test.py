@@ -1,6 +1,6 @@
 #!/usr/bin/python3
 # SPDX-License-Identifier: LGPL-2.1-or-later
-"""Tests examples/street: the comparison on boxes made for it, what the programs refuse, and both of them on a real clip."""
+"""Tests examples/street and benchmarks/street: the comparison on boxes made for it, what the programs refuse, and both of them on a real clip."""
 
 import importlib.machinery
 import importlib.util
@@ -18,16 +18,16 @@ from built_modules import has_engine
 SOURCE = pathlib.Path(os.environ["WEIR_SOURCE"])
 BUILD = pathlib.Path(os.environ["WEIR_BUILD"])
 SHARED = pathlib.Path(os.environ.get("WEIR_DATA") or SOURCE / "../shared")
-STREET = SOURCE / "examples/street"
-CONTROL = BUILD / "examples/street/control/street-control"
+STREET, BENCHMARK = SOURCE / "examples/street", SOURCE / "benchmarks/street"
+CONTROL = BUILD / "benchmarks/street/street-control"
 CLIP = SHARED / "media/video/street_1080p25.mp4"
 MODEL = SHARED / "models/detection/yolox_nano.onnx"
-sys.path.insert(0, str(STREET))
+sys.path.insert(0, str(BENCHMARK))
 import comparison  # noqa: E402
 
 
 def load_bench():
-    loader = importlib.machinery.SourceFileLoader("street_bench", str(STREET / "bench"))
+    loader = importlib.machinery.SourceFileLoader("street_bench", str(BENCHMARK / "bench"))
     module = importlib.util.module_from_spec(importlib.util.spec_from_loader("street_bench", loader))
     loader.exec_module(module)
     return module
@@ -121,8 +121,8 @@ class Refusals(unittest.TestCase):
         self.assertIn("weir models get yolox-nano", text)
 
     def test_the_bench(self):
-        text = self.refused([STREET / "bench", "--build", "/no/build", STREET / "bench"])
-        self.assertIn("/no/build/examples/street/control/street-control is not built", text)
+        text = self.refused([BENCHMARK / "bench", "--build", "/no/build", BENCHMARK / "bench"])
+        self.assertIn("/no/build/benchmarks/street/street-control is not built", text)
         self.assertIn("apt-get install libopencv-dnn-dev libopencv-videoio-dev", text)
 
     @unittest.skipUnless(CONTROL.exists(), "street-control is not built")

@@ -1,17 +1,17 @@
 // The control: the same cascade without Weir, as a team would write it: one loop on one thread with
 // OpenCV and ONNX Runtime's own API, like the callback of a ROS node. It shares the arithmetic of
-// MTCNN (../cascade.cpp), the network files, the resampler and the batching with ../mtcnn, and
-// makes no avoidable copies.
+// MTCNN (examples/mtcnn/cascade.cpp), the network files, the resampler and the batching with the
+// example, and makes no avoidable copies.
 //
 //   mtcnn-control --models FOLDER [--min-face N] [--threads N] [--rate R] [--report FILE] INPUT
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #include <CLI/CLI.hpp>
 #include <cstdio>
 
-#include "../faces_text.hpp"
-#include "../stage_times.hpp"
+#include "faces_text.hpp"
 #include "floor_requests.hpp"
 #include "pictures.hpp"
+#include "stage_times.hpp"
 #include "stages.hpp"
 
 namespace {

@@ -8,9 +8,10 @@ import statistics
 import numbers_of as numbers
 from processes import watch
 
+ROOT = pathlib.Path(__file__).resolve().parents[3]
 STAGES = ("pyramid and P-Net", "regions and R-Net", "regions and O-Net")
 WEIR = {"weir": ["--framework", "onnxruntime", "--custom", "NumThreads:1"], "kernels": ["--framework", "mtcnn-kernels"]}  # both engines
-FLOORS = {"onnxruntime": "--floor", "mtcnn-kernels": "--kernels-floor"}  # per engine
+FLOORS = {"onnxruntime": "floor", "mtcnn-kernels": "kernels-floor"}  # per engine
 DECODES = {name: name + ", floor and decoding" for name in ("pictures per second", "CPU ms per picture")}  # rows also compared with a floor that decodes
 LIVE_RATE = 30  # pictures per second of the camera
 SETTLE = 1.0  # seconds at the start of a live run that are ignored
@@ -20,20 +21,23 @@ MAPPED, RSS, THREADS = "mapped memory, MB", "peak RSS, MB", "threads"
 class Programs:
     """The commands of the compared programs: weir, kernels, control, and ros if it is built."""
 
-    def __init__(self, run, min_face, folder):
-        self.run, self.folder = [*run, "--min-face", str(min_face)], pathlib.Path(folder)
+    def __init__(self, build, min_face, folder):
+        self.options, self.folder = ["--build", build, "--min-face", str(min_face)], pathlib.Path(folder)
         self.report = self.folder / "report.json"
+
+    def run(self, who, *arguments):
+        """Returns Watched."""
+        return watch([ROOT / ("examples" if who in WEIR else "benchmarks") / "mtcnn/run", *self.options, *WEIR.get(who, [f"--{who}"]), *arguments])
 
     def watched(self, who, clip, *options):
         """Returns (Watched, the report of the times)."""
-        own = WEIR.get(who) or [f"--{who}"]
         self.report.unlink(missing_ok=True)
-        seen = watch([*self.run, *own, "--report", self.report, *options, clip])
+        seen = self.run(who, "--report", self.report, *options, clip)
         return seen, json.loads(self.report.read_text())
 
     def floor(self, engine, *arguments):
         """Returns (Watched, its output)."""
-        seen = watch([*self.run, FLOORS[engine], *arguments])
+        seen = self.run(FLOORS[engine], *arguments)
         return seen, json.loads(seen.text)
 
 
@@ -101,7 +105,7 @@ def memory(programs, who, clip, warm_up, seconds):
 def requests(programs, clip):
     """The control's requests to the networks for the clip, for floor()."""
     path = programs.folder / "requests"
-    watch([*programs.run, "--control", "--requests", path, clip])
+    programs.run("control", "--requests", path, clip)
     return path
 
 

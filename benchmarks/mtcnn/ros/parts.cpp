@@ -4,9 +4,9 @@
 
 #include <cstdio>
 
-#include "../../faces_text.hpp"
-#include "../../stage_times.hpp"
 #include "../stages.hpp"
+#include "faces_text.hpp"
+#include "stage_times.hpp"
 
 namespace control {
 namespace {

@@ -4,7 +4,7 @@
 #pragma once
 #include <opencv2/core.hpp>
 
-#include "../cascade.hpp"
+#include "cascade.hpp"
 #include "network.hpp"
 
 namespace control {

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: LGPL-2.1-or-later
-"""The results of examples/ars/bench as Markdown, and as a plot for gnuplot."""
+"""The results of benchmarks/ars/bench as Markdown, and as a plot for gnuplot."""
 
 import math
 import statistics

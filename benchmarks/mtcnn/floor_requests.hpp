@@ -8,7 +8,7 @@
 #include <string>
 #include <vector>
 
-#include "../cascade.hpp"
+#include "cascade.hpp"
 
 namespace control {
 
