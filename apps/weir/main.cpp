@@ -14,11 +14,37 @@
 #include "core/config/install_paths.hpp"
 #include "core/process/process_object.hpp"
 #include "library/process.h"
-#include "other_names.hpp"
 #include "usage.hpp"
 
 namespace weir::app {
 namespace {
+
+// The options of `weir pbtxt`, which is nnstreamer-parser too.
+void add_pbtxt(CLI::App* command, PbtxtOptions* pbtxt) {
+  command->add_flag("--from-pbtxt,-p", pbtxt->from_pbtxt, "The other direction; not implemented");
+  command->add_flag("--verbose,-v", pbtxt->verbose, "Print elements and links on standard error");
+  command->positionals_at_end();
+  command->add_option("PIPELINE", pbtxt->pipeline, "The pipeline; default: read from stdin");
+}
+
+// Runs the command that `name` stands for and returns its exit status; nullopt: a name of Weir's.
+std::optional<int> by_another_name(const std::string& name, int argc, char** argv) {
+  if (name != "nnstreamer-check" && name != "nnstreamer-parser" &&
+      name != "nnstreamerCodeGenCustomFilter")
+    return std::nullopt;
+  CLI::App app{"Weir's command " + name, name};
+  PbtxtOptions options;
+  if (name == "nnstreamer-parser") add_pbtxt(&app, &options);
+  try {
+    app.parse(argc, argv);
+  } catch (const CLI::ParseError& error) {
+    return app.exit(error) == 0 ? kExitGood : kExitUsage;
+  }
+  if (name == "nnstreamer-parser") return pbtxt(options);
+  if (name == "nnstreamerCodeGenCustomFilter") return ask_for_filter();
+  gst_init(nullptr, nullptr);
+  return check();
+}
 
 constexpr const char* kModelOrName = "A model file, or a name from weir models list";
 constexpr int kAuthorityDays = 3650, kCertificateDays = 90;

@@ -1,6 +1,6 @@
 // Starts this program as `weir bench-case`; the result arrives through a pipe.
 // SPDX-License-Identifier: LGPL-2.1-or-later
-#include "bench/bench_process.hpp"
+#include "bench/bench_plan.hpp"
 
 #include <fcntl.h>
 #include <poll.h>

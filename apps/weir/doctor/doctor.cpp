@@ -1,26 +1,275 @@
 // `weir doctor`: reports what is installed and where, what conflicts, what is missing and how to
 // install it.
 // SPDX-License-Identifier: LGPL-2.1-or-later
+#include <dlfcn.h>
+#include <link.h>
+
+#include <algorithm>
 #include <cstdio>
+#include <filesystem>
 #include <map>
+#include <string>
+#include <vector>
 
 #include "commands.hpp"
+#include "core/config/configuration.hpp"
 #include "core/config/install_paths.hpp"
+#include "core/config/nnstreamer.hpp"
 #include "core/infer/module/module_library.hpp"
-#include "doctor/configuration_facts.hpp"
+#include "core/subplugin/loader.hpp"
 #include "doctor/engine_facts.hpp"
-#include "doctor/library_facts.hpp"
 #include "doctor/machine_facts.hpp"
-#include "doctor/module_facts.hpp"
-#include "doctor/nnstreamer_facts.hpp"
 #include "doctor/plugin_facts.hpp"
-#include "doctor/sub_plugin_facts.hpp"
 #include "doctor/summary.hpp"
+#include "doctor/trial.hpp"
 #include "report.hpp"
 #include "weir/join.hpp"
 
 namespace weir::app {
 namespace {
+
+struct ModuleFact {
+  std::string name;
+  std::string file;
+  std::string problem;  // why its file is unusable; "" when it is usable
+};
+
+template <class Open>
+std::vector<ModuleFact> facts(const char* kind, const std::vector<std::string>& names,
+                              Open&& open) {
+  std::vector<ModuleFact> out;
+  for (const auto& name : names) {
+    ModuleFact fact{name, module_file(name, kind), ""};
+    if (!fact.file.empty()) fact.problem = failure_of_load([&] { static_cast<void>(open(name)); });
+    if (!fact.problem.empty())
+      fact.problem = "the module cannot be loaded: " + fact.problem;
+    else if (const auto module = open(name); !module) {
+      const Error& error = module.error();
+      fact.problem = error.what + (error.offered.empty() ? "" : ": " + error.offered);
+    }
+    out.push_back(std::move(fact));
+  }
+  return out;
+}
+
+// Sorted by name. Each function opens every module of its kind.
+std::vector<ModuleFact> decoder_facts() {
+  auto& library = infer::ModuleLibrary::instance();
+  return facts("decoder", library.decoder_names(),
+               [&](const std::string& name) { return library.decoder(name); });
+}
+
+std::vector<ModuleFact> converter_facts() {
+  auto& library = infer::ModuleLibrary::instance();
+  return facts("converter", library.converter_names(),
+               [&](const std::string& name) { return library.converter(name); });
+}
+
+const char* state(const config::ConfigurationFile& file) {
+  return file.read ? "read" : file.found ? "cannot be read" : "not found";
+}
+
+// One line for an error in a configuration file.
+std::string problem(const Error& fault) {
+  std::string text = fault.what;
+  if (!fault.offered.empty()) text += ": " + fault.offered;
+  if (!fault.difference.empty()) text += " (" + fault.difference + ")";
+  return text;
+}
+
+// Members files, settings, problems.
+Json to_json(const config::Configuration& configuration) {
+  Json files = Json::array(), settings = Json::array(), problems = Json::array();
+  for (const auto& file : configuration.files())
+    files.push_back({{"path", file.path}, {"state", state(file)}});
+  for (const auto& setting : configuration.all())
+    settings.push_back({{"group", setting.group},
+                        {"key", setting.key},
+                        {"value", setting.value},
+                        {"origin", setting.origin}});
+  for (const auto& fault : configuration.faults()) problems.push_back(problem(fault));
+  return {{"files", files}, {"settings", settings}, {"problems", problems}};
+}
+
+void print(const config::Configuration& configuration) {
+  std::printf("\nConfiguration\n");
+  if (configuration.files().empty()) std::printf("  no file: WEIR_CONFIG is empty\n");
+  for (const auto& file : configuration.files())
+    std::printf("  %s: %s\n", file.path.c_str(), state(file));
+  std::vector<std::vector<std::string>> rows{{"setting", "value", "from"}};
+  for (const auto& setting : configuration.all())
+    rows.push_back({"[" + setting.group + "] " + setting.key, setting.value, setting.origin});
+  if (rows.size() > 1) std::fputs(table(rows, "  ").c_str(), stdout);
+}
+
+bool is_there(const config::Folder& folder) {
+  std::error_code ignored;
+  return std::filesystem::is_directory(folder.path, ignored);
+}
+
+std::string overridden_by(const config::Setting& setting, const config::Configuration& weir) {
+  const auto stronger = config::overriding(setting, weir);
+  if (!stronger) return "";
+  return "[" + stronger->group + "] " + stronger->key + " (" + stronger->origin + ")";
+}
+
+// The reason why a setting has no effect here; "" for all others.
+std::string without_effect(const config::Setting& setting) {
+  if (setting.group == "pytorch" && setting.key == "enable_use_gpu")
+    return "Weir's engine pytorch runs on the processor";
+  return "";
+}
+
+std::string description_of(const config::Setting& setting, const config::Configuration& weir) {
+  const std::string stronger = overridden_by(setting, weir), none = without_effect(setting);
+  if (!none.empty()) return "without effect: " + none;
+  return stronger.empty() ? "" : "overridden by " + stronger;
+}
+
+// Members enabled, files, settings, folders, problems. `weir`: the settings that override them.
+Json to_json(const config::NnstreamerConfiguration& configuration,
+             const config::Configuration& weir) {
+  Json files = Json::array(), settings = Json::array(), folders = Json::array(),
+       problems = Json::array();
+  for (const auto& file : configuration.candidates())
+    files.push_back({{"path", file.path}, {"source", file.source}, {"state", name_of(file.state)}});
+  for (const auto& setting : configuration.all())
+    settings.push_back({{"group", setting.group},
+                        {"key", setting.key},
+                        {"value", setting.value},
+                        {"origin", setting.origin},
+                        {"overridden_by", overridden_by(setting, weir)},
+                        {"without_effect", without_effect(setting)}});
+  for (const auto kind : config::kFolderKinds)
+    for (const auto& folder : configuration.folders(kind))
+      folders.push_back({{"kind", name_of(kind)},
+                         {"path", folder.path},
+                         {"origin", folder.origin},
+                         {"found", is_there(folder)}});
+  for (const auto& fault : configuration.faults()) problems.push_back(problem(fault));
+  return {{"enabled", configuration.enabled()},
+          {"files", files},
+          {"settings", settings},
+          {"folders", folders},
+          {"problems", problems}};
+}
+
+void print(const config::NnstreamerConfiguration& configuration,
+           const config::Configuration& weir) {
+  std::printf("\nNNStreamer's configuration\n");
+  if (!configuration.enabled()) std::printf("  not used: enable=false in [nnstreamer]\n");
+  for (const auto& file : configuration.candidates())
+    std::printf("  %s (%s): %s\n", file.path.c_str(), file.source.c_str(), name_of(file.state));
+  std::vector<std::vector<std::string>> settings{{"setting", "value", "from", "remarks"}};
+  for (const auto& setting : configuration.all())
+    settings.push_back({"[" + setting.group + "] " + setting.key, setting.value, setting.origin,
+                        description_of(setting, weir)});
+  if (settings.size() > 1) std::fputs(table(settings, "  ").c_str(), stdout);
+  std::vector<std::vector<std::string>> folders{{"folder of", "place", "from", "state"}};
+  for (const auto kind : config::kFolderKinds)
+    for (const auto& folder : configuration.folders(kind))
+      folders.push_back(
+          {name_of(kind), folder.path, folder.origin, is_there(folder) ? "found" : "not found"});
+  if (folders.size() > 1) std::fputs(table(folders, "  ").c_str(), stdout);
+}
+
+struct LibraryFact {
+  std::string name;
+  std::string state;          // "usable", "not installed" or "not in this build"
+  std::string version, file;  // "" when it is not installed
+  std::string needed_for;     // what does not work without it
+  std::string install;        // "" when it is usable
+};
+
+// Of the library's API; the command does not link it.
+using VersionOf = int (*)(int* major, int* minor, int* revision);
+
+void read_version(void* library, LibraryFact* out) {
+  if (link_map* loaded = nullptr; dlinfo(library, RTLD_DI_LINKMAP, &loaded) == 0 && loaded)
+    out->file = loaded->l_name;
+  const auto version_of = reinterpret_cast<VersionOf>(dlsym(library, "mosquitto_lib_version"));
+  if (!version_of) return;
+  int major = 0, minor = 0, revision = 0;
+  version_of(&major, &minor, &revision);
+  out->version =
+      std::to_string(major) + "." + std::to_string(minor) + "." + std::to_string(revision);
+}
+
+// Whether the plug-in for streams between devices is there, and was built without MQTT.
+bool is_built_without_mqtt(const PluginFacts& plugins) {
+  const auto has = [&](const char* name) {
+    return std::any_of(plugins.elements.begin(), plugins.elements.end(), [&](const auto& element) {
+      return element.plugin == "weiredge" && element.name == name;
+    });
+  };
+  return has("edgesink") && !has("mqttsink");
+}
+
+std::vector<LibraryFact> library_facts(const PluginFacts& plugins) {
+  LibraryFact out{.name = "libmosquitto",
+                  .state = "usable",
+                  .version = "",
+                  .file = "",
+                  .needed_for = "mqttsink, mqttsrc, connect-type=HYBRID and connect-type=MQTT",
+                  .install = ""};
+  void* const library = dlopen("libmosquitto.so.1", RTLD_LAZY | RTLD_LOCAL);
+  if (library) {
+    read_version(library, &out);
+    dlclose(library);
+  } else {
+    out.state = "not installed";
+    out.install = "apt-get install libmosquitto1";
+  }
+  if (is_built_without_mqtt(plugins)) {
+    out.state = "not in this build";
+    out.install = "apt-get install libmosquitto-dev && make install";
+  }
+  return {std::move(out)};
+}
+
+using subplugin::Kind;
+
+std::vector<ModuleFact> facts(Kind kind) {
+  std::vector<ModuleFact> out;
+  for (const auto& name : subplugin::available(kind)) {
+    ModuleFact fact{name, subplugin::file_of(kind, name), ""};
+    if (const auto opened = subplugin::open(kind, name); !opened) {
+      const Error& error = opened.error();
+      fact.problem = error.what + (error.offered.empty() ? "" : ": " + error.offered);
+    }
+    out.push_back(std::move(fact));
+  }
+  return out;
+}
+
+bool library_is_there() {
+  std::error_code ignored;
+  return std::filesystem::is_regular_file(subplugin::library_path(), ignored);
+}
+
+// Opens each file of every kind. Members library, found, files.
+Json sub_plugins_as_json() {
+  Json files = Json::array();
+  for (const auto kind : subplugin::kKinds)
+    for (const auto& fact : facts(kind))
+      files.push_back({{"kind", name_of(kind)},
+                       {"name", fact.name},
+                       {"state", fact.problem.empty() ? "usable" : "refused"},
+                       {"file", fact.file},
+                       {"problem", fact.problem}});
+  return {{"library", subplugin::library_path()}, {"found", library_is_there()}, {"files", files}};
+}
+
+void print_sub_plugins() {
+  std::printf("\nSub-plugins for NNStreamer\n  their functions: %s: %s\n",
+              subplugin::library_path().c_str(), library_is_there() ? "found" : "not found");
+  std::vector<std::vector<std::string>> rows{{"kind", "name", "state", "place"}};
+  for (const auto kind : subplugin::kKinds)
+    for (const auto& fact : facts(kind))
+      rows.push_back(
+          {name_of(kind), fact.name, fact.problem.empty() ? "usable" : "refused", fact.file});
+  std::printf("%s", rows.size() > 1 ? table(rows, "  ").c_str() : "  none\n");
+}
 
 // How many elements each plug-in provides.
 std::map<std::string, size_t> owners_of(const PluginFacts& facts) {

@@ -39,4 +39,8 @@ std::string pictures_text(size_t pictures);  // "3 pictures"
 // What the difference of the first score shows. Precondition: two evaluations.
 std::string verdict(const Comparison& comparison);
 
+// The page of `weir evaluate --page`: one self-contained HTML file with the worst pictures. Decodes
+// the pictures of the worst examples again. One that cannot be shown is left out.
+std::string evaluation_page(const Comparison& comparison);
+
 }  // namespace weir::app

@@ -6,7 +6,6 @@
 
 #include "commands.hpp"
 #include "evaluate/comparison.hpp"
-#include "evaluate/evaluation_page.hpp"
 #include "evaluate/picture_run.hpp"
 #include "evaluate/progress_bar.hpp"
 #include "report.hpp"

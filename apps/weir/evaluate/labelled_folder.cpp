@@ -5,17 +5,189 @@
 #include <glib.h>
 
 #include <algorithm>
+#include <array>
+#include <cstdio>
 #include <filesystem>
 #include <map>
+#include <set>
 
-#include "evaluate/annotated_folder.hpp"
+#include "core/evaluate/coco_truth.hpp"
+#include "core/text/pasted.hpp"
 #include "evaluate/folder_files.hpp"
 #include "gstcpp/element/ref.hpp"
+#include "weir/join.hpp"
 
 namespace weir::app {
 namespace {
 
 namespace fs = std::filesystem;
+
+// Without model cards, which lie next to models.
+std::vector<fs::path> json_files_in(const fs::path& folder) {
+  std::vector<fs::path> out;
+  std::error_code failed;
+  for (const auto& entry : fs::directory_iterator(folder, failed))
+    if (const std::string name = entry.path().filename().string();
+        name.ends_with(".json") && !name.ends_with(".card.json"))
+      out.push_back(entry.path());
+  std::sort(out.begin(), out.end());
+  return out;
+}
+
+// Where pictures may be: the folder, images/, then all other folders below it.
+std::vector<fs::path> places_of_pictures(const fs::path& folder) {
+  std::vector<fs::path> out{folder, folder / "images"};
+  for (const fs::path& below : folders_in(folder))
+    if (below.filename() != "images") out.push_back(below);
+  return out;
+}
+
+// A name that leads out of the folder could be any file of the machine.
+bool leads_out(const fs::path& name) {
+  return name.is_absolute() || std::find(name.begin(), name.end(), "..") != name.end();
+}
+
+void warn(std::string what, const std::vector<std::string>& names, std::string needed,
+          std::string fix, LabelledFolder* out) {
+  if (names.empty()) return;
+  out->warnings.push_back({.code = Code::LABELS_INVALID,
+                           .what = std::move(what),
+                           .offered = out->truth + ": " + first_of(names),
+                           .needed = std::move(needed),
+                           .fix = std::move(fix)});
+}
+
+// Pictures beside those of the truth that the truth does not have.
+std::vector<std::string> unlisted(const std::set<fs::path>& listed) {
+  std::set<fs::path> folders;
+  for (const fs::path& path : listed) folders.insert(path.parent_path());
+  std::vector<std::string> out;
+  for (const fs::path& folder : folders)
+    for (const fs::path& picture : pictures_in(folder))
+      if (!listed.contains(picture)) out.push_back(picture.string());
+  return out;
+}
+
+std::string frame_name(uint32_t number, const std::string& extension) {
+  std::array<char, 16> digits{};
+  std::snprintf(digits.data(), digits.size(), "%06u", number);
+  return digits.data() + extension;
+}
+
+Result<LabelledSequence> read_sequence(const fs::path& folder) {
+  const fs::path info_path = folder / "seqinfo.ini", truth_path = folder / "gt" / "gt.txt";
+  const auto info_text = read_file(info_path);
+  if (!info_text) return info_text.error();
+  const auto info = evaluate::parse_sequence_info(info_path.string(), *info_text);
+  if (!info) return info.error();
+  const auto truth_text = read_file(truth_path);
+  if (!truth_text) return truth_text.error();
+  auto truth = evaluate::parse_mot_truth(truth_path.string(), *truth_text, *info);
+  if (!truth) return truth.error();
+  // "sequence/" has an empty file name.
+  const fs::path named = folder.has_filename() ? folder : folder.parent_path();
+  LabelledSequence out{
+      .name = named.filename().string(), .frame_rate = info->frame_rate, .is_video = true};
+  for (uint32_t i = 0; i < info->frames; ++i) {
+    const fs::path picture = folder / info->folder / frame_name(i + 1, info->extension);
+    std::error_code ignored;
+    if (!fs::is_regular_file(picture, ignored))
+      return Error{.code = Code::FILE_NOT_FOUND,
+                   .what = "a picture of the sequence does not exist",
+                   .offered = picture.string(),
+                   .needed = "frames 1 to " + std::to_string(info->frames) + ", as " +
+                             info_path.string() + " says",
+                   .fix = "add the picture, or correct seqLength, imDir or imExt"};
+    out.pictures.push_back({.path = picture.string(),
+                            .width = info->width,
+                            .height = info->height,
+                            .tracks = std::move((*truth)[i])});
+  }
+  return out;
+}
+
+// The one JSON file of the folder or of its folder annotations/; "" if there is none. OPTION_VALUE
+// if there are several.
+Result<std::string> annotation_file_of(const fs::path& folder) {
+  auto files = json_files_in(folder);
+  if (files.empty()) files = json_files_in(folder / "annotations");
+  if (files.size() < 2) return files.empty() ? std::string() : files[0].string();
+  return Error{.code = Code::OPTION_VALUE,
+               .what = "the folder has several annotation files",
+               .offered = join(files, ", ", [](const fs::path& file) { return file.string(); }),
+               .needed = "the option that chooses one",
+               .fix = "--truth " + shell_word(files[0].string())};
+}
+
+// Pictures are looked for in the folder, in its folder images/ and in the other folders below it.
+Result<LabelledFolder> read_annotated(const fs::path& folder, const std::string& annotations) {
+  const auto text = read_file(annotations);
+  if (!text) return text.error();
+  auto truth = evaluate::parse_coco_truth(annotations, *text);
+  if (!truth) return truth.error();
+  LabelledFolder out{.kind = Labelled::Objects,
+                     .truth = annotations,
+                     .categories = std::move(truth->categories),
+                     .key_points = truth->key_points,
+                     .sequences = {{}},
+                     .warnings = std::move(truth->warnings)};
+  std::vector<std::string> missing;
+  std::set<fs::path> listed;
+  const auto places = places_of_pictures(folder);
+  for (auto& picture : truth->pictures) {
+    if (leads_out(picture.file))
+      return Error{.code = Code::LABELS_INVALID,
+                   .what = "the name of a picture points outside the folder",
+                   .offered = annotations + ": " + picture.file,
+                   .needed = "a name below " + folder.string(),
+                   .fix = "correct file_name"};
+    const auto place = std::find_if(places.begin(), places.end(), [&](const fs::path& where) {
+      std::error_code ignored;
+      return fs::is_regular_file(where / picture.file, ignored);
+    });
+    if (place == places.end()) {
+      missing.push_back(picture.file);
+      continue;
+    }
+    const fs::path path = *place / picture.file;
+    listed.insert(path);
+    out.sequences[0].pictures.push_back({.path = path.string(),
+                                         .width = picture.width,
+                                         .height = picture.height,
+                                         .objects = std::move(picture.objects)});
+  }
+  warn("annotations without a picture are ignored", missing,
+       "the file, in " + folder.string() + " or a folder below it", "add the pictures", &out);
+  warn("pictures without annotations are ignored", unlisted(listed),
+       "an entry in \"images\", even for pictures without objects", "add the entries", &out);
+  return out;
+}
+
+// it has seqinfo.ini
+bool is_sequence(const fs::path& folder) {
+  std::error_code ignored;
+  return fs::is_regular_file(folder / "seqinfo.ini", ignored);
+}
+
+bool has_sequences(const fs::path& folder) {
+  const auto folders = folders_in(folder);
+  return std::any_of(folders.begin(), folders.end(), is_sequence);
+}
+
+Result<LabelledFolder> read_sequences(const fs::path& folder) {
+  LabelledFolder out{.kind = Labelled::Tracks, .truth = folder.string()};
+  std::vector<fs::path> folders{folder};
+  if (!is_sequence(folder)) {
+    folders = folders_in(folder);
+    std::erase_if(folders, [](const fs::path& path) { return !is_sequence(path); });
+  }
+  for (const fs::path& path : folders) {
+    auto sequence = read_sequence(path);
+    if (!sequence) return sequence.error();
+    out.sequences.push_back(*std::move(sequence));
+  }
+  return out;
+}
 
 constexpr char kLayouts[] =
     "a COCO annotation file with pictures; a folder of pictures for each class; images/ and "

@@ -4,18 +4,54 @@
 
 #include <gst/app/gstappsink.h>
 #include <gst/app/gstappsrc.h>
+#include <gst/tag/tag.h>
 #include <gst/video/video.h>
 
 #include <algorithm>
 #include <cmath>
+#include <filesystem>
 #include <map>
+#include <optional>
+#include <string_view>
 
 #include "core/text/shell_quote.hpp"
 #include "evaluate/folder_files.hpp"
-#include "evaluate/photo_orientation.hpp"
 
 namespace weir::app {
 namespace {
+
+// The TIFF data of the first Exif segment before the pixels.
+std::optional<std::string_view> exif_of(std::string_view jpeg) {
+  constexpr std::string_view kExif("Exif\0\0", 6);
+  constexpr unsigned kApplication1 = 0xE1, kStartOfScan = 0xDA;
+  const auto at = [&](size_t i) -> unsigned { return static_cast<unsigned char>(jpeg[i]); };
+  if (!jpeg.starts_with("\xFF\xD8")) return std::nullopt;
+  // A segment is FF, its kind, and its length with the two bytes of the length.
+  for (size_t segment = 2; segment + 4 <= jpeg.size() && at(segment) == 0xFF;) {
+    const size_t length = at(segment + 2) << 8 | at(segment + 3);
+    if (at(segment + 1) == kStartOfScan || length < 2) return std::nullopt;
+    const std::string_view data = jpeg.substr(segment + 4).substr(0, length - 2);
+    if (at(segment + 1) == kApplication1 && data.starts_with(kExif))
+      return data.substr(kExif.size());
+    segment += 2 + length;
+  }
+  return std::nullopt;
+}
+
+// GST_VIDEO_ORIENTATION_IDENTITY for a file that does not say. Some installations of GStreamer have
+// no element that reports it (jpegparse).
+GstVideoOrientationMethod photo_orientation(const std::filesystem::path& path) {
+  GstVideoOrientationMethod out = GST_VIDEO_ORIENTATION_IDENTITY;
+  const auto bytes = read_file(path);
+  const auto exif = bytes ? exif_of(*bytes) : std::nullopt;
+  if (!exif || exif->empty()) return out;
+  const auto buffer = gst::Ref<GstBuffer>::adopt(gst_buffer_new_memdup(exif->data(), exif->size()));
+  const gst::Unique<GstTagList, gst_tag_list_unref> tags(
+      gst_tag_list_from_exif_buffer_with_tiff_header(buffer.get()));
+  if (!tags || !gst_video_orientation_from_tag(tags.get(), &out))
+    return GST_VIDEO_ORIENTATION_IDENTITY;
+  return out;
+}
 
 using Sample = gst::Unique<GstSample, gst_sample_unref>;
 

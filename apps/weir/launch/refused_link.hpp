@@ -1,6 +1,8 @@
-// Explains why two elements of a pipeline's text cannot be linked, and what fits between them.
+// Explains which links of a pipeline's text GStreamer cannot make, and what fits instead.
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #pragma once
+#include <gst/gst.h>
+
 #include <optional>
 #include <string>
 
@@ -12,5 +14,12 @@ namespace weir::app {
 // CAPS". The error's fix is the whole text with an element that converts the stream, where one
 // does. nullopt when the link is not found in the text.
 std::optional<Error> refused_link(const std::string& text, const std::string& message);
+
+// Finds a link to a pad that its element cannot have. Compares the names after a dot, as sink_0 in
+// "mux.sink_0", with the pad templates of the elements. `parsed` is what GStreamer made of the
+// text, or null: GStreamer accepts any name for a pad that appears while the pipeline plays, and
+// then never links it. The error has the pads of the element, and the text with the nearest of them
+// as its fix.
+std::optional<Error> missing_pad(const std::string& text, GstElement* parsed);
 
 }  // namespace weir::app

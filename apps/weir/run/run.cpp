@@ -1,6 +1,11 @@
 // `weir run PIPELINE`: plays a pipeline, shows progress, and prints the ledger at the end.
 // SPDX-License-Identifier: LGPL-2.1-or-later
+#include <gst/gst.h>
 #include <unistd.h>
+
+#define GST_USE_UNSTABLE_API
+#include <gst/gsttracer.h>
+#include <gst/gsttracerfactory.h>
 
 #include <algorithm>
 #include <cerrno>
@@ -18,15 +23,61 @@
 #include "run/ledger_table.hpp"
 #include "run/pipeline_run.hpp"
 #include "run/report_document.hpp"
-#include "run/report_page.hpp"
 #include "run/service_notifier.hpp"
 #include "run/shared_clock.hpp"
-#include "run/trace_session.hpp"
 #include "weir/join.hpp"
 #include "weir/printable_text.hpp"
 
 namespace weir::app {
 namespace {
+
+gst::Ref<GstObject> running_tracer(GType type) {
+  gst::Ref<GstObject> found;
+  GList* all = gst_tracing_get_active_tracers();
+  for (GList* item = all; item; item = item->next)
+    if (!found && G_OBJECT_TYPE(item->data) == type)
+      found = gst::Ref<GstObject>::share(GST_OBJECT(item->data));
+  g_list_free_full(all, gst_object_unref);
+  return found;
+}
+
+// The tracer of Weir's plug-in, active in this process. It is found by its name, because a plug-in
+// provides it.
+class TraceSession {
+ public:
+  // Uses the tracer that GST_TRACERS started, or starts one that writes no file. It traces elements
+  // created afterwards. FILE_NOT_FOUND when the plug-in is not found.
+  static Result<TraceSession> start() {
+    const auto feature = gst::Ref<GstPluginFeature>::adopt(
+        gst_registry_find_feature(gst_registry_get(), "weir", GST_TYPE_TRACER_FACTORY));
+    const auto loaded = gst::Ref<GstPluginFeature>::adopt(
+        feature ? gst_plugin_feature_load(feature.get()) : nullptr);
+    if (!loaded)
+      return Error{.code = Code::FILE_NOT_FOUND,
+                   .what = "the tracer weir is not found",
+                   .needed = "the plug-in libgstweir.so of this version",
+                   .fix = "weir doctor"};
+    const GType type =
+        gst_tracer_factory_get_tracer_type(reinterpret_cast<GstTracerFactory*>(loaded.get()));
+    auto tracer = running_tracer(type);
+    if (!tracer)
+      tracer = gst::Ref<GstObject>::adopt(
+          GST_OBJECT(g_object_ref_sink(g_object_new(type, "params", "file=", nullptr))));
+    return TraceSession(std::move(tracer));
+  }
+  // The summary of the trace so far; see core/trace/summary.hpp.
+  Json summary() const {
+    char* raw = nullptr;
+    g_object_get(tracer_.get(), "summary", &raw, nullptr);
+    const gst::UniqueText text(raw);
+    Json out = text ? Json::parse(text.get(), nullptr, false) : Json();
+    return out.is_object() ? out : Json::object();
+  }
+
+ private:
+  explicit TraceSession(gst::Ref<GstObject> tracer) : tracer_(std::move(tracer)) {}
+  gst::Ref<GstObject> tracer_;
+};
 
 const char* unit_of(const SinkFigures& figures) {
   return figures.is_frames ? "frames" : "buffers";

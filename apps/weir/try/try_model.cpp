@@ -22,7 +22,6 @@
 #include "inspect/command_error.hpp"
 #include "inspect/model_card.hpp"
 #include "models/catalogue.hpp"
-#include "try/open_shapes.hpp"
 #include "try/usual_pixels.hpp"
 #include "weir/join.hpp"
 #include "weir/label_file.hpp"

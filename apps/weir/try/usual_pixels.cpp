@@ -1,12 +1,28 @@
-// The table of usual pixels.
+// The table of usual pixels. Runs a model once to learn the shapes of its outputs.
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #include "try/usual_pixels.hpp"
 
-#include "try/open_shapes.hpp"
+#include <algorithm>
+
+#include "core/tensor/element_type.hpp"
+#include "weir/model.hpp"
 #include "weir/module.hpp"
 
 namespace weir::app {
 namespace {
+
+// The side of a picture where a model leaves it open, as published models have it.
+constexpr int64_t kOpenSide = 640;
+
+bool is_open(const weir_tensor_info& info) {
+  return info.rank > WEIR_RANK_LIMIT ||
+         std::any_of(info.shape, info.shape + info.rank, [](int64_t extent) { return extent < 1; });
+}
+
+void choose_open_sides(weir_tensor_info* info) {
+  for (uint32_t i = 0; i < info->rank; ++i)
+    if (info->shape[i] < 1) info->shape[i] = i == 0 && info->rank == 4 ? 1 : kOpenSide;
+}
 
 enum class Numbers {
   Bytes,     // 0 to 255
@@ -161,6 +177,47 @@ Properties preprocess_properties(const card::ImageInput& input) {
   add_list("mean", input.mean, &out);
   add_list("scale", input.scale, &out);
   out.emplace_back("type", name_of(input.type));
+  return out;
+}
+
+std::vector<weir_tensor_info> sized_inputs(const infer::Model& model,
+                                           const std::vector<int64_t>& shape) {
+  auto out = model.inputs();
+  for (auto& info : out) {
+    if (info.rank > WEIR_RANK_LIMIT) continue;
+    if (&info == out.data() && shape.size() == info.rank)
+      std::copy(shape.begin(), shape.end(), info.shape);
+    else
+      choose_open_sides(&info);
+  }
+  return out;
+}
+
+std::vector<weir_tensor_info> sized_outputs(const infer::Model& model, const std::string& path,
+                                            const std::vector<weir_tensor_info>& inputs) {
+  auto out = model.outputs();
+  if (std::none_of(out.begin(), out.end(), is_open)) return out;
+  if (std::any_of(inputs.begin(), inputs.end(), is_open)) return out;
+  auto runs = Model::open(path);
+  if (!runs) return out;
+  std::vector<std::vector<std::byte>> zeros;
+  std::vector<TensorView> views;
+  std::vector<TensorShape> shapes;
+  for (const auto& info : inputs) {
+    size_t bytes = size_of(static_cast<ElementType>(info.type));
+    for (uint32_t i = 0; i < info.rank; ++i) bytes *= static_cast<size_t>(info.shape[i]);
+    zeros.emplace_back(bytes);
+    shapes.emplace_back(info.shape, info.shape + info.rank);
+    views.emplace_back(zeros.back().data(), bytes, info.type, shapes.back());
+  }
+  if (!runs->reshape(shapes)) return out;
+  const auto outputs = runs->invoke(views);
+  if (!outputs || outputs->size() != out.size()) return out;
+  for (size_t i = 0; i < out.size(); ++i) {
+    const auto info = (*outputs)[i].info();
+    out[i].rank = static_cast<uint32_t>(info.shape.size());
+    std::copy(info.shape.begin(), info.shape.end(), out[i].shape);
+  }
   return out;
 }
 

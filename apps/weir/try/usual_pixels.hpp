@@ -1,11 +1,14 @@
-// How models of a family usually take their pixels, for models without a card.
+// How models of a family usually take their pixels, for models without a card, and the shapes of
+// models that leave them open.
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #pragma once
 #include <optional>
 #include <string>
 #include <string_view>
+#include <vector>
 
 #include "core/card/card.hpp"
+#include "core/infer/model/model.hpp"
 #include "launch/pipeline_description.hpp"
 #include "weir/abi.h"
 
@@ -19,5 +22,14 @@ std::optional<card::ImageInput> usual_pixels(std::string_view family, const weir
 
 // Returns the properties of tensor_preprocess for an input: width, height, fit, ...
 Properties preprocess_properties(const card::ImageInput& input);
+
+// The model's inputs with `shape` for the first one, else with the usual sizes for open extents.
+std::vector<weir_tensor_info> sized_inputs(const infer::Model& model,
+                                           const std::vector<int64_t>& shape);
+
+// The outputs of the model for these inputs. Runs the model once on zeros if its outputs have open
+// extents; where that fails, they stay open.
+std::vector<weir_tensor_info> sized_outputs(const infer::Model& model, const std::string& path,
+                                            const std::vector<weir_tensor_info>& inputs);
 
 }  // namespace weir::app
