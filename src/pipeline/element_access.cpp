@@ -7,7 +7,8 @@
 #include <utility>
 #include <vector>
 
-#include "core/text/error_text.hpp"
+#include "core/text/choice.hpp"
+#include "gstcpp/element/elements.hpp"
 #include "gstcpp/element/value_json.hpp"
 #include "gstcpp/pads/output_selector.hpp"
 #include "weir/pipeline.h"
@@ -20,20 +21,8 @@ using gst::Value;
 
 std::vector<std::string> names_in(GstBin* bin) {
   std::vector<std::string> out;
-  const gst::Unique<GstIterator, gst_iterator_free> all(gst_bin_iterate_recurse(bin));
-  GValue item = G_VALUE_INIT;
-  GstIteratorResult result;
-  while ((result = gst_iterator_next(all.get(), &item)) == GST_ITERATOR_OK ||
-         result == GST_ITERATOR_RESYNC) {
-    if (result == GST_ITERATOR_RESYNC) {
-      gst_iterator_resync(all.get());
-      out.clear();
-      continue;
-    }
-    out.emplace_back(GST_OBJECT_NAME(g_value_get_object(&item)));
-    g_value_reset(&item);
-  }
-  g_value_unset(&item);
+  for (const auto& element : gst::elements_in(GST_ELEMENT(bin)))
+    out.emplace_back(GST_OBJECT_NAME(element.get()));
   return out;
 }
 

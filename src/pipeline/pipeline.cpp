@@ -5,6 +5,7 @@
 #include <algorithm>
 
 #include "core/timer/deadline.hpp"
+#include "gstcpp/element/elements.hpp"
 #include "gstcpp/element/error.hpp"
 #include "pipeline/bus_error.hpp"
 #include "pipeline/element_access.hpp"
@@ -77,19 +78,12 @@ void Pipeline::on_added(GstBin*, GstBin*, GstElement* element, Pipeline* self) {
 
 Pipeline::Pipeline(gst::Ref<GstElement> pipeline)
     : pipeline_(std::move(pipeline)), link_(std::make_shared<BusLink>()) {
-  const gst::Unique<GstIterator, gst_iterator_free> all(
-      gst_bin_iterate_recurse(GST_BIN(pipeline_.get())));
-  const auto add = [](const GValue* item, gpointer data) {
-    auto* self = static_cast<Pipeline*>(data);
-    auto* element = GST_ELEMENT(g_value_get_object(item));
+  for (const auto& each : gst::elements_in(pipeline_.get())) {
+    GstElement* element = each.get();
     const std::string kind = kind_of(element), name = GST_OBJECT_NAME(element);
-    if (FrameSink::is_sink(kind))
-      self->sinks_[name] =
-          std::make_unique<FrameSink>(gst::Ref<GstElement>::share(element), self->callbacks_);
-    if (kind == "appsrc")
-      self->sources_[name] = std::make_unique<FrameSource>(GST_APP_SRC(element));
-  };
-  gst_iterator_foreach(all.get(), add, this);
+    if (FrameSink::is_sink(kind)) sinks_[name] = std::make_unique<FrameSink>(each, callbacks_);
+    if (kind == "appsrc") sources_[name] = std::make_unique<FrameSource>(GST_APP_SRC(element));
+  }
   const auto bus = gst::Ref<GstBus>::adopt(gst_element_get_bus(pipeline_.get()));
   link_->pipeline = this;
   gst_bus_set_sync_handler(

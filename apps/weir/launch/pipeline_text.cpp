@@ -9,6 +9,7 @@
 
 #include "core/text/error_text.hpp"
 #include "core/text/text.hpp"
+#include "gstcpp/element/elements.hpp"
 #include "gstcpp/element/property_text.hpp"
 #include "launch/launch_graph.hpp"
 #include "launch/launch_tokens.hpp"
@@ -48,22 +49,13 @@ auto find(const Table& table, const std::string& name) {
                       [&](const auto& row) { return row.name == name; });
 }
 
-std::vector<std::string> installed_elements() {
-  std::vector<std::string> out;
-  GList* list = gst_registry_get_feature_list(gst_registry_get(), GST_TYPE_ELEMENT_FACTORY);
-  for (GList* item = list; item; item = item->next)
-    out.emplace_back(gst_plugin_feature_get_name(GST_PLUGIN_FEATURE(item->data)));
-  gst_plugin_feature_list_free(list);
-  return out;
-}
-
 constexpr std::string_view kFamily = "tensor_";
 
 // Names that begin with "tensor_" are compared by the rest, which tells them apart.
 std::string nearest_element(const std::string& name) {
   const bool of_family = name.starts_with(kFamily);
   std::vector<std::string> candidates;
-  for (const auto& element : installed_elements())
+  for (const auto& element : gst::installed_elements())
     if (element.starts_with(kFamily) == of_family)
       candidates.push_back(of_family ? element.substr(kFamily.size()) : element);
   const std::string close = nearest(of_family ? name.substr(kFamily.size()) : name, candidates);

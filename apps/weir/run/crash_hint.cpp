@@ -8,8 +8,8 @@
 #include <csignal>
 #include <cstring>
 
+#include "gstcpp/element/elements.hpp"
 #include "gstcpp/element/property_text.hpp"
-#include "gstcpp/element/ref.hpp"
 #include "launch/launch_tokens.hpp"
 #include "weir/join.hpp"
 
@@ -37,13 +37,9 @@ bool runs_in_this_process(GstElement* filter) {
 
 std::vector<std::string> filters_in_this_process(GstElement* pipeline) {
   std::vector<std::string> out;
-  const gst::Unique<GstIterator, gst_iterator_free> all(gst_bin_iterate_recurse(GST_BIN(pipeline)));
-  const auto add = +[](const GValue* item, gpointer names) {
-    auto* element = GST_ELEMENT(g_value_get_object(item));
-    if (gst::kind_of(element) == "tensor_filter" && runs_in_this_process(element))
-      static_cast<std::vector<std::string>*>(names)->emplace_back(GST_OBJECT_NAME(element));
-  };
-  gst_iterator_foreach(all.get(), add, &out);
+  for (const auto& element : gst::elements_in(pipeline))
+    if (gst::kind_of(element.get()) == "tensor_filter" && runs_in_this_process(element.get()))
+      out.emplace_back(GST_OBJECT_NAME(element.get()));
   return out;
 }
 

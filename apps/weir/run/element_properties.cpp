@@ -4,7 +4,7 @@
 
 #include <string_view>
 
-#include "gstcpp/element/ref.hpp"
+#include "gstcpp/element/elements.hpp"
 #include "run/secrets.hpp"
 
 namespace weir::app {
@@ -57,15 +57,9 @@ std::string path_of(GstObject* object) {
 
 Json changed_properties(GstElement* pipeline) {
   Json out = Json::object();
-  gst::Unique<GstIterator, gst_iterator_free> all(gst_bin_iterate_recurse(GST_BIN(pipeline)));
-  gst_iterator_foreach(
-      all.get(),
-      [](const GValue* item, gpointer user) {
-        auto* element = GST_ELEMENT(g_value_get_object(item));
-        if (Json properties = properties_of(element); !properties.empty())
-          (*static_cast<Json*>(user))[path_of(GST_OBJECT(element))] = std::move(properties);
-      },
-      &out);
+  for (const auto& element : gst::elements_in(pipeline))
+    if (Json properties = properties_of(element.get()); !properties.empty())
+      out[path_of(GST_OBJECT(element.get()))] = std::move(properties);
   return out;
 }
 

@@ -12,7 +12,8 @@
 #include "core/trace/verdict.hpp"
 #include "doctor/engine_facts.hpp"
 #include "doctor/machine_facts.hpp"
-#include "gstcpp/element/ref.hpp"
+#include "gstcpp/element/elements.hpp"
+#include "gstcpp/element/property_text.hpp"
 #include "run/element_properties.hpp"
 #include "run/secrets.hpp"
 
@@ -27,25 +28,19 @@ bool is_isolated(GObject* filter) {
   return g_strcmp0(text.get(), "process") == 0;
 }
 
-void add_engine(const GValue* item, gpointer names) {
-  auto* element = G_OBJECT(g_value_get_object(item));
-  const GstElementFactory* factory = gst_element_get_factory(GST_ELEMENT(element));
-  const bool is_filter = factory && g_strcmp0(GST_OBJECT_NAME(factory), "tensor_filter") == 0;
-  if (!is_filter || is_isolated(element)) return;
-  char* name = nullptr;
-  g_object_get(element, "framework", &name, nullptr);
-  const gst::UniqueText owned(name);
-  if (name) static_cast<std::set<std::string>*>(names)->insert(name);
-}
-
 // {"onnxruntime": "1.20.1"}: each engine of a tensor_filter in the pipeline, which has opened its
 // models, with the version of the engine's library. Without engines that have no version, and
 // without those of isolate=process, which this process does not load.
 Json engine_versions(GstElement* pipeline) {
   std::set<std::string> names;
-  gst::Unique<GstIterator, gst_iterator_free> all(gst_bin_iterate_recurse(GST_BIN(pipeline)));
-  while (gst_iterator_foreach(all.get(), add_engine, &names) == GST_ITERATOR_RESYNC)
-    gst_iterator_resync(all.get());
+  for (const auto& element : gst::elements_in(pipeline)) {
+    auto* filter = G_OBJECT(element.get());
+    if (gst::kind_of(element.get()) != "tensor_filter" || is_isolated(filter)) continue;
+    char* name = nullptr;
+    g_object_get(filter, "framework", &name, nullptr);
+    const gst::UniqueText owned(name);
+    if (name) names.insert(name);
+  }
   Json out = Json::object();
   for (const auto& name : names) {
     const auto engine = infer::ModuleLibrary::instance().engine(name);

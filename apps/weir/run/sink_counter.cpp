@@ -5,6 +5,8 @@
 #include <algorithm>
 #include <string_view>
 
+#include "gstcpp/element/elements.hpp"
+
 namespace weir::app {
 namespace {
 
@@ -33,13 +35,7 @@ SinkCounter::SinkCounter(GstElement* pipeline) : pipeline_(gst::Ref<GstElement>:
                      static_cast<SinkCounter*>(self)->watch(element);
                    }),
                    this);
-  gst::Unique<GstIterator, gst_iterator_free> all(gst_bin_iterate_recurse(GST_BIN(pipeline)));
-  gst_iterator_foreach(
-      all.get(),
-      [](const GValue* item, gpointer self) {
-        static_cast<SinkCounter*>(self)->watch(GST_ELEMENT(g_value_get_object(item)));
-      },
-      this);
+  for (const auto& element : gst::elements_in(pipeline)) watch(element.get());
 }
 
 SinkCounter::~SinkCounter() {
