@@ -9,7 +9,7 @@
 #include <optional>
 
 #include "evaluate/folder_files.hpp"
-#include "run/pipeline_run.hpp"
+#include "run/complaints.hpp"
 
 namespace weir::app {
 namespace {
@@ -20,17 +20,11 @@ constexpr GstClockTime kPatience = 20 * GST_MSECOND;  // between looks at the bu
 
 // An error of an element as those of the command. Those of GStreamer's own elements have no code.
 Error error_of(const Complaint& complaint) {
-  constexpr size_t kPrefix = 5;  // "WEIR-"
-  Error out{.code = Code::FORMAT_UNSUPPORTED,
-            .what = complaint.element + ": " + complaint.what,
-            .offered = complaint.offered,
-            .needed = complaint.needed,
-            .difference = complaint.difference,
-            .fix = complaint.fix};
-  if (complaint.id.size() > kPrefix)
-    out.code = static_cast<Code>(std::stoi(complaint.id.substr(kPrefix)));
-  else
-    out.difference = complaint.debug;
+  Error out = complaint.error;
+  out.what = complaint.element + ": " + out.what;
+  if (complaint.has_code) return out;
+  out.code = Code::FORMAT_UNSUPPORTED;
+  out.difference = complaint.debug;
   return out;
 }
 
@@ -156,7 +150,7 @@ class PictureRun {
     if (errors.empty()) return ok();
     // Others follow from those of Weir's elements.
     for (const Complaint& complaint : errors)
-      if (!complaint.id.empty()) return error_of(complaint);
+      if (complaint.has_code) return error_of(complaint);
     return error_of(errors.front());
   }
 

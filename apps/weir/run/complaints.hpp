@@ -1,11 +1,29 @@
-// Prints warnings and errors of pipelines.
+// Complaint: a warning or an error of a pipeline, and how it is printed.
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #pragma once
+#include <gst/gst.h>
+
+#include <string>
 #include <vector>
 
-#include "run/pipeline_run.hpp"
+#include "weir/result.hpp"
 
 namespace weir::app {
+
+struct Complaint {
+  Error error;
+  bool has_code = false;          // false: GStreamer's, where `error.code` is not used
+  std::string element{}, path{};  // "detect", "pipeline0/bin0/detect"; "" before elements exist
+  std::string debug{};            // GStreamer's debug text
+  bool is_closed_window = false;  // the user closed the window of a video sink
+};
+
+// Precondition: a warning or an error. An error of GStreamer's elements about a file becomes
+// FILE_NOT_FOUND, FILE_NOT_WRITTEN or FORMAT_UNSUPPORTED, with the file and a similar name.
+Complaint complaint_of(GstMessage* message);
+
+// "WEIR-2001"; "" without a code.
+std::string id_of(const Complaint& complaint);
 
 // All print to standard error.
 void print_warning(const Complaint& warning);

@@ -6,11 +6,9 @@
 
 #include <algorithm>
 #include <csignal>
-#include <string_view>
 #include <utility>
 
-#include "run/element_properties.hpp"
-#include "run/file_error.hpp"
+#include "gstcpp/element/posted_error.hpp"
 
 namespace weir::app {
 namespace {
@@ -20,19 +18,6 @@ constexpr double kMostSecondsToEnd = 5, kMsPerSecond = 1000;
 
 std::string string_or_empty(const char* text) {
   return text ? text : "";
-}
-
-std::string part(const GstStructure* details, const char* name) {
-  return details ? string_or_empty(gst_structure_get_string(details, name)) : "";
-}
-
-// Video sinks of X, GL and Wayland post this error when their window is closed.
-bool is_closed_window(GstMessage* message, const GError* error) {
-  if (!g_error_matches(error, GST_RESOURCE_ERROR, GST_RESOURCE_ERROR_NOT_FOUND)) return false;
-  GstObject* source = GST_MESSAGE_SRC(message);
-  if (!GST_IS_ELEMENT(source)) return false;
-  const char* klass = gst_element_get_metadata(GST_ELEMENT(source), GST_ELEMENT_METADATA_KLASS);
-  return klass && std::string_view(klass).find("Sink/Video") != std::string_view::npos;
 }
 
 // "videotestsrc0.src: caps = video/x-raw, ...".
@@ -60,44 +45,11 @@ std::string property_line(GstMessage* message) {
 
 // Sources and sinks post this error after the one with the reason.
 bool is_failed_state_change(GstMessage* message) {
-  GError* error = nullptr;
-  gst_message_parse_error(message, &error, nullptr);
-  const bool out = g_error_matches(error, GST_CORE_ERROR, GST_CORE_ERROR_STATE_CHANGE);
-  g_clear_error(&error);
-  return out;
+  const auto original = gst::read_posted_error(message).original;
+  return g_error_matches(original.get(), GST_CORE_ERROR, GST_CORE_ERROR_STATE_CHANGE);
 }
 
 }  // namespace
-
-Complaint complaint_of(GstMessage* message) {
-  GError* error = nullptr;
-  char* debug = nullptr;
-  const GstStructure* details = nullptr;
-  if (GST_MESSAGE_TYPE(message) == GST_MESSAGE_ERROR) {
-    gst_message_parse_error(message, &error, &debug);
-    gst_message_parse_error_details(message, &details);
-  } else {
-    gst_message_parse_warning(message, &error, &debug);
-    gst_message_parse_warning_details(message, &details);
-  }
-  if (details && !gst_structure_has_name(details, "weir-error")) details = nullptr;
-  Complaint out;
-  out.element = GST_MESSAGE_SRC(message) ? string_or_empty(GST_MESSAGE_SRC_NAME(message)) : "";
-  out.path = GST_MESSAGE_SRC(message) ? path_of(GST_MESSAGE_SRC(message)) : "";
-  out.id = part(details, "id");
-  out.what = details ? part(details, "what") : error ? string_or_empty(error->message) : "";
-  out.offered = part(details, "offered");
-  out.needed = part(details, "needed");
-  out.difference = part(details, "difference");
-  out.fix = part(details, "fix");
-  out.debug = string_or_empty(debug);
-  out.is_closed_window =
-      GST_MESSAGE_TYPE(message) == GST_MESSAGE_ERROR && is_closed_window(message, error);
-  if (!details) explain_file_error(GST_MESSAGE_SRC(message), error, &out);
-  g_clear_error(&error);
-  g_free(debug);
-  return out;
-}
 
 PipelineRun::PipelineRun(gst::Ref<GstElement> read)
     : pipeline_(std::move(read)),
@@ -116,11 +68,9 @@ RunEnd PipelineRun::play(RunEvents events) {
   // interrupted, which the main loop, not yet running, could not do.
   if (gst_element_set_state(pipeline_.get(), GST_STATE_PLAYING) == GST_STATE_CHANGE_FAILURE) {
     drain_bus();
-    if (errors_.empty()) {
-      Complaint complaint;
-      complaint.what = "the pipeline cannot be started, and no element posted an error";
-      errors_.push_back(std::move(complaint));
-    }
+    if (errors_.empty())
+      errors_.push_back(
+          {{.what = "the pipeline cannot be started, and no element posted an error"}});
     return RunEnd::Error;
   }
   const auto bus = gst::Ref<GstBus>::adopt(gst_element_get_bus(pipeline_.get()));
@@ -236,13 +186,10 @@ void PipelineRun::on_time_limit() {
     return;
   }
   if (!is_playing()) {
-    Complaint complaint;
-    complaint.what = "the pipeline did not reach PLAYING within the time of --timeout";
-    complaint.needed =
-        "a first buffer at each sink: check the sources, and set async=false at sinks whose first "
-        "buffer "
-        "comes late";
-    errors_.push_back(std::move(complaint));
+    errors_.push_back(
+        {{.what = "the pipeline did not reach PLAYING within the time of --timeout",
+          .needed = "a first buffer at each sink: check the sources, and set async=false at sinks "
+                    "whose first buffer comes late"}});
     finish(RunEnd::Error);
     return;
   }

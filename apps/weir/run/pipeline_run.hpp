@@ -10,23 +10,10 @@
 #include <vector>
 
 #include "gstcpp/element/ref.hpp"
+#include "run/complaints.hpp"
 #include "run/sink_counter.hpp"
 
 namespace weir::app {
-
-// The parts of a bus message; messages of Weir's elements have all of them.
-struct Complaint {
-  std::string element;  // element name, "" before elements exist
-  std::string path;     // with the names of its bins: "pipeline0/decodebin0/typefind"
-  std::string id;       // "WEIR-2001", "" for other messages
-  std::string what, offered, needed, difference, fix;
-  std::string debug;              // GStreamer's debug text
-  bool is_closed_window = false;  // the user closed the window of a video sink
-  bool operator==(const Complaint&) const = default;
-};
-
-// Precondition: a warning or an error.
-Complaint complaint_of(GstMessage* message);
 
 // TimeLimit: the time of stop_after() was over.
 enum class RunEnd { Eos, Error, Interrupted, TimeLimit };

@@ -166,16 +166,17 @@ int status_of(RunEnd end) {
 Json to_json(const std::vector<Complaint>& complaints) {
   Json out = Json::array();
   for (const auto& complaint : complaints) {
-    Json item{{"element", complaint.element}, {"what", complaint.what}};
+    const Error& error = complaint.error;
+    Json item{{"element", complaint.element}, {"what", error.what}};
     const auto add = [&item](const char* name, const std::string& text) {
       if (!text.empty()) item[name] = text;
     };
     add("path", complaint.path);
-    add("id", complaint.id);
-    add("offered", complaint.offered);
-    add("needed", complaint.needed);
-    add("difference", complaint.difference);
-    add("fix", complaint.fix);
+    add("id", id_of(complaint));
+    add("offered", error.offered);
+    add("needed", error.needed);
+    add("difference", error.difference);
+    add("fix", error.fix);
     add("debug", complaint.debug);
     out.push_back(std::move(item));
   }

@@ -148,9 +148,9 @@ std::shared_ptr<const void> keep_listening(ListenAddress address, unsigned port)
 // The port is a property of the element, and here a part of --listen.
 std::vector<Complaint> with_option(std::vector<Complaint> errors, ListenAddress address) {
   address.port = "0";
-  for (auto& error : errors)
-    if (error.fix.starts_with("port=0"))
-      error.fix = "--listen " + shell_word(address.text()) + ", which uses a free port";
+  for (auto& complaint : errors)
+    if (complaint.error.fix.starts_with("port=0"))
+      complaint.error.fix = "--listen " + shell_word(address.text()) + ", which uses a free port";
   return errors;
 }
 

@@ -9,7 +9,6 @@
 #include <cstdio>
 
 #include "commands.hpp"
-#include "run/complaints.hpp"
 #include "run/ledger_table.hpp"
 
 namespace weir::app {
@@ -60,11 +59,9 @@ std::vector<Complaint> errors_of(const ServedPipeline& served) {
     out.push_back(complaint_of(message));
     gst_message_unref(message);
   }
-  if (out.empty()) {
-    out.emplace_back();
-    out.back().what =
-        "the model " + served.model.name + " cannot be started, and no element posted an error";
-  }
+  if (out.empty())
+    out.push_back({{.what = "the model " + served.model.name +
+                            " cannot be started, and no element posted an error"}});
   return out;
 }
 

@@ -9,7 +9,7 @@
 
 #include "gstcpp/element/ref.hpp"
 #include "report.hpp"
-#include "run/pipeline_run.hpp"
+#include "run/complaints.hpp"
 #include "serve/served_models.hpp"
 
 namespace weir::app {
