@@ -15,7 +15,7 @@ BUILD = pathlib.Path(os.environ["WEIR_BUILD"])
 LIBRARIES = os.environ["WEIR_LIBDIR"]  # relative to the prefix
 # Built files and their places below a prefix.
 FILES = {"src/plugin/libgstweir.so": f"{LIBRARIES}/gstreamer-1.0", "apps/weir/weir": "bin", "src/weir-worker": "libexec/weir",
-         "tests/support/libweir-engine-fake.so": f"{LIBRARIES}/weir/modules"}
+         "src/pipeline/libweir-pipeline.so.0": LIBRARIES, "tests/support/libweir-engine-fake.so": f"{LIBRARIES}/weir/modules"}
 
 
 class MovedTree(unittest.TestCase):

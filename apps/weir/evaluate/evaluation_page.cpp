@@ -134,10 +134,10 @@ std::string example_picture(const Example& example) {
   auto picture = decode_picture(example.path);
   if (!picture) return "";
   if (!example.wrong_pixels.empty()) mark(example.wrong_pixels, &*picture);
-  const auto jpeg = small_jpeg(*picture, kMostPixels);
-  if (!jpeg) return "";
+  const std::string jpeg = small_jpeg(*picture, kMostPixels);
+  if (jpeg.empty()) return "";
   const gst::UniqueText base64(
-      g_base64_encode(reinterpret_cast<const guchar*>(jpeg->data()), jpeg->size()));
+      g_base64_encode(reinterpret_cast<const guchar*>(jpeg.data()), jpeg.size()));
   const uint32_t longer = std::max(picture->width, picture->height);
   const double scale = std::min(1.0, static_cast<double>(kMostPixels) / longer);
   const double width = picture->width * scale, height = picture->height * scale;

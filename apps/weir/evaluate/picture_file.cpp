@@ -2,12 +2,11 @@
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #include "evaluate/picture_file.hpp"
 
-#include <gst/app/gstappsink.h>
-#include <gst/app/gstappsrc.h>
 #include <gst/tag/tag.h>
 #include <gst/video/video.h>
 
 #include <algorithm>
+#include <chrono>
 #include <cmath>
 #include <filesystem>
 #include <map>
@@ -16,6 +15,8 @@
 
 #include "core/text/shell_quote.hpp"
 #include "evaluate/folder_files.hpp"
+#include "gstcpp/buffer/caps_text.hpp"
+#include "weir/pipeline.hpp"
 
 namespace weir::app {
 namespace {
@@ -53,65 +54,6 @@ GstVideoOrientationMethod photo_orientation(const std::filesystem::path& path) {
   return out;
 }
 
-using Sample = gst::Unique<GstSample, gst_sample_unref>;
-
-// A pipeline that makes one frame, which `sink` has. Stops it at the end of the scope.
-class OneFrame {
- public:
-  explicit OneFrame(const std::string& text) : pipeline_(gst::Ref<GstElement>::adopt(parse(text))) {
-    if (pipeline_)
-      sink_ = gst::Ref<GstElement>::adopt(gst_bin_get_by_name(GST_BIN(pipeline_.get()), "sink"));
-  }
-  ~OneFrame() {
-    if (pipeline_) gst_element_set_state(pipeline_.get(), GST_STATE_NULL);
-  }
-  OneFrame(const OneFrame&) = delete;
-  OneFrame& operator=(const OneFrame&) = delete;
-
-  gst::Ref<GstElement> element(const char* name) const {
-    return gst::Ref<GstElement>::adopt(
-        pipeline_ ? gst_bin_get_by_name(GST_BIN(pipeline_.get()), name) : nullptr);
-  }
-  bool start() {
-    return sink_ &&
-           gst_element_set_state(pipeline_.get(), GST_STATE_PLAYING) != GST_STATE_CHANGE_FAILURE;
-  }
-  // Null after an error, or when nothing comes within a minute.
-  Sample frame() {
-    const auto bus = gst::Ref<GstBus>::adopt(gst_element_get_bus(pipeline_.get()));
-    for (int tenths = 0; tenths < kMostTenths; ++tenths) {
-      Sample sample(gst_app_sink_try_pull_sample(GST_APP_SINK(sink_.get()), GST_SECOND / 10));
-      if (sample) return sample;
-      if (read_error(bus.get()) || gst_app_sink_is_eos(GST_APP_SINK(sink_.get()))) break;
-    }
-    read_error(bus.get());
-    return {};
-  }
-  const std::string& reason() const noexcept { return reason_; }
-
- private:
-  static constexpr int kMostTenths = 600;
-
-  static GstElement* parse(const std::string& text) {
-    GError* error = nullptr;
-    GstElement* parsed = gst_parse_launch(text.c_str(), &error);
-    g_clear_error(&error);
-    return parsed ? GST_ELEMENT(gst_object_ref_sink(parsed)) : nullptr;
-  }
-  bool read_error(GstBus* bus) {
-    const auto message = gst::Ref<GstMessage>::adopt(gst_bus_pop_filtered(bus, GST_MESSAGE_ERROR));
-    if (!message) return !reason_.empty();
-    GError* error = nullptr;
-    gst_message_parse_error(message.get(), &error, nullptr);
-    if (reason_.empty()) reason_ = error ? error->message : "GStreamer gives no reason";
-    g_clear_error(&error);
-    return true;
-  }
-
-  gst::Ref<GstElement> pipeline_, sink_;
-  std::string reason_;
-};
-
 Error unreadable(const std::string& path, const std::string& reason) {
   return {.code = Code::FILE_NOT_FOUND,
           .what = "a picture is damaged or has an unknown format",
@@ -119,6 +61,19 @@ Error unreadable(const std::string& path, const std::string& reason) {
           .needed = "a picture that GStreamer can decode",
           .difference = reason,
           .fix = "replace the file, or delete it and its truth"};
+}
+
+// The one frame of a pipeline with a filesrc `file` and an appsink `sink`, by the public API.
+Result<Frame> frame_of(const std::string& path, const std::string& text) {
+  auto pipeline = Pipeline::parse(text);
+  if (!pipeline || !pipeline->set("file", "location", path) || !pipeline->start())
+    return unreadable(path, "GStreamer cannot start its decoder");
+  auto frame = pipeline->pull("sink", std::chrono::minutes(1));
+  if (frame && *frame) return **std::move(frame);
+  std::string reason = frame ? "" : frame.error().what;
+  const size_t colon = reason.find(": ");  // after the name of the element
+  if (colon != std::string::npos) reason.erase(0, colon + 2);
+  return unreadable(path, reason);
 }
 
 Error no_mask(const std::string& path, std::string what) {
@@ -168,15 +123,13 @@ uint32_t narrowed(uint32_t value, unsigned bits) {
   return bits < 8 ? value / (255U / ((1U << bits) - 1)) : value;
 }
 
-Result<ClassMask> classes_of(const GstVideoFrame& frame, const PngFacts& png,
+Result<ClassMask> classes_of(const Frame& frame, const GstVideoInfo& info, const PngFacts& png,
                              const std::string& path) {
-  ClassMask out{static_cast<uint32_t>(GST_VIDEO_FRAME_WIDTH(&frame)),
-                static_cast<uint32_t>(GST_VIDEO_FRAME_HEIGHT(&frame)),
-                {}};
-  const auto* pixels = static_cast<const uint8_t*>(GST_VIDEO_FRAME_PLANE_DATA(&frame, 0));
-  const auto stride = static_cast<size_t>(GST_VIDEO_FRAME_PLANE_STRIDE(&frame, 0));
-  const auto step = static_cast<size_t>(GST_VIDEO_FRAME_COMP_PSTRIDE(&frame, 0));
-  const auto red = static_cast<size_t>(GST_VIDEO_FRAME_COMP_POFFSET(&frame, 0));
+  ClassMask out{static_cast<uint32_t>(info.width), static_cast<uint32_t>(info.height), {}};
+  const auto* pixels = reinterpret_cast<const uint8_t*>(frame[0].bytes().data());
+  const auto stride = static_cast<size_t>(GST_VIDEO_INFO_PLANE_STRIDE(&info, 0));
+  const auto step = static_cast<size_t>(GST_VIDEO_INFO_COMP_PSTRIDE(&info, 0));
+  const auto red = static_cast<size_t>(GST_VIDEO_INFO_COMP_POFFSET(&info, 0));
   const bool is_grey = png.kind == PngFacts::Grey;
   for (uint32_t y = 0; y < out.height; ++y)
     for (uint32_t x = 0; x < out.width; ++x) {
@@ -199,23 +152,19 @@ Result<ClassMask> classes_of(const GstVideoFrame& frame, const PngFacts& png,
 }  // namespace
 
 Result<DecodedPicture> decode_picture(const std::string& path) {
-  OneFrame frame(
-      "filesrc name=file ! decodebin ! videoconvert ! video/x-raw,format=RGB ! "
-      "videoflip name=upright ! "
-      "appsink name=sink sync=false");
-  if (const auto file = frame.element("file"))
-    g_object_set(file.get(), "location", path.c_str(), nullptr);
-  if (const auto upright = frame.element("upright"))
-    g_object_set(upright.get(), "video-direction", photo_orientation(path), nullptr);
-  if (!frame.start()) return unreadable(path, "GStreamer cannot start its decoder");
-  const auto sample = frame.frame();
-  if (!sample) return unreadable(path, frame.reason());
+  const auto frame =
+      frame_of(path,
+               "filesrc name=file ! decodebin ! videoconvert ! video/x-raw,format=RGB ! "
+               "videoflip video-direction=" +
+                   std::to_string(photo_orientation(path)) + " ! appsink name=sink sync=false");
+  if (!frame) return frame.error();
+  const auto caps = gst::caps_from_text(frame->caps());
   GstVideoInfo info;
-  GstCaps* caps = gst_sample_get_caps(sample.get());
-  if (!caps || !gst_video_info_from_caps(&info, caps)) return unreadable(path, "no size");
-  return DecodedPicture{gst::Ref<GstBuffer>::share(gst_sample_get_buffer(sample.get())),
-                        gst::Ref<GstCaps>::share(caps), static_cast<uint32_t>(info.width),
-                        static_cast<uint32_t>(info.height)};
+  if (!caps || !gst_video_info_from_caps(&info, caps->get())) return unreadable(path, "no size");
+  const auto pixels = (*frame)[0].bytes();
+  return DecodedPicture{
+      gst::Ref<GstBuffer>::adopt(gst_buffer_new_memdup(pixels.data(), pixels.size())), *caps,
+      static_cast<uint32_t>(info.width), static_cast<uint32_t>(info.height)};
 }
 
 Result<ClassMask> read_class_mask(const std::string& path) {
@@ -226,48 +175,36 @@ Result<ClassMask> read_class_mask(const std::string& path) {
     return no_mask(path, "the mask is not a PNG file with a class for each pixel");
   if (png.has_equal_colors && png.kind == PngFacts::Palette)
     return no_mask(path, "the palette of the mask has two equal colours");
-  OneFrame frame("filesrc name=file ! pngdec ! appsink name=sink sync=false");
-  if (const auto file = frame.element("file"))
-    g_object_set(file.get(), "location", path.c_str(), nullptr);
-  if (!frame.start()) return unreadable(path, "GStreamer cannot start its decoder");
-  const auto sample = frame.frame();
-  if (!sample) return unreadable(path, frame.reason());
+  const auto frame = frame_of(path, "filesrc name=file ! pngdec ! appsink name=sink sync=false");
+  if (!frame) return frame.error();
+  const auto caps = gst::caps_from_text(frame->caps());
   GstVideoInfo info;
-  GstVideoFrame mapped;
-  if (!gst_video_info_from_caps(&info, gst_sample_get_caps(sample.get())) ||
-      !gst_video_frame_map(&mapped, &info, gst_sample_get_buffer(sample.get()), GST_MAP_READ))
+  if (!caps || !gst_video_info_from_caps(&info, caps->get()) ||
+      (*frame)[0].bytes().size() < info.size)
     return unreadable(path, "no pixels");
-  auto out = classes_of(mapped, png, path);
-  gst_video_frame_unmap(&mapped);
-  return out;
+  return classes_of(*frame, info, png, path);
 }
 
-Result<std::string> small_jpeg(const DecodedPicture& picture, uint32_t most) {
+std::string small_jpeg(const DecodedPicture& picture, uint32_t most) {
   const uint32_t longer = std::max(picture.width, picture.height);
   const double scale = longer > most ? static_cast<double>(most) / longer : 1;
   const auto scaled = [scale](uint32_t pixels) {
     return std::to_string(std::max(1L, std::lround(pixels * scale)));
   };
-  OneFrame frame("appsrc name=source format=time ! videoscale ! videoconvert ! video/x-raw,width=" +
-                 scaled(picture.width) + ",height=" + scaled(picture.height) +
-                 ",pixel-aspect-ratio=1/1 ! jpegenc quality=85 ! appsink name=sink sync=false");
-  const auto source = frame.element("source");
-  if (source && frame.start()) {
-    gst_app_src_set_caps(GST_APP_SRC(source.get()), picture.caps.get());
-    gst_app_src_push_buffer(GST_APP_SRC(source.get()), gst_buffer_copy(picture.buffer.get()));
-    gst_app_src_end_of_stream(GST_APP_SRC(source.get()));
-    if (const auto sample = frame.frame()) {
-      const gst::Mapped bytes(gst_sample_get_buffer(sample.get()), GST_MAP_READ);
-      if (bytes)
-        return std::string(reinterpret_cast<const char*>(bytes.bytes().data()),
-                           bytes.bytes().size());
-    }
-  }
-  return Error{.code = Code::FILE_NOT_WRITTEN,
-               .what = "GStreamer cannot encode a picture for the page",
-               .offered = frame.reason(),
-               .needed = "the element jpegenc",
-               .fix = "apt-get install gstreamer1.0-plugins-good"};
+  const gst::UniqueText caps(gst_caps_to_string(picture.caps.get()));
+  const gst::Mapped map(picture.buffer.get(), GST_MAP_READ);
+  auto pipeline = Pipeline::parse(
+      "appsrc name=source caps=\"" + std::string(caps.get()) +
+      "\" ! videoscale ! videoconvert ! video/x-raw,width=" + scaled(picture.width) +
+      ",height=" + scaled(picture.height) +
+      ",pixel-aspect-ratio=1/1 ! jpegenc quality=85 ! appsink name=sink sync=false");
+  if (!map || !pipeline || !pipeline->start()) return "";
+  const std::span pixels(reinterpret_cast<const uint8_t*>(map.bytes().data()), map.bytes().size());
+  if (!pipeline->push("source", pixels) || !pipeline->end("source")) return "";
+  const auto frame = pipeline->pull("sink", std::chrono::minutes(1));
+  if (!frame || !*frame) return "";
+  const auto jpeg = (**frame)[0].bytes();
+  return {reinterpret_cast<const char*>(jpeg.data()), jpeg.size()};
 }
 
 }  // namespace weir::app
