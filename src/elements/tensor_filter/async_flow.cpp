@@ -11,7 +11,7 @@
 
 #include "core/infer/model/async_invoke.hpp"
 #include "core/timer/idle_watch.hpp"
-#include "elements/tensor_filter/deadline.hpp"
+#include "elements/tensor_filter/admission.hpp"
 #include "elements/tensor_filter/frame_flow.hpp"
 #include "elements/tensor_filter/output_frame.hpp"
 

@@ -5,9 +5,9 @@
 #include <vector>
 
 #include "core/infer/batch/batch_group.hpp"
-#include "elements/tensor_filter/answered_by.hpp"
-#include "elements/tensor_filter/deadline.hpp"
+#include "elements/tensor_filter/admission.hpp"
 #include "elements/tensor_filter/frame_flow.hpp"
+#include "elements/tensor_filter/model_report.hpp"
 #include "elements/tensor_filter/output_frame.hpp"
 #include "gstcpp/buffer/request_end.hpp"
 

@@ -5,7 +5,7 @@
 #include <string>
 #include <vector>
 
-#include "elements/tensor_filter/deadline.hpp"
+#include "elements/tensor_filter/admission.hpp"
 #include "gstcpp/element/error.hpp"
 #include "weir/abi.h"
 

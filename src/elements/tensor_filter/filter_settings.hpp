@@ -1,12 +1,15 @@
-// FilterSettings: the values of the properties of tensor_filter.
+// FilterSettings: the values of the properties of tensor_filter, and the threads that they ask for.
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #pragma once
 #include <cstdint>
 #include <optional>
 #include <string>
+#include <string_view>
 
 #include "core/filter/model_description.hpp"
+#include "core/infer/queue/thread_budget.hpp"
 #include "core/isolate/isolation.hpp"
+#include "weir/result.hpp"
 
 namespace weir {
 
@@ -47,6 +50,30 @@ struct FilterSettings : DeclaredTensors {
   uint32_t invoke_rows = 0;  // of a batch, per invoke; 0 = all
   uint32_t invoke_threads = 1;
   uint32_t async_timeout = 60000;  // milliseconds; 0 = none
+};
+
+// Whether a change of the property, also while frames flow, reopens the model.
+bool requires_reopen(std::string_view property);
+// Rejects lists that cannot be parsed, whatever the model is.
+Status check_lists(const FilterSettings& settings);
+
+// The workers and their engine threads that the user requests. NumThreads in `custom` takes
+// precedence over `threads`.
+infer::ThreadUse thread_use(const FilterSettings& settings);
+
+// FilterThreads: the claim of a filter in the thread budget of the process. Claim it in READY: a
+// pipeline brings all elements to READY before the first model is opened.
+class FilterThreads {
+ public:
+  void claim(const FilterSettings& settings) {
+    claim_ = infer::ThreadBudget::of_process().claim(thread_use(settings));
+  }
+  void release() { claim_ = {}; }
+  // The threads for weir_open; 0 = the engine chooses.
+  int chosen() const { return infer::ThreadBudget::of_process().threads_of(claim_); }
+
+ private:
+  infer::ThreadBudget::Claim claim_;
 };
 
 }  // namespace weir

@@ -6,8 +6,8 @@
 #include <chrono>
 #include <mutex>
 
-#include "elements/tensor_filter/answered_by.hpp"
-#include "elements/tensor_filter/deadline.hpp"
+#include "elements/tensor_filter/admission.hpp"
+#include "elements/tensor_filter/model_report.hpp"
 
 namespace weir {
 namespace {

@@ -1,8 +1,18 @@
-// Opens a model only to read its description.
+// Opens a model only to read its description; reads the extensions weir.statistics/1 and
+// weir.servers/1 of an engine; finds a model's card by the digest of its file.
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #include "elements/tensor_filter/model_report.hpp"
 
+#include <algorithm>
+#include <array>
+#include <utility>
+
+#include "core/card/find.hpp"
+#include "core/text/pasted.hpp"
 #include "elements/tensor_filter/open_model.hpp"
+#include "gstcpp/element/file_digest.hpp"
+#include "weir/engine_servers.h"
+#include "weir/engine_statistics.h"
 
 namespace weir {
 namespace {
@@ -11,6 +21,73 @@ namespace {
 bool same_model(const FilterSettings& a, const FilterSettings& b) {
   return a.framework == b.framework && a.model == b.model && a.custom == b.custom &&
          a.accelerator == b.accelerator && static_cast<const DeclaredTensors&>(a) == b;
+}
+
+// The counts that the engine has of its own.
+void add_counts(const infer::Model& model, GstStructure* stats) {
+  const weir_engine& engine = model.engine();
+  const auto* calls =
+      engine.extension
+          ? static_cast<const weir_engine_statistics*>(engine.extension(WEIR_ENGINE_STATISTICS))
+          : nullptr;
+  if (!calls || calls->struct_size < sizeof *calls) return;
+  std::array<weir_statistic, 64> all{};
+  const int count = calls->read(model.handle(), all.data(), all.size());
+  for (int i = 0; i < std::min<int>(count, all.size()); ++i)
+    gst_structure_set(stats, all[i].name, G_TYPE_UINT64, guint64{all[i].value}, nullptr);
+}
+
+const char* name_of_circuit(int32_t circuit) {
+  if (circuit == WEIR_CIRCUIT_CLOSED) return "closed";
+  return circuit == WEIR_CIRCUIT_OPEN ? "open" : "half-open";
+}
+
+GstStructure* structure_of(const weir_server& server) {
+  GstStructure* out = gst_structure_new(
+      "server", "address", G_TYPE_STRING, server.address, "circuit", G_TYPE_STRING,
+      name_of_circuit(server.circuit), "in-flight", G_TYPE_UINT64, guint64{server.in_flight},
+      "answered", G_TYPE_UINT64, guint64{server.answered}, "late", G_TYPE_UINT64,
+      guint64{server.late}, "refused", G_TYPE_UINT64, guint64{server.refused}, "lost",
+      G_TYPE_UINT64, guint64{server.lost}, "bytes-sent", G_TYPE_UINT64, guint64{server.bytes_sent},
+      "bytes-received", G_TYPE_UINT64, guint64{server.bytes_received}, nullptr);
+  const auto add = [out](const char* name, int64_t value, bool is_known) {
+    if (is_known) gst_structure_set(out, name, G_TYPE_INT64, gint64{value}, nullptr);
+  };
+  for (const auto& [name, value] : {std::pair{"p50-us", server.p50_us},
+                                    {"p95-us", server.p95_us},
+                                    {"p99-us", server.p99_us},
+                                    {"queue-us", server.queue_us},
+                                    {"compute-us", server.compute_us}})
+    add(name, value, value >= 0);
+  add("clock-offset-ns", server.clock_offset_ns, server.clock_error_ns >= 0);
+  add("clock-error-ns", server.clock_error_ns, server.clock_error_ns >= 0);
+  return out;
+}
+
+// The servers that the model is on, as an array of structures.
+void add_servers(const infer::Model& model, GstStructure* stats) {
+  const auto* calls = model.servers();
+  if (!calls) return;
+  std::array<weir_server, 64> all{};
+  const int count = calls->read(model.handle(), all.data(), all.size());
+  if (count <= 0) return;
+  GValue list = G_VALUE_INIT;
+  gst_value_array_init(&list, static_cast<guint>(count));
+  for (int i = 0; i < std::min<int>(count, all.size()); ++i) {
+    GValue one = G_VALUE_INIT;
+    g_value_init(&one, GST_TYPE_STRUCTURE);
+    g_value_take_boxed(&one, structure_of(all[i]));
+    gst_value_array_append_and_take_value(&list, &one);
+  }
+  gst_structure_take_value(stats, "servers", &list);
+}
+
+// Whether tensor_preprocess with the card makes a tensor for the model.
+bool describes(const card::ImageInput& input, const ModelTensor& needed) {
+  if (input.type != needed.type || input.shape.size() != needed.shape.size()) return false;
+  for (size_t i = 0; i < needed.shape.size(); ++i)
+    if (needed.shape[i] >= 0 && needed.shape[i] != input.shape[i]) return false;
+  return true;
 }
 
 }  // namespace
@@ -46,6 +123,43 @@ std::shared_ptr<const ModelReport::Tensors> ModelReport::of_settings(
   known_ = std::make_shared<const Tensors>(Tensors{(*opened)->inputs(), (*opened)->outputs()});
   known_of_ = std::move(alone);
   return known_;
+}
+
+void add_engine_stats(const infer::Model& model, GstStructure* stats) {
+  add_counts(model, stats);
+  add_servers(model, stats);
+}
+
+Error with_card(Error error, const std::string& model_path,
+                const std::vector<ModelTensor>& inputs) {
+  const bool has_other_fix = error.fix.starts_with("tensor_filter ");  // invoke-rows
+  if (error.code != Code::SPEC_MISMATCH || has_other_fix || model_path.empty() ||
+      inputs.size() != 1)
+    return error;
+  card::Search search;
+  search.model = model_path;
+  search.sha256 = [&model_path] { return gst::sha256_of(model_path); };
+  search.folders = card::card_folders();
+  const auto card = card::find(search);
+  if (card && !card->path.empty() && card->inputs.size() == 1 &&
+      describes(card->inputs[0], inputs[0]))
+    error.fix = "tensor_preprocess card=" + launch_value(card->path) +
+                " ! tensor_filter, directly after the video, without tensor_converter";
+  return error;
+}
+
+void set_answered_by(GstBuffer* buffer, GstElement* element, const std::string& who) {
+  if (who.empty()) return;
+  static constexpr char kName[] = "WeirAnsweredBy";
+  [[maybe_unused]] static const auto* const registered = [] {
+    static const gchar* tags[] = {nullptr};
+    return gst_meta_register_custom(kName, tags, nullptr, nullptr, nullptr);
+  }();
+  GstCustomMeta* meta = gst_buffer_get_custom_meta(buffer, kName);
+  if (!meta) meta = gst_buffer_add_custom_meta(buffer, kName);
+  if (!meta) return;
+  gst_structure_set(gst_custom_meta_get_structure(meta), GST_OBJECT_NAME(element), G_TYPE_STRING,
+                    who.c_str(), nullptr);
 }
 
 }  // namespace weir

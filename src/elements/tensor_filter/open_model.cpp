@@ -8,8 +8,7 @@
 #include "core/custom/custom_easy.hpp"
 #include "core/infer/model/async_invoke.hpp"
 #include "core/isolate/isolated_engine.hpp"
-#include "elements/tensor_filter/card_fix.hpp"
-#include "elements/tensor_filter/engine_stats.hpp"
+#include "elements/tensor_filter/model_report.hpp"
 #include "elements/tensor_filter/model_source.hpp"
 #include "gstcpp/buffer/shared_allocator.hpp"
 

@@ -5,7 +5,7 @@
 #include <cmath>
 #include <fstream>
 
-#include "elements/tensor_filter/deadline.hpp"
+#include "elements/tensor_filter/admission.hpp"
 #include "elements/tensor_filter/gated_filter_test_support.hpp"
 #include "elements/tests/element_test_support.hpp"
 

@@ -5,15 +5,10 @@
 #include <memory>
 
 #include "elements/tensor_filter/admission.hpp"
-#include "elements/tensor_filter/filter_change.hpp"
 #include "elements/tensor_filter/filter_properties.hpp"
-#include "elements/tensor_filter/filter_threads.hpp"
 #include "elements/tensor_filter/frame_flow.hpp"
-#include "elements/tensor_filter/isolated_filter.hpp"
-#include "elements/tensor_filter/lag_watch.hpp"
 #include "elements/tensor_filter/model_lifecycle.hpp"
 #include "elements/tensor_filter/model_source.hpp"
-#include "elements/tensor_filter/output_caps.hpp"
 #include "elements/tensor_filter/reported_properties.hpp"
 #include "elements/tensor_filter/running_flow.hpp"
 #include "elements/tensor_filter/running_model.hpp"
@@ -28,6 +23,63 @@ namespace weir {
 namespace {
 
 using gst::Ref;
+
+Error refused(GstPad* source, const GstCaps* peer, const FrameSpec& spec) {
+  const bool flexible = spec.format == Format::Flexible;
+  return gst::downstream_mismatch(
+      source, peer,
+      flexible ? "format=flexible: the model decides with each frame, or invoke-dynamic=true"
+               : spec.to_string(),
+      gst::caps_to_paste(spec));
+}
+
+Ref<GstCaps> offered_caps(GstPad* pad, const OpenModel* model, GstCaps* filter) {
+  const bool is_sink = GST_PAD_IS_SINK(pad);
+  auto caps = Ref<GstCaps>::adopt(gst_pad_get_pad_template_caps(pad));
+  if (model) {
+    const auto spec =
+        is_sink ? model->description().sink_spec() : model->description().source_spec();
+    if (spec.format == Format::Flexible || !spec.tensors.empty())
+      caps = gst::possible_caps(pad, spec, filter);
+  }
+  if (!filter) return caps;
+  const auto narrowed = [filter](GstCaps* wide) {
+    return Ref<GstCaps>::adopt(gst_caps_intersect_full(filter, wide, GST_CAPS_INTERSECT_FIRST));
+  };
+  caps = narrowed(caps.get());
+  // Caps that do not fit the model are rejected in the caps event, where an error can explain it.
+  if (is_sink && gst_caps_is_empty(caps.get()))
+    caps = narrowed(Ref<GstCaps>::adopt(gst_pad_get_pad_template_caps(pad)).get());
+  return caps;
+}
+
+// Rule B of docs/compatibility/types-and-caps.md 1.5: the first of the possible caps for `spec`
+// that the peer of `source` accepts, fixed. SPEC_MISMATCH with both sides if it accepts none.
+Result<Ref<GstCaps>> choose_output_caps(GstPad* source, const FrameSpec& spec) {
+  const auto peer = Ref<GstCaps>::adopt(gst_pad_peer_query_caps(source, nullptr));
+  const auto possible = gst::possible_caps(source, spec, peer.get());
+  auto meet = Ref<GstCaps>::adopt(
+      gst_caps_intersect_full(possible.get(), peer.get(), GST_CAPS_INTERSECT_FIRST));
+  if (gst_caps_is_empty(meet.get())) return refused(source, peer.get(), spec);
+  return Ref<GstCaps>::adopt(gst_caps_fixate(gst_caps_truncate(meet.release())));
+}
+
+// Answers a CAPS query on a pad of the filter from what is known of the model's tensors; `model`
+// may be null. False for any other query.
+bool answer_caps_query(GstPad* pad, const OpenModel* model, GstQuery* query) {
+  GstCaps* caps = nullptr;
+  if (GST_QUERY_TYPE(query) == GST_QUERY_CAPS) {
+    gst_query_parse_caps(query, &caps);
+    gst_query_set_caps_result(query, offered_caps(pad, model, caps).get());
+    return true;
+  }
+  if (GST_QUERY_TYPE(query) != GST_QUERY_ACCEPT_CAPS || !GST_PAD_IS_SINK(pad)) return false;
+  gst_query_parse_accept_caps(query, &caps);
+  const auto ours = Ref<GstCaps>::adopt(gst_pad_get_pad_template_caps(pad));
+  // Wrong sizes are rejected in the caps event, where an error can name the needed ones.
+  gst_query_set_accept_caps_result(query, gst_caps_can_intersect(caps, ours.get()));
+  return true;
+}
 
 class TensorFilter : public gst::Element<TensorFilter, gst::PlainElement>,
                      public ReportedProperties<TensorFilter> {
@@ -52,8 +104,7 @@ class TensorFilter : public gst::Element<TensorFilter, gst::PlainElement>,
     sink_ = add_pad("sink");
     source_ = add_pad("src");
     start_flow({});
-    lag_.set_element(element(), sink_);
-    admission_.set_pad(sink_);
+    admission_.set_element(element(), sink_);
     gst_pad_set_chain_function(sink_, (chain<&TensorFilter::on_buffer>));
     gst_pad_set_event_function(sink_, (pad_event<&TensorFilter::on_sink_event>));
     gst_pad_set_query_function(sink_, (pad_query<&TensorFilter::on_sink_query>));
@@ -97,7 +148,7 @@ class TensorFilter : public gst::Element<TensorFilter, gst::PlainElement>,
   GstFlowReturn on_buffer(GstBuffer* raw) {
     auto buffer = Ref<GstBuffer>::adopt(raw);
     ledger_.received();
-    lag_.see(buffer.get());
+    admission_.warn_if_late(buffer.get());
     lifecycle_.touch();
     if (const auto flow = follow(); flow != GST_FLOW_OK) {
       ledger_.dropped(flow == GST_FLOW_FLUSHING ? DropReason::Flush : DropReason::Error);
@@ -132,7 +183,6 @@ class TensorFilter : public gst::Element<TensorFilter, gst::PlainElement>,
       }
       case GST_EVENT_SEGMENT:
         admission_.set_segment(event);
-        lag_.set_segment(event);
         break;
       case GST_EVENT_FLUSH_START:
         flow_.flush();
@@ -239,13 +289,12 @@ class TensorFilter : public gst::Element<TensorFilter, gst::PlainElement>,
     in_force_.workers = chosen.workers = model_.get()->workers();
     ledger_.reset();
     start_flow(chosen);
-    lag_.open(chosen.when_busy == WhenBusyChoice::Unset);
     engine_threads_ = chosen.threads;
     GST_CAT_INFO_OBJECT(
         category(), self(),
         "model %s: engine %s, %u workers with %d threads each (0: the engine chooses)",
         chosen.model.c_str(), model_.get()->engine().c_str(), chosen.workers, chosen.threads);
-    admission_.reset();
+    admission_.reset(chosen);
     placeholder_.reset();
     configure();
     if (settings().model != model_.file()) replace_model();  // set while the model was opened
@@ -427,7 +476,6 @@ class TensorFilter : public gst::Element<TensorFilter, gst::PlainElement>,
   Settings in_force_;  // of model_; used by the streaming thread, or while not streaming
   gst::FollowedSettings<Settings> followed_;  // likewise
   gst::PropertyFile config_file_;
-  LagWatch lag_;
   RunningFlow flow_;
   Admission admission_{&statistics_};
   gst::PlaceholderWait placeholder_;

@@ -1,12 +1,15 @@
-// Lists the properties that decide which model is opened.
+// Checks settings, and reads the number of engine threads from them.
 // SPDX-License-Identifier: LGPL-2.1-or-later
-#include "elements/tensor_filter/filter_change.hpp"
+#include "elements/tensor_filter/filter_settings.hpp"
 
 #include <algorithm>
+#include <charconv>
 
 #include "core/tensor/frame_spec.hpp"
+#include "core/text/text.hpp"
 
 namespace weir {
+
 bool requires_reopen(std::string_view property) {
   static constexpr std::string_view kNames[] = {"framework",
                                                 "input",
@@ -36,6 +39,22 @@ Status check_lists(const FilterSettings& s) {
     if (!text->empty())
       if (const auto types = parse_type_list(*text); !types) return types.error();
   return ok();
+}
+
+infer::ThreadUse thread_use(const FilterSettings& settings) {
+  infer::ThreadUse use{static_cast<int>(settings.workers * settings.invoke_threads),
+                       settings.threads};
+  for (const auto option : split(settings.custom, ",")) {
+    const size_t colon = option.find(':');
+    if (colon == std::string_view::npos) continue;
+    if (!equal_ignoring_case(strip(option.substr(0, colon)), "NumThreads")) continue;
+    const auto text = strip(option.substr(colon + 1));
+    int number = 0;  // the engine rejects what is not a number
+    const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), number);
+    if (error == std::errc() && end == text.data() + text.size() && number > 0 && number <= 1024)
+      use.threads = number;
+  }
+  return use;
 }
 
 }  // namespace weir
