@@ -2,34 +2,12 @@
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #include "elements/tensor_filter/filter_settings.hpp"
 
-#include <algorithm>
 #include <charconv>
 
 #include "core/tensor/frame_spec.hpp"
 #include "core/text/text.hpp"
 
 namespace weir {
-
-bool requires_reopen(std::string_view property) {
-  static constexpr std::string_view kNames[] = {"framework",
-                                                "input",
-                                                "inputtype",
-                                                "inputname",
-                                                "inputlayout",
-                                                "output",
-                                                "outputtype",
-                                                "outputname",
-                                                "outputlayout",
-                                                "custom",
-                                                "accelerator",
-                                                "input-combination",
-                                                "output-combination",
-                                                "shared-tensor-filter-key",
-                                                "invoke-dynamic",
-                                                "invoke-async",
-                                                "suspend"};
-  return std::ranges::find(kNames, property) != std::end(kNames);
-}
 
 Status check_lists(const FilterSettings& s) {
   for (const auto* text : {&s.input, &s.output})

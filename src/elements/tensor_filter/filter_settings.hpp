@@ -4,7 +4,6 @@
 #include <cstdint>
 #include <optional>
 #include <string>
-#include <string_view>
 
 #include "core/filter/model_description.hpp"
 #include "core/infer/queue/thread_budget.hpp"
@@ -52,8 +51,6 @@ struct FilterSettings : DeclaredTensors {
   uint32_t async_timeout = 60000;  // milliseconds; 0 = none
 };
 
-// Whether a change of the property, also while frames flow, reopens the model.
-bool requires_reopen(std::string_view property);
 // Rejects lists that cannot be parsed, whatever the model is.
 Status check_lists(const FilterSettings& settings);
 

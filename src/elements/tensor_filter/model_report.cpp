@@ -1,4 +1,4 @@
-// Opens a model only to read its description; reads the extensions weir.statistics/1 and
+// Opens a model only to read its tensors; reads the extensions weir.statistics/1 and
 // weir.servers/1 of an engine; finds a model's card by the digest of its file.
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #include "elements/tensor_filter/model_report.hpp"
@@ -8,19 +8,26 @@
 #include <utility>
 
 #include "core/card/find.hpp"
+#include "core/infer/module/module_library.hpp"
 #include "core/text/pasted.hpp"
+#include "elements/tensor_filter/filter_properties.hpp"
+#include "elements/tensor_filter/model_source.hpp"
 #include "elements/tensor_filter/open_model.hpp"
 #include "gstcpp/element/file_digest.hpp"
 #include "weir/engine_servers.h"
 #include "weir/engine_statistics.h"
+#include "weir/join.hpp"
 
 namespace weir {
 namespace {
 
-// Compares the settings that decide which tensors a model has.
+// Whether the settings open a model with the same tensors.
 bool same_model(const FilterSettings& a, const FilterSettings& b) {
-  return a.framework == b.framework && a.model == b.model && a.custom == b.custom &&
-         a.accelerator == b.accelerator && static_cast<const DeclaredTensors&>(a) == b;
+  bool same = a.model == b.model;
+  each_flagged([&](const auto& p) {
+    if (p.flags.reopens) same = same && a.*p.field == b.*p.field;
+  });
+  return same;
 }
 
 // The counts that the engine has of its own.
@@ -92,9 +99,26 @@ bool describes(const card::ImageInput& input, const ModelTensor& needed) {
 
 }  // namespace
 
-void ModelReport::negotiated(Tensors tensors) {
+std::string ModelReport::framework() const {
+  const auto model = opened();
+  return model ? model->engine() : framework_name(current_settings());
+}
+
+std::string ModelReport::sub_plugins() const {
+  return join(infer::ModuleLibrary::instance().engine_names(), ",");
+}
+
+int ModelReport::latency() const {
+  return current_settings().latency ? statistics_.latency_us() : -1;
+}
+
+int ModelReport::throughput() const {
+  return current_settings().throughput ? statistics_.throughput_milli() : -1;
+}
+
+void ModelReport::report(ModelTensors tensors) {
   std::lock_guard lock(mutex_);
-  stream_ = std::make_shared<const Tensors>(std::move(tensors));
+  stream_ = std::make_shared<const ModelTensors>(std::move(tensors));
 }
 
 void ModelReport::forget() {
@@ -102,13 +126,24 @@ void ModelReport::forget() {
   stream_.reset();
 }
 
-std::shared_ptr<const ModelReport::Tensors> ModelReport::of_stream() const {
-  std::lock_guard lock(mutex_);
-  return stream_;
+std::vector<ModelTensor> ModelReport::tensors(const FilterSettings& settings, bool inputs) const {
+  std::shared_ptr<const ModelTensors> known;
+  {
+    std::lock_guard lock(mutex_);
+    known = stream_;
+  }
+  if (!known) {
+    if (const auto model = opened()) return inputs ? model->inputs() : model->outputs();
+    known = tensors_of_unopened(settings);
+  }
+  if (!known) return {};
+  return inputs ? known->inputs : known->outputs;
 }
 
-std::shared_ptr<const ModelReport::Tensors> ModelReport::of_settings(
-    const FilterSettings& settings) {
+// The model is opened for this, once for the same settings. Null without a model, or if it cannot
+// be opened.
+std::shared_ptr<const ModelTensors> ModelReport::tensors_of_unopened(
+    const FilterSettings& settings) const {
   // Reading a property does not start a worker process.
   if (settings.model.empty() || settings.isolate != IsolateChoice::None) return nullptr;
   FilterSettings alone = settings;
@@ -120,7 +155,8 @@ std::shared_ptr<const ModelReport::Tensors> ModelReport::of_settings(
   std::vector<Error> warnings;
   const auto opened = OpenModel::open(alone, nullptr, &warnings);
   if (!opened) return nullptr;
-  known_ = std::make_shared<const Tensors>(Tensors{(*opened)->inputs(), (*opened)->outputs()});
+  known_ =
+      std::make_shared<const ModelTensors>(ModelTensors{(*opened)->inputs(), (*opened)->outputs()});
   known_of_ = std::move(alone);
   return known_;
 }

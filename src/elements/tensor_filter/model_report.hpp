@@ -8,33 +8,61 @@
 #include <string>
 #include <vector>
 
+#include "core/filter/layout.hpp"
+#include "core/filter/model_description.hpp"
+#include "core/infer/model/invoke_statistics.hpp"
 #include "core/infer/model/model.hpp"
-#include "core/tensor/model_tensor.hpp"
 #include "elements/tensor_filter/filter_settings.hpp"
 #include "weir/result.hpp"
 
 namespace weir {
 
-// ModelReport: the model's tensors, as which the properties input, inputtype, output etc. read
-// where the user set nothing. Thread-safe.
+class OpenModel;
+
+// ModelReport: base class of the element with the properties that read as values of the model where
+// the user set nothing. Thread-safe.
 class ModelReport {
  public:
-  using Tensors = ModelTensors;
-  // Sets the tensors of a negotiated stream, until forget().
-  void negotiated(Tensors tensors);
+  std::string framework() const;
+  std::string sub_plugins() const;
+  // The property as the user set it, otherwise that of the model's tensors.
+  template <auto Own, bool Input, std::string (*Text)(const std::vector<ModelTensor>&)>
+  std::string reported() const {
+    const FilterSettings s = current_settings();
+    return (s.*Own).empty() ? Text(tensors(s, Input)) : s.*Own;
+  }
+  template <auto Own, bool Input>
+  std::string reported_layouts() const {
+    const FilterSettings s = current_settings();
+    return (s.*Own).empty() ? layouts_text(tensors(s, Input)) : layouts_text(s.*Own);
+  }
+  template <bool Input>
+  std::string reported_ranks() const {
+    return ranks_text(tensors(current_settings(), Input));
+  }
+  int latency() const;
+  int throughput() const;
+
+ protected:
+  ~ModelReport() = default;
+  virtual FilterSettings current_settings() const = 0;
+  // The model that is open, or null.
+  virtual std::shared_ptr<const OpenModel> opened() const = 0;
+  // Reports the tensors of a negotiated stream, until forget().
+  void report(ModelTensors tensors);
   void forget();
-  // Null if no stream was negotiated.
-  std::shared_ptr<const Tensors> of_stream() const;
-  // The tensors of the model of a filter that is not running. The model is opened for this, once
-  // for the same settings. Null without a model, or if it cannot be opened.
-  std::shared_ptr<const Tensors> of_settings(const FilterSettings& settings);
+
+  infer::InvokeStatistics statistics_;
 
  private:
-  mutable std::mutex mutex_;  // guards stream_
-  std::shared_ptr<const Tensors> stream_;
-  std::mutex opening_;  // guards the rest
-  FilterSettings known_of_;
-  std::shared_ptr<const Tensors> known_;
+  std::vector<ModelTensor> tensors(const FilterSettings& settings, bool inputs) const;
+  std::shared_ptr<const ModelTensors> tensors_of_unopened(const FilterSettings& settings) const;
+
+  mutable std::mutex mutex_;                    // guards stream_
+  std::shared_ptr<const ModelTensors> stream_;  // null: no stream was negotiated
+  mutable std::mutex opening_;                  // guards the rest
+  mutable FilterSettings known_of_;
+  mutable std::shared_ptr<const ModelTensors> known_;
 };
 
 // Adds the counts of the engine, and `servers`, an array with a structure for each server that the

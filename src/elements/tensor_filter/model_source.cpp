@@ -11,6 +11,7 @@
 #include "core/isolate/isolated_engine.hpp"
 #include "core/text/pasted.hpp"
 #include "core/text/text.hpp"
+#include "elements/tensor_filter/filter_properties.hpp"
 #include "gstcpp/element/error.hpp"
 #include "gstcpp/element/log.hpp"
 #include "gstcpp/element/ref.hpp"
@@ -66,28 +67,18 @@ Error with_automatic_engine(Error error, const std::vector<std::string>& paths) 
   return error;
 }
 
-std::string property(const char* name, const std::string& value) {
-  return value.empty() ? "" : std::string(" ") + name + "=" + launch_value(value);
-}
-
 // A pipeline description that reproduces the processing of a frame. It includes the limits of the
 // worker process, because a frame may make the model allocate without limit.
 std::string repeated(const FilterSettings& s) {
   std::string out = "tensor_filter";
-  for (const auto& [name, value] : {std::pair{"framework", s.framework},
-                                    {"model", s.model},
-                                    {"custom", s.custom},
-                                    {"accelerator", s.accelerator},
-                                    {"input", s.input},
-                                    {"inputtype", s.inputtype},
-                                    {"inputname", s.inputname},
-                                    {"output", s.output},
-                                    {"outputtype", s.outputtype},
-                                    {"outputname", s.outputname}})
-    out += property(name, value);
-  if (s.isolate_memory) out += property("isolate-memory", std::to_string(s.isolate_memory));
-  if (s.isolate_timeout != FilterSettings().isolate_timeout)
-    out += property("isolate-timeout", std::to_string(s.isolate_timeout));
+  each_flagged([&](const auto& p) {
+    if (!p.flags.repeated || s.*p.field == FilterSettings().*p.field) return;
+    out += std::string(" ") + p.name + "=";
+    if constexpr (std::is_convertible_v<decltype(s.*p.field), std::string>)
+      out += launch_value(s.*p.field);
+    else if constexpr (std::is_arithmetic_v<std::decay_t<decltype(s.*p.field)>>)
+      out += std::to_string(s.*p.field);
+  });
   return out + " isolate=process on-crash=error";
 }
 

@@ -9,7 +9,6 @@
 #include "elements/tensor_filter/frame_flow.hpp"
 #include "elements/tensor_filter/model_lifecycle.hpp"
 #include "elements/tensor_filter/model_source.hpp"
-#include "elements/tensor_filter/reported_properties.hpp"
 #include "elements/tensor_filter/running_flow.hpp"
 #include "elements/tensor_filter/running_model.hpp"
 #include "gstcpp/buffer/tensor_caps.hpp"
@@ -81,8 +80,8 @@ bool answer_caps_query(GstPad* pad, const OpenModel* model, GstQuery* query) {
   return true;
 }
 
-class TensorFilter : public gst::Element<TensorFilter, gst::PlainElement>,
-                     public ReportedProperties<TensorFilter> {
+class TensorFilter final : public gst::Element<TensorFilter, gst::PlainElement>,
+                           public ModelReport {
  public:
   static constexpr gst::ElementInfo kInfo{"WeirTensorFilter", "tensor_filter", "TensorFilter",
                                           "Filter/Tensor",
@@ -96,9 +95,7 @@ class TensorFilter : public gst::Element<TensorFilter, gst::PlainElement>,
   };
 
   using Settings = FilterSettings;
-  using gst::Element<TensorFilter, gst::PlainElement>::settings;
-  static constexpr auto kProperties =
-      std::tuple_cat(kFilterProperties, reported_properties<TensorFilter>());
+  static constexpr auto kProperties = kFilterProperties;
 
   void constructed() {
     sink_ = add_pad("sink");
@@ -117,7 +114,7 @@ class TensorFilter : public gst::Element<TensorFilter, gst::PlainElement>,
     return check_lists(wanted);
   }
   static bool is_followed(const char* name) {
-    return requires_reopen(name);
+    return reopens_model(name);
   }
   void property_changed(const char* name) {
     if (std::strcmp(name, "config-file") == 0)
@@ -251,8 +248,12 @@ class TensorFilter : public gst::Element<TensorFilter, gst::PlainElement>,
     if (const auto model = model_.get()) model->add_stats(stats);
   }
 
-  std::shared_ptr<const OpenModel> opened() const {
+  std::shared_ptr<const OpenModel> opened() const override {
     return model_.get();
+  }
+
+  Settings current_settings() const override {
+    return settings();
   }
 
   Settings settings_;
@@ -318,7 +319,7 @@ class TensorFilter : public gst::Element<TensorFilter, gst::PlainElement>,
   void close() {
     lifecycle_.stop();
     flow_->close();
-    report_.forget();
+    forget();
     described_.reset();
     plan_.reset();
     model_.close();
@@ -398,8 +399,8 @@ class TensorFilter : public gst::Element<TensorFilter, gst::PlainElement>,
     if (!input) return input.error();
     const bool was_async = in_force_.invoke_async;
     Settings wanted = in_force_;
-    gst::each_setting(kProperties, [&](const auto& p, size_t) {
-      if (requires_reopen(p.name)) wanted.*p.field = properties.*p.field;
+    each_flagged([&](const auto& p) {
+      if (p.flags.reopens) wanted.*p.field = properties.*p.field;
     });
     flow_->drain();
     Status status = open_model(wanted, [&](const OpenModel& opened) -> Status {
@@ -446,7 +447,7 @@ class TensorFilter : public gst::Element<TensorFilter, gst::PlainElement>,
     const auto begun = std::make_shared<const FilterPlan>(*plan);
     if (auto status = flow_->begin(model, begun); !status) return status;
     describe(model, begun, begins);
-    report_.negotiated({plan->model_inputs, plan->model_outputs});
+    report({plan->model_inputs, plan->model_outputs});
     const auto before = Ref<GstCaps>::adopt(gst_pad_get_current_caps(source_));
     if (!begins && before && gst_caps_is_equal(before.get(), caps->get())) return ok();
     // The peer accepts them, unless this element is shutting down or flushing.
