@@ -94,13 +94,16 @@ Result<std::shared_ptr<Model>> Model::open(const weir_engine& engine, const Open
   if (result < 0 || !handle)
     return take_error(&error, result < 0 ? result : -WEIR_MODEL_INVALID,
                       "the model cannot be opened");
-  std::shared_ptr<Model> model(new Model(engine, handle));
+  std::shared_ptr<Model> model(new Model(engine, handle, options));
   if (auto status = model->read_info(); !status) return status.error();
   return model;
 }
 
-Model::Model(const weir_engine& engine, weir_model* handle)
-    : engine_(engine), handle_(handle), servers_(servers_of(engine)) {}
+Model::Model(const weir_engine& engine, weir_model* handle, OpenOptions options)
+    : engine_(engine),
+      handle_(handle),
+      servers_(servers_of(engine)),
+      options_(std::move(options)) {}
 
 Status Model::read_info() {
   weir_error error;
@@ -127,6 +130,36 @@ std::optional<weir_execution> Model::execution() const {
 
 Model::~Model() {
   engine_.close(handle_);
+}
+
+Result<std::shared_ptr<Session>> Model::make_session() {
+  std::erase_if(sessions_, [](const auto& session) { return session.expired(); });
+  const bool limited = info_.max_sessions > 0;
+  if (limited && sessions_.size() >= info_.max_sessions) return std::shared_ptr<Session>();
+  std::shared_ptr<std::mutex> turn;
+  if (limited && !(info_.flags & WEIR_MODEL_THREAD_SAFE)) turn = std::make_shared<std::mutex>();
+  auto made = Session::create(shared_from_this(), turn);
+  if (!made) return made.error();
+  std::shared_ptr<Session> session = *std::move(made);
+  sessions_.push_back(session);
+  return session;
+}
+
+Result<std::shared_ptr<Session>> Model::own_session() {
+  std::lock_guard lock(sessions_mutex_);
+  return make_session();
+}
+
+Result<std::shared_ptr<Session>> Model::shared_session() {
+  std::lock_guard lock(sessions_mutex_);
+  for (;;) {
+    auto made = make_session();
+    if (!made || *made) return made;
+    const auto least = std::min_element(
+        sessions_.begin(), sessions_.end(),
+        [](const auto& a, const auto& b) { return a.use_count() < b.use_count(); });
+    if (auto session = least->lock()) return session;
+  }
 }
 
 Result<std::unique_ptr<Session>> Session::create(std::shared_ptr<Model> model,

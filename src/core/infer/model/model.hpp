@@ -27,7 +27,9 @@ struct OpenOptions {
   std::shared_ptr<const void> host_context;  // weir_open::host_ctx; kept while the engine opens
 };
 
-class Model {
+class Session;
+
+class Model : public std::enable_shared_from_this<Model> {
  public:
   // MODEL_NOT_FOUND if a path is not a regular file; otherwise errors of the engine.
   static Result<std::shared_ptr<Model>> open(const weir_engine& engine, const OpenOptions& options);
@@ -46,15 +48,28 @@ class Model {
   // How the engine currently runs the model; nullopt if it does not report that. Any thread.
   std::optional<weir_execution> execution() const;
 
+  // Any thread: a new session, or at the engine's limit (max_sessions) the one with the fewest
+  // users, whose calls are serialised unless several threads may invoke a session
+  // (WEIR_MODEL_THREAD_SAFE).
+  Result<std::shared_ptr<Session>> shared_session();
+  // Any thread: a new session; null at the limit.
+  Result<std::shared_ptr<Session>> own_session();
+  // Opens the same model again, for sessions beyond the limit of this one.
+  Result<std::shared_ptr<Model>> open_again() const { return open(engine_, options_); }
+
  private:
-  Model(const weir_engine& engine, weir_model* handle);
+  Model(const weir_engine& engine, weir_model* handle, OpenOptions options);
   Status read_info();
+  Result<std::shared_ptr<Session>> make_session();  // sessions_mutex_ is held; null at the limit
 
   const weir_engine& engine_;
   weir_model* handle_;
   const weir_engine_servers* const servers_;
   weir_model_info info_{};
   std::vector<weir_tensor_info> inputs_, outputs_;
+  const OpenOptions options_;
+  std::mutex sessions_mutex_;                     // guards sessions_
+  std::vector<std::weak_ptr<Session>> sessions_;  // made by shared_session() and own_session()
 };
 
 class Session {

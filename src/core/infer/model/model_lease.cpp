@@ -15,32 +15,32 @@ std::atomic<uint64_t> sets{0};
 
 }  // namespace
 
-SessionSet::SessionSet(std::shared_ptr<SessionPool> pool)
-    : pool_(std::move(pool)), number_(++sets) {}
+ModelLease::Sessions::Sessions(std::shared_ptr<Model> model)
+    : model_(std::move(model)), number_(++sets) {}
 
-Result<std::shared_ptr<SessionSet>> SessionSet::create(std::shared_ptr<SessionPool> pool,
-                                                       size_t sessions) {
-  std::shared_ptr<SessionSet> set(new SessionSet(std::move(pool)));
-  auto made = worker_sessions(*set->pool_, sessions);
+Result<std::shared_ptr<ModelLease::Sessions>> ModelLease::Sessions::create(
+    std::shared_ptr<Model> model, size_t count) {
+  auto made = worker_sessions(*model, count);
   if (!made) return made.error();
   made->erase(std::unique(made->begin(), made->end()), made->end());
-  set->sessions_ = *std::move(made);
+  std::shared_ptr<Sessions> set(new Sessions(std::move(model)));
+  set->all_ = *std::move(made);
   return set;
 }
 
-void SessionSet::hold() {
+void ModelLease::Sessions::hold() {
   std::lock_guard lock(mutex_);
   ++holds_;
 }
-void SessionSet::release() {
+void ModelLease::Sessions::release() {
   std::lock_guard lock(mutex_);
   if (--holds_ == 0) free_.notify_all();
 }
-bool SessionSet::held() const {
+bool ModelLease::Sessions::held() const {
   std::lock_guard lock(mutex_);
   return holds_ > 0;
 }
-bool SessionSet::wait_until_free(std::chrono::milliseconds limit) const {
+bool ModelLease::Sessions::wait_until_free(std::chrono::milliseconds limit) const {
   std::unique_lock lock(mutex_);
   return free_.wait_for(lock, limit, [this] { return holds_ == 0; });
 }
@@ -48,14 +48,14 @@ bool SessionSet::wait_until_free(std::chrono::milliseconds limit) const {
 Result<std::unique_ptr<ModelLease>> ModelLease::create(const std::shared_ptr<SharedModel>& shared,
                                                        size_t sessions, For user) {
   std::lock_guard opening(shared->opening_);
-  const auto pool = shared->opened_pool();
-  if (!pool) return pool.error();
+  const auto model = shared->ensure_open();
+  if (!model) return model.error();
   std::unique_ptr<ModelLease> use(new ModelLease(shared, sessions, user));
-  auto set = SessionSet::create(*pool, sessions);
+  auto set = Sessions::create(*model, sessions);
   if (!set) return set.error();
   use->set_ = *std::move(set);
   std::lock_guard lock(shared->mutex_);
-  shared->pool_ = *pool;  // the last other lease may have closed it in the meantime
+  shared->model_ = *model;  // the last other lease may have closed it in the meantime
   shared->uses_.push_back(use.get());
   return use;
 }
@@ -69,7 +69,7 @@ Result<ModelLease::Frame> ModelLease::begin() {
     {
       std::lock_guard lock(mutex_);
       if (set_ && asleep_) {
-        for (const auto& session : set_->sessions())
+        for (const auto& session : set_->all())
           if (auto status = session->control(WEIR_RESUME); !status) return status.error();
         asleep_ = false;
       }
@@ -84,19 +84,19 @@ Result<ModelLease::Frame> ModelLease::begin() {
 
 Status ModelLease::reopen() {
   std::lock_guard opening(shared_->opening_);
-  const auto pool = shared_->opened_pool();
-  if (!pool) return pool.error();
+  const auto model = shared_->ensure_open();
+  if (!model) return model.error();
   Shapes shapes;
   {
     std::lock_guard lock(mutex_);
     if (set_) return ok();  // another thread was first
     shapes = shapes_;
   }
-  auto set = prepared(*pool, sessions_, shapes, false);
+  auto set = prepared(*model, sessions_, shapes, false);
   if (!set) return set.error();
   std::lock_guard lock(shared_->mutex_);
   std::lock_guard own(mutex_);
-  shared_->pool_ = *pool;
+  shared_->model_ = *model;
   set_ = *std::move(set);
   return ok();
 }
@@ -107,7 +107,7 @@ Result<std::vector<ModelTensor>> ModelLease::resolve(const std::vector<ModelTens
     auto frame = begin();
     if (!frame) return frame.error();
     auto outputs = model_tensors(frame->model().outputs());
-    for (const auto& session : frame->set_->sessions()) {
+    for (const auto& session : frame->set_->all()) {
       const auto resolved = session->resolve(infos);
       if (!resolved) return resolved.error();
       outputs = model_tensors(*resolved);
@@ -129,12 +129,13 @@ Result<std::vector<ModelTensor>> ModelLease::resolve(const Frame& frame, size_t 
   return outputs;
 }
 
-Result<std::shared_ptr<SessionSet>> ModelLease::prepared(std::shared_ptr<SessionPool> pool,
-                                                         size_t sessions, const Shapes& shapes,
-                                                         bool warm) {
-  auto set = SessionSet::create(std::move(pool), sessions);
+Result<std::shared_ptr<ModelLease::Sessions>> ModelLease::prepared(std::shared_ptr<Model> model,
+                                                                   size_t sessions,
+                                                                   const Shapes& shapes,
+                                                                   bool warm) {
+  auto set = Sessions::create(std::move(model), sessions);
   if (!set) return set.error();
-  for (const auto& session : (*set)->sessions())
+  for (const auto& session : (*set)->all())
     if (auto status = prepare(*session, shapes, warm); !status) return status.error();
   return set;
 }
@@ -157,12 +158,12 @@ Status ModelLease::prepare(Session& session, const Shapes& shapes, bool warm) {
 }
 
 bool ModelLease::suspend() {
-  std::shared_ptr<SessionSet> closing;
+  std::shared_ptr<Sessions> closing;
   {
     std::lock_guard lock(mutex_);
     if (!set_ || asleep_) return true;
     if (set_->held()) return false;
-    const auto& sessions = set_->sessions();
+    const auto& sessions = set_->all();
     // Never suspend a session that has other users.
     asleep_ =
         !sessions.empty() && std::all_of(sessions.begin(), sessions.end(), [](const auto& session) {

@@ -74,38 +74,37 @@ uint64_t SharedModel::reloads() const {
 
 std::shared_ptr<Model> SharedModel::model() const {
   std::lock_guard lock(mutex_);
-  return pool_ ? pool_->model() : nullptr;
+  return model_;
 }
 
 Status SharedModel::open() {
   std::lock_guard opening(opening_);
-  const auto pool = opened_pool();
-  return pool ? ok() : Status(pool.error());
+  const auto model = ensure_open();
+  return model ? ok() : Status(model.error());
 }
 
-Result<std::shared_ptr<SessionPool>> SharedModel::opened_pool() {
+Result<std::shared_ptr<Model>> SharedModel::ensure_open() {
   ModelSource source;
   {
     std::lock_guard lock(mutex_);
-    if (pool_) return pool_;
+    if (model_) return model_;
     source = source_;
   }
-  auto pool = open_candidate(source);
-  if (!pool) return pool.error();
+  auto model = open_candidate(source);
+  if (!model) return model.error();
   std::lock_guard lock(mutex_);
-  const Model& model = *(*pool)->model();
-  inputs_ = model_tensors(model.inputs());
-  outputs_ = model_tensors(model.outputs());
+  inputs_ = model_tensors((*model)->inputs());
+  outputs_ = model_tensors((*model)->outputs());
   known_ = true;
-  pool_ = *pool;
-  return pool;
+  model_ = *model;
+  return model;
 }
 
-Result<std::shared_ptr<SessionPool>> SharedModel::open_candidate(const ModelSource& source) const {
+Result<std::shared_ptr<Model>> SharedModel::open_candidate(const ModelSource& source) const {
   auto model = Model::open(*source.engine, source.options);
   if (!model) return model.error();
   if (auto status = check_same(**model, source); !status) return status.error();
-  return std::make_shared<SessionPool>(*std::move(model), source.options);
+  return model;
 }
 
 Status SharedModel::check_same(const Model& candidate, const ModelSource& source) const {
@@ -133,7 +132,7 @@ Status SharedModel::check_same(const Model& candidate, const ModelSource& source
 struct SharedModel::Replacement {
   ModelLease* use;   // compared only: may be dangling
   uint64_t version;  // of the shapes that they are prepared for
-  std::shared_ptr<SessionSet> set;
+  std::shared_ptr<ModelLease::Sessions> set;
 };
 
 struct SharedModel::Requirement {
@@ -159,9 +158,9 @@ std::optional<SharedModel::Requirement> SharedModel::next_requirement(
 }
 
 // Gives each lease its new sessions and returns the old ones. mutex_ and all leases are locked.
-std::vector<std::shared_ptr<SessionSet>> SharedModel::switch_sessions(
+std::vector<std::shared_ptr<ModelLease::Sessions>> SharedModel::switch_sessions(
     std::vector<Replacement>* prepared) {
-  std::vector<std::shared_ptr<SessionSet>> old_sets;
+  std::vector<std::shared_ptr<ModelLease::Sessions>> old_sets;
   for (ModelLease* use : uses_) {
     old_sets.push_back(std::move(use->set_));
     use->set_ = nullptr;  // suspended users open the new model when they resume
@@ -174,11 +173,11 @@ std::vector<std::shared_ptr<SessionSet>> SharedModel::switch_sessions(
 
 Status SharedModel::replace(const ModelSource& source) {
   std::lock_guard opening(opening_);
-  auto pool = open_candidate(source);
-  if (!pool) return pool.error();
+  auto model = open_candidate(source);
+  if (!model) return model.error();
   std::vector<Replacement> prepared;
-  std::vector<std::shared_ptr<SessionSet>> old_sets;
-  std::shared_ptr<SessionPool> old_pool;
+  std::vector<std::shared_ptr<ModelLease::Sessions>> old_sets;
+  std::shared_ptr<Model> old_model;
   // Users may come, go and change their shapes while sessions are created for the others.
   for (;;) {
     std::unique_lock lock(mutex_);
@@ -186,14 +185,14 @@ Status SharedModel::replace(const ModelSource& source) {
     const auto required = next_requirement(&prepared, &leases);
     if (!required) {
       old_sets = switch_sessions(&prepared);
-      old_pool = std::exchange(pool_, *pool);
+      old_model = std::exchange(model_, *model);
       source_ = source;
       ++reloads_;
       break;
     }
     leases.clear();
     lock.unlock();
-    auto set = ModelLease::prepared(*pool, required->sessions, required->shapes, true);
+    auto set = ModelLease::prepared(*model, required->sessions, required->shapes, true);
     if (!set) return set.error();
     prepared.push_back({required->use, required->shapes.version, *std::move(set)});
   }
@@ -213,14 +212,13 @@ void SharedModel::remove(ModelLease* use) {
 
 // Closes the model if no lease has sessions; `closing` outlives the lock.
 void SharedModel::close_if_unused() {
-  std::shared_ptr<SessionPool> closing;
+  std::shared_ptr<Model> closing;
   std::lock_guard lock(mutex_);
   for (const ModelLease* use : uses_) {
     std::lock_guard user(use->mutex_);
     if (use->set_) return;
   }
-  closing = std::move(pool_);
-  pool_ = nullptr;
+  closing.swap(model_);
 }
 
 }  // namespace weir::infer

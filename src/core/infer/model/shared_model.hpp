@@ -5,7 +5,7 @@
 //   auto frame = use->begin();                   // reopens a suspended model
 //   (*frame).session().invoke(in, out);          // the same model for the whole frame
 //
-// Lock order: SharedModel::opening_, SharedModel::mutex_, ModelLease::mutex_, SessionSet::mutex_.
+// Lock order: SharedModel::opening_, SharedModel::mutex_, ModelLease::mutex_, Sessions::mutex_.
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #pragma once
 #include <chrono>
@@ -18,7 +18,7 @@
 #include <typeindex>
 #include <vector>
 
-#include "core/infer/model/session_pool.hpp"
+#include "core/infer/model/model.hpp"
 #include "core/tensor/model_tensor.hpp"
 
 namespace weir::infer {
@@ -33,32 +33,105 @@ struct ModelSource {
   std::string to_string() const;  // "model.tflite, framework=tensorflow-lite"
 };
 
-// One user's sessions of one model. Immutable except for the number of frames that hold it.
-class SessionSet {
- public:
-  static Result<std::shared_ptr<SessionSet>> create(std::shared_ptr<SessionPool> pool,
-                                                    size_t sessions);
-  const SessionPool& pool() const noexcept { return *pool_; }
-  const std::vector<std::shared_ptr<Session>>& sessions() const noexcept { return sessions_; }
-  uint64_t number() const noexcept { return number_; }  // unique in the process
+class SharedModel;
 
-  void hold();
-  void release();
-  bool held() const;
-  // Returns false if frames still hold it after `limit`.
-  bool wait_until_free(std::chrono::milliseconds limit) const;
+// The sessions of a model used by one filter (or one batch of filters). Thread-safe.
+class ModelLease {
+  friend class SharedModel;
+  // One user's sessions of one model. Immutable except for the number of frames that hold it.
+  class Sessions {
+   public:
+    static Result<std::shared_ptr<Sessions>> create(std::shared_ptr<Model> model, size_t count);
+    const Model& model() const noexcept { return *model_; }
+    const std::vector<std::shared_ptr<Session>>& all() const noexcept { return all_; }
+    uint64_t number() const noexcept { return number_; }  // unique in the process
+
+    void hold();
+    void release();
+    bool held() const;
+    // Returns false if frames still hold it after `limit`.
+    bool wait_until_free(std::chrono::milliseconds limit) const;
+
+   private:
+    explicit Sessions(std::shared_ptr<Model> model);
+    std::shared_ptr<Model> model_;
+    const uint64_t number_;
+    std::vector<std::shared_ptr<Session>> all_;
+    mutable std::mutex mutex_;  // guards holds_
+    mutable std::condition_variable free_;
+    int holds_ = 0;
+  };
+
+ public:
+  // Others: the lease of a batch, whose filters have leases of their own.
+  enum class For { Itself, Others };
+  // `sessions`: the number of concurrent frames; 0 = none, the lease only keeps the model open.
+  static Result<std::unique_ptr<ModelLease>> create(const std::shared_ptr<SharedModel>& shared,
+                                                    size_t sessions, For user = For::Itself);
+  ~ModelLease();  // no Frame may be left
+  ModelLease(const ModelLease&) = delete;
+  ModelLease& operator=(const ModelLease&) = delete;
+
+  // Keeps one model from the beginning to the end of a frame.
+  class Frame {
+   public:
+    Frame(Frame&& other) noexcept : set_(std::move(other.set_)) {}
+    Frame& operator=(Frame&&) = delete;
+    ~Frame() {
+      if (set_) set_->release();
+    }
+    const Model& model() const noexcept { return set_->model(); }
+    // Changes when the sessions are replaced.
+    uint64_t sessions_number() const noexcept { return set_->number(); }
+    // `worker` counts from 0; workers share sessions if the engine allows fewer.
+    Session& session(size_t worker = 0) const noexcept {
+      return *set_->all()[worker % set_->all().size()];
+    }
+
+   private:
+    friend class ModelLease;
+    explicit Frame(std::shared_ptr<Sessions> set) : set_(std::move(set)) {}
+    std::shared_ptr<Sessions> set_;
+  };
+  // Resumes or reopens a suspended model. Errors of the engine.
+  Result<Frame> begin();
+
+  // Session::resolve on all sessions. Precondition: no frame is in progress. Replacement models
+  // must have the same outputs for these inputs.
+  Result<std::vector<ModelTensor>> resolve(const std::vector<ModelTensor>& inputs);
+  // The same on the session of one worker, within its frame.
+  Result<std::vector<ModelTensor>> resolve(const Frame& frame, size_t worker,
+                                           const std::vector<ModelTensor>& inputs);
+
+  // Asks the engine to free memory. If it cannot, closes this lease's sessions, and the model
+  // unless another lease needs it. Returns false while a frame is in progress.
+  bool suspend();
+  bool suspended() const;
+  const std::shared_ptr<SharedModel>& shared() const noexcept { return shared_; }
 
  private:
-  explicit SessionSet(std::shared_ptr<SessionPool> pool);
-  std::shared_ptr<SessionPool> pool_;  // outlives the sessions
-  const uint64_t number_;
-  std::vector<std::shared_ptr<Session>> sessions_;
-  mutable std::mutex mutex_;  // guards holds_
-  mutable std::condition_variable free_;
-  int holds_ = 0;
-};
+  // The state to restore in replacement sessions.
+  struct Shapes {
+    uint64_t version = 0;  // of the members below
+    bool resolved = false;
+    std::vector<ModelTensor> inputs, outputs;
+  };
+  ModelLease(std::shared_ptr<SharedModel> shared, size_t sessions, For user)
+      : shared_(std::move(shared)), sessions_(sessions), user_(user) {}
+  static Result<std::shared_ptr<Sessions>> prepared(std::shared_ptr<Model> model, size_t sessions,
+                                                    const Shapes& shapes, bool warm);
+  static Status prepare(Session& session, const Shapes& shapes, bool warm);
+  Status reopen();
 
-class ModelLease;
+  const std::shared_ptr<SharedModel> shared_;
+  const size_t sessions_;
+  const For user_;
+  mutable std::mutex mutex_;       // guards the rest
+  std::shared_ptr<Sessions> set_;  // null: closed by suspension
+  bool asleep_ = false;            // the engine has suspended the sessions of set_
+  bool closing_ = false;           // the previous set_ is about to be freed
+  Shapes shapes_;
+};
 
 // Thread-safe.
 class SharedModel : public std::enable_shared_from_this<SharedModel> {
@@ -99,14 +172,15 @@ class SharedModel : public std::enable_shared_from_this<SharedModel> {
 
  private:
   friend class ModelLease;
-  Result<std::shared_ptr<SessionPool>> opened_pool();  // opening_ is held
-  Result<std::shared_ptr<SessionPool>> open_candidate(const ModelSource& source) const;
+  Result<std::shared_ptr<Model>> ensure_open();  // opening_ is held
+  Result<std::shared_ptr<Model>> open_candidate(const ModelSource& source) const;
   Status check_same(const Model& candidate, const ModelSource& source) const;
   struct Replacement;
   struct Requirement;
   std::optional<Requirement> next_requirement(std::vector<Replacement>* prepared,
                                               std::vector<std::unique_lock<std::mutex>>* locks);
-  std::vector<std::shared_ptr<SessionSet>> switch_sessions(std::vector<Replacement>* prepared);
+  std::vector<std::shared_ptr<ModelLease::Sessions>> switch_sessions(
+      std::vector<Replacement>* prepared);
   void remove(ModelLease* use);
   void close_if_unused();
 
@@ -114,88 +188,13 @@ class SharedModel : public std::enable_shared_from_this<SharedModel> {
   std::mutex opening_;        // held while a model is opened or replaced
   mutable std::mutex mutex_;  // guards the rest except attached_
   ModelSource source_;
-  std::shared_ptr<SessionPool> pool_;  // null: closed
+  std::shared_ptr<Model> model_;  // null: closed
   std::vector<ModelTensor> inputs_, outputs_;
   bool known_ = false;  // inputs_ and outputs_ come from a model that was open
   std::vector<ModelLease*> uses_;
   uint64_t reloads_ = 0;
   std::mutex attached_mutex_;  // guards attached_; held while an object is made
   std::map<std::type_index, std::weak_ptr<void>> attached_;
-};
-
-// The sessions of a model used by one filter (or one batch of filters). Thread-safe.
-class ModelLease {
- public:
-  // Others: the lease of a batch, whose filters have leases of their own.
-  enum class For { Itself, Others };
-  // `sessions`: the number of concurrent frames; 0 = none, the lease only keeps the model open.
-  static Result<std::unique_ptr<ModelLease>> create(const std::shared_ptr<SharedModel>& shared,
-                                                    size_t sessions, For user = For::Itself);
-  ~ModelLease();  // no Frame may be left
-  ModelLease(const ModelLease&) = delete;
-  ModelLease& operator=(const ModelLease&) = delete;
-
-  // Keeps one model from the beginning to the end of a frame.
-  class Frame {
-   public:
-    Frame(Frame&& other) noexcept : set_(std::move(other.set_)) {}
-    Frame& operator=(Frame&&) = delete;
-    ~Frame() {
-      if (set_) set_->release();
-    }
-    const Model& model() const noexcept { return *set_->pool().model(); }
-    // Changes when the sessions are replaced.
-    uint64_t sessions_number() const noexcept { return set_->number(); }
-    // `worker` counts from 0; workers share sessions if the engine allows fewer.
-    Session& session(size_t worker = 0) const noexcept {
-      return *set_->sessions()[worker % set_->sessions().size()];
-    }
-
-   private:
-    friend class ModelLease;
-    explicit Frame(std::shared_ptr<SessionSet> set) : set_(std::move(set)) {}
-    std::shared_ptr<SessionSet> set_;
-  };
-  // Resumes or reopens a suspended model. Errors of the engine.
-  Result<Frame> begin();
-
-  // Session::resolve on all sessions. Precondition: no frame is in progress. Replacement models
-  // must have the same outputs for these inputs.
-  Result<std::vector<ModelTensor>> resolve(const std::vector<ModelTensor>& inputs);
-  // The same on the session of one worker, within its frame.
-  Result<std::vector<ModelTensor>> resolve(const Frame& frame, size_t worker,
-                                           const std::vector<ModelTensor>& inputs);
-
-  // Asks the engine to free memory. If it cannot, closes this lease's sessions, and the model
-  // unless another lease needs it. Returns false while a frame is in progress.
-  bool suspend();
-  bool suspended() const;
-  const std::shared_ptr<SharedModel>& shared() const noexcept { return shared_; }
-
- private:
-  friend class SharedModel;
-  // The state to restore in replacement sessions.
-  struct Shapes {
-    uint64_t version = 0;  // of the members below
-    bool resolved = false;
-    std::vector<ModelTensor> inputs, outputs;
-  };
-  ModelLease(std::shared_ptr<SharedModel> shared, size_t sessions, For user)
-      : shared_(std::move(shared)), sessions_(sessions), user_(user) {}
-  static Result<std::shared_ptr<SessionSet>> prepared(std::shared_ptr<SessionPool> pool,
-                                                      size_t sessions, const Shapes& shapes,
-                                                      bool warm);
-  static Status prepare(Session& session, const Shapes& shapes, bool warm);
-  Status reopen();
-
-  const std::shared_ptr<SharedModel> shared_;
-  const size_t sessions_;
-  const For user_;
-  mutable std::mutex mutex_;         // guards the rest
-  std::shared_ptr<SessionSet> set_;  // null: closed by suspension
-  bool asleep_ = false;              // the engine has suspended the sessions of set_
-  bool closing_ = false;             // the previous set_ is about to be freed
-  Shapes shapes_;
 };
 
 }  // namespace weir::infer

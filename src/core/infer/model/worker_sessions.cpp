@@ -18,26 +18,26 @@ Error keeps_state(size_t workers) {
 
 }  // namespace
 
-Result<std::vector<std::shared_ptr<Session>>> worker_sessions(SessionPool& pool, size_t workers) {
+Result<std::vector<std::shared_ptr<Session>>> worker_sessions(Model& model, size_t workers) {
   std::vector<std::shared_ptr<Session>> out;
   if (workers == 0) return out;
-  const weir_model_info& info = pool.model()->info();
+  const weir_model_info& info = model.info();
   if (workers > 1 && (info.flags & WEIR_MODEL_STATEFUL)) return keeps_state(workers);
-  auto first = pool.session();
+  auto first = model.shared_session();
   if (!first) return first.error();
   out.push_back(*std::move(first));
   if (info.flags & WEIR_MODEL_THREAD_SAFE) out.resize(workers, out.front());
-  std::shared_ptr<SessionPool> another;
+  std::shared_ptr<Model> another;
   while (out.size() < workers) {
-    auto session = another ? another->own_session() : pool.own_session();
+    auto session = (another ? *another : model).own_session();
     if (!session) return session.error();
     if (*session) {
       out.push_back(*std::move(session));
       continue;
     }
-    auto model = pool.open_again();
-    if (!model) return model.error();
-    another = std::make_shared<SessionPool>(*std::move(model), OpenOptions{});
+    auto opened = model.open_again();
+    if (!opened) return opened.error();
+    another = *std::move(opened);
   }
   return out;
 }

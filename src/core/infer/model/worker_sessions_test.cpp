@@ -61,8 +61,8 @@ class WorkerSessions : public testing::Test {
     the_info.max_sessions = max_sessions;
     the_info.flags = flags;
     model_ = *Model::open(engine_, options_);
-    SessionPool pool(std::move(model_), options_);
-    return worker_sessions(pool, workers);
+    const auto model = std::move(model_);
+    return worker_sessions(*model, workers);
   }
   const weir_engine engine_ = engine();
   OpenOptions options_;
