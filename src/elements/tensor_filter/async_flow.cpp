@@ -9,7 +9,6 @@
 #include <mutex>
 #include <optional>
 
-#include "core/infer/model/async_invoke.hpp"
 #include "core/timer/idle_watch.hpp"
 #include "elements/tensor_filter/admission.hpp"
 #include "elements/tensor_filter/frame_flow.hpp"
@@ -61,7 +60,7 @@ class AsyncFlow final : public FrameFlow {
   void flush() override {
     FrameFlow::flush();
     const auto held = use();
-    if (held) output_.ledger()->dropped(DropReason::Flush, infer::abandon(held->session()));
+    if (held) output_.ledger()->dropped(DropReason::Flush, held->session().abandon());
   }
 
   void resume() override {
@@ -156,7 +155,7 @@ class AsyncFlow final : public FrameFlow {
   // Switches to the current model, but only once the previous one has answered all frames. Never
   // returns Full if `waits`.
   Result<Answer> follow_model(bool waits) {
-    auto now = model_->begin();
+    auto now = model_->lease().begin();
     if (!now) return now.error();
     const auto before = use();
     if (before && before->sessions_number() == now->sessions_number()) return Answer::Taken;
@@ -185,7 +184,7 @@ class AsyncFlow final : public FrameFlow {
     auto frame = std::make_shared<Frame>(this, ticket, std::move(buffer), std::move(share));
     if (auto status = frame->read(*held, deadline); !status) return status.error();
     touch();
-    return infer::submit(held->session(), frame->frame(), frame);
+    return held->session().submit(frame->frame(), frame);
   }
 
   // Ends all frames in progress with an error. The flush or the stop cancels them, since an engine

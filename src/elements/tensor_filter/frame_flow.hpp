@@ -6,7 +6,6 @@
 #include <memory>
 
 #include "elements/tensor_filter/filter_output.hpp"
-#include "elements/tensor_filter/filter_plan.hpp"
 #include "elements/tensor_filter/open_model.hpp"
 
 namespace weir {

@@ -26,7 +26,7 @@ class InlineFlow final : public FrameFlow {
       output_.drop_late(*ticket);
       return GST_FLOW_OK;
     }
-    auto use = invoker_->model().begin();
+    auto use = invoker_->model().lease().begin();
     auto made = use ? invoker_->run(*std::move(use), buffer.get(), deadline)
                     : FilterOutput::Made(use.error());
     output_.check_latency();

@@ -6,7 +6,6 @@
 #include <array>
 
 #include "core/custom/custom_easy.hpp"
-#include "core/infer/model/async_invoke.hpp"
 #include "core/isolate/isolated_engine.hpp"
 #include "elements/tensor_filter/model_report.hpp"
 #include "elements/tensor_filter/model_source.hpp"
@@ -126,7 +125,7 @@ Result<std::unique_ptr<OpenModel>> OpenModel::open(const FilterSettings& s,
   auto opened = std::make_unique<OpenModel>();
   opened->monitor_ = std::move(monitor);
   if (auto status = opened->open_lease(s, warnings); !status) return status.error();
-  const auto frame = opened->begin();
+  const auto frame = opened->lease_->begin();
   if (!frame) return frame.error();
   const infer::Model& model = frame->model();
   opened->engine_ = model.engine().name;
@@ -190,7 +189,7 @@ Status OpenModel::open_lease_of(const infer::ModelSource& source, const FilterSe
     use = infer::ModelLease::create(found.model, workers_ = parallel);
     if (!use) return use.error();
   }
-  use_ = *std::move(use);
+  lease_ = *std::move(use);
   return ok();
 }
 
@@ -241,7 +240,7 @@ Status OpenModel::plan_batch(const FrameSpec& input, FilterPlan* plan) const {
             "tensor_filter input=... inputtype=..., tensor_converter ! tensor_filter, or set "
             "batch-size=1"};
   auto batch =
-      infer::join_model_batch(use_->shared(), batch_axes_, batch_size_, plan->model_inputs);
+      infer::join_model_batch(lease_->shared(), batch_axes_, batch_size_, plan->model_inputs);
   if (!batch) return batch.error();
   auto agreed = with_user_settings(std::move(batch->outputs), description_.declared.output,
                                    description_.declared.outputtype, "output");
@@ -254,7 +253,7 @@ Status OpenModel::plan_batch(const FrameSpec& input, FilterPlan* plan) const {
 }
 
 Status OpenModel::read_invocation(const infer::Session& session) const {
-  if (!infer::answers_asynchronously(session))
+  if (!session.answers_asynchronously())
     return Error{.code = Code::MODEL_UNSUPPORTED,
                  .what = "the engine supports only synchronous invokes of this model",
                  .offered = "invoke-async=true with framework=" + engine_,
@@ -273,7 +272,7 @@ Status OpenModel::read_invocation(const infer::Session& session) const {
 gst::Allocation OpenModel::allocation() const noexcept {
   gst::Allocation out;
   out.allocator = shared_memory_;
-  const auto model = use_->shared()->model();  // null while the model is suspended
+  const auto model = lease_->shared()->model();  // null while the model is suspended
   if (!model) return out;
   out.alignment = std::max<size_t>(out.alignment, model->info().alignment);
   out.padding = model->info().input_padding;
@@ -300,7 +299,7 @@ Result<FilterPlan> OpenModel::plan_for_shapes(FilterPlan plan,
                                               const infer::ModelLease::Frame& frame, size_t session,
                                               std::vector<ModelTensor> inputs) const {
   auto resolved =
-      resolve(inputs, [&](const auto& shapes) { return use_->resolve(frame, session, shapes); });
+      resolve(inputs, [&](const auto& shapes) { return lease_->resolve(frame, session, shapes); });
   if (!resolved) return resolved.error();
   auto outputs = description_.complete_outputs(*std::move(resolved));
   if (!outputs) return outputs.error();
@@ -311,18 +310,18 @@ Result<FilterPlan> OpenModel::plan_for_shapes(FilterPlan plan,
 }
 
 Result<DescribedModel> OpenModel::described(const FilterPlan& plan) const {
-  auto model = use_->shared()->model();
+  auto model = lease_->shared()->model();
   if (!model) {
-    const auto frame = begin();
+    const auto frame = lease_->begin();
     if (!frame) return frame.error();
-    model = use_->shared()->model();
+    model = lease_->shared()->model();
   }
   DescribedModel out;
   if (!model) return out;
   out.inputs = described_tensors(plan.model_inputs, model->inputs());
   out.outputs = described_tensors(plan.model_outputs, model->outputs());
   if (!plan.output_choice.empty()) out.outputs = pushed_tensors(plan, out.outputs);
-  const auto paths = use_->shared()->source().options.paths;
+  const auto paths = lease_->shared()->source().options.paths;
   if (!paths.empty()) out.path = paths[0];
   if (const char* metadata = model->info().metadata_json) out.metadata_json = metadata;
   return out;
@@ -331,12 +330,12 @@ Result<DescribedModel> OpenModel::described(const FilterPlan& plan) const {
 Status OpenModel::replace(const FilterSettings& settings) const {
   const auto source = model_source(settings, monitor_, nullptr);
   if (!source) return source.error();
-  return use_->shared()->replace(*source);
+  return lease_->shared()->replace(*source);
 }
 
 void OpenModel::add_stats(GstStructure* stats) const {
   if (fallback_) fallback_->add_stats(stats);
-  const auto& shared = *use_->shared();
+  const auto& shared = *lease_->shared();
   const auto model = shared.model();
   const std::string accelerator = model && isolate::arena_of(*model)
                                       ? isolate::accelerator_in(*model).used
@@ -345,8 +344,8 @@ void OpenModel::add_stats(GstStructure* stats) const {
                     model ? guint64{model->info().weight_bytes} : guint64{0}, "shared-by",
                     G_TYPE_UINT64, guint64{shared.users()}, "reloads", G_TYPE_UINT64,
                     guint64{shared.reloads()}, "suspended", G_TYPE_BOOLEAN,
-                    gboolean{use_->suspended()}, "accelerator", G_TYPE_STRING, accelerator.c_str(),
-                    nullptr);
+                    gboolean{lease_->suspended()}, "accelerator", G_TYPE_STRING,
+                    accelerator.c_str(), nullptr);
   if (model) add_engine_stats(*model, stats);
   const auto execution = model ? model->execution() : std::nullopt;
   if (!execution) return;
@@ -359,7 +358,7 @@ Status OpenModel::fit_inputs(const std::vector<TensorSpec>& stream, FilterPlan* 
   if (!chosen) return chosen.error();
   auto fitted = fit(inputs(), *chosen);
   if (!fitted) {
-    const auto& paths = use_->shared()->source().options.paths;
+    const auto& paths = lease_->shared()->source().options.paths;
     return with_card(fitted.error(), paths.size() == 1 ? paths[0] : "", inputs());
   }
   plan->model_inputs = *std::move(fitted);
@@ -368,7 +367,7 @@ Status OpenModel::fit_inputs(const std::vector<TensorSpec>& stream, FilterPlan* 
 
 Status OpenModel::resolve_outputs(FilterPlan* plan) const {
   auto resolved =
-      resolve(plan->model_inputs, [this](const auto& shapes) { return use_->resolve(shapes); });
+      resolve(plan->model_inputs, [this](const auto& shapes) { return lease_->resolve(shapes); });
   if (!resolved) return resolved.error();
   auto complete = description_.complete_outputs(*std::move(resolved));
   if (!complete) return complete.error();
@@ -392,7 +391,7 @@ Status plan_fallback(Fallback* fallback, FilterPlan* plan) {
 
 Result<FilterPlan> OpenModel::plan_for(const FrameSpec& input) const {
   FilterPlan plan;
-  if (const auto model = use_->shared()->model()) {  // each frame uses the model that runs it
+  if (const auto model = lease_->shared()->model()) {  // each frame uses the model that runs it
     plan.alignment = model->info().alignment;
     plan.padding = model->info().input_padding;
   }

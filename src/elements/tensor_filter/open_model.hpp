@@ -1,4 +1,5 @@
-// OpenModel: the open model of one tensor_filter, maybe shared with others, and its negotiation.
+// OpenModel: the open model of one tensor_filter, maybe shared with others, and its negotiation,
+// whose result is a FilterPlan.
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #pragma once
 #include <functional>
@@ -6,16 +7,46 @@
 #include <string>
 #include <vector>
 
+#include "core/filter/combination.hpp"
 #include "core/filter/described_model.hpp"
+#include "core/filter/model_fit.hpp"
+#include "core/infer/batch/batch_group.hpp"
 #include "core/infer/batch/model_batches.hpp"
+#include "core/infer/batch/row_runner.hpp"
 #include "core/infer/model/model_table.hpp"
 #include "core/isolate/isolation.hpp"
+#include "core/limit/buffer_limit.hpp"
 #include "elements/tensor_filter/fallback.hpp"
-#include "elements/tensor_filter/filter_plan.hpp"
 #include "elements/tensor_filter/filter_settings.hpp"
 #include "gstcpp/buffer/allocation.hpp"
 
 namespace weir {
+
+// How the frames of a stream are processed, from its caps until the next ones.
+struct FilterPlan {
+  FrameSpec input;                   // of the sink pad
+  FrameSpec output;                  // of the source pad
+  std::vector<size_t> input_choice;  // stream tensors given to the model; empty = all
+  OutputCombination output_choice;   // empty = all model outputs
+  std::vector<ModelTensor>
+      declared_inputs;  // from the model and the properties; may be partly unknown
+  std::vector<ModelTensor> model_inputs;   // exact shapes, fixed when input is static
+  std::vector<ModelTensor> model_outputs;  // exact shapes; may be partly unknown
+  bool outputs_fixed = false;              // every output size is known before the invoke
+  bool engine_allocates = false;  // even if outputs_fixed: the engine decides for each frame
+  bool dynamic = false;           // invoke-dynamic: headers have format flexible
+  size_t alignment = 1;           // bytes, of each of the model's inputs
+  size_t padding = 0;             // readable bytes after each
+  size_t fallback_alignment = 1, fallback_padding = 0;  // what the fallback needs as well
+  std::shared_ptr<infer::BatchGroup> batch;             // null: one invoke for each frame
+  infer::RowLimits rows;                                // of one invoke
+  const BufferLimit* limit = nullptr;                   // of each output; borrowed from the element
+
+  // Whether the engine writes into pooled memory.
+  bool has_memory() const noexcept { return outputs_fixed && !engine_allocates; }
+  // The format in the header of each tensor of a flexible stream.
+  Format header_format() const noexcept { return dynamic ? Format::Flexible : Format::Static; }
+};
 
 class OpenModel {
  public:
@@ -36,9 +67,9 @@ class OpenModel {
   Result<FilterPlan> plan_for(const FrameSpec& input) const;
   const ModelDescription& description() const noexcept { return description_; }
 
-  // The sessions for one frame. Call in the order of the frames and keep the result until the
-  // invoke has ended. Opens a suspended model again.
-  Result<infer::ModelLease::Frame> begin() const { return use_->begin(); }
+  // Its sessions. Call begin() in the order of the frames and keep the result until the invoke has
+  // ended.
+  infer::ModelLease& lease() const noexcept { return *lease_; }
   // `plan` with inputs of these shapes and the outputs that the session resolves for them. Call
   // while `frame` is held.
   Result<FilterPlan> plan_for_shapes(FilterPlan plan, const infer::ModelLease::Frame& frame,
@@ -47,7 +78,6 @@ class OpenModel {
   // The description of the model that is sent downstream, and how often the model was replaced by
   // then. Opens a suspended model again.
   Result<DescribedModel> described(const FilterPlan& plan) const;
-  uint64_t reloads() const { return use_->shared()->reloads(); }
   // Replaces the model by that of `settings` for all filters that share it. Any thread.
   Status replace(const FilterSettings& settings) const;
   // The number of frames to process at a time: the property `workers`, or for 1, the default, as
@@ -56,7 +86,7 @@ class OpenModel {
   // The second model, for frames without a result; null if the user set none.
   Fallback* fallback() const noexcept { return fallback_.get(); }
   // Suspends the model, unless it runs batches. False while a frame is in progress.
-  bool suspend() const { return batch_size_ > 1 || use_->suspend(); }
+  bool suspend() const { return batch_size_ > 1 || lease_->suspend(); }
   // Adds weights-bytes, shared-by (the number of filters that share the weights), reloads,
   // suspended.
   void add_stats(GstStructure* stats) const;
@@ -79,7 +109,7 @@ class OpenModel {
   std::string engine_;
   std::shared_ptr<isolate::Monitor> monitor_;  // null: the engine runs in this process
   std::unique_ptr<Fallback> fallback_;
-  std::unique_ptr<infer::ModelLease> use_;
+  std::unique_ptr<infer::ModelLease> lease_;
   uint32_t workers_ = 1;
   size_t batch_size_ = 1;
   infer::RowLimits rows_;

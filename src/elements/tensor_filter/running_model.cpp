@@ -1,10 +1,44 @@
-// Opens models without a lock and installs them if they are still current.
+// Opens models without a lock and installs them if they are still current; replaces them on a
+// thread of its own, and suspends them after a time without frames.
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #include "elements/tensor_filter/running_model.hpp"
 
+#include <chrono>
+#include <string>
 #include <utility>
+#include <vector>
+
+#include "weir/join.hpp"
 
 namespace weir {
+namespace {
+
+// Reads a string or a list of strings.
+std::string files_of(const GValue* value) {
+  std::vector<std::string> files;
+  const auto add = [&files](const char* text) {
+    if (text && *text) files.emplace_back(text);
+  };
+  if (!value) return {};
+  if (G_VALUE_HOLDS_STRING(value)) {
+    add(g_value_get_string(value));
+  } else if (G_VALUE_HOLDS(value, G_TYPE_STRV)) {
+    for (auto** text = static_cast<gchar**>(g_value_get_boxed(value)); text && *text; ++text)
+      add(*text);
+  } else if (GST_VALUE_HOLDS_ARRAY(value)) {
+    for (guint i = 0; i < gst_value_array_get_size(value); ++i)
+      if (const auto* part = gst_value_array_get_value(value, i); G_VALUE_HOLDS_STRING(part))
+        add(g_value_get_string(part));
+  }
+  return join(files, ",");
+}
+
+}  // namespace
+
+std::optional<std::string> wanted_model(GstEvent* event) {
+  if (!gst_event_has_name(event, "evt_update_model")) return std::nullopt;
+  return files_of(gst_structure_get_value(gst_event_get_structure(event), "model_files"));
+}
 
 void RunningModel::start() {
   std::lock_guard lock(mutex_);
@@ -18,8 +52,17 @@ void RunningModel::stop() {
     if (*monitor) (*monitor)->stop();
 }
 
-void RunningModel::close() {
-  Model ended;
+void RunningModel::close() noexcept {
+  idle_.reset();
+  std::thread thread;
+  {
+    std::lock_guard lock(mutex_);
+    replaces_ = false;
+    wanted_.reset();
+    thread = std::move(thread_);
+  }
+  if (thread.joinable()) thread.join();
+  Model ended;  // is closed without the lock
   std::lock_guard lock(mutex_);
   ended.swap(model_);
 }
@@ -29,17 +72,21 @@ bool RunningModel::stopped() const {
   return stopped_;
 }
 
-// A model that is opened after stop() is cancelled, like one that was being opened.
-uint64_t RunningModel::begin(std::shared_ptr<isolate::Monitor> monitor, FilterSettings* settings) {
-  std::lock_guard lock(mutex_);
-  if (model_) settings->model = file_;
-  if (monitor && stopped_) monitor->stop();
-  next_monitor_ = std::move(monitor);
-  return replacements_;
-}
-
 Status RunningModel::open(FilterSettings* settings, const MakeMonitor& make_monitor,
                           const Check& check, std::vector<Error>* warnings) {
+  if (auto status = install(settings, make_monitor, check, warnings); !status) return status;
+  idle_.reset();
+  if (settings->suspend > 0)
+    idle_ = std::make_unique<IdleWatch>(TimerQueue::instance(),
+                                        std::chrono::milliseconds(settings->suspend),
+                                        [model = get()] { return model->suspend(); });
+  std::lock_guard lock(mutex_);
+  replaces_ = true;
+  return ok();
+}
+
+Status RunningModel::install(FilterSettings* settings, const MakeMonitor& make_monitor,
+                             const Check& check, std::vector<Error>* warnings) {
   for (;;) {
     auto monitor = make_monitor();
     const uint64_t before = begin(monitor, settings);
@@ -57,6 +104,15 @@ Status RunningModel::open(FilterSettings* settings, const MakeMonitor& make_moni
   }
 }
 
+// A model that is opened after stop() is cancelled, like one that was being opened.
+uint64_t RunningModel::begin(std::shared_ptr<isolate::Monitor> monitor, FilterSettings* settings) {
+  std::lock_guard lock(mutex_);
+  if (model_) settings->model = file_;
+  if (monitor && stopped_) monitor->stop();
+  next_monitor_ = std::move(monitor);
+  return replacements_;
+}
+
 Status RunningModel::replace(const std::function<FilterSettings()>& settings) {
   for (;;) {
     const Model model = get();
@@ -68,6 +124,29 @@ Status RunningModel::replace(const std::function<FilterSettings()>& settings) {
     if (status) file_ = wanted.model, ++replacements_;
     return status;
   }
+}
+
+void RunningModel::replace_later(std::string model, Replace replace) {
+  std::lock_guard lock(mutex_);
+  if (!replaces_) return;
+  wanted_ = std::move(model);
+  replace_ = std::move(replace);
+  if (replacing_) return;
+  if (thread_.joinable()) thread_.join();  // it has ended or is about to
+  thread_ = std::thread([this] { replace_all(); });
+  replacing_ = true;
+}
+
+void RunningModel::replace_all() {
+  std::unique_lock lock(mutex_);
+  while (wanted_) {
+    const std::string model = *std::exchange(wanted_, std::nullopt);
+    const Replace replace = replace_;
+    lock.unlock();
+    replace(model);
+    lock.lock();
+  }
+  replacing_ = false;
 }
 
 RunningModel::Model RunningModel::get() const {

@@ -7,7 +7,6 @@
 #include "elements/tensor_filter/admission.hpp"
 #include "elements/tensor_filter/filter_properties.hpp"
 #include "elements/tensor_filter/frame_flow.hpp"
-#include "elements/tensor_filter/model_lifecycle.hpp"
 #include "elements/tensor_filter/model_source.hpp"
 #include "elements/tensor_filter/running_flow.hpp"
 #include "elements/tensor_filter/running_model.hpp"
@@ -146,7 +145,7 @@ class TensorFilter final : public gst::Element<TensorFilter, gst::PlainElement>,
     auto buffer = Ref<GstBuffer>::adopt(raw);
     ledger_.received();
     admission_.warn_if_late(buffer.get());
-    lifecycle_.touch();
+    model_.touch();
     if (const auto flow = follow(); flow != GST_FLOW_OK) {
       ledger_.dropped(flow == GST_FLOW_FLUSHING ? DropReason::Flush : DropReason::Error);
       return flow;
@@ -162,7 +161,7 @@ class TensorFilter final : public gst::Element<TensorFilter, gst::PlainElement>,
     }
     const GstClockTime deadline = admission_.deadline_of(buffer.get());
     const auto flow = flow_->push(std::move(buffer), deadline);
-    lifecycle_.touch();
+    model_.touch();
     return flow;
   }
 
@@ -174,7 +173,7 @@ class TensorFilter final : public gst::Element<TensorFilter, gst::PlainElement>,
         gst_event_parse_caps(event, &caps);
         gst_pad_check_reconfigure(source_);
         const Status status = negotiate(caps, true);
-        lifecycle_.touch();  // negotiation may have opened a suspended model
+        model_.touch();  // negotiation may have opened a suspended model
         if (!status) gst::post_error(element(), status.error());
         return status.has_value();
       }
@@ -307,7 +306,6 @@ class TensorFilter final : public gst::Element<TensorFilter, gst::PlainElement>,
     if (auto status = model_.open(&wanted, monitor, check, &warnings); !status) return status;
     for (const auto& warning : warnings) gst::post_warning(element(), warning);
     in_force_ = wanted;
-    lifecycle_.start(model_.get(), wanted);
     return ok();
   }
   // Ends all waiting, for frames in progress and for worker processes.
@@ -317,12 +315,11 @@ class TensorFilter final : public gst::Element<TensorFilter, gst::PlainElement>,
   }
   // Call after streaming has ended, with inactive pads.
   void close() {
-    lifecycle_.stop();
+    model_.close();
     flow_->close();
     forget();
     described_.reset();
     plan_.reset();
-    model_.close();
   }
 
   // Called when the property `model` was set. While the element runs, the new model is installed on
@@ -348,7 +345,7 @@ class TensorFilter final : public gst::Element<TensorFilter, gst::PlainElement>,
                                     .needed = "model_files=(string)/path/to/model"});
       return;
     }
-    lifecycle_.replace_later(model, [this](const std::string& name) {
+    model_.replace_later(model, [this](const std::string& name) {
       gst::guarded<void>(element(), [&] {
         if (replace_model(name)) g_object_notify(G_OBJECT(element()), "model");
       });
@@ -378,7 +375,7 @@ class TensorFilter final : public gst::Element<TensorFilter, gst::PlainElement>,
   // Called between two frames: handles changed properties and reconfigure requests from downstream.
   GstFlowReturn follow() {
     const bool must_reconfigure = gst_pad_check_reconfigure(source_);
-    if (described_ && described_->reloads() != described_reloads_)
+    if (described_ && described_->lease().shared()->reloads() != described_reloads_)
       describe(described_, plan_, false);
     if (!must_reconfigure && !is_written()) return GST_FLOW_OK;
     const auto caps = Ref<GstCaps>::adopt(gst_pad_get_current_caps(sink_));
@@ -461,7 +458,7 @@ class TensorFilter final : public gst::Element<TensorFilter, gst::PlainElement>,
                 bool begins) {
     described_ = std::move(model);
     plan_ = std::move(plan);
-    described_reloads_ = described_->reloads();
+    described_reloads_ = described_->lease().shared()->reloads();
     auto description = described_->described(*plan_);
     if (!description || (!begins && *description == description_)) return;
     description_ = *std::move(description);
@@ -471,7 +468,6 @@ class TensorFilter final : public gst::Element<TensorFilter, gst::PlainElement>,
   GstPad* sink_ = nullptr;      // owned by the element
   GstPad* source_ = nullptr;    // owned by the element
   std::mutex replacing_mutex_;  // held while `model` is read and written; taken before other locks
-  RunningModel model_;
   FilterThreads threads_;
   std::atomic<int> engine_threads_{0};
   Settings in_force_;  // of model_; used by the streaming thread, or while not streaming
@@ -485,7 +481,7 @@ class TensorFilter final : public gst::Element<TensorFilter, gst::PlainElement>,
   std::shared_ptr<const FilterPlan> plan_;
   uint64_t described_reloads_ = 0;
   DescribedModel description_;
-  ModelLifecycle lifecycle_;
+  RunningModel model_;  // declared last, so that its thread ends first
 };
 
 }  // namespace

@@ -42,7 +42,7 @@ class WorkersFlow final : public FrameFlow {
     if (!invokers_) return reject_before_caps();
     if (const auto flow = output_.rejection(); flow != GST_FLOW_OK) return output_.reject(flow);
     const uint64_t bytes = gst_buffer_get_size(buffer.get());
-    auto use = invokers_->front()->model().begin();
+    auto use = invokers_->front()->model().lease().begin();
     if (!use) return output_.fail(use.error());
     const auto room = pool_->make_room(bytes);
     drop(room.dropped);

@@ -1,7 +1,6 @@
 // Owns the handles of an engine's C table.
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #include "core/infer/model/model.hpp"
-#include "core/infer/model/async_invoke.hpp"
 
 #include <algorithm>
 #include <bit>
@@ -174,7 +173,7 @@ Result<std::unique_ptr<Session>> Session::create(std::shared_ptr<Model> model,
 }
 
 Session::~Session() {
-  abandon(*this);
+  abandon();
   requests_.wait_until_quiet();
   const auto lock = take_turn();
   model_->engine().session_free(handle_);
@@ -217,6 +216,37 @@ Result<bool> Session::invoke(const weir_frame& in, weir_frame& out, InvokeEnd* e
 Status Session::control(weir_control op) {
   const auto lock = take_turn();
   return give_order(model_->engine(), handle_, op, nullptr);
+}
+
+bool Session::answers_asynchronously() const noexcept {
+  return function_of(model_->engine(), &weir_engine::submit) &&
+         (model_->info().flags & WEIR_MODEL_ASYNC) != 0;
+}
+
+Result<bool> Session::submit(const weir_frame& in,
+                             const std::shared_ptr<RequestReceiver>& receiver) {
+  weir_request* request = requests_.open(receiver);
+  if (!request) return false;
+  weir_error error;
+  const int result = model_->engine().submit(handle_, &in, request, &error);
+  if (result == 0) {
+    if (requests_.begun(request)) cancel(request);
+    return true;
+  }
+  if (!requests_.withdraw(request)) return true;
+  if (result < 0) return take_error(&error, result, "the engine rejected a frame");
+  receiver->end(result);  // it drops the frame
+  return true;
+}
+
+void Session::cancel(weir_request* request) const {
+  if (const auto call = function_of(model_->engine(), &weir_engine::cancel)) call(handle_, request);
+}
+
+size_t Session::abandon() {
+  const auto abandoned = requests_.abandon();
+  for (weir_request* request : abandoned.cancel) cancel(request);
+  return abandoned.count;
 }
 
 }  // namespace weir::infer

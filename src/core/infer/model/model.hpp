@@ -89,6 +89,14 @@ class Session {
   Result<bool> invoke(const weir_frame& in, weir_frame& out, InvokeEnd* end = nullptr);
   // MODEL_UNSUPPORTED if the engine has no control; otherwise its result.
   Status control(weir_control op);
+  // True if the engine has submit() and the model supports it.
+  bool answers_asynchronously() const noexcept;
+  // Submits a frame. Returns false between abandon() and Requests::resume(); `receiver` is then not
+  // called. Precondition: answers_asynchronously(), and the caller has waited for a free slot.
+  Result<bool> submit(const weir_frame& in, const std::shared_ptr<RequestReceiver>& receiver);
+  // Abandons and cancels all requests in flight. Returns the number of receivers that are not
+  // called when their request ends.
+  size_t abandon();
   // For asynchronous engines (async_request.hpp).
   Requests& requests() noexcept { return requests_; }
   weir_session* handle() const noexcept { return handle_; }
@@ -99,6 +107,7 @@ class Session {
         handle_(handle),
         turn_(std::move(turn)),
         requests_(std::max<size_t>(model_->info().max_in_flight, 1)) {}
+  void cancel(weir_request* request) const;
   std::unique_lock<std::mutex> take_turn() const {
     return turn_ ? std::unique_lock(*turn_) : std::unique_lock<std::mutex>();
   }

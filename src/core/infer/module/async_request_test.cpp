@@ -155,7 +155,7 @@ TEST_F(AsyncRequest, EndsWithAnErrorOfTheHostAndIsCancelledByTheNextFlush) {
   EXPECT_TRUE(received.outputs.empty());
   EXPECT_EQ(late.released, 1);
   EXPECT_EQ(received.ends.size(), 2u);
-  EXPECT_EQ(abandon(*session), 0u) << "all have received their end";
+  EXPECT_EQ(session->abandon(), 0u) << "all have received their end";
   EXPECT_EQ(cancelled, std::vector<weir_request*>{submitted[1]});
   requests.resume();
   ASSERT_TRUE(*submit(*session, &received));
@@ -169,7 +169,7 @@ TEST_F(AsyncRequest, IsPendingForACallerThatWaitsForAbandonedRequests) {
   auto& requests = session->requests();
   Received received;
   ASSERT_TRUE(*submit(*session, &received));
-  abandon(*session);
+  session->abandon();
   requests.resume();
   EXPECT_FALSE(requests.has_waiting_receivers()) << "abandoned requests have no receiver";
   bool room = true;
@@ -208,10 +208,10 @@ TEST_F(AsyncRequest, AbandonsAndCancelsAndKeepsMemoryUntilTheEnd) {
   ASSERT_TRUE(*submit(*session, &received));
   const auto receiver = last_;
   complete(submitted[0], nullptr, false);
-  EXPECT_EQ(abandon(*session), 1u);
+  EXPECT_EQ(session->abandon(), 1u);
   EXPECT_EQ(cancelled, std::vector<weir_request*>{submitted[1]});
   EXPECT_TRUE(host().cancelled(submitted[1]));
-  EXPECT_EQ(abandon(*session), 0u) << "once";
+  EXPECT_EQ(session->abandon(), 0u) << "once";
   EXPECT_EQ(cancelled.size(), 1u);
   EXPECT_FALSE(*submit(*session, &received)) << "until resume()";
   session->requests().resume();
@@ -232,7 +232,7 @@ TEST_F(AsyncRequest, CancelsARequestThatIsAbandonedDuringSubmit) {
   Received received;
   size_t count = 0;
   on_submit = [&](weir_request*, weir_error*) {
-    count = abandon(*session);
+    count = session->abandon();
     EXPECT_TRUE(cancelled.empty()) << "the engine does not know of it yet";
     return 0;
   };
@@ -240,7 +240,7 @@ TEST_F(AsyncRequest, CancelsARequestThatIsAbandonedDuringSubmit) {
   EXPECT_EQ(count, 1u);
   EXPECT_EQ(cancelled, submitted);
   on_submit = [&](weir_request*, weir_error*) {
-    count = abandon(*session);
+    count = session->abandon();
     return -WEIR_INTERNAL;
   };
   session->requests().resume();
@@ -260,7 +260,7 @@ TEST_F(AsyncRequest, WaitsForRoom) {
   other.join();
   ASSERT_TRUE(*submit(*session, &received));
   std::thread interrupted([&] { EXPECT_FALSE(session->requests().wait_for_room()); });
-  EXPECT_EQ(abandon(*session), 2u);
+  EXPECT_EQ(session->abandon(), 2u);
   interrupted.join();
   session->requests().resume();
   std::thread after([&] { EXPECT_TRUE(session->requests().wait_for_room()); });
@@ -302,7 +302,7 @@ TEST_F(AsyncRequest, HandlesInconsistentOutputs) {
     void output(weir_frame&) noexcept override {}
     void end(const Result<int>&) noexcept override {}
   };
-  ASSERT_TRUE(*infer::submit(*session, in_, std::make_shared<Deaf>()));
+  ASSERT_TRUE(*session->submit(in_, std::make_shared<Deaf>()));
   weir_frame frame{};
   const auto say = [&] { host().complete(submitted[0], 0, &frame, 1); };
   say();
@@ -339,17 +339,17 @@ TEST_F(AsyncRequest, EndsWithAnErrorForAFrameThatEndsBeforeItsTensors) {
 }
 
 TEST_F(AsyncRequest, KnowsWhichEnginesAnswerAsynchronously) {
-  EXPECT_TRUE(answers_asynchronously(*open()));
+  EXPECT_TRUE(open()->answers_asynchronously());
   engine_.cancel = nullptr;
-  EXPECT_TRUE(answers_asynchronously(*open()));
+  EXPECT_TRUE(open()->answers_asynchronously());
   flags = 0;
-  EXPECT_FALSE(answers_asynchronously(*open())) << "not this model";
+  EXPECT_FALSE(open()->answers_asynchronously()) << "not this model";
   flags = WEIR_MODEL_ASYNC;
   engine_.struct_size = offsetof(weir_engine, submit);
-  EXPECT_FALSE(answers_asynchronously(*open())) << "a shorter table";
+  EXPECT_FALSE(open()->answers_asynchronously()) << "a shorter table";
   engine_.struct_size = sizeof engine_;
   engine_.submit = nullptr;
-  EXPECT_FALSE(answers_asynchronously(*open()));
+  EXPECT_FALSE(open()->answers_asynchronously());
 }
 
 TEST_F(AsyncRequest, AllowsOneRequestByDefault) {

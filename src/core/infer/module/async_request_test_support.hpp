@@ -9,7 +9,6 @@
 #include <string>
 #include <vector>
 
-#include "core/infer/model/async_invoke.hpp"
 #include "core/infer/model/model.hpp"
 #include "core/infer/module/async_request.hpp"
 #include "core/infer/module/engine_objects_test_support.hpp"
@@ -106,7 +105,7 @@ class AsyncRequest : public ::testing::Test {
   Result<bool> submit(Session& session, Received* received, bool takes_over = false) {
     auto receiver = std::make_shared<Receiver>(received, takes_over);
     last_ = receiver;
-    return infer::submit(session, in_, std::move(receiver));
+    return session.submit(in_, std::move(receiver));
   }
   static void complete(weir_request* request, Output* output, bool more, int status = 0) {
     host().complete(request, status, output ? &output->frame : nullptr, more);

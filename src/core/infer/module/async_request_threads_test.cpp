@@ -24,7 +24,7 @@ TEST_F(AsyncRequest, IsNotFreedWhileAReceiverIsCalled) {
   };
   auto session = open();
   const auto slow = std::make_shared<Slow>();
-  ASSERT_TRUE(*infer::submit(*session, in_, slow));
+  ASSERT_TRUE(*session->submit(in_, slow));
   Output output(1);
   std::thread engine([&] { complete(submitted[0], &output, true); });
   EXPECT_TRUE(becomes_true([&] { return slow->entered.load(); }, "the call of the receiver"));
@@ -86,9 +86,9 @@ TEST_F(AsyncRequest, CountsEachRequestOnceUnderThreads) {
     });
   for (int i = 0; i < 2000; ++i) {
     if (!session->requests().wait_for_room()) break;
-    begun += *infer::submit(*session, in_, std::make_shared<Counting>(&ends)) ? 1 : 0;
+    begun += *session->submit(in_, std::make_shared<Counting>(&ends)) ? 1 : 0;
     if (i % 50 != 49) continue;
-    abandoned += abandon(*session);
+    abandoned += session->abandon();
     session->requests().resume();
   }
   EXPECT_TRUE(session->requests().wait_until_idle());
