@@ -45,7 +45,9 @@ Ref<GstCaps> offered_caps(GstPad* pad, const OpenModel* model, GstCaps* filter) 
     return Ref<GstCaps>::adopt(gst_caps_intersect_full(filter, wide, GST_CAPS_INTERSECT_FIRST));
   };
   caps = narrowed(caps.get());
-  // Caps that do not fit the model are rejected in the caps event, where an error can explain it.
+  // Caps that do not fit the model are rejected in the caps event, where an error can explain it:
+  // with an empty answer, a capsfilter after filesrc sends no caps and reports only that they are
+  // EMPTY.
   if (is_sink && gst_caps_is_empty(caps.get()))
     caps = narrowed(Ref<GstCaps>::adopt(gst_pad_get_pad_template_caps(pad)).get());
   return caps;
