@@ -9,7 +9,7 @@
 #include <string>
 #include <vector>
 
-#include "gstcpp/buffer/frame_reader.hpp"
+#include "gstcpp/buffer/frame_layout.hpp"
 #include "gstcpp/element/ref.hpp"
 #include "weir/abi.h"
 #include "weir/source_map.hpp"
@@ -22,7 +22,7 @@ using Labels = std::map<std::string, std::vector<std::string>, std::less<>>;
 class PulledFrame {
  public:
   // A stream without tensor caps becomes one uint8 tensor. FORMAT_UNSUPPORTED for sparse tensors;
-  // FrameReader's errors for buffers that do not match their caps.
+  // FrameLayout's errors for buffers that do not match their caps.
   // `labels` may be null.
   static Result<std::shared_ptr<const PulledFrame>> read(gst::Ref<GstBuffer> buffer,
                                                          gst::Ref<GstCaps> caps,
@@ -52,7 +52,7 @@ class PulledFrame {
   gst::Ref<GstBuffer> buffer_;
   gst::Ref<GstCaps> caps_;
   std::shared_ptr<const Labels> labels_;
-  gst::FrameReader reader_;
+  gst::FrameLayout reader_;
   // For a stream without tensor caps:
   gst::Ref<GstMemory> memory_;
   gst::MappedMemory bytes_;

@@ -2,14 +2,13 @@
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #include "pipeline/pushed_buffer.hpp"
 
-#include <algorithm>
 #include <cstring>
+#include <functional>
 #include <limits>
+#include <vector>
 
-#include "core/tensor/packed_tensors.hpp"
 #include "core/tensor/tensor_header.hpp"
-#include "gstcpp/buffer/allocation.hpp"
-#include "gstcpp/buffer/frame_errors.hpp"
+#include "gstcpp/buffer/frame_builder.hpp"
 
 namespace weir::pipeline {
 namespace {
@@ -39,17 +38,16 @@ size_t chunk_bytes(const weir_tensor& tensor, Format format) {
   return tensor.bytes + (format == Format::Flexible ? kTensorHeaderBytes : 0);
 }
 
-std::byte* write_chunk(const weir_tensor& tensor, const TensorSpec& spec, Format format,
-                       std::byte* at) {
+void write_chunk(const weir_tensor& tensor, const TensorSpec& spec, Format format,
+                 std::span<std::byte> out) {
   if (format == Format::Flexible) {
     TensorHeader header;
     header.spec = spec;
     header.format = Format::Flexible;
-    write_tensor_header(header, std::span<std::byte, kTensorHeaderBytes>(at, kTensorHeaderBytes));
-    at += kTensorHeaderBytes;
+    write_tensor_header(header, out.first<kTensorHeaderBytes>());
+    out = out.subspan(kTensorHeaderBytes);
   }
-  if (tensor.bytes > 0) std::memcpy(at, tensor.data, tensor.bytes);
-  return at + tensor.bytes;
+  if (tensor.bytes > 0) std::memcpy(out.data(), tensor.data, tensor.bytes);
 }
 
 }  // namespace
@@ -99,39 +97,14 @@ Result<TensorSpec> pushed_spec(const weir_tensor& tensor, const TensorSpec* expe
 Result<gst::Ref<GstBuffer>> pushed_buffer(std::span<const weir_tensor> tensors,
                                           std::span<const TensorSpec> specs, Format format) {
   auto buffer = gst::Ref<GstBuffer>::adopt(gst_buffer_new());
-  const auto append = [&](size_t bytes, auto&& write) -> Status {
-    auto memory = gst::allocate_memory(bytes);
-    if (!memory) return memory.error();
-    {
-      const gst::MappedMemory map(memory->get(), GST_MAP_WRITE);
-      if (!map) return gst::memory_not_mapped();
-      write(map.bytes().data());
-    }
-    gst_buffer_append_memory(buffer.get(), memory->release());
+  std::vector<uint64_t> sizes;
+  for (const auto& tensor : tensors) sizes.push_back(chunk_bytes(tensor, format));
+  const auto fill = [&](size_t n, std::span<std::byte> bytes) -> Status {
+    write_chunk(tensors[n], specs[n], format, bytes);
     return ok();
   };
-  const size_t alone = tensors.size() > kMemoryLimit ? kMemoryLimit - 1 : tensors.size();
-  for (size_t i = 0; i < alone; ++i) {
-    const auto status = append(chunk_bytes(tensors[i], format), [&](std::byte* at) {
-      write_chunk(tensors[i], specs[i], format, at);
-    });
-    if (!status) return status.error();
-  }
-  if (alone == tensors.size()) return buffer;
-  std::vector<uint64_t> sizes;
-  size_t total = kPackedHeaderBytes;
-  for (const auto& tensor : tensors.subspan(alone)) {
-    sizes.push_back(chunk_bytes(tensor, format));
-    total += sizes.back();
-  }
-  const auto status = append(total, [&](std::byte* at) {
-    write_packed_header(specs.subspan(alone), sizes,
-                        std::span<std::byte, kPackedHeaderBytes>(at, kPackedHeaderBytes));
-    at += kPackedHeaderBytes;
-    for (size_t i = alone; i < tensors.size(); ++i)
-      at = write_chunk(tensors[i], specs[i], format, at);
-  });
-  if (!status) return status.error();
+  if (auto status = gst::append_filled(specs, sizes, buffer.get(), std::ref(fill)); !status)
+    return status.error();
   return buffer;
 }
 

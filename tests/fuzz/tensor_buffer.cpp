@@ -6,8 +6,8 @@
 #include <vector>
 
 #include "fuzz_input.hpp"
-#include "gstcpp/buffer/frame_parts.hpp"
-#include "gstcpp/buffer/frame_reader.hpp"
+#include "gstcpp/buffer/frame_builder.hpp"
+#include "gstcpp/buffer/frame_layout.hpp"
 
 namespace {
 
@@ -46,7 +46,7 @@ gst::Ref<GstBuffer> buffer_from(FuzzInput* input) {
 }
 
 size_t read_payloads(GstBuffer* buffer, const FrameSpec& spec) {
-  gst::FrameReader reader;
+  gst::FrameLayout reader;
   if (const auto status = reader.read(buffer, spec); !status) {
     require(!status.error().what.empty(), "an error has a text");
     return 0;
@@ -62,18 +62,18 @@ size_t read_payloads(GstBuffer* buffer, const FrameSpec& spec) {
   return reader.tensors().size();
 }
 
-void read_parts(GstBuffer* buffer, const FrameSpec& spec) {
-  gst::FrameParts parts;
-  parts.configure(spec);
-  if (!parts.read(buffer)) return;
+void pick_all(GstBuffer* buffer, const FrameSpec& spec) {
+  gst::FrameLayout layout;
+  if (!layout.locate(buffer, spec)) return;
   const size_t size = gst_buffer_get_size(buffer);
   std::vector<size_t> chosen;
-  for (const auto& part : parts.parts()) {
-    require(part.offset <= size && part.size <= size - part.offset, "a tensor lies in the buffer");
+  for (const auto& place : layout.tensors()) {
+    require(place.offset <= size && place.size <= size - place.offset,
+            "a tensor lies in the buffer");
     chosen.insert(chosen.begin(), chosen.size());
   }
   uint64_t copied = 0;
-  (void)gst::pick_tensors(buffer, parts, chosen, &copied);
+  (void)gst::pick_tensors(buffer, layout, chosen, &copied);
 }
 
 }  // namespace
@@ -89,6 +89,6 @@ extern "C" int LLVMFuzzerTestOneInput(const uint8_t* data, size_t size) {
   const auto spec = spec_from(&input);
   const auto buffer = buffer_from(&input);
   require(read_payloads(buffer.get(), spec) <= kTensorLimit, "a frame has at most 256 tensors");
-  read_parts(buffer.get(), spec);
+  pick_all(buffer.get(), spec);
   return 0;
 }

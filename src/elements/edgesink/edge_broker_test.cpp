@@ -5,7 +5,7 @@
 #include "core/wire/mqtt_frame.hpp"
 #include "elements/tests/element_test_support.hpp"
 #include "elements/tests/pipeline_test_support.hpp"
-#include "gstcpp/buffer/frame_reader.hpp"
+#include "gstcpp/buffer/frame_layout.hpp"
 #include "gstcpp/buffer/tensor_caps.hpp"
 #include "transport/mqtt/broker_client.hpp"
 #include "transport/mqtt/broker_test_support.hpp"

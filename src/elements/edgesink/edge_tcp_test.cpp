@@ -4,7 +4,7 @@
 
 #include "core/tensor/tensor_header.hpp"
 #include "elements/tests/element_test_support.hpp"
-#include "gstcpp/buffer/frame_reader.hpp"
+#include "gstcpp/buffer/frame_layout.hpp"
 #include "gstcpp/buffer/tensor_caps.hpp"
 #include "transport/edge/stream_publisher.hpp"
 #include "transport/edge/stream_subscriber.hpp"
@@ -50,7 +50,7 @@ TEST(EdgeTcp, MoreThan16TensorsArePackedAgain) {
   const auto caps = Ref<GstCaps>::adopt(gst_pad_get_current_caps(in->sinkpad));
   const auto spec = weir::gst::spec_from_caps(caps.get());
   ASSERT_TRUE(spec);
-  weir::gst::FrameReader reader;
+  weir::gst::FrameLayout reader;
   ASSERT_TRUE(reader.read(got.get(), *spec));
   ASSERT_EQ(reader.tensors().size(), 20u);
   for (int i = 0; i < 20; ++i)
@@ -235,7 +235,7 @@ TEST_F(FlexibleFrames, MoreThan16TensorsArePacked) {
     const auto caps = Ref<GstCaps>::adopt(gst_pad_get_current_caps(in_->sinkpad));
     const auto spec = weir::gst::spec_from_caps(caps.get());
     ASSERT_TRUE(spec);
-    weir::gst::FrameReader reader;
+    weir::gst::FrameLayout reader;
     ASSERT_TRUE(reader.read(got.get(), *spec));
     ASSERT_EQ(reader.tensors().size(), count);
     for (size_t i = 0; i < count; ++i) {

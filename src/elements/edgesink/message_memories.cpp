@@ -16,15 +16,15 @@ struct MappedBuffer {
   std::vector<gst::MappedMemory> maps;  // unmapped before the buffer is released
 };
 
-// The bytes of a part of the buffer; empty if it does not lie in one memory.
-std::span<const std::byte> find_part(const std::vector<gst::MappedMemory>& maps,
-                                     const gst::FramePart& part) {
+// The bytes of a tensor with its header; empty if it does not lie in one memory.
+std::span<const std::byte> bytes_of(const std::vector<gst::MappedMemory>& maps,
+                                    const gst::TensorPlace& place) {
   size_t start = 0;
   for (const auto& map : maps) {
     const size_t size = map.bytes().size();
-    if (part.offset >= start && part.offset < start + size)
-      return part.size <= start + size - part.offset
-                 ? map.bytes().subspan(part.offset - start, part.size)
+    if (place.offset >= start && place.offset < start + size)
+      return place.size <= start + size - place.offset
+                 ? map.bytes().subspan(place.offset - start, place.size)
                  : std::span<std::byte>();
     start += size;
   }
@@ -43,7 +43,7 @@ Error not_in_one_memory() {
 void MemoryMapper::set_caps(const GstCaps* caps) {
   const auto spec = gst::spec_from_caps(caps);
   has_tensors_ = spec.has_value();
-  if (spec) parts_.configure(*spec);
+  if (spec) spec_ = *spec;
 }
 
 Result<MessageMemories> MemoryMapper::map(GstBuffer* buffer) {
@@ -59,11 +59,11 @@ Result<MessageMemories> MemoryMapper::map(GstBuffer* buffer) {
     out.memories.emplace_back(owner->maps.back().bytes());
   }
   if (has_tensors_) {
-    if (auto status = parts_.read(buffer); !status) return status.error();
+    if (auto status = layout_.locate(buffer, spec_); !status) return status.error();
     out.memories.clear();
-    for (const auto& part : parts_.parts()) {
-      out.memories.push_back(find_part(owner->maps, part));
-      if (out.memories.back().size() != part.size) return not_in_one_memory();
+    for (const auto& place : layout_.tensors()) {
+      out.memories.push_back(bytes_of(owner->maps, place));
+      if (out.memories.back().size() != place.size) return not_in_one_memory();
     }
   }
   out.owner = std::move(owner);

@@ -8,7 +8,7 @@
 #include <span>
 #include <vector>
 
-#include "gstcpp/buffer/frame_parts.hpp"
+#include "gstcpp/buffer/frame_layout.hpp"
 #include "weir/result.hpp"
 
 namespace weir {
@@ -24,12 +24,13 @@ class MemoryMapper {
   // The caps of the buffers that follow.
   void set_caps(const GstCaps* caps);
   // One memory for each tensor, or for each memory of a stream of other media. MAPPING_FAILED,
-  // FRAME_SIZE, and the errors of gst::FrameParts::read().
+  // FRAME_SIZE, and the errors of gst::FrameLayout::locate().
   Result<MessageMemories> map(GstBuffer* buffer);
 
  private:
   bool has_tensors_ = false;
-  gst::FrameParts parts_;  // of streams of tensors
+  FrameSpec spec_;
+  gst::FrameLayout layout_;  // of streams of tensors
 };
 
 }  // namespace weir

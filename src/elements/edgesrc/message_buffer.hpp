@@ -27,7 +27,7 @@ class MessageBuffers {
   Result<gst::Ref<GstBuffer>> make(std::vector<wire::ByteBlock> blocks, uint64_t* copied) const;
 
  private:
-  Result<gst::Ref<GstMemory>> pack(std::vector<gst::Ref<GstMemory>> rest, uint64_t* copied) const;
+  Status pack(std::vector<gst::Ref<GstMemory>> memories, GstBuffer* out, uint64_t* copied) const;
 
   std::vector<TensorSpec> tensors_;  // of static caps
   bool has_headers_ = false;         // each tensor, of flexible and sparse caps

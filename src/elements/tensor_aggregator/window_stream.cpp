@@ -147,11 +147,8 @@ Result<Ref<GstMemory>> WindowStream::part_of_input(size_t tensor, uint64_t begin
   Arrived& holder = holder_of(begin);
   const int memory = holder.reader.tensors()[tensor].memory;
   if (memory < 0) return Ref<GstMemory>();
-  bool is_copy = false;
-  auto part = gst::part_of(gst_buffer_peek_memory(holder.buffer.get(), static_cast<guint>(memory)),
-                           begin % plan.in * bytes, plan.out * bytes, &is_copy);
-  if (is_copy && part) *copied += plan.out * bytes;
-  return part;
+  return gst::part_of(gst_buffer_peek_memory(holder.buffer.get(), static_cast<guint>(memory)),
+                      begin % plan.in * bytes, plan.out * bytes, copied);
 }
 
 void WindowStream::place_all(size_t tensor, uint64_t begin, std::span<std::byte> out,

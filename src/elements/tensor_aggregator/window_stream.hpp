@@ -12,8 +12,8 @@
 #include "core/sync/backwards_time.hpp"
 #include "core/window/window.hpp"
 #include "elements/tensor_aggregator/window_strip.hpp"
+#include "gstcpp/buffer/frame_layout.hpp"
 #include "gstcpp/buffer/frame_pool.hpp"
-#include "gstcpp/buffer/frame_reader.hpp"
 
 namespace weir {
 
@@ -53,7 +53,7 @@ class WindowStream {
   struct Arrived {
     ~Arrived() { reader.clear(); }
     gst::Ref<GstBuffer> buffer;
-    gst::FrameReader reader;  // holds the buffer's memory mapped
+    gst::FrameLayout reader;  // holds the buffer's memory mapped
     KnownTime pts, dts;       // the last known times up to this buffer
   };
 

@@ -30,16 +30,16 @@ Result<gst::Ref<GstMemory>> memory_of(infer::ConvertedTensor& tensor, size_t ski
     // Compared as numbers: the pointers may belong to different objects.
     const auto offset = reinterpret_cast<uintptr_t>(data) - reinterpret_cast<uintptr_t>(all.data());
     if (offset > all.size() || made.bytes > all.size() - offset) continue;
-    bool copied = false;
+    uint64_t copied = 0;
     auto part = gst::part_of(gst_buffer_peek_memory(buffer, static_cast<guint>(i)),
                              offset + skipped, made.bytes - skipped, &copied);
-    if (part && copied) ledger->copied(made.bytes - skipped);
+    if (copied > 0) ledger->copied(copied);
     return part;
   }
   const size_t bytes = made.bytes;
   auto whole = gst::memory_of(tensor, ledger);
   if (!whole || skipped == 0) return whole;
-  bool copied = false;
+  uint64_t copied = 0;
   return gst::part_of(whole->get(), skipped, bytes - skipped, &copied);
 }
 

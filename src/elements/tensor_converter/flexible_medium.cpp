@@ -2,6 +2,8 @@
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #include "elements/tensor_converter/flexible_medium.hpp"
 
+#include "core/tensor/packed_tensors.hpp"
+#include "core/tensor/tensor_header.hpp"
 #include "gstcpp/buffer/tensor_caps.hpp"
 
 namespace weir {

@@ -2,7 +2,7 @@
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #pragma once
 #include "elements/tensor_converter/medium.hpp"
-#include "gstcpp/buffer/frame_reader.hpp"
+#include "gstcpp/buffer/frame_layout.hpp"
 
 namespace weir {
 
@@ -17,7 +17,7 @@ class FlexibleMedium final : public Medium {
   Result<std::vector<TensorSpec>> read(GstBuffer* buffer);
 
   std::vector<TensorSpec> user_;
-  gst::FrameReader reader_;
+  gst::FrameLayout reader_;
 };
 
 }  // namespace weir

@@ -6,7 +6,7 @@
 #include "elements/tensor_converter/client_streams.hpp"
 #include "elements/tensor_converter/converter_settings.hpp"
 #include "elements/tensor_converter/media.hpp"
-#include "gstcpp/buffer/headered_frames.hpp"
+#include "elements/tensor_converter/tensor_memories.hpp"
 
 namespace weir {
 
@@ -62,7 +62,7 @@ class TensorStream {
   Format planned_format_ = Format::Static;  // of frames that do not define it themselves
   Format output_format_ = Format::Static;   // of the caps that were sent
   bool has_headers_ = false;                // the current frame's memories begin with headers
-  gst::HeaderedFrames headered_;
+  HeaderedFrames headered_;
   bool waits_for_frame_ = false;
   gst::Ref<GstEvent> held_segment_;  // sent after the caps
 };

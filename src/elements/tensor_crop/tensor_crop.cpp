@@ -10,12 +10,12 @@
 #include "core/tensor/tensor_header.hpp"
 #include "gstcpp/buffer/allocation.hpp"
 #include "gstcpp/buffer/deferred_memory.hpp"
+#include "gstcpp/buffer/frame_builder.hpp"
 #include "gstcpp/buffer/frame_errors.hpp"
+#include "gstcpp/buffer/frame_layout.hpp"
 #include "gstcpp/buffer/frame_pool.hpp"
-#include "gstcpp/buffer/frame_reader.hpp"
 #include "gstcpp/buffer/tensor_caps.hpp"
 #include "gstcpp/buffer/tensor_meta.hpp"
-#include "gstcpp/buffer/tensor_pieces.hpp"
 #include "gstcpp/element/base_classes.hpp"
 #include "gstcpp/pads/collector_pads.hpp"
 
@@ -151,7 +151,7 @@ class TensorCrop : public gst::Element<TensorCrop, gst::PlainElement>, public gs
     pads_->configure(options, OnBackwardsTime::Pass, 0, max_bytes);
   }
 
-  Regions regions_of(const gst::TensorView& info, const TensorSpec& whole) {
+  Regions regions_of(const gst::TensorPlace& info, const TensorSpec& whole) {
     const auto side = [&whole](size_t d) { return std::max<uint32_t>(whole.shape[d], 1); };
     Regions out = read_regions(info.spec, info.payload, side(1), side(2));
     regions_ += out.inside.size();
@@ -178,7 +178,7 @@ class TensorCrop : public gst::Element<TensorCrop, gst::PlainElement>, public gs
 
   // Deferred memory for a downstream element that accepts it; null when the frame must be copied.
   // If deferred memory is being mapped, copying into pooled buffers is faster.
-  Ref<GstBuffer> views_of(GstBuffer* raw, const gst::TensorView& whole,
+  Ref<GstBuffer> views_of(GstBuffer* raw, const gst::TensorPlace& whole,
                           const std::vector<Region>& regions) {
     if (!views_wanted_ || counts_->computed != computed_before_ || whole.memory < 0) return {};
     const auto memory = static_cast<guint>(whole.memory);
@@ -227,7 +227,7 @@ class TensorCrop : public gst::Element<TensorCrop, gst::PlainElement>, public gs
   }
 
   // Uses a pool if the regions have the same sizes as in the previous frame.
-  Result<Ref<GstBuffer>> copies_of(const gst::TensorView& whole,
+  Result<Ref<GstBuffer>> copies_of(const gst::TensorPlace& whole,
                                    const std::vector<Region>& regions) {
     std::vector<TensorSpec> specs;
     for (const Region& region : regions) {
@@ -242,7 +242,7 @@ class TensorCrop : public gst::Element<TensorCrop, gst::PlainElement>, public gs
     return allocated(whole, regions);
   }
 
-  Result<Ref<GstBuffer>> allocated(const gst::TensorView& whole,
+  Result<Ref<GstBuffer>> allocated(const gst::TensorPlace& whole,
                                    const std::vector<Region>& regions) {
     std::vector<uint64_t> sizes;
     for (const TensorSpec& spec : last_specs_) sizes.push_back(kTensorHeaderBytes + *spec.bytes());
@@ -257,7 +257,7 @@ class TensorCrop : public gst::Element<TensorCrop, gst::PlainElement>, public gs
     return out;
   }
 
-  Result<Ref<GstBuffer>> pooled(const gst::TensorView& whole, const std::vector<Region>& regions) {
+  Result<Ref<GstBuffer>> pooled(const gst::TensorPlace& whole, const std::vector<Region>& regions) {
     if (!pool_) {
       auto pool =
           gst::FramePool::make(last_specs_, Format::Flexible, MediaType::Tensor, allocation_);
@@ -279,7 +279,7 @@ class TensorCrop : public gst::Element<TensorCrop, gst::PlainElement>, public gs
     if (auto s = raw_.read(raw.buffer.get(), *raw.spec); !s) return gst::on_pad(s.error(), "raw");
     if (auto s = info_.read(info.buffer.get(), *info.spec); !s)
       return gst::on_pad(s.error(), "info");
-    const gst::TensorView& whole = raw_.tensors()[0];
+    const gst::TensorPlace& whole = raw_.tensors()[0];
     const Regions regions = regions_of(info_.tensors()[0], whole.spec);
     if (regions.inside.empty()) return Ref<GstBuffer>();
     if (auto status = buffer_limit_.check(output_bytes(whole.spec, regions.inside)); !status)
@@ -306,7 +306,7 @@ class TensorCrop : public gst::Element<TensorCrop, gst::PlainElement>, public gs
 
   std::mutex configure_mutex_;  // orders concurrent settings; taken before the settings lock
   std::optional<gst::CollectorPads> pads_;
-  gst::FrameReader raw_, info_;         // used by the thread that makes an output
+  gst::FrameLayout raw_, info_;         // used by the thread that makes an output
   std::vector<TensorSpec> last_specs_;  // likewise: of the last copied frame
   gst::FramePool pool_;                 // likewise: for those specs
   gst::Allocation allocation_;          // likewise

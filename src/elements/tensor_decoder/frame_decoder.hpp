@@ -13,7 +13,7 @@
 #include "core/limit/buffer_limit.hpp"
 #include "core/tensor/frame_spec.hpp"
 #include "elements/tensor_decoder/decoder_options.hpp"
-#include "gstcpp/buffer/frame_reader.hpp"
+#include "gstcpp/buffer/frame_layout.hpp"
 #include "gstcpp/element/ref.hpp"
 #include "gstcpp/element/result_events.hpp"
 #include "weir/result.hpp"
@@ -33,7 +33,7 @@ class FrameDecoder {
   // `input` is the spec of the last configure(). Appends memory to `out`, which has the metadata of
   // `in` and no memory; `reader` holds the tensors of `in`. False: the frame is dropped.
   // LIMIT_EXCEEDED when the output needs more memory than `limit` allows.
-  virtual Result<bool> decode(const FrameSpec& input, GstBuffer* in, const gst::FrameReader& reader,
+  virtual Result<bool> decode(const FrameSpec& input, GstBuffer* in, const gst::FrameLayout& reader,
                               GstBuffer* out, const BufferLimit& limit, Ledger* ledger) = 0;
   // The input caps, before configure(): fields beyond the spec, for decoders that use them.
   virtual void set_caps(const GstCaps*) {}

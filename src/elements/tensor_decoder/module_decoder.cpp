@@ -24,7 +24,7 @@ namespace {
 class BufferSink final : public weir_sink {
  public:
   BufferSink() = default;  // for configure: accepts caps only
-  BufferSink(GstBuffer* in, GstBuffer* out, const gst::FrameReader* reader,
+  BufferSink(GstBuffer* in, GstBuffer* out, const gst::FrameLayout* reader,
              const BufferLimit& limit, Ledger* ledger)
       : in_(in), out_(out), reader_(reader), limit_(&limit), ledger_(ledger) {}
   ~BufferSink() = default;
@@ -42,7 +42,7 @@ class BufferSink final : public weir_sink {
  private:
   GstBuffer* in_ = nullptr;   // borrowed
   GstBuffer* out_ = nullptr;  // borrowed; null while configuring
-  const gst::FrameReader* reader_ = nullptr;
+  const gst::FrameLayout* reader_ = nullptr;
   const BufferLimit* limit_ = nullptr;  // borrowed
   Ledger* ledger_ = nullptr;
   uint64_t reserved_ = 0;  // bytes
@@ -81,11 +81,11 @@ Status BufferSink::share_input(uint32_t index) {
     parts_.push_back({{}, view.payload});
     return ok();
   }
-  bool copied = false;
+  uint64_t copied = 0;
   auto part = gst::part_of(gst_buffer_peek_memory(in_, static_cast<guint>(view.memory)),
                            view.header_bytes, view.payload.size(), &copied);
   if (!part) return part.error();
-  if (copied) ledger_->copied(view.payload.size());
+  if (copied > 0) ledger_->copied(copied);
   parts_.push_back({*std::move(part), {}});
   return ok();
 }
@@ -141,7 +141,7 @@ void ModuleDecoder::set_caps(const GstCaps* caps) {
   decoder_->set_caps(fields);
 }
 
-Result<bool> ModuleDecoder::decode(const FrameSpec&, GstBuffer* in, const gst::FrameReader& reader,
+Result<bool> ModuleDecoder::decode(const FrameSpec&, GstBuffer* in, const gst::FrameLayout& reader,
                                    GstBuffer* out, const BufferLimit& limit, Ledger* ledger) {
   BufferSink sink(in, out, &reader, limit, ledger);
   auto kept = decoder_->decode(arguments_.fill(reader, in, decoder_->needs_headers()), &sink);

@@ -18,7 +18,7 @@ class ModuleDecoder final : public FrameDecoder {
   void set_model(const std::shared_ptr<const DescribedModel>& model) override { model_ = model; }
   bool uses_model() const noexcept override { return decoder_->uses_model(); }
   Result<gst::Ref<GstCaps>> configure(const FrameSpec& input) override;
-  Result<bool> decode(const FrameSpec& input, GstBuffer* in, const gst::FrameReader& reader,
+  Result<bool> decode(const FrameSpec& input, GstBuffer* in, const gst::FrameLayout& reader,
                       GstBuffer* out, const BufferLimit& limit, Ledger* ledger) override;
   void set_caps(const GstCaps* caps) override;
   std::vector<std::string> labels() const override { return decoder_->labels(); }

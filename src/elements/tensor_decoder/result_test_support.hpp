@@ -4,8 +4,9 @@
 #pragma once
 #include <cstring>
 
+#include "core/tensor/tensor_header.hpp"
 #include "elements/tensor_decoder/decoder_test_support.hpp"
-#include "gstcpp/buffer/frame_reader.hpp"
+#include "gstcpp/buffer/frame_layout.hpp"
 #include "gstcpp/buffer/tensor_caps.hpp"
 #include "gstcpp/buffer/tensor_meta.hpp"
 #include "gstcpp/element/model_event.hpp"
@@ -60,7 +61,7 @@ inline GstBuffer* with_header(const std::vector<float>& values, const Shape& sha
 inline std::vector<std::string> rows_of(GstBuffer* buffer, GstCaps* caps, size_t index = 0) {
   std::vector<std::string> out;
   const auto roles = gst::roles_from_caps(caps);
-  gst::FrameReader reader;
+  gst::FrameLayout reader;
   const auto read = reader.read(buffer, {Format::Flexible, {}, {}});
   if (!read) return {read.error().message()};
   if (index >= roles.size() || index >= reader.tensors().size()) return {"no such tensor"};

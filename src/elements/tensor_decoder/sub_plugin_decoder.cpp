@@ -12,7 +12,7 @@ namespace {
 using gst::Ref;
 
 // The tensors of this frame: those of the stream, or those of its headers.
-FrameSpec of_frame(const FrameSpec& stream, const gst::FrameReader& reader) {
+FrameSpec of_frame(const FrameSpec& stream, const gst::FrameLayout& reader) {
   if (stream.format == Format::Static) return stream;
   FrameSpec frame = stream;
   frame.tensors.clear();
@@ -93,7 +93,7 @@ Result<Ref<GstCaps>> SubPluginDecoder::configure(const FrameSpec& input) {
 }
 
 Result<bool> SubPluginDecoder::decode(const FrameSpec& input, GstBuffer*,
-                                      const gst::FrameReader& reader, GstBuffer* out,
+                                      const gst::FrameLayout& reader, GstBuffer* out,
                                       const BufferLimit&, Ledger*) {
   gst::CTensors config(of_frame(input, reader));
   const auto memories = gst::c_memories(reader);
@@ -128,7 +128,7 @@ Result<Ref<GstCaps>> CustomCodeDecoder::configure(const FrameSpec& input) {
 }
 
 Result<bool> CustomCodeDecoder::decode(const FrameSpec& input, GstBuffer*,
-                                       const gst::FrameReader& reader, GstBuffer* out,
+                                       const gst::FrameLayout& reader, GstBuffer* out,
                                        const BufferLimit&, Ledger*) {
   gst::CTensors config(of_frame(input, reader));
   const auto memories = gst::c_memories(reader);

@@ -22,7 +22,7 @@ class SubPluginDecoder final : public FrameDecoder {
   ~SubPluginDecoder() override;
 
   Result<gst::Ref<GstCaps>> configure(const FrameSpec& input) override;
-  Result<bool> decode(const FrameSpec& input, GstBuffer* in, const gst::FrameReader& reader,
+  Result<bool> decode(const FrameSpec& input, GstBuffer* in, const gst::FrameLayout& reader,
                       GstBuffer* out, const BufferLimit& limit, Ledger* ledger) override;
 
  private:
@@ -42,7 +42,7 @@ class CustomCodeDecoder final : public FrameDecoder {
       : who_("the function " + name), function_(function), data_(data), gate_(std::move(gate)) {}
 
   Result<gst::Ref<GstCaps>> configure(const FrameSpec& input) override;
-  Result<bool> decode(const FrameSpec& input, GstBuffer* in, const gst::FrameReader& reader,
+  Result<bool> decode(const FrameSpec& input, GstBuffer* in, const gst::FrameLayout& reader,
                       GstBuffer* out, const BufferLimit& limit, Ledger* ledger) override;
 
  private:

@@ -420,7 +420,7 @@ class TensorDecoder : public gst::CountedTransform<TensorDecoder> {
   std::shared_ptr<const DescribedModel> model_;  // of the stream; null: not known; streaming thread
   bool waiting_ = false;                         // caps wait for the model; streaming thread
   gst::EarlyEvents early_;                       // what came after them
-  gst::FrameReader reader_;                      // streaming thread
+  gst::FrameLayout reader_;                      // streaming thread
   gst::PropertyFile config_file_;
   gst::FollowedSettings<Settings> followed_;  // the settings of decoder_; streaming thread
 };

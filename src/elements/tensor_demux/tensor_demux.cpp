@@ -4,7 +4,7 @@
 #include <numeric>
 
 #include "core/split/pick_list.hpp"
-#include "gstcpp/buffer/frame_parts.hpp"
+#include "gstcpp/buffer/frame_builder.hpp"
 #include "gstcpp/pads/one_to_many.hpp"
 
 namespace weir {
@@ -55,23 +55,22 @@ class TensorDemux : public gst::OneToMany<TensorDemux> {
   Status follow(const Settings& settings) {
     auto groups = parse_tensor_groups("tensorpick", settings.tensorpick);
     if (!groups) return groups.error();
-    const auto& tensors = parts_.spec().tensors;
+    const auto& tensors = spec_.tensors;
     for (const auto& group : *groups)
       for (const size_t index : group)
-        if (parts_.spec().format == Format::Static && index >= tensors.size())
+        if (spec_.format == Format::Static && index >= tensors.size())
           return index_beyond("tensorpick", "tensor", index, tensors.size());
     for (size_t i = 0; i < (groups->empty() ? tensors.size() : groups->size()); ++i)
       if (auto status = outputs_.takes(i, spec_of(groups->empty() ? std::vector{i} : (*groups)[i]));
           !status)
         return status;
     picked_ = *std::move(groups);
-    const FrameSpec spec = parts_.spec();
     outputs_.unsettle();
-    return configure(spec);
+    return configure(FrameSpec(spec_));
   }
 
   Status configure(const FrameSpec& spec) {
-    parts_.configure(spec);
+    spec_ = spec;
     groups_.clear();
     for (const auto& tensors : picked_) add_group(tensors);
     if (picked_.empty()) one_group_each(spec.tensors.size());
@@ -80,15 +79,15 @@ class TensorDemux : public gst::OneToMany<TensorDemux> {
   }
 
   Result<gst::Routed> route(const Ref<GstBuffer>& buffer) {
-    if (auto status = parts_.read(buffer.get()); !status) return status.error();
-    if (picked_.empty() && parts_.parts().size() > groups_.size()) {
-      one_group_each(parts_.parts().size());
+    if (auto status = layout_.locate(buffer.get(), spec_); !status) return status.error();
+    if (picked_.empty() && layout_.tensors().size() > groups_.size()) {
+      one_group_each(layout_.tensors().size());
       outputs_.expect(groups_.size());
     }
     // Checked here and not with the caps, which may be those of a placeholder. In a flexible stream
     // the number of tensors varies by frame.
     for (const Group& group : groups_)
-      if (parts_.spec().format == Format::Static && !is_there(group)) return missing(group);
+      if (spec_.format == Format::Static && !is_there(group)) return missing(group);
     for (size_t i = 0; i < groups_.size(); ++i) outputs_.output(i);
     // Before the first push: the sink of the first pad may block until another pad, which gets
     // nothing, has a buffer.
@@ -128,7 +127,7 @@ class TensorDemux : public gst::OneToMany<TensorDemux> {
   }
   // The spec of the pad for these tensors.
   FrameSpec spec_of(const std::vector<size_t>& tensors) const {
-    const FrameSpec& whole = parts_.spec();
+    const FrameSpec& whole = spec_;
     FrameSpec spec{whole.format, {}, whole.rate, pick_roles(whole.roles, tensors)};
     for (const size_t index : tensors)
       if (index < whole.tensors.size()) spec.tensors.push_back(whole.tensors[index]);
@@ -138,21 +137,20 @@ class TensorDemux : public gst::OneToMany<TensorDemux> {
     for (size_t i = groups_.size(); i < tensors; ++i) add_group({i});
   }
 
-  bool is_there(const Group& group) const { return group.highest < parts_.parts().size(); }
+  bool is_there(const Group& group) const { return group.highest < layout_.tensors().size(); }
   // Not without tensorpick: frames of a flexible stream may have fewer tensors than others.
   void warn_if_missing(Group* group) {
     if (is_there(*group) || picked_.empty() || std::exchange(group->warned, true)) return;
     gst::post_warning(element(), missing(*group));
   }
   Error missing(const Group& group) const {
-    return index_beyond("tensorpick", "tensor", group.highest, parts_.parts().size());
+    return index_beyond("tensorpick", "tensor", group.highest, layout_.tensors().size());
   }
 
   Result<Ref<GstBuffer>> frame_of(GstBuffer* in, Group* group, gst::SometimesPads::Output* output) {
     const auto changed = outputs_.settle(output, group->spec);
     if (!changed) return changed.error();
-    const bool add_headers =
-        output->format == Format::Flexible && parts_.spec().format == Format::Static;
+    const bool add_headers = output->format == Format::Flexible && spec_.format == Format::Static;
     if (*changed) group->pool = {};
     if (add_headers && !group->pool) {
       auto pool = gst::FramePool::make(group->spec.tensors, Format::Flexible);
@@ -160,8 +158,8 @@ class TensorDemux : public gst::OneToMany<TensorDemux> {
       group->pool = *std::move(pool);
     }
     uint64_t copied = 0;
-    auto frame = add_headers ? gst::copy_tensors(in, parts_, group->tensors, &group->pool, &copied)
-                             : gst::pick_tensors(in, parts_, group->tensors, &copied);
+    auto frame = add_headers ? gst::copy_tensors(in, layout_, group->tensors, &group->pool, &copied)
+                             : gst::pick_tensors(in, layout_, group->tensors, &copied);
     if (copied > 0) ledger_.copied(copied);
     return frame;
   }
@@ -169,7 +167,8 @@ class TensorDemux : public gst::OneToMany<TensorDemux> {
   // Streaming thread:
   TensorGroups picked_;  // from tensorpick
   std::vector<Group> groups_;
-  gst::FrameParts parts_;
+  FrameSpec spec_;  // of the input
+  gst::FrameLayout layout_;
 };
 
 }  // namespace

@@ -107,7 +107,7 @@ Status InputFrame::place(size_t alignment, size_t padding) {
 
 // Returns the payload, or a copy if its address or the readable bytes after it do not suit the
 // model.
-std::span<std::byte> InputFrame::suitable(size_t index, const gst::TensorView& view,
+std::span<std::byte> InputFrame::suitable(size_t index, const gst::TensorPlace& view,
                                           size_t alignment, size_t padding, size_t* capacity) {
   const size_t size = view.payload.size(), needed = size + padding;
   if (reinterpret_cast<uintptr_t>(view.payload.data()) % alignment == 0 && view.capacity >= needed)

@@ -10,7 +10,7 @@
 #include "core/infer/module/held_frame.hpp"
 #include "core/ledger/ledger.hpp"
 #include "elements/tensor_filter/open_model.hpp"
-#include "gstcpp/buffer/frame_reader.hpp"
+#include "gstcpp/buffer/frame_layout.hpp"
 #include "gstcpp/buffer/tensor_meta.hpp"
 
 namespace weir {
@@ -36,7 +36,7 @@ class InputFrame final : public infer::FrameOwner {
   const Plan& plan() const noexcept { return plan_; }
   GstBuffer* buffer() const noexcept { return buffer_; }
   // The tensors of the stream, and those that are inputs of the model.
-  const std::vector<gst::TensorView>& views() const noexcept { return reader_.tensors(); }
+  const std::vector<gst::TensorPlace>& views() const noexcept { return reader_.tensors(); }
   std::span<const weir_tensor> tensors() const noexcept { return tensors_; }
   const weir_frame& frame() const noexcept { return frame_; }
 
@@ -48,7 +48,7 @@ class InputFrame final : public infer::FrameOwner {
   void describe();
   Status follow_headers(const infer::ModelLease::Frame* use);
   Status place(size_t alignment, size_t padding);
-  std::span<std::byte> suitable(size_t index, const gst::TensorView& view, size_t alignment,
+  std::span<std::byte> suitable(size_t index, const gst::TensorPlace& view, size_t alignment,
                                 size_t padding, size_t* capacity);
 
   const OpenModel* model_;
@@ -57,7 +57,7 @@ class InputFrame final : public infer::FrameOwner {
   Ledger* ledger_;
   GstBuffer* buffer_ = nullptr;
   uint64_t resolved_on_ = 0;  // the sessions that resolved the current shapes
-  gst::FrameReader reader_;
+  gst::FrameLayout reader_;
   std::vector<weir_tensor> tensors_;
   std::vector<std::vector<std::byte>> copies_;  // of tensors that the model cannot read in place
   gst::FrameMaps maps_;                         // frame_ points to it

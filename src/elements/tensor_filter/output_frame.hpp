@@ -10,8 +10,8 @@
 #include <vector>
 
 #include "elements/tensor_filter/input_frame.hpp"
+#include "gstcpp/buffer/frame_builder.hpp"
 #include "gstcpp/buffer/frame_pool.hpp"
-#include "gstcpp/buffer/tensor_pieces.hpp"
 
 namespace weir {
 

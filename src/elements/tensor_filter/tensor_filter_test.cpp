@@ -6,7 +6,7 @@
 #include <vector>
 
 #include "elements/tests/pipeline_test_support.hpp"
-#include "gstcpp/buffer/frame_parts.hpp"
+#include "gstcpp/buffer/frame_layout.hpp"
 
 namespace tensor_filter_test {
 
@@ -169,16 +169,15 @@ TEST(TensorFilter, CombinesMoreTensorsThanABufferHasMemories) {
   auto out = Ref<GstBuffer>::adopt(gst_harness_push_and_pull(h.get(), in.release()));
   ASSERT_TRUE(out);
   ASSERT_EQ(gst_buffer_n_memory(out.get()), 16u);
-  weir::gst::FrameParts parts;
+  weir::gst::FrameLayout layout;
   weir::FrameSpec spec;
   spec.format = weir::Format::Static;
   spec.tensors.assign(17, weir::TensorSpec{weir::ElementType::Float32, {4}, ""});
-  parts.configure(spec);
-  ASSERT_TRUE(parts.read(out.get()));
-  ASSERT_EQ(parts.parts().size(), 17u);
+  ASSERT_TRUE(layout.locate(out.get(), spec));
+  ASSERT_EQ(layout.tensors().size(), 17u);
   for (size_t i = 0; i < 17; ++i) {
     float values[4];
-    gst_buffer_extract(out.get(), parts.parts()[i].offset, values, sizeof values);
+    gst_buffer_extract(out.get(), layout.tensors()[i].offset, values, sizeof values);
     const float first = i < 16 ? 4.0f * static_cast<float>(i) : 61.0f;  // the model adds one
     for (size_t k = 0; k < 4; ++k) EXPECT_EQ(values[k], first + static_cast<float>(k)) << i;
   }

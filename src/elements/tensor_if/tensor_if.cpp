@@ -7,8 +7,9 @@
 #include "core/tensor/tensor_header.hpp"
 #include "elements/tensor_if/if_settings.hpp"
 #include "gstcpp/buffer/frame_arguments.hpp"
+#include "gstcpp/buffer/frame_builder.hpp"
 #include "gstcpp/buffer/frame_errors.hpp"
-#include "gstcpp/buffer/frame_parts.hpp"
+#include "gstcpp/buffer/memory_part.hpp"
 #include "gstcpp/pads/one_to_many.hpp"
 
 namespace weir {
@@ -72,7 +73,7 @@ class TensorIf : public gst::OneToMany<TensorIf> {
   Status prepare(const Settings& settings) { return check_texts(settings); }
 
   Status configure(const FrameSpec& spec) {
-    parts_.configure(spec);
+    spec_ = spec;
     const Settings s = take_settings(&followed_);
     plan_.reset();
     // The first frame gets the error and not the caps, which may be those of a placeholder.
@@ -89,7 +90,7 @@ class TensorIf : public gst::OneToMany<TensorIf> {
   Result<gst::Routed> route(Ref<GstBuffer> buffer) {
     if (is_written()) follow_properties();
     if (!plan_) return *missing_;
-    if (auto status = parts_.read(buffer.get()); !status) return status.error();
+    if (auto status = layout_.locate(buffer.get(), spec_); !status) return status.error();
     const auto holds = decide(buffer.get());
     if (!holds) return holds.error();
     const size_t way = holds->value_or(false) ? 0 : 1;
@@ -137,7 +138,7 @@ class TensorIf : public gst::OneToMany<TensorIf> {
   Status judge(const Settings& s) {
     if (auto status = check_texts(s); !status) return status;
     if (auto error = missing_setting(s)) return *std::move(error);
-    auto plan = plan_if(s, parts_.spec());
+    auto plan = plan_if(s, spec_);
     if (!plan) return plan.error();
     for (size_t way = 0; way < 2; ++way)
       if (const IfBranch& branch = plan->branches[way]; branch.behaviour != Behaviour::Skip)
@@ -149,19 +150,19 @@ class TensorIf : public gst::OneToMany<TensorIf> {
   // In a flexible stream the number of tensors varies by frame.
   Status check_picked(size_t way) const {
     for (const size_t index : plan_->branches[way].tensors)
-      if (index >= parts_.parts().size())
+      if (index >= layout_.tensors().size())
         return index_beyond(way == 0 ? "then-option" : "else-option", "tensor", index,
-                            parts_.parts().size());
+                            layout_.tensors().size());
     return ok();
   }
 
   // Resolves the condition for the tensors of a frame of a flexible stream.
   Status compare_frame() {
     specs_.clear();
-    for (const auto& part : parts_.parts()) specs_.push_back(part.spec);
+    for (const auto& part : layout_.tensors()) specs_.push_back(part.spec);
     auto comparison = condition::Comparison::make(*plan_->of_each_frame, specs_);
     if (!comparison) return comparison.error();
-    const auto& part = parts_.parts()[comparison->tensor()];
+    const auto& part = layout_.tensors()[comparison->tensor()];
     if (part.size != kTensorHeaderBytes + part.spec.bytes().value_or(0))
       return Error{.code = Code::FORMAT_UNSUPPORTED,
                    .what = "the tensor to compare is not dense",
@@ -176,7 +177,7 @@ class TensorIf : public gst::OneToMany<TensorIf> {
 
   Result<std::optional<bool>> decide(GstBuffer* buffer) {
     if (plan_->custom) {
-      if (auto status = reader_.read(buffer, parts_.spec()); !status) return status.error();
+      if (auto status = reader_.read(buffer, spec_); !status) return status.error();
       if (reader_.bytes_copied() > 0) ledger_.copied(reader_.bytes_copied());
       auto answer = plan_->custom->decide(arguments_.fill(reader_, buffer));
       reader_.clear();
@@ -188,7 +189,8 @@ class TensorIf : public gst::OneToMany<TensorIf> {
       header = kTensorHeaderBytes;
     }
     const auto& comparison = *plan_->comparison;
-    const size_t offset = parts_.parts()[comparison.tensor()].offset + header + comparison.offset();
+    const size_t offset =
+        layout_.tensors()[comparison.tensor()].offset + header + comparison.offset();
     std::byte element[8];
     if (comparison.bytes() <= sizeof element) {
       gst_buffer_extract(buffer, offset, element, comparison.bytes());
@@ -205,7 +207,7 @@ class TensorIf : public gst::OneToMany<TensorIf> {
 
   Result<Ref<GstBuffer>> pick(GstBuffer* buffer, const IfBranch& branch) {
     uint64_t copied = 0;
-    auto picked = gst::pick_tensors(buffer, parts_, branch.tensors, &copied);
+    auto picked = gst::pick_tensors(buffer, layout_, branch.tensors, &copied);
     if (copied > 0) ledger_.copied(copied);
     return picked;
   }
@@ -213,9 +215,10 @@ class TensorIf : public gst::OneToMany<TensorIf> {
   // Streaming thread:
   std::optional<IfPlan> plan_;
   std::optional<Error> missing_;  // set if there is no plan
-  gst::FrameParts parts_;
+  FrameSpec spec_;                // of the input
+  gst::FrameLayout layout_;
   std::vector<TensorSpec> specs_;  // of a frame of a flexible stream
-  gst::FrameReader reader_;
+  gst::FrameLayout reader_;
   gst::FrameArguments arguments_;
 };
 

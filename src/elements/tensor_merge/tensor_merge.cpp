@@ -6,8 +6,8 @@
 #include "core/text/text.hpp"
 #include "elements/tensor_mux/sync_element.hpp"
 #include "gstcpp/buffer/frame_errors.hpp"
+#include "gstcpp/buffer/frame_layout.hpp"
 #include "gstcpp/buffer/frame_pool.hpp"
-#include "gstcpp/buffer/frame_reader.hpp"
 #include "gstcpp/buffer/tensor_caps.hpp"
 #include "gstcpp/buffer/tensor_meta.hpp"
 
@@ -166,7 +166,7 @@ class TensorMerge : public SyncElement<TensorMerge> {
   size_t dimension_ = 0;  // used by plan_
   gst::FramePool pool_;
   gst::FramePool::Writer writer_;
-  std::vector<gst::FrameReader> readers_;
+  std::vector<gst::FrameLayout> readers_;
   std::vector<std::span<const std::byte>> views_;
 };
 

@@ -4,11 +4,11 @@
 #include <optional>
 
 #include "elements/tensor_mux/sync_element.hpp"
+#include "gstcpp/buffer/frame_builder.hpp"
 #include "gstcpp/buffer/frame_errors.hpp"
 #include "gstcpp/buffer/sharing_buffer.hpp"
 #include "gstcpp/buffer/tensor_caps.hpp"
 #include "gstcpp/buffer/tensor_meta.hpp"
-#include "gstcpp/buffer/tensor_pieces.hpp"
 
 namespace weir {
 namespace {
@@ -68,7 +68,8 @@ class TensorMux : public SyncElement<TensorMux> {
     for (const gst::Input& input : inputs.frames) {
       owners.push_back(input.buffer.get());
       const size_t first = pieces.size();
-      auto status = gst::append_pieces(input.buffer.get(), *input.spec, &ledger_, &pieces);
+      auto status = layout_.locate(input.buffer.get(), *input.spec);
+      if (status) status = gst::append_pieces(input.buffer.get(), layout_, &ledger_, &pieces);
       if (!status) return gst::on_pad(status.error(), "pad " + std::to_string(owners.size() - 1));
       counts.push_back(pieces.size() - first);
       if (format_ == Format::Static || input.spec->format != Format::Static) continue;
@@ -113,7 +114,9 @@ class TensorMux : public SyncElement<TensorMux> {
     return out;
   }
 
-  Format format_ = Format::Static;  // used by the thread that makes an output
+  // Used by the thread that makes an output.
+  Format format_ = Format::Static;
+  gst::FrameLayout layout_;
 };
 
 }  // namespace

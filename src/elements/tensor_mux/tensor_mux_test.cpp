@@ -360,7 +360,7 @@ TEST(TensorMux, RejectsABufferThatIsTooSmall) {
   EXPECT_EQ(mux.push(0, Bytes{1, 2, 3}, 0), GST_FLOW_ERROR);
   const std::string error = mux.error();
   EXPECT_SAYS(error, "WEIR-2004");
-  EXPECT_SAYS(error, "3 bytes in 1 memory on pad 0");
+  EXPECT_SAYS(error, "3 bytes in memory 0 on pad 0");
 }
 
 TEST(TensorMux, ReportsCapsThatDownstreamRejects) {

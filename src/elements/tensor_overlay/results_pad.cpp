@@ -34,7 +34,7 @@ Status ResultsPad::accept(const FrameSpec& spec) {
 
 // A frame without tensors has no results.
 Result<ResultsPad::Results> ResultsPad::read(GstBuffer* buffer,
-                                             const std::vector<gst::TensorView>& tensors) {
+                                             const std::vector<gst::TensorPlace>& tensors) {
   if (tensors.empty()) return std::make_shared<const draw::Detections>();
   if (has_columns_) return read_columns(buffer, tensors);
   const TensorSpec spec = tensors.size() == 1 ? tensors[0].spec : TensorSpec{};
@@ -56,7 +56,7 @@ Result<ResultsPad::Results> ResultsPad::read(GstBuffer* buffer,
 }
 
 Result<ResultsPad::Results> ResultsPad::read_columns(GstBuffer* buffer,
-                                                     const std::vector<gst::TensorView>& tensors) {
+                                                     const std::vector<gst::TensorPlace>& tensors) {
   std::vector<records::ResultTensor> views;
   views.reserve(tensors.size());
   for (const auto& tensor : tensors) views.push_back({tensor.spec, tensor.payload});

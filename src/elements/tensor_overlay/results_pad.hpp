@@ -21,8 +21,8 @@ class ResultsPad final : public gst::PairedTensors<draw::Detections> {
   Status accept(const FrameSpec& spec) override;
   // Errors: check_detections(), read_detections(); SPEC_MISMATCH for frames of several tensors, and
   // for frames without a required source map.
-  Result<Results> read(GstBuffer* buffer, const std::vector<gst::TensorView>& tensors) override;
-  Result<Results> read_columns(GstBuffer* buffer, const std::vector<gst::TensorView>& tensors);
+  Result<Results> read(GstBuffer* buffer, const std::vector<gst::TensorPlace>& tensors) override;
+  Result<Results> read_columns(GstBuffer* buffer, const std::vector<gst::TensorPlace>& tensors);
   void set_labels(const records::LabelsBySource& labels) override;
   void set_zones(const gst::ZonesOfSource& zones) override;
   void count(const draw::LeftOut& left_out);

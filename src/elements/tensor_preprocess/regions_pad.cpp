@@ -58,7 +58,7 @@ Status RegionsPad::accept_results(const FrameSpec& spec) {
   return ok();
 }
 
-Status RegionsPad::read_results(const std::vector<gst::TensorView>& tensors,
+Status RegionsPad::read_results(const std::vector<gst::TensorPlace>& tensors,
                                 std::vector<preprocess::Box>* boxes) const {
   uint64_t row = 0;
   for (size_t i = 0; i < std::min(tensors.size(), columns_.size()); ++i) {
@@ -73,7 +73,7 @@ Status RegionsPad::read_results(const std::vector<gst::TensorView>& tensors,
 
 // A frame without tensors has no boxes. Boxes without a time match no picture; before the first
 // picture they count as unused.
-Status RegionsPad::push(GstBuffer*, const std::vector<gst::TensorView>& tensors, int64_t time) {
+Status RegionsPad::push(GstBuffer*, const std::vector<gst::TensorPlace>& tensors, int64_t time) {
   std::vector<preprocess::Box> boxes;
   if (!columns_.empty()) {
     if (auto status = read_results(tensors, &boxes); !status) return status;

@@ -24,10 +24,10 @@ class RegionsPad final : public gst::TimedTensors {
 
  private:
   Status accept_results(const FrameSpec& spec);
-  Status read_results(const std::vector<gst::TensorView>& tensors,
+  Status read_results(const std::vector<gst::TensorPlace>& tensors,
                       std::vector<preprocess::Box>* boxes) const;
   Status accept(const FrameSpec& spec) override;
-  Status push(GstBuffer* buffer, const std::vector<gst::TensorView>& tensors,
+  Status push(GstBuffer* buffer, const std::vector<gst::TensorPlace>& tensors,
               int64_t time) override;
   void advance(int64_t time) override { queue_.advance(time); }
   void flush(bool on) override;

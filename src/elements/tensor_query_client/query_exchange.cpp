@@ -38,7 +38,7 @@ void QueryExchange::open(std::unique_ptr<edge::QueryLink> link, const GstCaps* i
   output_.set_caps(output);
   const auto spec = gst::fixed_spec_from_caps(output);
   has_tensors_ = spec.has_value();
-  if (spec) parts_.configure(*spec);
+  if (spec) spec_ = *spec;
 }
 
 void QueryExchange::close(DropReason reason) {
@@ -118,8 +118,8 @@ Result<std::optional<QueryExchange::Kind>> QueryExchange::receive(bool wait) {
 }
 
 Status QueryExchange::check_count(size_t memories) const {
-  const size_t tensors = parts_.spec().tensors.size();
-  if (!has_tensors_ || parts_.spec().format != Format::Static || memories <= tensors) return ok();
+  const size_t tensors = spec_.tensors.size();
+  if (!has_tensors_ || spec_.format != Format::Static || memories <= tensors) return ok();
   return wire::peer_error("too many memories", std::to_string(memories) + " memories",
                           "one for each of " + std::to_string(tensors) + " tensors");
 }
@@ -130,7 +130,7 @@ Result<ExchangeEvent> QueryExchange::finish(Pending::Answered answered) {
   Status status = check_count(answered.answer.memories.size());
   auto buffer = output_.make(std::move(answered.answer.memories), &copied);
   if (status && !buffer) status = buffer.error();
-  if (status && has_tensors_) status = parts_.read(buffer->get());
+  if (status && has_tensors_) status = layout_.locate(buffer->get(), spec_);
   if (!status) {
     ledger_->dropped(DropReason::Error);
     if (!answered.late) outcomes_->lost(1);

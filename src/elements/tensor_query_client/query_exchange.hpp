@@ -10,7 +10,7 @@
 #include "core/ledger/ledger.hpp"
 #include "elements/edgesink/message_memories.hpp"
 #include "elements/edgesrc/message_buffer.hpp"
-#include "gstcpp/buffer/frame_parts.hpp"
+#include "gstcpp/buffer/frame_layout.hpp"
 #include "transport/edge/pending_requests.hpp"
 #include "transport/edge/query_link.hpp"
 #include "transport/edge/request_outcomes.hpp"
@@ -75,7 +75,8 @@ class QueryExchange {
   MemoryMapper input_;
   MessageBuffers output_;
   bool has_tensors_ = false;
-  gst::FrameParts parts_;  // of answers that are tensors
+  FrameSpec spec_;
+  gst::FrameLayout layout_;  // of answers that are tensors
 };
 
 }  // namespace weir

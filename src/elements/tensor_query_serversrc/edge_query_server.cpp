@@ -86,7 +86,7 @@ class FrameCheck {
     if (!has_tensors_) return check_medium(size);
     if (tensor_bytes_ > 0 && size != tensor_bytes_)
       return wrong_size(size, std::to_string(tensor_bytes_) + " bytes");
-    return parts_.read(buffer);
+    return layout_.locate(buffer, spec_);
   }
 
  private:
@@ -97,7 +97,7 @@ class FrameCheck {
                  .needed = std::move(needed)};
   }
   void set_tensors(const FrameSpec& spec) {
-    parts_.configure(spec);
+    spec_ = spec;
     if (spec.format != Format::Static || spec.tensors.size() > kMemoryLimit) return;
     for (const auto& tensor : spec.tensors) tensor_bytes_ += tensor.bytes().value_or(0);
   }
@@ -118,7 +118,8 @@ class FrameCheck {
   }
 
   bool has_tensors_ = false;
-  gst::FrameParts parts_;
+  FrameSpec spec_;  // of the input
+  gst::FrameLayout layout_;
   size_t tensor_bytes_ = 0, sample_bytes_ = 0;  // 0: not known
   std::optional<GstVideoInfo> video_;
 };

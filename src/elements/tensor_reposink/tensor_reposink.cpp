@@ -4,7 +4,7 @@
 
 #include "elements/tensor_reposink/repository.hpp"
 #include "gstcpp/buffer/frame_errors.hpp"
-#include "gstcpp/buffer/frame_parts.hpp"
+#include "gstcpp/buffer/frame_layout.hpp"
 #include "gstcpp/buffer/tensor_caps.hpp"
 #include "gstcpp/element/base_classes.hpp"
 
@@ -92,7 +92,7 @@ class TensorReposink : public gst::Element<TensorReposink, gst::BaseSink> {
   Status set_caps(GstCaps* caps) {
     auto spec = gst::fixed_spec_from_caps(caps);
     if (!spec) return spec.error();
-    parts_.configure(*spec);
+    spec_ = *spec;
     caps_ = Ref<GstCaps>::share(caps);
     return ok();
   }
@@ -178,15 +178,16 @@ class TensorReposink : public gst::Element<TensorReposink, gst::BaseSink> {
 
   Status check(GstBuffer* buffer) {
     if (!caps_) return gst::buffer_before_caps("tensor_converter ! tensor_reposink");
-    if (parts_.spec().format == Format::Flexible) return parts_.read(buffer);
-    return gst::whole_frame(parts_.spec(), gst_buffer_get_size(buffer));
+    if (spec_.format == Format::Flexible) return layout_.locate(buffer, spec_);
+    return gst::whole_frame(spec_, gst_buffer_get_size(buffer));
   }
 
   Repository::Writer writer_{repository(), {[this](uint32_t slot) {
                                gst::post_warning(element(), lone_end("tensor_reposrc", slot));
                              }}};
   // Streaming thread only.
-  gst::FrameParts parts_;
+  FrameSpec spec_;  // of the input
+  gst::FrameLayout layout_;
   Ref<GstCaps> caps_;                             // of the frames; null without caps
   std::shared_ptr<const LabelsBySource> labels_;  // of the stream; null without labels
 };

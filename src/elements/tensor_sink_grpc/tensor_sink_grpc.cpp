@@ -3,7 +3,7 @@
 #include <new>
 
 #include "elements/tensor_sink_grpc/grpc_element.hpp"
-#include "gstcpp/buffer/frame_reader.hpp"
+#include "gstcpp/buffer/frame_layout.hpp"
 #include "gstcpp/buffer/tensor_caps.hpp"
 #include "gstcpp/element/playing_gate.hpp"
 
@@ -182,7 +182,7 @@ class TensorSinkGrpc : public GrpcElement<TensorSinkGrpc, gst::BaseSink, Outgoin
   gst::PlayingGate gate_;
   // Streaming thread only.
   FrameSpec spec_;
-  gst::FrameReader reader_;
+  gst::FrameLayout reader_;
   messages::TensorMessage message_;
   uint64_t max_message_ = 0;
 };

@@ -6,7 +6,7 @@
 #include <vector>
 
 #include "core/tensor/sparse.hpp"
-#include "gstcpp/buffer/frame_reader.hpp"
+#include "gstcpp/buffer/frame_layout.hpp"
 #include "gstcpp/buffer/tensor_caps.hpp"
 #include "gstcpp/element/plain_filter.hpp"
 
@@ -55,7 +55,7 @@ class SparseFilter : public gst::PlainFilter<Impl> {
 
   // Streaming thread only:
   FrameSpec input_;
-  gst::FrameReader reader_;
+  gst::FrameLayout reader_;
   std::vector<TensorHeader> headers_;  // of the current frame
 };
 

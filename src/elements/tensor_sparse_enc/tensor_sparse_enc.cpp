@@ -1,9 +1,7 @@
 // tensor_sparse_enc: converts dense tensors to sparse ones.
 // SPDX-License-Identifier: LGPL-2.1-or-later
-#include "core/tensor/packed_tensors.hpp"
 #include "elements/tensor_sparse_enc/sparse_filter.hpp"
-#include "gstcpp/buffer/allocation.hpp"
-#include "gstcpp/buffer/frame_errors.hpp"
+#include "gstcpp/buffer/frame_builder.hpp"
 
 namespace weir {
 namespace {
@@ -44,12 +42,15 @@ class TensorSparseEnc : public SparseFilter<TensorSparseEnc> {
     }
     auto out = Ref<GstBuffer>::adopt(gst_buffer_new());
     gst_buffer_copy_into(out.get(), in, GST_BUFFER_COPY_METADATA, 0, static_cast<gsize>(-1));
-    const size_t count = headers_.size();
-    const size_t alone = count > kMemoryLimit ? kMemoryLimit - 1 : count;
-    for (size_t i = 0; i < alone; ++i)
-      if (auto status = append(out.get(), i, i + 1); !status) return status.error();
-    if (alone < count)
-      if (auto status = append(out.get(), alone, count); !status) return status.error();
+    sizes_.clear();
+    for (const auto& header : headers_)
+      sizes_.push_back(kTensorHeaderBytes + *header.payload_bytes());
+    const auto status = gst::append_filled(
+        input_.tensors, sizes_, out.get(), [this](size_t n, std::span<std::byte> bytes) -> Status {
+          write_sparse(headers_[n], reader_.tensors()[n].payload, bytes);
+          return ok();
+        });
+    if (!status) return status.error();
     return out;
   }
 
@@ -61,33 +62,7 @@ class TensorSparseEnc : public SparseFilter<TensorSparseEnc> {
     return gst::possible_caps(source_, sparse, nullptr);
   }
 
-  // Appends one memory with the chunks of these tensors; several follow a packed header.
-  Status append(GstBuffer* out, size_t begin, size_t end) {
-    const size_t packed = end - begin > 1 ? kPackedHeaderBytes : 0;
-    std::vector<uint64_t> sizes;
-    size_t total = packed;
-    for (size_t i = begin; i < end; ++i) {
-      sizes.push_back(kTensorHeaderBytes + *headers_[i].payload_bytes());
-      total += sizes.back();
-    }
-    auto memory = gst::allocate_memory(total);
-    if (!memory) return memory.error();
-    const gst::MappedMemory map(memory->get(), GST_MAP_WRITE);
-    if (!map) return gst::memory_ran_out(total);
-    gst_buffer_append_memory(out, memory->release());
-    if (packed) {
-      const auto first = input_.tensors.begin() + static_cast<std::ptrdiff_t>(begin);
-      const std::vector<TensorSpec> specs(first, input_.tensors.end());
-      write_packed_header(specs, sizes, map.bytes().first<kPackedHeaderBytes>());
-    }
-    size_t offset = packed;
-    for (size_t i = begin; i < end; ++i) {
-      const size_t size = sizes[i - begin];
-      write_sparse(headers_[i], reader_.tensors()[i].payload, map.bytes().subspan(offset, size));
-      offset += size;
-    }
-    return ok();
-  }
+  std::vector<uint64_t> sizes_;  // of the sparse tensors, with their headers
 };
 
 }  // namespace

@@ -2,8 +2,8 @@
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #include "core/split/pick_list.hpp"
 #include "core/split/segments.hpp"
+#include "gstcpp/buffer/frame_builder.hpp"
 #include "gstcpp/buffer/frame_errors.hpp"
-#include "gstcpp/buffer/frame_parts.hpp"
 #include "gstcpp/buffer/memory_part.hpp"
 #include "gstcpp/buffer/tensor_meta.hpp"
 #include "gstcpp/pads/one_to_many.hpp"
@@ -71,15 +71,14 @@ class TensorSplit : public gst::OneToMany<TensorSplit> {
     if (!request) return request.error();
     const auto plan = plan_split(*request, input_);
     if (!plan) return plan.error();
-    const FrameSpec spec = parts_.spec();
     for (size_t i = 0; i < plan->segments.size(); ++i)
       if (auto status =
-              outputs_.takes(i, FrameSpec{Format::Static, {plan->segments[i].spec}, spec.rate});
+              outputs_.takes(i, FrameSpec{Format::Static, {plan->segments[i].spec}, spec_.rate});
           !status)
         return status;
     request_ = *std::move(request);
     outputs_.unsettle();
-    return configure(spec);
+    return configure(FrameSpec(spec_));
   }
   static Result<SplitRequest> request_of(const Settings& settings) {
     auto segments = parse_segments(settings.tensorseg);
@@ -93,7 +92,7 @@ class TensorSplit : public gst::OneToMany<TensorSplit> {
   }
 
   Status configure(const FrameSpec& spec) {
-    parts_.configure(spec);
+    spec_ = spec;
     branches_.clear();
     input_ = spec.tensors[0];
     auto plan = plan_split(request_, input_);
@@ -107,7 +106,7 @@ class TensorSplit : public gst::OneToMany<TensorSplit> {
 
   Result<gst::Routed> route(const Ref<GstBuffer>& buffer) {
     if (branches_.empty()) return plan_split(request_, input_).error();
-    if (auto status = parts_.read(buffer.get()); !status) return status.error();
+    if (auto status = layout_.locate(buffer.get(), spec_); !status) return status.error();
     for (size_t i = 0; i < branches_.size(); ++i) outputs_.output(i);
     gst::Routed routed;
     for (size_t i = 0; i < branches_.size(); ++i) {
@@ -184,7 +183,8 @@ class TensorSplit : public gst::OneToMany<TensorSplit> {
   SplitRequest request_;
   TensorSpec input_;
   std::vector<Branch> branches_;
-  gst::FrameParts parts_;
+  FrameSpec spec_;  // of the input
+  gst::FrameLayout layout_;
 };
 
 }  // namespace

@@ -48,7 +48,7 @@ Status RoiResultsPad::accept(const FrameSpec& spec) {
 
 // A frame without tensors has no results.
 Result<RoiResultsPad::Results> RoiResultsPad::read(GstBuffer* buffer,
-                                                   const std::vector<gst::TensorView>& tensors) {
+                                                   const std::vector<gst::TensorPlace>& tensors) {
   auto out = std::make_shared<RegionResults>();
   if (tensors.empty()) return Results(std::move(out));
   std::vector<records::ResultTensor> views;

@@ -38,7 +38,7 @@ class RoiResultsPad final : public gst::PairedTensors<RegionResults> {
  private:
   Status accept(const FrameSpec& spec) override;
   // Errors: ResultReader::read().
-  Result<Results> read(GstBuffer* buffer, const std::vector<gst::TensorView>& tensors) override;
+  Result<Results> read(GstBuffer* buffer, const std::vector<gst::TensorPlace>& tensors) override;
   void set_labels(const records::LabelsBySource& labels) override;
   void add_object(const records::ResultFrame& frame, const records::ResultObject& object,
                   std::vector<int32_t>* region_of, RegionResults* out);

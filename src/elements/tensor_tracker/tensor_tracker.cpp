@@ -8,10 +8,9 @@
 
 #include "core/tensor/tensor_header.hpp"
 #include "core/track/tracker.hpp"
-#include "gstcpp/buffer/frame_parts.hpp"
-#include "gstcpp/buffer/frame_reader.hpp"
+#include "gstcpp/buffer/frame_builder.hpp"
+#include "gstcpp/buffer/frame_layout.hpp"
 #include "gstcpp/buffer/tensor_caps.hpp"
-#include "gstcpp/buffer/tensor_pieces.hpp"
 #include "gstcpp/element/counted_transform.hpp"
 #include "weir/results.hpp"
 
@@ -233,8 +232,7 @@ class TensorTracker : public gst::CountedTransform<TensorTracker> {
     if (auto status = reader_.read(in, input_); !status) return status;
     const auto& tensors = reader_.tensors();
     std::vector<gst::TensorPiece> pieces;
-    if (!tensors.empty())
-      if (auto status = gst::append_pieces(in, input_, &ledger_, &pieces); !status) return status;
+    if (auto status = gst::append_pieces(in, reader_, &ledger_, &pieces); !status) return status;
     boxes_.clear();
     places_.clear();
     rows_.resize(tensors.size());
@@ -271,7 +269,7 @@ class TensorTracker : public gst::CountedTransform<TensorTracker> {
     rows_[tensor].clear();
     if (!is_tracked(tensor)) return ok();
     const auto& columns = columns_[tensor];
-    const gst::TensorView& view = reader_.tensors()[tensor];
+    const gst::TensorPlace& view = reader_.tensors()[tensor];
     if (view.spec.type != ElementType::Float32 || view.spec.shape[0] != columns.length)
       return Error{.code = Code::SPEC_MISMATCH,
                    .what = "tensor " + std::to_string(tensor) + " does not match weir-columns",
@@ -304,7 +302,7 @@ class TensorTracker : public gst::CountedTransform<TensorTracker> {
     while (of < columns_.size() && !is_tracked(of)) ++of;
     if (tensor >= reader_.tensors().size())
       return bad_embeddings(tensor, std::to_string(reader_.tensors().size()) + " tensors", of);
-    const gst::TensorView& view = reader_.tensors()[tensor];
+    const gst::TensorPlace& view = reader_.tensors()[tensor];
     const size_t length = view.spec.shape[0];
     const size_t rows = of < rows_.size() ? rows_[of].size() / row_length(of) : 0;
     if (tensor == of || view.spec.type != ElementType::Float32 || length == 0 ||
@@ -360,7 +358,7 @@ class TensorTracker : public gst::CountedTransform<TensorTracker> {
   // Streaming thread:
   std::vector<weir_result_columns> columns_;  // of the input
   FrameSpec input_;
-  gst::FrameReader reader_;
+  gst::FrameLayout reader_;
   track::Tracker tracker_;
   double time_ = 0;
   std::vector<std::vector<float>> rows_;  // of each tensor; kept for their memory

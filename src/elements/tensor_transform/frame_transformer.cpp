@@ -8,10 +8,10 @@
 #include <utility>
 
 #include "core/transform/picture.hpp"
+#include "gstcpp/buffer/frame_builder.hpp"
 #include "gstcpp/buffer/frame_errors.hpp"
 #include "gstcpp/buffer/memory_part.hpp"
 #include "gstcpp/buffer/tensor_meta.hpp"
-#include "gstcpp/buffer/tensor_pieces.hpp"
 
 namespace weir {
 namespace {
@@ -236,7 +236,7 @@ Status FrameTransformer::run_packed(GstBuffer* out, Ledger* ledger) {
   });
 }
 
-Status FrameTransformer::append_transformed(size_t index, const gst::TensorView& view,
+Status FrameTransformer::append_transformed(size_t index, const gst::TensorPlace& view,
                                             GstBuffer* out, Ledger* ledger) {
   auto cached = plan_for(index, view.spec);
   if (!cached) return cached.error();
@@ -262,7 +262,7 @@ Result<FrameTransformer::Appended> FrameTransformer::append_output(const TensorS
   return appended;
 }
 
-Status FrameTransformer::append_untouched(const gst::TensorView& view, GstBuffer* in,
+Status FrameTransformer::append_untouched(const gst::TensorPlace& view, GstBuffer* in,
                                           GstBuffer* out, Ledger* ledger) const {
   const bool had_header = view.header_bytes > 0;
   if (view.memory >= 0 && had_header == headers_wanted()) {

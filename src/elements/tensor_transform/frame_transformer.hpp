@@ -12,8 +12,8 @@
 #include "core/ledger/ledger.hpp"
 #include "core/transform/transform.hpp"
 #include "gstcpp/buffer/deferred_memory.hpp"
+#include "gstcpp/buffer/frame_layout.hpp"
 #include "gstcpp/buffer/frame_pool.hpp"
-#include "gstcpp/buffer/frame_reader.hpp"
 
 namespace weir {
 
@@ -107,9 +107,9 @@ class FrameTransformer {
   Status run_pooled(GstBuffer* in, GstBuffer* out, Ledger* ledger);
   Status run_by_memory(GstBuffer* in, GstBuffer* out, Ledger* ledger);
   Status run_packed(GstBuffer* out, Ledger* ledger);
-  Status append_transformed(size_t index, const gst::TensorView& view, GstBuffer* out,
+  Status append_transformed(size_t index, const gst::TensorPlace& view, GstBuffer* out,
                             Ledger* ledger);
-  Status append_untouched(const gst::TensorView& view, GstBuffer* in, GstBuffer* out,
+  Status append_untouched(const gst::TensorPlace& view, GstBuffer* in, GstBuffer* out,
                           Ledger* ledger) const;
   bool headers_wanted() const noexcept { return output_.format != Format::Static; }
 
@@ -135,7 +135,7 @@ class FrameTransformer {
   gst::FramePool view_pool_;               // for these outputs
   bool views_pooled_ = false;              // the current output is from view_pool_
   std::atomic<uint64_t> view_buffers_{0};  // allocated by view_pool_; read by any thread
-  gst::FrameReader reader_;
+  gst::FrameLayout reader_;
   gst::FramePool::Writer writer_;
 };
 

@@ -15,11 +15,11 @@
 #include "core/text/text.hpp"
 #include "core/zone/zone_counter.hpp"
 #include "core/zone/zone_file.hpp"
+#include "gstcpp/buffer/frame_builder.hpp"
 #include "gstcpp/buffer/frame_errors.hpp"
-#include "gstcpp/buffer/frame_reader.hpp"
+#include "gstcpp/buffer/frame_layout.hpp"
 #include "gstcpp/buffer/tensor_caps.hpp"
 #include "gstcpp/buffer/tensor_meta.hpp"
-#include "gstcpp/buffer/tensor_pieces.hpp"
 #include "gstcpp/element/counted_transform.hpp"
 #include "gstcpp/element/result_events.hpp"
 #include "gstcpp/pads/timed_tensors.hpp"
@@ -292,8 +292,7 @@ class TensorZones : public gst::CountedTransform<TensorZones> {
   Status convert(GstBuffer* in, GstBuffer* out) {
     std::vector<gst::TensorPiece> pieces;
     if (auto status = reader_.read(in, input_); !status) return status;
-    if (!reader_.tensors().empty())
-      if (auto status = gst::append_pieces(in, input_, &ledger_, &pieces); !status) return status;
+    if (auto status = gst::append_pieces(in, reader_, &ledger_, &pieces); !status) return status;
     std::vector<records::ResultTensor> tensors;
     for (const auto& view : reader_.tensors()) tensors.push_back({view.spec, view.payload});
     if (auto status = zoned_->read(tensors, &sightings_); !status) return status;
@@ -398,7 +397,7 @@ class TensorZones : public gst::CountedTransform<TensorZones> {
   bool is_announced_ = false;
   uint32_t frames_without_tracks_ = 0;  // in a row, with objects
   bool has_warned_of_time_ = false;
-  gst::FrameReader reader_;
+  gst::FrameLayout reader_;
   std::vector<zone::Sighting> sightings_;
 
   std::atomic<uint64_t> n_zones_{0}, tracks_{0}, events_{0}, files_read_{0}, files_refused_{0};

@@ -94,7 +94,7 @@ Result<FrameSpec> CTensors::spec(const std::string& who) const {
   return out;
 }
 
-std::vector<GstTensorMemory> c_memories(const FrameReader& reader) {
+std::vector<GstTensorMemory> c_memories(const FrameLayout& reader) {
   std::vector<GstTensorMemory> out;
   for (const auto& view : reader.tensors())
     out.push_back(

@@ -4,7 +4,7 @@
 #include <vector>
 
 #include "core/tensor/frame_spec.hpp"
-#include "gstcpp/buffer/frame_reader.hpp"
+#include "gstcpp/buffer/frame_layout.hpp"
 #include "nnstreamer/tensor_typedef.h"
 #include "weir/result.hpp"
 
@@ -27,6 +27,6 @@ class CTensors {
 };
 
 // The bytes of each tensor, borrowed from the reader; in flexible streams with their headers.
-std::vector<GstTensorMemory> c_memories(const FrameReader& reader);
+std::vector<GstTensorMemory> c_memories(const FrameLayout& reader);
 
 }  // namespace weir::gst

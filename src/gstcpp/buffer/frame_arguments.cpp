@@ -13,7 +13,7 @@ weir_tensor_info tensor_info(const TensorSpec& spec) {
   return info;
 }
 
-const weir_frame& FrameArguments::fill(const FrameReader& reader, GstBuffer* buffer,
+const weir_frame& FrameArguments::fill(const FrameLayout& reader, GstBuffer* buffer,
                                        bool with_headers) {
   const auto& views = reader.tensors();
   tensors_.assign(views.size(), weir_tensor{});

@@ -5,7 +5,7 @@
 
 #include <vector>
 
-#include "gstcpp/buffer/frame_reader.hpp"
+#include "gstcpp/buffer/frame_layout.hpp"
 #include "gstcpp/buffer/tensor_meta.hpp"
 #include "weir/abi.h"
 
@@ -18,7 +18,7 @@ class FrameArguments {
  public:
   // Borrows what `reader` mapped and the times of `buffer`; valid until the next call and while
   // both exist. `with_headers`: the bytes of flexible tensors include their headers.
-  const weir_frame& fill(const FrameReader& reader, GstBuffer* buffer, bool with_headers = false);
+  const weir_frame& fill(const FrameLayout& reader, GstBuffer* buffer, bool with_headers = false);
 
  private:
   std::vector<weir_tensor> tensors_;

@@ -10,12 +10,26 @@
 
 namespace weir::gst {
 
-Result<Ref<GstMemory>> part_of(GstMemory* memory, size_t offset, size_t size, bool* copied) {
-  *copied = false;
+namespace {
+
+// Copies bytes of a buffer into one memory.
+Result<Ref<GstMemory>> copy_bytes(GstBuffer* buffer, size_t offset, size_t size) {
+  auto copy = allocate_memory(size);
+  if (!copy) return copy;
+  const MappedMemory map(copy->get(), GST_MAP_WRITE);
+  if (!map) return memory_ran_out(size);
+  if (gst_buffer_extract(buffer, offset, map.bytes().data(), size) != size)
+    return memory_not_mapped();
+  return copy;
+}
+
+}  // namespace
+
+Result<Ref<GstMemory>> part_of(GstMemory* memory, size_t offset, size_t size, uint64_t* copied) {
   if (offset == 0 && size == gst_memory_get_sizes(memory, nullptr, nullptr))
     return Ref<GstMemory>::share(memory);
   const auto from = static_cast<gssize>(offset), length = static_cast<gssize>(size);
-  if (!GST_MEMORY_FLAG_IS_SET(memory, GST_MEMORY_FLAG_NO_SHARE))
+  if (!GST_MEMORY_IS_NO_SHARE(memory))
     if (GstMemory* shared = gst_memory_share(memory, from, length))
       return Ref<GstMemory>::adopt(shared);
   const MappedMemory source(memory, GST_MAP_READ);
@@ -25,20 +39,27 @@ Result<Ref<GstMemory>> part_of(GstMemory* memory, size_t offset, size_t size, bo
   const MappedMemory target(copy->get(), GST_MAP_WRITE);
   if (!target) return memory_ran_out(size);
   std::memcpy(target.bytes().data(), source.bytes().subspan(offset, size).data(), size);
-  *copied = true;
+  *copied += size;
+  return copy;
+}
+
+Result<Ref<GstMemory>> share_bytes(GstBuffer* buffer, size_t offset, size_t size,
+                                   uint64_t* copied) {
+  guint index = 0, length = 0;
+  gsize skip = 0;
+  if (!gst_buffer_find_memory(buffer, offset, size, &index, &length, &skip))
+    return memory_not_mapped();
+  GstMemory* const memory = gst_buffer_peek_memory(buffer, index);
+  if (length == 1 && !GST_MEMORY_IS_NO_SHARE(memory)) return part_of(memory, skip, size, copied);
+  auto copy = copy_bytes(buffer, offset, size);
+  if (copy) *copied += size;
   return copy;
 }
 
 Result<Ref<GstMemory>> one_memory(GstBuffer* buffer) {
   if (gst_buffer_n_memory(buffer) == 1)
     return Ref<GstMemory>::share(gst_buffer_peek_memory(buffer, 0));
-  const size_t bytes = gst_buffer_get_size(buffer);
-  auto merged = allocate_memory(bytes);
-  if (!merged) return merged;
-  const MappedMemory map(merged->get(), GST_MAP_WRITE);
-  if (!map) return memory_ran_out(bytes);
-  if (gst_buffer_extract(buffer, 0, map.bytes().data(), bytes) != bytes) return memory_not_mapped();
-  return merged;
+  return copy_bytes(buffer, 0, gst_buffer_get_size(buffer));
 }
 
 namespace {

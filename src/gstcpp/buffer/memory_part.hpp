@@ -1,18 +1,23 @@
-// Parts of memories, and whether the memories of a buffer can be mapped.
+// Parts of memories and of buffers, and whether the memories of a buffer can be mapped.
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #pragma once
 #include <gst/gst.h>
 
 #include <cstddef>
+#include <cstdint>
 
 #include "gstcpp/element/ref.hpp"
 #include "weir/result.hpp"
 
 namespace weir::gst {
 
-// Shares the part if the memory allows it, otherwise copies it and sets `copied`. The whole range
-// returns the memory itself. Errors: MAPPING_FAILED, OUT_OF_MEMORY.
-Result<Ref<GstMemory>> part_of(GstMemory* memory, size_t offset, size_t size, bool* copied);
+// Shares the part if the memory allows it, otherwise copies it and adds its bytes to `copied`. The
+// whole range returns the memory itself. Errors: MAPPING_FAILED, OUT_OF_MEMORY.
+Result<Ref<GstMemory>> part_of(GstMemory* memory, size_t offset, size_t size, uint64_t* copied);
+
+// The same for bytes of a buffer, which may span several memories: then they are copied, and so
+// is a whole memory that cannot be shared.
+Result<Ref<GstMemory>> share_bytes(GstBuffer* buffer, size_t offset, size_t size, uint64_t* copied);
 
 // Returns the memory of a buffer that has only one, otherwise a copy of all bytes in one memory.
 // Errors: MAPPING_FAILED, OUT_OF_MEMORY.

@@ -8,7 +8,7 @@
 
 #include "core/results/empty_frame.hpp"
 #include "gstcpp/buffer/allocation.hpp"
-#include "gstcpp/buffer/buffer_parts.hpp"
+#include "gstcpp/buffer/frame_builder.hpp"
 #include "gstcpp/buffer/tensor_caps.hpp"
 #include "gstcpp/buffer/tensor_meta.hpp"
 

@@ -6,7 +6,7 @@
 
 #include "core/limit/buffer_limit.hpp"
 #include "core/tensor/result_roles.hpp"
-#include "gstcpp/buffer/frame_reader.hpp"
+#include "gstcpp/buffer/frame_layout.hpp"
 #include "gstcpp/element/ref.hpp"
 #include "weir/result.hpp"
 
@@ -29,7 +29,7 @@ class ResultOutput {
 
  private:
   ResultRoles roles_;
-  FrameReader reader_;
+  FrameLayout reader_;
 };
 
 }  // namespace weir::gst

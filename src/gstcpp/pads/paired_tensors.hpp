@@ -94,10 +94,10 @@ class PairedTensors : public TimedTensors {
 
  protected:
   // The results of one frame; `tensors` may be empty.
-  virtual Result<Results> read(GstBuffer* buffer, const std::vector<TensorView>& tensors) = 0;
+  virtual Result<Results> read(GstBuffer* buffer, const std::vector<TensorPlace>& tensors) = 0;
 
  private:
-  Status push(GstBuffer* buffer, const std::vector<TensorView>& tensors, int64_t time) override {
+  Status push(GstBuffer* buffer, const std::vector<TensorPlace>& tensors, int64_t time) override {
     auto results = read(buffer, tensors);
     if (!results) return results.error();
     if (sync_ == ResultsSync::Newest)

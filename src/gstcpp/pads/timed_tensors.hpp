@@ -7,7 +7,7 @@
 
 #include "core/records/source_labels.hpp"
 #include "core/tensor/frame_spec.hpp"
-#include "gstcpp/buffer/frame_reader.hpp"
+#include "gstcpp/buffer/frame_layout.hpp"
 #include "gstcpp/element/result_events.hpp"
 
 namespace weir::gst {
@@ -21,7 +21,7 @@ class TimedTensors {
   virtual ~TimedTensors() = default;
   // Errors: spec_from_caps(), accept().
   Status handle(GstEvent* event);
-  // Errors: NOT_NEGOTIATED before caps, FrameReader::read(), push().
+  // Errors: NOT_NEGOTIATED before caps, FrameLayout::read(), push().
   Status receive(GstBuffer* buffer);
   // Call while the pad is inactive: clears its caps and segment for the next stream.
   void forget_stream();
@@ -31,7 +31,7 @@ class TimedTensors {
   // New caps; they apply to the frames that follow.
   virtual Status accept(const FrameSpec& spec) = 0;
   // `tensors` are mapped during the call. `time` is a running time; INT64_MIN: none.
-  virtual Status push(GstBuffer* buffer, const std::vector<TensorView>& tensors, int64_t time) = 0;
+  virtual Status push(GstBuffer* buffer, const std::vector<TensorPlace>& tensors, int64_t time) = 0;
   virtual void advance(int64_t time) = 0;  // no data before this running time follows
   virtual void end() = 0;                  // no data follows until a flush
   virtual void flush(bool on) = 0;         // off: a new stream starts
@@ -46,7 +46,7 @@ class TimedTensors {
   FrameSpec spec_;
   records::LabelsBySource labels_;
   GstSegment segment_;
-  FrameReader reader_;
+  FrameLayout reader_;
 };
 
 }  // namespace weir::gst

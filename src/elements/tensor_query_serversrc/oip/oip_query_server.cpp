@@ -11,8 +11,8 @@
 #include "core/tensor/tensor_header.hpp"
 #include "elements/tensor_query_serversrc/oip/served_tensors.hpp"
 #include "elements/tensor_query_serversrc/query_server.hpp"
+#include "gstcpp/buffer/frame_layout.hpp"
 #include "gstcpp/buffer/frame_pool.hpp"
-#include "gstcpp/buffer/frame_reader.hpp"
 #include "gstcpp/buffer/tensor_caps.hpp"
 #include "net/server/model_server.hpp"
 #include "net/server/server_security.hpp"
@@ -52,7 +52,7 @@ struct MappedAnswer {
   explicit MappedAnswer(GstBuffer* answer) : buffer(Ref<GstBuffer>::share(answer)) {}
 
   Ref<GstBuffer> buffer;
-  gst::FrameReader reader;           // of tensors
+  gst::FrameLayout reader;           // of tensors
   std::optional<gst::Mapped> whole;  // of other streams
 };
 
@@ -263,7 +263,7 @@ class OipQueryServer : public QueryServer {
           {described[i].name, described[i].datatype, described[i].shape, views[i].payload});
     return out;
   }
-  void describe_frame(const std::vector<gst::TensorView>& views) {
+  void describe_frame(const std::vector<gst::TensorPlace>& views) {
     std::vector<TensorSpec> specs;
     specs.reserve(views.size());
     for (const auto& view : views) specs.push_back(view.spec);

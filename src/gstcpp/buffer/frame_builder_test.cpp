@@ -1,6 +1,6 @@
 // Tests that the parts of a frame become memories in order, and that those beyond 16 share one.
 // SPDX-License-Identifier: LGPL-2.1-or-later
-#include "gstcpp/buffer/buffer_parts.hpp"
+#include "gstcpp/buffer/frame_builder.hpp"
 
 #include <gtest/gtest.h>
 
@@ -9,7 +9,7 @@
 #include "gstcpp/buffer/allocation.hpp"
 
 namespace weir::gst {
-namespace buffer_parts_test {
+namespace frame_builder_test {
 
 using Bytes = std::vector<std::byte>;
 
@@ -92,5 +92,5 @@ TEST_F(BufferParts, FailWhereNoMemoryCanBeAllocated) {
   EXPECT_EQ(memories(), 0u);
 }
 
-}  // namespace buffer_parts_test
+}  // namespace frame_builder_test
 }  // namespace weir::gst
