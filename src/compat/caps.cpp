@@ -120,7 +120,7 @@ GstCaps* gst_tensor_caps_from_config(const GstTensorsConfig* config) {
 GstCaps* gst_tensor_pad_caps_from_config(GstPad* pad, const GstTensorsConfig* config) {
   if (!given(__func__, {pad, config}) || !GST_IS_PAD(pad)) return nullptr;
   return or_else<GstCaps*>(__func__, nullptr, [&] {
-    auto caps = weir::gst::choose_caps(pad, spec_of(*config));
+    auto caps = weir::gst::choose_caps(pad, weir::gst::PeerCaps(pad), spec_of(*config));
     return caps ? gst_caps_ref(caps.get()) : nullptr;
   });
 }

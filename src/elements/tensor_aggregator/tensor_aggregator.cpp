@@ -213,7 +213,7 @@ class TensorAggregator : public gst::PlainFilter<TensorAggregator> {
         FrameSpec{Format::Static, setup->plan.memory, {}}.bytes().value_or(UINT64_MAX);
     if (!setup->plan.passes_through)
       if (auto status = buffer_limit_.check(setup->window_bytes); !status) return status;
-    const auto caps = gst::choose_caps(source_, output);
+    const auto caps = gst::choose_caps(source_, gst::PeerCaps(source_), output);
     if (auto status = gst::send_caps(source_, output, caps.get()); !status) return status;
     if (setup->plan.passes_through) return set_latency(0), ok();
     allocation_ = gst::wanted_by_peer(source_, caps.get(), ledger_, allocation_);

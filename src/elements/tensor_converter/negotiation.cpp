@@ -7,7 +7,6 @@
 #include "elements/tensor_converter/media.hpp"
 #include "elements/tensor_converter/sub_plugin_medium.hpp"
 #include "gstcpp/buffer/device_caps.hpp"
-#include "gstcpp/buffer/tensor_caps.hpp"
 
 namespace weir {
 namespace {
@@ -16,10 +15,8 @@ using gst::Ref;
 
 // The static tensors whose dimensions, and possibly types, the peer fixes; without tensors if it
 // does not fix them.
-FrameSpec wanted_by_peer(GstPad* source) {
-  const auto peer = Ref<GstCaps>::adopt(gst_pad_peer_query_caps(source, nullptr));
-  if (gst_caps_is_any(peer.get()) || gst_caps_is_empty(peer.get())) return {};
-  const auto spec = gst::spec_from_caps(peer.get());
+FrameSpec fixed_by_peer(const gst::PeerCaps& peer) {
+  const auto spec = gst::spec_from_caps(peer.caps.get());  // an error for ANY and EMPTY
   if (!spec || spec->format != Format::Static || spec->tensors.empty()) return {};
   const auto shape_is_known = [](const TensorSpec& tensor) { return tensor.shape.valid(); };
   return std::all_of(spec->tensors.begin(), spec->tensors.end(), shape_is_known) ? *spec
@@ -36,7 +33,7 @@ Ref<GstCaps> media_in_any_format(bool any_media) {
 
 }  // namespace
 
-Result<Preferences> preferences(const ConverterSettings& settings, GstPad* source) {
+Result<Preferences> preferences(const ConverterSettings& settings, const gst::PeerCaps& peer) {
   auto shapes = parse_shape_list(settings.input_dim);
   if (!shapes) return shapes.error();
   auto types = parse_type_list(settings.input_type);
@@ -51,8 +48,8 @@ Result<Preferences> preferences(const ConverterSettings& settings, GstPad* sourc
     out.tensors.push_back({(*types)[i], (*shapes)[i], ""});
   out.shapes = *std::move(shapes);
   out.frames_per_tensor = settings.frames_per_tensor;
-  if (const FrameSpec peer = wanted_by_peer(source); peer.info_valid()) out.peer = peer.tensors;
-  out.peer_is_flexible = gst::peer_wants_flexible(source);
+  if (const FrameSpec fixed = fixed_by_peer(peer); fixed.info_valid()) out.peer = fixed.tensors;
+  out.peer_is_flexible = peer.flexible;
   return out;
 }
 
@@ -60,7 +57,7 @@ Ref<GstCaps> offered_caps(GstPad* sink, GstPad* source, const GstCaps* filter, b
   // Converters registered after the class was initialised are not in the template.
   auto all = Ref<GstCaps>::adopt(gst_caps_merge(gst_pad_get_pad_template_caps(sink),
                                                 caps_of_sub_plugin_converters().release()));
-  const FrameSpec peer = wanted_by_peer(source);
+  const FrameSpec peer = fixed_by_peer(gst::PeerCaps(source));
   if (peer.tensors.size() == 1) {
     auto best = Ref<GstCaps>::adopt(
         gst_caps_from_string(caps_of_media_for(peer.tensors[0], peer.rate).c_str()));

@@ -3,11 +3,12 @@
 #pragma once
 #include "elements/tensor_converter/converter_settings.hpp"
 #include "elements/tensor_converter/medium.hpp"
+#include "gstcpp/buffer/tensor_caps.hpp"
 
 namespace weir {
 
 // DIMENSION_SYNTAX, TYPE_SYNTAX, or OPTION_VALUE when the two lists have different lengths.
-Result<Preferences> preferences(const ConverterSettings& settings, GstPad* source);
+Result<Preferences> preferences(const ConverterSettings& settings, const gst::PeerCaps& peer);
 
 // The caps of the sink pad: first those that fit the peer (docs/compatibility/converter.md 2.3),
 // then the rest of the template, because the error of the element that rejects them explains more

@@ -10,12 +10,11 @@
 #include "core/tensor/frame_spec.hpp"
 #include "elements/tensor_converter/negotiation.hpp"
 #include "gstcpp/buffer/frame_errors.hpp"
-#include "gstcpp/buffer/memory_part.hpp"
-#include "gstcpp/buffer/tensor_caps.hpp"
 #include "gstcpp/buffer/tensor_meta.hpp"
 #include "gstcpp/element/ref.hpp"
 
 namespace weir {
+
 using gst::Ref;
 
 Status TensorStream::configure(const GstCaps* caps, const ConverterSettings& settings,
@@ -23,14 +22,16 @@ Status TensorStream::configure(const GstCaps* caps, const ConverterSettings& set
   medium_.reset();
   auto medium = medium_for(caps, mode);
   if (!medium) return medium.error();
-  auto wanted = preferences(settings, source_);
+  const gst::PeerCaps peer(source_);
+  auto wanted = preferences(settings, peer);
   if (!wanted) return wanted.error();
   wanted->limit = &limit_;
   auto plan = (*medium)->configure(caps, *wanted);
   if (!plan) return plan.error();
   if (next)
     if (auto status = (*medium)->accepts(next); !status) return status.error();
-  if (auto status = take(*std::move(plan), (*medium)->type(), goes_on); !status) return status;
+  if (auto status = take(*std::move(plan), peer, (*medium)->type(), goes_on); !status)
+    return status;
   medium_ = *std::move(medium);
   medium_->allocate_as(allocation_);
   medium_->defer_with(deferral_ ? counts_ : nullptr);
@@ -77,7 +78,7 @@ Result<MediumFrames> TensorStream::convert(Ref<GstBuffer> buffer) {
   if (changed) drop_waiting();
   const bool known = !changed || (!other_format && format == Format::Flexible);
   if (!paced && known && !waits_for_frame_) return frames;
-  const Status status = announce();
+  const Status status = announce(gst::PeerCaps(source_));
   if (status) return frames;
   plan_.spec = std::move(before);
   return status.error();
@@ -108,7 +109,8 @@ void TensorStream::offer(GstQuery* query) const {
 
 // Makes the plan that of the stream, and announces it unless it is known downstream or waits for a
 // frame.
-Status TensorStream::take(StreamPlan plan, MediaType type, bool goes_on) {
+Status TensorStream::take(StreamPlan plan, const gst::PeerCaps& peer, MediaType type,
+                          bool goes_on) {
   const bool keeps = goes_on && plan.first_frame_decides && plan.spec.format == planned_format_;
   planned_format_ = plan.spec.format;
   if (keeps) plan.spec = plan_.spec;
@@ -123,17 +125,17 @@ Status TensorStream::take(StreamPlan plan, MediaType type, bool goes_on) {
   if (!keeps)
     waits_for_frame_ =
         (plan_.first_frame_decides || plan_.frames_have_rates) &&
-        !gst::downstream_accepts(source_, gst::choose_caps(source_, plan_.spec).get());
+        !gst::downstream_accepts(source_, peer, gst::choose_caps(source_, peer, plan_.spec).get());
   if (!keeps && !waits_for_frame_)
-    if (auto status = announce(); !status) return status;
+    if (auto status = announce(peer); !status) return status;
   if (plan_.frame_bytes > 0)
     waiting_.configure(plan_.frame_bytes, plan_.frames_out, plan_.spec.rate);
   return ok();
 }
 
 // Chooses and sends the caps of the plan's tensors.
-Status TensorStream::announce() {
-  auto out = gst::choose_caps(source_, plan_.spec);
+Status TensorStream::announce(const gst::PeerCaps& peer) {
+  auto out = gst::choose_caps(source_, peer, plan_.spec);
   if (auto status = gst::send_caps(source_, plan_.spec, out.get()); !status) return status;
   const auto chosen = gst::spec_from_caps(out.get());
   if (!chosen) return chosen.error();

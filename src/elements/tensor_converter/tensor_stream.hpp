@@ -7,6 +7,7 @@
 #include "elements/tensor_converter/converter_settings.hpp"
 #include "elements/tensor_converter/media.hpp"
 #include "elements/tensor_converter/tensor_memories.hpp"
+#include "gstcpp/buffer/tensor_caps.hpp"
 
 namespace weir {
 
@@ -46,8 +47,8 @@ class TensorStream {
   void reset_counts() noexcept { counts_->bytes_gathered = 0; }
 
  private:
-  Status take(StreamPlan plan, MediaType type, bool goes_on);
-  Status announce();
+  Status take(StreamPlan plan, const gst::PeerCaps& peer, MediaType type, bool goes_on);
+  Status announce(const gst::PeerCaps& peer);
   void drop_waiting();
 
   Ledger& ledger_;

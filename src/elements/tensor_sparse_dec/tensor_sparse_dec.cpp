@@ -91,7 +91,8 @@ class TensorSparseDec : public SparseFilter<TensorSparseDec> {
   Status announce(const std::vector<TensorSpec>& tensors, GstCaps* given) {
     FrameSpec spec{Format::Static, tensors, input_.rate};
     if (auto status = buffer_limit_.check(spec); !status) return status;
-    auto caps = given ? Ref<GstCaps>::share(given) : gst::choose_caps(source_, spec);
+    auto caps = given ? Ref<GstCaps>::share(given)
+                      : gst::choose_caps(source_, gst::PeerCaps(source_), spec);
     auto pool = gst::FramePool::make(tensors, Format::Static);
     if (!pool) return pool.error();
     if (auto status = gst::send_caps(source_, spec, caps.get()); !status) return status;

@@ -178,7 +178,7 @@ class TensorSrcGrpc : public GrpcElement<TensorSrcGrpc, gst::PushSource, Incomin
   Status follow(FrameSpec spec) {
     if (spec == spec_) return ok();
     if (auto status = buffer_limit_.check(spec); !status) return status;
-    const auto caps = gst::choose_caps(pad(), spec, false);
+    const auto caps = gst::choose_caps(pad(), gst::PeerCaps(pad()), spec, false);
     if (auto status =
             gst::check_downstream(pad(), caps.get(), "a capsfilter with caps of the sender");
         !status)

@@ -182,27 +182,6 @@ Ref<GstCaps> with_format(Format format, const Fraction& rate) {
   return caps;
 }
 
-struct PeerPreference {
-  Ref<GstCaps> caps;
-  bool tensor = false;    // accepts other/tensor
-  bool flexible = false;  // its first structure is flexible
-};
-
-PeerPreference preference_of_peer(GstPad* pad) {
-  PeerPreference preference;
-  preference.caps = Ref<GstCaps>::adopt(gst_pad_peer_query_caps(pad, nullptr));
-  GstCaps* peer = preference.caps.get();
-  auto linked = Ref<GstPad>::adopt(gst_pad_get_peer(pad));
-  if (!linked || !peer || gst_caps_is_any(peer) || gst_caps_is_empty(peer)) return preference;
-  const auto tensor = Ref<GstCaps>::adopt(gst_caps_from_string(WEIR_CAPS_TENSOR));
-  preference.tensor = gst_caps_can_intersect(peer, tensor.get());
-  const GstStructure* first = gst_caps_get_structure(peer, 0);
-  const char* format = gst_structure_get_string(first, "format");
-  preference.flexible = gst_structure_has_name(first, "other/tensors") && format &&
-                        parse_format(format) == Format::Flexible;
-  return preference;
-}
-
 // The number of tensors that the caps set; 0 if they do not.
 Result<size_t> count_of(const GstStructure* s) {
   int count = 0;
@@ -328,8 +307,17 @@ Ref<GstCaps> without_dimensions(Ref<GstCaps> caps) {
   return open;
 }
 
-bool peer_wants_flexible(GstPad* source_pad) {
-  return preference_of_peer(source_pad).flexible;
+PeerCaps::PeerCaps(GstPad* source_pad)
+    : caps(Ref<GstCaps>::adopt(gst_pad_peer_query_caps(source_pad, nullptr))) {
+  GstCaps* const peer = caps.get();
+  if (!gst_pad_is_linked(source_pad) || !peer || gst_caps_is_any(peer) || gst_caps_is_empty(peer))
+    return;
+  const auto single = Ref<GstCaps>::adopt(gst_caps_from_string(WEIR_CAPS_TENSOR));
+  takes_single = gst_caps_can_intersect(peer, single.get());
+  const GstStructure* first = gst_caps_get_structure(peer, 0);
+  const char* format = gst_structure_get_string(first, "format");
+  flexible = gst_structure_has_name(first, "other/tensors") && format &&
+             parse_format(format) == Format::Flexible;
 }
 
 namespace {
@@ -379,28 +367,28 @@ Error downstream_mismatch(GstPad* source_pad, const GstCaps* peer, std::string o
                              std::move(offered), std::move(fix));
 }
 
-bool downstream_accepts(GstPad* source_pad, GstCaps* caps) {
+bool downstream_accepts(GstPad* source_pad, const PeerCaps& peer, GstCaps* caps) {
   if (!caps) return false;
   if (!gst_pad_is_linked(source_pad)) return true;
   // The two queries differ: tensor_filter answers one for caps that do not fit its model with its
   // template, and tensor_transform leaves the dimensions open without a filter.
-  const auto all = Ref<GstCaps>::adopt(gst_pad_peer_query_caps(source_pad, nullptr));
   const auto some = Ref<GstCaps>::adopt(gst_pad_peer_query_caps(source_pad, caps));
-  return gst_caps_can_intersect(caps, all.get()) && gst_caps_can_intersect(caps, some.get()) &&
+  return gst_caps_can_intersect(caps, peer.caps.get()) &&
+         gst_caps_can_intersect(caps, some.get()) &&
          (!gst_caps_is_fixed(caps) || gst_pad_peer_query_accept_caps(source_pad, caps));
 }
 
 Status check_downstream(GstPad* source_pad, GstCaps* caps, std::string fix) {
-  if (downstream_accepts(source_pad, caps)) return ok();
-  const auto peer = Ref<GstCaps>::adopt(gst_pad_peer_query_caps(source_pad, nullptr));
-  return downstream_mismatch(source_pad, peer.get(), UniqueText(gst_caps_to_string(caps)).get(),
-                             std::move(fix));
+  const PeerCaps peer(source_pad);
+  if (downstream_accepts(source_pad, peer, caps)) return ok();
+  return downstream_mismatch(source_pad, peer.caps.get(),
+                             UniqueText(gst_caps_to_string(caps)).get(), std::move(fix));
 }
 
 Status check_downstream(GstPad* source_pad, const FrameSpec& spec, std::string fix) {
-  if (downstream_accepts(source_pad, choose_caps(source_pad, spec).get())) return ok();
-  const auto peer = Ref<GstCaps>::adopt(gst_pad_peer_query_caps(source_pad, nullptr));
-  return downstream_mismatch(source_pad, peer.get(), spec.to_string(), std::move(fix));
+  const PeerCaps peer(source_pad);
+  if (downstream_accepts(source_pad, peer, choose_caps(source_pad, peer, spec).get())) return ok();
+  return downstream_mismatch(source_pad, peer.caps.get(), spec.to_string(), std::move(fix));
 }
 
 Status send_caps(GstPad* source_pad, const FrameSpec& spec, GstCaps* caps) {
@@ -413,20 +401,20 @@ Status send_caps(GstPad* source_pad, const FrameSpec& spec, GstCaps* caps) {
   return error;
 }
 
-Ref<GstCaps> choose_caps(GstPad* source_pad, const FrameSpec& spec, bool may_add_headers) {
-  const PeerPreference preference = preference_of_peer(source_pad);
+Ref<GstCaps> choose_caps(GstPad* source_pad, const PeerCaps& peer, const FrameSpec& spec,
+                         bool may_add_headers) {
   const auto template_caps = Ref<GstCaps>::adopt(gst_pad_get_pad_template_caps(source_pad));
   Ref<GstCaps> caps;
-  if (spec.format == Format::Flexible || (preference.flexible && may_add_headers)) {
+  if (spec.format == Format::Flexible || (peer.flexible && may_add_headers)) {
     caps = with_format(Format::Flexible, spec.rate);
   } else if (spec.format == Format::Sparse) {
     caps = with_format(Format::Sparse, spec.rate);
   } else {
-    if (spec.tensors.size() == 1 && preference.tensor) {
-      caps = with_name(Name::Tensor, spec, preference.caps.get());
+    if (spec.tensors.size() == 1 && peer.takes_single) {
+      caps = with_name(Name::Tensor, spec, peer.caps.get());
       if (!gst_caps_can_intersect(caps.get(), template_caps.get())) caps = {};
     }
-    if (!caps) caps = with_name(Name::Tensors, spec, preference.caps.get());
+    if (!caps) caps = with_name(Name::Tensors, spec, peer.caps.get());
   }
   auto meet = Ref<GstCaps>::adopt(gst_caps_intersect(caps.get(), template_caps.get()));
   if (gst_caps_is_empty(meet.get())) return {};

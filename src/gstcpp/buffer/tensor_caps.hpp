@@ -38,16 +38,27 @@ Ref<GstCaps> possible_caps(GstPad* pad, const FrameSpec& spec, const GstCaps* pe
 // dimensions that have more or fewer trailing 1s.
 Ref<GstCaps> without_dimensions(Ref<GstCaps> caps);
 
+// What the peer of a source pad accepts, of one caps query, which walks the rest of the pipeline:
+// asked once per negotiation.
+struct PeerCaps {
+  explicit PeerCaps(GstPad* source_pad);
+
+  Ref<GstCaps> caps;
+  bool takes_single = false;  // accepts other/tensor
+  bool flexible = false;      // prefers flexible tensors: they are first
+};
+
 // Rule A of docs/compatibility/types-and-caps.md 1.5: the caps that an element which sends its own
 // caps event sets on its source pad. Null when peer and pad template have none in common.
 // `may_add_headers`: static frames can be sent as flexible ones to a peer that prefers those.
-Ref<GstCaps> choose_caps(GstPad* source_pad, const FrameSpec& spec, bool may_add_headers = true);
+Ref<GstCaps> choose_caps(GstPad* source_pad, const PeerCaps& peer, const FrameSpec& spec,
+                         bool may_add_headers = true);
 // Pushes `caps`, made for `spec`. SPEC_MISMATCH with both sides when downstream does not accept
 // them and no downstream element posts its own error; `caps` may be null.
 Status send_caps(GstPad* source_pad, const FrameSpec& spec, GstCaps* caps);
 // Whether nothing is linked, or the downstream element accepts `caps`: one of its structures, or
 // the whole if it is fixed. False for null.
-bool downstream_accepts(GstPad* source_pad, GstCaps* caps);
+bool downstream_accepts(GstPad* source_pad, const PeerCaps& peer, GstCaps* caps);
 // The same as an error, SPEC_MISMATCH with both sides.
 Status check_downstream(GstPad* source_pad, GstCaps* caps, std::string fix);
 // The same for the caps that choose_caps() returns for `spec`.
@@ -60,7 +71,5 @@ Error downstream_mismatch(GstPad* source_pad, const GstCaps* peer, std::string o
 // The same; `name`, of the element or pad, is part of the message.
 Error downstream_mismatch(const std::string& name, const GstCaps* peer, std::string offered,
                           std::string fix);
-// Whether rule A would choose flexible because the peer prefers it.
-bool peer_wants_flexible(GstPad* source_pad);
 
 }  // namespace weir::gst

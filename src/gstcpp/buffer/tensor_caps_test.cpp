@@ -109,7 +109,7 @@ class Link {
     EXPECT_EQ(gst_pad_link(source_.get(), sink_.get()), GST_PAD_LINK_OK);
   }
   std::string chosen(const FrameSpec& spec) const {
-    const Caps caps = choose_caps(source_.get(), spec);
+    const Caps caps = choose_caps(source_.get(), PeerCaps(source_.get()), spec);
     return caps ? UniqueText(gst_caps_to_string(caps.get())).get() : "none";
   }
   GstPad* source() const { return source_.get(); }
@@ -139,9 +139,9 @@ TEST(TensorCaps, ChosenForOneTensorPreferOtherTensor) {
 
 TEST(TensorCaps, ChosenForAPeerThatPrefersFlexibleAreFlexible) {
   const Link link(WEIR_CAPS_TENSORS("flexible"));
-  EXPECT_TRUE(peer_wants_flexible(link.source()));
+  EXPECT_TRUE(PeerCaps(link.source()).flexible);
   EXPECT_SAYS(link.chosen(static_spec("3:4", "uint8")), "format=(string)flexible");
-  EXPECT_FALSE(peer_wants_flexible(Link(WEIR_CAPS_TENSOR).source()));
+  EXPECT_FALSE(PeerCaps(Link(WEIR_CAPS_TENSOR).source()).flexible);
 }
 
 TEST(TensorCaps, ChosenUseThePeersSpellingOfADimension) {

@@ -195,7 +195,7 @@ Status CollectorPads::negotiate(const Inputs& inputs) {
   for (const Input& input : inputs.frames) specs.push_back(input.spec.get());
   auto combined = combiner_->combine_specs(specs);
   if (!combined) return combined.error();
-  const auto chosen = choose_caps(source_, *combined);
+  const auto chosen = choose_caps(source_, PeerCaps(source_), *combined);
   if (!chosen) return send_caps(source_, *combined, nullptr);
   const auto output = fixed_spec_from_caps(chosen.get());
   if (!output) return output.error();

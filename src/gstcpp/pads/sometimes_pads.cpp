@@ -16,11 +16,10 @@ std::string text_of(const GstCaps* caps) {
   return text.get();
 }
 
-Error mismatch(GstPad* pad, const FrameSpec& spec, const GstCaps* caps) {
+Error mismatch(GstPad* pad, const PeerCaps& peer, const FrameSpec& spec, const GstCaps* caps) {
   const UniqueText name{gst_object_get_name(GST_OBJECT_CAST(pad))};
-  const auto peer = Ref<GstCaps>::adopt(gst_pad_peer_query_caps(pad, nullptr));
   return downstream_mismatch(
-      name.get(), peer.get(),
+      name.get(), peer.caps.get(),
       caps ? text_of(caps) : spec.to_string() + ", " + std::string(name_of(spec.format)),
       "insert a tensor_transform or tensor_converter, or change the capsfilter");
 }
@@ -152,14 +151,15 @@ Result<bool> SometimesPads::settle(Output* output, const FrameSpec& spec) {
   GstPad* pad = output->pad.get();
   const bool relinked = gst_pad_check_reconfigure(pad);
   if (output->settled && !relinked) return false;
-  const auto caps = choose_caps(pad, spec, !passes_tensors_);
-  if (!caps) return mismatch(pad, spec, nullptr);
+  const PeerCaps peer(pad);
+  const auto caps = choose_caps(pad, peer, spec, !passes_tensors_);
+  if (!caps) return mismatch(pad, peer, spec, nullptr);
   const auto before = Ref<GstCaps>::adopt(gst_pad_get_current_caps(pad));
   const bool same =
       output->open && !output->begun_again && before && gst_caps_is_equal(before.get(), caps.get());
   if (!same) {
     if (gst_pad_is_linked(pad) && !gst_pad_peer_query_accept_caps(pad, caps.get()))
-      return mismatch(pad, spec, caps.get());
+      return mismatch(pad, peer, spec, caps.get());
     log_output_caps(pad, caps.get());
     gst_pad_push_event(pad, gst_event_new_caps(caps.get()));
     const auto chosen = spec_from_caps(caps.get());
@@ -175,9 +175,10 @@ Result<bool> SometimesPads::settle(Output* output, const FrameSpec& spec) {
 Status SometimesPads::takes(size_t index, const FrameSpec& spec) const {
   if (index >= outputs_.size() || !outputs_[index] || !is_linked(*outputs_[index])) return ok();
   GstPad* pad = outputs_[index]->pad.get();
-  const auto caps = choose_caps(pad, spec, !passes_tensors_);
-  if (downstream_accepts(pad, caps.get())) return ok();
-  return mismatch(pad, spec, caps.get());
+  const PeerCaps peer(pad);
+  const auto caps = choose_caps(pad, peer, spec, !passes_tensors_);
+  if (downstream_accepts(pad, peer, caps.get())) return ok();
+  return mismatch(pad, peer, spec, caps.get());
 }
 
 GstFlowReturn SometimesPads::combined(GstFlowReturn flow) const noexcept {
