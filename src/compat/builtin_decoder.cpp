@@ -13,7 +13,6 @@
 #include "core/infer/module/module_library.hpp"
 #include "core/tensor/tensor_header.hpp"
 #include "gstcpp/buffer/allocation.hpp"
-#include "gstcpp/buffer/frame_arguments.hpp"
 #include "gstcpp/buffer/frame_builder.hpp"
 #include "gstcpp/buffer/module_values.hpp"
 #include "gstcpp/element/ref.hpp"

@@ -4,6 +4,7 @@
 
 #include "gstcpp/buffer/frame_errors.hpp"
 #include "gstcpp/buffer/memory_part.hpp"
+#include "gstcpp/buffer/module_values.hpp"
 #include "gstcpp/buffer/tensor_caps.hpp"
 #include "gstcpp/buffer/tensor_meta.hpp"
 #include "weir/results.h"
@@ -78,11 +79,7 @@ void PulledFrame::add(const TensorSpec& spec, std::span<std::byte> bytes) {
   tensor.memory_kind = WEIR_MEMORY_HOST;
   tensor.flags = WEIR_TENSOR_READONLY;
   tensor.fence_fd = -1;
-  tensor.info.type = static_cast<uint32_t>(spec.type);
-  tensor.info.batch_axis = WEIR_NO_BATCH_AXIS;
-  tensor.info.rank = static_cast<uint32_t>(spec.shape.rank());
-  for (uint32_t i = 0; i < tensor.info.rank; ++i)
-    tensor.info.shape[i] = spec.shape[tensor.info.rank - 1 - i];
+  tensor.info = gst::tensor_info(spec);
   tensors_.push_back(tensor);
 }
 

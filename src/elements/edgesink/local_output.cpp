@@ -10,7 +10,7 @@
 #include <vector>
 
 #include "elements/edgesink/buffer_metas.hpp"
-#include "gstcpp/buffer/shared_allocator.hpp"
+#include "gstcpp/buffer/allocation.hpp"
 
 namespace weir {
 namespace {

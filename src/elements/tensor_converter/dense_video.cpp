@@ -7,7 +7,6 @@
 
 #include "gstcpp/buffer/frame_errors.hpp"
 #include "gstcpp/buffer/mapped_video.hpp"
-#include "gstcpp/buffer/video_meta.hpp"
 
 namespace weir {
 

@@ -72,6 +72,25 @@ TEST(TensorConverter, OffersTheSizeThatDownstreamPrefersFirst) {
     }
 }
 
+// A query walks the rest of the pipeline.
+TEST(TensorConverter, AsksDownstreamForItsCapsOnce) {
+  const auto h = harness_of("tensor_converter");
+  gst_harness_set_sink_caps_str(h.get(), "other/tensors");
+  const auto source = Ref<GstPad>::adopt(gst_element_get_static_pad(h->element, "src"));
+  int queries = 0;
+  const auto count = [](GstPad*, GstPadProbeInfo* info, gpointer queries) {
+    if (GST_QUERY_TYPE(GST_PAD_PROBE_INFO_QUERY(info)) == GST_QUERY_CAPS)
+      ++*static_cast<int*>(queries);
+    return GST_PAD_PROBE_OK;
+  };
+  gst_pad_add_probe(source.get(),
+                    GstPadProbeType(GST_PAD_PROBE_TYPE_QUERY_DOWNSTREAM | GST_PAD_PROBE_TYPE_PUSH),
+                    count, &queries, nullptr);
+  gst_harness_set_src_caps_str(h.get(), video("RGB", 4, 2).c_str());
+  EXPECT_SAYS(caps_text(h), "3:4:2:1");
+  EXPECT_EQ(queries, 1);
+}
+
 TEST(TensorConverter, OffersEverySizeIfDownstreamHasNoPreference) {
   const std::string any =
       "video/x-raw,format=RGB,width=[1,999],height=[1,999],framerate=[0/1,60/"

@@ -5,7 +5,7 @@
 
 #include "core/infer/module/decoder.hpp"
 #include "elements/tensor_decoder/frame_decoder.hpp"
-#include "gstcpp/buffer/frame_arguments.hpp"
+#include "gstcpp/buffer/module_values.hpp"
 
 namespace weir {
 

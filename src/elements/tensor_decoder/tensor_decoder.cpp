@@ -7,7 +7,6 @@
 
 #include "elements/tensor_decoder/class_labels.hpp"
 #include "elements/tensor_decoder/frame_decoder.hpp"
-#include "gstcpp/buffer/capture_time.hpp"
 #include "gstcpp/buffer/module_values.hpp"
 #include "gstcpp/buffer/result_output.hpp"
 #include "gstcpp/buffer/tensor_caps.hpp"

@@ -5,6 +5,8 @@
 #include <algorithm>
 #include <cstring>
 
+#include "gstcpp/buffer/module_values.hpp"
+
 namespace weir {
 namespace {
 
@@ -21,10 +23,6 @@ struct HeldBuffer {
     });
   }
 };
-
-int64_t abi_time(GstClockTime time) {
-  return GST_CLOCK_TIME_IS_VALID(time) ? static_cast<int64_t>(time) : -1;
-}
 
 }  // namespace
 
@@ -56,9 +54,9 @@ Status InputFrame::read(GstBuffer* buffer, const infer::ModelLease::Frame* use,
                           std::max(padding, plan_->fallback_padding));
       !status)
     return status;
-  frame_.pts = abi_time(GST_BUFFER_PTS(buffer));
-  frame_.duration = abi_time(GST_BUFFER_DURATION(buffer));
-  frame_.deadline = abi_time(deadline);
+  frame_.pts = gst::abi_time(GST_BUFFER_PTS(buffer));
+  frame_.duration = gst::abi_time(GST_BUFFER_DURATION(buffer));
+  frame_.deadline = gst::abi_time(deadline);
   maps_.fill(buffer, plan_->input_choice, &frame_);
   return ok();
 }

@@ -9,7 +9,7 @@
 #include "core/isolate/isolated_engine.hpp"
 #include "elements/tensor_filter/model_report.hpp"
 #include "elements/tensor_filter/model_source.hpp"
-#include "gstcpp/buffer/shared_allocator.hpp"
+#include "gstcpp/buffer/allocation.hpp"
 
 namespace weir {
 namespace {

@@ -6,10 +6,10 @@
 #include "core/split/pick_list.hpp"
 #include "core/tensor/tensor_header.hpp"
 #include "elements/tensor_if/if_settings.hpp"
-#include "gstcpp/buffer/frame_arguments.hpp"
 #include "gstcpp/buffer/frame_builder.hpp"
 #include "gstcpp/buffer/frame_errors.hpp"
 #include "gstcpp/buffer/memory_part.hpp"
+#include "gstcpp/buffer/module_values.hpp"
 #include "gstcpp/pads/one_to_many.hpp"
 
 namespace weir {

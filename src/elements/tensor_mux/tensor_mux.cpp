@@ -6,7 +6,6 @@
 #include "elements/tensor_mux/sync_element.hpp"
 #include "gstcpp/buffer/frame_builder.hpp"
 #include "gstcpp/buffer/frame_errors.hpp"
-#include "gstcpp/buffer/sharing_buffer.hpp"
 #include "gstcpp/buffer/tensor_caps.hpp"
 #include "gstcpp/buffer/tensor_meta.hpp"
 

@@ -5,7 +5,7 @@
 #include <algorithm>
 #include <string>
 
-#include "gstcpp/buffer/video_meta.hpp"
+#include "gstcpp/buffer/mapped_video.hpp"
 
 namespace weir {
 namespace {

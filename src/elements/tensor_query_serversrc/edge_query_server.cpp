@@ -10,9 +10,11 @@
 
 #include "elements/edgesink/message_memories.hpp"
 #include "elements/edgesrc/message_buffer.hpp"
+#include "gstcpp/buffer/frame_errors.hpp"
+#include "gstcpp/buffer/frame_layout.hpp"
+#include "gstcpp/buffer/mapped_video.hpp"
 #include "gstcpp/buffer/query_meta.hpp"
 #include "gstcpp/buffer/tensor_caps.hpp"
-#include "gstcpp/buffer/video_meta.hpp"
 #include "transport/edge/query_listener.hpp"
 #include "transport/network_policy.hpp"
 
@@ -74,33 +76,23 @@ class FrameCheck {
   void set_caps(const GstCaps* caps) {
     const auto spec = gst::spec_from_caps(caps);
     has_tensors_ = spec.has_value();
-    tensor_bytes_ = sample_bytes_ = 0;
+    sample_bytes_ = 0;
     video_.reset();
     if (spec)
-      set_tensors(*spec);
+      spec_ = *spec;
     else
       set_medium(caps);
   }
   Status check(GstBuffer* buffer) {
     const size_t size = gst_buffer_get_size(buffer);
     if (!has_tensors_) return check_medium(size);
-    if (tensor_bytes_ > 0 && size != tensor_bytes_)
-      return wrong_size(size, std::to_string(tensor_bytes_) + " bytes");
+    const size_t tensors = spec_.tensors.size();  // none in flexible streams
+    if (tensors > 0 && tensors <= kMemoryLimit)
+      if (auto status = gst::whole_frame(spec_, size); !status) return status;
     return layout_.locate(buffer, spec_);
   }
 
  private:
-  static Error wrong_size(size_t size, std::string needed) {
-    return Error{.code = Code::FRAME_SIZE,
-                 .what = "the size of a frame does not match its caps",
-                 .offered = std::to_string(size) + " bytes",
-                 .needed = std::move(needed)};
-  }
-  void set_tensors(const FrameSpec& spec) {
-    spec_ = spec;
-    if (spec.format != Format::Static || spec.tensors.size() > kMemoryLimit) return;
-    for (const auto& tensor : spec.tensors) tensor_bytes_ += tensor.bytes().value_or(0);
-  }
   void set_medium(const GstCaps* caps) {
     const GstStructure* medium = gst_caps_get_structure(caps, 0);
     GstVideoInfo video;
@@ -113,14 +105,15 @@ class FrameCheck {
   Status check_medium(size_t size) const {
     if (video_) return gst::check_video_size(*video_, size);
     if (sample_bytes_ > 0 && size % sample_bytes_ != 0)
-      return wrong_size(size, "a multiple of " + std::to_string(sample_bytes_) + " bytes");
+      return gst::wrong_frame_size(std::to_string(size) + " bytes",
+                                   "a multiple of " + std::to_string(sample_bytes_) + " bytes");
     return ok();
   }
 
   bool has_tensors_ = false;
   FrameSpec spec_;  // of the input
   gst::FrameLayout layout_;
-  size_t tensor_bytes_ = 0, sample_bytes_ = 0;  // 0: not known
+  size_t sample_bytes_ = 0;  // 0: not known
   std::optional<GstVideoInfo> video_;
 };
 

@@ -1,8 +1,12 @@
 // Allocation: the alignment, padding and allocator that a peer requests by the ALLOCATION query.
+// shared_allocator: gives memory that worker processes see.
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #pragma once
 #include <gst/gst.h>
 
+#include <memory>
+
+#include "core/isolate/shared_arena.hpp"
 #include "core/ledger/ledger.hpp"
 #include "gstcpp/element/ref.hpp"
 #include "weir/result.hpp"
@@ -37,5 +41,11 @@ Allocation wanted_by_peer(GstPad* source, GstCaps* caps, const Ledger& ledger,
                           const Allocation& unasked = {});
 // Adds `allocation` to the answer of a query.
 void offer(GstQuery* query, const Allocation& allocation);
+
+// Allocates from `arena`; falls back to GStreamer's own memory when the arena is full or cannot
+// meet the request.
+Ref<GstAllocator> shared_allocator(std::shared_ptr<isolate::SharedArena> arena);
+// True for the only allocators that our elements accept from peers: others may give device memory.
+bool is_shared_allocator(GstAllocator* allocator) noexcept;
 
 }  // namespace weir::gst

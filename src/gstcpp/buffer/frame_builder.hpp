@@ -71,4 +71,10 @@ Result<Ref<GstBuffer>> copy_tensors(GstBuffer* in, const FrameLayout& layout,
 // (sharing_buffer()).
 Ref<GstBuffer> buffer_like(GstBuffer* in);
 
+// Makes an empty buffer for memories of `owners` or parts of them. Owners from a pool are held
+// until the buffer has dropped its memories: a pool discards a returned buffer whose memory is
+// still in use and would allocate for each frame. GstParentBufferMeta releases the owner too early
+// for that; also unlike it, this reference is not copied with metadata.
+Ref<GstBuffer> sharing_buffer(std::span<GstBuffer* const> owners);
+
 }  // namespace weir::gst

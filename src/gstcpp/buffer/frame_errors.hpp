@@ -4,21 +4,28 @@
 #include <gst/gst.h>
 
 #include <string>
+#include <utility>
 
 #include "core/tensor/frame_spec.hpp"
 #include "core/tensor/packed_tensors.hpp"
 
 namespace weir::gst {
 
-inline Error wrong_frame_size(const FrameSpec& spec, const std::string& offered,
-                              const std::string& difference) {
+inline Error wrong_frame_size(std::string offered, std::string needed,
+                              std::string difference = {}) {
   return Error{.code = Code::FRAME_SIZE,
                .what = "the size of a buffer does not match its caps",
-               .offered = offered,
-               .needed = spec.to_string() +
-                         (spec.bytes() ? " = " + std::to_string(*spec.bytes()) + " bytes" : ""),
-               .difference = difference,
+               .offered = std::move(offered),
+               .needed = std::move(needed),
+               .difference = std::move(difference),
                .fix = "check the upstream element: its caps and its buffers must agree"};
+}
+
+inline Error wrong_frame_size(const FrameSpec& spec, std::string offered, std::string difference) {
+  return wrong_frame_size(
+      std::move(offered),
+      spec.to_string() + (spec.bytes() ? " = " + std::to_string(*spec.bytes()) + " bytes" : ""),
+      std::move(difference));
 }
 
 inline Error wrong_frame_size(const FrameSpec& spec, GstBuffer* buffer,

@@ -48,8 +48,7 @@ Status FrameLayout::find(GstBuffer* buffer, const FrameSpec& spec, GstMapFlags f
   unmap();
   copied_ = 0;
   is_split_ = false;
-  maps_.resize(gst_buffer_n_memory(buffer));
-  return spec.format == Format::Static ? find_static(buffer, spec, flags)
+  return spec.format == Format::Static ? find_static(buffer, spec)
                                        : find_headers(buffer, spec, flags);
 }
 
@@ -66,42 +65,39 @@ Status FrameLayout::check_dense() const {
   return ok();
 }
 
-Status FrameLayout::find_static(GstBuffer* buffer, const FrameSpec& spec, GstMapFlags flags) {
+Status FrameLayout::find_static(GstBuffer* buffer, const FrameSpec& spec) {
   const size_t count = spec.tensors.size();
   const size_t alone = count > kMemoryLimit ? kMemoryLimit - 1 : count;
-  is_split_ = maps_.size() != std::min(count, kMemoryLimit);
-  if (const auto needed = spec.bytes();
-      is_split_ && (!needed || gst_buffer_get_size(buffer) < *needed))
+  is_split_ = gst_buffer_n_memory(buffer) != std::min(count, kMemoryLimit);
+  if (is_split_ && gst_buffer_get_size(buffer) < spec.bytes().value_or(UINT64_MAX))
     return wrong_frame_size(spec, buffer, "the buffer is too small");
   places_.resize(count);
   size_t offset = 0;
   for (size_t i = 0; i < count; ++i) {
-    const TensorSpec& tensor = spec.tensors[i];
+    const auto bytes = spec.tensors[i].bytes();
     TensorPlace& place = places_[i];
-    const auto size = static_cast<size_t>(tensor.bytes().value_or(0));
-    place.spec = tensor;
+    place.spec = spec.tensors[i];  // keeps the memory of its name
     place.offset = offset;
-    place.size = size;
+    place.size = static_cast<size_t>(bytes.value_or(0));
     place.memory = is_split_ || i >= alone ? -1 : static_cast<int>(i);
     place.header_bytes = place.nonzero_count = 0;
     place.format = Format::Static;
-    offset += size;
-    if (place.memory >= 0 && size_of_memory(buffer, i) != tensor.bytes())
+    offset += place.size;
+    if (place.memory >= 0 && size_of_memory(buffer, i) != bytes)
       return wrong_frame_size(
           spec, std::to_string(size_of_memory(buffer, i)) + " bytes in memory " + std::to_string(i),
-          "tensor " + std::to_string(i) + " (" + tensor.to_string() + ") needs " +
-              std::to_string(size) + " bytes");
+          "tensor " + std::to_string(i) + " (" + place.spec.to_string() + ") needs " +
+              std::to_string(place.size) + " bytes");
   }
-  return is_split_ || alone == count ? ok()
-                                     : find_packed(buffer, spec, places_[alone].offset, flags);
+  return is_split_ || alone == count ? ok() : find_packed(buffer, spec, places_[alone].offset);
 }
 
 // Of the memory at `offset`, which holds the tensors from the 16th on.
-Status FrameLayout::find_packed(GstBuffer* buffer, const FrameSpec& spec, size_t offset,
-                                GstMapFlags flags) {
+Status FrameLayout::find_packed(GstBuffer* buffer, const FrameSpec& spec, size_t offset) {
   constexpr size_t kLast = kMemoryLimit - 1;
-  if (auto status = map(buffer, kLast, flags); !status) return status;
-  const auto ranges = read_packed_tensors(maps_[kLast].bytes(), Format::Static);
+  const MappedMemory last(gst_buffer_peek_memory(buffer, kLast), GST_MAP_READ);
+  if (!last) return memory_not_mapped();
+  const auto ranges = read_packed_tensors(last.bytes(), Format::Static);
   if (!ranges) return ranges.error();
   if (ranges->size() != places_.size() - kLast)
     return wrong_frame_size(spec, std::to_string(kLast + ranges->size()) + " tensors",
@@ -120,13 +116,14 @@ Status FrameLayout::find_packed(GstBuffer* buffer, const FrameSpec& spec, size_t
 
 Status FrameLayout::find_headers(GstBuffer* buffer, const FrameSpec& spec, GstMapFlags flags) {
   places_.clear();
-  if (maps_.empty()) return buffer_is_empty();
+  const size_t memories = gst_buffer_n_memory(buffer);
+  if (memories == 0) return buffer_is_empty();
   size_t offset = 0;
-  for (size_t i = 0; i < maps_.size(); ++i) {
-    if (auto status = map(buffer, i, flags); !status) return status;
+  for (size_t i = 0; i < memories; ++i) {
+    if (auto status = map_next(buffer, flags); !status) return status;
     const std::span<const std::byte> bytes = maps_[i].bytes();
     const bool packed = i + 1 == kMemoryLimit && is_packed(bytes);
-    if (!packed && maps_.size() > 1) {
+    if (!packed && memories > 1) {
       if (auto s = add_chunk(bytes, offset, static_cast<int>(i)); !s) return s;
       offset += bytes.size();
       continue;
@@ -157,10 +154,10 @@ Status FrameLayout::add_chunk(std::span<const std::byte> chunk, size_t offset, i
   return ok();
 }
 
-Status FrameLayout::map(GstBuffer* buffer, size_t memory, GstMapFlags flags) {
-  if (!maps_[memory])
-    maps_[memory] = MappedMemory(gst_buffer_peek_memory(buffer, static_cast<guint>(memory)), flags);
-  return maps_[memory] ? ok() : Status(memory_not_mapped());
+Status FrameLayout::map_next(GstBuffer* buffer, GstMapFlags flags) {
+  const auto next = static_cast<guint>(maps_.size());
+  maps_.emplace_back(gst_buffer_peek_memory(buffer, next), flags);
+  return maps_.back() ? ok() : Status(memory_not_mapped());
 }
 
 Status FrameLayout::map_merged(GstBuffer* buffer, GstMapFlags flags) {
@@ -169,21 +166,21 @@ Status FrameLayout::map_merged(GstBuffer* buffer, GstMapFlags flags) {
   whole_ = *std::move(whole);
   copied_ = gst_buffer_get_size(buffer);
   if (flags & GST_MAP_WRITE) gst_buffer_replace_all_memory(buffer, gst_memory_ref(whole_.get()));
-  maps_.clear();
   maps_.emplace_back(whole_.get(), flags);
   return maps_[0] ? ok() : Status(memory_not_mapped());
 }
 
 Status FrameLayout::map_payloads(GstBuffer* buffer, GstMapFlags flags) {
-  if (is_split_ && maps_.size() > 1) {
+  if (is_split_ && gst_buffer_n_memory(buffer) > 1) {
     if (auto status = map_merged(buffer, flags); !status) return status;
   } else {
-    for (size_t i = 0; i < maps_.size(); ++i)
-      if (auto status = map(buffer, i, flags); !status) return status;
+    while (maps_.size() < gst_buffer_n_memory(buffer))
+      if (auto status = map_next(buffer, flags); !status) return status;
   }
   if (places_.empty()) return ok();
   const MappedMemory& last = maps_.back();  // of tensors that have no memory of their own
-  const size_t before_last = gst_buffer_get_size(buffer) - last.bytes().size();
+  const size_t before_last =
+      places_.back().memory < 0 ? gst_buffer_get_size(buffer) - last.bytes().size() : 0;
   for (TensorPlace& place : places_) {
     const bool alone = place.memory >= 0;
     const MappedMemory& map = alone ? maps_[static_cast<size_t>(place.memory)] : last;

@@ -41,19 +41,19 @@ class FrameLayout {
 
  private:
   Status find(GstBuffer* buffer, const FrameSpec& spec, GstMapFlags flags);
-  Status find_static(GstBuffer* buffer, const FrameSpec& spec, GstMapFlags flags);
-  Status find_packed(GstBuffer* buffer, const FrameSpec& spec, size_t offset, GstMapFlags flags);
+  Status find_static(GstBuffer* buffer, const FrameSpec& spec);
+  Status find_packed(GstBuffer* buffer, const FrameSpec& spec, size_t offset);
   Status find_headers(GstBuffer* buffer, const FrameSpec& spec, GstMapFlags flags);
   Status add_chunk(std::span<const std::byte> chunk, size_t offset, int memory);
   Status check_dense() const;
-  Status map(GstBuffer* buffer, size_t memory, GstMapFlags flags);
+  Status map_next(GstBuffer* buffer, GstMapFlags flags);
   Status map_merged(GstBuffer* buffer, GstMapFlags flags);
   Status map_payloads(GstBuffer* buffer, GstMapFlags flags);
   void unmap() noexcept;
 
   bool is_split_ = false;           // static tensors do not match the memories
   Ref<GstMemory> whole_;            // merged memory of split tensors; outlives maps_
-  std::vector<MappedMemory> maps_;  // of each memory, as far as it was needed
+  std::vector<MappedMemory> maps_;  // of the first memories
   std::vector<TensorPlace> places_;
   uint64_t copied_ = 0;
 };

@@ -1,4 +1,5 @@
-// MappedVideo: the planes of a video buffer, mapped for the lifetime of the object.
+// MappedVideo: the planes of a video buffer, mapped for the lifetime of the object; and whether a
+// buffer fits its caps.
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #pragma once
 #include <gst/video/video.h>
@@ -6,6 +7,7 @@
 #include <array>
 #include <cstddef>
 #include <span>
+#include <string>
 
 #include "gstcpp/element/ref.hpp"
 #include "weir/result.hpp"
@@ -48,5 +50,15 @@ class MappedVideo {
   size_t copied_ = 0;
   std::array<Plane, GST_VIDEO_MAX_PLANES> planes_{};
 };
+
+// FORMAT_UNSUPPORTED unless the metadata describes a picture of the caps' format and of at least
+// its size: GStreamer's own mapping logs a critical warning for others. The reader checks offsets
+// and strides.
+Status check_video_meta(const GstVideoInfo& video, const GstVideoMeta& meta);
+// For a buffer without metadata. FRAME_SIZE unless its size is one frame of the caps with
+// GStreamer's row padding: a shorter one cannot be mapped, a longer one would lose data.
+Status check_video_size(const GstVideoInfo& video, size_t bytes);
+// FRAME_SIZE: the buffer is too small for its caps or metadata.
+Error video_too_small(std::string offered, std::string needed);
 
 }  // namespace weir::gst
