@@ -152,7 +152,7 @@ class Layers(unittest.TestCase):
     ROOMS = {"src/core/meson.build": "core_rooms = {\n  'base': ['text'],\n  'results': ['draw'],\n}\n"}
 
     def test_an_include_of_a_lower_layer_is_no_finding(self):
-        files = {"src/core/draw/one.hpp": '#include "core/text/text.hpp"\n', "src/elements/one.cpp": '#include "transport/x.hpp"\n',
+        files = {"src/core/draw/one.hpp": '#include "core/text/text.hpp"\n', "src/edge/one.cpp": '#include "transport/x.hpp"\n',
                  "apps/weir/one.cpp": '#include "library/x.hpp"\n#include <nlohmann/json.hpp>\n'}
         self.assertEqual(run_check("layers", {**self.ROOMS, **files}), (0, []))
 

@@ -7,7 +7,7 @@
 #include <utility>
 #include <vector>
 
-#include "core/text/choice.hpp"
+#include "core/text/error_text.hpp"
 #include "gstcpp/element/elements.hpp"
 #include "gstcpp/element/value_json.hpp"
 #include "gstcpp/pads/output_selector.hpp"

@@ -6,10 +6,10 @@
 
 #include "conflicting_plugins.hpp"
 #include "core/process/process_object.hpp"
-#include "elements/tensor_query_serversrc/oip/oip_query_server.hpp"
 #include "gstcpp/element/documentation.hpp"
 #include "gstcpp/element/log.hpp"
 #include "library/process.h"
+#include "net-elements/oip_query_server.hpp"
 #include "net/client/link.hpp"
 #include "weir/abi.h"
 

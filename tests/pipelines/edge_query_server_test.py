@@ -91,7 +91,7 @@ class Answers(Served):
         self.assertEqual(self.client(server, [b"abcd"], form=160)[1], [[b"abcd"]])
 
     def test_the_line_of_the_document_serves(self):
-        text = (SOURCE / "src/elements/tensor_query_serversrc/README.md").read_text()
+        text = (SOURCE / "src/edge/tensor_query_serversrc/README.md").read_text()
         line, = re.findall(r"^gst-launch-1.0 (tensor_query_serversrc port=3000 ! other/tensors.*)$", text, re.MULTILINE)
         server = self.serve(line.replace("port=3000", "port=0"))
         self.assertEqual(self.client(server, [struct.pack("<4f", 1.5, -2, 0, 1e6)])[1], [[struct.pack("<4f", 4, -3, 1, 2000001)]])

@@ -12,7 +12,8 @@ import tap_runner
 
 SOURCE = pathlib.Path(os.environ["WEIR_SOURCE"])
 # The folder `tests` next to them contains no element.
-ELEMENTS = sorted({path.parent.name for path in SOURCE.glob("src/elements/*/README.md")} - {"tests"})
+ELEMENTS = sorted({path.parent.name for folder in ("elements", "edge", "net-elements") for path in SOURCE.glob(f"src/{folder}/*/README.md")}
+                  - {"tests"})
 
 
 def output_of(*command):

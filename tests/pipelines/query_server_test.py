@@ -213,7 +213,7 @@ class Answers(Served):
 
     def test_the_lines_of_the_documents_serve(self):
         for element in ("tensor_query_serversrc", "tensor_query_serversink"):
-            text = (SOURCE / "src/elements" / element / "README.md").read_text()
+            text = (SOURCE / "src/edge" / element / "README.md").read_text()
             line, = re.findall(r"^gst-launch-1.0 (.* model-name=affine .*)$", text, re.MULTILINE)
             pipeline = self.serve(line.replace("port=8001", "port=0"))
             answer = self.client(pipeline).infer(request("affine", X))

@@ -12,7 +12,7 @@
 #include <set>
 
 #include "core/evaluate/coco_truth.hpp"
-#include "core/text/pasted.hpp"
+#include "core/text/shell_quote.hpp"
 #include "evaluate/folder_files.hpp"
 #include "gstcpp/element/ref.hpp"
 #include "weir/join.hpp"

@@ -9,7 +9,7 @@
 #include <string_view>
 #include <vector>
 
-#include "core/text/place.hpp"
+#include "core/text/error_text.hpp"
 #include "core/text/text.hpp"
 #include "gstcpp/buffer/caps_text.hpp"
 #include "gstcpp/element/ref.hpp"

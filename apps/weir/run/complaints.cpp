@@ -9,7 +9,7 @@
 #include <string_view>
 
 #include "colour.hpp"
-#include "core/text/pasted.hpp"
+#include "core/text/shell_quote.hpp"
 #include "core/text/text.hpp"
 #include "gstcpp/element/posted_error.hpp"
 #include "run/element_properties.hpp"

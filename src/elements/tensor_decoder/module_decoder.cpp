@@ -12,8 +12,8 @@
 #include "core/ledger/ledger.hpp"
 #include "core/limit/buffer_limit.hpp"
 #include "gstcpp/buffer/allocation.hpp"
-#include "gstcpp/buffer/buffer_parts.hpp"
-#include "gstcpp/buffer/frame_reader.hpp"
+#include "gstcpp/buffer/frame_builder.hpp"
+#include "gstcpp/buffer/frame_layout.hpp"
 #include "gstcpp/buffer/memory_part.hpp"
 #include "gstcpp/buffer/module_values.hpp"
 

@@ -9,13 +9,12 @@
 
 #include "core/card/find.hpp"
 #include "core/infer/module/module_library.hpp"
-#include "core/text/pasted.hpp"
+#include "core/text/shell_quote.hpp"
 #include "elements/tensor_filter/filter_properties.hpp"
 #include "elements/tensor_filter/model_source.hpp"
 #include "elements/tensor_filter/open_model.hpp"
 #include "gstcpp/element/file_digest.hpp"
-#include "weir/engine_servers.h"
-#include "weir/engine_statistics.h"
+#include "weir/abi.h"
 #include "weir/join.hpp"
 
 namespace weir {

@@ -9,7 +9,7 @@
 #include "core/infer/module/custom_options.hpp"
 #include "core/infer/module/module_library.hpp"
 #include "core/isolate/isolated_engine.hpp"
-#include "core/text/pasted.hpp"
+#include "core/text/shell_quote.hpp"
 #include "core/text/text.hpp"
 #include "elements/tensor_filter/filter_properties.hpp"
 #include "gstcpp/element/error.hpp"

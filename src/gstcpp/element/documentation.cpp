@@ -20,6 +20,14 @@ std::string address_of(const std::string& page) {
   return address ? address.get() : "";
 }
 
+// The folder of a plug-in's elements.
+std::string_view folder_of(std::string_view element) {
+  if (element.ends_with("_grpc")) return "src/net-elements/";
+  for (const std::string_view start : {"edge", "mqtt", "tensor_query_"})
+    if (element.starts_with(start)) return "src/edge/";
+  return "src/elements/";
+}
+
 }  // namespace
 
 const char* documentation_link(const char* page) {
@@ -27,7 +35,7 @@ const char* documentation_link(const char* page) {
 }
 
 void set_documentation_link(GstElementClass* element, const char* factory_name) {
-  const std::string page = std::string("src/elements/") + factory_name + "/README.md";
+  const std::string page = std::string(folder_of(factory_name)) + factory_name + "/README.md";
   gst_element_class_add_static_metadata(element, GST_ELEMENT_METADATA_DOC_URI,
                                         documentation_link(page.c_str()));
 }

@@ -1,0 +1,388 @@
+// tensor_query_client: sends frames to a query server and pushes its answers.
+// SPDX-License-Identifier: LGPL-2.1-or-later
+#include <atomic>
+#include <chrono>
+#include <memory>
+#include <string>
+#include <utility>
+
+#include "edge/edge_broker.hpp"
+#include "edge/tensor_query_client/query_caps.hpp"
+#include "edge/tensor_query_client/query_client_settings.hpp"
+#include "edge/tensor_query_client/query_exchange.hpp"
+#include "gstcpp/buffer/tensor_caps.hpp"
+#include "gstcpp/element/plain_filter.hpp"
+#include "gstcpp/pads/early_events.hpp"
+#include "transport/mqtt/server_finder.hpp"
+#include "transport/wake_event.hpp"
+
+namespace weir {
+namespace {
+
+using gst::Ref;
+using Kind = ExchangeEvent::Kind;
+using std::chrono::milliseconds;
+using std::chrono::steady_clock;
+
+class TensorQueryClient : public gst::PlainFilter<TensorQueryClient> {
+ public:
+  static constexpr gst::ElementInfo kInfo{"WeirTensorQueryClient", "tensor_query_client",
+                                          "TensorQueryClient", "Filter/Tensor/Query",
+                                          "Sends frames to a query server and pushes its answers"};
+  static inline GstStaticPadTemplate kPads[] = {
+      GST_STATIC_PAD_TEMPLATE("sink", GST_PAD_SINK, GST_PAD_ALWAYS, GST_STATIC_CAPS_ANY),
+      GST_STATIC_PAD_TEMPLATE("src", GST_PAD_SRC, GST_PAD_ALWAYS, GST_STATIC_CAPS_ANY),
+  };
+
+  using Settings = QueryClientSettings;
+  static constexpr auto kProperties = std::tuple_cat(
+      kBrokerLoginProperties,
+      std::tuple{
+          gst::Property{"host", &Settings::host,
+                        "Address of this machine to which the server connects for its answers"},
+          gst::Property{"port", &Settings::port,
+                        "Port to which the server connects for its answers; 0 = a free port",
+                        gst::Changeable::InReady, 0u, 65535u},
+          gst::Property{"dest-host", &Settings::dest_host,
+                        "Address of the server, or of the MQTT broker"},
+          gst::Property{"dest-port", &Settings::dest_port, "Port at dest-host",
+                        gst::Changeable::InReady, 0u, 65535u},
+          gst::Property{"connect-type", &Settings::connect_type,
+                        "How the element finds the server"},
+          gst::Property{"topic", &Settings::topic, "Name of the server at the MQTT broker"},
+          gst::Property{
+              "timeout", &Settings::timeout,
+              "Milliseconds to wait for the answer to each frame; 0 = do not wait: answers "
+              "are pushed when later frames arrive",
+              gst::Changeable::WhilePlaying},
+          gst::Property{"silent", &Settings::silent, "Accepted for compatibility; has no effect",
+                        gst::Changeable::WhilePlaying},
+          gst::Property{
+              "max-request", &Settings::max_request,
+              "Drop a frame while more frames than this wait for their answers; 0 = no limit",
+              gst::Changeable::WhilePlaying},
+          gst::Property{"reconnect", &Settings::reconnect,
+                        "true = drop frames and connect again while the server is unavailable; "
+                        "false = that is an error"},
+          gst::Property{"max-message", &Settings::max_message, "Maximum size of an answer in bytes",
+                        gst::Changeable::InReady, uint64_t{1024}, uint64_t{1} << 40},
+          gst::Property{"insecure", &Settings::insecure,
+                        "Allow connections to other machines although weir.ini requires TLS"},
+          gst::Property{"allow", &Settings::allow,
+                        "Addresses and networks to which the element may connect, separated by "
+                        "commas; default: all"},
+      });
+
+  GstStateChangeReturn change_state(GstStateChange change) {
+    if (change == GST_STATE_CHANGE_READY_TO_PAUSED) {
+      interruption_.clear();
+      if (auto status = start(); !status) {
+        gst::post_error(element(), status.error());
+        return GST_STATE_CHANGE_FAILURE;
+      }
+    }
+    if (change == GST_STATE_CHANGE_PAUSED_TO_READY) interruption_.set();
+    return PlainFilter::change_state(change);
+  }
+
+  Status take_caps(GstCaps* caps) {
+    if (input_caps_ && exchange_.is_connected() && gst_caps_is_equal(caps, input_caps_.get()))
+      return ok();
+    deliver(settings().timeout > 0);
+    exchange_.close(DropReason::Lost);
+    input_caps_ = Ref<GstCaps>::share(caps);
+    return connect_or_retry();
+  }
+
+  GstFlowReturn take_buffer(Ref<GstBuffer> buffer) {
+    if (!input_caps_) return failed(gst::buffer_before_caps());
+    const Settings s = settings();
+    const GstFlowReturn flow = make_ready();
+    if (flow != GST_FLOW_OK || !exchange_.is_connected()) {
+      ledger_.dropped(flow == GST_FLOW_OK ? DropReason::Lost : DropReason::Flush);
+      return flow;
+    }
+    if (!exchange_.has_room(s.max_request)) {
+      ledger_.dropped(DropReason::Policy);
+      return GST_FLOW_OK;
+    }
+    const auto sent =
+        exchange_.send(buffer.get(), s.timeout > 0 ? milliseconds(s.timeout) : kLongestAnswer);
+    buffer = {};
+    if (!sent) return is_of_frame(sent.error()) ? post(sent.error()) : disconnected(sent.error());
+    if (*sent == Kind::Interrupted) return GST_FLOW_FLUSHING;
+    if (*sent != Kind::Nothing) return disconnected(server_gone(*sent));
+    return deliver(s.timeout > 0);
+  }
+
+  void drop_held(DropReason reason) {
+    if (reason == DropReason::Eos && exchange_.waiting() > 0) {
+      is_ending_ = true;
+      deliver(settings().timeout > 0);
+      is_ending_ = false;
+    }
+    exchange_.close(reason);
+    early_.clear();
+    if (reason == DropReason::Eos) log_outcomes();
+  }
+
+  // Serialized events wait until caps are sent.
+  bool take_event(GstEvent* event) {
+    const auto type = GST_EVENT_TYPE(event);
+    if (type == GST_EVENT_FLUSH_START) interruption_.set();
+    if (type == GST_EVENT_FLUSH_STOP) interruption_.clear();
+    if (type == GST_EVENT_SEGMENT) deliver(settings().timeout > 0);
+    const bool serialized = gst_event_type_get_flags(type) & GST_EVENT_TYPE_SERIALIZED;
+    if (output_caps_ || !serialized || type <= GST_EVENT_CAPS || type == GST_EVENT_FLUSH_STOP ||
+        type == GST_EVENT_EOS)
+      return false;
+    early_.push(Ref<GstEvent>::adopt(event));
+    return true;
+  }
+
+  void forget() {
+    input_caps_ = output_caps_ = {};
+    finder_.reset();
+    interruption_.clear();
+  }
+
+  void add_stats(GstStructure* stats) const {
+    const auto counts = outcomes_.counts();
+    gst_structure_set(stats, "sent", G_TYPE_UINT64, counts.sent, "answered", G_TYPE_UINT64,
+                      counts.answered, "late", G_TYPE_UINT64, counts.late, "refused", G_TYPE_UINT64,
+                      counts.refused, "lost", G_TYPE_UINT64, counts.lost, "reconnections",
+                      G_TYPE_UINT64, reconnections_.load(), nullptr);
+    for (const auto& [name, percent] : {std::pair{"p50-us", 50u}, {"p95-us", 95u}, {"p99-us", 99u}})
+      if (const auto time = outcomes_.percentile(percent))
+        gst_structure_set(
+            stats, name, G_TYPE_INT64,
+            gint64{std::chrono::duration_cast<std::chrono::microseconds>(*time).count()}, nullptr);
+  }
+
+  Settings settings_;
+
+ private:
+  // The place of a request is freed after this time if `timeout` does not say.
+  static constexpr milliseconds kLongestAnswer{30'000};
+  static constexpr milliseconds kFirstRetry{100}, kLastRetry{1000}, kHandshake{10'000},
+      kRetryHandshake{2000}, kServerTime{1000};
+
+  Status start() {
+    const Settings s = settings();
+    outcomes_.reset();
+    reconnections_ = 0;
+    was_connected_ = has_warned_ = false;
+    retry_ = kFirstRetry;
+    next_try_ = {};
+    server_ = {{}, {s.dest_host, static_cast<uint16_t>(s.dest_port)}, 0};
+    if (auto status = check_network(transport::Role::Listens, s.host, s.port); !status)
+      return status;
+    if (s.connect_type == QueryConnectType::Hybrid) return open_finder(s);
+    return check_network(transport::Role::Connects, s.dest_host, s.dest_port);
+  }
+
+  Status check_network(transport::Role role, const std::string& host, uint32_t port) const {
+    const Settings s = settings();
+    return check_plain_connection(
+        element(),
+        {.role = role, .host = host, .port = port, .insecure = s.insecure, .allow = s.allow});
+  }
+
+  Status open_finder(const Settings& s) {
+    auto options = open_options(element(), {.host = s.dest_host,
+                                            .port = s.dest_port,
+                                            .login = s,
+                                            .insecure = s.insecure,
+                                            .allow = s.allow});
+    if (!options) return options.error();
+    auto finder = transport::ServerFinder::open(*std::move(options), s.topic.value_or(""));
+    if (!finder) return finder.error();
+    finder_ = *std::move(finder);
+    return ok();
+  }
+
+  // Tries the servers that the broker announces, oldest first. Until the first connection it waits
+  // for one, as NNStreamer does; later frames are dropped while there is none.
+  Status connect_to_any() {
+    Status mismatch = ok();
+    const io::Deadline now(steady_clock::now());
+    for (;;) {
+      const bool waits = !was_connected_ && mismatch;
+      auto server = finder_->next(waits ? std::nullopt : now, interruption_.descriptor());
+      if (!server) return mismatch ? Status(server.error()) : mismatch;
+      server_ = *std::move(server);
+      auto status = connect_to_announced();
+      if (status || is_of_this_element(status.error().code)) return status;
+      finder_->failed(server_);
+      gst::post_warning(element(), status.error());
+      if (!was_connected_ && status.error().code == Code::SPEC_MISMATCH)
+        mismatch = std::move(status);
+    }
+  }
+  // Another server would not help.
+  static bool is_of_this_element(Code code) {
+    return code == Code::CANCELLED || code == Code::OPTION_VALUE;
+  }
+  Status connect_to_announced() {
+    const auto& [host, port] = server_.address;
+    auto status = check_network(transport::Role::Connects, host, port);
+    return status ? connect_to_server(kServerTime) : status;
+  }
+
+  // Connects to `server_`.
+  Status connect_to_server(milliseconds time) {
+    const Settings s = settings();
+    auto link = edge::QueryLink::connect({.host = s.host,
+                                          .port = s.port,
+                                          .server_host = server_.address.host,
+                                          .server_port = server_.address.port,
+                                          .limits = {.message_bytes = s.max_message},
+                                          .cancel = interruption_.descriptor(),
+                                          .handshake_time = time});
+    if (!link) return link.error();
+    const auto caps = answer_caps((*link)->capability(), input_caps_.get());
+    if (!caps) return caps.error();
+    const bool are_new = !output_caps_ || !gst_caps_is_equal(caps->get(), output_caps_.get());
+    if (are_new)
+      if (auto status = gst::check_downstream(
+              source_, caps->get(), "downstream elements that accept the answers of the server");
+          !status)
+        return status;
+    if (auto status = (*link)->confirm(io::deadline_in(time)); !status) return status;
+    exchange_.open(*std::move(link), input_caps_.get(), caps->get());
+    if (std::exchange(was_connected_, true)) ++reconnections_;
+    retry_ = kFirstRetry;
+    GST_CAT_INFO_OBJECT(category(), element(), "connected to %s, answers are %" GST_PTR_FORMAT,
+                        server_.address.to_string().c_str(), static_cast<void*>(caps->get()));
+    if (are_new) send_caps(*caps);
+    return ok();
+  }
+
+  void send_caps(const Ref<GstCaps>& caps) {
+    output_caps_ = caps;
+    gst_pad_push_event(source_, gst_event_new_caps(output_caps_.get()));
+    early_.send(source_);
+  }
+
+  // Whether frames are dropped while no server is there.
+  bool outlives_servers() const { return finder_ || settings().reconnect; }
+
+  // A server that is not there may be no error: take_buffer() tries again.
+  Status connect_or_retry() {
+    if (steady_clock::now() < next_try_) return ok();
+    Status status = finder_ ? connect_to_any()
+                            : connect_to_server(was_connected_ ? kRetryHandshake : kHandshake);
+    if (status || status.error().code == Code::CANCELLED) return ok();
+    const Code code = status.error().code;
+    const bool may_come = code == Code::SERVER_UNREACHABLE || code == Code::SERVER_REFUSED ||
+                          code == Code::PEER_MESSAGE_INVALID;
+    if (!may_come || !outlives_servers()) return status;
+    if (retry_ == kFirstRetry) gst::post_warning(element(), status.error());
+    next_try_ = steady_clock::now() + retry_;
+    retry_ = std::min(2 * retry_, kLastRetry);
+    return ok();
+  }
+
+  // Pushes the answers that are there, and connects if there is no connection.
+  GstFlowReturn make_ready() {
+    const GstFlowReturn flow = deliver(false);
+    if (flow != GST_FLOW_OK || exchange_.is_connected()) return flow;
+    if (auto status = connect_or_retry(); !status) return post(status.error());
+    return GST_FLOW_OK;
+  }
+
+  // Pushes answers; with `wait` until each frame that was sent has its answer or has timed out.
+  GstFlowReturn deliver(bool wait) {
+    while (exchange_.is_connected()) {
+      auto event = exchange_.next(wait, settings().max_request);
+      if (!event) return disconnected(event.error());
+      switch (event->kind) {
+        case Kind::Answer:
+          if (const auto flow = gst_pad_push(source_, event->buffer.release()); flow != GST_FLOW_OK)
+            return flow;
+          break;
+        case Kind::Nothing:
+          return GST_FLOW_OK;
+        case Kind::Interrupted:
+          return GST_FLOW_FLUSHING;
+        case Kind::OutOfStep:
+          answers_are_missing();
+          return GST_FLOW_OK;
+        case Kind::Refused:
+        case Kind::Lost:
+          return disconnected(server_gone(event->kind));
+      }
+    }
+    return GST_FLOW_OK;
+  }
+
+  // Errors of edge::QueryLink::make_request() and of reading the buffer.
+  static bool is_of_frame(const Error& error) { return error.code != Code::PEER_MESSAGE_INVALID; }
+
+  GstFlowReturn post(const Error& error) {
+    gst::post_error(element(), error);
+    return error.code == Code::SPEC_MISMATCH ? GST_FLOW_NOT_NEGOTIATED : GST_FLOW_ERROR;
+  }
+
+  GstFlowReturn disconnected(const Error& error) {
+    exchange_.close(DropReason::Lost);
+    if (finder_) finder_->failed(server_);
+    if (!outlives_servers() && !is_ending_) return post(error);
+    gst::post_warning(element(), error);
+    return GST_FLOW_OK;
+  }
+
+  // Only a new connection makes clear which answer is whose. The first time is posted.
+  void answers_are_missing() {
+    exchange_.close(DropReason::Late);
+    if (finder_) finder_->failed(server_);
+    const Error error{
+        .code = Code::SERVER_UNREACHABLE,
+        .what = "several answers in a row were late: the client reconnects",
+        .offered =
+            server_.address.to_string() + ", timeout=" + std::to_string(settings().timeout) + " ms",
+        .needed = "a timeout longer than the time that the server needs",
+        .fix = "tensor_query_client timeout=1000, or timeout=0, which does not wait for answers"};
+    if (!std::exchange(has_warned_, true)) return gst::post_warning(element(), error);
+    GST_CAT_WARNING_OBJECT(category(), element(), "%s", error.message().c_str());
+  }
+
+  Error server_gone(Kind kind) const {
+    return Error{.code = Code::SERVER_UNREACHABLE,
+                 .what = kind == Kind::Refused ? "the query server has ended the connection"
+                                               : "the connection to the query server was lost",
+                 .offered = server_.address.to_string(),
+                 .needed = "a server that runs as long as the stream",
+                 .fix = "tensor_query_client reconnect=true, which connects again"};
+  }
+
+  void log_outcomes() const {
+    const auto counts = outcomes_.counts();
+    GST_CAT_INFO_OBJECT(category(), element(),
+                        "%" G_GUINT64_FORMAT " sent: %" G_GUINT64_FORMAT
+                        " answered, %" G_GUINT64_FORMAT " late, %" G_GUINT64_FORMAT
+                        " refused, %" G_GUINT64_FORMAT " lost",
+                        counts.sent, counts.answered, counts.late, counts.refused, counts.lost);
+  }
+
+  transport::WakeEvent interruption_;
+  edge::RequestOutcomes outcomes_;
+  std::atomic<uint64_t> reconnections_{0};
+  // Streaming thread, or a change of state that has stopped it.
+  QueryExchange exchange_{&ledger_, &outcomes_};
+  Ref<GstCaps> input_caps_, output_caps_;
+  std::unique_ptr<transport::ServerFinder> finder_;  // connect-type=HYBRID
+  transport::ServerFinder::Server server_{};         // the last one that was tried
+  gst::EarlyEvents early_;                           // until there are caps to send
+  bool was_connected_ = false, is_ending_ = false, has_warned_ = false;
+  milliseconds retry_ = kFirstRetry;
+  steady_clock::time_point next_try_;
+};
+
+}  // namespace
+
+bool register_tensor_query_client(GstPlugin* plugin) {
+  return TensorQueryClient::register_in(plugin);
+}
+
+}  // namespace weir

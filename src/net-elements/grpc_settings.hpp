@@ -1,0 +1,58 @@
+// The properties that both gRPC elements have.
+// SPDX-License-Identifier: LGPL-2.1-or-later
+#pragma once
+#include <gst/gst.h>
+
+#include <string>
+#include <tuple>
+
+#include "gstcpp/element/property.hpp"
+#include "net-elements/message_codec.hpp"
+#include "net/tensor_service/tensor_service.hpp"
+
+namespace weir {
+
+struct GrpcSettings {
+  bool silent = true;
+  bool server = false;
+  bool blocking = true;
+  std::string idl = "protobuf";
+  std::string host = "localhost";
+  int port = 55115;
+  uint32_t queue = 16;
+  uint64_t max_message = uint64_t{64} << 20;
+  bool insecure = false;
+  std::string allow;
+
+  // The connection as the properties describe it. Posts a warning on `element` for another machine
+  // without encryption, and later with what degrades the stream. CONNECTION_INSECURE and
+  // OPTION_VALUE as of transport::check_old_protocol().
+  Result<net::TensorServiceOptions> options(const MessageCodec& codec, GstElement* element) const;
+};
+
+inline constexpr std::tuple kGrpcProperties{
+    gst::Property{"silent", &GrpcSettings::silent, "Accepted for compatibility; has no effect",
+                  gst::Changeable::WhilePlaying},
+    gst::Property{"idl", &GrpcSettings::idl, "Schema of the messages: protobuf or flatbuf"},
+    gst::Property{"host", &GrpcSettings::host,
+                  "Address of the server; with server=true, the address to listen on"},
+    gst::Property{"port", &GrpcSettings::port,
+                  "Port of the server; with server=true, 0 = a free port, which the property "
+                  "contains in PAUSED and PLAYING",
+                  gst::Changeable::InReady, 0, 65535},
+    gst::Property{"max-message", &GrpcSettings::max_message, "Maximum size of a message in bytes",
+                  gst::Changeable::InReady, 1024u, 2147483647u},
+    gst::Property{"insecure", &GrpcSettings::insecure,
+                  "Allow connections to other machines although weir.ini has [network] "
+                  "require-tls=true; requires allow"},
+    gst::Property{"allow", &GrpcSettings::allow,
+                  "Addresses, networks and names of the peers that are allowed, separated by "
+                  "commas; default: all"}};
+
+// The pads of both elements.
+#define WEIR_CAPS_GRPC \
+  WEIR_CAPS_TENSOR     \
+  "; other/tensors, "  \
+  "format=(string)static, num_tensors=(int)[ 1, 256 ], " WEIR_CAPS_RATE
+
+}  // namespace weir
