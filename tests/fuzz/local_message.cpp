@@ -132,9 +132,11 @@ void check_reader(fuzz::FuzzInput input) {
     if (link.state() == ReaderLink::State::Reading && link.has_room(4) && link.send_frame(frame))
       ++sent;
     const auto packet = next_packet(&input);
-    Packet received{.bytes = packet.bytes, .descriptor = {}, .cut = input.rarely()};
-    if (packet.has_block) received.descriptor = Descriptor(dup(reader.get()));
-    reason = link.handle(received, &garbage);
+    const int descriptor = packet.has_block ? reader.get() : -1;
+    if (send_packet(reader.get(), packet.bytes, descriptor) != Transfer::Done) break;
+    const pollfd events{link.socket(), POLLIN, POLLIN};
+    for (const auto& message : link.read(&events).messages)
+      if (!reason) reason = link.handle(message, &garbage);
     require(!reason || !reason->empty(), "a refusal has a reason");
   }
   link.release_all(&garbage);

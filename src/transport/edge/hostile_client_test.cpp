@@ -4,6 +4,7 @@
 #include <set>
 #include <thread>
 
+#include "transport/edge/flood_test_support.hpp"
 #include "transport/edge/query_client_test_support.hpp"
 
 namespace weir::edge::test {
@@ -225,6 +226,17 @@ TEST_F(HostileClient, Class6APeerThatSendsSlowlyIsClosedToo) {
   peer.greeting();
   peer.a.send(start_of(host_info("localhost:1"), 40));
   expect_refused(peer, "it does not complete the handshake within 2 s");
+}
+
+TEST_F(HostileClient, Class6AFloodOfMessagesStallsNoOtherAndNoStop) {
+  open();
+  const auto peer = connected();
+  ASSERT_TRUE(clients_become(1));
+  const Flood requests(peer.a.get()), answers(peer.b.get());
+  requests.wait_until_it_runs();
+  answers.wait_until_it_runs();
+  for (int i = 0; i < 3; ++i) expect_service();
+  listener_->stop();
 }
 
 TEST_F(HostileClient, Class6ClientsWaitForTheCapsOnlySoLong) {

@@ -20,7 +20,6 @@
 namespace weir::edge {
 namespace {
 
-constexpr auto kSilence = std::chrono::milliseconds(200);
 constexpr char kNumberKey[] = "weir.seq";
 constexpr char kClientKey[] = "client_id";
 constexpr char kHostFix[] = "set host to an address of this machine that the server can reach";
@@ -130,38 +129,25 @@ Result<std::unique_ptr<QueryLink>> QueryLink::connect(const QueryOptions& option
   return out;
 }
 
-// Waits until there is something to read.
-Status QueryLink::wait_for_greeting_bytes(const io::Deadline& deadline) {
-  // Silence decides the form of some greetings.
-  const bool undecided = requests_->is_undecided();
-  const auto until = undecided ? io::deadline_in(kSilence) : deadline;
-  pollfd watched[] = {{requests_->socket(), POLLIN, 0}, {options_.cancel, POLLIN, 0}};
-  const int ready = poll(watched, 2, io::poll_timeout(until));
-  if (ready > 0 && watched[1].revents) return cancelled();
-  if (ready == 0 && undecided && io::is_over(until))
-    if (auto status = requests_->silence(); !status) return status;
-  if (ready > 0 || !io::is_over(deadline)) return ok();
-  return unreachable(options_, "the query server does not start the handshake",
-                     "nothing within " + seconds_text(options_.handshake_time),
-                     "check the port, and that the pipeline of the server is playing");
-}
-
 Result<wire::EdgeMessage> QueryLink::wait_for_greeting(const io::Deadline& deadline) {
-  for (;;) {
-    auto step = requests_->read();
-    if (!step) return step.error();
-    if (step->read == Read::Closed)
-      return Error{
-          .code = Code::SERVER_REFUSED,
-          .what = "the query server closed the connection before the handshake",
-          .offered = options_.server_host + ":" + std::to_string(options_.server_port),
-          .needed = "a tensor_query_serversrc that accepts another client (max-connections)"};
-    if (step->read == Read::Message && step->action != wire::Action::ReadCapability)
-      return wire::peer_error("the query server does not start the handshake",
-                              wire::to_string(step->message.command), "CAPABILITY");
-    if (step->read == Read::Message) return std::move(step->message);
-    if (auto status = wait_for_greeting_bytes(deadline); !status) return status.error();
-  }
+  auto step = requests_->wait(deadline, options_.cancel);
+  if (!step) return step.error();
+  if (step->read == Read::Cancelled) return cancelled();
+  if (step->read == Read::Late)
+    return unreachable(options_, "the query server does not start the handshake",
+                       "nothing within " + seconds_text(options_.handshake_time),
+                       "check the port, and that the pipeline of the server is playing");
+  if (step->read == Read::Closed)
+    return Error{.code = Code::SERVER_REFUSED,
+                 .what = "the query server closed the connection before the handshake",
+                 .offered = options_.server_host + ":" + std::to_string(options_.server_port),
+                 .needed =
+                     "a tensor_query_serversrc that accepts another client "
+                     "(max-connections)"};
+  if (step->action != wire::Action::ReadCapability)
+    return wire::peer_error("the query server does not start the handshake",
+                            wire::to_string(step->message.command), "CAPABILITY");
+  return std::move(step->message);
 }
 
 Status QueryLink::read_greeting(const io::Deadline& deadline) {
@@ -294,7 +280,11 @@ Result<std::optional<LinkEnd>> QueryLink::wait(const io::Deadline& deadline, boo
   if (ready > 0 && watched[1].revents) return End(LinkEnd::Interrupted);
   if (ready == 0 && io::is_over(deadline)) return End(LinkEnd::Late);
   if (ready <= 0) return End();
-  return read_ready((watched[0].revents & ~POLLOUT) != 0, watched[2].revents != 0);
+  const auto ended = read_ready((watched[0].revents & ~POLLOUT) != 0, watched[2].revents != 0);
+  if (!ended || *ended) return ended;
+  // Messages that mean nothing do not hold up the time.
+  const bool is_late = !(watched[0].revents & POLLOUT) && io::is_over(deadline);
+  return is_late ? End(LinkEnd::Late) : End();
 }
 
 // Answers that came before the end are not lost, and the end of one connection may come before the
@@ -312,16 +302,16 @@ Result<std::optional<LinkEnd>> QueryLink::read_ready(bool has_requests, bool has
   return end(refused ? LinkEnd::Refused : LinkEnd::Lost);
 }
 
-// Reads messages, with `all` until there is nothing more; returns how the connection ended, if it
-// did.
+// Reads messages, with `all` until there is nothing more or the turn is over; returns how the
+// connection ended, if it did.
 Result<std::optional<LinkEnd>> QueryLink::read_side(MessageConnection* from, bool all) {
+  size_t turn = MessageConnection::kTurnBytes;
   do {
-    auto step = from->read();
+    auto step = from->read(&turn);
     if (!step) return step.error();
     if (step->read == Read::Nothing) return End();
     if (step->read == Read::Closed) return End(LinkEnd::Lost);
     if (step->action == wire::Action::Close) return End(LinkEnd::Refused);
-    if (step->action != wire::Action::ReadFrame) continue;
     if (auto status = take_answer(std::move(step->message)); !status) return status.error();
   } while (all || from->has_read_ahead());
   return End();

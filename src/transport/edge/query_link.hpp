@@ -94,7 +94,6 @@ class QueryLink {
   explicit QueryLink(const QueryOptions& options);
   Status read_greeting(const io::Deadline& deadline);
   Result<wire::EdgeMessage> wait_for_greeting(const io::Deadline& deadline);
-  Status wait_for_greeting_bytes(const io::Deadline& deadline);
   Status send_host_info();
   wire::HostAddress listener_address() const;
   // True when the server has connected.

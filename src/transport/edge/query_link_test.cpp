@@ -7,6 +7,7 @@
 
 #include "becomes.hpp"
 #include "says.hpp"
+#include "transport/edge/flood_test_support.hpp"
 #include "transport/edge/query_server_test_support.hpp"
 
 namespace weir::edge {
@@ -423,6 +424,23 @@ TEST_F(EdgeQuery, EveryWaitCanBeInterrupted) {
   const Bytes large(64 << 20);
   const auto request = link->make_request({large}, 0);
   EXPECT_EQ(*link->send(*request), LinkEnd::Interrupted);
+}
+TEST_F(EdgeQuery, AFloodOfMessagesHoldsUpNeitherTheTimeNorAStop) {
+  for (const bool on_requests : {true, false}) {
+    ScriptedServer server([&](auto& s) {
+      s.handshake("A", "B");
+      const auto bytes = test::ignored_messages();
+      s.until_closed([&] {
+        for (;;) s.send(on_requests ? s.requests : s.answers, bytes);
+      });
+    });
+    const auto link = linked(server);
+    ASSERT_TRUE(link);
+    EXPECT_EQ(link->receive(io::deadline_in(300ms))->end, LinkEnd::Late);
+    stop_.set();
+    EXPECT_EQ(receive(link.get())->end, LinkEnd::Interrupted);
+    stop_.clear();
+  }
 }
 TEST_F(EdgeQuery, AnswersThatCameBeforeTheEndAreNotLost) {
   ScriptedServer server([](auto& s) {

@@ -32,7 +32,7 @@ Result<std::unique_ptr<QueryListener>> QueryListener::open(ListenerOptions optio
   std::unique_ptr<QueryListener> out(new QueryListener(std::move(options)));
   out->port_ = port_of(listener->get());
   out->listener_ = *std::move(listener);
-  out->thread_ = std::thread([server = out.get()] { server->serve(); });
+  out->start();
   return out;
 }
 
@@ -42,12 +42,7 @@ QueryListener::~QueryListener() {
 
 void QueryListener::stop() {
   set_accepting(false);
-  {
-    const std::lock_guard lock(mutex_);
-    stopping_ = true;
-  }
-  wake_->set();
-  if (thread_.joinable()) thread_.join();
+  join();
   listener_ = Descriptor();
 }
 
@@ -111,17 +106,6 @@ std::shared_ptr<ReceivedRequest> QueryListener::take() {
   }
 }
 
-void QueryListener::interrupt() {
-  const std::lock_guard lock(mutex_);
-  interrupted_ = true;
-  changed_.notify_all();
-}
-
-void QueryListener::resume() {
-  const std::lock_guard lock(mutex_);
-  interrupted_ = false;
-}
-
 QueryListener::Client QueryListener::find(int64_t id) const {
   const auto found = std::find_if(clients_.begin(), clients_.end(),
                                   [&](const auto& client) { return client->id() == id; });
@@ -182,7 +166,7 @@ ListenerCounts QueryListener::counts() const {
   const auto ready = std::count_if(clients_.begin(), clients_.end(), [](const auto& client) {
     return client->state() == State::Ready;
   });
-  return {static_cast<uint32_t>(ready), clients_refused_, answers_lost_,
+  return {static_cast<uint32_t>(ready), refused_count_, answers_lost_,
           static_cast<uint32_t>(waiting_.size())};
 }
 
@@ -202,11 +186,9 @@ std::string QueryListener::reason_to_refuse(const std::string& address) const {
 }
 
 void QueryListener::refuse(const Client& client, const std::string& reason) {
-  if (client->state() == State::Gone) return;
-  ++clients_refused_;
-  refusals_.push_back(refused_client(client->address(), reason));
+  if (client->is_gone()) return;
   client->send_errors();
-  client->set_gone();
+  PollServer::refuse(client.get(), refused_client(client->address(), reason));
 }
 
 void QueryListener::greet(const Client& client) {
@@ -215,17 +197,14 @@ void QueryListener::greet(const Client& client) {
     refuse(client, status.error().message());
 }
 
-void QueryListener::accept_new() {
-  while (Descriptor socket = accept_from(listener_.get())) {
-    int64_t id = new_client_id();
-    while (find(id)) id = new_client_id();
-    const auto client = std::make_shared<ServedClient>(std::move(socket), id, options_.client);
-    if (const auto reason = reason_to_refuse(client->address()); !reason.empty()) {
-      refuse(client, reason);
-      continue;
-    }
-    clients_.push_back(client);
-  }
+void QueryListener::add(Descriptor socket) {
+  if (listening() < 0) return;
+  int64_t id = new_client_id();
+  while (find(id)) id = new_client_id();
+  const auto client = std::make_shared<ServedClient>(std::move(socket), id, options_.client);
+  if (const auto reason = reason_to_refuse(client->address()); !reason.empty())
+    return refuse(client, reason);
+  clients_.push_back(client);
 }
 
 // The oldest client of an address is read even if the bytes of all its clients are too many, so
@@ -257,83 +236,28 @@ io::Deadline QueryListener::watch(const Clients& clients, std::vector<pollfd>* w
   for (const auto& client : clients) {
     const bool reads = may_read(client, many_bytes);
     all_read = all_read && reads;
-    client->set_reading(reads);
-    const int in = reads ? POLLIN : 0;
-    const int out = client->has_unsent_greeting() ? POLLOUT : 0;
-    watched->push_back({client->requests_socket(), static_cast<short>(in | out), 0});
-    const int answers = client->has_unsent_answers() ? POLLIN | POLLOUT : POLLIN;
-    watched->push_back({client->answers_socket(), static_cast<short>(answers), 0});
+    client->watch(reads, watched);
     next = io::earlier(next, client->deadline());
   }
   if (all_read) wake_->set_wanted(false);
   return next;
 }
 
-void QueryListener::receive(const Client& client) {
-  std::optional<ServedClient::Request> request;
-  if (const auto reason = client->receive(&request)) return refuse(client, *reason);
-  if (!request) return;
-  waiting_.push_back(std::make_shared<ReceivedRequest>(client->id(), std::move(request->memories),
-                                                       std::move(request->sequence), client->load(),
-                                                       requests_, wake_));
-}
-
-void QueryListener::attend(const Client& client, short requests, short answers) {
+void QueryListener::attend(const Client& client, const pollfd* events, ServedClient::Input input) {
   greet(client);
-  client->send();
-  if (answers)
-    if (const auto reason = client->attend_answers()) refuse(client, *reason);
-  if (requests & POLLIN)
-    receive(client);
-  else if (requests & (POLLERR | POLLHUP))
-    client->set_gone();
-  if (client->state() != State::Gone && io::is_over(client->deadline()))
+  std::optional<ServedClient::Request> request;
+  if (const auto reason = client->attend(events, std::move(input), &request))
+    return refuse(client, *reason);
+  if (request)
+    waiting_.push_back(std::make_shared<ReceivedRequest>(client->id(), std::move(request->memories),
+                                                         std::move(request->sequence),
+                                                         client->load(), requests_, wake_));
+  if (!client->is_gone() && io::is_over(client->deadline()))
     refuse(client, client->reason_of_deadline());
 }
 
-bool QueryListener::serve_once() {
-  Clients clients;
-  std::vector<pollfd> watched;
-  io::Deadline next;
-  {
-    const std::lock_guard lock(mutex_);
-    if (stopping_) return false;
-    const bool accepts = accepting_ && !closed_;
-    watched.push_back({wake_->descriptor(), POLLIN, 0});
-    watched.push_back({accepts ? listener_.get() : -1, POLLIN, 0});
-    clients = clients_;
-    next = watch(clients, &watched);
-  }
-  poll(watched.data(), watched.size(), io::poll_timeout(next));
-  if (watched[0].revents) wake_->clear();
-  std::vector<Error> refusals;
-  {
-    const std::lock_guard lock(mutex_);
-    for (size_t i = 0; i < clients.size(); ++i)
-      if (clients[i]->state() != State::Gone)
-        attend(clients[i], watched[2 * i + 2].revents, watched[2 * i + 3].revents);
-    if (watched[1].revents && accepting_ && !closed_) accept_new();
-    for (const auto& client : clients_) greet(client);
-    std::erase_if(clients_, [](auto& client) { return client->state() == State::Gone; });
-    refusals.swap(refusals_);
-  }
-  changed_.notify_all();
-  clients.clear();
-  if (options_.refused)
-    for (const Error& error : refusals) options_.refused(error);
-  return true;
-}
-
-void QueryListener::serve() noexcept {
-  try {
-    while (serve_once()) {
-    }
-  } catch (const std::exception&) {  // the thread entry: memory ran out
-    const std::lock_guard lock(mutex_);
-    for (const auto& client : clients_) client->set_gone();
-    clients_.clear();
-    changed_.notify_all();
-  }
+void QueryListener::end_turn() {
+  for (const auto& client : clients_) greet(client);
 }
 
 }  // namespace weir::edge

@@ -2,22 +2,17 @@
 // (docs/compatibility/edge-wire.md 10.1, 10.4).
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #pragma once
-#include <poll.h>
-
-#include <condition_variable>
 #include <deque>
 #include <functional>
 #include <memory>
-#include <mutex>
 #include <string>
-#include <thread>
 #include <vector>
 
 #include "core/io/deadline.hpp"
 #include "transport/edge/received_request.hpp"
 #include "transport/edge/served_client.hpp"
 #include "transport/edge/stream_socket.hpp"
-#include "transport/wake_event.hpp"
+#include "transport/poll_server.hpp"
 
 namespace weir::edge {
 
@@ -44,13 +39,11 @@ struct ListenerCounts {
 };
 
 // Thread-safe. A client that does not read or write stalls no other.
-class QueryListener {
+class QueryListener : public transport::PollServer<ServedClient> {
  public:
   // Listens. Clients connect, and wait until set_accepting(true). Errors: those of listen_on().
   static Result<std::unique_ptr<QueryListener>> open(ListenerOptions options);
-  QueryListener(const QueryListener&) = delete;
-  QueryListener& operator=(const QueryListener&) = delete;
-  ~QueryListener();
+  ~QueryListener() override;
 
   uint16_t port() const noexcept { return port_; }
   // The caps that clients are greeted with, when both are known: of requests and of answers.
@@ -64,8 +57,6 @@ class QueryListener {
 
   // Waits for a request. Null after interrupt(), until resume().
   std::shared_ptr<ReceivedRequest> take();
-  void interrupt();
-  void resume();
 
   enum class Sent {
     Queued,
@@ -87,18 +78,16 @@ class QueryListener {
   const RequestCounters& requests() const noexcept { return *requests_; }
 
  private:
-  using Client = std::shared_ptr<ServedClient>;
-  using Clients = std::vector<Client>;
-
-  explicit QueryListener(ListenerOptions options) : options_(std::move(options)) {}
+  explicit QueryListener(ListenerOptions options)
+      : PollServer(options.refused), options_(std::move(options)) {}
   Status set_caps(std::string* caps, const std::string& value);
-  void serve() noexcept;
-  bool serve_once();  // false: it was stopped
-  io::Deadline watch(const Clients& clients, std::vector<pollfd>* watched);
+  int listening() const override { return accepting_ && !closed_ ? listener_.get() : -1; }
+  Descriptor accept() override { return accept_from(listener_.get()); }
+  void add(Descriptor socket) override;
+  io::Deadline watch(const Clients& clients, std::vector<pollfd>* watched) override;
+  void attend(const Client& client, const pollfd* events, ServedClient::Input input) override;
+  void end_turn() override;
   bool may_read(const Client& client, bool many_bytes) const;
-  void attend(const Client& client, short requests, short answers);
-  void receive(const Client& client);
-  void accept_new();
   std::string reason_to_refuse(const std::string& address) const;
   void refuse(const Client& client, const std::string& reason);
   void greet(const Client& client);
@@ -107,17 +96,12 @@ class QueryListener {
   const ListenerOptions options_;
   Descriptor listener_;
   uint16_t port_ = 0;
-  const std::shared_ptr<transport::WakeEvent> wake_ = std::make_shared<transport::WakeEvent>();
   const std::shared_ptr<RequestCounters> requests_ = std::make_shared<RequestCounters>();
-  mutable std::mutex mutex_;  // guards the rest
-  std::condition_variable changed_;
-  Clients clients_;
+  // Guarded by the mutex.
   std::deque<std::shared_ptr<ReceivedRequest>> waiting_;
   std::string request_caps_, answer_caps_, capability_;
-  std::vector<Error> refusals_;  // to be reported
-  uint64_t clients_refused_ = 0, answers_lost_ = 0;
-  bool accepting_ = false, closed_ = false, interrupted_ = false, stopping_ = false;
-  std::thread thread_;
+  uint64_t answers_lost_ = 0;
+  bool accepting_ = false, closed_ = false;
 };
 
 }  // namespace weir::edge

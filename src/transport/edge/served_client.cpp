@@ -2,10 +2,8 @@
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #include "transport/edge/served_client.hpp"
 
-#include <netinet/in.h>
 #include <sys/socket.h>
 
-#include <cerrno>
 #include <utility>
 
 #include "core/wire/edge_metadata.hpp"
@@ -18,7 +16,6 @@ using Clock = std::chrono::steady_clock;
 using wire::HeaderForm;
 
 constexpr auto kHandshakeTime = std::chrono::seconds(2);
-constexpr size_t kMostAtOnce = size_t{1} << 20;  // bytes of one client, before others are attended
 // A client sends a short text before it sends requests, and nothing on the second connection.
 constexpr wire::MessageLimits kHandshakeLimits{
     .message_bytes = 4096, .text_bytes = 1024, .metadata_bytes = 1024};
@@ -28,28 +25,14 @@ std::string text_of(const Error& error) {
   return error.what + ": " + error.offered;
 }
 
-struct Arrival {
-  size_t bytes = 0;    // 0: nothing is there
-  bool ended = false;  // the other end has closed the connection, or it failed
-};
-Arrival receive_some(int socket, std::span<std::byte> room) {
-  ssize_t got = -1;
-  do {
-    got = recv(socket, room.data(), room.size(), MSG_DONTWAIT);
-  } while (got < 0 && errno == EINTR);
-  if (got > 0) return {.bytes = static_cast<size_t>(got)};
-  return {.ended = got == 0 || (errno != EAGAIN && errno != EWOULDBLOCK)};
-}
-
 }  // namespace
 
 ServedClient::ServedClient(Descriptor a, int64_t id, const ClientOptions& options)
     : id_(id),
       options_(options),
-      a_(std::move(a)),
-      address_(peer_of(a_.get())),
-      form_(options.form.value_or(HeaderForm::Bytes2088)),
-      reader_(std::make_unique<wire::MessageReader>(kHandshakeLimits, options.form)) {}
+      a_(std::move(a), wire::Side::ServerOnA, kHandshakeLimits, options.form, 0),
+      address_(peer_of(a_.socket())),
+      form_(options.form.value_or(HeaderForm::Bytes2088)) {}
 
 void ServedClient::set_gone() noexcept {
   state_ = State::Gone;
@@ -62,7 +45,7 @@ io::Deadline ServedClient::deadline() const {
   if (state_ == State::Waiting) return io::deadline_in(options_.patience, 1, since_);
   if (const auto& since = answers_.waiting_since())
     return io::deadline_in(options_.patience, 1, *since);
-  if (reading_ && !reader_->at_start()) return io::deadline_in(options_.patience, 1, last_bytes_);
+  if (reading_ && a_.partial_bytes() > 0) return io::deadline_in(options_.patience, 1, last_bytes_);
   return std::nullopt;
 }
 
@@ -93,56 +76,58 @@ Status ServedClient::greet(const std::string& capability) {
   return ok();
 }
 
-void ServedClient::set_reading(bool reading) {
+void ServedClient::watch(bool reading, std::vector<pollfd>* watched) {
   if (reading && !reading_) last_bytes_ = Clock::now();
   reading_ = reading;
+  reads_answers_ = state_ == State::Ready;
+  const int in = reading ? POLLIN : 0, out = greeting_.empty() ? 0 : POLLOUT;
+  watched->push_back({a_.socket(), static_cast<short>(in | out), 0});
+  // The second connection waits to be made, or to take answers.
+  const bool writes = state_ == State::Connecting || !answers_.empty();
+  const int answers = writes ? POLLIN | POLLOUT : POLLIN;
+  watched->push_back({b_ ? b_->socket() : -1, static_cast<short>(answers), 0});
 }
 
-ServedClient::Refusal ServedClient::receive(std::optional<Request>* request) {
-  for (size_t total = 0; state_ != State::Gone && total < kMostAtOnce;) {
-    const auto arrival = receive_some(a_.get(), reader_->space());
-    if (arrival.ended) set_gone();
-    if (arrival.bytes == 0) return std::nullopt;
-    last_bytes_ = Clock::now();
-    total += arrival.bytes;
-    partial_bytes_ += arrival.bytes;
-    if (const auto status = reader_->received(arrival.bytes); !status)
-      return text_of(status.error());
-    if (!reader_->complete()) continue;
-    partial_bytes_ = 0;
-    if (auto refusal = take_message(request)) return refusal;
-    // Requests wait for the connection that their answers take.
-    if (*request || state_ == State::Connecting) return std::nullopt;
-  }
-  return std::nullopt;
+ServedClient::Input ServedClient::read(const pollfd* events) {
+  Input out;
+  size_t turn = MessageConnection::kTurnBytes;
+  if (reads_answers_ && events[1].revents) out.answers = b_->read(&turn);
+  turn = MessageConnection::kTurnBytes;
+  const uint64_t before = a_.bytes_received();
+  if (events[0].revents & POLLIN)
+    out.requests = a_.read(&turn);
+  else if (events[0].revents & (POLLERR | POLLHUP))
+    out.requests = Step{MessageConnection::Read::Closed};
+  if (a_.bytes_received() != before) last_bytes_ = Clock::now();
+  return out;
 }
 
-ServedClient::Refusal ServedClient::take_message(std::optional<Request>* request) {
-  auto message = reader_->take();
-  const auto action = conversation_.next(message.command);
-  if (!action) return text_of(action.error());
-  switch (*action) {
-    case wire::Action::Close:
-      set_gone();
-      return std::nullopt;
-    case wire::Action::ReadHostInfo:
-      return host_info(message);
-    case wire::Action::ReadFrame:
-      break;
-    default:
-      return std::nullopt;
-  }
-  const auto metadata = wire::EdgeMetadata::parse(message.metadata.bytes());
+ServedClient::Refusal ServedClient::take(Result<Step> step, std::optional<Request>* request) {
+  if (!step) return text_of(step.error());
+  if (step->read == MessageConnection::Read::Closed || step->action == wire::Action::Close)
+    set_gone();
+  if (step->action == wire::Action::ReadHostInfo) return host_info(step->message);
+  if (step->action != wire::Action::ReadFrame) return std::nullopt;
+  const auto metadata = wire::EdgeMetadata::parse(step->message.metadata.bytes());
   if (!metadata) return text_of(metadata.error());
-  if (message.memories.empty()) return "a frame without memories";
-  request->emplace(
-      Request{std::move(message.memories), std::string(metadata->find(kSequence).value_or(""))});
+  if (step->message.memories.empty()) return "a frame without memories";
+  request->emplace(Request{std::move(step->message.memories),
+                           std::string(metadata->find(kSequence).value_or(""))});
   return std::nullopt;
+}
+
+ServedClient::Refusal ServedClient::attend(const pollfd* events, Input input,
+                                           std::optional<Request>* request) {
+  send();
+  if (state_ == State::Connecting && events[1].revents)
+    if (auto refusal = end_connecting()) return refusal;
+  if (auto refusal = take(std::move(input.answers), request)) return refusal;
+  return state_ == State::Gone ? std::nullopt : take(std::move(input.requests), request);
 }
 
 ServedClient::Refusal ServedClient::host_info(const wire::EdgeMessage& message) {
   if (state_ != State::Greeted) return "it sent HOST_INFO before the server sent CAPABILITY";
-  form_ = *reader_->form();
+  form_ = *a_.form();
   if (!options_.form && form_ == HeaderForm::Bytes160)
     return "it uses headers of 160 bytes (property wire-version=0.2.2)";
   const auto text = wire::text_of_memory(message.memories[0].bytes());
@@ -158,41 +143,23 @@ ServedClient::Refusal ServedClient::host_info(const wire::EdgeMessage& message) 
   if (!target) return text_of(target.error());
   auto connection = start_connection(*target);
   if (!connection) return text_of(connection.error());
-  b_ = *std::move(connection);
+  b_ = std::make_unique<MessageConnection>(*std::move(connection), wire::Side::ServerOnB,
+                                           kHandshakeLimits, form_, 0);
   state_ = State::Connecting;
   since_ = Clock::now();
-  reader_ = std::make_unique<wire::MessageReader>(
-      wire::MessageLimits{.message_bytes = options_.most_message_bytes}, form_);
-  answers_reader_ = std::make_unique<wire::MessageReader>(kHandshakeLimits, form_);
+  a_.set_limits({.message_bytes = options_.most_message_bytes});
   return std::nullopt;
 }
 
-ServedClient::Refusal ServedClient::attend_answers() {
-  if (state_ == State::Connecting) {
-    if (!is_connected(b_.get())) {
-      const std::string reason = connection_error(b_.get());
-      if (reason.empty()) return std::nullopt;
-      return "its own listener cannot be reached: " + reason;
-    }
-    state_ = State::Ready;
-    since_ = Clock::now();
+ServedClient::Refusal ServedClient::end_connecting() {
+  if (!is_connected(b_->socket())) {
+    const std::string reason = connection_error(b_->socket());
+    if (reason.empty()) return std::nullopt;
+    return "its own listener cannot be reached: " + reason;
   }
+  state_ = State::Ready;
+  since_ = Clock::now();
   send();
-  return read_answers_socket();
-}
-
-// A client sends nothing but ERROR on the second connection.
-ServedClient::Refusal ServedClient::read_answers_socket() {
-  for (size_t total = 0; state_ != State::Gone && total < kMostAtOnce;) {
-    const auto arrival = receive_some(b_.get(), answers_reader_->space());
-    if (arrival.ended) set_gone();
-    if (arrival.bytes == 0) return std::nullopt;
-    total += arrival.bytes;
-    if (const auto status = answers_reader_->received(arrival.bytes); !status)
-      return text_of(status.error());
-    if (answers_reader_->complete() && answers_reader_->take().command == wire::Command::Error)
-      set_gone();
-  }
   return std::nullopt;
 }
 
@@ -226,7 +193,8 @@ Result<bool> ServedClient::queue_answer(const std::vector<std::span<const std::b
 }
 
 void ServedClient::send() {
-  const bool sent = greeting_.send(a_.get()) && (state_ != State::Ready || answers_.send(b_.get()));
+  const bool sent =
+      greeting_.send(a_.socket()) && (state_ != State::Ready || answers_.send(b_->socket()));
   if (!sent) set_gone();
 }
 
@@ -236,8 +204,8 @@ void ServedClient::send_errors() noexcept {
     ::send(socket, message.data(), message.size(), MSG_NOSIGNAL | MSG_DONTWAIT);
   };
   if (state_ == State::Gone || greeting_.is_within_message()) return;
-  report(a_.get());
-  if (state_ == State::Ready && !answers_.is_within_message()) report(b_.get());
+  report(a_.socket());
+  if (state_ == State::Ready && !answers_.is_within_message()) report(b_->socket());
 }
 
 }  // namespace weir::edge

@@ -1,6 +1,8 @@
 // ServedClient: one query client as its server sees it (docs/compatibility/edge-wire.md 10.1).
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #pragma once
+#include <poll.h>
+
 #include <chrono>
 #include <functional>
 #include <memory>
@@ -8,11 +10,9 @@
 #include <string>
 #include <vector>
 
-#include "core/wire/edge_conversation.hpp"
-#include "core/wire/message_reader.hpp"
+#include "transport/edge/message_connection.hpp"
 #include "transport/edge/received_request.hpp"
 #include "transport/edge/send_queue.hpp"
-#include "transport/edge/stream_socket.hpp"
 
 namespace weir::edge {
 
@@ -29,8 +29,8 @@ struct ClientOptions {
   std::function<bool(const std::string& address)> allows_callback{};
 };
 
-// Used under the listener's lock. Nothing here blocks. What is returned as a text is why the client
-// is refused.
+// Used under the listener's lock, but read(). Nothing here blocks. What is returned as a text is
+// why the client is refused.
 class ServedClient {
  public:
   using Refusal = std::optional<std::string>;
@@ -49,6 +49,7 @@ class ServedClient {
   const std::string& address() const noexcept { return address_; }
   State state() const noexcept { return state_; }
   const std::shared_ptr<ClientLoad>& load() const noexcept { return load_; }
+  bool is_gone() const noexcept { return state_ == State::Gone; }
   void set_gone() noexcept;
   // When it is refused unless it does what is due; nullopt: it need not do anything.
   io::Deadline deadline() const;
@@ -57,26 +58,26 @@ class ServedClient {
 
   // Announces the caps. Errors: those of wire::text_message().
   Status greet(const std::string& capability);
-  int requests_socket() const noexcept { return a_.get(); }
-  int answers_socket() const noexcept { return b_.get(); }  // -1: there is none yet
-  bool has_unsent_greeting() const noexcept { return !greeting_.empty(); }
-  // Whether the second connection waits to be made, or to take answers.
-  bool has_unsent_answers() const noexcept {
-    return state_ == State::Connecting || !answers_.empty();
-  }
   bool has_answers() const noexcept { return !answers_.empty(); }
   // Bytes of the message that arrives.
-  uint64_t partial_bytes() const noexcept { return partial_bytes_; }
-  void set_reading(bool reading);
+  uint64_t partial_bytes() const noexcept { return a_.partial_bytes(); }
 
+  static constexpr size_t kSockets = 2;  // for requests and for answers
+  // `reading`: whether requests are read in this turn.
+  void watch(bool reading, std::vector<pollfd>* watched);
+  using Step = MessageConnection::Step;
+  struct Input {
+    Result<Step> requests = Step{}, answers = Step{};  // of either connection
+  };
+  // Reads what has arrived, at most one message of each connection. The thread that calls watch(),
+  // without the lock.
+  Input read(const pollfd* events);
   struct Request {
     std::vector<wire::ByteBlock> memories{};
     std::string sequence{};
   };
-  // Reads from the first connection; at most one request in each call.
-  Refusal receive(std::optional<Request>* request);
-  // Goes on with the second connection.
-  Refusal attend_answers();
+  // Handles it, sends, and goes on with the second connection.
+  Refusal attend(const pollfd* events, Input input, std::optional<Request>* request);
   // Queues an answer. False: the queue is full. Errors: those of wire::write_header().
   Result<bool> queue_answer(const std::vector<std::span<const std::byte>>& memories,
                             std::shared_ptr<const void> owner, const std::string& sequence);
@@ -86,23 +87,21 @@ class ServedClient {
   void send_errors() noexcept;
 
  private:
-  Refusal take_message(std::optional<Request>* request);
+  Refusal take(Result<Step> step, std::optional<Request>* request);
   Refusal host_info(const wire::EdgeMessage& message);
-  Refusal read_answers_socket();
+  Refusal end_connecting();
 
   const int64_t id_;
   const ClientOptions& options_;
-  const Descriptor a_;
-  Descriptor b_;
+  MessageConnection a_;                   // that the client opened; only read() reads
+  std::unique_ptr<MessageConnection> b_;  // to its own listener: it sends nothing but ERROR
   const std::string address_;
   State state_ = State::Waiting;
   std::chrono::steady_clock::time_point since_ = std::chrono::steady_clock::now();  // of the state
   wire::HeaderForm form_;
-  std::unique_ptr<wire::MessageReader> reader_, answers_reader_;
-  wire::Conversation conversation_{wire::Side::ServerOnA};
   SendQueue greeting_, answers_;
-  uint64_t partial_bytes_ = 0;
-  bool reading_ = true;
+  // Of the thread that calls watch() and read().
+  bool reading_ = true, reads_answers_ = false;
   std::chrono::steady_clock::time_point last_bytes_ = since_;
   const std::shared_ptr<ClientLoad> load_ = std::make_shared<ClientLoad>();
 };

@@ -25,18 +25,13 @@ Result<std::unique_ptr<StreamPublisher>> StreamPublisher::open(PublisherOptions 
   if (!listener) return listener.error();
   std::unique_ptr<StreamPublisher> out(new StreamPublisher(std::move(options)));
   out->listener_ = *std::move(listener);
-  out->thread_ = std::thread([publisher = out.get()] { publisher->serve(); });
+  out->start();
   return out;
 }
 
 StreamPublisher::~StreamPublisher() {
-  {
-    const std::lock_guard lock(mutex_);
-    stopping_ = true;
-  }
-  wake_.set();
-  if (thread_.joinable()) thread_.join();
-  for (const auto& link : links_) link->send_error();
+  join();
+  for (const auto& link : clients_) link->send_error();
 }
 
 Status StreamPublisher::set_caps(const std::string& caps) {
@@ -46,9 +41,9 @@ Status StreamPublisher::set_caps(const std::string& caps) {
   if (!message) return message.error();
   const std::lock_guard lock(mutex_);
   greeting_ = *std::move(message);
-  for (const auto& link : links_)
+  for (const auto& link : clients_)
     if (link->state() == SubscriberLink::State::Waiting) link->queue_greeting(greeting_);
-  wake_.set();
+  wake_->set();
   return ok();
 }
 
@@ -62,13 +57,14 @@ Status StreamPublisher::set_no_caps() {
 
 bool StreamPublisher::has_subscriber() const {
   const std::lock_guard lock(mutex_);
-  return std::any_of(links_.begin(), links_.end(),
+  return std::any_of(clients_.begin(), clients_.end(),
                      [](const auto& link) { return link->gets_frames(); });
 }
 
 uint32_t StreamPublisher::count(SubscriberLink::State state) const {
-  return static_cast<uint32_t>(std::count_if(
-      links_.begin(), links_.end(), [state](const auto& link) { return link->state() == state; }));
+  return static_cast<uint32_t>(
+      std::count_if(clients_.begin(), clients_.end(),
+                    [state](const auto& link) { return link->state() == state; }));
 }
 
 Result<StreamPublisher::Outcome> StreamPublisher::publish(
@@ -87,7 +83,7 @@ Result<StreamPublisher::Outcome> StreamPublisher::publish(
   message->owner = std::move(owner);
   std::vector<Outage> outages;
   const Outcome outcome = queue(message, &outages);
-  if (outcome == Outcome::Sent) wake_.set();
+  if (outcome == Outcome::Sent) wake_->set();
   if (options_.fallen_behind)
     for (const Outage& outage : outages) options_.fallen_behind(outage);
   return outcome;
@@ -97,7 +93,7 @@ StreamPublisher::Outcome StreamPublisher::queue(const std::shared_ptr<const Shar
                                                 std::vector<Outage>* outages) {
   Outcome best = Outcome::NoSubscriber;
   const std::lock_guard lock(mutex_);
-  for (const auto& link : links_) {
+  for (const auto& link : clients_) {
     if (!link->gets_frames()) continue;
     const bool queued = link->queue_frame(message, options_.queue);
     if (!queued) ++missed_;
@@ -108,82 +104,52 @@ StreamPublisher::Outcome StreamPublisher::queue(const std::shared_ptr<const Shar
   return best;
 }
 
-template <class Ready>
-bool StreamPublisher::wait(const io::Deadline& deadline, const Ready& ready) {
-  std::unique_lock lock(mutex_);
-  const auto ended = [&] { return interrupted_ || ready(); };
-  if (!deadline)
-    changed_.wait(lock, ended);
-  else
-    changed_.wait_until(lock, *deadline, ended);
-  return !interrupted_ && ready();
-}
-
 bool StreamPublisher::flush(const io::Deadline& deadline) {
-  return wait(deadline, [this] {
-    return std::none_of(links_.begin(), links_.end(), [](const auto& link) {
+  Lock lock(mutex_);
+  return wait(&lock, deadline, [this] {
+    return std::none_of(clients_.begin(), clients_.end(), [](const auto& link) {
       return link->state() != SubscriberLink::State::Gone && link->has_unsent();
     });
   });
 }
 
 bool StreamPublisher::wait_for_subscriber(const io::Deadline& deadline) {
-  return wait(deadline, [this] { return count_subscribers() > 0; });
-}
-
-void StreamPublisher::interrupt() {
-  const std::lock_guard lock(mutex_);
-  interrupted_ = true;
-  changed_.notify_all();
-}
-
-void StreamPublisher::resume() {
-  const std::lock_guard lock(mutex_);
-  interrupted_ = false;
+  Lock lock(mutex_);
+  return wait(&lock, deadline, [this] { return count_subscribers() > 0; });
 }
 
 PublisherCounts StreamPublisher::counts() const {
   const std::lock_guard lock(mutex_);
-  return {count_subscribers(), refused_, missed_, count(SubscriberLink::State::Waiting)};
+  return {count_subscribers(), refused_count_, missed_, count(SubscriberLink::State::Waiting)};
 }
 
 std::string StreamPublisher::reason_to_refuse(const std::string& address) const {
   if (options_.allowed && !options_.allowed(address))
     return "the property allow does not contain its address";
-  if (links_.size() >= options_.most_subscribers)
+  if (clients_.size() >= options_.most_subscribers)
     return std::to_string(options_.most_subscribers) + " subscribers are already connected";
-  const auto of_address = std::count_if(
-      links_.begin(), links_.end(), [&](const auto& link) { return link->address() == address; });
+  const auto of_address = std::count_if(clients_.begin(), clients_.end(), [&](const auto& link) {
+    return link->address() == address;
+  });
   if (static_cast<uint32_t>(of_address) >= options_.most_of_one_address)
     return std::to_string(of_address) + " subscribers with its address are already connected";
   return "";
 }
 
-void StreamPublisher::refuse(SubscriberLink* link, const std::string& reason,
-                             std::vector<Error>* refusals) {
-  ++refused_;
-  refusals->push_back(refused_subscriber(link->address(), reason));
-  link->set_gone();
+void StreamPublisher::add(Descriptor socket) {
+  const auto link =
+      std::make_shared<SubscriberLink>(std::move(socket), options_.form, new_client_id());
+  if (const auto reason = reason_to_refuse(link->address()); !reason.empty())
+    return refuse(link.get(), refused_subscriber(link->address(), reason));
+  if (greeting_.empty())
+    link->wait_for_greeting();
+  else
+    link->queue_greeting(greeting_);
+  link->send();
+  clients_.push_back(link);
 }
 
-void StreamPublisher::accept_new(std::vector<Error>* refusals) {
-  while (Descriptor socket = accept_from(listener_.get())) {
-    const auto link =
-        std::make_shared<SubscriberLink>(std::move(socket), options_.form, new_client_id());
-    if (const auto reason = reason_to_refuse(link->address()); !reason.empty()) {
-      refuse(link.get(), reason, refusals);
-      continue;
-    }
-    if (greeting_.empty())
-      link->wait_for_greeting();
-    else
-      link->queue_greeting(greeting_);
-    link->send();
-    links_.push_back(link);
-  }
-}
-
-io::Deadline StreamPublisher::watch(const Links& links, std::vector<pollfd>* watched) const {
+io::Deadline StreamPublisher::watch(const Clients& links, std::vector<pollfd>* watched) {
   io::Deadline next;
   for (const auto& link : links) {
     const auto events = static_cast<short>(link->can_send() ? POLLIN | POLLOUT : POLLIN);
@@ -193,50 +159,12 @@ io::Deadline StreamPublisher::watch(const Links& links, std::vector<pollfd>* wat
   return next;
 }
 
-void StreamPublisher::attend(SubscriberLink* link, bool has_input, std::vector<Error>* refusals) {
+void StreamPublisher::attend(const Client& link, const pollfd*, SubscriberLink::Input input) {
   link->send();
-  const auto reason = has_input ? link->receive() : std::nullopt;
-  if (reason)
-    refuse(link, *reason, refusals);
-  else if (io::is_over(link->patience(options_.queue)))
-    refuse(link, "it does not complete the handshake, or does not read", refusals);
-}
-
-bool StreamPublisher::serve_once() {
-  Links links;
-  std::vector<pollfd> watched{{wake_.descriptor(), POLLIN, 0}, {listener_.get(), POLLIN, 0}};
-  io::Deadline next;
-  {
-    const std::lock_guard lock(mutex_);
-    if (stopping_) return false;
-    links = links_;
-    next = watch(links, &watched);
-  }
-  poll(watched.data(), watched.size(), io::poll_timeout(next));
-  wake_.clear();
-  std::vector<Error> refusals;
-  {
-    const std::lock_guard lock(mutex_);
-    if (watched[1].revents) accept_new(&refusals);
-    for (size_t i = 0; i < links.size(); ++i)
-      attend(links[i].get(), (watched[i + 2].revents & ~POLLOUT) != 0, &refusals);
-    std::erase_if(links_, [](auto& l) { return l->state() == SubscriberLink::State::Gone; });
-    changed_.notify_all();
-  }
-  if (options_.refused)
-    for (const Error& error : refusals) options_.refused(error);
-  return true;
-}
-
-void StreamPublisher::serve() noexcept {
-  try {
-    while (serve_once()) {
-    }
-  } catch (const std::exception&) {  // the thread entry: memory ran out
-    const std::lock_guard lock(mutex_);
-    links_.clear();
-    changed_.notify_all();
-  }
+  auto reason = link->take(input);
+  if (!reason && io::is_over(link->patience(options_.queue)))
+    reason = "it does not complete the handshake, or does not read";
+  if (reason) refuse(link.get(), refused_subscriber(link->address(), *reason));
 }
 
 }  // namespace weir::edge

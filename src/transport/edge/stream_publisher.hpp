@@ -2,21 +2,16 @@
 // (docs/compatibility/edge-wire.md 10.1, 10.4).
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #pragma once
-#include <poll.h>
-
-#include <condition_variable>
 #include <functional>
 #include <memory>
-#include <mutex>
 #include <string>
-#include <thread>
 #include <vector>
 
 #include "core/io/deadline.hpp"
 #include "core/wire/edge_header.hpp"
 #include "transport/edge/stream_socket.hpp"
 #include "transport/edge/subscriber_link.hpp"
-#include "transport/wake_event.hpp"
+#include "transport/poll_server.hpp"
 
 namespace weir::edge {
 
@@ -48,13 +43,11 @@ struct PublisherCounts {
 
 // publish(), set_caps() and flush() are called by one thread; everything else by any. A subscriber
 // that does not read stalls no other: each has a queue, and misses frames when it is full.
-class StreamPublisher {
+class StreamPublisher : public transport::PollServer<SubscriberLink> {
  public:
   // Listens. Errors: those of listen_on().
   static Result<std::unique_ptr<StreamPublisher>> open(PublisherOptions options);
-  StreamPublisher(const StreamPublisher&) = delete;
-  StreamPublisher& operator=(const StreamPublisher&) = delete;
-  ~StreamPublisher();
+  ~StreamPublisher() override;
 
   uint16_t port() const noexcept { return port_of(listener_.get()); }
   // Announces the caps to the subscribers that wait for them, and to later ones. Until then, a
@@ -75,37 +68,26 @@ class StreamPublisher {
   bool flush(const io::Deadline& deadline);
 
   bool wait_for_subscriber(const io::Deadline& deadline);
-  void interrupt();
-  void resume();
   PublisherCounts counts() const;
 
  private:
-  using Links = std::vector<std::shared_ptr<SubscriberLink>>;
-
-  explicit StreamPublisher(PublisherOptions options) : options_(std::move(options)) {}
+  explicit StreamPublisher(PublisherOptions options)
+      : PollServer(options.refused), options_(std::move(options)) {}
   Outcome queue(const std::shared_ptr<const SharedMessage>& message, std::vector<Outage>* outages);
-  template <class Ready>
-  bool wait(const io::Deadline& deadline, const Ready& ready);
   uint32_t count(SubscriberLink::State state) const;
   uint32_t count_subscribers() const { return count(SubscriberLink::State::Subscribed); }
-  void serve() noexcept;
-  bool serve_once();  // false: it was stopped
-  io::Deadline watch(const Links& links, std::vector<pollfd>* watched) const;
-  void attend(SubscriberLink* link, bool has_input, std::vector<Error>* refusals);
-  void accept_new(std::vector<Error>* refusals);
   std::string reason_to_refuse(const std::string& address) const;
-  void refuse(SubscriberLink* link, const std::string& reason, std::vector<Error>* refusals);
+  int listening() const override { return listener_.get(); }
+  Descriptor accept() override { return accept_from(listener_.get()); }
+  void add(Descriptor socket) override;
+  io::Deadline watch(const Clients& links, std::vector<pollfd>* watched) override;
+  void attend(const Client& link, const pollfd* events, SubscriberLink::Input input) override;
 
   const PublisherOptions options_;
   Descriptor listener_;
-  transport::WakeEvent wake_;
-  mutable std::mutex mutex_;  // guards the rest
-  std::condition_variable changed_;
-  Links links_;
+  // Guarded by the mutex.
   std::vector<std::byte> greeting_;
-  uint64_t refused_ = 0, missed_ = 0;
-  bool interrupted_ = false, stopping_ = false;
-  std::thread thread_;
+  uint64_t missed_ = 0;
 };
 
 }  // namespace weir::edge

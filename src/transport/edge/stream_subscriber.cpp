@@ -2,11 +2,9 @@
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #include "transport/edge/stream_subscriber.hpp"
 
-#include <poll.h>
 #include <sys/socket.h>
 
 #include <algorithm>
-#include <cerrno>
 
 #include "core/wire/edge_texts.hpp"
 #include "core/wire/peer_error.hpp"
@@ -14,11 +12,7 @@
 namespace weir::edge {
 namespace {
 
-constexpr auto kSubscriberSilence = std::chrono::milliseconds(200);
-
-bool would_wait() {
-  return errno == EAGAIN || errno == EWOULDBLOCK;
-}
+using Read = MessageConnection::Read;
 
 Error cancelled_subscription() {
   return Error{.code = Code::CANCELLED, .what = "connecting was cancelled"};
@@ -57,60 +51,15 @@ Result<StreamSubscriber> StreamSubscriber::connect(const std::string& host, uint
   return out;
 }
 
-Result<std::optional<StreamSubscriber::Wait>> StreamSubscriber::read_some() {
-  while (!reader_->complete()) {
-    const auto room = reader_->space();
-    ssize_t got = -1;
-    do {
-      got = recv(socket_.get(), room.data(), room.size(), MSG_DONTWAIT);
-    } while (got < 0 && errno == EINTR);
-    if (got < 0) return would_wait() ? std::optional<Wait>() : std::optional(Wait::Closed);
-    if (got == 0) return std::optional(Wait::Closed);
-    if (auto status = reader_->received(static_cast<size_t>(got)); !status) return status.error();
-  }
-  return std::optional(Wait::Message);
-}
-
-std::optional<StreamSubscriber::Wait> StreamSubscriber::wait_for_bytes(const io::Deadline& deadline,
-                                                                       int cancel) {
-  pollfd watched[] = {{socket_.get(), POLLIN, 0}, {cancel, POLLIN, 0}};
-  const int ready = poll(watched, 2, io::poll_timeout(deadline));
-  if (ready < 0 && errno != EINTR) return Wait::Closed;
-  if (ready > 0 && watched[1].revents) return Wait::Cancelled;
-  if (ready == 0 && io::is_over(deadline)) return Wait::Late;
-  return std::nullopt;
-}
-
-// Silence decides the form of some greetings.
-Result<std::optional<StreamSubscriber::Wait>> StreamSubscriber::wait_for_more(
-    const io::Deadline& deadline, int cancel) {
-  if (reader_->form() || reader_->at_start()) return wait_for_bytes(deadline, cancel);
-  const auto ended = wait_for_bytes(io::deadline_in(kSubscriberSilence), cancel);
-  if (ended != Wait::Late) return ended;
-  if (auto status = reader_->silence(); !status) return status.error();
-  return io::is_over(deadline) ? ended : std::nullopt;
-}
-
-Result<StreamSubscriber::Wait> StreamSubscriber::wait(const io::Deadline& deadline, int cancel) {
-  for (;;) {
-    auto ended = read_some();
-    if (ended && !*ended) ended = wait_for_more(deadline, cancel);
-    if (!ended) return ended.error();
-    if (*ended) return **ended;
-  }
-}
-
 Result<bool> StreamSubscriber::greet(const io::Deadline& deadline, int cancel) {
-  const auto waited = wait(deadline, cancel);
-  if (!waited) return waited.error();
-  if (*waited == Wait::Cancelled) return cancelled_subscription();
-  if (*waited == Wait::Late) return false;
-  if (*waited == Wait::Closed) return no_greeting("it closed the connection");
-  const auto message = reader_->take();
-  const auto action = conversation_.next(message.command);
-  if (!action) return action.error();
-  if (*action == wire::Action::Close) return no_greeting("it has stopped");
-  if (*action != wire::Action::ReadCapability || message.memories.empty())
+  const auto step = connection_->wait(deadline, cancel);
+  if (!step) return step.error();
+  if (step->read == Read::Cancelled) return cancelled_subscription();
+  if (step->read == Read::Late) return false;
+  if (step->read == Read::Closed) return no_greeting("it closed the connection");
+  const auto& message = step->message;
+  if (step->action == wire::Action::Close) return no_greeting("it has stopped");
+  if (step->action != wire::Action::ReadCapability || message.memories.empty())
     return wire::peer_error("the edgesink did not start the handshake",
                             wire::to_string(message.command), "CAPABILITY");
   const auto text = wire::text_of_memory(message.memories.front().bytes());
@@ -124,30 +73,23 @@ Result<bool> StreamSubscriber::greet(const io::Deadline& deadline, int cancel) {
 
 Status StreamSubscriber::send_host_info(int64_t client_id) {
   // The publisher never connects there.
-  const wire::HostAddress own{"127.0.0.1", std::max<uint16_t>(port_of(socket_.get()), 1)};
+  const wire::HostAddress own{"127.0.0.1", std::max<uint16_t>(port_of(connection_->socket()), 1)};
   const auto message =
-      wire::text_message(*reader_->form(), wire::Command::HostInfo, client_id, own.to_string());
+      wire::text_message(*connection_->form(), wire::Command::HostInfo, client_id, own.to_string());
   if (!message) return message.error();
   // Nothing else was sent on this connection: its buffer has room.
-  const ssize_t sent = send(socket_.get(), message->data(), message->size(), MSG_NOSIGNAL);
+  const ssize_t sent = send(connection_->socket(), message->data(), message->size(), MSG_NOSIGNAL);
   if (sent == static_cast<ssize_t>(message->size())) return ok();
   return Error{.code = Code::SERVER_UNREACHABLE,
                .what = "the edgesink closed the connection in the handshake"};
 }
 
 Result<StreamSubscriber::Received> StreamSubscriber::receive(int cancel) {
-  for (;;) {
-    const auto waited = wait(std::nullopt, cancel);
-    if (!waited) return waited.error();
-    if (*waited == Wait::Cancelled) return Received{.end = End::Interrupted};
-    if (*waited != Wait::Message) return Received{.end = End::Lost};
-    auto message = reader_->take();
-    const auto action = conversation_.next(message.command);
-    if (!action) return action.error();
-    if (*action == wire::Action::Close) return Received{.end = End::Lost};
-    if (*action == wire::Action::ReadFrame)
-      return Received{.memories = std::move(message.memories)};
-  }
+  auto step = connection_->wait(std::nullopt, cancel);
+  if (!step) return step.error();
+  if (step->read == Read::Cancelled) return Received{.end = End::Interrupted};
+  if (step->action != wire::Action::ReadFrame) return Received{.end = End::Lost};
+  return Received{.memories = std::move(step->message.memories)};
 }
 
 }  // namespace weir::edge

@@ -8,9 +8,8 @@
 #include <vector>
 
 #include "core/io/deadline.hpp"
-#include "core/wire/edge_conversation.hpp"
 #include "core/wire/message_reader.hpp"
-#include "transport/edge/stream_socket.hpp"
+#include "transport/edge/message_connection.hpp"
 
 namespace weir::edge {
 
@@ -50,19 +49,11 @@ class StreamSubscriber {
 
  private:
   StreamSubscriber(Descriptor socket, const wire::MessageLimits& limits)
-      : socket_(std::move(socket)), reader_(std::make_unique<wire::MessageReader>(limits)) {}
+      : connection_(std::make_unique<MessageConnection>(std::move(socket), wire::Side::Subscriber,
+                                                        limits)) {}
   Status send_host_info(int64_t client_id);
-  enum class Wait { Message, Closed, Cancelled, Late };
-  Result<Wait> wait(const io::Deadline& deadline, int cancel);
-  // Nullopt: there is something to read, or the wait was interrupted.
-  std::optional<Wait> wait_for_bytes(const io::Deadline& deadline, int cancel);
-  Result<std::optional<Wait>> wait_for_more(const io::Deadline& deadline, int cancel);
-  // Reads what is there; nullopt if more is needed.
-  Result<std::optional<Wait>> read_some();
 
-  Descriptor socket_;
-  std::unique_ptr<wire::MessageReader> reader_;
-  wire::Conversation conversation_{wire::Side::Subscriber};
+  std::unique_ptr<MessageConnection> connection_;
   std::string caps_;
 };
 

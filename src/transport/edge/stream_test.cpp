@@ -14,8 +14,10 @@
 #include "core/wire/edge_texts.hpp"
 #include "core/wire/wire_test_support.hpp"
 #include "says.hpp"
+#include "transport/edge/flood_test_support.hpp"
 #include "transport/edge/stream_publisher.hpp"
 #include "transport/edge/stream_subscriber.hpp"
+#include "transport/wake_event.hpp"
 
 namespace weir::edge {
 namespace stream_test {
@@ -225,6 +227,22 @@ TEST_F(EdgeStream, ASilentPeerStallsNoOtherAndIsRemoved) {
   EXPECT_TRUE(becomes_true([&] { return publisher_->counts().refused == 1; }, "the removal"));
 }
 
+TEST_F(EdgeStream, AFloodOfMessagesStallsNoOtherAndNoStop) {
+  open();
+  const auto socket = raw();
+  send_raw(socket, wire::test::golden_host_info());
+  auto good = subscriber();
+  ASSERT_TRUE(subscribers_become(2));
+  const test::Flood flood(socket.get());
+  flood.wait_until_it_runs();
+  for (int i = 0; i < 3; ++i) {
+    EXPECT_EQ(publish({from_text("a")}), Outcome::Sent);
+    EXPECT_EQ(next(&good), (std::vector<Bytes>{from_text("a")}));
+  }
+  EXPECT_EQ(publisher_->counts().subscribers, 2u);
+  publisher_.reset();
+}
+
 TEST_F(EdgeStream, OneAddressHasALimitOfConnections) {
   open(HeaderForm::Bytes2088, {}, 1);
   const auto first = subscriber();
@@ -347,6 +365,29 @@ TEST_F(HostilePublisher, StopsInsteadOfAGreeting) {
 }
 TEST_F(HostilePublisher, SaysNothing) {
   EXPECT_EQ(error_after({}).code, Code::SERVER_REFUSED);
+}
+
+TEST_F(HostilePublisher, AFloodOfMessagesDoesNotHoldUpTheStop) {
+  const auto listener = listen_on("localhost", 0);
+  ASSERT_TRUE(listener);
+  auto made = StreamSubscriber::open("localhost", port_of(listener->get()), {},
+                                     std::chrono::seconds(60), -1);
+  ASSERT_TRUE(made);
+  pollfd watched{listener->get(), POLLIN, 0};
+  poll(&watched, 1, 60000);
+  const auto socket = accept_from(listener->get());
+  const Bytes bytes = greeting();
+  EXPECT_EQ(send(socket.get(), bytes.data(), bytes.size(), MSG_NOSIGNAL),
+            static_cast<ssize_t>(bytes.size()));
+  EXPECT_TRUE(*made->greet(io::deadline_in(std::chrono::seconds(60)), -1));
+  const test::Flood flood(socket.get());
+  transport::WakeEvent stop;
+  std::thread stopper([&] {
+    flood.wait_until_it_runs();
+    stop.set();
+  });
+  EXPECT_EQ(made->receive(stop.descriptor())->end, StreamSubscriber::End::Interrupted);
+  stopper.join();
 }
 
 TEST(EdgeSocket, AddressesThatCannotBeUsed) {

@@ -4,7 +4,6 @@
 
 #include <sys/socket.h>
 
-#include <cerrno>
 #include <cstring>
 #include <utility>
 
@@ -19,11 +18,10 @@ constexpr wire::MessageLimits kLimits{
 }  // namespace
 
 SubscriberLink::SubscriberLink(Descriptor socket, wire::HeaderForm form, int64_t client_id)
-    : socket_(std::move(socket)),
+    : connection_(std::move(socket), wire::Side::Publisher, kLimits, {}, 0),
       form_(form),
       client_id_(client_id),
-      address_(peer_of(socket_.get())),
-      reader_(kLimits) {}
+      address_(peer_of(connection_.socket())) {}
 
 io::Deadline SubscriberLink::patience(const QueueLimits& limits) const {
   if (state_ == State::Waiting) return std::nullopt;
@@ -58,39 +56,27 @@ bool SubscriberLink::queue_frame(const std::shared_ptr<const SharedMessage>& mes
 
 void SubscriberLink::send() {
   if (state_ == State::Gone) return;
-  if (!greeting_.send(socket_.get()) ||
-      (state_ == State::Subscribed && greeting_.empty() && !frames_.send(socket_.get())))
+  if (!greeting_.send(connection_.socket()) ||
+      (state_ == State::Subscribed && greeting_.empty() && !frames_.send(connection_.socket())))
     state_ = State::Gone;
 }
 
-std::optional<std::string> SubscriberLink::receive() {
-  while (state_ != State::Gone) {
-    const auto room = reader_.space();
-    const ssize_t got = recv(socket_.get(), room.data(), room.size(), MSG_DONTWAIT);
-    if (got < 0 && errno == EINTR) continue;
-    if (got < 0 && (errno == EAGAIN || errno == EWOULDBLOCK)) return std::nullopt;
-    if (got <= 0) {
-      state_ = State::Gone;
-      return std::nullopt;
-    }
-    if (const auto status = reader_.received(static_cast<size_t>(got)); !status)
-      return status.error().what + ": " + status.error().offered;
-    if (!reader_.complete()) continue;
-    if (auto reason = handle(reader_.take())) return reason;
-  }
-  return std::nullopt;
+SubscriberLink::Input SubscriberLink::read(const pollfd* events) {
+  size_t turn = MessageConnection::kTurnBytes;
+  if (!(events->revents & ~POLLOUT)) return MessageConnection::Step{};
+  return connection_.read(&turn);
 }
 
-std::optional<std::string> SubscriberLink::handle(const wire::EdgeMessage& message) {
-  const auto action = conversation_.next(message.command);
-  if (!action) return action.error().what + ": " + action.error().offered;
-  if (*action == wire::Action::Close) state_ = State::Gone;
-  if (*action != wire::Action::ReadHostInfo) return std::nullopt;
+std::optional<std::string> SubscriberLink::take(const Input& input) {
+  if (!input) return input.error().what + ": " + input.error().offered;
+  if (input->read == MessageConnection::Read::Closed || input->action == wire::Action::Close)
+    state_ = State::Gone;
+  if (input->action != wire::Action::ReadHostInfo) return std::nullopt;
   if (state_ == State::Waiting) return "it sent HOST_INFO before the publisher sent CAPABILITY";
-  if (reader_.form() != form_)
-    return "it uses headers of " + std::to_string(wire::layout_of(*reader_.form()).bytes) +
-           " bytes, not of " + std::to_string(wire::layout_of(form_).bytes) +
-           " (property wire-version)";
+  const auto form = *connection_.form();
+  if (form != form_)
+    return "it uses headers of " + std::to_string(wire::layout_of(form).bytes) + " bytes, not of " +
+           std::to_string(wire::layout_of(form_).bytes) + " (property wire-version)";
   state_ = State::Subscribed;
   return std::nullopt;
 }
@@ -99,7 +85,7 @@ void SubscriberLink::send_error() noexcept {
   if (state_ != State::Subscribed || greeting_.is_within_message() || frames_.is_within_message())
     return;  // within a message it would be a part of it
   const auto message = wire::error_message(form_);
-  ::send(socket_.get(), message.data(), message.size(), MSG_NOSIGNAL | MSG_DONTWAIT);
+  ::send(connection_.socket(), message.data(), message.size(), MSG_NOSIGNAL | MSG_DONTWAIT);
 }
 
 }  // namespace weir::edge

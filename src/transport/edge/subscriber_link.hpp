@@ -1,20 +1,20 @@
 // SubscriberLink: one subscriber as its publisher sees it.
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #pragma once
+#include <poll.h>
+
 #include <chrono>
 #include <memory>
 #include <optional>
 #include <string>
 #include <vector>
 
-#include "core/wire/edge_conversation.hpp"
-#include "core/wire/message_reader.hpp"
+#include "transport/edge/message_connection.hpp"
 #include "transport/edge/send_queue.hpp"
-#include "transport/edge/stream_socket.hpp"
 
 namespace weir::edge {
 
-// Used under the publisher's lock. Nothing here blocks.
+// Used under the publisher's lock, but read(). Nothing here blocks.
 class SubscriberLink {
  public:
   enum class State {
@@ -27,9 +27,11 @@ class SubscriberLink {
   // `client_id` is announced to the peer, and part of each frame.
   SubscriberLink(Descriptor socket, wire::HeaderForm form, int64_t client_id);
 
-  int socket() const noexcept { return socket_.get(); }
+  static constexpr size_t kSockets = 1;
+  int socket() const noexcept { return connection_.socket(); }
   const std::string& address() const noexcept { return address_; }
   State state() const noexcept { return state_; }
+  bool is_gone() const noexcept { return state_ == State::Gone; }
   void set_gone() noexcept { state_ = State::Gone; }
   bool has_unsent() const noexcept { return !greeting_.empty() || !frames_.empty(); }
   // Whether the socket should take something now: frames wait for the end of the handshake.
@@ -57,16 +59,18 @@ class SubscriberLink {
   uint64_t missed() const noexcept { return missed_; }
   // Sends what the socket takes.
   void send();
-  // Reads what arrived; nullopt, or why the subscriber is refused.
-  std::optional<std::string> receive();
+  // Reads what arrived. One thread, without the lock.
+  using Input = Result<MessageConnection::Step>;
+  Input read(const pollfd* events);
+  // Handles it; nullopt, or why the subscriber is refused.
+  std::optional<std::string> take(const Input& input);
   // Tells the peer that this end closes.
   void send_error() noexcept;
 
  private:
-  std::optional<std::string> handle(const wire::EdgeMessage& message);
   void set_client_id(std::vector<std::byte>* header) const;
 
-  const Descriptor socket_;
+  MessageConnection connection_;  // only read() reads
   const wire::HeaderForm form_;
   const int64_t client_id_;
   const std::string address_;
@@ -74,8 +78,6 @@ class SubscriberLink {
   bool has_waited_ = false, is_behind_ = false, has_fallen_behind_ = false;
   uint64_t missed_ = 0;
   std::chrono::steady_clock::time_point greeted_;
-  wire::MessageReader reader_;
-  wire::Conversation conversation_{wire::Side::Publisher};
   SendQueue greeting_, frames_;
 };
 

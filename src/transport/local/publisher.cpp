@@ -2,7 +2,6 @@
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #include "transport/local/publisher.hpp"
 
-#include <poll.h>
 #include <unistd.h>
 
 #include <algorithm>
@@ -23,35 +22,31 @@ Error refusal(const std::string& path, std::string reason) {
 }  // namespace
 
 Publisher::Publisher(PublisherOptions options)
-    : options_(std::move(options)), arena_(isolate::SharedArena::make(kFrameAlignmentPadding)) {}
+    : PollServer(options.refused),
+      options_(std::move(options)),
+      arena_(isolate::SharedArena::make(kFrameAlignmentPadding)) {}
 
 Result<std::unique_ptr<Publisher>> Publisher::open(PublisherOptions options) {
   auto listener = Listener::open(options.path);
   if (!listener) return listener.error();
   std::unique_ptr<Publisher> out(new Publisher(std::move(options)));
   out->listener_ = *std::move(listener);
-  out->thread_ = std::thread([publisher = out.get()] { publisher->serve(); });
+  out->start();
   return out;
 }
 
 Publisher::~Publisher() {
-  {
-    const std::lock_guard lock(mutex_);
-    stopping_ = true;
-  }
-  wake_.set();
-  if (thread_.joinable()) thread_.join();
+  join();
 }
 
-Publisher::Readers Publisher::active() const {
-  Readers out;
-  for (const auto& reader : readers_)
+Publisher::Clients Publisher::active() const {
+  Clients out;
+  for (const auto& reader : clients_)
     if (reader->state() == ReaderLink::State::Reading) out.push_back(reader);
   return out;
 }
 
-Publisher::Outcome Publisher::deliver(Lock* lock, const std::shared_ptr<ReaderLink>& reader,
-                                      const Delivery& delivery) {
+Publisher::Outcome Publisher::deliver(Lock* lock, const Client& reader, const Delivery& delivery) {
   const auto reads = [&] { return reader->state() == ReaderLink::State::Reading; };
   const auto has_room = [&] { return reader->has_room(delivery.most_held); };
   while (reads()) {
@@ -63,7 +58,7 @@ Publisher::Outcome Publisher::deliver(Lock* lock, const std::shared_ptr<ReaderLi
     if (interrupted_) return Outcome::Interrupted;
     if (!reads()) break;
     if (delivery.send(*reader)) return Outcome::Sent;
-    wake_.set();  // to wait for room in the socket, or to remove the reader
+    wake_->set();  // to wait for room in the socket, or to remove the reader
   }
   return Outcome::NoReader;
 }
@@ -110,135 +105,65 @@ Publisher::Outcome Publisher::end() {
 
 bool Publisher::wait_for_reader(const io::Deadline& deadline) {
   Lock lock(mutex_);
-  const auto ready = [this] { return interrupted_ || !active().empty(); };
-  if (!deadline)
-    changed_.wait(lock, ready);
-  else
-    changed_.wait_until(lock, *deadline, ready);
-  return !interrupted_ && !active().empty();
+  return wait(&lock, deadline, [this] { return !active().empty(); });
 }
 
 Publisher::Release Publisher::wait_for_release() {
   Lock lock(mutex_);
   const auto holds = [](const auto& reader) { return reader->holds(); };
   if (interrupted_) return Release::Interrupted;
-  if (std::none_of(readers_.begin(), readers_.end(), holds)) return Release::NoneHeld;
+  if (std::none_of(clients_.begin(), clients_.end(), holds)) return Release::NoneHeld;
   changed_.wait(lock);
   return interrupted_ ? Release::Interrupted : Release::Released;
 }
 
-void Publisher::interrupt() {
-  const std::lock_guard lock(mutex_);
-  interrupted_ = true;
-  changed_.notify_all();
-}
-
-void Publisher::resume() {
-  const std::lock_guard lock(mutex_);
-  interrupted_ = false;
-}
-
 PublisherCounts Publisher::counts() const {
   const std::lock_guard lock(mutex_);
-  return {static_cast<uint32_t>(active().size()), refused_, missed_};
+  return {static_cast<uint32_t>(active().size()), refused_count_, missed_};
 }
 
-void Publisher::greet_new(std::vector<Error>* refusals) {
-  while (Descriptor socket = listener_.accept()) {
-    const auto user = user_of_peer(socket.get());
-    if (user != geteuid()) {
-      ++refused_;
-      refusals->push_back(refusal(options_.path, "user " + (user ? std::to_string(*user) : "?")));
-    } else if (readers_.size() >= options_.most_readers) {
-      ++refused_;
-      refusals->push_back(refusal(
-          options_.path, std::to_string(options_.most_readers) + " readers are already connected"));
-    } else {
-      readers_.push_back(std::make_shared<ReaderLink>(std::move(socket)));
-    }
+void Publisher::add(Descriptor socket) {
+  const auto user = user_of_peer(socket.get());
+  if (user != geteuid())
+    refuse(nullptr, refusal(options_.path, "user " + (user ? std::to_string(*user) : "?")));
+  else if (clients_.size() >= options_.most_readers)
+    refuse(nullptr, refusal(options_.path, std::to_string(options_.most_readers) +
+                                               " readers are already connected"));
+  else
+    clients_.push_back(std::make_shared<ReaderLink>(std::move(socket)));
+}
+
+io::Deadline Publisher::watch(const Clients& readers, std::vector<pollfd>* watched) {
+  io::Deadline next;
+  for (const auto& reader : readers) {
+    const auto events = static_cast<short>(reader->is_full() ? POLLIN | POLLOUT : POLLIN);
+    watched->push_back({reader->socket(), events, 0});
+    if (reader->state() == ReaderLink::State::Greeting)
+      next = io::earlier(next, reader->greeting_ends());
   }
+  return next;
 }
 
-void Publisher::read(const std::shared_ptr<ReaderLink>& reader, std::span<std::byte> buffer,
-                     Garbage* garbage, std::vector<Error>* refusals) {
-  Packet packet;
-  while (reader->state() != ReaderLink::State::Gone) {
-    const Transfer transfer = receive_packet(reader->socket(), buffer, &packet);
-    if (transfer == Transfer::WouldWait) return;
-    if (transfer == Transfer::Closed) return reader->set_gone();
+void Publisher::attend(const Client& reader, const pollfd* events, ReaderLink::Input input) {
+  if (events->revents & POLLOUT) reader->set_room();
+  for (const auto& message : input.messages) {
     const bool greeted = reader->state() == ReaderLink::State::Greeting;
-    if (const auto reason = reader->handle(packet, garbage)) {
-      ++refused_;
-      refusals->push_back(refusal(options_.path, *reason));
-      return reader->set_gone();
-    }
+    if (const auto reason = reader->handle(message, &garbage_))
+      return refuse(reader.get(), refusal(options_.path, *reason));
     if (!greeted) continue;
     // The socket is empty: a greeting that does not fit is a reader that is gone.
     const bool sent = reader->welcome(options_.most_held) && reader->send_caps(caps_) &&
                       (!ended_ || reader->send_end());
     if (!sent) return reader->set_gone();
   }
+  if (input.is_closed) return reader->set_gone();
+  if (reader->state() == ReaderLink::State::Greeting && io::is_over(reader->greeting_ends()))
+    refuse(reader.get(), refusal(options_.path, "it did not start the handshake within 2 s"));
 }
 
-void Publisher::refuse_silent(ReaderLink* reader, std::vector<Error>* refusals) {
-  if (reader->state() != ReaderLink::State::Greeting || !io::is_over(reader->greeting_ends()))
-    return;
-  ++refused_;
-  refusals->push_back(refusal(options_.path, "it did not start the handshake within 2 s"));
-  reader->set_gone();
-}
-
-void Publisher::remove_gone(Garbage* garbage) {
-  for (const auto& reader : readers_)
-    if (reader->state() == ReaderLink::State::Gone) reader->release_all(garbage);
-  std::erase_if(readers_, [](auto& r) { return r->state() == ReaderLink::State::Gone; });
-}
-
-bool Publisher::serve_once(std::vector<std::byte>* buffer) {
-  Readers readers;
-  std::vector<pollfd> watched{{wake_.descriptor(), POLLIN, 0}, {listener_.get(), POLLIN, 0}};
-  io::Deadline next;
-  {
-    const std::lock_guard lock(mutex_);
-    if (stopping_) return false;
-    readers = readers_;
-    for (const auto& reader : readers) {
-      watched.push_back(
-          {reader->socket(), static_cast<short>(reader->is_full() ? POLLIN | POLLOUT : POLLIN), 0});
-      if (reader->state() == ReaderLink::State::Greeting)
-        next = io::earlier(next, reader->greeting_ends());
-    }
-  }
-  poll(watched.data(), watched.size(), io::poll_timeout(next));
-  wake_.clear();
-  Garbage garbage;
-  std::vector<Error> refusals;
-  {
-    const std::lock_guard lock(mutex_);
-    if (watched[1].revents) greet_new(&refusals);
-    for (size_t i = 0; i < readers.size(); ++i) {
-      if (watched[i + 2].revents & POLLOUT) readers[i]->set_room();
-      if (watched[i + 2].revents & ~POLLOUT) read(readers[i], *buffer, &garbage, &refusals);
-      refuse_silent(readers[i].get(), &refusals);
-    }
-    remove_gone(&garbage);
-    changed_.notify_all();
-  }
-  if (options_.refused)
-    for (const Error& error : refusals) options_.refused(error);
-  return true;
-}
-
-void Publisher::serve() noexcept {
-  try {
-    std::vector<std::byte> buffer(kMostMessageBytes);
-    while (serve_once(&buffer)) {
-    }
-  } catch (const std::exception& e) {  // the thread entry: memory ran out
-    const std::lock_guard lock(mutex_);
-    for (const auto& reader : readers_) reader->set_gone();
-    changed_.notify_all();
-  }
+void Publisher::end_turn() {
+  for (const auto& reader : clients_)
+    if (reader->is_gone()) reader->release_all(&garbage_);
 }
 
 }  // namespace weir::local

@@ -2,12 +2,9 @@
 // readers of the same user map; nothing is copied for them.
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #pragma once
-#include <condition_variable>
 #include <functional>
 #include <memory>
-#include <mutex>
 #include <string>
-#include <thread>
 #include <vector>
 
 #include "core/io/deadline.hpp"
@@ -15,7 +12,7 @@
 #include "transport/local/local_message.hpp"
 #include "transport/local/local_socket.hpp"
 #include "transport/local/reader_link.hpp"
-#include "transport/wake_event.hpp"
+#include "transport/poll_server.hpp"
 
 namespace weir::local {
 
@@ -34,13 +31,11 @@ struct PublisherCounts {
 };
 
 // publish(), set_caps() and end() are called by one thread; everything else by any.
-class Publisher {
+class Publisher : public transport::PollServer<ReaderLink> {
  public:
   // Listens on the path. Errors: those of Listener::open().
   static Result<std::unique_ptr<Publisher>> open(PublisherOptions options);
-  Publisher(const Publisher&) = delete;
-  Publisher& operator=(const Publisher&) = delete;
-  ~Publisher();
+  ~Publisher() override;
 
   // Memory allocated here can be published without a copy.
   const std::shared_ptr<isolate::SharedArena>& arena() const noexcept { return arena_; }
@@ -59,44 +54,35 @@ class Publisher {
   // Waits until a reader may have released a frame.
   enum class Release { Released, NoneHeld, Interrupted };
   Release wait_for_release();
-  // Ends waiting calls, and those that would wait until resume().
-  void interrupt();
-  void resume();
   PublisherCounts counts() const;
 
  private:
-  using Readers = std::vector<std::shared_ptr<ReaderLink>>;
-  using Lock = std::unique_lock<std::mutex>;
-
   explicit Publisher(PublisherOptions options);
-  void serve() noexcept;
-  bool serve_once(std::vector<std::byte>* buffer);  // false: it was stopped
-  void greet_new(std::vector<Error>* refusals);
-  void read(const std::shared_ptr<ReaderLink>& reader, std::span<std::byte> buffer,
-            Garbage* garbage, std::vector<Error>* refusals);
-  void refuse_silent(ReaderLink* reader, std::vector<Error>* refusals);
-  void remove_gone(Garbage* garbage);
-  Readers active() const;
+  int listening() const override { return listener_.get(); }
+  Descriptor accept() override { return listener_.accept(); }
+  void add(Descriptor socket) override;
+  io::Deadline watch(const Clients& readers, std::vector<pollfd>* watched) override;
+  void attend(const Client& reader, const pollfd* events, ReaderLink::Input input) override;
+  void end_turn() override;
+  void release() override { garbage_.clear(); }
+  Clients active() const;
   // What to send to each reader, and whether it waits for a reader that holds `most_held` frames.
   struct Delivery {
     std::function<bool(ReaderLink&)> send;
     size_t most_held = SIZE_MAX;
     bool may_drop = false;
   };
-  Outcome deliver(Lock* lock, const std::shared_ptr<ReaderLink>& reader, const Delivery& delivery);
+  Outcome deliver(Lock* lock, const Client& reader, const Delivery& delivery);
   Outcome deliver_to_all(Lock* lock, const Delivery& delivery);
 
   const PublisherOptions options_;
   const std::shared_ptr<isolate::SharedArena> arena_;
   Listener listener_;
-  transport::WakeEvent wake_;
-  mutable std::mutex mutex_;  // guards the rest
-  std::condition_variable changed_;
-  Readers readers_;
+  Garbage garbage_;  // of the server's thread
+  // Guarded by the mutex.
   std::shared_ptr<const std::string> caps_;  // null before the first
-  uint64_t last_number_ = 0, refused_ = 0, missed_ = 0;
-  bool ended_ = false, interrupted_ = false, stopping_ = false;
-  std::thread thread_;
+  uint64_t last_number_ = 0, missed_ = 0;
+  bool ended_ = false;
 };
 
 }  // namespace weir::local

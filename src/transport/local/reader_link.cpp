@@ -93,8 +93,23 @@ std::optional<std::string> ReaderLink::release(uint64_t number, Garbage* garbage
   return std::nullopt;
 }
 
-std::optional<std::string> ReaderLink::handle(const Packet& packet, Garbage* garbage) {
-  auto message = packet.cut || packet.descriptor ? std::nullopt : open_message(packet.bytes);
+ReaderLink::Input ReaderLink::read(const pollfd* events) {
+  Input out;
+  if (!(events->revents & ~POLLOUT)) return out;
+  while (out.messages.size() < kMaxMessages) {
+    Message message;
+    Packet packet;
+    const Transfer transfer = receive_packet(socket_.get(), message.bytes, &packet);
+    out.is_closed = transfer == Transfer::Closed;
+    if (transfer != Transfer::Done) break;
+    if (!packet.cut && !packet.descriptor) message.size = packet.bytes.size();
+    out.messages.push_back(message);
+  }
+  return out;
+}
+
+std::optional<std::string> ReaderLink::handle(const Message& received, Garbage* garbage) {
+  auto message = open_message(std::span(received.bytes).first(received.size));
   if (!message) return "it sent a packet that is not a message";
   auto& body = message->body;
   if (state_ == State::Greeting) {

@@ -1,9 +1,13 @@
 // ReaderLink: one reader as its writer sees it.
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #pragma once
+#include <poll.h>
+
+#include <array>
 #include <chrono>
 #include <map>
 #include <memory>
+#include <optional>
 #include <span>
 #include <string>
 #include <vector>
@@ -31,15 +35,17 @@ struct LocalFrame {
   bool metas_are_memory = false;      // the metas are the last one of `memories`
 };
 
-// Used under the publisher's lock. Nothing here blocks.
+// Used under the publisher's lock, but read(). Nothing here blocks.
 class ReaderLink {
  public:
   enum class State { Greeting, Reading, Leaving, Gone };
 
   explicit ReaderLink(Descriptor socket) : socket_(std::move(socket)) {}
 
+  static constexpr size_t kSockets = 1;
   int socket() const noexcept { return socket_.get(); }
   State state() const noexcept { return state_; }
+  bool is_gone() const noexcept { return state_ == State::Gone; }
   void set_gone() noexcept { state_ = State::Gone; }
   bool is_full() const noexcept { return full_; }  // the socket takes no more
   void set_room() noexcept { full_ = false; }
@@ -53,12 +59,24 @@ class ReaderLink {
   bool send_frame(const LocalFrame& frame);                        // unless it has it
   bool send_end();
 
-  // Handles one packet of the reader; nullopt, or why the reader is refused.
-  std::optional<std::string> handle(const Packet& packet, Garbage* garbage);
+  // A packet; a reader sends none that is longer.
+  struct Message {
+    std::array<std::byte, 64> bytes{};
+    size_t size = 0;  // 0: it is not a message
+  };
+  struct Input {
+    std::vector<Message> messages;
+    bool is_closed = false;
+  };
+  // Receives what has arrived. One thread, without the lock.
+  Input read(const pollfd* events);
+  // Handles one message of the reader; nullopt, or why the reader is refused.
+  std::optional<std::string> handle(const Message& received, Garbage* garbage);
   void release_all(Garbage* garbage);
 
  private:
   static constexpr auto kGreetingTime = std::chrono::seconds(2);
+  static constexpr size_t kMaxMessages = 64;  // of one read()
 
   bool send(std::span<const std::byte> message, int descriptor = -1);
   bool share(const std::shared_ptr<isolate::SharedBlock>& block);
