@@ -12,32 +12,9 @@
 #include "core/limit/buffer_limit.hpp"
 #include "core/process/process_object.hpp"
 #include "edge/serversrc_settings.hpp"
+#include "transport/query_request.hpp"
 
 namespace weir {
-
-// One request of a client. Ends when its last reference goes. Thread-safe.
-class QueryRequest {
- public:
-  QueryRequest() = default;
-  QueryRequest(const QueryRequest&) = delete;
-  QueryRequest& operator=(const QueryRequest&) = delete;
-  virtual ~QueryRequest() = default;
-
-  // The same for all requests of a connection; not negative.
-  virtual gint64 client() const = 0;
-  // Ends the request if its client no longer waits for the answer: true when it has ended.
-  virtual bool end_if_expired() = 0;
-  // `element`: a text that lives as long as the process.
-  virtual void entered(const char* element) noexcept = 0;
-  virtual void pushed() noexcept = 0;
-
-  // Of the tensor_query_serversrc that received it; set before its frame is pushed.
-  uint32_t source_id() const noexcept { return source_id_; }
-  void set_source_id(uint32_t id) noexcept { source_id_ = id; }
-
- private:
-  uint32_t source_id_ = 0;
-};
 
 // What became of a frame that tensor_query_serversink received.
 enum class Delivery {

@@ -10,6 +10,8 @@
 namespace weir {
 namespace {
 
+using edge::LinkEnd;
+
 // A server that drops a frame now and then.
 constexpr size_t kLeastTimeOutsInARow = 2;
 
@@ -52,21 +54,8 @@ void QueryExchange::close(DropReason reason) {
     outcomes_->lost(ended.waiting);
 }
 
-QueryExchange::Kind QueryExchange::kind_of(edge::LinkEnd end) noexcept {
-  switch (end) {
-    case edge::LinkEnd::Late:
-      return Kind::Nothing;
-    case edge::LinkEnd::Interrupted:
-      return Kind::Interrupted;
-    case edge::LinkEnd::Refused:
-      return Kind::Refused;
-    case edge::LinkEnd::Lost:
-      break;
-  }
-  return Kind::Lost;
-}
-
-Result<QueryExchange::Kind> QueryExchange::send(GstBuffer* buffer, std::chrono::milliseconds time) {
+Result<std::optional<LinkEnd>> QueryExchange::send(GstBuffer* buffer,
+                                                   std::chrono::milliseconds time) {
   const auto mapped = input_.map(buffer);
   if (!mapped) {
     ledger_->dropped(DropReason::Error);
@@ -82,10 +71,8 @@ Result<QueryExchange::Kind> QueryExchange::send(GstBuffer* buffer, std::chrono::
   ledger_->dropped(DropReason::Late, forgotten);
   outcomes_->sent();
   const auto ended = link_->send(*request);
-  if (!ended) return ended.error();
-  if (!*ended) return Kind::Nothing;
-  was_refused_ = **ended == edge::LinkEnd::Refused;
-  return kind_of(**ended);
+  if (ended) was_refused_ = *ended == LinkEnd::Refused;
+  return ended;
 }
 
 Result<ExchangeEvent> QueryExchange::next(bool wait, size_t max_request) {
@@ -93,16 +80,16 @@ Result<ExchangeEvent> QueryExchange::next(bool wait, size_t max_request) {
     outcomes_->late(pending_.expire(std::chrono::steady_clock::now()));
     if (auto answered = pending_.take()) return finish(std::move(*answered));
     if (pending_.must_reconnect(std::max(max_request, kLeastTimeOutsInARow)))
-      return ExchangeEvent{Kind::OutOfStep};
-    if (wait && pending_.waiting() == 0) return ExchangeEvent{Kind::Nothing};
+      return ExchangeEvent{{}, LinkEnd::OutOfStep};
+    if (wait && pending_.waiting() == 0) return ExchangeEvent{{}, LinkEnd::Late};
     const auto ended = receive(wait);
     if (!ended) return ended.error();
-    if (*ended) return ExchangeEvent{**ended};
+    if (*ended) return ExchangeEvent{{}, *ended};
   }
 }
 
 // Takes the next answer from the link; nullopt if the next request may have got one or timed out.
-Result<std::optional<QueryExchange::Kind>> QueryExchange::receive(bool wait) {
+Result<std::optional<LinkEnd>> QueryExchange::receive(bool wait) {
   auto received =
       link_->receive(wait ? pending_.next_deadline() : std::chrono::steady_clock::now());
   if (!received) return received.error();
@@ -110,11 +97,11 @@ Result<std::optional<QueryExchange::Kind>> QueryExchange::receive(bool wait) {
     const auto number = received->answer->number;
     auto status = pending_.accept(number, *std::move(received->answer));
     if (!status) return status.error();
-    return std::optional<Kind>();
+    return std::optional<LinkEnd>();
   }
-  was_refused_ = received->end == edge::LinkEnd::Refused;
-  if (wait && received->end == edge::LinkEnd::Late) return std::optional<Kind>();
-  return std::optional(kind_of(*received->end));
+  was_refused_ = received->end == LinkEnd::Refused;
+  if (wait && received->end == LinkEnd::Late) return std::optional<LinkEnd>();
+  return received->end;
 }
 
 Status QueryExchange::check_count(size_t memories) const {
@@ -143,7 +130,7 @@ Result<ExchangeEvent> QueryExchange::finish(Pending::Answered answered) {
   gst_buffer_copy_into(buffer->get(), answered.frame.like.get(), GST_BUFFER_COPY_METADATA, 0,
                        static_cast<gsize>(-1));
   ledger_->consumed_and_pushed();
-  return ExchangeEvent{Kind::Answer, *std::move(buffer)};
+  return ExchangeEvent{*std::move(buffer), {}};
 }
 
 }  // namespace weir

@@ -19,16 +19,8 @@ namespace weir {
 
 // What comes next of a connection.
 struct ExchangeEvent {
-  enum class Kind {
-    Answer,       // `buffer`, with the times and metas of the frame that asked
-    Nothing,      // no answer is there, or none is waited for
-    Interrupted,  // by the descriptor of the options
-    OutOfStep,    // so many answers are missing that only a new connection helps
-    Refused,      // the server has ended the connection with ERROR
-    Lost,         // the connection is broken
-  };
-  Kind kind;
-  gst::Ref<GstBuffer> buffer{};
+  gst::Ref<GstBuffer> answer{};        // with the times and metas of the frame that asked
+  std::optional<edge::LinkEnd> end{};  // instead; Late: no answer is there, or none is waited for
 };
 
 // Counts each frame in `ledger` and `outcomes`. One thread at a time.
@@ -45,25 +37,23 @@ class QueryExchange {
 
   bool has_room(size_t max_request) const noexcept { return pending_.has_room(max_request); }
   size_t waiting() const noexcept { return pending_.waiting(); }
-  // Sends a frame that has been received; its answer has `time` to come. Returns the event that
-  // ended the connection, or Nothing. Errors: those of MemoryMapper::map(),
+  // Sends a frame that has been received; its answer has `time` to come. Returns why the
+  // connection has ended, if it has. Errors: those of MemoryMapper::map(),
   // edge::QueryLink::make_request(), then the frame is dropped; and those of
   // edge::QueryLink::send().
-  Result<ExchangeEvent::Kind> send(GstBuffer* buffer, std::chrono::milliseconds time);
+  Result<std::optional<edge::LinkEnd>> send(GstBuffer* buffer, std::chrono::milliseconds time);
   // The next answer. With `wait` it waits until each request has its answer or has timed out.
   // PEER_MESSAGE_INVALID.
   Result<ExchangeEvent> next(bool wait, size_t max_request);
 
  private:
-  using Kind = ExchangeEvent::Kind;
   struct Frame {
     gst::Ref<GstBuffer> like;  // times, flags and metas
     std::chrono::steady_clock::time_point sent;
   };
   using Pending = edge::PendingRequests<Frame, edge::QueryAnswer>;
 
-  static Kind kind_of(edge::LinkEnd end) noexcept;
-  Result<std::optional<Kind>> receive(bool wait);
+  Result<std::optional<edge::LinkEnd>> receive(bool wait);
   Status check_count(size_t memories) const;
   Result<ExchangeEvent> finish(Pending::Answered answered);
 

@@ -19,8 +19,8 @@
 namespace weir {
 namespace {
 
+using edge::LinkEnd;
 using gst::Ref;
-using Kind = ExchangeEvent::Kind;
 using std::chrono::milliseconds;
 using std::chrono::steady_clock;
 
@@ -110,8 +110,8 @@ class TensorQueryClient : public gst::PlainFilter<TensorQueryClient> {
         exchange_.send(buffer.get(), s.timeout > 0 ? milliseconds(s.timeout) : kLongestAnswer);
     buffer = {};
     if (!sent) return is_of_frame(sent.error()) ? post(sent.error()) : disconnected(sent.error());
-    if (*sent == Kind::Interrupted) return GST_FLOW_FLUSHING;
-    if (*sent != Kind::Nothing) return disconnected(server_gone(*sent));
+    if (*sent == LinkEnd::Interrupted) return GST_FLOW_FLUSHING;
+    if (*sent) return disconnected(server_gone(**sent));
     return deliver(s.timeout > 0);
   }
 
@@ -296,22 +296,15 @@ class TensorQueryClient : public gst::PlainFilter<TensorQueryClient> {
     while (exchange_.is_connected()) {
       auto event = exchange_.next(wait, settings().max_request);
       if (!event) return disconnected(event.error());
-      switch (event->kind) {
-        case Kind::Answer:
-          if (const auto flow = gst_pad_push(source_, event->buffer.release()); flow != GST_FLOW_OK)
-            return flow;
-          break;
-        case Kind::Nothing:
-          return GST_FLOW_OK;
-        case Kind::Interrupted:
-          return GST_FLOW_FLUSHING;
-        case Kind::OutOfStep:
-          answers_are_missing();
-          return GST_FLOW_OK;
-        case Kind::Refused:
-        case Kind::Lost:
-          return disconnected(server_gone(event->kind));
+      if (!event->end) {
+        const auto flow = gst_pad_push(source_, event->answer.release());
+        if (flow != GST_FLOW_OK) return flow;
+        continue;
       }
+      if (*event->end == LinkEnd::Late) break;
+      if (*event->end == LinkEnd::Interrupted) return GST_FLOW_FLUSHING;
+      if (*event->end != LinkEnd::OutOfStep) return disconnected(server_gone(*event->end));
+      answers_are_missing();
     }
     return GST_FLOW_OK;
   }
@@ -347,10 +340,10 @@ class TensorQueryClient : public gst::PlainFilter<TensorQueryClient> {
     GST_CAT_WARNING_OBJECT(category(), element(), "%s", error.message().c_str());
   }
 
-  Error server_gone(Kind kind) const {
+  Error server_gone(LinkEnd end) const {
     return Error{.code = Code::SERVER_UNREACHABLE,
-                 .what = kind == Kind::Refused ? "the query server has ended the connection"
-                                               : "the connection to the query server was lost",
+                 .what = end == LinkEnd::Refused ? "the query server has ended the connection"
+                                                 : "the connection to the query server was lost",
                  .offered = server_.address.to_string(),
                  .needed = "a server that runs as long as the stream",
                  .fix = "tensor_query_client reconnect=true, which connects again"};

@@ -22,7 +22,7 @@ namespace weir {
 namespace {
 
 using gst::Ref;
-using Outcome = edge::ReceivedRequest::Outcome;
+using Outcome = edge::Request::Outcome;
 
 constexpr auto kLongestRequestFlush = std::chrono::milliseconds(500);
 
@@ -44,21 +44,6 @@ edge::ListenerOptions listener_options(const ServersrcSettings& s,
   if (!s.allow.empty()) out.client.allows_callback = out.allowed;
   return out;
 }
-
-class EdgeRequest : public QueryRequest {
- public:
-  explicit EdgeRequest(std::shared_ptr<edge::ReceivedRequest> request)
-      : request_(std::move(request)) {}
-
-  gint64 client() const override { return request_->client(); }
-  bool end_if_expired() override { return request_->client_is_gone(); }
-  void entered(const char*) noexcept override {}
-  void pushed() noexcept override {}
-  edge::ReceivedRequest& received() const noexcept { return *request_; }
-
- private:
-  const std::shared_ptr<edge::ReceivedRequest> request_;
-};
 
 // Bytes of one sample of every channel; 0 if it is not known.
 size_t sample_bytes(const GstStructure* audio) {
@@ -142,17 +127,14 @@ class EdgeQueryServer : public QueryServer {
     const gst::UniqueText text{gst_caps_to_string(caps)};
     return listener_->set_answer_caps(text.get());
   }
-  std::shared_ptr<QueryRequest> take() override {
-    auto request = listener_->take();
-    return request ? std::make_shared<EdgeRequest>(std::move(request)) : nullptr;
-  }
+  std::shared_ptr<QueryRequest> take() override { return listener_->take(); }
   void interrupt() override { listener_->interrupt(); }
   void resume() override { listener_->resume(); }
 
   // A client that sends what it was not asked for is closed: it would take the answer of its next
   // request for that of this one.
   Result<Ref<GstBuffer>> make_frame(QueryRequest& request) override {
-    auto& received = static_cast<EdgeRequest&>(request).received();  // of take()
+    auto& received = static_cast<edge::Request&>(request);  // of take()
     uint64_t copied = 0;
     auto buffer = buffers_.make(std::move(received.memories()), &copied);
     auto status = buffer ? check_.check(buffer->get()) : Status(buffer.error());
@@ -164,16 +146,15 @@ class EdgeQueryServer : public QueryServer {
   }
   Result<Delivery> answer(QueryRequest* request, GstBuffer* buffer, uint64_t*) override {
     const auto client = gst::client_of(buffer);
-    const auto* own = dynamic_cast<EdgeRequest*>(request);
+    auto* own = dynamic_cast<edge::Request*>(request);
     if (request && !own) return Delivery::OtherServer;
     if (!client && !own) return Delivery::NoRequest;
     auto mapped = mapper_.map(buffer);
     if (!mapped) return mapped.error();
-    const auto sent =
-        listener_->answer(client ? *client : own->client(), mapped->memories,
-                          std::move(mapped->owner), own ? own->received().sequence() : "");
+    const auto sent = listener_->answer(client ? *client : own->client(), mapped->memories,
+                                        std::move(mapped->owner), own ? own->sequence() : "");
     if (sent != edge::QueryListener::Sent::Queued) return Delivery::Lost;
-    if (own) own->received().end(Outcome::Answered);
+    if (own) own->end(Outcome::Answered);
     return Delivery::Sent;
   }
   Status set_running(bool running) override {

@@ -211,13 +211,13 @@ class EdgeQuery : public ::testing::Test {
     ASSERT_TRUE(request);
     answer(request);
   }
-  QueryListener::Sent answer(const std::shared_ptr<ReceivedRequest>& request) {
+  QueryListener::Sent answer(const std::shared_ptr<Request>& request) {
     const auto owner =
         std::make_shared<std::vector<wire::ByteBlock>>(std::move(request->memories()));
     std::vector<std::span<const std::byte>> parts;
     for (auto at = owner->rbegin(); at != owner->rend(); ++at) parts.push_back(at->bytes());
     const auto sent = listener_->answer(request->client(), parts, owner, request->sequence());
-    if (sent == QueryListener::Sent::Queued) request->end(ReceivedRequest::Outcome::Answered);
+    if (sent == QueryListener::Sent::Queued) request->end(Request::Outcome::Answered);
     return sent;
   }
   bool clients_become(uint32_t count) {

@@ -52,7 +52,7 @@ Error unreachable(const QueryOptions& options, std::string what, const std::stri
 // The parts of a request that have not been sent.
 class UnsentParts {
  public:
-  explicit UnsentParts(const QueryRequest& request) {
+  explicit UnsentParts(const RequestMessage& request) {
     parts_.reserve(request.memories.size() + 2);
     add(request.header);
     for (const auto& memory : request.memories) add(memory);
@@ -233,14 +233,14 @@ Status QueryLink::check_handshake() {
       .fix = kHostFix};
 }
 
-Result<QueryRequest> QueryLink::make_request(std::vector<std::span<const std::byte>> memories,
-                                             uint64_t number) const {
+Result<RequestMessage> QueryLink::make_request(std::vector<std::span<const std::byte>> memories,
+                                               uint64_t number) const {
   wire::EdgeMetadata metadata;
   if (auto status = metadata.set(kNumberKey, std::to_string(number)); !status)
     return status.error();
   if (auto status = metadata.set(kClientKey, std::to_string(client_id_)); !status)
     return status.error();
-  QueryRequest out{{}, metadata.encode(), std::move(memories)};
+  RequestMessage out{{}, metadata.encode(), std::move(memories)};
   wire::EdgeHeader header{.command = wire::Command::TransferData,
                           .client_id = client_id_,
                           .metadata_bytes = out.metadata.size()};
@@ -251,7 +251,7 @@ Result<QueryRequest> QueryLink::make_request(std::vector<std::span<const std::by
   return out;
 }
 
-Result<std::optional<LinkEnd>> QueryLink::send(const QueryRequest& request) {
+Result<std::optional<LinkEnd>> QueryLink::send(const RequestMessage& request) {
   UnsentParts unsent(request);
   ++sent_;
   auto deadline = io::deadline_in(options_.stall_time);

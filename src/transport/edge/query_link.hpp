@@ -30,7 +30,7 @@ struct QueryOptions {
 };
 
 // A frame as it is sent: its memories are borrowed.
-struct QueryRequest {
+struct RequestMessage {
   std::vector<std::byte> header, metadata;
   std::vector<std::span<const std::byte>> memories;
 };
@@ -46,6 +46,7 @@ enum class LinkEnd {
   Interrupted,  // by the descriptor `cancel`
   Refused,      // the server ended the connection with ERROR
   Lost,         // the connection broke, or the server takes no bytes
+  OutOfStep     // so many answers are missing that only a new connection helps
 };
 
 // Used by one thread; it has none of its own. Requests go out on a connection that the client opens
@@ -73,11 +74,11 @@ class QueryLink {
   Status confirm(const io::Deadline& deadline);
 
   // LIMIT_EXCEEDED, FRAME_SIZE: the server cannot receive such a frame.
-  Result<QueryRequest> make_request(std::vector<std::span<const std::byte>> memories,
-                                    uint64_t number) const;
+  Result<RequestMessage> make_request(std::vector<std::span<const std::byte>> memories,
+                                      uint64_t number) const;
   // Sends a frame. Returns why the connection has ended, if it has. PEER_MESSAGE_INVALID for what
   // the server sent meanwhile.
-  Result<std::optional<LinkEnd>> send(const QueryRequest& request);
+  Result<std::optional<LinkEnd>> send(const RequestMessage& request);
 
   struct Received {
     std::optional<QueryAnswer> answer{};

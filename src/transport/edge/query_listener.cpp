@@ -95,14 +95,14 @@ void QueryListener::close() {
   wake_->set();
 }
 
-std::shared_ptr<ReceivedRequest> QueryListener::take() {
+std::shared_ptr<Request> QueryListener::take() {
   std::unique_lock lock(mutex_);
   for (;;) {
     changed_.wait(lock, [this] { return interrupted_ || !waiting_.empty(); });
     if (interrupted_) return nullptr;
     auto request = std::move(waiting_.front());
     waiting_.pop_front();
-    if (!request->client_is_gone()) return request;
+    if (!request->end_if_expired()) return request;
   }
 }
 
@@ -201,7 +201,8 @@ void QueryListener::add(Descriptor socket) {
   if (listening() < 0) return;
   int64_t id = new_client_id();
   while (find(id)) id = new_client_id();
-  const auto client = std::make_shared<ServedClient>(std::move(socket), id, options_.client);
+  const auto client =
+      std::make_shared<ServedClient>(std::move(socket), id, options_.client, requests_, wake_);
   if (const auto reason = reason_to_refuse(client->address()); !reason.empty())
     return refuse(client, reason);
   clients_.push_back(client);
@@ -245,13 +246,10 @@ io::Deadline QueryListener::watch(const Clients& clients, std::vector<pollfd>* w
 
 void QueryListener::attend(const Client& client, const pollfd* events, ServedClient::Input input) {
   greet(client);
-  std::optional<ServedClient::Request> request;
+  std::shared_ptr<Request> request;
   if (const auto reason = client->attend(events, std::move(input), &request))
     return refuse(client, *reason);
-  if (request)
-    waiting_.push_back(std::make_shared<ReceivedRequest>(client->id(), std::move(request->memories),
-                                                         std::move(request->sequence),
-                                                         client->load(), requests_, wake_));
+  if (request) waiting_.push_back(std::move(request));
   if (!client->is_gone() && io::is_over(client->deadline()))
     refuse(client, client->reason_of_deadline());
 }

@@ -9,7 +9,7 @@
 #include <vector>
 
 #include "core/io/deadline.hpp"
-#include "transport/edge/received_request.hpp"
+#include "transport/edge/request.hpp"
 #include "transport/edge/served_client.hpp"
 #include "transport/edge/stream_socket.hpp"
 #include "transport/poll_server.hpp"
@@ -56,7 +56,7 @@ class QueryListener : public transport::PollServer<ServedClient> {
   void close();
 
   // Waits for a request. Null after interrupt(), until resume().
-  std::shared_ptr<ReceivedRequest> take();
+  std::shared_ptr<Request> take();
 
   enum class Sent {
     Queued,
@@ -98,7 +98,7 @@ class QueryListener : public transport::PollServer<ServedClient> {
   uint16_t port_ = 0;
   const std::shared_ptr<RequestCounters> requests_ = std::make_shared<RequestCounters>();
   // Guarded by the mutex.
-  std::deque<std::shared_ptr<ReceivedRequest>> waiting_;
+  std::deque<std::shared_ptr<Request>> waiting_;
   std::string request_caps_, answer_caps_, capability_;
   uint64_t answers_lost_ = 0;
   bool accepting_ = false, closed_ = false;

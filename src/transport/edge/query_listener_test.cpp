@@ -201,7 +201,7 @@ TEST_F(EdgeQuery, TheAnswerForAClientThatLeftIsDroppedAndCounted) {
   peer.request({from_text("waits")});
   peer.close();
   ASSERT_TRUE(clients_become(0));
-  EXPECT_TRUE(request->client_is_gone());
+  EXPECT_TRUE(request->end_if_expired());
   EXPECT_EQ(answer(request), Sent::NoClient);
   request.reset();
   EXPECT_EQ(listener_->counts().answers_lost, 1u);
@@ -225,7 +225,7 @@ TEST_F(EdgeQuery, AClientWithManyRequestsIsNotReadOn) {
   open({.most_requests = 3});
   auto eager = connected(), other = connected();
   for (int i = 0; i < 5; ++i) eager.request({from_text(std::to_string(i))});
-  std::vector<std::shared_ptr<ReceivedRequest>> taken;
+  std::vector<std::shared_ptr<Request>> taken;
   for (int i = 0; i < 3; ++i) taken.push_back(listener_->take());
   other.request({from_text("other")});
   const auto next = listener_->take();

@@ -27,12 +27,16 @@ std::string text_of(const Error& error) {
 
 }  // namespace
 
-ServedClient::ServedClient(Descriptor a, int64_t id, const ClientOptions& options)
+ServedClient::ServedClient(Descriptor a, int64_t id, const ClientOptions& options,
+                           std::shared_ptr<RequestCounters> counters,
+                           std::shared_ptr<transport::WakeEvent> wake)
     : id_(id),
       options_(options),
       a_(std::move(a), wire::Side::ServerOnA, kHandshakeLimits, options.form, 0),
       address_(peer_of(a_.socket())),
-      form_(options.form.value_or(HeaderForm::Bytes2088)) {}
+      form_(options.form.value_or(HeaderForm::Bytes2088)),
+      counters_(std::move(counters)),
+      wake_(std::move(wake)) {}
 
 void ServedClient::set_gone() noexcept {
   state_ = State::Gone;
@@ -102,7 +106,7 @@ ServedClient::Input ServedClient::read(const pollfd* events) {
   return out;
 }
 
-ServedClient::Refusal ServedClient::take(Result<Step> step, std::optional<Request>* request) {
+ServedClient::Refusal ServedClient::take(Result<Step> step, std::shared_ptr<Request>* request) {
   if (!step) return text_of(step.error());
   if (step->read == MessageConnection::Read::Closed || step->action == wire::Action::Close)
     set_gone();
@@ -111,13 +115,14 @@ ServedClient::Refusal ServedClient::take(Result<Step> step, std::optional<Reques
   const auto metadata = wire::EdgeMetadata::parse(step->message.metadata.bytes());
   if (!metadata) return text_of(metadata.error());
   if (step->message.memories.empty()) return "a frame without memories";
-  request->emplace(Request{std::move(step->message.memories),
-                           std::string(metadata->find(kSequence).value_or(""))});
+  *request = std::make_shared<Request>(id_, std::move(step->message.memories),
+                                       std::string(metadata->find(kSequence).value_or("")), load_,
+                                       counters_, wake_);
   return std::nullopt;
 }
 
 ServedClient::Refusal ServedClient::attend(const pollfd* events, Input input,
-                                           std::optional<Request>* request) {
+                                           std::shared_ptr<Request>* request) {
   send();
   if (state_ == State::Connecting && events[1].revents)
     if (auto refusal = end_connecting()) return refusal;

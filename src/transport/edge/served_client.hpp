@@ -11,7 +11,7 @@
 #include <vector>
 
 #include "transport/edge/message_connection.hpp"
-#include "transport/edge/received_request.hpp"
+#include "transport/edge/request.hpp"
 #include "transport/edge/send_queue.hpp"
 
 namespace weir::edge {
@@ -42,8 +42,11 @@ class ServedClient {
     Gone
   };
 
-  // `options` must outlive it. `a`: the connection that the client opened.
-  ServedClient(Descriptor a, int64_t id, const ClientOptions& options);
+  // `options` must outlive it. `a`: the connection that the client opened. `counters` of its
+  // requests; one that ends wakes `wake` if it waits for that.
+  ServedClient(Descriptor a, int64_t id, const ClientOptions& options,
+               std::shared_ptr<RequestCounters> counters,
+               std::shared_ptr<transport::WakeEvent> wake);
 
   int64_t id() const noexcept { return id_; }
   const std::string& address() const noexcept { return address_; }
@@ -72,12 +75,8 @@ class ServedClient {
   // Reads what has arrived, at most one message of each connection. The thread that calls watch(),
   // without the lock.
   Input read(const pollfd* events);
-  struct Request {
-    std::vector<wire::ByteBlock> memories{};
-    std::string sequence{};
-  };
   // Handles it, sends, and goes on with the second connection.
-  Refusal attend(const pollfd* events, Input input, std::optional<Request>* request);
+  Refusal attend(const pollfd* events, Input input, std::shared_ptr<Request>* request);
   // Queues an answer. False: the queue is full. Errors: those of wire::write_header().
   Result<bool> queue_answer(const std::vector<std::span<const std::byte>>& memories,
                             std::shared_ptr<const void> owner, const std::string& sequence);
@@ -87,7 +86,7 @@ class ServedClient {
   void send_errors() noexcept;
 
  private:
-  Refusal take(Result<Step> step, std::optional<Request>* request);
+  Refusal take(Result<Step> step, std::shared_ptr<Request>* request);
   Refusal host_info(const wire::EdgeMessage& message);
   Refusal end_connecting();
 
@@ -104,6 +103,8 @@ class ServedClient {
   bool reading_ = true, reads_answers_ = false;
   std::chrono::steady_clock::time_point last_bytes_ = since_;
   const std::shared_ptr<ClientLoad> load_ = std::make_shared<ClientLoad>();
+  const std::shared_ptr<RequestCounters> counters_;
+  const std::shared_ptr<transport::WakeEvent> wake_;
 };
 
 }  // namespace weir::edge

@@ -1,15 +1,14 @@
 // Counts what becomes of a request.
 // SPDX-License-Identifier: LGPL-2.1-or-later
-#include "transport/edge/received_request.hpp"
+#include "transport/edge/request.hpp"
 
 #include <utility>
 
 namespace weir::edge {
 
-ReceivedRequest::ReceivedRequest(int64_t client, std::vector<wire::ByteBlock> memories,
-                                 std::string sequence, std::shared_ptr<ClientLoad> load,
-                                 std::shared_ptr<RequestCounters> counters,
-                                 std::shared_ptr<transport::WakeEvent> wake)
+Request::Request(int64_t client, std::vector<wire::ByteBlock> memories, std::string sequence,
+                 std::shared_ptr<ClientLoad> load, std::shared_ptr<RequestCounters> counters,
+                 std::shared_ptr<transport::WakeEvent> wake)
     : client_(client),
       memories_(std::move(memories)),
       sequence_(std::move(sequence)),
@@ -22,14 +21,14 @@ ReceivedRequest::ReceivedRequest(int64_t client, std::vector<wire::ByteBlock> me
   counters_->received += 1;
 }
 
-ReceivedRequest::~ReceivedRequest() {
+Request::~Request() {
   if (!ended_) (load_->gone ? counters_->expired : counters_->aborted) += 1;
   load_->bytes -= bytes_;
   load_->requests -= 1;
   wake_->set_if_wanted();
 }
 
-void ReceivedRequest::end(Outcome outcome) noexcept {
+void Request::end(Outcome outcome) noexcept {
   if (ended_.exchange(true)) return;
   (outcome == Outcome::Answered ? counters_->answered : counters_->refused) += 1;
 }

@@ -1,4 +1,4 @@
-// ReceivedRequest: a frame that a query client sent, until its answer has been sent.
+// Request: a frame that a query client sent, until its answer has been sent.
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #pragma once
 #include <atomic>
@@ -8,6 +8,7 @@
 #include <vector>
 
 #include "core/wire/message_reader.hpp"
+#include "transport/query_request.hpp"
 #include "transport/wake_event.hpp"
 
 namespace weir::edge {
@@ -29,23 +30,23 @@ struct ClientLoad {
 };
 
 // Thread-safe, but memories() are one thread's. May outlive the server.
-class ReceivedRequest {
+class Request : public QueryRequest {
  public:
   enum class Outcome { Answered, Refused };
 
-  ReceivedRequest(int64_t client, std::vector<wire::ByteBlock> memories, std::string sequence,
-                  std::shared_ptr<ClientLoad> load, std::shared_ptr<RequestCounters> counters,
-                  std::shared_ptr<transport::WakeEvent> wake);
-  ReceivedRequest(const ReceivedRequest&) = delete;
-  ReceivedRequest& operator=(const ReceivedRequest&) = delete;
+  Request(int64_t client, std::vector<wire::ByteBlock> memories, std::string sequence,
+          std::shared_ptr<ClientLoad> load, std::shared_ptr<RequestCounters> counters,
+          std::shared_ptr<transport::WakeEvent> wake);
   // Counts as expired or aborted unless it has ended. Wakes the server if it waits for that.
-  ~ReceivedRequest();
+  ~Request() override;
 
-  int64_t client() const noexcept { return client_; }
+  int64_t client() const override { return client_; }
+  bool end_if_expired() override { return load_->gone; }
+  void entered(const char*) noexcept override {}
+  void pushed() noexcept override {}
   std::vector<wire::ByteBlock>& memories() noexcept { return memories_; }
   // What a client of Weir numbers it with; "" from others.
   const std::string& sequence() const noexcept { return sequence_; }
-  bool client_is_gone() const noexcept { return load_->gone; }
   // The first call counts.
   void end(Outcome outcome) noexcept;
 
