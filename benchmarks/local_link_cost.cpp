@@ -250,7 +250,7 @@ std::shared_ptr<const local::ReceivedFrame> take(local::Subscriber* subscriber) 
 double by_local_link() {
   const auto open = [](const char* name) {
     return *local::Publisher::open(
-        {.path = folder + name, .most_held = 16, .drop = false, .most_readers = 1, .refused = {}});
+        {.path = folder + name, .max_held = 16, .drop = false, .max_readers = 1, .refused = {}});
   };
   const pid_t peer = process([&] {
     const auto publisher = open("/back");

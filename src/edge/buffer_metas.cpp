@@ -22,7 +22,7 @@ using Region = GstVideoRegionOfInterestMeta;
 
 enum class MetaKind : uint32_t { None = 0, Region, Client, SourceMaps, Video };
 
-constexpr uint32_t kMostParameters = 64, kMostMaps = 65536;
+constexpr uint32_t kMaxParameters = 64, kMaxMaps = 65536;
 
 void put_kind(MessageWriter* out, MetaKind kind) {
   out->put(static_cast<uint32_t>(kind));
@@ -61,7 +61,7 @@ Status decode_region(MessageReader* in, GstBuffer* buffer) {
                                                                 place[1], place[2], place[3]);
   region->id = id;
   region->parent_id = parent;
-  for (uint32_t left = in->count(kMostParameters); left > 0; --left) {
+  for (uint32_t left = in->count(kMaxParameters); left > 0; --left) {
     auto parameter = gst::structure_from_text(in->text());
     if (!parameter)
       return invalid("a parameter of a region that is not a structure", parameter.error());
@@ -84,7 +84,7 @@ Status decode_maps(MessageReader* in, GstBuffer* buffer) {
   if (of > static_cast<uint32_t>(gst::MapsOf::Regions))
     return invalid("source maps of an unknown kind");
   std::vector<SourceMap> maps;
-  for (uint32_t left = in->count(kMostMaps); left > 0; --left) {
+  for (uint32_t left = in->count(kMaxMaps); left > 0; --left) {
     const auto map = in->take<weir_source_map>();
     if (map.x_dimension > 15 || map.y_dimension > 15)
       return invalid("a source map of a dimension beyond 15");

@@ -12,7 +12,7 @@ namespace {
 
 using gst::Ref;
 
-constexpr size_t kMostPads = 256;
+constexpr size_t kMaxPads = 256;
 
 struct Entry {
   Ref<GstPad> pad;  // a sink pad
@@ -75,7 +75,7 @@ Ref<GstPad> sink_pad_of(GstPad* from) {
 std::vector<Entry> sink_pads_downstream(GstPad* source) {
   std::vector<Entry> out;
   std::deque<Step> todo{{Ref<GstPad>::share(source), true}};
-  while (!todo.empty() && out.size() < kMostPads) {
+  while (!todo.empty() && out.size() < kMaxPads) {
     auto [from, straight] = std::move(todo.front());
     todo.pop_front();
     auto pad = sink_pad_of(from.get());
@@ -136,7 +136,7 @@ std::string property_downstream(GstPad* source, const char* name) {
 
 std::string property_upstream(GstPad* sink, const char* name) {
   auto pad = Ref<GstPad>::share(sink);
-  for (size_t i = 0; i < kMostPads; ++i) {
+  for (size_t i = 0; i < kMaxPads; ++i) {
     const auto peer = Ref<GstPad>::adopt(gst_pad_get_peer(pad.get()));
     const auto element =
         Ref<GstElement>::adopt(peer ? gst_pad_get_parent_element(peer.get()) : nullptr);

@@ -59,6 +59,14 @@ struct EnumType<QueryConnectType> {
 namespace weir {
 
 // OPTION_VALUE for a connect-type that the protocol does not have.
-Status check_protocol(QueryProtocol protocol, QueryConnectType connect_type, const char* element);
+inline Status check_protocol(QueryProtocol protocol, QueryConnectType connect_type,
+                             const char* element) {
+  if (connect_type == QueryConnectType::Tcp || protocol != QueryProtocol::Oip) return ok();
+  return Error{.code = Code::OPTION_VALUE,
+               .what = "protocol=oip does not use a broker",
+               .offered = "connect-type=HYBRID protocol=oip",
+               .needed = "connect-type=TCP",
+               .fix = std::string(element) + " protocol=oip connect-type=TCP"};
+}
 
 }  // namespace weir

@@ -3,17 +3,20 @@
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #include "net-elements/oip_query_server.hpp"
 
+#include <algorithm>
 #include <functional>
 #include <mutex>
 #include <utility>
 
 #include "core/process/kept_address.hpp"
+#include "core/tensor/frame_spec.hpp"
 #include "core/tensor/tensor_header.hpp"
 #include "edge/query_server.hpp"
 #include "gstcpp/buffer/frame_layout.hpp"
 #include "gstcpp/buffer/frame_pool.hpp"
 #include "gstcpp/buffer/tensor_caps.hpp"
-#include "net-elements/served_tensors.hpp"
+#include "net/protocol/oip_messages.hpp"
+#include "net/protocol/oip_types.hpp"
 #include "net/server/model_server.hpp"
 #include "net/server/server_security.hpp"
 
@@ -55,6 +58,36 @@ struct MappedAnswer {
   gst::FrameLayout reader;           // of tensors
   std::optional<gst::Mapped> whole;  // of other streams
 };
+
+// `name` for one tensor, "name_0", "name_1" for several; `names` go before those if there is one
+// for each tensor.
+std::vector<net::TensorText> describe_tensors(const std::vector<TensorSpec>& tensors,
+                                              const std::string& name,
+                                              const std::vector<std::string>& names = {}) {
+  std::vector<net::TensorText> out;
+  for (const auto& tensor : tensors) {
+    net::TensorText text;
+    text.name = tensors.size() == 1 ? name : name + "_" + std::to_string(out.size());
+    if (names.size() == tensors.size() && !names[out.size()].empty()) text.name = names[out.size()];
+    if (const auto* type = net::oip_type_of(static_cast<uint32_t>(tensor.type)))
+      text.datatype = type->name;
+    for (size_t i = 0; i < tensor.shape.rank(); ++i) text.shape.push_back(tensor.shape[i]);
+    std::reverse(text.shape.begin(), text.shape.end());
+    out.push_back(std::move(text));
+  }
+  return out;
+}
+
+// A stream that has no tensors, such as image/jpeg or text: one element of bytes.
+std::vector<net::TensorText> describe_bytes(const std::string& name) {
+  return {{name, "BYTES", {1}}};
+}
+
+bool has_tensors(const GstCaps* caps) {
+  const GstStructure* first = gst_caps_get_structure(caps, 0);
+  return gst_structure_has_name(first, "other/tensor") ||
+         gst_structure_has_name(first, "other/tensors");
+}
 
 class OipRequest : public QueryRequest {
  public:

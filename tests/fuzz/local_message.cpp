@@ -22,7 +22,7 @@ using fuzz::require;
 using io::Descriptor;
 
 constexpr size_t kBlockBytes = 4096;
-constexpr uint32_t kMostPackets = 64;
+constexpr uint32_t kMaxPackets = 64;
 
 // One packet of an input: its kind and body, its size if it lies about it, and whether memory comes
 // with it.
@@ -72,7 +72,7 @@ void write_to_reader(const Listener& listener, fuzz::FuzzInput input) {
     writer.put(uint32_t{4});
     send_packet(socket.get(), writer.finish());
   }
-  for (uint32_t i = 0; i < kMostPackets && !input.empty(); ++i) {
+  for (uint32_t i = 0; i < kMaxPackets && !input.empty(); ++i) {
     const auto packet = next_packet(&input);
     const int descriptor = packet.has_block ? (*block)->descriptor() : -1;
     if (send_packet(socket.get(), packet.bytes, descriptor) != Transfer::Done) return;
@@ -86,7 +86,7 @@ void read_frame(const ReceivedFrame& frame) {
     for (const std::byte byte : memory) sum += std::to_integer<uint32_t>(byte);
   }
   require(sum == 0, "a memory has the writer's bytes");
-  require(frame.memories.size() <= kMostPieces && frame.metas.size() <= kMostMessageBytes,
+  require(frame.memories.size() <= kMaxPieces && frame.metas.size() <= kMaxMessageBytes,
           "a frame is within the limits");
 }
 
@@ -127,7 +127,7 @@ void check_reader(fuzz::FuzzInput input) {
   Garbage garbage;
   size_t sent = 0;
   std::optional<std::string> reason;
-  for (uint32_t i = 0; i < kMostPackets && !input.empty() && !reason; ++i) {
+  for (uint32_t i = 0; i < kMaxPackets && !input.empty() && !reason; ++i) {
     ++frame.number;
     if (link.state() == ReaderLink::State::Reading && link.has_room(4) && link.send_frame(frame))
       ++sent;

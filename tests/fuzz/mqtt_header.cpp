@@ -41,8 +41,8 @@ void read_header_of(std::span<const std::byte> payload, MqttAlignment alignment,
     require(header.error().code == Code::PEER_MESSAGE_INVALID, "bad bytes are a peer's fault");
     return;
   }
-  require(header->sizes.size() <= kMostMqttMemories, "a header has at most 16 sizes");
-  require(header->caps.size() < kMostMqttCapsBytes, "caps end within 512 bytes");
+  require(header->sizes.size() <= kMaxMqttMemories, "a header has at most 16 sizes");
+  require(header->caps.size() < kMaxMqttCapsBytes, "caps end within 512 bytes");
   const auto bytes = write_mqtt_header(*header);
   require(bytes && bytes->size() == kMqttHeaderBytes, "what is read can be written");
   const auto again = parse_mqtt_header(*bytes);

@@ -12,11 +12,11 @@ Status AnnouncedServers::update(std::string_view topic, std::span<const std::byt
   if (!address) return address.error();
   std::erase_if(servers_, [topic](const Server& server) { return server.topic == topic; });
   if (!*address) return ok();
-  if (servers_.size() == kMostServers)
+  if (servers_.size() == kMaxServers)
     return peer_error(
         "a broker announces too many servers",
-        std::to_string(kMostServers + 1) + " servers, the last one at " + quoted_text(topic),
-        "at most " + std::to_string(kMostServers),
+        std::to_string(kMaxServers + 1) + " servers, the last one at " + quoted_text(topic),
+        "at most " + std::to_string(kMaxServers),
         "remove retained messages of servers that no longer exist from the broker");
   servers_.push_back({std::string(topic), **std::move(address), ++announcements_});
   return ok();

@@ -18,10 +18,10 @@ namespace weir::wire {
 class AnnouncedServers {
  public:
   // Anyone may publish to a broker.
-  static constexpr size_t kMostServers = 256;
+  static constexpr size_t kMaxServers = 256;
 
   // A message that the broker delivered. PEER_MESSAGE_INVALID for a payload that is no address,
-  // which changes nothing, and for one server more than kMostServers.
+  // which changes nothing, and for one server more than kMaxServers.
   Status update(std::string_view topic, std::span<const std::byte> payload);
 
   struct Server {

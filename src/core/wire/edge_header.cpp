@@ -14,7 +14,7 @@ namespace weir::wire {
 namespace {
 
 constexpr size_t kCommandOffset = 4;
-constexpr size_t kMostTextBytes = size_t{64} << 10;
+constexpr size_t kMaxTextBytes = size_t{64} << 10;
 
 std::string bytes_text(uint64_t bytes) {
   return std::to_string(bytes) + (bytes == 1 ? " byte" : " bytes");
@@ -125,11 +125,11 @@ Result<EdgeHeader> read_header(HeaderForm form, std::span<const std::byte> bytes
 
 Result<std::vector<std::byte>> write_header(HeaderForm form, const EdgeHeader& header) {
   const auto& layout = layout_of(form);
-  if (header.sizes.size() > layout.most_memories)
+  if (header.sizes.size() > layout.max_memories)
     return Error{.code = Code::LIMIT_EXCEEDED,
                  .what = "a frame has more memories than the peer can receive",
                  .offered = std::to_string(header.sizes.size()) + " memories",
-                 .needed = "at most " + std::to_string(layout.most_memories) + " in the " +
+                 .needed = "at most " + std::to_string(layout.max_memories) + " in the " +
                            std::string(layout.name) + " form",
                  .fix = "merge tensors with tensor_merge before the frame is sent"};
   if (const auto empty = std::find(header.sizes.begin(), header.sizes.end(), uint64_t{0});
@@ -159,11 +159,11 @@ Result<std::vector<std::byte>> text_message(HeaderForm form, Command command, in
                  .what = "a text for " + to_string(command) + " contains a NUL",
                  .offered = quoted_text(text),
                  .needed = "a text without NUL"};
-  if (text.size() >= kMostTextBytes)
+  if (text.size() >= kMaxTextBytes)
     return Error{.code = Code::LIMIT_EXCEEDED,
                  .what = "a text for " + to_string(command) + " is too long",
                  .offered = bytes_text(text.size() + 1) + " with its NUL",
-                 .needed = "at most " + bytes_text(kMostTextBytes),
+                 .needed = "at most " + bytes_text(kMaxTextBytes),
                  .fix = "shorten the caps"};
   auto out =
       write_header(form, {.command = command, .client_id = client_id, .sizes = {text.size() + 1}});

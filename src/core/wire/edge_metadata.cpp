@@ -15,7 +15,7 @@ namespace {
 
 constexpr size_t kCountBytes = sizeof(uint32_t);
 // A key and a value of one character, each with its NUL.
-constexpr size_t kLeastPairBytes = 4;
+constexpr size_t kMinPairBytes = 4;
 
 auto find_pair(const std::vector<EdgeMetadata::Pair>& pairs, std::string_view key) {
   return std::find_if(pairs.begin(), pairs.end(), [key](const EdgeMetadata::Pair& pair) {
@@ -97,7 +97,7 @@ Result<EdgeMetadata> EdgeMetadata::parse(std::span<const std::byte> bytes) {
                           "at least 4 bytes, the number of pairs");
   const auto count = read_little<uint32_t>(bytes, 0);
   const auto texts = bytes.subspan(kCountBytes);
-  if (count > texts.size() / kLeastPairBytes)
+  if (count > texts.size() / kMinPairBytes)
     return metadata_error("is too short for its pairs", std::to_string(bytes.size()) + " bytes",
                           "at least 4 bytes for each of " + std::to_string(count) + " pairs");
   std::string_view rest(reinterpret_cast<const char*>(texts.data()), texts.size());

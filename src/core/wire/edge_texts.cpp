@@ -15,7 +15,7 @@ namespace {
 constexpr std::string_view kSourceKey = "query_server_src_caps";
 constexpr std::string_view kSinkKey = "query_server_sink_caps";
 constexpr std::string_view kPublisherKey = "edge_sink_caps";
-constexpr size_t kLongestHost = 253;  // of a DNS name
+constexpr size_t kMaxHost = 253;  // of a DNS name
 
 // The first value of `key` in @key@value@key@value. The odd pieces are keys.
 std::optional<std::string_view> value_of(std::string_view text, std::string_view key) {
@@ -95,7 +95,7 @@ Result<HostAddress> parse_host_address(std::string_view text) {
   if (!port || *port < 1 || *port > 65535)
     return peer_error("the address of a peer has no usable port", quoted_text(text),
                       "a port from 1 to 65535");
-  if (host.empty() || host.size() > kLongestHost ||
+  if (host.empty() || host.size() > kMaxHost ||
       !std::all_of(host.begin(), host.end(), is_host_character))
     return peer_error("the address of a peer has no usable host", quoted_text(text),
                       "1 to 253 letters, digits, '.', '-' and '_'");

@@ -29,7 +29,7 @@ struct HeaderLayout {
   std::string_view name;
   size_t bytes;
   size_t entries;         // of the size table
-  size_t most_memories;   // that a message may have when it is sent
+  size_t max_memories;    // that a message may have when it is sent
   uint64_t version_key;   // that is sent; 0: the form has none
   size_t version_offset;  // u64
   size_t client_id_offset;

@@ -52,15 +52,15 @@ Error send_error(Code code, std::string what, std::string offered, std::string n
 }
 
 Status check_sendable(const MqttHeader& header) {
-  if (header.sizes.size() > kMostMqttMemories)
+  if (header.sizes.size() > kMaxMqttMemories)
     return send_error(Code::LIMIT_EXCEEDED, "a buffer has more memories than an MQTT message",
                       std::to_string(header.sizes.size()) + " memories",
-                      "at most " + std::to_string(kMostMqttMemories),
+                      "at most " + std::to_string(kMaxMqttMemories),
                       "merge tensors with tensor_merge before mqttsink");
-  if (header.caps.size() >= kMostMqttCapsBytes)
+  if (header.caps.size() >= kMaxMqttCapsBytes)
     return send_error(Code::LIMIT_EXCEEDED, "caps are too long for an MQTT message",
                       std::to_string(header.caps.size()) + " characters",
-                      "at most " + std::to_string(kMostMqttCapsBytes - 1),
+                      "at most " + std::to_string(kMaxMqttCapsBytes - 1),
                       "shorten the caps, for example with other/tensors,format=flexible");
   if (header.caps.find('\0') != std::string::npos)
     return send_error(Code::OPTION_VALUE, "caps contain a NUL", quoted_text(header.caps),
@@ -83,9 +83,9 @@ Result<MqttHeader> parse_mqtt_header(std::span<const std::byte> bytes, MqttAlign
                         "at least 1024 bytes");
   const auto& layout = layout_of(alignment);
   const auto count = read_little<uint32_t>(bytes, 0);
-  if (count > kMostMqttMemories)
+  if (count > kMaxMqttMemories)
     return header_error("has too many memories", std::to_string(count) + " memories",
-                        "at most " + std::to_string(kMostMqttMemories));
+                        "at most " + std::to_string(kMaxMqttMemories));
   MqttHeader header;
   for (size_t i = 0; i < count; ++i) {
     const size_t at = layout.sizes + layout.size_bytes * i;
@@ -99,7 +99,7 @@ Result<MqttHeader> parse_mqtt_header(std::span<const std::byte> bytes, MqttAlign
   header.dts = time_of(read_little<uint64_t>(times, 24));
   header.pts = time_of(read_little<uint64_t>(times, 32));
   const std::string_view caps(reinterpret_cast<const char*>(bytes.data()) + layout.caps,
-                              kMostMqttCapsBytes);
+                              kMaxMqttCapsBytes);
   const size_t end = caps.find('\0');
   if (end == std::string_view::npos)
     return header_error("has caps without an end", quoted_text(caps), "a NUL within 512 bytes");

@@ -14,8 +14,8 @@
 namespace weir::wire {
 
 inline constexpr size_t kMqttHeaderBytes = 1024;
-inline constexpr size_t kMostMqttMemories = 16;
-inline constexpr size_t kMostMqttCapsBytes = 512;  // with the NUL
+inline constexpr size_t kMaxMqttMemories = 16;
+inline constexpr size_t kMaxMqttCapsBytes = 512;  // with the NUL
 
 // Where the machine of the sender has the fields.
 enum class MqttAlignment : uint8_t { Bits64, Arm32, I386 };

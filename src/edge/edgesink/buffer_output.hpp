@@ -3,11 +3,16 @@
 #pragma once
 #include <gst/gst.h>
 
+#include <memory>
+
 #include "core/io/deadline.hpp"
 #include "core/ledger/ledger.hpp"
 #include "weir/result.hpp"
 
 namespace weir {
+namespace local {
+struct PublisherOptions;
+}
 
 // set_caps(), publish() and end() are called by the streaming thread, everything else by any.
 class BufferOutput {
@@ -41,5 +46,9 @@ class BufferOutput {
   virtual void propose_allocation(GstQuery* query) = 0;
   virtual void add_stats(GstStructure* stats) const = 0;
 };
+
+// Listens for other processes, which get the buffers in shared memory. Errors: those of
+// local::Publisher::open().
+Result<std::unique_ptr<BufferOutput>> open_local_output(local::PublisherOptions options);
 
 }  // namespace weir

@@ -4,21 +4,24 @@
 #include <atomic>
 #include <memory>
 #include <mutex>
+#include <optional>
+#include <string>
 
+#include "edge/broker_login.hpp"
 #include "edge/edge_broker.hpp"
-#include "edge/edgesink/edgesink_settings.hpp"
-#include "edge/edgesink/local_output.hpp"
+#include "edge/edge_connect_type.hpp"
 #include "edge/edgesink/mqtt_output.hpp"
 #include "edge/edgesink/tcp_output.hpp"
 #include "gstcpp/element/base_classes.hpp"
 #include "gstcpp/element/playing_gate.hpp"
+#include "transport/local/publisher.hpp"
 
 namespace weir {
 namespace {
 
 using OutputOutcome = BufferOutput::Outcome;
 
-constexpr uint32_t kMostBuffers = 96;  // of max-buffers
+constexpr uint32_t kMaxBuffers = 96;  // of max-buffers
 
 wire::MqttForm mqtt_form_of(WireVersion version) {
   switch (version) {
@@ -34,7 +37,7 @@ wire::MqttForm mqtt_form_of(WireVersion version) {
 
 Error fallen_behind(const edge::Outage& outage, uint32_t max_buffers) {
   const bool is_full = outage.queued >= max_buffers;
-  const bool can_grow = is_full && max_buffers < kMostBuffers;
+  const bool can_grow = is_full && max_buffers < kMaxBuffers;
   return Error{.code = Code::LIMIT_EXCEEDED,
                .what = "a receiver is slower than the stream, and misses buffers",
                .offered = outage.address + ": " + std::to_string(outage.queued) +
@@ -44,8 +47,24 @@ Error fallen_behind(const edge::Outage& outage, uint32_t max_buffers) {
                .needed = std::string("a receiver that reads as fast as the stream") +
                          (can_grow ? ", or room for more buffers while it is slow" : "") +
                          "; protocol=local waits for receivers on this machine",
-               .fix = can_grow ? "edgesink max-buffers=" + std::to_string(kMostBuffers) : ""};
+               .fix = can_grow ? "edgesink max-buffers=" + std::to_string(kMaxBuffers) : ""};
 }
+
+struct EdgesinkSettings : BrokerLogin {
+  EdgeProtocol protocol = EdgeProtocol::Edge;
+  EdgeConnectType connect_type = EdgeConnectType::Tcp;
+  std::string host = "localhost", dest_host = "localhost";
+  uint32_t port = 3000, dest_port = 3000;
+  std::optional<std::string> topic, custom_lib;
+  bool wait_connection = false;
+  uint64_t connection_timeout = 0;  // ms; 0 = no limit
+  std::string path;
+  uint32_t max_buffers = 16;
+  bool drop = false;
+  WireVersion wire_version = WireVersion::Bytes2088;
+  bool insecure = false;
+  std::string allow;
+};
 
 class Edgesink : public gst::Element<Edgesink, gst::BaseSink> {
  public:
@@ -82,7 +101,7 @@ class Edgesink : public gst::Element<Edgesink, gst::BaseSink> {
           gst::Property{"max-buffers", &Settings::max_buffers,
                         "Maximum number of buffers that a receiver has not released "
                         "(protocol=local), or that wait for a receiver (protocol=edge)",
-                        gst::Changeable::InReady, 1u, kMostBuffers},
+                        gst::Changeable::InReady, 1u, kMaxBuffers},
           gst::Property{"drop", &Settings::drop,
                         "true = a receiver that has max-buffers misses buffers; false = the stream "
                         "waits for it; protocol=edge always drops"},
@@ -186,16 +205,16 @@ class Edgesink : public gst::Element<Edgesink, gst::BaseSink> {
   Ledger ledger_;
 
  private:
-  static constexpr uint32_t kMostReceivers = 32, kMostOfOneAddress = 16;
-  static constexpr uint64_t kLongestTimeout = 1'000'000'000'000;  // ms
+  static constexpr uint32_t kMaxReceivers = 32, kMaxOfOneAddress = 16;
+  static constexpr uint64_t kMaxTimeout = 1'000'000'000'000;  // ms
 
   using Opened = Result<std::unique_ptr<BufferOutput>>;
 
   Opened open_local(const Settings& s) {
-    return LocalOutput::open({.path = s.path,
-                              .most_held = s.max_buffers,
+    return open_local_output({.path = s.path,
+                              .max_held = s.max_buffers,
                               .drop = s.drop,
-                              .most_readers = kMostReceivers,
+                              .max_readers = kMaxReceivers,
                               .refused = [this](const Error& error) { log(error); }});
   }
 
@@ -241,8 +260,8 @@ class Edgesink : public gst::Element<Edgesink, gst::BaseSink> {
                                    .port = s.port,
                                    .form = header_form(s.wire_version),
                                    .queue = {.frames = s.max_buffers},
-                                   .most_subscribers = kMostReceivers,
-                                   .most_of_one_address = kMostOfOneAddress,
+                                   .max_subscribers = kMaxReceivers,
+                                   .max_of_one_address = kMaxOfOneAddress,
                                    .allowed =
                                        [allow = s.allow](const std::string& address) {
                                          return transport::is_allowed(allow, address);
@@ -275,7 +294,7 @@ class Edgesink : public gst::Element<Edgesink, gst::BaseSink> {
     io::Deadline deadline;
     if (limit > 0)
       deadline = io::deadline_in(
-          std::chrono::milliseconds(static_cast<int64_t>(std::min(limit, kLongestTimeout))));
+          std::chrono::milliseconds(static_cast<int64_t>(std::min(limit, kMaxTimeout))));
     has_waited_ = output_->wait_for_receiver(deadline);
     if (has_waited_) return OutputOutcome::Sent;
     if (!io::is_over(deadline)) return OutputOutcome::Interrupted;

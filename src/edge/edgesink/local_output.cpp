@@ -1,18 +1,51 @@
-// Finds where the memories of a buffer lie in shared memory, and copies those that do not.
+// LocalOutput: buffers of edgesink to other processes in shared memory. Finds where their memories
+// lie in it, and copies those that do not.
 // SPDX-License-Identifier: LGPL-2.1-or-later
-#include "edge/edgesink/local_output.hpp"
 
 #include <gst/video/gstvideometa.h>
 
 #include <cstring>
+#include <memory>
 #include <string>
 #include <utility>
 #include <vector>
 
 #include "edge/buffer_metas.hpp"
+#include "edge/edgesink/buffer_output.hpp"
 #include "gstcpp/buffer/allocation.hpp"
+#include "gstcpp/element/ref.hpp"
+#include "transport/local/publisher.hpp"
 
 namespace weir {
+
+class LocalOutput : public BufferOutput {
+ public:
+  explicit LocalOutput(std::unique_ptr<local::Publisher> publisher);
+  Status set_caps(GstCaps* caps) override;
+  Result<Outcome> publish(GstBuffer* buffer, Ledger* ledger) override;
+  void end() override { publisher_->end(); }
+  bool wait_for_receiver(const io::Deadline& deadline) override {
+    return publisher_->wait_for_reader(deadline);
+  }
+  void interrupt() override { publisher_->interrupt(); }
+  void resume() override { publisher_->resume(); }
+  void propose_allocation(GstQuery* query) override;
+  void add_stats(GstStructure* stats) const override;
+
+ private:
+  using Block = std::shared_ptr<isolate::SharedBlock>;
+  enum class Made { Frame, Interrupted };
+
+  Result<Made> make_frame(GstBuffer* buffer, Ledger* ledger);
+  // Shared memory for `bytes`; null when interrupted.
+  Result<Block> allocate(size_t bytes);
+  Result<Made> copy(const std::vector<std::span<const std::byte>>& parts, Block* owner);
+
+  const std::unique_ptr<local::Publisher> publisher_;
+  const gst::Ref<GstAllocator> allocator_;  // of the publisher's memory
+  local::LocalFrame frame_;                 // that was interrupted, or empty
+  gst::Ref<GstBuffer> interrupted_;         // its buffer, so that no other has its address
+};
 namespace {
 
 constexpr size_t kAlignment = 64;
@@ -47,7 +80,7 @@ Error not_readable() {
 LocalOutput::LocalOutput(std::unique_ptr<local::Publisher> publisher)
     : publisher_(std::move(publisher)), allocator_(gst::shared_allocator(publisher_->arena())) {}
 
-Result<std::unique_ptr<BufferOutput>> LocalOutput::open(local::PublisherOptions options) {
+Result<std::unique_ptr<BufferOutput>> open_local_output(local::PublisherOptions options) {
   auto publisher = local::Publisher::open(std::move(options));
   if (!publisher) return publisher.error();
   return std::unique_ptr<BufferOutput>(new LocalOutput(*std::move(publisher)));
@@ -111,7 +144,7 @@ Result<LocalOutput::Made> LocalOutput::make_frame(GstBuffer* buffer, Ledger* led
     foreign.emplace_back(bytes);
     ledger->copied(bytes.size());
   }
-  const bool long_metas = frame_.metas.size() > local::kMostMetasInMessage;
+  const bool long_metas = frame_.metas.size() > local::kMaxMetasInMessage;
   if (long_metas) foreign.emplace_back(frame_.metas);
   auto owner = std::make_shared<Owner>();
   if (!foreign.empty()) {

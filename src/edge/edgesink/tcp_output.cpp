@@ -9,7 +9,7 @@
 namespace weir {
 namespace {
 
-constexpr auto kLongestFlush = std::chrono::seconds(10);
+constexpr auto kMaxFlush = std::chrono::seconds(10);
 
 }  // namespace
 
@@ -43,7 +43,7 @@ Result<BufferOutput::Outcome> TcpOutput::publish(GstBuffer* buffer, Ledger*) {
 }
 
 void TcpOutput::end() {
-  publisher_->flush(io::deadline_in(kLongestFlush));
+  publisher_->flush(io::deadline_in(kMaxFlush));
 }
 
 void TcpOutput::propose_allocation(GstQuery*) {}

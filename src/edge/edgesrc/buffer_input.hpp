@@ -3,6 +3,9 @@
 #pragma once
 #include <gst/gst.h>
 
+#include <memory>
+#include <string>
+
 #include "gstcpp/element/ref.hpp"
 #include "weir/result.hpp"
 
@@ -39,5 +42,9 @@ class BufferInput {
   // Adds counts of this kind of input. Any thread.
   virtual void add_stats(GstStructure*) const {}
 };
+
+// Connects to an edgesink of another process, whose memory the buffers have. `interruption` is
+// borrowed. Errors: those of local::Subscriber::connect().
+Result<std::unique_ptr<BufferInput>> connect_local_input(const std::string& path, int interruption);
 
 }  // namespace weir

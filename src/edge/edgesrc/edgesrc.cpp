@@ -5,14 +5,14 @@
 #include <atomic>
 #include <memory>
 #include <mutex>
+#include <optional>
 #include <string>
 
+#include "edge/broker_login.hpp"
 #include "edge/edge_broker.hpp"
-#include "edge/edgesrc/edgesrc_settings.hpp"
-#include "edge/edgesrc/local_input.hpp"
+#include "edge/edge_connect_type.hpp"
 #include "edge/edgesrc/mqtt_input.hpp"
 #include "edge/edgesrc/tcp_input.hpp"
-#include "edge/edgesrc/unknown_caps.hpp"
 #include "gstcpp/buffer/tensor_caps.hpp"
 #include "gstcpp/element/base_classes.hpp"
 #include "transport/mqtt/server_finder.hpp"
@@ -23,6 +23,57 @@ namespace {
 
 using gst::Ref;
 using InputKind = InputEvent::Kind;
+
+struct Example {
+  const char* media_type;
+  const char* fields;
+  const char* downstream;
+};
+constexpr Example kExamples[] = {
+    {"other/tensors", "format=flexible,framerate=30/1", "tensor_sink"},
+    {"video/x-raw", "format=RGB,width=640,height=480,framerate=30/1",
+     "videoconvert ! autovideosink"},
+    {"audio/x-raw", "format=S16LE,layout=interleaved,rate=16000,channels=1",
+     "audioconvert ! autoaudiosink"},
+};
+
+std::string example_for(GstPad* pad) {
+  const auto accepted = gst::Ref<GstCaps>::adopt(gst_pad_peer_query_caps(pad, nullptr));
+  if (!accepted || gst_caps_is_any(accepted.get())) return "edgesrc ! CAPS ! fakesink";
+  for (const auto& example : kExamples) {
+    const auto caps = gst::Ref<GstCaps>::adopt(gst_caps_new_empty_simple(example.media_type));
+    if (gst_caps_can_intersect(accepted.get(), caps.get()))
+      return std::string("edgesrc ! ") + example.media_type + "," + example.fields + " ! " +
+             example.downstream;
+  }
+  return "edgesrc ! CAPS ! fakesink";
+}
+
+// For an edgesink that did not announce its caps. The fix has caps that the peer of `pad` accepts.
+Error unknown_caps(GstPad* pad) {
+  return Error{.code = Code::NOT_NEGOTIATED,
+               .what = "the caps of the stream are not known",
+               .offered = "an edgesink that did not announce its caps",
+               .needed =
+                   "a capsfilter with fixed caps, those of the sink pad of the edgesink: "
+                   "gst-launch-1.0 -v prints them",
+               .fix = example_for(pad)};
+}
+
+struct EdgesrcSettings : BrokerLogin {
+  std::optional<std::string> host;
+  uint32_t port = 0;
+  std::string dest_host = "localhost";
+  uint32_t dest_port = 3000;
+  EdgeConnectType connect_type = EdgeConnectType::Tcp;
+  std::optional<std::string> topic, custom_lib;
+  EdgeProtocol protocol = EdgeProtocol::Edge;
+  std::string path;
+  bool reconnect = false;
+  uint64_t max_message = uint64_t{64} << 20;
+  bool insecure = false;
+  std::string allow;
+};
 
 class Edgesrc : public gst::Element<Edgesrc, gst::PushSource> {
  public:
@@ -188,7 +239,7 @@ class Edgesrc : public gst::Element<Edgesrc, gst::PushSource> {
 
   Opened open_input(const Settings& s) {
     const int interruption = interruption_.descriptor();
-    if (s.protocol == EdgeProtocol::Local) return LocalInput::connect(s.path, interruption);
+    if (s.protocol == EdgeProtocol::Local) return connect_local_input(s.path, interruption);
     if (s.connect_type == EdgeConnectType::Mqtt) return open_mqtt(s);
     if (s.connect_type == EdgeConnectType::Hybrid) return find_and_connect(s);
     return TcpInput::open(s.dest_host, s.dest_port, s.max_message, TcpInput::Times(), interruption);
@@ -199,7 +250,7 @@ class Edgesrc : public gst::Element<Edgesrc, gst::PushSource> {
     if (!options) return options.error();
     return MqttInput::connect({.broker = *std::move(options),
                                .topic = s.topic.value_or(""),
-                               .most_bytes = s.max_message,
+                               .max_bytes = s.max_message,
                                .interruption = interruption_.descriptor(),
                                .refused = [this](const Error& error) { refuse(error); }});
   }

@@ -1,23 +1,36 @@
-// Wraps frames of a local stream as buffers.
+// LocalInput: buffers in the memory of an edgesink of another process.
 // SPDX-License-Identifier: LGPL-2.1-or-later
-#include "edge/edgesrc/local_input.hpp"
 
 #include <cstring>
+#include <memory>
+#include <string>
 #include <utility>
 
 #include "core/text/shell_quote.hpp"
 #include "edge/buffer_metas.hpp"
+#include "edge/edgesrc/buffer_input.hpp"
 #include "gstcpp/buffer/allocation.hpp"
 #include "gstcpp/buffer/caps_text.hpp"
-#include "transport/local/peer_error.hpp"
+#include "transport/local/subscriber.hpp"
 
 namespace weir {
+
+class LocalInput : public BufferInput {
+ public:
+  LocalInput(local::Subscriber subscriber, int interruption)
+      : subscriber_(std::move(subscriber)), interruption_(interruption) {}
+  Result<InputEvent> receive() override;
+
+ private:
+  local::Subscriber subscriber_;
+  const int interruption_;
+};
 namespace {
 
 using Frame = std::shared_ptr<const local::ReceivedFrame>;
 
 // What a buffer can have without a copy: more memories are merged.
-guint most_memories() {
+guint max_memories() {
   return gst_buffer_get_max_memory();
 }
 
@@ -45,7 +58,7 @@ Result<gst::Ref<GstMemory>> memory_of(std::span<const std::byte> bytes, const Fr
 }
 
 Result<gst::Ref<GstBuffer>> buffer_of(const Frame& frame, bool copies) {
-  if (frame->memories.size() > most_memories())
+  if (frame->memories.size() > max_memories())
     return local::bad_writer("a frame of " + std::to_string(frame->memories.size()) + " memories");
   auto out = gst::Ref<GstBuffer>::adopt(gst_buffer_new());
   for (const auto& bytes : frame->memories) {
@@ -66,7 +79,7 @@ Result<gst::Ref<GstBuffer>> buffer_of(const Frame& frame, bool copies) {
 
 }  // namespace
 
-Result<std::unique_ptr<BufferInput>> LocalInput::connect(const std::string& path,
+Result<std::unique_ptr<BufferInput>> connect_local_input(const std::string& path,
                                                          int interruption) {
   auto subscriber = local::Subscriber::connect(path, interruption);
   if (!subscriber) return subscriber.error();

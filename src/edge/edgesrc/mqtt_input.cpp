@@ -27,7 +27,7 @@ Result<std::unique_ptr<BufferInput>> MqttInput::connect(Options options) {
 
 Result<InputEvent> MqttInput::read(transport::MqttMessage message) const {
   auto owned = std::make_unique<Payload>(std::move(message.payload));
-  const auto frame = wire::parse_mqtt_frame(*owned, {.message_bytes = options_.most_bytes});
+  const auto frame = wire::parse_mqtt_frame(*owned, {.message_bytes = options_.max_bytes});
   if (!frame) return frame.error();
   std::byte* const bytes = owned->data();
   const size_t size = owned->size();

@@ -17,7 +17,7 @@ class MqttInput : public BufferInput {
   struct Options {
     transport::BrokerOptions broker;
     std::string topic;
-    uint64_t most_bytes = 0;                    // of a message
+    uint64_t max_bytes = 0;                     // of a message
     int interruption = -1;                      // borrowed
     std::function<void(const Error&)> refused;  // a message that is no frame of the stream
   };

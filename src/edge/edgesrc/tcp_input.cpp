@@ -9,9 +9,9 @@
 
 namespace weir {
 Result<std::unique_ptr<BufferInput>> TcpInput::open(const std::string& host, uint32_t port,
-                                                    uint64_t most_bytes, const Times& times,
+                                                    uint64_t max_bytes, const Times& times,
                                                     int interruption) {
-  auto subscriber = edge::StreamSubscriber::open(host, port, {.message_bytes = most_bytes},
+  auto subscriber = edge::StreamSubscriber::open(host, port, {.message_bytes = max_bytes},
                                                  times.connect, interruption);
   if (!subscriber) return subscriber.error();
   return std::unique_ptr<BufferInput>(
@@ -19,10 +19,10 @@ Result<std::unique_ptr<BufferInput>> TcpInput::open(const std::string& host, uin
 }
 
 Result<std::unique_ptr<BufferInput>> TcpInput::connect(const std::string& host, uint32_t port,
-                                                       uint64_t most_bytes, const Times& times,
+                                                       uint64_t max_bytes, const Times& times,
                                                        int interruption) {
-  auto subscriber = edge::StreamSubscriber::connect(host, port, {.message_bytes = most_bytes},
-                                                    times, interruption);
+  auto subscriber = edge::StreamSubscriber::connect(host, port, {.message_bytes = max_bytes}, times,
+                                                    interruption);
   if (!subscriber) return subscriber.error();
   return std::unique_ptr<BufferInput>(
       new TcpInput(*std::move(subscriber), times, interruption, true));

@@ -18,11 +18,11 @@ class TcpInput : public BufferInput {
   // begun. `interruption` is borrowed. Errors: those of
   // edge::StreamSubscriber::open().
   static Result<std::unique_ptr<BufferInput>> open(const std::string& host, uint32_t port,
-                                                   uint64_t most_bytes, const Times& times,
+                                                   uint64_t max_bytes, const Times& times,
                                                    int interruption);
   // Connects and completes the handshake. Errors: those of edge::StreamSubscriber::connect().
   static Result<std::unique_ptr<BufferInput>> connect(const std::string& host, uint32_t port,
-                                                      uint64_t most_bytes, const Times& times,
+                                                      uint64_t max_bytes, const Times& times,
                                                       int interruption);
   Result<InputEvent> receive() override;
   void set_caps(const GstCaps* caps) override { buffers_.set_caps(caps); }

@@ -172,7 +172,7 @@ TEST_F(MqttElements, ResumesAfterABrokerRestart) {
 
 // PAUSED while the stream waits for a broker that answers nothing.
 TEST_F(MqttElements, PublishesTheBufferThatAPauseInterrupted) {
-  constexpr uint64_t kMostInProgress = 20, kFrames = kMostInProgress + 5;
+  constexpr uint64_t kMaxInProgress = 20, kFrames = kMaxInProgress + 5;
   const auto peer = client();
   ASSERT_TRUE(peer->subscribe("t", 1));
   PlayedPipeline p("videotestsrc num-buffers=" + std::to_string(kFrames) +
@@ -181,7 +181,7 @@ TEST_F(MqttElements, PublishesTheBufferThatAPauseInterrupted) {
   ASSERT_TRUE(p.reaches(GST_STATE_READY));
   broker_->signal(SIGSTOP);
   gst_element_set_state(p.get(), GST_STATE_PLAYING);
-  ASSERT_TRUE(becomes_true([&] { return p.stat("sink", "received") == kMostInProgress + 1; },
+  ASSERT_TRUE(becomes_true([&] { return p.stat("sink", "received") == kMaxInProgress + 1; },
                            "a buffer that waits"));
   ASSERT_TRUE(p.reaches(GST_STATE_PAUSED));
   broker_->signal(SIGCONT);

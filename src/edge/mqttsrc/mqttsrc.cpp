@@ -209,8 +209,8 @@ class MqttSrc : public MqttElement<MqttSrc, gst::PushSource> {
   // Each publisher numbers its messages; a new base epoch is a new stream.
   void count_gap(const std::string& topic, const ReceivedFrame& frame) {
     if (!frame.sequence) return;
-    constexpr size_t kMostStreams = 1024;
-    if (next_.size() >= kMostStreams) next_.clear();
+    constexpr size_t kMaxStreams = 1024;
+    if (next_.size() >= kMaxStreams) next_.clear();
     auto [stream, first] = next_.try_emplace(topic, frame.base_epoch, *frame.sequence);
     auto& [epoch, next] = stream->second;
     if (!first && epoch == frame.base_epoch && *frame.sequence > next)

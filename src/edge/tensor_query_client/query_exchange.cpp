@@ -13,7 +13,7 @@ namespace {
 using edge::LinkEnd;
 
 // A server that drops a frame now and then.
-constexpr size_t kLeastTimeOutsInARow = 2;
+constexpr size_t kMinTimeOutsInARow = 2;
 
 gboolean remove_meta_of_memory(GstBuffer*, GstMeta** meta, gpointer) {
   static const GQuark memory = g_quark_from_static_string(GST_META_TAG_MEMORY_STR);
@@ -79,7 +79,7 @@ Result<ExchangeEvent> QueryExchange::next(bool wait, size_t max_request) {
   for (;;) {
     outcomes_->late(pending_.expire(std::chrono::steady_clock::now()));
     if (auto answered = pending_.take()) return finish(std::move(*answered));
-    if (pending_.must_reconnect(std::max(max_request, kLeastTimeOutsInARow)))
+    if (pending_.must_reconnect(std::max(max_request, kMinTimeOutsInARow)))
       return ExchangeEvent{{}, LinkEnd::OutOfStep};
     if (wait && pending_.waiting() == 0) return ExchangeEvent{{}, LinkEnd::Late};
     const auto ended = receive(wait);

@@ -3,13 +3,17 @@
 #include <atomic>
 #include <chrono>
 #include <memory>
+#include <optional>
 #include <string>
 #include <utility>
 
+#include "core/wire/edge_texts.hpp"
+#include "core/wire/peer_error.hpp"
+#include "edge/broker_login.hpp"
 #include "edge/edge_broker.hpp"
-#include "edge/tensor_query_client/query_caps.hpp"
-#include "edge/tensor_query_client/query_client_settings.hpp"
+#include "edge/serversrc_settings.hpp"
 #include "edge/tensor_query_client/query_exchange.hpp"
+#include "gstcpp/buffer/caps_text.hpp"
 #include "gstcpp/buffer/tensor_caps.hpp"
 #include "gstcpp/element/plain_filter.hpp"
 #include "gstcpp/pads/early_events.hpp"
@@ -23,6 +27,80 @@ using edge::LinkEnd;
 using gst::Ref;
 using std::chrono::milliseconds;
 using std::chrono::steady_clock;
+
+constexpr char kRate[] = "framerate";
+
+std::string caps_text(const GstCaps* caps) {
+  const gst::UniqueText text{gst_caps_to_string(caps)};
+  return text.get();
+}
+
+Ref<GstCaps> without_rate(const GstCaps* caps) {
+  auto out = Ref<GstCaps>::adopt(gst_caps_copy(caps));
+  for (guint i = 0; i < gst_caps_get_size(out.get()); ++i)
+    gst_structure_remove_field(gst_caps_get_structure(out.get(), i), kRate);
+  return out;
+}
+
+// The same static tensors may be written in several ways: as other/tensor and other/tensors, and
+// with more or fewer trailing 1s in their dimensions.
+bool are_same_tensors(const GstCaps* a, const GstCaps* b) {
+  const auto left = gst::spec_from_caps(a), right = gst::spec_from_caps(b);
+  return left && right && left->format == Format::Static && left->info_valid() &&
+         right->format == Format::Static && right->info_valid() &&
+         first_difference(left->tensors, right->tensors).empty();
+}
+
+Result<Ref<GstCaps>> parse_caps(const std::string& text, const char* which) {
+  const std::string what = std::string("the query server announces invalid caps for ") + which;
+  auto caps = gst::caps_from_text(text);
+  if (!caps) return wire::peer_error(what, caps.error());
+  if (!gst_caps_is_empty(caps->get())) return caps;
+  return wire::peer_error(what, wire::quoted_text(text), "valid caps");
+}
+
+// The caps of the answers to frames of `input`. A frame rate that the server leaves open is that of
+// `input`. SPEC_MISMATCH if the server does not take `input`, whatever its frame rate;
+// PEER_MESSAGE_INVALID if the server announces no caps, or several for its answers.
+Result<Ref<GstCaps>> answer_caps(const wire::QueryCapability& capability, const GstCaps* input) {
+  const auto taken = parse_caps(capability.source_caps, "its input");
+  if (!taken) return taken.error();
+  const auto offered = without_rate(input), needed = without_rate(taken->get());
+  if (!gst_caps_can_intersect(offered.get(), needed.get()) &&
+      !are_same_tensors(offered.get(), needed.get()))
+    return Error{.code = Code::SPEC_MISMATCH,
+                 .what = "the query server does not accept this stream",
+                 .offered = caps_text(input),
+                 .needed = caps_text(taken->get()),
+                 .fix = "convert the stream upstream of tensor_query_client"};
+  auto out = parse_caps(capability.sink_caps, "its answers");
+  if (!out) return out;
+  if (gst_caps_is_fixed(out->get())) return out;
+  *out = Ref<GstCaps>::adopt(gst_caps_make_writable(out->release()));
+  const GValue* rate = gst_structure_get_value(gst_caps_get_structure(input, 0), kRate);
+  GstStructure* const answer = gst_caps_get_structure(out->get(), 0);
+  if (rate && gst_structure_has_field(answer, kRate)) gst_structure_set_value(answer, kRate, rate);
+  if (gst_caps_is_fixed(out->get())) return out;
+  return wire::peer_error("the query server announces several caps for its answers",
+                          wire::quoted_text(capability.sink_caps), "one: fixed caps",
+                          "put a capsfilter upstream of its tensor_query_serversink");
+}
+
+struct QueryClientSettings : BrokerLogin {
+  std::string host = "localhost";
+  uint32_t port = 3001;
+  std::string dest_host = "localhost";
+  uint32_t dest_port = 3000;
+  QueryConnectType connect_type = QueryConnectType::Tcp;
+  std::optional<std::string> topic;
+  uint32_t timeout = 0;
+  bool silent = true;
+  uint32_t max_request = 2;
+  bool reconnect = false;
+  uint64_t max_message = uint64_t{64} << 20;
+  bool insecure = false;
+  std::string allow;
+};
 
 class TensorQueryClient : public gst::PlainFilter<TensorQueryClient> {
  public:
@@ -107,7 +185,7 @@ class TensorQueryClient : public gst::PlainFilter<TensorQueryClient> {
       return GST_FLOW_OK;
     }
     const auto sent =
-        exchange_.send(buffer.get(), s.timeout > 0 ? milliseconds(s.timeout) : kLongestAnswer);
+        exchange_.send(buffer.get(), s.timeout > 0 ? milliseconds(s.timeout) : kMaxAnswer);
     buffer = {};
     if (!sent) return is_of_frame(sent.error()) ? post(sent.error()) : disconnected(sent.error());
     if (*sent == LinkEnd::Interrupted) return GST_FLOW_FLUSHING;
@@ -163,7 +241,7 @@ class TensorQueryClient : public gst::PlainFilter<TensorQueryClient> {
 
  private:
   // The place of a request is freed after this time if `timeout` does not say.
-  static constexpr milliseconds kLongestAnswer{30'000};
+  static constexpr milliseconds kMaxAnswer{30'000};
   static constexpr milliseconds kFirstRetry{100}, kLastRetry{1000}, kHandshake{10'000},
       kRetryHandshake{2000}, kServerTime{1000};
 

@@ -24,18 +24,18 @@ namespace {
 using gst::Ref;
 using Outcome = edge::Request::Outcome;
 
-constexpr auto kLongestRequestFlush = std::chrono::milliseconds(500);
+constexpr auto kMaxRequestFlush = std::chrono::milliseconds(500);
 
 edge::ListenerOptions listener_options(const ServersrcSettings& s,
                                        std::function<void(const Error&)> report) {
   edge::ListenerOptions out{
       .host = s.host,
       .port = s.port,
-      .client = {.most_message_bytes = s.max_message, .patience = std::chrono::seconds(s.timeout)},
-      .most_requests = s.max_requests,
-      .most_address_bytes = s.max_bytes_in_flight,
-      .most_clients = s.max_connections,
-      .most_of_one_address = s.max_connections_per_address,
+      .client = {.max_message_bytes = s.max_message, .patience = std::chrono::seconds(s.timeout)},
+      .max_requests = s.max_requests,
+      .max_address_bytes = s.max_bytes_in_flight,
+      .max_clients = s.max_connections,
+      .max_of_one_address = s.max_connections_per_address,
       .allowed =
           [allow = s.allow](const auto& address) { return transport::is_allowed(allow, address); },
       .refused = std::move(report)};
@@ -158,13 +158,13 @@ class EdgeQueryServer : public QueryServer {
     return Delivery::Sent;
   }
   Status set_running(bool running) override {
-    if (!running) listener_->flush(io::deadline_in(kLongestRequestFlush));
+    if (!running) listener_->flush(io::deadline_in(kMaxRequestFlush));
     listener_->set_accepting(running);
     return ok();
   }
   void close() override { listener_->close(); }
   void stop() override {
-    listener_->flush(io::deadline_in(kLongestRequestFlush));
+    listener_->flush(io::deadline_in(kMaxRequestFlush));
     listener_->stop();
   }
   std::string summary() const override {

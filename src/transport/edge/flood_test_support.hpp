@@ -36,7 +36,7 @@ class Flood {
   }
   // More than any buffer of a socket holds has been sent, so the other end reads it.
   void wait_until_it_runs() const {
-    EXPECT_TRUE(becomes_true([&] { return sent_ > uint64_t{64} << 20; }, "the flood"));
+    EXPECT_TRUE(becomes_true([&] { return sent_ > uint64_t{16} << 20; }, "the flood"));
   }
 
  private:

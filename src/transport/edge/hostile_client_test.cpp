@@ -48,7 +48,7 @@ class HostileClient : public EdgeQuery {
 };
 
 TEST_F(HostileClient, Class1HandshakesOfEveryLength) {
-  open({.most_clients = 0});
+  open({.max_clients = 0});
   for (const auto form : {HeaderForm::Bytes2088, HeaderForm::Bytes168}) {
     const Bytes whole = host_info("localhost:1", form);
     for (size_t size = 0; size < whole.size(); size += size < 200 || size > 2070 ? 1 : 64) {
@@ -63,7 +63,7 @@ TEST_F(HostileClient, Class1HandshakesOfEveryLength) {
 }
 
 TEST_F(HostileClient, Class1RequestsOfEveryLength) {
-  open({.most_clients = 0});
+  open({.max_clients = 0});
   auto first = connected();
   const Bytes whole = first.request_bytes({from_text("abcd"), from_text("xyz")});
   for (size_t size = 1; size < whole.size(); size += size < 60 || size > 2070 ? 1 : 64) {
@@ -87,14 +87,14 @@ TEST_F(HostileClient, Class2SizesWhoseSumWraps) {
 }
 
 TEST_F(HostileClient, Class2SizesThatAreNeverSent) {
-  open({.client = {.most_message_bytes = 64 << 20, .patience = milliseconds(300)}});
+  open({.client = {.max_message_bytes = 64 << 20, .patience = milliseconds(300)}});
   auto peer = connected();
   peer.a.send(start_of(with_bytes(wire::test::golden_transfer_data(), 32, "00 00 00 02"), 2088));
   expect_refused(peer, "it paused within a message for 300 ms (property timeout)");
 }
 
 TEST_F(HostileClient, Class2MessagesBeyondTheLimit) {
-  open({.client = {.most_message_bytes = 1000}});
+  open({.client = {.max_message_bytes = 1000}});
   auto peer = connected();
   peer.a.try_to_send(peer.request_bytes({Bytes(1001)}));
   expect_refused(peer, "a message is larger than allowed");
@@ -209,7 +209,7 @@ TEST_F(HostileClient, Class6ASilentPeerStallsNoOtherAndIsClosedAfter2Seconds) {
   std::chrono::steady_clock::time_point began;
   const auto connect_silent = [&] {
     silent.clear();
-    open({.most_clients = 8});
+    open({.max_clients = 8});
     began = std::chrono::steady_clock::now();
     for (int i = 0; i < 7; ++i) silent.push_back(client());
   };
@@ -269,7 +269,7 @@ TEST_F(HostileClient, Class7APeerThatDoesNotReadStallsNoOtherAndIsRemoved) {
 }
 
 TEST_F(HostileClient, Class7AQueueThatIsFullLosesAnswers) {
-  open({.client = {.answers = {.frames = 1}}, .most_requests = 0});
+  open({.client = {.answers = {.frames = 1}}, .max_requests = 0});
   auto slow = connected();
   slow.request({Bytes(32 << 20)});
   answer_one();
@@ -280,7 +280,7 @@ TEST_F(HostileClient, Class7AQueueThatIsFullLosesAnswers) {
 }
 
 TEST_F(HostileClient, Class8IdsAreRandomAndUnique) {
-  open({.most_clients = 0});
+  open({.max_clients = 0});
   std::set<int64_t> ids;
   int64_t bits = 0;
   for (int i = 0; i < 64; ++i) {

@@ -6,7 +6,6 @@
 #include <utility>
 
 #include "core/wire/edge_texts.hpp"
-#include "transport/edge/client_id.hpp"
 
 namespace weir::edge {
 namespace {
@@ -173,14 +172,14 @@ ListenerCounts QueryListener::counts() const {
 std::string QueryListener::reason_to_refuse(const std::string& address) const {
   if (options_.allowed && !options_.allowed(address))
     return "the property allow does not contain its address";
-  if (options_.most_clients > 0 && clients_.size() >= options_.most_clients)
+  if (options_.max_clients > 0 && clients_.size() >= options_.max_clients)
     return std::to_string(clients_.size()) +
            " clients are already connected (property max-connections)";
-  if (options_.most_of_one_address == 0 || is_this_machine(address)) return "";
+  if (options_.max_of_one_address == 0 || is_this_machine(address)) return "";
   const auto of_address = std::count_if(clients_.begin(), clients_.end(), [&](const auto& client) {
     return client->address() == address;
   });
-  if (static_cast<uint32_t>(of_address) < options_.most_of_one_address) return "";
+  if (static_cast<uint32_t>(of_address) < options_.max_of_one_address) return "";
   return std::to_string(of_address) +
          " clients with its address are already connected (property max-connections-per-address)";
 }
@@ -215,7 +214,7 @@ bool QueryListener::may_read(const Client& client, bool many_bytes) const {
   if (client->state() != State::Ready) return true;
   if (closed_) return false;
   const uint32_t requests = client->load()->requests;
-  if (options_.most_requests > 0 && requests >= options_.most_requests) return false;
+  if (options_.max_requests > 0 && requests >= options_.max_requests) return false;
   if (!many_bytes) return true;
   uint64_t bytes = 0;
   Client oldest;
@@ -224,14 +223,14 @@ bool QueryListener::may_read(const Client& client, bool many_bytes) const {
     if (!oldest) oldest = other;
     bytes += other->load()->bytes + other->partial_bytes();
   }
-  return bytes < options_.most_address_bytes || (oldest == client && requests == 0);
+  return bytes < options_.max_address_bytes || (oldest == client && requests == 0);
 }
 
 io::Deadline QueryListener::watch(const Clients& clients, std::vector<pollfd>* watched) {
   io::Deadline next;
   uint64_t bytes = 0;
   for (const auto& client : clients) bytes += client->load()->bytes + client->partial_bytes();
-  const bool many_bytes = options_.most_address_bytes > 0 && bytes >= options_.most_address_bytes;
+  const bool many_bytes = options_.max_address_bytes > 0 && bytes >= options_.max_address_bytes;
   bool all_read = true;
   wake_->set_wanted(true);  // before it is decided, so that a request that ends now wakes this
   for (const auto& client : clients) {

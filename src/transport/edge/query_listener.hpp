@@ -22,10 +22,10 @@ struct ListenerOptions {
   ClientOptions client{};
   // Requests of one client, and bytes of the requests of one address, that are in progress: then
   // its sockets are not read until one ends. 0 = no limit.
-  uint32_t most_requests = 8;
-  uint64_t most_address_bytes = uint64_t{256} << 20;
+  uint32_t max_requests = 8;
+  uint64_t max_address_bytes = uint64_t{256} << 20;
   // Connected clients; 0 = no limit. Those of this machine count for the first one only.
-  uint32_t most_clients = 32, most_of_one_address = 4;
+  uint32_t max_clients = 32, max_of_one_address = 4;
   std::function<bool(const std::string& address)> allowed{};  // empty: every address
   std::function<void(const Error&)>
       refused{};  // called for each client that is refused; any thread

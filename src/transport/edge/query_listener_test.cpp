@@ -222,7 +222,7 @@ TEST_F(EdgeQuery, AClientThatSaysThatItClosesIsGone) {
 }
 
 TEST_F(EdgeQuery, AClientWithManyRequestsIsNotReadOn) {
-  open({.most_requests = 3});
+  open({.max_requests = 3});
   auto eager = connected(), other = connected();
   for (int i = 0; i < 5; ++i) eager.request({from_text(std::to_string(i))});
   std::vector<std::shared_ptr<Request>> taken;
@@ -243,7 +243,7 @@ TEST_F(EdgeQuery, AClientWithManyRequestsIsNotReadOn) {
 }
 
 TEST_F(EdgeQuery, AnAddressWithManyBytesIsNotReadOn) {
-  open({.most_requests = 0, .most_address_bytes = 3000});
+  open({.max_requests = 0, .max_address_bytes = 3000});
   auto one = connected(), two = connected();
   one.request({Bytes(2000)});
   two.request({Bytes(2000)});
@@ -261,7 +261,7 @@ TEST_F(EdgeQuery, AnAddressWithManyBytesIsNotReadOn) {
 }
 
 TEST_F(EdgeQuery, MoreClientsThanAllowedAreRefused) {
-  open({.most_clients = 2});
+  open({.max_clients = 2});
   auto one = connected(), two = connected();
   auto three = client();
   EXPECT_EQ(three.a.rest(), wire::test::golden_error());
@@ -279,7 +279,7 @@ TEST_F(EdgeQuery, AddressesThatAreNotAllowedAreRefused) {
 }
 
 TEST_F(EdgeQuery, AStormOf100ClientsIsServed) {
-  open({.most_clients = 100});
+  open({.max_clients = 100});
   std::vector<std::thread> threads;
   std::atomic<int> right{0};
   std::thread server([&] {

@@ -5,6 +5,7 @@
 #include <cstdint>
 #include <memory>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "core/wire/message_reader.hpp"
@@ -36,9 +37,25 @@ class Request : public QueryRequest {
 
   Request(int64_t client, std::vector<wire::ByteBlock> memories, std::string sequence,
           std::shared_ptr<ClientLoad> load, std::shared_ptr<RequestCounters> counters,
-          std::shared_ptr<transport::WakeEvent> wake);
+          std::shared_ptr<transport::WakeEvent> wake)
+      : client_(client),
+        memories_(std::move(memories)),
+        sequence_(std::move(sequence)),
+        load_(std::move(load)),
+        counters_(std::move(counters)),
+        wake_(std::move(wake)) {
+    for (const auto& memory : memories_) bytes_ += memory.size;
+    load_->requests += 1;
+    load_->bytes += bytes_;
+    counters_->received += 1;
+  }
   // Counts as expired or aborted unless it has ended. Wakes the server if it waits for that.
-  ~Request() override;
+  ~Request() override {
+    if (!ended_) (load_->gone ? counters_->expired : counters_->aborted) += 1;
+    load_->bytes -= bytes_;
+    load_->requests -= 1;
+    wake_->set_if_wanted();
+  }
 
   int64_t client() const override { return client_; }
   bool end_if_expired() override { return load_->gone; }
@@ -48,7 +65,10 @@ class Request : public QueryRequest {
   // What a client of Weir numbers it with; "" from others.
   const std::string& sequence() const noexcept { return sequence_; }
   // The first call counts.
-  void end(Outcome outcome) noexcept;
+  void end(Outcome outcome) noexcept {
+    if (ended_.exchange(true)) return;
+    (outcome == Outcome::Answered ? counters_->answered : counters_->refused) += 1;
+  }
 
  private:
   const int64_t client_;

@@ -23,7 +23,7 @@ struct OutcomeCounts {
 class RequestOutcomes {
  public:
   using Duration = std::chrono::steady_clock::duration;
-  static constexpr size_t kKept = 1024, kLeast = 8;
+  static constexpr size_t kKept = 1024, kMin = 8;
 
   void reset() noexcept {
     const std::lock_guard lock(mutex_);
@@ -48,7 +48,7 @@ class RequestOutcomes {
   // The time that `percent` of the last answers did not exceed; nullopt for fewer than 8 answers.
   std::optional<Duration> percentile(size_t percent) const noexcept {
     const std::lock_guard lock(mutex_);
-    if (answers_ < kLeast) return std::nullopt;
+    if (answers_ < kMin) return std::nullopt;
     auto sorted = took_;
     const size_t n = std::min<size_t>(answers_, kKept), at = n * percent / 100;
     std::nth_element(sorted.begin(), sorted.begin() + at, sorted.begin() + n);

@@ -12,7 +12,7 @@
 namespace weir::edge {
 namespace {
 
-constexpr size_t kMostParts = 64;  // of one call of sendmsg()
+constexpr size_t kMaxParts = 64;  // of one call of sendmsg()
 
 }  // namespace
 
@@ -55,12 +55,12 @@ void SendQueue::drop_sent(size_t count) {
 
 bool SendQueue::send(int socket) {
   while (!queue_.empty()) {
-    iovec parts[kMostParts];
+    iovec parts[kMaxParts];
     size_t used = 0, skip = sent_;
     const auto add = [&](std::span<const std::byte> bytes) {
       const size_t skipped = std::min(skip, bytes.size());
       skip -= skipped;
-      if (skipped < bytes.size() && used < kMostParts)
+      if (skipped < bytes.size() && used < kMaxParts)
         parts[used++] = {const_cast<std::byte*>(bytes.data()) + skipped, bytes.size() - skipped};
     };
     add(queue_.front().header);

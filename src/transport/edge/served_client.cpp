@@ -152,7 +152,7 @@ ServedClient::Refusal ServedClient::host_info(const wire::EdgeMessage& message) 
                                            kHandshakeLimits, form_, 0);
   state_ = State::Connecting;
   since_ = Clock::now();
-  a_.set_limits({.message_bytes = options_.most_message_bytes});
+  a_.set_limits({.message_bytes = options_.max_message_bytes});
   return std::nullopt;
 }
 

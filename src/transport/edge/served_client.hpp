@@ -20,7 +20,7 @@ struct ClientOptions {
   // The form of the headers of clients. Nullopt: a greeting that those of 168 and 2088 bytes
   // understand; they decide.
   std::optional<wire::HeaderForm> form{};
-  uint64_t most_message_bytes = uint64_t{64} << 20;
+  uint64_t max_message_bytes = uint64_t{64} << 20;
   QueueLimits answers{};
   // How long a client may wait for the greeting, pause within a message, and not read its answers;
   // 0 = no limit.

@@ -6,7 +6,6 @@
 #include <utility>
 
 #include "core/wire/edge_texts.hpp"
-#include "transport/edge/client_id.hpp"
 
 namespace weir::edge {
 namespace {
@@ -126,12 +125,12 @@ PublisherCounts StreamPublisher::counts() const {
 std::string StreamPublisher::reason_to_refuse(const std::string& address) const {
   if (options_.allowed && !options_.allowed(address))
     return "the property allow does not contain its address";
-  if (clients_.size() >= options_.most_subscribers)
-    return std::to_string(options_.most_subscribers) + " subscribers are already connected";
+  if (clients_.size() >= options_.max_subscribers)
+    return std::to_string(options_.max_subscribers) + " subscribers are already connected";
   const auto of_address = std::count_if(clients_.begin(), clients_.end(), [&](const auto& link) {
     return link->address() == address;
   });
-  if (static_cast<uint32_t>(of_address) >= options_.most_of_one_address)
+  if (static_cast<uint32_t>(of_address) >= options_.max_of_one_address)
     return std::to_string(of_address) + " subscribers with its address are already connected";
   return "";
 }

@@ -12,6 +12,7 @@
 #include <cerrno>
 #include <cstring>
 #include <memory>
+#include <random>
 
 namespace weir::edge {
 namespace {
@@ -138,6 +139,11 @@ Result<Descriptor> connect_to(const std::string& host, uint32_t port, const io::
                .offered = address_text(host, port) + ": " + reason,
                .needed = "an edgesink that already listens at this address",
                .fix = "reconnect=true, which waits for the edgesink"};
+}
+
+int64_t new_client_id() {
+  std::random_device device;
+  return static_cast<int64_t>((uint64_t{device()} << 32 | device()) >> 2);
 }
 
 bool is_address(const std::string& host) {

@@ -22,6 +22,10 @@ Descriptor accept_from(int listener) noexcept;
 // The IPv4 address of the other end, as text.
 std::string peer_of(int socket);
 
+// A number by which a server or publisher knows a peer. Random, so that it cannot be guessed, and
+// positive: 62 bits.
+int64_t new_client_id();
+
 // Connects. `cancel` is a borrowed descriptor that ends waiting when readable, or -1.
 // SERVER_UNREACHABLE; CANCELLED.
 Result<Descriptor> connect_to(const std::string& host, uint32_t port, const io::Deadline& deadline,

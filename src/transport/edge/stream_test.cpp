@@ -30,13 +30,13 @@ using Outcome = StreamPublisher::Outcome;
 class EdgeStream : public ::testing::Test {
  protected:
   void open(HeaderForm form = HeaderForm::Bytes2088, QueueLimits queue = {},
-            uint32_t most_of_one_address = 32) {
+            uint32_t max_of_one_address = 32) {
     auto made = StreamPublisher::open({.host = "localhost",
                                        .port = 0,
                                        .form = form,
                                        .queue = queue,
-                                       .most_subscribers = 32,
-                                       .most_of_one_address = most_of_one_address,
+                                       .max_subscribers = 32,
+                                       .max_of_one_address = max_of_one_address,
                                        .allowed = {},
                                        .refused = [this](const Error& error) {
                                          const std::lock_guard lock(mutex_);

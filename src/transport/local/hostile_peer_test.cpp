@@ -8,7 +8,6 @@
 #include <thread>
 
 #include "transport/local/local_stream_test_support.hpp"
-#include "transport/local/received_block.hpp"
 
 namespace weir::local::test {
 namespace hostile_peer_test {
@@ -37,7 +36,7 @@ class RawReader {
   }
   // Whether the writer closes the connection.
   bool is_closed() {
-    std::vector<std::byte> buffer(kMostMessageBytes);
+    std::vector<std::byte> buffer(kMaxMessageBytes);
     for (;;) {
       Packet packet;
       const Transfer transfer = receive_packet(socket_.get(), buffer, &packet);
@@ -57,9 +56,9 @@ class HostileReader : public ::testing::Test {
   HostileReader() { open(); }
   void open() {
     auto made = Publisher::open({.path = folder_.file(),
-                                 .most_held = 4,
+                                 .max_held = 4,
                                  .drop = false,
-                                 .most_readers = 2,
+                                 .max_readers = 2,
                                  .refused = [this](const Error& error) {
                                    const std::lock_guard lock(mutex_);
                                    reason_ = error.message();
@@ -140,7 +139,7 @@ TEST_F(HostileReader, AWritersMessage) {
 }
 TEST_F(HostileReader, APacketThatIsTooLong) {
   RawReader reader(folder_.file());
-  reader.send_bytes(kMostMessageBytes + 1);
+  reader.send_bytes(kMaxMessageBytes + 1);
   expect_refused(&reader, "not a message");
 }
 TEST_F(HostileReader, ShortPackets) {
@@ -295,7 +294,7 @@ TEST_F(HostileWriter, ABlockTwice) {
 }
 TEST_F(HostileWriter, BlocksWithoutEnd) {
   EXPECT_SAYS(error_after([&] {
-                for (uint64_t i = 1; i <= Subscriber::kMostBlocks + 1; ++i) {
+                for (uint64_t i = 1; i <= Subscriber::kMaxBlocks + 1; ++i) {
                   pollfd room{socket_.get(), POLLOUT, 0};
                   poll(&room, 1, 10000);
                   send_good_block(i);

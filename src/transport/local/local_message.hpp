@@ -4,6 +4,7 @@
 #pragma once
 #include <cstddef>
 #include <cstdint>
+#include <cstring>
 #include <optional>
 #include <span>
 
@@ -14,10 +15,10 @@ namespace weir::local {
 // Increment it with every change of a message: peers of another version are refused.
 inline constexpr uint32_t kProtocol = 1;
 inline constexpr uint32_t kMagic = 0x72696577;  // "weir"
-inline constexpr size_t kMostMessageBytes = size_t{64} << 10;
-inline constexpr size_t kMostCapsBytes = kMostMessageBytes / 2;
-inline constexpr uint32_t kMostPieces = 256;
-inline constexpr size_t kMostMetasInMessage = size_t{32} << 10;  // more travel in a block
+inline constexpr size_t kMaxMessageBytes = size_t{64} << 10;
+inline constexpr size_t kMaxCapsBytes = kMaxMessageBytes / 2;
+inline constexpr uint32_t kMaxPieces = 256;
+inline constexpr size_t kMaxMetasInMessage = size_t{32} << 10;  // more travel in a block
 
 enum class Kind : uint32_t {
   // From the reader.
@@ -63,6 +64,13 @@ struct Opened {
   isolate::MessageReader body;
 };
 // Checks the head of a packet; nullopt if it does not describe exactly these bytes.
-std::optional<Opened> open_message(std::span<const std::byte> packet);
+inline std::optional<Opened> open_message(std::span<const std::byte> packet) {
+  isolate::MessageHead head{};
+  if (packet.size() < sizeof head) return std::nullopt;
+  std::memcpy(&head, packet.data(), sizeof head);
+  const auto body = packet.subspan(sizeof head);
+  if (head.bytes != body.size()) return std::nullopt;
+  return Opened{static_cast<Kind>(head.kind), isolate::MessageReader(body)};
+}
 
 }  // namespace weir::local

@@ -38,10 +38,10 @@ class Folder {
   std::string path_;
 };
 
-inline std::unique_ptr<Publisher> publisher_at(const std::string& path, uint32_t most_held = 16,
+inline std::unique_ptr<Publisher> publisher_at(const std::string& path, uint32_t max_held = 16,
                                                bool drop = false) {
   auto out = Publisher::open(
-      {.path = path, .most_held = most_held, .drop = drop, .most_readers = 32, .refused = {}});
+      {.path = path, .max_held = max_held, .drop = drop, .max_readers = 32, .refused = {}});
   EXPECT_TRUE(out) << (out ? "" : out.error().message());
   return out ? *std::move(out) : nullptr;
 }

@@ -48,7 +48,7 @@ Publisher::Clients Publisher::active() const {
 
 Publisher::Outcome Publisher::deliver(Lock* lock, const Client& reader, const Delivery& delivery) {
   const auto reads = [&] { return reader->state() == ReaderLink::State::Reading; };
-  const auto has_room = [&] { return reader->has_room(delivery.most_held); };
+  const auto has_room = [&] { return reader->has_room(delivery.max_held); };
   while (reads()) {
     if (delivery.may_drop && !has_room()) {
       ++missed_;
@@ -75,11 +75,11 @@ Publisher::Outcome Publisher::deliver_to_all(Lock* lock, const Delivery& deliver
 }
 
 Status Publisher::set_caps(std::string text) {
-  if (text.size() > kMostCapsBytes)
+  if (text.size() > kMaxCapsBytes)
     return Error{.code = Code::LIMIT_EXCEEDED,
                  .what = "the caps are too long for a local stream",
                  .offered = std::to_string(text.size()) + " bytes",
-                 .needed = "at most " + std::to_string(kMostCapsBytes)};
+                 .needed = "at most " + std::to_string(kMaxCapsBytes)};
   Lock lock(mutex_);
   ended_ = false;
   caps_ = std::make_shared<const std::string>(std::move(text));
@@ -94,7 +94,7 @@ Publisher::Outcome Publisher::publish(LocalFrame* frame) {
   return deliver_to_all(&lock, {[this, frame](ReaderLink& reader) {
                                   return reader.send_caps(caps_) && reader.send_frame(*frame);
                                 },
-                                options_.most_held, options_.drop});
+                                options_.max_held, options_.drop});
 }
 
 Publisher::Outcome Publisher::end() {
@@ -126,8 +126,8 @@ void Publisher::add(Descriptor socket) {
   const auto user = user_of_peer(socket.get());
   if (user != geteuid())
     refuse(nullptr, refusal(options_.path, "user " + (user ? std::to_string(*user) : "?")));
-  else if (clients_.size() >= options_.most_readers)
-    refuse(nullptr, refusal(options_.path, std::to_string(options_.most_readers) +
+  else if (clients_.size() >= options_.max_readers)
+    refuse(nullptr, refusal(options_.path, std::to_string(options_.max_readers) +
                                                " readers are already connected"));
   else
     clients_.push_back(std::make_shared<ReaderLink>(std::move(socket)));
@@ -152,7 +152,7 @@ void Publisher::attend(const Client& reader, const pollfd* events, ReaderLink::I
       return refuse(reader.get(), refusal(options_.path, *reason));
     if (!greeted) continue;
     // The socket is empty: a greeting that does not fit is a reader that is gone.
-    const bool sent = reader->welcome(options_.most_held) && reader->send_caps(caps_) &&
+    const bool sent = reader->welcome(options_.max_held) && reader->send_caps(caps_) &&
                       (!ended_ || reader->send_end());
     if (!sent) return reader->set_gone();
   }

@@ -18,9 +18,9 @@ namespace weir::local {
 
 struct PublisherOptions {
   std::string path;
-  uint32_t most_held = 16;     // frames that a reader has received and not released
-  bool drop = false;           // a reader that holds so many misses frames; else publish() waits
-  uint32_t most_readers = 32;  // more are refused
+  uint32_t max_held = 16;     // frames that a reader has received and not released
+  bool drop = false;          // a reader that holds so many misses frames; else publish() waits
+  uint32_t max_readers = 32;  // more are refused
   std::function<void(const Error&)> refused;  // called for each reader that is refused; any thread
 };
 
@@ -41,7 +41,7 @@ class Publisher : public transport::PollServer<ReaderLink> {
   const std::shared_ptr<isolate::SharedArena>& arena() const noexcept { return arena_; }
 
   enum class Outcome { Sent, NoReader, Missed, Interrupted };
-  // The caps of the frames that follow. LIMIT_EXCEEDED for a text beyond kMostCapsBytes.
+  // The caps of the frames that follow. LIMIT_EXCEEDED for a text beyond kMaxCapsBytes.
   Status set_caps(std::string text);
   // Sends a frame to every reader. Missed: no reader had room, with `drop`. Interrupted: the next
   // call with this frame goes on with the readers that do not have it.
@@ -66,10 +66,10 @@ class Publisher : public transport::PollServer<ReaderLink> {
   void end_turn() override;
   void release() override { garbage_.clear(); }
   Clients active() const;
-  // What to send to each reader, and whether it waits for a reader that holds `most_held` frames.
+  // What to send to each reader, and whether it waits for a reader that holds `max_held` frames.
   struct Delivery {
     std::function<bool(ReaderLink&)> send;
-    size_t most_held = SIZE_MAX;
+    size_t max_held = SIZE_MAX;
     bool may_drop = false;
   };
   Outcome deliver(Lock* lock, const Client& reader, const Delivery& delivery);

@@ -18,10 +18,10 @@ bool ReaderLink::send(std::span<const std::byte> message, int descriptor) {
   return false;
 }
 
-bool ReaderLink::welcome(uint32_t most_held) {
+bool ReaderLink::welcome(uint32_t max_held) {
   writer_.begin(Kind::Welcome);
   writer_.put(Greeting{kMagic, kProtocol});
-  writer_.put(most_held);
+  writer_.put(max_held);
   return send(writer_.finish());
 }
 

@@ -29,7 +29,7 @@ struct LocalFrame {
   };
   uint64_t number = 0;  // set by the publisher
   FrameTimes times;
-  std::vector<Memory> memories;       // at most kMostPieces - 1
+  std::vector<Memory> memories;       // at most kMaxPieces - 1
   std::vector<std::byte> metas;       // the reader gets them as they are
   std::shared_ptr<const void> owner;  // keeps the memories until every reader released them
   bool metas_are_memory = false;      // the metas are the last one of `memories`
@@ -49,12 +49,12 @@ class ReaderLink {
   void set_gone() noexcept { state_ = State::Gone; }
   bool is_full() const noexcept { return full_; }  // the socket takes no more
   void set_room() noexcept { full_ = false; }
-  bool has_room(size_t most_held) const noexcept { return !full_ && held_.size() < most_held; }
+  bool has_room(size_t max_held) const noexcept { return !full_ && held_.size() < max_held; }
   bool holds() const noexcept { return !held_.empty(); }
   std::chrono::steady_clock::time_point greeting_ends() const noexcept { return greeting_ends_; }
 
   // These return false if the message was not sent: is_full() or state() tell why.
-  bool welcome(uint32_t most_held);
+  bool welcome(uint32_t max_held);
   bool send_caps(const std::shared_ptr<const std::string>& caps);  // unless it has them; null: none
   bool send_frame(const LocalFrame& frame);                        // unless it has it
   bool send_end();

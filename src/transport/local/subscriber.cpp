@@ -2,15 +2,14 @@
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #include "transport/local/subscriber.hpp"
 
+#include <fcntl.h>
 #include <poll.h>
 #include <sys/socket.h>
+#include <sys/stat.h>
 #include <unistd.h>
 
 #include <cerrno>
 #include <utility>
-
-#include "transport/local/peer_error.hpp"
-#include "transport/local/received_block.hpp"
 
 namespace weir::local {
 namespace {
@@ -36,6 +35,33 @@ Error no_greeting(const std::string& what) {
 }
 
 }  // namespace
+
+Error bad_writer(std::string sent) {
+  return Error{.code = Code::PEER_MESSAGE_INVALID,
+               .what = "the edgesink of a local stream sent an invalid message",
+               .offered = std::move(sent),
+               .needed = "an edgesink of the same version; the connection is closed"};
+}
+
+Result<isolate::Mapping> map_block(const Descriptor& block, uint64_t bytes) {
+  if (!block) return bad_writer("a block without a descriptor");
+  const int seals = fcntl(block.get(), F_GET_SEALS);
+  if (seals < 0) return bad_writer("a block that is not a memfd");
+  if (!(seals & F_SEAL_SHRINK)) return bad_writer("a block that is not sealed against shrinking");
+  struct stat found {};
+  if (fstat(block.get(), &found) != 0 || found.st_size < 0)
+    return bad_writer("a block of unknown size");
+  const auto size = static_cast<uint64_t>(found.st_size);
+  if (bytes == 0 || bytes > size)
+    return bad_writer("a block of " + std::to_string(size) + " bytes as one of " +
+                      std::to_string(bytes));
+  isolate::Mapping out(block.get(), bytes, false);
+  if (!out)
+    return Error{.code = Code::OUT_OF_MEMORY,
+                 .what = "a block of a local stream cannot be mapped",
+                 .offered = std::to_string(bytes) + " bytes"};
+  return out;
+}
 
 void WriterLink::send(std::span<const std::byte> message) noexcept {
   // A writer that does not read its few releases is stopped or hostile: it loses the connection.
@@ -89,7 +115,7 @@ Status Subscriber::greet(int cancel) {
   auto message = packet.cut ? std::nullopt : open_message(packet.bytes);
   if (!message || message->kind != Kind::Welcome) return bad_writer("no handshake");
   const auto greeting = message->body.take<Greeting>();
-  most_held_ = message->body.take<uint32_t>();
+  max_held_ = message->body.take<uint32_t>();
   if (!message->body.complete() || greeting.magic != kMagic || greeting.protocol != kProtocol)
     return bad_writer("a handshake of a different version of the protocol");
   return ok();
@@ -153,10 +179,10 @@ Status Subscriber::add_block(isolate::MessageReader* body, const Descriptor& des
   const auto call = body->take<BlockCall>();
   if (!body->complete()) return bad_writer("a block message of the wrong size");
   if (blocks_.contains(call.id)) return bad_writer("block " + std::to_string(call.id) + " twice");
-  if (blocks_.size() >= kMostBlocks)
-    return bad_writer("more than " + std::to_string(kMostBlocks) + " blocks");
-  if (call.bytes > kMostMappedBytes - mapped_bytes_)
-    return bad_writer("blocks of more than " + std::to_string(kMostMappedBytes) + " bytes");
+  if (blocks_.size() >= kMaxBlocks)
+    return bad_writer("more than " + std::to_string(kMaxBlocks) + " blocks");
+  if (call.bytes > kMaxMappedBytes - mapped_bytes_)
+    return bad_writer("blocks of more than " + std::to_string(kMaxMappedBytes) + " bytes");
   auto mapping = map_block(descriptor, call.bytes);
   if (!mapping) return mapping.error();
   mapped_bytes_ += call.bytes;
@@ -182,7 +208,7 @@ Subscriber::Handled Subscriber::caps(isolate::MessageReader* body) {
 
 Subscriber::Handled Subscriber::frame(isolate::MessageReader* body) {
   const auto head = body->take<FrameHead>();
-  if (head.number <= last_number_ || head.pieces > kMostPieces || head.metas_are_piece > 1 ||
+  if (head.number <= last_number_ || head.pieces > kMaxPieces || head.metas_are_piece > 1 ||
       (head.metas_are_piece && head.pieces == 0))
     return bad_writer("a frame with the number " + std::to_string(head.number) + " after " +
                       std::to_string(last_number_) + " and " + std::to_string(head.pieces) +

@@ -16,6 +16,14 @@
 
 namespace weir::local {
 
+// The error for what a writer sends and must not.
+Error bad_writer(std::string sent);
+
+// Maps `bytes` of a block for reading. The block must be sealed against shrinking: a page that is
+// cut off would kill the process that reads it.
+// Errors: PEER_MESSAGE_INVALID, OUT_OF_MEMORY.
+Result<isolate::Mapping> map_block(const Descriptor& block, uint64_t bytes);
+
 // The connection, which outlives the Subscriber while frames are held.
 class WriterLink {
  public:
@@ -69,8 +77,8 @@ struct StreamEvent {
 // Used by one thread.
 class Subscriber {
  public:
-  static constexpr size_t kMostBlocks = 512;
-  static constexpr uint64_t kMostMappedBytes = uint64_t{16} << 30;
+  static constexpr size_t kMaxBlocks = 512;
+  static constexpr uint64_t kMaxMappedBytes = uint64_t{16} << 30;
 
   // Connects and greets, within 2 s. `cancel` is a borrowed descriptor that ends waiting when
   // readable, or -1. Errors: those of connect_to(), PEER_MESSAGE_INVALID for a peer of another user
@@ -81,14 +89,14 @@ class Subscriber {
   ~Subscriber();
 
   // Whether the writer waits until a frame is released: copy this one rather than keep it.
-  bool holds_all() const noexcept { return link_->held() >= most_held_; }
+  bool holds_all() const noexcept { return link_->held() >= max_held_; }
 
   // Waits for what comes next. PEER_MESSAGE_INVALID: close the connection.
   Result<StreamEvent> receive(int cancel = -1);
 
  private:
   explicit Subscriber(Descriptor socket)
-      : link_(std::make_shared<WriterLink>(std::move(socket))), buffer_(kMostMessageBytes) {}
+      : link_(std::make_shared<WriterLink>(std::move(socket))), buffer_(kMaxMessageBytes) {}
   Status greet(int cancel);
   enum class Wait { Packet, Closed, Cancelled, Late };
   Wait wait(int cancel, const io::Deadline& deadline, Packet* packet);
@@ -104,7 +112,7 @@ class Subscriber {
   std::vector<std::byte> buffer_;
   std::map<uint64_t, std::shared_ptr<const isolate::Mapping>> blocks_;
   uint64_t mapped_bytes_ = 0, last_number_ = 0;
-  uint32_t most_held_ = 0;
+  uint32_t max_held_ = 0;
 };
 
 }  // namespace weir::local

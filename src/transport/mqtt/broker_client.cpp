@@ -5,12 +5,29 @@
 #include <mqtt_protocol.h>
 #include <unistd.h>
 
+#include <arpa/inet.h>
+#include <netinet/in.h>
+#include <sys/socket.h>
 #include <random>
 
 #include "transport/mqtt/broker_connection.hpp"
 
 namespace weir::transport {
 namespace {
+
+// The address of this machine on a connected socket, or "".
+std::string local_address_of(int socket) {
+  sockaddr_storage storage{};
+  socklen_t length = sizeof storage;
+  auto* address = reinterpret_cast<sockaddr*>(&storage);
+  if (socket < 0 || getsockname(socket, address, &length) != 0) return "";
+  char text[INET6_ADDRSTRLEN] = "";
+  if (storage.ss_family == AF_INET)
+    inet_ntop(AF_INET, &reinterpret_cast<sockaddr_in*>(&storage)->sin_addr, text, sizeof text);
+  if (storage.ss_family == AF_INET6)
+    inet_ntop(AF_INET6, &reinterpret_cast<sockaddr_in6*>(&storage)->sin6_addr, text, sizeof text);
+  return text;
+}
 
 constexpr int kNotGranted = 128;  // and higher: the broker's reason
 
@@ -125,8 +142,7 @@ Status BrokerClient::Impl::publish(const Publication& publication,
   const size_t size = publication.payload.size();
   std::unique_lock lock(mutex_);
   const auto has_room = [&] {
-    return connected_ &&
-           sent_.has_room(size, options_.most_sent_messages, options_.most_sent_bytes);
+    return connected_ && sent_.has_room(size, options_.max_sent_messages, options_.max_sent_bytes);
   };
   changed_.wait_for(lock, timeout, [&] { return interrupted_ || has_room(); });
   if (interrupted_) return Error{.code = Code::CANCELLED, .what = "publishing was interrupted"};

@@ -72,7 +72,7 @@ TEST_F(BrokerClientTest, DeliversMessagesInOrder) {
   for (const auto version : {MqttVersion::V311, MqttVersion::V5})
     for (const int qos : {0, 1, 2}) {
       BrokerOptions many = options(broker.port(), version);
-      many.most_received_messages = 1000;
+      many.max_received_messages = 1000;
       const Client receiver = open(many);
       ASSERT_TRUE(receiver->subscribe("a/+", qos));
       const Client sender = open(options(broker.port(), version));
@@ -208,7 +208,7 @@ TEST_F(BrokerClientTest, RejectsTopicsAndLargeMessages) {
 TEST_F(BrokerClientTest, KeepsTheNewestOfAFlood) {
   const TestBroker broker;
   BrokerOptions few = options(broker.port());
-  few.most_received_messages = 5;
+  few.max_received_messages = 5;
   const Client receiver = open(few);
   ASSERT_TRUE(receiver->subscribe("t", 0));
   const Client sender = open(options(broker.port()));
@@ -220,7 +220,7 @@ TEST_F(BrokerClientTest, KeepsTheNewestOfAFlood) {
 TEST_F(BrokerClientTest, LeavesMessagesOfQos1ToTheBroker) {
   const TestBroker broker;
   BrokerOptions few = options(broker.port(), MqttVersion::V5);
-  few.most_received_messages = 8;
+  few.max_received_messages = 8;
   few.receive_maximum = 2;
   const Client receiver = open(few);
   ASSERT_TRUE(receiver->subscribe("t", 1));

@@ -1,12 +1,13 @@
 // BrokerClient::Impl: the thread of a client, and what it shares with the callers.
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #pragma once
+#include <gio/gio.h>
+
 #include <atomic>
 #include <condition_variable>
 #include <mutex>
 #include <thread>
 
-#include "transport/mqtt/broker_address.hpp"
 #include "transport/mqtt/broker_client.hpp"
 #include "transport/mqtt/mosquitto_handle.hpp"
 #include "transport/mqtt/receive_queue.hpp"

@@ -7,13 +7,38 @@
 #include <poll.h>
 #include <sys/socket.h>
 
+#include <gio/gio.h>
 #include <csignal>
 #include <cstring>
+#include <memory>
+#include <string>
+#include <vector>
 
 #include "transport/mqtt/broker_connection.hpp"
 
 namespace weir::transport {
 namespace {
+
+std::string address_text(GInetAddress* address) {
+  const std::unique_ptr<char, decltype(&g_free)> text(g_inet_address_to_string(address), g_free);
+  return text.get();
+}
+
+// Addresses as text, in the order of the resolver; empty with `*reason` if there are none.
+std::vector<std::string> addresses_of(const std::string& host, GCancellable* cancellable,
+                                      std::string* reason) {
+  GError* error = nullptr;
+  const std::unique_ptr<GResolver, decltype(&g_object_unref)> resolver(g_resolver_get_default(),
+                                                                       g_object_unref);
+  GList* found = g_resolver_lookup_by_name(resolver.get(), host.c_str(), cancellable, &error);
+  std::vector<std::string> out;
+  for (GList* item = found; item; item = item->next)
+    out.push_back(address_text(G_INET_ADDRESS(item->data)));
+  g_resolver_free_addresses(found);
+  if (error) *reason = error->message;
+  g_clear_error(&error);
+  return out;
+}
 
 using namespace std::chrono_literals;
 constexpr auto kFirstDelay = 100ms, kLastDelay = 1000ms;
@@ -44,7 +69,7 @@ bool has_ended(int socket) {
 
 BrokerClient::Impl::Impl(BrokerOptions options)
     : options_(std::move(options)),
-      received_(options_.most_received_messages, options_.most_received_bytes),
+      received_(options_.max_received_messages, options_.max_received_bytes),
       lookup_(g_cancellable_new(), g_object_unref) {}
 
 BrokerClient::Impl::~Impl() {

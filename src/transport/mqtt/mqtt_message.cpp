@@ -9,7 +9,7 @@
 namespace weir::transport {
 namespace {
 
-constexpr size_t kMostTopicBytes = 65535;
+constexpr size_t kMaxTopicBytes = 65535;
 
 Error topic_error(std::string_view property, std::string_view topic, std::string needed) {
   return {.code = Code::OPTION_VALUE,
@@ -20,7 +20,7 @@ Error topic_error(std::string_view property, std::string_view topic, std::string
 }
 
 bool is_text(std::string_view topic) {
-  return !topic.empty() && topic.size() <= kMostTopicBytes &&
+  return !topic.empty() && topic.size() <= kMaxTopicBytes &&
          topic.find('\0') == std::string_view::npos &&
          g_utf8_validate(topic.data(), static_cast<gssize>(topic.size()), nullptr);
 }

@@ -77,11 +77,11 @@ struct BrokerOptions {
 
   // Messages that wait for receive(). Beyond half of it, a client that subscribed with QoS 1 or 2
   // reads no more for a while; beyond all of it, the oldest message is dropped and counted.
-  size_t most_received_messages = 64;
-  size_t most_received_bytes = size_t{64} << 20;
+  size_t max_received_messages = 64;
+  size_t max_received_bytes = size_t{64} << 20;
   // Messages given to the library and not sent yet (QoS 0) or not acknowledged (QoS 1 and 2).
-  size_t most_sent_messages = 20;
-  size_t most_sent_bytes = size_t{64} << 20;
+  size_t max_sent_messages = 20;
+  size_t max_sent_bytes = size_t{64} << 20;
   uint16_t receive_maximum = 16;  // MQTT 5: messages of QoS 1 and 2 that the broker may send ahead
 
   // Takes messages in place of receive(), in the client's thread; must not block or throw.

@@ -9,12 +9,12 @@ void ReceiveQueue::push(MqttMessage message) {
     std::lock_guard lock(mutex_);
     const size_t size = message.payload.size();
     while (!messages_.empty() &&
-           (messages_.size() >= most_messages_ || bytes_ + size > most_bytes_)) {
+           (messages_.size() >= max_messages_ || bytes_ + size > max_bytes_)) {
       bytes_ -= messages_.front().payload.size();
       messages_.pop_front();
       ++dropped_;
     }
-    if (size > most_bytes_) {
+    if (size > max_bytes_) {
       ++dropped_;
       return;
     }
@@ -44,7 +44,7 @@ void ReceiveQueue::set_interrupted(bool interrupted) {
 
 bool ReceiveQueue::is_half_full() const {
   std::lock_guard lock(mutex_);
-  return 2 * messages_.size() >= most_messages_ || bytes_ >= most_bytes_ / 2;
+  return 2 * messages_.size() >= max_messages_ || bytes_ >= max_bytes_ / 2;
 }
 
 uint64_t ReceiveQueue::dropped() const {

@@ -14,8 +14,8 @@ namespace weir::transport {
 // Thread-safe.
 class ReceiveQueue {
  public:
-  ReceiveQueue(size_t most_messages, size_t most_bytes)
-      : most_messages_(most_messages), most_bytes_(most_bytes) {}
+  ReceiveQueue(size_t max_messages, size_t max_bytes)
+      : max_messages_(max_messages), max_bytes_(max_bytes) {}
 
   // Drops the oldest messages, and counts them, where the new one would exceed the limits.
   void push(MqttMessage message);
@@ -29,7 +29,7 @@ class ReceiveQueue {
   uint64_t dropped() const;
 
  private:
-  const size_t most_messages_, most_bytes_;
+  const size_t max_messages_, max_bytes_;
   mutable std::mutex mutex_;  // guards the members below
   std::condition_variable arrived_;
   std::deque<MqttMessage> messages_;

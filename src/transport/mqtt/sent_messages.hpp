@@ -49,9 +49,9 @@ class SentMessages {
     }
     return lost;
   }
-  bool has_room(size_t bytes, size_t most_messages, size_t most_bytes) const {
+  bool has_room(size_t bytes, size_t max_messages, size_t max_bytes) const {
     const size_t waiting = messages_.size() + publishing_;
-    return waiting == 0 || (waiting < most_messages && bytes_ + bytes <= most_bytes);
+    return waiting == 0 || (waiting < max_messages && bytes_ + bytes <= max_bytes);
   }
   bool empty() const { return messages_.empty() && publishing_ == 0; }
 
