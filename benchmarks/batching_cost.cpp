@@ -83,9 +83,9 @@ int main(int argc, char** argv) {
   Streams together(one, argv[2],
                    "shared-tensor-filter-key=benchmark batch-size=4 batch-timeout=100000000");
   const auto costs =
-      weir::bench::least({[&] { one.run(kStreams * frames); }, [&] { four.run(frames); },
-                          [&] { apart.run(frames); }, [&] { together.run(frames); }},
-                         rounds);
+      weir::bench::min({[&] { one.run(kStreams * frames); }, [&] { four.run(frames); },
+                        [&] { apart.run(frames); }, [&] { together.run(frames); }},
+                       rounds);
   const std::string name = "tensor_filter batch-size=4, " + std::string(argv[3]);
   const auto of_four = [&](size_t candidate) { return costs[candidate].cpu / frames; };
   char floor[80];

@@ -167,11 +167,11 @@ void measure(const Case& c, int rounds) {
   };
   Frame plain;
   const auto costs =
-      weir::bench::least({[&] { none.push(kFrames, fill); }, [&] { drawn.push(kFrames, fill); },
-                          [&] {
-                            for (int i = 0; i < kFrames; ++i) plain.draw(c.decode(), c.has_labels);
-                          }},
-                         rounds);
+      weir::bench::min({[&] { none.push(kFrames, fill); }, [&] { drawn.push(kFrames, fill); },
+                        [&] {
+                          for (int i = 0; i < kFrames; ++i) plain.draw(c.decode(), c.has_labels);
+                        }},
+                       rounds);
   const int us = static_cast<int>(costs[2].cpu / kFrames * 1e6);
   weir::bench::report("bounding_boxes " + c.name + ", 640x480: CPU time",
                       "a plain loop, " + std::to_string(us) + " us",

@@ -24,13 +24,13 @@ std::string tensors(int count) {
 }
 
 // Measured above an identity that gets the same frames.
-void per_frame(const std::string& name, const std::string& launch, int count, double most_us) {
+void per_frame(const std::string& name, const std::string& launch, int count, double max_us) {
   const std::vector<size_t> bytes(static_cast<size_t>(count), 1024);
   BranchStage floor("identity", tensors(count), bytes), stage(launch, tensors(count), bytes);
   const auto costs =
       weir::bench::medians({[&] { floor.push(kFrames); }, [&] { stage.push(kFrames); }}, kRounds);
   weir::bench::report("cost of a frame: " + name, "identity",
-                      (costs[1].cpu - costs[0].cpu) / kFrames * 1e6, "us", most_us);
+                      (costs[1].cpu - costs[0].cpu) / kFrames * 1e6, "us", max_us);
 }
 
 std::string picture() {

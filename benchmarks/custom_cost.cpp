@@ -62,9 +62,9 @@ int main(int argc, char** argv) {
   ElementStage cpp("tensor_filter framework=cpp model=copier-class", kCaps, kBytes);
   ElementStage custom(std::string("tensor_filter framework=custom model=") + argv[1], kCaps,
                       kBytes);
-  const auto costs = weir::bench::least({plain_copies, [&] { easy.push(kFrames); },
-                                         [&] { cpp.push(kFrames); }, [&] { custom.push(kFrames); }},
-                                        std::atoi(argv[2]));
+  const auto costs = weir::bench::min({plain_copies, [&] { easy.push(kFrames); },
+                                       [&] { cpp.push(kFrames); }, [&] { custom.push(kFrames); }},
+                                      std::atoi(argv[2]));
   size_t at = 0;
   for (const char* what : {"custom-easy", "cpp", "custom"})
     weir::bench::report(

@@ -20,7 +20,7 @@ constexpr char kFloats[] = "other/tensor,dimension=(string)4:64,type=float32,fra
 
 struct Line {
   const char *name, *launch, *caps;
-  double most_us;
+  double max_us;
 };
 
 // The bytes of heap in use in all arenas.
@@ -46,7 +46,7 @@ void measure(const std::string& model) {
     const auto costs =
         weir::bench::medians({[&] { floor.push(kFrames); }, [&] { stage.push(kFrames); }}, kRounds);
     weir::bench::report(std::string("cost of a 1 KB buffer: ") + line.name, "identity",
-                        (costs[1].cpu - costs[0].cpu) / kFrames * 1e6, "us", line.most_us);
+                        (costs[1].cpu - costs[0].cpu) / kFrames * 1e6, "us", line.max_us);
   }
   for (const Line& line : lines) {
     ElementStage stage(line.launch, line.caps, 1024);

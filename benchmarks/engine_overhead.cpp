@@ -94,8 +94,8 @@ int main(int argc, char** argv) {
   Stage stage(input.caps, input.bytes, filter, frames);
   EngineInIdentity identity(called.get(), input, frames);
   const auto costs =
-      least({[&] { bare->run(frames); }, [&] { stage.run(frames); }, [&] { identity.run(frames); }},
-            rounds);
+      min({[&] { bare->run(frames); }, [&] { stage.run(frames); }, [&] { identity.run(frames); }},
+          rounds);
   const auto us = [&](double above) { return above / frames * 1e6; };
   const std::string name = std::string("tensor_filter, ") + argv[5];
   const auto whole = [&](double seconds) { return std::to_string(static_cast<int>(us(seconds))); };

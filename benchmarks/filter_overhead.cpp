@@ -21,14 +21,14 @@ int main(int argc, char** argv) {
       {[&] { bare.run(frames); }, [&] { pipeline.run(frames); }, [&] { stock.run(frames); }},
       rounds);
   const std::string name = std::string("tensor_filter, ") + argv[3];
-  const double most = std::atof(argv[6]);
+  const double max = std::atof(argv[6]);
   const auto us = [&](double seconds) {
     return std::to_string(static_cast<int>(seconds / frames * 1e6)) + " us";
   };
   const std::string floor =
       "bare loop, " + us(costs[0].wall) + "; with identity in its place " + us(costs[2].wall);
   weir::bench::report(name + ": wall above it", floor,
-                      (costs[1].wall - costs[0].wall) / frames * 1e6, "us", most);
+                      (costs[1].wall - costs[0].wall) / frames * 1e6, "us", max);
   weir::bench::report(name + ": CPU of all threads above it", floor,
-                      (costs[1].cpu - costs[0].cpu) / frames * 1e6, "us", most);
+                      (costs[1].cpu - costs[0].cpu) / frames * 1e6, "us", max);
 }

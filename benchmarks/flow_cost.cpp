@@ -46,9 +46,9 @@ void windows() {
                             [&] { strip.frames(kFrames); }, [&] { four.push(kFrames); },
                             [&] { overlap.push(kFrames); }, [&] { rows.push(kFrames); }},
                            kRounds);
-  const auto against = [&](const char* name, size_t index, size_t floor, double most) {
+  const auto against = [&](const char* name, size_t index, size_t floor, double max) {
     weir::bench::report(name, "a bare copy of each frame",
-                        (costs[index].cpu - costs[0].cpu) / costs[floor].cpu, "x", most);
+                        (costs[index].cpu - costs[0].cpu) / costs[floor].cpu, "x", max);
   };
   against("tensor_aggregator, 640x480, 4 frames together: CPU", 3, 1, 1.2);
   against("tensor_aggregator, 640x480, 10 frames, 90 % overlap: CPU", 4, 2, 1.3);

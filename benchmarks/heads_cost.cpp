@@ -60,7 +60,7 @@ void measure(const std::string& name, bool cells_are_inner, int rounds) {
   const auto decode = [&] {
     for (int i = 0; i < kFrames; ++i) {
       values.begin({&tensor, 1});
-      objects = results::select(head->find(values, kInput), {.most_objects = 300}).size();
+      objects = results::select(head->find(values, kInput), {.max_objects = 300}).size();
     }
   };
   const auto copy_once = [&] {

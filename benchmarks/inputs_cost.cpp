@@ -59,7 +59,7 @@ void measure_mux(int rounds) {
     InputsStage stage("tensor_mux sync-mode=nosync",
                       std::vector<InputLine>(static_cast<size_t>(pads),
                                              {"sink_%u", tensor("1024"), buffer_of(1024)}));
-    const auto costs = weir::bench::least(
+    const auto costs = weir::bench::min(
         {[&] { meet(pads, kMuxFrames); }, [&] { stage.push(kMuxFrames); }}, rounds);
     const double floor = costs[0].cpu / kMuxFrames * 1e6;
     weir::bench::report(
@@ -135,7 +135,7 @@ void measure_merge(int rounds) {
       gst_buffer_unmap(b.get(), &in_b);
       gst_buffer_unmap(out.get(), &to);
     };
-    const auto costs = weir::bench::least({bare, [&] { stage.push(kPictures); }}, rounds);
+    const auto costs = weir::bench::min({bare, [&] { stage.push(kPictures); }}, rounds);
     const auto floor = static_cast<int>(costs[0].cpu / kPictures * 1e6);
     weir::bench::report(
         "tensor_merge of two Full HD along dimension " + std::to_string(dimension) + ": CPU",
@@ -181,7 +181,7 @@ void measure_crop(int rounds) {
     }
     gst_buffer_unmap(picture.get(), &map);
   };
-  const auto costs = weir::bench::least({bare, [&] { stage.push(kFrames); }}, rounds);
+  const auto costs = weir::bench::min({bare, [&] { stage.push(kFrames); }}, rounds);
   const auto floor = static_cast<int>(costs[0].cpu / kFrames * 1e6);
   weir::bench::report("tensor_crop of 64 regions of 128x128 from Full HD: CPU",
                       "the bare copies, " + std::to_string(floor) + " us",
@@ -196,7 +196,7 @@ void measure_views(uint32_t regions, int rounds) {
       viewed("tensor_crop", inputs, {clamp});
   constexpr int kFrames = 50;
   const auto costs =
-      weir::bench::least({[&] { copied.push(kFrames); }, [&] { viewed.push(kFrames); }}, rounds);
+      weir::bench::min({[&] { copied.push(kFrames); }, [&] { viewed.push(kFrames); }}, rounds);
   const auto floor = static_cast<int>(costs[0].cpu / kFrames * 1e6);
   weir::bench::report(
       "tensor_crop of " + std::to_string(regions) + " regions of 128x128 as views, and clamp: CPU",

@@ -40,9 +40,9 @@ int main(int argc, char** argv) {
     return [&stage, &clear] { stage.push(kFrames, clear); };
   };
   const int rounds = std::atoi(argv[2]);
-  const auto costs = weir::bench::least({frames(written_here), frames(written_there), frames(here),
-                                         frames(copied_there), frames(few_here), frames(few_there)},
-                                        rounds);
+  const auto costs = weir::bench::min({frames(written_here), frames(written_there), frames(here),
+                                       frames(copied_there), frames(few_here), frames(few_there)},
+                                      rounds);
   const auto above = [&](size_t with, size_t without) {
     return (costs[with].wall - costs[without].wall) / kFrames * 1e6;
   };

@@ -93,7 +93,7 @@ int main(int argc, char** argv) {
   // The libraries are loaded now.
   const Runner own_again(**engine, argv[1], "None"), again(**engine, argv[1], "onnxruntime");
   const auto cost =
-      bench::least({[&] { own.invoke(); }, [&] { lowered.invoke(); }}, std::atoi(argv[2]));
+      bench::min({[&] { own.invoke(); }, [&] { lowered.invoke(); }}, std::atoi(argv[2]));
   std::printf(
       "{\"own_us\": %.0f, \"lowered_us\": %.0f, \"own_open_ms\": %.1f, \"lowered_open_ms\": "
       "%.1f}\n",

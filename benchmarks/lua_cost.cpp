@@ -99,7 +99,7 @@ int main(int argc, char** argv) {
   ElementStage byte_stage(bytes.filter(), bytes.caps_text(), kElements);
   ElementStage small_stage(small.filter(), small.caps_text(), 1024);
   BareCall bare(**api);
-  const auto costs = weir::bench::least(
+  const auto costs = weir::bench::min(
       {[] { plain_loops<uint8_t, float>(); }, [&] { to_float_stage.push(kFrames); },
        [] { plain_loops<float, float>(); }, [&] { float_stage.push(kFrames); },
        [] { plain_loops<uint8_t, uint8_t>(); }, [&] { byte_stage.push(kFrames); },

@@ -166,13 +166,13 @@ void compare(const char* library, uint32_t side, int repeats, int rounds) {
     };
   };
   const auto costs =
-      weir::bench::least({often([&] { bare.write(frame, &room); }),
-                          often([&] { seen += ours.write(frame, reserve).has_value(); }),
-                          often([&] { bare.parse(read.message()); }), often([&] {
-                            if (!ours.parse(read.message(), &parsed)) std::abort();
-                            for (const auto& tensor : parsed.tensors) use(tensor);
-                          })},
-                         rounds);
+      weir::bench::min({often([&] { bare.write(frame, &room); }),
+                        often([&] { seen += ours.write(frame, reserve).has_value(); }),
+                        often([&] { bare.parse(read.message()); }), often([&] {
+                          if (!ours.parse(read.message(), &parsed)) std::abort();
+                          for (const auto& tensor : parsed.tensors) use(tensor);
+                        })},
+                       rounds);
   const std::string size = std::to_string(pixels.size()) + " bytes";
   const auto report = [&](const char* what, const weir::bench::Cost& with,
                           const weir::bench::Cost& without) {

@@ -69,7 +69,7 @@ struct Pair {
   std::vector<std::vector<float>> outputs;
 };
 
-void compare(size_t elements, const char* size, double most, int calls, int rounds) {
+void compare(size_t elements, const char* size, double max, int calls, int rounds) {
   constexpr int kInFlight = 4;
   Pair pair(elements, kInFlight);
   const Call plain = pair.plain(), engine = pair.by_engine();
@@ -90,7 +90,7 @@ void compare(size_t elements, const char* size, double most, int calls, int roun
   const std::string name = std::string("engine oip, ") + size + " both ways";
   const std::string of_a_call = std::to_string(static_cast<int>(median(bare))) + " us";
   report(name + ": p50 of a call", "plain grpc++ generic calls, " + of_a_call, median(p50), "x",
-         most);
+         max);
   report(name + ": time of calls, 4 in flight", "the same, 4 in flight", median(rate), "x",
          1 / 0.95);
 }

@@ -144,12 +144,12 @@ void boxes(const char* format, int step, const std::string& overlay, int rounds)
   PlainPicture plain{std::vector<uint8_t>(size_t{kWidth} * kHeight * 4), step};
   std::vector<uint8_t> glyphs(140 * 24);
   for (size_t i = 0; i < glyphs.size(); ++i) glyphs[i] = static_cast<uint8_t>(i % 5 ? 0 : i * 37);
-  const auto costs = weir::bench::least({[&] { none.push(kFrames); }, [&] { drawn.push(kFrames); },
-                                         [&] {
-                                           for (int i = 0; i < kFrames; ++i)
-                                             draw_plainly(&plain, glyphs);
-                                         }},
-                                        rounds);
+  const auto costs = weir::bench::min({[&] { none.push(kFrames); }, [&] { drawn.push(kFrames); },
+                                       [&] {
+                                         for (int i = 0; i < kFrames; ++i)
+                                           draw_plainly(&plain, glyphs);
+                                       }},
+                                      rounds);
   const double us = (costs[1].cpu - costs[0].cpu) / kFrames * 1e6;
   const std::string name = "20 boxes, labels, key points on Full HD " + std::string(format);
   weir::bench::report(name + ": CPU time", "identity", us, "us", 1000);
@@ -232,12 +232,12 @@ void masks(const char* format, int step, int rounds) {
   const auto runs = runs_of_masks();
   // As many pictures in turn as the pool of a stage has.
   std::vector<std::vector<uint8_t>> pictures(4, std::vector<uint8_t>(bytes, 1));
-  const auto costs = weir::bench::least({[&] { none.push(kFrames); }, [&] { drawn.push(kFrames); },
-                                         [&] {
-                                           for (size_t i = 0; i < kFrames; ++i)
-                                             pass_over_masks(runs, step, pictures[i % 4].data());
-                                         }},
-                                        rounds);
+  const auto costs = weir::bench::min({[&] { none.push(kFrames); }, [&] { drawn.push(kFrames); },
+                                       [&] {
+                                         for (size_t i = 0; i < kFrames; ++i)
+                                           pass_over_masks(runs, step, pictures[i % 4].data());
+                                       }},
+                                      rounds);
   const auto us = static_cast<int>(costs[2].cpu / kFrames * 1e6);
   weir::bench::report("10 masks over half of Full HD " + std::string(format) + ": CPU time",
                       "a pass over those pixels, " + std::to_string(us) + " us",
@@ -270,7 +270,7 @@ void copies(const char* format, const std::string& overlay, int rounds) {
       asm volatile("" ::"r"(to.data()) : "memory");
     }
   };
-  const auto costs = weir::bench::least({[&] { drawn.push(kFrames); }, push_held, copy}, rounds);
+  const auto costs = weir::bench::min({[&] { drawn.push(kFrames); }, push_held, copy}, rounds);
   const auto us = static_cast<int>(costs[2].cpu / kFrames * 1e6);
   weir::bench::report("a Full HD " + std::string(format) + " frame held elsewhere: CPU above",
                       "a bare copy of it, " + std::to_string(us) + " us",

@@ -25,7 +25,7 @@
 
 namespace weir::bench {
 
-constexpr int kMostBytes = 64 << 20;
+constexpr int kMaxBytes = 64 << 20;
 
 inline std::string tensor_text(const std::string& name, size_t elements) {
   std::string shape, out;
@@ -81,7 +81,7 @@ class PlainServer final : public grpc::CallbackGenericService {
     int chosen = 0;
     builder.AddListeningPort("127.0.0.1:" + port, credentials, &chosen);
     builder.AddChannelArgument(GRPC_ARG_ALLOW_REUSEPORT, 0);
-    builder.SetMaxReceiveMessageSize(kMostBytes).SetMaxSendMessageSize(kMostBytes);
+    builder.SetMaxReceiveMessageSize(kMaxBytes).SetMaxSendMessageSize(kMaxBytes);
     builder.RegisterCallbackGenericService(this);
     const auto server = builder.BuildAndStart();
     std::printf("port %d\n", chosen);
@@ -139,8 +139,8 @@ class PlainClient {
                        const std::shared_ptr<grpc::ChannelCredentials>& credentials =
                            grpc::InsecureChannelCredentials()) {
     grpc::ChannelArguments arguments;
-    arguments.SetMaxReceiveMessageSize(kMostBytes);
-    arguments.SetMaxSendMessageSize(kMostBytes);
+    arguments.SetMaxReceiveMessageSize(kMaxBytes);
+    arguments.SetMaxSendMessageSize(kMaxBytes);
     arguments.SetInt(GRPC_ARG_USE_LOCAL_SUBCHANNEL_POOL, 1);  // a connection of its own
     stub_ = std::make_unique<grpc::GenericStub>(
         grpc::CreateCustomChannel("ipv4:127.0.0.1:" + port, credentials, arguments));

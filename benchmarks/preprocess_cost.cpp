@@ -73,7 +73,7 @@ struct Pyramid {
   int width, height;
   // What all layers may cost: with half of the pixels of the layer before, they have twice the
   // pixels of the first one.
-  double most;
+  double max;
 };
 
 // The cost of ten layers above writing their bytes, relative to the first layer alone.
@@ -108,7 +108,7 @@ void pyramid(const Pyramid& p, int rounds) {
   };
   weir::bench::report("pyramid of 10 layers, " + std::string(p.name) + ": CPU above its bytes",
                       "its first layer alone, " + us(0) + "; all " + us(1) + ", bytes " + us(2),
-                      (costs[1].cpu - costs[2].cpu) / costs[0].cpu, "x", p.most);
+                      (costs[1].cpu - costs[2].cpu) / costs[0].cpu, "x", p.max);
 }
 
 // 64 boxes of many sizes across the picture.

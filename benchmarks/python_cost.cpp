@@ -67,15 +67,15 @@ int main(int argc, char** argv) {
   ElementStage there(before + script + " isolate=process", caps(kBytes, "uint16").c_str(),
                      2 * kBytes);
   const auto costs =
-      weir::bench::least({[&] { bare.push(kFrames); }, [&] { here.push(kFrames); },
-                          [&] { written.push(kFrames); }, [&] { there.push(kFrames); }},
-                         rounds);
-  const auto report = [&](const char* name, size_t with, size_t without, double most) {
+      weir::bench::min({[&] { bare.push(kFrames); }, [&] { here.push(kFrames); },
+                        [&] { written.push(kFrames); }, [&] { there.push(kFrames); }},
+                       rounds);
+  const auto report = [&](const char* name, size_t with, size_t without, double max) {
     weir::bench::report(name,
                         "an engine in C that copies it, " +
                             std::to_string(costs[without].wall / kFrames * 1e6).substr(0, 4) +
                             " us",
-                        (costs[with].wall - costs[without].wall) / kFrames * 1e6, "us", most);
+                        (costs[with].wall - costs[without].wall) / kFrames * 1e6, "us", max);
   };
   report("a filter in Python gives 150 KB on: wall above it", 1, 0, 5);
   report("isolate=process, 150 KB written by a transform: wall above it", 3, 2, 40);
@@ -86,7 +86,7 @@ int main(int argc, char** argv) {
   CountedStage one(filter), two(filter + " workers=2"),
       apart(filter + " isolate=process workers=2");
   const auto times =
-      weir::bench::least({[&] { one.run(); }, [&] { two.run(); }, [&] { apart.run(); }}, rounds);
+      weir::bench::min({[&] { one.run(); }, [&] { two.run(); }, [&] { apart.run(); }}, rounds);
   weir::bench::report("a script that computes, isolate=process workers=2: time of a frame",
                       "workers=1; with workers=2 and one lock " +
                           std::to_string(times[1].wall / times[0].wall).substr(0, 4),

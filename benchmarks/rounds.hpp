@@ -50,7 +50,7 @@ inline std::vector<Cost> medians(const std::vector<std::function<void()>>& candi
   return over_rounds(candidates, rounds, median);
 }
 // The minimum, because other load only adds time.
-inline std::vector<Cost> least(const std::vector<std::function<void()>>& candidates, int rounds) {
+inline std::vector<Cost> min(const std::vector<std::function<void()>>& candidates, int rounds) {
   return over_rounds(candidates, rounds, [](const std::vector<double>& values) {
     return *std::min_element(values.begin(), values.end());
   });

@@ -16,10 +16,10 @@ using weir::bench::InputsStage;
 using weir::gst::Ref;
 
 constexpr size_t kBytesARound = 64u << 20;  // fewer frames when they are large
-constexpr size_t kMostFrames = 2000;
+constexpr size_t kMaxFrames = 2000;
 
 int frames_of(size_t bytes) {
-  return static_cast<int>(std::clamp(kBytesARound / bytes, size_t{8}, kMostFrames));
+  return static_cast<int>(std::clamp(kBytesARound / bytes, size_t{8}, kMaxFrames));
 }
 Ref<GstBuffer> buffer_of(size_t bytes) {
   auto buffer = Ref<GstBuffer>::adopt(gst_buffer_new_allocate(nullptr, bytes, nullptr));

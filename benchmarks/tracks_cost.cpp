@@ -80,7 +80,7 @@ int main(int argc, char** argv) {
   int frame = 0;
   std::mt19937 random(1);
   const auto prepare = [&](GstBuffer* buffer) { fill(buffer, ++frame, &random); };
-  const auto costs = weir::bench::least(
+  const auto costs = weir::bench::min(
       {[&] { none.push(kFrames, prepare); }, [&] { tracker.push(kFrames, prepare); }}, rounds);
   weir::bench::report("tensor_tracker, 100 objects: CPU time of a frame",
                       "identity; 1 % of a frame at 25 frames/s",

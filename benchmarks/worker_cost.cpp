@@ -13,7 +13,7 @@
 namespace {
 
 constexpr int kWorkers = 2, kThreads = 1;
-constexpr double kMost = 1 / 0.95;  // 95 % of the frame rate
+constexpr double kMax = 1 / 0.95;  // 95 % of the frame rate
 
 // Calls the engine on the streaming thread without Weir.
 class EngineInIdentity : public weir::bench::Stage {
@@ -42,7 +42,7 @@ int main(int argc, char** argv) {
   const int ahead = kWorkers * frames;
   weir::bench::Pipeline pipeline(one, argv[2], kThreads, "workers=2", ahead);
   EngineInIdentity identity(&one, ahead);
-  const auto costs = weir::bench::least(
+  const auto costs = weir::bench::min(
       {[&] {
          std::thread other([&] { two.run(frames); });
          one.run(frames);
@@ -55,9 +55,9 @@ int main(int argc, char** argv) {
   };
   const std::string name = std::string("tensor_filter workers=2, ") + argv[3];
   weir::bench::report(name + ": wall", "two bare loops at once, " + of_a_frame(costs[0].wall),
-                      costs[1].wall / costs[0].wall, "x", kMost);
+                      costs[1].wall / costs[0].wall, "x", kMax);
   weir::bench::report(name + ": CPU of all threads",
                       "the engine called bare by an identity, " + of_a_frame(costs[2].cpu) +
                           "; in a bare loop " + of_a_frame(costs[0].cpu),
-                      costs[1].cpu / costs[2].cpu, "x", kMost);
+                      costs[1].cpu / costs[2].cpu, "x", kMax);
 }

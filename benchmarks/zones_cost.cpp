@@ -67,7 +67,7 @@ int main(int argc, char** argv) {
   ElementStage zones("tensor_zones zones=" + path, caps.c_str(), bytes);
   int frame = 0;
   const auto prepare = [&frame](GstBuffer* buffer) { fill(buffer, ++frame); };
-  const auto costs = weir::bench::least(
+  const auto costs = weir::bench::min(
       {[&] { none.push(kFrames, prepare); }, [&] { zones.push(kFrames, prepare); }}, rounds);
   weir::bench::report("tensor_zones, 100 objects, 11 zones: CPU time of a frame",
                       "identity; 1 % of a frame at 25 frames/s",

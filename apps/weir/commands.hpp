@@ -96,7 +96,7 @@ struct ServeOptions {
   unsigned batch_wait_us = 2000;  // that a request waits for others of its batch
   std::string metrics;            // address of the page of metrics; "": none
   // As of tensor_query_serversrc; 0 = no limit.
-  std::optional<unsigned> most_connections, most_connections_of_address;
+  std::optional<unsigned> max_connections, max_connections_of_address;
   bool dry_run = false;  // prints the pipelines only
 };
 // Serves models to clients until a signal ends it.

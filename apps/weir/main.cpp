@@ -90,8 +90,8 @@ CLI::Option* add_engine(CLI::App* command, std::string* engine) {
 }
 
 void add_bench(CLI::App* app, BenchOptions* bench) {
-  constexpr int kMostThreads = 1024, kMostBatch = 1024;
-  constexpr double kLeastSeconds = 0.01, kMostSeconds = 3600;
+  constexpr int kMaxThreads = 1024, kMaxBatch = 1024;
+  constexpr double kMinSeconds = 0.01, kMaxSeconds = 3600;
   auto* command =
       app->add_subcommand("bench", "Measure a model with each engine, thread count and batch size");
   command->add_option("MODEL", bench->model, kModelOrName)->required();
@@ -101,10 +101,10 @@ void add_bench(CLI::App* app, BenchOptions* bench) {
       ->add_option("--threads,-t", bench->threads,
                    "Thread counts; default: 1, 2, 4 up to the number of cores")
       ->delimiter(',')
-      ->check(in_range(1, kMostThreads));
+      ->check(in_range(1, kMaxThreads));
   command->add_option("--batch,-b", bench->batches, "Batch sizes; default: 1 and 4")
       ->delimiter(',')
-      ->check(in_range(1, kMostBatch));
+      ->check(in_range(1, kMaxBatch));
   command->add_option("--custom", bench->custom, "Options of the engine, as in custom=");
   add_tensor_options(command, &bench->tensors);
   command
@@ -112,9 +112,9 @@ void add_bench(CLI::App* app, BenchOptions* bench) {
                    "The model card for the printed line; default: the model's card")
       ->type_name("FILE");
   command->add_option("--seconds", bench->seconds, "Seconds to measure each case; default: 1")
-      ->check(in_range(kLeastSeconds, kMostSeconds));
+      ->check(in_range(kMinSeconds, kMaxSeconds));
   command->add_option("--timeout", bench->patience, "Seconds to load and warm up; default: 120")
-      ->check(in_range(1.0, kMostSeconds));
+      ->check(in_range(1.0, kMaxSeconds));
   command->add_flag("--json", bench->json, "Print JSON");
 }
 
@@ -155,7 +155,7 @@ void add_try(CLI::App* app, TryOptions* options) {
 }
 
 void add_evaluate(CLI::App* app, EvaluateOptions* options) {
-  constexpr uint64_t kMostDraws = 1'000'000;
+  constexpr uint64_t kMaxDraws = 1'000'000;
   auto* command = app->add_subcommand(
       "evaluate", "Measure the accuracy of a model or pipeline on a labelled folder");
   command
@@ -196,7 +196,7 @@ void add_evaluate(CLI::App* app, EvaluateOptions* options) {
       ->check(CLI::PositiveNumber);
   command->add_option("--draws", options->draws, "Draws for the intervals; default: 1000, 0: none")
       ->type_name("N")
-      ->check(in_range(uint64_t{0}, kMostDraws));
+      ->check(in_range(uint64_t{0}, kMaxDraws));
   command->add_option("--seed", options->seed, "Seed of the draws; default: 1")->type_name("N");
 }
 
@@ -216,14 +216,14 @@ void add_models(CLI::App* app, ModelsOptions* models) {
 }
 
 void add_pki(CLI::App* app, PkiOptions* authority, PkiOptions* certificate) {
-  constexpr int kMostDays = 36500;
+  constexpr int kMaxDays = 36500;
   auto* command = app->add_subcommand("pki", "Make a certificate authority and certificates");
   command->require_subcommand(1);
   auto* init = command->add_subcommand("init", "Make a certificate authority in a folder");
   init->add_option("DIR", authority->folder, "The folder; created if it does not exist")
       ->required();
   init->add_option("--days", authority->days, "Days until it expires; default: 3650")
-      ->check(in_range(1, kMostDays));
+      ->check(in_range(1, kMaxDays));
   init->add_flag("--json", authority->json, "Print JSON");
   auto* issue = command->add_subcommand("issue", "Make a certificate for a server or client");
   issue->add_option("NAME", certificate->name, "Host name or address of the server, or any name")
@@ -237,12 +237,12 @@ void add_pki(CLI::App* app, PkiOptions* authority, PkiOptions* certificate) {
       ->delimiter(',')
       ->allow_extra_args(false);
   issue->add_option("--days", certificate->days, "Days until it expires; default: 90")
-      ->check(in_range(1, kMostDays));
+      ->check(in_range(1, kMaxDays));
   issue->add_flag("--json", certificate->json, "Print JSON");
 }
 
 void add_serve(CLI::App* app, ServeOptions* options) {
-  constexpr unsigned kMostBatch = 1024, kMostWorkers = 1024, kMostWait = 10'000'000;
+  constexpr unsigned kMaxBatch = 1024, kMaxWorkers = 1024, kMaxWait = 10'000'000;
   auto* command = app->add_subcommand("serve", "Serve models to clients on other machines");
   command
       ->add_option("MODEL", options->models,
@@ -264,21 +264,21 @@ void add_serve(CLI::App* app, ServeOptions* options) {
                     "Let other machines connect without TLS, on a network that you trust");
   command->add_option("--batch", options->batch, "Run up to N requests in one invoke; default: 1")
       ->type_name("N")
-      ->check(in_range(1u, kMostBatch));
+      ->check(in_range(1u, kMaxBatch));
   command
       ->add_option("--batch-wait", options->batch_wait_us,
                    "Microseconds that a request waits for others; default: 2000")
       ->type_name("N")
-      ->check(in_range(0u, kMostWait));
+      ->check(in_range(0u, kMaxWait));
   command->add_option("--workers", options->workers, "Sessions of each model; default: 1")
       ->type_name("N")
-      ->check(in_range(1u, kMostWorkers));
+      ->check(in_range(1u, kMaxWorkers));
   command
-      ->add_option("--max-connections", options->most_connections,
+      ->add_option("--max-connections", options->max_connections,
                    "Connections that have requests in progress; default: 32, 0: no limit")
       ->type_name("N");
   command
-      ->add_option("--max-connections-per-address", options->most_connections_of_address,
+      ->add_option("--max-connections-per-address", options->max_connections_of_address,
                    "The same for each address; default: 4, 0: no limit")
       ->type_name("N");
   add_engine(command, &options->engine);
@@ -345,7 +345,7 @@ void add_new(CLI::App* app, CommandLine* line) {
 }
 
 void add_run(CLI::App* app, RunOptions* options, bool* is_service) {
-  constexpr double kLeastSeconds = 0.001, kMostSeconds = 1'000'000;
+  constexpr double kMinSeconds = 0.001, kMaxSeconds = 1'000'000;
   auto* run = app->add_subcommand("run", "Run a pipeline in the syntax of gst-launch-1.0");
   run->add_flag("--json", options->json, "Print JSON at the end, and nothing else on stdout");
   run->add_option("--report", options->report,
@@ -359,7 +359,7 @@ void add_run(CLI::App* app, RunOptions* options, bool* is_service) {
                 "Report to systemd that it plays, stops and is alive (Type=notify)");
   run->add_option("--timeout", options->time_limit, "End the stream after this many seconds")
       ->type_name("SECONDS")
-      ->check(in_range(kLeastSeconds, kMostSeconds));
+      ->check(in_range(kMinSeconds, kMaxSeconds));
   run->add_option("--clock", options->clock,
                   "Use a network clock: net://HOST:PORT, ntp://HOST, ptp://DOMAIN")
       ->type_name("ADDRESS");

@@ -15,13 +15,13 @@ inline constexpr char kCompleteCommand[] = "complete";
 
 // A check whose error says what is needed: "'abc' is not a number from 0.001 to 1000000".
 template <typename Number>
-CLI::Validator in_range(Number least, Number most) {
-  const auto check = [least, most](const std::string& text) -> std::string {
+CLI::Validator in_range(Number min, Number max) {
+  const auto check = [min, max](const std::string& text) -> std::string {
     Number value{};
-    if (CLI::detail::lexical_cast(text, value) && value >= least && value <= most) return "";
+    if (CLI::detail::lexical_cast(text, value) && value >= min && value <= max) return "";
     std::ostringstream out;
     out.precision(9);
-    out << '\'' << text << "' is not a number from " << least << " to " << most;
+    out << '\'' << text << "' is not a number from " << min << " to " << max;
     return out.str();
   };
   return CLI::Validator(check, "");

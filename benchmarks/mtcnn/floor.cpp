@@ -85,17 +85,17 @@ int run(const std::string& file, const std::string& clip, const std::string& mod
         uint32_t min_face, int threads) {
   const std::vector<Requests> pictures = control::read_requests(file);
   if (pictures.empty()) return std::fprintf(stderr, "mtcnn-floor: %s is empty\n", file.c_str()), 1;
-  Requests most;
+  Requests max;
   for (const Requests& one : pictures) {
-    most.picture.width = std::max(most.picture.width, one.picture.width);
-    most.picture.height = std::max(most.picture.height, one.picture.height);
-    most.refined = std::max(most.refined, one.refined);
-    most.marked = std::max(most.marked, one.marked);
+    max.picture.width = std::max(max.picture.width, one.picture.width);
+    max.picture.height = std::max(max.picture.height, one.picture.height);
+    max.refined = std::max(max.refined, one.refined);
+    max.marked = std::max(max.marked, one.marked);
   }
   const Seen seen = control::read_seen(file);
   std::vector<std::unique_ptr<Invokes>> all;
   for (int i = 0; i < threads; ++i) {
-    all.push_back(control::make_invokes(models, min_face, most, seen));
+    all.push_back(control::make_invokes(models, min_face, max, seen));
     one_picture(*all.back(), pictures.front());  // warms up
   }
   std::string alone;

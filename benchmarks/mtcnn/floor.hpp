@@ -19,6 +19,6 @@ class Invokes {
 // Uses the engine with which the program is built; `models` has the network files. `most`: the
 // largest picture of the clip and the highest numbers of regions.
 std::unique_ptr<Invokes> make_invokes(const std::string& models, uint32_t min_face,
-                                      const Requests& most, const Seen& seen);
+                                      const Requests& max, const Seen& seen);
 
 }  // namespace control

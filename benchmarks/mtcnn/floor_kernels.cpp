@@ -24,12 +24,12 @@ std::unique_ptr<kernels::Runner> runner_of(const std::string& path) {
 
 class OfKernels final : public Invokes {
  public:
-  OfKernels(const std::string& models, uint32_t min_face, const Requests& most, const Seen& seen)
+  OfKernels(const std::string& models, uint32_t min_face, const Requests& max, const Seen& seen)
       : p_(runner_of(models + "/onnx/pnet.onnx")),
         r_(runner_of(models + "/onnx/rnet.onnx")),
         o_(runner_of(models + "/onnx/onet.onnx")),
         min_face_(min_face),
-        bytes_(inputs_of(most, min_face, seen)) {}
+        bytes_(inputs_of(max, min_face, seen)) {}
   void p(const Requests& requests) override {
     size_t at = 0;
     for (const auto& layer : mtcnn::pyramid(requests.picture, min_face_)) {
@@ -45,7 +45,7 @@ class OfKernels final : public Invokes {
   }
 
  private:
-  static constexpr size_t kMostOutputs[] = {2, 4, 10};  // values per place and output
+  static constexpr size_t kMaxOutputs[] = {2, 4, 10};  // values per place and output
 
   void one(kernels::Runner& runner, const uint8_t* bytes, size_t count, uint32_t width,
            uint32_t height) {
@@ -53,7 +53,7 @@ class OfKernels final : public Invokes {
     const auto map = runner.map_size(width, height);
     float* out[3];
     for (size_t i = 0; i < 3; ++i) {
-      out_[i].resize(kMostOutputs[i] * count * map.width * map.height);
+      out_[i].resize(kMaxOutputs[i] * count * map.width * map.height);
       out[i] = out_[i].data();
     }
     runner.run(bytes, count, width, height, out);
@@ -67,8 +67,8 @@ class OfKernels final : public Invokes {
 }  // namespace
 
 std::unique_ptr<Invokes> make_invokes(const std::string& models, uint32_t min_face,
-                                      const Requests& most, const Seen& seen) {
-  return std::make_unique<OfKernels>(models, min_face, most, seen);
+                                      const Requests& max, const Seen& seen) {
+  return std::make_unique<OfKernels>(models, min_face, max, seen);
 }
 
 }  // namespace control

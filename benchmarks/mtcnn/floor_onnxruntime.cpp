@@ -16,15 +16,14 @@ void add_planes(std::span<const uint8_t> bytes, size_t places, std::vector<float
 
 class OfOnnxRuntime final : public Invokes {
  public:
-  OfOnnxRuntime(const std::string& models, uint32_t min_face, const Requests& most,
-                const Seen& seen)
+  OfOnnxRuntime(const std::string& models, uint32_t min_face, const Requests& max, const Seen& seen)
       : p_(p_net(env_, models, 1)),
         r_(r_net(env_, models, 1)),
         o_(o_net(env_, models, 1)),
         min_face_(min_face) {
-    const Seen inputs = inputs_of(most, min_face, seen);
+    const Seen inputs = inputs_of(max, min_face, seen);
     std::span<const uint8_t> layers(inputs[0]);
-    for (const auto& layer : mtcnn::pyramid(most.picture, min_face)) {
+    for (const auto& layer : mtcnn::pyramid(max.picture, min_face)) {
       const size_t places = size_t{layer.width} * layer.height;
       add_planes(layers.first(3 * places), places, &numbers_[0]);
       layers = layers.subspan(3 * places);
@@ -63,8 +62,8 @@ class OfOnnxRuntime final : public Invokes {
 }  // namespace
 
 std::unique_ptr<Invokes> make_invokes(const std::string& models, uint32_t min_face,
-                                      const Requests& most, const Seen& seen) {
-  return std::make_unique<OfOnnxRuntime>(models, min_face, most, seen);
+                                      const Requests& max, const Seen& seen) {
+  return std::make_unique<OfOnnxRuntime>(models, min_face, max, seen);
 }
 
 }  // namespace control

@@ -21,14 +21,14 @@ std::vector<uint8_t> bytes_of(const std::vector<uint8_t>& seen, size_t count) {
   return out;
 }
 
-Seen inputs_of(const Requests& most, uint32_t min_face, const Seen& seen) {
+Seen inputs_of(const Requests& max, uint32_t min_face, const Seen& seen) {
   size_t layers = 0;
-  for (const auto& layer : mtcnn::pyramid(most.picture, min_face))
+  for (const auto& layer : mtcnn::pyramid(max.picture, min_face))
     layers += 3 * size_t{layer.width} * layer.height;
   constexpr size_t kRefine = 3 * mtcnn::kRefineSide * mtcnn::kRefineSide;
   constexpr size_t kMark = 3 * mtcnn::kLandmarkSide * mtcnn::kLandmarkSide;
-  return {bytes_of(seen[0], layers), bytes_of(seen[1], kRefine * most.refined),
-          bytes_of(seen[2], kMark * most.marked)};
+  return {bytes_of(seen[0], layers), bytes_of(seen[1], kRefine * max.refined),
+          bytes_of(seen[2], kMark * max.marked)};
 }
 
 std::vector<uint8_t>* RequestFile::wanted(size_t network) {

@@ -14,8 +14,8 @@ constexpr int kSide = 416;        // pixels of the network's square input
 constexpr double kPadding = 114;  // gray around the letterboxed picture
 constexpr int kRowsOfHd = 720;
 constexpr int kStrides[] = {8, 16, 32};
-constexpr float kMostOverlap = 0.45f;
-constexpr int kMostObjects = 100;
+constexpr float kMaxOverlap = 0.45f;
+constexpr int kMaxObjects = 100;
 
 struct Candidates {
   std::vector<cv::Rect2d> boxes;  // pixels of the network's input
@@ -79,7 +79,7 @@ std::vector<Detection> Detector::find(const cv::Mat& picture, int class_index, f
   const cv::Mat output = network_.forward();  // 1, cells, values
   const Candidates found = decode(output.reshape(1, output.size[1]), class_index, threshold);
   std::vector<int> kept;
-  cv::dnn::NMSBoxes(found.boxes, found.scores, threshold, kMostOverlap, kept, 1, kMostObjects);
+  cv::dnn::NMSBoxes(found.boxes, found.scores, threshold, kMaxOverlap, kept, 1, kMaxObjects);
   const double to_x = static_cast<double>(picture.cols) / content_.width;
   const double to_y = static_cast<double>(picture.rows) / content_.height;
   std::vector<Detection> objects;

@@ -38,7 +38,7 @@ std::vector<Box> squares(std::span<const Candidate> candidates, Size picture) {
     constexpr auto kSide = static_cast<float>(kRefineSide);
     if (part.area() > 0 && std::min(part.width(), part.height()) * kSide >= whole.width())
       out.push_back(whole);
-    if (out.size() == kMostCandidates) break;
+    if (out.size() == kMaxCandidates) break;
   }
   return out;
 }

@@ -16,7 +16,7 @@ inline constexpr uint32_t kCell = 12,
                           kStride = 2;  // receptive field and stride of P-Net in pixels of a layer
 inline constexpr uint32_t kRefineSide = 24, kLandmarkSide = 48;
 inline constexpr size_t kPoints = 5;
-inline constexpr size_t kMostCandidates = 1024;  // per frame, the best
+inline constexpr size_t kMaxCandidates = 1024;  // per frame, the best
 
 struct Size {
   uint32_t width = 0, height = 0;

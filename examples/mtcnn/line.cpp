@@ -66,7 +66,7 @@ std::string prepared(const Networks& networks, const std::string& what) {
 
 // The largest batches for networks with fixed sizes; tensor_preprocess drops and counts the least
 // likely of further regions.
-constexpr size_t kMostRefined = 512, kMostMarked = 64;
+constexpr size_t kMaxRefined = 512, kMaxMarked = 64;
 
 std::string network(const Networks& networks, int number, const Size& input, size_t batch = 1) {
   std::string line =
@@ -89,13 +89,13 @@ std::string in_parts(const Networks& networks, size_t rows) {
 
 // Runs the regions from `name`.regions as one batch through network `number`.
 std::string regions(const Networks& networks, int number, const char* name, uint32_t side,
-                    size_t most, size_t rows) {
+                    size_t max, size_t rows) {
   const std::string length = std::to_string(side);
   return prepared(networks, std::string("name=") + name +
                                 " regions=pad clip-regions=false max-wait=60000000000" +
                                 " threads=2 width=" + length + " height=" + length +
-                                (networks.fixed ? " max-regions=" + std::to_string(most) : "")) +
-         " ! " + network(networks, number, {side, side}, most) + in_parts(networks, rows);
+                                (networks.fixed ? " max-regions=" + std::to_string(max) : "")) +
+         " ! " + network(networks, number, {side, side}, max) + in_parts(networks, rows);
 }
 
 // Runs P-Net on each of the stream's tensors with filters in a row: each consumes the first tensor,
@@ -169,9 +169,9 @@ std::string networks_line(const Setup& setup, const Networks& networks, std::str
             chain(networks, layers.first(1)) + " ! maps.sink_0  layers.src_1 ! " + queue(1) +
             chain(networks, layers.subspan(1)) + " ! maps.sink_1  tensor_mux name=maps";
   line += own_filter("mtcnn-proposals") + " ! " + queue(1) + " ! refined.regions ";
-  line += from + queue(8) + regions(networks, 1, "refined", kRefineSide, kMostRefined, 32) +
+  line += from + queue(8) + regions(networks, 1, "refined", kRefineSide, kMaxRefined, 32) +
           own_filter("mtcnn-refinement") + " ! " + queue(1) + " ! marked.regions ";
-  line += from + queue(8) + regions(networks, 2, "marked", kLandmarkSide, kMostMarked, 8) +
+  line += from + queue(8) + regions(networks, 2, "marked", kLandmarkSide, kMaxMarked, 8) +
           own_filter("mtcnn-landmarks");
   return line;
 }

@@ -58,12 +58,12 @@ inline Error bad_option(std::string_view key, std::string_view text, std::string
 }
 
 // Parses an integer >= `least`; otherwise OPTION_VALUE.
-inline Result<int> number_option(std::string_view key, std::string_view text, int least) {
+inline Result<int> number_option(std::string_view key, std::string_view text, int min) {
   int value = 0;
   const auto [end, bad] = std::from_chars(text.data(), text.data() + text.size(), value);
-  if (bad == std::errc{} && end == text.data() + text.size() && value >= least) return value;
-  return bad_option(key, text, "an integer of at least " + std::to_string(least),
-                    std::to_string(least < 1 ? 1 : least));
+  if (bad == std::errc{} && end == text.data() + text.size() && value >= min) return value;
+  return bad_option(key, text, "an integer of at least " + std::to_string(min),
+                    std::to_string(min < 1 ? 1 : min));
 }
 
 // Parses true/false, 1/0, yes/no or on/off; otherwise OPTION_VALUE.

@@ -26,7 +26,7 @@ constexpr bool is_text(std::string_view text) noexcept {
   return true;
 }
 
-inline constexpr size_t kMostLabelBytes = size_t{16} << 20;
+inline constexpr size_t kMaxLabelBytes = size_t{16} << 20;
 
 // Reads the labels of the file at `path`, the value of `option` ("option1"). Keeps empty lines;
 // removes carriage returns at line ends and a byte order mark. Throws Failure: FILE_NOT_FOUND when
@@ -54,11 +54,11 @@ inline std::vector<std::string> read_label_file(const std::string& option,
                   "a text file with one label a line", option + "=/path/to/labels.txt");
   }
   std::string text;
-  for (char piece[4096]; file && text.size() <= kMostLabelBytes;) {
+  for (char piece[4096]; file && text.size() <= kMaxLabelBytes;) {
     file.read(piece, sizeof piece);
     text.append(piece, static_cast<size_t>(file.gcount()));
   }
-  if (text.size() > kMostLabelBytes)
+  if (text.size() > kMaxLabelBytes)
     throw failure(Code::LABELS_INVALID, "the label file is too large", "at most 16 MiB",
                   option + "=/path/to/labels.txt");
   if (text.starts_with("\xEF\xBB\xBF")) text.erase(0, 3);

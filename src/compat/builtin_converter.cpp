@@ -170,7 +170,7 @@ struct ConverterFunctions {
 Slots<NNStreamerExternalConverter, weir_converter_type>& converter_slots() {
   using All = Slots<NNStreamerExternalConverter, weir_converter_type>;
   const auto make = []<size_t Number>() { return ConverterFunctions<Number>::descriptor(); };
-  static auto& all = *new All(slot_table(make, std::make_index_sequence<All::kMost>()));
+  static auto& all = *new All(slot_table(make, std::make_index_sequence<All::kMax>()));
   return all;
 }
 

@@ -239,7 +239,7 @@ struct DecoderFunctions {
 Slots<GstTensorDecoderDef, weir_decoder_type>& decoder_slots() {
   using All = Slots<GstTensorDecoderDef, weir_decoder_type>;
   const auto make = []<size_t Number>() { return DecoderFunctions<Number>::descriptor(); };
-  static auto& all = *new All(slot_table(make, std::make_index_sequence<All::kMost>()));
+  static auto& all = *new All(slot_table(make, std::make_index_sequence<All::kMax>()));
   return all;
 }
 

@@ -294,7 +294,7 @@ struct FilterFunctions {
 };
 
 Slots<Framework, weir_engine>& filter_slots() {
-  using Numbers = std::make_index_sequence<Slots<Framework, weir_engine>::kMost>;
+  using Numbers = std::make_index_sequence<Slots<Framework, weir_engine>::kMax>;
   const auto make = []<size_t Number>() { return FilterFunctions<Number>::descriptor(); };
   static auto& all = *new Slots<Framework, weir_engine>(slot_table(make, Numbers()));
   return all;

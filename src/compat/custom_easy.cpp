@@ -17,7 +17,7 @@ using namespace weir::compat;
 
 namespace {
 
-constexpr unsigned kMostTensors = NNS_TENSOR_SIZE_LIMIT;
+constexpr unsigned kMaxTensors = NNS_TENSOR_SIZE_LIMIT;
 
 using Gate = std::shared_ptr<weir::infer::CallGate>;
 
@@ -136,7 +136,7 @@ int add(const char* caller, const char* name, NNS_custom_invoke fixed,
     filter.inputs = model->inputs().data();
     // The number of flexible outputs is known.
     const bool open = !dynamic && model->outputs().empty();
-    const auto opened = open_tensors(open ? std::min(out->num_tensors, kMostTensors) : 0);
+    const auto opened = open_tensors(open ? std::min(out->num_tensors, kMaxTensors) : 0);
     const auto outputs = open ? std::span<const weir_tensor_info>(opened.infos) : model->outputs();
     filter.n_outputs = static_cast<uint32_t>(outputs.size());
     filter.outputs = outputs.data();

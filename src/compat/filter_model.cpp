@@ -16,7 +16,7 @@ bool same(const weir_tensor_info& a, const weir_tensor_info& b) {
 }
 
 // Maximum number of outputs of a filter that reports their number only with each frame.
-constexpr size_t kMostUnsaid = 16;
+constexpr size_t kMaxUnsaid = 16;
 
 }  // namespace
 
@@ -39,7 +39,7 @@ FilterModel::FilterModel(std::shared_ptr<OpenFilter> filter)
   if (dynamic_) {
     const size_t static_count = known.outputs ? (*out).num_tensors : 0;
     const size_t declared = std::max(static_count, filter_->properties().declared_outputs());
-    outputs_ = open_tensors(declared > 0 && declared <= WEIR_TENSOR_LIMIT ? declared : kMostUnsaid);
+    outputs_ = open_tensors(declared > 0 && declared <= WEIR_TENSOR_LIMIT ? declared : kMaxUnsaid);
   }
   if (filter_->properties().asynchronous())
     filter_->answers =

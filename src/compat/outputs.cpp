@@ -66,9 +66,9 @@ std::string which(size_t index, const GstTensorMemory& memory) {
          (memory.data ? std::to_string(memory.size) + " bytes" : "NULL");
 }
 
-Failure too_many(const std::string& name, size_t count, size_t most) {
+Failure too_many(const std::string& name, size_t count, size_t max) {
   return broke(name, "returned more outputs than expected", std::to_string(count),
-               "at most " + std::to_string(most),
+               "at most " + std::to_string(max),
                "declare " + std::to_string(count) +
                    " tensors with output= and outputtype=; only their number matters");
 }

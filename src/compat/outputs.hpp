@@ -28,6 +28,6 @@ std::string which(size_t index, const GstTensorMemory& memory);
 Failure other_size(const std::string& name, size_t index, const GstTensorMemory& memory,
                    const weir_tensor_info& info);
 // Makes the error for more outputs than expected.
-Failure too_many(const std::string& name, size_t count, size_t most);
+Failure too_many(const std::string& name, size_t count, size_t max);
 
 }  // namespace weir::compat

@@ -15,8 +15,8 @@ namespace weir::compat {
 template <class Descriptor, class Type>
 class Slots {
  public:
-  static constexpr size_t kMost = 64;
-  using Table = std::array<Descriptor, kMost>;
+  static constexpr size_t kMax = 64;
+  using Table = std::array<Descriptor, kMax>;
   explicit Slots(const Table& table) : table_(table) {}
   Slots(const Slots&) = delete;
   Slots& operator=(const Slots&) = delete;
@@ -28,10 +28,10 @@ class Slots {
     for (size_t i = 0; i < count_; ++i)
       if (types_[i] == &type) return &table_[i];
     const size_t number = count_;
-    if (number == kMost)
+    if (number == kMax)
       return Error{.code = Code::LIMIT_EXCEEDED,
                    .what = "too many descriptors of this kind are in use",
-                   .needed = "at most " + std::to_string(kMost)};
+                   .needed = "at most " + std::to_string(kMax)};
     types_[number] = &type;
     name_it(table_[number], number);
     ++count_;
@@ -43,7 +43,7 @@ class Slots {
  private:
   std::mutex mutex_;  // guards of()
   Table table_;
-  std::array<std::atomic<const Type*>, kMost> types_{};
+  std::array<std::atomic<const Type*>, kMax> types_{};
   size_t count_ = 0;
 };
 

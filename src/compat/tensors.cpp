@@ -10,7 +10,7 @@
 namespace weir::compat {
 namespace {
 
-constexpr uint64_t kMostBytes = uint64_t{1} << 32;
+constexpr uint64_t kMaxBytes = uint64_t{1} << 32;
 
 Failure nonsense(const std::string& filter, std::string offered, std::string needed) {
   return Failure(
@@ -46,7 +46,7 @@ weir_tensor_info checked(const GstTensorInfo& tensor, const std::string& filter,
     throw nonsense(filter, which + " with the dimension " + numbers(tensor.dimension),
                    "1 to 16 numbers above 0, followed only by zeros");
   const auto bytes = TensorSpec{element_type(tensor.type), shape, {}}.bytes();
-  if (!bytes || *bytes >= kMostBytes)
+  if (!bytes || *bytes >= kMaxBytes)
     throw nonsense(filter, which + " with the dimension " + numbers(tensor.dimension),
                    "less than 4 GiB");
   weir_tensor_info info = open_tensor();

@@ -151,10 +151,10 @@ std::optional<std::string_view> FlexElements::key_at(size_t index) const noexcep
   const auto key = of_.follow(first_key_ + index * key_width_, key_width_);
   if (!key) return {};
   // No known key is longer: the search never goes through a whole tensor.
-  constexpr size_t kLongest = 32;
+  constexpr size_t kMax = 32;
   const auto rest = of_.buffer_.subspan(*key);
   const auto* begin = reinterpret_cast<const char*>(rest.data());
-  const size_t searched = std::min(rest.size(), kLongest);
+  const size_t searched = std::min(rest.size(), kMax);
   const void* zero = searched > 0 ? std::memchr(begin, 0, searched) : nullptr;
   if (!zero && searched == rest.size()) return {};
   return std::string_view(begin, zero ? static_cast<const char*>(zero) - begin : searched);

@@ -101,8 +101,8 @@ void PipelineTracer::append(Kind kind, int64_t time, const void* object, int64_t
   record.object = object;
   record.value = value;
   record.kind = static_cast<unsigned>(kind) & 15U;
-  record.frames = std::min(frames, trace::kMostFrames) & trace::kMostFrames;
-  record.bytes = std::min(bytes, trace::kMostBytes) & trace::kMostBytes;
+  record.frames = std::min(frames, trace::kMaxFrames) & trace::kMaxFrames;
+  record.bytes = std::min(bytes, trace::kMaxBytes) & trace::kMaxBytes;
   recorder_.log().append(record);
 }
 

@@ -14,8 +14,8 @@ namespace weir::tracer {
 
 class PipelineTracer {
  public:
-  // `most_records`: per thread.
-  explicit PipelineTracer(size_t most_records) : recorder_(most_records) {}
+  // `max_records`: per thread.
+  explicit PipelineTracer(size_t max_records) : recorder_(max_records) {}
 
   // Data flow. Times are in nanoseconds.
   void push_begins(int64_t time, GstPad* pad, GstBuffer* buffer);

@@ -96,8 +96,8 @@ void WatchedQueue::take(int64_t time, trace::Recorder* recorder) {
   record.object = address_;
   record.value = static_cast<decltype(record.value)>(level.frames);
   record.kind = static_cast<unsigned>(trace::Kind::Level) & 15U;
-  record.frames = level.fullest & trace::kMostFrames;
-  record.bytes = level.bytes & trace::kMostBytes;
+  record.frames = level.fullest & trace::kMaxFrames;
+  record.bytes = level.bytes & trace::kMaxBytes;
   recorder->log().append(record);
 }
 

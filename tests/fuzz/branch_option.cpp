@@ -10,7 +10,7 @@
 
 namespace {
 
-constexpr uint64_t kMost = 1 << 20;
+constexpr uint64_t kMax = 1 << 20;
 
 // Segments are within the tensor; along a dimension they cover all of it or report the rest.
 void split(const weir::SplitRequest& request, const weir::TensorSpec& spec) {
@@ -47,7 +47,7 @@ extern "C" int LLVMFuzzerTestOneInput(const uint8_t* data, size_t size) {
   const std::string_view second = text.substr(std::min(text.size(), first.size() + 1));
   const weir::TensorSpec spec{static_cast<weir::ElementType>(data[1] % 11),
                               weir::Shape{data[2] % 9u + 1, data[3] % 9u + 1, 3u}, ""};
-  if (*spec.bytes() > kMost) return 0;
+  if (*spec.bytes() > kMax) return 0;
   switch (data[0] % 3) {
     case 0:
       (void)weir::parse_tensor_groups("tensorpick", text);

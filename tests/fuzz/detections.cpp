@@ -16,7 +16,7 @@ using namespace weir;
 using fuzz::FuzzInput;
 using fuzz::require;
 
-constexpr uint32_t kMostBytes = 1 << 16;  // per plane
+constexpr uint32_t kMaxBytes = 1 << 16;  // per plane
 
 class BoxPainter : public draw::TextPainter {
  public:
@@ -83,7 +83,7 @@ extern "C" int LLVMFuzzerTestOneInput(const uint8_t* data, size_t size) {
   const uint32_t n_maps = input.below(4);
   std::vector<SourceMap> maps;
   for (uint32_t i = 0; i < n_maps; ++i) maps.push_back(map_from(&input));
-  const auto bytes = input.bytes(kMostBytes);
+  const auto bytes = input.bytes(kMaxBytes);
   const auto status = draw::check_detections(spec);
   read_boxes(spec, bytes);
   if (!status) return 0;

@@ -19,7 +19,7 @@ using namespace weir::engine;
 using weir::fuzz::FuzzInput;
 using weir::fuzz::require;
 
-constexpr uint64_t kMostBytes = 1 << 16;  // per tensor of a given frame
+constexpr uint64_t kMaxBytes = 1 << 16;  // per tensor of a given frame
 
 constexpr char kScript[] = R"(
 local at = 0
@@ -98,7 +98,7 @@ struct Frame {
     for (const auto& info : infos) {
       uint64_t bytes = 8;
       for (uint32_t i = 0; i < info.rank; ++i)
-        bytes = std::min<uint64_t>(kMostBytes, bytes * static_cast<uint64_t>(info.shape[i]));
+        bytes = std::min<uint64_t>(kMaxBytes, bytes * static_cast<uint64_t>(info.shape[i]));
       constexpr uint64_t kSizes[] = {4, 4, 2, 2, 1, 1, 8, 4, 8, 8, 2};
       memories.emplace_back(static_cast<size_t>(bytes / 8 * kSizes[info.type]));
       weir_tensor tensor{};

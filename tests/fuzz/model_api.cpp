@@ -158,13 +158,13 @@ class Calls {
     const uint32_t frames = !batch            ? 1
                             : input_.below(4) ? input_.below(5)
                                               : input_.take<uint32_t>();
-    const uint32_t count = count_from(), most = std::min<uint32_t>(frames, 8);
-    const auto inputs = tensors_from(count * most, WEIR_UINT8, 100);
+    const uint32_t count = count_from(), max = std::min<uint32_t>(frames, 8);
+    const auto inputs = tensors_from(count * max, WEIR_UINT8, 100);
     const weir_tensor* const given = !input_.rarely() ? inputs.data() : nullptr;
     weir_results* results = nullptr;
     weir_results** const place = !input_.rarely() ? &results : nullptr;
     // A callee cannot detect more frames than tensors, so the inputs are NULL in this case.
-    const int result = batch ? weir_model_invoke_batch(model(), frames > most ? nullptr : given,
+    const int result = batch ? weir_model_invoke_batch(model(), frames > max ? nullptr : given,
                                                        count, frames, place, error)
                              : weir_model_invoke(model(), given, count, place, error);
     require(result != 0 || results, "a frame has results");

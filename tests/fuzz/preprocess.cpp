@@ -73,8 +73,8 @@ extern "C" int LLVMFuzzerTestOneInput(const uint8_t* data, size_t size) {
     require(!plan.error().what.empty(), "an error has a text");
     return 0;
   }
-  constexpr uint64_t kMost = 1 << 22;  // limit of bytes written here; plans are made for any size
-  if (*p.tensor().bytes() > kMost) return 0;
+  constexpr uint64_t kMax = 1 << 22;  // limit of bytes written here; plans are made for any size
+  if (*p.tensor().bytes() > kMax) return 0;
   std::vector<std::byte> out(*p.tensor().bytes());
   auto workspace = plan->workspace();
   const auto status = plan->run(planes, out, &workspace);

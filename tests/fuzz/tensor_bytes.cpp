@@ -12,9 +12,9 @@ namespace {
 
 // Parses headers with any claimed size. The element limits what it allocates for one: here 64 MiB.
 void densify(std::span<const std::byte> chunk) {
-  constexpr uint64_t kMost = 1 << 26;
+  constexpr uint64_t kMax = 1 << 26;
   const auto header = weir::read_sparse_header(chunk);
-  if (!header || *header->spec.bytes() > kMost) return;
+  if (!header || *header->spec.bytes() > kMax) return;
   weir::TensorSpec spec;
   const auto dense = weir::to_dense(chunk, &spec);
   if (!dense) return;

@@ -14,9 +14,9 @@ namespace {
 
 std::vector<std::byte> applied(const weir::transform::Operation& operation,
                                const weir::TensorSpec& spec, bool accelerate) {
-  constexpr uint64_t kMost = 1 << 20;  // bytes: a padding may request far more
+  constexpr uint64_t kMax = 1 << 20;  // bytes: a padding may request far more
   const auto plan = weir::transform::plan(operation, spec, accelerate);
-  if (!plan || *plan->output().bytes() > kMost) return {};
+  if (!plan || *plan->output().bytes() > kMax) return {};
   std::vector<std::byte> in(*spec.bytes()), out(*plan->output().bytes());
   for (size_t i = 0; i < in.size(); ++i) in[i] = static_cast<std::byte>(i * 37);
   plan->apply(in, out);

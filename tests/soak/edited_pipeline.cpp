@@ -7,7 +7,7 @@
 namespace weir::soak {
 namespace {
 
-constexpr size_t kMostBranches = 6, kMostRequestPads = 3;
+constexpr size_t kMaxBranches = 6, kMaxRequestPads = 3;
 constexpr GstClockTime kPatienceOfGst = std::chrono::nanoseconds(kPatience).count();
 // Pixels of 4 bytes, `width` of them in a row. The lower part switches: its frames arrive on one of
 // two paths, or not at all, and leave on one of two paths. The branches of join have the same caps:
@@ -115,7 +115,7 @@ void EditedPipeline::feed(GstAppSrc* source, guint, gpointer data) {
 }
 
 void EditedPipeline::add_branch() {
-  if (branches_.size() >= kMostBranches) return;
+  if (branches_.size() >= kMaxBranches) return;
   const auto& line = lines_[static_cast<size_t>(any(static_cast<int>(lines_.size())))];
   branches_.push_back(std::make_unique<Branch>(tee_.get(), line));
 }
@@ -147,7 +147,7 @@ std::string EditedPipeline::pause() {
 
 std::string EditedPipeline::edit_pads(RequestPads& pads) {
   const size_t have = pads.size();
-  if (have == 0 || (have < kMostRequestPads && any(2) == 0)) return pads.add();
+  if (have == 0 || (have < kMaxRequestPads && any(2) == 0)) return pads.add();
   return pads.remove(static_cast<size_t>(any(static_cast<int>(have))));
 }
 

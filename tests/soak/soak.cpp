@@ -18,7 +18,7 @@ namespace {
 constexpr int kEdits = 60;
 // A higher growth in the second half of a run counts as a leak. It is measured in allocated bytes,
 // because resident memory also includes what the heap keeps between used blocks.
-constexpr double kMostKilobytesPerMinute = 64;
+constexpr double kMaxKilobytesPerMinute = 64;
 
 struct Sample {
   double seconds, kilobytes;
@@ -78,7 +78,7 @@ int main(int argc, char** argv) {
     std::fprintf(stderr, "usage: WEIR_TEST_MODEL=FILE soak SECONDS (tools/soak sets the rest)\n");
     return 2;
   }
-  const double most = std::atof(argv[1]);
+  const double max = std::atof(argv[1]);
   const auto start = std::chrono::steady_clock::now();
   const auto now = [&] {
     return std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
@@ -88,10 +88,10 @@ int main(int argc, char** argv) {
   double reported = -10;
   std::printf("%8s %10s %12s %8s %12s %12s\n", "seconds", "edits", "frames", "lost", "live KB",
               "RSS KB");
-  for (uint32_t seed = 1; now() < most; ++seed) {
+  for (uint32_t seed = 1; now() < max; ++seed) {
     edit_one(seed, model, &totals);
     memory.push_back({now(), live_kilobytes()});
-    if (now() - reported < 10 && now() < most) continue;
+    if (now() - reported < 10 && now() < max) continue;
     reported = now();
     std::printf("%8.0f %10lu %12lu %8lu %12.0f %12.0f\n", reported, totals.edits, totals.frames,
                 totals.lost, memory.back().kilobytes, resident_kilobytes());
@@ -99,11 +99,11 @@ int main(int argc, char** argv) {
   }
   const double growth = slope(memory);
   // A short run consists only of warming up.
-  const bool grows = most >= 300 && growth > kMostKilobytesPerMinute;
+  const bool grows = max >= 300 && growth > kMaxKilobytesPerMinute;
   std::printf(
       "memory: %+.1f KB a minute in the second half are not freed (at most %.0f, from 5 minutes "
       "on)\n",
-      growth, kMostKilobytesPerMinute);
+      growth, kMaxKilobytesPerMinute);
   std::printf("frames lost: %lu of %lu; pipelines with faults: %lu of %zu\n", totals.lost,
               totals.frames, totals.faults, memory.size());
   return totals.lost > 0 || totals.faults > 0 || grows ? 1 : 0;

@@ -24,7 +24,7 @@ using weir::gst::Ref;
 constexpr int kRate = 25, kHour = kRate * 3600, kDay = 24 * kHour;
 constexpr int kObjects = 5, kColumns = 6;
 // A heap whose blocks are freed and reused in another order differs by less.
-constexpr double kMostKilobytes = 64;
+constexpr double kMaxKilobytes = 64;
 
 struct Memory {
   double live = 0, resident = 0;  // kilobytes
@@ -154,8 +154,8 @@ int main(int argc, char** argv) {
   std::printf(
       "a day of %d tracked frames: %+.1f KB are not freed after the first hour (at most "
       "%.0f)\n",
-      frames, growth, kMostKilobytes);
+      frames, growth, kMaxKilobytes);
   if (!has_ended || events.zones == 0)
     return std::fprintf(stderr, "the pipeline failed, or no event came\n"), 1;
-  return growth > kMostKilobytes ? 1 : 0;
+  return growth > kMaxKilobytes ? 1 : 0;
 }

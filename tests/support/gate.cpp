@@ -60,8 +60,8 @@ void Gate::session(int by) {
 void Gate::enter(float frame, int* in_session) {
   std::unique_lock lock(mutex_);
   entered_.push_back(frame);
-  seen_.most_at_once = std::max(seen_.most_at_once, ++at_once_);
-  seen_.most_in_a_session = std::max(seen_.most_in_a_session, ++*in_session);
+  seen_.max_at_once = std::max(seen_.max_at_once, ++at_once_);
+  seen_.max_in_a_session = std::max(seen_.max_in_a_session, ++*in_session);
   changed_.notify_all();
   changed_.wait(lock, [&] { return open_ || let_go_.contains(frame); });
   --at_once_;

@@ -23,8 +23,8 @@ class __attribute__((visibility("default"))) Gate {
 
   struct Seen {
     int models = 0, sessions = 0;     // currently existing
-    int most_at_once = 0;             // concurrent invokes
-    int most_in_a_session = 0;        // concurrent invokes
+    int max_at_once = 0;              // concurrent invokes
+    int max_in_a_session = 0;         // concurrent invokes
     std::vector<int> threads_wanted;  // per opened model
   };
   Seen seen();

@@ -28,7 +28,7 @@ namespace {
 using Clock = std::chrono::steady_clock;
 using Infos = std::vector<weir_tensor_info>;
 
-constexpr int kWarmInvokes = 2, kLeastInvokes = 3, kMostInvokes = 200000;
+constexpr int kWarmInvokes = 2, kMinInvokes = 3, kMaxInvokes = 200000;
 constexpr double kKibibytesPerMebibyte = 1024;
 
 double milliseconds(Clock::duration time) {
@@ -175,8 +175,8 @@ Result<Json> measure(const BenchCaseOptions& options) {
   std::vector<double> times;
   const auto begin = Clock::now();
   for (auto now = begin;
-       times.size() < kLeastInvokes ||
-       (times.size() < kMostInvokes && milliseconds(now - begin) < options.seconds * 1e3);) {
+       times.size() < kMinInvokes ||
+       (times.size() < kMaxInvokes && milliseconds(now - begin) < options.seconds * 1e3);) {
     if (auto status = (*opened)->invoke(); !status) return status.error();
     const auto after = Clock::now();
     times.push_back(milliseconds(after - now) / options.batch);

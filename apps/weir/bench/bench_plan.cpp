@@ -18,7 +18,7 @@
 namespace weir::app {
 namespace {
 
-constexpr size_t kMostChoices = 3;  // per option; options with more are not tried
+constexpr size_t kMaxChoices = 3;  // per option; options with more are not tried
 constexpr std::array kBatches{1, 4};
 
 bool lists(std::string_view list, std::string_view word) {
@@ -58,7 +58,7 @@ std::vector<std::string> variants_of(const std::vector<EngineOption>& engine_opt
   std::vector<std::string> out{""};
   for (const auto& option : engine_options) {
     const auto choices = split(option.type, "|");
-    if (choices.size() < 2 || choices.size() > kMostChoices) continue;
+    if (choices.size() < 2 || choices.size() > kMaxChoices) continue;
     for (const auto choice : choices)
       if (choice != option.by_default) out.push_back(option.name + ":" + std::string(choice));
   }

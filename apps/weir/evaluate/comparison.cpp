@@ -69,7 +69,7 @@ std::string score_rows(const Comparison& comparison) {
 }
 
 std::string part_rows(const Comparison& comparison) {
-  constexpr size_t kMostParts = 25;
+  constexpr size_t kMaxParts = 25;
   const Evaluation& first = comparison.evaluated[0].evaluation;
   if (first.parts.size() < 2) return "";
   Rows rows{{first.part_name, first.part_score}};
@@ -78,7 +78,7 @@ std::string part_rows(const Comparison& comparison) {
   size_t left_out = 0;
   for (size_t i = 0; i < first.parts.size(); ++i) {
     if (std::isnan(first.parts[i].value)) continue;
-    if (rows.size() > kMostParts) {
+    if (rows.size() > kMaxParts) {
       ++left_out;
       continue;
     }

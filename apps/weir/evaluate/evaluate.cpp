@@ -40,10 +40,10 @@ Properties decoder_properties(Labelled kind) {
 }
 
 Result<Played> played(const EvaluateOptions& options, const std::string& model, Labelled kind) {
-  constexpr size_t kMostCharacters = 100;
+  constexpr size_t kMaxCharacters = 100;
   std::error_code ignored;
   if (model.find('!') != std::string::npos && !fs::exists(model, ignored))
-    return Played{shortened(model, kMostCharacters), PipelineDescription().text(model)};
+    return Played{shortened(model, kMaxCharacters), PipelineDescription().text(model)};
   if (kind == Labelled::Tracks)
     return Error{.code = Code::SPEC_MISMATCH,
                  .what = "a model alone does not track objects",

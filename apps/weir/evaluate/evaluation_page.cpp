@@ -130,16 +130,16 @@ void mark(const std::vector<bool>& wrong, DecodedPicture* picture) {
 // A figure: the picture as JPEG in the page, with boxes and points as SVG over it. "" if the
 // picture cannot be read any more.
 std::string example_picture(const Example& example) {
-  constexpr uint32_t kMostPixels = 640;
+  constexpr uint32_t kMaxPixels = 640;
   auto picture = decode_picture(example.path);
   if (!picture) return "";
   if (!example.wrong_pixels.empty()) mark(example.wrong_pixels, &*picture);
-  const std::string jpeg = small_jpeg(*picture, kMostPixels);
+  const std::string jpeg = small_jpeg(*picture, kMaxPixels);
   if (jpeg.empty()) return "";
   const gst::UniqueText base64(
       g_base64_encode(reinterpret_cast<const guchar*>(jpeg.data()), jpeg.size()));
   const uint32_t longer = std::max(picture->width, picture->height);
-  const double scale = std::min(1.0, static_cast<double>(kMostPixels) / longer);
+  const double scale = std::min(1.0, static_cast<double>(kMaxPixels) / longer);
   const double width = picture->width * scale, height = picture->height * scale;
   std::string out = "<figure><svg class=\"picture\" viewBox=\"0 0 " + fixed(width, 0) + " " +
                     fixed(height, 0) + "\" width=\"" + fixed(width, 0) + "\" height=\"" +
@@ -276,9 +276,9 @@ std::string curve_chart(const Comparison& comparison) {
 }
 
 std::string confusion_table(const Evaluated& one, const std::string& title) {
-  constexpr size_t kMostClasses = 40;
+  constexpr size_t kMaxClasses = 40;
   const auto& counts = one.evaluation.confusion;
-  if (counts.empty() || counts.size() > kMostClasses) return "";
+  if (counts.empty() || counts.size() > kMaxClasses) return "";
   Rows rows{{"is"}};
   for (const auto& part : one.evaluation.parts) rows[0].push_back(escaped(part.name));
   rows[0].push_back("another label");

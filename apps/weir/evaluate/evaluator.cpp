@@ -10,7 +10,7 @@
 namespace weir::app {
 namespace {
 
-constexpr size_t kMostExamples = 12;
+constexpr size_t kMaxExamples = 12;
 
 // The metrics that a folder has truth for, the default first.
 std::vector<std::string> metrics_of(const LabelledFolder& folder) {
@@ -31,7 +31,7 @@ std::vector<std::string> metrics_of(const LabelledFolder& folder) {
 }  // namespace
 
 bool WorstExamples::would_keep(double errors) const {
-  return errors > 0 && (examples_.size() < kMostExamples || errors > examples_.back().errors);
+  return errors > 0 && (examples_.size() < kMaxExamples || errors > examples_.back().errors);
 }
 
 void WorstExamples::add(Example example) {
@@ -40,7 +40,7 @@ void WorstExamples::add(Example example) {
       std::upper_bound(examples_.begin(), examples_.end(), example.errors,
                        [](double errors, const Example& other) { return errors > other.errors; });
   examples_.insert(place, std::move(example));
-  if (examples_.size() > kMostExamples) examples_.pop_back();
+  if (examples_.size() > kMaxExamples) examples_.pop_back();
 }
 
 Status Evaluator::accept(const LabelledPicture& picture, const DecodedPicture& decoded) {

@@ -33,7 +33,7 @@ class ObjectEvaluator final : public Evaluator {
     paths_.push_back(&picture.path);
     has_boxes_ |= frame.contains("detections");
     for (const FoundObject& object : pictures_.back().found)
-      most_points_ = std::max(most_points_, object.points.size());
+      max_points_ = std::max(max_points_, object.points.size());
     return ok();
   }
 
@@ -45,10 +45,10 @@ class ObjectEvaluator final : public Evaluator {
                    .needed = "boxes, because the truth has boxes: " + folder_.truth,
                    .fix = "a detector, or --mode detection"};
     if (auto status = labels_.check(); !status) return status.error();
-    if (metric_.empty()) metric_ = folder_.key_points > 0 && most_points_ > 0 ? "oks" : "ap";
+    if (metric_.empty()) metric_ = folder_.key_points > 0 && max_points_ > 0 ? "oks" : "ap";
     evaluate::PrecisionSettings settings;
     if (metric_ == "oks") {
-      if (most_points_ != folder_.key_points) return wrong_points();
+      if (max_points_ != folder_.key_points) return wrong_points();
       settings.deviations = evaluate::key_point_deviations(folder_.key_points);
       ignore_without_points();
     }
@@ -94,7 +94,7 @@ class ObjectEvaluator final : public Evaluator {
   Error wrong_points() const {
     return {.code = Code::SPEC_MISMATCH,
             .what = "the results do not have the key points of the truth",
-            .offered = std::to_string(most_points_) + " key points of an object",
+            .offered = std::to_string(max_points_) + " key points of an object",
             .needed = folder_.truth + ": " + std::to_string(folder_.key_points),
             .fix = "--metric ap compares the boxes"};
   }
@@ -170,7 +170,7 @@ class ObjectEvaluator final : public Evaluator {
   LabelMatcher labels_;
   std::vector<PictureObjects> pictures_;
   std::vector<const std::string*> paths_;
-  size_t most_points_ = 0;
+  size_t max_points_ = 0;
   bool has_boxes_ = false;
   WorstExamples worst_;
 };

@@ -185,9 +185,9 @@ Result<ClassMask> read_class_mask(const std::string& path) {
   return classes_of(*frame, info, png, path);
 }
 
-std::string small_jpeg(const DecodedPicture& picture, uint32_t most) {
+std::string small_jpeg(const DecodedPicture& picture, uint32_t max) {
   const uint32_t longer = std::max(picture.width, picture.height);
-  const double scale = longer > most ? static_cast<double>(most) / longer : 1;
+  const double scale = longer > max ? static_cast<double>(max) / longer : 1;
   const auto scaled = [scale](uint32_t pixels) {
     return std::to_string(std::max(1L, std::lround(pixels * scale)));
   };

@@ -30,6 +30,6 @@ struct ClassMask {
 Result<ClassMask> read_class_mask(const std::string& path);
 
 // A JPEG file of at most `most` pixels on the longer side. "" if GStreamer has no encoder.
-std::string small_jpeg(const DecodedPicture& picture, uint32_t most);
+std::string small_jpeg(const DecodedPicture& picture, uint32_t max);
 
 }  // namespace weir::app

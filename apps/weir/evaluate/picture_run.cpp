@@ -65,8 +65,8 @@ class PictureRun {
   }
 
   Status push(size_t index) {
-    constexpr guint64 kMostAhead = 4;
-    while (gst_app_src_get_current_level_buffers(GST_APP_SRC(source_.get())) >= kMostAhead)
+    constexpr guint64 kMaxAhead = 4;
+    while (gst_app_src_get_current_level_buffers(GST_APP_SRC(source_.get())) >= kMaxAhead)
       if (auto status = pull(kPatience); !status) return status;
     const auto picture = decode_picture(sequence_.pictures[index].path);
     Status accepted = picture ? handlers_.accept(index, *picture) : picture.error();

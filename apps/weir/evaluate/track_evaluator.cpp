@@ -80,9 +80,9 @@ class TrackEvaluator final : public Evaluator {
  private:
   // The spread of one sequence is that of its parts: a second or longer, 20 at most.
   void cut_into_parts(std::vector<evaluate::TrackingCounts>* counts, Evaluation* out) const {
-    constexpr size_t kMostParts = 20;
+    constexpr size_t kMaxParts = 20;
     const auto second = static_cast<size_t>(std::ceil(folder_.sequences[0].frame_rate));
-    const auto parts = evaluate::parts_of(frames_[0], second, kMostParts);
+    const auto parts = evaluate::parts_of(frames_[0], second, kMaxParts);
     if (parts.size() < 2) return;
     counts->clear();
     for (const auto& part : parts) counts->push_back(evaluate::count_tracks(part));

@@ -14,7 +14,7 @@ namespace weir::app {
 namespace {
 
 constexpr int64_t kAnySide = 224;  // pixels, for models that accept any picture size
-constexpr int64_t kLeastSide = 8;  // a smaller "picture" is more likely a table
+constexpr int64_t kMinSide = 8;    // a smaller "picture" is more likely a table
 constexpr int kFrames = 30;
 
 struct Picture {
@@ -28,7 +28,7 @@ bool is_channels(int64_t n) {
   return n == 1 || n == 3 || n == 4;
 }
 bool is_side(int64_t n) {
-  return n < 0 || n >= kLeastSide;
+  return n < 0 || n >= kMinSide;
 }
 int64_t side_or(int64_t n) {
   return n < 0 ? kAnySide : n;

@@ -5,7 +5,7 @@
 namespace weir::app {
 namespace {
 
-constexpr size_t kLongest = 120;  // characters of a value; --json prints all
+constexpr size_t kMax = 120;  // characters of a value; --json prints all
 
 bool is_empty(const Json& value) {
   return value.empty() || value == "";  // empty(): null, {}, []
@@ -13,8 +13,8 @@ bool is_empty(const Json& value) {
 
 std::string shortened(const Json& value) {
   std::string out = value.is_string() ? value.get<std::string>() : value.dump();
-  if (out.size() <= kLongest) return out;
-  size_t end = kLongest;
+  if (out.size() <= kMax) return out;
+  size_t end = kMax;
   while (end > 0 && (out[end] & 0xC0) == 0x80) --end;  // do not split a character
   return out.substr(0, end) + " ...";
 }

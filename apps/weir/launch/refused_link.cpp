@@ -54,10 +54,10 @@ bool fits(std::string_view pad, std::string_view name) {
   if (pad == name) return true;  // GStreamer counts for "mux.sink_%u"
   if (!pad.starts_with(name.substr(0, conversion->begin))) return false;
   pad.remove_prefix(conversion->begin);
-  const size_t most = conversion->characters.empty()
-                          ? pad.size()
-                          : std::min(pad.find_first_not_of(conversion->characters), pad.size());
-  for (size_t length = most; length > 0; --length)
+  const size_t max = conversion->characters.empty()
+                         ? pad.size()
+                         : std::min(pad.find_first_not_of(conversion->characters), pad.size());
+  for (size_t length = max; length > 0; --length)
     if (fits(pad.substr(length), name.substr(conversion->end))) return true;
   return false;
 }

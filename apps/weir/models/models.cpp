@@ -158,9 +158,9 @@ Status fetch(const CatalogueModel& model, const std::function<void(const std::st
 }
 
 std::string size_text(uint64_t bytes) {
-  constexpr uint64_t kLeastInMegabytes = 100'000;
+  constexpr uint64_t kMinInMegabytes = 100'000;
   char text[32];
-  if (bytes < kLeastInMegabytes)
+  if (bytes < kMinInMegabytes)
     std::snprintf(text, sizeof text, "%.0f kB", static_cast<double>(bytes) / 1e3);
   else
     std::snprintf(text, sizeof text, "%.1f MB", static_cast<double>(bytes) / 1e6);

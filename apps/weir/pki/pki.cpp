@@ -96,8 +96,8 @@ Status write_new_files(const std::vector<NewFile>& files) {
   return ok();
 }
 
-constexpr size_t kLongestName = 64;  // of a subject, RFC 5280
-constexpr size_t kLongestLabel = 63;
+constexpr size_t kMaxNameLength = 64;  // of a subject, RFC 5280
+constexpr size_t kMaxLabelLength = 63;
 constexpr mode_t kSecret = 0600, kPublic = 0644, kOwnFolder = 0700;
 constexpr const char* kAuthority = "ca";
 
@@ -112,7 +112,7 @@ bool is_label(std::string_view label) {
     return (c >= 'a' && c <= 'z') || (c >= 'A' && c <= 'Z') || (c >= '0' && c <= '9') || c == '-' ||
            c == '_';
   };
-  return !label.empty() && label.size() <= kLongestLabel && label.front() != '-' &&
+  return !label.empty() && label.size() <= kMaxLabelLength && label.front() != '-' &&
          label.back() != '-' && std::all_of(label.begin(), label.end(), is_allowed);
 }
 
@@ -129,7 +129,7 @@ bool is_host_name(std::string_view name, bool with_wildcard) {
 }
 
 Status check_name(const std::string& name) {
-  if (name.size() <= kLongestName && name != kAuthority &&
+  if (name.size() <= kMaxNameLength && name != kAuthority &&
       (is_address(name) || is_host_name(name, false)))
     return ok();
   return Error{.code = Code::OPTION_VALUE,
@@ -143,8 +143,8 @@ Status check_name(const std::string& name) {
 }
 
 Status check_alternative(const std::string& name) {
-  constexpr size_t kLongestHostName = 253;
-  if (name.size() <= kLongestHostName && (is_address(name) || is_host_name(name, true)))
+  constexpr size_t kMaxHostNameLength = 253;
+  if (name.size() <= kMaxHostNameLength && (is_address(name) || is_host_name(name, true)))
     return ok();
   return Error{.code = Code::OPTION_VALUE,
                .what = "--san has a name that a certificate cannot have",

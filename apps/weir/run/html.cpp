@@ -39,10 +39,10 @@ std::string escaped(std::string_view text) {
   return out;
 }
 
-std::string shortened(const std::string& text, size_t most) {
+std::string shortened(const std::string& text, size_t max) {
   const gst::UniqueText valid(g_utf8_make_valid(text.data(), static_cast<gssize>(text.size())));
-  if (g_utf8_strlen(valid.get(), -1) <= static_cast<glong>(most)) return valid.get();
-  const gst::UniqueText head(g_utf8_substring(valid.get(), 0, static_cast<glong>(most) - 1));
+  if (g_utf8_strlen(valid.get(), -1) <= static_cast<glong>(max)) return valid.get();
+  const gst::UniqueText head(g_utf8_substring(valid.get(), 0, static_cast<glong>(max) - 1));
   return std::string(head.get()) + "\u2026";
 }
 

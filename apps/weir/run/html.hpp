@@ -12,7 +12,7 @@ namespace weir::app {
 // become the replacement character.
 std::string escaped(std::string_view text);
 // At most `most` characters; the last is an ellipsis if some are omitted. Not escaped.
-std::string shortened(const std::string& text, size_t most);
+std::string shortened(const std::string& text, size_t max);
 
 std::string fixed(double value, int digits);  // independent of the locale
 std::string duration_text(double seconds);    // "12.3 ms"

@@ -14,7 +14,7 @@ namespace weir::app {
 namespace {
 
 constexpr guint kProgressMs = 500;
-constexpr double kMostSecondsToEnd = 5, kMsPerSecond = 1000;
+constexpr double kMaxSecondsToEnd = 5, kMsPerSecond = 1000;
 
 std::string string_or_empty(const char* text) {
   return text ? text : "";
@@ -94,7 +94,7 @@ RunEnd PipelineRun::play(RunEvents events) {
   std::vector<guint> sources{
       gst_bus_add_watch(bus.get(), on_bus, this), g_unix_signal_add(SIGINT, on_unix, this),
       g_unix_signal_add(SIGTERM, on_unix, this), g_timeout_add(kProgressMs, on_time, this)};
-  for (const double seconds : {time_limit_, time_limit_ + kMostSecondsToEnd})
+  for (const double seconds : {time_limit_, time_limit_ + kMaxSecondsToEnd})
     if (time_limit_ > 0)
       sources.push_back(g_timeout_add(static_cast<guint>(seconds * kMsPerSecond), on_limit, this));
   g_main_loop_run(loop_.get());
@@ -220,9 +220,9 @@ double PipelineRun::seconds_to_start() const {
 }
 
 double PipelineRun::frame_rate() const {
-  const uint64_t most = sinks_->busiest();
+  const uint64_t max = sinks_->busiest();
   const double time = seconds();
-  return most < 2 || time <= 0 ? 0 : static_cast<double>(most - 1) / time;
+  return max < 2 || time <= 0 ? 0 : static_cast<double>(max - 1) / time;
 }
 
 std::optional<double> PipelineRun::played() const {

@@ -36,19 +36,19 @@ std::string frame(const char* kind, const std::string& inside) {
 // `queue`: an item of summary["queues"]; `seconds`: the duration of the run.
 std::string level_chart(const Json& queue, double seconds) {
   const Json& levels = queue["levels"];
-  const double most = std::max(queue["most"].get<double>(), 1.0);
+  const double max = std::max(queue["most"].get<double>(), 1.0);
   const double step = kWidth / static_cast<double>(std::max<size_t>(levels.size(), 1));
   const double bottom = kTop + kHeight;
   std::string path = "M" + number(kLeft) + "," + number(bottom);
   double x = kLeft;
   for (const Json& level : levels) {
-    path += " V" + number(bottom - level.get<double>() / most * kHeight);
+    path += " V" + number(bottom - level.get<double>() / max * kHeight);
     x += step;
     path += " H" + number(x);
   }
   path += " V" + number(bottom) + " z";
   return frame("levels", "<path class=\"area\" d=\"" + path + "\"/>" +
-                             label(kLeft - 6, kTop + 8, "end", fixed(most, 0)) +
+                             label(kLeft - 6, kTop + 8, "end", fixed(max, 0)) +
                              label(kLeft - 6, bottom, "end", "0") +
                              label(kLeft, bottom + 17, "start", "0 s") +
                              label(kLeft + kWidth, bottom + 17, "end", fixed(seconds, 2) + " s"));
@@ -57,17 +57,17 @@ std::string level_chart(const Json& queue, double seconds) {
 // `latency`: an item of summary["latencies"] with frames.
 std::string histogram(const Json& latency) {
   const Json& buckets = latency["buckets"];
-  double most = 1;
-  for (const Json& bucket : buckets) most = std::max(most, bucket["frames"].get<double>());
+  double max = 1;
+  for (const Json& bucket : buckets) max = std::max(max, bucket["frames"].get<double>());
   const auto count = static_cast<double>(std::max<size_t>(buckets.size(), 1));
   const double step = std::min(kWidth / count, 60.0), bottom = kTop + kHeight;
   std::string inside =
-      label(kLeft - 6, kTop + 8, "end", fixed(most, 0)) + label(kLeft - 6, bottom, "end", "0");
+      label(kLeft - 6, kTop + 8, "end", fixed(max, 0)) + label(kLeft - 6, bottom, "end", "0");
   double x = kLeft;
   const size_t labelled = buckets.size() / 8 + 1;
   for (size_t i = 0; i < buckets.size(); ++i, x += step) {
     const Json& bucket = buckets[i];
-    const double height = bucket["frames"].get<double>() / most * kHeight;
+    const double height = bucket["frames"].get<double>() / max * kHeight;
     const std::string range = duration_text(bucket["from"]) + " to " + duration_text(bucket["to"]);
     inside += "<rect class=\"bar\" x=\"" + number(x + 1) + "\" y=\"" + number(bottom - height) +
               "\" width=\"" + number(std::max(step - 2, 1.0)) + "\" height=\"" + number(height) +

@@ -12,7 +12,7 @@ namespace weir::app {
 namespace {
 
 constexpr GstClockTime kClockWait = 10 * GST_SECOND;  // until the clock is synchronised
-constexpr int kNtpPort = 123, kMostPort = 65535, kMostDomain = 255;
+constexpr int kNtpPort = 123, kMaxPort = 65535, kMaxDomain = 255;
 
 Error unreadable_clock(const std::string& address, std::string difference) {
   return {.code = Code::OPTION_VALUE,
@@ -23,10 +23,10 @@ Error unreadable_clock(const std::string& address, std::string difference) {
           .fix = "--clock net://192.168.1.2:5637"};
 }
 
-std::optional<int> number(std::string_view text, int least, int most) {
+std::optional<int> number(std::string_view text, int min, int max) {
   int out = 0;
   const auto [end, bad] = std::from_chars(text.data(), text.data() + text.size(), out);
-  if (bad != std::errc{} || end != text.data() + text.size() || out < least || out > most)
+  if (bad != std::errc{} || end != text.data() + text.size() || out < min || out > max)
     return std::nullopt;
   return out;
 }
@@ -42,7 +42,7 @@ std::optional<HostPort> host_and_port(std::string_view text, int port) {
   const size_t colon = text.find(':', bracket == std::string_view::npos ? 0 : bracket);
   std::string_view host = text.substr(0, colon);
   if (colon != std::string_view::npos) {
-    const auto read = number(text.substr(colon + 1), 1, kMostPort);
+    const auto read = number(text.substr(colon + 1), 1, kMaxPort);
     if (!read) return std::nullopt;
     port = *read;
   }
@@ -53,7 +53,7 @@ std::optional<HostPort> host_and_port(std::string_view text, int port) {
 }
 
 Result<gst::Ref<GstClock>> open_ptp(const std::string& address, std::string_view rest) {
-  const auto domain = number(rest, 0, kMostDomain);
+  const auto domain = number(rest, 0, kMaxDomain);
   if (!domain) return unreadable_clock(address, "a PTP domain is a number from 0 to 255");
   if (!gst_ptp_is_initialized() && !gst_ptp_init(GST_PTP_CLOCK_ID_NONE, nullptr))
     return Error{

@@ -123,10 +123,10 @@ SinkFigures SinkCounter::total() const {
 
 uint64_t SinkCounter::busiest() const {
   const bool is_frames = total().is_frames;
-  uint64_t most = 0;
+  uint64_t max = 0;
   for (const auto& one : figures())
-    if (one.is_frames == is_frames) most = std::max(most, one.count);
-  return most;
+    if (one.is_frames == is_frames) max = std::max(max, one.count);
+  return max;
 }
 
 }  // namespace weir::app

@@ -10,8 +10,8 @@ namespace weir::app {
 namespace {
 
 constexpr guint kSeconds = 5;  // for a client to send its request and to read the answer
-constexpr size_t kLongestRequest = 8192;
-constexpr int kMostWaiting = 16;
+constexpr size_t kMaxRequest = 8192;
+constexpr int kMaxWaiting = 16;
 
 std::string answer(const char* status, const char* type, const std::string& body) {
   return std::string("HTTP/1.1 ") + status + "\r\nContent-Type: " + type +
@@ -34,7 +34,7 @@ struct Exchange {
   gst::Unique<GSocketConnection, g_object_unref> connection;
   gst::Unique<GCancellable, g_object_unref> end;
   std::string request, response;
-  std::array<char, kLongestRequest> received{};
+  std::array<char, kMaxRequest> received{};
 
   static void read(Exchange* self) {
     GInputStream* in = g_io_stream_get_input_stream(G_IO_STREAM(self->connection.get()));
@@ -47,7 +47,7 @@ struct Exchange {
     if (count <= 0) return;
     self->request.append(self->received.data(), static_cast<size_t>(count));
     const bool is_whole = self->request.find("\r\n\r\n") != std::string::npos;
-    if (!is_whole && self->request.size() < kLongestRequest) return read(self.release());
+    if (!is_whole && self->request.size() < kMaxRequest) return read(self.release());
     self->response = is_whole ? answer_to(self->request, self->page)
                               : answer("431 Request Header Fields Too Large", "text/plain", "");
     GOutputStream* out = g_io_stream_get_output_stream(G_IO_STREAM(self->connection.get()));
@@ -116,7 +116,7 @@ Result<std::unique_ptr<MetricsServer>> MetricsServer::open(const ListenAddress& 
   GError* error = nullptr;
   GSocketAddress* effective = nullptr;
   auto* listener = G_SOCKET_LISTENER(out->service_.get());
-  g_socket_listener_set_backlog(listener, kMostWaiting);
+  g_socket_listener_set_backlog(listener, kMaxWaiting);
   if (!g_socket_listener_add_address(listener, wanted.get(), G_SOCKET_TYPE_STREAM,
                                      G_SOCKET_PROTOCOL_TCP, nullptr, &effective, &error)) {
     const std::string reason = error->message;

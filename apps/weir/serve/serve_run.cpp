@@ -14,7 +14,7 @@
 namespace weir::app {
 namespace {
 
-constexpr guint kFirstWaitMs = 1000, kLongestWaitMs = 30000, kEndMs = 10000;
+constexpr guint kFirstWaitMs = 1000, kMaxWaitMs = 30000, kEndMs = 10000;
 constexpr gint64 kSteadyUs = 60'000'000;  // after which a failure is a new one
 
 gst::Ref<GstElement> element_of(const ServedPipeline& served, const char* suffix) {
@@ -158,7 +158,7 @@ void ServeRun::restart(Served* served) {
 }
 
 void ServeRun::start_later(Served* served) {
-  served->wait_ms = std::clamp(served->wait_ms * 2, kFirstWaitMs, kLongestWaitMs);
+  served->wait_ms = std::clamp(served->wait_ms * 2, kFirstWaitMs, kMaxWaitMs);
   std::fprintf(stderr, "weir: the model %s is started again in %u s\n",
                served->what.model.name.c_str(), served->wait_ms / 1000);
   served->restart = g_timeout_add_once(

@@ -21,8 +21,8 @@ constexpr const char* kSample = "127.0.0.1:8001";
 bool is_name(std::string_view text) {
   constexpr std::string_view kAllowed =
       "abcdefghijklmnopqrstuvwxyzABCDEFGHIJKLMNOPQRSTUVWXYZ0123456789._-";
-  constexpr size_t kLongest = 128;
-  return !text.empty() && text.size() <= kLongest &&
+  constexpr size_t kMax = 128;
+  return !text.empty() && text.size() <= kMax &&
          text.find_first_not_of(kAllowed) == std::string_view::npos;
 }
 
@@ -166,10 +166,10 @@ PipelineDescription serving_pipeline(const NamedModel& model, size_t id,
   add("tls-ca", options.tls_ca, &source);
   add("token-file", options.token_file, &source);
   if (options.insecure) add("insecure", "true", &source);
-  if (const auto most = options.most_connections)
-    add("max-connections", std::to_string(*most), &source);
-  if (const auto most = options.most_connections_of_address)
-    add("max-connections-per-address", std::to_string(*most), &source);
+  if (const auto max = options.max_connections)
+    add("max-connections", std::to_string(*max), &source);
+  if (const auto max = options.max_connections_of_address)
+    add("max-connections-per-address", std::to_string(*max), &source);
   if (options.model_control) add("model-control", "true", &source);
   Properties filter{{"name", model.name + "-filter"}};
   add("framework", options.engine.empty() ? "auto" : options.engine, &filter);

@@ -31,7 +31,7 @@ namespace {
 
 namespace fs = std::filesystem;
 
-constexpr uint64_t kMostCount = 65536;
+constexpr uint64_t kMaxCount = 65536;
 
 // Modes that run code: a card cannot choose them, the line of a pipeline can.
 constexpr std::pair<std::string_view, const char*> kCode[] = {
@@ -89,7 +89,7 @@ class OptionReader {
       }
       case Value::Count: {
         const auto number = parse_unsigned(value);
-        if (value.empty() || (number && *number <= kMostCount)) return value;
+        if (value.empty() || (number && *number <= kMaxCount)) return value;
         return refuse("a whole number from 0 to 65536, as text");
       }
       case Value::File:

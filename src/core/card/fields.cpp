@@ -10,13 +10,13 @@
 namespace weir::card {
 namespace {
 
-constexpr size_t kMostTextBytes = 4096;
-constexpr size_t kMostShownBytes = 80;
+constexpr size_t kMaxTextBytes = 4096;
+constexpr size_t kMaxShownBytes = 80;
 
 // Cuts the text without leaving half a character at its end.
 std::string shortened(std::string text) {
-  if (text.size() <= kMostShownBytes) return text;
-  size_t end = kMostShownBytes;
+  if (text.size() <= kMaxShownBytes) return text;
+  size_t end = kMaxShownBytes;
   while (end > 0 && (text[end] & 0xC0) == 0x80) --end;
   return text.substr(0, end);
 }
@@ -37,7 +37,7 @@ std::string shown_key(const std::string& key) {
 }  // namespace
 
 bool is_plain_text(std::string_view text) noexcept {
-  return text.size() <= kMostTextBytes && std::none_of(text.begin(), text.end(), [](char c) {
+  return text.size() <= kMaxTextBytes && std::none_of(text.begin(), text.end(), [](char c) {
            return static_cast<unsigned char>(c) < ' ' || c == '\x7f';
          });
 }

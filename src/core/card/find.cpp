@@ -16,7 +16,7 @@ namespace {
 
 namespace fs = std::filesystem;
 
-constexpr uintmax_t kMostLabelBytes = uintmax_t{16} << 20;
+constexpr uintmax_t kMaxLabelBytes = uintmax_t{16} << 20;
 
 std::vector<std::string> cards_in(const std::string& folder) {
   std::vector<std::string> out;
@@ -145,7 +145,7 @@ Result<std::vector<std::string>> labels_of(const Card& card, const std::string& 
     std::error_code ignored;
     const fs::path path = place / card.labels.file;
     if (!fs::is_regular_file(path, ignored)) continue;
-    if (fs::file_size(path, ignored) > kMostLabelBytes)
+    if (fs::file_size(path, ignored) > kMaxLabelBytes)
       return Error{.code = Code::LABELS_INVALID,
                    .what = "the label file that the card names is too large",
                    .offered = path.string(),

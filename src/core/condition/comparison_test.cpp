@@ -175,9 +175,9 @@ TEST(Comparison, NaNEqualsNothingAndIsInAndOutOfNoRange) {
 }
 
 TEST(Comparison, OfValuesBeyondInt64) {
-  const auto most = bytes_of(std::vector<uint64_t>{UINT64_MAX});
-  EXPECT_TRUE(decide(ElementType::UInt64, most, 0, "-1")) << "as C casts it";
-  EXPECT_TRUE(decide(ElementType::UInt64, most, 0, "1e20")) << "the nearest there is";
+  const auto max = bytes_of(std::vector<uint64_t>{UINT64_MAX});
+  EXPECT_TRUE(decide(ElementType::UInt64, max, 0, "-1")) << "as C casts it";
+  EXPECT_TRUE(decide(ElementType::UInt64, max, 0, "1e20")) << "the nearest there is";
   const auto high = bytes_of(std::vector<uint64_t>{10000000000000000000u});
   EXPECT_TRUE(decide(ElementType::UInt64, high, 0, "1e19"));
   EXPECT_TRUE(decide(ElementType::UInt8, bytes_of(std::vector<uint8_t>{44}), 0, "300"));

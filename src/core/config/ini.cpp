@@ -17,8 +17,8 @@ namespace {
 
 namespace fs = std::filesystem;
 
-constexpr size_t kMostBytes = 1 << 20, kMostInLine = 4096, kMostEntries = 4096, kMostFaults = 16;
-constexpr size_t kMostShown = 60;
+constexpr size_t kMaxBytes = 1 << 20, kMaxInLine = 4096, kMaxEntries = 4096, kMaxFaults = 16;
+constexpr size_t kMaxShown = 60;
 
 // Length in bytes of the first character of `text`; 0 if it is not printable UTF-8.
 size_t character_at(std::string_view text) {
@@ -33,8 +33,8 @@ size_t character_at(std::string_view text) {
     code = code << 6 | (byte(i) & 0x3F);
   }
   // 0x80 to 0x9F are control characters.
-  constexpr uint32_t kLeast[] = {0, 0, 0xA0, 0x800, 0x10000};
-  return code >= kLeast[bytes] && code <= 0x10FFFF && (code < 0xD800 || code > 0xDFFF) ? bytes : 0;
+  constexpr uint32_t kMin[] = {0, 0, 0xA0, 0x800, 0x10000};
+  return code >= kMin[bytes] && code <= 0x10FFFF && (code < 0xD800 || code > 0xDFFF) ? bytes : 0;
 }
 
 // The start of a file's text for terminals and JSON: UTF-8, with ? for each invalid byte.
@@ -42,7 +42,7 @@ std::string shown(std::string_view text) {
   std::string out;
   while (!text.empty()) {
     const size_t bytes = character_at(text);
-    if (out.size() + std::max<size_t>(bytes, 1) > kMostShown) return out + "...";
+    if (out.size() + std::max<size_t>(bytes, 1) > kMaxShown) return out + "...";
     out += bytes ? text.substr(0, bytes) : "?";
     text.remove_prefix(std::max<size_t>(bytes, 1));
   }
@@ -73,12 +73,12 @@ class Parser {
 
  private:
   bool full() {
-    if (out_.faults.size() < kMostFaults && out_.entries.size() < kMostEntries) return false;
+    if (out_.faults.size() < kMaxFaults && out_.entries.size() < kMaxEntries) return false;
     fault("", "too many keys: the rest of the file is ignored", "at most 4096 keys");
     return true;
   }
   void take(std::string_view raw) {
-    if (raw.size() > kMostInLine) return fault(raw, "the line is too long", "at most 4096 bytes");
+    if (raw.size() > kMaxInLine) return fault(raw, "the line is too long", "at most 4096 bytes");
     if (raw.find('\0') != std::string_view::npos)
       return fault(raw, "the line is not text", "no byte 0");
     const auto text = strip(raw);
@@ -114,7 +114,7 @@ class Parser {
 
 Ini parse_ini(std::string_view text, const std::string& name) {
   Parser parser(name);
-  if (text.size() <= kMostBytes) return parser.parse(text);
+  if (text.size() <= kMaxBytes) return parser.parse(text);
   parser.fault("", "the file is too long", "at most 1 MiB");
   return parser.parse("");
 }
@@ -130,7 +130,7 @@ Ini read_ini(const std::string& path) {
               .offered = path,
               .needed = "a file that can be read",
               .difference = why_unreadable(path)}}};
-  std::string text(kMostBytes + 1, '\0');
+  std::string text(kMaxBytes + 1, '\0');
   file.read(text.data(), static_cast<std::streamsize>(text.size()));
   if (file.bad())
     return {{},

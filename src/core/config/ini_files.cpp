@@ -7,7 +7,7 @@
 namespace weir::config {
 namespace {
 
-constexpr size_t kMostFiles = 16;          // a process uses three or four
+constexpr size_t kMaxFiles = 16;           // a process uses three or four
 constexpr int64_t kSettled = 100'000'000;  // ns; the kernel's file clock ticks every 4 ms
 
 int64_t nanoseconds(const timespec& time) {
@@ -42,7 +42,7 @@ std::shared_ptr<const Ini> IniFiles::read(const std::string& path) {
   if (found != kept_.end()) kept_.erase(found);
   ++reads_;
   auto ini = std::make_shared<const Ini>(read_ini(path));
-  if (kept_.size() >= kMostFiles) kept_.clear();
+  if (kept_.size() >= kMaxFiles) kept_.clear();
   if (settled) kept_[path] = {identity, ini};
   return ini;
 }

@@ -43,11 +43,11 @@ struct Names {
 };
 Names names_in(const std::string& path) {
   constexpr size_t kPiece = 1 << 20, kOverlap = 64;
-  constexpr uint64_t kMost = uint64_t{1} << 30;
+  constexpr uint64_t kMax = uint64_t{1} << 30;
   Names found;
   std::ifstream file(path, std::ios::binary);
   std::string piece;
-  for (uint64_t read = 0; file && read < kMost; read += kPiece) {
+  for (uint64_t read = 0; file && read < kMax; read += kPiece) {
     const std::string tail = piece.substr(piece.size() - std::min(piece.size(), kOverlap));
     piece.assign(kPiece, '\0');
     file.read(piece.data(), static_cast<std::streamsize>(kPiece));

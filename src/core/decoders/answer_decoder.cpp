@@ -44,7 +44,7 @@ struct AnswerSettings {
   std::vector<int32_t> class_indices(const std::vector<std::string>& names) const;
 };
 
-constexpr size_t kMostResults = 65536;
+constexpr size_t kMaxResults = 65536;
 
 Failure invalid(const std::string& option, std::string_view value, std::string needed,
                 std::string fix) {
@@ -72,7 +72,7 @@ size_t read_most_results(const Options& options, size_t otherwise) {
   size_t value = 0;
   const auto [end, error] = std::from_chars(text->data(), text->data() + text->size(), value);
   if (error != std::errc() || end != text->data() + text->size() || value == 0 ||
-      value > kMostResults)
+      value > kMaxResults)
     throw invalid("max-results", *text, "a whole number from 1 to 65536", "max-results=100");
   return value;
 }
@@ -254,8 +254,8 @@ class AnswerDecoder {
     if (map) input = {map->width, map->height};
     const auto kept =
         results::select(head_->find(values_, input), {.rivals = rivals_of(head_->suppression()),
-                                                      .most_overlap = settings_.iou,
-                                                      .most_objects = settings_.max_results,
+                                                      .max_overlap = settings_.iou,
+                                                      .max_objects = settings_.max_results,
                                                       .classes = classes_});
     const bool is_rotated = head_->suppression() == heads::Suppression::Rotated;
     part_.clear();

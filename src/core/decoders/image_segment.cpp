@@ -23,7 +23,7 @@ constexpr char kSegmentOptions[] =
     R"({"name":"option2","type":"integer","default":"20",)"
     R"("help":"Number of classes besides the background"}])";
 
-constexpr uint64_t kMostLabels = 65535;
+constexpr uint64_t kMaxLabels = 65535;
 constexpr float kThreshold = 0.5f;  // a class needs a greater score
 constexpr size_t kPart = 2048;  // pixels that are decoded and painted while they are in the cache
 
@@ -54,11 +54,11 @@ size_t read_classes(const Options& options) {
   const std::string text(options.get("option2").value_or(""));
   if (text.empty()) return 21;
   const auto labels = parse_unsigned(strip(text));
-  if (labels && *labels > 0 && *labels <= kMostLabels) return *labels + 1;
+  if (labels && *labels > 0 && *labels <= kMaxLabels) return *labels + 1;
   throw Failure({.code = labels ? Code::OPTION_VALUE : Code::OPTION_SYNTAX,
                  .what = "option2 is not a number of classes",
                  .offered = "option2=" + text,
-                 .needed = "a whole number from 1 to " + std::to_string(kMostLabels) +
+                 .needed = "a whole number from 1 to " + std::to_string(kMaxLabels) +
                            ", without the background",
                  .fix = "option2=20"});
 }
@@ -182,7 +182,7 @@ class ImageSegment {
            std::to_string(pixel / size_.width);
   }
   Failure no_such_class(float value, size_t pixel) const {
-    const bool too_great = value >= 0 && value <= static_cast<float>(kMostLabels);
+    const bool too_great = value >= 0 && value <= static_cast<float>(kMaxLabels);
     return Failure({.code = Code::SPEC_MISMATCH,
                     .what = "a pixel has a number that is not a class",
                     .offered = place(value, pixel),

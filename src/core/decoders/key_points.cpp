@@ -8,8 +8,8 @@
 namespace weir::decoders {
 namespace {
 
-constexpr size_t kLongestName = 15;  // bytes
-constexpr size_t kMostConnections = 7;
+constexpr size_t kMaxNameLength = 15;  // bytes
+constexpr size_t kMaxConnections = 7;
 
 struct Line {
   std::string name;
@@ -50,14 +50,14 @@ class Reader {
         line.connections.push_back(read_connection(word));
     }
     if (line.name.empty()) throw failure("has no name", "an empty line", "a name in each line");
-    if (line.name.size() > kLongestName)
+    if (line.name.size() > kMaxNameLength)
       throw failure("has a name that is too long", line.name,
-                    "names of at most " + std::to_string(kLongestName) + " bytes",
-                    line.name.substr(0, kLongestName));
-    if (line.connections.size() > kMostConnections)
+                    "names of at most " + std::to_string(kMaxNameLength) + " bytes",
+                    line.name.substr(0, kMaxNameLength));
+    if (line.connections.size() > kMaxConnections)
       throw failure("has too many connections",
                     line.name + " with " + std::to_string(line.connections.size()),
-                    "at most " + std::to_string(kMostConnections) +
+                    "at most " + std::to_string(kMaxConnections) +
                         "; the line of the key point with the lower index is enough");
     return line;
   }

@@ -206,9 +206,9 @@ std::optional<SourceMap> FrameRegions::map(uint32_t region) const noexcept {
 }
 
 int32_t FrameRegions::row(uint32_t region) const noexcept {
-  constexpr uint64_t kMost = uint64_t{1} << 24;  // float32 has them exactly
+  constexpr uint64_t kMax = uint64_t{1} << 24;  // float32 has them exactly
   const auto map = this->map(region);
-  const bool known = map && map->row > 0 && map->row <= kMost;
+  const bool known = map && map->row > 0 && map->row <= kMax;
   return static_cast<int32_t>(known ? map->row - 1 : region);
 }
 

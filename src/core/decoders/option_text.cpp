@@ -7,7 +7,7 @@
 namespace weir::decoders {
 namespace {
 
-constexpr uint64_t kLongestSide = 32767;  // pixels
+constexpr uint64_t kMaxSide = 32767;  // pixels
 
 }  // namespace
 
@@ -18,7 +18,7 @@ FrameSize read_size(const Options& options, const char* option, const char* mean
                     .what = std::string(option) + " " + what,
                     .offered = text.empty() ? "no " + std::string(option) : option + ("=" + text),
                     .needed = std::string(meaning) + " as WIDTH:HEIGHT, each from 1 to " +
-                              std::to_string(kLongestSide),
+                              std::to_string(kMaxSide),
                     .fix = std::string(option) + "=640:480"});
   };
   if (text.empty()) throw failure(Code::OPTION_VALUE, "is required");
@@ -26,7 +26,7 @@ FrameSize read_size(const Options& options, const char* option, const char* mean
   if (parts.size() != 2) throw failure(Code::OPTION_SYNTAX, "is not a size");
   const auto width = parse_unsigned(strip(parts[0])), height = parse_unsigned(strip(parts[1]));
   if (!width || !height) throw failure(Code::OPTION_SYNTAX, "is not a size");
-  const auto fits = [](uint64_t side) { return side > 0 && side <= kLongestSide; };
+  const auto fits = [](uint64_t side) { return side > 0 && side <= kMaxSide; };
   if (!fits(*width) || !fits(*height))
     throw failure(Code::OPTION_VALUE, "is a size that cannot be used");
   return {static_cast<uint32_t>(*width), static_cast<uint32_t>(*height)};

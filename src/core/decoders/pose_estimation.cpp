@@ -25,7 +25,7 @@ constexpr char kPoseOptions[] =
     R"({"name":"option4","type":"heatmap-only|heatmap-offset","default":"heatmap-only",)"
     R"("help":"heatmap-only, or heatmap-offset if a second tensor contains offsets"}])";
 
-constexpr float kLeastProbability = 0.5f;
+constexpr float kMinProbability = 0.5f;
 
 bool read_has_offsets(const Options& options) {
   static const std::vector<std::string> names{"heatmap-only", "heatmap-offset"};
@@ -141,7 +141,7 @@ class PoseEstimation {
   }
 
   draw::Joint joint_of_cell(const detection::HeatPeak& peak) const {
-    if (!(peak.probability >= kLeastProbability)) return std::nullopt;
+    if (!(peak.probability >= kMinProbability)) return std::nullopt;
     const auto place = [](uint32_t cell, uint32_t output, uint32_t cells) {
       return std::min<int64_t>(int64_t{cell} * output / cells, output);
     };
@@ -152,13 +152,12 @@ class PoseEstimation {
   draw::Joint joint_with_offset(size_t index, const detection::HeatGrid& grid,
                                 std::span<const float> offsets) const {
     const detection::HeatPeak& peak = peaks_[index];
-    if (!(peak.probability >= kLeastProbability)) return std::nullopt;
+    if (!(peak.probability >= kMinProbability)) return std::nullopt;
     const auto at = detection::position_with_offset(peak, grid, offsets, index, input_);
     if (!std::isfinite(at.x) || !std::isfinite(at.y)) throw no_position(index, at);
     const auto place = [](float position, uint32_t output, uint32_t input) {
-      const auto most = static_cast<float>(output);
-      return static_cast<int64_t>(
-          std::clamp(position * most / static_cast<float>(input), 0.f, most));
+      const auto max = static_cast<float>(output);
+      return static_cast<int64_t>(std::clamp(position * max / static_cast<float>(input), 0.f, max));
     };
     return draw::PixelPoint{place(at.x, output_.width, input_.width),
                             place(at.y, output_.height, input_.height)};

@@ -31,7 +31,7 @@ class MobilenetSsdPostprocess final : public BoxScheme {
         "order that option3 gives";
     check_count_and_type(options_, tensors, kTensors, needed);
     const int64_t rows = dimension(*tensors[index_[kScores]], 0);
-    const bool good = rows > 0 && rows <= kMostRows &&
+    const bool good = rows > 0 && rows <= kMaxRows &&
                       has_dimensions(*tensors[index_[kBoxes]], {4, rows}) &&
                       has_dimensions(*tensors[index_[kClasses]], {rows}) &&
                       has_dimensions(*tensors[index_[kScores]], {rows}) &&
@@ -52,7 +52,7 @@ class MobilenetSsdPostprocess final : public BoxScheme {
 
  private:
   enum Role : size_t { kBoxes, kClasses, kScores, kCount, kTensors };
-  static constexpr int64_t kMostRows = 100;
+  static constexpr int64_t kMaxRows = 100;
 
   void read_parameters() {
     const auto failure = [this](std::string offered) {
@@ -99,9 +99,9 @@ class MobilenetSsd final : public BoxScheme {
  public:
   MobilenetSsd(const SchemeOptions& options, detection::SsdClass choice)
       : options_(options), choice_(choice) {
-    constexpr size_t kMostParameters = 7;
+    constexpr size_t kMaxParameters = 7;
     const auto parts = split_parameters(
-        options_, kMostParameters,
+        options_, kMaxParameters,
         "PRIORS_FILE[:THRESHOLD[:Y_SCALE[:X_SCALE[:H_SCALE[:W_SCALE[:IOU_THRESHOLD]]]]]]");
     read_priors(std::string(parts[0]));
     threshold_ = read_number(options_, parts[1], "threshold", threshold_);
@@ -109,18 +109,18 @@ class MobilenetSsd final : public BoxScheme {
     scales_.x = read_scale(parts[3], "x scale", scales_.x);
     scales_.height = read_scale(parts[4], "height scale", scales_.height);
     scales_.width = read_scale(parts[5], "width scale", scales_.width);
-    most_overlap_ = read_number(options_, parts[6], "threshold of the overlap", most_overlap_);
+    max_overlap_ = read_number(options_, parts[6], "threshold of the overlap", max_overlap_);
   }
 
   void check(std::span<const weir_tensor_info* const> tensors) override {
     const std::string needed =
         "2 tensors of one type: boxes 4:1:N and scores CLASSES:N, with N up to " +
-        std::to_string(kMostAnchors);
+        std::to_string(kMaxAnchors);
     check_count_and_type(options_, tensors, 2, needed);
     const weir_tensor_info &boxes = *tensors[0], &scores = *tensors[1];
     const int64_t classes = dimension(scores, 0), anchors = dimension(scores, 1);
     const bool good =
-        classes > 0 && anchors > 0 && anchors <= kMostAnchors &&
+        classes > 0 && anchors > 0 && anchors <= kMaxAnchors &&
         has_dimensions(scores, {classes, anchors}) &&
         (has_dimensions(boxes, {4, 1, anchors}) || has_dimensions(boxes, {4, anchors}));
     if (!good) throw wrong_tensors(options_, tensors, needed);
@@ -137,11 +137,11 @@ class MobilenetSsd final : public BoxScheme {
         {.boxes = boxes_.read(tensors[0]), .scores = scores_.read(tensors[1]), .classes = classes_},
         priors_, scales_, threshold_, options_.input, choice_);
     return detection::suppress(
-        detection::to_pixels(found, detection::Limits::Corner, options_.input), most_overlap_);
+        detection::to_pixels(found, detection::Limits::Corner, options_.input), max_overlap_);
   }
 
  private:
-  static constexpr int64_t kMostAnchors = 2034;
+  static constexpr int64_t kMaxAnchors = 2034;
 
   void read_priors(const std::string& path) {
     if (path.empty())
@@ -171,7 +171,7 @@ class MobilenetSsd final : public BoxScheme {
   SchemeOptions options_;
   detection::SsdClass choice_;
   detection::BoxPriors priors_;
-  float threshold_ = 0.5f, most_overlap_ = 0.5f;
+  float threshold_ = 0.5f, max_overlap_ = 0.5f;
   detection::SsdScales scales_;
   size_t classes_ = 0;
   TensorValues boxes_, scores_;
@@ -184,59 +184,59 @@ constexpr char kGrammar[] =
 class Palm final : public BoxScheme {
  public:
   explicit Palm(const SchemeOptions& options) : options_(options) {
-    const auto parts = split_parameters(options_, kFirstStride + kMostLayers, kGrammar);
+    const auto parts = split_parameters(options_, kFirstStride + kMaxLayers, kGrammar);
     threshold_ = read_number(options_, parts[0], "threshold", 0.5f);
     detection::PalmAnchorOptions anchors;
     const std::vector<uint32_t> usual = anchors.strides;
-    const size_t layers = read_count(parts[1], "number of layers", kMostLayers, usual.size());
-    anchors.least_scale = read_number(options_, parts[2], "least scale", anchors.least_scale);
+    const size_t layers = read_count(parts[1], "number of layers", kMaxLayers, usual.size());
+    anchors.min_scale = read_number(options_, parts[2], "least scale", anchors.min_scale);
     anchors.greatest_scale =
         read_number(options_, parts[3], "greatest scale", anchors.greatest_scale);
     anchors.x_offset = read_number(options_, parts[4], "x offset", anchors.x_offset);
     anchors.y_offset = read_number(options_, parts[5], "y offset", anchors.y_offset);
     anchors.strides.clear();
     for (size_t i = 0; i < layers; ++i)
-      anchors.strides.push_back(read_count(parts[kFirstStride + i], "stride", kLongestStride,
+      anchors.strides.push_back(read_count(parts[kFirstStride + i], "stride", kMaxStride,
                                            i < usual.size() ? usual[i] : 0));
     anchors_ = detection::make_palm_anchors(anchors);
   }
 
   void check(std::span<const weir_tensor_info* const> tensors) override {
     const std::string needed = "2 tensors of one type: boxes 18:N and scores 1:N, with N up to " +
-                               std::to_string(std::min(kMostRows, anchors_.size())) +
+                               std::to_string(std::min(kMaxRows, anchors_.size())) +
                                ", the number of anchors";
     check_count_and_type(options_, tensors, 2, needed);
     const int64_t rows = dimension(*tensors[0], 1);
     const bool good = rows > 0 &&
-                      static_cast<size_t>(rows) <= std::min(kMostRows, anchors_.size()) &&
+                      static_cast<size_t>(rows) <= std::min(kMaxRows, anchors_.size()) &&
                       has_dimensions(*tensors[0], {int64_t{detection::kPalmRow}, rows}) &&
                       has_dimensions(*tensors[1], {1, rows});
     if (!good) throw wrong_tensors(options_, tensors, needed);
   }
 
   detection::PixelBoxes find(std::span<const weir_tensor> tensors) override {
-    constexpr float kMostOverlap = 0.05f;
+    constexpr float kMaxOverlap = 0.05f;
     const auto found = detection::decode_palms(boxes_.read(tensors[0]), scores_.read(tensors[1]),
                                                anchors_, threshold_, options_.input);
     return detection::suppress(
-        detection::to_pixels(found, detection::Limits::Corner, options_.input), kMostOverlap);
+        detection::to_pixels(found, detection::Limits::Corner, options_.input), kMaxOverlap);
   }
 
  private:
-  static constexpr size_t kFirstStride = 6, kMostLayers = 7, kMostRows = 2016;
-  static constexpr uint32_t kLongestStride = 192;  // pixels: one cell
+  static constexpr size_t kFirstStride = 6, kMaxLayers = 7, kMaxRows = 2016;
+  static constexpr uint32_t kMaxStride = 192;  // pixels: one cell
 
   // A missing count is `otherwise`; 0 means that it must be given.
-  uint32_t read_count(std::string_view text, const char* meaning, uint64_t most,
+  uint32_t read_count(std::string_view text, const char* meaning, uint64_t max,
                       size_t otherwise) const {
     text = strip(text);
     const auto count = text.empty() ? std::optional<uint64_t>(otherwise) : parse_unsigned(text);
-    if (count && *count > 0 && *count <= most) return static_cast<uint32_t>(*count);
+    if (count && *count > 0 && *count <= max) return static_cast<uint32_t>(*count);
     throw Failure({.code = Code::OPTION_VALUE,
                    .what = std::string("a ") + meaning + " of option3 cannot be used",
                    .offered = (text.empty() ? "none" : std::string(text)) +
                               " in option3=" + options_.parameters,
-                   .needed = "a number from 1 to " + std::to_string(most) + " in " + kGrammar,
+                   .needed = "a number from 1 to " + std::to_string(max) + " in " + kGrammar,
                    .fix = "option3=0.5:4:1.0:1.0:0.5:0.5:8:16:16:16"});
   }
 

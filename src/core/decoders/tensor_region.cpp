@@ -23,18 +23,18 @@ constexpr char kRegionOptions[] =
     R"({"name":"option4","type":"string","default":"300:300",)"
     R"("help":"Size of the model's input, W:H"}])";
 
-constexpr uint64_t kMostRegions = 2034;  // as many as the model has anchors
-constexpr size_t kValues = 4;            // x, y, width and height of a region
+constexpr uint64_t kMaxRegions = 2034;  // as many as the model has anchors
+constexpr size_t kValues = 4;           // x, y, width and height of a region
 
 size_t read_regions(const Options& options) {
   const std::string text(options.get("option1").value_or(""));
   if (text.empty()) return 1;
   const auto regions = parse_unsigned(strip(text));
-  if (regions && *regions > 0 && *regions <= kMostRegions) return *regions;
+  if (regions && *regions > 0 && *regions <= kMaxRegions) return *regions;
   throw Failure({.code = regions ? Code::OPTION_VALUE : Code::OPTION_SYNTAX,
                  .what = "option1 is not a number of regions",
                  .offered = "option1=" + text,
-                 .needed = "a whole number from 1 to " + std::to_string(kMostRegions),
+                 .needed = "a whole number from 1 to " + std::to_string(kMaxRegions),
                  .fix = "option1=1"});
 }
 

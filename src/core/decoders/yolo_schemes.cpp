@@ -38,7 +38,7 @@ class Yolo final : public BoxScheme {
         split_parameters(options_, 3, "IN_PIXELS[:THRESHOLD[:IOU_THRESHOLD]], such as 0:0.25:0.45");
     if (read_number(options_, parts[0], "unit", 0) != 0) unit_ = detection::YoloUnit::Pixels;
     threshold_ = read_number(options_, parts[1], "threshold", kUsualThreshold);
-    most_overlap_ = read_number(options_, parts[2], "threshold of the overlap", 0.45f);
+    max_overlap_ = read_number(options_, parts[2], "threshold of the overlap", 0.45f);
   }
 
   void check(std::span<const weir_tensor_info* const> tensors) override {
@@ -63,8 +63,8 @@ class Yolo final : public BoxScheme {
                                        threshold_, unit_, options_.input);
     auto boxes = detection::to_pixels(
         found, version_.is_oriented ? Limits::Corner : Limits::CornerAndSize, options_.input);
-    return version_.is_oriented ? detection::suppress_rotated(std::move(boxes), most_overlap_)
-                                : detection::suppress(std::move(boxes), most_overlap_);
+    return version_.is_oriented ? detection::suppress_rotated(std::move(boxes), max_overlap_)
+                                : detection::suppress(std::move(boxes), max_overlap_);
   }
 
   bool is_rotated() const noexcept override { return version_.is_oriented; }
@@ -73,7 +73,7 @@ class Yolo final : public BoxScheme {
   SchemeOptions options_;
   const Version& version_;
   detection::YoloUnit unit_ = detection::YoloUnit::Picture;
-  float threshold_, most_overlap_;
+  float threshold_, max_overlap_;
   TensorValues rows_;
 };
 

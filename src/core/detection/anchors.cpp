@@ -63,7 +63,7 @@ Found find_class(std::span<const float> row, float threshold, SsdClass choice) {
 }
 
 constexpr uint32_t kGrids = 6, kFirstStride = 16;
-constexpr double kLeastScale = 0.2, kGreatestScale = 0.95, kScaleOfFirst = 0.1;
+constexpr double kMinScale = 0.2, kGreatestScale = 0.95, kScaleOfFirst = 0.1;
 
 struct AnchorSize {
   double height, width;
@@ -76,7 +76,7 @@ AnchorSize size_of(double scale, double ratio) {
 
 std::vector<AnchorSize> sizes_of(uint32_t grid) {
   const auto scale = [](uint32_t i) {
-    return kLeastScale + (kGreatestScale - kLeastScale) * i / (kGrids - 1);
+    return kMinScale + (kGreatestScale - kMinScale) * i / (kGrids - 1);
   };
   if (grid == 0) return {size_of(kScaleOfFirst, 1), size_of(scale(0), 2), size_of(scale(0), 0.5)};
   std::vector<AnchorSize> out;
@@ -102,9 +102,9 @@ constexpr uint32_t kGridPixels = 192;
 
 float scale_of(const PalmAnchorOptions& options, size_t layer) {
   const size_t layers = options.strides.size();
-  if (layers == 1) return (options.least_scale + options.greatest_scale) / 2;
-  return options.least_scale + (options.greatest_scale - options.least_scale) *
-                                   static_cast<float>(layer) / static_cast<float>(layers - 1);
+  if (layers == 1) return (options.min_scale + options.greatest_scale) / 2;
+  return options.min_scale + (options.greatest_scale - options.min_scale) *
+                                 static_cast<float>(layer) / static_cast<float>(layers - 1);
 }
 
 // One anchor of each scale in each cell of a square grid.
@@ -147,11 +147,10 @@ Candidates decode(const SsdHead& head, const BoxPriors& priors, const SsdScales&
                   float threshold, PictureSize picture, SsdClass choice) {
   const auto picture_width = static_cast<float>(picture.width);
   const auto picture_height = static_cast<float>(picture.height);
-  const float least = logit(threshold);
+  const float min = logit(threshold);
   Candidates found;
   for (size_t i = 0; i < head.scores.size() / head.classes; ++i) {
-    const auto best =
-        find_class(head.scores.subspan(i * head.classes, head.classes), least, choice);
+    const auto best = find_class(head.scores.subspan(i * head.classes, head.classes), min, choice);
     if (best.class_index == 0) continue;
     const auto box = head.boxes.subspan(4 * i, 4);
     const float centre_y = box[0] / scales.y * priors.height[i] + priors.y[i];
@@ -210,12 +209,12 @@ std::vector<Anchor> make_palm_anchors(const PalmAnchorOptions& options) {
 
 Candidates decode_palms(std::span<const float> boxes, std::span<const float> scores,
                         std::span<const Anchor> anchors, float threshold, PictureSize picture) {
-  constexpr float kMostRaw = 100;
+  constexpr float kMaxRaw = 100;
   const auto picture_width = static_cast<float>(picture.width);
   const auto picture_height = static_cast<float>(picture.height);
   Candidates found;
   for (size_t i = 0; i < scores.size(); ++i) {
-    const float score = 1 / (1 + std::exp(-std::clamp(scores[i], -kMostRaw, kMostRaw)));
+    const float score = 1 / (1 + std::exp(-std::clamp(scores[i], -kMaxRaw, kMaxRaw)));
     if (!(score >= threshold)) continue;
     const auto box = boxes.subspan(kPalmRow * i, 4);
     const Anchor& anchor = anchors[i];

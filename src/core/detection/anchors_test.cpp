@@ -77,8 +77,8 @@ TEST(SsdHead, TakesTheFirstOrTheBestClass) {
 }
 
 TEST(SsdHead, ThresholdsAtTheEndsAcceptAllOrNothing) {
-  const float least = -std::numeric_limits<float>::max();
-  EXPECT_EQ(decode_one({0, 0, 0, 0}, {0, least}, 0).size(), 1u);
+  const float min = -std::numeric_limits<float>::max();
+  EXPECT_EQ(decode_one({0, 0, 0, 0}, {0, min}, 0).size(), 1u);
   EXPECT_EQ(decode_one({0, 0, 0, 0}, {0, 1e30f}, 1).size(), 0u);
   EXPECT_EQ(decode_one({0, 0, 0, 0}, {0, INFINITY}, 1).size(), 1u);
 }
@@ -103,7 +103,7 @@ TEST(PalmAnchors, TheUsualOnesAreThoseOfTheModel) {
 }
 
 TEST(PalmAnchors, EachLayerHasItsScaleAndTheNext) {
-  const auto anchors = make_palm_anchors({.least_scale = 0.25f,
+  const auto anchors = make_palm_anchors({.min_scale = 0.25f,
                                           .greatest_scale = 0.75f,
                                           .x_offset = 0,
                                           .y_offset = 1,
@@ -117,7 +117,7 @@ TEST(PalmAnchors, EachLayerHasItsScaleAndTheNext) {
   EXPECT_EQ(anchors[4], (Anchor{0.5f, 0.5f, 0.25f, 0.25f}));
   EXPECT_EQ(anchors[16], (Anchor{0, 1, 0.75f, 0.75f}));
   EXPECT_EQ(anchors[17], (Anchor{0, 1, 1, 1}));
-  const auto one = make_palm_anchors({.least_scale = 0.25f,
+  const auto one = make_palm_anchors({.min_scale = 0.25f,
                                       .greatest_scale = 0.75f,
                                       .x_offset = 0.5f,
                                       .y_offset = 0.5f,

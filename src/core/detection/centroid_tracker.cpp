@@ -8,8 +8,8 @@
 namespace weir::detection {
 namespace {
 
-constexpr size_t kMostObjects = 100;
-constexpr uint32_t kMostMissing = 100;  // frames
+constexpr size_t kMaxObjects = 100;
+constexpr uint32_t kMaxMissing = 100;  // frames
 
 }  // namespace
 
@@ -65,8 +65,8 @@ void CentroidTracker::match(std::span<const PixelBox> boxes, std::vector<uint64_
 std::vector<uint64_t> CentroidTracker::follow(std::span<const PixelBox> boxes) {
   std::vector<uint64_t> numbers(boxes.size());
   match(boxes, &numbers);
-  std::erase_if(objects_, [](const Object& object) { return object.missing >= kMostMissing; });
-  for (size_t i = 0; i < boxes.size() && objects_.size() < kMostObjects; ++i) {
+  std::erase_if(objects_, [](const Object& object) { return object.missing >= kMaxMissing; });
+  for (size_t i = 0; i < boxes.size() && objects_.size() < kMaxObjects; ++i) {
     if (numbers[i] != 0) continue;
     numbers[i] = ++last_;
     objects_.push_back({.number = last_,

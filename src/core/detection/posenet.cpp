@@ -11,10 +11,10 @@ namespace {
 using Point = PoseNetPerson::Point;
 
 // Published values.
-constexpr float kLeastPeak = 0.5f;     // of a key point that a person starts from
-constexpr float kSamePoint = 20;       // pixels: closer key points are the same
-constexpr int kRefinements = 2;        // steps by offsets after each vector
-constexpr size_t kMostPersons = 1000;  // bounds the time for maps without meaning
+constexpr float kMinPeak = 0.5f;      // of a key point that a person starts from
+constexpr float kSamePoint = 20;      // pixels: closer key points are the same
+constexpr int kRefinements = 2;       // steps by offsets after each vector
+constexpr size_t kMaxPersons = 1000;  // bounds the time for maps without meaning
 
 struct Edge {
   size_t parent, child;
@@ -86,12 +86,12 @@ bool is_peak(const PoseNetMaps& maps, size_t cell, size_t point) noexcept {
 }
 
 std::vector<Peak> find_peaks(const PoseNetMaps& maps) {
-  const float least = std::log(kLeastPeak / (1 - kLeastPeak));
+  const float min = std::log(kMinPeak / (1 - kMinPeak));
   std::vector<Peak> peaks;
   for (size_t cell = 0; cell < maps.width * maps.height; ++cell)
     for (size_t point = 0; point < kPoseNetPoints; ++point) {
       const float logit = maps.heat[cell * kPoseNetPoints + point];
-      if (logit >= least && is_peak(maps, cell, point)) peaks.push_back({logit, cell, point});
+      if (logit >= min && is_peak(maps, cell, point)) peaks.push_back({logit, cell, point});
     }
   std::stable_sort(peaks.begin(), peaks.end(),
                    [](const Peak& a, const Peak& b) { return a.logit > b.logit; });
@@ -133,8 +133,8 @@ PoseNetPerson best_person(const PoseNetMaps& maps) {
     size_t best = 0;
     for (size_t cell = 1; cell < maps.width * maps.height; ++cell) {
       const float value = maps.heat[cell * kPoseNetPoints + point];
-      const float most = maps.heat[best * kPoseNetPoints + point];
-      if (value > most || (std::isnan(most) && !std::isnan(value))) best = cell;
+      const float max = maps.heat[best * kPoseNetPoints + point];
+      if (value > max || (std::isnan(max) && !std::isnan(value))) best = cell;
     }
     person.points[point] = point_of(maps, best, point);
     person.score += person.points[point].score / static_cast<float>(kPoseNetPoints);
@@ -142,10 +142,10 @@ PoseNetPerson best_person(const PoseNetMaps& maps) {
   return person;
 }
 
-std::vector<PoseNetPerson> find_people(const PoseNetMaps& maps, float least) {
+std::vector<PoseNetPerson> find_people(const PoseNetMaps& maps, float min) {
   std::vector<PoseNetPerson> people;
   for (const Peak& peak : find_peaks(maps)) {
-    if (people.size() == kMostPersons) break;
+    if (people.size() == kMaxPersons) break;
     const Point first = point_of(maps, peak.cell, peak.point);
     if (!std::isfinite(first.x) || !std::isfinite(first.y)) continue;
     if (is_taken(people, peak.point, first)) continue;
@@ -155,7 +155,7 @@ std::vector<PoseNetPerson> find_people(const PoseNetMaps& maps, float least) {
         person.score += person.points[i].score / static_cast<float>(kPoseNetPoints);
     people.push_back(person);
   }
-  std::erase_if(people, [&](const PoseNetPerson& person) { return !(person.score >= least); });
+  std::erase_if(people, [&](const PoseNetPerson& person) { return !(person.score >= min); });
   return people;
 }
 

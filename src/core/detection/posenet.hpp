@@ -43,6 +43,6 @@ PoseNetPerson best_person(const PoseNetMaps& maps);
 
 // All persons whose score is at least `least`, as they are found: best first key point first. A
 // person's score is the mean of its key points' scores without those that an earlier person has.
-std::vector<PoseNetPerson> find_people(const PoseNetMaps& maps, float least);
+std::vector<PoseNetPerson> find_people(const PoseNetMaps& maps, float min);
 
 }  // namespace weir::detection

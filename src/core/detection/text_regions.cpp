@@ -11,8 +11,8 @@
 namespace weir::detection {
 namespace {
 
-constexpr double kLeastSide = 3, kLeastGrownSide = 5;  // pixels; published with PP-OCR
-constexpr double kTall = 1.5;                          // height / width of text from top to bottom
+constexpr double kMinSide = 3, kMinGrownSide = 5;  // pixels; published with PP-OCR
+constexpr double kTall = 1.5;                      // height / width of text from top to bottom
 
 // Pixels of a row from `begin` to before `end`.
 struct Run {
@@ -41,14 +41,14 @@ struct Pixel {
   double x, y;
 };
 
-std::vector<Run> runs_of(std::span<const float> map, size_t width, size_t height, float least) {
+std::vector<Run> runs_of(std::span<const float> map, size_t width, size_t height, float min) {
   std::vector<Run> runs;
   for (size_t y = 0; y < height; ++y) {
     const float* row = map.data() + y * width;
     for (size_t x = 0; x < width; ++x) {
-      if (!(row[x] > least)) continue;
+      if (!(row[x] > min)) continue;
       const size_t begin = x;
-      while (x < width && row[x] > least) ++x;
+      while (x < width && row[x] > min) ++x;
       runs.push_back(
           {static_cast<uint32_t>(y), static_cast<uint32_t>(begin), static_cast<uint32_t>(x)});
     }
@@ -116,14 +116,14 @@ struct RotatedBox {
 RotatedBox box_along(const std::vector<Pixel>& hull, double angle) {
   const double c = std::cos(angle), s = std::sin(angle);
   constexpr double kInfinity = std::numeric_limits<double>::infinity();
-  double least_u = kInfinity, most_u = -kInfinity, least_v = kInfinity, most_v = -kInfinity;
+  double min_u = kInfinity, max_u = -kInfinity, min_v = kInfinity, max_v = -kInfinity;
   for (const auto& [x, y] : hull) {
     const double u = x * c + y * s, v = y * c - x * s;
-    least_u = std::min(least_u, u), most_u = std::max(most_u, u);
-    least_v = std::min(least_v, v), most_v = std::max(most_v, v);
+    min_u = std::min(min_u, u), max_u = std::max(max_u, u);
+    min_v = std::min(min_v, v), max_v = std::max(max_v, v);
   }
-  const double u = (least_u + most_u) / 2, v = (least_v + most_v) / 2;
-  return {u * c - v * s, u * s + v * c, most_u - least_u, most_v - least_v, angle};
+  const double u = (min_u + max_u) / 2, v = (min_v + max_v) / 2;
+  return {u * c - v * s, u * s + v * c, max_u - min_u, max_v - min_v, angle};
 }
 
 // The smallest box has a side along an edge of the hull (Freeman and Shapira, 1975).
@@ -180,15 +180,15 @@ double mean_in(std::span<const float> map, size_t width, size_t height, const Ro
 std::vector<TextRegion> find_text_regions(std::span<const float> map, size_t width, size_t height,
                                           const TextRegionOptions& options) {
   std::vector<TextRegion> regions;
-  for (const auto& area : areas_of(runs_of(map, width, height, options.least_pixel))) {
+  for (const auto& area : areas_of(runs_of(map, width, height, options.min_pixel))) {
     RotatedBox box = smallest_box(hull_of(area));
-    if (std::min(box.width, box.height) < kLeastSide) continue;
+    if (std::min(box.width, box.height) < kMinSide) continue;
     const double score = mean_in(map, width, height, box);
-    if (score < double{options.least_score}) continue;
+    if (score < double{options.min_score}) continue;
     const double growth =
         box.width * box.height * double{options.unclip} / (2 * (box.width + box.height));
     box.width += 2 * growth, box.height += 2 * growth;
-    if (std::min(box.width, box.height) < kLeastGrownSide) continue;
+    if (std::min(box.width, box.height) < kMinGrownSide) continue;
     turn_to_reading(&box);
     constexpr double kCentre = 0.5;  // of a pixel
     regions.push_back({static_cast<float>(box.x + kCentre), static_cast<float>(box.y + kCentre),

@@ -9,9 +9,9 @@
 namespace weir::detection {
 
 struct TextRegionOptions {
-  float least_pixel = 0.3f;  // probability of a pixel of text
-  float least_score = 0.6f;  // mean probability in a box
-  float unclip = 1.5f;       // a box grows on each side by this part of area / perimeter
+  float min_pixel = 0.3f;  // probability of a pixel of text
+  float min_score = 0.6f;  // mean probability in a box
+  float unclip = 1.5f;     // a box grows on each side by this part of area / perimeter
 };
 
 // A box about its centre, in pixels of the map. The width is the direction of reading: boxes at

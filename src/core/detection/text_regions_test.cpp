@@ -89,26 +89,26 @@ TEST(TextRegions, PixelsThatTouchAtACornerBelongTogether) {
   Map map{60, 60};
   map.fill(10, 10, 20, 20, 1);
   map.fill(20, 20, 30, 30, 1);
-  EXPECT_EQ(map.find({.least_score = 0.1f}).size(), 1u);
+  EXPECT_EQ(map.find({.min_score = 0.1f}).size(), 1u);
   map.fill(20, 20, 30, 21, 0);
-  EXPECT_EQ(map.find({.least_score = 0.1f}).size(), 2u);
+  EXPECT_EQ(map.find({.min_score = 0.1f}).size(), 2u);
 }
 
 TEST(TextRegions, ArmsJoinBelow) {
   Map map{60, 60};  // a U: two areas until the last rows
   map.fill(10, 10, 15, 40, 1);
   map.fill(30, 10, 35, 40, 1);
-  EXPECT_EQ(map.find({.least_score = 0.1f}).size(), 2u);
+  EXPECT_EQ(map.find({.min_score = 0.1f}).size(), 2u);
   map.fill(10, 36, 35, 40, 1);
-  EXPECT_EQ(map.find({.least_score = 0.1f}).size(), 1u);
+  EXPECT_EQ(map.find({.min_score = 0.1f}).size(), 1u);
 }
 
 TEST(TextRegions, TheScoreIsTheMeanInTheBox) {
   Map map{60, 60};
   map.fill(10, 10, 30, 20, 0.8f);
   map.fill(10, 10, 20, 20, 0.4f);
-  EXPECT_NEAR(map.find({.least_score = 0.5f}).at(0).score, 0.6, 1e-5);
-  EXPECT_TRUE(map.find({.least_score = 0.61f}).empty());
+  EXPECT_NEAR(map.find({.min_score = 0.5f}).at(0).score, 0.6, 1e-5);
+  EXPECT_TRUE(map.find({.min_score = 0.61f}).empty());
 }
 
 TEST(TextRegions, AMapOfOnesIsOneRegion) {
@@ -179,7 +179,7 @@ TEST(TextRegions, BoxesAreTheSmallestThatContainTheArea) {
       const int x = place(random), y = place(random), w = size(random), h = size(random);
       map.fill(size_t(x), size_t(y), size_t(x + w), size_t(y + h), 1);
     }
-    const auto regions = map.find({.least_pixel = 0.5f, .least_score = 0, .unclip = 0});
+    const auto regions = map.find({.min_pixel = 0.5f, .min_score = 0, .unclip = 0});
     ASSERT_FALSE(regions.empty());
     const auto pixels = connected(map);
     double smallest = INFINITY;

@@ -125,9 +125,9 @@ TEST_F(TimeoutTest, CountsTheWaitForAnotherCall) {
 
 TEST_F(DirectTest, CallsOfManyThreadsWaitForEachOther) {
   const auto model = open();
-  std::atomic<int> inside = 0, most = 0;
+  std::atomic<int> inside = 0, max = 0;
   TestModel::invoke_body = [&](In in, Out out) {
-    most = std::max(most.load(), ++inside);
+    max = std::max(max.load(), ++inside);
     const bool filled = add_one(in, out);
     --inside;
     return filled;
@@ -145,7 +145,7 @@ TEST_F(DirectTest, CallsOfManyThreadsWaitForEachOther) {
         }
       });
   }
-  EXPECT_EQ(most, 1);
+  EXPECT_EQ(max, 1);
 }
 
 }  // namespace timeout_test

@@ -39,8 +39,8 @@ int64_t samples(int64_t pixels, bool halved) {
 
 // Whether every row is within the plane's memory.
 bool holds(const Plane& plane, int64_t rows, int64_t row_bytes) {
-  constexpr int64_t kMost = int64_t{1} << 40;
-  if (plane.offset > static_cast<size_t>(kMost) || plane.stride > kMost || plane.stride < -kMost)
+  constexpr int64_t kMax = int64_t{1} << 40;
+  if (plane.offset > static_cast<size_t>(kMax) || plane.stride > kMax || plane.stride < -kMax)
     return false;
   const auto first = static_cast<int64_t>(plane.offset);
   const auto [low, high] = std::minmax({first, first + (rows - 1) * int64_t{plane.stride}});

@@ -57,8 +57,8 @@ void draw_line(Point from, Point to, double width, const Paint& paint, Canvas* c
   const double dx = to.x - from.x, dy = to.y - from.y, length = std::hypot(dx, dy);
   if (!(length > 0)) return;
   // The extent along the axis that crosses the line is width * length / max(|dx|, |dy|).
-  const double least = std::max(std::abs(dx), std::abs(dy)) / length;
-  const double half = std::max(width, least) / 2 / length;
+  const double min = std::max(std::abs(dx), std::abs(dy)) / length;
+  const double half = std::max(width, min) / 2 / length;
   const double across_x = -dy * half, across_y = dx * half;
   const std::array<Point, 4> corners{{{from.x + across_x, from.y + across_y},
                                       {to.x + across_x, to.y + across_y},

@@ -18,7 +18,7 @@ namespace weir::draw {
 namespace {
 
 constexpr uint8_t kOpaque = 255;
-constexpr float kLeastPointScore = 0.3f;  // of key points that are drawn
+constexpr float kMinPointScore = 0.3f;  // of key points that are drawn
 
 // The nearest pixel boundary.
 int64_t edge(double at) {
@@ -220,7 +220,7 @@ class Drawing {
     const Point& p = point(row, i);
     if (!std::isfinite(p.x) || !std::isfinite(p.y)) return false;
     return detections_.point_scores.empty() ||
-           detections_.point_scores[row * detections_.points_per_row + i] >= kLeastPointScore;
+           detections_.point_scores[row * detections_.points_per_row + i] >= kMinPointScore;
   }
 
   static std::array<Point, 4> corners_of(const Detection& d) {

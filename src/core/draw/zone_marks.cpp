@@ -10,8 +10,8 @@ namespace weir::draw {
 namespace {
 
 std::string number_of(float count) {
-  constexpr float kMost = 1e15f;
-  return count >= 0 && count < kMost ? std::to_string(static_cast<int64_t>(count)) : "?";
+  constexpr float kMax = 1e15f;
+  return count >= 0 && count < kMax ? std::to_string(static_cast<int64_t>(count)) : "?";
 }
 
 }  // namespace

@@ -15,7 +15,7 @@ namespace weir::evaluate {
 namespace {
 
 struct AreaRange {
-  double least, most;
+  double min, max;
 };
 constexpr AreaRange kAreas[] = {
     {0, 1e10}, {0, 32.0 * 32}, {32.0 * 32, 96.0 * 96}, {96.0 * 96, 1e10}};
@@ -44,7 +44,7 @@ double area_of_points(const std::vector<LabelledPoint>& points) noexcept {
 }
 
 bool is_in(const AreaRange& range, double area) noexcept {
-  return area >= range.least && area <= range.most;
+  return area >= range.min && area <= range.max;
 }
 
 }  // namespace
@@ -120,11 +120,11 @@ struct AveragePrecision::Matcher {
   }
 
   // A crowd may be matched many times. An ignored object is matched only if none that counts is.
-  std::optional<size_t> best_match(size_t d, double least, const std::vector<bool>& ignored,
+  std::optional<size_t> best_match(size_t d, double min, const std::vector<bool>& ignored,
                                    const std::vector<size_t>& order,
                                    const std::vector<bool>& is_taken) const {
     std::optional<size_t> match;
-    double best = std::min(least, 1 - 1e-10);
+    double best = std::min(min, 1 - 1e-10);
     for (const size_t g : order) {
       if (is_taken[g] && !truth[g]->is_crowd) continue;
       if (match && !ignored[*match] && ignored[g]) break;
@@ -171,7 +171,7 @@ double AveragePrecision::positives_of(const Slice& slice, Times times) {
   return static_cast<double>(out);
 }
 
-AveragePrecision::Curve AveragePrecision::curve(const Slice& slice, size_t threshold, uint32_t most,
+AveragePrecision::Curve AveragePrecision::curve(const Slice& slice, size_t threshold, uint32_t max,
                                                 Times times) const {
   Curve out;
   const double positives = positives_of(slice, times);
@@ -182,7 +182,7 @@ AveragePrecision::Curve AveragePrecision::curve(const Slice& slice, size_t thres
   precisions.reserve(slice.candidates.size());
   double hits = 0, misses = 0;
   for (const Candidate& candidate : slice.candidates) {
-    if (candidate.rank >= most || (candidate.ignored >> threshold & 1) != 0) continue;
+    if (candidate.rank >= max || (candidate.ignored >> threshold & 1) != 0) continue;
     const bool is_hit = (candidate.matched >> threshold & 1) != 0;
     for (uint32_t i = times_of(times, candidate.picture); i > 0; --i) {
       (is_hit ? hits : misses) += 1;
@@ -210,12 +210,12 @@ void AveragePrecision::set_precisions(const std::vector<double>& recalls,
 }
 
 AveragePrecision::Mean AveragePrecision::mean(size_t range, size_t first_threshold,
-                                              size_t end_threshold, uint32_t most,
+                                              size_t end_threshold, uint32_t max,
                                               Times times) const {
   double precision = 0, recall = 0, curves = 0;
   for (const Slice& slice : slices_[range])
     for (size_t t = first_threshold; t < end_threshold; ++t) {
-      const Curve one = curve(slice, t, most, times);
+      const Curve one = curve(slice, t, max, times);
       if (!one.is_defined) continue;
       precision += std::accumulate(one.precision.begin(), one.precision.end(), 0.0) / kRecalls;
       recall += one.recall;
@@ -237,8 +237,8 @@ Scores AveragePrecision::headline(Times times) const {
 
 Scores AveragePrecision::scores() const {
   Scores out = headline({});
-  const auto all = [&](size_t range, uint32_t most) {
-    return mean(range, 0, kSimilarityThresholds, most, {});
+  const auto all = [&](size_t range, uint32_t max) {
+    return mean(range, 0, kSimilarityThresholds, max, {});
   };
   const Mean small = all(kSmall, most_found_), medium = all(kMedium, most_found_),
              large = all(kLarge, most_found_), any = all(kAll, most_found_);

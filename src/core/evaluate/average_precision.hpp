@@ -62,10 +62,10 @@ class AveragePrecision {
   struct Matcher;
 
   static double positives_of(const Slice& slice, Times times);
-  Curve curve(const Slice& slice, size_t threshold, uint32_t most, Times times) const;
+  Curve curve(const Slice& slice, size_t threshold, uint32_t max, Times times) const;
   static void set_precisions(const std::vector<double>& recalls, std::vector<double> precisions,
                              Curve* curve);
-  Mean mean(size_t range, size_t first_threshold, size_t end_threshold, uint32_t most,
+  Mean mean(size_t range, size_t first_threshold, size_t end_threshold, uint32_t max,
             Times times) const;
 
   bool has_key_points_ = false;

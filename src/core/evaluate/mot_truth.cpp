@@ -16,7 +16,7 @@
 namespace weir::evaluate {
 namespace {
 
-constexpr uint32_t kMostFrames = 1'000'000;
+constexpr uint32_t kMaxFrames = 1'000'000;
 
 Error invalid(const std::string& path, std::string what, const std::string& offered,
               std::string needed, std::string fix) {
@@ -61,8 +61,8 @@ class TruthReader {
       return fault("a line refers to a frame that the sequence does not have",
                    "a frame from 1 to " + std::to_string(info_.frames),
                    "correct seqLength of seqinfo.ini, or the line");
-    constexpr double kMostTrack = 1e15;
-    if (track != std::floor(track) || std::abs(track) > kMostTrack)
+    constexpr double kMaxTrack = 1e15;
+    if (track != std::floor(track) || std::abs(track) > kMaxTrack)
       return fault("the number of a track is not a whole number", "a whole number",
                    "correct the line");
     const Rectangle box{n[2] - 1, n[3] - 1, n[4], n[5]};  // pixels of the files count from 1
@@ -119,11 +119,11 @@ class SequenceValues {
       if (equal_ignoring_case(entry.key, key)) return entry.value;
     return "";
   }
-  Result<uint32_t> number(const std::string& key, uint32_t most) const {
+  Result<uint32_t> number(const std::string& key, uint32_t max) const {
     const auto parsed = parse_unsigned(text(key));
-    if (parsed && *parsed > 0 && *parsed <= most) return static_cast<uint32_t>(*parsed);
+    if (parsed && *parsed > 0 && *parsed <= max) return static_cast<uint32_t>(*parsed);
     return invalid(path_, "the sequence has no valid " + key, key + "=" + text(key),
-                   "a whole number from 1 to " + std::to_string(most),
+                   "a whole number from 1 to " + std::to_string(max),
                    key + "=600 in the group [Sequence]");
   }
   Result<double> frame_rate() const {
@@ -148,7 +148,7 @@ Result<SequenceInfo> parse_sequence_info(const std::string& path, std::string_vi
   out.name = values.text("name");
   if (const auto folder = values.text("imDir"); !folder.empty()) out.folder = folder;
   if (const auto extension = values.text("imExt"); !extension.empty()) out.extension = extension;
-  const auto frames = values.number("seqLength", kMostFrames);
+  const auto frames = values.number("seqLength", kMaxFrames);
   if (!frames) return frames.error();
   const auto width = values.number("imWidth", INT16_MAX);
   if (!width) return width.error();
@@ -186,7 +186,7 @@ TrackedFrame without_neutral(const TruthTracks& truth, std::vector<TrackedBox> f
   for (size_t t = 0; t < all.size(); ++t)
     for (size_t f = 0; f < found.size(); ++f) {
       const double value = overlap(all[t].box, found[f].box);
-      overlaps.at(t, f) = value >= kLeastOverlap ? value : 0;
+      overlaps.at(t, f) = value >= kMinOverlap ? value : 0;
     }
   std::vector<bool> is_neutral(found.size(), false);
   const auto matches = track::best_assignment(overlaps);

@@ -11,7 +11,7 @@
 namespace weir::evaluate {
 
 // Boxes with an overlap of at least this much may be matched by MOTA and IDF1.
-inline constexpr double kLeastOverlap = 0.5;
+inline constexpr double kMinOverlap = 0.5;
 
 struct NumberedFrame {
   std::vector<size_t> truth, found;  // tracks of the boxes, from 0

@@ -28,7 +28,7 @@ std::vector<std::optional<size_t>> match(const NumberedFrame& frame,
   for (size_t t = 0; t < frame.truth.size(); ++t)
     for (size_t f = 0; f < frame.found.size(); ++f) {
       const double overlap = frame.overlaps.at(t, f);
-      if (overlap < kLeastOverlap) continue;
+      if (overlap < kMinOverlap) continue;
       const bool is_kept = tracks[frame.truth[t]].previous == frame.found[f];
       values.at(t, f) = overlap + (is_kept ? kKept : 0);
     }
@@ -174,7 +174,7 @@ IdentityCounts identity_counts(const Sequence& sequence) {
   for (const NumberedFrame& frame : numbered.frames)
     for (size_t t = 0; t < frame.truth.size(); ++t)
       for (size_t f = 0; f < frame.found.size(); ++f)
-        if (frame.overlaps.at(t, f) >= kLeastOverlap) ++common.at(frame.truth[t], frame.found[f]);
+        if (frame.overlaps.at(t, f) >= kMinOverlap) ++common.at(frame.truth[t], frame.found[f]);
   IdentityCounts out;
   const auto pairs = track::best_assignment(common);
   for (size_t t = 0; t < pairs.size(); ++t)
@@ -272,9 +272,9 @@ Scores tracking_headline(std::span<const TrackingCounts> sequences, Times times)
   return headline(sum);
 }
 
-std::vector<Sequence> parts_of(const Sequence& sequence, size_t least_frames, size_t most) {
+std::vector<Sequence> parts_of(const Sequence& sequence, size_t min_frames, size_t max) {
   const size_t count =
-      std::clamp<size_t>(sequence.size() / std::max<size_t>(least_frames, 1), 1, most);
+      std::clamp<size_t>(sequence.size() / std::max<size_t>(min_frames, 1), 1, max);
   const auto at = [&](size_t part) {
     return sequence.begin() + static_cast<ptrdiff_t>(sequence.size() * part / count);
   };

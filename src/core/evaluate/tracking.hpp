@@ -61,9 +61,9 @@ Scores tracking_scores(const TrackingCounts& counts);
 // The first three, of sequences that count several times or not at all.
 Scores tracking_headline(std::span<const TrackingCounts> sequences, Times times);
 
-// A sequence cut into parts of equal length, at most `most` and each of at least `least_frames`
+// A sequence cut into parts of equal length, at most `most` and each of at least `min_frames`
 // frames, so that the spread of one sequence can be estimated. One part if it is too short.
-std::vector<Sequence> parts_of(const Sequence& sequence, size_t least_frames, size_t most);
+std::vector<Sequence> parts_of(const Sequence& sequence, size_t min_frames, size_t max);
 
 // The errors of each frame, missed and false, at an overlap of 0.5.
 std::vector<size_t> errors_of_frames(const Sequence& sequence);

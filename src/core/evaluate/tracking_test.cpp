@@ -132,12 +132,12 @@ TEST(Tracking, WithoutTruthOrFoundBoxes) {
 }
 
 TEST(PartsOf, AreOfEqualLengthAndHaveEveryFrameOnce) {
-  const auto lengths = [](size_t frames, size_t least, size_t most) {
+  const auto lengths = [](size_t frames, size_t min, size_t max) {
     Sequence sequence(frames);
     for (size_t i = 0; i < frames; ++i) sequence[i].found = {{static_cast<int64_t>(i), at(0)}};
     std::vector<size_t> out;
     int64_t next = 0;
-    for (const Sequence& part : parts_of(sequence, least, most)) {
+    for (const Sequence& part : parts_of(sequence, min, max)) {
       out.push_back(part.size());
       for (const TrackedFrame& frame : part) EXPECT_EQ(frame.found[0].track, next++);
     }

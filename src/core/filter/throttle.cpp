@@ -14,12 +14,12 @@ void Throttle::limit(uint64_t delay) noexcept {
 
 std::optional<Throttle::Overflow> Throttle::refuses(uint64_t time, std::optional<uint64_t> duration,
                                                     uint64_t latency) noexcept {
-  constexpr uint64_t kMost = INT64_MAX;
-  const uint64_t delay = std::min(delay_.load(), kMost);
+  constexpr uint64_t kMax = INT64_MAX;
+  const uint64_t delay = std::min(delay_.load(), kMax);
   const bool first = !before_;
   const uint64_t distance = before_ && time > *before_ ? time - *before_ : 0;
   before_ = time;
-  accumulated_ = std::min(std::min(distance, kMost) + accumulated_, kMost);
+  accumulated_ = std::min(std::min(distance, kMax) + accumulated_, kMax);
   if (first || delay == 0 || accumulated_ >= std::max(latency, delay)) {
     accumulated_ = 0;
     return std::nullopt;

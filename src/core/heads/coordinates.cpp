@@ -17,11 +17,11 @@ bool reaches(float score, float threshold) noexcept {
 }
 
 void CornerBoxes::add(std::span<const float, 4> box, float score, float class_index, size_t row) {
-  constexpr float kMostClasses = 1 << 24;
+  constexpr float kMaxClasses = 1 << 24;
   // Class numbers of quantised outputs are between whole numbers: 1 is 0.996 for a scale of
   // 1/127.5.
   class_index = std::round(class_index);
-  if (!reaches(score, threshold_) || !(class_index >= 0 && class_index < kMostClasses)) return;
+  if (!reaches(score, threshold_) || !(class_index >= 0 && class_index < kMaxClasses)) return;
   const detection::Candidate candidate{.x = box[0],
                                        .y = box[1],
                                        .width = box[2] - box[0],

@@ -18,16 +18,16 @@ enum class Unit {
 Unit unit_setting(const HeadOptions& options);
 
 // Tells pixels from parts of the picture by the coordinates themselves: in pixels, one of them is
-// beyond kMostOfPicture unless all objects are within the first two pixels.
+// beyond kMaxOfPicture unless all objects are within the first two pixels.
 class UnitOfNumbers {
  public:
   void add(float coordinate) noexcept {
-    if (coordinate > kMostOfPicture || coordinate < -kMostOfPicture) is_beyond_ = true;
+    if (coordinate > kMaxOfPicture || coordinate < -kMaxOfPicture) is_beyond_ = true;
   }
   Unit unit() const noexcept { return is_beyond_ ? Unit::Pixels : Unit::Picture; }
 
  private:
-  static constexpr float kMostOfPicture = 2;
+  static constexpr float kMaxOfPicture = 2;
   bool is_beyond_ = false;
 };
 

@@ -15,7 +15,7 @@ namespace {
 using detection::Candidates;
 using detection::PictureSize;
 
-constexpr size_t kMostRows = 1000;  // that fit() takes for rows of objects
+constexpr size_t kMaxRows = 1000;  // that fit() takes for rows of objects
 
 // The index of each number in a row. The numbers of the box are together.
 struct Columns {
@@ -60,7 +60,7 @@ bool has_rows(const ModelFacts& model, const Columns& columns) {
 }
 Fit fit_rows(const ModelFacts& model, const Columns& columns) {
   if (!has_rows(model, columns)) return Fit::No;
-  return *model.outputs[0].shape.count() / columns.length <= kMostRows ? Fit::Possible : Fit::No;
+  return *model.outputs[0].shape.count() / columns.length <= kMaxRows ? Fit::Possible : Fit::No;
 }
 std::unique_ptr<Head> open_rows(const ModelFacts& model, const HeadOptions& options,
                                 const Family& family, const Columns& columns) {
@@ -72,7 +72,7 @@ using detection::Candidate;
 using detection::Candidates;
 using detection::PictureSize;
 
-constexpr size_t kMostQueries = 1000, kDetrBox = 4, kCoco = 80, kCocoOfDetr = 92;
+constexpr size_t kMaxQueries = 1000, kDetrBox = 4, kCoco = 80, kCocoOfDetr = 92;
 
 // Centre and size, 0 to 1 across the picture.
 Candidate candidate_of(std::span<const float> box, PictureSize input) {
@@ -100,7 +100,7 @@ std::optional<Queries> find_queries(const ModelFacts& model) {
     const size_t boxes = is_swapped ? attempt : 1 - attempt;
     const Shape &box = model.outputs[boxes].shape, &score = model.outputs[1 - boxes].shape;
     if (box.min_rank() > 2 || score.min_rank() > 2) continue;
-    if (box[0] != kDetrBox || box[1] != score[1] || box[1] == 0 || box[1] > kMostQueries) continue;
+    if (box[0] != kDetrBox || box[1] != score[1] || box[1] == 0 || box[1] > kMaxQueries) continue;
     return Queries{.count = box[1],
                    .classes = score[0],
                    .scores_output = 1 - boxes,
@@ -114,7 +114,7 @@ std::optional<Queries> find_queries(const ModelFacts& model) {
 std::optional<Queries> find_joined_queries(const ModelFacts& model) {
   if (model.outputs.size() != 1 || model.outputs[0].shape.min_rank() != 2) return std::nullopt;
   const Shape& shape = model.outputs[0].shape;
-  if (shape[0] <= kDetrBox || shape[1] > kMostQueries) return std::nullopt;
+  if (shape[0] <= kDetrBox || shape[1] > kMaxQueries) return std::nullopt;
   return Queries{.count = shape[1], .classes = shape[0] - kDetrBox, .row_length = shape[0]};
 }
 

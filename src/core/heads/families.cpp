@@ -74,10 +74,10 @@ std::string names_of(const std::vector<const Family*>& families, const char* bef
 }
 
 void check_sizes(const ModelFacts& model) {
-  constexpr uint64_t kMostElements = uint64_t{1} << 31;
+  constexpr uint64_t kMaxElements = uint64_t{1} << 31;
   for (const OutputFacts& output : model.outputs) {
     const auto count = output.shape.valid() ? output.shape.count() : std::optional<uint64_t>(0);
-    if (count && *count > 0 && *count <= kMostElements) continue;
+    if (count && *count > 0 && *count <= kMaxElements) continue;
     throw Failure({.code = Code::SPEC_MISMATCH,
                    .what = "an output of the model has no usable size",
                    .offered = model.describe_outputs(),

@@ -37,9 +37,9 @@ TEST(Families, NoModelOfAnyFamilyHasNoOutputs) {
 }
 
 TEST(Families, NoneOpensExtentsOfZeroOrBeyondMemory) {
-  constexpr uint32_t kMost = 4294967295;
+  constexpr uint32_t kMax = 4294967295;
   for (const Shape& shape :
-       {Shape{}, Shape{0}, Shape{0, 17}, Shape{17, 0, 9}, Shape{kMost, kMost, kMost}})
+       {Shape{}, Shape{0}, Shape{0, 17}, Shape{17, 0, 9}, Shape{kMax, kMax, kMax}})
     for (const size_t count : {1u, 2u, 3u, 12u}) {
       const ModelFacts model{
           .outputs = {count,

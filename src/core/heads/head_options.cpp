@@ -37,14 +37,14 @@ std::optional<size_t> word_setting(const HeadOptions& options, const std::string
 }
 
 std::optional<int64_t> number_setting(const HeadOptions& options, const std::string& key,
-                                      int64_t least, int64_t most) {
+                                      int64_t min, int64_t max) {
   const auto value = value_of(options, key);
   if (!value) return std::nullopt;
   const auto number = parse_signed(*value);
-  if (number && *number >= least && *number <= most) return number;
-  throw wrong_setting(
-      options, key, "a whole number from " + std::to_string(least) + " to " + std::to_string(most),
-      std::to_string(std::max<int64_t>(least, 1)));
+  if (number && *number >= min && *number <= max) return number;
+  throw wrong_setting(options, key,
+                      "a whole number from " + std::to_string(min) + " to " + std::to_string(max),
+                      std::to_string(std::max<int64_t>(min, 1)));
 }
 
 std::vector<float> numbers_setting(const HeadOptions& options, const std::string& key,

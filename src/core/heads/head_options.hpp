@@ -21,7 +21,7 @@ std::optional<size_t> word_setting(const HeadOptions& options, const std::string
                                    std::initializer_list<std::string_view> words);
 // A whole number from `least` to `most`; nullopt if it is not set.
 std::optional<int64_t> number_setting(const HeadOptions& options, const std::string& key,
-                                      int64_t least, int64_t most);
+                                      int64_t min, int64_t max);
 // Numbers between '/', ';', ' ' or ':', none of which separates settings; empty if it is not set.
 std::vector<float> numbers_setting(const HeadOptions& options, const std::string& key,
                                    const std::string& example);

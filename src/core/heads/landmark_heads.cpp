@@ -101,12 +101,12 @@ class LandmarkHead final : public PointsHead {
       points.push_back(
           key_point(values[0], values[1], layout_.form.values > 3 ? sigmoid(values[3]) : score));
     const bool is_right = layout_.side && outputs.read(*layout_.side)[0] > 0.5f;
-    add(points, kLeastVisibility, score, is_right ? 1 : 0);
+    add(points, kMinVisibility, score, is_right ? 1 : 0);
     return take();
   }
 
  private:
-  static constexpr float kLeastVisibility = 0.5f;  // of points that the box surrounds
+  static constexpr float kMinVisibility = 0.5f;  // of points that the box surrounds
 
   const Network& network_;
   LandmarkLayout layout_;

@@ -16,7 +16,7 @@ using detection::Candidate;
 using detection::Candidates;
 using detection::PictureSize;
 
-constexpr uint32_t kMostClasses = 65536;
+constexpr uint32_t kMaxClasses = 65536;
 
 // Where the scores of a pixel are.
 struct Pixels {
@@ -42,9 +42,9 @@ std::optional<Pixels> find_pixels(const ModelFacts& model) {
   const uint32_t third = std::max(shape[2], 1u);
   const Pixels packed{shape[1], third, shape[0], true}, planar{shape[0], shape[1], third, false};
   const bool can_pack =
-      packed.classes <= kMostClasses && has_aspect(packed.width, packed.height, model.input);
+      packed.classes <= kMaxClasses && has_aspect(packed.width, packed.height, model.input);
   const bool can_plane =
-      planar.classes <= kMostClasses && has_aspect(planar.width, planar.height, model.input);
+      planar.classes <= kMaxClasses && has_aspect(planar.width, planar.height, model.input);
   if (can_pack && can_plane) return packed.classes < planar.classes ? packed : planar;
   if (can_pack) return packed;
   return can_plane ? std::optional(planar) : std::nullopt;
@@ -104,10 +104,10 @@ class DeepLab final : public MapHead {
   // Class 1 where the probability reaches the threshold.
   void fill_one(std::span<const float> numbers, std::span<uint16_t> map) {
     if (kind_ == ScoreKind::Automatic && are_logits(numbers)) kind_ = ScoreKind::Logits;
-    const float least = kind_ != ScoreKind::Logits ? threshold_
-                        : threshold_ >= 1          ? std::numeric_limits<float>::infinity()
-                                                   : std::log(threshold_ / (1 - threshold_));
-    for (size_t i = 0; i < map.size(); ++i) map[i] = numbers[i] >= least;
+    const float min = kind_ != ScoreKind::Logits ? threshold_
+                      : threshold_ >= 1          ? std::numeric_limits<float>::infinity()
+                                                 : std::log(threshold_ / (1 - threshold_));
+    for (size_t i = 0; i < map.size(); ++i) map[i] = numbers[i] >= min;
   }
 
   ScoreKind kind_;  // logits, once one was seen
@@ -121,7 +121,7 @@ class ClassMap final : public MapHead {
  private:
   std::span<const float> read(OutputValues& outputs) const override { return outputs.read_raw(0); }
   void fill(std::span<const float> numbers, std::span<uint16_t> map) override {
-    const auto bad = detection::classes_from_numbers(numbers, kMostClasses, map);
+    const auto bad = detection::classes_from_numbers(numbers, kMaxClasses, map);
     if (!bad) return;
     throw Failure({.code = Code::SPEC_MISMATCH,
                    .what = "a pixel has no class",

@@ -12,7 +12,7 @@
 namespace weir::heads {
 namespace {
 
-constexpr size_t kMostElements = size_t{1} << 31;
+constexpr size_t kMaxElements = size_t{1} << 31;
 
 template <class T>
 float real_from(const std::byte* from) {
@@ -42,7 +42,7 @@ void dequantise_values(const weir_tensor& tensor, std::span<float> to) {
 size_t element_count(const weir_tensor_info& info) {
   size_t count = info.rank <= WEIR_RANK_LIMIT && info.type < WEIR_TYPE_END ? 1 : 0;
   for (uint32_t i = 0; count > 0 && i < info.rank; ++i) {
-    const bool fits = info.shape[i] > 0 && size_t(info.shape[i]) <= kMostElements / count;
+    const bool fits = info.shape[i] > 0 && size_t(info.shape[i]) <= kMaxElements / count;
     count = fits ? count * size_t(info.shape[i]) : 0;
   }
   if (count > 0) return count;

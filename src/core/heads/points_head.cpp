@@ -10,10 +10,10 @@
 namespace weir::heads {
 namespace {
 
-Box box_around(std::span<const results::KeyPoint> points, float least) noexcept {
+Box box_around(std::span<const results::KeyPoint> points, float min) noexcept {
   Box box{INFINITY, INFINITY, -INFINITY, -INFINITY};
   for (const auto& point : points) {
-    if (point.score < least) continue;
+    if (point.score < min) continue;
     box.x1 = std::min(box.x1, point.x), box.x2 = std::max(box.x2, point.x);
     box.y1 = std::min(box.y1, point.y), box.y2 = std::max(box.y2, point.y);
   }
@@ -32,12 +32,12 @@ void PointsHead::begin() noexcept {
   points_.clear();
 }
 
-void PointsHead::add(std::span<const results::KeyPoint> points, float least, float score,
+void PointsHead::add(std::span<const results::KeyPoint> points, float min, float score,
                      int32_t class_index) {
   const bool any = std::any_of(points.begin(), points.end(),
-                               [&](const auto& point) { return point.score >= least; });
+                               [&](const auto& point) { return point.score >= min; });
   const size_t before = found_.size();
-  add(points, box_around(points, any ? least : 0), score);
+  add(points, box_around(points, any ? min : 0), score);
   if (found_.size() > before) found_.back().class_index = class_index;
 }
 

@@ -24,8 +24,7 @@ class PointsHead : public Head {
   void begin() noexcept;
   // Adds an object whose box is the upright one around its points of at least `least` score, or
   // around all of them if none has it.
-  void add(std::span<const results::KeyPoint> points, float least, float score,
-           int32_t class_index);
+  void add(std::span<const results::KeyPoint> points, float min, float score, int32_t class_index);
   // With a box of its own. Left out if it is not finite.
   void add(std::span<const results::KeyPoint> points, const Box& box, float score);
   detection::Candidates take() noexcept { return std::move(found_); }

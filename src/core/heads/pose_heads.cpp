@@ -226,12 +226,12 @@ struct Layout {
   size_t next_point, next_cell;  // elements from one to the next
 };
 
-constexpr size_t kLeastSide = 8, kMostPoints = 512;
+constexpr size_t kMinSide = 8, kMaxPoints = 512;
 
 // Whether the cells of such maps are squares of the input. One map of the input's own size is a
 // mask or a depth.
 bool is_plausible(const Layout& layout, PictureSize input) {
-  if (layout.width < kLeastSide || layout.height < kLeastSide || layout.points > kMostPoints)
+  if (layout.width < kMinSide || layout.height < kMinSide || layout.points > kMaxPoints)
     return false;
   if (input.width == 0 || input.height == 0)
     return layout.points > 1 && layout.points < layout.width && layout.points < layout.height;
@@ -286,10 +286,10 @@ class HeatMaps final : public PointsHead {
   // The first cell with the highest value; not-a-number never wins.
   size_t peak_of(const float* map) const noexcept {
     size_t best = 0;
-    float most = -INFINITY;
+    float max = -INFINITY;
     for (size_t cell = 0; cell < layout_.width * layout_.height; ++cell) {
       const float value = map[cell * layout_.next_cell];
-      if (value > most) most = value, best = cell;
+      if (value > max) max = value, best = cell;
     }
     return best;
   }
@@ -310,10 +310,9 @@ Fit fit(const ModelFacts& model) {
   if (!layout) return Fit::No;
   // Maps of the input's own size are masks, scores of classes or depths; grids of larger cells are
   // those of detectors.
-  constexpr size_t kLeastCell = 2, kMostCell = 8;
-  const bool has_cells =
-      model.input.width == 0 || (layout->width * kLeastCell <= model.input.width &&
-                                 layout->width * kMostCell >= model.input.width);
+  constexpr size_t kMinCell = 2, kMaxCell = 8;
+  const bool has_cells = model.input.width == 0 || (layout->width * kMinCell <= model.input.width &&
+                                                    layout->width * kMaxCell >= model.input.width);
   return has_cells ? Fit::Possible : Fit::No;
 }
 

@@ -36,16 +36,16 @@ std::optional<MapSize> map_of(const ModelFacts& model) {
 }
 
 // A setting of the head: a number from 0 to `most`.
-float read_setting(const HeadOptions& options, const std::string& key, float otherwise, float most,
+float read_setting(const HeadOptions& options, const std::string& key, float otherwise, float max,
                    const char* fix) {
   const auto found = options.custom.find(key);
   if (found == options.custom.end()) return otherwise;
   const auto value = parse_double(found->second);
-  if (value && *value >= 0 && *value <= double{most}) return static_cast<float>(*value);
+  if (value && *value >= 0 && *value <= double{max}) return static_cast<float>(*value);
   throw Failure({.code = Code::OPTION_VALUE,
                  .what = "the value of " + key + " cannot be used",
                  .offered = "custom=" + key + ":" + found->second,
-                 .needed = "a number from 0 to " + std::to_string(static_cast<int>(most)),
+                 .needed = "a number from 0 to " + std::to_string(static_cast<int>(max)),
                  .fix = fix});
 }
 
@@ -86,14 +86,14 @@ Fit fit_db(const ModelFacts& model) {
 std::unique_ptr<Head> open_db(const ModelFacts& model, const HeadOptions& options) {
   const auto map = map_of(model);
   if (!map) throw wrong_outputs(model, kDb);
-  constexpr float kMostGrowth = 10;
+  constexpr float kMaxGrowth = 10;
   const detection::TextRegionOptions usual;
   return std::make_unique<Db>(
       *map, detection::TextRegionOptions{
-                .least_pixel = read_setting(options, "pixel-threshold", usual.least_pixel, 1,
-                                            "custom=pixel-threshold:0.3"),
-                .least_score = options.threshold,
-                .unclip = read_setting(options, "unclip", usual.unclip, kMostGrowth,
+                .min_pixel = read_setting(options, "pixel-threshold", usual.min_pixel, 1,
+                                          "custom=pixel-threshold:0.3"),
+                .min_score = options.threshold,
+                .unclip = read_setting(options, "unclip", usual.unclip, kMaxGrowth,
                                        "custom=unclip:1.5")});
 }
 
@@ -130,13 +130,12 @@ class Ctc final : public Head {
     size_t kept = 0, previous = 0;
     for (size_t step = 0; step < layout_.steps; ++step) {
       const auto values = all.subspan(step * layout_.classes, layout_.classes);
-      const float most = detection::best_score(values);
-      const size_t best = most > -INFINITY
-                              ? static_cast<size_t>(detection::class_with(values, most))
-                              : 0;  // nothing but NaN
+      const float max = detection::best_score(values);
+      const size_t best = max > -INFINITY ? static_cast<size_t>(detection::class_with(values, max))
+                                          : 0;  // nothing but NaN
       if (best != 0 && best != previous) {
         text_ += characters_[best - 1];
-        sum += probability(values, most);
+        sum += probability(values, max);
         ++kept;
       }
       previous = best;
@@ -154,13 +153,13 @@ class Ctc final : public Head {
 
  private:
   // Of the class with the greatest value; values outside 0 to 1 are logits.
-  static float probability(std::span<const float> values, float most) {
-    const bool are_logits = most > 1 || std::any_of(values.begin(), values.end(),
-                                                    [](float value) { return value < 0; });
-    if (!are_logits) return most;
+  static float probability(std::span<const float> values, float max) {
+    const bool are_logits =
+        max > 1 || std::any_of(values.begin(), values.end(), [](float value) { return value < 0; });
+    if (!are_logits) return max;
     float sum = 0;
     for (const float value : values)
-      if (value == value) sum += std::exp(value - most);
+      if (value == value) sum += std::exp(value - max);
     return probability_of(1 / sum);
   }
 

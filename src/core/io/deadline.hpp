@@ -16,9 +16,9 @@ inline Deadline deadline_in(
     std::chrono::milliseconds time, int times = 1,
     std::chrono::steady_clock::time_point now = std::chrono::steady_clock::now()) noexcept {
   using std::chrono::steady_clock;
-  const auto most =
+  const auto max =
       std::chrono::floor<std::chrono::milliseconds>(steady_clock::time_point::max() - now);
-  if (time > most / times) return std::nullopt;
+  if (time > max / times) return std::nullopt;
   return now + times * time;
 }
 

@@ -40,9 +40,9 @@ TEST(DeadlineIn, IsNoneBeyondTheClock) {
       << "the longest isolate-timeout";
   EXPECT_EQ(deadline_in(milliseconds::max(), 1, kNow), std::nullopt);
   EXPECT_EQ(deadline_in(milliseconds::max() / 5, 10, kNow), std::nullopt) << "no overflow";
-  const auto most = std::chrono::floor<milliseconds>(Clock::time_point::max() - kNow);
-  EXPECT_EQ(deadline_in(most, 1, kNow), kNow + most);
-  EXPECT_EQ(deadline_in(most + 1ms, 1, kNow), std::nullopt);
+  const auto max = std::chrono::floor<milliseconds>(Clock::time_point::max() - kNow);
+  EXPECT_EQ(deadline_in(max, 1, kNow), kNow + max);
+  EXPECT_EQ(deadline_in(max + 1ms, 1, kNow), std::nullopt);
 }
 
 TEST(Earlier, NoDeadlineIsAfterAll) {

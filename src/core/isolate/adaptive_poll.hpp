@@ -1,7 +1,7 @@
 // AdaptivePoll: how long to poll for a reply before sleeping until it arrives.
 //
 // Sleeping and waking from another core takes up to 60 us on a virtual machine. If recent replies
-// took less than kMost, the reader polls for twice their mean time. If they took longer, the
+// took less than kMax, the reader polls for twice their mean time. If they took longer, the
 // wake-up is a small part of the total, and the reader sleeps immediately to free the core.
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #pragma once
@@ -13,18 +13,18 @@ namespace weir::isolate {
 class AdaptivePoll {
  public:
   using Duration = std::chrono::nanoseconds;
-  static constexpr Duration kMost = std::chrono::microseconds(200);
+  static constexpr Duration kMax = std::chrono::microseconds(200);
 
   void took(Duration wait) noexcept {
-    usual_ += (std::clamp(wait, Duration::zero(), 2 * kMost) - usual_) / kWeight;
+    usual_ += (std::clamp(wait, Duration::zero(), 2 * kMax) - usual_) / kWeight;
   }
   Duration patience() const noexcept {
-    return usual_ < kMost ? std::max(2 * usual_, kLeast) : Duration::zero();
+    return usual_ < kMax ? std::max(2 * usual_, kMin) : Duration::zero();
   }
 
  private:
   static constexpr int kWeight = 4;  // one long wait among short ones changes little
-  static constexpr Duration kLeast = std::chrono::microseconds(20);
+  static constexpr Duration kMin = std::chrono::microseconds(20);
   Duration usual_ = std::chrono::microseconds(25);
 };
 

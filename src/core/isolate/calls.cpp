@@ -20,12 +20,12 @@ void OpenCall::put(MessageWriter* message) const {
 }
 
 OpenCall OpenCall::take(MessageReader* message) {
-  constexpr uint32_t kMost = 1 << 16;
+  constexpr uint32_t kMax = 1 << 16;
   OpenCall out;
   out.engine = message->text();
-  for (uint32_t n = message->count(kMost); n > 0; --n) out.paths.push_back(message->text());
+  for (uint32_t n = message->count(kMax); n > 0; --n) out.paths.push_back(message->text());
   for (auto* pairs : {&out.options, &out.declared})
-    for (uint32_t n = message->count(kMost); n > 0; --n) {
+    for (uint32_t n = message->count(kMax); n > 0; --n) {
       auto key = message->text();
       pairs->emplace_back(std::move(key), message->text());
     }
@@ -48,8 +48,8 @@ bool has_legal_rank(const weir_tensor_info& info) noexcept {
 }
 
 std::optional<uint64_t> place(uint64_t bytes, uint64_t* end) {
-  constexpr uint64_t kMost = uint64_t{1} << 62;
-  if (bytes > kMost || *end > kMost) return std::nullopt;
+  constexpr uint64_t kMax = uint64_t{1} << 62;
+  if (bytes > kMax || *end > kMax) return std::nullopt;
   const uint64_t at = (*end + kPlacement - 1) / kPlacement * kPlacement;
   *end = at + bytes;
   return at;

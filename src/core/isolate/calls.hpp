@@ -34,7 +34,7 @@ struct BlockCall {
   uint32_t writable;
 };
 
-inline constexpr uint32_t kMostMaps = 1 << 16;
+inline constexpr uint32_t kMaxMaps = 1 << 16;
 
 // Part of Invoke: the frame, then each tensor, as ABI structs without their pointers.
 struct FrameCall {

@@ -126,7 +126,7 @@ Passage Channel::receive(const io::Deadline& deadline, Message* out) {
     return p;
   usual_.took(std::chrono::steady_clock::now() -
               began);  // the body follows immediately after the head
-  if (head.bytes > kMostMessageBytes) return Passage::Unreadable;
+  if (head.bytes > kMaxMessageBytes) return Passage::Unreadable;
   out->kind = static_cast<Kind>(head.kind);
   out->body.resize(head.bytes);
   return receive_bytes(out->body, deadline, look_until, &out->descriptor);

@@ -39,8 +39,8 @@ bool write_all(int file, std::span<const std::byte> bytes) {
 
 // Creates a file with an unused name: weir-frame-PID-NUMBER.tensors
 io::Descriptor new_file(const std::string& folder, std::string* path) {
-  constexpr int kMostNames = 10000;
-  for (int number = 1; number <= kMostNames; ++number) {
+  constexpr int kMaxNames = 10000;
+  for (int number = 1; number <= kMaxNames; ++number) {
     *path = (std::filesystem::path(folder) /
              ("weir-frame-" + std::to_string(getpid()) + "-" + std::to_string(number) + ".tensors"))
                 .string();

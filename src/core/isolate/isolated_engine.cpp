@@ -16,7 +16,7 @@
 namespace weir::isolate {
 namespace {
 
-constexpr uint64_t kMostFilesKept = 16;
+constexpr uint64_t kMaxFilesKept = 16;
 
 Error other_model() {
   return Error{.code = Code::MODEL_DIFFERS,
@@ -92,7 +92,7 @@ Error IsolatedSession::ended(Error error, const weir_frame* frame) {
   monitor.add(error.code == Code::WORKER_TIMEOUT ? &MonitorCounts::timed_out
                                                  : &MonitorCounts::ended);
   const std::string& folder = model_.isolation.crash_folder;
-  if (frame && !folder.empty() && monitor.counts().frames_saved < kMostFilesKept) {
+  if (frame && !folder.empty() && monitor.counts().frames_saved < kMaxFilesKept) {
     const auto file = save_frame(folder, *frame);
     if (file) {
       monitor.add(&MonitorCounts::frames_saved);
@@ -193,7 +193,7 @@ int open_model(const weir_open* request, weir_model** out, weir_error* error) {
     if (const auto bound = custom::bound_to_this_process(call.engine, call.paths))
       return give(error, *bound);
     model->settings.timeout = model->isolation.timeout;
-    model->settings.least_for_start = model->isolation.least_for_start;
+    model->settings.min_for_start = model->isolation.min_for_start;
     model->settings.memory_mib = model->isolation.memory_mib;
     model->settings.stop = model->isolation.monitor->stop_descriptor();
     auto first = model->supervisor();

@@ -97,8 +97,8 @@ class Monitor {
 struct Isolation {
   std::string engine;                        // name or alias; "" = chosen by the model's files
   std::chrono::milliseconds timeout{10000};  // for an invoke; 0 = no limit
-  std::chrono::milliseconds least_for_start{60000};  // or ten times `timeout`, if that is more
-  uint64_t memory_mib = 0;                           // 0 = no limit
+  std::chrono::milliseconds min_for_start{60000};  // or ten times `timeout`, if that is more
+  uint64_t memory_mib = 0;                         // 0 = no limit
   OnCrash on_crash = OnCrash::Restart;
   std::string crash_folder;  // "" = do not save frames
   std::string repeat;  // the element with its properties, for the command that replays a frame

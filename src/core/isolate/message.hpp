@@ -35,7 +35,7 @@ enum class Kind : uint32_t {
   Failed,  // an error of the engine or module
 };
 
-inline constexpr uint32_t kMostMessageBytes = 16u << 20;
+inline constexpr uint32_t kMaxMessageBytes = 16u << 20;
 
 struct MessageHead {
   uint32_t kind, bytes;  // bytes after the head
@@ -95,9 +95,9 @@ class MessageReader {
   // Everything that is left.
   std::span<const std::byte> rest() { return bytes(rest_.size()); }
   // The number of items that follow; more than `most` invalidates the message.
-  uint32_t count(uint32_t most) {
+  uint32_t count(uint32_t max) {
     const auto value = take<uint32_t>();
-    if (value <= most) return value;
+    if (value <= max) return value;
     spoiled_ = true;
     return 0;
   }

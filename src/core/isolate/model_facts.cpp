@@ -7,10 +7,10 @@
 namespace weir::isolate {
 namespace {
 
-constexpr size_t kMostText = size_t{64} * 1024;
+constexpr size_t kMaxText = size_t{64} * 1024;
 
 std::string shortened(std::string text) {
-  if (text.size() > kMostText) text.resize(kMostText);
+  if (text.size() > kMaxText) text.resize(kMaxText);
   return text;
 }
 
@@ -54,7 +54,7 @@ void put_model(const std::string& engine, const AcceleratorChoice& accelerator,
   put_infos({info.inputs, info.n_inputs}, message);
   put_infos({info.outputs, info.n_outputs}, message);
   const std::string metadata = info.metadata_json ? info.metadata_json : "";
-  message->text(metadata.size() < kMostMessageBytes / 2 ? metadata : "");
+  message->text(metadata.size() < kMaxMessageBytes / 2 ? metadata : "");
 }
 
 ModelFacts ModelFacts::take(MessageReader* message) {

@@ -298,8 +298,8 @@ TEST_F(Reach, CannotRaiseItsMemoryLimit) {
   ASSERT_TRUE(open());
   if (isolation_.monitor->confinement().text.find("sanitizer") != std::string::npos)
     GTEST_SKIP() << "no limit with a sanitizer";
-  const rlimit most{RLIM_INFINITY, RLIM_INFINITY};
-  const std::string bytes(reinterpret_cast<const char*>(&most), sizeof most);
+  const rlimit max{RLIM_INFINITY, RLIM_INFINITY};
+  const std::string bytes(reinterpret_cast<const char*>(&max), sizeof max);
   EXPECT_EQ(call(SYS_prlimit64, {0, RLIMIT_DATA, bytes, 0}).error, EPERM);
   EXPECT_EQ(call(SYS_setrlimit, {RLIMIT_DATA, bytes}).error, EPERM);
 }

@@ -18,13 +18,13 @@ class RestartBackoff {
     if (now - started_ >= kQuiet) next_ = {};
     const auto wait = next_;
     next_ = wait == Clock::duration{} ? Clock::duration(kFirst)
-                                      : std::min(2 * wait, Clock::duration(kMost));
+                                      : std::min(2 * wait, Clock::duration(kMax));
     return wait;
   }
 
  private:
   static constexpr std::chrono::milliseconds kFirst{100};
-  static constexpr std::chrono::seconds kMost{10}, kQuiet{10};
+  static constexpr std::chrono::seconds kMax{10}, kQuiet{10};
   Clock::time_point started_{};
   Clock::duration next_{};
 };

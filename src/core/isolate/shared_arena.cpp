@@ -20,9 +20,9 @@ std::shared_ptr<SharedBlock> SharedArena::allocate(size_t bytes) {
   };
   {
     std::lock_guard lock(mutex_);
-    const size_t least = std::max(needed, SharedBlock::kPage);
-    const auto fits = [least](const SharedBlock* block) {
-      return block->bytes() >= least && block->bytes() / 2 <= least;
+    const size_t min = std::max(needed, SharedBlock::kPage);
+    const auto fits = [min](const SharedBlock* block) {
+      return block->bytes() >= min && block->bytes() / 2 <= min;
     };
     const auto found = std::find_if(free_.begin(), free_.end(), fits);
     if (found != free_.end()) {
@@ -30,7 +30,7 @@ std::shared_ptr<SharedBlock> SharedArena::allocate(size_t bytes) {
       free_.erase(found);
       return lend(block);
     }
-    if (blocks_.size() >= kMostBlocks) {
+    if (blocks_.size() >= kMaxBlocks) {
       if (free_.empty()) return nullptr;
       blocks_.erase(free_.front()->data());
       free_.erase(free_.begin());

@@ -14,7 +14,7 @@ namespace weir::isolate {
 // Thread-safe. Keeps a bounded number of released blocks for frames of the same size.
 class SharedArena : public std::enable_shared_from_this<SharedArena> {
  public:
-  static constexpr size_t kMostBlocks = 128;  // each holds a file descriptor
+  static constexpr size_t kMaxBlocks = 128;  // each holds a file descriptor
   static constexpr size_t kRetained = 16;
 
   // `padding`: readable bytes after each frame.

@@ -84,7 +84,7 @@ TEST(SharedArena, ReusesReturnedBlocks) {
 TEST(SharedArena, IsLimited) {
   const auto arena = SharedArena::make(0);
   std::vector<std::shared_ptr<SharedBlock>> held;
-  for (size_t i = 0; i < SharedArena::kMostBlocks; ++i) held.push_back(arena->allocate(1));
+  for (size_t i = 0; i < SharedArena::kMaxBlocks; ++i) held.push_back(arena->allocate(1));
   EXPECT_TRUE(held.back());
   EXPECT_FALSE(arena->allocate(1));
   held.pop_back();

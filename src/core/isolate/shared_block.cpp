@@ -14,7 +14,7 @@
 namespace weir::isolate {
 namespace {
 
-constexpr size_t kMostBytes = size_t{1} << 40;
+constexpr size_t kMaxBytes = size_t{1} << 40;
 
 Error no_memory(size_t bytes, const char* step) {
   return Error{.code = Code::OUT_OF_MEMORY,
@@ -48,7 +48,7 @@ Mapping::~Mapping() {
 
 Result<std::shared_ptr<SharedBlock>> SharedBlock::create(size_t bytes, Sharing sharing) {
   static std::atomic<uint64_t> last_id{0};
-  if (bytes > kMostBytes) {
+  if (bytes > kMaxBytes) {
     errno = EFBIG;
     return no_memory(bytes, "size");
   }

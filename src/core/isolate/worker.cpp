@@ -29,8 +29,8 @@ Result<std::unique_ptr<Worker>> Worker::start(const WorkerSettings& settings, in
 Status Worker::open(int cancel) {
   channel_ = Channel(process_->take_socket(), process_->descriptor(), settings_.stop, cancel);
   auto until = deadline(kOnce);
-  const auto least = io::deadline_in(settings_.least_for_start);
-  if (until && (!least || *least > *until)) until = least;
+  const auto min = io::deadline_in(settings_.min_for_start);
+  if (until && (!min || *min > *until)) until = min;
   const auto passage = channel_.receive(until, &answer_);
   if (passage == Passage::Cancelled) return lost(passage, "at its start");
   MessageReader hello(answer_.body);

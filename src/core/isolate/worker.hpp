@@ -21,8 +21,8 @@ struct WorkerSettings {
   // For an invoke; ten times as long for rare calls: start, first invoke, shapes, orders. 0 = no
   // limit.
   std::chrono::milliseconds timeout{10000};
-  std::chrono::milliseconds least_for_start{60000};  // minimum for the start, if `timeout` is short
-  uint64_t memory_mib = 0;                           // 0 = no limit
+  std::chrono::milliseconds min_for_start{60000};  // minimum for the start, if `timeout` is short
+  uint64_t memory_mib = 0;                         // 0 = no limit
   int stop = -1;  // borrowed; readable when the result is no longer needed: CANCELLED
 };
 

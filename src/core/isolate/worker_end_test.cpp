@@ -130,7 +130,7 @@ TEST_F(WorkerEnd, AtTheStartIsAnErrorWhateverThePolicy) {
   EXPECT_SAYS(open_error("abort"), "signal 6 (Aborted)");
   EXPECT_SAYS(open_error("exit"), "exit(4)");
   isolation_.timeout = 1ms;
-  isolation_.least_for_start = 2000ms;
+  isolation_.min_for_start = 2000ms;
   EXPECT_SAYS(open_error("loop"), "timed out while it opened the model");
   EXPECT_EQ(counts().restarted, 0u);
 }

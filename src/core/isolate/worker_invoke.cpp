@@ -9,8 +9,8 @@
 namespace weir::isolate {
 namespace {
 
-constexpr uint64_t kMostEngineBytes = uint64_t{1}
-                                      << 30;  // limit for outputs that an engine allocates
+constexpr uint64_t kMaxEngineBytes = uint64_t{1}
+                                     << 30;  // limit for outputs that an engine allocates
 constexpr size_t kBlocksBeforeSweep = 64;
 
 Status allocate(uint64_t bytes, weir_tensor* tensor) {
@@ -121,7 +121,7 @@ void Worker::write_frame(const weir_frame& in, const weir_frame& out,
   frame.stream_id = in.stream_id;
   frame.sequence = in.sequence;
   frame.flags = in.flags;
-  frame.maps = in.maps ? std::min(in.n_maps, kMostMaps) : 0;
+  frame.maps = in.maps ? std::min(in.n_maps, kMaxMaps) : 0;
   frame.maps_of = in.maps_of;
   frame.output_block = output_->id();
   frame.inputs = in.n_tensors;
@@ -169,17 +169,17 @@ Result<int> Worker::invoke(const weir_frame& in, weir_frame& out, const SharedAr
 Result<std::vector<OutputAnswer>> Worker::read_outputs(const weir_frame& out, MessageReader* answer,
                                                        uint64_t* end) {
   std::vector<OutputAnswer> answers;
-  const uint64_t most = *end + kMostEngineBytes;
+  const uint64_t max = *end + kMaxEngineBytes;
   for (uint32_t i = 0; i < out.n_tensors; ++i) {
     answers.push_back(answer->take<OutputAnswer>());
     const auto& [bytes, info] = answers.back();
     const bool given = out.tensors[i].data != nullptr;
-    if (bytes > (given ? out.tensors[i].bytes : kMostEngineBytes))
+    if (bytes > (given ? out.tensors[i].bytes : kMaxEngineBytes))
       return invalid_message(on_frame(), "an output of " + std::to_string(bytes) + " bytes");
     if (info.rank > WEIR_RANK_LIMIT && info.rank != WEIR_RANK_UNKNOWN)
       return invalid_message(on_frame(), "an output of rank " + std::to_string(info.rank));
     if (!given) places_[i] = *place(bytes, end);
-    if (*end > most)
+    if (*end > max)
       return invalid_message(on_frame(), "outputs of " + std::to_string(*end) + " bytes");
   }
   if (!answer->complete())

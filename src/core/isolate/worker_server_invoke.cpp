@@ -38,7 +38,7 @@ Status WorkerServer::read_frame(MessageReader* call) {
   places_.assign(outputs_.size(), 0);
   given_.assign(outputs_.size(), false);
   output_block_ = frame.output_block;
-  maps_.resize(std::min(frame.maps, kMostMaps));
+  maps_.resize(std::min(frame.maps, kMaxMaps));
   for (auto& map : maps_) map = call->take<weir_source_map>();
   set_frames(frame);
   if (auto status = read_inputs(call); !status) return status;

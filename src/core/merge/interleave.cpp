@@ -16,17 +16,17 @@
 #define WEIR_INTERLEAVE_ONCE
 namespace weir {
 
-constexpr size_t kVector = 16, kMostInputs = 4;
+constexpr size_t kVector = 16, kMaxInputs = 4;
 
 struct Interleaved {
-  const uint8_t* in[kMostInputs];
-  size_t block[kMostInputs];
+  const uint8_t* in[kMaxInputs];
+  size_t block[kMaxInputs];
   size_t row = 0;   // bytes
   size_t step = 0;  // rows in a vector
   // A multiple of step; leaves room for a vector at the end of each input and the output.
   size_t rows = 0;
   // The source index of each byte of a vector; 0x80: from another input.
-  alignas(kVector) uint8_t from[kMostInputs][kVector];
+  alignas(kVector) uint8_t from[kMaxInputs][kVector];
   uint8_t* out = nullptr;
 };
 
@@ -47,7 +47,7 @@ size_t interleave_fixed(const Interleaved& plan) noexcept {
   const hn::FixedTag<uint8_t, kVector> d;
   const auto places = [&](size_t i) { return hn::Load(d, plan.from[std::min(i, kInputs - 1)]); };
   const auto first = places(0), second = places(1), third = places(2), fourth = places(3);
-  const uint8_t* in[kMostInputs] = {};
+  const uint8_t* in[kMaxInputs] = {};
   for (size_t i = 0; i < kInputs; ++i) in[i] = plan.in[i];
   uint8_t* out = plan.out;
   for (size_t row = 0; row < plan.rows; row += plan.step) {
@@ -79,17 +79,17 @@ HWY_EXPORT(interleave);
 size_t interleave_rows(std::span<const std::span<const std::byte>> inputs,
                        std::span<const size_t> blocks, size_t rows, std::byte* out) noexcept {
   const size_t row = std::accumulate(blocks.begin(), blocks.end(), size_t{0});
-  if (blocks.size() < 2 || blocks.size() > kMostInputs || row > kVector) return 0;
-  const size_t least = *std::min_element(blocks.begin(), blocks.end());
-  if (least == 0) return 0;
-  const size_t tail = (kVector + least - 1) / least;
+  if (blocks.size() < 2 || blocks.size() > kMaxInputs || row > kVector) return 0;
+  const size_t min = *std::min_element(blocks.begin(), blocks.end());
+  if (min == 0) return 0;
+  const size_t tail = (kVector + min - 1) / min;
   if (rows <= tail) return 0;
   Interleaved plan;
   plan.row = row;
   plan.step = kVector / row;
   plan.rows = (rows - tail) / plan.step * plan.step;
   plan.out = reinterpret_cast<uint8_t*>(out);
-  std::fill_n(plan.from[0], kMostInputs * kVector, uint8_t{0x80});
+  std::fill_n(plan.from[0], kMaxInputs * kVector, uint8_t{0x80});
   size_t place = 0;
   for (size_t i = 0; i < blocks.size(); ++i) {
     plan.in[i] = reinterpret_cast<const uint8_t*>(inputs[i].data());

@@ -12,7 +12,7 @@ namespace weir::preprocess {
 void Axis::lay(Resize resize, const AxisPart& part, Sampling sampling) {
   entries_.clear();
   weights_.clear();
-  most_weights_ = 0;
+  max_weights_ = 0;
   const uint32_t pixels = sampling.halved ? 2 : 1;
   low_ = part.begin / pixels;
   high_ = (part.begin + part.length + pixels - 1) / pixels;
@@ -35,7 +35,7 @@ void Axis::lay(Resize resize, const AxisPart& part, Sampling sampling) {
 void Axis::add(uint32_t first, std::span<const double> weights) {
   entries_.push_back({first, static_cast<uint32_t>(weights.size()), weights_.size()});
   for (const double weight : weights) weights_.push_back(static_cast<float>(weight));
-  most_weights_ = std::max(most_weights_, weights.size());
+  max_weights_ = std::max(max_weights_, weights.size());
 }
 
 void Axis::add_nearest(const AxisPart& part, int64_t pixel, Sampling sampling) {

@@ -45,7 +45,7 @@ class Axis {
   std::span<const float> weights(size_t target) const noexcept {
     return {weights_.data() + entries_[target].weights, entries_[target].count};
   }
-  size_t most_weights() const noexcept { return most_weights_; }
+  size_t max_weights() const noexcept { return max_weights_; }
   // The samples used are low() to high() - 1.
   uint32_t low() const noexcept { return low_; }
   uint32_t high() const noexcept { return high_; }
@@ -63,7 +63,7 @@ class Axis {
   std::vector<Entry> entries_;
   std::vector<float> weights_;
   std::vector<double> area_weights_;  // scratch: the weights of the target pixel being added
-  size_t most_weights_ = 0;
+  size_t max_weights_ = 0;
   uint32_t low_ = 0, high_ = 0;
 };
 

@@ -29,7 +29,7 @@ constexpr int kWidth = 64, kHeight = 48;
 
 // Resizes the same random picture with both; `Value` is the element type.
 template <class Value>
-void compare(const Case& c, int width, int height, double most) {
+void compare(const Case& c, int width, int height, double max) {
   SCOPED_TRACE(std::string(c.name) + " to " + std::to_string(width) + "x" + std::to_string(height));
   constexpr bool kBytes = std::is_same_v<Value, uint8_t>;
   Pixels pixels("RGB", kWidth, kHeight, static_cast<uint32_t>(width * 1000 + height), 5);
@@ -52,7 +52,7 @@ void compare(const Case& c, int width, int height, double most) {
   ASSERT_EQ(ours.size(), theirs.total() * 3);
   const auto* const wanted = theirs.ptr<Value>();
   for (size_t i = 0; i < ours.size(); ++i)
-    ASSERT_NEAR(static_cast<double>(ours[i]), static_cast<double>(wanted[i]), most)
+    ASSERT_NEAR(static_cast<double>(ours[i]), static_cast<double>(wanted[i]), max)
         << "element " << i;
 }
 

@@ -61,9 +61,9 @@ Clipped clip(int64_t begin, uint32_t length, uint32_t at, uint32_t targets, uint
 }  // namespace
 
 Placement place(const Preparation& p, const Rect& picture, const Box& region) noexcept {
-  constexpr int64_t kMost = int64_t{1} << 31;
+  constexpr int64_t kMax = int64_t{1} << 31;
   Placement out{picture, Rect{0, 0, p.width, p.height}};
-  if (region.width < 1 || region.height < 1 || region.width > kMost || region.height > kMost) {
+  if (region.width < 1 || region.height < 1 || region.width > kMax || region.height > kMax) {
     out.source.width = out.source.height = out.content.width = out.content.height = 0;
     return out;
   }

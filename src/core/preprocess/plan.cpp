@@ -16,9 +16,9 @@ namespace {
 
 // Whether all rows to be read are within the plane's memory.
 bool holds(const Plane& plane, const Grid& grid) {
-  constexpr int64_t kMost = int64_t{1} << 40;
+  constexpr int64_t kMax = int64_t{1} << 40;
   const int64_t size = static_cast<int64_t>(plane.memory.size());
-  if (plane.offset > static_cast<size_t>(kMost) || plane.stride > kMost || plane.stride < -kMost)
+  if (plane.offset > static_cast<size_t>(kMax) || plane.stride > kMax || plane.stride < -kMax)
     return false;
   const auto begin = [&](uint32_t row) {
     return static_cast<int64_t>(plane.offset + grid.first_byte) + int64_t{row} * plane.stride;
@@ -211,8 +211,8 @@ void Plan::grow(Workspace* w) const {
   };
   const size_t count = padded(tables_->placement.content.width);
   for (const Grid& grid : tables_->grids) {
-    at_least(&w->rows, grid.rows.most_weights());
-    at_least(&w->next_rows, grid.rows.most_weights());
+    at_least(&w->rows, grid.rows.max_weights());
+    at_least(&w->next_rows, grid.rows.max_weights());
     at_least(&w->blended, grid.bytes);
   }
   at_least(&w->components, 3);

@@ -52,7 +52,7 @@ TEST(PlanPyramid, WholeSamplesAgreeWithTheFormulas) {
   for (const char* format : {"GRAY8", "RGB", "NV12", "I420", "UYVY"})
     for (const uint32_t height : {21u, 32u, 64u}) {
       Pixels pixels(format, 384, height, 5, 3);
-      const double most = pixels.picture.format.model == ColorModel::Yuv ? 1.0 / 16 : 1.0 / 64;
+      const double max = pixels.picture.format.model == ColorModel::Yuv ? 1.0 / 16 : 1.0 / 64;
       for (const uint32_t width : {96u, 48u, 12u, 2u, 1u})
         for (const bool second : {false, true}) {
           pixels.picture.cosited_columns = second;
@@ -63,7 +63,7 @@ TEST(PlanPyramid, WholeSamplesAgreeWithTheFormulas) {
             const auto out = testing::run<float>(p, pixels);
             ASSERT_EQ(out.size(), wanted.size());
             for (size_t i = 0; i < out.size(); ++i)
-              ASSERT_NEAR(double{out[i]}, wanted[i], most)
+              ASSERT_NEAR(double{out[i]}, wanted[i], max)
                   << format << " to " << width << ", element " << i;
           });
         }
@@ -98,8 +98,8 @@ TEST(PlanPyramid, RandomLayersAndPartsOfPicturesAgree) {
     const auto some_part = [&]() -> Rect {
       const uint32_t x = any(0, width / 16) * 4, y = any(0, height - 1);
       const uint32_t whole = layers[any(0, 99) % layers.size()].width << any(1, 5);
-      const uint32_t most = width - x;
-      return {x, y, any(0, 2) > 0 && whole <= most ? whole : any(1, most), any(1, height - y)};
+      const uint32_t max = width - x;
+      return {x, y, any(0, 2) > 0 && whole <= max ? whole : any(1, max), any(1, height - y)};
     };
     Runner runner(any(1, 3));
     for (int frame = 0; frame < 4; ++frame) {

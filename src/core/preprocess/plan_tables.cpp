@@ -48,7 +48,7 @@ void set_matrix(ColorMatrix matrix, Range range, ColorTransform* out) {
 void lay_taps(Grid* grid) {
   const Axis& x = grid->columns;
   const size_t last = x.targets() - 1;
-  grid->taps = x.most_weights();
+  grid->taps = x.max_weights();
   const size_t stride = padded(x.targets());
   grid->index.resize(stride * grid->taps);
   grid->weights.resize(stride * grid->taps);

@@ -29,10 +29,10 @@ Preparation preparation(const Pixels& pixels, uint32_t width, uint32_t height,
   return p;
 }
 
-void expect_near(const std::vector<float>& got, const std::vector<double>& wanted, double most) {
+void expect_near(const std::vector<float>& got, const std::vector<double>& wanted, double max) {
   ASSERT_EQ(got.size(), wanted.size());
   for (size_t i = 0; i < got.size(); ++i)
-    ASSERT_NEAR(double{got[i]}, wanted[i], most) << "element " << i;
+    ASSERT_NEAR(double{got[i]}, wanted[i], max) << "element " << i;
 }
 
 // The accuracy that preparation.hpp promises, in steps of 255.

@@ -53,7 +53,7 @@ std::vector<Size> layers(const Request& request) {
 }
 
 Shape batched(const Request& request, Shape shape) {
-  if (request.most_regions > 0) shape[3] = request.most_regions;
+  if (request.max_regions > 0) shape[3] = request.max_regions;
   return shape;
 }
 

@@ -23,9 +23,9 @@ struct Request {
   std::vector<Size> sizes;         // a pyramid's layers, instead of width and height
   Resize resize = Resize::Bilinear;
   double padding = 0;
-  bool regions = false;       // make a batch of parts of the picture (outermost dimension)
-  uint32_t most_regions = 0;  // size of a static batch; 0 = flexible
-  bool clip_regions = true;   // false: padding fills what is outside the picture
+  bool regions = false;      // make a batch of parts of the picture (outermost dimension)
+  uint32_t max_regions = 0;  // size of a static batch; 0 = flexible
+  bool clip_regions = true;  // false: padding fills what is outside the picture
   std::optional<Fit> fit;
   std::optional<ChannelOrder> order;
   std::optional<std::vector<double>> mean, scale;

@@ -101,12 +101,12 @@ void finish(const float* const* in, const ColorTransform& t, const NumberRule* r
   if (to.padded) return run(whole, 1, from(whole));
   // Overlaps the vector before it.
   if (whole > 0) return run(count - lanes, 1, from(count - lanes));
-  constexpr size_t kMost = hn::MaxLanes(F());
-  float rest[channels * kMost];
-  for (size_t c = 0; c < channels; ++c) out[c] = rest + c * kMost;
+  constexpr size_t kMax = hn::MaxLanes(F());
+  float rest[channels * kMax];
+  for (size_t c = 0; c < channels; ++c) out[c] = rest + c * kMax;
   run(0, 1, out);
   for (size_t c = 0; c < rows; ++c)
-    std::memcpy(to.rows[c], rest + c * kMost, step * count * sizeof(float));
+    std::memcpy(to.rows[c], rest + c * kMax, step * count * sizeof(float));
 }
 
 void FinishRow(const float* const* in, const ColorTransform& t, const NumberRule* rules,

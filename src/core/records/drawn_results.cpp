@@ -130,12 +130,12 @@ draw::ClassMap levels_of(const DepthView& view, std::span<const SourceMap> maps,
   constexpr double kLevels = 255;
   const SourceMap* map = map_of(view.tensor, maps);
   const DepthRange range = range_of_depths(view, map ? std::optional(*map) : std::nullopt);
-  const double span = double{range.greatest} - range.least;
+  const double span = double{range.greatest} - range.min;
   draw::ClassMap out =
       map_over({view.width, view.height}, view.tensor, maps, drawn, [&](size_t i) -> uint16_t {
         const double depth = view.at(i);
         if (!(span > 0) || !std::isfinite(depth)) return 0;
-        const double part = std::clamp((depth - range.least) / span, 0.0, 1.0);
+        const double part = std::clamp((depth - range.min) / span, 0.0, 1.0);
         return static_cast<uint16_t>(std::lround(part * kLevels));
       });
   out.is_depth = true;

@@ -324,7 +324,7 @@ class FrameWriter {
       out_ += before;
       before = ',';
       out_ += "{\"least\":";
-      append_number(range.least, &out_);
+      append_number(range.min, &out_);
       out_ += ",\"greatest\":";
       append_number(range.greatest, &out_);
       out_ += ",\"mean\":";

@@ -49,7 +49,7 @@ DepthRange range_of_depths(const DepthView& depths, const std::optional<SourceMa
   for_each_cell(depths.width, depths.height, map, [&](size_t i) {
     const float depth = depths.at(i);
     if (!std::isfinite(depth)) return;
-    out.least = count == 0 ? depth : std::min(out.least, depth);
+    out.min = count == 0 ? depth : std::min(out.min, depth);
     out.greatest = count == 0 ? depth : std::max(out.greatest, depth);
     sum += depth;
     ++count;

@@ -65,7 +65,7 @@ TEST(MapSummary, ClassesMayHaveTwoBytes) {
 TEST(MapSummary, DepthsHaveARangeAndAMean) {
   const ReadFrame frame("depth", TestFrame().floats("3:2", {1, 2, 3, 4, -5, 7}));
   const auto range = range_of_depths(frame.depths[0], std::nullopt);
-  EXPECT_EQ(range.least, -5);
+  EXPECT_EQ(range.min, -5);
   EXPECT_EQ(range.greatest, 7);
   EXPECT_DOUBLE_EQ(range.mean, 2);
 }
@@ -78,7 +78,7 @@ TEST(MapSummary, DepthsThatAreNotFiniteOrNotInThePictureDoNotCount) {
                                                             3, 3, 3, 3,           //
                                                             -99, 0, 0, 0}));
   const auto range = range_of_depths(frame.depths[0], letterbox());
-  EXPECT_EQ(range.least, 1);
+  EXPECT_EQ(range.min, 1);
   EXPECT_EQ(range.greatest, 3);
   EXPECT_DOUBLE_EQ(range.mean, 15.0 / 6);
   const ReadFrame none("depth", TestFrame().floats("1:1", {nan}));

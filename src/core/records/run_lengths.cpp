@@ -105,9 +105,9 @@ namespace {
 
 // Takes a number off the beginning: groups of five bits, the lowest first.
 std::optional<int64_t> take_number(std::string_view* text) {
-  constexpr unsigned kMostShift = 35;  // a run of 32 bits, with its sign
+  constexpr unsigned kMaxShift = 35;  // a run of 32 bits, with its sign
   int64_t value = 0;
-  for (unsigned shift = 0; shift <= kMostShift; shift += 5) {
+  for (unsigned shift = 0; shift <= kMaxShift; shift += 5) {
     if (text->empty() || text->front() < '0' || text->front() > 'o') return std::nullopt;
     const int64_t group = text->front() - '0';
     text->remove_prefix(1);

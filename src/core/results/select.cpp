@@ -71,7 +71,7 @@ bool is_suppressed(const Candidate& candidate, const Candidates& kept, const Sel
     const float common = selection.rivals == Rivals::SameClassRotated
                              ? rotated_overlap(better, candidate)
                              : overlap(box_of(better), box_of(candidate));
-    return common > selection.most_overlap;
+    return common > selection.max_overlap;
   });
 }
 
@@ -101,7 +101,7 @@ Candidates select(Candidates candidates, const Selection& selection) {
                    [](const Candidate& a, const Candidate& b) { return a.score > b.score; });
   Candidates kept;
   for (const Candidate& candidate : candidates) {
-    if (kept.size() == selection.most_objects) break;
+    if (kept.size() == selection.max_objects) break;
     if (!is_suppressed(candidate, kept, selection)) kept.push_back(candidate);
   }
   return kept;

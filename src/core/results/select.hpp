@@ -17,13 +17,13 @@ enum class Rivals {
 
 struct Selection {
   Rivals rivals = Rivals::SameClass;
-  float most_overlap = 0.45f;  // intersection over union
-  size_t most_objects = 100;
+  float max_overlap = 0.45f;  // intersection over union
+  size_t max_objects = 100;
   std::span<const int32_t> classes{};  // that are kept; empty = all
 };
 
-// Greedy non-maximum suppression, best score first, ties by order. Stops at most_objects, so it
-// takes candidates * most_objects steps at most. Rotated boxes have their centre at x, y
+// Greedy non-maximum suppression, best score first, ties by order. Stops at max_objects, so it
+// takes candidates * max_objects steps at most. Rotated boxes have their centre at x, y
 // (Candidate); others their top left corner.
 detection::Candidates select(detection::Candidates candidates, const Selection& selection);
 

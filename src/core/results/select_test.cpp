@@ -34,14 +34,14 @@ TEST(Select, RemovesWeakerBoxesOfTheSameClass) {
 TEST(Select, OverlapsUpToTheLimitStay) {
   // 9 * 10 of 2 * 100 - 90.
   const float overlap = 90.0f / 110;
-  EXPECT_EQ(select(kThree, {.most_overlap = overlap + 0.001f}).size(), 3u);
-  EXPECT_EQ(select(kThree, {.most_overlap = overlap - 0.001f}).size(), 2u);
+  EXPECT_EQ(select(kThree, {.max_overlap = overlap + 0.001f}).size(), 3u);
+  EXPECT_EQ(select(kThree, {.max_overlap = overlap - 0.001f}).size(), 2u);
 }
 
 TEST(Select, KeepsChosenClassesAndTheBestObjects) {
   const int32_t classes[] = {1, 5};
   EXPECT_EQ(rows(select(kThree, {.classes = classes})), (std::vector<uint32_t>{2}));
-  EXPECT_EQ(rows(select(kThree, {.most_objects = 1})), (std::vector<uint32_t>{1}));
+  EXPECT_EQ(rows(select(kThree, {.max_objects = 1})), (std::vector<uint32_t>{1}));
 }
 
 TEST(Select, EndsWithNoneAndWithAHundredThousand) {
@@ -49,7 +49,7 @@ TEST(Select, EndsWithNoneAndWithAHundredThousand) {
   Candidates many;
   for (uint32_t i = 0; i < 100000; ++i)
     many.push_back({.x = float(i), .width = 0.5f, .height = 1, .score = 0.5f, .row = i});
-  const auto kept = select(many, {.most_objects = 100});
+  const auto kept = select(many, {.max_objects = 100});
   ASSERT_EQ(kept.size(), 100u);
   EXPECT_EQ(kept[99].row, 99u);  // equal scores keep their order
 }

@@ -11,14 +11,14 @@ namespace weir {
 namespace streamed_copy_test {
 
 TEST(StreamedCopy, WritesTheGivenBytesAndNothingElse) {
-  constexpr size_t kLine = 64, kLongest = 3 * kLine;
-  std::vector<std::byte> from(kLongest + kLine), to(kLongest + 2 * kLine);
+  constexpr size_t kLine = 64, kMax = 3 * kLine;
+  std::vector<std::byte> from(kMax + kLine), to(kMax + 2 * kLine);
   for (size_t i = 0; i < from.size(); ++i) from[i] = static_cast<std::byte>(i + 1);
   for (const int64_t target : hwy::SupportedAndGeneratedTargets()) {
     hwy::SetSupportedTargetsForTest(target);
     SCOPED_TRACE(hwy::TargetName(target));
     for (size_t at = 0; at < kLine; at += 3)
-      for (size_t length = 0; length <= kLongest; ++length) {
+      for (size_t length = 0; length <= kMax; ++length) {
         const size_t begin = length % kLine;  // varies the source alignment
         std::fill(to.begin(), to.end(), std::byte{0});
         copy_streamed(to.data() + at, from.data() + begin, length);

@@ -46,7 +46,7 @@ class Collector {
     queues_.clear_all(DropReason::Flush);
     for (const auto& queue : queues_.all()) queues_.begin(queue.id);
     flow_ = kOk;
-    most_bytes_ = 0;
+    peak_bytes_ = 0;
     linked_ = started_ = true;
     gaps_reported_ = silence_reported_ = false;
   }
@@ -86,7 +86,7 @@ class Collector {
     ledger_->received();
     if (const int refused = wait_for_bytes(lock, id, bytes); refused != kOk) return refused;
     if (!queues_.put(id, std::move(frame), time, backwards_, bytes)) return kOk;
-    most_bytes_ = std::max(most_bytes_, queues_.held_bytes());
+    peak_bytes_ = std::max(peak_bytes_, queues_.held_bytes());
     return wait_until_taken(lock, id);
   }
   // No frame before `end` will arrive.
@@ -171,7 +171,7 @@ class Collector {
   // The current value, and the maximum since start().
   std::pair<uint64_t, uint64_t> bytes_held() const {
     std::lock_guard lock(mutex_);
-    return {queues_.held_bytes(), most_bytes_};
+    return {queues_.held_bytes(), peak_bytes_};
   }
   size_t waiting() const {  // threads
     std::lock_guard lock(mutex_);
@@ -430,7 +430,7 @@ class Collector {
   Options options_;
   OnBackwardsTime backwards_ = OnBackwardsTime::Pass;
   Clock::duration max_wait_{};  // 0 = no limit
-  uint64_t max_bytes_ = 0, most_bytes_ = 0;
+  uint64_t max_bytes_ = 0, peak_bytes_ = 0;
   QueueId last_id_ = 0;
   std::vector<QueueId> flushing_;
   bool output_flushes_ = false;  // from flush_start() until flush_stop() returns true

@@ -20,16 +20,16 @@ class Newest {
  public:
   using Held = std::shared_ptr<const Item>;
   // The oldest items are removed if more arrive ahead of their time.
-  static constexpr size_t kMostHeld = 64;
+  static constexpr size_t kMaxHeld = 64;
 
   void push(int64_t time, Held item) {
     std::lock_guard lock(mutex_);
     held_.push_back({std::move(item), time});
-    if (held_.size() > kMostHeld) leave(1, &replaced_);
+    if (held_.size() > kMaxHeld) leave(1, &replaced_);
   }
   // The newest item not later than `time`; if there is none, the first later one. Null if it is
-  // more than `most_apart` (0 = no limit) from `time`. Without a `time`, the newest of all.
-  Held at(int64_t time, uint64_t most_apart) {
+  // more than `max_apart` (0 = no limit) from `time`. Without a `time`, the newest of all.
+  Held at(int64_t time, uint64_t max_apart) {
     std::lock_guard lock(mutex_);
     const auto due = [time](const One& one) { return time == kNoTime || one.time <= time; };
     const auto after = std::find_if(held_.rbegin(), held_.rend(), due).base();
@@ -37,7 +37,7 @@ class Newest {
     if (held_.empty()) return nullptr;
     One& one = held_.front();
     if (time != kNoTime && one.time == kNoTime) one.time = time;
-    if (time != kNoTime && most_apart > 0 && distance(time, one.time) > most_apart) return nullptr;
+    if (time != kNoTime && max_apart > 0 && distance(time, one.time) > max_apart) return nullptr;
     used_count_ += !one.used;
     one.used = true;
     return one.item;

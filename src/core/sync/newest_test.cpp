@@ -12,8 +12,8 @@ namespace newest_test {
 std::shared_ptr<const int> item(int value) {
   return std::make_shared<const int>(value);
 }
-int value_at(Newest<int>* newest, int64_t time, uint64_t most_apart) {
-  const auto held = newest->at(time, most_apart);
+int value_at(Newest<int>* newest, int64_t time, uint64_t max_apart) {
+  const auto held = newest->at(time, max_apart);
   return held ? *held : -1;
 }
 
@@ -48,11 +48,11 @@ TEST(Newest, PrefersAFrameThatIsNotLater) {
 }
 
 TEST(Newest, HoldsALimitedNumberOfEarlyFrames) {
-  constexpr int kMany = static_cast<int>(Newest<int>::kMostHeld) + 3;
+  constexpr int kMany = static_cast<int>(Newest<int>::kMaxHeld) + 3;
   Newest<int> newest;
   for (int i = 0; i < kMany; ++i) newest.push(i, item(i));
   EXPECT_EQ(newest.counts().replaced, 3u);
-  EXPECT_EQ(newest.counts().waiting, Newest<int>::kMostHeld);
+  EXPECT_EQ(newest.counts().waiting, Newest<int>::kMaxHeld);
   EXPECT_EQ(value_at(&newest, 0, 0), 3);
   EXPECT_EQ(value_at(&newest, kMany, 0), kMany - 1);
 }

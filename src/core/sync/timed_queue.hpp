@@ -13,7 +13,7 @@ namespace weir::sync {
 
 inline constexpr size_t kTimedQueueLimit = 256;  // items that wait for their picture
 // Longer waits would exceed the clock's range.
-inline constexpr std::chrono::nanoseconds kLongestTimedWait = std::chrono::hours(24);
+inline constexpr std::chrono::nanoseconds kMaxTimedWait = std::chrono::hours(24);
 
 enum class TimedOutcome {
   Found,    // an item with the same time
@@ -57,7 +57,7 @@ class TimedQueue {
   }
   // Removes older items and waits at most `most` for one with this time; `out` is a default Item if
   // none is found.
-  TimedOutcome take(int64_t time, std::chrono::nanoseconds most, Item* out) {
+  TimedOutcome take(int64_t time, std::chrono::nanoseconds max, Item* out) {
     *out = Item();
     std::unique_lock lock(mutex_);
     const auto decided = [&] {
@@ -67,7 +67,7 @@ class TimedQueue {
       }
       return flushing_ || ended_ || !items_.empty() || reached_ > time;
     };
-    const bool in_time = changed_.wait_for(lock, std::min(most, kLongestTimedWait), decided);
+    const bool in_time = changed_.wait_for(lock, std::min(max, kMaxTimedWait), decided);
     if (flushing_) return TimedOutcome::Flushed;
     if (!items_.empty() && items_.front().time == time) {
       *out = std::move(items_.front().item);

@@ -52,11 +52,11 @@ size_t count(const std::byte* dense, size_t elements) noexcept {
 }
 
 template <class T, bool kSigned>
-size_t write(const std::byte* dense, size_t elements, size_t most, std::byte* values,
+size_t write(const std::byte* dense, size_t elements, size_t max, std::byte* values,
              std::byte* indices) noexcept {
   size_t found = 0;
   const auto take = [&](size_t first, uint64_t bits) {
-    for (; bits != 0 && found < most; bits &= bits - 1) {
+    for (; bits != 0 && found < max; bits &= bits - 1) {
       const auto index = static_cast<uint32_t>(first + static_cast<size_t>(__builtin_ctzll(bits)));
       std::memcpy(values + found * sizeof(T), dense + size_t{index} * sizeof(T), sizeof(T));
       std::memcpy(indices + found * 4, &index, 4);
@@ -90,10 +90,10 @@ size_t count_any(size_t size, bool is_signed, const std::byte* dense, size_t ele
   return by_size(size, is_signed,
                  [&]<class T, bool kSigned>() { return count<T, kSigned>(dense, elements); });
 }
-size_t write_any(size_t size, bool is_signed, const std::byte* dense, size_t elements, size_t most,
+size_t write_any(size_t size, bool is_signed, const std::byte* dense, size_t elements, size_t max,
                  std::byte* values, std::byte* indices) {
   return by_size(size, is_signed, [&]<class T, bool kSigned>() {
-    return write<T, kSigned>(dense, elements, most, values, indices);
+    return write<T, kSigned>(dense, elements, max, values, indices);
   });
 }
 
@@ -109,9 +109,9 @@ HWY_EXPORT(write_any);
 size_t NonzeroElements::count(const std::byte* dense, size_t elements) const noexcept {
   return HWY_DYNAMIC_DISPATCH(count_any)(size, is_signed, dense, elements);
 }
-size_t NonzeroElements::write(const std::byte* dense, size_t elements, size_t most,
+size_t NonzeroElements::write(const std::byte* dense, size_t elements, size_t max,
                               std::byte* values, std::byte* indices) const noexcept {
-  return HWY_DYNAMIC_DISPATCH(write_any)(size, is_signed, dense, elements, most, values, indices);
+  return HWY_DYNAMIC_DISPATCH(write_any)(size, is_signed, dense, elements, max, values, indices);
 }
 
 }  // namespace weir

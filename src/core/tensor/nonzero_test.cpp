@@ -18,9 +18,9 @@ struct Found {
   bool operator==(const Found&) const = default;
 };
 
-Found plain(const std::vector<std::byte>& dense, NonzeroElements kind, size_t most) {
+Found plain(const std::vector<std::byte>& dense, NonzeroElements kind, size_t max) {
   Found out;
-  for (size_t i = 0; i < dense.size() / kind.size && out.indices.size() < most; ++i) {
+  for (size_t i = 0; i < dense.size() / kind.size && out.indices.size() < max; ++i) {
     uint64_t value = 0;
     std::memcpy(&value, dense.data() + i * kind.size, kind.size);
     const uint64_t sign = uint64_t{1} << (8 * kind.size - 1);
@@ -31,12 +31,12 @@ Found plain(const std::vector<std::byte>& dense, NonzeroElements kind, size_t mo
   return out;
 }
 
-Found found(const std::vector<std::byte>& dense, NonzeroElements kind, size_t most) {
+Found found(const std::vector<std::byte>& dense, NonzeroElements kind, size_t max) {
   const size_t elements = dense.size() / kind.size;
   // One guard element after each output.
-  std::vector<std::byte> values((most + 1) * kind.size, std::byte{0xA5});
-  std::vector<std::byte> indices((most + 1) * 4, std::byte{0xA5});
-  const size_t count = kind.write(dense.data(), elements, most, values.data(), indices.data());
+  std::vector<std::byte> values((max + 1) * kind.size, std::byte{0xA5});
+  std::vector<std::byte> indices((max + 1) * 4, std::byte{0xA5});
+  const size_t count = kind.write(dense.data(), elements, max, values.data(), indices.data());
   for (size_t i = count * kind.size; i < values.size(); ++i) EXPECT_EQ(values[i], std::byte{0xA5});
   for (size_t i = count * 4; i < indices.size(); ++i) EXPECT_EQ(indices[i], std::byte{0xA5});
   Found out;
@@ -82,8 +82,8 @@ TEST(NonzeroElements, WritesAtMostTheGivenNumber) {
   std::mt19937 random(8);
   for (const NonzeroElements kind : {NonzeroElements{1, false}, NonzeroElements{4, true}}) {
     const auto dense = some(300, kind.size, 60, &random);
-    for (const size_t most : {0u, 1u, 64u, 65u})
-      EXPECT_EQ(found(dense, kind, most), plain(dense, kind, most)) << most;
+    for (const size_t max : {0u, 1u, 64u, 65u})
+      EXPECT_EQ(found(dense, kind, max), plain(dense, kind, max)) << max;
   }
 }
 

@@ -10,15 +10,15 @@
 namespace weir {
 namespace {
 
-constexpr size_t kLongestText = 65536, kMostRoles = 256;
+constexpr size_t kMaxText = 65536, kMaxRoles = 256;
 
 // `set` gets the index and the text of each entry.
 template <class Set>
 void each_entry(std::string_view text, Set&& set) {
-  if (text.empty() || text.size() > kLongestText) return;
+  if (text.empty() || text.size() > kMaxText) return;
   size_t index = 0;
   for (const auto entry : split(text, ";")) {
-    if (index == kMostRoles) return;
+    if (index == kMaxRoles) return;
     set(index++, std::string(entry));
   }
 }

@@ -82,16 +82,16 @@ Status read_sparse(const TensorHeader& header, std::span<const std::byte> chunk,
   const std::byte* indices = values + nonzero * size;
   std::memset(dense.data(), 0, dense.size());
   return visit_type(header.spec.type, [&]<class T>(std::type_identity<T>) -> Status {
-    uint64_t least = 0;
+    uint64_t min = 0;
     for (size_t i = 0; i < nonzero; ++i) {
       uint32_t index;
       std::memcpy(&index, indices + 4 * i, 4);
-      if (index >= count || index < least)
+      if (index >= count || index < min)
         return invalid_sparse("a sparse tensor has a bad index",
                               std::to_string(index) + " as index " + std::to_string(i),
                               "ascending indices below " + std::to_string(count));
       std::memcpy(dense.data() + index * sizeof(T), values + i * sizeof(T), sizeof(T));
-      least = uint64_t{index} + 1;
+      min = uint64_t{index} + 1;
     }
     return ok();
   });

@@ -44,7 +44,7 @@ class CapsChecker {
  private:
   // A structure to its `;` or the end.
   bool structure(bool may_have_features) {
-    if (!counted(&counts_->structures, kMostCapsStructures, "structures")) return false;
+    if (!counted(&counts_->structures, kMaxCapsStructures, "structures")) return false;
     skip_blanks();
     if (at_ == text_.size() || !is_caps_letter(text_[at_]))
       return failed("a media type, which begins with a letter");
@@ -58,7 +58,7 @@ class CapsChecker {
   }
   // (structure)[ name, field=value ], as gst_caps_to_string() writes structures in structures.
   bool bracketed(CapsType type) {
-    if (++depth_ > kMostCapsDepth) return too_deep();
+    if (++depth_ > kMaxCapsDepth) return too_deep();
     ++brackets_;
     do {
       if (!structure(type == CapsType::Caps)) return false;
@@ -70,7 +70,7 @@ class CapsChecker {
   }
   bool features() {
     do {
-      if (!counted(&counts_->features, kMostCapsFeatures, "caps features")) return false;
+      if (!counted(&counts_->features, kMaxCapsFeatures, "caps features")) return false;
       skip_blanks();
       const auto name = word();
       const size_t colon = name.find(':');
@@ -88,7 +88,7 @@ class CapsChecker {
     return next(')') || failed(") after the caps features");
   }
   bool field() {
-    if (!counted(&counts_->fields, kMostCapsFields, "fields")) return false;
+    if (!counted(&counts_->fields, kMaxCapsFields, "fields")) return false;
     skip_blanks();
     if (word().empty()) return failed("the name of a field");
     skip_blanks();
@@ -116,7 +116,7 @@ class CapsChecker {
     return next(')') || failed(") after the name of a type");
   }
   bool list(CapsType type, char end) {
-    if (++depth_ > kMostCapsDepth) return too_deep();
+    if (++depth_ > kMaxCapsDepth) return too_deep();
     ++lists_;
     skip_blanks();
     if (!next(end)) {
@@ -195,7 +195,7 @@ class CapsChecker {
     return out;
   }
   bool nested(CapsType type, std::string_view text, size_t begin) {
-    if (depth_ + 1 > kMostCapsDepth) return too_deep();
+    if (depth_ + 1 > kMaxCapsDepth) return too_deep();
     CapsChecker inner(text, is_plain_type_, depth_ + 1, counts_);
     inner.lists_ = lists_;
     if (type == CapsType::Caps ? inner.caps() : inner.one_structure()) return true;
@@ -222,15 +222,15 @@ class CapsChecker {
     fault_ = CapsFault{Code::OPTION_SYNTAX, at_, std::move(needed)};
     return false;
   }
-  bool counted(size_t* count, size_t most, const char* what) {
-    if (++*count <= most) return true;
-    fault_ = CapsFault{Code::LIMIT_EXCEEDED, at_, "at most " + std::to_string(most) + " " + what};
+  bool counted(size_t* count, size_t max, const char* what) {
+    if (++*count <= max) return true;
+    fault_ = CapsFault{Code::LIMIT_EXCEEDED, at_, "at most " + std::to_string(max) + " " + what};
     return false;
   }
   bool too_deep() {
     fault_ = CapsFault{
         Code::LIMIT_EXCEEDED, at_,
-        "at most " + std::to_string(kMostCapsDepth) + " lists or structures in each other"};
+        "at most " + std::to_string(kMaxCapsDepth) + " lists or structures in each other"};
     return false;
   }
 
@@ -248,9 +248,9 @@ Status check_text(std::string_view text, IsPlainType is_plain_type, bool is_caps
   CapsCounts counts;
   CapsChecker checker(text, is_plain_type, 0, &counts);
   CapsFault fault;
-  if (text.size() > kMostCapsBytes)
-    fault = CapsFault{Code::LIMIT_EXCEEDED, kMostCapsBytes,
-                      "at most " + std::to_string(kMostCapsBytes) + " bytes"};
+  if (text.size() > kMaxCapsBytes)
+    fault = CapsFault{Code::LIMIT_EXCEEDED, kMaxCapsBytes,
+                      "at most " + std::to_string(kMaxCapsBytes) + " bytes"};
   else if (!is_text(text))
     fault = CapsFault{Code::OPTION_SYNTAX, 0, "text in UTF-8"};
   else if (!(is_caps ? checker.caps() : checker.one_structure()))

@@ -52,11 +52,11 @@ TEST(CapsSyntax, TensorsOfThePeersOfTheLargestKindAreWithinTheLimits) {
 }
 
 TEST(CapsSyntax, RefusesWhatTheParserWouldRecurseInto) {
-  const size_t most = kMostCapsDepth;
+  const size_t max = kMaxCapsDepth;
   for (const auto& [open, close] : {std::pair{"{", "}"}, {"<", ">"}}) {
     const std::string begin = "a,b=";
-    EXPECT_TRUE(check(begin + repeated(open, most) + "1" + repeated(close, most)));
-    EXPECT_REFUSED(check(begin + repeated(open, most + 1) + "1" + repeated(close, most + 1)),
+    EXPECT_TRUE(check(begin + repeated(open, max) + "1" + repeated(close, max)));
+    EXPECT_REFUSED(check(begin + repeated(open, max + 1) + "1" + repeated(close, max + 1)),
                    LIMIT_EXCEEDED, "at most 16 lists or structures in each other");
     EXPECT_REFUSED(check(begin + repeated(open, 60000)), LIMIT_EXCEEDED, "60004 bytes");
   }
@@ -79,15 +79,15 @@ TEST(CapsSyntax, QuotesAndWrongBracketsDoNotHideTheDepth) {
 }
 
 TEST(CapsSyntax, CountsStructuresFieldsFeaturesAndBytes) {
-  EXPECT_TRUE(check(repeated("a;", kMostCapsStructures)));
-  EXPECT_REFUSED(check(repeated("a;", kMostCapsStructures + 1)), LIMIT_EXCEEDED,
+  EXPECT_TRUE(check(repeated("a;", kMaxCapsStructures)));
+  EXPECT_REFUSED(check(repeated("a;", kMaxCapsStructures + 1)), LIMIT_EXCEEDED,
                  "at most 1024 structures");
-  EXPECT_TRUE(check("a" + repeated(",b=1", kMostCapsFields)));
-  EXPECT_REFUSED(check("a" + repeated(",b=1", kMostCapsFields + 1)), LIMIT_EXCEEDED,
+  EXPECT_TRUE(check("a" + repeated(",b=1", kMaxCapsFields)));
+  EXPECT_REFUSED(check("a" + repeated(",b=1", kMaxCapsFields + 1)), LIMIT_EXCEEDED,
                  "at most 4096 fields");
-  EXPECT_REFUSED(check("a(" + repeated("b:c,", kMostCapsFeatures) + "b:c)"), LIMIT_EXCEEDED,
+  EXPECT_REFUSED(check("a(" + repeated("b:c,", kMaxCapsFeatures) + "b:c)"), LIMIT_EXCEEDED,
                  "at most 256 caps features");
-  const std::string longest = "a,b=\"" + repeated("x", kMostCapsBytes - 6) + "\"";
+  const std::string longest = "a,b=\"" + repeated("x", kMaxCapsBytes - 6) + "\"";
   EXPECT_TRUE(check(longest));
   EXPECT_REFUSED(check(longest + " "), LIMIT_EXCEEDED, "at most 131072 bytes");
 }

@@ -60,21 +60,20 @@ constexpr NamedCapsType kCapsTypes[] = {
     {"GstFlagSet", CapsType::Plain},
 };
 
-std::optional<int64_t> range_integer(std::string_view text, int64_t least, int64_t most) {
-  if (equal_ignoring_case(text, "min")) return least;
-  if (equal_ignoring_case(text, "max")) return most;
+std::optional<int64_t> range_integer(std::string_view text, int64_t min, int64_t max) {
+  if (equal_ignoring_case(text, "min")) return min;
+  if (equal_ignoring_case(text, "max")) return max;
   const auto number = parse_signed(text);
-  return number && *number >= least && *number <= most ? number : std::nullopt;
+  return number && *number >= min && *number <= max ? number : std::nullopt;
 }
 
 template <class Int>
 bool is_integer_range(std::string_view first, std::string_view last, std::string_view step) {
-  constexpr int64_t kLeast = std::numeric_limits<Int>::min(),
-                    kMost = std::numeric_limits<Int>::max();
-  const auto a = range_integer(first, kLeast, kMost), b = range_integer(last, kLeast, kMost);
+  constexpr int64_t kMin = std::numeric_limits<Int>::min(), kMax = std::numeric_limits<Int>::max();
+  const auto a = range_integer(first, kMin, kMax), b = range_integer(last, kMin, kMax);
   if (!a || !b || *a >= *b) return false;
   if (step.empty()) return true;
-  const auto s = range_integer(step, 1, kMost);
+  const auto s = range_integer(step, 1, kMax);
   return s && *a % *s == 0 && *b % *s == 0;
 }
 
@@ -87,13 +86,13 @@ struct RangeRatio {
   int64_t numerator, denominator;
 };
 std::optional<RangeRatio> range_ratio(std::string_view text) {
-  constexpr int64_t kMost = std::numeric_limits<int32_t>::max();
+  constexpr int64_t kMax = std::numeric_limits<int32_t>::max();
   const size_t slash = std::min(text.find('/'), text.size());
   const auto numerator = parse_signed(text.substr(0, slash));
   const auto denominator =
       slash == text.size() ? std::optional<int64_t>(1) : parse_signed(text.substr(slash + 1));
-  if (!numerator || !denominator || *numerator < -kMost || *numerator > kMost || *denominator < 1 ||
-      *denominator > kMost)
+  if (!numerator || !denominator || *numerator < -kMax || *numerator > kMax || *denominator < 1 ||
+      *denominator > kMax)
     return std::nullopt;
   return RangeRatio{*numerator, *denominator};
 }

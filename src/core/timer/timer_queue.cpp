@@ -68,7 +68,7 @@ void TimerQueue::run_due() {
   const auto now = now_();
   // Timers may be destroyed during a call, so the list is searched again after each call.
   const auto due = [now](const Timer* timer) { return timer->due_ && *timer->due_ <= now; };
-  for (size_t most = timers_.size(); most > 0; --most) {
+  for (size_t max = timers_.size(); max > 0; --max) {
     const auto found = std::find_if(timers_.begin(), timers_.end(), due);
     if (found == timers_.end()) return;
     Timer* timer = *found;

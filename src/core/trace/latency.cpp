@@ -133,8 +133,8 @@ Latency latency(const Departures& departures, const std::vector<Arrival>& arriva
   out.frames = values.size();
   if (values.empty()) return out;
   std::sort(values.begin(), values.end());
-  out.least = values.front();
-  out.most = values.back();
+  out.min = values.front();
+  out.max = values.back();
   out.mean = std::accumulate(values.begin(), values.end(), int64_t{0}) /
              static_cast<int64_t>(values.size());
   out.median = nearest_rank(values, 50);

@@ -19,7 +19,7 @@ struct Latency {
   uint64_t frames = 0;
   uint64_t unmatched = 0;  // no timestamp, or one that was not pushed
   // In ns, 0 if no frame matched; percentiles by nearest rank.
-  int64_t least = 0, mean = 0, median = 0, percentile_95 = 0, percentile_99 = 0, most = 0;
+  int64_t min = 0, mean = 0, median = 0, percentile_95 = 0, percentile_99 = 0, max = 0;
   std::vector<Bucket> buckets;  // each sqrt(2) wide, from the first to the last non-empty one
 };
 

@@ -20,12 +20,12 @@ TEST(TraceLatency, IsArrivalMinusDeparture) {
   const Latency latency = trace::latency(departures, arrivals);
   EXPECT_EQ(latency.frames, 100u);
   EXPECT_EQ(latency.unmatched, 0u);
-  EXPECT_EQ(latency.least, 1000);
+  EXPECT_EQ(latency.min, 1000);
   EXPECT_EQ(latency.mean, 50500);
   EXPECT_EQ(latency.median, 50000);
   EXPECT_EQ(latency.percentile_95, 95000);
   EXPECT_EQ(latency.percentile_99, 99000);
-  EXPECT_EQ(latency.most, 100000);
+  EXPECT_EQ(latency.max, 100000);
 }
 
 TEST(TraceLatency, BucketsAreContiguousAndHoldEveryFrame) {
@@ -48,8 +48,8 @@ TEST(TraceLatency, BucketsAreContiguousAndHoldEveryFrame) {
 
 TEST(TraceLatency, ARepeatedTimeStampCountsFromItsLastDeparture) {
   const Departures departures{{5, 1000}, {5, 3000}, {5, 9000}};
-  EXPECT_EQ(trace::latency(departures, {{5, 3500}}).most, 500);
-  EXPECT_EQ(trace::latency(departures, {{5, 2500}}).most, 1500);
+  EXPECT_EQ(trace::latency(departures, {{5, 3500}}).max, 500);
+  EXPECT_EQ(trace::latency(departures, {{5, 2500}}).max, 1500);
 }
 
 TEST(TraceLatency, UnmatchedFramesAreCountedSeparately) {
@@ -57,7 +57,7 @@ TEST(TraceLatency, UnmatchedFramesAreCountedSeparately) {
   const Latency latency = trace::latency(departures, {{6, 2000}, {kNoTime, 2000}, {5, 900}});
   EXPECT_EQ(latency.frames, 0u);
   EXPECT_EQ(latency.unmatched, 3u);
-  EXPECT_EQ(latency.most, 0);
+  EXPECT_EQ(latency.max, 0);
   EXPECT_TRUE(latency.buckets.empty());
 }
 
@@ -114,7 +114,7 @@ TEST_F(DemuxedStreams, TheFirstBlockOfAFileMayHaveATimeStamp) {
   }
   const auto found = measured();
   EXPECT_EQ(found[0].origin, pad(22));
-  EXPECT_EQ(found[0].latency.most, 7);
+  EXPECT_EQ(found[0].latency.max, 7);
 }
 
 TEST_F(DemuxedStreams, CountFromTheSourceWhereItHasTheTimeStamps) {

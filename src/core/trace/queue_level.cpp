@@ -23,7 +23,7 @@ QueueLevel queue_level(std::vector<QueueChange> changes, int64_t end) {
               static_cast<double>(changes[i].time - out.steps.back().time);
     const auto shown = static_cast<uint64_t>(std::max<int64_t>(level, 0));
     out.steps.push_back({changes[i].time, shown});
-    out.most = std::max(out.most, shown);
+    out.max = std::max(out.max, shown);
   }
   if (changes.empty() || end <= changes.front().time) return out;
   area += static_cast<double>(out.steps.back().frames) *

@@ -19,7 +19,7 @@ struct QueueLevel {
     uint64_t frames = 0;  // from this time on
   };
   std::vector<Step> steps;  // in order of time
-  uint64_t most = 0;
+  uint64_t max = 0;
   double mean = 0;  // weighted by time, from the first change to `end`
 };
 

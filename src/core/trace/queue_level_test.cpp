@@ -17,7 +17,7 @@ TEST(TraceQueueLevel, IsArrivalsMinusDepartures) {
   // In any order, because threads are read one after the other.
   const QueueLevel level = queue_level({{40, -1}, {10, 1}, {20, 1}, {30, 3}}, 50);
   EXPECT_EQ(frames(level), (std::vector<uint64_t>{1, 2, 5, 4}));
-  EXPECT_EQ(level.most, 5u);
+  EXPECT_EQ(level.max, 5u);
   EXPECT_DOUBLE_EQ(level.mean, (1 + 2 + 5 + 4) * 10 / 40.0);
 }
 
@@ -30,7 +30,7 @@ TEST(TraceQueueLevel, ASampleCorrectsIt) {
 TEST(TraceQueueLevel, ASampleSeesThePushOfItsOwnMoment) {
   const QueueLevel level = queue_level({{1, 4, true}, {1, 1}, {2, 4, true}, {2, 1}, {3, -1}}, 3);
   EXPECT_EQ(frames(level), (std::vector<uint64_t>{4, 4, 3}));
-  EXPECT_EQ(level.most, 4u);
+  EXPECT_EQ(level.max, 4u);
 }
 
 TEST(TraceQueueLevel, AFrameMayLeaveBeforeItsPushReturned) {

@@ -21,8 +21,8 @@ enum class Kind : uint8_t {
   ThreadTime  // comes directly before a PushBegin or PushEnd
 };
 
-inline constexpr uint64_t kMostFrames = (uint64_t{1} << 20) - 1;
-inline constexpr uint64_t kMostBytes = (uint64_t{1} << 40) - 1;
+inline constexpr uint64_t kMaxFrames = (uint64_t{1} << 20) - 1;
+inline constexpr uint64_t kMaxBytes = (uint64_t{1} << 40) - 1;
 
 struct Record {
   int64_t time = 0;  // nanoseconds of one monotonic clock

@@ -64,7 +64,7 @@ Json to_json(const LinkSummary& link, const Graph& graph) {
 
 Json to_json(const QueueSummary& queue, const Summary& summary) {
   return {{"element", index(queue.element)},
-          {"most", queue.level.most},
+          {"most", queue.level.max},
           {"mean", queue.level.mean},
           {"fullest", queue.fullest / 1000.0},
           {"not_passed_on", queue.not_passed_on},
@@ -83,12 +83,12 @@ Json to_json(const StreamLatency& stream, const Graph& graph) {
           {"sink", index(stream.sink)},
           {"frames", latency.frames},
           {"unmatched", latency.unmatched},
-          {"least", seconds(latency.least)},
+          {"least", seconds(latency.min)},
           {"mean", seconds(latency.mean)},
           {"median", seconds(latency.median)},
           {"percentile_95", seconds(latency.percentile_95)},
           {"percentile_99", seconds(latency.percentile_99)},
-          {"most", seconds(latency.most)},
+          {"most", seconds(latency.max)},
           {"buckets", std::move(buckets)}};
 }
 

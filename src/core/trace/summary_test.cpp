@@ -114,7 +114,7 @@ TEST(TraceSummary, QueuesHaveLevelsAndCountFramesThatNeverLeft) {
   ASSERT_EQ(summary.queues.size(), 1u);
   const QueueSummary& queue = summary.queues[0];
   EXPECT_EQ(queue.element, kMiddle);
-  EXPECT_EQ(queue.level.most, 3u);
+  EXPECT_EQ(queue.level.max, 3u);
   EXPECT_EQ(queue.level.steps.back().frames, 1u);
   EXPECT_EQ(queue.fullest, 666u);
   EXPECT_EQ(queue.not_passed_on, 2u);

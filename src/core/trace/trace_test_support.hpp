@@ -19,8 +19,8 @@ inline Record record(Kind kind, int64_t time, uintptr_t object, int64_t value = 
   out.time = time;
   out.object = at(object);
   out.value = value;
-  out.frames = frames & kMostFrames;
-  out.bytes = bytes & kMostBytes;
+  out.frames = frames & kMaxFrames;
+  out.bytes = bytes & kMaxBytes;
   return out;
 }
 

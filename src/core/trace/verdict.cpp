@@ -74,13 +74,12 @@ Verdict keeps_up(const Load& paced, const Load& busiest) {
 Verdict balanced(std::vector<Load> loads) {
   std::stable_sort(loads.begin(), loads.end(),
                    [](const Load& a, const Load& b) { return a.work > b.work; });
-  std::vector<std::string> most;
+  std::vector<std::string> max;
   for (const Load& load : loads)
-    if (most.size() < kListed && load.work > 0)
-      most.push_back(load.name + " " + percent(load.work));
-  if (most.empty()) return {VerdictKind::Balanced, "", 0, "No element takes a measurable time."};
+    if (max.size() < kListed && load.work > 0) max.push_back(load.name + " " + percent(load.work));
+  if (max.empty()) return {VerdictKind::Balanced, "", 0, "No element takes a measurable time."};
   return {VerdictKind::Balanced, loads.front().name, loads.front().work,
-          "No element takes most of the time; the busiest: " + join(most, ", ") + "."};
+          "No element takes most of the time; the busiest: " + join(max, ", ") + "."};
 }
 
 }  // namespace

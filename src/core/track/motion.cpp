@@ -19,8 +19,8 @@ double square(double x) {
   return x * x;
 }
 
-constexpr size_t kMostBoxes = 32;  // that are looked at, so that crowds cost no more
-constexpr size_t kLeastAgreeing = 3;
+constexpr size_t kMaxBoxes = 32;  // that are looked at, so that crowds cost no more
+constexpr size_t kMinAgreeing = 3;
 constexpr float kReach = 1.0f;      // of the box's height: the farthest offset
 constexpr float kTolerance = 0.1f;  // of the box's height: offsets that are nearly the same
 constexpr float kSizeRatio = 1.25f;
@@ -144,14 +144,14 @@ Box BoxMotion::box() const noexcept {
 }
 
 Shift common_motion(std::span<const Box> predicted, std::span<const Box> boxes) {
-  predicted = predicted.first(std::min(predicted.size(), kMostBoxes));
+  predicted = predicted.first(std::min(predicted.size(), kMaxBoxes));
   const auto offsets = offsets_of(predicted, boxes);
   std::vector<Offset> best = agreeing(offsets, {});  // no motion, unless another one has more
   for (const Offset& o : offsets) {
     auto some = agreeing(offsets, {o.x, o.y});
     if (some.size() > best.size()) best = std::move(some);
   }
-  if (best.size() < kLeastAgreeing || 2 * best.size() < predicted.size()) return {};
+  if (best.size() < kMinAgreeing || 2 * best.size() < predicted.size()) return {};
   std::vector<float> x, y;
   for (const Offset& o : best) x.push_back(o.x), y.push_back(o.y);
   return {significant_median(std::move(x)), significant_median(std::move(y))};

@@ -30,11 +30,11 @@ bool is_of_like_height(const Box& a, const Box& b) {
 // BoT-SORT's equations 12 and 13: half of the cosine distance, if it is less and the boxes overlap
 // by at least a half.
 float Tracker::cost_of(const Appearance& appearance, const TrackedBox& box, float common) const {
-  constexpr float kLeastOverlap = 0.5f;
+  constexpr float kMinOverlap = 0.5f;
   const float place = 1 - common;
-  if (box.appearance.empty() || common < kLeastOverlap) return place;
+  if (box.appearance.empty() || common < kMinOverlap) return place;
   const float distance = std::max(appearance.distance(box.appearance), 0.0f);
-  return distance <= most_distance_ ? std::min(place, distance / 2) : place;
+  return distance <= max_distance_ ? std::min(place, distance / 2) : place;
 }
 
 void Tracker::forget() noexcept {
@@ -96,7 +96,7 @@ Tracker::OpenBoxes Tracker::open_boxes(std::span<const TrackedBox> boxes, UseBox
 
 // The boxes that overlap `box` of track `number` by at least `least`.
 void Tracker::add_candidates(std::span<const TrackedBox> boxes, const OpenBoxes& open,
-                             uint32_t number, const Box& box, float least,
+                             uint32_t number, const Box& box, float min,
                              std::vector<Candidate>* out) const {
   auto at = std::lower_bound(open.order.begin(), open.order.end(), box.x1 - open.widest,
                              [&](uint32_t i, float x) { return boxes[i].box.x1 < x; });
@@ -105,20 +105,20 @@ void Tracker::add_candidates(std::span<const TrackedBox> boxes, const OpenBoxes&
     if (must_keep_height_ && tracks_[number].is_lost && !is_of_like_height(box, boxes[*at].box))
       continue;
     const float common = overlap(box, boxes[*at].box);
-    if (common > 0 && common >= least)
+    if (common > 0 && common >= min)
       out->push_back({number, *at, cost_of(tracks_[number].appearance, boxes[*at], common)});
   }
 }
 
 template <class UseTrack, class UseBox>
-void Tracker::match(std::span<const TrackedBox> boxes, Place place, float least, UseTrack use_track,
+void Tracker::match(std::span<const TrackedBox> boxes, Place place, float min, UseTrack use_track,
                     UseBox use_box) {
   const OpenBoxes open = open_boxes(boxes, use_box);
   std::vector<Candidate> candidates;
   for (uint32_t t = 0; t < tracks_.size(); ++t) {
     const Track& track = tracks_[t];
     if (track.is_matched || !use_track(track)) continue;
-    add_candidates(boxes, open, t, place == Place::Last ? track.last : track.predicted, least,
+    add_candidates(boxes, open, t, place == Place::Last ? track.last : track.predicted, min,
                    &candidates);
   }
   for (const auto& pair : assign(candidates)) {
@@ -203,7 +203,7 @@ void Tracker::finish_tracks() {
 const std::vector<uint32_t>& Tracker::follow(std::span<const TrackedBox> boxes, double seconds,
                                              const Options& options) {
   must_keep_height_ = options.mode == Mode::ByteTrack;
-  most_distance_ = options.appearance;
+  max_distance_ = options.appearance;
   predict(seconds, options);
   if (options.mode == Mode::ByteTrack && options.camera_motion) follow_camera(boxes, options);
   track_of_.assign(boxes.size(), -1);

@@ -73,9 +73,9 @@ class Tracker {
   template <class UseBox>
   OpenBoxes open_boxes(std::span<const TrackedBox> boxes, UseBox use_box) const;
   void add_candidates(std::span<const TrackedBox> boxes, const OpenBoxes& open, uint32_t number,
-                      const Box& box, float least, std::vector<Candidate>* out) const;
+                      const Box& box, float min, std::vector<Candidate>* out) const;
   template <class UseTrack, class UseBox>
-  void match(std::span<const TrackedBox> boxes, Place place, float least, UseTrack use_track,
+  void match(std::span<const TrackedBox> boxes, Place place, float min, UseTrack use_track,
              UseBox use_box);
   void match_appearance(std::span<const TrackedBox> boxes, const Options& options);
   void begin_tracks(std::span<const TrackedBox> boxes, const Options& options);
@@ -87,7 +87,7 @@ class Tracker {
   std::vector<int64_t> track_of_;  // of each box; -1 = none
   double now_ = 0;
   bool has_time_ = false;
-  float most_distance_ = 0;
+  float max_distance_ = 0;
   bool must_keep_height_ = false;  // of lost tracks; not in mode Iou
   uint32_t last_number_ = 0;
   uint64_t given_ = 0;

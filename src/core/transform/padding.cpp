@@ -12,7 +12,7 @@ namespace weir::transform {
 namespace {
 
 constexpr const char* kPaddingExample = "option=left:1,right:1,top:2,bottom:2";
-constexpr uint32_t kMost = 1 << 16;  // zeros on one side
+constexpr uint32_t kMax = 1 << 16;  // zeros on one side
 
 struct Side {
   std::string_view name;
@@ -32,10 +32,10 @@ Status take_side(OptionReader& reader, Padding& padding) {
   const auto digits = reader.take_digits();
   if (digits.empty()) return reader.syntax_error("how many zeros", kPaddingExample);
   const auto value = parse_unsigned(digits);
-  if (!value || *value > kMost) {
+  if (!value || *value > kMax) {
     reader.go_to(begin);
     return reader.value_error("a side of the padding is too large",
-                              "at most " + std::to_string(kMost), kPaddingExample);
+                              "at most " + std::to_string(kMax), kPaddingExample);
   }
   (side->before ? padding.before : padding.after)[side->dimension] = static_cast<uint32_t>(*value);
   return ok();

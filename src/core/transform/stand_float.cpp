@@ -21,18 +21,17 @@ HWY_BEFORE_NAMESPACE();
 namespace weir::transform::HWY_NAMESPACE {
 namespace hn = hwy::HWY_NAMESPACE;
 
-constexpr size_t kMostLanes = 16;
-using Tag = hn::CappedTag<float, kMostLanes>;
+constexpr size_t kMaxLanes = 16;
+using Tag = hn::CappedTag<float, kMaxLanes>;
 using Vector = hn::Vec<Tag>;
 
 // mean = high + low; by = 1 / deviation. One of each for every element of a vector of every phase.
 struct alignas(64) Operands {
-  float high[kFewChannels * kMostLanes], low[kFewChannels * kMostLanes],
-      by[kFewChannels * kMostLanes];
+  float high[kFewChannels * kMaxLanes], low[kFewChannels * kMaxLanes], by[kFewChannels * kMaxLanes];
 };
 
 inline void fill(Operands& to, const StandScale& scale, size_t channels, bool divides) noexcept {
-  for (size_t i = 0; i < kFewChannels * kMostLanes; ++i) {
+  for (size_t i = 0; i < kFewChannels * kMaxLanes; ++i) {
     const double mean = scale.mean[i % channels];
     to.high[i] = static_cast<float>(mean);
     to.low[i] = static_cast<float>(mean - static_cast<double>(to.high[i]));

@@ -39,7 +39,7 @@ namespace weir::transform::HWY_NAMESPACE {
 namespace hn = hwy::HWY_NAMESPACE;
 
 // The largest number of positions in a row.
-constexpr size_t kMostPositions = kFewChannels * 32;
+constexpr size_t kMaxPositions = kFewChannels * 32;
 constexpr size_t kBlockBytes = size_t{16} * 1024;
 
 // T is unsigned. Squares of T fit into Wide; kRows of their upper halves and of T itself can be
@@ -89,7 +89,7 @@ void add_integers(const StandTensor& tensor, const std::byte* bytes, IntegerSums
   const size_t lanes = hn::Lanes(typename Lanes::WideTag());
   const size_t row = tensor.channels * lanes, rows = tensor.count / row;
   const size_t block = std::clamp<size_t>(kBlockBytes / (row * sizeof(T)), 16, Lanes::kRows);
-  uint64_t sums[kMostPositions] = {}, squares[kMostPositions] = {};
+  uint64_t sums[kMaxPositions] = {}, squares[kMaxPositions] = {};
   for (size_t done = 0; done < rows; done += block)
     for (size_t phase = 0; phase < tensor.channels; ++phase)
       add_vectors<T, kSigned>(in + done * row + phase * lanes, row, std::min(block, rows - done),

@@ -12,11 +12,11 @@ namespace weir::transform {
 namespace {
 
 constexpr size_t kValues = 256;
-constexpr size_t kMostColumns = 4;
+constexpr size_t kMaxColumns = 4;
 
 template <class T>
 struct Table {
-  T at[kMostColumns][kValues];
+  T at[kMaxColumns][kValues];
 };
 
 template <class From, class To>
@@ -45,7 +45,7 @@ bool run_steps(const uint8_t* column, size_t count, bool accelerate, const std::
       const int change = static_cast<int8_t>(column[i] - column[i - 1]) * direction;
       if (change <= 0) continue;
       const size_t before = steps.ups + steps.downs;
-      if (static_cast<size_t>(change) > kMostSteps - before) return false;
+      if (static_cast<size_t>(change) > kMaxSteps - before) return false;
       std::fill_n(&steps.below[before], change, static_cast<uint8_t>(i - 1));
       found += static_cast<size_t>(change);
     }
@@ -87,7 +87,7 @@ void run(const StandTensor& tensor, const StandTypes& types, const StandScale& s
 }  // namespace
 
 bool has_stand_table(const StandTensor& tensor, const StandTypes& types) noexcept {
-  return size_of(types.from) == 1 && tensor.channels <= kMostColumns &&
+  return size_of(types.from) == 1 && tensor.channels <= kMaxColumns &&
          tensor.count >= 16 * kValues * tensor.channels;
 }
 

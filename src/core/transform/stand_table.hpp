@@ -14,13 +14,13 @@ bool has_stand_table(const StandTensor& tensor, const StandTypes& types) noexcep
 void run_stand_table(const StandTensor& tensor, const StandTypes& types, const StandScale& scale,
                      bool accelerate, const std::byte* in, std::byte* out) noexcept;
 
-inline constexpr size_t kMostSteps = 24;  // with more, looking up each element is faster
+inline constexpr size_t kMaxSteps = 24;  // with more, looking up each element is faster
 
 // A byte table as the changes along its index: `ups` steps of 1, then `downs` steps of -1; step n
 // applies from the index below[n] + 1 on. A larger change is several steps.
 struct TableSteps {
   uint8_t first = 0;  // the result for 0
-  uint8_t below[kMostSteps] = {};
+  uint8_t below[kMaxSteps] = {};
   size_t ups = 0, downs = 0;
 };
 // out[i] = first + the steps up to in[i], modulo 256; in and out may be equal. (stand_steps.cpp)

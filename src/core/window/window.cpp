@@ -27,15 +27,15 @@ Error not_a_multiple(const Request& r, size_t tensor, const TensorSpec& spec) {
                .fix = option("frames-in", std::gcd(extent, r.frames_in))};
 }
 
-Error cannot_flush(const Request& r, uint64_t most) {
+Error cannot_flush(const Request& r, uint64_t max) {
   return Error{.code = Code::OPTION_VALUE,
                .what = "frames-flush exceeds the number of frames in a full window",
                .offered = option("frames-flush", r.frames_flush) + ", with " +
                           option("frames-in", r.frames_in) + " and " +
                           option("frames-out", r.frames_out),
-               .needed = "at most " + std::to_string(most) +
+               .needed = "at most " + std::to_string(max) +
                          " = frames-in times (frames-out / frames-in, rounded up)",
-               .fix = option("frames-flush", most)};
+               .fix = option("frames-flush", max)};
 }
 
 Error too_big(const TensorSpec& spec, const Request& r) {
@@ -124,8 +124,8 @@ Result<Plan> plan(const Request& r, const std::vector<TensorSpec>& input) {
   plan.in = r.frames_in;
   plan.out = r.frames_out;
   plan.step = r.frames_flush > 0 ? r.frames_flush : r.frames_out;
-  const uint64_t most = plan.in * ((plan.out + plan.in - 1) / plan.in);
-  if (plan.step > most) return cannot_flush(r, most);
+  const uint64_t max = plan.in * ((plan.out + plan.in - 1) / plan.in);
+  if (plan.step > max) return cannot_flush(r, max);
   plan.passes_through = plan.in == plan.out && plan.step == plan.out;
   for (size_t i = 0; i < input.size(); ++i)
     if (auto status = add_tensor(r, i, input[i], &plan); !status) return status.error();

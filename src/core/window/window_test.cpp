@@ -104,10 +104,10 @@ TEST(Window, WaitsForAsManyBuffersAsItSpans) {
       for (uint32_t step = 1; step <= in * ((out + in - 1) / in); ++step) {
         const auto p = plan({in, out, step, 0, true}, {spec("60")});
         ASSERT_TRUE(p);
-        uint64_t most = 0;
+        uint64_t max = 0;
         for (uint64_t k = 0; k < 60 && !p->passes_through; ++k)
-          most = std::max(most, (k * step + out - 1) / in - k * step / in);
-        EXPECT_EQ(p->buffers_waited(), most) << in << " " << out << " " << step;
+          max = std::max(max, (k * step + out - 1) / in - k * step / in);
+        EXPECT_EQ(p->buffers_waited(), max) << in << " " << out << " " << step;
       }
 }
 

@@ -69,11 +69,11 @@ Status check_limits(std::span<const std::byte> payload, const MessageLimits& lim
                       std::to_string(payload.size()) + " bytes without the magic number 0xeddaedda",
                       "a message of edgesink connect-type=MQTT",
                       "check topic, and which programs publish to it");
-  const uint64_t most = limits.message_bytes + kLargestHeaderBytes;
-  if (payload.size() > most)
+  const uint64_t max = limits.message_bytes + kLargestHeaderBytes;
+  if (payload.size() > max)
     return peer_error("an MQTT message is larger than allowed",
                       std::to_string(payload.size()) + " bytes",
-                      "at most " + std::to_string(most) + " bytes");
+                      "at most " + std::to_string(max) + " bytes");
   return ok();
 }
 

@@ -111,11 +111,11 @@ double distance_to_line(Point a, Point b, Point at) noexcept {
 }
 
 double distance_to_outline(std::span<const Point> polygon, Point at) noexcept {
-  double least = INFINITY;
+  double min = INFINITY;
   for (size_t i = 0; i < polygon.size(); ++i)
-    least = std::min(least,
-                     distance_to_line(polygon[i], polygon[i + 1 < polygon.size() ? i + 1 : 0], at));
-  return least;
+    min = std::min(min,
+                   distance_to_line(polygon[i], polygon[i + 1 < polygon.size() ? i + 1 : 0], at));
+  return min;
 }
 
 Ground::Ground(double metres_per_pixel) noexcept

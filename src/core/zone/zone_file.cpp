@@ -28,7 +28,7 @@ constexpr int kDepthLimit = 8;
 constexpr size_t kFaultLimit = 20;      // that are listed
 constexpr size_t kNameLimit = 256;      // bytes
 constexpr double kFarthest = 1e6;       // pixels
-constexpr double kLongestDwell = 1e6;   // seconds
+constexpr double kMaxDwell = 1e6;       // seconds
 constexpr double kCoarsestScale = 1e6;  // metres per pixel
 constexpr double kWidestMargin = 10;    // longer sides of a box
 
@@ -105,12 +105,11 @@ class Parser {
     return Point{*x, *y};
   }
   // The points of a list of `least` to `most` entries [x, y]; none if it has faults.
-  std::vector<Point> points(const Json* list, const std::string& path, size_t least, size_t most) {
+  std::vector<Point> points(const Json* list, const std::string& path, size_t min, size_t max) {
     std::vector<Point> out;
-    if (!list || !list->is_array() || list->size() < least || list->size() > most) {
-      const std::string count = least == most
-                                    ? std::to_string(least)
-                                    : std::to_string(least) + " to " + std::to_string(most);
+    if (!list || !list->is_array() || list->size() < min || list->size() > max) {
+      const std::string count =
+          min == max ? std::to_string(min) : std::to_string(min) + " to " + std::to_string(max);
       faults_.add(path, list, count + " points [x, y]");
       return out;
     }
@@ -147,7 +146,7 @@ class Parser {
     reference(member(json, "reference"), path + ".reference", &out);
     if (const Json* dwell = member(json, "dwell")) {
       const auto seconds = finite(*dwell);
-      if (!seconds || *seconds <= 0 || *seconds > kLongestDwell)
+      if (!seconds || *seconds <= 0 || *seconds > kMaxDwell)
         faults_.add(path + ".dwell", dwell, "seconds above 0 and at most 1000000");
       else if (out.kind == Kind::Line)
         faults_.add(path + ".dwell", dwell, "a polygon: nothing dwells on a line");

@@ -205,7 +205,7 @@ class Edgesink : public gst::Element<Edgesink, gst::BaseSink> {
   Ledger ledger_;
 
  private:
-  static constexpr uint32_t kMaxReceivers = 32, kMaxOfOneAddress = 16;
+  static constexpr uint32_t kMaxReceivers = 32, kMaxPerAddress = 16;
   static constexpr uint64_t kMaxTimeout = 1'000'000'000'000;  // ms
 
   using Opened = Result<std::unique_ptr<BufferOutput>>;
@@ -261,7 +261,7 @@ class Edgesink : public gst::Element<Edgesink, gst::BaseSink> {
                                    .form = header_form(s.wire_version),
                                    .queue = {.frames = s.max_buffers},
                                    .max_subscribers = kMaxReceivers,
-                                   .max_of_one_address = kMaxOfOneAddress,
+                                   .max_per_address = kMaxPerAddress,
                                    .allowed =
                                        [allow = s.allow](const std::string& address) {
                                          return transport::is_allowed(allow, address);

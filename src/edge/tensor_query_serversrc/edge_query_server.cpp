@@ -35,7 +35,7 @@ edge::ListenerOptions listener_options(const ServersrcSettings& s,
       .max_requests = s.max_requests,
       .max_address_bytes = s.max_bytes_in_flight,
       .max_clients = s.max_connections,
-      .max_of_one_address = s.max_connections_per_address,
+      .max_per_address = s.max_connections_per_address,
       .allowed =
           [allow = s.allow](const auto& address) { return transport::is_allowed(allow, address); },
       .refused = std::move(report)};

@@ -182,10 +182,10 @@ TEST_F(TensorQueryServersrc, GivesItsPortBackWhenItStops) {
 
 TEST_F(TensorQueryServersrc, ServesAgainOnItsPortWithOtherSettings) {
   play("tensor_query_serversink");
-  for (const guint64 most : {2048, 4096}) {
+  for (const guint64 max : {2048, 4096}) {
     const guint was = port();
     ASSERT_TRUE(pipeline_->reaches(GST_STATE_NULL));
-    g_object_set(pipeline_->find("server").get(), "port", was, "max-message", most, nullptr);
+    g_object_set(pipeline_->find("server").get(), "port", was, "max-message", max, nullptr);
     ASSERT_TRUE(pipeline_->reaches(GST_STATE_PLAYING));
     EXPECT_EQ(port(), was);
     connect();

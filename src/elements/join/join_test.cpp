@@ -432,7 +432,7 @@ TEST_F(JoinTest, ReleasesABranchThatIsBlockedInASerializedQuery) {
   EXPECT_TRUE(becomes_true([&] { return begun.load(); }, "the query"));
   release = std::async(std::launch::async,
                        [&] { gst_element_release_request_pad(h_->element, requested.get()); });
-  EXPECT_EQ(release.wait_for(kLongestWait), std::future_status::ready);
+  EXPECT_EQ(release.wait_for(kMaxWait), std::future_status::ready);
   closed.open();
   EXPECT_EQ(first.get(), GST_FLOW_OK);
 }

@@ -12,7 +12,7 @@ namespace {
 constexpr std::align_val_t kAlignment{64};
 
 // A longer strip copies fewer frames twice, but a window that is kept holds the whole block.
-constexpr uint64_t kMostWindows = 8, kLeastWindows = 2;
+constexpr uint64_t kMaxWindows = 8, kMinWindows = 2;
 constexpr size_t kWantedBytes = size_t{64} << 20;
 
 }  // namespace
@@ -66,7 +66,7 @@ GstMemory* part_of_block(std::shared_ptr<std::byte> block, size_t offset, size_t
 WindowStrip::WindowStrip(size_t frame_bytes, uint64_t frames)
     : frame_bytes_(frame_bytes), frames_(frames) {
   const size_t window = std::max<size_t>(frame_bytes * static_cast<size_t>(frames), 1);
-  capacity_ = frames * std::clamp<uint64_t>(kWantedBytes / window, kLeastWindows, kMostWindows);
+  capacity_ = frames * std::clamp<uint64_t>(kWantedBytes / window, kMinWindows, kMaxWindows);
   pool_ = BlockPool::make(frame_bytes * static_cast<size_t>(capacity_));
 }
 

@@ -95,12 +95,12 @@ TEST(TensorDemuxTopology, ForwardsDownstreamQueriesAndEventsUpstream) {
   GstQuery* query = gst_query_new_latency();
   EXPECT_TRUE(gst_pad_peer_query(demux.branch("src_1").pad.get(), query));
   gboolean live = FALSE;
-  GstClockTime least = 0, most = 0;
-  gst_query_parse_latency(query, &live, &least, &most);
+  GstClockTime min = 0, max = 0;
+  gst_query_parse_latency(query, &live, &min, &max);
   gst_query_unref(query);
   EXPECT_TRUE(live);
-  EXPECT_EQ(least, 7u);
-  EXPECT_EQ(most, 9u);
+  EXPECT_EQ(min, 7u);
+  EXPECT_EQ(max, 9u);
   EXPECT_TRUE(gst_pad_push_event(demux.branch("src_0").pad.get(),
                                  gst_event_new_qos(GST_QOS_TYPE_UNDERFLOW, 1, 0, 0)));
   EXPECT_EQ(qos, 1);
@@ -136,7 +136,7 @@ class SegmentSeen {
         },
         this, nullptr);
   }
-  bool wait() { return seen_.get_future().wait_for(kLongestWait) == std::future_status::ready; }
+  bool wait() { return seen_.get_future().wait_for(kMaxWait) == std::future_status::ready; }
 
  private:
   std::promise<void> seen_;

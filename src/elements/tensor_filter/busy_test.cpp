@@ -106,7 +106,7 @@ TEST(FilterMaxBytes, HoldsNoMoreThanTheLimit) {
   other.join();
   EXPECT_EQ(f.pull(2), (Numbers{1, 2}));
   EXPECT_EQ(f.stat("bytes-most"), 16u);
-  EXPECT_EQ(gate().seen().most_at_once, 1);
+  EXPECT_EQ(gate().seen().max_at_once, 1);
 }
 
 TEST(FilterMaxBytes, DropsUnlessItBlocks) {

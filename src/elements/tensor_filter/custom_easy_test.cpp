@@ -233,9 +233,9 @@ TEST(TensorFilterCustomEasy, RejectsADynamicFilterWithoutMemory) {
 
 // It runs on one thread at a time: the workers of one element and other elements.
 TEST(TensorFilterCustomEasy, IsCalledByOneThreadAtATime) {
-  std::atomic<int> inside{0}, most{0};
+  std::atomic<int> inside{0}, max{0};
   const auto named = registered([&](In in, Out out) {
-    most = std::max(most.load(), ++inside);
+    max = std::max(max.load(), ++inside);
     twice(in, out);
     g_thread_yield();
     --inside;
@@ -250,7 +250,7 @@ TEST(TensorFilterCustomEasy, IsCalledByOneThreadAtATime) {
       const auto out = Ref<GstBuffer>::adopt(gst_harness_pull(h->get()));
       EXPECT_EQ(values<float>(out.get())[0], 2.f * static_cast<float>(i));
     }
-  EXPECT_EQ(most, 1);
+  EXPECT_EQ(max, 1);
 }
 
 TEST(TensorFilterCustomEasy, IsCalledByAllWorkersIfDeclaredThreadSafe) {

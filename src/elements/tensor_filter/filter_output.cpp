@@ -151,11 +151,11 @@ Status FilterOutput::add(const Ticket& ticket, gst::Ref<GstBuffer> output) {
   }
   if (room != infer::HeldBytes::Room::Stuck) return ok();
   const auto held = held_->state().held;
-  const std::string most = std::to_string(held_->limit()), needed = std::to_string(held + bytes);
+  const std::string max = std::to_string(held_->limit()), needed = std::to_string(held + bytes);
   return Error{.code = Code::LIMIT_EXCEEDED,
                .what = "outputs that wait for those of an older frame exceed max-bytes",
                .offered = std::to_string(held) + " bytes held and an output of " +
-                          std::to_string(bytes) + " in addition, max-bytes=" + most,
+                          std::to_string(bytes) + " in addition, max-bytes=" + max,
                .needed = "max-bytes of " + needed +
                          " or more, or 0 for no limit; or when-busy=drop-new or drop-old",
                .fix = "tensor_filter invoke-async=true max-bytes=" + needed};
@@ -264,13 +264,13 @@ void FilterOutput::add_stats(GstStructure* stats, infer::PoolState pool) const {
                     "pool-allocated", G_TYPE_UINT64, pool_allocated_.load(), nullptr);
   if (with_task_) {
     const auto held = held_->state();
-    pool.bytes_held = held.held, pool.bytes_most = held.most;
+    pool.bytes_held = held.held, pool.bytes_max = held.max;
     gst_structure_set(stats, "outputs-dropped", G_TYPE_UINT64, held.dropped, nullptr);
   }
   gst_structure_set(stats, "workers", G_TYPE_UINT64, uint64_t{pool.workers}, "workers-busy",
                     G_TYPE_UINT64, uint64_t{pool.busy}, "mean-busy", G_TYPE_DOUBLE, pool.mean_busy,
                     "waiting", G_TYPE_UINT64, uint64_t{pool.waiting}, "bytes-held", G_TYPE_UINT64,
-                    pool.bytes_held, "bytes-most", G_TYPE_UINT64, pool.bytes_most, nullptr);
+                    pool.bytes_held, "bytes-most", G_TYPE_UINT64, pool.bytes_max, nullptr);
 }
 
 }  // namespace weir

@@ -27,7 +27,7 @@ void FrameFlow::stop() {
 FrameFlow::Delay FrameFlow::report_latency() {
   const Delay wait = delay();
   const GstClockTime invoke = output_.report_latency();
-  return {invoke + wait.least, invoke + wait.most};
+  return {invoke + wait.min, invoke + wait.max};
 }
 
 GstFlowReturn FrameFlow::reject_before_caps() {

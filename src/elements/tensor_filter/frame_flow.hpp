@@ -47,7 +47,7 @@ class FrameFlow {
   // `most` how long frames can be kept without blocking the source. Both include the invoke if it
   // is reported.
   struct Delay {
-    GstClockTime least = 0, most = 0;
+    GstClockTime min = 0, max = 0;
   };
   Delay report_latency();
   virtual void add_stats(GstStructure* stats) const { output_.add_stats(stats, pool_state()); }

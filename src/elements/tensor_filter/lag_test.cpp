@@ -79,7 +79,7 @@ TEST(FilterFallsBehind, IsNotReportedForTheLatencyOfTheSource) {
 
 struct Latency {
   gboolean live = FALSE;
-  GstClockTime least = 0, most = 0;
+  GstClockTime min = 0, max = 0;
 };
 // The latency of the filter downstream of a live source that answers 10 to 20 ms.
 Latency latency_of(const GatedFilter& f) {
@@ -93,7 +93,7 @@ Latency latency_of(const GatedFilter& f) {
   const Unique<GstQuery, gst_query_unref> query(gst_query_new_latency());
   Latency out;
   EXPECT_TRUE(gst_pad_peer_query(f.get()->sinkpad, query.get()));
-  gst_query_parse_latency(query.get(), &out.live, &out.least, &out.most);
+  gst_query_parse_latency(query.get(), &out.live, &out.min, &out.max);
   return out;
 }
 
@@ -101,8 +101,8 @@ TEST(FilterLatency, IsThatOfUpstreamWithoutWorkers) {
   GatedFilter f("", true);
   const auto latency = latency_of(f);
   EXPECT_TRUE(latency.live);
-  EXPECT_EQ(latency.least, 10 * GST_MSECOND);
-  EXPECT_EQ(latency.most, 20 * GST_MSECOND);
+  EXPECT_EQ(latency.min, 10 * GST_MSECOND);
+  EXPECT_EQ(latency.max, 20 * GST_MSECOND);
 }
 
 TEST(FilterLatency, IncludesTheFramesThatCanBeHeld) {
@@ -114,8 +114,8 @@ TEST(FilterLatency, IncludesTheFramesThatCanBeHeld) {
                                                                    {"when-busy=block", 2}}) {
     GatedFilter f(properties, true);
     const auto latency = latency_of(f);
-    EXPECT_EQ(latency.least, 10 * GST_MSECOND) << "no measurement yet";
-    EXPECT_EQ(latency.most, 20 * GST_MSECOND + frames * kFrame) << properties;
+    EXPECT_EQ(latency.min, 10 * GST_MSECOND) << "no measurement yet";
+    EXPECT_EQ(latency.max, 20 * GST_MSECOND + frames * kFrame) << properties;
   }
 }
 
@@ -139,7 +139,7 @@ TEST(FilterLatency, IncludesTheWaitForAWorker) {
     g_object_get(f.element(), "latency", &invoke, nullptr);
     ASSERT_GE(invoke, 50);
     const auto expected = waits ? static_cast<GstClockTime>(invoke) * GST_USECOND : 0;
-    EXPECT_EQ(latency_of(f).least, 10 * GST_MSECOND + expected) << properties;
+    EXPECT_EQ(latency_of(f).min, 10 * GST_MSECOND + expected) << properties;
   }
 }
 

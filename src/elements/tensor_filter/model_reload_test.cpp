@@ -188,14 +188,14 @@ TEST(ModelReload, ReloadsUnderWorkersKeepTheOrderOfTheModels) {
       done = i;
     }
   });
-  std::vector<int> least;  // the model that was installed when the frame arrived
-  while (least.empty() || least.back() < kReloads) {
-    least.push_back(done);
+  std::vector<int> min;  // the model that was installed when the frame arrived
+  while (min.empty() || min.back() < kReloads) {
+    min.push_back(done);
     ASSERT_EQ(gst_harness_push(h.get(), frame<float>({0, 0, 0, 0})), GST_FLOW_OK);
   }
   reloads.join();
   float last = 0;
-  for (const int before : least) {
+  for (const int before : min) {
     const auto out = Ref<GstBuffer>::adopt(gst_harness_pull(h.get()));
     ASSERT_TRUE(out);
     const float now = values<float>(out.get())[0];
@@ -203,7 +203,7 @@ TEST(ModelReload, ReloadsUnderWorkersKeepTheOrderOfTheModels) {
     ASSERT_GE(now, last);
     last = now;
   }
-  expect_ledger(filter.get(), least.size());
+  expect_ledger(filter.get(), min.size());
 }
 
 TEST(ModelReload, FollowsTheShapesOfAFlexibleStreamAcrossReloads) {

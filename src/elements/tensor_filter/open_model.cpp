@@ -63,11 +63,11 @@ size_t sessions_of(const FilterSettings& s, std::vector<Error>* warnings) {
 
 // The invokes at a time that the engine asks for, where the user did not choose; otherwise 1.
 uint32_t parallel_invokes(const weir_model_info& info, const FilterSettings& s) {
-  constexpr uint32_t kMost = 64;
+  constexpr uint32_t kMax = 64;
   constexpr uint32_t kKinds = WEIR_MODEL_THREAD_SAFE | WEIR_MODEL_ASYNC | WEIR_MODEL_STATEFUL;
   const bool free = s.workers == 1 && s.batch_size == 1 && !s.invoke_async && rows_of(s).none();
   if (!free || (info.flags & kKinds) != WEIR_MODEL_THREAD_SAFE) return 1;
-  return std::clamp(info.max_in_flight, 1u, kMost);
+  return std::clamp(info.max_in_flight, 1u, kMax);
 }
 
 // Tensors with the shapes and names of `shapes` and the quantisation of the model's `infos`.

@@ -284,9 +284,9 @@ TEST(TensorFilterDeadline, IsGivenToEnginesByTheMonotonicClock) {
 std::pair<GstClockTime, GstClockTime> queried(const Harness& h) {
   const Unique<GstQuery, gst_query_unref> query(gst_query_new_latency());
   EXPECT_TRUE(gst_pad_peer_query(h->sinkpad, query.get()));
-  GstClockTime least = 0, most = 0;
-  gst_query_parse_latency(query.get(), nullptr, &least, &most);
-  return {least, most};
+  GstClockTime min = 0, max = 0;
+  gst_query_parse_latency(query.get(), nullptr, &min, &max);
+  return {min, max};
 }
 
 TEST(TensorFilterLatency, IsNotReportedByDefault) {
@@ -305,10 +305,10 @@ TEST(TensorFilterLatency, AddsTheMeanWithAMarginToTheUpstreamLatency) {
   for (int i = 1; i < 4; ++i) push(h, i * 100 * kMs);
   int mean_us = -1;
   g_object_get(element_of(h, kFilter).get(), "latency", &mean_us, nullptr);
-  const auto [least, most] = queried(h);
-  EXPECT_GT(least, 7 * kMs);
-  EXPECT_EQ(most, kNone) << "the upstream source sets no limit";
-  const double own_us = static_cast<double>(least - 7 * kMs) / 1e3;
+  const auto [min, max] = queried(h);
+  EXPECT_GT(min, 7 * kMs);
+  EXPECT_EQ(max, kNone) << "the upstream source sets no limit";
+  const double own_us = static_cast<double>(min - 7 * kMs) / 1e3;
   EXPECT_LE(std::abs(own_us - 1.05 * mean_us), 0.53) << "the property is rounded";
 }
 
@@ -324,9 +324,9 @@ TEST(TensorFilterLatency, AddsToTheMaximumLatency) {
                     nullptr);
   push(h, 0);
   push(h, 100 * kMs);
-  const auto [least, most] = queried(h);
-  EXPECT_GT(least, 3 * kMs);
-  EXPECT_EQ(least - 3 * kMs, most - 9 * kMs);
+  const auto [min, max] = queried(h);
+  EXPECT_GT(min, 3 * kMs);
+  EXPECT_EQ(min - 3 * kMs, max - 9 * kMs);
 }
 
 guint latency_messages(GstBus* bus) {

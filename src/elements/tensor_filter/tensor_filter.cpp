@@ -237,7 +237,7 @@ class TensorFilter final : public gst::Element<TensorFilter, gst::PlainElement>,
     if (answer_caps_query(pad, opened().get(), query)) return TRUE;
     if (GST_QUERY_TYPE(query) == GST_QUERY_LATENCY) {
       const auto delay = flow_->report_latency();
-      return gst::answer_latency(sink_, query, delay.least, delay.most);
+      return gst::answer_latency(sink_, query, delay.min, delay.max);
     }
     return gst_pad_query_default(pad, GST_OBJECT_CAST(self()), query);
   }

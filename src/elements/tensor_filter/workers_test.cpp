@@ -58,7 +58,7 @@ TEST(FilterWorkers, HaveSeparateSessions) {
   EXPECT_EQ(gate().seen().models, 1);
   for (const float n : {0, 1, 2}) f.push(n);
   gate().wait_for_entered(3);
-  EXPECT_EQ(gate().seen().most_in_a_session, 1);
+  EXPECT_EQ(gate().seen().max_in_a_session, 1);
 }
 
 TEST(FilterWorkers, ShareASessionThatIsThreadSafe) {
@@ -66,7 +66,7 @@ TEST(FilterWorkers, ShareASessionThatIsThreadSafe) {
   EXPECT_EQ(gate().seen().sessions, 1);
   for (const float n : {0, 1, 2}) f.push(n);
   gate().wait_for_entered(3);
-  EXPECT_EQ(gate().seen().most_in_a_session, 3);
+  EXPECT_EQ(gate().seen().max_in_a_session, 3);
 }
 
 TEST(FilterWorkers, OpenModelsThatHaveOneSessionEach) {

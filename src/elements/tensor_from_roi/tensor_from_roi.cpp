@@ -130,7 +130,7 @@ class TensorFromRoi : public gst::CountedTransform<TensorFromRoi> {
       answer_.objects.push_back({.box = region.box,
                                  .score = region.score,
                                  .class_index = class_of(region),
-                                 .track = std::min(region.track, kMostTrack),
+                                 .track = std::min(region.track, kMaxTrack),
                                  .parent = region.parent,
                                  .rotation = region.rotation});
       for (size_t i = 0; i < features_.points_per_object; ++i)
@@ -140,7 +140,7 @@ class TensorFromRoi : public gst::CountedTransform<TensorFromRoi> {
       if (object.parent >= 0) object.parent = row_of[static_cast<size_t>(object.parent)];
   }
 
-  static constexpr uint32_t kMostTrack = WEIR_RESULTS_TRACK_LIMIT - 1;
+  static constexpr uint32_t kMaxTrack = WEIR_RESULTS_TRACK_LIMIT - 1;
   Settings settings_now_;  // while streaming
   std::vector<std::string> names_;
   uint32_t width_ = 0, height_ = 0;

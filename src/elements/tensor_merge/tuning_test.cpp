@@ -67,7 +67,7 @@ TEST(MergePropertyChange, InvalidValuesAtTheStartAreKept) {
   merge.play();
   auto first = merge.push_later(0, {1, 2}, 0);
   merge.push(1, {3, 4, 5}, 0);
-  EXPECT_EQ(first.wait_for(kLongestWait), std::future_status::ready);
+  EXPECT_EQ(first.wait_for(kMaxWait), std::future_status::ready);
   EXPECT_SAYS(merge.error(), "WEIR-");
   EXPECT_EQ(option(merge), "1");
 }

@@ -7,7 +7,7 @@ namespace late_pad_test {
 
 // Whether it returns while the other pads receive nothing.
 bool returns(std::future<GstFlowReturn>& push) {
-  return push.wait_for(kLongestWait) == std::future_status::ready;
+  return push.wait_for(kMaxWait) == std::future_status::ready;
 }
 
 TEST(TensorMuxLatePad, OldFramesDoNotWaitForTheOthers) {

@@ -103,7 +103,7 @@ class ManyInputs {
     std::vector<std::future<GstFlowReturn>> pushes;
     for (size_t i = 0; i < frames.size(); ++i) pushes.push_back(push_later(i, frames[i], pts));
     for (size_t i = 0; i < pushes.size(); ++i) {
-      if (pushes[i].wait_for(kLongestWait) != std::future_status::ready) {
+      if (pushes[i].wait_for(kMaxWait) != std::future_status::ready) {
         ADD_FAILURE() << "the push to input " << i << " did not return";
         stop();
       }

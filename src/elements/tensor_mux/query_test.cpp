@@ -25,7 +25,7 @@ class Passed {
   }
   bool reaches(int frames) {
     std::unique_lock lock(mutex_);
-    return changed_.wait_for(lock, kLongestWait, [&] { return frames_ >= frames; });
+    return changed_.wait_for(lock, kMaxWait, [&] { return frames_ >= frames; });
   }
 
  private:

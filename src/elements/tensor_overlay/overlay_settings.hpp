@@ -55,7 +55,7 @@ struct OverlaySettings {
   bool show_zones = true;
 };
 
-inline constexpr uint64_t kLongestNanoseconds = uint64_t{24} * 3600 * 1000000000;
+inline constexpr uint64_t kMaxNanoseconds = uint64_t{24} * 3600 * 1000000000;
 
 inline constexpr std::tuple kOverlayProperties{
     gst::Property{"sync", &OverlaySettings::sync, "Which results are drawn on a picture"},
@@ -66,7 +66,7 @@ inline constexpr std::tuple kOverlayProperties{
     gst::Property{"max-wait", &OverlaySettings::max_wait,
                   "With sync=same-time: maximum time in nanoseconds that a picture waits for its "
                   "results; after that it is pushed without them",
-                  gst::Changeable::InReady, uint64_t{0}, kLongestNanoseconds},
+                  gst::Changeable::InReady, uint64_t{0}, kMaxNanoseconds},
     gst::Property{"coordinates", &OverlaySettings::coordinates, "Coordinate system of the results"},
     gst::Property{"labels", &OverlaySettings::labels,
                   "Path of a text file with one class name per line, the first for class 0; for "

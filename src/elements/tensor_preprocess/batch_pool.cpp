@@ -18,11 +18,11 @@ constexpr uint64_t kRetainedBytes = uint64_t{1} << 28;  // in free buffers
 
 }  // namespace
 
-Result<BatchPool> BatchPool::make(const TensorSpec& part, uint32_t most) {
+Result<BatchPool> BatchPool::make(const TensorSpec& part, uint32_t max) {
   BatchPool out;
   out.part_ = part;
-  out.most_ = most;
-  if (auto status = out.renew(most > 0 ? most : 1); !status) return status.error();
+  out.max_ = max;
+  if (auto status = out.renew(max > 0 ? max : 1); !status) return status.error();
   return out;
 }
 
@@ -33,13 +33,13 @@ TensorSpec BatchPool::batch_of(size_t parts) const {
 }
 
 size_t BatchPool::retained(size_t room) const {
-  constexpr uint64_t kMost = 8;
-  if (most_ > 0) return kMost;
-  return std::clamp<uint64_t>(kRetainedBytes / (room * *part_.bytes()), 1, kMost);
+  constexpr uint64_t kMax = 8;
+  if (max_ > 0) return kMax;
+  return std::clamp<uint64_t>(kRetainedBytes / (room * *part_.bytes()), 1, kMax);
 }
 
 Status BatchPool::renew(size_t room) {
-  auto pool = gst::FramePool::make({batch_of(room)}, most_ > 0 ? Format::Static : Format::Flexible,
+  auto pool = gst::FramePool::make({batch_of(room)}, max_ > 0 ? Format::Static : Format::Flexible,
                                    MediaType::Tensor, allocation_, retained(room));
   if (!pool) return pool.error();
   allocated_before_ += pool_.stats().allocated;
@@ -56,7 +56,7 @@ Status BatchPool::allocate_as(const gst::Allocation& allocation) {
 }
 
 Result<gst::Ref<GstBuffer>> BatchPool::acquire(size_t parts, const BufferLimit& limit) {
-  if (most_ == 0) {
+  if (max_ == 0) {
     const bool huge = parts * *part_.bytes() > kRoundedBytes;
     const size_t needed = huge ? parts : std::bit_ceil(parts);
     small_frames_ = needed < room_ / 4 ? small_frames_ + 1 : 0;
@@ -64,7 +64,7 @@ Result<gst::Ref<GstBuffer>> BatchPool::acquire(size_t parts, const BufferLimit& 
       if (auto status = renew(needed); !status) return status.error();
   }
   auto buffer = pool_.acquire(limit);
-  if (!buffer || most_ > 0) return buffer;
+  if (!buffer || max_ > 0) return buffer;
   TensorHeader header;
   header.spec = batch_of(parts);
   GstMemory* memory = gst_buffer_peek_memory(buffer->get(), 0);

@@ -12,7 +12,7 @@ class BatchPool {
   BatchPool() = default;
   // `part`: its dimension 3 counts the parts. `most`: parts of a static tensor; 0 = flexible.
   // LIMIT_EXCEEDED.
-  static Result<BatchPool> make(const TensorSpec& part, uint32_t most);
+  static Result<BatchPool> make(const TensorSpec& part, uint32_t max);
   Status allocate_as(const gst::Allocation& allocation);
 
   // A buffer of one memory for `parts` parts (static: `most`), with its header. Precondition: parts
@@ -26,7 +26,7 @@ class BatchPool {
   TensorSpec batch_of(size_t parts) const;
 
   TensorSpec part_;
-  uint32_t most_ = 0;
+  uint32_t max_ = 0;
   size_t room_ = 0;            // parts of each buffer
   uint32_t small_frames_ = 0;  // consecutive
   gst::Allocation allocation_;

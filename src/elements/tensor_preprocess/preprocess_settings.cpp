@@ -95,7 +95,7 @@ Result<preprocess::Request> request_of(const PreprocessSettings& s) {
   request.height = s.height;
   if (auto status = read_sizes(s, &request); !status) return status.error();
   request.regions = s.regions != RegionsChoice::None;
-  request.most_regions = s.max_regions;
+  request.max_regions = s.max_regions;
   if (auto status = check_regions(s); !status) return status.error();
   request.clip_regions = s.clip_regions;
   request.resize = s.method;

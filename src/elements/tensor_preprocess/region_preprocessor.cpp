@@ -29,7 +29,7 @@ Result<std::unique_ptr<RegionPreprocessor>> RegionPreprocessor::make(Preparation
   auto picture = picture_of(video);
   if (!picture) return picture.error();
   preparation.source = *picture;
-  auto pool = BatchPool::make(preparation.tensor(), options.most);
+  auto pool = BatchPool::make(preparation.tensor(), options.max);
   if (!pool) return pool.error();
   auto plan = Plan::make(std::move(preparation));
   if (!plan) return plan.error();
@@ -53,8 +53,7 @@ Status RegionPreprocessor::adapt(const PictureSize& size) {
 
 void RegionPreprocessor::find_regions(GstBuffer* in, const Rect& picture) {
   const uint64_t fitting = std::max<uint64_t>(kRegionBytesLimit / region_bytes(), 1);
-  const uint64_t most =
-      options_.most > 0 ? options_.most : std::min<uint64_t>(fitting, kRegionLimit);
+  const uint64_t max = options_.max > 0 ? options_.max : std::min<uint64_t>(fitting, kRegionLimit);
   picture_ = picture;
   regions_.clear();
   counts_ = {};
@@ -66,7 +65,7 @@ void RegionPreprocessor::find_regions(GstBuffer* in, const Rect& picture) {
   const auto add = [&](const preprocess::Box& box) {
     if (shows_nothing(box))
       ++counts_.empty;
-    else if (regions_.size() == most)
+    else if (regions_.size() == max)
       ++counts_.beyond_limit;
     else
       regions_.push_back(box);
@@ -113,7 +112,7 @@ Status RegionPreprocessor::run(GstBuffer* in, GstBuffer* out) {
   const gst::MappedMemory map(gst_buffer_peek_memory(out, 0), GST_MAP_WRITE);
   if (!map) return gst::output_not_writable();
   std::span<std::byte> bytes = map.bytes();
-  if (options_.most == 0) bytes = bytes.subspan(kTensorHeaderBytes);
+  if (options_.max == 0) bytes = bytes.subspan(kTensorHeaderBytes);
   jobs_.clear();
   for (size_t i = 0; i < regions_.size(); ++i) {
     jobs_.push_back({&plans_[i], bytes.first(region_bytes())});

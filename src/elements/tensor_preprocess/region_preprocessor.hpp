@@ -18,8 +18,8 @@ inline constexpr uint32_t kRegionLimit = 4096;  // per frame
 inline constexpr uint64_t kRegionBytesLimit = uint64_t{1} << 30;
 
 struct RegionOptions {
-  uint32_t most = 0;  // of a static tensor, zeros after the last; 0 = a flexible tensor
-  bool clip = true;   // otherwise padding fills the area outside the picture
+  uint32_t max = 0;  // of a static tensor, zeros after the last; 0 = a flexible tensor
+  bool clip = true;  // otherwise padding fills the area outside the picture
 };
 
 // Uses the boxes of set_boxes(), or else each GstVideoRegionOfInterestMeta, in order. Each is

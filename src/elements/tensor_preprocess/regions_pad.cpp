@@ -89,10 +89,10 @@ Status RegionsPad::push(GstBuffer*, const std::vector<gst::TensorPlace>& tensors
   return ok();
 }
 
-sync::TimedOutcome RegionsPad::take(GstClockTime time, GstClockTime most,
+sync::TimedOutcome RegionsPad::take(GstClockTime time, GstClockTime max,
                                     std::vector<preprocess::Box>* out) {
-  constexpr GstClockTime kMost = GstClockTime{24} * 3600 * GST_SECOND;
-  const std::chrono::nanoseconds wait(std::min(most, kMost));
+  constexpr GstClockTime kMax = GstClockTime{24} * 3600 * GST_SECOND;
+  const std::chrono::nanoseconds wait(std::min(max, kMax));
   return queue_.take(static_cast<int64_t>(time), wait, out);
 }
 

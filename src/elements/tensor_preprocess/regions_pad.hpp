@@ -18,7 +18,7 @@ class RegionsPad final : public gst::TimedTensors {
   void stop() { queue_.flush(true); }
 
   // Streaming thread of the pictures; `time` is a running time.
-  sync::TimedOutcome take(GstClockTime time, GstClockTime most, std::vector<preprocess::Box>* out);
+  sync::TimedOutcome take(GstClockTime time, GstClockTime max, std::vector<preprocess::Box>* out);
   void flush_pictures(bool on) { queue_.flush(on); }
   uint64_t unused() const { return queue_.unused(); }
 

@@ -13,7 +13,7 @@ namespace regions_test {
 struct Box {
   guint x, y, width, height;
 };
-constexpr guint kMost = G_MAXUINT;
+constexpr guint kMax = G_MAXUINT;
 
 GstBuffer* with_boxes(GstBuffer* in, const std::vector<Box>& boxes) {
   for (const Box& b : boxes)
@@ -98,9 +98,9 @@ TEST(Regions, OutsideThePictureAreClippedOrSkippedAndCounted) {
   const auto out = out_of(h, with_boxes(frame(ramp(12)), {{4, 0, 1, 1},
                                                           {0, 3, 2, 1},
                                                           {1, 1, 0, 1},
-                                                          {kMost, kMost, kMost, kMost},
-                                                          {2, 2, kMost, kMost},
-                                                          {kMost, 0, 3, 3},
+                                                          {kMax, kMax, kMax, kMax},
+                                                          {2, 2, kMax, kMax},
+                                                          {kMax, 0, 3, 3},
                                                           {1, 0, 2, 1}}));
   ASSERT_TRUE(out);
   EXPECT_EQ(bytes_of(out.get(), kTensorHeaderBytes), (Bytes{10, 11, 1, 2}));
@@ -115,10 +115,9 @@ TEST(Regions, KeepTheirProportionsWithPaddingOutsideThePicture) {
       "channel-order=GRAY",
       video("GRAY8", 4, 3));
   const auto out = out_of(
-      h,
-      with_boxes(
-          frame(ramp(12)),
-          {{2, 2, 4, 2}, {0, 0, 4, 2}, {4, 0, 1, 1}, {kMost, kMost, kMost, kMost}, {3, 0, 2, 4}}));
+      h, with_boxes(
+             frame(ramp(12)),
+             {{2, 2, 4, 2}, {0, 0, 4, 2}, {4, 0, 1, 1}, {kMax, kMax, kMax, kMax}, {3, 0, 2, 4}}));
   ASSERT_TRUE(out);
   EXPECT_EQ(bytes_of(out.get(), kTensorHeaderBytes),
             (Bytes{10, 11, 7, 7, 7, 7, 7, 7, 0, 1, 2, 3, 4, 5, 6, 7, 3, 3, 7, 7, 7, 7, 7, 7}))

@@ -329,8 +329,8 @@ class TensorPreprocess : public gst::CountedTransform<TensorPreprocess> {
     wait_for_boxes_.reset();
     if (s.regions == RegionsChoice::Pad) wait_for_boxes_ = s.max_wait;
     if (request.regions) {
-      auto regions = RegionPreprocessor::make(
-          std::move(preparations[0]), video, {request.most_regions, request.clip_regions}, threads);
+      auto regions = RegionPreprocessor::make(std::move(preparations[0]), video,
+                                              {request.max_regions, request.clip_regions}, threads);
       if (!regions) return regions.error();
       work_ = *std::move(regions);
       return ok();

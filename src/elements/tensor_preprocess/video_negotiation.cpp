@@ -15,7 +15,7 @@ using preprocess::Request;
 
 namespace {
 
-constexpr int kMostPixels = 65536;  // per side, as in the pad template
+constexpr int kMaxPixels = 65536;  // per side, as in the pad template
 
 // Fixates the caps; prefers other/tensors.
 Ref<GstCaps> first_choice(const GstCaps* caps) {
@@ -110,7 +110,7 @@ Status check_video(const GstCaps* caps) {
   if (!format || !sized)
     return unreadable_video(gst::UniqueText(gst_structure_to_string(first)).get());
   if (const auto known = preprocess::picture_format(format); !known) return known.error();
-  if (width < 1 || height < 1 || width > kMostPixels || height > kMostPixels)
+  if (width < 1 || height < 1 || width > kMaxPixels || height > kMaxPixels)
     return Error{.code = Code::LIMIT_EXCEEDED,
                  .what = "a picture is too big or has no pixels",
                  .offered = std::to_string(width) + "x" + std::to_string(height),

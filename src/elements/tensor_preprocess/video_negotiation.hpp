@@ -11,7 +11,7 @@ namespace weir {
 
 // Regions without a limit: their number varies by frame.
 inline bool is_flexible(const preprocess::Request& request) {
-  return request.regions && request.most_regions == 0;
+  return request.regions && request.max_regions == 0;
 }
 
 // The tensors that one structure of video caps can be converted to.

@@ -277,16 +277,16 @@ class TensorRate : public gst::CountedTransform<TensorRate> {
 
   // Sends the last tick, or those until the segment stops, and resets the time.
   void end_of_held(DropReason reason) {
-    constexpr int kMostCopies = 25;
+    constexpr int kMaxCopies = 25;
     if (!rate_ || !held_) return;
     const uint64_t stop = self()->segment.stop;
     auto end = end_of_held_frame();
-    int most = 1;
+    int max = 1;
     if (GST_CLOCK_TIME_IS_VALID(stop) && reason == DropReason::Eos) {
       end = sum(stop, segment_base());
-      most = kMostCopies;
+      max = kMaxCopies;
     }
-    for (int i = 0; i < most; ++i) {
+    for (int i = 0; i < max; ++i) {
       const auto tick = rate_->take_at_end(end);
       if (!tick || send(*tick) != GST_FLOW_OK) break;
     }

@@ -21,7 +21,7 @@ namespace {
 
 using gst::Ref;
 
-constexpr int kMostElements = 64;  // a pipeline may contain loops
+constexpr int kMaxElements = 64;  // a pipeline may contain loops
 
 // "" for an element that does not synchronise.
 std::string sync_mode_of(GstElement* element) {
@@ -49,7 +49,7 @@ Error unfit(GstElement* element, const std::string& mode) {
 // error if it does so by time.
 std::optional<Error> unfit_sync_mode(GstPad* source) {
   auto pad = Ref<GstPad>::share(source);
-  for (int i = 0; pad && i < kMostElements; ++i) {
+  for (int i = 0; pad && i < kMaxElements; ++i) {
     const auto peer = Ref<GstPad>::adopt(gst_pad_get_peer(pad.get()));
     if (!peer) break;
     const auto element = Ref<GstElement>::adopt(gst_pad_get_parent_element(peer.get()));

@@ -410,10 +410,10 @@ TEST(TensorReposrc, AnswersLatencyAndForwardsNoQos) {
   const Unique<GstQuery, gst_query_unref> query(gst_query_new_latency());
   EXPECT_TRUE(gst_pad_peer_query(h->sinkpad, query.get()));
   gboolean live = TRUE;
-  GstClockTime least = 1;
-  gst_query_parse_latency(query.get(), &live, &least, nullptr);
+  GstClockTime min = 1;
+  gst_query_parse_latency(query.get(), &live, &min, nullptr);
   EXPECT_FALSE(live);
-  EXPECT_EQ(least, 0u);
+  EXPECT_EQ(min, 0u);
   gst_harness_push_upstream_event(
       h.get(), gst_event_new_qos(GST_QOS_TYPE_UNDERFLOW, 1.5, GST_SECOND, GST_SECOND));
   while (const auto event = Ref<GstEvent>::adopt(gst_harness_try_pull_upstream_event(sink.get())))

@@ -37,7 +37,7 @@ class TensorToRoi : public gst::PairedTransform<TensorToRoi, RoiResultsPad> {
     std::string labels;
     float threshold = 0;
   };
-  static constexpr uint64_t kLongest = uint64_t{24} * 3600 * 1000000000;
+  static constexpr uint64_t kMax = uint64_t{24} * 3600 * 1000000000;
   static constexpr std::tuple kProperties{
       gst::Property{"sync", &Settings::sync, "Which results a picture gets"},
       gst::Property{"max-age", &Settings::max_age,
@@ -46,7 +46,7 @@ class TensorToRoi : public gst::PairedTransform<TensorToRoi, RoiResultsPad> {
       gst::Property{"max-wait", &Settings::max_wait,
                     "With sync=same-time: maximum time in nanoseconds that a picture waits for its "
                     "results; after that it is pushed without them",
-                    gst::Changeable::InReady, uint64_t{0}, kLongest},
+                    gst::Changeable::InReady, uint64_t{0}, kMax},
       gst::Property{"labels", &Settings::labels,
                     "Path of a text file with one class name per line, the first for class 0; "
                     "several, separated by semicolons, for the sources of the results"},

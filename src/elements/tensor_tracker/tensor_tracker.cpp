@@ -98,7 +98,7 @@ class TensorTracker : public gst::CountedTransform<TensorTracker> {
     float appearance = 0.25f;
   };
   static constexpr auto kPlaying = gst::Changeable::WhilePlaying;
-  static constexpr uint64_t kLongest = uint64_t{24} * 3600 * 1000000000;
+  static constexpr uint64_t kMax = uint64_t{24} * 3600 * 1000000000;
   static constexpr std::tuple kProperties{
       gst::Property{"mode", &Settings::mode, "How boxes are matched with tracks", kPlaying},
       gst::Property{"classes", &Settings::classes, "Whether an object keeps its class", kPlaying},
@@ -111,7 +111,7 @@ class TensorTracker : public gst::CountedTransform<TensorTracker> {
                     "Minimum intersection over union of a track and its box", kPlaying, 0.0f, 1.0f},
       gst::Property{"max-age", &Settings::max_age,
                     "Time in nanoseconds after which a track without a box is deleted", kPlaying,
-                    uint64_t{0}, kLongest},
+                    uint64_t{0}, kMax},
       gst::Property{"min-hits", &Settings::min_hits,
                     "Number of consecutive frames with a box before an object gets its number",
                     kPlaying, 1u, 1000u},

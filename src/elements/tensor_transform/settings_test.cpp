@@ -21,8 +21,8 @@ std::string output_type(GstElement* element) {
 TEST(TensorTransformSettings, StatsCanBeReadDuringARestart) {
   auto h = harness_of("tensor_transform mode=typecast option=uint8", kFloats);
   const auto element = element_of(h, "tensor_transform");
-  std::atomic<uint64_t> most = 0;
-  SecondThread reader([&] { most = std::max(most.load(), stat(element.get(), "pool-allocated")); });
+  std::atomic<uint64_t> max = 0;
+  SecondThread reader([&] { max = std::max(max.load(), stat(element.get(), "pool-allocated")); });
   for (int round = 0; round < 100; ++round) {
     gst_element_set_state(element.get(), GST_STATE_READY);
     gst_element_set_state(element.get(), GST_STATE_PLAYING);

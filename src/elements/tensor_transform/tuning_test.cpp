@@ -147,7 +147,7 @@ TEST(TransformPropertyChange, KeepsABoundedNumberOfGapsBeforeTheFirstFrame) {
     ++gaps;
     gst_event_parse_gap(event.get(), &newest, nullptr);
   }
-  EXPECT_EQ(gaps, size_t{weir::gst::EarlyEvents::kMostOfAType});
+  EXPECT_EQ(gaps, size_t{weir::gst::EarlyEvents::kMaxOfAType});
   EXPECT_EQ(newest, kGaps - 1);
   EXPECT_EQ(t.messages.next(), "");
 }

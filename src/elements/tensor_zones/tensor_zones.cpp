@@ -145,14 +145,14 @@ class TensorZones : public gst::CountedTransform<TensorZones> {
     std::string source = "zones";
     bool post_messages = true;
   };
-  static constexpr uint64_t kLongestGap = uint64_t{24} * 3600 * 1000000000;
+  static constexpr uint64_t kMaxGap = uint64_t{24} * 3600 * 1000000000;
   static constexpr std::tuple kProperties{
       gst::Property{"zones", &Settings::zones,
                     "Path of a JSON file with areas and lines; it is read again when it changes",
                     gst::Changeable::WhilePlaying},
       gst::Property{"max-gap", &Settings::max_gap,
                     "Nanoseconds that a track may be missing before it counts as gone",
-                    gst::Changeable::InReady, uint64_t{0}, kLongestGap},
+                    gst::Changeable::InReady, uint64_t{0}, kMaxGap},
       gst::Property{"zones-per-object", &Settings::zones_per_object,
                     "Maximum number of zones that the row of an object names",
                     gst::Changeable::InReady, 1u, uint32_t{zone::kStayLimit}},

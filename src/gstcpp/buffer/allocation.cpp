@@ -12,7 +12,7 @@
 namespace weir::gst {
 namespace {
 
-constexpr size_t kMostAlignment = 4096, kMostPadding = 65536;  // the limits that abi.h sets
+constexpr size_t kMaxAlignment = 4096, kMaxPadding = 65536;  // the limits that abi.h sets
 // Smaller blocks come from GStreamer's allocator, which is faster but aborts when memory runs out.
 // A process that cannot get a page cannot get a GstBuffer either.
 constexpr size_t kAlwaysThere = 4096;
@@ -71,9 +71,9 @@ Allocation allocation_of(GstQuery* answered, const Allocation& unasked) {
     gst_query_parse_nth_allocation_param(answered, i, &allocator, &params);
     auto owned = Ref<GstAllocator>::adopt(allocator);
     if (owned && !out.allocator && is_shared_allocator(owned.get())) out.allocator = owned;
-    if (params.align < kMostAlignment)
+    if (params.align < kMaxAlignment)
       out.alignment = std::max(out.alignment, std::bit_ceil(params.align + 1));
-    if (params.padding <= kMostPadding) out.padding = std::max(out.padding, params.padding);
+    if (params.padding <= kMaxPadding) out.padding = std::max(out.padding, params.padding);
   }
   return out;
 }

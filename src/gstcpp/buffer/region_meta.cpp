@@ -26,8 +26,8 @@ struct Rectangle {
 
 // Empty for a box outside.
 Rectangle around(const Box& box, uint32_t width, uint32_t height) {
-  const auto within = [](double edge, uint32_t most) {
-    return static_cast<uint32_t>(std::clamp(edge, 0.0, static_cast<double>(most)));
+  const auto within = [](double edge, uint32_t max) {
+    return static_cast<uint32_t>(std::clamp(edge, 0.0, static_cast<double>(max)));
   };
   const uint32_t x = within(std::floor(box.x1), width), y = within(std::floor(box.y1), height);
   const uint32_t right = within(std::ceil(box.x2), width);

@@ -10,8 +10,8 @@ namespace {
 
 constexpr char kModelName[] = "weir-model";
 constexpr guint kModelVersion = 1;
-constexpr size_t kLongestText = size_t{16} << 20;  // labels of a model may be in its metadata
-constexpr size_t kLongestName = 4096;
+constexpr size_t kMaxText = size_t{16} << 20;  // labels of a model may be in its metadata
+constexpr size_t kMaxNameLength = 4096;
 
 class Array {
  public:
@@ -57,25 +57,25 @@ void set_tensors(GstStructure* event, const char* field, const std::vector<Model
 }
 
 // The text of a field, which may be missing; nullopt if it is none or too long.
-std::optional<std::string> text_of(const GstStructure* structure, const char* field, size_t most) {
+std::optional<std::string> text_of(const GstStructure* structure, const char* field, size_t max) {
   if (!gst_structure_has_field(structure, field)) return std::string();
   const char* text = gst_structure_get_string(structure, field);
-  if (!text || strnlen(text, most + 1) > most) return std::nullopt;
+  if (!text || strnlen(text, max + 1) > max) return std::nullopt;
   return std::string(text);
 }
 
 // The items of an array; null if the field is no array of at most `most`.
-const GValue* array_of(const GstStructure* structure, const char* field, guint most) {
+const GValue* array_of(const GstStructure* structure, const char* field, guint max) {
   const GValue* value = gst_structure_get_value(structure, field);
   const bool valid =
-      value && GST_VALUE_HOLDS_ARRAY(value) && gst_value_array_get_size(value) <= most;
+      value && GST_VALUE_HOLDS_ARRAY(value) && gst_value_array_get_size(value) <= max;
   return valid ? value : nullptr;
 }
 
 std::optional<ModelTensor> tensor_of(const GstStructure* structure) {
   ModelTensor out;
-  const auto type = text_of(structure, "type", kLongestName);
-  auto name = text_of(structure, "name", kLongestName);
+  const auto type = text_of(structure, "type", kMaxNameLength);
+  auto name = text_of(structure, "name", kMaxNameLength);
   const GValue* shape = array_of(structure, "shape", kRankLimit);
   double scale = 0;
   int zero_point = 0;
@@ -136,8 +136,8 @@ std::optional<DescribedModel> parse_model_event(GstEvent* event) {
   if (!gst_structure_get_uint(structure, "version", &version) || version != kModelVersion)
     return std::nullopt;
   auto inputs = tensors_of(structure, "inputs"), outputs = tensors_of(structure, "outputs");
-  auto path = text_of(structure, "path", kLongestText);
-  auto metadata = text_of(structure, "metadata", kLongestText);
+  auto path = text_of(structure, "path", kMaxText);
+  auto metadata = text_of(structure, "metadata", kMaxText);
   if (!inputs || !outputs || !path || !metadata) return std::nullopt;
   return DescribedModel{*std::move(inputs), *std::move(outputs), *std::move(path),
                         *std::move(metadata)};

@@ -37,10 +37,10 @@ std::vector<std::string> names_of(GstElement* element) {
 }
 
 template <class Number>
-std::string range_text(const char* kind, Number least, Number most) {
+std::string range_text(const char* kind, Number min, Number max) {
   std::ostringstream out;
   out.imbue(std::locale::classic());
-  out << kind << " from " << +least << " to " << +most;
+  out << kind << " from " << +min << " to " << +max;
   return out.str();
 }
 

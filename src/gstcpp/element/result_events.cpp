@@ -9,8 +9,8 @@ namespace {
 
 constexpr char kPrefix[] = "weir-labels/";
 constexpr guint kLabelsVersion = 1;
-constexpr size_t kLongestLabel = 4096;  // bytes, likewise of a source
-constexpr guint kMostLabels = 65536;
+constexpr size_t kMaxLabelLength = 4096;  // bytes, likewise of a source
+constexpr guint kMaxLabels = 65536;
 
 // Pads keep one sticky event of each name. Names of structures have letters, digits and "/-_.:".
 std::string name_of_event(const std::string& source) {
@@ -28,7 +28,7 @@ std::string name_of_event(const std::string& source) {
 }
 
 bool is_text(const char* text) {
-  return text && strnlen(text, kLongestLabel + 1) <= kLongestLabel;
+  return text && strnlen(text, kMaxLabelLength + 1) <= kMaxLabelLength;
 }
 
 constexpr char kZonesName[] = "weir-zones";
@@ -61,7 +61,7 @@ std::optional<LabelsOfSource> parse_labels_event(GstEvent* event) {
   const GValue* list = gst_structure_get_value(structure, "labels");
   if (!gst_structure_get_uint(structure, "version", &version) || version != kLabelsVersion ||
       !is_text(source) || !list || !GST_VALUE_HOLDS_ARRAY(list) ||
-      gst_value_array_get_size(list) > kMostLabels)
+      gst_value_array_get_size(list) > kMaxLabels)
     return std::nullopt;
   LabelsOfSource out{source, {}};
   for (guint i = 0; i < gst_value_array_get_size(list); ++i) {

@@ -111,10 +111,10 @@ void CollectorPads::proceed_later() {
 
 void CollectorPads::configure(const sync::Options& options, OnBackwardsTime backwards,
                               uint64_t max_wait_ns, uint64_t max_bytes) {
-  constexpr uint64_t kLongest = uint64_t{1} << 60;
+  constexpr uint64_t kMax = uint64_t{1} << 60;
   max_wait_ = max_wait_ns;
   backwards_ = backwards;
-  const auto wait = std::chrono::nanoseconds(std::min(max_wait_ns, kLongest));
+  const auto wait = std::chrono::nanoseconds(std::min(max_wait_ns, kMax));
   collector_.configure(options, backwards, wait, max_bytes);
 }
 
@@ -150,10 +150,10 @@ void CollectorPads::forget_streams() {
 
 void CollectorPads::add_stats(GstStructure* stats) const {
   const auto counts = collector_.counts();
-  const auto [held, most] = collector_.bytes_held();
+  const auto [held, max] = collector_.bytes_held();
   gst_structure_set(stats, "times-backwards", G_TYPE_UINT64, counts.backwards, "pads-missed",
                     G_TYPE_UINT64, counts.missed, "bytes-held", G_TYPE_UINT64, held, "bytes-most",
-                    G_TYPE_UINT64, most, nullptr);
+                    G_TYPE_UINT64, max, nullptr);
 }
 
 GstFlowReturn CollectorPads::chain(Pad& pad, Ref<GstBuffer> buffer) {

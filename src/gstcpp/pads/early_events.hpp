@@ -16,13 +16,13 @@ class EarlyEvents {
  public:
   // Keeps only the newest events of each type: downstream has not seen the older ones, and each
   // newer one repeats or replaces them (GAP, TAG, SEGMENT).
-  static constexpr std::ptrdiff_t kMostOfAType = 32;
+  static constexpr std::ptrdiff_t kMaxOfAType = 32;
 
   void push(Ref<GstEvent> event) {
     const auto same_type = [type = GST_EVENT_TYPE(event.get())](const Ref<GstEvent>& other) {
       return GST_EVENT_TYPE(other.get()) == type;
     };
-    if (std::ranges::count_if(events_, same_type) == kMostOfAType)
+    if (std::ranges::count_if(events_, same_type) == kMaxOfAType)
       events_.erase(std::ranges::find_if(events_, same_type));
     events_.push_back(std::move(event));
   }

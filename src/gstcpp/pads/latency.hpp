@@ -6,14 +6,14 @@
 namespace weir::gst {
 
 // Queries upstream of `sink` and adds the element's own minimum and maximum latency.
-inline gboolean answer_latency(GstPad* sink, GstQuery* query, GstClockTime own_least,
-                               GstClockTime own_most) {
+inline gboolean answer_latency(GstPad* sink, GstQuery* query, GstClockTime own_min,
+                               GstClockTime own_max) {
   if (!gst_pad_peer_query(sink, query)) return FALSE;
   gboolean live = FALSE;
-  GstClockTime least = 0, most = GST_CLOCK_TIME_NONE;
-  gst_query_parse_latency(query, &live, &least, &most);
-  gst_query_set_latency(query, live, least + own_least,
-                        GST_CLOCK_TIME_IS_VALID(most) ? most + own_most : most);
+  GstClockTime min = 0, max = GST_CLOCK_TIME_NONE;
+  gst_query_parse_latency(query, &live, &min, &max);
+  gst_query_set_latency(query, live, min + own_min,
+                        GST_CLOCK_TIME_IS_VALID(max) ? max + own_max : max);
   return TRUE;
 }
 inline gboolean answer_latency(GstPad* sink, GstQuery* query, GstClockTime own) {

@@ -100,12 +100,12 @@ class PairedTransform : public CountedTransform<Impl> {
  private:
   void add_wait(GstQuery* query) const {
     gboolean live = FALSE;
-    GstClockTime least = 0, most = 0;
-    gst_query_parse_latency(query, &live, &least, &most);
+    GstClockTime min = 0, max = 0;
+    gst_query_parse_latency(query, &live, &min, &max);
     const uint64_t wait = latency_;
     if (!live || wait == 0) return;
-    if (GST_CLOCK_TIME_IS_VALID(most)) most += wait;
-    gst_query_set_latency(query, live, least + wait, most);
+    if (GST_CLOCK_TIME_IS_VALID(max)) max += wait;
+    gst_query_set_latency(query, live, min + wait, max);
   }
 
   GstPad* results_pad_ = nullptr;     // owned by the element

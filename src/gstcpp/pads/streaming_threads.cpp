@@ -131,9 +131,9 @@ Feed feed_of(GstPad* sink) {
 }
 
 std::optional<Ref<GstPad>> queue_filled_by(const Ref<GstPad>& thread, GstPad* sink) {
-  constexpr size_t kMostQueues = 16;
+  constexpr size_t kMaxQueues = 16;
   Ref<GstPad> queue;
-  for (size_t i = 0; i <= kMostQueues; ++i) {
+  for (size_t i = 0; i <= kMaxQueues; ++i) {
     const auto feed = feed_of(queue ? queue.get() : sink);
     if (!feed.known || feed.threads.size() != 1) return std::nullopt;
     if (feed.threads[0] == thread) return queue;

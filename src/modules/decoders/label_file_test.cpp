@@ -76,10 +76,10 @@ class LabelFile : public ::testing::Test {
 };
 
 TEST_F(LabelFile, IsReadUpTo16MiB) {
-  std::ofstream(path_) << std::string(kMostLabelBytes - 3, 'x') << "\ny\n";
+  std::ofstream(path_) << std::string(kMaxLabelBytes - 3, 'x') << "\ny\n";
   const auto labels = read_label_file("option1", path_);
   ASSERT_EQ(labels.size(), 2u);
-  EXPECT_EQ(labels[0].size(), kMostLabelBytes - 3);
+  EXPECT_EQ(labels[0].size(), kMaxLabelBytes - 3);
   EXPECT_EQ(labels[1], "y");
   std::filesystem::resize_file(path_, uintmax_t{1} << 40);  // sparse: uses no space
   const Error error = label_error(path_);

@@ -31,14 +31,14 @@ struct DamageCounts {
 };
 
 // Whether all inputs fit into `most` bytes, counting an open dimension as 1.
-inline bool inputs_fit(const OpenEngine& model, double most) {
+inline bool inputs_fit(const OpenEngine& model, double max) {
   double bytes = 0;
   for (const auto& info : model.inputs()) {
     double elements = 8;
     for (const int64_t extent : shape_of(info)) elements *= std::max(1.0, std::abs(double(extent)));
     bytes += elements;
   }
-  return bytes <= most;
+  return bytes <= max;
 }
 
 inline int64_t bytes_of_element(uint32_t type) {
@@ -51,7 +51,7 @@ inline int64_t bytes_of_element(uint32_t type) {
 inline DamageCounts run_damaged(const weir_engine& engine, const std::vector<std::byte>& whole,
                                 const TemporaryFolder& folder,
                                 const OpenEngine::Options& options = {}) {
-  constexpr double kMost = 64e6;  // bytes; larger models are not run
+  constexpr double kMax = 64e6;  // bytes; larger models are not run
   DamageCounts counts;
   for (int version = 0; version < kDamagedVersions; ++version) {
     const auto path = folder.write("damaged.bin", damaged(whole, version));
@@ -61,7 +61,7 @@ inline DamageCounts run_damaged(const weir_engine& engine, const std::vector<std
       EXPECT_FALSE(model.error().what.empty()) << version;
       continue;
     }
-    if (!inputs_fit(**model, kMost)) {
+    if (!inputs_fit(**model, kMax)) {
       ++counts.large;
       continue;
     }

@@ -11,11 +11,11 @@ namespace {
 
 constexpr size_t kPieceBytes = size_t{16} << 20;
 
-Error too_large(const ModelSource& source, uint64_t most) {
+Error too_large(const ModelSource& source, uint64_t max) {
   return Error{.code = Code::MODEL_UNSUPPORTED,
                .what = "the model file is larger than its format or engine can hold",
                .offered = source.name() + ": " + std::to_string(source.size()) + " bytes",
-               .needed = "at most " + std::to_string(most) + " bytes",
+               .needed = "at most " + std::to_string(max) + " bytes",
                .difference = {},
                .fix =
                    "export the model with its weights in a separate file, if the format "
@@ -47,7 +47,7 @@ Status check_head(const ModelSource& source, const ModelLimits& limits) {
 Result<ModelBytes> read_model(const weir_open& request, const ModelLimits& limits) {
   auto source = ModelSource::open(request);
   if (!source) return source.error();
-  if (source->size() > limits.most) return too_large(*source, limits.most);
+  if (source->size() > limits.max) return too_large(*source, limits.max);
   if (auto status = check_head(*source, limits); !status) return status.error();
   ModelBytes out;
   out.path = source->path();

@@ -24,7 +24,7 @@ struct ModelBytes {
 // Conditions on a file that are checked before it is read into memory.
 struct ModelLimits {
   // The limit of Protobuf and FlatBuffers, on which most model formats are based.
-  uint64_t most = (uint64_t{1} << 31) - 1;
+  uint64_t max = (uint64_t{1} << 31) - 1;
   // Checks the first kModelHead bytes of a file, or all of a shorter one. Null accepts every file.
   Status (*check_head)(std::span<const std::byte> head) = nullptr;
 };

@@ -104,7 +104,7 @@ class PendingRequests {
   }
   // Whether more than `most` requests in a row have timed out. The server may have dropped frames:
   // only a new connection makes clear which answer is whose. With numbers it always is.
-  bool must_reconnect(size_t most) const noexcept { return !numbered_ && late_in_row_ > most; }
+  bool must_reconnect(size_t max) const noexcept { return !numbered_ && late_in_row_ > max; }
 
   struct Ended {
     size_t waiting = 0;  // they had time left

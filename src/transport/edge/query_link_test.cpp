@@ -170,7 +170,7 @@ TEST_F(EdgeQuery, NumbersOfAnswersAreRead) {
 }
 
 TEST_F(EdgeQuery, AsManyMemoriesAsTheFormHas) {
-  for (const auto& [form, most] :
+  for (const auto& [form, max] :
        {std::pair(HeaderForm::Bytes2088, 255), std::pair(HeaderForm::Bytes168, 15),
         std::pair(HeaderForm::Bytes160, 15)}) {
     ScriptedServer server([form = form](auto& s) {
@@ -179,12 +179,12 @@ TEST_F(EdgeQuery, AsManyMemoriesAsTheFormHas) {
     });
     const auto link = linked(server);
     ASSERT_TRUE(link);
-    const std::vector<Bytes> frame(most, from_text("m"));
+    const std::vector<Bytes> frame(max, from_text("m"));
     send(link.get(), frame);
     EXPECT_EQ(bytes_of(*receive(link.get())->answer), frame);
     const Bytes byte(1);
-    EXPECT_REFUSED(link->make_request(std::vector<std::span<const std::byte>>(most + 1, byte), 1),
-                   LIMIT_EXCEEDED, std::to_string(most + 1));
+    EXPECT_REFUSED(link->make_request(std::vector<std::span<const std::byte>>(max + 1, byte), 1),
+                   LIMIT_EXCEEDED, std::to_string(max + 1));
     EXPECT_REFUSED(link->make_request({std::span<const std::byte>()}, 1), FRAME_SIZE, "0 bytes");
   }
 }

@@ -175,11 +175,11 @@ std::string QueryListener::reason_to_refuse(const std::string& address) const {
   if (options_.max_clients > 0 && clients_.size() >= options_.max_clients)
     return std::to_string(clients_.size()) +
            " clients are already connected (property max-connections)";
-  if (options_.max_of_one_address == 0 || is_this_machine(address)) return "";
+  if (options_.max_per_address == 0 || is_this_machine(address)) return "";
   const auto of_address = std::count_if(clients_.begin(), clients_.end(), [&](const auto& client) {
     return client->address() == address;
   });
-  if (static_cast<uint32_t>(of_address) < options_.max_of_one_address) return "";
+  if (static_cast<uint32_t>(of_address) < options_.max_per_address) return "";
   return std::to_string(of_address) +
          " clients with its address are already connected (property max-connections-per-address)";
 }

@@ -25,7 +25,7 @@ struct ListenerOptions {
   uint32_t max_requests = 8;
   uint64_t max_address_bytes = uint64_t{256} << 20;
   // Connected clients; 0 = no limit. Those of this machine count for the first one only.
-  uint32_t max_clients = 32, max_of_one_address = 4;
+  uint32_t max_clients = 32, max_per_address = 4;
   std::function<bool(const std::string& address)> allowed{};  // empty: every address
   std::function<void(const Error&)>
       refused{};  // called for each client that is refused; any thread

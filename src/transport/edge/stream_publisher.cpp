@@ -130,7 +130,7 @@ std::string StreamPublisher::reason_to_refuse(const std::string& address) const 
   const auto of_address = std::count_if(clients_.begin(), clients_.end(), [&](const auto& link) {
     return link->address() == address;
   });
-  if (static_cast<uint32_t>(of_address) >= options_.max_of_one_address)
+  if (static_cast<uint32_t>(of_address) >= options_.max_per_address)
     return std::to_string(of_address) + " subscribers with its address are already connected";
   return "";
 }

@@ -27,7 +27,7 @@ struct PublisherOptions {
   uint32_t port = 0;  // 0 = a free one
   wire::HeaderForm form = wire::HeaderForm::Bytes2088;
   QueueLimits queue;
-  uint32_t max_subscribers = 32, max_of_one_address = 32;
+  uint32_t max_subscribers = 32, max_per_address = 32;
   std::function<bool(const std::string& address)> allowed;  // empty: every address
   std::function<void(const Error&)> refused;  // called for each peer that is refused; any thread
   // Called by publish() when a subscriber misses the first frame of an outage.

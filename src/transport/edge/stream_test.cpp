@@ -30,13 +30,13 @@ using Outcome = StreamPublisher::Outcome;
 class EdgeStream : public ::testing::Test {
  protected:
   void open(HeaderForm form = HeaderForm::Bytes2088, QueueLimits queue = {},
-            uint32_t max_of_one_address = 32) {
+            uint32_t max_per_address = 32) {
     auto made = StreamPublisher::open({.host = "localhost",
                                        .port = 0,
                                        .form = form,
                                        .queue = queue,
                                        .max_subscribers = 32,
-                                       .max_of_one_address = max_of_one_address,
+                                       .max_per_address = max_per_address,
                                        .allowed = {},
                                        .refused = [this](const Error& error) {
                                          const std::lock_guard lock(mutex_);
@@ -148,17 +148,17 @@ TEST_F(EdgeStream, CapsMayBeUnknown) {
 }
 
 TEST_F(EdgeStream, AsManyMemoriesAsTheFormHas) {
-  for (const auto& [form, most] :
+  for (const auto& [form, max] :
        {std::pair(HeaderForm::Bytes2088, 255), std::pair(HeaderForm::Bytes168, 15)}) {
     open(form);
     auto one = subscriber();
     ASSERT_TRUE(subscribers_become(1));
-    const std::vector<Bytes> frame(most, from_text("m"));
+    const std::vector<Bytes> frame(max, from_text("m"));
     EXPECT_EQ(publish(frame), Outcome::Sent);
     EXPECT_EQ(next(&one), frame);
     const Bytes byte(1);
-    EXPECT_REFUSED(publisher_->publish(std::vector<std::span<const std::byte>>(most + 1, byte), {}),
-                   LIMIT_EXCEEDED, std::to_string(most + 1));
+    EXPECT_REFUSED(publisher_->publish(std::vector<std::span<const std::byte>>(max + 1, byte), {}),
+                   LIMIT_EXCEEDED, std::to_string(max + 1));
   }
 }
 

@@ -10,7 +10,7 @@
 
 // Far more than a busy machine needs, even with a sanitizer, and less than the suite's limit for a
 // program, so that a failed wait reports what it was waiting for.
-inline constexpr std::chrono::seconds kLongestWait{60};
+inline constexpr std::chrono::seconds kMaxWait{60};
 
 // Whether one of five attempts took less than `limit`, for what must not wait that long: a busy
 // machine may delay some of them.
@@ -30,11 +30,11 @@ template <class Preparation, class Attempt>
 // makes one after the wait.
 template <class Condition, class Text>
 [[nodiscard]] bool becomes_true(const Condition& holds, const Text& awaited,
-                                std::chrono::steady_clock::duration longest = kLongestWait) {
+                                std::chrono::steady_clock::duration longest = kMaxWait) {
   const auto end = std::chrono::steady_clock::now() + longest;
   // What is waited for may need each of the machine's few cores.
-  constexpr std::chrono::microseconds kShortestPause{200}, kLongestPause{2000};
-  for (auto pause = kShortestPause; !holds(); pause = std::min(2 * pause, kLongestPause)) {
+  constexpr std::chrono::microseconds kShortestPause{200}, kMaxPause{2000};
+  for (auto pause = kShortestPause; !holds(); pause = std::min(2 * pause, kMaxPause)) {
     if (std::chrono::steady_clock::now() > end) {
       if constexpr (std::is_invocable_v<const Text&>)
         ADD_FAILURE() << "timed out waiting for " << awaited();

@@ -35,9 +35,9 @@ Status check_info(const weir_model_info& info) {
                  .what = "the engine returned a number of tensors without descriptions",
                  .offered = "a null list",
                  .needed = "a description of each tensor"};
-  constexpr uint32_t kMostAlignment = 4096, kMostPadding = 65536;
-  if (!std::has_single_bit(info.alignment) || info.alignment > kMostAlignment ||
-      info.input_padding > kMostPadding)
+  constexpr uint32_t kMaxAlignment = 4096, kMaxPadding = 65536;
+  if (!std::has_single_bit(info.alignment) || info.alignment > kMaxAlignment ||
+      info.input_padding > kMaxPadding)
     return Error{.code = Code::MODEL_UNSUPPORTED,
                  .what = "the engine requires memory that cannot be allocated",
                  .offered = "alignment " + std::to_string(info.alignment) + ", padding " +
@@ -154,10 +154,10 @@ Result<std::shared_ptr<Session>> Model::shared_session() {
   for (;;) {
     auto made = make_session();
     if (!made || *made) return made;
-    const auto least = std::min_element(
+    const auto min = std::min_element(
         sessions_.begin(), sessions_.end(),
         [](const auto& a, const auto& b) { return a.use_count() < b.use_count(); });
-    if (auto session = least->lock()) return session;
+    if (auto session = min->lock()) return session;
   }
 }
 

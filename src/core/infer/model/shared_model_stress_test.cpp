@@ -16,7 +16,7 @@ class SharedModelStress : public ::testing::Test {
   void SetUp() override {
     rules = {};
     seen.clashes = seen.open_models = seen.open_sessions = seen.opened = 0;
-    seen.most_working = 0;
+    seen.max_working = 0;
     engine_ = sum_engine::make_engine();
     for (int add = 1; add <= 2; ++add) {
       ModelSource s;
@@ -93,7 +93,7 @@ TEST_F(SharedModelStress, ManyUsersOfOneSessionWaitForTheirTurn) {
       for (int n = 0; n < 500; ++n) EXPECT_EQ(run(**use, 0), 1);
     });
   for (auto& thread : threads) thread.join();
-  EXPECT_EQ(seen.most_working, 1);
+  EXPECT_EQ(seen.max_working, 1);
 }
 
 TEST_F(SharedModelStress, WorkersInvokeSessionsOfTheirOwnWhileModelsAreReplaced) {

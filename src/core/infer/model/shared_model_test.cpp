@@ -20,7 +20,7 @@ class SharedModelTest : public ::testing::Test {
   void SetUp() override {
     rules = {};
     seen.opened = seen.closed = seen.sessions = seen.freed = seen.warmed = seen.slept = 0;
-    seen.woken = seen.working = seen.most_working = seen.clashes = 0;
+    seen.woken = seen.working = seen.max_working = seen.clashes = 0;
     seen.open_models = seen.open_sessions = 0;
     engine_ = sum_engine::make_engine();
   }

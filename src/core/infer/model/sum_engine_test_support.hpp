@@ -52,7 +52,7 @@ struct Rules {
 };
 struct Seen {
   std::atomic<int> opened{0}, closed{0}, sessions{0}, freed{0}, warmed{0}, slept{0}, woken{0};
-  std::atomic<int> working{0}, most_working{0}, clashes{0};
+  std::atomic<int> working{0}, max_working{0}, clashes{0};
   std::atomic<int> open_models{0}, open_sessions{0};
 };
 inline Rules rules;
@@ -110,8 +110,8 @@ inline weir_engine make_engine() {
     SumSession* session = of(handle);
     if (session->busy.exchange(true)) ++seen.clashes;
     const int working = ++seen.working;
-    for (int most = seen.most_working; most < working;)
-      if (seen.most_working.compare_exchange_weak(most, working)) break;
+    for (int max = seen.max_working; max < working;)
+      if (seen.max_working.compare_exchange_weak(max, working)) break;
     const auto* x = static_cast<const float*>(in->tensors[0].data);
     auto* y = static_cast<float*>(out->tensors[0].data);
     const size_t n = in->tensors[0].bytes / sizeof *x;

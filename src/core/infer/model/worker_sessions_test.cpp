@@ -90,11 +90,11 @@ TEST_F(WorkerSessions, SharesOneWhereTheEngineIsThreadSafe) {
 }
 
 TEST_F(WorkerSessions, OpensTheModelAgainIfItHasNoMoreSessions) {
-  for (const auto& [most, expected] : {std::pair{1u, 5}, {2u, 3}, {4u, 2}, {5u, 1}}) {
-    const auto all = made(most, 0, 5);
+  for (const auto& [max, expected] : {std::pair{1u, 5}, {2u, 3}, {4u, 2}, {5u, 1}}) {
+    const auto all = made(max, 0, 5);
     ASSERT_TRUE(all);
-    EXPECT_EQ(different(*all), 5u) << most;
-    EXPECT_EQ(models, expected) << most;
+    EXPECT_EQ(different(*all), 5u) << max;
+    EXPECT_EQ(models, expected) << max;
     EXPECT_EQ(threads_wanted, 3) << "opened with the same options";
   }
 }

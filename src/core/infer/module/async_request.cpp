@@ -142,7 +142,7 @@ bool Requests::wait_for(Condition condition) {
 }
 
 bool Requests::wait_for_room() {
-  return wait_for([this] { return state_->requests.size() < state_->most; });
+  return wait_for([this] { return state_->requests.size() < state_->max; });
 }
 
 weir_request* Requests::open(std::shared_ptr<RequestReceiver> receiver) {

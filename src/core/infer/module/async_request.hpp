@@ -48,7 +48,7 @@ class RequestReceiver {
 class Requests {
  public:
   // At most `most` (>= 1) requests in flight.
-  explicit Requests(size_t most) : state_(std::make_shared<State>(most)) {}
+  explicit Requests(size_t max) : state_(std::make_shared<State>(max)) {}
   // Abandons the requests in flight: the session is freed.
   ~Requests();
   Requests(const Requests&) = delete;
@@ -86,10 +86,10 @@ class Requests {
 
   struct Request;
   struct State {
-    explicit State(size_t count) : most(count) {}
+    explicit State(size_t count) : max(count) {}
     mutable std::mutex mutex;  // guards the rest and the requests
     std::condition_variable changed;
-    const size_t most;
+    const size_t max;
     std::map<uintptr_t, std::shared_ptr<Request>> requests;
     std::vector<std::thread::id> callers;  // threads that are in a receiver
     bool refuses = false;

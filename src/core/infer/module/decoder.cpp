@@ -11,15 +11,15 @@ namespace {
 // Modules may have been built before a table got its last members.
 constexpr size_t kLabelsBeforeClasses = offsetof(weir_decoder_labels, classes);
 
-// The decoder's table of the extension `id`, of at least `kLeast` bytes; null if it does not have
+// The decoder's table of the extension `id`, of at least `kMin` bytes; null if it does not have
 // it.
-template <class Table, size_t kLeast = sizeof(Table)>
+template <class Table, size_t kMin = sizeof(Table)>
 const Table* extension_of(const weir_decoder_type& type, const char* id) {
   const bool extensible =
       type.struct_size >= offsetof(weir_decoder_type, extension) + sizeof type.extension;
   if (!extensible || !type.extension) return nullptr;
   const auto* table = static_cast<const Table*>(type.extension(id));
-  return table && table->struct_size >= kLeast ? table : nullptr;
+  return table && table->struct_size >= kMin ? table : nullptr;
 }
 
 }  // namespace

@@ -56,9 +56,9 @@ TEST(BusyPolicy, DropsNoWaitingFrameForOneThatCannotBeAccepted) {
 }
 
 TEST(BusyPolicy, AddsUpSizesThatDoNotFitANumber) {
-  constexpr uint64_t kMost = UINT64_MAX;
-  EXPECT_EQ(of(WhenBusy::Block, {1, 0, 10, 0}, kMost, 100), Verdict::Wait);
-  EXPECT_EQ(of(WhenBusy::Block, {1, 0, kMost, 0}, 1, 100), Verdict::Wait);
+  constexpr uint64_t kMax = UINT64_MAX;
+  EXPECT_EQ(of(WhenBusy::Block, {1, 0, 10, 0}, kMax, 100), Verdict::Wait);
+  EXPECT_EQ(of(WhenBusy::Block, {1, 0, kMax, 0}, 1, 100), Verdict::Wait);
 }
 
 // Frames come and go at random: limits hold, waiting is always allowed, judging again ends.

@@ -161,7 +161,7 @@ TEST(WorkerPool, CountsTheBytesOfWaitingAndRunningJobs) {
   EXPECT_EQ(g.pool.state().bytes_held, 70u);
   g.gate.let_one_go();
   g.pool.wait_until_idle();
-  EXPECT_EQ(g.pool.state().bytes_most, 70u);
+  EXPECT_EQ(g.pool.state().bytes_max, 70u);
 }
 
 TEST(WorkerPool, WaitsForBytesThatAreHeld) {
@@ -177,7 +177,7 @@ TEST(WorkerPool, WaitsForBytesThatAreHeld) {
   g.gate.let_one_go();
   other.join();
   g.gate.wait_for_entered(2);
-  EXPECT_EQ(g.pool.state().bytes_most, 60u);
+  EXPECT_EQ(g.pool.state().bytes_max, 60u);
 }
 
 TEST(WorkerPool, AFlushReturnsWaitingJobs) {
@@ -242,7 +242,7 @@ class Places {
     std::unique_lock lock(mutex_);
     runs_.push_back({job, worker, std::this_thread::get_id()});
     ++in_work_[worker];
-    most_ = std::max(most_, in_work_[worker]);
+    max_ = std::max(max_, in_work_[worker]);
     changed_.notify_all();
     changed_.wait(lock, [&] { return open_ || turns_[worker] > 0; });
     if (!open_) --turns_[worker];
@@ -268,16 +268,16 @@ class Places {
     std::lock_guard lock(mutex_);
     return runs_;
   }
-  int most_in_a_place() {
+  int max_in_a_place() {
     std::lock_guard lock(mutex_);
-    return most_;
+    return max_;
   }
 
  private:
   std::mutex mutex_;  // guards the rest
   std::condition_variable changed_;
   std::vector<Run> runs_;
-  int turns_[2] = {}, in_work_[2] = {}, most_ = 0;
+  int turns_[2] = {}, in_work_[2] = {}, max_ = 0;
   bool open_ = false;
 };
 
@@ -315,7 +315,7 @@ TEST(WorkerPool, LendsASlotToABlockedCaller) {
   h.places.open();
   h.bringer.join();
   h.pool.wait_until_idle();
-  EXPECT_EQ(h.places.most_in_a_place(), 1) << "a session is used by one thread at a time";
+  EXPECT_EQ(h.places.max_in_a_place(), 1) << "a session is used by one thread at a time";
   EXPECT_EQ(h.places.runs().size(), 6u);
 }
 
@@ -392,7 +392,7 @@ TEST(WorkerPool, LosesNoJobUnderThreads) {
     flusher.join();
     pool.wait_until_idle();
     for (size_t i = 0; i < kCount; ++i) EXPECT_EQ(seen[i], 1) << i;
-    EXPECT_LE(pool.state().bytes_most, 60u);
+    EXPECT_LE(pool.state().bytes_max, 60u);
   }
 }
 

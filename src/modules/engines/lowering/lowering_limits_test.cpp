@@ -13,10 +13,10 @@
 namespace weir::engine_test {
 namespace lowering_limits_test {
 
-constexpr int64_t kMost64 = std::numeric_limits<int64_t>::max();
-constexpr int64_t kLeast64 = std::numeric_limits<int64_t>::min();
-constexpr int32_t kMost32 = std::numeric_limits<int32_t>::max();
-constexpr int32_t kLeast32 = std::numeric_limits<int32_t>::min();
+constexpr int64_t kMax64 = std::numeric_limits<int64_t>::max();
+constexpr int64_t kMin64 = std::numeric_limits<int64_t>::min();
+constexpr int32_t kMax32 = std::numeric_limits<int32_t>::max();
+constexpr int32_t kMin32 = std::numeric_limits<int32_t>::min();
 
 enum : int32_t {
   kAveragePool = 1,
@@ -49,7 +49,7 @@ TfliteBuilder& with_output(TfliteBuilder& model, const std::vector<int32_t>& sha
 
 TEST(LoweringLimits, PaddingWhoseSumOverflowsIsRejected) {
   for (const std::vector<int64_t>& pads :
-       {std::vector<int64_t>{kMost64, kMost64}, {kMost64, 1}, {1, kMost64}, {kLeast64, kMost64}}) {
+       {std::vector<int64_t>{kMax64, kMax64}, {kMax64, 1}, {1, kMax64}, {kMin64, kMax64}}) {
     auto model = with_input({2});
     model.constant<int64_t>("p", kTfInt64, {1, 2}, pads);
     with_output(model, {0}).node(kPad, {"x", "p"}, {"y"});
@@ -60,7 +60,7 @@ TEST(LoweringLimits, PaddingWhoseSumOverflowsIsRejected) {
 }
 
 TEST(LoweringLimits, ZeroPointsOfWeightsAreRejected) {
-  for (const int64_t zero : {kMost64, kMost64 - 127, kLeast64, int64_t{-129}, int64_t{128}}) {
+  for (const int64_t zero : {kMax64, kMax64 - 127, kMin64, int64_t{-129}, int64_t{128}}) {
     auto model = with_input({1, 2});
     model.constant<int8_t>("w", kTfInt8, {1, 2}, {1, 2}).quantized({{0.5f}, {zero}});
     with_output(model, {1, 1}).node(kOpFullyConnected, {"x", "w", ""}, {"y"});
@@ -70,7 +70,7 @@ TEST(LoweringLimits, ZeroPointsOfWeightsAreRejected) {
 }
 
 TEST(LoweringLimits, ZeroPointsOfTensorsAreRejected) {
-  for (const int64_t zero : {kMost64, kLeast64}) {
+  for (const int64_t zero : {kMax64, kMin64}) {
     TfliteBuilder model;
     model.input("x", kTfInt8, {2}).quantized({{0.5f}, {zero}});
     with_output(model, {2}).node(kOpReshape, {"x"}, {"y"});
@@ -91,7 +91,7 @@ TEST(LoweringLimits, OptionsAtTheEndsOfTheirTypeAreRejectedOrLowered) {
                              {kGather, 23, 0, 1, false},     {kPack, 59, 0, 1, false},
                              {kUnpack, 64, 0, 1, false},     {kOpConcatenation, 10, 0, 0, false}};
   for (const Case& tried : kCases)
-    for (const int32_t extreme : {kMost32, kLeast32})
+    for (const int32_t extreme : {kMax32, kMin32})
       for (uint32_t at = tried.first; at <= tried.last; ++at) {
         std::map<uint32_t, FlatValue> fields;
         for (uint32_t field = tried.first; field <= tried.last; ++field)
@@ -107,9 +107,9 @@ TEST(LoweringLimits, OptionsAtTheEndsOfTheirTypeAreRejectedOrLowered) {
 }
 
 TEST(LoweringLimits, SlicesAtTheEndsOfTheirTypeAreRejectedOrLowered) {
-  for (const int64_t begin : {kLeast64, int64_t{0}, kMost64})
-    for (const int64_t end : {kLeast64, kMost64})
-      for (const int64_t step : {int64_t{1}, kMost64}) {
+  for (const int64_t begin : {kMin64, int64_t{0}, kMax64})
+    for (const int64_t end : {kMin64, kMax64})
+      for (const int64_t step : {int64_t{1}, kMax64}) {
         auto model = with_input({5});
         for (const auto& [name, value] : {std::pair{"b", begin}, {"e", end}, {"s", step}})
           model.constant<int64_t>(name, kTfInt64, {1}, {value});
@@ -119,7 +119,7 @@ TEST(LoweringLimits, SlicesAtTheEndsOfTheirTypeAreRejectedOrLowered) {
 }
 
 TEST(LoweringLimits, AnAxisAtTheEndsOfItsTypeIsRejected) {
-  for (const int64_t axis : {kLeast64, kMost64}) {
+  for (const int64_t axis : {kMin64, kMax64}) {
     auto model = with_input({5});
     model.constant<int64_t>("a", kTfInt64, {1}, {axis})
         .output("y", kTfInt64, {1})
@@ -130,9 +130,9 @@ TEST(LoweringLimits, AnAxisAtTheEndsOfItsTypeIsRejected) {
 
 // With one extent of 0, any other extent fits into the file.
 TEST(LoweringLimits, ExtentsOfAnEmptyTensorAreRejected) {
-  auto model = with_input({0, kMost32, kMost32, kMost32});
+  auto model = with_input({0, kMax32, kMax32, kMax32});
   model.constant<int8_t>("w", kTfInt8, {1, 2, 2, 1}, {1, 2, 3, 4}).quantized({{0.5f}, {0}});
-  with_output(model, {0, kMost32, kMost32, kMost32});
+  with_output(model, {0, kMax32, kMax32, kMax32});
   for (const int32_t op :
        {int32_t{kConvolution}, int32_t{kDepthwise}, int32_t{kMaxPool}, int32_t{kAveragePool},
         int32_t{kOpReshape}, int32_t{kOpFullyConnected}}) {

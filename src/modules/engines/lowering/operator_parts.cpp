@@ -9,8 +9,8 @@ namespace weir::engine {
 namespace {
 
 struct Limits {
-  uint8_t least = 0, most = 255;
-  bool cut() const { return least > 0 || most < 255; }
+  uint8_t min = 0, max = 255;
+  bool cut() const { return min > 0 || max < 255; }
 };
 
 uint8_t quantized(float real, const Quantization& q) {
@@ -41,12 +41,12 @@ Status refuse(const std::string& why) {
                .fix = "framework=tensorflow-lite without Lowering"};
 }
 
-Status check_counts(const TfliteGraphOperator& op, size_t inputs_least, size_t inputs_most) {
+Status check_counts(const TfliteGraphOperator& op, size_t inputs_min, size_t inputs_max) {
   const auto there = [](int32_t index) { return index >= 0; };
-  if (op.inputs.size() < inputs_least || op.inputs.size() > inputs_most || op.outputs.size() != 1)
+  if (op.inputs.size() < inputs_min || op.inputs.size() > inputs_max || op.outputs.size() != 1)
     return refuse(std::to_string(op.inputs.size()) + " inputs and " +
                   std::to_string(op.outputs.size()) + " outputs");
-  if (!std::all_of(op.inputs.begin(), op.inputs.begin() + static_cast<int64_t>(inputs_least),
+  if (!std::all_of(op.inputs.begin(), op.inputs.begin() + static_cast<int64_t>(inputs_min),
                    there) ||
       op.outputs[0] < 0)
     return refuse("an input or output is missing");
@@ -65,8 +65,8 @@ Status node_with_activation(LoweredGraph& graph, std::string_view op, std::strin
   const std::string computed = limits->cut() ? graph.fresh() : *name;
   graph.node(op, domain, inputs, computed, attributes);
   if (limits->cut())
-    graph.node("Clip", "",
-               {computed, graph.zero_point(limits->least), graph.zero_point(limits->most)}, *name);
+    graph.node("Clip", "", {computed, graph.zero_point(limits->min), graph.zero_point(limits->max)},
+               *name);
   return ok();
 }
 
@@ -79,14 +79,14 @@ Window Window::of(const FlatTable& options) {
 
 Result<std::array<int64_t, 4>> Window::pads(const TfliteGraphTensor& input,
                                             const TfliteGraphTensor& output) const {
-  constexpr int64_t kMost = int64_t{1} << 31;
+  constexpr int64_t kMax = int64_t{1} << 31;
   if (input.shape.size() != 4 || output.shape.size() != 4 || input.shape[0] != output.shape[0])
     return refuse("shapes that are not [batch, height, width, channels]").error();
   std::array<int64_t, 4> out{};
   for (const size_t axis : {0u, 1u}) {
     const int64_t in = input.shape[axis + 1], made = output.shape[axis + 1];
-    if (size[axis] < 1 || stride[axis] < 1 || dilation[axis] < 1 || size[axis] > kMost ||
-        dilation[axis] > kMost)
+    if (size[axis] < 1 || stride[axis] < 1 || dilation[axis] < 1 || size[axis] > kMax ||
+        dilation[axis] > kMax)
       return refuse("a window of no size or stride").error();
     const int64_t reach = (size[axis] - 1) * dilation[axis] + 1;
     const int64_t room = same ? in : in - reach + 1;

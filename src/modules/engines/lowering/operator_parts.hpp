@@ -11,7 +11,7 @@ namespace weir::engine {
 // MODEL_UNSUPPORTED with the reason why the operator is not lowered.
 Status refuse(const std::string& why);
 // Checks the number of inputs and outputs, and that none is omitted.
-Status check_counts(const TfliteGraphOperator& op, size_t inputs_least, size_t inputs_most);
+Status check_counts(const TfliteGraphOperator& op, size_t inputs_min, size_t inputs_max);
 
 // Values of ActivationFunctionType.
 enum class Activation : int8_t { kNone = 0, kRelu = 1, kReluN1To1 = 2, kRelu6 = 3 };

@@ -71,11 +71,11 @@ FlatValue pool(int8_t padding, int32_t stride, int32_t size, int8_t activation) 
 }
 
 template <class T>
-std::vector<T> random_values(size_t count, int least, int most) {
+std::vector<T> random_values(size_t count, int min, int max) {
   static std::mt19937 random(7);
   std::vector<T> out(count);
   for (auto& value : out)
-    value = static_cast<T>(std::uniform_int_distribution<int>(least, most)(random));
+    value = static_cast<T>(std::uniform_int_distribution<int>(min, max)(random));
   return out;
 }
 std::vector<uint8_t> weights(size_t count) {

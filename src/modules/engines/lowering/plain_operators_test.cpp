@@ -93,13 +93,12 @@ TEST_F(LoweredPlainOperators, CastsGoTowardsZero) {
 
 // Integers keep their low bits; floats become the nearest representable value.
 TEST_F(LoweredPlainOperators, CastsOfWholeNumbersKeepTheirLowBits) {
-  constexpr int32_t kLeast = std::numeric_limits<int32_t>::min(),
-                    kMost = std::numeric_limits<int32_t>::max();
-  const auto given =
-      int32_tensor({0, 1, 127, 128, 255, 256, -1, -128, -129, kLeast, kMost, 16777217});
+  constexpr int32_t kMin = std::numeric_limits<int32_t>::min(),
+                    kMax = std::numeric_limits<int32_t>::max();
+  const auto given = int32_tensor({0, 1, 127, 128, 255, 256, -1, -128, -129, kMin, kMax, 16777217});
   EXPECT_EQ(same(cast(kTfInt32, kTfUint8, 12), {given})[0].values<uint8_t>(),
             (std::vector<uint8_t>{0, 1, 127, 128, 255, 0, 255, 128, 127, 0, 255, 1}));
-  EXPECT_EQ(same(cast(kTfInt32, kTfInt64, 12), {given})[0].values<int64_t>()[9], kLeast);
+  EXPECT_EQ(same(cast(kTfInt32, kTfInt64, 12), {given})[0].values<int64_t>()[9], kMin);
   EXPECT_EQ(same(cast(kTfInt32, kTfFloat, 12), {given})[0].values<float>()[11], 16777216.0f);
   const auto wide = make_tensor<int64_t>(WEIR_INT64, {3}, {-1, (int64_t{1} << 40) + 7, 5});
   EXPECT_EQ(same(cast(kTfInt64, kTfInt32, 3), {wide})[0].values<int32_t>(),

@@ -12,7 +12,7 @@ namespace {
 
 constexpr int kSteps = 255;
 constexpr float kFinest = 1.0f / 256;
-constexpr int kMostTries = 16;  // tries per direction
+constexpr int kMaxTries = 16;  // tries per direction
 
 using Sums = std::array<double, kSteps>;
 
@@ -30,22 +30,22 @@ Sums first_sums(double multiplier, uint8_t zero_point) {
 }
 
 // The finest grain of which every multiple up to `most` is exact as a float.
-float grain_for(int64_t most) {
+float grain_for(int64_t max) {
   float grain = kFinest;
-  while (static_cast<float>(most) >= std::ldexp(grain, 24)) grain *= 2;
+  while (static_cast<float>(max) >= std::ldexp(grain, 24)) grain *= 2;
   return grain;
 }
 
 // Returns the offset with which each first sum is above the middle between two values and the sum
 // before it is not.
 float middle_of_added(const Sums& sums, uint8_t zero_point, float scale, float grain) {
-  double least = -HUGE_VAL, most = HUGE_VAL;
+  double min = -HUGE_VAL, max = HUGE_VAL;
   for (int i = 0; i < kSteps; ++i) {
     const double border = (i - zero_point + 0.5) * double{scale} - sums[static_cast<size_t>(i)];
-    least = std::max(least, border);
-    most = std::min(most, border + 1);
+    min = std::max(min, border);
+    max = std::min(max, border + 1);
   }
-  return grain * std::round(static_cast<float>((least + most) / 2) / grain);
+  return grain * std::round(static_cast<float>((min + max) / 2) / grain);
 }
 
 // Computes as ONNX Runtime's QuantizeLinear does: divides, then rounds half to even.
@@ -71,7 +71,7 @@ Rounding rounding_of(double multiplier, uint8_t zero_point, int64_t largest_bias
   const auto exact = static_cast<float>(1 / multiplier);
   Rounding best{0, exact, kSteps + 1};
   // From the middle outwards: 0, 1, -1, 2, -2, ...
-  for (int i = 0; i <= 2 * kMostTries && best.differing > 0; ++i) {
+  for (int i = 0; i <= 2 * kMaxTries && best.differing > 0; ++i) {
     float scale = exact;
     for (int step = 0; step < (i + 1) / 2; ++step)
       scale = std::nextafterf(scale, i % 2 == 0 ? 0.0f : HUGE_VALF);

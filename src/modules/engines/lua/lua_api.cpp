@@ -66,9 +66,9 @@ Result<std::unique_ptr<const LuaApi>> load() {
   Dl_info place{};
   if (dladdr(reinterpret_cast<void*>(api->luaL_newstate), &place) && place.dli_fname)
     api->path = place.dli_fname;
-  constexpr double kLeast = 20100;
+  constexpr double kMin = 20100;
   const Version version = version_of(*api);
-  if (version.number < kLeast) {
+  if (version.number < kMin) {
     Error error =
         not_installed("the LuaJIT on this machine cannot be used",
                       (api->path.empty() ? kLibrary : api->path) + ": " +

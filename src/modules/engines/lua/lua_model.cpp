@@ -16,7 +16,7 @@ namespace {
 
 namespace fs = std::filesystem;
 
-constexpr uint64_t kMostSource = uint64_t{64} << 20;
+constexpr uint64_t kMaxSource = uint64_t{64} << 20;
 constexpr char kSourceName[] = "model";  // appears in messages: "model:3: ..."
 
 struct Source {
@@ -47,7 +47,7 @@ Result<Source> read_source(const weir_open& request) {
                    .fix = "model=/path/to/script.lua"};
     return Source{text, kSourceName};
   }
-  const auto model = read_model(request, {.most = kMostSource});
+  const auto model = read_model(request, {.max = kMaxSource});
   if (!model) return model.error();
   const auto* bytes = reinterpret_cast<const char*>(model->bytes.data());
   Source out{{bytes, model->bytes.size()},

@@ -12,7 +12,7 @@
 namespace weir::engine {
 namespace {
 
-constexpr int kMostMebibytes = 1 << 20;
+constexpr int kMaxMebibytes = 1 << 20;
 
 // Splits "io+os". Blanks and semicolons also separate; commas already separate options.
 Result<std::vector<std::string>> read_libraries(std::string_view text) {
@@ -43,7 +43,7 @@ Status apply(const weir_option& option, LuaOptions* out) {
   if (equals_ignoring_case(key, "MemoryLimit")) {
     const auto limit = number_option(key, value, 1);
     if (!limit) return limit.error();
-    out->memory_limit = static_cast<uint64_t>(std::min(*limit, kMostMebibytes));
+    out->memory_limit = static_cast<uint64_t>(std::min(*limit, kMaxMebibytes));
   } else {
     warn_unknown_option(key, "Libraries, MemoryLimit, Sandbox");
   }

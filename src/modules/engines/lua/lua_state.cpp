@@ -305,13 +305,13 @@ Result<ScriptTensors> LuaState::describe() {
 Result<ScriptTensors> LuaState::read_flat_list() {
   int at = 0;
   bool good = true;
-  const auto next = [&](int64_t least, int64_t most) {
+  const auto next = [&](int64_t min, int64_t max) {
     api_.lua_rawgeti(state_, 1, ++at);
     const double number = api_.lua_tonumber(state_, -1);
     api_.lua_settop(state_, -2);
-    good = good && number >= static_cast<double>(least) && number <= static_cast<double>(most) &&
+    good = good && number >= static_cast<double>(min) && number <= static_cast<double>(max) &&
            number == std::floor(number);
-    return good ? static_cast<int64_t>(number) : least;
+    return good ? static_cast<int64_t>(number) : min;
   };
   ScriptTensors out;
   for (auto* list : {&out.inputs, &out.outputs}) {

@@ -121,13 +121,13 @@ TYPED_TEST(LuaIntegers, AreTheSameWhenCompiled) {
 TYPED_TEST(LuaIntegers, AreUnchangedAtTheirLimits) {
   using Limits = std::numeric_limits<TypeParam>;
   // For 64 bits: the largest power of two up to which a Lua number is exact.
-  const auto most =
+  const auto max =
       sizeof(TypeParam) == 8 ? static_cast<TypeParam>(int64_t{1} << 53) : Limits::max();
-  const auto least = std::is_signed_v<TypeParam> ? static_cast<TypeParam>(-most) : TypeParam{0};
+  const auto min = std::is_signed_v<TypeParam> ? static_cast<TypeParam>(-max) : TypeParam{0};
   const auto name = TestFixture::name();
   const auto model = this->script(script_text("for i = 1, 4 do y[i] = x[i] end", name, name));
   ASSERT_NE(model, nullptr);
-  const std::vector<TypeParam> x{most, least, 1, 0};
+  const std::vector<TypeParam> x{max, min, 1, 0};
   const auto y = model->invoke({make_tensor<TypeParam>(TestFixture::type(), {4}, x)});
   ASSERT_TRUE(y) << y.error().message();
   EXPECT_EQ((*y)[0].template values<TypeParam>(), x);

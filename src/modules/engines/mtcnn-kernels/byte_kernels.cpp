@@ -70,9 +70,9 @@ struct ByteBlocks {
   using Row = ConvolveByteRow;
 // The sums of kPixels pixels times kVectors vectors of channels stay in registers.
 #if HWY_TARGET <= HWY_AVX3 || HWY_ARCH_ARM
-  static constexpr size_t kMostPixels[] = {0, 12, 12, 8};
+  static constexpr size_t kMaxPixels[] = {0, 12, 12, 8};
 #else
-  static constexpr size_t kMostPixels[] = {0, 8, 4, 2};
+  static constexpr size_t kMaxPixels[] = {0, 8, 4, 2};
 #endif
   static size_t lanes() {
     return hn::Lanes(I());

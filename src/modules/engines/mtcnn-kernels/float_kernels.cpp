@@ -22,9 +22,9 @@ struct FloatBlocks {
   using Row = ConvolveRow;
 // The sums of kPixels pixels times kVectors vectors of channels stay in registers.
 #if HWY_TARGET <= HWY_AVX3 || HWY_ARCH_ARM
-  static constexpr size_t kMostPixels[] = {0, 12, 12, 8, 6};
+  static constexpr size_t kMaxPixels[] = {0, 12, 12, 8, 6};
 #else
-  static constexpr size_t kMostPixels[] = {0, 10, 6, 4, 2};
+  static constexpr size_t kMaxPixels[] = {0, 10, 6, 4, 2};
 #endif
   static size_t lanes() {
     return hn::Lanes(F());
@@ -75,7 +75,7 @@ struct FloatBlocks {
 
 void Convolve(const ConvolveRow& row) {
   const size_t vectors = padded(row.outputs) / hn::Lanes(F());
-  if (vectors % 4 == 0 && row.pixels <= FloatBlocks::kMostPixels[4])
+  if (vectors % 4 == 0 && row.pixels <= FloatBlocks::kMaxPixels[4])
     return in_blocks<FloatBlocks, 4>(row);
   if (vectors % 2 == 0) return in_blocks<FloatBlocks, 2>(row);
   return vectors % 3 == 0 ? in_blocks<FloatBlocks, 3>(row) : in_blocks<FloatBlocks, 1>(row);

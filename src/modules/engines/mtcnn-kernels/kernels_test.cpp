@@ -154,11 +154,11 @@ void pools_like_a_plain_loop(const std::vector<Number>& in) {
             pool(row);
             for (size_t p = 0; p < wanted; ++p)
               for (size_t c = 0; c < channels; ++c) {
-                Number most = row.rows[0][2 * p * in_step + c];
+                Number max = row.rows[0][2 * p * in_step + c];
                 for (size_t r = 0; r < height; ++r)
                   for (size_t x = 2 * p; x < std::min(2 * p + kernel, pixels); ++x)
-                    most = std::max(most, row.rows[r][x * in_step + c]);
-                ASSERT_EQ(out[p * channels + c], most) << kernel << ", " << pixels << ", " << c;
+                    max = std::max(max, row.rows[r][x * in_step + c]);
+                ASSERT_EQ(out[p * channels + c], max) << kernel << ", " << pixels << ", " << c;
               }
           }
   });

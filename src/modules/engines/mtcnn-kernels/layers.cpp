@@ -69,9 +69,9 @@ PackedLayer<uint8_t>::PackedLayer(const Layer& layer, const Scale& in, const Sca
   const size_t count = numbers_of_output(layer), step = step_of<uint8_t>(layer.inputs);
   for (size_t o = 0; o < outputs_; ++o) {
     const float* weights = &layer.weights[o * count];
-    float most = 0;
-    for (size_t k = 0; k < count; ++k) most = std::max(most, std::abs(weights[k]));
-    const float unit = std::max(most / 127, std::numeric_limits<float>::min());
+    float max = 0;
+    for (size_t k = 0; k < count; ++k) max = std::max(max, std::abs(weights[k]));
+    const float unit = std::max(max / 127, std::numeric_limits<float>::min());
     long sum = 0;
     for (size_t k = 0; k < count; ++k) {
       const size_t row = k / (kernel_ * layer.inputs), rest = k % (kernel_ * layer.inputs);

@@ -10,8 +10,8 @@ namespace mtcnn::kernels {
 struct Scale {
   float step = 1, zero = 0;
   static Scale of(const Range& range) {
-    const float step = (range.most - range.least) / 255;
-    return {step, -range.least / step};
+    const float step = (range.max - range.min) / 255;
+    return {step, -range.min / step};
   }
 };
 // The networks' input is (byte - 127.5) / 128 for each byte of the picture.

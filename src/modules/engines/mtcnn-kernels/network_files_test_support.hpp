@@ -15,8 +15,8 @@ struct PlainLayer {
   std::vector<float> weights, bias, slope;
 };
 
-inline std::vector<float> chance(size_t count, float most, std::mt19937* random) {
-  std::uniform_real_distribution<float> uniform(-most, most);
+inline std::vector<float> chance(size_t count, float max, std::mt19937* random) {
+  std::uniform_real_distribution<float> uniform(-max, max);
   std::vector<float> out(count);
   for (auto& number : out) number = uniform(*random);
   return out;
@@ -28,8 +28,8 @@ inline std::vector<PlainLayer> plain_layers(const NetworkPlan& plan) {
   std::vector<PlainLayer> out;
   const auto add = [&](size_t kernel, size_t inputs, size_t outputs, size_t pool, bool bent) {
     const size_t count = inputs * kernel * kernel;
-    const float most = 1.5f / std::sqrt(static_cast<float>(count));
-    out.push_back({kernel, inputs, outputs, pool, chance(count * outputs, most, &random),
+    const float max = 1.5f / std::sqrt(static_cast<float>(count));
+    out.push_back({kernel, inputs, outputs, pool, chance(count * outputs, max, &random),
                    chance(outputs, 0.2f, &random),
                    bent ? chance(outputs, 0.5f, &random) : std::vector<float>()});
   };
@@ -71,11 +71,11 @@ inline Map pooled(const Map& in, size_t kernel) {
   for (size_t c = 0; c < in.planes.size(); ++c)
     for (size_t y = 0; y < out.height; ++y)
       for (size_t x = 0; x < out.width; ++x) {
-        double most = -INFINITY;
+        double max = -INFINITY;
         for (size_t v = 2 * y; v < std::min(2 * y + kernel, in.height); ++v)
           for (size_t u = 2 * x; u < std::min(2 * x + kernel, in.width); ++u)
-            most = std::max(most, in.planes[c][v * in.width + u]);
-        out.planes[c].push_back(most);
+            max = std::max(max, in.planes[c][v * in.width + u]);
+        out.planes[c].push_back(max);
       }
   return out;
 }

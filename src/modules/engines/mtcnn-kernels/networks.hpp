@@ -14,7 +14,7 @@ namespace mtcnn::kernels {
 
 // The range of a layer's values, for 8-bit quantisation.
 struct Range {
-  float least, most;
+  float min, max;
 };
 
 // A convolution without padding, PReLU and max pooling over pool x pool pixels with stride 2,

@@ -30,13 +30,13 @@ constexpr std::array<BlockFunction<typename Blocks::Row>, sizeof...(kPixels)> bl
 }
 
 // Blocks::block<kVectors, kPixels> computes kPixels pixels times kVectors vectors of channels, at
-// most Blocks::kMostPixels[kVectors] pixels.
+// most Blocks::kMaxPixels[kVectors] pixels.
 template <class Blocks, size_t kVectors>
 void in_blocks(const typename Blocks::Row& row) {
-  constexpr size_t kMost = Blocks::kMostPixels[kVectors];
-  static constexpr auto kBlocks = blocks<Blocks, kVectors>(std::make_index_sequence<kMost>());
+  constexpr size_t kMax = Blocks::kMaxPixels[kVectors];
+  static constexpr auto kBlocks = blocks<Blocks, kVectors>(std::make_index_sequence<kMax>());
   const size_t step = kVectors * Blocks::lanes(), end = padded(row.outputs);
-  size_t left = (row.pixels + kMost - 1) / kMost;  // splits into blocks of similar size
+  size_t left = (row.pixels + kMax - 1) / kMax;  // splits into blocks of similar size
   for (size_t x = 0; x < row.pixels; --left) {
     const size_t count = (row.pixels - x + left - 1) / left;
     for (size_t channel = 0; channel < end; channel += step) kBlocks[count - 1](row, x, channel);
@@ -53,11 +53,11 @@ void Pool(const PoolRow<Number>& row) {
     const size_t first = 2 * x * row.in_step;
     const size_t columns = std::min(row.width, row.in_pixels - 2 * x);
     for (size_t c = 0; c < channels; c += lanes) {
-      auto most = hn::LoadU(d, row.rows[0] + first + c);
+      auto max = hn::LoadU(d, row.rows[0] + first + c);
       for (size_t r = 0; r < row.height; ++r)
         for (size_t column = 0; column < columns; ++column)
-          most = hn::Max(most, hn::LoadU(d, row.rows[r] + first + column * row.in_step + c));
-      hn::StoreU(most, d, row.out + x * row.out_step + c);
+          max = hn::Max(max, hn::LoadU(d, row.rows[r] + first + column * row.in_step + c));
+      hn::StoreU(max, d, row.out + x * row.out_step + c);
     }
   }
 }

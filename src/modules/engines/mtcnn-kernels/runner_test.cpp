@@ -96,18 +96,18 @@ TEST(Layers, EightBitsDifferOnlyByRounding) {
   packed.apply(rows, step, pixels, found.data());
   for (size_t p = 0; p < pixels; ++p)
     for (size_t o = 0; o < outputs; ++o) {
-      double sum = layer.bias[o], of_inputs = 0, most = 0;
+      double sum = layer.bias[o], of_inputs = 0, max = 0;
       for (size_t k = 0; k < 9 * inputs; ++k) {
         const size_t row = k / (3 * inputs), x = k / inputs % 3, c = k % inputs;
         const double value = (rows[row][(p + x) * step + c] - in.zero) * in.step;
         const double weight = layer.weights[o * 9 * inputs + k];
         sum += value * weight;
         of_inputs += std::abs(value);
-        most = std::max(most, std::abs(weight));
+        max = std::max(max, std::abs(weight));
       }
       const double wanted = sum < 0 ? sum * layer.slope[o] : sum;
       const double given = (found[p * padded(outputs) + o] - out.zero) * out.step;
-      EXPECT_NEAR(given, wanted, of_inputs * most / 254 + out.step * 0.51) << p << ", " << o;
+      EXPECT_NEAR(given, wanted, of_inputs * max / 254 + out.step * 0.51) << p << ", " << o;
     }
 }
 

@@ -14,7 +14,7 @@ using net::CallStatus;
 using net::Outcome;
 using net::ServerSet;
 
-constexpr size_t kMostInFlight = 1024;
+constexpr size_t kMaxInFlight = 1024;
 
 Error unreachable(const ServerSet::Server& server, const net::Reply& reply) {
   return {.code = Code::SERVER_UNREACHABLE,
@@ -92,7 +92,7 @@ Result<std::vector<ServerSet::Server>> OipModel::open_links(const weir_open& req
   for (uint32_t i = 0; i < request.n_models; ++i) {
     auto address = net::ServerAddress::parse(text_or_empty(request.paths[i]));
     if (!address) return address.error();
-    auto link = net::Link::open(*address, options_.security, options_.most_bytes);
+    auto link = net::Link::open(*address, options_.security, options_.max_bytes);
     if (!link) return link.error();
     servers.push_back({*std::move(address), *std::move(link)});
   }
@@ -222,7 +222,7 @@ void OipModel::describe(weir_model_info* info) const {
   info->flags = WEIR_MODEL_THREAD_SAFE | WEIR_MODEL_FORK_UNSAFE;
   const size_t window = options_.limits.in_flight * servers_->size();
   info->max_in_flight =
-      options_.idempotent ? static_cast<uint32_t>(std::min<size_t>(window, kMostInFlight)) : 1;
+      options_.idempotent ? static_cast<uint32_t>(std::min<size_t>(window, kMaxInFlight)) : 1;
   info->n_inputs = static_cast<uint32_t>(inputs_.size());
   info->n_outputs = static_cast<uint32_t>(outputs_.size());
   info->inputs = inputs_.data();

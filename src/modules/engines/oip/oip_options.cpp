@@ -12,7 +12,7 @@ namespace {
 constexpr const char* kKnown =
     "attempts, ca, cert, contents, idempotent, in-flight, insecure, key, max-message, probe-ms, "
     "timeout-ms, token-file";
-constexpr int kMostMebibytes = 2047;  // gRPC counts bytes of a message in 31 bits
+constexpr int kMaxMebibytes = 2047;  // gRPC counts bytes of a message in 31 bits
 
 Status read_contents(std::string_view value, OipOptions* out) {
   if (value == "raw")
@@ -63,7 +63,7 @@ Result<bool> take_number(std::string_view key, std::string_view value, OipOption
       out->limits.probe = std::chrono::milliseconds(*number);
       break;
     default:
-      out->most_bytes = static_cast<size_t>(std::min(*number, kMostMebibytes)) << 20;
+      out->max_bytes = static_cast<size_t>(std::min(*number, kMaxMebibytes)) << 20;
   }
   return true;
 }

@@ -11,7 +11,7 @@ namespace weir::engine {
 struct OipOptions {
   net::RequestLimits limits;
   net::Security security;
-  size_t most_bytes = size_t{64} << 20;   // of a message, in either direction
+  size_t max_bytes = size_t{64} << 20;    // of a message, in either direction
   std::optional<net::Contents> contents;  // empty: raw, and typed if the server refuses that
   bool idempotent = true;                 // false: one request at a time, sent once at most
   DeclaredTensors declared;

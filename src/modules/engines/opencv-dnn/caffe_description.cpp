@@ -87,11 +87,11 @@ class Blob {
     return ok();
   }
   void multiply(int64_t extent) {
-    constexpr int64_t kMost = int64_t{1} << 31;
+    constexpr int64_t kMax = int64_t{1} << 31;
     has_shape_ = true;
     product_ =
-        extent < 0 || extent > kMost || product_ * extent > kMost ? kMost + 1 : product_ * extent;
-    if (product_ > kMost) product_ = kMost;  // stays larger than any file
+        extent < 0 || extent > kMax || product_ * extent > kMax ? kMax + 1 : product_ * extent;
+    if (product_ > kMax) product_ = kMax;  // stays larger than any file
   }
   Status shape(std::span<const std::byte> bytes) {
     ProtobufReader reader(bytes);

@@ -144,10 +144,9 @@ Result<DnnSource> read_dnn_files(const weir_open& request) {
 }
 
 std::string list(const std::vector<std::string>& names) {
-  constexpr size_t kMost = 12;
-  const std::string out = join(std::span(names).first(std::min(names.size(), kMost)), ", ");
-  return names.size() > kMost ? out + " and " + std::to_string(names.size() - kMost) + " more"
-                              : out;
+  constexpr size_t kMax = 12;
+  const std::string out = join(std::span(names).first(std::min(names.size(), kMax)), ", ");
+  return names.size() > kMax ? out + " and " + std::to_string(names.size() - kMax) + " more" : out;
 }
 
 Error no_such_name(const char* property, const std::string& name,

@@ -63,17 +63,17 @@ TEST_F(PytorchModels, ThreadsFollowTheWorkOfAFrame) {
   struct Case {
     const char* name;
     int64_t size;
-    int most;
+    int max;
   };
-  for (const auto& [name, size, most] : {Case{"rnet.pt", 24, 1}, Case{"onet.pt", 48, 1},
-                                         Case{"pnet.pt", 96, 1}, Case{"pnet.pt", 320, 9}}) {
+  for (const auto& [name, size, max] : {Case{"rnet.pt", 24, 1}, Case{"onet.pt", 48, 1},
+                                        Case{"pnet.pt", 96, 1}, Case{"pnet.pt", 320, 9}}) {
     const auto path = shared_file(std::string("models/face/mtcnn/torchscript/") + name);
     if (path.empty()) GTEST_SKIP() << name << " is not there";
     const auto model = opened(path);
     EXPECT_EQ(model->execution().threads, 0u) << "not known before the stream's shape is";
     const auto outputs = model->resolve({make_tensor(WEIR_FLOAT32, {1, 3, size, size}).info});
     ASSERT_TRUE(outputs) << outputs.error().message();
-    EXPECT_EQ(model->execution().threads, static_cast<uint32_t>(std::min(most, usable_cores())))
+    EXPECT_EQ(model->execution().threads, static_cast<uint32_t>(std::min(max, usable_cores())))
         << name << " " << size;
   }
 }

@@ -20,7 +20,7 @@ constexpr uint32_t kLocal = 0x04034b50, kCentral = 0x02014b50, kEnd = 0x06054b50
 constexpr uint32_t kEnd64 = 0x06064b50, kEnd64Locator = 0x07064b50;
 constexpr size_t kEndBytes = 22, kLocatorBytes = 20, kEnd64Bytes = 56, kCentralBytes = 46,
                  kLocalBytes = 30;
-constexpr uint64_t kMostDeflated = 1032;  // the most bytes to which one byte of DEFLATE can expand
+constexpr uint64_t kMaxDeflated = 1032;  // the most bytes to which one byte of DEFLATE can expand
 constexpr uint64_t kPieceBytes = 1 << 20;
 
 const char* const kSaveAsScript =
@@ -73,9 +73,9 @@ struct Directory {
 
 // Finds the record at the end, which a comment of up to 64 KiB may follow.
 std::optional<Directory> find_directory(const ModelSource& file) {
-  constexpr size_t kMostComment = 0xFFFF;
-  const auto tail = static_cast<size_t>(
-      std::min<uint64_t>(file.size(), kLocatorBytes + kEndBytes + kMostComment));
+  constexpr size_t kMaxComment = 0xFFFF;
+  const auto tail =
+      static_cast<size_t>(std::min<uint64_t>(file.size(), kLocatorBytes + kEndBytes + kMaxComment));
   Record end;
   if (tail < kEndBytes || !end.read(file, file.size() - tail, tail)) return std::nullopt;
   for (size_t at = tail - kEndBytes + 1; at-- > 0;) {
@@ -164,7 +164,7 @@ class DirectoryReader {
       return invalid(part + " does not lie within the archive");
     out_.extents.push_back({local, begin + packed});
     if (method == 8) {
-      if (bytes / kMostDeflated > packed)
+      if (bytes / kMaxDeflated > packed)
         return invalid(part + " has an impossible compressed size");
       out_.compressed.push_back({part, crc});
       return ok();

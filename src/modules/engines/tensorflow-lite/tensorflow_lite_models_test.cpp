@@ -47,11 +47,11 @@ TEST_F(TensorflowLiteModels, LargeModelsUseSeveralThreads) {
       {"models/segmentation/deeplabv3_257_mv_gpu.tflite", 14},
       {"models/classification/mobilenet_v2_1.0_224_quant.tflite",
        1}};  // uint8 does not run in XNNPACK
-  for (const auto& [file, most] : cases) {
+  for (const auto& [file, max] : cases) {
     const auto path = shared_file(file);
     if (path.empty()) GTEST_SKIP() << file << " is not there";
     EXPECT_EQ(opened(path)->execution().threads,
-              static_cast<uint32_t>(std::min(most, usable_cores())))
+              static_cast<uint32_t>(std::min(max, usable_cores())))
         << file;
   }
 }

@@ -242,10 +242,10 @@ TEST_F(TensorflowLite, WarmRunsWithoutAFrame) {
 
 // Each interpreter with XNNPACK has its own packed weights.
 TEST_F(TensorflowLite, OneSessionHoldsThePackedWeights) {
-  for (const auto& [delegate, most] : {std::pair{"XNNPACK", 1u}, {"None", 0u}}) {
+  for (const auto& [delegate, max] : {std::pair{"XNNPACK", 1u}, {"None", 0u}}) {
     auto model = EngineTest::open(tflite_negation({2}).bytes(), {{"Delegate", delegate}});
     ASSERT_TRUE(model) << model.error().message();
-    EXPECT_EQ((*model)->info().max_sessions, most) << delegate;
+    EXPECT_EQ((*model)->info().max_sessions, max) << delegate;
   }
 }
 

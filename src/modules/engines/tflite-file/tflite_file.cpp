@@ -217,12 +217,12 @@ class Walker {
     return free.size() < out_.subgraphs;
   }
 
-  bool indices_good(const FlatVector& list, int32_t least) {
+  bool indices_good(const FlatVector& list, int32_t min) {
     file_.visit(list.size());
     if (file_.damaged()) return false;
     for (uint32_t i = 0; i < list.size(); ++i) {
       const auto index = list.scalar<int32_t>(i);
-      if (index < least || (index >= 0 && static_cast<size_t>(index) >= tensors_.size()))
+      if (index < min || (index >= 0 && static_cast<size_t>(index) >= tensors_.size()))
         return false;
     }
     return true;
