@@ -163,7 +163,7 @@ class TensorQueryClient : public gst::PlainFilter<TensorQueryClient> {
     return PlainFilter::change_state(change);
   }
 
-  Status take_caps(GstCaps* caps) {
+  Status set_caps(GstCaps* caps) {
     if (input_caps_ && exchange_.is_connected() && gst_caps_is_equal(caps, input_caps_.get()))
       return ok();
     deliver(settings().timeout > 0);
@@ -172,7 +172,7 @@ class TensorQueryClient : public gst::PlainFilter<TensorQueryClient> {
     return connect_or_retry();
   }
 
-  GstFlowReturn take_buffer(Ref<GstBuffer> buffer) {
+  GstFlowReturn chain(Ref<GstBuffer> buffer) {
     if (!input_caps_) return failed(gst::buffer_before_caps());
     const Settings s = settings();
     const GstFlowReturn flow = make_ready();
@@ -193,7 +193,7 @@ class TensorQueryClient : public gst::PlainFilter<TensorQueryClient> {
     return deliver(s.timeout > 0);
   }
 
-  void drop_held(DropReason reason) {
+  void drain(DropReason reason) {
     if (reason == DropReason::Eos && exchange_.waiting() > 0) {
       is_ending_ = true;
       deliver(settings().timeout > 0);
@@ -205,7 +205,7 @@ class TensorQueryClient : public gst::PlainFilter<TensorQueryClient> {
   }
 
   // Serialized events wait until caps are sent.
-  bool take_event(GstEvent* event) {
+  bool sink_event(GstEvent* event) {
     const auto type = GST_EVENT_TYPE(event);
     if (type == GST_EVENT_FLUSH_START) interruption_.set();
     if (type == GST_EVENT_FLUSH_STOP) interruption_.clear();
@@ -218,7 +218,7 @@ class TensorQueryClient : public gst::PlainFilter<TensorQueryClient> {
     return true;
   }
 
-  void forget() {
+  void reset() {
     input_caps_ = output_caps_ = {};
     finder_.reset();
     interruption_.clear();
@@ -345,7 +345,7 @@ class TensorQueryClient : public gst::PlainFilter<TensorQueryClient> {
   // Whether frames are dropped while no server is there.
   bool outlives_servers() const { return finder_ || settings().reconnect; }
 
-  // A server that is not there may be no error: take_buffer() tries again.
+  // A server that is not there may be no error: chain() tries again.
   Status connect_or_retry() {
     if (steady_clock::now() < next_try_) return ok();
     Status status = finder_ ? connect_to_any()

@@ -57,7 +57,7 @@ class TensorAggregator : public gst::PlainFilter<TensorAggregator> {
                     gst::Changeable::WhilePlaying},
   };
 
-  Status take_caps(GstCaps* caps) {
+  Status set_caps(GstCaps* caps) {
     const auto spec = gst::fixed_spec_from_caps(caps);
     if (!spec) return spec.error();
     if (is_written()) setup_ = nullptr;
@@ -69,7 +69,7 @@ class TensorAggregator : public gst::PlainFilter<TensorAggregator> {
     return placeholder_.judged(*spec, std::move(status));
   }
 
-  GstFlowReturn take_buffer(Ref<GstBuffer> in) {
+  GstFlowReturn chain(Ref<GstBuffer> in) {
     if (const Error* refusal = placeholder_.refusal()) return refused(*refusal);
     if (!setup_) return failed(gst::buffer_before_caps());
     if (is_written())
@@ -104,13 +104,13 @@ class TensorAggregator : public gst::PlainFilter<TensorAggregator> {
   }
 
   // Counts the waiting frames; the last window may never be complete.
-  void drop_held(DropReason reason) {
+  void drain(DropReason reason) {
     clients_.for_each([&](WindowStream& stream) {
       stream.clear(reason, &ledger_);
       frames_lost_ += stream.take_frames_lost();
     });
   }
-  void forget() {
+  void reset() {
     placeholder_.reset();
     clients_.clear();
     setup_ = nullptr;
@@ -118,7 +118,7 @@ class TensorAggregator : public gst::PlainFilter<TensorAggregator> {
     set_latency(0);
   }
 
-  bool take_event(GstEvent* event) {
+  bool sink_event(GstEvent* event) {
     if (GST_EVENT_TYPE(event) == GST_EVENT_FLUSH_STOP) placeholder_.flush();
     if (GST_EVENT_TYPE(event) == GST_EVENT_STREAM_START) frames_lost_ = 0, times_.reset();
     if (GST_EVENT_TYPE(event) == GST_EVENT_SEGMENT) {
@@ -151,7 +151,7 @@ class TensorAggregator : public gst::PlainFilter<TensorAggregator> {
   Status begin_stream(const FrameSpec& spec, const Settings& s) {
     if (setup_ && setup_->input == spec) return announce(setup_.get());
     // A window cannot mix frames of different tensors.
-    drop_held(DropReason::Flush);
+    drain(DropReason::Flush);
     clients_.clear();
     setup_ = nullptr;
     auto setup = make_setup(spec, s);

@@ -184,7 +184,7 @@ class TensorDecoder : public gst::CountedTransform<TensorDecoder> {
         if (push_frame_of_gap(event)) return gst_event_unref(event), TRUE;
         break;
       case GST_EVENT_CAPS:
-        return take_caps(event);
+        return handle_caps_event(event);
       default:
         break;
     }
@@ -231,7 +231,7 @@ class TensorDecoder : public gst::CountedTransform<TensorDecoder> {
     probe_ = std::move(opened.probe);
   }
 
-  gboolean take_caps(GstEvent* event) {
+  gboolean handle_caps_event(GstEvent* event) {
     GstCaps* caps = nullptr;
     gst_event_parse_caps(event, &caps);
     const auto held = Ref<GstCaps>::share(caps);
@@ -274,7 +274,7 @@ class TensorDecoder : public gst::CountedTransform<TensorDecoder> {
     const auto caps =
         Ref<GstCaps>::adopt(gst_pad_get_current_caps(GST_BASE_TRANSFORM_SINK_PAD(self())));
     waiting_ = false;
-    return caps && take_caps(gst_event_new_caps(caps.get()));
+    return caps && handle_caps_event(gst_event_new_caps(caps.get()));
   }
   void send_labels() {
     if (!results_.is_results()) return;

@@ -22,7 +22,7 @@ class TensorSparseDec : public SparseFilter<TensorSparseDec> {
   };
 
   // The peer may fix the tensors; otherwise the first frame defines them.
-  Status take_caps(GstCaps* caps) {
+  Status set_caps(GstCaps* caps) {
     if (auto status = read_caps(caps); !status) return status;
     pool_ = {};
     const auto peer = fixed_downstream_caps();
@@ -61,7 +61,7 @@ class TensorSparseDec : public SparseFilter<TensorSparseDec> {
   }
 
   // Serialized events wait until caps are sent.
-  bool take_event(GstEvent* event) {
+  bool sink_event(GstEvent* event) {
     const auto type = GST_EVENT_TYPE(event);
     if (type == GST_EVENT_FLUSH_STOP) early_.clear();
     if (type == GST_EVENT_EOS) early_.send(source_);
@@ -73,11 +73,11 @@ class TensorSparseDec : public SparseFilter<TensorSparseDec> {
     return true;
   }
 
-  void drop_held(DropReason reason) {
+  void drain(DropReason reason) {
     if (reason != DropReason::Eos) early_.clear();
   }
 
-  void forget() {
+  void reset() {
     input_ = {};
     pool_ = {};
     allocation_ = {};

@@ -26,7 +26,7 @@ class SparseFilter : public gst::PlainFilter<Impl> {
                     gst::Changeable::WhilePlaying},
   };
 
-  GstFlowReturn take_buffer(gst::Ref<GstBuffer> in) {
+  GstFlowReturn chain(gst::Ref<GstBuffer> in) {
     auto* impl = static_cast<Impl*>(this);
     if (!impl->ready()) return this->failed(gst::buffer_before_caps());
     auto out = impl->convert(in.get());

@@ -20,7 +20,7 @@ class TensorSparseEnc : public SparseFilter<TensorSparseEnc> {
                               GST_STATIC_CAPS(WEIR_CAPS_DENSE)),
   };
 
-  Status take_caps(GstCaps* caps) {
+  Status set_caps(GstCaps* caps) {
     if (auto status = read_caps(caps); !status) return status;
     FrameSpec sparse;
     sparse.format = Format::Sparse;
@@ -28,8 +28,8 @@ class TensorSparseEnc : public SparseFilter<TensorSparseEnc> {
     return gst::send_caps(source_, sparse, output_caps(sparse).get());
   }
 
-  void drop_held(DropReason) {}
-  void forget() { input_ = {}; }
+  void drain(DropReason) {}
+  void reset() { input_ = {}; }
   bool ready() const { return !input_.tensors.empty(); }
 
   Result<Ref<GstBuffer>> convert(GstBuffer* in) {

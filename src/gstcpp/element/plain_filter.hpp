@@ -1,10 +1,10 @@
 // PlainFilter: an element with one sink and one source pad that sends its own caps and may hold
 // frames. Impl has
-//   Status take_caps(GstCaps*)                 handles the sink pad's caps
-//   GstFlowReturn take_buffer(Ref<GstBuffer>)  a received frame; finish it in ledger_ or hold it
-//   void drop_held(DropReason)                 called at EOS, at a flush and when the stream stops
-//   void forget()                              when the stream stops: clears caps and stream state
-//   bool take_event(GstEvent*)                 optional: true when it took over the event
+//   Status set_caps(GstCaps*)            handles the sink pad's caps
+//   GstFlowReturn chain(Ref<GstBuffer>)  a received frame; finish it in ledger_ or hold it
+//   void drain(DropReason)               called at EOS, at a flush and when the stream stops
+//   void reset()                         when the stream stops: clears caps and stream state
+//   bool sink_event(GstEvent*)           optional: true when it took over the event
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #pragma once
 #include "core/ledger/ledger.hpp"
@@ -34,15 +34,15 @@ class PlainFilter : public Element<Impl, PlainElement> {
     if (change == GST_STATE_CHANGE_READY_TO_PAUSED) ledger_.reset();
     const auto result = this->parent_class()->change_state(this->element(), change);
     if (change == GST_STATE_CHANGE_PAUSED_TO_READY) {
-      impl()->drop_held(DropReason::Flush);
-      impl()->forget();
+      impl()->drain(DropReason::Flush);
+      impl()->reset();
     }
     return result;
   }
 
   GstFlowReturn on_buffer(GstBuffer* buffer) {
     ledger_.received();
-    return impl()->take_buffer(Ref<GstBuffer>::adopt(buffer));
+    return impl()->chain(Ref<GstBuffer>::adopt(buffer));
   }
 
   gboolean on_event(GstPad* pad, GstEvent* event) {
@@ -50,7 +50,7 @@ class PlainFilter : public Element<Impl, PlainElement> {
       const auto owned = Ref<GstEvent>::adopt(event);
       GstCaps* caps = nullptr;
       gst_event_parse_caps(event, &caps);
-      const Status status = impl()->take_caps(caps);
+      const Status status = impl()->set_caps(caps);
       if (!status) post_error(this->element(), status.error());
       return status.has_value();
     }
@@ -58,10 +58,10 @@ class PlainFilter : public Element<Impl, PlainElement> {
       gst_event_unref(event);
       return TRUE;
     }
-    if (GST_EVENT_TYPE(event) == GST_EVENT_EOS) impl()->drop_held(DropReason::Eos);
-    if (GST_EVENT_TYPE(event) == GST_EVENT_FLUSH_STOP) impl()->drop_held(DropReason::Flush);
-    if constexpr (requires { impl()->take_event(event); })
-      if (impl()->take_event(event)) return TRUE;
+    if (GST_EVENT_TYPE(event) == GST_EVENT_EOS) impl()->drain(DropReason::Eos);
+    if (GST_EVENT_TYPE(event) == GST_EVENT_FLUSH_STOP) impl()->drain(DropReason::Flush);
+    if constexpr (requires { impl()->sink_event(event); })
+      if (impl()->sink_event(event)) return TRUE;
     return gst_pad_event_default(pad, GST_OBJECT_CAST(this->self()), event);
   }
 

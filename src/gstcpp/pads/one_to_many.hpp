@@ -101,7 +101,7 @@ class OneToMany : public Element<Impl, PlainElement> {
       case GST_EVENT_CAPS: {
         GstCaps* caps = nullptr;
         gst_event_parse_caps(raw, &caps);
-        const Status status = take_caps(caps);
+        const Status status = set_caps(caps);
         if (!status) fail(status.error());
         return status.has_value();
       }
@@ -158,7 +158,7 @@ class OneToMany : public Element<Impl, PlainElement> {
                         : "check the properties that select the output, and earlier errors"};
   }
 
-  Status take_caps(GstCaps* caps) {
+  Status set_caps(GstCaps* caps) {
     spec_.reset();
     auto spec = fixed_spec_from_caps(caps);
     if (!spec) return spec.error();
