@@ -95,7 +95,7 @@ struct ServeOptions {
   unsigned batch = 1, workers = 1;                    // as of tensor_filter
   unsigned batch_wait_us = 2000;  // that a request waits for others of its batch
   std::string metrics;            // address of the page of metrics; "": none
-  // As of tensor_query_serversrc; 0 = no limit.
+  // Limits, with the meaning that they have for tensor_query_serversrc; 0 = no limit.
   std::optional<unsigned> max_connections, max_connections_of_address;
   bool dry_run = false;  // prints the pipelines only
 };

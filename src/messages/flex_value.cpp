@@ -121,7 +121,7 @@ FlexValue FlexElements::at(size_t index) const noexcept {
 }
 
 bool FlexElements::copy_to(std::span<uint32_t> out) const noexcept {
-  // As writers make vectors of 32-bit numbers.
+  // Writers make vectors of 32-bit numbers.
   if (type_ == kUInt << 2 && of_.width() == sizeof(uint32_t)) {
     std::memcpy(out.data(), of_.buffer_.data() + first_, count_ * sizeof(uint32_t));
     return true;

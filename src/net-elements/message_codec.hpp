@@ -18,7 +18,7 @@ class MessageCodec {
   const char* package() const noexcept;
   // The bytes of the schema's message Empty.
   std::string empty() const;
-  // As ProtobufMessage and FlatbufMessage do.
+  // Writes as ProtobufMessage and FlatbufMessage do.
   Status write(const messages::TensorMessage& message, const messages::ReserveBytes& reserve) {
     return std::visit([&](auto& format) { return format.write(message, reserve); }, format_);
   }

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: LGPL-2.1-or-later
-// As std.hpp, for the libraries on GStreamer.
+// The headers of std.hpp and GStreamer's, for the libraries on GStreamer.
 #include "std.hpp"
 
 #include <gst/base/gstbasesink.h>

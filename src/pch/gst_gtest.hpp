@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: LGPL-2.1-or-later
-// As gst.hpp, for tests.
+// The headers of gst.hpp and GoogleTest's.
 #include "gst.hpp"
 
 #include <gst/check/gstharness.h>

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: LGPL-2.1-or-later
-// As std.hpp, for tests.
+// The headers of std.hpp and GoogleTest's.
 #include "std.hpp"
 
 #include <gtest/gtest.h>

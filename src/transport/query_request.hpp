@@ -21,7 +21,7 @@ class QueryRequest {
   virtual void entered(const char* element) noexcept = 0;
   virtual void pushed() noexcept = 0;
 
-  // Of the tensor_query_serversrc that received it; set before its frame is pushed.
+  // Returns the id of the tensor_query_serversrc that received it; set before its frame is pushed.
   uint32_t source_id() const noexcept { return source_id_; }
   void set_source_id(uint32_t id) noexcept { source_id_ = id; }
 

@@ -181,7 +181,7 @@ struct LibraryFact {
   std::string install;        // "" when it is usable
 };
 
-// Of the library's API; the command does not link it.
+// A function of the library's API, which the command does not link.
 using VersionOf = int (*)(int* major, int* minor, int* revision);
 
 void read_version(void* library, LibraryFact* out) {

@@ -12,7 +12,7 @@ namespace weir::app {
 bool has_pictures(const infer::Model& model);
 // What core/card/find.hpp needs of an open model.
 card::Search card_search(const std::string& model_path, const infer::Model& model);
-// As in core/card/find.hpp. Computes the model's digest.
+// Finds the card as core/card/find.hpp does. Computes the model's digest.
 Result<card::Card> card_of(const std::string& model_path, const infer::Model& model);
 
 // {"name", "path", "task", "decoder", "labels", "preparation"}; the last is the elements between a

@@ -292,7 +292,7 @@ class Arrow {
   Gutters* gutters_;
   const trace::Place* at_;
   double x_, y_;
-  // Of the last part; half: the distance to keep above and below.
+  // The label of the last part; half: the distance to keep above and below.
   double label_x_ = 0, label_y_ = 0, label_half_ = 0;
   std::string path_;
 };

@@ -13,8 +13,8 @@ namespace weir::app {
 
 class ServiceNotifier {
  public:
-  // By the variables NOTIFY_SOCKET, WATCHDOG_USEC and WATCHDOG_PID. Without the first, as outside
-  // of a service, nothing is sent. SERVER_UNREACHABLE when the socket cannot be reached.
+  // Reads the variables NOTIFY_SOCKET, WATCHDOG_USEC and WATCHDOG_PID. Without the first, as
+  // outside of a service, nothing is sent. SERVER_UNREACHABLE when the socket cannot be reached.
   static Result<std::unique_ptr<ServiceNotifier>> open();
   ServiceNotifier(const ServiceNotifier&) = delete;
   ServiceNotifier& operator=(const ServiceNotifier&) = delete;

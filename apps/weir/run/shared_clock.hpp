@@ -41,7 +41,7 @@ class SharedClock {
   std::string state_text() const;  // the same as a line of text
 
  private:
-  // Of the server, in nanoseconds: it is known to half the round trip.
+  // The server's time in nanoseconds, which is known to half the round trip.
   struct Answer {
     int64_t offset = 0, round_trip = 0;
   };

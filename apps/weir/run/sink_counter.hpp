@@ -35,7 +35,7 @@ class SinkCounter {
   std::vector<SinkFigures> figures() const;
   // Over all sinks: the frames if any has frames, else the buffers.
   SinkFigures total() const;
-  // Of the sink with the most, by the same rule.
+  // Counts the frames of the sink with the most, by the same rule.
   uint64_t busiest() const;
   // Monotonic time in microseconds of the first buffer at any sink; 0 = none yet.
   gint64 first() const noexcept { return first_; }

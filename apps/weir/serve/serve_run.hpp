@@ -37,7 +37,7 @@ class ServeRun {
 
   // "input float32 3:224:224:1", as the filter reports them after start().
   Json tensors_of(size_t pipeline) const;
-  // Of all pipelines, as of ledgers().
+  // Returns the figures of all pipelines, as ledgers() does.
   Json figures() const;
   // The port that a source listens on.
   unsigned port() const;

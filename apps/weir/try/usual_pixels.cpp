@@ -40,7 +40,7 @@ struct Usual {
   uint8_t padding = 0;
 };
 
-// As the authors' own code prepares pictures; the first row that fits counts.
+// How the authors' own code prepares pictures. The first row that fits counts.
 constexpr Usual kUsual[] = {
     {"yolox", Numbers::Bytes, card::Resize::Letterbox, card::Color::Bgr, 114},
     {"yolo", Numbers::Unit, card::Resize::Letterbox, card::Color::Rgb, 114},

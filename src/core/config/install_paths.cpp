@@ -18,7 +18,7 @@ std::string own_file() {
   static constexpr char kHere = 0;
   Dl_info info{};
   if (dladdr(&kHere, &info) == 0 || !info.dli_fname) return "";
-  // Of the program itself, this is the name by which it was started.
+  // For the program itself, this is the name by which it was started.
   std::error_code failed;
   const std::string name = info.dli_fname;
   const auto file = std::filesystem::canonical(

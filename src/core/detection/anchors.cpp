@@ -69,7 +69,7 @@ struct AnchorSize {
   double height, width;
 };
 
-// Of the ratio width / height, with the area of a square of this scale.
+// Returns the size with the ratio width / height and the area of a square of this scale.
 AnchorSize size_of(double scale, double ratio) {
   return {scale / std::sqrt(ratio), scale * std::sqrt(ratio)};
 }

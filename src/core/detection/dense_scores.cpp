@@ -60,8 +60,8 @@ int32_t class_in_planes(const float* planes, size_t stride, size_t classes, floa
   return 0;
 }
 
-// Of the block of `count` cells from `first`; `planes` are its class scores, `objectness` is null
-// or its objectness.
+// Reads the block of `count` cells from `first`; `planes` are its class scores, `objectness` is
+// null or its objectness.
 void find_in_block(const float* planes, const float* objectness, const DenseScores& scores,
                    size_t first, size_t count, float threshold, std::vector<ScoredCell>* found) {
   if (objectness && !any_reaches(objectness, count, threshold)) return;

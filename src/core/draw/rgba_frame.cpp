@@ -18,7 +18,8 @@ namespace {
 // of them fit into 64 bits.
 constexpr int64_t kFar = int64_t{1} << 29;
 
-// Of a glyph's row, from left to right; as wide as a pixel, so that a row is one vector operation.
+// The bits of a glyph's row, from left to right; as wide as a pixel, so that a row is one vector
+// operation.
 constexpr std::array<uint32_t, kGlyphWidth> kColumnBits{0x80, 0x40, 0x20, 0x10, 8, 4, 2, 1};
 
 int64_t bounded(int64_t at) {

@@ -27,7 +27,7 @@ class MaskTinter {
  private:
   void find_edges(const uint8_t* above, const uint8_t* below, uint32_t width);
 
-  // Of two rows of the mask:
+  // Two rows of the mask:
   std::vector<uint8_t> inside_;  // how many of the two values are inside
   std::vector<uint32_t> edges_;  // elements between which and the next ones a run may begin or end
 };

@@ -31,7 +31,7 @@ struct ClearCounts {
   double tracks = 0, mostly_tracked = 0, mostly_lost = 0;  // tracked in > 80 %, in < 20 %
 };
 
-// Of the pairing of tracks that has the most frames in common.
+// Counts of the pairing of tracks that has the most frames in common.
 struct IdentityCounts {
   double right = 0, truth = 0, found = 0;
 };

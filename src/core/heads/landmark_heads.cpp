@@ -1,7 +1,7 @@
 // Reads the points and the presence of MediaPipe's landmark networks.
 //
-// As the published graphs (hand_landmark, face_landmark, pose_landmark): points are pixels of the
-// input; the presence of faces and the visibility of points are logits, the rest probabilities.
+// Follows the published graphs (hand_landmark, face_landmark, pose_landmark): points are pixels of
+// the input; the presence of faces and the visibility of points are logits, the rest probabilities.
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #include "core/heads/families.hpp"
 

@@ -84,7 +84,8 @@ struct DetectorLayout {
   const Variant* variant;
 };
 
-// Of variants with as many anchors, the one whose input is the model's, or else the first.
+// Returns the variant with as many anchors whose input is the model's, or else the first with as
+// many.
 const Variant* variant_of(const Detector& detector, size_t anchors, PictureSize input) {
   const Variant* found = nullptr;
   for (const Variant& variant : detector.variants) {

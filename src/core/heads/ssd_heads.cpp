@@ -64,7 +64,7 @@ class Ssd final : public Head {
         threshold_(threshold) {}
 
   results::Features features() const override { return {}; }
-  // Of the background no object is found.
+  // The background is not an object.
   size_t classes() const noexcept override { return raw_.classes - 1; }
   Suppression suppression() const noexcept override { return Suppression::ByClass; }
 
@@ -178,7 +178,7 @@ std::optional<size_t> find_boxes(const ModelFacts& model) {
   return boxes;
 }
 
-// By the shapes alone. The layer's own order is boxes, classes, scores, count.
+// Finds the outputs by their shapes alone. The layer's own order is boxes, classes, scores, count.
 std::optional<Postprocessed> find_by_shapes(const ModelFacts& model) {
   constexpr size_t kOutputs = 4;
   if (model.outputs.size() != kOutputs) return std::nullopt;

@@ -152,7 +152,7 @@ class Ctc final : public Head {
   }
 
  private:
-  // Of the class with the greatest value; values outside 0 to 1 are logits.
+  // Returns the probability of the class with the greatest value; values outside 0 to 1 are logits.
   static float probability(std::span<const float> values, float max) {
     const bool are_logits =
         max > 1 || std::any_of(values.begin(), values.end(), [](float value) { return value < 0; });

@@ -24,7 +24,7 @@ bool may_look_again(std::chrono::steady_clock::time_point until) {
   return true;
 }
 
-// As poll(), with a deadline. Interruptions by signals do not end it.
+// Calls poll() with a deadline. Signals do not interrupt it.
 int poll_until(std::span<pollfd> watched, const io::Deadline& deadline) {
   for (;;) {
     const int ready = poll(watched.data(), watched.size(), io::poll_timeout(deadline));
@@ -33,7 +33,7 @@ int poll_until(std::span<pollfd> watched, const io::Deadline& deadline) {
   }
 }
 
-// As recvmsg(). A descriptor that comes with the bytes goes to `came`.
+// Calls recvmsg(). A descriptor that comes with the bytes goes to `came`.
 ssize_t receive_some(int socket, std::span<std::byte> into, io::Descriptor* came) {
   alignas(cmsghdr) char control[CMSG_SPACE(sizeof(int))] = {};
   iovec part{into.data(), into.size()};

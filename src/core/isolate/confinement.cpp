@@ -42,7 +42,7 @@ struct Namespaces {
   std::string user, network;
 };
 
-// As of ABI 6; the header of Debian 12 has ABI 2.
+// The structure of ABI 6; the header of Debian 12 has ABI 2.
 struct RulesetAttributes {
   uint64_t handled_access_fs;
   uint64_t handled_access_net;  // ABI 4

@@ -67,7 +67,7 @@ class Monitor {
     std::lock_guard lock(mutex_);
     return counts_;
   }
-  // As reported by the newest worker.
+  // Returns what the newest worker reported.
   Confinement confinement() const {
     std::lock_guard lock(mutex_);
     return confinement_;

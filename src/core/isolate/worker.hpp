@@ -39,7 +39,7 @@ class Worker {
   const std::shared_ptr<const ModelFacts>& facts() const noexcept { return facts_; }
   const Confinement& confinement() const noexcept { return confinement_; }
   bool alive() const noexcept { return alive_; }
-  // As of the last resolve(); threads is 0 if the engine does not report it.
+  // Returns what the last resolve() gave; threads is 0 if the engine does not report it.
   const weir_execution& execution() const noexcept { return execution_; }
   // True if it ended between calls; alive() is then false.
   bool ended_idle();

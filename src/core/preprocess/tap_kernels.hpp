@@ -14,7 +14,7 @@ namespace weir::preprocess {
 // would stall it.
 struct SourceRows {
   const uint8_t* const* rows = nullptr;  // `count` rows
-  // As many rows, readable to the same length; may equal `rows`.
+  // The rows after them, as many and readable to the same length; may equal `rows`.
   const uint8_t* const* next = nullptr;
   size_t count = 0;
 };

@@ -21,8 +21,8 @@ struct DepthRange {
   float min = 0, greatest = 0;
   double mean = 0;
 };
-// Of the cells in the picture, as above; numbers that are not finite do not count. All 0 without
-// any.
+// Statistics of the cells in the picture, as above; numbers that are not finite do not count. All 0
+// without any.
 DepthRange range_of_depths(const DepthView& depths, const std::optional<SourceMap>& map);
 
 }  // namespace weir::records

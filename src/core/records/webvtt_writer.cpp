@@ -10,7 +10,7 @@ namespace weir::records {
 namespace {
 
 constexpr int64_t kMillisecond = 1000000;
-// Of a cue where neither the frame nor the stream has a duration.
+// The duration of a cue where neither the frame nor the stream has one.
 constexpr int64_t kOtherwise = 40 * kMillisecond;
 
 void append_digits(int64_t number, int digits, std::string* out) {

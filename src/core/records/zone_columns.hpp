@@ -27,7 +27,7 @@ struct ColumnPlace {
 };
 ColumnPlace find_column(std::string_view columns, std::string_view name);
 
-// Of rows of objects.
+// Columns of rows of objects.
 struct ZoneColumns {
   ColumnPlace speed, ground_speed, zone, dwell;
   bool any() const noexcept { return speed.first >= 0 && zone.first >= 0; }

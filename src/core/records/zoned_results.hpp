@@ -57,7 +57,7 @@ class ZonedResults {
   ResultReader reader_;
   std::vector<weir_result_columns> columns_;  // of each input tensor
   std::vector<bool> is_widened_;              // likewise
-  // Of each sighting, in order of tensors and rows.
+  // The place of each sighting, in order of tensors and rows.
   struct RowPlace {
     uint32_t tensor = 0, row = 0;
   };

@@ -10,7 +10,7 @@
 namespace weir::results {
 namespace {
 
-// As many elements along each side as the turned grid has in that direction.
+// Returns as many elements along each side as the turned grid has in that direction.
 GridSize turned_size(const SourceMap& map, GridSize grid) noexcept {
   const double length = std::hypot(map.xx, map.yx);
   if (!(length > 0) || !std::isfinite(length)) return grid;

@@ -29,7 +29,7 @@ enum class MediaType : int32_t {
   Tensor,
   Any = 0x1000
 };
-// By docs/compatibility/types-and-caps.md 1.3.
+// Returns the type of a caps name: docs/compatibility/types-and-caps.md 1.3.
 MediaType media_type_of_caps_name(std::string_view name) noexcept;
 
 struct TensorSpec {

@@ -52,7 +52,7 @@ constexpr bool is_caps_digit(char c) {
 constexpr bool is_caps_hex_digit(char c) {
   return is_caps_digit(c) || (c >= 'a' && c <= 'f') || (c >= 'A' && c <= 'F');
 }
-// As g_ascii_isspace().
+// Returns what g_ascii_isspace() returns.
 constexpr bool is_caps_blank(char c) {
   return c == ' ' || c == '\t' || c == '\n' || c == '\f' || c == '\r';
 }

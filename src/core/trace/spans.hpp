@@ -14,7 +14,7 @@ struct Span {
   int64_t begin = 0, end = 0;
   int64_t own = 0;      // excludes nested spans
   int64_t between = 0;  // outermost pushes: time since the thread's last span; else 0
-  // Of `own` and `between`, the time in which the thread did not run; 0 where it was not measured.
+  // The part of `own` and `between` in which the thread did not run; 0 where it was not measured.
   int64_t own_idle = 0, between_idle = 0;
   // Where the time is spent: the linked peer, or the element that changes state.
   size_t element = kNone;

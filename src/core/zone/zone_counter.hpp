@@ -61,12 +61,12 @@ struct Event {
   Speed speed{};
 };
 
-// Of one zone, for one class or in total: entered = left + followed_inside.
+// Counts of one zone, for one class or in total: entered = left + followed_inside.
 struct Counts {
   uint64_t followed_inside = 0, entered = 0, left = 0;  // of areas
   uint64_t without_track = 0;          // objects of the frame that are inside and have no track
   uint64_t forward = 0, backward = 0;  // of lines
-  // Of the objects of the frame that are inside and whose speed is known.
+  // Sums over the objects of the frame that are inside and whose speed is known.
   double pixels_sum = 0, metres_sum = 0;
   uint32_t pixels_known = 0, metres_known = 0;
 
@@ -106,7 +106,7 @@ class ZoneCounter {
   // Forgets counts too.
   void reset();
 
-  // Of the last update: one for each sighting.
+  // Returns the speeds of the last update, one for each sighting.
   const std::vector<Speed>& speeds() const noexcept { return speeds_; }
   std::span<const Presence> presences_of(size_t sighting) const noexcept;
   const std::vector<Event>& events() const noexcept { return events_; }

@@ -274,7 +274,7 @@ class Edgesrc : public gst::Element<Edgesrc, gst::PushSource> {
     }
   }
 
-  // Of a server or a message that the stream goes on without. The first one is posted.
+  // Counts a server or a message that the stream goes on without. The first one is posted.
   void refuse(const Error& error) {
     ++refused_;
     if (!std::exchange(has_warned_, true)) return gst::post_warning(element(), error);

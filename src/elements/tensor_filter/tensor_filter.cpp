@@ -478,7 +478,7 @@ class TensorFilter final : public gst::Element<TensorFilter, gst::PlainElement>,
   RunningFlow flow_;
   Admission admission_{&statistics_};
   gst::PlaceholderWait placeholder_;
-  // Of the last model event; streaming thread.
+  // The model of the last model event; streaming thread.
   std::shared_ptr<const OpenModel> described_;
   std::shared_ptr<const FilterPlan> plan_;
   uint64_t described_reloads_ = 0;

@@ -12,7 +12,7 @@
 
 namespace weir {
 
-// As in core/preprocess, plus Auto for unset properties.
+// The choices of core/preprocess, plus Auto for unset properties.
 enum class FitChoice : int32_t { Auto = -1, Stretch, Letterbox, CentreCrop };
 enum class OrderChoice : int32_t { Auto = -1, Rgb, Bgr, Gray };
 enum class LayoutChoice : int32_t { Auto = -1, Nhwc, Nchw };

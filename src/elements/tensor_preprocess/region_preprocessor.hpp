@@ -14,7 +14,8 @@
 namespace weir {
 
 inline constexpr uint32_t kRegionLimit = 4096;  // per frame
-// Of a flexible frame, whose content decides its size: at most the regions that fit, at least one.
+// The limit of a flexible frame, whose content decides its size: at most the regions that fit, at
+// least one.
 inline constexpr uint64_t kRegionBytesLimit = uint64_t{1} << 30;
 
 struct RegionOptions {
@@ -60,7 +61,8 @@ class RegionPreprocessor : public PictureWork {
   BatchPool pool_;
   preprocess::Runner runner_;
   RegionCounts counts_;
-  // Of the current frame; reused. Each index keeps its plan, which adapts to each frame's region.
+  // The current frame's regions; reused. Each index keeps its plan, which adapts to each frame's
+  // region.
   preprocess::Rect picture_;
   std::vector<preprocess::Box> regions_;
   std::vector<preprocess::Plan> plans_;

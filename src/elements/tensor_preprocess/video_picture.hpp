@@ -35,7 +35,7 @@ class MappedPicture {
   std::span<std::byte> writable(size_t plane) const noexcept {
     return mapped_.planes()[plane].bytes;
   }
-  // By merging the buffer's memories when a plane spans them.
+  // Returns the bytes copied to merge the buffer's memories when a plane spans them.
   size_t bytes_copied() const noexcept { return mapped_.bytes_copied(); }
 
  private:

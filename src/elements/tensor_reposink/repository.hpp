@@ -14,7 +14,7 @@
 
 namespace weir {
 
-// By source.
+// Labels by source.
 using LabelsBySource = std::map<std::string, gst::LabelsOfSource>;
 
 struct StoredFrame {

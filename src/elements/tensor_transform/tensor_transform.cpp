@@ -173,7 +173,8 @@ class TensorTransform : public gst::CountedTransform<TensorTransform> {
     return transformer_->configure(*input, *output);
   }
 
-  // Of two chained transforms, the first defers its work to the second if that offers it.
+  // Offers to do the work of the transform before this one: of two chained ones, the first defers
+  // its work to the second if that offers it.
   gboolean propose_allocation(GstQuery* decide_query, GstQuery* query) {
     const gboolean done = parent_class()->propose_allocation(self(), decide_query, query);
     if (done && transformer_) gst::offer(query, transformer_->allocation());

@@ -162,7 +162,7 @@ Status QueryLink::read_greeting(const io::Deadline& deadline) {
   return ok();
 }
 
-// As the server sees it, which cannot connect to "any address".
+// Returns the address as the server sees it, which cannot connect to "any address".
 wire::HostAddress QueryLink::listener_address() const {
   const bool is_any = options_.host.empty() || options_.host == "0.0.0.0";
   return {is_any ? own_address(requests_->socket()) : options_.host, port_of(listener_.get())};

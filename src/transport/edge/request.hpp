@@ -14,7 +14,8 @@
 
 namespace weir::edge {
 
-// Of all requests of a server: received = answered + refused + expired + aborted + in progress.
+// Counters of all requests of a server: received = answered + refused + expired + aborted + in
+// progress.
 struct RequestCounters {
   std::atomic<uint64_t> received{0};
   std::atomic<uint64_t> answered{0};

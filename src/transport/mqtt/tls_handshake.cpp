@@ -19,7 +19,7 @@ struct Reason {
   std::string what, fix;
 };
 
-// Of a certificate that this client rejects.
+// Returns why this client rejects the certificate.
 Reason rejected_certificate(long result, const BrokerOptions& options) {
   switch (result) {
     case X509_V_ERR_CERT_HAS_EXPIRED:
@@ -47,7 +47,7 @@ Reason rejected_certificate(long result, const BrokerOptions& options) {
   }
 }
 
-// Of the certificate of this client, or of none.
+// Returns why the broker rejects the certificate of this client, or that it has none.
 Reason rejected_client(const BrokerOptions& options) {
   return {options.tls.cert.empty()
               ? "it ended the connection; it probably needs a certificate of the client"
@@ -55,7 +55,7 @@ Reason rejected_client(const BrokerOptions& options) {
           "set tls-cert and tls-key to a certificate of an authority that the broker trusts"};
 }
 
-// Of what OpenSSL reports: alerts of the broker, and records that are not TLS.
+// Returns the reason in what OpenSSL reports: alerts of the broker, and records that are not TLS.
 Reason broken_handshake(const std::string& error, const BrokerOptions& options) {
   const auto has = [&error](const char* text) { return error.find(text) != error.npos; };
   if (!options.tls.psk.empty())

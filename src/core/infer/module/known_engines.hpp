@@ -17,12 +17,12 @@ struct KnownEngine {
 };
 
 std::span<const KnownEngine> known_engines() noexcept;
-// By name or alias; null if unknown.
+// Finds an engine by name or alias; null if unknown.
 const KnownEngine* known_engine(std::string_view word) noexcept;
 // The engines for a file extension, of which the first installed one is chosen
 // (docs/compatibility/filter.md 4.2); empty if only the table of engines decides.
 std::vector<std::string_view> preferred_engines(std::string_view extension);
-// By file extension in lower case without the dot; null if there is none.
+// Finds an engine by the file's extension in lower case without the dot; null if there is none.
 const KnownEngine* known_engine_for(std::string_view extension) noexcept;
 
 }  // namespace weir::infer

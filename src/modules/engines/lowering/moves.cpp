@@ -43,7 +43,7 @@ Status lower_reshape(LoweredGraph& graph, const TfliteGraphOperator& op) {
 
 namespace {
 
-// Of tensors that are not quantised.
+// Concatenates tensors that are not quantised.
 Status concatenate_numbers(LoweredGraph& graph, const TfliteGraphOperator& op,
                            const OnnxAttributes& along) {
   std::vector<std::string> names;
@@ -139,7 +139,8 @@ namespace {
 struct Range {
   int64_t from = 0, to = 0;
 };
-// Of an axis, as StridedSliceOptions' masks (begin 0, end 1, shrink_axis 4) and the numbers say.
+// Returns the range of an axis that the masks of StridedSliceOptions (begin 0, end 1, shrink_axis
+// 4) and the numbers give.
 Range range_of(const TfliteGraphOperator& op, size_t axis, int64_t extent, int64_t begin,
                int64_t end) {
   const auto is_masked = [&](uint32_t field) {

@@ -11,8 +11,8 @@
 
 namespace weir::engine {
 
-// As in tensorflow/lite/delegates/xnnpack/xnnpack_delegate.h, which no package contains. Members
-// after the first ones differ between versions and stay zero.
+// The structure of tensorflow/lite/delegates/xnnpack/xnnpack_delegate.h, which no package contains.
+// Members after the first ones differ between versions and stay zero.
 struct XnnpackOptions {
   int32_t num_threads = 0;
   uint32_t flags = 0;
