@@ -1,4 +1,3 @@
-// Formats errors, tables and JSON for people and programs.
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #include "report.hpp"
 

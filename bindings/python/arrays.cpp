@@ -1,4 +1,3 @@
-// Converts Python arguments to tensors, and tensors to NumPy arrays.
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #include "arrays.hpp"
 

@@ -1,4 +1,3 @@
-// Raises Weir's errors as Python exceptions.
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #include "raised.hpp"
 

@@ -1,4 +1,3 @@
-// Stores the last error of each thread and maps codes to ml_error_e.
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #include "answer.hpp"
 

@@ -1,4 +1,3 @@
-// Handles are odd numbers far from the address of any object.
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #include "handles.hpp"
 

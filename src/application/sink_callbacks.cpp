@@ -1,4 +1,3 @@
-// Makes handles for each frame that are destroyed when the callbacks have returned.
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #include "sink_callbacks.hpp"
 

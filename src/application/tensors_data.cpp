@@ -1,4 +1,3 @@
-// ml_tensors_data_*.
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #include "tensors_data.hpp"
 

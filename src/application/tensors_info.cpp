@@ -1,4 +1,3 @@
-// Converts tensor descriptions of the C API to those of weir/abi.h and back.
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #include "tensors_info.hpp"
 

@@ -1,4 +1,3 @@
-// Wraps filter memory for weir_tensor::release.
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #include "compat/outputs.hpp"
 

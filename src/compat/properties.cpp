@@ -1,4 +1,3 @@
-// Fills the C struct of properties from options.
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #include "compat/properties.hpp"
 

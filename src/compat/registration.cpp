@@ -1,4 +1,3 @@
-// Registers descriptors and explains rejected ones.
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #include "compat/registration.hpp"
 

@@ -1,4 +1,3 @@
-// Converts between the C structs and core's values.
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #include "compat/spec.hpp"
 

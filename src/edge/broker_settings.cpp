@@ -1,4 +1,3 @@
-// Checks and converts the properties.
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #include "edge/broker_settings.hpp"
 

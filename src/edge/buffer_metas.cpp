@@ -1,4 +1,3 @@
-// Records of a kind and its fields, read with bounds.
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #include "edge/buffer_metas.hpp"
 

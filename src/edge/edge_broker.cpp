@@ -1,4 +1,3 @@
-// Checks the properties of a broker.
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #include "edge/edge_broker.hpp"
 

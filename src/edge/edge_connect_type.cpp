@@ -1,4 +1,3 @@
-// Which protocols and connect-types are available.
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #include "edge/edge_connect_type.hpp"
 

@@ -1,4 +1,3 @@
-// Wraps the memories of messages, checks them against the caps and packs those beyond the 15th.
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #include "edge/message_buffer.hpp"
 

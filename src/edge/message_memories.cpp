@@ -1,4 +1,3 @@
-// Maps buffers, and finds the tensors in them.
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #include "edge/message_memories.hpp"
 

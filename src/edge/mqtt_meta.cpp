@@ -1,4 +1,3 @@
-// Registers and converts the meta.
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #include "edge/mqtt_meta.hpp"
 

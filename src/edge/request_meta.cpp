@@ -1,4 +1,3 @@
-// Registers the meta and keeps the request.
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #include "edge/request_meta.hpp"
 

@@ -1,4 +1,3 @@
-// Walks over the elements and puts probes on their sink pads.
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #include "edge/request_watch.hpp"
 

@@ -1,4 +1,3 @@
-// Keeps the servers by id.
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #include "edge/served_pairs.hpp"
 

@@ -1,4 +1,3 @@
-// Counts cores from the affinity mask, /sys and the control group, as the engines do.
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #include "usable_cores.hpp"
 

@@ -1,4 +1,3 @@
-// Reads FlexBuffers with bounds.
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #include "messages/flex_value.hpp"
 

@@ -1,4 +1,3 @@
-// Checks the content of messages, whatever their format.
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #include "messages/tensor_message.hpp"
 

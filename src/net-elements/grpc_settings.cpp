@@ -1,4 +1,3 @@
-// Converts the properties.
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #include "net-elements/grpc_settings.hpp"
 

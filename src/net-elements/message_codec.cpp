@@ -1,4 +1,3 @@
-// Chooses the schema of the messages.
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #include "net-elements/message_codec.hpp"
 

@@ -1,5 +1,3 @@
-// The server of a pair of tensor_query_serversrc and tensor_query_serversink that speaks the Open
-// Inference Protocol, for the plug-in weirnet.
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #include "net-elements/oip_query_server.hpp"
 

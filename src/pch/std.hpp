@@ -1,7 +1,7 @@
-// SPDX-License-Identifier: LGPL-2.1-or-later
 // The headers of the standard library that most units include, compiled once for each library. A
 // unit includes what it uses all the same: the build with ThreadSanitizer has no precompiled
 // headers.
+// SPDX-License-Identifier: LGPL-2.1-or-later
 #include <algorithm>
 #include <array>
 #include <atomic>

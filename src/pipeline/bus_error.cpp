@@ -1,4 +1,3 @@
-// Maps GStreamer's error domains to Weir's codes.
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #include "pipeline/bus_error.hpp"
 

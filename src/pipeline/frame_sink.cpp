@@ -1,4 +1,3 @@
-// Connects the signals of tensor_sink and appsink to the frame queue.
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #include "pipeline/frame_sink.hpp"
 

@@ -1,4 +1,3 @@
-// Converts buffers to tensors and checks their bounds.
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #include "pipeline/pulled_frame.hpp"
 

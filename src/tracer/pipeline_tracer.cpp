@@ -1,4 +1,3 @@
-// Records the data flow of pipelines and their graph.
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #include "tracer/pipeline_tracer.hpp"
 

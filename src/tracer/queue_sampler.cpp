@@ -1,4 +1,3 @@
-// Levels and limits of a queue, read from its properties.
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #include "tracer/queue_sampler.hpp"
 

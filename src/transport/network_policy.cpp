@@ -1,4 +1,3 @@
-// Judges connections by their address and the settings.
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #include "transport/network_policy.hpp"
 

@@ -1,4 +1,3 @@
-// Selects engines by file name and by their probe of the first bytes.
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #include "bench/bench_plan.hpp"
 

@@ -1,4 +1,3 @@
-// Parses options_json of the ABI.
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #include "doctor/engine_options.hpp"
 

@@ -1,4 +1,3 @@
-// Reads /proc and /sys.
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #include "doctor/machine_facts.hpp"
 

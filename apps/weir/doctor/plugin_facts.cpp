@@ -1,4 +1,3 @@
-// Queries GStreamer's registry and searches its plug-in folders.
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #include "doctor/plugin_facts.hpp"
 

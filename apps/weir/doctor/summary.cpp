@@ -1,4 +1,3 @@
-// Reads the document of `weir doctor --json`.
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #include "doctor/summary.hpp"
 

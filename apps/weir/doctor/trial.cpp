@@ -1,4 +1,3 @@
-// Runs a function in a forked process and reports how the process ended.
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #include "doctor/trial.hpp"
 

@@ -1,4 +1,3 @@
-// Writes scores as text and as JSON.
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #include "evaluate/comparison.hpp"
 

@@ -1,4 +1,3 @@
-// Chooses the evaluator of a folder.
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #include "evaluate/evaluator.hpp"
 

@@ -1,4 +1,3 @@
-// Lists folders and reads files.
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #include "evaluate/folder_files.hpp"
 

@@ -1,4 +1,3 @@
-// Reads the lists of a frame's results.
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #include "evaluate/found_results.hpp"
 

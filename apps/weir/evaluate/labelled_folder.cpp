@@ -1,4 +1,3 @@
-// Recognises the layout of a folder, and reads classes and class maps.
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #include "evaluate/labelled_folder.hpp"
 

@@ -1,4 +1,3 @@
-// Plays a short pipeline for each file.
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #include "evaluate/picture_file.hpp"
 

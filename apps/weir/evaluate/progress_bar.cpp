@@ -1,4 +1,3 @@
-// Draws the bar ten times a second at most.
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #include "evaluate/progress_bar.hpp"
 

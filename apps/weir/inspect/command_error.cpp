@@ -1,4 +1,3 @@
-// Replaces the properties in the parts of an error.
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #include "inspect/command_error.hpp"
 

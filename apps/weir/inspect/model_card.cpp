@@ -1,4 +1,3 @@
-// Finds the card of a model.
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #include "inspect/model_card.hpp"
 

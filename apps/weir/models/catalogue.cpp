@@ -1,4 +1,3 @@
-// Reads catalogue.json.
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #include "models/catalogue.hpp"
 

@@ -1,4 +1,3 @@
-// Makes keys and certificates with OpenSSL's libcrypto.
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #include "pki/certificates.hpp"
 

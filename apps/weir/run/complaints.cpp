@@ -1,4 +1,3 @@
-// Reads bus messages, names the files that GStreamer's errors are about, and formats the parts.
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #include "run/complaints.hpp"
 

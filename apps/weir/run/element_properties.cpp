@@ -1,4 +1,3 @@
-// Compares the value of each property with its default.
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #include "run/element_properties.hpp"
 

@@ -1,4 +1,3 @@
-// Escapes text and formats units.
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #include "run/html.hpp"
 

@@ -1,4 +1,3 @@
-// Reads the property "stats" of each element of Weir's plug-in.
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #include "run/ledger_table.hpp"
 

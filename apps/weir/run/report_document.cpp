@@ -1,4 +1,3 @@
-// Puts together the outcome, the trace, the machine and the verdict.
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #include "run/report_document.hpp"
 

@@ -1,4 +1,3 @@
-// Finds secrets by the names of properties and the form of addresses.
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #include "run/secrets.hpp"
 

@@ -1,4 +1,3 @@
-// Sends each report as one datagram.
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #include "run/service_notifier.hpp"
 

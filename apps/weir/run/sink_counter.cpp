@@ -1,4 +1,3 @@
-// Pad probes at sinks, and at the pads of muxers that take video.
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #include "run/sink_counter.hpp"
 

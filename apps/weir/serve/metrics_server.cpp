@@ -1,4 +1,3 @@
-// Reads the first line of a request with GLib's socket service and sends the page.
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #include "serve/metrics_server.hpp"
 

@@ -1,4 +1,3 @@
-// Watches the buses of the pipelines, restarts those that fail and ends all at a signal.
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #include "serve/serve_run.hpp"
 

@@ -1,4 +1,3 @@
-// Reads the arguments of `weir serve` and writes its pipelines.
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #include "serve/served_models.hpp"
 

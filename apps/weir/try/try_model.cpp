@@ -1,4 +1,3 @@
-// Chooses the preparation and the mode of a model.
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #include "try/try_model.hpp"
 

@@ -1,4 +1,3 @@
-// Chooses the source, the encoder and the branches.
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #include "try/try_pipeline.hpp"
 

@@ -1,4 +1,3 @@
-// Parses model cards from JSON and checks each field by name.
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #include "core/card/card.hpp"
 

@@ -1,4 +1,3 @@
-// Keeps the first fault of each field, with the value that the card has.
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #include "core/card/fields.hpp"
 

@@ -1,4 +1,3 @@
-// Finds a card next to the model, by digest, or in the model's metadata.
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #include "core/card/find.hpp"
 

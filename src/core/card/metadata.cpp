@@ -1,4 +1,3 @@
-// Reads ONNX metadata_props of the category Image, and TensorFlow Lite metadata.
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #include "core/card/metadata.hpp"
 

@@ -1,4 +1,3 @@
-// Locates the compared value, reads it and applies the operator.
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #include "core/condition/comparison.hpp"
 

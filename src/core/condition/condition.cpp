@@ -1,4 +1,3 @@
-// Parses the properties of tensor_if.
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #include "core/condition/condition.hpp"
 

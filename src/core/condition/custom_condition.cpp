@@ -1,4 +1,3 @@
-// The registry of custom conditions, and their invocation.
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #include "core/condition/custom_condition.hpp"
 

@@ -1,4 +1,3 @@
-// Reads the configuration files and the environment.
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #include "core/config/configuration.hpp"
 

@@ -1,4 +1,3 @@
-// Parses ini files line by line within limits.
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #include "core/config/ini.hpp"
 

@@ -1,4 +1,3 @@
-// Identifies files by stat and caches their contents.
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #include "core/config/ini_files.hpp"
 

@@ -1,4 +1,3 @@
-// Looks below the folder share/weir of this installation.
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #include "core/config/installed_file.hpp"
 

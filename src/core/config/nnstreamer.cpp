@@ -1,4 +1,3 @@
-// Finds and reads nnstreamer.ini and builds the search folders.
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #include "core/config/nnstreamer.hpp"
 

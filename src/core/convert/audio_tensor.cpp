@@ -1,4 +1,3 @@
-// Maps the eight audio formats to tensors.
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #include "core/convert/audio_tensor.hpp"
 

@@ -1,4 +1,3 @@
-// Parses the mode's keyword and name.
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #include "core/convert/converter_mode.hpp"
 

@@ -1,4 +1,3 @@
-// Extends the dimension that counts frames.
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #include "core/convert/gathered_tensor.hpp"
 

@@ -1,4 +1,3 @@
-// Maps the fifteen video formats to tensors.
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #include "core/convert/video_tensor.hpp"
 

@@ -1,4 +1,3 @@
-// Reads and clips regions and copies the parts.
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #include "core/crop/regions.hpp"
 

@@ -1,4 +1,3 @@
-// The engines custom and cpp, and the module table of the built-in engines.
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #include "core/custom/builtin_engines.hpp"
 

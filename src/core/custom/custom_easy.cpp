@@ -1,4 +1,3 @@
-// The registry of filters, and calling one.
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #include "core/custom/custom_easy.hpp"
 

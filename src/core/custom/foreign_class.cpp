@@ -1,4 +1,3 @@
-// Loads the library when the first such file is opened.
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #include "core/custom/foreign_class.hpp"
 

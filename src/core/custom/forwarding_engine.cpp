@@ -1,4 +1,3 @@
-// Handles that forward to the chosen engine.
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #include "core/custom/forwarding_engine.hpp"
 

@@ -1,4 +1,3 @@
-// Decides by the engine's name and the parts of model=.
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #include "core/custom/other_process.hpp"
 

@@ -1,4 +1,3 @@
-// The names of the schemes.
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #include "core/decoders/box_scheme.hpp"
 

@@ -1,4 +1,3 @@
-// The module table of the built-in decoders.
 // SPDX-License-Identifier: LGPL-2.1-or-later
 
 #include "core/decoders/decoders.hpp"

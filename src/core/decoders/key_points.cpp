@@ -1,4 +1,3 @@
-// The default body, and bodies from files.
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #include "core/decoders/key_points.hpp"
 

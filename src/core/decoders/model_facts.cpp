@@ -1,4 +1,3 @@
-// Reads what the stream and tensor_filter say about a model.
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #include "core/decoders/model_facts.hpp"
 

@@ -1,4 +1,3 @@
-// Reads sizes and switches.
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #include "core/decoders/option_text.hpp"
 

@@ -1,4 +1,3 @@
-// Errors for tensors and parameters that a scheme cannot use.
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #include "core/decoders/scheme_checks.hpp"
 

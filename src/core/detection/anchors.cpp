@@ -1,4 +1,3 @@
-// Makes anchors and decodes the boxes that are relative to them.
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #include "core/detection/anchors.hpp"
 

@@ -1,4 +1,3 @@
-// Reads the boxes of detectors by the layout of their rows.
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #include "core/detection/box_layouts.hpp"
 

@@ -1,4 +1,3 @@
-// Matches boxes with objects, nearest first.
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #include "core/detection/centroid_tracker.hpp"
 

@@ -1,4 +1,3 @@
-// Sums prototypes over the cells of a box, then interpolates.
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #include "core/detection/instance_masks.hpp"
 

@@ -1,4 +1,3 @@
-// Converts candidates to whole pixels and removes those that overlap better ones.
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #include "core/detection/pixel_box.hpp"
 

@@ -1,4 +1,3 @@
-// Searches heat maps and adds offsets.
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #include "core/detection/pose.hpp"
 

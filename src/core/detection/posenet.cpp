@@ -1,4 +1,3 @@
-// Follows the skeleton from the best peaks of PoseNet's heat maps.
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #include "core/detection/posenet.hpp"
 

@@ -1,4 +1,3 @@
-// Searches the best class of each pixel and scales depths.
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #include "core/detection/segmentation.hpp"
 

@@ -1,4 +1,3 @@
-// Joins pixels of text to areas and surrounds these with rotated boxes.
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #include "core/detection/text_regions.hpp"
 

@@ -1,4 +1,3 @@
-// A detached thread, since it may be inside an engine that does not return.
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #include "core/direct/call_thread.hpp"
 

@@ -1,4 +1,3 @@
-// Checks everything that a program states about its memory.
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #include "core/direct/inputs.hpp"
 

@@ -1,4 +1,3 @@
-// Owns outputs.
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #include "core/direct/results.hpp"
 

@@ -1,4 +1,3 @@
-// Formats tensor descriptions.
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #include "core/direct/tensor_text.hpp"
 

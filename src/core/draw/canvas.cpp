@@ -1,4 +1,3 @@
-// Fills areas and blends masks row by row.
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #include "core/draw/canvas.hpp"
 

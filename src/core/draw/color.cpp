@@ -1,4 +1,3 @@
-// Class hues, colour matrices and byte patterns.
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #include "core/draw/color.hpp"
 

@@ -1,4 +1,3 @@
-// Converts rows of numbers to boxes and key points.
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #include "core/draw/detections.hpp"
 

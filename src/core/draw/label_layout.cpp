@@ -1,4 +1,3 @@
-// Tries the places around a box in turn.
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #include "core/draw/label_layout.hpp"
 

@@ -1,4 +1,3 @@
-// Paints and caches the masks of class names and percentages.
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #include "core/draw/labels.hpp"
 

@@ -1,4 +1,3 @@
-// Scans convex polygons row by row.
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #include "core/draw/lines.hpp"
 

@@ -1,4 +1,3 @@
-// Converts coverage of pixels to coverage of bytes.
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #include "core/draw/mask.hpp"
 

@@ -1,4 +1,3 @@
-// Converts coordinates to areas and draws them.
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #include "core/draw/overlay.hpp"
 

@@ -1,4 +1,3 @@
-// Finds the runs of pixels that are inside a mask.
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #include "core/draw/tint.hpp"
 

@@ -1,4 +1,3 @@
-// Appends positions and forgets tracks.
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #include "core/draw/trails.hpp"
 

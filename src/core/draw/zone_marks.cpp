@@ -1,4 +1,3 @@
-// Draws outlines and arrows.
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #include "core/draw/zone_marks.hpp"
 

@@ -1,4 +1,3 @@
-// Matches objects picture by picture, then goes through all found objects by falling score.
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #include "core/evaluate/average_precision.hpp"
 

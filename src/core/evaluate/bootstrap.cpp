@@ -1,4 +1,3 @@
-// Draws with a generator that is the same everywhere.
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #include "core/evaluate/bootstrap.hpp"
 

@@ -1,4 +1,3 @@
-// Counts pictures.
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #include "core/evaluate/classification.hpp"
 

@@ -1,4 +1,3 @@
-// Checks every entry of an annotation file while it reads it.
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #include "core/evaluate/coco_truth.hpp"
 

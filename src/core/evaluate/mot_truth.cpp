@@ -1,4 +1,3 @@
-// Reads lines of numbers.
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #include "core/evaluate/mot_truth.hpp"
 

@@ -1,4 +1,3 @@
-// Counts pixels of classes.
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #include "core/evaluate/segmentation.hpp"
 

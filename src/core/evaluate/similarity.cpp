@@ -1,4 +1,3 @@
-// Computes the similarities in double precision.
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #include "core/evaluate/similarity.hpp"
 

@@ -1,4 +1,3 @@
-// Adds up counts and computes scores from them.
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #include "core/evaluate/tracking.hpp"
 

@@ -1,4 +1,3 @@
-// Parses the combination properties.
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #include "core/filter/combination.hpp"
 

@@ -1,4 +1,3 @@
-// Compares a described model with a stream and converts it for modules.
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #include "core/filter/described_model.hpp"
 

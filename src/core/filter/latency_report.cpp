@@ -1,4 +1,3 @@
-// Computes the margins of the latency report in integers.
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #include "core/filter/latency_report.hpp"
 

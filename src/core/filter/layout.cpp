@@ -1,4 +1,3 @@
-// Parses the names of dimension orders.
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #include "core/filter/layout.hpp"
 

@@ -1,4 +1,3 @@
-// Merges the user's properties with a model's declaration.
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #include "core/filter/model_description.hpp"
 

@@ -1,4 +1,3 @@
-// Matches streams with models.
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #include "core/filter/model_fit.hpp"
 

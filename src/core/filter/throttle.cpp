@@ -1,4 +1,3 @@
-// Accumulates the time between frames.
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #include "core/filter/throttle.hpp"
 

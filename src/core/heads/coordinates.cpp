@@ -1,4 +1,3 @@
-// Reads the setting of the unit, and scales boxes to pixels.
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #include "core/heads/coordinates.hpp"
 

@@ -1,4 +1,3 @@
-// Decodes rows or planes of boxes, and what belongs to the boxes that are kept.
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #include "core/heads/dense_head.hpp"
 

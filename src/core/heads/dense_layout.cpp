@@ -1,4 +1,3 @@
-// Counts cells, and derives the input size from their number.
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #include "core/heads/dense_layout.hpp"
 

@@ -1,4 +1,3 @@
-// Chooses the family of a model's outputs.
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #include "core/heads/families.hpp"
 

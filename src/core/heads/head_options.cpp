@@ -1,4 +1,3 @@
-// Reads settings of families.
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #include "core/heads/head_options.hpp"
 

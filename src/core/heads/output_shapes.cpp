@@ -1,4 +1,3 @@
-// Compares shapes and names of outputs.
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #include "core/heads/output_shapes.hpp"
 

@@ -1,4 +1,3 @@
-// Converts the outputs of a frame to float32 on first use.
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #include "core/heads/output_values.hpp"
 

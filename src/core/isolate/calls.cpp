@@ -1,4 +1,3 @@
-// Serialises the calls that contain lists.
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #include "core/isolate/calls.hpp"
 

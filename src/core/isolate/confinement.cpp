@@ -1,4 +1,3 @@
-// The steps of confinement, from the memory limit to the filter of system calls.
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #include "core/isolate/confinement.hpp"
 

@@ -1,4 +1,3 @@
-// Sealed shared memory with memfd.
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #include "core/isolate/shared_block.hpp"
 

@@ -1,4 +1,3 @@
-// The thread that starts and cleans up workers.
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #include "core/isolate/supervisor.hpp"
 

@@ -1,4 +1,3 @@
-// Handles calls by calling the engine.
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #include "core/isolate/worker_server.hpp"
 

@@ -1,4 +1,3 @@
-// Names of drop reasons and sums of the ledger.
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #include "core/ledger/ledger.hpp"
 

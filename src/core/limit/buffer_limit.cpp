@@ -1,4 +1,3 @@
-// Checks buffer sizes and creates the error.
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #include "core/limit/buffer_limit.hpp"
 

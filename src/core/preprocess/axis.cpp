@@ -1,4 +1,3 @@
-// Computes the sample weights of nearest, bilinear and area resizing.
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #include "core/preprocess/axis.hpp"
 

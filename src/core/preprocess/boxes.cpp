@@ -1,4 +1,3 @@
-// Converts tensor elements to boxes.
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #include "core/preprocess/boxes.hpp"
 

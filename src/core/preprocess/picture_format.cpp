@@ -1,4 +1,3 @@
-// The table of picture formats.
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #include "core/preprocess/picture_format.hpp"
 

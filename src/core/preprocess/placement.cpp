@@ -1,4 +1,3 @@
-// Computes the placement for stretch, letterbox, centred crop and regions.
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #include "core/preprocess/placement.hpp"
 

@@ -1,4 +1,3 @@
-// Runs a plan row by row.
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #include "core/preprocess/plan.hpp"
 

@@ -1,4 +1,3 @@
-// Computes the tables of a plan.
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #include "core/preprocess/plan_tables.hpp"
 

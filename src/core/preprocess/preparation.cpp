@@ -1,4 +1,3 @@
-// Validates preparations.
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #include "core/preprocess/preparation.hpp"
 

@@ -1,4 +1,3 @@
-// Parses the texts of a request and fills its open fields from cards and downstream caps.
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #include "core/preprocess/request.hpp"
 

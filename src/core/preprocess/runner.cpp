@@ -1,4 +1,3 @@
-// Distributes the rows of a frame over threads.
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #include "core/preprocess/runner.hpp"
 

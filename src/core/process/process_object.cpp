@@ -1,4 +1,3 @@
-// Maps names to objects.
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #include "core/process/process_object.hpp"
 

@@ -1,4 +1,3 @@
-// Copies objects, masks, texts and class maps.
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #include "core/records/drawn_results.hpp"
 

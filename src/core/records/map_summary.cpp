@@ -1,4 +1,3 @@
-// Goes through the cells of maps.
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #include "core/records/map_summary.hpp"
 

@@ -1,4 +1,3 @@
-// Writes numbers, times and strings by std::to_chars.
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #include "core/records/record_text.hpp"
 

@@ -1,4 +1,3 @@
-// What the text formats of results share.
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #include "core/records/record_writer.hpp"
 

@@ -1,4 +1,3 @@
-// Checks the tensors of a frame against its columns and reads the rows.
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #include "core/records/result_frame.hpp"
 

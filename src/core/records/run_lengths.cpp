@@ -1,4 +1,3 @@
-// Computes run lengths from masks by the edges of their cells, and from class maps by pixels.
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #include "core/records/run_lengths.hpp"
 

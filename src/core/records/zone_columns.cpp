@@ -1,4 +1,3 @@
-// Finds and writes the columns and rows.
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #include "core/records/zone_columns.hpp"
 

@@ -1,4 +1,3 @@
-// Finds the rows with tracks, and appends columns and tables.
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #include "core/records/zoned_results.hpp"
 

@@ -1,4 +1,3 @@
-// Non-maximum suppression of candidates, upright and rotated.
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #include "core/results/select.hpp"
 

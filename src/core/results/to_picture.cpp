@@ -1,4 +1,3 @@
-// Moves boxes, rotations, key points, masks and maps to the source picture.
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #include "core/results/to_picture.hpp"
 

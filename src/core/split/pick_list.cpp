@@ -1,4 +1,3 @@
-// Parses index lists.
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #include "core/split/pick_list.hpp"
 

@@ -1,4 +1,3 @@
-// Parses tensorseg and computes the source maps of segments.
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #include "core/split/segments.hpp"
 

@@ -1,4 +1,3 @@
-// Opens the files of the configured folders with dlopen.
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #include "core/subplugin/loader.hpp"
 

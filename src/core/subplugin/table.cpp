@@ -1,4 +1,3 @@
-// The registry, its texts, and the instance of the process.
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #include "core/subplugin/table.hpp"
 

@@ -1,4 +1,3 @@
-// Creates the error for times that go backwards.
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #include "core/sync/backwards_time.hpp"
 

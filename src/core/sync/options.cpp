@@ -1,4 +1,3 @@
-// Parses sync-mode and sync-option.
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #include "core/sync/options.hpp"
 

@@ -1,4 +1,3 @@
-// Decides for each policy what the heads of the pads come to.
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #include "core/sync/policies.hpp"
 

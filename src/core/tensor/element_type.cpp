@@ -1,4 +1,3 @@
-// Sizes and names of element types.
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #include "core/tensor/element_type.hpp"
 

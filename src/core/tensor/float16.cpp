@@ -1,4 +1,3 @@
-// IEEE 754 binary16 <-> binary32, round to nearest even.
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #include "core/tensor/float16.hpp"
 

@@ -1,4 +1,3 @@
-// Parses and prints lists of tensors, and compares streams.
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #include "core/tensor/frame_spec.hpp"
 

@@ -1,4 +1,3 @@
-// Describes models' tensors and converts them from and to weir_tensor_info.
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #include "core/tensor/model_tensor.hpp"
 

@@ -1,4 +1,3 @@
-// Turns 64 elements at a time into a bit mask and visits its set bits.
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #include "core/tensor/nonzero.hpp"
 

@@ -1,4 +1,3 @@
-// Reads, writes, joins and picks the roles of tensors.
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #include "core/tensor/result_roles.hpp"
 

@@ -1,4 +1,3 @@
-// Computes the extent and the runs of a strided tensor.
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #include "core/tensor/strided_layout.hpp"
 

@@ -1,4 +1,3 @@
-// The types of values in the text of caps, and their ranges.
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #include "core/text/caps_type.hpp"
 

@@ -1,4 +1,3 @@
-// Writes the parts of errors.
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #include "core/text/error_text.hpp"
 

@@ -1,4 +1,3 @@
-// Parses lines of key=value.
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #include "core/text/property_file.hpp"
 

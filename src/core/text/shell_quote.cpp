@@ -1,4 +1,3 @@
-// Quotes text.
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #include "core/text/shell_quote.hpp"
 

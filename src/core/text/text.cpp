@@ -1,4 +1,3 @@
-// Text helpers.
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #include "core/text/text.hpp"
 

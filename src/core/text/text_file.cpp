@@ -1,4 +1,3 @@
-// Reads text files.
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #include "core/text/text_file.hpp"
 

@@ -1,4 +1,3 @@
-// Restarts a timer for the remaining time instead of at each touch.
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #include "core/timer/idle_watch.hpp"
 

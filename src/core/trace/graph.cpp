@@ -1,4 +1,3 @@
-// Resolves addresses over time, and the links between elements.
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #include "core/trace/graph.hpp"
 

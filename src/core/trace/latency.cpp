@@ -1,4 +1,3 @@
-// Matches frames by their timestamps.
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #include "core/trace/latency.hpp"
 

@@ -1,4 +1,3 @@
-// Chooses columns by the longest path from a start, and rows by the mean of the predecessors.
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #include "core/trace/layout.hpp"
 

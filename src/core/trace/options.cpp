@@ -1,4 +1,3 @@
-// Parses key=value, key=value.
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #include "core/trace/options.hpp"
 

@@ -1,4 +1,3 @@
-// Computes a running sum over time.
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #include "core/trace/queue_level.hpp"
 

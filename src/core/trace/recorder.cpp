@@ -1,4 +1,3 @@
-// Stores records in linked chunks, one log per thread.
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #include "core/trace/recorder.hpp"
 

@@ -1,4 +1,3 @@
-// Pairs records with a stack for each thread.
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #include "core/trace/spans.hpp"
 

@@ -1,4 +1,3 @@
-// Computes the totals in one pass over the spans of all threads.
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #include "core/trace/summary.hpp"
 

@@ -1,4 +1,3 @@
-// Writes one JSON object per line.
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #include "core/trace/trace_events.hpp"
 

@@ -1,4 +1,3 @@
-// Compares the busiest element with what the pipeline waits for.
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #include "core/trace/verdict.hpp"
 

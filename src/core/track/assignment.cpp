@@ -1,4 +1,3 @@
-// Solves the assignment problem, and assigns detections to tracks by it.
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #include "core/track/assignment.hpp"
 

@@ -1,4 +1,3 @@
-// Predicts and corrects boxes, and finds the motion that all objects have in common.
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #include "core/track/motion.hpp"
 

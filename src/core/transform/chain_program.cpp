@@ -1,4 +1,3 @@
-// Builds the columns of a chain and finds divisions that a multiplication replaces exactly.
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #include "core/transform/chain_program.hpp"
 

@@ -1,4 +1,3 @@
-// Copies runs together, or passes them through a kernel run by run.
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #include "core/transform/gather.hpp"
 

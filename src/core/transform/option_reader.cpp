@@ -1,4 +1,3 @@
-// Reads tokens from an option text and creates its errors.
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #include "core/transform/option_reader.hpp"
 

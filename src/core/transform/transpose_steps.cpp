@@ -1,4 +1,3 @@
-// Simplifies a transposition and runs it with plain loops.
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #include "core/transform/transpose_steps.hpp"
 

@@ -1,4 +1,3 @@
-// Reads nnstreamer-edge messages from a connection whose bytes arrive in any pieces.
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #include "core/wire/message_reader.hpp"
 

@@ -1,4 +1,3 @@
-// Errors about bytes that a peer sent.
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #include "core/wire/peer_error.hpp"
 

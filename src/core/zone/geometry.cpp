@@ -1,4 +1,3 @@
-// Tests points against polygons and lines, and solves for homographies.
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #include "core/zone/geometry.hpp"
 

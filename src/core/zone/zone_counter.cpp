@@ -1,4 +1,3 @@
-// Updates stays, crossings, speeds and counts frame by frame.
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #include "core/zone/zone_counter.hpp"
 

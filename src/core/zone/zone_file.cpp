@@ -1,4 +1,3 @@
-// Parses zone files and lists their faults.
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #include "core/zone/zone_file.hpp"
 

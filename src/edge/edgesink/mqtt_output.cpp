@@ -1,4 +1,3 @@
-// Publishes each frame as a retained message, as NNStreamer does.
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #include "edge/edgesink/mqtt_output.hpp"
 

@@ -1,4 +1,3 @@
-// Sends the memories of buffers as messages.
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #include "edge/edgesink/tcp_output.hpp"
 

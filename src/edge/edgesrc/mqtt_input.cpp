@@ -1,4 +1,3 @@
-// Cuts messages into memories that share them.
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #include "edge/edgesrc/mqtt_input.hpp"
 

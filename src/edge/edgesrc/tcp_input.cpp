@@ -1,4 +1,3 @@
-// Receives messages and makes buffers of them.
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #include "edge/edgesrc/tcp_input.hpp"
 

@@ -1,4 +1,3 @@
-// Reads headers and user properties.
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #include "edge/mqttsrc/received_frame.hpp"
 

@@ -1,4 +1,3 @@
-// Keeps the times and metas of frames while they are at the server.
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #include "edge/tensor_query_client/query_exchange.hpp"
 

@@ -1,4 +1,3 @@
-// Requests as buffers with the id of their client, and buffers with such an id as answers.
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #include "edge/tensor_query_serversrc/edge_query_server.hpp"
 

@@ -1,4 +1,3 @@
-// Keeps one Chunker per client.
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #include "elements/tensor_converter/client_streams.hpp"
 

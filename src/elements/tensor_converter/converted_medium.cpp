@@ -1,4 +1,3 @@
-// Converts buffers to frames of the C ABI and back.
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #include "elements/tensor_converter/converted_medium.hpp"
 

@@ -1,4 +1,3 @@
-// Removes the row padding of video buffers, by a view or a copy.
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #include "elements/tensor_converter/dense_video.hpp"
 

@@ -1,4 +1,3 @@
-// Finds the Medium for caps, and has those of raw audio, bytes and text.
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #include "elements/tensor_converter/media.hpp"
 

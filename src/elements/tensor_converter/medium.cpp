@@ -1,4 +1,3 @@
-// Helpers shared by the media.
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #include "elements/tensor_converter/medium.hpp"
 

@@ -1,4 +1,3 @@
-// Negotiates caps on both pads of tensor_converter.
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #include "elements/tensor_converter/negotiation.hpp"
 

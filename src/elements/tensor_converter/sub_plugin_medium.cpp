@@ -1,4 +1,3 @@
-// Calls NNStreamer converters and validates all that they return.
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #include "elements/tensor_converter/sub_plugin_medium.hpp"
 

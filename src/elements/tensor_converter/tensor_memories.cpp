@@ -1,4 +1,3 @@
-// Shares or copies the payloads of tensors.
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #include "elements/tensor_converter/tensor_memories.hpp"
 

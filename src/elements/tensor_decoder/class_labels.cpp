@@ -1,4 +1,3 @@
-// Receives and sends label events, and reads model cards.
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #include "elements/tensor_decoder/class_labels.hpp"
 

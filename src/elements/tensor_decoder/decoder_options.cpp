@@ -1,4 +1,3 @@
-// Collects the options of a decoder and rejects those that its mode does not use.
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #include "elements/tensor_decoder/decoder_options.hpp"
 

@@ -1,4 +1,3 @@
-// Runs a module's decoder with an output sink of the C ABI.
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #include "elements/tensor_decoder/module_decoder.hpp"
 

@@ -1,4 +1,3 @@
-// Calls NNStreamer decoders and validates all that they return.
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #include "elements/tensor_decoder/sub_plugin_decoder.hpp"
 

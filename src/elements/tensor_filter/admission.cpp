@@ -1,4 +1,3 @@
-// Drops frames whose result would come too late or is not needed downstream.
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #include "elements/tensor_filter/admission.hpp"
 

@@ -1,4 +1,3 @@
-// Opens the second model, compares it with the first and runs it.
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #include "elements/tensor_filter/fallback.hpp"
 

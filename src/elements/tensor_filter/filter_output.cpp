@@ -1,4 +1,3 @@
-// Pushes finished frames and events in order.
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #include "elements/tensor_filter/filter_output.hpp"
 

@@ -1,4 +1,3 @@
-// Checks settings, and reads the number of engine threads from them.
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #include "elements/tensor_filter/filter_settings.hpp"
 

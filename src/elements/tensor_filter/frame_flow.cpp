@@ -1,4 +1,3 @@
-// Chooses the flow for the settings, and implements what all flows share.
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #include "elements/tensor_filter/frame_flow.hpp"
 

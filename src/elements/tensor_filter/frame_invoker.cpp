@@ -1,4 +1,3 @@
-// Runs a model on a buffer, as a whole or with its batch in parts.
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #include "elements/tensor_filter/frame_invoker.hpp"
 

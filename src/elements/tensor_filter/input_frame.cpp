@@ -1,4 +1,3 @@
-// Maps buffers as the input tensors of a model.
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #include "elements/tensor_filter/input_frame.hpp"
 

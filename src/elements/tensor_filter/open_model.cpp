@@ -1,4 +1,3 @@
-// Opens a model with the element's settings and plans frames for caps.
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #include "elements/tensor_filter/open_model.hpp"
 

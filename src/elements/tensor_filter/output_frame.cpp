@@ -1,4 +1,3 @@
-// Builds the output buffer from the tensors of a model.
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #include "elements/tensor_filter/output_frame.hpp"
 

@@ -1,4 +1,3 @@
-// Makes a plan from the properties of tensor_if.
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #include "elements/tensor_if/if_settings.hpp"
 

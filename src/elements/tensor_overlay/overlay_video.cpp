@@ -1,4 +1,3 @@
-// Maps video buffers and draws into them.
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #include "elements/tensor_overlay/overlay_video.hpp"
 

@@ -1,4 +1,3 @@
-// Loads the installed Pango, Cairo and fontconfig libraries.
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #include "elements/tensor_overlay/pango_library.hpp"
 

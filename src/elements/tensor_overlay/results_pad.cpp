@@ -1,4 +1,3 @@
-// Reads detection results from tensors.
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #include "elements/tensor_overlay/results_pad.hpp"
 

@@ -1,4 +1,3 @@
-// Remakes the pool of batches when frames need another size.
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #include "elements/tensor_preprocess/batch_pool.hpp"
 

@@ -1,4 +1,3 @@
-// Maps video buffers and runs the preprocessing plans on them.
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #include "elements/tensor_preprocess/frame_preprocessor.hpp"
 

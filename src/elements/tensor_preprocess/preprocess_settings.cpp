@@ -1,4 +1,3 @@
-// Makes a preprocessing request from the properties.
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #include "elements/tensor_preprocess/preprocess_settings.hpp"
 

@@ -1,4 +1,3 @@
-// Clips regions and writes them into one batch.
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #include "elements/tensor_preprocess/region_preprocessor.hpp"
 

@@ -1,4 +1,3 @@
-// Reads boxes from tensors.
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #include "elements/tensor_preprocess/regions_pad.hpp"
 

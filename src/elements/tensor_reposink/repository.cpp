@@ -1,4 +1,3 @@
-// The global table of slots.
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #include "elements/tensor_reposink/repository.hpp"
 

@@ -1,4 +1,3 @@
-// Reads results as regions and what belongs to them.
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #include "elements/tensor_to_roi/roi_results_pad.hpp"
 

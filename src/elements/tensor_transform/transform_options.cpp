@@ -1,4 +1,3 @@
-// Parses the properties of tensor_transform.
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #include "elements/tensor_transform/transform_options.hpp"
 

@@ -1,4 +1,3 @@
-// Allocates aligned, padded memory and reads and writes ALLOCATION queries.
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #include "gstcpp/buffer/allocation.hpp"
 

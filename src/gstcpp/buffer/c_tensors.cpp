@@ -1,4 +1,3 @@
-// Converts tensor specs to the C structs of include/nnstreamer and back, member by member.
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #include "gstcpp/buffer/c_tensors.hpp"
 

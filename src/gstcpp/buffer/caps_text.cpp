@@ -1,4 +1,3 @@
-// Checks the text, then lets GStreamer parse it.
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #include "gstcpp/buffer/caps_text.hpp"
 

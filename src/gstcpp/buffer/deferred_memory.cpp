@@ -1,4 +1,3 @@
-// A GstAllocator whose memories run a transform plan at their first map.
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #include "gstcpp/buffer/deferred_memory.hpp"
 

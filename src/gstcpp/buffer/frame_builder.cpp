@@ -1,4 +1,3 @@
-// Shares, copies and packs tensors.
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #include "gstcpp/buffer/frame_builder.hpp"
 

@@ -1,4 +1,3 @@
-// Finds tensors by the sizes of their specs or by their headers.
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #include "gstcpp/buffer/frame_layout.hpp"
 

@@ -1,4 +1,3 @@
-// Shares parts of memories, and copies memory that cannot be shared.
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #include "gstcpp/buffer/memory_part.hpp"
 

@@ -1,4 +1,3 @@
-// Registers GstMetaQuery, or uses the registration of another plug-in.
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #include "gstcpp/buffer/query_meta.hpp"
 

@@ -1,4 +1,3 @@
-// Reads, writes and chooses the caps of tensor streams.
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #include "gstcpp/buffer/tensor_caps.hpp"
 

@@ -1,4 +1,3 @@
-// Maps Weir's codes to GStreamer's error domains and fills the details structure.
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #include "gstcpp/element/error.hpp"
 

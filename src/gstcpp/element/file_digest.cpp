@@ -1,4 +1,3 @@
-// Computes digests by GLib.
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #include "gstcpp/element/file_digest.hpp"
 

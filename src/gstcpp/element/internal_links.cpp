@@ -1,4 +1,3 @@
-// Iterates over a pad's internal links and finds its task.
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #include "gstcpp/element/internal_links.hpp"
 

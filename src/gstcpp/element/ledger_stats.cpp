@@ -1,4 +1,3 @@
-// Converts a LedgerSnapshot to a GstStructure.
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #include "gstcpp/element/ledger_stats.hpp"
 

@@ -1,4 +1,3 @@
-// Finds debug categories by element type and maps log levels of the C ABI to GStreamer's.
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #include "gstcpp/element/log.hpp"
 

@@ -1,4 +1,3 @@
-// Writes and reads the event "weir-model".
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #include "gstcpp/element/model_event.hpp"
 

@@ -1,4 +1,3 @@
-// Walks downstream to the first pads served by other threads and drops the query there.
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #include "gstcpp/element/own_thread_query.hpp"
 

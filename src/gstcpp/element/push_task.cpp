@@ -1,4 +1,3 @@
-// Starts, wakes and stops the task of a source pad.
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #include "gstcpp/element/push_task.hpp"
 

@@ -1,4 +1,3 @@
-// Writes and reads the events, whose contents any element may have made.
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #include "gstcpp/element/result_events.hpp"
 

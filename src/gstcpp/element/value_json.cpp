@@ -1,4 +1,3 @@
-// Converts values of GObject to JSON by their types.
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #include "gstcpp/element/value_json.hpp"
 

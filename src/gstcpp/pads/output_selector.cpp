@@ -1,4 +1,3 @@
-// Switches an output-selector from an idle probe upstream of it, and repeats sticky events.
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #include "gstcpp/pads/output_selector.hpp"
 

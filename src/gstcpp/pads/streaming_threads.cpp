@@ -1,4 +1,3 @@
-// Walks upstream over links between elements and inside them to the threads that feed a pad.
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #include "gstcpp/pads/streaming_threads.hpp"
 

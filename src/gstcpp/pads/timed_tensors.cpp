@@ -1,4 +1,3 @@
-// Handles the events and buffers of a TimedTensors pad.
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #include "gstcpp/pads/timed_tensors.hpp"
 

@@ -1,4 +1,3 @@
-// Parses lists of dimensions, types and names.
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #include "declared_tensors.hpp"
 

@@ -1,4 +1,3 @@
-// Allocates the inputs of a dry run.
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #include "dry_run.hpp"
 

@@ -1,4 +1,3 @@
-// Finds an engine's library in the environment, the installation or the build folder.
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #include "engine_library.hpp"
 

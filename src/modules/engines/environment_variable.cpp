@@ -1,4 +1,3 @@
-// Adds an environment variable by replacing `environ` as a whole.
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #include "environment_variable.hpp"
 

@@ -1,4 +1,3 @@
-// Reads a model file into memory.
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #include "model_bytes.hpp"
 

@@ -1,4 +1,3 @@
-// Opens a model file and reads parts of it.
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #include "model_source.hpp"
 

@@ -1,4 +1,3 @@
-// Decodes protobuf fields with bounds checks.
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #include "protobuf_reader.hpp"
 

@@ -1,4 +1,3 @@
-// Checks for thread capacity by starting idle threads.
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #include "thread_limit.hpp"
 

@@ -1,4 +1,3 @@
-// Implements FrameHold with a Python capsule whose destructor reports that it is gone.
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #include "frame_hold.hpp"
 

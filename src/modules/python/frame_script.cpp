@@ -1,4 +1,3 @@
-// Opens a script for frames, makes its arrays, and detects those that it keeps.
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #include "frame_script.hpp"
 

@@ -1,4 +1,3 @@
-// Starts Python and converts its exceptions to errors.
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #include "interpreter.hpp"
 

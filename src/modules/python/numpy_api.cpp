@@ -1,4 +1,3 @@
-// Finds NumPy's function table through Python, as documented for NumPy's C API.
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #include "numpy_api.hpp"
 

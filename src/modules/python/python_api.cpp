@@ -1,4 +1,3 @@
-// Finds Python in the process or loads its library.
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #include "python_api.hpp"
 #include "environment.hpp"

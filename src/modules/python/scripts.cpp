@@ -1,4 +1,3 @@
-// Loads users' scripts and defines the Python modules that scripts import.
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #include "scripts.hpp"
 

@@ -1,4 +1,3 @@
-// Chooses servers, tries again, probes.
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #include "net/client/server_set.hpp"
 

@@ -1,4 +1,3 @@
-// Converts between messages and gRPC's byte buffers.
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #include "net/protocol/grpc_bytes.hpp"
 

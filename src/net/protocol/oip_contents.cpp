@@ -1,4 +1,3 @@
-// Reads tensors of messages, and writes what requests and answers have in common of them.
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #include "net/protocol/oip_contents.hpp"
 

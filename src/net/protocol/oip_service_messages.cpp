@@ -1,4 +1,3 @@
-// Parses requests of the Open Inference Protocol, and encodes their answers.
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #include "net/protocol/oip_service_messages.hpp"
 

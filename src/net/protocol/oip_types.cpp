@@ -1,4 +1,3 @@
-// The table of types.
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #include "net/protocol/oip_types.hpp"
 

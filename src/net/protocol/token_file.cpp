@@ -1,4 +1,3 @@
-// Reads files of security, and compares tokens.
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #include "net/protocol/token_file.hpp"
 

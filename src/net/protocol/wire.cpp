@@ -1,4 +1,3 @@
-// Encodes and decodes protobuf.
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #include "net/protocol/wire.hpp"
 

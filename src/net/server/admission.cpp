@@ -1,4 +1,3 @@
-// Counts connections, calls and bytes.
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #include "net/server/admission.hpp"
 

@@ -1,4 +1,3 @@
-// Receives calls by gRPC's generic service, whose messages are bytes.
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #include "net/server/listener.hpp"
 

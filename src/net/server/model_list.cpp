@@ -1,4 +1,3 @@
-// Keeps models and watchers.
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #include "net/server/model_list.hpp"
 

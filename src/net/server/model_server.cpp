@@ -1,4 +1,3 @@
-// Dispatches calls to methods and models.
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #include "net/server/model_server.hpp"
 

@@ -1,4 +1,3 @@
-// Indexes descriptions and answers from them.
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #include "net/server/reflection.hpp"
 

@@ -1,4 +1,3 @@
-// Queues requests, and counts how they end.
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #include "net/server/served_model.hpp"
 

@@ -1,4 +1,3 @@
-// Admits calls, receives their messages, sends their answers.
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #include "net/server/server_call.hpp"
 

@@ -1,4 +1,3 @@
-// Checks the options of a server.
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #include "net/server/server_security.hpp"
 

@@ -1,4 +1,3 @@
-// Collects messages, and lets peers wait while the queue is full.
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #include "net/tensor_service/incoming_frames.hpp"
 

@@ -1,4 +1,3 @@
-// Queues messages for peers, and lets each write at its own pace.
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #include "net/tensor_service/outgoing_frames.hpp"
 

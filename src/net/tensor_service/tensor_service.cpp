@@ -1,4 +1,3 @@
-// Chooses the side of TensorService.
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #include "net/tensor_service/tensor_service.hpp"
 

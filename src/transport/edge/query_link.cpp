@@ -1,4 +1,3 @@
-// The handshake of a query client, its requests and their answers.
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #include "transport/edge/query_link.hpp"
 

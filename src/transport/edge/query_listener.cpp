@@ -1,4 +1,3 @@
-// One thread accepts clients, reads their handshakes and requests, and sends what is queued.
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #include "transport/edge/query_listener.hpp"
 

@@ -1,4 +1,3 @@
-// Sends messages with sendmsg(), from where their bytes are.
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #include "transport/edge/send_queue.hpp"
 

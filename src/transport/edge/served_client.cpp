@@ -1,4 +1,3 @@
-// The handshake, the requests and the answers of one client.
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #include "transport/edge/served_client.hpp"
 

@@ -1,4 +1,3 @@
-// One thread accepts subscribers, reads their handshakes and sends what is queued.
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #include "transport/edge/stream_publisher.hpp"
 

@@ -1,4 +1,3 @@
-// Resolves names with getaddrinfo() and opens sockets.
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #include "transport/edge/stream_socket.hpp"
 

@@ -1,4 +1,3 @@
-// Recognises the publisher's form, answers its greeting and reads frames.
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #include "transport/edge/stream_subscriber.hpp"
 

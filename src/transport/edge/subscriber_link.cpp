@@ -1,4 +1,3 @@
-// The queue and the handshake of one subscriber.
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #include "transport/edge/subscriber_link.hpp"
 

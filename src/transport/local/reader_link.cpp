@@ -1,4 +1,3 @@
-// The messages to and from one reader.
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #include "transport/local/reader_link.hpp"
 

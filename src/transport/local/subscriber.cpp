@@ -1,4 +1,3 @@
-// Reads messages with bounds and checks every place that they name.
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #include "transport/local/subscriber.hpp"
 

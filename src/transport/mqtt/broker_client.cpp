@@ -1,4 +1,3 @@
-// What callers do with a client, and what the library reports.
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #include "transport/mqtt/broker_client.hpp"
 

@@ -1,4 +1,3 @@
-// Makes clients of libmosquitto and converts what they exchange.
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #include "transport/mqtt/mosquitto_handle.hpp"
 

@@ -1,4 +1,3 @@
-// Checks topics (MQTT 5, 4.7) and finds properties.
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #include "transport/mqtt/mqtt_message.hpp"
 

@@ -1,4 +1,3 @@
-// Exchanges one datagram with each server until one answers.
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #include "transport/mqtt/ntp_time.hpp"
 

@@ -1,4 +1,3 @@
-// Keeps the newest messages within the limits.
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #include "transport/mqtt/receive_queue.hpp"
 

@@ -1,4 +1,3 @@
-// Publishes and collects addresses.
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #include "transport/mqtt/server_discovery.hpp"
 

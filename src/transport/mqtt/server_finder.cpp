@@ -1,4 +1,3 @@
-// Chooses among announced servers and waits for them.
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #include "transport/mqtt/server_finder.hpp"
 

@@ -1,4 +1,3 @@
-// A handshake of its own shows what OpenSSL thinks of the broker, and the broker of the client.
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #include "transport/mqtt/tls_handshake.hpp"
 

@@ -1,4 +1,3 @@
-// Finds and checks the axis of a batch.
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #include "core/infer/batch/batch_axis.hpp"
 

@@ -1,4 +1,3 @@
-// The thread of a collector, and the streams that wait for it.
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #include "core/infer/batch/batch_collector.hpp"
 

@@ -1,4 +1,3 @@
-// Finds the group of a stream.
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #include "core/infer/batch/batch_group.hpp"
 

@@ -1,4 +1,3 @@
-// Copies frames into a batch, invokes the model and splits its outputs.
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #include "core/infer/batch/batch_runner.hpp"
 

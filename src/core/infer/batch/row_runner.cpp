@@ -1,4 +1,3 @@
-// Splits a frame by rows.
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #include "core/infer/batch/row_runner.hpp"
 

@@ -1,4 +1,3 @@
-// Selects options by the names in options_json.
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #include "core/infer/model/declared_options.hpp"
 

@@ -1,4 +1,3 @@
-// Owns the handles of an engine's C table.
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #include "core/infer/model/model.hpp"
 

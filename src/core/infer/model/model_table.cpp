@@ -1,4 +1,3 @@
-// Maps keys to models.
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #include "core/infer/model/model_table.hpp"
 

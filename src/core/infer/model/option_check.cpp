@@ -1,4 +1,3 @@
-// Reads the declarations of options_json.
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #include "core/infer/model/option_check.hpp"
 

@@ -1,4 +1,3 @@
-// Opens, replaces and closes a model while users hold it.
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #include "core/infer/model/shared_model.hpp"
 

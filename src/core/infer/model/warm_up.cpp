@@ -1,4 +1,3 @@
-// Warms a session up with a frame of zeros.
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #include "core/infer/model/warm_up.hpp"
 

@@ -1,4 +1,3 @@
-// Distributes sessions to worker threads.
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #include "core/infer/model/worker_sessions.hpp"
 

@@ -1,4 +1,3 @@
-// Parses and chooses accelerators.
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #include "core/infer/module/accelerator.hpp"
 

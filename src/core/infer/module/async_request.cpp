@@ -1,4 +1,3 @@
-// The process-wide table of request numbers, and the lifecycle of each request.
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #include "core/infer/module/async_request.hpp"
 

@@ -1,4 +1,3 @@
-// Loads configurations and logs new faults.
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #include "core/infer/module/configured.hpp"
 

@@ -1,4 +1,3 @@
-// Checks number, types, shapes and sizes of a converter's tensors.
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #include "core/infer/module/converted_frame.hpp"
 

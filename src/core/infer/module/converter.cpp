@@ -1,4 +1,3 @@
-// Owns the handle of a converter's C table.
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #include "core/infer/module/converter.hpp"
 

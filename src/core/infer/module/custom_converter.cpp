@@ -1,4 +1,3 @@
-// The registry of converter functions, and a converter that calls one.
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #include "weir/custom_converter.h"
 

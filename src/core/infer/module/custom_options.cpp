@@ -1,4 +1,3 @@
-// Splits custom= into keys and values.
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #include "core/infer/module/custom_options.hpp"
 

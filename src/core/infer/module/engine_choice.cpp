@@ -1,4 +1,3 @@
-// Applies the priority lists in order.
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #include "core/infer/module/engine_choice.hpp"
 

@@ -1,4 +1,3 @@
-// Calls the control function of engines.
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #include "core/infer/module/engine_functions.hpp"
 

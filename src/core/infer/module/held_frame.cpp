@@ -1,4 +1,3 @@
-// The current frame of each thread and its owner.
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #include "core/infer/module/held_frame.hpp"
 

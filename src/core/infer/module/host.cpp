@@ -1,4 +1,3 @@
-// Implements weir_host and the sink extension.
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #include "core/infer/module/host.hpp"
 

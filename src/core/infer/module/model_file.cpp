@@ -1,4 +1,3 @@
-// Looks for the model file and for similar names in its folder.
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #include "core/infer/module/model_file.hpp"
 

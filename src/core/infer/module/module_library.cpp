@@ -1,4 +1,3 @@
-// Opens module files and explains loader errors.
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #include "core/infer/module/module_library.hpp"
 

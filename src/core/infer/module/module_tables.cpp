@@ -1,4 +1,3 @@
-// Copies tables up to their struct_size.
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #include "core/infer/module/module_tables.hpp"
 

@@ -1,4 +1,3 @@
-// Implements shares, deadlines and fairness of batches.
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #include "core/infer/queue/batch_queue.hpp"
 

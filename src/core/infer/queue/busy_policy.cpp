@@ -1,4 +1,3 @@
-// Implements the rules of a busy pool.
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #include "core/infer/queue/busy_policy.hpp"
 

@@ -1,4 +1,3 @@
-// Implements the common limit of frames and results.
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #include "core/infer/queue/held_bytes.hpp"
 

@@ -1,4 +1,3 @@
-// Divides the cores among models.
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #include "core/infer/queue/thread_budget.hpp"
 

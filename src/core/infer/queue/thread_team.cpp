@@ -1,4 +1,3 @@
-// Runs jobs on threads.
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #include "core/infer/queue/thread_team.hpp"
 

@@ -1,4 +1,3 @@
-// Reads the metadata and quantisation of a lowered model from its .tflite source.
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #include "lowering/lowered_facts.hpp"
 

@@ -1,4 +1,3 @@
-// Adds values, constants, inputs and outputs to the lowered graph.
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #include "lowering/lowered_graph.hpp"
 

@@ -1,4 +1,3 @@
-// Lowers a graph operator by operator.
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #include "lowering/lowering.hpp"
 

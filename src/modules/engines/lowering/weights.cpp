@@ -1,4 +1,3 @@
-// Reads the weights and biases of a layer.
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #include "lowering/weights.hpp"
 

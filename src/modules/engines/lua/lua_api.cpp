@@ -1,4 +1,3 @@
-// Loads LuaJIT with dlopen and checks its version.
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #include "lua/lua_api.hpp"
 

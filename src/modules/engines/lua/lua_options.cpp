@@ -1,4 +1,3 @@
-// Parses the custom= options of the Lua engine.
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #include "lua/lua_options.hpp"
 

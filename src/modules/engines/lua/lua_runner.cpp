@@ -1,4 +1,3 @@
-// Binds the tensors of a frame to slots and calls the script's function.
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #include "lua/lua_runner.hpp"
 

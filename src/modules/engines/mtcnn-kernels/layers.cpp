@@ -1,4 +1,3 @@
-// Packs the weights of a layer in the kernels' order.
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #include "layers.hpp"
 

@@ -1,4 +1,3 @@
-// The plans of the networks, and the check of a file's weights against them.
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #include "networks.hpp"
 

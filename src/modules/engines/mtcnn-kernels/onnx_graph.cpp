@@ -1,4 +1,3 @@
-// Parses ONNX files field by field.
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #include "onnx_graph.hpp"
 

@@ -1,4 +1,3 @@
-// Runs the convolution maps, then the fully connected layer, then the heads.
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #include "runner.hpp"
 

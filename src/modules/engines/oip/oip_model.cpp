@@ -1,4 +1,3 @@
-// Connects to the servers of a model and reads its description.
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #include "oip/oip_model.hpp"
 

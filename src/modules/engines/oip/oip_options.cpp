@@ -1,4 +1,3 @@
-// Parses the custom= options of the engine oip.
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #include "oip/oip_options.hpp"
 

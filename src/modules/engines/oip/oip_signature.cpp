@@ -1,4 +1,3 @@
-// Converts descriptions of tensors.
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #include "oip/oip_signature.hpp"
 

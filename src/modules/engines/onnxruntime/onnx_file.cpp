@@ -1,4 +1,3 @@
-// Parses an ONNX file.
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #include "onnxruntime/onnx_file.hpp"
 

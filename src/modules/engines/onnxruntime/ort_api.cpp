@@ -1,4 +1,3 @@
-// Loads libonnxruntime and forwards its log.
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #include "onnxruntime/ort_api.hpp"
 

@@ -1,4 +1,3 @@
-// Registers an arena with ONNX Runtime's environment and unregisters it.
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #include "onnxruntime/ort_arena.hpp"
 

@@ -1,4 +1,3 @@
-// Reads the metadata of an open model.
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #include "onnxruntime/ort_metadata.hpp"
 

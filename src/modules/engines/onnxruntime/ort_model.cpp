@@ -1,4 +1,3 @@
-// Opens a model and reads its inputs and outputs.
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #include "onnxruntime/ort_model.hpp"
 

@@ -1,4 +1,3 @@
-// Parses the options of the ONNX Runtime engine.
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #include "onnxruntime/ort_options.hpp"
 

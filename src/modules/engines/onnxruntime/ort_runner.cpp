@@ -1,4 +1,3 @@
-// Binds memory, runs the model and hands over what ONNX Runtime allocated.
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #include "onnxruntime/ort_runner.hpp"
 

@@ -1,4 +1,3 @@
-// Implements PReLU as an operator of the domain "weir" through ONNX Runtime's C API.
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #include "onnxruntime/own_prelu.hpp"
 

@@ -1,4 +1,3 @@
-// Binds the names of open dimensions to sizes.
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #include "onnxruntime/symbolic_shapes.hpp"
 

@@ -1,4 +1,3 @@
-// Calls OpenCV's DNN module.
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #include "opencv-dnn/dnn_net.hpp"
 

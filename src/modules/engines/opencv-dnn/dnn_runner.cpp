@@ -1,4 +1,3 @@
-// Checks the inputs of a frame, runs the network and copies the outputs.
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #include "opencv-dnn/dnn_runner.hpp"
 

@@ -1,4 +1,3 @@
-// Tokenises and nests the protobuf text format.
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #include "opencv-dnn/text_message.hpp"
 

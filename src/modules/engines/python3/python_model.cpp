@@ -1,4 +1,3 @@
-// Loads a script and queries its tensors.
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #include "python3/python_model.hpp"
 

@@ -1,4 +1,3 @@
-// Exchanges frames with a script as NumPy arrays.
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #include "python3/python_session.hpp"
 

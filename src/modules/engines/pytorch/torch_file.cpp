@@ -1,4 +1,3 @@
-// Checks the directory of a zip archive and the checksums of its entries.
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #include "pytorch/torch_file.hpp"
 

@@ -1,4 +1,3 @@
-// Parses the options of the libtorch engine.
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #include "pytorch/torch_options.hpp"
 

@@ -1,4 +1,3 @@
-// Checks inputs, resolves shapes by dry runs, and runs frames.
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #include "pytorch/torch_runner.hpp"
 

@@ -1,4 +1,3 @@
-// Propagates the number of values through the steps of a graph.
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #include "pytorch/torch_work.hpp"
 

@@ -1,4 +1,3 @@
-// Loads libtensorflowlite_c.
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #include "tensorflow-lite/tflite_api.hpp"
 

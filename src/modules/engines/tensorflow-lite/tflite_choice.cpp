@@ -1,4 +1,3 @@
-// Opens a model in one of the two engines and forwards every later call to that engine.
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #include "tensorflow-lite/tflite_choice.hpp"
 

@@ -1,4 +1,3 @@
-// Opens a TensorFlow Lite model.
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #include "tensorflow-lite/tflite_model.hpp"
 

@@ -1,4 +1,3 @@
-// Parses the options of the TensorFlow Lite engine.
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #include "tensorflow-lite/tflite_options.hpp"
 

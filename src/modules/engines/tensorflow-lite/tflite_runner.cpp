@@ -1,4 +1,3 @@
-// Resolves shapes and runs frames.
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #include "tensorflow-lite/tflite_runner.hpp"
 

@@ -1,4 +1,3 @@
-// Reads a FlatBuffers file with bounds checks.
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #include "tflite-file/flat_buffer.hpp"
 

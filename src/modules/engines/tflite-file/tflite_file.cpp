@@ -1,4 +1,3 @@
-// Validates a TensorFlow Lite file against its schema.
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #include "tflite-file/tflite_file.hpp"
 

@@ -1,4 +1,3 @@
-// Extracts the graph from a validated file.
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #include "tflite-file/tflite_graph.hpp"
 

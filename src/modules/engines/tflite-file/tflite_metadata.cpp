@@ -1,4 +1,3 @@
-// Reads metadata and the ZIP archive appended to a model, with bounds checks.
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #include "tflite-file/tflite_metadata.hpp"
 

@@ -1,4 +1,3 @@
-// Checks the shapes, buffers, quantisation and sparsity of tensors.
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #include "tflite-file/tflite_tensor.hpp"
 
