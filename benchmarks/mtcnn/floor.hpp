@@ -16,7 +16,7 @@ class Invokes {
   virtual void r(const Requests& requests) = 0;
   virtual void o(const Requests& requests) = 0;
 };
-// Uses the engine with which the program is built; `models` has the network files. `most`: the
+// Uses the engine with which the program is built; `models` has the network files. `max`: the
 // largest picture of the clip and the highest numbers of regions.
 std::unique_ptr<Invokes> make_invokes(const std::string& models, uint32_t min_face,
                                       const Requests& max, const Seen& seen);

@@ -57,7 +57,7 @@ inline Error bad_option(std::string_view key, std::string_view text, std::string
                .fix = "custom=" + name + ":" + std::string(valid)};
 }
 
-// Parses an integer >= `least`; otherwise OPTION_VALUE.
+// Parses an integer >= `min`; otherwise OPTION_VALUE.
 inline Result<int> number_option(std::string_view key, std::string_view text, int min) {
   int value = 0;
   const auto [end, bad] = std::from_chars(text.data(), text.data() + text.size(), value);

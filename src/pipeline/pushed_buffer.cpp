@@ -2,6 +2,7 @@
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #include "pipeline/pushed_buffer.hpp"
 
+#include <algorithm>
 #include <cstring>
 #include <functional>
 #include <limits>
@@ -97,8 +98,9 @@ Result<TensorSpec> pushed_spec(const weir_tensor& tensor, const TensorSpec* expe
 Result<gst::Ref<GstBuffer>> pushed_buffer(std::span<const weir_tensor> tensors,
                                           std::span<const TensorSpec> specs, Format format) {
   auto buffer = gst::Ref<GstBuffer>::adopt(gst_buffer_new());
-  std::vector<uint64_t> sizes;
-  for (const auto& tensor : tensors) sizes.push_back(chunk_bytes(tensor, format));
+  std::vector<uint64_t> sizes(tensors.size());
+  std::transform(tensors.begin(), tensors.end(), sizes.begin(),
+                 [format](const auto& tensor) { return chunk_bytes(tensor, format); });
   const auto fill = [&](size_t n, std::span<std::byte> bytes) -> Status {
     write_chunk(tensors[n], specs[n], format, bytes);
     return ok();

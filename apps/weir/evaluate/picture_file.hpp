@@ -29,7 +29,7 @@ struct ClassMask {
 // LABELS_INVALID for other files, FILE_NOT_FOUND for damaged ones.
 Result<ClassMask> read_class_mask(const std::string& path);
 
-// A JPEG file of at most `most` pixels on the longer side. "" if GStreamer has no encoder.
+// A JPEG file of at most `max` pixels on the longer side. "" if GStreamer has no encoder.
 std::string small_jpeg(const DecodedPicture& picture, uint32_t max);
 
 }  // namespace weir::app

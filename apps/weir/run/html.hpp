@@ -11,7 +11,7 @@ namespace weir::app {
 // Safe as text and in quoted attributes. Control characters become blanks; bytes that are not UTF-8
 // become the replacement character.
 std::string escaped(std::string_view text);
-// At most `most` characters; the last is an ellipsis if some are omitted. Not escaped.
+// At most `max` characters; the last is an ellipsis if some are omitted. Not escaped.
 std::string shortened(const std::string& text, size_t max);
 
 std::string fixed(double value, int digits);  // independent of the locale

@@ -41,7 +41,7 @@ struct PoseNetPerson {
 // The person with the best cell of each key point; the score is the mean of theirs.
 PoseNetPerson best_person(const PoseNetMaps& maps);
 
-// All persons whose score is at least `least`, as they are found: best first key point first. A
+// All persons whose score is at least `min`, as they are found: best first key point first. A
 // person's score is the mean of its key points' scores without those that an earlier person has.
 std::vector<PoseNetPerson> find_people(const PoseNetMaps& maps, float min);
 

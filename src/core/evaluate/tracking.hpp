@@ -61,7 +61,7 @@ Scores tracking_scores(const TrackingCounts& counts);
 // The first three, of sequences that count several times or not at all.
 Scores tracking_headline(std::span<const TrackingCounts> sequences, Times times);
 
-// A sequence cut into parts of equal length, at most `most` and each of at least `min_frames`
+// A sequence cut into parts of equal length, at most `max` and each of at least `min_frames`
 // frames, so that the spread of one sequence can be estimated. One part if it is too short.
 std::vector<Sequence> parts_of(const Sequence& sequence, size_t min_frames, size_t max);
 

@@ -19,7 +19,7 @@ Failure wrong_setting(const HeadOptions& options, const std::string& key, std::s
 // The index of the setting's value among `words`; nullopt if it is not set.
 std::optional<size_t> word_setting(const HeadOptions& options, const std::string& key,
                                    std::initializer_list<std::string_view> words);
-// A whole number from `least` to `most`; nullopt if it is not set.
+// A whole number from `min` to `max`; nullopt if it is not set.
 std::optional<int64_t> number_setting(const HeadOptions& options, const std::string& key,
                                       int64_t min, int64_t max);
 // Numbers between '/', ';', ' ' or ':', none of which separates settings; empty if it is not set.

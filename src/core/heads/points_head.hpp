@@ -22,7 +22,7 @@ class PointsHead : public Head {
  protected:
   size_t points_per_object() const noexcept { return points_per_object_; }
   void begin() noexcept;
-  // Adds an object whose box is the upright one around its points of at least `least` score, or
+  // Adds an object whose box is the upright one around its points of at least `min` score, or
   // around all of them if none has it.
   void add(std::span<const results::KeyPoint> points, float min, float score, int32_t class_index);
   // With a box of its own. Left out if it is not finite.

@@ -35,7 +35,7 @@ std::optional<MapSize> map_of(const ModelFacts& model) {
   return fits ? std::optional(MapSize{width, height}) : std::nullopt;
 }
 
-// A setting of the head: a number from 0 to `most`.
+// A setting of the head: a number from 0 to `max`.
 float read_setting(const HeadOptions& options, const std::string& key, float otherwise, float max,
                    const char* fix) {
   const auto found = options.custom.find(key);

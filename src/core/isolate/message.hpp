@@ -94,7 +94,7 @@ class MessageReader {
   }
   // Everything that is left.
   std::span<const std::byte> rest() { return bytes(rest_.size()); }
-  // The number of items that follow; more than `most` invalidates the message.
+  // The number of items that follow; more than `max` invalidates the message.
   uint32_t count(uint32_t max) {
     const auto value = take<uint32_t>();
     if (value <= max) return value;

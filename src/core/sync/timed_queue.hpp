@@ -55,7 +55,7 @@ class TimedQueue {
     ended_ = true;
     changed_.notify_all();
   }
-  // Removes older items and waits at most `most` for one with this time; `out` is a default Item if
+  // Removes older items and waits at most `max` for one with this time; `out` is a default Item if
   // none is found.
   TimedOutcome take(int64_t time, std::chrono::nanoseconds max, Item* out) {
     *out = Item();

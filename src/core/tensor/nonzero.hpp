@@ -13,7 +13,7 @@ struct NonzeroElements {
   bool is_signed = false;
 
   size_t count(const std::byte* dense, size_t elements) const noexcept;
-  // Writes the first `most` of them: `values` of `size` bytes, `indices` of 4 bytes. Never writes
+  // Writes the first `max` of them: `values` of `size` bytes, `indices` of 4 bytes. Never writes
   // more, even if another thread changes `dense` meanwhile. Returns how many there were.
   size_t write(const std::byte* dense, size_t elements, size_t max, std::byte* values,
                std::byte* indices) const noexcept;

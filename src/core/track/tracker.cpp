@@ -94,7 +94,7 @@ Tracker::OpenBoxes Tracker::open_boxes(std::span<const TrackedBox> boxes, UseBox
   return out;
 }
 
-// The boxes that overlap `box` of track `number` by at least `least`.
+// The boxes that overlap `box` of track `number` by at least `min`.
 void Tracker::add_candidates(std::span<const TrackedBox> boxes, const OpenBoxes& open,
                              uint32_t number, const Box& box, float min,
                              std::vector<Candidate>* out) const {

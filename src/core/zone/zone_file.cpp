@@ -103,7 +103,7 @@ class Parser {
     if (!x || !y || std::abs(*x) > kFarthest || std::abs(*y) > kFarthest) return std::nullopt;
     return Point{*x, *y};
   }
-  // The points of a list of `least` to `most` entries [x, y]; none if it has faults.
+  // The points of a list of `min` to `max` entries [x, y]; none if it has faults.
   std::vector<Point> points(const Json* list, const std::string& path, size_t min, size_t max) {
     std::vector<Point> out;
     if (!list || !list->is_array() || list->size() < min || list->size() > max) {

@@ -43,8 +43,8 @@ class FrameFlow {
 
   // Any thread, at the start and when properties change.
   void configure(const FilterSettings& settings) noexcept { output_.configure(settings); }
-  // What the filter adds to the pipeline latency: `least` is the wait for a worker or a batch,
-  // `most` how long frames can be kept without blocking the source. Both include the invoke if it
+  // What the filter adds to the pipeline latency: `min` is the wait for a worker or a batch,
+  // `max` how long frames can be kept without blocking the source. Both include the invoke if it
   // is reported.
   struct Delay {
     GstClockTime min = 0, max = 0;

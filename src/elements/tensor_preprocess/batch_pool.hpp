@@ -10,13 +10,13 @@ namespace weir {
 class BatchPool {
  public:
   BatchPool() = default;
-  // `part`: its dimension 3 counts the parts. `most`: parts of a static tensor; 0 = flexible.
+  // `part`: its dimension 3 counts the parts. `max`: parts of a static tensor; 0 = flexible.
   // LIMIT_EXCEEDED.
   static Result<BatchPool> make(const TensorSpec& part, uint32_t max);
   Status allocate_as(const gst::Allocation& allocation);
 
-  // A buffer of one memory for `parts` parts (static: `most`), with its header. Precondition: parts
-  // is above 0 and, if static, at most `most`. OUT_OF_MEMORY, LIMIT_EXCEEDED.
+  // A buffer of one memory for `parts` parts (static: `max`), with its header. Precondition: parts
+  // is above 0 and, if static, at most `max`. OUT_OF_MEMORY, LIMIT_EXCEEDED.
   Result<gst::Ref<GstBuffer>> acquire(size_t parts, const BufferLimit& limit);
   uint64_t allocated() const { return allocated_before_ + pool_.stats().allocated; }
 

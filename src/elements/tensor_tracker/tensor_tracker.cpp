@@ -230,6 +230,7 @@ class TensorTracker : public gst::CountedTransform<TensorTracker> {
 
   Status convert(GstBuffer* in, GstBuffer* out) {
     if (auto status = reader_.read(in, input_); !status) return status;
+    ledger_.copied(reader_.bytes_copied());
     const auto& tensors = reader_.tensors();
     std::vector<gst::TensorPiece> pieces;
     if (auto status = gst::append_pieces(in, reader_, &ledger_, &pieces); !status) return status;

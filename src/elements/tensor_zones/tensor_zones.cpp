@@ -292,6 +292,7 @@ class TensorZones : public gst::CountedTransform<TensorZones> {
   Status convert(GstBuffer* in, GstBuffer* out) {
     std::vector<gst::TensorPiece> pieces;
     if (auto status = reader_.read(in, input_); !status) return status;
+    ledger_.copied(reader_.bytes_copied());
     if (auto status = gst::append_pieces(in, reader_, &ledger_, &pieces); !status) return status;
     std::vector<records::ResultTensor> tensors;
     for (const auto& view : reader_.tensors()) tensors.push_back({view.spec, view.payload});

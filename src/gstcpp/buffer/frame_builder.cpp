@@ -143,11 +143,13 @@ Status append_tensors(std::span<TensorPiece> pieces, GstBuffer* buffer, uint64_t
   for (const TensorPiece& piece : pieces.subspan(alone)) {
     specs.push_back(piece.spec);
     sizes.push_back(size_of(piece.memory.get()));
-    *copied += sizes.back();
   }
-  return append_packed(specs, sizes, alone, buffer, [&](size_t n, std::span<std::byte> bytes) {
+  const auto fill = [&](size_t n, std::span<std::byte> bytes) {
     return copy(pieces[n].memory.get(), bytes);
-  });
+  };
+  if (auto status = append_packed(specs, sizes, alone, buffer, fill); !status) return status;
+  *copied += std::accumulate(sizes.begin(), sizes.end(), uint64_t{0});
+  return ok();
 }
 
 Status append_tensors(std::span<TensorPiece> pieces, GstBuffer* buffer, Ledger* ledger) {
@@ -279,13 +281,13 @@ Result<Ref<GstBuffer>> pick_tensors(GstBuffer* in, const FrameLayout& layout,
     for (const size_t index : chosen.subspan(alone)) {
       specs.push_back(places[index].spec);
       sizes.push_back(places[index].size);
-      *copied += sizes.back();
     }
     const auto fill = [&](size_t n, std::span<std::byte> bytes) {
       return extract(in, places[chosen[n]], bytes);
     };
     if (auto status = append_packed(specs, sizes, alone, out.get(), fill); !status)
       return status.error();
+    *copied += std::accumulate(sizes.begin(), sizes.end(), uint64_t{0});
   }
   keep_maps_of(chosen, places.size(), out.get());
   return out;

@@ -63,7 +63,7 @@ std::optional<std::string> text_of(const GstStructure* structure, const char* fi
   return std::string(text);
 }
 
-// The items of an array; null if the field is no array of at most `most`.
+// The items of an array; null if the field is no array of at most `max`.
 const GValue* array_of(const GstStructure* structure, const char* field, guint max) {
   const GValue* value = gst_structure_get_value(structure, field);
   const bool valid =

@@ -30,7 +30,7 @@ struct DamageCounts {
   int refused = 0, failed = 0, ran = 0, large = 0;
 };
 
-// Whether all inputs fit into `most` bytes, counting an open dimension as 1.
+// Whether all inputs fit into `max` bytes, counting an open dimension as 1.
 inline bool inputs_fit(const OpenEngine& model, double max) {
   double bytes = 0;
   for (const auto& info : model.inputs()) {

@@ -102,7 +102,7 @@ class PendingRequests {
     late_in_row_ += count;
     return count;
   }
-  // Whether more than `most` requests in a row have timed out. The server may have dropped frames:
+  // Whether more than `max` requests in a row have timed out. The server may have dropped frames:
   // only a new connection makes clear which answer is whose. With numbers it always is.
   bool must_reconnect(size_t max) const noexcept { return !numbered_ && late_in_row_ > max; }
 

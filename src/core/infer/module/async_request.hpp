@@ -47,7 +47,7 @@ class RequestReceiver {
 // The requests of one session. All functions are thread-safe.
 class Requests {
  public:
-  // At most `most` (>= 1) requests in flight.
+  // At most `max` (>= 1) requests in flight.
   explicit Requests(size_t max) : state_(std::make_shared<State>(max)) {}
   // Abandons the requests in flight: the session is freed.
   ~Requests();

@@ -29,7 +29,7 @@ Sums first_sums(double multiplier, uint8_t zero_point) {
   return out;
 }
 
-// The finest grain of which every multiple up to `most` is exact as a float.
+// The finest grain of which every multiple up to `max` is exact as a float.
 float grain_for(int64_t max) {
   float grain = kFinest;
   while (static_cast<float>(max) >= std::ldexp(grain, 24)) grain *= 2;
