@@ -8,7 +8,7 @@
  *    (C) Shapes are outermost-first as in NumPy, -1 = unknown. Only the text grammar of caps and
  *        properties is innermost-first.
  * Functions that return int return 0 on success and -code (codes.h) on failure, with the weir_error
- * filled through host->fail. invoke and decode return > 0 to drop the frame (weir_no_result).
+ * filled through host->fail. decode, and invoke with weir_no_result, return > 0 to drop the frame.
  * Strings are UTF-8, zero-terminated, owned by the side that passes them and valid for the call
  * unless stated otherwise.
  *

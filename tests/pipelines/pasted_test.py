@@ -138,7 +138,7 @@ class Pasted(unittest.TestCase):
         pages = list(documents.rglob("*.md"))
         self.assertGreater(len(pages), 100)
         # A link to the source code needs the source code.
-        code = re.compile(r": (?:\.\./)*(?:tests|tools|apps|packages|include|src/.*[ch]pp$)")
+        code = re.compile(r": (?:\.\./)*(?:tests|tools|apps|benchmarks|packages|include|src/.*[ch]pp$)")
         self.assertEqual([link for link in broken_links(pages, documents) if not code.search(link)], [])
         for page in ("docs/README.md", "docs/guide/first-pipeline.md", "docs/pictures/a-buffers-way.svg", "examples/model_once.c"):
             self.assertTrue((documents / page).is_file(), page)

@@ -161,9 +161,10 @@ Result<DecodedPicture> decode_picture(const std::string& path) {
   GstVideoInfo info;
   if (!caps || !gst_video_info_from_caps(&info, caps->get())) return unreadable(path, "no size");
   const auto pixels = (*frame)[0].bytes();
-  return DecodedPicture{
-      gst::Ref<GstBuffer>::adopt(gst_buffer_new_memdup(pixels.data(), pixels.size())), *caps,
-      static_cast<uint32_t>(info.width), static_cast<uint32_t>(info.height)};
+  if (pixels.size() < info.size) return unreadable(path, "no pixels");
+  return DecodedPicture{gst::Ref<GstBuffer>::adopt(gst_buffer_new_memdup(pixels.data(), info.size)),
+                        *caps, static_cast<uint32_t>(info.width),
+                        static_cast<uint32_t>(info.height)};
 }
 
 Result<ClassMask> read_class_mask(const std::string& path) {

@@ -14,7 +14,7 @@
 namespace weir::app {
 namespace {
 
-constexpr size_t kMaxText = size_t{1} << 20;
+constexpr size_t kMaxTextBytes = size_t{1} << 20;
 
 bool plain(char c) {
   return std::isalnum(static_cast<unsigned char>(c)) || c == '_' || c == '-' || c == '%';
@@ -177,7 +177,7 @@ class Reader {
 }  // namespace
 
 Result<LaunchGraph> read_launch_graph(std::string_view text) {
-  if (text.size() > kMaxText)
+  if (text.size() > kMaxTextBytes)
     return Error{.code = Code::LIMIT_EXCEEDED,
                  .what = "the text of the pipeline is too long",
                  .offered = std::to_string(text.size()) + " bytes",

@@ -9,7 +9,7 @@ namespace weir::app {
 namespace {
 
 constexpr guint kSeconds = 5;  // for a client to send its request and to read the answer
-constexpr size_t kMaxRequest = 8192;
+constexpr size_t kMaxRequestBytes = 8192;
 constexpr int kMaxWaiting = 16;
 
 std::string answer(const char* status, const char* type, const std::string& body) {
@@ -33,7 +33,7 @@ struct Exchange {
   gst::Unique<GSocketConnection, g_object_unref> connection;
   gst::Unique<GCancellable, g_object_unref> end;
   std::string request, response;
-  std::array<char, kMaxRequest> received{};
+  std::array<char, kMaxRequestBytes> received{};
 
   static void read(Exchange* self) {
     GInputStream* in = g_io_stream_get_input_stream(G_IO_STREAM(self->connection.get()));
@@ -46,7 +46,7 @@ struct Exchange {
     if (count <= 0) return;
     self->request.append(self->received.data(), static_cast<size_t>(count));
     const bool is_whole = self->request.find("\r\n\r\n") != std::string::npos;
-    if (!is_whole && self->request.size() < kMaxRequest) return read(self.release());
+    if (!is_whole && self->request.size() < kMaxRequestBytes) return read(self.release());
     self->response = is_whole ? answer_to(self->request, self->page)
                               : answer("431 Request Header Fields Too Large", "text/plain", "");
     GOutputStream* out = g_io_stream_get_output_stream(G_IO_STREAM(self->connection.get()));

@@ -62,7 +62,7 @@ Found find_class(std::span<const float> row, float threshold, SsdClass choice) {
 }
 
 constexpr uint32_t kGrids = 6, kFirstStride = 16;
-constexpr double kMinScale = 0.2, kGreatestScale = 0.95, kScaleOfFirst = 0.1;
+constexpr double kMinScale = 0.2, kMaxScale = 0.95, kScaleOfFirst = 0.1;
 
 struct AnchorSize {
   double height, width;
@@ -75,7 +75,7 @@ AnchorSize size_of(double scale, double ratio) {
 
 std::vector<AnchorSize> sizes_of(uint32_t grid) {
   const auto scale = [](uint32_t i) {
-    return kMinScale + (kGreatestScale - kMinScale) * i / (kGrids - 1);
+    return kMinScale + (kMaxScale - kMinScale) * i / (kGrids - 1);
   };
   if (grid == 0) return {size_of(kScaleOfFirst, 1), size_of(scale(0), 2), size_of(scale(0), 0.5)};
   std::vector<AnchorSize> out;
@@ -101,9 +101,9 @@ constexpr uint32_t kGridPixels = 192;
 
 float scale_of(const PalmAnchorOptions& options, size_t layer) {
   const size_t layers = options.strides.size();
-  if (layers == 1) return (options.min_scale + options.greatest_scale) / 2;
-  return options.min_scale + (options.greatest_scale - options.min_scale) *
-                                 static_cast<float>(layer) / static_cast<float>(layers - 1);
+  if (layers == 1) return (options.min_scale + options.max_scale) / 2;
+  return options.min_scale + (options.max_scale - options.min_scale) * static_cast<float>(layer) /
+                                 static_cast<float>(layers - 1);
 }
 
 // One anchor of each scale in each cell of a square grid.

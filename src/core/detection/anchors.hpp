@@ -65,7 +65,7 @@ struct Anchor {
 };
 
 struct PalmAnchorOptions {
-  float min_scale = 1, greatest_scale = 1;
+  float min_scale = 1, max_scale = 1;
   float x_offset = 0.5f, y_offset = 0.5f;        // of a cell's centre, in cells
   std::vector<uint32_t> strides{8, 16, 16, 16};  // pixels of a cell, of each layer; above 0
 };

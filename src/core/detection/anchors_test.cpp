@@ -104,7 +104,7 @@ TEST(PalmAnchors, TheUsualOnesAreThoseOfTheModel) {
 
 TEST(PalmAnchors, EachLayerHasItsScaleAndTheNext) {
   const auto anchors = make_palm_anchors({.min_scale = 0.25f,
-                                          .greatest_scale = 0.75f,
+                                          .max_scale = 0.75f,
                                           .x_offset = 0,
                                           .y_offset = 1,
                                           .strides = {96, 96, 192}});
@@ -118,7 +118,7 @@ TEST(PalmAnchors, EachLayerHasItsScaleAndTheNext) {
   EXPECT_EQ(anchors[16], (Anchor{0, 1, 0.75f, 0.75f}));
   EXPECT_EQ(anchors[17], (Anchor{0, 1, 1, 1}));
   const auto one = make_palm_anchors({.min_scale = 0.25f,
-                                      .greatest_scale = 0.75f,
+                                      .max_scale = 0.75f,
                                       .x_offset = 0.5f,
                                       .y_offset = 0.5f,
                                       .strides = {100}});

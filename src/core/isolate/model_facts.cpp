@@ -7,10 +7,10 @@
 namespace weir::isolate {
 namespace {
 
-constexpr size_t kMaxText = size_t{64} * 1024;
+constexpr size_t kMaxTextBytes = size_t{64} * 1024;
 
 std::string shortened(std::string text) {
-  if (text.size() > kMaxText) text.resize(kMaxText);
+  if (text.size() > kMaxTextBytes) text.resize(kMaxTextBytes);
   return text;
 }
 

@@ -9,12 +9,12 @@
 namespace weir {
 namespace {
 
-constexpr size_t kMaxText = 65536, kMaxRoles = 256;
+constexpr size_t kMaxTextBytes = 65536, kMaxRoles = 256;
 
 // `set` gets the index and the text of each entry.
 template <class Set>
 void each_entry(std::string_view text, Set&& set) {
-  if (text.empty() || text.size() > kMaxText) return;
+  if (text.empty() || text.size() > kMaxTextBytes) return;
   size_t index = 0;
   for (const auto entry : split(text, ";")) {
     if (index == kMaxRoles) return;

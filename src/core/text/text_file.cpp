@@ -15,7 +15,7 @@
 namespace weir {
 namespace {
 
-constexpr size_t kMaxFile = 16 << 20;  // bytes
+constexpr size_t kMaxFileBytes = 16 << 20;  // bytes
 
 }  // namespace
 
@@ -34,7 +34,7 @@ std::string read_text_file(const std::string& option, const std::string& path) {
   char block[4096];
   while (const size_t read = std::fread(block, 1, sizeof block, file.get())) {
     text.append(block, read);
-    if (text.size() > kMaxFile) throw failure("it is too long");
+    if (text.size() > kMaxFileBytes) throw failure("it is too long");
   }
   if (std::ferror(file.get())) throw failure(std::strerror(errno));
   return text;

@@ -185,7 +185,7 @@ class TensorQueryClient : public gst::PlainFilter<TensorQueryClient> {
       return GST_FLOW_OK;
     }
     const auto sent =
-        exchange_.send(buffer.get(), s.timeout > 0 ? milliseconds(s.timeout) : kMaxAnswer);
+        exchange_.send(buffer.get(), s.timeout > 0 ? milliseconds(s.timeout) : kMaxAnswerTime);
     buffer = {};
     if (!sent) return is_of_frame(sent.error()) ? post(sent.error()) : disconnected(sent.error());
     if (*sent == LinkEnd::Interrupted) return GST_FLOW_FLUSHING;
@@ -241,7 +241,7 @@ class TensorQueryClient : public gst::PlainFilter<TensorQueryClient> {
 
  private:
   // The place of a request is freed after this time if `timeout` does not say.
-  static constexpr milliseconds kMaxAnswer{30'000};
+  static constexpr milliseconds kMaxAnswerTime{30'000};
   static constexpr milliseconds kFirstRetry{100}, kLastRetry{1000}, kHandshake{10'000},
       kRetryHandshake{2000}, kServerTime{1000};
 

@@ -263,13 +263,13 @@ void FilterOutput::add_stats(GstStructure* stats, infer::PoolState pool) const {
                     "pool-allocated", G_TYPE_UINT64, pool_allocated_.load(), nullptr);
   if (with_task_) {
     const auto held = held_->state();
-    pool.bytes_held = held.held, pool.bytes_max = held.max;
+    pool.bytes_held = held.held, pool.bytes_peak = held.peak;
     gst_structure_set(stats, "outputs-dropped", G_TYPE_UINT64, held.dropped, nullptr);
   }
   gst_structure_set(stats, "workers", G_TYPE_UINT64, uint64_t{pool.workers}, "workers-busy",
                     G_TYPE_UINT64, uint64_t{pool.busy}, "mean-busy", G_TYPE_DOUBLE, pool.mean_busy,
                     "waiting", G_TYPE_UINT64, uint64_t{pool.waiting}, "bytes-held", G_TYPE_UINT64,
-                    pool.bytes_held, "bytes-most", G_TYPE_UINT64, pool.bytes_max, nullptr);
+                    pool.bytes_held, "bytes-most", G_TYPE_UINT64, pool.bytes_peak, nullptr);
 }
 
 }  // namespace weir

@@ -9,7 +9,7 @@ namespace {
 
 constexpr char kModelName[] = "weir-model";
 constexpr guint kModelVersion = 1;
-constexpr size_t kMaxText = size_t{16} << 20;  // labels of a model may be in its metadata
+constexpr size_t kMaxTextBytes = size_t{16} << 20;  // labels of a model may be in its metadata
 constexpr size_t kMaxNameLength = 4096;
 
 class Array {
@@ -135,8 +135,8 @@ std::optional<DescribedModel> parse_model_event(GstEvent* event) {
   if (!gst_structure_get_uint(structure, "version", &version) || version != kModelVersion)
     return std::nullopt;
   auto inputs = tensors_of(structure, "inputs"), outputs = tensors_of(structure, "outputs");
-  auto path = text_of(structure, "path", kMaxText);
-  auto metadata = text_of(structure, "metadata", kMaxText);
+  auto path = text_of(structure, "path", kMaxTextBytes);
+  auto metadata = text_of(structure, "metadata", kMaxTextBytes);
   if (!inputs || !outputs || !path || !metadata) return std::nullopt;
   return DescribedModel{*std::move(inputs), *std::move(outputs), *std::move(path),
                         *std::move(metadata)};

@@ -13,7 +13,7 @@ namespace {
 using net::OutgoingFrames;
 using Outcome = OutgoingFrames::Outcome;
 
-constexpr std::chrono::seconds kMaxEnd{5};  // to send what is queued at EOS
+constexpr std::chrono::seconds kMaxTimeToEnd{5};  // to send what is queued at EOS
 constexpr std::align_val_t kMessageAlignment{64};
 
 // Memory of a message, which several calls may send at a time.
@@ -137,7 +137,7 @@ class TensorSinkGrpc : public GrpcElement<TensorSinkGrpc, gst::BaseSink, Outgoin
   }
 
   void finish() {
-    if (!frames_ || frames_->finish(kMaxEnd)) return;
+    if (!frames_ || frames_->finish(kMaxTimeToEnd)) return;
     GST_CAT_WARNING_OBJECT(category(), self(), "frames were still queued at the end of the stream");
   }
 

@@ -10,12 +10,12 @@
 namespace weir::net {
 namespace {
 
-constexpr size_t kMaxText = 1024;
+constexpr size_t kMaxTextBytes = 1024;
 
 Error bad_address(std::string_view text, std::string difference) {
   return {.code = Code::OPTION_VALUE,
           .what = "the address of a model on a server cannot be read",
-          .offered = std::string(text.substr(0, kMaxText)),
+          .offered = std::string(text.substr(0, kMaxTextBytes)),
           .needed =
               "grpc://HOST:PORT/MODEL or grpcs://HOST:PORT/MODEL, optionally followed by /VERSION",
           .difference = std::move(difference),
@@ -61,7 +61,7 @@ std::optional<std::string> read_model(std::string_view path, ServerAddress* out)
 Result<ServerAddress> ServerAddress::parse(std::string_view text) {
   ServerAddress out;
   std::string_view rest = text;
-  if (text.size() > kMaxText) return bad_address(text, "it is longer than 1024 characters");
+  if (text.size() > kMaxTextBytes) return bad_address(text, "it is longer than 1024 characters");
   out.text = text;
   if (take(&rest, "grpc+unix:")) {
     const size_t end = rest.rfind(":/");

@@ -7,7 +7,7 @@ namespace weir::infer {
 
 void HeldBytes::add(uint64_t* to, uint64_t bytes) noexcept {
   *to += bytes;
-  max_ = std::max(max_, held());
+  peak_ = std::max(peak_, held());
 }
 
 HeldBytes::Answer HeldBytes::try_frame(const std::shared_ptr<HeldBytes>& held, uint64_t bytes,
@@ -98,7 +98,7 @@ void HeldBytes::resume() {
 
 HeldBytes::State HeldBytes::state() const {
   Lock lock(mutex_);
-  return {held(), max_, dropped_, frames_waiting_ > 0, results_waiting_ > 0};
+  return {held(), peak_, dropped_, frames_waiting_ > 0, results_waiting_ > 0};
 }
 
 }  // namespace weir::infer

@@ -84,8 +84,8 @@ class HeldBytes {
   void resume();
 
   struct State {
-    uint64_t held = 0, max = 0;  // bytes, now and the peak
-    uint64_t dropped = 0;        // results
+    uint64_t held = 0, peak = 0;  // bytes, now and the peak
+    uint64_t dropped = 0;         // results
     bool frame_waits = false, result_waits = false;
   };
   State state() const;
@@ -106,8 +106,8 @@ class HeldBytes {
   const WhenBusy when_busy_;
   mutable std::mutex mutex_;  // guards the rest
   std::condition_variable changed_;
-  uint64_t frames_ = 0, results_ = 0, max_ = 0, dropped_ = 0;  // bytes; dropped_: results
-  size_t frames_waiting_ = 0, results_waiting_ = 0;            // calls
+  uint64_t frames_ = 0, results_ = 0, peak_ = 0, dropped_ = 0;  // bytes; dropped_: results
+  size_t frames_waiting_ = 0, results_waiting_ = 0;             // calls
   bool refuses_frames_ = false, refuses_results_ = false;
 };
 

@@ -58,7 +58,7 @@ TEST(HeldBytes, CountsWithoutABound) {
   EXPECT_EQ(held->state().held, 7u) << "frames that ended";
   held->release_result(7);
   EXPECT_EQ(held->state().held, 0u);
-  EXPECT_EQ(held->state().max, 157u);
+  EXPECT_EQ(held->state().peak, 157u);
 }
 
 TEST(HeldBytes, HasOneBoundForFramesAndResults) {
@@ -70,7 +70,7 @@ TEST(HeldBytes, HasOneBoundForFramesAndResults) {
   EXPECT_EQ(frame(held, 11, &b), Answer::Full);
   EXPECT_EQ(held->take_result(11, queue), Room::Dropped);
   EXPECT_EQ(held->take_result(10, queue), Room::Taken) << "to the last byte";
-  EXPECT_EQ(held->state().max, 100u);
+  EXPECT_EQ(held->state().peak, 100u);
   EXPECT_EQ(held->state().dropped, 1u);
 }
 
@@ -101,7 +101,7 @@ TEST(HeldBytes, WaitsUntilResultsHaveLeft) {
   held->release_result(1);
   engine.join();
   EXPECT_EQ(held->state().held, 20u);
-  EXPECT_EQ(held->state().max, 20u);
+  EXPECT_EQ(held->state().peak, 20u);
 }
 
 TEST(HeldBytes, ReportsWhenOnlyTheEngineCanMakeRoom) {

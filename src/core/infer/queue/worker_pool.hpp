@@ -31,7 +31,7 @@ struct PoolState {
   size_t workers = 0, busy = 0, waiting = 0;
   double mean_busy = 0;     // since the first job
   uint64_t bytes_held = 0;  // of queued and running jobs
-  uint64_t bytes_max = 0;   // the peak of bytes_held
+  uint64_t bytes_peak = 0;  // the peak of bytes_held
   bool holds_up = false;    // a caller waits for room
 };
 
@@ -84,7 +84,7 @@ class WorkerPool {
       waiting_.push_back({std::move(job), bytes});
       ++load_.waiting;
       load_.waiting_bytes += bytes;
-      max_ = std::max(max_, load_.working_bytes + load_.waiting_bytes);
+      peak_ = std::max(peak_, load_.working_bytes + load_.waiting_bytes);
     }
     jobs_.notify_one();
   }
@@ -118,7 +118,7 @@ class WorkerPool {
             load_.waiting,
             occupancy_.mean(Clock::now()),
             load_.working_bytes + load_.waiting_bytes,
-            max_,
+            peak_,
             somebody_waits_};
   }
 
@@ -199,7 +199,7 @@ class WorkerPool {
   std::deque<Waiting> waiting_;
   PoolLoad load_;
   Occupancy occupancy_;
-  uint64_t max_ = 0;
+  uint64_t peak_ = 0;
   bool flushing_ = false, stopping_ = false;
   // The place of the first worker: lent to the caller of make_room(), in use by it; that caller
   // waits.

@@ -161,7 +161,7 @@ TEST(WorkerPool, CountsTheBytesOfWaitingAndRunningJobs) {
   EXPECT_EQ(g.pool.state().bytes_held, 70u);
   g.gate.let_one_go();
   g.pool.wait_until_idle();
-  EXPECT_EQ(g.pool.state().bytes_max, 70u);
+  EXPECT_EQ(g.pool.state().bytes_peak, 70u);
 }
 
 TEST(WorkerPool, WaitsForBytesThatAreHeld) {
@@ -177,7 +177,7 @@ TEST(WorkerPool, WaitsForBytesThatAreHeld) {
   g.gate.let_one_go();
   other.join();
   g.gate.wait_for_entered(2);
-  EXPECT_EQ(g.pool.state().bytes_max, 60u);
+  EXPECT_EQ(g.pool.state().bytes_peak, 60u);
 }
 
 TEST(WorkerPool, AFlushReturnsWaitingJobs) {
@@ -392,7 +392,7 @@ TEST(WorkerPool, LosesNoJobUnderThreads) {
     flusher.join();
     pool.wait_until_idle();
     for (size_t i = 0; i < kCount; ++i) EXPECT_EQ(seen[i], 1) << i;
-    EXPECT_LE(pool.state().bytes_max, 60u);
+    EXPECT_LE(pool.state().bytes_peak, 60u);
   }
 }
 
