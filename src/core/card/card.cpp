@@ -300,21 +300,26 @@ ImageInput input_from(const Json& json, const std::string& where, Faults* faults
   return input;
 }
 
+Labels label_file_from(Fields* file) {
+  Labels out;
+  file->only({"file", "skip"});
+  out.file = file->text("file", true);
+  if (!out.file.empty() && !is_name_of_a_file(out.file))
+    file->fail("file", "a file name without folders");
+  if (const Json* skip = file->find("skip", false)) {
+    if (skip->is_number_unsigned()) out.skip = skip->get<size_t>();
+    if (!skip->is_number_unsigned()) file->fail("skip", "a number of lines");
+  }
+  return out;
+}
+
 Labels labels_from(Fields* fields, Faults* faults) {
   Labels out;
   const Json* value = fields->find("labels", false);
   if (!value) return out;
   if (value->is_object()) {
     Fields file(*value, fields->where("labels"), faults);
-    file.only({"file", "skip"});
-    out.file = file.text("file", true);
-    if (!out.file.empty() && !is_name_of_a_file(out.file))
-      file.fail("file", "a file name without folders");
-    if (const Json* skip = file.find("skip", false)) {
-      if (skip->is_number_unsigned()) out.skip = skip->get<size_t>();
-      if (!skip->is_number_unsigned()) file.fail("skip", "a number of lines");
-    }
-    return out;
+    return label_file_from(&file);
   }
   const bool texts =
       value->is_array() &&
