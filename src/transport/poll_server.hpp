@@ -82,7 +82,7 @@ class PollServer {
   // What the server's thread calls: with the lock, unless it says otherwise. The socket that
   // listens; -1: no peer is accepted now.
   virtual int listening() const = 0;
-  // No descriptor if no peer waits. Without the lock.
+  // No descriptor if no peer waits. Does not block.
   virtual io::Descriptor accept() = 0;
   virtual void add(io::Descriptor socket) = 0;
   // Adds kSockets of each client, and returns when one is to be attended to anyway.
@@ -116,11 +116,6 @@ class PollServer {
     }
     poll(watched.data(), watched.size(), io::poll_timeout(next));
     if (watched[0].revents) wake_->clear();
-    std::vector<io::Descriptor> accepted;
-    for (int i = 0; watched[1].revents && i < kMaxAccepted; ++i) {
-      accepted.push_back(accept());
-      if (!accepted.back()) break;
-    }
     std::vector<typename Peer::Input> inputs;
     const auto events = [&](size_t i) { return &watched[2 + i * Peer::kSockets]; };
     for (size_t i = 0; i < clients.size(); ++i) inputs.push_back(clients[i]->read(events(i)));
@@ -129,13 +124,17 @@ class PollServer {
       const std::lock_guard lock(mutex_);
       for (size_t i = 0; i < clients.size(); ++i)
         if (!clients[i]->is_gone()) attend(clients[i], events(i), std::move(inputs[i]));
-      for (auto& socket : accepted)
-        if (socket) add(std::move(socket));
+      for (int i = 0; watched[1].revents && listening() >= 0 && i < kMaxAccepted; ++i) {
+        io::Descriptor socket = accept();
+        if (!socket) break;
+        add(std::move(socket));
+      }
       end_turn();
       std::erase_if(clients_, [](const auto& client) { return client->is_gone(); });
       refusals.swap(refusals_);
       changed_.notify_all();
     }
+    clients.clear();  // closes the sockets of those that are gone
     release();
     if (refused_)
       for (const Error& error : refusals) refused_(error);

@@ -253,6 +253,7 @@ Result<RequestMessage> QueryLink::make_request(std::vector<std::span<const std::
 Result<std::optional<LinkEnd>> QueryLink::send(const RequestMessage& request) {
   UnsentParts unsent(request);
   ++sent_;
+  late_bytes_ = 0;
   auto deadline = io::deadline_in(options_.stall_time);
   while (!end_ && !unsent.empty()) {
     const ssize_t sent = unsent.send(requests_->socket());
@@ -281,30 +282,40 @@ Result<std::optional<LinkEnd>> QueryLink::wait(const io::Deadline& deadline, boo
   if (ready <= 0) return End();
   const auto ended = read_ready((watched[0].revents & ~POLLOUT) != 0, watched[2].revents != 0);
   if (!ended || *ended) return ended;
-  // Messages that mean nothing do not hold up the time.
-  const bool is_late = !(watched[0].revents & POLLOUT) && io::is_over(deadline);
-  return is_late ? End(LinkEnd::Late) : End();
+  if ((watched[0].revents & POLLOUT) || !io::is_over(deadline)) return End();
+  // Answers that are there are taken, but messages that mean nothing do not hold up the time.
+  late_bytes_ += MessageConnection::kTurnBytes;
+  return late_bytes_ > expected_bytes() ? End(LinkEnd::Late) : End();
+}
+
+size_t QueryLink::expected_bytes() const noexcept {
+  constexpr uint64_t kMaxMessageBytes = uint64_t{1} << 40;
+  const uint64_t each = std::min(options_.limits.message_bytes, kMaxMessageBytes);
+  return static_cast<size_t>((sent_ - answered_ + 1) * (each + MessageConnection::kTurnBytes));
 }
 
 // Answers that came before the end are not lost, and the end of one connection may come before the
 // ERROR on the other.
 Result<std::optional<LinkEnd>> QueryLink::read_ready(bool has_requests, bool has_answers) {
-  Result<End> answers = has_answers ? read_side(answers_.get(), false) : End();
+  Result<End> answers =
+      has_answers ? read_side(answers_.get(), false, MessageConnection::kTurnBytes) : End();
   if (!answers) return answers;
-  Result<End> requests =
-      has_requests || *answers ? read_side(requests_.get(), true) : Result<End>(End());
+  Result<End> requests = has_requests || *answers
+                             ? read_side(requests_.get(), true, MessageConnection::kTurnBytes)
+                             : Result<End>(End());
   if (!requests) return requests;
-  if (*requests && !*answers && answers_) answers = read_side(answers_.get(), true);
+  if (*requests && !*answers && answers_)
+    answers = read_side(answers_.get(), true, expected_bytes());
   if (!answers) return answers;
   if (!*answers && !*requests) return End();
   const bool refused = *answers == LinkEnd::Refused || *requests == LinkEnd::Refused;
   return end(refused ? LinkEnd::Refused : LinkEnd::Lost);
 }
 
-// Reads messages, with `all` until there is nothing more or the turn is over; returns how the
-// connection ended, if it did.
-Result<std::optional<LinkEnd>> QueryLink::read_side(MessageConnection* from, bool all) {
-  size_t turn = MessageConnection::kTurnBytes;
+// Reads messages, with `all` until there is nothing more or the bytes of the turn have been read;
+// returns how the connection ended, if it did.
+Result<std::optional<LinkEnd>> QueryLink::read_side(MessageConnection* from, bool all,
+                                                    size_t turn) {
   do {
     auto step = from->read(&turn);
     if (!step) return step.error();
@@ -335,6 +346,7 @@ Status QueryLink::take_answer(wire::EdgeMessage message) {
 }
 
 Result<QueryLink::Received> QueryLink::receive(const io::Deadline& deadline) {
+  late_bytes_ = 0;
   for (;;) {
     if (!arrived_.empty()) {
       Received out{.answer = std::move(arrived_.front())};

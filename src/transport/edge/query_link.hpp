@@ -102,7 +102,9 @@ class QueryLink {
   bool is_of_server(int socket) const;
   Status check_handshake();
   Result<End> read_ready(bool has_requests, bool has_answers);
-  Result<End> read_side(MessageConnection* from, bool all);
+  Result<End> read_side(MessageConnection* from, bool all, size_t turn);
+  // The bytes that the answers which may still come can have.
+  size_t expected_bytes() const noexcept;
   Status take_answer(wire::EdgeMessage message);
   // Waits for bytes, and with `for_room` also for room to send, and reads what has arrived.
   Result<End> wait(const io::Deadline& deadline, bool for_room);
@@ -115,6 +117,7 @@ class QueryLink {
   int64_t client_id_ = 0;
   bool is_within_message_ = false;
   uint64_t sent_ = 0, answered_ = 0;
+  size_t late_bytes_ = 0;  // that may have been read since the deadline of this call passed
   std::deque<QueryAnswer> arrived_;
   std::optional<LinkEnd> end_;
 };

@@ -196,7 +196,6 @@ void QueryListener::greet(const Client& client) {
 }
 
 void QueryListener::add(Descriptor socket) {
-  if (listening() < 0) return;
   int64_t id = new_client_id();
   while (find(id)) id = new_client_id();
   const auto client =

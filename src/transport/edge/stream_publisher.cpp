@@ -159,6 +159,7 @@ io::Deadline StreamPublisher::watch(const Clients& links, std::vector<pollfd>* w
 
 void StreamPublisher::attend(const Client& link, const pollfd*, SubscriberLink::Input input) {
   link->send();
+  if (link->is_gone()) return;
   auto reason = link->take(input);
   if (!reason && io::is_over(link->patience(options_.queue)))
     reason = "it does not complete the handshake, or does not read";
