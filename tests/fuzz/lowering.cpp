@@ -7,7 +7,7 @@
 
 extern "C" int LLVMFuzzerTestOneInput(const uint8_t* data, size_t size) {
   const auto file = std::as_bytes(std::span(data, size));
-  const auto lowered = weir::engine::lower_tflite(file, {.cache = false, .runtime = "fuzz"});
+  const auto lowered = weir::engine::lower_tflite(file);
   if (!lowered) {
     weir::fuzz::require(!lowered.error().what.empty(), "an error has a text");
     return 0;
