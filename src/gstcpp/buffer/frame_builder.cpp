@@ -172,27 +172,34 @@ Status append_filled(std::span<const TensorSpec> specs, std::span<const uint64_t
   return append_packed(specs.subspan(alone), sizes.subspan(alone), alone, buffer, fill);
 }
 
+namespace {
+
+// Appends one memory with the bytes of all parts; a single memory is shared.
+Status append_joined(std::span<const BufferPart> parts, GstBuffer* out,
+                     const AllocateBytes& allocate) {
+  if (parts.size() == 1 && parts[0].memory) {
+    gst_buffer_append_memory(out, gst_memory_ref(parts[0].memory.get()));
+    return ok();
+  }
+  size_t total = 0;
+  for (const auto& part : parts) total += size_of(part);
+  return append_written(allocate(total), out, [&](std::span<std::byte> bytes) -> Status {
+    for (const auto& part : parts) {
+      if (auto status = copy(part, bytes); !status) return status;
+      bytes = bytes.subspan(size_of(part));
+    }
+    return ok();
+  });
+}
+
+}  // namespace
+
 Status append_parts(std::span<const BufferPart> parts, GstBuffer* out,
                     const AllocateBytes& allocate) {
-  const auto append = [&](std::span<const BufferPart> some) -> Status {
-    if (some.size() == 1 && some[0].memory) {
-      gst_buffer_append_memory(out, gst_memory_ref(some[0].memory.get()));
-      return ok();
-    }
-    size_t total = 0;
-    for (const auto& part : some) total += size_of(part);
-    return append_written(allocate(total), out, [&](std::span<std::byte> bytes) -> Status {
-      for (const auto& part : some) {
-        if (auto status = copy(part, bytes); !status) return status;
-        bytes = bytes.subspan(size_of(part));
-      }
-      return ok();
-    });
-  };
   const size_t alone = count_alone(parts.size());
   for (size_t i = 0; i < alone; ++i)
-    if (auto status = append(parts.subspan(i, 1)); !status) return status;
-  return alone < parts.size() ? append(parts.subspan(alone)) : ok();
+    if (auto status = append_joined(parts.subspan(i, 1), out, allocate); !status) return status;
+  return alone < parts.size() ? append_joined(parts.subspan(alone), out, allocate) : ok();
 }
 
 namespace {

@@ -280,7 +280,7 @@ Result<std::optional<LinkEnd>> QueryLink::wait(const io::Deadline& deadline, boo
   if (ready > 0 && watched[1].revents) return End(LinkEnd::Interrupted);
   if (ready == 0 && io::is_over(deadline)) return End(LinkEnd::Late);
   if (ready <= 0) return End();
-  const auto ended = read_ready((watched[0].revents & ~POLLOUT) != 0, watched[2].revents != 0);
+  auto ended = read_ready((watched[0].revents & ~POLLOUT) != 0, watched[2].revents != 0);
   if (!ended || *ended) return ended;
   if ((watched[0].revents & POLLOUT) || !io::is_over(deadline)) return End();
   // Answers that are there are taken, but messages that mean nothing do not hold up the time.
