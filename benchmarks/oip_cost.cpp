@@ -133,23 +133,23 @@ struct FailOver {
 void fail_over_once(FailOver* out) {
   PlainProcess first(kSmall), second(kSmall);
   OipClient engine = client_of({first.address(), second.address()}, kSmall);
-  std::vector<float> answer(kSmall);
+  std::vector<float> output(kSmall);
   int lost = 0;
   for (int i = 0; i < 400; ++i) {
     if (i == 200) first.end();
-    lost += !engine.call(answer.data());
+    lost += !engine.call(output.data());
   }
   out->killed_lost.push_back(lost);
   const PlainProcess again(kSmall, first.port());
-  out->back.push_back(until_used(engine, PlainClient(again.port()), answer.data()));
-  for (int i = 0; i < 100; ++i) engine.call(answer.data());
+  out->back.push_back(until_used(engine, PlainClient(again.port()), output.data()));
+  for (int i = 0; i < 100; ++i) engine.call(output.data());
   second.signal(SIGSTOP);
   lost = 0;
-  out->stopped_quick.push_back(until_quick(engine, answer.data(), &lost));
-  for (int i = 0; i < 200; ++i) lost += !engine.call(answer.data());
+  out->stopped_quick.push_back(until_quick(engine, output.data(), &lost));
+  for (int i = 0; i < 200; ++i) lost += !engine.call(output.data());
   out->stopped_lost.push_back(lost);
   second.signal(SIGCONT);
-  out->resumed.push_back(until_used(engine, PlainClient(second.port()), answer.data()));
+  out->resumed.push_back(until_used(engine, PlainClient(second.port()), output.data()));
 }
 
 void fail_over() {

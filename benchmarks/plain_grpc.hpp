@@ -59,9 +59,9 @@ inline bool copy_end(const grpc::ByteBuffer& message, std::span<char> to) {
 class PlainServer final : public grpc::CallbackGenericService {
  public:
   // The bytes of the output, made of the message of a request. Called on threads of gRPC.
-  using Answer = std::function<grpc::Slice(const grpc::ByteBuffer& request)>;
+  using Responder = std::function<grpc::Slice(const grpc::ByteBuffer& request)>;
   // `elements` of the output.
-  explicit PlainServer(size_t elements, Answer answer = nullptr) : made_(std::move(answer)) {
+  explicit PlainServer(size_t elements, Responder response = nullptr) : made_(std::move(response)) {
     std::string metadata, begin, header;
     net::put_bytes(&metadata, 1, "plain");
     net::put_bytes(&metadata, 4, tensor_text("x", elements));
@@ -97,17 +97,17 @@ class PlainServer final : public grpc::CallbackGenericService {
     using Made = std::function<grpc::ByteBuffer(const grpc::ByteBuffer& request)>;
     explicit Call(Made made) : made_(std::move(made)) { StartRead(&request_); }
     void OnReadDone(bool) override {
-      answer_ = made_(request_);
-      StartWriteAndFinish(&answer_, {}, grpc::Status::OK);
+      response_ = made_(request_);
+      StartWriteAndFinish(&response_, {}, grpc::Status::OK);
     }
     void OnDone() override { delete this; }
 
    private:
     const Made made_;
-    grpc::ByteBuffer request_, answer_;
+    grpc::ByteBuffer request_, response_;
   };
-  static Call* same(grpc::ByteBuffer answer) {
-    return new Call([answer = std::move(answer)](const grpc::ByteBuffer&) { return answer; });
+  static Call* same(grpc::ByteBuffer response) {
+    return new Call([response = std::move(response)](const grpc::ByteBuffer&) { return response; });
   }
   grpc::ByteBuffer output_of(const grpc::ByteBuffer& request) const {
     const grpc::Slice slices[] = {begin_, made_ ? made_(request) : zeros_};
@@ -125,13 +125,13 @@ class PlainServer final : public grpc::CallbackGenericService {
     return same(message(std::to_string(requests_)));  // Requests
   }
 
-  const Answer made_;
+  const Responder made_;
   grpc::Slice begin_, zeros_;
   grpc::ByteBuffer metadata_, ready_;
   std::atomic<uint64_t> requests_{0};
 };
 
-// Calls that send the request's bytes from where they are, and copy the answer into memory that
+// Calls that send the request's bytes from where they are, and copy the response into memory that
 // stays.
 class PlainClient {
  public:
@@ -146,8 +146,8 @@ class PlainClient {
         grpc::CreateCustomChannel("ipv4:127.0.0.1:" + port, credentials, arguments));
   }
 
-  // Any thread. The end of the answer's bytes, as many as there is room for in `to`. Returns the
-  // size of the answer; 0 when the call fails, with `code`.
+  // Any thread. The end of the response's bytes, as many as there is room for in `to`. Returns the
+  // size of the response; 0 when the call fails, with `code`.
   size_t call(const char* method, const net::Pieces& request, std::span<char> to,
               grpc::StatusCode* code = nullptr) const {
     std::vector<grpc::Slice> slices;
@@ -162,15 +162,15 @@ class PlainClient {
     const auto rpc =
         stub_->PrepareUnaryCall(&context, std::string(net::kService) + method, message, &queue);
     rpc->StartCall();
-    grpc::ByteBuffer answer;
+    grpc::ByteBuffer response;
     grpc::Status status;
-    rpc->Finish(&answer, &status, nullptr);
+    rpc->Finish(&response, &status, nullptr);
     void* tag = nullptr;
     bool done = false;
     queue.Next(&tag, &done);
     if (code) *code = status.error_code();
-    if (!status.ok() || !copy_end(answer, to)) return 0;
-    return answer.Length();
+    if (!status.ok() || !copy_end(response, to)) return 0;
+    return response.Length();
   }
 
  private:

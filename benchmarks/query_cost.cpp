@@ -106,8 +106,8 @@ int run_echo(size_t bytes) {
   if (host_info == 0) return 1;
   const auto address = value(wire::parse_host_address(
       value(wire::text_of_memory(std::span(message).subspan(kHeader, host_info - kHeader)))));
-  const Descriptor answers = connected_to(address.port);
-  while (const size_t size = read_message()) write_all(answers, message.data(), size);
+  const Descriptor responses = connected_to(address.port);
+  while (const size_t size = read_message()) write_all(responses, message.data(), size);
   return 0;
 }
 
@@ -125,16 +125,16 @@ class PlainClient {
         value(wire::text_message(kForm, wire::Command::HostInfo, greeting.client_id,
                                  "127.0.0.1:" + std::to_string(edge::port_of(listener.get()))));
     write_all(requests_, host_info.data(), host_info.size());
-    answers_ = accepted(listener);
+    responses_ = accepted(listener);
     make_request(greeting.client_id, bytes);
   }
   void call() {
     write_all(requests_, request_.data(), request_.size());
-    if (!read_all(answers_, answer_.data(), answer_.size())) std::exit(1);
+    if (!read_all(responses_, response_.data(), response_.size())) std::exit(1);
   }
 
  private:
-  // Of one memory; the answer is as long.
+  // Of one memory; the response is as long.
   void make_request(int64_t client, size_t bytes) {
     wire::EdgeMetadata metadata;
     if (!metadata.set("client_id", std::to_string(client))) std::exit(1);
@@ -145,10 +145,10 @@ class PlainClient {
                                                 .metadata_bytes = pairs.size()}));
     request_.resize(request_.size() + bytes);
     request_.insert(request_.end(), pairs.begin(), pairs.end());
-    answer_.resize(request_.size());
+    response_.resize(request_.size());
   }
-  Descriptor requests_, answers_;
-  Bytes request_, answer_;
+  Descriptor requests_, responses_;
+  Bytes request_, response_;
 };
 
 // A plain connection to run_ping().
@@ -180,7 +180,7 @@ ServerProcess served_pipeline(size_t bytes) {
                        caps_of(bytes) + "\" ! tensor_query_serversink"});
 }
 
-// What sends frames of one size and waits for their answers.
+// What sends frames of one size and waits for their responses.
 class Exchanges {
  public:
   explicit Exchanges(size_t bytes)

@@ -57,12 +57,13 @@ void run_bare(const char* engine, const std::string& model, size_t bytes_in, siz
   std::vector<char> input(bytes_in);
   std::mutex mutex;  // guards the session and its input
   PlainServer(bytes_out / sizeof(float), [&](const grpc::ByteBuffer& request) {
-    auto* const answer = static_cast<char*>(std::malloc(bytes_out));
+    auto* const response = static_cast<char*>(std::malloc(bytes_out));
     std::lock_guard lock(mutex);
-    if (!answer || !copy_end(request, input) ||
-        !invoke(*session, tensor_of(in, input.data(), bytes_in), tensor_of(out, answer, bytes_out)))
+    if (!response || !copy_end(request, input) ||
+        !invoke(*session, tensor_of(in, input.data(), bytes_in),
+                tensor_of(out, response, bytes_out)))
       std::exit(1);
-    return grpc::Slice(answer, bytes_out, std::free);
+    return grpc::Slice(response, bytes_out, std::free);
   }).run("0");
 }
 
@@ -108,15 +109,15 @@ std::string median_text(const std::vector<double>& microseconds) {
   return std::to_string(static_cast<int>(median(microseconds))) + " us";
 }
 
-// The end of the answer's bytes go to `answer`. Ends the program when there is none.
-Call call_of(const PlainClient& client, const Request& request, std::span<char> answer) {
-  return [&client, &request, answer](int) {
-    if (client.call("ModelInfer", request.pieces, answer) == 0) std::exit(1);
+// The end of the response's bytes go to `response`. Ends the program when there is none.
+Call call_of(const PlainClient& client, const Request& request, std::span<char> response) {
+  return [&client, &request, response](int) {
+    if (client.call("ModelInfer", request.pieces, response) == 0) std::exit(1);
   };
 }
-Call call_of(OipClient& client, std::span<char> answer) {
-  return [&client, answer](int) {
-    if (!client.call(answer.data())) std::exit(1);
+Call call_of(OipClient& client, std::span<char> response) {
+  return [&client, response](int) {
+    if (!client.call(response.data())) std::exit(1);
   };
 }
 
@@ -125,15 +126,15 @@ void compare(const std::string& name, const std::vector<std::string>& bare,
              int rounds) {
   const ServerProcess plain(bare), pipeline(served);
   const PlainClient to_plain(plain.port()), to_pipeline(pipeline.port());
-  std::vector<char> expected(bytes_out, 1), answer(bytes_out, 2);
+  std::vector<char> expected(bytes_out, 1), response(bytes_out, 2);
   wait_for(to_plain, request, expected);
-  wait_for(to_pipeline, request, answer);
-  if (expected != answer) {
+  wait_for(to_pipeline, request, response);
+  if (expected != response) {
     std::fprintf(stderr, "%s: the two servers answer differently\n", name.c_str());
     std::exit(1);
   }
   const Rounds times = medians_of(
-      {call_of(to_plain, request, answer), call_of(to_pipeline, request, answer)}, rounds);
+      {call_of(to_plain, request, response), call_of(to_pipeline, request, response)}, rounds);
   report("served pipeline, " + name + ": p50 of a call",
          "plain grpc++ server that calls the same engine, " + median_text(times[0]),
          median_ratio(times[0], times[1]), "x", 1.15);
@@ -147,20 +148,20 @@ void clients() {
       {"bare", "identity", "", std::to_string(kBytes), std::to_string(kBytes)}),
       served(pipeline_of(std::string(kNoLimits) + kIdentityCaps, kIdentity));
   const auto request = request_of("input", "UINT8", {kBytes}, kBytes);
-  std::vector<std::vector<char>> answers(kClients, std::vector<char>(kBytes));
+  std::vector<std::vector<char>> responses(kClients, std::vector<char>(kBytes));
   for (int threads = 1; threads <= kClients; threads *= 2) {
     std::vector<std::vector<std::unique_ptr<PlainClient>>> of_server;
     for (const auto* server : {&bare, &served}) {
       of_server.emplace_back();
       for (int i = 0; i < threads; ++i) {
         of_server.back().push_back(std::make_unique<PlainClient>(server->port()));
-        wait_for(*of_server.back().back(), *request, answers[static_cast<size_t>(i)]);
+        wait_for(*of_server.back().back(), *request, responses[static_cast<size_t>(i)]);
       }
     }
     const auto calls_of = [&](size_t server) {
       return [&, server](int thread) {
         const auto at = static_cast<size_t>(thread);
-        call_of(*of_server[server][at], *request, answers[at])(thread);
+        call_of(*of_server[server][at], *request, responses[at])(thread);
       };
     };
     report_clients({{"plain grpc++ server", calls_of(0)}, {"served pipeline", calls_of(1)}},
@@ -175,14 +176,14 @@ void many_clients(const char* name, const std::string& options, bool all_are_ans
   std::vector<std::unique_ptr<PlainClient>> clients;
   for (int i = 0; i < kClients; ++i)
     clients.push_back(std::make_unique<PlainClient>(server.port()));
-  std::vector<std::vector<char>> answers(kClients, std::vector<char>(kBytes));
-  wait_for(*clients[0], *request, answers[0]);
+  std::vector<std::vector<char>> responses(kClients, std::vector<char>(kBytes));
+  wait_for(*clients[0], *request, responses[0]);
   std::atomic<int> answered{0}, refused{0}, other{0};
   times_of(
       [&](int thread) {
         const auto at = static_cast<size_t>(thread);
         grpc::StatusCode code{};
-        if (clients[at]->call("ModelInfer", request->pieces, answers[at], &code) != 0)
+        if (clients[at]->call("ModelInfer", request->pieces, responses[at], &code) != 0)
           ++answered;
         else if (code == grpc::StatusCode::RESOURCE_EXHAUSTED)
           ++refused;
@@ -201,7 +202,7 @@ std::string text_of(const std::string& path) {
   return {std::istreambuf_iterator<char>(file), {}};
 }
 
-// The plain server with TLS, and the same bytes for each answer.
+// The plain server with TLS, and the same bytes for each response.
 void run_plain(const std::string& pki) {
   grpc::SslServerCredentialsOptions options;
   options.pem_key_cert_pairs = {{text_of(pki + "/localhost.key"), text_of(pki + "/localhost.pem")}};
@@ -226,11 +227,11 @@ void tls(const std::string& pki, int rounds) {
   const PlainClient to_bare(bare_plain.port()),
       to_bare_secure(bare_secure.port(), grpc::SslCredentials({text_of(pki + "/ca.pem"), "", ""}));
   const auto request = request_of("x", "UINT8", {kBytes}, kBytes);
-  std::vector<char> answer(kBytes);
-  const Rounds times =
-      medians_of({call_of(to_plain, answer), call_of(to_secure, answer),
-                  call_of(to_bare, *request, answer), call_of(to_bare_secure, *request, answer)},
-                 rounds);
+  std::vector<char> response(kBytes);
+  const Rounds times = medians_of(
+      {call_of(to_plain, response), call_of(to_secure, response),
+       call_of(to_bare, *request, response), call_of(to_bare_secure, *request, response)},
+      rounds);
   char bare[32];
   std::snprintf(bare, sizeof bare, "%.2f", median_ratio(times[2], times[3]));
   report("engine oip and served pipeline, 150 kB both ways, TLS: p50 of a call",

@@ -337,7 +337,7 @@ typedef struct {
 /* Whether a server gets requests. */
 enum weir_circuit {
   WEIR_CIRCUIT_CLOSED = 0,    /* it does */
-  WEIR_CIRCUIT_HALF_OPEN = 1, /* one, whose answer closes the circuit */
+  WEIR_CIRCUIT_HALF_OPEN = 1, /* one, whose response closes the circuit */
   WEIR_CIRCUIT_OPEN = 2       /* none, until a probe finds it ready */
 };
 
@@ -350,7 +350,7 @@ typedef struct {
    * answered in the end is one of both. */
   uint64_t answered, late, refused, lost;
   uint64_t bytes_sent, bytes_received;
-  int64_t p50_us, p95_us, p99_us; /* of the last answers */
+  int64_t p50_us, p95_us, p99_us; /* of the last responses */
   int64_t queue_us, compute_us;   /* mean time of a request in the server, as it reports it */
   /* How far the server's clock is ahead, in nanoseconds, within clock_error_ns; known only if that
    * is not below 0. */

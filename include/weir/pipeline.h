@@ -28,7 +28,7 @@ typedef struct weir_pulled weir_pulled; /* a frame pulled from a pipeline */
 
 enum weir_pipeline_state { WEIR_PIPELINE_STOPPED = 0, WEIR_PIPELINE_PAUSED, WEIR_PIPELINE_PLAYING };
 /* Return values of weir_pipeline_wait and _pull on success. */
-enum weir_pipeline_answer {
+enum weir_pipeline_result {
   WEIR_PIPELINE_DONE = 0,
   WEIR_PIPELINE_TIME_PASSED,
   WEIR_PIPELINE_ENDED

@@ -1,4 +1,4 @@
-/* Weir Results, version 1: the tensors in which answers of networks travel between elements.
+/* Weir Results, version 1: the tensors in which results of networks travel between elements.
  *
  * A frame of results is a frame of a tensor stream whose caps have the field weir-columns: one
  * entry for each tensor, separated by ';'. An entry is empty (not a result), the name of a table

@@ -3,11 +3,11 @@
 #include <mutex>
 #include <vector>
 
-#include "answer.hpp"
 #include "capi-nnstreamer/nnstreamer.h"
 #include "core/infer/queue/call_gate.hpp"
 #include "core/process/process_object.hpp"
 #include "library/process.h"
+#include "ml_error.hpp"
 #include "tensors_data.hpp"
 #include "weir/c_error.hpp"
 #include "weir/custom_condition.h"

@@ -10,8 +10,8 @@
 #include <variant>
 #include <vector>
 
-#include "answer.hpp"
 #include "handles.hpp"
+#include "ml_error.hpp"
 #include "sink_callbacks.hpp"
 #include "weir/pipeline.h"
 

@@ -41,7 +41,7 @@ int change(ml_pipeline_h pipe, Body&& body) {
     const auto pipeline = use_pipeline(pipe);
     if (!pipeline) return fail(pipeline.error());
     if (auto status = (*pipeline)->not_from_its_callback(); !status) return fail(status.error());
-    return answer(body(*pipeline));
+    return to_ml_error(body(*pipeline));
   });
 }
 

@@ -6,7 +6,7 @@
 #include <string>
 #include <utility>
 
-#include "answer.hpp"
+#include "ml_error.hpp"
 #include "pipeline.hpp"
 #include "weir/c_error.hpp"
 

@@ -2,7 +2,7 @@
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #include <cstring>
 
-#include "answer.hpp"
+#include "ml_error.hpp"
 #include "single.hpp"
 
 namespace {
@@ -82,7 +82,7 @@ int ml_single_invoke_fast(ml_single_h single, const ml_tensors_data_h input,
     const auto out = find<TensorsData>(output, "output");
     if (!in) return fail(in.error());
     if (!out) return fail(out.error());
-    return answer(s.invoke_into(**in, **out));
+    return to_ml_error(s.invoke_into(**in, **out));
   });
 }
 
@@ -124,7 +124,7 @@ int ml_single_set_input_info(ml_single_h single, const ml_tensors_info_h info) {
   return with(single, [&](Single& s) {
     if (!info) return fail(null_pointer("info"));
     const auto wanted = tensors_or_none(info, "info");
-    return wanted ? answer(s.set_inputs(*wanted)) : fail(wanted.error());
+    return wanted ? to_ml_error(s.set_inputs(*wanted)) : fail(wanted.error());
   });
 }
 
@@ -138,7 +138,7 @@ int ml_single_set_timeout(ml_single_h single, unsigned int timeout) {
 int ml_single_set_property(ml_single_h single, const char* name, const char* value) {
   return with(single, [&](Single& s) {
     if (!name || !value) return fail(null_pointer("name or value"));
-    return answer(s.set_property(name, value));
+    return to_ml_error(s.set_property(name, value));
   });
 }
 

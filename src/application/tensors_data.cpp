@@ -4,7 +4,7 @@
 #include <cstring>
 #include <new>
 
-#include "answer.hpp"
+#include "ml_error.hpp"
 
 namespace weir::application {
 namespace {

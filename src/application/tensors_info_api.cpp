@@ -4,7 +4,7 @@
 #include <cstring>
 #include <span>
 
-#include "answer.hpp"
+#include "ml_error.hpp"
 #include "tensors_info.hpp"
 #include "weir/join.hpp"
 
@@ -21,7 +21,7 @@ Result<std::shared_ptr<TensorsInfo>> find(void* info, const char* what = "info")
 template <class Body>
 int with(void* info, size_t index, Body&& body) {
   const auto found = find(info);
-  return found ? answer((*found)->with(index, body)) : fail(found.error());
+  return found ? to_ml_error((*found)->with(index, body)) : fail(found.error());
 }
 
 Error bad_type(int type) {

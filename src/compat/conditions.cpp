@@ -44,7 +44,7 @@ class CInfo {
   GstTensorsInfo info_{};
 };
 
-int ask(const weir_host* host, const weir_frame* frame, int* answer, void* data,
+int ask(const weir_host* host, const weir_frame* frame, int* decision, void* data,
         weir_error* error) noexcept {
   const auto& condition = *static_cast<const Condition*>(data);
   return or_else(__func__, -WEIR_INTERNAL, [&] {
@@ -63,7 +63,7 @@ int ask(const weir_host* host, const weir_frame* frame, int* answer, void* data,
     if (!condition.function(info.get(), memories.data(), condition.data, &result))
       return host->fail(error, WEIR_CALLBACK_FAILED, "it returned false", nullptr,
                         "true, with the answer in *result", nullptr, nullptr);
-    *answer = result;
+    *decision = result;
     return static_cast<int>(WEIR_OK);
   });
 }
@@ -79,5 +79,5 @@ int nnstreamer_if_custom_register(const char* name, tensor_if_custom func, void*
 
 int nnstreamer_if_custom_unregister(const char* name) {
   if (!given(__func__, {name})) return -EINVAL;
-  return answer_of(__func__, weir_condition_unregister(name));
+  return to_errno(__func__, weir_condition_unregister(name));
 }

@@ -125,7 +125,7 @@ int add(const char* caller, const char* name, NNS_custom_invoke fixed,
   const auto function =
       fixed ? reinterpret_cast<const void*>(fixed) : reinterpret_cast<const void*>(dynamic);
   if (!given(caller, {name, function, in}) || (!dynamic && !given(caller, {out}))) return -EINVAL;
-  return answered(caller, [&] {
+  return guarded_errno(caller, [&] {
     weir::accept_host(&weir::infer::host());
     const auto easy = make_function(name, fixed, dynamic, data, *in, out);
     auto model = std::make_unique<FilterModel>(easy);
@@ -150,7 +150,7 @@ int add(const char* caller, const char* name, NNS_custom_invoke fixed,
       static_cast<void>(model.release());
       gates().add(name, easy->gate);
     }
-    return answer_of(caller, code, error);
+    return to_errno(caller, code, error);
   });
 }
 
@@ -173,6 +173,6 @@ int NNS_custom_easy_unregister(const char* name) {
     const int code = weir_filter_unregister(name);
     if (code == WEIR_OK)
       if (const auto gate = gates().remove(name)) (*gate)->close();
-    return answer_of(caller, code);
+    return to_errno(caller, code);
   });
 }

@@ -5,7 +5,7 @@
 #include <algorithm>
 #include <cstring>
 
-#include "compat/async_answers.hpp"
+#include "compat/async_outputs.hpp"
 
 namespace weir::compat {
 namespace {
@@ -42,8 +42,8 @@ FilterModel::FilterModel(std::shared_ptr<OpenFilter> filter)
     outputs_ = open_tensors(declared > 0 && declared <= WEIR_TENSOR_LIMIT ? declared : kMaxUnsaid);
   }
   if (filter_->properties().asynchronous())
-    filter_->answers =
-        std::make_unique<AsyncAnswers>(*filter_, allocates_ || dynamic_, outputs_.infos.size(),
+    filter_->async_outputs =
+        std::make_unique<AsyncOutputs>(*filter_, allocates_ || dynamic_, outputs_.infos.size(),
                                        filter_->properties().async_timeout());
 }
 
@@ -83,8 +83,8 @@ void FilterModel::describe_outputs(std::span<const weir_tensor_info> in) {
                     ? "tensor_filter input=... inputtype=... output=... outputtype=..."
                     : "other/tensors caps with dimensions and types that the filter accepts");
   }
-  answers_ = described(*out, filter_->name(), "output");
-  properties.configure_outputs(answers_.infos);
+  resolved_outputs_ = described(*out, filter_->name(), "output");
+  properties.configure_outputs(resolved_outputs_.infos);
 }
 
 void FilterModel::resolve(std::span<const weir_tensor_info> in, std::span<weir_tensor_info> out) {
@@ -95,11 +95,11 @@ void FilterModel::resolve(std::span<const weir_tensor_info> in, std::span<weir_t
   if (open) return;  // the filter needs complete inputs
   describe_outputs(in);
   if (dynamic_ || !outputs_.infos.empty()) return;
-  if (answers_.infos.size() > out.size())
+  if (resolved_outputs_.infos.size() > out.size())
     throw broke(filter_->name(), "has a different number of outputs than before",
-                std::to_string(answers_.infos.size()), std::to_string(out.size()),
+                std::to_string(resolved_outputs_.infos.size()), std::to_string(out.size()),
                 "return the same number of outputs for all inputs");
-  std::copy(answers_.infos.begin(), answers_.infos.end(), out.begin());
+  std::copy(resolved_outputs_.infos.begin(), resolved_outputs_.infos.end(), out.begin());
 }
 
 void FilterModel::point_to(const weir_frame& in) {
@@ -218,14 +218,14 @@ bool FilterModel::invoke_allocating(weir_frame& out) {
 void FilterModel::submit(const weir_frame& in, Request& request) {
   follow(in);
   out_.assign(WEIR_TENSOR_LIMIT, {});
-  auto& answers = *filter_->answers;
-  answers.begin(request);
+  auto& async_outputs = *filter_->async_outputs;
+  async_outputs.begin(request);
   try {
     run();
   } catch (const Failure& failure) {
-    return answers.failed(failure.error());
+    return async_outputs.failed(failure.error());
   }
-  answers.invoked();
+  async_outputs.invoked();
 }
 
 void FilterModel::control(int op, const weir_option*) {

@@ -40,7 +40,7 @@ class FilterModel {
   bool dynamic_, allocates_;
   Described inputs_, outputs_;             // of the model; none: it follows the stream
   std::vector<weir_tensor_info> stream_;   // the inputs last passed to the filter
-  Described answers_;                      // the outputs for them
+  Described resolved_outputs_;             // the outputs for them
   std::vector<GstTensorMemory> in_, out_;  // of the current frame
 };
 

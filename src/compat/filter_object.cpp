@@ -118,7 +118,7 @@ int add(tensor_filter_cpp* filter) {
   if (code == WEIR_OK) return 0;
   std::lock_guard lock(objects().mutex);
   objects().all.erase(name);
-  return answer_of(kRegister, code, error);
+  return to_errno(kRegister, code, error);
 }
 
 }  // namespace
@@ -139,16 +139,16 @@ tensor_filter_cpp::~tensor_filter_cpp() {
 
 int tensor_filter_cpp::__register(tensor_filter_cpp* filter) {
   if (!given(kRegister, {filter})) return -EINVAL;
-  return answered(kRegister, [&] { return add(filter); });
+  return guarded_errno(kRegister, [&] { return add(filter); });
 }
 
 int tensor_filter_cpp::__unregister(const char* modelName) {
   if (!given("tensor_filter_cpp::__unregister", {modelName})) return -EINVAL;
-  return answered("tensor_filter_cpp::__unregister", [&] {
+  return guarded_errno("tensor_filter_cpp::__unregister", [&] {
     std::lock_guard lock(objects().mutex);
     const auto found = objects().all.find(modelName);
     if (found == objects().all.end()) return -EINVAL;
     objects().all.erase(found);
-    return answer_of("tensor_filter_cpp::__unregister", weir_filter_class_unregister(modelName));
+    return to_errno("tensor_filter_cpp::__unregister", weir_filter_class_unregister(modelName));
   });
 }

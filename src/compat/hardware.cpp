@@ -25,9 +25,9 @@ bool has_v1(const GstTensorFilterFramework& framework, accl_hw hw, const gchar* 
   GstTensorFilterFrameworkEventData data{};
   data.hw = hw;
   data.custom = custom;
-  const int answer =
+  const int result =
       framework.eventHandler(&framework, properties.get(), nullptr, CHECK_HW_AVAILABILITY, &data);
-  if (answer != -ENOENT) return answer == 0;
+  if (result != -ENOENT) return result == 0;
   GstTensorFilterFrameworkInfo info{};
   if (framework.getFrameworkInfo(&framework, properties.get(), nullptr, &info) < 0) return false;
   return in_list(info.hw_list, info.num_hw, hw);

@@ -12,7 +12,7 @@
 
 namespace weir::compat {
 
-class AsyncAnswers;
+class AsyncOutputs;
 
 // Used by one thread at a time, except for destroy(). Outputs in use keep it open.
 class OpenFilter : public std::enable_shared_from_this<OpenFilter> {
@@ -37,7 +37,7 @@ class OpenFilter : public std::enable_shared_from_this<OpenFilter> {
   virtual void destroy(void* data) = 0;
   virtual int send(event_ops) { return -ENOENT; }
 
-  std::unique_ptr<AsyncAnswers> answers;  // for a model with asynchronous outputs
+  std::unique_ptr<AsyncOutputs> async_outputs;  // for a model with asynchronous outputs
 
  protected:
   GstTensorFilterProperties* prop() noexcept { return properties_->get(); }

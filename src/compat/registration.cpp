@@ -63,7 +63,7 @@ void describe(const char* function, Kind kind, const char* name, const char* key
   });
 }
 
-int answer_of(const char* function, int code, weir_error* error) {
+int to_errno(const char* function, int code, weir_error* error) {
   if (error) {
     warn(function, weir_error_message(error));
     weir_error_free(error);
@@ -81,7 +81,7 @@ int register_function(const char* function, subplugin::Functions& functions, con
 int unregister_function(const char* function, subplugin::Functions& functions,
                         const char* name) noexcept {
   if (!given(function, {name})) return -EINVAL;
-  return answer_of(function, functions.remove(name, WEIR_CALLBACK_UNKNOWN));
+  return to_errno(function, functions.remove(name, WEIR_CALLBACK_UNKNOWN));
 }
 
 }  // namespace weir::compat

@@ -44,10 +44,10 @@ void describe(const char* function, subplugin::Kind kind, const char* name, cons
               va_list texts) noexcept;
 
 // Returns the result of a libweir function: 0, -EINVAL or -ENOMEM. Logs and frees its error.
-int answer_of(const char* function, int code, weir_error* error = nullptr);
+int to_errno(const char* function, int code, weir_error* error = nullptr);
 // Does the same for the result of `body`; logs its exceptions.
 template <class Body>
-int answered(const char* function, Body&& body) noexcept {
+int guarded_errno(const char* function, Body&& body) noexcept {
   try {
     return body();
   } catch (const Failure& failure) {
@@ -64,15 +64,15 @@ int answered(const char* function, Body&& body) noexcept {
 // `what`: "function".
 template <class Add>
 int register_name(const char* function, const char* what, const char* name, Add&& add) noexcept {
-  return answered(function, [&] {
+  return guarded_errno(function, [&] {
     if (auto status = subplugin::check_name(name); !status) {
       warn(function, status.error());
       return -EINVAL;
     }
-    const int answer = answer_of(function, add());
-    if (answer == -EINVAL)
+    const int result = to_errno(function, add());
+    if (result == -EINVAL)
       warn(function, std::string("another ") + what + " already has the name " + name);
-    return answer;
+    return result;
   });
 }
 

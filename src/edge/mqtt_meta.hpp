@@ -1,4 +1,4 @@
-// WeirMqttMeta: what an answer to a message of MQTT 5 needs, from mqttsrc to mqttsink.
+// WeirMqttMeta: what a response to a message of MQTT 5 needs, from mqttsrc to mqttsink.
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #pragma once
 #include <gst/gst.h>

@@ -25,7 +25,7 @@ enum class Delivery {
 };
 
 // The server of one pair. Thread-safe, but set_input() and make_frame() are the source's streaming
-// thread's, set_output() and answer() the sink's.
+// thread's, set_output() and respond() the sink's.
 class QueryServer {
  public:
   QueryServer() = default;
@@ -42,7 +42,7 @@ class QueryServer {
   // Caps of the requests. `names` of the tensors, by the filter that takes them; may be empty.
   virtual Status set_input(GstCaps* caps, const std::vector<std::string>& names,
                            const BufferLimit& limit) = 0;
-  // Caps of the answers. `names` of the tensors, by the filter that made them; may be empty.
+  // Caps of the responses. `names` of the tensors, by the filter that made them; may be empty.
   virtual Status set_output(GstCaps* caps, const std::vector<std::string>& names) = 0;
   // Waits for a request whose client still waits. Null after interrupt(), until resume().
   virtual std::shared_ptr<QueryRequest> take() = 0;
@@ -52,8 +52,8 @@ class QueryServer {
   virtual Result<gst::Ref<GstBuffer>> make_frame(QueryRequest& request) = 0;
   // Answers `request`, which the buffer belongs to; it may be null or another server's. Adds the
   // bytes that it copied.
-  virtual Result<Delivery> answer(QueryRequest* request, GstBuffer* buffer,
-                                  uint64_t* bytes_copied) = 0;
+  virtual Result<Delivery> respond(QueryRequest* request, GstBuffer* buffer,
+                                   uint64_t* bytes_copied) = 0;
   // Whether frames flow: in PLAYING.
   virtual Status set_running(bool running) = 0;
   // Refuses the requests that come, and ends those that wait. Those that were taken can still be

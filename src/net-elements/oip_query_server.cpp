@@ -48,9 +48,9 @@ net::ListenOptions listen_options(const ServersrcSettings& s) {
   return out;
 }
 
-// The outputs of one answer: mapped until gRPC has sent them.
-struct MappedAnswer {
-  explicit MappedAnswer(GstBuffer* answer) : buffer(Ref<GstBuffer>::share(answer)) {}
+// The outputs of one response: mapped until gRPC has sent them.
+struct MappedResponse {
+  explicit MappedResponse(GstBuffer* response) : buffer(Ref<GstBuffer>::share(response)) {}
 
   Ref<GstBuffer> buffer;
   gst::FrameLayout reader;           // of tensors
@@ -169,19 +169,19 @@ class OipQueryServer : public QueryServer {
     }
     return buffer;
   }
-  Result<Delivery> answer(QueryRequest* request, GstBuffer* buffer,
-                          uint64_t* bytes_copied) override {
+  Result<Delivery> respond(QueryRequest* request, GstBuffer* buffer,
+                           uint64_t* bytes_copied) override {
     if (!request) return Delivery::NoRequest;
     const auto* own = dynamic_cast<OipRequest*>(request);
     if (!own) return Delivery::OtherServer;
-    const auto answer = std::make_shared<MappedAnswer>(buffer);
-    auto tensors = read(answer.get());
+    const auto response = std::make_shared<MappedResponse>(buffer);
+    auto tensors = read(response.get());
     if (!tensors) {
       own->served().fail(net::CallStatus::Internal, tensors.error().message());
       return tensors.error();
     }
-    *bytes_copied += answer->reader.bytes_copied();
-    own->served().answer(*tensors, answer);
+    *bytes_copied += response->reader.bytes_copied();
+    own->served().respond(*tensors, response);
     return Delivery::Sent;
   }
   Status set_running(bool running) override {
@@ -273,20 +273,20 @@ class OipQueryServer : public QueryServer {
     return ok();
   }
 
-  // The tensors of the answer. They refer to outputs_ or frame_outputs_, and to `answer`.
-  Result<std::vector<net::RequestTensor>> read(MappedAnswer* answer) {
+  // The tensors of the response. They refer to outputs_ or frame_outputs_, and to `response`.
+  Result<std::vector<net::RequestTensor>> read(MappedResponse* response) {
     std::vector<net::RequestTensor> out;
     if (!has_tensors_) {
-      answer->whole.emplace(answer->buffer.get(), GST_MAP_READ);
-      if (!*answer->whole)
+      response->whole.emplace(response->buffer.get(), GST_MAP_READ);
+      if (!*response->whole)
         return Error{.code = Code::MAPPING_FAILED, .what = "the frame cannot be mapped"};
       out.push_back(
-          {outputs_[0].name, outputs_[0].datatype, outputs_[0].shape, answer->whole->bytes()});
+          {outputs_[0].name, outputs_[0].datatype, outputs_[0].shape, response->whole->bytes()});
       return out;
     }
-    if (auto status = answer->reader.read(answer->buffer.get(), spec_); !status)
+    if (auto status = response->reader.read(response->buffer.get(), spec_); !status)
       return status.error();
-    const auto& views = answer->reader.tensors();
+    const auto& views = response->reader.tensors();
     if (spec_.format != Format::Static) describe_frame(views);
     const auto& described = spec_.format == Format::Static ? outputs_ : frame_outputs_;
     for (size_t i = 0; i < views.size(); ++i)

@@ -15,9 +15,9 @@ using library::guarded;
 using library::keep;
 using library::null_pointer;
 using pipeline::AllowedElements;
-using pipeline::answer;
-using pipeline::Answer;
 using pipeline::Pipeline;
+using pipeline::to_return_code;
+using pipeline::WaitResult;
 using pipeline::with;
 using pipeline::with_element;
 
@@ -154,7 +154,7 @@ int weir_pipeline_pull(weir_pipeline* pipeline, const char* name, int64_t timeou
     if (!pulled) return keep(error, pulled.error());
     if (pulled->frame)
       *frame = std::make_unique<weir_pulled>(weir_pulled{std::move(pulled->frame)}).release();
-    return static_cast<int>(pulled->answer);
+    return static_cast<int>(pulled->result);
   });
 }
 

@@ -16,7 +16,7 @@ struct weir_pulled {
 
 namespace weir::pipeline {
 
-inline int answer(const Status& status, weir_error** error) {
+inline int to_return_code(const Status& status, weir_error** error) {
   return status ? static_cast<int>(WEIR_OK) : library::keep(error, status.error());
 }
 
@@ -26,7 +26,7 @@ int with(weir_pipeline* pipeline, weir_error** error, Body&& body, const Pointer
   return library::guarded(error, [&] {
     if (!pipeline || (... || !pointers))
       return library::keep(error, library::null_pointer("an argument"));
-    return answer(body(*pipeline->pipeline), error);
+    return to_return_code(body(*pipeline->pipeline), error);
   });
 }
 

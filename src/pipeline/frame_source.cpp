@@ -120,7 +120,7 @@ Status FrameSource::agree(std::span<const weir_tensor> tensors, std::vector<Tens
   return caps_given_ ? ok() : write_caps(*specs);
 }
 
-Status FrameSource::answer(GstFlowReturn flow) const {
+Status FrameSource::to_status(GstFlowReturn flow) const {
   if (flow == GST_FLOW_OK) return ok();
   if (flow != GST_FLOW_EOS) return not_started();
   return Error{.code = Code::CANCELLED,
@@ -141,7 +141,7 @@ Status FrameSource::push(std::span<const weir_tensor> tensors, int64_t pts, int6
   if (duration >= 0) GST_BUFFER_DURATION(buffer->get()) = static_cast<GstClockTime>(duration);
   const auto source = source_;
   if (caps_given_) lock.unlock();  // pushing may wait for room
-  return answer(gst_app_src_push_buffer(source.get(), buffer->release()));
+  return to_status(gst_app_src_push_buffer(source.get(), buffer->release()));
 }
 
 void FrameSource::started() {
@@ -163,7 +163,7 @@ gst::Ref<GstAppSrc> FrameSource::source() const {
 }
 
 Status FrameSource::end() {
-  return answer(gst_app_src_end_of_stream(source().get()));
+  return to_status(gst_app_src_end_of_stream(source().get()));
 }
 
 }  // namespace weir::pipeline

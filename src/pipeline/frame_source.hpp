@@ -35,7 +35,7 @@ class FrameSource {
   Status agree(std::span<const weir_tensor> tensors, std::vector<TensorSpec>* specs);
   Status write_caps(const std::vector<TensorSpec>& specs);
   Status check_media(std::span<const weir_tensor> tensors) const;
-  Status answer(GstFlowReturn flow) const;
+  Status to_status(GstFlowReturn flow) const;
 
   gst::Ref<GstAppSrc> source() const;
 

@@ -232,7 +232,7 @@ GstState Pipeline::state() const {
   return next == GST_STATE_VOID_PENDING ? state : next;
 }
 
-Result<Answer> Pipeline::wait(std::chrono::nanoseconds limit) {
+Result<WaitResult> Pipeline::wait(std::chrono::nanoseconds limit) {
   const Time time = until(limit);
   if (!time && callbacks_.is_inside()) return own_thread();
   std::unique_lock lock(mutex_);
@@ -244,7 +244,7 @@ Result<Answer> Pipeline::wait(std::chrono::nanoseconds limit) {
     changed_.wait(lock, over);
   if (error_) return *error_;
   if (stops_ != stops) return not_started();
-  return ended_ ? Answer::Done : Answer::TimePassed;
+  return ended_ ? WaitResult::Done : WaitResult::TimePassed;
 }
 
 Result<gst::Ref<GstElement>> Pipeline::element(const std::string& name) const {
@@ -294,11 +294,11 @@ Result<Pipeline::Pulled> Pipeline::pull(const std::string& name, std::chrono::na
     auto frame = PulledFrame::read(std::move(arrived->buffer), std::move(arrived->caps),
                                    std::move(arrived->labels));
     if (!frame) return frame.error();
-    return Pulled{Answer::Done, *std::move(frame)};
+    return Pulled{WaitResult::Done, *std::move(frame)};
   }
   if (const auto error = failed()) return *error;
   if (queue.closed()) return not_started();
-  return Pulled{queue.ended() ? Answer::Ended : Answer::TimePassed, nullptr};
+  return Pulled{queue.ended() ? WaitResult::Ended : WaitResult::TimePassed, nullptr};
 }
 
 Result<bool> Pipeline::ended(const std::string& name) const {

@@ -23,7 +23,7 @@ namespace weir::pipeline {
 
 Status start_gstreamer();
 
-enum class Answer { Done, TimePassed, Ended };  // weir_pipeline_answer
+enum class WaitResult { Done, TimePassed, Ended };  // weir_pipeline_result
 
 // Thread-safe as documented in pipeline.h, which describes each function.
 class Pipeline {
@@ -46,13 +46,13 @@ class Pipeline {
   Status stop();
   GstState state() const;
   // A negative limit means no limit.
-  Result<Answer> wait(std::chrono::nanoseconds limit);
+  Result<WaitResult> wait(std::chrono::nanoseconds limit);
 
   Status push(const std::string& name, std::span<const weir_tensor> tensors, int64_t pts,
               int64_t duration);
   Status end(const std::string& name);
   struct Pulled {
-    Answer answer = Answer::Done;
+    WaitResult result = WaitResult::Done;
     std::shared_ptr<const PulledFrame> frame;
   };
   Result<Pulled> pull(const std::string& name, std::chrono::nanoseconds limit);

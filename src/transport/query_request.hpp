@@ -1,4 +1,4 @@
-// QueryRequest: a frame of a client that waits for its answer, in the protocol of any server.
+// QueryRequest: a frame of a client that waits for its response, in the protocol of any server.
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #pragma once
 #include <cstdint>
@@ -15,7 +15,7 @@ class QueryRequest {
 
   // The same for all requests of a connection; not negative.
   virtual int64_t client() const = 0;
-  // Ends the request if its client no longer waits for the answer: true when it has ended.
+  // Ends the request if its client no longer waits for the response: true when it has ended.
   virtual bool end_if_expired() = 0;
   // `element`: a text that lives as long as the process.
   virtual void entered(const char* element) noexcept = 0;

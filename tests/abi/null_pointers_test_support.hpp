@@ -41,10 +41,10 @@ inline std::set<std::string>& called_functions() {
 
 // The result of a function when one of its pointers is NULL: an int is an error, or for `Harmless`
 // the documented 0; a text is "" or NULL.
-enum class Answer { Error, Harmless };
+enum class Outcome { Error, Harmless };
 
 template <class R, class... P, class... A>
-void expect_null_is_refused(const char* name, Answer answer, R (*function)(P...), A... given) {
+void expect_null_is_refused(const char* name, Outcome outcome, R (*function)(P...), A... given) {
   called_functions().insert(name);
   const auto call = [&](std::tuple<P...> arguments, const std::string& what) {
     if constexpr (std::is_void_v<R>) {
@@ -52,7 +52,7 @@ void expect_null_is_refused(const char* name, Answer answer, R (*function)(P...)
     } else {
       const R result = std::apply(function, arguments);
       if constexpr (std::is_same_v<R, int>) {
-        if (answer == Answer::Harmless) return;
+        if (outcome == Outcome::Harmless) return;
         EXPECT_LT(result, 0) << name << " with " << what;
       } else if constexpr (std::is_same_v<R, const char*>) {
         EXPECT_STREQ(result ? result : "", "") << name << " with " << what;
@@ -86,8 +86,9 @@ void expect_null_is_refused(const char* name, Answer answer, R (*function)(P...)
 }
 
 #define EXPECT_NULL_REFUSED(function, ...) \
-  weir::test::expect_null_is_refused(#function, weir::test::Answer::Error, function, __VA_ARGS__)
-#define EXPECT_NULL_HARMLESS(function, ...) \
-  weir::test::expect_null_is_refused(#function, weir::test::Answer::Harmless, function, __VA_ARGS__)
+  weir::test::expect_null_is_refused(#function, weir::test::Outcome::Error, function, __VA_ARGS__)
+#define EXPECT_NULL_HARMLESS(function, ...)                                              \
+  weir::test::expect_null_is_refused(#function, weir::test::Outcome::Harmless, function, \
+                                     __VA_ARGS__)
 
 }  // namespace weir::test

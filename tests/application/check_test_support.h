@@ -25,10 +25,10 @@ static int failed_checks;
 /* The call returns `number`, and ml_error() contains these words. */
 #define CHECK_REFUSED(call, number, words)                                                    \
   do {                                                                                        \
-    const int answer_ = (call);                                                               \
-    if (answer_ != (number) || !strstr(ml_error(), words)) {                                  \
+    const int result_ = (call);                                                               \
+    if (result_ != (number) || !strstr(ml_error(), words)) {                                  \
       REPORT("%s:%d: %s gave %d with: %s\n  wanted %d with: %s\n", __FILE__, __LINE__, #call, \
-             answer_, ml_error(), (int)(number), words);                                      \
+             result_, ml_error(), (int)(number), words);                                      \
       ++failed_checks;                                                                        \
     }                                                                                         \
   } while (0)

@@ -66,7 +66,7 @@ static ml_single_h open_plus_one(void) {
   return single;
 }
 
-static void a_model_answers(void) {
+static void a_model_is_invoked(void) {
   ml_tensors_info_h info = info_of(ML_TENSOR_TYPE_FLOAT32, 4, 2);
   ml_tensors_data_h input = eight_floats(info), output = NULL, into = NULL;
   ml_single_h single = open_plus_one();
@@ -250,7 +250,7 @@ int main(void) {
   register_filter("plus-one", 2, add_one);
   register_filter("any-rows", -1, add_one);
   register_filter("slow", 2, wait_at_the_door);
-  a_model_answers();
+  a_model_is_invoked();
   infos_are_the_models();
   open_dimensions_are_set();
   wrong_models_and_words_are_refused();

@@ -79,11 +79,11 @@ class Roles(unittest.TestCase):
                                        (160, 0, 160)):
             with self.subTest(greeting=greeting, client=client):
                 server, address = listening("server", "--form", str(greeting), "--src-caps", "A", "--sink-caps", "B")
-                hello, *answers = lines_of(start("client", "--form", str(client), "--connect", address, "01020304,78797a", "ff"))
+                hello, *responses = lines_of(start("client", "--form", str(client), "--connect", address, "01020304,78797a", "ff"))
                 requests = lines_of(server)
                 self.assertEqual(hello, {"form": form, "capability": "@query_server_src_caps@A@query_server_sink_caps@B"})
-                self.assertEqual([answer["memories"] for answer in answers], [["01020304", "78797a"], ["ff"]])
-                self.assertEqual(requests, answers)
+                self.assertEqual([response["memories"] for response in responses], [["01020304", "78797a"], ["ff"]])
+                self.assertEqual(requests, responses)
 
     def test_each_subscriber_receives_each_frame(self):
         publisher, address = listening("publisher", "--subscribers", "2", "--caps", "A", "0102", "03,04")

@@ -55,6 +55,6 @@ extern "C" int LLVMFuzzerTestOneInput(const uint8_t* data, size_t size) {
   (void)parse_health_request(chunks);
   (void)parse_load_request(chunks);
   (void)parse_index_request(chunks);
-  (void)Reflection::of_this_server().answer(chunks);
+  (void)Reflection::of_this_server().respond(chunks);
   return 0;
 }

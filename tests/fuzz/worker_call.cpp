@@ -48,13 +48,14 @@ void send_message(Channel* pipeline, FuzzInput* input) {
   (void)pipeline->send(writer.finish(), {});
 }
 
-// Every answer is a complete message.
-void read_answers(int socket) {
+// Every response is a complete message.
+void read_responses(int socket) {
   Channel channel{Descriptor(dup(socket))};
-  Message answer;
+  Message response;
   Passage passage;
-  while ((passage = channel.receive({}, &answer)) == Passage::Done)
-    require(answer.kind == Kind::Hello || answer.kind >= Kind::Opened, "a worker sends answers");
+  while ((passage = channel.receive({}, &response)) == Passage::Done)
+    require(response.kind == Kind::Hello || response.kind >= Kind::Opened,
+            "a worker sends answers");
   require(passage == Passage::Ended, "answers are whole messages");
 }
 
@@ -71,7 +72,7 @@ extern "C" int LLVMFuzzerTestOneInput(const uint8_t* data, size_t size) {
   require(socketpair(AF_UNIX, SOCK_STREAM | SOCK_CLOEXEC, 0, ends) == 0, "a socket can be made");
   const auto block = SharedBlock::create(SharedBlock::kPage, Sharing::WrittenByWorker);
   require(static_cast<bool>(block), "memory can be shared");
-  std::thread reader([socket = ends[0]] { read_answers(socket); });
+  std::thread reader([socket = ends[0]] { read_responses(socket); });
   std::thread worker([socket = ends[1]] {
     WorkerServer server{Descriptor(socket)};
     (void)server.serve({"nothing", ""});

@@ -68,7 +68,7 @@ class Heads(unittest.TestCase):
         return f"{self.network(example, kind, name)} ! {decoder}{text} ! filesink location={self.folder / name}.out"
 
     def play(self, head, mode, entry, is_named=True):
-        """All orders and element types of a head in one process. Gives order, type, example and answer of each."""
+        """All orders and element types of a head in one process. Gives order, type, example and results of each."""
         left_out = () if is_named else entry.unnamed + entry.likelier
         cases = [(order, kind, entry.encode(order, kind)) for order in entry.orders if order not in left_out for kind in entry.kinds]
         line = "  ".join(self.branch(head if is_named else None, mode, example, kind, f"case{number}")
@@ -80,13 +80,13 @@ class Heads(unittest.TestCase):
         for number, (order, kind, example) in enumerate(cases):
             yield order, kind, example, (self.folder / f"case{number}.out").read_bytes()
 
-    def check(self, mode, kind, example, answer):
+    def check(self, mode, kind, example, results):
         if mode == "depth":
-            depths = numpy.frombuffer(answer[-4 * example.map.size:], "f4")  # after the table of rows
+            depths = numpy.frombuffer(results[-4 * example.map.size:], "f4")  # after the table of rows
             step = numpy.ptp(example.map) * {"float32": 1e-6, "float16": 1e-3}.get(kind, 0.004)
             numpy.testing.assert_allclose(depths.reshape(example.map.shape), example.map, rtol=0, atol=step)
             return
-        lines = answer.decode().splitlines()
+        lines = results.decode().splitlines()
         self.assertEqual(len(lines), 1)
         frame = json.loads(lines[0])
         self.assertEqual(frame["size"], list(example.view.source))
@@ -145,9 +145,9 @@ class Heads(unittest.TestCase):
         for head, entry in HEADS.items():
             for mode in entry.modes:
                 with self.subTest(head=head, mode=mode):
-                    for order, kind, example, answer in self.play(head, mode, entry):
+                    for order, kind, example, results in self.play(head, mode, entry):
                         with self.subTest(head=head, mode=mode, order=order, kind=kind):
-                            self.check(mode, kind, example, answer)
+                            self.check(mode, kind, example, results)
 
     def test_known_objects_are_found_by_a_head_that_is_recognised(self):
         recognised = 0
@@ -156,9 +156,9 @@ class Heads(unittest.TestCase):
                 continue
             recognised += 1
             with self.subTest(head=head):
-                for order, kind, example, answer in self.play(head, entry.modes[-1], entry, False):
+                for order, kind, example, results in self.play(head, entry.modes[-1], entry, False):
                     with self.subTest(head=head, order=order, kind=kind):
-                        self.check(entry.modes[-1], kind, example, answer)
+                        self.check(entry.modes[-1], kind, example, results)
         self.assertGreaterEqual(recognised, 31)
 
     def test_heads_that_share_their_outputs_with_others_are_named_by_the_error(self):
@@ -177,9 +177,9 @@ class Heads(unittest.TestCase):
                             ("yolov8-obb", "yolov8"), ("nanodet", "yolov8")):
             with self.subTest(head=head, other=other):
                 entry = dataclasses.replace(HEADS[head], orders=HEADS[head].orders[:1], kinds=("float32",))
-                (_, kind, example, answer), = self.play(other, "detection", entry)
+                (_, kind, example, results), = self.play(other, "detection", entry)
                 with self.assertRaises(AssertionError):
-                    self.check("detection", kind, example, answer)
+                    self.check("detection", kind, example, results)
 
     def test_every_head_has_an_encoder(self):
         names = subprocess.run([os.environ["WEIR_DECODE_MODEL"], "--heads"], capture_output=True, text=True, check=True).stdout

@@ -25,7 +25,7 @@ SHARED = pathlib.Path(os.environ.get("WEIR_DATA") or SOURCE / "../shared")
 SECONDS = 60
 FOUR = "other/tensor,dimension=(string)4:1,type=(string)uint8,framerate=0/1"
 SUMS = ("received", "answered", "refused", "expired", "aborted")
-# A client that sends a request again and again, and prints a line for each answer.
+# A client that sends a request again and again, and prints a line for each response.
 ENDLESS = """
 import sys
 import edge_peer
@@ -39,7 +39,7 @@ with edge_peer.listener(0) as back, edge_peer.connection_to(sys.argv[1]) as a:
         a.sendall(edge_peer.encode_message(form, edge_peer.TRANSFER_DATA, greeting[1], [b"abcd"], [["client_id", "1"]]))
         if len(sys.argv) == 2:
             edge_peer.read_message(edge_peer.reader_of(b), form)
-            print("answer", flush=True)
+            print("response", flush=True)
 """
 
 
@@ -51,14 +51,14 @@ class Served(unittest.TestCase):
         return pipeline
 
     def client(self, pipeline, *frames, form=0):
-        """The capability, and the answers."""
+        """The capability, and the responses."""
         output = io.StringIO()
         with contextlib.redirect_stdout(output):
             edge_peer.run_client(edge_peer.arguments(["client", "--connect", f"127.0.0.1:{pipeline.port}", "--form", str(form),
                                                       *(",".join(part.hex() for part in frame) for frame in frames)]))
-        greeting, *answers = map(json.loads, output.getvalue().splitlines())
-        self.assertEqual({answer["command"] for answer in answers}, {"TRANSFER_DATA"})
-        return greeting, [[bytes.fromhex(memory) for memory in answer["memories"]] for answer in answers]
+        greeting, *responses = map(json.loads, output.getvalue().splitlines())
+        self.assertEqual({response["command"] for response in responses}, {"TRANSFER_DATA"})
+        return greeting, [[bytes.fromhex(memory) for memory in response["memories"]] for response in responses]
 
     def endless(self, pipeline, *options):
         process = subprocess.Popen([sys.executable, "-c", ENDLESS, f"127.0.0.1:{pipeline.port}", *options], stdout=subprocess.PIPE, text=True)
@@ -76,14 +76,14 @@ class Served(unittest.TestCase):
         return sums
 
 
-class Answers(Served):
+class Responses(Served):
     def test_a_pipeline_of_nnstreamer_needs_no_protocol(self):
         server = self.serve(f"tensor_query_serversrc port=0 ! {FOUR} ! tensor_transform mode=arithmetic option=add:1 ! tensor_query_serversink")
         for form in (0, 2088, 168):
-            greeting, answers = self.client(server, [b"\1\2\3\4"], [b"\5\6\7\x08"], form=form)
+            greeting, responses = self.client(server, [b"\1\2\3\4"], [b"\5\6\7\x08"], form=form)
             self.assertEqual(greeting["form"], form or 2088)
             self.assertRegex(greeting["capability"], r"^@query_server_src_caps@other/tensor.*@query_server_sink_caps@other/tensor")
-            self.assertEqual(answers, [[b"\2\3\4\5"], [b"\6\7\x08\x09"]])
+            self.assertEqual(responses, [[b"\2\3\4\5"], [b"\6\7\x08\x09"]])
         self.assertEqual(self.ended(server), dict(received=6, answered=6, refused=0, expired=0, aborted=0))
 
     def test_the_oldest_form_is_served_when_asked(self):
@@ -109,10 +109,10 @@ class Answers(Served):
         server = self.serve(f"tensor_query_serversrc port=0 id=1 ! {FOUR} ! tensor_transform mode=arithmetic option=add:1 ! tensor_query_serversink id=1 "
                             f"tensor_query_serversrc port=0 id=2 ! {FOUR} ! tensor_query_serversink id=2")
         ports = list(map(int, server.wait_for(r": port = (\d+)", 2)))
-        answers = []
+        responses = []
         for server.port in ports:
-            answers += self.client(server, [b"abcd"])[1]
-        self.assertEqual(sorted(answers), [[b"abcd"], [b"bcde"]])
+            responses += self.client(server, [b"abcd"])[1]
+        self.assertEqual(sorted(responses), [[b"abcd"], [b"bcde"]])
 
 
 class Clients(Served):
@@ -121,7 +121,7 @@ class Clients(Served):
         for _ in range(5):
             client = self.endless(server)
             for _ in range(20):
-                self.assertEqual(client.stdout.readline(), "answer\n")
+                self.assertEqual(client.stdout.readline(), "response\n")
             client.send_signal(signal.SIGKILL)
             client.wait()
             self.assertEqual(self.client(server, [b"wxyz"])[1], [[b"wxyz"]])

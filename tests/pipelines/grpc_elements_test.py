@@ -141,8 +141,8 @@ class GrpcElements(unittest.TestCase):
                 with self.subTest(schema, dtype=dtype):
                     pipeline = self.source(schema)
                     arrays = [self.array(dtype) for _ in range(3)]
-                    answer = self.client(pipeline.port, schema).send(iter([library.write(Message([a])) for a in arrays]), timeout=SECONDS)
-                    self.assertEqual(answer, EMPTY[schema])
+                    response = self.client(pipeline.port, schema).send(iter([library.write(Message([a])) for a in arrays]), timeout=SECONDS)
+                    self.assertEqual(response, EMPTY[schema])
                     self.assertEqual(self.wait_for_bytes(3 * arrays[0].nbytes), b"".join(a.tobytes() for a in arrays))
                     self.assertIn(f"types=(string){dtype}, framerate=(fraction)10/1", pipeline.stop())
 

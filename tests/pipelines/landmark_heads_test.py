@@ -29,7 +29,7 @@ def unit(pixels):
 
 
 class HeadCase(ReferenceCase):
-    def answer(self, model, mode, array, **options):
+    def decode(self, model, mode, array, **options):
         """What the mode finds in the outputs of a model: rows in pixels of the model's input."""
         model = model if isinstance(model, pathlib.Path) else MODELS / model
         engine = {".onnx": "onnxruntime", ".tflite": "tensorflow-lite"}[model.suffix]
@@ -38,7 +38,7 @@ class HeadCase(ReferenceCase):
         path = self.folder / "input.raw"
         numpy.ascontiguousarray(array).tofile(path)
         dimensions = ":".join(str(extent) for extent in reversed(array.shape))
-        done = subprocess.run([os.environ["WEIR_ANSWER"], model, mode, path, array.dtype.name, dimensions,
+        done = subprocess.run([os.environ["WEIR_RESULTS_PROGRAM"], model, mode, path, array.dtype.name, dimensions,
                                *(f"{key.replace('_', '-')}={value}" for key, value in options.items())],
                               capture_output=True, text=True, timeout=200)
         if done.returncode:
@@ -47,7 +47,7 @@ class HeadCase(ReferenceCase):
 
     def refusal(self, *arguments, **options):
         with self.assertRaises(RuntimeError) as caught:
-            self.answer(*arguments, **options)
+            self.decode(*arguments, **options)
         return str(caught.exception)
 
     def crop(self, photo, box, by, size):
@@ -89,7 +89,7 @@ class Faces(HeadCase):
         for model, array, options in (("face/ultraface_RFB-320.onnx", planes(self.small()), {}),
                                       ("face/ultraface_RFB-320_raw.tflite", self.small()[None], {"head": "ultraface-raw"})):
             with self.subTest(model):
-                rows = self.answer(model, "detection", array, iou=0.3, **options)
+                rows = self.decode(model, "detection", array, iou=0.3, **options)
                 self.agree(sorted(rows, key=lambda row: row["box"][0]), scale, sorted(reference, key=lambda entry: entry[2][0]), 0.01, 2)
 
     def test_boxes_of_ultraface_may_be_of_either_kind(self):
@@ -100,7 +100,7 @@ class Faces(HeadCase):
     def test_yunet(self):
         pixels = numpy.zeros((864, 1056, 3), "u1")
         pixels[:861, :1049] = self.picture("face/three_people.jpg", "BGR")
-        rows = self.answer("face/yunet_n_dynamic.onnx", "detection", planes(pixels))
+        rows = self.decode("face/yunet_n_dynamic.onnx", "detection", planes(pixels))
         self.assertEqual([row["score"] for row in rows], sorted((row["score"] for row in rows), reverse=True))
         self.agree(sorted(rows, key=lambda row: -row["box"][0]), [1, 1],
                    sorted(results(EXTRA)["yunet three_people"], key=lambda entry: -entry[2][0]), 0.05, 10)
@@ -115,7 +115,7 @@ class Faces(HeadCase):
             with self.subTest(photo):
                 face = results()["mtcnn"][f"{photo}.jpg"]["consensus"][0]
                 pixels, corner, scale = self.crop(f"face/{photo}.jpg", face["box"], 2, 128)
-                rows = self.answer("face/blazeface_short_range.tflite", "detection", unit(pixels)[None])
+                rows = self.decode("face/blazeface_short_range.tflite", "detection", unit(pixels)[None])
                 best = rows[0]
                 self.assertGreater(best["score"], 0.9)
                 eyes = numpy.array(best["points"])[:2, :2] * scale + corner
@@ -128,15 +128,15 @@ class Faces(HeadCase):
         pixels = unit(stretched(self.picture("face/three_people.jpg"), 192, 192))[None]
         scale = numpy.array([*self.SIZE, *self.SIZE]) / 192
         for name in ("face_detection_full_range.tflite", "face_detection_full_range_sparse.tflite"):
-            rows = self.answer(self.packaged(name), "detection", pixels)
+            rows = self.decode(self.packaged(name), "detection", pixels)
             self.assertEqual(len(rows), 3)
             for face in results()["mtcnn"]["three_people.jpg"]["consensus"]:
                 boxes = numpy.array([numpy.array(row["box"]) * scale for row in rows])
                 self.assertGreater(overlap(numpy.array(face["box"]), boxes).max(), 0.4)
 
     def test_no_face_in_a_grey_picture(self):
-        self.assertEqual(self.answer("face/blazeface_short_range.tflite", "detection", numpy.zeros((1, 128, 128, 3), "f4")), [])
-        self.assertEqual(self.answer("face/ultraface_RFB-320.onnx", "detection", numpy.zeros((1, 3, 240, 320), "f4")), [])
+        self.assertEqual(self.decode("face/blazeface_short_range.tflite", "detection", numpy.zeros((1, 128, 128, 3), "f4")), [])
+        self.assertEqual(self.decode("face/ultraface_RFB-320.onnx", "detection", numpy.zeros((1, 3, 240, 320), "f4")), [])
 
     def test_face_landmarks_are_where_mtcnn_finds_them(self):
         """Points of MediaPipe's mesh: 1 is the tip of the nose, 61 and 291 are the corners of the mouth."""
@@ -144,7 +144,7 @@ class Faces(HeadCase):
             with self.subTest(photo):
                 face = results()["mtcnn"][f"{photo}.jpg"]["consensus"][0]
                 pixels, corner, scale = self.crop(f"face/{photo}.jpg", face["box"], 1.5, 192)
-                rows = self.answer("face/face_landmark.tflite", "pose", unit(pixels)[None])
+                rows = self.decode("face/face_landmark.tflite", "pose", unit(pixels)[None])
                 self.assertEqual(len(rows), 1)
                 self.assertGreater(rows[0]["score"], 0.9)
                 points = numpy.array(rows[0]["points"])
@@ -154,14 +154,14 @@ class Faces(HeadCase):
                 self.assertLess(numpy.hypot(*(found - face["landmarks"][2:]).T).max(), 0.2 * width)
 
     def test_a_grey_picture_has_no_landmarks(self):
-        self.assertEqual(self.answer("face/face_landmark.tflite", "pose", numpy.zeros((1, 192, 192, 3), "f4")), [])
+        self.assertEqual(self.decode("face/face_landmark.tflite", "pose", numpy.zeros((1, 192, 192, 3), "f4")), [])
 
 
 class Hands(HeadCase):
     def test_palm(self):
         """MANIFEST.md: the palm's centre is at (434, 542), its side is 269 of 900 pixels."""
         pixels = unit(stretched(self.picture("image/hand_vsign.jpg"), 256, 256))[None]
-        rows = self.answer("detection/palm_detection_256_int8.tflite", "detection", pixels)
+        rows = self.decode("detection/palm_detection_256_int8.tflite", "detection", pixels)
         self.assertGreaterEqual(len(rows), 1)
         self.assertGreater(rows[0]["score"], 0.99)
         x1, y1, x2, y2 = numpy.array(rows[0]["box"]) * 900 / 256
@@ -178,7 +178,7 @@ class Hands(HeadCase):
             for mirrored in (False, True):
                 with self.subTest(name, mirrored=mirrored):
                     seen = numpy.ascontiguousarray(pixels[:, ::-1] if mirrored else pixels)
-                    rows = self.answer(self.packaged(name), "pose", (seen / numpy.float32(255))[None])
+                    rows = self.decode(self.packaged(name), "pose", (seen / numpy.float32(255))[None])
                     self.assertEqual(len(rows), 1)
                     self.assertGreater(rows[0]["score"], 0.9)
                     self.assertEqual(rows[0]["class"], 0 if mirrored else 1)
@@ -203,7 +203,7 @@ class Bodies(HeadCase):
     def agrees_with_the_published_pose(self, model, size):
         """The reference comes from another network, BlazePose; MANIFEST.md: 9 joints at most 18.2 and 14.8 px apart."""
         picture = self.first_frame("video/pose_1.mp4", (576, 576))
-        rows = self.answer(model, "pose", stretched(picture, *size)[None])
+        rows = self.decode(model, "pose", stretched(picture, *size)[None])
         self.assertEqual(len(rows), 1)
         published = json.loads((MEDIA / "video/pose_1.json").read_text())[0]
         for joint, place in zip(JOINTS, self.joints(rows[0], picture, size)[0]):
@@ -213,7 +213,7 @@ class Bodies(HeadCase):
 
     def test_movenet(self):
         picture = self.picture("image/posenet_couple.jpg")
-        rows = self.answer("pose/movenet_lightning_ptq.tflite", "pose", stretched(picture, 192, 192)[None])
+        rows = self.decode("pose/movenet_lightning_ptq.tflite", "pose", stretched(picture, 192, 192)[None])
         at, scores = self.joints(rows[0], picture, (192, 192))
         reference = self.reference("movenet(stretch 192)")
         cell = numpy.array(picture.shape[1::-1]) / 48  # its first layer amplifies one step of a colour
@@ -228,7 +228,7 @@ class Bodies(HeadCase):
     def test_posenet_finds_both_persons(self):
         """The reference has each joint's best cell, of one person or of the other. In the small faces it joins both."""
         picture = self.picture("image/posenet_couple.jpg")
-        rows = self.answer("pose/posenet_mobilenet_v1_075_353_481_quant.tflite", "pose", stretched(picture, 481, 353)[None])
+        rows = self.decode("pose/posenet_mobilenet_v1_075_353_481_quant.tflite", "pose", stretched(picture, 481, 353)[None])
         self.assertEqual(len(rows), 2)
         persons = [self.joints(row, picture, (481, 353)) for row in rows]
         reference = self.reference("posenet_075_353x481(stretch, per-keypoint argmax)")
@@ -253,7 +253,7 @@ class Bodies(HeadCase):
                         left_hip=23, right_hip=24, left_knee=25, right_knee=26)
         for name in ("pose_landmark_lite.tflite", "pose_landmark_full.tflite", "pose_landmark_heavy.tflite"):
             with self.subTest(name):
-                rows = self.answer(self.packaged(name), "pose", (pixels / numpy.float32(255))[None])
+                rows = self.decode(self.packaged(name), "pose", (pixels / numpy.float32(255))[None])
                 self.assertEqual(len(rows), 1)
                 points = numpy.array(rows[0]["points"])
                 self.assertEqual(points.shape, (33, 3))
@@ -263,7 +263,7 @@ class Bodies(HeadCase):
                 self.assertLess(off.max(), 25)
 
     def test_no_person_in_a_grey_picture(self):
-        self.assertEqual(self.answer("pose/posenet_mobilenet_v1_075_353_481_quant.tflite", "pose",
+        self.assertEqual(self.decode("pose/posenet_mobilenet_v1_075_353_481_quant.tflite", "pose",
                                      numpy.full((1, 353, 481, 3), 128, "u1")), [])
 
 
@@ -289,7 +289,7 @@ class Text(HeadCase):
         width = -(-48 * strip.shape[1] // strip.shape[0])
         pixels = numpy.zeros((48, max(320, -(-width // 32) * 32), 3), "f4")
         pixels[:, :width] = stretched(strip, width, 48) / numpy.float32(127.5) - 1
-        return self.answer(self.packaged("ch_PP-OCRv4_rec_infer.onnx"), "text", planes(pixels),
+        return self.decode(self.packaged("ch_PP-OCRv4_rec_infer.onnx"), "text", planes(pixels),
                            labels=self.packaged("ppocr_keys_v1.txt"))
 
     def test_lines_are_found_and_read(self):
@@ -297,7 +297,7 @@ class Text(HeadCase):
         detector = self.packaged("ch_PP-OCRv4_det_infer.onnx")
         page = numpy.concatenate([self.line(text) for text in self.LINES])
         mean, deviation = numpy.array([0.485, 0.456, 0.406]), numpy.array([0.229, 0.224, 0.225])
-        rows = self.answer(detector, "text", planes(((page / 255 - mean) / deviation)))
+        rows = self.decode(detector, "text", planes(((page / 255 - mean) / deviation)))
         self.assertEqual(len(rows), len(self.LINES))
         rows.sort(key=lambda row: row["box"][1])
         for row, text, top in zip(rows, self.LINES, range(0, 4 * self.HEIGHT, self.HEIGHT)):
@@ -316,7 +316,7 @@ class Text(HeadCase):
         page[240:400] = self.line(self.LINES[0])
         turned = numpy.rot90(page, -1)  # by 90 degrees clockwise: read from top to bottom
         mean, deviation = numpy.array([0.485, 0.456, 0.406]), numpy.array([0.229, 0.224, 0.225])
-        rows = self.answer(detector, "text", planes((turned / 255 - mean) / deviation))
+        rows = self.decode(detector, "text", planes((turned / 255 - mean) / deviation))
         self.assertEqual(len(rows), 1)
         self.assertAlmostEqual(rows[0]["rotation"], numpy.pi / 2, delta=0.02)
         x1, y1, x2, y2 = rows[0]["box"]

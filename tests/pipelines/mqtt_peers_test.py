@@ -108,18 +108,18 @@ class Paho(Peers):
             self.assertFalse(message.retain)
 
     def test_a_pipeline_answers_requests(self):
-        client, answers = self.client("answers", paho.MQTTv5)
+        client, responses = self.client("responses", paho.MQTTv5)
         self.start("gst-launch-1.0", *f"mqttsrc port={self.port} protocol=5 sub-topic=ask mqtt-qos=1 ! "
                    f"tensor_transform mode=arithmetic option=add:1 ! mqttsink port={self.port} protocol=5 mqtt-qos=1".split())
         properties = Properties(paho.PacketTypes.PUBLISH if hasattr(paho, "PacketTypes") else 3)
-        properties.ResponseTopic, properties.CorrelationData = "answers", b"number 7"
+        properties.ResponseTopic, properties.CorrelationData = "responses", b"number 7"
         properties.UserProperty = [("caps", CAPS), ("base-epoch", "1"), ("seq", "0")]
         for _ in range(SECONDS):  # until the pipeline has subscribed
             client.publish("ask", bytes([1, 2, 3, 4]), qos=1, properties=properties)
             with contextlib.suppress(queue.Empty):
-                answer = answers.get(timeout=1)
+                response = responses.get(timeout=1)
                 break
-        self.assertEqual((answer.payload, answer.properties.CorrelationData), (bytes([2, 3, 4, 5]), b"number 7"))
+        self.assertEqual((response.payload, response.properties.CorrelationData), (bytes([2, 3, 4, 5]), b"number 7"))
 
     def test_frames_of_edgesink_are_retained_messages(self):
         _, messages = self.client("edge/inference/+/objects/#")

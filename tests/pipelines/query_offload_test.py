@@ -28,7 +28,7 @@ class Query(LaunchedPipelines):
         self.out = self.folder / "out"
 
     def client(self, port, options="", out=None):
-        """A client whose frames are 8 bytes of its standard input each; its answers are in the file `out`."""
+        """A client whose frames are 8 bytes of its standard input each; its responses are in the file `out`."""
         process = self.launch(f"fdsrc blocksize=8 ! application/octet-stream ! tensor_converter input-dim=8 input-type=uint8 ! "
                               f"tensor_query_client port=0 dest-port={port} {options} ! "
                               f"filesink async=false buffer-mode=unbuffered location={out or self.out}",
@@ -42,7 +42,7 @@ class Query(LaunchedPipelines):
         client.stdin.buffer.flush()
 
     def ask(self, client, frame):
-        """The answer to a frame."""
+        """The response to a frame."""
         size = client.out.stat().st_size if client.out.exists() else 0
         self.send(client, frame)
         while not client.out.exists() or client.out.stat().st_size < size + 8:
@@ -50,7 +50,7 @@ class Query(LaunchedPipelines):
         return client.out.read_bytes()[size:]
 
     def ask_until_in_time(self, client, frame):
-        """For clients whose answers may come too late."""
+        """For clients whose responses may come too late."""
         while not client.out.exists() or client.out.stat().st_size == 0:
             self.assertIsNone(client.poll(), self.output_of(client))
             self.send(client, frame)
@@ -93,10 +93,10 @@ class WithThePythonPeer(Query):
         self.assertEqual(outcomes["sent"], len(FRAMES))
         self.assertGreater(outcomes["late"], 0)
         written = self.out.read_bytes()
-        answers = [written[i:i + 8] for i in range(0, len(written), 8)]
-        self.assertEqual(answers, sorted(set(answers)))
-        self.assertLessEqual(set(answers), set(FRAMES))
-        self.assertGreaterEqual(len(answers), outcomes["answered"])
+        responses = [written[i:i + 8] for i in range(0, len(written), 8)]
+        self.assertEqual(responses, sorted(set(responses)))
+        self.assertLessEqual(set(responses), set(FRAMES))
+        self.assertGreaterEqual(len(responses), outcomes["answered"])
 
     def test_a_killed_server_is_an_error(self):
         peer, port = self.peer()
@@ -142,7 +142,7 @@ class WithServersOfWeir(Query):
 
     def test_a_server_that_drops_frames_repeats_the_numbers_of_the_others(self):
         server = self.server(more="identity drop-probability=0.5 !")
-        client = self.client(server.port, "timeout=100 max-request=100")  # no new connection after late answers
+        client = self.client(server.port, "timeout=100 max-request=100")  # no new connection after late responses
         for frame in FRAMES:
             self.send(client, frame)
         outcomes = self.outcomes(client)
@@ -150,13 +150,13 @@ class WithServersOfWeir(Query):
         self.assertGreater(outcomes["answered"], 0)
         self.assertGreater(outcomes["late"], 0)
         written = self.out.read_bytes()
-        answers = [written[i:i + 8] for i in range(0, len(written), 8)]
-        self.assertEqual(answers, sorted(set(answers)))
+        responses = [written[i:i + 8] for i in range(0, len(written), 8)]
+        self.assertEqual(responses, sorted(set(responses)))
         asked = [plus_one(frame) for frame in FRAMES]
-        self.assertLessEqual(set(answers), set(asked))
-        # Without numbers each answer after the first dropped frame would be taken for the one before.
-        first_dropped = next(answer for answer in asked if answer not in answers)
-        self.assertGreater(answers[-1], first_dropped)
+        self.assertLessEqual(set(responses), set(asked))
+        # Without numbers each response after the first dropped frame would be taken for the one before.
+        first_dropped = next(response for response in asked if response not in responses)
+        self.assertGreater(responses[-1], first_dropped)
         self.assertEqual(len(re.findall("connected to", self.output_of(client))), 1, self.output_of(client))
 
     def test_a_killed_client_does_not_stop_the_server(self):

@@ -109,9 +109,9 @@ class Limits(Served):
         for peer in peers:
             peer.close()
         end = time.monotonic() + 60
-        while (answer := status_of(lambda: client.infer(request("same", X))))[0] == "RESOURCE_EXHAUSTED":  # until it has seen the closes
+        while (response := status_of(lambda: client.infer(request("same", X))))[0] == "RESOURCE_EXHAUSTED":  # until it has seen the closes
             self.assertLess(time.monotonic(), end)
-        self.assertEqual(answer[1].raw_output_contents[0], X.tobytes())
+        self.assertEqual(response[1].raw_output_contents[0], X.tobytes())
 
     def test_without_the_limit_they_take_all_that_they_send(self):
         """What the test above would find if the limit did nothing."""
@@ -140,7 +140,7 @@ class Limits(Served):
     def test_an_address_has_no_more_connections_with_requests_than_allowed(self):
         gate = Gate(self)
         pipeline = self.serve("", gate.text, gate=gate)
-        # A call of the others could still have a place, although it has its answer.
+        # A call of the others could still have a place, although it has its response.
         clients = [self.client(pipeline), *(self.client(pipeline, ready=False) for _ in range(5))]
         ended = ends_behind_gate(pipeline, gate, clients, request("same", X), refused=2)
         self.assertEqual(sorted(code for code, _ in ended), ["OK"] * 4 + ["RESOURCE_EXHAUSTED"] * 2)
@@ -170,25 +170,25 @@ class Limits(Served):
         self.assertEqual((peer.closed, peer.goodbye), (False, None))
 
 
-class Answers(Served):
-    """What answers take that their clients do not read."""
+class Responses(Served):
+    """What responses take that their clients do not read."""
 
     MEBIBYTE = "caps=other/tensor,dimension=(string)1048576:1,type=(string)uint8,framerate=0/1"
 
     def answered(self, pipeline, message):
-        """A peer with a call whose answer the server has and cannot send."""
+        """A peer with a call whose response the server has and cannot send."""
         peer = http2_peer.Connection(pipeline.port, own_window=0)
         self.addCleanup(peer.close)
         end = time.monotonic() + 60
         while True:
             stream = peer.call(INFER, message.SerializeToString())
-            while not stream.headers and not peer.closed and time.monotonic() < end:  # they come before the answer
+            while not stream.headers and not peer.closed and time.monotonic() < end:  # they come before the response
                 peer.push()
                 peer.read(1)
             self.assertTrue(stream.headers)
             if stream.reset is None:
                 return peer, stream
-            self.assertLess(time.monotonic(), end)  # refused: a call that has its answer may still have a place
+            self.assertLess(time.monotonic(), end)  # refused: a call that has its response may still have a place
 
     def test_their_connections_count(self):
         pipeline = self.serve()

@@ -94,7 +94,7 @@ class Addresses(Peers):
     def test_there_are_no_more_connections_with_requests_than_allowed(self):
         gate = Gate(self)
         pipeline = self.serve("port=0 max-connections=2 max-connections-per-address=0", gate.text, gate=gate)
-        # A call of the others could still have a place, although it has its answer.
+        # A call of the others could still have a place, although it has its response.
         clients = [self.client(pipeline), *(self.client(pipeline, ready=False) for _ in range(3))]
         ended = ends_behind_gate(pipeline, gate, clients, request("same", X), refused=2)
         self.assertEqual(sorted(code for code, _ in ended), ["OK"] * 2 + ["RESOURCE_EXHAUSTED"] * 2)
@@ -186,7 +186,7 @@ class Stalls(Peers):
         while any(stream.unsent for stream in streams) and time.monotonic() < end:
             for peer in peers:
                 peer.push()
-                peer.read(0.005)  # room for requests; what comes of answers is never acknowledged
+                peer.read(0.005)  # room for requests; what comes of responses is never acknowledged
         self.assertFalse(any(stream.unsent for stream in streams))
         for _ in range(20):
             self.assertEqual(client.infer(message).raw_output_contents[0], x.tobytes())

@@ -108,15 +108,15 @@ class Reflection(Services):
         return list(client.channel.stream_stream(path)(iter(messages), timeout=30))
 
     def file_of(self, client, version, symbol):
-        """The FileDescriptorProto of an answer: field 4, which has field 1."""
-        answer, = self.ask(client, version, b"\x22" + bytes([len(symbol)]) + symbol)
-        at = answer.index(b"\x22", 2 + answer[1])  # after field 2, the request
+        """The FileDescriptorProto of a response: field 4, which has field 1."""
+        response, = self.ask(client, version, b"\x22" + bytes([len(symbol)]) + symbol)
+        at = response.index(b"\x22", 2 + response[1])  # after field 2, the request
         size, used = 0, 0
-        for used, byte in enumerate(answer[at + 1:at + 4]):
+        for used, byte in enumerate(response[at + 1:at + 4]):
             size |= (byte & 127) << (7 * used)
             if byte < 128:
                 break
-        inner = answer[at + 2 + used:at + 2 + used + size]
+        inner = response[at + 2 + used:at + 2 + used + size]
         skip = 1 + next(i for i, byte in enumerate(inner[1:]) if byte < 128) + 1
         out = descriptor_pb2.FileDescriptorProto()
         out.ParseFromString(inner[skip:])
@@ -142,9 +142,9 @@ class Reflection(Services):
         for version in self.VERSIONS:
             asked, answered = self.messages(client, version)
             question = asked(host="here", list_services="*")
-            answer = answered.FromString(self.ask(client, version, question.SerializeToString())[0])
-            self.assertEqual((answer.valid_host, answer.original_request), ("here", question))
-            self.assertEqual([service.name for service in answer.list_services_response.service],
+            response = answered.FromString(self.ask(client, version, question.SerializeToString())[0])
+            self.assertEqual((response.valid_host, response.original_request), ("here", question))
+            self.assertEqual([service.name for service in response.list_services_response.service],
                              ["inference.GRPCInferenceService", "grpc.health.v1.Health", "grpc.reflection.v1.ServerReflection",
                               "grpc.reflection.v1alpha.ServerReflection"])
 
@@ -176,13 +176,13 @@ class Reflection(Services):
         questions = [asked(file_containing_symbol="grpc.health.v1.Health.Watch"), asked(file_by_filename="inference.proto"),
                      asked(all_extension_numbers_of_type="inference.ModelInferRequest"), asked(file_containing_symbol="no.such.Type"),
                      asked(file_by_filename="no.proto"), asked(file_containing_extension={"containing_type": "a", "extension_number": 1})]
-        answers = [answered.FromString(answer) for answer in self.ask(client, "v1", *(q.SerializeToString() for q in questions))]
-        self.assertEqual([answer.original_request for answer in answers], questions)
-        files = [descriptor_pb2.FileDescriptorProto.FromString(a.file_descriptor_response.file_descriptor_proto[0]).name for a in answers[:2]]
+        responses = [answered.FromString(response) for response in self.ask(client, "v1", *(q.SerializeToString() for q in questions))]
+        self.assertEqual([response.original_request for response in responses], questions)
+        files = [descriptor_pb2.FileDescriptorProto.FromString(a.file_descriptor_response.file_descriptor_proto[0]).name for a in responses[:2]]
         self.assertEqual(files, ["grpc/health/v1/health.proto", "inference.proto"])
-        self.assertEqual(answers[2].all_extension_numbers_response.base_type_name, "inference.ModelInferRequest")
+        self.assertEqual(responses[2].all_extension_numbers_response.base_type_name, "inference.ModelInferRequest")
         not_found = grpc.StatusCode.NOT_FOUND.value[0]
-        self.assertEqual([(a.error_response.error_code, a.error_response.error_message) for a in answers[3:]],
+        self.assertEqual([(a.error_response.error_code, a.error_response.error_message) for a in responses[3:]],
                          [(not_found, "there is no symbol no.such.Type here"), (not_found, "there is no file no.proto here"),
                           (not_found, "there are no extensions here")])
 

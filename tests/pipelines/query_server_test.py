@@ -82,14 +82,14 @@ class WithoutGrpc(unittest.TestCase):
         self.assertIn("fix: apt-get install libgrpc++-dev", played.stderr)
 
 
-class Answers(Served):
+class Responses(Served):
     def test_a_request_is_answered_by_the_pipeline(self):
         pipeline, client = self.affine()
-        answer = client.infer(request("affine", X, id="seven"))
-        self.assertEqual((answer.model_name, answer.model_version, answer.id), ("affine", "1", "seven"))
-        output, = answer.outputs
+        response = client.infer(request("affine", X, id="seven"))
+        self.assertEqual((response.model_name, response.model_version, response.id), ("affine", "1", "seven"))
+        output, = response.outputs
         self.assertEqual((output.name, output.datatype, list(output.shape)), ("output", "FP32", [1, 4]))
-        np.testing.assert_array_equal(np.frombuffer(answer.raw_output_contents[0], np.float32), (2 * X + 1)[0])
+        np.testing.assert_array_equal(np.frombuffer(response.raw_output_contents[0], np.float32), (2 * X + 1)[0])
         pipeline.stop()
         self.assertEqual(self.ended(pipeline), dict(received=1, answered=1, refused=0, expired=0, aborted=0))
 
@@ -104,9 +104,9 @@ class Answers(Served):
             client = self.client(pipeline, "same")
             for typed in ([False, True] if datatype in CONTENTS else [False]):
                 with self.subTest(datatype, typed=typed):
-                    answer = client.infer(request("same", values, datatype, typed))
-                    self.assertEqual(answer.raw_output_contents[0], values.tobytes())
-                    self.assertEqual(answer.outputs[0].datatype, datatype)
+                    response = client.infer(request("same", values, datatype, typed))
+                    self.assertEqual(response.raw_output_contents[0], values.tobytes())
+                    self.assertEqual(response.outputs[0].datatype, datatype)
             if CONTENTS.get(datatype) in ("int_contents", "uint_contents") and numpy_type[2] < "4":
                 limits = np.iinfo(numpy_type)
                 for beyond in {limits.min - 1, limits.max + 1} - {-1}:
@@ -125,8 +125,8 @@ class Answers(Served):
     def test_outer_ones_may_be_added_or_left_out(self):
         _, client = self.affine()
         for shape in ([4], [1, 4], [1, 1, 4]):
-            answer = client.infer(request("affine", X, shape=shape))
-            np.testing.assert_array_equal(np.frombuffer(answer.raw_output_contents[0], np.float32), (2 * X + 1)[0])
+            response = client.infer(request("affine", X, shape=shape))
+            np.testing.assert_array_equal(np.frombuffer(response.raw_output_contents[0], np.float32), (2 * X + 1)[0])
 
     def test_several_inputs_are_matched_by_their_names(self):
         caps = "caps=other/tensors,format=static,num_tensors=2,dimensions=(string)2,types=(string)uint8,framerate=0/1"
@@ -140,9 +140,9 @@ class Answers(Served):
         wanted.raw_input_contents.extend([other.tobytes(), one.tobytes()])
         self.assertEqual(list(client.infer(wanted).raw_output_contents), [one.tobytes(), other.tobytes()])
         wanted.outputs.add(name="output_1")
-        answer = client.infer(wanted)
-        self.assertEqual([output.name for output in answer.outputs], ["output_1"])
-        self.assertEqual(list(answer.raw_output_contents), [other.tobytes()])
+        response = client.infer(wanted)
+        self.assertEqual([output.name for output in response.outputs], ["output_1"])
+        self.assertEqual(list(response.raw_output_contents), [other.tobytes()])
         wanted.outputs.add(name="elsewhere")
         code, text = status_of(lambda: client.infer(wanted))
         self.assertEqual(code, "INVALID_ARGUMENT")
@@ -193,9 +193,9 @@ class Answers(Served):
             values = np.arange(size, dtype=np.uint8)
             asked = pb.ModelInferRequest(model_name="twice")
             asked.inputs.add(name="input", datatype="BYTES", shape=[1]).contents.bytes_contents.append(values.tobytes())
-            answer = client.infer(asked)
-            self.assertEqual((answer.outputs[0].datatype, list(answer.outputs[0].shape)), ("FP32", [size]))
-            self.assertEqual(answer.raw_output_contents[0], (2 * values.astype(np.float32)).tobytes())
+            response = client.infer(asked)
+            self.assertEqual((response.outputs[0].datatype, list(response.outputs[0].shape)), ("FP32", [size]))
+            self.assertEqual(response.raw_output_contents[0], (2 * values.astype(np.float32)).tobytes())
 
     @unittest.skipUnless(has_engine("python3"), "the engine python3 is not built")
     def test_tensors_have_the_names_of_the_filter(self):
@@ -208,16 +208,16 @@ class Answers(Served):
             pipeline = self.serve(f"{source('model-name=named')} ! {filter_} ! tensor_transform mode=arithmetic option=mul:2 ! "
                                   "tensor_query_serversink")
             client = self.client(pipeline, "named")
-            answer = client.infer(request("named", X, name="samples"))
-            self.assertEqual((answer.outputs[0].name, answer.raw_output_contents[0]), ("scores", (2 * X).tobytes()))
+            response = client.infer(request("named", X, name="samples"))
+            self.assertEqual((response.outputs[0].name, response.raw_output_contents[0]), ("scores", (2 * X).tobytes()))
 
     def test_the_lines_of_the_documents_serve(self):
         for element in ("tensor_query_serversrc", "tensor_query_serversink"):
             text = (SOURCE / "src/edge" / element / "README.md").read_text()
             line, = re.findall(r"^gst-launch-1.0 (.* model-name=affine .*)$", text, re.MULTILINE)
             pipeline = self.serve(line.replace("port=8001", "port=0"))
-            answer = self.client(pipeline).infer(request("affine", X))
-            self.assertEqual(answer.raw_output_contents[0], (2 * X + 1).tobytes())
+            response = self.client(pipeline).infer(request("affine", X))
+            self.assertEqual(response.raw_output_contents[0], (2 * X + 1).tobytes())
 
     @unittest.skipUnless(has_engine("oip"), "the engine oip is not built")
     def test_the_engine_oip_is_a_client(self):
@@ -281,11 +281,11 @@ class Descriptions(Served):
         message.parameters["weir_times"].bool_param = True
         sent = time.time_ns()
         calls = [client.stub.ModelInfer.future(message, timeout=30) for _ in range(2)]
-        answers = [call.result().parameters for call in calls]
+        responses = [call.result().parameters for call in calls]
         arrived = time.time_ns()
-        for answer in answers:
-            self.assertEqual({answer[name].WhichOneof("parameter_choice") for name in answer}, {"int64_param"})
-        numbers = [{name: answer[name].int64_param for name in answer} for answer in answers]
+        for response in responses:
+            self.assertEqual({response[name].WhichOneof("parameter_choice") for name in response}, {"int64_param"})
+        numbers = [{name: response[name].int64_param for name in response} for response in responses]
         for times in numbers:
             self.assertEqual(sorted(times), ["weir_answered_ns", "weir_compute_us", "weir_queue_us", "weir_received_ns"])
             self.assertTrue(sent <= times["weir_received_ns"] < times["weir_answered_ns"] <= arrived, (sent, times, arrived))
@@ -446,8 +446,8 @@ class Endings(Served):
             wrong = 0
             for i in range(calls):
                 x = np.full((1, 4), number * calls + i, np.float32)
-                answer = client.infer(request("affine", x), 60)
-                wrong += answer.raw_output_contents[0] != (2 * x + 1).tobytes()
+                response = client.infer(request("affine", x), 60)
+                wrong += response.raw_output_contents[0] != (2 * x + 1).tobytes()
             client.close()
             return wrong
 

@@ -17,7 +17,7 @@
 //   wrong-size       the memory of an output is shorter than its shape
 //   other-shape      outputs have two rows, which was never declared
 //   no-memory        outputs without memory
-//   synchronous      a model without the flag for asynchronous answers
+//   synchronous      a model without the flag for asynchronous outputs
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #include <algorithm>
 #include <condition_variable>
@@ -109,7 +109,7 @@ int end_of(const weir_model& model, float x) {
   return x == -3 ? int{WEIR_RESULT_LOST} : WEIR_OK;
 }
 
-void answer(weir_session* session, const Work& work) {
+void finish(weir_session* session, const Work& work) {
   const auto& model = *session->model;
   const auto* x = static_cast<const float*>(work.frame->tensors[0].data);
   const int end = end_of(model, x[0]);
@@ -175,7 +175,7 @@ void run(weir_session* session) {
       });
       if (!taken) return;
     }
-    answer(session, work);
+    finish(session, work);
   }
 }
 
@@ -256,7 +256,7 @@ int submit(weir_session* session, const weir_frame* in, weir_request* request, w
       return WEIR_OK;
     }
   }
-  answer(session, work);
+  finish(session, work);
   return WEIR_OK;
 }
 void cancel(weir_session* session, weir_request* request) {

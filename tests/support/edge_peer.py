@@ -292,10 +292,10 @@ def run_client(options):
         b, _ = back.accept()
         b.settimeout(SECONDS)
         with b:
-            answers = reader_of(b)
+            responses = reader_of(b)
             for memories in frames_of(options.frame):
                 a.sendall(encode_message(form, TRANSFER_DATA, greeting[1], memories, [["client_id", str(greeting[1])]]))
-                report(form, read_message(answers, form))
+                report(form, read_message(responses, form))
             a.sendall(encode_message(form, ERROR, 0))
 
 
@@ -381,7 +381,7 @@ def arguments(words=None):
         if name == "server":
             added.add_argument("--src-caps", default="other/tensors")
             added.add_argument("--sink-caps", default="other/tensors")
-            added.add_argument("--drop", type=int, default=0, help="each Nth request gets no answer")
+            added.add_argument("--drop", type=int, default=0, help="each Nth request gets no response")
             added.add_argument("--clients", type=int, default=1, help="ends after so many")
         else:
             added.add_argument("--caps", default="")

@@ -90,7 +90,7 @@ def ends_behind_gate(pipeline, gate, clients, message, refused):
 
 
 def status_of(call):
-    """The code's name and the text with which a call fails; ("OK", answer) if it does not."""
+    """The code's name and the text with which a call fails; ("OK", response) if it does not."""
     try:
         return "OK", call()
     except grpc.RpcError as error:

@@ -120,26 +120,26 @@ Status SharedClock::connect(const std::string& address) {
   address_ = address;
   clock_ = *std::move(clock);
   if (!clock_) return unreadable_clock(address, "GStreamer does not accept it");
-  watch_answers();
+  watch_responses();
   return gst_clock_wait_for_sync(clock_.get(), kClockWait) ? ok()
                                                            : Status(not_synchronised(address));
 }
 
-// The clock posts a message for each answer of its server.
-void SharedClock::watch_answers() {
+// The clock posts a message for each response of its server.
+void SharedClock::watch_responses() {
   if (!g_object_class_find_property(G_OBJECT_GET_CLASS(clock_.get()), "bus")) return;
   bus_ = gst::Ref<GstBus>::adopt(gst_bus_new());
   gst_bus_set_sync_handler(
       bus_.get(),
       [](GstBus*, GstMessage* message, gpointer self) {
         guint64 local = 0, remote = 0, round_trip = 0;
-        const GstStructure* answer = gst_message_get_structure(message);
-        if (answer &&
-            gst_structure_get(answer, "local", G_TYPE_UINT64, &local, "remote", G_TYPE_UINT64,
+        const GstStructure* response = gst_message_get_structure(message);
+        if (response &&
+            gst_structure_get(response, "local", G_TYPE_UINT64, &local, "remote", G_TYPE_UINT64,
                               &remote, "rtt", G_TYPE_UINT64, &round_trip, nullptr)) {
           auto* clock = static_cast<SharedClock*>(self);
           std::lock_guard lock(clock->mutex_);
-          clock->answer_ = {GST_CLOCK_DIFF(local, remote), static_cast<int64_t>(round_trip)};
+          clock->response_ = {GST_CLOCK_DIFF(local, remote), static_cast<int64_t>(round_trip)};
         }
         gst_message_unref(message);
         return GST_BUS_DROP;
@@ -180,15 +180,15 @@ int64_t SharedClock::offset() const {
 }
 
 SharedClock::Exactness SharedClock::exactness() const {
-  std::optional<Answer> answer;
+  std::optional<Response> response;
   {
-    std::lock_guard lock(mutex_);  // not while the clock is read: it may hold a lock at an answer
-    answer = answer_;
+    std::lock_guard lock(mutex_);  // not while the clock is read: it may hold a lock at a response
+    response = response_;
   }
   Exactness out{.offset = offset(), .round_trip = {}, .error = {}};
-  if (!answer) return out;
-  out.round_trip = answer->round_trip;
-  out.error = answer->round_trip / 2 + std::abs(out.offset - answer->offset);
+  if (!response) return out;
+  out.round_trip = response->round_trip;
+  out.error = response->round_trip / 2 + std::abs(out.offset - response->offset);
   return out;
 }
 

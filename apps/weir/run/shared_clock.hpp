@@ -35,14 +35,14 @@ class SharedClock {
   int serving_port() const;  // 0 = not served
   // {"address", "offset_ns", "round_trip_ns", "error_ns", "port"}. The offset is that of the
   // shared clock to this machine's monotonic clock. The error is at most half of the last round
-  // trip and what the clock has not yet corrected by its answer. Round trip and error are null for
-  // PTP and for the own clock.
+  // trip and what the clock has not yet corrected by its response. Round trip and error are null
+  // for PTP and for the own clock.
   Json state() const;
   std::string state_text() const;  // the same as a line of text
 
  private:
   // The server's time in nanoseconds, which is known to half the round trip.
-  struct Answer {
+  struct Response {
     int64_t offset = 0, round_trip = 0;
   };
   struct Exactness {
@@ -52,7 +52,7 @@ class SharedClock {
   SharedClock() = default;
   Status connect(const std::string& address);
   Status serve(int port);
-  void watch_answers();
+  void watch_responses();
   int64_t offset() const;  // nanoseconds
   Exactness exactness() const;
 
@@ -60,8 +60,8 @@ class SharedClock {
   gst::Ref<GstBus> bus_;  // of the clock's statistics; outlives clock_
   gst::Ref<GstClock> clock_;
   gst::Ref<GstObject> provider_;
-  mutable std::mutex mutex_;      // guards answer_
-  std::optional<Answer> answer_;  // the last one
+  mutable std::mutex mutex_;          // guards response_
+  std::optional<Response> response_;  // the last one
 };
 
 }  // namespace weir::app

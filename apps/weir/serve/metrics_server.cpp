@@ -8,26 +8,26 @@
 namespace weir::app {
 namespace {
 
-constexpr guint kSeconds = 5;  // for a client to send its request and to read the answer
+constexpr guint kSeconds = 5;  // for a client to send its request and to read the response
 constexpr size_t kMaxRequestBytes = 8192;
 constexpr int kMaxWaiting = 16;
 
-std::string answer(const char* status, const char* type, const std::string& body) {
+std::string make_response(const char* status, const char* type, const std::string& body) {
   return std::string("HTTP/1.1 ") + status + "\r\nContent-Type: " + type +
          "\r\nContent-Length: " + std::to_string(body.size()) + "\r\nConnection: close\r\n\r\n" +
          body;
 }
 
-std::string answer_to(std::string_view request, const std::function<std::string()>& page) {
+std::string respond(std::string_view request, const std::function<std::string()>& page) {
   const std::string_view line = request.substr(0, request.find("\r\n"));
   if (!line.starts_with("GET "))
-    return answer("405 Method Not Allowed", "text/plain", "GET /metrics\n");
+    return make_response("405 Method Not Allowed", "text/plain", "GET /metrics\n");
   const std::string_view path = line.substr(4, line.substr(4).find_first_of(" ?"));
-  if (path != "/metrics") return answer("404 Not Found", "text/plain", "GET /metrics\n");
-  return answer("200 OK", "text/plain; version=0.0.4; charset=utf-8", page());
+  if (path != "/metrics") return make_response("404 Not Found", "text/plain", "GET /metrics\n");
+  return make_response("200 OK", "text/plain; version=0.0.4; charset=utf-8", page());
 }
 
-// One connection: collects a request, sends the answer, and is deleted.
+// One connection: collects a request, sends the response, and is deleted.
 struct Exchange {
   std::function<std::string()> page;
   gst::Unique<GSocketConnection, g_object_unref> connection;
@@ -47,8 +47,9 @@ struct Exchange {
     self->request.append(self->received.data(), static_cast<size_t>(count));
     const bool is_whole = self->request.find("\r\n\r\n") != std::string::npos;
     if (!is_whole && self->request.size() < kMaxRequestBytes) return read(self.release());
-    self->response = is_whole ? answer_to(self->request, self->page)
-                              : answer("431 Request Header Fields Too Large", "text/plain", "");
+    self->response = is_whole
+                         ? respond(self->request, self->page)
+                         : make_response("431 Request Header Fields Too Large", "text/plain", "");
     GOutputStream* out = g_io_stream_get_output_stream(G_IO_STREAM(self->connection.get()));
     const std::string& bytes = self->response;
     GCancellable* const end = self->end.get();

@@ -16,7 +16,7 @@ namespace weir::app {
 // Answers on the thread of the default main context, one request for each connection.
 class MetricsServer {
  public:
-  // `page` writes the body of each answer. OPTION_VALUE for addresses that other machines reach;
+  // `page` writes the body of each response. OPTION_VALUE for addresses that other machines reach;
   // SERVER_UNREACHABLE when the address cannot be used.
   static Result<std::unique_ptr<MetricsServer>> open(const ListenAddress& address,
                                                      std::function<std::string()> page);

@@ -126,8 +126,8 @@ class Serving(Case):
                               "tensor_converter input-dim=4:1 input-type=float32 ! "
                               f"tensor_filter framework=oip model={url} workers=4 ! filesink location={self.folder}/out"))
         np.testing.assert_array_equal(np.fromfile(self.folder / "out", np.float32).reshape(-1, 4), 2 * frames)
-        with urllib.request.urlopen(figures, timeout=60) as answer:
-            batches = re.search(r'weir_batches_total\{model="double",element="tensor_filter"\} (\d+)', answer.read().decode())
+        with urllib.request.urlopen(figures, timeout=60) as response:
+            batches = re.search(r'weir_batches_total\{model="double",element="tensor_filter"\} (\d+)', response.read().decode())
         self.assertLess(int(batches[1]), len(frames))
         self.assertEqual(self.end(process)[0], 0)
 
@@ -220,8 +220,8 @@ class CustomFilter:
         while time.monotonic() < end:  # until it listens again: gRPC's clients wait long after a refusal
             with contextlib.suppress(ConnectionRefusedError), socket.create_connection((host, int(port)), 10):
                 break
-        answer = self.client(address, "picky").infer(request("picky", one))
-        self.assertEqual(answer.raw_output_contents[0], (2 * one).tobytes())
+        response = self.client(address, "picky").infer(request("picky", one))
+        self.assertEqual(response.raw_output_contents[0], (2 * one).tobytes())
         self.assertEqual(self.end(process)[0], 0)
 
     @unittest.skipUnless(HAS_GRPCIO and has_engine("python3"), "grpcio or the engine python3 is not there")
@@ -246,8 +246,8 @@ class CustomFilter:
         self.assertEqual(self.end(process)[0], 0)  # while it waits
 
     def in_flight(self, figures):
-        with urllib.request.urlopen(figures, timeout=60) as answer:
-            return int(re.search(r"weir_requests_in_flight\{[^}]*\} (\d+)", answer.read().decode())[1])
+        with urllib.request.urlopen(figures, timeout=60) as response:
+            return int(re.search(r"weir_requests_in_flight\{[^}]*\} (\d+)", response.read().decode())[1])
 
     @unittest.skipUnless(HAS_GRPCIO and has_engine("python3"), "grpcio or the engine python3 is not there")
     def test_a_signal_lets_the_request_in_work_end_and_refuses_those_that_wait(self):
@@ -322,9 +322,9 @@ class CustomFilter:
     def test_figures_are_served_to_this_machine(self):
         process, _, _ = self.serve(f"digits={MODEL}", "--metrics=127.0.0.1:0")
         address = re.fullmatch(r"metrics +(http://127\.0\.0\.1:\d+)/metrics\n", process.stdout.readline())[1]
-        with urllib.request.urlopen(f"{address}/metrics", timeout=60) as answer:
-            self.assertEqual(answer.headers["Content-Type"], "text/plain; version=0.0.4; charset=utf-8")
-            page = answer.read().decode()
+        with urllib.request.urlopen(f"{address}/metrics", timeout=60) as response:
+            self.assertEqual(response.headers["Content-Type"], "text/plain; version=0.0.4; charset=utf-8")
+            page = response.read().decode()
         self.assertIn('# TYPE weir_requests_received_total counter\n'
                       'weir_requests_received_total{model="digits",element="tensor_query_serversrc"} 0\n', page)
         self.assertIn('weir_dropped_total{model="digits",element="tensor_filter",reason="error"} 0\n', page)

@@ -65,12 +65,12 @@ Result<std::optional<bool>> CustomCondition::decide(const weir_frame& frame) {
   if (!entry_ || entry_->gate->is_closed()) entry_ = functions().find(name_);
   if (!entry_) return unknown_condition(name_);
   weir_error error;
-  int answer = 0;
+  int decision = 0;
   const auto result = infer::called(*entry_->gate, who_, "return host->fail(...)", [&] {
-    return entry_->function(&infer::host(), &frame, &answer, entry_->data, &error);
+    return entry_->function(&infer::host(), &frame, &decision, entry_->data, &error);
   });
   if (!result) return result.error();
-  if (*result == 0) return std::optional<bool>(answer != 0);
+  if (*result == 0) return std::optional<bool>(decision != 0);
   if (*result > 0) return std::optional<bool>();
   return failed(who_, *result, &error, frame);
 }

@@ -186,7 +186,8 @@ const weir_module& builtin_engines() {
 
 int weir_filter_class_register(const char* name, const weir_module* (*entry)(const weir_host*),
                                weir_error** error) {
-  return weir::custom::answer(error, [&] { return weir::custom::add(name ? name : "", entry); });
+  return weir::custom::to_return_code(error,
+                                      [&] { return weir::custom::add(name ? name : "", entry); });
 }
 
 int weir_filter_class_unregister(const char* name) {

@@ -260,7 +260,7 @@ Status check_invocation(const weir_engine& engine, const weir_model_info& info,
 }  // namespace weir::custom
 
 int weir_filter_register(const char* name, const weir_filter* filter, weir_error** error) {
-  return weir::custom::answer(error, [&] { return weir::custom::add(name, filter); });
+  return weir::custom::to_return_code(error, [&] { return weir::custom::add(name, filter); });
 }
 
 int weir_filter_unregister(const char* name) {

@@ -18,7 +18,8 @@ namespace weir::custom {
 namespace custom_easy_test {
 
 // Returns *data; above 100 also sets an error.
-int answer(const weir_host* host, const weir_frame*, weir_frame*, void* data, weir_error* error) {
+int return_data(const weir_host* host, const weir_frame*, weir_frame*, void* data,
+                weir_error* error) {
   const int wanted = *static_cast<int*>(data);
   if (wanted > 100)
     return host->fail(error, wanted, "as ordered", "this", "that", "here", "correct it");
@@ -35,7 +36,7 @@ struct Description {
     filter.n_inputs = filter.n_outputs = 1;
     filter.inputs = &input;
     filter.outputs = &output;
-    filter.invoke = answer;
+    filter.invoke = return_data;
     filter.data = &data;
   }
 };

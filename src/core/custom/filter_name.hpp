@@ -20,7 +20,7 @@ inline bool can_be_a_name(const std::string& name) {
 
 // The C return value for the Status of `body`; stores the error in *error.
 template <class Body>
-int answer(weir_error** error, Body&& body) noexcept {
+int to_return_code(weir_error** error, Body&& body) noexcept {
   if (error) *error = nullptr;
   try {
     const Status status = body();

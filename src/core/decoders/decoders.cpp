@@ -14,8 +14,8 @@ const weir_module& builtin_decoders() {
   static const auto decoders = [] {
     std::vector<const weir_decoder_type*> out{&bounding_boxes(), &image_segment(),
                                               &pose_estimation(), &tensor_region()};
-    const auto answers = answer_decoders();
-    out.insert(out.end(), answers.begin(), answers.end());
+    const auto results = results_decoders();
+    out.insert(out.end(), results.begin(), results.end());
     const auto records = record_decoders();
     out.insert(out.end(), records.begin(), records.end());
     out.push_back(nullptr);

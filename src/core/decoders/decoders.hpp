@@ -22,7 +22,7 @@ const weir_decoder_type& tensor_region();
 
 // One decoder for each mode that writes results (weir/results.h): detection, classification,
 // segmentation, pose, depth and text.
-std::span<const weir_decoder_type* const> answer_decoders();
+std::span<const weir_decoder_type* const> results_decoders();
 // One for each mode that writes results as text: json, webvtt, coco and mot.
 std::span<const weir_decoder_type* const> record_decoders();
 

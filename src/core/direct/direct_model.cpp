@@ -131,7 +131,7 @@ Status check_batched(const std::vector<weir_tensor>& outputs, uint32_t frames) {
 using Clock = std::chrono::steady_clock;
 using Infos = std::vector<weir_tensor_info>;
 
-Error no_answer(std::string what, DirectModel::Limit limit) {
+Error timeout_error(std::string what, DirectModel::Limit limit) {
   const auto ms = std::chrono::duration_cast<std::chrono::milliseconds>(limit).count();
   return Error{
       .code = Code::WORKER_TIMEOUT,
@@ -155,7 +155,7 @@ struct DirectModel::Job {
   Inputs inputs;
   Results results;
   bool ended = false, abandoned = false;  // guarded by the core's mutex
-  Result<bool> answer = false;            // once it has ended
+  Result<bool> result = false;            // once it has ended
 
   Result<bool> run(infer::Session& session) {
     weir_frame in{};
@@ -226,11 +226,11 @@ class DirectModel::Turn {
     if (!limited()) {
       core_->free.wait(lock, not_taken);
     } else if (!core_->free.wait_until(lock, deadline_, not_taken)) {
-      refusal_ = no_answer("another call of the model did not return in time", limit_);
+      refusal_ = timeout_error("another call of the model did not return in time", limit_);
       return;
     }
     if (core_->turn == Core::Turns::Abandoned) {
-      refusal_ = no_answer("the model is still running an invoke that timed out", limit_);
+      refusal_ = timeout_error("the model is still running an invoke that timed out", limit_);
       return;
     }
     core_->turn = Core::Turns::Taken;
@@ -250,24 +250,24 @@ class DirectModel::Turn {
     if (!limited()) return job->run(*core_->session);
     if (!core_->thread) core_->thread.emplace();
     const auto call = [core = core_, job] {
-      Result<bool> answer = false;
+      Result<bool> result = false;
       try {
-        answer = job->run(*core->session);
+        result = job->run(*core->session);
       } catch (const std::exception& e) {
-        answer = Error{.code = Code::INTERNAL, .what = e.what()};
+        result = Error{.code = Code::INTERNAL, .what = e.what()};
       }
       std::lock_guard lock(core->mutex);
-      job->answer = std::move(answer);
+      job->result = std::move(result);
       job->ended = true;
       if (job->abandoned) core->give_back();
     };
     core_->thread->run(call, deadline_ - Clock::now());
     std::lock_guard lock(core_->mutex);
-    if (job->ended) return job->answer;
+    if (job->ended) return job->result;
     job->abandoned = true;
     core_->turn = Core::Turns::Abandoned;
     held_ = false;
-    return no_answer("the model timed out", limit_);
+    return timeout_error("the model timed out", limit_);
   }
 
  private:

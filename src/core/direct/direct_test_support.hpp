@@ -48,11 +48,11 @@ struct TestModel {
   ~TestModel() { ++closed; }
   std::span<const weir_tensor_info> inputs() const { return in; }
   std::span<const weir_tensor_info> outputs() const { return out; }
-  void resolve(std::span<const weir_tensor_info> given, std::span<weir_tensor_info> answer) {
+  void resolve(std::span<const weir_tensor_info> given, std::span<weir_tensor_info> to_fill) {
     ++resolves;
-    if (resolve_body) resolve_body(given, answer);
+    if (resolve_body) resolve_body(given, to_fill);
   }
-  bool invoke(In given, Out answer) { return invoke_body(given, answer); }
+  bool invoke(In given, Out to_fill) { return invoke_body(given, to_fill); }
 
   static inline std::vector<weir_tensor_info> in, out;
   static inline std::function<void(std::span<const weir_tensor_info>, std::span<weir_tensor_info>)>

@@ -77,7 +77,7 @@ TEST_F(TimeoutTest, IsUnusableUntilTheInvokeHasEnded) {
   model->set_limit(0ns);
   EXPECT_REFUSED(model->invoke(std::array{lend(x, {1, 2})}), WORKER_TIMEOUT, "is still running");
   gate_.set_value();
-  const auto answers = [&] {
+  const auto succeeds = [&] {
     const auto outcome = model->invoke(std::array{lend(x, {1, 2})});
     if (outcome)
       EXPECT_EQ(values(outcome->results), (Values{2, 3}));
@@ -85,7 +85,7 @@ TEST_F(TimeoutTest, IsUnusableUntilTheInvokeHasEnded) {
       EXPECT_EQ(outcome.error().code, Code::WORKER_TIMEOUT);
     return outcome.has_value() || outcome.error().code != Code::WORKER_TIMEOUT;
   };
-  EXPECT_TRUE(becomes_true(answers, "an answer of the model"));
+  EXPECT_TRUE(becomes_true(succeeds, "an answer of the model"));
   EXPECT_EQ(ended_, 2);
 }
 

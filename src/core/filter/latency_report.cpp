@@ -14,7 +14,7 @@ uint64_t with_margin(uint64_t average) noexcept {
 
 }  // namespace
 
-uint64_t LatencyReport::answer(uint64_t average) noexcept {
+uint64_t LatencyReport::update(uint64_t average) noexcept {
   std::lock_guard lock(mutex_);
   return reported_ = with_margin(average);
 }

@@ -9,10 +9,10 @@ namespace weir {
 
 class LatencyReport {
  public:
-  // The answer to a LATENCY query: the `average` of the invokes plus 5 %.
-  uint64_t answer(uint64_t average) noexcept;
+  // The latency to report in a LATENCY query: the `average` of the invokes plus 5 %.
+  uint64_t update(uint64_t average) noexcept;
   // After an invoke: whether the pipeline must query the latency again, because the average exceeds
-  // the last answer or is more than 25 % below it. Returns true once for each such change and
+  // the last report or is more than 25 % below it. Returns true once for each such change and
   // assumes that the pipeline then queries.
   bool outdated(uint64_t average) noexcept;
   void reset() noexcept;

@@ -9,14 +9,14 @@ namespace latency_report_test {
 
 TEST(LatencyReport, AddsAMargin) {
   LatencyReport report;
-  EXPECT_EQ(report.answer(0), 0u);
-  EXPECT_EQ(report.answer(1'000'000), 1'050'000u);
-  EXPECT_EQ(report.answer(10), 11u) << "10.5 is rounded";
+  EXPECT_EQ(report.update(0), 0u);
+  EXPECT_EQ(report.update(1'000'000), 1'050'000u);
+  EXPECT_EQ(report.update(10), 11u) << "10.5 is rounded";
 }
 
 TEST(LatencyReport, IsOutdatedAboveTheReportedLatency) {
   LatencyReport report;
-  report.answer(1000);
+  report.update(1000);
   EXPECT_FALSE(report.outdated(1000));
   EXPECT_FALSE(report.outdated(1050));
   EXPECT_TRUE(report.outdated(1051));
@@ -26,11 +26,11 @@ TEST(LatencyReport, IsOutdatedAboveTheReportedLatency) {
 
 TEST(LatencyReport, IsOutdatedMoreThanAQuarterBelow) {
   LatencyReport report;
-  EXPECT_EQ(report.answer(1000), 1050u);
+  EXPECT_EQ(report.update(1000), 1050u);
   EXPECT_FALSE(report.outdated(788)) << "1050 - 788 is 24.95 %";
   EXPECT_TRUE(report.outdated(787)) << "25.05 %";
   EXPECT_FALSE(report.outdated(787));
-  EXPECT_EQ(report.answer(400), 420u);
+  EXPECT_EQ(report.update(400), 420u);
   EXPECT_FALSE(report.outdated(315)) << "exactly a quarter";
   EXPECT_TRUE(report.outdated(314));
 }
@@ -45,7 +45,7 @@ TEST(LatencyReport, IsOutdatedByTheFirstInvoke) {
 
 TEST(LatencyReport, HandlesAnyNumber) {
   LatencyReport report;
-  EXPECT_GT(report.answer(UINT64_MAX), UINT64_MAX / 128);
+  EXPECT_GT(report.update(UINT64_MAX), UINT64_MAX / 128);
   EXPECT_FALSE(report.outdated(UINT64_MAX));
   EXPECT_TRUE(report.outdated(0));
 }

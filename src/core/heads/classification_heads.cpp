@@ -57,10 +57,10 @@ class Classifier final : public Head {
   }
 
   void complete(OutputValues&, std::span<const detection::Candidate> kept, PictureSize,
-                results::Answer* answer) override {
-    answer->n_classes = scores_.size();
+                results::FrameResults* results) override {
+    results->n_classes = scores_.size();
     for (size_t i = 0; i < kept.size(); ++i)
-      answer->class_scores.insert(answer->class_scores.end(), scores_.begin(), scores_.end());
+      results->class_scores.insert(results->class_scores.end(), scores_.begin(), scores_.end());
   }
 
  private:

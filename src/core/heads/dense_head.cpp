@@ -139,15 +139,15 @@ Candidates DenseHead::find(OutputValues& outputs, PictureSize frame_input) {
 }
 
 void DenseHead::complete(OutputValues& outputs, std::span<const Candidate> kept,
-                         PictureSize frame_input, results::Answer* answer) {
+                         PictureSize frame_input, results::FrameResults* results) {
   if (kept.empty()) return;
   const auto numbers = read(outputs);
-  if (spec_.points > 0) add_points(numbers, kept, answer);
-  if (spec_.prototypes) add_masks(outputs, numbers, kept, known(frame_input), answer);
+  if (spec_.points > 0) add_points(numbers, kept, results);
+  if (spec_.prototypes) add_masks(outputs, numbers, kept, known(frame_input), results);
 }
 
 void DenseHead::add_points(std::span<const float> numbers, std::span<const Candidate> kept,
-                           results::Answer* answer) const {
+                           results::FrameResults* results) const {
   const size_t first = scores_.first_class + scores_.classes;
   const auto finite = [](float number) { return std::isfinite(number); };
   for (const Candidate& candidate : kept)
@@ -158,14 +158,14 @@ void DenseHead::add_points(std::span<const float> numbers, std::span<const Candi
       const float x = number(0) * scale_.x, y = number(1) * scale_.y;
       const float score = spec_.point_length == 3 ? number(2) : 1;
       const bool is_good = finite(x) && finite(y) && finite(score);
-      answer->points.push_back(is_good ? results::KeyPoint{x, y, score} : results::KeyPoint{});
+      results->points.push_back(is_good ? results::KeyPoint{x, y, score} : results::KeyPoint{});
     }
 }
 
 // All masks have the size of the largest box in cells of the prototypes.
 void DenseHead::add_masks(OutputValues& outputs, std::span<const float> numbers,
                           std::span<const Candidate> kept, PictureSize input,
-                          results::Answer* answer) {
+                          results::FrameResults* results) {
   const PrototypeFacts& facts = *spec_.prototypes;
   require_size(input);
   const auto values = outputs.read(facts.output);
@@ -181,10 +181,10 @@ void DenseHead::add_masks(OutputValues& outputs, std::span<const float> numbers,
     width = std::max(width, std::ceil(candidate.width * to_x));
     height = std::max(height, std::ceil(candidate.height * to_y));
   }
-  answer->mask_width = static_cast<uint32_t>(std::min(width, static_cast<float>(facts.width)));
-  answer->mask_height = static_cast<uint32_t>(std::min(height, static_cast<float>(facts.height)));
-  const size_t bytes = size_t{answer->mask_width} * answer->mask_height;
-  answer->masks.resize(kept.size() * bytes);
+  results->mask_width = static_cast<uint32_t>(std::min(width, static_cast<float>(facts.width)));
+  results->mask_height = static_cast<uint32_t>(std::min(height, static_cast<float>(facts.height)));
+  const size_t bytes = size_t{results->mask_width} * results->mask_height;
+  results->masks.resize(kept.size() * bytes);
   std::vector<float> weights(facts.count);
   const size_t first = scores_.first_class + scores_.classes;
   for (size_t i = 0; i < kept.size(); ++i) {
@@ -194,8 +194,8 @@ void DenseHead::add_masks(OutputValues& outputs, std::span<const float> numbers,
     const Box box{candidate.x * to_x, candidate.y * to_y, (candidate.x + candidate.width) * to_x,
                   (candidate.y + candidate.height) * to_y};
     masks_.draw({values, facts.width, facts.height, facts.count, facts.are_packed}, weights, box,
-                answer->mask_width, answer->mask_height,
-                std::span(answer->masks).subspan(i * bytes, bytes));
+                results->mask_width, results->mask_height,
+                std::span(results->masks).subspan(i * bytes, bytes));
   }
 }
 

@@ -39,7 +39,7 @@ class DenseHead final : public Head {
   size_t classes() const noexcept override { return spec_.classes; }
   detection::Candidates find(OutputValues& outputs, detection::PictureSize input) override;
   void complete(OutputValues& outputs, std::span<const detection::Candidate> kept,
-                detection::PictureSize input, results::Answer* answer) override;
+                detection::PictureSize input, results::FrameResults* results) override;
 
  private:
   struct Scale {
@@ -49,10 +49,10 @@ class DenseHead final : public Head {
   Unit unit_of(std::span<const float> numbers, detection::PictureSize input);
   Unit unit_of_grid(std::span<const float> numbers, detection::PictureSize input);
   void add_points(std::span<const float> numbers, std::span<const detection::Candidate> kept,
-                  results::Answer* answer) const;
+                  results::FrameResults* results) const;
   void add_masks(OutputValues& outputs, std::span<const float> numbers,
                  std::span<const detection::Candidate> kept, detection::PictureSize input,
-                 results::Answer* answer);
+                 results::FrameResults* results);
   std::span<const float> read(OutputValues& outputs) const;
   std::span<const CellPlace> places(detection::PictureSize input);
   // `where` is empty unless the numbers are relative to cells.

@@ -91,7 +91,7 @@ class Yunet final : public Head {
   }
 
   void complete(OutputValues& outputs, std::span<const Candidate> kept, PictureSize input,
-                results::Answer* answer) override {
+                results::FrameResults* results) override {
     for (const Candidate& candidate : kept) {
       size_t cell = candidate.row;
       auto grid = grids_.begin();
@@ -101,7 +101,7 @@ class Yunet final : public Head {
       const float* points = outputs.read(grid->points).data() + 2 * kYunetPoints * cell;
       const auto stride = static_cast<float>(grid->stride);
       for (size_t i = 0; i < kYunetPoints; ++i)
-        answer->points.push_back(
+        results->points.push_back(
             key_point((static_cast<float>(cell_x) + points[2 * i]) * stride,
                       (static_cast<float>(cell_y) + points[2 * i + 1]) * stride, candidate.score));
     }

@@ -86,17 +86,17 @@ TEST(Families, ReadAnyOutputsOrRefuseThem) {
       const HeadResult result = run_head(outputs, setup);
       if (!result.error.empty()) continue;
       ++opened;
-      const auto& answer = result.answer;
+      const auto& details = result.details;
       for (const auto& candidate : result.found)
         EXPECT_TRUE(candidate.is_finite() && candidate.score > 0 && std::isfinite(candidate.score))
             << family->name << " " << candidate.score;
       const size_t objects = result.found.size();
-      EXPECT_EQ(answer.points.size(), objects * result.features.points_per_object) << family->name;
-      EXPECT_EQ(answer.masks.size(), objects * answer.mask_width * answer.mask_height);
-      EXPECT_EQ(answer.class_scores.size(), objects * answer.n_classes) << family->name;
-      const size_t pixels = size_t{answer.map_width} * answer.map_height;
-      EXPECT_EQ(answer.class_map.size(), result.features.has_class_map ? pixels : 0);
-      EXPECT_EQ(answer.depth.size(), result.features.has_depth ? pixels : 0);
+      EXPECT_EQ(details.points.size(), objects * result.features.points_per_object) << family->name;
+      EXPECT_EQ(details.masks.size(), objects * details.mask_width * details.mask_height);
+      EXPECT_EQ(details.class_scores.size(), objects * details.n_classes) << family->name;
+      const size_t pixels = size_t{details.map_width} * details.map_height;
+      EXPECT_EQ(details.class_map.size(), result.features.has_class_map ? pixels : 0);
+      EXPECT_EQ(details.depth.size(), result.features.has_depth ? pixels : 0);
     }
   }
   EXPECT_GT(opened, 300u);

@@ -1,4 +1,4 @@
-// Head: reads the outputs of one family of models as an answer (core/results).
+// Head: reads the outputs of one family of models as results (core/results).
 //
 // A frame is read in two steps, so that what is expensive is done for objects that are kept only:
 // find() returns candidates, the caller removes those that overlap better ones, and complete()
@@ -16,7 +16,7 @@
 
 #include "core/detection/candidate.hpp"
 #include "core/heads/output_values.hpp"
-#include "core/results/answer.hpp"
+#include "core/results/frame_results.hpp"
 #include "core/tensor/frame_spec.hpp"
 #include "weir/module.hpp"
 
@@ -67,13 +67,13 @@ class Head {
   // Reads the outputs of a frame. Returns the candidates with at least the threshold's score, in
   // pixels of the model's input, with `row` set so that complete() finds their other values.
   // Candidates that are not finite are left out. Throws Failure (SPEC_MISMATCH) when shapes differ
-  // from those it was opened for. Heads whose answers are not objects return none.
+  // from those it was opened for. Heads whose results are not objects return none.
   virtual detection::Candidates find(OutputValues& outputs, detection::PictureSize input) = 0;
   // Adds what belongs to the candidates that were kept, in their order: key points (pixels of the
-  // model's input), masks, class scores, texts; and maps. `answer->objects` stand already.
+  // model's input), masks, class scores, texts; and maps. `results->objects` stand already.
   virtual void complete(OutputValues& outputs, std::span<const detection::Candidate> kept,
-                        detection::PictureSize input, results::Answer* answer) {
-    (void)outputs, (void)kept, (void)input, (void)answer;
+                        detection::PictureSize input, results::FrameResults* results) {
+    (void)outputs, (void)kept, (void)input, (void)results;
   }
 };
 
@@ -97,7 +97,7 @@ enum class Fit {
 struct Family {
   std::string_view name;     // the word that selects it: custom=head:NAME
   std::string_view aliases;  // further words, separated by commas
-  uint32_t tasks;            // Task bits: the modes that can show its answers
+  uint32_t tasks;            // Task bits: the modes that can show its results
   std::string_view outputs;  // of models of this family, for people
   std::string_view custom;   // settings that it declares, separated by commas
   float threshold;           // default of the least score

@@ -107,7 +107,7 @@ struct HeadResult {
   std::string family, error;  // error: "" after success
   results::Features features;
   detection::Candidates found;
-  results::Answer answer;  // completed for all that was found
+  results::FrameResults details;  // completed for all that was found
 };
 
 inline HeadResult run_head(const std::vector<TestOutput>& outputs, const HeadSetup& setup = {}) {
@@ -125,7 +125,7 @@ inline HeadResult run_head(const std::vector<TestOutput>& outputs, const HeadSet
     values.begin(tensors);
     const auto input = setup.frame.width > 0 ? setup.frame : setup.input;
     out.found = head->find(values, input);
-    head->complete(values, out.found, input, &out.answer);
+    head->complete(values, out.found, input, &out.details);
   } catch (const Failure& failure) {
     out.error = failure.error().message();
   }

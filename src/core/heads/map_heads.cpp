@@ -50,10 +50,10 @@ std::optional<Pixels> find_pixels(const ModelFacts& model) {
   return can_plane ? std::optional(planar) : std::nullopt;
 }
 
-void set_map(const Pixels& pixels, results::Answer* answer) {
-  answer->map_width = pixels.width;
-  answer->map_height = pixels.height;
-  answer->class_map.resize(size_t{pixels.width} * pixels.height);
+void set_map(const Pixels& pixels, results::FrameResults* results) {
+  results->map_width = pixels.width;
+  results->map_height = pixels.height;
+  results->class_map.resize(size_t{pixels.width} * pixels.height);
 }
 
 void check_size(std::span<const float> numbers, const Pixels& pixels) {
@@ -71,11 +71,11 @@ class MapHead : public Head {
   results::Features features() const override { return {.has_class_map = true}; }
   Candidates find(OutputValues&, PictureSize) override { return {}; }
   void complete(OutputValues& outputs, std::span<const Candidate>, PictureSize,
-                results::Answer* answer) override {
+                results::FrameResults* results) override {
     const auto numbers = read(outputs);
     check_size(numbers, pixels_);
-    set_map(pixels_, answer);
-    fill(numbers, answer->class_map);
+    set_map(pixels_, results);
+    fill(numbers, results->class_map);
   }
 
  protected:
@@ -179,7 +179,7 @@ class DepthMap final : public Head {
   results::Features features() const override { return {.has_depth = true}; }
   detection::Candidates find(OutputValues&, PictureSize) override { return {}; }
   void complete(OutputValues& outputs, std::span<const detection::Candidate>, PictureSize,
-                results::Answer* answer) override {
+                results::FrameResults* results) override {
     const auto numbers = outputs.read(0);
     if (numbers.size() != size_t{map_.width} * map_.height)
       throw Failure(
@@ -187,11 +187,11 @@ class DepthMap final : public Head {
            .what = "the frame has a different number of pixels than the head was opened for",
            .offered = std::to_string(numbers.size()),
            .needed = std::to_string(size_t{map_.width} * map_.height)});
-    answer->map_width = map_.width;
-    answer->map_height = map_.height;
-    answer->depth.assign(numbers.begin(), numbers.end());
+    results->map_width = map_.width;
+    results->map_height = map_.height;
+    results->depth.assign(numbers.begin(), numbers.end());
     std::replace_if(
-        answer->depth.begin(), answer->depth.end(),
+        results->depth.begin(), results->depth.end(),
         [](float depth) { return !std::isfinite(depth); }, 0.0f);
   }
 

@@ -19,9 +19,9 @@ TEST(Classifier, GivesOneRowForEachClassOfAProbability) {
   ASSERT_EQ(result.found.size(), 3u);
   EXPECT_EQ(result.found[0].score, 0.6f);
   EXPECT_EQ(result.found[2].class_index, 2);
-  EXPECT_EQ(result.answer.n_classes, 4u);
-  ASSERT_EQ(result.answer.class_scores.size(), 12u);
-  EXPECT_EQ(result.answer.class_scores[6], 0.3f);
+  EXPECT_EQ(result.details.n_classes, 4u);
+  ASSERT_EQ(result.details.class_scores.size(), 12u);
+  EXPECT_EQ(result.details.class_scores[6], 0.3f);
 }
 
 // Of the logits log(p) + c, whose softmax is p.
@@ -104,9 +104,9 @@ TEST(Segmentation, TakesTheBestClassInBothOrders) {
     const auto result = segment(output);
     EXPECT_EQ(result.family, "deeplab") << result.error;
     EXPECT_TRUE(result.features.has_class_map);
-    EXPECT_EQ(result.answer.map_width, 4u);
-    EXPECT_EQ(result.answer.map_height, 2u);
-    EXPECT_EQ(result.answer.class_map, expected);
+    EXPECT_EQ(result.details.map_width, 4u);
+    EXPECT_EQ(result.details.map_height, 2u);
+    EXPECT_EQ(result.details.class_map, expected);
   }
 }
 
@@ -119,20 +119,20 @@ TEST(Segmentation, ManyPixelsInPlanesAreThoseOfPackedOnes) {
   packed[5] = NAN;
   const auto a = segment({"7:61:53:1", packed}, {122, 106});
   const auto b = segment({"61:53:7:1", transposed(packed, kClasses)}, {122, 106});
-  ASSERT_EQ(a.answer.class_map.size(), kWidth * kHeight) << a.error;
-  EXPECT_EQ(a.answer.class_map, b.answer.class_map);
+  ASSERT_EQ(a.details.class_map.size(), kWidth * kHeight) << a.error;
+  EXPECT_EQ(a.details.class_map, b.details.class_map);
   for (size_t i = 0; i < 20; ++i) {
     size_t best = 0;
     for (size_t c = 1; c < kClasses; ++c)
       if (packed[i * kClasses + c] > packed[i * kClasses + best]) best = c;
-    EXPECT_EQ(a.answer.class_map[i], best);
+    EXPECT_EQ(a.details.class_map[i], best);
   }
 }
 
 TEST(Segmentation, OneScoreAPixelIsOfClass1) {
-  EXPECT_EQ(segment({"2:2:1", {0.4f, 0.5f, 0.9f, 0}}, {4, 4}).answer.class_map,
+  EXPECT_EQ(segment({"2:2:1", {0.4f, 0.5f, 0.9f, 0}}, {4, 4}).details.class_map,
             (std::vector<uint16_t>{0, 1, 1, 0}));
-  EXPECT_EQ(segment({"1:2:2:1", {-3, 0, 4, NAN}}, {4, 4}).answer.class_map,
+  EXPECT_EQ(segment({"1:2:2:1", {-3, 0, 4, NAN}}, {4, 4}).details.class_map,
             (std::vector<uint16_t>{0, 1, 1, 0}));
 }
 
@@ -141,8 +141,8 @@ TEST(Segmentation, ReadsNumbersOfClasses) {
       TestOutput::of(ElementType::Int64, "2:2:1", std::vector<int64_t>{0, 3, 20, 1});
   const auto result = segment(numbers, {4, 4});
   EXPECT_EQ(result.family, "class-map") << result.error;
-  EXPECT_EQ(result.answer.class_map, (std::vector<uint16_t>{0, 3, 20, 1}));
-  EXPECT_EQ(segment({"2:2:1", {0, 3, 20, 1}}, {4, 4}, "class-map").answer.class_map,
+  EXPECT_EQ(result.details.class_map, (std::vector<uint16_t>{0, 3, 20, 1}));
+  EXPECT_EQ(segment({"2:2:1", {0, 3, 20, 1}}, {4, 4}, "class-map").details.class_map,
             (std::vector<uint16_t>{0, 3, 20, 1}));
   EXPECT_SAYS(segment({"2:2:1", {0, 3, -2, 1}}, {4, 4}, "class-map").error, "at pixel 0, 1");
 }
@@ -157,9 +157,9 @@ TEST(Depth, IsTheMapOfTheNetwork) {
     const auto result = run_head({TestOutput(shape, {1, 2, 3, -4, NAN, INFINITY})},
                                  {.tasks = kDepth, .input = {3, 2}});
     EXPECT_TRUE(result.features.has_depth) << result.error;
-    EXPECT_EQ(result.answer.map_width, 3u);
-    EXPECT_EQ(result.answer.map_height, 2u);
-    EXPECT_EQ(result.answer.depth, (Floats{1, 2, 3, -4, 0, 0}));
+    EXPECT_EQ(result.details.map_width, 3u);
+    EXPECT_EQ(result.details.map_height, 2u);
+    EXPECT_EQ(result.details.depth, (Floats{1, 2, 3, -4, 0, 0}));
   }
   EXPECT_SAYS(run_head({TestOutput("3:3:3:1", Floats(27))}, {.tasks = kDepth}).error,
               "no head of this mode fits these outputs");

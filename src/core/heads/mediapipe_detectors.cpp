@@ -165,16 +165,16 @@ class AnchorHead final : public Head {
   }
 
   void complete(OutputValues& outputs, std::span<const Candidate> kept, PictureSize input,
-                results::Answer* answer) override {
+                results::FrameResults* results) override {
     input = known(input);
     for (size_t i = 0; i < kept.size(); ++i) {
       const float* values = values_of(outputs, kept[i].row);
-      const size_t first = answer->points.size();
+      const size_t first = results->points.size();
       for (size_t point = 0; point < detector_.points; ++point) {
         auto at = point_at(kept[i].row, values + kMediapipeBox + 2 * point, input);
-        answer->points.push_back(key_point(at.x, at.y, kept[i].score));
+        results->points.push_back(key_point(at.x, at.y, kept[i].score));
       }
-      turn(answer->points.data() + first, &answer->objects[i]);
+      turn(results->points.data() + first, &results->objects[i]);
     }
   }
 

@@ -55,11 +55,11 @@ void PointsHead::add(std::span<const results::KeyPoint> points, const Box& box, 
 }
 
 void PointsHead::complete(OutputValues&, std::span<const detection::Candidate> kept,
-                          detection::PictureSize, results::Answer* answer) {
+                          detection::PictureSize, results::FrameResults* results) {
   for (const auto& candidate : kept) {
     const auto first = points_.begin() + static_cast<ptrdiff_t>(candidate.row * points_per_object_);
-    answer->points.insert(answer->points.end(), first,
-                          first + static_cast<ptrdiff_t>(points_per_object_));
+    results->points.insert(results->points.end(), first,
+                           first + static_cast<ptrdiff_t>(points_per_object_));
   }
 }
 

@@ -17,7 +17,7 @@ class PointsHead : public Head {
   explicit PointsHead(size_t points_per_object) : points_per_object_(points_per_object) {}
   results::Features features() const override { return {.points_per_object = points_per_object_}; }
   void complete(OutputValues& outputs, std::span<const detection::Candidate> kept,
-                detection::PictureSize input, results::Answer* answer) override;
+                detection::PictureSize input, results::FrameResults* results) override;
 
  protected:
   size_t points_per_object() const noexcept { return points_per_object_; }

@@ -147,8 +147,8 @@ class Ctc final : public Head {
   }
 
   void complete(OutputValues&, std::span<const Candidate> kept, PictureSize,
-                results::Answer* answer) override {
-    if (!kept.empty()) answer->texts.push_back(text_);
+                results::FrameResults* results) override {
+    if (!kept.empty()) results->texts.push_back(text_);
   }
 
  private:

@@ -215,13 +215,13 @@ TEST(YoloHeads, PosesHaveKeyPoints) {
       const auto result = run_head({output}, setup);
       EXPECT_EQ(result.features.points_per_object, kPoints) << result.error;
       expect_found(result.found, objects());
-      ASSERT_EQ(result.answer.points.size(), 3 * kPoints);
+      ASSERT_EQ(result.details.points.size(), 3 * kPoints);
       for (size_t k = 0; k < kPoints; ++k) {
-        EXPECT_NEAR(result.answer.points[k].x, static_cast<float>(k + 3), 1e-4f);
-        EXPECT_NEAR(result.answer.points[k].y, static_cast<float>(2 * k), 1e-4f);
-        EXPECT_EQ(result.answer.points[k].score, 0.1f * static_cast<float>(k));
+        EXPECT_NEAR(result.details.points[k].x, static_cast<float>(k + 3), 1e-4f);
+        EXPECT_NEAR(result.details.points[k].y, static_cast<float>(2 * k), 1e-4f);
+        EXPECT_EQ(result.details.points[k].score, 0.1f * static_cast<float>(k));
       }
-      EXPECT_EQ(result.answer.points[kPoints], results::KeyPoint{});  // not a number
+      EXPECT_EQ(result.details.points[kPoints], results::KeyPoint{});  // not a number
     }
   }
 }
@@ -260,12 +260,12 @@ TEST(YoloHeads, SegmentationDrawsMasksOverTheBoxes) {
           EXPECT_TRUE(result.features.has_masks);
           ASSERT_EQ(result.found.size(), 1u);
           // The box is 8 cells wide and high.
-          ASSERT_EQ(result.answer.mask_width, 8u);
-          ASSERT_EQ(result.answer.mask_height, 8u);
-          ASSERT_EQ(result.answer.masks.size(), 64u);
+          ASSERT_EQ(result.details.mask_width, 8u);
+          ASSERT_EQ(result.details.mask_height, 8u);
+          ASSERT_EQ(result.details.masks.size(), 64u);
           for (size_t y = 0; y < 8; ++y)
             for (size_t x = 0; x < 8; ++x)
-              EXPECT_EQ(result.answer.masks[8 * y + x], x < 2 ? 0 : 255) << x << ", " << y;
+              EXPECT_EQ(result.details.masks[8 * y + x], x < 2 ? 0 : 255) << x << ", " << y;
         }
   }
 }
@@ -277,8 +277,8 @@ TEST(YoloHeads, PrototypesMayHaveAnotherSizeButNotAnotherAspect) {
   const auto output = both_orders(rows, kLength)[1];
   const auto result = run_head({output, TestOutput("8:8:3:1", Floats(8 * 8 * 3, 1))});
   EXPECT_EQ(result.family, "yolov8-seg") << result.error;
-  EXPECT_EQ(result.answer.mask_width, 4u);
-  EXPECT_EQ(result.answer.masks, std::vector<uint8_t>(16, 253));  // 255 / (1 + exp(-5))
+  EXPECT_EQ(result.details.mask_width, 4u);
+  EXPECT_EQ(result.details.masks, std::vector<uint8_t>(16, 253));  // 255 / (1 + exp(-5))
   const TestOutput wide("16:8:3:1", Floats(16 * 8 * 3, 1));
   EXPECT_SAYS(recognised({output, wide}), "no head of this mode fits these outputs");
   EXPECT_SAYS(run_head({output, wide}, setup_of("yolov8-seg")).error,

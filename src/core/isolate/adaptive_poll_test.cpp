@@ -18,7 +18,7 @@ TEST(AdaptivePoll, StartsWithTheTimeOfAWakeUp) {
   EXPECT_EQ(AdaptivePoll().patience(), 50us);
 }
 
-TEST(AdaptivePoll, IsPatientForTwiceTheTimeOfShortAnswers) {
+TEST(AdaptivePoll, IsPatientForTwiceTheTimeOfShortResponses) {
   const auto patience = after(60, 100us).patience();
   EXPECT_GT(patience, 199us);
   EXPECT_LE(patience, 200us);
@@ -29,12 +29,12 @@ TEST(AdaptivePoll, FollowsByAQuarterOfTheDifference) {
   EXPECT_EQ(after(2, 105us).patience(), 2 * (25us + 20us + 15us));
 }
 
-TEST(AdaptivePoll, SpinsForFastAnswers) {
+TEST(AdaptivePoll, SpinsForFastResponses) {
   EXPECT_EQ(after(60, 0us).patience(), 20us);
   EXPECT_EQ(after(60, -5us).patience(), 20us) << "a clock that goes back is no wait";
 }
 
-TEST(AdaptivePoll, SleepsAtOnceForSlowAnswers) {
+TEST(AdaptivePoll, SleepsAtOnceForSlowResponses) {
   EXPECT_EQ(after(60, 10ms).patience(), 0us);
   EXPECT_EQ(after(60, 210us).patience(), 0us);
 }
@@ -45,7 +45,7 @@ TEST(AdaptivePoll, ToleratesOneLongWait) {
   EXPECT_LE(after(1, 10s, short_ones).patience(), 400us);
 }
 
-TEST(AdaptivePoll, RecoversWithinTenShortAnswers) {
+TEST(AdaptivePoll, RecoversWithinTenShortResponses) {
   EXPECT_GT(after(10, 30us, after(100, 10s)).patience(), 0us);
 }
 

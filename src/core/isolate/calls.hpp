@@ -57,11 +57,11 @@ struct OutputCall {
 // Part of Invoked: the return value of the engine; whether all outputs that it allocated are
 // already in the block (after the given outputs, each at a multiple of kPlacement); then a tensor
 // for each output.
-struct InvokedAnswer {
+struct InvokeResponse {
   int32_t result;
   uint32_t in_block, outputs;
 };
-struct OutputAnswer {
+struct OutputResponse {
   uint64_t bytes;
   weir_tensor_info info;
 };

@@ -66,8 +66,8 @@ uint32_t run(const std::vector<sock_filter>& program, const seccomp_data& data) 
 using Arguments = std::vector<uint64_t>;
 
 // 0: allowed; otherwise the errno for the caller.
-int answer(const std::vector<sock_filter>& program, long call, const Arguments& arguments = {},
-           uint32_t architecture = kArchitecture) {
+int run_filter(const std::vector<sock_filter>& program, long call, const Arguments& arguments = {},
+               uint32_t architecture = kArchitecture) {
   seccomp_data data{};
   data.nr = static_cast<int>(call);
   data.arch = architecture;
@@ -89,14 +89,14 @@ TEST(CompiledRules, TheFirstMatchingRuleDecides) {
       {.call = 3, .error = ENOTTY, .checks = {{{.argument = 1, .mask = 1, .value = 1}}}},
   };
   const auto program = compile(rules);
-  EXPECT_EQ(answer(program, 0), EPERM);
-  EXPECT_EQ(answer(program, 1, {1, 2, 3}), 0);
-  EXPECT_EQ(answer(program, 2), EIO);
-  EXPECT_EQ(answer(program, 3, {7, 0, 0, 0, 0, 9}), EIO);
-  EXPECT_EQ(answer(program, 3, {0x17, 1, 0, 0, 0, 9}), 0);
-  EXPECT_EQ(answer(program, 3, {0x17, 1, 0, 0, 0, 8}), ENOTTY);
-  EXPECT_EQ(answer(program, 3, {0x18, 0, 0, 0, 0, 9}), EPERM) << "none holds";
-  EXPECT_EQ(answer(program, 4), EPERM);
+  EXPECT_EQ(run_filter(program, 0), EPERM);
+  EXPECT_EQ(run_filter(program, 1, {1, 2, 3}), 0);
+  EXPECT_EQ(run_filter(program, 2), EIO);
+  EXPECT_EQ(run_filter(program, 3, {7, 0, 0, 0, 0, 9}), EIO);
+  EXPECT_EQ(run_filter(program, 3, {0x17, 1, 0, 0, 0, 9}), 0);
+  EXPECT_EQ(run_filter(program, 3, {0x17, 1, 0, 0, 0, 8}), ENOTTY);
+  EXPECT_EQ(run_filter(program, 3, {0x18, 0, 0, 0, 0, 9}), EPERM) << "none holds";
+  EXPECT_EQ(run_filter(program, 4), EPERM);
 }
 
 TEST(CompiledRules, CompareBothHalvesOfAnArgument) {
@@ -106,13 +106,14 @@ TEST(CompiledRules, CompareBothHalvesOfAnArgument) {
       {.call = 2, .checks = {{{.argument = 2, .mask = 0xFFFF'FFFF, .value = 5}}}},
       {.call = 3, .checks = {{{.argument = 2, .mask = uint64_t{1} << 40, .value = 0}}}}};
   const auto program = compile(rules);
-  EXPECT_EQ(answer(program, 1, {0, 0, kValue}), 0);
+  EXPECT_EQ(run_filter(program, 1, {0, 0, kValue}), 0);
   for (int bit = 0; bit < 64; ++bit)
-    EXPECT_EQ(answer(program, 1, {0, 0, kValue ^ uint64_t{1} << bit}), EPERM) << bit;
-  EXPECT_EQ(answer(program, 2, {0, 0, 5}), 0);
-  EXPECT_EQ(answer(program, 2, {0, 0, uint64_t{1} << 32 | 5}), 0) << "the kernel drops these bits";
-  EXPECT_EQ(answer(program, 3, {0, 0, ~(uint64_t{1} << 40)}), 0);
-  EXPECT_EQ(answer(program, 3, {0, 0, uint64_t{1} << 40}), EPERM);
+    EXPECT_EQ(run_filter(program, 1, {0, 0, kValue ^ uint64_t{1} << bit}), EPERM) << bit;
+  EXPECT_EQ(run_filter(program, 2, {0, 0, 5}), 0);
+  EXPECT_EQ(run_filter(program, 2, {0, 0, uint64_t{1} << 32 | 5}), 0)
+      << "the kernel drops these bits";
+  EXPECT_EQ(run_filter(program, 3, {0, 0, ~(uint64_t{1} << 40)}), 0);
+  EXPECT_EQ(run_filter(program, 3, {0, 0, uint64_t{1} << 40}), EPERM);
 }
 
 TEST(CompiledRules, AllowManyForOneCall) {
@@ -121,11 +122,11 @@ TEST(CompiledRules, AllowManyForOneCall) {
     rules.push_back({.call = 5, .checks = {{{.argument = 0, .mask = ~uint64_t{0}, .value = i}}}});
   rules.push_back({.call = 6});
   const auto program = compile(rules);
-  EXPECT_EQ(answer(program, 5, {0}), 0);
-  EXPECT_EQ(answer(program, 5, {199}), 0);
-  EXPECT_EQ(answer(program, 5, {200}), EPERM);
-  EXPECT_EQ(answer(program, 6), 0);
-  EXPECT_EQ(answer(program, 7), EPERM);
+  EXPECT_EQ(run_filter(program, 5, {0}), 0);
+  EXPECT_EQ(run_filter(program, 5, {199}), 0);
+  EXPECT_EQ(run_filter(program, 5, {200}), EPERM);
+  EXPECT_EQ(run_filter(program, 6), 0);
+  EXPECT_EQ(run_filter(program, 7), EPERM);
 }
 
 class WorkerRules : public ::testing::Test {
@@ -135,8 +136,8 @@ class WorkerRules : public ::testing::Test {
     if (rules_.empty()) GTEST_SKIP() << "there is no table for this architecture";
     program_ = compile(rules_);
   }
-  int answer_to(long call, const Arguments& arguments = {}) const {
-    return answer(program_, call, arguments);
+  int verdict_of(long call, const Arguments& arguments = {}) const {
+    return run_filter(program_, call, arguments);
   }
   std::vector<SystemCallRule> rules_;
   std::vector<sock_filter> program_;
@@ -161,85 +162,85 @@ TEST_F(WorkerRules, EveryCheckCanHold) {
 TEST_F(WorkerRules, RejectOtherKindsOfProgramsAndNewerCalls) {
   for (const uint32_t other :
        std::initializer_list<uint32_t>{AUDIT_ARCH_I386, AUDIT_ARCH_ARM, AUDIT_ARCH_RISCV64})
-    EXPECT_EQ(answer(program_, SYS_read, {}, other), ENOSYS) << other;
-  EXPECT_EQ(answer_to(kNewestCall), EPERM);
-  EXPECT_EQ(answer_to(kNewestCall + 1), ENOSYS);
-  EXPECT_EQ(answer_to(-1), ENOSYS);
+    EXPECT_EQ(run_filter(program_, SYS_read, {}, other), ENOSYS) << other;
+  EXPECT_EQ(verdict_of(kNewestCall), EPERM);
+  EXPECT_EQ(verdict_of(kNewestCall + 1), ENOSYS);
+  EXPECT_EQ(verdict_of(-1), ENOSYS);
   constexpr long kX32 = 0x40000000;
-  for (const long call : {SYS_read, SYS_kill}) EXPECT_EQ(answer_to(kX32 | call), ENOSYS) << call;
+  for (const long call : {SYS_read, SYS_kill}) EXPECT_EQ(verdict_of(kX32 | call), ENOSYS) << call;
 }
 
 TEST_F(WorkerRules, AllowThreadsAndNoProcesses) {
   constexpr uint64_t kPthread = 0x3D0F00;
-  EXPECT_EQ(answer_to(SYS_clone, {kPthread}), 0);
-  EXPECT_EQ(answer_to(SYS_clone, {0x7D0F00}), 0) << "of musl";
-  EXPECT_EQ(answer_to(SYS_clone, {SIGCHLD}), EPERM);
+  EXPECT_EQ(verdict_of(SYS_clone, {kPthread}), 0);
+  EXPECT_EQ(verdict_of(SYS_clone, {0x7D0F00}), 0) << "of musl";
+  EXPECT_EQ(verdict_of(SYS_clone, {SIGCHLD}), EPERM);
   for (const uint64_t more : {uint64_t{CLONE_NEWUSER}, uint64_t{CLONE_NEWNS}, uint64_t{CLONE_PIDFD},
                               uint64_t{CLONE_PARENT}, uint64_t{1} << 33, uint64_t{SIGKILL}})
-    EXPECT_EQ(answer_to(SYS_clone, {kPthread | more}), EPERM) << more;
-  EXPECT_EQ(answer_to(SYS_clone, {kPthread & ~uint64_t{CLONE_THREAD}}), EPERM);
-  EXPECT_EQ(answer_to(SYS_clone3), ENOSYS);
+    EXPECT_EQ(verdict_of(SYS_clone, {kPthread | more}), EPERM) << more;
+  EXPECT_EQ(verdict_of(SYS_clone, {kPthread & ~uint64_t{CLONE_THREAD}}), EPERM);
+  EXPECT_EQ(verdict_of(SYS_clone3), ENOSYS);
 }
 
 TEST_F(WorkerRules, NameNoOtherProcess) {
   constexpr uint64_t kOther = 4712, kHigh = uint64_t{1} << 32;
   for (const long call : {SYS_prlimit64, SYS_sched_setaffinity, SYS_sched_setscheduler,
                           SYS_sched_setparam, SYS_move_pages}) {
-    EXPECT_EQ(answer_to(call, {0}), 0) << call;
-    EXPECT_EQ(answer_to(call, {kSelf}), 0) << call;
-    EXPECT_EQ(answer_to(call, {kOther}), EPERM) << call;
-    EXPECT_EQ(answer_to(call, {kHigh | kOther}), EPERM) << call;
+    EXPECT_EQ(verdict_of(call, {0}), 0) << call;
+    EXPECT_EQ(verdict_of(call, {kSelf}), 0) << call;
+    EXPECT_EQ(verdict_of(call, {kOther}), EPERM) << call;
+    EXPECT_EQ(verdict_of(call, {kHigh | kOther}), EPERM) << call;
   }
-  EXPECT_EQ(answer_to(SYS_sched_setattr, {0}), 0);
-  EXPECT_EQ(answer_to(SYS_sched_setattr, {kSelf}), EPERM)
+  EXPECT_EQ(verdict_of(SYS_sched_setattr, {0}), 0);
+  EXPECT_EQ(verdict_of(SYS_sched_setattr, {kSelf}), EPERM)
       << "GLib then does not change its threads";
   for (const long call : {SYS_kill, SYS_tgkill}) {
-    EXPECT_EQ(answer_to(call, {kSelf}), 0);
+    EXPECT_EQ(verdict_of(call, {kSelf}), 0);
     for (const uint64_t other : {kOther, uint64_t{0}, ~uint64_t{0}, kHigh, uint64_t(-kSelf)})
-      EXPECT_EQ(answer_to(call, {other}), EPERM) << call << " " << other;
+      EXPECT_EQ(verdict_of(call, {other}), EPERM) << call << " " << other;
   }
-  EXPECT_EQ(answer_to(SYS_setpriority, {PRIO_PROCESS, 0}), 0);
-  EXPECT_EQ(answer_to(SYS_setpriority, {PRIO_PROCESS, kOther}), EPERM);
-  EXPECT_EQ(answer_to(SYS_setpriority, {PRIO_PGRP, 0}), EPERM);
+  EXPECT_EQ(verdict_of(SYS_setpriority, {PRIO_PROCESS, 0}), 0);
+  EXPECT_EQ(verdict_of(SYS_setpriority, {PRIO_PROCESS, kOther}), EPERM);
+  EXPECT_EQ(verdict_of(SYS_setpriority, {PRIO_PGRP, 0}), EPERM);
 }
 
 TEST_F(WorkerRules, SetNoOwnerOfADescriptor) {
   for (const uint64_t harmless : {F_DUPFD, F_GETFD, F_SETFD, F_GETFL, F_SETLK, F_ADD_SEALS})
-    EXPECT_EQ(answer_to(SYS_fcntl, {3, harmless, 0}), 0) << harmless;
+    EXPECT_EQ(verdict_of(SYS_fcntl, {3, harmless, 0}), 0) << harmless;
   for (const uint64_t command : {F_SETOWN, F_SETOWN_EX, F_SETSIG, F_NOTIFY, F_SETLEASE, F_GETOWN})
-    EXPECT_EQ(answer_to(SYS_fcntl, {3, command, 0}), EPERM) << command;
-  EXPECT_EQ(answer_to(SYS_fcntl, {3, uint64_t{1} << 32 | F_SETOWN, 0}), EPERM);
-  EXPECT_EQ(answer_to(SYS_fcntl, {3, F_SETFL, O_NONBLOCK | O_APPEND}), 0);
-  EXPECT_EQ(answer_to(SYS_fcntl, {3, F_SETFL, O_NONBLOCK | O_ASYNC}), EPERM);
+    EXPECT_EQ(verdict_of(SYS_fcntl, {3, command, 0}), EPERM) << command;
+  EXPECT_EQ(verdict_of(SYS_fcntl, {3, uint64_t{1} << 32 | F_SETOWN, 0}), EPERM);
+  EXPECT_EQ(verdict_of(SYS_fcntl, {3, F_SETFL, O_NONBLOCK | O_APPEND}), 0);
+  EXPECT_EQ(verdict_of(SYS_fcntl, {3, F_SETFL, O_NONBLOCK | O_ASYNC}), EPERM);
   for (const uint64_t request : {FIOASYNC, FIOSETOWN, SIOCSPGRP, TIOCSTI, TIOCLINUX, TIOCSPGRP,
                                  TIOCNOTTY, TCSETS, 0x4B48, 0x5606})
-    EXPECT_EQ(answer_to(SYS_ioctl, {0, request}), EPERM) << request;
-  EXPECT_EQ(answer_to(SYS_ioctl, {0, uint64_t{1} << 32 | TIOCSTI}), EPERM);
+    EXPECT_EQ(verdict_of(SYS_ioctl, {0, request}), EPERM) << request;
+  EXPECT_EQ(verdict_of(SYS_ioctl, {0, uint64_t{1} << 32 | TIOCSTI}), EPERM);
   constexpr uint64_t kDrmVersion = 0xC0406400, kQueryCapability = 0x80685600;
   for (const uint64_t request :
        {uint64_t{TCGETS}, uint64_t{FIONREAD}, kDrmVersion, kQueryCapability})
-    EXPECT_EQ(answer_to(SYS_ioctl, {0, request}), 0) << request;
+    EXPECT_EQ(verdict_of(SYS_ioctl, {0, request}), 0) << request;
 }
 
 TEST_F(WorkerRules, GiveNoFileAnotherUsersRights) {
-  EXPECT_EQ(answer_to(SYS_openat, {0, 0, O_RDONLY, 04755}), 0) << "the mode is not used";
-  EXPECT_EQ(answer_to(SYS_openat, {0, 0, O_WRONLY | O_CREAT, 0755}), 0);
-  EXPECT_EQ(answer_to(SYS_openat, {0, 0, O_WRONLY | O_CREAT, 04755}), EPERM);
-  EXPECT_EQ(answer_to(SYS_openat, {0, 0, O_WRONLY | O_TMPFILE, 02755}), EPERM);
-  EXPECT_EQ(answer_to(SYS_openat, {0, 0, O_RDONLY | O_DIRECTORY, 04755}), 0);
-  EXPECT_EQ(answer_to(SYS_fchmodat, {0, 0, 0644}), 0);
-  EXPECT_EQ(answer_to(SYS_fchmodat, {0, 0, 06755}), EPERM);
-  EXPECT_EQ(answer_to(SYS_mknodat, {0, 0, S_IFIFO | 0600}), 0);
+  EXPECT_EQ(verdict_of(SYS_openat, {0, 0, O_RDONLY, 04755}), 0) << "the mode is not used";
+  EXPECT_EQ(verdict_of(SYS_openat, {0, 0, O_WRONLY | O_CREAT, 0755}), 0);
+  EXPECT_EQ(verdict_of(SYS_openat, {0, 0, O_WRONLY | O_CREAT, 04755}), EPERM);
+  EXPECT_EQ(verdict_of(SYS_openat, {0, 0, O_WRONLY | O_TMPFILE, 02755}), EPERM);
+  EXPECT_EQ(verdict_of(SYS_openat, {0, 0, O_RDONLY | O_DIRECTORY, 04755}), 0);
+  EXPECT_EQ(verdict_of(SYS_fchmodat, {0, 0, 0644}), 0);
+  EXPECT_EQ(verdict_of(SYS_fchmodat, {0, 0, 06755}), EPERM);
+  EXPECT_EQ(verdict_of(SYS_mknodat, {0, 0, S_IFIFO | 0600}), 0);
   for (const uint64_t type : {S_IFBLK, S_IFCHR, S_IFSOCK})
-    EXPECT_EQ(answer_to(SYS_mknodat, {0, 0, type | 0600}), EPERM);
+    EXPECT_EQ(verdict_of(SYS_mknodat, {0, 0, type | 0600}), EPERM);
 }
 
 TEST_F(WorkerRules, ConnectNoSocket) {
-  EXPECT_EQ(answer_to(SYS_socketpair, {AF_UNIX, SOCK_STREAM | SOCK_CLOEXEC}), 0);
-  EXPECT_EQ(answer_to(SYS_socketpair, {AF_UNIX, SOCK_DGRAM}), EPERM);
-  EXPECT_EQ(answer_to(SYS_socketpair, {AF_INET, SOCK_STREAM}), EPERM);
-  EXPECT_EQ(answer_to(SYS_getsockopt, {3, SOL_SOCKET, SO_TYPE}), 0);
-  EXPECT_EQ(answer_to(SYS_getsockopt, {3, SOL_SOCKET, SO_PEERCRED}), EPERM);
+  EXPECT_EQ(verdict_of(SYS_socketpair, {AF_UNIX, SOCK_STREAM | SOCK_CLOEXEC}), 0);
+  EXPECT_EQ(verdict_of(SYS_socketpair, {AF_UNIX, SOCK_DGRAM}), EPERM);
+  EXPECT_EQ(verdict_of(SYS_socketpair, {AF_INET, SOCK_STREAM}), EPERM);
+  EXPECT_EQ(verdict_of(SYS_getsockopt, {3, SOL_SOCKET, SO_TYPE}), 0);
+  EXPECT_EQ(verdict_of(SYS_getsockopt, {3, SOL_SOCKET, SO_PEERCRED}), EPERM);
 }
 
 // In a separate process: a thread that is already running tries to create a socket.

@@ -31,13 +31,13 @@ Status Worker::open(int cancel) {
   auto until = deadline(kOnce);
   const auto min = io::deadline_in(settings_.min_for_start);
   if (until && (!min || *min > *until)) until = min;
-  const auto passage = channel_.receive(until, &answer_);
+  const auto passage = channel_.receive(until, &response_);
   if (passage == Passage::Cancelled) return lost(passage, "at its start");
-  MessageReader hello(answer_.body);
+  MessageReader hello(response_.body);
   const auto protocol = hello.take<uint32_t>();
   confinement_.text = hello.text();
   confinement_.refused = hello.text();
-  if (passage != Passage::Done || answer_.kind != Kind::Hello || !hello.complete() ||
+  if (passage != Passage::Done || response_.kind != Kind::Hello || !hello.complete() ||
       protocol != kProtocol) {
     const auto end = process_->wait(passage == Passage::Ended ? kToExit : 0s);
     return Error{.code = Code::WORKER_NOT_STARTED,
@@ -50,7 +50,7 @@ Status Worker::open(int cancel) {
   settings_.open.put(&writer_);
   if (auto status = ask(Kind::Opened, until, "while it opened the model"); !status)
     return alive_ ? status : Status(about_model(status.error()));
-  MessageReader opened(answer_.body);
+  MessageReader opened(response_.body);
   facts_ = std::make_shared<const ModelFacts>(ModelFacts::take(&opened));
   if (!opened.complete())
     return invalid_message("while it opened the model", "an incomplete model description");
@@ -132,13 +132,14 @@ Error Worker::invalid_message(const std::string& doing, const std::string& how) 
 
 Status Worker::ask(Kind kind, const io::Deadline& until, const std::string& doing) {
   auto passage = channel_.send(writer_.finish(), until);
-  if (passage == Passage::Done) passage = channel_.receive(until, &answer_);
+  if (passage == Passage::Done) passage = channel_.receive(until, &response_);
   if (passage == Passage::Unreadable)
     return invalid_message(doing, "a message that exceeds all limits");
   if (passage != Passage::Done) return lost(passage, doing);
-  if (answer_.kind == kind) return ok();
-  if (answer_.kind != Kind::Failed) return invalid_message(doing, "an unexpected kind of message");
-  MessageReader failed(answer_.body);
+  if (response_.kind == kind) return ok();
+  if (response_.kind != Kind::Failed)
+    return invalid_message(doing, "an unexpected kind of message");
+  MessageReader failed(response_.body);
   Error error = take_error(&failed);
   if (!failed.complete()) return invalid_message(doing, "an error that cannot be read");
   if (error.code == Code::OUT_OF_MEMORY && settings_.memory_mib > 0) {
@@ -159,7 +160,7 @@ Status Worker::resolve(std::span<const weir_tensor_info> in, std::span<weir_tens
   put_infos(in, &writer_);
   put_infos(out, &writer_);
   if (auto status = ask(Kind::Resolved, deadline(kOnce), doing); !status) return status;
-  MessageReader resolved(answer_.body);
+  MessageReader resolved(response_.body);
   const auto infos = TensorInfos::take(&resolved);
   execution_.threads = resolved.take<uint32_t>();
   execution_.spins = resolved.take<uint32_t>();

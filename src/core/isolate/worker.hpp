@@ -71,10 +71,10 @@ class Worker {
   Status reserve_output(uint64_t bytes);
   void write_frame(const weir_frame& in, const weir_frame& out,
                    const std::vector<InputCall>& inputs);
-  Result<std::vector<OutputAnswer>> read_outputs(const weir_frame& out, MessageReader* answer,
-                                                 uint64_t* end);
+  Result<std::vector<OutputResponse>> read_outputs(const weir_frame& out, MessageReader* response,
+                                                   uint64_t* end);
   Status fetch_outputs(uint64_t end);
-  Status take_outputs(weir_frame& out, uint64_t end, uint64_t* copied, MessageReader* answer,
+  Status take_outputs(weir_frame& out, uint64_t end, uint64_t* copied, MessageReader* response,
                       bool in_block);
   std::string on_frame() const;
 
@@ -87,7 +87,7 @@ class Worker {
   bool alive_ = true;
   uint64_t invokes_ = 0;
   MessageWriter writer_;
-  Message answer_;
+  Message response_;
   std::vector<std::weak_ptr<SharedBlock>> shared_;     // known to the worker
   std::vector<uint64_t> shared_ids_;                   // of shared_
   std::vector<std::shared_ptr<SharedBlock>> staging_;  // for inputs outside the arena

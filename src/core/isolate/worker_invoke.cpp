@@ -153,9 +153,9 @@ Result<int> Worker::invoke(const weir_frame& in, weir_frame& out, const SharedAr
   if (auto status = place_outputs(out, &end); !status) return status.error();
   write_frame(in, out, inputs);
   if (auto status = ask(Kind::Invoked, until, on_frame()); !status) return status.error();
-  const Message answer = std::move(answer_);  // fetching outputs overwrites answer_
-  MessageReader invoked(answer.body);
-  const auto head = invoked.take<InvokedAnswer>();
+  const Message response = std::move(response_);  // fetching outputs overwrites response_
+  MessageReader invoked(response.body);
+  const auto head = invoked.take<InvokeResponse>();
   if (head.result > 0) return head.result;
   if (head.result < 0 || head.outputs != out.n_tensors)
     return invalid_message(on_frame(), "a different number of outputs than the frame has");
@@ -166,13 +166,13 @@ Result<int> Worker::invoke(const weir_frame& in, weir_frame& out, const SharedAr
 
 // The sizes come from the worker: each is checked against the given memory before use. Moves `end`
 // beyond the outputs without memory.
-Result<std::vector<OutputAnswer>> Worker::read_outputs(const weir_frame& out, MessageReader* answer,
-                                                       uint64_t* end) {
-  std::vector<OutputAnswer> answers;
+Result<std::vector<OutputResponse>> Worker::read_outputs(const weir_frame& out,
+                                                         MessageReader* response, uint64_t* end) {
+  std::vector<OutputResponse> responses;
   const uint64_t max = *end + kMaxEngineBytes;
   for (uint32_t i = 0; i < out.n_tensors; ++i) {
-    answers.push_back(answer->take<OutputAnswer>());
-    const auto& [bytes, info] = answers.back();
+    responses.push_back(response->take<OutputResponse>());
+    const auto& [bytes, info] = responses.back();
     const bool given = out.tensors[i].data != nullptr;
     if (bytes > (given ? out.tensors[i].bytes : kMaxEngineBytes))
       return invalid_message(on_frame(), "an output of " + std::to_string(bytes) + " bytes");
@@ -182,9 +182,9 @@ Result<std::vector<OutputAnswer>> Worker::read_outputs(const weir_frame& out, Me
     if (*end > max)
       return invalid_message(on_frame(), "outputs of " + std::to_string(*end) + " bytes");
   }
-  if (!answer->complete())
+  if (!response->complete())
     return invalid_message(on_frame(), "a reply that is too short or too long");
-  return answers;
+  return responses;
 }
 
 // Has the worker write its outputs to places_ in memory of `end` bytes.
@@ -197,17 +197,17 @@ Status Worker::fetch_outputs(uint64_t end) {
   return ask(Kind::Done, deadline(1), on_frame());
 }
 
-Status Worker::take_outputs(weir_frame& out, uint64_t end, uint64_t* copied, MessageReader* answer,
-                            bool in_block) {
-  const auto answers = read_outputs(out, answer, &end);
-  if (!answers) return answers.error();
+Status Worker::take_outputs(weir_frame& out, uint64_t end, uint64_t* copied,
+                            MessageReader* response, bool in_block) {
+  const auto responses = read_outputs(out, response, &end);
+  if (!responses) return responses.error();
   if (in_block && end > output_->bytes())
     return invalid_message(on_frame(), "outputs beyond the end of their memory");
   if (!in_block)
     if (auto status = fetch_outputs(end); !status) return status;
   for (uint32_t i = 0; i < out.n_tensors; ++i) {
     auto& tensor = out.tensors[i];
-    const auto& [bytes, info] = (*answers)[i];
+    const auto& [bytes, info] = (*responses)[i];
     if (!tensor.data)
       if (auto status = allocate(bytes, &tensor); !status) return status;
     if (bytes > 0) std::memcpy(tensor.data, output_->data() + places_[i], bytes);

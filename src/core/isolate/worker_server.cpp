@@ -55,7 +55,7 @@ bool WorkerServer::serve(const Confinement& confinement) {
       forget_block(&call);
       continue;
     }
-    if (const Status status = answer(&message); !status) {
+    if (const Status status = handle_message(&message); !status) {
       writer_.begin(Kind::Failed);
       put_error(status.error(), &writer_);
     }
@@ -64,7 +64,7 @@ bool WorkerServer::serve(const Confinement& confinement) {
   return passage == Passage::Ended;
 }
 
-Status WorkerServer::answer(Message* message) {
+Status WorkerServer::handle_message(Message* message) {
   MessageReader call(message->body);
   if (message->kind == Kind::Open) return open(&call);
   if (!session_) return unreadable();

@@ -27,7 +27,7 @@ class WorkerServer {
 
  private:
   // Each fills writer_ with its reply; an Error is sent as Failed.
-  Status answer(Message* message);
+  Status handle_message(Message* message);
   Status open(MessageReader* call);
   Status resolve(MessageReader* call);
   Status invoke(MessageReader* call);
@@ -40,7 +40,7 @@ class WorkerServer {
   void set_frames(const FrameCall& frame);
   Status read_inputs(MessageReader* call);
   Status read_outputs(MessageReader* call);
-  void answer_invoke(int result);
+  void respond_to_invoke(int result);
   void write_outputs(Mapping& block);
   void release_outputs();
   std::byte* at(uint64_t block, uint64_t offset, uint64_t bytes);

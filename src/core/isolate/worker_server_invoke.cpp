@@ -104,15 +104,15 @@ Status WorkerServer::invoke(MessageReader* call) {
     release_outputs();
     return infer::take_error(&error, result, "the engine failed on a frame");
   }
-  answer_invoke(result);
+  respond_to_invoke(result);
   return ok();
 }
 
-void WorkerServer::answer_invoke(int result) {
+void WorkerServer::respond_to_invoke(int result) {
   writer_.begin(Kind::Invoked);
   if (result > 0) {
     release_outputs();
-    writer_.put(InvokedAnswer{result, 1, 0});
+    writer_.put(InvokeResponse{result, 1, 0});
     return;
   }
   uint64_t end = 0;
@@ -128,11 +128,11 @@ void WorkerServer::answer_invoke(int result) {
   }
   const auto block = blocks_.find(output_block_);
   const bool fits = placed && block != blocks_.end() && end <= block->second.bytes();
-  writer_.put(InvokedAnswer{0, fits, static_cast<uint32_t>(outputs_.size())});
+  writer_.put(InvokeResponse{0, fits, static_cast<uint32_t>(outputs_.size())});
   for (const auto& tensor : outputs_) {
-    OutputAnswer answer{tensor.bytes, tensor.info};
-    answer.info.name = nullptr;
-    writer_.put(answer);
+    OutputResponse response{tensor.bytes, tensor.info};
+    response.info.name = nullptr;
+    writer_.put(response);
   }
   if (fits) write_outputs(block->second);
 }

@@ -16,7 +16,7 @@
 #include <vector>
 
 #include "core/records/zone_columns.hpp"
-#include "core/results/answer.hpp"
+#include "core/results/frame_results.hpp"
 #include "core/tensor/frame_spec.hpp"
 #include "weir/results.h"
 #include "weir/source_map.hpp"

@@ -1,7 +1,7 @@
 // The frame without results of any stream of results: rows have one row of zeros.
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #pragma once
-#include "core/results/answer_writer.hpp"
+#include "core/results/results_writer.hpp"
 #include "core/tensor/result_roles.hpp"
 
 namespace weir::results {

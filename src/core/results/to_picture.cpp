@@ -36,14 +36,14 @@ uint8_t value_at(const uint8_t* mask, GridSize size, const Point& place) noexcep
 }
 
 // Masks over the upright boxes around the objects' boxes, which are those of the tensor.
-void turn_masks(const SourceMap& map, Answer* answer) {
-  const GridSize before{answer->mask_width, answer->mask_height};
+void turn_masks(const SourceMap& map, FrameResults* results) {
+  const GridSize before{results->mask_width, results->mask_height};
   const size_t bytes = size_t{before.width} * before.height;
   std::vector<uint8_t> turned;
   GridSize after = before;
-  for (size_t i = 0; i < answer->objects.size(); ++i) {
-    const RotatedGrid grid(map, answer->objects[i].box, before);
-    const uint8_t* const mask = answer->masks.data() + i * bytes;
+  for (size_t i = 0; i < results->objects.size(); ++i) {
+    const RotatedGrid grid(map, results->objects[i].box, before);
+    const uint8_t* const mask = results->masks.data() + i * bytes;
     after = grid.size();
     for (uint32_t row = 0; row < after.height; ++row)
       for (uint32_t column = 0; column < after.width; ++column) {
@@ -51,9 +51,9 @@ void turn_masks(const SourceMap& map, Answer* answer) {
         turned.push_back(place ? value_at(mask, before, *place) : uint8_t{0});
       }
   }
-  answer->masks = std::move(turned);
-  answer->mask_width = after.width;
-  answer->mask_height = after.height;
+  results->masks = std::move(turned);
+  results->mask_width = after.width;
+  results->mask_height = after.height;
 }
 
 // The map turns the direction of the box's width and stretches its sides. Where it stretches x and
@@ -118,15 +118,15 @@ Object object_of(const detection::Candidate& candidate, bool is_rotated) noexcep
           .rotation = candidate.angle};
 }
 
-void move_to_picture(const SourceMap& map, bool is_rotated, Answer* answer) {
-  if (!is_rotated && !answer->masks.empty() && !keeps_directions(map)) turn_masks(map, answer);
-  for (Object& object : answer->objects) {
+void move_to_picture(const SourceMap& map, bool is_rotated, FrameResults* results) {
+  if (!is_rotated && !results->masks.empty() && !keeps_directions(map)) turn_masks(map, results);
+  for (Object& object : results->objects) {
     if (is_rotated)
       move_rotated(map, &object);
     else
       object.box = upright_box(map, object.box);
   }
-  for (KeyPoint& point : answer->points) {
+  for (KeyPoint& point : results->points) {
     const Point moved = map.to_source({point.x, point.y});
     point.x = static_cast<float>(moved.x);
     point.y = static_cast<float>(moved.y);

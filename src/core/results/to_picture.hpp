@@ -6,7 +6,7 @@
 #include <optional>
 
 #include "core/detection/candidate.hpp"
-#include "core/results/answer.hpp"
+#include "core/results/frame_results.hpp"
 #include "weir/detection.hpp"
 #include "weir/source_map.hpp"
 
@@ -55,6 +55,6 @@ Object object_of(const detection::Candidate& candidate, bool is_rotated) noexcep
 // Applies the map to boxes, rotations, key points and masks. Under a map that rotates, an upright
 // box becomes the upright box around it, and its mask is turned and spans that box; unless
 // `is_rotated`: then the box turns with the picture, and its mask with it.
-void move_to_picture(const SourceMap& map, bool is_rotated, Answer* answer);
+void move_to_picture(const SourceMap& map, bool is_rotated, FrameResults* results);
 
 }  // namespace weir::results

@@ -21,8 +21,8 @@ SourceMap turn(double degrees, double scale = 1) {
   return map;
 }
 // One object with a box of 30 x 20 and a mask of 3 x 2.
-Answer answer_of(std::vector<uint8_t> masks) {
-  Answer out;
+FrameResults results_with(std::vector<uint8_t> masks) {
+  FrameResults out;
   out.objects = {{.box = {10, 40, 40, 60}, .score = 1}};
   out.mask_width = 3, out.mask_height = 2;
   out.masks = std::move(masks);
@@ -31,24 +31,25 @@ Answer answer_of(std::vector<uint8_t> masks) {
 const std::vector<uint8_t> kMask{1, 2, 3,  //
                                  4, 5, 6};
 
-Answer moved(const SourceMap& map, bool is_rotated = false) {
-  Answer answer = answer_of(kMask);
-  move_to_picture(map, is_rotated, &answer);
-  return answer;
+FrameResults moved(const SourceMap& map, bool is_rotated = false) {
+  FrameResults results = results_with(kMask);
+  move_to_picture(map, is_rotated, &results);
+  return results;
 }
-GridSize size_of(const Answer& answer) {
-  return {answer.mask_width, answer.mask_height};
+GridSize size_of(const FrameResults& results) {
+  return {results.mask_width, results.mask_height};
 }
 using Values = std::vector<uint8_t>;
 
 TEST(TurnedMask, StaysWithoutATurn) {
-  const Answer answer = moved(turn(0, 2));
-  EXPECT_EQ(answer.masks, kMask);
-  EXPECT_EQ(size_of(answer), (GridSize{3, 2}));
+  const FrameResults results = moved(turn(0, 2));
+  EXPECT_EQ(results.masks, kMask);
+  EXPECT_EQ(size_of(results), (GridSize{3, 2}));
 }
 
 TEST(TurnedMask, TurnsByQuarters) {
-  const Answer quarter = moved(turn(90));  // the first column becomes the first row, from the right
+  const FrameResults quarter =
+      moved(turn(90));  // the first column becomes the first row, from the right
   EXPECT_EQ(size_of(quarter), (GridSize{2, 3}));
   EXPECT_EQ(quarter.masks, (Values{4, 1,  //
                                    5, 2,  //
@@ -57,10 +58,10 @@ TEST(TurnedMask, TurnsByQuarters) {
   EXPECT_NEAR(quarter.objects[0].box.y1, 10, 1e-4);
   EXPECT_NEAR(quarter.objects[0].box.x2, -40, 1e-4);
   EXPECT_NEAR(quarter.objects[0].box.y2, 40, 1e-4);
-  const Answer half = moved(turn(180, 3));
+  const FrameResults half = moved(turn(180, 3));
   EXPECT_EQ(size_of(half), (GridSize{3, 2}));
   EXPECT_EQ(half.masks, (Values{6, 5, 4, 3, 2, 1}));
-  const Answer back = moved(turn(270));
+  const FrameResults back = moved(turn(270));
   EXPECT_EQ(size_of(back), (GridSize{2, 3}));
   EXPECT_EQ(back.masks, (Values{3, 6, 2, 5, 1, 4}));
 }
@@ -75,22 +76,22 @@ TEST(TurnedMask, IsMirrored) {
 }
 
 TEST(TurnedMask, TurnsWithABoxThatTurns) {
-  const Answer answer = moved(turn(90), true);
-  EXPECT_EQ(answer.masks, kMask);
-  EXPECT_NEAR(answer.objects[0].rotation, std::numbers::pi / 2, 1e-6);
+  const FrameResults results = moved(turn(90), true);
+  EXPECT_EQ(results.masks, kMask);
+  EXPECT_NEAR(results.objects[0].rotation, std::numbers::pi / 2, 1e-6);
 }
 
 // A square that is turned by 45 degrees fills half of the square around it.
 TEST(TurnedMask, FillsADiamondAtFortyFiveDegrees) {
-  Answer answer;
-  answer.objects = {{.box = {0, 0, 64, 64}, .score = 1}, {.box = {100, 0, 132, 32}, .score = 1}};
-  answer.mask_width = answer.mask_height = 64;
-  answer.masks.assign(size_t{2} * 64 * 64, 200);
-  move_to_picture(turn(45), false, &answer);
-  EXPECT_EQ(size_of(answer), (GridSize{91, 91})) << "64 times the square root of 2";
-  ASSERT_EQ(answer.masks.size(), size_t{2} * 91 * 91);
+  FrameResults results;
+  results.objects = {{.box = {0, 0, 64, 64}, .score = 1}, {.box = {100, 0, 132, 32}, .score = 1}};
+  results.mask_width = results.mask_height = 64;
+  results.masks.assign(size_t{2} * 64 * 64, 200);
+  move_to_picture(turn(45), false, &results);
+  EXPECT_EQ(size_of(results), (GridSize{91, 91})) << "64 times the square root of 2";
+  ASSERT_EQ(results.masks.size(), size_t{2} * 91 * 91);
   const auto value = [&](size_t object, size_t column, size_t row) {
-    return int{answer.masks[(object * 91 + row) * 91 + column]};
+    return int{results.masks[(object * 91 + row) * 91 + column]};
   };
   for (const size_t object : {0, 1}) {
     for (const size_t corner : {0, 90}) {
@@ -99,7 +100,7 @@ TEST(TurnedMask, FillsADiamondAtFortyFiveDegrees) {
       EXPECT_EQ(value(object, 45, corner == 0 ? 2 : 88), 200) << "within a corner of the diamond";
     }
     EXPECT_EQ(value(object, 45, 45), 200);
-    const auto begin = answer.masks.begin() + static_cast<ptrdiff_t>(object * 91 * 91);
+    const auto begin = results.masks.begin() + static_cast<ptrdiff_t>(object * 91 * 91);
     const double filled = std::accumulate(begin, begin + 91 * 91, 0.) / 200;
     EXPECT_NEAR(filled / (91 * 91), 0.5, 0.02);
   }
@@ -108,26 +109,26 @@ TEST(TurnedMask, FillsADiamondAtFortyFiveDegrees) {
 // The centre of mass of a mask moves as a point does.
 TEST(TurnedMask, ItsMiddleMovesAsAPointDoes) {
   for (const double degrees : {10., 33., 77., 120., 200., 301.}) {
-    Answer answer;
-    answer.objects = {{.box = {10, 40, 74, 72}, .score = 1}};
-    answer.mask_width = 64, answer.mask_height = 32;
-    answer.masks.assign(size_t{64} * 32, 0);
+    FrameResults results;
+    results.objects = {{.box = {10, 40, 74, 72}, .score = 1}};
+    results.mask_width = 64, results.mask_height = 32;
+    results.masks.assign(size_t{64} * 32, 0);
     for (size_t y = 4; y < 10; ++y)
-      for (size_t x = 40; x < 52; ++x) answer.masks[y * 64 + x] = 255;
-    answer.points = {{10 + 46, 40 + 7, 1}};
-    move_to_picture(turn(degrees, 1.5), false, &answer);
-    const Box& box = answer.objects[0].box;
+      for (size_t x = 40; x < 52; ++x) results.masks[y * 64 + x] = 255;
+    results.points = {{10 + 46, 40 + 7, 1}};
+    move_to_picture(turn(degrees, 1.5), false, &results);
+    const Box& box = results.objects[0].box;
     double sum = 0, x = 0, y = 0;
-    for (uint32_t row = 0; row < answer.mask_height; ++row)
-      for (uint32_t column = 0; column < answer.mask_width; ++column) {
-        const double weight = answer.masks[size_t{row} * answer.mask_width + column];
+    for (uint32_t row = 0; row < results.mask_height; ++row)
+      for (uint32_t column = 0; column < results.mask_width; ++column) {
+        const double weight = results.masks[size_t{row} * results.mask_width + column];
         sum += weight;
-        x += weight * (box.x1 + (column + 0.5) * box.width() / answer.mask_width);
-        y += weight * (box.y1 + (row + 0.5) * box.height() / answer.mask_height);
+        x += weight * (box.x1 + (column + 0.5) * box.width() / results.mask_width);
+        y += weight * (box.y1 + (row + 0.5) * box.height() / results.mask_height);
       }
-    EXPECT_NEAR(x / sum, answer.points[0].x, 0.75) << degrees;
-    EXPECT_NEAR(y / sum, answer.points[0].y, 0.75) << degrees;
-    const double area = sum / 255 * box.area() / (answer.mask_width * answer.mask_height);
+    EXPECT_NEAR(x / sum, results.points[0].x, 0.75) << degrees;
+    EXPECT_NEAR(y / sum, results.points[0].y, 0.75) << degrees;
+    const double area = sum / 255 * box.area() / (results.mask_width * results.mask_height);
     EXPECT_NEAR(area, 12 * 6 * 1.5 * 1.5, 12) << degrees;
   }
 }
@@ -138,13 +139,13 @@ TEST(TurnedMask, OfBoxesWithoutAreaOrMapsWithoutAnInverseIsEmpty) {
   for (const uint8_t value : moved(flat).masks) EXPECT_EQ(value, 0);
   SourceMap none;
   none.xx = none.yy = 0;
-  const Answer nothing = moved(none);
+  const FrameResults nothing = moved(none);
   EXPECT_EQ(nothing.masks, Values(6, 0));
-  Answer thin = answer_of(kMask);
+  FrameResults thin = results_with(kMask);
   thin.objects[0].box = {10, 40, 10, 60};
   move_to_picture(turn(90), false, &thin);
   EXPECT_EQ(thin.masks, Values(6, 0));
-  Answer not_finite = answer_of(kMask);
+  FrameResults not_finite = results_with(kMask);
   not_finite.objects[0].box.x2 = NAN;
   move_to_picture(turn(30), false, &not_finite);
   for (const uint8_t value : not_finite.masks) EXPECT_EQ(value, 0);
@@ -159,8 +160,8 @@ void expect_box(const Box& box, const Box& expected) {
   EXPECT_NEAR(box.y2, expected.y2, 1e-4);
 }
 
-Answer answer_at(Box box, float rotation = 0) {
-  Answer out;
+FrameResults results_at(Box box, float rotation = 0) {
+  FrameResults out;
   out.objects = {{.box = box, .score = 1, .rotation = rotation}};
   out.points = {{box.x1, box.y2, 1}};
   return out;
@@ -170,28 +171,28 @@ TEST(ToPicture, UndoesALetterbox) {
   // 1280x720 in 640x640: half the size, 140 rows of border.
   SourceMap map;
   map.xx = map.yy = 2, map.y0 = -280;
-  Answer answer = answer_at({10, 150, 20, 170});
-  move_to_picture(map, false, &answer);
-  expect_box(answer.objects[0].box, {20, 20, 40, 60});
-  EXPECT_EQ(answer.points[0], (KeyPoint{20, 60, 1}));
+  FrameResults results = results_at({10, 150, 20, 170});
+  move_to_picture(map, false, &results);
+  expect_box(results.objects[0].box, {20, 20, 40, 60});
+  EXPECT_EQ(results.points[0], (KeyPoint{20, 60, 1}));
 }
 
 TEST(ToPicture, AnUprightBoxOfATurnedPictureStaysUpright) {
   SourceMap map;  // a quarter turn: source x = 100 - y, source y = x
   map.xx = 0, map.xy = -1, map.x0 = 100, map.yx = 1, map.yy = 0;
-  Answer answer = answer_at({10, 20, 30, 50});
-  move_to_picture(map, false, &answer);
-  expect_box(answer.objects[0].box, {50, 10, 80, 30});
-  EXPECT_EQ(answer.objects[0].rotation, 0);
+  FrameResults results = results_at({10, 20, 30, 50});
+  move_to_picture(map, false, &results);
+  expect_box(results.objects[0].box, {50, 10, 80, 30});
+  EXPECT_EQ(results.objects[0].rotation, 0);
 }
 
 TEST(ToPicture, ARotatedBoxTurnsWithThePicture) {
   SourceMap map;
   map.xx = 0, map.xy = -1, map.x0 = 100, map.yx = 1, map.yy = 0;
-  Answer answer = answer_at({10, 20, 30, 24}, kPi / 6);
-  move_to_picture(map, true, &answer);
-  expect_box(answer.objects[0].box, {78 - 10, 20 - 2, 78 + 10, 20 + 2});
-  EXPECT_NEAR(answer.objects[0].rotation, kPi / 6 + kPi / 2, 1e-6);
+  FrameResults results = results_at({10, 20, 30, 24}, kPi / 6);
+  move_to_picture(map, true, &results);
+  expect_box(results.objects[0].box, {78 - 10, 20 - 2, 78 + 10, 20 + 2});
+  EXPECT_NEAR(results.objects[0].rotation, kPi / 6 + kPi / 2, 1e-6);
 }
 
 TEST(ToPicture, CandidatesWithAnAngleHaveTheirCentreAtXY) {

@@ -88,7 +88,7 @@ class Summing {
   }
 
   int64_t waiting_in(const Span& span) {
-    // With its first frame any element may wait for others: to be linked, or for an answer to a
+    // With its first frame any element may wait for others: to be linked, or for a response to a
     // query.
     const bool is_first = started_.insert(span.pad).second;
     const Waits waits = graph_.elements()[span.element].waits;

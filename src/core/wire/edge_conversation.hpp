@@ -10,7 +10,7 @@
 namespace weir::wire {
 
 // This side of a connection. A query has two: A, which the client opens, and B, which the server
-// opens to the client's listener for the answers.
+// opens to the client's listener for the responses.
 enum class Side : uint8_t { ServerOnA, ServerOnB, ClientOnA, ClientOnB, Publisher, Subscriber };
 
 // What to do with a message that arrived.

@@ -262,7 +262,7 @@ TEST_F(EdgeBroker, HybridGoesOnAfterASinkThatStartsAgain) {
     out.reset();
     out = sink("HYBRID");
   }
-  // The sink counts a receiver before the source has seen the answer.
+  // The sink counts a receiver before the source has seen the response.
   EXPECT_TRUE(becomes_true([&] { return stat(in, "edgesrc", "reconnections") == 5u; },
                            "the fifth reconnection"));
 }

@@ -1,5 +1,5 @@
-// mqttsink and mqttsrc with a mosquitto and with a plain client: bytes, properties, times, answers,
-// messages that are none, and a broker that restarts.
+// mqttsink and mqttsrc with a mosquitto and with a plain client: bytes, properties, times,
+// responses, messages that are none, and a broker that restarts.
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #include <thread>
 
@@ -138,11 +138,11 @@ TEST_F(MqttElements, AnswersRequests) {
         peer->publish({.topic = "ask", .payload = payload, .qos = 1, .properties = question}, 30s);
     EXPECT_TRUE(sent);
   }
-  const auto answer = peer->receive(30s);
-  ASSERT_TRUE(answer);
-  EXPECT_EQ(answer->payload, bytes("bcde"));
-  EXPECT_EQ(answer->properties.correlation_data, bytes("number 7"));
-  EXPECT_EQ(answer->properties.find("traceparent"), "00-ab-cd-01");
+  const auto response = peer->receive(30s);
+  ASSERT_TRUE(response);
+  EXPECT_EQ(response->payload, bytes("bcde"));
+  EXPECT_EQ(response->properties.correlation_data, bytes("number 7"));
+  EXPECT_EQ(response->properties.find("traceparent"), "00-ab-cd-01");
 }
 
 TEST_F(MqttElements, ResumesAfterABrokerRestart) {

@@ -233,9 +233,9 @@ class MqttSink : public MqttElement<MqttSink, gst::BaseSink> {
     Publication out{.topic = active_.pub_topic, .qos = active_.mqtt_qos};
     auto& properties = out.properties;
     read_mqtt_meta(buffer, &properties);
-    const bool answers = !properties.response_topic.empty();
-    if (answers) out.topic = std::exchange(properties.response_topic, "");
-    if (!answers && !active_.response_topic.empty()) {
+    const bool is_response = !properties.response_topic.empty();
+    if (is_response) out.topic = std::exchange(properties.response_topic, "");
+    if (!is_response && !active_.response_topic.empty()) {
       properties.response_topic = active_.response_topic;
       const std::string number = std::to_string(sequence_);
       const auto bytes = std::as_bytes(std::span(number));
@@ -248,8 +248,8 @@ class MqttSink : public MqttElement<MqttSink, gst::BaseSink> {
     else
       append(memories);
     if (memories.size() != 1) out.payload = payload_;
-    if (answers && !transport::check_topic("response-topic", out.topic)) {
-      ++invalid_answers_;
+    if (is_response && !transport::check_topic("response-topic", out.topic)) {
+      ++invalid_responses_;
       GST_CAT_WARNING_OBJECT(category(), self(), "a request has no valid response topic");
       return ok();
     }
@@ -291,7 +291,7 @@ class MqttSink : public MqttElement<MqttSink, gst::BaseSink> {
   std::string caps_, media_type_;
   std::vector<std::byte> payload_;
   int64_t ntp_offset_ = 0;
-  uint64_t sequence_ = 0, invalid_answers_ = 0;
+  uint64_t sequence_ = 0, invalid_responses_ = 0;
   bool outage_ = false;
 };
 

@@ -35,19 +35,19 @@ class QueryClientBroker : public BrokerTest {
           auto bytes = weir::wire::test::copy_of(message.memories.at(0).bytes());
           for (auto& byte : bytes)
             byte = static_cast<std::byte>(std::to_integer<int>(byte) + number);
-          s.answer({bytes});
+          s.respond({bytes});
         }
       };
       for (;;) s.until_closed(serve_one);
     };
   }
-  // The first byte of the answer to a frame of zeros; -1 without one.
+  // The first byte of the response to a frame of zeros; -1 without one.
   static int ask(const Harness& h) {
     EXPECT_EQ(gst_harness_push(h.get(), frame(four(0))), GST_FLOW_OK);
     const auto got = Ref<GstBuffer>::adopt(gst_harness_try_pull(h.get()));
     return got ? content(got.get()).at(0) : -1;
   }
-  // Its only server has gone, with the answer to one frame.
+  // Its only server has gone, with the response to one frame.
   Harness client_that_lost_its_server() const {
     const ScriptedServer server([](ScriptedServer& s) {
       s.handshake(four_bytes(), four_bytes());
@@ -59,7 +59,7 @@ class QueryClientBroker : public BrokerTest {
     EXPECT_EQ(ask(out), -1);
     return out;
   }
-  static bool answers_become(const Harness& h, int value) {
+  static bool responses_become(const Harness& h, int value) {
     return becomes_true([&] { return ask(h) == value; }, "an answer of the other server");
   }
 
@@ -148,7 +148,7 @@ TEST_F(QueryClientBroker, ALostServerIsReplacedByAnother) {
   ScriptedServer first([](auto& s) {
     s.handshake(four_bytes(), four_bytes());
     s.read();
-    s.answer({weir::wire::test::Bytes(4, std::byte{1})});
+    s.respond({weir::wire::test::Bytes(4, std::byte{1})});
     s.read();
     s.close();
   });
@@ -160,7 +160,7 @@ TEST_F(QueryClientBroker, ALostServerIsReplacedByAnother) {
   EXPECT_EQ(ask(h), 1);
   EXPECT_EQ(ask(h), -1);
   EXPECT_SAYS(errors.next_warning(), "127.0.0.1:" + std::to_string(first.port()));
-  EXPECT_TRUE(answers_become(h, 2));  // its address may come later than the first one
+  EXPECT_TRUE(responses_become(h, 2));  // its address may come later than the first one
   EXPECT_EQ(client_stat(h, "lost"), 1u);
   EXPECT_EQ(client_stat(h, "reconnections"), 1u);
   EXPECT_EQ(errors.next(), "");
@@ -172,7 +172,7 @@ TEST_F(QueryClientBroker, WithoutAnotherServerFramesAreDroppedUntilOneComes) {
   EXPECT_EQ(client_stat(h, "dropped-lost"), 2u);
   const ScriptedServer second(adds(2));
   const auto second_announcement = announce(second.port(), "2");
-  EXPECT_TRUE(answers_become(h, 2));
+  EXPECT_TRUE(responses_become(h, 2));
   gst_harness_push_event(h.get(), gst_event_new_eos());
   expect_sums(h);
 }
@@ -197,7 +197,7 @@ TEST_F(QueryClientBroker, AServerThatDoesNotAnswerIsReplaced) {
   const ScriptedServer second(adds(2));
   const auto second_announcement = announce(second.port(), "2");
   const auto h = harness_of(client("timeout=20"), four_bytes());
-  EXPECT_TRUE(answers_become(h, 2));
+  EXPECT_TRUE(responses_become(h, 2));
   EXPECT_GE(client_stat(h, "late"), 3u);
 }
 

@@ -7,7 +7,7 @@ namespace query_client_faults_test {
 using namespace weir::test;
 using weir::wire::test::from_text;
 
-TEST(QueryClientFaults, ALostAnswerFreesItsPlaceAndTheNextConnectionStartsClean) {
+TEST(QueryClientFaults, ALostResponseFreesItsPlaceAndTheNextConnectionStartsClean) {
   ScriptedServer server([](auto& s) {
     s.handshake(four_bytes(), four_bytes());
     s.ignore_all();
@@ -35,9 +35,9 @@ TEST(QueryClientFaults, ALostAnswerFreesItsPlaceAndTheNextConnectionStartsClean)
   expect_sums(h);
 }
 
-// A server that drops one frame of three, and repeats no numbers: no answer goes to a frame that
+// A server that drops one frame of three, and repeats no numbers: no response goes to a frame that
 // did not ask for it.
-TEST(QueryClientFaults, AnswersBelongToTheirFramesWhenTheServerDropsSome) {
+TEST(QueryClientFaults, ResponsesBelongToTheirFramesWhenTheServerDropsSome) {
   ScriptedServer server([](auto& s) {
     const auto serve_one = [&s] {
       s.handshake(four_bytes(), four_bytes());
@@ -54,9 +54,9 @@ TEST(QueryClientFaults, AnswersBelongToTheirFramesWhenTheServerDropsSome) {
     return sent >= 40 && gst_harness_buffers_received(h.get()) >= 5;
   };
   for (uint8_t i = 0; i < 250 && !enough(i); ++i) ASSERT_EQ(push(h, i), GST_FLOW_OK);
-  const guint answers = gst_harness_buffers_received(h.get());
-  EXPECT_GE(answers, 5u);
-  for (guint i = 0; i < answers; ++i) {
+  const guint responses = gst_harness_buffers_received(h.get());
+  EXPECT_GE(responses, 5u);
+  for (guint i = 0; i < responses; ++i) {
     const auto got = Ref<GstBuffer>::adopt(gst_harness_try_pull(h.get()));
     EXPECT_EQ(GST_BUFFER_PTS(got.get()), content(got.get())[0] * GST_SECOND);
   }
@@ -64,13 +64,13 @@ TEST(QueryClientFaults, AnswersBelongToTheirFramesWhenTheServerDropsSome) {
   expect_sums(h);
 }
 
-TEST(QueryClientFaults, ALateAnswerIsPushedBeforeTheNextFrame) {
-  weir::transport::WakeEvent may_answer;
+TEST(QueryClientFaults, ALateResponseIsPushedBeforeTheNextFrame) {
+  weir::transport::WakeEvent may_respond;
   std::atomic<bool> answered{false};
   ScriptedServer server([&](auto& s) {
     s.handshake(four_bytes(), four_bytes());
     const auto message = s.read();
-    s.wait(may_answer.descriptor(), POLLIN);
+    s.wait(may_respond.descriptor(), POLLIN);
     s.echo(message);
     answered = true;
     echo_all(s);
@@ -79,12 +79,12 @@ TEST(QueryClientFaults, ALateAnswerIsPushedBeforeTheNextFrame) {
   push(h, 1);
   EXPECT_EQ(client_stat(h, "late"), 1u);
   EXPECT_EQ(gst_harness_buffers_received(h.get()), 0u);
-  may_answer.set();
+  may_respond.set();
   ASSERT_TRUE(becomes_true([&] { return answered.load(); }, "the answer"));
   g_object_set(element_of(h, kClient).get(), "timeout", 60000, nullptr);
   push(h, 2);
-  expect_answer(h, 1);
-  expect_answer(h, 2);
+  expect_response(h, 1);
+  expect_response(h, 2);
   EXPECT_EQ(client_stat(h, "late"), 1u);
   EXPECT_EQ(client_stat(h, "answered"), 1u);
   gst_harness_push_event(h.get(), gst_event_new_eos());
@@ -122,14 +122,14 @@ TEST_P(QueryClientWithoutServer, WithReconnectGoesToTheNextOne) {
       s.handshake(four_bytes(), four_bytes());
       s.echo(s.read());
       s.read();
-      if (says_so) s.send(s.answers, weir::wire::test::golden_error());
+      if (says_so) s.send(s.responses, weir::wire::test::golden_error());
       s.close();
     }
     handshake_and_echo_all(s);
   });
   const auto h = harness_of(client_of(server, "timeout=60000 reconnect=true"), four_bytes());
   for (uint8_t i = 0; i < 8; ++i) ASSERT_EQ(push(h, i), GST_FLOW_OK);
-  for (const uint8_t i : {0, 2, 4, 6, 7}) expect_answer(h, i);
+  for (const uint8_t i : {0, 2, 4, 6, 7}) expect_response(h, i);
   EXPECT_EQ(client_stat(h, "reconnections"), 3u);
   EXPECT_EQ(client_stat(h, says_so ? "refused" : "lost"), 3u);
   gst_harness_push_event(h.get(), gst_event_new_eos());
@@ -173,19 +173,19 @@ TEST(QueryClientFaults, WithReconnectItWaitsForAServerThatComesLater) {
         return gst_harness_buffers_received(h.get()) > 0;
       },
       "an answer"));
-  expect_answer(h, 2);
+  expect_response(h, 2);
 }
 
 // docs/compatibility/edge-wire.md 10.6, class 9.
 
-class AnswersUnlikeTheirCaps : public ::testing::Test {
+class ResponsesUnlikeTheirCaps : public ::testing::Test {
  protected:
   static std::string error(const std::string& caps,
                            const std::vector<weir::wire::test::Bytes>& memories) {
     ScriptedServer server([&](auto& s) {
       s.handshake(four_bytes(), caps);
       s.read();
-      s.answer(memories);
+      s.respond(memories);
       s.ignore_all();
     });
     const auto h = harness_of(client_of(server, "timeout=60000"), four_bytes());
@@ -196,25 +196,25 @@ class AnswersUnlikeTheirCaps : public ::testing::Test {
   }
 };
 
-TEST_F(AnswersUnlikeTheirCaps, InTheirSizeAreAnError) {
+TEST_F(ResponsesUnlikeTheirCaps, InTheirSizeAreAnError) {
   const std::string text = error(four_bytes(), {from_text("abc")});
   EXPECT_SAYS(text, "an answer does not fit the caps that the server announced");
   EXPECT_SAYS(text, "3");
 }
-TEST_F(AnswersUnlikeTheirCaps, InTheirNumberAreAnError) {
+TEST_F(ResponsesUnlikeTheirCaps, InTheirNumberAreAnError) {
   EXPECT_SAYS(error(four_bytes(), {from_text("abcd"), from_text("abcd")}), "does not fit");
   EXPECT_SAYS(error(tensors("uint8,uint8", "4,4"), {from_text("abcd")}), "does not fit");
 }
-TEST_F(AnswersUnlikeTheirCaps, InTheirHeadersAreAnError) {
+TEST_F(ResponsesUnlikeTheirCaps, InTheirHeadersAreAnError) {
   const std::string flexible = "other/tensors,format=(string)flexible,framerate=30/1";
   EXPECT_SAYS(error(flexible, {from_text("abcd")}), "does not fit");
   EXPECT_SAYS(error(flexible, {weir::wire::test::Bytes(132, std::byte{0xff})}), "does not fit");
 }
-TEST_F(AnswersUnlikeTheirCaps, BeyondMaxMessageAreAnError) {
+TEST_F(ResponsesUnlikeTheirCaps, BeyondMaxMessageAreAnError) {
   ScriptedServer server([](auto& s) {
     s.handshake(four_bytes(), four_bytes());
     s.read();
-    s.answer({weir::wire::test::Bytes(2000)});
+    s.respond({weir::wire::test::Bytes(2000)});
     s.ignore_all();
   });
   const auto h = harness_of(client_of(server, "timeout=60000 max-message=1024"), four_bytes());
@@ -260,7 +260,7 @@ TEST(QueryClientFaults, AFlushForgetsWhatWasAsked) {
   EXPECT_EQ(client_stat(h, "lost"), 1u);
   expect_sums(h);
   ASSERT_EQ(push(h, 2), GST_FLOW_OK);
-  expect_answer(h, 2);
+  expect_response(h, 2);
 }
 
 class QueryClientStops : public ::testing::TestWithParam<int> {};
@@ -305,7 +305,7 @@ TEST(QueryClientFaults, ItCanStartAgainAfterEachStop) {
     gst_harness_push_event(h.get(), gst_event_new_stream_start("test"));
     gst_harness_set_src_caps_str(h.get(), four_bytes().c_str());
     ASSERT_EQ(push(h, i), GST_FLOW_OK) << int{i};
-    expect_answer(h, i);
+    expect_response(h, i);
     EXPECT_EQ(client_stat(h, "sent"), 1u);
     gst_element_set_state(element.get(), GST_STATE_NULL);
   }

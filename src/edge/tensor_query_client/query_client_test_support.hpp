@@ -40,7 +40,7 @@ inline GstFlowReturn push(const Harness& h, uint8_t value) {
   return gst_harness_push(h.get(), frame(four(value), value * GST_SECOND, GST_MSECOND));
 }
 // The next output has the bytes and the time of the frame that push() made of `value`.
-inline void expect_answer(const Harness& h, uint8_t value) {
+inline void expect_response(const Harness& h, uint8_t value) {
   const auto got = Ref<GstBuffer>::adopt(gst_harness_try_pull(h.get()));
   ASSERT_TRUE(got) << int{value};
   EXPECT_EQ(content(got.get()), four(value));

@@ -21,7 +21,7 @@ gboolean remove_meta_of_memory(GstBuffer*, GstMeta** meta, gpointer) {
 }
 
 // Times, flags and metas of a buffer without its memories. What describes the memories, as the
-// planes of video, would be wrong for those of the answer.
+// planes of video, would be wrong for those of the response.
 gst::Ref<GstBuffer> like(GstBuffer* buffer) {
   auto out = gst::Ref<GstBuffer>::adopt(gst_buffer_new());
   gst_buffer_copy_into(out.get(), buffer, GST_BUFFER_COPY_METADATA, 0, static_cast<gsize>(-1));
@@ -87,14 +87,14 @@ Result<ExchangeEvent> QueryExchange::next(bool wait, size_t max_request) {
   }
 }
 
-// Takes the next answer from the link; nullopt if the next request may have got one or timed out.
+// Takes the next response from the link; nullopt if the next request may have got one or timed out.
 Result<std::optional<LinkEnd>> QueryExchange::receive(bool wait) {
   auto received =
       link_->receive(wait ? pending_.next_deadline() : std::chrono::steady_clock::now());
   if (!received) return received.error();
-  if (received->answer) {
-    const auto number = received->answer->number;
-    auto status = pending_.accept(number, *std::move(received->answer));
+  if (received->response) {
+    const auto number = received->response->number;
+    auto status = pending_.accept(number, *std::move(received->response));
     if (!status) return status.error();
     return std::optional<LinkEnd>();
   }
@@ -113,8 +113,8 @@ Status QueryExchange::check_count(size_t memories) const {
 Result<ExchangeEvent> QueryExchange::finish(Pending::Answered answered) {
   ledger_->dropped(DropReason::Late, pending_.take_skipped());
   uint64_t copied = 0;
-  Status status = check_count(answered.answer.memories.size());
-  auto buffer = output_.make(std::move(answered.answer.memories), &copied);
+  Status status = check_count(answered.response.memories.size());
+  auto buffer = output_.make(std::move(answered.response.memories), &copied);
   if (status && !buffer) status = buffer.error();
   if (status && has_tensors_) status = layout_.locate(buffer->get(), spec_);
   if (!status) {

@@ -1,4 +1,4 @@
-// QueryExchange: frames that go to a query server as buffers, and answers that come back as such.
+// QueryExchange: frames that go to a query server as buffers, and responses that come back as such.
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #pragma once
 #include <gst/gst.h>
@@ -19,8 +19,8 @@ namespace weir {
 
 // What comes next of a connection.
 struct ExchangeEvent {
-  gst::Ref<GstBuffer> answer{};        // with the times and metas of the frame that asked
-  std::optional<edge::LinkEnd> end{};  // instead; Late: no answer is there, or none is waited for
+  gst::Ref<GstBuffer> response{};      // with the times and metas of the frame that asked
+  std::optional<edge::LinkEnd> end{};  // instead; Late: no response is there, or none is waited for
 };
 
 // Counts each frame in `ledger` and `outcomes`. One thread at a time.
@@ -30,19 +30,19 @@ class QueryExchange {
       : ledger_(ledger), outcomes_(outcomes) {}
 
   bool is_connected() const noexcept { return link_ != nullptr; }
-  // `link` is confirmed, `input` and `output` are the caps of frames and answers.
+  // `link` is confirmed, `input` and `output` are the caps of frames and responses.
   void open(std::unique_ptr<edge::QueryLink> link, const GstCaps* input, const GstCaps* output);
-  // Ends the connection, if there is one. Frames without an answer are dropped for `reason`.
+  // Ends the connection, if there is one. Frames without a response are dropped for `reason`.
   void close(DropReason reason);
 
   bool has_room(size_t max_request) const noexcept { return pending_.has_room(max_request); }
   size_t waiting() const noexcept { return pending_.waiting(); }
-  // Sends a frame that has been received; its answer has `time` to come. Returns why the
+  // Sends a frame that has been received; its response has `time` to come. Returns why the
   // connection has ended, if it has. Errors: those of MemoryMapper::map(),
   // edge::QueryLink::make_request(), then the frame is dropped; and those of
   // edge::QueryLink::send().
   Result<std::optional<edge::LinkEnd>> send(GstBuffer* buffer, std::chrono::milliseconds time);
-  // The next answer. With `wait` it waits until each request has its answer or has timed out.
+  // The next response. With `wait` it waits until each request has its response or has timed out.
   // PEER_MESSAGE_INVALID.
   Result<ExchangeEvent> next(bool wait, size_t max_request);
 
@@ -51,7 +51,7 @@ class QueryExchange {
     gst::Ref<GstBuffer> like;  // times, flags and metas
     std::chrono::steady_clock::time_point sent;
   };
-  using Pending = edge::PendingRequests<Frame, edge::QueryAnswer>;
+  using Pending = edge::PendingRequests<Frame, edge::QueryResponse>;
 
   Result<std::optional<edge::LinkEnd>> receive(bool wait);
   Status check_count(size_t memories) const;
@@ -66,7 +66,7 @@ class QueryExchange {
   MessageBuffers output_;
   bool has_tensors_ = false;
   FrameSpec spec_;
-  gst::FrameLayout layout_;  // of answers that are tensors
+  gst::FrameLayout layout_;  // of responses that are tensors
 };
 
 }  // namespace weir

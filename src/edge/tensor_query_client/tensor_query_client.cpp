@@ -1,4 +1,4 @@
-// tensor_query_client: sends frames to a query server and pushes its answers.
+// tensor_query_client: sends frames to a query server and pushes its responses.
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #include <atomic>
 #include <chrono>
@@ -59,10 +59,10 @@ Result<Ref<GstCaps>> parse_caps(const std::string& text, const char* which) {
   return wire::peer_error(what, wire::quoted_text(text), "valid caps");
 }
 
-// The caps of the answers to frames of `input`. A frame rate that the server leaves open is that of
-// `input`. SPEC_MISMATCH if the server does not take `input`, whatever its frame rate;
-// PEER_MESSAGE_INVALID if the server announces no caps, or several for its answers.
-Result<Ref<GstCaps>> answer_caps(const wire::QueryCapability& capability, const GstCaps* input) {
+// The caps of the responses to frames of `input`. A frame rate that the server leaves open is that
+// of `input`. SPEC_MISMATCH if the server does not take `input`, whatever its frame rate;
+// PEER_MESSAGE_INVALID if the server announces no caps, or several for its responses.
+Result<Ref<GstCaps>> response_caps(const wire::QueryCapability& capability, const GstCaps* input) {
   const auto taken = parse_caps(capability.source_caps, "its input");
   if (!taken) return taken.error();
   const auto offered = without_rate(input), needed = without_rate(taken->get());
@@ -78,8 +78,9 @@ Result<Ref<GstCaps>> answer_caps(const wire::QueryCapability& capability, const 
   if (gst_caps_is_fixed(out->get())) return out;
   *out = Ref<GstCaps>::adopt(gst_caps_make_writable(out->release()));
   const GValue* rate = gst_structure_get_value(gst_caps_get_structure(input, 0), kRate);
-  GstStructure* const answer = gst_caps_get_structure(out->get(), 0);
-  if (rate && gst_structure_has_field(answer, kRate)) gst_structure_set_value(answer, kRate, rate);
+  GstStructure* const response = gst_caps_get_structure(out->get(), 0);
+  if (rate && gst_structure_has_field(response, kRate))
+    gst_structure_set_value(response, kRate, rate);
   if (gst_caps_is_fixed(out->get())) return out;
   return wire::peer_error("the query server announces several caps for its answers",
                           wire::quoted_text(capability.sink_caps), "one: fixed caps",
@@ -185,7 +186,7 @@ class TensorQueryClient : public gst::PlainFilter<TensorQueryClient> {
       return GST_FLOW_OK;
     }
     const auto sent =
-        exchange_.send(buffer.get(), s.timeout > 0 ? milliseconds(s.timeout) : kMaxAnswerTime);
+        exchange_.send(buffer.get(), s.timeout > 0 ? milliseconds(s.timeout) : kMaxResponseTime);
     buffer = {};
     if (!sent) return is_of_frame(sent.error()) ? post(sent.error()) : disconnected(sent.error());
     if (*sent == LinkEnd::Interrupted) return GST_FLOW_FLUSHING;
@@ -241,7 +242,7 @@ class TensorQueryClient : public gst::PlainFilter<TensorQueryClient> {
 
  private:
   // The place of a request is freed after this time if `timeout` does not say.
-  static constexpr milliseconds kMaxAnswerTime{30'000};
+  static constexpr milliseconds kMaxResponseTime{30'000};
   static constexpr milliseconds kFirstRetry{100}, kLastRetry{1000}, kHandshake{10'000},
       kRetryHandshake{2000}, kServerTime{1000};
 
@@ -318,7 +319,7 @@ class TensorQueryClient : public gst::PlainFilter<TensorQueryClient> {
                                           .cancel = interruption_.descriptor(),
                                           .handshake_time = time});
     if (!link) return link.error();
-    const auto caps = answer_caps((*link)->capability(), input_caps_.get());
+    const auto caps = response_caps((*link)->capability(), input_caps_.get());
     if (!caps) return caps.error();
     const bool are_new = !output_caps_ || !gst_caps_is_equal(caps->get(), output_caps_.get());
     if (are_new)
@@ -361,7 +362,7 @@ class TensorQueryClient : public gst::PlainFilter<TensorQueryClient> {
     return ok();
   }
 
-  // Pushes the answers that are there, and connects if there is no connection.
+  // Pushes the responses that are there, and connects if there is no connection.
   GstFlowReturn make_ready() {
     const GstFlowReturn flow = deliver(false);
     if (flow != GST_FLOW_OK || exchange_.is_connected()) return flow;
@@ -369,20 +370,20 @@ class TensorQueryClient : public gst::PlainFilter<TensorQueryClient> {
     return GST_FLOW_OK;
   }
 
-  // Pushes answers; with `wait` until each frame that was sent has its answer or has timed out.
+  // Pushes responses; with `wait` until each frame that was sent has its response or has timed out.
   GstFlowReturn deliver(bool wait) {
     while (exchange_.is_connected()) {
       auto event = exchange_.next(wait, settings().max_request);
       if (!event) return disconnected(event.error());
       if (!event->end) {
-        const auto flow = gst_pad_push(source_, event->answer.release());
+        const auto flow = gst_pad_push(source_, event->response.release());
         if (flow != GST_FLOW_OK) return flow;
         continue;
       }
       if (*event->end == LinkEnd::Late) break;
       if (*event->end == LinkEnd::Interrupted) return GST_FLOW_FLUSHING;
       if (*event->end != LinkEnd::OutOfStep) return disconnected(server_gone(*event->end));
-      answers_are_missing();
+      responses_are_missing();
     }
     return GST_FLOW_OK;
   }
@@ -403,8 +404,8 @@ class TensorQueryClient : public gst::PlainFilter<TensorQueryClient> {
     return GST_FLOW_OK;
   }
 
-  // Only a new connection makes clear which answer is whose. The first time is posted.
-  void answers_are_missing() {
+  // Only a new connection makes clear which response is whose. The first time is posted.
+  void responses_are_missing() {
     exchange_.close(DropReason::Late);
     if (finder_) finder_->failed(server_);
     const Error error{

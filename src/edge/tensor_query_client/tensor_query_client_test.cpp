@@ -8,13 +8,13 @@ namespace tensor_query_client_test {
 
 using namespace weir::test;
 
-TEST(TensorQueryClient, AnswersHaveTheBytesAndTimesOfTheirFramesInEachForm) {
+TEST(TensorQueryClient, ResponsesHaveTheBytesAndTimesOfTheirFramesInEachForm) {
   for (const auto form : {HeaderForm::Bytes2088, HeaderForm::Bytes168, HeaderForm::Bytes160}) {
     ScriptedServer server([form](auto& s) { handshake_and_echo_all(s, form); });
     const auto h = harness_of(client_of(server, "timeout=60000"), four_bytes());
     for (uint8_t i = 0; i < 5; ++i) {
       ASSERT_EQ(push(h, i), GST_FLOW_OK);
-      expect_answer(h, i);
+      expect_response(h, i);
     }
     EXPECT_EQ(client_stat(h, "sent"), 5u);
     EXPECT_EQ(client_stat(h, "answered"), 5u);
@@ -42,7 +42,7 @@ TEST(TensorQueryClient, MoreThan16TensorsTravelAsAMemoryEach) {
   EXPECT_EQ(gst_buffer_n_memory(got.get()), 16u);
 }
 
-TEST(TensorQueryClient, WithoutTimeoutAnswersComeWithLaterFrames) {
+TEST(TensorQueryClient, WithoutTimeoutResponsesComeWithLaterFrames) {
   ScriptedServer server([](auto& s) {
     s.handshake(four_bytes(), four_bytes());
     const auto a = s.read(), b = s.read();
@@ -53,15 +53,15 @@ TEST(TensorQueryClient, WithoutTimeoutAnswersComeWithLaterFrames) {
   const auto h = harness_of(client_of(server, "max-request=1"), four_bytes());
   push(h, 1);
   push(h, 2);
-  // Frames that find no room bring the answers.
+  // Frames that find no room bring the responses.
   ASSERT_TRUE(becomes_true(
       [&] {
         push(h, 3);
         return gst_harness_buffers_received(h.get()) >= 2;
       },
       "two answers"));
-  expect_answer(h, 1);
-  expect_answer(h, 2);
+  expect_response(h, 1);
+  expect_response(h, 2);
 }
 
 TEST(TensorQueryClient, MoreThanMaxRequestFramesAreDropped) {
@@ -82,7 +82,7 @@ TEST(TensorQueryClient, MoreThanMaxRequestFramesAreDropped) {
 }
 
 // As servers of Weir do, with a pool of workers.
-TEST(TensorQueryClient, AnswersWithNumbersArePushedInTheOrderOfTheFrames) {
+TEST(TensorQueryClient, ResponsesWithNumbersArePushedInTheOrderOfTheFrames) {
   ScriptedServer server([](auto& s) {
     s.handshake(four_bytes(), four_bytes());
     const auto a = s.read(), b = s.read(), c = s.read();
@@ -100,16 +100,16 @@ TEST(TensorQueryClient, AnswersWithNumbersArePushedInTheOrderOfTheFrames) {
         return gst_harness_buffers_received(h.get()) >= 4;
       },
       "four answers"));
-  for (const uint8_t i : {1, 2, 3, 4}) expect_answer(h, i);
+  for (const uint8_t i : {1, 2, 3, 4}) expect_response(h, i);
 }
 
-TEST(TensorQueryClient, EosWaitsForTheAnswers) {
-  weir::transport::WakeEvent may_answer;
+TEST(TensorQueryClient, EosWaitsForTheResponses) {
+  weir::transport::WakeEvent may_respond;
   ScriptedServer server([&](auto& s) {
     s.handshake(four_bytes(), four_bytes());
     s.echo(s.read());
     const auto late = s.read();
-    s.wait(may_answer.descriptor(), POLLIN);
+    s.wait(may_respond.descriptor(), POLLIN);
     s.echo(late);
     s.ignore_all();
   });
@@ -118,10 +118,10 @@ TEST(TensorQueryClient, EosWaitsForTheAnswers) {
   push(h, 2);
   g_object_set(element_of(h, kClient).get(), "timeout", 60000, nullptr);
   std::thread ends([&] { gst_harness_push_event(h.get(), gst_event_new_eos()); });
-  may_answer.set();
+  may_respond.set();
   ends.join();
-  expect_answer(h, 1);
-  expect_answer(h, 2);
+  expect_response(h, 1);
+  expect_response(h, 2);
   EXPECT_EQ(client_stat(h, "answered"), 2u);
   expect_sums(h);
 }
@@ -142,7 +142,7 @@ TEST(TensorQueryClient, MetasOfTheFrameThatAskedStay) {
   ASSERT_TRUE(meta);
   EXPECT_EQ(meta->timestamp, 42u);
   EXPECT_TRUE(GST_BUFFER_FLAG_IS_SET(got.get(), GST_BUFFER_FLAG_DISCONT));
-  // It describes memories that the answer does not have.
+  // It describes memories that the response does not have.
   EXPECT_FALSE(gst_buffer_get_video_meta(got.get()));
 }
 
@@ -171,7 +171,7 @@ TEST(TensorQueryClient, TheOutputHasTheCapsOfTheServer) {
   ScriptedServer server([&](auto& s) {
     s.handshake(four_bytes(), text);
     s.read();
-    s.answer({weir::wire::test::from_text("a cat")});
+    s.respond({weir::wire::test::from_text("a cat")});
     s.ignore_all();
   });
   const auto h = harness_of(client_of(server, "timeout=60000"), four_bytes());
@@ -194,11 +194,11 @@ TEST(TensorQueryClient, FrameRatesAndSpellingsOfCapsDoNotMatter) {
     });
     const auto h = harness_of(client_of(server, "timeout=60000"), four_bytes());
     EXPECT_EQ(push(h, 1), GST_FLOW_OK) << takes;
-    expect_answer(h, 1);
+    expect_response(h, 1);
   }
 }
 
-TEST(TensorQueryClient, AnOpenFrameRateOfTheAnswersIsThatOfTheInput) {
+TEST(TensorQueryClient, AnOpenFrameRateOfTheResponsesIsThatOfTheInput) {
   ScriptedServer server([](auto& s) {
     s.handshake(four_bytes(),
                 "other/tensors,format=(string)static,num_tensors=1,types=(string)uint8,"
@@ -219,7 +219,7 @@ TEST(TensorQueryClient, NewCapsAreANewConnection) {
   });
   const auto h = harness_of(client_of(server, "timeout=60000"), four_bytes());
   push(h, 1);
-  expect_answer(h, 1);
+  expect_response(h, 1);
   gst_harness_set_src_caps_str(h.get(), two.c_str());
   ASSERT_EQ(gst_harness_push(h.get(), frame(Bytes{7, 8})), GST_FLOW_OK);
   const auto got = Ref<GstBuffer>::adopt(gst_harness_try_pull(h.get()));
@@ -230,11 +230,11 @@ TEST(TensorQueryClient, NewCapsAreANewConnection) {
 
 class CapsOfAServer : public ::testing::Test {
  protected:
-  static std::string error(const std::string& takes, const std::string& answers,
+  static std::string error(const std::string& takes, const std::string& responses,
                            const std::string& downstream = "") {
     ScriptedServer server([&](auto& s) {
       s.accept();
-      s.greet(takes, answers);
+      s.greet(takes, responses);
       s.ignore_all();
     });
     return start_error(client_of(server) + downstream, four_bytes());
@@ -262,7 +262,7 @@ TEST_F(CapsOfAServer, ThatFailAnAssertionAreRefused) {
   EXPECT_SAYS(error(four_bytes(), "1video/x-raw"), "a media type, which begins with a letter");
   EXPECT_SAYS(error("video/x-raw,rate=(fraction)[2/1,1/1]", four_bytes()), "the smaller one first");
 }
-TEST_F(CapsOfAServer, ThatAreSeveralForItsAnswersAreNamed) {
+TEST_F(CapsOfAServer, ThatAreSeveralForItsResponsesAreNamed) {
   EXPECT_SAYS(error(four_bytes(), "video/x-raw,width=[1,100]"), "several caps for its answers");
   EXPECT_SAYS(error(four_bytes(), "video/x-raw,width=[1,100]"), "put a capsfilter");
 }

@@ -43,7 +43,7 @@ class TensorQueryServersink : public gst::Element<TensorQueryServersink, gst::Ba
   };
 
   void constructed() {
-    // An answer is sent when it is there, not when a picture of its time would be shown.
+    // A response is sent when it is there, not when a picture of its time would be shown.
     gst_base_sink_set_sync(self(), FALSE);
     // Requests come when clients want: the pipeline must not wait for a first one, and a sink must
     // not wait with its first frame for that of another.
@@ -89,7 +89,7 @@ class TensorQueryServersink : public gst::Element<TensorQueryServersink, gst::Ba
     ledger_.received();
     const auto request = request_of(buffer);
     uint64_t copied = 0;
-    const auto delivery = answer(request.get(), buffer, &copied);
+    const auto delivery = respond(request.get(), buffer, &copied);
     if (!delivery) {
       ledger_.dropped(DropReason::Error);
       gst::post_error(element(), delivery.error());
@@ -110,10 +110,10 @@ class TensorQueryServersink : public gst::Element<TensorQueryServersink, gst::Ba
   Ledger ledger_;
 
  private:
-  Result<Delivery> answer(QueryRequest* request, GstBuffer* buffer, uint64_t* copied) {
+  Result<Delivery> respond(QueryRequest* request, GstBuffer* buffer, uint64_t* copied) {
     if (!server_)  // a stream without caps: set_caps() was not called
       if (auto status = set_current_caps(); !status) return status.error();
-    return server_->answer(request, buffer, copied);
+    return server_->respond(request, buffer, copied);
   }
   bool follow_server() {
     const auto server = server_of_pair(settings().id);

@@ -76,7 +76,7 @@ TEST_F(SinkOfAnotherProtocol, DropsFewerThanLimit) {
   play("limit=3");
   for (int i = 0; i < 2; ++i) {
     client_->request(frame_);
-    EXPECT_EQ(client_->answer(), frame_);
+    EXPECT_EQ(client_->response(), frame_);
   }
   EXPECT_EQ(pipeline_->stat("other", "dropped-policy"), 2u);
   EXPECT_EQ(pipeline_->stat("other", "consumed"), 0u);

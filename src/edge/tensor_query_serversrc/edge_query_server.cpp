@@ -124,13 +124,13 @@ class EdgeQueryServer : public QueryServer {
   Status set_output(GstCaps* caps, const std::vector<std::string>&) override {
     mapper_.set_caps(caps);
     const gst::UniqueText text{gst_caps_to_string(caps)};
-    return listener_->set_answer_caps(text.get());
+    return listener_->set_response_caps(text.get());
   }
   std::shared_ptr<QueryRequest> take() override { return listener_->take(); }
   void interrupt() override { listener_->interrupt(); }
   void resume() override { listener_->resume(); }
 
-  // A client that sends what it was not asked for is closed: it would take the answer of its next
+  // A client that sends what it was not asked for is closed: it would take the response to its next
   // request for that of this one.
   Result<Ref<GstBuffer>> make_frame(QueryRequest& request) override {
     auto& received = static_cast<edge::Request&>(request);  // of take()
@@ -143,15 +143,15 @@ class EdgeQueryServer : public QueryServer {
     listener_->refuse(received.client(), status.error().message());
     return status.error();
   }
-  Result<Delivery> answer(QueryRequest* request, GstBuffer* buffer, uint64_t*) override {
+  Result<Delivery> respond(QueryRequest* request, GstBuffer* buffer, uint64_t*) override {
     const auto client = gst::client_of(buffer);
     auto* own = dynamic_cast<edge::Request*>(request);
     if (request && !own) return Delivery::OtherServer;
     if (!client && !own) return Delivery::NoRequest;
     auto mapped = mapper_.map(buffer);
     if (!mapped) return mapped.error();
-    const auto sent = listener_->answer(client ? *client : own->client(), mapped->memories,
-                                        std::move(mapped->owner), own ? own->sequence() : "");
+    const auto sent = listener_->respond(client ? *client : own->client(), mapped->memories,
+                                         std::move(mapped->owner), own ? own->sequence() : "");
     if (sent != edge::QueryListener::Sent::Queued) return Delivery::Lost;
     if (own) own->end(Outcome::Answered);
     return Delivery::Sent;

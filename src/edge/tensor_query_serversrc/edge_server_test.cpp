@@ -44,9 +44,9 @@ class EdgeServer : public ::testing::Test {
     out.connect();
     return out;
   }
-  Message answer(RawClient* client, const Message& request) const {
+  Message exchange(RawClient* client, const Message& request) const {
     client->request(request);
-    return client->answer();
+    return client->response();
   }
   uint64_t stat(const char* name) const { return pipeline_->stat("server", name); }
   guint clients() const {
@@ -77,7 +77,7 @@ TEST_F(EdgeServer, ServesWithoutAProtocol) {
   client.host_info();
   client.accept();
   for (int i = 0; i < 20; ++i)
-    EXPECT_EQ(answer(&client, numbers({i, 1, 2, 254})), numbers({i + 1, 2, 3, 255}));
+    EXPECT_EQ(exchange(&client, numbers({i, 1, 2, 254})), numbers({i + 1, 2, 3, 255}));
   ASSERT_TRUE(
       becomes_true([&] { return stat("requests-answered") == 20; }, "20 answered requests"));
   expect_sum(20);
@@ -90,18 +90,18 @@ TEST_F(EdgeServer, ServesWithoutAProtocol) {
 TEST_F(EdgeServer, ServesClientsOfSeveralVersions) {
   play(kFour);
   auto newer = connected(), older = connected(HeaderForm::Bytes168);
-  EXPECT_EQ(answer(&older, numbers({1, 2, 3, 4})), numbers({1, 2, 3, 4}));
-  EXPECT_EQ(answer(&newer, numbers({5, 6, 7, 8})), numbers({5, 6, 7, 8}));
+  EXPECT_EQ(exchange(&older, numbers({1, 2, 3, 4})), numbers({1, 2, 3, 4}));
+  EXPECT_EQ(exchange(&newer, numbers({5, 6, 7, 8})), numbers({5, 6, 7, 8}));
   play(kFour, "wire-version=0.2.2");
   auto oldest = connected(HeaderForm::Bytes160);
-  EXPECT_EQ(answer(&oldest, numbers({1, 2, 3, 4})), numbers({1, 2, 3, 4}));
+  EXPECT_EQ(exchange(&oldest, numbers({1, 2, 3, 4})), numbers({1, 2, 3, 4}));
 }
 
 TEST_F(EdgeServer, ServesOtherMedia) {
   play("application/octet-stream");
   auto client = connected();
   const Message parts{from_text("abc"), from_text("de")};
-  EXPECT_EQ(answer(&client, parts), parts);
+  EXPECT_EQ(exchange(&client, parts), parts);
 }
 
 std::string listed(const std::string& item, int count) {
@@ -115,7 +115,7 @@ TEST_F(EdgeServer, MoreThan16TensorsAreAMemoryEach) {
   auto client = connected();
   Message memories;
   for (int i = 0; i < 20; ++i) memories.push_back(numbers({i})[0]);
-  EXPECT_EQ(answer(&client, memories), memories);
+  EXPECT_EQ(exchange(&client, memories), memories);
 }
 
 constexpr char kFlexible[] = "other/tensors,format=flexible,framerate=0/1";
@@ -132,7 +132,7 @@ TEST_F(EdgeServer, FlexibleTensorsKeepTheirHeaders) {
   play(kFlexible);
   auto client = connected();
   for (const auto& request : {Message{flexible(3, "abc")}, {flexible(2, "de"), flexible(1, "f")}})
-    EXPECT_EQ(answer(&client, request), request);
+    EXPECT_EQ(exchange(&client, request), request);
 }
 
 // Keeps only the id of the client: elements that make buffers of their own may do that.
@@ -158,14 +158,14 @@ TEST_F(EdgeServer, TheIdOfTheClientIsEnough) {
       },
       nullptr, nullptr);
   auto one = connected(), two = connected();
-  EXPECT_EQ(answer(&one, numbers({1, 2, 3, 4})), numbers({1, 2, 3, 4}));
-  EXPECT_EQ(answer(&two, numbers({5, 6, 7, 8})), numbers({5, 6, 7, 8}));
+  EXPECT_EQ(exchange(&one, numbers({1, 2, 3, 4})), numbers({1, 2, 3, 4}));
+  EXPECT_EQ(exchange(&two, numbers({5, 6, 7, 8})), numbers({5, 6, 7, 8}));
 }
 
 TEST_F(EdgeServer, AClientThatLeavesWhileItsRequestIsInThePipelineIsCounted) {
   play(std::string(kFour) + " ! identity name=middle");
   auto leaver = connected(), other = connected();
-  EXPECT_EQ(answer(&other, numbers({1, 2, 3, 4})), numbers({1, 2, 3, 4}));
+  EXPECT_EQ(exchange(&other, numbers({1, 2, 3, 4})), numbers({1, 2, 3, 4}));
   ASSERT_TRUE(clients_become(2));
   std::function<void()> leave = [&] {
     leaver.close();
@@ -183,7 +183,7 @@ TEST_F(EdgeServer, AClientThatLeavesWhileItsRequestIsInThePipelineIsCounted) {
   EXPECT_GT(probe, 0u);
   leaver.request(numbers({1, 2, 3, 4}));
   ASSERT_TRUE(becomes_true([&] { return stat("requests-expired") == 1; }, "an expired request"));
-  EXPECT_EQ(answer(&other, numbers({5, 6, 7, 8})), numbers({5, 6, 7, 8}));
+  EXPECT_EQ(exchange(&other, numbers({5, 6, 7, 8})), numbers({5, 6, 7, 8}));
   EXPECT_EQ(stat("answers-lost"), 1u);
   EXPECT_EQ(pipeline_->stat("end", "dropped-lost"), 1u);
   expect_sum(3);
@@ -208,7 +208,7 @@ class EdgeServerUnlikeItsCaps : public EdgeServer {
     EXPECT_EQ(stat("requests-refused"), 1u);
     EXPECT_EQ(stat("clients-refused"), 1u);
     auto client = connected();
-    EXPECT_EQ(answer(&client, good), good);
+    EXPECT_EQ(exchange(&client, good), good);
     ASSERT_TRUE(becomes_true([&] { return stat("requests-answered") == 1; }, "the answer"));
     expect_sum(2);
   }
@@ -251,14 +251,14 @@ TEST_F(EdgeServerUnlikeItsCaps, PartsOfAudioSamples) {
 TEST_F(EdgeServer, VideoMayHaveBytesAfterTheFrame) {
   play("video/x-raw,format=GRAY8,width=4,height=2,framerate=0/1 ! tensor_converter");
   auto client = connected();
-  EXPECT_EQ(answer(&client, {from_text("abcdefghijk")}), Message{from_text("abcdefgh")});
+  EXPECT_EQ(exchange(&client, {from_text("abcdefghijk")}), Message{from_text("abcdefgh")});
 }
 
-TEST_F(EdgeServer, TheAnswerOfTheLastFrameArrives) {
+TEST_F(EdgeServer, TheResponseToTheLastFrameArrives) {
   play(kFour, "num-buffers=2");
   auto client = connected();
   for (int i = 0; i < 2; ++i)
-    EXPECT_EQ(answer(&client, numbers({i, 2, 3, 4})), numbers({i, 2, 3, 4}));
+    EXPECT_EQ(exchange(&client, numbers({i, 2, 3, 4})), numbers({i, 2, 3, 4}));
   EXPECT_EQ(pipeline_->outcome(), "");
   EXPECT_TRUE(pipeline_->reaches(GST_STATE_NULL));
   EXPECT_EQ(client.b.rest(), wire::test::golden_error());
@@ -268,7 +268,7 @@ TEST_F(EdgeServer, PausingClosesClientsAndPlayingServesAgain) {
   play(kFour);
   for (int i = 0; i < 3; ++i) {
     auto client = connected();
-    EXPECT_EQ(answer(&client, numbers({i, 2, 3, 4})), numbers({i, 2, 3, 4}));
+    EXPECT_EQ(exchange(&client, numbers({i, 2, 3, 4})), numbers({i, 2, 3, 4}));
     const guint was = port();
     ASSERT_TRUE(pipeline_->reaches(GST_STATE_PAUSED));
     client.a.rest();
@@ -291,7 +291,7 @@ TEST_F(EdgeServer, ASourceThatStartsAgainServesWithTheSinkThatPlays) {
       g_object_set(server.get(), "port", 0, nullptr);
       ASSERT_NE(gst_element_set_state(server.get(), GST_STATE_PLAYING), GST_STATE_CHANGE_FAILURE);
       auto client = connected();
-      EXPECT_EQ(answer(&client, numbers({i, 2, 3, 4})), numbers({i, 2, 3, 4}));
+      EXPECT_EQ(exchange(&client, numbers({i, 2, 3, 4})), numbers({i, 2, 3, 4}));
     }
   }
 }
@@ -308,7 +308,7 @@ TEST_F(EdgeServer, NeedsNoClient) {
   { auto client = connected(); }
   ASSERT_TRUE(clients_become(0));
   auto next = connected();
-  EXPECT_EQ(answer(&next, numbers({1, 2, 3, 4})), numbers({1, 2, 3, 4}));
+  EXPECT_EQ(exchange(&next, numbers({1, 2, 3, 4})), numbers({1, 2, 3, 4}));
 }
 
 TEST_F(EdgeServer, RejectsSettingsThatItCannotUse) {

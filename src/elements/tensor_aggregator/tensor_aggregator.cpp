@@ -132,7 +132,7 @@ class TensorAggregator : public gst::PlainFilter<TensorAggregator> {
 
   gboolean on_query(GstPad* pad, GstQuery* query) {
     if (pad == source_ && GST_QUERY_TYPE(query) == GST_QUERY_LATENCY)
-      return gst::answer_latency(sink_, query, latency_);
+      return gst::handle_latency_query(sink_, query, latency_);
     if (pad == sink_ && GST_QUERY_TYPE(query) == GST_QUERY_ALLOCATION && setup_ &&
         setup_->plan.passes_through)
       return gst_pad_peer_query(source_, query);

@@ -14,7 +14,7 @@ inline uint64_t stat(const Harness& h, const char* name) {
   return test::stat(h, "tensor_converter", name);
 }
 
-// The sink pad's answer to a caps query.
+// The result of a caps query on the sink pad.
 inline std::string accepted(const Harness& h, const std::string& filter) {
   auto pad = Ref<GstPad>::adopt(gst_pad_get_peer(h->srcpad));
   auto given = Ref<GstCaps>::adopt(gst_caps_from_string(filter.c_str()));

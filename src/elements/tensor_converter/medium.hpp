@@ -66,7 +66,7 @@ class Medium {
   virtual void allocate_as(const gst::Allocation&) {}
   // Allows deferred memory, counted in the argument; null: not allowed.
   virtual void defer_with(const std::shared_ptr<gst::DeferredCounts>&) {}
-  // Adds this medium's proposals to the answer of an ALLOCATION query.
+  // Adds this medium's proposals to the result of an ALLOCATION query.
   virtual void offer(GstQuery*) const {}
 };
 

@@ -242,7 +242,7 @@ TEST(TensorConverterMemory, QueriesTheSameThreadAgainWhenCapsChange) {
   EXPECT_EQ(alignment_of_next(h, 6), 1024u);
 }
 
-TEST(TensorConverterMemory, KeepsTheAnswerOfAQueueWhileFramesFlow) {
+TEST(TensorConverterMemory, KeepsTheQueryResultOfAQueueWhileFramesFlow) {
   const auto h = harness_of("tensor_converter ! identity ! queue");
   ask_for_alignment(h, 4096);
   EXPECT_EQ(alignment_of_next(h, 5), 4096u);

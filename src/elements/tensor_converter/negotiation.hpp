@@ -1,4 +1,4 @@
-// The answers of tensor_converter to caps queries, and the preferences that its peer gives.
+// How tensor_converter handles caps queries, and the preferences that its peer gives.
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #pragma once
 #include "elements/tensor_converter/converter_settings.hpp"

@@ -148,17 +148,17 @@ TEST(ConverterRefuses, PicturesInTheMemoryOfADevice) {
 TEST(ConverterRefuses, NoMemoryOfADeviceWhereTheSystemsIsOffered) {
   const auto element = lone_element("tensor_converter");
   const auto pad = Ref<GstPad>::adopt(gst_element_get_static_pad(element.get(), "sink"));
-  const auto answer = [&](const char* filter) {
+  const auto sink_caps = [&](const char* filter) {
     const auto given = Ref<GstCaps>::adopt(gst_caps_from_string(filter));
     const auto caps = Ref<GstCaps>::adopt(gst_pad_query_caps(pad.get(), given.get()));
     return std::string(weir::gst::UniqueText(gst_caps_to_string(caps.get())).get());
   };
-  const auto both = answer(
+  const auto both = sink_caps(
       "video/x-raw(memory:GLMemory),format=RGBA,width=8,height=2;"
       "video/x-raw,format=RGBA,width=8,height=2");
   EXPECT_LACKS(both, "GLMemory");
   EXPECT_SAYS(both, "format=(string)RGBA");
-  EXPECT_SAYS(answer("video/x-raw(memory:GLMemory),format=RGBA"), "GLMemory");
+  EXPECT_SAYS(sink_caps("video/x-raw(memory:GLMemory),format=RGBA"), "GLMemory");
 }
 
 TEST(ConverterRefuses, NoStreamWhenAModeIsSet) {

@@ -23,14 +23,14 @@ Error failed(const std::string& who, const std::string& what, const std::string&
 Ref<GstCaps> caps_of(const NNStreamerExternalConverter& type) {
   gst::CTensors config;
   const std::string who = std::string("the converter ") + type.name;
-  const auto answer =
+  const auto returned =
       infer::called(who, "return caps", [&] { return type.query_caps(config.get()); });
-  if (!answer) {
-    subplugin::log_once(who, "its query_caps threw an exception (" + answer.error().offered +
+  if (!returned) {
+    subplugin::log_once(who, "its query_caps threw an exception (" + returned.error().offered +
                                  "); the converter is skipped");
     return {};
   }
-  auto caps = Ref<GstCaps>::adopt(*answer);
+  auto caps = Ref<GstCaps>::adopt(*returned);
   if (caps && GST_IS_CAPS(caps.get()) && !gst_caps_is_any(caps.get())) return caps;
   subplugin::log_once(
       who, caps

@@ -143,10 +143,10 @@ Status TensorStream::announce(const gst::PeerCaps& peer) {
   waits_for_frame_ = false;
   if (held_segment_) gst_pad_push_event(source_, held_segment_.release());
   if (GST_PAD_IS_FLUSHING(source_)) return ok();  // this element is shutting down
-  const auto answer = gst::ask_peer(source_, out.get(), ledger_);
-  if (answer) allocation_ = gst::allocation_of(answer.get(), allocation_);
-  deferral_ = answer && output_format_ == Format::Static && plan_.frames_out == 1 &&
-              gst::deferral_is_offered(answer.get(), source_);
+  const auto query = gst::ask_peer(source_, out.get(), ledger_);
+  if (query) allocation_ = gst::allocation_of(query.get(), allocation_);
+  deferral_ = query && output_format_ == Format::Static && plan_.frames_out == 1 &&
+              gst::deferral_is_offered(query.get(), source_);
   return ok();
 }
 

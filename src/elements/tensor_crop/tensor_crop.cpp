@@ -110,11 +110,11 @@ class TensorCrop : public gst::Element<TensorCrop, gst::PlainElement>, public gs
   Status configure(const FrameSpec&) override {
     GstPad* const source = pads_->source();
     const auto caps = Ref<GstCaps>::adopt(gst_pad_get_current_caps(source));
-    const auto answer = caps ? gst::ask_peer(source, caps.get(), ledger_) : Ref<GstQuery>();
-    const auto allocation = answer ? gst::allocation_of(answer.get(), allocation_) : allocation_;
+    const auto query = caps ? gst::ask_peer(source, caps.get(), ledger_) : Ref<GstQuery>();
+    const auto allocation = query ? gst::allocation_of(query.get(), allocation_) : allocation_;
     if (!(allocation == allocation_)) pool_ = {};
     allocation_ = allocation;
-    views_wanted_ = answer && gst::deferral_is_offered(answer.get(), source);
+    views_wanted_ = query && gst::deferral_is_offered(query.get(), source);
     computed_before_ = counts_->computed;
     return ok();
   }

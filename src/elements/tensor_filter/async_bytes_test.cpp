@@ -80,7 +80,7 @@ TEST(TensorFilterAsyncBytes, NeverBlocksAStreamForever) {
   }
 }
 
-// The engine answers the newest of three frames first: its outputs wait for the next answers.
+// The engine answers the newest of three frames first: its outputs wait for the next ones.
 TEST(TensorFilterAsyncBytes, FailsIfOnlyTheEngineCouldFreeSpace) {
   auto h = harness("outputs:3,in-flight:3,reverse:3", "max-bytes=64");
   Errors errors(h);

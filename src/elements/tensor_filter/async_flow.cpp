@@ -40,10 +40,11 @@ class AsyncFlow final : public FrameFlow {
     if (const auto flow = output_.rejection(); flow != GST_FLOW_OK) return output_.reject(flow);
     const auto ticket = output_.waits() ? output_.submit() : output_.try_submit();
     if (!ticket)
-      return output_.reject(output_.waits() || output_.flushing() ? Answer::Refused : Answer::Full);
+      return output_.reject(output_.waits() || output_.flushing() ? FrameAdmission::Refused
+                                                                  : FrameAdmission::Full);
     Share share;
     const auto room = make_room(gst_buffer_get_size(buffer.get()), &share);
-    if (!room || *room != Answer::Taken) {
+    if (!room || *room != FrameAdmission::Taken) {
       output_.skip(*ticket);
       return room ? output_.reject(*room) : output_.fail(room.error());
     }
@@ -54,7 +55,7 @@ class AsyncFlow final : public FrameFlow {
     const auto begun = submit(std::move(buffer), deadline, *ticket, std::move(share));
     if (begun && *begun) return output_.report_flow();
     output_.skip(*ticket);
-    return begun ? output_.reject(Answer::Refused) : output_.fail(begun.error());
+    return begun ? output_.reject(FrameAdmission::Refused) : output_.fail(begun.error());
   }
 
   void flush() override {
@@ -85,7 +86,7 @@ class AsyncFlow final : public FrameFlow {
   }
 
  private:
-  using Answer = infer::HeldBytes::Answer;
+  using FrameAdmission = infer::HeldBytes::FrameAdmission;
   using Share = infer::HeldBytes::Share;
   using Use = infer::ModelLease::Frame;
 
@@ -154,25 +155,26 @@ class AsyncFlow final : public FrameFlow {
 
   // Switches to the current model, but only once the previous one has answered all frames. Never
   // returns Full if `waits`.
-  Result<Answer> follow_model(bool waits) {
+  Result<FrameAdmission> follow_model(bool waits) {
     auto now = model_->lease().begin();
     if (!now) return now.error();
     const auto before = use();
-    if (before && before->sessions_number() == now->sessions_number()) return Answer::Taken;
-    if (before && !waits && before->session().requests().in_flight() > 0) return Answer::Full;
-    if (before && !before->session().requests().wait_until_idle()) return Answer::Refused;
+    if (before && before->sessions_number() == now->sessions_number()) return FrameAdmission::Taken;
+    if (before && !waits && before->session().requests().in_flight() > 0)
+      return FrameAdmission::Full;
+    if (before && !before->session().requests().wait_until_idle()) return FrameAdmission::Refused;
     std::lock_guard lock(mutex_);
     use_ = std::make_shared<const Use>(*std::move(now));
-    return Answer::Taken;
+    return FrameAdmission::Taken;
   }
 
   // Whether the engine and max-bytes allow a frame of `bytes`; `share` then holds these bytes.
-  Result<Answer> make_room(uint64_t bytes, Share* share) {
+  Result<FrameAdmission> make_room(uint64_t bytes, Share* share) {
     auto followed = follow_model(output_.waits());
-    if (!followed || *followed != Answer::Taken) return followed;
+    if (!followed || *followed != FrameAdmission::Taken) return followed;
     auto& requests = use()->session().requests();
-    if (!output_.waits() && requests.in_flight() >= depth()) return Answer::Full;
-    if (!requests.wait_for_room()) return Answer::Refused;
+    if (!output_.waits() && requests.in_flight() >= depth()) return FrameAdmission::Full;
+    if (!requests.wait_for_room()) return FrameAdmission::Refused;
     return infer::HeldBytes::take_frame(output_.held(), bytes, share);
   }
 

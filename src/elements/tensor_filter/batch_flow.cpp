@@ -42,18 +42,19 @@ class BatchFlow final : public FrameFlow {
     }
     if (const auto flow = output_.rejection(); flow != GST_FLOW_OK) return output_.reject(flow);
     Share share;
-    using Answer = infer::HeldBytes::Answer;
+    using FrameAdmission = infer::HeldBytes::FrameAdmission;
     const uint64_t bytes = gst_buffer_get_size(buffer.get());
-    auto answer = infer::HeldBytes::try_frame(output_.held(), bytes, &share);
-    if (answer == Answer::Full) {
+    auto admission = infer::HeldBytes::try_frame(output_.held(), bytes, &share);
+    if (admission == FrameAdmission::Full) {
       pause();  // no more frames can arrive, so the batch runs incomplete
-      answer = infer::HeldBytes::take_frame(output_.held(), bytes, &share);
+      admission = infer::HeldBytes::take_frame(output_.held(), bytes, &share);
     }
-    if (answer != Answer::Taken) return output_.reject(answer);
+    if (admission != FrameAdmission::Taken) return output_.reject(admission);
     auto ticket = output_.try_submit();
     while (!ticket && output_.drops_old() && !output_.flushing() && drop_oldest())
       ticket = output_.try_submit();
-    if (!ticket && !output_.waits() && !output_.flushing()) return output_.reject(Answer::Full);
+    if (!ticket && !output_.waits() && !output_.flushing())
+      return output_.reject(FrameAdmission::Full);
     if (!ticket) {
       stream()->pause_if_empty();  // downstream blocks: no frame can be added now
       ticket = output_.submit();

@@ -213,7 +213,7 @@ TEST(FilterWorkersFailure, CountsFramesThatTheEngineDrops) {
 }
 
 // What the downstream element returns for each frame.
-void answer_with(GstPad* pad, GstFlowReturn flow) {
+void return_flow(GstPad* pad, GstFlowReturn flow) {
   gst_pad_add_probe(
       pad, GST_PAD_PROBE_TYPE_BUFFER,
       [](GstPad*, GstPadProbeInfo* info, gpointer data) {
@@ -227,7 +227,7 @@ void answer_with(GstPad* pad, GstFlowReturn flow) {
 
 TEST(FilterWorkersFlow, IsReturnedUpstream) {
   GatedFilter f("workers=2", true);
-  answer_with(f.get()->sinkpad, GST_FLOW_EOS);
+  return_flow(f.get()->sinkpad, GST_FLOW_EOS);
   EXPECT_TRUE(
       becomes_true([&] { return f.push(0) != GST_FLOW_OK; }, "the flow error of downstream"));
   EXPECT_EQ(f.push(1), GST_FLOW_EOS);
@@ -237,7 +237,7 @@ TEST(FilterWorkersFlow, IsReturnedUpstream) {
 
 TEST(FilterWorkersFlow, ContinuesWhileNothingIsLinked) {
   GatedFilter f("workers=2", true);
-  answer_with(f.get()->sinkpad, GST_FLOW_NOT_LINKED);
+  return_flow(f.get()->sinkpad, GST_FLOW_NOT_LINKED);
   EXPECT_TRUE(
       becomes_true([&] { return f.push(0) != GST_FLOW_OK; }, "the flow error of downstream"));
   const uint64_t invokes = f.stat("invokes");
@@ -248,7 +248,7 @@ TEST(FilterWorkersFlow, ContinuesWhileNothingIsLinked) {
 
 TEST(FilterWorkersFlow, IsPostedAtEosIfItWasNotReturned) {
   GatedFilter f("workers=2");
-  answer_with(f.get()->sinkpad, GST_FLOW_NOT_NEGOTIATED);
+  return_flow(f.get()->sinkpad, GST_FLOW_NOT_NEGOTIATED);
   Errors errors(f.element());
   f.push(0);
   gst_harness_push_event(f.get(), gst_event_new_eos());

@@ -148,7 +148,7 @@ bool Fallback::has_time(int64_t expires) const {
   return spare_.is_enough(expires, now());
 }
 
-Result<bool> Fallback::answer(const weir_frame& in, weir_frame& out, GstElement* element,
+Result<bool> Fallback::invoke(const weir_frame& in, weir_frame& out, GstElement* element,
                               DropReason reason) {
   std::lock_guard lock(mutex_);
   if (!has_time(in.expires)) return false;
@@ -162,15 +162,15 @@ Result<bool> Fallback::answer(const weir_frame& in, weir_frame& out, GstElement*
   spare_.add(now() - begin);
   if (!kept || !*kept) return kept;
   ++frames_;
-  if (!answers_.exchange(true))
+  if (!is_active_.exchange(true))
     GST_CAT_WARNING_OBJECT(gst::category_of(element), element,
                            "the fallback %s answers: the result of the model is %s", file_.c_str(),
                            std::string(name_of(reason)).c_str());
   return true;
 }
 
-bool Fallback::model_answered(GstElement* element) {
-  if (answers_ && answers_.exchange(false))
+bool Fallback::model_succeeded(GstElement* element) {
+  if (is_active_ && is_active_.exchange(false))
     GST_CAT_INFO_OBJECT(gst::category_of(element), element,
                         "the model answers again; the fallback %s has answered %" G_GUINT64_FORMAT
                         " frames",

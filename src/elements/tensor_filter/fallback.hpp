@@ -1,10 +1,10 @@
-// Fallback: a second model of one tensor_filter. It answers the frames for which the first has no
+// Fallback: a second model of one tensor_filter. It computes the frames for which the first has no
 // result because what computes them is late, refuses them or cannot be reached.
 //
 //   auto kept = session.invoke(in, out, &reason);
-//   if (no result && fallback.has_time(in.expires)) kept = fallback.answer(in, out, element, why);
+//   if (no result && fallback.has_time(in.expires)) kept = fallback.invoke(in, out, element, why);
 //
-// The model is tried with every frame, so it takes over again as soon as it answers.
+// The model is tried with every frame, so it takes over again as soon as it succeeds.
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #pragma once
 #include <gst/gst.h>
@@ -48,12 +48,12 @@ class Fallback {
   bool has_time(int64_t expires) const;
   // Runs the frame. False if it has no time left after the wait for others. `reason`: why the model
   // has no result.
-  Result<bool> answer(const weir_frame& in, weir_frame& out, GstElement* element,
+  Result<bool> invoke(const weir_frame& in, weir_frame& out, GstElement* element,
                       DropReason reason);
-  // The model has answered a frame. Returns true.
-  bool model_answered(GstElement* element);
+  // The model has computed a frame. Returns true.
+  bool model_succeeded(GstElement* element);
 
-  // Adds fallback-frames, the number of frames that this model answered.
+  // Adds fallback-frames, the number of frames that this model computed.
   void add_stats(GstStructure* stats) const;
 
  private:
@@ -65,7 +65,7 @@ class Fallback {
   Shapes inputs_, outputs_;  // of the model
   const std::unique_ptr<infer::ModelLease> lease_;
   std::atomic<uint64_t> frames_{0};
-  std::atomic<bool> answers_{false};  // the last answer came from this model
+  std::atomic<bool> is_active_{false};  // the last result came from this model
   SpareTime spare_;
   std::mutex mutex_;  // guards the rest, and serialises the invokes and SpareTime::add()
   Shapes resolved_;   // the inputs for which the session is resolved

@@ -1,4 +1,4 @@
-// tensor_filter fallback=...: a second model answers the frames for which the first has no result.
+// tensor_filter fallback=...: a second model computes the frames for which the first has no result.
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #include <chrono>
 #include <cstdlib>

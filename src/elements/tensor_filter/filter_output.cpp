@@ -80,8 +80,8 @@ GstFlowReturn FilterOutput::reject(GstFlowReturn flow) {
   return flow;
 }
 
-GstFlowReturn FilterOutput::reject(infer::HeldBytes::Answer answer) {
-  if (answer == infer::HeldBytes::Answer::Refused)
+GstFlowReturn FilterOutput::reject(infer::HeldBytes::FrameAdmission admission) {
+  if (admission == infer::HeldBytes::FrameAdmission::Refused)
     return reject(failed_ != GST_FLOW_OK && !flushing_ ? failed_.load() : GST_FLOW_FLUSHING);
   ledger()->dropped(DropReason::Policy);
   return report_flow();
@@ -189,7 +189,7 @@ void FilterOutput::check_latency() noexcept {
 }
 
 GstClockTime FilterOutput::report_latency() noexcept {
-  return reports_ ? report_.answer(statistics()->latency_ns().value_or(0)) : 0;
+  return reports_ ? report_.update(statistics()->latency_ns().value_or(0)) : 0;
 }
 
 bool FilterOutput::send(gst::Ref<GstEvent> event) {

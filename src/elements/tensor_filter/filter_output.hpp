@@ -77,7 +77,7 @@ class FilterOutput {
 
   // Counts a frame without a ticket as dropped. Returns the flow that push() returns.
   GstFlowReturn reject(GstFlowReturn flow);
-  GstFlowReturn reject(infer::HeldBytes::Answer answer);
+  GstFlowReturn reject(infer::HeldBytes::FrameAdmission admission);
   GstFlowReturn fail(const Error& error);
   // Why no more frames are accepted: a failure on another thread, or the flow of the source pad.
   GstFlowReturn rejection() const noexcept;

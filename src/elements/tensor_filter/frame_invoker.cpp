@@ -63,7 +63,7 @@ Result<gst::Ref<GstBuffer>> FrameInvoker::make(const infer::ModelLease::Frame& u
   auto kept = invoke(use);
   if (fallback && kept) {
     in_.set_expiry(expires);
-    kept = *kept ? fallback->model_answered(element_) : run_fallback(*fallback);
+    kept = *kept ? fallback->model_succeeded(element_) : run_fallback(*fallback);
   }
   if (!kept) return kept.error();
   if (!*kept) return gst::Ref<GstBuffer>{};
@@ -88,7 +88,7 @@ Result<bool> FrameInvoker::run_fallback(Fallback& fallback) {
   if (drop_reason() == DropReason::Policy || !fallback.has_time(in_.frame().expires)) return false;
   out_.clear();  // what the model left
   if (auto status = out_.acquire(in_); !status) return status.error();
-  auto kept = fallback.answer(in_.frame(), out_.frame(), element_, drop_reason());
+  auto kept = fallback.invoke(in_.frame(), out_.frame(), element_, drop_reason());
   if (kept && *kept) end_.answered_by = fallback.file();
   return kept;
 }

@@ -252,7 +252,7 @@ Status OpenModel::plan_batch(const FrameSpec& input, FilterPlan* plan) const {
 }
 
 Status OpenModel::read_invocation(const infer::Session& session) const {
-  if (!session.answers_asynchronously())
+  if (!session.is_asynchronous())
     return Error{.code = Code::MODEL_UNSUPPORTED,
                  .what = "the engine supports only synchronous invokes of this model",
                  .offered = "invoke-async=true with framework=" + engine_,

@@ -314,14 +314,14 @@ TEST(TensorFilterLatency, AddsTheMeanWithAMarginToTheUpstreamLatency) {
 
 TEST(TensorFilterLatency, AddsToTheMaximumLatency) {
   auto h = harness(filter("latency-report=true"));
-  const auto answer = [](GstPad*, GstPadProbeInfo* info, gpointer) {
+  const auto handle_query = [](GstPad*, GstPadProbeInfo* info, gpointer) {
     GstQuery* query = GST_PAD_PROBE_INFO_QUERY(info);
     if (GST_QUERY_TYPE(query) != GST_QUERY_LATENCY) return GST_PAD_PROBE_OK;
     gst_query_set_latency(query, TRUE, 3 * kMs, 9 * kMs);
     return GST_PAD_PROBE_HANDLED;
   };
-  gst_pad_add_probe(h->srcpad, GstPadProbeType(GST_PAD_PROBE_TYPE_QUERY_UPSTREAM), answer, nullptr,
-                    nullptr);
+  gst_pad_add_probe(h->srcpad, GstPadProbeType(GST_PAD_PROBE_TYPE_QUERY_UPSTREAM), handle_query,
+                    nullptr, nullptr);
   push(h, 0);
   push(h, 100 * kMs);
   const auto [min, max] = queried(h);

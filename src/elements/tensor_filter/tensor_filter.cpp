@@ -46,7 +46,7 @@ Ref<GstCaps> offered_caps(GstPad* pad, const OpenModel* model, GstCaps* filter) 
   };
   caps = narrowed(caps.get());
   // Caps that do not fit the model are rejected in the caps event, where an error can explain it:
-  // with an empty answer, a capsfilter after filesrc sends no caps and reports only that they are
+  // with an empty result, a capsfilter after filesrc sends no caps and reports only that they are
   // EMPTY.
   if (is_sink && gst_caps_is_empty(caps.get()))
     caps = narrowed(Ref<GstCaps>::adopt(gst_pad_get_pad_template_caps(pad)).get());
@@ -64,9 +64,9 @@ Result<Ref<GstCaps>> choose_output_caps(GstPad* source, const FrameSpec& spec) {
   return Ref<GstCaps>::adopt(gst_caps_fixate(gst_caps_truncate(meet.release())));
 }
 
-// Answers a CAPS query on a pad of the filter from what is known of the model's tensors; `model`
+// Handles a CAPS query on a pad of the filter from what is known of the model's tensors; `model`
 // may be null. False for any other query.
-bool answer_caps_query(GstPad* pad, const OpenModel* model, GstQuery* query) {
+bool handle_caps_query(GstPad* pad, const OpenModel* model, GstQuery* query) {
   GstCaps* caps = nullptr;
   if (GST_QUERY_TYPE(query) == GST_QUERY_CAPS) {
     gst_query_parse_caps(query, &caps);
@@ -222,7 +222,7 @@ class TensorFilter final : public gst::Element<TensorFilter, gst::PlainElement>,
   }
 
   gboolean on_sink_query(GstPad* pad, GstQuery* query) {
-    if (answer_caps_query(pad, opened().get(), query)) return TRUE;
+    if (handle_caps_query(pad, opened().get(), query)) return TRUE;
     if (GST_QUERY_TYPE(query) == GST_QUERY_DRAIN) flow_->drain();
     if (GST_QUERY_TYPE(query) == GST_QUERY_ALLOCATION) {
       const auto model = opened();
@@ -234,10 +234,10 @@ class TensorFilter final : public gst::Element<TensorFilter, gst::PlainElement>,
   }
 
   gboolean on_source_query(GstPad* pad, GstQuery* query) {
-    if (answer_caps_query(pad, opened().get(), query)) return TRUE;
+    if (handle_caps_query(pad, opened().get(), query)) return TRUE;
     if (GST_QUERY_TYPE(query) == GST_QUERY_LATENCY) {
       const auto delay = flow_->report_latency();
-      return gst::answer_latency(sink_, query, delay.min, delay.max);
+      return gst::handle_latency_query(sink_, query, delay.min, delay.max);
     }
     return gst_pad_query_default(pad, GST_OBJECT_CAST(self()), query);
   }

@@ -4,7 +4,7 @@
 #include <mutex>
 #include <vector>
 
-#include "core/results/answer_writer.hpp"
+#include "core/results/results_writer.hpp"
 #include "gstcpp/buffer/allocation.hpp"
 #include "gstcpp/buffer/module_values.hpp"
 #include "gstcpp/buffer/region_meta.hpp"
@@ -18,7 +18,7 @@ namespace weir {
 namespace {
 
 using gst::Ref;
-using results::Answer;
+using results::FrameResults;
 
 class TensorFromRoi : public gst::CountedTransform<TensorFromRoi> {
  public:
@@ -87,7 +87,7 @@ class TensorFromRoi : public gst::CountedTransform<TensorFromRoi> {
   GstFlowReturn transform(GstBuffer* in, GstBuffer* out) {
     read(gst::regions_of(in, width_, height_));
     std::vector<gst::MappedMemory> maps;
-    results::write(answer_, features_, [&](size_t size) -> std::span<std::byte> {
+    results::write(results_, features_, [&](size_t size) -> std::span<std::byte> {
       auto memory = value_or_throw(gst::allocate_memory(size));
       maps.emplace_back(memory.get(), GST_MAP_WRITE);
       gst_buffer_append_memory(out, memory.release());
@@ -120,23 +120,24 @@ class TensorFromRoi : public gst::CountedTransform<TensorFromRoi> {
   }
 
   void read(const std::vector<gst::PictureRegion>& regions) {
-    answer_.clear();
-    answer_.points_per_object = features_.points_per_object;
+    results_.clear();
+    results_.points_per_object = features_.points_per_object;
     std::vector<int32_t> row_of;  // of each region; -1 = left out
     for (const auto& region : regions) {
       const bool is_used = region.score > 0 && region.score >= settings_now_.threshold;
-      row_of.push_back(is_used ? static_cast<int32_t>(answer_.objects.size()) : -1);
+      row_of.push_back(is_used ? static_cast<int32_t>(results_.objects.size()) : -1);
       if (!is_used) continue;
-      answer_.objects.push_back({.box = region.box,
-                                 .score = region.score,
-                                 .class_index = class_of(region),
-                                 .track = std::min(region.track, kMaxTrack),
-                                 .parent = region.parent,
-                                 .rotation = region.rotation});
+      results_.objects.push_back({.box = region.box,
+                                  .score = region.score,
+                                  .class_index = class_of(region),
+                                  .track = std::min(region.track, kMaxTrack),
+                                  .parent = region.parent,
+                                  .rotation = region.rotation});
       for (size_t i = 0; i < features_.points_per_object; ++i)
-        answer_.points.push_back(i < region.points.size() ? region.points[i] : results::KeyPoint{});
+        results_.points.push_back(i < region.points.size() ? region.points[i]
+                                                           : results::KeyPoint{});
     }
-    for (auto& object : answer_.objects)
+    for (auto& object : results_.objects)
       if (object.parent >= 0) object.parent = row_of[static_cast<size_t>(object.parent)];
   }
 
@@ -145,7 +146,7 @@ class TensorFromRoi : public gst::CountedTransform<TensorFromRoi> {
   std::vector<std::string> names_;
   uint32_t width_ = 0, height_ = 0;
   results::Features features_;
-  Answer answer_;  // kept for its memory
+  FrameResults results_;  // kept for its memory
 };
 
 }  // namespace

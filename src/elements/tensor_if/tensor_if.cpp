@@ -179,9 +179,9 @@ class TensorIf : public gst::OneToMany<TensorIf> {
     if (plan_->custom) {
       if (auto status = reader_.read(buffer, spec_); !status) return status.error();
       if (reader_.bytes_copied() > 0) ledger_.copied(reader_.bytes_copied());
-      auto answer = plan_->custom->decide(arguments_.fill(reader_, buffer));
+      auto decision = plan_->custom->decide(arguments_.fill(reader_, buffer));
       reader_.clear();
-      return answer;
+      return decision;
     }
     size_t header = 0;
     if (plan_->of_each_frame) {

@@ -285,16 +285,16 @@ TEST(TensorMuxShutdown, ARestartedStreamContinues) {
 
 TEST(TensorMuxShutdown, AnswersLatencyFromTheLiveInputs) {
   Two mux("tensor_mux max-wait=7");
-  struct Answer {
+  struct Latency {
     gboolean live;
     GstClockTime min, max;
   };
-  static const Answer answers[] = {{TRUE, 10, 100}, {FALSE, 500, 600}, {TRUE, 20, 60}};
+  static const Latency latencies[] = {{TRUE, 10, 100}, {FALSE, 500, 600}, {TRUE, 20, 60}};
   mux.add(caps_of_bytes(1).c_str());
   for (size_t i = 0; i < 3; ++i) {
-    gst_pad_set_element_private(mux.source_of(i), const_cast<Answer*>(&answers[i]));
+    gst_pad_set_element_private(mux.source_of(i), const_cast<Latency*>(&latencies[i]));
     gst_pad_set_query_function(mux.source_of(i), [](GstPad* pad, GstObject*, GstQuery* query) {
-      const auto* a = static_cast<const Answer*>(gst_pad_get_element_private(pad));
+      const auto* a = static_cast<const Latency*>(gst_pad_get_element_private(pad));
       gst_query_set_latency(query, a->live, a->min, a->max);
       return gboolean{TRUE};
     });

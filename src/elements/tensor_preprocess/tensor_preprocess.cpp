@@ -165,8 +165,8 @@ class TensorPreprocess : public gst::CountedTransform<TensorPreprocess> {
       gst_query_parse_accept_caps(query, &caps);
       if (!check_video(caps)) return gst_query_set_accept_caps_result(query, TRUE), TRUE;
     }
-    const gboolean answered = parent_class()->query(self(), direction, query);
-    if (GST_QUERY_TYPE(query) != GST_QUERY_CAPS || !answered) return answered;
+    const gboolean handled = parent_class()->query(self(), direction, query);
+    if (GST_QUERY_TYPE(query) != GST_QUERY_CAPS || !handled) return handled;
     GstCaps* filter = nullptr;
     gst_query_parse_caps(query, &filter);
     gst_query_parse_caps_result(query, &caps);

@@ -1,4 +1,4 @@
-// The answers of tensor_preprocess to caps queries, and its choice of caps.
+// How tensor_preprocess handles caps queries, and its choice of caps.
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #pragma once
 #include <gst/gst.h>
@@ -17,7 +17,7 @@ inline bool is_flexible(const preprocess::Request& request) {
 // The tensors that one structure of video caps can be converted to.
 gst::Ref<GstCaps> tensors_for(GstPad* source, const GstStructure* video,
                               const Result<preprocess::Request>& request, const GstCaps* filter);
-// Any video: a mismatch is reported when caps arrive, because an empty answer carries no reason.
+// Any video: a mismatch is reported when caps arrive, because an empty result carries no reason.
 gst::Ref<GstCaps> video_for(GstPad* sink, const GstStructure* tensors);
 // Fixes what the request and downstream leave open; the result may not be fixed. Consumes `open`.
 gst::Ref<GstCaps> closed(GstPad* source, gst::Ref<GstCaps> open,

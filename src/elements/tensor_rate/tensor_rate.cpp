@@ -194,7 +194,7 @@ class TensorRate : public gst::CountedTransform<TensorRate> {
 
   gboolean query(GstPadDirection direction, GstQuery* query) {
     if (direction == GST_PAD_SRC && GST_QUERY_TYPE(query) == GST_QUERY_LATENCY)
-      return gst::answer_latency(GST_BASE_TRANSFORM_SINK_PAD(self()), query, latency_);
+      return gst::handle_latency_query(GST_BASE_TRANSFORM_SINK_PAD(self()), query, latency_);
     return parent_class()->query(self(), direction, query);
   }
 

@@ -60,14 +60,14 @@ Result<Ref<GstBuffer>> allocate_buffer(size_t bytes, const Allocation& allocatio
   return buffer;
 }
 
-Allocation allocation_of(GstQuery* answered, const Allocation& unasked) {
-  const guint preferences = gst_query_get_n_allocation_params(answered);
+Allocation allocation_of(GstQuery* query, const Allocation& unasked) {
+  const guint preferences = gst_query_get_n_allocation_params(query);
   if (preferences == 0) return unasked;
   Allocation out;
   for (guint i = 0; i < preferences; ++i) {
     GstAllocationParams params;
     GstAllocator* allocator = nullptr;
-    gst_query_parse_nth_allocation_param(answered, i, &allocator, &params);
+    gst_query_parse_nth_allocation_param(query, i, &allocator, &params);
     auto owned = Ref<GstAllocator>::adopt(allocator);
     if (owned && !out.allocator && is_shared_allocator(owned.get())) out.allocator = owned;
     if (params.align < kMaxAlignment)
@@ -86,8 +86,8 @@ Ref<GstQuery> ask_peer(GstPad* source, GstCaps* caps, const Ledger& ledger) {
 
 Allocation wanted_by_peer(GstPad* source, GstCaps* caps, const Ledger& ledger,
                           const Allocation& unasked) {
-  const auto answer = ask_peer(source, caps, ledger);
-  return answer ? allocation_of(answer.get(), unasked) : unasked;
+  const auto query = ask_peer(source, caps, ledger);
+  return query ? allocation_of(query.get(), unasked) : unasked;
 }
 
 void offer(GstQuery* query, const Allocation& allocation) {

@@ -32,14 +32,14 @@ Result<Ref<GstBuffer>> allocate_buffer(size_t bytes, const Allocation& allocatio
 
 // Returns the largest values that an answered query requests, at least the defaults; `unasked` when
 // it requests none.
-Allocation allocation_of(GstQuery* answered, const Allocation& unasked = {});
+Allocation allocation_of(GstQuery* query, const Allocation& unasked = {});
 // Sends an ALLOCATION query with `caps` to the peer of `source`; null when it is not answered.
 // Streaming thread. Once frames flow (see `ledger`) the query enters no other thread.
 Ref<GstQuery> ask_peer(GstPad* source, GstCaps* caps, const Ledger& ledger);
-// allocation_of() the peer's answer; `unasked` without an answer.
+// allocation_of() the query that the peer handled; `unasked` if it did not.
 Allocation wanted_by_peer(GstPad* source, GstCaps* caps, const Ledger& ledger,
                           const Allocation& unasked = {});
-// Adds `allocation` to the answer of a query.
+// Adds `allocation` to a query.
 void offer(GstQuery* query, const Allocation& allocation);
 
 // Allocates from `arena`; falls back to GStreamer's own memory when the arena is full or cannot

@@ -13,7 +13,7 @@
 #include <string>
 #include <vector>
 
-#include "core/results/answer.hpp"
+#include "core/results/frame_results.hpp"
 
 namespace weir::gst {
 

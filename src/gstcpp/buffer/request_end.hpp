@@ -13,7 +13,7 @@ inline constexpr char kRequestMetaApi[] = "WeirRequestMetaAPI";
 // The first member of the meta, which the plug-in weiredge registers.
 struct RequestMetaHead {
   GstMeta meta;
-  // Ends the request if its client no longer waits for the answer: true when it has ended.
+  // Ends the request if its client no longer waits for the response: true when it has ended.
   bool (*end_if_expired)(RequestMetaHead* self);
   // The element that has the buffer now may drop it: no stream parts or meets between the source
   // and here. Set before the buffer enters an element.

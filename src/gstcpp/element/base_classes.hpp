@@ -42,7 +42,7 @@ struct BaseTransform {
   }
 
  private:
-  // The base class sends the query after new caps, and before a buffer or an ALLOCATION answer when
+  // The base class sends the query after new caps, and before a buffer or an ALLOCATION result when
   // its source pad needs to reconfigure.
   template <class Impl>
   static void keep_queries_on_own_thread_in(Class* k) {
@@ -96,10 +96,10 @@ struct BaseSink {
     };
     WEIR_BIND_SLOT(unlock);
     WEIR_BIND_SLOT(unlock_stop);
-    static const auto answer = k->event;
+    static const auto handler = k->event;
     k->event = [](Instance* self, GstEvent* e) {
       CapsTrial trial(GST_ELEMENT_CAST(self), e);
-      return trial.ended(answer(self, e));
+      return trial.ended(handler(self, e));
     };
   }
 };

@@ -120,10 +120,10 @@ gboolean CollectorPads::pass_on(Pad& pad, Ref<GstEvent> event) {
 gboolean CollectorPads::on_sink_query(GstPad* pad, GstObject* parent, GstQuery* query) {
   auto* data = static_cast<Pad*>(gst_pad_get_element_private(pad));
   if (!data || !is_serialized(query)) return gst_pad_query_default(pad, parent, query);
-  gboolean answered = FALSE;
+  gboolean handled = FALSE;
   data->owner->collector_.use_output(data->queue,
-                                     [&] { answered = gst_pad_query_default(pad, parent, query); });
-  return answered;
+                                     [&] { handled = gst_pad_query_default(pad, parent, query); });
+  return handled;
 }
 
 void CollectorPads::begin_stream() {
@@ -172,13 +172,13 @@ gboolean CollectorPads::latency(GstQuery* query) {
   static thread_local std::vector<const CollectorPads*> querying;
   if (std::find(querying.begin(), querying.end(), this) != querying.end()) return FALSE;
   querying.push_back(this);
-  bool live = false, answered = true;
+  bool live = false, handled = true;
   GstClockTime min = 0, max = GST_CLOCK_TIME_NONE;
   for (const auto& pad : sink_pads()) {
     const Unique<GstQuery, gst_query_unref> one(gst_query_new_latency());
     if (!gst_pad_is_linked(pad.get())) continue;
     if (!gst_pad_peer_query(pad.get(), one.get())) {
-      answered = false;
+      handled = false;
       continue;
     }
     gboolean is_live = FALSE;
@@ -196,7 +196,7 @@ gboolean CollectorPads::latency(GstQuery* query) {
     if (GST_CLOCK_TIME_IS_VALID(max)) max += max_wait_;
   }
   gst_query_set_latency(query, live, min, max);
-  return answered || live;
+  return handled || live;
 }
 
 }  // namespace weir::gst

@@ -6,7 +6,7 @@
 namespace weir::net {
 
 // Closed: requests flow. Two lost requests or three late ones in a row open it; then none flow. A
-// probe that the server answers lets one request through (half-open), whose answer closes it. Not
+// probe that the server answers lets one request through (half-open), whose response closes it. Not
 // thread-safe.
 class Circuit {
  public:

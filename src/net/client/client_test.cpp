@@ -91,7 +91,7 @@ Chunks chunked(const std::string& bytes, size_t size) {
 }
 
 // A response of the model m with the output y = [1, 2], written by hand.
-const std::string kAnswer(
+const std::string kResponse(
     "\x0a\x01m\x2a\x0d\x0a\x01y\x12\x04"
     "FP32\x1a\x02\x01\x02\x32\x08\x00\x00\x80\x3f\x00\x00\x00\x40",
     28);
@@ -127,8 +127,8 @@ TEST(InferRequest, RefusesTypedContentsOfHalves) {
 }
 
 TEST(InferResponse, IsReadFromChunksOfAnySize) {
-  for (size_t size = 1; size <= kAnswer.size(); ++size) {
-    const auto chunks = chunked(kAnswer, size);
+  for (size_t size = 1; size <= kResponse.size(); ++size) {
+    const auto chunks = chunked(kResponse, size);
     const auto response = parse_infer_response(chunks);
     ASSERT_TRUE(response) << size;
     ASSERT_EQ(response->outputs.size(), 1u);
@@ -144,8 +144,8 @@ TEST(InferResponse, IsReadFromChunksOfAnySize) {
 
 TEST(InferResponse, RefusesEveryTruncatedMessage) {
   int refused = 0;
-  for (size_t bytes = 1; bytes < kAnswer.size(); ++bytes) {
-    const std::string cut = kAnswer.substr(0, bytes);
+  for (size_t bytes = 1; bytes < kResponse.size(); ++bytes) {
+    const std::string cut = kResponse.substr(0, bytes);
     const auto chunks = chunked(cut, 5);
     const auto response = parse_infer_response(chunks);
     float y[2] = {};
@@ -159,8 +159,8 @@ TEST(InferResponse, RefusesEveryTruncatedMessage) {
 }
 
 TEST(InferResponse, RefusesRawContentsWithoutOutputs) {
-  const std::string answer("\x32\x01\x00", 3);
-  const auto response = parse_infer_response(chunked(answer, 3));
+  const std::string wire_bytes("\x32\x01\x00", 3);
+  const auto response = parse_infer_response(chunked(wire_bytes, 3));
   ASSERT_FALSE(response);
   EXPECT_EQ(response.error().code, Code::PEER_MESSAGE_INVALID);
   EXPECT_EQ(response.error().offered, "1 raw contents for 0 outputs");
@@ -187,7 +187,7 @@ TEST(Circuit, OpensAfterTwoLostOrThreeLateInARow) {
   EXPECT_FALSE(late.admits());
 }
 
-TEST(Circuit, StaysClosedWhenAnAnswerIsBetween) {
+TEST(Circuit, StaysClosedWhenAResponseIsBetween) {
   Circuit circuit;
   for (int i = 0; i < 10; ++i) {
     ended(&circuit, Outcome::Lost);

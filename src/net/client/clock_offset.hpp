@@ -19,7 +19,7 @@ class ClockOffset {
   static constexpr size_t kKept = 64;
 
   // Nanoseconds since 1970, below 2^62: by this machine's clock when the request was sent and its
-  // answer arrived, by the server's when it received and answered it. Stamps that cannot be, of
+  // response arrived, by the server's when it received and answered it. Stamps that cannot be, of
   // clocks that were set in between, are left out.
   void add(int64_t sent, int64_t received, int64_t answered, int64_t arrived) noexcept {
     const int64_t error = ((arrived - sent) - (answered - received)) / 2;

@@ -1,4 +1,4 @@
-// Calls a server by gRPC's generic stub: request and answer are bytes, without generated classes.
+// Calls a server by gRPC's generic stub: request and response are bytes, without generated classes.
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #include "net/client/link.hpp"
 
@@ -80,14 +80,14 @@ Reply reply_of(const grpc::Status& status, const grpc::ByteBuffer& message) {
   out.status = static_cast<int>(status.error_code());
   out.message = status.error_message();
   if (!status.ok()) return out;
-  auto answer = received(message);
-  if (!answer) {
+  auto response = received(message);
+  if (!response) {
     out.status = static_cast<int>(grpc::StatusCode::INTERNAL);
     out.message = "the answer cannot be read";
     return out;
   }
-  out.chunks = std::move(answer->chunks);
-  out.memory = std::move(answer->memory);
+  out.chunks = std::move(response->chunks);
+  out.memory = std::move(response->memory);
   return out;
 }
 
@@ -121,13 +121,13 @@ class GrpcLink final : public Link {
     const auto rpc =
         stub_.PrepareUnaryCall(&context, std::string(kService) + method, message, &queue);
     rpc->StartCall();
-    grpc::ByteBuffer answer;
+    grpc::ByteBuffer response;
     grpc::Status status;
-    rpc->Finish(&answer, &status, this);
+    rpc->Finish(&response, &status, this);
     void* tag = nullptr;
     bool done = false;
     queue.Next(&tag, &done);
-    return reply_of(status, answer);
+    return reply_of(status, response);
   }
 
   grpc::GenericStub stub_;

@@ -34,7 +34,7 @@ struct Security {
   bool insecure = false;  // allows connections to other machines without TLS
 };
 
-// An answer, in the memory in which it arrived.
+// A response, in the memory in which it arrived.
 struct Reply {
   int status = 0;       // of gRPC; 0 = OK
   std::string message;  // of the server when the status is not OK

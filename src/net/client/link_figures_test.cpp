@@ -1,4 +1,4 @@
-// What a client measures of a server: percentiles, the offset of its clock, times of answers.
+// What a client measures of a server: percentiles, the offset of its clock, times of responses.
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #include <gtest/gtest.h>
 
@@ -74,8 +74,8 @@ TEST(ClockOffset, LeavesOutStampsThatCannotBe) {
   EXPECT_EQ(clock.estimate()->offset, kMax);
 }
 
-TEST(AnswerTimes, ComeAsTheServerSendsThem) {
-  const AnswerTimes sent{1'700'000'000'000'000'000, 1'700'000'000'000'005'000, 0, 3};
+TEST(ServerTimes, ComeAsTheServerSendsThem) {
+  const ServerTimes sent{1'700'000'000'000'000'000, 1'700'000'000'000'005'000, 0, 3};
   const std::string text = text_of(encode_infer_response({"m", ""}, "", {}, &sent));
   const auto response = parse_infer_response(chunks_of(text));
   ASSERT_TRUE(response && response->times);
@@ -85,11 +85,11 @@ TEST(AnswerTimes, ComeAsTheServerSendsThem) {
   EXPECT_EQ(response->times->compute_us, 3);
 }
 
-TEST(AnswerTimes, AreNoneWhenTheyCannotBe) {
+TEST(ServerTimes, AreNoneWhenTheyCannotBe) {
   constexpr int64_t kHuge = std::numeric_limits<int64_t>::max();
-  for (const AnswerTimes& sent :
-       {AnswerTimes{2, 1, 0, 0}, AnswerTimes{-1, 1, 0, 0}, AnswerTimes{0, kHuge, 0, 0},
-        AnswerTimes{0, 0, kHuge, 0}, AnswerTimes{0, 0, 0, -1}}) {
+  for (const ServerTimes& sent :
+       {ServerTimes{2, 1, 0, 0}, ServerTimes{-1, 1, 0, 0}, ServerTimes{0, kHuge, 0, 0},
+        ServerTimes{0, 0, kHuge, 0}, ServerTimes{0, 0, 0, -1}}) {
     const std::string text = text_of(encode_infer_response({"m", ""}, "", {}, &sent));
     const auto response = parse_infer_response(chunks_of(text));
     ASSERT_TRUE(response);
@@ -100,7 +100,7 @@ TEST(AnswerTimes, AreNoneWhenTheyCannotBe) {
   EXPECT_FALSE(parse_infer_response(chunks_of(std::string("\x22\x02\x0a\x05", 4))));  // cut off
 }
 
-TEST(AnswerTimes, AreAskedForByAParameter) {
+TEST(ServerTimes, AreAskedForByAParameter) {
   uint64_t copied = 0;
   for (const bool wants : {false, true}) {
     const auto pieces = encode_infer_request("m", "", {}, Contents::Raw, wants, &copied);

@@ -33,8 +33,8 @@ struct ServerFigures {
   uint64_t bytes_sent = 0, bytes_received = 0;
   size_t in_flight = 0;
   Circuit::State circuit = Circuit::State::Closed;
-  std::optional<Latencies::Duration> p50, p95, p99;  // of the last 256 answers
-  // The server's clock, and the mean microseconds that a request waited and ran there, of answers
+  std::optional<Latencies::Duration> p50, p95, p99;  // of the last 256 responses
+  // The server's clock, and the mean microseconds that a request waited and ran there, of responses
   // with times.
   std::optional<ClockOffset::Estimate> clock;
   std::optional<int64_t> queue_us, compute_us;
@@ -78,10 +78,10 @@ class ServerSet {
   };
   // Makes the request for a server; an error ends it as refused.
   using MakeRequest = std::function<Result<Pieces>(size_t server)>;
-  // `times` gets those of the answer, if it has any.
-  using Accept = std::function<Status(const Ended&, std::optional<AnswerTimes>* times)>;
-  // Sends a ModelInfer request. `expires`: when its answer becomes useless. `accept` checks an
-  // answer, and stores it: an error makes the request a refused one. Never throws away an error:
+  // `times` gets those of the response, if it has any.
+  using Accept = std::function<Status(const Ended&, std::optional<ServerTimes>* times)>;
+  // Sends a ModelInfer request. `expires`: when its response becomes useless. `accept` checks a
+  // response, and stores it: an error makes the request a refused one. Never throws away an error:
   // it is in `reply.message`.
   Ended request(const MakeRequest& make, const std::shared_ptr<const void>& memory,
                 Clock::time_point expires, const Accept& accept);
@@ -96,7 +96,7 @@ class ServerSet {
     ClockOffset clock;
     std::array<uint64_t, 4> ended{};  // attempts by Outcome
     uint64_t bytes_sent = 0, bytes_received = 0;
-    uint64_t timed = 0, queue_us = 0, compute_us = 0;  // sums over answers with times
+    uint64_t timed = 0, queue_us = 0, compute_us = 0;  // sums over responses with times
   };
   // What an attempt came to.
   struct Attempt {
@@ -104,7 +104,7 @@ class ServerSet {
     uint64_t bytes_sent = 0, bytes_received = 0;
     int64_t sent_ns = 0;  // by the wall clock
     Clock::duration took{};
-    std::optional<AnswerTimes> times;
+    std::optional<ServerTimes> times;
   };
   struct Taken {
     size_t server;

@@ -25,7 +25,7 @@ inline constexpr size_t kMaxNameBytes = 1024;
 // Reads the description of a tensor, and where its typed contents are if `contents` is not null.
 // False: the message is damaged, or beyond the limits of oip_messages.hpp.
 bool read_tensor(const Chunks& chunks, Range range, TensorText* out, std::vector<Range>* contents);
-// Reads a field of a request or an answer if it has a tensor, or raw contents by the number
+// Reads a field of a request or a response if it has a tensor, or raw contents by the number
 // `raw_field`. False: the message is damaged, or beyond the limits.
 bool read_tensor_field(const Chunks& chunks, const Field& field, uint32_t raw_field,
                        std::vector<InferTensor>* tensors, std::vector<Range>* raw);

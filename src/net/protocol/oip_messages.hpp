@@ -1,9 +1,9 @@
 // The messages of the Open Inference Protocol (package inference, proto3) that a client sends and
 // receives.
 //
-// Requests are lists of pieces, so that tensors are sent from where they are; answers are read from
-// the pieces of memory in which gRPC received them. A peer's message decides no allocation beyond
-// the bytes that were received.
+// Requests are lists of pieces, so that tensors are sent from where they are; responses are read
+// from the pieces of memory in which gRPC received them. A peer's message decides no allocation
+// beyond the bytes that were received.
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #pragma once
 #include <cstdint>
@@ -37,25 +37,25 @@ struct ModelMetadata {
   std::vector<TensorText> inputs, outputs;
 };
 
-// A tensor of a request or an answer.
+// A tensor of a request or a response.
 struct InferTensor : TensorText {
   std::vector<Range> contents;  // of InferTensorContents
   std::optional<Range> raw;     // of its raw contents
 };
 
-// The parameter of a request that asks for the times of its answer. A server that has it lists it
+// The parameter of a request that asks for the times of its response. A server that has it lists it
 // among its extensions; others may refuse a parameter that they do not know.
 inline constexpr std::string_view kTimesExtension = "weir_times";
 
 // When a request came and was answered, by the server's wall clock, in nanoseconds since 1970; how
 // long it waited for the pipeline, and how long it was in it. Sent as the parameters
 // weir_received_ns, weir_answered_ns, weir_queue_us and weir_compute_us.
-struct AnswerTimes {
+struct ServerTimes {
   int64_t received_ns = 0, answered_ns = 0, queue_us = 0, compute_us = 0;
 };
 
 struct InferResponse {
-  std::optional<AnswerTimes> times;  // if the server sent all of them, and they can be
+  std::optional<ServerTimes> times;  // if the server sent all of them, and they can be
   std::vector<InferTensor> outputs;
 };
 
@@ -73,7 +73,7 @@ enum class Contents { Raw, Typed };
 // ModelMetadataRequest and ModelReadyRequest have the same fields.
 Pieces encode_model_request(std::string_view model, std::string_view version);
 // OPTION_VALUE for a type that has no typed contents (FP16). `copied` is increased by the bytes of
-// tensors that were copied. `wants_times`: asks for the times of the answer.
+// tensors that were copied. `wants_times`: asks for the times of the response.
 Result<Pieces> encode_infer_request(std::string_view model, std::string_view version,
                                     std::span<const RequestTensor> inputs, Contents contents,
                                     bool wants_times, uint64_t* copied);

@@ -1,4 +1,4 @@
-// Parses answers of the Open Inference Protocol.
+// Parses responses of the Open Inference Protocol.
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #include <array>
 
@@ -41,7 +41,7 @@ Result<bool> parse_model_ready(const Chunks& chunks) {
   return ready;
 }
 
-// The parameters of an answer that are times; the others have no meaning here.
+// The parameters of a response that are times; the others have no meaning here.
 class TimesReader {
  public:
   // False: the entry is damaged.
@@ -63,13 +63,13 @@ class TimesReader {
     return !reader.failed();
   }
   // nullopt unless all are there and can be: a peer may send any number.
-  std::optional<AnswerTimes> times() const {
+  std::optional<ServerTimes> times() const {
     constexpr int64_t kMaxNs = int64_t{1} << 62, kMaxUs = kMaxNs / 1000;
     const auto [received, answered, queue, compute] = found_;
     if (received < 0 || answered < received || answered > kMaxNs || queue < 0 || queue > kMaxUs ||
         compute < 0 || compute > kMaxUs)
       return std::nullopt;
-    return AnswerTimes{received, answered, queue, compute};
+    return ServerTimes{received, answered, queue, compute};
   }
 
  private:

@@ -172,7 +172,7 @@ Pieces encode_health(int status) {
 }
 
 Pieces encode_infer_response(const ModelRequest& model, std::string_view id,
-                             std::span<const RequestTensor> outputs, const AnswerTimes* times) {
+                             std::span<const RequestTensor> outputs, const ServerTimes* times) {
   std::string head;
   put_text(&head, 1, model.name);
   put_text(&head, 2, model.version);

@@ -58,7 +58,7 @@ Pieces encode_health(int status);
 
 // Raw contents, which borrow the memory of the outputs. `times` may be null.
 Pieces encode_infer_response(const ModelRequest& model, std::string_view id,
-                             std::span<const RequestTensor> outputs, const AnswerTimes* times);
+                             std::span<const RequestTensor> outputs, const ServerTimes* times);
 
 // How often something happened, and how long it took in all.
 struct Duration {

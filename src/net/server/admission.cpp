@@ -69,31 +69,31 @@ std::optional<std::string> Admission::enter(const std::string& peer, CallKind ki
 }
 
 void Admission::leave(const std::string& peer, CallKind kind) {
-  answering(peer, kind, 0);
-  answered(peer, 0);
+  begin_response(peer, kind, 0);
+  end_response(peer, 0);
 }
 
-void Admission::answering(const std::string& peer, CallKind kind, uint64_t bytes) {
+void Admission::begin_response(const std::string& peer, CallKind kind, uint64_t bytes) {
   std::lock_guard lock(mutex_);
   Connection& connection = connections_.find(peer)->second;
   --(kind == CallKind::Stream ? connection.streams : connection.requests);
-  ++connection.answers;
+  ++connection.responses;
   Address& address = addresses_[address_of(peer)];
-  ++address.answers;
+  ++address.responses;
   if (is_one_connection(peer)) address.bytes += bytes;
 }
 
-void Admission::answered(const std::string& peer, uint64_t bytes) {
+void Admission::end_response(const std::string& peer, uint64_t bytes) {
   const std::string name = address_of(peer);
   {
     std::lock_guard lock(mutex_);
     Address& address = addresses_[name];
-    --address.answers;
+    --address.responses;
     if (is_one_connection(peer)) address.bytes -= bytes;
     const auto known = connections_.find(peer);
     Connection& connection = known->second;
-    --connection.answers;
-    if (connection.streams == 0 && connection.requests == 0 && connection.answers == 0) {
+    --connection.responses;
+    if (connection.streams == 0 && connection.requests == 0 && connection.responses == 0) {
       connections_.erase(known);
       --address.connections;
     }
@@ -114,7 +114,7 @@ std::optional<std::string> Admission::read(const std::string& peer, const void* 
     std::lock_guard lock(mutex_);
     Address& address = addresses_[address_of(peer)];
     if (!address.waiting.empty() || !has_room(address)) {
-      if (address.reading == 0 && address.answers == 0 && address.waiting.empty())
+      if (address.reading == 0 && address.responses == 0 && address.waiting.empty())
         return refused("the requests in progress of this address have " + in_mib(address.bytes) +
                        ", so the server cannot accept another one of up to " +
                        in_mib(limits_.message_bytes) + " (max-bytes-in-flight)");

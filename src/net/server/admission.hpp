@@ -4,8 +4,8 @@
 //   if (auto why = admission.enter(peer, CallKind::Request)) refuse(*why);
 //   if (auto why = admission.read(peer, call, [=] { call->start_to_read(); })) refuse(*why);
 //   admission.received(peer, bytes);  // the message is here, or did not come
-//   admission.answering(peer, CallKind::Request, bytes);  // the answer is sent to the client
-//   admission.answered(peer, bytes);                      // it was sent, or cannot be
+//   admission.begin_response(peer, CallKind::Request, bytes);  // the response is sent to the
+//   client admission.end_response(peer, bytes);                      // it was sent, or cannot be
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #pragma once
 #include <cstdint>
@@ -38,21 +38,22 @@ struct AdmissionLimits {
 // message while its request is received, and calls of an address that has no room for another one
 // wait for those before them.
 //
-// A client that has its answer may send its next request, before this server knows that the answer
-// was sent. So an answer takes no place of a request, and requests wait for the room of answers.
+// A client that has its response may send its next request, before this server knows that the
+// response was sent. So a response takes no place of a request, and requests wait for the room of
+// responses.
 class Admission {
  public:
   using Start = std::function<void()>;
   explicit Admission(const AdmissionLimits& limits) : limits_(limits) {}
 
-  // nullopt: the call is admitted, until leave(), or answering() and answered(). Otherwise why it
-  // is not.
+  // nullopt: the call is admitted, until leave(), or begin_response() and end_response(). Otherwise
+  // why it is not.
   std::optional<std::string> enter(const std::string& peer, CallKind kind);
   void leave(const std::string& peer, CallKind kind);
-  // An admitted call has an answer of `bytes`, which count for its address.
-  void answering(const std::string& peer, CallKind kind, uint64_t bytes);
-  // The answer needs no memory. `bytes`: as with release(), of the message and the answer.
-  void answered(const std::string& peer, uint64_t bytes);
+  // An admitted call has a response of `bytes`, which count for its address.
+  void begin_response(const std::string& peer, CallKind kind, uint64_t bytes);
+  // The response needs no memory. `bytes`: as with release(), of the message and the response.
+  void end_response(const std::string& peer, uint64_t bytes);
 
   // Receives a message of an admitted call. nullopt: `start` is called once a message may be
   // received, now, or later on the thread of another call. Otherwise why none may be received.
@@ -71,12 +72,12 @@ class Admission {
     Start start;
   };
   struct Address {
-    uint32_t connections = 0, reading = 0, answers = 0;
-    uint64_t bytes = 0;  // of received requests and of answers
+    uint32_t connections = 0, reading = 0, responses = 0;
+    uint64_t bytes = 0;  // of received requests and of responses
     std::deque<Waiting> waiting;
   };
   struct Connection {
-    uint32_t requests = 0, streams = 0, answers = 0;
+    uint32_t requests = 0, streams = 0, responses = 0;
   };
   std::optional<std::string> refusal(const std::string& peer, CallKind kind) const;
   std::optional<std::string> refused(std::string why);

@@ -157,27 +157,27 @@ TEST_F(Admitting, GivesRoomBackWhenAMessageComesAfterTheEnd) {
   EXPECT_EQ(started_, (std::vector<int>{1, 2}));
 }
 
-TEST_F(Admitting, CountsAConnectionUntilItsLastAnswerIsSent) {
+TEST_F(Admitting, CountsAConnectionUntilItsLastResponseIsSent) {
   limit({.requests = 1, .connections = 1});
   EXPECT_EQ(enter("ipv4:1.1.1.1:1"), "");
-  admission_->answering("ipv4:1.1.1.1:1", CallKind::Request, 0);
+  admission_->begin_response("ipv4:1.1.1.1:1", CallKind::Request, 0);
   EXPECT_EQ(enter("ipv4:1.1.1.1:1"), "");
-  admission_->answering("ipv4:1.1.1.1:1", CallKind::Request, 0);
-  admission_->answered("ipv4:1.1.1.1:1", 0);
+  admission_->begin_response("ipv4:1.1.1.1:1", CallKind::Request, 0);
+  admission_->end_response("ipv4:1.1.1.1:1", 0);
   EXPECT_SAYS(enter("ipv4:1.1.1.2:1"), "1 connections at a time");
-  admission_->answered("ipv4:1.1.1.1:1", 0);
+  admission_->end_response("ipv4:1.1.1.1:1", 0);
   EXPECT_EQ(enter("ipv4:1.1.1.2:1"), "");
 }
 
-TEST_F(Admitting, LetsRequestsWaitForTheRoomOfAnswers) {
+TEST_F(Admitting, LetsRequestsWaitForTheRoomOfResponses) {
   limit({.address_bytes = 250, .message_bytes = 100});
   EXPECT_EQ(enter("ipv4:1.1.1.1:1", 1), "");
   admission_->received("ipv4:1.1.1.1:1", 10);
-  admission_->answering("ipv4:1.1.1.1:1", CallKind::Request, 150);
+  admission_->begin_response("ipv4:1.1.1.1:1", CallKind::Request, 150);
   EXPECT_EQ(enter("ipv4:1.1.1.1:2", 2), "");
   EXPECT_EQ(enter("ipv4:2.2.2.2:1", 9), "");
   EXPECT_EQ(started_, (std::vector<int>{1, 9}));
-  admission_->answered("ipv4:1.1.1.1:1", 160);
+  admission_->end_response("ipv4:1.1.1.1:1", 160);
   EXPECT_EQ(started_, (std::vector<int>{1, 9, 2}));
 }
 

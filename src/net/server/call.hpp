@@ -30,10 +30,10 @@ class Call {
 
   const std::string& method() const noexcept { return method_; }  // "/package.Service/Method"
   const std::string& peer() const noexcept { return peer_; }      // "ipv4:127.0.0.1:52844"
-  // The W3C trace context that the client sent; "" = none, or an invalid one. The answer carries it
-  // too.
+  // The W3C trace context that the client sent; "" = none, or an invalid one. The response carries
+  // it too.
   const std::string& trace_parent() const noexcept { return trace_parent_; }
-  // When the answer becomes useless to the client; max() = never.
+  // When the response becomes useless to the client; max() = never.
   Clock::time_point deadline() const noexcept { return deadline_; }
   // The request. Valid until the last reference goes.
   const Chunks& request() const noexcept { return request_; }
@@ -43,12 +43,12 @@ class Call {
 
   // Both return false, and do nothing, when the call has ended before. `memory` keeps the memory
   // that the pieces borrow; it may be needed after the call has ended.
-  virtual bool answer(const Pieces& pieces, const std::shared_ptr<const void>& memory) = 0;
+  virtual bool respond(const Pieces& pieces, const std::shared_ptr<const void>& memory) = 0;
   virtual bool fail(CallStatus status, const std::string& message) = 0;
   // Whether the call has ended: answered, failed, or as a stream cancelled.
   virtual bool ended() const noexcept = 0;
   // Sends a message of a stream, in the place of one that was not sent yet. False after the end.
-  // answer() to a message of a stream, on the thread of the handler, ends the message alone.
+  // respond() to a message of a stream, on the thread of the handler, ends the message alone.
   virtual bool send(const Pieces& pieces) = 0;
 
  protected:

@@ -102,26 +102,27 @@ std::shared_ptr<ServedModel> ModelServer::find(const ModelRequest& wanted,
 }
 
 void ModelServer::server_live(const std::shared_ptr<Call>& call) {
-  call->answer(encode_flag(true), nullptr);
+  call->respond(encode_flag(true), nullptr);
 }
 
 void ModelServer::server_ready(const std::shared_ptr<Call>& call) {
-  call->answer(encode_flag(models_->health("") == Health::Serving), nullptr);
+  call->respond(encode_flag(models_->health("") == Health::Serving), nullptr);
 }
 
 void ModelServer::server_metadata(const std::shared_ptr<Call>& call) {
-  call->answer(encode_server_metadata("weir", WEIR_VERSION,
-                                      std::span(kExtensions).first(options_.model_control ? 4 : 3)),
-               nullptr);
+  call->respond(
+      encode_server_metadata("weir", WEIR_VERSION,
+                             std::span(kExtensions).first(options_.model_control ? 4 : 3)),
+      nullptr);
 }
 
 void ModelServer::model_ready(const std::shared_ptr<Call>& call) {
   const auto wanted = parse_model_request(call->request());
   if (!wanted) return refuse(call, wanted.error());
   if (models_->was_here(*wanted) && !models_->find(*wanted))
-    call->answer(encode_flag(false), nullptr);
+    call->respond(encode_flag(false), nullptr);
   else if (const auto model = find(*wanted, call))
-    call->answer(encode_flag(model->ready()), nullptr);
+    call->respond(encode_flag(model->ready()), nullptr);
 }
 
 void ModelServer::model_metadata(const std::shared_ptr<Call>& call) {
@@ -133,7 +134,7 @@ void ModelServer::model_metadata(const std::shared_ptr<Call>& call) {
     call->fail(CallStatus::Unavailable,
                "the pipeline of the model " + wanted->name + " does not run yet");
   else
-    call->answer(encode_model_metadata(model->metadata(), model->model().version), nullptr);
+    call->respond(encode_model_metadata(model->metadata(), model->model().version), nullptr);
 }
 
 void ModelServer::model_infer(const std::shared_ptr<Call>& call) {
@@ -150,7 +151,7 @@ void ModelServer::model_statistics(const std::shared_ptr<Call>& call) {
   if (!wanted->name.empty() && !find(*wanted, call)) return;
   for (const auto& model : models_->all())
     if (wanted->name.empty() || fits(*wanted, model->model())) out.push_back(model->statistics());
-  call->answer(encode_statistics(out), nullptr);
+  call->respond(encode_statistics(out), nullptr);
 }
 
 void ModelServer::health(const std::shared_ptr<Call>& call) {
@@ -160,7 +161,7 @@ void ModelServer::health(const std::shared_ptr<Call>& call) {
   if (health == Health::Unknown)
     call->fail(CallStatus::NotFound, "there is no service " + *service + " here");
   else
-    call->answer(encode_health(static_cast<int>(health)), nullptr);
+    call->respond(encode_health(static_cast<int>(health)), nullptr);
 }
 
 void ModelServer::watch_health(const std::shared_ptr<Call>& call) {
@@ -189,7 +190,7 @@ void ModelServer::set_loaded(const std::shared_ptr<Call>& call, bool loaded) {
   const auto model = find({wanted->model, ""}, call);
   if (!model) return;
   model->set_loaded(loaded);
-  call->answer({}, nullptr);
+  call->respond({}, nullptr);
 }
 
 void ModelServer::repository_index(const std::shared_ptr<Call>& call) {
@@ -198,7 +199,7 @@ void ModelServer::repository_index(const std::shared_ptr<Call>& call) {
   if (!ready_alone) return refuse(call, ready_alone.error());
   auto models = models_->index();
   if (*ready_alone) std::erase_if(models, [](const auto& model) { return !model.ready; });
-  call->answer(encode_index(models), nullptr);
+  call->respond(encode_index(models), nullptr);
 }
 
 void ModelServer::reflection(const std::shared_ptr<Call>& call) {
@@ -208,9 +209,9 @@ void ModelServer::reflection(const std::shared_ptr<Call>& call) {
                "this server was built without protoc and has no reflection service");
     return;
   }
-  const auto answer = services.answer(call->request());
-  if (!answer) return refuse(call, answer.error());
-  call->answer(*answer, nullptr);
+  const auto response = services.respond(call->request());
+  if (!response) return refuse(call, response.error());
+  call->respond(*response, nullptr);
 }
 
 void ModelServer::handle(const std::shared_ptr<Call>& call) {

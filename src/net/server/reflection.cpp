@@ -15,7 +15,7 @@ constexpr unsigned char kFiles[] = {
 constexpr unsigned char kFiles[] = {0};
 #endif
 
-constexpr size_t kMaxRequestBytes = 4096;  // which come back with the answer
+constexpr size_t kMaxRequestBytes = 4096;  // which come back with the response
 
 // ServerReflectionRequest.message_request by field number.
 enum Question : uint32_t {
@@ -26,7 +26,7 @@ enum Question : uint32_t {
   kServices = 7
 };
 // ServerReflectionResponse.message_response.
-enum Answer : uint32_t { kFile = 4, kExtensions = 5, kServiceList = 6, kError = 7 };
+enum Response : uint32_t { kFile = 4, kExtensions = 5, kServiceList = 6, kError = 7 };
 
 Chunks chunks_of(std::string_view bytes) {
   return Chunks({std::as_bytes(std::span(bytes))});
@@ -40,7 +40,7 @@ std::string name_in(const Chunks& chunks, Range range) {
   return "";
 }
 
-std::string error_answer(const std::string& text) {
+std::string error_response(const std::string& text) {
   std::string error, out;
   put_number(&error, 1, static_cast<uint64_t>(CallStatus::NotFound));
   put_bytes(&error, 2, text);
@@ -48,7 +48,7 @@ std::string error_answer(const std::string& text) {
   return out;
 }
 
-std::string file_answer(std::string_view file) {
+std::string file_response(std::string_view file) {
   std::string list, out;
   put_bytes(&list, 1, file);
   put_bytes(&out, kFile, list);
@@ -106,7 +106,7 @@ void Reflection::add_service(const Chunks& chunks, Range service, const std::str
     if (field.number == 2) symbols_[name + "." + name_in(chunks, field.range)] = file;
 }
 
-std::string Reflection::answer_by(uint32_t question, const std::string& name) const {
+std::string Reflection::make_response(uint32_t question, const std::string& name) const {
   std::string list, out;
   if (question == kServices) {
     for (const auto& service : services_) {
@@ -124,13 +124,13 @@ std::string Reflection::answer_by(uint32_t question, const std::string& name) co
   }
   const auto& files = question == kFileByName ? files_ : symbols_;
   const auto found = files.find(name);
-  if (question <= kFileOfSymbol && found != files.end()) return file_answer(found->second);
-  return error_answer(question == kFileByName        ? "there is no file " + name + " here"
-                      : question == kFileOfExtension ? "there are no extensions here"
-                                                     : "there is no symbol " + name + " here");
+  if (question <= kFileOfSymbol && found != files.end()) return file_response(found->second);
+  return error_response(question == kFileByName        ? "there is no file " + name + " here"
+                        : question == kFileOfExtension ? "there are no extensions here"
+                                                       : "there is no symbol " + name + " here");
 }
 
-Result<Pieces> Reflection::answer(const Chunks& request) const {
+Result<Pieces> Reflection::respond(const Chunks& request) const {
   uint32_t question = 0;
   std::string host, name;
   FieldReader reader(request, {0, request.size()});
@@ -146,7 +146,7 @@ Result<Pieces> Reflection::answer(const Chunks& request) const {
   request.copy({0, request.size()}, original.data());
   if (!host.empty()) put_bytes(&out, 1, host);
   put_bytes(&out, 2, original);
-  out += answer_by(question, name);
+  out += make_response(question, name);
   return Pieces{{std::move(out), {}}};
 }
 

@@ -22,14 +22,14 @@ class Reflection {
   bool empty() const noexcept { return services_.empty(); }
   // ServerReflectionResponse to a ServerReflectionRequest; what is not there is an error in it.
   // PEER_MESSAGE_INVALID for bytes that are no such message, or have names of more than 1024 bytes.
-  Result<Pieces> answer(const Chunks& request) const;
+  Result<Pieces> respond(const Chunks& request) const;
 
  private:
   void add_file(const Chunks& chunks, Range file, std::string_view bytes);
   void add_type(const Chunks& chunks, Range type, const std::string& scope, std::string_view file);
   void add_service(const Chunks& chunks, Range service, const std::string& scope,
                    std::string_view file);
-  std::string answer_by(uint32_t question, const std::string& name) const;
+  std::string make_response(uint32_t question, const std::string& name) const;
 
   std::vector<std::string> services_;
   std::map<std::string, std::string_view> files_;    // FileDescriptorProto by its name

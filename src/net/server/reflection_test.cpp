@@ -22,29 +22,30 @@ const std::string kFile =
     field(6, field(1, "S") + field(2, field(1, "M")));
 const std::string kSet = field(1, kFile);
 
-std::string answer(const std::string& question) {
+std::string respond(const std::string& question) {
   const Reflection reflection(kSet);
-  auto out = reflection.answer(Chunks({std::as_bytes(std::span(question))}));
+  auto out = reflection.respond(Chunks({std::as_bytes(std::span(question))}));
   return out ? (*out)[0].own : out.error().message();
 }
 
 TEST(Reflection, FindsFilesByEachSymbol) {
   for (const auto* symbol : {"p.T", "p.T.U", "p.T.E", "p.S", "p.S.M"})
-    EXPECT_EQ(answer(field(4, symbol)), field(2, field(4, symbol)) + field(4, field(1, kFile)))
+    EXPECT_EQ(respond(field(4, symbol)), field(2, field(4, symbol)) + field(4, field(1, kFile)))
         << symbol;
-  EXPECT_EQ(answer(field(3, "f.proto")), field(2, field(3, "f.proto")) + field(4, field(1, kFile)));
+  EXPECT_EQ(respond(field(3, "f.proto")),
+            field(2, field(3, "f.proto")) + field(4, field(1, kFile)));
 }
 
 TEST(Reflection, ListsServicesForTheHost) {
   const std::string question = field(1, "host") + field(7, "");
-  EXPECT_EQ(answer(question),
+  EXPECT_EQ(respond(question),
             field(1, "host") + field(2, question) + field(6, field(1, field(1, "p.S"))));
 }
 
 TEST(Reflection, AnswersWhatIsNotThereWithNotFound) {
   for (const auto* symbol : {"T", "p", "p.S.", "p.S.N", ""})
     EXPECT_EQ(
-        answer(field(4, symbol)),
+        respond(field(4, symbol)),
         field(2, field(4, symbol)) +
             field(7, "\x08\x05" + field(2, "there is no symbol " + std::string(symbol) + " here")));
 }
@@ -52,7 +53,7 @@ TEST(Reflection, AnswersWhatIsNotThereWithNotFound) {
 TEST(Reflection, RefusesWhatIsNoQuestion) {
   for (const auto& bytes : {std::string(), std::string("\xff"), field(1, "host"),
                             field(4, std::string(1025, 'a')), field(2, std::string(5000, 'a'))})
-    EXPECT_SAYS(answer(bytes), "offered: a damaged ServerReflectionRequest");
+    EXPECT_SAYS(respond(bytes), "offered: a damaged ServerReflectionRequest");
 }
 
 TEST(Reflection, IsEmptyWithoutDescriptions) {

@@ -165,8 +165,8 @@ bool ServedRequest::end_if_expired() {
   return true;
 }
 
-bool ServedRequest::answer(const std::vector<RequestTensor>& outputs,
-                           const std::shared_ptr<const void>& memory) {
+bool ServedRequest::respond(const std::vector<RequestTensor>& outputs,
+                            const std::shared_ptr<const void>& memory) {
   ModelMetadata model{model_->model().name, "", {}, {}};
   for (const auto& output : outputs)
     model.outputs.push_back({std::string(output.name), std::string(output.datatype),
@@ -177,14 +177,14 @@ bool ServedRequest::answer(const std::vector<RequestTensor>& outputs,
   for (const size_t index : *chosen) sent.push_back(outputs[index]);
   if (ended_.exchange(true)) return false;
   model_->count(this, call_->expired() ? End::Expired : End::Answered);
-  const AnswerTimes measured = times();
-  call_->answer(encode_infer_response(model_->model(), request_.id, sent,
-                                      request_.wants_times ? &measured : nullptr),
-                memory);
+  const ServerTimes measured = times();
+  call_->respond(encode_infer_response(model_->model(), request_.id, sent,
+                                       request_.wants_times ? &measured : nullptr),
+                 memory);
   return true;
 }
 
-AnswerTimes ServedRequest::times() const {
+ServerTimes ServedRequest::times() const {
   using std::chrono::duration_cast, std::chrono::nanoseconds, std::chrono::microseconds;
   const auto now = Clock::now();
   const int64_t wall =

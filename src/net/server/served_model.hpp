@@ -3,7 +3,7 @@
 //
 //   gRPC's threads:          model->receive(call, request)      queued, or refused at once
 //   the streaming thread:    request = model->take()            waits for the next
-//   wherever its result is:  request->answer(outputs, memory)
+//   wherever its result is:  request->respond(outputs, memory)
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #pragma once
 #include <atomic>
@@ -50,7 +50,7 @@ class ServedRequest {
   // Return the number of bytes of an input of type BYTES, which has one element, and copy them.
   size_t size_of_bytes(size_t index) const;
   void copy_bytes(size_t index, std::span<std::byte> to) const;
-  // Ends the request if its client no longer waits for the answer: true when it has ended.
+  // Ends the request if its client no longer waits for the response: true when it has ended.
   bool end_if_expired();
   // `element`: a text that lives as long as the process.
   void entered(const char* element) noexcept { last_element_ = element; }
@@ -58,7 +58,8 @@ class ServedRequest {
 
   // Both return false, and do nothing, when the request has ended before. The outputs that the
   // client asked for are sent; `memory` keeps their bytes.
-  bool answer(const std::vector<RequestTensor>& outputs, const std::shared_ptr<const void>& memory);
+  bool respond(const std::vector<RequestTensor>& outputs,
+               const std::shared_ptr<const void>& memory);
   bool fail(CallStatus status, const std::string& message);
 
  private:
@@ -67,7 +68,7 @@ class ServedRequest {
   enum class End { Answered, Refused, Expired, Aborted };
   // Checks a request that is taken: it may have waited since before set_inputs().
   bool end_if_inputs_changed();
-  AnswerTimes times() const;
+  ServerTimes times() const;
   bool fail_as(End end, CallStatus status, const std::string& message);
 
   const std::shared_ptr<ServedModel> model_;

@@ -62,10 +62,10 @@ class GrpcCall final : public Call {
     std::lock_guard lock(state_->mutex);
     return state_->ended;
   }
-  bool answer(const Pieces& pieces, const std::shared_ptr<const void>& memory) override {
+  bool respond(const Pieces& pieces, const std::shared_ptr<const void>& memory) override {
     if (!is_stream_) return end(grpc::Status::OK, message_of(pieces, memory));
     if (std::exchange(answered_, true)) return false;
-    reactor_->answer_message(message_of(pieces, memory));
+    reactor_->respond_to_message(message_of(pieces, memory));
     return true;
   }
   bool send(const Pieces& pieces) override {
@@ -79,8 +79,8 @@ class GrpcCall final : public Call {
   }
 
  private:
-  bool end(const grpc::Status& status, std::optional<grpc::ByteBuffer> answer) {
-    return ServerReactor::end(reactor_, state_, status, std::move(answer));
+  bool end(const grpc::Status& status, std::optional<grpc::ByteBuffer> response) {
+    return ServerReactor::end(reactor_, state_, status, std::move(response));
   }
 
   ServerReactor* const reactor_;  // not used after the end
@@ -96,7 +96,7 @@ ServerRules::ServerRules(const ListenOptions& options, std::unique_ptr<TokenFile
     : tokens(std::move(token_file)),
       peers(options.security.peers),
       admission(admission_limits(options)),
-      answer_limit(options.idle_ms),
+      response_limit(options.idle_ms),
       handler(std::move(handle)) {}
 
 std::optional<grpc::Status> ServerRules::check(const grpc::CallbackServerContext& context) const {
@@ -156,22 +156,22 @@ void ServerReactor::end_later_without_message() {
 }
 
 // Runs under the lock of the state, when the call ends: a client that reads nothing would keep its
-// answer in memory.
+// response in memory.
 void ServerReactor::cancel_later_if_unread() {
   unread_ = std::make_unique<grpc::Alarm>();
-  unread_->Set(SystemClock::now() + rules_->answer_limit,
+  unread_->Set(SystemClock::now() + rules_->response_limit,
                [context = context_, state = state_](bool expired) {
                  std::lock_guard lock(state->mutex);
                  if (expired && !state->done) context->TryCancel();
                });
 }
 
-// Runs before the answer is sent: with it the client may send its next request.
-void ServerReactor::leave(uint64_t answer_bytes) {
+// Runs before the response is sent: with it the client may send its next request.
+void ServerReactor::leave(uint64_t response_bytes) {
   if (!admitted_) return;
   rules_->admission.forget(peer_, this);
-  rules_->admission.answering(peer_, kind_, answer_bytes);
-  bytes_ += answer_bytes;
+  rules_->admission.begin_response(peer_, kind_, response_bytes);
+  bytes_ += response_bytes;
 }
 
 void ServerReactor::OnDone() {
@@ -180,12 +180,12 @@ void ServerReactor::OnDone() {
     state_->done = true;
   }
   sent_.Clear();
-  if (admitted_) rules_->admission.answered(peer_, bytes_);
+  if (admitted_) rules_->admission.end_response(peer_, bytes_);
   delete this;
 }
 
 bool ServerReactor::end(ServerReactor* reactor, const std::shared_ptr<CallState>& state,
-                        const grpc::Status& status, std::optional<grpc::ByteBuffer> answer) {
+                        const grpc::Status& status, std::optional<grpc::ByteBuffer> response) {
   {
     std::lock_guard lock(state->mutex);
     if (std::exchange(state->ended, true)) return false;
@@ -195,14 +195,14 @@ bool ServerReactor::end(ServerReactor* reactor, const std::shared_ptr<CallState>
       return true;
     }
   }
-  reactor->leave(answer ? answer->Length() : 0);
+  reactor->leave(response ? response->Length() : 0);
   const std::string trace_parent = trace_parent_of(*reactor->context_);
   if (reactor->admitted_ && !trace_parent.empty())
     reactor->context_->AddTrailingMetadata("traceparent", trace_parent);
-  if (!answer) {
+  if (!response) {
     reactor->Finish(status);
   } else {
-    reactor->sent_ = *std::move(answer);
+    reactor->sent_ = *std::move(response);
     reactor->StartWriteAndFinish(&reactor->sent_, grpc::WriteOptions(), status);
   }
   return true;
@@ -218,7 +218,7 @@ void ServerReactor::send(const grpc::ByteBuffer& message) {
   StartWrite(&sent_);
 }
 
-void ServerReactor::answer_message(const grpc::ByteBuffer& message) {
+void ServerReactor::respond_to_message(const grpc::ByteBuffer& message) {
   uint64_t bytes = 0;
   {
     std::lock_guard lock(state_->mutex);

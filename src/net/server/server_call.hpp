@@ -29,7 +29,7 @@ struct ServerRules {
   const std::unique_ptr<TokenFile> tokens;
   const std::vector<std::string> peers;
   Admission admission;
-  const std::chrono::milliseconds answer_limit;  // until a client has read an answer
+  const std::chrono::milliseconds response_limit;  // until a client has read a response
   const Listener::Handler handler;
   std::atomic<uint64_t> not_allowed{0};
 };
@@ -56,20 +56,20 @@ class ServerReactor final : public grpc::ServerGenericBidiReactor {
   // Ends the call, unless it has ended: then it returns false. `reactor` exists while the call has
   // not ended.
   static bool end(ServerReactor* reactor, const std::shared_ptr<CallState>& state,
-                  const grpc::Status& status, std::optional<grpc::ByteBuffer> answer = {});
+                  const grpc::Status& status, std::optional<grpc::ByteBuffer> response = {});
   // Sends a message of a stream that has not ended, in the place of one that waits to be sent. Call
   // it under the lock of the state.
   void send(const grpc::ByteBuffer& message);
-  // Sends the answer to a message of a stream, on the thread of the handler, and receives the next
-  // message after it.
-  void answer_message(const grpc::ByteBuffer& message);
+  // Sends the response to a message of a stream, on the thread of the handler, and receives the
+  // next message after it.
+  void respond_to_message(const grpc::ByteBuffer& message);
 
  private:
   void refuse(const grpc::Status& status) { end(this, state_, status); }
   void read();
   void end_later_without_message();
   void cancel_later_if_unread();
-  void leave(uint64_t answer_bytes);
+  void leave(uint64_t response_bytes);
 
   grpc::GenericCallbackServerContext* const context_;
   ServerRules* const rules_;
@@ -80,12 +80,12 @@ class ServerReactor final : public grpc::ServerGenericBidiReactor {
   bool admitted_ = false;
   // Guarded by the mutex of the state.
   bool writing_ = false, reads_on_ = false;
-  uint64_t bytes_ = 0;     // of the message that was received, and of the last answer
+  uint64_t bytes_ = 0;     // of the message that was received, and of the last response
   uint64_t messages_ = 0;  // that were received
   std::optional<grpc::ByteBuffer> next_;
   std::optional<grpc::Status> last_;       // sent after the message that is being sent
   std::unique_ptr<grpc::Alarm> patience_;  // for the next message of a stream
-  std::unique_ptr<grpc::Alarm> unread_;    // for a client that does not read its answer
+  std::unique_ptr<grpc::Alarm> unread_;    // for a client that does not read its response
 };
 
 }  // namespace weir::net

@@ -67,10 +67,10 @@ class Serving : public ::testing::Test {
     EXPECT_EQ(counts.aborted, wanted.aborted);
     EXPECT_EQ(counts.in_flight, wanted.in_flight);
   }
-  static bool answer(const std::shared_ptr<ServedRequest>& request) {
+  static bool respond(const std::shared_ptr<ServedRequest>& request) {
     static const int64_t shape[] = {1, 2};
     static const float values[] = {3, 4};
-    return request->answer({{"y", "FP32", shape, std::as_bytes(std::span(values))}}, nullptr);
+    return request->respond({{"y", "FP32", shape, std::as_bytes(std::span(values))}}, nullptr);
   }
 
   std::shared_ptr<ServedModel> model_ =
@@ -85,7 +85,7 @@ TEST_F(Serving, AnswersWithTheIdAndTheBytes) {
   std::array<std::byte, 8> elements{};
   EXPECT_TRUE(request->read_input(0, elements));
   EXPECT_EQ(std::memcmp(elements.data(), "aaaaaaaa", 8), 0);
-  EXPECT_TRUE(answer(request));
+  EXPECT_TRUE(respond(request));
   EXPECT_EQ(ended.times, 1);
   EXPECT_EQ(ended.status, 0);
   const std::string bytes = ended.text;
@@ -106,8 +106,8 @@ TEST_F(Serving, EndsEachRequestOnce) {
   Ended ended;
   receive(&ended);
   auto request = model_->take();
-  EXPECT_TRUE(answer(request));
-  EXPECT_FALSE(answer(request));
+  EXPECT_TRUE(respond(request));
+  EXPECT_FALSE(respond(request));
   EXPECT_FALSE(request->fail(CallStatus::Internal, "late"));
   model_->stop();
   request.reset();
@@ -164,7 +164,7 @@ TEST_F(Serving, SkipsExpiredRequests) {
   Ended ended[2];
   receive(&ended[0])->expires_at(Call::Clock::now() - 1ms);
   receive(&ended[1]);
-  EXPECT_TRUE(answer(model_->take()));
+  EXPECT_TRUE(respond(model_->take()));
   EXPECT_EQ(ended[0].status, static_cast<int>(CallStatus::DeadlineExceeded));
   EXPECT_SAYS(ended[0].text, "the deadline passed");
   EXPECT_EQ(ended[1].status, 0);
@@ -196,7 +196,7 @@ TEST_F(Serving, AnswersWhatWasTakenBeforeItClosed) {
   EXPECT_EQ(waiting.status, static_cast<int>(CallStatus::Unavailable));
   EXPECT_EQ(late.status, static_cast<int>(CallStatus::Unavailable));
   EXPECT_EQ(taken.times, 0);
-  EXPECT_TRUE(answer(request));
+  EXPECT_TRUE(respond(request));
   EXPECT_EQ(taken.status, 0);
 }
 
@@ -218,12 +218,12 @@ TEST_F(Serving, RefusesWhileItIsUnloaded) {
   receive(&between);
   EXPECT_EQ(between.status, static_cast<int>(CallStatus::Unavailable));
   EXPECT_EQ(between.text, "the model m is unloaded");
-  EXPECT_TRUE(answer(model_->take()));
+  EXPECT_TRUE(respond(model_->take()));
   EXPECT_EQ(before.status, 0);
   model_->set_loaded(true);
   EXPECT_TRUE(model_->ready());
   receive(&after);
-  EXPECT_TRUE(answer(model_->take()));
+  EXPECT_TRUE(respond(model_->take()));
   EXPECT_EQ(after.status, 0);
 }
 
@@ -236,7 +236,7 @@ TEST_F(Serving, RefusesWhatWaitedWhenTheInputsChange) {
   std::array<std::byte, 4> second{};
   EXPECT_TRUE(request->read_input(1, second));
   EXPECT_EQ(std::memcmp(second.data(), "bbbb", 4), 0);
-  EXPECT_TRUE(answer(request));
+  EXPECT_TRUE(respond(request));
   EXPECT_EQ(before.status, static_cast<int>(CallStatus::InvalidArgument));
   EXPECT_SAYS(before.text,
               "WEIR-2001: the inputs of the model m changed while the request waited\n"
@@ -253,7 +253,7 @@ TEST_F(Serving, KeepsWhatWaitedWhenItStillFitsTheInputs) {
   const auto request = model_->take();
   std::array<std::byte, 8> elements{};
   EXPECT_TRUE(request->read_input(0, elements));
-  EXPECT_TRUE(answer(request));
+  EXPECT_TRUE(respond(request));
   EXPECT_EQ(ended.status, 0);
 }
 
@@ -268,7 +268,7 @@ TEST_F(Serving, WakesTheThreadThatTakes) {
   EXPECT_TRUE(returned);
   model_->resume();
   Ended ended;
-  std::thread other([&] { answer(model_->take()); });
+  std::thread other([&] { respond(model_->take()); });
   receive(&ended);
   other.join();
   EXPECT_EQ(ended.status, 0);
@@ -330,7 +330,7 @@ TEST_F(ServingBytes, ReadsOneElementRawAndTyped) {
     std::string bytes(request->size_of_bytes(0), '?');
     request->copy_bytes(0, std::as_writable_bytes(std::span(bytes)));
     EXPECT_EQ(bytes, c.wanted);
-    EXPECT_TRUE(answer(request));
+    EXPECT_TRUE(respond(request));
   }
 }
 

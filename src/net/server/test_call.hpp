@@ -23,7 +23,7 @@ class TestCall final : public Call {
     request_ = Chunks({std::as_bytes(std::span(message_))});
   }
   bool cancelled() const noexcept override { return is_cancelled; }
-  bool answer(const Pieces& pieces, const std::shared_ptr<const void>&) override {
+  bool respond(const Pieces& pieces, const std::shared_ptr<const void>&) override {
     std::string all;
     for (const auto& piece : pieces)
       all += piece.own.empty() ? std::string(reinterpret_cast<const char*>(piece.borrowed.data()),

@@ -6,9 +6,9 @@
 
 namespace weir::net {
 
-// A connection that is silent for ten seconds gets a ping, and ends when the answer is missing for
-// ten more; gRPC's own default is two hours. Less than five would end clients that only wait: gRPC
-// clients without a call read their connections every five seconds.
+// A connection that is silent for ten seconds gets a ping, and ends when the response is missing
+// for ten more; gRPC's own default is two hours. Less than five would end clients that only wait:
+// gRPC clients without a call read their connections every five seconds.
 inline void end_vanished_clients(grpc::ServerBuilder* builder) {
   builder->AddChannelArgument(GRPC_ARG_KEEPALIVE_TIME_MS, 10'000);
   builder->AddChannelArgument(GRPC_ARG_KEEPALIVE_TIMEOUT_MS, 10'000);

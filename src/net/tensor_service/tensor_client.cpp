@@ -76,11 +76,11 @@ class SendingCall final : public ClientCall, public OutgoingStream {
  public:
   explicit SendingCall(OutgoingFrames* frames) : frames_(frames) {}
   void begin() override {
-    StartRead(&answer_);
+    StartRead(&response_);
     if (!frames_->join(this)) StartWritesDone();
   }
   void leave() override { frames_->leave(this); }
-  // The answer, or the end of the call.
+  // The response, or the end of the call.
   void OnReadDone(bool) override {
     leave();
     release();
@@ -98,7 +98,7 @@ class SendingCall final : public ClientCall, public OutgoingStream {
 
  private:
   OutgoingFrames* const frames_;
-  grpc::ByteBuffer message_, answer_;
+  grpc::ByteBuffer message_, response_;
 };
 
 // RecvTensors

@@ -113,7 +113,7 @@ class ReceivingCall final : public ServedCall, public IncomingStream {
  public:
   ReceivingCall(grpc::GenericCallbackServerContext* context, Admission* admission,
                 IncomingFrames* frames, const std::string& empty)
-      : ServedCall(context, admission), frames_(frames), answer_(message_of(empty)) {
+      : ServedCall(context, admission), frames_(frames), response_(message_of(empty)) {
     if (enter() && !frames_->join(this))
       finish({grpc::StatusCode::UNAVAILABLE, "the stream of the receiver has ended"});
   }
@@ -127,7 +127,7 @@ class ReceivingCall final : public ServedCall, public IncomingStream {
                                 {std::move(message->chunks), std::move(message->memory), peer_, 0});
     }
     if (frames_->leave(this) && !finished_.exchange(true))
-      StartWriteAndFinish(&answer_, grpc::WriteOptions(), grpc::Status::OK);
+      StartWriteAndFinish(&response_, grpc::WriteOptions(), grpc::Status::OK);
   }
   void OnCancel() override {
     if (frames_->leave(this)) finish(grpc::Status::CANCELLED);
@@ -145,7 +145,7 @@ class ReceivingCall final : public ServedCall, public IncomingStream {
 
  private:
   IncomingFrames* const frames_;
-  grpc::ByteBuffer message_, answer_;
+  grpc::ByteBuffer message_, response_;
 };
 
 class RefusedCall final : public grpc::ServerGenericBidiReactor {

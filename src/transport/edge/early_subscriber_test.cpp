@@ -120,13 +120,13 @@ TEST_F(EarlySubscriber, MayEndWhileItWaits) {
 TEST_F(EarlySubscriber, IsRefusedIfItAnswersBeforeTheCaps) {
   const auto socket = connect_to("localhost", publisher_->port(), std::nullopt, -1);
   ASSERT_TRUE(socket);
-  const Bytes answer = wire::test::golden_host_info();
-  EXPECT_EQ(send(socket->get(), answer.data(), answer.size(), MSG_NOSIGNAL),
-            static_cast<ssize_t>(answer.size()));
+  const Bytes response = wire::test::golden_host_info();
+  EXPECT_EQ(send(socket->get(), response.data(), response.size(), MSG_NOSIGNAL),
+            static_cast<ssize_t>(response.size()));
   EXPECT_TRUE(becomes_true([&] { return publisher_->counts().refused == 1; }, "the refusal"));
 }
 
-// Only the time between the greeting and its answer is limited.
+// Only the time between the greeting and its response is limited.
 TEST(SubscriberLinkTime, TheWaitForCapsIsNotASlowHandshake) {
   int sockets[2];
   ASSERT_EQ(socketpair(AF_UNIX, SOCK_STREAM, 0, sockets), 0);

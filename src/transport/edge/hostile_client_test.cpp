@@ -127,8 +127,8 @@ TEST_F(HostileClient, Class3ASecondHostInfoOpensNoConnection) {
   auto peer = connected(), other = client();
   peer.host_info("localhost:" + std::to_string(other.port()));
   peer.request({from_text("a")});
-  answer_one();
-  EXPECT_EQ(peer.answer(), (std::vector<Bytes>{from_text("a")}));
+  respond_once();
+  EXPECT_EQ(peer.response(), (std::vector<Bytes>{from_text("a")}));
   EXPECT_FALSE(other.is_called());
 }
 
@@ -161,7 +161,7 @@ TEST_F(HostileClient, Class4RepeatedAndEmptyKeys) {
   expect_request_refused(with_metadata(from_hex("01 00 00 00 61 00 00")), "metadata");
 }
 
-TEST_F(HostileClient, Class5AnswersForAnotherMachineAreRefused) {
+TEST_F(HostileClient, Class5ResponsesForAnotherMachineAreRefused) {
   expect_handshake_refused(host_info("192.0.2.1:80"),
                            "a client requests its answers at another machine");
   EXPECT_SAYS(reasons(), "192.0.2.1:80 from a connection of 127.0.0.1");
@@ -174,8 +174,8 @@ TEST_F(HostileClient, Class5NamesAreNotLookedUp) {
   peer.host_info("some.other.machine:" + std::to_string(peer.port()));
   peer.accept();
   peer.request({from_text("a")});
-  answer_one();
-  EXPECT_EQ(peer.answer(), (std::vector<Bytes>{from_text("a")}));
+  respond_once();
+  EXPECT_EQ(peer.response(), (std::vector<Bytes>{from_text("a")}));
 }
 
 TEST_F(HostileClient, Class5OtherAddressesThatAreAllowedAreUsed) {
@@ -232,9 +232,9 @@ TEST_F(HostileClient, Class6AFloodOfMessagesStallsNoOtherAndNoStop) {
   open();
   const auto peer = connected();
   ASSERT_TRUE(clients_become(1));
-  const Flood requests(peer.a.get()), answers(peer.b.get());
+  const Flood requests(peer.a.get()), responses(peer.b.get());
   requests.wait_until_it_runs();
-  answers.wait_until_it_runs();
+  responses.wait_until_it_runs();
   for (int i = 0; i < 3; ++i) expect_service();
   listener_->stop();
 }
@@ -259,24 +259,24 @@ TEST_F(HostileClient, Class7APeerThatDoesNotReadStallsNoOtherAndIsRemoved) {
   auto slow = connected();
   slow.request({from_text("a")});
   const auto owner = std::make_shared<Bytes>(32 << 20);
-  EXPECT_EQ(listener_->answer(listener_->take()->client(), {*owner}, owner, ""), Sent::Queued);
+  EXPECT_EQ(listener_->respond(listener_->take()->client(), {*owner}, owner, ""), Sent::Queued);
   expect_service();
   slow.request({from_text("more")});
-  answer_one();  // waits in the queue
+  respond_once();  // waits in the queue
   expect_service();
   EXPECT_TRUE(is_refused("it did not read its answers for 2000 ms (property timeout)"));
   EXPECT_TRUE(clients_become(0));
 }
 
-TEST_F(HostileClient, Class7AQueueThatIsFullLosesAnswers) {
-  open({.client = {.answers = {.frames = 1}}, .max_requests = 0});
+TEST_F(HostileClient, Class7AQueueThatIsFullLosesResponses) {
+  open({.client = {.responses = {.frames = 1}}, .max_requests = 0});
   auto slow = connected();
   slow.request({Bytes(32 << 20)});
-  answer_one();
+  respond_once();
   slow.request({from_text("more")});
-  EXPECT_EQ(answer(listener_->take()), Sent::Full);
+  EXPECT_EQ(respond(listener_->take()), Sent::Full);
   EXPECT_EQ(listener_->counts().answers_lost, 1u);
-  EXPECT_EQ(slow.answer()[0].size(), size_t{32} << 20);
+  EXPECT_EQ(slow.response()[0].size(), size_t{32} << 20);
 }
 
 TEST_F(HostileClient, Class8IdsAreRandomAndUnique) {
@@ -304,41 +304,41 @@ TEST_F(HostileClient, Class8TheIdInAFrameIsIgnored) {
   thief.request({from_text("a")});
   const auto request = listener_->take();
   EXPECT_EQ(request->client(), own);
-  EXPECT_EQ(answer(request), Sent::Queued);
-  EXPECT_EQ(thief.answer(), (std::vector<Bytes>{from_text("a")}));
+  EXPECT_EQ(respond(request), Sent::Queued);
+  EXPECT_EQ(thief.response(), (std::vector<Bytes>{from_text("a")}));
 }
 
-TEST_F(HostileClient, Class10ClientsLeaveWhileAnswersAreSent) {
+TEST_F(HostileClient, Class10ClientsLeaveWhileResponsesAreSent) {
   open();
   for (int i = 0; i < 20; ++i) {
     auto peer = connected();
     peer.request({Bytes(4 << 20)});
     const auto request = listener_->take();
     std::thread leaver([&] { peer.close(); });
-    answer(request);
+    respond(request);
     leaver.join();
   }
   EXPECT_TRUE(clients_become(0));
   expect_service();
 }
 
-TEST_F(HostileClient, Class10StopsWhileAnswersAreSent) {
+TEST_F(HostileClient, Class10StopsWhileResponsesAreSent) {
   for (int i = 0; i < 10; ++i) {
     open();
     auto peer = connected();
     peer.request({Bytes(4 << 20)});
-    answer_one();
+    respond_once();
     listener_->stop();
     peer.b.rest();
   }
 }
 
-TEST_F(HostileClient, Class12AnAnswerWithAnEmptyMemoryIsNotSent) {
+TEST_F(HostileClient, Class12AResponseWithAnEmptyMemoryIsNotSent) {
   open();
   auto peer = connected();
   peer.request({from_text("a")});
   const auto request = listener_->take();
-  EXPECT_EQ(listener_->answer(request->client(), {std::span<const std::byte>()}, nullptr, ""),
+  EXPECT_EQ(listener_->respond(request->client(), {std::span<const std::byte>()}, nullptr, ""),
             Sent::NoClient);
   EXPECT_EQ(peer.b.rest(), wire::test::golden_error());
   EXPECT_TRUE(is_refused("a memory of 0 bytes"));
@@ -352,9 +352,9 @@ TEST_F(HostileClient, Class12MoreMemoriesThanAFormHas) {
   ASSERT_TRUE(clients_become(2));
   const Bytes byte(1);
   const std::vector<std::span<const std::byte>> memories(16, byte);
-  EXPECT_EQ(listener_->answer(newer.id, memories, nullptr, ""), Sent::Queued);
-  EXPECT_EQ(newer.answer().size(), 16u);
-  EXPECT_EQ(listener_->answer(older.id, memories, nullptr, ""), Sent::NoClient);
+  EXPECT_EQ(listener_->respond(newer.id, memories, nullptr, ""), Sent::Queued);
+  EXPECT_EQ(newer.response().size(), 16u);
+  EXPECT_EQ(listener_->respond(older.id, memories, nullptr, ""), Sent::NoClient);
   EXPECT_TRUE(is_refused("more memories than the peer can receive: 16 memories"));
   EXPECT_EQ(listener_->counts().answers_lost, 1u);
 }

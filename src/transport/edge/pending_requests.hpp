@@ -1,4 +1,4 @@
-// PendingRequests: the requests of a query client that have no answer yet
+// PendingRequests: the requests of a query client that have no response yet
 // (docs/compatibility/edge-wire.md 10.3, 10.4).
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #pragma once
@@ -18,13 +18,13 @@ namespace weir::edge {
 
 // `Frame` is what the client keeps of a frame that it sent.
 //
-// Messages of NNStreamer have no numbers: the n-th answer of a connection belongs to its n-th
-// request. A request that timed out frees its place. Its answer is still used if it arrives before
-// the next request is sent; afterwards nothing could say which of the two it answers, so the entry
-// stays without its frame until an answer has been discarded for it. Servers of Weir repeat the
-// number of the request (`weir.seq`) and may answer in any order; take() returns the answers in the
-// order of the requests. One thread at a time.
-template <class Frame, class Answer>
+// Messages of NNStreamer have no numbers: the n-th response of a connection belongs to its n-th
+// request. A request that timed out frees its place. Its response is still used if it arrives
+// before the next request is sent; afterwards nothing could say which of the two it answers, so the
+// entry stays without its frame until a response has been discarded for it. Servers of Weir repeat
+// the number of the request (`weir.seq`) and may answer in any order; take() returns the responses
+// in the order of the requests. One thread at a time.
+template <class Frame, class Response>
 class PendingRequests {
  public:
   using Time = std::chrono::steady_clock::time_point;
@@ -37,7 +37,7 @@ class PendingRequests {
   // The number of the next request.
   uint64_t next_number() const noexcept { return next_; }
   // A request was sent. Without `deadline` it waits until the connection ends. Returns how many
-  // requests that timed out can no longer have an answer because of it.
+  // requests that timed out can no longer have a response because of it.
   size_t add(Frame frame, io::Deadline deadline) {
     size_t forgotten = 0;
     for (Entry& entry : entries_) {
@@ -50,21 +50,21 @@ class PendingRequests {
     return forgotten;
   }
 
-  // An answer arrived, with the number that the server repeated, if it did. PEER_MESSAGE_INVALID
-  // for an answer without a request, and for one without a number from a server that sent numbers
+  // A response arrived, with the number that the server repeated, if it did. PEER_MESSAGE_INVALID
+  // for a response without a request, and for one without a number from a server that sent numbers
   // before.
-  Status accept(std::optional<uint64_t> number, Answer answer) {
-    if (number) return accept_number(*number, std::move(answer));
+  Status accept(std::optional<uint64_t> number, Response response) {
+    if (number) return accept_number(*number, std::move(response));
     if (numbered_)
       return wire::peer_error("an answer has no weir.seq", "an answer without a number",
                               "the number of its request, as in earlier answers");
     const auto entry =
-        std::find_if(entries_.begin(), entries_.end(), [](const Entry& e) { return !e.answer; });
+        std::find_if(entries_.begin(), entries_.end(), [](const Entry& e) { return !e.response; });
     if (entry == entries_.end())
       return wire::peer_error("an answer does not belong to a request",
                               "more answers than requests", "one answer for each request");
     if (entry->frame)
-      answered(&*entry, std::move(answer));
+      answered(&*entry, std::move(response));
     else
       entries_.erase(entry);
     return ok();
@@ -72,17 +72,17 @@ class PendingRequests {
 
   struct Answered {
     Frame frame;
-    Answer answer;
+    Response response;
     bool late;  // after its deadline
   };
   // The next answered request, in the order in which requests were sent. With numbers, requests
   // that have timed out are skipped.
   std::optional<Answered> take() {
     const auto found = std::find_if(entries_.begin(), entries_.end(), [this](const Entry& e) {
-      return e.answer || !numbered_ || !e.expired;
+      return e.response || !numbered_ || !e.expired;
     });
-    if (found == entries_.end() || !found->answer) return std::nullopt;
-    Answered out{*std::move(found->frame), *std::move(found->answer), found->expired};
+    if (found == entries_.end() || !found->response) return std::nullopt;
+    Answered out{*std::move(found->frame), *std::move(found->response), found->expired};
     skipped_ += static_cast<size_t>(
         std::count_if(entries_.begin(), found, [](const Entry& e) { return e.frame.has_value(); }));
     entries_.erase(entries_.begin(), found + 1);
@@ -95,7 +95,7 @@ class PendingRequests {
   size_t expire(Time now) {
     size_t count = 0;
     for (Entry& entry : entries_) {
-      if (entry.expired || entry.answer || !entry.deadline || *entry.deadline > now) continue;
+      if (entry.expired || entry.response || !entry.deadline || *entry.deadline > now) continue;
       entry.expired = true;
       ++count;
     }
@@ -103,14 +103,14 @@ class PendingRequests {
     return count;
   }
   // Whether more than `max` requests in a row have timed out. The server may have dropped frames:
-  // only a new connection makes clear which answer is whose. With numbers it always is.
+  // only a new connection makes clear which response is whose. With numbers it always is.
   bool must_reconnect(size_t max) const noexcept { return !numbered_ && late_in_row_ > max; }
 
   struct Ended {
     size_t waiting = 0;  // they had time left
-    size_t expired = 0;  // their answer could still have come
+    size_t expired = 0;  // their response could still have come
   };
-  // The connection ended: no answer will come. Numbers of requests continue.
+  // The connection ended: no response will come. Numbers of requests continue.
   Ended clear() {
     Ended out;
     for (const Entry& entry : entries_) {
@@ -124,7 +124,7 @@ class PendingRequests {
     return out;
   }
 
-  // Requests that have a place: without an answer, and not timed out.
+  // Requests that have a place: without a response, and not timed out.
   size_t waiting() const noexcept {
     return static_cast<size_t>(
         std::count_if(entries_.begin(), entries_.end(), [](const Entry& e) { return e.waits(); }));
@@ -140,19 +140,19 @@ class PendingRequests {
  private:
   struct Entry {
     uint64_t number;
-    std::optional<Frame> frame;  // none: no answer can be used
-    std::optional<Answer> answer;
+    std::optional<Frame> frame;  // none: no response can be used
+    std::optional<Response> response;
     io::Deadline deadline;
     bool expired;
 
-    bool waits() const noexcept { return !expired && !answer; }
+    bool waits() const noexcept { return !expired && !response; }
   };
 
-  void answered(Entry* entry, Answer answer) {
-    entry->answer = std::move(answer);
+  void answered(Entry* entry, Response response) {
+    entry->response = std::move(response);
     late_in_row_ = 0;
   }
-  Status accept_number(uint64_t number, Answer answer) {
+  Status accept_number(uint64_t number, Response response) {
     if (number < first_ || number >= next_)
       return wire::peer_error("an answer does not belong to a request",
                               "weir.seq " + std::to_string(number),
@@ -161,7 +161,7 @@ class PendingRequests {
     std::erase_if(entries_, [](const Entry& e) { return !e.frame; });
     const auto found = std::find_if(entries_.begin(), entries_.end(),
                                     [&](const Entry& e) { return e.number == number; });
-    if (found != entries_.end() && !found->answer) answered(&*found, std::move(answer));
+    if (found != entries_.end() && !found->response) answered(&*found, std::move(response));
     return ok();
   }
 

@@ -1,4 +1,4 @@
-// Answers of a query server and the requests that they belong to.
+// Responses of a query server and the requests that they belong to.
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #include "transport/edge/pending_requests.hpp"
 
@@ -14,7 +14,7 @@ std::chrono::steady_clock::time_point at(int ms) {
   return std::chrono::steady_clock::time_point(std::chrono::milliseconds(ms));
 }
 
-// The frames that have an answer, in order; "(a)" is a late one.
+// The frames that have a response, in order; "(a)" is a late one.
 std::string taken(Requests& requests) {
   std::string out;
   while (const auto next = requests.take())
@@ -22,8 +22,8 @@ std::string taken(Requests& requests) {
   return out;
 }
 
-// An answer arrives; returns what can be taken, or the error.
-std::string after_answer(Requests& requests, std::optional<uint64_t> number = {}) {
+// A response arrives; returns what can be taken, or the error.
+std::string after_response(Requests& requests, std::optional<uint64_t> number = {}) {
   if (const auto status = requests.accept(number, 1); !status)
     return "error: " + status.error().what + ": " + status.error().offered;
   return taken(requests);
@@ -33,21 +33,21 @@ void add(Requests& requests, std::initializer_list<const char*> names, io::Deadl
   for (const char* name : names) requests.add(name, deadline);
 }
 
-TEST(PendingRequests, MatchesTheNthAnswerWithTheNthRequest) {
+TEST(PendingRequests, MatchesTheNthResponseWithTheNthRequest) {
   Requests requests;
   add(requests, {"a", "b", "c"});
-  EXPECT_EQ(after_answer(requests), "a");
-  EXPECT_EQ(after_answer(requests), "b");
+  EXPECT_EQ(after_response(requests), "a");
+  EXPECT_EQ(after_response(requests), "b");
   EXPECT_EQ(requests.waiting(), 1u);
-  EXPECT_EQ(after_answer(requests), "c");
+  EXPECT_EQ(after_response(requests), "c");
 }
 
-TEST(PendingRequests, KeepsTheAnswerOfEachRequest) {
+TEST(PendingRequests, KeepsTheResponseToEachRequest) {
   Requests requests;
   add(requests, {"a", "b"});
   ASSERT_TRUE(requests.accept({}, 7) && requests.accept({}, 8));
-  EXPECT_EQ(requests.take()->answer, 7);
-  EXPECT_EQ(requests.take()->answer, 8);
+  EXPECT_EQ(requests.take()->response, 7);
+  EXPECT_EQ(requests.take()->response, 8);
 }
 
 TEST(PendingRequests, HasRoomForOneMoreThanMaxRequest) {
@@ -58,7 +58,7 @@ TEST(PendingRequests, HasRoomForOneMoreThanMaxRequest) {
   }
   EXPECT_FALSE(requests.has_room(2));
   EXPECT_TRUE(requests.has_room(0));  // no limit
-  after_answer(requests);
+  after_response(requests);
   EXPECT_TRUE(requests.has_room(2));
 }
 
@@ -74,19 +74,19 @@ TEST(PendingRequests, ATimeOutFreesItsPlaceAndKeepsTheOrder) {
   EXPECT_TRUE(requests.has_room(1));
   EXPECT_EQ(requests.next_deadline(), at(30));
   EXPECT_EQ(requests.add("c", {}), 1u);
-  EXPECT_EQ(after_answer(requests), "");  // of "a", or of "b" if the server dropped "a"
-  EXPECT_EQ(after_answer(requests), "b");
-  EXPECT_EQ(after_answer(requests), "c");
+  EXPECT_EQ(after_response(requests), "");  // of "a", or of "b" if the server dropped "a"
+  EXPECT_EQ(after_response(requests), "b");
+  EXPECT_EQ(after_response(requests), "c");
   EXPECT_FALSE(requests.next_deadline());
 }
 
-TEST(PendingRequests, ALateAnswerIsUsedBeforeTheNextRequest) {
+TEST(PendingRequests, ALateResponseIsUsedBeforeTheNextRequest) {
   Requests requests;
   add(requests, {"a"}, at(10));
   EXPECT_EQ(requests.expire(at(10)), 1u);
-  EXPECT_EQ(after_answer(requests), "(a)");
+  EXPECT_EQ(after_response(requests), "(a)");
   EXPECT_EQ(requests.add("b", {}), 0u);
-  EXPECT_EQ(after_answer(requests), "b");
+  EXPECT_EQ(after_response(requests), "b");
 }
 
 TEST(PendingRequests, ReconnectsAfterMoreThanMaxRequestTimeOutsInARow) {
@@ -101,29 +101,29 @@ TEST(PendingRequests, ReconnectsAfterMoreThanMaxRequestTimeOutsInARow) {
   EXPECT_EQ(requests.clear().waiting, 1u);
   EXPECT_FALSE(requests.must_reconnect(1));
   add(requests, {"d"});
-  EXPECT_EQ(after_answer(requests), "d");
+  EXPECT_EQ(after_response(requests), "d");
 }
 
-// A server that dropped one frame: each answer is discarded for the request before its own.
-TEST(PendingRequests, ReconnectsWhenEachAnswerIsTakenForTheOneBefore) {
+// A server that dropped one frame: each response is discarded for the request before its own.
+TEST(PendingRequests, ReconnectsWhenEachResponseIsTakenForTheOneBefore) {
   Requests requests;
   int sent = 0;
   for (; sent < 10 && !requests.must_reconnect(2); ++sent) {
     add(requests, {"a"}, at(sent));
     if (sent > 0) {
-      EXPECT_EQ(after_answer(requests), "");
+      EXPECT_EQ(after_response(requests), "");
     }
     requests.expire(at(sent));
   }
   EXPECT_EQ(sent, 3);
 }
 
-TEST(PendingRequests, AnAnswerInTimeEndsTheRowOfTimeOuts) {
+TEST(PendingRequests, AResponseInTimeEndsTheRowOfTimeOuts) {
   Requests requests;
   for (int i = 0; i < 5; ++i) {
     add(requests, {"a"}, at(i));
     requests.expire(at(i));
-    EXPECT_EQ(after_answer(requests), "(a)");
+    EXPECT_EQ(after_response(requests), "(a)");
     EXPECT_FALSE(requests.must_reconnect(0));
   }
 }
@@ -141,25 +141,25 @@ TEST(PendingRequests, TheEndOfTheConnectionCountsWhatWaited) {
   EXPECT_EQ(requests.clear().waiting, 0u);
 }
 
-TEST(PendingRequests, AnswersWithNumbersAreTakenInTheOrderOfTheRequests) {
+TEST(PendingRequests, ResponsesWithNumbersAreTakenInTheOrderOfTheRequests) {
   Requests requests;
   add(requests, {"a"});
   add(requests, {"b"}, at(10));
   add(requests, {"c"});
-  EXPECT_EQ(after_answer(requests, 2), "");
-  EXPECT_EQ(after_answer(requests, 0), "a");
+  EXPECT_EQ(after_response(requests, 2), "");
+  EXPECT_EQ(after_response(requests, 0), "a");
   EXPECT_EQ(requests.expire(at(10)), 1u);
   EXPECT_EQ(taken(requests), "c");
   EXPECT_EQ(requests.take_skipped(), 1u);  // "b"
   EXPECT_EQ(requests.take_skipped(), 0u);
-  EXPECT_EQ(after_answer(requests, 1), "");
+  EXPECT_EQ(after_response(requests, 1), "");
   EXPECT_FALSE(requests.must_reconnect(0));
 }
 
-TEST(PendingRequests, NeverReconnectsForLostAnswersOfAServerThatRepeatsNumbers) {
+TEST(PendingRequests, NeverReconnectsForLostResponsesOfAServerThatRepeatsNumbers) {
   Requests requests;
   add(requests, {"a"});
-  EXPECT_EQ(after_answer(requests, 0), "a");
+  EXPECT_EQ(after_response(requests, 0), "a");
   for (int i = 0; i < 3; ++i) {
     EXPECT_EQ(requests.add("b", at(10)), i > 0 ? 1u : 0u);
     requests.expire(at(10));
@@ -168,38 +168,41 @@ TEST(PendingRequests, NeverReconnectsForLostAnswersOfAServerThatRepeatsNumbers) 
   }
 }
 
-TEST(PendingRequests, RefusesAnAnswerWithoutARequest) {
+TEST(PendingRequests, RefusesAResponseWithoutARequest) {
   Requests requests;
-  EXPECT_EQ(after_answer(requests),
+  EXPECT_EQ(after_response(requests),
             "error: an answer does not belong to a request: more answers than requests");
   add(requests, {"a"});
-  EXPECT_EQ(after_answer(requests), "a");
+  EXPECT_EQ(after_response(requests), "a");
   EXPECT_EQ(requests.accept({}, 1).error().code, Code::PEER_MESSAGE_INVALID);
 }
 
 TEST(PendingRequests, RefusesANumberThatWasNotSentOnTheConnection) {
   Requests requests;
   add(requests, {"a"});
-  EXPECT_EQ(after_answer(requests, 7), "error: an answer does not belong to a request: weir.seq 7");
+  EXPECT_EQ(after_response(requests, 7),
+            "error: an answer does not belong to a request: weir.seq 7");
   requests.clear();
   EXPECT_EQ(requests.next_number(), 1u);
   add(requests, {"b"});
-  EXPECT_EQ(after_answer(requests, 0), "error: an answer does not belong to a request: weir.seq 0");
+  EXPECT_EQ(after_response(requests, 0),
+            "error: an answer does not belong to a request: weir.seq 0");
   EXPECT_EQ(requests.waiting(), 1u);
 }
 
-TEST(PendingRequests, RefusesAnAnswerWithoutANumberAfterNumberedOnes) {
+TEST(PendingRequests, RefusesAResponseWithoutANumberAfterNumberedOnes) {
   Requests requests;
   add(requests, {"a", "b"});
-  EXPECT_EQ(after_answer(requests, 0), "a");
-  EXPECT_EQ(after_answer(requests), "error: an answer has no weir.seq: an answer without a number");
+  EXPECT_EQ(after_response(requests, 0), "a");
+  EXPECT_EQ(after_response(requests),
+            "error: an answer has no weir.seq: an answer without a number");
 }
 
-TEST(PendingRequests, ANumberedAnswerThatComesTwiceIsGivenToNoOtherRequest) {
+TEST(PendingRequests, ANumberedResponseThatComesTwiceIsGivenToNoOtherRequest) {
   Requests requests;
   add(requests, {"a", "b"});
-  EXPECT_EQ(after_answer(requests, 0), "a");
-  EXPECT_EQ(after_answer(requests, 0), "");
+  EXPECT_EQ(after_response(requests, 0), "a");
+  EXPECT_EQ(after_response(requests, 0), "");
   EXPECT_EQ(requests.waiting(), 1u);
 }
 

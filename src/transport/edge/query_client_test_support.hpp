@@ -159,12 +159,13 @@ class RawClient {
   void request(const std::vector<Bytes>& memories, const std::string& sequence = "") const {
     a.send(request_bytes(memories, sequence));
   }
-  // The memories of the next answer.
-  std::vector<Bytes> answer() {
-    answered = b.message(form_);
-    EXPECT_EQ(answered.command, wire::Command::TransferData);
+  // The memories of the next response.
+  std::vector<Bytes> response() {
+    last_response = b.message(form_);
+    EXPECT_EQ(last_response.command, wire::Command::TransferData);
     std::vector<Bytes> out;
-    for (const auto& memory : answered.memories) out.push_back(wire::test::copy_of(memory.bytes()));
+    for (const auto& memory : last_response.memories)
+      out.push_back(wire::test::copy_of(memory.bytes()));
     return out;
   }
   void close() {
@@ -175,7 +176,7 @@ class RawClient {
 
   RawEnd a, b;
   int64_t id = 0;
-  wire::EdgeMessage answered;  // the last answer
+  wire::EdgeMessage last_response;  // the last response
 
  private:
   HeaderForm form_;
@@ -194,7 +195,7 @@ class EdgeQuery : public ::testing::Test {
     ASSERT_TRUE(made) << made.error().message();
     listener_ = *std::move(made);
     ASSERT_TRUE(listener_->set_request_caps("A"));
-    ASSERT_TRUE(listener_->set_answer_caps("B"));
+    ASSERT_TRUE(listener_->set_response_caps("B"));
     listener_->set_accepting(true);
   }
   RawClient client(HeaderForm form = HeaderForm::Bytes2088) {
@@ -206,17 +207,17 @@ class EdgeQuery : public ::testing::Test {
     return out;
   }
   // Answers the next request with its memories in the other order.
-  void answer_one() {
+  void respond_once() {
     const auto request = listener_->take();
     ASSERT_TRUE(request);
-    answer(request);
+    respond(request);
   }
-  QueryListener::Sent answer(const std::shared_ptr<Request>& request) {
+  QueryListener::Sent respond(const std::shared_ptr<Request>& request) {
     const auto owner =
         std::make_shared<std::vector<wire::ByteBlock>>(std::move(request->memories()));
     std::vector<std::span<const std::byte>> parts;
     for (auto at = owner->rbegin(); at != owner->rend(); ++at) parts.push_back(at->bytes());
-    const auto sent = listener_->answer(request->client(), parts, owner, request->sequence());
+    const auto sent = listener_->respond(request->client(), parts, owner, request->sequence());
     if (sent == QueryListener::Sent::Queued) request->end(Request::Outcome::Answered);
     return sent;
   }
@@ -232,12 +233,12 @@ class EdgeQuery : public ::testing::Test {
     return becomes_true([&] { return reasons().find(words) != std::string::npos; },
                         [&] { return "\"" + words + "\" in \"" + reasons() + "\""; });
   }
-  // A client that is well-behaved gets its answer.
+  // A client that is well-behaved gets its response.
   void expect_service() {
     auto good = connected();
     good.request({from_text("good")});
-    answer_one();
-    EXPECT_EQ(good.answer(), (std::vector<Bytes>{from_text("good")}));
+    respond_once();
+    EXPECT_EQ(good.response(), (std::vector<Bytes>{from_text("good")}));
   }
 
   std::mutex mutex_;

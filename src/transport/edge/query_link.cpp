@@ -206,8 +206,8 @@ Result<bool> QueryLink::accept_server(const io::Deadline& deadline) {
   if (ready > 0 && watched[2].revents) {
     Descriptor socket = accept_from(listener_.get());
     if (!socket || !is_of_server(socket.get())) return false;
-    answers_ = std::make_unique<MessageConnection>(std::move(socket), wire::Side::ClientOnB,
-                                                   options_.limits, requests_->form());
+    responses_ = std::make_unique<MessageConnection>(std::move(socket), wire::Side::ClientOnB,
+                                                     options_.limits, requests_->form());
     return true;
   }
   if (ready > 0)
@@ -274,7 +274,7 @@ Result<std::optional<LinkEnd>> QueryLink::wait(const io::Deadline& deadline, boo
   const auto events = static_cast<short>(for_room ? POLLIN | POLLOUT : POLLIN);
   pollfd watched[] = {{requests_->socket(), events, 0},
                       {options_.cancel, POLLIN, 0},
-                      {answers_->socket(), POLLIN, 0}};
+                      {responses_->socket(), POLLIN, 0}};
   const int ready = poll(watched, 3, io::poll_timeout(deadline));
   if (ready < 0 && errno != EINTR) return end(LinkEnd::Lost);
   if (ready > 0 && watched[1].revents) return End(LinkEnd::Interrupted);
@@ -283,7 +283,7 @@ Result<std::optional<LinkEnd>> QueryLink::wait(const io::Deadline& deadline, boo
   auto ended = read_ready((watched[0].revents & ~POLLOUT) != 0, watched[2].revents != 0);
   if (!ended || *ended) return ended;
   if ((watched[0].revents & POLLOUT) || !io::is_over(deadline)) return End();
-  // Answers that are there are taken, but messages that mean nothing do not hold up the time.
+  // Responses that are there are taken, but messages that mean nothing do not hold up the time.
   late_bytes_ += MessageConnection::kTurnBytes;
   return late_bytes_ > expected_bytes() ? End(LinkEnd::Late) : End();
 }
@@ -294,21 +294,21 @@ size_t QueryLink::expected_bytes() const noexcept {
   return static_cast<size_t>((sent_ - answered_ + 1) * (each + MessageConnection::kTurnBytes));
 }
 
-// Answers that came before the end are not lost, and the end of one connection may come before the
-// ERROR on the other.
-Result<std::optional<LinkEnd>> QueryLink::read_ready(bool has_requests, bool has_answers) {
-  Result<End> answers =
-      has_answers ? read_side(answers_.get(), false, MessageConnection::kTurnBytes) : End();
-  if (!answers) return answers;
-  Result<End> requests = has_requests || *answers
+// Responses that came before the end are not lost, and the end of one connection may come before
+// the ERROR on the other.
+Result<std::optional<LinkEnd>> QueryLink::read_ready(bool has_requests, bool has_responses) {
+  Result<End> responses =
+      has_responses ? read_side(responses_.get(), false, MessageConnection::kTurnBytes) : End();
+  if (!responses) return responses;
+  Result<End> requests = has_requests || *responses
                              ? read_side(requests_.get(), true, MessageConnection::kTurnBytes)
                              : Result<End>(End());
   if (!requests) return requests;
-  if (*requests && !*answers && answers_)
-    answers = read_side(answers_.get(), true, expected_bytes());
-  if (!answers) return answers;
-  if (!*answers && !*requests) return End();
-  const bool refused = *answers == LinkEnd::Refused || *requests == LinkEnd::Refused;
+  if (*requests && !*responses && responses_)
+    responses = read_side(responses_.get(), true, expected_bytes());
+  if (!responses) return responses;
+  if (!*responses && !*requests) return End();
+  const bool refused = *responses == LinkEnd::Refused || *requests == LinkEnd::Refused;
   return end(refused ? LinkEnd::Refused : LinkEnd::Lost);
 }
 
@@ -322,12 +322,12 @@ Result<std::optional<LinkEnd>> QueryLink::read_side(MessageConnection* from, boo
     if (step->read == Read::Nothing) return End();
     if (step->read == Read::Closed) return End(LinkEnd::Lost);
     if (step->action == wire::Action::Close) return End(LinkEnd::Refused);
-    if (auto status = take_answer(std::move(step->message)); !status) return status.error();
+    if (auto status = take_response(std::move(step->message)); !status) return status.error();
   } while (all || from->has_read_ahead());
   return End();
 }
 
-Status QueryLink::take_answer(wire::EdgeMessage message) {
+Status QueryLink::take_response(wire::EdgeMessage message) {
   if (answered_ == sent_)
     return wire::peer_error("an answer does not belong to a request", "more answers than requests",
                             "one answer for each request");
@@ -349,7 +349,7 @@ Result<QueryLink::Received> QueryLink::receive(const io::Deadline& deadline) {
   late_bytes_ = 0;
   for (;;) {
     if (!arrived_.empty()) {
-      Received out{.answer = std::move(arrived_.front())};
+      Received out{.response = std::move(arrived_.front())};
       arrived_.pop_front();
       return out;
     }

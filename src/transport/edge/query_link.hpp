@@ -35,29 +35,29 @@ struct RequestMessage {
   std::vector<std::span<const std::byte>> memories;
 };
 
-struct QueryAnswer {
+struct QueryResponse {
   std::vector<wire::ByteBlock> memories;
   std::optional<uint64_t> number;  // of its request, from servers that repeat it
 };
 
-// How waiting for an answer or sending ended without one.
+// How waiting for a response or sending ended without one.
 enum class LinkEnd {
   Late,         // the deadline passed
   Interrupted,  // by the descriptor `cancel`
   Refused,      // the server ended the connection with ERROR
   Lost,         // the connection broke, or the server takes no bytes
-  OutOfStep     // so many answers are missing that only a new connection helps
+  OutOfStep     // so many responses are missing that only a new connection helps
 };
 
 // Used by one thread; it has none of its own. Requests go out on a connection that the client opens
-// (A), answers come in on one that the server opens to the client's listener (B). While it sends,
-// it reads answers too, so that a server that first writes and then reads does not block.
+// (A), responses come in on one that the server opens to the client's listener (B). While it sends,
+// it reads responses too, so that a server that first writes and then reads does not block.
 //
 //   auto link = QueryLink::connect(options);
 //   if (fits(link->capability())) link->confirm(deadline);
 //   auto request = link->make_request(memories, number);
 //   link->send(*request);
-//   auto answer = link->receive(deadline);
+//   auto response = link->receive(deadline);
 class QueryLink {
  public:
   // Listens, connects and reads the server's greeting. OPTION_VALUE, SERVER_UNREACHABLE,
@@ -81,10 +81,10 @@ class QueryLink {
   Result<std::optional<LinkEnd>> send(const RequestMessage& request);
 
   struct Received {
-    std::optional<QueryAnswer> answer{};
-    std::optional<LinkEnd> end{};  // instead of an answer
+    std::optional<QueryResponse> response{};
+    std::optional<LinkEnd> end{};  // instead of a response
   };
-  // Waits for the next answer; a deadline that has passed takes what is there.
+  // Waits for the next response; a deadline that has passed takes what is there.
   // PEER_MESSAGE_INVALID.
   Result<Received> receive(const io::Deadline& deadline);
 
@@ -101,24 +101,24 @@ class QueryLink {
   Result<bool> accept_server(const io::Deadline& deadline);
   bool is_of_server(int socket) const;
   Status check_handshake();
-  Result<End> read_ready(bool has_requests, bool has_answers);
+  Result<End> read_ready(bool has_requests, bool has_responses);
   Result<End> read_side(MessageConnection* from, bool all, size_t turn);
-  // The bytes that the answers which may still come can have.
+  // The bytes that the responses which may still come can have.
   size_t expected_bytes() const noexcept;
-  Status take_answer(wire::EdgeMessage message);
+  Status take_response(wire::EdgeMessage message);
   // Waits for bytes, and with `for_room` also for room to send, and reads what has arrived.
   Result<End> wait(const io::Deadline& deadline, bool for_room);
   End end(LinkEnd how) noexcept;
 
   const QueryOptions options_;
   Descriptor listener_;
-  std::unique_ptr<MessageConnection> requests_, answers_;  // A and B
+  std::unique_ptr<MessageConnection> requests_, responses_;  // A and B
   wire::QueryCapability capability_;
   int64_t client_id_ = 0;
   bool is_within_message_ = false;
   uint64_t sent_ = 0, answered_ = 0;
   size_t late_bytes_ = 0;  // that may have been read since the deadline of this call passed
-  std::deque<QueryAnswer> arrived_;
+  std::deque<QueryResponse> arrived_;
   std::optional<LinkEnd> end_;
 };
 

@@ -53,9 +53,9 @@ class EdgeQuery : public ::testing::Test {
   static Result<QueryLink::Received> receive(QueryLink* link) {
     return link->receive(io::deadline_in(60s));
   }
-  static std::vector<Bytes> bytes_of(const QueryAnswer& answer) {
+  static std::vector<Bytes> bytes_of(const QueryResponse& response) {
     std::vector<Bytes> out;
-    for (const auto& memory : answer.memories) out.push_back(wire::test::copy_of(memory.bytes()));
+    for (const auto& memory : response.memories) out.push_back(wire::test::copy_of(memory.bytes()));
     return out;
   }
   // The error of a server that sends `greeting` and then closes.
@@ -70,11 +70,11 @@ class EdgeQuery : public ::testing::Test {
   }
   // The error of receive() after the server answered a frame with `bytes`; "lost", "refused" if
   // the connection ended.
-  std::string answer_error(const Bytes& bytes, HeaderForm form = HeaderForm::Bytes2088) {
+  std::string response_error(const Bytes& bytes, HeaderForm form = HeaderForm::Bytes2088) {
     ScriptedServer server([&](auto& s) {
       s.handshake("A", "B", form);
       s.read();
-      s.send(s.answers, bytes);
+      s.send(s.responses, bytes);
       s.close();
     });
     const auto link = linked(server);
@@ -82,14 +82,14 @@ class EdgeQuery : public ::testing::Test {
     send(link.get(), {from_text("x")});
     auto received = receive(link.get());
     if (!received) return received.error().message();
-    if (received->answer) return "an answer";
+    if (received->response) return "an answer";
     return *received->end == LinkEnd::Lost ? "lost" : "refused";
   }
 
   transport::WakeEvent stop_;
 };
 
-TEST_F(EdgeQuery, FramesGoOutAndAnswersComeBackInEachForm) {
+TEST_F(EdgeQuery, FramesGoOutAndResponsesComeBackInEachForm) {
   for (const auto form : {HeaderForm::Bytes2088, HeaderForm::Bytes168, HeaderForm::Bytes160}) {
     ScriptedServer server([form](auto& s) {
       s.handshake("A", "B", form);
@@ -103,9 +103,9 @@ TEST_F(EdgeQuery, FramesGoOutAndAnswersComeBackInEachForm) {
       const std::vector<Bytes> frame{from_text("abcd"), from_text("xyz"), Bytes(300000)};
       send(link.get(), frame, i);
       const auto received = receive(link.get());
-      ASSERT_TRUE(received && received->answer);
-      EXPECT_EQ(bytes_of(*received->answer), frame);
-      EXPECT_FALSE(received->answer->number);
+      ASSERT_TRUE(received && received->response);
+      EXPECT_EQ(bytes_of(*received->response), frame);
+      EXPECT_FALSE(received->response->number);
     }
   }
 }
@@ -153,7 +153,7 @@ TEST_F(EdgeQuery, TheServerSeesTheAddressOfTheListener) {
   }
 }
 
-TEST_F(EdgeQuery, NumbersOfAnswersAreRead) {
+TEST_F(EdgeQuery, NumbersOfResponsesAreRead) {
   ScriptedServer server([](auto& s) {
     s.handshake("A", "B");
     const auto a = s.read(), b = s.read();
@@ -165,8 +165,8 @@ TEST_F(EdgeQuery, NumbersOfAnswersAreRead) {
   ASSERT_TRUE(link);
   send(link.get(), {from_text("a")}, 5);
   send(link.get(), {from_text("b")}, 6);
-  EXPECT_EQ(receive(link.get())->answer->number, 6u);
-  EXPECT_EQ(receive(link.get())->answer->number, 5u);
+  EXPECT_EQ(receive(link.get())->response->number, 6u);
+  EXPECT_EQ(receive(link.get())->response->number, 5u);
 }
 
 TEST_F(EdgeQuery, AsManyMemoriesAsTheFormHas) {
@@ -181,7 +181,7 @@ TEST_F(EdgeQuery, AsManyMemoriesAsTheFormHas) {
     ASSERT_TRUE(link);
     const std::vector<Bytes> frame(max, from_text("m"));
     send(link.get(), frame);
-    EXPECT_EQ(bytes_of(*receive(link.get())->answer), frame);
+    EXPECT_EQ(bytes_of(*receive(link.get())->response), frame);
     const Bytes byte(1);
     EXPECT_REFUSED(link->make_request(std::vector<std::span<const std::byte>>(max + 1, byte), 1),
                    LIMIT_EXCEEDED, std::to_string(max + 1));
@@ -195,7 +195,7 @@ TEST_F(EdgeQuery, AServerThatWritesBeforeItReadsDoesNotBlock) {
   ScriptedServer server([](auto& s) {
     s.handshake("A", "B");
     const auto first = s.read();
-    s.answer({Bytes(kLarge)});
+    s.respond({Bytes(kLarge)});
     s.echo(s.read());
     s.ignore_all();
   });
@@ -206,7 +206,7 @@ TEST_F(EdgeQuery, AServerThatWritesBeforeItReadsDoesNotBlock) {
   send(link.get(), {from_text("a")});
   send(link.get(), {Bytes(kLarge)}, 1);
   for (int i = 0; i < 2; ++i)
-    EXPECT_EQ(bytes_of(*receive(link.get())->answer).at(0).size(), kLarge) << i;
+    EXPECT_EQ(bytes_of(*receive(link.get())->response).at(0).size(), kLarge) << i;
 }
 
 // Class 1.
@@ -217,21 +217,23 @@ TEST_F(EdgeQuery, GreetingsThatEndAtAnyByteAreRefused) {
     EXPECT_SAYS(greeting_error(wire::test::start_of(whole, size)), "closed the connection") << size;
   }
 }
-TEST_F(EdgeQuery, AnswersThatEndAtAnyByteAreLost) {
+TEST_F(EdgeQuery, ResponsesThatEndAtAnyByteAreLost) {
   const Bytes whole = wire::test::golden_transfer_data();
   for (const size_t size : {0, 1, 4, 15, 16, 31, 32, 2087, 2088, 2090, 2095, 2110})
-    EXPECT_EQ(answer_error(wire::test::start_of(whole, size)), "lost") << size;
-  EXPECT_EQ(answer_error(whole), "an answer");
+    EXPECT_EQ(response_error(wire::test::start_of(whole, size)), "lost") << size;
+  EXPECT_EQ(response_error(whole), "an answer");
 }
 
 // Class 2.
-TEST_F(EdgeQuery, AnswersWithImpossibleSizesAreRefused) {
+TEST_F(EdgeQuery, ResponsesWithImpossibleSizesAreRefused) {
   const Bytes good = wire::test::golden_transfer_data();
-  EXPECT_SAYS(answer_error(with_bytes(good, 24, "01 01 00 00")), "257 memories");
-  EXPECT_SAYS(answer_error(with_bytes(good, 32, "ff ff ff ff ff ff ff ff")), "larger than allowed");
-  EXPECT_SAYS(answer_error(with_bytes(good, 32, "ff ff ff ff ff ff ff 7f")), "larger than allowed");
-  EXPECT_SAYS(answer_error(with_bytes(good, 32, "00")), "0 bytes");
-  EXPECT_SAYS(answer_error(with_bytes(good, 2080, "ff ff ff")), "metadata");
+  EXPECT_SAYS(response_error(with_bytes(good, 24, "01 01 00 00")), "257 memories");
+  EXPECT_SAYS(response_error(with_bytes(good, 32, "ff ff ff ff ff ff ff ff")),
+              "larger than allowed");
+  EXPECT_SAYS(response_error(with_bytes(good, 32, "ff ff ff ff ff ff ff 7f")),
+              "larger than allowed");
+  EXPECT_SAYS(response_error(with_bytes(good, 32, "00")), "0 bytes");
+  EXPECT_SAYS(response_error(with_bytes(good, 2080, "ff ff ff")), "metadata");
 }
 
 // Class 3.
@@ -255,7 +257,7 @@ TEST_F(EdgeQuery, OtherCommandsAfterTheHandshakeAreIgnored) {
     s.handshake("A", "B");
     const auto message = s.read();
     s.send(s.requests, wire::test::golden_capability() + wire::test::golden_host_info());
-    s.send(s.answers, wire::test::golden_capability() + wire::test::golden_host_info());
+    s.send(s.responses, wire::test::golden_capability() + wire::test::golden_host_info());
     s.echo(message);
     s.ignore_all();
   });
@@ -263,23 +265,23 @@ TEST_F(EdgeQuery, OtherCommandsAfterTheHandshakeAreIgnored) {
   ASSERT_TRUE(link);
   send(link.get(), {from_text("x")});
   const auto received = receive(link.get());
-  ASSERT_TRUE(received && received->answer);
-  EXPECT_EQ(bytes_of(*received->answer), std::vector<Bytes>{from_text("x")});
+  ASSERT_TRUE(received && received->response);
+  EXPECT_EQ(bytes_of(*received->response), std::vector<Bytes>{from_text("x")});
 }
 
 // Class 4.
-TEST_F(EdgeQuery, AnswersWithDamagedMetadataAreRefused) {
+TEST_F(EdgeQuery, ResponsesWithDamagedMetadataAreRefused) {
   const Bytes good = wire::test::golden_transfer_data();
-  EXPECT_SAYS(answer_error(with_bytes(good, 2095, "02")), "metadata");
-  EXPECT_SAYS(answer_error(with_bytes(good, 2095, "00")), "metadata");
-  EXPECT_SAYS(answer_error(with_bytes(good, 2099, "00")), "metadata");
-  EXPECT_SAYS(answer_error(with_bytes(good, 2119, "41")), "metadata");
+  EXPECT_SAYS(response_error(with_bytes(good, 2095, "02")), "metadata");
+  EXPECT_SAYS(response_error(with_bytes(good, 2095, "00")), "metadata");
+  EXPECT_SAYS(response_error(with_bytes(good, 2099, "00")), "metadata");
+  EXPECT_SAYS(response_error(with_bytes(good, 2119, "41")), "metadata");
 }
 TEST_F(EdgeQuery, ANumberThatIsNoNumberIsRefused) {
   ScriptedServer server([](auto& s) {
     s.handshake("A", "B");
     s.read();
-    s.answer({from_text("x")}, {{"weir.seq", "one"}});
+    s.respond({from_text("x")}, {{"weir.seq", "one"}});
     s.ignore_all();
   });
   const auto link = linked(server);
@@ -287,10 +289,10 @@ TEST_F(EdgeQuery, ANumberThatIsNoNumberIsRefused) {
   send(link.get(), {from_text("x")});
   EXPECT_REFUSED(receive(link.get()), PEER_MESSAGE_INVALID, "\"one\"");
 }
-TEST_F(EdgeQuery, AnAnswerWithoutARequestIsRefused) {
+TEST_F(EdgeQuery, AResponseWithoutARequestIsRefused) {
   ScriptedServer server([](auto& s) {
     s.handshake("A", "B");
-    s.answer({from_text("x")});
+    s.respond({from_text("x")});
     s.ignore_all();
   });
   const auto link = linked(server);
@@ -299,7 +301,7 @@ TEST_F(EdgeQuery, AnAnswerWithoutARequestIsRefused) {
 }
 
 // Class 5. All of 127.0.0.0/8 is this machine.
-TEST_F(EdgeQuery, AnswersComeOnlyFromTheAddressOfTheServer) {
+TEST_F(EdgeQuery, ResponsesComeOnlyFromTheAddressOfTheServer) {
   std::atomic<bool> closed{false};
   ScriptedServer server([&](auto& s) {
     s.accept();
@@ -307,7 +309,7 @@ TEST_F(EdgeQuery, AnswersComeOnlyFromTheAddressOfTheServer) {
     const auto stranger = s.connect_from("127.0.0.2", s.read_address());
     std::byte byte{};
     closed = recv(stranger.get(), &byte, 1, 0) == 0;
-    s.answers = s.connect_from("127.0.0.1", s.announced());
+    s.responses = s.connect_from("127.0.0.1", s.announced());
     s.echo(s.read());
     s.ignore_all();
   });
@@ -316,7 +318,7 @@ TEST_F(EdgeQuery, AnswersComeOnlyFromTheAddressOfTheServer) {
   const auto link = linked(wanted);
   ASSERT_TRUE(link);
   send(link.get(), {from_text("x")});
-  EXPECT_TRUE(receive(link.get())->answer);
+  EXPECT_TRUE(receive(link.get())->response);
   EXPECT_TRUE(closed);
 }
 TEST_F(EdgeQuery, TheListenerClosesAfterTheHandshake) {
@@ -332,7 +334,7 @@ TEST_F(EdgeQuery, TheListenerClosesAfterTheHandshake) {
   ASSERT_TRUE(link);
   send(link.get(), {from_text("x")});  // the script has written `announced` when it reads the next
   send(link.get(), {from_text("x")}, 1);
-  ASSERT_TRUE(receive(link.get())->answer);
+  ASSERT_TRUE(receive(link.get())->response);
   const auto address = wire::parse_host_address(announced);
   EXPECT_REFUSED(connect_to("127.0.0.1", address->port, std::nullopt, -1), SERVER_UNREACHABLE,
                  "refused");
@@ -431,7 +433,7 @@ TEST_F(EdgeQuery, AFloodOfMessagesHoldsUpNeitherTheTimeNorAStop) {
       s.handshake("A", "B");
       const auto bytes = test::ignored_messages();
       s.until_closed([&] {
-        for (;;) s.send(on_requests ? s.requests : s.answers, bytes);
+        for (;;) s.send(on_requests ? s.requests : s.responses, bytes);
       });
     });
     const auto link = linked(server);
@@ -442,20 +444,20 @@ TEST_F(EdgeQuery, AFloodOfMessagesHoldsUpNeitherTheTimeNorAStop) {
     stop_.clear();
   }
 }
-TEST_F(EdgeQuery, AnswersThatCameBeforeTheEndAreNotLost) {
+TEST_F(EdgeQuery, ResponsesThatCameBeforeTheEndAreNotLost) {
   ScriptedServer server([](auto& s) {
     s.handshake("A", "B");
     const auto a = s.read(), b = s.read();
     s.echo(a);
     s.echo(b);
-    s.send(s.answers, wire::test::golden_error());
+    s.send(s.responses, wire::test::golden_error());
   });
   const auto link = linked(server);
   ASSERT_TRUE(link);
   send(link.get(), {from_text("a")});
   send(link.get(), {from_text("b")}, 1);
-  EXPECT_EQ(bytes_of(*receive(link.get())->answer), std::vector<Bytes>{from_text("a")});
-  EXPECT_EQ(bytes_of(*receive(link.get())->answer), std::vector<Bytes>{from_text("b")});
+  EXPECT_EQ(bytes_of(*receive(link.get())->response), std::vector<Bytes>{from_text("a")});
+  EXPECT_EQ(bytes_of(*receive(link.get())->response), std::vector<Bytes>{from_text("b")});
   EXPECT_EQ(receive(link.get())->end, LinkEnd::Refused);
 }
 TEST_F(EdgeQuery, TheServerGetsErrorAtTheEnd) {

@@ -47,16 +47,16 @@ void QueryListener::stop() {
 Status QueryListener::set_request_caps(const std::string& caps) {
   return set_caps(&request_caps_, caps);
 }
-Status QueryListener::set_answer_caps(const std::string& caps) {
-  return set_caps(&answer_caps_, caps);
+Status QueryListener::set_response_caps(const std::string& caps) {
+  return set_caps(&response_caps_, caps);
 }
 
 Status QueryListener::set_caps(std::string* caps, const std::string& value) {
   {
     const std::lock_guard lock(mutex_);
     *caps = value;
-    if (request_caps_.empty() || answer_caps_.empty()) return ok();
-    auto text = wire::query_capability_text({request_caps_, answer_caps_});
+    if (request_caps_.empty() || response_caps_.empty()) return ok();
+    auto text = wire::query_capability_text({request_caps_, response_caps_});
     if (!text) return text.error();
     const auto form = options_.client.form.value_or(wire::HeaderForm::Bytes2088);
     const auto message = wire::text_message(form, wire::Command::Capability, 0, *text);
@@ -110,10 +110,10 @@ QueryListener::Client QueryListener::find(int64_t id) const {
   return found == clients_.end() ? nullptr : *found;
 }
 
-QueryListener::Sent QueryListener::answer(int64_t client_id,
-                                          const std::vector<std::span<const std::byte>>& memories,
-                                          std::shared_ptr<const void> owner,
-                                          const std::string& sequence) {
+QueryListener::Sent QueryListener::respond(int64_t client_id,
+                                           const std::vector<std::span<const std::byte>>& memories,
+                                           std::shared_ptr<const void> owner,
+                                           const std::string& sequence) {
   bool must_wake = false, is_gone = false;
   {
     const std::lock_guard lock(mutex_);
@@ -122,7 +122,7 @@ QueryListener::Sent QueryListener::answer(int64_t client_id,
       ++answers_lost_;
       return Sent::NoClient;
     }
-    const auto queued = client->queue_answer(memories, std::move(owner), sequence);
+    const auto queued = client->queue_response(memories, std::move(owner), sequence);
     if (!queued) {
       refuse(client, queued.error().what + ": " + queued.error().offered);
     } else if (*queued) {
@@ -132,7 +132,7 @@ QueryListener::Sent QueryListener::answer(int64_t client_id,
       return Sent::Full;
     }
     is_gone = client->state() == State::Gone;
-    must_wake = client->has_answers() || is_gone;
+    must_wake = client->has_responses() || is_gone;
     if (is_gone) ++answers_lost_;
   }
   if (must_wake) wake_->set();
@@ -151,7 +151,7 @@ bool QueryListener::flush(const io::Deadline& deadline) {
   std::unique_lock lock(mutex_);
   const auto sent = [this] {
     return std::none_of(clients_.begin(), clients_.end(), [](const auto& client) {
-      return client->state() != State::Gone && client->has_answers();
+      return client->state() != State::Gone && client->has_responses();
     });
   };
   if (deadline) return changed_.wait_until(lock, *deadline, sent);
@@ -208,7 +208,7 @@ void QueryListener::add(Descriptor socket) {
 // The oldest client of an address is read even if the bytes of all its clients are too many, so
 // that one at least goes on.
 bool QueryListener::may_read(const Client& client, bool many_bytes) const {
-  if (client->state() == State::Connecting) return false;  // its answers have no way yet
+  if (client->state() == State::Connecting) return false;  // its responses have no way yet
   if (client->state() != State::Ready) return true;
   if (closed_) return false;
   const uint32_t requests = client->load()->requests;

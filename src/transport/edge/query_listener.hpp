@@ -46,13 +46,13 @@ class QueryListener : public transport::PollServer<ServedClient> {
   ~QueryListener() override;
 
   uint16_t port() const noexcept { return port_; }
-  // The caps that clients are greeted with, when both are known: of requests and of answers.
+  // The caps that clients are greeted with, when both are known: of requests and of responses.
   // OPTION_VALUE, LIMIT_EXCEEDED: no text of the protocol.
   Status set_request_caps(const std::string& caps);
-  Status set_answer_caps(const std::string& caps);
+  Status set_response_caps(const std::string& caps);
   // False: closes all clients.
   void set_accepting(bool accepting);
-  // Accepts no client and reads no request any more; answers are still sent.
+  // Accepts no client and reads no request any more; responses are still sent.
   void close();
 
   // Waits for a request. Null after interrupt(), until resume().
@@ -65,11 +65,11 @@ class QueryListener : public transport::PollServer<ServedClient> {
   };
   // Sends a frame to a client. `owner` keeps the memories until it has been sent. `sequence`: of
   // the request that it answers, may be "".
-  Sent answer(int64_t client, const std::vector<std::span<const std::byte>>& memories,
-              std::shared_ptr<const void> owner, const std::string& sequence);
+  Sent respond(int64_t client, const std::vector<std::span<const std::byte>>& memories,
+               std::shared_ptr<const void> owner, const std::string& sequence);
   // Closes a client because of what it sent.
   void refuse(int64_t client, const std::string& reason);
-  // Waits until all answers have been sent; false after the deadline.
+  // Waits until all responses have been sent; false after the deadline.
   bool flush(const io::Deadline& deadline);
   // Closes all clients and no longer listens. Only counts() and requests() are of use then.
   void stop();
@@ -99,7 +99,7 @@ class QueryListener : public transport::PollServer<ServedClient> {
   const std::shared_ptr<RequestCounters> requests_ = std::make_shared<RequestCounters>();
   // Guarded by the mutex.
   std::deque<std::shared_ptr<Request>> waiting_;
-  std::string request_caps_, answer_caps_, capability_;
+  std::string request_caps_, response_caps_, capability_;
   uint64_t answers_lost_ = 0;
   bool accepting_ = false, closed_ = false;
 };

@@ -1,4 +1,4 @@
-// Query clients at a listener: handshake, requests and answers, limits, and clients that leave.
+// Query clients at a listener: handshake, requests and responses, limits, and clients that leave.
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #include <algorithm>
 #include <set>
@@ -28,17 +28,17 @@ TEST_F(EdgeQuery, AnswersWithTheBytesOfTheProtocol) {
   open();
   auto peer = connected();
   peer.request({from_text("xyz"), from_hex("01 02 03 04")});
-  answer_one();
+  respond_once();
   Bytes expected = wire::test::golden_transfer_data();
   expected.resize(2088 + 7);
   const std::string id = std::to_string(peer.id);
   expected = expected + from_hex("01 00 00 00") + from_text("client_id") + from_hex("00") +
              from_text(id) + from_hex("00");
   expected[2080] = static_cast<std::byte>(4 + 10 + id.size() + 1);
-  const Bytes answer = peer.b.receive(expected.size());
-  ASSERT_EQ(answer.size(), expected.size());
-  std::copy(answer.begin() + 16, answer.begin() + 24, expected.begin() + 16);
-  EXPECT_EQ(answer, expected);
+  const Bytes sent = peer.b.receive(expected.size());
+  ASSERT_EQ(sent.size(), expected.size());
+  std::copy(sent.begin() + 16, sent.begin() + 24, expected.begin() + 16);
+  EXPECT_EQ(sent, expected);
 }
 
 TEST_F(EdgeQuery, ServesBothNewerFormsAtOnce) {
@@ -46,8 +46,8 @@ TEST_F(EdgeQuery, ServesBothNewerFormsAtOnce) {
   auto newer = connected(HeaderForm::Bytes2088), older = connected(HeaderForm::Bytes168);
   for (auto* peer : {&older, &newer}) {
     peer->request({from_text("ab"), Bytes(300'000)});
-    answer_one();
-    EXPECT_EQ(peer->answer(), (std::vector<Bytes>{Bytes(300'000), from_text("ab")}));
+    respond_once();
+    EXPECT_EQ(peer->response(), (std::vector<Bytes>{Bytes(300'000), from_text("ab")}));
   }
 }
 
@@ -58,8 +58,8 @@ TEST_F(EdgeQuery, ServesTheOldestFormWhenAsked) {
   peer.host_info();
   peer.accept();
   peer.request({from_text("ab"), from_text("c")});
-  answer_one();
-  EXPECT_EQ(peer.answer(), (std::vector<Bytes>{from_text("c"), from_text("ab")}));
+  respond_once();
+  EXPECT_EQ(peer.response(), (std::vector<Bytes>{from_text("c"), from_text("ab")}));
 }
 
 TEST_F(EdgeQuery, NamesThePropertyForTheOldestForm) {
@@ -75,15 +75,15 @@ TEST_F(EdgeQuery, TheNumberOfARequestOfWeirComesBack) {
   open();
   auto peer = connected();
   peer.request({from_text("a")}, "41");
-  answer_one();
-  peer.answer();
-  const auto metadata = wire::EdgeMetadata::parse(peer.answered.metadata.bytes());
+  respond_once();
+  peer.response();
+  const auto metadata = wire::EdgeMetadata::parse(peer.last_response.metadata.bytes());
   ASSERT_TRUE(metadata);
   EXPECT_EQ(metadata->find("weir.seq"), "41");
   EXPECT_EQ(metadata->find("client_id"), std::to_string(peer.id));
 }
 
-TEST_F(EdgeQuery, EachClientGetsItsOwnAnswers) {
+TEST_F(EdgeQuery, EachClientGetsItsOwnResponses) {
   open();
   auto one = connected(), two = connected();
   EXPECT_NE(one.id, two.id);
@@ -94,10 +94,10 @@ TEST_F(EdgeQuery, EachClientGetsItsOwnAnswers) {
   const auto second = listener_->take();
   EXPECT_EQ(first->client(), one.id);
   EXPECT_EQ(second->client(), two.id);
-  EXPECT_EQ(answer(second), Sent::Queued);
-  EXPECT_EQ(answer(first), Sent::Queued);
-  EXPECT_EQ(one.answer(), (std::vector<Bytes>{from_text("first")}));
-  EXPECT_EQ(two.answer(), (std::vector<Bytes>{from_text("second")}));
+  EXPECT_EQ(respond(second), Sent::Queued);
+  EXPECT_EQ(respond(first), Sent::Queued);
+  EXPECT_EQ(one.response(), (std::vector<Bytes>{from_text("first")}));
+  EXPECT_EQ(two.response(), (std::vector<Bytes>{from_text("second")}));
 }
 
 TEST_F(EdgeQuery, GreetsWhenBothCapsAreKnown) {
@@ -106,7 +106,7 @@ TEST_F(EdgeQuery, GreetsWhenBothCapsAreKnown) {
   listener_ = *std::move(made);
   listener_->set_accepting(true);
   auto early = client();
-  ASSERT_TRUE(listener_->set_answer_caps("B"));
+  ASSERT_TRUE(listener_->set_response_caps("B"));
   pollfd watched{early.a.get(), POLLIN, 0};
   EXPECT_EQ(poll(&watched, 1, 0), 0);
   ASSERT_TRUE(listener_->set_request_caps("A"));
@@ -115,10 +115,10 @@ TEST_F(EdgeQuery, GreetsWhenBothCapsAreKnown) {
 
 TEST_F(EdgeQuery, CapsThatThePeerCouldNotSeparateAreAnError) {
   open();
-  const auto status = listener_->set_answer_caps("a@b");
+  const auto status = listener_->set_response_caps("a@b");
   ASSERT_FALSE(status);
   EXPECT_SAYS(status.error().message(), "@");
-  const auto long_status = listener_->set_answer_caps(std::string(70'000, 'x'));
+  const auto long_status = listener_->set_response_caps(std::string(70'000, 'x'));
   ASSERT_FALSE(long_status);
   EXPECT_EQ(long_status.error().code, Code::LIMIT_EXCEEDED);
 }
@@ -148,8 +148,8 @@ TEST_F(EdgeQuery, SendsWhatIsQueuedBeforeItStops) {
   open();
   auto peer = connected();
   peer.request({Bytes(8 << 20)});
-  answer_one();
-  std::thread reader([&] { EXPECT_EQ(peer.answer()[0].size(), size_t{8} << 20); });
+  respond_once();
+  std::thread reader([&] { EXPECT_EQ(peer.response()[0].size(), size_t{8} << 20); });
   EXPECT_TRUE(listener_->flush(io::deadline_in(kTestTime)));
   listener_->stop();
   reader.join();
@@ -167,7 +167,7 @@ TEST_F(EdgeQuery, StopsInEveryState) {
   ready.a.rest();
   greeted.a.rest();
   waiting.a.rest();
-  EXPECT_EQ(answer(request), Sent::NoClient);
+  EXPECT_EQ(respond(request), Sent::NoClient);
   request.reset();
   EXPECT_EQ(listener_->requests().expired, 1u);
   EXPECT_FALSE(connect_to("localhost", listener_->port(), io::deadline_in(kTestTime), -1));
@@ -193,7 +193,7 @@ TEST_F(EdgeQuery, CountsWhatThePipelineDropped) {
 }
 
 // A client that is killed closes its sockets.
-TEST_F(EdgeQuery, TheAnswerForAClientThatLeftIsDroppedAndCounted) {
+TEST_F(EdgeQuery, TheResponseForAClientThatLeftIsDroppedAndCounted) {
   open();
   auto peer = connected();
   peer.request({from_text("a")});
@@ -202,7 +202,7 @@ TEST_F(EdgeQuery, TheAnswerForAClientThatLeftIsDroppedAndCounted) {
   peer.close();
   ASSERT_TRUE(clients_become(0));
   EXPECT_TRUE(request->end_if_expired());
-  EXPECT_EQ(answer(request), Sent::NoClient);
+  EXPECT_EQ(respond(request), Sent::NoClient);
   request.reset();
   EXPECT_EQ(listener_->counts().answers_lost, 1u);
   expect_service();
@@ -230,16 +230,16 @@ TEST_F(EdgeQuery, AClientWithManyRequestsIsNotReadOn) {
   other.request({from_text("other")});
   const auto next = listener_->take();
   EXPECT_EQ(next->client(), other.id);
-  EXPECT_EQ(answer(next), Sent::Queued);
-  EXPECT_EQ(other.answer(), (std::vector<Bytes>{from_text("other")}));
+  EXPECT_EQ(respond(next), Sent::Queued);
+  EXPECT_EQ(other.response(), (std::vector<Bytes>{from_text("other")}));
   EXPECT_EQ(listener_->counts().requests_waiting, 0u);
   EXPECT_EQ(listener_->requests().received, 4u);
-  for (const auto& request : taken) EXPECT_EQ(answer(request), Sent::Queued);
+  for (const auto& request : taken) EXPECT_EQ(respond(request), Sent::Queued);
   taken.clear();
-  answer_one();
-  answer_one();
+  respond_once();
+  respond_once();
   for (int i = 0; i < 5; ++i)
-    EXPECT_EQ(eager.answer(), (std::vector<Bytes>{from_text(std::to_string(i))}));
+    EXPECT_EQ(eager.response(), (std::vector<Bytes>{from_text(std::to_string(i))}));
 }
 
 TEST_F(EdgeQuery, AnAddressWithManyBytesIsNotReadOn) {
@@ -252,12 +252,12 @@ TEST_F(EdgeQuery, AnAddressWithManyBytesIsNotReadOn) {
   two.request({Bytes(2000)});
   std::this_thread::yield();
   EXPECT_EQ(listener_->requests().received, 2u);
-  EXPECT_EQ(answer(first), Sent::Queued);
+  EXPECT_EQ(respond(first), Sent::Queued);
   first.reset();
   second.reset();
-  answer_one();
-  answer_one();
-  EXPECT_EQ(one.answer()[0].size(), 2000u);
+  respond_once();
+  respond_once();
+  EXPECT_EQ(one.response()[0].size(), 2000u);
 }
 
 TEST_F(EdgeQuery, MoreClientsThanAllowedAreRefused) {
@@ -283,7 +283,7 @@ TEST_F(EdgeQuery, AStormOf100ClientsIsServed) {
   std::vector<std::thread> threads;
   std::atomic<int> right{0};
   std::thread server([&] {
-    while (const auto request = listener_->take()) answer(request);
+    while (const auto request = listener_->take()) respond(request);
   });
   for (int i = 0; i < 100; ++i)
     threads.emplace_back([&, i] {
@@ -291,7 +291,7 @@ TEST_F(EdgeQuery, AStormOf100ClientsIsServed) {
       for (int k = 0; k < 10; ++k) {
         const Bytes sent = from_text(std::to_string(i) + "." + std::to_string(k));
         peer.request({sent});
-        right += peer.answer() == std::vector<Bytes>{sent};
+        right += peer.response() == std::vector<Bytes>{sent};
       }
     });
   for (auto& thread : threads) thread.join();

@@ -64,10 +64,10 @@ class ScriptedServer {
     requests = accept_from(listener_.get());
     reader_.emplace(wire::MessageLimits{});
   }
-  void greet(const std::string& takes, const std::string& answers,
+  void greet(const std::string& takes, const std::string& responses,
              HeaderForm form = HeaderForm::Bytes2088) {
     this->form = form;
-    const auto text = *wire::query_capability_text({takes, answers});
+    const auto text = *wire::query_capability_text({takes, responses});
     send(requests, *wire::text_message(form, wire::Command::Capability, kClient, text));
   }
   // The address in the client's HOST_INFO.
@@ -79,7 +79,7 @@ class ScriptedServer {
     const auto address = wire::parse_host_address(read_address());
     auto connected = connect_to("127.0.0.1", address->port, std::nullopt, stop_.descriptor());
     if (!connected) throw Ended();  // the test may have ended
-    answers = *std::move(connected);
+    responses = *std::move(connected);
   }
   // A connection to the client's listener from another address of this machine; it blocks.
   static Descriptor connect_from(const char* own, const std::string& address) {
@@ -94,10 +94,10 @@ class ScriptedServer {
     return out;
   }
   // All that a server does before the first frame.
-  void handshake(const std::string& takes, const std::string& answers,
+  void handshake(const std::string& takes, const std::string& responses,
                  HeaderForm form = HeaderForm::Bytes2088) {
     accept();
-    greet(takes, answers, form);
+    greet(takes, responses, form);
     connect_back();
   }
   wire::EdgeMessage read() {
@@ -109,8 +109,8 @@ class ScriptedServer {
     }
     return reader_->take();
   }
-  void answer(const std::vector<Bytes>& memories, const Pairs& pairs = {{"client_id", "77"}}) {
-    send(answers, frame(memories, pairs));
+  void respond(const std::vector<Bytes>& memories, const Pairs& pairs = {{"client_id", "77"}}) {
+    send(responses, frame(memories, pairs));
   }
   // Answers with what it was sent, and with its number if `repeats_number`.
   void echo(const wire::EdgeMessage& message, bool repeats_number = false) {
@@ -121,7 +121,7 @@ class ScriptedServer {
     if (repeats_number)
       pairs.emplace_back("weir.seq",
                          *wire::EdgeMetadata::parse(message.metadata.bytes())->find("weir.seq"));
-    answer(memories, pairs);
+    respond(memories, pairs);
   }
   Bytes frame(const std::vector<Bytes>& memories, const Pairs& pairs) const {
     wire::EdgeMetadata metadata;
@@ -152,7 +152,7 @@ class ScriptedServer {
     } catch (const Ended&) {
     }
   }
-  // Takes the steps until the client closes its connections, even while an answer is sent.
+  // Takes the steps until the client closes its connections, even while a response is sent.
   template <class Steps>
   void until_closed(const Steps& steps) {
     try {
@@ -171,10 +171,10 @@ class ScriptedServer {
   // Without ERROR, as a process that is killed.
   void close() {
     requests = Descriptor();
-    answers = Descriptor();
+    responses = Descriptor();
   }
 
-  Descriptor requests, answers;
+  Descriptor requests, responses;
   HeaderForm form = HeaderForm::Bytes2088;
 
  private:

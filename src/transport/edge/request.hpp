@@ -1,4 +1,4 @@
-// Request: a frame that a query client sent, until its answer has been sent.
+// Request: a frame that a query client sent, until its response has been sent.
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #pragma once
 #include <atomic>

@@ -1,4 +1,4 @@
-// RequestOutcomes: what became of the requests of a query client, and how long answers took.
+// RequestOutcomes: what became of the requests of a query client, and how long responses took.
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #pragma once
 #include <algorithm>
@@ -28,29 +28,30 @@ class RequestOutcomes {
   void reset() noexcept {
     const std::lock_guard lock(mutex_);
     counts_ = {};
-    answers_ = 0;
+    responses_ = 0;
   }
   void sent() noexcept { add(&OutcomeCounts::sent, 1); }
   void late(uint64_t requests) noexcept { add(&OutcomeCounts::late, requests); }
   void refused(uint64_t requests) noexcept { add(&OutcomeCounts::refused, requests); }
   void lost(uint64_t requests) noexcept { add(&OutcomeCounts::lost, requests); }
-  // An answer that came `took` after its request; a late one has been counted before.
+  // A response that came `took` after its request; a late one has been counted before.
   void answered(Duration took, bool is_late) noexcept {
     const std::lock_guard lock(mutex_);
     if (!is_late) ++counts_.answered;
-    took_[answers_++ % kKept] = took;
+    took_[responses_++ % kKept] = took;
   }
 
   OutcomeCounts counts() const noexcept {
     const std::lock_guard lock(mutex_);
     return counts_;
   }
-  // The time that `percent` of the last answers did not exceed; nullopt for fewer than 8 answers.
+  // The time that `percent` of the last responses did not exceed; nullopt for fewer than 8
+  // responses.
   std::optional<Duration> percentile(size_t percent) const noexcept {
     const std::lock_guard lock(mutex_);
-    if (answers_ < kMin) return std::nullopt;
+    if (responses_ < kMin) return std::nullopt;
     auto sorted = took_;
-    const size_t n = std::min<size_t>(answers_, kKept), at = n * percent / 100;
+    const size_t n = std::min<size_t>(responses_, kKept), at = n * percent / 100;
     std::nth_element(sorted.begin(), sorted.begin() + at, sorted.begin() + n);
     return sorted[at];
   }
@@ -64,7 +65,7 @@ class RequestOutcomes {
   mutable std::mutex mutex_;  // guards the rest
   OutcomeCounts counts_;
   std::array<Duration, kKept> took_{};
-  uint64_t answers_ = 0;
+  uint64_t responses_ = 0;
 };
 
 }  // namespace weir::edge

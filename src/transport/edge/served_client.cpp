@@ -46,7 +46,7 @@ io::Deadline ServedClient::deadline() const {
   if (state_ == State::Greeted || state_ == State::Connecting) return since_ + kHandshakeTime;
   if (options_.patience.count() == 0) return std::nullopt;
   if (state_ == State::Waiting) return io::deadline_in(options_.patience, 1, since_);
-  if (const auto& since = answers_.waiting_since())
+  if (const auto& since = responses_.waiting_since())
     return io::deadline_in(options_.patience, 1, *since);
   if (reading_ && a_.partial_bytes() > 0) return io::deadline_in(options_.patience, 1, last_bytes_);
   return std::nullopt;
@@ -62,8 +62,8 @@ std::string ServedClient::reason_of_deadline() const {
     case State::Connecting:
       return "its own listener cannot be reached within 2 s";
     default:
-      return answers_.empty() ? "it paused within a message for " + time
-                              : "it did not read its answers for " + time;
+      return responses_.empty() ? "it paused within a message for " + time
+                                : "it did not read its answers for " + time;
   }
 }
 
@@ -82,19 +82,19 @@ Status ServedClient::greet(const std::string& capability) {
 void ServedClient::watch(bool reading, std::vector<pollfd>* watched) {
   if (reading && !reading_) last_bytes_ = Clock::now();
   reading_ = reading;
-  reads_answers_ = state_ == State::Ready;
+  reads_responses_ = state_ == State::Ready;
   const int in = reading ? POLLIN : 0, out = greeting_.empty() ? 0 : POLLOUT;
   watched->push_back({a_.socket(), static_cast<short>(in | out), 0});
-  // The second connection waits to be made, or to take answers.
-  const bool writes = state_ == State::Connecting || !answers_.empty();
-  const int answers = writes ? POLLIN | POLLOUT : POLLIN;
-  watched->push_back({b_ ? b_->socket() : -1, static_cast<short>(answers), 0});
+  // The second connection waits to be made, or to take responses.
+  const bool writes = state_ == State::Connecting || !responses_.empty();
+  const int responses = writes ? POLLIN | POLLOUT : POLLIN;
+  watched->push_back({b_ ? b_->socket() : -1, static_cast<short>(responses), 0});
 }
 
 ServedClient::Input ServedClient::read(const pollfd* events) {
   Input out;
   size_t turn = MessageConnection::kTurnBytes;
-  if (reads_answers_ && events[1].revents) out.answers = b_->read(&turn);
+  if (reads_responses_ && events[1].revents) out.responses = b_->read(&turn);
   turn = MessageConnection::kTurnBytes;
   const uint64_t before = a_.bytes_received();
   if (events[0].revents & POLLIN)
@@ -125,7 +125,7 @@ ServedClient::Refusal ServedClient::attend(const pollfd* events, Input input,
   send();
   if (state_ == State::Connecting && events[1].revents)
     if (auto refusal = end_connecting()) return refusal;
-  if (auto refusal = take(std::move(input.answers), request)) return refusal;
+  if (auto refusal = take(std::move(input.responses), request)) return refusal;
   return state_ == State::Gone ? std::nullopt : take(std::move(input.requests), request);
 }
 
@@ -167,9 +167,9 @@ ServedClient::Refusal ServedClient::end_connecting() {
   return std::nullopt;
 }
 
-Result<bool> ServedClient::queue_answer(const std::vector<std::span<const std::byte>>& memories,
-                                        std::shared_ptr<const void> owner,
-                                        const std::string& sequence) {
+Result<bool> ServedClient::queue_response(const std::vector<std::span<const std::byte>>& memories,
+                                          std::shared_ptr<const void> owner,
+                                          const std::string& sequence) {
   wire::EdgeMetadata metadata;
   if (!sequence.empty())
     if (auto status = metadata.set(kSequence, sequence); !status) return status.error();
@@ -193,12 +193,12 @@ Result<bool> ServedClient::queue_answer(const std::vector<std::span<const std::b
   message->memories = memories;
   message->memories.emplace_back(own->metadata);
   message->owner = own;
-  return answers_.push(*std::move(bytes), std::move(message), options_.answers);
+  return responses_.push(*std::move(bytes), std::move(message), options_.responses);
 }
 
 void ServedClient::send() {
   const bool sent =
-      greeting_.send(a_.socket()) && (state_ != State::Ready || answers_.send(b_->socket()));
+      greeting_.send(a_.socket()) && (state_ != State::Ready || responses_.send(b_->socket()));
   if (!sent) set_gone();
 }
 
@@ -209,7 +209,7 @@ void ServedClient::send_errors() noexcept {
   };
   if (state_ == State::Gone || greeting_.is_within_message()) return;
   report(a_.socket());
-  if (state_ == State::Ready && !answers_.is_within_message()) report(b_->socket());
+  if (state_ == State::Ready && !responses_.is_within_message()) report(b_->socket());
 }
 
 }  // namespace weir::edge

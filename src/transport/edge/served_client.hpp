@@ -21,11 +21,11 @@ struct ClientOptions {
   // understand; they decide.
   std::optional<wire::HeaderForm> form{};
   uint64_t max_message_bytes = uint64_t{64} << 20;
-  QueueLimits answers{};
-  // How long a client may wait for the greeting, pause within a message, and not read its answers;
-  // 0 = no limit.
+  QueueLimits responses{};
+  // How long a client may wait for the greeting, pause within a message, and not read its
+  // responses; 0 = no limit.
   std::chrono::milliseconds patience{10000};
-  // Whether the answers of a client may go to this other IPv4 address; empty: they may not.
+  // Whether the responses of a client may go to this other IPv4 address; empty: they may not.
   std::function<bool(const std::string& address)> allows_callback{};
 };
 
@@ -37,7 +37,7 @@ class ServedClient {
   enum class State {
     Waiting,     // for the caps that it is greeted with
     Greeted,     // its HOST_INFO has to come
-    Connecting,  // to its own listener, for the answers
+    Connecting,  // to its own listener, for the responses
     Ready,
     Gone
   };
@@ -61,25 +61,25 @@ class ServedClient {
 
   // Announces the caps. Errors: those of wire::text_message().
   Status greet(const std::string& capability);
-  bool has_answers() const noexcept { return !answers_.empty(); }
+  bool has_responses() const noexcept { return !responses_.empty(); }
   // Bytes of the message that arrives.
   uint64_t partial_bytes() const noexcept { return a_.partial_bytes(); }
 
-  static constexpr size_t kSockets = 2;  // for requests and for answers
+  static constexpr size_t kSockets = 2;  // for requests and for responses
   // `reading`: whether requests are read in this turn.
   void watch(bool reading, std::vector<pollfd>* watched);
   using Step = MessageConnection::Step;
   struct Input {
-    Result<Step> requests = Step{}, answers = Step{};  // of either connection
+    Result<Step> requests = Step{}, responses = Step{};  // of either connection
   };
   // Reads what has arrived, at most one message of each connection. The thread that calls watch(),
   // without the lock.
   Input read(const pollfd* events);
   // Handles it, sends, and goes on with the second connection.
   Refusal attend(const pollfd* events, Input input, std::shared_ptr<Request>* request);
-  // Queues an answer. False: the queue is full. Errors: those of wire::write_header().
-  Result<bool> queue_answer(const std::vector<std::span<const std::byte>>& memories,
-                            std::shared_ptr<const void> owner, const std::string& sequence);
+  // Queues a response. False: the queue is full. Errors: those of wire::write_header().
+  Result<bool> queue_response(const std::vector<std::span<const std::byte>>& memories,
+                              std::shared_ptr<const void> owner, const std::string& sequence);
   // Sends what the sockets take.
   void send();
   // Reports to the client that this end closes.
@@ -98,9 +98,9 @@ class ServedClient {
   State state_ = State::Waiting;
   std::chrono::steady_clock::time_point since_ = std::chrono::steady_clock::now();  // of the state
   wire::HeaderForm form_;
-  SendQueue greeting_, answers_;
+  SendQueue greeting_, responses_;
   // Of the thread that calls watch() and read().
-  bool reading_ = true, reads_answers_ = false;
+  bool reading_ = true, reads_responses_ = false;
   std::chrono::steady_clock::time_point last_bytes_ = since_;
   const std::shared_ptr<ClientLoad> load_ = std::make_shared<ClientLoad>();
   const std::shared_ptr<RequestCounters> counters_;

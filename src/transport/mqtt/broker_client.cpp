@@ -83,7 +83,7 @@ void BrokerClient::Impl::set_callbacks() {
 }
 
 void BrokerClient::Impl::on_connect(int code) {
-  answer_ = code;
+  response_ = code;
 }
 
 void BrokerClient::Impl::on_message(const mosquitto_message& message,

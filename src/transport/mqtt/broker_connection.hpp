@@ -74,7 +74,7 @@ class BrokerClient::Impl {
   const std::unique_ptr<GCancellable, decltype(&g_object_unref)> lookup_;
   std::atomic<bool> stopping_{false}, reads_paused_{false};
   // Of the thread.
-  std::optional<int> answer_;  // of the broker to the last connect
+  std::optional<int> response_;  // of the broker to the last connect
   Clock::time_point paused_since_{};
   std::optional<Error> error_;  // of the last attempt to connect
   std::string tls_error_;       // in it, of OpenSSL

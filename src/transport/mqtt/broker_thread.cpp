@@ -156,11 +156,11 @@ bool BrokerClient::Impl::connect_to(const std::string& target, bool blocking, st
 bool BrokerClient::Impl::try_connect(const std::string& target, bool blocking,
                                      std::string* reason) {
   const auto end = Clock::now() + options_.connect_timeout;
-  answer_.reset();
+  response_.reset();
   const auto function = blocking ? mosquitto_connect : mosquitto_connect_async;
   int result = function(client_.get(), target.c_str(), options_.port, options_.keep_alive);
   *reason = result == MOSQ_ERR_ERRNO ? std::strerror(errno) : mosquitto_strerror(result);
-  while (result == MOSQ_ERR_SUCCESS && !answer_ && !stopping_) {
+  while (result == MOSQ_ERR_SUCCESS && !response_ && !stopping_) {
     const auto left = std::chrono::ceil<std::chrono::milliseconds>(end - Clock::now());
     if (left <= 0ms) {
       *reason = "no answer within " + std::to_string(options_.connect_timeout.count()) + " ms";
@@ -173,19 +173,19 @@ bool BrokerClient::Impl::try_connect(const std::string& target, bool blocking,
     }
     const bool ended = has_ended(socket);
     result = step(static_cast<int>(std::min<std::chrono::milliseconds>(left, 50ms).count()));
-    if (result != MOSQ_ERR_SUCCESS && !answer_) *reason = mosquitto_strerror(result);
+    if (result != MOSQ_ERR_SUCCESS && !response_) *reason = mosquitto_strerror(result);
     // OpenSSL takes the error of a refused connection from the socket, and the library waits on.
-    if (result == MOSQ_ERR_SUCCESS && !answer_ && ended) {
+    if (result == MOSQ_ERR_SUCCESS && !response_ && ended) {
       *reason = "the connection was refused or ended";
       return false;
     }
   }
-  if (answer_ == 0) return true;
-  if (answer_)
+  if (response_ == 0) return true;
+  if (response_)
     error_ =
         broker_refused(options_, "does not accept the client " + options_.client_id,
-                       options_.version == MqttVersion::V5 ? mosquitto_reason_string(*answer_)
-                                                           : mosquitto_connack_string(*answer_));
+                       options_.version == MqttVersion::V5 ? mosquitto_reason_string(*response_)
+                                                           : mosquitto_connack_string(*response_));
   return false;
 }
 
@@ -208,7 +208,7 @@ int BrokerClient::Impl::step(int wait_ms) {
 }
 
 // Leaves messages of QoS 1 and 2 to the broker while the queue is half full, for as long as the
-// connection survives without an answer to the keep-alive.
+// connection survives without a response to the keep-alive.
 bool BrokerClient::Impl::should_read() {
   bool needed = false;
   {

@@ -42,7 +42,7 @@ std::optional<int64_t> ask(const std::string& server, unsigned timeout) {
   GSocket* socket = g_socket_connection_get_socket(connection.get());
   Packet packet{kClientVersion4};
   const int64_t sent = unix_time();
-  // A cookie: an answer that does not repeat it is not to this request.
+  // A cookie: a response that does not repeat it is not to this request.
   for (size_t i = 0; i < 8; ++i) packet[kTransmit + i] = static_cast<uint8_t>(sent >> (8 * i));
   const Packet request = packet;
   if (g_socket_send(socket, reinterpret_cast<const char*>(packet.data()), kPacketBytes, nullptr,

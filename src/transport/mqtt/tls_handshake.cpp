@@ -80,7 +80,7 @@ using Connection = std::unique_ptr<SSL, Free<SSL_free>>;
 template <class T>
 using Object = std::unique_ptr<T, Free<g_object_unref>>;
 
-constexpr int kSeconds = 2;  // for the connection, and for each answer
+constexpr int kSeconds = 2;  // for the connection, and for each response
 
 Context make_context(const BrokerTls& tls) {
   Context out(SSL_CTX_new(TLS_client_method()));

@@ -177,7 +177,7 @@ static void rest(weir_session* session, const weir_request* request) {
   pthread_mutex_unlock(&session->mutex);
 }
 
-static void* answer(void* data) {
+static void* run_frame(void* data) {
   weir_session* session = data;
   weir_request* request = session->request;
   int result = WEIR_OK;
@@ -201,7 +201,7 @@ static int submit(weir_session* session, const weir_frame* in, weir_request* req
   join(session);
   session->in = in;
   session->request = request;
-  if (pthread_create(&session->thread, NULL, answer, session) != 0)
+  if (pthread_create(&session->thread, NULL, run_frame, session) != 0)
     return host->fail(error, WEIR_OUT_OF_MEMORY, "no thread for a request", NULL, NULL, NULL, NULL);
   session->started = 1;
   return WEIR_OK;

@@ -12,10 +12,10 @@ const Client = grpc.makeGenericClientConstructor(health.service, 'Health');
 const client = new Client(address, grpc.credentials.createInsecure());
 const request = {service: service ?? ''};
 
-client.check(request, {deadline: Date.now() + 30000}, (error, answer) => {
-  console.log(error ? `check code ${error.code}` : `check ${answer.status}`);
+client.check(request, {deadline: Date.now() + 30000}, (error, response) => {
+  console.log(error ? `check code ${error.code}` : `check ${response.status}`);
   const watched = client.watch(request);
-  watched.on('data', answer => console.log(`watch ${answer.status}`));
+  watched.on('data', response => console.log(`watch ${response.status}`));
   watched.on('error', error => console.log(`watch code ${error.code}`));
 });
 process.stdin.on('end', () => process.exit(0)).resume();

@@ -102,7 +102,7 @@ async function main([proto, ...models]) {
       Promise.resolve()
           .then(() => own[name](call.request))
           .then(
-              answer => done(null, answer),
+              response => done(null, response),
               error => done(error.code === undefined ? fail(grpc.status.INTERNAL, String(error)) : error));
     };
   const server = new grpc.Server({'grpc.max_receive_message_length': -1, 'grpc.max_send_message_length': -1});

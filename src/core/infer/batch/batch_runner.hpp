@@ -71,7 +71,7 @@ class BatchRunner {
   // Runs 1 to batch_size jobs, whose inputs have the shapes of one frame, and ends every job. A
   // batch that is padded, or whose length the model fixes, is filled with copies of the last frame,
   // whose outputs are discarded. The frames have no common time, so pts is -1. The batch expires
-  // with the last of its frames. A frame for which the answer of a server is too late is dropped.
+  // with the last of its frames. A frame for which the response of a server is too late is dropped.
   void run(BatchJobs& jobs);
 
   const BatchShapes& shapes() const noexcept { return shapes_; }

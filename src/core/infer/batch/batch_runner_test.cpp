@@ -48,13 +48,13 @@ struct Model {
         y[2 * row + 1] = 10 * from[2 * row + 1];
         sum[row] = from[2 * row] + from[2 * row + 1];
       }
-      return answer;
+      return outcome;
     };
   }
   std::vector<int64_t> rows;
   std::vector<std::vector<float>> given;
   std::vector<const void*> places;
-  Result<bool> answer = true;
+  Result<bool> outcome = true;
 };
 
 Ends run(BatchRunner& runner, std::vector<std::pair<int, int>> frames) {
@@ -227,7 +227,7 @@ TEST(BatchRunner, OneFrameIsCopiedIfTheModelNeedsDifferentMemory) {
 
 TEST(BatchRunner, AFailureGoesToEveryFrameOfTheBatch) {
   Model model;
-  model.answer = Error{.code = Code::INVOKE_FAILED, .what = "ordered to fail"};
+  model.outcome = Error{.code = Code::INVOKE_FAILED, .what = "ordered to fail"};
   BatchRunner runner(two_outputs(2), {}, 0ns, model.invoke());
   const auto ends = run(runner, {{1, 1}, {2, 1}});
   ASSERT_EQ(ends.size(), 2u);
@@ -235,13 +235,13 @@ TEST(BatchRunner, AFailureGoesToEveryFrameOfTheBatch) {
     ASSERT_TRUE(end.error);
     EXPECT_EQ(end.error->what, "ordered to fail");
   }
-  model.answer = true;
+  model.outcome = true;
   EXPECT_FALSE(run(runner, {{1, 2}, {2, 2}})[0].error) << "the next batch is run";
 }
 
 TEST(BatchRunner, ADroppedBatchDropsEveryFrame) {
   Model model;
-  model.answer = false;
+  model.outcome = false;
   BatchRunner runner(two_outputs(2), {}, 0ns, model.invoke());
   const auto ends = run(runner, {{1, 1}, {2, 1}});
   ASSERT_EQ(ends.size(), 2u);

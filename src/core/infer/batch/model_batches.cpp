@@ -21,15 +21,15 @@ Result<std::shared_ptr<BatchGroup>> make_group(const std::shared_ptr<Batches>& b
   auto created = ModelLease::create(shared, 1, ModelLease::For::Others);
   if (!created) return created.error();
   const std::shared_ptr<ModelLease> use = *std::move(created);
-  std::vector<std::vector<ModelTensor>> answers;  // own the names that infos point to
+  std::vector<std::vector<ModelTensor>> resolved;  // own the names that infos point to
   std::chrono::nanoseconds reshape{};
   auto shapes = shapes_of_batch(axes, batch_size, frame, [&](const Infos& inputs) -> Result<Infos> {
     const auto begin = std::chrono::steady_clock::now();
     auto outputs = use->resolve(model_tensors(inputs));
     if (!outputs) return outputs.error();
     reshape = std::chrono::steady_clock::now() - begin;
-    answers.push_back(*std::move(outputs));
-    return tensor_infos(answers.back());
+    resolved.push_back(*std::move(outputs));
+    return tensor_infos(resolved.back());
   });
   if (!shapes) return shapes.error();
   InputMemory memory;

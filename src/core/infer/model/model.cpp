@@ -217,7 +217,7 @@ Status Session::control(weir_control op) {
   return give_order(model_->engine(), handle_, op, nullptr);
 }
 
-bool Session::answers_asynchronously() const noexcept {
+bool Session::is_asynchronous() const noexcept {
   return function_of(model_->engine(), &weir_engine::submit) &&
          (model_->info().flags & WEIR_MODEL_ASYNC) != 0;
 }

@@ -90,9 +90,9 @@ class Session {
   // MODEL_UNSUPPORTED if the engine has no control; otherwise its result.
   Status control(weir_control op);
   // True if the engine has submit() and the model supports it.
-  bool answers_asynchronously() const noexcept;
+  bool is_asynchronous() const noexcept;
   // Submits a frame. Returns false between abandon() and Requests::resume(); `receiver` is then not
-  // called. Precondition: answers_asynchronously(), and the caller has waited for a free slot.
+  // called. Precondition: is_asynchronous(), and the caller has waited for a free slot.
   Result<bool> submit(const weir_frame& in, const std::shared_ptr<RequestReceiver>& receiver);
   // Abandons and cancels all requests in flight. Returns the number of receivers that are not
   // called when their request ends.

@@ -339,17 +339,17 @@ TEST_F(AsyncRequest, EndsWithAnErrorForAFrameThatEndsBeforeItsTensors) {
 }
 
 TEST_F(AsyncRequest, KnowsWhichEnginesAnswerAsynchronously) {
-  EXPECT_TRUE(open()->answers_asynchronously());
+  EXPECT_TRUE(open()->is_asynchronous());
   engine_.cancel = nullptr;
-  EXPECT_TRUE(open()->answers_asynchronously());
+  EXPECT_TRUE(open()->is_asynchronous());
   flags = 0;
-  EXPECT_FALSE(open()->answers_asynchronously()) << "not this model";
+  EXPECT_FALSE(open()->is_asynchronous()) << "not this model";
   flags = WEIR_MODEL_ASYNC;
   engine_.struct_size = offsetof(weir_engine, submit);
-  EXPECT_FALSE(open()->answers_asynchronously()) << "a shorter table";
+  EXPECT_FALSE(open()->is_asynchronous()) << "a shorter table";
   engine_.struct_size = sizeof engine_;
   engine_.submit = nullptr;
-  EXPECT_FALSE(open()->answers_asynchronously());
+  EXPECT_FALSE(open()->is_asynchronous());
 }
 
 TEST_F(AsyncRequest, AllowsOneRequestByDefault) {

@@ -18,7 +18,7 @@ namespace stream_extensions_test {
 alignas(64) std::byte memory[kTensorHeaderBytes + 64];
 uint64_t bytes_made = 0;
 int flexible = 0;
-const void* table = nullptr;  // the answer of `extension`
+const void* table = nullptr;  // the result of `extension`
 
 const void* extension(const char* id) {
   return std::strcmp(id, WEIR_CONVERTER_STREAM) == 0 || std::strcmp(id, WEIR_DECODER_STREAM) == 0

@@ -10,21 +10,21 @@ void HeldBytes::add(uint64_t* to, uint64_t bytes) noexcept {
   peak_ = std::max(peak_, held());
 }
 
-HeldBytes::Answer HeldBytes::try_frame(const std::shared_ptr<HeldBytes>& held, uint64_t bytes,
-                                       Share* share) {
+HeldBytes::FrameAdmission HeldBytes::try_frame(const std::shared_ptr<HeldBytes>& held,
+                                               uint64_t bytes, Share* share) {
   {
     Lock lock(held->mutex_);
-    if (held->refuses_frames_) return Answer::Refused;
-    if (!held->frame_fits(bytes)) return Answer::Full;
+    if (held->refuses_frames_) return FrameAdmission::Refused;
+    if (!held->frame_fits(bytes)) return FrameAdmission::Full;
     held->add(&held->frames_, bytes);
   }
   share->held_ = held;
   share->bytes_ = bytes;
-  return Answer::Taken;
+  return FrameAdmission::Taken;
 }
 
-HeldBytes::Answer HeldBytes::take_frame(const std::shared_ptr<HeldBytes>& held, uint64_t bytes,
-                                        Share* share) {
+HeldBytes::FrameAdmission HeldBytes::take_frame(const std::shared_ptr<HeldBytes>& held,
+                                                uint64_t bytes, Share* share) {
   if (held->when_busy_ == WhenBusy::Block) {
     Lock lock(held->mutex_);
     ++held->frames_waiting_;

@@ -44,15 +44,17 @@ class HeldBytes {
     std::shared_ptr<HeldBytes> held_;
     uint64_t bytes_ = 0;
   };
-  enum class Answer {
+  enum class FrameAdmission {
     Taken,
     Full,     // does not fit; not for calls that wait
     Refused,  // between refuse() or refuse_frames() and resume()
   };
   // Accounts for a new frame. try_frame never waits; take_frame waits for space if `when_busy` is
   // Block.
-  static Answer try_frame(const std::shared_ptr<HeldBytes>& held, uint64_t bytes, Share* share);
-  static Answer take_frame(const std::shared_ptr<HeldBytes>& held, uint64_t bytes, Share* share);
+  static FrameAdmission try_frame(const std::shared_ptr<HeldBytes>& held, uint64_t bytes,
+                                  Share* share);
+  static FrameAdmission take_frame(const std::shared_ptr<HeldBytes>& held, uint64_t bytes,
+                                   Share* share);
 
   // The queue of the results. Called with the lock held; must not call back.
   class Results {

@@ -14,7 +14,7 @@
 namespace weir::infer {
 namespace held_bytes_test {
 
-using Answer = HeldBytes::Answer;
+using FrameAdmission = HeldBytes::FrameAdmission;
 using Room = HeldBytes::Room;
 using Share = HeldBytes::Share;
 
@@ -41,7 +41,7 @@ struct Queue final : HeldBytes::Results {
 std::shared_ptr<HeldBytes> bound(uint64_t bytes, WhenBusy when_busy = WhenBusy::Block) {
   return std::make_shared<HeldBytes>(bytes, when_busy);
 }
-Answer frame(const std::shared_ptr<HeldBytes>& held, uint64_t bytes, Share* share) {
+FrameAdmission frame(const std::shared_ptr<HeldBytes>& held, uint64_t bytes, Share* share) {
   return HeldBytes::try_frame(held, bytes, share);
 }
 
@@ -50,8 +50,8 @@ TEST(HeldBytes, CountsWithoutABound) {
   Queue queue;
   {
     Share a, b;
-    EXPECT_EQ(frame(held, 100, &a), Answer::Taken);
-    EXPECT_EQ(frame(held, 50, &b), Answer::Taken);
+    EXPECT_EQ(frame(held, 100, &a), FrameAdmission::Taken);
+    EXPECT_EQ(frame(held, 50, &b), FrameAdmission::Taken);
     EXPECT_EQ(held->take_result(7, queue), Room::Taken);
     EXPECT_EQ(held->state().held, 157u);
   }
@@ -65,9 +65,9 @@ TEST(HeldBytes, HasOneBoundForFramesAndResults) {
   const auto held = bound(100, WhenBusy::DropNew);
   Queue queue;
   Share a, b;
-  EXPECT_EQ(frame(held, 60, &a), Answer::Taken);
+  EXPECT_EQ(frame(held, 60, &a), FrameAdmission::Taken);
   EXPECT_EQ(held->take_result(30, queue), Room::Taken);
-  EXPECT_EQ(frame(held, 11, &b), Answer::Full);
+  EXPECT_EQ(frame(held, 11, &b), FrameAdmission::Full);
   EXPECT_EQ(held->take_result(11, queue), Room::Dropped);
   EXPECT_EQ(held->take_result(10, queue), Room::Taken) << "to the last byte";
   EXPECT_EQ(held->state().peak, 100u);
@@ -79,8 +79,8 @@ TEST(HeldBytes, AcceptsASingleFrameOfAnySize) {
     const auto held = bound(1, when_busy);
     Queue queue;
     Share a, b;
-    EXPECT_EQ(HeldBytes::take_frame(held, 50, &a), Answer::Taken);
-    EXPECT_EQ(frame(held, 1, &b), Answer::Full);
+    EXPECT_EQ(HeldBytes::take_frame(held, 50, &a), FrameAdmission::Taken);
+    EXPECT_EQ(frame(held, 1, &b), FrameAdmission::Full);
     EXPECT_EQ(held->take_result(50, queue), Room::Taken) << "the first result waits for none";
     queue.others_leave = false, queue.next = true;
     EXPECT_EQ(held->take_result(50, queue), Room::Taken) << "leaves at once";
@@ -133,19 +133,20 @@ TEST(HeldBytes, AFlushWakesWaitingCallers) {
   const auto held = bound(10);
   Queue queue;
   Share a, b, c;
-  EXPECT_EQ(frame(held, 5, &a), Answer::Taken);
+  EXPECT_EQ(frame(held, 5, &a), FrameAdmission::Taken);
   EXPECT_EQ(held->take_result(5, queue), Room::Taken);
-  std::thread brings([&] { EXPECT_EQ(HeldBytes::take_frame(held, 1, &b), Answer::Refused); });
+  std::thread brings(
+      [&] { EXPECT_EQ(HeldBytes::take_frame(held, 1, &b), FrameAdmission::Refused); });
   std::thread engine([&] { EXPECT_EQ(held->take_result(1, queue), Room::Refused); });
   EXPECT_TRUE(becomes_true([&] { return held->state().frame_waits && held->state().result_waits; },
                            "a frame and a result that wait"));
   held->refuse();
   brings.join();
   engine.join();
-  EXPECT_EQ(frame(held, 1, &c), Answer::Refused);
+  EXPECT_EQ(frame(held, 1, &c), FrameAdmission::Refused);
   held->resume();
   held->release_result(5);
-  EXPECT_EQ(frame(held, 5, &c), Answer::Taken);
+  EXPECT_EQ(frame(held, 5, &c), FrameAdmission::Taken);
   EXPECT_EQ(held->state().held, 10u) << "the frame from before is still in work";
 }
 
@@ -154,7 +155,7 @@ TEST(HeldBytes, RejectsOnlyFramesAfterAFailure) {
   Queue queue;
   Share a;
   held->refuse_frames();
-  EXPECT_EQ(HeldBytes::take_frame(held, 1, &a), Answer::Refused);
+  EXPECT_EQ(HeldBytes::take_frame(held, 1, &a), FrameAdmission::Refused);
   EXPECT_EQ(held->take_result(1, queue), Room::Taken);
 }
 

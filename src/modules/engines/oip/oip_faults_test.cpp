@@ -65,11 +65,11 @@ TEST(OipFaults, ARestartedServerIsUsedAgainSoon) {
     server = std::make_unique<PythonServer>(std::vector<std::string>{"--port", port});
     ASSERT_EQ(server->port(), port);
   };
-  const auto answers = [&] {
+  const auto responds = [&] {
     EXPECT_TRUE(becomes_true([&] { return engine.invoke(floats()).code == 0; }, "an answer"));
   };
   // gRPC looks at connections without a call each 5 s only; probes must connect on their own.
-  EXPECT_TRUE(is_quick(restart, answers, 3s));
+  EXPECT_TRUE(is_quick(restart, responds, 3s));
   const auto statistics = engine.statistics();
   EXPECT_EQ(statistics.at("requests-sent"), ended(statistics));
 }
@@ -82,7 +82,7 @@ TEST(OipFaults, StartsWithAServerThatIsNotThereYet) {
   EXPECT_EQ(engine.statistics()["request-attempts"], 1u);
 }
 
-TEST(OipFaults, RefusesAnswersOfAnotherShapeTypeOrSize) {
+TEST(OipFaults, RefusesResponsesOfAnotherShapeTypeOrSize) {
   for (const auto* behaviour :
        {"wrong-shape", "wrong-type", "short", "extra-raw", "no-output", "huge", "damaged"}) {
     PythonServer server({"--behaviour", behaviour});

@@ -1,5 +1,5 @@
 // What holds for every request, whatever happens to servers and connections: it ends once, in time,
-// and an answer is that of its own frame. Faults come from tests/support/fault_proxy.py by seed.
+// and a response is that of its own frame. Faults come from tests/support/fault_proxy.py by seed.
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #include <malloc.h>
 
@@ -21,7 +21,7 @@ class FaultProxy : public PythonProcess {
   FaultProxy(const PythonServer& server, int seed, const std::vector<std::string>& faults = {})
       : PythonProcess(WEIR_FAULT_PROXY, arguments(server, seed, faults)) {}
   // Resets all connections; returns the number of those accepted so far.
-  int drop() const { return std::stoi(answer_to("drop").substr(sizeof "dropped")); }
+  int drop() const { return std::stoi(response_to("drop").substr(sizeof "dropped")); }
 
  private:
   static std::vector<std::string> arguments(const PythonServer& server, int seed,
@@ -34,7 +34,7 @@ class FaultProxy : public PythonProcess {
 
 struct Ends {
   std::atomic<uint64_t> answered{0}, late{0}, refused{0}, lost{0}, other{0};
-  std::atomic<uint64_t> wrong{0};    // answers that are not those of their frames
+  std::atomic<uint64_t> wrong{0};    // responses that are not those of their frames
   std::atomic<uint64_t> overdue{0};  // ended later than one second after their deadline
   uint64_t all() const { return answered + late + refused + lost; }
 };
@@ -112,7 +112,7 @@ size_t open_files() {
   return static_cast<size_t>(std::distance(begin(all), end(all)));
 }
 
-TEST(OipLaws, TenThousandRequestsEndOnceInTimeWithTheirOwnAnswers) {
+TEST(OipLaws, TenThousandRequestsEndOnceInTimeWithTheirOwnResponses) {
   constexpr int kRequests = 10000, kLimit = 400;
   PythonServer first, second;
   const std::vector<std::string> faults{"delay=0.05", "stall=0.002", "cut=0.004", "half=0.002",
@@ -139,7 +139,7 @@ TEST(OipLaws, TenThousandRequestsEndOnceInTimeWithTheirOwnAnswers) {
   EXPECT_GT(ends.late + ends.lost, 0u);
 }
 
-// TCP does not notice such bytes either: an answer may be that of a changed frame.
+// TCP does not notice such bytes either: a response may be that of a changed frame.
 TEST(OipLaws, ChangedBytesEndRequestsOnceAndInTime) {
   constexpr int kRequests = 2000, kLimit = 400;
   PythonServer server;

@@ -78,7 +78,7 @@ class OipSession {
 
  private:
   const OipModel& model_;
-  std::optional<size_t> answered_;  // the server of the last answer
+  std::optional<size_t> answered_;  // the server of the last response
 };
 
 }  // namespace weir::engine

@@ -1,4 +1,4 @@
-// Sends frames to servers and takes their answers.
+// Sends frames to servers and takes their responses.
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #include <algorithm>
 #include <cstddef>
@@ -49,7 +49,7 @@ struct Taken {
   net::Range element;  // of BYTES
 };
 
-// Every element has taken at least one byte of the answer.
+// Every element has taken at least one byte of the response.
 size_t received_bytes(const net::InferTensor& output) {
   if (output.raw) return output.raw->size();
   size_t out = 0;
@@ -86,11 +86,11 @@ Result<Taken> check(const net::Reply& reply, const net::InferResponse& response,
 }
 
 // Copies the outputs into the memory of `frame`, or into memory of the host where it has none, and
-// increases `copied` by their bytes. `times`: those of the answer, if it has any.
+// increases `copied` by their bytes. `times`: those of the response, if it has any.
 // PEER_MESSAGE_INVALID for outputs other than the expected ones.
 Status take_outputs(const net::Reply& reply, const std::vector<OipTensor>& expected,
                     const weir_frame& frame, uint64_t* copied,
-                    std::optional<net::AnswerTimes>* times) {
+                    std::optional<net::ServerTimes>* times) {
   const auto response = net::parse_infer_response(reply.chunks);
   if (!response) return response.error();
   *times = response->times;
@@ -213,8 +213,8 @@ net::ServerSet::Ended OipModel::send(const weir_frame& in, const weir_frame& out
                                          has_times_[server], &copied);
       },
       held.memory, expiry_of(in),
-      [&](const auto& answer, auto* times) {
-        return take_outputs(answer.reply, signature_.outputs, out, &received, times);
+      [&](const auto& arrived, auto* times) {
+        return take_outputs(arrived.reply, signature_.outputs, out, &received, times);
       });
   copied_out_ += copied;
   copied_in_ += received;

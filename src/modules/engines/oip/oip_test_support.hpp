@@ -55,7 +55,7 @@ class PythonProcess {
 
   const std::string& port() const { return port_; }  // "" when it did not start
   // Writes a line and returns the next one of the process.
-  std::string answer_to(const std::string& line) const {
+  std::string response_to(const std::string& line) const {
     const std::string sent = line + "\n";
     EXPECT_EQ(write(input_, sent.data(), sent.size()), ssize_t(sent.size()));
     return next_line();

@@ -62,7 +62,7 @@ class OipTls : public testing::Test {
     out.insert(out.end(), more.begin(), more.end());
     return out;
   }
-  static void expect_answer(OipEngine* engine) {
+  static void expect_response(OipEngine* engine) {
     ASSERT_EQ(engine->error().what, "");
     const auto result =
         engine->invoke(make_tensor(WEIR_FLOAT32, {1, 4}, std::vector<float>{0, 1, 2, 3}));
@@ -82,7 +82,7 @@ class OipTls : public testing::Test {
 TEST_F(OipTls, AServerOfTheAuthorityAnswers) {
   PythonServer server(with("server"));
   OipEngine engine({server.address("grpcs")}, trusting());
-  expect_answer(&engine);
+  expect_response(&engine);
 }
 
 TEST_F(OipTls, AServerOfAnotherAuthorityIsNotTrusted) {
@@ -109,7 +109,7 @@ TEST_F(OipTls, AServerThatKnowsItsClientsAnswersThem) {
   PythonServer server(with("server", {"--ca=" + file("ca.pem")}));
   OipEngine engine({server.address("grpcs")},
                    trusting({{"cert", file("client.pem")}, {"key", file("client.key")}}));
-  expect_answer(&engine);
+  expect_response(&engine);
 }
 
 TEST_F(OipTls, AServerThatKnowsItsClientsAnswersNoOthers) {
@@ -125,7 +125,7 @@ TEST_F(OipTls, ATokenIsSentWithEachRequest) {
   PythonServer server(with("server", {"--token=secret"}));
   OipEngine engine({server.address("grpcs")},
                    trusting({{"token-file", token("\nsecret\r\nother\n")}}));
-  expect_answer(&engine);
+  expect_response(&engine);
 }
 
 TEST_F(OipTls, AWrongTokenIsRefusedWithTheServersText) {

@@ -1,6 +1,6 @@
 // Test program: runs a model once and prints what a mode of tensor_decoder finds, as JSON.
 //
-//   answer_program MODEL MODE INPUT TYPE DIMENSIONS [OPTION=VALUE...]
+//   results_program MODEL MODE INPUT TYPE DIMENSIONS [OPTION=VALUE...]
 //
 // INPUT is a file with the elements, TYPE and DIMENSIONS are as in caps. Positions are pixels of
 // the model's input.
@@ -9,13 +9,13 @@
 #include <iostream>
 #include <nlohmann/json.hpp>
 
-#include "core/decoders/answer_test_support.hpp"
+#include "core/decoders/results_test_support.hpp"
 #include "core/tensor/element_type.hpp"
 #include "weir/model.hpp"
 
 namespace {
 
-using weir::decoders::AnswerRun;
+using weir::decoders::ResultsRun;
 using weir::decoders::TestTensor;
 
 int fail(const std::string& error) {
@@ -42,7 +42,7 @@ nlohmann::json json_of(const weir::ResultRow& row) {
   return out;
 }
 
-nlohmann::json json_of(AnswerRun& run) {
+nlohmann::json json_of(ResultsRun& run) {
   nlohmann::json rows = nlohmann::json::array();
   for (size_t i = 0; i < run.n_rows(); ++i) {
     if (run.row(i).is_background()) continue;
@@ -60,7 +60,7 @@ nlohmann::json json_of(AnswerRun& run) {
 }  // namespace
 
 int main(int argc, char** argv) {
-  if (argc < 6) return fail("usage: answer_program MODEL MODE INPUT TYPE DIMENSIONS [KEY=VALUE]");
+  if (argc < 6) return fail("usage: results_program MODEL MODE INPUT TYPE DIMENSIONS [KEY=VALUE]");
   const std::string path = argv[1], dimensions = argv[5];
   auto model = weir::Model::open(path);
   if (!model) return fail(model.error().message());
@@ -94,7 +94,7 @@ int main(int argc, char** argv) {
     const size_t at = option.find('=');
     options.emplace_back(option.substr(0, at), at < option.size() ? option.substr(at + 1) : "");
   }
-  AnswerRun run(argv[2], options);
+  ResultsRun run(argv[2], options);
   if (run.configure(tensors, &facts)) run.decode(tensors);
   if (!run.error.empty()) return fail(run.error);
   std::cout << json_of(run) << "\n";

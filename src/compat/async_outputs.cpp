@@ -1,6 +1,6 @@
-// AsyncAnswers: passes asynchronous outputs of a filter to its open frame.
+// AsyncOutputs: passes asynchronous outputs of a filter to its open frame.
 // SPDX-License-Identifier: LGPL-2.1-or-later
-#include "compat/async_answers.hpp"
+#include "compat/async_outputs.hpp"
 
 #include <algorithm>
 #include <cstring>
@@ -30,7 +30,7 @@ OpenFilter::OpenFilter(std::unique_ptr<Properties> properties)
     : properties_(std::move(properties)) {}
 OpenFilter::~OpenFilter() = default;
 
-AsyncAnswers::AsyncAnswers(OpenFilter& filter, bool gives, size_t outputs,
+AsyncOutputs::AsyncOutputs(OpenFilter& filter, bool gives, size_t outputs,
                            std::chrono::milliseconds limit)
     : filter_(filter),
       gives_(gives),
@@ -44,26 +44,26 @@ AsyncAnswers::AsyncAnswers(OpenFilter& filter, bool gives, size_t outputs,
   long_watch_.emplace(TimerQueue::instance(), long_limit_, [this] { return quiet(false); });
 }
 
-AsyncAnswers::~AsyncAnswers() {
+AsyncOutputs::~AsyncOutputs() {
   std::lock_guard lock(mutex_);
   end();
 }
 
 // Precondition: mutex_ is held.
-void AsyncAnswers::end() {
+void AsyncOutputs::end() {
   if (request_) request_->end();
   request_.reset();
 }
 
 // Called on the timer's thread.
-bool AsyncAnswers::quiet(bool within) {
+bool AsyncOutputs::quiet(bool within) {
   std::lock_guard lock(mutex_);
   if (invoking_ != std::thread::id{}) return false;
-  if (within == answers_only_within()) end();
+  if (within == dispatches_only_within()) end();
   return true;
 }
 
-void AsyncAnswers::begin(Request& request) {
+void AsyncOutputs::begin(Request& request) {
   std::lock_guard lock(mutex_);
   if (too_late_) throw Failure(*std::exchange(too_late_, std::nullopt));
   end();
@@ -71,7 +71,7 @@ void AsyncAnswers::begin(Request& request) {
   invoking_ = std::this_thread::get_id();
 }
 
-void AsyncAnswers::invoked() {
+void AsyncOutputs::invoked() {
   {
     std::lock_guard lock(mutex_);
     invoking_ = {};
@@ -80,19 +80,19 @@ void AsyncAnswers::invoked() {
   long_watch_->touch();
 }
 
-void AsyncAnswers::failed(const Error& error) {
+void AsyncOutputs::failed(const Error& error) {
   std::lock_guard lock(mutex_);
   invoking_ = {};
   if (request_) request_->fail(error);
   request_.reset();
 }
 
-void AsyncAnswers::dispatched(GstTensorMemory* output, void* self) {
-  auto& answers = *static_cast<AsyncAnswers*>(self);
-  std::lock_guard lock(answers.mutex_);
+void AsyncOutputs::dispatched(GstTensorMemory* output, void* self) {
+  auto& async_outputs = *static_cast<AsyncOutputs*>(self);
+  std::lock_guard lock(async_outputs.mutex_);
   std::optional<Error> failure;
   try {
-    answers.dispatch(output);
+    async_outputs.dispatch(output);
   } catch (const Failure& e) {
     failure = e.error();
   } catch (const std::exception& e) {
@@ -100,21 +100,21 @@ void AsyncAnswers::dispatched(GstTensorMemory* output, void* self) {
         Error{.code = Code::OUT_OF_MEMORY, .what = "no memory for an output", .offered = e.what()};
   }
   if (!failure) return;
-  if (answers.request_)
-    answers.request_->fail(*failure);
+  if (async_outputs.request_)
+    async_outputs.request_->fail(*failure);
   else
     nns_loge("%s", failure->message().c_str());
-  answers.request_.reset();
+  async_outputs.request_.reset();
 }
 
 // Precondition: mutex_ is held.
-void AsyncAnswers::dispatch(GstTensorMemory* output) {
+void AsyncOutputs::dispatch(GstTensorMemory* output) {
   auto& properties = filter_.properties();
   const Described now = described(properties.get()->output_meta, filter_.name(), "output");
   if (properties.dynamic()) properties.forget_output_names();
   const auto filter = filter_.weak_from_this().lock();
-  const auto limit = answers_only_within() ? short_limit_ : long_limit_;
-  (invoking_ == std::this_thread::get_id() ? answers_within_ : answers_later_) = true;
+  const auto limit = dispatches_only_within() ? short_limit_ : long_limit_;
+  (invoking_ == std::this_thread::get_id() ? dispatched_within_ : dispatched_later_) = true;
   short_watch_->touch();
   long_watch_->touch();
   if (request_ && filter) return give_on(output, now, filter);
@@ -134,7 +134,7 @@ void AsyncAnswers::dispatch(GstTensorMemory* output) {
 }
 
 // Precondition: mutex_ is held.
-void AsyncAnswers::give_on(GstTensorMemory* output, const Described& now,
+void AsyncOutputs::give_on(GstTensorMemory* output, const Described& now,
                            const std::shared_ptr<OpenFilter>& filter) {
   const size_t count = now.infos.size();
   const bool dynamic = filter_.properties().dynamic();

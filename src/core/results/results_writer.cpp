@@ -1,6 +1,6 @@
 // Writes rows and tables after tensor headers.
 // SPDX-License-Identifier: LGPL-2.1-or-later
-#include "core/results/answer_writer.hpp"
+#include "core/results/results_writer.hpp"
 
 #include <algorithm>
 #include <cstring>
@@ -75,23 +75,23 @@ void write_row(const Object& object, const Features& features, const KeyPoint* p
     for (const float number : {points[i].x, points[i].y, points[i].score}) put(number);
 }
 
-void write_rows(const Answer& answer, const Features& features, const Reserve& reserve) {
-  const size_t length = row_length(features), rows = std::max<size_t>(1, answer.objects.size());
+void write_rows(const FrameResults& results, const Features& features, const Reserve& reserve) {
+  const size_t length = row_length(features), rows = std::max<size_t>(1, results.objects.size());
   const auto to =
       begin_tensor(ElementType::Float32, {narrow(length), narrow(rows)}, sizeof(float), reserve);
-  if (answer.objects.empty()) std::fill(to.begin(), to.end(), std::byte{});
-  for (size_t i = 0; i < answer.objects.size(); ++i)
-    write_row(answer.objects[i], features, answer.points.data() + i * features.points_per_object,
+  if (results.objects.empty()) std::fill(to.begin(), to.end(), std::byte{});
+  for (size_t i = 0; i < results.objects.size(); ++i)
+    write_row(results.objects[i], features, results.points.data() + i * features.points_per_object,
               to.data() + i * length * sizeof(float));
 }
 
-void write_texts(const Answer& answer, uint32_t rows, const Reserve& reserve) {
+void write_texts(const FrameResults& results, uint32_t rows, const Reserve& reserve) {
   size_t longest = 1;
-  for (const auto& text : answer.texts) longest = std::max(longest, text.size());
+  for (const auto& text : results.texts) longest = std::max(longest, text.size());
   const auto to = begin_tensor(ElementType::UInt8, {narrow(longest), rows}, 1, reserve);
   std::fill(to.begin(), to.end(), std::byte{});
-  for (size_t i = 0; i < answer.texts.size(); ++i)
-    std::memcpy(to.data() + i * longest, answer.texts[i].data(), answer.texts[i].size());
+  for (size_t i = 0; i < results.texts.size(); ++i)
+    std::memcpy(to.data() + i * longest, results.texts[i].data(), results.texts[i].size());
 }
 
 template <class T>
@@ -119,23 +119,23 @@ std::vector<uint8_t> resampled(const std::vector<uint8_t>& masks, uint32_t width
   return out;
 }
 
-void append_masks(Answer* part, Answer* all) {
+void append_masks(FrameResults* part, FrameResults* all) {
   if (part->masks.empty()) return;
   const uint32_t width = std::max(part->mask_width, all->masks.empty() ? 0 : all->mask_width);
   const uint32_t height = std::max(part->mask_height, all->masks.empty() ? 0 : all->mask_height);
-  for (Answer* answer : {part, all}) {
-    const bool fits = answer->mask_width == width && answer->mask_height == height;
-    if (!fits && !answer->masks.empty())
-      answer->masks =
-          resampled(answer->masks, answer->mask_width, answer->mask_height, width, height);
-    answer->mask_width = width, answer->mask_height = height;
+  for (FrameResults* results : {part, all}) {
+    const bool fits = results->mask_width == width && results->mask_height == height;
+    if (!fits && !results->masks.empty())
+      results->masks =
+          resampled(results->masks, results->mask_width, results->mask_height, width, height);
+    results->mask_width = width, results->mask_height = height;
   }
   move_to(&part->masks, &all->masks);
 }
 
 }  // namespace
 
-void Answer::clear() noexcept {
+void FrameResults::clear() noexcept {
   objects.clear();
   points.clear();
   masks.clear();
@@ -168,24 +168,26 @@ std::string caps_of(const Features& features, const std::string& source) {
          "\",weir-source=(string)\"" + sources + "\"";
 }
 
-void write(const Answer& answer, const Features& features, const Reserve& reserve) {
-  const uint32_t rows = narrow(std::max<size_t>(1, answer.objects.size()));
-  write_rows(answer, features, reserve);
+void write(const FrameResults& results, const Features& features, const Reserve& reserve) {
+  const uint32_t rows = narrow(std::max<size_t>(1, results.objects.size()));
+  write_rows(results, features, reserve);
   if (features.has_masks)
-    write_values<uint8_t>(ElementType::UInt8,
-                          {std::max(1u, answer.mask_width), std::max(1u, answer.mask_height), rows},
-                          answer.masks, reserve);
+    write_values<uint8_t>(
+        ElementType::UInt8,
+        {std::max(1u, results.mask_width), std::max(1u, results.mask_height), rows}, results.masks,
+        reserve);
   if (features.has_class_scores)
-    write_values<float>(ElementType::Float32, {narrow(std::max<size_t>(1, answer.n_classes)), rows},
-                        answer.class_scores, reserve);
-  if (features.has_texts) write_texts(answer, rows, reserve);
-  const Shape map{std::max(1u, answer.map_width), std::max(1u, answer.map_height)};
+    write_values<float>(ElementType::Float32,
+                        {narrow(std::max<size_t>(1, results.n_classes)), rows},
+                        results.class_scores, reserve);
+  if (features.has_texts) write_texts(results, rows, reserve);
+  const Shape map{std::max(1u, results.map_width), std::max(1u, results.map_height)};
   if (features.has_class_map)
-    write_values<uint16_t>(ElementType::UInt16, map, answer.class_map, reserve);
-  if (features.has_depth) write_values<float>(ElementType::Float32, map, answer.depth, reserve);
+    write_values<uint16_t>(ElementType::UInt16, map, results.class_map, reserve);
+  if (features.has_depth) write_values<float>(ElementType::Float32, map, results.depth, reserve);
 }
 
-void append(Answer* part, const Features& features, Answer* all) {
+void append(FrameResults* part, const Features& features, FrameResults* all) {
   const bool has_map = !all->class_map.empty() || !all->depth.empty();
   if ((features.has_class_map || features.has_depth) && has_map)
     throw Failure({.code = Code::SPEC_MISMATCH,

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: LGPL-2.1-or-later
-#include "answer.hpp"
+#include "ml_error.hpp"
 
 namespace weir::application {
 namespace {

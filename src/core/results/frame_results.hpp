@@ -1,4 +1,5 @@
-// Answer: what a network found in one frame, before it is written as tensors (weir/results.h).
+// FrameResults: what a network found in one frame, before it is written as tensors
+// (weir/results.h).
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #pragma once
 #include <cstddef>
@@ -28,7 +29,7 @@ struct Object {
 
 // The tables that belong to the rows are empty or complete: `masks` has mask_width * mask_height
 // bytes, `class_scores` has n_classes numbers, `texts` has one text for each object.
-struct Answer {
+struct FrameResults {
   std::vector<Object> objects;
   size_t points_per_object = 0;
   std::vector<KeyPoint> points;  // of all objects, in their order
@@ -47,7 +48,7 @@ struct Answer {
   void clear() noexcept;  // keeps the memory
 };
 
-// What a stream of answers contains; it does not change from frame to frame.
+// What a stream of results contains; it does not change from frame to frame.
 struct Features {
   bool has_boxes = true;
   size_t points_per_object = 0;

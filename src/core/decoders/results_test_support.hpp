@@ -35,9 +35,9 @@ struct ResultTensor {
   }
 };
 
-class AnswerRun {
+class ResultsRun {
  public:
-  AnswerRun(const std::string& mode, const DecoderOptions& options)
+  ResultsRun(const std::string& mode, const DecoderOptions& options)
       : decoder_(open_decoder(mode, options, &error)) {}
 
   // Passes the model and, unless the stream is flexible, its outputs.

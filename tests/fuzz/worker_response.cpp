@@ -19,7 +19,7 @@ using namespace weir::isolate;
 using weir::fuzz::FuzzInput;
 using weir::fuzz::require;
 
-std::string& answers_path() {
+std::string& responses_path() {
   static auto& path = *new std::string(std::filesystem::temp_directory_path() /
                                        ("weir-fuzz-answers-" + std::to_string(getpid())));
   return path;
@@ -60,7 +60,7 @@ void add_greeting(std::string* out) {
   add(&writer, out);
 }
 
-std::string answers_of(FuzzInput* input) {
+std::string make_responses(FuzzInput* input) {
   std::string out;
   const uint8_t first = input->byte();
   if (first & 1) add_greeting(&out);
@@ -102,16 +102,16 @@ void invoke(Worker* worker, const SharedArena& arena) {
 extern "C" int LLVMFuzzerInitialize(int*, char***) {
   // In the same folder as this program.
   const auto worker =
-      std::filesystem::read_symlink("/proc/self/exe").parent_path() / "answering_worker";
+      std::filesystem::read_symlink("/proc/self/exe").parent_path() / "scripted_worker";
   setenv("WEIR_WORKER", worker.c_str(), 1);
-  setenv("WEIR_FUZZ_ANSWERS", answers_path().c_str(), 1);
-  std::atexit([] { unlink(answers_path().c_str()); });
+  setenv("WEIR_FUZZ_RESPONSES", responses_path().c_str(), 1);
+  std::atexit([] { unlink(responses_path().c_str()); });
   return 0;
 }
 
 extern "C" int LLVMFuzzerTestOneInput(const uint8_t* data, size_t size) {
   FuzzInput input(data, size);
-  std::ofstream(answers_path(), std::ios::binary) << answers_of(&input);
+  std::ofstream(responses_path(), std::ios::binary) << make_responses(&input);
   WorkerSettings settings;
   settings.open.engine = "adding";
   auto worker = Worker::start(settings, -1);

@@ -1,6 +1,6 @@
-// Tests of the tensors that answers are written as.
+// Tests of the tensors that results are written as.
 // SPDX-License-Identifier: LGPL-2.1-or-later
-#include "core/results/answer_writer.hpp"
+#include "core/results/results_writer.hpp"
 
 #include <gtest/gtest.h>
 
@@ -12,7 +12,7 @@
 #include "weir/results.hpp"
 
 namespace weir::results {
-namespace answer_writer_test {
+namespace results_writer_test {
 
 struct Written {
   TensorHeader header;
@@ -25,9 +25,9 @@ struct Written {
   }
 };
 
-std::vector<Written> written(const Answer& answer, const Features& features) {
+std::vector<Written> written(const FrameResults& results, const Features& features) {
   std::list<std::vector<std::byte>> memories;
-  write(answer, features, [&](size_t bytes) {
+  write(results, features, [&](size_t bytes) {
     memories.emplace_back(bytes, std::byte{0xAA});
     return std::span(memories.back());
   });
@@ -42,14 +42,14 @@ std::vector<Written> written(const Answer& answer, const Features& features) {
   return out;
 }
 
-TEST(AnswerWriter, WritesARowForEachObject) {
-  Answer answer;
-  answer.objects = {{.box = {1, 2, 3, 4}, .score = 0.5f, .class_index = 6, .track = 7},
-                    {.box = {5, 6, 7, 8}, .score = 0.25f, .parent = 0, .rotation = 1}};
-  answer.points_per_object = 1;
-  answer.points = {{10, 11, 0.5f}, {12, 13, 0.75f}};
+TEST(ResultsWriter, WritesARowForEachObject) {
+  FrameResults results;
+  results.objects = {{.box = {1, 2, 3, 4}, .score = 0.5f, .class_index = 6, .track = 7},
+                     {.box = {5, 6, 7, 8}, .score = 0.25f, .parent = 0, .rotation = 1}};
+  results.points_per_object = 1;
+  results.points = {{10, 11, 0.5f}, {12, 13, 0.75f}};
   const Features features{.points_per_object = 1};
-  const auto tensors = written(answer, features);
+  const auto tensors = written(results, features);
   ASSERT_EQ(tensors.size(), 1u);
   EXPECT_EQ(tensors[0].header.spec.to_string(), "float32 12:2");
   EXPECT_EQ(tensors[0].floats(),
@@ -57,16 +57,16 @@ TEST(AnswerWriter, WritesARowForEachObject) {
                                 5, 6, 7, 8, 0.25f, 0, 0, 0,  1, 12, 13, 0.75f}));
 }
 
-TEST(AnswerWriter, ColumnsDescribeTheRows) {
+TEST(ResultsWriter, ColumnsDescribeTheRows) {
   for (const bool boxes : {false, true})
     for (const size_t points : {0, 1, 17}) {
       const Features features{.has_boxes = boxes, .points_per_object = points};
       const auto columns = result_columns(columns_of(features), 0);
       ASSERT_TRUE(columns);
-      Answer answer;
-      answer.objects = {{.box = {1, 2, 3, 4}, .score = 0.5f, .class_index = 9, .parent = 3}};
-      answer.points.assign(points, {20, 30, 0.125f});
-      const auto numbers = written(answer, features)[0].floats();
+      FrameResults results;
+      results.objects = {{.box = {1, 2, 3, 4}, .score = 0.5f, .class_index = 9, .parent = 3}};
+      results.points.assign(points, {20, 30, 0.125f});
+      const auto numbers = written(results, features)[0].floats();
       ASSERT_EQ(numbers.size(), columns->length);
       const ResultRow row(*columns, numbers.data());
       EXPECT_EQ(row.has_box(), boxes);
@@ -80,7 +80,7 @@ TEST(AnswerWriter, ColumnsDescribeTheRows) {
     }
 }
 
-TEST(AnswerWriter, AFrameWithoutObjectsHasOneRowOfZeros) {
+TEST(ResultsWriter, AFrameWithoutObjectsHasOneRowOfZeros) {
   const Features features{
       .points_per_object = 2, .has_masks = true, .has_class_scores = true, .has_texts = true};
   const auto tensors = written({}, features);
@@ -92,7 +92,7 @@ TEST(AnswerWriter, AFrameWithoutObjectsHasOneRowOfZeros) {
   EXPECT_EQ(tensors[3].payload, std::vector<std::byte>(1));
 }
 
-TEST(AnswerWriter, WritesTheTablesInTheOrderOfTheColumns) {
+TEST(ResultsWriter, WritesTheTablesInTheOrderOfTheColumns) {
   const Features features{.has_boxes = false,
                           .has_masks = true,
                           .has_class_scores = true,
@@ -100,20 +100,20 @@ TEST(AnswerWriter, WritesTheTablesInTheOrderOfTheColumns) {
                           .has_class_map = true,
                           .has_depth = true};
   EXPECT_EQ(columns_of(features), "score,class,track,parent;masks;scores;text;class-map;depth");
-  Answer answer;
-  answer.objects = {{.score = 1}, {.score = 0.5f}};
-  answer.mask_width = 2, answer.mask_height = 1;
-  answer.masks = {1, 2, 3, 4};
-  answer.n_classes = 3;
-  answer.class_scores = {1, 2, 3, 4, 5, 6};
-  answer.texts = {
+  FrameResults results;
+  results.objects = {{.score = 1}, {.score = 0.5f}};
+  results.mask_width = 2, results.mask_height = 1;
+  results.masks = {1, 2, 3, 4};
+  results.n_classes = 3;
+  results.class_scores = {1, 2, 3, 4, 5, 6};
+  results.texts = {
       "\xC3\xBC"
       "ber",
       "ab"};
-  answer.map_width = 2, answer.map_height = 1;
-  answer.class_map = {300, 2};
-  answer.depth = {0.5f, 1.5f};
-  const auto tensors = written(answer, features);
+  results.map_width = 2, results.map_height = 1;
+  results.class_map = {300, 2};
+  results.depth = {0.5f, 1.5f};
+  const auto tensors = written(results, features);
   ASSERT_EQ(tensors.size(), tensor_count(features));
   EXPECT_EQ(tensors[1].header.spec.to_string(), "uint8 2:1:2");
   EXPECT_EQ(tensors[2].header.spec.to_string(), "float32 3:2");
@@ -123,10 +123,10 @@ TEST(AnswerWriter, WritesTheTablesInTheOrderOfTheColumns) {
                         "berab\0\0\0",
                         10));
   EXPECT_EQ(tensors[4].header.spec.to_string(), "uint16 2:1");
-  EXPECT_EQ(tensors[5].floats(), answer.depth);
+  EXPECT_EQ(tensors[5].floats(), results.depth);
 }
 
-TEST(AnswerWriter, CapsNameColumnsAndSource) {
+TEST(ResultsWriter, CapsNameColumnsAndSource) {
   EXPECT_EQ(caps_of({.has_masks = true}, "yolo;\"x\""),
             "other/tensors,format=(string)flexible,weir-columns=(string)"
             "\"x1,y1,x2,y2,score,class,track,parent,rotation;masks\","
@@ -135,7 +135,7 @@ TEST(AnswerWriter, CapsNameColumnsAndSource) {
 
 TEST(Append, JoinsTablesAndResamplesMasks) {
   const Features features{.has_masks = true, .has_texts = true};
-  Answer all, first, second;
+  FrameResults all, first, second;
   first.objects = {{.score = 1}};
   first.texts = {"a"};
   first.mask_width = first.mask_height = 1;
@@ -154,13 +154,13 @@ TEST(Append, JoinsTablesAndResamplesMasks) {
 
 TEST(Append, RejectsASecondMap) {
   const Features features{.has_class_map = true};
-  Answer all, part;
+  FrameResults all, part;
   part.map_width = part.map_height = 1;
   part.class_map = {1};
-  Answer again = part;
+  FrameResults again = part;
   append(&part, features, &all);
   EXPECT_THROW(append(&again, features, &all), Failure);
 }
 
-}  // namespace answer_writer_test
+}  // namespace results_writer_test
 }  // namespace weir::results

@@ -1,4 +1,4 @@
-// Fuzz target: answers of inference servers, in chunks of any size.
+// Fuzz target: responses of inference servers, in chunks of any size.
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #include "net/protocol/oip_contents.hpp"
 #include "peer_message.hpp"

@@ -24,7 +24,7 @@ int fail(const Refusal& refusal) noexcept;
 // Uses the ml_error_e of the error's code.
 Refusal refusal(const Error& error);
 
-inline int answer(const Status& status) noexcept {
+inline int to_ml_error(const Status& status) noexcept {
   return status ? static_cast<int>(ML_ERROR_NONE) : fail(status.error());
 }
 

@@ -3,10 +3,10 @@
 #include <cmath>
 #include <numbers>
 
-#include "core/decoders/answer_test_support.hpp"
+#include "core/decoders/results_test_support.hpp"
 
 namespace weir::decoders {
-namespace mediapipe_answers_test {
+namespace mediapipe_results_test {
 
 constexpr float kPi = std::numbers::pi_v<float>;
 
@@ -57,7 +57,7 @@ struct Place {
   Found found;
 };
 
-TEST(MediapipeAnswers, AnchorsAreWhereTheGraphsPutThem) {
+TEST(MediapipeResults, AnchorsAreWhereTheGraphsPutThem) {
   const std::vector<float> points{1, 2, 3, 4, 5, 6, 7, 8, 9, 10, 11, 12, 13, 14};
   const auto first = [&](size_t count) {
     return std::vector(points.begin(), points.begin() + static_cast<ptrdiff_t>(2 * count));
@@ -72,7 +72,7 @@ TEST(MediapipeAnswers, AnchorsAreWhereTheGraphsPutThem) {
       {kPalm256, {2048 + 512 + 6 * (6 * 8 + 4), 144, 208, 3, {90, 100, 250, 250}, first(7)}}};
   for (const auto& [detector, found] : places) {
     const TestModel model{.input = detector.input};
-    AnswerRun run("detection", {});
+    ResultsRun run("detection", {});
     const auto tensors = encode(detector, {found});
     ASSERT_TRUE(run.configure(tensors, &model)) << run.error;
     run.decode(tensors);
@@ -87,12 +87,12 @@ TEST(MediapipeAnswers, AnchorsAreWhereTheGraphsPutThem) {
   }
 }
 
-TEST(MediapipeAnswers, TheBackCameraHasTheAnchorsOfTheFrontOne) {
+TEST(MediapipeResults, TheBackCameraHasTheAnchorsOfTheFrontOne) {
   // 896 anchors of a picture of 256 pixels: cells of 16 and 32 pixels.
   const Detector back{"blazeface", "3:256:256:1", 896, 6};
   const Found found{2 * (5 * 16 + 3), 56, 88, 2, {10, 20, 90, 100}, std::vector<float>(12, 50)};
   const TestModel model{.input = back.input};
-  AnswerRun run("detection", {});
+  ResultsRun run("detection", {});
   ASSERT_TRUE(run.configure(encode(back, {found}), &model));
   run.decode(encode(back, {found}));
   expect_box(run.row(0).box(), found.box);
@@ -104,14 +104,14 @@ float palm_rotation(float x, float y) {
   points[4] = 96 + x, points[5] = 96 + y;
   const Found found{2 * (12 * 24 + 12), 100, 100, 3, {76, 76, 116, 116}, points};
   const TestModel model{.input = kPalm.input};
-  AnswerRun run("detection", {});
+  ResultsRun run("detection", {});
   EXPECT_TRUE(run.configure(encode(kPalm, {found}), &model));
   run.decode(encode(kPalm, {found}));
   expect_box(run.row(0).box(), found.box);
   return run.row(0).rotation();
 }
 
-TEST(MediapipeAnswers, APalmIsTurnedLikeItsMiddleFinger) {
+TEST(MediapipeResults, APalmIsTurnedLikeItsMiddleFinger) {
   EXPECT_NEAR(palm_rotation(0, -10), 0, 1e-6);
   EXPECT_NEAR(palm_rotation(10, 0), kPi / 2, 1e-6);
   EXPECT_NEAR(palm_rotation(-10, 0), -kPi / 2, 1e-6);
@@ -120,11 +120,11 @@ TEST(MediapipeAnswers, APalmIsTurnedLikeItsMiddleFinger) {
   EXPECT_EQ(palm_rotation(0, 0), 0);
 }
 
-TEST(MediapipeAnswers, APersonIsTheSquareAroundTheHips) {
+TEST(MediapipeResults, APersonIsTheSquareAroundTheHips) {
   // Key point 1 is on the circle around the person: 60 right of and 80 above the hips.
   const Found found{0, 4, 4, 3, {90, 20, 130, 60}, {110, 120, 170, 40, 0, 0, 0, 0}};
   const TestModel model{.input = kPose.input};
-  AnswerRun run("detection", {});
+  ResultsRun run("detection", {});
   ASSERT_TRUE(run.configure(encode(kPose, {found}), &model)) << run.error;
   run.decode(encode(kPose, {found}));
   ASSERT_EQ(run.n_rows(), 1u);
@@ -132,7 +132,7 @@ TEST(MediapipeAnswers, APersonIsTheSquareAroundTheHips) {
   EXPECT_NEAR(run.row(0).rotation(), std::atan2(60.0, 80.0), 1e-5);
 }
 
-TEST(MediapipeAnswers, RotatedBoxesTurnWithThePicture) {
+TEST(MediapipeResults, RotatedBoxesTurnWithThePicture) {
   // The source picture is the input, turned by 90 degrees clockwise and twice as large.
   SourceMap map;
   map.xx = 0, map.xy = -2, map.x0 = 400;
@@ -142,7 +142,7 @@ TEST(MediapipeAnswers, RotatedBoxesTurnWithThePicture) {
   points[5] = 86;
   const Found found{2 * (12 * 24 + 12), 100, 100, 3, {86, 66, 106, 106}, points};
   const TestModel model{.input = kPalm.input};
-  AnswerRun run("detection", {});
+  ResultsRun run("detection", {});
   ASSERT_TRUE(run.configure(encode(kPalm, {found}), &model));
   run.decode(encode(kPalm, {found}), {map});
   // Centre (96, 86) becomes (400 - 172, 192); the box keeps its width of 2 * 20.
@@ -150,19 +150,19 @@ TEST(MediapipeAnswers, RotatedBoxesTurnWithThePicture) {
   EXPECT_NEAR(run.row(0).rotation(), kPi / 2, 1e-5);
 }
 
-TEST(MediapipeAnswers, LogitsDecideBetweenCertainBoxes) {
+TEST(MediapipeResults, LogitsDecideBetweenCertainBoxes) {
   // Both probabilities are 1 in float32.
   const Found good{2 * (5 * 16 + 3) + 1, 28, 44, 40, {10, 20, 40, 60}, std::vector<float>(12)};
   const Found weaker{2 * (5 * 16 + 3), 28, 44, 30, {12, 20, 42, 60}, std::vector<float>(12)};
   const TestModel model{.input = kFace.input};
-  AnswerRun run("detection", {});
+  ResultsRun run("detection", {});
   ASSERT_TRUE(run.configure(encode(kFace, {good, weaker}), &model));
   run.decode(encode(kFace, {good, weaker}));
   ASSERT_EQ(run.n_rows(), 1u);
   expect_box(run.row(0).box(), good.box);
 }
 
-TEST(MediapipeAnswers, DetectorsIgnoreNumbersThatAreNotFinite) {
+TEST(MediapipeResults, DetectorsIgnoreNumbersThatAreNotFinite) {
   for (const Detector& detector : {kFace, kPalm, kPose})
     for (const float value : {NAN, INFINITY, -INFINITY}) {
       auto tensors = encode(detector, {});
@@ -170,7 +170,7 @@ TEST(MediapipeAnswers, DetectorsIgnoreNumbersThatAreNotFinite) {
         for (size_t i = 0; i < tensor.bytes.size(); i += sizeof value)
           std::memcpy(tensor.bytes.data() + i, &value, sizeof value);
       const TestModel model{.input = detector.input};
-      AnswerRun run("detection", {});
+      ResultsRun run("detection", {});
       ASSERT_TRUE(run.configure(tensors, &model)) << run.error;
       run.decode(tensors);
       ASSERT_EQ(run.n_rows(), 1u) << run.error;
@@ -178,9 +178,9 @@ TEST(MediapipeAnswers, DetectorsIgnoreNumbersThatAreNotFinite) {
     }
 }
 
-TEST(MediapipeAnswers, OtherNumbersOfAnchorsAreRefused) {
+TEST(MediapipeResults, OtherNumbersOfAnchorsAreRefused) {
   const Detector odd{"palm-detection", "3:192:192:1", 2017, 7};
-  AnswerRun run("detection", {{"head", "palm-detection"}});
+  ResultsRun run("detection", {{"head", "palm-detection"}});
   const TestModel model{.input = odd.input};
   EXPECT_FALSE(run.configure(encode(odd, {}), &model));
   EXPECT_SAYS(run.error, "the outputs are not those of the head palm-detection");
@@ -193,7 +193,7 @@ std::vector<float> sequence(size_t count) {
   return out;
 }
 
-TEST(MediapipeAnswers, AHandHasASide) {
+TEST(MediapipeResults, AHandHasASide) {
   const TestModel model{.input = "3:224:224:1",
                         .names = {"Identity_3", "Identity_2", "Identity", "Identity_1"}};
   for (const float right : {0.1f, 0.8f}) {
@@ -201,7 +201,7 @@ TEST(MediapipeAnswers, AHandHasASide) {
     const std::vector<TestTensor> tensors{
         TestTensor("63:1", std::vector<float>(63, 0.01f)), TestTensor("1:1", {right}),
         TestTensor("63:1", sequence(63)), TestTensor("1:1", std::vector<float>{0.9f})};
-    AnswerRun run("pose", {});
+    ResultsRun run("pose", {});
     ASSERT_TRUE(run.configure(tensors, &model)) << run.error;
     run.decode(tensors);
     ASSERT_EQ(run.n_rows(), 1u) << run.error;
@@ -214,12 +214,12 @@ TEST(MediapipeAnswers, AHandHasASide) {
   }
 }
 
-TEST(MediapipeAnswers, ThePresenceOfAFaceIsALogit) {
+TEST(MediapipeResults, ThePresenceOfAFaceIsALogit) {
   const TestModel model{.input = "3:192:192:1"};
   for (const float logit : {-2.0f, 2.0f, NAN}) {
     const std::vector<TestTensor> tensors{TestTensor("1404:1:1:1", sequence(1404)),
                                           TestTensor("1:1:1:1", std::vector<float>{logit})};
-    AnswerRun run("pose", {});
+    ResultsRun run("pose", {});
     ASSERT_TRUE(run.configure(tensors, &model)) << run.error;
     run.decode(tensors);
     ASSERT_EQ(run.n_rows(), 1u) << run.error;
@@ -231,7 +231,7 @@ TEST(MediapipeAnswers, ThePresenceOfAFaceIsALogit) {
   }
 }
 
-TEST(MediapipeAnswers, OfThirtyNinePointsOfABodySixAreAuxiliary) {
+TEST(MediapipeResults, OfThirtyNinePointsOfABodySixAreAuxiliary) {
   std::vector<float> values(195);
   for (size_t i = 0; i < 39; ++i) {
     values[5 * i] = static_cast<float>(10 + i), values[5 * i + 1] = static_cast<float>(100 + i);
@@ -242,7 +242,7 @@ TEST(MediapipeAnswers, OfThirtyNinePointsOfABodySixAreAuxiliary) {
                                         TestTensor("1:16:16:1", std::vector<float>(256)),
                                         TestTensor("117:1", std::vector<float>(117))};
   const TestModel model{.input = "3:256:256:1"};
-  AnswerRun run("pose", {});
+  ResultsRun run("pose", {});
   ASSERT_TRUE(run.configure(tensors, &model)) << run.error;
   run.decode(tensors);
   ASSERT_EQ(run.row(0).n_points(), 33u);
@@ -252,7 +252,7 @@ TEST(MediapipeAnswers, OfThirtyNinePointsOfABodySixAreAuxiliary) {
   EXPECT_EQ(run.row(0).box(), (Box{10, 100, 19, 109})) << "around the visible points";
 }
 
-TEST(MediapipeAnswers, LandmarksOfRegionsBelongToTheirRows) {
+TEST(MediapipeResults, LandmarksOfRegionsBelongToTheirRows) {
   std::vector<float> points = sequence(63), batch;
   for (int i = 0; i < 3; ++i) batch.insert(batch.end(), points.begin(), points.end());
   const std::vector<TestTensor> tensors{TestTensor("63:3", batch),
@@ -263,7 +263,7 @@ TEST(MediapipeAnswers, LandmarksOfRegionsBelongToTheirRows) {
   std::vector<SourceMap> maps(3, map);
   maps[2].x0 = 500, maps[2].xx = 2;
   const TestModel model{.input = "3:224:224:3"};
-  AnswerRun run("pose", {});
+  ResultsRun run("pose", {});
   ASSERT_TRUE(run.configure(tensors, &model)) << run.error;
   run.decode(tensors, maps, true);
   ASSERT_EQ(run.n_rows(), 2u) << run.error;
@@ -274,13 +274,13 @@ TEST(MediapipeAnswers, LandmarksOfRegionsBelongToTheirRows) {
   EXPECT_EQ(run.row(1).y(20), 61);
 }
 
-TEST(MediapipeAnswers, PointsThatAreNotFiniteHaveNoScore) {
+TEST(MediapipeResults, PointsThatAreNotFiniteHaveNoScore) {
   auto points = sequence(63);
   points[0] = NAN, points[3] = INFINITY;
   const std::vector<TestTensor> tensors{TestTensor("63:1", points),
                                         TestTensor("1:1", std::vector<float>{0.9f})};
   const TestModel model{.input = "3:224:224:1"};
-  AnswerRun run("pose", {});
+  ResultsRun run("pose", {});
   ASSERT_TRUE(run.configure(tensors, &model));
   run.decode(tensors);
   EXPECT_EQ(run.row(0).point_score(0), 0);
@@ -289,19 +289,19 @@ TEST(MediapipeAnswers, PointsThatAreNotFiniteHaveNoScore) {
   EXPECT_EQ(run.row(0).box(), (Box{6, 7, 60, 61}));
 }
 
-TEST(MediapipeAnswers, LandmarksAreReadFromQuantisedTensors) {
+TEST(MediapipeResults, LandmarksAreReadFromQuantisedTensors) {
   std::vector<uint8_t> points(63);
   for (size_t i = 0; i < 63; ++i) points[i] = static_cast<uint8_t>(100 + i);
   const std::vector<TestTensor> tensors{
       TestTensor(ElementType::UInt8, "63:1", points),
       TestTensor(ElementType::UInt8, "1:1", std::vector<uint8_t>{192})};
   const TestModel model{.input = "3:224:224:1", .scales = {2, 1 / 256.0f}, .zero_points = {100, 0}};
-  AnswerRun run("pose", {});
+  ResultsRun run("pose", {});
   ASSERT_TRUE(run.configure(tensors, &model)) << run.error;
   run.decode(tensors);
   EXPECT_EQ(run.row(0).score(), 0.75f);
   EXPECT_EQ(run.row(0).x(1), 6);
 }
 
-}  // namespace mediapipe_answers_test
+}  // namespace mediapipe_results_test
 }  // namespace weir::decoders

@@ -1,4 +1,4 @@
-// AsyncAnswers: outputs that a filter sends by nnstreamer_filter_dispatch_output_async().
+// AsyncOutputs: outputs that a filter sends by nnstreamer_filter_dispatch_output_async().
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #pragma once
 #include <chrono>
@@ -18,16 +18,16 @@ namespace weir::compat {
 // for a while: a short time if all outputs so far were dispatched within invoke, kQuiet for a
 // filter that dispatches later from its own threads. An output that arrives without an open frame
 // cannot be used, and fails the next frame.
-class AsyncAnswers {
+class AsyncOutputs {
  public:
   static constexpr std::chrono::milliseconds kQuiet{2000}, kQuietWithin{100};
 
   // `outputs`: the number of tensors that Weir expects; 0: as many as the filter gives. `limit`:
   // how long the filter may be silent; zero: forever.
-  AsyncAnswers(OpenFilter& filter, bool gives, size_t outputs, std::chrono::milliseconds limit);
-  ~AsyncAnswers();
-  AsyncAnswers(const AsyncAnswers&) = delete;
-  AsyncAnswers& operator=(const AsyncAnswers&) = delete;
+  AsyncOutputs(OpenFilter& filter, bool gives, size_t outputs, std::chrono::milliseconds limit);
+  ~AsyncOutputs();
+  AsyncOutputs(const AsyncOutputs&) = delete;
+  AsyncOutputs& operator=(const AsyncOutputs&) = delete;
 
   // Ends the previous frame and opens that of `request`; this thread calls invoke next. Throws the
   // error of an output that arrived too late.
@@ -42,7 +42,7 @@ class AsyncAnswers {
   void give_on(GstTensorMemory* output, const Described& now,
                const std::shared_ptr<OpenFilter>& filter);
   bool quiet(bool within);
-  bool answers_only_within() const noexcept { return answers_within_ && !answers_later_; }
+  bool dispatches_only_within() const noexcept { return dispatched_within_ && !dispatched_later_; }
   void end();
 
   OpenFilter& filter_;
@@ -52,7 +52,7 @@ class AsyncAnswers {
   std::mutex mutex_;  // guards the members below
   std::optional<Request> request_;
   std::thread::id invoking_;  // thread of the running invoke, or none
-  bool answers_within_ = false, answers_later_ = false;
+  bool dispatched_within_ = false, dispatched_later_ = false;
   std::optional<Error> too_late_;
   std::optional<IdleWatch> short_watch_, long_watch_;  // last: destroyed first
 };

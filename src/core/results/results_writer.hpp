@@ -1,4 +1,4 @@
-// Writes answers as the tensors of a flexible stream, in the format of weir/results.h.
+// Writes results as the tensors of a flexible stream, in the format of weir/results.h.
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #pragma once
 #include <cstddef>
@@ -6,7 +6,7 @@
 #include <span>
 #include <string>
 
-#include "core/results/answer.hpp"
+#include "core/results/frame_results.hpp"
 
 namespace weir::results {
 
@@ -21,13 +21,13 @@ std::string caps_of(const Features& features, const std::string& source);
 // Returns writable memory of this many bytes for the next tensor.
 using Reserve = std::function<std::span<std::byte>(size_t bytes)>;
 
-// Writes each tensor with its 128-byte header. An answer without objects becomes one row of zeros,
+// Writes each tensor with its 128-byte header. A frame without objects becomes one row of zeros,
 // and one element of zeros in each of the tables. Throws what `reserve` throws.
-void write(const Answer& answer, const Features& features, const Reserve& reserve);
+void write(const FrameResults& results, const Features& features, const Reserve& reserve);
 
 // Appends `part` with its tables to `all`. Masks of another size are resampled (nearest). Throws
 // Failure (SPEC_MISMATCH) for a second class map or depth: a frame has one of each. `part` is left
 // in an unspecified state.
-void append(Answer* part, const Features& features, Answer* all);
+void append(FrameResults* part, const Features& features, FrameResults* all);
 
 }  // namespace weir::results

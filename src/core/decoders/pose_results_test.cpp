@@ -2,10 +2,10 @@
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #include <cmath>
 
-#include "core/decoders/answer_test_support.hpp"
+#include "core/decoders/results_test_support.hpp"
 
 namespace weir::decoders {
-namespace pose_answers_test {
+namespace pose_results_test {
 
 // y, x, score of 17 points.
 std::vector<float> person(float x, float y, float score) {
@@ -15,13 +15,13 @@ std::vector<float> person(float x, float y, float score) {
   return out;
 }
 
-TEST(PoseAnswers, MovenetPointsArePartsOfThePicture) {
+TEST(PoseResults, MovenetPointsArePartsOfThePicture) {
   auto values = person(0.5f, 0.25f, 0.8f);
   values[2] = 0.1f;  // the nose, outside the box of sure points
   values[0] = 0;
   const TestTensor tensor("3:17:1:1", values);
   const TestModel model{.input = "3:200:100:1"};
-  AnswerRun run("pose", {});
+  ResultsRun run("pose", {});
   ASSERT_TRUE(run.configure({tensor}, &model)) << run.error;
   run.decode({tensor});
   ASSERT_EQ(run.n_rows(), 1u) << run.error;
@@ -33,18 +33,18 @@ TEST(PoseAnswers, MovenetPointsArePartsOfThePicture) {
   EXPECT_NEAR(run.row(0).box().y2, 41, 1e-4);
 }
 
-TEST(PoseAnswers, NoPersonIsFoundBelowTheThreshold) {
+TEST(PoseResults, NoPersonIsFoundBelowTheThreshold) {
   const TestTensor tensor("3:17:1:1", person(0.5f, 0.25f, 0.3f));
   const TestModel model{.input = "3:200:100:1"};
   for (const auto& [threshold, is_there] : {std::pair("0.29", true), std::pair("0.31", false)}) {
-    AnswerRun run("pose", {{"threshold", threshold}});
+    ResultsRun run("pose", {{"threshold", threshold}});
     ASSERT_TRUE(run.configure({tensor}, &model));
     run.decode({tensor});
     EXPECT_EQ(!run.row(0).is_background(), is_there) << threshold;
   }
 }
 
-TEST(PoseAnswers, MultiposePersonsHaveBoxes) {
+TEST(PoseResults, MultiposePersonsHaveBoxes) {
   std::vector<float> values;
   for (int i = 0; i < 6; ++i) {
     const auto points = person(0.1f * static_cast<float>(i), 0.2f, 0.5f);
@@ -55,7 +55,7 @@ TEST(PoseAnswers, MultiposePersonsHaveBoxes) {
   }
   const TestTensor tensor("56:6:1", values);
   const TestModel model{.input = "3:100:200:1"};
-  AnswerRun run("pose", {});
+  ResultsRun run("pose", {});
   ASSERT_TRUE(run.configure({tensor}, &model)) << run.error;
   run.decode({tensor});
   ASSERT_EQ(run.n_rows(), 2u) << run.error;
@@ -68,12 +68,12 @@ TEST(PoseAnswers, MultiposePersonsHaveBoxes) {
   EXPECT_NEAR(run.row(1).x(0), 20, 1e-4);
 }
 
-TEST(PoseAnswers, AHundredThousandPersonsAreCutToTheBest) {
+TEST(PoseResults, AHundredThousandPersonsAreCutToTheBest) {
   std::vector<float> values;
   for (int i = 0; i < 100000; ++i)
     for (int k = 0; k < 56; ++k) values.push_back(k == 55 ? static_cast<float>(i) / 100000 : 0.5f);
   const TestTensor tensor("56:100000:1", values);
-  AnswerRun run("pose", {{"max-results", "5"}});
+  ResultsRun run("pose", {{"max-results", "5"}});
   const TestModel model{.input = "3:100:200:1"};
   ASSERT_TRUE(run.configure({tensor}, &model)) << run.error;
   run.decode({tensor});
@@ -81,13 +81,13 @@ TEST(PoseAnswers, AHundredThousandPersonsAreCutToTheBest) {
   EXPECT_EQ(run.row(0).score(), 0.99999f);
 }
 
-TEST(PoseAnswers, NumbersThatAreNotFiniteAreNoPerson) {
+TEST(PoseResults, NumbersThatAreNotFiniteAreNoPerson) {
   const TestModel model{.input = "3:100:200:1"};
   for (const float value : {NAN, -INFINITY}) {
     for (const auto& [shape, count] : {std::pair("3:17:1:1", 51), std::pair("56:6:1", 336),
                                        std::pair("25:50:17:1", 25 * 50 * 17)}) {
       const TestTensor tensor(shape, std::vector<float>(static_cast<size_t>(count), value));
-      AnswerRun run("pose", {});
+      ResultsRun run("pose", {});
       ASSERT_TRUE(run.configure({tensor}, &model)) << run.error;
       run.decode({tensor});
       ASSERT_EQ(run.n_rows(), 1u) << run.error;
@@ -96,13 +96,13 @@ TEST(PoseAnswers, NumbersThatAreNotFiniteAreNoPerson) {
   }
 }
 
-TEST(PoseAnswers, MovenetWithoutASizeOfTheInputIsRefused) {
+TEST(PoseResults, MovenetWithoutASizeOfTheInputIsRefused) {
   const TestTensor tensor("3:17:1:1", person(0.5f, 0.25f, 0.8f));
-  AnswerRun run("pose", {});
+  ResultsRun run("pose", {});
   ASSERT_TRUE(run.configure({tensor}));
   run.decode({tensor});
   EXPECT_SAYS(run.error, "the size of the model's input is not known");
-  AnswerRun with_input("pose", {{"input", "100:100"}});
+  ResultsRun with_input("pose", {{"input", "100:100"}});
   ASSERT_TRUE(with_input.configure({tensor}));
   with_input.decode({tensor});
   EXPECT_NEAR(with_input.row(0).x(3), 50, 1e-4);
@@ -119,7 +119,7 @@ float heat(const Peak& peak, size_t x, size_t y) {
   return peak.height * std::exp(-(dx * dx + dy * dy) / 8);
 }
 
-void expect_peaks(AnswerRun& run) {
+void expect_peaks(ResultsRun& run) {
   ASSERT_EQ(run.n_rows(), 1u) << run.error;
   ASSERT_EQ(run.row(0).n_points(), 3u);
   // Cells of 4 pixels. The quarter of a cell goes to where the centre is.
@@ -132,7 +132,7 @@ void expect_peaks(AnswerRun& run) {
   EXPECT_EQ(run.row(0).point_score(1), 0.5f);
 }
 
-TEST(PoseAnswers, HeatMapsMayBePlanarOrPacked) {
+TEST(PoseResults, HeatMapsMayBePlanarOrPacked) {
   std::vector<float> planar, packed;
   for (const Peak& peak : kPeaks)
     for (size_t y = 0; y < 32; ++y)
@@ -142,24 +142,24 @@ TEST(PoseAnswers, HeatMapsMayBePlanarOrPacked) {
       for (const Peak& peak : kPeaks) packed.push_back(heat(peak, x, y));
   const TestModel model{.input = "3:192:128:1"};
   for (const auto& tensor : {TestTensor("48:32:3:1", planar), TestTensor("3:48:32:1", packed)}) {
-    AnswerRun run("pose", {});
+    ResultsRun run("pose", {});
     ASSERT_TRUE(run.configure({tensor}, &model)) << run.error;
     run.decode({tensor});
     expect_peaks(run);
   }
 }
 
-TEST(PoseAnswers, HeatMapsOfOtherProportionsAreRefused) {
+TEST(PoseResults, HeatMapsOfOtherProportionsAreRefused) {
   const TestTensor tensor("48:32:3:1", std::vector<float>(48 * 32 * 3));
   const TestModel model{.input = "3:192:192:1"};
-  AnswerRun run("pose", {{"head", "heat-maps"}});
+  ResultsRun run("pose", {{"head", "heat-maps"}});
   EXPECT_FALSE(run.configure({tensor}, &model));
   EXPECT_SAYS(run.error, "the outputs are not those of the head heat-maps");
   EXPECT_SAYS(run.error, "float32 48:32:3");
 }
 
 // PoseNet's tensors of a picture of 33 x 49 pixels: 3 x 4 cells, 16 pixels apart.
-TEST(PoseAnswers, PosenetWithoutVectorsFindsTheBestPerson) {
+TEST(PoseResults, PosenetWithoutVectorsFindsTheBestPerson) {
   std::vector<float> heat(3 * 4 * 17, -5), offsets(3 * 4 * 34);
   for (size_t point = 0; point < 17; ++point) {
     const size_t cell = point % 12;
@@ -170,7 +170,7 @@ TEST(PoseAnswers, PosenetWithoutVectorsFindsTheBestPerson) {
   const std::vector<TestTensor> tensors{TestTensor("34:3:4:1", offsets),
                                         TestTensor("17:3:4:1", heat)};
   const TestModel model{.input = "3:33:49:1"};
-  AnswerRun run("pose", {});
+  ResultsRun run("pose", {});
   ASSERT_TRUE(run.configure(tensors, &model)) << run.error;
   run.decode(tensors);
   ASSERT_EQ(run.n_rows(), 1u) << run.error;
@@ -181,7 +181,7 @@ TEST(PoseAnswers, PosenetWithoutVectorsFindsTheBestPerson) {
   }
 }
 
-TEST(PoseAnswers, PosenetVectorsMayComeInOneTensorOrInTwo) {
+TEST(PoseResults, PosenetVectorsMayComeInOneTensorOrInTwo) {
   const std::vector<float> heat(3 * 4 * 17, 3), offsets(3 * 4 * 34), both(3 * 4 * 64),
       one(3 * 4 * 32);
   const TestModel model{.input = "3:33:49:1"};
@@ -190,7 +190,7 @@ TEST(PoseAnswers, PosenetVectorsMayComeInOneTensorOrInTwo) {
       {TestTensor("17:3:4:1", heat), TestTensor("34:3:4:1", offsets), TestTensor("32:3:4:1", one),
        TestTensor("32:3:4:1", one)}};
   for (const auto& tensors : cases) {
-    AnswerRun run("pose", {});
+    ResultsRun run("pose", {});
     ASSERT_TRUE(run.configure(tensors, &model)) << run.error;
     run.decode(tensors);
     // Points without vectors stay where they are: a person starts from each place 20 pixels apart.
@@ -198,5 +198,5 @@ TEST(PoseAnswers, PosenetVectorsMayComeInOneTensorOrInTwo) {
   }
 }
 
-}  // namespace pose_answers_test
+}  // namespace pose_results_test
 }  // namespace weir::decoders

@@ -2,10 +2,10 @@
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #include <cmath>
 
-#include "core/decoders/answer_test_support.hpp"
+#include "core/decoders/results_test_support.hpp"
 
 namespace weir::decoders {
-namespace text_answers_test {
+namespace text_results_test {
 
 std::vector<float> line_map(size_t width, size_t height) {
   std::vector<float> map(width * height);
@@ -14,11 +14,11 @@ std::vector<float> line_map(size_t width, size_t height) {
   return map;
 }
 
-TEST(TextAnswers, LinesOfTextAreRotatedBoxes) {
+TEST(TextResults, LinesOfTextAreRotatedBoxes) {
   const TestTensor tensor("128:64:1:1", line_map(128, 64));
   const TestModel model{.input = "128:64:3:1", .names = {"sigmoid_0.tmp_0"}};
   for (const char* mode : {"text", "detection"}) {
-    AnswerRun run(mode, {});
+    ResultsRun run(mode, {});
     ASSERT_TRUE(run.configure({tensor}, &model)) << run.error;
     run.decode({tensor});
     ASSERT_EQ(run.n_rows(), 1u) << run.error;
@@ -30,13 +30,13 @@ TEST(TextAnswers, LinesOfTextAreRotatedBoxes) {
   }
 }
 
-TEST(TextAnswers, BoxesTurnWithThePicture) {
+TEST(TextResults, BoxesTurnWithThePicture) {
   const TestTensor tensor("128:64:1:1", line_map(128, 64));
   const TestModel model{.input = "128:64:3:1", .names = {"sigmoid_0.tmp_0"}};
   SourceMap map;  // the source picture is turned by 90 degrees
   map.xx = 0, map.xy = -1, map.x0 = 64, map.yx = 1, map.yy = 0;
   map.width = 128, map.height = 64;
-  AnswerRun run("text", {{"unclip", "0"}});
+  ResultsRun run("text", {{"unclip", "0"}});
   ASSERT_TRUE(run.configure({tensor}, &model)) << run.error;
   run.decode({tensor}, {map});
   ASSERT_EQ(run.n_rows(), 1u) << run.error;
@@ -45,11 +45,11 @@ TEST(TextAnswers, BoxesTurnWithThePicture) {
   EXPECT_NEAR((run.row(0).box().y1 + run.row(0).box().y2) / 2, 60.5, 1e-3);
 }
 
-TEST(TextAnswers, DetectionHasSettings) {
+TEST(TextResults, DetectionHasSettings) {
   const TestTensor tensor("128:64:1:1", line_map(128, 64));
   const TestModel model{.input = "128:64:3:1", .names = {"sigmoid_0.tmp_0"}};
   const auto rows = [&](const DecoderOptions& options) {
-    AnswerRun run("text", options);
+    ResultsRun run("text", options);
     EXPECT_TRUE(run.configure({tensor}, &model)) << run.error;
     run.decode({tensor});
     return run.row(0).is_background() ? 0 : run.n_rows();
@@ -58,7 +58,7 @@ TEST(TextAnswers, DetectionHasSettings) {
   EXPECT_EQ(rows({{"threshold", "0.81"}}), 0u);
   EXPECT_EQ(rows({{"pixel-threshold", "0.85"}}), 0u);
   for (const char* value : {"11", "-1", "nan", "a"}) {
-    AnswerRun run("text", {{"unclip", value}});
+    ResultsRun run("text", {{"unclip", value}});
     EXPECT_FALSE(run.configure({tensor}, &model));
     EXPECT_SAYS(run.error, std::string("custom=unclip:") + value);
     EXPECT_SAYS(run.error, "custom=unclip:1.5");
@@ -88,7 +88,7 @@ struct Read {
 Read read(const std::string& shape, const std::vector<float>& values,
           const DecoderOptions& options = {{"labels", dictionary()}}) {
   const TestTensor tensor(shape, values);
-  AnswerRun run("text", options);
+  ResultsRun run("text", options);
   if (!run.configure({tensor})) return {.text = {}, .error = run.error};
   run.decode({tensor});
   if (!run.error.empty()) return {.text = {}, .error = run.error};
@@ -99,36 +99,36 @@ Read read(const std::string& shape, const std::vector<float>& values,
   return {.text = bytes.c_str(), .error = {}, .score = run.row(0).score()};
 }
 
-TEST(TextAnswers, RepetitionsAndBlanksAreRemoved) {
+TEST(TextResults, RepetitionsAndBlanksAreRemoved) {
   const auto found = read("6:9:1", steps({0, 1, 1, 0, 1, 2, 3, 3, 0}, 6));
   EXPECT_EQ(found.text, "aa\xC3\xA9\xE6\xBC\xA2") << found.error;
   EXPECT_NEAR(found.score, 0.9, 1e-6);
 }
 
-TEST(TextAnswers, TheClassAfterTheDictionaryIsASpace) {
+TEST(TextResults, TheClassAfterTheDictionaryIsASpace) {
   EXPECT_EQ(read("6:3:1", steps({1, 5, 4}, 6)).text, "a z");
   EXPECT_EQ(read("5:3:1", steps({1, 3, 4}, 5)).text, "a\xE6\xBC\xA2z") << "without space";
 }
 
-TEST(TextAnswers, ABatchMayBeTheMiddleDimension) {
+TEST(TextResults, ABatchMayBeTheMiddleDimension) {
   EXPECT_EQ(read("6:1:3", steps({1, 0, 1}, 6)).text, "aa");
 }
 
-TEST(TextAnswers, TheScoreIsTheMeanOfTheKeptCharacters) {
+TEST(TextResults, TheScoreIsTheMeanOfTheKeptCharacters) {
   auto values = steps({1, 1, 0, 4}, 6, 0.6f);
   const auto last = steps({4}, 6, 1);
   std::copy(last.begin(), last.end(), values.end() - 6);
   EXPECT_NEAR(read("6:4:1", values).score, 0.8, 1e-6);
 }
 
-TEST(TextAnswers, LogitsBecomeProbabilities) {
+TEST(TextResults, LogitsBecomeProbabilities) {
   // Softmax of (0, 3, -1, ...): e^3 / (e^3 + 1 + 4 / e).
   const auto found = read("6:1:1", {0, 3, -1, -1, -1, -1});
   EXPECT_EQ(found.text, "a") << found.error;
   EXPECT_NEAR(found.score, std::exp(3.0) / (std::exp(3.0) + 1 + 4 * std::exp(-1.0)), 1e-5);
 }
 
-TEST(TextAnswers, NothingToReadIsAnEmptyText) {
+TEST(TextResults, NothingToReadIsAnEmptyText) {
   for (const auto& values :
        {steps({0, 0, 0}, 6), steps({1, 2, 3}, 6, 0.4f), std::vector<float>(18, NAN)}) {
     const auto found = read("6:3:1", values);
@@ -137,13 +137,13 @@ TEST(TextAnswers, NothingToReadIsAnEmptyText) {
   }
 }
 
-TEST(TextAnswers, StepsOfNaNAreBlank) {
+TEST(TextResults, StepsOfNaNAreBlank) {
   auto values = steps({1, 1, 1}, 6);
   std::fill(values.begin() + 6, values.begin() + 12, NAN);
   EXPECT_EQ(read("6:3:1", values).text, "aa");
 }
 
-TEST(TextAnswers, DictionariesMustFitTheModel) {
+TEST(TextResults, DictionariesMustFitTheModel) {
   const auto shorter = read("8:3:1", steps({1, 2, 3}, 8));
   EXPECT_SAYS(shorter.error, "the dictionary does not fit the model");
   EXPECT_SAYS(shorter.error, "offered: 4 characters");
@@ -154,25 +154,25 @@ TEST(TextAnswers, DictionariesMustFitTheModel) {
   EXPECT_SAYS(none.error, "labels=/path/to/dictionary.txt");
 }
 
-TEST(TextAnswers, TheDictionaryMayBeInTheModel) {
+TEST(TextResults, TheDictionaryMayBeInTheModel) {
   const TestTensor tensor("6:3:1", steps({4, 5, 1}, 6));
   const TestModel model{.metadata = R"({"custom_metadata_map": {"character": "a\nb\nc\nd"}})",
                         .input = "24:32:3:1"};
-  AnswerRun run("text", {});
+  ResultsRun run("text", {});
   ASSERT_TRUE(run.configure({tensor}, &model)) << run.error;
   run.decode({tensor});
   const auto& text = run.results.at(1).payload;
   EXPECT_EQ(std::string(text.begin(), text.end()), "d a");
 }
 
-TEST(TextAnswers, TextsOfRegionsBelongToTheirRows) {
+TEST(TextResults, TextsOfRegionsBelongToTheirRows) {
   std::vector<float> batch;
   for (const auto& part : {steps({1, 2}, 6), steps({0, 0}, 6), steps({4, 0}, 6)})
     batch.insert(batch.end(), part.begin(), part.end());
   const TestTensor tensor("6:2:3", batch);
   SourceMap map;
   map.width = 16, map.height = 48;
-  AnswerRun run("text", {{"labels", dictionary()}});
+  ResultsRun run("text", {{"labels", dictionary()}});
   ASSERT_TRUE(run.configure({tensor})) << run.error;
   run.decode({tensor}, {map, map, map}, true);
   ASSERT_EQ(run.n_rows(), 2u) << run.error;
@@ -182,12 +182,12 @@ TEST(TextAnswers, TextsOfRegionsBelongToTheirRows) {
   EXPECT_EQ(run.results[1].payload, (Bytes{'a', 0xC3, 0xA9, 'z', 0, 0}));
 }
 
-TEST(TextAnswers, WhatMayBeAMapOrStepsNeedsAName) {
+TEST(TextResults, WhatMayBeAMapOrStepsNeedsAName) {
   // A map of a picture of unknown size, or 64 steps of 32 classes.
   const TestTensor tensor("32:64:1", std::vector<float>(32 * 64));
   const auto columns = [&](const std::string& name, const DecoderOptions& options) {
     const TestModel model{.input = "0:0:3:1", .names = {name}};
-    AnswerRun run("text", options);
+    ResultsRun run("text", options);
     run.configure({tensor}, &model);
     return run.error + run.caps;
   };
@@ -203,5 +203,5 @@ TEST(TextAnswers, WhatMayBeAMapOrStepsNeedsAName) {
   EXPECT_SAYS(columns("", {{"head", "db"}}), "rotation");
 }
 
-}  // namespace text_answers_test
+}  // namespace text_results_test
 }  // namespace weir::decoders

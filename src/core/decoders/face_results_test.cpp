@@ -2,10 +2,10 @@
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #include <cmath>
 
-#include "core/decoders/answer_test_support.hpp"
+#include "core/decoders/results_test_support.hpp"
 
 namespace weir::decoders {
-namespace face_answers_test {
+namespace face_results_test {
 
 struct Face {
   float x, y, width, height;        // centre and size in pixels
@@ -64,11 +64,11 @@ const std::vector<Face> kFaces{
     {20, 30, 10, 14, {17, 28, 23, 28, 20, 31, 18, 34, 22, 34}, 0.9f, 0.8f},
     {70, 40, 30, 44, {62, 30, 78, 31, 70, 41, 64, 50, 77, 52}, 1, 0.81f}};
 
-TEST(FaceAnswers, YunetFacesComeWithFivePoints) {
+TEST(FaceResults, YunetFacesComeWithFivePoints) {
   YunetOutputs outputs(96, 64);
   outputs.add(kFaces[0], 8);
   outputs.add(kFaces[1], 32);
-  AnswerRun run("detection", {});
+  ResultsRun run("detection", {});
   ASSERT_TRUE(run.configure(outputs.tensors(), &kYunetModel)) << run.error;
   run.decode(outputs.tensors());
   ASSERT_EQ(run.n_rows(), 2u) << run.error;
@@ -89,22 +89,22 @@ TEST(FaceAnswers, YunetFacesComeWithFivePoints) {
   }
 }
 
-TEST(FaceAnswers, YunetOutputsMayComeInAnyOrderWithoutNames) {
+TEST(FaceResults, YunetOutputsMayComeInAnyOrderWithoutNames) {
   YunetOutputs outputs(96, 64);
   outputs.add(kFaces[0], 8);
   auto tensors = outputs.tensors();
   std::reverse(tensors.begin(), tensors.end());
   const TestModel model{.input = "96:64:3:1"};
-  AnswerRun run("pose", {});
+  ResultsRun run("pose", {});
   ASSERT_TRUE(run.configure(tensors, &model)) << run.error;
   run.decode(tensors);
   ASSERT_EQ(run.n_rows(), 1u);
   EXPECT_NEAR(run.row(0).box().x1, 15, 1e-4);
 }
 
-TEST(FaceAnswers, YunetNeedsTheSizeOfThePicture) {
+TEST(FaceResults, YunetNeedsTheSizeOfThePicture) {
   const YunetOutputs outputs(96, 64);
-  AnswerRun run("detection", {});
+  ResultsRun run("detection", {});
   TestModel open = kYunetModel;
   open.input = "0:0:3:1";
   ASSERT_TRUE(run.configure(outputs.tensors(), &open)) << run.error;
@@ -123,11 +123,11 @@ TEST(FaceAnswers, YunetNeedsTheSizeOfThePicture) {
   EXPECT_SAYS(run.error, "the YuNet outputs belong to a different picture size");
 }
 
-TEST(FaceAnswers, YunetIgnoresNumbersThatAreNotFinite) {
+TEST(FaceResults, YunetIgnoresNumbersThatAreNotFinite) {
   for (const float value : {NAN, INFINITY, -INFINITY}) {
     YunetOutputs outputs(96, 64);
     outputs.fill(value);
-    AnswerRun run("detection", {});
+    ResultsRun run("detection", {});
     ASSERT_TRUE(run.configure(outputs.tensors(), &kYunetModel)) << run.error;
     run.decode(outputs.tensors());
     ASSERT_EQ(run.n_rows(), 1u) << run.error;
@@ -135,12 +135,12 @@ TEST(FaceAnswers, YunetIgnoresNumbersThatAreNotFinite) {
   }
 }
 
-TEST(FaceAnswers, YunetAHundredThousandCandidates) {
+TEST(FaceResults, YunetAHundredThousandCandidates) {
   YunetOutputs outputs(2592, 2592);
   outputs.fill(1);
   TestModel model = kYunetModel;
   model.input = "2592:2592:3:1";
-  AnswerRun run("detection", {{"max-results", "10"}});
+  ResultsRun run("detection", {{"max-results", "10"}});
   ASSERT_TRUE(run.configure(outputs.tensors(), &model)) << run.error;
   run.decode(outputs.tensors());
   EXPECT_EQ(run.n_rows(), 10u);
@@ -162,12 +162,12 @@ struct UltrafaceTensors {
 const TestModel kUltrafaceModel{
     .path = "/models/ultra.onnx", .input = "320:240:3:1", .names = {"scores", "boxes"}};
 
-TEST(FaceAnswers, UltrafaceBoxesArePartsOfThePicture) {
+TEST(FaceResults, UltrafaceBoxesArePartsOfThePicture) {
   UltrafaceTensors outputs;
   outputs.scores[2 * 77] = 0.1f, outputs.scores[2 * 77 + 1] = 0.9f;
   const float box[]{0.25f, 0.5f, 0.5f, 0.75f};
   std::copy(box, box + 4, outputs.boxes.begin() + 4 * 77);
-  AnswerRun run("detection", {});
+  ResultsRun run("detection", {});
   ASSERT_TRUE(run.configure(outputs.tensors(), &kUltrafaceModel)) << run.error;
   run.decode(outputs.tensors());
   ASSERT_EQ(run.n_rows(), 1u) << run.error;
@@ -187,7 +187,7 @@ void encode(std::vector<float>* boxes, size_t index, Box box, float prior_x, flo
   std::copy(values, values + 4, boxes->begin() + static_cast<ptrdiff_t>(4 * index));
 }
 
-TEST(FaceAnswers, UltrafaceRawBoxesAreRelativeToPriors) {
+TEST(FaceResults, UltrafaceRawBoxesAreRelativeToPriors) {
   struct Case {
     size_t index;
     float x, y, side;  // of the prior
@@ -205,7 +205,7 @@ TEST(FaceAnswers, UltrafaceRawBoxesAreRelativeToPriors) {
     outputs.scores[2 * test.index + 1] = 1;
     encode(&outputs.boxes, test.index, test.box, test.x, test.y, test.side);
     const TestModel model{.input = "3:320:240:1"};
-    AnswerRun run("detection", {{"head", "ultraface-raw"}});
+    ResultsRun run("detection", {{"head", "ultraface-raw"}});
     ASSERT_TRUE(run.configure(outputs.tensors(false), &model)) << run.error;
     run.decode(outputs.tensors(false));
     ASSERT_EQ(run.n_rows(), 1u) << run.error;
@@ -216,29 +216,29 @@ TEST(FaceAnswers, UltrafaceRawBoxesAreRelativeToPriors) {
   }
 }
 
-TEST(FaceAnswers, UltrafaceWithoutNamesFitsTwoHeads) {
+TEST(FaceResults, UltrafaceWithoutNamesFitsTwoHeads) {
   const TestModel model{.input = "3:320:240:1"};
-  AnswerRun run("detection", {});
+  ResultsRun run("detection", {});
   EXPECT_FALSE(run.configure(UltrafaceTensors().tensors(), &model));
   EXPECT_SAYS(run.error, "the outputs fit several heads: ultraface, ultraface-raw");
   EXPECT_SAYS(run.error, "custom=head:ultraface or tensor_decoder custom=head:ultraface-raw");
 }
 
-TEST(FaceAnswers, UltrafaceOfAnotherInputIsRefused) {
-  AnswerRun run("detection", {{"head", "ultraface"}});
+TEST(FaceResults, UltrafaceOfAnotherInputIsRefused) {
+  ResultsRun run("detection", {{"head", "ultraface"}});
   const TestModel model{.input = "640:480:3:1"};
   EXPECT_FALSE(run.configure(UltrafaceTensors().tensors(), &model));
   EXPECT_SAYS(run.error, "the outputs are not those of the head ultraface");
   EXPECT_SAYS(run.error, "2 tensors 2:N and 4:N");
 }
 
-TEST(FaceAnswers, UltrafaceIgnoresNumbersThatAreNotFinite) {
+TEST(FaceResults, UltrafaceIgnoresNumbersThatAreNotFinite) {
   for (const char* head : {"ultraface", "ultraface-raw"}) {
     UltrafaceTensors outputs;
     std::fill(outputs.scores.begin(), outputs.scores.end(), 1.0f);
     std::fill(outputs.boxes.begin(), outputs.boxes.end(), INFINITY);
     outputs.scores[1] = NAN;
-    AnswerRun run("detection", {{"head", head}});
+    ResultsRun run("detection", {{"head", head}});
     ASSERT_TRUE(run.configure(outputs.tensors(), &kUltrafaceModel)) << run.error;
     run.decode(outputs.tensors());
     ASSERT_EQ(run.n_rows(), 1u) << run.error;
@@ -246,7 +246,7 @@ TEST(FaceAnswers, UltrafaceIgnoresNumbersThatAreNotFinite) {
   }
 }
 
-TEST(FaceAnswers, UltrafaceIsReadFromQuantisedTensors) {
+TEST(FaceResults, UltrafaceIsReadFromQuantisedTensors) {
   std::vector<uint8_t> scores(2 * kPriors), boxes(4 * kPriors);
   scores[2 * 5 + 1] = 240;  // 240 / 256
   boxes[4 * 5] = 64, boxes[4 * 5 + 1] = 32, boxes[4 * 5 + 2] = 128, boxes[4 * 5 + 3] = 96;
@@ -255,7 +255,7 @@ TEST(FaceAnswers, UltrafaceIsReadFromQuantisedTensors) {
   model.zero_points = {0, 0};
   const std::vector<TestTensor> tensors{TestTensor(ElementType::UInt8, "2:4420:1", scores),
                                         TestTensor(ElementType::UInt8, "4:4420:1", boxes)};
-  AnswerRun run("detection", {});
+  ResultsRun run("detection", {});
   ASSERT_TRUE(run.configure(tensors, &model)) << run.error;
   run.decode(tensors);
   ASSERT_EQ(run.n_rows(), 1u);
@@ -263,5 +263,5 @@ TEST(FaceAnswers, UltrafaceIsReadFromQuantisedTensors) {
   EXPECT_EQ(run.row(0).box(), (Box{160, 60, 320, 180}));
 }
 
-}  // namespace face_answers_test
+}  // namespace face_results_test
 }  // namespace weir::decoders

@@ -1,4 +1,4 @@
-/* Worker process for the fuzz target worker_answer: sends the file WEIR_FUZZ_ANSWERS to the
+/* Worker process for the fuzz target worker_response: sends the file WEIR_FUZZ_RESPONSES to the
  * pipeline, whatever is requested, and exits when the pipeline closes the connection.
  *
  * SPDX-License-Identifier: LGPL-2.1-or-later */
@@ -11,7 +11,7 @@ enum { kSocket = 3 };
 
 int main(void) {
   char buffer[65536];
-  const char* path = getenv("WEIR_FUZZ_ANSWERS");
+  const char* path = getenv("WEIR_FUZZ_RESPONSES");
   int file = path ? open(path, O_RDONLY) : -1;
   ssize_t got;
   if (file < 0) return 2;

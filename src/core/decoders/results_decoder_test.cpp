@@ -2,10 +2,10 @@
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #include "core/decoders/decoders.hpp"
 
-#include "core/decoders/answer_test_support.hpp"
+#include "core/decoders/results_test_support.hpp"
 
 namespace weir::decoders {
-namespace answer_decoder_test {
+namespace results_decoder_test {
 
 constexpr size_t kCells = 21;  // of a picture of 32 x 32: 16 + 4 + 1
 constexpr size_t kClasses = 3, kValues = 4 + kClasses;
@@ -33,8 +33,8 @@ const TestModel kModel{.path = "/models/shapes.onnx", .input = "3:32:32:1"};
 const std::vector<Cell> kTwo{{3, {16, 8, 4, 6}, {0.1f, 0.9f, 0.2f}},
                              {20, {10, 20, 8, 2}, {0.5f, 0, 0}}};
 
-TEST(AnswerDecoder, WritesTheObjectsOfARecognisedHead) {
-  AnswerRun run("detection", {});
+TEST(ResultsDecoder, WritesTheObjectsOfARecognisedHead) {
+  ResultsRun run("detection", {});
   ASSERT_TRUE(run.configure({tensor_of({})}, &kModel)) << run.error;
   EXPECT_EQ(run.caps,
             "other/tensors,format=(string)flexible,weir-columns=(string)"
@@ -50,27 +50,27 @@ TEST(AnswerDecoder, WritesTheObjectsOfARecognisedHead) {
   EXPECT_EQ(run.row(1).class_index(), 0);
 }
 
-TEST(AnswerDecoder, AFrameWithoutObjectsHasOneBackgroundRow) {
-  AnswerRun run("detection", {});
+TEST(ResultsDecoder, AFrameWithoutObjectsHasOneBackgroundRow) {
+  ResultsRun run("detection", {});
   ASSERT_TRUE(run.configure({tensor_of({})}, &kModel));
   run.decode({tensor_of({})});
   ASSERT_EQ(run.n_rows(), 1u);
   EXPECT_TRUE(run.row(0).is_background());
 }
 
-TEST(AnswerDecoder, MovesBoxesToTheSourcePicture) {
+TEST(ResultsDecoder, MovesBoxesToTheSourcePicture) {
   SourceMap map;
   map.xx = map.yy = 10, map.x0 = -5, map.y0 = 7;
   map.width = map.height = 32;
-  AnswerRun run("detection", {});
+  ResultsRun run("detection", {});
   ASSERT_TRUE(run.configure({tensor_of({})}, &kModel));
   run.decode({tensor_of(kTwo)}, {map});
   EXPECT_EQ(run.row(0).box(), (Box{135, 57, 175, 117}));
 }
 
-TEST(AnswerDecoder, KeepsWhatTheSettingsSay) {
+TEST(ResultsDecoder, KeepsWhatTheSettingsSay) {
   const auto rows = [](const DecoderOptions& options) {
-    AnswerRun run("detection", options);
+    ResultsRun run("detection", options);
     EXPECT_TRUE(run.configure({tensor_of({})}, &kModel)) << run.error;
     run.decode({tensor_of(kTwo)});
     std::vector<int> classes;
@@ -86,24 +86,24 @@ TEST(AnswerDecoder, KeepsWhatTheSettingsSay) {
   EXPECT_EQ(rows({{"labels", labels}, {"classes", "square"}}), (std::vector<int>{1}));
 }
 
-TEST(AnswerDecoder, ClassesMayBeLabelsOfTheModel) {
+TEST(ResultsDecoder, ClassesMayBeLabelsOfTheModel) {
   const TestModel named{.metadata = R"({"names": "{0: 'disc', 1: \"square\", 2: 'star'}"})",
                         .input = "3:32:32:1"};
-  AnswerRun run("detection", {{"classes", "disc"}});
+  ResultsRun run("detection", {{"classes", "disc"}});
   ASSERT_TRUE(run.configure({tensor_of({})}, &named)) << run.error;
   run.decode({tensor_of(kTwo)});
   ASSERT_EQ(run.n_rows(), 1u);
   EXPECT_EQ(run.row(0).class_index(), 0);
 }
 
-TEST(AnswerDecoder, ReadsQuantisedOutputs) {
+TEST(ResultsDecoder, ReadsQuantisedOutputs) {
   // real = 0.5 * (value - 10).
   std::vector<uint8_t> values;
   for (const float value : head_of({{3, {16, 8, 4, 6}, {0, 1, 0}}}))
     values.push_back(static_cast<uint8_t>(value / 0.5f + 10));
   const TestTensor tensor(ElementType::UInt8, "21:7:1", values);
   const TestModel model{.input = "3:32:32:1", .scales = {0.5f}, .zero_points = {10}};
-  AnswerRun run("detection", {});
+  ResultsRun run("detection", {});
   ASSERT_TRUE(run.configure({tensor}, &model)) << run.error;
   run.decode({tensor});
   ASSERT_EQ(run.n_rows(), 1u) << run.error;
@@ -111,7 +111,7 @@ TEST(AnswerDecoder, ReadsQuantisedOutputs) {
   EXPECT_EQ(run.row(0).score(), 1);
 }
 
-TEST(AnswerDecoder, RegionsOfABatchAreParents) {
+TEST(ResultsDecoder, RegionsOfABatchAreParents) {
   std::vector<float> both = head_of({}), second = head_of(kTwo);
   both.insert(both.end(), second.begin(), second.end());
   const TestTensor batch("21:7:2", both);
@@ -119,7 +119,7 @@ TEST(AnswerDecoder, RegionsOfABatchAreParents) {
   map.width = map.height = 32;
   SourceMap moved = map;
   moved.x0 = 100;
-  AnswerRun run("detection", {});
+  ResultsRun run("detection", {});
   ASSERT_TRUE(run.configure({batch}, &kModel, true)) << run.error;
   run.decode({batch}, {map, moved}, true);
   ASSERT_EQ(run.results.size(), 1u) << run.error;
@@ -128,8 +128,8 @@ TEST(AnswerDecoder, RegionsOfABatchAreParents) {
   EXPECT_EQ(run.row(0).box(), (Box{114, 5, 118, 11}));
 }
 
-TEST(AnswerDecoder, NumbersThatAreNotFiniteGiveNoObjects) {
-  AnswerRun run("detection", {});
+TEST(ResultsDecoder, NumbersThatAreNotFiniteGiveNoObjects) {
+  ResultsRun run("detection", {});
   ASSERT_TRUE(run.configure({tensor_of({})}, &kModel));
   run.decode({TestTensor("21:7:1", std::vector<float>(kCells * kValues, NAN))});
   ASSERT_EQ(run.n_rows(), 1u) << run.error;
@@ -139,9 +139,9 @@ TEST(AnswerDecoder, NumbersThatAreNotFiniteGiveNoObjects) {
   EXPECT_TRUE(run.row(0).is_background());
 }
 
-TEST(AnswerDecoder, RefusesOptionsThatCannotBeUsed) {
+TEST(ResultsDecoder, RefusesOptionsThatCannotBeUsed) {
   const auto error = [](const char* key, const char* value) {
-    return AnswerRun("detection", {{key, value}}).error;
+    return ResultsRun("detection", {{key, value}}).error;
   };
   for (const char* value : {"1.5", "-1", "nan", "a", "0.5x"}) {
     EXPECT_SAYS(error("threshold", value), std::string("offered: threshold=") + value);
@@ -156,33 +156,33 @@ TEST(AnswerDecoder, RefusesOptionsThatCannotBeUsed) {
   EXPECT_SAYS(error("input", "640"), "input=640");
 }
 
-TEST(AnswerDecoder, RefusesClassesWithoutLabel) {
-  AnswerRun run("detection", {{"classes", "cat"}});
+TEST(ResultsDecoder, RefusesClassesWithoutLabel) {
+  ResultsRun run("detection", {{"classes", "cat"}});
   EXPECT_FALSE(run.configure({tensor_of({})}, &kModel));
   EXPECT_SAYS(run.error, "classes=cat");
   EXPECT_SAYS(run.error, "labels=FILE");
 }
 
-TEST(AnswerDecoder, NamesTheHeadsWhereNoneFits) {
-  AnswerRun run("detection", {});
+TEST(ResultsDecoder, NamesTheHeadsWhereNoneFits) {
+  ResultsRun run("detection", {});
   EXPECT_FALSE(run.configure({TestTensor("3:3", std::vector<float>(9))}, &kModel));
   EXPECT_SAYS(run.error, "no head of this mode fits these outputs");
   EXPECT_SAYS(run.error, "float32 3:3");
   EXPECT_SAYS(run.error, "yolov8: ");
 }
 
-TEST(AnswerDecoder, AFlexibleStreamNeedsAKnownModel) {
-  AnswerRun run("detection", {});
+TEST(ResultsDecoder, AFlexibleStreamNeedsAKnownModel) {
+  ResultsRun run("detection", {});
   EXPECT_FALSE(run.configure({}, nullptr, true));
   EXPECT_SAYS(run.error, "a flexible stream that does not come from tensor_filter");
 }
 
-TEST(AnswerDecoder, RefusesABatchOfFewerPartsThanRegions) {
-  AnswerRun run("detection", {});
+TEST(ResultsDecoder, RefusesABatchOfFewerPartsThanRegions) {
+  ResultsRun run("detection", {});
   ASSERT_TRUE(run.configure({tensor_of({})}, &kModel));
   run.decode({tensor_of({})}, {SourceMap(), SourceMap()}, true);
   EXPECT_SAYS(run.error, "2 in the outermost dimension");
 }
 
-}  // namespace answer_decoder_test
+}  // namespace results_decoder_test
 }  // namespace weir::decoders

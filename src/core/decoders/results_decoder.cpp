@@ -15,7 +15,7 @@
 #include "core/decoders/option_text.hpp"
 #include "core/detection/candidate.hpp"
 #include "core/heads/families.hpp"
-#include "core/results/answer_writer.hpp"
+#include "core/results/results_writer.hpp"
 #include "core/results/select.hpp"
 #include "core/results/to_picture.hpp"
 #include "core/text/shell_quote.hpp"
@@ -28,7 +28,7 @@
 namespace weir::decoders {
 namespace {
 
-struct AnswerSettings {
+struct ResultsSettings {
   std::optional<float> threshold;  // default: the head's
   float iou = 0.45f;
   size_t max_results = 100;
@@ -82,7 +82,7 @@ bool is_number(std::string_view text) {
          std::all_of(text.begin(), text.end(), [](char c) { return c >= '0' && c <= '9'; });
 }
 
-void set_text(const std::string& key, const std::string& value, AnswerSettings* out) {
+void set_text(const std::string& key, const std::string& value, ResultsSettings* out) {
   if (key == "labels")
     out->labels = read_label_file("labels", value);
   else if (key == "classes")
@@ -95,7 +95,7 @@ void set_text(const std::string& key, const std::string& value, AnswerSettings* 
     out->custom[key] = value;
 }
 
-std::vector<int32_t> AnswerSettings::class_indices(const std::vector<std::string>& names) const {
+std::vector<int32_t> ResultsSettings::class_indices(const std::vector<std::string>& names) const {
   std::vector<int32_t> out;
   for (const std::string& name : classes) {
     const auto found = std::find(names.begin(), names.end(), name);
@@ -119,8 +119,8 @@ std::vector<int32_t> AnswerSettings::class_indices(const std::vector<std::string
 }
 
 // Throws Failure (OPTION_VALUE and those of label files) with the property's name.
-AnswerSettings read_answer_settings(const Options& options) {
-  AnswerSettings out;
+ResultsSettings read_results_settings(const Options& options) {
+  ResultsSettings out;
   out.threshold = read_part(options, "threshold", "threshold=0.5");
   out.iou = read_part(options, "iou", "iou=0.45").value_or(out.iou);
   out.max_results = read_most_results(options, out.max_results);
@@ -139,7 +139,7 @@ AnswerSettings read_answer_settings(const Options& options) {
 }
 
 // Declares these options for a mode whose heads have one of `tasks` (heads::Task).
-std::string answer_options_json(uint32_t tasks) {
+std::string results_options_json(uint32_t tasks) {
   std::string out =
       R"([{"name":"threshold","type":"number","default":"","help":"Minimum score, 0 to 1"},)"
       R"({"name":"iou","type":"number","default":"0.45","help":"Overlap beyond which the weaker of two boxes is removed"},)"
@@ -162,8 +162,8 @@ std::string answer_options_json(uint32_t tasks) {
   return out + "]";
 }
 
-using results::Answer;
 using results::Features;
+using results::FrameResults;
 
 results::Rivals rivals_of(heads::Suppression suppression) {
   switch (suppression) {
@@ -180,10 +180,10 @@ results::Rivals rivals_of(heads::Suppression suppression) {
 }
 
 // A mode whose heads have one of the bits `tasks` (heads::Task).
-class AnswerDecoder {
+class ResultsDecoder {
  public:
-  AnswerDecoder(const Options& options, uint32_t tasks)
-      : tasks_(tasks), settings_(read_answer_settings(options)) {
+  ResultsDecoder(const Options& options, uint32_t tasks)
+      : tasks_(tasks), settings_(read_results_settings(options)) {
     if (!settings_.head.empty()) named_ = &heads::family_named(settings_.head, tasks_);
   }
 
@@ -205,14 +205,14 @@ class AnswerDecoder {
 
   bool decode(const weir_frame& frame, DecoderOutput& output) {
     FrameRegions regions(frame);
-    answer_.clear();
+    results_.clear();
     for (uint32_t i = 0; i < regions.count(); ++i) {
       read(regions.tensors(i), regions.map(i));
       if (regions.are_regions())
         for (auto& object : part_.objects) object.parent = regions.row(i);
-      results::append(&part_, features_, &answer_);
+      results::append(&part_, features_, &results_);
     }
-    results::write(answer_, features_, [&](size_t bytes) { return output.reserve(bytes); });
+    results::write(results_, features_, [&](size_t bytes) { return output.reserve(bytes); });
     return true;
   }
 
@@ -281,7 +281,7 @@ class AnswerDecoder {
   }
 
   const uint32_t tasks_;
-  AnswerSettings settings_;
+  ResultsSettings settings_;
   const heads::Family* named_ = nullptr;  // null: recognised
   StreamModel model_;
   heads::ModelFacts facts_;  // that head_ was opened for
@@ -290,18 +290,18 @@ class AnswerDecoder {
   std::vector<int32_t> classes_;
   std::vector<const char*> label_texts_;
   heads::OutputValues values_;
-  Answer part_, answer_;  // kept for their memory
+  FrameResults part_, results_;  // kept for their memory
 };
 
 template <uint32_t kTasks>
-class ModeDecoder final : public AnswerDecoder {
+class ModeDecoder final : public ResultsDecoder {
  public:
-  explicit ModeDecoder(const Options& options) : AnswerDecoder(options, kTasks) {}
+  explicit ModeDecoder(const Options& options) : ResultsDecoder(options, kTasks) {}
 };
 
 template <uint32_t kTasks>
 const weir_decoder_type* table_of(const char* mode) {
-  static const std::string options = answer_options_json(kTasks);
+  static const std::string options = results_options_json(kTasks);
   static const weir_decoder_type table =
       decoder_table<ModeDecoder<kTasks>>(mode, "", options.c_str());
   return &table;
@@ -309,7 +309,7 @@ const weir_decoder_type* table_of(const char* mode) {
 
 }  // namespace
 
-std::span<const weir_decoder_type* const> answer_decoders() {
+std::span<const weir_decoder_type* const> results_decoders() {
   static const weir_decoder_type* const tables[] = {
       table_of<heads::kDetection>("detection"),
       table_of<heads::kClassification>("classification"),
