@@ -16,7 +16,8 @@ namespace weir::bench {
 class ElementStage {
  public:
   ElementStage(const std::string& launch, const char* caps, size_t bytes)
-      : element_(element_of(launch)), pool_(gst::Ref<GstBufferPool>::adopt(gst_buffer_pool_new())) {
+      : element_(make_element(launch)),
+        pool_(gst::Ref<GstBufferPool>::adopt(gst_buffer_pool_new())) {
     source_ = gst_pad_new("source", GST_PAD_SRC);
     sink_ = gst_pad_new("sink", GST_PAD_SINK);
     gst_object_ref_sink(source_);
@@ -81,7 +82,7 @@ class ElementStage {
   }
 
  private:
-  static gst::Ref<GstElement> element_of(const std::string& launch) {
+  static gst::Ref<GstElement> make_element(const std::string& launch) {
     const auto made = launched(launch);
     if (!GST_IS_BIN(made.get())) return made;
     return gst::Ref<GstElement>::adopt(GST_ELEMENT(

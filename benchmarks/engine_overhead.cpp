@@ -26,7 +26,7 @@ struct Input {
 };
 
 // Parses "24:24:3:1", innermost first, and "uint8" or "float32".
-Input input_of(const std::string& dimensions, const std::string& type) {
+Input make_input(const std::string& dimensions, const std::string& type) {
   Input out;
   out.uint8 = type == "uint8";
   std::istringstream parts(dimensions);
@@ -62,7 +62,7 @@ int main(int argc, char** argv) {
   if (argc != 6 && argc != 9) return 2;
   stay_on_one_core();
   gst_init(&argc, &argv);
-  const Input input = input_of(argv[3], argv[4]);
+  const Input input = make_input(argv[3], argv[4]);
   const std::string filter = std::string("tensor_filter framework=") + argv[1] +
                              " model=" + argv[2] + " input=" + argv[3] + " inputtype=" + argv[4] +
                              " custom=NumThreads:1";

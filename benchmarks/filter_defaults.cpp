@@ -14,7 +14,7 @@ namespace {
 using namespace weir::bench;
 
 // Parses "24:24:3:1", innermost first, and "uint8" or "float32".
-size_t bytes_of(const std::string& dimensions, const std::string& type) {
+size_t count_bytes(const std::string& dimensions, const std::string& type) {
   size_t bytes = type == "uint8" ? 1 : sizeof(float);
   for (size_t at = 0; at < dimensions.size(); at = dimensions.find(':', at) + 1) {
     bytes *= static_cast<size_t>(std::atoll(dimensions.c_str() + at));
@@ -42,7 +42,7 @@ int main(int argc, char** argv) {
       "other/tensor,type=" + type + ",framerate=30/1,dimension=(string)" + dimensions;
   std::vector<std::unique_ptr<Stage>> stages;
   for (int i = 0; i < filters; ++i)
-    stages.push_back(std::make_unique<Stage>(caps, bytes_of(dimensions, type),
+    stages.push_back(std::make_unique<Stage>(caps, count_bytes(dimensions, type),
                                              std::string("tensor_filter ") + argv[5], frames));
   run(stages, frames / 4 + 1);  // warms up caches and lazily created threads
   const double wall = seconds(CLOCK_MONOTONIC), cpu = seconds(CLOCK_PROCESS_CPUTIME_ID);

@@ -21,7 +21,7 @@ using weir::gst::Ref;
 constexpr int kMuxFrames = 2000, kPictures = 40;
 constexpr size_t kWidth = 1920, kHeight = 1080, kPicture = 3 * kWidth * kHeight;
 
-Ref<GstBuffer> buffer_of(size_t bytes) {
+Ref<GstBuffer> make_buffer(size_t bytes) {
   auto buffer = Ref<GstBuffer>::adopt(gst_buffer_new_allocate(nullptr, bytes, nullptr));
   gst_buffer_memset(buffer.get(), 0, 7, bytes);
   GST_BUFFER_PTS(buffer.get()) = 0;
@@ -58,7 +58,7 @@ void measure_mux(int rounds) {
   for (const int pads : {2, 8, 16}) {
     InputsStage stage("tensor_mux sync-mode=nosync",
                       std::vector<InputLine>(static_cast<size_t>(pads),
-                                             {"sink_%u", tensor("1024"), buffer_of(1024)}));
+                                             {"sink_%u", tensor("1024"), make_buffer(1024)}));
     const auto costs = weir::bench::min(
         {[&] { meet(pads, kMuxFrames); }, [&] { stage.push(kMuxFrames); }}, rounds);
     const double floor = costs[0].cpu / kMuxFrames * 1e6;
@@ -95,7 +95,7 @@ class OtherWork {
 void measure_mux_beside_others(int rounds) {
   constexpr int kPads = 4, kFrames = 500;
   InputsStage stage("tensor_mux sync-mode=nosync",
-                    std::vector<InputLine>(kPads, {"sink_%u", tensor("1024"), buffer_of(1024)}));
+                    std::vector<InputLine>(kPads, {"sink_%u", tensor("1024"), make_buffer(1024)}));
   const OtherWork others;
   const auto costs =
       weir::bench::medians({[] { meet(kPads, kFrames); }, [&] { stage.push(kFrames); }}, rounds);
@@ -115,7 +115,7 @@ void strided(const char* a, const char* b, char* out, size_t block, size_t rows)
 
 void measure_merge(int rounds) {
   const size_t blocks[] = {3, 3 * kWidth, kPicture, kPicture};
-  const auto a = buffer_of(kPicture), b = buffer_of(kPicture), out = buffer_of(2 * kPicture);
+  const auto a = make_buffer(kPicture), b = make_buffer(kPicture), out = make_buffer(2 * kPicture);
   for (size_t dimension = 0; dimension < 4; ++dimension) {
     InputsStage stage(
         "tensor_merge mode=linear option=" + std::to_string(dimension),
@@ -144,7 +144,7 @@ void measure_merge(int rounds) {
 }
 
 constexpr uint32_t kSide = 128;
-std::vector<uint32_t> regions_of(uint32_t count) {
+std::vector<uint32_t> make_regions(uint32_t count) {
   std::vector<uint32_t> numbers;
   for (uint32_t i = 0; i < count; ++i)
     numbers.insert(numbers.end(), {i * 28, i * 14, kSide, kSide});
@@ -165,8 +165,8 @@ std::vector<InputLine> crop_inputs(const Ref<GstBuffer>& picture,
 }
 
 void measure_crop(int rounds) {
-  const auto picture = buffer_of(kPicture);
-  const auto numbers = regions_of(64);
+  const auto picture = make_buffer(kPicture);
+  const auto numbers = make_regions(64);
   InputsStage stage("tensor_crop", crop_inputs(picture, numbers));
   std::vector<char> out(numbers.size() / 4 * kSide * kSide * 3);
   constexpr int kFrames = 50;
@@ -190,7 +190,7 @@ void measure_crop(int rounds) {
 
 // An identity in between prevents the regions from being views.
 void measure_views(uint32_t regions, int rounds) {
-  const auto inputs = crop_inputs(buffer_of(kPicture), regions_of(regions));
+  const auto inputs = crop_inputs(make_buffer(kPicture), make_regions(regions));
   const std::string clamp = "tensor_transform mode=clamp option=10:200";
   InputsStage copied("tensor_crop", inputs, {"identity", clamp}),
       viewed("tensor_crop", inputs, {clamp});

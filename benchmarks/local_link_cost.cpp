@@ -204,7 +204,7 @@ void wait_for(int descriptor) {
 
 // The median of a round trip in microseconds.
 template <class Exchange>
-double median_of(const Exchange& exchange) {
+double get_median(const Exchange& exchange) {
   std::vector<double> times;
   for (int i = 0; i < kExchanges; ++i) {
     const double before = seconds(CLOCK_MONOTONIC);
@@ -223,7 +223,7 @@ double by_eventfd() {
   const pid_t peer = process([&] {
     for (int i = 0; i < kExchanges; ++i) wait_for(there), signal(back);
   });
-  const double out = median_of([&] { signal(there), wait_for(back); });
+  const double out = get_median([&] { signal(there), wait_for(back); });
   waitpid(peer, nullptr, 0);
   close(there), close(back);
   return out;
@@ -267,7 +267,7 @@ double by_local_link() {
   auto subscriber = connected(folder + "/back");
   publisher->wait_for_reader(std::nullopt);
   const auto block = publisher->arena()->allocate(4096);
-  const double out = median_of([&] { send(publisher.get(), block), take(&subscriber); });
+  const double out = get_median([&] { send(publisher.get(), block), take(&subscriber); });
   waitpid(peer, nullptr, 0);
   return out;
 }
@@ -291,8 +291,8 @@ double run_once(double (*measured)(), double* copied) {
 }
 
 // Medians over rounds in which each has its turn.
-std::vector<double> medians_of(const std::vector<double (*)()>& measured, int rounds,
-                               double* copied) {
+std::vector<double> measure_medians(const std::vector<double (*)()>& measured, int rounds,
+                                    double* copied) {
   std::vector<std::vector<double>> values(measured.size());
   for (int round = 0; round < rounds; ++round)
     for (size_t i = 0; i < measured.size(); ++i) values[i].push_back(run_once(measured[i], copied));
@@ -317,9 +317,9 @@ double written_through_shmsink() {
 void report_ratios(int rounds) {
   double copied = 0;
   const auto m =
-      medians_of({written_through_queue, written_through_local_link, written_through_shmsink,
-                  through_local_link, through_shmsink, by_eventfd, by_local_link},
-                 rounds, &copied);
+      measure_medians({written_through_queue, written_through_local_link, written_through_shmsink,
+                       through_local_link, through_shmsink, by_eventfd, by_local_link},
+                      rounds, &copied);
   std::fprintf(stderr,
                "frames/s: written: queue %.0f, local link %.0f, shmsink %.0f; not written: local "
                "link %.0f, shmsink %.0f; us: eventfd %.1f, local stream %.1f\n",
@@ -339,7 +339,7 @@ void report_point(const char* axis, size_t x,
   std::vector<double (*)()> measured;
   for (const auto& [name, function] : series) measured.push_back(function);
   double copied = 0;
-  const auto rates = medians_of(measured, 3, &copied);
+  const auto rates = measure_medians(measured, 3, &copied);
   for (size_t i = 0; i < series.size(); ++i)
     if (!std::isnan(rates[i]))
       std::printf("{\"series\": \"%s\", \"axis\": \"%s\", \"x\": %zu, \"us\": %.1f}\n",

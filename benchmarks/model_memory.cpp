@@ -18,7 +18,7 @@ namespace {
 using weir::bench::Stage;
 
 // The bytes of a frame of "3:224:224:1".
-size_t bytes_of(const char* dimensions, const char* type) {
+size_t count_bytes(const char* dimensions, const char* type) {
   size_t bytes = std::strcmp(type, "uint8") == 0 ? 1 : sizeof(float);
   for (const char* at = dimensions; at; at = std::strchr(at, ':')) {
     at += *at == ':';
@@ -46,7 +46,7 @@ int main(int argc, char** argv) {
   if (argc != 7) return 2;
   const std::string caps =
       std::string("other/tensor,type=") + argv[4] + ",framerate=30/1,dimension=(string)" + argv[3];
-  const size_t bytes = bytes_of(argv[3], argv[4]);
+  const size_t bytes = count_bytes(argv[3], argv[4]);
   const char* const key =
       std::strcmp(argv[6], "shared") == 0 ? " shared-tensor-filter-key=measured" : "";
   // Run once and closed, so that plug-ins, the engine's library, threads and tables exist in every

@@ -71,7 +71,7 @@ class Broker {
   int port() const { return port_; }
 
  private:
-  static int free_port() { return edge::port_of(value(edge::listen_on("127.0.0.1", 0)).get()); }
+  static int free_port() { return edge::get_port(value(edge::listen_on("127.0.0.1", 0)).get()); }
   bool is_listening() const {
     return bool(edge::connect_to("127.0.0.1", static_cast<uint32_t>(port_), std::nullopt, -1));
   }
@@ -194,7 +194,7 @@ class ElementStream : public Stream {
         fail("mqttsrc does not start");
     }
     sink_ = std::make_unique<ElementStage>("mqttsink async=false pub-topic=" + topic + broker,
-                                           caps_of(bytes).c_str(), bytes);
+                                           make_caps(bytes).c_str(), bytes);
   }
   ~ElementStream() override {
     for (const auto& pipeline : pipelines_) gst_element_set_state(pipeline.get(), GST_STATE_NULL);
@@ -207,7 +207,7 @@ class ElementStream : public Stream {
   }
 
  private:
-  static std::string caps_of(size_t bytes) {
+  static std::string make_caps(size_t bytes) {
     return "other/tensors,format=static,num_tensors=1,types=(string)uint8,dimensions=(string)" +
            std::to_string(bytes) + ",framerate=0/1";
   }
@@ -263,7 +263,7 @@ class Streams {
   std::vector<std::unique_ptr<Stream>> all_;
 };
 
-int frames_of(size_t bytes) {
+int count_frames(size_t bytes) {
   return std::clamp(static_cast<int>(50'000'000 / (bytes + 50'000)), 8, 500);
 }
 
@@ -272,8 +272,8 @@ int report_ratios(int rounds) {
     Streams streams(bytes, 1);
     Rounds latency, in_flight;
     for (int round = 0; round < rounds; ++round) {
-      add_round(streams.latencies(frames_of(bytes)), &latency);
-      add_round(streams.times_in_flight(frames_of(bytes)), &in_flight);
+      add_round(streams.latencies(count_frames(bytes)), &latency);
+      add_round(streams.times_in_flight(count_frames(bytes)), &in_flight);
     }
     for (size_t i = 0; i < latency.size(); ++i) {
       std::fprintf(stderr, "%s: %s: p50 %.1f us; %d in flight: %.1f us a frame\n", text,
@@ -293,7 +293,8 @@ int report_ratios(int rounds) {
 void report_point(const char* axis, int x, size_t bytes, int receivers) {
   Streams streams(bytes, receivers);
   Rounds latency;
-  for (int round = 0; round < 3; ++round) add_round(streams.latencies(frames_of(bytes)), &latency);
+  for (int round = 0; round < 3; ++round)
+    add_round(streams.latencies(count_frames(bytes)), &latency);
   for (size_t i = 0; i < latency.size(); ++i)
     std::printf("{\"series\": \"%s\", \"axis\": \"%s\", \"x\": %d, \"us\": %.1f}\n",
                 Streams::kNames[i], axis, x, median(latency[i]));

@@ -27,7 +27,7 @@ inline std::unique_ptr<infer::Session> open_session(const char* engine,
 }
 
 // The tensor of a frame, which has one: its description, and its bytes.
-inline weir_tensor tensor_of(const weir_tensor_info& info, void* data, size_t bytes) {
+inline weir_tensor make_tensor(const weir_tensor_info& info, void* data, size_t bytes) {
   weir_tensor out{};
   out.data = data;
   out.bytes = out.capacity = bytes;
@@ -55,8 +55,8 @@ class OipClient {
   // Any thread; `output` has the bytes of the model's. Whether it was answered.
   bool call(void* output) {
     Owner owner;
-    return invoke(*session_, tensor_of(info_, input_.data(), input_.size()),
-                  tensor_of(info_, output, input_.size()), &owner);
+    return invoke(*session_, make_tensor(info_, input_.data(), input_.size()),
+                  make_tensor(info_, output, input_.size()), &owner);
   }
 
  private:

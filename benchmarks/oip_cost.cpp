@@ -24,7 +24,7 @@ struct PlainProcess : ServerProcess {
   std::string address() const { return "grpc://127.0.0.1:" + port() + "/plain/1"; }
 };
 
-OipClient client_of(const std::vector<std::string>& addresses, size_t elements) {
+OipClient make_client(const std::vector<std::string>& addresses, size_t elements) {
   weir_tensor_info info{};
   info.type = WEIR_FLOAT32;
   info.rank = 2;
@@ -34,7 +34,7 @@ OipClient client_of(const std::vector<std::string>& addresses, size_t elements) 
 }
 
 // The bytes that the engine sends.
-net::Pieces request_of(const std::vector<float>& x) {
+net::Pieces make_request(const std::vector<float>& x) {
   const int64_t shape[] = {1, static_cast<int64_t>(x.size())};
   const net::RequestTensor tensor{"x", "FP32", shape, std::as_bytes(std::span(x))};
   uint64_t copied = 0;
@@ -47,14 +47,14 @@ struct Pair {
   explicit Pair(size_t elements, int threads)
       : server(elements),
         client(server.port()),
-        engine(client_of({server.address()}, elements)),
+        engine(make_client({server.address()}, elements)),
         input(elements, 1.5F),
         outputs(static_cast<size_t>(threads), std::vector<float>(elements)) {}
   Call plain() {
     return [this](int thread) {
       auto& to = outputs[static_cast<size_t>(thread)];
       const std::span room(reinterpret_cast<char*>(to.data()), to.size() * sizeof(float));
-      if (client.call("ModelInfer", request_of(input), room) == 0) std::exit(1);
+      if (client.call("ModelInfer", make_request(input), room) == 0) std::exit(1);
     };
   }
   Call by_engine() {
@@ -78,7 +78,7 @@ void compare(size_t elements, const char* size, double max, int calls, int round
     const auto medians = medians_in_turn({plain, engine}, calls);
     const auto timed = [&](const Call& call) {
       const auto begin = Clock::now();
-      times_of(call, kInFlight, calls / kInFlight);
+      measure_times(call, kInFlight, calls / kInFlight);
       return milliseconds_since(begin);
     };
     const double floor_all = timed(plain), ours_all = timed(engine);
@@ -132,7 +132,7 @@ struct FailOver {
 
 void fail_over_once(FailOver* out) {
   PlainProcess first(kSmall), second(kSmall);
-  OipClient engine = client_of({first.address(), second.address()}, kSmall);
+  OipClient engine = make_client({first.address(), second.address()}, kSmall);
   std::vector<float> output(kSmall);
   int lost = 0;
   for (int i = 0; i < 400; ++i) {

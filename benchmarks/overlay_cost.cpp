@@ -38,7 +38,7 @@ std::string video(const char* format) {
   return "video/x-raw,format=" + std::string(format) +
          ",width=1920,height=1080,framerate=30/1,interlace-mode=progressive";
 }
-size_t bytes_of(const char* format) {
+size_t count_bytes(const char* format) {
   GstVideoInfo info;
   gst_video_info_set_format(&info, gst_video_format_from_string(format), kWidth, kHeight);
   return info.size;
@@ -70,14 +70,14 @@ void bring_results(const ElementStage& stage, const char* caps_text, GstBuffer* 
   if (gst_pad_chain(pad.get(), buffer) != GST_FLOW_OK) std::exit(1);
 }
 template <class T>
-GstMemory* memory_of(const std::vector<T>& values) {
+GstMemory* make_memory(const std::vector<T>& values) {
   const size_t bytes = values.size() * sizeof(T);
   return gst_memory_new_wrapped(GstMemoryFlags{}, g_memdup2(values.data(), bytes), bytes, 0, bytes,
                                 nullptr, g_free);
 }
 void bring_boxes(const ElementStage& stage) {
   GstBuffer* buffer = gst_buffer_new();
-  gst_buffer_append_memory(buffer, memory_of(rows()));
+  gst_buffer_append_memory(buffer, make_memory(rows()));
   bring_results(stage,
                 "other/tensors,format=static,num_tensors=1,dimensions=(string)16:20,"
                 "types=(string)float32,framerate=30/1",
@@ -137,7 +137,7 @@ void draw_plainly(PlainPicture* picture, const std::vector<uint8_t>& glyphs) {
 
 void boxes(const char* format, int step, const std::string& overlay, int rounds) {
   const std::string caps = video(format);
-  const size_t bytes = bytes_of(format);
+  const size_t bytes = count_bytes(format);
   ElementStage none("identity", caps.c_str(), bytes);
   ElementStage drawn(overlay, caps.c_str(), bytes);
   bring_boxes(drawn);
@@ -193,8 +193,8 @@ void bring_masks(const ElementStage& stage) {
       }
   }
   GstBuffer* buffer = gst_buffer_new();
-  gst_buffer_append_memory(buffer, memory_of(rows));
-  gst_buffer_append_memory(buffer, memory_of(masks));
+  gst_buffer_append_memory(buffer, make_memory(rows));
+  gst_buffer_append_memory(buffer, make_memory(masks));
   bring_results(stage,
                 "other/tensors,format=static,num_tensors=2,dimensions=(string)\"6:10,86:86:10\","
                 "types=(string)\"float32,uint8\",framerate=30/1,"
@@ -224,7 +224,7 @@ void pass_over_masks(const std::vector<Run>& runs, int step, uint8_t* picture) {
 
 void masks(const char* format, int step, int rounds) {
   const std::string caps = video(format);
-  const size_t bytes = bytes_of(format);
+  const size_t bytes = count_bytes(format);
   ElementStage none("identity", caps.c_str(), bytes);
   ElementStage drawn("tensor_overlay max-age=0 line-width=0 show-scores=false", caps.c_str(),
                      bytes);
@@ -248,7 +248,7 @@ void masks(const char* format, int step, int rounds) {
 // Rotates four buffers, like the stage's pool.
 void copies(const char* format, const std::string& overlay, int rounds) {
   const std::string caps = video(format);
-  const size_t bytes = bytes_of(format);
+  const size_t bytes = count_bytes(format);
   ElementStage drawn(overlay, caps.c_str(), bytes), copied(overlay, caps.c_str(), bytes);
   bring_boxes(drawn);
   bring_boxes(copied);

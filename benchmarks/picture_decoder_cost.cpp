@@ -190,8 +190,8 @@ struct Drawing {
       for (int row = 0; row < 13; ++row)
         for (int column = 0; column < 8; ++column)
           set(x + column, y + row,
-              weir::draw::glyph_of(*text)[static_cast<size_t>(row)] & 0x80 >> column ? 0xFFFFFFFF
-                                                                                     : 0);
+              weir::draw::get_glyph(*text)[static_cast<size_t>(row)] & 0x80 >> column ? 0xFFFFFFFF
+                                                                                      : 0);
   }
 };
 

@@ -109,7 +109,7 @@ class PlainServer final : public grpc::CallbackGenericService {
   static Call* same(grpc::ByteBuffer response) {
     return new Call([response = std::move(response)](const grpc::ByteBuffer&) { return response; });
   }
-  grpc::ByteBuffer output_of(const grpc::ByteBuffer& request) const {
+  grpc::ByteBuffer make_output(const grpc::ByteBuffer& request) const {
     const grpc::Slice slices[] = {begin_, made_ ? made_(request) : zeros_};
     return {slices, 2};
   }
@@ -118,7 +118,7 @@ class PlainServer final : public grpc::CallbackGenericService {
     const std::string method = context->method();
     if (method.ends_with("ModelInfer")) {
       ++requests_;
-      return new Call([this](const grpc::ByteBuffer& request) { return output_of(request); });
+      return new Call([this](const grpc::ByteBuffer& request) { return make_output(request); });
     }
     if (method.ends_with("ModelMetadata")) return same(metadata_);
     if (method.ends_with("ModelReady")) return same(ready_);

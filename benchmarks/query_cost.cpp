@@ -27,7 +27,7 @@ constexpr size_t kHeader = wire::kLargestHeaderBytes;
 // The header, and client_id and weir.seq with about as many digits as they have.
 constexpr size_t kAround = kHeader + 48;
 
-std::string caps_of(size_t bytes) {
+std::string make_caps(size_t bytes) {
   return "other/tensors,format=static,num_tensors=1,types=(string)uint8,dimensions=(string)" +
          std::to_string(bytes) + ",framerate=0/1";
 }
@@ -65,7 +65,7 @@ Descriptor connected_to(const ServerProcess& server) {
   return connected_to(static_cast<uint32_t>(std::stoul(server.port())));
 }
 void print_port(const Descriptor& listener) {
-  std::printf("port %u\n", edge::port_of(listener.get()));
+  std::printf("port %u\n", edge::get_port(listener.get()));
   std::fflush(stdout);
 }
 
@@ -85,7 +85,7 @@ int run_echo(size_t bytes) {
   const Descriptor listener = listening();
   print_port(listener);
   const Descriptor requests = accepted(listener);
-  const auto text = value(wire::query_capability_text({caps_of(bytes), caps_of(bytes)}));
+  const auto text = value(wire::query_capability_text({make_caps(bytes), make_caps(bytes)}));
   const auto greeting = value(wire::text_message(kForm, wire::Command::Capability, 1, text));
   write_all(requests, greeting.data(), greeting.size());
   Bytes message(2 * kAround + bytes);
@@ -123,7 +123,7 @@ class PlainClient {
     const Descriptor listener = listening();
     const auto host_info =
         value(wire::text_message(kForm, wire::Command::HostInfo, greeting.client_id,
-                                 "127.0.0.1:" + std::to_string(edge::port_of(listener.get()))));
+                                 "127.0.0.1:" + std::to_string(edge::get_port(listener.get()))));
     write_all(requests_, host_info.data(), host_info.size());
     responses_ = accepted(listener);
     make_request(greeting.client_id, bytes);
@@ -169,15 +169,15 @@ class Ping {
   Bytes message_;
 };
 
-std::unique_ptr<ElementStage> client_of(const ServerProcess& server, size_t bytes) {
+std::unique_ptr<ElementStage> make_client(const ServerProcess& server, size_t bytes) {
   return std::make_unique<ElementStage>(
       "tensor_query_client port=0 timeout=60000 max-message=1000000000 dest-port=" + server.port(),
-      caps_of(bytes).c_str(), bytes);
+      make_caps(bytes).c_str(), bytes);
 }
 ServerProcess served_pipeline(size_t bytes) {
   return ServerProcess(
       {"pipeline", "tensor_query_serversrc name=source port=0 max-message=1000000000 caps=\"" +
-                       caps_of(bytes) + "\" ! tensor_query_serversink"});
+                       make_caps(bytes) + "\" ! tensor_query_serversink"});
 }
 
 // What sends frames of one size and waits for their responses.
@@ -189,8 +189,8 @@ class Exchanges {
         pipeline_(served_pipeline(bytes)),
         ping_(ping_server_, bytes),
         plain_client_(pipeline_, bytes),
-        to_echo_(client_of(echo_, bytes)),
-        to_pipeline_(client_of(pipeline_, bytes)) {}
+        to_echo_(make_client(echo_, bytes)),
+        to_pipeline_(make_client(pipeline_, bytes)) {}
   static constexpr std::array kNames = {"plain sockets", "tensor_query_client to plain sockets",
                                         "plain sockets to tensor_query_serversrc",
                                         "tensor_query_client to tensor_query_serversrc"};
@@ -245,7 +245,7 @@ int report_clients_at_once() {
     std::vector<std::unique_ptr<ElementStage>> elements;
     for (int i = 0; i < count; ++i) {
       pings.push_back(std::make_unique<Ping>(ping, kBytes));
-      elements.push_back(client_of(pipeline, kBytes));
+      elements.push_back(make_client(pipeline, kBytes));
     }
     report_clients(
         {{Exchanges::kNames[0], [&](int i) { pings[static_cast<size_t>(i)]->call(); }},

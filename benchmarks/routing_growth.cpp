@@ -18,10 +18,10 @@ using weir::gst::Ref;
 constexpr size_t kBytesARound = 64u << 20;  // fewer frames when they are large
 constexpr size_t kMaxFrames = 2000;
 
-int frames_of(size_t bytes) {
+int count_frames(size_t bytes) {
   return static_cast<int>(std::clamp(kBytesARound / bytes, size_t{8}, kMaxFrames));
 }
-Ref<GstBuffer> buffer_of(size_t bytes) {
+Ref<GstBuffer> make_buffer(size_t bytes) {
   auto buffer = Ref<GstBuffer>::adopt(gst_buffer_new_allocate(nullptr, bytes, nullptr));
   gst_buffer_memset(buffer.get(), 0, 7, bytes);
   GST_BUFFER_PTS(buffer.get()) = 0;
@@ -44,7 +44,7 @@ std::string tensors(size_t count, size_t bytes) {
 template <class Stage>
 void measure(const char* series, const char* axis, size_t x, Stage&& stage, size_t bytes,
              int rounds) {
-  const int frames = frames_of(bytes);
+  const int frames = count_frames(bytes);
   const auto cost = weir::bench::medians({[&] { stage.push(frames); }}, rounds)[0];
   std::printf("{\"series\": \"%s\", \"axis\": \"%s\", \"x\": %zu, \"us\": %.4f}\n", series, axis, x,
               cost.cpu / frames * 1e6);
@@ -55,7 +55,7 @@ void inputs(const char* series, const char* launch, const char* axis, size_t x, 
             size_t bytes, int rounds) {
   measure(series, axis, x,
           InputsStage(launch,
-                      std::vector<InputLine>(pads, {"sink_%u", tensor(bytes), buffer_of(bytes)})),
+                      std::vector<InputLine>(pads, {"sink_%u", tensor(bytes), make_buffer(bytes)})),
           pads * bytes, rounds);
 }
 void branches(const char* series, const std::string& launch, const char* axis, size_t x,

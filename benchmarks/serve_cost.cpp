@@ -32,7 +32,7 @@ const char* const kDigitsCaps =
     "framerate=0/1";
 
 // A server that plays `line` after its source.
-std::vector<std::string> pipeline_of(const std::string& options, const std::string& line) {
+std::vector<std::string> make_pipeline(const std::string& options, const std::string& line) {
   return {"pipeline", "tensor_query_serversrc name=source protocol=oip model-name=m " + options +
                           " ! " + line + " ! tensor_query_serversink"};
 }
@@ -60,8 +60,8 @@ void run_bare(const char* engine, const std::string& model, size_t bytes_in, siz
     auto* const response = static_cast<char*>(std::malloc(bytes_out));
     std::lock_guard lock(mutex);
     if (!response || !copy_end(request, input) ||
-        !invoke(*session, tensor_of(in, input.data(), bytes_in),
-                tensor_of(out, response, bytes_out)))
+        !invoke(*session, make_tensor(in, input.data(), bytes_in),
+                make_tensor(out, response, bytes_out)))
       std::exit(1);
     return grpc::Slice(response, bytes_out, std::free);
   }).run("0");
@@ -73,8 +73,8 @@ struct Request {
 };
 
 // The bytes of a request of any server.
-std::unique_ptr<Request> request_of(const char* input, const char* datatype,
-                                    std::vector<int64_t> shape, size_t bytes) {
+std::unique_ptr<Request> make_request(const char* input, const char* datatype,
+                                      std::vector<int64_t> shape, size_t bytes) {
   auto out = std::make_unique<Request>();
   out->data.resize(bytes);
   const net::RequestTensor tensor{input, datatype, shape, out->data};
@@ -96,7 +96,7 @@ void wait_for(const PlainClient& client, const Request& request, std::span<char>
 }
 
 // Of each round, the median time of each of these calls, which are done in turn.
-Rounds medians_of(const std::vector<Call>& calls, int rounds) {
+Rounds measure_medians(const std::vector<Call>& calls, int rounds) {
   Rounds out;
   for (int round = 0; round <= rounds; ++round) {
     const auto medians = medians_in_turn(calls, 200);
@@ -110,12 +110,12 @@ std::string median_text(const std::vector<double>& microseconds) {
 }
 
 // The end of the response's bytes go to `response`. Ends the program when there is none.
-Call call_of(const PlainClient& client, const Request& request, std::span<char> response) {
+Call make_call(const PlainClient& client, const Request& request, std::span<char> response) {
   return [&client, &request, response](int) {
     if (client.call("ModelInfer", request.pieces, response) == 0) std::exit(1);
   };
 }
-Call call_of(OipClient& client, std::span<char> response) {
+Call make_call(OipClient& client, std::span<char> response) {
   return [&client, response](int) {
     if (!client.call(response.data())) std::exit(1);
   };
@@ -133,8 +133,8 @@ void compare(const std::string& name, const std::vector<std::string>& bare,
     std::fprintf(stderr, "%s: the two servers answer differently\n", name.c_str());
     std::exit(1);
   }
-  const Rounds times = medians_of(
-      {call_of(to_plain, request, response), call_of(to_pipeline, request, response)}, rounds);
+  const Rounds times = measure_medians(
+      {make_call(to_plain, request, response), make_call(to_pipeline, request, response)}, rounds);
   report("served pipeline, " + name + ": p50 of a call",
          "plain grpc++ server that calls the same engine, " + median_text(times[0]),
          median_ratio(times[0], times[1]), "x", 1.15);
@@ -146,8 +146,8 @@ const char* const kNoLimits = "port=0 max-connections=0 max-connections-per-addr
 void clients() {
   const ServerProcess bare(
       {"bare", "identity", "", std::to_string(kBytes), std::to_string(kBytes)}),
-      served(pipeline_of(std::string(kNoLimits) + kIdentityCaps, kIdentity));
-  const auto request = request_of("input", "UINT8", {kBytes}, kBytes);
+      served(make_pipeline(std::string(kNoLimits) + kIdentityCaps, kIdentity));
+  const auto request = make_request("input", "UINT8", {kBytes}, kBytes);
   std::vector<std::vector<char>> responses(kClients, std::vector<char>(kBytes));
   for (int threads = 1; threads <= kClients; threads *= 2) {
     std::vector<std::vector<std::unique_ptr<PlainClient>>> of_server;
@@ -158,28 +158,28 @@ void clients() {
         wait_for(*of_server.back().back(), *request, responses[static_cast<size_t>(i)]);
       }
     }
-    const auto calls_of = [&](size_t server) {
+    const auto make_calls = [&](size_t server) {
       return [&, server](int thread) {
         const auto at = static_cast<size_t>(thread);
-        call_of(*of_server[server][at], *request, responses[at])(thread);
+        make_call(*of_server[server][at], *request, responses[at])(thread);
       };
     };
-    report_clients({{"plain grpc++ server", calls_of(0)}, {"served pipeline", calls_of(1)}},
+    report_clients({{"plain grpc++ server", make_calls(0)}, {"served pipeline", make_calls(1)}},
                    threads);
   }
 }
 
 // 64 connections, each a thread.
 void many_clients(const char* name, const std::string& options, bool all_are_answered) {
-  const ServerProcess server(pipeline_of(options + kIdentityCaps, kIdentity));
-  const auto request = request_of("input", "UINT8", {kBytes}, kBytes);
+  const ServerProcess server(make_pipeline(options + kIdentityCaps, kIdentity));
+  const auto request = make_request("input", "UINT8", {kBytes}, kBytes);
   std::vector<std::unique_ptr<PlainClient>> clients;
   for (int i = 0; i < kClients; ++i)
     clients.push_back(std::make_unique<PlainClient>(server.port()));
   std::vector<std::vector<char>> responses(kClients, std::vector<char>(kBytes));
   wait_for(*clients[0], *request, responses[0]);
   std::atomic<int> answered{0}, refused{0}, other{0};
-  times_of(
+  measure_times(
       [&](int thread) {
         const auto at = static_cast<size_t>(thread);
         grpc::StatusCode code{};
@@ -197,7 +197,7 @@ void many_clients(const char* name, const std::string& options, bool all_are_ans
          total - answered - (all_are_answered ? 0 : refused.load()), "calls", 0);
 }
 
-std::string text_of(const std::string& path) {
+std::string read_file(const std::string& path) {
   std::ifstream file(path);
   return {std::istreambuf_iterator<char>(file), {}};
 }
@@ -205,7 +205,8 @@ std::string text_of(const std::string& path) {
 // The plain server with TLS, and the same bytes for each response.
 void run_plain(const std::string& pki) {
   grpc::SslServerCredentialsOptions options;
-  options.pem_key_cert_pairs = {{text_of(pki + "/localhost.key"), text_of(pki + "/localhost.pem")}};
+  options.pem_key_cert_pairs = {
+      {read_file(pki + "/localhost.key"), read_file(pki + "/localhost.pem")}};
   PlainServer(kBytes / sizeof(float))
       .run("0",
            pki.empty() ? grpc::InsecureServerCredentials() : grpc::SslServerCredentials(options));
@@ -214,9 +215,9 @@ void run_plain(const std::string& pki) {
 // Beside it what TLS makes of a call by plain grpc++ alone.
 void tls(const std::string& pki, int rounds) {
   const std::string files = "tls-cert=" + pki + "/localhost.pem tls-key=" + pki + "/localhost.key";
-  const ServerProcess plain(pipeline_of("port=0" + kIdentityCaps, kIdentity)),
-      secure(pipeline_of("port=0 " + files + kIdentityCaps, kIdentity)), bare_plain({"plain", ""}),
-      bare_secure({"plain", pki});
+  const ServerProcess plain(make_pipeline("port=0" + kIdentityCaps, kIdentity)),
+      secure(make_pipeline("port=0 " + files + kIdentityCaps, kIdentity)),
+      bare_plain({"plain", ""}), bare_secure({"plain", pki});
   weir_tensor_info info{};
   info.type = WEIR_UINT8;
   info.rank = 1;
@@ -225,12 +226,13 @@ void tls(const std::string& pki, int rounds) {
       to_secure({"grpcs://localhost:" + secure.port() + "/m"}, info, kBytes,
                 {{"ca", pki + "/ca.pem"}});
   const PlainClient to_bare(bare_plain.port()),
-      to_bare_secure(bare_secure.port(), grpc::SslCredentials({text_of(pki + "/ca.pem"), "", ""}));
-  const auto request = request_of("x", "UINT8", {kBytes}, kBytes);
+      to_bare_secure(bare_secure.port(),
+                     grpc::SslCredentials({read_file(pki + "/ca.pem"), "", ""}));
+  const auto request = make_request("x", "UINT8", {kBytes}, kBytes);
   std::vector<char> response(kBytes);
-  const Rounds times = medians_of(
-      {call_of(to_plain, response), call_of(to_secure, response),
-       call_of(to_bare, *request, response), call_of(to_bare_secure, *request, response)},
+  const Rounds times = measure_medians(
+      {make_call(to_plain, response), make_call(to_secure, response),
+       make_call(to_bare, *request, response), make_call(to_bare_secure, *request, response)},
       rounds);
   char bare[32];
   std::snprintf(bare, sizeof bare, "%.2f", median_ratio(times[2], times[3]));
@@ -290,7 +292,7 @@ struct Gap {
 
 // The only server gets the signal; then frames come one after the other.
 Gap gap_after(int number, const std::string& model) {
-  const ServerProcess server(pipeline_of("port=0", digits(model)));
+  const ServerProcess server(make_pipeline("port=0", digits(model)));
   Camera camera(server.port(), model);
   Gap out;
   for (int i = 0; i < 50; ++i) out.lost += !camera.frame();
@@ -350,12 +352,12 @@ int main(int argc, char** argv) {
   const auto bytes = [](size_t count) { return std::to_string(count); };
   compare("150 kB both ways, engine identity",
           {"bare", "identity", "", bytes(kBytes), bytes(kBytes)},
-          pipeline_of("port=0" + kIdentityCaps, kIdentity),
-          *request_of("input", "UINT8", {kBytes}, kBytes), kBytes, rounds);
+          make_pipeline("port=0" + kIdentityCaps, kIdentity),
+          *make_request("input", "UINT8", {kBytes}, kBytes), kBytes, rounds);
   compare("clock_digits, engine onnxruntime",
           {"bare", "onnxruntime", model, bytes(kDigitsIn), bytes(kDigitsOut)},
-          pipeline_of("port=0", digits(model)),
-          *request_of("strip", "FP32", {1, 32, 192, 1}, kDigitsIn), kDigitsOut, rounds);
+          make_pipeline("port=0", digits(model)),
+          *make_request("strip", "FP32", {1, 32, 192, 1}, kDigitsIn), kDigitsOut, rounds);
   tls(argv[3], rounds);
   fallback(model);
   many_clients("without limits: without an answer", kNoLimits, true);

@@ -88,7 +88,7 @@ class ServerProcess {
 using Call = std::function<void(int thread)>;
 
 // Milliseconds of each call, by all threads.
-inline std::vector<double> times_of(const Call& call, int threads, int calls) {
+inline std::vector<double> measure_times(const Call& call, int threads, int calls) {
   std::vector<std::vector<double>> times(static_cast<size_t>(threads));
   const auto work = [&](int thread) {
     for (int i = 0; i < calls; ++i) {
@@ -113,7 +113,7 @@ inline std::vector<double> medians_in_turn(const std::vector<Call>& calls, int t
   std::vector<std::vector<double>> times(calls.size());
   for (int turn = -warm; turn < turns; ++turn)
     for (size_t which = 0; which < calls.size(); ++which) {
-      const double time = 1000 * times_of(calls[which], 1, 1)[0];
+      const double time = 1000 * measure_times(calls[which], 1, 1)[0];
       if (turn >= 0) times[which].push_back(time);
     }
   std::vector<double> out;
@@ -145,7 +145,7 @@ inline void report_clients(const std::vector<std::pair<const char*, Call>>& all,
   for (int round = 0; round <= kRounds; ++round)
     for (size_t i = 0; i < all.size(); ++i) {
       const auto begin = Clock::now();
-      auto times = times_of(all[i].second, threads, std::max(20, 1000 / threads));
+      auto times = measure_times(all[i].second, threads, std::max(20, 1000 / threads));
       const double took = milliseconds_since(begin) / 1000;
       if (round == 0) continue;
       const auto at = times.begin() + static_cast<std::ptrdiff_t>(times.size() * 99 / 100);

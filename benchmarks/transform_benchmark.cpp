@@ -111,7 +111,7 @@ void floor_streamed_pass(benchmark::State& state) {
 // Noise, because some kernels branch on values.
 void fill(std::span<std::byte> bytes, ElementType type) {
   std::minstd_rand random(1);
-  for (size_t i = 0; i + size_of(type) <= bytes.size(); i += size_of(type)) {
+  for (size_t i = 0; i + element_size(type) <= bytes.size(); i += element_size(type)) {
     const uint32_t value = random() >> 8 & 255U;
     const auto real = static_cast<float>(value);
     if (type == ElementType::Float32)
@@ -186,7 +186,7 @@ void padding(benchmark::State& state, ElementType type) {
 }
 
 void floor_copy(benchmark::State& state, ElementType type) {
-  const size_t bytes = elements(state) * size_of(type);
+  const size_t bytes = elements(state) * element_size(type);
   Memory in(bytes), out(bytes);
   for (auto _ : state) {
     std::memcpy(out.bytes.data(), in.bytes.data(), bytes);

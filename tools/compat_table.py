@@ -134,7 +134,7 @@ def source_text(folder):
                    if "_test" not in p.name)
 
 
-def rows_of(words, there, absent="not implemented yet"):
+def make_rows(words, there, absent="not implemented yet"):
     return [f"| `{word}` | {'supported' if word in there else absent} |" for word in words]
 
 
@@ -169,12 +169,12 @@ def page(pages):
     out += ["## Modes", ""]
     for title, (folder, words) in WORDS.items():
         text = source_text(folder)
-        out += [f"### {title}", "", "| value | state |", "|---|---|", *rows_of(words, {w for w in words if f'"{w}"' in text}), ""]
+        out += [f"### {title}", "", "| value | state |", "|---|---|", *make_rows(words, {w for w in words if f'"{w}"' in text}), ""]
     decoders = modules("decoders", {w for w in ("custom-code",) if f'"{w}"' in decoder})
     decoders |= set(re.findall(r'decoder_table<\w+>\(\s*"(\w+)"', source_text("src/core/decoders")))
-    out += ["### tensor_decoder mode", "", "| mode | state |", "|---|---|", *rows_of(DECODERS, decoders), ""]
+    out += ["### tensor_decoder mode", "", "| mode | state |", "|---|---|", *make_rows(DECODERS, decoders), ""]
     converters = modules("converters", {w for w in ("custom-code", "custom-script") if w in converter})
-    out += ["### tensor_converter mode and converters", "", "| name | state |", "|---|---|", *rows_of(CONVERTERS, converters), ""]
+    out += ["### tensor_converter mode and converters", "", "| name | state |", "|---|---|", *make_rows(CONVERTERS, converters), ""]
     out += ["### tensor_filter framework", "", "| framework | state |", "|---|---|",
-            *rows_of(FRAMEWORKS, engines(), "needs a sub-plugin that is built for NNStreamer"), ""]
+            *make_rows(FRAMEWORKS, engines(), "needs a sub-plugin that is built for NNStreamer"), ""]
     return "\n".join(out)

@@ -32,7 +32,7 @@ def read_suites(log):
     return [s for s in ElementTree.fromstring(text.encode()).iter("testsuite") if "." in s.get("name")]
 
 
-def result_of(case):
+def get_result(case):
     if case.find("failure") is not None or case.find("error") is not None:
         return "failed"
     if case.find("skipped") is not None or case.get("status") == "notrun":
@@ -46,7 +46,7 @@ def count_program(program, suites, counts):
     cases = [(s.get("name").partition(f".{name}")[2].lstrip("."), c) for s in suites for c in s.iter("testcase")]
     before = len(counts["failed"])
     for suite, case in cases:
-        counts[result_of(case)].append(f"{name}: {suite}{'.' if suite else ''}{case.get('name')}")
+        counts[get_result(case)].append(f"{name}: {suite}{'.' if suite else ''}{case.get('name')}")
     if result not in GOOD | {"SKIP"}:
         if len(counts["failed"]) == before:
             why = ", though none of its cases did" if cases else ""

@@ -20,7 +20,7 @@ bool is_control(char c) {
 }
 
 // Counts characters, not bytes, to align names in any script.
-size_t width_of(const std::string& text) {
+size_t count_characters(const std::string& text) {
   return static_cast<size_t>(
       std::count_if(text.begin(), text.end(), [](char c) { return (c & 0xC0) != 0x80; }));
 }
@@ -45,13 +45,13 @@ struct Columns {
   std::vector<bool> numbers;  // whether all cells below the title are numbers
 };
 
-Columns columns_of(const std::vector<std::vector<std::string>>& rows) {
+Columns find_columns(const std::vector<std::vector<std::string>>& rows) {
   Columns out;
   for (size_t r = 0; r < rows.size(); ++r) {
     out.widths.resize(std::max(out.widths.size(), rows[r].size()), 0);
     out.numbers.resize(out.widths.size(), true);
     for (size_t c = 0; c < rows[r].size(); ++c) {
-      out.widths[c] = std::max(out.widths[c], width_of(rows[r][c]));
+      out.widths[c] = std::max(out.widths[c], count_characters(rows[r][c]));
       if (r > 0 && !is_number(rows[r][c])) out.numbers[c] = false;
     }
   }
@@ -93,12 +93,12 @@ std::string table(std::vector<std::vector<std::string>> rows, std::string_view i
       std::replace_if(cell.begin(), cell.end(), is_control, ' ');
       cell = printable_text(cell);
     }
-  const auto [widths, numbers] = columns_of(rows);
+  const auto [widths, numbers] = find_columns(rows);
   std::string out;
   for (const auto& row : rows) {
     std::string line(indent);
     for (size_t c = 0; c < row.size(); ++c) {
-      const std::string blanks(widths[c] - width_of(row[c]), ' ');
+      const std::string blanks(widths[c] - count_characters(row[c]), ' ');
       line += (c ? "  " : "") + (numbers[c] ? blanks + row[c] : row[c] + blanks);
     }
     line.erase(line.find_last_not_of(' ') + 1);

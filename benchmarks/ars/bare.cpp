@@ -33,8 +33,8 @@ Network filter(const std::string& modules, const std::string& networks, const ch
           invokes};
 }
 
-std::vector<Network> networks_of(std::string_view variant, int64_t frames,
-                                 const std::string& modules, const std::string& networks) {
+std::vector<Network> make_networks(std::string_view variant, int64_t frames,
+                                   const std::string& modules, const std::string& networks) {
   if (variant == "c")
     return {{networks + "/radio_network.onnx",
              {.engine = "onnxruntime", .threads = 1},
@@ -78,7 +78,7 @@ int main(int argc, char** argv) {
   if (frames < 1 || (variant != "a" && variant != "b" && variant != "c"))
     return std::fprintf(stderr, "ars-bare a|b|c FRAMES MODULES NETWORKS\n"), 2;
   Taken all;
-  for (const auto& network : networks_of(variant, frames, argv[3], argv[4])) {
+  for (const auto& network : make_networks(variant, frames, argv[3], argv[4])) {
     const auto taken = run(network);
     if (!taken) return std::fprintf(stderr, "%s\n", taken.error().message().c_str()), 1;
     all.seconds += taken->seconds;

@@ -26,7 +26,7 @@ EVENT_RATE, RADIO_RATE = 30, 25
 END = object()
 
 
-def items_of(source):
+def get_items(source):
     """The items of a queue until its end."""
     while (item := source.get()) is not END:
         yield item
@@ -43,7 +43,7 @@ class Stages:
         output = queue.Queue(16)
 
         def run():
-            sources = [items_of(one) for one in inputs]
+            sources = [get_items(one) for one in inputs]
             try:
                 for item in work(*sources):
                     output.put(item)
@@ -59,7 +59,7 @@ class Stages:
     def run_all(self, last):
         for thread in self.threads:
             thread.start()
-        for item in items_of(last):
+        for item in get_items(last):
             sys.stdout.buffer.write(item.encode() + b"\0")
             sys.stdout.buffer.flush()
         for thread in self.threads:

@@ -13,7 +13,7 @@ namespace {
 
 namespace kernels = mtcnn::kernels;
 
-std::unique_ptr<kernels::Runner> runner_of(const std::string& path) {
+std::unique_ptr<kernels::Runner> open_runner(const std::string& path) {
   std::ifstream file(path, std::ios::binary);
   const std::string bytes((std::istreambuf_iterator<char>(file)), {});
   if (!file) throw std::runtime_error(path + " cannot be read");
@@ -25,11 +25,11 @@ std::unique_ptr<kernels::Runner> runner_of(const std::string& path) {
 class OfKernels final : public Invokes {
  public:
   OfKernels(const std::string& models, uint32_t min_face, const Requests& max, const Seen& seen)
-      : p_(runner_of(models + "/onnx/pnet.onnx")),
-        r_(runner_of(models + "/onnx/rnet.onnx")),
-        o_(runner_of(models + "/onnx/onet.onnx")),
+      : p_(open_runner(models + "/onnx/pnet.onnx")),
+        r_(open_runner(models + "/onnx/rnet.onnx")),
+        o_(open_runner(models + "/onnx/onet.onnx")),
         min_face_(min_face),
-        bytes_(inputs_of(max, min_face, seen)) {}
+        bytes_(make_inputs(max, min_face, seen)) {}
   void p(const Requests& requests) override {
     size_t at = 0;
     for (const auto& layer : mtcnn::pyramid(requests.picture, min_face_)) {

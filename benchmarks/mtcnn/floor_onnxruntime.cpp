@@ -21,7 +21,7 @@ class OfOnnxRuntime final : public Invokes {
         r_(r_net(env_, models, 1)),
         o_(o_net(env_, models, 1)),
         min_face_(min_face) {
-    const Seen inputs = inputs_of(max, min_face, seen);
+    const Seen inputs = make_inputs(max, min_face, seen);
     std::span<const uint8_t> layers(inputs[0]);
     for (const auto& layer : mtcnn::pyramid(max.picture, min_face)) {
       const size_t places = size_t{layer.width} * layer.height;

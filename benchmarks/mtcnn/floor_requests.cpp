@@ -13,7 +13,7 @@ constexpr const char* kExtensions[] = {".p", ".r", ".o"};
 
 }  // namespace
 
-std::vector<uint8_t> bytes_of(const std::vector<uint8_t>& seen, size_t count) {
+std::vector<uint8_t> repeat_bytes(const std::vector<uint8_t>& seen, size_t count) {
   std::vector<uint8_t> out(count, 140);
   for (size_t at = 0; !seen.empty() && at < count; at += seen.size())
     std::copy_n(seen.begin(), std::min(seen.size(), count - at),
@@ -21,14 +21,14 @@ std::vector<uint8_t> bytes_of(const std::vector<uint8_t>& seen, size_t count) {
   return out;
 }
 
-Seen inputs_of(const Requests& max, uint32_t min_face, const Seen& seen) {
+Seen make_inputs(const Requests& max, uint32_t min_face, const Seen& seen) {
   size_t layers = 0;
   for (const auto& layer : mtcnn::pyramid(max.picture, min_face))
     layers += 3 * size_t{layer.width} * layer.height;
   constexpr size_t kRefine = 3 * mtcnn::kRefineSide * mtcnn::kRefineSide;
   constexpr size_t kMark = 3 * mtcnn::kLandmarkSide * mtcnn::kLandmarkSide;
-  return {bytes_of(seen[0], layers), bytes_of(seen[1], kRefine * max.refined),
-          bytes_of(seen[2], kMark * max.marked)};
+  return {repeat_bytes(seen[0], layers), repeat_bytes(seen[1], kRefine * max.refined),
+          repeat_bytes(seen[2], kMark * max.marked)};
 }
 
 std::vector<uint8_t>* RequestFile::wanted(size_t network) {

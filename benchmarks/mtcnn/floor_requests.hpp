@@ -24,10 +24,10 @@ using Seen = std::array<std::vector<uint8_t>, 3>;
 
 // Returns `count` bytes by repeating `seen`: engines whose loops branch on values need realistic
 // ones. A constant value if `seen` is empty.
-std::vector<uint8_t> bytes_of(const std::vector<uint8_t>& seen, size_t count);
+std::vector<uint8_t> repeat_bytes(const std::vector<uint8_t>& seen, size_t count);
 
 // The same as each network's input for `max`; all layers in a row for P-Net.
-Seen inputs_of(const Requests& max, uint32_t min_face, const Seen& seen);
+Seen make_inputs(const Requests& max, uint32_t min_face, const Seen& seen);
 
 class RequestFile {
  public:

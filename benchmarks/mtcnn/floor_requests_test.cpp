@@ -12,17 +12,17 @@ namespace floor_requests_test {
 using Bytes = std::vector<uint8_t>;
 
 TEST(BytesOf, RepeatAtTheEndOfWhatWasSeen) {
-  EXPECT_EQ(bytes_of({1, 2, 3}, 7), (Bytes{1, 2, 3, 1, 2, 3, 1}));
-  EXPECT_EQ(bytes_of({1, 2, 3}, 2), (Bytes{1, 2}));
-  EXPECT_EQ(bytes_of({1, 2, 3}, 0), Bytes{});
+  EXPECT_EQ(repeat_bytes({1, 2, 3}, 7), (Bytes{1, 2, 3, 1, 2, 3, 1}));
+  EXPECT_EQ(repeat_bytes({1, 2, 3}, 2), (Bytes{1, 2}));
+  EXPECT_EQ(repeat_bytes({1, 2, 3}, 0), Bytes{});
 }
 
 TEST(BytesOf, AreOneValueWhereNothingWasSeen) {
-  EXPECT_EQ(bytes_of({}, 2), (Bytes{140, 140}));
+  EXPECT_EQ(repeat_bytes({}, 2), (Bytes{140, 140}));
 }
 
 TEST(InputsOf, HaveTheLayersOfThePyramidAndAllRegions) {
-  const auto inputs = inputs_of({{24, 24}, 2, 1}, 12, {});  // layers of 24, 18 and 13 pixels
+  const auto inputs = make_inputs({{24, 24}, 2, 1}, 12, {});  // layers of 24, 18 and 13 pixels
   EXPECT_EQ(inputs[0].size(), 3u * (24 * 24 + 18 * 18 + 13 * 13));
   EXPECT_EQ(inputs[1].size(), 2u * 3 * 24 * 24);
   EXPECT_EQ(inputs[2].size(), 3u * 48 * 48);

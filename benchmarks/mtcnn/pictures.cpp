@@ -5,7 +5,7 @@
 namespace control {
 namespace {
 
-std::string line_of(const Source& source) {
+std::string make_line(const Source& source) {
   std::string line = "filesrc name=file ! decodebin ! videoconvert ! video/x-raw,format=RGB ! ";
   if (source.rate > 0)
     line += "videorate drop-only=true ! capsfilter caps=video/x-raw,framerate=(fraction)" +
@@ -31,7 +31,7 @@ void hand_over(GstSample* sample, const std::function<void(const cv::Mat&, int64
 }
 
 // Returns the pipeline's error, "" without one.
-std::string error_of(GstElement* pipeline) {
+std::string get_error(GstElement* pipeline) {
   GstBus* bus = gst_element_get_bus(pipeline);
   GstMessage* message = gst_bus_pop_filtered(bus, GST_MESSAGE_ERROR);
   gst_object_unref(bus);
@@ -49,7 +49,7 @@ std::string error_of(GstElement* pipeline) {
 bool for_each_picture(const Source& source,
                       const std::function<void(const cv::Mat&, int64_t)>& function) {
   GError* error = nullptr;
-  GstElement* pipeline = gst_parse_launch(line_of(source).c_str(), &error);
+  GstElement* pipeline = gst_parse_launch(make_line(source).c_str(), &error);
   if (error) return std::fprintf(stderr, "control: %s\n", error->message), false;
   GstElement* file = gst_bin_get_by_name(GST_BIN(pipeline), "file");
   g_object_set(file, "location", source.file.c_str(), nullptr);
@@ -64,7 +64,7 @@ bool for_each_picture(const Source& source,
     } else if (gst_app_sink_is_eos(sink)) {
       break;
     } else {
-      fault = error_of(pipeline);
+      fault = get_error(pipeline);
     }
   }
   gst_element_set_state(pipeline, GST_STATE_NULL);

@@ -13,7 +13,7 @@ std::span<const float> values(const Ort::Value& tensor) {
   return {tensor.GetTensorData<float>(), tensor.GetTensorTypeAndShapeInfo().GetElementCount()};
 }
 
-Size size_of(const cv::Mat& picture) {
+Size get_size(const cv::Mat& picture) {
   return {static_cast<uint32_t>(picture.cols), static_cast<uint32_t>(picture.rows)};
 }
 
@@ -55,7 +55,7 @@ void Input::take(const cv::Mat& picture, size_t index, size_t count, cv::Size si
 }
 
 std::vector<weir::Box> Propose::find(const cv::Mat& picture) {
-  const Size size = size_of(picture);
+  const Size size = get_size(picture);
   std::vector<mtcnn::Candidate> all;
   for (const Size& layer : mtcnn::pyramid(size, min_face_)) {
     input_.take(picture, 0, 1, {static_cast<int>(layer.width), static_cast<int>(layer.height)});
@@ -79,7 +79,7 @@ std::vector<weir::Box> Refine::find(const cv::Mat& picture, std::vector<weir::Bo
   if (regions.empty()) return {};
   cut(picture, regions, mtcnn::kRefineSide, &input_);
   const auto out = network_.run(input_.numbers(), input_.shape());
-  return mtcnn::refine(regions, values(out[0]), values(out[1]), size_of(picture));
+  return mtcnn::refine(regions, values(out[0]), values(out[1]), get_size(picture));
 }
 
 std::vector<mtcnn::Face> Mark::find(const cv::Mat& picture, std::vector<weir::Box> regions) {

@@ -42,19 +42,19 @@ void LentArrays::add(const py::handle& given) {
   arrays_.push_back(std::move(array));
 }
 
-py::array array_of(const Tensor& tensor, const py::object& owner) {
+py::array make_array(const Tensor& tensor, const py::object& owner) {
   const TensorInfo info = tensor.info();
   py::array array(py::dtype(kTypeNames[info.type]), info.shape, tensor.bytes().data(), owner);
   array.attr("flags").attr("writeable") = false;
   return array;
 }
 
-py::object dtype_of(weir_type type) {
+py::object to_dtype(weir_type type) {
   if (type == WEIR_TYPE_END) return py::none();
   return py::dtype(kTypeNames[type]);
 }
 
-py::object shape_of(const TensorInfo& info) {
+py::object make_shape(const TensorInfo& info) {
   if (!info.rank_known) return py::none();
   py::tuple shape(info.shape.size());
   for (size_t i = 0; i < info.shape.size(); ++i)

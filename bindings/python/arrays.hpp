@@ -34,10 +34,10 @@ class LentArrays {
 };
 
 // Returns a read-only array over the tensor's memory, which `owner` keeps alive.
-py::array array_of(const Tensor& tensor, const py::object& owner);
+py::array make_array(const Tensor& tensor, const py::object& owner);
 
-py::object dtype_of(weir_type type);          // None for WEIR_TYPE_END
-py::object shape_of(const TensorInfo& info);  // None for open dimensions; None for an open rank
+py::object to_dtype(weir_type type);            // None for WEIR_TYPE_END
+py::object make_shape(const TensorInfo& info);  // None for open dimensions; None for an open rank
 
 // Accepts any sequence of integers as a shape.
 TensorShape shape_from(const py::handle& shape);

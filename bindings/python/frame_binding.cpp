@@ -12,11 +12,11 @@
 namespace weir::bindings {
 namespace {
 
-std::optional<int64_t> number_of(const std::optional<Nanoseconds>& time) {
+std::optional<int64_t> to_number(const std::optional<Nanoseconds>& time) {
   return time ? std::optional<int64_t>(time->count()) : std::nullopt;
 }
 
-py::array tensor_of(const Frame& frame, py::ssize_t index) {
+py::array get_tensor(const Frame& frame, py::ssize_t index) {
   const auto size = static_cast<py::ssize_t>(frame.size());
   if (index < 0) index += size;
   if (index < 0 || index >= size) throw py::index_error("the frame has no such tensor");
@@ -24,10 +24,10 @@ py::array tensor_of(const Frame& frame, py::ssize_t index) {
   const Tensor tensor = (*kept)[static_cast<size_t>(index)];
   const py::capsule owner(kept.get(), [](void* end) { delete static_cast<Frame*>(end); });
   kept.release();
-  return array_of(tensor, owner);
+  return make_array(tensor, owner);
 }
 
-py::object maps_of(const Frame& frame) {
+py::object make_maps(const Frame& frame) {
   return py::tuple(py::cast(frame.source_maps()));
 }
 
@@ -36,7 +36,7 @@ std::optional<SourceMap> first_map(const Frame& frame) {
   return maps.empty() ? std::nullopt : std::optional(maps.front());
 }
 
-py::object label_of(const Frame& frame, size_t tensor, int32_t class_index) {
+py::object get_label(const Frame& frame, size_t tensor, int32_t class_index) {
   const std::string label = frame.label(tensor, class_index);
   if (label.empty()) return py::none();
   // Labels come from files: bytes that are not UTF-8 are replaced.
@@ -113,16 +113,16 @@ void bind_frame(py::module_& module) {
   bind_source_map(module);
   py::class_<Frame>(module, "Frame", kFrame)
       .def("__len__", &Frame::size)
-      .def("__getitem__", &tensor_of, py::arg("index"))
+      .def("__getitem__", &get_tensor, py::arg("index"))
       .def("__iter__",
            [](const py::object& frame) {
              return py::reinterpret_steal<py::object>(PySeqIter_New(frame.ptr()));
            })
       .def_property_readonly(
-          "pts", [](const Frame& f) { return number_of(f.pts()); },
+          "pts", [](const Frame& f) { return to_number(f.pts()); },
           "the timestamp in nanoseconds, or None")
       .def_property_readonly(
-          "duration", [](const Frame& f) { return number_of(f.duration()); },
+          "duration", [](const Frame& f) { return to_number(f.duration()); },
           "in nanoseconds, or None")
       .def_property_readonly("caps", &Frame::caps, "the stream's caps, as GStreamer writes them")
       .def_property_readonly("results", from_results("of_frame"),
@@ -136,12 +136,12 @@ void bind_frame(py::module_& module) {
       .def_property_readonly("source_map", &first_map,
                              "the SourceMap of the first tensor or region, or None if the frame "
                              "does not come from a picture")
-      .def_property_readonly("source_maps", &maps_of,
+      .def_property_readonly("source_maps", &make_maps,
                              "the SourceMaps: one for all tensors, one for each tensor, or one for "
                              "each region of a batch of regions")
       .def("caps_field", &Frame::caps_field, py::arg("name"),
            "Returns the text of a caps field, such as weir-source, or \"\" if it does not exist.")
-      .def("label", &label_of, py::arg("tensor"), py::arg("class_index"),
+      .def("label", &get_label, py::arg("tensor"), py::arg("class_index"),
            "Returns the label of a class in results tensor number `tensor`, or None.")
       .def("__repr__", &repr);
 }

@@ -14,12 +14,12 @@
 namespace weir::bindings {
 namespace {
 
-std::chrono::nanoseconds nanoseconds_of(double seconds) {
+std::chrono::nanoseconds to_nanoseconds(double seconds) {
   if (!(seconds >= 0 && seconds < 1e9)) throw py::value_error("a time-out is 0 or more seconds");
   return std::chrono::nanoseconds(std::llround(seconds * 1e9));
 }
 
-std::vector<std::string> paths_of(const py::object& paths) {
+std::vector<std::string> to_paths(const py::object& paths) {
   const auto path = py::module_::import("os").attr("fspath");
   if (!py::isinstance<py::list>(paths) && !py::isinstance<py::tuple>(paths))
     return {py::cast<std::string>(path(paths))};
@@ -34,12 +34,12 @@ class ModelObject {
  public:
   ModelObject(const py::object& paths, const std::string& engine, const std::string& accelerator,
               int threads, const py::dict& options, double timeout, const py::dict& declared) {
-    ModelOptions wanted{engine, accelerator, threads, {}, nanoseconds_of(timeout)};
+    ModelOptions wanted{engine, accelerator, threads, {}, to_nanoseconds(timeout)};
     for (const auto& [key, value] : options)
       wanted.options.emplace_back(py::str(key), py::str(value));
     for (const auto& [key, value] : declared)
       wanted.declared.emplace_back(py::str(key), py::str(value));
-    const auto files = paths_of(paths);
+    const auto files = to_paths(paths);
     auto opened = unlocked([&] { return Model::open(files, wanted); });
     model_ = std::make_shared<Model>(value_of_model(std::move(opened)));
   }
@@ -61,14 +61,14 @@ class ModelObject {
 };
 
 // The arrays of one frame or of all.
-py::list arrays_of(const py::object& owner, const Outputs& outputs, std::optional<size_t> frame) {
+py::list make_arrays(const py::object& owner, const Outputs& outputs, std::optional<size_t> frame) {
   py::list arrays;
   for (size_t i = 0; i < outputs.size(); ++i)
-    arrays.append(array_of(frame ? outputs.of_frame(*frame, i) : outputs[i], owner));
+    arrays.append(make_array(frame ? outputs.of_frame(*frame, i) : outputs[i], owner));
   return arrays;
 }
 
-py::object keeper_of(std::unique_ptr<Outputs> outputs) {
+py::object make_keeper(std::unique_ptr<Outputs> outputs) {
   const auto end = [](void* kept) { delete static_cast<Outputs*>(kept); };
   py::capsule keeper(outputs.get(), end);
   outputs.release();
@@ -82,7 +82,7 @@ py::object invoke(const ModelObject& self, const py::object& inputs) {
   auto outputs = std::make_unique<Outputs>(value_of_model(std::move(result)));
   if (outputs->dropped()) return py::none();
   const Outputs& made = *outputs;
-  return arrays_of(keeper_of(std::move(outputs)), made, std::nullopt);
+  return make_arrays(make_keeper(std::move(outputs)), made, std::nullopt);
 }
 
 py::object invoke_batch(const ModelObject& self, const py::sequence& frames) {
@@ -95,9 +95,10 @@ py::object invoke_batch(const ModelObject& self, const py::sequence& frames) {
   auto outputs = std::make_unique<Outputs>(value_of_model(std::move(result)));
   if (outputs->dropped()) return py::none();
   const Outputs& made = *outputs;
-  const py::object keeper = keeper_of(std::move(outputs));
+  const py::object keeper = make_keeper(std::move(outputs));
   py::list all;
-  for (size_t frame = 0; frame < made.frames(); ++frame) all.append(arrays_of(keeper, made, frame));
+  for (size_t frame = 0; frame < made.frames(); ++frame)
+    all.append(make_arrays(keeper, made, frame));
   return all;
 }
 
@@ -129,9 +130,9 @@ void bind_tensor_info(py::module_& module) {
   py::class_<TensorInfo>(module, "TensorInfo", "The description of one tensor of a model.")
       .def_readonly("name", &TensorInfo::name)
       .def_property_readonly(
-          "dtype", [](const TensorInfo& info) { return dtype_of(info.type); },
+          "dtype", [](const TensorInfo& info) { return to_dtype(info.type); },
           "the NumPy dtype, or None if it is open")
-      .def_property_readonly("shape", &shape_of,
+      .def_property_readonly("shape", &make_shape,
                              "the shape, outermost dimension first; None for an open dimension, or "
                              "if the rank is unknown")
       .def_readonly("scale", &TensorInfo::scale,
@@ -174,7 +175,7 @@ void bind_model(py::module_& module) {
       .def(
           "set_timeout",
           [](const Object& self, double seconds) {
-            self.get()->set_timeout(nanoseconds_of(seconds));
+            self.get()->set_timeout(to_nanoseconds(seconds));
           },
           py::arg("seconds"), "The time limit of later calls in seconds; 0 = none.")
       .def("invoke", &invoke, py::arg("inputs"),

@@ -19,12 +19,12 @@ namespace {
 
 using Seconds = std::optional<double>;
 
-std::optional<Nanoseconds> nanoseconds_of(const Seconds& seconds) {
+std::optional<Nanoseconds> to_nanoseconds(const Seconds& seconds) {
   if (!seconds) return std::nullopt;
   if (!(*seconds >= 0 && *seconds < 1e9)) throw py::value_error("a time-out is 0 or more seconds");
   return Nanoseconds(std::llround(*seconds * 1e9));
 }
-std::optional<Nanoseconds> time_of(const std::optional<int64_t>& nanoseconds) {
+std::optional<Nanoseconds> to_time(const std::optional<int64_t>& nanoseconds) {
   return nanoseconds ? std::optional(Nanoseconds(*nanoseconds)) : std::nullopt;
 }
 // The first exception that the program's functions raised since the pipeline started. Guarded by
@@ -86,7 +86,7 @@ class PipelineObject {
   auto call(Body&& body) const {
     const auto pipeline = get();
     auto result = unlocked([&] { return body(*pipeline); });
-    if (!result) raise(result.error(), cause_of(result.error()));
+    if (!result) raise(result.error(), get_cause(result.error()));
     if constexpr (requires { *result; }) return *std::move(result);
   }
   const std::shared_ptr<RaisedInStream>& raised_in_stream() const { return raised_; }
@@ -94,7 +94,7 @@ class PipelineObject {
 
  private:
   // Null unless a function of the program raised the exception that is this error.
-  py::object cause_of(const Error& error) const {
+  py::object get_cause(const Error& error) const {
     const bool is_raised =
         error.code == Code::CALLBACK_FAILED && error.what.ends_with(raised_->text);
     return is_raised ? raised_->exception : py::object();
@@ -110,8 +110,8 @@ void push(const Object& self, const std::string& name, const py::object& arrays,
           const std::optional<int64_t>& pts, const std::optional<int64_t>& duration) {
   const LentArrays lent(arrays);
   PushOptions options;
-  options.pts = time_of(pts);
-  options.duration = time_of(duration);
+  options.pts = to_time(pts);
+  options.duration = to_time(duration);
   self.call([&](Pipeline& p) { return p.push(name, std::span(lent.views()), options); });
 }
 
@@ -136,14 +136,14 @@ bool interruptible(const std::optional<Nanoseconds>& limit, Step&& step) {
 }
 
 bool wait(const Object& self, const Seconds& timeout) {
-  return interruptible(nanoseconds_of(timeout), [&](const auto& limit) {
+  return interruptible(to_nanoseconds(timeout), [&](const auto& limit) {
     return self.call([&](Pipeline& p) { return p.wait(limit); });
   });
 }
 
 std::optional<Frame> pull(const Object& self, const std::string& name, const Seconds& timeout) {
   std::optional<Frame> frame;
-  interruptible(nanoseconds_of(timeout), [&](const auto& limit) {
+  interruptible(to_nanoseconds(timeout), [&](const auto& limit) {
     frame = self.call([&](Pipeline& p) { return p.pull(name, limit); });
     return frame || self.call([&](Pipeline& p) { return p.ended(name); });
   });

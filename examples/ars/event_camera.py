@@ -51,17 +51,17 @@ def counts(activity, seconds, rng):
     return brighter, darker
 
 
-def frames_of(brighter, darker):
+def make_frames(brighter, darker):
     """Event frames: uint8 [frames, HEIGHT, WIDTH]."""
     balance = (brighter - darker).reshape(-1, STEPS, HEIGHT, WIDTH).sum(axis=1)
     return numpy.clip(REST + GAIN * balance, 0, 255).astype(numpy.uint8)
 
 
 def clip(activity, rng, seconds=simulator.CLIP_SECONDS):
-    return frames_of(*counts(activity, seconds, rng))
+    return make_frames(*counts(activity, seconds, rng))
 
 
-def events_of(brighter, darker, rng):
+def make_events(brighter, darker, rng):
     """Single events in the order of their times: arrays of microseconds, x, y, and whether it became brighter."""
     parts = []
     for kind, of_kind in ((True, brighter), (False, darker)):

@@ -32,7 +32,7 @@ constexpr int64_t kOverflowTime = 127;  // microseconds
 
 // The frame rate in caps such as `application/x-event-stream, framerate=(fraction)30/1`; 0 if there
 // is none.
-std::pair<int64_t, int64_t> rate_of(std::string_view caps) {
+std::pair<int64_t, int64_t> parse_rate(std::string_view caps) {
   constexpr std::string_view kField = "framerate=(fraction)";
   std::pair<int64_t, int64_t> rate{0, 1};
   if (const size_t at = caps.find(kField); at != std::string_view::npos) {
@@ -48,7 +48,7 @@ class EventStream {
   explicit EventStream(const weir::Options&) {}
 
   std::vector<weir_tensor_info> configure(std::string_view caps) {
-    rate_ = rate_of(caps);
+    rate_ = parse_rate(caps);
     reset();
     return {kFrame};
   }
@@ -67,7 +67,7 @@ class EventStream {
     for (size_t i = 0; i < to.size(); ++i)
       to[i] = static_cast<std::byte>(
           std::clamp<int64_t>(kRest + kGain * frames_.front()[i], 0, UINT8_MAX));
-    output.set_time(begin_of(first_), begin_of(first_ + 1) - begin_of(first_));
+    output.set_time(get_begin(first_), get_begin(first_ + 1) - get_begin(first_));
     frames_.pop_front();
     ++first_;
     return true;
@@ -86,7 +86,7 @@ class EventStream {
       weir::dense_tensor(WEIR_UINT8, {1, kHeight, kWidth});
 
   // The time of a frame in nanoseconds.
-  int64_t begin_of(int64_t frame) const {
+  int64_t get_begin(int64_t frame) const {
     return frame * 1'000'000'000 * rate_.second / rate_.first;
   }
 

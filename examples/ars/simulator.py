@@ -99,7 +99,7 @@ def sit_down(pose, time, rng):
     pose.fidget(time, rng, 0.6 * down)
 
 
-def joints_of(pose):
+def find_joints(pose):
     """Positions of JOINTS: an array [times, joints, 3]."""
     forward = numpy.array([numpy.cos(pose.heading), numpy.sin(pose.heading), 0.0])
     sideways = numpy.cross(UP, forward)
@@ -132,4 +132,4 @@ def figure(activity, time, rng):
         return None
     pose = Pose(time, rng)
     {"walking": walk, "falling": fall, "waving": wave, "sitting down": sit_down}[activity](pose, time, rng)
-    return joints_of(pose)
+    return find_joints(pose)

@@ -18,7 +18,7 @@ std::string number(float value, const char* format) {
 }  // namespace
 
 std::string faces_text(std::span<const Face> faces) {
-  const auto text_of = [](const Face& face) {
+  const auto to_text = [](const Face& face) {
     const weir::Box& box = face.box;
     std::string out = "{\"box\": [" + number(box.x1, "%.1f") + ", " + number(box.y1, "%.1f") +
                       ", " + number(box.x2, "%.1f") + ", " + number(box.y2, "%.1f") +
@@ -28,7 +28,7 @@ std::string faces_text(std::span<const Face> faces) {
              number(face.points[2 * p + 1], "%.1f") + "]";
     return out + "]}";
   };
-  return "[" + weir::join(faces, ", ", text_of) + "]";
+  return "[" + weir::join(faces, ", ", to_text) + "]";
 }
 
 std::vector<Face> faces_of_rows(std::span<const float> rows) {

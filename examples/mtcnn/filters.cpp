@@ -38,7 +38,7 @@ size_t channel_axis(std::span<const weir_tensor> layer) {
   return layer[0].info.shape[1] != layer[1].info.shape[1] ? 1 : 3;
 }
 
-Steps steps_of(const weir_tensor_info& info, bool planes, bool turned) {
+Steps find_steps(const weir_tensor_info& info, bool planes, bool turned) {
   size_t step[4] = {0, 0, 0, 1};
   for (size_t axis = 3; axis > 0; --axis)
     step[axis - 1] = step[axis] * static_cast<size_t>(info.shape[axis]);
@@ -46,7 +46,7 @@ Steps steps_of(const weir_tensor_info& info, bool planes, bool turned) {
   return {turned ? first : second, turned ? second : first, step[planes ? 1 : 3]};
 }
 
-ProposalMap map_of(std::span<const weir_tensor> layer, bool turned) {
+ProposalMap make_map(std::span<const weir_tensor> layer, bool turned) {
   const size_t axis = channel_axis(layer);
   const auto& face = with_channels(layer, 2, axis);
   const auto& box = with_channels(layer, 4, axis);
@@ -57,8 +57,8 @@ ProposalMap map_of(std::span<const weir_tensor> layer, bool turned) {
   const auto a = static_cast<uint32_t>(face.info.shape[first]);
   const auto b = static_cast<uint32_t>(face.info.shape[first + 1]);
   return {turned ? Size{a, b} : Size{b, a}, weir::elements<const float>(face),
-          weir::elements<const float>(box), steps_of(face.info, axis == 1, turned),
-          steps_of(box.info, axis == 1, turned)};
+          weir::elements<const float>(box), find_steps(face.info, axis == 1, turned),
+          find_steps(box.info, axis == 1, turned)};
 }
 
 void give_regions(const std::vector<Box>& boxes, weir_tensor* out) {
@@ -76,7 +76,7 @@ void give_regions(const std::vector<Box>& boxes, weir_tensor* out) {
 }
 
 // The source regions of each row of a frame.
-std::vector<Box> regions_of(const weir_frame& frame, uint32_t side, size_t count) {
+std::vector<Box> read_regions(const weir_frame& frame, uint32_t side, size_t count) {
   std::vector<Box> out;
   for (uint32_t i = 0; i < count; ++i) {
     const auto map = weir::source_map(frame, i);
@@ -119,7 +119,7 @@ weir::RegisteredFilter proposals(const Setup& setup, StageTimes* times) {
             const std::span<const weir_tensor> maps(in.tensors, in.n_tensors);
             std::vector<Candidate> all;
             for (size_t i = 0; i < setup.layers.size(); ++i)
-              for (const auto& one : propose(map_of(maps.subspan(2 * i, 2), setup.turned),
+              for (const auto& one : propose(make_map(maps.subspan(2 * i, 2), setup.turned),
                                              setup.layers[i], setup.picture))
                 all.push_back(one);
             give_regions(join(std::move(all), setup.picture), &out.tensors[0]);
@@ -134,7 +134,7 @@ weir::RegisteredFilter refinement(const Setup& setup, StageTimes* times) {
            .dynamic = true},
           [picture = setup.picture, times](const weir_frame& in, weir_frame& out) {
             const size_t count = regions_in(in);
-            give_regions(refine(regions_of(in, kRefineSide, count), rows(in, 2, count),
+            give_regions(refine(read_regions(in, kRefineSide, count), rows(in, 2, count),
                                 rows(in, 4, count), picture),
                          &out.tensors[0]);
             times->reached(Stage::Refined, in.pts);
@@ -150,7 +150,7 @@ weir::RegisteredFilter landmarks(StageTimes* times) {
            .dynamic = true},
           [times](const weir_frame& in, weir_frame& out) {
             const size_t count = regions_in(in);
-            const auto found = faces(regions_of(in, kLandmarkSide, count), rows(in, 2, count),
+            const auto found = faces(read_regions(in, kLandmarkSide, count), rows(in, 2, count),
                                      rows(in, 4, count), rows(in, 10, count));
             const size_t n = std::max<size_t>(found.size(), 1);
             weir::allocate(&out.tensors[0], open("faces", {static_cast<int64_t>(n), kLength}),

@@ -33,7 +33,7 @@ std::string quoted(const std::string& text) {
   return out + "\"";
 }
 
-std::string pictures_of(const std::string& file) {
+std::string make_source(const std::string& file) {
   return "filesrc location=" + quoted(file) +
          " ! decodebin ! videoconvert ! video/x-raw,format=(string){I420,NV12}";
 }
@@ -45,8 +45,8 @@ std::optional<uint32_t> number_after(const std::string& text, const std::string&
 }
 
 // The networks' sizes depend on the picture's, so one picture is decoded to find it.
-weir::Result<Size> size_of(const std::string& file) {
-  auto made = weir::Pipeline::parse(pictures_of(file) + " ! appsink name=first max-buffers=1");
+weir::Result<Size> read_size(const std::string& file) {
+  auto made = weir::Pipeline::parse(make_source(file) + " ! appsink name=first max-buffers=1");
   if (!made) return made.error();
   if (auto status = made->start(); !status) return status.error();
   auto frame = made->pull("first", 30s);
@@ -74,7 +74,7 @@ std::string overlay_line(const Options& options) {
 }
 
 std::string whole_line(const Options& options, const Setup& setup, const Networks& networks) {
-  std::string line = pictures_of(options.input);
+  std::string line = make_source(options.input);
   if (options.rate > 0)
     line += " ! videorate drop-only=true ! capsfilter caps=video/x-raw,framerate=(fraction)" +
             std::to_string(static_cast<int>(options.rate * 1000)) + "/1000";
@@ -107,7 +107,7 @@ weir::Error nothing_comes(double seconds) {
 
 // For pictures smaller than the smallest face: prints an empty list for each.
 weir::Status print_no_faces(const Options& options, weir::Nanoseconds patience) {
-  auto made = weir::Pipeline::parse(pictures_of(options.input) + " ! appsink name=out sync=false");
+  auto made = weir::Pipeline::parse(make_source(options.input) + " ! appsink name=out sync=false");
   if (!made) return made.error();
   if (auto status = made->start(); !status) return status;
   for (;;) {
@@ -128,7 +128,7 @@ weir::Status play(const Options& options) {
   std::string& custom = networks->custom;
   custom += (custom.empty() || options.custom.empty() ? "" : ",") + options.custom;
   networks->rounded = options.rounded;
-  const auto picture = size_of(options.input);
+  const auto picture = read_size(options.input);
   if (!picture) return picture.error();
   const Setup setup{*picture, pyramid(*picture, options.min_face), networks->turned};
   const auto patience = std::chrono::duration_cast<weir::Nanoseconds>(

@@ -14,13 +14,13 @@ namespace {
 
 // Formats seconds as JSON.
 std::string list(std::span<const std::chrono::steady_clock::time_point> times) {
-  const auto text_of = [](std::chrono::steady_clock::time_point time) {
+  const auto format_time = [](std::chrono::steady_clock::time_point time) {
     char text[32];
     std::snprintf(text, sizeof text, "%.6f",
                   std::chrono::duration<double>(time.time_since_epoch()).count());
     return std::string(text);
   };
-  return "[" + weir::join(times, ", ", text_of) + "]";
+  return "[" + weir::join(times, ", ", format_time) + "]";
 }
 
 }  // namespace

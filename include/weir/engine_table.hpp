@@ -220,7 +220,7 @@ struct EngineTable {
 
 // Returns the module with this one engine, for the host that loaded it.
 template <class Engine>
-const weir_module* module_of(const weir_host* host) {
+const weir_module* get_module(const weir_host* host) {
   if (!accept_host(host)) return nullptr;
   module_name = Engine::kName;
   static const weir_engine own = EngineTable<Engine>::make();
@@ -246,5 +246,5 @@ const weir_module* module_of(const weir_host* host) {
 #define WEIR_ENGINE_MODULE(Engine)                                                        \
   extern "C" __attribute__((visibility("default"))) const weir_module* weir_module_entry( \
       const weir_host* host) {                                                            \
-    return weir::engine::module_of<Engine>(host);                                         \
+    return weir::engine::get_module<Engine>(host);                                        \
   }

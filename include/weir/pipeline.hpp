@@ -266,7 +266,7 @@ class Pipeline {
   }
   template <PropertyNumber T>
   Status set(const std::string& element, const std::string& property, T value) {
-    return set(element, property, text_of(value));
+    return set(element, property, to_string(value));
   }
   Result<std::string> get(const std::string& element, const std::string& property) const {
     return get(weir_pipeline_get, element, property);
@@ -328,7 +328,7 @@ class Pipeline {
     return std::string(text);
   }
   template <class T>
-  static std::string text_of(T value) {
+  static std::string to_string(T value) {
     if constexpr (std::is_same_v<T, bool>) {
       return value ? "true" : "false";
     } else if constexpr (std::is_floating_point_v<T>) {

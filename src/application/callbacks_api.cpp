@@ -65,7 +65,7 @@ int call(Callback& callback, const weir_host* host, weir_error* error, Body&& bo
 }
 
 std::shared_ptr<TensorsData> lend(const weir_frame& frame, TensorsData::Access access) {
-  return data_of({frame.tensors, frame.n_tensors}, nullptr, access);
+  return make_data({frame.tensors, frame.n_tensors}, nullptr, access);
 }
 
 int invoke(const weir_host* host, const weir_frame* in, weir_frame* out, void* data,

@@ -55,7 +55,7 @@ int set(void* handle, const char* property, int type, const std::string& value) 
                        });
 }
 
-std::string text_of(double value) {
+std::string format_number(double value) {
   char text[64];
   return std::string(text, std::to_chars(text, text + sizeof text, value).ptr);
 }
@@ -143,7 +143,8 @@ int ml_pipeline_element_set_property_uint64(ml_pipeline_element_h elem_h, const 
 
 int ml_pipeline_element_set_property_double(ml_pipeline_element_h elem_h, const char* property_name,
                                             const double value) {
-  return guarded([&] { return set(elem_h, property_name, WEIR_PROPERTY_DOUBLE, text_of(value)); });
+  return guarded(
+      [&] { return set(elem_h, property_name, WEIR_PROPERTY_DOUBLE, format_number(value)); });
 }
 
 int ml_pipeline_element_set_property_enum(ml_pipeline_element_h elem_h, const char* property_name,

@@ -6,7 +6,7 @@ namespace {
 
 constexpr std::uintptr_t kStep = 2;
 
-std::uintptr_t number_of(void* handle) noexcept {
+std::uintptr_t to_number(void* handle) noexcept {
   return reinterpret_cast<std::uintptr_t>(handle);
 }
 
@@ -28,7 +28,7 @@ void* Handles::add(std::shared_ptr<Object> object) {
 
 std::shared_ptr<Object> Handles::lookup(void* handle, bool away) {
   std::lock_guard lock(mutex_);
-  const auto found = objects_.find(number_of(handle));
+  const auto found = objects_.find(to_number(handle));
   if (found == objects_.end()) return nullptr;
   auto object = found->second;
   if (away) objects_.erase(found);
@@ -40,7 +40,7 @@ Error Handles::no_object(void* handle, const char* what, const char* kind, const
   bool given = false;
   {
     std::lock_guard lock(mutex_);
-    given = number_of(handle) % kStep == 1 && number_of(handle) < next_;
+    given = to_number(handle) % kStep == 1 && to_number(handle) < next_;
   }
   error.what = what;
   if (other) {

@@ -18,7 +18,7 @@ struct Named {
   int depth;
 };
 
-Result<std::vector<Named>> elements_of(weir_pipeline* pipeline) {
+Result<std::vector<Named>> list_elements(weir_pipeline* pipeline) {
   std::vector<Named> out;
   const auto add = [](const char* name, const char* kind, int depth, void* data) {
     static_cast<std::vector<Named>*>(data)->push_back({name, kind, depth});
@@ -29,7 +29,7 @@ Result<std::vector<Named>> elements_of(weir_pipeline* pipeline) {
   return out;
 }
 
-ml_pipeline_state_e number_of(int state) {
+ml_pipeline_state_e to_ml_state(int state) {
   if (state == WEIR_PIPELINE_PLAYING) return ML_PIPELINE_STATE_PLAYING;
   return state == WEIR_PIPELINE_PAUSED ? ML_PIPELINE_STATE_PAUSED : ML_PIPELINE_STATE_NULL;
 }
@@ -99,7 +99,7 @@ std::variant<std::shared_ptr<Pipeline>, Refusal> Pipeline::construct(const char*
 }
 
 Status Pipeline::connect() {
-  const auto elements = elements_of(pipeline_);
+  const auto elements = list_elements(pipeline_);
   if (!elements) return elements.error();
   for (const auto& element : *elements) {
     if (element.depth == 0) kinds_.emplace(element.name, element.kind);
@@ -122,7 +122,7 @@ Pipeline::~Pipeline() {
 void Pipeline::on_state(int state, void* data) {
   const auto* self = static_cast<const Pipeline*>(data);
   const InCallback here(self);
-  self->state_callback_.function(number_of(state), self->state_callback_.data);
+  self->state_callback_.function(to_ml_state(state), self->state_callback_.data);
 }
 
 Result<Pipeline::Use> Pipeline::use() {
@@ -173,7 +173,7 @@ SinkCallbacks* Pipeline::sink(const std::string& name) const {
   return found == sinks_.end() ? nullptr : found->second.get();
 }
 
-std::string Pipeline::kind_of(const std::string& name) const {
+std::string Pipeline::get_kind(const std::string& name) const {
   const auto found = kinds_.find(name);
   return found == kinds_.end() ? "" : found->second;
 }
@@ -188,7 +188,7 @@ Status check_kind(const Pipeline::Use& pipeline, const char* name, const std::st
   CError error;
   const int result = weir_pipeline_property_type(pipeline.get(), name, "name", error.place());
   if (result < 0) return error.take(result);
-  const std::string kind = pipeline->kind_of(name);
+  const std::string kind = pipeline->get_kind(name);
   const bool any = kinds.empty() || kinds == kind || kinds.starts_with(kind + " or ") ||
                    kinds.ends_with(" or " + kind);
   if (any && (kinds.empty() || !kind.empty())) return ok();

@@ -68,7 +68,7 @@ class Pipeline : public Object, public std::enable_shared_from_this<Pipeline> {
   // Returns the callbacks of the tensor_sink or appsink with this name; null if there is none.
   SinkCallbacks* sink(const std::string& name) const;
   // Returns the factory name, for example "valve"; "" if the text contains no such element.
-  std::string kind_of(const std::string& name) const;
+  std::string get_kind(const std::string& name) const;
 
  private:
   Pipeline() = default;

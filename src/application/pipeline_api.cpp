@@ -56,7 +56,7 @@ bool stopped(const Pipeline::Use& pipeline) {
   return weir_pipeline_get_state(pipeline.get()) == WEIR_PIPELINE_STOPPED;
 }
 
-ml_pipeline_state_e state_of(const Pipeline::Use& pipeline) {
+ml_pipeline_state_e get_state(const Pipeline::Use& pipeline) {
   const int state = weir_pipeline_get_state(pipeline.get());
   if (state == WEIR_PIPELINE_PLAYING) return ML_PIPELINE_STATE_PLAYING;
   return state == WEIR_PIPELINE_PAUSED ? ML_PIPELINE_STATE_PAUSED : ML_PIPELINE_STATE_NULL;
@@ -113,7 +113,7 @@ int ml_pipeline_get_state(ml_pipeline_h pipe, ml_pipeline_state_e* state) {
     *state = ML_PIPELINE_STATE_UNKNOWN;
     const auto pipeline = use_pipeline(pipe);
     if (!pipeline) return fail(pipeline.error());
-    *state = state_of(*pipeline);
+    *state = get_state(*pipeline);
     CError error;
     const int result = weir_pipeline_wait(pipeline->get(), 0, error.place());
     return result < 0 ? fail(Refusal{ML_ERROR_STREAMS_PIPE, error.take(result)})

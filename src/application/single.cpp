@@ -18,16 +18,16 @@ namespace {
 using Pairs = std::vector<std::pair<std::string, std::string>>;
 using Describe = int (*)(const weir_loaded_model*, uint32_t, weir_tensor_info*);
 
-std::vector<weir_tensor_info> infos_of(const weir_loaded_model* model, uint32_t count,
-                                       Describe describe) {
+std::vector<weir_tensor_info> get_infos(const weir_loaded_model* model, uint32_t count,
+                                        Describe describe) {
   std::vector<weir_tensor_info> out(count);
   for (uint32_t i = 0; i < count; ++i) describe(model, i, &out[i]);
   return out;
 }
 
-TensorSpecs specs_of(const std::vector<weir_tensor_info>& infos) {
+TensorSpecs to_specs(const std::vector<weir_tensor_info>& infos) {
   TensorSpecs out;
-  for (const auto& info : infos) out.push_back(spec_of(info));
+  for (const auto& info : infos) out.push_back(to_spec(info));
   return out;
 }
 
@@ -39,7 +39,7 @@ bool known(const weir_tensor_info& info) {
 }
 
 // Returns the description of `spec` with the model's rank, if only 1s are added or removed.
-weir_tensor_info with_rank_of(const TensorSpec& spec, const weir_tensor_info& model) {
+weir_tensor_info with_rank(const TensorSpec& spec, const weir_tensor_info& model) {
   weir_tensor_info info = c_info(spec);
   if (model.rank > WEIR_RANK_LIMIT || spec.shape.min_rank() > model.rank) return info;
   for (uint32_t i = 0; i < model.rank; ++i)
@@ -177,26 +177,28 @@ Result<std::shared_ptr<Single>> Single::open(const SingleRequest& request) {
 Status Single::agree() const {
   if (request_.outputs.empty()) return ok();
   const auto infos =
-      infos_of(model_.get(), weir_model_output_count(model_.get()), weir_model_output);
+      get_infos(model_.get(), weir_model_output_count(model_.get()), weir_model_output);
   for (const auto& info : infos)
     if (!known(info)) return ok();
   return check_same("output_info differs from the outputs of the model", request_.outputs,
-                    specs_of(infos));
+                    to_specs(infos));
 }
 
 TensorSpecs Single::inputs() const {
-  return specs_of(infos_of(model_.get(), weir_model_input_count(model_.get()), weir_model_input));
+  return to_specs(get_infos(model_.get(), weir_model_input_count(model_.get()), weir_model_input));
 }
 
 TensorSpecs Single::outputs() const {
-  return specs_of(infos_of(model_.get(), weir_model_output_count(model_.get()), weir_model_output));
+  return to_specs(
+      get_infos(model_.get(), weir_model_output_count(model_.get()), weir_model_output));
 }
 
 Status Single::set_inputs(const TensorSpecs& wanted) {
-  const auto infos = infos_of(model_.get(), weir_model_input_count(model_.get()), weir_model_input);
+  const auto infos =
+      get_infos(model_.get(), weir_model_input_count(model_.get()), weir_model_input);
   std::vector<weir_tensor_info> shapes;
   for (size_t i = 0; i < wanted.size(); ++i)
-    shapes.push_back(i < infos.size() ? with_rank_of(wanted[i], infos[i]) : c_info(wanted[i]));
+    shapes.push_back(i < infos.size() ? with_rank(wanted[i], infos[i]) : c_info(wanted[i]));
   CError error;
   return error.status(weir_model_reshape(model_.get(), shapes.data(),
                                          static_cast<uint32_t>(shapes.size()), error.place()));
@@ -208,11 +210,12 @@ void Single::set_timeout(unsigned ms) noexcept {
 }
 
 std::vector<weir_tensor> Single::fitted(const TensorsData& input, const TensorSpecs& shapes) const {
-  const auto infos = infos_of(model_.get(), weir_model_input_count(model_.get()), weir_model_input);
+  const auto infos =
+      get_infos(model_.get(), weir_model_input_count(model_.get()), weir_model_input);
   auto tensors = input.c_tensors();
   for (size_t i = 0; i < tensors.size(); ++i) {
     const TensorSpec& spec = i < shapes.size() ? shapes[i] : input.tensors()[i];
-    tensors[i].info = i < infos.size() ? with_rank_of(spec, infos[i]) : c_info(spec);
+    tensors[i].info = i < infos.size() ? with_rank(spec, infos[i]) : c_info(spec);
   }
   return tensors;
 }
@@ -229,7 +232,7 @@ Result<std::shared_ptr<TensorsData>> Single::invoke(const TensorsData& input,
   const std::shared_ptr<weir_results> results(raw, weir_results_free);
   std::vector<weir_tensor> out(weir_results_count(raw));
   for (uint32_t i = 0; i < out.size(); ++i) weir_results_tensor(raw, i, &out[i]);
-  return data_of(out, results, TensorsData::Access::ReadOnly);
+  return make_data(out, results, TensorsData::Access::ReadOnly);
 }
 
 Status Single::invoke_into(const TensorsData& input, const TensorsData& output) {

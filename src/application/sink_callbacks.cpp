@@ -48,7 +48,7 @@ void SinkCallbacks::hand_over(const weir_pulled* frame) {
   const std::shared_ptr<weir_pulled> owner(kept, weir_pulled_free);
   std::vector<weir_tensor> tensors(weir_pulled_count(frame));
   for (uint32_t i = 0; i < tensors.size(); ++i) weir_pulled_tensor(frame, i, &tensors[i]);
-  const auto data = data_of(tensors, owner, TensorsData::Access::ReadOnly);
+  const auto data = make_data(tensors, owner, TensorsData::Access::ReadOnly);
   const LentHandle data_handle(data);
   const LentHandle info_handle(std::make_shared<TensorsInfo>(data->tensors()));
   const InCallback here(pipeline_);

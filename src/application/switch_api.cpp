@@ -62,8 +62,8 @@ int ml_pipeline_switch_get_handle(ml_pipeline_h pipe, const char* switch_name,
   return guarded([&] {
     const auto pipeline = use_pipeline(pipe);
     if (!pipeline) return fail(pipeline.error());
-    *type = (*pipeline)->kind_of(switch_name) == kInput ? ML_PIPELINE_SWITCH_INPUT_SELECTOR
-                                                        : ML_PIPELINE_SWITCH_OUTPUT_SELECTOR;
+    *type = (*pipeline)->get_kind(switch_name) == kInput ? ML_PIPELINE_SWITCH_INPUT_SELECTOR
+                                                         : ML_PIPELINE_SWITCH_OUTPUT_SELECTOR;
     return static_cast<int>(ML_ERROR_NONE);
   });
 }

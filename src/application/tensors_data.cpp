@@ -52,13 +52,13 @@ std::vector<weir_tensor> TensorsData::c_tensors() const {
   return out;
 }
 
-std::shared_ptr<TensorsData> data_of(std::span<const weir_tensor> tensors,
-                                     std::shared_ptr<const void> owner,
-                                     TensorsData::Access access) {
+std::shared_ptr<TensorsData> make_data(std::span<const weir_tensor> tensors,
+                                       std::shared_ptr<const void> owner,
+                                       TensorsData::Access access) {
   TensorSpecs specs;
   std::vector<std::span<std::byte>> memory;
   for (const auto& tensor : tensors) {
-    specs.push_back(spec_of(tensor.info));
+    specs.push_back(to_spec(tensor.info));
     memory.emplace_back(static_cast<std::byte*>(tensor.data), tensor.bytes);
   }
   return std::make_shared<TensorsData>(std::move(specs), std::move(memory), std::move(owner),

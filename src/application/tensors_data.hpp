@@ -40,8 +40,9 @@ class TensorsData : public Object {
 };
 
 // Tensors of the C ABI whose memory `owner` keeps alive.
-std::shared_ptr<TensorsData> data_of(std::span<const weir_tensor> tensors,
-                                     std::shared_ptr<const void> owner, TensorsData::Access access);
+std::shared_ptr<TensorsData> make_data(std::span<const weir_tensor> tensors,
+                                       std::shared_ptr<const void> owner,
+                                       TensorsData::Access access);
 
 // A handle that is valid until the object is destroyed.
 class LentHandle {

@@ -11,7 +11,7 @@ namespace weir::application {
 std::string describe(const TensorSpecs& tensors) {
   if (tensors.empty()) return "no tensor";
   return join(tensors, ", ", [](const TensorSpec& tensor) {
-    return (tensor.type == ElementType::End ? "no type" : std::string(name_of(tensor.type))) +
+    return (tensor.type == ElementType::End ? "no type" : std::string(to_string(tensor.type))) +
            (tensor.shape.valid() ? " " + tensor.shape.to_string() : ", no dimensions");
   });
 }
@@ -68,7 +68,7 @@ std::vector<weir_tensor_info> c_infos(const TensorSpecs& tensors) {
   return out;
 }
 
-TensorSpec spec_of(const weir_tensor_info& info) {
+TensorSpec to_spec(const weir_tensor_info& info) {
   TensorSpec spec;
   if (info.type < WEIR_TYPE_END) spec.type = static_cast<ElementType>(info.type);
   spec.name = info.name ? info.name : "";

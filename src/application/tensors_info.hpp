@@ -24,7 +24,7 @@ std::string describe(const TensorSpecs& tensors);  // "float32 4:2, uint8 3"
 weir_tensor_info c_info(const TensorSpec& spec);
 std::vector<weir_tensor_info> c_infos(const TensorSpecs& tensors);
 // Reverses c_info(): open extents become 1; an open rank gives an incomplete spec.
-TensorSpec spec_of(const weir_tensor_info& info);
+TensorSpec to_spec(const weir_tensor_info& info);
 
 class TensorsInfo : public Object {
  public:

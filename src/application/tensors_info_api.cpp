@@ -31,7 +31,7 @@ Error bad_type(int type) {
                .needed = "ML_TENSOR_TYPE_INT32 to ML_TENSOR_TYPE_FLOAT16"};
 }
 
-Result<Shape> shape_of(const unsigned* dimension) {
+Result<Shape> to_shape(const unsigned* dimension) {
   const Shape shape(std::span<const uint32_t>(dimension, ML_TENSOR_RANK_LIMIT));
   if (shape.valid()) return shape;
   return Error{.code = Code::DIMENSION_SYNTAX,
@@ -144,7 +144,7 @@ int ml_tensors_info_set_tensor_dimension(ml_tensors_info_h info, unsigned int in
                                          const ml_tensor_dimension dimension) {
   return guarded([&] {
     if (!dimension) return fail(null_pointer("dimension"));
-    const auto shape = shape_of(dimension);
+    const auto shape = to_shape(dimension);
     if (!shape) return fail(shape.error());
     return with(info, index, [&](TensorSpec& t) { t.shape = *shape; });
   });

@@ -17,7 +17,7 @@ constexpr std::array<const char*, 13> kNames{
     "none",         "auto",        "default",     "cpu",      "cpu.simd", "gpu",   "npu",
     "npu.movidius", "npu.edgetpu", "npu.vivante", "npu.srcn", "npu.slsi", "npu.sr"};
 
-accl_hw number_of(std::string_view name, accl_hw otherwise) {
+accl_hw parse_hardware(std::string_view name, accl_hw otherwise) {
   const auto number = weir::infer::accelerator_number(weir::lower(weir::strip(name)));
   return number ? static_cast<accl_hw>(*number) : otherwise;
 }
@@ -28,8 +28,8 @@ accl_hw chosen(const weir::infer::AcceleratorRequest& request, const char** supp
   if (automatic && *automatic) list.push_back(weir::lower(automatic));
   for (; supported && *supported; ++supported) list.push_back(weir::lower(*supported));
   const auto word = weir::infer::choose_accelerator(request, list);
-  if (word.empty()) return standard ? number_of(standard, ACCL_DEFAULT) : ACCL_DEFAULT;
-  return number_of(weir::split(word, ",")[0], ACCL_NONE);
+  if (word.empty()) return standard ? parse_hardware(standard, ACCL_DEFAULT) : ACCL_DEFAULT;
+  return parse_hardware(weir::split(word, ",")[0], ACCL_NONE);
 }
 
 }  // namespace
@@ -52,7 +52,7 @@ accl_hw(parse_accl_hw)(const char* accelerators, const char** supported_accelera
 
 accl_hw get_accl_hw_type(const char* name) {
   if (!given(__func__, {name})) return ACCL_NONE;
-  return or_else(__func__, ACCL_NONE, [&] { return number_of(name, ACCL_NONE); });
+  return or_else(__func__, ACCL_NONE, [&] { return parse_hardware(name, ACCL_NONE); });
 }
 
 const char* get_accl_hw_str(accl_hw hw) {

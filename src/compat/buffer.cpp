@@ -28,7 +28,7 @@ struct PackedHeader {
 };
 static_assert(sizeof(PackedHeader) == weir::kPackedHeaderBytes);
 
-PackedHeader header_of(std::span<const std::byte> bytes) {
+PackedHeader read_header(std::span<const std::byte> bytes) {
   PackedHeader header;
   std::memcpy(&header, bytes.data(), sizeof header);
   return header;
@@ -47,7 +47,7 @@ GstMemory* packed_with(GstMemory* last, GstMemory* added, const GstTensorInfo& i
   const bool packed = weir::is_packed(old.bytes());
   PackedHeader header{};
   if (packed) {
-    header = header_of(old.bytes());
+    header = read_header(old.bytes());
   } else {
     header.magic = 0xf00dc0de;
     header.first_bytes = old.bytes().size();

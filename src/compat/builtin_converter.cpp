@@ -21,7 +21,7 @@ struct OpenConverter {
   std::unique_ptr<Converter> converter;
 };
 
-Fraction rate_of(const GstCaps* caps) {
+Fraction get_rate(const GstCaps* caps) {
   Fraction rate{0, 1};
   if (gst_caps_get_size(caps) > 0)
     gst_structure_get_fraction(gst_caps_get_structure(caps, 0), "framerate", &rate.numerator,
@@ -58,7 +58,7 @@ gboolean output_config(const weir_converter_type& type, const GstCaps* caps,
     }
     // Until the first buffer (docs/compatibility/converter.md 2.8).
     if (tensors->empty()) *tensors = {{ElementType::UInt8, Shape{1, 1, 1, 1}, ""}};
-    write(FrameSpec{Format::Static, *std::move(tensors), rate_of(caps)}, config);
+    write(FrameSpec{Format::Static, *std::move(tensors), get_rate(caps)}, config);
     return TRUE;
   });
 }
@@ -89,7 +89,7 @@ Result<Ref<GstBuffer>> converted(Converter& converter, GstBuffer* in, GstTensors
   FrameSpec spec{format, {}, made->rate.value_or(Fraction{config->rate_n, config->rate_d})};
   for (auto& tensor : made->tensors) {
     spec.tensors.push_back(tensor.spec());
-    auto memory = gst::memory_of(tensor, nullptr);
+    auto memory = gst::make_memory(tensor, nullptr);
     if (!memory) return memory.error();
     GstTensorInfo info{};
     write(tensor.spec(), &info);

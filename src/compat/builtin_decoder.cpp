@@ -101,7 +101,7 @@ class OpenDecoder {
     if (!decoder_ || !configured_ || !(*configured_ == spec))
       if (auto caps = configure(spec); !caps) return caps.error();
     if (spec.format == Format::Flexible && decoder_->needs_headers())
-      for (auto& tensor : tensors) {  // tensors_of() found the header in front of the payload
+      for (auto& tensor : tensors) {  // make_tensors() found the header in front of the payload
         tensor.data = static_cast<std::byte*>(tensor.data) - kTensorHeaderBytes;
         tensor.bytes = tensor.capacity = tensor.bytes + kTensorHeaderBytes;
       }
@@ -136,7 +136,7 @@ bool is_open(const char* function, void** priv) {
   return false;
 }
 
-weir_tensor tensor_of(const TensorSpec& spec, void* data, size_t bytes) {
+weir_tensor make_tensor(const TensorSpec& spec, void* data, size_t bytes) {
   weir_tensor tensor{};
   tensor.data = data;
   tensor.bytes = tensor.capacity = bytes;
@@ -147,8 +147,8 @@ weir_tensor tensor_of(const TensorSpec& spec, void* data, size_t bytes) {
 }
 
 // In a flexible stream each tensor starts with its header.
-Result<std::vector<weir_tensor>> tensors_of(const FrameSpec& spec, const GstTensorsConfig& config,
-                                            const GstTensorMemory* input) {
+Result<std::vector<weir_tensor>> make_tensors(const FrameSpec& spec, const GstTensorsConfig& config,
+                                              const GstTensorMemory* input) {
   std::vector<weir_tensor> out;
   for (size_t i = 0; i < config.info.num_tensors; ++i) {
     if (spec.format == Format::Static) {
@@ -159,14 +159,14 @@ Result<std::vector<weir_tensor>> tensors_of(const FrameSpec& spec, const GstTens
                      .offered = "tensor " + std::to_string(i) + ": " +
                                 std::to_string(input[i].size) + " bytes",
                      .needed = spec.tensors[i].to_string()};
-      out.push_back(tensor_of(spec.tensors[i], input[i].data, input[i].size));
+      out.push_back(make_tensor(spec.tensors[i], input[i].data, input[i].size));
       continue;
     }
     auto* bytes = static_cast<std::byte*>(input[i].data);
     const auto header = read_tensor_chunk({bytes, bytes ? input[i].size : 0});
     if (!header) return header.error();
-    out.push_back(tensor_of(header->spec, bytes + kTensorHeaderBytes,
-                            static_cast<size_t>(header->payload_bytes().value_or(0))));
+    out.push_back(make_tensor(header->spec, bytes + kTensorHeaderBytes,
+                              static_cast<size_t>(header->payload_bytes().value_or(0))));
   }
   return out;
 }
@@ -190,7 +190,7 @@ GstCaps* output_caps(void** priv, const GstTensorsConfig* config) {
   if (!is_open("getOutCaps", priv) || !given("getOutCaps", {config})) return nullptr;
   if (!can_be("getOutCaps", config->info)) return nullptr;
   return or_else<GstCaps*>("getOutCaps", nullptr, [&]() -> GstCaps* {
-    auto caps = opened_decoder(priv)->configure(spec_of(*config));
+    auto caps = opened_decoder(priv)->configure(to_spec(*config));
     if (caps) return caps->release();
     warn("getOutCaps", caps.error());
     return nullptr;
@@ -202,8 +202,8 @@ GstFlowReturn decode(void** priv, const GstTensorsConfig* config, const GstTenso
   if (!is_open("decode", priv) || !given("decode", {config, input, outbuf})) return GST_FLOW_ERROR;
   if (!can_be("decode", config->info)) return GST_FLOW_ERROR;
   return or_else("decode", GST_FLOW_ERROR, [&] {
-    const auto spec = spec_of(*config);
-    auto tensors = tensors_of(spec, *config, input);
+    const auto spec = to_spec(*config);
+    auto tensors = make_tensors(spec, *config, input);
     gst_buffer_remove_all_memory(outbuf);
     const auto kept = tensors ? opened_decoder(priv)->decode(spec, *std::move(tensors), outbuf)
                               : Result<bool>(tensors.error());

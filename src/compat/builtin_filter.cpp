@@ -33,7 +33,7 @@ OpenModel* opened_filter(void* priv) {
 
 // Declares tensors as tensor_filter's properties would.
 void declare(const char* role, const GstTensorsInfo& meta, Pairs* out) {
-  const auto tensors = spec_of(meta).tensors;
+  const auto tensors = to_spec(meta).tensors;
   if (tensors.empty()) return;
   out->emplace_back(role, join_shapes(tensors));
   out->emplace_back(std::string(role) + "type", join_types(tensors));
@@ -42,7 +42,7 @@ void declare(const char* role, const GstTensorsInfo& meta, Pairs* out) {
     out->emplace_back(std::string(role) + "name", names);
 }
 
-infer::OpenOptions request_of(const weir_engine& engine, const GstTensorFilterProperties& prop) {
+infer::OpenOptions make_request(const weir_engine& engine, const GstTensorFilterProperties& prop) {
   infer::OpenOptions request;
   for (int i = 0; prop.model_files && i < prop.num_models; ++i)
     if (prop.model_files[i]) request.paths.emplace_back(prop.model_files[i]);
@@ -55,7 +55,7 @@ infer::OpenOptions request_of(const weir_engine& engine, const GstTensorFilterPr
   if (!accelerator.empty()) request.declared.emplace_back("accelerator", accelerator);
   if (prop.invoke_dynamic) request.declared.emplace_back("invoke-dynamic", "true");
   request.accelerator = infer::choose_accelerator(infer::parse_accelerator(accelerator),
-                                                  infer::accelerators_of(engine));
+                                                  infer::list_accelerators(engine));
   return request;
 }
 
@@ -74,8 +74,8 @@ void write(const Infos& infos, GstTensorsInfo* to) {
 }
 
 // Returns the caller's description with the model's rank, if only 1s are added or removed.
-weir_tensor_info info_of(const GstTensorInfo& tensor, const Infos& model, size_t index) {
-  const Shape shape = shape_of(tensor.dimension);
+weir_tensor_info to_info(const GstTensorInfo& tensor, const Infos& model, size_t index) {
+  const Shape shape = to_shape(tensor.dimension);
   weir_tensor_info info{};
   info.type = static_cast<uint32_t>(tensor.type);
   info.batch_axis = WEIR_NO_BATCH_AXIS;
@@ -98,7 +98,7 @@ int open(const weir_engine& engine, const GstTensorFilterProperties* prop, void*
   *priv = nullptr;
   if (!can_be("open", prop->input_meta) || !can_be("open", prop->output_meta)) return -EINVAL;
   return or_else("open", -EINVAL, [&] {
-    const auto request = request_of(engine, *prop);
+    const auto request = make_request(engine, *prop);
     if (request.paths.empty() && !(engine.flags & WEIR_ENGINE_NEEDS_NO_MODEL))
       return no("open", {.code = Code::MODEL_NOT_FOUND,
                          .what = "no model is set",
@@ -139,7 +139,7 @@ int set_inputs(direct::DirectModel& model, const GstTensorsInfo& in, GstTensorsI
   const auto now = model.inputs();
   Infos wanted;
   for (size_t i = 0; i < in.num_tensors; ++i)
-    if (const auto* tensor = tensor_at(in, i)) wanted.push_back(info_of(*tensor, now, i));
+    if (const auto* tensor = tensor_at(in, i)) wanted.push_back(to_info(*tensor, now, i));
   if (auto status = model.reshape(wanted); !status) return no("getModelInfo", status.error());
   const auto outputs = model.outputs();
   if (!are_known(outputs)) return -ENOENT;
@@ -195,7 +195,7 @@ std::vector<weir_tensor> input_tensors(const Infos& model, const GstTensorsInfo&
     const auto* meta = i < metas.num_tensors ? tensor_at(metas, i) : nullptr;
     out.push_back(weir_tensor_of(input[i].data, input[i].size, type_of_input(model, i, meta)));
     if (meta && gst_tensor_info_validate(meta) && gst_tensor_info_get_size(meta) == input[i].size)
-      out.back().info = info_of(*meta, model, i);
+      out.back().info = to_info(*meta, model, i);
   }
   return out;
 }
@@ -217,7 +217,7 @@ const weir_engine& engine_of_slot(const Framework* self) {
 }
 
 // One list per engine, never freed.
-const std::vector<accl_hw>& hardware_of(const weir_engine& engine) {
+const std::vector<accl_hw>& list_hardware(const weir_engine& engine) {
   struct Lists {
     std::mutex mutex;  // guards all
     std::map<const weir_engine*, std::vector<accl_hw>> all;
@@ -226,7 +226,7 @@ const std::vector<accl_hw>& hardware_of(const weir_engine& engine) {
   std::lock_guard lock(lists.mutex);
   const auto [place, is_new] = lists.all.try_emplace(&engine);
   if (is_new) {
-    for (const auto& name : infer::accelerators_of(engine))
+    for (const auto& name : infer::list_accelerators(engine))
       place->second.push_back(get_accl_hw_type(name.c_str()));
     if (place->second.empty()) place->second = {ACCL_CPU};
   }
@@ -238,7 +238,7 @@ int get_framework_info(const Framework* self, const GstTensorFilterProperties*, 
   if (!given("getFrameworkInfo", {self, info})) return -EINVAL;
   return or_else("getFrameworkInfo", -EINVAL, [&] {
     const auto& engine = engine_of_slot(self);
-    const auto& hardware = hardware_of(engine);
+    const auto& hardware = list_hardware(engine);
     *info = {};
     info->name = engine.name;
     info->run_without_model = (engine.flags & WEIR_ENGINE_NEEDS_NO_MODEL) != 0;
@@ -259,7 +259,7 @@ int handle_event(const Framework* self, const GstTensorFilterProperties* prop, v
   }
   return or_else("eventHandler", -EINVAL, [&] {
     if (op == CHECK_HW_AVAILABILITY) {
-      const auto& hardware = hardware_of(engine_of_slot(self));
+      const auto& hardware = list_hardware(engine_of_slot(self));
       const bool there = std::find(hardware.begin(), hardware.end(), data->hw) != hardware.end();
       return there ? 0 : -EINVAL;
     }

@@ -37,7 +37,7 @@ gboolean fill(const char* function, GstTensorsConfig* config, Read read) noexcep
   });
 }
 
-GstCaps* caps_of(GstStructure* structure) {
+GstCaps* make_caps(GstStructure* structure) {
   GstCaps* caps = gst_caps_new_empty();
   gst_caps_append_structure(caps, structure);
   return caps;
@@ -51,7 +51,7 @@ gboolean gst_tensors_config_from_structure(GstTensorsConfig* config,
   gst_tensors_config_init(config);
   if (!given(__func__, {structure})) return FALSE;
   return fill(__func__, config, [&] {
-    const auto caps = Ref<GstCaps>::adopt(caps_of(gst_structure_copy(structure)));
+    const auto caps = Ref<GstCaps>::adopt(make_caps(gst_structure_copy(structure)));
     return weir::gst::spec_from_caps(caps.get());
   });
 }
@@ -84,11 +84,11 @@ gboolean gst_tensors_config_from_peer(GstPad* pad, GstTensorsConfig* config, gbo
 GstCaps* gst_tensors_caps_from_config(const GstTensorsConfig* config) {
   if (!given(__func__, {config})) return nullptr;
   return or_else<GstCaps*>(__func__, nullptr, [&]() -> GstCaps* {
-    const auto spec = spec_of(*config);
+    const auto spec = to_spec(*config);
     GstStructure* structure = gst_structure_new_empty("other/tensors");
     if (spec.format != weir::Format::End)
       gst_structure_set(structure, "format", G_TYPE_STRING,
-                        std::string(weir::name_of(spec.format)).c_str(), nullptr);
+                        std::string(weir::to_string(spec.format)).c_str(), nullptr);
     if (spec.format == weir::Format::Static && !spec.tensors.empty())
       gst_structure_set(structure, "num_tensors", G_TYPE_INT, static_cast<int>(spec.tensors.size()),
                         nullptr);
@@ -97,30 +97,30 @@ GstCaps* gst_tensors_caps_from_config(const GstTensorsConfig* config) {
                         weir::join_shapes(spec.tensors).c_str(), "types", G_TYPE_STRING,
                         weir::join_types(spec.tensors).c_str(), nullptr);
     set_rate(structure, spec.rate);
-    return caps_of(structure);
+    return make_caps(structure);
   });
 }
 
 GstCaps* gst_tensor_caps_from_config(const GstTensorsConfig* config) {
   if (!given(__func__, {config})) return nullptr;
   return or_else<GstCaps*>(__func__, nullptr, [&]() -> GstCaps* {
-    const auto spec = spec_of(*config);
+    const auto spec = to_spec(*config);
     GstStructure* structure = gst_structure_new_empty("other/tensor");
     if (!spec.tensors.empty() && spec.tensors[0].shape.valid())
       gst_structure_set(structure, "dimension", G_TYPE_STRING,
                         spec.tensors[0].shape.to_string().c_str(), nullptr);
     if (!spec.tensors.empty() && spec.tensors[0].type != weir::ElementType::End)
       gst_structure_set(structure, "type", G_TYPE_STRING,
-                        std::string(weir::name_of(spec.tensors[0].type)).c_str(), nullptr);
+                        std::string(weir::to_string(spec.tensors[0].type)).c_str(), nullptr);
     set_rate(structure, spec.rate);
-    return caps_of(structure);
+    return make_caps(structure);
   });
 }
 
 GstCaps* gst_tensor_pad_caps_from_config(GstPad* pad, const GstTensorsConfig* config) {
   if (!given(__func__, {pad, config}) || !GST_IS_PAD(pad)) return nullptr;
   return or_else<GstCaps*>(__func__, nullptr, [&] {
-    auto caps = weir::gst::choose_caps(pad, weir::gst::PeerCaps(pad), spec_of(*config));
+    auto caps = weir::gst::choose_caps(pad, weir::gst::PeerCaps(pad), to_spec(*config));
     return caps ? gst_caps_ref(caps.get()) : nullptr;
   });
 }

@@ -22,7 +22,7 @@ struct Condition {
 };
 
 // One per pair, never freed: a function may unregister itself.
-Condition* condition_of(tensor_if_custom function, void* data) {
+Condition* keep_condition(tensor_if_custom function, void* data) {
   struct Kept {
     std::mutex mutex;  // guards all
     std::map<std::pair<tensor_if_custom, void*>, Condition> all;
@@ -51,7 +51,7 @@ int ask(const weir_host* host, const weir_frame* frame, int* decision, void* dat
     weir::FrameSpec spec{weir::Format::Static, {}, {}};
     std::vector<GstTensorMemory> memories;
     for (uint32_t i = 0; i < frame->n_tensors; ++i) {
-      auto tensor = weir::infer::spec_of("tensor_if", frame->tensors[i].info);
+      auto tensor = weir::infer::to_spec("tensor_if", frame->tensors[i].info);
       if (!tensor)
         return host->fail(error, WEIR_INTERNAL, tensor.error().what.c_str(), nullptr, nullptr,
                           nullptr, nullptr);
@@ -73,7 +73,7 @@ int ask(const weir_host* host, const weir_frame* frame, int* decision, void* dat
 int nnstreamer_if_custom_register(const char* name, tensor_if_custom func, void* data) {
   if (!given(__func__, {name, reinterpret_cast<const void*>(func)})) return -EINVAL;
   return register_name(__func__, "condition", name, [&] {
-    return weir_condition_register(name, ask, condition_of(func, data));
+    return weir_condition_register(name, ask, keep_condition(func, data));
   });
 }
 

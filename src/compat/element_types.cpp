@@ -19,7 +19,8 @@ tensor_type gst_tensor_get_type(const gchar* text) {
 const gchar* gst_tensor_get_type_string(tensor_type type) {
   static const auto names = [] {
     std::array<std::string, _NNS_END> all;
-    for (int i = 0; i < _NNS_END; ++i) all[static_cast<size_t>(i)] = weir::name_of(element_type(i));
+    for (int i = 0; i < _NNS_END; ++i)
+      all[static_cast<size_t>(i)] = weir::to_string(element_type(i));
     return all;
   }();
   const auto known = element_type(type);
@@ -27,7 +28,7 @@ const gchar* gst_tensor_get_type_string(tensor_type type) {
 }
 
 gsize gst_tensor_get_element_size(tensor_type type) {
-  return weir::size_of(element_type(type));
+  return weir::element_size(element_type(type));
 }
 
 tensor_format gst_tensor_get_format(const gchar* text) {
@@ -51,19 +52,19 @@ guint gst_tensor_parse_dimension(const gchar* text, tensor_dim dim) {
 
 gchar* gst_tensor_get_dimension_string(const tensor_dim dim) {
   if (!given(__func__, {dim})) return nullptr;
-  return or_else<gchar*>(__func__, nullptr, [&] { return text(shape_of(dim).to_string()); });
+  return or_else<gchar*>(__func__, nullptr, [&] { return text(to_shape(dim).to_string()); });
 }
 
 gchar* gst_tensor_get_rank_dimension_string(const tensor_dim dim, const unsigned rank,
                                             gboolean padding) {
   if (!given(__func__, {dim})) return nullptr;
   return or_else<gchar*>(__func__, nullptr,
-                         [&] { return text(rank_text(shape_of(dim), rank, padding)); });
+                         [&] { return text(rank_text(to_shape(dim), rank, padding)); });
 }
 
 guint gst_tensor_dimension_get_min_rank(const tensor_dim dim) {
-  if (!given(__func__, {dim}) || !shape_of(dim).valid()) return 0;
-  return static_cast<guint>(shape_of(dim).min_rank());
+  if (!given(__func__, {dim}) || !to_shape(dim).valid()) return 0;
+  return static_cast<guint>(to_shape(dim).min_rank());
 }
 
 gboolean gst_tensor_dimension_string_is_equal(const gchar* a, const gchar* b) {
@@ -78,17 +79,17 @@ gboolean gst_tensor_dimension_string_is_equal(const gchar* a, const gchar* b) {
 }
 
 guint gst_tensor_dimension_get_rank(const tensor_dim dim) {
-  return given(__func__, {dim}) ? static_cast<guint>(shape_of(dim).rank()) : 0;
+  return given(__func__, {dim}) ? static_cast<guint>(to_shape(dim).rank()) : 0;
 }
 
 gboolean gst_tensor_dimension_is_valid(const tensor_dim dim) {
-  return given(__func__, {dim}) && shape_of(dim).valid();
+  return given(__func__, {dim}) && to_shape(dim).valid();
 }
 
 gboolean gst_tensor_dimension_is_equal(const tensor_dim a, const tensor_dim b) {
-  return given(__func__, {a, b}) && shape_of(a) == shape_of(b);
+  return given(__func__, {a, b}) && to_shape(a) == to_shape(b);
 }
 
 guint64 gst_tensor_get_element_count(const tensor_dim dim) {
-  return given(__func__, {dim}) ? shape_of(dim).count().value_or(0) : 0;
+  return given(__func__, {dim}) ? to_shape(dim).count().value_or(0) : 0;
 }

@@ -30,7 +30,7 @@ std::shared_ptr<OpenFilter> open_framework(const OpenRequest& request) {
                    .offered = "framework=" + name,
                    .needed = "a sub-plugin that nnstreamer_filter_probe() registered"});
   auto properties = std::make_unique<Properties>(name, name, request);
-  const auto facts = value_or_throw(facts_of(*framework));
+  const auto facts = value_or_throw(read_facts(*framework));
   return facts.version == 0 ? open_v0(*framework, std::move(properties))
                             : open_v1(*framework, std::move(properties));
 }
@@ -89,10 +89,10 @@ Engines& engines() {
 
 // Returns the engine of a registered descriptor (const GstTensorFilterFramework*); valid until the
 // process ends. Null, with a log line, when it cannot be used.
-const weir_engine* engine_of(const void* descriptor) {
+const weir_engine* find_engine(const void* descriptor) {
   return or_else<const weir_engine*>(__func__, nullptr, [&]() -> const weir_engine* {
     accept_host(&infer::host());
-    const auto facts = facts_of(*static_cast<const GstTensorFilterFramework*>(descriptor));
+    const auto facts = read_facts(*static_cast<const GstTensorFilterFramework*>(descriptor));
     if (!facts) {
       warn("nnstreamer_filter_probe", facts.error());
       return nullptr;
@@ -131,7 +131,7 @@ void open_the_other_name() {
 // are those of libweir.
 __attribute__((constructor)) static void take_the_process() {
   process::take_objects_from(weir_process_object);
-  subplugin::set_engine_adapter(engine_of);
+  subplugin::set_engine_adapter(find_engine);
   custom::set_class_engine(class_engine);
   attempt("libnnstreamer.so", open_the_other_name);
 }

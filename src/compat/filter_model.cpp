@@ -139,7 +139,7 @@ void FilterModel::drop_outputs() noexcept {
 // Uses outputs that the filter allocated with the negotiated sizes.
 void FilterModel::fill_given(weir_frame& out) {
   for (uint32_t i = 0; i < out.n_tensors; ++i) {
-    const uint64_t wanted = bytes_of(out.tensors[i].info);
+    const uint64_t wanted = count_bytes(out.tensors[i].info);
     if (!out_[i].data)
       throw broke(filter_->name(), "must allocate its outputs, but returned no memory",
                   which(i, out_[i]), std::to_string(wanted) + " bytes",
@@ -165,7 +165,7 @@ void FilterModel::fill_dynamic(weir_frame& out) {
   const size_t count = now.infos.size();
   if (count > out.n_tensors) throw too_many(filter_->name(), count, out.n_tensors);
   for (size_t i = 0; i < count; ++i)
-    if (!out_[i].data || out_[i].size != bytes_of(now.infos[i]))
+    if (!out_[i].data || out_[i].size != count_bytes(now.infos[i]))
       throw other_size(filter_->name(), i, out_[i], now.infos[i]);
   for (size_t i = 0; i < count; ++i) give(filter_, &out_[i], now.infos[i], &out.tensors[i]);
   for (size_t i = count; i < out.n_tensors; ++i) leave_out(&out.tensors[i]);
@@ -181,7 +181,7 @@ bool FilterModel::invoke_in_place(weir_frame& out) {
   out_.assign(out.n_tensors, {});
   for (uint32_t i = 0; i < out.n_tensors; ++i) {
     auto& tensor = out.tensors[i];
-    if (!tensor.data) allocate(&tensor, tensor.info, bytes_of(tensor.info));
+    if (!tensor.data) allocate(&tensor, tensor.info, count_bytes(tensor.info));
     out_[i].data = tensor.data;
     out_[i].size = static_cast<size_t>(tensor.bytes);
   }
@@ -199,7 +199,7 @@ bool FilterModel::invoke_in_place(weir_frame& out) {
 bool FilterModel::invoke_allocating(weir_frame& out) {
   out_.assign(std::max<size_t>(out.n_tensors, WEIR_TENSOR_LIMIT), {});
   for (uint32_t i = 0; !dynamic_ && i < out.n_tensors; ++i)
-    out_[i].size = static_cast<size_t>(bytes_of(out.tensors[i].info));
+    out_[i].size = static_cast<size_t>(count_bytes(out.tensors[i].info));
   struct Rest {
     FilterModel* model;
     ~Rest() {

@@ -11,7 +11,7 @@ using weir::subplugin::Kind;
 int nnstreamer_filter_probe(GstTensorFilterFramework* framework) {
   if (!given(__func__, {framework})) return FALSE;
   return or_else(__func__, FALSE, [&]() -> int {
-    const auto facts = facts_of(*framework);
+    const auto facts = read_facts(*framework);
     if (!facts) weir::subplugin::table().refuse(Kind::Filter, facts.error());
     const auto status = facts ? weir::subplugin::table().add(Kind::Filter, facts->name, framework)
                               : weir::Status(facts.error());

@@ -69,7 +69,7 @@ Result<FrameworkFacts> facts_of_v1(const GstTensorFilterFramework& f) {
 
 }  // namespace
 
-Result<FrameworkFacts> facts_of(const GstTensorFilterFramework& framework) {
+Result<FrameworkFacts> read_facts(const GstTensorFilterFramework& framework) {
   const uint64_t version = framework.version;
   const auto api = static_cast<unsigned>(version >> 16 & 0xFFFF);
   if (version >> 32 != 0xDEAFDEAD || api > 1)

@@ -16,6 +16,6 @@ struct FrameworkFacts {
 
 // Reads the properties. MODULE_REFUSED: an invalid version, a missing function, or no name.
 // Exceptions of a callback are passed on.
-Result<FrameworkFacts> facts_of(const GstTensorFilterFramework& framework);
+Result<FrameworkFacts> read_facts(const GstTensorFilterFramework& framework);
 
 }  // namespace weir::compat

@@ -41,7 +41,7 @@ bool has(const GstTensorFilterFramework& framework, accl_hw hw, const gchar* cus
 // An engine without a list runs on the CPU.
 bool has(const weir_engine& engine, accl_hw hw) {
   if (hw == ACCL_AUTO || hw == ACCL_DEFAULT) return true;
-  const auto names = weir::infer::accelerators_of(engine);
+  const auto names = weir::infer::list_accelerators(engine);
   if (names.empty()) return hw == ACCL_CPU;
   return std::any_of(names.begin(), names.end(), [&](const auto& name) {
     return weir::infer::accelerator_number(name) == static_cast<unsigned>(hw);

@@ -13,7 +13,7 @@ namespace {
 
 // Returns for example "out uint8 3:224:224".
 std::string to_string(const GstTensorInfo& info) {
-  const auto spec = spec_of(info);
+  const auto spec = to_spec(info);
   const std::string name = spec.name.empty() ? "" : spec.name + " ";
   if (spec.type == weir::ElementType::End && spec.shape.rank() == 0) return name + "unknown";
   const auto* type = gst_tensor_get_type_string(info.type);
@@ -26,19 +26,19 @@ std::string text_at(const GstTensorsInfo& info, size_t index) {
   return tensor ? to_string(*tensor) : "none";
 }
 
-std::string format_of(const GstTensorsInfo& info) {
+std::string get_format(const GstTensorsInfo& info) {
   const auto* format = gst_tensor_get_format_string(info.format);
   return format ? format : "unknown";
 }
 
-size_t count_of(const GstTensorsInfo& info) {
+size_t count_tensors(const GstTensorsInfo& info) {
   return std::min<size_t>(info.num_tensors, NNS_TENSOR_SIZE_LIMIT);
 }
 
 // Returns for example "static, 2 tensors: [0] uint8 3:4, [1] float32 5".
 std::string to_string(const GstTensorsInfo& info) {
-  const size_t count = count_of(info);
-  std::string out = format_of(info);
+  const size_t count = count_tensors(info);
+  std::string out = get_format(info);
   if (count == 0 && info.format != _NNS_TENSOR_FORMAT_STATIC) return out;
   out += ", " + std::to_string(count) + (count == 1 ? " tensor" : " tensors");
   for (size_t i = 0; i < count; ++i)
@@ -47,13 +47,13 @@ std::string to_string(const GstTensorsInfo& info) {
 }
 
 std::string comparison(const GstTensorsInfo& a, const GstTensorsInfo& b) {
-  std::string out = "format: " + format_of(a) + " | " + format_of(b) + " | " +
+  std::string out = "format: " + get_format(a) + " | " + get_format(b) + " | " +
                     (a.format == b.format ? "equal" : "not equal") + "\n";
   out += "tensors: " + std::to_string(a.num_tensors) + " | " + std::to_string(b.num_tensors) +
          " | " + (a.num_tensors == b.num_tensors ? "equal" : "not equal") + "\n";
-  for (size_t i = 0; i < std::max(count_of(a), count_of(b)); ++i) {
-    const auto* left = i < count_of(a) ? tensor_at(a, i) : nullptr;
-    const auto* right = i < count_of(b) ? tensor_at(b, i) : nullptr;
+  for (size_t i = 0; i < std::max(count_tensors(a), count_tensors(b)); ++i) {
+    const auto* left = i < count_tensors(a) ? tensor_at(a, i) : nullptr;
+    const auto* right = i < count_tensors(b) ? tensor_at(b, i) : nullptr;
     const bool equal = left && right && gst_tensor_info_is_equal(left, right);
     out += "tensor " + std::to_string(i) + ": " + text_at(a, i) + " | " + text_at(b, i) + " | " +
            (equal ? "equal" : "not equal") + "\n";

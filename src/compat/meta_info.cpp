@@ -18,7 +18,7 @@ namespace {
 using Bytes = std::array<std::byte, weir::kTensorHeaderBytes>;
 
 // Parses the fields followed by zeros, as in a stream, by the common header parser.
-std::optional<weir::TensorHeader> header_of(const GstTensorMetaInfo& meta) {
+std::optional<weir::TensorHeader> to_header(const GstTensorMetaInfo& meta) {
   Bytes bytes{};
   std::memcpy(bytes.data(), &meta, sizeof meta);
   const auto header = weir::read_tensor_header(bytes);
@@ -40,7 +40,7 @@ void gst_tensor_meta_info_init(GstTensorMetaInfo* meta) {
 
 gboolean gst_tensor_meta_info_validate(const GstTensorMetaInfo* meta) {
   if (!given(__func__, {meta})) return FALSE;
-  return or_else(__func__, FALSE, [&]() -> gboolean { return header_of(*meta).has_value(); });
+  return or_else(__func__, FALSE, [&]() -> gboolean { return to_header(*meta).has_value(); });
 }
 
 gboolean gst_tensor_meta_info_get_version(const GstTensorMetaInfo* meta, guint* major,
@@ -60,7 +60,7 @@ gsize gst_tensor_meta_info_get_header_size(const GstTensorMetaInfo* meta) {
 gsize gst_tensor_meta_info_get_data_size(const GstTensorMetaInfo* meta) {
   if (!given(__func__, {meta})) return 0;
   return or_else<gsize>(__func__, 0, [&]() -> gsize {
-    const auto header = header_of(*meta);
+    const auto header = to_header(*meta);
     return header ? header->payload_bytes().value_or(0) : 0;
   });
 }
@@ -68,7 +68,7 @@ gsize gst_tensor_meta_info_get_data_size(const GstTensorMetaInfo* meta) {
 gboolean gst_tensor_meta_info_update_header(const GstTensorMetaInfo* meta, gpointer header) {
   if (!given(__func__, {meta, header})) return FALSE;
   return or_else(__func__, FALSE, [&]() -> gboolean {
-    if (!header_of(*meta)) return FALSE;
+    if (!to_header(*meta)) return FALSE;
     std::memset(header, 0, weir::kTensorHeaderBytes);
     std::memcpy(header, meta, sizeof *meta);
     return TRUE;
@@ -97,7 +97,7 @@ GstMemory* gst_tensor_meta_info_append_header(GstTensorMetaInfo* meta, GstMemory
   if (!given(__func__, {meta, memory})) return nullptr;
   return or_else<GstMemory*>(__func__, nullptr, [&]() -> GstMemory* {
     const weir::gst::MappedMemory data(memory, GST_MAP_READ);
-    if (!data || !header_of(*meta)) return nullptr;
+    if (!data || !to_header(*meta)) return nullptr;
     auto made = weir::gst::allocate_memory(weir::kTensorHeaderBytes + data.bytes().size());
     if (!made) {
       warn("gst_tensor_meta_info_append_header", made.error());

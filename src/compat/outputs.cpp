@@ -17,7 +17,7 @@ struct Given {
 
 }  // namespace
 
-uint64_t bytes_of(const weir_tensor_info& info) noexcept {
+uint64_t count_bytes(const weir_tensor_info& info) noexcept {
   uint64_t bytes = element_bytes(info.type);
   for (uint32_t i = 0; i < info.rank && i < WEIR_RANK_LIMIT; ++i)
     bytes *= static_cast<uint64_t>(std::max<int64_t>(info.shape[i], 0));
@@ -76,7 +76,7 @@ Failure other_size(const std::string& name, size_t index, const GstTensorMemory&
                    const weir_tensor_info& info) {
   return broke(name, "returned an output whose size differs from its description",
                which(index, memory),
-               std::to_string(bytes_of(info)) + " bytes: " + weir::describe(info),
+               std::to_string(count_bytes(info)) + " bytes: " + weir::describe(info),
                "set output[].data and output[].size to match output_meta");
 }
 

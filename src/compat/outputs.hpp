@@ -9,7 +9,7 @@
 namespace weir::compat {
 
 // Returns the size; 0 for an invalid type.
-uint64_t bytes_of(const weir_tensor_info& info) noexcept;
+uint64_t count_bytes(const weir_tensor_info& info) noexcept;
 
 // Transfers the filter's `memory` to `out`; the filter stays open until it is freed.
 void give(std::shared_ptr<OpenFilter> filter, GstTensorMemory* memory, const weir_tensor_info& info,

@@ -21,7 +21,7 @@ Status complete(Kind kind, const char* name, std::initializer_list<Needed> parts
   if (missing.empty()) return ok();
   const auto name_of_part = [](const Needed& part) { return part.name; };
   return Error{.code = Code::MODULE_REFUSED,
-               .what = std::string("the ") + name_of(kind) + " " +
+               .what = std::string("the ") + to_string(kind) + " " +
                        (name ? name : "without a name") + " lacks required members",
                .offered = "without " + join(missing, ", ", name_of_part),
                .needed = join(parts, ", ", name_of_part)};
@@ -47,7 +47,8 @@ void unregister_descriptor(const char* function, Kind kind, const char* name) no
   if (!given(function, {name})) return;
   attempt(function, [&] {
     if (!subplugin::table().remove(kind, name))
-      warn(function, std::string("no ") + name_of(kind) + " is registered under the name " + name);
+      warn(function,
+           std::string("no ") + to_string(kind) + " is registered under the name " + name);
   });
 }
 

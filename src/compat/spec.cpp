@@ -26,8 +26,8 @@ std::string rank_text(const Shape& shape, unsigned rank, bool padding) {
   return shape.with_rank(known > rank ? rank : known).to_string(padding ? rank : 0);
 }
 
-TensorSpec spec_of(const GstTensorInfo& info) {
-  return {element_type(info.type), shape_of(info.dimension), info.name ? info.name : ""};
+TensorSpec to_spec(const GstTensorInfo& info) {
+  return {element_type(info.type), to_shape(info.dimension), info.name ? info.name : ""};
 }
 
 void write(const TensorSpec& spec, GstTensorInfo* info) {
@@ -64,20 +64,20 @@ bool can_be(const char* function, const GstTensorsInfo& info) noexcept {
   });
 }
 
-FrameSpec spec_of(const GstTensorsInfo& info) {
+FrameSpec to_spec(const GstTensorsInfo& info) {
   FrameSpec spec;
   spec.format =
       info.format <= _NNS_TENSOR_FORMAT_END ? static_cast<Format>(info.format) : Format::End;
   const size_t count = std::min<size_t>(info.num_tensors, NNS_TENSOR_SIZE_LIMIT);
   for (size_t i = 0; i < count; ++i) {
     const auto* tensor = tensor_at(info, i);
-    spec.tensors.push_back(tensor ? spec_of(*tensor) : TensorSpec{});
+    spec.tensors.push_back(tensor ? to_spec(*tensor) : TensorSpec{});
   }
   return spec;
 }
 
-FrameSpec spec_of(const GstTensorsConfig& config) {
-  FrameSpec spec = spec_of(config.info);
+FrameSpec to_spec(const GstTensorsConfig& config) {
+  FrameSpec spec = to_spec(config.info);
   spec.rate = {config.rate_n, config.rate_d};
   return spec;
 }

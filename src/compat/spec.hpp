@@ -11,7 +11,7 @@ namespace weir::compat {
 inline ElementType element_type(int type) noexcept {
   return type >= 0 && type < _NNS_END ? static_cast<ElementType>(type) : ElementType::End;
 }
-inline Shape shape_of(const tensor_dim dim) noexcept {
+inline Shape to_shape(const tensor_dim dim) noexcept {
   return Shape(std::span<const uint32_t>(dim, NNS_TENSOR_RANK_LIMIT));
 }
 // Parses like Shape::parse(), but uses the leading digits of each part: "5U" is 5.
@@ -19,7 +19,7 @@ Shape parse_shape(std::string_view text);
 // Writes the first `rank` dimensions, extended with ":1" if `padding`; all of them for a rank of 0
 // or above 16.
 std::string rank_text(const Shape& shape, unsigned rank, bool padding);
-TensorSpec spec_of(const GstTensorInfo& info);
+TensorSpec to_spec(const GstTensorInfo& info);
 // Overwrites `info`.
 void write(const TensorSpec& spec, GstTensorInfo* info);
 
@@ -32,8 +32,8 @@ GstTensorInfo* room_at(GstTensorsInfo& info, size_t index) noexcept;
 // Returns false, with a log line, when there are too many tensors.
 bool can_be(const char* function, const GstTensorsInfo& info) noexcept;
 // Reads at most the allowed number of tensors; those without an entry are invalid.
-FrameSpec spec_of(const GstTensorsInfo& info);
-FrameSpec spec_of(const GstTensorsConfig& config);
+FrameSpec to_spec(const GstTensorsInfo& info);
+FrameSpec to_spec(const GstTensorsConfig& config);
 // Overwrites `info`.
 void write(const FrameSpec& spec, GstTensorsInfo* info);
 void write(const FrameSpec& spec, GstTensorsConfig* config);

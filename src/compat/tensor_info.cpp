@@ -22,12 +22,12 @@ void gst_tensor_info_free(GstTensorInfo* info) {
 
 gboolean gst_tensor_info_validate(const GstTensorInfo* info) {
   return given(__func__, {info}) && element_type(info->type) != weir::ElementType::End &&
-         shape_of(info->dimension).valid();
+         to_shape(info->dimension).valid();
 }
 
 gsize gst_tensor_info_get_size(const GstTensorInfo* info) {
   if (!given(__func__, {info})) return 0;
-  return weir::TensorSpec{element_type(info->type), shape_of(info->dimension), {}}.bytes().value_or(
+  return weir::TensorSpec{element_type(info->type), to_shape(info->dimension), {}}.bytes().value_or(
       0);
 }
 
@@ -37,7 +37,7 @@ guint gst_tensor_info_get_rank(const GstTensorInfo* info) {
 
 gboolean gst_tensor_info_is_equal(const GstTensorInfo* a, const GstTensorInfo* b) {
   return given(__func__, {a, b}) && gst_tensor_info_validate(a) && gst_tensor_info_validate(b) &&
-         a->type == b->type && shape_of(a->dimension) == shape_of(b->dimension);
+         a->type == b->type && to_shape(a->dimension) == to_shape(b->dimension);
 }
 
 void gst_tensor_info_copy(GstTensorInfo* to, const GstTensorInfo* from) {

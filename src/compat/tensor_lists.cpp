@@ -34,7 +34,7 @@ guint fill(const char* function, GstTensorsInfo* info, const gchar* text, const 
 gchar* joined(const char* function, const GstTensorsInfo* info,
               std::string (*join)(const std::vector<weir::TensorSpec>&)) {
   if (!given(function, {info}) || info->num_tensors == 0) return nullptr;
-  return or_else<gchar*>(function, nullptr, [&] { return text(join(spec_of(*info).tensors)); });
+  return or_else<gchar*>(function, nullptr, [&] { return text(join(to_spec(*info).tensors)); });
 }
 
 }  // namespace
@@ -66,7 +66,7 @@ gchar* gst_tensors_info_get_rank_dimensions_string(const GstTensorsInfo* info, c
                                                    gboolean padding) {
   if (!given(__func__, {info}) || info->num_tensors == 0) return nullptr;
   return or_else<gchar*>(__func__, nullptr, [&] {
-    const std::string out = join(spec_of(*info).tensors, ",", [&](const auto& tensor) {
+    const std::string out = join(to_spec(*info).tensors, ",", [&](const auto& tensor) {
       return rank_text(tensor.shape, rank, padding);
     });
     return text(out);

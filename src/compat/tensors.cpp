@@ -41,7 +41,7 @@ weir_tensor_info checked(const GstTensorInfo& tensor, const std::string& filter,
   if (element_type(tensor.type) == ElementType::End)
     throw nonsense(filter, which + " with type " + std::to_string(static_cast<int>(tensor.type)),
                    "a value of tensor_type, 0 to 10");
-  const Shape shape = shape_of(tensor.dimension);
+  const Shape shape = to_shape(tensor.dimension);
   if (!shape.valid())
     throw nonsense(filter, which + " with the dimension " + numbers(tensor.dimension),
                    "1 to 16 numbers above 0, followed only by zeros");

@@ -26,13 +26,13 @@ GstTensorInfo* gst_tensors_info_get_nth_info(GstTensorsInfo* info, guint index) 
 
 gboolean gst_tensors_info_validate(const GstTensorsInfo* info) {
   if (!given(__func__, {info}) || info->num_tensors > NNS_TENSOR_SIZE_LIMIT) return FALSE;
-  return or_else(__func__, FALSE, [&]() -> gboolean { return spec_of(*info).info_valid(); });
+  return or_else(__func__, FALSE, [&]() -> gboolean { return to_spec(*info).info_valid(); });
 }
 
 gsize gst_tensors_info_get_size(const GstTensorsInfo* info, gint index) {
   if (!given(__func__, {info})) return 0;
   if (index < 0)
-    return or_else<gsize>(__func__, 0, [&] { return spec_of(*info).bytes().value_or(0); });
+    return or_else<gsize>(__func__, 0, [&] { return to_spec(*info).bytes().value_or(0); });
   const auto* tensor =
       static_cast<guint>(index) < info->num_tensors ? tensor_at(*info, index) : nullptr;
   return tensor ? gst_tensor_info_get_size(tensor) : 0;
@@ -42,7 +42,7 @@ gboolean gst_tensors_info_is_equal(const GstTensorsInfo* a, const GstTensorsInfo
   if (!given(__func__, {a, b}) || !gst_tensors_info_validate(a) || !gst_tensors_info_validate(b))
     return FALSE;
   return or_else(__func__, FALSE, [&]() -> gboolean {
-    auto left = spec_of(*a), right = spec_of(*b);
+    auto left = to_spec(*a), right = to_spec(*b);
     left.rate = right.rate = {0, 1};
     return left == right;
   });
@@ -78,7 +78,7 @@ gboolean gst_tensors_config_is_equal(const GstTensorsConfig* a, const GstTensors
   if (!given(__func__, {a, b}) || !gst_tensors_config_validate(a) ||
       !gst_tensors_config_validate(b))
     return FALSE;
-  return or_else(__func__, FALSE, [&]() -> gboolean { return spec_of(*a) == spec_of(*b); });
+  return or_else(__func__, FALSE, [&]() -> gboolean { return to_spec(*a) == to_spec(*b); });
 }
 
 void gst_tensors_config_copy(GstTensorsConfig* to, const GstTensorsConfig* from) {

@@ -9,7 +9,7 @@ using weir::subplugin::Kind;
 namespace {
 
 // Returns null, with a log line, when the framework gives none.
-const char* name_of(const char* function, const GstTensorTrainerFramework& framework) {
+const char* get_name(const char* function, const GstTensorTrainerFramework& framework) {
   GstTensorTrainerFrameworkInfo info{};
   if (framework.getFrameworkInfo(&framework, nullptr, nullptr, &info) >= 0 && info.name)
     return info.name;
@@ -43,7 +43,7 @@ int nnstreamer_trainer_probe(GstTensorTrainerFramework* framework) {
   return or_else(function, FALSE, [&]() -> int {
     if (!has_version(function, *framework)) return FALSE;
     const char* name =
-        framework->getFrameworkInfo ? name_of(function, *framework) : "without getFrameworkInfo";
+        framework->getFrameworkInfo ? get_name(function, *framework) : "without getFrameworkInfo";
     if (!name) return FALSE;
     return register_descriptor(function, Kind::Trainer, name, framework,
                                {{"create", framework->create != nullptr},

@@ -170,7 +170,7 @@ std::vector<std::byte> encode_metas(GstBuffer* buffer) {
     if (meta->info->api == GST_VIDEO_META_API_TYPE)
       encode_video(*reinterpret_cast<GstVideoMeta*>(meta), &out);
   }
-  if (const auto client = gst::client_of(buffer)) {
+  if (const auto client = gst::get_client_id(buffer)) {
     put_kind(&out, MetaKind::Client);
     out.put(*client);
   }

@@ -24,7 +24,7 @@ class EdgeLocal : public ::testing::Test {
     return " protocol=local path=" + path() + " " + more;
   }
   Harness sink(const std::string& more = "", const char* caps = kLocalCaps) const {
-    return harness_of("edgesink sync=false" + ends_with(more), caps);
+    return make_harness("edgesink sync=false" + ends_with(more), caps);
   }
   // An edgesrc that is connected.
   Harness source(const std::string& more = "") const {
@@ -33,7 +33,7 @@ class EdgeLocal : public ::testing::Test {
     return h;
   }
   static bool receivers_become(const Harness& sink, guint count) {
-    const auto element = element_of(sink, "edgesink");
+    const auto element = find_element(sink, "edgesink");
     return becomes_true(
         [&] {
           guint value = 0;

@@ -18,21 +18,21 @@ void free_bytes(gpointer bytes) {
   const std::unique_ptr<Bytes> owned(static_cast<Bytes*>(bytes));
 }
 
-GstMemory* memory_of(wire::ByteBlock block) {
+GstMemory* wrap_memory(wire::ByteBlock block) {
   auto owner = std::make_unique<Bytes>(std::move(block.data));
   std::byte* const data = owner->get();
   return gst_memory_new_wrapped(GstMemoryFlags(0), data, block.size, 0, block.size, owner.release(),
                                 free_bytes);
 }
 
-size_t size_of(const gst::Ref<GstMemory>& memory) {
+size_t get_size(const gst::Ref<GstMemory>& memory) {
   return gst_memory_get_sizes(memory.get(), nullptr, nullptr);
 }
 
 Error unlike_caps(const Memories& memories, const std::string& needed) {
   std::string sizes;
   for (size_t i = 0; i < memories.size() && i < 16; ++i)
-    sizes += (i ? "," : "") + std::to_string(size_of(memories[i]));
+    sizes += (i ? "," : "") + std::to_string(get_size(memories[i]));
   return wire::peer_error("a frame does not match the caps of the stream",
                           std::to_string(memories.size()) + " memories of " + sizes + " bytes",
                           needed, "a capsfilter with the caps of the edgesink");
@@ -42,7 +42,7 @@ Error unlike_caps(const Memories& memories, const std::string& needed) {
 Status check(const Memories& memories, const std::vector<TensorSpec>& tensors) {
   if (tensors.size() != memories.size()) return ok();  // packed, or several tensors in a memory
   for (size_t i = 0; i < tensors.size(); ++i)
-    if (tensors[i].bytes() != size_of(memories[i]))
+    if (tensors[i].bytes() != get_size(memories[i]))
       return unlike_caps(memories, tensors[i].to_string() + " as tensor " + std::to_string(i));
   return ok();
 }
@@ -72,7 +72,7 @@ Result<gst::Ref<GstBuffer>> MessageBuffers::make(std::vector<wire::ByteBlock> bl
                                                  uint64_t* copied) const {
   Memories memories;
   for (auto& block : blocks)
-    memories.push_back(gst::Ref<GstMemory>::adopt(memory_of(std::move(block))));
+    memories.push_back(gst::Ref<GstMemory>::adopt(wrap_memory(std::move(block))));
   return make(std::move(memories), copied);
 }
 

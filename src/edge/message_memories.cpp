@@ -16,8 +16,8 @@ struct MappedBuffer {
 };
 
 // The bytes of a tensor with its header; empty if it does not lie in one memory.
-std::span<const std::byte> bytes_of(const std::vector<gst::MappedMemory>& maps,
-                                    const gst::TensorPlace& place) {
+std::span<const std::byte> get_bytes(const std::vector<gst::MappedMemory>& maps,
+                                     const gst::TensorPlace& place) {
   size_t start = 0;
   for (const auto& map : maps) {
     const size_t size = map.bytes().size();
@@ -61,7 +61,7 @@ Result<MessageMemories> MemoryMapper::map(GstBuffer* buffer) {
     if (auto status = layout_.locate(buffer, spec_); !status) return status.error();
     out.memories.clear();
     for (const auto& place : layout_.tensors()) {
-      out.memories.push_back(bytes_of(owner->maps, place));
+      out.memories.push_back(get_bytes(owner->maps, place));
       if (out.memories.back().size() != place.size) return not_in_one_memory();
     }
   }

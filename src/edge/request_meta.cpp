@@ -44,7 +44,7 @@ gboolean copy(GstBuffer* target, GstMeta* meta, GstBuffer*, GQuark type, gpointe
   const auto* source = reinterpret_cast<RequestMeta*>(meta);
   if (!GST_META_TRANSFORM_IS_COPY(type) || !source->request) return FALSE;
   // An element that copies the metadata of several buffers answers the first one's request.
-  return request_of(target) || set_request(target, *source->request);
+  return get_request(target) || set_request(target, *source->request);
 }
 
 const GstMetaInfo* info() {
@@ -62,7 +62,7 @@ bool set_request(GstBuffer* buffer, std::shared_ptr<QueryRequest> request) {
   return true;
 }
 
-std::shared_ptr<QueryRequest> request_of(GstBuffer* buffer) {
+std::shared_ptr<QueryRequest> get_request(GstBuffer* buffer) {
   const auto* meta = reinterpret_cast<RequestMeta*>(gst_buffer_get_meta(buffer, api_type()));
   return meta && meta->request ? *meta->request : nullptr;
 }

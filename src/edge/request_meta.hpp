@@ -13,7 +13,7 @@ namespace weir {
 // `buffer` must be writable and have no request. False when memory ran out.
 bool set_request(GstBuffer* buffer, std::shared_ptr<QueryRequest> request);
 // Null for a buffer without a request.
-std::shared_ptr<QueryRequest> request_of(GstBuffer* buffer);
+std::shared_ptr<QueryRequest> get_request(GstBuffer* buffer);
 // Whether the element that the buffer enters may drop it when the client no longer waits
 // (gstcpp/buffer/request_end.hpp).
 void allow_drop(GstBuffer* buffer, bool allowed);

@@ -54,7 +54,7 @@ struct Step {
 };
 
 // The pad that buffers of `from` arrive at, in a bin or out of it; null for an unlinked one.
-Ref<GstPad> sink_pad_of(GstPad* from) {
+Ref<GstPad> find_sink_pad(GstPad* from) {
   auto peer = Ref<GstPad>::adopt(gst_pad_get_peer(from));
   while (peer) {
     if (GST_IS_GHOST_PAD(peer.get())) {  // into a bin
@@ -77,7 +77,7 @@ std::vector<Entry> sink_pads_downstream(GstPad* source) {
   while (!todo.empty() && out.size() < kMaxPads) {
     auto [from, straight] = std::move(todo.front());
     todo.pop_front();
-    auto pad = sink_pad_of(from.get());
+    auto pad = find_sink_pad(from.get());
     const auto element =
         Ref<GstElement>::adopt(pad ? gst_pad_get_parent_element(pad.get()) : nullptr);
     const auto known = [&](const auto& entry) { return entry.pad.get() == pad.get(); };
@@ -98,7 +98,7 @@ struct Watched {
 
 GstPadProbeReturn on_buffer(GstPad*, GstPadProbeInfo* info, gpointer user) {
   const auto* watched = static_cast<const Watched*>(user);
-  const auto request = request_of(GST_PAD_PROBE_INFO_BUFFER(info));
+  const auto request = get_request(GST_PAD_PROBE_INFO_BUFFER(info));
   if (!request) return GST_PAD_PROBE_OK;
   if (watched->drops && request->end_if_expired()) return GST_PAD_PROBE_DROP;
   allow_drop(GST_PAD_PROBE_INFO_BUFFER(info), watched->drops);

@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "core/direct/direct_model.hpp"
+#include "core/text/text.hpp"
 #include "guard.hpp"
 
 struct weir_loaded_model {
@@ -23,10 +24,6 @@ using library::guarded;
 using library::keep;
 using library::null_pointer;
 using Limit = direct::DirectModel::Limit;
-
-std::string text_of(const char* text) {
-  return text ? text : "";
-}
 
 template <class T>
 std::span<T> list(T* first, uint32_t count) {
@@ -70,15 +67,15 @@ Result<std::unique_ptr<direct::DirectModel>> open(const weir_model_options& give
   }
   for (const auto& option : list(options->options, options->n_options)) {
     if (!option.key) return null_pointer("the key of an option");
-    request.options.emplace_back(option.key, text_of(option.value));
+    request.options.emplace_back(option.key, or_empty(option.value));
   }
   for (const auto& option : list(options->declared, options->n_declared)) {
     if (!option.key) return null_pointer("the key of an option");
-    request.declared.emplace_back(option.key, text_of(option.value));
+    request.declared.emplace_back(option.key, or_empty(option.value));
   }
-  request.accelerator = text_of(options->accelerator);
+  request.accelerator = or_empty(options->accelerator);
   request.threads = options->threads;
-  const auto engine = direct::engine_for(text_of(options->engine), request.paths);
+  const auto engine = direct::engine_for(or_empty(options->engine), request.paths);
   if (!engine) return engine.error();
   auto model = direct::DirectModel::open(**engine, request);
   if (model && options->timeout_ns > 0) (*model)->set_limit(Limit(options->timeout_ns));

@@ -25,8 +25,8 @@ size_t data_after(size_t at) {
   return (at + kLengthBytes + kAlignment - 1) / kAlignment * kAlignment;
 }
 
-flatbuffers::Offset<schema::Tensors> tables_of(const TensorMessage& message,
-                                               flatbuffers::FlatBufferBuilder* builder) {
+flatbuffers::Offset<schema::Tensors> make_tables(const TensorMessage& message,
+                                                 flatbuffers::FlatBufferBuilder* builder) {
   // Shared by all tensors; the empty data is replaced.
   const auto no_name = builder->CreateString("");
   const auto no_data = builder->CreateVector(static_cast<const uint8_t*>(nullptr), 0);
@@ -79,7 +79,7 @@ FlatbufMessage::~FlatbufMessage() = default;
 Status FlatbufMessage::write(const TensorMessage& message, const ReserveBytes& reserve) {
   auto& builder = room_->builder;
   builder.Clear();
-  builder.Finish(tables_of(message, &builder));
+  builder.Finish(make_tables(message, &builder));
   uint64_t total = builder.GetSize();
   for (const auto& tensor : message.tensors) {
     total = data_after(total) + tensor.data.size();

@@ -24,7 +24,7 @@ size_t data_after(size_t at) {
   return (at + kLengthBytes + kAlignment - 1) / kAlignment * kAlignment;
 }
 
-std::string key_of(size_t index) {
+std::string make_key(size_t index) {
   return "tensor_" + std::to_string(index);
 }
 
@@ -38,7 +38,7 @@ void build(const TensorMessage& message, flexbuffers::Builder* builder) {
     builder->Int("format", message.format);
     for (size_t i = 0; i < message.tensors.size(); ++i) {
       const auto& tensor = message.tensors[i];
-      builder->Vector(key_of(i).c_str(), [&] {
+      builder->Vector(make_key(i).c_str(), [&] {
         builder->String("");
         builder->Int(tensor.type);
         builder->Vector(tensor.dimensions.data(), tensor.dimensions.size());
@@ -58,7 +58,7 @@ struct Elements : flexbuffers::Vector {
 
 // Lets the last element of tensor vector `index` refer to the blob at `data`.
 void point_to(const uint8_t* data, size_t index, const flexbuffers::Map& map) {
-  const Elements parts(map[key_of(index).c_str()].AsVector());
+  const Elements parts(map[make_key(index).c_str()].AsVector());
   uint8_t* const element = parts.data() + (kParts - 1) * parts.width();
   flatbuffers::WriteScalar(element, static_cast<uint32_t>(element - data));
   parts.data()[kParts * parts.width() + kParts - 1] = kBlobType;

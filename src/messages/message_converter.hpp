@@ -32,16 +32,16 @@ class MessageConverter {
   bool is_flexible() const noexcept { return message_.format == kFlexible; }
 
  private:
-  static std::span<const std::byte> bytes_of(const weir_tensor& memory) {
+  static std::span<const std::byte> get_bytes(const weir_tensor& memory) {
     return {static_cast<const std::byte*>(memory.data), static_cast<size_t>(memory.bytes)};
   }
 
   // A message in several memories is joined.
   std::span<const std::byte> whole(const weir_frame& frame) {
-    if (frame.n_tensors == 1) return bytes_of(frame.tensors[0]);
+    if (frame.n_tensors == 1) return get_bytes(frame.tensors[0]);
     joined_.clear();
     for (uint32_t i = 0; i < frame.n_tensors; ++i) {
-      const auto part = bytes_of(frame.tensors[i]);
+      const auto part = get_bytes(frame.tensors[i]);
       joined_.insert(joined_.end(), part.begin(), part.end());
     }
     return joined_;

@@ -60,12 +60,12 @@ class Messages : public testing::Test {
     return out;
   }
   // "" when the message is accepted.
-  std::string error_of(const Bytes& bytes) {
+  std::string get_error(const Bytes& bytes) {
     const Block block(bytes);
     const auto status = format_.parse(block.bytes(), &parsed_);
     return status ? "" : status.error().message();
   }
-  std::string error_of(const TensorMessage& message) { return error_of(written(message)); }
+  std::string get_error(const TensorMessage& message) { return get_error(written(message)); }
 
   // A parsed message describes memory inside of the block, completely.
   void expect_inside(std::span<const std::byte> block) {
@@ -116,7 +116,7 @@ TYPED_TEST(Messages, CarryEveryTypeAndRank) {
       const Bytes data =
           ramp((size_t{1} << rank / 4) * std::array{4, 4, 2, 2, 1, 1, 8, 4, 8, 8, 2}[type]);
       one.data = data;
-      EXPECT_EQ(this->error_of(TensorMessage{0, 1, kStatic, {one}}), "");
+      EXPECT_EQ(this->get_error(TensorMessage{0, 1, kStatic, {one}}), "");
       EXPECT_EQ(this->parsed_.tensors[0].type, type);
       EXPECT_EQ(describe_tensor(this->parsed_.tensors[0]).rank, rank);
     }
@@ -126,32 +126,32 @@ TYPED_TEST(Messages, CarryAnyFrameRateOrNone) {
   for (const auto& [n, d] : {std::pair{0, 1}, {30, 1}, {30000, 1001}, {INT32_MAX, INT32_MAX}}) {
     this->two_.rate_n = n;
     this->two_.rate_d = d;
-    EXPECT_EQ(this->error_of(this->two_), "");
+    EXPECT_EQ(this->get_error(this->two_), "");
     EXPECT_TRUE(this->parsed_.has_rate());
     EXPECT_EQ(this->parsed_.rate_n, n);
     EXPECT_EQ(this->parsed_.rate_d, d);
   }
   for (const int none : {0, -1}) {
     this->two_.rate_n = this->two_.rate_d = none;
-    EXPECT_EQ(this->error_of(this->two_), "");
+    EXPECT_EQ(this->get_error(this->two_), "");
     EXPECT_FALSE(this->parsed_.has_rate());
   }
   for (const auto& [n, d] : {std::pair{30, 0}, {-30, 1}, {30, -1}, {0, -5}}) {
     this->two_.rate_n = n;
     this->two_.rate_d = d;
-    EXPECT_SAYS(this->error_of(this->two_), "the message has an invalid frame rate");
-    EXPECT_SAYS(this->error_of(this->two_), "offered: " + std::to_string(n) + "/");
+    EXPECT_SAYS(this->get_error(this->two_), "the message has an invalid frame rate");
+    EXPECT_SAYS(this->get_error(this->two_), "offered: " + std::to_string(n) + "/");
   }
 }
 
 TYPED_TEST(Messages, CarryHeadersOfFlexibleTensors) {
   const Bytes chunk = ramp(128 + 24);
   const TensorMessage message{0, 1, kFlexible, {tensor(WEIR_FLOAT32, {3, 2}, chunk)}};
-  EXPECT_EQ(this->error_of(message), "");
+  EXPECT_EQ(this->get_error(message), "");
   EXPECT_EQ(this->parsed_.format, kFlexible);
   EXPECT_EQ(this->parsed_.tensors[0].data.size(), 152u);
   const TensorMessage headless{0, 1, kFlexible, {tensor(WEIR_FLOAT32, {3, 2}, this->first_)}};
-  EXPECT_SAYS(this->error_of(headless), "needed: 152 bytes for float32 3:2 with its header");
+  EXPECT_SAYS(this->get_error(headless), "needed: 152 bytes for float32 3:2 with its header");
 }
 
 TYPED_TEST(Messages, AreDamagedAtEachByteWithoutHarm) {
@@ -180,7 +180,7 @@ TYPED_TEST(Messages, AreCutAtEachByteWithoutHarm) {
       if (status) this->expect_inside(block->bytes());
     }
   }
-  EXPECT_SAYS(this->error_of(Bytes{}),
+  EXPECT_SAYS(this->get_error(Bytes{}),
               "WEIR-2005: a " + std::string(TypeParam::kName) + " message is damaged");
 }
 
@@ -204,7 +204,7 @@ TYPED_TEST(Messages, OfNoiseAreRefused) {
       state ^= state << 13, state ^= state >> 7, state ^= state << 17;
       b = static_cast<std::byte>(state);
     }
-    EXPECT_NE(this->error_of(noise), "");
+    EXPECT_NE(this->get_error(noise), "");
   }
 }
 
@@ -212,24 +212,24 @@ TYPED_TEST(Messages, HoldAtMost256Tensors) {
   const Bytes data = ramp(1);
   TensorMessage message{0, 1, kStatic, {}};
   message.tensors.assign(256, tensor(WEIR_UINT8, {1}, data));
-  EXPECT_EQ(this->error_of(message), "");
+  EXPECT_EQ(this->get_error(message), "");
   EXPECT_EQ(this->parsed_.tensors.size(), 256u);
   for (const size_t count : {257, 300, 1000}) {
     message.tensors.assign(count, tensor(WEIR_UINT8, {1}, data));
-    EXPECT_SAYS(this->error_of(message),
+    EXPECT_SAYS(this->get_error(message),
                 "WEIR-2006: a " + std::string(TypeParam::kName) + " message has too many tensors");
-    EXPECT_SAYS(this->error_of(message), "needed: at most 256");
+    EXPECT_SAYS(this->get_error(message), "needed: at most 256");
   }
   message.tensors.clear();
-  EXPECT_SAYS(this->error_of(message), "the number of tensors that it declares");
-  EXPECT_SAYS(this->error_of(message), "needed: at least 1");
+  EXPECT_SAYS(this->get_error(message), "the number of tensors that it declares");
+  EXPECT_SAYS(this->get_error(message), "needed: at least 1");
 }
 
 TYPED_TEST(Messages, ThatLieAreRefusedWithTheReason) {
   const auto lie = [this](MessageTensor second) {
     TensorMessage message = this->two_;
     message.tensors[1] = second;
-    return this->error_of(message);
+    return this->get_error(message);
   };
   const Bytes& three = this->second_;
   EXPECT_SAYS(lie(tensor(WEIR_TYPE_END, {3}, three)),
@@ -252,17 +252,17 @@ TYPED_TEST(Messages, ThatLieAreRefusedWithTheReason) {
 
 TYPED_TEST(Messages, OfSparseOrUnknownFormatAreRefused) {
   this->two_.format = kSparse;
-  EXPECT_SAYS(this->error_of(this->two_),
+  EXPECT_SAYS(this->get_error(this->two_),
               "WEIR-2002: a " + std::string(TypeParam::kName) + " message holds sparse tensors");
-  EXPECT_SAYS(this->error_of(this->two_), "fix: tensor_sparse_dec ! tensor_decoder");
+  EXPECT_SAYS(this->get_error(this->two_), "fix: tensor_sparse_dec ! tensor_decoder");
   for (const uint32_t format : {3u, 77u}) {
     this->two_.format = format;
-    EXPECT_SAYS(this->error_of(this->two_), "the message has an unknown format");
+    EXPECT_SAYS(this->get_error(this->two_), "the message has an unknown format");
   }
 }
 
 TYPED_TEST(Messages, NameTheModeThatWritesThem) {
-  EXPECT_SAYS(this->error_of(ramp(40)),
+  EXPECT_SAYS(this->get_error(ramp(40)),
               "fix: check the program that wrote the stream; tensor_decoder mode=" +
                   std::string(TypeParam::kName) + " writes such messages");
 }

@@ -15,7 +15,7 @@ std::string written_by(const char* format_name) {
 
 // The bytes of all elements, UINT64_MAX beyond 64 bits; nullopt without a dimension and for values
 // after a 0.
-std::optional<uint64_t> bytes_of(const MessageTensor& tensor) {
+std::optional<uint64_t> count_bytes(const MessageTensor& tensor) {
   const auto& d = tensor.dimensions;
   uint64_t bytes = element_bytes(tensor.type);
   size_t rank = 0;
@@ -27,7 +27,7 @@ std::optional<uint64_t> bytes_of(const MessageTensor& tensor) {
   return bytes;
 }
 
-std::string text_of(const std::array<uint32_t, WEIR_RANK_LIMIT>& dimensions) {
+std::string format_dimensions(const std::array<uint32_t, WEIR_RANK_LIMIT>& dimensions) {
   std::string out;
   for (const uint32_t d : dimensions) out += (out.empty() ? "" : ":") + std::to_string(d);
   return out;
@@ -41,9 +41,10 @@ Status check_tensor(const char* format_name, size_t index, uint32_t format,
   if (tensor.type >= WEIR_TYPE_END)
     return damaged_message(format_name, has("no known element type"),
                            "type " + std::to_string(tensor.type), "0 (int32) to 10 (float16)");
-  const auto known = bytes_of(tensor);
+  const auto known = count_bytes(tensor);
   if (!known)
-    return damaged_message(format_name, has("invalid dimensions"), text_of(tensor.dimensions),
+    return damaged_message(format_name, has("invalid dimensions"),
+                           format_dimensions(tensor.dimensions),
                            "1 to 16 dimensions of at least 1, then 0");
   const uint64_t bytes = *known;
   const uint64_t header = format == kFlexible ? kHeaderBytes : 0;

@@ -12,9 +12,9 @@
 namespace weir::test {
 
 // Of an element with port=0 that is PAUSED.
-inline std::string port_of(const Harness& h, const char* factory) {
+inline std::string get_port(const Harness& h, const char* factory) {
   gint port = 0;
-  g_object_get(element_of(h, factory).get(), "port", &port, nullptr);
+  g_object_get(find_element(h, factory).get(), "port", &port, nullptr);
   return " port=" + std::to_string(port);
 }
 

@@ -67,7 +67,7 @@ std::vector<net::TensorText> describe_tensors(const std::vector<TensorSpec>& ten
     net::TensorText text;
     text.name = tensors.size() == 1 ? name : name + "_" + std::to_string(out.size());
     if (names.size() == tensors.size() && !names[out.size()].empty()) text.name = names[out.size()];
-    if (const auto* type = net::oip_type_of(static_cast<uint32_t>(tensor.type)))
+    if (const auto* type = net::find_oip_type(static_cast<uint32_t>(tensor.type)))
       text.datatype = type->name;
     for (size_t i = 0; i < tensor.shape.rank(); ++i) text.shape.push_back(tensor.shape[i]);
     std::reverse(text.shape.begin(), text.shape.end());
@@ -120,7 +120,7 @@ class OipQueryServer : public QueryServer {
   }
   Status set_input(GstCaps* caps, const std::vector<std::string>& names,
                    const BufferLimit& limit) override {
-    input_ = kind_of(caps);
+    input_ = find_kind(caps);
     if (input_ != Input::Tensors) {
       model_->set_inputs(describe_bytes(names.size() == 1 ? names[0] : "input"));
       return ok();
@@ -232,7 +232,7 @@ class OipQueryServer : public QueryServer {
   // Static tensors; one flexible tensor of bytes; or a stream without tensors, such as image/jpeg.
   // The last two are one element of type BYTES.
   enum class Input { Tensors, Flexible, Medium };
-  static Input kind_of(const GstCaps* caps) {
+  static Input find_kind(const GstCaps* caps) {
     if (!has_tensors(caps)) return Input::Medium;
     const auto spec = gst::spec_from_caps(caps);
     return spec && spec->format == Format::Flexible ? Input::Flexible : Input::Tensors;

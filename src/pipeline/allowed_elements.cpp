@@ -98,7 +98,7 @@ Status AllowedElements::check(std::string_view description, int depth) const {
 }
 
 Status AllowedElements::check(GstElement* element) const {
-  const std::string kind = gst::kind_of(element);
+  const std::string kind = gst::get_factory_name(element);
   // A bin without a factory was made by another element; only its children are checked.
   const std::string name = !kind.empty()         ? kind
                            : GST_IS_BIN(element) ? "bin"

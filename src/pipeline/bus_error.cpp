@@ -12,7 +12,7 @@
 namespace weir::pipeline {
 namespace {
 
-Code code_of(const GError& error) {
+Code to_code(const GError& error) {
   if (error.domain == GST_RESOURCE_ERROR)
     return error.code == GST_RESOURCE_ERROR_OPEN_WRITE || error.code == GST_RESOURCE_ERROR_WRITE
                ? Code::FILE_NOT_WRITTEN
@@ -35,11 +35,11 @@ std::string quoted(const std::string& message) {
 
 }  // namespace
 
-Error error_of(GstMessage* message) {
+Error to_error(GstMessage* message) {
   const std::string element = GST_MESSAGE_SRC_NAME(message);
   auto posted = gst::read_posted_error(message);
   if (!posted.ours)
-    return Error{.code = code_of(*posted.original),
+    return Error{.code = to_code(*posted.original),
                  .what = element + ": " + printable_text(posted.original->message),
                  .offered = printable_text(posted.debug)};
   posted.ours->what = element + ": " + posted.ours->what;

@@ -9,7 +9,7 @@ namespace weir::pipeline {
 
 // From an error message: Weir's own errors keep all parts, others are mapped by domain. `what`
 // contains the element's name.
-Error error_of(GstMessage* message);
+Error to_error(GstMessage* message);
 // From gst_parse_launch().
 Error parse_error(const GError& error, const char* text);
 

@@ -21,7 +21,7 @@ using pipeline::WaitResult;
 using pipeline::with;
 using pipeline::with_element;
 
-int number_of(GstState state) noexcept {
+int to_weir_state(GstState state) noexcept {
   switch (state) {
     case GST_STATE_PLAYING:
       return WEIR_PIPELINE_PLAYING;
@@ -112,14 +112,14 @@ int weir_pipeline_stop(weir_pipeline* pipeline, weir_error** error) {
 }
 
 int weir_pipeline_get_state(weir_pipeline* pipeline) {
-  return pipeline ? number_of(pipeline->pipeline->state()) : -WEIR_OPTION_VALUE;
+  return pipeline ? to_weir_state(pipeline->pipeline->state()) : -WEIR_OPTION_VALUE;
 }
 
 int weir_pipeline_on_state(weir_pipeline* pipeline, weir_state_function function, void* data,
                            weir_error** error) {
   return with(pipeline, error, [&](Pipeline& p) {
     if (!function) return p.on_state(nullptr);
-    return p.on_state([function, data](GstState state) { function(number_of(state), data); });
+    return p.on_state([function, data](GstState state) { function(to_weir_state(state), data); });
   });
 }
 

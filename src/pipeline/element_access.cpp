@@ -29,10 +29,10 @@ std::vector<std::string> names_in(GstBin* bin) {
 Error refused(GstElement* element, const GParamSpec& spec, const std::string& offered,
               std::string needed) {
   return Error{.code = Code::OPTION_VALUE,
-               .what = kind_of(element) + " does not accept this value for " + spec.name,
+               .what = get_factory_name(element) + " does not accept this value for " + spec.name,
                .offered = offered,
                .needed = std::move(needed),
-               .fix = "gst-inspect-1.0 " + kind_of(element)};
+               .fix = "gst-inspect-1.0 " + get_factory_name(element)};
 }
 
 Result<GParamSpec*> find_readable(GstElement* element, const std::string& property) {
@@ -48,7 +48,7 @@ Error wrong_kind(GstElement* element, const std::string& needed) {
   return Error{
       .code = Code::OPTION_VALUE,
       .what = std::string(GST_OBJECT_NAME(element)) + " is not an element that this call is for",
-      .offered = kind_of(element),
+      .offered = get_factory_name(element),
       .needed = needed};
 }
 
@@ -59,13 +59,13 @@ Result<gst::Ref<GstElement>> find_element(GstBin* bin, const std::string& name) 
 }
 
 Status set_valve(GstElement* element, bool open) {
-  if (kind_of(element) != "valve") return wrong_kind(element, "valve");
+  if (get_factory_name(element) != "valve") return wrong_kind(element, "valve");
   g_object_set(element, "drop", open ? FALSE : TRUE, nullptr);
   return ok();
 }
 
 Status select_pad(GstElement* element, const std::string& name) {
-  const std::string kind = kind_of(element);
+  const std::string kind = get_factory_name(element);
   const bool in = kind == "input-selector";
   if (!in && kind != "output-selector")
     return wrong_kind(element, "input-selector or output-selector");

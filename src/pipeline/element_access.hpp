@@ -11,7 +11,7 @@
 
 namespace weir::pipeline {
 
-using gst::kind_of;
+using gst::get_factory_name;
 
 // OPTION_VALUE, listing the existing names.
 Result<gst::Ref<GstElement>> find_element(GstBin* bin, const std::string& name);

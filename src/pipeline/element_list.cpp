@@ -10,7 +10,7 @@
 namespace weir::pipeline {
 namespace {
 
-std::vector<gst::Ref<GstElement>> children_of(GstBin* bin) {
+std::vector<gst::Ref<GstElement>> list_children(GstBin* bin) {
   std::vector<gst::Ref<GstElement>> out;
   GST_OBJECT_LOCK(bin);
   for (GList* at = GST_BIN_CHILDREN(bin); at; at = at->next)
@@ -21,8 +21,8 @@ std::vector<gst::Ref<GstElement>> children_of(GstBin* bin) {
 }
 
 void add(GstBin* bin, int depth, std::vector<ElementName>* out) {
-  for (const auto& child : children_of(bin)) {
-    const std::string kind = kind_of(child.get());
+  for (const auto& child : list_children(bin)) {
+    const std::string kind = get_factory_name(child.get());
     out->push_back({GST_OBJECT_NAME(child.get()), kind, depth});
     if (!GST_IS_BIN(child.get())) continue;
     const bool of_the_text = depth == 0 && (kind == "bin" || kind == "pipeline");

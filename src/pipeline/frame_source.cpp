@@ -10,7 +10,7 @@
 namespace weir::pipeline {
 namespace {
 
-FrameSpec tensors_of(const GstCaps* caps) {
+FrameSpec parse_tensors(const GstCaps* caps) {
   const auto spec = gst::fixed_spec_from_caps(caps);
   return spec ? *spec : FrameSpec{};
 }
@@ -66,7 +66,7 @@ FrameSource::FrameSource(GstAppSrc* source)
       caps_(gst::Ref<GstCaps>::adopt(gst_app_src_get_caps(source))),
       caps_given_(caps_) {
   g_object_set(source, "format", GST_FORMAT_TIME, nullptr);
-  if (caps_) spec_ = tensors_of(caps_.get());
+  if (caps_) spec_ = parse_tensors(caps_.get());
 }
 
 Status FrameSource::check_media(std::span<const weir_tensor> tensors) const {

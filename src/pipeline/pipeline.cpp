@@ -80,7 +80,7 @@ Pipeline::Pipeline(gst::Ref<GstElement> pipeline)
     : pipeline_(std::move(pipeline)), link_(std::make_shared<BusLink>()) {
   for (const auto& each : gst::elements_in(pipeline_.get())) {
     GstElement* element = each.get();
-    const std::string kind = kind_of(element), name = GST_OBJECT_NAME(element);
+    const std::string kind = get_factory_name(element), name = GST_OBJECT_NAME(element);
     if (FrameSink::is_sink(kind)) sinks_[name] = std::make_unique<FrameSink>(each, callbacks_);
     if (kind == "appsrc") sources_[name] = std::make_unique<FrameSource>(GST_APP_SRC(element));
   }
@@ -129,7 +129,7 @@ void Pipeline::handle(GstMessage* message) {
   const bool is_own = GST_MESSAGE_SRC(message) == GST_OBJECT_CAST(pipeline_.get());
   switch (GST_MESSAGE_TYPE(message)) {
     case GST_MESSAGE_ERROR:
-      return took_error(error_of(message));
+      return took_error(to_error(message));
     case GST_MESSAGE_STATE_CHANGED:
       return is_own ? took_state(message) : void();
     case GST_MESSAGE_STREAM_STATUS:

@@ -16,7 +16,7 @@ bool is_tensors(const GstCaps* caps) {
   return gst_structure_has_name(s, "other/tensor") || gst_structure_has_name(s, "other/tensors");
 }
 
-int64_t time_of(GstClockTime time) {
+int64_t to_time(GstClockTime time) {
   return GST_CLOCK_TIME_IS_VALID(time) ? static_cast<int64_t>(time) : -1;
 }
 
@@ -106,11 +106,11 @@ std::span<const SourceMap> PulledFrame::maps() const noexcept {
 }
 
 int64_t PulledFrame::pts() const noexcept {
-  return time_of(GST_BUFFER_PTS(buffer_.get()));
+  return to_time(GST_BUFFER_PTS(buffer_.get()));
 }
 
 int64_t PulledFrame::duration() const noexcept {
-  return time_of(GST_BUFFER_DURATION(buffer_.get()));
+  return to_time(GST_BUFFER_DURATION(buffer_.get()));
 }
 
 }  // namespace weir::pipeline

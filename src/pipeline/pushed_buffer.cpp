@@ -18,7 +18,7 @@ std::string name_of_tensor(size_t index) {
   return "tensor " + std::to_string(index);
 }
 
-Result<Shape> shape_of(const weir_tensor_info& info, size_t index) {
+Result<Shape> to_shape(const weir_tensor_info& info, size_t index) {
   Shape shape{1};
   if (info.rank == 0) return shape;
   for (uint32_t i = 0; i < info.rank; ++i) {
@@ -62,7 +62,7 @@ Result<TensorSpec> pushed_spec(const weir_tensor& tensor, const TensorSpec* expe
                  .needed = "one of enum weir_type"};
   TensorSpec spec{static_cast<ElementType>(tensor.info.type), {}, ""};
   if (tensor.info.rank <= WEIR_RANK_LIMIT) {
-    auto shape = shape_of(tensor.info, index);
+    auto shape = to_shape(tensor.info, index);
     if (!shape) return shape.error();
     spec.shape = *shape;
   } else if (expected) {
@@ -72,12 +72,13 @@ Result<TensorSpec> pushed_spec(const weir_tensor& tensor, const TensorSpec* expe
         .code = Code::SPEC_MISMATCH,
         .what =
             name_of_tensor(index) + " has no shape, and the caps of the appsrc do not define it",
-        .offered = std::string(name_of(spec.type)) + ", " + std::to_string(tensor.bytes) + " bytes",
+        .offered =
+            std::string(to_string(spec.type)) + ", " + std::to_string(tensor.bytes) + " bytes",
         .needed = "a shape, or caps in the pipeline description",
         .fix =
             "appsrc name=... caps=other/tensors,format=static,num_tensors=1,dimensions=...,"
             "types=" +
-            std::string(name_of(spec.type)) + ",framerate=0/1"};
+            std::string(to_string(spec.type)) + ",framerate=0/1"};
   }
   if (expected && !expected->same_layout(spec))
     return Error{.code = Code::SPEC_MISMATCH,

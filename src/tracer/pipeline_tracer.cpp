@@ -32,7 +32,7 @@ bool has_several_inputs(GstElement* element) {
 }
 
 // Reads properties, so no lock may be held. Never for null.
-trace::Waits waits_of(GstElement* element) {
+trace::Waits get_waits(GstElement* element) {
   if (!element || GST_IS_BIN(element)) return trace::Waits::Never;
   if (WatchedQueue::can_be_watched(element)) return trace::Waits::Room;
   if (GST_IS_BASE_SRC(element))
@@ -57,7 +57,7 @@ int64_t thread_time() {
   return static_cast<int64_t>(now.tv_sec) * 1'000'000'000 + now.tv_nsec;
 }
 
-gst::Ref<GstElement> element_of(GstPad* pad) {
+gst::Ref<GstElement> get_element(GstPad* pad) {
   return gst::Ref<GstElement>::adopt(gst_pad_get_parent_element(pad));
 }
 
@@ -76,7 +76,7 @@ int64_t time_stamp(GstBuffer* buffer) {
                                                             : trace::kNoTime;
 }
 
-std::string name_of(gpointer object) {
+std::string get_name(gpointer object) {
   const gst::UniqueText name(gst_object_get_name(GST_OBJECT(object)));
   return name ? name.get() : "";
 }
@@ -123,19 +123,19 @@ PipelineTracer::Remembered& PipelineTracer::remembered(GstPad* pad) {
 }
 
 PipelineTracer::Remembered PipelineTracer::look_up(GstPad* pad, uint64_t generation) {
-  const auto own = element_of(pad);
+  const auto own = get_element(pad);
   const auto peer_pad = gst::Ref<GstPad>::adopt(gst_pad_get_peer(pad));
-  const auto peer = peer_pad ? element_of(peer_pad.get()) : gst::Ref<GstElement>();
-  const Waits own_waits = waits_of(own.get()), peer_waits = waits_of(peer.get());
+  const auto peer = peer_pad ? get_element(peer_pad.get()) : gst::Ref<GstElement>();
+  const Waits own_waits = get_waits(own.get()), peer_waits = get_waits(peer.get());
   std::lock_guard lock(mutex_);
-  const auto queue_of = [&](size_t id) -> WatchedQueue* {
+  const auto find_queue = [&](size_t id) -> WatchedQueue* {
     const auto found = queues_.find(graph_.owner(id));
     return found == queues_.end() ? nullptr : found->second.get();
   };
   graph_.set_waits(own.get(), own_waits);
   graph_.set_waits(peer.get(), peer_waits);
   const size_t id = graph_.pad_at(pad, trace::kForEver);
-  Remembered out{pad, generation, queue_of(id), queue_of(graph_.peer_at(id, trace::kForEver))};
+  Remembered out{pad, generation, find_queue(id), find_queue(graph_.peer_at(id, trace::kForEver))};
   out.is_timed = measures_pushes(own_waits) || measures_pushes(peer_waits);
   out.is_timed_outermost = own_waits != Waits::Room && !makes_frames(own.get(), own_waits);
   return out;
@@ -207,7 +207,7 @@ void PipelineTracer::state_ends(int64_t time, GstElement* element, bool good) {
 void PipelineTracer::name_element(int64_t time, GstElement* element) {
   const auto parent = gst::Ref<GstObject>::adopt(gst_object_get_parent(GST_OBJECT(element)));
   GstElementFactory* factory = gst_element_get_factory(element);
-  graph_.name_element(element, parent.get(), name_of(element),
+  graph_.name_element(element, parent.get(), get_name(element),
                       factory ? gst_plugin_feature_get_name(GST_PLUGIN_FEATURE(factory)) : "",
                       GST_IS_BIN(element), time);
 }
@@ -225,11 +225,11 @@ void PipelineTracer::element_is_new(int64_t time, GstElement* element) {
 }
 
 void PipelineTracer::see_pad(int64_t time, GstPad* pad, GstElement* element) {
-  graph_.see_pad(pad, element, name_of(pad), GST_PAD_IS_SRC(pad), time);
+  graph_.see_pad(pad, element, get_name(pad), GST_PAD_IS_SRC(pad), time);
   if (!GST_IS_GHOST_PAD(pad)) return;
   const auto inner = gst::Ref<GstProxyPad>::adopt(gst_proxy_pad_get_internal(GST_PROXY_PAD(pad)));
   if (!inner) return;
-  graph_.see_pad(inner.get(), nullptr, name_of(inner.get()), GST_PAD_IS_SRC(inner.get()), time);
+  graph_.see_pad(inner.get(), nullptr, get_name(inner.get()), GST_PAD_IS_SRC(inner.get()), time);
   graph_.join_halves(pad, inner.get());
 }
 

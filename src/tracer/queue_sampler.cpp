@@ -23,7 +23,7 @@ bool leaks(GstElement* queue) {
   return leaky != 0;
 }
 
-std::string_view factory_of(GstElement* element) {
+std::string_view get_factory(GstElement* element) {
   GstElementFactory* factory = gst_element_get_factory(element);
   return factory ? gst_plugin_feature_get_name(GST_PLUGIN_FEATURE(factory)) : "";
 }
@@ -32,7 +32,7 @@ struct Limits {
   guint frames = 0, bytes = 0;
   guint64 time = 0;
 };
-Limits limits_of(GstElement* queue) {
+Limits get_limits(GstElement* queue) {
   Limits out;
   g_object_get(queue, "max-size-buffers", &out.frames, "max-size-bytes", &out.bytes,
                "max-size-time", &out.time, nullptr);
@@ -55,7 +55,7 @@ struct Level {
   }
 };
 
-std::vector<gst::Ref<GstPad>> sinks_of(GstElement* element) {
+std::vector<gst::Ref<GstPad>> get_sinks(GstElement* element) {
   std::vector<gst::Ref<GstPad>> out;
   GST_OBJECT_LOCK(element);
   for (const GList* pad = element->sinkpads; pad; pad = pad->next)
@@ -67,7 +67,7 @@ std::vector<gst::Ref<GstPad>> sinks_of(GstElement* element) {
 }  // namespace
 
 WatchedQueue::WatchedQueue(GstElement* queue)
-    : address_(queue), several_(factory_of(queue) == "multiqueue") {
+    : address_(queue), several_(get_factory(queue) == "multiqueue") {
   g_weak_ref_init(&queue_, queue);
 }
 
@@ -76,17 +76,17 @@ WatchedQueue::~WatchedQueue() {
 }
 
 bool WatchedQueue::can_be_watched(GstElement* element) {
-  const std::string_view name = factory_of(element);
+  const std::string_view name = get_factory(element);
   return name == "queue" || name == "queue2" || name == "multiqueue";
 }
 
 void WatchedQueue::take(int64_t time, trace::Recorder* recorder) {
   const auto queue = gst::Ref<GstElement>::adopt(static_cast<GstElement*>(g_weak_ref_get(&queue_)));
   if (!queue) return;
-  const Limits limits = limits_of(queue.get());
+  const Limits limits = get_limits(queue.get());
   Level level;
   if (several_)
-    for (const auto& pad : sinks_of(queue.get())) level.add(G_OBJECT(pad.get()), limits);
+    for (const auto& pad : get_sinks(queue.get())) level.add(G_OBJECT(pad.get()), limits);
   else
     level.add(G_OBJECT(queue.get()), limits);
   period_.store(leaks(queue.get()) ? 0 : kPeriod, std::memory_order_relaxed);

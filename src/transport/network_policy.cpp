@@ -29,7 +29,7 @@ Address address_from_text(std::string_view host) {
   return Address{g_inet_address_new_from_string(without_brackets(host).c_str())};
 }
 
-std::vector<std::string> entries_of(std::string_view allow) {
+std::vector<std::string> split_entries(std::string_view allow) {
   std::vector<std::string> out;
   while (!allow.empty()) {
     const size_t comma = std::min(allow.find(','), allow.size());
@@ -88,14 +88,14 @@ std::string Endpoint::to_string() const {
 }
 
 bool is_allowed(std::string_view allow, std::string_view peer) {
-  const auto entries = entries_of(allow);
+  const auto entries = split_entries(allow);
   const std::string bare = without_brackets(peer);
   return entries.empty() || std::any_of(entries.begin(), entries.end(),
                                         [&](const auto& entry) { return names(entry, bare); });
 }
 
 Status check_allow_list(std::string_view allow) {
-  for (const auto& entry : entries_of(allow)) {
+  for (const auto& entry : split_entries(allow)) {
     if (is_host_name(entry) || network_from_text(entry)) continue;
     return Error{.code = Code::OPTION_VALUE,
                  .what = "an entry of the property allow cannot be read",
@@ -122,7 +122,7 @@ Result<std::optional<Error>> check_old_protocol(const Endpoint& endpoint,
     return std::optional<Error>{
         insecure_error(endpoint, "TLS, or a network that you trust", encrypting_fix(endpoint))};
   const bool allowed = endpoint.role == Role::Listens || is_allowed(endpoint.allow, endpoint.host);
-  if (endpoint.insecure && !entries_of(endpoint.allow).empty() && allowed)
+  if (endpoint.insecure && !split_entries(endpoint.allow).empty() && allowed)
     return std::optional<Error>{};
   const std::string peer = endpoint.role == Role::Listens ? "192.168.1.0/24" : endpoint.host;
   return insecure_error(

@@ -23,7 +23,7 @@ Endpoint to(const char* host) {
 Endpoint on(const char* host) {
   return {.role = Role::Listens, .host = host, .port = 3000};
 }
-std::string warning_of(const Endpoint& endpoint, const char* require_tls = nullptr) {
+std::string get_warning(const Endpoint& endpoint, const char* require_tls = nullptr) {
   const auto result = check_old_protocol(endpoint, settings(require_tls));
   if (!result) return "error " + result.error().message();
   return *result ? (*result)->message() : "";
@@ -66,40 +66,40 @@ TEST(NetworkPolicy, OwnProtocolsNeedTlsForOtherMachines) {
 }
 
 TEST(NetworkPolicy, OldProtocolsWarn) {
-  EXPECT_EQ(warning_of(to("localhost")), "");
-  const std::string text = warning_of(to("10.0.0.9"));
+  EXPECT_EQ(get_warning(to("localhost")), "");
+  const std::string text = get_warning(to("10.0.0.9"));
   EXPECT_SAYS(text, "WEIR-6003: the connection to another machine is not encrypted");
   EXPECT_SAYS(text, "offered: connecting to 10.0.0.9:1883");
   EXPECT_SAYS(text, "fix: tls-ca=ca.pem port=8883");
-  EXPECT_SAYS(warning_of(on("0.0.0.0"), "false"), "other machines can connect");
-  EXPECT_SAYS(warning_of(on("0.0.0.0")), "fix: host=127.0.0.1 and a stunnel");
+  EXPECT_SAYS(get_warning(on("0.0.0.0"), "false"), "other machines can connect");
+  EXPECT_SAYS(get_warning(on("0.0.0.0")), "fix: host=127.0.0.1 and a stunnel");
 }
 
 TEST(NetworkPolicy, RequireTlsNeedsInsecureAndAllow) {
-  EXPECT_EQ(warning_of(to("127.0.0.1"), "true"), "");
+  EXPECT_EQ(get_warning(to("127.0.0.1"), "true"), "");
   Endpoint broker = to("10.0.0.9");
-  const std::string text = warning_of(broker, "true");
+  const std::string text = get_warning(broker, "true");
   EXPECT_SAYS(text, "error WEIR-6003");
   EXPECT_SAYS(text, "require-tls of WEIR_NETWORK_REQUIRE_TLS is true");
   EXPECT_SAYS(text, "fix: tls-ca=ca.pem port=8883, or insecure=true allow=10.0.0.9");
   broker.insecure = true;
-  EXPECT_SAYS(warning_of(broker, "true"), "error WEIR-6003");
+  EXPECT_SAYS(get_warning(broker, "true"), "error WEIR-6003");
   broker.allow = "10.0.0.8";
-  EXPECT_SAYS(warning_of(broker, "true"), "error WEIR-6003");
+  EXPECT_SAYS(get_warning(broker, "true"), "error WEIR-6003");
   broker.allow = "10.0.0.8,10.0.0.9";
-  EXPECT_EQ(warning_of(broker, "true"), "");
+  EXPECT_EQ(get_warning(broker, "true"), "");
   broker.insecure = false;
-  EXPECT_SAYS(warning_of(broker, "true"), "error WEIR-6003");
+  EXPECT_SAYS(get_warning(broker, "true"), "error WEIR-6003");
   broker.encrypted = true;
-  EXPECT_EQ(warning_of(broker, "true"), "");
+  EXPECT_EQ(get_warning(broker, "true"), "");
 
   Endpoint server = on("0.0.0.0");
   server.insecure = true;
-  EXPECT_SAYS(warning_of(server, "true"), "fix: insecure=true allow=192.168.1.0/24");
+  EXPECT_SAYS(get_warning(server, "true"), "fix: insecure=true allow=192.168.1.0/24");
   server.allow = "10.0.0.0/8";
-  EXPECT_EQ(warning_of(server, "true"), "");
+  EXPECT_EQ(get_warning(server, "true"), "");
   server.allow = "10.0.0.0/99";
-  EXPECT_SAYS(warning_of(server), "error WEIR-1004");
+  EXPECT_SAYS(get_warning(server), "error WEIR-1004");
 }
 
 }  // namespace network_policy_test

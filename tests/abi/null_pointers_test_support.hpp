@@ -25,11 +25,11 @@ inline constexpr bool kMayBeNull = false;
 template <class T>
 inline constexpr bool kMayBeNull<MayBeNull<T>> = true;
 template <class T>
-T value_of(T value) {
+T get_value(T value) {
   return value;
 }
 template <class T>
-T value_of(MayBeNull<T> given) {
+T get_value(MayBeNull<T> given) {
   return given.value;
 }
 
@@ -63,7 +63,7 @@ void expect_null_is_refused(const char* name, Outcome outcome, R (*function)(P..
     using Parameter = std::tuple_element_t<I, std::tuple<P...>>;
     using Given = std::tuple_element_t<I, std::tuple<A...>>;
     if constexpr (std::is_pointer_v<Parameter> && !kMayBeNull<Given>) {
-      std::tuple<P...> arguments{value_of(given)...};
+      std::tuple<P...> arguments{get_value(given)...};
       std::get<I>(arguments) = nullptr;
       call(arguments, "argument " + std::to_string(I) + " NULL");
     }
@@ -72,7 +72,7 @@ void expect_null_is_refused(const char* name, Outcome outcome, R (*function)(P..
     (with_null(std::integral_constant<size_t, I>()), ...);
   }
   (std::index_sequence_for<P...>());
-  std::tuple<P...> nothing{value_of(given)...};
+  std::tuple<P...> nothing{get_value(given)...};
   std::apply(
       [](auto&... each) {
         const auto clear = [](auto& argument) {

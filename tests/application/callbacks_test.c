@@ -44,7 +44,7 @@ static void see(const ml_tensors_data_h data, const ml_tensors_info_h info, void
 
 static void a_filter_of_the_program_runs(void) {
   Seen seen = {COUNTER, 0};
-  ml_tensors_info_h info = info_of(ML_TENSOR_TYPE_FLOAT32, 2, 0), empty = NULL;
+  ml_tensors_info_h info = make_info(ML_TENSOR_TYPE_FLOAT32, 2, 0), empty = NULL;
   ml_custom_easy_filter_h filter = NULL, second = NULL;
   ml_pipeline_h pipe = NULL;
   ml_pipeline_src_h src = NULL;
@@ -96,7 +96,7 @@ static void a_filter_of_the_program_runs(void) {
 }
 
 static void a_filter_that_is_unregistered_is_called_no_more(void) {
-  ml_tensors_info_h info = info_of(ML_TENSOR_TYPE_FLOAT32, 2, 0);
+  ml_tensors_info_h info = make_info(ML_TENSOR_TYPE_FLOAT32, 2, 0);
   ml_custom_easy_filter_h filter = NULL;
   ml_single_h single = NULL;
   ml_tensors_data_h data = two_floats(1), out = NULL;
@@ -130,7 +130,7 @@ static int destroying(const ml_tensors_data_h in, ml_tensors_data_h out, void* u
  * pipeline. */
 static void a_filter_cannot_destroy_its_pipeline(void) {
   Counter calls = COUNTER;
-  ml_tensors_info_h info = info_of(ML_TENSOR_TYPE_FLOAT32, 2, 0);
+  ml_tensors_info_h info = make_info(ML_TENSOR_TYPE_FLOAT32, 2, 0);
   ml_custom_easy_filter_h filter = NULL;
   ml_pipeline_src_h src = NULL;
   OK(ml_pipeline_custom_easy_filter_register("destroying", info, info, destroying, &calls,
@@ -343,9 +343,9 @@ static void a_pipeline_is_destroyed_under_busy_threads(void) {
   wait_for(&seen.frames, 50);
   OK(ml_pipeline_destroy(pipe));
   for (i = 0; i < kThreads; ++i) pthread_join(threads[i], NULL);
-  i = count_of(&seen.frames);
+  i = get_count(&seen.frames);
   OK(ml_pipeline_sink_unregister(sink));
-  CHECK(count_of(&seen.frames) == i);
+  CHECK(get_count(&seen.frames) == i);
   OK(ml_pipeline_src_release_handle(src));
 }
 

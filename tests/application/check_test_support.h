@@ -36,8 +36,8 @@ static int failed_checks;
 #define OK(call) CHECK((call) == ML_ERROR_NONE)
 
 /* An info with one tensor; free it with ml_tensors_info_destroy. */
-static inline ml_tensors_info_h info_of(ml_tensor_type_e type, unsigned int first,
-                                        unsigned int second) {
+static inline ml_tensors_info_h make_info(ml_tensor_type_e type, unsigned int first,
+                                          unsigned int second) {
   ml_tensors_info_h info = NULL;
   ml_tensor_dimension dimension = {0};
   dimension[0] = first;
@@ -51,7 +51,7 @@ static inline ml_tensors_info_h info_of(ml_tensor_type_e type, unsigned int firs
 
 /* One tensor, float32 2: `first` and its negative; free it with ml_tensors_data_destroy. */
 static inline ml_tensors_data_h two_floats(float first) {
-  ml_tensors_info_h info = info_of(ML_TENSOR_TYPE_FLOAT32, 2, 0);
+  ml_tensors_info_h info = make_info(ML_TENSOR_TYPE_FLOAT32, 2, 0);
   ml_tensors_data_h data = NULL;
   const float values[2] = {first, -first};
   OK(ml_tensors_data_create(info, &data));

@@ -16,7 +16,7 @@ static void count_frame(const ml_tensors_data_h data, const ml_tensors_info_h in
 }
 
 static void push(ml_pipeline_h pipe, const char* name) {
-  ml_tensors_info_h info = info_of(ML_TENSOR_TYPE_UINT8, 1, 0);
+  ml_tensors_info_h info = make_info(ML_TENSOR_TYPE_UINT8, 1, 0);
   ml_tensors_data_h data = NULL;
   ml_pipeline_src_h src = NULL;
   OK(ml_tensors_data_create(info, &data));

@@ -60,7 +60,7 @@ static void frames_go_in_and_come_out(const char* text) {
   OK(ml_pipeline_sink_unregister(second));
   OK(ml_pipeline_src_input_data(src, two_floats(4), ML_PIPELINE_BUF_POLICY_AUTO_FREE));
   wait_for(&seen.frames, 3);
-  CHECK(seen.last == 4 && count_of(&again.frames) == 2);
+  CHECK(seen.last == 4 && get_count(&again.frames) == 2);
   OK(ml_pipeline_src_input_data_eos(src));
   data = two_floats(5);
   CHECK_REFUSED(ml_pipeline_src_input_data(src, data, ML_PIPELINE_BUF_POLICY_AUTO_FREE),
@@ -119,7 +119,7 @@ static void a_failed_element_is_the_error_of_the_state(void) {
       "tensor_sink name=out sync=false");
   ml_pipeline_src_h src = NULL;
   ml_pipeline_state_e state = ML_PIPELINE_STATE_UNKNOWN;
-  ml_tensors_info_h info = info_of(ML_TENSOR_TYPE_FLOAT32, 4, 1);
+  ml_tensors_info_h info = make_info(ML_TENSOR_TYPE_FLOAT32, 4, 1);
   ml_tensors_data_h data = NULL;
   ml_custom_easy_filter_h filter = NULL;
   int result = ML_ERROR_NONE;
@@ -174,7 +174,7 @@ static void callbacks_may_call(void) {
   OK(ml_pipeline_src_input_data(src, two_floats(1), ML_PIPELINE_BUF_POLICY_AUTO_FREE));
   OK(ml_pipeline_src_input_data(src, two_floats(2), ML_PIPELINE_BUF_POLICY_AUTO_FREE));
   wait_for(&other.frames, 2);
-  CHECK(count_of(&seen.frames) == 1);
+  CHECK(get_count(&seen.frames) == 1);
   OK(ml_pipeline_destroy(pipe));
   CHECK_REFUSED(ml_pipeline_sink_unregister(seen.sink), ML_ERROR_INVALID_PARAMETER,
                 "sink_handle is a handle that was destroyed or released");

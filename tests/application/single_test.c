@@ -67,7 +67,7 @@ static ml_single_h open_plus_one(void) {
 }
 
 static void a_model_is_invoked(void) {
-  ml_tensors_info_h info = info_of(ML_TENSOR_TYPE_FLOAT32, 4, 2);
+  ml_tensors_info_h info = make_info(ML_TENSOR_TYPE_FLOAT32, 4, 2);
   ml_tensors_data_h input = eight_floats(info), output = NULL, into = NULL;
   ml_single_h single = open_plus_one();
   const float *y, one = 1;
@@ -92,7 +92,7 @@ static void a_model_is_invoked(void) {
 }
 
 static void infos_are_the_models(void) {
-  ml_tensors_info_h info = info_of(ML_TENSOR_TYPE_FLOAT32, 4, 2), got = NULL;
+  ml_tensors_info_h info = make_info(ML_TENSOR_TYPE_FLOAT32, 4, 2), got = NULL;
   ml_tensor_dimension dimension;
   ml_tensor_type_e type;
   ml_single_h single = NULL;
@@ -122,9 +122,9 @@ static void infos_are_the_models(void) {
 }
 
 static void open_dimensions_are_set(void) {
-  ml_tensors_info_h three = info_of(ML_TENSOR_TYPE_FLOAT32, 4, 3), out_info = NULL;
-  ml_tensors_info_h two = info_of(ML_TENSOR_TYPE_FLOAT32, 4, 2);
-  ml_tensors_info_h other = info_of(ML_TENSOR_TYPE_FLOAT32, 5, 3);
+  ml_tensors_info_h three = make_info(ML_TENSOR_TYPE_FLOAT32, 4, 3), out_info = NULL;
+  ml_tensors_info_h two = make_info(ML_TENSOR_TYPE_FLOAT32, 4, 2);
+  ml_tensors_info_h other = make_info(ML_TENSOR_TYPE_FLOAT32, 5, 3);
   ml_tensors_data_h input = eight_floats(two), output = NULL;
   ml_tensor_dimension dimension;
   ml_single_h single = NULL;
@@ -163,7 +163,7 @@ static void open_dimensions_are_set(void) {
 
 static void wrong_models_and_words_are_refused(void) {
   ml_single_h single = &single;
-  ml_tensors_info_h info = info_of(ML_TENSOR_TYPE_UINT8, 4, 2), empty = NULL;
+  ml_tensors_info_h info = make_info(ML_TENSOR_TYPE_UINT8, 4, 2), empty = NULL;
   char* text = NULL;
   OK(ml_tensors_info_create(&empty));
   CHECK_REFUSED(ml_single_open(&single, "nosuch.so", NULL, NULL, ML_NNFW_TYPE_ANY, 0),
@@ -205,8 +205,8 @@ static void wrong_models_and_words_are_refused(void) {
 }
 
 static void wrong_inputs_are_refused(void) {
-  ml_tensors_info_h bytes = info_of(ML_TENSOR_TYPE_UINT8, 4, 2);
-  ml_tensors_info_h long_row = info_of(ML_TENSOR_TYPE_FLOAT32, 5, 2);
+  ml_tensors_info_h bytes = make_info(ML_TENSOR_TYPE_UINT8, 4, 2);
+  ml_tensors_info_h long_row = make_info(ML_TENSOR_TYPE_FLOAT32, 5, 2);
   ml_tensors_data_h wrong_type = NULL, wrong_shape = NULL, output = NULL;
   ml_single_h single = open_plus_one();
   OK(ml_tensors_data_create(bytes, &wrong_type));
@@ -231,7 +231,7 @@ static void wrong_inputs_are_refused(void) {
 }
 
 static void a_slow_model_runs_out_of_time(void) {
-  ml_tensors_info_h info = info_of(ML_TENSOR_TYPE_FLOAT32, 4, 2);
+  ml_tensors_info_h info = make_info(ML_TENSOR_TYPE_FLOAT32, 4, 2);
   ml_tensors_data_h input = eight_floats(info), output = NULL;
   ml_single_h single = NULL;
   OK(ml_single_open(&single, "slow", NULL, NULL, ML_NNFW_TYPE_CUSTOM_FILTER, ML_NNFW_HW_ANY));

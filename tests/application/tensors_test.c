@@ -55,7 +55,7 @@ static void types_have_the_order_of_the_stream(void) {
   static const size_t sizes[] = {4, 4, 2, 2, 1, 1, 8, 4, 8, 8, 2};
   int type;
   for (type = 0; type < 11; ++type) {
-    ml_tensors_info_h info = info_of((ml_tensor_type_e)type, 10, 0);
+    ml_tensors_info_h info = make_info((ml_tensor_type_e)type, 10, 0);
     size_t size = 0;
     OK(ml_tensors_info_get_tensor_size(info, 0, &size));
     CHECK(size == 10 * sizes[type]);
@@ -64,7 +64,7 @@ static void types_have_the_order_of_the_stream(void) {
 }
 
 static void an_info_refuses_what_no_tensor_is(void) {
-  ml_tensors_info_h info = info_of(ML_TENSOR_TYPE_INT8, 7, 0);
+  ml_tensors_info_h info = make_info(ML_TENSOR_TYPE_INT8, 7, 0);
   ml_tensor_dimension none = {0}, hole = {3, 0, 2}, huge = {0}, got;
   ml_tensor_type_e type;
   unsigned int i;
@@ -102,7 +102,7 @@ static void an_info_refuses_what_no_tensor_is(void) {
 }
 
 static void data_is_zero_and_takes_copies(void) {
-  ml_tensors_info_h info = info_of(ML_TENSOR_TYPE_FLOAT32, 2, 2);
+  ml_tensors_info_h info = make_info(ML_TENSOR_TYPE_FLOAT32, 2, 2);
   ml_tensors_data_h data = NULL;
   const float given[4] = {1, 2, 3, 4};
   const float* values;
@@ -141,7 +141,7 @@ static void data_needs_an_info_that_is_complete(void) {
 }
 
 static void handles_differ(void) {
-  ml_tensors_info_h info = info_of(ML_TENSOR_TYPE_INT8, 1, 0), again = NULL;
+  ml_tensors_info_h info = make_info(ML_TENSOR_TYPE_INT8, 1, 0), again = NULL;
   ml_tensors_data_h data = NULL;
   unsigned int count;
   int number;

@@ -23,7 +23,7 @@ static inline void raise_count(Counter* counter) {
   pthread_mutex_unlock(&counter->mutex);
 }
 
-static inline int count_of(Counter* counter) {
+static inline int get_count(Counter* counter) {
   int count;
   pthread_mutex_lock(&counter->mutex);
   count = counter->count;

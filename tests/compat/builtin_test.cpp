@@ -219,7 +219,7 @@ TEST_F(BuiltInFilter, IsOneDescriptorForEachEngine) {
   EXPECT_NE(nnstreamer_filter_find("cpp"), nullptr);
 }
 
-GstTensorsConfig config_of(const char* dimensions, const char* types) {
+GstTensorsConfig make_config(const char* dimensions, const char* types) {
   GstTensorsConfig config;
   gst_tensors_config_init(&config);
   config.info.num_tensors = gst_tensors_info_parse_dimensions_string(&config.info, dimensions);
@@ -237,7 +237,7 @@ TEST(BuiltInDecoder, ProducesPicturesFollowingItsOptions) {
   EXPECT_NE(nnstreamer_decoder_find("octet_stream"), found);
   void* priv = nullptr;
   ASSERT_TRUE(found->init(&priv));
-  const auto config = config_of("3:4:2", "uint8");
+  const auto config = make_config("3:4:2", "uint8");
   GstCaps* caps = found->getOutCaps(&priv, &config);
   ASSERT_NE(caps, nullptr);
   const auto* structure = gst_caps_get_structure(caps, 0);
@@ -273,7 +273,7 @@ TEST(BuiltInDecoder, ProducesOneBufferOfManyTensors) {
   for (const size_t count : {1, 15, 16, 17, 20, 256}) {
     std::string dimensions = "4", types = "uint8";
     for (size_t i = 1; i < count; ++i) dimensions += ",4", types += ",uint8";
-    auto config = config_of(dimensions.c_str(), types.c_str());
+    auto config = make_config(dimensions.c_str(), types.c_str());
     ASSERT_EQ(config.info.num_tensors, count);
     std::vector<uint8_t> bytes(4 * count);
     std::iota(bytes.begin(), bytes.end(), uint8_t{1});
@@ -301,7 +301,7 @@ TEST(BuiltInDecoder, RejectsUnsupportedTensors) {
   ASSERT_NE(found, nullptr);
   void* priv = nullptr;
   ASSERT_TRUE(found->init(&priv));
-  const auto config = config_of("7:4:2", "float64");
+  const auto config = make_config("7:4:2", "float64");
   EXPECT_EQ(found->getOutCaps(&priv, &config), nullptr);
   EXPECT_EQ(found->getOutCaps(&priv, nullptr), nullptr);
   EXPECT_EQ(found->decode(&priv, &config, nullptr, nullptr), GST_FLOW_ERROR);
@@ -314,7 +314,7 @@ TEST(BuiltInDecoder, RejectsUnsupportedTensors) {
 TEST(BuiltInDecoder, RejectsCallsWithoutInit) {
   const auto* found = nnstreamer_decoder_find("direct_video");
   ASSERT_NE(found, nullptr);
-  const auto config = config_of("3:4:2", "uint8");
+  const auto config = make_config("3:4:2", "uint8");
   std::vector<uint8_t> pixels(24);
   const GstTensorMemory memory{pixels.data(), pixels.size()};
   GstBuffer* out = gst_buffer_new();
@@ -339,7 +339,7 @@ TEST(BuiltInDecoder, RejectsCallsWithoutInit) {
 TEST(BuiltInDecoder, RejectsTooManyTensors) {
   const auto* found = nnstreamer_decoder_find("octet_stream");
   ASSERT_NE(found, nullptr);
-  auto config = config_of("4", "uint8");
+  auto config = make_config("4", "uint8");
   uint8_t bytes[4] = {};
   const std::vector<GstTensorMemory> memories(300, {bytes, sizeof bytes});
   void* priv = nullptr;
@@ -361,7 +361,7 @@ TEST(BuiltInDecoder, RejectsTooManyTensors) {
   gst_tensors_config_free(&config);
 }
 
-GstBuffer* buffer_of(const std::string& text) {
+GstBuffer* make_buffer(const std::string& text) {
   GstBuffer* buffer = gst_buffer_new_memdup(text.data(), text.size());
   GST_BUFFER_PTS(buffer) = 7;
   return buffer;
@@ -381,7 +381,7 @@ TEST(BuiltInConverter, ProducesTensorsFromABuffer) {
   EXPECT_EQ(taken(gst_tensors_info_get_dimensions_string(&config.info)), "3:1");
   EXPECT_EQ(config.rate_n, 5);
   gst_caps_unref(caps);
-  GstBuffer* in = buffer_of("1 2 3;4 5");
+  GstBuffer* in = make_buffer("1 2 3;4 5");
   GstBuffer* out = found->convert(in, &config, nullptr);
   ASSERT_NE(out, nullptr);
   EXPECT_EQ(gst_buffer_n_memory(out), 2u);
@@ -403,7 +403,7 @@ TEST(BuiltInConverter, RejectsInvalidCalls) {
   GstCaps* caps = gst_caps_from_string("application/x-numbers, mode=(string)refused");
   EXPECT_FALSE(found->get_out_config(caps, &config));
   gst_caps_unref(caps);
-  GstBuffer* in = buffer_of("failure");
+  GstBuffer* in = make_buffer("failure");
   EXPECT_EQ(found->convert(in, &config, nullptr), nullptr);
   EXPECT_EQ(found->convert(nullptr, &config, nullptr), nullptr);
   gst_buffer_unref(in);

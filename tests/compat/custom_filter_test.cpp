@@ -26,19 +26,19 @@ std::string fault(const std::string& name) {
 }
 
 TEST(CompatCustomFilter, RunsWithTheDocumentedLayout) {
-  auto h = harness_of(line("by_hand", "custom=2.5"), kFour);
+  auto h = make_harness(line("by_hand", "custom=2.5"), kFour);
   EXPECT_EQ(pushed<float>(h, {1, 2, -4, 0}), (Floats{2.5, 5, -10, 0}));
   EXPECT_SAYS(caps_text(h), "dimension=(string)4");
   EXPECT_EQ(stat(h, "tensor_filter", "bytes-copied"), 0u);
 }
 
 TEST(CompatCustomFilter, IsChosenByTheFilesName) {
-  auto h = harness_of("tensor_filter model=" + file("by_hand"), kFour);
+  auto h = make_harness("tensor_filter model=" + file("by_hand"), kFour);
   EXPECT_EQ(pushed<float>(h, {1, 2, 3, 4}), (Floats{1, 2, 3, 4}));
 }
 
 TEST(CompatCustomFilter, AboveZeroDropsAndBelowFails) {
-  auto h = harness_of(line("by_hand", "custom=1"), kFour);
+  auto h = make_harness(line("by_hand", "custom=1"), kFour);
   EXPECT_EQ(pushed<float>(h, {101, 0, 0, 0}), Floats{});
   EXPECT_EQ(pushed<float>(h, {3, 0, 0, 0}), (Floats{3, 0, 0, 0}));
   const auto message = frame_error<float>(h, {-101, 0, 0, 0});
@@ -48,7 +48,7 @@ TEST(CompatCustomFilter, AboveZeroDropsAndBelowFails) {
 }
 
 TEST(CompatCustomFilter, FollowsTheStreamsSizes) {
-  auto h = harness_of(line("passthrough"), tensors("uint8,int16", "3:2,5"));
+  auto h = make_harness(line("passthrough"), tensors("uint8,int16", "3:2,5"));
   EXPECT_SAYS(caps_text(h), "");
   GstBuffer* two = frame<uint8_t>({1, 2, 3, 4, 5, 6});
   gst_buffer_append(two, frame<int16_t>({7, 8, 9, 10, -11}));
@@ -67,12 +67,12 @@ TEST(CompatCustomFilter, RejectsOutputPropertiesThatContradictTheModel) {
                 "WEIR-2001: output contradicts the model")
         << wrong;
   EXPECT_SAYS(start_error(line("passthrough", "output=3:2,1"), caps), "differ in number");
-  auto h = harness_of(line("passthrough", "output=3:2:1 outputtype=uint8"), caps);
+  auto h = make_harness(line("passthrough", "output=3:2:1 outputtype=uint8"), caps);
   EXPECT_EQ(pushed<uint8_t>(h, {1, 2, 3, 4, 5, 6}), (Bytes{1, 2, 3, 4, 5, 6}));
 }
 
 TEST(CompatCustomFilter, CallsTheLibraryWithoutLinkingIt) {
-  auto h = harness_of(line("average"), tensors("uint8", "2:3:1"));
+  auto h = make_harness(line("average"), tensors("uint8", "2:3:1"));
   ASSERT_EQ(gst_harness_push(h.get(), frame<uint8_t>({1, 10, 2, 20, 6, 60})), GST_FLOW_OK);
   const auto out = Ref<GstBuffer>::adopt(gst_harness_pull(h.get()));
   EXPECT_EQ(values<float>(out.get()), (Floats{3, 30}));
@@ -80,14 +80,14 @@ TEST(CompatCustomFilter, CallsTheLibraryWithoutLinkingIt) {
 }
 
 TEST(CompatCustomFilter, CallsTheLibraryThatItLinks) {
-  auto h = harness_of(line("scaler", "custom=2x1"), tensors("uint8", "1:4:2"));
+  auto h = make_harness(line("scaler", "custom=2x1"), tensors("uint8", "1:4:2"));
   EXPECT_EQ(pushed<uint8_t>(h, {1, 2, 3, 4, 5, 6, 7, 8}), (Bytes{1, 3}));
 }
 
 TEST(CompatCustomFilter, AllocatedOutputsAreForwardedWithoutACopy) {
   long freed = 0;
   const auto address = "custom=" + std::to_string(reinterpret_cast<uintptr_t>(&freed));
-  auto h = harness_of(line("allocating", address), tensors("uint64", "2"));
+  auto h = make_harness(line("allocating", address), tensors("uint64", "2"));
   ASSERT_EQ(gst_harness_push(h.get(), frame<uint64_t>({0, 0})), GST_FLOW_OK);
   auto out = Ref<GstBuffer>::adopt(gst_harness_pull(h.get()));
   {
@@ -107,12 +107,12 @@ TEST(CompatCustomFilter, MissingAllocatedOutputsAreReported) {
   long freed = 0;
   const auto address = "custom=" + std::to_string(reinterpret_cast<uintptr_t>(&freed));
   {
-    auto h = harness_of(line("allocating", address), tensors("uint64", "2"));
+    auto h = make_harness(line("allocating", address), tensors("uint64", "2"));
     EXPECT_EQ(pushed<uint64_t>(h, {1, 0}), Numbers{}) << "dropped";
     EXPECT_SAYS(frame_error<uint64_t>(h, {2, 0}),
                 "must allocate its outputs, but returned no memory");
   }
-  auto h = harness_of(line("allocating", address), tensors("uint64", "2"));
+  auto h = make_harness(line("allocating", address), tensors("uint64", "2"));
   const auto message = frame_error<uint64_t>(h, {3, 0});
   EXPECT_SAYS(message, "returned an output of a different size");
   EXPECT_SAYS(message, "output 0: 17 bytes");
@@ -162,17 +162,17 @@ TEST(CompatCustomFilter, ExceptionsEndAtTheElement) {
               "threw an exception in initfunc\n  offered: the device is gone");
   EXPECT_SAYS(fault("throw-in-input"),
               "threw an exception in getInputDim\n  offered: not a std::exc");
-  auto h = harness_of(line("unruly0", "custom=throw-in-invoke"), kFour);
+  auto h = make_harness(line("unruly0", "custom=throw-in-invoke"), kFour);
   EXPECT_SAYS(frame_error<float>(h, {1, 2, 3, 4}), "threw an exception in invoke");
-  h = harness_of(line("unruly0", "custom=throw-a-number"), kFour);
+  h = make_harness(line("unruly0", "custom=throw-a-number"), kFour);
   EXPECT_SAYS(frame_error<float>(h, {1, 2, 3, 4}), "not a std::exception");
-  h = harness_of(line("unruly0", "custom=throw-in-exit"), kFour);
+  h = make_harness(line("unruly0", "custom=throw-in-exit"), kFour);
   EXPECT_EQ(pushed<float>(h, {1, 2, 3, 4}), (Floats{1, 2, 3, 4}));
 }
 
 TEST(CompatCustomFilter, OutputAddressesMustNotChange) {
   for (const char* name : {"other-memory", "smaller"}) {
-    auto h = harness_of(line("unruly0", std::string("custom=") + name), kFour);
+    auto h = make_harness(line("unruly0", std::string("custom=") + name), kFour);
     EXPECT_SAYS(frame_error<float>(h, {1, 2, 3, 4}), "changed the address or size of its output")
         << name;
   }
@@ -193,7 +193,7 @@ TEST(CompatCustomFilter, IsOneRegularFile) {
 }
 
 TEST(CompatCustomFilter, RunsInItsOwnProcess) {
-  auto h = harness_of(line("by_hand", "custom=3 isolate=process"), kFour);
+  auto h = make_harness(line("by_hand", "custom=3 isolate=process"), kFour);
   EXPECT_EQ(pushed<float>(h, {1, 2, 3, 4}), (Floats{3, 6, 9, 12}));
 }
 

@@ -22,7 +22,7 @@ INSTANTIATE_TEST_SUITE_P(Versions, CompatFilterLife, testing::Values("life", "li
 TEST_P(CompatFilterLife, OpensOnceAndClosesOnce) {
   const AdderFiles files;
   const Pipe events;
-  auto h = harness_of(life(files.model(5), events.writer()), kAdderCaps);
+  auto h = make_harness(life(files.model(5), events.writer()), kAdderCaps);
   EXPECT_EQ(pushed_sum(h), 5);
   h.reset();
   EXPECT_EQ(events.all(), "oc");
@@ -31,9 +31,9 @@ TEST_P(CompatFilterLife, OpensOnceAndClosesOnce) {
 TEST_P(CompatFilterLife, IsSuspendedIfItCan) {
   const AdderFiles files;
   const Pipe events;
-  auto h = harness_of(life(files.model(1), "+" + events.writer(), "suspend=1"), kAdderCaps);
+  auto h = make_harness(life(files.model(1), "+" + events.writer(), "suspend=1"), kAdderCaps);
   for (int i = 0; i < 2; ++i) {
-    wait_until_suspended(element_of(h, "tensor_filter").get());
+    wait_until_suspended(find_element(h, "tensor_filter").get());
     EXPECT_EQ(pushed_sum(h), 1);
   }
   h.reset();
@@ -46,8 +46,8 @@ TEST_P(CompatFilterLife, IsSuspendedIfItCan) {
 TEST_P(CompatFilterLife, IsClosedIfItCannotSuspend) {
   const AdderFiles files;
   const Pipe events;
-  auto h = harness_of(life(files.model(1), events.writer(), "suspend=1"), kAdderCaps);
-  wait_until_suspended(element_of(h, "tensor_filter").get());
+  auto h = make_harness(life(files.model(1), events.writer(), "suspend=1"), kAdderCaps);
+  wait_until_suspended(find_element(h, "tensor_filter").get());
   EXPECT_EQ(pushed_sum(h), 1);
   h.reset();
   const auto reported = events.all();
@@ -60,8 +60,8 @@ TEST_P(CompatFilterLife, IsClosedIfItCannotSuspend) {
 TEST_P(CompatFilterLife, ANewModelIsOpenedBesideTheCurrentOne) {
   const AdderFiles files;
   const Pipe events;
-  auto h = harness_of(life(files.model(1), events.writer(), "is-updatable=true"), kAdderCaps);
-  const auto filter = element_of(h, "tensor_filter");
+  auto h = make_harness(life(files.model(1), events.writer(), "is-updatable=true"), kAdderCaps);
+  const auto filter = find_element(h, "tensor_filter");
   EXPECT_EQ(pushed_sum(h), 1);
   g_object_set(filter.get(), "model", files.model(2).c_str(), nullptr);
   EXPECT_EQ(pushed_sum(h), 2);
@@ -75,8 +75,8 @@ TEST_P(CompatFilterLife, ANewModelIsOpenedBesideTheCurrentOne) {
 TEST_P(CompatFilterLife, AModelOfOtherSizesIsClosedAndTheOldOneContinues) {
   const AdderFiles files;
   const Pipe events;
-  auto h = harness_of(life(files.model(1), events.writer(), "is-updatable=true"), kAdderCaps);
-  const auto filter = element_of(h, "tensor_filter");
+  auto h = make_harness(life(files.model(1), events.writer(), "is-updatable=true"), kAdderCaps);
+  const auto filter = find_element(h, "tensor_filter");
   Errors messages(h);
   EXPECT_EQ(pushed_sum(h), 1);
   g_object_set(filter.get(), "model", files.model(2, "5").c_str(), nullptr);
@@ -95,8 +95,8 @@ TEST_P(CompatFilterLife, AModelOfOtherSizesIsClosedAndTheOldOneContinues) {
 TEST_P(CompatFilterLife, AModelThatDoesNotOpenIsReportedAndTheOldOneContinues) {
   const AdderFiles files;
   const Pipe events;
-  auto h = harness_of(life(files.model(1), events.writer(), "is-updatable=true"), kAdderCaps);
-  const auto filter = element_of(h, "tensor_filter");
+  auto h = make_harness(life(files.model(1), events.writer(), "is-updatable=true"), kAdderCaps);
+  const auto filter = find_element(h, "tensor_filter");
   Errors messages(h);
   g_object_set(filter.get(), "model", files.write("broken", "no number").c_str(), nullptr);
   const auto message = messages.next_warning();
@@ -115,9 +115,9 @@ TEST_P(CompatFilterLife, OneModelForTwoElementsThatMeasureDifferently) {
   const AdderFiles files;
   const Pipe events;
   const std::string key = " shared-tensor-filter-key=one";
-  auto first = harness_of(life(files.model(4), events.writer(), "latency=1" + key), kAdderCaps);
+  auto first = make_harness(life(files.model(4), events.writer(), "latency=1" + key), kAdderCaps);
   auto second =
-      harness_of(life(files.model(4), events.writer(), "suspend=60000" + key), kAdderCaps);
+      make_harness(life(files.model(4), events.writer(), "suspend=60000" + key), kAdderCaps);
   EXPECT_EQ(pushed_sum(first), 4);
   EXPECT_EQ(pushed_sum(second), 4);
   EXPECT_EQ(stat(second, "tensor_filter", "shared-by"), 2u);

@@ -75,11 +75,11 @@ TEST(CompatProgram, FunctionIsAFilter) {
   Info two("2", "uint8");
   ASSERT_EQ(NNS_custom_easy_register("adder", add, &number, two.get(), two.get()), 0);
   const Easy adder("adder");
-  auto h = harness_of(kLine, kTwo);
+  auto h = make_harness(kLine, kTwo);
   EXPECT_EQ(pushed<uint8_t>(h, {1, 2}), (Bytes{6, 7}));
   EXPECT_EQ(pushed<uint8_t>(h, {100, 2}), Bytes{}) << "dropped";
   EXPECT_SAYS(frame_error<uint8_t>(h, {101, 2}), "-5 (Input/output error)");
-  h = harness_of(kLine, kTwo);
+  h = make_harness(kLine, kTwo);
   EXPECT_SAYS(frame_error<uint8_t>(h, {102, 2}), "threw an exception in its function");
 }
 
@@ -96,10 +96,10 @@ TEST(CompatProgram, FunctionAcceptsADeclaredNumberOfTensors) {
   Flexible one(1);
   ASSERT_EQ(NNS_custom_easy_register("adder", add, &number, one.get(), one.get()), 0);
   const Easy adder("adder");
-  auto h = harness_of(kLine, kTwo);
+  auto h = make_harness(kLine, kTwo);
   EXPECT_EQ(pushed<uint8_t>(h, {1, 2}), (Bytes{6, 7}));
   EXPECT_SAYS(caps_text(h), "dimension=(string)2,");
-  h = harness_of(kLine, tensors("uint8", "3"));
+  h = make_harness(kLine, tensors("uint8", "3"));
   EXPECT_EQ(pushed<uint8_t>(h, {1, 2, 3}), (Bytes{6, 7, 8}));
   EXPECT_SAYS(start_error(kLine,
                           "other/tensors,format=static,num_tensors=2,dimensions=(string)3.3,"
@@ -132,8 +132,8 @@ TEST(CompatProgram, FunctionDecidesSizesForAnyInput) {
   Flexible one(1);
   ASSERT_EQ(NNS_custom_easy_dynamic_register("grower", grow, nullptr, one.get()), 0);
   const Easy grower("grower");
-  auto h = harness_of("tensor_filter framework=custom-easy model=grower invoke-dynamic=true",
-                      tensors("uint8", "2"));
+  auto h = make_harness("tensor_filter framework=custom-easy model=grower invoke-dynamic=true",
+                        tensors("uint8", "2"));
   EXPECT_EQ(pushed<uint8_t>(h, {3, 0}).size(), 128u + 3);
 }
 
@@ -155,7 +155,7 @@ TEST(CompatProgram, FunctionDecidesSizes) {
   ASSERT_EQ(NNS_custom_easy_dynamic_register("grower", grow, nullptr, one.get()), 0);
   const Easy grower("grower");
   const std::string line = "tensor_filter framework=custom-easy model=grower ";
-  auto h = harness_of(line + "invoke-dynamic=true", tensors("uint8", "1"));
+  auto h = make_harness(line + "invoke-dynamic=true", tensors("uint8", "1"));
   for (const uint8_t count : {uint8_t{3}, uint8_t{1}}) {
     const auto out = pushed<uint8_t>(h, {count});
     ASSERT_EQ(out.size(), 128u + count);
@@ -188,15 +188,16 @@ TEST(CompatProgram, NamesAndDescriptionsAreChecked) {
 }
 
 TEST(CompatProgram, LibraryProvidesTheFunction) {
-  auto h = harness_of("tensor_filter framework=custom-easy model=easy", kTwo);
+  auto h = make_harness("tensor_filter framework=custom-easy model=easy", kTwo);
   EXPECT_EQ(pushed<uint8_t>(h, {1, 255}), (Bytes{2, 0}));
 }
 
 TEST(CompatProgram, LibraryProvidesObjects) {
   const std::string library = "," + filter_file("object");
-  auto h = harness_of("tensor_filter framework=cpp model=negated" + library, tensors("int8", "3"));
+  auto h =
+      make_harness("tensor_filter framework=cpp model=negated" + library, tensors("int8", "3"));
   EXPECT_EQ(pushed<int8_t>(h, {1, -2, 3}), (std::vector<int8_t>{-1, 2, -3}));
-  h = harness_of("tensor_filter framework=cpp model=counted", tensors("float32", "5"));
+  h = make_harness("tensor_filter framework=cpp model=counted", tensors("float32", "5"));
   EXPECT_EQ((pushed<float, uint8_t>(h, {9, 9, 9, 9, 9})), (Bytes{0, 1, 2, 3, 4}));
 }
 
@@ -227,7 +228,7 @@ TEST(CompatProgram, ObjectIsAFilter) {
   EXPECT_EQ(reserved._register(), -EINVAL);
   EXPECT_EQ(tensor_filter_cpp::__register(nullptr), -EINVAL);
   {
-    auto h = harness_of("tensor_filter framework=cpp model=object", kTwo);
+    auto h = make_harness("tensor_filter framework=cpp model=object", kTwo);
     EXPECT_EQ(pushed<uint8_t>(h, {1, 2}), (Bytes{1, 2}));
     EXPECT_SAYS(frame_error<uint8_t>(h, {0, 2}), "the filter object threw an exception in invoke");
   }

@@ -110,7 +110,7 @@ TEST(CompatMeta, HeaderHasTheDocumentedFields) {
   EXPECT_FALSE(gst_tensor_meta_info_parse_header(&meta, words));
 }
 
-GstMemory* memory_of(size_t index, size_t bytes) {
+GstMemory* make_memory(size_t index, size_t bytes) {
   auto* data = static_cast<guint8*>(g_malloc(bytes));
   std::memset(data, static_cast<int>(index), bytes);
   return gst_memory_new_wrapped(GST_MEMORY_FLAG_READONLY, data, bytes, 0, bytes, data, g_free);
@@ -124,7 +124,7 @@ GstBuffer* buffer_with(size_t count) {
     gst_tensor_info_init(&info);
     info.type = _NNS_UINT8;
     info.dimension[0] = static_cast<uint32_t>(i + 1);
-    EXPECT_TRUE(gst_tensor_buffer_append_memory(buffer, memory_of(i, i + 1), &info)) << i;
+    EXPECT_TRUE(gst_tensor_buffer_append_memory(buffer, make_memory(i, i + 1), &info)) << i;
   }
   return buffer;
 }
@@ -153,9 +153,9 @@ TEST(CompatBuffer, RejectsThe257thTensor) {
   GstBuffer* buffer = buffer_with(256);
   GstTensorInfo info;
   gst_tensor_info_init(&info);
-  EXPECT_FALSE(gst_tensor_buffer_append_memory(buffer, memory_of(0, 1), &info));
+  EXPECT_FALSE(gst_tensor_buffer_append_memory(buffer, make_memory(0, 1), &info));
   EXPECT_EQ(gst_tensor_buffer_get_count(buffer), 256u);
-  EXPECT_FALSE(gst_tensor_buffer_append_memory(nullptr, memory_of(0, 1), &info));
+  EXPECT_FALSE(gst_tensor_buffer_append_memory(nullptr, make_memory(0, 1), &info));
   EXPECT_EQ(gst_tensor_buffer_get_nth_memory(nullptr, 0), nullptr);
   gst_buffer_unref(buffer);
 }

@@ -19,9 +19,9 @@ const std::string kThree = tensors("uint8", "3");
 class Later {
  public:
   explicit Later(const std::string& more = "")
-      : harness(harness_of("tensor_filter framework=header1 invoke-async=true custom=later:" +
-                               to_.reader() + ":" + from_.writer() + more,
-                           kThree)) {}
+      : harness(make_harness("tensor_filter framework=header1 invoke-async=true custom=later:" +
+                                 to_.reader() + ":" + from_.writer() + more,
+                             kThree)) {}
   ~Later() {
     to_.put(0);  // ends the thread
     harness.reset();
@@ -109,7 +109,7 @@ TEST(CompatSubPluginAsync, ALateOutputFailsTheNextFrame) {
 }
 
 TEST(CompatSubPluginAsync, OutputsWhileItIsClosedAreDropped) {
-  auto h = harness_of("tensor_filter framework=header1 custom=late invoke-async=true", kThree);
+  auto h = make_harness("tensor_filter framework=header1 custom=late invoke-async=true", kThree);
   ASSERT_EQ(push(h, 10), GST_FLOW_OK);
   for (int i = 0; i < 3; ++i) EXPECT_TRUE(Ref<GstBuffer>::adopt(gst_harness_pull(h.get())));
   testing::internal::CaptureStderr();

@@ -35,12 +35,12 @@ TEST(SubPluginCondition, DecidesByAllTensorsOfTheFrame) {
   ASSERT_EQ(add("c-named", second_is_seven, &calls), 0);
   Branches element(kNamed);
   element.caps(test::tensors("uint8,int16", "2:1,1:3"));
-  ASSERT_EQ(element.push(frame_of({{1, 2}, {7, 0, 0, 0, 0, 0}})), GST_FLOW_OK);
-  ASSERT_EQ(element.push(frame_of({{3, 4}, {6, 0, 0, 0, 0, 0}})), GST_FLOW_OK);
+  ASSERT_EQ(element.push(make_frame({{1, 2}, {7, 0, 0, 0, 0, 0}})), GST_FLOW_OK);
+  ASSERT_EQ(element.push(make_frame({{3, 4}, {6, 0, 0, 0, 0, 0}})), GST_FLOW_OK);
   EXPECT_EQ(content(element.take("src_0").get(), 0), (Bytes{1, 2}));
   EXPECT_EQ(content(element.take("src_1").get(), 0), (Bytes{3, 4}));
   EXPECT_EQ(calls, 2);
-  EXPECT_EQ(element.push(frame_of({{255, 4}, {6, 0, 0, 0, 0, 0}})), GST_FLOW_ERROR);
+  EXPECT_EQ(element.push(make_frame({{255, 4}, {6, 0, 0, 0, 0, 0}})), GST_FLOW_ERROR);
   const auto error = element.error();
   EXPECT_SAYS(error, "WEIR-5003: the condition c-named failed: it returned false");
   EXPECT_SAYS(error, "needed: true, with the answer in *result");

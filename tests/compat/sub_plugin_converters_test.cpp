@@ -18,13 +18,13 @@ std::string caps(const std::string& what = "", const std::string& name = "bytes"
 }
 // The output; an empty buffer when there is none.
 Ref<GstBuffer> converted(const Harness& h, const Bytes& bytes) {
-  EXPECT_EQ(error_of(h, frame(bytes, 5)), "");
+  EXPECT_EQ(get_error(h, frame(bytes, 5)), "");
   GstBuffer* out = gst_harness_try_pull(h.get());
   return Ref<GstBuffer>::adopt(out ? out : gst_buffer_new());
 }
 std::string message(const std::string& what) {
   auto h = harness("", caps(what));
-  return error_of(h, frame({1, 2, 3}));
+  return get_error(h, frame({1, 2, 3}));
 }
 
 TEST(SubPluginConverter, AcceptsTheCapsThatItDeclares) {
@@ -54,7 +54,7 @@ TEST(SubPluginConverter, IsInThePadTemplateAndListed) {
   EXPECT_SAYS(accepted(h, "x-test/bytes"), "x-test/bytes");
   EXPECT_EQ(accepted(h, "x-test/unknown"), "EMPTY");
   gchar* raw = nullptr;
-  g_object_get(element_of(h, "tensor_converter").get(), "sub-plugins", &raw, nullptr);
+  g_object_get(find_element(h, "tensor_converter").get(), "sub-plugins", &raw, nullptr);
   const weir::gst::UniqueText list{raw};
   EXPECT_SAYS("," + std::string(list.get()) + ",", ",bytes,");
 }
@@ -114,24 +114,24 @@ TEST(SubPluginConverter, HasItsFramesCombined) {
   auto h = harness("frames-per-tensor=2", caps());
   EXPECT_SAYS(caps_text(h), "dimensions=(string)4:2, types=(string)uint8");
   for (const Bytes& frame_bytes : {Bytes{1, 2, 3}, Bytes{4, 5, 6}})
-    EXPECT_EQ(error_of(h, frame(frame_bytes, 5)), "");
+    EXPECT_EQ(get_error(h, frame(frame_bytes, 5)), "");
   const auto out = Ref<GstBuffer>::adopt(gst_harness_pull(h.get()));
   EXPECT_EQ(content(out.get()), (Bytes{1, 2, 3, 4, 5, 6}));
   EXPECT_EQ(GST_BUFFER_PTS(out.get()), 5u);
   EXPECT_SAYS(caps_text(h), "dimensions=(string)3:2, types=(string)uint8");
-  EXPECT_EQ(error_of(h, frame({7, 8, 9}, 9)), "");
+  EXPECT_EQ(get_error(h, frame({7, 8, 9}, 9)), "");
   EXPECT_EQ(stat(h, "held"), 1u);
-  EXPECT_EQ(error_of(h, frame({7}, 10)), "");
+  EXPECT_EQ(get_error(h, frame({7}, 10)), "");
   EXPECT_EQ(stat(h, "dropped-flush"), 1u) << "frames of another kind start a new tensor";
 }
 
 TEST(SubPluginConverter, CannotHaveAllFramesCombined) {
   auto two = harness("frames-per-tensor=2", caps("two"));
-  EXPECT_SAYS(error_of(two, frame({1, 2, 3})),
+  EXPECT_SAYS(get_error(two, frame({1, 2, 3})),
               "WEIR-1004: frames with several tensors cannot be combined into one output\n"
               "  offered: 2 tensors, frames-per-tensor=2");
   auto flexible = harness("frames-per-tensor=2", caps("flexible"));
-  EXPECT_SAYS(error_of(flexible, frame({1, 2, 3})),
+  EXPECT_SAYS(get_error(flexible, frame({1, 2, 3})),
               "WEIR-1004: the converter bytes outputs flexible tensors, which cannot be combined "
               "into one output\n"
               "  offered: frames-per-tensor=2");
@@ -158,7 +158,7 @@ TEST(SubPluginConverter, MustAgreeWithTheUser) {
   harness("", caps());
   auto h = harness("input-dim=2 input-type=uint8", caps());
   EXPECT_EQ(content(converted(h, {1, 2}).get()), (Bytes{1, 2}));
-  EXPECT_SAYS(error_of(h, frame({1, 2, 3})), "WEIR-2001: a frame does not match input-dim");
+  EXPECT_SAYS(get_error(h, frame({1, 2, 3})), "WEIR-2001: a frame does not match input-dim");
 }
 
 TEST(SubPluginConverter, IsReportedWhenItsFileIsRejected) {
@@ -228,7 +228,7 @@ TEST(SubPluginConverter, ReportsAnExceptionWithItsName) {
   ASSERT_TRUE(add(&own));
   {
     auto h = harness("", caps("", "throwing"));
-    const auto text = error_of(h, frame({1}));
+    const auto text = get_error(h, frame({1}));
     EXPECT_SAYS(text, "WEIR-5003: the converter x-test/throwing threw an exception");
     EXPECT_SAYS(text, "offered: out of convert");
     EXPECT_EQ(stat(h, "dropped-error"), 1u);
@@ -247,7 +247,7 @@ TEST(ConverterFunction, ReportsAnExceptionWithItsName) {
   };
   ASSERT_EQ(WEIR_LIBRARY(nnstreamer_converter_custom_register)("throwing", function, nullptr), 0);
   auto h = harness("mode=custom-code:throwing", video("GRAY8", 4, 1));
-  EXPECT_SAYS(error_of(h, frame({1, 2, 3, 4})),
+  EXPECT_SAYS(get_error(h, frame({1, 2, 3, 4})),
               "WEIR-5003: the function throwing threw an exception\n  offered: out of convert");
   EXPECT_EQ(stat(h, "dropped-error"), 1u);
   EXPECT_EQ(WEIR_LIBRARY(nnstreamer_converter_custom_unregister)("throwing"), 0);
@@ -277,19 +277,19 @@ TEST(ConverterFunction, OfTheProgramConvertsAnyMedium) {
     EXPECT_SAYS(caps_text(h), "dimensions=(string)1:1:1:1, types=(string)uint8");
     EXPECT_EQ(content(converted(h, {1, 2, 3}).get()), (Bytes{1, 2, 3, 1, 2, 3}));
     EXPECT_SAYS(caps_text(h), "dimensions=(string)3:2");
-    EXPECT_SAYS(error_of(h, frame({255})),
+    EXPECT_SAYS(get_error(h, frame({255})),
                 "WEIR-5003: the function twice returned nothing for a frame");
   }
   EXPECT_EQ(frames, 6);
   auto gathered = harness("mode=custom-code:twice frames-per-tensor=2", video("GRAY8", 3, 1));
-  EXPECT_EQ(error_of(gathered, frame({1, 2, 3})), "");
+  EXPECT_EQ(get_error(gathered, frame({1, 2, 3})), "");
   EXPECT_EQ(content(converted(gathered, {4, 5, 6}).get()),
             (Bytes{1, 2, 3, 1, 2, 3, 4, 5, 6, 4, 5, 6}));
   EXPECT_SAYS(caps_text(gathered), "dimensions=(string)3:2:2");
   EXPECT_EQ(WEIR_LIBRARY(nnstreamer_converter_custom_unregister)("twice"), 0);
   EXPECT_EQ(WEIR_LIBRARY(nnstreamer_converter_custom_unregister)("twice"), -EINVAL);
   auto gone = harness("mode=custom-code:twice", "application/octet-stream,framerate=10/1");
-  EXPECT_SAYS(error_of(gone, frame({1})), "WEIR-3011: no function is registered under this name");
+  EXPECT_SAYS(get_error(gone, frame({1})), "WEIR-3011: no function is registered under this name");
 }
 
 }  // namespace sub_plugin_converters_test

@@ -18,10 +18,10 @@ std::string text(const Bytes& bytes) {
   return {bytes.begin(), bytes.end()};
 }
 std::string refusal(const std::string& mode) {
-  return error_of("mode=" + mode, kThree, {1, 2, 3});
+  return get_error("mode=" + mode, kThree, {1, 2, 3});
 }
 std::string message(const std::string& what) {
-  return error_of("mode=adding option1=" + what, kThree, {1, 2, 3});
+  return get_error("mode=adding option1=" + what, kThree, {1, 2, 3});
 }
 
 TEST(SubPluginDecoder, IsAModeOfTensorDecoder) {
@@ -68,7 +68,7 @@ TEST(SubPluginDecoder, ReceivesFlexibleTensorsWithTheirHeaders) {
 TEST(SubPluginDecoder, IsListed) {
   auto h = harness("mode=adding", kThree);
   gchar* raw = nullptr;
-  g_object_get(element_of(h, "tensor_decoder").get(), "sub-plugins", &raw, nullptr);
+  g_object_get(find_element(h, "tensor_decoder").get(), "sub-plugins", &raw, nullptr);
   const weir::gst::UniqueText list{raw};
   const std::string names = "," + std::string(list.get()) + ",";
   for (const char* name : {",adding,", ",bare,", ",image_labeling,"}) EXPECT_SAYS(names, name);
@@ -242,14 +242,14 @@ TEST(CustomCodeDecoder, MustBeRegisteredAndProduceABuffer) {
   const auto remove = WEIR_LIBRARY(nnstreamer_decoder_custom_unregister);
   int flow = GST_FLOW_ERROR;
   ASSERT_EQ(add("failing", count, &flow), 0);
-  const std::string missing = error_of("mode=custom-code option1=absent", kThree, {1, 2, 3});
+  const std::string missing = get_error("mode=custom-code option1=absent", kThree, {1, 2, 3});
   EXPECT_SAYS(missing, "WEIR-5002: no decoder is registered under this name");
   EXPECT_SAYS(missing, "needed: one of: failing");
-  EXPECT_SAYS(error_of("mode=custom-code"), "offered: mode=custom-code option1=");
-  EXPECT_SAYS(error_of("mode=custom-code option1=failing", kThree, {1, 2, 3}),
+  EXPECT_SAYS(get_error("mode=custom-code"), "offered: mode=custom-code option1=");
+  EXPECT_SAYS(get_error("mode=custom-code option1=failing", kThree, {1, 2, 3}),
               "WEIR-5003: the function failing failed on a frame\n  offered: error");
   flow = GST_FLOW_OK;
-  EXPECT_SAYS(error_of("mode=custom-code option1=failing", kThree, {1, 2, 3}),
+  EXPECT_SAYS(get_error("mode=custom-code option1=failing", kThree, {1, 2, 3}),
               "the function failing returned success without an output");
   remove("failing");
 }
@@ -260,7 +260,7 @@ int throwing(const GstTensorMemory*, const GstTensorsConfig*, void*, GstBuffer*)
 
 TEST(CustomCodeDecoder, ReportsAnExceptionWithItsName) {
   ASSERT_EQ(WEIR_LIBRARY(nnstreamer_decoder_custom_register)("throwing", throwing, nullptr), 0);
-  const auto text = error_of("mode=custom-code option1=throwing", kThree, {1, 2, 3});
+  const auto text = get_error("mode=custom-code option1=throwing", kThree, {1, 2, 3});
   EXPECT_SAYS(text, "WEIR-5003: the function throwing threw an exception");
   EXPECT_SAYS(text, "offered: no such label");
   WEIR_LIBRARY(nnstreamer_decoder_custom_unregister)("throwing");

@@ -17,13 +17,13 @@ std::string header1(const std::string& more) {
 }
 
 TEST(CompatSubPlugin, Version0WithTheDocumentedLayoutFollowsTheStream) {
-  auto h = harness_of("tensor_filter framework=hand0", tensors("int32", "2:2"));
+  auto h = make_harness("tensor_filter framework=hand0", tensors("int32", "2:2"));
   EXPECT_EQ(pushed<int32_t>(h, {1, -2, 3, 40}), (Numbers{2, -4, 6, 80}));
   EXPECT_SAYS(caps_text(h), "dimension=(string)2:2");
 }
 
 TEST(CompatSubPlugin, Version0RejectsInputsWithItsNumber) {
-  auto h = harness_of("tensor_filter framework=hand0");
+  auto h = make_harness("tensor_filter framework=hand0");
   Errors errors(h);
   gst_harness_set_src_caps_str(h.get(), tensors("int8", "2").c_str());
   gst_harness_push(h.get(), frame<int8_t>({1, 2}));
@@ -33,7 +33,7 @@ TEST(CompatSubPlugin, Version0RejectsInputsWithItsNumber) {
 }
 
 TEST(CompatSubPlugin, Version1TransfersItsMemory) {
-  auto h = harness_of(header1(""), kThree);
+  auto h = make_harness(header1(""), kThree);
   EXPECT_EQ(pushed<uint8_t>(h, {1, 2, 3}), (Bytes{3, 2, 1}));
   EXPECT_EQ(stat(h, "tensor_filter", "bytes-copied"), 0u);
 }
@@ -49,19 +49,19 @@ TEST(CompatSubPlugin, ReportsItsHardware) {
 }
 
 TEST(CompatSubPlugin, RunsInItsOwnProcess) {
-  auto h = harness_of(header1("isolate=process"), kThree);
+  auto h = make_harness(header1("isolate=process"), kThree);
   EXPECT_EQ(pushed<uint8_t>(h, {1, 2, 3}), (Bytes{3, 2, 1}));
 }
 
 TEST(CompatSubPlugin, BatchesCopyWhatItAllocates) {
-  auto h = harness_of(header1("workers=2"), kThree);
+  auto h = make_harness(header1("workers=2"), kThree);
   ASSERT_EQ(gst_harness_push(h.get(), frame<uint8_t>({1, 2, 3})), GST_FLOW_OK);
   const auto out = Ref<GstBuffer>::adopt(gst_harness_pull(h.get()));
   EXPECT_EQ(content(out.get()), (Bytes{3, 2, 1}));
 }
 
 TEST(CompatSubPlugin, DecidesSizesWithEachFrame) {
-  auto h = harness_of(header1("custom=dynamic invoke-dynamic=true"), kThree);
+  auto h = make_harness(header1("custom=dynamic invoke-dynamic=true"), kThree);
   for (const uint8_t count : {uint8_t{2}, uint8_t{5}}) {
     const auto out = pushed<uint8_t>(h, {count, 0, 0});
     ASSERT_EQ(out.size(), 128u + count);
@@ -72,7 +72,8 @@ TEST(CompatSubPlugin, DecidesSizesWithEachFrame) {
 
 TEST(CompatSubPlugin, DecidesTheirNumberWithEachFrame) {
   for (const char* more : {"", " isolate=process"}) {
-    auto h = harness_of(header1(std::string("custom=dynamic invoke-dynamic=true") + more), kThree);
+    auto h =
+        make_harness(header1(std::string("custom=dynamic invoke-dynamic=true") + more), kThree);
     for (const guint count : {1u, 2u, 1u}) {
       const auto first = static_cast<uint8_t>(count == 2 ? 7 : 3);
       ASSERT_EQ(gst_harness_push(h.get(), frame<uint8_t>({first, 0, 0})), GST_FLOW_OK);
@@ -83,7 +84,7 @@ TEST(CompatSubPlugin, DecidesTheirNumberWithEachFrame) {
 }
 
 TEST(CompatSubPlugin, AnswersAsynchronously) {
-  auto h = harness_of(header1("custom=async invoke-async=true"), kThree);
+  auto h = make_harness(header1("custom=async invoke-async=true"), kThree);
   ASSERT_EQ(gst_harness_push(h.get(), frame<uint8_t>({7, 8, 9})), GST_FLOW_OK);
   for (const uint8_t number : {uint8_t{7}, uint8_t{8}, uint8_t{9}}) {
     const auto out = Ref<GstBuffer>::adopt(gst_harness_pull(h.get()));
@@ -92,7 +93,7 @@ TEST(CompatSubPlugin, AnswersAsynchronously) {
 }
 
 Numbers hardware(const std::string& more) {
-  auto h = harness_of(header1("custom=hardware " + more), kThree);
+  auto h = make_harness(header1("custom=hardware " + more), kThree);
   return pushed<uint8_t, int32_t>(h, {1, 2, 3});
 }
 
@@ -106,12 +107,13 @@ TEST(CompatSubPlugin, ReceivesAccelerators) {
 }
 
 TEST(CompatSubPlugin, ReceivesProperties) {
-  auto h = harness_of(header1("custom=properties latency=1 suspend=1234 inputlayout=nhwc"), kThree);
+  auto h =
+      make_harness(header1("custom=properties latency=1 suspend=1234 inputlayout=nhwc"), kThree);
   EXPECT_EQ((pushed<uint8_t, int32_t>(h, {1, 2, 3})), (Numbers{1, 1234, 1, 1}));
 }
 
 TEST(CompatSubPlugin, ClassAddsANumber) {
-  auto h = harness_of("tensor_filter framework=classes custom=1.5", tensors("float32", "2"));
+  auto h = make_harness("tensor_filter framework=classes custom=1.5", tensors("float32", "2"));
   EXPECT_EQ(pushed<float>(h, {1, 2}), (Floats{2.5, 3.5}));
   const auto message = frame_error<float>(h, {13, 0});
   EXPECT_SAYS(message, "the filter classes failed on a frame");
@@ -136,7 +138,7 @@ TEST(CompatSubPlugin, IsListedWithTheEngines) {
 }
 
 TEST(CompatSubPlugin, FaultyDescriptorsAreRejected) {
-  harness_of("tensor_filter framework=hand0", tensors("int32", "1"));  // has that name
+  make_harness("tensor_filter framework=hand0", tensors("int32", "1"));  // has that name
   const std::pair<int, const char*> faults[] = {
       {0, "version 0xdeafdead00020000"},
       {1, "version 0x0000000000000001"},

@@ -35,7 +35,7 @@ TEST(SubPluginTrainer, IsOpenedByItsName) {
 TEST(SubPluginTrainer, IsListed) {
   const auto names = available(Kind::Trainer);
   EXPECT_TRUE(std::find(names.begin(), names.end(), "taking") != names.end());
-  EXPECT_EQ(file_of(Kind::Trainer, "taking"),
+  EXPECT_EQ(find_file(Kind::Trainer, "taking"),
             test::built_sub_plugin("libnnstreamer_trainer_taking.so").string());
 }
 

@@ -27,14 +27,14 @@ const std::map<int, MqttForm> kMqttForms{
     {144, MqttForm::Bytes144}, {160, MqttForm::Bytes160}, {2080, MqttForm::Bytes2080}};
 
 template <class T>
-T value_of(Result<T> result) {
+T get_or_exit(Result<T> result) {
   if (result) return *std::move(result);
   std::fprintf(stderr, "%s\n", result.error().message().c_str());
   std::exit(1);
 }
 
 template <class Form>
-int bytes_of(const std::map<int, Form>& forms, Form wanted) {
+int find_bytes(const std::map<int, Form>& forms, Form wanted) {
   for (const auto& [bytes, form] : forms)
     if (form == wanted) return bytes;
   std::abort();
@@ -61,21 +61,21 @@ void write(std::span<const std::byte> bytes) {
 }
 
 // The metadata in the order of the pairs: the last one that is set comes first.
-Bytes metadata_of(const Json& pairs) {
+Bytes to_metadata(const Json& pairs) {
   EdgeMetadata metadata;
   for (size_t i = pairs.size(); i-- > 0;)
-    value_of(metadata.set(pairs[i][0].get<std::string>(), pairs[i][1].get<std::string>()));
+    get_or_exit(metadata.set(pairs[i][0].get<std::string>(), pairs[i][1].get<std::string>()));
   return metadata.encode();
 }
 
-Json pairs_of(std::span<const std::byte> bytes) {
+Json to_pairs(std::span<const std::byte> bytes) {
   Json out = Json::array();
-  const auto metadata = value_of(EdgeMetadata::parse(bytes));
+  const auto metadata = get_or_exit(EdgeMetadata::parse(bytes));
   for (const auto& [key, value] : metadata.pairs()) out.push_back({key, value});
   return out;
 }
 
-Command command_of(const std::string& name) {
+Command parse_command(const std::string& name) {
   for (const auto command :
        {Command::Error, Command::TransferData, Command::HostInfo, Command::Capability})
     if (to_string(command) == name) return command;
@@ -89,19 +89,19 @@ void encode_frame(const Json& fields, bool mqtt) {
     memories.push_back(from_hex(memory.get<std::string>()));
     sizes.push_back(memories.back().size());
   }
-  const Bytes metadata = metadata_of(fields["metadata"]);
+  const Bytes metadata = to_metadata(fields["metadata"]);
   const int form = fields["form"].get<int>();
-  write(mqtt ? value_of(write_mqtt_frame_header(kMqttForms.at(form), sizes, metadata.size()))
-             : value_of(write_header(kForms.at(form),
-                                     {.command = command_of(fields["command"].get<std::string>()),
-                                      .client_id = fields["client_id"].get<int64_t>(),
-                                      .sizes = sizes,
-                                      .metadata_bytes = metadata.size()})));
+  write(mqtt ? get_or_exit(write_mqtt_frame_header(kMqttForms.at(form), sizes, metadata.size()))
+             : get_or_exit(write_header(
+                   kForms.at(form), {.command = parse_command(fields["command"].get<std::string>()),
+                                     .client_id = fields["client_id"].get<int64_t>(),
+                                     .sizes = sizes,
+                                     .metadata_bytes = metadata.size()})));
   for (const auto& memory : memories) write(memory);
   write(metadata);
 }
 
-std::optional<uint64_t> time_of(const Json& value) {
+std::optional<uint64_t> read_time(const Json& value) {
   return value.is_null() ? std::nullopt : std::optional(value.get<uint64_t>());
 }
 
@@ -110,46 +110,46 @@ Json time_json(std::optional<uint64_t> time) {
 }
 
 void encode_mqtt_header(const Json& fields) {
-  write(value_of(write_mqtt_header({.sizes = fields["sizes"].get<std::vector<uint64_t>>(),
-                                    .base_time_epoch = fields["base_time_epoch"].get<int64_t>(),
-                                    .sent_time_epoch = fields["sent_time_epoch"].get<int64_t>(),
-                                    .duration = time_of(fields["duration"]),
-                                    .dts = time_of(fields["dts"]),
-                                    .pts = time_of(fields["pts"]),
-                                    .caps = fields["caps"].get<std::string>()})));
+  write(get_or_exit(write_mqtt_header({.sizes = fields["sizes"].get<std::vector<uint64_t>>(),
+                                       .base_time_epoch = fields["base_time_epoch"].get<int64_t>(),
+                                       .sent_time_epoch = fields["sent_time_epoch"].get<int64_t>(),
+                                       .duration = read_time(fields["duration"]),
+                                       .dts = read_time(fields["dts"]),
+                                       .pts = read_time(fields["pts"]),
+                                       .caps = fields["caps"].get<std::string>()})));
 }
 
 void decode_messages(std::span<const std::byte> bytes, size_t piece) {
   MessageReader reader(kLimits);
   while (!bytes.empty()) {
-    const size_t taken = value_of(reader.feed(bytes.first(std::min(piece, bytes.size()))));
+    const size_t taken = get_or_exit(reader.feed(bytes.first(std::min(piece, bytes.size()))));
     bytes = bytes.subspan(taken);
     if (!reader.complete()) continue;
     const auto message = reader.take();
     Json memories = Json::array();
     for (const auto& memory : message.memories) memories.push_back(to_hex(memory.bytes()));
-    std::cout << Json{{"form", bytes_of(kForms, reader.form().value())},
+    std::cout << Json{{"form", find_bytes(kForms, reader.form().value())},
                       {"command", to_string(message.command)},
                       {"client_id", message.client_id},
                       {"memories", memories},
-                      {"metadata", pairs_of(message.metadata.bytes())}}
+                      {"metadata", to_pairs(message.metadata.bytes())}}
               << '\n';
   }
-  value_of(reader.end());
+  get_or_exit(reader.end());
 }
 
 void decode_mqtt(std::span<const std::byte> payload) {
-  const auto frame = value_of(parse_mqtt_frame(payload, kLimits));
+  const auto frame = get_or_exit(parse_mqtt_frame(payload, kLimits));
   Json memories = Json::array();
   for (const auto& memory : frame.memories) memories.push_back(to_hex(memory));
-  std::cout << Json{{"form", bytes_of(kMqttForms, frame.form)},
+  std::cout << Json{{"form", find_bytes(kMqttForms, frame.form)},
                     {"memories", memories},
-                    {"metadata", pairs_of(frame.metadata)}}
+                    {"metadata", to_pairs(frame.metadata)}}
             << '\n';
 }
 
 void decode_mqtt_header(std::span<const std::byte> bytes) {
-  const auto header = value_of(parse_mqtt_header(bytes));
+  const auto header = get_or_exit(parse_mqtt_header(bytes));
   std::cout << Json{{"sizes", header.sizes},
                     {"base_time_epoch", header.base_time_epoch},
                     {"sent_time_epoch", header.sent_time_epoch},

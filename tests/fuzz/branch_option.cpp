@@ -25,7 +25,7 @@ void split(const weir::SplitRequest& request, const weir::TensorSpec& spec) {
       if (b != std::byte{5}) std::abort();
     total += out.size();
     const weir::SourceMap map;
-    (void)weir::maps_of(segment, spec, {&map, 1}, request.parts % 2 == 1);
+    (void)weir::make_source_maps(segment, spec, {&map, 1}, request.parts % 2 == 1);
   }
   if (request.picks.empty() && (total == in.size()) == plan->left_over.has_value()) std::abort();
 }

@@ -41,13 +41,13 @@ struct Tensors {
       values[i].resize(count);
     }
     for (auto& numbers : values)
-      for (float& number : numbers) number = number_of(input);
+      for (float& number : numbers) number = read_number(input);
     for (size_t i = 0; i < values.size(); ++i) {
       tensors[i].data = values[i].data();
       tensors[i].bytes = tensors[i].capacity = values[i].size() * sizeof(float);
     }
   }
-  static float number_of(FuzzInput* input) {
+  static float read_number(FuzzInput* input) {
     if (input->rarely()) return input->take<float>();
     return static_cast<float>(input->byte()) / 128;
   }

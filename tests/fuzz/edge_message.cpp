@@ -19,7 +19,7 @@ constexpr MessageLimits kLimits{
 
 using Bytes = std::vector<std::byte>;
 
-Bytes copy_of(std::span<const std::byte> bytes) {
+Bytes make_copy(std::span<const std::byte> bytes) {
   return {bytes.begin(), bytes.end()};
 }
 
@@ -36,7 +36,8 @@ void read_metadata(std::span<const std::byte> bytes) {
     return;
   }
   const auto written = metadata->encode();
-  require(metadata->pairs().empty() || written == copy_of(bytes), "metadata is written as it was");
+  require(metadata->pairs().empty() || written == make_copy(bytes),
+          "metadata is written as it was");
   for (const auto& [key, value] : metadata->pairs())
     require(metadata->find(key) == value, "each key has its value");
 }
@@ -68,7 +69,7 @@ Bytes written(HeaderForm form, const EdgeMessage& message) {
   require(message.metadata.size <= kLimits.metadata_bytes, "metadata is within the limits");
   const auto bytes = write_header(form, header);
   if (!bytes) {
-    require(header.sizes.size() == layout_of(form).entries, "only a full table cannot be sent");
+    require(header.sizes.size() == get_layout(form).entries, "only a full table cannot be sent");
     return {};
   }
   const auto again = read_header(form, *bytes, kLimits);
@@ -106,7 +107,7 @@ Outcome read_all(std::span<const std::byte> bytes, size_t piece, std::optional<H
   Outcome out;
   while (!bytes.empty()) {
     // In memory of its own, so that a read beyond it is found.
-    const Bytes part = copy_of(bytes.first(std::min(piece, bytes.size())));
+    const Bytes part = make_copy(bytes.first(std::min(piece, bytes.size())));
     const auto taken = reader.feed(part);
     if (!taken) {
       out.error = taken.error().message();

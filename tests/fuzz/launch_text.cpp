@@ -67,6 +67,6 @@ extern "C" int LLVMFuzzerTestOneInput(const uint8_t* data, size_t size) {
     return 0;
   }
   check(*graph);
-  check(*graph, weir::app::pbtxt_of(*graph));
+  check(*graph, weir::app::to_pbtxt(*graph));
   return 0;
 }

@@ -63,14 +63,14 @@ function nnstreamer_invoke()
 end
 )";
 
-std::string text_of(double number) {
+std::string format_number(double number) {
   if (number != number) return "0/0";
   char out[40];
   std::snprintf(out, sizeof out, "%.17g", number);
   return std::string(out).find("inf") == std::string::npos ? out : number < 0 ? "-1/0" : "1/0";
 }
 
-std::string script_of(FuzzInput* input) {
+std::string make_script(FuzzInput* input) {
   static constexpr std::array kTypes{"uint8",  "int64",  "float16", "float32",
                                      "uint64", "UINT16", "none"};
   std::string out = "changing = " + std::string(input->flag() ? "true" : "false");
@@ -83,7 +83,7 @@ std::string script_of(FuzzInput* input) {
          kTypes[input->below(kTypes.size())] + "'}\nanswers = {";
   for (int i = 0; i < 64 && !input->empty(); ++i) {
     const bool whole = input->flag();
-    out += text_of(whole ? input->take<int8_t>() : input->take<double>()) + ", ";
+    out += format_number(whole ? input->take<int8_t>() : input->take<double>()) + ", ";
   }
   return out + "}\n" + kScript;
 }
@@ -127,7 +127,7 @@ extern "C" int LLVMFuzzerInitialize(int*, char***) {
 
 extern "C" int LLVMFuzzerTestOneInput(const uint8_t* data, size_t size) {
   FuzzInput input(data, size);
-  const std::string script = script_of(&input);
+  const std::string script = make_script(&input);
   const char* const path = script.c_str();
   weir_open request{};
   request.struct_size = sizeof request;

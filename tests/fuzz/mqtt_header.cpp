@@ -34,8 +34,8 @@ void require_same(const MqttHeader& a, const MqttHeader& b) {
           "a header that is written is read again");
 }
 
-void read_header_of(std::span<const std::byte> payload, MqttAlignment alignment,
-                    int64_t own_base_epoch) {
+void check_header(std::span<const std::byte> payload, MqttAlignment alignment,
+                  int64_t own_base_epoch) {
   const auto header = parse_mqtt_header(payload, alignment);
   if (!header) {
     require(header.error().code == Code::PEER_MESSAGE_INVALID, "bad bytes are a peer's fault");
@@ -90,7 +90,7 @@ extern "C" int LLVMFuzzerTestOneInput(const uint8_t* data, size_t size) {
   const auto alignment = static_cast<MqttAlignment>(input.below(3));
   const auto own_base_epoch = input.take<int64_t>();
   const std::vector<std::byte> payload(input.rest().begin(), input.rest().end());
-  read_header_of(payload, alignment, own_base_epoch);
+  check_header(payload, alignment, own_base_epoch);
   read_frame(payload);
   read_announcement(payload);
   return 0;

@@ -21,7 +21,7 @@ using Words = std::span<const uint32_t>;
 constexpr std::array<int64_t, 10> kExtents{1, 2, 3, 4, 5, 6, 8, 14, 21, 28};
 
 // The next line, in which semicolons end lines.
-std::string lines_of(FuzzInput* input) {
+std::string make_lines(FuzzInput* input) {
   std::string text(input->line());
   std::replace(text.begin(), text.end(), ';', '\n');
   return text;
@@ -44,7 +44,7 @@ void segment(FuzzInput* input) {
 }
 
 void find_pose(FuzzInput* input) {
-  const MemoryFile body(lines_of(input));
+  const MemoryFile body(make_lines(input));
   weir::infer::Decoder::Options options{
       {"option1", small_size(input)},
       {"option2", std::string(input->line())},
@@ -57,7 +57,7 @@ void find_pose(FuzzInput* input) {
 }
 
 void find_regions(FuzzInput* input) {
-  const MemoryFile priors(lines_of(input));
+  const MemoryFile priors(make_lines(input));
   const MemoryFile labels("background\na\nb\n");
   const std::string count(input->line());
   decode_frames("tensor_region",

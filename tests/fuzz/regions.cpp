@@ -12,9 +12,9 @@ namespace {
 void cut_all(const weir::TensorSpec& whole, const weir::Regions& regions) {
   const std::vector<std::byte> in(static_cast<size_t>(*whole.bytes()), std::byte{5});
   for (const auto& region : regions.inside) {
-    const auto layout = weir::layout_of(whole, region);
-    const auto part = weir::part_of(whole, region);
-    const auto extent = weir::extent_of(part, layout);
+    const auto layout = weir::make_layout(whole, region);
+    const auto part = weir::make_part_spec(whole, region);
+    const auto extent = weir::find_extent(part, layout);
     weir::fuzz::require(extent && *extent <= in.size(), "a region lies inside the memory");
     std::vector<std::byte> out(static_cast<size_t>(*part.bytes()));
     weir::cut(whole, in, region, out);
@@ -39,7 +39,7 @@ extern "C" int LLVMFuzzerTestOneInput(const uint8_t* data, size_t size) {
   const auto regions = weir::read_regions(numbers, payload, width, height);
   weir::fuzz::require(regions.inside.size() <= weir::kTensorLimit,
                       "a frame has at most 256 tensors");
-  const uint64_t groups = payload.size() / weir::size_of(numbers.type) / 4;
+  const uint64_t groups = payload.size() / weir::element_size(numbers.type) / 4;
   weir::fuzz::require(regions.inside.size() + regions.empty + regions.beyond_limit == groups,
                       "every group of four numbers is counted once");
   for (const auto& region : regions.inside)

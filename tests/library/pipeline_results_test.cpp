@@ -18,7 +18,7 @@ using weir::Frame;
 using weir::Pipeline;
 using Values = std::vector<float>;
 
-Frame frame_of(Pipeline& pipeline) {
+Frame pull_frame(Pipeline& pipeline) {
   auto frame = pipeline.pull("out", kLong);
   if (!frame) throw std::runtime_error(frame.error().message());
   if (!*frame) throw std::runtime_error("no frame came");
@@ -40,7 +40,7 @@ TEST(Frame, NamesClassesByTheLabelsOfItsStream) {
   Pipeline p =
       started("appsrc name=in ! " + decoder("net", "cat\ndog\n") + " ! tensor_sink name=out");
   ASSERT_TRUE(p.push("in", kRows, {.shape = {1, 1, 6}}));
-  const Frame frame = frame_of(p);
+  const Frame frame = pull_frame(p);
   EXPECT_EQ(frame.caps_field(WEIR_RESULTS_SOURCE), "net");
   const auto columns = weir::result_columns(frame.caps_field(WEIR_RESULTS_COLUMNS), 0);
   ASSERT_TRUE(columns);
@@ -57,7 +57,7 @@ TEST(Frame, HasNoLabelsThatItsStreamDoesNotName) {
   Pipeline p =
       started("appsrc name=in ! " + decoder("two", "cat\ndog\n") + " ! tensor_sink name=out");
   ASSERT_TRUE(p.push("in", kRows, {.shape = {1, 1, 6}}));
-  const Frame frame = frame_of(p);
+  const Frame frame = pull_frame(p);
   EXPECT_EQ(frame.label(0, 2), "");
   EXPECT_EQ(frame.label(0, -1), "");
   EXPECT_EQ(frame.label(1, 0), "");
@@ -72,7 +72,7 @@ TEST(Frame, KeepsTheLabelsOfEachSource) {
                        decoder("food", "pear\nplum\n") + " ! m.");
   ASSERT_TRUE(p.push("a", kRows, {.shape = {1, 1, 6}, .pts = weir::Nanoseconds(0)}));
   ASSERT_TRUE(p.push("b", kRows, {.shape = {1, 1, 6}, .pts = weir::Nanoseconds(0)}));
-  const Frame frame = frame_of(p);
+  const Frame frame = pull_frame(p);
   ASSERT_EQ(frame.size(), 2u);
   EXPECT_EQ(frame.caps_field(WEIR_RESULTS_SOURCE), "pets;food");
   EXPECT_EQ(frame.label(0, 1), "dog");
@@ -82,7 +82,7 @@ TEST(Frame, KeepsTheLabelsOfEachSource) {
 TEST(Frame, OfOtherTensorsHasNeitherLabelsNorMaps) {
   Pipeline p = started("appsrc name=in ! tensor_sink name=out");
   ASSERT_TRUE(p.push("in", kRows, {.shape = {6}}));
-  const Frame frame = frame_of(p);
+  const Frame frame = pull_frame(p);
   EXPECT_EQ(frame.caps_field(WEIR_RESULTS_COLUMNS), "");
   EXPECT_EQ(frame.label(0, 0), "");
   EXPECT_TRUE(frame.source_maps().empty());
@@ -92,7 +92,7 @@ TEST(Frame, HasTheSourceMapOfItsPicture) {
   Pipeline p = started(
       "videotestsrc num-buffers=1 ! video/x-raw,format=RGB,width=640,height=480 ! "
       "tensor_preprocess width=32 height=16 ! tensor_sink name=out");
-  const auto maps = frame_of(p).source_maps();
+  const auto maps = pull_frame(p).source_maps();
   ASSERT_EQ(maps.size(), 1u);
   EXPECT_EQ(maps[0].source_width, 640u);
   EXPECT_EQ(maps[0].height, 16u);
@@ -106,7 +106,7 @@ TEST(Frame, HasTheSourceMapOfItsPicture) {
 TEST(Pipeline, ReturnsPropertiesAsJson) {
   Pipeline p = started("appsrc name=in ! valve name=v ! tensor_sink name=out");
   ASSERT_TRUE(p.push("in", kRows, {.shape = {6}}));
-  frame_of(p);
+  pull_frame(p);
   EXPECT_NE(p.get_json("out", "stats")->find("\"received\":1,"), std::string::npos);
   EXPECT_EQ(*p.get_json("v", "drop"), "false");
   EXPECT_EQ(*p.get_json("v", "drop-mode"), "\"drop-all\"");

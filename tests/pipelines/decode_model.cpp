@@ -53,7 +53,7 @@ struct Sink final : weir_sink {
   std::list<Bytes> memories;
 };
 
-std::pair<double, double> pair_of(const char* text) {
+std::pair<double, double> parse_pair(const char* text) {
   const auto parts = split(text, ":");
   if (parts.size() != 2) std::exit(2);
   return {parse_double(parts[0]).value_or(0), parse_double(parts[1]).value_or(0)};
@@ -133,8 +133,8 @@ int main(int argc, char** argv) {
   if (const auto status = decoder->configure(infos, &sink); !status) fail(status.error());
 
   SourceMap map;
-  const auto [source_width, source_height] = pair_of(argv[4]);
-  std::tie(map.xx, map.yy) = pair_of(argv[5]);
+  const auto [source_width, source_height] = parse_pair(argv[4]);
+  std::tie(map.xx, map.yy) = parse_pair(argv[5]);
   map.source_width = static_cast<uint32_t>(source_width);
   map.source_height = static_cast<uint32_t>(source_height);
   const auto& shape = inputs[0].shape;  // outermost first: 1, 3, H, W or 1, H, W, 3

@@ -49,7 +49,7 @@ std::string check_ledgers(GstBin* bin, const uint64_t* frames) {
   return wrong;
 }
 
-int Arrivals::number_of(GstBuffer* buffer) const {
+int Arrivals::read_number(GstBuffer* buffer) const {
   const gst::Mapped map(buffer, GST_MAP_READ);
   if (!map || map.bytes().empty()) return -1;
   const auto same = [this](const auto& values) {
@@ -63,7 +63,7 @@ int Arrivals::number_of(GstBuffer* buffer) const {
 }
 
 void Arrivals::arrived(GstBuffer* buffer) {
-  const int number = number_of(buffer);
+  const int number = read_number(buffer);
   std::lock_guard lock(mutex_);
   ++frames_;
   const bool follows = last_ < 0 || number == (last_ + 1) % kNumbers;

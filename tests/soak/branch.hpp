@@ -44,7 +44,7 @@ class Arrivals {
   bool waits_for_end() const;
 
  private:
-  int number_of(GstBuffer* buffer) const;  // -1 for a damaged frame
+  int read_number(GstBuffer* buffer) const;  // -1 for a damaged frame
 
   const Line line_;
   std::atomic<uint64_t> entered_{0};

@@ -41,7 +41,7 @@ Memory memory() {
 
 // Objects that walk down through a line and an area and begin again as others, 14 seconds each; a
 // tenth of them is missed in each frame.
-Ref<GstBuffer> frame_of(int number, std::mt19937* random) {
+Ref<GstBuffer> make_frame(int number, std::mt19937* random) {
   std::array<float, size_t{kObjects} * kColumns> rows{};
   for (int i = 0; i < kObjects; ++i) {
     const int age = number + 70 * i;
@@ -104,7 +104,7 @@ bool push_all(GstElement* pipeline, int frames, Memory* first, Memory* last, Eve
   const int hour = std::max(frames / 24, 1);
   std::printf("%10s %8s %12s %12s %12s\n", "frames", "seconds", "events", "live KB", "RSS KB");
   for (int i = 0; i < frames && !events->has_failed; ++i) {
-    if (gst_app_src_push_buffer(GST_APP_SRC(source.get()), frame_of(i, &random).release()) !=
+    if (gst_app_src_push_buffer(GST_APP_SRC(source.get()), make_frame(i, &random).release()) !=
         GST_FLOW_OK)
       break;
     if (i % kRate == 0) read_bus(bus.get(), events);

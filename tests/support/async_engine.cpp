@@ -102,7 +102,7 @@ int fill(const weir_model& model, const float* x, long k, int64_t rows, weir_ten
 }
 
 // How a frame of this first value ends.
-int end_of(const weir_model& model, float x) {
+int find_result(const weir_model& model, float x) {
   if (!model.has("outcomes")) return WEIR_OK;
   if (x == -1) return WEIR_RESULT_LATE;
   if (x == -2) return WEIR_RESULT_REFUSED;
@@ -112,7 +112,7 @@ int end_of(const weir_model& model, float x) {
 void finish(weir_session* session, const Work& work) {
   const auto& model = *session->model;
   const auto* x = static_cast<const float*>(work.frame->tensors[0].data);
-  const int end = end_of(model, x[0]);
+  const int end = find_result(model, x[0]);
   const long count = model.value("outputs", static_cast<long>(x[0]));
   for (long k = 0; k < count; ++k) {
     OneOutput output;

@@ -6,20 +6,20 @@ from PIL import Image
 COLUMNS, WIDTH, GAP = 4, 400, 6
 
 
-def picture_of(width, height, data):
+def make_picture(width, height, data):
     """RGB bytes; rows padded to 4 bytes as GStreamer does."""
     return Image.frombuffer("RGB", (width, height), data, "raw", "RGB", (width * 3 + 3) // 4 * 4, 1)
 
 
 def save_picture(width, height, data, path):
-    picture_of(width, height, data).save(path)
+    make_picture(width, height, data).save(path)
 
 
 def write_contact_sheet(pictures, path):
     """pictures: (width, height, RGB bytes)."""
     thumbnails = []
     for width, height, data in pictures:
-        picture = picture_of(width, height, data)
+        picture = make_picture(width, height, data)
         thumbnails.append(picture.resize((WIDTH, WIDTH * height // width)))
     if not thumbnails:
         return

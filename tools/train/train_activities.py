@@ -82,7 +82,7 @@ def share_right(scores, labels):
 
 def train_event_network():
     frames, labels = clips(event_camera, "event")
-    windows = normalised(np.concatenate([networks.windows_of(one, networks.EVENT_FRAMES, networks.EVENT_FRAMES) for one in frames]))
+    windows = normalised(np.concatenate([networks.make_windows(one, networks.EVENT_FRAMES, networks.EVENT_FRAMES) for one in frames]))
     each = torch.from_numpy(labels).repeat_interleave(len(windows) // len(labels))
 
     def varied(batch):
@@ -91,18 +91,18 @@ def train_event_network():
     return fit(networks.EventNetwork(len(ACTIVITIES)), windows, each, 6, 3e-3, varied)
 
 
-def results_of(event_network, frames):
+def get_results(event_network, frames):
     """The event network's probabilities in windows of 8 by 4: [clips, windows, activities]."""
-    return np.stack([probabilities(event_network, normalised(networks.windows_of(one, networks.EVENT_FRAMES, 4))).numpy() for one in frames])
+    return np.stack([probabilities(event_network, normalised(networks.make_windows(one, networks.EVENT_FRAMES, 4))).numpy() for one in frames])
 
 
-def sequences_of(results, length, step):
-    return np.stack([networks.windows_of(one, length, step) for one in results])
+def make_sequences(results, length, step):
+    return np.stack([networks.make_windows(one, length, step) for one in results])
 
 
 def train_sequence_network(event_network):
     frames, labels = clips(event_camera, "sequence")
-    windows = sequences_of(results_of(event_network, frames), networks.RESULTS, 1)
+    windows = make_sequences(get_results(event_network, frames), networks.RESULTS, 1)
     each = torch.from_numpy(labels).repeat_interleave(windows.shape[1])
     flat = torch.from_numpy(windows.reshape(-1, *windows.shape[2:]))
     return fit(networks.SequenceNetwork(len(ACTIVITIES)), flat, each, 8, 4e-3, lambda batch: batch)
@@ -143,9 +143,9 @@ def train_events(folder):
     event_network = train_event_network()
     sequence_network = train_sequence_network(event_network)
     frames, labels = clips(event_camera, "held back")
-    results = results_of(event_network, frames)
-    votes = sequences_of(results, 6, 1).mean(axis=2)
-    scores = np.stack([probabilities(sequence_network, torch.from_numpy(one)).numpy() for one in sequences_of(results, networks.RESULTS, 3)])
+    results = get_results(event_network, frames)
+    votes = make_sequences(results, 6, 1).mean(axis=2)
+    scores = np.stack([probabilities(sequence_network, torch.from_numpy(one)).numpy() for one in make_sequences(results, networks.RESULTS, 3)])
     for network, name, export, shape, task, accuracy, meaning in (
             (event_network, "event_network.f32", networks.export_event_network, [8, 48, 64], "activity in a window of 8 event frames",
              {"accuracy_held_back": share_right(results, labels), "accuracy_of_6_results": share_right(votes, labels)},

@@ -28,7 +28,7 @@ namespace {
 
 constexpr int kRounds = 3;
 
-double median_of(const BenchCase& one, double Measured::*part) {
+double get_median(const BenchCase& one, double Measured::*part) {
   std::vector<double> values;
   for (const auto& round : one.rounds) values.push_back(round.*part);
   std::sort(values.begin(), values.end());
@@ -86,7 +86,7 @@ bool shares_error(const BenchCase& failed, const BenchCase& other) {
   }
 }
 
-BenchCaseOptions request_of(const BenchOptions& options, const BenchCase& one) {
+BenchCaseOptions make_request(const BenchOptions& options, const BenchCase& one) {
   BenchCaseOptions request;
   request.model = options.model;
   request.engine = one.engine;
@@ -102,7 +102,7 @@ BenchCaseOptions request_of(const BenchOptions& options, const BenchCase& one) {
 // Measures one case for one round. Its error applies to every case that shares it, and an option
 // without effect drops every case with this option.
 void run_round(const BenchOptions& options, BenchCase& one, BenchPlan* plan) {
-  const auto measured = run_case(request_of(options, one));
+  const auto measured = run_case(make_request(options, one));
   if (!measured) {
     one.error = measured.error();
     for (auto& other : plan->cases)
@@ -121,26 +121,26 @@ std::vector<const BenchCase*> by_time(const std::vector<BenchCase>& cases) {
   for (const auto& one : cases)
     if (ran(one)) out.push_back(&one);
   std::stable_sort(out.begin(), out.end(), [](const auto* a, const auto* b) {
-    return median_of(*a, &Measured::ms) < median_of(*b, &Measured::ms);
+    return get_median(*a, &Measured::ms) < get_median(*b, &Measured::ms);
   });
   return out;
 }
 
 // Of the cases within measurement noise of the fastest, returns the one with the lowest cost: small
 // batches, few threads, default options.
-const BenchCase& best_of(const std::vector<const BenchCase*>& ordered) {
+const BenchCase& find_best(const std::vector<const BenchCase*>& ordered) {
   constexpr double kAlike = 1.05;
-  const double limit = median_of(*ordered[0], &Measured::ms) * kAlike;
+  const double limit = get_median(*ordered[0], &Measured::ms) * kAlike;
   const auto cost = [](const BenchCase* one) {
     return std::tuple(one->batch, one->threads, one->custom.size());
   };
   const auto* best = ordered[0];
   for (const auto* one : ordered)
-    if (median_of(*one, &Measured::ms) <= limit && cost(one) < cost(best)) best = one;
+    if (get_median(*one, &Measured::ms) <= limit && cost(one) < cost(best)) best = one;
   return *best;
 }
 
-std::string name_of(const BenchCase& one) {
+std::string make_name(const BenchCase& one) {
   std::string out = engine_cell(one) + ", threads " + std::to_string(one.threads) + ", batch " +
                     std::to_string(one.batch);
   return one.custom.empty() ? out : out + ", " + one.custom;
@@ -151,7 +151,7 @@ void run(const BenchOptions& options, BenchPlan* plan) {
   ProgressBar progress(plan->cases.size() * kRounds, "measurements");
   for (int round = 0; round < kRounds; ++round) {
     for (auto& one : plan->cases) {
-      progress.show(name_of(one));
+      progress.show(make_name(one));
       if (!one.error && !one.is_dropped) run_round(options, one, plan);
       progress.step();
     }
@@ -164,7 +164,7 @@ struct Failure {
   std::string cases;
   Error error;
 };
-std::vector<Failure> failures_of(const BenchPlan& plan) {
+std::vector<Failure> get_failures(const BenchPlan& plan) {
   std::vector<Failure> out;
   for (const auto& refusal : plan.refused) out.push_back({refusal.cases, refusal.error});
   std::vector<const BenchCase*> shown;
@@ -182,7 +182,7 @@ std::vector<Failure> failures_of(const BenchPlan& plan) {
         return other.engine != one.engine || !belongs(other) || alike(other);
       });
     };
-    std::string cases = name_of(one);
+    std::string cases = make_name(one);
     if (all([](const BenchCase&) { return true; }))
       cases = one.engine;
     else if (all([&](const BenchCase& other) { return other.batch == one.batch; }))
@@ -194,7 +194,7 @@ std::vector<Failure> failures_of(const BenchPlan& plan) {
   return out;
 }
 
-std::string properties_of(const BenchCase& one, const TensorOptions& tensors) {
+std::string make_properties(const BenchCase& one, const TensorOptions& tensors) {
   std::string out = "threads=" + std::to_string(one.threads);
   if (!tensors.pairs().empty()) out += " " + property_text(tensors);
   if (one.batch > 1) out += " batch-size=" + std::to_string(one.batch);
@@ -202,12 +202,12 @@ std::string properties_of(const BenchCase& one, const TensorOptions& tensors) {
   return out;
 }
 
-Result<LaunchLine> line_of(const BenchOptions& options, const BenchCase& fastest,
-                           const Result<card::Card>& given) {
+Result<LaunchLine> make_line(const BenchOptions& options, const BenchCase& fastest,
+                             const Result<card::Card>& given) {
   const auto engine = infer::ModuleLibrary::instance().engine(fastest.engine);
   if (!engine) return engine.error();
   infer::OpenOptions request;
-  request.paths = paths_of(options.model);
+  request.paths = split_paths(options.model);
   request.declared = options.tensors.pairs();
   const auto model = infer::Model::open(**engine, request);
   if (!model) return model.error();
@@ -217,10 +217,10 @@ Result<LaunchLine> line_of(const BenchOptions& options, const BenchCase& fastest
     if (!chosen) return chosen.error();
     inputs = *std::move(chosen);
   }
-  const auto card = options.card.empty() ? card_of(options.model, **model) : given;
+  const auto card = options.card.empty() ? make_card(options.model, **model) : given;
   auto line = launch_line(options.model, fastest.engine, inputs,
                           card ? card::preparation(card->inputs[0]) : "",
-                          properties_of(fastest, options.tensors));
+                          make_properties(fastest, options.tensors));
   if (!card && card.error().code == Code::CARD_INVALID)
     line.notes.push_back("pixels are not prepared: " + card.error().message());
   if (is_lowered(fastest))
@@ -234,19 +234,19 @@ Result<LaunchLine> line_of(const BenchOptions& options, const BenchCase& fastest
   return line;
 }
 
-Json json_of(const BenchCase& one) {
-  const double ms = median_of(one, &Measured::ms);
+Json to_json(const BenchCase& one) {
+  const double ms = get_median(one, &Measured::ms);
   return {{"engine", one.engine},
           {"threads", one.threads},
           {"batch", one.batch},
           {"custom", one.custom},
           {"lowered_to", is_lowered(one) ? Json(one.rounds[0].lowering) : Json(nullptr)},
           {"ms", ms},
-          {"ms_10_percent", median_of(one, &Measured::low_ms)},
-          {"ms_90_percent", median_of(one, &Measured::high_ms)},
+          {"ms_10_percent", get_median(one, &Measured::low_ms)},
+          {"ms_90_percent", get_median(one, &Measured::high_ms)},
           {"frames_per_second", 1e3 / ms},
-          {"load_ms", median_of(one, &Measured::load_ms)},
-          {"memory_mib", median_of(one, &Measured::mib)}};
+          {"load_ms", get_median(one, &Measured::load_ms)},
+          {"memory_mib", get_median(one, &Measured::mib)}};
 }
 
 std::string decimals(double value, int digits) {
@@ -274,22 +274,23 @@ void print_text(const BenchOptions& options, const BenchPlan& plan,
                                               "ms per frame", "10 %", "90 %", "frames/s", "load ms",
                                               "MiB"}};
   for (const auto* one : ordered) {
-    const double ms = median_of(*one, &Measured::ms);
+    const double ms = get_median(*one, &Measured::ms);
     rows.push_back({engine_cell(*one), std::to_string(one->threads), std::to_string(one->batch),
                     one->custom.empty() ? "-" : one->custom, ms_text(ms),
-                    ms_text(median_of(*one, &Measured::low_ms)),
-                    ms_text(median_of(*one, &Measured::high_ms)), decimals(1e3 / ms, 1),
-                    decimals(median_of(*one, &Measured::load_ms), 0),
-                    decimals(median_of(*one, &Measured::mib), 1)});
+                    ms_text(get_median(*one, &Measured::low_ms)),
+                    ms_text(get_median(*one, &Measured::high_ms)), decimals(1e3 / ms, 1),
+                    decimals(get_median(*one, &Measured::load_ms), 0),
+                    decimals(get_median(*one, &Measured::mib), 1)});
   }
   std::printf("%s", table(rows, "  ").c_str());
-  const auto failed = failures_of(plan);
+  const auto failed = get_failures(plan);
   if (!failed.empty() || !plan.unrelated.empty()) std::printf("\nNot measured\n");
   for (const auto& failure : failed)
     std::printf("  %s\n    %s\n", failure.cases.c_str(), indented(failure.error.message()).c_str());
   const std::string others = join(plan.unrelated, ", ");
   if (!others.empty()) std::printf("  for other files: %s\n", others.c_str());
-  std::printf("\nThe fastest: %s\n  %s\n", name_of(best_of(ordered)).c_str(), line.command.c_str());
+  std::printf("\nThe fastest: %s\n  %s\n", make_name(find_best(ordered)).c_str(),
+              line.command.c_str());
   for (const auto& note : line.notes) std::printf("  note: %s\n", note.c_str());
 }
 
@@ -300,12 +301,12 @@ void print_json(const BenchOptions& options, const BenchPlan& plan,
            {"cpu", {{"name", machine.processor}, {"cores", machine.cores}}},
            {"cases", Json::array()},
            {"not_measured", Json::array()}};
-  for (const auto* one : ordered) out["cases"].push_back(json_of(*one));
-  for (const auto& failure : failures_of(plan))
+  for (const auto* one : ordered) out["cases"].push_back(to_json(*one));
+  for (const auto& failure : get_failures(plan))
     out["not_measured"].push_back(
         {{"case", failure.cases}, {"error", app::to_json(failure.error)}});
   out["for_other_files"] = plan.unrelated;
-  out["fastest"] = json_of(best_of(ordered));
+  out["fastest"] = to_json(find_best(ordered));
   out["launch"] = line.command;
   out["notes"] = line.notes;
   print(out);
@@ -313,14 +314,14 @@ void print_json(const BenchOptions& options, const BenchPlan& plan,
 
 // The error of a path that is a folder or does not exist; empty for an address.
 std::optional<Error> missing_file(const std::string& model) {
-  const Status found = infer::check_model_file(paths_of(model).front());
+  const Status found = infer::check_model_file(split_paths(model).front());
   if (found || model.find("://") != std::string::npos) return std::nullopt;
   return found.error();
 }
 
 // The error when no case ran.
 Error nothing_ran(const BenchOptions& options, const BenchPlan& plan) {
-  auto failed = failures_of(plan);
+  auto failed = get_failures(plan);
   if (const auto no_file = missing_file(options.model); failed.empty() && no_file) return *no_file;
   if (failed.empty())
     return {.code = Code::ENGINE_UNKNOWN,
@@ -352,7 +353,7 @@ int bench(const BenchOptions& given) {
   run(options, &*plan);
   const auto ordered = by_time(plan->cases);
   if (ordered.empty()) return report(command_error(nothing_ran(options, *plan)), options.json);
-  const auto line = line_of(options, best_of(ordered), card);
+  const auto line = make_line(options, find_best(ordered), card);
   if (!line) return report(line.error(), options.json);
   if (options.json)
     print_json(options, *plan, ordered, *line);

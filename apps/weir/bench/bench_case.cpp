@@ -64,7 +64,7 @@ class Case {
     const auto engine = infer::ModuleLibrary::instance().engine(options.engine);
     if (!engine) return engine.error();
     infer::OpenOptions request;
-    request.paths = paths_of(options.model);
+    request.paths = split_paths(options.model);
     request.threads = options.threads;
     request.declared = options.tensors.pairs();
     request.options = custom_options(options.custom);
@@ -125,7 +125,7 @@ class Case {
       else
         add(&outputs_, info, kAlignment, 0);
     }
-    const auto frame_of = [](std::vector<weir_tensor>* tensors) {
+    const auto make_frame = [](std::vector<weir_tensor>* tensors) {
       weir_frame frame{};
       frame.struct_size = sizeof frame;
       frame.n_tensors = static_cast<uint32_t>(tensors->size());
@@ -133,8 +133,8 @@ class Case {
       frame.pts = frame.duration = frame.deadline = -1;
       return frame;
     };
-    in_ = frame_of(&inputs_);
-    out_ = frame_of(&outputs_);
+    in_ = make_frame(&inputs_);
+    out_ = make_frame(&outputs_);
     return ok();
   }
 
@@ -142,7 +142,7 @@ class Case {
            size_t padding) {
     weir_tensor tensor{};
     tensor.info = info;
-    tensor.bytes = bytes_of(info);
+    tensor.bytes = count_bytes(info);
     tensor.capacity = tensor.bytes + padding;
     tensor.data = memory_.emplace_back(tensor.bytes, alignment, padding).data.get();
     to->push_back(tensor);
@@ -157,7 +157,7 @@ class Case {
   weir_frame in_{}, out_{};
 };
 
-std::string lowering_of(const infer::Model& model) {
+std::string get_lowering(const infer::Model& model) {
   const Json metadata = model_description(model)["metadata"];
   const auto found = metadata.is_object() ? metadata.find("lowering") : metadata.end();
   return found != metadata.end() && found->is_string() ? found->get<std::string>() : "";
@@ -193,7 +193,7 @@ Result<Json> measure(const BenchCaseOptions& options) {
               {"high_ms", at(1 - kTenth)},
               {"load_ms", load},
               {"mib", std::max(memory, 0.0) / kKibibytesPerMebibyte},
-              {"lowering", lowering_of((*opened)->model())},
+              {"lowering", get_lowering((*opened)->model())},
               {"threads", options.threads},
               {"batch", options.batch}};
 }

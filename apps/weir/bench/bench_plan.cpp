@@ -26,7 +26,7 @@ bool lists(std::string_view list, std::string_view word) {
   return false;
 }
 
-std::string extension_of(const std::string& path) {
+std::string get_extension(const std::string& path) {
   const size_t dot = path.rfind('.');
   return dot == std::string::npos ? "" : lower(path.substr(dot + 1));
 }
@@ -53,7 +53,7 @@ std::vector<int> default_threads() {
 }
 
 // "" for the defaults, then each other value of an option with few choices.
-std::vector<std::string> variants_of(const std::vector<EngineOption>& engine_options) {
+std::vector<std::string> list_variants(const std::vector<EngineOption>& engine_options) {
   std::vector<std::string> out{""};
   for (const auto& option : engine_options) {
     const auto choices = split(option.type, "|");
@@ -74,7 +74,7 @@ void add_cases(const BenchOptions& options, const weir_engine& engine, BenchPlan
   const auto batches = options.batches.empty() ? std::vector<int>(kBatches.begin(), kBatches.end())
                                                : options.batches;
   const auto variants =
-      options.custom.empty() ? variants_of(known) : std::vector<std::string>{options.custom};
+      options.custom.empty() ? list_variants(known) : std::vector<std::string>{options.custom};
   for (const auto& custom : variants)
     for (const int count : threads)
       for (const int batch : batches)
@@ -102,7 +102,7 @@ void add_if_suitable(const BenchOptions& options, const std::string& path, const
                      BenchPlan* plan) {
   const bool usable = fact.state == EngineState::Usable;
   const auto engine = infer::ModuleLibrary::instance().engine(fact.name);
-  const std::string extension = extension_of(path);
+  const std::string extension = get_extension(path);
   const std::string_view own = engine && (*engine)->extensions ? (*engine)->extensions : "";
   const bool takes = lists(fact.extensions, extension) || lists(own, extension) ||
                      (usable && engine && recognises(**engine, path));
@@ -122,7 +122,7 @@ void add_all(const BenchOptions& options, const std::string& path, BenchPlan* pl
 }  // namespace
 
 Result<BenchPlan> plan_bench(const BenchOptions& options) {
-  const auto paths = paths_of(options.model);
+  const auto paths = split_paths(options.model);
   if (paths.empty())
     return Error{.code = Code::MODEL_NOT_FOUND,
                  .what = "no model is named",

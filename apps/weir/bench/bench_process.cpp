@@ -91,13 +91,13 @@ bool read_all(int descriptor, Clock::time_point until, std::string* text) {
   }
 }
 
-std::string end_of(int status) {
+std::string describe_end(int status) {
   if (WIFSIGNALED(status))
     return "signal " + std::to_string(WTERMSIG(status)) + " (" + strsignal(WTERMSIG(status)) + ")";
   return "exit code " + std::to_string(WEXITSTATUS(status));
 }
 
-Error error_of(const Json& report) {
+Error to_error(const Json& report) {
   const auto text = [&report](const char* name) { return report.value(name, std::string()); };
   return {.code = static_cast<Code>(report.value("code", static_cast<int>(Code::INTERNAL))),
           .what = text("what"),
@@ -135,8 +135,8 @@ Result<Measured> run_case(const BenchCaseOptions& options) {
   if (!report.is_object())
     return Error{.code = Code::WORKER_ENDED,
                  .what = "the engine terminated its process",
-                 .offered = end_of(status)};
-  if (report.contains("error")) return error_of(report["error"]);
+                 .offered = describe_end(status)};
+  if (report.contains("error")) return to_error(report["error"]);
   if (report.value("threads", 0) != options.threads || report.value("batch", 0) != options.batch)
     return Error{.code = Code::INTERNAL,
                  .what = "the process measured a different case than the requested one",

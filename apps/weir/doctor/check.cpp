@@ -62,7 +62,7 @@ void print_configuration(const Configuration& c) {
   std::printf("         from hard-coded: %s\n\n%s\n\n", folders(c, "hard-coded").c_str(), kLine);
 }
 
-Descriptions descriptions_of(const std::vector<EngineOption>& options) {
+Descriptions get_descriptions(const std::vector<EngineOption>& options) {
   Descriptions out;
   for (const auto& option : options) out.emplace_back(option.name, option.help);
   return out;
@@ -72,13 +72,13 @@ Descriptions descriptions(Kind kind, const std::string& name) {
   auto& library = infer::ModuleLibrary::instance();
   if (kind == Kind::Filter)
     if (const auto found = library.engine(name))
-      if (auto own = descriptions_of(engine_options(**found)); !own.empty()) return own;
+      if (auto own = get_descriptions(engine_options(**found)); !own.empty()) return own;
   if (kind == Kind::Decoder)
     if (const auto found = library.decoder(name))
-      return descriptions_of(engine_options((*found)->options_json));
+      return get_descriptions(engine_options((*found)->options_json));
   if (kind == Kind::Converter)
     if (const auto found = library.converter(name))
-      return descriptions_of(engine_options((*found)->options_json));
+      return get_descriptions(engine_options((*found)->options_json));
   (void)subplugin::open(kind, name);  // registers the sub-plugin's descriptions
   return subplugin::table().descriptions(kind, name);
 }

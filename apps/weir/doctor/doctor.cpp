@@ -120,7 +120,7 @@ std::string without_effect(const config::Setting& setting) {
   return "";
 }
 
-std::string description_of(const config::Setting& setting, const config::Configuration& weir) {
+std::string make_description(const config::Setting& setting, const config::Configuration& weir) {
   const std::string stronger = overridden_by(setting, weir), none = without_effect(setting);
   if (!none.empty()) return "without effect: " + none;
   return stronger.empty() ? "" : "overridden by " + stronger;
@@ -132,7 +132,8 @@ Json to_json(const config::NnstreamerConfiguration& configuration,
   Json files = Json::array(), settings = Json::array(), folders = Json::array(),
        problems = Json::array();
   for (const auto& file : configuration.candidates())
-    files.push_back({{"path", file.path}, {"source", file.source}, {"state", name_of(file.state)}});
+    files.push_back(
+        {{"path", file.path}, {"source", file.source}, {"state", to_string(file.state)}});
   for (const auto& setting : configuration.all())
     settings.push_back({{"group", setting.group},
                         {"key", setting.key},
@@ -142,7 +143,7 @@ Json to_json(const config::NnstreamerConfiguration& configuration,
                         {"without_effect", without_effect(setting)}});
   for (const auto kind : config::kFolderKinds)
     for (const auto& folder : configuration.folders(kind))
-      folders.push_back({{"kind", name_of(kind)},
+      folders.push_back({{"kind", to_string(kind)},
                          {"path", folder.path},
                          {"origin", folder.origin},
                          {"found", is_there(folder)}});
@@ -159,17 +160,17 @@ void print(const config::NnstreamerConfiguration& configuration,
   std::printf("\nNNStreamer's configuration\n");
   if (!configuration.enabled()) std::printf("  not used: enable=false in [nnstreamer]\n");
   for (const auto& file : configuration.candidates())
-    std::printf("  %s (%s): %s\n", file.path.c_str(), file.source.c_str(), name_of(file.state));
+    std::printf("  %s (%s): %s\n", file.path.c_str(), file.source.c_str(), to_string(file.state));
   std::vector<std::vector<std::string>> settings{{"setting", "value", "from", "remarks"}};
   for (const auto& setting : configuration.all())
     settings.push_back({"[" + setting.group + "] " + setting.key, setting.value, setting.origin,
-                        description_of(setting, weir)});
+                        make_description(setting, weir)});
   if (settings.size() > 1) std::fputs(table(settings, "  ").c_str(), stdout);
   std::vector<std::vector<std::string>> folders{{"folder of", "place", "from", "state"}};
   for (const auto kind : config::kFolderKinds)
     for (const auto& folder : configuration.folders(kind))
       folders.push_back(
-          {name_of(kind), folder.path, folder.origin, is_there(folder) ? "found" : "not found"});
+          {to_string(kind), folder.path, folder.origin, is_there(folder) ? "found" : "not found"});
   if (folders.size() > 1) std::fputs(table(folders, "  ").c_str(), stdout);
 }
 
@@ -232,7 +233,7 @@ using subplugin::Kind;
 std::vector<ModuleFact> facts(Kind kind) {
   std::vector<ModuleFact> out;
   for (const auto& name : subplugin::available(kind)) {
-    ModuleFact fact{name, subplugin::file_of(kind, name), ""};
+    ModuleFact fact{name, subplugin::find_file(kind, name), ""};
     if (const auto opened = subplugin::open(kind, name); !opened) {
       const Error& error = opened.error();
       fact.problem = error.what + (error.offered.empty() ? "" : ": " + error.offered);
@@ -252,7 +253,7 @@ Json sub_plugins_as_json() {
   Json files = Json::array();
   for (const auto kind : subplugin::kKinds)
     for (const auto& fact : facts(kind))
-      files.push_back({{"kind", name_of(kind)},
+      files.push_back({{"kind", to_string(kind)},
                        {"name", fact.name},
                        {"state", fact.problem.empty() ? "usable" : "refused"},
                        {"file", fact.file},
@@ -267,12 +268,12 @@ void print_sub_plugins() {
   for (const auto kind : subplugin::kKinds)
     for (const auto& fact : facts(kind))
       rows.push_back(
-          {name_of(kind), fact.name, fact.problem.empty() ? "usable" : "refused", fact.file});
+          {to_string(kind), fact.name, fact.problem.empty() ? "usable" : "refused", fact.file});
   std::printf("%s", rows.size() > 1 ? table(rows, "  ").c_str() : "  none\n");
 }
 
 // How many elements each plug-in provides.
-std::map<std::string, size_t> owners_of(const PluginFacts& facts) {
+std::map<std::string, size_t> count_elements(const PluginFacts& facts) {
   std::map<std::string, size_t> out;
   for (const auto& element : facts.elements) ++out[element.plugin];
   return out;
@@ -300,14 +301,14 @@ Json to_json(const PluginFacts& facts) {
             {"load_error", facts.load_error},
             {"searched", facts.searched}}},
           {"elements", elements},
-          {"owners", owners_of(facts)},
+          {"owners", count_elements(facts)},
           {"yields_to", facts.yields_to},
           {"conflicts", conflicts}};
 }
 
 Json to_json(const EngineFact& fact) {
   return {{"name", fact.name},
-          {"state", name_of(fact.state)},
+          {"state", to_string(fact.state)},
           {"version", fact.version},
           {"module", fact.file},
           {"library", fact.library},
@@ -386,7 +387,7 @@ void print_folders() {
     std::printf("  %s\n", folder.c_str());
 }
 
-std::string place_of(const EngineFact& engine) {
+std::string describe_place(const EngineFact& engine) {
   if (!engine.library.empty()) return engine.library;
   if (!engine.file.empty()) return engine.file;
   return engine.state == EngineState::Usable ? "built in" : "";
@@ -400,8 +401,8 @@ void print_engines(const std::vector<EngineFact>& engines) {
       unavailable.push_back(engine.name);
       continue;
     }
-    rows.push_back(
-        {engine.name, name_of(engine.state), engine.version, engine.extensions, place_of(engine)});
+    rows.push_back({engine.name, to_string(engine.state), engine.version, engine.extensions,
+                    describe_place(engine)});
   }
   std::printf("\nEngines\n%s", table(rows, "  ").c_str());
   if (!unavailable.empty())
@@ -431,7 +432,7 @@ int doctor(const DoctorOptions& options) {
   document["decoders"] = to_json(decoders);
   document["converters"] = to_json(converters);
   document["sub_plugins"] = sub_plugins_as_json();
-  const auto problems = problems_of(document);
+  const auto problems = find_problems(document);
   document["verdict"] = verdict(document, problems);
   document["problems"] = to_json(problems);
   if (options.json) {

@@ -15,23 +15,23 @@ namespace fs = std::filesystem;
 
 // Path and version of the engine's library ("weir.library/1"); null when the module does not report
 // them or the library is unusable.
-const char* const* library_of(const weir_engine& engine) {
+const char* const* get_library(const weir_engine& engine) {
   if (!engine.extension) return nullptr;
   return static_cast<const char* const*>(engine.extension("weir.library/1"));
 }
 
 // The library's problem and the command that fixes it ("weir.library-problem/1"); null without a
 // problem.
-const char* const* library_problem_of(const weir_engine& engine) {
+const char* const* get_library_problem(const weir_engine& engine) {
   if (!engine.extension) return nullptr;
   return static_cast<const char* const*>(engine.extension("weir.library-problem/1"));
 }
 
 void describe(const weir_engine& engine, EngineFact* fact) {
   fact->version = engine_version(engine);
-  const auto* library = library_of(engine);
+  const auto* library = get_library(engine);
   if (library) fact->library = library[0];
-  const auto* problem = library ? nullptr : library_problem_of(engine);
+  const auto* problem = library ? nullptr : get_library_problem(engine);
   fact->state = problem ? EngineState::NotInstalled : EngineState::Usable;
   if (!problem) return;
   fact->problem = problem[0];
@@ -67,7 +67,7 @@ void look_at(EngineFact* fact) {
 
 }  // namespace
 
-const char* name_of(EngineState state) noexcept {
+const char* to_string(EngineState state) noexcept {
   switch (state) {
     case EngineState::Usable:
       return "usable";
@@ -82,7 +82,7 @@ const char* name_of(EngineState state) noexcept {
 }
 
 std::string engine_version(const weir_engine& engine) {
-  if (const auto* library = library_of(engine)) return library[1];
+  if (const auto* library = get_library(engine)) return library[1];
   return engine.version ? engine.version : "";
 }
 

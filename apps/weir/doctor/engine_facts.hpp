@@ -26,7 +26,7 @@ struct EngineFact {
   std::string install;
 };
 
-const char* name_of(EngineState state) noexcept;
+const char* to_string(EngineState state) noexcept;
 // The engines that Weir knows, followed by others found. Opens every module.
 std::vector<EngineFact> engine_facts();
 // The version of the engine's library if the module reports it, otherwise the module's.

@@ -10,7 +10,7 @@
 namespace weir::app {
 namespace {
 
-std::string text_of(const Json& option, const char* member) {
+std::string get_text(const Json& option, const char* member) {
   const auto found = option.find(member);
   return found != option.end() && found->is_string() ? found->get<std::string>() : "";
 }
@@ -43,9 +43,9 @@ std::vector<EngineOption> engine_options(const char* options_json) {
   const Json list = Json::parse(options_json ? options_json : "[]", nullptr, false);
   if (!list.is_array()) return out;
   for (const auto& option : list)
-    if (option.is_object() && !text_of(option, "name").empty())
-      out.push_back({text_of(option, "name"), text_of(option, "type"), text_of(option, "default"),
-                     text_of(option, "help")});
+    if (option.is_object() && !get_text(option, "name").empty())
+      out.push_back({get_text(option, "name"), get_text(option, "type"),
+                     get_text(option, "default"), get_text(option, "help")});
   return out;
 }
 

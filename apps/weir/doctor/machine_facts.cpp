@@ -48,7 +48,7 @@ std::string first_line(const fs::path& file) {
   return line;
 }
 
-std::string vendor_of(const std::string& id) {
+std::string get_vendor(const std::string& id) {
   const std::pair<const char*, const char*> known[]{
       {"0x8086", "Intel"}, {"0x1002", "AMD"}, {"0x10de", "NVIDIA"}};
   for (const auto& [number, name] : known)
@@ -65,7 +65,7 @@ std::vector<std::string> gpu_names(const std::string& root) {
   for (const auto& node : fs::directory_iterator(root + "/sys/class/drm", ignored)) {
     const std::string name = node.path().filename();
     if (!name.starts_with("renderD")) continue;
-    const std::string vendor = vendor_of(first_line(node.path() / "device" / "vendor"));
+    const std::string vendor = get_vendor(first_line(node.path() / "device" / "vendor"));
     // The driver of NVIDIA names its own above.
     if (vendor != "NVIDIA" || out.empty()) out.push_back(vendor + " GPU, /dev/dri/" + name);
   }

@@ -23,12 +23,8 @@ using gst::Ref;
 constexpr const char* kPluginName = "weir";
 constexpr const char* kPluginFile = "libgstweir.so";
 
-std::string text_of(const char* text) {
-  return text ? text : "";
-}
-
 void add_folders(const char* list, std::vector<std::string>* out) {
-  const std::string text = text_of(list);
+  const std::string text = or_empty(list);
   for (const auto part : split(text, ":"))
     if (!part.empty()) out->emplace_back(part);
 }
@@ -57,16 +53,16 @@ bool named_like_ours(const std::string& name) {
          name == "edgesrc" || name == "edgesink" || name.starts_with("datarepo");
 }
 
-std::vector<ElementFact> elements_of(GstRegistry* registry) {
+std::vector<ElementFact> list_elements(GstRegistry* registry) {
   std::vector<ElementFact> out;
   GList* list = gst_registry_get_feature_list(registry, GST_TYPE_ELEMENT_FACTORY);
   for (GList* item = list; item; item = item->next) {
     auto* feature = GST_PLUGIN_FEATURE(item->data);
     const auto plugin = Ref<GstPlugin>::adopt(gst_plugin_feature_get_plugin(feature));
     ElementFact fact;
-    fact.name = text_of(gst_plugin_feature_get_name(feature));
-    fact.plugin = text_of(gst_plugin_feature_get_plugin_name(feature));
-    if (plugin) fact.file = text_of(gst_plugin_get_filename(plugin.get()));
+    fact.name = or_empty(gst_plugin_feature_get_name(feature));
+    fact.plugin = or_empty(gst_plugin_feature_get_plugin_name(feature));
+    if (plugin) fact.file = or_empty(gst_plugin_get_filename(plugin.get()));
     fact.rank = gst_plugin_feature_get_rank(feature);
     if (is_weir_plugin(fact.plugin) || named_like_ours(fact.name)) out.push_back(std::move(fact));
   }
@@ -79,8 +75,8 @@ void look_at_plugin(GstRegistry* registry, PluginFacts* facts) {
   const auto plugin = Ref<GstPlugin>::adopt(gst_registry_find_plugin(registry, kPluginName));
   if (plugin) {
     facts->found = true;
-    facts->file = text_of(gst_plugin_get_filename(plugin.get()));
-    facts->version = text_of(gst_plugin_get_version(plugin.get()));
+    facts->file = or_empty(gst_plugin_get_filename(plugin.get()));
+    facts->version = or_empty(gst_plugin_get_version(plugin.get()));
   }
   std::string file = facts->file;
   for (const auto& folder : facts->searched) {
@@ -131,15 +127,15 @@ void find_strangers(GstRegistry* registry, PluginFacts* facts) {
   for (const auto& element : facts->elements)
     if (!is_weir_plugin(element.plugin)) add(element.plugin, element.file, element.name);
   const auto other = Ref<GstPlugin>::adopt(gst_registry_find_plugin(registry, "nnstreamer"));
-  if (other) add("nnstreamer", text_of(gst_plugin_get_filename(other.get())), "");
+  if (other) add("nnstreamer", or_empty(gst_plugin_get_filename(other.get())), "");
 }
 
 void add_versions(GstRegistry* registry, PluginFacts* facts) {
   for (auto& conflict : facts->conflicts) {
     const auto found =
         Ref<GstPlugin>::adopt(gst_registry_find_plugin(registry, conflict.plugin.c_str()));
-    if (found && conflict.file == text_of(gst_plugin_get_filename(found.get())))
-      conflict.version = text_of(gst_plugin_get_version(found.get()));
+    if (found && conflict.file == or_empty(gst_plugin_get_filename(found.get())))
+      conflict.version = or_empty(gst_plugin_get_version(found.get()));
   }
 }
 
@@ -170,7 +166,7 @@ PluginFacts plugin_facts() {
   const auto setting = config::Configuration::load().find("plugin", "prefer_nnstreamer");
   if (setting && config::truth(setting->value, false)) facts.yields_to = setting->origin;
   // Read before loading, which registers Weir's elements again and so changes the owners.
-  facts.elements = elements_of(registry);
+  facts.elements = list_elements(registry);
   look_at_plugin(registry, &facts);
   find_doubles(&facts);
   find_strangers(registry, &facts);

@@ -99,7 +99,7 @@ void print_what_to_install(const Json& engines, const Json& libraries) {
 
 }  // namespace
 
-std::vector<Problem> problems_of(const Json& facts) {
+std::vector<Problem> find_problems(const Json& facts) {
   std::vector<Problem> out;
   add_plugin(facts["plugin"], &out);
   for (const auto& conflict : facts["conflicts"]) {

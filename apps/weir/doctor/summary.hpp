@@ -15,7 +15,7 @@ struct Problem {
 
 // `facts`: the document of `weir doctor --json`. What keeps something that is installed from
 // working; an engine that is not installed is no problem.
-std::vector<Problem> problems_of(const Json& facts);
+std::vector<Problem> find_problems(const Json& facts);
 // "Weir works", "Weir works, with 2 problems" or "Weir does not work".
 std::string verdict(const Json& facts, const std::vector<Problem>& problems);
 void print_summary(const Json& facts, const std::vector<Problem>& problems);

@@ -140,7 +140,7 @@ class Tracks(Case):
 
 def best_idf1(sequence):
     """The pairing of tracks with most frames in common, by going through the truth's tracks one after the other (few pairs occur)."""
-    truths, founds = reference.tracks_of(sequence, 0), reference.tracks_of(sequence, 1)
+    truths, founds = reference.get_tracks(sequence, 0), reference.get_tracks(sequence, 1)
     common = {(a, b): sum(a in t and b in f and reference.iou(t[a], f[b]) >= 0.5 for t, f in sequence) for a in truths for b in founds}
 
     def best(rest, used):

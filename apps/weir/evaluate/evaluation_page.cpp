@@ -17,7 +17,7 @@
 namespace weir::app {
 namespace {
 
-const char* name_of(PictureMark::Kind kind) {
+const char* to_string(PictureMark::Kind kind) {
   switch (kind) {
     case PictureMark::Kind::Truth:
       return "truth";
@@ -31,7 +31,7 @@ const char* name_of(PictureMark::Kind kind) {
   return "";
 }
 
-std::string rect_of(const std::string& attribute, const evaluate::Rectangle& box) {
+std::string make_rect(const std::string& attribute, const evaluate::Rectangle& box) {
   return "<rect" + attribute + " x=\"" + fixed(box.x, 1) + "\" y=\"" + fixed(box.y, 1) +
          "\" width=\"" + fixed(box.width, 1) + "\" height=\"" + fixed(box.height, 1) + "\"/>";
 }
@@ -46,7 +46,7 @@ class Labels {
   std::string add(const std::string& kind, const std::string& text, double x, double y) {
     const evaluate::Rectangle place = free_place(text, x, y);
     placed_.push_back(place);
-    return "<g class=\"label " + kind + "\">" + rect_of("", place) + "<text x=\"" +
+    return "<g class=\"label " + kind + "\">" + make_rect("", place) + "<text x=\"" +
            fixed(place.x + kMargin, 1) + "\" y=\"" + fixed(place.y + kLine - kMargin - 1, 1) +
            "\">" + escaped(text) + "</text></g>\n";
   }
@@ -81,15 +81,15 @@ class Labels {
 
 // Boxes and points over a dark edge, so that they are seen on every background, then the labels.
 // `scale`: pixels of the page for each of the picture.
-std::string svg_of(const std::vector<PictureMark>& shapes, double scale, Labels labels) {
+std::string make_svg(const std::vector<PictureMark>& shapes, double scale, Labels labels) {
   constexpr double kRadius = 3.2;
   std::string edges, boxes, texts;
   for (const PictureMark& shape : shapes) {
-    const std::string kind = name_of(shape.kind);
+    const std::string kind = to_string(shape.kind);
     const evaluate::Rectangle box{shape.box.x * scale, shape.box.y * scale, shape.box.width * scale,
                                   shape.box.height * scale};
-    edges += rect_of(" class=\"edge\"", box);
-    boxes += rect_of(" class=\"" + kind + "\"", box);
+    edges += make_rect(" class=\"edge\"", box);
+    boxes += make_rect(" class=\"" + kind + "\"", box);
     for (const auto& point : shape.points)
       if (point.is_labelled)
         boxes += "<circle class=\"" + kind + "\" cx=\"" + fixed(point.x * scale, 1) + "\" cy=\"" +
@@ -146,7 +146,7 @@ std::string example_picture(const Example& example) {
                     fixed(height, 0) + "\"><image width=\"" + fixed(width, 0) + "\" height=\"" +
                     fixed(height, 0) + "\" href=\"data:image/jpeg;base64," + base64.get() +
                     "\"/>\n";
-  out += svg_of(example.shapes, scale, Labels(width, height));
+  out += make_svg(example.shapes, scale, Labels(width, height));
   return out + "</svg><figcaption>" + escaped(example.path) + "<br>" + escaped(example.caption) +
          "</figcaption></figure>\n";
 }

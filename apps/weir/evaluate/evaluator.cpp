@@ -12,7 +12,7 @@ namespace {
 constexpr size_t kMaxExamples = 12;
 
 // The metrics that a folder has truth for, the default first.
-std::vector<std::string> metrics_of(const LabelledFolder& folder) {
+std::vector<std::string> list_metrics(const LabelledFolder& folder) {
   switch (folder.kind) {
     case Labelled::Objects:
       return folder.key_points > 0 ? std::vector<std::string>{"ap", "oks"}
@@ -58,7 +58,7 @@ Status Evaluator::accept(const LabelledPicture& picture, const DecodedPicture& d
 
 Result<std::unique_ptr<Evaluator>> make_evaluator(const LabelledFolder& folder,
                                                   const EvaluateOptions& options) {
-  const auto metrics = metrics_of(folder);
+  const auto metrics = list_metrics(folder);
   if (!options.metric.empty() &&
       std::find(metrics.begin(), metrics.end(), options.metric) == metrics.end())
     return Error{.code = Code::OPTION_VALUE,

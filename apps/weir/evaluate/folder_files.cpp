@@ -61,7 +61,7 @@ Result<std::string> read_file(const fs::path& path) {
                .difference = errno ? std::strerror(errno) : ""};
 }
 
-std::string first_of(const std::vector<std::string>& names) {
+std::string format_first(const std::vector<std::string>& names) {
   const std::string more = std::to_string(names.size() - 1);
   return names.size() == 1 ? names[0] : names[0] + " and " + more + " more";
 }

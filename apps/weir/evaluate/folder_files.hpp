@@ -17,6 +17,6 @@ std::vector<std::filesystem::path> folders_in(const std::filesystem::path& folde
 // FILE_NOT_FOUND, with the system's reason.
 Result<std::string> read_file(const std::filesystem::path& path);
 // "photos/a.jpg", or "photos/a.jpg and 3 more". Precondition: not empty.
-std::string first_of(const std::vector<std::string>& names);
+std::string format_first(const std::vector<std::string>& names);
 
 }  // namespace weir::app

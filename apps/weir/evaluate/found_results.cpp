@@ -10,20 +10,20 @@
 namespace weir::app {
 namespace {
 
-const Json& list_of(const Json& frame, const char* name) {
+const Json& get_list(const Json& frame, const char* name) {
   static const Json kNone = Json::array();
   return frame.contains(name) ? frame[name] : kNone;
 }
 
-std::vector<evaluate::LabelledPoint> points_of(const Json& object) {
+std::vector<evaluate::LabelledPoint> parse_points(const Json& object) {
   std::vector<evaluate::LabelledPoint> out;
-  for (const Json& point : list_of(object, "keypoints"))
+  for (const Json& point : get_list(object, "keypoints"))
     out.push_back(point.is_array() ? evaluate::LabelledPoint{point[0], point[1], true}
                                    : evaluate::LabelledPoint{});
   return out;
 }
 
-std::string some_of(const std::vector<std::string>& names) {
+std::string format_some(const std::vector<std::string>& names) {
   constexpr size_t kShown = 8;
   const std::vector<std::string> shown(
       names.begin(), names.begin() + static_cast<ptrdiff_t>(std::min(names.size(), kShown)));
@@ -43,7 +43,7 @@ LabelMatcher::LabelMatcher(std::vector<std::string> categories, std::string trut
   for (size_t i = 0; i < categories_.size(); ++i) by_name_.emplace(plain_name(categories_[i]), i);
 }
 
-std::optional<size_t> LabelMatcher::category_of(const Json& object) {
+std::optional<size_t> LabelMatcher::find_category(const Json& object) {
   const std::string label = object.value("label", "");
   const auto named = by_name_.find(plain_name(label));
   if (named != by_name_.end()) {
@@ -68,8 +68,8 @@ Status LabelMatcher::check() const {
   for (const auto& [name, count] : unknown_) names.push_back(name);
   return Error{.code = Code::LABELS_INVALID,
                .what = "none of the labels in the results is a category of the truth",
-               .offered = some_of(names),
-               .needed = truth_ + ": " + some_of(categories_),
+               .offered = format_some(names),
+               .needed = truth_ + ": " + format_some(categories_),
                .fix = "--labels FILE, with the truth's names for the classes of the model"};
 }
 
@@ -91,12 +91,12 @@ std::optional<Error> LabelMatcher::warning_about_labels() const {
     names.push_back(name + " (" + std::to_string(count) + ")");
   return Error{.code = Code::LABELS_INVALID,
                .what = "results with labels that are not in the truth are ignored",
-               .offered = some_of(names),
-               .needed = truth_ + ": " + some_of(categories_),
+               .offered = format_some(names),
+               .needed = truth_ + ": " + format_some(categories_),
                .fix = "--labels FILE, if the truth has these classes under other names"};
 }
 
-std::optional<evaluate::Rectangle> box_of(const Json& object) {
+std::optional<evaluate::Rectangle> parse_box(const Json& object) {
   if (!object.contains("box") || object["box"].size() != 4) return std::nullopt;
   const auto& box = object["box"];
   const double left = box[0], top = box[1], right = box[2], bottom = box[3];
@@ -105,11 +105,12 @@ std::optional<evaluate::Rectangle> box_of(const Json& object) {
 
 std::vector<evaluate::FoundObject> found_objects(const Json& frame, LabelMatcher* labels) {
   std::vector<evaluate::FoundObject> out;
-  for (const Json& object : list_of(frame, "detections")) {
-    const auto box = box_of(object);
+  for (const Json& object : get_list(frame, "detections")) {
+    const auto box = parse_box(object);
     if (!box) continue;
-    const auto category = labels->category_of(object);
-    if (category) out.push_back({*category, *box, object.value("score", 1.0), points_of(object)});
+    const auto category = labels->find_category(object);
+    if (category)
+      out.push_back({*category, *box, object.value("score", 1.0), parse_points(object)});
   }
   return out;
 }
@@ -122,8 +123,8 @@ std::vector<evaluate::TrackedBox> found_tracks(const Json& frame,
            });
   };
   std::vector<evaluate::TrackedBox> out;
-  for (const Json& object : list_of(frame, "detections")) {
-    const auto box = box_of(object);
+  for (const Json& object : get_list(frame, "detections")) {
+    const auto box = parse_box(object);
     const auto track = object.value("track", int64_t{0});
     if (box && track > 0 && is_wanted(object)) out.push_back({track, *box});
   }
@@ -132,8 +133,8 @@ std::vector<evaluate::TrackedBox> found_tracks(const Json& frame,
 
 std::vector<FoundClass> found_classes(const Json& frame, LabelMatcher* labels) {
   std::vector<FoundClass> out;
-  for (const Json& object : list_of(frame, "labels"))
-    out.push_back({labels->category_of(object).value_or(evaluate::kNoClass),
+  for (const Json& object : get_list(frame, "labels"))
+    out.push_back({labels->find_category(object).value_or(evaluate::kNoClass),
                    object.value("label", ""), object.value("score", 1.0)});
   std::stable_sort(out.begin(), out.end(),
                    [](const auto& a, const auto& b) { return a.score > b.score; });

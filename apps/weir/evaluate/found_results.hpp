@@ -20,7 +20,7 @@ class LabelMatcher {
   // `truth`: the path that names the categories, for messages.
   LabelMatcher(std::vector<std::string> categories, std::string truth);
 
-  std::optional<size_t> category_of(const Json& object);
+  std::optional<size_t> find_category(const Json& object);
 
   // LABELS_INVALID when there were labels and none of them is a category.
   Status check() const;
@@ -38,7 +38,7 @@ class LabelMatcher {
   bool is_any_known_ = false;
 };
 
-std::optional<evaluate::Rectangle> box_of(const Json& object);
+std::optional<evaluate::Rectangle> parse_box(const Json& object);
 // Detections of known categories.
 std::vector<evaluate::FoundObject> found_objects(const Json& frame, LabelMatcher* labels);
 // Detections with a track; if `labels` is not empty, only those of these labels.

@@ -51,7 +51,7 @@ void warn(std::string what, const std::vector<std::string>& names, std::string n
   if (names.empty()) return;
   out->warnings.push_back({.code = Code::LABELS_INVALID,
                            .what = std::move(what),
-                           .offered = out->truth + ": " + first_of(names),
+                           .offered = out->truth + ": " + format_first(names),
                            .needed = std::move(needed),
                            .fix = std::move(fix)});
 }
@@ -107,7 +107,7 @@ Result<LabelledSequence> read_sequence(const fs::path& folder) {
 
 // The one JSON file of the folder or of its folder annotations/; "" if there is none. OPTION_VALUE
 // if there are several.
-Result<std::string> annotation_file_of(const fs::path& folder) {
+Result<std::string> find_annotation_file(const fs::path& folder) {
   auto files = json_files_in(folder);
   if (files.empty()) files = json_files_in(folder / "annotations");
   if (files.size() < 2) return files.empty() ? std::string() : files[0].string();
@@ -192,7 +192,7 @@ constexpr char kLayouts[] =
     "a COCO annotation file with pictures; a folder of pictures for each class; images/ and "
     "masks/; seqinfo.ini, gt/gt.txt and img1/ of MOTChallenge";
 
-std::string digest_of(const std::string& bytes) {
+std::string make_digest(const std::string& bytes) {
   const gst::UniqueText digest(g_compute_checksum_for_data(
       G_CHECKSUM_SHA256, reinterpret_cast<const guchar*>(bytes.data()), bytes.size()));
   return digest.get();
@@ -217,7 +217,7 @@ Result<LabelledFolder> read_classes(const fs::path& folder) {
     for (const fs::path& picture : pictures) {
       const auto bytes = read_file(picture);
       if (!bytes) return bytes.error();
-      const auto [first, is_new] = seen.try_emplace(digest_of(*bytes), picture.string(), index);
+      const auto [first, is_new] = seen.try_emplace(make_digest(*bytes), picture.string(), index);
       if (!is_new && first->second.second != index)
         return Error{.code = Code::LABELS_INVALID,
                      .what = "the same picture is in two classes",
@@ -236,7 +236,7 @@ void warn_about_pairs(const std::vector<std::string>& lonely, const char* what, 
   if (lonely.empty()) return;
   out->warnings.push_back({.code = Code::LABELS_INVALID,
                            .what = what,
-                           .offered = first_of(lonely),
+                           .offered = format_first(lonely),
                            .needed = "images/NAME.jpg and masks/NAME.png with the same NAME",
                            .fix = fix});
 }
@@ -289,7 +289,7 @@ Result<LabelledFolder> read_by_layout(const EvaluateOptions& options) {
   std::error_code ignored;
   if (!options.truth.empty()) return read_annotated(folder, options.truth);
   if (is_sequence(folder) || has_sequences(folder)) return read_sequences(folder);
-  const auto annotations = annotation_file_of(folder);
+  const auto annotations = find_annotation_file(folder);
   if (!annotations) return annotations.error();
   if (!annotations->empty()) return read_annotated(folder, *annotations);
   if (fs::is_directory(folder / "images", ignored) && fs::is_directory(folder / "masks", ignored))

@@ -70,7 +70,7 @@ class MapEvaluator final : public Evaluator {
                    .unit_name = "pictures"};
     const auto overlaps = evaluate::overlap_of_classes(pictures_, classes, {});
     for (size_t c = 0; c < classes; ++c)
-      if (!std::isnan(overlaps[c])) out.parts.push_back({name_of(c), overlaps[c]});
+      if (!std::isnan(overlaps[c])) out.parts.push_back({get_class_name(c), overlaps[c]});
     out.measure = [pictures = std::move(pictures_), classes](evaluate::Times times) {
       std::vector<double> values;
       for (const auto& score : evaluate::segmentation_scores(pictures, classes, times))
@@ -81,7 +81,7 @@ class MapEvaluator final : public Evaluator {
   }
 
  private:
-  std::string name_of(size_t class_index) const {
+  std::string get_class_name(size_t class_index) const {
     const auto name = names_.find(class_index);
     return name == names_.end() ? "class " + std::to_string(class_index) : name->second;
   }

@@ -21,7 +21,7 @@ namespace weir::app {
 namespace {
 
 // The TIFF data of the first Exif segment before the pixels.
-std::optional<std::string_view> exif_of(std::string_view jpeg) {
+std::optional<std::string_view> find_exif(std::string_view jpeg) {
   constexpr std::string_view kExif("Exif\0\0", 6);
   constexpr unsigned kApplication1 = 0xE1, kStartOfScan = 0xDA;
   const auto at = [&](size_t i) -> unsigned { return static_cast<unsigned char>(jpeg[i]); };
@@ -43,7 +43,7 @@ std::optional<std::string_view> exif_of(std::string_view jpeg) {
 GstVideoOrientationMethod photo_orientation(const std::filesystem::path& path) {
   GstVideoOrientationMethod out = GST_VIDEO_ORIENTATION_IDENTITY;
   const auto bytes = read_file(path);
-  const auto exif = bytes ? exif_of(*bytes) : std::nullopt;
+  const auto exif = bytes ? find_exif(*bytes) : std::nullopt;
   if (!exif || exif->empty()) return out;
   const auto buffer = gst::Ref<GstBuffer>::adopt(gst_buffer_new_memdup(exif->data(), exif->size()));
   const gst::Unique<GstTagList, gst_tag_list_unref> tags(
@@ -63,7 +63,7 @@ Error unreadable(const std::string& path, const std::string& reason) {
 }
 
 // The one frame of a pipeline with a filesrc `file` and an appsink `sink`, by the public API.
-Result<Frame> frame_of(const std::string& path, const std::string& text) {
+Result<Frame> read_frame(const std::string& path, const std::string& text) {
   auto pipeline = Pipeline::parse(text);
   if (!pipeline || !pipeline->set("file", "location", path) || !pipeline->start())
     return unreadable(path, "GStreamer cannot start its decoder");
@@ -122,8 +122,8 @@ uint32_t narrowed(uint32_t value, unsigned bits) {
   return bits < 8 ? value / (255U / ((1U << bits) - 1)) : value;
 }
 
-Result<ClassMask> classes_of(const Frame& frame, const GstVideoInfo& info, const PngFacts& png,
-                             const std::string& path) {
+Result<ClassMask> read_classes(const Frame& frame, const GstVideoInfo& info, const PngFacts& png,
+                               const std::string& path) {
   ClassMask out{static_cast<uint32_t>(info.width), static_cast<uint32_t>(info.height), {}};
   const auto* pixels = reinterpret_cast<const uint8_t*>(frame[0].bytes().data());
   const auto stride = static_cast<size_t>(GST_VIDEO_INFO_PLANE_STRIDE(&info, 0));
@@ -152,10 +152,10 @@ Result<ClassMask> classes_of(const Frame& frame, const GstVideoInfo& info, const
 
 Result<DecodedPicture> decode_picture(const std::string& path) {
   const auto frame =
-      frame_of(path,
-               "filesrc name=file ! decodebin ! videoconvert ! video/x-raw,format=RGB ! "
-               "videoflip video-direction=" +
-                   std::to_string(photo_orientation(path)) + " ! appsink name=sink sync=false");
+      read_frame(path,
+                 "filesrc name=file ! decodebin ! videoconvert ! video/x-raw,format=RGB ! "
+                 "videoflip video-direction=" +
+                     std::to_string(photo_orientation(path)) + " ! appsink name=sink sync=false");
   if (!frame) return frame.error();
   const auto caps = gst::caps_from_text(frame->caps());
   GstVideoInfo info;
@@ -175,14 +175,14 @@ Result<ClassMask> read_class_mask(const std::string& path) {
     return no_mask(path, "the mask is not a PNG file with a class for each pixel");
   if (png.has_equal_colors && png.kind == PngFacts::Palette)
     return no_mask(path, "the palette of the mask has two equal colours");
-  const auto frame = frame_of(path, "filesrc name=file ! pngdec ! appsink name=sink sync=false");
+  const auto frame = read_frame(path, "filesrc name=file ! pngdec ! appsink name=sink sync=false");
   if (!frame) return frame.error();
   const auto caps = gst::caps_from_text(frame->caps());
   GstVideoInfo info;
   if (!caps || !gst_video_info_from_caps(&info, caps->get()) ||
       (*frame)[0].bytes().size() < info.size)
     return unreadable(path, "no pixels");
-  return classes_of(*frame, info, png, path);
+  return read_classes(*frame, info, png, path);
 }
 
 std::string small_jpeg(const DecodedPicture& picture, uint32_t max) {

@@ -19,7 +19,7 @@ constexpr char kSource[] = "weir-evaluate-pictures", kSink[] = "weir-evaluate-re
 constexpr GstClockTime kPatience = 20 * GST_MSECOND;  // between looks at the bus
 
 // An error of an element as those of the command. Those of GStreamer's own elements have no code.
-Error error_of(const Complaint& complaint) {
+Error to_error(const Complaint& complaint) {
   Error out = complaint.error;
   out.what = complaint.element + ": " + out.what;
   if (complaint.has_code) return out;
@@ -78,20 +78,20 @@ class PictureRun {
       return ok();
     }
     GstBuffer* buffer = gst_buffer_copy(picture->buffer.get());
-    GST_BUFFER_PTS(buffer) = time_of(index);
+    GST_BUFFER_PTS(buffer) = get_time(index);
     GST_BUFFER_DTS(buffer) = GST_CLOCK_TIME_NONE;
-    GST_BUFFER_DURATION(buffer) = time_of(index + 1) - time_of(index);
-    gst_app_src_set_caps(GST_APP_SRC(source_.get()), caps_of(*picture).get());
+    GST_BUFFER_DURATION(buffer) = get_time(index + 1) - get_time(index);
+    gst_app_src_set_caps(GST_APP_SRC(source_.get()), make_caps(*picture).get());
     states_[index] = State::Played;
     gst_app_src_push_buffer(GST_APP_SRC(source_.get()), buffer);
     return pull(0);
   }
 
-  GstClockTime time_of(size_t index) const {
+  GstClockTime get_time(size_t index) const {
     return static_cast<GstClockTime>(std::llround(
         static_cast<double>(index) * static_cast<double>(GST_SECOND) / sequence_.frame_rate));
   }
-  gst::Ref<GstCaps> caps_of(const DecodedPicture& picture) const {
+  gst::Ref<GstCaps> make_caps(const DecodedPicture& picture) const {
     auto caps = gst::Ref<GstCaps>::adopt(gst_caps_copy(picture.caps.get()));
     int numerator = 1, denominator = 1;
     gst_util_double_to_fraction(sequence_.frame_rate, &numerator, &denominator);
@@ -144,21 +144,21 @@ class PictureRun {
       if (GST_MESSAGE_TYPE(message) == GST_MESSAGE_ERROR)
         errors.push_back(complaint);
       else
-        handlers_.warn(error_of(complaint));
+        handlers_.warn(to_error(complaint));
       gst_message_unref(message);
     }
     if (errors.empty()) return ok();
     // Others follow from those of Weir's elements.
     for (const Complaint& complaint : errors)
-      if (complaint.has_code) return error_of(complaint);
-    return error_of(errors.front());
+      if (complaint.has_code) return to_error(complaint);
+    return to_error(errors.front());
   }
 
   Status check_complete() const {
     std::vector<std::string> without;
     for (size_t i = 0; i < states_.size(); ++i)
       if (states_[i] == State::Played) without.push_back(sequence_.pictures[i].path);
-    return without.empty() ? ok() : mismatch("pictures have no results", first_of(without));
+    return without.empty() ? ok() : mismatch("pictures have no results", format_first(without));
   }
 
   static Error mismatch(std::string what, const std::string& offered) {

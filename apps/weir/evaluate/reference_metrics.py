@@ -106,12 +106,12 @@ def mota(sequence):
     return 1 - (misses + false + switches) / boxes, switches
 
 
-def tracks_of(sequence, side):
+def get_tracks(sequence, side):
     return sorted({track for frame in sequence for track in frame[side]})
 
 
 def idf1(sequence):
-    truths, founds = tracks_of(sequence, 0), tracks_of(sequence, 1)
+    truths, founds = get_tracks(sequence, 0), get_tracks(sequence, 1)
     common = [[sum(iou(t[a], f[b]) >= 0.5 for t, f in sequence if a in t and b in f) for b in founds] for a in truths]
     right = max(sum(common[r][c] for r, c in enumerate(choice) if c is not None)
                 for choice in assignments(len(truths), len(founds)))
@@ -119,7 +119,7 @@ def idf1(sequence):
 
 
 def hota(sequence):
-    truths, founds = tracks_of(sequence, 0), tracks_of(sequence, 1)
+    truths, founds = get_tracks(sequence, 0), get_tracks(sequence, 1)
     lengths = [{track: sum(track in frame[side] for frame in sequence) for track in tracks}
                for side, tracks in ((0, truths), (1, founds))]
     agreement = {(a, b): 0.0 for a in truths for b in founds}

@@ -69,7 +69,7 @@ class TrackEvaluator final : public Evaluator {
         values.push_back(score.value);
       return values;
     };
-    out.measure = [scores, shift = shift_of(out, scores({}))](evaluate::Times times) {
+    out.measure = [scores, shift = find_shift(out, scores({}))](evaluate::Times times) {
       auto values = scores(times);
       for (size_t i = 0; i < values.size(); ++i) values[i] += shift[i];
       return values;
@@ -82,7 +82,7 @@ class TrackEvaluator final : public Evaluator {
   void cut_into_parts(std::vector<evaluate::TrackingCounts>* counts, Evaluation* out) const {
     constexpr size_t kMaxParts = 20;
     const auto second = static_cast<size_t>(std::ceil(folder_.sequences[0].frame_rate));
-    const auto parts = evaluate::parts_of(frames_[0], second, kMaxParts);
+    const auto parts = evaluate::split_sequence(frames_[0], second, kMaxParts);
     if (parts.size() < 2) return;
     counts->clear();
     for (const auto& part : parts) counts->push_back(evaluate::count_tracks(part));
@@ -91,7 +91,7 @@ class TrackEvaluator final : public Evaluator {
   }
   // What the scores of the whole are more than those of its parts, in which no track is longer than
   // its part.
-  static std::vector<double> shift_of(const Evaluation& whole, const std::vector<double>& parts) {
+  static std::vector<double> find_shift(const Evaluation& whole, const std::vector<double>& parts) {
     std::vector<double> out;
     for (size_t i = 0; i < parts.size(); ++i) out.push_back(whole.scores[i].value - parts[i]);
     return out;

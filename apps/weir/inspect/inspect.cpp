@@ -69,8 +69,8 @@ std::string refusal_of_chosen(const Inspected& found) {
   return error.difference.empty() ? error.what : error.difference;
 }
 
-LaunchLine line_of(const InspectOptions& options, const Inspected& found,
-                   const Result<card::Card>& card) {
+LaunchLine make_line(const InspectOptions& options, const Inspected& found,
+                     const Result<card::Card>& card) {
   std::string properties = property_text(options.tensors);
   if (!options.custom.empty())
     properties += (properties.empty() ? "custom=" : " custom=") + launch_value(options.custom);
@@ -90,7 +90,7 @@ Result<Inspected> open(const InspectOptions& options) {
   infer::OpenOptions request;
   request.declared = options.tensors.pairs();
   request.options = custom_options(options.custom);
-  request.paths = paths_of(options.model);
+  request.paths = split_paths(options.model);
   const bool by_name = automatic(options.framework);
   if (request.paths.empty() && by_name)
     return Error{.code = Code::MODEL_NOT_FOUND,
@@ -273,8 +273,8 @@ int inspect(const InspectOptions& given) {
     }
     return kExitGood;
   }
-  const auto card = card_of(found->model, *found->opened);
-  const auto line = line_of(options, *found, card);
+  const auto card = make_card(found->model, *found->opened);
+  const auto line = make_line(options, *found, card);
   if (options.json)
     print(to_json(*found, line, card));
   else

@@ -34,7 +34,7 @@ int64_t side_or(int64_t n) {
   return n < 0 ? kAnySide : n;
 }
 
-std::optional<Picture> picture_of(const std::vector<weir_tensor_info>& inputs) {
+std::optional<Picture> find_picture(const std::vector<weir_tensor_info>& inputs) {
   if (inputs.size() != 1) return std::nullopt;
   const auto& info = inputs[0];
   if (info.rank != 3 && info.rank != 4) return std::nullopt;
@@ -59,7 +59,7 @@ std::string conversion_to(ElementType type) {
     case ElementType::Float32:
       return " ! tensor_transform mode=arithmetic option=typecast:float32,div:255.0";
     default:
-      return " ! tensor_transform mode=typecast option=" + std::string(name_of(type));
+      return " ! tensor_transform mode=typecast option=" + std::string(to_string(type));
   }
 }
 
@@ -130,14 +130,14 @@ std::string inspect_command(const std::string& model, const std::string& framewo
 
 std::string type_name(const weir_tensor_info& info) {
   if (info.type >= WEIR_TYPE_END) return "?";
-  return std::string(name_of(static_cast<ElementType>(info.type)));
+  return std::string(to_string(static_cast<ElementType>(info.type)));
 }
 
 LaunchLine launch_line(const std::string& model, const std::string& framework,
                        const std::vector<weir_tensor_info>& inputs, const std::string& preparation,
                        const std::string& properties) {
   LaunchLine out;
-  const auto picture = picture_of(inputs);
+  const auto picture = find_picture(inputs);
   const bool prepared = picture && picture->batch == 1 && !preparation.empty();
   const std::string source =
       prepared         ? "videotestsrc num-buffers=" + std::to_string(kFrames) + " ! " + preparation
@@ -165,7 +165,7 @@ LaunchLine launch_line(const std::string& model, const std::string& framework,
 }
 
 std::vector<weir_tensor_info> chosen_inputs(std::vector<weir_tensor_info> inputs) {
-  const int64_t side = picture_of(inputs) ? kAnySide : 1;
+  const int64_t side = find_picture(inputs) ? kAnySide : 1;
   for (auto& info : inputs) {
     if (info.rank == WEIR_RANK_UNKNOWN) info.rank = 1, info.shape[0] = 1;
     if (info.type >= WEIR_TYPE_END) info.type = WEIR_FLOAT32;

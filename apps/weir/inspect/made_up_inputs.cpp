@@ -71,14 +71,14 @@ std::string property_text(const TensorOptions& tensors) {
               [](const auto& pair) { return pair.first + "=" + launch_value(pair.second); });
 }
 
-uint64_t bytes_of(const weir_tensor_info& info) {
+uint64_t count_bytes(const weir_tensor_info& info) {
   uint64_t bytes = element_bytes(info.type);
   for (uint32_t i = 0; i < info.rank; ++i) bytes *= static_cast<uint64_t>(info.shape[i]);
   return bytes;
 }
 
 void fill_with_made_up_data(const weir_tensor_info& info, void* data, std::mt19937& random) {
-  const uint64_t bytes = bytes_of(info);
+  const uint64_t bytes = count_bytes(info);
   switch (info.type) {
     case WEIR_FLOAT32:
       return fill<float>(data, bytes, random);

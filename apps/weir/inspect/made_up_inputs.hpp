@@ -18,7 +18,7 @@ Result<std::vector<weir_tensor_info>> inputs_of_frame(std::vector<weir_tensor_in
                                                       const TensorOptions& tensors);
 // Formats as tensor_filter properties for a shell: "input=3:224:224:1 inputtype=uint8".
 std::string property_text(const TensorOptions& tensors);
-uint64_t bytes_of(const weir_tensor_info& info);  // precondition: the shape is fixed
+uint64_t count_bytes(const weir_tensor_info& info);  // precondition: the shape is fixed
 // Floats between 0 and 1, any bytes, and 0 or 1 for wider integers.
 void fill_with_made_up_data(const weir_tensor_info& info, void* data, std::mt19937& random);
 

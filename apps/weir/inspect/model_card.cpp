@@ -15,7 +15,7 @@ namespace {
 namespace fs = std::filesystem;
 
 // An input that has the shape of a picture; open sizes become 224.
-card::ImageInput picture_of(const weir_tensor_info& info) {
+card::ImageInput make_image_input(const weir_tensor_info& info) {
   constexpr int64_t kOpenSide = 224;
   card::ImageInput input;
   input.name = info.name ? info.name : "";
@@ -31,14 +31,14 @@ card::ImageInput picture_of(const weir_tensor_info& info) {
   return input;
 }
 
-std::vector<card::ImageInput> pictures_of(const infer::Model& model) {
+std::vector<card::ImageInput> make_image_inputs(const infer::Model& model) {
   std::vector<card::ImageInput> out;
   for (const auto& info : model.inputs())
-    if (info.rank == 3 || info.rank == 4) out.push_back(picture_of(info));
+    if (info.rank == 3 || info.rank == 4) out.push_back(make_image_input(info));
   return out;
 }
 
-std::map<std::string, std::string> properties_of(const infer::Model& model) {
+std::map<std::string, std::string> make_properties(const infer::Model& model) {
   std::map<std::string, std::string> out;
   const char* text = model.info().metadata_json;
   const auto metadata = Json::parse(text ? text : "", nullptr, false);
@@ -51,19 +51,19 @@ std::map<std::string, std::string> properties_of(const infer::Model& model) {
 }  // namespace
 
 bool has_pictures(const infer::Model& model) {
-  return !pictures_of(model).empty();
+  return !make_image_inputs(model).empty();
 }
 
 card::Search card_search(const std::string& model_path, const infer::Model& model) {
   card::Search search;
   search.model = model_path;
   search.sha256 = [digest = std::string(), model_path]() mutable {
-    if (digest.empty()) digest = gst::sha256_of(model_path);
+    if (digest.empty()) digest = gst::compute_sha256(model_path);
     return digest;
   };
   search.folders = card::card_folders();
-  search.inputs = pictures_of(model);
-  const auto properties = properties_of(model);
+  search.inputs = make_image_inputs(model);
+  const auto properties = make_properties(model);
   if (search.inputs.size() == 1)
     if (const auto input = card::input_from_metadata(properties, search.inputs[0]))
       search.from_model = {*input};
@@ -76,14 +76,14 @@ card::Search card_search(const std::string& model_path, const infer::Model& mode
   return search;
 }
 
-Result<card::Card> card_of(const std::string& model_path, const infer::Model& model) {
+Result<card::Card> make_card(const std::string& model_path, const infer::Model& model) {
   return card::find(card_search(model_path, model));
 }
 
 Json to_json(const card::Card& card, const std::string& model_path) {
   Json out{
       {"name", card.name}, {"path", card.path}, {"task", card.task}, {"decoder", card.decoder}};
-  const auto labels = card::labels_of(card, model_path, {});
+  const auto labels = card::read_labels(card, model_path, {});
   out["labels"] = labels ? Json(*labels) : Json(nullptr);
   if (!labels) out["problem"] = labels.error().message();
   out["preparation"] = card::preparation(card.inputs[0]);

@@ -13,7 +13,7 @@ bool has_pictures(const infer::Model& model);
 // What core/card/find.hpp needs of an open model.
 card::Search card_search(const std::string& model_path, const infer::Model& model);
 // Finds the card as core/card/find.hpp does. Computes the model's digest.
-Result<card::Card> card_of(const std::string& model_path, const infer::Model& model);
+Result<card::Card> make_card(const std::string& model_path, const infer::Model& model);
 
 // {"name", "path", "task", "decoder", "labels", "preparation"}; the last is the elements between a
 // video stream and tensor_filter. `labels` is a list, or null with the reason in "problem" when

@@ -8,7 +8,7 @@
 
 namespace weir::app {
 
-inline std::vector<std::string> paths_of(const std::string& model) {
+inline std::vector<std::string> split_paths(const std::string& model) {
   std::vector<std::string> out;
   for (const auto part : split(model, ","))
     if (!strip(part).empty()) out.emplace_back(strip(part));

@@ -36,7 +36,7 @@ int pbtxt(const PbtxtOptions& options) {
   const auto graph = read_launch_graph(text);
   if (!graph) return report(graph.error(), false);
   if (options.verbose) describe(*graph);
-  std::fputs(pbtxt_of(*graph).c_str(), stdout);
+  std::fputs(to_pbtxt(*graph).c_str(), stdout);
   return kExitGood;
 }
 

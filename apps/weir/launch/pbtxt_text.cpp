@@ -41,7 +41,7 @@ std::string node(const LaunchGraph& graph, const LaunchElement& element) {
 
 }  // namespace
 
-std::string pbtxt_of(const LaunchGraph& graph) {
+std::string to_pbtxt(const LaunchGraph& graph) {
   std::string out;
   for (const auto& element : graph.elements)
     if (is_source(element)) out += "input_stream: \"" + stream_name(element) + "\"\n";

@@ -8,6 +8,6 @@
 namespace weir::app {
 
 // Precondition: all indices are valid in `graph`, as in the result of read_launch_graph().
-std::string pbtxt_of(const LaunchGraph& graph);
+std::string to_pbtxt(const LaunchGraph& graph);
 
 }  // namespace weir::app

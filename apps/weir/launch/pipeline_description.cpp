@@ -39,7 +39,7 @@ PipelineDescription& PipelineDescription::append(const PipelineDescription& othe
   return *this;
 }
 
-std::string PipelineDescription::name_of(size_t index) const {
+std::string PipelineDescription::get_name(size_t index) const {
   const Part& part = parts_[index];
   for (const auto& [name, value] : part.properties)
     if (name == kName) return value;
@@ -61,13 +61,13 @@ std::string PipelineDescription::pasted() const {
 Result<gst::Ref<GstElement>> PipelineDescription::make() const {
   std::string text;
   for (size_t i = 0; i < parts_.size(); ++i)
-    text += parts_[i].factory.empty() ? parts_[i].text : parts_[i].factory + " name=" + name_of(i);
+    text += parts_[i].factory.empty() ? parts_[i].text : parts_[i].factory + " name=" + get_name(i);
   auto pipeline = read_pipeline({text});
   if (!pipeline) return pipeline;
   for (size_t i = 0; i < parts_.size(); ++i) {
     if (parts_[i].factory.empty()) continue;
     const auto element = gst::Ref<GstElement>::adopt(
-        gst_bin_get_by_name(GST_BIN(pipeline->get()), name_of(i).c_str()));
+        gst_bin_get_by_name(GST_BIN(pipeline->get()), get_name(i).c_str()));
     for (const auto& [name, value] : parts_[i].properties) {
       if (name == kName || !element) continue;
       if (auto status = set_property(element.get(), name, value); !status) return status.error();

@@ -45,7 +45,7 @@ class PipelineDescription {
     Properties properties;
   };
   // Returns the name of the element that is part `index`.
-  std::string name_of(size_t index) const;
+  std::string get_name(size_t index) const;
 
   std::vector<Part> parts_;
 };

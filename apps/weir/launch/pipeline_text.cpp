@@ -63,7 +63,7 @@ std::string nearest_element(const std::string& name) {
 }
 
 // Where the element is in the text, other than as part of another word.
-std::optional<size_t> place_of(const std::string& name, const std::string& text) {
+std::optional<size_t> find_place(const std::string& name, const std::string& text) {
   const auto tokens = launch_tokens(text);
   if (!tokens) return std::nullopt;
   for (const auto& token : *tokens)
@@ -77,7 +77,7 @@ Error missing_element(const std::string& name, const std::string& text) {
   Error out{.code = Code::OPTION_SYNTAX,
             .what = "the element " + name + " is not installed",
             .needed = "an element that gst-inspect-1.0 lists"};
-  const auto at = place_of(name, text);
+  const auto at = find_place(name, text);
   const std::string place = at ? place_in(text, *at) : "";
   out.difference = place;
   if (const auto lacking = find(kLacking, name); lacking != kLacking.end()) {

@@ -82,8 +82,8 @@ std::string numbered(std::string name, const std::string& number) {
 }
 
 // The digits of a name that was meant, as 9 of "src_9z"; else the first number that is free.
-std::string example_of(const std::string& name, const std::string& meant,
-                       const std::set<std::string>& used) {
+std::string make_example(const std::string& name, const std::string& meant,
+                         const std::set<std::string>& used) {
   const size_t begin = meant.find_first_of(kDigits);
   if (begin != std::string::npos) {
     const size_t end = meant.find_first_not_of(kDigits, begin);
@@ -130,7 +130,7 @@ std::optional<Error> check_pad(const std::string& text, const LaunchGraph& graph
   const auto used = used_pads(graph, end, names);
   std::vector<std::string> examples;
   examples.reserve(names.size());
-  for (const auto& name : names) examples.push_back(example_of(name, pad, used));
+  for (const auto& name : names) examples.push_back(make_example(name, pad, used));
   const std::string close = examples.size() == 1 ? examples[0] : nearest(pad, examples);
   Error out{.code = Code::OPTION_SYNTAX,
             .what = end.element.type + " has no " + end.kind() + " with the name " + pad,
@@ -179,7 +179,7 @@ std::optional<RefusedNames> parse(const std::string& message) {
   return out;
 }
 
-gst::Ref<GstElementFactory> factory_of(const std::string& type) {
+gst::Ref<GstElementFactory> find_factory(const std::string& type) {
   auto found = gst::Ref<GstElementFactory>::adopt(gst_element_factory_find(type.c_str()));
   if (!found) return found;
   return gst::Ref<GstElementFactory>::adopt(
@@ -200,7 +200,7 @@ class Names {
 
  private:
   static std::string default_name(const LaunchElement& element) {
-    const auto factory = factory_of(element.type);
+    const auto factory = find_factory(element.type);
     if (!factory) return "";
     std::string name = g_type_name(gst_element_factory_get_element_type(factory.get()));
     if (name.starts_with("Gst")) name.erase(0, 3);
@@ -212,7 +212,7 @@ class Names {
 
 gst::Ref<GstCaps> template_caps(const char* type, GstPadDirection direction) {
   auto out = gst::Ref<GstCaps>::adopt(gst_caps_new_empty());
-  const auto factory = factory_of(type);
+  const auto factory = find_factory(type);
   if (!factory) return out;
   for (const GList* item = gst_element_factory_get_static_pad_templates(factory.get()); item;
        item = item->next) {

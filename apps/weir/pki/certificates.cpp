@@ -98,7 +98,7 @@ X509Certificate unsigned_certificate(EVP_PKEY* key, int days) {
   return good ? std::move(out) : nullptr;
 }
 
-std::string day_of(const ASN1_TIME* time) {
+std::string format_day(const ASN1_TIME* time) {
   std::tm parts{};
   std::array<char, 16> text{};
   if (ASN1_TIME_to_tm(time, &parts) != 1) return "";
@@ -111,7 +111,7 @@ Result<Certificate> in_pem(X509* certificate, EVP_PKEY* key) {
   out.key = pem([=](BIO* to) {
     return PEM_write_bio_PKCS8PrivateKey(to, key, nullptr, nullptr, 0, nullptr, nullptr);
   });
-  out.valid_until = day_of(X509_get0_notAfter(certificate));
+  out.valid_until = format_day(X509_get0_notAfter(certificate));
   if (out.certificate.empty() || out.key.empty())
     return crypto_error("a certificate cannot be written as text");
   return out;
@@ -149,7 +149,7 @@ Status check_lifetime(X509* authority, X509* certificate, int days) {
       .code = Code::OPTION_VALUE,
       .what = "the certificate would be valid for longer than its authority",
       .offered = "--days " + std::to_string(days),
-      .needed = "an authority that is valid until then; this one expires on " + day_of(end),
+      .needed = "an authority that is valid until then; this one expires on " + format_day(end),
       .fix = left > 0 ? "--days " + std::to_string(left) : "weir pki init NEW-FOLDER"};
 }
 

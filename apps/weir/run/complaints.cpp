@@ -19,13 +19,13 @@ namespace {
 
 namespace fs = std::filesystem;
 
-std::string_view factory_of(GstObject* object) {
+std::string_view get_factory(GstObject* object) {
   if (!GST_IS_ELEMENT(object)) return "";
   GstElementFactory* factory = gst_element_get_factory(GST_ELEMENT(object));
   return factory ? GST_OBJECT_NAME(factory) : "";
 }
 
-std::string location_of(GstObject* element) {
+std::string get_location(GstObject* element) {
   char* text = nullptr;
   g_object_get(element, "location", &text, nullptr);
   std::string out = text ? text : "";
@@ -83,7 +83,7 @@ std::optional<Error> sink_error(const std::string& location) {
 }
 
 // The file that an element's sink pad reads; "" if the stream comes from elsewhere.
-std::string input_file_of(GstObject* element) {
+std::string find_input_file(GstObject* element) {
   const auto pad =
       gst::Ref<GstPad>::adopt(gst_element_get_static_pad(GST_ELEMENT(element), "sink"));
   const gst::Unique<GstQuery, gst_query_unref> query(gst_query_new_uri());
@@ -96,7 +96,7 @@ std::string input_file_of(GstObject* element) {
 }
 
 std::optional<Error> format_error(GstObject* typefind) {
-  const std::string file = input_file_of(typefind);
+  const std::string file = find_input_file(typefind);
   if (file.empty()) return std::nullopt;
   std::error_code failed;
   const bool is_empty = fs::file_size(file, failed) == 0 && !failed;
@@ -111,14 +111,14 @@ std::optional<Error> format_error(GstObject* typefind) {
 // of a typefind that does not know the format of a file.
 std::optional<Error> file_error(GstObject* element, const GError* error) {
   if (!error || !element) return std::nullopt;
-  const auto factory = factory_of(element);
+  const auto factory = get_factory(element);
   if (factory == "typefind" &&
       (g_error_matches(error, GST_STREAM_ERROR, GST_STREAM_ERROR_TYPE_NOT_FOUND) ||
        g_error_matches(error, GST_STREAM_ERROR, GST_STREAM_ERROR_WRONG_TYPE)))
     return format_error(element);
   if (error->domain != GST_RESOURCE_ERROR || (factory != "filesrc" && factory != "filesink"))
     return std::nullopt;
-  const std::string location = location_of(element);
+  const std::string location = get_location(element);
   if (location.empty()) return std::nullopt;
   return factory == "filesrc" ? source_error(element, location) : sink_error(location);
 }
@@ -133,7 +133,7 @@ bool is_closed_window(GstObject* source, const GError* error) {
 
 void print_complaint(const char* kind, Colour colour, const Complaint& complaint) {
   const Error& error = complaint.error;
-  const std::string id = id_of(complaint);
+  const std::string id = get_id(complaint);
   std::string head = kind;
   if (!complaint.element.empty()) head += " from " + complaint.element;
   // Other elements put text of peers and files into their errors as it is.
@@ -163,13 +163,13 @@ Complaint complaint_of(GstMessage* message) {
   return {.error = has_code ? *std::move(error) : Error{.what = original ? original->message : ""},
           .has_code = has_code,
           .element = source ? GST_OBJECT_NAME(source) : "",
-          .path = source ? path_of(source) : "",
+          .path = source ? get_path(source) : "",
           .debug = std::move(posted.debug),
           .is_closed_window =
               GST_MESSAGE_TYPE(message) == GST_MESSAGE_ERROR && is_closed_window(source, original)};
 }
 
-std::string id_of(const Complaint& complaint) {
+std::string get_id(const Complaint& complaint) {
   const int code = static_cast<int>(complaint.error.code);
   return complaint.has_code ? "WEIR-" + std::to_string(code) : "";
 }

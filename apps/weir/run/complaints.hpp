@@ -23,7 +23,7 @@ struct Complaint {
 Complaint complaint_of(GstMessage* message);
 
 // "WEIR-2001"; "" without a code.
-std::string id_of(const Complaint& complaint);
+std::string get_id(const Complaint& complaint);
 
 // All print to standard error.
 void print_warning(const Complaint& warning);

@@ -38,7 +38,8 @@ bool runs_in_this_process(GstElement* filter) {
 std::vector<std::string> filters_in_this_process(GstElement* pipeline) {
   std::vector<std::string> out;
   for (const auto& element : gst::elements_in(pipeline))
-    if (gst::kind_of(element.get()) == "tensor_filter" && runs_in_this_process(element.get()))
+    if (gst::get_factory_name(element.get()) == "tensor_filter" &&
+        runs_in_this_process(element.get()))
       out.emplace_back(GST_OBJECT_NAME(element.get()));
   return out;
 }

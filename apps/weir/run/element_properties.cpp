@@ -17,7 +17,7 @@ bool is_shown(const GParamSpec* spec) {
          !g_type_is_a(spec->value_type, G_TYPE_POINTER);
 }
 
-std::string text_of(const GValue* value) {
+std::string to_string(const GValue* value) {
   if (G_VALUE_HOLDS_STRING(value)) {
     const char* text = g_value_get_string(value);
     return text ? text : "";
@@ -26,7 +26,7 @@ std::string text_of(const GValue* value) {
   return text ? text.get() : "";
 }
 
-Json properties_of(GstElement* element) {
+Json read_properties(GstElement* element) {
   Json out = Json::object();
   guint count = 0;
   const gst::Unique<GParamSpec*, g_free> specs(
@@ -38,7 +38,7 @@ Json properties_of(GstElement* element) {
     g_value_init(&value, spec->value_type);
     g_object_get_property(G_OBJECT(element), spec->name, &value);
     if (!g_param_value_defaults(spec, &value)) {
-      const std::string text = text_of(&value);
+      const std::string text = to_string(&value);
       if (!text.empty()) out[spec->name] = is_secret(spec->name) ? "***" : text;
     }
     g_value_unset(&value);
@@ -48,17 +48,17 @@ Json properties_of(GstElement* element) {
 
 }  // namespace
 
-std::string path_of(GstObject* object) {
+std::string get_path(GstObject* object) {
   const gst::UniqueText name(gst_object_get_name(object));
   const auto parent = gst::Ref<GstObject>::adopt(gst_object_get_parent(object));
-  return (parent ? path_of(parent.get()) + "/" : "") + (name ? name.get() : "");
+  return (parent ? get_path(parent.get()) + "/" : "") + (name ? name.get() : "");
 }
 
 Json changed_properties(GstElement* pipeline) {
   Json out = Json::object();
   for (const auto& element : gst::elements_in(pipeline))
-    if (Json properties = properties_of(element.get()); !properties.empty())
-      out[path_of(GST_OBJECT(element.get()))] = std::move(properties);
+    if (Json properties = read_properties(element.get()); !properties.empty())
+      out[get_path(GST_OBJECT(element.get()))] = std::move(properties);
   return out;
 }
 

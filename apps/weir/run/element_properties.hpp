@@ -11,7 +11,7 @@ namespace weir::app {
 
 // The names of the bins that hold an object, from the pipeline on, and its own:
 // "pipeline0/decodebin0/typefind".
-std::string path_of(GstObject* object);
+std::string get_path(GstObject* object);
 
 // {"pipeline0/cast": {"mode": "typecast", ...}, ...} of the elements in a pipeline, also of those
 // in bins. Without secrets, and without "name", "stats" and objects.

@@ -33,7 +33,7 @@ std::string size_text(const GstStructure* caps) {
   return width > 0 && height > 0 ? std::to_string(width) + "x" + std::to_string(height) : "";
 }
 
-std::string rate_of(const GstStructure* caps) {
+std::string frame_rate_text(const GstStructure* caps) {
   int frames = 0, seconds = 0;
   if (!gst_structure_get_fraction(caps, "framerate", &frames, &seconds) || frames <= 0 ||
       seconds <= 0)
@@ -51,20 +51,21 @@ std::string sound_text(const GstStructure* caps) {
 }
 
 // The first of a list, and how many more there are: "3:224:224 +1".
-std::string first_of(std::string list) {
+std::string format_first(std::string list) {
   size_t more = 0;
   for (const char c : list) more += c == ',' || c == '.' ? 1U : 0U;
   list.erase(std::min(list.find_first_of(",."), list.size()));
   return more == 0 ? list : list + " +" + std::to_string(more);
 }
 
-std::vector<std::string> lines_of(const GstStructure* caps) {
+std::vector<std::string> make_lines(const GstStructure* caps) {
   const std::string_view type = gst_structure_get_name(caps);
-  if (type == "video/x-raw") return {field(caps, "format") + " " + size_text(caps), rate_of(caps)};
+  if (type == "video/x-raw")
+    return {field(caps, "format") + " " + size_text(caps), frame_rate_text(caps)};
   if (type == "audio/x-raw") return {field(caps, "format"), sound_text(caps)};
   if (type == "other/tensor") return {field(caps, "type"), field(caps, "dimension")};
   if (type == "other/tensors" && !field(caps, "types").empty())
-    return {first_of(field(caps, "types")), first_of(field(caps, "dimensions"))};
+    return {format_first(field(caps, "types")), format_first(field(caps, "dimensions"))};
   if (type == "other/tensors") return {std::string(type), field(caps, "format")};
   const std::string size = size_text(caps);
   return {std::string(type), size.empty() ? sound_text(caps) : size};
@@ -75,7 +76,7 @@ std::vector<std::string> lines_of(const GstStructure* caps) {
 std::vector<std::string> caps_lines(const std::string& text) {
   const auto caps = gst::caps_from_text(text);
   if (!caps || gst_caps_get_size(caps->get()) == 0) return {};
-  auto lines = lines_of(gst_caps_get_structure(caps->get(), 0));
+  auto lines = make_lines(gst_caps_get_structure(caps->get(), 0));
   std::erase_if(lines, [](const std::string& line) { return line.empty() || line == " "; });
   return lines;
 }
@@ -125,10 +126,10 @@ class Page {
     return kMargin + static_cast<double>(place.column % kColumns) * (kBoxWidth + kAcross);
   }
   double middle(const trace::Place& place) const {
-    const size_t line = line_of(place);
+    const size_t line = get_line(place);
     return top_[line] + (place.row - first_row_[line]) * (kBoxHeight + kBetween) + kBoxHeight / 2;
   }
-  static size_t line_of(const trace::Place& place) { return place.column / kColumns; }
+  static size_t get_line(const trace::Place& place) { return place.column / kColumns; }
   double below(size_t line) const { return bottom_[line]; }
   double width() const { return width_; }
   double height() const { return height_; }
@@ -209,8 +210,8 @@ class Gutters {
   }
   // The line above the gutter that two places of adjacent columns have between them.
   static std::optional<size_t> between(const trace::Place& a, const trace::Place& b) {
-    if (Page::line_of(a) == Page::line_of(b)) return std::nullopt;
-    return std::min(Page::line_of(a), Page::line_of(b));
+    if (Page::get_line(a) == Page::get_line(b)) return std::nullopt;
+    return std::min(Page::get_line(a), Page::get_line(b));
   }
   struct Track {
     double aside = 0;  // from the middle of the gutter

@@ -11,7 +11,7 @@
 namespace weir::app {
 namespace {
 
-Json stats_of(GstElement* element) {
+Json read_stats(GstElement* element) {
   GstStructure* stats = nullptr;
   g_object_get(element, "stats", &stats, nullptr);
   if (!stats) return Json::object();
@@ -69,7 +69,8 @@ Json ledgers(GstElement* pipeline) {
         const std::string factory = weir_element(element);
         if (factory.empty()) return;
         const gst::UniqueText name(gst_element_get_name(element));
-        list->push_back({{"name", name.get()}, {"element", factory}, {"stats", stats_of(element)}});
+        list->push_back(
+            {{"name", name.get()}, {"element", factory}, {"stats", read_stats(element)}});
       },
       &out);
   std::reverse(out.begin(), out.end());

@@ -34,7 +34,7 @@ Json engine_versions(GstElement* pipeline) {
   std::set<std::string> names;
   for (const auto& element : gst::elements_in(pipeline)) {
     auto* filter = G_OBJECT(element.get());
-    if (gst::kind_of(element.get()) != "tensor_filter" || is_isolated(filter)) continue;
+    if (gst::get_factory_name(element.get()) != "tensor_filter" || is_isolated(filter)) continue;
     char* name = nullptr;
     g_object_get(filter, "framework", &name, nullptr);
     const gst::UniqueText owned(name);
@@ -81,7 +81,7 @@ std::string path_in(const Json& elements, const Json& element) {
   return parent.is_number() ? path_in(elements, elements[parent.get<size_t>()]) + "/" + name : name;
 }
 
-const Json* ledger_of(const Json& outcome, const Json& element) {
+const Json* find_ledger(const Json& outcome, const Json& element) {
   for (const Json& ledger : outcome["ledger"])
     if (ledger["name"] == element["name"] && ledger["element"] == element["factory"])
       return &ledger["stats"];
@@ -94,7 +94,7 @@ struct Times {
 
 // A thread of the stream may wait for a model that runs in threads of its own: that is work, for
 // several workers the mean of theirs.
-Times times_of(const Json& element, const Json* stats) {
+Times get_times(const Json& element, const Json* stats) {
   const auto sum = [&element](const char* in_pushes, const char* between) {
     return element[in_pushes].get<double>() + element[between].get<double>();
   };
@@ -160,9 +160,9 @@ Json report_document(const Json& outcome, Json trace, const std::string& text,
   std::vector<trace::Load> loads;
   for (Json& element : trace["elements"]) {
     const std::string path = path_in(trace["elements"], element);
-    const Json* stats = ledger_of(outcome, element);
+    const Json* stats = find_ledger(outcome, element);
     element["path"] = path;
-    const Times times = times_of(element, stats);
+    const Times times = get_times(element, stats);
     element["share"] = share(times.work);
     element["waiting_share"] = share(times.waiting);
     element["failed"] = has_failed(outcome, path);

@@ -84,7 +84,7 @@ std::string count(const Json& value) {
   return fixed(value, 0);
 }
 
-std::string name_of(const Json& summary, const Json& element) {
+std::string get_name(const Json& summary, const Json& element) {
   return element.is_number() ? summary["elements"][element.get<size_t>()]["name"].get<std::string>()
                              : std::string();
 }
@@ -238,7 +238,7 @@ std::string properties(const Json& trace, const std::vector<size_t>& shown) {
   for (const size_t i : shown)
     for (const auto& [name, value] : trace["elements"][i]["properties"].items())
       rows.push_back(
-          {escaped(name_of(trace, Json(i))), escaped(name), escaped(value.get<std::string>())});
+          {escaped(get_name(trace, Json(i))), escaped(name), escaped(value.get<std::string>())});
   if (rows.size() == 1) return "";
   return "<details><summary>Properties that are not at their default</summary>\n" +
          html_table(rows, "properties", {1, 2}) + "</details>\n";
@@ -262,7 +262,7 @@ std::string caps_cell(const Json& link) {
 std::string links(const Json& summary) {
   Rows rows{{"from", "to", "frames", "frames/s", "bytes", "bytes/s", "caps"}};
   const auto end = [&](const Json& link, const char* element, const char* pad) {
-    return escaped(name_of(summary, link[element]) + "." + link[pad].get<std::string>());
+    return escaped(get_name(summary, link[element]) + "." + link[pad].get<std::string>());
   };
   for (const Json& link : summary["links"]) {
     const double frames = link["frames"], rate = link["rate"], bytes = link["bytes"];
@@ -278,7 +278,7 @@ std::string queues(const Json& summary) {
   Rows rows{{"queue", "most frames", "mean", "fullest", "not passed on"}};
   std::string charts;
   for (const Json& queue : summary["queues"]) {
-    const std::string name = escaped(name_of(summary, queue["element"]));
+    const std::string name = escaped(get_name(summary, queue["element"]));
     rows.push_back({name, count(queue["most"]), fixed(queue["mean"], 2),
                     fixed(queue["fullest"].get<double>() * 100, 0) + " %",
                     count(queue["not_passed_on"])});
@@ -298,12 +298,12 @@ std::string latencies(const Json& summary) {
       {"from", "to", "frames", "least", "median", "mean", "95 %", "99 %", "most", "not matched"}};
   std::string charts;
   for (const Json& item : summary["latencies"]) {
-    std::string from = name_of(summary, item["source"]);
+    std::string from = get_name(summary, item["source"]);
     if (item["origin"] != item["source"])
-      from = name_of(summary, item["origin"]) + "." + item["origin_pad"].get<std::string>() +
+      from = get_name(summary, item["origin"]) + "." + item["origin_pad"].get<std::string>() +
              " (of " + from + ")";
     from = escaped(from);
-    const std::string to = escaped(name_of(summary, item["sink"]));
+    const std::string to = escaped(get_name(summary, item["sink"]));
     std::vector<std::string> row{from, to, count(item["frames"])};
     for (const char* name : {"least", "median", "mean", "percentile_95", "percentile_99", "most"})
       row.push_back(item["frames"] > 0 ? duration_text(item[name]) : "");

@@ -79,12 +79,12 @@ class TraceSession {
   gst::Ref<GstObject> tracer_;
 };
 
-const char* unit_of(const SinkFigures& figures) {
+const char* get_unit(const SinkFigures& figures) {
   return figures.is_frames ? "frames" : "buffers";
 }
 
 std::string count_text(const SinkFigures& figures) {
-  return std::to_string(figures.count) + " " + unit_of(figures);
+  return std::to_string(figures.count) + " " + get_unit(figures);
 }
 
 std::string decimals(const char* format, double number) {
@@ -98,7 +98,7 @@ std::string progress_text(const PipelineRun& run) {
   const double seconds = run.seconds();
   const auto total = run.sinks().total();
   std::string out = decimals("%.1f s  ", seconds) + count_text(total) +
-                    decimals("  %.1f ", run.frame_rate()) + unit_of(total) + "/s";
+                    decimals("  %.1f ", run.frame_rate()) + get_unit(total) + "/s";
   const auto played = run.played();
   if (!played) return out;
   out += decimals("  %.0f %%", *played * kPercent);
@@ -130,7 +130,7 @@ class ProgressLine {
   bool shown_ = false;
 };
 
-const char* name_of(RunEnd end) {
+const char* to_string(RunEnd end) {
   switch (end) {
     case RunEnd::Eos:
       return "eos";
@@ -144,7 +144,7 @@ const char* name_of(RunEnd end) {
   return "";
 }
 
-const char* verb_of(RunEnd end) {
+const char* get_verb(RunEnd end) {
   switch (end) {
     case RunEnd::Eos:
       return "Ended";
@@ -158,7 +158,7 @@ const char* verb_of(RunEnd end) {
   return "";
 }
 
-int status_of(RunEnd end) {
+int to_exit_status(RunEnd end) {
   if (end == RunEnd::Eos || end == RunEnd::TimeLimit) return kExitGood;
   return end == RunEnd::Error ? kExitError : kExitInterrupted;
 }
@@ -172,7 +172,7 @@ Json to_json(const std::vector<Complaint>& complaints) {
       if (!text.empty()) item[name] = text;
     };
     add("path", complaint.path);
-    add("id", id_of(complaint));
+    add("id", get_id(complaint));
     add("offered", error.offered);
     add("needed", error.needed);
     add("difference", error.difference);
@@ -188,10 +188,10 @@ void print_text(const PipelineRun& run, RunEnd end) {
   if (run.seconds_to_start() > 0)
     std::printf(
         "%s %.3f s after the first frame: %s, %.1f %s/s; the first frame came after %.3f s\n",
-        verb_of(end), run.seconds(), count_text(total).c_str(), run.frame_rate(), unit_of(total),
+        get_verb(end), run.seconds(), count_text(total).c_str(), run.frame_rate(), get_unit(total),
         run.seconds_to_start());
   else
-    std::printf("%s without a frame\n", verb_of(end));
+    std::printf("%s without a frame\n", get_verb(end));
   const auto sinks = run.sinks().figures();
   if (sinks.size() > 1)
     for (const auto& sink : sinks)
@@ -205,7 +205,7 @@ void print_text(const PipelineRun& run, RunEnd end) {
 }
 
 Json outcome(const PipelineRun& run, RunEnd end) {
-  Json out{{"result", name_of(end)},
+  Json out{{"result", to_string(end)},
            {"frames", uint64_t{0}},
            {"buffers", uint64_t{0}},
            {"seconds", run.seconds()},
@@ -213,8 +213,8 @@ Json outcome(const PipelineRun& run, RunEnd end) {
            {"frame_rate", run.frame_rate()}};
   out["sinks"] = Json::array();
   for (const auto& sink : run.sinks().figures()) {
-    out[unit_of(sink)] = out[unit_of(sink)].get<uint64_t>() + sink.count;
-    out["sinks"].push_back({{"name", sink.name}, {unit_of(sink), sink.count}});
+    out[get_unit(sink)] = out[get_unit(sink)].get<uint64_t>() + sink.count;
+    out["sinks"].push_back({{"name", sink.name}, {get_unit(sink), sink.count}});
   }
   out["ledger"] = ledgers(run.pipeline());
   out["errors"] = to_json(run.errors());
@@ -340,7 +340,7 @@ int run_prepared(const RunOptions& options, Prepared prepared, ServiceNotifier* 
     if (!options.json && !options.quiet)
       std::printf("\n%s\nReport: %s\n", verdict->c_str(), options.report.c_str());
   }
-  return status_of(end);
+  return to_exit_status(end);
 }
 
 }  // namespace

@@ -69,7 +69,7 @@ void SinkCounter::watch(GstElement* element, GstPad* pad, bool is_muxer) {
   counts_.push_back(std::move(count));
 }
 
-SinkCounter::Kind SinkCounter::kind_of(GstPad* pad) {
+SinkCounter::Kind SinkCounter::find_kind(GstPad* pad) {
   const auto caps = gst::Ref<GstCaps>::adopt(gst_pad_get_current_caps(pad));
   if (!caps || gst_caps_get_size(caps.get()) == 0 || comes_from_a_muxer(pad)) return Kind::Buffers;
   const std::string_view type = gst_structure_get_name(gst_caps_get_structure(caps.get(), 0));
@@ -80,7 +80,7 @@ SinkCounter::Kind SinkCounter::kind_of(GstPad* pad) {
 
 GstPadProbeReturn SinkCounter::on_data(GstPad* pad, GstPadProbeInfo* info, gpointer user) {
   auto* sink = static_cast<Count*>(user);
-  if (sink->kind == Kind::Unknown) sink->kind = kind_of(pad);
+  if (sink->kind == Kind::Unknown) sink->kind = find_kind(pad);
   if (!sink->is_muxer) {
     gint64 never = 0;
     if (sink->first->load(std::memory_order_relaxed) == 0)

@@ -52,7 +52,7 @@ class SinkCounter {
   void watch(GstElement* element);
   void watch(GstElement* element, GstPad* pad, bool is_muxer);
   static GstPadProbeReturn on_data(GstPad* pad, GstPadProbeInfo* info, gpointer count);
-  static Kind kind_of(GstPad* pad);
+  static Kind find_kind(GstPad* pad);
 
   gst::Ref<GstElement> pipeline_;
   std::atomic<gint64> first_ = 0;

@@ -157,7 +157,7 @@ std::vector<Complaint> with_option(std::vector<Complaint> errors, ListenAddress 
 void print_models(const ServeRun& run, const std::string& address) {
   std::vector<std::vector<std::string>> rows;
   for (size_t i = 0; i < run.size(); ++i) {
-    const Json tensors = run.tensors_of(i);
+    const Json tensors = run.describe_tensors(i);
     const auto text = [&tensors](const char* name) { return tensors[name].get<std::string>(); };
     rows.push_back({run.model(i).name, address + "/" + run.model(i).name,
                     "input " + text("inputtype") + " " + text("input"),

@@ -16,7 +16,7 @@ namespace {
 constexpr guint kFirstWaitMs = 1000, kMaxWaitMs = 30000, kEndMs = 10000;
 constexpr gint64 kSteadyUs = 60'000'000;  // after which a failure is a new one
 
-gst::Ref<GstElement> element_of(const ServedPipeline& served, const char* suffix) {
+gst::Ref<GstElement> find_element(const ServedPipeline& served, const char* suffix) {
   const std::string name = served.model.name + suffix;
   return gst::Ref<GstElement>::adopt(
       gst_bin_get_by_name(GST_BIN(served.pipeline.get()), name.c_str()));
@@ -32,7 +32,7 @@ std::string text_property(GstElement* element, const char* name) {
 // Opens the model before the source starts, and sets the caps of the requests: a filter accepts any
 // length of an open dimension, which is 1 in what it reports. Errors are those of the pipeline.
 void set_request_caps(const ServedPipeline& served) {
-  const auto filter = element_of(served, "-filter");
+  const auto filter = find_element(served, "-filter");
   if (gst_element_set_state(filter.get(), GST_STATE_PAUSED) == GST_STATE_CHANGE_FAILURE) return;
   const std::string shapes = text_property(filter.get(), "input");
   const std::string types = text_property(filter.get(), "inputtype");
@@ -42,16 +42,16 @@ void set_request_caps(const ServedPipeline& served) {
       "other/tensors", "format", G_TYPE_STRING, "static", "num_tensors", G_TYPE_INT, count,
       "dimensions", G_TYPE_STRING, shapes.c_str(), "types", G_TYPE_STRING, types.c_str(),
       "framerate", GST_TYPE_FRACTION, 0, 1, nullptr));
-  g_object_set(element_of(served, "-source").get(), "caps", caps.get(), nullptr);
+  g_object_set(find_element(served, "-source").get(), "caps", caps.get(), nullptr);
 }
 
 // A free port is chosen once: clients know it.
 void set_port(const ServedPipeline& served, unsigned port) {
-  g_object_set(element_of(served, "-source").get(), "port", port, nullptr);
+  g_object_set(find_element(served, "-source").get(), "port", port, nullptr);
 }
 
 // Why a pipeline did not start.
-std::vector<Complaint> errors_of(const ServedPipeline& served) {
+std::vector<Complaint> get_errors(const ServedPipeline& served) {
   const auto bus = gst::Ref<GstBus>::adopt(gst_element_get_bus(served.pipeline.get()));
   std::vector<Complaint> out;
   while (GstMessage* message = gst_bus_pop_filtered(bus.get(), GST_MESSAGE_ERROR)) {
@@ -100,7 +100,7 @@ std::vector<Complaint> ServeRun::start() {
       port_ = port();
       continue;
     }
-    return errors_of(served->what);
+    return get_errors(served->what);
   }
   // Before callers learn that the models are served. Until here a signal has its default action: it
   // interrupts the loading of a large model.
@@ -175,7 +175,7 @@ void ServeRun::start_again(Served* served) {
   set_port(served->what, port_);
   served->played_from = g_get_monotonic_time();
   if (gst_element_set_state(pipeline, GST_STATE_PLAYING) != GST_STATE_CHANGE_FAILURE) return;
-  print_errors(errors_of(served->what));
+  print_errors(get_errors(served->what));
   gst_element_set_state(pipeline, GST_STATE_NULL);
   start_later(served);
 }
@@ -209,8 +209,8 @@ void ServeRun::end(int status) {
   g_main_loop_quit(loop_.get());
 }
 
-Json ServeRun::tensors_of(size_t pipeline) const {
-  const auto filter = element_of(served_[pipeline]->what, "-filter");
+Json ServeRun::describe_tensors(size_t pipeline) const {
+  const auto filter = find_element(served_[pipeline]->what, "-filter");
   Json out = Json::object();
   for (const char* name : {"input", "inputtype", "output", "outputtype"})
     out[name] = text_property(filter.get(), name);
@@ -226,7 +226,7 @@ Json ServeRun::figures() const {
 
 unsigned ServeRun::port() const {
   guint port = 0;
-  g_object_get(element_of(served_.front()->what, "-source").get(), "port", &port, nullptr);
+  g_object_get(find_element(served_.front()->what, "-source").get(), "port", &port, nullptr);
   return port;
 }
 

@@ -36,7 +36,7 @@ class ServeRun {
   int play();
 
   // "input float32 3:224:224:1", as the filter reports them after start().
-  Json tensors_of(size_t pipeline) const;
+  Json describe_tensors(size_t pipeline) const;
   // Returns the figures of all pipelines, as ledgers() does.
   Json figures() const;
   // The port that a source listens on.

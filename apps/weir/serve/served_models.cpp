@@ -39,7 +39,7 @@ Result<NamedModel> read_model(const std::string& argument) {
   if (!file) return file.error();
   NamedModel out;
   out.file = *file;
-  const auto paths = paths_of(out.file);
+  const auto paths = split_paths(out.file);
   for (const auto& path : paths) {
     std::error_code failed;
     if (!fs::exists(path, failed) && path.find("://") == std::string::npos)

@@ -24,7 +24,7 @@ std::string name_of_class(const Json& object, const std::string& label) {
 }
 
 // "person 93 %  12,30 to 200,400".
-std::string line_of(const Json& object, const char* name_key) {
+std::string make_line(const Json& object, const char* name_key) {
   const auto text = [&](const char* key) {
     return object.contains(key) && object[key].is_string() ? object[key].get<std::string>() : "";
   };
@@ -76,7 +76,7 @@ void print_frame(const std::string& text) {
        {std::pair{"labels", "label"}, {"detections", "label"}, {"text", "text"}}) {
     if (!frame.contains(list)) continue;
     for (const Json& object : frame[list]) {
-      print_line(line_of(object, name));
+      print_line(make_line(object, name));
       is_empty = false;
     }
   }

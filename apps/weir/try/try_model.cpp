@@ -63,7 +63,7 @@ Error missing_file(const TryOptions& options, Error error) {
 
 // The file of a path or of a name of the catalogue. A name without an extension that the catalogue
 // lacks is an error with the nearest name.
-Result<std::string> path_of(const std::string& model) {
+Result<std::string> find_path(const std::string& model) {
   auto file = file_of_model(model);
   std::error_code ignored;
   const bool is_path = model.find('/') != std::string::npos || fs::path(model).has_extension() ||
@@ -71,7 +71,7 @@ Result<std::string> path_of(const std::string& model) {
   if (!file || *file != model || is_path) return file;
   const auto all = read_catalogue();
   if (!all) return file;
-  return model_of(*all, model).error();
+  return find_model(*all, model).error();
 }
 
 Result<std::shared_ptr<infer::Model>> open(const std::string& path,
@@ -86,8 +86,8 @@ Result<std::shared_ptr<infer::Model>> open(const std::string& path,
 }
 
 // `shape` of the first input, if a card says it.
-decoders::StreamModel facts_of(const infer::Model& model, const std::string& path,
-                               const std::vector<int64_t>& shape) {
+decoders::StreamModel describe_model(const infer::Model& model, const std::string& path,
+                                     const std::vector<int64_t>& shape) {
   const auto inputs = sized_inputs(model, shape);
   const auto outputs = sized_outputs(model, path, inputs);
   const weir_stream_model facts{.struct_size = sizeof facts,
@@ -127,7 +127,7 @@ std::vector<Reading> likely(const std::vector<Reading>& readings, const heads::M
 }
 
 // The option that selects one of several readings.
-std::string option_of(const Reading& reading, const std::vector<Reading>& all) {
+std::string make_option(const Reading& reading, const std::vector<Reading>& all) {
   const bool is_only_one = std::count_if(all.begin(), all.end(), [&](const Reading& other) {
                              return other.mode == reading.mode;
                            }) == 1;
@@ -135,15 +135,15 @@ std::string option_of(const Reading& reading, const std::vector<Reading>& all) {
 }
 
 Error several(const std::vector<Reading>& readings, const heads::ModelFacts& facts) {
-  return {.code = Code::SPEC_MISMATCH,
-          .what = "the outputs can be read as " + join(readings, " or as ",
-                                                       [](const Reading& r) {
-                                                         return r.mode + " (" +
-                                                                std::string(r.family->name) + ")";
-                                                       }),
-          .offered = facts.describe_outputs(),
-          .needed = "the option that chooses one",
-          .fix = join(readings, " or ", [&](const Reading& r) { return option_of(r, readings); })};
+  return {
+      .code = Code::SPEC_MISMATCH,
+      .what =
+          "the outputs can be read as " +
+          join(readings, " or as ",
+               [](const Reading& r) { return r.mode + " (" + std::string(r.family->name) + ")"; }),
+      .offered = facts.describe_outputs(),
+      .needed = "the option that chooses one",
+      .fix = join(readings, " or ", [&](const Reading& r) { return make_option(r, readings); })};
 }
 
 Error unknown_outputs(const heads::ModelFacts& facts) {
@@ -156,7 +156,7 @@ Error unknown_outputs(const heads::ModelFacts& facts) {
 }
 
 // The families that can read the outputs, each with the first mode that shows it.
-std::vector<Reading> readings_of(const heads::ModelFacts& facts, uint32_t tasks) {
+std::vector<Reading> list_readings(const heads::ModelFacts& facts, uint32_t tasks) {
   std::vector<Reading> out;
   for (const auto& [name, task] : kModes) {
     if (!(tasks & task)) continue;
@@ -177,7 +177,7 @@ std::vector<Reading> readings_of(const heads::ModelFacts& facts, uint32_t tasks)
 }
 
 // The tasks of the user's mode, or of all modes for "".
-Result<uint32_t> tasks_of(const std::string& mode) {
+Result<uint32_t> parse_tasks(const std::string& mode) {
   uint32_t tasks = 0;
   for (const auto& [name, task] : kModes)
     if (mode.empty() || mode == name) tasks |= task;
@@ -190,16 +190,16 @@ Result<uint32_t> tasks_of(const std::string& mode) {
 }
 
 // The mode and family for the model's outputs. `mode` and `head` are the user's, or "".
-Result<Reading> reading_of(const heads::ModelFacts& facts, const std::string& mode,
-                           const std::string& head, std::vector<std::string>* notes) {
-  const auto tasks = tasks_of(mode);
+Result<Reading> find_reading(const heads::ModelFacts& facts, const std::string& mode,
+                             const std::string& head, std::vector<std::string>* notes) {
+  const auto tasks = parse_tasks(mode);
   if (!tasks) return tasks.error();
   if (!head.empty()) {
     const heads::Family& family = heads::family_named(head, *tasks);
     for (const auto& [name, task] : kModes)
       if (family.tasks & *tasks & task) return Reading{name, &family};
   }
-  const auto readings = readings_of(facts, *tasks);
+  const auto readings = list_readings(facts, *tasks);
   const auto best = likely(readings, facts);
   if (best.size() > 1) return several(best, facts);
   if (best.empty() && !mode.empty())
@@ -209,7 +209,7 @@ Result<Reading> reading_of(const heads::ModelFacts& facts, const std::string& mo
   std::erase_if(others, [&](const Reading& other) { return other.family == best[0].family; });
   if (!others.empty() && best[0].family->fit(facts) != heads::Fit::Certain)
     notes->push_back("also possible: " + join(others, ", ", [&](const Reading& other) {
-                       return option_of(other, readings);
+                       return make_option(other, readings);
                      }));
   return best[0];
 }
@@ -236,7 +236,7 @@ Result<std::string> kept_labels(const std::vector<std::string>& names, const std
 std::vector<std::string> found_labels(const decoders::StreamModel& model, const std::string& path) {
   if (const auto& names = model.labels(); !names.empty()) return names;
   return card::labels_by_name(
-      path, [&path] { return gst::sha256_of(path); }, card::card_folders());
+      path, [&path] { return gst::compute_sha256(path); }, card::card_folders());
 }
 
 struct ModelLabels {
@@ -252,12 +252,12 @@ Result<ModelLabels> labels_of_user(const std::string& file) {
   }
 }
 
-Result<ModelLabels> labels_of(const TryOptions& options, const Result<card::Card>& card,
-                              const decoders::StreamModel& model, const std::string& path) {
+Result<ModelLabels> read_labels(const TryOptions& options, const Result<card::Card>& card,
+                                const decoders::StreamModel& model, const std::string& path) {
   if (!options.labels.empty()) return labels_of_user(options.labels);
   std::vector<std::string> names = model.labels();
   if (card) {
-    const auto of_card = card::labels_of(*card, path, card::card_folders());
+    const auto of_card = card::read_labels(*card, path, card::card_folders());
     if (of_card && !of_card->empty()) names = *of_card;
   }
   if (names.empty() || names == found_labels(model, path)) return ModelLabels{"", names.size()};
@@ -286,7 +286,7 @@ Result<std::string> decode_by_head(const TryOptions& options, const std::string&
                                    TryModel* out) {
   try {
     const auto described = facts.facts(std::span<const weir_tensor_info>(), {}, labels);
-    const auto reading = reading_of(described, mode, options.head, &out->notes);
+    const auto reading = find_reading(described, mode, options.head, &out->notes);
     if (!reading) return reading.error();
     out->mode = reading->mode;
     const std::string family(reading->family->name);
@@ -322,18 +322,18 @@ Status prepare(const Result<card::Card>& card, const infer::Model& model, const 
 
 Result<TryModel> try_model(const TryOptions& options) {
   TryModel out;
-  auto path = path_of(options.model);
+  auto path = find_path(options.model);
   if (!path) return path.error();
   out.path = *path;
   out.engine = options.engine;
   const auto model = open(out.path, options.engine);
   if (!model) return missing_file(options, command_error(model.error()));
-  const auto card = card_of(out.path, **model);
+  const auto card = make_card(out.path, **model);
   // Without its card the model would run on pixels that are guessed.
   if (!card && card.error().code == Code::CARD_INVALID) return card.error();
   const auto facts =
-      facts_of(**model, out.path, card ? card->inputs[0].shape : std::vector<int64_t>());
-  auto labels = labels_of(options, card, facts, out.path);
+      describe_model(**model, out.path, card ? card->inputs[0].shape : std::vector<int64_t>());
+  auto labels = read_labels(options, card, facts, out.path);
   if (!labels) return labels.error();
   out.labels = labels->file;
 

@@ -43,7 +43,7 @@ Result<PipelineDescription> tcp_source(const TryOptions& options) {
                .fix = "weir try " + shell_word(options.model) + " tcp://camera.local:5000"};
 }
 
-Result<PipelineDescription> source_of(const TryOptions& options) {
+Result<PipelineDescription> make_source(const TryOptions& options) {
   const std::string& input = options.input;
   if (input.starts_with("tcp://")) return tcp_source(options);
   if (input.find("://") != std::string::npos)
@@ -70,7 +70,7 @@ Result<PipelineDescription> source_of(const TryOptions& options) {
       .fix = "weir try " + shell_word(options.model) + " photo.jpg"};
 }
 
-Result<PipelineDescription> encoder_of(const std::string& output) {
+Result<PipelineDescription> make_encoder(const std::string& output) {
   constexpr std::pair<const char*, const char*> kEncoders[] = {
       {".jpg", "jpegenc quality=92 ! "},
       {".jpeg", "jpegenc quality=92 ! "},
@@ -121,7 +121,7 @@ PipelineDescription result_elements(const TryModel& model) {
 
 Result<PipelineDescription> try_pipeline(const TryOptions& options, const TryModel& model,
                                          const std::string& text_sink) {
-  auto out = source_of(options);
+  auto out = make_source(options);
   if (!out) return out;
   const auto results = result_elements(model);
   const auto end_with_text = [&] {
@@ -137,7 +137,7 @@ Result<PipelineDescription> try_pipeline(const TryOptions& options, const TryMod
   out->text(" ! tee name=video ! " + queue +
             " ! tensor_overlay name=drawn sync=same-time ! videoconvert ! ");
   if (!options.output.empty()) {
-    const auto encoder = encoder_of(options.output);
+    const auto encoder = make_encoder(options.output);
     if (!encoder) return encoder.error();
     if (options.show) out->text("tee name=seen ! queue ! ");
     out->append(*encoder);

@@ -63,7 +63,7 @@ constexpr Usual kUsual[] = {
     {"ctc", Numbers::Signed, card::Resize::Letterbox, card::Color::Bgr, 127},
     {"", Numbers::ImageNet, card::Resize::Stretch}};
 
-const Usual& usual_of(std::string_view family) {
+const Usual& find_usual(std::string_view family) {
   for (const Usual& usual : kUsual)
     if (family.starts_with(usual.begin)) return usual;
   return kUsual[std::size(kUsual) - 1];
@@ -89,7 +89,7 @@ void set_numbers(Numbers numbers, card::ImageInput* input) {
   }
 }
 
-const char* text_of(Numbers numbers) {
+const char* to_string(Numbers numbers) {
   switch (numbers) {
     case Numbers::Bytes:
       return "0 to 255";
@@ -119,7 +119,7 @@ void add_list(const char* name, const std::vector<double>& values, Properties* o
   if (!values.empty()) out->emplace_back(name, join(values, ",", number_text));
 }
 
-const char* text_of(card::Color color) {
+const char* to_string(card::Color color) {
   if (color == card::Color::Bgr) return "BGR";
   return color == card::Color::Gray ? "gray" : "RGB";
 }
@@ -129,8 +129,8 @@ bool is_byte(const card::ImageInput& input) {
 }
 
 std::string assumption(const card::ImageInput& input, Numbers numbers) {
-  return std::string("assumed: pixels as ") + (is_byte(input) ? "bytes" : text_of(numbers)) + ", " +
-         text_of(input.color) +
+  return std::string("assumed: pixels as ") + (is_byte(input) ? "bytes" : to_string(numbers)) +
+         ", " + to_string(input.color) +
          (input.resize == card::Resize::Letterbox ? ", letterboxed" : ", stretched") +
          ", as models of this kind usually are. If the results are wrong, write a card "
          "(docs/cards.md)";
@@ -144,7 +144,7 @@ std::optional<card::ImageInput> usual_pixels(std::string_view family, const weir
   const int64_t* const shape = info.shape + (info.rank - 3);
   const bool is_packed = are_channels(shape[2]);
   if (!is_packed && !are_channels(shape[0])) return std::nullopt;
-  const Usual& usual = usual_of(family);
+  const Usual& usual = find_usual(family);
   card::ImageInput out;
   out.name = info.name ? info.name : "";
   out.type = info.type < WEIR_TYPE_END ? static_cast<ElementType>(info.type) : ElementType::Float32;
@@ -176,7 +176,7 @@ Properties preprocess_properties(const card::ImageInput& input) {
   if (input.layout == card::Layout::Nchw) out.emplace_back("layout", "NCHW");
   add_list("mean", input.mean, &out);
   add_list("scale", input.scale, &out);
-  out.emplace_back("type", name_of(input.type));
+  out.emplace_back("type", to_string(input.type));
   return out;
 }
 
@@ -204,7 +204,7 @@ std::vector<weir_tensor_info> sized_outputs(const infer::Model& model, const std
   std::vector<TensorView> views;
   std::vector<TensorShape> shapes;
   for (const auto& info : inputs) {
-    size_t bytes = size_of(static_cast<ElementType>(info.type));
+    size_t bytes = element_size(static_cast<ElementType>(info.type));
     for (uint32_t i = 0; i < info.rank; ++i) bytes *= static_cast<size_t>(info.shape[i]);
     zeros.emplace_back(bytes);
     shapes.emplace_back(info.shape, info.shape + info.rank);

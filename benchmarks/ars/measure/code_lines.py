@@ -12,7 +12,7 @@ import tokenize
 
 SKIPPED = (tokenize.COMMENT, tokenize.NL, tokenize.NEWLINE, tokenize.INDENT, tokenize.DEDENT, tokenize.ENCODING, tokenize.ENDMARKER)
 # The functions of the control that each variant needs.
-COMMON = ("items_of", "Stages", "read_frames", "windows", "infer", "names")
+COMMON = ("get_items", "Stages", "read_frames", "windows", "infer", "names")
 NEEDS = {"a": ("normalised", "event_results", "variant_a"), "b": ("normalised", "event_results", "sequence_results", "variant_b"),
          "c": ("standardised", "radio_results", "variant_c"),
          "bc": ("normalised", "standardised", "event_results", "sequence_results", "radio_results", "with_nearest", "variant_bc")}

@@ -40,7 +40,7 @@ def geometric_mean(values):
     return math.exp(statistics.fmean(math.log(value) for value in values))
 
 
-def rows_of(variant, rounds):
+def make_rows(variant, rounds):
     """`rounds`: {"weir": [{row: value}], "control": ..., "bare": ...} of one variant."""
     out = []
     for name in rounds["weir"][0]:
@@ -92,7 +92,7 @@ def markdown(results, code_lines, frames_of_result, workers):
     out = ["| | Weir | control | bare engine | Weir / bare | Weir / control |", "|---|---|---|---|---|---|"]
     for variant, rounds in results.items():
         ours, theirs = code_lines[variant]
-        out += [f"| {variant.upper()}: lines of code | {ours} | {theirs} | - | - | {ours / theirs:.2f} |", *rows_of(variant, rounds)]
+        out += [f"| {variant.upper()}: lines of code | {ours} | {theirs} | - | - | {ours / theirs:.2f} |", *make_rows(variant, rounds)]
     return "\n".join([*out, "", *targets(results, workers), "", *costs(results, frames_of_result)]) + "\n"
 
 

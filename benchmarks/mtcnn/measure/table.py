@@ -52,7 +52,7 @@ def floors(results):
     return out
 
 
-def floor_of(floor, who):
+def get_floor(floor, who):
     """Returns {row: the floor of a program's engine}."""
     return floor.get("mtcnn-kernels" if who == "kernels" else "onnxruntime", {})
 
@@ -71,7 +71,7 @@ def measured(results):
     head = ["", *(NAMES[one] for one in who), *(FLOORS[engine] for engine in floor), *(f"{NAMES[one]} / {NAMES[other]}" for one, other in pairs)]
     out = ["| " + " | ".join(head) + " |", "|" + "---|" * len(head)]
     for name, row in rows.items():
-        cells = [name, *(words(row.get(one, []), floor_of(floor, one).get(name)) for one in who),
+        cells = [name, *(words(row.get(one, []), get_floor(floor, one).get(name)) for one in who),
                  *(number(one[name]) if name in one else "-" for one in floor.values()), *(ratio(row, *pair) for pair in pairs)]
         out.append("| " + " | ".join(cells) + " |")
     return out

@@ -22,7 +22,7 @@ inline ros::Time now() {
 }
 
 // Shares the message's memory.
-inline cv::Mat mat_of(sensor_msgs::Image& image) {
+inline cv::Mat to_mat(sensor_msgs::Image& image) {
   return {static_cast<int>(image.height), static_cast<int>(image.width), CV_8UC3, image.data.data(),
           image.step};
 }

@@ -36,12 +36,12 @@ int run(int argc, char** argv) {
   const auto publisher = node.advertise<mtcnn_control::Faces>("faces", control::kWaiting);
   const auto take = [&](const mtcnn_control::RegionsPtr& message) {
     mtcnn_control::Faces out;
-    out.faces = part->find(control::mat_of(message->picture), message->boxes);
+    out.faces = part->find(control::to_mat(message->picture), message->boxes);
     out.header = message->header;
     times.picture(ns(message->header.stamp), ns(message->done.at(0)), ns(message->done.at(1)),
                   ns(control::now()));
     times.copied(copied(*message));
-    if (text.is_open()) text << control::json_of(out.faces) << std::endl;
+    if (text.is_open()) text << control::to_json(out.faces) << std::endl;
     publisher.publish(out);
   };
   control::wait_for_listener(publisher);

@@ -12,7 +12,7 @@ int run(int argc, char** argv) {
   const auto publisher = node.advertise<mtcnn_control::Regions>("proposed", control::kWaiting);
   const auto take = [&](const sensor_msgs::ImagePtr& picture) {
     mtcnn_control::Regions out;
-    out.boxes = part->find(control::mat_of(*picture), {});
+    out.boxes = part->find(control::to_mat(*picture), {});
     out.header = picture->header;
     out.picture = std::move(*picture);  // forwarded without a copy
     out.done.push_back(control::now());

@@ -11,7 +11,7 @@
 namespace control {
 namespace {
 
-std::vector<weir::Box> boxes_of(const Numbers& numbers) {
+std::vector<weir::Box> to_boxes(const Numbers& numbers) {
   std::vector<weir::Box> out;
   for (size_t i = 0; i + 4 <= numbers.size(); i += 4)
     out.push_back({numbers[i], numbers[i + 1], numbers[i + 2], numbers[i + 3]});
@@ -22,13 +22,13 @@ void put(const weir::Box& box, Numbers* out) {
   out->insert(out->end(), {box.x1, box.y1, box.x2, box.y2});
 }
 
-Numbers numbers_of(const std::vector<weir::Box>& boxes) {
+Numbers to_numbers(const std::vector<weir::Box>& boxes) {
   Numbers out;
   for (const auto& box : boxes) put(box, &out);
   return out;
 }
 
-Numbers numbers_of(const std::vector<mtcnn::Face>& faces) {
+Numbers to_numbers(const std::vector<mtcnn::Face>& faces) {
   Numbers out;
   for (const auto& face : faces) {
     put(face.box, &out);
@@ -41,7 +41,7 @@ Numbers numbers_of(const std::vector<mtcnn::Face>& faces) {
 struct P : Part {
   P(const std::string& models, uint32_t min_face) : stage(env, models, 1, min_face) {}
   Numbers find(const cv::Mat& picture, const Numbers&) override {
-    return numbers_of(stage.find(picture));
+    return to_numbers(stage.find(picture));
   }
   Ort::Env env = silent_environment();
   Propose stage;
@@ -51,7 +51,7 @@ template <class Stage>
 struct LaterStage : Part {
   explicit LaterStage(const std::string& models) : stage(env, models, 1) {}
   Numbers find(const cv::Mat& picture, const Numbers& regions) override {
-    return numbers_of(stage.find(picture, boxes_of(regions)));
+    return to_numbers(stage.find(picture, to_boxes(regions)));
   }
   Ort::Env env = silent_environment();
   Stage stage;
@@ -69,7 +69,7 @@ std::unique_ptr<Part> o_part(const std::string& models) {
   return std::make_unique<LaterStage<Mark>>(models);
 }
 
-std::string json_of(const Numbers& numbers) {
+std::string to_json(const Numbers& numbers) {
   constexpr size_t kLength = 5 + 2 * mtcnn::kPoints;
   std::vector<mtcnn::Face> faces;
   for (size_t i = 0; i + kLength <= numbers.size(); i += kLength) {

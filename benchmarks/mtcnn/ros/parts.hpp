@@ -24,7 +24,7 @@ std::unique_ptr<Part> p_part(const std::string& models, uint32_t min_face);
 std::unique_ptr<Part> r_part(const std::string& models);
 std::unique_ptr<Part> o_part(const std::string& models);
 
-std::string json_of(const Numbers& faces);
+std::string to_json(const Numbers& faces);
 
 // The times of each picture, in the format of ../../stage_times.hpp.
 class Times {

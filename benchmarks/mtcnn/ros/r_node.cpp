@@ -11,7 +11,7 @@ int run(int argc, char** argv) {
   const auto part = control::r_part(argv[1]);
   const auto publisher = node.advertise<mtcnn_control::Regions>("refined", control::kWaiting);
   const auto take = [&](const mtcnn_control::RegionsPtr& message) {
-    message->boxes = part->find(control::mat_of(message->picture), message->boxes);
+    message->boxes = part->find(control::to_mat(message->picture), message->boxes);
     message->done.push_back(control::now());
     publisher.publish(*message);
   };

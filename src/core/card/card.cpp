@@ -167,7 +167,7 @@ class OptionReader {
   std::string needed_;
 };
 
-std::string text_of(const Json& object, const char* key) {
+std::string get_text(const Json& object, const char* key) {
   return object.contains(key) && object[key].is_string() ? object[key].get<std::string>() : "";
 }
 
@@ -205,7 +205,7 @@ std::vector<std::pair<std::string, std::string>> decoder_options_from(Fields* fi
   const DecoderMode* mode = find_decoder_mode(mode_name);
   if (!mode && !given->empty()) fields->fail("decoder_options", "a decoder that has these options");
   if (!mode) return out;
-  OptionReader reader(*mode, folder, text_of(*given, "option1"));
+  OptionReader reader(*mode, folder, get_text(*given, "option1"));
   for (const auto& [name, json] : given->items()) {
     const bool is_custom = name == "custom" && !mode->is_numbered();
     const DecoderOption* option = mode->option(name);

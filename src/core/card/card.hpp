@@ -67,8 +67,8 @@ Result<Card> read(const std::string& path);
 
 // The labels; reads a label file next to the model, next to the card or in `folders`.
 // LABELS_INVALID if the file is missing or empty.
-Result<std::vector<std::string>> labels_of(const Card& card, const std::string& model_path,
-                                           const std::vector<std::string>& folders);
+Result<std::vector<std::string>> read_labels(const Card& card, const std::string& model_path,
+                                             const std::vector<std::string>& folders);
 
 // The elements that turn raw video into the model's input:
 // "videoconvert ! videoscale ... ! tensor_converter ! tensor_transform ...", or tensor_preprocess

@@ -38,7 +38,7 @@ const char* color_name(Color color) {
 // `says_pixels`: the model's metadata say how the pixels are prepared.
 nlohmann::ordered_json input_to_fill_in(const ImageInput& input, bool says_pixels) {
   nlohmann::ordered_json out{{"name", input.name},
-                             {"type", name_of(input.type)},
+                             {"type", to_string(input.type)},
                              {"shape", input.shape},
                              {"layout", layout_name(input.layout)}};
   const bool is_gray = input.channels() == 1;
@@ -128,14 +128,14 @@ std::vector<std::string> labels_by_name(const std::string& model,
   for (const auto& path : paths) {
     const auto card = read(path);
     if (!card || card->model != fs::path(model).filename() || card->sha256 != sha256()) continue;
-    const auto labels = labels_of(*card, model, folders);
+    const auto labels = read_labels(*card, model, folders);
     return labels ? *labels : std::vector<std::string>();
   }
   return {};
 }
 
-Result<std::vector<std::string>> labels_of(const Card& card, const std::string& model_path,
-                                           const std::vector<std::string>& folders) {
+Result<std::vector<std::string>> read_labels(const Card& card, const std::string& model_path,
+                                             const std::vector<std::string>& folders) {
   if (card.labels.file.empty()) return card.labels.names;
   std::vector<fs::path> places{fs::path(model_path).parent_path(),
                                fs::path(card.path).parent_path()};

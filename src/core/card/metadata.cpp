@@ -6,7 +6,7 @@
 namespace weir::card {
 namespace {
 
-std::optional<Color> color_of(const std::string& format) {
+std::optional<Color> parse_color(const std::string& format) {
   if (format == "Gray8") return Color::Gray;
   if (format == "Rgb8") return Color::Rgb;
   if (format == "Bgr8") return Color::Bgr;
@@ -30,7 +30,7 @@ bool set_range(const std::string& range, ImageInput* input) {
 
 using Properties = std::map<std::string, std::string>;
 
-std::string value_of(const Properties& properties, const char* key) {
+std::string find_value(const Properties& properties, const char* key) {
   const auto at = properties.find(key);
   return at == properties.end() ? std::string() : at->second;
 }
@@ -48,7 +48,7 @@ std::vector<double> divisors(const std::string& list) {
 
 // Normalisation is given for real numbers: quantised inputs get the pixels, int8 shifted by 128.
 std::optional<ImageInput> from_tflite(const Properties& properties, ImageInput image) {
-  const std::string color = value_of(properties, "tflite.color_space");
+  const std::string color = find_value(properties, "tflite.color_space");
   if (color != "RGB" && color != "GRAYSCALE") return std::nullopt;
   image.color = color == "RGB" ? Color::Rgb : Color::Gray;
   if (image.channels() != (color == "RGB" ? 3 : 1)) return std::nullopt;
@@ -59,9 +59,9 @@ std::optional<ImageInput> from_tflite(const Properties& properties, ImageInput i
     return image;
   }
   // Owns the text that the parts view.
-  const std::string means = value_of(properties, "tflite.mean");
+  const std::string means = find_value(properties, "tflite.mean");
   for (const auto part : split(means, ",")) image.mean.push_back(parse_double(part).value_or(0));
-  for (const double divisor : divisors(value_of(properties, "tflite.std")))
+  for (const double divisor : divisors(find_value(properties, "tflite.std")))
     image.scale.push_back(1 / divisor);
   const auto fits = [&image](const std::vector<double>& values) {
     return values.size() == 1 || values.size() == static_cast<size_t>(image.channels());
@@ -74,8 +74,8 @@ std::optional<ImageInput> from_tflite(const Properties& properties, ImageInput i
 std::optional<ImageInput> input_from_metadata(const std::map<std::string, std::string>& properties,
                                               ImageInput image) {
   if (properties.contains("tflite.color_space")) return from_tflite(properties, std::move(image));
-  const auto value = [&properties](const char* key) { return value_of(properties, key); };
-  const auto color = color_of(value("Image.BitmapPixelFormat"));
+  const auto value = [&properties](const char* key) { return find_value(properties, key); };
+  const auto color = parse_color(value("Image.BitmapPixelFormat"));
   if (!color || image.channels() != (*color == Color::Gray ? 1 : 3)) return std::nullopt;
   image.color = *color;
   if (!set_range(value("Image.NominalPixelRange"), &image)) return std::nullopt;
@@ -85,7 +85,7 @@ std::optional<ImageInput> input_from_metadata(const std::map<std::string, std::s
 std::vector<std::string> labels_from_metadata(
     const std::map<std::string, std::string>& properties) {
   std::vector<std::string> out;
-  std::string text = value_of(properties, "tflite.labels");
+  std::string text = find_value(properties, "tflite.labels");
   if (text.ends_with('\n')) text.pop_back();
   for (size_t begin = 0; !text.empty() && begin <= text.size();) {
     const size_t end = std::min(text.find('\n', begin), text.size());

@@ -48,12 +48,12 @@ std::string arithmetic(const ImageInput& input) {
   option += steps("mul", widened(input.scale, channels, by_channel), 1, by_channel);
   std::string out =
       input.mean.empty() && input.scale.empty()
-          ? " ! tensor_transform mode=typecast option=" + std::string(name_of(input.type))
+          ? " ! tensor_transform mode=typecast option=" + std::string(to_string(input.type))
           : " ! tensor_transform mode=arithmetic option=" + option;
   const bool cast_again =
       input.type != ElementType::Float32 && !(input.mean.empty() && input.scale.empty());
   if (cast_again)
-    out += " ! tensor_transform mode=typecast option=" + std::string(name_of(input.type));
+    out += " ! tensor_transform mode=typecast option=" + std::string(to_string(input.type));
   return out;
 }
 
@@ -71,7 +71,7 @@ std::string letterbox(const ImageInput& input) {
   if (input.layout == Layout::Nchw) out += " layout=NCHW";
   if (!input.mean.empty()) out += " mean=" + numbers(input.mean);
   if (!input.scale.empty()) out += " scale=" + numbers(input.scale);
-  return out + " type=" + std::string(name_of(input.type));
+  return out + " type=" + std::string(to_string(input.type));
 }
 
 }  // namespace

@@ -137,7 +137,7 @@ Result<Comparison> Comparison::make(const Condition& condition,
   if (condition.compared == ComparedValue::Average) return out;
   const auto index = element_index(place, tensor);
   if (!index) return index.error();
-  out.bytes_ = size_of(tensor.type);
+  out.bytes_ = element_size(tensor.type);
   out.offset_ = *index * out.bytes_;
   return out;
 }

@@ -20,7 +20,7 @@ Functions& functions() {
 }
 
 // Describes the frame: "a frame of uint8 2:1, int16 3 at 0:00:00.100000000".
-std::string text_of(const weir_frame& frame) {
+std::string to_string(const weir_frame& frame) {
   const std::string out =
       "a frame of " + join(std::span(frame.tensors, frame.n_tensors), ", ",
                            [](const weir_tensor& tensor) { return describe(tensor.info); });
@@ -32,13 +32,13 @@ Error failed(const std::string& who, int result, weir_error* error, const weir_f
     return Error{
         .code = Code::CALLBACK_FAILED,
         .what = who + " failed without an error message",
-        .offered = "it returned " + std::to_string(result) + " for " + text_of(frame),
+        .offered = "it returned " + std::to_string(result) + " for " + to_string(frame),
         .needed =
             "0 for success, above 0 to drop the frame, or below 0 after host->fail with a message"};
   Error failure = infer::take_error(error, result, "");
   failure.what = who + " failed: " + failure.what;
   failure.code = Code::CALLBACK_FAILED;
-  if (failure.offered.empty()) failure.offered = text_of(frame);
+  if (failure.offered.empty()) failure.offered = to_string(frame);
   return failure;
 }
 

@@ -74,15 +74,11 @@ std::string nearest_known(std::string_view group, std::string_view key) {
 constexpr char kOnlyFile[] = "WEIR_CONFIG";
 constexpr char kName[] = "weir/weir.ini";
 
-std::string text_of(const char* text) {
-  return text ? text : "";
-}
-
 // ~/.config/weir/weir.ini, "" if there is no home folder.
 std::string file_of_user(const Configuration::Environment& environment) {
-  const std::string folder = text_of(environment("XDG_CONFIG_HOME"));
+  const std::string folder = or_empty(environment("XDG_CONFIG_HOME"));
   if (folder.starts_with('/')) return folder + "/" + kName;
-  const std::string home = text_of(environment("HOME"));
+  const std::string home = or_empty(environment("HOME"));
   return home.starts_with('/') ? home + "/.config/" + kName : "";
 }
 
@@ -104,7 +100,7 @@ void add_variables_only(const std::string& prefix, const std::string& key,
     if (!text.starts_with(prefix) || equals == std::string_view::npos || equals <= prefix.size())
       continue;
     const std::string name(text.substr(0, equals));
-    const auto known = [&](const auto& s) { return variable_of(s.group, s.key) == name; };
+    const auto known = [&](const auto& s) { return variable_name(s.group, s.key) == name; };
     if (environment_variable(name.c_str()) && std::none_of(out->begin(), out->end(), known))
       out->push_back({"filter", key + lower(name.substr(prefix.size())),
                       std::string(text.substr(equals + 1)), name});
@@ -113,7 +109,7 @@ void add_variables_only(const std::string& prefix, const std::string& key,
 
 }  // namespace
 
-std::string variable_of(std::string_view group, std::string_view key) {
+std::string variable_name(std::string_view group, std::string_view key) {
   std::string out = "WEIR_" + std::string(group) + "_" + std::string(key);
   for (char& c : out) {
     const bool letter = (c >= 'a' && c <= 'z');
@@ -181,7 +177,7 @@ void Configuration::add_unknown(const IniEntry& entry, const std::string& place,
 }
 
 std::optional<Setting> Configuration::find(std::string_view group, std::string_view key) const {
-  const std::string variable = variable_of(group, key);
+  const std::string variable = variable_name(group, key);
   if (const char* value = environment_(variable.c_str()))
     return Setting{std::string(group), std::string(key), value, variable};
   for (const auto& entry : entries_)
@@ -191,7 +187,7 @@ std::optional<Setting> Configuration::find(std::string_view group, std::string_v
 
 std::optional<Error> Configuration::possible_fault(std::string_view group,
                                                    std::string_view key) const {
-  if (environment_(variable_of(group, key).c_str())) return std::nullopt;
+  if (environment_(variable_name(group, key).c_str())) return std::nullopt;
   const auto has_it = std::find_if(entries_.begin(), entries_.end(),
                                    [&](const auto& entry) { return same(entry, group, key); });
   const auto decides = static_cast<size_t>(has_it - entries_.begin());
@@ -215,7 +211,7 @@ std::vector<Setting> Configuration::all() const {
     if (!known.key.ends_with('_'))
       add(known.group, known.key);
     else
-      add_variables_only(variable_of(known.group, known.key), std::string(known.key), &out);
+      add_variables_only(variable_name(known.group, known.key), std::string(known.key), &out);
   }
   std::sort(out.begin(), out.end(), [](const auto& a, const auto& b) {
     return std::tie(a.group, a.key) < std::tie(b.group, b.key);

@@ -66,6 +66,6 @@ class Configuration {
 };
 
 // Returns "WEIR_FILTER_PRIORITY_TFLITE" for [filter] priority_tflite.
-std::string variable_of(std::string_view group, std::string_view key);
+std::string variable_name(std::string_view group, std::string_view key);
 
 }  // namespace weir::config

@@ -82,7 +82,7 @@ TEST_F(ConfigurationTest, AVariableOverridesASingleValue) {
   const auto both = with({{"WEIR_CONFIG", path}, {"WEIR_FILTER_PRIORITY_TFLITE", "b"}});
   EXPECT_EQ(found(both, "filter", "priority_tflite"), "b from WEIR_FILTER_PRIORITY_TFLITE");
   EXPECT_EQ(found(both, "filter", "enable_symlink"), "yes from " + path + ":3");
-  EXPECT_EQ(variable_of("filter-aliases", "a.b"), "WEIR_FILTER_ALIASES_A_B");
+  EXPECT_EQ(variable_name("filter-aliases", "a.b"), "WEIR_FILTER_ALIASES_A_B");
 }
 
 TEST_F(ConfigurationTest, ReportsThatTheNamedFileIsMissing) {

@@ -30,15 +30,15 @@ std::string own_file() {
 const char* installed(const char* path) {
   static constexpr std::array<std::string_view, 4> kFolders{
       WEIR_PLUGIN_FOLDER, WEIR_LIBRARY_FOLDER, WEIR_PROGRAM_FOLDER, WEIR_WORKER_FOLDER};
-  static const std::string prefix = prefix_of(own_file(), kFolders, WEIR_PREFIX);
+  static const std::string prefix = find_prefix(own_file(), kFolders, WEIR_PREFIX);
   static auto& kept = *new std::deque<std::string>;  // outlives every reader
   return kept.emplace_back(below_prefix(path, WEIR_PREFIX, prefix)).c_str();
 }
 
 }  // namespace
 
-std::string prefix_of(std::string_view file, std::span<const std::string_view> folders,
-                      std::string_view built_for) {
+std::string find_prefix(std::string_view file, std::span<const std::string_view> folders,
+                        std::string_view built_for) {
   const size_t slash = file.rfind('/');
   if (slash == std::string_view::npos || !file.starts_with('/')) return std::string(built_for);
   const std::string_view folder = file.substr(0, slash);

@@ -27,8 +27,8 @@ extern const char* const kVersion;  // "3.0.0"
 // The prefix of the tree in which the program or library `file` is installed: its folder without
 // the one of `folders`, relative to a prefix, with which that ends. `built_for` when it ends with
 // none of them, as in a build folder.
-std::string prefix_of(std::string_view file, std::span<const std::string_view> folders,
-                      std::string_view built_for);
+std::string find_prefix(std::string_view file, std::span<const std::string_view> folders,
+                        std::string_view built_for);
 // `path` below another prefix; as it is when it is not below `built_for`, as "/etc".
 std::string below_prefix(std::string_view path, std::string_view built_for,
                          std::string_view prefix);

@@ -13,7 +13,7 @@ constexpr std::array<std::string_view, 4> kFolders{"lib/x86_64-linux-gnu/gstream
                                                    "lib/x86_64-linux-gnu", "bin", "libexec/weir"};
 
 std::string prefix(std::string_view file) {
-  return prefix_of(file, kFolders, "/usr/local");
+  return find_prefix(file, kFolders, "/usr/local");
 }
 
 TEST(MovedPrefix, IsWhatIsBeforeTheFolderOfAnInstalledFile) {

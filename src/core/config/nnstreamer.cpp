@@ -44,7 +44,7 @@ constexpr std::pair<const char*, const char*> kKnown[] = {
     {"element-restriction", "restricted_elements"},
 };
 
-const FolderKeys& keys_of(FolderKind kind) {
+const FolderKeys& get_keys(FolderKind kind) {
   return kFolderKeys[static_cast<size_t>(kind)];
 }
 
@@ -69,7 +69,7 @@ std::string unescaped(std::string_view value) {
   return out;
 }
 
-State state_of(const std::string& path) {
+State find_state(const std::string& path) {
   std::error_code failed;
   const auto type = fs::status(path, failed).type();
   if (type == fs::file_type::not_found) return State::NotThere;
@@ -88,11 +88,11 @@ Error not_absolute(const Setting& setting, const std::string& needed) {
 
 }  // namespace
 
-const char* name_of(FolderKind kind) noexcept {
-  return keys_of(kind).name;
+const char* to_string(FolderKind kind) noexcept {
+  return get_keys(kind).name;
 }
 
-const char* name_of(State state) noexcept {
+const char* to_string(State state) noexcept {
   switch (state) {
     case State::Read:
       return "read";
@@ -118,8 +118,8 @@ NnstreamerConfiguration::NnstreamerConfiguration(const Environment& environment)
   enabled_ = !enabled || truth(enabled->value, true);
   if (!enabled_) return;
   read_first_candidate();
-  enable_envvar_ = truth_of("enable_envvar");
-  enable_symlink_ = truth_of("enable_symlink");
+  enable_envvar_ = get_bool("enable_envvar");
+  enable_symlink_ = get_bool("enable_symlink");
   read_extra();
   for (const FolderKind kind : kFolderKinds) find_folders(kind);
 }
@@ -131,7 +131,7 @@ void NnstreamerConfiguration::read_first_candidate() {
   places.emplace_back(std::string(kInstalledSettings) + "/nnstreamer.ini", "built for");
   places.emplace_back(kHardCodedFile, "hard-coded");
   for (auto& [path, source] : places) {
-    State state = path_.empty() ? state_of(path) : State::NotNeeded;
+    State state = path_.empty() ? find_state(path) : State::NotNeeded;
     if (state == State::Read) {
       main_ = read(path, &state);
       path_ = path;
@@ -160,7 +160,7 @@ std::vector<Setting> NnstreamerConfiguration::read(const std::string& path, Stat
   return out;
 }
 
-bool NnstreamerConfiguration::truth_of(const char* key) {
+bool NnstreamerConfiguration::get_bool(const char* key) {
   const auto setting = find("common", key);
   if (!setting) return false;
   if (truth(setting->value, false) == truth(setting->value, true))
@@ -182,7 +182,7 @@ void NnstreamerConfiguration::read_extra() {
     candidates_.push_back({setting->value, "extra_config_path", State::NotThere});
     return;
   }
-  State state = state_of(setting->value);
+  State state = find_state(setting->value);
   if (state == State::Read) {
     extra_ = read(setting->value, &state);
     extra_path_ = setting->value;
@@ -237,7 +237,7 @@ void NnstreamerConfiguration::add_folder(FolderKind kind, const std::optional<Se
 }
 
 void NnstreamerConfiguration::find_folders(FolderKind kind) {
-  const auto& keys = keys_of(kind);
+  const auto& keys = get_keys(kind);
   const auto of_file = [&](const std::vector<Setting>& settings) {
     auto found = find_in(settings, keys.group, keys.name);
     // The only key with two spellings in use.

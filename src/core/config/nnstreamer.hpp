@@ -19,7 +19,7 @@ inline constexpr std::array kFolderKinds{FolderKind::Filters, FolderKind::Decode
                                          FolderKind::CustomFilters, FolderKind::Converters,
                                          FolderKind::Trainers};
 // "filters" and so on: the last part of the hard-coded folder.
-const char* name_of(FolderKind kind) noexcept;
+const char* to_string(FolderKind kind) noexcept;
 
 struct Folder {
   std::string path;
@@ -69,7 +69,7 @@ class NnstreamerConfiguration {
   void read_first_candidate();
   void read_extra();
   std::vector<Setting> read(const std::string& path, State* state);
-  bool truth_of(const char* key);
+  bool get_bool(const char* key);
   void find_folders(FolderKind kind);
   void add_folder(FolderKind kind, const std::optional<Setting>& setting);
 
@@ -83,7 +83,7 @@ class NnstreamerConfiguration {
   std::optional<Error> unread_;
 };
 
-const char* name_of(NnstreamerConfiguration::State state) noexcept;
+const char* to_string(NnstreamerConfiguration::State state) noexcept;
 
 // The weir.ini setting with the same meaning as `setting` of nnstreamer.ini, which takes
 // precedence: "[filter] priority_tflite". Nullopt if Weir has none.

@@ -63,7 +63,7 @@ std::string faults(const NnstreamerConfiguration& c) {
 }
 std::string state(const NnstreamerConfiguration& c, const std::string& path) {
   for (const auto& candidate : c.candidates())
-    if (candidate.path == path) return candidate.source + ": " + name_of(candidate.state);
+    if (candidate.path == path) return candidate.source + ": " + to_string(candidate.state);
   return "no candidate";
 }
 

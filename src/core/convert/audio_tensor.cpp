@@ -22,7 +22,7 @@ constexpr std::array kSamples{
 constexpr const char* kNative = std::endian::native == std::endian::little ? "LE" : "BE";
 
 std::string spelled(const Sample& sample) {
-  return std::string(sample.format) + (size_of(sample.type) > 1 ? kNative : "");
+  return std::string(sample.format) + (element_size(sample.type) > 1 ? kNative : "");
 }
 
 }  // namespace
@@ -42,7 +42,7 @@ Result<AudioTensor> audio_tensor(std::string_view format, uint32_t channels,
   }
   AudioTensor out;
   out.spec = {sample->type, Shape{channels, frames_per_tensor}, ""};
-  out.frame_bytes = uint64_t{channels} * size_of(sample->type);
+  out.frame_bytes = uint64_t{channels} * element_size(sample->type);
   if (frames_per_tensor == 0 || !out.spec.valid() || !out.spec.bytes())
     return Error{.code = Code::LIMIT_EXCEEDED,
                  .what = "an audio tensor is too big or empty",
@@ -51,7 +51,7 @@ Result<AudioTensor> audio_tensor(std::string_view format, uint32_t channels,
   return out;
 }
 
-std::string audio_format_of(ElementType type) {
+std::string to_audio_format(ElementType type) {
   const auto sample =
       std::find_if(kSamples.begin(), kSamples.end(), [&](const auto& s) { return s.type == type; });
   return sample == kSamples.end() ? "" : spelled(*sample);

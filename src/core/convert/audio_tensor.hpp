@@ -20,6 +20,6 @@ Result<AudioTensor> audio_tensor(std::string_view format, uint32_t channels,
                                  uint32_t frames_per_tensor);
 
 // The format with samples of this type in native byte order; "" if there is none.
-std::string audio_format_of(ElementType type);
+std::string to_audio_format(ElementType type);
 
 }  // namespace weir

@@ -20,7 +20,7 @@ TEST(AudioTensor, HasChannelsInnermost) {
     ASSERT_TRUE(tensor) << format;
     EXPECT_EQ(tensor->spec.to_string(), std::string(type) + " 2:480");
     EXPECT_EQ(tensor->frame_bytes * 480, tensor->spec.bytes());
-    EXPECT_EQ(audio_format_of(tensor->spec.type), format);
+    EXPECT_EQ(to_audio_format(tensor->spec.type), format);
   }
 }
 
@@ -46,7 +46,7 @@ TEST(AudioTensor, RejectsEmptyAndOversizedFrames) {
 TEST(AudioTensor, KnowsNoFormatForOtherTypes) {
   for (const auto type :
        {ElementType::Float16, ElementType::Int64, ElementType::UInt64, ElementType::End})
-    EXPECT_EQ(audio_format_of(type), "");
+    EXPECT_EQ(to_audio_format(type), "");
 }
 
 }  // namespace audio_tensor_test

@@ -46,7 +46,8 @@ Result<VideoTensor> video_tensor(std::string_view format, uint32_t width, uint32
   out.spec.type = layout->type;
   out.spec.shape = layout->planar ? Shape{width, height, layout->channels, frames_per_tensor}
                                   : Shape{layout->channels, width, height, frames_per_tensor};
-  out.row_bytes = uint64_t{width} * (layout->planar ? 1 : layout->channels) * size_of(layout->type);
+  out.row_bytes =
+      uint64_t{width} * (layout->planar ? 1 : layout->channels) * element_size(layout->type);
   const uint64_t rows = layout->planar ? uint64_t{height} * layout->channels : height;
   out.rows = static_cast<uint32_t>(rows);
   if (frames_per_tensor == 0 || rows > UINT32_MAX || !out.spec.valid() || !out.spec.bytes())

@@ -50,12 +50,12 @@ Regions read_regions(const TensorSpec& spec, std::span<const std::byte> payload,
   return out;
 }
 
-TensorSpec part_of(const TensorSpec& whole, const Region& region) {
+TensorSpec make_part_spec(const TensorSpec& whole, const Region& region) {
   return {whole.type, Shape{dim(whole.shape, 0), region.width, region.height, 1}, ""};
 }
 
-StridedLayout layout_of(const TensorSpec& whole, const Region& region) {
-  const auto element = static_cast<int64_t>(size_of(whole.type));
+StridedLayout make_layout(const TensorSpec& whole, const Region& region) {
+  const auto element = static_cast<int64_t>(element_size(whole.type));
   const int64_t pixel = element * dim(whole.shape, 0), line = pixel * dim(whole.shape, 1);
   return {static_cast<uint64_t>(region.y * line + region.x * pixel),
           {element, pixel, line, region.height * line}};
@@ -63,7 +63,7 @@ StridedLayout layout_of(const TensorSpec& whole, const Region& region) {
 
 void cut(const TensorSpec& whole, std::span<const std::byte> in, const Region& region,
          std::span<std::byte> out) {
-  const size_t pixel = size_of(whole.type) * dim(whole.shape, 0);
+  const size_t pixel = element_size(whole.type) * dim(whole.shape, 0);
   const size_t line = pixel * dim(whole.shape, 1), part = pixel * region.width;
   const std::byte* from = in.data() + region.y * line + region.x * pixel;
   for (size_t y = 0; y < region.height; ++y)

@@ -28,9 +28,9 @@ Regions read_regions(const TensorSpec& spec, std::span<const std::byte> payload,
 
 // The part of a tensor channels:width:height. Omits dimensions from the fourth on; missing ones are
 // 1.
-TensorSpec part_of(const TensorSpec& whole, const Region& region);
+TensorSpec make_part_spec(const TensorSpec& whole, const Region& region);
 // The part's layout in the memory of the whole tensor. Precondition: the region is inside.
-StridedLayout layout_of(const TensorSpec& whole, const Region& region);
+StridedLayout make_layout(const TensorSpec& whole, const Region& region);
 // Copies the part. Preconditions: the region is inside; `in` and `out` have the sizes of the specs.
 void cut(const TensorSpec& whole, std::span<const std::byte> in, const Region& region,
          std::span<std::byte> out);

@@ -30,7 +30,7 @@ TEST(Regions, AreReadFromEveryType) {
       const std::vector<T> numbers{T(1), T(2), T(30), T(4), T(5), T(6), T(7), T(8)};
       EXPECT_EQ(read(numbers, static_cast<ElementType>(t)).inside,
                 (std::vector<Region>{{1, 2, 30, 4}, {5, 6, 7, 8}}))
-          << name_of(static_cast<ElementType>(t));
+          << to_string(static_cast<ElementType>(t));
     });
 }
 
@@ -85,10 +85,10 @@ TEST(Regions, CutsAgreeWithTheCoordinates) {
     Region r;
     r.x = random() % width, r.y = random() % height;
     r.width = 1 + random() % (width - r.x), r.height = 1 + random() % (height - r.y);
-    const TensorSpec part = part_of(whole, r);
+    const TensorSpec part = make_part_spec(whole, r);
     Bytes out(static_cast<size_t>(*part.bytes())), expected;
     cut(whole, in, r, out);
-    const size_t size = size_of(type);
+    const size_t size = element_size(type);
     for (uint32_t y = r.y; y < r.y + r.height; ++y)
       for (uint32_t x = r.x; x < r.x + r.width; ++x)
         for (uint32_t c = 0; c < channels; ++c)
@@ -96,7 +96,7 @@ TEST(Regions, CutsAgreeWithTheCoordinates) {
             expected.push_back(in[((size_t{y} * width + x) * channels + c) * size + b]);
     ASSERT_EQ(out, expected) << round;
     Bytes gathered;
-    const Runs runs = runs_of(part, layout_of(whole, r));
+    const Runs runs = make_runs(part, make_layout(whole, r));
     for_each_run(runs, [&](uint64_t at) {
       gathered.insert(gathered.end(), in.begin() + static_cast<ptrdiff_t>(at),
                       in.begin() + static_cast<ptrdiff_t>(at + runs.bytes));
@@ -108,7 +108,7 @@ TEST(Regions, CutsAgreeWithTheCoordinates) {
 
 TEST(Regions, MissingDimensionsAreOne) {
   const TensorSpec line{ElementType::UInt8, Shape{3, 4}, ""};
-  EXPECT_EQ(part_of(line, {1, 0, 2, 1}).shape.to_string(), "3:2:1:1");
+  EXPECT_EQ(make_part_spec(line, {1, 0, 2, 1}).shape.to_string(), "3:2:1:1");
 }
 
 }  // namespace regions_test

@@ -39,7 +39,7 @@ bool is_open(const weir_tensor_info& info) {
 }
 
 // Describes why `info` is not a valid tensor; "" if it is.
-std::string fault_of(const weir_tensor_info& info) {
+std::string find_fault(const weir_tensor_info& info) {
   if (info.type > WEIR_TYPE_END) return "type " + std::to_string(info.type);
   if (info.rank == WEIR_RANK_UNKNOWN) return "";
   if (info.rank > WEIR_RANK_LIMIT) return "rank " + std::to_string(info.rank);
@@ -58,7 +58,7 @@ Status check_tensors(const std::string& name, const char* role, const weir_tenso
   if (count == 0 || count > WEIR_TENSOR_LIMIT || !infos)
     return refused(name, std::to_string(infos ? count : 0) + " " + role + "s", "1 to 256 of them");
   for (uint32_t i = 0; i < count; ++i)
-    if (const auto fault = fault_of(infos[i]); !fault.empty())
+    if (const auto fault = find_fault(infos[i]); !fault.empty())
       return refused(name, std::string(role) + " " + std::to_string(i) + " with " + fault,
                      kTensorNeeded);
   return ok();
@@ -187,7 +187,7 @@ Status NamedFilter::resolve(std::span<const weir_tensor_info> in, std::span<weir
   if (*result < 0) return failed(*result, &error);
   for (size_t i = 0; i < out.size(); ++i) {
     out[i].name = outputs_[i].name;
-    if (const auto fault = fault_of(out[i]); !fault.empty())
+    if (const auto fault = find_fault(out[i]); !fault.empty())
       return Error{.code = Code::CALLBACK_FAILED,
                    .what = "the filter " + name_ + " declares an invalid tensor",
                    .offered = "output " + std::to_string(i) + " with " + fault,

@@ -148,14 +148,14 @@ class BoundingBoxes {
       draw_rotated(box, input_, size_, &canvas);
       return;
     }
-    const Outline outline = outline_of(box);
+    const Outline outline = make_outline(box);
     canvas.outline(outline.left, outline.top, outline.right, outline.bottom, draw::kRed);
     if (labels_.empty()) return;
     const std::string& label = labels_[static_cast<size_t>(box.class_index)];
     canvas.text(outline.left, std::max<int64_t>(0, outline.top - kLabelRise),
                 tracks_ ? label + "-" + std::to_string(numbers_[index]) : label, draw::kRed);
   }
-  Outline outline_of(const detection::PixelBox& box) const noexcept {
+  Outline make_outline(const detection::PixelBox& box) const noexcept {
     const auto to_output = [](int64_t at, int64_t output, int64_t input) {
       return output * at / input;
     };

@@ -27,7 +27,7 @@ DecoderOptions options_of(const std::string& scheme, const std::string& paramete
   return options;
 }
 TestTensor zeros(const std::string& shape, ElementType type = ElementType::Float32) {
-  return {type, shape, Bytes(*Shape::parse(shape).count() * size_of(type))};
+  return {type, shape, Bytes(*Shape::parse(shape).count() * element_size(type))};
 }
 std::string error_with(DecoderOptions options, const std::string& key, const std::string& value) {
   std::erase_if(options, [&](const auto& option) { return option.first == key; });

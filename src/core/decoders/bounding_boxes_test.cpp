@@ -90,7 +90,7 @@ TEST(BoundingBoxes, ALabelIsAboveItsBox) {
   const auto rows = drawn(options("32:32", "32:32", {{"option2", labels}}),
                           postprocessed({{0.5f, 0.25f, 0.75f, 0.75f, 1, 1}}), 32);
   ASSERT_EQ(rows.size(), 32u);
-  const draw::Glyph& glyph = draw::glyph_of('#');
+  const draw::Glyph& glyph = draw::get_glyph('#');
   for (size_t y = 0; y < 16; ++y)  // 14 above the edge at 16, and one free row
     for (size_t x = 0; x < 32; ++x) {
       const bool is_in_cell = y >= 2 && y < 15 && x >= 8 && x < 16;

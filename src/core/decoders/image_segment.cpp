@@ -78,7 +78,7 @@ class ImageSegment {
                      .needed = "a static stream",
                      .fix = "other/tensors,format=static,num_tensors=1,dimensions=(string)" +
                             example() + ",types=float32"});
-    size_ = size_of(inputs[0]);
+    size_ = get_size(inputs[0]);
     output.set_caps("video/x-raw,format=(string)RGBA,width=(int)" + std::to_string(size_.width) +
                     ",height=(int)" + std::to_string(size_.height));
   }
@@ -90,7 +90,7 @@ class ImageSegment {
                      .offered = "0 tensors",
                      .needed = "one tensor"});
     const weir_tensor& tensor = frame.tensors[0];
-    size_ = size_of(tensor.info);
+    size_ = get_size(tensor.info);
     const std::span<const float> values = values_.read(tensor);
     const std::span<std::byte> bytes = output.reserve(size_.rgba_bytes());
     const std::span pixels(reinterpret_cast<draw::Rgba*>(bytes.data()),
@@ -113,7 +113,7 @@ class ImageSegment {
     return (values > 0 ? std::to_string(values) + ":" : "") + "257:257";
   }
 
-  draw::Size size_of(const weir_tensor_info& info) const {
+  draw::Size get_size(const weir_tensor_info& info) const {
     const size_t values = values_per_pixel();
     const uint32_t first = values > 0 ? 1 : 0;
     const int64_t width = dimension(info, first), height = dimension(info, first + 1);

@@ -12,7 +12,7 @@ namespace {
 using heads::ModelFacts;
 using heads::OutputFacts;
 
-Shape shape_of(std::span<const int64_t> outermost_first) {
+Shape to_shape(std::span<const int64_t> outermost_first) {
   const size_t rank = outermost_first.size();
   Shape out;
   for (size_t i = 0; i < rank && i < kRankLimit; ++i) {
@@ -23,12 +23,12 @@ Shape shape_of(std::span<const int64_t> outermost_first) {
   return rank == 0 ? Shape{1} : out;
 }
 
-OutputFacts facts_of(const ModelTensor& tensor) {
-  return {{.type = tensor.type, .shape = shape_of(tensor.shape), .name = tensor.name},
+OutputFacts make_facts(const ModelTensor& tensor) {
+  return {{.type = tensor.type, .shape = to_shape(tensor.shape), .name = tensor.name},
           tensor.scale != 0};
 }
 
-std::vector<ModelTensor> tensors_of(const weir_tensor_info* infos, uint32_t count) {
+std::vector<ModelTensor> to_model_tensors(const weir_tensor_info* infos, uint32_t count) {
   return infos ? model_tensors({infos, count}) : std::vector<ModelTensor>();
 }
 
@@ -46,7 +46,7 @@ std::vector<std::string> labels_of_dict(const std::string& text) {
   return out;
 }
 
-std::vector<std::string> lines_of(const std::string& text) {
+std::vector<std::string> split_lines(const std::string& text) {
   std::vector<std::string> out;
   for (size_t begin = 0; begin < text.size();) {
     const size_t end = std::min(text.find('\n', begin), text.size());
@@ -56,7 +56,7 @@ std::vector<std::string> lines_of(const std::string& text) {
   return out;
 }
 
-std::map<std::string, std::string> metadata_of(const char* text) {
+std::map<std::string, std::string> parse_metadata(const char* text) {
   std::map<std::string, std::string> out;
   const auto json = nlohmann::json::parse(text ? text : "", nullptr, false);
   const auto add = [&](const nlohmann::json& object) {
@@ -74,16 +74,16 @@ std::map<std::string, std::string> metadata_of(const char* text) {
 void StreamModel::set(const weir_stream_model* model) noexcept try {
   *this = StreamModel();
   if (!model) return;
-  inputs_ = tensors_of(model->inputs, model->n_inputs);
-  outputs_ = tensors_of(model->outputs, model->n_outputs);
-  metadata_ = metadata_of(model->metadata_json);
+  inputs_ = to_model_tensors(model->inputs, model->n_inputs);
+  outputs_ = to_model_tensors(model->outputs, model->n_outputs);
+  metadata_ = parse_metadata(model->metadata_json);
   if (model->path) name_ = std::filesystem::path(model->path).stem().string();
   if (const auto names = metadata_.find("names"); names != metadata_.end())
     labels_ = labels_of_dict(names->second);
   if (const auto lines = metadata_.find("tflite.labels"); lines != metadata_.end())
-    labels_ = lines_of(lines->second);
+    labels_ = split_lines(lines->second);
   if (const auto characters = metadata_.find("character"); characters != metadata_.end())
-    labels_ = lines_of(characters->second);
+    labels_ = split_lines(characters->second);
   constexpr uint32_t kWithCard =
       offsetof(weir_stream_model, n_card_labels) + sizeof model->n_card_labels;
   if (labels_.empty() && model->struct_size >= kWithCard)
@@ -114,9 +114,10 @@ ModelFacts StreamModel::facts(std::span<const weir_tensor_info> tensors,
   out.metadata = metadata_;
   out.labels = labels > 0 ? labels : labels_.size();
   out.input = input.width > 0 ? input : input_size();
-  for (const weir_tensor_info& info : tensors) out.outputs.push_back(facts_of(model_tensor(info)));
+  for (const weir_tensor_info& info : tensors)
+    out.outputs.push_back(make_facts(model_tensor(info)));
   if (tensors.empty())
-    for (const ModelTensor& output : outputs_) out.outputs.push_back(facts_of(output));
+    for (const ModelTensor& output : outputs_) out.outputs.push_back(make_facts(output));
   if (out.outputs.empty())
     throw Failure({.code = Code::SPEC_MISMATCH,
                    .what = "the stream does not describe the model's outputs",
@@ -154,7 +155,7 @@ bool has_shapes(const ModelFacts& facts, std::span<const weir_tensor> tensors) n
                     [](const OutputFacts& output, const weir_tensor& tensor) {
                       return static_cast<uint32_t>(output.type) == tensor.info.type &&
                              output.shape ==
-                                 shape_of({tensor.info.shape,
+                                 to_shape({tensor.info.shape,
                                            std::min<size_t>(tensor.info.rank, WEIR_RANK_LIMIT)});
                     });
 }

@@ -47,7 +47,7 @@ struct Expected {
       if (x + 8 > width) return;
       for (int row = 0; row < 13; ++row)
         for (int column = 0; column < 8; ++column)
-          set(x + column, y + row, draw::glyph_of(character)[row] & 0x80 >> column ? 255 : 0);
+          set(x + column, y + row, draw::get_glyph(character)[row] & 0x80 >> column ? 255 : 0);
       x += 9;
     }
   }

@@ -68,7 +68,7 @@ bool read_choice(const Options& options, const char* option, const char* no, con
                  .fix = std::string("custom=") + option + ":" + yes});
 }
 
-TensorSpec spec_of(const weir_tensor_info& info) {
+TensorSpec to_spec(const weir_tensor_info& info) {
   TensorSpec out;
   if (info.type < WEIR_TYPE_END) out.type = static_cast<ElementType>(info.type);
   const uint32_t rank = std::min<uint32_t>(info.rank, WEIR_RANK_LIMIT);
@@ -111,7 +111,7 @@ class RecordDecoder {
   void configure(std::span<const weir_tensor_info> inputs, DecoderOutput& output) {
     reader_ = value_or_throw(records::ResultReader::make(columns_, sources_));
     std::vector<TensorSpec> specs;
-    for (const auto& info : inputs) specs.push_back(spec_of(info));
+    for (const auto& info : inputs) specs.push_back(to_spec(info));
     if (!specs.empty()) value_or_throw(reader_.check(specs));
     WriterSettings settings = settings_;
     settings.labels = labels();
@@ -125,13 +125,13 @@ class RecordDecoder {
     for (uint32_t i = 0; i < frame.n_tensors; ++i) {
       const weir_tensor& tensor = frame.tensors[i];
       tensors_.push_back(
-          {spec_of(tensor.info), {static_cast<const std::byte*>(tensor.data), tensor.bytes}});
+          {to_spec(tensor.info), {static_cast<const std::byte*>(tensor.data), tensor.bytes}});
     }
     // A frame without tensors has no results.
     frame_.clear();
     if (!tensors_.empty()) value_or_throw(reader_.read(tensors_, &frame_));
     text_.clear();
-    const bool is_written = writer_->write(reader_, frame_, facts_of(frame), &text_);
+    const bool is_written = writer_->write(reader_, frame_, make_facts(frame), &text_);
     times_ = {};
     if (!is_written) return false;
     std::memcpy(output.reserve(text_.size()).data(), text_.data(), text_.size());
@@ -154,7 +154,7 @@ class RecordDecoder {
     return reader_.has_zones() && known != labels_.end() ? known->second
                                                          : std::vector<std::string>();
   }
-  FrameFacts facts_of(const weir_frame& frame) const {
+  FrameFacts make_facts(const weir_frame& frame) const {
     FrameFacts out{.running_time = times_.running_time,
                    .duration = frame.duration >= 0 ? frame.duration : duration_,
                    .unix_time = times_.unix_time};
@@ -189,7 +189,7 @@ class ModeDecoder final : public RecordDecoder {
 };
 
 template <size_t kMode>
-const weir_decoder_type* table_of() {
+const weir_decoder_type* get_table() {
   static const weir_decoder_type table =
       decoder_table<ModeDecoder<kMode>>(kModes[kMode].name, "", kModes[kMode].options_json);
   return &table;
@@ -198,8 +198,8 @@ const weir_decoder_type* table_of() {
 }  // namespace
 
 std::span<const weir_decoder_type* const> record_decoders() {
-  static const weir_decoder_type* const tables[] = {table_of<0>(), table_of<1>(), table_of<2>(),
-                                                    table_of<3>()};
+  static const weir_decoder_type* const tables[] = {get_table<0>(), get_table<1>(), get_table<2>(),
+                                                    get_table<3>()};
   return tables;
 }
 

@@ -69,20 +69,21 @@ struct AnchorSize {
 };
 
 // Returns the size with the ratio width / height and the area of a square of this scale.
-AnchorSize size_of(double scale, double ratio) {
+AnchorSize make_size(double scale, double ratio) {
   return {scale / std::sqrt(ratio), scale * std::sqrt(ratio)};
 }
 
-std::vector<AnchorSize> sizes_of(uint32_t grid) {
+std::vector<AnchorSize> make_sizes(uint32_t grid) {
   const auto scale = [](uint32_t i) {
     return kMinScale + (kMaxScale - kMinScale) * i / (kGrids - 1);
   };
-  if (grid == 0) return {size_of(kScaleOfFirst, 1), size_of(scale(0), 2), size_of(scale(0), 0.5)};
+  if (grid == 0)
+    return {make_size(kScaleOfFirst, 1), make_size(scale(0), 2), make_size(scale(0), 0.5)};
   std::vector<AnchorSize> out;
   for (const double ratio : {1.0, 2.0, 0.5, 3.0, 1.0 / 3})
-    out.push_back(size_of(scale(grid), ratio));
+    out.push_back(make_size(scale(grid), ratio));
   const double next = grid + 1 < kGrids ? scale(grid + 1) : 1.0;
-  out.push_back(size_of(std::sqrt(scale(grid) * next), 1));
+  out.push_back(make_size(std::sqrt(scale(grid) * next), 1));
   return out;
 }
 
@@ -99,7 +100,7 @@ void for_each_grid(PictureSize input, Visit visit) {
 
 constexpr uint32_t kGridPixels = 192;
 
-float scale_of(const PalmAnchorOptions& options, size_t layer) {
+float get_scale(const PalmAnchorOptions& options, size_t layer) {
   const size_t layers = options.strides.size();
   if (layers == 1) return (options.min_scale + options.max_scale) / 2;
   return options.min_scale + (options.max_scale - options.min_scale) * static_cast<float>(layer) /
@@ -180,7 +181,7 @@ size_t ssd_anchor_count(PictureSize input) noexcept {
 BoxPriors make_ssd_anchors(PictureSize input) {
   BoxPriors out;
   for_each_grid(input, [&](uint32_t grid, uint32_t columns, uint32_t rows) {
-    const auto sizes = sizes_of(grid);
+    const auto sizes = make_sizes(grid);
     for (uint32_t y = 0; y < rows; ++y)
       for (uint32_t x = 0; x < columns; ++x)
         for (const AnchorSize& size : sizes) {
@@ -200,7 +201,7 @@ std::vector<Anchor> make_palm_anchors(const PalmAnchorOptions& options) {
     const uint32_t stride = options.strides[first];
     std::vector<float> scales;
     for (end = first; end < layers && options.strides[end] == stride; ++end)
-      for (const size_t layer : {end, end + 1}) scales.push_back(scale_of(options, layer));
+      for (const size_t layer : {end, end + 1}) scales.push_back(get_scale(options, layer));
     add_grid(stride, scales, options, &anchors);
   }
   return anchors;

@@ -34,7 +34,7 @@ class BoxGrid {
 
   void add(uint32_t box, const Extent& extent) {
     all_.push_back(box);
-    const Cells cells = cells_of(extent);
+    const Cells cells = get_cells(extent);
     if (cells.count() > kFewCells) {
       large_.push_back(box);
       return;
@@ -47,7 +47,7 @@ class BoxGrid {
   // Whether `is_wanted` is true for a box that may touch `extent`; may ask more than once for one.
   template <class IsWanted>
   bool any_near(const Extent& extent, IsWanted&& is_wanted) const {
-    const Cells cells = cells_of(extent);
+    const Cells cells = get_cells(extent);
     if (cells.count() > kFewCells) return std::any_of(all_.begin(), all_.end(), is_wanted);
     if (std::any_of(large_.begin(), large_.end(), is_wanted)) return true;
     for (int64_t row = cells.top; row <= cells.bottom; ++row)
@@ -65,7 +65,7 @@ class BoxGrid {
     int64_t count() const noexcept { return (right - left + 1) * (bottom - top + 1); }
   };
   static int64_t bounded(int64_t at) noexcept { return std::clamp(at, -kFar, kFar); }
-  Cells cells_of(const Extent& extent) const noexcept {
+  Cells get_cells(const Extent& extent) const noexcept {
     const auto cell = [](int64_t at, int64_t first, int64_t size) {
       return std::clamp<int64_t>((bounded(at) - first) / size, 0, kCells - 1);
     };

@@ -24,7 +24,7 @@ float sample_at(float from, float to, uint32_t index, uint32_t count) noexcept {
   return from + (static_cast<float>(index) + 0.5f) * (to - from) / static_cast<float>(count);
 }
 
-uint8_t probability_of(float sum) noexcept {
+uint8_t to_probability(float sum) noexcept {
   const float probability = 1 / (1 + std::exp(-sum));
   return std::isnan(probability) ? uint8_t{0}
                                  : static_cast<uint8_t>(std::lround(probability * 255));
@@ -77,7 +77,7 @@ void InstanceMasks::draw(const Prototypes& prototypes, std::span<const float> we
       const float over = columns[x].weight, down = rows[y].weight;
       const float upper = top[left] + (top[right] - top[left]) * over;
       const float lower = bottom[left] + (bottom[right] - bottom[left]) * over;
-      out[size_t{y} * width + x] = probability_of(upper + (lower - upper) * down);
+      out[size_t{y} * width + x] = to_probability(upper + (lower - upper) * down);
     }
   }
 }

@@ -15,7 +15,7 @@ int32_t truncated(float value) noexcept {
   return static_cast<int32_t>(std::clamp(value, -kFar, kFar - 64));
 }
 
-double area_of(const PixelBox& box) {
+double get_area(const PixelBox& box) {
   return double(box.width) * box.height;
 }
 
@@ -38,7 +38,7 @@ struct Rotated {
   double x, y, width, height, cosine, sine;
 };
 
-Extent extent_of(const PixelBox& box) {
+Extent to_extent(const PixelBox& box) {
   const int64_t right = int64_t{box.x} + box.width, bottom = int64_t{box.y} + box.height;
   return {std::min<int64_t>(box.x, right), std::min<int64_t>(box.y, bottom),
           std::max<int64_t>(box.x, right), std::max<int64_t>(box.y, bottom)};
@@ -121,7 +121,7 @@ float inclusive_overlap(const PixelBox& a, const PixelBox& b) noexcept {
 
 float rotated_overlap(const PixelBox& a, const PixelBox& b) noexcept {
   constexpr int kSteps = 6;
-  const bool a_is_smaller = area_of(a) <= area_of(b);
+  const bool a_is_smaller = get_area(a) <= get_area(b);
   const Rotated smaller(a_is_smaller ? a : b), larger(a_is_smaller ? b : a);
   if (std::hypot(smaller.x - larger.x, smaller.y - larger.y) > smaller.reach() + larger.reach())
     return 0;
@@ -134,12 +134,12 @@ float rotated_overlap(const PixelBox& a, const PixelBox& b) noexcept {
                                 smaller.y + along * smaller.sine + down * smaller.cosine);
     }
   const double common = smaller.width * smaller.height * inside / (kSteps * kSteps);
-  const double together = area_of(a) + area_of(b) - common;
+  const double together = get_area(a) + get_area(b) - common;
   return together > 0 ? static_cast<float>(common / together) : 0;
 }
 
 PixelBoxes suppress(PixelBoxes boxes, float threshold) {
-  return suppress_by<inclusive_overlap, extent_of>(std::move(boxes), threshold);
+  return suppress_by<inclusive_overlap, to_extent>(std::move(boxes), threshold);
 }
 
 PixelBoxes suppress_rotated(PixelBoxes boxes, float threshold) {

@@ -58,7 +58,7 @@ size_t cell_at(const PoseNetMaps& maps, const Point& point) noexcept {
 }
 
 // The position and score of key point `index` by the values of `cell`.
-Point point_of(const PoseNetMaps& maps, size_t cell, size_t index) noexcept {
+Point read_point(const PoseNetMaps& maps, size_t cell, size_t index) noexcept {
   const float* offsets = maps.offsets.data() + cell * 2 * kPoseNetPoints;
   const size_t column = cell % maps.width, row = cell / maps.width;
   return {static_cast<float>(column) * maps.stride_x + offsets[kPoseNetPoints + index],
@@ -70,7 +70,7 @@ Point follow(const PoseNetMaps& maps, const PoseNetVectors& vectors, size_t edge
              size_t target) noexcept {
   const float* vector = vectors.values.data() + cell_at(maps, from) * vectors.per_cell;
   Point to{from.x + vector[vectors.x + edge], from.y + vector[vectors.y + edge], 0};
-  for (int i = 0; i < kRefinements; ++i) to = point_of(maps, cell_at(maps, to), target);
+  for (int i = 0; i < kRefinements; ++i) to = read_point(maps, cell_at(maps, to), target);
   return to;
 }
 
@@ -135,7 +135,7 @@ PoseNetPerson best_person(const PoseNetMaps& maps) {
       const float max = maps.heat[best * kPoseNetPoints + point];
       if (value > max || (std::isnan(max) && !std::isnan(value))) best = cell;
     }
-    person.points[point] = point_of(maps, best, point);
+    person.points[point] = read_point(maps, best, point);
     person.score += person.points[point].score / static_cast<float>(kPoseNetPoints);
   }
   return person;
@@ -145,7 +145,7 @@ std::vector<PoseNetPerson> find_people(const PoseNetMaps& maps, float min) {
   std::vector<PoseNetPerson> people;
   for (const Peak& peak : find_peaks(maps)) {
     if (people.size() == kMaxPersons) break;
-    const Point first = point_of(maps, peak.cell, peak.point);
+    const Point first = read_point(maps, peak.cell, peak.point);
     if (!std::isfinite(first.x) || !std::isfinite(first.y)) continue;
     if (is_taken(people, peak.point, first)) continue;
     PoseNetPerson person = person_from(maps, peak.point, first);

@@ -40,7 +40,7 @@ struct Pixel {
   double x, y;
 };
 
-std::vector<Run> runs_of(std::span<const float> map, size_t width, size_t height, float min) {
+std::vector<Run> find_runs(std::span<const float> map, size_t width, size_t height, float min) {
   std::vector<Run> runs;
   for (size_t y = 0; y < height; ++y) {
     const float* row = map.data() + y * width;
@@ -56,7 +56,7 @@ std::vector<Run> runs_of(std::span<const float> map, size_t width, size_t height
 }
 
 // Runs of adjacent rows touch each other, also at corners. Returns the runs sorted by area.
-std::vector<std::vector<Run>> areas_of(const std::vector<Run>& runs) {
+std::vector<std::vector<Run>> find_areas(const std::vector<Run>& runs) {
   Areas areas;
   size_t above = 0;  // the first run of the row above that may touch
   for (uint32_t i = 0; i < runs.size(); ++i) {
@@ -81,7 +81,7 @@ std::vector<std::vector<Run>> areas_of(const std::vector<Run>& runs) {
 }
 
 // The convex hull of the pixels' centres (Andrew's monotone chain, 1979).
-std::vector<Pixel> hull_of(const std::vector<Run>& area) {
+std::vector<Pixel> find_hull(const std::vector<Run>& area) {
   std::vector<Pixel> ends;  // sorted by y, then x
   for (size_t i = 0; i < area.size();) {
     const Run& first = area[i];
@@ -179,8 +179,8 @@ double mean_in(std::span<const float> map, size_t width, size_t height, const Ro
 std::vector<TextRegion> find_text_regions(std::span<const float> map, size_t width, size_t height,
                                           const TextRegionOptions& options) {
   std::vector<TextRegion> regions;
-  for (const auto& area : areas_of(runs_of(map, width, height, options.min_pixel))) {
-    RotatedBox box = smallest_box(hull_of(area));
+  for (const auto& area : find_areas(find_runs(map, width, height, options.min_pixel))) {
+    RotatedBox box = smallest_box(find_hull(area));
     if (std::min(box.width, box.height) < kMinSide) continue;
     const double score = mean_in(map, width, height, box);
     if (score < double{options.min_score}) continue;

@@ -50,14 +50,14 @@ Status check_type(const weir_tensor& given, const weir_tensor_info& model, const
   if (model.type == WEIR_TYPE_END || model.type == given.info.type) return ok();
   return Error{.code = Code::SPEC_MISMATCH,
                .what = place_text(role, index, model) + " has a different type than the model's",
-               .offered = std::string(name_of(static_cast<ElementType>(given.info.type))),
-               .needed = std::string(name_of(static_cast<ElementType>(model.type)))};
+               .offered = std::string(to_string(static_cast<ElementType>(given.info.type))),
+               .needed = std::string(to_string(static_cast<ElementType>(model.type)))};
 }
 
 Status check_size(const weir_tensor& given, const weir_tensor_info& needed, const char* role,
                   size_t index) {
   const std::string who = place_text(role, index, needed);
-  const auto bytes = bytes_of(needed);
+  const auto bytes = count_bytes(needed);
   if (!bytes)
     return Error{.code = Code::LIMIT_EXCEEDED,
                  .what = who + " is too large",

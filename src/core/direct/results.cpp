@@ -18,7 +18,7 @@ Results::Results(const std::vector<weir_tensor_info>& outputs) : tensors_(output
     tensor.info.name = names_[i].c_str();
     tensor.memory_kind = WEIR_MEMORY_HOST;
     tensor.fence_fd = -1;
-    tensor.bytes = bytes_of(outputs[i]).value_or(0);
+    tensor.bytes = count_bytes(outputs[i]).value_or(0);
   }
 }
 
@@ -49,7 +49,7 @@ void Results::release() noexcept {
 Status Results::allocate(uint32_t alignment) {
   for (auto& tensor : tensors_) {
     if (tensor.data || !is_fixed(tensor.info)) continue;
-    const auto bytes = bytes_of(tensor.info);
+    const auto bytes = count_bytes(tensor.info);
     if (!bytes || infer::host().allocate(nullptr, WEIR_MEMORY_HOST, *bytes, alignment, &tensor) < 0)
       return Error{.code = Code::OUT_OF_MEMORY,
                    .what = "no memory for an output",
@@ -66,7 +66,7 @@ void Results::lend(size_t index, void* data, uint64_t bytes) noexcept {
 Status Results::check() const {
   for (size_t i = 0; i < tensors_.size(); ++i) {
     const weir_tensor& tensor = tensors_[i];
-    const auto needed = bytes_of(tensor.info);
+    const auto needed = count_bytes(tensor.info);
     if (!needed || *needed != tensor.bytes || (!tensor.data && tensor.bytes > 0))
       return Error{.code = Code::INVOKE_FAILED,
                    .what = "the engine returned an output without a complete description",

@@ -24,9 +24,9 @@ bool is_fixed(const weir_tensor_info& info) noexcept {
          std::all_of(info.shape, info.shape + info.rank, [](int64_t d) { return d >= 0; });
 }
 
-std::optional<uint64_t> bytes_of(const weir_tensor_info& info) noexcept {
+std::optional<uint64_t> count_bytes(const weir_tensor_info& info) noexcept {
   if (!is_fixed(info)) return std::nullopt;
-  uint64_t bytes = size_of(static_cast<ElementType>(info.type));
+  uint64_t bytes = element_size(static_cast<ElementType>(info.type));
   for (uint32_t i = 0; i < info.rank; ++i) {
     const auto extent = static_cast<uint64_t>(info.shape[i]);
     if (extent != 0 && bytes > kBytesLimit / extent) return std::nullopt;
@@ -44,7 +44,7 @@ std::string shape_text(const weir_tensor_info& info) {
 
 std::string to_string(const weir_tensor_info& info) {
   std::string out = info.type < WEIR_TYPE_END
-                        ? std::string(name_of(static_cast<ElementType>(info.type)))
+                        ? std::string(to_string(static_cast<ElementType>(info.type)))
                         : "any type";
   out += " " + shape_text(info);
   if (info.name && *info.name) out += std::string(" ") + info.name;

@@ -13,7 +13,7 @@ namespace weir::direct {
 // True if type, rank and every extent are known.
 bool is_fixed(const weir_tensor_info& info) noexcept;
 // Nullopt if it is not fixed, or more than 2^48 bytes.
-std::optional<uint64_t> bytes_of(const weir_tensor_info& info) noexcept;
+std::optional<uint64_t> count_bytes(const weir_tensor_info& info) noexcept;
 // "(1, 224, ?)" as NumPy prints shapes, "any shape".
 std::string shape_text(const weir_tensor_info& info);
 // "float32 (1, 224, ?) x", with the name last if there is one.

@@ -27,7 +27,7 @@ TEST(Canvas, FillsWhatPixelsOneByOneWould) {
         for (uint64_t i = 0; i < 30; ++i) {
           const Area area{place(random), place(random), place(random), place(random)};
           const Rgb color = class_color(i);
-          canvas.fill(area, paint_of(drawn.picture, color));
+          canvas.fill(area, make_paint(drawn.picture, color));
           set_area(&expected, area, color);
         }
         EXPECT_EQ(drawn, expected) << format << " " << width << "x" << height;
@@ -38,7 +38,7 @@ TEST(Canvas, IsNotDrawnOnBeyondItsPicture) {
   for (const auto& format : every_format()) {
     TestPicture picture(format, 6, 4);
     auto canvas = picture.canvas();
-    const Paint paint = paint_of(picture.picture, {255, 0, 0});
+    const Paint paint = make_paint(picture.picture, {255, 0, 0});
     constexpr int64_t kFar = 1000000000;
     for (const Area& area : {Area{-kFar, -kFar, 0, kFar}, Area{6, 0, kFar, 4}, Area{0, 4, 6, kFar},
                              Area{0, -kFar, 6, 0}, Area{3, 2, 3, 4}, Area{5, 3, 1, 1}})
@@ -81,9 +81,9 @@ TEST(Canvas, MixesAMaskIn) {
         const Mask mask = random_mask(width, height);
         const Rgb color{200, 30, 90};
         picture.canvas().blend(x, y, for_planes(mask, picture.picture.format),
-                               paint_of(picture.picture, color));
+                               make_paint(picture.picture, color));
         TestPicture expected(format, 40, 20);
-        const auto samples = samples_of(picture.picture, color);
+        const auto samples = to_samples(picture.picture, color);
         for (size_t component = 0; component < expected.components().size(); ++component) {
           const preprocess::Component& grid = expected.components()[component];
           for (int64_t row = 0; row < 20; row += grid.halved_rows ? 2 : 1)

@@ -65,7 +65,7 @@ Rgb text_color(Rgb ground) noexcept {
   return luma(ground, 0.299, 0.114) > 0.5 ? Rgb{0, 0, 0} : Rgb{255, 255, 255};
 }
 
-std::array<uint8_t, 3> samples_of(const preprocess::Picture& picture, Rgb c) noexcept {
+std::array<uint8_t, 3> to_samples(const preprocess::Picture& picture, Rgb c) noexcept {
   if (picture.format.model == ColorModel::Rgb) return {c.red, c.green, c.blue};
   if (picture.format.model == ColorModel::Gray)
     return {luma_sample(luma(c, 0.299, 0.114), picture.range), 0, 0};
@@ -77,10 +77,10 @@ std::array<uint8_t, 3> samples_of(const preprocess::Picture& picture, Rgb c) noe
           to_byte(128 + scale * (c.red / 255. - y) / (2 - 2 * red))};
 }
 
-Paint paint_of(const preprocess::Picture& picture, Rgb color) noexcept {
+Paint make_paint(const preprocess::Picture& picture, Rgb color) noexcept {
   Paint out;
   for (Pattern& pattern : out.planes) pattern.fill(255);
-  const auto samples = samples_of(picture, color);
+  const auto samples = to_samples(picture, color);
   for (size_t i = 0; i < picture.format.component_count(); ++i) {
     const preprocess::Component& component = picture.format.components[i];
     for (size_t at = component.offset; at < kPatternBytes; at += component.step)

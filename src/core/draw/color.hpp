@@ -23,7 +23,7 @@ Rgb text_color(Rgb ground) noexcept;
 
 // One sample for each component of the format: R'G'B', Y'CbCr by the picture's matrix and range, or
 // gray (0.299 R' + 0.587 G' + 0.114 B') in the picture's range. Rounded to the nearest integer.
-std::array<uint8_t, 3> samples_of(const preprocess::Picture& picture, Rgb color) noexcept;
+std::array<uint8_t, 3> to_samples(const preprocess::Picture& picture, Rgb color) noexcept;
 
 // The bytes of a pixel in each plane, repeated. Samples of a plane are 1, 2, 3 or 4 bytes apart,
 // and 48 is a multiple of these. Three vectors of up to 64 bytes are whole periods. Bytes outside
@@ -33,6 +33,6 @@ using Pattern = std::array<uint8_t, kPatternBytes>;
 struct Paint {
   std::array<Pattern, 3> planes;
 };
-Paint paint_of(const preprocess::Picture& picture, Rgb color) noexcept;
+Paint make_paint(const preprocess::Picture& picture, Rgb color) noexcept;
 
 }  // namespace weir::draw

@@ -27,7 +27,7 @@ TEST(DrawColor, IsThatOfTheStandardsInLimitedRange) {
   using preprocess::ColorMatrix;
   const auto limited = preprocess::Range::Limited;
   const auto of = [&](ColorMatrix matrix, Rgb c) {
-    return samples_of(picture("NV12", matrix, limited), c);
+    return to_samples(picture("NV12", matrix, limited), c);
   };
   for (const auto matrix : {ColorMatrix::Bt601, ColorMatrix::Bt709, ColorMatrix::Bt2020}) {
     EXPECT_EQ(of(matrix, {255, 255, 255}), (Samples{235, 128, 128}));
@@ -44,19 +44,19 @@ TEST(DrawColor, IsThatOfTheStandardsInLimitedRange) {
 TEST(DrawColor, UsesTheWholeRangeWhereThePictureDoes) {
   const auto full = preprocess::Range::Full;
   const auto nv12 = picture("NV12", preprocess::ColorMatrix::Bt601, full);
-  EXPECT_EQ(samples_of(nv12, {255, 0, 0}), (Samples{76, 85, 255}));
-  EXPECT_EQ(samples_of(nv12, {255, 255, 255}), (Samples{255, 128, 128}));
+  EXPECT_EQ(to_samples(nv12, {255, 0, 0}), (Samples{76, 85, 255}));
+  EXPECT_EQ(to_samples(nv12, {255, 255, 255}), (Samples{255, 128, 128}));
   const auto gray = picture("GRAY8", preprocess::ColorMatrix::Bt709, full);
-  EXPECT_EQ(samples_of(gray, {0, 255, 0})[0], 150);
+  EXPECT_EQ(to_samples(gray, {0, 255, 0})[0], 150);
   const auto studio = picture("GRAY8", preprocess::ColorMatrix::Bt709, preprocess::Range::Limited);
-  EXPECT_EQ(samples_of(studio, {255, 255, 255})[0], 235);
+  EXPECT_EQ(to_samples(studio, {255, 255, 255})[0], 235);
 }
 
 TEST(DrawColor, IsPlacedInEachFormatWhereItsComponentsAre) {
   const Rgb color{1, 2, 3};
   const auto first_pixel = [&](const char* format) {
     const auto paint =
-        paint_of(picture(format, preprocess::ColorMatrix::Bt601, preprocess::Range::Full), color);
+        make_paint(picture(format, preprocess::ColorMatrix::Bt601, preprocess::Range::Full), color);
     return std::vector<uint8_t>(paint.planes[0].begin(), paint.planes[0].begin() + 4);
   };
   EXPECT_EQ(first_pixel("RGB"), (std::vector<uint8_t>{1, 2, 3, 1}));

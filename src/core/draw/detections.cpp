@@ -39,12 +39,12 @@ void move_box(const SourceMap& map, Detection* box) {
   box->y2 = *std::max_element(ys, ys + 4);
 }
 
-uint32_t class_of(float number) {
+uint32_t to_class(float number) {
   return static_cast<uint32_t>(std::clamp(std::floor(number + 0.5), 0.0, 4294967295.0));
 }
 
 // Short rows get score 1 and class 0.
-Detection detection_of(std::span<const float> numbers) {
+Detection to_detection(std::span<const float> numbers) {
   float fixed[kFixed] = {0, 0, 0, 0, 1, 0};
   std::copy_n(numbers.begin(), std::min<size_t>(numbers.size(), kFixed), fixed);
   const Row row(fixed);
@@ -52,7 +52,7 @@ Detection detection_of(std::span<const float> numbers) {
   Detection out;
   out.x1 = box.x1, out.y1 = box.y1, out.x2 = box.x2, out.y2 = box.y2;
   out.score = row.score();
-  out.class_index = class_of(row.class_index());
+  out.class_index = to_class(row.class_index());
   return out;
 }
 
@@ -70,7 +70,7 @@ uint64_t* left_out(std::span<const float> row, const SourceMap* map, Detection* 
                    LeftOut* counts) {
   if (row.size() > kScore && row[kScore] <= 0) return &counts->background;
   if (!finite(row.first(std::min<size_t>(row.size(), kFixed)))) return &counts->not_finite;
-  *found = detection_of(row);
+  *found = to_detection(row);
   if (row[0] >= row[2] || row[1] >= row[3]) return &counts->without_area;
   if (map) move_box(*map, found);
   if (!std::isfinite(found->x2 - found->x1 + found->y2 - found->y1)) return &counts->not_finite;

@@ -57,7 +57,7 @@ struct TestPicture {
   // Sets one pixel and the chroma that it shares.
   void set(int64_t x, int64_t y, Rgb color) {
     if (x < 0 || y < 0 || x >= picture.width || y >= picture.height) return;
-    const auto samples = samples_of(picture, color);
+    const auto samples = to_samples(picture, color);
     const preprocess::Component& first = picture.format.components[0];
     if (first.step == 4)
       for (size_t i = 0; i < 4; ++i)

@@ -106,7 +106,7 @@ constexpr std::array<Glyph, kLast - kFirst + 1> kGlyphs{{
 
 }  // namespace
 
-const Glyph& glyph_of(char character) noexcept {
+const Glyph& get_glyph(char character) noexcept {
   const bool has_glyph = character >= kFirst && character <= kLast;
   return kGlyphs[static_cast<size_t>((has_glyph ? character : '*') - kFirst)];
 }

@@ -13,6 +13,6 @@ inline constexpr int kGlyphWidth = 8, kGlyphHeight = 13;
 using Glyph = std::array<uint8_t, kGlyphHeight>;
 
 // The glyph of an ASCII character; '*' for every other byte.
-const Glyph& glyph_of(char character) noexcept;
+const Glyph& get_glyph(char character) noexcept;
 
 }  // namespace weir::draw

@@ -24,7 +24,7 @@ TEST(FillConvex, PaintsPixelsWhoseCentreIsInside) {
     for (Point& corner : triangle) corner = {place(random), place(random)};
     TestPicture picture("GRAY8", 40, 30);
     auto canvas = picture.canvas();
-    fill_convex(triangle, paint_of(picture.picture, kColor), &canvas);
+    fill_convex(triangle, make_paint(picture.picture, kColor), &canvas);
     for (int64_t y = 0; y < 30; ++y)
       for (int64_t x = 0; x < 40; ++x) {
         // Inside when the centre is on the same side of all edges.
@@ -50,7 +50,7 @@ TEST(DrawLine, HasItsWidthInEveryDirection) {
       auto canvas = picture.canvas();
       const double angle = degrees * 3.14159265358979 / 180;
       const Point from{50.5, 50.5}, to{50.5 + 40 * std::cos(angle), 50.5 + 40 * std::sin(angle)};
-      draw_line(from, to, width, paint_of(picture.picture, kColor), &canvas);
+      draw_line(from, to, width, make_paint(picture.picture, kColor), &canvas);
       int painted = 0;
       for (int64_t y = 0; y < 101; ++y)
         for (int64_t x = 0; x < 101; ++x) painted += is_painted(&picture, x, y);
@@ -63,7 +63,7 @@ TEST(DrawLine, OfOnePixelHasNoGaps) {
   for (const double slope : {0.0, 0.3, 0.7, 1.0}) {
     TestPicture picture("GRAY8", 50, 50);
     auto canvas = picture.canvas();
-    draw_line({0, 2}, {50, 2 + 45 * slope}, 0.1, paint_of(picture.picture, kColor), &canvas);
+    draw_line({0, 2}, {50, 2 + 45 * slope}, 0.1, make_paint(picture.picture, kColor), &canvas);
     for (int64_t x = 1; x < 49; ++x) {
       int painted = 0;
       for (int64_t y = 0; y < 50; ++y) painted += is_painted(&picture, x, y);
@@ -75,7 +75,7 @@ TEST(DrawLine, OfOnePixelHasNoGaps) {
 TEST(DrawLine, NothingThatIsNotFiniteOrHasNoLength) {
   TestPicture picture("NV12", 20, 20);
   auto canvas = picture.canvas();
-  const Paint paint = paint_of(picture.picture, kColor);
+  const Paint paint = make_paint(picture.picture, kColor);
   draw_line({NAN, 0}, {10, 10}, 2, paint, &canvas);
   draw_line({0, 0}, {INFINITY, 10}, 2, paint, &canvas);
   draw_line({5, 5}, {5, 5}, 2, paint, &canvas);
@@ -91,7 +91,7 @@ TEST(DrawOutline, OfARotatedRectangleLeavesTheInsideFree) {
   TestPicture picture("GRAY8", 60, 60);
   auto canvas = picture.canvas();
   const std::array<Point, 4> diamond{{{30, 5}, {55, 30}, {30, 55}, {5, 30}}};
-  draw_outline(diamond, 2, paint_of(picture.picture, kColor), &canvas);
+  draw_outline(diamond, 2, make_paint(picture.picture, kColor), &canvas);
   EXPECT_FALSE(is_painted(&picture, 30, 30));
   EXPECT_TRUE(is_painted(&picture, 42, 17));
   EXPECT_TRUE(is_painted(&picture, 17, 42));

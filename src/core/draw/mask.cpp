@@ -7,7 +7,7 @@ namespace weir::draw {
 namespace {
 
 // The mean of the pixels of one sample; pixels beyond the mask count as 0.
-uint8_t mean_of(const Mask& mask, uint32_t x, uint32_t y, uint32_t columns, uint32_t rows) {
+uint8_t compute_mean(const Mask& mask, uint32_t x, uint32_t y, uint32_t columns, uint32_t rows) {
   unsigned sum = columns * rows / 2;
   for (uint32_t row = y; row < y + rows && row < mask.height; ++row)
     for (uint32_t column = x; column < x + columns && column < mask.width; ++column)
@@ -37,7 +37,7 @@ void write_component(const Mask& mask, const preprocess::Component& component, s
   uint8_t* row = plane->coverage.data();
   for (uint32_t y = 0; y < mask.height; y += rows, row += plane->row_bytes)
     for (size_t at = first, x = 0; at < plane->row_bytes; at += component.step, x += columns)
-      std::fill_n(row + at, bytes, mean_of(mask, static_cast<uint32_t>(x), y, columns, rows));
+      std::fill_n(row + at, bytes, compute_mean(mask, static_cast<uint32_t>(x), y, columns, rows));
 }
 
 }  // namespace

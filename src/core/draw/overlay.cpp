@@ -52,12 +52,12 @@ class Drawing {
   }
 
   // The upright area around the box.
-  Area area_of(const Detection& d) const {
+  Area get_area(const Detection& d) const {
     if (d.rotation == 0) return upright(d);
     Detection around;
     constexpr double kInfinity = std::numeric_limits<double>::infinity();
     around.x1 = around.y1 = kInfinity, around.x2 = around.y2 = -kInfinity;
-    for (const Point& corner : corners_of(d)) {
+    for (const Point& corner : get_corners(d)) {
       around.x1 = std::min(around.x1, corner.x), around.x2 = std::max(around.x2, corner.x);
       around.y1 = std::min(around.y1, corner.y), around.y2 = std::max(around.y2, corner.y);
     }
@@ -79,13 +79,13 @@ class Drawing {
 
   using Paints = std::map<uint32_t, Paint>;
   template <class ColorOf>
-  const Paint& paint_in(Paints* paints, uint32_t index, const ColorOf& color_of) {
+  const Paint& paint_in(Paints* paints, uint32_t index, const ColorOf& get_color) {
     const auto known = paints->find(index);
     if (known != paints->end()) return known->second;
-    return paints->emplace(index, paint_of(canvas_.picture(), color_of(index))).first->second;
+    return paints->emplace(index, make_paint(canvas_.picture(), get_color(index))).first->second;
   }
   // The colour of a track stays with it from frame to frame.
-  Rgb color_of(const Detection& d) const {
+  Rgb get_color(const Detection& d) const {
     const bool is_of_track = style_.has_track_colors && d.track > 0;
     return class_color(is_of_track ? d.track : d.class_index);
   }
@@ -107,7 +107,7 @@ class Drawing {
     const int64_t line = style_.line_width;
     if (line == 0) return;
     if (d.rotation != 0) {
-      auto corners = corners_of(d);
+      auto corners = get_corners(d);
       for (Point& corner : corners) corner = on_canvas(corner);
       return draw_outline(corners, static_cast<double>(line), paint, &canvas_);
     }
@@ -164,7 +164,7 @@ class Drawing {
 
   void points(size_t row, const Paint& paint) {
     const size_t count = detections_.points_per_row;
-    for (const auto& [from, to] : connections_of(count))
+    for (const auto& [from, to] : get_connections(count))
       if (is_found(row, from) && is_found(row, to))
         draw_line(on_canvas(point(row, from)), on_canvas(point(row, to)), style_.line_width, paint,
                   &canvas_);
@@ -179,7 +179,7 @@ class Drawing {
                         : labels->name(found.source, found.class_index),
         found.track > 0 ? labels->text("#" + std::to_string(found.track)) : nullptr,
         detections_.scored ? labels->score(found.score) : nullptr};
-    write(parts, box, found.is_label, color_of(found));
+    write(parts, box, found.is_label, get_color(found));
   }
   // The parts side by side on a ground of this colour.
   void write(std::span<const PlaneMask* const> parts, const Area& box, bool is_in_list, Rgb color) {
@@ -193,8 +193,8 @@ class Drawing {
     const Area place = is_in_list ? layout_.place_in_list(box, width + gap, height, step)
                                   : layout_.place(box, width + gap, height, step);
     if (place.empty()) return;
-    canvas_.fill(place, paint_of(canvas_.picture(), color));
-    const Paint ink = paint_of(canvas_.picture(), text_color(color));
+    canvas_.fill(place, make_paint(canvas_.picture(), color));
+    const Paint ink = make_paint(canvas_.picture(), text_color(color));
     int64_t x = place.left;
     for (const PlaneMask* part : parts)
       if (part) {
@@ -222,7 +222,7 @@ class Drawing {
            detections_.point_scores[row * detections_.points_per_row + i] >= kMinPointScore;
   }
 
-  static std::array<Point, 4> corners_of(const Detection& d) {
+  static std::array<Point, 4> get_corners(const Detection& d) {
     const double c = std::cos(double{d.rotation}), s = std::sin(double{d.rotation});
     const double x = (d.x1 + d.x2) / 2, y = (d.y1 + d.y2) / 2;
     const double w = (d.x2 - d.x1) / 2, h = (d.y2 - d.y1) / 2;
@@ -282,7 +282,7 @@ Drawn draw(const Detections& detections, const Style& style, Labels* labels, Can
   std::vector<Seen> seen;
   for (size_t i = 0; i < detections.rows.size(); ++i) {
     const Detection& found = detections.rows[i];
-    const Area area = drawing.area_of(found);
+    const Area area = drawing.get_area(found);
     if (found.score < style.min_score)
       ++out.below_score;
     else if (common_part(area, canvas->all()).empty())

@@ -78,8 +78,8 @@ TEST(OverlayResults, DepthsCoverThePictureWithTheirColours) {
   auto canvas = picture.canvas();
   draw(d, kNoLines, nullptr, &canvas);
   auto filled = expected.canvas();
-  filled.fill({0, 0, 20, 20}, paint_of(filled.picture(), {68, 1, 84}));
-  filled.fill({20, 0, 40, 20}, paint_of(filled.picture(), {253, 231, 37}));
+  filled.fill({0, 0, 20, 20}, make_paint(filled.picture(), {68, 1, 84}));
+  filled.fill({20, 0, 40, 20}, make_paint(filled.picture(), {253, 231, 37}));
   EXPECT_EQ(picture, expected);
 }
 
@@ -135,15 +135,15 @@ TEST(OverlayResults, BodiesHaveLinesBetweenThePointsThatWereFound) {
 
 TEST(OverlayResults, ConnectionsNameExistingPoints) {
   for (const size_t points : {17, 21, 33}) {
-    EXPECT_FALSE(connections_of(points).empty());
-    for (const auto& [from, to] : connections_of(points)) {
+    EXPECT_FALSE(get_connections(points).empty());
+    for (const auto& [from, to] : get_connections(points)) {
       EXPECT_LT(from, points);
       EXPECT_LT(to, points);
       EXPECT_NE(from, to);
     }
   }
-  EXPECT_TRUE(connections_of(5).empty());
-  EXPECT_TRUE(connections_of(0).empty());
+  EXPECT_TRUE(get_connections(5).empty());
+  EXPECT_TRUE(get_connections(0).empty());
 }
 
 TEST(OverlayResults, TheBestScoreHasTheFirstPlaceForItsLabel) {

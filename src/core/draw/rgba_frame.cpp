@@ -88,7 +88,7 @@ void RgbaFrame::text(int64_t x, int64_t y, std::string_view text, Rgba color) no
   const int64_t last = std::clamp<int64_t>(height_ - y, 0, kGlyphHeight);
   for (const char character : text) {
     if (x + kGlyphWidth > width_) return;
-    const Glyph& glyph = glyph_of(character);
+    const Glyph& glyph = get_glyph(character);
     const int64_t hidden = std::clamp<int64_t>(-x, 0, kGlyphWidth);  // columns left of the frame
     for (int64_t row = first; row < last; ++row) {
       const auto cell = glyph_row(glyph[static_cast<size_t>(row)], paint);

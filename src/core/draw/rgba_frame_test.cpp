@@ -127,7 +127,7 @@ TEST(RgbaFrame, WritesCellsCompletely) {
       const bool is_in_rows = y >= 3 && y < 16;
       const bool is_first = is_in_rows && x >= 2 && x < 10;
       const bool is_second = is_in_rows && x >= 11 && x < 19;
-      const bool is_set = is_first && glyph_of('A')[y - 3] & (0x80 >> (x - 2));
+      const bool is_set = is_first && get_glyph('A')[y - 3] & (0x80 >> (x - 2));
       const Rgba expected = is_set ? kRed : is_first || is_second ? kTransparent : kWhite;
       EXPECT_EQ(drawn.at(x, y), expected) << x << " " << y;
     }
@@ -166,15 +166,15 @@ TEST(RgbaFrame, ClearMakesEveryPixelTransparent) {
 
 TEST(Glyphs, EachPrintableCharacterHasItsOwn) {
   std::set<Glyph> all;
-  for (char c = ' '; c <= '~'; ++c) all.insert(glyph_of(c));
+  for (char c = ' '; c <= '~'; ++c) all.insert(get_glyph(c));
   EXPECT_EQ(all.size(), 95u);
-  EXPECT_EQ(glyph_of(' '), Glyph{});
+  EXPECT_EQ(get_glyph(' '), Glyph{});
 }
 
 TEST(Glyphs, EveryOtherByteIsAStar) {
   for (int byte = 0; byte < 256; ++byte) {
     if (byte >= 32 && byte <= 126) continue;
-    EXPECT_EQ(glyph_of(static_cast<char>(byte)), glyph_of('*')) << byte;
+    EXPECT_EQ(get_glyph(static_cast<char>(byte)), get_glyph('*')) << byte;
   }
 }
 

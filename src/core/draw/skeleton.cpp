@@ -60,7 +60,7 @@ void draw_names(RgbaFrame& frame, std::span<const Joint> joints, std::span<const
       frame.text(joint->x, std::max<int64_t>(0, joint->y - kNameAbove), names[i], color);
 }
 
-std::span<const Connection> connections_of(size_t points) noexcept {
+std::span<const Connection> get_connections(size_t points) noexcept {
   switch (points) {
     case 17:
       return kCoco;

@@ -109,7 +109,7 @@ TEST(DrawNames, WritesCompleteCells14RowsAboveTheJoint) {
   for (const auto& [character, left] : {std::pair{'a', 1}, {'b', 10}})
     for (int y = 0; y < kGlyphHeight; ++y)
       for (int x = 0; x < kGlyphWidth; ++x)
-        if (!(glyph_of(character)[y] & 0x80 >> x)) expected[6 + y][left + x] = '.';
+        if (!(get_glyph(character)[y] & 0x80 >> x)) expected[6 + y][left + x] = '.';
   EXPECT_EQ(drawing.rows(), expected);
 }
 

@@ -37,9 +37,9 @@ TEST(MaskTinter, TintsThePixelsAboveOneHalf) {
     for (const Area& area : {Area{3, 2, 43, 32}, Area{-10, -7, 30, 20}, Area{20, 10, 90, 70}}) {
       TestPicture picture("GRAY8", 50, 40);
       auto canvas = picture.canvas();
-      MaskTinter().tint(area, {width, height, mask}, 100, paint_of(picture.picture, kColor),
+      MaskTinter().tint(area, {width, height, mask}, 100, make_paint(picture.picture, kColor),
                         &canvas);
-      const uint8_t tinted = mixed(7, samples_of(picture.picture, kColor)[0], 100);
+      const uint8_t tinted = mixed(7, to_samples(picture.picture, kColor)[0], 100);
       for (int64_t y = 0; y < 40; ++y)
         for (int64_t x = 0; x < 50; ++x) {
           const bool is_in = x >= area.left && x < area.right && y >= area.top && y < area.bottom;
@@ -62,8 +62,9 @@ TEST(MaskTinter, MixesEverySampleOnceInEveryFormat) {
     for (const auto& [width, height] : {std::pair{100u, 30u}, {7u, 5u}}) {
       TestPicture picture(format, width, height);
       auto canvas = picture.canvas();
-      MaskTinter().tint(canvas.all(), {2, 2, all}, 77, paint_of(picture.picture, kColor), &canvas);
-      const auto samples = samples_of(picture.picture, kColor);
+      MaskTinter().tint(canvas.all(), {2, 2, all}, 77, make_paint(picture.picture, kColor),
+                        &canvas);
+      const auto samples = to_samples(picture.picture, kColor);
       for (size_t component = 0; component < picture.components().size(); ++component)
         for (int64_t y = 0; y < height; ++y)
           for (int64_t x = 0; x < width; ++x)
@@ -81,8 +82,8 @@ TEST(TintClasses, PixelsTakeTheNearestClass) {
   for (const Area& area : {Area{0, 0, 50, 40}, Area{-6, 3, 30, 77}, Area{10, 5, 14, 8}}) {
     TestPicture picture("RGB", 50, 40);
     auto canvas = picture.canvas();
-    std::map<uint16_t, Paint> paints{{1, paint_of(picture.picture, class_color(1))},
-                                     {2, paint_of(picture.picture, class_color(2))}};
+    std::map<uint16_t, Paint> paints{{1, make_paint(picture.picture, class_color(1))},
+                                     {2, make_paint(picture.picture, class_color(2))}};
     tint_classes(
         area, width, height, classes, 128,
         [&](uint16_t c) { return paints.contains(c) ? &paints[c] : nullptr; }, &canvas);

@@ -6,7 +6,7 @@
 namespace weir::draw {
 namespace {
 
-uint64_t key_of(const Detection& detection) noexcept {
+uint64_t make_key(const Detection& detection) noexcept {
   return uint64_t{detection.source} << 32 | detection.track;
 }
 
@@ -26,7 +26,7 @@ void Trails::add(const Detections& detections) {
   if (length_ == 0) return trails_.clear();
   for (const Detection& found : detections.rows) {
     if (found.track == 0 || found.is_label) continue;
-    const uint64_t key = key_of(found);
+    const uint64_t key = make_key(found);
     if (trails_.size() == kTrailLimit && !trails_.contains(key)) continue;
     Trail& trail = trails_[key];
     if (trail.frame == frame_) continue;  // twice in a frame
@@ -38,7 +38,7 @@ void Trails::add(const Detections& detections) {
 
 const std::deque<Point>& Trails::of(const Detection& detection) const {
   static const std::deque<Point> kNone;
-  const auto known = trails_.find(key_of(detection));
+  const auto known = trails_.find(make_key(detection));
   return known == trails_.end() || detection.track == 0 ? kNone : known->second.points;
 }
 

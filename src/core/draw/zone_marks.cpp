@@ -8,7 +8,7 @@
 namespace weir::draw {
 namespace {
 
-std::string number_of(float count) {
+std::string format_count(float count) {
   constexpr float kMax = 1e15f;
   return count >= 0 && count < kMax ? std::to_string(static_cast<int64_t>(count)) : "?";
 }
@@ -36,12 +36,12 @@ void draw_zone(zone::Kind kind, std::span<const Point> points, double width, con
 std::string text_of_zone(const zone::Zone& zone, const ZoneTotal& total) {
   if (zone.kind == zone::Kind::Area) {
     if (std::isnan(total.inside)) return zone.name;
-    return zone.name + ": " + number_of(total.inside) + " inside, " + number_of(total.entered) +
-           " entered";
+    return zone.name + ": " + format_count(total.inside) + " inside, " +
+           format_count(total.entered) + " entered";
   }
   if (std::isnan(total.forward)) return zone.name;
-  return zone.name + ": " + number_of(total.forward) + " forward, " + number_of(total.backward) +
-         " backward";
+  return zone.name + ": " + format_count(total.forward) + " forward, " +
+         format_count(total.backward) + " backward";
 }
 
 }  // namespace weir::draw

@@ -137,7 +137,7 @@ struct AveragePrecision::Matcher {
 
 namespace {
 
-std::set<size_t> categories_of(const PictureObjects& picture) {
+std::set<size_t> list_categories(const PictureObjects& picture) {
   std::set<size_t> out;
   for (const auto& object : picture.truth) out.insert(object.category);
   for (const auto& object : picture.found) out.insert(object.category);
@@ -151,7 +151,7 @@ AveragePrecision::AveragePrecision(std::span<const PictureObjects> pictures, siz
     : has_key_points_(!settings.deviations.empty()), most_found_(has_key_points_ ? 20 : 100) {
   slices_.resize(kRanges, std::vector<Slice>(categories));
   for (size_t p = 0; p < pictures.size(); ++p) {
-    for (const size_t c : categories_of(pictures[p])) {
+    for (const size_t c : list_categories(pictures[p])) {
       const Matcher matcher(*this, settings, pictures[p], c);
       for (size_t range = 0; range < kRanges; ++range)
         matcher.add_to(&slices_[range][c], static_cast<uint32_t>(p), kAreas[range]);
@@ -163,17 +163,17 @@ AveragePrecision::AveragePrecision(std::span<const PictureObjects> pictures, siz
                        [](const auto& a, const auto& b) { return a.score > b.score; });
 }
 
-double AveragePrecision::positives_of(const Slice& slice, Times times) {
+double AveragePrecision::count_positives(const Slice& slice, Times times) {
   uint64_t out = 0;
   for (const auto& [picture, count] : slice.positives)
-    out += uint64_t{count} * times_of(times, picture);
+    out += uint64_t{count} * count_times(times, picture);
   return static_cast<double>(out);
 }
 
 AveragePrecision::Curve AveragePrecision::curve(const Slice& slice, size_t threshold, uint32_t max,
                                                 Times times) const {
   Curve out;
-  const double positives = positives_of(slice, times);
+  const double positives = count_positives(slice, times);
   if (positives == 0) return out;
   out.is_defined = true;
   std::vector<double> recalls, precisions;
@@ -183,7 +183,7 @@ AveragePrecision::Curve AveragePrecision::curve(const Slice& slice, size_t thres
   for (const Candidate& candidate : slice.candidates) {
     if (candidate.rank >= max || (candidate.ignored >> threshold & 1) != 0) continue;
     const bool is_hit = (candidate.matched >> threshold & 1) != 0;
-    for (uint32_t i = times_of(times, candidate.picture); i > 0; --i) {
+    for (uint32_t i = count_times(times, candidate.picture); i > 0; --i) {
       (is_hit ? hits : misses) += 1;
       recalls.push_back(hits / positives);
       precisions.push_back(hits / (hits + misses));

@@ -61,7 +61,7 @@ class AveragePrecision {
   };
   struct Matcher;
 
-  static double positives_of(const Slice& slice, Times times);
+  static double count_positives(const Slice& slice, Times times);
   Curve curve(const Slice& slice, size_t threshold, uint32_t max, Times times) const;
   static void set_precisions(const std::vector<double>& recalls, std::vector<double> precisions,
                              Curve* curve);

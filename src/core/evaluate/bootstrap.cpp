@@ -16,7 +16,7 @@ double quantile(const std::vector<double>& sorted, double part) {
   return std::lerp(sorted[below], sorted[above], place - static_cast<double>(below));
 }
 
-Interval interval_of(std::vector<double> values) {
+Interval compute_interval(std::vector<double> values) {
   constexpr double kTail = 0.025;
   std::erase_if(values, [](double value) { return std::isnan(value); });
   if (values.empty()) return {};
@@ -40,7 +40,7 @@ std::vector<Interval> bootstrap(size_t units, size_t draws, uint64_t seed, const
   }
   std::vector<Interval> out;
   out.reserve(values.size());
-  for (auto& one : values) out.push_back(interval_of(std::move(one)));
+  for (auto& one : values) out.push_back(compute_interval(std::move(one)));
   return out;
 }
 

@@ -11,7 +11,7 @@ Scores accuracy(std::span<const ClassifiedPicture> pictures, size_t classes, Tim
   double pictures_counted = 0, first = 0, among_five = 0;
   for (size_t p = 0; p < pictures.size(); ++p) {
     const auto& [truth, ranked] = pictures[p];
-    const double weight = times_of(times, p);
+    const double weight = count_times(times, p);
     const auto end = ranked.begin() + static_cast<ptrdiff_t>(std::min(ranked.size(), kFirstFive));
     const auto place = std::find(ranked.begin(), end, truth);
     pictures_counted += weight;

@@ -163,7 +163,7 @@ class Reader {
     if (!entry.contains("bbox"))
       refuse("an annotation has no box", at, "\"bbox\": [x, y, width, height]",
              "add it to the entry");
-    object.box = box_of(entry, at, *picture);
+    object.box = parse_box(entry, at, *picture);
     object.area = entry.contains("area") && entry["area"].is_number() ? entry["area"].get<double>()
                                                                       : object.box.area();
     if (!std::isfinite(object.area) || object.area < 0)
@@ -183,7 +183,7 @@ class Reader {
            std::string("\"") + key + "\": 0 or 1", "correct it");
   }
 
-  Rectangle box_of(const Json& entry, const std::string& at, const CocoPicture& picture) {
+  Rectangle parse_box(const Json& entry, const std::string& at, const CocoPicture& picture) {
     const auto n = numbers(entry["bbox"], 4, at + ", bbox");
     const Rectangle box{n[0], n[1], n[2], n[3]};
     const std::string offered = at + ", bbox " + entry["bbox"].dump();

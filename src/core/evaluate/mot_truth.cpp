@@ -98,7 +98,7 @@ class TruthReader {
 };
 
 // The numbers of a line; none where one of them is no number.
-std::vector<double> numbers_of(std::string_view text) {
+std::vector<double> parse_numbers(std::string_view text) {
   std::vector<double> out;
   for (const auto part : split(text, ",")) {
     const auto number = parse_double(strip(part));
@@ -171,7 +171,7 @@ Result<std::vector<TruthTracks>> parse_mot_truth(const std::string& path, std::s
     const auto stripped = strip(line);
     if (stripped.empty()) continue;
     if (auto fault =
-            reader.add({numbers_of(stripped), number, std::string(stripped.substr(0, 80))}))
+            reader.add({parse_numbers(stripped), number, std::string(stripped.substr(0, 80))}))
       return *std::move(fault);
   }
   return reader.finish();

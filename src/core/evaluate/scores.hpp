@@ -20,7 +20,7 @@ using Scores = std::vector<Score>;
 
 // How often each unit counts. Empty: each counts once. A bootstrap draws these numbers.
 using Times = std::span<const uint32_t>;
-inline uint32_t times_of(Times times, size_t unit) noexcept {
+inline uint32_t count_times(Times times, size_t unit) noexcept {
   return times.empty() ? 1 : times[unit];
 }
 

@@ -29,7 +29,7 @@ std::vector<double> overlap_of_classes(std::span<const std::vector<ClassPixels>>
   for (size_t p = 0; p < pictures.size(); ++p)
     for (const ClassPixels& pixels : pictures[p]) {
       if (pixels.class_index >= classes) continue;
-      const double weight = times_of(times, p);
+      const double weight = count_times(times, p);
       both[pixels.class_index] += weight * static_cast<double>(pixels.both);
       either[pixels.class_index] +=
           weight * static_cast<double>(pixels.truth + pixels.found - pixels.both);
@@ -49,8 +49,8 @@ Scores segmentation_scores(std::span<const std::vector<ClassPixels>> pictures, s
   }
   for (size_t p = 0; p < pictures.size(); ++p)
     for (const ClassPixels& pixels : pictures[p]) {
-      right += times_of(times, p) * static_cast<double>(pixels.both);
-      all += times_of(times, p) * static_cast<double>(pixels.truth);
+      right += count_times(times, p) * static_cast<double>(pixels.both);
+      all += count_times(times, p) * static_cast<double>(pixels.truth);
     }
   return {{"mean IoU", ratio(sum, occurring)}, {"pixel accuracy", ratio(right, all)}};
 }

@@ -111,7 +111,7 @@ struct Hota {
 };
 
 // The means over the thresholds.
-Hota hota_of(const TrackingCounts& counts) {
+Hota compute_hota(const TrackingCounts& counts) {
   Hota out;
   for (const HotaCounts& one : counts.hota) {
     const double all = one.matches + one.missed + one.false_found;
@@ -132,7 +132,7 @@ Scores headline(const TrackingCounts& counts) {
   const ClearCounts& clear = counts.clear;
   const IdentityCounts& identity = counts.identity;
   const double boxes = clear.matches + clear.missed;
-  return {{"HOTA", hota_of(counts).hota},
+  return {{"HOTA", compute_hota(counts).hota},
           {"MOTA", ratio(clear.matches - clear.false_found - clear.switches, boxes)},
           {"IDF1", ratio(2 * identity.right, identity.truth + identity.found)}};
 }
@@ -246,7 +246,7 @@ TrackingCounts count_tracks(const Sequence& sequence) {
 Scores tracking_scores(const TrackingCounts& counts) {
   const ClearCounts& clear = counts.clear;
   const IdentityCounts& identity = counts.identity;
-  const Hota hota = hota_of(counts);
+  const Hota hota = compute_hota(counts);
   Scores out = headline(counts);
   out.insert(out.end(), {{"DetA", hota.detection},
                          {"AssA", hota.association},
@@ -267,11 +267,11 @@ Scores tracking_scores(const TrackingCounts& counts) {
 
 Scores tracking_headline(std::span<const TrackingCounts> sequences, Times times) {
   TrackingCounts sum;
-  for (size_t i = 0; i < sequences.size(); ++i) sum.add(sequences[i], times_of(times, i));
+  for (size_t i = 0; i < sequences.size(); ++i) sum.add(sequences[i], count_times(times, i));
   return headline(sum);
 }
 
-std::vector<Sequence> parts_of(const Sequence& sequence, size_t min_frames, size_t max) {
+std::vector<Sequence> split_sequence(const Sequence& sequence, size_t min_frames, size_t max) {
   const size_t count =
       std::clamp<size_t>(sequence.size() / std::max<size_t>(min_frames, 1), 1, max);
   const auto at = [&](size_t part) {

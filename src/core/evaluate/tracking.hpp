@@ -63,7 +63,7 @@ Scores tracking_headline(std::span<const TrackingCounts> sequences, Times times)
 
 // A sequence cut into parts of equal length, at most `max` and each of at least `min_frames`
 // frames, so that the spread of one sequence can be estimated. One part if it is too short.
-std::vector<Sequence> parts_of(const Sequence& sequence, size_t min_frames, size_t max);
+std::vector<Sequence> split_sequence(const Sequence& sequence, size_t min_frames, size_t max);
 
 // The errors of each frame, missed and false, at an overlap of 0.5.
 std::vector<size_t> errors_of_frames(const Sequence& sequence);

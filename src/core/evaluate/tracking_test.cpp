@@ -137,7 +137,7 @@ TEST(PartsOf, AreOfEqualLengthAndHaveEveryFrameOnce) {
     for (size_t i = 0; i < frames; ++i) sequence[i].found = {{static_cast<int64_t>(i), at(0)}};
     std::vector<size_t> out;
     int64_t next = 0;
-    for (const Sequence& part : parts_of(sequence, min, max)) {
+    for (const Sequence& part : split_sequence(sequence, min, max)) {
       out.push_back(part.size());
       for (const TrackedFrame& frame : part) EXPECT_EQ(frame.found[0].track, next++);
     }

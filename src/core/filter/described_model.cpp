@@ -20,7 +20,7 @@ bool is_output(const ModelTensor& output, const TensorSpec& tensor) {
 }
 
 // Tensors without a name have none, rather than "".
-std::vector<weir_tensor_info> infos_of(const std::vector<ModelTensor>& tensors) {
+std::vector<weir_tensor_info> to_infos(const std::vector<ModelTensor>& tensors) {
   auto infos = tensor_infos(tensors);
   for (auto& info : infos)
     if (*info.name == '\0') info.name = nullptr;
@@ -37,8 +37,8 @@ bool has_outputs(const DescribedModel& model, const FrameSpec& stream) {
 
 const weir_stream_model& AbiModel::fill(const DescribedModel& model) {
   const auto text = [](const std::string& s) { return s.empty() ? nullptr : s.c_str(); };
-  inputs_ = infos_of(model.inputs);
-  outputs_ = infos_of(model.outputs);
+  inputs_ = to_infos(model.inputs);
+  outputs_ = to_infos(model.outputs);
   card_labels_.clear();
   for (const auto& label : model.card_labels) card_labels_.push_back(label.c_str());
   model_ = {sizeof model_,

@@ -16,13 +16,13 @@ void set_names(const std::string& names, std::vector<ModelTensor>* shapes) {
     if (!list[i].empty()) (*shapes)[i].name = list[i];
 }
 
-std::string list_of(const std::vector<ModelTensor>& shapes,
-                    std::string (*text)(const ModelTensor&)) {
+std::string format_list(const std::vector<ModelTensor>& shapes,
+                        std::string (*text)(const ModelTensor&)) {
   return join(shapes, ",", text);
 }
 
 // Innermost first; open dimensions are 1; empty if the rank is unknown.
-std::string dimensions_of(const ModelTensor& shape) {
+std::string format_dimensions(const ModelTensor& shape) {
   if (shape.shape.empty()) return shape.rank_known ? "1" : "";
   std::string out;
   for (size_t i = shape.shape.size(); i-- > 0;)
@@ -145,7 +145,7 @@ bool all_fixed(const std::vector<ModelTensor>& shapes) {
 }
 
 std::string dimensions_text(const std::vector<ModelTensor>& shapes) {
-  return list_of(shapes, dimensions_of);
+  return format_list(shapes, format_dimensions);
 }
 std::string types_text(const std::vector<ModelTensor>& shapes) {
   return join_types(known_parts(shapes));
@@ -160,7 +160,7 @@ std::string layouts_text(const std::vector<ModelTensor>& shapes) {
   return layouts_text(std::span<const uint32_t>(layouts));
 }
 std::string ranks_text(const std::vector<ModelTensor>& shapes) {
-  return list_of(shapes, [](const ModelTensor& shape) {
+  return format_list(shapes, [](const ModelTensor& shape) {
     return std::to_string(std::max<size_t>(shape.shape.size(), 1));
   });
 }

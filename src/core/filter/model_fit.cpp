@@ -28,8 +28,8 @@ std::string difference(size_t index, const TensorSpec& offered, const ModelTenso
   const std::string who = "tensor " + std::to_string(index) +
                           (needed.name.empty() ? "" : " (" + needed.name + ")") + ": ";
   if (needed.type != ElementType::End && offered.type != needed.type)
-    return who + "type is " + std::string(name_of(offered.type)) + ", needed is " +
-           std::string(name_of(needed.type));
+    return who + "type is " + std::string(to_string(offered.type)) + ", needed is " +
+           std::string(to_string(needed.type));
   const size_t rank = std::max(needed.shape.size(), offered.shape.rank());
   for (size_t i = 0; needed.rank_known && i < rank; ++i) {
     const int64_t have = i < offered.shape.rank() ? offered.shape[i] : 1;
@@ -119,7 +119,7 @@ std::string cast_elements(ElementType type, const ModelTensor& needed) {
   // Real numbers, such as -1 to 1, would all become 0 or 1.
   if (is_real(type) && !is_real(needed.type)) return "";
   const std::string cast =
-      "tensor_transform mode=typecast option=" + std::string(name_of(needed.type));
+      "tensor_transform mode=typecast option=" + std::string(to_string(needed.type));
   // Pixels of a quantised model, which typecast would wrap from 128 on.
   const bool is_moved = type == ElementType::UInt8 && needed.type == ElementType::Int8 &&
                         needed.scale > 0 && needed.zero_point == -128;

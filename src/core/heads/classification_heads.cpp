@@ -18,7 +18,7 @@ using detection::PictureSize;
 struct Steps {
   float first = 0, count = 1;
 };
-Steps steps_of(const OutputFacts& output) {
+Steps get_steps(const OutputFacts& output) {
   if (output.is_quantised) return {};
   if (output.type == ElementType::UInt8) return {0, 255};
   if (output.type == ElementType::Int8) return {-128, 255};
@@ -29,7 +29,7 @@ class Classifier final : public Head {
  public:
   Classifier(const OutputFacts& output, ScoreKind kind, float threshold)
       : classes_(element_count(output)),
-        steps_(steps_of(output)),
+        steps_(get_steps(output)),
         kind_(kind),
         threshold_(threshold) {}
 

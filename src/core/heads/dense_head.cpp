@@ -78,7 +78,7 @@ Unit DenseHead::unit_of_grid(std::span<const float> numbers, PictureSize input) 
                                          : Unit::Pixels;
 }
 
-Unit DenseHead::unit_of(std::span<const float> numbers, PictureSize input) {
+Unit DenseHead::choose_unit(std::span<const float> numbers, PictureSize input) {
   if (spec_.unit != Unit::Automatic) return spec_.unit;
   if (spec_.may_be_cells && !places(input).empty()) return unit_of_grid(numbers, input);
   UnitOfNumbers unit;
@@ -91,9 +91,9 @@ Unit DenseHead::unit_of(std::span<const float> numbers, PictureSize input) {
   return unit.unit();
 }
 
-Candidate DenseHead::candidate_of(const detection::ScoredCell& found,
-                                  std::span<const float> numbers,
-                                  std::span<const CellPlace> where) const {
+Candidate DenseHead::make_candidate(const detection::ScoredCell& found,
+                                    std::span<const float> numbers,
+                                    std::span<const CellPlace> where) const {
   const auto number = [&](size_t value) { return numbers[scores_.at(found.cell, value)]; };
   float x = number(0) * scale_.x, y = number(1) * scale_.y;
   float width = number(2) * scale_.x, height = number(3) * scale_.y;
@@ -122,7 +122,7 @@ Candidates DenseHead::find(OutputValues& outputs, PictureSize frame_input) {
   detection::find_scored_cells(numbers, scores_, threshold_, &found_);
   Candidates candidates;
   if (found_.empty()) return candidates;
-  const Unit unit = unit_of(numbers, input);
+  const Unit unit = choose_unit(numbers, input);
   scale_ = {};
   if (unit == Unit::Picture) {
     require_size(input);
@@ -132,7 +132,7 @@ Candidates DenseHead::find(OutputValues& outputs, PictureSize frame_input) {
   if (unit == Unit::Cells && where.empty()) require_size({});
   candidates.reserve(found_.size());
   for (const auto& found : found_) {
-    const Candidate candidate = candidate_of(found, numbers, where);
+    const Candidate candidate = make_candidate(found, numbers, where);
     if (candidate.is_finite()) candidates.push_back(candidate);
   }
   return candidates;

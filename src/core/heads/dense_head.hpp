@@ -46,7 +46,7 @@ class DenseHead final : public Head {
     float x = 1, y = 1;
   };
   detection::PictureSize known(detection::PictureSize input) const noexcept;
-  Unit unit_of(std::span<const float> numbers, detection::PictureSize input);
+  Unit choose_unit(std::span<const float> numbers, detection::PictureSize input);
   Unit unit_of_grid(std::span<const float> numbers, detection::PictureSize input);
   void add_points(std::span<const float> numbers, std::span<const detection::Candidate> kept,
                   results::FrameResults* results) const;
@@ -56,9 +56,9 @@ class DenseHead final : public Head {
   std::span<const float> read(OutputValues& outputs) const;
   std::span<const CellPlace> places(detection::PictureSize input);
   // `where` is empty unless the numbers are relative to cells.
-  detection::Candidate candidate_of(const detection::ScoredCell& found,
-                                    std::span<const float> numbers,
-                                    std::span<const CellPlace> where) const;
+  detection::Candidate make_candidate(const detection::ScoredCell& found,
+                                      std::span<const float> numbers,
+                                      std::span<const CellPlace> where) const;
 
   DenseSpec spec_;
   detection::DenseScores scores_;

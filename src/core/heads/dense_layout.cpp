@@ -18,7 +18,7 @@ uint32_t cells_along(uint32_t side, uint32_t stride) {
   return side / stride + (side % stride > 0 ? 1 : 0);
 }
 
-size_t cells_of(PictureSize input, std::span<const uint32_t> strides) {
+size_t count_cells(PictureSize input, std::span<const uint32_t> strides) {
   size_t cells = 0;
   for (const uint32_t stride : strides)
     cells += size_t{cells_along(input.width, stride)} * cells_along(input.height, stride);
@@ -39,7 +39,7 @@ PictureSize square_with(size_t cells, Strides strides) {
   return {side, side};
 }
 
-DenseLayout layout_of(const Shape& shape, size_t row_dimension) {
+DenseLayout make_layout(const Shape& shape, size_t row_dimension) {
   return {.rows = shape[row_dimension],
           .values = shape[1 - row_dimension],
           .rows_are_inner = row_dimension == 0};
@@ -47,13 +47,13 @@ DenseLayout layout_of(const Shape& shape, size_t row_dimension) {
 
 std::optional<DenseLayout> with_strides(const Shape& shape, size_t row_dimension,
                                         PictureSize input) {
-  DenseLayout layout = layout_of(shape, row_dimension);
+  DenseLayout layout = make_layout(shape, row_dimension);
   for (const Strides& strides : kStrides)
     for (const size_t anchors : {1u, 3u}) {
       if (layout.rows % anchors != 0) continue;
       const size_t cells = layout.rows / anchors;
       const PictureSize size = input.width > 0 ? input : square_with(cells, strides);
-      if (size.width == 0 || cells_of(size, {strides.begin(), strides.end()}) != cells) continue;
+      if (size.width == 0 || count_cells(size, {strides.begin(), strides.end()}) != cells) continue;
       layout.anchors = anchors;
       layout.strides = strides;
       layout.input = size;
@@ -76,7 +76,7 @@ std::optional<DenseLayout> any_dense_layout(const Shape& shape, PictureSize inpu
   if (shape.min_rank() > 2) return std::nullopt;
   if (auto layout = find_dense_layout(shape, input)) return layout;
   if (shape.rank() < 2) return std::nullopt;
-  DenseLayout layout = layout_of(shape, shape[0] > shape[1] ? 0 : 1);
+  DenseLayout layout = make_layout(shape, shape[0] > shape[1] ? 0 : 1);
   layout.input = input;
   return layout;
 }
@@ -84,7 +84,7 @@ std::optional<DenseLayout> any_dense_layout(const Shape& shape, PictureSize inpu
 std::vector<CellPlace> cell_places(const DenseLayout& layout, PictureSize input) {
   std::vector<CellPlace> out;
   if (input.width == 0) input = layout.input;
-  if (cells_of(input, layout.strides) * layout.anchors != layout.rows) return out;
+  if (count_cells(input, layout.strides) * layout.anchors != layout.rows) return out;
   for (const uint32_t stride : layout.strides)
     for (uint32_t row = 0; row < cells_along(input.height, stride); ++row)
       for (uint32_t column = 0; column < cells_along(input.width, stride); ++column)

@@ -75,7 +75,7 @@ using detection::PictureSize;
 constexpr size_t kMaxQueries = 1000, kDetrBox = 4, kCoco = 80, kCocoOfDetr = 92;
 
 // Centre and size, 0 to 1 across the picture.
-Candidate candidate_of(std::span<const float> box, PictureSize input) {
+Candidate make_candidate(std::span<const float> box, PictureSize input) {
   const auto width = static_cast<float>(input.width), height = static_cast<float>(input.height);
   return {.x = (box[0] - box[2] / 2) * width,
           .y = (box[1] - box[3] / 2) * height,
@@ -138,7 +138,7 @@ class QueryHead : public Head {
     for (size_t i = 0; i < queries_.count; ++i) {
       const size_t first = queries_.are_together() ? kDetrBox : 0;
       const auto row = scores.subspan(i * queries_.row_length + first, queries_.classes);
-      Candidate candidate = candidate_of(boxes.subspan(i * box_length, kDetrBox), input);
+      Candidate candidate = make_candidate(boxes.subspan(i * box_length, kDetrBox), input);
       if (!choose(row, &candidate) || !candidate.is_finite()) continue;
       candidate.row = static_cast<uint32_t>(i);
       found.push_back(candidate);

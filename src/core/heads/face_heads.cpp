@@ -68,10 +68,10 @@ class Yunet final : public Head {
     Candidates found;
     uint32_t row = 0;
     for (const YunetGrid& grid : grids_) {
-      const size_t columns = columns_of(grid, input);
+      const size_t columns = count_columns(grid, input);
       const auto first = outputs.read(grid.scores[0]), second = outputs.read(grid.scores[1]);
       for (size_t cell = 0; cell < grid.cells; ++cell, ++row) {
-        const float score = std::sqrt(probability_of(first[cell]) * probability_of(second[cell]));
+        const float score = std::sqrt(to_probability(first[cell]) * to_probability(second[cell]));
         if (!(score >= threshold_) || score == 0) continue;
         const float* box = outputs.read(grid.box).data() + 4 * cell;
         const size_t cell_x = cell % columns, cell_y = cell / columns;
@@ -96,7 +96,7 @@ class Yunet final : public Head {
       size_t cell = candidate.row;
       auto grid = grids_.begin();
       for (; cell >= grid->cells; ++grid) cell -= grid->cells;
-      const size_t columns = columns_of(*grid, input);
+      const size_t columns = count_columns(*grid, input);
       const size_t cell_x = cell % columns, cell_y = cell / columns;
       const float* points = outputs.read(grid->points).data() + 2 * kYunetPoints * cell;
       const auto stride = static_cast<float>(grid->stride);
@@ -108,7 +108,7 @@ class Yunet final : public Head {
   }
 
  private:
-  static size_t columns_of(const YunetGrid& grid, PictureSize input) {
+  static size_t count_columns(const YunetGrid& grid, PictureSize input) {
     const size_t columns = input.width / grid.stride, rows = input.height / grid.stride;
     if (columns * rows == grid.cells) return columns;
     throw Failure({.code = Code::SPEC_MISMATCH,
@@ -222,7 +222,7 @@ class Ultraface final : public Head {
                                 .y = box.y1 * static_cast<float>(input.height),
                                 .width = box.width() * static_cast<float>(input.width),
                                 .height = box.height() * static_cast<float>(input.height),
-                                .score = probability_of(score),
+                                .score = to_probability(score),
                                 .class_index = 0,
                                 .row = static_cast<uint32_t>(i)};
       if (candidate.is_finite()) found.push_back(candidate);

@@ -53,21 +53,21 @@ constexpr const Family* kFamilies[] = {
 };
 // clang-format on
 
-std::vector<std::string> words_of(const Family& family) {
+std::vector<std::string> get_names(const Family& family) {
   std::vector<std::string> out{std::string(family.name)};
   for (const auto& alias : parse_name_list(family.aliases)) out.push_back(alias);
   return out;
 }
 
-std::vector<const Family*> families_of(uint32_t tasks) {
+std::vector<const Family*> list_families(uint32_t tasks) {
   std::vector<const Family*> out;
   for (const Family* family : kFamilies)
     if (family->tasks & tasks) out.push_back(family);
   return out;
 }
 
-std::string names_of(const std::vector<const Family*>& families, const char* before,
-                     const char* between) {
+std::string list_names(const std::vector<const Family*>& families, const char* before,
+                       const char* between) {
   return join(families, between,
               [before](const Family* family) { return before + std::string(family->name); });
 }
@@ -111,10 +111,10 @@ std::span<const Family* const> all_families() {
 }
 
 const Family& family_named(std::string_view name, uint32_t tasks) {
-  const auto families = families_of(tasks);
+  const auto families = list_families(tasks);
   std::vector<std::string> words;
   for (const Family* family : families)
-    for (const auto& word : words_of(*family)) {
+    for (const auto& word : get_names(*family)) {
       if (equal_ignoring_case(word, name)) return *family;
       words.push_back(word);
     }
@@ -136,7 +136,7 @@ std::unique_ptr<Head> open_head(const Family& family, const ModelFacts& model,
 std::vector<const Family*> fitting(const ModelFacts& model, uint32_t tasks) {
   check_sizes(model);
   std::vector<const Family*> possible, certain;
-  for (const Family* family : families_of(tasks)) {
+  for (const Family* family : list_families(tasks)) {
     const Fit fit = family->fit(model);
     if (fit != Fit::No) possible.push_back(family);
     if (fit == Fit::Certain) certain.push_back(family);
@@ -146,13 +146,13 @@ std::vector<const Family*> fitting(const ModelFacts& model, uint32_t tasks) {
 
 const Family& recognise(const ModelFacts& model, uint32_t tasks) {
   const auto found = fitting(model, tasks);
-  if (found.empty()) throw Failure(nothing_fits(model, families_of(tasks)));
+  if (found.empty()) throw Failure(nothing_fits(model, list_families(tasks)));
   if (found.size() == 1) return *found[0];
   throw Failure({.code = Code::SPEC_MISMATCH,
-                 .what = "the outputs fit several heads: " + names_of(found, "", ", "),
+                 .what = "the outputs fit several heads: " + list_names(found, "", ", "),
                  .offered = model.describe_outputs(),
                  .needed = "the name of the head",
-                 .fix = names_of(found, "tensor_decoder custom=head:", " or ")});
+                 .fix = list_names(found, "tensor_decoder custom=head:", " or ")});
 }
 
 }  // namespace weir::heads

@@ -9,7 +9,7 @@
 namespace weir::heads {
 namespace {
 
-std::optional<std::string_view> value_of(const HeadOptions& options, const std::string& key) {
+std::optional<std::string_view> find_value(const HeadOptions& options, const std::string& key) {
   const auto found = options.custom.find(key);
   return found == options.custom.end() ? std::nullopt : std::optional(strip(found->second));
 }
@@ -21,14 +21,14 @@ Failure wrong_setting(const HeadOptions& options, const std::string& key, std::s
   return Failure(
       {.code = Code::OPTION_VALUE,
        .what = "the setting " + key + " cannot be used",
-       .offered = "custom=" + key + ":" + std::string(value_of(options, key).value_or("")),
+       .offered = "custom=" + key + ":" + std::string(find_value(options, key).value_or("")),
        .needed = std::move(needed),
        .fix = "custom=" + key + ":" + example});
 }
 
 std::optional<size_t> word_setting(const HeadOptions& options, const std::string& key,
                                    std::initializer_list<std::string_view> words) {
-  const auto value = value_of(options, key);
+  const auto value = find_value(options, key);
   if (!value) return std::nullopt;
   for (size_t i = 0; i < words.size(); ++i)
     if (equal_ignoring_case(words.begin()[i], *value)) return i;
@@ -37,7 +37,7 @@ std::optional<size_t> word_setting(const HeadOptions& options, const std::string
 
 std::optional<int64_t> number_setting(const HeadOptions& options, const std::string& key,
                                       int64_t min, int64_t max) {
-  const auto value = value_of(options, key);
+  const auto value = find_value(options, key);
   if (!value) return std::nullopt;
   const auto number = parse_signed(*value);
   if (number && *number >= min && *number <= max) return number;
@@ -49,7 +49,7 @@ std::optional<int64_t> number_setting(const HeadOptions& options, const std::str
 std::vector<float> numbers_setting(const HeadOptions& options, const std::string& key,
                                    const std::string& example) {
   std::vector<float> out;
-  const auto value = value_of(options, key);
+  const auto value = find_value(options, key);
   if (!value) return out;
   for (const auto part : split(*value, "/; :")) {
     const auto number = parse_double(strip(part));

@@ -64,7 +64,7 @@ std::vector<size_t> published_order(const ModelFacts& model) {
   return order;
 }
 
-std::optional<LandmarkLayout> layout_of(const Network& network, const ModelFacts& model) {
+std::optional<LandmarkLayout> find_layout(const Network& network, const ModelFacts& model) {
   const auto order = published_order(model);
   std::vector<size_t> numbers;
   for (const size_t i : order)
@@ -93,7 +93,7 @@ class LandmarkHead final : public PointsHead {
   Candidates find(OutputValues& outputs, PictureSize) override {
     begin();
     const float presence = outputs.read(layout_.presence)[0];
-    const float score = network_.presence_is_logit ? sigmoid(presence) : probability_of(presence);
+    const float score = network_.presence_is_logit ? sigmoid(presence) : to_probability(presence);
     if (!(score >= threshold_) || score == 0) return {};
     const float* values = outputs.read(layout_.points).data();
     std::vector<results::KeyPoint> points;
@@ -115,12 +115,12 @@ class LandmarkHead final : public PointsHead {
 
 template <const Network& (*kNetwork)()>
 Fit fit(const ModelFacts& model) {
-  return layout_of(kNetwork(), model) ? Fit::Possible : Fit::No;
+  return find_layout(kNetwork(), model) ? Fit::Possible : Fit::No;
 }
 
 template <const Network& (*kNetwork)()>
 std::unique_ptr<Head> open(const ModelFacts& model, const HeadOptions& options) {
-  const auto layout = layout_of(kNetwork(), model);
+  const auto layout = find_layout(kNetwork(), model);
   if (!layout) throw wrong_outputs(model, *kNetwork().family);
   return std::make_unique<LandmarkHead>(kNetwork(), *layout, options.threshold);
 }

@@ -86,7 +86,7 @@ struct DetectorLayout {
 
 // Returns the variant with as many anchors whose input is the model's, or else the first with as
 // many.
-const Variant* variant_of(const Detector& detector, size_t anchors, PictureSize input) {
+const Variant* find_variant(const Detector& detector, size_t anchors, PictureSize input) {
   const Variant* found = nullptr;
   for (const Variant& variant : detector.variants) {
     if (variant.anchors() != anchors) continue;
@@ -95,12 +95,12 @@ const Variant* variant_of(const Detector& detector, size_t anchors, PictureSize 
   return found;
 }
 
-std::optional<DetectorLayout> layout_of(const Detector& detector, const ModelFacts& model) {
+std::optional<DetectorLayout> find_layout(const Detector& detector, const ModelFacts& model) {
   if (model.outputs.size() != 2) return std::nullopt;
   for (const size_t boxes : {0u, 1u}) {
     const size_t count = matrix_rows(model.outputs[boxes], kMediapipeBox + 2 * detector.points);
     if (count == 0 || matrix_rows(model.outputs[1 - boxes], 1) != count) continue;
-    if (const Variant* variant = variant_of(detector, count, model.input))
+    if (const Variant* variant = find_variant(detector, count, model.input))
       return DetectorLayout{boxes, 1 - boxes, variant};
   }
   return std::nullopt;
@@ -121,7 +121,7 @@ std::vector<results::KeyPoint> make_anchors(const Variant& variant) {
 }
 
 // The clockwise rotation that turns "up" to the direction from one point to the other.
-float rotation_of(const results::KeyPoint& from, const results::KeyPoint& to) noexcept {
+float compute_rotation(const results::KeyPoint& from, const results::KeyPoint& to) noexcept {
   if (from.x == to.x && from.y == to.y) return 0;
   return std::atan2(to.x - from.x, from.y - to.y);
 }
@@ -145,7 +145,7 @@ class AnchorHead final : public Head {
     for (size_t i = 0; i < anchors_.size(); ++i) {
       const float score = sigmoid(scores[i]);
       if (!(score >= threshold_) || score == 0) continue;
-      const float* values = values_of(outputs, i);
+      const float* values = get_values(outputs, i);
       const auto centre = point_at(i, values, input);
       const float width = values[2] * scale(input.width), height = values[3] * scale(input.height);
       const Candidate candidate{.x = centre.x - width / 2,
@@ -168,7 +168,7 @@ class AnchorHead final : public Head {
                 results::FrameResults* results) override {
     input = known(input);
     for (size_t i = 0; i < kept.size(); ++i) {
-      const float* values = values_of(outputs, kept[i].row);
+      const float* values = get_values(outputs, kept[i].row);
       const size_t first = results->points.size();
       for (size_t point = 0; point < detector_.points; ++point) {
         auto at = point_at(kept[i].row, values + kMediapipeBox + 2 * point, input);
@@ -187,7 +187,7 @@ class AnchorHead final : public Head {
   float scale(uint32_t pixels) const noexcept {
     return static_cast<float>(pixels) / static_cast<float>(layout_.variant->input);
   }
-  const float* values_of(OutputValues& outputs, size_t anchor) const {
+  const float* get_values(OutputValues& outputs, size_t anchor) const {
     return outputs.read(layout_.boxes).data() + (kMediapipeBox + 2 * detector_.points) * anchor;
   }
   results::KeyPoint point_at(size_t anchor, const float* values, PictureSize input) const noexcept {
@@ -197,10 +197,10 @@ class AnchorHead final : public Head {
   }
   void turn(const results::KeyPoint* points, results::Object* object) const noexcept {
     if (detector_.region == Region::RotatedBox)
-      object->rotation = rotation_of(points[0], points[2]);
+      object->rotation = compute_rotation(points[0], points[2]);
     if (detector_.region != Region::AroundFirstPoint) return;
     const float reach = std::hypot(points[1].x - points[0].x, points[1].y - points[0].y);
-    object->rotation = rotation_of(points[0], points[1]);
+    object->rotation = compute_rotation(points[0], points[1]);
     object->box = {points[0].x - reach, points[0].y - reach, points[0].x + reach,
                    points[0].y + reach};
   }
@@ -218,13 +218,13 @@ bool has_published_names(const ModelFacts& model) {
 
 template <const Detector& (*kDetector)()>
 Fit fit(const ModelFacts& model) {
-  if (!layout_of(kDetector(), model)) return Fit::No;
+  if (!find_layout(kDetector(), model)) return Fit::No;
   return has_published_names(model) ? Fit::Certain : Fit::Possible;
 }
 
 template <const Detector& (*kDetector)()>
 std::unique_ptr<Head> open(const ModelFacts& model, const HeadOptions& options) {
-  const auto layout = layout_of(kDetector(), model);
+  const auto layout = find_layout(kDetector(), model);
   if (!layout) throw wrong_outputs(model, *kDetector().family);
   return std::make_unique<AnchorHead>(kDetector(), *layout, options.threshold);
 }

@@ -39,12 +39,12 @@ void need_input_size(detection::PictureSize input) {
                  .fix = "tensor_decoder custom=input:640:480"});
 }
 
-float probability_of(float value) noexcept {
+float to_probability(float value) noexcept {
   return value > 0 ? std::min(value, 1.0f) : 0;
 }
 
 float sigmoid(float logit) noexcept {
-  return probability_of(1 / (1 + std::exp(-logit)));
+  return to_probability(1 / (1 + std::exp(-logit)));
 }
 
 }  // namespace weir::heads

@@ -21,7 +21,7 @@ bool any_name_has(const ModelFacts& model, std::string_view part);
 void need_input_size(detection::PictureSize input);
 
 // A probability from a value that may be anything: 0 for NaN.
-float probability_of(float value) noexcept;
+float to_probability(float value) noexcept;
 float sigmoid(float logit) noexcept;  // 0 for NaN
 
 }  // namespace weir::heads

@@ -24,7 +24,7 @@ Box box_around(std::span<const results::KeyPoint> points, float min) noexcept {
 
 results::KeyPoint key_point(float x, float y, float score) noexcept {
   if (!std::isfinite(x) || !std::isfinite(y)) return {};
-  return {x, y, probability_of(score)};
+  return {x, y, to_probability(score)};
 }
 
 void PointsHead::begin() noexcept {

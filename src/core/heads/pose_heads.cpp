@@ -59,7 +59,7 @@ class Multipose final : public PointsHead {
     for (size_t i = 0; i < persons_; ++i) {
       const float* person = outputs.read(0).data() + i * kPersonValues;
       const float* box = person + kPoints * kPointValues;  // y1, x1, y2, x2, score
-      const float score = probability_of(box[4]);
+      const float score = to_probability(box[4]);
       if (!(score >= threshold_) || score == 0) continue;
       read_points(person, input, &points_);
       add(points_, Box{box[1] * width, box[0] * height, box[3] * width, box[2] * height}, score);
@@ -76,7 +76,7 @@ class Multipose final : public PointsHead {
 bool is_movenet(const ModelFacts& model) {
   return model.outputs.size() == 1 && matrix_rows(model.outputs[0], kPointValues) == kPoints;
 }
-size_t persons_of(const ModelFacts& model) {
+size_t count_persons(const ModelFacts& model) {
   return model.outputs.size() == 1 ? matrix_rows(model.outputs[0], kPersonValues) : 0;
 }
 
@@ -84,14 +84,14 @@ Fit fit_movenet(const ModelFacts& model) {
   return is_movenet(model) ? Fit::Possible : Fit::No;
 }
 Fit fit_multipose(const ModelFacts& model) {
-  return persons_of(model) > 0 ? Fit::Possible : Fit::No;
+  return count_persons(model) > 0 ? Fit::Possible : Fit::No;
 }
 std::unique_ptr<Head> open_movenet(const ModelFacts& model, const HeadOptions& options) {
   if (!is_movenet(model)) throw wrong_outputs(model, kMovenet);
   return std::make_unique<Movenet>(options.threshold);
 }
 std::unique_ptr<Head> open_multipose(const ModelFacts& model, const HeadOptions& options) {
-  const size_t persons = persons_of(model);
+  const size_t persons = count_persons(model);
   if (persons == 0) throw wrong_outputs(model, kMovenetMultipose);
   return std::make_unique<Multipose>(persons, options.threshold);
 }
@@ -110,7 +110,8 @@ struct PoseNetLayout {
 };
 
 // The outputs VALUES:width:height, in their order.
-std::vector<size_t> grids_of(const ModelFacts& model, size_t values, size_t width, size_t height) {
+std::vector<size_t> find_grids(const ModelFacts& model, size_t values, size_t width,
+                               size_t height) {
   std::vector<size_t> found;
   for (size_t i = 0; i < model.outputs.size(); ++i) {
     const Shape& shape = model.outputs[i].shape;
@@ -126,7 +127,7 @@ std::vector<size_t> grids_of(const ModelFacts& model, size_t values, size_t widt
 std::optional<PoseNetLayout> layout_around(const ModelFacts& model, size_t heat) {
   const Shape& shape = model.outputs[heat].shape;
   if (shape[0] != kPoseNetPoints || shape[1] < 2 || shape[2] < 2) return std::nullopt;
-  const auto grids = [&](size_t values) { return grids_of(model, values, shape[1], shape[2]); };
+  const auto grids = [&](size_t values) { return find_grids(model, values, shape[1], shape[2]); };
   const auto offsets = grids(2 * kPoseNetPoints);
   if (offsets.size() != 1 || grids(kPoseNetPoints).size() != 1) return std::nullopt;
   PoseNetLayout layout{.width = shape[1],
@@ -157,7 +158,7 @@ class Posenet final : public PointsHead {
 
   Candidates find(OutputValues& outputs, PictureSize input) override {
     need_input_size(input);
-    const PoseNetMaps maps = maps_of(outputs, input);
+    const PoseNetMaps maps = read_maps(outputs, input);
     begin();
     if (!maps.forward.values.empty()) {
       for (const auto& person : find_people(maps, threshold_)) add_person(person);
@@ -168,7 +169,7 @@ class Posenet final : public PointsHead {
   }
 
  private:
-  PoseNetMaps maps_of(OutputValues& outputs, PictureSize input) const {
+  PoseNetMaps read_maps(OutputValues& outputs, PictureSize input) const {
     // The first and the last cells are at the first and the last pixels.
     const auto stride = [](uint32_t pixels, size_t cells) {
       return pixels > 1 ? static_cast<float>(pixels - 1) / static_cast<float>(cells - 1) : 1.0f;
@@ -240,7 +241,7 @@ bool is_plausible(const Layout& layout, PictureSize input) {
 }
 
 // Planar maps if both orders are plausible.
-std::optional<Layout> layout_of(const ModelFacts& model) {
+std::optional<Layout> find_layout(const ModelFacts& model) {
   if (model.outputs.size() != 1) return std::nullopt;
   const Shape& shape = model.outputs[0].shape;
   if (shape.min_rank() > 3 || shape.rank() < 3) return std::nullopt;
@@ -267,7 +268,7 @@ class HeatMaps final : public PointsHead {
     float sum = 0;
     for (size_t i = 0; i < layout_.points; ++i) {
       const float* map = maps.data() + i * layout_.next_point;
-      const size_t peak = peak_of(map);
+      const size_t peak = find_peak(map);
       const size_t column = peak % layout_.width, row = peak / layout_.width;
       float x = static_cast<float>(column), y = static_cast<float>(row);
       if (column > 1 && column + 1 < layout_.width && row > 1 && row + 1 < layout_.height) {
@@ -284,7 +285,7 @@ class HeatMaps final : public PointsHead {
 
  private:
   // The first cell with the highest value; not-a-number never wins.
-  size_t peak_of(const float* map) const noexcept {
+  size_t find_peak(const float* map) const noexcept {
     size_t best = 0;
     float max = -INFINITY;
     for (size_t cell = 0; cell < layout_.width * layout_.height; ++cell) {
@@ -306,7 +307,7 @@ class HeatMaps final : public PointsHead {
 };
 
 Fit fit(const ModelFacts& model) {
-  const auto layout = layout_of(model);
+  const auto layout = find_layout(model);
   if (!layout) return Fit::No;
   // Maps of the input's own size are masks, scores of classes or depths; grids of larger cells are
   // those of detectors.
@@ -317,7 +318,7 @@ Fit fit(const ModelFacts& model) {
 }
 
 std::unique_ptr<Head> open(const ModelFacts& model, const HeadOptions& options) {
-  const auto layout = layout_of(model);
+  const auto layout = find_layout(model);
   if (!layout) throw wrong_outputs(model, kHeatMaps);
   return std::make_unique<HeatMaps>(*layout, options.threshold);
 }

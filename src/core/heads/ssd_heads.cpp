@@ -27,7 +27,7 @@ struct RawOutputs {
 };
 
 // Dimensions of 1 are left out: boxes may be 4:1:N.
-std::vector<uint32_t> extents_of(const Shape& shape) {
+std::vector<uint32_t> get_extents(const Shape& shape) {
   std::vector<uint32_t> out;
   for (size_t i = 0; i < shape.rank(); ++i)
     if (shape[i] > 1) out.push_back(shape[i]);
@@ -37,8 +37,8 @@ std::vector<uint32_t> extents_of(const Shape& shape) {
 std::optional<RawOutputs> find_raw(const ModelFacts& model) {
   if (model.outputs.size() != 2) return std::nullopt;
   for (const size_t boxes : {0u, 1u}) {
-    const auto box = extents_of(model.outputs[boxes].shape);
-    const auto score = extents_of(model.outputs[1 - boxes].shape);
+    const auto box = get_extents(model.outputs[boxes].shape);
+    const auto score = get_extents(model.outputs[1 - boxes].shape);
     if (box.size() != 2 || score.size() != 2 || box[0] != kSsdBox || box[1] != score[1]) continue;
     return RawOutputs{.boxes = boxes, .scores = 1 - boxes, .anchors = box[1], .classes = score[0]};
   }
@@ -46,7 +46,7 @@ std::optional<RawOutputs> find_raw(const ModelFacts& model) {
 }
 
 // SSD MobileNet of 300 x 300 pixels is the only common one whose input size is not stated.
-PictureSize input_of(const ModelFacts& model) {
+PictureSize get_input_size(const ModelFacts& model) {
   return model.input.width > 0 ? model.input : PictureSize{300, 300};
 }
 
@@ -78,7 +78,7 @@ class Ssd final : public Head {
            .offered = std::to_string(boxes.size() / kSsdBox),
            .needed = std::to_string(raw_.anchors)});
     if (kind_ == ScoreKind::Automatic && are_logits(scores)) kind_ = ScoreKind::Logits;
-    if (kind_ != ScoreKind::Logits) scores = logits_of(scores);
+    if (kind_ != ScoreKind::Logits) scores = to_logits(scores);
     // The least score above 0, because logits have no score 0.
     const float threshold = std::max(threshold_, 1e-6f);
     Candidates found =
@@ -91,7 +91,7 @@ class Ssd final : public Head {
   }
 
  private:
-  std::span<const float> logits_of(std::span<const float> probabilities) {
+  std::span<const float> to_logits(std::span<const float> probabilities) {
     logits_.resize(probabilities.size());
     std::transform(probabilities.begin(), probabilities.end(), logits_.begin(),
                    [](float p) { return std::log(p / (1 - std::min(p, 1 - 1e-7f))); });
@@ -111,15 +111,16 @@ class Ssd final : public Head {
 Fit fit_ssd(const ModelFacts& model) {
   const auto raw = find_raw(model);
   if (!raw || raw->classes < 2) return Fit::No;
-  return detection::ssd_anchor_count(input_of(model)) == raw->anchors ? Fit::Certain : Fit::No;
+  return detection::ssd_anchor_count(get_input_size(model)) == raw->anchors ? Fit::Certain
+                                                                            : Fit::No;
 }
 
-detection::BoxPriors priors_of(const ModelFacts& model, const HeadOptions& options,
-                               const RawOutputs& raw) {
+detection::BoxPriors make_priors(const ModelFacts& model, const HeadOptions& options,
+                                 const RawOutputs& raw) {
   const auto file = options.custom.find("priors");
   if (file == options.custom.end()) {
-    const size_t usual = detection::ssd_anchor_count(input_of(model));
-    if (usual == raw.anchors) return detection::make_ssd_anchors(input_of(model));
+    const size_t usual = detection::ssd_anchor_count(get_input_size(model));
+    if (usual == raw.anchors) return detection::make_ssd_anchors(get_input_size(model));
     throw Failure({.code = Code::SPEC_MISMATCH,
                    .what = "the anchors are not those of SSD MobileNet for this input size",
                    .offered = std::to_string(raw.anchors) + " anchors",
@@ -139,7 +140,7 @@ detection::BoxPriors priors_of(const ModelFacts& model, const HeadOptions& optio
                  .needed = std::to_string(raw.anchors)});
 }
 
-detection::SsdScales scales_of(const HeadOptions& options) {
+detection::SsdScales parse_scales(const HeadOptions& options) {
   const auto numbers = numbers_setting(options, "scales", "10/10/5/5");
   if (numbers.empty()) return {};
   const bool are_good = numbers.size() == 4 && std::all_of(numbers.begin(), numbers.end(),
@@ -153,8 +154,8 @@ std::unique_ptr<Head> open_ssd(const ModelFacts& model, const HeadOptions& optio
   const auto raw = find_raw(model);
   if (!raw || raw->classes < 2) throw wrong_outputs(model, kSsd);
   const bool has_background_label = model.labels + 1 != raw->classes;
-  return std::make_unique<Ssd>(*raw, input_of(model), priors_of(model, options, *raw),
-                               scales_of(options), score_kind(options), has_background_label,
+  return std::make_unique<Ssd>(*raw, get_input_size(model), make_priors(model, options, *raw),
+                               parse_scales(options), score_kind(options), has_background_label,
                                options.threshold);
 }
 

@@ -24,7 +24,7 @@ struct MapSize {
 
 // The size of the only output if it is one map of the input's proportions. Text networks accept
 // multiples of 32 pixels.
-std::optional<MapSize> map_of(const ModelFacts& model) {
+std::optional<MapSize> find_map_size(const ModelFacts& model) {
   if (model.outputs.size() != 1 || model.outputs[0].shape.min_rank() > 2) return std::nullopt;
   const size_t width = model.outputs[0].shape[0], height = model.outputs[0].shape[1];
   if (width < 2 || height < 2) return std::nullopt;
@@ -79,12 +79,12 @@ class Db final : public Head {
 };
 
 Fit fit_db(const ModelFacts& model) {
-  if (!map_of(model)) return Fit::No;
+  if (!find_map_size(model)) return Fit::No;
   return any_name_has(model, "sigmoid") ? Fit::Certain : Fit::Possible;
 }
 
 std::unique_ptr<Head> open_db(const ModelFacts& model, const HeadOptions& options) {
-  const auto map = map_of(model);
+  const auto map = find_map_size(model);
   if (!map) throw wrong_outputs(model, kDb);
   constexpr float kMaxGrowth = 10;
   const detection::TextRegionOptions usual;
@@ -105,8 +105,8 @@ struct StepsLayout {
 };
 
 // CLASSES:STEPS, or CLASSES:1:STEPS where a batch is the middle dimension.
-std::optional<StepsLayout> steps_of(const ModelFacts& model) {
-  const bool is_map = model.input.width > 0 && map_of(model);
+std::optional<StepsLayout> find_steps(const ModelFacts& model) {
+  const bool is_map = model.input.width > 0 && find_map_size(model);
   if (model.outputs.size() != 1 || is_map) return std::nullopt;
   const Shape& shape = model.outputs[0].shape;
   const size_t classes = shape[0];
@@ -160,7 +160,7 @@ class Ctc final : public Head {
     float sum = 0;
     for (const float value : values)
       if (value == value) sum += std::exp(value - max);
-    return probability_of(1 / sum);
+    return to_probability(1 / sum);
   }
 
   StepsLayout layout_;
@@ -175,7 +175,7 @@ bool has_characters(const StepsLayout& layout, size_t characters) {
 }
 
 Fit fit_ctc(const ModelFacts& model) {
-  const auto layout = steps_of(model);
+  const auto layout = find_steps(model);
   if (!layout) return Fit::No;
   const bool is_named = any_name_has(model, "softmax");
   return is_named || (model.labels > 0 && has_characters(*layout, model.labels)) ? Fit::Certain
@@ -183,7 +183,7 @@ Fit fit_ctc(const ModelFacts& model) {
 }
 
 std::unique_ptr<Head> open_ctc(const ModelFacts& model, const HeadOptions& options) {
-  const auto layout = steps_of(model);
+  const auto layout = find_steps(model);
   if (!layout) throw wrong_outputs(model, kCtc);
   std::vector<std::string> characters = options.labels;
   if (!has_characters(*layout, characters.size()))

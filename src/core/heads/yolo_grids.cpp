@@ -39,7 +39,7 @@ struct YoloGrid {
 };
 
 // 3*V:W:H, W:H:3*V or V:W:H:3 with V = 5 + classes.
-std::optional<YoloGrid> grid_of(const Shape& shape, size_t output) {
+std::optional<YoloGrid> find_grid(const Shape& shape, size_t output) {
   const size_t a = shape[0], b = shape[1], c = shape[2], d = shape[3];
   if (shape.min_rank() == 4 && d == kAnchors && a > kFixed)
     return YoloGrid{output, b, c, a, a * b * c, 1, a * b, a};
@@ -59,7 +59,7 @@ std::vector<YoloGrid> find_grids(const ModelFacts& model) {
   std::vector<YoloGrid> grids;
   if (model.outputs.size() < 2 || model.outputs.size() > 3) return {};
   for (size_t i = 0; i < model.outputs.size(); ++i) {
-    const auto grid = grid_of(model.outputs[i].shape, i);
+    const auto grid = find_grid(model.outputs[i].shape, i);
     if (!grid) return {};
     grids.push_back(*grid);
   }
@@ -132,7 +132,7 @@ class YoloGrids final : public Head {
         const size_t best = best_class(number, grid.values);
         const float score = objectness * activated(number(best));
         if (!reaches(score, threshold_)) continue;
-        Candidate candidate = box_of(number, x, y, size);
+        Candidate candidate = make_box(number, x, y, size);
         const float step_x = static_cast<float>(input.width) / static_cast<float>(grid.columns);
         const float step_y = static_cast<float>(input.height) / static_cast<float>(grid.rows);
         candidate.x = candidate.x * step_x - candidate.width / 2;
@@ -155,7 +155,7 @@ class YoloGrids final : public Head {
 
   // The centre, in cells, and the size, in pixels, of a cell's box.
   template <class Number>
-  Candidate box_of(const Number& number, size_t x, size_t y, std::span<const float> size) const {
+  Candidate make_box(const Number& number, size_t x, size_t y, std::span<const float> size) const {
     const float right = activated(number(0)), down = activated(number(1));
     const auto left = static_cast<float>(x), top = static_cast<float>(y);
     if (version_ == Version::Three)
@@ -210,8 +210,8 @@ std::unique_ptr<Head> open_grids(const ModelFacts& model, const HeadOptions& opt
                                      score_kind(options), options.threshold);
 }
 
-constexpr Family family_of(std::string_view name, std::string_view aliases,
-                           std::unique_ptr<Head> (*open)(const ModelFacts&, const HeadOptions&)) {
+constexpr Family make_family(std::string_view name, std::string_view aliases,
+                             std::unique_ptr<Head> (*open)(const ModelFacts&, const HeadOptions&)) {
   return {.name = name,
           .aliases = aliases,
           .tasks = kDetection,
@@ -225,17 +225,17 @@ constexpr Family family_of(std::string_view name, std::string_view aliases,
 }  // namespace
 
 const Family kYolov3Grids =
-    family_of("yolov3-grids", "yolov4-grids", [](const ModelFacts& m, const HeadOptions& o) {
+    make_family("yolov3-grids", "yolov4-grids", [](const ModelFacts& m, const HeadOptions& o) {
       return open_grids(m, o, kYolov3Grids, Version::Three, kOfVersion3And5);
     });
 
 const Family kYolov5Grids =
-    family_of("yolov5-grids", "", [](const ModelFacts& m, const HeadOptions& o) {
+    make_family("yolov5-grids", "", [](const ModelFacts& m, const HeadOptions& o) {
       return open_grids(m, o, kYolov5Grids, Version::FiveOrSeven, kOfVersion3And5);
     });
 
 const Family kYolov7Grids =
-    family_of("yolov7-grids", "", [](const ModelFacts& m, const HeadOptions& o) {
+    make_family("yolov7-grids", "", [](const ModelFacts& m, const HeadOptions& o) {
       return open_grids(m, o, kYolov7Grids, Version::FiveOrSeven, kOfVersion7);
     });
 

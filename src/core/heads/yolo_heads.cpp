@@ -33,8 +33,8 @@ struct PointShape {
 
 // Prototypes have the input's aspect, usually a quarter of its width and height. Without an input
 // size they are square.
-std::optional<PrototypeFacts> prototypes_of(const Shape& shape, size_t output,
-                                            detection::PictureSize input) {
+std::optional<PrototypeFacts> find_prototypes(const Shape& shape, size_t output,
+                                              detection::PictureSize input) {
   if (shape.min_rank() != 3) return std::nullopt;
   const auto is_grid = [&](uint32_t width, uint32_t height, uint32_t count) {
     if (input.width == 0) return width == height && count < width;
@@ -57,7 +57,7 @@ std::optional<YoloOutputs> find_outputs(const ModelFacts& model, bool has_protot
     YoloOutputs out{.output = i, .layout = *layout};
     if (!has_prototypes) return out;
     const auto input = model.input.width > 0 ? model.input : layout->input;
-    out.prototypes = prototypes_of(model.outputs[1 - i].shape, 1 - i, input);
+    out.prototypes = find_prototypes(model.outputs[1 - i].shape, 1 - i, input);
     if (out.prototypes) return out;
   }
   return std::nullopt;
@@ -102,7 +102,7 @@ constexpr size_t kWithObjectness = kBoxValues + 1, kAngle = 1;
 constexpr size_t kCocoPoints = size_t{3} * 17, kDotaClasses = 15;
 
 // `usual`: what decides if neither metadata nor labels do.
-Fit fit_of(const ModelFacts& model, std::string_view task, size_t classes, bool usual) {
+Fit make_fit(const ModelFacts& model, std::string_view task, size_t classes, bool usual) {
   if (const auto is_for = is_for_task(model, task)) return *is_for ? Fit::Certain : Fit::No;
   if (model.labels > 0 && model.labels == classes) return Fit::Certain;
   return usual ? Fit::Certain : Fit::Possible;
@@ -119,8 +119,8 @@ Fit fit_yolov8(const ModelFacts& model) {
   if (!outputs || outputs->layout.values <= kBoxValues) return Fit::No;
   const size_t classes = outputs->layout.values - kBoxValues;
   const bool is_usual = outputs->layout.rows_are_inner || classes == kCocoClasses;
-  return fit_of(model, "detect", classes,
-                is_usual && !labels_name_another(model, outputs->layout.values));
+  return make_fit(model, "detect", classes,
+                  is_usual && !labels_name_another(model, outputs->layout.values));
 }
 
 Fit fit_yolov8_obb(const ModelFacts& model) {
@@ -128,7 +128,7 @@ Fit fit_yolov8_obb(const ModelFacts& model) {
   if (!outputs || outputs->layout.values <= kBoxValues + kAngle) return Fit::No;
   const size_t classes = outputs->layout.values - kBoxValues - kAngle;
   const bool is_usual = model.labels == 0 && classes == kDotaClasses;
-  const Fit fit = fit_of(model, "obb", classes, is_usual);
+  const Fit fit = make_fit(model, "obb", classes, is_usual);
   // Labels cannot tell an angle from an objectness; the order of dimensions can.
   const bool is_named = is_for_task(model, "obb").has_value();
   return fit == Fit::Certain && !is_named && !outputs->layout.rows_are_inner ? Fit::Possible : fit;
@@ -139,7 +139,7 @@ Fit fit_yolox(const ModelFacts& model) {
   if (!outputs || outputs->layout.values <= kWithObjectness) return Fit::No;
   if (!metadata(model, "task").empty()) return Fit::No;
   const size_t classes = outputs->layout.values - kWithObjectness;
-  const Fit fit = fit_of(model, "", classes, model.labels == 0 && classes == kCocoClasses);
+  const Fit fit = make_fit(model, "", classes, model.labels == 0 && classes == kCocoClasses);
   const bool are_labels = model.labels > 0 && fit == Fit::Certain;
   return are_labels && outputs->layout.rows_are_inner ? Fit::Possible : fit;
 }
@@ -187,8 +187,8 @@ Fit fit_yolov5_segmentation(const ModelFacts& model) {
 }
 
 // The outputs, with the exact layout where there is one.
-YoloOutputs outputs_of(const ModelFacts& model, const Family& family, size_t anchors,
-                       bool has_prototypes) {
+YoloOutputs get_outputs(const ModelFacts& model, const Family& family, size_t anchors,
+                        bool has_prototypes) {
   auto outputs = find_yolo_outputs(model, anchors, has_prototypes);
   if (!outputs) outputs = any_yolo_outputs(model, has_prototypes);
   if (!outputs) throw wrong_outputs(model, family);
@@ -210,16 +210,16 @@ std::unique_ptr<Head> open(const ModelFacts& model, const HeadOptions& options,
 }
 
 std::unique_ptr<Head> open_yolov8(const ModelFacts& model, const HeadOptions& options) {
-  return open(model, options, kYolov8, outputs_of(model, kYolov8, 1, false), {}, 0);
+  return open(model, options, kYolov8, get_outputs(model, kYolov8, 1, false), {}, 0);
 }
 
 std::unique_ptr<Head> open_yolov8_obb(const ModelFacts& model, const HeadOptions& options) {
-  return open(model, options, kYolov8Obb, outputs_of(model, kYolov8Obb, 1, false),
+  return open(model, options, kYolov8Obb, get_outputs(model, kYolov8Obb, 1, false),
               {.has_angle = true}, kAngle);
 }
 
 std::unique_ptr<Head> open_yolov8_pose(const ModelFacts& model, const HeadOptions& options) {
-  const YoloOutputs outputs = outputs_of(model, kYolov8Pose, 1, false);
+  const YoloOutputs outputs = get_outputs(model, kYolov8Pose, 1, false);
   std::optional<PointShape> shape;
   if (const auto points = number_setting(options, "keypoints", 1, 1024)) {
     shape = {static_cast<size_t>(*points), 3};
@@ -240,18 +240,18 @@ std::unique_ptr<Head> open_yolov8_pose(const ModelFacts& model, const HeadOption
 
 std::unique_ptr<Head> open_yolov8_segmentation(const ModelFacts& model,
                                                const HeadOptions& options) {
-  const YoloOutputs outputs = outputs_of(model, kYolov8Segmentation, 1, true);
+  const YoloOutputs outputs = get_outputs(model, kYolov8Segmentation, 1, true);
   return open(model, options, kYolov8Segmentation, outputs, {}, outputs.prototypes->count);
 }
 
 std::unique_ptr<Head> open_yolov5(const ModelFacts& model, const HeadOptions& options) {
-  return open(model, options, kYolov5, outputs_of(model, kYolov5, 3, false),
+  return open(model, options, kYolov5, get_outputs(model, kYolov5, 3, false),
               {.has_objectness = true}, 0);
 }
 
 std::unique_ptr<Head> open_yolov5_segmentation(const ModelFacts& model,
                                                const HeadOptions& options) {
-  const YoloOutputs outputs = outputs_of(model, kYolov5Segmentation, 3, true);
+  const YoloOutputs outputs = get_outputs(model, kYolov5Segmentation, 3, true);
   return open(model, options, kYolov5Segmentation, outputs, {.has_objectness = true},
               outputs.prototypes->count);
 }
@@ -259,7 +259,7 @@ std::unique_ptr<Head> open_yolov5_segmentation(const ModelFacts& model,
 std::unique_ptr<Head> open_yolox(const ModelFacts& model, const HeadOptions& options) {
   const auto word = word_setting(options, "unit", {"pixels", "picture", "cells"});
   constexpr Unit kUnits[] = {Unit::Pixels, Unit::Picture, Unit::Cells};
-  return open(model, options, kYolox, outputs_of(model, kYolox, 1, false),
+  return open(model, options, kYolox, get_outputs(model, kYolox, 1, false),
               {.has_objectness = true,
                .unit = word ? kUnits[*word] : Unit::Automatic,
                .may_be_cells = true},

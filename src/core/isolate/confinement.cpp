@@ -122,7 +122,7 @@ void allow_and_keep_open(const Ruleset& rules, const char* path, uint64_t rights
   rules.allow(kept.back(), rights);
 }
 
-std::string reason_of(bool done) {
+std::string get_reason(bool done) {
   return done ? "" : std::strerror(errno);
 }
 
@@ -152,14 +152,14 @@ std::string restrict_files() {
 Namespaces enter_namespaces() {
   const std::string user = std::to_string(geteuid()), group = std::to_string(getegid());
   Namespaces out;
-  out.user = reason_of(unshare(CLONE_NEWUSER) == 0);
+  out.user = get_reason(unshare(CLONE_NEWUSER) == 0);
   if (out.user.empty()) {
     // Without these, file access is the same but getuid() returns 65534.
     write_file("/proc/self/uid_map", user + " " + user + " 1");
     write_file("/proc/self/setgroups", "deny");
     write_file("/proc/self/gid_map", group + " " + group + " 1");
   }
-  out.network = reason_of(unshare(CLONE_NEWNET | CLONE_NEWIPC) == 0 || unshare(CLONE_NEWNET) == 0);
+  out.network = get_reason(unshare(CLONE_NEWNET | CLONE_NEWIPC) == 0 || unshare(CLONE_NEWNET) == 0);
   return out;
 }
 
@@ -177,7 +177,7 @@ std::string drop_privileges() {
   __user_cap_header_struct head{_LINUX_CAPABILITY_VERSION_3, 0};
   const __user_cap_data_struct none[_LINUX_CAPABILITY_U32S_3] = {};
   if (syscall(SYS_capset, &head, none) != 0) return std::strerror(errno);
-  return reason_of(prctl(PR_SET_DUMPABLE, 0, 0, 0, 0) == 0);
+  return get_reason(prctl(PR_SET_DUMPABLE, 0, 0, 0, 0) == 0);
 }
 
 // Writable private memory; shared memory and read-only file mappings do not count.

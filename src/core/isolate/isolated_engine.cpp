@@ -163,14 +163,14 @@ int guarded(weir_error* error, Body&& body) noexcept {
   }
 }
 
-IsolatedModel& model_of(weir_model* handle) {
+IsolatedModel& to_model(weir_model* handle) {
   return *reinterpret_cast<IsolatedModel*>(handle);
 }
-IsolatedSession& session_of(weir_session* handle) {
+IsolatedSession& to_session(weir_session* handle) {
   return *reinterpret_cast<IsolatedSession*>(handle);
 }
 
-OpenCall call_of(const weir_open& request, const std::string& engine) {
+OpenCall make_call(const weir_open& request, const std::string& engine) {
   OpenCall call;
   call.engine = engine;
   call.paths.assign(request.paths, request.paths + request.n_models);
@@ -187,7 +187,7 @@ int open_model(const weir_open* request, weir_model** out, weir_error* error) {
     auto model = std::make_unique<IsolatedModel>();
     model->isolation = *static_cast<const Isolation*>(request->host_ctx);
     if (!model->isolation.monitor) model->isolation.monitor = std::make_shared<Monitor>();
-    model->settings.open = call_of(*request, model->isolation.engine);
+    model->settings.open = make_call(*request, model->isolation.engine);
     model->settings.open.declared = model->isolation.declared;
     const OpenCall& call = model->settings.open;
     if (const auto bound = custom::bound_to_this_process(call.engine, call.paths))
@@ -207,7 +207,7 @@ int open_model(const weir_open* request, weir_model** out, weir_error* error) {
 }
 
 int info(weir_model* handle, weir_model_info* out, weir_error*) {
-  const ModelFacts& facts = *model_of(handle).facts;
+  const ModelFacts& facts = *to_model(handle).facts;
   *out = facts.info;
   out->struct_size = sizeof *out;
   constexpr uint32_t kStay =
@@ -230,9 +230,9 @@ int session_new(weir_model* handle, const weir_option*, uint32_t, weir_session**
                 weir_error* error) {
   *out = nullptr;
   return guarded(error, [&] {
-    auto supervisor = model_of(handle).supervisor();
+    auto supervisor = to_model(handle).supervisor();
     if (!supervisor) return give(error, supervisor.error());
-    auto session = std::make_unique<IsolatedSession>(&model_of(handle), *std::move(supervisor));
+    auto session = std::make_unique<IsolatedSession>(&to_model(handle), *std::move(supervisor));
     *out = reinterpret_cast<weir_session*>(session.release());
     return 0;
   });
@@ -241,27 +241,27 @@ int session_new(weir_model* handle, const weir_option*, uint32_t, weir_session**
 int resolve(weir_session* session, const weir_tensor_info* in, uint32_t n_in, weir_tensor_info* out,
             uint32_t n_out, weir_error* error) {
   return guarded(error, [&] {
-    const Status status = session_of(session).resolve({in, n_in}, {out, n_out});
+    const Status status = to_session(session).resolve({in, n_in}, {out, n_out});
     return status ? 0 : give(error, status.error());
   });
 }
 
 int invoke(weir_session* session, const weir_frame* in, weir_frame* out, weir_error* error) {
   return guarded(error, [&] {
-    const auto result = session_of(session).invoke(*in, *out);
+    const auto result = to_session(session).invoke(*in, *out);
     return result ? *result : give(error, result.error());
   });
 }
 
 int control(weir_session* session, int op, const weir_option* option, weir_error* error) {
   return guarded(error, [&] {
-    const Status status = session_of(session).control(op, option);
+    const Status status = to_session(session).control(op, option);
     return status ? 0 : give(error, status.error());
   });
 }
 
 int execution(weir_model* handle, weir_execution* out) {
-  const IsolatedModel& model = model_of(handle);
+  const IsolatedModel& model = to_model(handle);
   if (model.threads == 0) return -WEIR_MODEL_UNSUPPORTED;
   out->threads = model.threads;
   out->spins = model.spins;
@@ -284,12 +284,12 @@ weir_engine table() {
   out.flags = WEIR_ENGINE_NEEDS_NO_MODEL | WEIR_ENGINE_MODEL_IS_NO_FILE;
   out.open = open_model;
   out.close = [](weir_model* handle) {
-    const std::unique_ptr<IsolatedModel> end(&model_of(handle));
+    const std::unique_ptr<IsolatedModel> end(&to_model(handle));
   };
   out.info = info;
   out.session_new = session_new;
   out.session_free = [](weir_session* handle) {
-    const std::unique_ptr<IsolatedSession> end(&session_of(handle));
+    const std::unique_ptr<IsolatedSession> end(&to_session(handle));
   };
   out.resolve = resolve;
   out.invoke = invoke;
@@ -299,7 +299,7 @@ weir_engine table() {
 }
 
 IsolatedModel* isolated(const infer::Model& model) {
-  return &model.engine() == &isolated_engine() ? &model_of(model.handle()) : nullptr;
+  return &model.engine() == &isolated_engine() ? &to_model(model.handle()) : nullptr;
 }
 
 }  // namespace
@@ -309,11 +309,11 @@ const weir_engine& isolated_engine() noexcept {
   return kTable;
 }
 
-std::shared_ptr<SharedArena> arena_of(const infer::Model& model) {
+std::shared_ptr<SharedArena> get_arena(const infer::Model& model) {
   const auto* own = isolated(model);
   return own ? own->arena : nullptr;
 }
-std::shared_ptr<Monitor> monitor_of(const infer::Model& model) {
+std::shared_ptr<Monitor> get_monitor(const infer::Model& model) {
   const auto* own = isolated(model);
   return own ? own->isolation.monitor : nullptr;
 }

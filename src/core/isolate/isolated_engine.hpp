@@ -13,12 +13,12 @@ namespace weir::isolate {
 
 // Each session is a process, without the limit that the engine itself may have. open() requires
 // OpenOptions::host_context to be an Isolation. It accepts inputs at any address; the requirements
-// of the inner engine are met in memory of arena_of().
+// of the inner engine are met in memory of get_arena().
 const weir_engine& isolated_engine() noexcept;
 
 // For a model opened by isolated_engine(); null (or "") for others.
-std::shared_ptr<SharedArena> arena_of(const infer::Model& model);
-std::shared_ptr<Monitor> monitor_of(const infer::Model& model);
+std::shared_ptr<SharedArena> get_arena(const infer::Model& model);
+std::shared_ptr<Monitor> get_monitor(const infer::Model& model);
 // The name of the engine inside the process, and the accelerator that it got.
 std::string engine_in(const infer::Model& model);
 AcceleratorChoice accelerator_in(const infer::Model& model);

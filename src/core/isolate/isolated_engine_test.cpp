@@ -37,7 +37,7 @@ TEST_F(IsolatedTest, RunsFramesOfAnySize) {
 
 TEST_F(IsolatedTest, ReadsFramesInSharedMemoryInPlace) {
   ASSERT_TRUE(open());
-  const auto arena = arena_of(*model_);
+  const auto arena = get_arena(*model_);
   ASSERT_TRUE(arena);
   const auto block = arena->allocate(10000);
   ASSERT_TRUE(block);
@@ -58,7 +58,7 @@ TEST_F(IsolatedTest, CopiesAndCountsFramesInOtherMemory) {
 
 TEST_F(IsolatedTest, ForgetsFreedBlocks) {
   ASSERT_TRUE(open());
-  const auto arena = arena_of(*model_);
+  const auto arena = get_arena(*model_);
   for (size_t i = 1; i < 300; ++i) {  // each size is new, so no earlier block fits
     const auto block = arena->allocate(i * 8192);
     ASSERT_TRUE(block);

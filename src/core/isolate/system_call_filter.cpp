@@ -58,7 +58,7 @@ std::vector<HalfCheck> halves(const SystemCallRule& rule) {
 }
 
 // Returns a verdict if all checks hold; otherwise continues after itself.
-Program program_of(const SystemCallRule& rule) {
+Program make_program(const SystemCallRule& rule) {
   constexpr size_t kStepsOfACheck = 3;
   const auto checks = halves(rule);
   Program out;
@@ -72,10 +72,10 @@ Program program_of(const SystemCallRule& rule) {
 }
 
 // The rules for one call. EPERM if none of them decides.
-Program program_of(std::span<const SystemCallRule> rules) {
+Program make_program(std::span<const SystemCallRule> rules) {
   Program out;
   for (const auto& rule : rules) {
-    const Program part = program_of(rule);
+    const Program part = make_program(rule);
     out.insert(out.end(), part.begin(), part.end());
   }
   if (!halves(rules.back()).empty()) decide(&out, EPERM);
@@ -95,7 +95,7 @@ std::vector<sock_filter> compile(std::span<const SystemCallRule> rules) {
   while (!rules.empty()) {
     const auto is_same = [&](const SystemCallRule& rule) { return rule.call == rules[0].call; };
     const auto end = std::find_if_not(rules.begin(), rules.end(), is_same);
-    const auto part = program_of(rules.first(static_cast<size_t>(end - rules.begin())));
+    const auto part = make_program(rules.first(static_cast<size_t>(end - rules.begin())));
     const auto call = static_cast<uint32_t>(rules[0].call);
     if (part.size() <= UINT8_MAX) {
       skip_unless(&out, BPF_JEQ, call, part.size());

@@ -24,7 +24,7 @@ AcceleratorChoice choose_accelerator(const OpenCall& call, const weir_engine& en
       std::ranges::find(call.declared, "accelerator", &std::pair<std::string, std::string>::first);
   if (given == call.declared.end()) return {call.accelerator};
   const auto request = infer::parse_accelerator(given->second);
-  const auto supported = infer::accelerators_of(engine);
+  const auto supported = infer::list_accelerators(engine);
   return {infer::choose_accelerator(request, supported),
           infer::unavailable_hardware(request, supported, engine.name, given->second)};
 }

@@ -5,7 +5,7 @@
 
 namespace weir {
 
-std::string_view name_of(DropReason reason) noexcept {
+std::string_view to_string(DropReason reason) noexcept {
   switch (reason) {
     case DropReason::Policy:
       return "policy";

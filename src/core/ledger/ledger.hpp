@@ -13,7 +13,7 @@ namespace weir {
 // Late, Refused, Lost: what an engine reports of a result that it did not get (weir_no_result).
 enum class DropReason { Policy, Qos, Flush, Eos, Error, Time, Late, Refused, Lost };
 inline constexpr size_t kDropReasons = 9;
-std::string_view name_of(DropReason reason) noexcept;
+std::string_view to_string(DropReason reason) noexcept;
 
 struct LedgerSnapshot {
   uint64_t received = 0;      // frames that arrived on the sink pad

@@ -56,9 +56,9 @@ TEST(Ledger, LosesNothingUnderThreads) {
 }
 
 TEST(Ledger, EveryReasonHasItsOwnName) {
-  EXPECT_EQ(name_of(DropReason::Policy), "policy");
-  EXPECT_EQ(name_of(DropReason::Error), "error");
-  EXPECT_NE(name_of(DropReason::Eos), name_of(DropReason::Flush));
+  EXPECT_EQ(to_string(DropReason::Policy), "policy");
+  EXPECT_EQ(to_string(DropReason::Error), "error");
+  EXPECT_NE(to_string(DropReason::Eos), to_string(DropReason::Flush));
 }
 
 }  // namespace ledger_test

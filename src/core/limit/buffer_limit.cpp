@@ -8,7 +8,7 @@ namespace weir {
 namespace {
 
 // 0 if a size is unknown; the maximum value if it cannot be represented.
-uint64_t bytes_of(const FrameSpec& spec) {
+uint64_t count_bytes(const FrameSpec& spec) {
   const bool known = std::ranges::all_of(spec.tensors, &TensorSpec::valid);
   return known ? spec.bytes().value_or(UINT64_MAX) : 0;
 }
@@ -29,11 +29,11 @@ Status BufferLimit::check(uint64_t bytes) const {
 }
 
 Status BufferLimit::check(const FrameSpec& spec) const {
-  return check(bytes_of(spec));
+  return check(count_bytes(spec));
 }
 
 Status BufferLimit::check_input(const FrameSpec& spec) const {
-  const uint64_t bytes = bytes_of(spec);
+  const uint64_t bytes = count_bytes(spec);
   return allows(bytes) ? ok() : Status(exceeded("an input frame", bytes));
 }
 

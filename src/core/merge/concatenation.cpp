@@ -33,9 +33,9 @@ Error mismatch(const TensorSpec& offered, const TensorSpec& needed, size_t pad,
 Status fits(const TensorSpec& one, const TensorSpec& first, size_t pad, size_t dimension) {
   if (one.type != first.type) {
     Error error = mismatch(one, first, pad,
-                           "type is " + std::string(name_of(one.type)) + ", needed is " +
-                               std::string(name_of(first.type)));
-    error.fix = "tensor_transform mode=typecast option=" + std::string(name_of(first.type));
+                           "type is " + std::string(to_string(one.type)) + ", needed is " +
+                               std::string(to_string(first.type)));
+    error.fix = "tensor_transform mode=typecast option=" + std::string(to_string(first.type));
     return error;
   }
   std::vector<size_t> differ;
@@ -110,7 +110,7 @@ Result<Concatenation> Concatenation::plan(std::span<const TensorSpec> inputs, si
                  .what = "the merged tensor is too large",
                  .offered = std::to_string(sum) + " in dimension " + std::to_string(dimension),
                  .needed = "at most 4294967295, and less than 8 EiB together"};
-  size_t inner = size_of(first.type);
+  size_t inner = element_size(first.type);
   for (size_t d = 0; d < dimension; ++d) inner *= extent_or_one(first.shape, d);
   out.rows_ = 1;
   for (size_t d = dimension + 1; d < kRankLimit; ++d) out.rows_ *= extent_or_one(first.shape, d);

@@ -32,7 +32,7 @@ Merged merge(const std::vector<TensorSpec>& specs, const std::vector<Bytes>& inp
 // Copies each element by its coordinates.
 Bytes model_of(const std::vector<TensorSpec>& specs, const std::vector<Bytes>& inputs,
                size_t dimension, const Shape& merged) {
-  const size_t size = size_of(specs[0].type);
+  const size_t size = element_size(specs[0].type);
   Bytes out;
   std::vector<size_t> at(kRankLimit, 0);
   for (uint64_t n = *merged.count(); n > 0; --n) {

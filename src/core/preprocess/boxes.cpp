@@ -19,7 +19,7 @@ Number number_at(std::span<const std::byte> bytes, size_t index) {
   return out;
 }
 
-Box box_of(const float (&n)[kNumbers]) {
+Box make_box(const float (&n)[kNumbers]) {
   constexpr double kFar = 1e12;  // pixels; larger coordinates make no difference
   for (const float number : n)
     if (!std::isfinite(number)) return {};
@@ -69,7 +69,7 @@ void read_boxes(const TensorSpec& spec, std::span<const std::byte> bytes, std::v
     if (spec.type == ElementType::Float32) {
       float numbers[kNumbers];
       for (size_t i = 0; i < kNumbers; ++i) numbers[i] = number_at<float>(of, i);
-      out->push_back(box_of(numbers));
+      out->push_back(make_box(numbers));
       continue;
     }
     const auto at = [&](size_t i) { return int64_t{number_at<uint32_t>(of, i)}; };
@@ -101,7 +101,7 @@ void read_result_boxes(const weir_result_columns& columns, std::span<const std::
     const weir::Box upright = around(row.box(), row.rotation());
     const float corner[kNumbers] = {upright.x1, upright.y1, upright.x2 - upright.x1,
                                     upright.y2 - upright.y1};
-    out->push_back(box_of(corner));
+    out->push_back(make_box(corner));
     out->back().row = first_row + i + 1;
   }
 }

@@ -104,7 +104,7 @@ Status check_region(const Preparation& p, const Rect& picture, const Box& region
                .needed = "a region with pixels in " + text(picture)};
 }
 
-SourceMap source_map_of(const Preparation& p) noexcept {
+SourceMap make_source_map(const Preparation& p) noexcept {
   const auto placed = place(p);
   const auto& [source, content, of_columns, of_rows] = placed;
   const AxisWhole columns =

@@ -26,6 +26,6 @@ Placement place(const Preparation& preparation, const Rect& picture, const Box& 
 Status check_region(const Preparation& preparation, const Rect& picture, const Box& region);
 
 // Maps tensor coordinates to coordinates of the source picture.
-SourceMap source_map_of(const Preparation& preparation) noexcept;
+SourceMap make_source_map(const Preparation& preparation) noexcept;
 
 }  // namespace weir::preprocess

@@ -55,7 +55,7 @@ TEST(Placement, StaysWithinTheGivenCrop) {
 
 TEST(SourceMap, MapsCornersToCornersAndBack) {
   auto p = preparation(1920, 1080, 640, 640, Fit::Letterbox);
-  const auto map = source_map_of(p);
+  const auto map = make_source_map(p);
   const Point corner = map.to_source({0, 140}), opposite = map.to_source({640, 500});
   EXPECT_DOUBLE_EQ(corner.x, 0);
   EXPECT_DOUBLE_EQ(corner.y, 0);
@@ -65,12 +65,12 @@ TEST(SourceMap, MapsCornersToCornersAndBack) {
   EXPECT_EQ(map.height, 640u);
   EXPECT_EQ(map.x_dimension, 1);
   p.layout = Layout::Nchw;
-  EXPECT_EQ(source_map_of(p).x_dimension, 0);
-  EXPECT_EQ(source_map_of(p).y_dimension, 1);
+  EXPECT_EQ(make_source_map(p).x_dimension, 0);
+  EXPECT_EQ(make_source_map(p).y_dimension, 1);
   p.crop = Rect{101, 33, 517, 211};
   for (const Fit fit : {Fit::Stretch, Fit::Letterbox, Fit::CentreCrop}) {
     p.fit = fit;
-    const auto cropped = source_map_of(p);
+    const auto cropped = make_source_map(p);
     const Point there = cropped.to_source({12.5, 77});
     EXPECT_NEAR(cropped.to_tensor(there).x, 12.5, 1e-9);
     EXPECT_NEAR(cropped.to_tensor(there).y, 77, 1e-9);

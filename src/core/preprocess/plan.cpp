@@ -77,7 +77,7 @@ class PlanRun {
   }
 
  private:
-  size_t element_bytes() const noexcept { return size_of(p_.type); }
+  size_t element_bytes() const noexcept { return element_size(p_.type); }
   size_t pixels() const noexcept { return t_.placement.content.width; }
 
   // The address of element (channel, x, y); in NHWC, of the pixel's first element.

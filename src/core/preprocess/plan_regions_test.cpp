@@ -68,7 +68,7 @@ TEST(RegionPlacement, MapsBackToTheRegionOutsideThePicture) {
   auto p = of_gray(100, 100, 20, 10);
   for (const Box& box : {Box{-10, 5, 40, 40}, Box{80, -30, 60, 50}, Box{3, 4, 5, 6}}) {
     p.region = box;
-    const auto map = source_map_of(p);
+    const auto map = make_source_map(p);
     const Point begin = map.to_source({0, 0}), end = map.to_source({20, 10});
     EXPECT_DOUBLE_EQ(begin.x, static_cast<double>(box.x));
     EXPECT_DOUBLE_EQ(begin.y, static_cast<double>(box.y));

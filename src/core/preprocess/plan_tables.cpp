@@ -84,7 +84,7 @@ void append(std::vector<std::byte>* out, const Element& element, size_t bytes) {
 // Padding pixels go through the same conversion as all others.
 std::vector<std::byte> padding_rows(const Preparation& p, const std::vector<NumberRule>& numbers) {
   const std::vector<float> row(padded(1), static_cast<float>(p.padding));
-  const size_t bytes = size_of(p.type);
+  const size_t bytes = element_size(p.type);
   std::vector<uint32_t> elements(numbers.size());
   for (size_t c = 0; c < numbers.size(); ++c) {
     std::vector<uint32_t> written(padded(1));
@@ -166,7 +166,7 @@ void PlanTables::set_crop(const Rect& crop) {
 }
 
 // Returns the matching one of the first `known` grids, or else adds a new one.
-size_t PlanTables::grid_of(const Component& component, size_t known) {
+size_t PlanTables::find_grid(const Component& component, size_t known) {
   for (size_t i = 0; i < known; ++i)
     if (grids[i].sampling.same_grid(component)) return i;
   if (grids.size() == known) grids.emplace_back();
@@ -188,7 +188,7 @@ void PlanTables::lay_plane_grids() {
     const bool shares_grid = i > 0 && format.components[i - 1].plane == component.plane &&
                              format.components[i - 1].same_grid(component);
     if (!shares_grid) {
-      plane_grids.push_back({component.plane, grid_of(component, known)});
+      plane_grids.push_back({component.plane, find_grid(component, known)});
       known = std::max(known, plane_grids.back().grid + 1);
     }
     components.push_back({plane_grids.size() - 1, component.offset});

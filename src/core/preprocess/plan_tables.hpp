@@ -52,7 +52,7 @@ struct PlanTables {
   std::vector<std::byte> padding;   // NHWC: one row of pixels; NCHW: one row for each channel
 
  private:
-  size_t grid_of(const Component& component, size_t known);
+  size_t find_grid(const Component& component, size_t known);
   void lay_colors();
   void lay_plane_grids();
 };

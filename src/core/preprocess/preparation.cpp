@@ -37,7 +37,7 @@ Status check_quantisation(const Preparation& p) {
   if (!p.quantisation) return ok();
   const auto [scale, zero_point] = *p.quantisation;
   if (p.type != ElementType::UInt8 && p.type != ElementType::Int8)
-    return bad_option("only integer types can be quantised", std::string(name_of(p.type)),
+    return bad_option("only integer types can be quantised", std::string(to_string(p.type)),
                       "uint8 or int8", "type=uint8, or no quantisation");
   if (!(scale >= double{std::numeric_limits<float>::min()} &&
         scale <= double{std::numeric_limits<float>::max()}))
@@ -46,7 +46,7 @@ Status check_quantisation(const Preparation& p) {
   const int32_t low = p.type == ElementType::UInt8 ? 0 : -128;
   if (zero_point < low || zero_point > low + 255)
     return bad_option("the zero point is out of the range of the element type",
-                      std::to_string(zero_point) + " of " + std::string(name_of(p.type)),
+                      std::to_string(zero_point) + " of " + std::string(to_string(p.type)),
                       std::to_string(low) + " to " + std::to_string(low + 255));
   return ok();
 }
@@ -71,7 +71,7 @@ Status check_target(const Preparation& p) {
   if (p.type != ElementType::UInt8 && p.type != ElementType::Int8 &&
       p.type != ElementType::Float16 && p.type != ElementType::Float32)
     return bad_option("tensor_preprocess does not write this element type",
-                      std::string(name_of(p.type)), "uint8, int8, float16 or float32");
+                      std::string(to_string(p.type)), "uint8, int8, float16 or float32");
   if (!(p.padding >= 0 && p.padding <= 255))
     return bad_option("the padding is not a pixel value", std::to_string(p.padding), "0 to 255");
   if (auto status = check_numbers("mean", p.mean, p.channels()); !status) return status;

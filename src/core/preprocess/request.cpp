@@ -57,7 +57,7 @@ Shape batched(const Request& request, Shape shape) {
 }
 
 // Returns the index of one of the card's inputs.
-Result<size_t> input_of(const card::Card& card, std::string_view wanted) {
+Result<size_t> find_input(const card::Card& card, std::string_view wanted) {
   if (wanted.empty() && card.inputs.size() == 1) return size_t{0};
   std::vector<std::string> choices;
   for (size_t i = 0; i < card.inputs.size(); ++i) {
@@ -81,7 +81,7 @@ Result<size_t> input_of(const card::Card& card, std::string_view wanted) {
                .fix = "card-input=0"};
 }
 
-ChannelOrder order_of(card::Color color) noexcept {
+ChannelOrder to_order(card::Color color) noexcept {
   switch (color) {
     case card::Color::Gray:
       return ChannelOrder::Gray;
@@ -93,7 +93,7 @@ ChannelOrder order_of(card::Color color) noexcept {
   return ChannelOrder::Rgb;
 }
 
-Fit fit_of(card::Resize resize) noexcept {
+Fit to_fit(card::Resize resize) noexcept {
   switch (resize) {
     case card::Resize::Crop:
       return Fit::CentreCrop;
@@ -188,15 +188,15 @@ Result<ElementType> parse_type(std::string_view text) {
 }
 
 Result<Request> with_card(Request r, const card::Card& card, std::string_view name) {
-  const auto chosen = input_of(card, name);
+  const auto chosen = find_input(card, name);
   if (!chosen) return chosen.error();
   const card::ImageInput& input = card.inputs[*chosen];
   if (r.sizes.empty() && r.width == 0) r.width = static_cast<uint32_t>(input.width());
   if (r.sizes.empty() && r.height == 0) r.height = static_cast<uint32_t>(input.height());
   // The border belongs to the card's letterbox.
   if (!r.fit && r.padding == 0) r.padding = input.padding;
-  r.fit = r.fit.value_or(fit_of(input.resize));
-  r.order = r.order.value_or(order_of(input.color));
+  r.fit = r.fit.value_or(to_fit(input.resize));
+  r.order = r.order.value_or(to_order(input.color));
   r.mean = r.mean.value_or(input.mean);
   r.scale = r.scale.value_or(input.scale);
   r.type = r.type.value_or(input.type);
@@ -206,7 +206,7 @@ Result<Request> with_card(Request r, const card::Card& card, std::string_view na
 
 namespace {
 
-std::vector<TensorSpec> frame_of(const Request& r, ChannelOrder order, Layout layout) {
+std::vector<TensorSpec> make_frame_specs(const Request& r, ChannelOrder order, Layout layout) {
   std::vector<TensorSpec> out;
   Preparation p;
   p.order = order;
@@ -229,7 +229,7 @@ std::vector<std::vector<TensorSpec>> possible_frames(const Request& r) {
     for (const auto layout : {Layout::Nhwc, Layout::Nchw}) {
       if (r.layout && layout != *r.layout) continue;
       if (r.order && order != ChannelOrder::Rgb) continue;
-      out.push_back(frame_of(r, r.order.value_or(order), layout));
+      out.push_back(make_frame_specs(r, r.order.value_or(order), layout));
     }
   return out;
 }
@@ -270,8 +270,8 @@ Result<std::vector<Preparation>> resolve_frame(const Request& request,
   return out;
 }
 
-std::vector<TensorSpec> tensors_of(const Request& request,
-                                   std::span<const Preparation> preparations) {
+std::vector<TensorSpec> make_output_specs(const Request& request,
+                                          std::span<const Preparation> preparations) {
   std::vector<TensorSpec> out;
   for (const Preparation& preparation : preparations) {
     out.push_back(preparation.tensor());

@@ -63,7 +63,7 @@ Result<Preparation> resolve(Request request, const TensorSpec& wanted);
 Result<std::vector<Preparation>> resolve_frame(const Request& request,
                                                std::span<const TensorSpec> wanted);
 // The tensors of a static frame that these preparations make.
-std::vector<TensorSpec> tensors_of(const Request& request,
-                                   std::span<const Preparation> preparations);
+std::vector<TensorSpec> make_output_specs(const Request& request,
+                                          std::span<const Preparation> preparations);
 
 }  // namespace weir::preprocess

@@ -22,7 +22,7 @@ using V = hn::Vec<F>;
 static_assert(hn::MaxLanes(F()) <= kRowBlock);
 
 template <size_t samples>
-HWY_INLINE V color_of(F d, const ColorTransform& t, size_t channel, V a, V b, V c) {
+HWY_INLINE V convert_color(F d, const ColorTransform& t, size_t channel, V a, V b, V c) {
   const float* const of = t.of[channel];
   auto sum = hn::MulAdd(hn::Set(d, of[0]), a, hn::Set(d, t.add[channel]));
   if constexpr (samples == 3)
@@ -62,10 +62,10 @@ void finish_vectors(const float* const* in, const ColorTransform& t, const Numbe
     }
     if (t.computed) {
       const auto x = a, y = b, z = c;
-      a = color_of<samples>(d, t, 0, x, y, z);
+      a = convert_color<samples>(d, t, 0, x, y, z);
       if constexpr (channels == 3) {
-        b = color_of<samples>(d, t, 1, x, y, z);
-        c = color_of<samples>(d, t, 2, x, y, z);
+        b = convert_color<samples>(d, t, 1, x, y, z);
+        c = convert_color<samples>(d, t, 2, x, y, z);
       }
     }
     a = number(d, rules[0], a);

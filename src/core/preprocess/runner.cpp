@@ -20,7 +20,7 @@ bool are_large(std::span<const Job> jobs) {
 struct Rows {
   uint32_t first, count;
 };
-Rows rows_of(const Plan& plan, uint64_t part, uint64_t parts) {
+Rows split_rows(const Plan& plan, uint64_t part, uint64_t parts) {
   const uint64_t height = plan.preparation().height;
   const auto first = static_cast<uint32_t>(height * part / parts);
   return {first, static_cast<uint32_t>(height * (part + 1) / parts) - first};
@@ -53,7 +53,7 @@ void Runner::run_part(size_t part, const Planes& planes, std::span<const Job> jo
   const uint64_t parts = threads_.size() + 1;
   const bool streamed = are_large(jobs);
   for (const Job& job : jobs) {
-    const auto [first, count] = rows_of(*job.plan, part, parts);
+    const auto [first, count] = split_rows(*job.plan, part, parts);
     if (count == 0) continue;
     [[maybe_unused]] const Status never_fails = job.plan->run_rows(
         planes, job.out, first, count, &workspaces_[part], {.streamed = streamed, .checked = true});

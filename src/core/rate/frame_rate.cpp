@@ -50,7 +50,7 @@ FrameRate::Wide FrameRate::tick_scale() const noexcept {
   return Wide{kSecond} * static_cast<uint64_t>(rate_.denominator);
 }
 
-FrameRate::Wide FrameRate::offset_of(Wide tick) const noexcept {
+FrameRate::Wide FrameRate::get_offset(Wide tick) const noexcept {
   return tick * tick_scale() / numerator();
 }
 
@@ -61,8 +61,8 @@ FrameRate::Wide FrameRate::first_tick_from(uint64_t time) const noexcept {
 }
 
 std::optional<Tick> FrameRate::next() const noexcept {
-  const Wide begin = base_.value_or(0) + offset_of(ticks_);
-  const Wide end = base_.value_or(0) + offset_of(ticks_ + 1);
+  const Wide begin = base_.value_or(0) + get_offset(ticks_);
+  const Wide end = base_.value_or(0) + get_offset(ticks_ + 1);
   if (begin >= UINT64_MAX) return std::nullopt;
   return Tick{static_cast<uint64_t>(ticks_), static_cast<uint64_t>(begin),
               static_cast<uint64_t>(std::min<Wide>(end, UINT64_MAX) - begin)};
@@ -71,7 +71,7 @@ std::optional<Tick> FrameRate::next() const noexcept {
 Tick FrameRate::skip_to(uint64_t time, Tick first) noexcept {
   const Wide begin = ticks_;
   ticks_ = first_tick_from(time);
-  const Wide end = std::min<Wide>(base_.value_or(0) + offset_of(ticks_), UINT64_MAX);
+  const Wide end = std::min<Wide>(base_.value_or(0) + get_offset(ticks_), UINT64_MAX);
   first.duration = static_cast<uint64_t>(end - first.time);
   first.count = static_cast<uint64_t>(ticks_ - begin);
   first.has_frame = false;

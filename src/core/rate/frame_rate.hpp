@@ -43,7 +43,7 @@ class FrameRate {
 
   std::optional<Tick> next() const noexcept;
   uint64_t interval() const noexcept {
-    return static_cast<uint64_t>(offset_of(1));
+    return static_cast<uint64_t>(get_offset(1));
   }  // rounded down
 
  private:
@@ -51,7 +51,7 @@ class FrameRate {
 
   Wide numerator() const noexcept { return static_cast<uint64_t>(rate_.numerator); }
   Wide tick_scale() const noexcept;
-  Wide offset_of(Wide tick) const noexcept;
+  Wide get_offset(Wide tick) const noexcept;
   Wide first_tick_from(uint64_t time) const noexcept;
   Tick skip_to(uint64_t time, Tick first) noexcept;
 

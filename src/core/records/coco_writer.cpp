@@ -29,14 +29,14 @@ class CocoWriter final : public RecordWriter {
     const size_t before = out->size();
     const int64_t image = image_++;
     for (const ResultObject& object : frame.objects)
-      if (kind_of(reader, object) == RowKind::Detection && object.score >= settings_.threshold)
+      if (get_kind(reader, object) == RowKind::Detection && object.score >= settings_.threshold)
         write_entry(image, frame, object, facts, out);
     return out->size() > before;
   }
   void restart() noexcept override { image_ = 0; }
 
  private:
-  int32_t category_of(int32_t index) const {
+  int32_t get_category(int32_t index) const {
     return settings_.has_coco_ids && index >= 0 && index < kClasses ? coco_id(index)
                                                                     : std::max(index, 0);
   }
@@ -47,7 +47,7 @@ class CocoWriter final : public RecordWriter {
     *out += "{\"image_id\":";
     append_number(image, out);
     *out += ",\"category_id\":";
-    append_number(int64_t{category_of(object.class_index)}, out);
+    append_number(int64_t{get_category(object.class_index)}, out);
     *out += ",\"bbox\":";
     char separator = '[';
     for (const float number : {box.x1, box.y1, box.width(), box.height()}) {

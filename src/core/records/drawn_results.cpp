@@ -14,7 +14,7 @@ namespace {
 constexpr double kWhole = 1e9;  // beyond every picture
 
 // The box of an object: its own, its parent's, or the whole picture.
-Box box_of(const ResultFrame& frame, const ResultObject& object, const draw::Detections& drawn) {
+Box make_box(const ResultFrame& frame, const ResultObject& object, const draw::Detections& drawn) {
   const ResultObject* with_box = &object;
   for (size_t i = 0; !with_box->has_box && i < frame.objects.size(); ++i) {
     if (with_box->parent < 0 || static_cast<size_t>(with_box->parent) >= frame.objects.size())
@@ -26,9 +26,9 @@ Box box_of(const ResultFrame& frame, const ResultObject& object, const draw::Det
           static_cast<float>(drawn.picture_height > 0 ? drawn.picture_height : kWhole)};
 }
 
-draw::Detection detection_of(const ResultReader& reader, const ResultFrame& frame,
-                             const ResultObject& object, draw::Detections* out) {
-  const Box box = box_of(frame, object, *out);
+draw::Detection make_detection(const ResultReader& reader, const ResultFrame& frame,
+                               const ResultObject& object, draw::Detections* out) {
+  const Box box = make_box(frame, object, *out);
   draw::Detection drawn;
   drawn.x1 = box.x1, drawn.y1 = box.y1, drawn.x2 = box.x2, drawn.y2 = box.y2;
   drawn.score = object.score;
@@ -52,13 +52,13 @@ draw::Detection detection_of(const ResultReader& reader, const ResultFrame& fram
 }
 
 // Writes a text at the box that was read, in place of the box's own label: false if the text has a
-// box itself, or the box has a text already. `row_of` is the drawn row of each object.
+// box itself, or the box has a text already. `drawn_rows` holds the drawn row of each object.
 bool add_to_parent(const ResultFrame& frame, const ResultObject& object,
-                   const std::vector<size_t>& row_of, draw::Detections* out) {
+                   const std::vector<size_t>& drawn_rows, draw::Detections* out) {
   if (object.text.empty() || object.has_box || object.parent < 0) return false;
   const auto parent = static_cast<size_t>(object.parent);
-  if (parent >= row_of.size() || !frame.objects[parent].has_box) return false;
-  draw::Detection& row = out->rows[row_of[parent]];
+  if (parent >= drawn_rows.size() || !frame.objects[parent].has_box) return false;
+  draw::Detection& row = out->rows[drawn_rows[parent]];
   if (row.text >= 0) return false;
   row.text = static_cast<int32_t>(out->texts.size());
   row.score = object.score;
@@ -77,20 +77,20 @@ void add_points(const ResultFrame& frame, const ResultObject& object, draw::Dete
 }
 
 // nullptr: the tensor has no source map.
-const SourceMap* map_of(size_t tensor, std::span<const SourceMap> maps) {
+const SourceMap* find_map(size_t tensor, std::span<const SourceMap> maps) {
   const size_t index = maps.size() == 1 ? 0 : tensor;
   return index < maps.size() ? &maps[index] : nullptr;
 }
 
-// A grid over the part of the picture that tensor `tensor` covers, upright: `value_of` gives the
+// A grid over the part of the picture that tensor `tensor` covers, upright: `get_value` gives the
 // value of an element; outside of the tensor it is 0.
 template <class ValueOf>
 draw::ClassMap map_over(results::GridSize size, size_t tensor, std::span<const SourceMap> maps,
-                        const draw::Detections& drawn, const ValueOf& value_of) {
+                        const draw::Detections& drawn, const ValueOf& get_value) {
   draw::ClassMap out;
   out.x2 = drawn.picture_width > 0 ? drawn.picture_width : kWhole;
   out.y2 = drawn.picture_height > 0 ? drawn.picture_height : kWhole;
-  const SourceMap* map = map_of(tensor, maps);
+  const SourceMap* map = find_map(tensor, maps);
   const Box whole =
       map ? Box{0, 0, static_cast<float>(map->width), static_cast<float>(map->height)} : Box{};
   if (map) {
@@ -102,32 +102,32 @@ draw::ClassMap map_over(results::GridSize size, size_t tensor, std::span<const S
   out.width = size.width, out.height = size.height;
   if (!map || elements == 0 || results::keeps_directions(*map)) {
     out.classes.resize(elements);
-    for (size_t i = 0; i < elements; ++i) out.classes[i] = value_of(i);
+    for (size_t i = 0; i < elements; ++i) out.classes[i] = get_value(i);
     return out;
   }
   const results::RotatedGrid grid(*map, whole, size);
   out.width = grid.size().width, out.height = grid.size().height;
   for (uint32_t row = 0; row < out.height; ++row)
     for (uint32_t column = 0; column < out.width; ++column) {
-      const auto place = grid.place_of(column, row);
-      out.classes.push_back(place ? value_of(static_cast<size_t>(place->y) * size.width +
-                                             static_cast<size_t>(place->x))
+      const auto place = grid.find_point(column, row);
+      out.classes.push_back(place ? get_value(static_cast<size_t>(place->y) * size.width +
+                                              static_cast<size_t>(place->x))
                                   : uint16_t{0});
     }
   return out;
 }
 
-draw::ClassMap class_map_of(const ClassMapView& view, std::span<const SourceMap> maps,
-                            const draw::Detections& drawn) {
+draw::ClassMap make_class_map(const ClassMapView& view, std::span<const SourceMap> maps,
+                              const draw::Detections& drawn) {
   return map_over({view.width, view.height}, view.tensor, maps, drawn,
                   [&](size_t i) { return static_cast<uint16_t>(view.at(i)); });
 }
 
 // The least depth of the frame is level 0, the greatest one level 255.
-draw::ClassMap levels_of(const DepthView& view, std::span<const SourceMap> maps,
-                         const draw::Detections& drawn) {
+draw::ClassMap make_levels(const DepthView& view, std::span<const SourceMap> maps,
+                           const draw::Detections& drawn) {
   constexpr double kLevels = 255;
-  const SourceMap* map = map_of(view.tensor, maps);
+  const SourceMap* map = find_map(view.tensor, maps);
   const DepthRange range = range_of_depths(view, map ? std::optional(*map) : std::nullopt);
   const double span = double{range.greatest} - range.min;
   draw::ClassMap out =
@@ -154,24 +154,24 @@ draw::Detections drawn_results(const ResultReader& reader, const ResultFrame& fr
                            [](const RowGroup& group) { return group.columns.score >= 0; });
   for (const ResultObject& object : frame.objects)
     out.points_per_row = std::max<size_t>(out.points_per_row, object.n_points);
-  std::vector<size_t> row_of;
+  std::vector<size_t> drawn_rows;
   for (const ResultObject& object : frame.objects) {
     if (out.rows.size() == draw::kRowLimit) break;
-    row_of.push_back(out.rows.size());
-    if (add_to_parent(frame, object, row_of, &out)) continue;
-    out.rows.push_back(detection_of(reader, frame, object, &out));
+    drawn_rows.push_back(out.rows.size());
+    if (add_to_parent(frame, object, drawn_rows, &out)) continue;
+    out.rows.push_back(make_detection(reader, frame, object, &out));
     add_points(frame, object, &out);
   }
   for (const ClassMapView& view : frame.class_maps)
-    out.class_maps.push_back(class_map_of(view, maps, out));
-  for (const DepthView& view : frame.depths) out.class_maps.push_back(levels_of(view, maps, out));
+    out.class_maps.push_back(make_class_map(view, maps, out));
+  for (const DepthView& view : frame.depths) out.class_maps.push_back(make_levels(view, maps, out));
   for (const ZoneCount& count : frame.zone_counts) {
     if (count.class_index >= 0 || count.zone >= zone::kZoneLimit) continue;
     if (out.zone_totals.size() <= count.zone) out.zone_totals.resize(count.zone + 1);
     out.zone_totals[count.zone] = {count.inside, count.entered, count.forward, count.backward};
   }
   out.left_out.not_finite = frame.rows_not_finite;
-  out.left_out.beyond_limit = frame.objects.size() - row_of.size();
+  out.left_out.beyond_limit = frame.objects.size() - drawn_rows.size();
   return out;
 }
 

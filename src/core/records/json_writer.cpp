@@ -80,7 +80,7 @@ void append_events(const WriterSettings& settings, const ResultFrame& frame, std
   for (size_t i = 0; i < frame.zone_events.size(); ++i) {
     const ZoneEvent& event = frame.zone_events[i];
     *out += i > 0 ? ",{\"event\":\"" : "{\"event\":\"";
-    *out += zone::name_of(static_cast<zone::EventKind>(event.kind));
+    *out += zone::to_string(static_cast<zone::EventKind>(event.kind));
     *out += "\",\"zone\":";
     append_zone(settings, event.zone, out);
     append_count("track", static_cast<float>(event.track), out);
@@ -98,8 +98,8 @@ void append_events(const WriterSettings& settings, const ResultFrame& frame, std
 
 // ,"speed":..,"ground_speed":..,"zones":[{"name":..,"dwell":..}] of an object; what is not known is
 // left out.
-void append_zones_of(const WriterSettings& settings, const ResultFrame& frame,
-                     const ResultObject& object, std::string* out) {
+void append_object_zones(const WriterSettings& settings, const ResultFrame& frame,
+                         const ResultObject& object, std::string* out) {
   append_member("speed", object.speed, out);
   append_member("ground_speed", object.ground_speed, out);
   if (object.n_zones == 0) return;
@@ -165,7 +165,7 @@ class FrameWriter {
   void number_detections() {
     int32_t next = 0;
     for (const ResultObject& object : frame_.objects) {
-      const bool counts = kind_of(reader_, object) == RowKind::Detection && is_written(object);
+      const bool counts = get_kind(reader_, object) == RowKind::Detection && is_written(object);
       number_.push_back(counts ? next++ : -1);
     }
   }
@@ -195,7 +195,7 @@ class FrameWriter {
     out_ += "\":[";
     bool is_first = true;
     for (const ResultObject& object : frame_.objects) {
-      if (kind_of(reader_, object) != kind || !is_written(object)) continue;
+      if (get_kind(reader_, object) != kind || !is_written(object)) continue;
       if (!is_first) out_ += ',';
       is_first = false;
       write_object(kind, object);
@@ -238,7 +238,7 @@ class FrameWriter {
       out_ += ",\"parent\":";
       append_number(int64_t{parent}, &out_);
     }
-    append_zones_of(settings_, frame_, object, &out_);
+    append_object_zones(settings_, frame_, object, &out_);
     write_points(object);
     write_mask(object);
     if (reader_.sources().size() > 1) write_source(source);
@@ -288,7 +288,7 @@ class FrameWriter {
       const uint32_t height = facts_.height > 0 ? facts_.height : classes.height;
       std::vector<ClassRuns> runs;
       if (settings_.has_masks && has_run_lengths(width, height))
-        runs = runs_of_classes(classes, map_of(classes, width, height), width, height);
+        runs = runs_of_classes(classes, make_map(classes, width, height), width, height);
       for (const auto& found : parts_of_classes(classes, map_to_picture(classes.tensor))) {
         out_ += before;
         before = ',';
@@ -334,7 +334,7 @@ class FrameWriter {
     }
     out_ += ']';
   }
-  SourceMap map_of(const ClassMapView& classes, uint32_t width, uint32_t height) const {
+  SourceMap make_map(const ClassMapView& classes, uint32_t width, uint32_t height) const {
     if (const auto known = map_to_picture(classes.tensor)) return *known;
     SourceMap out;
     out.xx = double(width) / classes.width;

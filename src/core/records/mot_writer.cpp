@@ -16,7 +16,7 @@ class MotWriter final : public RecordWriter {
     const size_t before = out->size();
     ++frame_;
     for (const ResultObject& object : frame.objects)
-      if (kind_of(reader, object) == RowKind::Detection && object.score >= settings_.threshold)
+      if (get_kind(reader, object) == RowKind::Detection && object.score >= settings_.threshold)
         write_line(object, out);
     return out->size() > before;
   }

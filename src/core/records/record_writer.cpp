@@ -45,7 +45,7 @@ const ResultObject* with_box(const ResultFrame& frame, const ResultObject& objec
   return parent.has_box ? &parent : nullptr;
 }
 
-RowKind kind_of(const ResultReader& reader, const ResultObject& object) noexcept {
+RowKind get_kind(const ResultReader& reader, const ResultObject& object) noexcept {
   return reader.groups()[object.group].kind();
 }
 
@@ -56,7 +56,7 @@ void append_mask(const std::vector<uint32_t>& runs, uint32_t width, uint32_t hei
   *out += ',';
   append_number(int64_t{width}, out);
   *out += "],\"counts\":";
-  append_json_string(text_of(runs), out);
+  append_json_string(to_string(runs), out);
   *out += '}';
 }
 

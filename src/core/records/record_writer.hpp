@@ -73,7 +73,7 @@ std::unique_ptr<RecordWriter> mot_writer(WriterSettings settings);
 
 // The box of an object: its own, or that of its parent; null if neither has one.
 const ResultObject* with_box(const ResultFrame& frame, const ResultObject& object) noexcept;
-RowKind kind_of(const ResultReader& reader, const ResultObject& object) noexcept;
+RowKind get_kind(const ResultReader& reader, const ResultObject& object) noexcept;
 // {"size":[height,width],"counts":"..."}
 void append_mask(const std::vector<uint32_t>& runs, uint32_t width, uint32_t height,
                  std::string* out);

@@ -41,7 +41,7 @@ bool is_flat(const Shape& shape, size_t rank) {
   return shape.valid();
 }
 
-std::vector<std::string> entries_of(const std::string& text) {
+std::vector<std::string> split_entries(const std::string& text) {
   std::vector<std::string> out;
   for (size_t begin = 0; begin <= text.size();) {
     const size_t end = std::min(text.find(';', begin), text.size());
@@ -63,7 +63,7 @@ weir_result_columns plain_columns(uint32_t length) {
 }
 
 // The zone that a number of a column means: they count from 1, 0 is none.
-std::optional<uint32_t> zone_of(float number) {
+std::optional<uint32_t> to_zone(float number) {
   constexpr float kEnd = 1e6f;
   if (!(number >= 1 && number < kEnd)) return std::nullopt;
   return static_cast<uint32_t>(number) - 1;
@@ -88,14 +88,14 @@ bool read_row(const ResultRow& row, const weir_result_columns& columns, ResultOb
 }
 
 // The text of row `row`, up to its first zero.
-std::string_view text_of(const ResultTensor& tensor, uint32_t row) {
+std::string_view read_text(const ResultTensor& tensor, uint32_t row) {
   const size_t length = extent(tensor.spec.shape, 0);
   const std::string_view all(reinterpret_cast<const char*>(tensor.bytes.data()) + row * length,
                              length);
   return all.substr(0, all.find('\0'));
 }
 
-MaskView mask_of(const ResultTensor& tensor, uint32_t row) {
+MaskView get_mask(const ResultTensor& tensor, uint32_t row) {
   const Shape& shape = tensor.spec.shape;
   MaskView out{extent(shape, 0), extent(shape, 1), {}};
   const size_t bytes = size_t{out.width} * out.height;
@@ -126,8 +126,8 @@ class RowReader {
         continue;
       }
       add_points(row, &object);
-      if (group.masks != kNoTensor) object.mask = mask_of(tensors_[group.masks], i);
-      if (group.text != kNoTensor) object.text = text_of(tensors_[group.text], i);
+      if (group.masks != kNoTensor) object.mask = get_mask(tensors_[group.masks], i);
+      if (group.text != kNoTensor) object.text = read_text(tensors_[group.text], i);
       object.parent = row.parent();  // a row, until end()
       if (group.zones.any()) add_zones(group.zones, &object);
       object_of_row_.back() = static_cast<int32_t>(out_.objects.size());
@@ -161,7 +161,7 @@ class RowReader {
     if (columns.ground_speed.first >= 0) object->ground_speed = number(columns.ground_speed.first);
     object->first_zone = static_cast<uint32_t>(out_.zones.size());
     for (uint32_t i = 0; i < columns.zone.count; ++i)
-      if (const auto zone = zone_of(number(columns.zone.first + static_cast<int32_t>(i))))
+      if (const auto zone = to_zone(number(columns.zone.first + static_cast<int32_t>(i))))
         out_.zones.push_back({*zone, number(columns.dwell.first + static_cast<int32_t>(i))});
     object->n_zones = static_cast<uint32_t>(out_.zones.size()) - object->first_zone;
   }
@@ -201,7 +201,7 @@ void ResultFrame::clear() noexcept {
 Result<ResultReader> ResultReader::make(const std::string& columns, const std::string& sources) {
   ResultReader out;
   out.has_columns_ = !columns.empty();
-  const auto entries = entries_of(columns), names = entries_of(sources);
+  const auto entries = split_entries(columns), names = split_entries(sources);
   if (entries.size() > kTensorLimit)
     return bad_columns(columns, kTensorLimit, "weir-columns names more tensors than a frame has");
   for (uint32_t i = 0; i < entries.size(); ++i) {
@@ -359,7 +359,7 @@ void ResultReader::read_zones(uint32_t tensor, const ResultTensor& rows, ResultF
   for (uint32_t i = 0; i < extent(rows.spec.shape, 1); ++i) {
     std::memcpy(n.data(), rows.bytes.data() + i * n.size() * sizeof(float),
                 n.size() * sizeof(float));
-    const auto zone = zone_of(n[1]);
+    const auto zone = to_zone(n[1]);
     if (!zone) continue;
     const ResultRow row(columns_[tensor], n.data());
     const int32_t class_index = std::max(row.class_index(), -1);

@@ -83,7 +83,7 @@ std::vector<ClassRuns> runs_of_classes(const ClassMapView& classes, const Source
   return out;
 }
 
-std::string text_of(const RunLengths& runs) {
+std::string to_string(const RunLengths& runs) {
   std::string out;
   for (size_t i = 0; i < runs.size(); ++i) {
     int64_t rest = runs[i];

@@ -35,7 +35,7 @@ std::vector<ClassRuns> runs_of_classes(const ClassMapView& classes, const Source
 
 // The text of a code in files of COCO: differences to the run before the last one, in characters
 // of 6 bits from '0' on.
-std::string text_of(const RunLengths& runs);
+std::string to_string(const RunLengths& runs);
 // The runs of such a text. nullopt if it is damaged or its runs are not `pixels` in sum.
 std::optional<RunLengths> runs_of_text(std::string_view text, uint64_t pixels);
 

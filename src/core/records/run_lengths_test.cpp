@@ -57,14 +57,14 @@ TEST(RunLengths, OfMasksAreTheNearestCellOfEachPixel) {
 
 TEST(RunLengths, TextIsThatOfCoco) {
   // Five bits a character from the lowest on, from '0' on, 32 = more follow.
-  EXPECT_EQ(text_of({6}), "6");
-  EXPECT_EQ(text_of({0, 6}), "06");
-  EXPECT_EQ(text_of({16}), "`0");  // bit 4 of the last character would be a sign
-  EXPECT_EQ(text_of({100}), "T3");
+  EXPECT_EQ(to_string({6}), "6");
+  EXPECT_EQ(to_string({0, 6}), "06");
+  EXPECT_EQ(to_string({16}), "`0");  // bit 4 of the last character would be a sign
+  EXPECT_EQ(to_string({100}), "T3");
   // From the fourth run on, the difference to the run before the last one: 3 - 5 = -2.
-  EXPECT_EQ(text_of({1, 5, 2, 3}), "152N");
+  EXPECT_EQ(to_string({1, 5, 2, 3}), "152N");
   // Sign-extended differences of more than four bits: 5 - 1000 = -995.
-  EXPECT_EQ(text_of({0, 1000, 2, 5}), "0Xo02mPO");
+  EXPECT_EQ(to_string({0, 1000, 2, 5}), "0Xo02mPO");
 }
 
 TEST(RunLengths, OfATextAreThoseThatWereWritten) {
@@ -76,7 +76,7 @@ TEST(RunLengths, OfATextAreThoseThatWereWritten) {
                                  {0, 1000, 2, 5},
                                  {7, 1, 4000000, 1, 3, 123456}}) {
     const uint64_t pixels = std::accumulate(runs.begin(), runs.end(), uint64_t{0});
-    EXPECT_EQ(runs_of_text(text_of(runs), pixels), runs) << text_of(runs);
+    EXPECT_EQ(runs_of_text(to_string(runs), pixels), runs) << to_string(runs);
   }
 }
 

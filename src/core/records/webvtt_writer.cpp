@@ -81,7 +81,7 @@ class WebvttWriter final : public RecordWriter {
   void append_line(const ResultReader& reader, const ResultObject& object, std::string* out) const {
     if (!(object.score >= settings_.threshold)) return;
     std::string number, line;
-    if (kind_of(reader, object) == RowKind::Text) {
+    if (get_kind(reader, object) == RowKind::Text) {
       append_cue_text(object.text, &line);
       if (line.find_first_not_of(' ') == std::string::npos) return;
     } else {

@@ -78,7 +78,7 @@ size_t write_zone_columns(const zone::ZoneCounter& counter, size_t sighting, std
   std::fill(out.begin(), out.end(), 0.0f);
   out[0] = counter.speeds()[sighting].pixels;
   out[1] = counter.speeds()[sighting].metres;
-  const auto presences = counter.presences_of(sighting);
+  const auto presences = counter.get_presences(sighting);
   const size_t written = std::min(room, presences.size());
   for (size_t i = 0; i < written; ++i) {
     out[2 + i] = static_cast<float>(presences[i].zone + 1);

@@ -34,14 +34,14 @@ TensorSpec rows_spec(size_t length, size_t rows) {
           .name = {}};
 }
 
-OutputTensor table_of(size_t length, std::vector<float> numbers) {
+OutputTensor make_table(size_t length, std::vector<float> numbers) {
   OutputTensor out{.spec = rows_spec(length, numbers.size() / length)};
   out.numbers = std::move(numbers);
   out.is_table = true;
   return out;
 }
 
-uint32_t length_of(const char* columns) {
+uint32_t get_length(const char* columns) {
   return result_columns(columns, 0).value_or(weir_result_columns{}).length;
 }
 
@@ -82,7 +82,7 @@ bool is_finite_box(const Box& box) noexcept {
          std::isfinite(box.y1);
 }
 
-zone::Sighting sighting_of(const ResultRow& row, uint32_t group, bool has_class) {
+zone::Sighting make_sighting(const ResultRow& row, uint32_t group, bool has_class) {
   return {.group = group,
           .track = row.track(),
           .class_index = has_class ? std::max(row.class_index(), zone::kNoClass) : zone::kNoClass,
@@ -108,7 +108,7 @@ Status ZonedResults::read(std::span<const ResultTensor> tensors, std::vector<zon
                   length * sizeof(float));
       const ResultRow found(columns_[i], numbers.data());
       if (found.is_background() || !is_finite_box(found.box())) continue;
-      out->push_back(sighting_of(found, i, columns_[i].class_index >= 0));
+      out->push_back(make_sighting(found, i, columns_[i].class_index >= 0));
       rows_.push_back({i, row});
     }
   }
@@ -146,13 +146,13 @@ std::vector<OutputTensor> ZonedResults::write(std::span<const ResultTensor> tens
       out.push_back(widened(tensors[i], i, counter, &next, unnamed));
     else
       as_it_is(i);
-  static const uint32_t kCountLength = length_of(kZoneCountColumns),
-                        kEventLength = length_of(kZoneEventColumns);
+  static const uint32_t kCountLength = get_length(kZoneCountColumns),
+                        kEventLength = get_length(kZoneEventColumns);
   std::vector<float> counts, events;
   append_count_rows(counter, &counts);
   append_event_rows(counter, &events);
-  out.push_back(table_of(kCountLength, std::move(counts)));
-  out.push_back(table_of(kEventLength, std::move(events)));
+  out.push_back(make_table(kCountLength, std::move(counts)));
+  out.push_back(make_table(kEventLength, std::move(events)));
   for (size_t i = with_role; i < tensors.size(); ++i) as_it_is(i);
   return out;
 }

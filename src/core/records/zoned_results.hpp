@@ -38,7 +38,7 @@ class ZonedResults {
   // The roles of the output. The tables of zones follow the tensors that have a role.
   const ResultRoles& roles() const noexcept { return roles_; }
   // The source of the classes of a group of sightings.
-  const std::string& source_of(uint32_t group) const { return roles_[group].source; }
+  const std::string& get_source(uint32_t group) const { return roles_[group].source; }
 
   // Errors: ResultReader::check(), FRAME_SIZE. Objects without a box, and rows that are not finite,
   // are not read.

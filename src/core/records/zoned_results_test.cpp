@@ -30,7 +30,7 @@ TEST(ZonedResults, WidensRowsAndAppendsTablesBeforeWhatIsNoResult) {
             std::string(kTracked) + ",speed,ground-speed,zone:1,dwell:1;masks;score,class;" +
                 kZoneCountColumns + ";" + kZoneEventColumns);
   EXPECT_EQ(sources_text(zoned->roles()), "a;a;b;z;z");
-  EXPECT_EQ(zoned->source_of(0), "a");
+  EXPECT_EQ(zoned->get_source(0), "a");
 
   // The first row is background, the second not finite.
   const auto frame = TestFrame()

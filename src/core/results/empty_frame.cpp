@@ -11,7 +11,7 @@
 namespace weir::results {
 namespace {
 
-std::optional<TensorSpec> spec_of(const ResultRole& role) {
+std::optional<TensorSpec> make_spec(const ResultRole& role) {
   weir_result_columns columns;
   if (!weir_results_parse(role.columns.c_str(), 0, &columns)) return std::nullopt;
   switch (columns.kind) {
@@ -36,7 +36,7 @@ std::optional<TensorSpec> spec_of(const ResultRole& role) {
 bool write_empty(const ResultRoles& roles, const Reserve& reserve) {
   std::vector<TensorHeader> headers;
   for (const ResultRole& role : roles) {
-    const auto spec = spec_of(role);
+    const auto spec = make_spec(role);
     if (!spec) return false;
     TensorHeader header;
     header.format = Format::Flexible;

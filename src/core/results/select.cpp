@@ -25,7 +25,7 @@ struct Polygon {
   }
 };
 
-Polygon polygon_of(const Candidate& box) noexcept {
+Polygon to_polygon(const Candidate& box) noexcept {
   const double c = std::cos(box.angle), s = std::sin(box.angle);
   const double w = box.width / 2.0, h = box.height / 2.0;
   Polygon out;
@@ -34,7 +34,7 @@ Polygon polygon_of(const Candidate& box) noexcept {
   return out;
 }
 
-double area_of(const Polygon& polygon) noexcept {
+double get_area(const Polygon& polygon) noexcept {
   double twice = 0;
   for (size_t i = 0; i < polygon.count; ++i) {
     const Corner &a = polygon.corners[i], &b = polygon.corners[(i + 1) % polygon.count];
@@ -58,7 +58,7 @@ Polygon clip(const Polygon& polygon, Corner a, Corner b) noexcept {
   return out;
 }
 
-Box box_of(const Candidate& c) noexcept {
+Box to_box(const Candidate& c) noexcept {
   return {c.x, c.y, c.x + c.width, c.y + c.height};
 }
 
@@ -69,7 +69,7 @@ bool is_suppressed(const Candidate& candidate, const Candidates& kept, const Sel
       return false;
     const float common = selection.rivals == Rivals::SameClassRotated
                              ? rotated_overlap(better, candidate)
-                             : overlap(box_of(better), box_of(candidate));
+                             : overlap(to_box(better), to_box(candidate));
     return common > selection.max_overlap;
   });
 }
@@ -82,11 +82,11 @@ float rotated_overlap(const Candidate& a, const Candidate& b) noexcept {
   // Boxes whose circles do not meet have nothing in common.
   const double reach = (std::hypot(a.width, a.height) + std::hypot(b.width, b.height)) / 2;
   if (std::hypot(double{a.x} - b.x, double{a.y} - b.y) >= reach) return 0;
-  Polygon common = polygon_of(a);
-  const Polygon other = polygon_of(b);
+  Polygon common = to_polygon(a);
+  const Polygon other = to_polygon(b);
   for (size_t i = 0; i < other.count; ++i)
     common = clip(common, other.corners[i], other.corners[(i + 1) % other.count]);
-  const double area = area_of(common);
+  const double area = get_area(common);
   return static_cast<float>(area / (areas - area));
 }
 

@@ -47,7 +47,7 @@ void turn_masks(const SourceMap& map, FrameResults* results) {
     after = grid.size();
     for (uint32_t row = 0; row < after.height; ++row)
       for (uint32_t column = 0; column < after.width; ++column) {
-        const auto place = grid.place_of(column, row);
+        const auto place = grid.find_point(column, row);
         turned.push_back(place ? value_at(mask, before, *place) : uint8_t{0});
       }
   }
@@ -99,7 +99,7 @@ RotatedGrid::RotatedGrid(const SourceMap& map, const Box& box, GridSize grid) no
       grid_(grid),
       size_(turned_size(map, grid)) {}
 
-std::optional<Point> RotatedGrid::place_of(uint32_t column, uint32_t row) const noexcept {
+std::optional<Point> RotatedGrid::find_point(uint32_t column, uint32_t row) const noexcept {
   const Point at = map_.to_tensor({upright_.x1 + (column + 0.5) / size_.width * upright_.width(),
                                    upright_.y1 + (row + 0.5) / size_.height * upright_.height()});
   const double x = (at.x - box_.x1) / box_.width() * grid_.width;
@@ -109,7 +109,7 @@ std::optional<Point> RotatedGrid::place_of(uint32_t column, uint32_t row) const 
   return Point{x, y};
 }
 
-Object object_of(const detection::Candidate& candidate, bool is_rotated) noexcept {
+Object make_object(const detection::Candidate& candidate, bool is_rotated) noexcept {
   const float x = is_rotated ? candidate.x - candidate.width / 2 : candidate.x;
   const float y = is_rotated ? candidate.y - candidate.height / 2 : candidate.y;
   return {.box = {x, y, x + candidate.width, y + candidate.height},

@@ -38,7 +38,7 @@ class RotatedGrid {
   GridSize size() const noexcept { return size_; }
   // The place of an element's centre in the original grid, whose first element spans 0 to 1.
   // nullopt outside of it.
-  std::optional<Point> place_of(uint32_t column, uint32_t row) const noexcept;
+  std::optional<Point> find_point(uint32_t column, uint32_t row) const noexcept;
 
  private:
   SourceMap map_;
@@ -50,7 +50,7 @@ class RotatedGrid {
 
 // The object of a candidate in pixels of the model's input. The box of a candidate with an angle
 // has its centre at the candidate's x, y.
-Object object_of(const detection::Candidate& candidate, bool is_rotated) noexcept;
+Object make_object(const detection::Candidate& candidate, bool is_rotated) noexcept;
 
 // Applies the map to boxes, rotations, key points and masks. Under a map that rotates, an upright
 // box becomes the upright box around it, and its mask is turned and spans that box; unless

@@ -198,10 +198,10 @@ TEST(ToPicture, ARotatedBoxTurnsWithThePicture) {
 TEST(ToPicture, CandidatesWithAnAngleHaveTheirCentreAtXY) {
   const detection::Candidate candidate{
       .x = 10, .y = 20, .width = 4, .height = 2, .score = 0.5f, .class_index = -1, .angle = 1};
-  expect_box(object_of(candidate, true).box, {8, 19, 12, 21});
-  EXPECT_EQ(object_of(candidate, true).rotation, 1);
-  expect_box(object_of(candidate, false).box, {10, 20, 14, 22});
-  EXPECT_EQ(object_of(candidate, false).class_index, 0);
+  expect_box(make_object(candidate, true).box, {8, 19, 12, 21});
+  EXPECT_EQ(make_object(candidate, true).rotation, 1);
+  expect_box(make_object(candidate, false).box, {10, 20, 14, 22});
+  EXPECT_EQ(make_object(candidate, false).class_index, 0);
 }
 
 }  // namespace to_picture_test

@@ -16,18 +16,18 @@ std::string sized(const TensorSpec& spec) {
 
 // The number of bytes of the dimensions below `dimension`.
 size_t inner_bytes(const TensorSpec& spec, size_t dimension) {
-  size_t bytes = size_of(spec.type);
+  size_t bytes = element_size(spec.type);
   for (size_t i = 0; i < dimension && i < spec.shape.rank(); ++i) bytes *= spec.shape[i];
   return bytes;
 }
 
-uint32_t extent_of(const Shape& shape, size_t dimension) {
+uint32_t get_extent(const Shape& shape, size_t dimension) {
   return std::max(shape[dimension], 1u);
 }
 
 bool same_but(const Shape& a, const Shape& b, size_t dimension) {
   for (size_t i = 0; i < kRankLimit; ++i)
-    if (i != dimension && extent_of(a, i) != extent_of(b, i)) return false;
+    if (i != dimension && get_extent(a, i) != get_extent(b, i)) return false;
   return true;
 }
 
@@ -38,7 +38,7 @@ std::optional<Segment::Part> part_of_line(const Segment& segment, const TensorSp
   if (!same_but(segment.spec.shape, input.shape, k) || segment.offset % inner != 0)
     return std::nullopt;
   return Segment::Part{k, static_cast<uint32_t>(segment.offset / inner),
-                       extent_of(segment.spec.shape, k)};
+                       get_extent(segment.spec.shape, k)};
 }
 
 Error beyond(const SplitRequest& request, const TensorSpec& input, size_t index, std::string needed,
@@ -97,7 +97,7 @@ Result<SplitPlan> in_a_line(const SplitRequest& request, const TensorSpec& input
 // The size of each segment along the dimension.
 Result<std::vector<uint32_t>> extents(const SplitRequest& request, const TensorSpec& input) {
   const size_t k = *request.dimension;
-  const uint32_t extent = extent_of(input.shape, k);
+  const uint32_t extent = get_extent(input.shape, k);
   if (request.parts > 0) {
     if (!request.segments.empty())
       return Error{.code = Code::OPTION_VALUE,
@@ -128,7 +128,7 @@ Result<std::vector<uint32_t>> extents(const SplitRequest& request, const TensorS
                    .needed = "segments that differ in dimension " + std::to_string(k) + " only",
                    .difference = "segment " + std::to_string(i) + " is " + segment.to_string(),
                    .fix = "set only the sizes along the dimension: tensorseg=1,2"};
-    out.push_back(only_size ? segment[0] : extent_of(segment, k));
+    out.push_back(only_size ? segment[0] : get_extent(segment, k));
   }
   return out;
 }
@@ -144,7 +144,7 @@ Result<SplitPlan> along_dimension(const SplitRequest& request, const TensorSpec&
                  .fix = "split-dim=0"};
   const auto sizes = extents(request, input);
   if (!sizes) return sizes.error();
-  const uint32_t extent = extent_of(input.shape, k);
+  const uint32_t extent = get_extent(input.shape, k);
   const size_t inner = inner_bytes(input, k);
   const size_t blocks = *input.bytes() / (inner * extent);
   uint64_t sum = 0, at = 0;

@@ -22,7 +22,7 @@ Error unreadable(std::string_view text, size_t segment, std::string_view part) {
                .fix = "tensorseg=3:4:1,3:4:2"};
 }
 
-SourceMap part_of(const SourceMap& map, const Segment::Part& part) {
+SourceMap crop_map(const SourceMap& map, const Segment::Part& part) {
   if (part.dimension == map.x_dimension)
     return map.of_part(1, part.from, 1, 0, part.extent, map.height);
   if (part.dimension == map.y_dimension)
@@ -53,8 +53,8 @@ Result<std::vector<Shape>> parse_segments(std::string_view text) {
   return out;
 }
 
-std::vector<SourceMap> maps_of(const Segment& segment, const TensorSpec& input,
-                               std::span<const SourceMap> maps, bool of_regions) {
+std::vector<SourceMap> make_source_maps(const Segment& segment, const TensorSpec& input,
+                                        std::span<const SourceMap> maps, bool of_regions) {
   std::vector<SourceMap> out;
   if (!segment.part) return out;
   const Segment::Part& part = *segment.part;
@@ -64,7 +64,7 @@ std::vector<SourceMap> maps_of(const Segment& segment, const TensorSpec& input,
     const auto own = maps.subspan(from, std::min<size_t>(part.extent, maps.size() - from));
     return {own.begin(), own.end()};
   }
-  for (const auto& map : maps) out.push_back(part_of(map, part));
+  for (const auto& map : maps) out.push_back(crop_map(map, part));
   return out;
 }
 

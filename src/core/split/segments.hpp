@@ -54,7 +54,7 @@ void copy_segment(const Segment& segment, std::span<const std::byte> in, std::sp
 // The source maps of a segment, derived from those of the whole tensor; empty if it is not a part
 // of the picture. `of_regions`: they belong to a batch, one for each index of its outermost
 // dimension.
-std::vector<SourceMap> maps_of(const Segment& segment, const TensorSpec& input,
-                               std::span<const SourceMap> maps, bool of_regions);
+std::vector<SourceMap> make_source_maps(const Segment& segment, const TensorSpec& input,
+                                        std::span<const SourceMap> maps, bool of_regions);
 
 }  // namespace weir

@@ -43,7 +43,7 @@ Bytes taken(const Segment& segment, const Bytes& in) {
 // `dimension`.
 Bytes walked(const TensorSpec& spec, const Bytes& in, size_t dimension, size_t from, size_t to) {
   Bytes out;
-  const size_t size = size_of(spec.type);
+  const size_t size = element_size(spec.type);
   for (size_t element = 0; element < in.size() / size; ++element) {
     size_t rest = element, index = 0;
     for (size_t d = 0; d <= dimension; ++d) {
@@ -228,7 +228,7 @@ TEST(SplitPicture, MapsToItsPartOfThePicture) {
   const SourceMap whole = picture_as_it_is(8, 6, false);
   const auto first_point = [&](const SplitRequest& request, size_t index) {
     const auto maps =
-        maps_of(plan_split(request, input)->segments[index], input, {&whole, 1}, false);
+        make_source_maps(plan_split(request, input)->segments[index], input, {&whole, 1}, false);
     EXPECT_EQ(maps.size(), 1u);
     return maps.empty() ? SourceMap{} : maps[0];
   };
@@ -246,7 +246,7 @@ TEST(SplitPicture, IsEmptyIfTheSegmentIsNotPartOfIt) {
   const SourceMap whole = picture_as_it_is(8, 6, false);
   const auto plan = plan_split(line("48,2:8:6"), input);
   for (const auto& segment : plan->segments)
-    EXPECT_TRUE(maps_of(segment, input, {&whole, 1}, false).empty());
+    EXPECT_TRUE(make_source_maps(segment, input, {&whole, 1}, false).empty());
 }
 
 TEST(SplitPicture, OfABatchGoesWithItsRegions) {
@@ -254,16 +254,17 @@ TEST(SplitPicture, OfABatchGoesWithItsRegions) {
   std::vector<SourceMap> maps(3, picture_as_it_is(8, 6, false));
   for (size_t i = 0; i < 3; ++i) maps[i].x0 = static_cast<double>(10 * i);
   const auto regions = plan_split(along(3, "1,2"), input);
-  const auto own = maps_of(regions->segments[1], input, maps, true);
+  const auto own = make_source_maps(regions->segments[1], input, maps, true);
   ASSERT_EQ(own.size(), 2u);
   EXPECT_EQ(own[0].x0, 10);
-  const auto rows = maps_of(plan_split(along(2, "3,3"), input)->segments[1], input, maps, true);
+  const auto rows =
+      make_source_maps(plan_split(along(2, "3,3"), input)->segments[1], input, maps, true);
   ASSERT_EQ(rows.size(), 3u);
   EXPECT_EQ(rows[2].to_source({0, 0}).y, 3);
   EXPECT_EQ(rows[2].to_source({0, 0}).x, 20);
   const std::span<const SourceMap> fewer(maps.data(), 2);
-  EXPECT_EQ(maps_of(regions->segments[1], input, fewer, true).size(), 1u);
-  EXPECT_TRUE(maps_of(regions->segments[1], input, fewer.first(1), true).empty());
+  EXPECT_EQ(make_source_maps(regions->segments[1], input, fewer, true).size(), 1u);
+  EXPECT_TRUE(make_source_maps(regions->segments[1], input, fewer.first(1), true).empty());
 }
 
 }  // namespace segments_test

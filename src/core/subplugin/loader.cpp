@@ -36,8 +36,8 @@ config::FolderKind folder_kind(Kind kind) {
   return config::FolderKind::Filters;
 }
 
-std::string prefix_of(Kind kind) {
-  return std::string("libnnstreamer_") + name_of(kind) + "_";
+std::string get_prefix(Kind kind) {
+  return std::string("libnnstreamer_") + to_string(kind) + "_";
 }
 
 // The directory entry of that name in one folder.
@@ -57,7 +57,7 @@ Found look_for(Kind kind, std::string_view name) {
   if (name.empty() || name.find('/') != std::string_view::npos) return found;
   const auto configuration = infer::nnstreamer_configuration();
   for (const auto& folder : configuration.folders(folder_kind(kind))) {
-    const fs::path path = fs::path(folder.path) / (prefix_of(kind) + std::string(name) + ".so");
+    const fs::path path = fs::path(folder.path) / (get_prefix(kind) + std::string(name) + ".so");
     const Entry which = entry(path, configuration.enable_symlink());
     if (which == Entry::ForbiddenLink && found.forbidden_link.empty())
       found.forbidden_link = path.string();
@@ -106,10 +106,10 @@ Result<const void*> load(Kind kind, std::string_view name, const std::string& fi
   const Error error{.code = Code::MODULE_REFUSED,
                     .what = "the sub-plugin " + file + " does not register itself",
                     .offered = registered,
-                    .needed = "the " + std::string(name_of(kind)) + " " + std::string(name) +
+                    .needed = "the " + std::string(to_string(kind)) + " " + std::string(name) +
                               ", registered when the file is loaded",
                     .fix = was_rejected ? "correct the rejected part and rebuild the file"
-                                        : "the file's name must be " + prefix_of(kind) +
+                                        : "the file's name must be " + get_prefix(kind) +
                                               "NAME.so with the registered NAME"};
   std::lock_guard lock(refused().mutex);
   return refused().reasons.try_emplace(file, error).first->second;
@@ -171,7 +171,7 @@ Result<const void*> open(Kind kind, std::string_view name) {
 void open_all(Kind kind) {
   for (const auto& name : available(kind))
     if (const auto opened = open(kind, name); !opened)
-      log_once(prefix_of(kind) + name, opened.error().message());
+      log_once(get_prefix(kind) + name, opened.error().message());
 }
 
 void log_once(const std::string& who, const std::string& message) {
@@ -182,14 +182,14 @@ void log_once(const std::string& who, const std::string& message) {
   infer::host().log(WEIR_LOG_WARNING, who.c_str(), message.c_str());
 }
 
-std::string file_of(Kind kind, std::string_view name) {
+std::string find_file(Kind kind, std::string_view name) {
   return look_for(kind, name).file;
 }
 
 std::vector<std::string> available(Kind kind) {
   const auto registered = table().names(kind);
   std::set<std::string> out(registered.begin(), registered.end());
-  const std::string prefix = prefix_of(kind);
+  const std::string prefix = get_prefix(kind);
   const auto configuration = infer::nnstreamer_configuration();
   for (const auto& folder : configuration.folders(folder_kind(kind))) {
     std::error_code ignored;

@@ -22,7 +22,7 @@ void open_all(Kind kind);
 // Logs a warning the first time only.
 void log_once(const std::string& who, const std::string& message);
 // The file that open() would load; "" if there is none.
-std::string file_of(Kind kind, std::string_view name);
+std::string find_file(Kind kind, std::string_view name);
 // Names that are registered or have a file, sorted; opens nothing.
 std::vector<std::string> available(Kind kind);
 

@@ -9,7 +9,7 @@
 
 namespace weir::subplugin {
 
-const char* name_of(Kind kind) noexcept {
+const char* to_string(Kind kind) noexcept {
   constexpr const char* kNames[] = {"filter", "decoder", "converter", "trainer"};
   return kNames[static_cast<size_t>(kind)];
 }
@@ -32,18 +32,18 @@ Status Table::add(Kind kind, std::string_view name, const void* descriptor) {
   Status status = check_name(name);
   if (status && !of(kind).add(std::string(name), descriptor))
     status = Error{.code = Code::OPTION_VALUE,
-                   .what = std::string("another ") + name_of(kind) + " already has this name",
+                   .what = std::string("another ") + to_string(kind) + " already has this name",
                    .offered = std::string(name),
                    .needed = "an unused name"};
   if (status)
-    note("it registered the " + std::string(name_of(kind)) + " " + std::string(name));
+    note("it registered the " + std::string(to_string(kind)) + " " + std::string(name));
   else
     refuse(kind, status.error());
   return status;
 }
 
 void Table::refuse(Kind kind, const Error& reason) {
-  note("a " + std::string(name_of(kind)) + " was rejected: " + reason.what +
+  note("a " + std::string(to_string(kind)) + " was rejected: " + reason.what +
        (reason.offered.empty() ? "" : " (" + reason.offered + ")"));
 }
 

@@ -19,7 +19,7 @@ namespace weir::subplugin {
 
 enum class Kind { Filter, Decoder, Converter, Trainer };
 inline constexpr Kind kKinds[] = {Kind::Filter, Kind::Decoder, Kind::Converter, Kind::Trainer};
-const char* name_of(Kind kind) noexcept;  // "filter", as in libnnstreamer_filter_NAME.so
+const char* to_string(Kind kind) noexcept;  // "filter", as in libnnstreamer_filter_NAME.so
 
 // Thread-safe. Descriptors are borrowed and must stay valid until removed.
 class Table {

@@ -211,7 +211,7 @@ class Collector {
     if (queue->ended) return kEnded;
     return flow_;
   }
-  static DropReason reason_of(int flow) {
+  static DropReason to_drop_reason(int flow) {
     if (flow == kFlushing) return DropReason::Flush;
     return flow == kEnded ? DropReason::Eos : DropReason::Error;
   }
@@ -225,7 +225,7 @@ class Collector {
   int wait_for_bytes(Lock& lock, QueueId id, uint64_t bytes) {
     while (true) {
       if (const int refused = refusal(id); refused != kOk) {
-        ledger_->dropped(reason_of(refused));
+        ledger_->dropped(to_drop_reason(refused));
         return refused;
       }
       if (has_room(bytes)) return kOk;
@@ -265,7 +265,7 @@ class Collector {
   int wait_until_taken(Lock& lock, QueueId id) {
     while (true) {
       if (const int refused = refusal(id); refused != kOk) {
-        queues_.drop_head(id, reason_of(refused));
+        queues_.drop_head(id, to_drop_reason(refused));
         return refused;
       }
       auto* queue = queues_.find(id);

@@ -313,9 +313,9 @@ TEST_F(Collecting, LosesNothingUncountedUnderThreads) {
     });
     added.join();
     for (auto& thread : threads) thread.join();
-    EXPECT_TRUE(rows.ended) << name_of(mode);
+    EXPECT_TRUE(rows.ended) << to_string(mode);
     EXPECT_GT(rows.count(), 0u);
-    EXPECT_EQ(counts.snapshot().held(), 0u) << name_of(mode);
+    EXPECT_EQ(counts.snapshot().held(), 0u) << to_string(mode);
   }
 }
 

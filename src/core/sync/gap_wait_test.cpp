@@ -34,7 +34,7 @@ TEST(WaitForGapOnlyPads, IsAFrameWithATimeBeforeTheGaps) {
     EXPECT_EQ(two.waited_for(mode), Ids{}) << "a frame of its time may come";
     two.queues.gap(2, 31);
     EXPECT_EQ(two.waited_for(mode), Ids{2});
-    EXPECT_EQ(two.queues.step({mode, {}, {}})->outcome, Outcome::Wait) << name_of(mode);
+    EXPECT_EQ(two.queues.step({mode, {}, {}})->outcome, Outcome::Wait) << to_string(mode);
     two.queues.add(3);
     EXPECT_EQ(two.waited_for(mode), Ids{}) << "another is waited for, which brought nothing yet";
     two.queues.gap(3, 99);
@@ -47,8 +47,8 @@ TEST(WaitForGapOnlyPads, IsNoneIfThePolicyContinuesOnGaps) {
     Two two;
     two.head(1, 30);
     two.queues.gap(2, 99);
-    EXPECT_EQ(two.waited_for(mode), Ids{}) << name_of(mode);
-    EXPECT_TRUE(two.queues.step({mode, {}, {}})->changed) << name_of(mode);
+    EXPECT_EQ(two.waited_for(mode), Ids{}) << to_string(mode);
+    EXPECT_TRUE(two.queues.step({mode, {}, {}})->changed) << to_string(mode);
   }
   Two two;  // basepad repeats the frame from before the gap
   two.head(1, 30);
@@ -95,11 +95,11 @@ TEST(WaitForGapOnlyPads, AreReportedOnceAndStillWaitedFor) {
     auto offered = std::async(std::launch::async, [&] { return collector.offer(a, 1, 30); });
     EXPECT_TRUE(becomes_true([&] { return collector.waiting() > 0; }, "a frame that waits"));
     for (const Time end : {20, 40, 60}) collector.gap(b, end);
-    EXPECT_EQ(out.reported.get_future().get(), (std::pair{a, Ids{b}})) << name_of(mode);
+    EXPECT_EQ(out.reported.get_future().get(), (std::pair{a, Ids{b}})) << to_string(mode);
     EXPECT_TRUE(out.rows.empty());
     EXPECT_EQ(collector.offer(b, 2, 70), kOk);
     EXPECT_EQ(offered.get(), kOk);
-    EXPECT_EQ(out.rows, (std::vector<std::vector<int>>{{1, 2}})) << name_of(mode);
+    EXPECT_EQ(out.rows, (std::vector<std::vector<int>>{{1, 2}})) << to_string(mode);
     auto next = std::async(std::launch::async, [&] { return collector.offer(a, 3, 80); });
     EXPECT_TRUE(becomes_true([&] { return collector.waiting() > 0; }, "a frame that waits"));
     collector.gap(b, 90);
@@ -118,11 +118,11 @@ TEST(WaitForSilentPads, IsReportedOnceAndTheWaitGoesOn) {
     collector.start();
     const QueueId a = collector.add(), b = collector.add();
     auto offered = std::async(std::launch::async, [&] { return collector.offer(a, 1, 30); });
-    EXPECT_EQ(out.reported.get_future().get(), (std::pair{a, Ids{b}})) << name_of(mode);
+    EXPECT_EQ(out.reported.get_future().get(), (std::pair{a, Ids{b}})) << to_string(mode);
     EXPECT_TRUE(out.rows.empty());
     EXPECT_EQ(collector.offer(b, 2, 30), kOk);
     EXPECT_EQ(offered.get(), kOk);
-    EXPECT_EQ(out.rows, (std::vector<std::vector<int>>{{1, 2}})) << name_of(mode);
+    EXPECT_EQ(out.rows, (std::vector<std::vector<int>>{{1, 2}})) << to_string(mode);
     auto next = std::async(std::launch::async, [&] { return collector.offer(a, 3, 80); });
     EXPECT_TRUE(becomes_true([&] { return collector.waiting() > 0; }, "a frame that waits"));
     collector.end(b);

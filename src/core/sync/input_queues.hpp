@@ -223,7 +223,7 @@ class InputQueues {
       const bool too_old = queue.head && queue.head_time && *queue.head_time < round_.current;
       if (queue.ended || queue.frames_below > 1 || too_old) return false;
       const bool repeats = mode == Mode::Refresh && queue.kept;
-      waited_for = waited_for || (state_of(queue) == PadState::Empty && !repeats);
+      waited_for = waited_for || (get_state(queue) == PadState::Empty && !repeats);
     }
     return waited_for && mode != Mode::Lateness;
   }
@@ -242,7 +242,7 @@ class InputQueues {
     views_.clear();
     for (const InputQueue& queue : queues_) {
       PadView& view = views_.emplace_back();
-      view.state = state_of(queue);
+      view.state = get_state(queue);
       view.head = queue.head_time;
       view.gap_end = queue.gap_end.value_or(0);
       view.has_kept = queue.kept.has_value();
@@ -250,7 +250,7 @@ class InputQueues {
       view.went_back = queue.frames_below > 0;
     }
   }
-  static PadState state_of(const InputQueue& queue) noexcept {
+  static PadState get_state(const InputQueue& queue) noexcept {
     if (queue.head) return PadState::Head;
     if (queue.ended) return PadState::Ended;
     if (queue.missing) return PadState::Missing;
@@ -321,7 +321,7 @@ class InputQueues {
     for (InputQueue& queue : queues_) {
       if (queue.frames_below > 0 || queue.ended) continue;
       const bool from_before = queue.head && !is_past(queue, horizon);
-      settled = settled && !from_before && state_of(queue) != PadState::Empty;
+      settled = settled && !from_before && get_state(queue) != PadState::Empty;
       alone = true;
       if (!from_before) continue;
       keep_head(queue);

@@ -32,7 +32,7 @@ Error bad_option(std::string_view text, size_t place, const char* needed) {
 
 }  // namespace
 
-std::string_view name_of(Mode mode) noexcept {
+std::string_view to_string(Mode mode) noexcept {
   for (const ModeName& name : kModeNames)
     if (name.mode == mode) return name.text;
   return "";
@@ -59,10 +59,10 @@ std::optional<Error> old_name_warning(std::string_view text) {
       return Error{.code = Code::MODE_UNKNOWN,
                    .what = "sync-mode=" + std::string(name.text) +
                            " is an old name that NNStreamer 2.7 does not know; it is read as " +
-                           std::string(name_of(name.mode)),
+                           std::string(to_string(name.mode)),
                    .offered = std::string(text),
                    .needed = "nosync, slowest, basepad or refresh",
-                   .fix = "sync-mode=" + std::string(name_of(name.mode))};
+                   .fix = "sync-mode=" + std::string(to_string(name.mode))};
   return std::nullopt;
 }
 

@@ -11,7 +11,7 @@
 namespace weir::sync {
 
 enum class Mode { NoSync, Slowest, BasePad, Refresh, Lateness };
-std::string_view name_of(Mode mode) noexcept;  // "" for Lateness, which has no name
+std::string_view to_string(Mode mode) noexcept;  // "" for Lateness, which has no name
 
 // "nosync", "slowest", "basepad" or "refresh", in any case. Also the names of the first
 // publication: "base" = basepad, and "fastest" = refresh (outputs at the pace of the fastest pad;

@@ -51,7 +51,7 @@ TEST(SyncOptions, ATypoIsReportedWithTheNearestName) {
 
 TEST(SyncOptions, EachModeRoundTrips) {
   for (const Mode mode : {Mode::NoSync, Mode::Slowest, Mode::BasePad, Mode::Refresh})
-    EXPECT_EQ(*parse_mode(name_of(mode)), mode);
+    EXPECT_EQ(*parse_mode(to_string(mode)), mode);
 }
 
 TEST(SyncOptions, TheBaseHasAPadAndADuration) {

@@ -139,7 +139,7 @@ bool slowest_is_missing(const PadView& pad) {
 }
 
 // The window W of step B.
-Time window_of(const PadView& base, Time duration) {
+Time make_window(const PadView& base, Time duration) {
   if (!base.head || !base.has_kept || !base.kept) return 0;
   const Time apart = distance(*base.head, *base.kept);
   return apart == 0 ? 0 : std::min(duration, apart - 1);
@@ -252,7 +252,7 @@ Decision decide_base_pad(const Round& round, std::span<const PadView> pads, size
     return discard_heads(round, pads);
   if (pads[base].state == PadState::Gap) return base_has_a_gap(round, pads, pads[base].gap_end);
   const Round set = round.need_set ? step_a(round, pads[base], base) : round;
-  const Time window = window_of(pads[base], duration);
+  const Time window = make_window(pads[base], duration);
   std::vector<Use> uses;
   for (const PadView& pad : pads) uses.push_back(step_b(pad, set.current, window));
   const bool late = std::count(uses.begin(), uses.end(), Use::Discard) > 0;

@@ -41,16 +41,16 @@ constexpr Mode kWaiting[] = {Mode::NoSync, Mode::Slowest, Mode::BasePad};
 TEST(Policies, NoneEmitsBeforeEachPadHasAFrame) {
   for (const Mode mode : kAll) {
     const auto d = decide_for(mode, {head(5), kEmpty});
-    EXPECT_EQ(d.outcome, Outcome::Wait) << name_of(mode);
-    EXPECT_EQ(d.uses, (Uses{Use::Nothing, Use::Nothing})) << name_of(mode);
-    EXPECT_EQ(d.round, Round{}) << name_of(mode);
+    EXPECT_EQ(d.outcome, Outcome::Wait) << to_string(mode);
+    EXPECT_EQ(d.uses, (Uses{Use::Nothing, Use::Nothing})) << to_string(mode);
+    EXPECT_EQ(d.round, Round{}) << to_string(mode);
   }
 }
 
 TEST(Policies, ThreeEndWithTheFirstPadThatEnds) {
   for (const Mode mode : kWaiting) {
-    EXPECT_EQ(decide_for(mode, {head(5), kEnded}).outcome, Outcome::End) << name_of(mode);
-    EXPECT_EQ(decide_for(mode, {kEmpty, kEnded}).outcome, Outcome::End) << name_of(mode);
+    EXPECT_EQ(decide_for(mode, {head(5), kEnded}).outcome, Outcome::End) << to_string(mode);
+    EXPECT_EQ(decide_for(mode, {kEmpty, kEnded}).outcome, Outcome::End) << to_string(mode);
   }
 }
 
@@ -58,12 +58,12 @@ TEST(Policies, APadThatEndsDuringARepeatedRoundContributesItsKeptFrame) {
   for (const Mode mode : {Mode::Slowest, Mode::BasePad}) {
     const Round repeated{30, false, 0, {}};
     const auto d = decide_for(mode, {head(30), with_kept(kEnded, 20)}, repeated);
-    EXPECT_EQ(d.outcome, Outcome::Emit) << name_of(mode);
-    EXPECT_EQ(d.round.current, 30u) << name_of(mode);
-    EXPECT_EQ(d.uses, (Uses{Use::Head, Use::Kept})) << name_of(mode);
-    EXPECT_TRUE(d.round.need_set) << name_of(mode);
+    EXPECT_EQ(d.outcome, Outcome::Emit) << to_string(mode);
+    EXPECT_EQ(d.round.current, 30u) << to_string(mode);
+    EXPECT_EQ(d.uses, (Uses{Use::Head, Use::Kept})) << to_string(mode);
+    EXPECT_TRUE(d.round.need_set) << to_string(mode);
     const auto waits = decide_for(mode, {head(30), with_kept(kEnded, 20), kEmpty}, repeated);
-    EXPECT_EQ(waits.outcome, Outcome::Wait) << name_of(mode);
+    EXPECT_EQ(waits.outcome, Outcome::Wait) << to_string(mode);
   }
 }
 
@@ -71,16 +71,16 @@ TEST(Policies, APadThatEndsWhileARoundIsRepeatedEndsTheStreamWithoutAKeptFrame) 
   for (const Mode mode : {Mode::Slowest, Mode::BasePad}) {
     const Round repeated{30, false, 0, {}};
     EXPECT_EQ(decide_for(mode, {head(30), kEnded}, repeated).outcome, Outcome::End)
-        << name_of(mode);
+        << to_string(mode);
     const auto all = decide_for(mode, {with_kept(kEnded, 20), with_kept(kEnded, 20)}, repeated);
-    EXPECT_EQ(all.outcome, Outcome::End) << name_of(mode);
+    EXPECT_EQ(all.outcome, Outcome::End) << to_string(mode);
   }
 }
 
 TEST(Policies, ANewRoundEndsWithAPadThatHasEnded) {
   for (const Mode mode : kWaiting)
     EXPECT_EQ(decide_for(mode, {head(30), with_kept(kEnded, 20)}).outcome, Outcome::End)
-        << name_of(mode);
+        << to_string(mode);
 }
 
 TEST(Policies, RefreshEndsWithTheLast) {
@@ -91,7 +91,7 @@ TEST(Policies, RefreshEndsWithTheLast) {
 
 TEST(Policies, NoPadsNoDecision) {
   for (const Mode mode : {Mode::NoSync, Mode::Slowest, Mode::Refresh})
-    EXPECT_EQ(decide_for(mode, {}).outcome, Outcome::Wait) << name_of(mode);
+    EXPECT_EQ(decide_for(mode, {}).outcome, Outcome::Wait) << to_string(mode);
 }
 
 TEST(Policies, TheHighestHeadGivesTimeAndMetadata) {
@@ -99,7 +99,7 @@ TEST(Policies, TheHighestHeadGivesTimeAndMetadata) {
     const auto d = decide_for(mode, {head(5), head(9), head(9), head(2)});
     EXPECT_EQ(d.outcome, Outcome::Emit);
     EXPECT_EQ(d.round.current, 9u);
-    EXPECT_EQ(d.metadata_pad, 1u) << name_of(mode);
+    EXPECT_EQ(d.metadata_pad, 1u) << to_string(mode);
     EXPECT_TRUE(d.round.need_set);
     EXPECT_EQ(d.uses, Uses(4, Use::Head));
   }
@@ -108,25 +108,25 @@ TEST(Policies, TheHighestHeadGivesTimeAndMetadata) {
 TEST(Policies, CurrentNeverFalls) {
   for (const Mode mode : {Mode::NoSync, Mode::Refresh}) {
     const auto d = decide_for(mode, {head(5), head(9)}, {100, true, {}, {}});
-    EXPECT_EQ(d.round.current, 100u) << name_of(mode);
-    EXPECT_EQ(d.metadata_pad, 0u) << name_of(mode);
+    EXPECT_EQ(d.round.current, 100u) << to_string(mode);
+    EXPECT_EQ(d.metadata_pad, 0u) << to_string(mode);
   }
 }
 
 TEST(Policies, FramesWithoutTimeFitEveryTime) {
   for (const Mode mode : kAll) {
     const auto d = decide_for(mode, {head(40), head({})});
-    EXPECT_EQ(d.outcome, Outcome::Emit) << name_of(mode);
-    EXPECT_EQ(d.round.current, 40u) << name_of(mode);
-    EXPECT_EQ(d.uses, Uses(2, Use::Head)) << name_of(mode);
+    EXPECT_EQ(d.outcome, Outcome::Emit) << to_string(mode);
+    EXPECT_EQ(d.round.current, 40u) << to_string(mode);
+    EXPECT_EQ(d.uses, Uses(2, Use::Head)) << to_string(mode);
   }
 }
 
 TEST(Policies, WithoutAnyTimeTheOutputIsAtZero) {
   for (const Mode mode : kAll) {
     const auto d = decide_for(mode, {head({}), head({})});
-    EXPECT_EQ(d.outcome, Outcome::Emit) << name_of(mode);
-    EXPECT_EQ(d.round.current, 0u) << name_of(mode);
+    EXPECT_EQ(d.outcome, Outcome::Emit) << to_string(mode);
+    EXPECT_EQ(d.round.current, 0u) << to_string(mode);
   }
 }
 
@@ -273,24 +273,24 @@ TEST(Refresh, EmitsNothingWhileAnEndedPadNeverHadAFrame) {
 TEST(Missing, PadsRepeatTheirLastFrame) {
   for (const Mode mode : kAll) {
     const auto d = decide_for(mode, {head(20), with_kept(kMissing, 5)});
-    EXPECT_EQ(d.outcome, Outcome::Emit) << name_of(mode);
-    EXPECT_EQ(d.uses, (Uses{Use::Head, Use::Kept})) << name_of(mode);
+    EXPECT_EQ(d.outcome, Outcome::Emit) << to_string(mode);
+    EXPECT_EQ(d.uses, (Uses{Use::Head, Use::Kept})) << to_string(mode);
   }
 }
 
 TEST(Missing, AFullyRepeatedFrameIsNotSentAgain) {
   for (const Mode mode : kAll) {
     const auto d = decide_for(mode, {with_kept(kMissing, 4), with_kept(kMissing, 4)});
-    EXPECT_EQ(d.outcome, Outcome::Wait) << name_of(mode);
-    EXPECT_EQ(d.uses, (Uses{Use::Nothing, Use::Nothing})) << name_of(mode);
+    EXPECT_EQ(d.outcome, Outcome::Wait) << to_string(mode);
+    EXPECT_EQ(d.uses, (Uses{Use::Nothing, Use::Nothing})) << to_string(mode);
   }
 }
 
 TEST(Missing, PadsWithoutFramesLetTheOthersDrain) {
   for (const Mode mode : kAll) {
     const auto d = decide_for(mode, {head(20), kMissing});
-    EXPECT_EQ(d.outcome, Outcome::Wait) << name_of(mode);
-    EXPECT_EQ(d.uses, (Uses{Use::Discard, Use::Nothing})) << name_of(mode);
+    EXPECT_EQ(d.outcome, Outcome::Wait) << to_string(mode);
+    EXPECT_EQ(d.uses, (Uses{Use::Discard, Use::Nothing})) << to_string(mode);
   }
 }
 
@@ -304,14 +304,14 @@ TEST(Missing, WithoutTheBaseThereIsNoOutput) {
 TEST(Missing, ARoundWithoutHeadsStartsAgain) {
   for (const Mode mode : {Mode::Slowest, Mode::BasePad}) {
     const auto held_up = decide_for(mode, {head(0), gap(0)});
-    EXPECT_EQ(held_up.outcome, Outcome::Wait) << name_of(mode);
+    EXPECT_EQ(held_up.outcome, Outcome::Wait) << to_string(mode);
     const auto given_up = decide_for(mode, {head(0), kMissing}, held_up.round);
-    EXPECT_EQ(given_up.uses, (Uses{Use::Discard, Use::Nothing})) << name_of(mode);
-    EXPECT_TRUE(given_up.round.need_set) << name_of(mode);
+    EXPECT_EQ(given_up.uses, (Uses{Use::Discard, Use::Nothing})) << to_string(mode);
+    EXPECT_TRUE(given_up.round.need_set) << to_string(mode);
     const auto d = decide_for(mode, {with_kept(head(60), 0), head(60)}, given_up.round);
-    EXPECT_EQ(d.outcome, Outcome::Emit) << name_of(mode);
-    EXPECT_EQ(d.round.current, 60u) << name_of(mode);
-    EXPECT_EQ(d.uses, (Uses{Use::Head, Use::Head})) << name_of(mode);
+    EXPECT_EQ(d.outcome, Outcome::Emit) << to_string(mode);
+    EXPECT_EQ(d.round.current, 60u) << to_string(mode);
+    EXPECT_EQ(d.uses, (Uses{Use::Head, Use::Head})) << to_string(mode);
   }
 }
 

@@ -223,7 +223,7 @@ TEST(SyncStreams, AgreeWithTheModelsInAnyInterleaving) {
     const Streams in = random_streams(random, {round % 3 == 1, round % 3 == 2});
     const Base base{random() % in.size(), random() % 2 == 0 ? kBaseDuration : random() % 50};
     for (const Mode mode : {Mode::NoSync, Mode::Slowest, Mode::BasePad}) {
-      SCOPED_TRACE(std::string(name_of(mode)) + ", round " + std::to_string(round));
+      SCOPED_TRACE(std::string(to_string(mode)) + ", round " + std::to_string(round));
       const Played got = play({mode, base, {}}, in, round);
       EXPECT_EQ(got.rows, model_of({mode, base, {}}, in));
       expect_sums(got, in);
@@ -238,7 +238,7 @@ TEST(SyncStreams, GapsChangeWhenButNeverWhat) {
     const Streams in = random_streams(random, {});
     const Base base{random() % in.size(), random() % 2 == 0 ? kBaseDuration : random() % 50};
     for (const Mode mode : {Mode::NoSync, Mode::Slowest, Mode::BasePad}) {
-      SCOPED_TRACE(std::string(name_of(mode)) + ", round " + std::to_string(round));
+      SCOPED_TRACE(std::string(to_string(mode)) + ", round " + std::to_string(round));
       const Played got = play({mode, base, {}}, in, round, true);
       EXPECT_EQ(got.rows, model_of({mode, base, {}}, in));
       expect_sums(got, in);
@@ -330,7 +330,7 @@ TEST(SyncStreams, TheLastFrameIsPairedWithOneOfAPadThatHasEnded) {
 TEST(SyncStreams, APadWithoutFramesEndsTheStreamInARepeatedRoundToo) {
   for (unsigned seed = 0; seed < 20; ++seed)
     for (const Mode mode : {Mode::NoSync, Mode::Slowest, Mode::BasePad})
-      EXPECT_EQ(play({mode, {}, {}}, {{10, 20}, {}}, seed).rows, Rows{}) << name_of(mode);
+      EXPECT_EQ(play({mode, {}, {}}, {{10, 20}, {}}, seed).rows, Rows{}) << to_string(mode);
 }
 
 TEST(SyncStreams, AStreamThatRestartsOnAllPadsIsPairedAgain) {
@@ -342,7 +342,7 @@ TEST(SyncStreams, AStreamThatRestartsOnAllPadsIsPairedAgain) {
     }
   for (const Mode mode : {Mode::NoSync, Mode::Slowest, Mode::BasePad})
     for (unsigned seed = 0; seed < 20; ++seed) {
-      SCOPED_TRACE(std::string(name_of(mode)) + " " + std::to_string(seed));
+      SCOPED_TRACE(std::string(to_string(mode)) + " " + std::to_string(seed));
       const Played got = play({mode, {}, {}}, in, seed);
       EXPECT_GE(got.rows.size(), 24u);
       for (const Row& row : got.rows) EXPECT_EQ(row.frames[0] / 10, row.frames[1] / 10);
@@ -400,13 +400,13 @@ TEST(MaxWait, NothingIsSentTwiceWhenAllPadsBecomeMissing) {
       queues.put(id, 1, 10, OnBackwardsTime::Pass);
     }
     const Options options{mode, {}, {}};
-    EXPECT_EQ(queues.step(options)->outcome, Outcome::Emit) << name_of(mode);
-    EXPECT_TRUE(queues.mark_missing(Clock::now(), 1ms, Clock::now() + 1h)) << name_of(mode);
+    EXPECT_EQ(queues.step(options)->outcome, Outcome::Emit) << to_string(mode);
+    EXPECT_TRUE(queues.mark_missing(Clock::now(), 1ms, Clock::now() + 1h)) << to_string(mode);
     const auto step = queues.step(options);
-    EXPECT_EQ(step->outcome, Outcome::Wait) << name_of(mode);
-    EXPECT_FALSE(step->changed) << name_of(mode);
+    EXPECT_EQ(step->outcome, Outcome::Wait) << to_string(mode);
+    EXPECT_FALSE(step->changed) << to_string(mode);
     queues.put(1, 2, 20, OnBackwardsTime::Pass);
-    EXPECT_EQ(queues.step(options)->emission.frames, (std::vector<int>{2, 1})) << name_of(mode);
+    EXPECT_EQ(queues.step(options)->emission.frames, (std::vector<int>{2, 1})) << to_string(mode);
   }
 }
 

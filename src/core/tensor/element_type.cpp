@@ -15,12 +15,12 @@ constexpr std::array<size_t, 11> kSizes{4, 4, 2, 2, 1, 1, 8, 4, 8, 8, 2};
 
 }  // namespace
 
-size_t size_of(ElementType type) noexcept {
+size_t element_size(ElementType type) noexcept {
   const auto i = static_cast<size_t>(type);
   return i < kSizes.size() ? kSizes[i] : 0;
 }
 
-std::string_view name_of(ElementType type) noexcept {
+std::string_view to_string(ElementType type) noexcept {
   const auto i = static_cast<size_t>(type);
   return i < kNames.size() ? kNames[i] : "invalid";
 }

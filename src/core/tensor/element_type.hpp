@@ -26,9 +26,9 @@ enum class ElementType : uint32_t {
 };
 
 // Bytes of one element; 0 for End.
-size_t size_of(ElementType type) noexcept;
+size_t element_size(ElementType type) noexcept;
 // "uint8", "float32", ...; "invalid" for End.
-std::string_view name_of(ElementType type) noexcept;
+std::string_view to_string(ElementType type) noexcept;
 // Ignores case and surrounding blanks; returns End for anything but an exact name.
 ElementType parse_element_type(std::string_view text) noexcept;
 

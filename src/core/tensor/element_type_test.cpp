@@ -13,9 +13,9 @@ namespace element_type_test {
 TEST(ElementType, HasTheNumbersAndSizesOfTheWireFormat) {
   EXPECT_EQ(static_cast<int>(ElementType::UInt8), 5);
   EXPECT_EQ(static_cast<int>(ElementType::Float16), 10);
-  EXPECT_EQ(size_of(ElementType::Float64), 8u);
-  EXPECT_EQ(size_of(ElementType::Float16), 2u);
-  EXPECT_EQ(size_of(ElementType::End), 0u);
+  EXPECT_EQ(element_size(ElementType::Float64), 8u);
+  EXPECT_EQ(element_size(ElementType::Float16), 2u);
+  EXPECT_EQ(element_size(ElementType::End), 0u);
 }
 
 TEST(ElementType, ReadsNamesWithoutCaseAndBlanks) {
@@ -28,8 +28,8 @@ TEST(ElementType, VisitsTheTypeOfTheSameSize) {
   for (uint32_t i = 0; i < 11; ++i) {
     const auto type = static_cast<ElementType>(i);
     const size_t size = visit_type(type, []<class T>(std::type_identity<T>) { return sizeof(T); });
-    EXPECT_EQ(size, size_of(type));
-    EXPECT_EQ(parse_element_type(name_of(type)), type);
+    EXPECT_EQ(size, element_size(type));
+    EXPECT_EQ(parse_element_type(to_string(type)), type);
   }
 }
 

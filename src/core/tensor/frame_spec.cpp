@@ -21,7 +21,7 @@ Error too_many(std::string_view what, size_t count) {
 
 }  // namespace
 
-std::string_view name_of(Format format) noexcept {
+std::string_view to_string(Format format) noexcept {
   switch (format) {
     case Format::Static:
       return "static";
@@ -37,7 +37,7 @@ std::string_view name_of(Format format) noexcept {
 
 Format parse_format(std::string_view text) noexcept {
   for (const Format format : {Format::Static, Format::Flexible, Format::Sparse})
-    if (equal_ignoring_case(text, name_of(format))) return format;
+    if (equal_ignoring_case(text, to_string(format))) return format;
   return Format::End;
 }
 
@@ -54,7 +54,7 @@ std::optional<uint64_t> TensorSpec::bytes() const noexcept {
   if (!valid()) return std::nullopt;
   const auto count = shape.count();
   uint64_t total = 0;
-  if (!count || __builtin_mul_overflow(*count, uint64_t{size_of(type)}, &total) ||
+  if (!count || __builtin_mul_overflow(*count, uint64_t{element_size(type)}, &total) ||
       total > INT64_MAX)
     return std::nullopt;
   return total;
@@ -62,7 +62,7 @@ std::optional<uint64_t> TensorSpec::bytes() const noexcept {
 
 std::string TensorSpec::to_string() const {
   const std::string dims = shape.to_string();
-  return std::string(name_of(type)) + " " + (dims.empty() ? "?" : dims);
+  return std::string(weir::to_string(type)) + " " + (dims.empty() ? "?" : dims);
 }
 
 namespace {
@@ -131,7 +131,7 @@ std::string join_shapes(const std::vector<TensorSpec>& tensors, size_t min_entri
   return join(tensors, ",", [&](const auto& t) { return t.shape.to_string(min_entries); });
 }
 std::string join_types(const std::vector<TensorSpec>& tensors) {
-  return join(tensors, ",", [](const auto& t) { return std::string(name_of(t.type)); });
+  return join(tensors, ",", [](const auto& t) { return std::string(to_string(t.type)); });
 }
 std::string join_names(const std::vector<TensorSpec>& tensors) {
   return join(tensors, ",", [](const auto& t) { return t.name; });
@@ -171,7 +171,7 @@ std::optional<uint64_t> FrameSpec::bytes() const noexcept {
 
 std::string FrameSpec::to_string() const {
   if (format == Format::Flexible || format == Format::Sparse)
-    return std::string(name_of(format)) + " tensors";
+    return std::string(weir::to_string(format)) + " tensors";
   return std::to_string(tensors.size()) + (tensors.size() == 1 ? " tensor: " : " tensors: ") +
          join(tensors, ", ", [](const TensorSpec& tensor) { return tensor.to_string(); });
 }
@@ -184,8 +184,8 @@ std::string first_difference(const std::vector<TensorSpec>& offered,
   for (size_t i = 0; i < offered.size(); ++i) {
     const std::string who = "tensor " + std::to_string(i) + ": ";
     if (offered[i].type != needed[i].type)
-      return who + "type is " + std::string(name_of(offered[i].type)) + ", needed is " +
-             std::string(name_of(needed[i].type));
+      return who + "type is " + std::string(to_string(offered[i].type)) + ", needed is " +
+             std::string(to_string(needed[i].type));
     if (!(offered[i].shape == needed[i].shape))
       return who + "dimension is " + offered[i].shape.to_string() + ", needed is " +
              needed[i].shape.to_string();

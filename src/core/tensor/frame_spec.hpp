@@ -17,7 +17,7 @@ inline constexpr size_t kTensorLimit = 256;  // tensors in a frame
 inline constexpr size_t kMemoryLimit = 16;   // memories in a buffer
 
 enum class Format : uint32_t { Static = 0, Flexible = 1, Sparse = 2, End = 3 };
-std::string_view name_of(Format format) noexcept;     // "static", ...
+std::string_view to_string(Format format) noexcept;   // "static", ...
 Format parse_format(std::string_view text) noexcept;  // case ignored; End when unknown
 
 enum class MediaType : int32_t {

@@ -17,7 +17,7 @@ int64_t ModelTensor::inner(size_t i) const noexcept {
 }
 
 std::string ModelTensor::to_string() const {
-  std::string out = type == ElementType::End ? "any type" : std::string(name_of(type));
+  std::string out = type == ElementType::End ? "any type" : std::string(weir::to_string(type));
   if (!rank_known) return out + " of any dimension";
   out += ' ';
   if (shape.empty()) return out + "1";

@@ -16,7 +16,7 @@ namespace hn = hwy::HWY_NAMESPACE;
 constexpr size_t kStep = 64;
 
 template <class T, bool kSigned>
-HWY_INLINE uint64_t bits_of(const std::byte* at) noexcept {
+HWY_INLINE uint64_t load_bits(const std::byte* at) noexcept {
   const hn::CappedTag<T, kStep> d;
   constexpr size_t kLanes = hn::MaxLanes(hn::CappedTag<T, kStep>());
   uint64_t bits = 0;
@@ -37,14 +37,15 @@ template <class T, bool kSigned>
 HWY_INLINE uint64_t last_bits(const std::byte* at, size_t elements) noexcept {
   alignas(64) std::byte padded[kStep * sizeof(T)] = {};
   std::memcpy(padded, at, elements * sizeof(T));
-  return bits_of<T, kSigned>(padded);
+  return load_bits<T, kSigned>(padded);
 }
 
 template <class T, bool kSigned>
 size_t count(const std::byte* dense, size_t elements) noexcept {
   size_t found = 0, i = 0;
   for (; i + kStep <= elements; i += kStep)
-    found += static_cast<size_t>(__builtin_popcountll(bits_of<T, kSigned>(dense + i * sizeof(T))));
+    found +=
+        static_cast<size_t>(__builtin_popcountll(load_bits<T, kSigned>(dense + i * sizeof(T))));
   if (i == elements) return found;
   const uint64_t rest = last_bits<T, kSigned>(dense + i * sizeof(T), elements - i);
   return found + static_cast<size_t>(__builtin_popcountll(rest));
@@ -63,7 +64,7 @@ size_t write(const std::byte* dense, size_t elements, size_t max, std::byte* val
     }
   };
   size_t i = 0;
-  for (; i + kStep <= elements; i += kStep) take(i, bits_of<T, kSigned>(dense + i * sizeof(T)));
+  for (; i + kStep <= elements; i += kStep) take(i, load_bits<T, kSigned>(dense + i * sizeof(T)));
   if (i < elements) take(i, last_bits<T, kSigned>(dense + i * sizeof(T), elements - i));
   return found;
 }

@@ -51,12 +51,12 @@ Result<TensorSpec> entry(std::span<const std::byte> memory, size_t index) {
   return spec;
 }
 
-size_t end_of(const std::vector<ByteRange>& ranges) {
+size_t find_end(const std::vector<ByteRange>& ranges) {
   return ranges.empty() ? kPackedHeaderBytes : ranges.back().offset + ranges.back().size;
 }
 
 Status append(uint64_t size, size_t limit, std::vector<ByteRange>* ranges) {
-  const size_t offset = end_of(*ranges);
+  const size_t offset = find_end(*ranges);
   if (size > limit - offset)
     return invalid_packing("the packed tensors declare more bytes than their memory holds",
                            std::to_string(limit - offset) + " bytes left",
@@ -83,7 +83,7 @@ Result<std::vector<ByteRange>> entry_ranges(std::span<const std::byte> memory, u
 Result<std::vector<ByteRange>> chunk_ranges(std::span<const std::byte> memory, uint32_t extra) {
   std::vector<ByteRange> ranges;
   for (size_t i = 0; i <= extra; ++i) {
-    const auto header = read_tensor_chunk(memory.subspan(end_of(ranges)));
+    const auto header = read_tensor_chunk(memory.subspan(find_end(ranges)));
     if (!header) return header.error();
     if (auto s = append(kTensorHeaderBytes + *header->payload_bytes(), memory.size(), &ranges); !s)
       return s.error();

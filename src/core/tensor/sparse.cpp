@@ -53,7 +53,7 @@ void write_sparse(const TensorHeader& header, std::span<const std::byte> dense,
                   std::span<std::byte> out) noexcept {
   write_tensor_header(header, out.first<kTensorHeaderBytes>());
   std::byte* values = out.data() + kTensorHeaderBytes;
-  std::byte* indices = values + size_t{header.nonzero_count} * size_of(header.spec.type);
+  std::byte* indices = values + size_t{header.nonzero_count} * element_size(header.spec.type);
   nonzero_elements(header.spec.type)
       .write(dense.data(), static_cast<size_t>(*header.spec.shape.count()), header.nonzero_count,
              values, indices);
@@ -63,7 +63,8 @@ Result<TensorHeader> read_sparse_header(std::span<const std::byte> chunk) {
   auto header = read_tensor_chunk(chunk);
   if (!header) return header;
   if (header->format != Format::Sparse)
-    return invalid_sparse("a tensor is not sparse", std::string(name_of(header->format)), "sparse");
+    return invalid_sparse("a tensor is not sparse", std::string(to_string(header->format)),
+                          "sparse");
   // A small header must not allocate huge memory.
   constexpr uint64_t kDenseLimit = uint64_t{1} << 32;
   if (*header->spec.bytes() > kDenseLimit)
@@ -76,7 +77,7 @@ Result<TensorHeader> read_sparse_header(std::span<const std::byte> chunk) {
 
 Status read_sparse(const TensorHeader& header, std::span<const std::byte> chunk,
                    std::span<std::byte> dense) {
-  const size_t size = size_of(header.spec.type), nonzero = header.nonzero_count;
+  const size_t size = element_size(header.spec.type), nonzero = header.nonzero_count;
   const uint64_t count = *header.spec.shape.count();
   const std::byte* values = chunk.data() + kTensorHeaderBytes;
   const std::byte* indices = values + nonzero * size;

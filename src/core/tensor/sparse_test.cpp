@@ -57,7 +57,7 @@ void check(ElementType type, bool floating, std::mt19937* random) {
       const auto sparse = to_sparse(spec, bytes_of(dense));
       ASSERT_TRUE(sparse);
       EXPECT_EQ(Bytes(sparse->begin() + 128, sparse->end()), expected_payload(dense, floating))
-          << name_of(type) << " " << percent << " % of " << count;
+          << to_string(type) << " " << percent << " % of " << count;
       TensorSpec back;
       const auto again = to_dense(*sparse, &back);
       ASSERT_TRUE(again) << again.error().message();

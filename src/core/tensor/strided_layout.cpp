@@ -3,7 +3,7 @@
 
 namespace weir {
 
-std::optional<uint64_t> extent_of(const TensorSpec& tensor, const StridedLayout& layout) {
+std::optional<uint64_t> find_extent(const TensorSpec& tensor, const StridedLayout& layout) {
   if (!tensor.valid() || layout.strides.size() != tensor.shape.rank() ||
       layout.offset > static_cast<uint64_t>(INT64_MAX))
     return std::nullopt;
@@ -16,15 +16,15 @@ std::optional<uint64_t> extent_of(const TensorSpec& tensor, const StridedLayout&
     int64_t& end = reach < 0 ? low : high;
     if (__builtin_add_overflow(end, reach, &end)) return std::nullopt;
   }
-  const auto size = static_cast<int64_t>(size_of(tensor.type));
+  const auto size = static_cast<int64_t>(element_size(tensor.type));
   if (low < 0 || __builtin_add_overflow(high, size, &high)) return std::nullopt;
   return static_cast<uint64_t>(high);
 }
 
-Runs runs_of(const TensorSpec& tensor, const StridedLayout& layout) {
+Runs make_runs(const TensorSpec& tensor, const StridedLayout& layout) {
   Runs out;
   out.offset = layout.offset;
-  out.bytes = size_of(tensor.type);
+  out.bytes = element_size(tensor.type);
   for (size_t i = 0; i < layout.strides.size(); ++i) {
     const uint64_t count = tensor.shape[i];
     const int64_t stride = layout.strides[i];

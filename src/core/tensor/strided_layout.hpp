@@ -19,10 +19,10 @@ struct StridedLayout {
 
 // The bytes from the start of the memory to the end of the last element. Nullopt if an element
 // starts before the memory, a number exceeds 63 bits, or the ranks differ.
-std::optional<uint64_t> extent_of(const TensorSpec& tensor, const StridedLayout& layout);
+std::optional<uint64_t> find_extent(const TensorSpec& tensor, const StridedLayout& layout);
 
 // The same elements as contiguous runs of `bytes`, and how often and at which stride they repeat,
-// innermost first. Contiguous dimensions are merged. Precondition: extent_of() has a value.
+// innermost first. Contiguous dimensions are merged. Precondition: find_extent() has a value.
 struct Runs {
   struct Step {
     uint64_t count;
@@ -32,7 +32,7 @@ struct Runs {
   uint64_t bytes = 0;
   std::vector<Step> steps;  // empty: the tensor is dense
 };
-Runs runs_of(const TensorSpec& tensor, const StridedLayout& layout);
+Runs make_runs(const TensorSpec& tensor, const StridedLayout& layout);
 
 // Calls f(offset of a run) for each run in element order until f returns false.
 template <class F>

@@ -37,15 +37,15 @@ std::vector<int64_t> offsets_of(const Runs& runs, size_t element) {
 TEST(StridedLayout, DenseTensorsAreOneRun) {
   const TensorSpec tensor{ElementType::UInt16, {3, 5, 7}, ""};
   const StridedLayout dense{8, {2, 6, 30}};
-  EXPECT_EQ(extent_of(tensor, dense), 8u + 210);
-  const Runs runs = runs_of(tensor, dense);
+  EXPECT_EQ(find_extent(tensor, dense), 8u + 210);
+  const Runs runs = make_runs(tensor, dense);
   EXPECT_TRUE(runs.steps.empty());
   EXPECT_EQ(runs.bytes, 210u);
   EXPECT_EQ(runs.offset, 8u);
 }
 
 TEST(StridedLayout, PaddedRowsAreARunEach) {
-  const Runs runs = runs_of({ElementType::UInt8, {3, 5, 4, 1}, ""}, {0, {1, 3, 16, 999}});
+  const Runs runs = make_runs({ElementType::UInt8, {3, 5, 4, 1}, ""}, {0, {1, 3, 16, 999}});
   EXPECT_EQ(runs.bytes, 15u);
   ASSERT_EQ(runs.steps.size(), 1u);
   EXPECT_EQ(runs.steps[0].count, 4u);
@@ -53,15 +53,15 @@ TEST(StridedLayout, PaddedRowsAreARunEach) {
 }
 
 TEST(StridedLayout, DimensionsThatContinueEachOtherAreOne) {
-  const Runs runs = runs_of({ElementType::UInt8, {2, 4, 3}, ""}, {0, {1, 10, 40}});
+  const Runs runs = make_runs({ElementType::UInt8, {2, 4, 3}, ""}, {0, {1, 10, 40}});
   ASSERT_EQ(runs.steps.size(), 1u);
   EXPECT_EQ(runs.steps[0].count, 12u);
 }
 
 TEST(StridedLayout, RowsFromBottomToTopHaveANegativeStride) {
   const TensorSpec tensor{ElementType::UInt8, {4, 3}, ""};
-  EXPECT_EQ(extent_of(tensor, {8, {1, -4}}), 12u);
-  EXPECT_EQ(offsets_of(runs_of(tensor, {8, {1, -4}}), 1),
+  EXPECT_EQ(find_extent(tensor, {8, {1, -4}}), 12u);
+  EXPECT_EQ(offsets_of(make_runs(tensor, {8, {1, -4}}), 1),
             (std::vector<int64_t>{8, 9, 10, 11, 4, 5, 6, 7, 0, 1, 2, 3}));
 }
 
@@ -75,23 +75,23 @@ TEST(StridedLayout, FollowsTheDefinitionForRandomLayouts) {
       tensor.shape[i] = 1 + random() % 4;
       layout.strides.push_back(static_cast<int64_t>(random() % 100) - 40);
     }
-    if (round % 3 == 0) layout.strides[0] = static_cast<int64_t>(size_of(tensor.type));
+    if (round % 3 == 0) layout.strides[0] = static_cast<int64_t>(element_size(tensor.type));
     layout.offset = 1000;
     const auto expected = offsets_of(tensor, layout);
-    EXPECT_EQ(offsets_of(runs_of(tensor, layout), size_of(tensor.type)), expected);
-    EXPECT_EQ(extent_of(tensor, layout),
+    EXPECT_EQ(offsets_of(make_runs(tensor, layout), element_size(tensor.type)), expected);
+    EXPECT_EQ(find_extent(tensor, layout),
               static_cast<uint64_t>(*std::max_element(expected.begin(), expected.end())) +
-                  size_of(tensor.type));
+                  element_size(tensor.type));
   }
 }
 
 TEST(StridedLayout, RejectsOffsetsOutsideTheMemory) {
   const TensorSpec tensor{ElementType::UInt8, {4, 3}, ""};
-  EXPECT_FALSE(extent_of(tensor, {7, {1, -4}}));
-  EXPECT_FALSE(extent_of(tensor, {0, {1}}));
-  EXPECT_FALSE(extent_of(tensor, {0, {1, INT64_MAX}}));
-  EXPECT_FALSE(extent_of(tensor, {UINT64_MAX, {1, 4}}));
-  EXPECT_FALSE(extent_of({ElementType::UInt8, {}, ""}, {0, {}}));
+  EXPECT_FALSE(find_extent(tensor, {7, {1, -4}}));
+  EXPECT_FALSE(find_extent(tensor, {0, {1}}));
+  EXPECT_FALSE(find_extent(tensor, {0, {1, INT64_MAX}}));
+  EXPECT_FALSE(find_extent(tensor, {UINT64_MAX, {1, 4}}));
+  EXPECT_FALSE(find_extent({ElementType::UInt8, {}, ""}, {0, {}}));
 }
 
 }  // namespace strided_layout_test

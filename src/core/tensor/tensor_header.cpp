@@ -56,7 +56,7 @@ Status check_sizes(const TensorHeader& header) {
 std::optional<uint64_t> TensorHeader::payload_bytes() const noexcept {
   if (!spec.valid()) return std::nullopt;
   if (format != Format::Sparse) return spec.bytes();
-  return uint64_t{nonzero_count} * (size_of(spec.type) + 4);
+  return uint64_t{nonzero_count} * (element_size(spec.type) + 4);
 }
 
 Result<TensorHeader> read_tensor_header(std::span<const std::byte> bytes) {

@@ -93,7 +93,7 @@ TEST(Sparse, RoundTripsEveryElementType) {
     const TensorSpec spec{static_cast<ElementType>(t), Shape{5, 7, 3}, ""};
     Bytes dense(*spec.bytes());
     for (size_t i = 0; i < 105; i += 1 + random() % 5)
-      dense[i * size_of(spec.type)] = std::byte(1 + random() % 100);
+      dense[i * element_size(spec.type)] = std::byte(1 + random() % 100);
     const auto sparse = to_sparse(spec, dense);
     ASSERT_TRUE(sparse);
     TensorSpec back;

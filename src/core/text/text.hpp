@@ -28,5 +28,9 @@ std::optional<double> parse_double(std::string_view text) noexcept;
 // start; "" if more than a third of it differs.
 std::string nearest(std::string_view word, std::span<const std::string> candidates);
 std::string time_text(uint64_t nanoseconds);  // "0:00:01.500000000"
+// Returns "" for null.
+inline std::string or_empty(const char* text) {
+  return text ? text : "";
+}
 
 }  // namespace weir

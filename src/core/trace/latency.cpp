@@ -19,7 +19,7 @@ int64_t bound(size_t bucket) {  // the lower bound
              : std::llround(kFirstBound * std::pow(2.0, (static_cast<double>(bucket) - 1) / 2));
 }
 
-size_t bucket_of(int64_t value) {
+size_t find_bucket(int64_t value) {
   size_t bucket = 0;
   while (bound(bucket + 1) <= value) ++bucket;
   return bucket;
@@ -41,7 +41,7 @@ int64_t departure_before(const Departures& departures, const Arrival& arrival) {
 
 std::vector<Bucket> histogram(const std::vector<int64_t>& sorted) {
   std::vector<Bucket> out;
-  const size_t first = bucket_of(sorted.front());
+  const size_t first = find_bucket(sorted.front());
   for (const int64_t value : sorted) {
     while (out.empty() || value >= out.back().to) {
       const size_t next = first + out.size();

@@ -35,7 +35,7 @@ std::set<size_t> closing(size_t boxes, const std::vector<Arrow>& arrows) {
   return found;
 }
 
-std::vector<size_t> columns_of(size_t boxes, const std::vector<Arrow>& forward) {
+std::vector<size_t> find_columns(size_t boxes, const std::vector<Arrow>& forward) {
   std::vector<size_t> columns(boxes, 0);
   bool changed = true;
   while (changed) {  // terminates: there are no cycles
@@ -59,7 +59,7 @@ struct Points {
 Points place_points(size_t boxes, const std::vector<Arrow>& forward) {
   Points out{std::vector<Place>(boxes), std::vector<std::vector<size_t>>(boxes),
              std::vector<std::vector<size_t>>(forward.size())};
-  const auto columns = columns_of(boxes, forward);
+  const auto columns = find_columns(boxes, forward);
   for (size_t i = 0; i < boxes; ++i) out.places[i].column = columns[i];
   for (size_t i = 0; i < forward.size(); ++i) {
     size_t last = forward[i].first;

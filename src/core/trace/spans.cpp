@@ -24,7 +24,7 @@ bool ends(const Record& begin, const Record& end) {
   return begin.object == end.object && begin.kind + 1 == end.kind;
 }
 
-Span span_of(const Open& open, const Graph& graph, int64_t end) {
+Span make_span(const Open& open, const Graph& graph, int64_t end) {
   const Record& begin = open.record;
   Span span;
   span.kind = static_cast<Kind>(begin.kind);
@@ -87,7 +87,7 @@ class SpanStack {
 
   void close(int64_t time, const Record* end, int64_t thread_time = kNoTime) {
     const Open open = open_.back();
-    Span span = span_of(open, graph_, time);
+    Span span = make_span(open, graph_, time);
     span.good = end && end->value == 0;
     if (end && span.kind == Kind::PullBegin) {  // the result of a pull is known at its end
       span.frames = end->frames;

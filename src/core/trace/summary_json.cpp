@@ -23,7 +23,7 @@ Json to_json(const Flow& flow) {
   return {{"frames", flow.frames}, {"bytes", flow.bytes}, {"rate", flow.rate()}};
 }
 
-const char* name_of(Waits waits) {
+const char* to_string(Waits waits) {
   constexpr std::array<const char*, 6> kNames{"never", "room",   "clock",
                                               "start", "device", "inputs"};
   return kNames.at(static_cast<size_t>(waits));
@@ -38,7 +38,7 @@ Json to_json(const Graph& graph, size_t id, const ElementSummary& sums) {
           {"source", !element.is_bin && !graph.has_pads(id, false)},
           {"sink", !element.is_bin && !graph.has_pads(id, true)},
           {"removed", element.is_removed || element.until != kForEver},
-          {"waits", name_of(element.waits)},
+          {"waits", to_string(element.waits)},
           {"in", to_json(sums.in)},
           {"out", to_json(sums.out)},
           {"refused", sums.refused},

@@ -98,7 +98,7 @@ std::vector<uint32_t> distinct(std::vector<uint32_t> numbers) {
   numbers.erase(std::unique(numbers.begin(), numbers.end()), numbers.end());
   return numbers;
 }
-size_t place_of(const std::vector<uint32_t>& sorted, uint32_t number) {
+size_t find_place(const std::vector<uint32_t>& sorted, uint32_t number) {
   return static_cast<size_t>(std::lower_bound(sorted.begin(), sorted.end(), number) -
                              sorted.begin());
 }
@@ -111,7 +111,7 @@ void greedy(Pairs pairs, Pairs* out) {
   rows = distinct(std::move(rows)), columns = distinct(std::move(columns));
   std::vector<bool> row_used(rows.size()), column_used(columns.size());
   for (const auto& p : pairs) {
-    const size_t r = place_of(rows, p.row), c = place_of(columns, p.column);
+    const size_t r = find_place(rows, p.row), c = find_place(columns, p.column);
     if (row_used[r] || column_used[c]) continue;
     row_used[r] = column_used[c] = true;
     out->push_back(p);
@@ -130,12 +130,12 @@ void solve(const Pairs& pairs, Pairs* out) {
   for (size_t i = 0; i < n; ++i)
     for (size_t j = 0; j < real + n; ++j) gains.at(i, j) = j == real + i ? -1 : -kForbidden;
   for (const auto& p : pairs)
-    gains.at(place_of(rows, p.row), place_of(columns, p.column)) = -double{p.cost};
-  const auto column_of = best_assignment(gains);
+    gains.at(find_place(rows, p.row), find_place(columns, p.column)) = -double{p.cost};
+  const auto assigned_columns = best_assignment(gains);
   for (size_t i = 0; i < n; ++i)
-    if (column_of[i] && *column_of[i] < real)
-      out->push_back(
-          {rows[i], columns[*column_of[i]], static_cast<float>(-gains.at(i, *column_of[i]))});
+    if (assigned_columns[i] && *assigned_columns[i] < real)
+      out->push_back({rows[i], columns[*assigned_columns[i]],
+                      static_cast<float>(-gains.at(i, *assigned_columns[i]))});
 }
 
 }  // namespace
@@ -144,13 +144,13 @@ std::vector<std::optional<size_t>> best_assignment(const Matrix& values) {
   std::vector<std::optional<size_t>> out(values.rows());
   if (values.rows() == 0 || values.columns() == 0) return out;
   const bool is_transposed = values.rows() > values.columns();
-  const auto row_of = ShortestPaths(values, is_transposed).solve();
-  for (size_t c = 0; c < row_of.size(); ++c) {
-    if (row_of[c] == kNone) continue;
+  const auto assigned_rows = ShortestPaths(values, is_transposed).solve();
+  for (size_t c = 0; c < assigned_rows.size(); ++c) {
+    if (assigned_rows[c] == kNone) continue;
     if (is_transposed)
-      out[c] = row_of[c];
+      out[c] = assigned_rows[c];
     else
-      out[row_of[c]] = c;
+      out[assigned_rows[c]] = c;
   }
   return out;
 }

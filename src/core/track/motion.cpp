@@ -34,7 +34,7 @@ bool is_like(float a, float b) {
   return a <= b * kSizeRatio && b <= a * kSizeRatio;
 }
 
-std::vector<Offset> offsets_of(std::span<const Box> predicted, std::span<const Box> boxes) {
+std::vector<Offset> compute_offsets(std::span<const Box> predicted, std::span<const Box> boxes) {
   std::vector<Offset> out;
   for (size_t i = 0; i < predicted.size(); ++i) {
     const Box& p = predicted[i];
@@ -144,7 +144,7 @@ Box BoxMotion::box() const noexcept {
 
 Shift common_motion(std::span<const Box> predicted, std::span<const Box> boxes) {
   predicted = predicted.first(std::min(predicted.size(), kMaxBoxes));
-  const auto offsets = offsets_of(predicted, boxes);
+  const auto offsets = compute_offsets(predicted, boxes);
   std::vector<Offset> best = agreeing(offsets, {});  // no motion, unless another one has more
   for (const Offset& o : offsets) {
     auto some = agreeing(offsets, {o.x, o.y});

@@ -29,7 +29,8 @@ bool is_of_like_height(const Box& a, const Box& b) {
 
 // BoT-SORT's equations 12 and 13: half of the cosine distance, if it is less and the boxes overlap
 // by at least a half.
-float Tracker::cost_of(const Appearance& appearance, const TrackedBox& box, float common) const {
+float Tracker::compute_cost(const Appearance& appearance, const TrackedBox& box,
+                            float common) const {
   constexpr float kMinOverlap = 0.5f;
   const float place = 1 - common;
   if (box.appearance.empty() || common < kMinOverlap) return place;
@@ -106,7 +107,7 @@ void Tracker::add_candidates(std::span<const TrackedBox> boxes, const OpenBoxes&
       continue;
     const float common = overlap(box, boxes[*at].box);
     if (common > 0 && common >= min)
-      out->push_back({number, *at, cost_of(tracks_[number].appearance, boxes[*at], common)});
+      out->push_back({number, *at, compute_cost(tracks_[number].appearance, boxes[*at], common)});
   }
 }
 

@@ -67,7 +67,7 @@ class Tracker {
   enum class Place { Predicted, Last };
   struct OpenBoxes;
 
-  float cost_of(const Appearance& appearance, const TrackedBox& box, float common) const;
+  float compute_cost(const Appearance& appearance, const TrackedBox& box, float common) const;
   void predict(double seconds, const Options& options);
   void follow_camera(std::span<const TrackedBox> boxes, const Options& options);
   template <class UseBox>

@@ -78,7 +78,7 @@ Status take_late_typecast(OptionReader& reader, const Arithmetic& arithmetic,
         "typecast comes first in an arithmetic option; the one at the end is ignored");
     return ok();
   }
-  std::string fix = "option=typecast:" + std::string(name_of(type)) + ",";
+  std::string fix = "option=typecast:" + std::string(to_string(type)) + ",";
   fix += reader.text().substr(0, begin);
   reader.take(",");
   fix += reader.text().substr(reader.position());
@@ -141,11 +141,11 @@ Result<Operation> parse_arithmetic(std::string_view option) {
   return operation;
 }
 
-TemplateSpec output_of(const Arithmetic& arithmetic, const TemplateSpec& in) {
+TemplateSpec get_output(const Arithmetic& arithmetic, const TemplateSpec& in) {
   return {type_after(arithmetic, in.type), in.shape};
 }
 
-std::optional<TemplateSpec> input_of(const Arithmetic& arithmetic, const TemplateSpec& out) {
+std::optional<TemplateSpec> find_input(const Arithmetic& arithmetic, const TemplateSpec& out) {
   if (arithmetic.to == ElementType::End) return out;
   if (!out.type_open() && out.type != arithmetic.to) return std::nullopt;
   return TemplateSpec{ElementType::End, out.shape};

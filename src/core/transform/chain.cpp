@@ -76,7 +76,7 @@ uint64_t elements_of_channel(const Channels& channels, uint32_t channel, size_t 
   return uint64_t{count / period} * channels.inner + partial;
 }
 
-std::shared_ptr<const Kernel> kernel_of(ChainParts parts, bool accelerate);
+std::shared_ptr<const Kernel> make_kernel(ChainParts parts, bool accelerate);
 
 bool names_channels(const ChainParts& parts) noexcept {
   const auto named = [](const TypedStep& step) { return step.channel.has_value(); };
@@ -93,8 +93,8 @@ class ChainKernel : public Kernel {
       : parts_(std::move(parts)), accelerated_(accelerated) {}
 
   Counters run(std::span<const std::byte> in, std::span<std::byte> out) const noexcept final {
-    const size_t count =
-        std::min({parts_.count, in.size() / size_of(parts_.from), out.size() / size_of(parts_.to)});
+    const size_t count = std::min({parts_.count, in.size() / element_size(parts_.from),
+                                   out.size() / element_size(parts_.to)});
     if (count == 0) return {};
     compute(in.data(), out.data(), count);
     Counters counters;
@@ -104,7 +104,7 @@ class ChainKernel : public Kernel {
     return counters;
   }
   bool in_place_possible() const noexcept final {
-    return size_of(parts_.from) == size_of(parts_.to);
+    return element_size(parts_.from) == element_size(parts_.to);
   }
   size_t period() const noexcept final { return parts_.channels.inner * parts_.channels.count; }
 
@@ -124,7 +124,7 @@ class ChainKernel : public Kernel {
     };
     append(both.steps, next->parts_.steps);
     append(both.zero_divisions, next->parts_.zero_divisions);
-    return kernel_of(std::move(both), accelerated_);
+    return make_kernel(std::move(both), accelerated_);
   }
 
  protected:
@@ -182,12 +182,12 @@ class RunwiseChain final : public ChainKernel {
         named.push_back(*step.channel);
     std::sort(named.begin(), named.end());
     named.erase(std::unique(named.begin(), named.end()), named.end());
-    for (const uint32_t channel : named) programs_.push_back({channel, program_of(channel)});
-    other_ = program_of(std::nullopt);
+    for (const uint32_t channel : named) programs_.push_back({channel, make_program(channel)});
+    other_ = make_program(std::nullopt);
   }
 
  private:
-  ChainProgram program_of(std::optional<uint32_t> channel) const {
+  ChainProgram make_program(std::optional<uint32_t> channel) const {
     std::vector<TypedStep> steps;
     for (auto step : parts().steps) {
       if (step.channel && step.channel != channel) continue;
@@ -206,7 +206,7 @@ class RunwiseChain final : public ChainKernel {
 
   void compute(const std::byte* in, std::byte* out, size_t count) const noexcept override {
     const auto [inner, channels] = parts().channels;
-    const size_t in_bytes = size_of(parts().from), out_bytes = size_of(parts().to);
+    const size_t in_bytes = element_size(parts().from), out_bytes = element_size(parts().to);
     uint32_t channel = 0;
     for (size_t i = 0; i < count; i += inner) {
       runner_(program_for(channel), in + i * in_bytes, out + i * out_bytes,
@@ -220,7 +220,7 @@ class RunwiseChain final : public ChainKernel {
   ChainRunner runner_;
 };
 
-std::shared_ptr<const Kernel> kernel_of(ChainParts parts, bool accelerate) {
+std::shared_ptr<const Kernel> make_kernel(ChainParts parts, bool accelerate) {
   if (!accelerate) return std::make_shared<PlainChain>(std::move(parts));
   constexpr size_t kTableLimit = 1 << 18;  // a larger period is not worth a table
   const auto [inner, channels] = parts.channels;
@@ -246,20 +246,20 @@ bool is_integer(ElementType type) noexcept {
   return visit_type(type, [](auto tag) { return std::integral<typename decltype(tag)::type>; });
 }
 
-Channels channels_of(const Shape& shape, size_t dimension) noexcept {
+Channels get_channels(const Shape& shape, size_t dimension) noexcept {
   Channels channels;
   for (size_t i = 0; i < std::min(dimension, shape.rank()); ++i) channels.inner *= shape[i];
   if (dimension < shape.rank()) channels.count = shape[dimension];
   return channels;
 }
 
-ChainParts parts_of(const TensorSpec& in, ElementType to, std::span<const ArithmeticStep> steps,
-                    std::optional<size_t> channel_dimension) {
+ChainParts make_parts(const TensorSpec& in, ElementType to, std::span<const ArithmeticStep> steps,
+                      std::optional<size_t> channel_dimension) {
   ChainParts parts{in.type, to, static_cast<size_t>(in.shape.count().value_or(0)), {}, {}, {}};
   const bool by_channel =
       channel_dimension && std::any_of(steps.begin(), steps.end(),
                                        [](const auto& step) { return step.channel.has_value(); });
-  if (by_channel) parts.channels = channels_of(in.shape, *channel_dimension);
+  if (by_channel) parts.channels = get_channels(in.shape, *channel_dimension);
   constexpr std::byte kZero[8] = {};
   for (const auto& step : steps) {
     const auto typed_step = typed(step, to, by_channel);
@@ -276,10 +276,10 @@ std::shared_ptr<const Kernel> make_chain_kernel(const TensorSpec& in, ElementTyp
                                                 std::span<const ArithmeticStep> steps,
                                                 std::optional<size_t> channel_dimension,
                                                 bool accelerate) {
-  auto parts = parts_of(in, to, steps, channel_dimension);
+  auto parts = make_parts(in, to, steps, channel_dimension);
   if (in.type == to && steps.empty())
-    return std::make_shared<CopyKernel>(parts.count * size_of(to), size_of(to));
-  return kernel_of(std::move(parts), accelerate);
+    return std::make_shared<CopyKernel>(parts.count * element_size(to), element_size(to));
+  return make_kernel(std::move(parts), accelerate);
 }
 
 }  // namespace weir::transform

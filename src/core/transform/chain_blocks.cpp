@@ -79,7 +79,7 @@ void RunBlocks(const ChainProgram& program, const std::byte* in, std::byte* out,
                ElementType from, ElementType to) {
   alignas(64) std::byte source[kChainBlock * 8];
   alignas(64) std::byte values[kChainBlock * 8];
-  const size_t in_bytes = size_of(from), out_bytes = size_of(to);
+  const size_t in_bytes = element_size(from), out_bytes = element_size(to);
   const auto cast = cast_for(from, to);
   size_t phase = 0;
   for (size_t i = 0; i < count; i += kChainBlock) {

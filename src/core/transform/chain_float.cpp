@@ -184,7 +184,7 @@ HWY_EXPORT(RunFloat);
 
 bool fused_to_float(ElementType from, ElementType to) noexcept {
   if (to != ElementType::Float32) return false;
-  return size_of(from) == 1 || from == ElementType::Int16 || from == ElementType::UInt16 ||
+  return element_size(from) == 1 || from == ElementType::Int16 || from == ElementType::UInt16 ||
          from == ElementType::Int32 || from == ElementType::Float32;
 }
 

@@ -32,7 +32,7 @@ struct TypedColumn {
 // A step joins the last column if the operation is the same and its channels have no operand there
 // yet, so the order of operations on each element is kept.
 template <class T>
-std::vector<TypedColumn<T>> columns_of(std::span<const TypedStep> steps, size_t channels) {
+std::vector<TypedColumn<T>> make_columns(std::span<const TypedStep> steps, size_t channels) {
   std::vector<TypedColumn<T>> columns;
   for (const auto& step : steps) {
     if (step.channel && *step.channel >= channels) continue;  // affects no element
@@ -83,7 +83,7 @@ struct Reciprocal {
   float high, low;
 };
 
-Reciprocal reciprocal_of(float divisor) noexcept {
+Reciprocal make_reciprocal(float divisor) noexcept {
   const double exact = 1.0 / static_cast<double>(divisor);
   const auto high = static_cast<float>(exact);
   return {high, static_cast<float>(exact - static_cast<double>(high))};
@@ -113,7 +113,7 @@ void check_reciprocals(std::span<const float> inputs,
       const float before = x;
       x = apply(columns[i].op, x, operand);
       if (columns[i].op != Operator::Div || !exact[i]) continue;
-      const auto [high, low] = reciprocal_of(operand);
+      const auto [high, low] = make_reciprocal(operand);
       const float fast = std::fma(before, high, before * low);
       exact[i] = std::bit_cast<uint32_t>(fast) == std::bit_cast<uint32_t>(x);
     }
@@ -156,7 +156,7 @@ void divide_by_reciprocals(ElementType from, const std::vector<TypedColumn<float
     if (columns[i].op != Operator::Div || !exact[i]) continue;
     std::vector<float> high, low;
     for (const float operand : columns[i].operands) {
-      const auto reciprocal = reciprocal_of(operand);
+      const auto reciprocal = make_reciprocal(operand);
       high.push_back(reciprocal.high);
       low.push_back(reciprocal.low);
     }
@@ -174,7 +174,7 @@ ChainProgram make_chain_program(ElementType from, ElementType to, std::span<cons
   program.period = channels.inner * channels.count;
   visit_type(to, [&](auto tag) {
     using T = typename decltype(tag)::type;
-    const auto columns = columns_of<T>(steps, channels.count);
+    const auto columns = make_columns<T>(steps, channels.count);
     for (const auto& column : columns)
       program.columns.push_back(
           {column_op(column.op), expand(column.operands, channels.inner), {}, {}});

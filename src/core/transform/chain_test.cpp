@@ -55,7 +55,7 @@ void expect_as_reference(const std::string& option, const Shape& shape, const st
     const auto out = run<To>(Mode::Arithmetic, option, shape, in, accelerate, &counters);
     for (size_t i = 0; i < in.size(); ++i)
       ASSERT_TRUE(test::same(out[i], expected[i]))
-          << option << " on " << name_of(test::type_of<From>()) << " " << shape.to_string()
+          << option << " on " << to_string(test::type_of<From>()) << " " << shape.to_string()
           << " element " << i << ": " << static_cast<double>(in[i]) << " gave "
           << static_cast<double>(out[i]) << ", needed " << static_cast<double>(expected[i])
           << " accelerate " << accelerate;
@@ -94,7 +94,7 @@ std::string random_number(std::mt19937_64& random) {
 
 std::string random_option(std::mt19937_64& random, ElementType to, const Shape& shape) {
   std::string option;
-  if (to != ElementType::End) option += "typecast:" + std::string(name_of(to)) + ",";
+  if (to != ElementType::End) option += "typecast:" + std::string(to_string(to)) + ",";
   const size_t dimension = random() % (shape.rank() + 1);
   const bool by_channel = random() % 2 == 0;
   if (by_channel) option += "per-channel:true@" + std::to_string(dimension) + ",";
@@ -335,7 +335,7 @@ TEST(Arithmetic, ShortAndUnalignedSpansAreRespected) {
   for (const char* option : {"typecast:float32,add:1", "typecast:float64,add:1"})
     for (const bool accelerate : {false, true}) {
       const auto made = test::plan_of(Mode::Arithmetic, option, spec, accelerate);
-      const size_t size = size_of(made.output().type);
+      const size_t size = element_size(made.output().type);
       for (const size_t elements : {size_t{0}, size_t{1}, size_t{63}, size_t{999}, size_t{1000}}) {
         std::vector<std::byte> out(elements * size + 20, std::byte{0xEE});
         made.apply(std::span(in).subspan(1), std::span(out).subspan(1, elements * size + size - 1));

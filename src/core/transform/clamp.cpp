@@ -100,7 +100,7 @@ class ClampKernel final : public Kernel {
   }
 
   Counters run(std::span<const std::byte> in, std::span<std::byte> out) const noexcept override {
-    const size_t bytes = size_of(type_);
+    const size_t bytes = element_size(type_);
     const size_t count = std::min({count_, in.size() / bytes, out.size() / bytes});
     run_clamp(in.data(), out.data(), count, type_, limits_);
     return {};
@@ -133,11 +133,11 @@ Result<Operation> parse_clamp(std::string_view option) {
                                 std::string(option.substr(0, begin - 1)));
 }
 
-TemplateSpec output_of(const Clamp&, const TemplateSpec& in) {
+TemplateSpec get_output(const Clamp&, const TemplateSpec& in) {
   return in;
 }
 
-std::optional<TemplateSpec> input_of(const Clamp&, const TemplateSpec& out) {
+std::optional<TemplateSpec> find_input(const Clamp&, const TemplateSpec& out) {
   return out;
 }
 

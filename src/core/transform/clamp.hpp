@@ -6,8 +6,8 @@
 namespace weir::transform {
 
 Result<Operation> parse_clamp(std::string_view option);
-TemplateSpec output_of(const Clamp& clamp, const TemplateSpec& in);
-std::optional<TemplateSpec> input_of(const Clamp& clamp, const TemplateSpec& out);
+TemplateSpec get_output(const Clamp& clamp, const TemplateSpec& in);
+std::optional<TemplateSpec> find_input(const Clamp& clamp, const TemplateSpec& out);
 std::shared_ptr<const Kernel> make_kernel(const Clamp& clamp, const TensorSpec& in,
                                           bool accelerate);
 

@@ -57,12 +57,12 @@ Result<Operation> parse_dimchg(std::string_view option) {
   return operation;
 }
 
-TemplateSpec output_of(const Dimchg& dimchg, const TemplateSpec& in) {
-  return output_of(transposition(dimchg), in);
+TemplateSpec get_output(const Dimchg& dimchg, const TemplateSpec& in) {
+  return get_output(transposition(dimchg), in);
 }
 
-std::optional<TemplateSpec> input_of(const Dimchg& dimchg, const TemplateSpec& out) {
-  return input_of(transposition(dimchg), out);
+std::optional<TemplateSpec> find_input(const Dimchg& dimchg, const TemplateSpec& out) {
+  return find_input(transposition(dimchg), out);
 }
 
 std::shared_ptr<const Kernel> make_kernel(const Dimchg& dimchg, const TensorSpec& in,

@@ -22,8 +22,8 @@ class FusedKernel final : public Kernel {
         block_(kBlock / period * period) {}
 
   Counters run(std::span<const std::byte> in, std::span<std::byte> out) const noexcept override {
-    const size_t in_bytes = size_of(first_.from), between_bytes = size_of(first_.to),
-                 out_bytes = size_of(second_.to);
+    const size_t in_bytes = element_size(first_.from), between_bytes = element_size(first_.to),
+                 out_bytes = element_size(second_.to);
     const size_t count = std::min({count_, in.size() / in_bytes, out.size() / out_bytes});
     alignas(64) std::byte between[kBlock * 8];
     Counters counters;
@@ -37,7 +37,7 @@ class FusedKernel final : public Kernel {
     return counters;
   }
   bool in_place_possible() const noexcept override {
-    return size_of(first_.from) == size_of(second_.to);
+    return element_size(first_.from) == element_size(second_.to);
   }
   size_t period() const noexcept override { return period_; }
 

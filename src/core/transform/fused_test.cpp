@@ -160,7 +160,7 @@ TEST(Fused, AnyTwoOptionsGiveTheSameBits) {
                       1 + static_cast<uint32_t>(random() % 300),
                       1 + static_cast<uint32_t>(random() % 3)};
     const auto from = static_cast<ElementType>(random() % 11);
-    const auto to = std::string(name_of(static_cast<ElementType>(random() % 11)));
+    const auto to = std::string(to_string(static_cast<ElementType>(random() % 11)));
     const auto first = random_steps(random, shape), second = random_steps(random, shape);
     const Stage stages[] = {{Mode::Typecast, to.c_str()},
                             {Mode::Arithmetic, first.c_str()},

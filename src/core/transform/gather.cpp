@@ -21,7 +21,7 @@ std::shared_ptr<const Kernel> GatherKernel::then(FusedPart next, size_t count) c
     next = {make_fused_kernel(work_, std::move(next), count), from, to};
   }
   if (!next.kernel || next.kernel->period() == 0 ||
-      next.kernel->period() > kBlockBytes / size_of(next.from))
+      next.kernel->period() > kBlockBytes / element_size(next.from))
     return nullptr;
   return std::shared_ptr<const Kernel>(new GatherKernel(runs_, std::move(next)));
 }
@@ -43,7 +43,7 @@ Counters GatherKernel::run(std::span<const std::byte> in, std::span<std::byte> o
     });
     return {};
   }
-  const size_t elements = runs_.bytes / size_of(work_.from);
+  const size_t elements = runs_.bytes / element_size(work_.from);
   return runs_.bytes >= kLongRun && elements % work_.kernel->period() == 0 ? run_each(in, out)
                                                                            : run_blocks(in, out);
 }
@@ -51,7 +51,7 @@ Counters GatherKernel::run(std::span<const std::byte> in, std::span<std::byte> o
 Counters GatherKernel::run_each(std::span<const std::byte> in,
                                 std::span<std::byte> out) const noexcept {
   Counters counters;
-  const size_t out_bytes = runs_.bytes / size_of(work_.from) * size_of(work_.to);
+  const size_t out_bytes = runs_.bytes / element_size(work_.from) * element_size(work_.to);
   for_each_run(runs_, [&](uint64_t offset) {
     const auto run = run_at(offset, in);
     if (run.empty() || out.size() < out_bytes) return false;
@@ -66,7 +66,7 @@ Counters GatherKernel::run_each(std::span<const std::byte> in,
 Counters GatherKernel::run_blocks(std::span<const std::byte> in,
                                   std::span<std::byte> out) const noexcept {
   Counters counters;
-  const size_t from = size_of(work_.from), to = size_of(work_.to);
+  const size_t from = element_size(work_.from), to = element_size(work_.to);
   const size_t whole = work_.kernel->period() * from, room = kBlockBytes / whole * whole;
   alignas(64) std::byte block[kBlockBytes];
   size_t filled = 0;

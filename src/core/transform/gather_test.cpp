@@ -23,7 +23,7 @@ Bytes applied(const Plan& plan, const Bytes& in) {
 // Copies element by element by the definition of strides.
 Bytes gathered(const TensorSpec& tensor, const StridedLayout& layout, const Bytes& in) {
   Bytes out;
-  const size_t size = size_of(tensor.type);
+  const size_t size = element_size(tensor.type);
   for (uint64_t n = 0; n < *tensor.shape.count(); ++n) {
     uint64_t rest = n;
     auto at = static_cast<int64_t>(layout.offset);

@@ -9,41 +9,41 @@ namespace weir::transform {
 // mode=arithmetic: [typecast:TYPE,][per-channel:(false|true@DIM),]OP:NUMBER[@CH],...
 
 Result<Operation> parse_arithmetic(std::string_view option);
-TemplateSpec output_of(const Arithmetic& arithmetic, const TemplateSpec& in);
-std::optional<TemplateSpec> input_of(const Arithmetic& arithmetic, const TemplateSpec& out);
+TemplateSpec get_output(const Arithmetic& arithmetic, const TemplateSpec& in);
+std::optional<TemplateSpec> find_input(const Arithmetic& arithmetic, const TemplateSpec& out);
 std::shared_ptr<const Kernel> make_kernel(const Arithmetic& arithmetic, const TensorSpec& in,
                                           bool accelerate);
 
 // mode=dimchg: FROM:TO moves one dimension to another place; a special case of transposition.
 
 Result<Operation> parse_dimchg(std::string_view option);
-TemplateSpec output_of(const Dimchg& dimchg, const TemplateSpec& in);
-std::optional<TemplateSpec> input_of(const Dimchg& dimchg, const TemplateSpec& out);
+TemplateSpec get_output(const Dimchg& dimchg, const TemplateSpec& in);
+std::optional<TemplateSpec> find_input(const Dimchg& dimchg, const TemplateSpec& out);
 std::shared_ptr<const Kernel> make_kernel(const Dimchg& dimchg, const TensorSpec& in,
                                           bool accelerate);
 
 // mode=padding: adds zeros around the three innermost dimensions.
 
 Result<Operation> parse_padding(std::string_view option);
-TemplateSpec output_of(const Padding& padding, const TemplateSpec& in);
+TemplateSpec get_output(const Padding& padding, const TemplateSpec& in);
 // The shape stays open, because padding cannot be inverted.
-std::optional<TemplateSpec> input_of(const Padding& padding, const TemplateSpec& out);
+std::optional<TemplateSpec> find_input(const Padding& padding, const TemplateSpec& out);
 std::shared_ptr<const Kernel> make_kernel(const Padding& padding, const TensorSpec& in,
                                           bool accelerate);
 
 // mode=transpose: D0:D1:D2:3, or a permutation of five and more indices.
 
 Result<Operation> parse_transpose(std::string_view option);
-TemplateSpec output_of(const Transpose& transpose, const TemplateSpec& in);
-std::optional<TemplateSpec> input_of(const Transpose& transpose, const TemplateSpec& out);
+TemplateSpec get_output(const Transpose& transpose, const TemplateSpec& in);
+std::optional<TemplateSpec> find_input(const Transpose& transpose, const TemplateSpec& out);
 std::shared_ptr<const Kernel> make_kernel(const Transpose& transpose, const TensorSpec& in,
                                           bool accelerate);
 
 // mode=typecast: TYPE.
 
 Result<Operation> parse_typecast(std::string_view option);
-TemplateSpec output_of(const Typecast& typecast, const TemplateSpec& in);
-std::optional<TemplateSpec> input_of(const Typecast& typecast, const TemplateSpec& out);
+TemplateSpec get_output(const Typecast& typecast, const TemplateSpec& in);
+std::optional<TemplateSpec> find_input(const Typecast& typecast, const TemplateSpec& out);
 std::shared_ptr<const Kernel> make_kernel(const Typecast& typecast, const TensorSpec& in,
                                           bool accelerate);
 

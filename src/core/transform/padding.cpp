@@ -127,7 +127,7 @@ Result<Operation> parse_padding(std::string_view option) {
   return operation;
 }
 
-TemplateSpec output_of(const Padding& padding, const TemplateSpec& in) {
+TemplateSpec get_output(const Padding& padding, const TemplateSpec& in) {
   if (in.shape_open()) return in;
   TemplateSpec out = in;
   for (size_t i = 0; i < padding.before.size(); ++i) {
@@ -142,15 +142,15 @@ TemplateSpec output_of(const Padding& padding, const TemplateSpec& in) {
   return out;
 }
 
-std::optional<TemplateSpec> input_of(const Padding&, const TemplateSpec& out) {
+std::optional<TemplateSpec> find_input(const Padding&, const TemplateSpec& out) {
   return TemplateSpec{out.type, {}};
 }
 
 std::shared_ptr<const Kernel> make_kernel(const Padding& padding, const TensorSpec& in, bool) {
   if (padding.before == Padding{}.before && padding.after == Padding{}.after)
     return std::make_shared<CopyKernel>(static_cast<size_t>(in.bytes().value_or(0)),
-                                        size_of(in.type));
-  return std::make_shared<PaddingKernel>(padding, in.shape, size_of(in.type));
+                                        element_size(in.type));
+  return std::make_shared<PaddingKernel>(padding, in.shape, element_size(in.type));
 }
 
 }  // namespace weir::transform

@@ -20,7 +20,8 @@ class StandKernel final : public Kernel {
         accelerate_(accelerate) {}
 
   Counters run(std::span<const std::byte> in, std::span<std::byte> out) const noexcept override {
-    if (in.size() < count_ * size_of(types_.from) || out.size() < count_ * size_of(types_.to))
+    if (in.size() < count_ * element_size(types_.from) ||
+        out.size() < count_ * element_size(types_.to))
       return {};
     if (const StandTensor tensor{count_, channels_}; measures_few(tensor, types_.from)) {
       run_few(tensor, in.data(), out.data());
@@ -39,7 +40,7 @@ class StandKernel final : public Kernel {
   }
   // Only the last pass writes, each element at the place where it was read.
   bool in_place_possible() const noexcept override {
-    return size_of(types_.from) == size_of(types_.to);
+    return element_size(types_.from) == element_size(types_.to);
   }
 
  private:
@@ -90,11 +91,11 @@ Result<Operation> parse_stand(std::string_view option) {
   return Operation{stand, {}};
 }
 
-TemplateSpec output_of(const Stand& stand, const TemplateSpec& in) {
+TemplateSpec get_output(const Stand& stand, const TemplateSpec& in) {
   return {type_after(stand, in.type), in.shape};
 }
 
-std::optional<TemplateSpec> input_of(const Stand& stand, const TemplateSpec& out) {
+std::optional<TemplateSpec> find_input(const Stand& stand, const TemplateSpec& out) {
   if (stand.to == ElementType::End) return out;
   if (!out.type_open() && out.type != stand.to) return std::nullopt;
   return TemplateSpec{ElementType::End, out.shape};

@@ -7,8 +7,8 @@
 namespace weir::transform {
 
 Result<Operation> parse_stand(std::string_view option);
-TemplateSpec output_of(const Stand& stand, const TemplateSpec& in);
-std::optional<TemplateSpec> input_of(const Stand& stand, const TemplateSpec& out);
+TemplateSpec get_output(const Stand& stand, const TemplateSpec& in);
+std::optional<TemplateSpec> find_input(const Stand& stand, const TemplateSpec& out);
 std::shared_ptr<const Kernel> make_kernel(const Stand& stand, const TensorSpec& in,
                                           bool accelerate);
 

@@ -76,7 +76,7 @@ CastBlock from_double(ElementType type) noexcept {
 class Strip {
  public:
   Strip(const StandStrip& strip, const StandTypes& types, const std::byte* in) noexcept
-      : strip_(strip), in_(in), in_bytes_(size_of(types.from)), cast_(to_double(types.from)) {}
+      : strip_(strip), in_(in), in_bytes_(element_size(types.from)), cast_(to_double(types.from)) {}
 
   // Calls f(values, count, index of the first one in the tensor) row by row.
   template <class F>
@@ -133,7 +133,7 @@ void RunStandStrip(const StandStrip& strip, const StandTypes& types, const Stand
   if (how == Finish::Multiply)
     for (double& d : deviation.at) d = 1 / d;
   const auto cast = from_double(types.to);
-  const size_t out_bytes = size_of(types.to);
+  const size_t out_bytes = element_size(types.to);
   rows.for_each_row([&](Doubles& x, size_t count, size_t first) {
     alignas(64) std::byte result[kChainBlock * 8];
     if (how == Finish::Distance) finish<Finish::Distance>(x, mean, deviation);

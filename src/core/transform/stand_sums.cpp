@@ -229,7 +229,7 @@ void add_floats(const StandTensor& tensor, const std::byte* bytes, FloatSums& to
 void AddIntegers(const StandTensor& tensor, ElementType type, const std::byte* in,
                  IntegerSums& totals) {
 #if HWY_TARGET != HWY_SCALAR
-  if (tensor.channels == 1 && size_of(type) == 1)
+  if (tensor.channels == 1 && element_size(type) == 1)
     return type == ElementType::Int8 ? add_bytes<true>(in, tensor.count, totals)
                                      : add_bytes<false>(in, tensor.count, totals);
 #endif
@@ -262,7 +262,7 @@ StandScale measure_integers(const StandTensor& tensor, ElementType type, bool ac
   IntegerSums sums;
   WEIR_DISPATCH_IF(accelerate, AddIntegers)(tensor, type, in, sums);
   const bool is_signed = type == ElementType::Int8 || type == ElementType::Int16;
-  const int64_t up = is_signed ? int64_t{1} << (size_of(type) * 8 - 1) : 0;
+  const int64_t up = is_signed ? int64_t{1} << (element_size(type) * 8 - 1) : 0;
   const size_t n = tensor.count / tensor.channels;
   const auto number = static_cast<double>(n);
   StandScale scale;
@@ -316,7 +316,7 @@ double stand_deviation(double variance) noexcept {
 
 bool measures_few(const StandTensor& tensor, ElementType from) noexcept {
   if (tensor.channels > kFewChannels) return false;
-  return size_of(from) == 1 || from == ElementType::Int16 || from == ElementType::UInt16 ||
+  return element_size(from) == 1 || from == ElementType::Int16 || from == ElementType::UInt16 ||
          from == ElementType::Float32;
 }
 

@@ -87,7 +87,7 @@ void run(const StandTensor& tensor, const StandTypes& types, const StandScale& s
 }  // namespace
 
 bool has_stand_table(const StandTensor& tensor, const StandTypes& types) noexcept {
-  return size_of(types.from) == 1 && tensor.channels <= kMaxColumns &&
+  return element_size(types.from) == 1 && tensor.channels <= kMaxColumns &&
          tensor.count >= 16 * kValues * tensor.channels;
 }
 

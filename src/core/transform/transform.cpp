@@ -36,7 +36,7 @@ Status check(const TensorSpec& in) {
 
 }  // namespace
 
-std::string_view name_of(Mode mode) noexcept {
+std::string_view to_string(Mode mode) noexcept {
   const auto i = static_cast<size_t>(mode);
   return i < kModes.size() ? kModes[i] : "unknown";
 }
@@ -89,11 +89,11 @@ Result<TensorSpec> output_spec(const Operation& operation, const TensorSpec& in)
 }
 
 TemplateSpec output_candidates(const Operation& operation, const TemplateSpec& in) {
-  return std::visit([&](const auto& op) { return output_of(op, in); }, operation.what);
+  return std::visit([&](const auto& op) { return get_output(op, in); }, operation.what);
 }
 
 std::optional<TemplateSpec> input_candidates(const Operation& operation, const TemplateSpec& out) {
-  return std::visit([&](const auto& op) { return input_of(op, out); }, operation.what);
+  return std::visit([&](const auto& op) { return find_input(op, out); }, operation.what);
 }
 
 Result<Plan> plan(const Operation& operation, const TensorSpec& in, bool accelerate) {
@@ -114,7 +114,7 @@ std::optional<Plan> fused(const Plan& first, const Plan& second) {
 
 Result<Plan> gather_plan(const TensorSpec& tensor, const StridedLayout& layout) {
   if (auto status = check(tensor); !status) return std::move(status).error();
-  const auto extent = extent_of(tensor, layout);
+  const auto extent = find_extent(tensor, layout);
   if (!extent)
     return Error{.code = Code::SPEC_MISMATCH,
                  .what = "the strides of a tensor lead outside its memory",
@@ -127,7 +127,7 @@ Result<Plan> gather_plan(const TensorSpec& tensor, const StridedLayout& layout) 
                  .offered = std::to_string(*extent) + " bytes",
                  .needed = "less than 4 GiB"};
   return Plan({ElementType::UInt8, Shape{static_cast<uint32_t>(*extent)}, tensor.name}, tensor,
-              std::make_shared<GatherKernel>(runs_of(tensor, layout)));
+              std::make_shared<GatherKernel>(make_runs(tensor, layout)));
 }
 
 bool Plan::in_place_possible() const noexcept {

@@ -35,7 +35,7 @@ enum class Mode : int32_t {
   Clamp,
   Padding
 };
-std::string_view name_of(Mode mode) noexcept;     // "typecast", ...; "unknown"
+std::string_view to_string(Mode mode) noexcept;   // "typecast", ...; "unknown"
 Mode parse_mode(std::string_view nick) noexcept;  // ignores case; Unknown if there is none
 
 // ---- Operations: a parsed option, independent of any tensor ---------------------------------

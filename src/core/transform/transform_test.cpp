@@ -13,10 +13,10 @@ namespace transform_test {
 
 TEST(TransformMode, NamesRoundTrip) {
   for (int32_t i = 0; i <= 6; ++i)
-    EXPECT_EQ(parse_mode(name_of(static_cast<Mode>(i))), static_cast<Mode>(i));
+    EXPECT_EQ(parse_mode(to_string(static_cast<Mode>(i))), static_cast<Mode>(i));
   EXPECT_EQ(parse_mode("ArithMetic"), Mode::Arithmetic);
-  EXPECT_EQ(name_of(Mode::Unknown), "unknown");
-  EXPECT_EQ(name_of(static_cast<Mode>(7)), "unknown");
+  EXPECT_EQ(to_string(Mode::Unknown), "unknown");
+  EXPECT_EQ(to_string(static_cast<Mode>(7)), "unknown");
 }
 
 TEST(TransformMode, OtherNamesAreUnknown) {

@@ -127,7 +127,7 @@ To reference_cast(Value x, ElementType from) {
       x.integer = whole_part(x.number, 32);
       from = ElementType::Int32;
     }
-    if (sizeof(To) < size_of(from)) return reference_narrow<To>(x.integer, from);
+    if (sizeof(To) < element_size(from)) return reference_narrow<To>(x.integer, from);
     return wrapped<To>(x.integer);
   }
 }

@@ -133,18 +133,18 @@ Result<Operation> parse_transpose(std::string_view option) {
   return operation;
 }
 
-TemplateSpec output_of(const Transpose& transpose, const TemplateSpec& in) {
+TemplateSpec get_output(const Transpose& transpose, const TemplateSpec& in) {
   return permuted(in, full_order(transpose));
 }
 
-std::optional<TemplateSpec> input_of(const Transpose& transpose, const TemplateSpec& out) {
+std::optional<TemplateSpec> find_input(const Transpose& transpose, const TemplateSpec& out) {
   return permuted(out, inverse(full_order(transpose)));
 }
 
 std::shared_ptr<const Kernel> make_kernel(const Transpose& transpose, const TensorSpec& in,
                                           bool accelerate) {
   const size_t bytes = in.bytes().value_or(0);
-  const size_t element_bytes = size_of(in.type);
+  const size_t element_bytes = element_size(in.type);
   const auto steps = make_transpose_steps(in.shape, full_order(transpose), element_bytes);
   if (steps.copy) return std::make_shared<CopyKernel>(bytes, element_bytes);
   return std::make_shared<TransposeKernel>(steps, bytes, accelerate);

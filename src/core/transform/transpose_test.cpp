@@ -56,7 +56,7 @@ void expect_as_reference(const Order& order, const Shape& shape, ElementType typ
   std::mt19937_64 random(*shape.count());
   const TensorSpec spec{type, shape, ""};
   const auto in = random_bytes(*spec.bytes(), random);
-  const auto expected = reference(order, shape, size_of(type), in);
+  const auto expected = reference(order, shape, element_size(type), in);
   // An offset of one byte on both sides, because any alignment is allowed.
   std::vector<std::byte> shifted(in.size() + 1);
   std::copy(in.begin(), in.end(), shifted.begin() + 1);

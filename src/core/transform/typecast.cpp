@@ -14,7 +14,7 @@ namespace {
 std::vector<std::string> type_names() {
   std::vector<std::string> names;
   for (uint32_t i = 0; i < static_cast<uint32_t>(ElementType::End); ++i)
-    names.emplace_back(name_of(static_cast<ElementType>(i)));
+    names.emplace_back(to_string(static_cast<ElementType>(i)));
   return names;
 }
 
@@ -32,11 +32,11 @@ Result<Operation> parse_typecast(std::string_view option) {
       "option=" + (near.empty() ? "float32" : near));
 }
 
-TemplateSpec output_of(const Typecast& typecast, const TemplateSpec& in) {
+TemplateSpec get_output(const Typecast& typecast, const TemplateSpec& in) {
   return {typecast.to, in.shape};
 }
 
-std::optional<TemplateSpec> input_of(const Typecast& typecast, const TemplateSpec& out) {
+std::optional<TemplateSpec> find_input(const Typecast& typecast, const TemplateSpec& out) {
   if (!out.type_open() && out.type != typecast.to) return std::nullopt;
   return TemplateSpec{ElementType::End, out.shape};
 }

@@ -16,9 +16,9 @@ void expect_as_reference(const std::vector<From>& in, const std::vector<To>& out
   for (size_t i = 0; i < in.size(); ++i) {
     const To expected = test::reference_cast<To>(test::value_of(in[i]), test::type_of<From>());
     ASSERT_TRUE(test::same(out[i], expected))
-        << name_of(test::type_of<From>()) << " -> " << name_of(test::type_of<To>()) << " element "
-        << i << ": " << static_cast<double>(in[i]) << " gave " << static_cast<double>(out[i])
-        << ", needed " << static_cast<double>(expected);
+        << to_string(test::type_of<From>()) << " -> " << to_string(test::type_of<To>())
+        << " element " << i << ": " << static_cast<double>(in[i]) << " gave "
+        << static_cast<double>(out[i]) << ", needed " << static_cast<double>(expected);
   }
 }
 
@@ -29,7 +29,7 @@ void check_all_targets_types(size_t count, bool accelerate) {
   for (uint32_t i = 0; i < static_cast<uint32_t>(ElementType::End); ++i)
     visit_type(static_cast<ElementType>(i), [&](auto tag) {
       using To = typename decltype(tag)::type;
-      const auto name = name_of(static_cast<ElementType>(i));
+      const auto name = to_string(static_cast<ElementType>(i));
       const Shape shape{static_cast<uint32_t>(count)};
       expect_as_reference<From, To>(in, run<To>(Mode::Typecast, name, shape, in, accelerate));
     });
@@ -59,11 +59,11 @@ TEST(Typecast, EveryTailLengthIsCorrect) {
 
 template <class From, class To>
 void golden(const std::vector<From>& in, const std::vector<To>& expected) {
-  const auto name = std::string(name_of(test::type_of<To>()));
+  const auto name = std::string(to_string(test::type_of<To>()));
   const Shape shape{static_cast<uint32_t>(in.size())};
   for (const bool accelerate : {false, true})
     EXPECT_EQ((run<To>(Mode::Typecast, name, shape, in, accelerate)), expected)
-        << name_of(test::type_of<From>()) << " -> " << name << " accelerate " << accelerate;
+        << to_string(test::type_of<From>()) << " -> " << name << " accelerate " << accelerate;
 }
 
 // Computed with NumPy: np.clip(np.int32(x), low, high).astype(to), or astype if the type wraps.

@@ -47,7 +47,7 @@ Error too_big(const TensorSpec& spec, const Request& r) {
 }
 
 // The tensor of a window as written in caps.
-Result<TensorSpec> output_of(const Request& r, size_t index, const TensorSpec& spec) {
+Result<TensorSpec> make_output(const Request& r, size_t index, const TensorSpec& spec) {
   TensorSpec out = spec;
   uint32_t& extent = out.shape[r.dimension];
   if (extent == 0) return out;
@@ -59,19 +59,19 @@ Result<TensorSpec> output_of(const Request& r, size_t index, const TensorSpec& s
   return out;
 }
 
-Layout layout_of(const Request& r, const TensorSpec& spec) {
+Layout make_layout(const Request& r, const TensorSpec& spec) {
   Layout layout;
   layout.frame_bytes = static_cast<size_t>(*spec.bytes() / r.frames_in);
   layout.block_bytes = layout.frame_bytes;
   if (!r.concatenate || r.frames_out <= 1 || r.dimension >= spec.shape.rank()) return layout;
-  size_t block = size_of(spec.type) * (spec.shape[r.dimension] / r.frames_in);
+  size_t block = element_size(spec.type) * (spec.shape[r.dimension] / r.frames_in);
   for (size_t i = 0; i < r.dimension; ++i) block *= spec.shape[i];
   layout.block_bytes = block;
   return layout;
 }
 
 // The tensor of the window's real size when caps cannot express it.
-Result<TensorSpec> memory_of(const Request& r, size_t index, const TensorSpec& spec) {
+Result<TensorSpec> make_memory_spec(const Request& r, size_t index, const TensorSpec& spec) {
   const uint64_t count = *spec.shape.count();
   if (count % r.frames_in != 0) {
     Error error = not_a_multiple(r, index, spec);
@@ -90,16 +90,16 @@ Result<TensorSpec> memory_of(const Request& r, size_t index, const TensorSpec& s
 
 Status add_tensor(const Request& r, size_t index, const TensorSpec& spec, Plan* plan) {
   if (!spec.bytes()) return too_big(spec, r);
-  auto out = output_of(r, index, spec);
+  auto out = make_output(r, index, spec);
   if (!out) return out.error();
   TensorSpec memory = *out;
   if (spec.shape[r.dimension] == 0) {
-    auto true_size = memory_of(r, index, spec);
+    auto true_size = make_memory_spec(r, index, spec);
     if (!true_size) return true_size.error();
     plan->size_differs = plan->in != plan->out;
     if (plan->size_differs) memory = *std::move(true_size);
   }
-  plan->layouts.push_back(layout_of(r, spec));
+  plan->layouts.push_back(make_layout(r, spec));
   plan->output.push_back(*std::move(out));
   plan->memory.push_back(std::move(memory));
   return ok();
@@ -158,7 +158,7 @@ void place(const Layout& layout, uint64_t index, uint64_t frames, std::span<cons
   }
 }
 
-uint64_t time_of(uint64_t frames, const Fraction& rate) noexcept {
+uint64_t to_time(uint64_t frames, const Fraction& rate) noexcept {
   if (!rate.valid() || rate.numerator == 0) return 0;
   __extension__ using Wide = unsigned __int128;
   constexpr uint64_t kSecond = 1'000'000'000;

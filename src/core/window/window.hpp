@@ -53,6 +53,6 @@ void place(const Layout& layout, uint64_t index, uint64_t frames, std::span<cons
 
 // The duration in nanoseconds of `frames` frames at `rate`, rounded down once. 0 if the rate is
 // unknown or 0.
-uint64_t time_of(uint64_t frames, const Fraction& rate) noexcept;
+uint64_t to_time(uint64_t frames, const Fraction& rate) noexcept;
 
 }  // namespace weir::window

@@ -156,7 +156,7 @@ TEST(Window, IsAConcatenationCoordinateByCoordinate) {
     const Case c = random_case(&random);
     const auto p = plan(c.request, {c.input});
     ASSERT_TRUE(p) << p.error().message();
-    const size_t size = size_of(c.input.type);
+    const size_t size = element_size(c.input.type);
     const Layout& layout = p->layouts[0];
     std::vector<uint64_t> stream(layout.frame_bytes / size * p->out);
     for (auto& value : stream) value = random() % 65536;
@@ -200,10 +200,10 @@ TEST(Window, HasExactTimesAfterAMillionFrames) {
     const uint64_t numerator = frames * 1001, denominator = 30000;
     const uint64_t expected = numerator / denominator * 1'000'000'000 +
                               numerator % denominator * 1'000'000'000 / denominator;
-    EXPECT_EQ(time_of(frames, kNtsc), expected);
+    EXPECT_EQ(to_time(frames, kNtsc), expected);
   }
-  EXPECT_EQ(time_of(5, {0, 1}), 0u);
-  EXPECT_EQ(time_of(5, {-1, -1}), 0u);
+  EXPECT_EQ(to_time(5, {0, 1}), 0u);
+  EXPECT_EQ(to_time(5, {-1, -1}), 0u);
 }
 
 }  // namespace window_test

@@ -101,7 +101,7 @@ std::string to_string(Command command) {
 
 Result<EdgeHeader> read_header(HeaderForm form, std::span<const std::byte> bytes,
                                const MessageLimits& limits) {
-  const auto& layout = layout_of(form);
+  const auto& layout = get_layout(form);
   if (auto status = check_start(layout, bytes); !status) return status.error();
   if (is_i386(layout, bytes))
     return peer_error("a message has the alignment of 32-bit x86", "8-byte fields aligned to 4",
@@ -124,7 +124,7 @@ Result<EdgeHeader> read_header(HeaderForm form, std::span<const std::byte> bytes
 }
 
 Result<std::vector<std::byte>> write_header(HeaderForm form, const EdgeHeader& header) {
-  const auto& layout = layout_of(form);
+  const auto& layout = get_layout(form);
   if (header.sizes.size() > layout.max_memories)
     return Error{.code = Code::LIMIT_EXCEEDED,
                  .what = "a frame has more memories than the peer can receive",
@@ -173,8 +173,8 @@ Result<std::vector<std::byte>> text_message(HeaderForm form, Command command, in
 
 Result<std::vector<std::byte>> greeting_for_both_forms(int64_t client_id, std::string_view text) {
   auto out = text_message(HeaderForm::Bytes2088, Command::Capability, client_id, text);
-  const size_t offset = layout_of(HeaderForm::Bytes168).bytes;
-  const size_t end = layout_of(HeaderForm::Bytes2088).metadata_offset;
+  const size_t offset = get_layout(HeaderForm::Bytes168).bytes;
+  const size_t end = get_layout(HeaderForm::Bytes2088).metadata_offset;
   if (out && offset + text.size() + 1 <= end)
     std::memcpy(out->data() + offset, text.data(), text.size());
   return out;

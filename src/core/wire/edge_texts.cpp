@@ -18,7 +18,7 @@ constexpr std::string_view kPublisherKey = "edge_sink_caps";
 constexpr size_t kMaxHost = 253;  // of a DNS name
 
 // The first value of `key` in @key@value@key@value. The odd pieces are keys.
-std::optional<std::string_view> value_of(std::string_view text, std::string_view key) {
+std::optional<std::string_view> find_value(std::string_view text, std::string_view key) {
   const auto pieces = split(text, "@");
   for (size_t i = 1; i + 1 < pieces.size(); i += 2)
     if (pieces[i] == key) return pieces[i + 1];
@@ -61,8 +61,8 @@ Result<std::string> query_capability_text(const QueryCapability& capability) {
 }
 
 Result<QueryCapability> parse_query_capability(std::string_view text) {
-  const auto source = value_of(text, kSourceKey);
-  const auto sink = value_of(text, kSinkKey);
+  const auto source = find_value(text, kSourceKey);
+  const auto sink = find_value(text, kSinkKey);
   for (const auto& [caps, key] : {std::pair(source, kSourceKey), std::pair(sink, kSinkKey)})
     if (!caps || strip(*caps).empty())
       return peer_error("a query server does not announce its caps", quoted_text(text),
@@ -78,7 +78,7 @@ Result<std::string> publisher_capability_text(std::string_view caps) {
 }
 
 Result<std::string> parse_publisher_capability(std::string_view text) {
-  const auto caps = value_of(text, kPublisherKey);
+  const auto caps = find_value(text, kPublisherKey);
   if (!caps)
     return peer_error("a peer is not a publisher", quoted_text(text),
                       "@" + std::string(kPublisherKey) + "@ and the caps of the stream",

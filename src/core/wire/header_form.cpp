@@ -30,7 +30,7 @@ constexpr const HeaderLayout& kShort = kLayouts[1];
 using Version = std::tuple<uint64_t, uint64_t, uint64_t>;
 constexpr Version kBothForms{0, 2, 5};
 
-Version version_of(uint64_t key) {
+Version find_version(uint64_t key) {
   return {key >> 12 & 0xFFF, key & 0xFFF, key >> 24 & 0xFFF};
 }
 
@@ -52,14 +52,14 @@ bool is_short_message_without_text(std::span<const std::byte> start) {
 
 }  // namespace
 
-const HeaderLayout& layout_of(HeaderForm form) noexcept {
+const HeaderLayout& get_layout(HeaderForm form) noexcept {
   return kLayouts[static_cast<size_t>(form)];
 }
 
 bool version_may_have(uint64_t key, HeaderForm form) noexcept {
   if (key >> 48 != kVersionTag) return false;
-  if (form == HeaderForm::Bytes168) return version_of(key) <= kBothForms;
-  return form == HeaderForm::Bytes2088 && version_of(key) >= kBothForms;
+  if (form == HeaderForm::Bytes168) return find_version(key) <= kBothForms;
+  return form == HeaderForm::Bytes2088 && find_version(key) >= kBothForms;
 }
 
 Result<FormDecision> recognise_form(std::span<const std::byte> start) {
@@ -68,7 +68,7 @@ Result<FormDecision> recognise_form(std::span<const std::byte> start) {
   if (start.size() < kStartBytes) return FormDecision{.needed = kStartBytes};
   if (read_little<uint16_t>(start, kVersionTagOffset) != kVersionTag)
     return FormDecision{.form = HeaderForm::Bytes160};
-  const auto version = version_of(read_little<uint64_t>(start, kShort.version_offset));
+  const auto version = find_version(read_little<uint64_t>(start, kShort.version_offset));
   if (version < kBothForms) return FormDecision{.form = HeaderForm::Bytes168};
   if (version > kBothForms) return FormDecision{.form = HeaderForm::Bytes2088};
   // 0.2.5 has both: offset 168 is the text of the short form and an unused size of the long one.

@@ -37,7 +37,7 @@ struct HeaderLayout {
   size_t sizes_offset;
   size_t metadata_offset;  // u64, size of the metadata
 };
-const HeaderLayout& layout_of(HeaderForm form) noexcept;
+const HeaderLayout& get_layout(HeaderForm form) noexcept;
 
 // Whether a library of the version in `key` may use this form, which has a version key. 0.2.5 may
 // use both.

@@ -336,7 +336,7 @@ TEST(HostilePeer, ReceivesNoDuplicateKeysAndNoBytesOfTheStack) {
     const auto header =
         write_header(form, {.command = Command::TransferData, .client_id = -1, .sizes = {1}});
     ASSERT_TRUE(header);
-    const auto& layout = layout_of(form);
+    const auto& layout = get_layout(form);
     const auto is_zero = [](std::byte byte) { return byte == std::byte{0}; };
     EXPECT_TRUE(std::all_of(header->begin() + static_cast<ptrdiff_t>(layout.sizes_offset) + 8,
                             header->end(), is_zero));

@@ -77,7 +77,7 @@ Status MessageReader::silence() {
 }
 
 size_t MessageReader::header_bytes_needed() const noexcept {
-  return form_ ? layout_of(*form_).bytes : std::max(form_needs_, kFormBytes);
+  return form_ ? get_layout(*form_).bytes : std::max(form_needs_, kFormBytes);
 }
 
 Status MessageReader::header_received() {
@@ -88,7 +88,7 @@ Status MessageReader::header_received() {
     form_needs_ = decision->needed;
   }
   if (!form_) return ok();
-  const size_t size = layout_of(*form_).bytes;
+  const size_t size = get_layout(*form_).bytes;
   if (filled_ < size) return ok();
   auto header = read_header(*form_, std::span(header_bytes_).first(size), limits_);
   if (!header) return fail(header.error());

@@ -28,7 +28,7 @@ struct MqttLayout {
 constexpr std::array<MqttForm, 3> kForms{MqttForm::Bytes2080, MqttForm::Bytes160,
                                          MqttForm::Bytes144};
 
-const MqttLayout& layout_of(MqttForm form) {
+const MqttLayout& get_layout(MqttForm form) {
   static constexpr std::array<MqttLayout, 3> kLayouts{{
       {144, 16, HeaderForm::Bytes160, 4, 8, 136},
       {160, 16, HeaderForm::Bytes168, 16, 24, 152},
@@ -38,12 +38,12 @@ const MqttLayout& layout_of(MqttForm form) {
 }
 
 bool has_version(const MqttLayout& layout) {
-  return wire::layout_of(layout.same_as).version_key != 0;
+  return wire::get_layout(layout.same_as).version_key != 0;
 }
 
 // The sizes of the memories and of the metadata, if they and the header are the whole payload.
-std::optional<std::vector<uint64_t>> sizes_of(const MqttLayout& layout,
-                                              std::span<const std::byte> payload) {
+std::optional<std::vector<uint64_t>> parse_sizes(const MqttLayout& layout,
+                                                 std::span<const std::byte> payload) {
   if (payload.size() < layout.bytes) return std::nullopt;
   const auto count = read_little<uint32_t>(payload, layout.count_offset);
   if (count == 0 || count > layout.entries) return std::nullopt;
@@ -80,7 +80,7 @@ Status check_limits(std::span<const std::byte> payload, const MessageLimits& lim
 Result<MqttFrame> cut(MqttForm form, std::span<const std::byte> payload,
                       const std::vector<uint64_t>& sizes, const MessageLimits& limits) {
   MqttFrame frame{.form = form};
-  size_t at = layout_of(form).bytes;
+  size_t at = get_layout(form).bytes;
   for (size_t i = 0; i + 1 < sizes.size(); ++i) {
     if (sizes[i] == 0)
       return peer_error("an MQTT message has a memory of 0 bytes", "memory " + std::to_string(i),
@@ -114,7 +114,7 @@ Result<MqttFrame> parse_mqtt_frame(std::span<const std::byte> payload,
                                    const MessageLimits& limits) {
   if (auto status = check_limits(payload, limits); !status) return status.error();
   for (const auto form : kForms)
-    if (const auto sizes = sizes_of(layout_of(form), payload))
+    if (const auto sizes = parse_sizes(get_layout(form), payload))
       return cut(form, payload, *sizes, limits);
   return peer_error("an MQTT message does not have the length that its header declares",
                     std::to_string(payload.size()) + " bytes",
@@ -126,7 +126,7 @@ Result<MqttFrame> parse_mqtt_frame(std::span<const std::byte> payload,
 Result<std::vector<std::byte>> write_mqtt_frame_header(MqttForm form,
                                                        std::span<const uint64_t> sizes,
                                                        uint64_t metadata_bytes) {
-  const auto& layout = layout_of(form);
+  const auto& layout = get_layout(form);
   if (sizes.empty())
     return Error{.code = Code::FRAME_SIZE,
                  .what = "a frame without memories cannot be published",
@@ -141,7 +141,7 @@ Result<std::vector<std::byte>> write_mqtt_frame_header(MqttForm form,
   std::vector<std::byte> out(layout.bytes);
   write_little(std::span(out), 0, kMqttMagic);
   if (has_version(layout))
-    write_little(std::span(out), kVersionOffset, wire::layout_of(layout.same_as).version_key);
+    write_little(std::span(out), kVersionOffset, wire::get_layout(layout.same_as).version_key);
   write_little(std::span(out), layout.count_offset, static_cast<uint32_t>(sizes.size()));
   for (size_t i = 0; i < sizes.size(); ++i)
     write_little(std::span(out), layout.sizes_offset + 8 * i, sizes[i]);

@@ -24,7 +24,7 @@ struct MqttHeaderLayout {
   size_t caps;
 };
 
-const MqttHeaderLayout& layout_of(MqttAlignment alignment) {
+const MqttHeaderLayout& get_layout(MqttAlignment alignment) {
   static constexpr std::array<MqttHeaderLayout, 3> kLayouts{{
       {8, 8, 136, 176},  // Bits64
       {4, 4, 72, 112},   // Arm32
@@ -33,7 +33,7 @@ const MqttHeaderLayout& layout_of(MqttAlignment alignment) {
   return kLayouts[static_cast<size_t>(alignment)];
 }
 
-std::optional<uint64_t> time_of(uint64_t value) {
+std::optional<uint64_t> to_time(uint64_t value) {
   return value == kNone ? std::nullopt : std::optional(value);
 }
 
@@ -81,7 +81,7 @@ Result<MqttHeader> parse_mqtt_header(std::span<const std::byte> bytes, MqttAlign
   if (bytes.size() < kMqttHeaderBytes)
     return header_error("is too short for its header", std::to_string(bytes.size()) + " bytes",
                         "at least 1024 bytes");
-  const auto& layout = layout_of(alignment);
+  const auto& layout = get_layout(alignment);
   const auto count = read_little<uint32_t>(bytes, 0);
   if (count > kMaxMqttMemories)
     return header_error("has too many memories", std::to_string(count) + " memories",
@@ -95,9 +95,9 @@ Result<MqttHeader> parse_mqtt_header(std::span<const std::byte> bytes, MqttAlign
   const auto times = bytes.subspan(layout.times);
   header.base_time_epoch = read_little<int64_t>(times, 0);
   header.sent_time_epoch = read_little<int64_t>(times, 8);
-  header.duration = time_of(read_little<uint64_t>(times, 16));
-  header.dts = time_of(read_little<uint64_t>(times, 24));
-  header.pts = time_of(read_little<uint64_t>(times, 32));
+  header.duration = to_time(read_little<uint64_t>(times, 16));
+  header.dts = to_time(read_little<uint64_t>(times, 24));
+  header.pts = to_time(read_little<uint64_t>(times, 32));
   const std::string_view caps(reinterpret_cast<const char*>(bytes.data()) + layout.caps,
                               kMaxMqttCapsBytes);
   const size_t end = caps.find('\0');
@@ -109,7 +109,7 @@ Result<MqttHeader> parse_mqtt_header(std::span<const std::byte> bytes, MqttAlign
 
 Result<std::vector<std::byte>> write_mqtt_header(const MqttHeader& header) {
   if (auto status = check_sendable(header); !status) return status.error();
-  const auto& layout = layout_of(MqttAlignment::Bits64);
+  const auto& layout = get_layout(MqttAlignment::Bits64);
   std::vector<std::byte> out(kMqttHeaderBytes);
   write_little(std::span(out), 0, static_cast<uint32_t>(header.sizes.size()));
   for (size_t i = 0; i < header.sizes.size(); ++i)

@@ -9,7 +9,7 @@ namespace weir::zone {
 namespace {
 
 // Above 0: `p` is to the right of the direction from `a` to `b`, where y points down.
-double side_of(Point a, Point b, Point p) noexcept {
+double get_side(Point a, Point b, Point p) noexcept {
   return (b.x - a.x) * (p.y - a.y) - (b.y - a.y) * (p.x - a.x);
 }
 
@@ -51,7 +51,7 @@ bool span_a_plane(const std::array<Point, 4>& points) noexcept {
     const Point a = points[(left_out + 1) % 4], b = points[(left_out + 2) % 4],
                 c = points[(left_out + 3) % 4];
     const double lengths = std::hypot(b.x - a.x, b.y - a.y) * std::hypot(c.x - a.x, c.y - a.y);
-    if (!(std::abs(side_of(a, b, c)) > 1e-9 * lengths)) return false;
+    if (!(std::abs(get_side(a, b, c)) > 1e-9 * lengths)) return false;
   }
   return true;
 }
@@ -92,7 +92,7 @@ bool contains(std::span<const Point> polygon, Point at) noexcept {
 }
 
 Crossing crossing(Point a, Point b, Point from, Point to) noexcept {
-  const double before = side_of(a, b, from), after = side_of(a, b, to);
+  const double before = get_side(a, b, from), after = get_side(a, b, to);
   if ((before >= 0) == (after >= 0)) return Crossing::None;
   const double part = before / (before - after);
   const Point at{from.x + part * (to.x - from.x), from.y + part * (to.y - from.y)};

@@ -12,7 +12,7 @@ namespace {
 constexpr double kNanoseconds = 1e9;  // of a second
 constexpr uint32_t kGone = UINT32_MAX;
 
-uint64_t key_of(const Sighting& sighting) noexcept {
+uint64_t make_key(const Sighting& sighting) noexcept {
   return uint64_t{sighting.group} << 32 | sighting.track;
 }
 
@@ -38,7 +38,7 @@ size_t index_of(Reference reference) noexcept {
 }
 
 // In pixels.
-double margin_of(const Zone& zone, const Box& box) noexcept {
+double get_margin(const Zone& zone, const Box& box) noexcept {
   return zone.margin * std::max(double{box.x2} - box.x1, double{box.y2} - box.y1);
 }
 
@@ -51,7 +51,7 @@ void move_to(const std::vector<uint32_t>& new_index, std::vector<Entry>* entries
 
 }  // namespace
 
-const char* name_of(EventKind kind) noexcept {
+const char* to_string(EventKind kind) noexcept {
   static constexpr const char* kNames[] = {"enter", "leave", "dwell", "forward", "backward"};
   return kNames[static_cast<size_t>(kind)];
 }
@@ -132,7 +132,7 @@ void ZoneCounter::update(int64_t time, std::span<const Sighting> sightings) {
   }
 }
 
-std::span<const Presence> ZoneCounter::presences_of(size_t sighting) const noexcept {
+std::span<const Presence> ZoneCounter::get_presences(size_t sighting) const noexcept {
   const size_t first = first_presence_[sighting];
   const size_t end =
       sighting + 1 < first_presence_.size() ? first_presence_[sighting + 1] : presences_.size();
@@ -179,7 +179,7 @@ void ZoneCounter::end_track(uint64_t key, Track* track) {
 // Null: the object is not followed.
 ZoneCounter::Track* ZoneCounter::find_track(const Sighting& sighting, bool* is_new) {
   if (sighting.track == 0) return nullptr;
-  const uint64_t key = key_of(sighting);
+  const uint64_t key = make_key(sighting);
   const auto known = tracks_.find(key);
   *is_new = known == tracks_.end();
   if (!*is_new) return known->second.frame == frame_ ? nullptr : &known->second;
@@ -198,7 +198,7 @@ void ZoneCounter::see(const Sighting& sighting) {
     track->at[i] = reference_point(sighting.box, sighting.rotation, static_cast<Reference>(i));
   track->frame = frame_;
   track->time = now_;
-  speed_ = speed_of(track, track->at[index_of(Reference::Bottom)]);
+  speed_ = compute_speed(track, track->at[index_of(Reference::Bottom)]);
   for (uint32_t i = 0; i < bounds_.size(); ++i) {
     const Zone& zone = zones_->zones[i];
     if (zone.kind == Kind::Area)
@@ -216,7 +216,7 @@ void ZoneCounter::update_area(uint32_t zone, const Sighting& sighting, Track* tr
                    at.y <= around.bottom && contains(area.points, at);
   if (!is_inside && track->stays.empty()) return;
   if (!is_inside && area.margin > 0 && is_staying(*track, zone))
-    is_inside = distance_to_outline(area.points, at) <= margin_of(area, sighting.box);
+    is_inside = distance_to_outline(area.points, at) <= get_margin(area, sighting.box);
   update_stay(zone, is_inside, sighting, track);
 }
 
@@ -230,7 +230,7 @@ void ZoneCounter::update_line(uint32_t zone, Point from, const Sighting& sightin
   const auto near = std::find_if(lines.begin(), lines.end(),
                                  [zone](const NearLine& one) { return one.zone == zone; });
   if (crossed == Crossing::None && near == lines.end()) return;
-  const bool is_near = distance_to_line(a, b, to) <= margin_of(line, sighting.box);
+  const bool is_near = distance_to_line(a, b, to) <= get_margin(line, sighting.box);
   if (near == lines.end()) {
     count_crossing(zone, crossed == Crossing::Forward, sighting);
     if (is_near && line.margin > 0 && lines.size() < kStayLimit) lines.push_back({.zone = zone});
@@ -312,7 +312,7 @@ void ZoneCounter::update_stay(uint32_t zone, bool is_inside, const Sighting& sig
 }
 
 // The mean over the positions within the window; the newest is `pixel`.
-Speed ZoneCounter::speed_of(Track* track, Point pixel) const {
+Speed ZoneCounter::compute_speed(Track* track, Point pixel) const {
   const auto sample = [track](size_t i) -> Sample& {
     return track->samples[(track->oldest + i) % kSampleLimit];
   };

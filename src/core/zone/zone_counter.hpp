@@ -51,7 +51,7 @@ struct Presence {
 };
 
 enum class EventKind { Enter, Leave, Dwell, Forward, Backward };
-const char* name_of(EventKind kind) noexcept;
+const char* to_string(EventKind kind) noexcept;
 
 struct Event {
   EventKind kind = EventKind::Enter;
@@ -108,7 +108,7 @@ class ZoneCounter {
 
   // Returns the speeds of the last update, one for each sighting.
   const std::vector<Speed>& speeds() const noexcept { return speeds_; }
-  std::span<const Presence> presences_of(size_t sighting) const noexcept;
+  std::span<const Presence> get_presences(size_t sighting) const noexcept;
   const std::vector<Event>& events() const noexcept { return events_; }
   // One for each zone.
   const std::vector<ZoneCounts>& counts() const noexcept { return counts_; }
@@ -160,7 +160,7 @@ class ZoneCounter {
   void update_line(uint32_t zone, Point from, const Sighting& sighting, Track* track);
   void count_crossing(uint32_t zone, bool is_forward, const Sighting& sighting);
   void update_stay(uint32_t zone, bool is_inside, const Sighting& sighting, Track* track);
-  Speed speed_of(Track* track, Point pixel) const;
+  Speed compute_speed(Track* track, Point pixel) const;
   void add_event(const Event& event);
   template <class Change>
   void count(uint32_t zone, int32_t class_index, const Change& change);

@@ -9,14 +9,14 @@ TEST_F(ZoneCounterTest, SaysWhoEntersStaysAndLeaves) {
   use({area("yard", 100, 100, 200, 200)});
   EXPECT_EQ(frame(0, {at(50, 150, 7)}), Texts());
   EXPECT_EQ(frame(1, {at(120, 150, 7)}), Texts{"enter yard 7"});
-  ASSERT_EQ(counter.presences_of(0).size(), 1u);
-  EXPECT_FLOAT_EQ(counter.presences_of(0)[0].dwell, 0);
+  ASSERT_EQ(counter.get_presences(0).size(), 1u);
+  EXPECT_FLOAT_EQ(counter.get_presences(0)[0].dwell, 0);
   EXPECT_EQ(frame(1.5, {at(130, 150, 7)}), Texts());
-  EXPECT_FLOAT_EQ(counter.presences_of(0)[0].dwell, 0.5f);
+  EXPECT_FLOAT_EQ(counter.get_presences(0)[0].dwell, 0.5f);
   EXPECT_EQ(total(0).inside(), 1u);
   EXPECT_EQ(frame(2, {at(250, 150, 7)}), Texts{"leave yard 7"});
   EXPECT_FLOAT_EQ(counter.events()[0].dwell, 1);
-  EXPECT_EQ(counter.presences_of(0).size(), 0u);
+  EXPECT_EQ(counter.get_presences(0).size(), 0u);
   EXPECT_EQ(total(0).entered, 1u);
   EXPECT_EQ(total(0).left, 1u);
   EXPECT_EQ(total(0).inside(), 0u);
@@ -26,9 +26,9 @@ TEST_F(ZoneCounterTest, OverlappingAreasEachHaveTheObject) {
   use({area("all", 0, 0, 300, 300), area("far", 500, 0, 600, 300), area("part", 100, 0, 200, 300)});
   EXPECT_EQ(frame(0, {at(50, 150, 7), at(150, 150, 8)}),
             (Texts{"enter all 7", "enter all 8", "enter part 8"}));
-  ASSERT_EQ(counter.presences_of(0).size(), 1u);
-  ASSERT_EQ(counter.presences_of(1).size(), 2u);
-  EXPECT_EQ(counter.presences_of(1)[1].zone, 2u);
+  ASSERT_EQ(counter.get_presences(0).size(), 1u);
+  ASSERT_EQ(counter.get_presences(1).size(), 2u);
+  EXPECT_EQ(counter.get_presences(1)[1].zone, 2u);
   EXPECT_EQ(total(0).inside(), 2u);
   EXPECT_EQ(total(2).inside(), 1u);
 }
@@ -77,7 +77,7 @@ TEST_F(ZoneCounterTest, KeepsATrackThroughAShortGap) {
   EXPECT_EQ(frame(0.5, {}), Texts());
   EXPECT_EQ(total(0).inside(), 1u) << "it is not gone yet";
   EXPECT_EQ(frame(1.0, {at(50, 60, 7)}), Texts());
-  EXPECT_FLOAT_EQ(counter.presences_of(0)[0].dwell, 1);
+  EXPECT_FLOAT_EQ(counter.get_presences(0)[0].dwell, 1);
   EXPECT_EQ(frame(1.9, {at(50, 120, 7)}), (Texts{"leave yard 7", "forward gate 7"}));
 }
 
@@ -128,7 +128,7 @@ TEST_F(ZoneCounterTest, ARepeatedTimeAddsNothingToSpeedAndDwell) {
   use({area("yard", 0, 0, 100, 100), line("gate", {0, 60}, {100, 60})});
   frame(1, {at(50, 50, 7)});
   EXPECT_EQ(frame(1, {at(50, 70, 7)}), Texts{"forward gate 7"}) << "crossings count";
-  EXPECT_FLOAT_EQ(counter.presences_of(0)[0].dwell, 0);
+  EXPECT_FLOAT_EQ(counter.get_presences(0)[0].dwell, 0);
   EXPECT_TRUE(std::isnan(counter.speeds()[0].pixels));
   counter.update(kNoTime, Sightings{at(50, 80, 7)});
   EXPECT_TRUE(std::isnan(counter.speeds()[0].pixels));
@@ -180,8 +180,8 @@ TEST_F(ZoneCounterTest, ObjectsWithoutATrackAreOnlyInside) {
   EXPECT_EQ(frame(0, {at(50, 50, 0, 1), at(60, 50, 0, 1)}), Texts());
   EXPECT_EQ(total(0).inside(), 2u);
   EXPECT_EQ(counter.counts()[0].of_class.at(1).inside(), 2u);
-  ASSERT_EQ(counter.presences_of(0).size(), 1u);
-  EXPECT_TRUE(std::isnan(counter.presences_of(0)[0].dwell));
+  ASSERT_EQ(counter.get_presences(0).size(), 1u);
+  EXPECT_TRUE(std::isnan(counter.get_presences(0)[0].dwell));
   EXPECT_EQ(frame(0.1, {at(50, 70, 0, 1)}), Texts());
   EXPECT_EQ(total(0).inside(), 1u);
   EXPECT_EQ(total(0).entered, 0u);
@@ -225,9 +225,9 @@ TEST_F(ZoneCounterTest, NewZonesKeepTheCountsOfTheSameNames) {
   EXPECT_EQ(total(2).entered, 1u);
   EXPECT_EQ(frame(1, {at(50, 95, 7)}), (Texts{"forward gate 7", "enter new 7"}));
   EXPECT_EQ(total(0).forward, 2u);
-  ASSERT_EQ(counter.presences_of(0).size(), 2u);
-  EXPECT_FLOAT_EQ(counter.presences_of(0)[0].dwell, 0);
-  EXPECT_FLOAT_EQ(counter.presences_of(0)[1].dwell, 1) << "a";
+  ASSERT_EQ(counter.get_presences(0).size(), 2u);
+  EXPECT_FLOAT_EQ(counter.get_presences(0)[0].dwell, 0);
+  EXPECT_FLOAT_EQ(counter.get_presences(0)[1].dwell, 1) << "a";
   EXPECT_EQ(frame(1.1, {at(50, 500, 7)}), (Texts{"leave new 7", "leave a 7"}));
   expect_balance();
 }
@@ -258,7 +258,7 @@ TEST_F(ZoneCounterTest, LimitsAreCounted) {
   for (size_t i = 0; i < kStayLimit + 20; ++i) many.push_back(area(std::to_string(i), 0, 0, 9, 9));
   use(many);
   frame(0, {at(5, 5, 7)});
-  EXPECT_EQ(counter.presences_of(0).size(), kStayLimit);
+  EXPECT_EQ(counter.get_presences(0).size(), kStayLimit);
   EXPECT_EQ(counter.left_out(), 20u);
   Sightings crowd;
   for (uint32_t i = 1; i <= kTrackLimit + 5; ++i) crowd.push_back(at(500, 500, i));

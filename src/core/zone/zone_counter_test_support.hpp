@@ -37,8 +37,8 @@ using Sightings = std::vector<Sighting>;
 inline std::vector<std::string> texts_of(const ZoneCounter& counter) {
   std::vector<std::string> out;
   for (const Event& event : counter.events())
-    out.push_back(std::string(name_of(event.kind)) + " " + counter.zones()->zones[event.zone].name +
-                  " " + std::to_string(event.track));
+    out.push_back(std::string(to_string(event.kind)) + " " +
+                  counter.zones()->zones[event.zone].name + " " + std::to_string(event.track));
   return out;
 }
 using Texts = std::vector<std::string>;

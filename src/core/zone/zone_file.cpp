@@ -228,7 +228,7 @@ class Parser {
 
 // How deeply lists and objects are nested: found before parsing, as the parser's own callback takes
 // quadratic time.
-int depth_of(std::string_view text) noexcept {
+int count_depth(std::string_view text) noexcept {
   int depth = 0, deepest = 0;
   bool is_string = false;
   for (size_t i = 0; i < text.size(); ++i) {
@@ -273,7 +273,7 @@ bool Zone::operator==(const Zone& other) const {
 
 Result<ZoneSet> parse_zones(std::string_view text, const std::string& place) {
   if (text.size() > kBytesLimit) return invalid(place, "it has more than 16 MiB");
-  if (depth_of(text) > kDepthLimit)
+  if (count_depth(text) > kDepthLimit)
     return invalid(place, "its lists and objects are nested too deeply");
   Json root;
   try {

@@ -30,7 +30,7 @@ class EdgeBroker : public BrokerTest {
   }
   Harness sink(const std::string& type, const std::string& more = "",
                const std::string& caps = kCaps) const {
-    return harness_of("edgesink sync=false port=0" + at_broker(type) + more, caps);
+    return make_harness("edgesink sync=false port=0" + at_broker(type) + more, caps);
   }
   Harness source(const std::string& type, const std::string& more = "") const {
     Harness out{gst_harness_new_parse(("edgesrc" + at_broker(type) + more).c_str())};
@@ -48,7 +48,7 @@ class EdgeBroker : public BrokerTest {
     return becomes_true(
         [&] {
           guint count = 0;
-          gst_structure_get_uint(stats(element_of(sink, "edgesink").get()).get(), "receivers",
+          gst_structure_get_uint(stats(find_element(sink, "edgesink").get()).get(), "receivers",
                                  &count);
           return count == number;
         },
@@ -156,7 +156,7 @@ TEST_F(EdgeBroker, HybridHasCapsAfterASecondStart) {
     ASSERT_EQ(gst_harness_push(out.get(), frame(Bytes{i, 0, 0, 0})), GST_FLOW_OK);
     EXPECT_EQ(pull(in), i);
     const auto pad =
-        Ref<GstPad>::adopt(gst_element_get_static_pad(element_of(in, "edgesrc").get(), "src"));
+        Ref<GstPad>::adopt(gst_element_get_static_pad(find_element(in, "edgesrc").get(), "src"));
     EXPECT_TRUE(Ref<GstCaps>::adopt(gst_pad_get_current_caps(pad.get())));
     gst_element_set_state(in->element, GST_STATE_NULL);
     EXPECT_TRUE(has_receivers(out, 0));
@@ -166,7 +166,7 @@ TEST_F(EdgeBroker, HybridHasCapsAfterASecondStart) {
 
 TEST_F(EdgeBroker, HybridStopsWhileItWaits) {
   const auto in = source("HYBRID", filter(kCaps));
-  gst_element_set_state(element_of(in, "edgesrc").get(), GST_STATE_NULL);
+  gst_element_set_state(find_element(in, "edgesrc").get(), GST_STATE_NULL);
   EXPECT_EQ(gst_harness_buffers_received(in.get()), 0u);
 }
 
@@ -244,7 +244,7 @@ TEST_F(EdgeBroker, HybridStreamsWithoutTheBrokerAndAnnouncesAgain) {
   const auto late = source("HYBRID", filter(kCaps));
   const auto two = [&] {
     guint count = 0;
-    gst_structure_get_uint(stats(element_of(out, "edgesink").get()).get(), "receivers", &count);
+    gst_structure_get_uint(stats(find_element(out, "edgesink").get()).get(), "receivers", &count);
     return count == 2;
   };
   ASSERT_TRUE(becomes_true(two, "two receivers"));

@@ -13,9 +13,9 @@ namespace edge_tcp_test {
 
 using namespace weir::test;
 
-guint port_of(const Harness& sink) {
+guint get_port(const Harness& sink) {
   guint port = 0;
-  gst_structure_get_uint(stats(element_of(sink, "edgesink").get()).get(), "port", &port);
+  gst_structure_get_uint(stats(find_element(sink, "edgesink").get()).get(), "port", &port);
   return port;
 }
 std::string listed(const std::string& item, int count) {
@@ -26,9 +26,9 @@ std::string listed(const std::string& item, int count) {
 
 // 20 tensors of one byte in one memory: edgesink sends one memory each.
 TEST(EdgeTcp, MoreThan16TensorsTravelAsAMemoryEach) {
-  const auto out = harness_of("edgesink sync=false port=0 wait-connection=true",
-                              tensors(listed("uint8", 20), listed("1", 20)));
-  auto subscriber = weir::edge::StreamSubscriber::connect("localhost", port_of(out), {});
+  const auto out = make_harness("edgesink sync=false port=0 wait-connection=true",
+                                tensors(listed("uint8", 20), listed("1", 20)));
+  auto subscriber = weir::edge::StreamSubscriber::connect("localhost", get_port(out), {});
   ASSERT_TRUE(subscriber);
   ASSERT_EQ(gst_harness_push(out.get(), frame(ramp(20))), GST_FLOW_OK);
   const auto received = subscriber->receive();
@@ -39,9 +39,9 @@ TEST(EdgeTcp, MoreThan16TensorsTravelAsAMemoryEach) {
 }
 
 TEST(EdgeTcp, MoreThan16TensorsArePackedAgain) {
-  const auto out = harness_of("edgesink sync=false port=0 wait-connection=true",
-                              tensors(listed("uint8", 20), listed("1", 20)));
-  Harness in{gst_harness_new_parse(("edgesrc dest-port=" + std::to_string(port_of(out))).c_str())};
+  const auto out = make_harness("edgesink sync=false port=0 wait-connection=true",
+                                tensors(listed("uint8", 20), listed("1", 20)));
+  Harness in{gst_harness_new_parse(("edgesrc dest-port=" + std::to_string(get_port(out))).c_str())};
   gst_harness_play(in.get());
   ASSERT_EQ(gst_harness_push(out.get(), frame(ramp(20))), GST_FLOW_OK);
   const auto got = Ref<GstBuffer>::adopt(gst_harness_pull(in.get()));
@@ -60,10 +60,10 @@ TEST(EdgeTcp, MoreThan16TensorsArePackedAgain) {
 
 TEST(EdgeTcp, WaitsForAReceiverAgainAfterReady) {
   const auto out =
-      harness_of("edgesink sync=false port=0 wait-connection=true", tensors("uint8", "1"));
-  const auto sink = element_of(out, "edgesink");
+      make_harness("edgesink sync=false port=0 wait-connection=true", tensors("uint8", "1"));
+  const auto sink = find_element(out, "edgesink");
   const auto connect = [&] {
-    return weir::edge::StreamSubscriber::connect("localhost", port_of(out), {});
+    return weir::edge::StreamSubscriber::connect("localhost", get_port(out), {});
   };
   {
     auto subscriber = connect();
@@ -95,13 +95,13 @@ TEST(EdgeTcp, WaitsForAReceiverAgainAfterReady) {
 // An edgesrc that waits for the caps of `sink`, which has none yet.
 Harness early_source(const Harness& sink, const std::string& more = "") {
   Harness in{gst_harness_new_parse(
-      ("edgesrc dest-port=" + std::to_string(port_of(sink)) + " " + more).c_str())};
+      ("edgesrc dest-port=" + std::to_string(get_port(sink)) + " " + more).c_str())};
   gst_harness_play(in.get());
   return in;
 }
 
 TEST(EdgeTcp, AReceiverThatConnectsBeforeTheCapsGetsThemAndEveryFrame) {
-  const auto out = harness_of("edgesink sync=false port=0 wait-connection=true");
+  const auto out = make_harness("edgesink sync=false port=0 wait-connection=true");
   const auto in = early_source(out);
   gst_harness_set_src_caps_str(out.get(), video("RGB", 2, 1).c_str());
   for (uint8_t i = 0; i < 3; ++i)
@@ -121,9 +121,9 @@ TEST(EdgeTcp, AReceiverOfAStreamWithoutCapsIsShownACapsfilterThatFits) {
         std::pair("audioconvert", "fix: edgesrc ! audio/x-raw,format=S16LE"),
         std::pair("tensor_converter ! tensor_sink", "fix: edgesrc ! other/tensors"),
         std::pair("fakesink", "fix: edgesrc ! CAPS")}) {
-    const auto out = harness_of("edgesink sync=false port=0 wait-connection=true");
+    const auto out = make_harness("edgesink sync=false port=0 wait-connection=true");
     const auto pipeline =
-        lone_element("edgesrc dest-port=" + std::to_string(port_of(out)) + " ! " + downstream);
+        lone_element("edgesrc dest-port=" + std::to_string(get_port(out)) + " ! " + downstream);
     gst_element_set_state(pipeline.get(), GST_STATE_PLAYING);
     gst_harness_push_event(out.get(), gst_event_new_stream_start("test"));
     gst_harness_push_event(out.get(), time_segment());
@@ -131,30 +131,30 @@ TEST(EdgeTcp, AReceiverOfAStreamWithoutCapsIsShownACapsfilterThatFits) {
     const auto bus = Ref<GstBus>::adopt(gst_element_get_bus(pipeline.get()));
     const auto message = Ref<GstMessage>::adopt(
         gst_bus_timed_pop_filtered(bus.get(), 60 * GST_SECOND, GST_MESSAGE_ERROR));
-    EXPECT_SAYS(text_of(message.get()), "an edgesink that did not announce its caps");
-    EXPECT_SAYS(text_of(message.get()), fix);
+    EXPECT_SAYS(get_text(message.get()), "an edgesink that did not announce its caps");
+    EXPECT_SAYS(get_text(message.get()), fix);
     gst_element_set_state(pipeline.get(), GST_STATE_NULL);
   }
 }
 
 TEST(EdgeTcp, EitherEndStopsAtOnceWhileAReceiverWaitsForTheCaps) {
-  const auto out = harness_of("edgesink sync=false port=0");
+  const auto out = make_harness("edgesink sync=false port=0");
   auto in = early_source(out);
   in.reset();
   const auto next = early_source(out);
   Errors errors(next);
-  gst_element_set_state(element_of(out, "edgesink").get(), GST_STATE_NULL);
+  gst_element_set_state(find_element(out, "edgesink").get(), GST_STATE_NULL);
   std::string error;
   EXPECT_TRUE(becomes_true([&] { return !(error = errors.next()).empty(); }, "an error"));
   EXPECT_SAYS(error, "it closed the connection");
 }
 
 TEST(EdgeTcp, AReceiverThatReconnectsWaitsForTheCapsOfTheNextEdgesink) {
-  auto out = harness_of("edgesink sync=false port=0");
-  const guint port = port_of(out);
+  auto out = make_harness("edgesink sync=false port=0");
+  const guint port = get_port(out);
   const auto in = early_source(out, "reconnect=true");
   out.reset();
-  out = harness_of("edgesink sync=false wait-connection=true port=" + std::to_string(port));
+  out = make_harness("edgesink sync=false wait-connection=true port=" + std::to_string(port));
   gst_harness_set_src_caps_str(out.get(), tensors("uint8", "4").c_str());
   ASSERT_EQ(gst_harness_push(out.get(), frame(Bytes{1, 2, 3, 4})), GST_FLOW_OK);
   const auto got = Ref<GstBuffer>::adopt(gst_harness_pull(in.get()));
@@ -164,10 +164,10 @@ TEST(EdgeTcp, AReceiverThatReconnectsWaitsForTheCapsOfTheNextEdgesink) {
 
 // The receiver does not read until the test does.
 TEST(EdgeTcp, AReceiverThatMissesBuffersIsAWarningOnceUntilItHasCaughtUp) {
-  const auto out = harness_of("edgesink sync=false port=0 wait-connection=true max-buffers=2",
-                              "application/octet-stream");
+  const auto out = make_harness("edgesink sync=false port=0 wait-connection=true max-buffers=2",
+                                "application/octet-stream");
   Errors errors(out);
-  auto receiver = weir::edge::StreamSubscriber::connect("localhost", port_of(out), {});
+  auto receiver = weir::edge::StreamSubscriber::connect("localhost", get_port(out), {});
   ASSERT_TRUE(receiver);
   // Larger than what the sockets buffer.
   const auto large = Ref<GstBuffer>::adopt(frame(Bytes(16 << 20)));
@@ -308,7 +308,7 @@ class UnlikeItsCaps : public ::testing::Test {
     const auto message = Ref<GstMessage>::adopt(
         gst_bus_timed_pop_filtered(bus.get(), 60 * GST_SECOND, GST_MESSAGE_ERROR));
     gst_element_set_state(pipeline.get(), GST_STATE_NULL);
-    return text_of(message.get());
+    return get_text(message.get());
   }
 };
 
@@ -323,9 +323,9 @@ TEST_F(UnlikeItsCaps, AFrameWithMoreThan16MemoriesIsAnError) {
 }
 
 TEST(EdgeTcp, AnAddressThatIsTakenIsNamed) {
-  const auto out = harness_of("edgesink port=0");
-  EXPECT_SAYS(start_error("edgesink port=" + std::to_string(port_of(out))), "in use");
-  EXPECT_SAYS(start_error("edgesink port=" + std::to_string(port_of(out))), "port=0");
+  const auto out = make_harness("edgesink port=0");
+  EXPECT_SAYS(start_error("edgesink port=" + std::to_string(get_port(out))), "in use");
+  EXPECT_SAYS(start_error("edgesink port=" + std::to_string(get_port(out))), "port=0");
 }
 
 TEST(EdgeTcp, OtherMachinesAreAWarning) {
@@ -338,9 +338,9 @@ TEST(EdgeTcp, OtherMachinesAreAWarning) {
 }
 
 TEST(EdgeTcp, AnEdgesinkThatIsNotThereIsNamed) {
-  const auto out = harness_of("edgesink port=0");
-  const guint port = port_of(out);
-  gst_element_set_state(element_of(out, "edgesink").get(), GST_STATE_NULL);
+  const auto out = make_harness("edgesink port=0");
+  const guint port = get_port(out);
+  gst_element_set_state(find_element(out, "edgesink").get(), GST_STATE_NULL);
   const std::string error = start_error("edgesrc dest-port=" + std::to_string(port));
   EXPECT_SAYS(error, "localhost:" + std::to_string(port));
   EXPECT_SAYS(error, "reconnect=true");

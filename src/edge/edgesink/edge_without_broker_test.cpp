@@ -36,10 +36,11 @@ TEST(WithoutABroker, ThereAreNoElementsForMqtt) {
 }
 
 TEST(WithoutABroker, StreamsOverTcpWork) {
-  const auto out = harness_of("edgesink sync=false port=0 wait-connection=true",
-                              "other/tensor,dimension=(string)4,type=(string)uint8,framerate=30/1");
+  const auto out =
+      make_harness("edgesink sync=false port=0 wait-connection=true",
+                   "other/tensor,dimension=(string)4,type=(string)uint8,framerate=30/1");
   guint port = 0;
-  gst_structure_get_uint(stats(element_of(out, "edgesink").get()).get(), "port", &port);
+  gst_structure_get_uint(stats(find_element(out, "edgesink").get()).get(), "port", &port);
   const Harness in{gst_harness_new_parse(("edgesrc dest-port=" + std::to_string(port)).c_str())};
   gst_harness_play(in.get());
   ASSERT_EQ(gst_harness_push(out.get(), frame(Bytes{7, 0, 0, 0})), GST_FLOW_OK);

@@ -23,7 +23,7 @@ using OutputOutcome = BufferOutput::Outcome;
 
 constexpr uint32_t kMaxBuffers = 96;  // of max-buffers
 
-wire::MqttForm mqtt_form_of(WireVersion version) {
+wire::MqttForm to_mqtt_form(WireVersion version) {
   switch (version) {
     case WireVersion::Bytes160:
       return wire::MqttForm::Bytes144;
@@ -233,7 +233,7 @@ class Edgesink : public gst::Element<Edgesink, gst::BaseSink> {
         {.broker = *std::move(options),
          .id = unique_device_id(),
          .topic = s.topic.value_or(""),
-         .form = mqtt_form_of(s.wire_version),
+         .form = to_mqtt_form(s.wire_version),
          .outage = [this](const Error& error) { gst::post_warning(element(), error); }});
   }
 

@@ -42,8 +42,8 @@ TEST_F(EdgeLocal, EachMemoryStaysOne) {
   const auto in = source();
   ASSERT_TRUE(receivers_become(out, 1));
   GstBuffer* sent = frame(Bytes{1, 2, 3, 4});
-  gst_buffer_append_memory(sent, memory_of({5, 6}));
-  gst_buffer_append_memory(sent, memory_of(ramp(1000)));
+  gst_buffer_append_memory(sent, make_memory({5, 6}));
+  gst_buffer_append_memory(sent, make_memory(ramp(1000)));
   gst_harness_push(out.get(), sent);
   const auto got = pull(in);
   ASSERT_EQ(gst_buffer_n_memory(got.get()), 3u);
@@ -67,7 +67,7 @@ TEST_F(EdgeLocal, ABufferOfTheProposedAllocatorIsNotCopied) {
   const auto allocator = Ref<GstAllocator>::adopt(raw);
   GstBuffer* sent = gst_buffer_new_allocate(allocator.get(), 4, &params);
   gst_buffer_fill(sent, 0, "\x09\x08\x07\x06", 4);
-  gst_buffer_append_memory(sent, memory_of({5}));  // and one that is not of the allocator
+  gst_buffer_append_memory(sent, make_memory({5}));  // and one that is not of the allocator
   gst_harness_push(out.get(), sent);
   const auto got = pull(in);
   EXPECT_EQ(content(gst_buffer_peek_memory(got.get(), 0)), (Bytes{9, 8, 7, 6}));
@@ -124,7 +124,7 @@ TEST_F(EdgeLocal, MetasOfResultsTravel) {
   ASSERT_TRUE(detection);
   gst_structure_get_double(detection, "confidence", &confidence);
   EXPECT_EQ(confidence, 0.5);
-  EXPECT_EQ(weir::gst::client_of(got.get()), 1234567890123);
+  EXPECT_EQ(weir::gst::get_client_id(got.get()), 1234567890123);
   const auto maps = weir::gst::source_maps(got.get());
   ASSERT_EQ(maps.size(), 2u);
   EXPECT_EQ(maps[1].xx, 2.5);
@@ -239,7 +239,7 @@ TEST_F(EdgeLocal, StoppingEndsTheWaitForAFullReceiver) {
     EXPECT_EQ(gst_harness_push(out.get(), frame(Bytes{5, 6, 7, 8})), GST_FLOW_FLUSHING);
   });
   EXPECT_TRUE(wait_for_stat(out, "edgesink", "received", 2));
-  gst_element_set_state(element_of(out, "edgesink").get(), GST_STATE_NULL);
+  gst_element_set_state(find_element(out, "edgesink").get(), GST_STATE_NULL);
   writer.join();
 }
 
@@ -252,7 +252,7 @@ TEST_F(EdgeLocal, PausingWhileAReceiverIsFullLosesAndRepeatsNothing) {
     EXPECT_EQ(gst_harness_push(out.get(), frame(Bytes{5, 6, 7, 8})), GST_FLOW_OK);
   });
   EXPECT_TRUE(wait_for_stat(out, "edgesink", "received", 2));
-  const auto element = element_of(out, "edgesink");
+  const auto element = find_element(out, "edgesink");
   for (int i = 0; i < 200; ++i) {  // some before the thread that waits has woken
     gst_element_set_state(element.get(), GST_STATE_PAUSED);
     gst_element_set_state(element.get(), GST_STATE_PLAYING);

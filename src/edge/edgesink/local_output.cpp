@@ -54,7 +54,7 @@ size_t aligned(size_t bytes) {
   return (bytes + kAlignment - 1) / kAlignment * kAlignment;
 }
 
-local::FrameTimes times_of(GstBuffer* buffer) {
+local::FrameTimes get_times(GstBuffer* buffer) {
   return {.pts = GST_BUFFER_PTS(buffer),
           .dts = GST_BUFFER_DTS(buffer),
           .duration = GST_BUFFER_DURATION(buffer),
@@ -130,7 +130,7 @@ Result<LocalOutput::Made> LocalOutput::copy(const std::vector<std::span<const st
 
 Result<LocalOutput::Made> LocalOutput::make_frame(GstBuffer* buffer, Ledger* ledger) {
   frame_ = {};
-  frame_.times = times_of(buffer);
+  frame_.times = get_times(buffer);
   frame_.metas = encode_metas(buffer);
   std::vector<gst::MappedMemory> maps;  // until everything is found or copied
   std::vector<std::span<const std::byte>> foreign;

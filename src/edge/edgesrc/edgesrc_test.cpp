@@ -79,8 +79,8 @@ TEST_F(EdgeLocalSource, DownstreamThatTakesOtherCapsIsNamed) {
   const auto bus = Ref<GstBus>::adopt(gst_element_get_bus(pipeline.get()));
   const auto message = Ref<GstMessage>::adopt(
       gst_bus_timed_pop_filtered(bus.get(), 60 * GST_SECOND, GST_MESSAGE_ERROR));
-  EXPECT_SAYS(text_of(message.get()), "does not accept its output");
-  EXPECT_SAYS(text_of(message.get()), "video/x-raw");
+  EXPECT_SAYS(get_text(message.get()), "does not accept its output");
+  EXPECT_SAYS(get_text(message.get()), "video/x-raw");
   gst_element_set_state(pipeline.get(), GST_STATE_NULL);
 }
 
@@ -114,7 +114,7 @@ class HostileEdgesink : public EdgeLocal {
     gst_element_set_state(element.get(), GST_STATE_PLAYING);
     const auto message = Ref<GstMessage>::adopt(
         gst_bus_timed_pop_filtered(bus.get(), 60 * GST_SECOND, GST_MESSAGE_ERROR));
-    const std::string text_of_error = message ? text_of(message.get()) : "hangs";
+    const std::string text_of_error = message ? get_text(message.get()) : "hangs";
     gst_element_set_state(element.get(), GST_STATE_NULL);
     return text_of_error;
   }

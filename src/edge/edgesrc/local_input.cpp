@@ -42,8 +42,8 @@ void release(gpointer frame) {
 constexpr uint64_t kFlags =
     UINT32_MAX & ~uint64_t{GST_MINI_OBJECT_FLAG_LAST - 1} & ~uint64_t{GST_BUFFER_FLAG_TAG_MEMORY};
 
-Result<gst::Ref<GstMemory>> memory_of(std::span<const std::byte> bytes, const Frame& frame,
-                                      bool copies) {
+Result<gst::Ref<GstMemory>> make_memory(std::span<const std::byte> bytes, const Frame& frame,
+                                        bool copies) {
   if (copies) {
     auto out = gst::allocate_memory(bytes.size());
     if (!out) return out;
@@ -57,12 +57,12 @@ Result<gst::Ref<GstMemory>> memory_of(std::span<const std::byte> bytes, const Fr
       GST_MEMORY_FLAG_READONLY, data, bytes.size(), 0, bytes.size(), new Frame(frame), release));
 }
 
-Result<gst::Ref<GstBuffer>> buffer_of(const Frame& frame, bool copies) {
+Result<gst::Ref<GstBuffer>> make_buffer(const Frame& frame, bool copies) {
   if (frame->memories.size() > max_memories())
     return local::bad_writer("a frame of " + std::to_string(frame->memories.size()) + " memories");
   auto out = gst::Ref<GstBuffer>::adopt(gst_buffer_new());
   for (const auto& bytes : frame->memories) {
-    auto memory = memory_of(bytes, frame, copies);
+    auto memory = make_memory(bytes, frame, copies);
     if (!memory) return memory.error();
     gst_buffer_append_memory(out.get(), memory->release());
   }
@@ -103,7 +103,7 @@ Result<InputEvent> LocalInput::receive() {
       // The elements downstream keep all frames that they may: without a copy both sides would
       // wait.
       const bool copies = subscriber_.holds_all();
-      auto buffer = buffer_of(event->frame, copies);
+      auto buffer = make_buffer(event->frame, copies);
       if (!buffer) return buffer.error();
       const uint64_t copied = copies ? gst_buffer_get_size(buffer->get()) : 0;
       return InputEvent{InputEvent::Kind::Buffer, {}, *std::move(buffer), copied};

@@ -55,7 +55,7 @@ class QueryClientBroker : public BrokerTest {
       s.close();
     });
     const auto announcement = announce(server.port(), "1");
-    auto out = harness_of(client(), four_bytes());
+    auto out = make_harness(client(), four_bytes());
     EXPECT_EQ(ask(out), -1);
     return out;
   }
@@ -69,7 +69,7 @@ class QueryClientBroker : public BrokerTest {
 TEST_F(QueryClientBroker, FindsTheServer) {
   const ScriptedServer server(adds(1));
   const auto announcement = announce(server.port(), "1");
-  const auto h = harness_of(client(), four_bytes());
+  const auto h = make_harness(client(), four_bytes());
   EXPECT_EQ(ask(h), 1);
   EXPECT_EQ(client_stat(h, "answered"), 1u);
 }
@@ -86,7 +86,7 @@ std::string serving(const TestBroker& broker, int number) {
 TEST_F(QueryClientBroker, FindsAPipelineThatServes) {
   PlayedPipeline server(serving(broker_, 3));
   gst_element_set_state(server.get(), GST_STATE_PLAYING);
-  const auto h = harness_of(client(), four_bytes());
+  const auto h = make_harness(client(), four_bytes());
   EXPECT_EQ(ask(h), 3);
 }
 
@@ -94,13 +94,13 @@ TEST_F(QueryClientBroker, APipelineThatPausesIsNotFound) {
   PlayedPipeline server(serving(broker_, 3));
   gst_element_set_state(server.get(), GST_STATE_PLAYING);
   {
-    const auto h = harness_of(client(), four_bytes());
+    const auto h = make_harness(client(), four_bytes());
     EXPECT_EQ(ask(h), 3);
   }
   gst_element_set_state(server.get(), GST_STATE_PAUSED);
   const ScriptedServer other(adds(1));
   const auto announcement = announce(other.port(), "1");
-  const auto h = harness_of(client(), four_bytes());
+  const auto h = make_harness(client(), four_bytes());
   EXPECT_EQ(ask(h), 1);
 }
 
@@ -129,7 +129,7 @@ TEST_F(QueryClientBroker, TheAddressOfADeadServerDoesNotHang) {
   const auto dead = announce(free_port(), "1");
   const ScriptedServer server(adds(2));
   const auto announcement = announce(server.port(), "2");
-  const auto h = harness_of(client(), four_bytes());
+  const auto h = make_harness(client(), four_bytes());
   EXPECT_EQ(ask(h), 2);
 }
 
@@ -139,7 +139,7 @@ TEST_F(QueryClientBroker, ASilentServerDoesNotHang) {
   const auto first = announce(silent.port(), "1");
   const ScriptedServer server(adds(2));
   const auto second = announce(server.port(), "2");
-  const auto h = harness_of(client(), four_bytes());
+  const auto h = make_harness(client(), four_bytes());
   Errors errors(h);
   EXPECT_EQ(ask(h), 2);
 }
@@ -155,7 +155,7 @@ TEST_F(QueryClientBroker, ALostServerIsReplacedByAnother) {
   const auto first_announcement = announce(first.port(), "1");
   const ScriptedServer second(adds(2));
   const auto second_announcement = announce(second.port(), "2");
-  const auto h = harness_of(client(), four_bytes());
+  const auto h = make_harness(client(), four_bytes());
   Errors errors(h);
   EXPECT_EQ(ask(h), 1);
   EXPECT_EQ(ask(h), -1);
@@ -196,7 +196,7 @@ TEST_F(QueryClientBroker, AServerThatDoesNotAnswerIsReplaced) {
   const auto first_announcement = announce(first.port(), "1");
   const ScriptedServer second(adds(2));
   const auto second_announcement = announce(second.port(), "2");
-  const auto h = harness_of(client("timeout=20"), four_bytes());
+  const auto h = make_harness(client("timeout=20"), four_bytes());
   EXPECT_TRUE(responses_become(h, 2));
   EXPECT_GE(client_stat(h, "late"), 3u);
 }
@@ -222,7 +222,7 @@ TEST_F(QueryClientBroker, AServerThatTakesOtherFramesIsNotTheOnlyOne) {
   const auto first = announce(other.port(), "1");
   const ScriptedServer server(adds(2));
   const auto second = announce(server.port(), "2");
-  const auto h = harness_of(client(), four_bytes());
+  const auto h = make_harness(client(), four_bytes());
   EXPECT_EQ(ask(h), 2);
 }
 

@@ -13,13 +13,13 @@ TEST(QueryClientFaults, ALostResponseFreesItsPlaceAndTheNextConnectionStartsClea
     s.ignore_all();
     handshake_and_echo_all(s);
   });
-  const auto h = harness_of(client_of(server, "timeout=20 max-request=1"), four_bytes());
+  const auto h = make_harness(client_of(server, "timeout=20 max-request=1"), four_bytes());
   Errors errors(h);
   uint8_t sent = 0;
   while (gst_harness_buffers_received(h.get()) < 2 && sent < 100) {
     ASSERT_EQ(push(h, sent++), GST_FLOW_OK);
     if (client_stat(h, "late") >= 3)  // the server answers from now on, perhaps slowly
-      g_object_set(element_of(h, kClient).get(), "timeout", 60000, nullptr);
+      g_object_set(find_element(h, kClient).get(), "timeout", 60000, nullptr);
   }
   for (int i = 0; i < 2; ++i) {
     const auto got = Ref<GstBuffer>::adopt(gst_harness_try_pull(h.get()));
@@ -49,7 +49,7 @@ TEST(QueryClientFaults, ResponsesBelongToTheirFramesWhenTheServerDropsSome) {
     };
     for (;;) s.until_closed(serve_one);
   });
-  const auto h = harness_of(client_of(server, "timeout=20"), four_bytes());
+  const auto h = make_harness(client_of(server, "timeout=20"), four_bytes());
   const auto enough = [&](uint8_t sent) {
     return sent >= 40 && gst_harness_buffers_received(h.get()) >= 5;
   };
@@ -75,13 +75,13 @@ TEST(QueryClientFaults, ALateResponseIsPushedBeforeTheNextFrame) {
     answered = true;
     echo_all(s);
   });
-  const auto h = harness_of(client_of(server, "timeout=10"), four_bytes());
+  const auto h = make_harness(client_of(server, "timeout=10"), four_bytes());
   push(h, 1);
   EXPECT_EQ(client_stat(h, "late"), 1u);
   EXPECT_EQ(gst_harness_buffers_received(h.get()), 0u);
   may_respond.set();
   ASSERT_TRUE(becomes_true([&] { return answered.load(); }, "the answer"));
-  g_object_set(element_of(h, kClient).get(), "timeout", 60000, nullptr);
+  g_object_set(find_element(h, kClient).get(), "timeout", 60000, nullptr);
   push(h, 2);
   expect_response(h, 1);
   expect_response(h, 2);
@@ -103,7 +103,7 @@ TEST_P(QueryClientWithoutServer, PostsAnError) {
     if (says_so) s.send(s.requests, weir::wire::test::golden_error());
     s.close();
   });
-  const auto h = harness_of(client_of(server, "timeout=60000"), four_bytes());
+  const auto h = make_harness(client_of(server, "timeout=60000"), four_bytes());
   Errors errors(h);
   EXPECT_EQ(push(h, 1), GST_FLOW_ERROR);
   const std::string error = errors.next();
@@ -127,7 +127,7 @@ TEST_P(QueryClientWithoutServer, WithReconnectGoesToTheNextOne) {
     }
     handshake_and_echo_all(s);
   });
-  const auto h = harness_of(client_of(server, "timeout=60000 reconnect=true"), four_bytes());
+  const auto h = make_harness(client_of(server, "timeout=60000 reconnect=true"), four_bytes());
   for (uint8_t i = 0; i < 8; ++i) ASSERT_EQ(push(h, i), GST_FLOW_OK);
   for (const uint8_t i : {0, 2, 4, 6, 7}) expect_response(h, i);
   EXPECT_EQ(client_stat(h, "reconnections"), 3u);
@@ -160,7 +160,7 @@ TEST(QueryClientFaults, WithReconnectItWaitsForAServerThatComesLater) {
     const ScriptedServer server([](auto&) {});
     port = server.port();
   }
-  const auto h = harness_of(
+  const auto h = make_harness(
       "tensor_query_client port=0 reconnect=true timeout=60000 dest-port=" + std::to_string(port),
       four_bytes());
   ASSERT_EQ(push(h, 1), GST_FLOW_OK);
@@ -188,7 +188,7 @@ class ResponsesUnlikeTheirCaps : public ::testing::Test {
       s.respond(memories);
       s.ignore_all();
     });
-    const auto h = harness_of(client_of(server, "timeout=60000"), four_bytes());
+    const auto h = make_harness(client_of(server, "timeout=60000"), four_bytes());
     Errors errors(h);
     EXPECT_EQ(push(h, 1), GST_FLOW_ERROR);
     expect_sums(h);
@@ -217,7 +217,7 @@ TEST_F(ResponsesUnlikeTheirCaps, BeyondMaxMessageAreAnError) {
     s.respond({weir::wire::test::Bytes(2000)});
     s.ignore_all();
   });
-  const auto h = harness_of(client_of(server, "timeout=60000 max-message=1024"), four_bytes());
+  const auto h = make_harness(client_of(server, "timeout=60000 max-message=1024"), four_bytes());
   Errors errors(h);
   EXPECT_EQ(push(h, 1), GST_FLOW_ERROR);
   EXPECT_SAYS(errors.next(), "larger than allowed");
@@ -229,7 +229,7 @@ TEST(QueryClientFaults, AFrameWithMoreMemoriesThanTheServerTakesIsAnError) {
     s.handshake(any, any, HeaderForm::Bytes168);
     s.ignore_all();
   });
-  const auto h = harness_of(client_of(server), any);
+  const auto h = make_harness(client_of(server), any);
   Errors errors(h);
   GstBuffer* buffer = gst_buffer_new();
   for (int i = 0; i < 16; ++i)
@@ -250,7 +250,7 @@ TEST(QueryClientFaults, AFlushForgetsWhatWasAsked) {
     s.ignore_all();
     handshake_and_echo_all(s);
   });
-  const auto h = harness_of(client_of(server, "timeout=60000"), four_bytes());
+  const auto h = make_harness(client_of(server, "timeout=60000"), four_bytes());
   std::thread waits([&] { EXPECT_EQ(push(h, 1), GST_FLOW_FLUSHING); });
   ASSERT_TRUE(wait_for_stat(h, kClient, "sent", 1));
   gst_harness_push_event(h.get(), gst_event_new_flush_start());
@@ -298,8 +298,8 @@ TEST(QueryClientFaults, ItCanStartAgainAfterEachStop) {
   ScriptedServer server([](auto& s) {
     for (;;) handshake_and_echo_all(s);
   });
-  const auto h = harness_of(client_of(server, "timeout=60000"));
-  const auto element = element_of(h, kClient);
+  const auto h = make_harness(client_of(server, "timeout=60000"));
+  const auto element = find_element(h, kClient);
   for (uint8_t i = 0; i < 10; ++i) {
     gst_element_set_state(element.get(), GST_STATE_PLAYING);
     gst_harness_push_event(h.get(), gst_event_new_stream_start("test"));

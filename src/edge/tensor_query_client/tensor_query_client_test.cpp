@@ -11,7 +11,7 @@ using namespace weir::test;
 TEST(TensorQueryClient, ResponsesHaveTheBytesAndTimesOfTheirFramesInEachForm) {
   for (const auto form : {HeaderForm::Bytes2088, HeaderForm::Bytes168, HeaderForm::Bytes160}) {
     ScriptedServer server([form](auto& s) { handshake_and_echo_all(s, form); });
-    const auto h = harness_of(client_of(server, "timeout=60000"), four_bytes());
+    const auto h = make_harness(client_of(server, "timeout=60000"), four_bytes());
     for (uint8_t i = 0; i < 5; ++i) {
       ASSERT_EQ(push(h, i), GST_FLOW_OK);
       expect_response(h, i);
@@ -34,7 +34,7 @@ TEST(TensorQueryClient, MoreThan16TensorsTravelAsAMemoryEach) {
     s.echo(message);
     s.ignore_all();
   });
-  const auto h = harness_of(client_of(server, "timeout=60000"), caps);
+  const auto h = make_harness(client_of(server, "timeout=60000"), caps);
   ASSERT_EQ(gst_harness_push(h.get(), frame(ramp(20))), GST_FLOW_OK);
   EXPECT_EQ(memories, 20u);
   const auto got = Ref<GstBuffer>::adopt(gst_harness_try_pull(h.get()));
@@ -50,7 +50,7 @@ TEST(TensorQueryClient, WithoutTimeoutResponsesComeWithLaterFrames) {
     s.echo(b);
     s.ignore_all();
   });
-  const auto h = harness_of(client_of(server, "max-request=1"), four_bytes());
+  const auto h = make_harness(client_of(server, "max-request=1"), four_bytes());
   push(h, 1);
   push(h, 2);
   // Frames that find no room bring the responses.
@@ -69,11 +69,11 @@ TEST(TensorQueryClient, MoreThanMaxRequestFramesAreDropped) {
     s.handshake(four_bytes(), four_bytes());
     s.ignore_all();
   });
-  const auto h = harness_of(client_of(server, "max-request=2"), four_bytes());
+  const auto h = make_harness(client_of(server, "max-request=2"), four_bytes());
   for (uint8_t i = 0; i < 10; ++i) ASSERT_EQ(push(h, i), GST_FLOW_OK);
   EXPECT_EQ(client_stat(h, "sent"), 3u);
   EXPECT_EQ(client_stat(h, "dropped-policy"), 7u);
-  g_object_set(element_of(h, kClient).get(), "max-request", 0, nullptr);  // no limit
+  g_object_set(find_element(h, kClient).get(), "max-request", 0, nullptr);  // no limit
   for (uint8_t i = 0; i < 10; ++i) ASSERT_EQ(push(h, i), GST_FLOW_OK);
   EXPECT_EQ(client_stat(h, "sent"), 13u);
   gst_harness_push_event(h.get(), gst_event_new_eos());
@@ -91,9 +91,9 @@ TEST(TensorQueryClient, ResponsesWithNumbersArePushedInTheOrderOfTheFrames) {
     s.echo(b, true);
     echo_all(s, true);
   });
-  const auto h = harness_of(client_of(server), four_bytes());
+  const auto h = make_harness(client_of(server), four_bytes());
   for (const uint8_t i : {1, 2, 3}) push(h, i);
-  g_object_set(element_of(h, kClient).get(), "timeout", 60000, nullptr);
+  g_object_set(find_element(h, kClient).get(), "timeout", 60000, nullptr);
   ASSERT_TRUE(becomes_true(
       [&] {
         push(h, 4);
@@ -113,10 +113,10 @@ TEST(TensorQueryClient, EosWaitsForTheResponses) {
     s.echo(late);
     s.ignore_all();
   });
-  const auto h = harness_of(client_of(server), four_bytes());
+  const auto h = make_harness(client_of(server), four_bytes());
   push(h, 1);
   push(h, 2);
-  g_object_set(element_of(h, kClient).get(), "timeout", 60000, nullptr);
+  g_object_set(find_element(h, kClient).get(), "timeout", 60000, nullptr);
   std::thread ends([&] { gst_harness_push_event(h.get(), gst_event_new_eos()); });
   may_respond.set();
   ends.join();
@@ -128,7 +128,7 @@ TEST(TensorQueryClient, EosWaitsForTheResponses) {
 
 TEST(TensorQueryClient, MetasOfTheFrameThatAskedStay) {
   ScriptedServer server([](auto& s) { handshake_and_echo_all(s); });
-  const auto h = harness_of(client_of(server, "timeout=60000"), four_bytes());
+  const auto h = make_harness(client_of(server, "timeout=60000"), four_bytes());
   GstBuffer* buffer = frame(four(1));
   gst_buffer_add_reference_timestamp_meta(
       buffer, Ref<GstCaps>::adopt(gst_caps_new_empty_simple("timestamp/x-test")).get(), 42,
@@ -148,10 +148,10 @@ TEST(TensorQueryClient, MetasOfTheFrameThatAskedStay) {
 
 TEST(TensorQueryClient, StatsHaveLatencies) {
   ScriptedServer server([](auto& s) { handshake_and_echo_all(s); });
-  const auto h = harness_of(client_of(server, "timeout=60000"), four_bytes());
+  const auto h = make_harness(client_of(server, "timeout=60000"), four_bytes());
   gint64 p50 = 0, p95 = 0, p99 = 0;
   const auto read = [&] {
-    return gst_structure_get(stats(element_of(h, kClient).get()).get(), "p50-us", G_TYPE_INT64,
+    return gst_structure_get(stats(find_element(h, kClient).get()).get(), "p50-us", G_TYPE_INT64,
                              &p50, "p95-us", G_TYPE_INT64, &p95, "p99-us", G_TYPE_INT64, &p99,
                              nullptr);
   };
@@ -174,7 +174,7 @@ TEST(TensorQueryClient, TheOutputHasTheCapsOfTheServer) {
     s.respond({weir::wire::test::from_text("a cat")});
     s.ignore_all();
   });
-  const auto h = harness_of(client_of(server, "timeout=60000"), four_bytes());
+  const auto h = make_harness(client_of(server, "timeout=60000"), four_bytes());
   push(h, 1);
   const auto got = Ref<GstBuffer>::adopt(gst_harness_try_pull(h.get()));
   ASSERT_TRUE(got);
@@ -192,7 +192,7 @@ TEST(TensorQueryClient, FrameRatesAndSpellingsOfCapsDoNotMatter) {
       s.handshake(takes, four_bytes());
       echo_all(s);
     });
-    const auto h = harness_of(client_of(server, "timeout=60000"), four_bytes());
+    const auto h = make_harness(client_of(server, "timeout=60000"), four_bytes());
     EXPECT_EQ(push(h, 1), GST_FLOW_OK) << takes;
     expect_response(h, 1);
   }
@@ -205,7 +205,7 @@ TEST(TensorQueryClient, AnOpenFrameRateOfTheResponsesIsThatOfTheInput) {
                 "dimensions=(string)4,framerate=[0/1,2147483647/1]");
     echo_all(s);
   });
-  const auto h = harness_of(client_of(server, "timeout=60000"), four_bytes());
+  const auto h = make_harness(client_of(server, "timeout=60000"), four_bytes());
   push(h, 1);
   EXPECT_NE(caps_text(h).find("framerate=(fraction)30/1"), std::string::npos) << caps_text(h);
 }
@@ -217,7 +217,7 @@ TEST(TensorQueryClient, NewCapsAreANewConnection) {
     s.handshake(two, two);
     echo_all(s);
   });
-  const auto h = harness_of(client_of(server, "timeout=60000"), four_bytes());
+  const auto h = make_harness(client_of(server, "timeout=60000"), four_bytes());
   push(h, 1);
   expect_response(h, 1);
   gst_harness_set_src_caps_str(h.get(), two.c_str());

@@ -87,7 +87,7 @@ class TensorQueryServersink : public gst::Element<TensorQueryServersink, gst::Ba
 
   GstFlowReturn render(GstBuffer* buffer) {
     ledger_.received();
-    const auto request = request_of(buffer);
+    const auto request = get_request(buffer);
     uint64_t copied = 0;
     const auto delivery = respond(request.get(), buffer, &copied);
     if (!delivery) {
@@ -131,7 +131,7 @@ class TensorQueryServersink : public gst::Element<TensorQueryServersink, gst::Ba
     const int limit = std::max(settings().limit, 1);
     ledger_.dropped(DropReason::Policy);
     if (++without_request_ < limit) return GST_FLOW_OK;
-    gst::post_error(element(), others ? requests_of(others->source_id()) : no_requests(limit));
+    gst::post_error(element(), others ? other_requests(others->source_id()) : no_requests(limit));
     return GST_FLOW_ERROR;
   }
 
@@ -144,7 +144,7 @@ class TensorQueryServersink : public gst::Element<TensorQueryServersink, gst::Ba
                 "metadata of buffers",
             .fix = "tensor_query_serversink limit=" + std::to_string(limit + 1)};
   }
-  Error requests_of(uint32_t source) const {
+  Error other_requests(uint32_t source) const {
     const std::string sink = "tensor_query_serversink id=", own = std::to_string(settings().id);
     return {.code = Code::OPTION_VALUE,
             .what = "frames arrive that answer requests of a server with another protocol",

@@ -144,7 +144,7 @@ class EdgeQueryServer : public QueryServer {
     return status.error();
   }
   Result<Delivery> respond(QueryRequest* request, GstBuffer* buffer, uint64_t*) override {
-    const auto client = gst::client_of(buffer);
+    const auto client = gst::get_client_id(buffer);
     auto* own = dynamic_cast<edge::Request*>(request);
     if (request && !own) return Delivery::OtherServer;
     if (!client && !own) return Delivery::NoRequest;

@@ -147,7 +147,7 @@ TEST_F(EdgeServer, TheIdOfTheClientIsEnough) {
         GstBuffer* const made = gst_buffer_copy_deep(old);
         GstMeta* meta = nullptr;
         gpointer state = nullptr;
-        const auto client = gst::client_of(old);
+        const auto client = gst::get_client_id(old);
         std::vector<GstMeta*> metas;
         while ((meta = gst_buffer_iterate_meta(made, &state))) metas.push_back(meta);
         for (auto* one : metas) gst_buffer_remove_meta(made, one);

@@ -119,7 +119,7 @@ class Join : public gst::Element<Join, gst::PlainElement> {
       ledger_.dropped(DropReason::Eos);
       return GST_FLOW_EOS;
     }
-    if (access == Output::Access::Switched) send_stream_of(pad);
+    if (access == Output::Access::Switched) send_sticky_events(pad);
     const auto flow = gst_pad_push(source_, buffer.release());
     if (flow == GST_FLOW_EOS)
       ledger_.dropped(DropReason::Eos);
@@ -281,7 +281,7 @@ class Join : public gst::Element<Join, gst::PlainElement> {
   // `other` has received nothing yet: a thread that feeds it, but not `pad`, may not have run so
   // far.
   static bool may_begin(GstPad* other, GstPad* pad) {
-    const auto theirs = gst::feed_of(other), own = gst::feed_of(pad);
+    const auto theirs = gst::find_feed(other), own = gst::find_feed(pad);
     const auto delivers = [&own](const Ref<GstPad>& start) {
       const auto inputs = gst::linked_inside(start.get());
       return std::find(own.threads.begin(), own.threads.end(), start) == own.threads.end() &&
@@ -308,7 +308,7 @@ class Join : public gst::Element<Join, gst::PlainElement> {
   // its event returns, so a marker is the last item of its queue. Returns the number of markers;
   // nullopt if another thread feeds a branch.
   std::optional<size_t> send_markers(GstPad* pad, uint64_t wait) {
-    const auto own = gst::feed_of(pad);
+    const auto own = gst::find_feed(pad);
     std::vector<Ref<GstPad>> queues;
     const bool others =
         own.known && own.threads.size() == 1 && any_other_sink(pad, [&](GstPad* other) {
@@ -368,7 +368,7 @@ class Join : public gst::Element<Join, gst::PlainElement> {
   }
 
   // Sends the sticky events of `pad`; stream-start only if the stream changed.
-  void send_stream_of(GstPad* pad) {
+  void send_sticky_events(GstPad* pad) {
     g_object_notify(G_OBJECT(self()), "active-pad");
     const auto send = +[](GstPad*, GstEvent** event, gpointer user) -> gboolean {
       auto* join = static_cast<Join*>(user);

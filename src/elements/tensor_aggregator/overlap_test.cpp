@@ -13,8 +13,8 @@ constexpr char kName[] = "tensor_aggregator";
 constexpr size_t kFrame = 1000, kOut = 10;
 
 Harness overlapping() {
-  return harness_of("tensor_aggregator frames-out=10 frames-flush=1 frames-dim=1",
-                    tensors("uint8", "1000:1"));
+  return make_harness("tensor_aggregator frames-out=10 frames-flush=1 frames-dim=1",
+                      tensors("uint8", "1000:1"));
 }
 Bytes numbered(size_t number) {
   Bytes out(kFrame);
@@ -76,7 +76,7 @@ TEST(OverlappingWindows, CanBeHeldIndefinitely) {
 
 // A downstream element that works in place must get its own memory.
 TEST(OverlappingWindows, AreNotChangedByDownstreamElements) {
-  auto h = harness_of(
+  auto h = make_harness(
       "tensor_aggregator frames-out=2 frames-flush=1 frames-dim=0 ! tensor_transform "
       "mode=arithmetic option=add:1",
       tensors("uint8", "1"));
@@ -90,7 +90,7 @@ TEST(OverlappingWindows, AreNotChangedByDownstreamElements) {
 
 // The same for frames cut from one buffer.
 TEST(OverlappingWindows, PartsAreNotChangedByDownstreamElements) {
-  auto h = harness_of(
+  auto h = make_harness(
       "tensor_aggregator frames-in=2 frames-out=1 frames-dim=0 ! tensor_transform "
       "mode=arithmetic option=add:1",
       tensors("uint8", "2"));
@@ -103,8 +103,8 @@ TEST(OverlappingWindows, PartsAreNotChangedByDownstreamElements) {
 
 // Three frames per buffer, windows of five with step two: some windows span buffers.
 TEST(OverlappingWindows, SpanBuffersOfSeveralFrames) {
-  auto h = harness_of("tensor_aggregator frames-in=3 frames-out=5 frames-flush=2 frames-dim=1",
-                      tensors("uint8", "4:3"));
+  auto h = make_harness("tensor_aggregator frames-in=3 frames-out=5 frames-flush=2 frames-dim=1",
+                        tensors("uint8", "4:3"));
   const Bytes all = ramp(12 * 20);
   for (size_t i = 0; i < 20; ++i)
     ASSERT_EQ(gst_harness_push(h.get(), frame(Bytes(all.begin() + static_cast<long>(12 * i),
@@ -119,8 +119,8 @@ TEST(OverlappingWindows, SpanBuffersOfSeveralFrames) {
 
 // One of two tensors can be shared; the other must be interleaved.
 TEST(OverlappingWindows, ShareMemoryWherePossible) {
-  auto h = harness_of("tensor_aggregator frames-out=2 frames-flush=1 frames-dim=0",
-                      tensors("uint8,uint8", "2,1:2"));
+  auto h = make_harness("tensor_aggregator frames-out=2 frames-flush=1 frames-dim=0",
+                        tensors("uint8,uint8", "2,1:2"));
   for (uint8_t i = 0; i < 40; ++i) {
     const auto v = static_cast<uint8_t>(4 * i);
     const auto at = [&](int k) { return static_cast<uint8_t>(v + k); };

@@ -11,7 +11,7 @@ constexpr char kPlaceholder[] =
 
 TEST(AggregatorPlaceholder, CountsFramesInTheFirstBuffer) {
   const auto h =
-      harness_of("tensor_converter ! tensor_aggregator frames-in=4 frames-out=2 frames-dim=0");
+      make_harness("tensor_converter ! tensor_aggregator frames-in=4 frames-out=2 frames-dim=0");
   Errors errors(h);
   gst_harness_set_src_caps_str(h.get(), kFlexibleCaps);
   gst_harness_push_event(h.get(), gst_event_new_gap(0, 1));
@@ -28,7 +28,7 @@ TEST(AggregatorPlaceholder, CountsFramesInTheFirstBuffer) {
 }
 
 TEST(AggregatorPlaceholder, ReportsAFrameOfPlaceholderCaps) {
-  const auto h = harness_of("tensor_aggregator frames-in=4 frames-dim=0");
+  const auto h = make_harness("tensor_aggregator frames-in=4 frames-dim=0");
   Errors errors(h);
   gst_harness_set_src_caps_str(h.get(), kPlaceholder);
   EXPECT_EQ(errors.next(), "");
@@ -39,7 +39,7 @@ TEST(AggregatorPlaceholder, ReportsAFrameOfPlaceholderCaps) {
 
 TEST(AggregatorPlaceholder, EndsAStreamWithoutFrames) {
   const auto h =
-      harness_of("tensor_converter ! tensor_aggregator frames-in=4 frames-dim=0", kFlexibleCaps);
+      make_harness("tensor_converter ! tensor_aggregator frames-in=4 frames-dim=0", kFlexibleCaps);
   Errors errors(h);
   EXPECT_TRUE(gst_harness_push_event(h.get(), gst_event_new_eos()));
   EXPECT_EQ(event_names(h), (Names{"stream-start", "eos"}));

@@ -80,7 +80,7 @@ class TensorAggregator : public gst::PlainFilter<TensorAggregator> {
     if (setup_->plan.passes_through) return pass(std::move(in));
     if (const auto status = buffer_limit_.check(setup_->window_bytes); !status)
       return failed(status.error());
-    WindowStream& stream = clients_.of(gst::client_of(in.get()).value_or(0));
+    WindowStream& stream = clients_.of(gst::get_client_id(in.get()).value_or(0));
     if (!times_.may_pass(element(), GST_BUFFER_PTS(in.get()), &stream.times)) {
       ledger_.dropped(DropReason::Time);
       return GST_FLOW_OK;
@@ -187,7 +187,7 @@ class TensorAggregator : public gst::PlainFilter<TensorAggregator> {
         if (const auto flow = pass(std::move(buffer)); flow != GST_FLOW_OK) return flow;
         continue;
       }
-      WindowStream& stream = clients_.of(gst::client_of(buffer.get()).value_or(0));
+      WindowStream& stream = clients_.of(gst::get_client_id(buffer.get()).value_or(0));
       if (const auto status = stream.push(std::move(buffer), &ledger_); !status)
         return failed(status.error());
     }
@@ -221,7 +221,7 @@ class TensorAggregator : public gst::PlainFilter<TensorAggregator> {
         gst::FramePool::make(setup->plan.memory, Format::Static, MediaType::Tensor, allocation_);
     if (!pool) return pool.error();
     setup->pool = *std::move(pool);
-    set_latency(window::time_of(setup->plan.buffers_waited() * setup->plan.in, setup->input.rate));
+    set_latency(window::to_time(setup->plan.buffers_waited() * setup->plan.in, setup->input.rate));
     return ok();
   }
 

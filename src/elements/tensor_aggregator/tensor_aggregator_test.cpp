@@ -13,7 +13,7 @@ using namespace weir::test;
 constexpr char kName[] = "tensor_aggregator";
 
 Harness aggregator(const std::string& properties, const std::string& caps) {
-  return harness_of("tensor_aggregator " + properties, caps);
+  return make_harness("tensor_aggregator " + properties, caps);
 }
 uint64_t count(const Harness& h, const char* name) {
   return stat(h, kName, name);
@@ -187,14 +187,14 @@ TEST(TensorAggregator, KeepsClientsSeparate) {
   for (const auto& [bytes, client] : {std::pair{Bytes{1, 3}, 10}, std::pair{Bytes{2, 4}, 20}}) {
     auto out = Ref<GstBuffer>::adopt(gst_harness_pull(h.get()));
     EXPECT_EQ(content(out.get()), bytes);
-    EXPECT_EQ(weir::gst::client_of(out.get()), client);
+    EXPECT_EQ(weir::gst::get_client_id(out.get()), client);
   }
 }
 
 // Only a dimension other than the picture's keeps the pixels in place, and the source map.
 TEST(TensorAggregator, KeepsASourceMapThatAllFramesShare) {
   for (const auto& [dimension, maps] : {std::pair{"3", 1u}, std::pair{"2", 0u}}) {
-    auto h = harness_of(
+    auto h = make_harness(
         std::string("tensor_converter ! tensor_aggregator frames-out=2 frames-dim=") + dimension,
         video("GRAY8", 4, 3));
     for (int i = 0; i < 2; ++i) ASSERT_EQ(gst_harness_push(h.get(), frame(ramp(12))), GST_FLOW_OK);

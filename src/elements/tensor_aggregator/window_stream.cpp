@@ -53,17 +53,17 @@ Status WindowStream::push(Ref<GstBuffer> buffer, Ledger* ledger) {
   return ok();
 }
 
-uint64_t WindowStream::last_buffer_of(uint64_t begin) const noexcept {
+uint64_t WindowStream::find_last_buffer(uint64_t begin) const noexcept {
   return (begin + setup_->plan.out - 1) / setup_->plan.in;
 }
 
-WindowStream::Arrived& WindowStream::holder_of(uint64_t frame) {
+WindowStream::Arrived& WindowStream::find_holder(uint64_t frame) {
   return *waiting_[static_cast<size_t>(frame / setup_->plan.in - first_)];
 }
 
-std::span<const std::byte> WindowStream::frame_of(size_t tensor, uint64_t frame) {
+std::span<const std::byte> WindowStream::get_frame(size_t tensor, uint64_t frame) {
   const size_t bytes = setup_->plan.layouts[tensor].frame_bytes;
-  return holder_of(frame).reader.tensors()[tensor].payload.subspan(
+  return find_holder(frame).reader.tensors()[tensor].payload.subspan(
       static_cast<size_t>(frame % setup_->plan.in) * bytes, bytes);
 }
 
@@ -132,8 +132,8 @@ bool WindowStream::leaves_by_memory(uint64_t begin) {
   const bool some_plain = std::any_of(plan.layouts.begin(), plan.layouts.end(),
                                       [](const auto& layout) { return layout.is_plain(); });
   if (plan.overlaps() && some_plain) return true;
-  if (begin / plan.in != last_buffer_of(begin)) return false;
-  const auto& views = holder_of(begin).reader.tensors();
+  if (begin / plan.in != find_last_buffer(begin)) return false;
+  const auto& views = find_holder(begin).reader.tensors();
   for (size_t i = 0; i < views.size(); ++i)
     if (views[i].memory < 0 || !plan.layouts[i].is_plain()) return false;
   return true;
@@ -143,19 +143,19 @@ Result<Ref<GstMemory>> WindowStream::part_of_input(size_t tensor, uint64_t begin
                                                    uint64_t* copied) {
   const auto& plan = setup_->plan;
   const size_t bytes = plan.layouts[tensor].frame_bytes;
-  if (begin / plan.in != last_buffer_of(begin)) return Ref<GstMemory>();
-  Arrived& holder = holder_of(begin);
+  if (begin / plan.in != find_last_buffer(begin)) return Ref<GstMemory>();
+  Arrived& holder = find_holder(begin);
   const int memory = holder.reader.tensors()[tensor].memory;
   if (memory < 0) return Ref<GstMemory>();
-  return gst::part_of(gst_buffer_peek_memory(holder.buffer.get(), static_cast<guint>(memory)),
-                      begin % plan.in * bytes, plan.out * bytes, copied);
+  return gst::make_part(gst_buffer_peek_memory(holder.buffer.get(), static_cast<guint>(memory)),
+                        begin % plan.in * bytes, plan.out * bytes, copied);
 }
 
 void WindowStream::place_all(size_t tensor, uint64_t begin, std::span<std::byte> out,
                              uint64_t* copied) {
   const auto& plan = setup_->plan;
   for (uint64_t i = 0; i < plan.out; ++i)
-    window::place(plan.layouts[tensor], i, plan.out, frame_of(tensor, begin + i), out);
+    window::place(plan.layouts[tensor], i, plan.out, get_frame(tensor, begin + i), out);
   *copied += out.size();
 }
 
@@ -170,7 +170,7 @@ Result<Ref<GstBuffer>> WindowStream::assembled(uint64_t begin, uint64_t* copied)
     GstMemory* memory = part->release();
     if (!memory && layout.is_plain() && !strips_.empty())
       memory = strips_[i].window(
-          begin, [&](uint64_t frame) { return frame_of(i, frame); }, copied);
+          begin, [&](uint64_t frame) { return get_frame(i, frame); }, copied);
     if (!memory) {
       auto block =
           blocks_.empty() || !blocks_[i] ? BlockPool::make(bytes)->take() : blocks_[i]->take();
@@ -196,14 +196,14 @@ Result<Ref<GstBuffer>> WindowStream::gathered(uint64_t begin, uint64_t* copied) 
 // window begins.
 void WindowStream::describe(GstBuffer* out, uint64_t begin) {
   const auto& plan = setup_->plan;
-  const Arrived& holder = holder_of(begin);
+  const Arrived& holder = find_holder(begin);
   gst_buffer_copy_into(out, holder.buffer.get(),
                        GstBufferCopyFlags(GST_BUFFER_COPY_FLAGS | GST_BUFFER_COPY_META), 0,
                        static_cast<gsize>(-1));
   if (begin % plan.in != 0) GST_BUFFER_FLAG_UNSET(out, GST_BUFFER_FLAG_DISCONT);
   const auto at = [&](const KnownTime& known) {
     if (!GST_CLOCK_TIME_IS_VALID(known.time) || plan.in == 1) return known.time;
-    return known.time + window::time_of(begin - known.frame, setup_->input.rate);
+    return known.time + window::to_time(begin - known.frame, setup_->input.rate);
   };
   GST_BUFFER_PTS(out) = at(holder.pts);
   GST_BUFFER_DTS(out) = at(holder.dts);
@@ -216,7 +216,7 @@ void WindowStream::describe(GstBuffer* out, uint64_t begin) {
   bool stays = gst::maps_of(out) == gst::MapsOf::Tensors;
   for (const auto& map : maps)
     stays = stays && setup_->dimension != map.x_dimension && setup_->dimension != map.y_dimension;
-  for (uint64_t i = begin / plan.in + 1; stays && i <= last_buffer_of(begin); ++i)
+  for (uint64_t i = begin / plan.in + 1; stays && i <= find_last_buffer(begin); ++i)
     stays = same_maps(out, waiting_[static_cast<size_t>(i - first_)]->buffer.get());
   if (!stays) gst::set_source_maps(out, {});
 }

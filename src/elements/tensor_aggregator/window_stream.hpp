@@ -57,8 +57,8 @@ class WindowStream {
     KnownTime pts, dts;       // the last known times up to this buffer
   };
 
-  Arrived& holder_of(uint64_t frame);
-  std::span<const std::byte> frame_of(size_t tensor, uint64_t frame);
+  Arrived& find_holder(uint64_t frame);
+  std::span<const std::byte> get_frame(size_t tensor, uint64_t frame);
   bool leaves_by_memory(uint64_t begin);
   // A part of the buffer that holds all frames of the window; null if they span buffers.
   Result<gst::Ref<GstMemory>> part_of_input(size_t tensor, uint64_t begin, uint64_t* copied);
@@ -67,7 +67,7 @@ class WindowStream {
   void place_all(size_t tensor, uint64_t begin, std::span<std::byte> out, uint64_t* copied);
   void describe(GstBuffer* out, uint64_t begin);
   void forget_before(uint64_t frame, DropReason reason, Ledger* ledger);
-  uint64_t last_buffer_of(uint64_t begin) const noexcept;
+  uint64_t find_last_buffer(uint64_t begin) const noexcept;
 
   std::shared_ptr<WindowSetup> setup_;
   std::vector<WindowStrip> strips_;                 // by tensor; only if windows overlap

@@ -16,7 +16,7 @@ uint64_t ntsc_time(uint64_t frames) {
 }
 
 TEST(WindowTime, IsThatOfItsFirstFrame) {
-  auto h = harness_of("tensor_aggregator frames-out=3 frames-dim=0", tensors("uint8", "1"));
+  auto h = make_harness("tensor_aggregator frames-out=3 frames-dim=0", tensors("uint8", "1"));
   for (uint64_t i = 0; i < 6; ++i) {
     GstBuffer* in = frame(Bytes(1), 100 * i, 10);
     GST_BUFFER_DTS(in) = 100 * i + 1;
@@ -32,8 +32,8 @@ TEST(WindowTime, IsThatOfItsFirstFrame) {
 
 // docs/compatibility/routing.md 6.6: each frame is 1/framerate later than the previous one.
 TEST(WindowTime, OfAFrameInsideABufferIsRelativeToTheBuffer) {
-  auto h = harness_of("tensor_aggregator frames-in=4 frames-out=1 frames-dim=0",
-                      tensors("uint8", "4", "40/1"));
+  auto h = make_harness("tensor_aggregator frames-in=4 frames-out=1 frames-dim=0",
+                        tensors("uint8", "4", "40/1"));
   for (const uint64_t start : {1000u, 100'001'000u}) {
     ASSERT_EQ(gst_harness_push(h.get(), frame(ramp(4), start, 100 * GST_MSECOND)), GST_FLOW_OK);
     for (uint64_t i = 0; i < 4; ++i) {
@@ -47,7 +47,7 @@ TEST(WindowTime, OfAFrameInsideABufferIsRelativeToTheBuffer) {
 // The numbers of docs/compatibility/routing.md 6.6: frames that tensor_converter combined keep
 // their times when they are separated again.
 TEST(WindowTime, OfFramesThatAConverterCollectedIsTheirOwn) {
-  auto h = harness_of(
+  auto h = make_harness(
       "tensor_converter frames-per-tensor=3 ! tensor_aggregator frames-in=3 frames-out=1 "
       "frames-dim=3",
       "video/x-raw,format=GRAY8,width=4,height=4,framerate=30/1,interlace-mode=progressive");
@@ -65,8 +65,8 @@ TEST(WindowTime, OfFramesThatAConverterCollectedIsTheirOwn) {
 
 // A million frames in buffers of 1000, windows of 100; only the first buffer has a timestamp.
 TEST(WindowTime, DoesNotDriftOverAMillionFrames) {
-  auto h = harness_of("tensor_aggregator frames-in=1000 frames-out=100 frames-dim=0",
-                      tensors("uint8", "1000", "30000/1001"));
+  auto h = make_harness("tensor_aggregator frames-in=1000 frames-out=100 frames-dim=0",
+                        tensors("uint8", "1000", "30000/1001"));
   for (uint64_t i = 0; i < 1000; ++i) {
     ASSERT_EQ(gst_harness_push(h.get(), frame(Bytes(1000), i ? kNone : 5, kNone)), GST_FLOW_OK);
     for (uint64_t k = 0; k < 10; ++k) {
@@ -77,7 +77,7 @@ TEST(WindowTime, DoesNotDriftOverAMillionFrames) {
 }
 
 TEST(WindowTime, StaysUnknownWithoutTimestamps) {
-  auto h = harness_of("tensor_aggregator frames-out=2 frames-dim=0", tensors("uint8", "1"));
+  auto h = make_harness("tensor_aggregator frames-out=2 frames-dim=0", tensors("uint8", "1"));
   for (const auto time : {kNone, kNone, kNine, kNone, kNone, kNone})
     ASSERT_EQ(gst_harness_push(h.get(), frame(Bytes(1), time, kNone)), GST_FLOW_OK);
   for (const auto time : {kNone, kNine, kNine}) {
@@ -88,8 +88,8 @@ TEST(WindowTime, StaysUnknownWithoutTimestamps) {
 }
 
 TEST(WindowTime, IsUnknownInsideABufferWithoutARate) {
-  auto h = harness_of("tensor_aggregator frames-in=2 frames-out=1 frames-dim=0",
-                      tensors("uint8", "2", "0/1"));
+  auto h = make_harness("tensor_aggregator frames-in=2 frames-out=1 frames-dim=0",
+                        tensors("uint8", "2", "0/1"));
   ASSERT_EQ(gst_harness_push(h.get(), frame(Bytes(2), 50, 8)), GST_FLOW_OK);
   for (int i = 0; i < 2; ++i) {
     auto out = Ref<GstBuffer>::adopt(gst_harness_pull(h.get()));
@@ -100,9 +100,9 @@ TEST(WindowTime, IsUnknownInsideABufferWithoutARate) {
 
 TEST(WindowTime, ThatGoesBackwardsIsCounted) {
   for (const bool drop : {false, true}) {
-    auto h = harness_of(std::string("tensor_aggregator frames-out=2 frames-dim=0") +
-                            (drop ? " on-backwards-time=drop" : ""),
-                        tensors("uint8", "1"));
+    auto h = make_harness(std::string("tensor_aggregator frames-out=2 frames-dim=0") +
+                              (drop ? " on-backwards-time=drop" : ""),
+                          tensors("uint8", "1"));
     Errors errors(h);
     for (const GstClockTime time : {10, 20, 15, 30})
       ASSERT_EQ(gst_harness_push(h.get(), frame(Bytes(1), time, 1)), GST_FLOW_OK);
@@ -123,16 +123,16 @@ TEST(WindowTime, IsAddedToTheLatency) {
                {"frames-in=2 frames-out=1 frames-dim=0", "2", 0},
                {"frames-in=2 frames-out=2 frames-dim=0", "2", 0}};
   for (const auto& c : cases) {
-    auto h = harness_of(std::string("tensor_aggregator ") + c.properties,
-                        tensors("uint8", c.dims, "10/1"));
+    auto h = make_harness(std::string("tensor_aggregator ") + c.properties,
+                          tensors("uint8", c.dims, "10/1"));
     gst_harness_set_upstream_latency(h.get(), 5 * GST_MSECOND);
     EXPECT_EQ(gst_harness_query_latency(h.get()), 5 * GST_MSECOND + c.latency) << c.properties;
   }
 }
 
 TEST(WindowTime, GivesADiscontinuityToTheFirstPartOnly) {
-  auto h =
-      harness_of("tensor_aggregator frames-in=2 frames-out=1 frames-dim=0", tensors("uint8", "2"));
+  auto h = make_harness("tensor_aggregator frames-in=2 frames-out=1 frames-dim=0",
+                        tensors("uint8", "2"));
   GstBuffer* in = frame(Bytes(2), 0, 2);
   GST_BUFFER_FLAG_SET(in, GST_BUFFER_FLAG_DISCONT);
   ASSERT_EQ(gst_harness_push(h.get(), in), GST_FLOW_OK);

@@ -82,17 +82,17 @@ TEST(ConverterAudio, IsComparedWithTheProperties) {
   EXPECT_SAYS(text, "WEIR-2001: the audio does not match input-dim and input-type");
   EXPECT_SAYS(text, "dimension is 2:1, needed is 1:1");
   auto h = harness("input-dim=2 input-type=int16", audio("S16LE"));
-  EXPECT_EQ(error_of(h, frame(Bytes(4))), "");
+  EXPECT_EQ(get_error(h, frame(Bytes(4))), "");
 }
 
 TEST(ConverterAudio, OfPartsOfAFrameIsRefused) {
   auto h = harness("", audio("S16LE"));
   for (const size_t size : {1, 3, 5, 4095}) {
-    const auto text = error_of(h, frame(Bytes(size)));
+    const auto text = get_error(h, frame(Bytes(size)));
     EXPECT_SAYS(text, "WEIR-2004: a buffer does not hold whole frames");
     EXPECT_SAYS(text, "a multiple of 4 bytes for 1 tensor: int16 2:1");
   }
-  EXPECT_SAYS(error_of(h, gst_buffer_new()), "WEIR-2004: a buffer is empty");
+  EXPECT_SAYS(get_error(h, gst_buffer_new()), "WEIR-2004: a buffer is empty");
   EXPECT_EQ(stat(h, "dropped-error"), 5u);
 }
 

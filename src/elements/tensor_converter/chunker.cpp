@@ -11,7 +11,7 @@ bool known(const Fraction& rate) noexcept {
   return rate.valid() && rate.numerator > 0;
 }
 
-GstClockTime time_of(uint64_t frames, const Fraction& rate) noexcept {
+GstClockTime to_time(uint64_t frames, const Fraction& rate) noexcept {
   return gst_util_uint64_scale(frames, static_cast<guint64>(rate.denominator) * GST_SECOND,
                                static_cast<guint64>(rate.numerator));
 }
@@ -32,7 +32,7 @@ void Chunker::configure(size_t frame_bytes, uint64_t frames_out, Fraction rate) 
   if (!(rate == rate_)) keep_time_of_next();
   // At a new rate, frames are counted from the end of the previous ones.
   if (!(rate == rate_) && GST_CLOCK_TIME_IS_VALID(anchor_) && known(rate_)) {
-    anchor_ = later(anchor_, time_of(frames_since_, rate_));
+    anchor_ = later(anchor_, to_time(frames_since_, rate_));
     frames_since_ = 0;
   }
   rate_ = rate;
@@ -54,14 +54,14 @@ uint64_t Chunker::clear() {
 void Chunker::stamp(GstBuffer* buffer, uint64_t frames, GstClockTime fallback) {
   const bool duration_given = GST_BUFFER_DURATION_IS_VALID(buffer);
   duration_is_counted_ = !duration_given && known(rate_);
-  if (duration_is_counted_) GST_BUFFER_DURATION(buffer) = time_of(frames, rate_);
+  if (duration_is_counted_) GST_BUFFER_DURATION(buffer) = to_time(frames, rate_);
   const bool follows = known(rate_) && GST_CLOCK_TIME_IS_VALID(anchor_);
   if (GST_BUFFER_PTS_IS_VALID(buffer) || !follows) {
     if (!GST_BUFFER_PTS_IS_VALID(buffer)) GST_BUFFER_PTS(buffer) = fallback;
     anchor_ = GST_BUFFER_PTS(buffer);
     frames_since_ = 0;
   } else {
-    GST_BUFFER_PTS(buffer) = later(anchor_, time_of(frames_since_, rate_));
+    GST_BUFFER_PTS(buffer) = later(anchor_, to_time(frames_since_, rate_));
   }
   frames_since_ += frames;
   if (duration_given && GST_CLOCK_TIME_IS_VALID(anchor_)) {
@@ -103,9 +103,9 @@ Chunker::Times Chunker::times_of_next() const {
             gst_adapter_prev_dts(adapter_.get(), &dts_distance)};
   if (!known(rate_)) return out;
   if (GST_CLOCK_TIME_IS_VALID(out.pts))
-    out.pts = later(out.pts, time_of(pts_distance / frame_bytes_, rate_));
+    out.pts = later(out.pts, to_time(pts_distance / frame_bytes_, rate_));
   if (GST_CLOCK_TIME_IS_VALID(out.dts))
-    out.dts = later(out.dts, time_of(dts_distance / frame_bytes_, rate_));
+    out.dts = later(out.dts, to_time(dts_distance / frame_bytes_, rate_));
   return out;
 }
 
@@ -163,7 +163,7 @@ Result<gst::Ref<GstBuffer>> Chunker::next() {
   GST_BUFFER_PTS(out.get()) = pts;
   GST_BUFFER_DTS(out.get()) = dts;
   if (duration_is_counted_)
-    GST_BUFFER_DURATION(out.get()) = time_of(frames_out_, rate_);
+    GST_BUFFER_DURATION(out.get()) = to_time(frames_out_, rate_);
   else if (GST_CLOCK_TIME_IS_VALID(duration_of_input_))
     GST_BUFFER_DURATION(out.get()) =
         gst_util_uint64_scale(duration_of_input_, frames_out_, frames_of_input_);

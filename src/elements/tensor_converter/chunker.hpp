@@ -13,7 +13,7 @@ namespace weir {
 
 bool known(const Fraction& rate) noexcept;  // valid and not 0
 // The exact duration of `frames`, rounded down once; `rate` must be known.
-GstClockTime time_of(uint64_t frames, const Fraction& rate) noexcept;
+GstClockTime to_time(uint64_t frames, const Fraction& rate) noexcept;
 
 class Chunker {
  public:

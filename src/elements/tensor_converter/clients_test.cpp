@@ -30,10 +30,10 @@ Bytes two(uint8_t first, uint8_t second) {
 
 TEST(QueryMeta, HasTheNamesThatOthersUse) {
   auto b = Ref<GstBuffer>::adopt(gst_buffer_new());
-  EXPECT_EQ(gst::client_of(b.get()), std::nullopt);
+  EXPECT_EQ(gst::get_client_id(b.get()), std::nullopt);
   ASSERT_TRUE(gst::set_client(b.get(), INT64_MIN));
   ASSERT_TRUE(gst::set_client(b.get(), -7)) << "replaces the earlier client";
-  EXPECT_EQ(gst::client_of(b.get()), -7);
+  EXPECT_EQ(gst::get_client_id(b.get()), -7);
   const GstMetaInfo* info = gst_meta_get_info("GstMetaQuery");
   ASSERT_TRUE(info);
   EXPECT_STREQ(g_type_name(info->api), "GstMetaQueryAPI");
@@ -49,7 +49,7 @@ TEST(QueryMeta, GoesWithCopies) {
   auto b = Ref<GstBuffer>::adopt(gst_buffer_new());
   ASSERT_TRUE(gst::set_client(b.get(), INT64_MAX));
   auto copy = Ref<GstBuffer>::adopt(gst_buffer_copy(b.get()));
-  EXPECT_EQ(gst::client_of(copy.get()), INT64_MAX);
+  EXPECT_EQ(gst::get_client_id(copy.get()), INT64_MAX);
 }
 
 TEST(PerClient, KeepsOneForEachAndForgetsWhoWasSilentLongest) {
@@ -81,7 +81,7 @@ TEST(ConverterClients, HaveFramesOfTheirOwn) {
   for (const auto& [bytes, client] : expected) {
     auto out = Ref<GstBuffer>::adopt(gst_harness_pull(h.get()));
     EXPECT_EQ(content(out.get()), bytes);
-    EXPECT_EQ(gst::client_of(out.get()), client);
+    EXPECT_EQ(gst::get_client_id(out.get()), client);
   }
   EXPECT_EQ(stat(h, "consumed"), 6u);
   EXPECT_EQ(stat(h, "held"), 0u);

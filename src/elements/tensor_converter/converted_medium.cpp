@@ -18,9 +18,10 @@ GstClockTime gst_time(int64_t time) {
 
 // The memory of `tensor`, without its first `skipped` bytes: a part of the buffer that `maps` holds
 // if the converter shared it.
-Result<gst::Ref<GstMemory>> memory_of(infer::ConvertedTensor& tensor, size_t skipped,
-                                      GstBuffer* buffer, const std::vector<gst::MappedMemory>& maps,
-                                      Ledger* ledger) {
+Result<gst::Ref<GstMemory>> make_memory(infer::ConvertedTensor& tensor, size_t skipped,
+                                        GstBuffer* buffer,
+                                        const std::vector<gst::MappedMemory>& maps,
+                                        Ledger* ledger) {
   const weir_tensor& made = tensor.memory();
   const auto* data = static_cast<const std::byte*>(made.data);
   const bool shared = !made.release && (made.flags & WEIR_TENSOR_ALIASES_INPUT) != 0;
@@ -30,16 +31,16 @@ Result<gst::Ref<GstMemory>> memory_of(infer::ConvertedTensor& tensor, size_t ski
     const auto offset = reinterpret_cast<uintptr_t>(data) - reinterpret_cast<uintptr_t>(all.data());
     if (offset > all.size() || made.bytes > all.size() - offset) continue;
     uint64_t copied = 0;
-    auto part = gst::part_of(gst_buffer_peek_memory(buffer, static_cast<guint>(i)),
-                             offset + skipped, made.bytes - skipped, &copied);
+    auto part = gst::make_part(gst_buffer_peek_memory(buffer, static_cast<guint>(i)),
+                               offset + skipped, made.bytes - skipped, &copied);
     if (copied > 0) ledger->copied(copied);
     return part;
   }
   const size_t bytes = made.bytes;
-  auto whole = gst::memory_of(tensor, ledger);
+  auto whole = gst::make_memory(tensor, ledger);
   if (!whole || skipped == 0) return whole;
   uint64_t copied = 0;
-  return gst::part_of(whole->get(), skipped, bytes - skipped, &copied);
+  return gst::make_part(whole->get(), skipped, bytes - skipped, &copied);
 }
 
 Error flexible_tensors_are_not_gathered(uint32_t frames_per_tensor) {
@@ -50,7 +51,7 @@ Error flexible_tensors_are_not_gathered(uint32_t frames_per_tensor) {
           .fix = "tensor_converter frames-per-tensor=1"};
 }
 
-weir_frame frame_of(GstBuffer* buffer, std::vector<weir_tensor>* tensors) {
+weir_frame make_frame(GstBuffer* buffer, std::vector<weir_tensor>* tensors) {
   weir_frame out{};
   out.struct_size = sizeof out;
   out.n_tensors = static_cast<uint32_t>(tensors->size());
@@ -72,7 +73,7 @@ Result<StreamPlan> ConvertedMedium::configure(const GstCaps* caps, const Prefere
   if (auto status = gather(frames_per_tensor_, &*tensors); !status) return status.error();
   StreamPlan plan;
   plan.spec.format = Format::Static;
-  plan.spec.rate = rate_of(caps);
+  plan.spec.rate = get_rate(caps);
   plan.frames_out = frames_per_tensor_;
   plan.frames_have_rates = true;
   user_ = preferences.tensors;
@@ -91,7 +92,7 @@ Result<MediumFrames> ConvertedMedium::frames(gst::Ref<GstBuffer> buffer, Ledger*
     if (!maps.back()) return gst::memory_not_mapped();
     inputs.push_back(gst::byte_tensor(maps.back()));
   }
-  auto frame = converter_->convert(frame_of(buffer.get(), &inputs));
+  auto frame = converter_->convert(make_frame(buffer.get(), &inputs));
   if (!frame) return frame.error();
   MediumFrames out;
   if (frame->tensors.empty()) return out;
@@ -109,7 +110,7 @@ Result<MediumFrames> ConvertedMedium::frames(gst::Ref<GstBuffer> buffer, Ledger*
   const size_t skipped = out.is_flexible && !out.has_headers ? kTensorHeaderBytes : 0;
   for (auto& tensor : frame->tensors) {
     out.tensors.push_back(tensor.spec());
-    auto memory = memory_of(tensor, skipped, buffer.get(), maps, ledger);
+    auto memory = make_memory(tensor, skipped, buffer.get(), maps, ledger);
     if (!memory) return memory.error();
     gst_buffer_append_memory(out.buffer.get(), memory->release());
   }

@@ -66,7 +66,7 @@ TEST(ConverterModule, MustMatchInputDimAndInputType) {
   auto h = harness("input-dim=2 input-type=int32", kNumbers);
   EXPECT_SAYS(caps_text(h), "dimensions=(string)2, types=(string)int32");
   EXPECT_EQ(converted(h, "1 2"), (std::vector{1, 2}));
-  const auto error = error_of(h, text("1 2 3"));
+  const auto error = get_error(h, text("1 2 3"));
   EXPECT_SAYS(error, "WEIR-2001: a frame does not match input-dim and input-type");
   EXPECT_SAYS(error, "dimension is 3, needed is 2");
   EXPECT_EQ(stat(h, "dropped-error"), 1u);
@@ -113,7 +113,7 @@ TEST(ConverterModule, ThatFailsIsAnErrorWithItsWords) {
       {"", "WEIR-2004: a buffer is empty"},
       {"no numbers", "WEIR-2006: a converter describes an invalid tensor"},
   };
-  for (const auto& [words, error] : faults) EXPECT_SAYS(error_of(h, text(words)), error);
+  for (const auto& [words, error] : faults) EXPECT_SAYS(get_error(h, text(words)), error);
   EXPECT_EQ(stat(h, "dropped-error"), std::size(faults));
   EXPECT_EQ(converted(h, "4"), std::vector{4}) << "and goes on";
 }
@@ -145,7 +145,7 @@ TEST(ConverterModule, MaySayTheFrameRate) {
   EXPECT_SAYS(caps_text(h), "framerate=(fraction)25/1");
   EXPECT_EQ(converted(h, "2"), std::vector{2}) << "a frame without tensors changes nothing";
   EXPECT_SAYS(caps_text(h), "framerate=(fraction)25/1");
-  const auto error = error_of(h, text("no rate"));
+  const auto error = get_error(h, text("no rate"));
   EXPECT_SAYS(error, "WEIR-5003: the converter numbers declares an invalid frame rate");
   EXPECT_SAYS(error, "offered: 25/0");
   EXPECT_EQ(stat(h, "dropped-error"), 1u);
@@ -186,7 +186,7 @@ TEST(ConverterModule, LosesInTheOpenWhatWaitsWhenItsTensorsChange) {
 
 TEST(ConverterModule, CannotHaveSeveralTensorsGathered) {
   auto h = harness("frames-per-tensor=2", kNumbers);
-  const auto error = error_of(h, text("1 2;3"));
+  const auto error = get_error(h, text("1 2;3"));
   EXPECT_SAYS(error, "WEIR-1004: frames with several tensors cannot be combined into one output");
   EXPECT_SAYS(error, "offered: 2 tensors, frames-per-tensor=2");
   EXPECT_EQ(gst_harness_push(h.get(), text("1 2")), GST_FLOW_OK) << "and goes on";

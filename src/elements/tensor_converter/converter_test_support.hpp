@@ -8,7 +8,7 @@ namespace weir::testing_tensor_converter {
 using namespace weir::test;
 
 inline Harness harness(const std::string& properties, const std::string& caps) {
-  return harness_of("tensor_converter " + properties, caps);
+  return make_harness("tensor_converter " + properties, caps);
 }
 inline uint64_t stat(const Harness& h, const char* name) {
   return test::stat(h, "tensor_converter", name);
@@ -24,7 +24,7 @@ inline std::string accepted(const Harness& h, const std::string& filter) {
 }
 
 // The error that a buffer causes; "" if it is accepted.
-inline std::string error_of(const Harness& h, GstBuffer* buffer) {
+inline std::string get_error(const Harness& h, GstBuffer* buffer) {
   Errors errors(h);
   return gst_harness_push(h.get(), buffer) == GST_FLOW_OK ? "" : errors.next();
 }

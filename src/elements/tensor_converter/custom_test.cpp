@@ -82,10 +82,10 @@ TEST(ConverterCustomCode, MayFailAndDrop) {
   int frames = 0;
   const Registered registered("split", split, &frames);
   auto h = harness("mode=custom-code:split", kBytes);
-  EXPECT_SAYS(error_of(h, frame({0xFF})),
+  EXPECT_SAYS(get_error(h, frame({0xFF})),
               "WEIR-3006: the function split failed: the first byte is 255");
-  EXPECT_EQ(error_of(h, frame({0xFE})), "");
-  EXPECT_SAYS(error_of(h, gst_buffer_new()), "WEIR-2004: a buffer is empty");
+  EXPECT_EQ(get_error(h, frame({0xFE})), "");
+  EXPECT_SAYS(get_error(h, gst_buffer_new()), "WEIR-2004: a buffer is empty");
   EXPECT_EQ(stat(h, "dropped-error"), 2u);
   EXPECT_EQ(stat(h, "dropped-policy"), 1u);
 }
@@ -103,7 +103,7 @@ TEST(ConverterCustomCode, AnExceptionIsReportedWithItsNameAndCounted) {
   for (int* data : {&words, static_cast<int*>(nullptr)}) {
     const Registered registered("throwing", throwing, data);
     auto h = harness("mode=custom-code:throwing", kBytes);
-    const auto text = error_of(h, frame({1}));
+    const auto text = get_error(h, frame({1}));
     EXPECT_SAYS(text, "WEIR-5003: the function throwing threw an exception");
     EXPECT_SAYS(text, data ? "offered: thrown in a function" : "offered: not a std::exception");
     EXPECT_SAYS(text, "fix: catch it there and return host->fail(...)");
@@ -125,7 +125,7 @@ int cheating(const weir_host* host, const char*, const weir_frame* in, weir_fram
 TEST(ConverterCustomCode, ThatCheatsIsNamed) {
   const Registered registered("cheating", cheating, nullptr);
   auto h = harness("mode=custom-code:cheating", kBytes);
-  const auto text = error_of(h, frame({1, 2, 3}));
+  const auto text = get_error(h, frame({1, 2, 3}));
   EXPECT_SAYS(
       text,
       "WEIR-5003: the function cheating produced a tensor whose size differs from its description");
@@ -135,13 +135,13 @@ TEST(ConverterCustomCode, ThatCheatsIsNamed) {
 
 TEST(ConverterCustomCode, OfAnUnknownNameIsAnErrorAtTheFirstFrame) {
   auto h = harness("mode=custom-code:nowhere", kBytes);
-  const auto text = error_of(h, frame({1}));
+  const auto text = get_error(h, frame({1}));
   EXPECT_SAYS(text, "WEIR-3011: no function is registered under this name");
   EXPECT_SAYS(text, "fix: weir_converter_register(\"nowhere\", function, data)");
   EXPECT_EQ(stat(h, "dropped-error"), 1u);
 }
 
-std::string warning_of(const char* mode) {
+std::string get_warning(const char* mode) {
   auto element = Ref<GstElement>::adopt(
       GST_ELEMENT(gst_object_ref_sink(gst_element_factory_make("tensor_converter", nullptr))));
   Errors errors(element.get());
@@ -150,13 +150,13 @@ std::string warning_of(const char* mode) {
 }
 
 TEST(ConverterMode, AWrongValueIsReportedWhenItIsSet) {
-  EXPECT_SAYS(warning_of("custom-code"), "WEIR-1001: the mode has no name after a colon");
-  EXPECT_SAYS(warning_of("custom:x"), "WEIR-1005: tensor_converter has no such mode");
-  EXPECT_SAYS(warning_of("custom-code:x"), "WEIR-3011: no function is registered");
-  EXPECT_EQ(warning_of("custom-script:x"), "");
-  EXPECT_EQ(warning_of(""), "");
+  EXPECT_SAYS(get_warning("custom-code"), "WEIR-1001: the mode has no name after a colon");
+  EXPECT_SAYS(get_warning("custom:x"), "WEIR-1005: tensor_converter has no such mode");
+  EXPECT_SAYS(get_warning("custom-code:x"), "WEIR-3011: no function is registered");
+  EXPECT_EQ(get_warning("custom-script:x"), "");
+  EXPECT_EQ(get_warning(""), "");
   const Registered registered("x", split, nullptr);
-  EXPECT_EQ(warning_of("custom-code:x"), "");
+  EXPECT_EQ(get_warning("custom-code:x"), "");
 }
 
 TEST(ConverterMode, WithoutANameIsIgnoredAndAnUnknownWordIsNot) {
@@ -179,7 +179,7 @@ TEST(ConverterMode, WithoutANameIsReportedWhenABusExists) {
         GstMessageType(GST_MESSAGE_WARNING | GST_MESSAGE_ERROR | GST_MESSAGE_EOS)));
     return !message                                             ? "nothing"
            : GST_MESSAGE_TYPE(message.get()) == GST_MESSAGE_EOS ? "the end"
-                                                                : text_of(message.get());
+                                                                : get_text(message.get());
   };
   EXPECT_SAYS(next(), "WEIR-1001: the mode has no name after a colon");
   EXPECT_EQ(next(), "the end") << "reported once, then ignored";

@@ -45,7 +45,7 @@ Result<gst::Ref<GstBuffer>> DenseVideo::from(gst::Ref<GstBuffer> buffer, Ledger*
   if (!meta)
     if (auto status = gst::check_video_size(video_, gst_buffer_get_size(buffer.get())); !status)
       return status.error();
-  if (auto view = view_of(buffer.get())) return view;
+  if (auto view = make_view(buffer.get())) return view;
   return copy_rows(buffer.get(), ledger);
 }
 
@@ -61,13 +61,13 @@ TensorSpec DenseVideo::frame_tensor() const {
 }
 
 // nullopt when the planes are not evenly spaced.
-std::optional<StridedLayout> DenseVideo::layout_of(const GstVideoMeta* meta) const {
+std::optional<StridedLayout> DenseVideo::find_layout(const GstVideoMeta* meta) const {
   const guint planes = GST_VIDEO_INFO_N_PLANES(&video_);
   const auto offset = [&](guint plane) { return static_cast<int64_t>(plane_offset(meta, plane)); };
   StridedLayout out{plane_offset(meta, 0), {}};
   const int64_t row = plane_stride(meta, 0);
   if (planes == 1) {
-    const auto bytes = static_cast<int64_t>(size_of(tensor_.spec.type));
+    const auto bytes = static_cast<int64_t>(element_size(tensor_.spec.type));
     out.strides = {bytes, bytes * tensor_.spec.shape[0], row, 0};
     return out;
   }
@@ -80,11 +80,11 @@ std::optional<StridedLayout> DenseVideo::layout_of(const GstVideoMeta* meta) con
 }
 
 // If deferred memory is being mapped, copying rows into pooled memory is faster: no view then.
-gst::Ref<GstBuffer> DenseVideo::view_of(GstBuffer* buffer) {
+gst::Ref<GstBuffer> DenseVideo::make_view(GstBuffer* buffer) {
   if (!counts_ || counts_->computed != computed_before_ || gst_buffer_n_memory(buffer) != 1 ||
       !gst_memory_is_type(gst_buffer_peek_memory(buffer, 0), GST_ALLOCATOR_SYSMEM))
     return {};
-  const auto layout = layout_of(gst_buffer_get_video_meta(buffer));
+  const auto layout = find_layout(gst_buffer_get_video_meta(buffer));
   if (!layout) return {};
   if (!view_ || layout->offset != view_layout_.offset || layout->strides != view_layout_.strides) {
     auto plan = transform::gather_plan(frame_tensor(), *layout);

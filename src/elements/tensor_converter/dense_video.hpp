@@ -38,9 +38,9 @@ class DenseVideo {
   Result<gst::Ref<GstBuffer>> pooled();
   std::optional<size_t> needed_bytes(GstBuffer* buffer) const;
   TensorSpec frame_tensor() const;
-  std::optional<StridedLayout> layout_of(const GstVideoMeta* meta) const;
+  std::optional<StridedLayout> find_layout(const GstVideoMeta* meta) const;
   // Null when a view is not possible.
-  gst::Ref<GstBuffer> view_of(GstBuffer* buffer);
+  gst::Ref<GstBuffer> make_view(GstBuffer* buffer);
   Result<gst::Ref<GstBuffer>> copy_rows(GstBuffer* buffer, Ledger* ledger);
 
   GstVideoInfo video_{};

@@ -13,14 +13,14 @@ Result<StreamPlan> FlexibleMedium::configure(const GstCaps* caps, const Preferen
   if (given->format != Format::Flexible)
     return Error{.code = Code::FORMAT_UNSUPPORTED,
                  .what = "these tensors need no tensor_converter, or it cannot read them",
-                 .offered = std::string("format=") + std::string(name_of(given->format)),
+                 .offered = std::string("format=") + std::string(to_string(given->format)),
                  .needed = "format=flexible",
                  .fix = "remove tensor_converter from the pipeline"};
   if (auto status = one_frame_each(preferences, "flexible tensors"); !status) return status.error();
   user_ = preferences.tensors;
   StreamPlan plan;
   plan.spec.format = Format::Static;
-  plan.spec.rate = rate_of(caps);
+  plan.spec.rate = get_rate(caps);
   plan_before_the_first(preferences, &plan);
   return plan;
 }

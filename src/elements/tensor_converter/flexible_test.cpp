@@ -20,7 +20,7 @@ Bytes tensor(const TensorSpec& spec, const Bytes& payload, Format format = Forma
   std::copy(payload.begin(), payload.end(), out.begin() + kTensorHeaderBytes);
   return out;
 }
-TensorSpec bytes_of(uint32_t count) {
+TensorSpec make_byte_spec(uint32_t count) {
   return {ElementType::UInt8, Shape{count}, ""};
 }
 Bytes joined(std::initializer_list<Bytes> parts) {
@@ -50,7 +50,7 @@ TEST(ConverterFlexible, ChangesItsCapsWheneverTheTensorsChangeAndOnlyThen) {
   int changes = 0;
   for (const auto size : sizes) {
     auto out = Ref<GstBuffer>::adopt(
-        gst_harness_push_and_pull(h.get(), frame(tensor(bytes_of(size), ramp(size)))));
+        gst_harness_push_and_pull(h.get(), frame(tensor(make_byte_spec(size), ramp(size)))));
     EXPECT_EQ(content(out.get()), ramp(size));
     EXPECT_SAYS(caps_text(h), "dimensions=(string)" + std::to_string(size) + ",");
   }
@@ -63,9 +63,9 @@ TEST(ConverterFlexible, ChangesItsCapsWheneverTheTensorsChangeAndOnlyThen) {
 
 TEST(ConverterFlexible, KeepsItsCapsWhenPropertiesChange) {
   auto h = harness("", kFlexible);
-  const auto converter = element_of(h, "tensor_converter");
+  const auto converter = find_element(h, "tensor_converter");
   const auto push = [&] {
-    gst_buffer_unref(gst_harness_push_and_pull(h.get(), frame(tensor(bytes_of(2), ramp(2)))));
+    gst_buffer_unref(gst_harness_push_and_pull(h.get(), frame(tensor(make_byte_spec(2), ramp(2)))));
   };
   push();
   g_object_set(converter.get(), "silent", FALSE, nullptr);
@@ -81,7 +81,7 @@ TEST(ConverterFlexible, KeepsItsCapsWhenPropertiesChange) {
 }
 
 TEST(ConverterFlexible, MayHaveSeveralTensorsInOneMemoryOrInTheirOwn) {
-  const Bytes a = tensor(bytes_of(2), {1, 2});
+  const Bytes a = tensor(make_byte_spec(2), {1, 2});
   const Bytes b = tensor({ElementType::Int16, Shape{2}, ""}, {3, 4, 5, 6});
   for (const bool together : {true, false}) {
     auto h = harness("", kFlexible);
@@ -101,16 +101,16 @@ TEST(ConverterFlexible, MayHaveMoreTensorsThanMemories) {
   GstBuffer* in = gst_buffer_new();
   Bytes expected;
   for (uint8_t i = 0; i < 15; ++i) {
-    in = gst_buffer_append(in, frame(tensor(bytes_of(1), {i})));
+    in = gst_buffer_append(in, frame(tensor(make_byte_spec(1), {i})));
     expected.push_back(i);
   }
   Bytes packed(kPackedHeaderBytes);
   std::vector<TensorSpec> specs;
   for (uint8_t i = 15; i < 18; ++i) {
-    const Bytes chunk = tensor(bytes_of(2), {i, i});
+    const Bytes chunk = tensor(make_byte_spec(2), {i, i});
     packed.insert(packed.end(), chunk.begin(), chunk.end());
     expected.insert(expected.end(), 2, i);
-    specs.push_back(bytes_of(2));
+    specs.push_back(make_byte_spec(2));
   }
   write_packed_header(specs, std::vector<uint64_t>(3, kTensorHeaderBytes + 2),
                       std::as_writable_bytes(std::span(packed)).first<kPackedHeaderBytes>());
@@ -122,47 +122,47 @@ TEST(ConverterFlexible, MayHaveMoreTensorsThanMemories) {
 }
 
 TEST(ConverterFlexible, MustHaveTheSizeOfItsHeader) {
-  const Bytes good = tensor(bytes_of(8), ramp(8));
+  const Bytes good = tensor(make_byte_spec(8), ramp(8));
   auto h = harness("", kFlexible);
   for (size_t size = 0; size < good.size(); ++size)
-    EXPECT_NE(error_of(h, frame(Bytes(good.begin(), good.begin() + long(size)))), "") << size;
-  EXPECT_SAYS(error_of(h, frame(Bytes(good.begin(), good.end() - 1))),
+    EXPECT_NE(get_error(h, frame(Bytes(good.begin(), good.begin() + long(size)))), "") << size;
+  EXPECT_SAYS(get_error(h, frame(Bytes(good.begin(), good.end() - 1))),
               "WEIR-2005: a tensor header declares more bytes than its memory holds");
-  EXPECT_SAYS(error_of(h, frame(joined({good, {1}}))), "WEIR-2005");
+  EXPECT_SAYS(get_error(h, frame(joined({good, {1}}))), "WEIR-2005");
   // The parser allows bytes after a tensor in its own memory; the converter does not.
-  EXPECT_SAYS(error_of(h, gst_buffer_append(frame(joined({good, {1}})), frame(good))),
+  EXPECT_SAYS(get_error(h, gst_buffer_append(frame(joined({good, {1}})), frame(good))),
               "WEIR-2004: a frame has bytes after its last tensor");
   EXPECT_EQ(stat(h, "dropped-error"), good.size() + 3);
   EXPECT_EQ(stat(h, "pushed"), 0u);
 }
 
 TEST(ConverterFlexible, WithADamagedHeaderIsRefused) {
-  const Bytes good = tensor(bytes_of(8), ramp(8));
+  const Bytes good = tensor(make_byte_spec(8), ramp(8));
   auto h = harness("", kFlexible);
   for (const size_t word : {0, 1, 2, 19, 20}) {
     Bytes bad = good;
     const uint32_t value = 0x7FFFFFFF;
     std::memcpy(bad.data() + 4 * word, &value, 4);
-    EXPECT_SAYS(error_of(h, frame(bad)), "WEIR-2005") << word;
+    EXPECT_SAYS(get_error(h, frame(bad)), "WEIR-2005") << word;
   }
   // A false size: 2^31 x 2^31 x 2^31 elements.
   EXPECT_SAYS(
-      error_of(h, frame(tensor({ElementType::Float64, Shape{1u << 31, 1u << 31, 1u << 31}, ""},
-                               ramp(8)))),
+      get_error(h, frame(tensor({ElementType::Float64, Shape{1u << 31, 1u << 31, 1u << 31}, ""},
+                                ramp(8)))),
       "WEIR-2005: the dimensions of a tensor header overflow");
 }
 
 TEST(ConverterFlexible, MustBeDense) {
   auto h = harness("", kFlexible);
-  const auto text = error_of(h, frame(tensor(bytes_of(8), {}, Format::Sparse)));
+  const auto text = get_error(h, frame(tensor(make_byte_spec(8), {}, Format::Sparse)));
   EXPECT_SAYS(text, "WEIR-2002: a tensor of a flexible stream is sparse");
 }
 
 TEST(ConverterFlexible, MustMatchTheProperties) {
   auto h = harness("input-dim=2:2 input-type=uint8", kFlexible);
   EXPECT_SAYS(caps_text(h), "dimensions=(string)2:2, types=(string)uint8");
-  EXPECT_EQ(error_of(h, frame(tensor({ElementType::UInt8, Shape{2, 2}, ""}, ramp(4)))), "");
-  const auto text = error_of(h, frame(tensor(bytes_of(4), ramp(4))));
+  EXPECT_EQ(get_error(h, frame(tensor({ElementType::UInt8, Shape{2, 2}, ""}, ramp(4)))), "");
+  const auto text = get_error(h, frame(tensor(make_byte_spec(4), ramp(4))));
   EXPECT_SAYS(text, "WEIR-2001: a frame does not match input-dim and input-type");
   EXPECT_SAYS(text, "dimension is 4, needed is 2:2");
   EXPECT_SAYS(text, "fix: remove input-dim and input-type");
@@ -171,13 +171,13 @@ TEST(ConverterFlexible, MustMatchTheProperties) {
 
 TEST(ConverterFlexible, FollowsOtherCapsInTheMiddleOfAStream) {
   auto h = harness("", kFlexible);
-  EXPECT_EQ(error_of(h, frame(tensor(bytes_of(4), ramp(4)))), "");
+  EXPECT_EQ(get_error(h, frame(tensor(make_byte_spec(4), ramp(4)))), "");
   EXPECT_EQ(change_caps(h, video("GRAY8", 4, 1)), "");
-  EXPECT_EQ(error_of(h, frame(ramp(4))), "");
+  EXPECT_EQ(get_error(h, frame(ramp(4))), "");
   EXPECT_SAYS(caps_text(h), "dimensions=(string)1:4:1:1");
   EXPECT_EQ(change_caps(h, "other/tensors,format=flexible,framerate=20/1"), "");
   EXPECT_SAYS(caps_text(h), "dimensions=(string)1, types=(string)uint8") << "not what was before";
-  EXPECT_EQ(error_of(h, frame(tensor(bytes_of(4), ramp(4)))), "");
+  EXPECT_EQ(get_error(h, frame(tensor(make_byte_spec(4), ramp(4)))), "");
   EXPECT_SAYS(caps_text(h), "framerate=(fraction)20/1");
   EXPECT_SAYS(change_caps(h, "other/tensors,format=sparse,framerate=20/1"),
               "WEIR-2002: these tensors need no tensor_converter");
@@ -195,8 +195,8 @@ TEST(ConverterFlexible, BeginsWithWhatDownstreamRequires) {
       h.get(), "other/tensor,dimension=(string)4:1,type=(string)uint8,framerate=10/1");
   gst_harness_set_src_caps_str(h.get(), kFlexible);
   EXPECT_SAYS(caps_text(h), "dimension=(string)4:1, type=(string)uint8");
-  EXPECT_EQ(error_of(h, frame(tensor(bytes_of(4), ramp(4)))), "");
-  const auto text = error_of(h, frame(tensor(bytes_of(5), ramp(5))));
+  EXPECT_EQ(get_error(h, frame(tensor(make_byte_spec(4), ramp(4)))), "");
+  const auto text = get_error(h, frame(tensor(make_byte_spec(5), ramp(5))));
   EXPECT_SAYS(text,
               "WEIR-2001: the element downstream of tensor_converter does not accept its output");
   EXPECT_SAYS(text, "first difference: tensor 0: dimension is 5, needed is 4:1");
@@ -207,7 +207,7 @@ TEST(ConverterFlexible, BeginsWithWhatDownstreamRequires) {
 class ConverterWaits : public ::testing::Test {
  protected:
   static Harness converter(const std::string& wanted) {
-    auto h = harness_of("tensor_converter ! capsfilter caps=\"" + wanted + "\"");
+    auto h = make_harness("tensor_converter ! capsfilter caps=\"" + wanted + "\"");
     Errors errors(h);
     gst_harness_set_src_caps_str(h.get(), kFlexible);
     EXPECT_EQ(errors.next(), "");
@@ -244,7 +244,7 @@ TEST_F(ConverterWaits, ForTheFirstFrameWhereAPlaceholderIsRefused) {
 }
 
 TEST_F(ConverterWaits, DownstreamOfATransformToo) {
-  const auto h = harness_of(
+  const auto h = make_harness(
       "tensor_converter ! tensor_transform mode=typecast option=float32 ! capsfilter caps=\"" +
       wanted_ + "\"");
   Errors errors(h);
@@ -258,7 +258,7 @@ TEST_F(ConverterWaits, DownstreamOfATransformToo) {
 TEST_F(ConverterWaits, AndFailsWithAFrameThatIsRefused) {
   for (const uint32_t size : {1u, 5u}) {
     const auto h = converter(wanted_);
-    const auto text = error_of(h, frame(tensor(bytes_of(size), ramp(size))));
+    const auto text = get_error(h, frame(tensor(make_byte_spec(size), ramp(size))));
     EXPECT_SAYS(text,
                 "WEIR-2001: the element downstream of tensor_converter does not accept its output");
     EXPECT_SAYS(text, "offered: 1 tensor: uint8 " + std::to_string(size));
@@ -271,8 +271,8 @@ TEST_F(ConverterWaits, NotWhereThePlaceholderIsTaken) {
 }
 
 TEST_F(ConverterWaits, NotIfTheUserSetsTheTensors) {
-  const auto h = harness_of("tensor_converter input-dim=5 input-type=uint8 ! capsfilter caps=\"" +
-                            wanted_ + "\"");
+  const auto h = make_harness("tensor_converter input-dim=5 input-type=uint8 ! capsfilter caps=\"" +
+                              wanted_ + "\"");
   Errors errors(h);
   gst_harness_set_src_caps_str(h.get(), kFlexible);
   EXPECT_SAYS(errors.next(),
@@ -290,7 +290,7 @@ TEST(ConverterFlexible, GetsHeadersAgainWhenDownstreamRequiresThem) {
   gst_harness_set_sink_caps_str(h.get(), "other/tensors,format=flexible");
   gst_harness_set_src_caps_str(h.get(), kFlexible);
   for (const uint32_t size : {4u, 5u}) {
-    const Bytes in = tensor(bytes_of(size), ramp(size));
+    const Bytes in = tensor(make_byte_spec(size), ramp(size));
     auto out = Ref<GstBuffer>::adopt(gst_harness_push_and_pull(h.get(), frame(in)));
     EXPECT_EQ(content(out.get()), in);
   }
@@ -300,7 +300,7 @@ TEST(ConverterFlexible, GetsMissingTimeStampsForEachFrame) {
   auto h = harness("", kFlexible);
   for (const uint32_t i : {0u, 1u, 2u}) {
     auto out = Ref<GstBuffer>::adopt(
-        gst_harness_push_and_pull(h.get(), frame(tensor(bytes_of(i + 1), ramp(i + 1)))));
+        gst_harness_push_and_pull(h.get(), frame(tensor(make_byte_spec(i + 1), ramp(i + 1)))));
     EXPECT_EQ(GST_BUFFER_PTS(out.get()), i * 100 * GST_MSECOND);
     EXPECT_EQ(GST_BUFFER_DURATION(out.get()), 100 * GST_MSECOND);
   }

@@ -104,7 +104,7 @@ std::optional<Error> rows_of_samples(const TensorSpec& audio, const std::vector<
                       peer[0].shape[0] > static_cast<uint32_t>(kUsual);
   if (!is_row || peer[0].shape == audio.shape) return std::nullopt;
   const std::string count = std::to_string(peer[0].shape[0]);
-  const std::string format = audio_format_of(peer[0].type);
+  const std::string format = to_audio_format(peer[0].type);
   return Error{.code = Code::SPEC_MISMATCH,
                .what = "the downstream element needs " + count + " consecutive samples",
                .offered = audio.to_string(),
@@ -116,7 +116,7 @@ std::optional<Error> rows_of_samples(const TensorSpec& audio, const std::vector<
 }
 
 // The bytes of a frame, if those of `frames` of them can be counted.
-Result<uint64_t> bytes_of(const FrameSpec& spec, uint32_t frames) {
+Result<uint64_t> count_bytes(const FrameSpec& spec, uint32_t frames) {
   const auto bytes = spec.bytes();
   uint64_t gathered = 0;
   if (bytes && !__builtin_mul_overflow(*bytes, frames, &gathered) && gathered <= INT64_MAX)
@@ -162,7 +162,7 @@ Result<MediumFrames> AudioMedium::frames(gst::Ref<GstBuffer> buffer, Ledger*) {
 
 std::string AudioMedium::caps_for(const TensorSpec& peer, const Fraction& rate) {
   const bool any_format = peer.type == ElementType::End;
-  const std::string format = audio_format_of(peer.type);
+  const std::string format = to_audio_format(peer.type);
   if (format.empty() && !any_format) {
     if (peer.type == ElementType::Float16)
       GST_CAT_WARNING(gst::library_category(),
@@ -179,7 +179,7 @@ std::string AudioMedium::caps_for(const TensorSpec& peer, const Fraction& rate) 
 
 Result<StreamPlan> OctetMedium::configure(const GstCaps* caps, const Preferences& preferences) {
   plan_ = {};
-  plan_.spec.rate = rate_of(caps);
+  plan_.spec.rate = get_rate(caps);
   plan_.spec.tensors = preferences.tensors.empty() ? preferences.peer : preferences.tensors;
   const size_t count = plan_.spec.tensors.size();
   if (count == 0 && !preferences.peer_is_flexible)
@@ -195,7 +195,7 @@ Result<StreamPlan> OctetMedium::configure(const GstCaps* caps, const Preferences
   }
   plan_.spec.format = count == 0 ? Format::Flexible : Format::Static;
   if (count == 0) return plan_;
-  const auto bytes = bytes_of(plan_.spec, preferences.frames_per_tensor);
+  const auto bytes = count_bytes(plan_.spec, preferences.frames_per_tensor);
   if (!bytes) return bytes.error();
   plan_.frame_bytes = *bytes;
   plan_.frames_out = preferences.frames_per_tensor;
@@ -240,7 +240,7 @@ Result<StreamPlan> TextMedium::configure(const GstCaps* caps, const Preferences&
   StreamPlan plan;
   plan.spec.format = Format::Static;
   plan.spec.tensors = {{ElementType::UInt8, Shape{size, preferences.frames_per_tensor}, ""}};
-  plan.spec.rate = rate_of(caps);
+  plan.spec.rate = get_rate(caps);
   plan.frame_bytes = frame_bytes_ = size;
   plan.frames_out = preferences.frames_per_tensor;
   cut_reported_ = false;
@@ -316,14 +316,14 @@ constexpr std::array kMedia{
     Entry{"other/tensors", WEIR_CAPS_TENSORS("flexible"), make<FlexibleMedium>},
 };
 
-gst::Ref<GstCaps> caps_of(const weir_converter_type& type) {
+gst::Ref<GstCaps> make_caps(const weir_converter_type& type) {
   auto caps = gst::caps_from_text(type.caps ? type.caps : "");
   return caps ? *std::move(caps) : gst::Ref<GstCaps>();
 }
 
 bool takes(const weir_converter_type& type, const char* name) {
   if (std::strcmp(type.name, name) == 0) return true;
-  const auto caps = caps_of(type);
+  const auto caps = make_caps(type);
   for (guint i = 0; caps && i < gst_caps_get_size(caps.get()); ++i)
     if (gst_structure_has_name(gst_caps_get_structure(caps.get(), i), name)) return true;
   return false;
@@ -393,7 +393,7 @@ gst::Ref<GstCaps> caps_of_media() {
   const std::string text = join(kMedia, "; ", [](const Entry& entry) { return entry.caps; });
   auto all = gst::Ref<GstCaps>::adopt(gst_caps_from_string(text.c_str()));
   for (const auto* type : infer::ModuleLibrary::instance().converters()) {
-    auto caps = caps_of(*type);
+    auto caps = make_caps(*type);
     if (caps && !gst_caps_is_any(caps.get()))
       all = gst::Ref<GstCaps>::adopt(gst_caps_merge(all.release(), caps.release()));
     else

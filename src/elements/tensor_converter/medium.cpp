@@ -6,7 +6,7 @@
 
 namespace weir {
 
-Fraction rate_of(const GstCaps* caps) {
+Fraction get_rate(const GstCaps* caps) {
   Fraction rate;
   const GstStructure* s = gst_caps_get_structure(caps, 0);
   const bool there = gst_structure_get_fraction(s, "framerate", &rate.numerator, &rate.denominator);

@@ -71,7 +71,7 @@ class Medium {
 };
 
 // The frame rate in the caps; 0/1 when they have none.
-Fraction rate_of(const GstCaps* caps);
+Fraction get_rate(const GstCaps* caps);
 // Plans caps before the first frame defines the tensors: as the properties give them, else as the
 // peer fixes them, else a placeholder of one uint8.
 void plan_before_the_first(const Preferences& preferences, StreamPlan* plan);

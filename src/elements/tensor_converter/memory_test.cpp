@@ -68,7 +68,7 @@ TEST(TensorConverterMemory, TakesCopiesFromAPoolAndKeepsMetadata) {
 }
 
 TEST(TensorConverterMemory, WritesHeadersAgainIntoPooledFrames) {
-  const auto h = harness_of("tensor_converter");
+  const auto h = make_harness("tensor_converter");
   gst_harness_set_sink_caps_str(h.get(), "other/tensors,format=flexible,framerate=10/1");
   gst_harness_set_src_caps_str(h.get(), video("GRAY8", 4, 2).c_str());
   std::set<const GstMemory*> memories;
@@ -87,8 +87,8 @@ TEST(TensorConverterMemory, WritesHeadersAgainIntoPooledFrames) {
 
 // 5x2 pixels of 3 bytes: rows of 15 with a stride of 16. The transform adds 1 to each byte.
 TEST(TensorConverterMemory, HandsPaddedRowsToATransformWithoutACopy) {
-  const auto h = harness_of("tensor_converter ! tensor_transform mode=arithmetic option=add:1",
-                            video("RGB", 5, 2));
+  const auto h = make_harness("tensor_converter ! tensor_transform mode=arithmetic option=add:1",
+                              video("RGB", 5, 2));
   Bytes expected;
   for (const int i : {0, 16})
     for (int k = 0; k < 15; ++k) expected.push_back(static_cast<uint8_t>(i + k + 1));
@@ -101,8 +101,8 @@ TEST(TensorConverterMemory, HandsPaddedRowsToATransformWithoutACopy) {
 }
 
 TEST(TensorConverterMemory, PassesSeparatePlanesToATransformWithoutACopy) {
-  const auto h = harness_of("tensor_converter ! tensor_transform mode=typecast option=int16",
-                            video("RGBP", 8, 2));
+  const auto h = make_harness("tensor_converter ! tensor_transform mode=typecast option=int16",
+                              video("RGBP", 8, 2));
   const gint stride[] = {12, 12, 12};
   gsize offset[] = {4, 44, 84};
   for (const bool even : {true, false}) {
@@ -121,8 +121,8 @@ TEST(TensorConverterMemory, PassesSeparatePlanesToATransformWithoutACopy) {
 }
 
 TEST(TensorConverterMemory, CopiesRowsForThoseWhoReadThemInAnotherOrder) {
-  const auto h = harness_of("tensor_converter ! tensor_transform mode=transpose option=1:0:2:3",
-                            video("RGB", 5, 2));
+  const auto h = make_harness("tensor_converter ! tensor_transform mode=transpose option=1:0:2:3",
+                              video("RGB", 5, 2));
   const auto out = Ref<GstBuffer>::adopt(gst_harness_push_and_pull(h.get(), frame(ramp(32))));
   EXPECT_EQ(content(out.get())[1], 3);
   EXPECT_EQ(stat(h, "bytes-copied"), 30u);
@@ -130,10 +130,10 @@ TEST(TensorConverterMemory, CopiesRowsForThoseWhoReadThemInAnotherOrder) {
 
 TEST(TensorConverterMemory, GathersRowsWhenSomebodyLooksAndCountsThat) {
   const auto h =
-      harness_of("tensor_converter name=c ! tensor_transform mode=arithmetic option=add:1",
-                 video("RGB", 5, 2));
+      make_harness("tensor_converter name=c ! tensor_transform mode=arithmetic option=add:1",
+                   video("RGB", 5, 2));
   Bytes seen;
-  const auto element = element_of(h, "tensor_converter");
+  const auto element = find_element(h, "tensor_converter");
   const auto pad = Ref<GstPad>::adopt(gst_element_get_static_pad(element.get(), "src"));
   gst_pad_add_probe(
       pad.get(), GST_PAD_PROBE_TYPE_BUFFER,
@@ -152,14 +152,14 @@ TEST(TensorConverterMemory, GathersRowsWhenSomebodyLooksAndCountsThat) {
 }
 
 TEST(TensorConverterMemory, RefusesStridesBeyondTheBufferBeforeATransformToo) {
-  const auto h = harness_of("tensor_converter ! tensor_transform mode=arithmetic option=add:1",
-                            video("RGB", 5, 2));
+  const auto h = make_harness("tensor_converter ! tensor_transform mode=arithmetic option=add:1",
+                              video("RGB", 5, 2));
   GstBuffer* in = frame(ramp(32));
   gsize offset[] = {0};
   gint stride[] = {100};
   gst_buffer_add_video_meta_full(in, GST_VIDEO_FRAME_FLAG_NONE, GST_VIDEO_FORMAT_RGB, 5, 2, 1,
                                  offset, stride);
-  EXPECT_SAYS(error_of(h, in), "WEIR-2004: a video buffer is smaller than its caps require");
+  EXPECT_SAYS(get_error(h, in), "WEIR-2004: a video buffer is smaller than its caps require");
 }
 
 TEST(TensorConverterMemory, ProposesTheEnginesRequirementsAndMeetsThem) {
@@ -235,7 +235,7 @@ gsize alignment_of_next(const Harness& h, int width) {
 }
 
 TEST(TensorConverterMemory, QueriesTheSameThreadAgainWhenCapsChange) {
-  const auto h = harness_of("tensor_converter");
+  const auto h = make_harness("tensor_converter");
   ask_for_alignment(h, 4096);
   EXPECT_EQ(alignment_of_next(h, 5), 4096u);
   ask_for_alignment(h, 1024);
@@ -243,7 +243,7 @@ TEST(TensorConverterMemory, QueriesTheSameThreadAgainWhenCapsChange) {
 }
 
 TEST(TensorConverterMemory, KeepsTheQueryResultOfAQueueWhileFramesFlow) {
-  const auto h = harness_of("tensor_converter ! identity ! queue");
+  const auto h = make_harness("tensor_converter ! identity ! queue");
   ask_for_alignment(h, 4096);
   EXPECT_EQ(alignment_of_next(h, 5), 4096u);
   ask_for_alignment(h, 1024);

@@ -43,7 +43,7 @@ class ConverterMessage : public testing::TestWithParam<std::string> {
   }
   // One frame of these memories as a message.
   static GstBuffer* message(const std::string& caps, const std::vector<Bytes>& memories) {
-    auto h = harness_of("tensor_decoder mode=" + GetParam(), caps);
+    auto h = make_harness("tensor_decoder mode=" + GetParam(), caps);
     GstBuffer* in = gst_buffer_new();
     for (const auto& memory : memories) in = gst_buffer_append(in, frame(memory));
     return gst_harness_push_and_pull(h.get(), in);
@@ -57,7 +57,7 @@ class ConverterMessage : public testing::TestWithParam<std::string> {
 };
 
 TEST_P(ConverterMessage, HasTheCapsOfItsFormatAndOneMemory) {
-  auto h = harness_of("tensor_decoder mode=" + GetParam(), static_caps("3,2", "uint8,int16", 2));
+  auto h = make_harness("tensor_decoder mode=" + GetParam(), static_caps("3,2", "uint8,int16", 2));
   const auto out = Ref<GstBuffer>::adopt(gst_harness_push_and_pull(
       h.get(), gst_buffer_append(frame(Bytes{1, 2, 3}), frame(Bytes{4, 5, 6, 7}))));
   EXPECT_EQ(caps_text(h), media() + ", framerate=(fraction)10/1");
@@ -122,14 +122,14 @@ TEST_P(ConverterMessage, MustHaveTheRateThatDownstreamFixes) {
   Harness h{gst_harness_new_parse("tensor_converter")};
   gst_harness_set_sink_caps_str(h.get(), static_caps("3", "uint8", 1, 25).c_str());
   gst_harness_set_src_caps_str(h.get(), (media() + ",framerate=10/1").c_str());
-  const auto error = error_of(h, message(static_caps("3", "uint8", 1, 30), {{1, 2, 3}}));
+  const auto error = get_error(h, message(static_caps("3", "uint8", 1, 30), {{1, 2, 3}}));
   EXPECT_SAYS(error, "WEIR-2001: the element downstream of tensor_converter does not accept");
   EXPECT_SAYS(error, "framerate=(fraction)25/1");
 }
 
 TEST_P(ConverterMessage, MustMatchInputDimAndInputType) {
   auto h = converter("input-dim=2 input-type=uint8");
-  const auto error = error_of(h, message(static_caps("3", "uint8", 1), {{1, 2, 3}}));
+  const auto error = get_error(h, message(static_caps("3", "uint8", 1), {{1, 2, 3}}));
   EXPECT_SAYS(error, "WEIR-2001: a frame does not match input-dim and input-type");
 }
 
@@ -167,7 +167,7 @@ TEST_P(ConverterMessage, CarriesMoreTensorsThanABufferHasMemories) {
       "tensor_decoder mode=" + GetParam() + " ! capsfilter caps=" + media() + " ! tensor_converter";
   std::string dimensions = "1", types = "uint8";
   for (int i = 1; i < 40; ++i) dimensions += ",1", types += ",uint8";
-  auto h = harness_of(pipe, static_caps(dimensions, types, 40));
+  auto h = make_harness(pipe, static_caps(dimensions, types, 40));
   const Bytes bytes = ramp(40);
   EXPECT_EQ(content(Ref<GstBuffer>::adopt(gst_harness_push_and_pull(h.get(), frame(bytes))).get()),
             bytes);
@@ -175,10 +175,10 @@ TEST_P(ConverterMessage, CarriesMoreTensorsThanABufferHasMemories) {
 }
 
 TEST_P(ConverterMessage, CarriesManyFlexibleTensors) {
-  auto h = harness_of("tensor_decoder mode=" + GetParam() + " ! capsfilter caps=" + media() +
-                          " ! tensor_converter ! capsfilter caps=other/tensors,format=flexible ! "
-                          "tensor_decoder mode=octet_stream",
-                      kFlexible);
+  auto h = make_harness("tensor_decoder mode=" + GetParam() + " ! capsfilter caps=" + media() +
+                            " ! tensor_converter ! capsfilter caps=other/tensors,format=flexible ! "
+                            "tensor_decoder mode=octet_stream",
+                        kFlexible);
   GstBuffer* in = nullptr;
   {
     std::string dimensions = "1", types = "uint8";
@@ -199,7 +199,7 @@ TEST_P(ConverterMessage, GathersStaticTensorsAlone) {
     ASSERT_EQ(gst_harness_push(h.get(), message(static_caps("1", "uint8", 1), {{value}})),
               GST_FLOW_OK);
   EXPECT_EQ(content(Ref<GstBuffer>::adopt(gst_harness_pull(h.get())).get()), (Bytes{1, 2}));
-  const auto error = error_of(h, message(kFlexible, {chunk({1})}));
+  const auto error = get_error(h, message(kFlexible, {chunk({1})}));
   EXPECT_SAYS(error, "WEIR-1004: frames with flexible tensors cannot be combined into one output");
   EXPECT_SAYS(error, "fix: tensor_converter frames-per-tensor=1");
 }
@@ -210,11 +210,11 @@ TEST_P(ConverterMessage, ThatIsDamagedIsAnErrorAndTheNextGoesOn) {
   const Bytes bytes = content(good.get());
   const Bytes half(bytes.begin(), bytes.begin() + static_cast<ptrdiff_t>(bytes.size() / 2));
   for (const Bytes& damaged : {half, Bytes(50, 0xFF), Bytes{1}}) {
-    const auto error = error_of(h, frame(damaged));
+    const auto error = get_error(h, frame(damaged));
     EXPECT_SAYS(error, "WEIR-2005: a " + GetParam() + " message is damaged");
     EXPECT_SAYS(error, "tensor_decoder mode=" + GetParam());
   }
-  EXPECT_SAYS(error_of(h, gst_buffer_new()), "WEIR-2004: a buffer is empty");
+  EXPECT_SAYS(get_error(h, gst_buffer_new()), "WEIR-2004: a buffer is empty");
   EXPECT_EQ(stat(h, "dropped-error"), 4u);
   EXPECT_EQ(content(converted(h, gst_buffer_ref(good.get())).get()), (Bytes{1, 2, 3}));
 }
@@ -236,8 +236,8 @@ TEST_P(ConverterMessage, ThatIsDamagedAtAnyByteEndsNothing) {
 }
 
 TEST_P(ConverterMessage, LargerThanTheLimitIsNotWritten) {
-  auto h = harness_of("tensor_decoder mode=" + GetParam() + " max-buffer-size=64",
-                      static_caps("100", "uint8", 1));
+  auto h = make_harness("tensor_decoder mode=" + GetParam() + " max-buffer-size=64",
+                        static_caps("100", "uint8", 1));
   Errors errors(h);
   EXPECT_EQ(gst_harness_push(h.get(), frame(Bytes(100))), GST_FLOW_ERROR);
   EXPECT_SAYS(errors.next(), "WEIR-2006");

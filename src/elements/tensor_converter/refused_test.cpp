@@ -164,7 +164,7 @@ TEST(ConverterRefuses, NoMemoryOfADeviceWhereTheSystemsIsOffered) {
 TEST(ConverterRefuses, NoStreamWhenAModeIsSet) {
   auto h = harness("mode=custom-code:any", "image/jpeg");
   EXPECT_SAYS(caps_text(h), "dimensions=(string)1:1:1:1, types=(string)uint8");
-  EXPECT_SAYS(error_of(h, frame({1})), "WEIR-3011: no function is registered");
+  EXPECT_SAYS(get_error(h, frame({1})), "WEIR-3011: no function is registered");
 }
 
 }  // namespace refused_test

@@ -61,7 +61,7 @@ TEST_F(ConverterScript, HasItsFramesGathered) {
 
 TEST_F(ConverterScript, ThatFailsIsAnErrorWithItsLine) {
   auto h = script();
-  const auto error = error_of(h, frame({9}));
+  const auto error = get_error(h, frame({9}));
   EXPECT_SAYS(error, "WEIR-3006: the script failed: ValueError");
   EXPECT_EQ(stat(h, "dropped-error"), 1u);
   EXPECT_EQ(gst_harness_push(h.get(), frame({1, 1})), GST_FLOW_OK) << "and goes on";

@@ -20,7 +20,7 @@ Error failed(const std::string& who, const std::string& what, const std::string&
 }
 
 // The converter's caps; null, with a log line, when it returns none.
-Ref<GstCaps> caps_of(const NNStreamerExternalConverter& type) {
+Ref<GstCaps> make_caps(const NNStreamerExternalConverter& type) {
   gst::CTensors config;
   const std::string who = std::string("the converter ") + type.name;
   const auto returned =
@@ -53,7 +53,7 @@ std::vector<const NNStreamerExternalConverter*> registered_converters() {
 
 bool takes(const NNStreamerExternalConverter& type, const char* name) {
   if (std::string_view(type.name) == name) return true;
-  const auto caps = caps_of(type);
+  const auto caps = make_caps(type);
   for (guint i = 0; caps && i < gst_caps_get_size(caps.get()); ++i)
     if (gst_structure_has_name(gst_caps_get_structure(caps.get(), i), name)) return true;
   return false;
@@ -132,7 +132,7 @@ Result<FrameSpec> SubPluginMedium::first_spec(const GstCaps* caps) const {
 Result<StreamPlan> SubPluginMedium::configure(const GstCaps* caps, const Preferences& preferences) {
   frames_per_tensor_ = preferences.frames_per_tensor;
   user_ = preferences.tensors;
-  rate_ = rate_of(caps);
+  rate_ = get_rate(caps);
   StreamPlan plan;
   plan.spec.format = Format::Static;
   plan.spec.rate = rate_;
@@ -221,7 +221,7 @@ Result<std::unique_ptr<Medium>> sub_plugin_medium_for(const char* caps_name) {
 Ref<GstCaps> caps_of_sub_plugin_converters() {
   auto all = Ref<GstCaps>::adopt(gst_caps_new_empty());
   for (const auto* type : registered_converters()) {
-    if (auto caps = caps_of(*type))
+    if (auto caps = make_caps(*type))
       all = Ref<GstCaps>::adopt(gst_caps_merge(all.release(), caps.release()));
     if (std::string_view(type->name).find('/') != std::string_view::npos)
       all =

@@ -112,7 +112,7 @@ class TensorConverter : public gst::Element<TensorConverter, gst::PlainElement> 
     // Copies memory that cannot be shared if the buffer has other owners.
     auto buffer = Ref<GstBuffer>::adopt(gst_buffer_make_writable(frames->buffer.release()));
     if (!buffer) return fail(gst::memory_not_mapped());
-    const auto client = gst::client_of(buffer.get());
+    const auto client = gst::get_client_id(buffer.get());
     ClientStream& waiting = streams_.of(client.value_or(0));
     if (!GST_BUFFER_PTS_IS_VALID(buffer.get())) ++missing_times_;
     if (!times_.may_pass(element(), GST_BUFFER_PTS(buffer.get()), &waiting.times)) {
@@ -277,7 +277,7 @@ class TensorConverter : public gst::Element<TensorConverter, gst::PlainElement> 
     streams_.times_begin_again();
     const StreamPlan& plan = stream_.plan();
     const bool timed = stream_.is_configured() && plan.frame_bytes > 0 && known(plan.spec.rate);
-    segment_.start = timed ? time_of(start / plan.frame_bytes, plan.spec.rate) : 0;
+    segment_.start = timed ? to_time(start / plan.frame_bytes, plan.spec.rate) : 0;
     segment_.time = segment_.position = segment_.start;
     return stream_.send_segment(Ref<GstEvent>::adopt(gst_event_new_segment(&segment_)));
   }
@@ -321,7 +321,7 @@ class TensorConverter : public gst::Element<TensorConverter, gst::PlainElement> 
       if (!*out) return GST_FLOW_OK;
       ledger_.copied(chunker->take_copied());
       if (client) gst::set_client(out->get(), *client);
-      auto buffer = stream_.output_of(*std::move(out));
+      auto buffer = stream_.make_output(*std::move(out));
       if (!buffer) {
         gst::post_error(element(), buffer.error());
         return GST_FLOW_ERROR;

@@ -58,7 +58,7 @@ TEST(TensorConverter, OffersTheSizeThatDownstreamPrefersFirst) {
       {"1:16:12:1", "GRAY8"}, {"3:16:12", "RGB"}, {"4:16:12:1:1", "BGRx"}, {"16:12:3:1", "RGBP"}};
   for (const auto& [dimension, format] : cases)
     for (const char* more : {"", ",type=uint8"}) {
-      const auto h = harness_of("tensor_converter");
+      const auto h = make_harness("tensor_converter");
       gst_harness_set_sink_caps_str(h.get(), ("other/tensor,dimension=(string)" +
                                               std::string(dimension) + more + ",framerate=7/1")
                                                  .c_str());
@@ -74,7 +74,7 @@ TEST(TensorConverter, OffersTheSizeThatDownstreamPrefersFirst) {
 
 // A query walks the rest of the pipeline.
 TEST(TensorConverter, AsksDownstreamForItsCapsOnce) {
-  const auto h = harness_of("tensor_converter");
+  const auto h = make_harness("tensor_converter");
   gst_harness_set_sink_caps_str(h.get(), "other/tensors");
   const auto source = Ref<GstPad>::adopt(gst_element_get_static_pad(h->element, "src"));
   int queries = 0;
@@ -97,7 +97,7 @@ TEST(TensorConverter, OffersEverySizeIfDownstreamHasNoPreference) {
       "1],interlace-mode=progressive";
   for (const char* caps : {"other/tensor,type=uint8", "other/tensor,dimension=(string)3",
                            "other/tensors,format=flexible"}) {
-    const auto h = harness_of("tensor_converter");
+    const auto h = make_harness("tensor_converter");
     gst_harness_set_sink_caps_str(h.get(), caps);
     EXPECT_SAYS(accepted(h, any), "width=(int)[ 1, 999 ], height=(int)[ 1, 999 ]") << caps;
   }
@@ -105,7 +105,7 @@ TEST(TensorConverter, OffersEverySizeIfDownstreamHasNoPreference) {
 
 // A transform that changes the type fixes only the dimensions.
 TEST(TensorConverter, OffersTheSizeThatAnElementDownstreamOfATransformPrefers) {
-  const auto h = harness_of(
+  const auto h = make_harness(
       "tensor_converter ! tensor_transform mode=typecast option=float32 ! capsfilter "
       "caps=\"other/tensor,dimension=(string)3:16:12:1,type=float32\"");
   EXPECT_SAYS(accepted(h, "video/x-raw,format=RGB,width=[1,999],height=[1,999]"),
@@ -220,7 +220,7 @@ TEST(TensorConverter, MakesEachBufferOneFlexibleTensorOfItsOwnSize) {
 
 TEST(TensorConverter, RefusesSeveralFramesInOneVideoBuffer) {
   auto h = harness("", video("RGB", 8, 2));
-  const auto text = error_of(h, frame(ramp(96)));
+  const auto text = get_error(h, frame(ramp(96)));
   EXPECT_SAYS(text, "WEIR-2004: a video buffer holds more than one frame");
   EXPECT_SAYS(text, "fix: put rawvideoparse downstream of the source");
   auto longer = Ref<GstBuffer>::adopt(gst_harness_push_and_pull(h.get(), frame(ramp(95))));

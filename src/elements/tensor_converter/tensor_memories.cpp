@@ -38,7 +38,7 @@ Result<gst::Ref<GstBuffer>> one_memory_each(gst::Ref<GstBuffer> in,
   for (const auto& tensor : tensors) {
     const auto size = static_cast<size_t>(*tensor.bytes());
     uint64_t copied = 0;
-    auto part = gst::part_of(all->get(), offset, size, &copied);
+    auto part = gst::make_part(all->get(), offset, size, &copied);
     if (!part) return part.error();
     if (copied > 0) ledger->copied(copied);
     gst_buffer_append_memory(out.get(), part->release());

@@ -84,7 +84,7 @@ Result<MediumFrames> TensorStream::convert(Ref<GstBuffer> buffer) {
   return status.error();
 }
 
-Result<Ref<GstBuffer>> TensorStream::output_of(Ref<GstBuffer> frames) {
+Result<Ref<GstBuffer>> TensorStream::make_output(Ref<GstBuffer> frames) {
   auto made = has_headers_ ? Result(std::move(frames))
               : output_format_ == Format::Flexible
                   ? headered_.copy(frames.get(), plan_.spec.tensors, medium_->type(), &ledger_)
@@ -144,7 +144,7 @@ Status TensorStream::announce(const gst::PeerCaps& peer) {
   if (held_segment_) gst_pad_push_event(source_, held_segment_.release());
   if (GST_PAD_IS_FLUSHING(source_)) return ok();  // this element is shutting down
   const auto query = gst::ask_peer(source_, out.get(), ledger_);
-  if (query) allocation_ = gst::allocation_of(query.get(), allocation_);
+  if (query) allocation_ = gst::parse_allocation(query.get(), allocation_);
   deferral_ = query && output_format_ == Format::Static && plan_.frames_out == 1 &&
               gst::deferral_is_offered(query.get(), source_);
   return ok();

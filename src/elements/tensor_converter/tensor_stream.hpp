@@ -36,7 +36,7 @@ class TensorStream {
   // Converts a buffer to whole frames, and sends other caps if they define other tensors.
   Result<MediumFrames> convert(gst::Ref<GstBuffer> buffer);
   // Makes the output of the frames that fill it.
-  Result<gst::Ref<GstBuffer>> output_of(gst::Ref<GstBuffer> frames);
+  Result<gst::Ref<GstBuffer>> make_output(gst::Ref<GstBuffer> frames);
 
   // Caps are sent when the first frame defines them; until then, segments are held.
   bool waits_for_frame() const noexcept { return waits_for_frame_; }

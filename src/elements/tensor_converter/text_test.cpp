@@ -91,7 +91,7 @@ TEST(ConverterText, NeedsASize) {
 
 TEST(ConverterText, OfNoBytesIsRefused) {
   auto h = harness("input-dim=4", kText);
-  EXPECT_SAYS(error_of(h, gst_buffer_new()), "WEIR-2004: a buffer is empty");
+  EXPECT_SAYS(get_error(h, gst_buffer_new()), "WEIR-2004: a buffer is empty");
   EXPECT_EQ(stat(h, "dropped-error"), 1u);
 }
 

@@ -35,7 +35,7 @@ Result<StreamPlan> VideoMedium::configure(const GstCaps* caps, const Preferences
   StreamPlan plan;
   plan.spec.format = Format::Static;
   plan.spec.tensors = {tensor->spec};
-  plan.spec.rate = rate_of(caps);
+  plan.spec.rate = get_rate(caps);
   plan.frame_bytes = video_.frame_bytes();
   plan.frames_out = preferences.frames_per_tensor;
   plan.picture = picture_as_it_is(static_cast<uint32_t>(GST_VIDEO_INFO_WIDTH(&video)),

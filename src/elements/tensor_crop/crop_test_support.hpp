@@ -10,7 +10,7 @@ inline constexpr char kRaw[] =
     "other/tensor,dimension=(string)2:5:4,type=(string)uint8,framerate=30/1";
 inline constexpr char kInfo[] = "other/tensors,format=flexible,framerate=15/2";
 
-inline Bytes header_of(ElementType type, const Shape& shape, Format format) {
+inline Bytes make_header(ElementType type, const Shape& shape, Format format) {
   TensorHeader header;
   header.spec = {type, shape, ""};
   header.format = format;
@@ -19,9 +19,9 @@ inline Bytes header_of(ElementType type, const Shape& shape, Format format) {
                                   reinterpret_cast<std::byte*>(out.data()), kTensorHeaderBytes));
   return out;
 }
-inline Bytes info_of(const std::vector<uint32_t>& numbers) {
-  Bytes out = header_of(ElementType::UInt32, Shape{4, static_cast<uint32_t>(numbers.size() / 4)},
-                        Format::Flexible);
+inline Bytes make_info(const std::vector<uint32_t>& numbers) {
+  Bytes out = make_header(ElementType::UInt32, Shape{4, static_cast<uint32_t>(numbers.size() / 4)},
+                          Format::Flexible);
   const auto* bytes = reinterpret_cast<const uint8_t*>(numbers.data());
   out.insert(out.end(), bytes, bytes + numbers.size() * 4);
   return out;
@@ -35,7 +35,7 @@ inline Bytes picture() {
 // docs/compatibility/routing.md 6.9: the header has four dimensions.
 inline Bytes region(const Shape& shape, const Bytes& payload) {
   Bytes out =
-      header_of(ElementType::UInt8, Shape{shape[0], shape[1], shape[2], 1}, Format::Flexible);
+      make_header(ElementType::UInt8, Shape{shape[0], shape[1], shape[2], 1}, Format::Flexible);
   out.insert(out.end(), payload.begin(), payload.end());
   return out;
 }
@@ -52,7 +52,7 @@ struct Crop : ManyInputs {
     EXPECT_EQ(push(1, info, info_pts), GST_FLOW_OK);
     EXPECT_EQ(first.get(), GST_FLOW_OK);
   }
-  void push_both(const Bytes& info) { push_both(buffer_of({picture()}, 100), info, 100); }
+  void push_both(const Bytes& info) { push_both(make_buffer({picture()}, 100), info, 100); }
 };
 
 }  // namespace weir::test

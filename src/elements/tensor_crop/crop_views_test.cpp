@@ -16,8 +16,8 @@ struct Transformed : Crop {
             gst_object_ref_sink(gst_element_factory_make("tensor_transform", nullptr))))) {
     gst_util_set_object_arg(G_OBJECT(transform.get()), "mode", mode);
     g_object_set(transform.get(), "option", option, nullptr);
-    const auto source = pad_of(element(), "src"), in = pad_of(transform.get(), "sink"),
-               out = pad_of(transform.get(), "src");
+    const auto source = get_pad(element(), "src"), in = get_pad(transform.get(), "sink"),
+               out = get_pad(transform.get(), "src");
     gst_pad_unlink(source.get(), sink());
     EXPECT_EQ(gst_pad_link(source.get(), in.get()), GST_PAD_LINK_OK);
     EXPECT_EQ(gst_pad_link(out.get(), sink()), GST_PAD_LINK_OK);
@@ -27,7 +27,7 @@ struct Transformed : Crop {
     stop();
     gst_element_set_state(transform.get(), GST_STATE_NULL);
   }
-  static Ref<GstPad> pad_of(GstElement* element, const char* name) {
+  static Ref<GstPad> get_pad(GstElement* element, const char* name) {
     return Ref<GstPad>::adopt(gst_element_get_static_pad(element, name));
   }
   uint64_t transform_stat(const char* name) const { return test::stat(transform.get(), name); }
@@ -39,7 +39,8 @@ constexpr char kAdd[] = "add:100";
 
 // An output tensor of tensor_transform, whose headers give format static.
 Bytes transformed(const Shape& shape, const Bytes& payload) {
-  Bytes out = header_of(ElementType::UInt8, Shape{shape[0], shape[1], shape[2], 1}, Format::Static);
+  Bytes out =
+      make_header(ElementType::UInt8, Shape{shape[0], shape[1], shape[2], 1}, Format::Static);
   out.insert(out.end(), payload.begin(), payload.end());
   return out;
 }
@@ -50,10 +51,10 @@ Bytes plus_100(const Shape& shape, Bytes payload) {
 
 TEST(CropViews, AreDeferredToATransformThatAcceptsThem) {
   Transformed crop("arithmetic", kAdd);
-  for (int i = 0; i < 3; ++i) crop.push_both(info_of({1, 0, 2, 1, 3, 1, 2, 2}));
+  for (int i = 0; i < 3; ++i) crop.push_both(make_info({1, 0, 2, 1, 3, 1, 2, 2}));
   ASSERT_EQ(crop.buffers().size(), 3u);
   for (const auto& buffer : crop.buffers())
-    EXPECT_EQ(memories_of(buffer.get()),
+    EXPECT_EQ(read_memories(buffer.get()),
               (std::vector<Bytes>{plus_100({2, 2, 1}, {2, 3, 4, 5}),
                                   plus_100({2, 2, 2}, {16, 17, 18, 19, 26, 27, 28, 29})}));
   EXPECT_EQ(crop.stat("bytes-copied"), 0u);
@@ -64,9 +65,9 @@ TEST(CropViews, AreDeferredToATransformThatAcceptsThem) {
 
 TEST(CropViews, OfFlexibleFramesStartAfterTheHeader) {
   Transformed crop("arithmetic", kAdd, kInfo);
-  crop.push_both(buffer_of({region({2, 5, 4}, picture())}, 0), info_of({3, 1, 2, 1}), 0);
+  crop.push_both(make_buffer({region({2, 5, 4}, picture())}, 0), make_info({3, 1, 2, 1}), 0);
   ASSERT_EQ(crop.buffers().size(), 1u);
-  EXPECT_EQ(memories_of(crop.buffers()[0].get()),
+  EXPECT_EQ(read_memories(crop.buffers()[0].get()),
             (std::vector<Bytes>{plus_100({2, 2, 1}, {16, 17, 18, 19})}));
   EXPECT_EQ(crop.stat("bytes-copied"), 0u);
 }
@@ -74,19 +75,19 @@ TEST(CropViews, OfFlexibleFramesStartAfterTheHeader) {
 TEST(CropViews, AreComputedAndCountedWhenMapped) {
   Transformed crop("arithmetic", kAdd);
   std::vector<std::vector<Bytes>> seen;
-  const auto in = Transformed::pad_of(crop.transform.get(), "sink");
+  const auto in = Transformed::get_pad(crop.transform.get(), "sink");
   gst_pad_add_probe(
       in.get(), GST_PAD_PROBE_TYPE_BUFFER,
       [](GstPad*, GstPadProbeInfo* info, gpointer into) {
         static_cast<std::vector<std::vector<Bytes>>*>(into)->push_back(
-            memories_of(GST_PAD_PROBE_INFO_BUFFER(info)));
+            read_memories(GST_PAD_PROBE_INFO_BUFFER(info)));
         return GST_PAD_PROBE_OK;
       },
       &seen, nullptr);
-  for (int i = 0; i < 2; ++i) crop.push_both(info_of({1, 0, 2, 1}));
+  for (int i = 0; i < 2; ++i) crop.push_both(make_info({1, 0, 2, 1}));
   const std::vector<Bytes> cut{region({2, 2, 1}, {2, 3, 4, 5})};
   EXPECT_EQ(seen, (std::vector<std::vector<Bytes>>{cut, cut}));
-  EXPECT_EQ(memories_of(crop.buffers().at(1).get()),
+  EXPECT_EQ(read_memories(crop.buffers().at(1).get()),
             (std::vector<Bytes>{plus_100({2, 2, 1}, {2, 3, 4, 5})}));
   EXPECT_EQ(crop.stat("regions-shared"), 1u)
       << "the first frame shows that deferring does not help";
@@ -96,18 +97,18 @@ TEST(CropViews, AreComputedAndCountedWhenMapped) {
 
 TEST(CropViews, OfOtherSizesGetSeparateBuffers) {
   Transformed crop("arithmetic", kAdd);
-  for (const uint32_t width : {1u, 1u, 2u, 1u}) crop.push_both(info_of({1, 0, width, 1}));
+  for (const uint32_t width : {1u, 1u, 2u, 1u}) crop.push_both(make_info({1, 0, width, 1}));
   const std::vector<Bytes> one{plus_100({2, 1, 1}, {2, 3})}, two{plus_100({2, 2, 1}, {2, 3, 4, 5})};
   std::vector<std::vector<Bytes>> got;
-  for (const auto& buffer : crop.buffers()) got.push_back(memories_of(buffer.get()));
+  for (const auto& buffer : crop.buffers()) got.push_back(read_memories(buffer.get()));
   EXPECT_EQ(got, (std::vector<std::vector<Bytes>>{one, one, two, one}));
   EXPECT_EQ(crop.stat("bytes-copied"), 0u);
 }
 
 TEST(CropViews, AreNotUsedForAnElementThatNeedsTheWholeTensor) {
   Transformed crop("transpose", "0:2:1:3");
-  crop.push_both(info_of({1, 0, 1, 2}));
-  EXPECT_EQ(memories_of(crop.buffers().at(0).get()),
+  crop.push_both(make_info({1, 0, 1, 2}));
+  EXPECT_EQ(read_memories(crop.buffers().at(0).get()),
             (std::vector<Bytes>{transformed({2, 2, 1}, {2, 3, 12, 13})}));
   EXPECT_EQ(crop.stat("regions-shared"), 0u);
   EXPECT_EQ(crop.stat("bytes-copied"), 4u);
@@ -129,8 +130,8 @@ struct ManyRegions {
   std::vector<Bytes> cut, plus;
 };
 // The tensors of a frame, including those in the packed 16th memory.
-std::vector<Bytes> tensors_of(GstBuffer* buffer) {
-  std::vector<Bytes> out = memories_of(buffer);
+std::vector<Bytes> get_tensors(GstBuffer* buffer) {
+  std::vector<Bytes> out = read_memories(buffer);
   if (out.size() < kMemoryLimit) return out;
   const Bytes last = out.back();
   const auto bytes = std::as_bytes(std::span(last));
@@ -149,10 +150,10 @@ TEST(CropViews, ExistForEachRegion) {
   for (const uint32_t count : {15u, 16u, 17u, 40u, 256u}) {
     Transformed crop("arithmetic", kAdd);
     for (uint32_t frame = 0; frame < 4; ++frame)  // sizes change, and two frames have the same
-      crop.push_both(info_of(ManyRegions(count, frame / 2).numbers));
+      crop.push_both(make_info(ManyRegions(count, frame / 2).numbers));
     ASSERT_EQ(crop.buffers().size(), 4u);
     for (uint32_t frame = 0; frame < 4; ++frame)
-      EXPECT_EQ(tensors_of(crop.buffers()[frame].get()), ManyRegions(count, frame / 2).plus)
+      EXPECT_EQ(get_tensors(crop.buffers()[frame].get()), ManyRegions(count, frame / 2).plus)
           << count << " regions, frame " << frame;
     EXPECT_EQ(crop.stat("bytes-copied"), 0u) << count;
     EXPECT_EQ(crop.stat("regions-shared"), 4u * count);
@@ -165,22 +166,22 @@ TEST(CropViews, BeyondTheMemoryLimitArePackedWhenMapped) {
   const ManyRegions many(40, 1);
   Transformed crop("arithmetic", kAdd);
   std::vector<Bytes> seen;
-  const auto in = Transformed::pad_of(crop.transform.get(), "sink");
+  const auto in = Transformed::get_pad(crop.transform.get(), "sink");
   gst_pad_add_probe(
       in.get(), GST_PAD_PROBE_TYPE_BUFFER,
       [](GstPad*, GstPadProbeInfo* info, gpointer into) {
-        *static_cast<std::vector<Bytes>*>(into) = memories_of(GST_PAD_PROBE_INFO_BUFFER(info));
+        *static_cast<std::vector<Bytes>*>(into) = read_memories(GST_PAD_PROBE_INFO_BUFFER(info));
         return GST_PAD_PROBE_OK;
       },
       &seen, nullptr);
-  crop.push_both(info_of(many.numbers));
+  crop.push_both(make_info(many.numbers));
   Crop copies;
-  copies.push_both(info_of(many.numbers));
+  copies.push_both(make_info(many.numbers));
   EXPECT_EQ(crop.stat("regions-shared"), 40u);
   EXPECT_EQ(copies.stat("regions-shared"), 0u);
-  EXPECT_EQ(seen, memories_of(copies.buffers().at(0).get()));
-  EXPECT_EQ(tensors_of(copies.buffers()[0].get()), many.cut);
-  EXPECT_EQ(tensors_of(crop.buffers().at(0).get()), many.plus);
+  EXPECT_EQ(seen, read_memories(copies.buffers().at(0).get()));
+  EXPECT_EQ(get_tensors(copies.buffers()[0].get()), many.cut);
+  EXPECT_EQ(get_tensors(crop.buffers().at(0).get()), many.plus);
   EXPECT_EQ(crop.stat("bytes-copied"), copies.stat("bytes-copied"));
 }
 
@@ -194,22 +195,22 @@ TEST(CropPool, ReusesBuffersOfRegionsOfTheSameSizes) {
       std::vector<uint32_t> numbers;
       for (uint32_t i = 0; i < regions; ++i)
         numbers.insert(numbers.end(), {(frame + i) % 4, frame % 3, 2, 2});
-      crop.push_both(info_of(numbers));
+      crop.push_both(make_info(numbers));
     }
     EXPECT_EQ(crop.stat("pool-allocated"), 1u);
-    crop.push_both(info_of({0, 0, 1, 1}));
+    crop.push_both(make_info({0, 0, 1, 1}));
     EXPECT_EQ(crop.stat("regions"), 6 * regions + 1);
   }
 }
 
 TEST(CropPool, DoesNotReuseHeldBuffers) {
   Crop crop;
-  for (uint32_t x = 0; x < 4; ++x) crop.push_both(info_of({x, 1, 1, 2}));
+  for (uint32_t x = 0; x < 4; ++x) crop.push_both(make_info({x, 1, 1, 2}));
   const auto buffers = crop.buffers();
   ASSERT_EQ(buffers.size(), 4u);
   for (uint8_t x = 0; x < 4; ++x) {
     const auto first = static_cast<uint8_t>(10 + 2 * x), second = static_cast<uint8_t>(first + 10);
-    EXPECT_EQ(memories_of(buffers[x].get()),
+    EXPECT_EQ(read_memories(buffers[x].get()),
               (std::vector<Bytes>{region({2, 1, 2}, {first, static_cast<uint8_t>(first + 1), second,
                                                      static_cast<uint8_t>(second + 1)})}));
   }

@@ -111,7 +111,7 @@ class TensorCrop : public gst::Element<TensorCrop, gst::PlainElement>, public gs
     GstPad* const source = pads_->source();
     const auto caps = Ref<GstCaps>::adopt(gst_pad_get_current_caps(source));
     const auto query = caps ? gst::ask_peer(source, caps.get(), ledger_) : Ref<GstQuery>();
-    const auto allocation = query ? gst::allocation_of(query.get(), allocation_) : allocation_;
+    const auto allocation = query ? gst::parse_allocation(query.get(), allocation_) : allocation_;
     if (!(allocation == allocation_)) pool_ = {};
     allocation_ = allocation;
     views_wanted_ = query && gst::deferral_is_offered(query.get(), source);
@@ -151,7 +151,7 @@ class TensorCrop : public gst::Element<TensorCrop, gst::PlainElement>, public gs
     pads_->configure(options, OnBackwardsTime::Pass, 0, max_bytes);
   }
 
-  Regions regions_of(const gst::TensorPlace& info, const TensorSpec& whole) {
+  Regions get_regions(const gst::TensorPlace& info, const TensorSpec& whole) {
     const auto side = [&whole](size_t d) { return std::max<uint32_t>(whole.shape[d], 1); };
     Regions out = read_regions(info.spec, info.payload, side(1), side(2));
     regions_ += out.inside.size();
@@ -165,7 +165,7 @@ class TensorCrop : public gst::Element<TensorCrop, gst::PlainElement>, public gs
   static uint64_t output_bytes(const TensorSpec& whole, const std::vector<Region>& regions) {
     uint64_t bytes = 0;
     for (const Region& region : regions)
-      bytes += kTensorHeaderBytes + *part_of(whole, region).bytes();
+      bytes += kTensorHeaderBytes + *make_part_spec(whole, region).bytes();
     return bytes;
   }
 
@@ -178,16 +178,16 @@ class TensorCrop : public gst::Element<TensorCrop, gst::PlainElement>, public gs
 
   // Deferred memory for a downstream element that accepts it; null when the frame must be copied.
   // If deferred memory is being mapped, copying into pooled buffers is faster.
-  Ref<GstBuffer> views_of(GstBuffer* raw, const gst::TensorPlace& whole,
-                          const std::vector<Region>& regions) {
+  Ref<GstBuffer> make_views(GstBuffer* raw, const gst::TensorPlace& whole,
+                            const std::vector<Region>& regions) {
     if (!views_wanted_ || counts_->computed != computed_before_ || whole.memory < 0) return {};
     const auto memory = static_cast<guint>(whole.memory);
     if (!gst_memory_is_type(gst_buffer_peek_memory(raw, memory), GST_ALLOCATOR_SYSMEM)) return {};
     std::vector<gst::DeferredSource> views;
     for (const Region& region : regions) {
-      auto layout = layout_of(whole.spec, region);
+      auto layout = make_layout(whole.spec, region);
       layout.offset += whole.header_bytes;
-      auto plan = transform::gather_plan(part_of(whole.spec, region), layout);
+      auto plan = transform::gather_plan(make_part_spec(whole.spec, region), layout);
       if (!plan) return {};  // out of the range of a plan
       std::vector<std::byte> header(kTensorHeaderBytes);
       write_header(plan->output(), header);
@@ -195,13 +195,13 @@ class TensorCrop : public gst::Element<TensorCrop, gst::PlainElement>, public gs
                        std::make_shared<const transform::Plan>(*std::move(plan)),
                        std::move(header)});
     }
-    auto out = buffer_of(std::move(views));
+    auto out = make_buffer(std::move(views));
     if (out) regions_shared_ += regions.size();
     return out;
   }
 
   // One memory per region; of more than 16 regions, the 16th and all later ones share one.
-  Ref<GstBuffer> buffer_of(std::vector<gst::DeferredSource> views) const {
+  Ref<GstBuffer> make_buffer(std::vector<gst::DeferredSource> views) const {
     auto out = Ref<GstBuffer>::adopt(gst_buffer_new());
     const size_t alone = views.size() > kMemoryLimit ? kMemoryLimit - 1 : views.size();
     for (size_t i = 0; i < alone; ++i) {
@@ -227,11 +227,11 @@ class TensorCrop : public gst::Element<TensorCrop, gst::PlainElement>, public gs
   }
 
   // Uses a pool if the regions have the same sizes as in the previous frame.
-  Result<Ref<GstBuffer>> copies_of(const gst::TensorPlace& whole,
-                                   const std::vector<Region>& regions) {
+  Result<Ref<GstBuffer>> make_copies(const gst::TensorPlace& whole,
+                                     const std::vector<Region>& regions) {
     std::vector<TensorSpec> specs;
     for (const Region& region : regions) {
-      specs.push_back(part_of(whole.spec, region));
+      specs.push_back(make_part_spec(whole.spec, region));
       ledger_.copied(*specs.back().bytes());
     }
     const auto alike = [](const TensorSpec& a, const TensorSpec& b) { return a.same_layout(b); };
@@ -280,23 +280,23 @@ class TensorCrop : public gst::Element<TensorCrop, gst::PlainElement>, public gs
     if (auto s = info_.read(info.buffer.get(), *info.spec); !s)
       return gst::on_pad(s.error(), "info");
     const gst::TensorPlace& whole = raw_.tensors()[0];
-    const Regions regions = regions_of(info_.tensors()[0], whole.spec);
+    const Regions regions = get_regions(info_.tensors()[0], whole.spec);
     if (regions.inside.empty()) return Ref<GstBuffer>();
     if (auto status = buffer_limit_.check(output_bytes(whole.spec, regions.inside)); !status)
       return status.error();
-    auto out = views_of(raw.buffer.get(), whole, regions.inside);
+    auto out = make_views(raw.buffer.get(), whole, regions.inside);
     if (!out) {
-      auto copies = copies_of(whole, regions.inside);
+      auto copies = make_copies(whole, regions.inside);
       if (!copies) return copies.error();
       out = *std::move(copies);
     }
     gst_buffer_copy_into(out.get(), raw.buffer.get(), GST_BUFFER_COPY_METADATA, 0,
                          static_cast<gsize>(-1));
-    gst::set_source_maps(out.get(), maps_of(raw.buffer.get(), regions));
+    gst::set_source_maps(out.get(), make_maps(raw.buffer.get(), regions));
     return out;
   }
 
-  static std::vector<SourceMap> maps_of(GstBuffer* raw, const Regions& regions) {
+  static std::vector<SourceMap> make_maps(GstBuffer* raw, const Regions& regions) {
     const auto maps = gst::source_maps(raw);
     std::vector<SourceMap> out;
     if (maps.empty()) return out;

@@ -11,9 +11,9 @@ namespace tensor_crop_test {
 
 TEST(TensorCrop, CropsEachRegion) {
   Crop crop;
-  crop.push_both(info_of({1, 0, 2, 1, 3, 1, 2, 2}));
+  crop.push_both(make_info({1, 0, 2, 1, 3, 1, 2, 2}));
   ASSERT_EQ(crop.buffers().size(), 1u);
-  EXPECT_EQ(memories_of(crop.buffers()[0].get()),
+  EXPECT_EQ(read_memories(crop.buffers()[0].get()),
             (std::vector<Bytes>{region({2, 2, 1}, {2, 3, 4, 5}),
                                 region({2, 2, 2}, {16, 17, 18, 19, 26, 27, 28, 29})}));
   EXPECT_EQ(crop.caps(), "other/tensors, format=(string)flexible, framerate=(fraction)15/1");
@@ -23,17 +23,17 @@ TEST(TensorCrop, CropsEachRegion) {
 
 TEST(TensorCrop, ClipsRegionsToTheFrame) {
   Crop crop;
-  crop.push_both(info_of({4, 3, 9, 9, 5, 0, 1, 1}));
-  EXPECT_EQ(memories_of(crop.buffers().at(0).get()),
+  crop.push_both(make_info({4, 3, 9, 9, 5, 0, 1, 1}));
+  EXPECT_EQ(read_memories(crop.buffers().at(0).get()),
             (std::vector<Bytes>{region({2, 1, 1}, {38, 39})}));
   EXPECT_EQ(crop.stat("regions-empty"), 1u);
 }
 
 TEST(TensorCrop, SendsAGapForAFrameWithoutRegions) {
   Crop crop;
-  auto raw = buffer_of({picture()}, 100);
+  auto raw = make_buffer({picture()}, 100);
   GST_BUFFER_DURATION(raw.get()) = 33;
-  crop.push_both(raw, info_of({5, 0, 1, 1}), 100);
+  crop.push_both(raw, make_info({5, 0, 1, 1}), 100);
   EXPECT_TRUE(crop.buffers().empty());
   const auto gaps = crop.events(GST_EVENT_GAP);
   ASSERT_EQ(gaps.size(), 1u);
@@ -47,8 +47,8 @@ TEST(TensorCrop, PacksHundredsOfRegions) {
   Crop crop;
   std::vector<uint32_t> numbers;
   for (uint32_t i = 0; i < 300; ++i) numbers.insert(numbers.end(), {i % 5, i % 4, 1, 1});
-  crop.push_both(info_of(numbers));
-  const auto out = memories_of(crop.buffers().at(0).get());
+  crop.push_both(make_info(numbers));
+  const auto out = read_memories(crop.buffers().at(0).get());
   ASSERT_EQ(out.size(), 16u);
   const std::span packed(reinterpret_cast<const std::byte*>(out[15].data()), out[15].size());
   const auto ranges = read_packed_tensors(packed, Format::Flexible);
@@ -66,14 +66,14 @@ TEST(TensorCrop, PacksHundredsOfRegions) {
 
 TEST(TensorCrop, AcceptsFlexibleFramesOfAnyType) {
   Crop crop("", "other/tensors,format=flexible,framerate=30/1");
-  Bytes raw = header_of(ElementType::Float32, Shape{1, 2, 2}, Format::Static);
+  Bytes raw = make_header(ElementType::Float32, Shape{1, 2, 2}, Format::Static);
   const float numbers[] = {1, 2, 3, 4};
   raw.resize(raw.size() + sizeof numbers);
   std::memcpy(raw.data() + kTensorHeaderBytes, numbers, sizeof numbers);
-  crop.push_both(buffer_of({raw}, 0), info_of({1, 0, 1, 2}), 0);
-  const auto out = memories_of(crop.buffers().at(0).get());
+  crop.push_both(make_buffer({raw}, 0), make_info({1, 0, 1, 2}), 0);
+  const auto out = read_memories(crop.buffers().at(0).get());
   ASSERT_EQ(out.size(), 1u);
-  Bytes expected = header_of(ElementType::Float32, Shape{1, 1, 2, 1}, Format::Flexible);
+  Bytes expected = make_header(ElementType::Float32, Shape{1, 1, 2, 1}, Format::Flexible);
   const float part[] = {2, 4};
   expected.resize(expected.size() + sizeof part);
   std::memcpy(expected.data() + kTensorHeaderBytes, part, sizeof part);
@@ -82,10 +82,10 @@ TEST(TensorCrop, AcceptsFlexibleFramesOfAnyType) {
 
 TEST(TensorCrop, CopiesMetadataAndTimeOfTheFrame) {
   Crop crop;
-  auto raw = buffer_of({picture()}, 70);
+  auto raw = make_buffer({picture()}, 70);
   GST_BUFFER_DURATION(raw.get()) = 5;
   GST_BUFFER_OFFSET(raw.get()) = 9;
-  crop.push_both(raw, info_of({0, 0, 1, 1}), 900);
+  crop.push_both(raw, make_info({0, 0, 1, 1}), 900);
   GstBuffer* out = crop.buffers().at(0).get();
   EXPECT_EQ(GST_BUFFER_PTS(out), 70u);
   EXPECT_EQ(GST_BUFFER_DURATION(out), 5u);
@@ -93,16 +93,16 @@ TEST(TensorCrop, CopiesMetadataAndTimeOfTheFrame) {
 
 TEST(TensorCrop, KeepsFramesWithoutTimeUntimed) {
   Crop crop;
-  crop.push_both(buffer_of({picture()}, GST_CLOCK_TIME_NONE), info_of({0, 0, 1, 1}), 900);
+  crop.push_both(make_buffer({picture()}, GST_CLOCK_TIME_NONE), make_info({0, 0, 1, 1}), 900);
   EXPECT_FALSE(GST_BUFFER_PTS_IS_VALID(crop.buffers().at(0).get()));
 }
 
 TEST(TensorCrop, AdjustsTheSourceMapOfEachRegion) {
   Crop crop;
-  auto raw = buffer_of({picture()}, 0);
+  auto raw = make_buffer({picture()}, 0);
   SourceMap map = picture_as_it_is(5, 4, false).of_part(2, 10, 3, 20, 5, 4);
   gst::set_source_maps(raw.get(), {map});
-  crop.push_both(raw, info_of({1, 2, 3, 1, 0, 0, 5, 4}), 0);
+  crop.push_both(raw, make_info({1, 2, 3, 1, 0, 0, 5, 4}), 0);
   const auto maps = gst::source_maps(crop.buffers().at(0).get());
   ASSERT_EQ(maps.size(), 2u);
   const Point corner = maps[0].to_source({0, 0});
@@ -115,12 +115,12 @@ TEST(TensorCrop, AdjustsTheSourceMapOfEachRegion) {
 
 TEST(TensorCrop, LatenessDropsTheOlder) {
   Crop crop("lateness=1");
-  auto raw = crop.push_later(0, buffer_of({picture()}, 10 * GST_MSECOND));
-  EXPECT_EQ(crop.push(1, info_of({0, 0, 1, 1}), 8 * GST_MSECOND), GST_FLOW_OK);
+  auto raw = crop.push_later(0, make_buffer({picture()}, 10 * GST_MSECOND));
+  EXPECT_EQ(crop.push(1, make_info({0, 0, 1, 1}), 8 * GST_MSECOND), GST_FLOW_OK);
   EXPECT_TRUE(crop.buffers().empty());
-  EXPECT_EQ(crop.push(1, info_of({1, 0, 1, 1}), 11 * GST_MSECOND), GST_FLOW_OK);
+  EXPECT_EQ(crop.push(1, make_info({1, 0, 1, 1}), 11 * GST_MSECOND), GST_FLOW_OK);
   EXPECT_EQ(raw.get(), GST_FLOW_OK);
-  EXPECT_EQ(memories_of(crop.buffers().at(0).get()),
+  EXPECT_EQ(read_memories(crop.buffers().at(0).get()),
             (std::vector<Bytes>{region({2, 1, 1}, {2, 3})}));
   crop.stop();
   EXPECT_EQ(crop.stat("dropped-policy"), 1u);
@@ -129,7 +129,7 @@ TEST(TensorCrop, LatenessDropsTheOlder) {
 
 TEST(TensorCrop, PairsFramesInOrderWithoutLateness) {
   Crop crop;
-  crop.push_both(buffer_of({picture()}, 10 * GST_MSECOND), info_of({0, 0, 1, 1}), GST_SECOND);
+  crop.push_both(make_buffer({picture()}, 10 * GST_MSECOND), make_info({0, 0, 1, 1}), GST_SECOND);
   EXPECT_EQ(crop.buffers().size(), 1u);
 }
 
@@ -165,15 +165,16 @@ void expect_refused(Ref<GstBuffer> raw, const Bytes& info, const char* code) {
 }
 
 TEST(TensorCrop, RejectsFramesOfTheWrongSize) {
-  expect_refused(buffer_of({Bytes(39)}, 0), info_of({0, 0, 1, 1}), "WEIR-2004");
-  expect_refused(buffer_of({Bytes(39)}, 0), info_of({0, 0, 1, 1}), "39 bytes in memory 0 on raw");
+  expect_refused(make_buffer({Bytes(39)}, 0), make_info({0, 0, 1, 1}), "WEIR-2004");
+  expect_refused(make_buffer({Bytes(39)}, 0), make_info({0, 0, 1, 1}),
+                 "39 bytes in memory 0 on raw");
 }
 
 TEST(TensorCrop, RejectsInvalidHeaders) {
-  Bytes info = info_of({0, 0, 1, 1});
+  Bytes info = make_info({0, 0, 1, 1});
   info.pop_back();
-  expect_refused(buffer_of({picture()}, 0), info, "WEIR-2005");
-  expect_refused(buffer_of({picture()}, 0), Bytes(16), "WEIR-2005");
+  expect_refused(make_buffer({picture()}, 0), info, "WEIR-2005");
+  expect_refused(make_buffer({picture()}, 0), Bytes(16), "WEIR-2005");
 }
 
 TEST(TensorCrop, RejectsSparseRegions) {
@@ -183,7 +184,7 @@ TEST(TensorCrop, RejectsSparseRegions) {
   Bytes info(kTensorHeaderBytes);
   write_tensor_header(header, std::span<std::byte, kTensorHeaderBytes>(
                                   reinterpret_cast<std::byte*>(info.data()), kTensorHeaderBytes));
-  expect_refused(buffer_of({picture()}, 0), info, "WEIR-2002");
+  expect_refused(make_buffer({picture()}, 0), info, "WEIR-2002");
 }
 
 }  // namespace tensor_crop_test

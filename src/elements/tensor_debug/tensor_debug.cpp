@@ -52,7 +52,7 @@ std::string frame_report(GstBuffer* buffer, uint64_t number, DebugMetadata metad
            time_or_none(GST_BUFFER_DTS(buffer)) + ", duration " +
            time_or_none(GST_BUFFER_DURATION(buffer));
   if (is_selected(DebugMetadata::QueryServer)) {
-    const auto client = gst::client_of(buffer);
+    const auto client = gst::get_client_id(buffer);
     out += client ? ", client " + std::to_string(*client) : ", no client";
   }
   return out;

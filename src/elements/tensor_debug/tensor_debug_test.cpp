@@ -11,7 +11,7 @@ constexpr char kDebug[] = "tensor_debug";
 
 Harness debug(const std::string& properties,
               const std::string& caps = tensors("uint8,int16", "3,2")) {
-  return harness_of("tensor_debug name=d " + properties, caps);
+  return make_harness("tensor_debug name=d " + properties, caps);
 }
 // What `run` writes to standard error.
 template <class F>
@@ -21,7 +21,7 @@ std::string console(F&& run) {
   return testing::internal::GetCapturedStderr();
 }
 std::vector<std::string> last_lines(const Harness& h) {
-  const auto structure = stats(element_of(h, kDebug).get());
+  const auto structure = stats(find_element(h, kDebug).get());
   const GValue* list = gst_structure_get_value(structure.get(), "last-lines");
   std::vector<std::string> out;
   for (guint i = 0; i < gst_value_array_get_size(list); ++i)
@@ -150,7 +150,7 @@ TEST(TensorDebug, HasALevelInTheLogOfGStreamer) {
 
 TEST(TensorDebug, HasTheDocumentedValues) {
   auto h = debug("");
-  const auto element = element_of(h, kDebug);
+  const auto element = find_element(h, kDebug);
   guint method = 0, metadata = 9;
   gint capability = 0;
   g_object_get(element.get(), "output-method", &method, "metadata", &metadata, "capability",

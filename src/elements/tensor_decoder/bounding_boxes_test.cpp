@@ -70,23 +70,23 @@ TEST(BoundingBoxes, AnotherSizeWhilePlayingActsOnTheNextFrame) {
 }
 
 TEST(BoundingBoxes, ErrorsAreOnTheBus) {
-  EXPECT_SAYS(error_of("mode=bounding_boxes option1=yolo10 option4=8:8 option5=8:8"),
+  EXPECT_SAYS(get_error("mode=bounding_boxes option1=yolo10 option4=8:8 option5=8:8"),
               "did you mean yolov10?");
-  EXPECT_SAYS(error_of("mode=bounding_boxes option1=yolov10 option4=8:8"), "option5 is required");
-  EXPECT_SAYS(error_of(kMode + " option2=/nowhere/labels.txt"), "WEIR-4001");
-  EXPECT_SAYS(error_of(kMode, tensor("float32", "5:2"), Bytes(40)),
+  EXPECT_SAYS(get_error("mode=bounding_boxes option1=yolov10 option4=8:8"), "option5 is required");
+  EXPECT_SAYS(get_error(kMode + " option2=/nowhere/labels.txt"), "WEIR-4001");
+  EXPECT_SAYS(get_error(kMode, tensor("float32", "5:2"), Bytes(40)),
               "WEIR-2001: option1=yolov10 does not accept these tensors");
-  EXPECT_SAYS(error_of(kMode, tensor("uint8", "6:2"), Bytes(12)),
+  EXPECT_SAYS(get_error(kMode, tensor("uint8", "6:2"), Bytes(12)),
               "fix: tensor_transform mode=typecast option=float32");
-  EXPECT_SAYS(error_of("mode=bounding_box option1=mobilenet-ssd option4=8:8 option5=8:8 "
-                       "option3=/nowhere/priors.txt"),
+  EXPECT_SAYS(get_error("mode=bounding_box option1=mobilenet-ssd option4=8:8 option5=8:8 "
+                        "option3=/nowhere/priors.txt"),
               "No such file or directory");
 }
 
 TEST(BoundingBoxes, AFrameLargerThanTheLimitIsAnError) {
-  EXPECT_SAYS(error_of("mode=bounding_boxes option1=yolov10 option4=32767:32767 option5=8:8 "
-                       "max-buffer-size=1000000",
-                       tensor("float32", "6:2"), Bytes(48)),
+  EXPECT_SAYS(get_error("mode=bounding_boxes option1=yolov10 option4=32767:32767 option5=8:8 "
+                        "max-buffer-size=1000000",
+                        tensor("float32", "6:2"), Bytes(48)),
               "WEIR-2006");
 }
 

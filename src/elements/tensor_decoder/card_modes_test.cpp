@@ -20,7 +20,7 @@ Names sorted(Names names) {
   std::sort(names.begin(), names.end());
   return names;
 }
-Names options_of(const card::DecoderMode& mode) {
+Names get_options(const card::DecoderMode& mode) {
   Names out;
   for (const auto& option : mode.options) out.emplace_back(option.name);
   return sorted(std::move(out));
@@ -35,7 +35,7 @@ TEST(CardModes, HaveTheOptionsOfTheirDecoders) {
     const bool is_optional = mode.name == "protobuf" || mode.name.starts_with("fl");
     if (!type && is_optional) continue;
     ASSERT_TRUE(type) << mode.name << ": " << type.error().message();
-    EXPECT_EQ(options_of(mode), sorted(infer::option_names(**type))) << mode.name;
+    EXPECT_EQ(get_options(mode), sorted(infer::option_names(**type))) << mode.name;
     ++compared;
   }
   EXPECT_GE(compared, 18u);

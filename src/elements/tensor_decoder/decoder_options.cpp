@@ -10,7 +10,7 @@
 namespace weir {
 namespace {
 
-std::string text_of(float number) {
+std::string format_number(float number) {
   char text[32];
   const auto [end, error] = std::to_chars(text, text + sizeof text, number);
   return {text, error == std::errc() ? end : text};
@@ -41,7 +41,7 @@ std::string NamedOption::to_string() const {
   return is_custom ? "custom=" + key + ":" + value : key + "=" + value;
 }
 
-Result<DecoderOptions> options_of(const DecoderSettings& s) {
+Result<DecoderOptions> make_options(const DecoderSettings& s) {
   DecoderOptions out;
   out.numbered = {s.option1, s.option2, s.option3, s.option4, s.option5,
                   s.option6, s.option7, s.option8, s.option9};
@@ -49,8 +49,8 @@ Result<DecoderOptions> options_of(const DecoderSettings& s) {
     if (value) out.named.push_back({key, *value});
   };
   // NaN is set too, so that the decoder rejects it.
-  if (!(s.threshold < 0)) add("threshold", text_of(s.threshold));
-  if (!(s.iou < 0)) add("iou", text_of(s.iou));
+  if (!(s.threshold < 0)) add("threshold", format_number(s.threshold));
+  if (!(s.iou < 0)) add("iou", format_number(s.iou));
   add("labels", s.labels);
   if (s.max_results > 0) add("max-results", std::to_string(s.max_results));
   add("classes", s.classes);

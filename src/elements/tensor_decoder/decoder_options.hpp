@@ -38,7 +38,7 @@ struct DecoderOptions {
 };
 
 // OPTION_SYNTAX if custom= is not key:value,key:value.
-Result<DecoderOptions> options_of(const DecoderSettings& settings);
+Result<DecoderOptions> make_options(const DecoderSettings& settings);
 
 // Removes the named options that are not among `declared`, and those that are set again by custom=.
 // Returns a warning for each.

@@ -8,7 +8,7 @@ namespace weir::testing_tensor_decoder {
 using namespace weir::test;
 
 inline Harness harness(const std::string& properties, const std::string& caps) {
-  return harness_of("tensor_decoder " + properties, caps);
+  return make_harness("tensor_decoder " + properties, caps);
 }
 inline std::string tensor(const std::string& type, const std::string& dimensions) {
   return tensors(type, dimensions);
@@ -28,8 +28,8 @@ inline uint64_t stat(const Harness& h, const char* name) {
 }
 
 // The first error of the element after start, caps and a frame, each if given.
-inline std::string error_of(const std::string& properties, const std::string& caps = "",
-                            const Bytes& bytes = {}) {
+inline std::string get_error(const std::string& properties, const std::string& caps = "",
+                             const Bytes& bytes = {}) {
   const Unique<GstElement, gst_object_unref> pipeline(gst_parse_launch(
       ("appsrc name=in format=time ! tensor_decoder " + properties + " ! fakesink async=false")
           .c_str(),
@@ -49,7 +49,7 @@ inline std::string error_of(const std::string& properties, const std::string& ca
       bus.get(), 10 * GST_SECOND, GstMessageType(GST_MESSAGE_ERROR | GST_MESSAGE_EOS)));
   gst_element_set_state(pipeline.get(), GST_STATE_NULL);
   if (!message || GST_MESSAGE_TYPE(message.get()) != GST_MESSAGE_ERROR) return "";
-  return text_of(message.get());
+  return get_text(message.get());
 }
 
 }  // namespace weir::testing_tensor_decoder

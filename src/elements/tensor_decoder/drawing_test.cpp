@@ -18,13 +18,13 @@ std::string two_tensors(const char* first, const char* second) {
   return std::string("other/tensors,format=static,num_tensors=2,dimensions=(string)\"") + first +
          "," + second + "\",types=(string)\"float32,float32\",framerate=30/1";
 }
-GstBuffer* frame_of(const std::vector<float>& first, const std::vector<float>& second) {
+GstBuffer* make_frame(const std::vector<float>& first, const std::vector<float>& second) {
   GstBuffer* out = frame(first);
   const auto other = Ref<GstBuffer>::adopt(frame(second));
   gst_buffer_append_memory(out, gst_memory_ref(gst_buffer_peek_memory(other.get(), 0)));
   return out;
 }
-Bytes bytes_of(const std::vector<float>& values) {
+Bytes to_bytes(const std::vector<float>& values) {
   Bytes out(values.size() * sizeof(float));
   std::memcpy(out.data(), values.data(), out.size());
   return out;
@@ -55,20 +55,20 @@ TEST(TensorDecoderDrawing, FollowsCapsOfAnotherSize) {
 }
 
 TEST(TensorDecoderDrawing, ReportsPixelsWithoutAClass) {
-  const std::string message = error_of("mode=image_segment option1=snpe-deeplab option2=3",
-                                       tensor("float32", "2:1"), bytes_of({1, NAN}));
+  const std::string message = get_error("mode=image_segment option1=snpe-deeplab option2=3",
+                                        tensor("float32", "2:1"), to_bytes({1, NAN}));
   EXPECT_SAYS(message, "WEIR-2001: a pixel has a number that is not a class");
   EXPECT_SAYS(message, "nan at pixel 1, 0");
 }
 
 TEST(TensorDecoderDrawing, ReportsOptionsThatCannotBeUsed) {
-  EXPECT_SAYS(error_of("mode=image_segment option1=deeplab"),
+  EXPECT_SAYS(get_error("mode=image_segment option1=deeplab"),
               "WEIR-1004: option1 is not a kind of segmentation");
-  EXPECT_SAYS(error_of("mode=pose_estimation option1=0:0 option2=2:2"),
+  EXPECT_SAYS(get_error("mode=pose_estimation option1=0:0 option2=2:2"),
               "WEIR-1004: option1 is a size that cannot be used");
-  EXPECT_SAYS(error_of("mode=pose_estimatio option1=2:2 option2=2:2"),
+  EXPECT_SAYS(get_error("mode=pose_estimatio option1=2:2 option2=2:2"),
               "did you mean pose_estimation?");
-  EXPECT_SAYS(error_of("mode=tensor_region option2=/nowhere/labels.txt"),
+  EXPECT_SAYS(get_error("mode=tensor_region option2=/nowhere/labels.txt"),
               "No such file or directory");
 }
 
@@ -94,7 +94,7 @@ TEST(TensorDecoderDrawing, DrawsKeyPointsWithOffsets) {
   std::vector<float> offsets(16);
   offsets[1] = 5;  // y of key point 1 in cell 0, 0
   const auto out = Ref<GstBuffer>::adopt(
-      gst_harness_push_and_pull(h.get(), frame_of({9, 9, -9, -9, -9, -9, -9, -9}, offsets)));
+      gst_harness_push_and_pull(h.get(), make_frame({9, 9, -9, -9, -9, -9, -9, -9}, offsets)));
   const Bytes pixels = content(out.get());
   ASSERT_EQ(pixels.size(), 1600u);
   EXPECT_EQ(pixels[4 * (13 * 20)], 255) << "rows below the name of the first point";
@@ -103,8 +103,8 @@ TEST(TensorDecoderDrawing, DrawsKeyPointsWithOffsets) {
 }
 
 TEST(TensorDecoderDrawing, ReportsAnotherNumberOfKeyPoints) {
-  const std::string message = error_of("mode=pose_estimation option1=6:4 option2=2:2",
-                                       tensor("float32", "17:2:2"), Bytes(4 * 68));
+  const std::string message = get_error("mode=pose_estimation option1=6:4 option2=2:2",
+                                        tensor("float32", "17:2:2"), Bytes(4 * 68));
   EXPECT_SAYS(message,
               "WEIR-2001: the heat map has a different number of key points than the body");
   EXPECT_SAYS(message, "offered: float32 17:2:2");
@@ -117,7 +117,7 @@ TEST(TensorDecoderDrawing, WritesRegionsThatTensorCropCuts) {
       "mode=tensor_region option1=2 option2=" + labels + " option3=" + priors + " option4=8:4",
       two_tensors("4:1:1", "2:1"));
   const auto out =
-      Ref<GstBuffer>::adopt(gst_harness_push_and_pull(h.get(), frame_of({0, 0, 0, 0}, {0, 3})));
+      Ref<GstBuffer>::adopt(gst_harness_push_and_pull(h.get(), make_frame({0, 0, 0, 0}, {0, 3})));
   EXPECT_SAYS(caps_text(h), "other/tensors, format=(string)flexible, framerate=(fraction)30/1");
   const Bytes info = content(out.get());
   ASSERT_EQ(info.size(), 128u + 32);

@@ -81,8 +81,8 @@ Status BufferSink::share_input(uint32_t index) {
     return ok();
   }
   uint64_t copied = 0;
-  auto part = gst::part_of(gst_buffer_peek_memory(in_, static_cast<guint>(view.memory)),
-                           view.header_bytes, view.payload.size(), &copied);
+  auto part = gst::make_part(gst_buffer_peek_memory(in_, static_cast<guint>(view.memory)),
+                             view.header_bytes, view.payload.size(), &copied);
   if (!part) return part.error();
   if (copied > 0) ledger_->copied(copied);
   parts_.push_back({*std::move(part), {}});

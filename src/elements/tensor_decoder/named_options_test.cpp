@@ -17,7 +17,7 @@ Tuned detector(const std::string& properties) {
 Rows rows(Tuned& t) {
   if (gst_harness_push(t.harness.get(), frame(yolo(kTwo))) != GST_FLOW_OK) return {"failed"};
   const auto out = Ref<GstBuffer>::adopt(gst_harness_try_pull(t.harness.get()));
-  return out ? rows_of(t.harness, out.get()) : Rows{"nothing"};
+  return out ? read_rows(t.harness, out.get()) : Rows{"nothing"};
 }
 std::string file(const std::string& name, const std::string& text) {
   const std::string path = testing::TempDir() + "weir-" + name;
@@ -107,12 +107,12 @@ TEST(NamedOptions, ThatTheModeDoesNotUseAreWarnings) {
 
 TEST(NamedOptions, OfOneOptionCustomMustHaveAValue) {
   for (const char* custom : {"head", ":yolov8", "head:yolov8,input"}) {
-    const std::string error = error_of("mode=detection custom=" + std::string(custom));
+    const std::string error = get_error("mode=detection custom=" + std::string(custom));
     EXPECT_SAYS(error, "WEIR-1001: custom is not a list of options") << custom;
     EXPECT_SAYS(error, "needed: key:value for each option, separated by commas");
     EXPECT_SAYS(error, "fix: custom=head:yolov8");
   }
-  EXPECT_EQ(error_of("mode=octet_stream custom=,", tensor("uint8", "1"), {1}), "");
+  EXPECT_EQ(get_error("mode=octet_stream custom=,", tensor("uint8", "1"), {1}), "");
 }
 
 TEST(NamedOptions, MayComeFromAFile) {

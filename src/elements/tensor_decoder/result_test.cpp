@@ -15,7 +15,7 @@ const Rows kBoth{"1:0.9@14,5,18,11^-1", "0:0.5@6,19,14,21^-1"};
 Rows decoded_rows(const Harness& h, GstBuffer* in) {
   if (gst_harness_push(h.get(), in) != GST_FLOW_OK) return {"not accepted"};
   const auto out = Ref<GstBuffer>::adopt(gst_harness_try_pull(h.get()));
-  return out ? rows_of(h, out.get()) : Rows{"nothing"};
+  return out ? read_rows(h, out.get()) : Rows{"nothing"};
 }
 void send_model(const Harness& h, const DescribedModel& model) {
   EXPECT_TRUE(gst_harness_push_event(h.get(), gst::make_model_event(model).release()));
@@ -33,7 +33,7 @@ std::string named(const std::string& head) {
 }
 
 TEST(ResultDecoder, NamesTheModelOfTheStream) {
-  const auto h = harness_of("tensor_decoder mode=detection");
+  const auto h = make_harness("tensor_decoder mode=detection");
   const auto model = yolo_model();
   begin(h, kYoloCaps, &model);
   EXPECT_SAYS(caps_text(h), "weir-source=(string)shapes");
@@ -44,7 +44,7 @@ TEST(ResultDecoder, NamesTheModelOfTheStream) {
 
 TEST(ResultDecoder, TakesTheModelOfAFlexibleStreamBeforeOrAfterItsCaps) {
   for (const bool before : {true, false}) {
-    const auto h = harness_of("tensor_decoder mode=detection");
+    const auto h = make_harness("tensor_decoder mode=detection");
     Errors errors(h);
     const auto model = yolo_model();
     begin(h, kFlexible, before ? &model : nullptr);
@@ -61,7 +61,7 @@ TEST(ResultDecoder, TakesTheModelOfAFlexibleStreamBeforeOrAfterItsCaps) {
 }
 
 TEST(ResultDecoder, SaysWithTheFirstFrameWhatAStreamWithoutAModelLacks) {
-  const auto h = harness_of("tensor_decoder mode=detection");
+  const auto h = make_harness("tensor_decoder mode=detection");
   Errors errors(h);
   begin(h, kFlexible);
   EXPECT_EQ(errors.next(), "") << "the model may follow";
@@ -74,7 +74,7 @@ TEST(ResultDecoder, SaysWithTheFirstFrameWhatAStreamWithoutAModelLacks) {
 TEST(ResultDecoder, IgnoresTheModelOfOtherTensors) {
   DescribedModel other = yolo_model("other");
   other.outputs[0].shape = {1, 7, 84};
-  const auto h = harness_of(named("yolov8,input:32:32"));
+  const auto h = make_harness(named("yolov8,input:32:32"));
   begin(h, kYoloCaps, &other);
   EXPECT_LACKS(caps_text(h), "other.onnx");
   EXPECT_LACKS(caps_text(h), "weir-source=(string)other");
@@ -82,7 +82,7 @@ TEST(ResultDecoder, IgnoresTheModelOfOtherTensors) {
 }
 
 TEST(ResultDecoder, FollowsAModelThatChangesBetweenFrames) {
-  const auto h = harness_of("tensor_decoder mode=detection");
+  const auto h = make_harness("tensor_decoder mode=detection");
   Errors errors(h);
   const auto model = yolo_model();
   begin(h, kYoloCaps, &model);
@@ -97,7 +97,7 @@ TEST(ResultDecoder, FollowsAModelThatChangesBetweenFrames) {
 }
 
 TEST(ResultDecoder, ForgetsTheModelWithItsStream) {
-  const auto h = harness_of(named("yolov8,input:32:32"));
+  const auto h = make_harness(named("yolov8,input:32:32"));
   const auto model = yolo_model();
   begin(h, kYoloCaps, &model);
   EXPECT_SAYS(caps_text(h), "weir-source=(string)shapes");
@@ -106,7 +106,7 @@ TEST(ResultDecoder, ForgetsTheModelWithItsStream) {
 }
 
 TEST(ResultDecoder, IgnoresEventsThatDescribeNoModel) {
-  const auto h = harness_of(named("yolov8,input:32:32"));
+  const auto h = make_harness(named("yolov8,input:32:32"));
   Errors errors(h);
   const auto send = [&](GstStructure* s) {
     gst_harness_push_event(h.get(), gst_event_new_custom(GST_EVENT_CUSTOM_DOWNSTREAM_STICKY, s));
@@ -121,7 +121,7 @@ TEST(ResultDecoder, IgnoresEventsThatDescribeNoModel) {
 }
 
 TEST(ResultDecoder, DoesNotPassTheModelOnBecauseResultsAreNotItsOutputs) {
-  const auto h = harness_of("tensor_decoder mode=detection");
+  const auto h = make_harness("tensor_decoder mode=detection");
   const auto model = yolo_model();
   begin(h, kYoloCaps, &model);
   EXPECT_EQ(decoded_rows(h, frame(yolo(kTwo))), kBoth);
@@ -138,7 +138,7 @@ using gst::LabelsOfSource;
 const std::vector<std::string> kThree{"cat", "dog", "bird"};
 
 TEST(ResultDecoder, NamesTheClassesOfTheModelDownstream) {
-  const auto h = harness_of("tensor_decoder mode=detection");
+  const auto h = make_harness("tensor_decoder mode=detection");
   auto model = yolo_model();
   model.metadata_json = R"({"names":"{0: 'cat', 1: 'dog', 2: 'bird'}"})";
   begin(h, kYoloCaps, &model);
@@ -152,7 +152,7 @@ TEST(ResultDecoder, NamesTheClassesOfTheModelDownstream) {
 TEST(ResultDecoder, NamesTheClassesOfTheUserDownstream) {
   const std::string path = testing::TempDir() + "weir-result-labels.txt";
   std::ofstream(path) << "one\ntwo\nthree\n";
-  const auto h = harness_of("tensor_decoder mode=detection labels=" + path);
+  const auto h = make_harness("tensor_decoder mode=detection labels=" + path);
   auto model = yolo_model();
   model.metadata_json = R"({"names":"{0: 'cat', 1: 'dog', 2: 'bird'}"})";
   begin(h, kYoloCaps, &model);
@@ -163,7 +163,7 @@ TEST(ResultDecoder, NamesTheClassesOfTheUserDownstream) {
 std::vector<std::string> warnings_for_labels(const std::string& text) {
   const std::string path = testing::TempDir() + "weir-few-labels.txt";
   std::ofstream(path) << text;
-  const auto h = harness_of("tensor_decoder mode=detection custom=head:yolov8 labels=" + path);
+  const auto h = make_harness("tensor_decoder mode=detection custom=head:yolov8 labels=" + path);
   Errors errors(h);
   const auto model = yolo_model();
   begin(h, kYoloCaps, &model);
@@ -197,7 +197,7 @@ class ResultCards : public testing::Test {
     std::filesystem::create_directories(folder_);
     std::ofstream(folder_ + "/shapes.onnx") << "a model";
     model_.path = folder_ + "/shapes.onnx";
-    write_card(gst::sha256_of(model_.path));
+    write_card(gst::compute_sha256(model_.path));
   }
   void TearDown() override { std::filesystem::remove_all(folder_); }
   void write_card(const std::string& digest) const {
@@ -213,7 +213,7 @@ class ResultCards : public testing::Test {
 };
 
 TEST_F(ResultCards, NameTheClassesDownstream) {
-  const auto h = harness_of("tensor_decoder mode=detection");
+  const auto h = make_harness("tensor_decoder mode=detection");
   begin(h, kYoloCaps, &model_);
   EXPECT_EQ(sent_labels(h), (LabelsOfSource{"shapes", kThree}));
   EXPECT_EQ(decoded_rows(h, frame(yolo(kTwo))), kBoth);
@@ -221,7 +221,7 @@ TEST_F(ResultCards, NameTheClassesDownstream) {
 
 TEST_F(ResultCards, OfAnotherFileNameNothing) {
   write_card(std::string(64, '0'));
-  const auto h = harness_of("tensor_decoder mode=detection");
+  const auto h = make_harness("tensor_decoder mode=detection");
   Errors errors(h);
   begin(h, kYoloCaps, &model_);
   EXPECT_FALSE(sent_labels(h));
@@ -231,7 +231,7 @@ TEST_F(ResultCards, OfAnotherFileNameNothing) {
 
 TEST_F(ResultCards, ThatCannotBeReadNameNothing) {
   std::ofstream(folder_ + "/shapes.card.json") << "{";
-  const auto h = harness_of("tensor_decoder mode=detection");
+  const auto h = make_harness("tensor_decoder mode=detection");
   Errors errors(h);
   begin(h, kYoloCaps, &model_);
   EXPECT_FALSE(sent_labels(h));
@@ -239,7 +239,7 @@ TEST_F(ResultCards, ThatCannotBeReadNameNothing) {
 }
 
 TEST(ResultDecoder, ResultsAreInPixelsOfTheSourcePicture) {
-  const auto h = harness_of("tensor_decoder mode=detection");
+  const auto h = make_harness("tensor_decoder mode=detection");
   const auto model = yolo_model();
   begin(h, kYoloCaps, &model);
   SourceMap map;
@@ -250,7 +250,7 @@ TEST(ResultDecoder, ResultsAreInPixelsOfTheSourcePicture) {
   gst::set_source_maps(in, {map});
   ASSERT_EQ(gst_harness_push(h.get(), in), GST_FLOW_OK);
   const auto out = Ref<GstBuffer>::adopt(gst_harness_pull(h.get()));
-  EXPECT_EQ(rows_of(h, out.get()), (Rows{"1:0.9@135,57,175,117^-1"}));
+  EXPECT_EQ(read_rows(h, out.get()), (Rows{"1:0.9@135,57,175,117^-1"}));
   const auto maps = gst::source_maps(out.get());
   ASSERT_EQ(maps.size(), 1u);
   EXPECT_EQ(maps[0].to_source({3, 4}).x, 3) << "the identity";
@@ -260,13 +260,13 @@ TEST(ResultDecoder, ResultsAreInPixelsOfTheSourcePicture) {
 }
 
 TEST(ResultDecoder, AGapBecomesAFrameWithoutResults) {
-  const auto h = harness_of("tensor_decoder mode=detection");
+  const auto h = make_harness("tensor_decoder mode=detection");
   const auto model = yolo_model();
   begin(h, kYoloCaps, &model);
   ASSERT_TRUE(gst_harness_push_event(h.get(), gst_event_new_gap(50, 7)));
   const auto out = Ref<GstBuffer>::adopt(gst_harness_try_pull(h.get()));
   ASSERT_TRUE(out);
-  EXPECT_EQ(rows_of(h, out.get()), (Rows{"background"}));
+  EXPECT_EQ(read_rows(h, out.get()), (Rows{"background"}));
   EXPECT_EQ(GST_BUFFER_PTS(out.get()), 50u);
   EXPECT_EQ(GST_BUFFER_DURATION(out.get()), 7u);
   EXPECT_EQ(stat(h, "pushed"), 1u);
@@ -274,7 +274,7 @@ TEST(ResultDecoder, AGapBecomesAFrameWithoutResults) {
 }
 
 TEST(ResultDecoder, AGapOfOtherModesStaysAGap) {
-  const auto h = harness_of("tensor_decoder mode=octet_stream", kYoloCaps);
+  const auto h = make_harness("tensor_decoder mode=octet_stream", kYoloCaps);
   ASSERT_TRUE(gst_harness_push_event(h.get(), gst_event_new_gap(50, 7)));
   EXPECT_FALSE(Ref<GstBuffer>::adopt(gst_harness_try_pull(h.get())));
   bool found = false;

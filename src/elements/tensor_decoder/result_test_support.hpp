@@ -58,7 +58,7 @@ inline GstBuffer* with_header(const std::vector<float>& values, const Shape& sha
 }
 
 // The rows of tensor `index` of a frame of results; "class:score@x1,y1,x2,y2^parent" of each.
-inline std::vector<std::string> rows_of(GstBuffer* buffer, GstCaps* caps, size_t index = 0) {
+inline std::vector<std::string> read_rows(GstBuffer* buffer, GstCaps* caps, size_t index = 0) {
   std::vector<std::string> out;
   const auto roles = gst::roles_from_caps(caps);
   gst::FrameLayout reader;
@@ -83,9 +83,9 @@ inline std::vector<std::string> rows_of(GstBuffer* buffer, GstCaps* caps, size_t
   }
   return out;
 }
-inline std::vector<std::string> rows_of(const Harness& h, GstBuffer* buffer, size_t index = 0) {
+inline std::vector<std::string> read_rows(const Harness& h, GstBuffer* buffer, size_t index = 0) {
   const auto caps = Ref<GstCaps>::adopt(gst_pad_get_current_caps(h->sinkpad));
-  return rows_of(buffer, caps.get(), index);
+  return read_rows(buffer, caps.get(), index);
 }
 using Rows = std::vector<std::string>;
 

@@ -75,23 +75,23 @@ TEST_F(DecoderScript, ThatFailsIsAnErrorWithItsLineAndTheNextFrameGoesOn) {
 
 TEST_F(DecoderScript, WhoseCapsCannotBeReadIsRefused) {
   const auto error =
-      error_of(python("b'video/x-raw,width=(int'", "return b''"), tensor("uint8", "1"), Bytes(1));
+      get_error(python("b'video/x-raw,width=(int'", "return b''"), tensor("uint8", "1"), Bytes(1));
   EXPECT_SAYS(error, "WEIR-5003: the decoder returned invalid caps");
   EXPECT_SAYS(error, "offered: \"video/x-raw,width=(int\"");
-  EXPECT_SAYS(error_of(python("7", "return b''"), tensor("uint8", "1"), Bytes(1)),
+  EXPECT_SAYS(get_error(python("7", "return b''"), tensor("uint8", "1"), Bytes(1)),
               "getOutCaps returns caps as bytes, b'text/x-raw,format=utf8', not int");
 }
 
 TEST_F(DecoderScript, ThatIsNotThereIsNamed) {
-  EXPECT_SAYS(error_of("mode=python3"), "WEIR-1004: mode=python3 has no script");
-  const auto error = error_of("mode=python3 option1=/nonexistent/x.py");
+  EXPECT_SAYS(get_error("mode=python3"), "WEIR-1004: mode=python3 has no script");
+  const auto error = get_error("mode=python3 option1=/nonexistent/x.py");
   EXPECT_SAYS(error, "WEIR-4001: the script does not exist");
   EXPECT_SAYS(error, "offered: /nonexistent/x.py");
 }
 
 TEST_F(DecoderScript, WhoseBytesAreBeyondTheLimitIsAnError) {
-  EXPECT_SAYS(error_of(python("b'text/x-raw'", "return bytes(100)") + " max-buffer-size=64",
-                       tensor("uint8", "1"), Bytes(1)),
+  EXPECT_SAYS(get_error(python("b'text/x-raw'", "return bytes(100)") + " max-buffer-size=64",
+                        tensor("uint8", "1"), Bytes(1)),
               "WEIR-2006");
 }
 

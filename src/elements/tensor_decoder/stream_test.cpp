@@ -22,7 +22,9 @@ void expect_contract(const Harness& h, uint64_t received, uint64_t pushed) {
 
 TEST(TensorDecoderStream, TurnsWhatADecoderThrowsIntoErrors) {
   for (const char* where : {"open", "configure", "decode"}) {
-    const auto message = [&](const char* what) { return error_of(erring(where, what), kOne, {1}); };
+    const auto message = [&](const char* what) {
+      return get_error(erring(where, what), kOne, {1});
+    };
     const std::string failure = message("failure");
     EXPECT_SAYS(failure, "WEIR-1004: failed as ordered");
     EXPECT_SAYS(failure, "first difference: the first difference");
@@ -37,7 +39,7 @@ TEST(TensorDecoderStream, TurnsWhatADecoderThrowsIntoErrors) {
 
 TEST(TensorDecoderStream, NeedsCapsOfTheDecoder) {
   for (const char* where : {"no-caps", "bad-caps"}) {
-    const std::string message = error_of(erring(where, "nothing"), kOne, {1});
+    const std::string message = get_error(erring(where, "nothing"), kOne, {1});
     EXPECT_SAYS(message, "WEIR-5003: the decoder returned invalid caps");
     EXPECT_SAYS(message, "for example text/x-raw,format=(string)utf8");
   }
@@ -59,11 +61,11 @@ TEST(TensorDecoderStream, NamesWhatDownstreamDoesNotAccept) {
 }
 
 TEST(TensorDecoderStream, GivesNoMemoryBeforeThereIsAFrame) {
-  EXPECT_SAYS(error_of(erring("early-memory", "nothing"), kOne, {1}), "WEIR-9001");
+  EXPECT_SAYS(get_error(erring("early-memory", "nothing"), kOne, {1}), "WEIR-9001");
 }
 
 TEST(TensorDecoderStream, SharesNoTensorThatIsNotThere) {
-  EXPECT_SAYS(error_of(erring("no-such-input", "nothing"), kOne, {1}),
+  EXPECT_SAYS(get_error(erring("no-such-input", "nothing"), kOne, {1}),
               "the host cannot share an input\n  offered: 7");
 }
 

@@ -219,7 +219,7 @@ class TensorDecoder : public gst::CountedTransform<TensorDecoder> {
 
  private:
   static Result<OpenDecoder> open_as(const Settings& s) {
-    auto options = options_of(s);
+    auto options = make_options(s);
     if (!options) return options.error();
     return open_decoder(s.mode, *std::move(options));
   }
@@ -395,7 +395,7 @@ class TensorDecoder : public gst::CountedTransform<TensorDecoder> {
     if (auto status = reader_.read(in, input_); !status) return status.error();
     ledger_.copied(reader_.bytes_copied());
     decoder_->set_times(gst::abi_time(gst::running_time(self()->segment, GST_BUFFER_PTS(in))),
-                        gst::unix_time_of(in, self()->segment, element()));
+                        gst::get_unix_time(in, self()->segment, element()));
     auto kept = decoder_->decode(input_, in, reader_, out, buffer_limit_, &ledger_);
     if (kept && *kept && gst_buffer_get_size(out) < picture_bytes_)
       return Error{.code = Code::FRAME_SIZE,

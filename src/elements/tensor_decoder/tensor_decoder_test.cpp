@@ -32,14 +32,14 @@ TEST(TensorDecoder, GivesTheLabelOfTheHighestScore) {
 }
 
 TEST(TensorDecoder, NeedsALabelFile) {
-  EXPECT_SAYS(error_of("mode=image_labeling"), "mode=image_labeling has no label file");
-  EXPECT_SAYS(error_of("mode=image_labeling option1=/nowhere/labels.txt"), "WEIR-4001");
-  EXPECT_SAYS(error_of("mode=image_labeling option1=/nowhere/labels.txt"), "/nowhere/labels.txt");
+  EXPECT_SAYS(get_error("mode=image_labeling"), "mode=image_labeling has no label file");
+  EXPECT_SAYS(get_error("mode=image_labeling option1=/nowhere/labels.txt"), "WEIR-4001");
+  EXPECT_SAYS(get_error("mode=image_labeling option1=/nowhere/labels.txt"), "/nowhere/labels.txt");
 }
 
 TEST(TensorDecoder, RefusesOtherShapes) {
   for (const char* shape : {"3:2", "1:3", "3:1:2"}) {
-    const std::string message = error_of(labeling("a\nb\nc"), tensor("uint8", shape), Bytes(6));
+    const std::string message = get_error(labeling("a\nb\nc"), tensor("uint8", shape), Bytes(6));
     EXPECT_SAYS(message, "WEIR-2001");
     EXPECT_SAYS(message, "one score for each class");
     EXPECT_SAYS(message, std::string("uint8 ") + shape);
@@ -72,7 +72,7 @@ TEST(TensorDecoder, PadsRowsToFourBytes) {
 TEST(TensorDecoder, RefusesWhatIsNoPicture) {
   for (const auto& caps : {tensor("uint8", "2:4:2"), tensor("float32", "3:4:2"),
                            tensor("uint16", "3:4:2"), tensor("uint8", "3:4:2:2")}) {
-    const std::string message = error_of("mode=direct_video", caps, Bytes(96));
+    const std::string message = get_error("mode=direct_video", caps, Bytes(96));
     EXPECT_SAYS(message, "WEIR-2001");
     EXPECT_SAYS(message, "needs one picture");
   }
@@ -82,7 +82,7 @@ TEST(TensorDecoder, RefusesWhatIsNoPicture) {
 TEST(TensorDecoder, PostsNoErrorForAQuery) {
   auto h = harness("mode=direct_video", "");
   Errors errors(h);
-  const auto element = element_of(h, "tensor_decoder");
+  const auto element = find_element(h, "tensor_decoder");
   const auto sink = Ref<GstPad>::adopt(gst_element_get_static_pad(element.get(), "sink"));
   const auto caps = Ref<GstCaps>::adopt(gst_caps_from_string(tensor("float32", "3:4:2").c_str()));
   Ref<GstCaps>::adopt(gst_pad_query_caps(sink.get(), caps.get()));
@@ -97,8 +97,8 @@ TEST(TensorDecoder, PostsNoErrorForAQuery) {
 TEST(TensorDecoder, CountsAFrameThatMeetsAFlushAsFlushed) {
   auto h = harness("mode=octet_stream", tensor("uint8", "4"));
   gst_buffer_unref(gst_harness_push_and_pull(h.get(), frame(Bytes(4))));
-  const auto source =
-      Ref<GstPad>::adopt(gst_element_get_static_pad(element_of(h, "tensor_decoder").get(), "src"));
+  const auto source = Ref<GstPad>::adopt(
+      gst_element_get_static_pad(find_element(h, "tensor_decoder").get(), "src"));
   gst_harness_set_sink_caps_str(h.get(), "video/x-raw");  // the next buffer fails to negotiate
   gst_pad_push_event(source.get(), gst_event_new_flush_start());
   EXPECT_EQ(gst_harness_push(h.get(), frame(Bytes(4))), GST_FLOW_FLUSHING);
@@ -108,7 +108,7 @@ TEST(TensorDecoder, CountsAFrameThatMeetsAFlushAsFlushed) {
 
 TEST(TensorDecoder, NeedsAStaticStream) {
   const std::string message =
-      error_of("mode=direct_video", "other/tensors,format=flexible,framerate=30/1", Bytes(128));
+      get_error("mode=direct_video", "other/tensors,format=flexible,framerate=30/1", Bytes(128));
   EXPECT_SAYS(message, "WEIR-2002");
   EXPECT_SAYS(message, "fix: other/tensors,format=static");
 }
@@ -145,22 +145,22 @@ TEST(TensorDecoder, TakesTheHeadersOffFlexibleTensors) {
 }
 
 TEST(TensorDecoder, NeedsAMode) {
-  const std::string message = error_of("");
+  const std::string message = get_error("");
   EXPECT_SAYS(message, "no mode is set");
   EXPECT_SAYS(message,
               "bounding_boxes, classification, coco, depth, detection, direct_video, erring, ");
 }
 
 TEST(TensorDecoder, GuessesTheModeThatWasMeant) {
-  const std::string message = error_of("mode=image_labelling");
+  const std::string message = get_error("mode=image_labelling");
   EXPECT_SAYS(message, "WEIR-3010");
   EXPECT_SAYS(message, "did you mean image_labeling?");
-  EXPECT_SAYS(error_of("mode=../octet_stream"), "WEIR-3010");
-  EXPECT_SAYS(error_of("mode=Octet_Stream"), "WEIR-3010");
+  EXPECT_SAYS(get_error("mode=../octet_stream"), "WEIR-3010");
+  EXPECT_SAYS(get_error("mode=Octet_Stream"), "WEIR-3010");
 }
 
 TEST(TensorDecoder, RefusesAFrameOfTheWrongSize) {
-  EXPECT_SAYS(error_of("mode=octet_stream", tensor("uint8", "4"), Bytes(3)), "WEIR-2004");
+  EXPECT_SAYS(get_error("mode=octet_stream", tensor("uint8", "4"), Bytes(3)), "WEIR-2004");
 }
 
 std::string property_file(const std::string& text) {
@@ -213,7 +213,7 @@ TEST(TensorDecoder, LetsWhatIsSetLaterWin) {
 }
 
 TEST(PropertyFile, SetsEachTypeByItsOwnRule) {
-  const auto value_of = [](GstElement* element, const char* name) {
+  const auto get_value = [](GstElement* element, const char* name) {
     GValue value = G_VALUE_INIT;
     g_object_get_property(G_OBJECT(element), name, &value);
     const weir::gst::UniqueText text{gst_value_serialize(&value)};
@@ -231,17 +231,17 @@ TEST(PropertyFile, SetsEachTypeByItsOwnRule) {
   const auto queue = make("queue"), identity = make("identity");
   ASSERT_TRUE(weir::gst::set_properties_from_file(G_OBJECT(queue.get()), path));
   ASSERT_TRUE(weir::gst::set_properties_from_file(G_OBJECT(identity.get()), path));
-  EXPECT_EQ(value_of(queue.get(), "max-size-buffers"), "7");
-  EXPECT_EQ(value_of(queue.get(), "max-size-time"), "5000000000");
-  EXPECT_EQ(value_of(queue.get(), "silent"), "true");
-  EXPECT_EQ(value_of(queue.get(), "flush-on-eos"), "false") << "only true is true";
-  EXPECT_EQ(value_of(queue.get(), "leaky"), "downstream");
-  EXPECT_EQ(value_of(identity.get(), "error-after"), "-1");
-  EXPECT_EQ(value_of(identity.get(), "drop-probability"), "0.25");
+  EXPECT_EQ(get_value(queue.get(), "max-size-buffers"), "7");
+  EXPECT_EQ(get_value(queue.get(), "max-size-time"), "5000000000");
+  EXPECT_EQ(get_value(queue.get(), "silent"), "true");
+  EXPECT_EQ(get_value(queue.get(), "flush-on-eos"), "false") << "only true is true";
+  EXPECT_EQ(get_value(queue.get(), "leaky"), "downstream");
+  EXPECT_EQ(get_value(identity.get(), "error-after"), "-1");
+  EXPECT_EQ(get_value(identity.get(), "drop-probability"), "0.25");
 }
 
 TEST(TensorDecoder, NamesTheMissingPropertyFile) {
-  const std::string message = error_of("mode=octet_stream config-file=/nowhere/weir.conf");
+  const std::string message = get_error("mode=octet_stream config-file=/nowhere/weir.conf");
   EXPECT_SAYS(message, "WEIR-4001: the property file cannot be read");
   EXPECT_SAYS(message, "config-file=/nowhere/weir.conf");
   EXPECT_SAYS(message, "lines of property=value");

@@ -12,7 +12,7 @@ constexpr char kTwo[] =
     "uint8\",framerate=30/1";
 
 GstBuffer* two() {
-  return frame_of({{1, 2}, {3}});
+  return make_frame({{1, 2}, {3}});
 }
 std::vector<std::string> names(std::initializer_list<const char*> list) {
   return {list.begin(), list.end()};
@@ -74,11 +74,11 @@ TEST(TensorDemuxPads, FollowChangedCaps) {
   demux.caps(kTwo);
   ASSERT_EQ(demux.push(two()), GST_FLOW_OK);
   demux.caps(test::tensors("uint8,uint8", "1,3"));
-  ASSERT_EQ(demux.push(frame_of({{1}, {2, 3, 4}})), GST_FLOW_OK);
+  ASSERT_EQ(demux.push(make_frame({{1}, {2, 3, 4}})), GST_FLOW_OK);
   EXPECT_SAYS(demux.branch("src_1").caps(), "dimensions=(string)3");
   EXPECT_EQ(demux.branch("src_1").events, names({"stream-start", "caps", "segment", "caps"}));
   demux.caps(test::tensors("uint8,uint8,uint8", "1,3,1"));
-  ASSERT_EQ(demux.push(frame_of({{1}, {2, 3, 4}, {5}})), GST_FLOW_OK);
+  ASSERT_EQ(demux.push(make_frame({{1}, {2, 3, 4}, {5}})), GST_FLOW_OK);
   EXPECT_EQ(demux.added().back(), "src_2");
   EXPECT_EQ(demux.branch("src_1").events.size(), 4u) << "the same caps are not sent again";
   demux.expect_balance();
@@ -154,7 +154,7 @@ GstBuffer* flexible_frame(size_t count) {
     memory.push_back(static_cast<uint8_t>(i));
     memories.push_back(std::move(memory));
   }
-  return frame_of(memories);
+  return make_frame(memories);
 }
 
 TEST(TensorDemuxRejects, AnIndexBeyondTheTensorsOfAStaticStream) {
@@ -236,7 +236,7 @@ TEST(TensorDemuxRejects, ATypoAtTheStart) {
 TEST(TensorDemuxRejects, OnlyOnceBeforeTheEnd) {
   Branches demux("tensor_demux");
   demux.caps(kTwo);
-  EXPECT_EQ(demux.push(frame_of({{1}, {2}})), GST_FLOW_ERROR);
+  EXPECT_EQ(demux.push(make_frame({{1}, {2}})), GST_FLOW_ERROR);
   EXPECT_SAYS(demux.error(), "WEIR-2004");
   demux.send(gst_event_new_eos());
   EXPECT_EQ(demux.error(), "");
@@ -261,10 +261,10 @@ std::string refused(const std::string& caps, GstBuffer* buffer) {
 }
 
 TEST(TensorDemuxRejects, BuffersOfTheWrongSize) {
-  EXPECT_SAYS(refused(kTwo, frame_of({{1}, {2}})),
+  EXPECT_SAYS(refused(kTwo, make_frame({{1}, {2}})),
               "WEIR-2004: the size of a buffer does not match its caps");
-  EXPECT_SAYS(refused(kTwo, frame_of({{1}, {2}})), "1 bytes in memory 0");
-  EXPECT_SAYS(refused(kTwo, frame_of({{1, 2}})), "2 bytes in 1 memory");
+  EXPECT_SAYS(refused(kTwo, make_frame({{1}, {2}})), "1 bytes in memory 0");
+  EXPECT_SAYS(refused(kTwo, make_frame({{1, 2}})), "2 bytes in 1 memory");
   EXPECT_SAYS(refused(kTwo, gst_buffer_new()), "the buffer is too small");
   EXPECT_SAYS(refused(kFlexibleBranch, gst_buffer_new()),
               "a buffer is empty\n  offered: 0 bytes\n  needed: at least one tensor\n  fix: check");
@@ -272,8 +272,8 @@ TEST(TensorDemuxRejects, BuffersOfTheWrongSize) {
 
 TEST(TensorDemuxRejects, InvalidHeaders) {
   Bytes header(128);
-  EXPECT_SAYS(refused(kFlexibleBranch, frame_of({header})), "WEIR-2005");
-  EXPECT_SAYS(refused(kFlexibleBranch, frame_of({{1, 2, 3}})), "too short for a tensor header");
+  EXPECT_SAYS(refused(kFlexibleBranch, make_frame({header})), "WEIR-2005");
+  EXPECT_SAYS(refused(kFlexibleBranch, make_frame({{1, 2, 3}})), "too short for a tensor header");
   const auto put = [&](size_t at, uint32_t value) { std::memcpy(&header[at], &value, 4); };
   put(0, 0xfeedcced);
   put(4, 0xDE001000);
@@ -282,10 +282,10 @@ TEST(TensorDemuxRejects, InvalidHeaders) {
   put(80, 4);
   Bytes short_of_one = header;
   short_of_one.resize(128 + 8);
-  EXPECT_SAYS(refused(kFlexibleBranch, frame_of({short_of_one})),
+  EXPECT_SAYS(refused(kFlexibleBranch, make_frame({short_of_one})),
               "a tensor header declares more bytes than its memory holds");
   put(8, 11);
-  EXPECT_SAYS(refused(kFlexibleBranch, frame_of({header})), "unknown element type");
+  EXPECT_SAYS(refused(kFlexibleBranch, make_frame({header})), "unknown element type");
 }
 
 TEST(TensorDemuxRejects, InvalidPackedTensors) {
@@ -293,12 +293,12 @@ TEST(TensorDemuxRejects, InvalidPackedTensors) {
   for (int i = 1; i < 18; ++i) dimensions += ",1", types += ",uint8";
   const std::string caps = test::tensors(types, dimensions);
   std::vector<Bytes> memories(16, Bytes{1});
-  EXPECT_SAYS(refused(caps, frame_of(memories)), "has no packed header");
+  EXPECT_SAYS(refused(caps, make_frame(memories)), "has no packed header");
   memories.back().resize(20000);
   const uint32_t magic = 0xf00dc0de, extra = 200;
   std::memcpy(memories.back().data(), &magic, 4);
   std::memcpy(memories.back().data() + 8, &extra, 4);
-  EXPECT_SAYS(refused(caps, frame_of(memories)), "WEIR-2005");
+  EXPECT_SAYS(refused(caps, make_frame(memories)), "WEIR-2005");
 }
 
 TEST(TensorDemuxRejects, CapsThatDownstreamRejects) {

@@ -61,7 +61,8 @@ class TensorDemux : public gst::OneToMany<TensorDemux> {
         if (spec_.format == Format::Static && index >= tensors.size())
           return index_beyond("tensorpick", "tensor", index, tensors.size());
     for (size_t i = 0; i < (groups->empty() ? tensors.size() : groups->size()); ++i)
-      if (auto status = outputs_.takes(i, spec_of(groups->empty() ? std::vector{i} : (*groups)[i]));
+      if (auto status =
+              outputs_.takes(i, make_spec(groups->empty() ? std::vector{i} : (*groups)[i]));
           !status)
         return status;
     picked_ = *std::move(groups);
@@ -99,7 +100,7 @@ class TensorDemux : public gst::OneToMany<TensorDemux> {
     gst::Routed routed{GST_FLOW_OK, true};
     for (size_t i = 0; i < groups_.size(); ++i) {
       if (!is_there(groups_[i])) continue;
-      auto frame = frame_of(buffer, &groups_[i], &outputs_.output(i));
+      auto frame = make_frame(buffer, &groups_[i], &outputs_.output(i));
       if (!frame) return frame.error();
       routed.dropped = false;
       routed.flow = push(&outputs_.output(i), *std::move(frame));
@@ -122,11 +123,14 @@ class TensorDemux : public gst::OneToMany<TensorDemux> {
   };
 
   void add_group(const std::vector<size_t>& tensors) {
-    groups_.push_back(
-        {tensors, *std::max_element(tensors.begin(), tensors.end()), spec_of(tensors), {}, false});
+    groups_.push_back({tensors,
+                       *std::max_element(tensors.begin(), tensors.end()),
+                       make_spec(tensors),
+                       {},
+                       false});
   }
   // The spec of the pad for these tensors.
-  FrameSpec spec_of(const std::vector<size_t>& tensors) const {
+  FrameSpec make_spec(const std::vector<size_t>& tensors) const {
     const FrameSpec& whole = spec_;
     FrameSpec spec{whole.format, {}, whole.rate, pick_roles(whole.roles, tensors)};
     for (const size_t index : tensors)
@@ -147,7 +151,8 @@ class TensorDemux : public gst::OneToMany<TensorDemux> {
     return index_beyond("tensorpick", "tensor", group.highest, layout_.tensors().size());
   }
 
-  Result<Ref<GstBuffer>> frame_of(GstBuffer* in, Group* group, gst::SometimesPads::Output* output) {
+  Result<Ref<GstBuffer>> make_frame(GstBuffer* in, Group* group,
+                                    gst::SometimesPads::Output* output) {
     const auto changed = outputs_.settle(output, group->spec);
     if (!changed) return changed.error();
     const bool add_headers = output->format == Format::Flexible && spec_.format == Format::Static;

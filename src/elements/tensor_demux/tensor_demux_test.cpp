@@ -11,13 +11,13 @@ namespace weir::test {
 namespace tensor_demux_test {
 
 // Tensor i: int16, i + 1 elements with the values 256 * i, 256 * i + 1, ...; rank 1 to 16.
-TensorSpec spec_of(size_t i) {
+TensorSpec make_spec(size_t i) {
   TensorSpec spec{ElementType::Int16, {}, ""};
   for (size_t d = 0; d <= i % 16; ++d) spec.shape[d] = 1;
   spec.shape[i % 16] = static_cast<uint32_t>(i + 1);
   return spec;
 }
-Bytes bytes_of(size_t i) {
+Bytes make_bytes(size_t i) {
   Bytes out;
   for (size_t k = 0; k <= i; ++k) {
     out.push_back(static_cast<uint8_t>(k));
@@ -25,19 +25,19 @@ Bytes bytes_of(size_t i) {
   }
   return out;
 }
-std::string caps_of(size_t count) {
+std::string make_caps(size_t count) {
   std::vector<TensorSpec> specs;
-  for (size_t i = 0; i < count; ++i) specs.push_back(spec_of(i));
+  for (size_t i = 0; i < count; ++i) specs.push_back(make_spec(i));
   return test::tensors(join_types(specs), join_shapes(specs));
 }
 Bytes with_header(size_t i) {
   std::array<std::byte, kTensorHeaderBytes> header;
   TensorHeader fields;
-  fields.spec = spec_of(i);
+  fields.spec = make_spec(i);
   write_tensor_header(fields, header);
   Bytes out;
   for (const std::byte b : header) out.push_back(static_cast<uint8_t>(b));
-  const Bytes payload = bytes_of(i);
+  const Bytes payload = make_bytes(i);
   out.insert(out.end(), payload.begin(), payload.end());
   return out;
 }
@@ -46,12 +46,12 @@ Bytes with_header(size_t i) {
 GstBuffer* frame(size_t count, bool flexible, size_t first = 0) {
   std::vector<Bytes> tensors;
   for (size_t i = first; i < first + count; ++i)
-    tensors.push_back(flexible ? with_header(i) : bytes_of(i));
-  if (count <= kMemoryLimit) return frame_of(tensors);
+    tensors.push_back(flexible ? with_header(i) : make_bytes(i));
+  if (count <= kMemoryLimit) return make_frame(tensors);
   std::vector<TensorSpec> specs;
   std::vector<uint64_t> sizes;
   for (size_t i = kMemoryLimit - 1; i < count; ++i) {
-    specs.push_back(spec_of(first + i));
+    specs.push_back(make_spec(first + i));
     sizes.push_back(tensors[i].size());
   }
   std::array<std::byte, kPackedHeaderBytes> header;
@@ -62,7 +62,7 @@ GstBuffer* frame(size_t count, bool flexible, size_t first = 0) {
     packed.insert(packed.end(), tensors[i].begin(), tensors[i].end());
   tensors.resize(kMemoryLimit - 1);
   tensors.push_back(std::move(packed));
-  return frame_of(tensors);
+  return make_frame(tensors);
 }
 
 std::string pad_name(size_t i) {
@@ -74,14 +74,14 @@ class TensorDemuxCounts : public ::testing::TestWithParam<std::tuple<size_t, boo
 TEST_P(TensorDemuxCounts, SharesEachTensorOnItsOwnPad) {
   const auto [count, flexible] = GetParam();
   Branches demux("tensor_demux");
-  demux.caps(flexible ? kFlexibleBranch : caps_of(count));
+  demux.caps(flexible ? kFlexibleBranch : make_caps(count));
   for (int round = 0; round < 3; ++round) {
     ASSERT_EQ(demux.push(frame(count, flexible)), GST_FLOW_OK);
     for (size_t i = 0; i < count; ++i) {
       const auto out = demux.take(pad_name(i));
       ASSERT_TRUE(out);
       ASSERT_EQ(gst_buffer_n_memory(out.get()), 1u);
-      EXPECT_EQ(content(out.get(), 0), flexible ? with_header(i) : bytes_of(i));
+      EXPECT_EQ(content(out.get(), 0), flexible ? with_header(i) : make_bytes(i));
     }
   }
   for (size_t i = 0; i < count; ++i) {
@@ -89,7 +89,7 @@ TEST_P(TensorDemuxCounts, SharesEachTensorOnItsOwnPad) {
     if (flexible) {
       EXPECT_SAYS(caps, "other/tensors, format=(string)flexible, framerate=(fraction)30/1");
     } else {
-      EXPECT_SAYS(caps, "num_tensors=(int)1, dimensions=(string)" + spec_of(i).shape.to_string());
+      EXPECT_SAYS(caps, "num_tensors=(int)1, dimensions=(string)" + make_spec(i).shape.to_string());
     }
   }
   EXPECT_EQ(demux.stat("bytes-copied"), 0u);
@@ -104,7 +104,7 @@ INSTANTIATE_TEST_SUITE_P(Streams, TensorDemuxCounts,
 
 TEST(TensorDemux, SharesTheMemories) {
   Branches demux("tensor_demux tensorpick=2,0:1");
-  demux.caps(caps_of(3));
+  demux.caps(make_caps(3));
   GstBuffer* in = frame(3, false);
   const std::vector<GstMemory*> memories{
       gst_buffer_peek_memory(in, 0), gst_buffer_peek_memory(in, 1), gst_buffer_peek_memory(in, 2)};
@@ -118,7 +118,7 @@ TEST(TensorDemux, SharesTheMemories) {
 TEST(TensorDemux, KeepsTheOrderOfGroups) {
   for (const bool flexible : {false, true}) {
     Branches demux("tensor_demux tensorpick=\"3:1;0+0/2\"");
-    demux.caps(flexible ? kFlexibleBranch : caps_of(4));
+    demux.caps(flexible ? kFlexibleBranch : make_caps(4));
     ASSERT_EQ(demux.push(frame(4, flexible)), GST_FLOW_OK);
     const std::vector<std::vector<size_t>> groups{{3, 1}, {0, 0}, {2}};
     for (size_t g = 0; g < groups.size(); ++g) {
@@ -126,7 +126,7 @@ TEST(TensorDemux, KeepsTheOrderOfGroups) {
       ASSERT_EQ(gst_buffer_n_memory(out.get()), groups[g].size());
       for (size_t i = 0; i < groups[g].size(); ++i)
         EXPECT_EQ(content(out.get(), static_cast<guint>(i)),
-                  flexible ? with_header(groups[g][i]) : bytes_of(groups[g][i]));
+                  flexible ? with_header(groups[g][i]) : make_bytes(groups[g][i]));
     }
     if (!flexible) {
       EXPECT_SAYS(demux.branch("src_0").caps(),
@@ -141,7 +141,7 @@ TEST(TensorDemux, CopiesTensorsThatMustBePackedAgain) {
     std::string pick = "19";
     for (int i = 18; i >= 0; --i) pick += ":" + std::to_string(i);
     Branches demux("tensor_demux tensorpick=" + pick);
-    demux.caps(flexible ? kFlexibleBranch : caps_of(20));
+    demux.caps(flexible ? kFlexibleBranch : make_caps(20));
     ASSERT_EQ(demux.push(frame(20, flexible)), GST_FLOW_OK);
     const auto out = demux.take("src_0");
     ASSERT_EQ(gst_buffer_n_memory(out.get()), 16u);
@@ -155,30 +155,32 @@ TEST(TensorDemux, CopiesTensorsThatMustBePackedAgain) {
       const auto [offset, size] = (*ranges)[i];
       const auto at = last.begin() + static_cast<std::ptrdiff_t>(offset);
       EXPECT_EQ(Bytes(at, at + static_cast<std::ptrdiff_t>(size)),
-                flexible ? with_header(4 - i) : bytes_of(4 - i));
+                flexible ? with_header(4 - i) : make_bytes(4 - i));
       packed += size;
     }
-    EXPECT_EQ(content(out.get(), 0), flexible ? with_header(19) : bytes_of(19));
+    EXPECT_EQ(content(out.get(), 0), flexible ? with_header(19) : make_bytes(19));
     EXPECT_EQ(demux.stat("bytes-copied"), packed);
   }
 }
 
 TEST(TensorDemux, SplitsOneMemoryByTheSizesOfTheCaps) {
   Branches demux("tensor_demux");
-  demux.caps(caps_of(3));
+  demux.caps(make_caps(3));
   Bytes all;
   for (size_t i = 0; i < 3; ++i) {
-    const Bytes bytes = bytes_of(i);
+    const Bytes bytes = make_bytes(i);
     all.insert(all.end(), bytes.begin(), bytes.end());
   }
-  ASSERT_EQ(demux.push(frame_of({all})), GST_FLOW_OK);
-  for (size_t i = 0; i < 3; ++i) EXPECT_EQ(content(demux.take(pad_name(i)).get(), 0), bytes_of(i));
+  ASSERT_EQ(demux.push(make_frame({all})), GST_FLOW_OK);
+  for (size_t i = 0; i < 3; ++i)
+    EXPECT_EQ(content(demux.take(pad_name(i)).get(), 0), make_bytes(i));
   EXPECT_EQ(demux.stat("bytes-copied"), 0u);
   // Two memories with other boundaries: tensor 1 is in both and must be merged.
-  ASSERT_EQ(demux.push(
-                frame_of({Bytes(all.begin(), all.begin() + 4), Bytes(all.begin() + 4, all.end())})),
+  ASSERT_EQ(demux.push(make_frame(
+                {Bytes(all.begin(), all.begin() + 4), Bytes(all.begin() + 4, all.end())})),
             GST_FLOW_OK);
-  for (size_t i = 0; i < 3; ++i) EXPECT_EQ(content(demux.take(pad_name(i)).get(), 0), bytes_of(i));
+  for (size_t i = 0; i < 3; ++i)
+    EXPECT_EQ(content(demux.take(pad_name(i)).get(), 0), make_bytes(i));
   EXPECT_EQ(demux.stat("bytes-copied"), 4u);
 }
 
@@ -188,7 +190,7 @@ TEST(TensorDemux, ReadsConsecutiveChunks) {
   Bytes all = with_header(0);
   const Bytes second = with_header(1);
   all.insert(all.end(), second.begin(), second.end());
-  ASSERT_EQ(demux.push(frame_of({all})), GST_FLOW_OK);
+  ASSERT_EQ(demux.push(make_frame({all})), GST_FLOW_OK);
   EXPECT_EQ(content(demux.take("src_0").get(), 0), second);
   EXPECT_EQ(demux.stat("bytes-copied"), 0u);
 }
@@ -196,7 +198,7 @@ TEST(TensorDemux, ReadsConsecutiveChunks) {
 TEST(TensorDemux, CopiesMemoryThatCannotBeShared) {
   Branches demux("tensor_demux");
   demux.caps(test::tensors("uint8,uint8", "2,2"));
-  GstBuffer* in = frame_of({{1, 2}, {3, 4}});
+  GstBuffer* in = make_frame({{1, 2}, {3, 4}});
   GST_MINI_OBJECT_FLAG_SET(gst_buffer_peek_memory(in, 1), GST_MEMORY_FLAG_NO_SHARE);
   ASSERT_EQ(demux.push(in), GST_FLOW_OK);
   EXPECT_EQ(content(demux.take("src_1").get(), 0), (Bytes{3, 4}));
@@ -205,17 +207,17 @@ TEST(TensorDemux, CopiesMemoryThatCannotBeShared) {
 
 TEST(TensorDemux, AddsHeadersWhereDownstreamNeedsThem) {
   Branches demux("tensor_demux", {{"src_1", "other/tensors,format=(string)flexible"}});
-  demux.caps(caps_of(2));
+  demux.caps(make_caps(2));
   ASSERT_EQ(demux.push(frame(2, false)), GST_FLOW_OK);
-  EXPECT_EQ(content(demux.take("src_0").get(), 0), bytes_of(0));
+  EXPECT_EQ(content(demux.take("src_0").get(), 0), make_bytes(0));
   EXPECT_EQ(content(demux.take("src_1").get(), 0), with_header(1));
-  EXPECT_EQ(demux.stat("bytes-copied"), bytes_of(1).size());
+  EXPECT_EQ(demux.stat("bytes-copied"), make_bytes(1).size());
 }
 
 TEST(TensorDemux, ForwardsMetadata) {
   Branches demux("tensor_demux");
   demux.caps(test::tensors("uint8,uint8", "3:4:2,3:8:6"));
-  GstBuffer* in = frame_of({Bytes(24), Bytes(144)});
+  GstBuffer* in = make_frame({Bytes(24), Bytes(144)});
   GST_BUFFER_PTS(in) = 5;
   GST_BUFFER_DTS(in) = 4;
   GST_BUFFER_DURATION(in) = 3;
@@ -234,7 +236,7 @@ TEST(TensorDemux, ForwardsMetadata) {
     ASSERT_EQ(maps.size(), 1u);
     EXPECT_EQ(maps[0].width, i == 0 ? 4u : 8u);
   }
-  in = frame_of({Bytes(24), Bytes(144)});
+  in = make_frame({Bytes(24), Bytes(144)});
   gst::set_source_maps(in, {picture_as_it_is(9, 9, false)});
   ASSERT_EQ(demux.push(in), GST_FLOW_OK);
   for (size_t i = 0; i < 2; ++i) {
@@ -247,7 +249,7 @@ TEST(TensorDemux, ForwardsMetadata) {
 TEST(TensorDemux, KeepsRegionsOfABatchForEveryTensor) {
   Branches demux("tensor_demux");
   demux.caps(test::tensors("uint8,uint8", "3:4:2:2,5:2"));
-  GstBuffer* in = frame_of({Bytes(48), Bytes(10)});
+  GstBuffer* in = make_frame({Bytes(48), Bytes(10)});
   gst::set_source_maps(in, {picture_as_it_is(4, 2, false), picture_as_it_is(8, 6, false)},
                        gst::MapsOf::Regions);
   ASSERT_EQ(demux.push(in), GST_FLOW_OK);

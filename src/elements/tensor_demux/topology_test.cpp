@@ -14,7 +14,7 @@ constexpr char kTwo[] =
     "uint8\",framerate=30/1";
 
 GstBuffer* two() {
-  return frame_of({{1, 2}, {3}});
+  return make_frame({{1, 2}, {3}});
 }
 Ref<GstPad> source_pad(const Branches& demux, const char* name) {
   return Ref<GstPad>::adopt(gst_element_get_static_pad(demux.element(), name));
@@ -168,7 +168,7 @@ TEST(TensorDemuxTopology, PipelinesCanStopAtAnyTime) {
     EXPECT_EQ(d.get()->numsrcpads, 0u);
     const auto bus = Ref<GstBus>::adopt(gst_element_get_bus(pipeline.get()));
     const auto error = Ref<GstMessage>::adopt(gst_bus_pop_filtered(bus.get(), GST_MESSAGE_ERROR));
-    EXPECT_FALSE(error) << test::text_of(error.get());
+    EXPECT_FALSE(error) << test::get_text(error.get());
     gst_element_set_state(pipeline.get(), GST_STATE_NULL);
   }
 }

@@ -151,7 +151,7 @@ std::optional<DropReason> Admission::drop_reason(GstBuffer* buffer) noexcept {
   return drops ? std::optional(DropReason::Qos) : std::nullopt;
 }
 
-GstClockTime Admission::deadline_of(GstBuffer* buffer) const noexcept {
+GstClockTime Admission::get_deadline(GstBuffer* buffer) const noexcept {
   const GstClockTime after = deadline_, running = after ? running_time(buffer) : 0;
   const bool ends =
       after > 0 && GST_CLOCK_TIME_IS_VALID(running) && running < GST_CLOCK_TIME_NONE - after;

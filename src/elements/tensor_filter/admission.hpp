@@ -55,7 +55,7 @@ class Admission {
   // drops is reported upstream in a QoS event of type OVERFLOW.
   std::optional<DropReason> drop_reason(GstBuffer* buffer) noexcept;
   // Streaming thread: the running time after which the frame is useless, or none.
-  GstClockTime deadline_of(GstBuffer* buffer) const noexcept;
+  GstClockTime get_deadline(GstBuffer* buffer) const noexcept;
 
  private:
   GstClockTime running_time(GstBuffer* buffer) const noexcept;

@@ -145,7 +145,7 @@ TEST(TensorFilterAsyncBytes, StopsWhileAnOutputWaits) {
   ClosedPad outside(h->sinkpad);
   push_nine_after_one(h, outside);
   wait_for_stat(h, kFilter, "bytes-held", 80);
-  const auto element = element_of(h, kFilter);
+  const auto element = find_element(h, kFilter);
   std::thread stop([&] { gst_element_set_state(element.get(), GST_STATE_NULL); });
   wait_for_stat(h, kFilter, "held", 0);
   outside.open();

@@ -24,7 +24,7 @@ class AsyncChange : public ::testing::Test {
     observe();
   }
   void observe() {
-    filter_ = element_of(h_, kFilter);
+    filter_ = find_element(h_, kFilter);
     messages_ = std::make_unique<Errors>(h_);
   }
   void TearDown() override {

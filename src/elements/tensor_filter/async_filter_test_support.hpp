@@ -21,7 +21,7 @@ inline std::string filter(const std::string& custom, const std::string& properti
          (custom.empty() ? "" : " custom=" + custom) + " " + properties;
 }
 inline Harness harness(const std::string& custom, const std::string& properties = "") {
-  return harness_of(filter(custom, properties), kFour);
+  return make_harness(filter(custom, properties), kFour);
 }
 inline GstFlowReturn push(const Harness& h, float value, GstClockTime time = GST_CLOCK_TIME_NONE) {
   return gst_harness_push(h.get(), frame<float>({value, value, value, value}, time));

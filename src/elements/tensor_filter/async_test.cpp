@@ -266,7 +266,7 @@ TEST(TensorFilterAsync, StopsWhileTheEngineIsBusy) {
   for (const char* custom : {"never:1", "until-cancelled:1", "reverse:5"}) {
     auto h = harness(std::string("outputs:1,in-flight:8,") + custom);
     for (int i = 0; i < 3; ++i) ASSERT_EQ(push(h, 1), GST_FLOW_OK);
-    const auto element = element_of(h, kFilter);
+    const auto element = find_element(h, kFilter);
     gst_element_set_state(element.get(), GST_STATE_NULL);
     EXPECT_EQ(stat(element.get(), "dropped-flush"), 3u) << custom;
     EXPECT_EQ(stat(element.get(), "held"), 0u);
@@ -275,7 +275,7 @@ TEST(TensorFilterAsync, StopsWhileTheEngineIsBusy) {
 
 TEST(TensorFilterAsync, CanRestartAfterAStop) {
   auto h = harness("outputs:1,in-flight:2");
-  const auto element = element_of(h, kFilter);
+  const auto element = find_element(h, kFilter);
   push(h, 1);
   EXPECT_EQ(pull(h), 1.f);
   gst_element_set_state(element.get(), GST_STATE_READY);
@@ -302,7 +302,7 @@ TEST(TensorFilterAsync, CountsEveryFrameUnderFlushes) {
     GstSegment segment;
     gst_segment_init(&segment, GST_FORMAT_TIME);
     gst_harness_push_event(h.get(), gst_event_new_segment(&segment));
-    const auto element = element_of(h, kFilter);
+    const auto element = find_element(h, kFilter);
     EXPECT_EQ(stat(element.get(), "held"), 0u);
   }
   expect_sums(h);

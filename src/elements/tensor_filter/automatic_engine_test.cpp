@@ -15,9 +15,9 @@ TEST(TensorFilterAuto, UsesAndLogsTheConfiguredPriority) {
   const auto ini = files.write("weir.ini", "[filter]\npriority_add = absent, adder, scaling\n");
   setenv("WEIR_CONFIG", ini.c_str(), 1);
   const FilterLog log;
-  auto h = harness_of("tensor_filter model=" + files.model(5), kAdderCaps);
+  auto h = make_harness("tensor_filter model=" + files.model(5), kAdderCaps);
   EXPECT_EQ(pushed_sum(h), 5);
-  EXPECT_EQ(text_property(element_of(h, "tensor_filter").get(), "framework"), "adder");
+  EXPECT_EQ(text_property(find_element(h, "tensor_filter").get(), "framework"), "adder");
   setenv("WEIR_CONFIG", "", 1);
   EXPECT_SAYS(
       log.text(),

@@ -171,7 +171,7 @@ class BatchFlow final : public FrameFlow {
     void failed(const Error& error) override { flow_->output_.finish(ticket_, error); }
     void dropped(const infer::BatchRun& run) override {
       flow_->count(run);
-      flow_->output_.end(ticket_, {}, drop_reason_of(run.end.reason));
+      flow_->output_.end(ticket_, {}, to_drop_reason(run.end.reason));
     }
     void drop() { flow_->output_.end(ticket_, {}); }
 

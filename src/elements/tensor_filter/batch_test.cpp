@@ -47,7 +47,7 @@ uint64_t count(const Harness& h, const char* name) {
 double number(const Harness& h, const char* name) {
   double value = -1;
   EXPECT_TRUE(
-      gst_structure_get_double(stats(element_of(h, "tensor_filter").get()).get(), name, &value))
+      gst_structure_get_double(stats(find_element(h, "tensor_filter").get()).get(), name, &value))
       << name;
   return value;
 }
@@ -61,7 +61,7 @@ void wait_for_eos(const Harness& h) {
 }
 
 TEST(TensorFilterBatch, EachFrameGetsItsOwnResultAndTime) {
-  auto h = harness_of(line(std::string("batch-size=4") + kHour), kCaps);
+  auto h = make_harness(line(std::string("batch-size=4") + kHour), kCaps);
   push(h, 0, 10);
   push_eos(h);
   expect_next(h, 0, 10);
@@ -76,15 +76,15 @@ TEST(TensorFilterBatch, EachFrameGetsItsOwnResultAndTime) {
 }
 
 TEST(TensorFilterBatch, WithoutABatchSizeNothingIsBatched) {
-  auto h = harness_of(line(""), kCaps);
+  auto h = make_harness(line(""), kCaps);
   push(h, 0, 2);
   EXPECT_EQ(gst_harness_buffers_in_queue(h.get()), 2u);
   EXPECT_FALSE(
-      gst_structure_has_field(stats(element_of(h, "tensor_filter").get()).get(), "batches"));
+      gst_structure_has_field(stats(find_element(h, "tensor_filter").get()).get(), "batches"));
 }
 
 TEST(TensorFilterBatch, AnIncompleteBatchRunsAtTheTimeout) {
-  auto h = harness_of(line("batch-size=64 batch-timeout=1000000"), kCaps);
+  auto h = make_harness(line("batch-size=64 batch-timeout=1000000"), kCaps);
   push(h, 0, 1);
   expect_next(h, 0, 1);
   push(h, 1, 3);
@@ -92,8 +92,8 @@ TEST(TensorFilterBatch, AnIncompleteBatchRunsAtTheTimeout) {
 }
 
 TEST(TensorFilterBatch, FramesOfSeveralRowsAreBatched) {
-  auto h = harness_of(line(std::string("batch-size=3") + kHour),
-                      "other/tensor,dimension=(string)4:2,type=float32,framerate=30/1");
+  auto h = make_harness(line(std::string("batch-size=3") + kHour),
+                        "other/tensor,dimension=(string)4:2,type=float32,framerate=30/1");
   for (int i = 0; i < 3; ++i)
     gst_harness_push(h.get(), frame(std::vector<float>(8, static_cast<float>(i))));
   for (int i = 0; i < 3; ++i) {
@@ -103,7 +103,7 @@ TEST(TensorFilterBatch, FramesOfSeveralRowsAreBatched) {
 }
 
 TEST(TensorFilterBatch, AModelWithAFixedBatchAcceptsSingleFrames) {
-  auto h = harness_of(line(std::string("batch-size=4 custom=rows:4") + kHour), kCaps);
+  auto h = make_harness(line(std::string("batch-size=4 custom=rows:4") + kHour), kCaps);
   push(h, 0, 6);
   push_eos(h);
   expect_next(h, 0, 6);
@@ -117,14 +117,14 @@ TEST(TensorFilterBatch, AModelWithAFixedBatchAcceptsSingleFrames) {
 
 TEST(TensorFilterBatch, TheModelGetsMemoryAsItRequests) {
   auto h =
-      harness_of(line("batch-size=2 custom=alignment:4096,padding:100 batch-timeout=0"), kCaps);
+      make_harness(line("batch-size=2 custom=alignment:4096,padding:100 batch-timeout=0"), kCaps);
   push(h, 0, 5);
   push_eos(h);
   expect_next(h, 0, 5);
 }
 
 TEST(TensorFilterBatch, InputsAreCombinedWithOutputsOfTheSameFrame) {
-  auto h = harness_of(line(std::string("batch-size=2 output-combination=i0,o0") + kHour), kCaps);
+  auto h = make_harness(line(std::string("batch-size=2 output-combination=i0,o0") + kHour), kCaps);
   push(h, 5, 7);
   for (int i = 5; i < 7; ++i) {
     const auto out = Ref<GstBuffer>::adopt(gst_harness_pull(h.get()));
@@ -138,9 +138,9 @@ TEST(TensorFilterBatch, InputsAreCombinedWithOutputsOfTheSameFrame) {
 }
 
 TEST(TensorFilterBatch, ResultsGetHeadersWhereThePeerNeedsThem) {
-  auto h = harness_of(line(std::string("batch-size=2") + kHour) +
-                          " ! capsfilter caps=other/tensors,format=flexible",
-                      kCaps);
+  auto h = make_harness(line(std::string("batch-size=2") + kHour) +
+                            " ! capsfilter caps=other/tensors,format=flexible",
+                        kCaps);
   push(h, 0, 2);
   for (int i = 0; i < 2; ++i) {
     const auto out = Ref<GstBuffer>::adopt(gst_harness_pull(h.get()));
@@ -167,7 +167,7 @@ GstBuffer* with_header(const std::vector<float>& numbers) {
 TEST(TensorFilterBatch, BatchesAFlexibleStreamForAModelOfOneShape) {
   constexpr char kFlexible[] = "other/tensors,format=flexible,framerate=30/1";
   for (const char* one_shape : {"custom=rows:2", "input=4:1 inputtype=float32"}) {
-    auto h = harness_of(line(std::string("batch-size=2 ") + one_shape + kHour), kFlexible);
+    auto h = make_harness(line(std::string("batch-size=2 ") + one_shape + kHour), kFlexible);
     Errors errors(h);
     for (int i = 0; i < 4; ++i)
       ASSERT_EQ(gst_harness_push(h.get(), with_header(row(i))), GST_FLOW_OK);
@@ -182,7 +182,7 @@ TEST(TensorFilterBatch, BatchesAFlexibleStreamForAModelOfOneShape) {
 }
 
 TEST(TensorFilterBatch, FailsTheStreamWhenTheEngineFails) {
-  auto h = harness_of(line(std::string("batch-size=2 custom=fail-at:1") + kHour), kCaps);
+  auto h = make_harness(line(std::string("batch-size=2 custom=fail-at:1") + kHour), kCaps);
   Errors errors(h);
   push(h, 0, 2);
   expect_next(h, 0, 2);
@@ -196,7 +196,7 @@ TEST(TensorFilterBatch, FailsTheStreamWhenTheEngineFails) {
 }
 
 TEST(TensorFilterBatch, AnErrorIsPostedAndCountedBeforeEos) {
-  auto h = harness_of(line(std::string("batch-size=4 custom=fail-at:0") + kHour), kCaps);
+  auto h = make_harness(line(std::string("batch-size=4 custom=fail-at:0") + kHour), kCaps);
   Errors errors(h);
   push(h, 0, 3);
   push_eos(h);
@@ -207,7 +207,7 @@ TEST(TensorFilterBatch, AnErrorIsPostedAndCountedBeforeEos) {
 }
 
 TEST(TensorFilterBatch, ABatchThatTheEngineDropsIsCounted) {
-  auto h = harness_of(line(std::string("batch-size=2 custom=drop-at:1") + kHour), kCaps);
+  auto h = make_harness(line(std::string("batch-size=2 custom=drop-at:1") + kHour), kCaps);
   push(h, 0, 6);
   expect_next(h, 0, 2);
   expect_next(h, 4, 6);
@@ -218,7 +218,7 @@ TEST(TensorFilterBatch, ABatchThatTheEngineDropsIsCounted) {
 }
 
 TEST(TensorFilterBatch, ABufferOfTheWrongSizeDoesNotAffectEarlierOnes) {
-  auto h = harness_of(line(std::string("batch-size=4") + kHour), kCaps);
+  auto h = make_harness(line(std::string("batch-size=4") + kHour), kCaps);
   Errors errors(h);
   push(h, 0, 3);
   EXPECT_EQ(gst_harness_push(h.get(), frame<float>({1, 2, 3})), GST_FLOW_ERROR);
@@ -229,7 +229,7 @@ TEST(TensorFilterBatch, ABufferOfTheWrongSizeDoesNotAffectEarlierOnes) {
 }
 
 TEST(TensorFilterBatch, AFlushDropsWaitingFramesAndTheStreamContinues) {
-  auto h = harness_of(line(std::string("batch-size=4") + kHour), kCaps);
+  auto h = make_harness(line(std::string("batch-size=4") + kHour), kCaps);
   push(h, 0, 2);
   gst_harness_push_event(h.get(), gst_event_new_flush_start());
   EXPECT_EQ(count(h, "dropped-flush"), 2u);
@@ -244,16 +244,16 @@ TEST(TensorFilterBatch, AFlushDropsWaitingFramesAndTheStreamContinues) {
 }
 
 TEST(TensorFilterBatch, StopsWithWaitingFrames) {
-  auto h = harness_of(line(std::string("batch-size=4") + kHour), kCaps);
+  auto h = make_harness(line(std::string("batch-size=4") + kHour), kCaps);
   push(h, 0, 3);
-  const auto filter = element_of(h, "tensor_filter");
+  const auto filter = find_element(h, "tensor_filter");
   gst_element_set_state(filter.get(), GST_STATE_READY);
   EXPECT_EQ(stat(filter.get(), "dropped-flush"), 3u);
   EXPECT_EQ(stat(filter.get(), "held"), 0u);
 }
 
 TEST(TensorFilterBatch, NewCapsFollowTheFramesBeforeThem) {
-  auto h = harness_of(line(std::string("batch-size=4") + kHour), kCaps);
+  auto h = make_harness(line(std::string("batch-size=4") + kHour), kCaps);
   push(h, 0, 3);
   gst_harness_set_src_caps_str(h.get(),
                                "other/tensor,dimension=(string)4:2,type=float32,framerate=30/1");
@@ -266,7 +266,7 @@ TEST(TensorFilterBatch, NewCapsFollowTheFramesBeforeThem) {
 }
 
 TEST(TensorFilterBatch, EventsKeepTheirPlaceBetweenFrames) {
-  auto h = harness_of(line(std::string("batch-size=2") + kHour), kCaps);
+  auto h = make_harness(line(std::string("batch-size=2") + kHour), kCaps);
   std::vector<std::string> order;  // written by the filter's thread, read after EOS
   const auto note = [](GstPad*, GstPadProbeInfo* info, gpointer data) {
     auto* list = static_cast<std::vector<std::string>*>(data);
@@ -289,17 +289,17 @@ TEST(TensorFilterBatch, EventsKeepTheirPlaceBetweenFrames) {
 }
 
 TEST(TensorFilterBatch, TheTimeoutIsPartOfTheLiveLatency) {
-  auto h = harness_of(line("batch-size=2 batch-timeout=7000000"), kCaps);
+  auto h = make_harness(line("batch-size=2 batch-timeout=7000000"), kCaps);
   gst_harness_set_upstream_latency(h.get(), 3 * GST_MSECOND);
   EXPECT_EQ(gst_harness_query_latency(h.get()), 10 * GST_MSECOND);
-  auto alone = harness_of(line("batch-timeout=7000000"), kCaps);
+  auto alone = make_harness(line("batch-timeout=7000000"), kCaps);
   gst_harness_set_upstream_latency(alone.get(), 3 * GST_MSECOND);
   EXPECT_EQ(gst_harness_query_latency(alone.get()), 3 * GST_MSECOND) << "nothing is collected";
 }
 
 // No batch reaches its timeout, and there are never four frames.
 TEST(TensorFilterBatch, ABatchRunsWhenMaxBytesIsReached) {
-  auto h = harness_of(line(std::string("batch-size=4 max-bytes=32") + kHour), kCaps);
+  auto h = make_harness(line(std::string("batch-size=4 max-bytes=32") + kHour), kCaps);
   push(h, 0, 6);
   push_eos(h);
   wait_for_eos(h);
@@ -313,7 +313,7 @@ TEST(TensorFilterBatch, AFrameBeyondMaxBytesIsDropped) {
   for (const char* when_busy : {"drop-new", "drop-old"}) {
     uint64_t dropped = 0;
     for (int tries = 0; tries < 200 && dropped == 0; ++tries) {
-      auto h = harness_of(
+      auto h = make_harness(
           line(std::string("batch-size=4 max-bytes=32") + kHour + "when-busy=" + when_busy), kCaps);
       push(h, 0, 3);
       expect_next(h, 0, 2);

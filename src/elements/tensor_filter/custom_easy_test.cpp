@@ -53,7 +53,7 @@ std::string frame_error(const Harness& h) {
 
 TEST(TensorFilterCustomEasy, RunsALambdaOverEachFrame) {
   const auto named = registered(twice);
-  auto h = harness_of(line(), kFour);
+  auto h = make_harness(line(), kFour);
   EXPECT_EQ(pushed(h, {1, 2, 3, 4}), (Floats{2, 4, 6, 8}));
   EXPECT_EQ(pushed(h, {-1, 0, 1, 2}), (Floats{-2, 0, 2, 4}));
   EXPECT_EQ(stat(h, "tensor_filter", "bytes-copied"), 0u);
@@ -75,7 +75,7 @@ TEST(TensorFilterCustomEasy, OwnsTheLambdaWithItsState) {
       registered([count = 0.f, kept = std::make_unique<Gone>(&gone)](
                      In, Out out) mutable { weir::elements<float>(out[0])[0] = ++count; },
                  std::move(description)));
-  auto h = harness_of(line(), kFour);
+  auto h = make_harness(line(), kFour);
   EXPECT_EQ(pushed(h, {0, 0, 0, 0}).at(0), 1);
   EXPECT_EQ(pushed(h, {0, 0, 0, 0}).at(0), 2);
   named.reset();
@@ -92,7 +92,7 @@ TEST(TensorFilterCustomEasy, DropsAFrameThatTheLambdaDrops) {
     std::copy(x.begin(), x.end(), weir::elements<float>(out.tensors[0]).begin());
     return x[0] > 0;
   });
-  auto h = harness_of(line(), kFour);
+  auto h = make_harness(line(), kFour);
   EXPECT_EQ(pushed(h, {1, 2, 3, 4}), (Floats{1, 2, 3, 4}));
   EXPECT_EQ(pushed(h, {0, 2, 3, 4}), Floats{});
   EXPECT_EQ(stat(h, "tensor_filter", "dropped-policy"), 1u);
@@ -106,7 +106,7 @@ TEST(TensorFilterCustomEasy, FollowsTheStreamIfItsShapesAreOpen) {
                           out[0].shape[1] = in[0].shape[1];
                         }};
   const auto named = registered(twice, std::move(any));
-  auto h = harness_of(line(), tensors("float32", "3:2"));
+  auto h = make_harness(line(), tensors("float32", "3:2"));
   EXPECT_EQ(pushed(h, {1, 2, 3, 4, 5, 6}), (Floats{2, 4, 6, 8, 10, 12}));
   EXPECT_SAYS(caps_text(h), "dimension=(string)3:2");
 }
@@ -128,7 +128,7 @@ void positives(In in, Out out) {
 
 TEST(TensorFilterCustomEasy, AllowsSizesThatChangeWithEachFrame) {
   const auto named = registered(positives, dynamic());
-  auto h = harness_of(line("invoke-dynamic=true"), kFour);
+  auto h = make_harness(line("invoke-dynamic=true"), kFour);
   constexpr size_t kHeader = 32;  // words
   for (const auto& in : {Floats{1, -2, 3, 4}, Floats{-1, -2, 5, -4}}) {
     auto out = pushed(h, in);
@@ -172,13 +172,13 @@ TEST(TensorFilterCustomEasy, RejectsASecondFilterOfTheSameName) {
     EXPECT_SAYS(std::string(failure.what()), "WEIR-1004: the filter named cannot be registered");
     EXPECT_SAYS(std::string(failure.what()), "offered: another filter has this name");
   }
-  auto h = harness_of(line(), kFour);
+  auto h = make_harness(line(), kFour);
   EXPECT_EQ(pushed(h, {1, 1, 1, 1}), (Floats{2, 2, 2, 2})) << "the first one is kept";
 }
 
 TEST(TensorFilterCustomEasy, RejectsAStreamOfOtherTensors) {
   const auto named = registered(twice);
-  auto h = harness_of(line());
+  auto h = make_harness(line());
   Errors errors(h);
   gst_harness_set_src_caps_str(h.get(), tensors("float32", "5:1").c_str());
   EXPECT_EQ(gst_harness_push(h.get(), frame<float>({1, 2, 3, 4, 5})), GST_FLOW_NOT_NEGOTIATED);
@@ -189,7 +189,7 @@ TEST(TensorFilterCustomEasy, RejectsAStreamOfOtherTensors) {
 
 TEST(TensorFilterCustomEasy, ReportsTheTextOfAnException) {
   const auto named = registered([](In, Out) -> bool { throw std::runtime_error("no, not today"); });
-  EXPECT_SAYS(frame_error(harness_of(line(), kFour)),
+  EXPECT_SAYS(frame_error(make_harness(line(), kFour)),
               "WEIR-5003: the filter named failed: no, not today");
 }
 
@@ -202,14 +202,14 @@ TEST(TensorFilterCustomEasy, ReportsTheTextOfAFailure) {
                          .difference = "pixel 0",
                          .fix = "a lamp"});
   });
-  const auto text = frame_error(harness_of(line(), kFour));
+  const auto text = frame_error(make_harness(line(), kFour));
   EXPECT_SAYS(text, "WEIR-2001: the filter named failed: too dark");
   EXPECT_SAYS(text, "fix: a lamp");
 }
 
 TEST(TensorFilterCustomEasy, SurvivesThrownValuesThatAreNotExceptions) {
   const auto named = registered([](In, Out) { throw 5; });
-  EXPECT_SAYS(frame_error(harness_of(line(), kFour)),
+  EXPECT_SAYS(frame_error(make_harness(line(), kFour)),
               "the filter named failed: an unknown exception");
 }
 
@@ -217,7 +217,7 @@ TEST(TensorFilterCustomEasy, RejectsModifiedOutputs) {
   static float elsewhere[4];
   const auto meddled = [](const std::function<void(weir_tensor&)>& meddle) {
     const auto named = registered([meddle](In, Out out) { meddle(out[0]); });
-    return frame_error(harness_of(line(), kFour));
+    return frame_error(make_harness(line(), kFour));
   };
   for (const auto& text : {meddled([](weir_tensor& t) { t.data = elsewhere; }),
                            meddled([](weir_tensor& t) { t.bytes = 400; }),
@@ -227,7 +227,7 @@ TEST(TensorFilterCustomEasy, RejectsModifiedOutputs) {
 
 TEST(TensorFilterCustomEasy, RejectsADynamicFilterWithoutMemory) {
   const auto named = registered([](In, Out) {}, dynamic());
-  EXPECT_SAYS(frame_error(harness_of(line("invoke-dynamic=true"), kFour)),
+  EXPECT_SAYS(frame_error(make_harness(line("invoke-dynamic=true"), kFour)),
               "an output without elements");
 }
 
@@ -240,7 +240,8 @@ TEST(TensorFilterCustomEasy, IsCalledByOneThreadAtATime) {
     g_thread_yield();
     --inside;
   });
-  auto first = harness_of(line("workers=4"), kFour), second = harness_of(line("workers=4"), kFour);
+  auto first = make_harness(line("workers=4"), kFour),
+       second = make_harness(line("workers=4"), kFour);
   for (int i = 0; i < 100; ++i)
     for (const auto* h : {&first, &second})
       ASSERT_EQ(gst_harness_push(h->get(), frame<float>({static_cast<float>(i), 0, 0, 0})),
@@ -264,7 +265,7 @@ TEST(TensorFilterCustomEasy, IsCalledByAllWorkersIfDeclaredThreadSafe) {
         twice(in, out);
       },
       std::move(description));
-  auto h = harness_of(line("workers=2"), kFour);
+  auto h = make_harness(line("workers=2"), kFour);
   for (int i = 0; i < 2; ++i)
     ASSERT_EQ(gst_harness_push(h.get(), frame<float>({1, 2, 3, 4})), GST_FLOW_OK);
   for (int i = 0; i < 2; ++i) EXPECT_TRUE(Ref<GstBuffer>::adopt(gst_harness_pull(h.get())));

@@ -31,7 +31,7 @@ Flexible flexible(GstBuffer* b) {
   return out;
 }
 // Magic, version, type float32, dimensions innermost-first, format and media.
-std::vector<uint32_t> header_of(std::vector<uint32_t> dimensions, uint32_t format) {
+std::vector<uint32_t> make_header(std::vector<uint32_t> dimensions, uint32_t format) {
   std::vector<uint32_t> out(kHeaderWords);
   out[0] = 0xFEEDCCED;
   out[1] = 0xDE001000;
@@ -43,14 +43,14 @@ std::vector<uint32_t> header_of(std::vector<uint32_t> dimensions, uint32_t forma
 }
 
 TEST(TensorFilterDynamic, UsesTheSizeThatTheModelDecides) {
-  auto h = harness_of(filter("fake-async", "invoke-dynamic=true custom=dynamic:1"), kFour);
+  auto h = make_harness(filter("fake-async", "invoke-dynamic=true custom=dynamic:1"), kFour);
   for (const uint32_t rows : {3u, 1u, 2u, 5u}) {
     const auto first = static_cast<float>(rows);
     GstBuffer* in = frame<float>({first, 7, 8, 9}, rows * GST_SECOND, GST_MSECOND);
     const auto out = Ref<GstBuffer>::adopt(gst_harness_push_and_pull(h.get(), in));
     ASSERT_TRUE(out);
     const auto tensor = flexible(out.get());
-    EXPECT_EQ(tensor.header, header_of({4, rows}, 1));
+    EXPECT_EQ(tensor.header, make_header({4, rows}, 1));
     ASSERT_EQ(tensor.values.size(), 4 * rows);
     for (uint32_t row = 0; row < rows; ++row) {
       EXPECT_EQ(tensor.values[4 * row], first);
@@ -65,12 +65,12 @@ TEST(TensorFilterDynamic, UsesTheSizeThatTheModelDecides) {
 
 // A model with fixed outputs also supports this.
 TEST(TensorFilterDynamic, ConvertsFixedOutputsToFlexibleTensors) {
-  auto h = harness_of(filter("fake", "invoke-dynamic=true"), kFour);
+  auto h = make_harness(filter("fake", "invoke-dynamic=true"), kFour);
   for (int i = 0; i < 20; ++i) {
     const auto out = Ref<GstBuffer>::adopt(
         gst_harness_push_and_pull(h.get(), frame<float>({1, 2, 3, static_cast<float>(i)})));
     const auto tensor = flexible(out.get());
-    EXPECT_EQ(tensor.header, header_of({4, 1}, 1));
+    EXPECT_EQ(tensor.header, make_header({4, 1}, 1));
     EXPECT_EQ(tensor.values, (std::vector<float>{2, 3, 4, static_cast<float>(i + 1)}));
   }
   EXPECT_SAYS(caps_text(h), "format=(string)flexible");
@@ -80,14 +80,14 @@ TEST(TensorFilterDynamic, ConvertsFixedOutputsToFlexibleTensors) {
 
 TEST(TensorFilterDynamic, WritesStaticInTheHeaderWithoutTheProperty) {
   auto h =
-      harness_of(filter("fake", "") + " ! capsfilter caps=other/tensors,format=flexible", kFour);
+      make_harness(filter("fake", "") + " ! capsfilter caps=other/tensors,format=flexible", kFour);
   const auto out =
       Ref<GstBuffer>::adopt(gst_harness_push_and_pull(h.get(), frame<float>({1, 2, 3, 4})));
-  EXPECT_EQ(flexible(out.get()).header, header_of({4, 1}, 0));
+  EXPECT_EQ(flexible(out.get()).header, make_header({4, 1}, 0));
 }
 
 TEST(TensorFilterDynamic, OffersOnlyFlexibleTensors) {
-  auto h = harness_of(filter("fake", "invoke-dynamic=true"), kFour);
+  auto h = make_harness(filter("fake", "invoke-dynamic=true"), kFour);
   const auto caps = Ref<GstCaps>::adopt(gst_pad_peer_query_caps(h->sinkpad, nullptr));
   ASSERT_GT(gst_caps_get_size(caps.get()), 0u);
   for (guint i = 0; i < gst_caps_get_size(caps.get()); ++i)
@@ -96,7 +96,7 @@ TEST(TensorFilterDynamic, OffersOnlyFlexibleTensors) {
 }
 
 TEST(TensorFilterDynamic, CombinesInputsWithDynamicOutputs) {
-  auto h = harness_of(
+  auto h = make_harness(
       filter("fake-async", "invoke-dynamic=true custom=dynamic:1 output-combination=i0,o0"), kFour);
   const auto out =
       Ref<GstBuffer>::adopt(gst_harness_push_and_pull(h.get(), frame<float>({2, 2, 3, 4})));
@@ -110,21 +110,21 @@ TEST(TensorFilterDynamic, CombinesInputsWithDynamicOutputs) {
 
 // Another model that accepts any size can process the tensors.
 TEST(TensorFilterDynamic, FeedsAModelThatAcceptsAnySize) {
-  auto h = harness_of(
+  auto h = make_harness(
       filter("fake-async", "invoke-dynamic=true custom=dynamic:1") + " ! " + filter("fake", ""),
       kFour);
   for (const float rows : {3.f, 1.f}) {
     const auto out =
         Ref<GstBuffer>::adopt(gst_harness_push_and_pull(h.get(), frame<float>({rows, 7, 8, 9})));
     const auto tensor = flexible(out.get());
-    EXPECT_EQ(tensor.header, header_of({4, static_cast<uint32_t>(rows)}, 0));
+    EXPECT_EQ(tensor.header, make_header({4, static_cast<uint32_t>(rows)}, 0));
     EXPECT_EQ(tensor.values.back(), 10.f);
   }
 }
 
 TEST(TensorFilterDynamic, ReportsADownstreamThatRejectsFlexibleTensors) {
-  auto h = harness_of(filter("fake", "invoke-dynamic=true") +
-                      " ! capsfilter caps=other/tensors,format=static");
+  auto h = make_harness(filter("fake", "invoke-dynamic=true") +
+                        " ! capsfilter caps=other/tensors,format=static");
   Errors errors(h);
   gst_harness_set_src_caps_str(h.get(), kFour.c_str());
   const std::string text = errors.next();
@@ -134,7 +134,7 @@ TEST(TensorFilterDynamic, ReportsADownstreamThatRejectsFlexibleTensors) {
 }
 
 TEST(TensorFilterDynamic, ReportsAModelThatChangesANegotiatedSize) {
-  auto h = harness_of(filter("fake-async", "custom=other-shape:1"), kFour);
+  auto h = make_harness(filter("fake-async", "custom=other-shape:1"), kFour);
   Errors errors(h);
   EXPECT_EQ(gst_harness_push(h.get(), frame<float>({1, 2, 3, 4})), GST_FLOW_ERROR);
   const std::string text = errors.next();
@@ -154,7 +154,7 @@ TEST(TensorFilterDynamic, RejectsInvalidOutputs) {
        {Case{"wrong-size:1", "the size of the engine's output does not match its shape"},
         Case{"no-memory:1", "the engine returned no memory for an output"},
         Case{"empty:1", "the engine returned an output without elements"}}) {
-    auto h = harness_of(
+    auto h = make_harness(
         filter("fake-async", std::string("invoke-dynamic=true custom=dynamic:1,") + custom), kFour);
     Errors errors(h);
     EXPECT_EQ(gst_harness_push(h.get(), frame<float>({2, 2, 3, 4})), GST_FLOW_ERROR);

@@ -45,11 +45,11 @@ std::string difference(const Shapes& a, const Shapes& b, const std::string& role
   return "";
 }
 
-std::string text_of(const Shapes& inputs, const Shapes& outputs) {
+std::string to_string(const Shapes& inputs, const Shapes& outputs) {
   return "inputs " + list_tensors(inputs) + "; outputs " + list_tensors(outputs);
 }
 
-Shapes shapes_of(const weir_frame& frame) {
+Shapes get_shapes(const weir_frame& frame) {
   Shapes out;
   for (uint32_t i = 0; i < frame.n_tensors; ++i) out.push_back(model_tensor(frame.tensors[i].info));
   return out;
@@ -100,8 +100,8 @@ Status Fallback::check(const Shapes& inputs, const Shapes& outputs) const {
   if (first.empty()) return ok();
   return Error{.code = Code::SPEC_MISMATCH,
                .what = "the fallback has other tensors than the model",
-               .offered = "fallback=" + file_ + ": " + text_of(inputs_, outputs_),
-               .needed = text_of(inputs, outputs),
+               .offered = "fallback=" + file_ + ": " + to_string(inputs_, outputs_),
+               .needed = to_string(inputs, outputs),
                .difference = first,
                .fix = "set fallback to a model with the same inputs and outputs"};
 }
@@ -120,8 +120,8 @@ Status Fallback::resolve(const infer::ModelLease::Frame& use, const Shapes& inpu
   if (!first.empty())
     return Error{.code = Code::SPEC_MISMATCH,
                  .what = "the fallback has other outputs than the model for these inputs",
-                 .offered = "fallback=" + file_ + ": " + text_of(inputs, *found),
-                 .needed = text_of(inputs, outputs),
+                 .offered = "fallback=" + file_ + ": " + to_string(inputs, *found),
+                 .needed = to_string(inputs, outputs),
                  .difference = first,
                  .fix = "set fallback to a model with the same inputs and outputs"};
   resolved_ = inputs;
@@ -155,23 +155,23 @@ Result<bool> Fallback::invoke(const weir_frame& in, weir_frame& out, GstElement*
   const auto begin = now();
   const auto use = lease_->begin();
   if (!use) return use.error();
-  const auto inputs = shapes_of(in);
+  const auto inputs = get_shapes(in);
   if (!same(inputs, resolved_))
-    if (auto status = resolve(*use, inputs, shapes_of(out)); !status) return status.error();
+    if (auto status = resolve(*use, inputs, get_shapes(out)); !status) return status.error();
   auto kept = use->session().invoke(in, out);
   spare_.add(now() - begin);
   if (!kept || !*kept) return kept;
   ++frames_;
   if (!is_active_.exchange(true))
-    GST_CAT_WARNING_OBJECT(gst::category_of(element), element,
+    GST_CAT_WARNING_OBJECT(gst::get_category(element), element,
                            "the fallback %s answers: the result of the model is %s", file_.c_str(),
-                           std::string(name_of(reason)).c_str());
+                           std::string(to_string(reason)).c_str());
   return true;
 }
 
 bool Fallback::model_succeeded(GstElement* element) {
   if (is_active_ && is_active_.exchange(false))
-    GST_CAT_INFO_OBJECT(gst::category_of(element), element,
+    GST_CAT_INFO_OBJECT(gst::get_category(element), element,
                         "the model answers again; the fallback %s has answered %" G_GUINT64_FORMAT
                         " frames",
                         file_.c_str(), guint64{frames_});

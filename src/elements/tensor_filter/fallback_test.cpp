@@ -47,7 +47,7 @@ class FilterFallback : public testing::Test {
 };
 
 TEST_F(FilterFallback, CountsFramesWithoutAResultByTheirReason) {
-  auto h = harness_of(filter(), kAdderCaps);
+  auto h = make_harness(filter(), kAdderCaps);
   EXPECT_EQ(pass(h, {1, kLate, kRefused, kRefused, kLost, kLost, kLost, 2}, 2), (Numbers{6, 7}));
   EXPECT_EQ(stat(h, "dropped-late"), 1u);
   EXPECT_EQ(stat(h, "dropped-refused"), 2u);
@@ -58,7 +58,7 @@ TEST_F(FilterFallback, CountsFramesWithoutAResultByTheirReason) {
 
 TEST_F(FilterFallback, CountsThemByTheirReasonInBatchesAndParts) {
   for (const char* mode : {"batch-size=2", "invoke-rows=1", "workers=2"}) {
-    auto h = harness_of(filter(mode), kAdderCaps);
+    auto h = make_harness(filter(mode), kAdderCaps);
     EXPECT_EQ(pass(h, {kLost, kLost, 2, 2}, 2), (Numbers{7, 7})) << mode;
     EXPECT_EQ(stat(h, "dropped-lost"), 2u) << mode;
     EXPECT_EQ(stat(h, "dropped"), 2u) << mode;
@@ -67,7 +67,7 @@ TEST_F(FilterFallback, CountsThemByTheirReasonInBatchesAndParts) {
 
 TEST_F(FilterFallback, AnswersInTheOrderOfTheFrames) {
   for (const char* mode : {"", "workers=3", "invoke-rows=1"}) {
-    auto h = harness_of(with_fallback(mode), kAdderCaps);
+    auto h = make_harness(with_fallback(mode), kAdderCaps);
     EXPECT_EQ(pass(h, {1, kLate, 2, kRefused, kLost, kLost, 3}, 7),
               (Numbers{6, 89, 7, 88, 87, 87, 8}))
         << mode;
@@ -90,7 +90,7 @@ std::string answered_by(GstBuffer* buffer) {
 TEST_F(FilterFallback, ReportsWhoAnsweredEachFrame) {
   const std::string file = files_.model(90);
   for (const char* mode : {"", "workers=3", "invoke-rows=1"}) {
-    auto h = harness_of(with_fallback(mode), kAdderCaps);
+    auto h = make_harness(with_fallback(mode), kAdderCaps);
     for (const float first : {1.F, kLost, 2.F, kLate})
       EXPECT_EQ(gst_harness_push(h.get(), frame<float>({first, 0, 0, 0})), GST_FLOW_OK);
     for (const auto& who : {std::string(), file, std::string(), file}) {
@@ -104,14 +104,14 @@ TEST_F(FilterFallback, ReportsWhoAnsweredEachFrame) {
 TEST_F(FilterFallback, DropsAFrameThatWaitsForTheFallbackBeyondItsDeadline) {
   Gate& gate = Gate::of_process();
   gate.reset(true);  // for the dry run
-  auto h = harness_of(filter("workers=2 fallback=" + files_.write("slow.gate", "x")), kAdderCaps);
+  auto h = make_harness(filter("workers=2 fallback=" + files_.write("slow.gate", "x")), kAdderCaps);
   gate.reset();
   const auto push = [&h](float second) {
     EXPECT_EQ(gst_harness_push(h.get(), frame<float>({kLate, second, 0, 0}, 0)), GST_FLOW_OK);
   };
   push(1);
   EXPECT_EQ(gate.wait_for_entered(1).size(), 1u);
-  g_object_set(element_of(h, "tensor_filter").get(), "deadline", guint64{20 * GST_MSECOND},
+  g_object_set(find_element(h, "tensor_filter").get(), "deadline", guint64{20 * GST_MSECOND},
                nullptr);
   push(2);
   const auto expired = std::chrono::steady_clock::now() + std::chrono::milliseconds(20);
@@ -129,7 +129,7 @@ TEST_F(FilterFallback, DropsAFrameThatWaitsForTheFallbackBeyondItsDeadline) {
 }
 
 TEST_F(FilterFallback, KeepsTheTimesOfTheFrame) {
-  auto h = harness_of(with_fallback(), kAdderCaps);
+  auto h = make_harness(with_fallback(), kAdderCaps);
   gst_harness_push(h.get(), frame<float>({kLost, 0, 0, 0}, 7 * GST_SECOND));
   const auto out = Ref<GstBuffer>::adopt(gst_harness_pull(h.get()));
   EXPECT_EQ(GST_BUFFER_PTS(out.get()), 7 * GST_SECOND);
@@ -138,7 +138,7 @@ TEST_F(FilterFallback, KeepsTheTimesOfTheFrame) {
 TEST_F(FilterFallback, LogsEachChangeOnce) {
   const FilterLog log;
   const std::string file = files_.model(90);
-  auto h = harness_of(with_fallback(), kAdderCaps);
+  auto h = make_harness(with_fallback(), kAdderCaps);
   pass(h, {1, kLost, kLost, 2, 3, kLate}, 6);
   const auto first =
       log.text().find("the fallback " + file + " answers: the result of the model is lost\n");
@@ -182,8 +182,8 @@ TEST_F(FilterFallback, RefusesBatchesAndAsynchronousEngines) {
 }
 
 TEST_F(FilterFallback, LeavesTheModelsErrorsAlone) {
-  auto h =
-      harness_of(adder(files_.model(5), "custom=fail:5 fallback=" + files_.model(90)), kAdderCaps);
+  auto h = make_harness(adder(files_.model(5), "custom=fail:5 fallback=" + files_.model(90)),
+                        kAdderCaps);
   EXPECT_EQ(gst_harness_push(h.get(), frame<float>({1, 0, 0, 0})), GST_FLOW_ERROR);
   EXPECT_EQ(stat(h, "fallback-frames"), 0u);
   EXPECT_EQ(stat(h, "dropped-error"), 1u);
@@ -192,7 +192,7 @@ TEST_F(FilterFallback, LeavesTheModelsErrorsAlone) {
 TEST_F(FilterFallback, AnEngineChoosesHowManyFramesRunAtATime) {
   const std::string parallel = adder(files_.model(5), "custom=parallel:3 ");
   const auto workers = [](const std::string& launch) {
-    auto h = harness_of(launch, kAdderCaps);
+    auto h = make_harness(launch, kAdderCaps);
     EXPECT_EQ(pass(h, {1, 2, 3, 4, 5}, 5), (Numbers{6, 7, 8, 9, 10})) << launch;
     return stat(h, "workers");
   };

@@ -11,10 +11,10 @@
 namespace weir {
 namespace {
 
-GstFlowReturn flow_of(const Error& error) {
+GstFlowReturn to_flow(const Error& error) {
   return error.code == Code::NOT_NEGOTIATED ? GST_FLOW_NOT_NEGOTIATED : GST_FLOW_ERROR;
 }
-DropReason reason_of(GstFlowReturn flow) {
+DropReason to_reason(GstFlowReturn flow) {
   if (flow == GST_FLOW_FLUSHING) return DropReason::Flush;
   return flow == GST_FLOW_EOS ? DropReason::Eos : DropReason::Error;
 }
@@ -28,7 +28,7 @@ infer::PoolLimits pool_limits(const FilterSettings& s) {
   return out;
 }
 
-DropReason drop_reason_of(int result) noexcept {
+DropReason to_drop_reason(int result) noexcept {
   switch (result) {
     case WEIR_RESULT_LATE:
       return DropReason::Late;
@@ -76,7 +76,7 @@ bool FilterOutput::is_past(GstClockTime deadline) const noexcept {
 }
 
 GstFlowReturn FilterOutput::reject(GstFlowReturn flow) {
-  ledger()->dropped(reason_of(flow));
+  ledger()->dropped(to_reason(flow));
   return flow;
 }
 
@@ -90,7 +90,7 @@ GstFlowReturn FilterOutput::reject(infer::HeldBytes::FrameAdmission admission) {
 GstFlowReturn FilterOutput::fail(const Error& error) {
   ledger()->dropped(DropReason::Error);
   gst::post_error(owner_.element, error);
-  return flow_of(error);
+  return to_flow(error);
 }
 
 GstFlowReturn FilterOutput::rejection() const noexcept {
@@ -176,7 +176,7 @@ void FilterOutput::end(const Ticket& ticket, const Result<int>& ended,
 
 void FilterOutput::fail_all(const Error& error) {
   auto none = GST_FLOW_OK;
-  if (failed_.compare_exchange_strong(none, flow_of(error))) gst::post_error(owner_.element, error);
+  if (failed_.compare_exchange_strong(none, to_flow(error))) gst::post_error(owner_.element, error);
   held_->refuse_frames();
 }
 
@@ -218,7 +218,7 @@ void FilterOutput::push(Entry entry) noexcept {
     flow_ = gst_pad_push(owner_.source, part->buffer.release());
     held_->release_result(part->bytes);
   } else {
-    const auto reason = drop_reason_of(std::get<Ended>(entry).reason);
+    const auto reason = to_drop_reason(std::get<Ended>(entry).reason);
     if (reason == DropReason::Policy)  // an engine may have no output for a frame
       ledger()->consumed();
     else

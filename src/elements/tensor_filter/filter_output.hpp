@@ -24,7 +24,7 @@ namespace weir {
 
 infer::PoolLimits pool_limits(const FilterSettings& settings);
 // Counts a frame that the engine dropped; `result`: what its invoke returned (weir_no_result).
-DropReason drop_reason_of(int result) noexcept;
+DropReason to_drop_reason(int result) noexcept;
 
 // Any thread may call the functions unless noted otherwise.
 class FilterOutput {

@@ -67,7 +67,7 @@ class FilterThreads {
   }
   void release() { claim_ = {}; }
   // The threads for weir_open; 0 = the engine chooses.
-  int chosen() const { return infer::ThreadBudget::of_process().threads_of(claim_); }
+  int chosen() const { return infer::ThreadBudget::of_process().count_threads(claim_); }
 
  private:
   infer::ThreadBudget::Claim claim_;

@@ -36,7 +36,7 @@ class FrameInvoker {
                                   GstClockTime deadline);
   const OpenModel& model() const noexcept { return *model_; }
   // Why the last run() returned null.
-  DropReason drop_reason() const noexcept { return drop_reason_of(end_.reason); }
+  DropReason drop_reason() const noexcept { return to_drop_reason(end_.reason); }
 
  private:
   Result<gst::Ref<GstBuffer>> make(const infer::ModelLease::Frame& use, GstBuffer* in,

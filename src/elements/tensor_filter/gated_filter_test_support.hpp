@@ -39,9 +39,9 @@ class GatedFilter {
  public:
   explicit GatedFilter(const std::string& properties, bool open = false) {
     gate().reset(open);
-    harness_ = harness_of(
+    harness_ = make_harness(
         "tensor_filter framework=gated model=" + any_model_file() + " " + properties, kFourFloats);
-    element_ = element_of(harness_, "tensor_filter");
+    element_ = find_element(harness_, "tensor_filter");
   }
   ~GatedFilter() { gate().open(); }  // before the harness waits for the frames in progress
 

@@ -35,19 +35,19 @@ std::string line(const std::string& properties = "") {
 }
 
 Harness filter(const std::string& properties = "") {
-  return harness_of(line(properties), tensors("uint8", "4"));
+  return make_harness(line(properties), tensors("uint8", "4"));
 }
 
-uint64_t result_of(GstBuffer* buffer) {
+uint64_t read_result(GstBuffer* buffer) {
   const auto all = values<uint64_t>(buffer);
   return all.size() == 1 ? all[0] : UINT64_MAX;
 }
 uint64_t result(const Harness& h, const Bytes& bytes) {
   const auto out = Ref<GstBuffer>::adopt(gst_harness_push_and_pull(h.get(), frame(bytes)));
-  return out ? result_of(out.get()) : UINT64_MAX;
+  return out ? read_result(out.get()) : UINT64_MAX;
 }
 
-uint64_t stat_of(const Harness& h, const char* name) {
+uint64_t get_stat(const Harness& h, const char* name) {
   return stat(h, "tensor_filter", name);
 }
 
@@ -61,7 +61,7 @@ bool pushed_until_something_comes(const Harness& h) {
     return out || flow != GST_FLOW_OK;
   };
   return becomes_true(comes_or_fails, "a result of the new process") && flow == GST_FLOW_OK &&
-         result_of(out.get()) == 6;
+         read_result(out.get()) == 6;
 }
 
 TEST(TensorFilterIsolated, RunsTheModelInAnotherProcess) {
@@ -72,10 +72,10 @@ TEST(TensorFilterIsolated, RunsTheModelInAnotherProcess) {
   EXPECT_NE(process, static_cast<uint64_t>(getpid()));
   weir::gst::UniqueText framework;
   gchar* name = nullptr;
-  g_object_get(element_of(h, "tensor_filter").get(), "framework", &name, nullptr);
+  g_object_get(find_element(h, "tensor_filter").get(), "framework", &name, nullptr);
   framework.reset(name);
   EXPECT_STREQ(framework.get(), "unruly");
-  const auto all = stats(element_of(h, "tensor_filter").get());
+  const auto all = stats(find_element(h, "tensor_filter").get());
   EXPECT_SAYS(std::string(gst_structure_get_string(all.get(), "worker-confinement")),
               "no new sockets, programs or processes");
 }
@@ -113,12 +113,12 @@ TEST(TensorFilterIsolated, ContinuesAfterACrash) {
   EXPECT_SAYS(warning, "WEIR-3014: the worker process of the model ended on invoke 2");
   EXPECT_SAYS(warning, "signal 11 (Segmentation fault)");
   ASSERT_TRUE(pushed_until_something_comes(h));
-  EXPECT_EQ(stat_of(h, "worker-ended"), 1u);
-  EXPECT_EQ(stat_of(h, "worker-restarts"), 1u);
-  const uint64_t lost = stat_of(h, "worker-frames-lost");
+  EXPECT_EQ(get_stat(h, "worker-ended"), 1u);
+  EXPECT_EQ(get_stat(h, "worker-restarts"), 1u);
+  const uint64_t lost = get_stat(h, "worker-frames-lost");
   EXPECT_GE(lost, 1u);
-  EXPECT_EQ(stat_of(h, "dropped-policy"), lost);
-  EXPECT_EQ(stat_of(h, "received"), stat_of(h, "consumed") + lost);
+  EXPECT_EQ(get_stat(h, "dropped-policy"), lost);
+  EXPECT_EQ(get_stat(h, "received"), get_stat(h, "consumed") + lost);
   EXPECT_EQ(errors.next(), "") << "no error";
 }
 
@@ -129,7 +129,7 @@ TEST(TensorFilterIsolated, ContinuesAfterAnEndlessLoop) {
   EXPECT_EQ(gst_harness_push(h.get(), frame(Bytes{kLoop, 0, 0, 0})), GST_FLOW_OK);
   EXPECT_SAYS(errors.next_warning(), "WEIR-3015: the model timed out");
   ASSERT_TRUE(pushed_until_something_comes(h));
-  EXPECT_EQ(stat_of(h, "worker-timeouts"), 1u);
+  EXPECT_EQ(get_stat(h, "worker-timeouts"), 1u);
 }
 
 // The time of an invoke is not limited here: only the stop ends the process.
@@ -141,14 +141,14 @@ TEST_P(StoppedDuringAHang, EndsTheProcessImmediately) {
   const auto process = static_cast<pid_t>(result(h, {kProcess, 0, 0, 0}));
   std::thread source([&h] { gst_harness_push(h.get(), frame(Bytes{kLoop, 0, 0, 0})); });
   wait_for_stat(h, "tensor_filter", "held", 1);
-  const auto element = element_of(h, "tensor_filter");
+  const auto element = find_element(h, "tensor_filter");
   EXPECT_EQ(gst_element_set_state(element.get(), GST_STATE_READY), GST_STATE_CHANGE_SUCCESS);
   source.join();
   EXPECT_NE(kill(process, 0), 0) << "it is reaped";
-  EXPECT_EQ(stat_of(h, "dropped-flush"), 1u);
-  EXPECT_EQ(stat_of(h, "received"), stat_of(h, "consumed") + stat_of(h, "dropped"));
-  EXPECT_EQ(stat_of(h, "worker-ended") + stat_of(h, "worker-timeouts"), 0u);
-  EXPECT_EQ(stat_of(h, "worker-restarts") + stat_of(h, "worker-not-started"), 0u);
+  EXPECT_EQ(get_stat(h, "dropped-flush"), 1u);
+  EXPECT_EQ(get_stat(h, "received"), get_stat(h, "consumed") + get_stat(h, "dropped"));
+  EXPECT_EQ(get_stat(h, "worker-ended") + get_stat(h, "worker-timeouts"), 0u);
+  EXPECT_EQ(get_stat(h, "worker-restarts") + get_stat(h, "worker-not-started"), 0u);
   EXPECT_EQ(errors.next() + errors.next_warning(), "");
 }
 
@@ -160,7 +160,7 @@ TEST(TensorFilterIsolated, RestartsAfterAStopDuringAHang) {
   auto h = filter("isolate-timeout=0");
   std::thread source([&h] { gst_harness_push(h.get(), frame(Bytes{kLoop, 0, 0, 0})); });
   wait_for_stat(h, "tensor_filter", "held", 1);
-  const auto element = element_of(h, "tensor_filter");
+  const auto element = find_element(h, "tensor_filter");
   gst_element_set_state(element.get(), GST_STATE_READY);
   source.join();
   ASSERT_EQ(gst_element_set_state(element.get(), GST_STATE_PLAYING), GST_STATE_CHANGE_SUCCESS);
@@ -174,9 +174,9 @@ TEST(TensorFilterIsolated, DropsEverythingAfterACrash) {
   for (const uint8_t order : {kCrash, uint8_t{0}, uint8_t{0}})
     EXPECT_EQ(gst_harness_push(h.get(), frame(Bytes{order, 0, 0, 0})), GST_FLOW_OK);
   EXPECT_EQ(gst_harness_buffers_received(h.get()), 0u);
-  EXPECT_EQ(stat_of(h, "worker-frames-lost"), 3u);
-  EXPECT_EQ(stat_of(h, "dropped-policy"), 3u);
-  EXPECT_EQ(stat_of(h, "worker-restarts"), 0u);
+  EXPECT_EQ(get_stat(h, "worker-frames-lost"), 3u);
+  EXPECT_EQ(get_stat(h, "dropped-policy"), 3u);
+  EXPECT_EQ(get_stat(h, "worker-restarts"), 0u);
 }
 
 TEST(TensorFilterIsolated, ReportsACrashAsAnError) {
@@ -185,8 +185,8 @@ TEST(TensorFilterIsolated, ReportsACrashAsAnError) {
   EXPECT_EQ(gst_harness_push(h.get(), frame(Bytes{kCrash, 0, 0, 0})), GST_FLOW_ERROR);
   EXPECT_SAYS(errors.next(), "signal 11 (Segmentation fault)");
   EXPECT_EQ(errors.next_warning(), "") << "posted once";
-  EXPECT_EQ(stat_of(h, "dropped-error"), 1u);
-  EXPECT_EQ(stat_of(h, "worker-ended"), 1u);
+  EXPECT_EQ(get_stat(h, "dropped-error"), 1u);
+  EXPECT_EQ(get_stat(h, "worker-ended"), 1u);
 }
 
 TEST(TensorFilterIsolated, ForwardsTheErrorsOfAnEngine) {
@@ -194,7 +194,7 @@ TEST(TensorFilterIsolated, ForwardsTheErrorsOfAnEngine) {
   Errors errors(h);
   EXPECT_EQ(gst_harness_push(h.get(), frame(Bytes{kFail, 0, 0, 0})), GST_FLOW_ERROR);
   EXPECT_SAYS(errors.next(), "ordered to fail");
-  EXPECT_EQ(stat_of(h, "worker-ended"), 0u);
+  EXPECT_EQ(get_stat(h, "worker-ended"), 0u);
 }
 
 TEST(TensorFilterIsolated, ReportsErrorsAtTheStart) {
@@ -213,7 +213,7 @@ TEST(TensorFilterIsolated, SavesTheFrameWithAPipelineThatReplaysIt) {
   auto h = filter("isolate-timeout=9000 isolate-memory=2000 crash-folder=" + folder);
   Errors errors(h);
   EXPECT_EQ(gst_harness_push(h.get(), frame(Bytes{kCrash, 5, 6, 7})), GST_FLOW_OK);
-  EXPECT_EQ(stat_of(h, "worker-frames-saved"), 1u);
+  EXPECT_EQ(get_stat(h, "worker-frames-saved"), 1u);
   const std::string warning = errors.next_warning();
   EXPECT_SAYS(warning, " isolate-memory=2000 isolate-timeout=9000 isolate=process on-crash=error");
   const std::string before = "fix: gst-launch-1.0 ";
@@ -227,27 +227,27 @@ TEST(TensorFilterIsolated, SavesTheFrameWithAPipelineThatReplaysIt) {
       bus.get(), 60 * GST_SECOND, GstMessageType(GST_MESSAGE_ERROR | GST_MESSAGE_EOS)));
   ASSERT_TRUE(message);
   EXPECT_EQ(GST_MESSAGE_TYPE(message.get()), GST_MESSAGE_ERROR);
-  EXPECT_SAYS(text_of(message.get()), "signal 11 (Segmentation fault)");
+  EXPECT_SAYS(get_text(message.get()), "signal 11 (Segmentation fault)");
   gst_element_set_state(pipeline.get(), GST_STATE_NULL);
   fs::remove_all(folder);
 }
 
 TEST(TensorFilterIsolated, ReadsUpstreamMemoryInPlace) {
-  auto h = harness_of("tensor_transform mode=typecast option=uint8 ! " + line(),
-                      tensors("uint16", "1000"));
+  auto h = make_harness("tensor_transform mode=typecast option=uint8 ! " + line(),
+                        tensors("uint16", "1000"));
   const std::vector<uint16_t> input(1000, 2);
   for (uint64_t i = 1; i <= 5; ++i) {
     const auto out = Ref<GstBuffer>::adopt(gst_harness_push_and_pull(h.get(), frame(input)));
     ASSERT_TRUE(out);
-    EXPECT_EQ(result_of(out.get()), 2000u);
-    EXPECT_EQ(stat_of(h, "worker-bytes-copied"), i * sizeof(uint64_t)) << "the results only";
+    EXPECT_EQ(read_result(out.get()), 2000u);
+    EXPECT_EQ(get_stat(h, "worker-bytes-copied"), i * sizeof(uint64_t)) << "the results only";
   }
 }
 
 TEST(TensorFilterIsolated, CountsCopiedBytes) {
   auto h = filter();
   EXPECT_EQ(result(h, {0, 1, 2, 3}), 6u);
-  EXPECT_EQ(stat_of(h, "worker-bytes-copied"), 4 + sizeof(uint64_t));
+  EXPECT_EQ(get_stat(h, "worker-bytes-copied"), 4 + sizeof(uint64_t));
 }
 
 TEST(TensorFilterIsolated, KeepsTheOrderOfSeveralProcesses) {
@@ -257,7 +257,7 @@ TEST(TensorFilterIsolated, KeepsTheOrderOfSeveralProcesses) {
   for (uint8_t i = 0; i < 60; ++i) {
     const auto out = Ref<GstBuffer>::adopt(gst_harness_pull(h.get()));
     ASSERT_TRUE(out);
-    EXPECT_EQ(result_of(out.get()), i);
+    EXPECT_EQ(read_result(out.get()), i);
   }
 }
 
@@ -273,10 +273,10 @@ TEST(TensorFilterIsolated, FramesWaitForANewProcessIfConfigured) {
     for (uint8_t i = 1; i <= 7; ++i) {
       const auto out = Ref<GstBuffer>::adopt(gst_harness_pull(h.get()));
       ASSERT_TRUE(out) << workers;
-      EXPECT_EQ(result_of(out.get()), i);
+      EXPECT_EQ(read_result(out.get()), i);
     }
-    EXPECT_EQ(stat_of(h, "worker-frames-lost"), 2u);
-    EXPECT_EQ(stat_of(h, "dropped-policy"), 2u);
+    EXPECT_EQ(get_stat(h, "worker-frames-lost"), 2u);
+    EXPECT_EQ(get_stat(h, "dropped-policy"), 2u);
     EXPECT_EQ(errors.next(), "");
   }
 }
@@ -287,16 +287,16 @@ TEST(TensorFilterIsolated, AStopEndsTheWaitForANewProcess) {
   for (int i = 0; i < 4; ++i) gst_harness_push(h.get(), frame(Bytes{kCrash, 0, 0, 0}));
   std::thread source([&h] { gst_harness_push(h.get(), frame(Bytes{0, 1, 0, 0})); });
   wait_for_stat(h, "tensor_filter", "held", 1);
-  EXPECT_EQ(gst_element_set_state(element_of(h, "tensor_filter").get(), GST_STATE_READY),
+  EXPECT_EQ(gst_element_set_state(find_element(h, "tensor_filter").get(), GST_STATE_READY),
             GST_STATE_CHANGE_SUCCESS);
   source.join();
-  EXPECT_EQ(stat_of(h, "received"), stat_of(h, "consumed") + stat_of(h, "dropped"));
+  EXPECT_EQ(get_stat(h, "received"), get_stat(h, "consumed") + get_stat(h, "dropped"));
 }
 
 TEST(TensorFilterIsolated, StartsAgainWithNewProcesses) {
   auto h = filter("on-crash=drop");
   EXPECT_EQ(gst_harness_push(h.get(), frame(Bytes{kCrash, 0, 0, 0})), GST_FLOW_OK);
-  const auto element = element_of(h, "tensor_filter");
+  const auto element = find_element(h, "tensor_filter");
   ASSERT_NE(gst_element_set_state(element.get(), GST_STATE_READY), GST_STATE_CHANGE_FAILURE);
   ASSERT_NE(gst_element_set_state(element.get(), GST_STATE_PLAYING), GST_STATE_CHANGE_FAILURE);
   auto other = filter();

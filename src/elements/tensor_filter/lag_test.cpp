@@ -82,7 +82,7 @@ struct Latency {
   GstClockTime min = 0, max = 0;
 };
 // The latency of the filter downstream of a live source that answers 10 to 20 ms.
-Latency latency_of(const GatedFilter& f) {
+Latency get_latency(const GatedFilter& f) {
   gst_pad_set_query_function(
       f.get()->srcpad, [](GstPad* pad, GstObject* parent, GstQuery* query) -> gboolean {
         if (GST_QUERY_TYPE(query) != GST_QUERY_LATENCY)
@@ -99,7 +99,7 @@ Latency latency_of(const GatedFilter& f) {
 
 TEST(FilterLatency, IsThatOfUpstreamWithoutWorkers) {
   GatedFilter f("", true);
-  const auto latency = latency_of(f);
+  const auto latency = get_latency(f);
   EXPECT_TRUE(latency.live);
   EXPECT_EQ(latency.min, 10 * GST_MSECOND);
   EXPECT_EQ(latency.max, 20 * GST_MSECOND);
@@ -113,7 +113,7 @@ TEST(FilterLatency, IncludesTheFramesThatCanBeHeld) {
                                                                    {"when-busy=drop-old", 2},
                                                                    {"when-busy=block", 2}}) {
     GatedFilter f(properties, true);
-    const auto latency = latency_of(f);
+    const auto latency = get_latency(f);
     EXPECT_EQ(latency.min, 10 * GST_MSECOND) << "no measurement yet";
     EXPECT_EQ(latency.max, 20 * GST_MSECOND + frames * kFrame) << properties;
   }
@@ -139,7 +139,7 @@ TEST(FilterLatency, IncludesTheWaitForAWorker) {
     g_object_get(f.element(), "latency", &invoke, nullptr);
     ASSERT_GE(invoke, 50);
     const auto expected = waits ? static_cast<GstClockTime>(invoke) * GST_USECOND : 0;
-    EXPECT_EQ(latency_of(f).min, 10 * GST_MSECOND + expected) << properties;
+    EXPECT_EQ(get_latency(f).min, 10 * GST_MSECOND + expected) << properties;
   }
 }
 

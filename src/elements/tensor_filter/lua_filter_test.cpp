@@ -32,7 +32,7 @@ class LuaFilter : public testing::Test {
     return path;
   }
   static Harness filter(const std::string& properties) {
-    return harness_of("tensor_filter " + properties, tensors("uint8", "4:1"));
+    return make_harness("tensor_filter " + properties, tensors("uint8", "4:1"));
   }
   static std::vector<float> result(const Harness& h, const Bytes& bytes) {
     const auto out = Ref<GstBuffer>::adopt(gst_harness_push_and_pull(h.get(), frame(bytes)));
@@ -58,7 +58,7 @@ constexpr char kSum[] =
 TEST_F(LuaFilter, FindsTheEngineByTheFile) {
   auto h = filter("model=" + script(kSum));
   EXPECT_EQ(result(h, {0, 1, 2, 3}), kSums);
-  EXPECT_EQ(text_property(element_of(h, "tensor_filter").get(), "framework"), "lua");
+  EXPECT_EQ(text_property(find_element(h, "tensor_filter").get(), "framework"), "lua");
 }
 
 TEST_F(LuaFilter, AcceptsAScriptAsModelText) {
@@ -209,7 +209,7 @@ TEST_F(LuaFilter, CanBeReplacedWhilePlaying) {
   EXPECT_EQ(result(h, {0, 1, 2, 3}), kSums);
   const std::string other = testing::TempDir() + "weir_lua_other.lua";
   std::ofstream(other) << kTables << "function nnstreamer_invoke() output_tensor(1)[2] = 9 end";
-  g_object_set(element_of(h, "tensor_filter").get(), "model", other.c_str(), nullptr);
+  g_object_set(find_element(h, "tensor_filter").get(), "model", other.c_str(), nullptr);
   EXPECT_TRUE(becomes_true(
       [&] {
         return result(h, {0, 1, 2, 3}) != kSums;

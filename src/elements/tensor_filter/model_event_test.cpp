@@ -10,7 +10,7 @@ using namespace weir;
 using namespace weir::test;
 
 // The types of the serialized events so far, "model" for that of the model.
-std::vector<std::string> events_of(const Harness& h) {
+std::vector<std::string> get_events(const Harness& h) {
   std::vector<std::string> out;
   while (const auto event = Ref<GstEvent>::adopt(gst_harness_try_pull_event(h.get())))
     if (gst_event_type_get_flags(GST_EVENT_TYPE(event.get())) & GST_EVENT_TYPE_SERIALIZED)
@@ -32,10 +32,10 @@ using Events = std::vector<std::string>;
 
 TEST(ModelEventOfFilter, PrecedesTheCapsOnce) {
   const AdderFiles files;
-  const auto h = harness_of(adder(files.model(1)), kAdderCaps);
+  const auto h = make_harness(adder(files.model(1)), kAdderCaps);
   EXPECT_EQ(pushed_sum(h), 1);
   EXPECT_EQ(pushed_sum(h), 1);
-  EXPECT_EQ(events_of(h), (Events{"stream-start", "model", "caps", "segment"}));
+  EXPECT_EQ(get_events(h), (Events{"stream-start", "model", "caps", "segment"}));
   const auto model = described_by(h);
   ASSERT_TRUE(model);
   EXPECT_EQ(model->path, files.model(1));
@@ -49,40 +49,40 @@ TEST(ModelEventOfFilter, PrecedesTheCapsOnce) {
 TEST(ModelEventOfFilter, IsSentInEveryMode) {
   const AdderFiles files;
   for (const char* mode : {"workers=2", "when-busy=block", "invoke-dynamic=true"}) {
-    const auto h = harness_of(adder(files.model(1), mode), kAdderCaps);
+    const auto h = make_harness(adder(files.model(1), mode), kAdderCaps);
     ASSERT_EQ(gst_harness_push(h.get(), frame<float>({0, 0, 0, 0})), GST_FLOW_OK);
     ASSERT_TRUE(Ref<GstBuffer>::adopt(gst_harness_pull(h.get()))) << mode;
     EXPECT_TRUE(described_by(h)) << mode;
-    EXPECT_EQ(events_of(h), (Events{"stream-start", "model", "caps", "segment"})) << mode;
+    EXPECT_EQ(get_events(h), (Events{"stream-start", "model", "caps", "segment"})) << mode;
   }
 }
 
 TEST(ModelEventOfFilter, FollowsAModelThatIsReplaced) {
   const AdderFiles files;
-  const auto h = harness_of(adder(files.model(1), "is-updatable=true"), kAdderCaps);
+  const auto h = make_harness(adder(files.model(1), "is-updatable=true"), kAdderCaps);
   EXPECT_EQ(pushed_sum(h), 1);
-  events_of(h);
-  g_object_set(element_of(h, "tensor_filter").get(), "model", files.model(2).c_str(), nullptr);
+  get_events(h);
+  g_object_set(find_element(h, "tensor_filter").get(), "model", files.model(2).c_str(), nullptr);
   EXPECT_EQ(pushed_sum(h), 2);
-  EXPECT_EQ(events_of(h), Events{"model"});
+  EXPECT_EQ(get_events(h), Events{"model"});
   EXPECT_EQ(described_by(h)->path, files.model(2));
   EXPECT_EQ(pushed_sum(h), 2);
-  EXPECT_EQ(events_of(h), Events{});
+  EXPECT_EQ(get_events(h), Events{});
 }
 
 TEST(ModelEventOfFilter, FollowsPropertiesThatChange) {
   const AdderFiles files;
-  const auto h = harness_of(adder(files.model(1)), kAdderCaps);
+  const auto h = make_harness(adder(files.model(1)), kAdderCaps);
   EXPECT_EQ(pushed_sum(h), 1);
-  events_of(h);
-  g_object_set(element_of(h, "tensor_filter").get(), "inputname", "picture", nullptr);
+  get_events(h);
+  g_object_set(find_element(h, "tensor_filter").get(), "inputname", "picture", nullptr);
   EXPECT_EQ(pushed_sum(h), 1);
   EXPECT_EQ(described_by(h)->inputs[0].name, "picture");
 }
 
 TEST(ModelEventOfFilter, DescribesWhatIsPushed) {
   const AdderFiles files;
-  const auto h = harness_of(adder(files.model(1), "output-combination=i0,o0"), kAdderCaps);
+  const auto h = make_harness(adder(files.model(1), "output-combination=i0,o0"), kAdderCaps);
   ASSERT_EQ(gst_harness_push(h.get(), frame<float>({0, 0, 0, 0})), GST_FLOW_OK);
   const auto model = described_by(h);
   ASSERT_TRUE(model);
@@ -95,8 +95,8 @@ TEST(ModelEventOfFilter, DescribesWhatIsPushed) {
 TEST(ModelEventOfFilter, HasQuantisationAndMetadata) {
   const AdderFiles files;
   const auto path = files.write("quantised.bin", "x");
-  const auto h =
-      harness_of("tensor_filter framework=fake-models model=" + path, tensors("uint8", "3:4:4:1"));
+  const auto h = make_harness("tensor_filter framework=fake-models model=" + path,
+                              tensors("uint8", "3:4:4:1"));
   ASSERT_EQ(gst_harness_push(h.get(), frame(Bytes(48))), GST_FLOW_OK);
   const auto model = described_by(h);
   ASSERT_TRUE(model);
@@ -111,10 +111,10 @@ TEST(ModelEventOfFilter, HasQuantisationAndMetadata) {
 TEST(ModelEventOfFilter, ReplacesThatOfAFilterUpstream) {
   const AdderFiles files;
   const auto h =
-      harness_of(adder(files.model(1)) + " ! queue ! " + adder(files.model(2)), kAdderCaps);
+      make_harness(adder(files.model(1)) + " ! queue ! " + adder(files.model(2)), kAdderCaps);
   EXPECT_EQ(pushed_sum(h), 3);
   EXPECT_EQ(described_by(h)->path, files.model(2));
-  const auto events = events_of(h);
+  const auto events = get_events(h);
   EXPECT_EQ(std::count(events.begin(), events.end(), "model"), 1);
 }
 
@@ -122,7 +122,7 @@ TEST(ModelEventOfFilter, PassesElementsThatKeepTheTensors) {
   const AdderFiles files;
   for (const char* element : {"queue", "identity", "capsfilter", "tensor_debug", "tensor_rate",
                               "valve", "queue ! tensor_debug ! queue"}) {
-    const auto h = harness_of(adder(files.model(1)) + " ! " + element, kAdderCaps);
+    const auto h = make_harness(adder(files.model(1)) + " ! " + element, kAdderCaps);
     EXPECT_EQ(pushed_sum(h), 1) << element;
     ASSERT_TRUE(described_by(h)) << element;
     EXPECT_EQ(described_by(h)->path, files.model(1));
@@ -135,7 +135,7 @@ TEST(ModelEventOfFilter, EndsWhereTensorsChange) {
        {"tensor_transform mode=typecast option=float32", "tensor_aggregator frames-out=1",
         "tensor_converter", "tensor_sparse_enc ! tensor_sparse_dec", "tensor_mux", "tensor_merge",
         "tensor_split tensorseg=4:1 ! identity", "tensor_mux ! tensor_demux ! identity"}) {
-    const auto h = harness_of(adder(files.model(1)) + " ! " + element, kAdderCaps);
+    const auto h = make_harness(adder(files.model(1)) + " ! " + element, kAdderCaps);
     EXPECT_EQ(gst_harness_push(h.get(), frame<float>({0, 0, 0, 0}, 0)), GST_FLOW_OK) << element;
     EXPECT_TRUE(gst_harness_push_event(h.get(), gst_event_new_eos()));
     EXPECT_TRUE(Ref<GstBuffer>::adopt(gst_harness_pull(h.get()))) << element;

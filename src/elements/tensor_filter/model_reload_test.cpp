@@ -39,8 +39,8 @@ void wait_for_notify(GstElement* filter, const std::function<void()>& act) {
 
 TEST(ModelReload, TheModelIsReplacedWhenThePropertySetterReturns) {
   const AdderFiles files;
-  auto h = harness_of(adder(files.model(1), "is-updatable=true"), kAdderCaps);
-  const auto filter = element_of(h, "tensor_filter");
+  auto h = make_harness(adder(files.model(1), "is-updatable=true"), kAdderCaps);
+  const auto filter = find_element(h, "tensor_filter");
   EXPECT_EQ(pushed_sum(h), 1);
   set_model(filter.get(), files.model(2));
   EXPECT_EQ(pushed_sum(h), 2);
@@ -52,10 +52,10 @@ TEST(ModelReload, TheModelIsReplacedWhenThePropertySetterReturns) {
 // A filter whose model waits at a gate while it is reopened for another property.
 struct OpenedAgain {
   explicit OpenedAgain(const std::string& model)
-      : h(harness_of(adder(model, "is-updatable=true custom=gate:" + gate.reader() +
-                                      ",events:" + events.writer()),
-                     kAdderCaps)),
-        filter(element_of(h, "tensor_filter")) {}
+      : h(make_harness(adder(model, "is-updatable=true custom=gate:" + gate.reader() +
+                                        ",events:" + events.writer()),
+                       kAdderCaps)),
+        filter(find_element(h, "tensor_filter")) {}
   void change_a_property() { g_object_set(filter.get(), "inputname", "other", nullptr); }
   std::future<float> push_later() {
     return std::async(std::launch::async, [this] { return pushed_sum(h); });
@@ -135,11 +135,11 @@ TEST(ModelReload, UsesAFileThatIsSetWhileTheElementStarts) {
 TEST(ModelReload, TheSameFileCanContainAnotherModel) {
   const AdderFiles files;
   const auto path = files.write("m", "1 4");
-  auto h = harness_of(adder(path, "is-updatable=true"), kAdderCaps);
+  auto h = make_harness(adder(path, "is-updatable=true"), kAdderCaps);
   EXPECT_EQ(pushed_sum(h), 1);
   files.write("m", "5 4");
   EXPECT_EQ(pushed_sum(h), 1);
-  set_model(element_of(h, "tensor_filter").get(), path);
+  set_model(find_element(h, "tensor_filter").get(), path);
   EXPECT_EQ(pushed_sum(h), 5);
 }
 
@@ -149,8 +149,8 @@ TEST(ModelReload, AHundredReloadsUnderLoadLoseNoFrame) {
   const AdderFiles files;
   std::vector<std::string> models;
   for (int i = 0; i <= kReloads; ++i) models.push_back(files.model(i));
-  auto h = harness_of(adder(models[0], "is-updatable=true"), kAdderCaps);
-  const auto filter = element_of(h, "tensor_filter");
+  auto h = make_harness(adder(models[0], "is-updatable=true"), kAdderCaps);
+  const auto filter = find_element(h, "tensor_filter");
   std::atomic<int> begun{0}, done{0};
   std::thread reloads([&] {
     for (int i = 1; i <= kReloads; ++i) {
@@ -179,8 +179,8 @@ TEST(ModelReload, ReloadsUnderWorkersKeepTheOrderOfTheModels) {
   const AdderFiles files;
   std::vector<std::string> models;
   for (int i = 0; i <= kReloads; ++i) models.push_back(files.model(i));
-  auto h = harness_of(adder(models[0], "is-updatable=true workers=3"), kAdderCaps);
-  const auto filter = element_of(h, "tensor_filter");
+  auto h = make_harness(adder(models[0], "is-updatable=true workers=3"), kAdderCaps);
+  const auto filter = find_element(h, "tensor_filter");
   std::atomic<int> done{0};
   std::thread reloads([&] {
     for (int i = 1; i <= kReloads; ++i) {
@@ -208,9 +208,9 @@ TEST(ModelReload, ReloadsUnderWorkersKeepTheOrderOfTheModels) {
 
 TEST(ModelReload, FollowsTheShapesOfAFlexibleStreamAcrossReloads) {
   const AdderFiles files;
-  auto h = harness_of(adder(files.model(1), "is-updatable=true"),
-                      "other/tensors,format=flexible,framerate=30/1");
-  const auto filter = element_of(h, "tensor_filter");
+  auto h = make_harness(adder(files.model(1), "is-updatable=true"),
+                        "other/tensors,format=flexible,framerate=30/1");
+  const auto filter = find_element(h, "tensor_filter");
   for (int i = 1; i <= 6; ++i) {
     const uint32_t rows = static_cast<uint32_t>(i % 3 + 1);
     std::vector<uint32_t> in(32 + 4 * rows, 0);
@@ -228,8 +228,8 @@ TEST(ModelReload, FollowsTheShapesOfAFlexibleStreamAcrossReloads) {
 
 TEST(ModelReload, AnIncompatibleModelIsRejectedWithBothShapes) {
   const AdderFiles files;
-  auto h = harness_of(adder(files.model(1), "is-updatable=true"), kAdderCaps);
-  const auto filter = element_of(h, "tensor_filter");
+  auto h = make_harness(adder(files.model(1), "is-updatable=true"), kAdderCaps);
+  const auto filter = find_element(h, "tensor_filter");
   Errors messages(h);
   EXPECT_EQ(pushed_sum(h), 1);
   set_model(filter.get(), files.model(2, "5"));
@@ -244,8 +244,8 @@ TEST(ModelReload, AnIncompatibleModelIsRejectedWithBothShapes) {
 
 TEST(ModelReload, AModelThatCannotBeOpenedOrRunIsRejected) {
   const AdderFiles files;
-  auto h = harness_of(adder(files.model(1), "is-updatable=true custom=fail:3"), kAdderCaps);
-  const auto filter = element_of(h, "tensor_filter");
+  auto h = make_harness(adder(files.model(1), "is-updatable=true custom=fail:3"), kAdderCaps);
+  const auto filter = find_element(h, "tensor_filter");
   Errors messages(h);
   const std::pair<std::string, const char*> invalid[] = {
       {"/nowhere/m.add", "WEIR-3003: the model file does not exist"},
@@ -266,8 +266,8 @@ TEST(ModelReload, AModelThatCannotBeOpenedOrRunIsRejected) {
 
 TEST(ModelReload, WithoutIsUpdatableTheModelAppliesAtTheNextStart) {
   const AdderFiles files;
-  auto h = harness_of(adder(files.model(1)), kAdderCaps);
-  const auto filter = element_of(h, "tensor_filter");
+  auto h = make_harness(adder(files.model(1)), kAdderCaps);
+  const auto filter = find_element(h, "tensor_filter");
   Errors messages(h);
   EXPECT_EQ(pushed_sum(h), 1);
   set_model(filter.get(), files.model(2));
@@ -279,9 +279,9 @@ TEST(ModelReload, WithoutIsUpdatableTheModelAppliesAtTheNextStart) {
 TEST(ModelReload, AnEventReplacesTheModelWithoutBlockingFrames) {
   const AdderFiles files;
   const Pipe gate;
-  auto h = harness_of(adder(files.model(1), "is-updatable=true custom=gate:" + gate.reader()),
-                      kAdderCaps);
-  const auto filter = element_of(h, "tensor_filter");
+  auto h = make_harness(adder(files.model(1), "is-updatable=true custom=gate:" + gate.reader()),
+                        kAdderCaps);
+  const auto filter = find_element(h, "tensor_filter");
   const auto slow = files.model(2, "4 gate");
   wait_for_notify(filter.get(), [&] {
     EXPECT_TRUE(gst_harness_push_event(h.get(), update_event(slow)));
@@ -298,9 +298,9 @@ TEST(ModelReload, AnEventReplacesTheModelWithoutBlockingFrames) {
 TEST(ModelReload, OfSeveralEventsTheLastOneWins) {
   const AdderFiles files;
   const Pipe gate;
-  auto h = harness_of(adder(files.model(1), "is-updatable=true custom=gate:" + gate.reader()),
-                      kAdderCaps);
-  const auto filter = element_of(h, "tensor_filter");
+  auto h = make_harness(adder(files.model(1), "is-updatable=true custom=gate:" + gate.reader()),
+                        kAdderCaps);
+  const auto filter = find_element(h, "tensor_filter");
   gst_harness_push_event(h.get(), update_event(files.model(2, "4 gate")));
   for (int i = 3; i < 9; ++i) gst_harness_push_event(h.get(), update_event(files.model(i)));
   const auto last = files.model(9);  // the file is complete before the request
@@ -314,8 +314,8 @@ TEST(ModelReload, OfSeveralEventsTheLastOneWins) {
 
 TEST(ModelReload, AnInvalidEventKeepsTheModel) {
   const AdderFiles files;
-  auto h = harness_of(adder(files.model(1), "is-updatable=true"), kAdderCaps);
-  const auto filter = element_of(h, "tensor_filter");
+  auto h = make_harness(adder(files.model(1), "is-updatable=true"), kAdderCaps);
+  const auto filter = find_element(h, "tensor_filter");
   Errors messages(h);
   gst_harness_push_event(h.get(),
                          gst_event_new_custom(GST_EVENT_CUSTOM_DOWNSTREAM,
@@ -330,7 +330,7 @@ TEST(ModelReload, AnInvalidEventKeepsTheModel) {
 
 TEST(ModelReload, ForwardsTheEventIfNotUpdatable) {
   const AdderFiles files;
-  auto h = harness_of(adder(files.model(1)), kAdderCaps);
+  auto h = make_harness(adder(files.model(1)), kAdderCaps);
   EXPECT_EQ(pushed_sum(h), 1);
   gst_harness_push_event(h.get(), update_event(files.model(2)));
   bool seen = false;
@@ -343,9 +343,9 @@ TEST(ModelReload, ForwardsTheEventIfNotUpdatable) {
 TEST(ModelReload, AStopWaitsForAModelThatIsBeingOpened) {
   const AdderFiles files;
   const Pipe gate, events;
-  auto h = harness_of(adder(files.model(1), "is-updatable=true custom=gate:" + gate.reader() +
-                                                ",events:" + events.writer()),
-                      kAdderCaps);
+  auto h = make_harness(adder(files.model(1), "is-updatable=true custom=gate:" + gate.reader() +
+                                                  ",events:" + events.writer()),
+                        kAdderCaps);
   EXPECT_EQ(events.next(), 'o');
   gst_harness_push_event(h.get(), update_event(files.model(2, "4 gate")));
   EXPECT_EQ(events.next(), 'g');

@@ -48,7 +48,7 @@ const char* name_of_circuit(int32_t circuit) {
   return circuit == WEIR_CIRCUIT_OPEN ? "open" : "half-open";
 }
 
-GstStructure* structure_of(const weir_server& server) {
+GstStructure* to_structure(const weir_server& server) {
   GstStructure* out = gst_structure_new(
       "server", "address", G_TYPE_STRING, server.address, "circuit", G_TYPE_STRING,
       name_of_circuit(server.circuit), "in-flight", G_TYPE_UINT64, guint64{server.in_flight},
@@ -82,7 +82,7 @@ void add_servers(const infer::Model& model, GstStructure* stats) {
   for (int i = 0; i < std::min<int>(count, all.size()); ++i) {
     GValue one = G_VALUE_INIT;
     g_value_init(&one, GST_TYPE_STRUCTURE);
-    g_value_take_boxed(&one, structure_of(all[i]));
+    g_value_take_boxed(&one, to_structure(all[i]));
     gst_value_array_append_and_take_value(&list, &one);
   }
   gst_structure_take_value(stats, "servers", &list);
@@ -173,7 +173,7 @@ Error with_card(Error error, const std::string& model_path,
     return error;
   card::Search search;
   search.model = model_path;
-  search.sha256 = [&model_path] { return gst::sha256_of(model_path); };
+  search.sha256 = [&model_path] { return gst::compute_sha256(model_path); };
   search.folders = card::card_folders();
   const auto card = card::find(search);
   if (card && !card->path.empty() && card->inputs.size() == 1 &&

@@ -6,7 +6,7 @@ namespace model_settings_test {
 
 using namespace weir::test;
 
-std::string accelerator_of(GstElement* filter) {
+std::string get_accelerator(GstElement* filter) {
   const auto all = stats(filter);
   const char* text = gst_structure_get_string(all.get(), "accelerator");
   return text ? text : "none there";
@@ -35,7 +35,7 @@ TEST(ModelSettings, ChoosesAnAcceleratorThatTheEngineSupports) {
   };
   for (const auto& [text, chosen] : cases) {
     const Started filter(adder(files.model(1), std::string("accelerator=\"") + text + "\""));
-    EXPECT_EQ(accelerator_of(filter.element.get()), chosen) << text;
+    EXPECT_EQ(get_accelerator(filter.element.get()), chosen) << text;
     EXPECT_EQ(text_property(filter.element.get(), "accelerator"), text) << "reads as it was set";
     EXPECT_EQ(filter.warning, "");
   }
@@ -44,7 +44,7 @@ TEST(ModelSettings, ChoosesAnAcceleratorThatTheEngineSupports) {
 TEST(ModelSettings, WarnsAboutHardwareThatTheEngineDoesNotHave) {
   const AdderFiles files;
   const Started filter(adder(files.model(1), "accelerator=true:npu,!gpu"));
-  EXPECT_EQ(accelerator_of(filter.element.get()), "cpu");
+  EXPECT_EQ(get_accelerator(filter.element.get()), "cpu");
   EXPECT_SAYS(filter.warning, "WEIR-1004: the engine adder has no accelerator npu: cpu is used");
   EXPECT_SAYS(filter.warning, "fix: accelerator=true:cpu");
 }
@@ -53,19 +53,19 @@ TEST(ModelSettings, WarnsAboutHardwareThatTheEngineDoesNotHave) {
 TEST(ModelSettings, WarnAboutHardwareThatTheEngineOfAWorkerProcessDoesNotHave) {
   const AdderFiles files;
   const Started filter(adder(files.model(1), "isolate=process accelerator=true:npu,!gpu"));
-  EXPECT_EQ(accelerator_of(filter.element.get()), "cpu");
+  EXPECT_EQ(get_accelerator(filter.element.get()), "cpu");
   EXPECT_SAYS(filter.warning, "WEIR-1004: the engine adder has no accelerator npu: cpu is used");
   EXPECT_SAYS(filter.warning, "fix: accelerator=true:cpu");
   const Started other(adder(files.model(1), "isolate=process accelerator=true:npu,cpu"));
-  EXPECT_EQ(accelerator_of(other.element.get()), "cpu");
+  EXPECT_EQ(get_accelerator(other.element.get()), "cpu");
   EXPECT_EQ(other.warning, "");
-  EXPECT_EQ(accelerator_of(Started(adder(files.model(1), "isolate=process")).element.get()), "");
+  EXPECT_EQ(get_accelerator(Started(adder(files.model(1), "isolate=process")).element.get()), "");
 }
 
 TEST(ModelSettings, WarnsAboutAnUnreadableAccelerator) {
   const AdderFiles files;
   const Started filter(adder(files.model(1), "accelerator=true:gqu"));
-  EXPECT_EQ(accelerator_of(filter.element.get()), "none");
+  EXPECT_EQ(get_accelerator(filter.element.get()), "none");
   EXPECT_SAYS(filter.warning, "at \"gqu\", did you mean gpu?");
 }
 
@@ -93,9 +93,9 @@ TEST(ModelSettings, AcceptsFrameworkAndModelInAnyOrder) {
   const std::string model = " model=" + files.model(3), framework = " framework=adder";
   for (const auto& launch :
        {"tensor_filter" + model + framework, "tensor_filter" + framework + model}) {
-    auto h = harness_of(launch, kAdderCaps);
+    auto h = make_harness(launch, kAdderCaps);
     EXPECT_EQ(pushed_sum(h), 3);
-    EXPECT_EQ(text_property(element_of(h, "tensor_filter").get(), "framework"), "adder");
+    EXPECT_EQ(text_property(find_element(h, "tensor_filter").get(), "framework"), "adder");
   }
 }
 
@@ -103,8 +103,8 @@ TEST(ModelSettings, ShowsTheEnginesThreadsInStats) {
   const AdderFiles files;
   for (const std::string where : {"", " isolate=process"}) {
     auto h =
-        harness_of("tensor_filter framework=adder model=" + files.model(3) + where, kAdderCaps);
-    const auto shown = stats(element_of(h, "tensor_filter").get());
+        make_harness("tensor_filter framework=adder model=" + files.model(3) + where, kAdderCaps);
+    const auto shown = stats(find_element(h, "tensor_filter").get());
     int threads = 0;
     gboolean spinning = FALSE;
     EXPECT_TRUE(gst_structure_get_int(shown.get(), "threads", &threads)) << where;
@@ -119,8 +119,8 @@ TEST(ModelSettings, ConfigFileSetsPropertiesOfEachKind) {
   const auto path = files.write("filter.conf", "framework=adder\n model = " + files.model(4) +
                                                    "\nis-updatable=TRUE\nsuspend=70000\nlatency=1\n"
                                                    "a line without a sign\n");
-  auto h = harness_of("tensor_filter config-file=" + path, kAdderCaps);
-  const auto filter = element_of(h, "tensor_filter");
+  auto h = make_harness("tensor_filter config-file=" + path, kAdderCaps);
+  const auto filter = find_element(h, "tensor_filter");
   EXPECT_EQ(pushed_sum(h), 4);
   gboolean updatable = FALSE;
   guint suspend = 0;

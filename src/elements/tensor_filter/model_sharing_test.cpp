@@ -13,11 +13,11 @@ TEST(ModelSharing, TheSameKeyOpensTheModelOnce) {
   const Pipe events;
   const auto line = adder(files.model(1), "custom=events:" + events.writer() + kKey);
   {
-    auto first = harness_of(line, kAdderCaps), second = harness_of(line, kAdderCaps);
-    auto third = harness_of(line, kAdderCaps);
+    auto first = make_harness(line, kAdderCaps), second = make_harness(line, kAdderCaps);
+    auto third = make_harness(line, kAdderCaps);
     EXPECT_EQ(pushed_sum(first), 1);
     EXPECT_EQ(pushed_sum(second), 1);
-    const auto filter = element_of(second, "tensor_filter");
+    const auto filter = find_element(second, "tensor_filter");
     EXPECT_EQ(stat(filter.get(), "shared-by"), 3u);
     EXPECT_EQ(stat(filter.get(), "weights-bytes"), 1000u);
     EXPECT_EQ(events.next(), 'o');
@@ -32,7 +32,7 @@ TEST(ModelSharing, WithoutAKeyEachFilterOpensAModel) {
   const AdderFiles files;
   const Pipe events;
   const auto line = adder(files.model(1), "custom=events:" + events.writer());
-  auto first = harness_of(line, kAdderCaps), second = harness_of(line, kAdderCaps);
+  auto first = make_harness(line, kAdderCaps), second = make_harness(line, kAdderCaps);
   EXPECT_EQ(events.next(), 'o');
   EXPECT_EQ(events.next(), 'o');
   EXPECT_EQ(stat(first, "tensor_filter", "shared-by"), 1u);
@@ -41,7 +41,7 @@ TEST(ModelSharing, WithoutAKeyEachFilterOpensAModel) {
 TEST(ModelSharing, AnEngineWithOneSessionServesAllFiltersOfTheKey) {
   const AdderFiles files;
   const auto line = adder(files.model(1), std::string("custom=sessions:1") + kKey);
-  auto first = harness_of(line, kAdderCaps), second = harness_of(line, kAdderCaps);
+  auto first = make_harness(line, kAdderCaps), second = make_harness(line, kAdderCaps);
   for (int i = 0; i < 3; ++i) {
     EXPECT_EQ(pushed_sum(first), 1);
     EXPECT_EQ(pushed_sum(second), 1);
@@ -50,7 +50,7 @@ TEST(ModelSharing, AnEngineWithOneSessionServesAllFiltersOfTheKey) {
 
 TEST(ModelSharing, ADifferentModelUnderTheKeyIsReportedAndNotShared) {
   const AdderFiles files;
-  auto first = harness_of(adder(files.model(1), kKey), kAdderCaps);
+  auto first = make_harness(adder(files.model(1), kKey), kAdderCaps);
   const auto second = lone_element(adder(files.model(2), kKey));
   Errors messages(second.get());
   EXPECT_EQ(gst_element_set_state(second.get(), GST_STATE_PAUSED), GST_STATE_CHANGE_SUCCESS);
@@ -66,10 +66,11 @@ TEST(ModelSharing, ADifferentModelUnderTheKeyIsReportedAndNotShared) {
 TEST(ModelSharing, AReloadReplacesTheModelOfAllFilters) {
   const AdderFiles files;
   const auto line = adder(files.model(1), kKey);
-  auto first = harness_of(line, kAdderCaps), second = harness_of(line, kAdderCaps);
+  auto first = make_harness(line, kAdderCaps), second = make_harness(line, kAdderCaps);
   EXPECT_EQ(pushed_sum(first), 1);
   EXPECT_EQ(pushed_sum(second), 1);
-  g_object_set(element_of(first, "tensor_filter").get(), "model", files.model(7).c_str(), nullptr);
+  g_object_set(find_element(first, "tensor_filter").get(), "model", files.model(7).c_str(),
+               nullptr);
   EXPECT_EQ(pushed_sum(first), 7);
   EXPECT_EQ(pushed_sum(second), 7);
   EXPECT_EQ(stat(second, "tensor_filter", "reloads"), 1u);
@@ -78,9 +79,9 @@ TEST(ModelSharing, AReloadReplacesTheModelOfAllFilters) {
 TEST(ModelSharing, AReloadThatDoesNotFitOneFilterReplacesNone) {
   const AdderFiles files;
   const auto line = adder(files.model(1), kKey);
-  auto first = harness_of(line, kAdderCaps), second = harness_of(line, kAdderCaps);
+  auto first = make_harness(line, kAdderCaps), second = make_harness(line, kAdderCaps);
   Errors messages(first);
-  g_object_set(element_of(first, "tensor_filter").get(), "model", files.model(7, "8").c_str(),
+  g_object_set(find_element(first, "tensor_filter").get(), "model", files.model(7, "8").c_str(),
                nullptr);
   EXPECT_SAYS(messages.next_warning(), "WEIR-3012");
   EXPECT_EQ(pushed_sum(first), 1);

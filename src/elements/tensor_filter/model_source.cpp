@@ -19,7 +19,7 @@
 namespace weir {
 namespace {
 
-std::vector<std::string> paths_of(const std::string& model) {
+std::vector<std::string> split_paths(const std::string& model) {
   std::vector<std::string> out;
   for (const auto part : split(model, ",")) {
     const auto path = strip(part);
@@ -98,8 +98,8 @@ class WeakElement {
 };
 
 // The context for isolate::isolated_engine(). `automatic`: the engine is chosen by the model files.
-std::shared_ptr<isolate::Isolation> isolation_of(const FilterSettings& s, bool automatic,
-                                                 std::shared_ptr<isolate::Monitor> monitor) {
+std::shared_ptr<isolate::Isolation> make_isolation(const FilterSettings& s, bool automatic,
+                                                   std::shared_ptr<isolate::Monitor> monitor) {
   auto out = std::make_shared<isolate::Isolation>();
   if (!automatic) out->engine = s.framework;
   out->timeout = std::chrono::milliseconds(s.isolate_timeout);
@@ -116,7 +116,7 @@ std::shared_ptr<isolate::Isolation> isolation_of(const FilterSettings& s, bool a
 Result<infer::ModelSource> model_source(const FilterSettings& s,
                                         const std::shared_ptr<isolate::Monitor>& monitor,
                                         std::optional<Error>* warning) {
-  const auto paths = paths_of(s.model);
+  const auto paths = split_paths(s.model);
   const auto no_model = [] {
     return Error{.code = Code::MODEL_NOT_FOUND,
                  .what = "no model is set",
@@ -138,12 +138,12 @@ Result<infer::ModelSource> model_source(const FilterSettings& s,
   source.options.declared = declared(s);
   source.options.threads = s.threads;
   if (monitor) {
-    auto isolation = isolation_of(s, automatic(s.framework), monitor);
+    auto isolation = make_isolation(s, automatic(s.framework), monitor);
     isolation->declared = source.options.declared;
     source.options.host_context = std::move(isolation);
   }
   const auto request = infer::parse_accelerator(s.accelerator, warning);
-  const auto supported = infer::accelerators_of(**engine);
+  const auto supported = infer::list_accelerators(**engine);
   source.options.accelerator = infer::choose_accelerator(request, supported);
   if (auto unavailable =
           infer::unavailable_hardware(request, supported, (*engine)->name, s.accelerator))
@@ -158,7 +158,7 @@ std::string framework_name(const FilterSettings& s) {
 
 std::optional<infer::EngineChoice> automatic_engine(const FilterSettings& s) {
   if (!automatic(s.framework)) return std::nullopt;
-  const auto paths = paths_of(s.model);
+  const auto paths = split_paths(s.model);
   if (paths.empty()) return std::nullopt;
   const auto choice = infer::ModuleLibrary::instance().choose_engine(paths);
   return choice ? std::optional(*choice) : std::nullopt;
@@ -177,10 +177,10 @@ std::shared_ptr<isolate::Monitor> make_monitor(const FilterSettings& settings,
 
 void log_confinement(const isolate::Monitor& monitor, GstElement* element) {
   const auto [text, refused] = monitor.confinement();
-  GST_CAT_INFO_OBJECT(gst::category_of(element), element, "worker process: %s",
+  GST_CAT_INFO_OBJECT(gst::get_category(element), element, "worker process: %s",
                       printable_text(text).c_str());
   if (!refused.empty())
-    GST_CAT_WARNING_OBJECT(gst::category_of(element), element,
+    GST_CAT_WARNING_OBJECT(gst::get_category(element), element,
                            "not restricted for the worker process: %s",
                            printable_text(refused).c_str());
 }

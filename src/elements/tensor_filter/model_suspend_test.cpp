@@ -13,8 +13,8 @@ std::string line(const AdderFiles& files, const Pipe& pipe, const std::string& m
 TEST(ModelSuspend, ClosesAnIdleModelAndReopensItForTheNextFrame) {
   const AdderFiles files;
   const Pipe pipe;
-  auto h = harness_of(line(files, pipe), kAdderCaps);
-  const auto filter = element_of(h, "tensor_filter");
+  auto h = make_harness(line(files, pipe), kAdderCaps);
+  const auto filter = find_element(h, "tensor_filter");
   for (int i = 0; i < 3; ++i) {
     wait_until_suspended(filter.get());
     EXPECT_EQ(stat(filter.get(), "weights-bytes"), 0u);
@@ -31,8 +31,8 @@ TEST(ModelSuspend, ClosesAnIdleModelAndReopensItForTheNextFrame) {
 TEST(ModelSuspend, KeepsTheModelOfAnEngineThatCanSuspend) {
   const AdderFiles files;
   const Pipe pipe;
-  auto h = harness_of(line(files, pipe, ",sleeps:yes"), kAdderCaps);
-  const auto filter = element_of(h, "tensor_filter");
+  auto h = make_harness(line(files, pipe, ",sleeps:yes"), kAdderCaps);
+  const auto filter = find_element(h, "tensor_filter");
   for (int i = 0; i < 3; ++i) {
     wait_until_suspended(filter.get());
     EXPECT_EQ(stat(filter.get(), "weights-bytes"), 1000u);
@@ -49,9 +49,10 @@ TEST(ModelSuspend, ABusyFilterOfTheKeyKeepsTheModelOpen) {
   const AdderFiles files;
   const Pipe pipe;
   const std::string key = " shared-tensor-filter-key=s";
-  auto busy = harness_of(adder(files.model(1), "custom=events:" + pipe.writer() + key), kAdderCaps);
-  auto idle = harness_of(line(files, pipe) + key, kAdderCaps);
-  const auto filter = element_of(idle, "tensor_filter");
+  auto busy =
+      make_harness(adder(files.model(1), "custom=events:" + pipe.writer() + key), kAdderCaps);
+  auto idle = make_harness(line(files, pipe) + key, kAdderCaps);
+  const auto filter = find_element(idle, "tensor_filter");
   wait_until_suspended(filter.get());
   EXPECT_EQ(stat(filter.get(), "weights-bytes"), 1000u);
   EXPECT_EQ(pushed_sum(busy), 1);
@@ -65,9 +66,9 @@ TEST(ModelSuspend, ABusyFilterOfTheKeyKeepsTheModelOpen) {
 TEST(ModelSuspend, ReportsAModelFileThatWasRemovedMeanwhile) {
   const AdderFiles files;
   const Pipe pipe;
-  auto h = harness_of(line(files, pipe), kAdderCaps);
+  auto h = make_harness(line(files, pipe), kAdderCaps);
   Errors messages(h);
-  wait_until_suspended(element_of(h, "tensor_filter").get());
+  wait_until_suspended(find_element(h, "tensor_filter").get());
   std::filesystem::remove(files.model(1));
   EXPECT_EQ(gst_harness_push(h.get(), frame<float>({0, 0, 0, 0})), GST_FLOW_ERROR);
   EXPECT_SAYS(messages.next(), "WEIR-3003: the model file does not exist");
@@ -79,8 +80,8 @@ TEST(ModelSuspend, ReportsAModelFileThatWasRemovedMeanwhile) {
 TEST(ModelSuspend, OpensAModelThatWasSetWhileSuspended) {
   const AdderFiles files;
   const Pipe pipe;
-  auto h = harness_of(line(files, pipe) + " is-updatable=true", kAdderCaps);
-  const auto filter = element_of(h, "tensor_filter");
+  auto h = make_harness(line(files, pipe) + " is-updatable=true", kAdderCaps);
+  const auto filter = find_element(h, "tensor_filter");
   wait_until_suspended(filter.get());
   g_object_set(filter.get(), "model", files.model(9).c_str(), nullptr);
   EXPECT_EQ(pushed_sum(h), 9);
@@ -88,8 +89,8 @@ TEST(ModelSuspend, OpensAModelThatWasSetWhileSuspended) {
 
 TEST(ModelSuspend, NeverSuspendsByDefault) {
   const AdderFiles files;
-  auto h = harness_of(adder(files.model(1)), kAdderCaps);
-  EXPECT_FALSE(is_suspended(element_of(h, "tensor_filter").get()));
+  auto h = make_harness(adder(files.model(1)), kAdderCaps);
+  EXPECT_FALSE(is_suspended(find_element(h, "tensor_filter").get()));
 }
 
 }  // namespace model_suspend_test

@@ -24,7 +24,7 @@ Ref<GstBuffer> two() {
 
 TEST(TensorFilterOpenCount, FollowsTheStream) {
   for (const char* isolate : {"", "isolate=process"}) {
-    auto h = harness_of(filter("any:2", isolate), kTwo);
+    auto h = make_harness(filter("any:2", isolate), kTwo);
     const auto out = Ref<GstBuffer>::adopt(gst_harness_push_and_pull(h.get(), two().release()));
     ASSERT_TRUE(out);
     EXPECT_EQ(gst_buffer_n_memory(out.get()), 2u);
@@ -35,14 +35,14 @@ TEST(TensorFilterOpenCount, FollowsTheStream) {
 }
 
 TEST(TensorFilterOpenCount, AllowsFewerOutputs) {
-  auto h = harness_of(filter("any:1"), kTwo);
+  auto h = make_harness(filter("any:1"), kTwo);
   const auto out = Ref<GstBuffer>::adopt(gst_harness_push_and_pull(h.get(), two().release()));
   ASSERT_TRUE(out);
   EXPECT_EQ(values<float>(out.get()), (std::vector<float>{2, 4}));
 }
 
 TEST(TensorFilterOpenCount, CombinesTheExistingOutputs) {
-  auto h = harness_of(filter("any:2", "output-combination=i0,o1"), kTwo);
+  auto h = make_harness(filter("any:2", "output-combination=i0,o1"), kTwo);
   const auto out = Ref<GstBuffer>::adopt(gst_harness_push_and_pull(h.get(), two().release()));
   ASSERT_TRUE(out);
   EXPECT_EQ(values<float>(out.get()), (std::vector<float>{1, 2, 6, 8}));

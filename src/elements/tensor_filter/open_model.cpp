@@ -25,13 +25,13 @@ std::string shared_key(const FilterSettings& s, std::vector<Error>* warnings) {
   return "";
 }
 
-infer::RowLimits rows_of(const FilterSettings& s) {
+infer::RowLimits get_row_limits(const FilterSettings& s) {
   return {s.invoke_rows, s.invoke_threads};
 }
 
 // Rejects settings with which a frame's batch cannot run in parts.
 Status check_parts(const FilterSettings& s) {
-  if (rows_of(s).none()) return ok();
+  if (get_row_limits(s).none()) return ok();
   const auto other = [&](const std::string& what) {
     return Error{.code = Code::OPTION_VALUE,
                  .what = "these properties cannot be combined",
@@ -47,7 +47,7 @@ Status check_parts(const FilterSettings& s) {
 }
 
 // Batches have one session for all filters that share the model.
-size_t sessions_of(const FilterSettings& s, std::vector<Error>* warnings) {
+size_t count_sessions(const FilterSettings& s, std::vector<Error>* warnings) {
   if (s.batch_size > 1) return 0;
   if (!s.invoke_async) return size_t{s.workers} * s.invoke_threads;
   if (s.workers > 1)
@@ -64,7 +64,8 @@ size_t sessions_of(const FilterSettings& s, std::vector<Error>* warnings) {
 uint32_t parallel_invokes(const weir_model_info& info, const FilterSettings& s) {
   constexpr uint32_t kMax = 64;
   constexpr uint32_t kKinds = WEIR_MODEL_THREAD_SAFE | WEIR_MODEL_ASYNC | WEIR_MODEL_STATEFUL;
-  const bool free = s.workers == 1 && s.batch_size == 1 && !s.invoke_async && rows_of(s).none();
+  const bool free =
+      s.workers == 1 && s.batch_size == 1 && !s.invoke_async && get_row_limits(s).none();
   if (!free || (info.flags & kKinds) != WEIR_MODEL_THREAD_SAFE) return 1;
   return std::clamp(info.max_in_flight, 1u, kMax);
 }
@@ -99,8 +100,8 @@ void add(const std::optional<Error>& warning, std::vector<Error>* warnings) {
 }
 
 // With invoke-rows=1 a model of one row runs once for each row.
-infer::RowLimits rows_of(const FilterSettings& s, const infer::Model& model) {
-  auto rows = rows_of(s);
+infer::RowLimits get_row_limits(const FilterSettings& s, const infer::Model& model) {
+  auto rows = get_row_limits(s);
   rows.single = s.invoke_rows == 1 &&
                 infer::has_single_row(model.info().flags, model.inputs(), model.outputs());
   return rows;
@@ -128,7 +129,7 @@ Result<std::unique_ptr<OpenModel>> OpenModel::open(const FilterSettings& s,
   if (!frame) return frame.error();
   const infer::Model& model = frame->model();
   opened->engine_ = model.engine().name;
-  if (auto arena = isolate::arena_of(model)) {
+  if (auto arena = isolate::get_arena(model)) {
     opened->engine_ = isolate::engine_in(model);
     add(isolate::accelerator_in(model).warning, warnings);
     opened->shared_memory_ = gst::shared_allocator(std::move(arena));
@@ -137,7 +138,7 @@ Result<std::unique_ptr<OpenModel>> OpenModel::open(const FilterSettings& s,
           custom::check_invocation(model.engine(), model.info(), s.model, s.invoke_dynamic);
       !status)
     return status.error();
-  opened->rows_ = rows_of(s, model);
+  opened->rows_ = get_row_limits(s, model);
   auto tensors = opened->read_tensors(model, s);
   if (!tensors) return tensors.error();
   if (auto status = check_rows(model, opened->rows_); !status) return status.error();
@@ -170,17 +171,17 @@ Status OpenModel::open_lease(const FilterSettings& s, std::vector<Error>* warnin
   auto source = model_source(s, monitor_, &warning);
   if (!source) return source.error();
   add(warning, warnings);
-  Status status = open_lease_of(*source, s, warnings);
+  Status status = open_lease(*source, s, warnings);
   if (status || !fallback_ || status.error().code != Code::SERVER_UNREACHABLE) return status;
   source = model_source(fallback_->declare_tensors(s), monitor_, nullptr);
-  return source ? open_lease_of(*source, s, warnings) : Status(source.error());
+  return source ? open_lease(*source, s, warnings) : Status(source.error());
 }
 
-Status OpenModel::open_lease_of(const infer::ModelSource& source, const FilterSettings& s,
-                                std::vector<Error>* warnings) {
+Status OpenModel::open_lease(const infer::ModelSource& source, const FilterSettings& s,
+                             std::vector<Error>* warnings) {
   const auto found = infer::ModelTable::instance().find(shared_key(s, warnings), source);
   add(found.not_shared, warnings);
-  auto use = infer::ModelLease::create(found.model, sessions_of(s, warnings));
+  auto use = infer::ModelLease::create(found.model, count_sessions(s, warnings));
   if (!use) return use.error();
   workers_ = s.workers;
   const auto model = found.model->model();
@@ -336,7 +337,7 @@ void OpenModel::add_stats(GstStructure* stats) const {
   if (fallback_) fallback_->add_stats(stats);
   const auto& shared = *lease_->shared();
   const auto model = shared.model();
-  const std::string accelerator = model && isolate::arena_of(*model)
+  const std::string accelerator = model && isolate::get_arena(*model)
                                       ? isolate::accelerator_in(*model).used
                                       : shared.source().options.accelerator;
   gst_structure_set(stats, "weights-bytes", G_TYPE_UINT64,

@@ -32,8 +32,8 @@ void write_header(const TensorSpec& spec, Format format, std::span<std::byte> at
   write_tensor_header(header, at.first<kTensorHeaderBytes>());
 }
 
-Result<gst::TensorPiece> copy_of(const TensorSpec& spec, std::span<const std::byte> bytes,
-                                 std::optional<Format> header) {
+Result<gst::TensorPiece> make_copy(const TensorSpec& spec, std::span<const std::byte> bytes,
+                                   std::optional<Format> header) {
   const size_t head = header ? kTensorHeaderBytes : 0;
   auto memory = gst::allocate_memory(head + bytes.size());
   if (!memory) return memory.error();
@@ -231,7 +231,7 @@ Result<gst::TensorPiece> OutputFrame::input_piece(const InputFrame& in, size_t i
     return gst::TensorPiece{gst::Ref<GstMemory>::share(memory), view.spec};
   }
   ledger_->copied(view.payload.size());
-  return copy_of(view.spec, view.payload, header());
+  return make_copy(view.spec, view.payload, header());
 }
 
 Result<gst::TensorPiece> OutputFrame::output_piece(size_t index, weir_tensor& tensor) {
@@ -261,7 +261,7 @@ Result<gst::TensorPiece> OutputFrame::output_piece(size_t index, weir_tensor& te
     return gst::TensorPiece{gst::Ref<GstMemory>::adopt(adopt(&tensor)), spec};
   ledger_->copied(tensor.bytes);
   const std::span bytes(static_cast<const std::byte*>(tensor.data), tensor.bytes);
-  return copy_of(spec, bytes, header());
+  return make_copy(spec, bytes, header());
 }
 
 OutputFrame::Made OutputFrame::with_metas(const InputFrame& in, Made made) const {

@@ -37,7 +37,7 @@ void expect_result(const Harness& h, GstBuffer* in) {
 }
 
 TEST(FilterPlaceholder, ACombinationIsCheckedWithTheFirstFrame) {
-  const auto h = harness_of("tensor_converter ! " + filter("input-combination=1"));
+  const auto h = make_harness("tensor_converter ! " + filter("input-combination=1"));
   Errors errors(h);
   gst_harness_set_src_caps_str(h.get(), kFlexibleCaps);
   gst_harness_push_event(h.get(), gst_event_new_gap(0, 1));
@@ -54,7 +54,7 @@ TEST(FilterPlaceholder, ACombinationIsCheckedWithTheFirstFrame) {
 TEST(FilterPlaceholder, DeclaredTensorsAreCheckedWithTheFirstFrame) {
   for (const char* properties :
        {"", "output=4:1 outputtype=float32", "input=4:1 inputtype=float32", "outputtype=float32"}) {
-    const auto h = harness_of("tensor_converter ! " + filter(properties));
+    const auto h = make_harness("tensor_converter ! " + filter(properties));
     Errors errors(h);
     gst_harness_set_src_caps_str(h.get(), kFlexibleCaps);
     EXPECT_EQ(errors.next(), "") << properties;
@@ -63,8 +63,9 @@ TEST(FilterPlaceholder, DeclaredTensorsAreCheckedWithTheFirstFrame) {
 }
 
 TEST(FilterPlaceholder, DownstreamOfATransformIsCheckedToo) {
-  const auto h = harness_of("tensor_converter ! tensor_transform mode=typecast option=float32 ! " +
-                            filter("input-combination=1"));
+  const auto h =
+      make_harness("tensor_converter ! tensor_transform mode=typecast option=float32 ! " +
+                   filter("input-combination=1"));
   Errors errors(h);
   gst_harness_set_src_caps_str(h.get(), kFlexibleCaps);
   EXPECT_EQ(errors.next(), "");
@@ -72,7 +73,7 @@ TEST(FilterPlaceholder, DownstreamOfATransformIsCheckedToo) {
 }
 
 TEST(FilterPlaceholder, FramesOfPlaceholderCapsAreErrors) {
-  const auto h = harness_of(filter("input-combination=1"));
+  const auto h = make_harness(filter("input-combination=1"));
   Errors errors(h);
   gst_harness_set_src_caps_str(h.get(), kPlaceholder);
   EXPECT_EQ(errors.next(), "");
@@ -83,7 +84,7 @@ TEST(FilterPlaceholder, FramesOfPlaceholderCapsAreErrors) {
 }
 
 TEST(FilterPlaceholder, LaterInvalidCapsAreAnErrorImmediately) {
-  const auto h = harness_of(filter("input-combination=1"));
+  const auto h = make_harness(filter("input-combination=1"));
   Errors errors(h);
   gst_harness_set_src_caps_str(h.get(), kPlaceholder);
   EXPECT_EQ(errors.next(), "");
@@ -92,7 +93,7 @@ TEST(FilterPlaceholder, LaterInvalidCapsAreAnErrorImmediately) {
 }
 
 TEST(FilterPlaceholder, AStreamWithoutFramesEnds) {
-  const auto h = harness_of("tensor_converter ! " + filter("input-combination=1"), kFlexibleCaps);
+  const auto h = make_harness("tensor_converter ! " + filter("input-combination=1"), kFlexibleCaps);
   Errors errors(h);
   EXPECT_TRUE(gst_harness_push_event(h.get(), gst_event_new_eos()));
   EXPECT_EQ(event_names(h), (Names{"stream-start", "eos"}));
@@ -100,7 +101,7 @@ TEST(FilterPlaceholder, AStreamWithoutFramesEnds) {
 }
 
 TEST(FilterPlaceholder, AFlushDropsTheStoredSegment) {
-  const auto h = harness_of(filter("input-combination=1"), kPlaceholder);
+  const auto h = make_harness(filter("input-combination=1"), kPlaceholder);
   event_names(h);
   gst_harness_push_event(h.get(), gst_event_new_flush_start());
   gst_harness_push_event(h.get(), gst_event_new_flush_stop(TRUE));

@@ -44,7 +44,7 @@ Ref<GstBuffer> pushed(const Harness& h, GstBuffer* in) {
 
 TEST_F(PythonFilter, PassesFramesOfAnyKind) {
   for (const char* where : {"", "isolate=process"}) {
-    auto h = harness_of(filter(example("passthrough"), where), tensors("uint8", "3:4:2:1"));
+    auto h = make_harness(filter(example("passthrough"), where), tensors("uint8", "3:4:2:1"));
     const auto out = pushed(h, frame(ramp(24), GST_SECOND, GST_MSECOND));
     ASSERT_TRUE(out);
     EXPECT_EQ(content(out.get()), ramp(24));
@@ -69,7 +69,7 @@ TEST_F(PythonFilter, RejectsOutputPropertiesThatContradictTheModel) {
 TEST_F(PythonFilter, AcceptsOutputPropertiesThatMatchTheModel) {
   for (const char* right : {"output=3:4:2", "output=3:4:2:1:1", "outputtype=uint8",
                             "output=3:4:2:1 outputtype=uint8"}) {
-    auto h = harness_of(filter(example("passthrough"), right), tensors("uint8", "3:4:2:1"));
+    auto h = make_harness(filter(example("passthrough"), right), tensors("uint8", "3:4:2:1"));
     const auto out = pushed(h, frame(ramp(24)));
     ASSERT_TRUE(out) << right;
     EXPECT_SAYS(caps_text(h), "3:4:2:1") << right;
@@ -92,7 +92,7 @@ constexpr char kFlexible[] = "other/tensors,format=flexible,framerate=30/1";
 
 // Outputs that are known only with each frame are flexible tensors.
 TEST_F(PythonFilter, OutputsFlexibleTensorsForFlexibleInput) {
-  auto h = harness_of(filter(example("passthrough")), kFlexible);
+  auto h = make_harness(filter(example("passthrough")), kFlexible);
   for (const uint32_t count : {4u, 5u}) {
     const auto out = pushed(h, frame(flexible(count)));
     ASSERT_TRUE(out);
@@ -103,7 +103,7 @@ TEST_F(PythonFilter, OutputsFlexibleTensorsForFlexibleInput) {
 
 // docs/compatibility/filter.md 4.3: the framework is queried with the input that the user set.
 TEST_F(PythonFilter, NegotiatesOutputsForADeclaredFlexibleStream) {
-  auto h = harness_of(filter(example("passthrough"), "input=4:1 inputtype=uint8"), kFlexible);
+  auto h = make_harness(filter(example("passthrough"), "input=4:1 inputtype=uint8"), kFlexible);
   const auto out = pushed(h, frame(flexible(4)));
   ASSERT_TRUE(out);
   EXPECT_EQ(content(out.get()), Bytes(4));
@@ -114,7 +114,7 @@ TEST_F(PythonFilter, NegotiatesOutputsForADeclaredFlexibleStream) {
 }
 
 TEST_F(PythonFilter, RejectsAFlexibleFrameWithAnUndeclaredOutput) {
-  auto h = harness_of(filter(example("passthrough"), "output=4 outputtype=uint8"), kFlexible);
+  auto h = make_harness(filter(example("passthrough"), "output=4 outputtype=uint8"), kFlexible);
   Errors errors(h);
   EXPECT_EQ(gst_harness_push(h.get(), frame(flexible(4))), GST_FLOW_OK) << errors.next();
   EXPECT_NE(gst_harness_push(h.get(), frame(flexible(5))), GST_FLOW_OK);
@@ -122,14 +122,14 @@ TEST_F(PythonFilter, RejectsAFlexibleFrameWithAnUndeclaredOutput) {
 }
 
 TEST_F(PythonFilter, IsFoundByTheFileExtension) {
-  auto h = harness_of("tensor_filter model=" + example("passthrough"), tensors("int16", "2:1"));
+  auto h = make_harness("tensor_filter model=" + example("passthrough"), tensors("int16", "2:1"));
   const auto out = pushed(h, frame<int16_t>({-3, 4}));
   ASSERT_TRUE(out);
   EXPECT_EQ(values<int16_t>(out.get()), (std::vector<int16_t>{-3, 4}));
 }
 
 TEST_F(PythonFilter, Scales) {
-  auto h = harness_of(filter(example("scaler"), "custom=\"2 1\""), tensors("uint8", "3:4:2:1"));
+  auto h = make_harness(filter(example("scaler"), "custom=\"2 1\""), tensors("uint8", "3:4:2:1"));
   const auto out = pushed(h, frame(ramp(24)));
   ASSERT_TRUE(out);
   EXPECT_EQ(content(out.get()), (Bytes{0, 1, 2, 6, 7, 8}));
@@ -137,7 +137,8 @@ TEST_F(PythonFilter, Scales) {
 }
 
 TEST_F(PythonFilter, Averages) {
-  auto h = harness_of(filter(example("average"), "custom=\"3 4 2\""), tensors("uint8", "3:4:2:1"));
+  auto h =
+      make_harness(filter(example("average"), "custom=\"3 4 2\""), tensors("uint8", "3:4:2:1"));
   const auto out = pushed(h, frame(ramp(24)));
   ASSERT_TRUE(out);
   EXPECT_EQ(values<float>(out.get()), (std::vector<float>{10.5, 11.5, 12.5}));
@@ -154,8 +155,8 @@ TEST_F(PythonFilter, CanKeepItsInput) {
              "    return [input_array[0] if before is None else np.append(before, before[0])]");
   for (const char* line : {"tensor_filter", "queue ! tensor_filter",
                            "tensor_transform mode=arithmetic option=add:0 ! tensor_filter"}) {
-    auto h = harness_of(std::string(line) + " framework=python3 model=" + path,
-                        tensors("uint8", "10000"));
+    auto h = make_harness(std::string(line) + " framework=python3 model=" + path,
+                          tensors("uint8", "10000"));
     for (uint8_t i = 1; i < 20; ++i) {
       const auto out = pushed(h, frame(Bytes(10000, i)));
       ASSERT_TRUE(out);
@@ -175,7 +176,7 @@ TEST_F(PythonFilter, FramesOutliveTheScript) {
   const auto path = script("fresh", "return [input_array[0] + np.uint8(1)]");
   std::vector<Ref<GstBuffer>> frames;
   {
-    auto h = harness_of(filter(path), tensors("uint8", "100000"));
+    auto h = make_harness(filter(path), tensors("uint8", "100000"));
     for (int i = 0; i < 3; ++i) frames.push_back(pushed(h, frame(Bytes(100000, uint8_t(i)))));
   }
   for (uint8_t i = 0; i < 3; ++i)
@@ -210,7 +211,7 @@ TEST_F(PythonFilter, RunsInSeveralProcessesInOrder) {
   const auto path = script("slow",
                            "time.sleep(0.002 * (input_array[0][0] % 3))\n"
                            "    return [np.array([input_array[0][0], os.getpid()], np.int32)]");
-  auto h = harness_of(filter(path, "isolate=process workers=4"), tensors("int32", "2:1"));
+  auto h = make_harness(filter(path, "isolate=process workers=4"), tensors("int32", "2:1"));
   for (int32_t i = 0; i < 60; ++i)
     ASSERT_EQ(gst_harness_push(h.get(), frame<int32_t>({i, 0})), GST_FLOW_OK);
   std::vector<int32_t> processes;

@@ -43,7 +43,7 @@ TEST_F(PytorchFilter, RejectsOutputPropertiesThatContradictTheModel) {
 
 TEST_F(PytorchFilter, AcceptsOutputPropertiesThatMatchTheModel) {
   for (const char* right : {"", "output=4:2", "output=4:2:1:1 outputtype=float32"}) {
-    auto h = harness_of(filter(right), caps_);
+    auto h = make_harness(filter(right), caps_);
     const auto out = Ref<GstBuffer>::adopt(
         gst_harness_push_and_pull(h.get(), frame<float>({1, -2, 3, 4, 5, 6, 7, 8})));
     ASSERT_TRUE(out) << right;

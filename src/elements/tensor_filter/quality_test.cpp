@@ -23,7 +23,7 @@ std::string filter(const std::string& properties = "") {
   return "tensor_filter framework=fake model=" + path + " " + properties;
 }
 Harness harness(const std::string& launch) {
-  return harness_of(launch, tensors("float32", "4:1", "10/1"));
+  return make_harness(launch, tensors("float32", "4:1", "10/1"));
 }
 void push(const Harness& h, GstClockTime time, GstClockTime duration = 100 * kMs) {
   ASSERT_EQ(gst_harness_push(h.get(), frame<float>({1, 2, 3, 4}, time, duration)), GST_FLOW_OK);
@@ -95,7 +95,7 @@ TEST(TensorFilterThrottle, EnablesLatencyMeasurement) {
   auto h = harness(filter());
   const auto latency = [&] {
     int value = 0;
-    g_object_get(element_of(h, kFilter).get(), "latency", &value, nullptr);
+    g_object_get(find_element(h, kFilter).get(), "latency", &value, nullptr);
     return value;
   };
   push(h, 0);
@@ -162,11 +162,11 @@ TEST(TensorFilterThrottle, ComputesOnlyFramesThatTensorRateNeeds) {
 
 // ---- Deadlines -------------------------------------------------------------------------------
 
-GstTestClock* clock_of(const Harness& h) {
+GstTestClock* get_clock(const Harness& h) {
   return gst_harness_get_testclock(h.get());
 }
 void set_time(const Harness& h, GstClockTime time) {
-  const Unique<GstTestClock, gst_object_unref> clock(clock_of(h));
+  const Unique<GstTestClock, gst_object_unref> clock(get_clock(h));
   gst_test_clock_set_time(clock.get(), time);
 }
 
@@ -187,9 +187,9 @@ TEST(TensorFilterDeadline, IsOffByDefaultAndCanChange) {
   auto h = harness(filter());
   set_time(h, 10 * GST_SECOND);
   push(h, 0);
-  g_object_set(element_of(h, kFilter).get(), "deadline", guint64{kMs}, nullptr);
+  g_object_set(find_element(h, kFilter).get(), "deadline", guint64{kMs}, nullptr);
   push(h, 1 * kMs);
-  g_object_set(element_of(h, kFilter).get(), "deadline", guint64{0}, nullptr);
+  g_object_set(find_element(h, kFilter).get(), "deadline", guint64{0}, nullptr);
   push(h, 2 * kMs);
   EXPECT_EQ(times(h), (Times{0, 2}));
 }
@@ -304,7 +304,7 @@ TEST(TensorFilterLatency, AddsTheMeanWithAMarginToTheUpstreamLatency) {
   EXPECT_EQ(queried(h).first, 7 * kMs) << "the first invoke is not counted";
   for (int i = 1; i < 4; ++i) push(h, i * 100 * kMs);
   int mean_us = -1;
-  g_object_get(element_of(h, kFilter).get(), "latency", &mean_us, nullptr);
+  g_object_get(find_element(h, kFilter).get(), "latency", &mean_us, nullptr);
   const auto [min, max] = queried(h);
   EXPECT_GT(min, 7 * kMs);
   EXPECT_EQ(max, kNone) << "the upstream source sets no limit";
@@ -339,12 +339,12 @@ TEST(TensorFilterLatency, PostsAMessageWhenItChanges) {
   for (const bool on : {true, false}) {
     auto h = harness(filter(on ? "latency-report=true" : ""));
     const auto bus = Ref<GstBus>::adopt(gst_bus_new());
-    gst_element_set_bus(element_of(h, kFilter).get(), bus.get());
+    gst_element_set_bus(find_element(h, kFilter).get(), bus.get());
     push(h, 0);
     EXPECT_EQ(latency_messages(bus.get()), 0u) << "no latency is known";
     push(h, 100 * kMs);
     EXPECT_EQ(latency_messages(bus.get()), on ? 1u : 0u);
-    gst_element_set_bus(element_of(h, kFilter).get(), nullptr);
+    gst_element_set_bus(find_element(h, kFilter).get(), nullptr);
   }
 }
 

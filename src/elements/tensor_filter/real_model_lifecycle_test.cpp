@@ -56,7 +56,7 @@ class RealModelLifecycle : public ::testing::TestWithParam<const char*> {
     return values<float>(Ref<GstBuffer>::adopt(gst_harness_pull(h.get())).get());
   }
   static void set_model(const Harness& h, const std::string& model) {
-    g_object_set(element_of(h, "tensor_filter").get(), "model", model.c_str(), nullptr);
+    g_object_set(find_element(h, "tensor_filter").get(), "model", model.c_str(), nullptr);
   }
 
   const std::vector<float> negated_{2, 1, -1, -2}, clipped_{0, 0, 1, 2};
@@ -66,7 +66,7 @@ class RealModelLifecycle : public ::testing::TestWithParam<const char*> {
 
 TEST_P(RealModelLifecycle, AReloadReplacesTheModelForAllFiltersOfTheKey) {
   const auto launch = line("shared-tensor-filter-key=real");
-  auto first = harness_of(launch, kAdderCaps), second = harness_of(launch, kAdderCaps);
+  auto first = make_harness(launch, kAdderCaps), second = make_harness(launch, kAdderCaps);
   EXPECT_EQ(pushed(first), negated_);
   EXPECT_EQ(pushed(second), negated_);
   EXPECT_EQ(stat(second, "tensor_filter", "shared-by"), 2u);
@@ -82,7 +82,7 @@ TEST_P(RealModelLifecycle, AReloadReplacesTheModelForAllFiltersOfTheKey) {
 }
 
 TEST_P(RealModelLifecycle, AModelOfAnotherSizeIsRejected) {
-  auto h = harness_of(line(""), kAdderCaps);
+  auto h = make_harness(line(""), kAdderCaps);
   Errors messages(h);
   EXPECT_EQ(pushed(h), negated_);
   set_model(h, models_.wide);
@@ -92,8 +92,8 @@ TEST_P(RealModelLifecycle, AModelOfAnotherSizeIsRejected) {
 }
 
 TEST_P(RealModelLifecycle, AnIdleModelIsClosedAndRunsAgain) {
-  auto h = harness_of(line("suspend=1"), kAdderCaps);
-  const auto filter = element_of(h, "tensor_filter");
+  auto h = make_harness(line("suspend=1"), kAdderCaps);
+  const auto filter = find_element(h, "tensor_filter");
   for (int i = 0; i < 3; ++i) {
     wait_until_suspended(filter.get());
     EXPECT_EQ(stat(filter.get(), "weights-bytes"), 0u);

@@ -29,7 +29,7 @@ std::vector<float> numbers(size_t rows, float first) {
 TEST(TensorFilterRows, StaticBatchesArePushedWhole) {
   for (const char* how : {"invoke-rows=3", "invoke-threads=2", "invoke-rows=1 invoke-threads=3",
                           "invoke-rows=100", "invoke-rows=3 invoke-threads=2 workers=2"}) {
-    auto h = harness_of(line(how), caps(10));
+    auto h = make_harness(line(how), caps(10));
     for (int i = 0; i < 3; ++i) {
       const auto first = static_cast<float>(100 * i);
       ASSERT_EQ(gst_harness_push(h.get(), frame(numbers(10, first), i * GST_SECOND, GST_MSECOND)),
@@ -62,8 +62,8 @@ GstBuffer* flexible(size_t rows) {
 }
 
 TEST(TensorFilterRows, BatchesCanChangeWithEachFrame) {
-  auto h = harness_of(line("invoke-rows=4 invoke-threads=2"),
-                      "other/tensors,format=flexible,framerate=30/1");
+  auto h = make_harness(line("invoke-rows=4 invoke-threads=2"),
+                        "other/tensors,format=flexible,framerate=30/1");
   for (const size_t rows : {7, 7, 1, 20, 2, 7}) {
     const auto out = Ref<GstBuffer>::adopt(gst_harness_push_and_pull(h.get(), flexible(rows)));
     ASSERT_TRUE(out);
@@ -74,14 +74,14 @@ TEST(TensorFilterRows, BatchesCanChangeWithEachFrame) {
 }
 
 TEST(TensorFilterRows, PartsAreSeparateInvokes) {
-  auto whole = harness_of(line("custom=fail-at:3"), caps(4));
+  auto whole = make_harness(line("custom=fail-at:3"), caps(4));
   EXPECT_EQ(gst_harness_push(whole.get(), frame(numbers(4, 0), 0, 1)), GST_FLOW_OK);
-  auto parts = harness_of(line("custom=fail-at:3 invoke-rows=1"), caps(4));
+  auto parts = make_harness(line("custom=fail-at:3 invoke-rows=1"), caps(4));
   EXPECT_EQ(gst_harness_push(parts.get(), frame(numbers(4, 0), 0, 1)), GST_FLOW_ERROR);
 }
 
 TEST(TensorFilterRows, AlignmentAppliesToEachPart) {
-  auto h = harness_of(line("custom=alignment:64,padding:64 invoke-rows=5"), caps(18));
+  auto h = make_harness(line("custom=alignment:64,padding:64 invoke-rows=5"), caps(18));
   const auto out = Ref<GstBuffer>::adopt(
       gst_harness_push_and_pull(h.get(), frame(numbers(18, 0), 0, GST_MSECOND)));
   ASSERT_TRUE(out);
@@ -91,12 +91,12 @@ TEST(TensorFilterRows, AlignmentAppliesToEachPart) {
 TEST(TensorFilterRows, AModelOfOneRowRunsOnceForEachRow) {
   for (const char* how : {"custom=rows:1 invoke-rows=1", "custom=rows:1 invoke-rows=1 workers=2",
                           "custom=rows:1,alignment:16 invoke-rows=1 invoke-threads=2"}) {
-    auto fixed = harness_of(line(how), caps(5));
+    auto fixed = make_harness(line(how), caps(5));
     ASSERT_EQ(gst_harness_push(fixed.get(), frame(numbers(5, 3), 0, GST_MSECOND)), GST_FLOW_OK);
     const auto out = Ref<GstBuffer>::adopt(gst_harness_pull(fixed.get()));
     ASSERT_TRUE(out) << how;
     EXPECT_EQ(values<float>(out.get()), numbers(5, 4)) << how;
-    auto h = harness_of(line(how), "other/tensors,format=flexible,framerate=30/1");
+    auto h = make_harness(line(how), "other/tensors,format=flexible,framerate=30/1");
     for (const size_t rows : {3, 1, 7, 7}) {
       gst_harness_push(h.get(), flexible(rows));
       const auto each = Ref<GstBuffer>::adopt(gst_harness_pull(h.get()));
@@ -112,7 +112,7 @@ TEST(TensorFilterRows, AModelOfOneRowStaysOneWithoutTheProperty) {
   const std::string whole = start_error(line("custom=rows:1"), caps(3));
   EXPECT_SAYS(whole, "first difference: tensor 0 (x): dimension 1 is 3, needed is 1");
   EXPECT_SAYS(whole, "fix: tensor_filter invoke-rows=1, which runs the model for each of them");
-  auto h = harness_of(line("custom=rows:1,alignment:64 invoke-rows=1"), caps(3));
+  auto h = make_harness(line("custom=rows:1,alignment:64 invoke-rows=1"), caps(3));
   Errors errors(h);
   EXPECT_EQ(gst_harness_push(h.get(), frame(numbers(3, 0), 0, GST_MSECOND)), GST_FLOW_ERROR);
   const std::string unaligned = errors.next();

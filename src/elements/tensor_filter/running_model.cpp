@@ -14,7 +14,7 @@ namespace weir {
 namespace {
 
 // Reads a string or a list of strings.
-std::string files_of(const GValue* value) {
+std::string get_files(const GValue* value) {
   std::vector<std::string> files;
   const auto add = [&files](const char* text) {
     if (text && *text) files.emplace_back(text);
@@ -37,7 +37,7 @@ std::string files_of(const GValue* value) {
 
 std::optional<std::string> wanted_model(GstEvent* event) {
   if (!gst_event_has_name(event, "evt_update_model")) return std::nullopt;
-  return files_of(gst_structure_get_value(gst_event_get_structure(event), "model_files"));
+  return get_files(gst_structure_get_value(gst_event_get_structure(event), "model_files"));
 }
 
 void RunningModel::start() {

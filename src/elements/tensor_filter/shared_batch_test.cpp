@@ -26,25 +26,25 @@ class Streams {
     const std::string line = "tensor_filter framework=fake model=" + path +
                              " shared-tensor-filter-key=streams" + std::to_string(++number) + " " +
                              properties;
-    for (size_t i = 0; i < count; ++i) harnesses_.push_back(harness_of(line, kCaps));
+    for (size_t i = 0; i < count; ++i) harnesses_.push_back(make_harness(line, kCaps));
   }
   const Harness& operator[](size_t stream) const { return harnesses_[stream]; }
   uint64_t count(size_t stream, const char* name) const {
     return stat(harnesses_[stream], "tensor_filter", name);
   }
-  static std::vector<float> values_of(size_t stream, int n) {
+  static std::vector<float> make_values(size_t stream, int n) {
     const auto s = static_cast<float>(stream), x = static_cast<float>(n);
     return {s, x, s + 0.5f, x + 0.5f};
   }
   GstFlowReturn push(size_t stream, int n) const {
     return gst_harness_push(
         harnesses_[stream].get(),
-        frame(values_of(stream, n), static_cast<GstClockTime>(n) * GST_MSECOND, stream));
+        frame(make_values(stream, n), static_cast<GstClockTime>(n) * GST_MSECOND, stream));
   }
   void expect_next(size_t stream, int n) const {
     const auto out = Ref<GstBuffer>::adopt(gst_harness_pull(harnesses_[stream].get()));
     ASSERT_TRUE(out) << stream << "/" << n;
-    auto expected = values_of(stream, n);
+    auto expected = make_values(stream, n);
     for (auto& value : expected) value += 1;
     EXPECT_EQ(values<float>(out.get()), expected) << stream << "/" << n;
     EXPECT_EQ(GST_BUFFER_PTS(out.get()), static_cast<GstClockTime>(n) * GST_MSECOND);
@@ -65,7 +65,7 @@ TEST(SharedBatch, ABatchHasOneFrameOfEachStream) {
     EXPECT_EQ(streams.count(s, "batches"), 5u);
     EXPECT_EQ(streams.count(s, "pushed"), 5u);
     double mean = 0;
-    gst_structure_get_double(stats(element_of(streams[s], "tensor_filter").get()).get(),
+    gst_structure_get_double(stats(find_element(streams[s], "tensor_filter").get()).get(),
                              "mean-batch", &mean);
     EXPECT_DOUBLE_EQ(mean, 3.0);
   }
@@ -125,7 +125,7 @@ TEST(SharedBatch, AFlushDropsOnlyFramesOfItsOwnStream) {
 TEST(SharedBatch, OtherFiltersContinueWhenOneStops) {
   const Streams streams(3, std::string("batch-size=3") + kHour);
   for (size_t s = 0; s < 2; ++s) streams.push(s, 0);
-  gst_element_set_state(element_of(streams[0], "tensor_filter").get(), GST_STATE_READY);
+  gst_element_set_state(find_element(streams[0], "tensor_filter").get(), GST_STATE_READY);
   EXPECT_EQ(streams.count(0, "dropped-flush"), 1u);
   for (int n = 1; n < 3; ++n) streams.push(1, n);
   for (int n = 0; n < 3; ++n) streams.expect_next(1, n);

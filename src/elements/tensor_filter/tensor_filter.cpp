@@ -161,7 +161,7 @@ class TensorFilter final : public gst::Element<TensorFilter, gst::PlainElement>,
       ledger_.dropped(*reason);
       return GST_FLOW_OK;
     }
-    const GstClockTime deadline = admission_.deadline_of(buffer.get());
+    const GstClockTime deadline = admission_.get_deadline(buffer.get());
     const auto flow = flow_->push(std::move(buffer), deadline);
     model_.touch();
     return flow;

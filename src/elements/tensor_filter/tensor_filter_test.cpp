@@ -26,18 +26,18 @@ std::string line(const std::string& properties = "") {
 }
 
 Harness harness(const std::string& launch, const char* caps = kCaps) {
-  return harness_of(launch, caps ? caps : "");
+  return make_harness(launch, caps ? caps : "");
 }
 std::vector<float> floats(GstBuffer* b) {
   return values<float>(b);
 }
 const std::vector<float> kEight{0, 1, 2, 3, 4, 5, 6, 7};
 
-Ref<GstElement> filter_of(const Harness& h) {
+Ref<GstElement> get_filter(const Harness& h) {
   return Ref<GstElement>::adopt(gst_harness_find_element(h.get(), "tensor_filter"));
 }
 
-std::string error_of(const std::string& launch, const char* caps = nullptr) {
+std::string get_error(const std::string& launch, const char* caps = nullptr) {
   return start_error(launch, caps ? caps : "");
 }
 
@@ -80,7 +80,7 @@ TEST(TensorFilter, ProvidesMemoryAsTheModelRequests) {
       auto out = Ref<GstBuffer>::adopt(gst_harness_push_and_pull(h.get(), shifted_frame(shift)));
       ASSERT_TRUE(out) << custom;
       EXPECT_EQ(floats(out.get()), expected);
-      EXPECT_EQ(stat(filter_of(h).get(), "bytes-copied"), copied * static_cast<guint64>(i))
+      EXPECT_EQ(stat(get_filter(h).get(), "bytes-copied"), copied * static_cast<guint64>(i))
           << custom;
     }
   }
@@ -100,7 +100,7 @@ TEST(TensorFilter, ProposesItsAllocationUpstream) {
 
 TEST(TensorFilter, RejectsEnginesWithInvalidRequirements) {
   for (const char* custom : {"alignment:3", "alignment:8192", "padding:65537"})
-    EXPECT_SAYS(error_of(line(std::string("custom=") + custom)),
+    EXPECT_SAYS(get_error(line(std::string("custom=") + custom)),
                 "the engine requires memory that cannot be allocated")
         << custom;
 }
@@ -127,7 +127,7 @@ TEST(TensorFilter, OffersOtherTensorForASingleOutput) {
 TEST(TensorFilter, CountsWhatHappensToFrames) {
   auto h = harness(line("custom=drop-at:1"));
   for (int i = 0; i < 5; ++i) EXPECT_EQ(gst_harness_push(h.get(), frame(kEight)), GST_FLOW_OK);
-  const auto filter = filter_of(h);
+  const auto filter = get_filter(h);
   EXPECT_EQ(stat(filter.get(), "received"), 5u);
   EXPECT_EQ(stat(filter.get(), "consumed"), 4u);
   EXPECT_EQ(stat(filter.get(), "pushed"), 4u);
@@ -141,7 +141,7 @@ TEST(TensorFilter, AllocatesNoBufferAfterWarmUp) {
   auto h = harness(line());
   for (int i = 0; i < 1000; ++i)
     Ref<GstBuffer>::adopt(gst_harness_push_and_pull(h.get(), frame(kEight)));
-  EXPECT_EQ(stat(filter_of(h).get(), "pool-allocated"), 1u);
+  EXPECT_EQ(stat(get_filter(h).get(), "pool-allocated"), 1u);
 }
 
 TEST(TensorFilter, PrependsInputsToOutputsWhenCombined) {
@@ -150,7 +150,7 @@ TEST(TensorFilter, PrependsInputsToOutputsWhenCombined) {
   ASSERT_EQ(gst_buffer_n_memory(out.get()), 2u);
   EXPECT_EQ(floats(out.get()),
             (std::vector<float>{0, 1, 2, 3, 4, 5, 6, 7, 1, 2, 3, 4, 5, 6, 7, 8}));
-  EXPECT_EQ(stat(filter_of(h).get(), "bytes-copied"), 0u);
+  EXPECT_EQ(stat(get_filter(h).get(), "bytes-copied"), 0u);
 }
 
 // Sixteen forwarded inputs and an output: the last two are packed into the 16th memory.
@@ -181,7 +181,7 @@ TEST(TensorFilter, CombinesMoreTensorsThanABufferHasMemories) {
     const float first = i < 16 ? 4.0f * static_cast<float>(i) : 61.0f;  // the model adds one
     for (size_t k = 0; k < 4; ++k) EXPECT_EQ(values[k], first + static_cast<float>(k)) << i;
   }
-  EXPECT_EQ(stat(filter_of(h).get(), "bytes-copied"), 32u);
+  EXPECT_EQ(stat(get_filter(h).get(), "bytes-copied"), 32u);
 }
 
 TEST(TensorFilter, PassesTheChosenInputsToTheModel) {
@@ -227,7 +227,7 @@ TEST(TensorFilter, FailsTheStreamWhenTheEngineFails) {
   auto h = harness(line("custom=fail-at:1"));
   EXPECT_EQ(gst_harness_push(h.get(), frame(kEight)), GST_FLOW_OK);
   EXPECT_EQ(gst_harness_push(h.get(), frame(kEight)), GST_FLOW_ERROR);
-  EXPECT_EQ(stat(filter_of(h).get(), "dropped-error"), 1u);
+  EXPECT_EQ(stat(get_filter(h).get(), "dropped-error"), 1u);
 }
 
 TEST(TensorFilter, RejectsABufferOfTheWrongSize) {
@@ -241,9 +241,9 @@ TEST(TensorFilter, RejectsAnInvalidHeader) {
 }
 
 TEST(TensorFilter, ReportsBothShapesWhenTheStreamDoesNotFit) {
-  const std::string text = error_of(line(),
-                                    "other/tensors,format=static,num_tensors=1,"
-                                    "dimensions=(string)5:2,types=float32,framerate=30/1");
+  const std::string text = get_error(line(),
+                                     "other/tensors,format=static,num_tensors=1,"
+                                     "dimensions=(string)5:2,types=float32,framerate=30/1");
   EXPECT_SAYS(text, "WEIR-2001");
   EXPECT_SAYS(text, "offered: 1 tensor: float32 5:2");
   EXPECT_SAYS(text, "needed: 1 tensor: float32 4:?");
@@ -252,46 +252,47 @@ TEST(TensorFilter, ReportsBothShapesWhenTheStreamDoesNotFit) {
 
 TEST(TensorFilter, SuggestsAPipelineThatFixesAWrongType) {
   const std::string text =
-      error_of(line(), "other/tensor,dimension=(string)4:2,type=uint8,framerate=30/1");
+      get_error(line(), "other/tensor,dimension=(string)4:2,type=uint8,framerate=30/1");
   EXPECT_SAYS(text, "fix: tensor_transform mode=typecast option=float32");
 }
 
 TEST(TensorFilter, SuggestsTheNearestEngineName) {
-  const std::string text = error_of("tensor_filter framework=tensorfow-lite model=" + model_path());
+  const std::string text =
+      get_error("tensor_filter framework=tensorfow-lite model=" + model_path());
   EXPECT_SAYS(text, "WEIR-3001");
   EXPECT_SAYS(text, "did you mean tensorflow-lite?");
 }
 
 TEST(TensorFilter, ReportsHowToInstallAMissingEngine) {
-  const std::string text = error_of("tensor_filter framework=snpe model=" + model_path());
+  const std::string text = get_error("tensor_filter framework=snpe model=" + model_path());
   EXPECT_SAYS(text, "WEIR-3002");
   EXPECT_SAYS(text, "snpe");
 }
 
 TEST(TensorFilter, ReportsAMissingModelFile) {
-  const std::string text = error_of("tensor_filter framework=fake model=/nowhere/m.bin");
+  const std::string text = get_error("tensor_filter framework=fake model=/nowhere/m.bin");
   EXPECT_SAYS(text, "WEIR-3003");
   EXPECT_SAYS(text, "/nowhere/m.bin");
 }
 
 TEST(TensorFilter, RejectsPropertiesWithATypo) {
-  EXPECT_SAYS(error_of(line("input-combination=x")), "at \"x\"");
-  EXPECT_SAYS(error_of(line("input=5:2")), "input contradicts the model");
-  EXPECT_SAYS(error_of(line("output-combination=o3")), "o3");
+  EXPECT_SAYS(get_error(line("input-combination=x")), "at \"x\"");
+  EXPECT_SAYS(get_error(line("input=5:2")), "input contradicts the model");
+  EXPECT_SAYS(get_error(line("output-combination=o3")), "o3");
 }
 
 TEST(TensorFilter, NamesModelsToTryWithoutAModel) {
-  const std::string text = error_of("tensor_filter framework=fake");
+  const std::string text = get_error("tensor_filter framework=fake");
   EXPECT_SAYS(text, "no model is set");
   EXPECT_SAYS(text, "weir models list prints models to try");
   EXPECT_SAYS(text, "fix: model=/path/to/model");
 }
 
 TEST(TensorFilter, NamesTheFileOfAnEngineThatIsNotFound) {
-  EXPECT_SAYS(error_of("tensor_filter framework=brighten"), "libweir-engine-brighten.so");
-  EXPECT_SAYS(error_of("tensor_filter framework=brighten"), "fix: export WEIR_MODULE_PATH=");
+  EXPECT_SAYS(get_error("tensor_filter framework=brighten"), "libweir-engine-brighten.so");
+  EXPECT_SAYS(get_error("tensor_filter framework=brighten"), "fix: export WEIR_MODULE_PATH=");
   // Where the model's file selects another engine, that one needs no other folder.
-  EXPECT_SAYS(error_of("tensor_filter framework=brighten model=m.onnx"), "fix: framework=auto");
+  EXPECT_SAYS(get_error("tensor_filter framework=brighten model=m.onnx"), "fix: framework=auto");
 }
 
 TEST(TensorFilter, KeepsEventsInTheirPlaceBetweenFrames) {
@@ -328,7 +329,7 @@ TEST(TensorFilter, RejectsBuffersWhileFlushingAndContinuesAfterwards) {
   gst_harness_push_event(h.get(), gst_event_new_flush_stop(TRUE));
   gst_harness_push_event(h.get(), time_segment());
   EXPECT_EQ(gst_harness_push(h.get(), frame(kEight)), GST_FLOW_OK);
-  const auto element = filter_of(h);
+  const auto element = get_filter(h);
   EXPECT_EQ(stat(element.get(), "received"), stat(element.get(), "consumed"));
   EXPECT_EQ(stat(element.get(), "held"), 0u);
 }
@@ -356,11 +357,11 @@ TEST(TensorFilter, RunsAnEngineWrittenInCpp) {
 }
 
 TEST(TensorFilter, ConvertsExceptionsOfSuchAnEngineToErrors) {
-  EXPECT_SAYS(error_of(scaling("factor:much")), "WEIR-1004: factor is no number");
+  EXPECT_SAYS(get_error(scaling("factor:much")), "WEIR-1004: factor is no number");
   auto h = harness(scaling("throw-at:1"), kFour);
   EXPECT_EQ(gst_harness_push(h.get(), frame<float>({1, 2, 3, 4})), GST_FLOW_OK);
   {
-    Errors errors(filter_of(h).get());
+    Errors errors(get_filter(h).get());
     EXPECT_EQ(gst_harness_push(h.get(), frame<float>({1, 2, 3, 4})), GST_FLOW_ERROR);
     const std::string error = errors.next();
     EXPECT_EQ(error.find("WEIR-5003: a class in C++ threw an exception"), 0u)

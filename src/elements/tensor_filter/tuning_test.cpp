@@ -18,7 +18,7 @@ TEST(FilterPropertyChange, ADownstreamSwitchToFlexibleAppliesToTheNextFrame) {
   auto t =
       tuned("tensor_filter framework=adder model=" + files.model(1) + " ! capsfilter name=wanted");
   EXPECT_EQ((t.push<float, float>(kFour)), (Floats{2, 3, 4, 5}));
-  const auto wanted = element_of(t.harness, "capsfilter");
+  const auto wanted = find_element(t.harness, "capsfilter");
   const auto ask = [&](const char* caps) {
     gst_util_set_object_arg(G_OBJECT(wanted.get()), "caps", caps);
   };

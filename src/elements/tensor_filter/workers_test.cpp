@@ -139,8 +139,8 @@ TEST(FilterWorkers, FinishTheFramesOfTheOldCapsBeforeTheNew) {
 
 TEST(FilterWorkers, FollowTheShapesOfAFlexibleStream) {
   gate().reset(true);
-  auto h = harness_of("tensor_filter workers=3 framework=gated model=" + any_model_file(),
-                      "other/tensors,format=flexible,framerate=30/1");
+  auto h = make_harness("tensor_filter workers=3 framework=gated model=" + any_model_file(),
+                        "other/tensors,format=flexible,framerate=30/1");
   for (uint32_t i = 0; i < 30; ++i) {
     const uint32_t rows = 1 + i % 3;
     std::vector<float> in(32 + 4 * rows, static_cast<float>(i));

@@ -85,7 +85,7 @@ class TensorFromRoi : public gst::CountedTransform<TensorFromRoi> {
   }
 
   GstFlowReturn transform(GstBuffer* in, GstBuffer* out) {
-    read(gst::regions_of(in, width_, height_));
+    read(gst::get_regions(in, width_, height_));
     std::vector<gst::MappedMemory> maps;
     results::write(results_, features_, [&](size_t size) -> std::span<std::byte> {
       auto memory = value_or_throw(gst::allocate_memory(size));
@@ -109,11 +109,11 @@ class TensorFromRoi : public gst::CountedTransform<TensorFromRoi> {
     if (gst_caps_is_fixed(video))
       gst_structure_get_fraction(gst_caps_get_structure(video, 0), "framerate", &rate.numerator,
                                  &rate.denominator);
-    auto caps = gst::caps_of_decoder(results::caps_of(features(), settings().source), rate);
+    auto caps = gst::caps_of_decoder(results::make_caps(features(), settings().source), rate);
     return caps ? *std::move(caps) : Ref<GstCaps>::adopt(gst_caps_new_empty());
   }
 
-  int32_t class_of(const gst::PictureRegion& region) const {
+  int32_t find_class(const gst::PictureRegion& region) const {
     if (region.class_index >= 0) return region.class_index;
     const auto found = std::find(names_.begin(), names_.end(), region.label);
     return found == names_.end() ? 0 : static_cast<int32_t>(found - names_.begin());
@@ -129,7 +129,7 @@ class TensorFromRoi : public gst::CountedTransform<TensorFromRoi> {
       if (!is_used) continue;
       results_.objects.push_back({.box = region.box,
                                   .score = region.score,
-                                  .class_index = class_of(region),
+                                  .class_index = find_class(region),
                                   .track = std::min(region.track, kMaxTrack),
                                   .parent = region.parent,
                                   .rotation = region.rotation});

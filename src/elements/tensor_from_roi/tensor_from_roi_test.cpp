@@ -19,7 +19,7 @@ struct Rows {
   Shape shape;
   std::vector<float> numbers;
 };
-Rows rows_of(GstBuffer* buffer) {
+Rows read_rows(GstBuffer* buffer) {
   Rows out;
   const Bytes bytes = content(buffer);
   const auto header = read_tensor_chunk(std::as_bytes(std::span(bytes)));
@@ -39,7 +39,7 @@ Rows pushed(const Harness& h, GstBuffer* in) {
   auto out = Ref<GstBuffer>::adopt(gst_harness_push_and_pull(h.get(), in));
   EXPECT_EQ(GST_BUFFER_PTS(out.get()), 7u);
   EXPECT_EQ(GST_BUFFER_DURATION(out.get()), 3u);
-  return rows_of(out.get());
+  return read_rows(out.get());
 }
 GstVideoRegionOfInterestMeta* region(GstBuffer* buffer, const char* label) {
   return gst_buffer_add_video_region_of_interest_meta(buffer, label, 8, 12, 24, 25);
@@ -47,7 +47,7 @@ GstVideoRegionOfInterestMeta* region(GstBuffer* buffer, const char* label) {
 using Floats = std::vector<float>;
 
 TEST(TensorFromRoi, ReadsTheParametersOfDlStreamer) {
-  const auto h = harness_of("tensor_from_roi", video("GRAY8", 64, 48));
+  const auto h = make_harness("tensor_from_roi", video("GRAY8", 64, 48));
   GstBuffer* in = picture();
   auto* meta = region(in, "dog");
   gst_video_region_of_interest_meta_add_param(
@@ -67,7 +67,7 @@ TEST(TensorFromRoi, ReadsTheParametersOfDlStreamer) {
 }
 
 TEST(TensorFromRoi, PositionsOfAnotherPictureDoNotCount) {
-  const auto h = harness_of("tensor_from_roi", video("GRAY8", 64, 48));
+  const auto h = make_harness("tensor_from_roi", video("GRAY8", 64, 48));
   GstBuffer* in = picture();
   gst_video_region_of_interest_meta_add_param(
       region(in, "dog"),
@@ -80,7 +80,7 @@ TEST(TensorFromRoi, PositionsOfAnotherPictureDoNotCount) {
 TEST(TensorFromRoi, LabelsGiveClassesWhereThereIsNoNumber) {
   const std::string labels = testing::TempDir() + "weir-from-roi-labels.txt";
   std::ofstream(labels) << "cat\ndog\n";
-  const auto h = harness_of("tensor_from_roi labels=" + labels, video("GRAY8", 64, 48));
+  const auto h = make_harness("tensor_from_roi labels=" + labels, video("GRAY8", 64, 48));
   GstBuffer* in = picture();
   region(in, "dog");
   region(in, "cow");
@@ -91,7 +91,7 @@ TEST(TensorFromRoi, LabelsGiveClassesWhereThereIsNoNumber) {
 }
 
 TEST(TensorFromRoi, ParentsAreRows) {
-  const auto h = harness_of("tensor_from_roi threshold=0.5", video("GRAY8", 64, 48));
+  const auto h = make_harness("tensor_from_roi threshold=0.5", video("GRAY8", 64, 48));
   GstBuffer* in = picture();
   auto* weak = region(in, "weak");
   weak->id = 5;
@@ -108,14 +108,14 @@ TEST(TensorFromRoi, ParentsAreRows) {
 }
 
 TEST(TensorFromRoi, APictureWithoutRegionsIsOneRowOfZeros) {
-  const auto h = harness_of("tensor_from_roi keypoints=2", video("GRAY8", 64, 48));
+  const auto h = make_harness("tensor_from_roi keypoints=2", video("GRAY8", 64, 48));
   const Rows rows = pushed(h, picture());
   EXPECT_EQ(rows.shape, (Shape{15, 1}));
   EXPECT_EQ(rows.numbers, Floats(15));
 }
 
 TEST(TensorFromRoi, ParametersOfOtherTypesAreIgnored) {
-  const auto h = harness_of("tensor_from_roi keypoints=1", video("GRAY8", 64, 48));
+  const auto h = make_harness("tensor_from_roi keypoints=1", video("GRAY8", 64, 48));
   GstBuffer* in = picture();
   auto* meta = region(in, "");
   for (const char* text :
@@ -133,7 +133,7 @@ TEST(TensorFromRoi, ParametersOfOtherTypesAreIgnored) {
 }
 
 TEST(TensorFromRoi, TheSourceMapIsThatOfThePicture) {
-  const auto h = harness_of("tensor_from_roi", video("GRAY8", 64, 48));
+  const auto h = make_harness("tensor_from_roi", video("GRAY8", 64, 48));
   auto out = Ref<GstBuffer>::adopt(gst_harness_push_and_pull(h.get(), picture()));
   const auto maps = gst::source_maps(out.get());
   ASSERT_EQ(maps.size(), 1u);

@@ -44,7 +44,7 @@ TEST(TensorIfCustom, DecidesByAllTensorsOfTheFrame) {
   Branches element(kNamed);
   element.caps(test::tensors("uint8,int16", "2:1,1:3"));
   for (const auto& first : {Bytes{4, 4}, Bytes{4, 5}}) {
-    GstBuffer* in = frame_of({first, Bytes(6)});
+    GstBuffer* in = make_frame({first, Bytes(6)});
     GST_BUFFER_PTS(in) = 5;
     ASSERT_EQ(element.push(in), GST_FLOW_OK);
   }
@@ -67,7 +67,7 @@ TEST(TensorIfCustom, GetsTheTensorsOfEachFlexibleFrame) {
     Bytes bytes(kTensorHeaderBytes + size, 3);
     write_tensor_header(header,
                         std::as_writable_bytes(std::span(bytes)).first<kTensorHeaderBytes>());
-    ASSERT_EQ(element.push(frame_of({bytes})), GST_FLOW_OK);
+    ASSERT_EQ(element.push(make_frame({bytes})), GST_FLOW_OK);
     EXPECT_EQ(content(element.take(size == 3 ? "src_0" : "src_1").get(), 0), bytes);
   }
   EXPECT_EQ(element.stat("bytes-copied"), 0u);
@@ -80,7 +80,7 @@ TEST(TensorIfCustom, CanBeRegisteredAfterTheProperties) {
   EXPECT_SAYS(element.warning(), "WEIR-5002: no condition is registered under this name");
   element.caps(test::tensors("uint8", "1"));
   const auto named = registered("named", [](const weir_frame&) { return true; });
-  EXPECT_EQ(element.push(frame_of({{1}})), GST_FLOW_OK);
+  EXPECT_EQ(element.push(make_frame({{1}})), GST_FLOW_OK);
   EXPECT_TRUE(element.has("src_0"));
 }
 
@@ -89,7 +89,7 @@ TEST(TensorIfCustom, OfAnUnknownNameIsAnErrorAtTheFirstFrame) {
   Branches element(kNamed);
   element.caps(test::tensors("uint8", "1"));
   EXPECT_EQ(element.error(), "");
-  EXPECT_EQ(element.push(frame_of({{1}})), GST_FLOW_ERROR);
+  EXPECT_EQ(element.push(make_frame({{1}})), GST_FLOW_ERROR);
   const std::string error = element.error();
   EXPECT_SAYS(error, "WEIR-5002: no condition is registered under this name");
   EXPECT_SAYS(error, "offered: compared-value-option=named");
@@ -103,7 +103,7 @@ TEST(TensorIfCustom, ThatThrowsEndsTheStreamWithItsMessage) {
       "named", [](const weir_frame&) -> bool { throw std::runtime_error("no, not today"); });
   Branches element(kNamed);
   element.caps(test::tensors("uint8", "1"));
-  GstBuffer* in = frame_of({{1}});
+  GstBuffer* in = make_frame({{1}});
   GST_BUFFER_PTS(in) = 1500 * GST_MSECOND;
   EXPECT_EQ(element.push(in), GST_FLOW_ERROR);
   const std::string error = element.error();
@@ -121,7 +121,7 @@ TEST(TensorIfCustom, InCCanDropFrames) {
   ASSERT_EQ(add("named", drop, nullptr), WEIR_OK);
   Branches element(kNamed);
   element.caps(test::tensors("uint8", "1"));
-  EXPECT_EQ(element.push(frame_of({{1}})), GST_FLOW_OK);
+  EXPECT_EQ(element.push(make_frame({{1}})), GST_FLOW_OK);
   EXPECT_TRUE(element.added().empty());
   EXPECT_EQ(element.stat("dropped-policy"), 1u);
   const auto remove = exported<decltype(&weir_condition_unregister)>("weir_condition_unregister");

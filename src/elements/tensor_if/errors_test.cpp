@@ -10,7 +10,7 @@ constexpr char kCaps[] =
     "other/tensors,format=static,num_tensors=2,dimensions=(string)\"3:4,2\",types=(string)\"uint8,"
     "uint8\",framerate=30/1";
 GstBuffer* frame() {
-  return frame_of({Bytes(12), Bytes(2)});
+  return make_frame({Bytes(12), Bytes(2)});
 }
 
 std::string at_the_start(const std::string& properties) {
@@ -54,7 +54,7 @@ TEST(TensorIfRejects, NothingBeforeAFrameBecauseOfPlaceholderCaps) {
       "other/"
       "tensors,format=static,num_tensors=2,dimensions=(string)\"2,3:4\",types=(string)\"uint8,"
       "uint8\",framerate=30/1");
-  EXPECT_EQ(element.push(frame_of({Bytes(2), Bytes(12)})), GST_FLOW_OK);
+  EXPECT_EQ(element.push(make_frame({Bytes(2), Bytes(12)})), GST_FLOW_OK);
   EXPECT_TRUE(element.has("src_0"));
 }
 
@@ -87,9 +87,9 @@ TEST(TensorIfRejects, MissingTensorsAtTheFirstFrame) {
 
 TEST(TensorIfRejects, BuffersOfTheWrongSize) {
   const std::string properties = "supplied-value=1 compared-value-option=0,0";
-  EXPECT_SAYS(at_the_first_frame(properties, frame_of({Bytes(12), Bytes(1)})),
+  EXPECT_SAYS(at_the_first_frame(properties, make_frame({Bytes(12), Bytes(1)})),
               "WEIR-2004: the size of a buffer does not match its caps");
-  EXPECT_SAYS(at_the_first_frame(properties, frame_of({Bytes(13)})), "13 bytes in 1 memory");
+  EXPECT_SAYS(at_the_first_frame(properties, make_frame({Bytes(13)})), "13 bytes in 1 memory");
   EXPECT_SAYS(at_the_first_frame(properties, gst_buffer_new()), "the buffer is too small");
 }
 
@@ -121,7 +121,7 @@ TEST(TensorIfRejects, SparseTensorsOfFlexibleStreams) {
   write_tensor_header(header, std::as_writable_bytes(std::span(bytes)).first<kTensorHeaderBytes>());
   Branches element("tensor_if supplied-value=1 compared-value-option=0,0");
   element.caps(kFlexibleBranch);
-  EXPECT_EQ(element.push(frame_of({bytes})), GST_FLOW_ERROR);
+  EXPECT_EQ(element.push(make_frame({bytes})), GST_FLOW_ERROR);
   const std::string error = element.error();
   EXPECT_SAYS(error, "the tensor to compare is not dense");
   EXPECT_SAYS(error, "offered: uint8 100 in 5 bytes");

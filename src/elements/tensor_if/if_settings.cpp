@@ -8,7 +8,7 @@ namespace {
 
 using condition::Behaviour;
 
-Result<condition::Condition> condition_of(const IfSettings& s) {
+Result<condition::Condition> make_condition(const IfSettings& s) {
   return condition::parse_condition(s.compared_value, s.compared_value_option, s.op,
                                     s.supplied_value);
 }
@@ -28,7 +28,7 @@ Result<std::vector<size_t>> picks(const Way& way) {
   return parse_index_list(std::string(way.property) + "-option", *way.option, ",");
 }
 
-Result<IfBranch> branch_of(const Way& way, const FrameSpec& input) {
+Result<IfBranch> make_branch(const Way& way, const FrameSpec& input) {
   IfBranch branch{way.behaviour, {}, input};
   if (way.behaviour != Behaviour::TensorPick) return branch;
   auto chosen = picks(way);
@@ -57,14 +57,14 @@ Error no_tensors(const std::string& property) {
 }  // namespace
 
 Status check_texts(const IfSettings& settings) {
-  if (const auto parsed = condition_of(settings); !parsed) return parsed.error();
+  if (const auto parsed = make_condition(settings); !parsed) return parsed.error();
   for (const Way& way : ways(settings))
     if (const auto chosen = picks(way); !chosen) return chosen.error();
   return ok();
 }
 
 std::optional<Error> missing_setting(const IfSettings& settings) {
-  const auto parsed = condition_of(settings);
+  const auto parsed = make_condition(settings);
   if (!parsed) return std::nullopt;
   if (auto error = condition::missing(*parsed)) return error;
   for (const Way& way : ways(settings)) {
@@ -77,7 +77,7 @@ std::optional<Error> missing_setting(const IfSettings& settings) {
 
 Result<IfPlan> plan_if(const IfSettings& settings, const FrameSpec& input) {
   IfPlan plan;
-  const auto parsed = condition_of(settings);
+  const auto parsed = make_condition(settings);
   if (!parsed) return parsed.error();
   if (parsed->compared == condition::ComparedValue::Custom) {
     plan.custom.emplace(parsed->callback);
@@ -89,7 +89,7 @@ Result<IfPlan> plan_if(const IfSettings& settings, const FrameSpec& input) {
     plan.comparison = *std::move(comparison);
   }
   for (size_t i = 0; i < 2; ++i) {
-    auto branch = branch_of(ways(settings)[i], input);
+    auto branch = make_branch(ways(settings)[i], input);
     if (!branch) return branch.error();
     plan.branches[i] = *std::move(branch);
   }

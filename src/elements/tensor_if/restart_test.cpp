@@ -19,8 +19,8 @@ TEST(TensorIfRestart, PadsAndLinksRemainInStateNull) {
     }
     way.caps(test::tensors("uint8", "1"));
     if (round > 0) way.send(test::time_segment());
-    ASSERT_EQ(way.push(frame_of({{9}})), GST_FLOW_OK);
-    ASSERT_EQ(way.push(frame_of({{1}})), GST_FLOW_OK);
+    ASSERT_EQ(way.push(make_frame({{9}})), GST_FLOW_OK);
+    ASSERT_EQ(way.push(make_frame({{1}})), GST_FLOW_OK);
     EXPECT_EQ(content(way.take("src_0").get(), 0), Bytes{9});
     EXPECT_EQ(content(way.take("src_1").get(), 0), Bytes{1});
     EXPECT_EQ(way.branch("src_0").events,

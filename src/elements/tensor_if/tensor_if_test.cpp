@@ -21,7 +21,7 @@ std::string ways(const std::string& properties, const Bytes& values) {
   element.caps(one("1"));
   std::string out;
   for (const uint8_t value : values) {
-    EXPECT_EQ(element.push(frame_of({{value}})), GST_FLOW_OK);
+    EXPECT_EQ(element.push(make_frame({{value}})), GST_FLOW_OK);
     for (const char way : {'0', '1'}) {
       const std::string name = std::string("src_") + way;
       if (!element.has(name) || element.branch(name).buffers.empty()) continue;
@@ -67,10 +67,10 @@ TEST(TensorIf, ComparesWithinTheTensorsType) {
 TEST(TensorIf, AddsAPadWithTheFirstFrameOfItsBranch) {
   Branches element("tensor_if compared-value-option=0,0 operator=GT supplied-value=5");
   element.caps(one("1"));
-  ASSERT_EQ(element.push(frame_of({{1}})), GST_FLOW_OK);
+  ASSERT_EQ(element.push(make_frame({{1}})), GST_FLOW_OK);
   EXPECT_EQ(element.added(), names({"src_1"}));
   EXPECT_EQ(element.no_more_pads_count(), 0);
-  ASSERT_EQ(element.push(frame_of({{9}})), GST_FLOW_OK);
+  ASSERT_EQ(element.push(make_frame({{9}})), GST_FLOW_OK);
   EXPECT_EQ(element.added(), names({"src_1", "src_0"}));
   EXPECT_EQ(element.no_more_pads_count(), 1);
   EXPECT_EQ(element.branch("src_0").events, names({"stream-start", "caps", "segment"}));
@@ -82,7 +82,7 @@ TEST(TensorIf, AddsAPadWithTheFirstFrameOfItsBranch) {
 TEST(TensorIf, PassesTheSameBuffer) {
   Branches element("tensor_if compared-value-option=0,1 operator=EQ supplied-value=3");
   element.caps(test::tensors("uint8,uint8", "2,2"));
-  GstBuffer* in = frame_of({{1, 2}, {3, 4}});
+  GstBuffer* in = make_frame({{1, 2}, {3, 4}});
   ASSERT_EQ(element.push(in), GST_FLOW_OK);
   EXPECT_EQ(element.take("src_0").get(), in);
   EXPECT_EQ(element.stat("bytes-copied"), 0u);
@@ -93,7 +93,7 @@ TEST(TensorIf, SkipsByPolicy) {
       "tensor_if compared-value-option=0,0 operator=GT supplied-value=5 then=SKIP "
       "else=passthrough");
   element.caps(one("1"));
-  for (const uint8_t value : {9, 1, 8}) ASSERT_EQ(element.push(frame_of({{value}})), GST_FLOW_OK);
+  for (const uint8_t value : {9, 1, 8}) ASSERT_EQ(element.push(make_frame({{value}})), GST_FLOW_OK);
   EXPECT_EQ(element.added(), names({"src_1"}));
   EXPECT_EQ(element.no_more_pads_count(), 1) << "there will be no other pad";
   EXPECT_EQ(element.stat("dropped-policy"), 2u);
@@ -107,7 +107,7 @@ TEST(TensorIf, PicksTensorsInTheGivenOrder) {
       "else=7 else-option=1");
   element.caps(test::tensors("uint8,uint8,int16", "1:2:3,8:6,2"));
   for (const uint8_t first : {1, 0}) {
-    GstBuffer* in = frame_of({{first, 1, 2, 3, 4, 5}, Bytes(48, 7), {1, 2, 3, 4}});
+    GstBuffer* in = make_frame({{first, 1, 2, 3, 4, 5}, Bytes(48, 7), {1, 2, 3, 4}});
     gst::set_source_maps(in, {picture_as_it_is(2, 3, false), picture_as_it_is(8, 6, true),
                               picture_as_it_is(9, 9, false)});
     GST_BUFFER_PTS(in) = 77;
@@ -133,12 +133,12 @@ TEST(TensorIf, FindsItsElementInOneMemoryOfMany) {
   std::vector<int16_t> second{0, 1, 2, 3, 4, -7};
   Bytes bytes(12);
   std::memcpy(bytes.data(), second.data(), 12);
-  ASSERT_EQ(element.push(frame_of({{1, 2, 3}, bytes})), GST_FLOW_OK);
+  ASSERT_EQ(element.push(make_frame({{1, 2, 3}, bytes})), GST_FLOW_OK);
   Bytes all{1, 2, 3};
   all.insert(all.end(), bytes.begin(), bytes.end());
-  ASSERT_EQ(element.push(frame_of({all})), GST_FLOW_OK) << "one memory for all";
+  ASSERT_EQ(element.push(make_frame({all})), GST_FLOW_OK) << "one memory for all";
   const auto part = [&](int from, int to) { return Bytes(all.begin() + from, all.begin() + to); };
-  ASSERT_EQ(element.push(frame_of({part(0, 5), part(5, 14), part(14, 15)})), GST_FLOW_OK)
+  ASSERT_EQ(element.push(make_frame({part(0, 5), part(5, 14), part(14, 15)})), GST_FLOW_OK)
       << "the element spans two of three memories";
   EXPECT_EQ(element.branch("src_0").buffers.size(), 3u);
   EXPECT_EQ(element.stat("bytes-copied"), 0u);
@@ -160,7 +160,7 @@ TEST(TensorIf, ComparesAveragesOfEveryTensor) {
     Bytes all;
     for (int i = 0; i < tensors; ++i)
       for (const int step : {0, 1, 2, 0}) all.push_back(static_cast<uint8_t>(i + step));
-    ASSERT_EQ(element.push(frame_of({all})), GST_FLOW_OK);
+    ASSERT_EQ(element.push(make_frame({all})), GST_FLOW_OK);
     EXPECT_TRUE(element.has("src_0")) << "the mean is 0.75 above, truncated to the type";
     EXPECT_FALSE(element.has("src_1"));
     EXPECT_EQ(element.stat("bytes-copied"), 0u);
@@ -171,8 +171,8 @@ TEST(TensorIf, FollowsThePeerOfEachBranch) {
   Branches element("tensor_if compared-value-option=0,0 operator=GT supplied-value=5",
                    {{"src_0", "other/tensor"}});
   element.caps(one("3:1"));
-  ASSERT_EQ(element.push(frame_of({{9, 0, 0}})), GST_FLOW_OK);
-  ASSERT_EQ(element.push(frame_of({{1, 0, 0}})), GST_FLOW_OK);
+  ASSERT_EQ(element.push(make_frame({{9, 0, 0}})), GST_FLOW_OK);
+  ASSERT_EQ(element.push(make_frame({{1, 0, 0}})), GST_FLOW_OK);
   EXPECT_SAYS(element.branch("src_0").caps(), "other/tensor, dimension=(string)3:1");
   EXPECT_SAYS(element.branch("src_1").caps(), "other/tensors, format=(string)static");
 }
@@ -181,20 +181,20 @@ TEST(TensorIfFlow, ToleratesAnUnlinkedBranch) {
   Branches element("tensor_if compared-value-option=0,0 operator=GT supplied-value=5", {},
                    {"src_0"});
   element.caps(one("1"));
-  EXPECT_EQ(element.push(frame_of({{9}})), GST_FLOW_OK) << "the other branch may be linked";
-  EXPECT_EQ(element.push(frame_of({{1}})), GST_FLOW_OK);
-  EXPECT_EQ(element.push(frame_of({{9}})), GST_FLOW_OK);
+  EXPECT_EQ(element.push(make_frame({{9}})), GST_FLOW_OK) << "the other branch may be linked";
+  EXPECT_EQ(element.push(make_frame({{1}})), GST_FLOW_OK);
+  EXPECT_EQ(element.push(make_frame({{9}})), GST_FLOW_OK);
 
   Branches alone("tensor_if compared-value-option=0,0 operator=GT supplied-value=5 else=SKIP", {},
                  {"src_0"});
   alone.caps(one("1"));
-  EXPECT_EQ(alone.push(frame_of({{9}})), GST_FLOW_NOT_LINKED);
+  EXPECT_EQ(alone.push(make_frame({{9}})), GST_FLOW_NOT_LINKED);
 }
 
 TEST(TensorIfFlow, BothBranchesEnd) {
   Branches element("tensor_if compared-value-option=0,0 operator=GT supplied-value=5");
   element.caps(one("1"));
-  ASSERT_EQ(element.push(frame_of({{9}})), GST_FLOW_OK);
+  ASSERT_EQ(element.push(make_frame({{9}})), GST_FLOW_OK);
   EXPECT_TRUE(element.send(gst_event_new_eos()));
   EXPECT_EQ(element.branch("src_0").events.back(), "eos");
   EXPECT_EQ(element.branch("src_1").events, names({"stream-start", "caps", "segment", "eos"}));
@@ -206,7 +206,7 @@ TEST(TensorIfProperties, CanChangeBetweenFrames) {
   element.caps(one("1"));
   const auto passes = [&](uint8_t value) {
     const uint64_t before = element.stat("pushed");
-    EXPECT_EQ(element.push(frame_of({{value}})), GST_FLOW_OK);
+    EXPECT_EQ(element.push(make_frame({{value}})), GST_FLOW_OK);
     return element.stat("pushed") > before;
   };
   EXPECT_TRUE(passes(6));
@@ -231,10 +231,10 @@ TEST(TensorIfProperties, AreRejectedIfDownstreamRejectsTheResult) {
       "then-option=0 else=SKIP",
       {{"src_0", "other/tensors,format=static,num_tensors=1"}});
   element.caps(test::tensors("uint8,uint8", "1,1"));
-  ASSERT_EQ(element.push(frame_of({{9}, {7}})), GST_FLOW_OK);
+  ASSERT_EQ(element.push(make_frame({{9}, {7}})), GST_FLOW_OK);
   EXPECT_EQ(content(element.take("src_0").get(), 0), Bytes{9});
   g_object_set(element.element(), "then-option", "1,0", nullptr);
-  ASSERT_EQ(element.push(frame_of({{9}, {7}})), GST_FLOW_OK);
+  ASSERT_EQ(element.push(make_frame({{9}, {7}})), GST_FLOW_OK);
   EXPECT_SAYS(element.warning(),
               "WEIR-2001: the element downstream of src_0 does not accept its output");
   EXPECT_EQ(content(element.take("src_0").get(), 0), Bytes{9});
@@ -242,7 +242,7 @@ TEST(TensorIfProperties, AreRejectedIfDownstreamRejectsTheResult) {
   g_object_get(element.element(), "then-option", &raw, nullptr);
   EXPECT_STREQ(UniqueText{raw}.get(), "0");
   g_object_set(element.element(), "then-option", "1", nullptr);
-  ASSERT_EQ(element.push(frame_of({{9}, {7}})), GST_FLOW_OK);
+  ASSERT_EQ(element.push(make_frame({{9}, {7}})), GST_FLOW_OK);
   EXPECT_EQ(content(element.take("src_0").get(), 0), Bytes{7});
   EXPECT_EQ(element.error(), "");
 }

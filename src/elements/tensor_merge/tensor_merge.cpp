@@ -44,14 +44,14 @@ class TensorMerge : public SyncElement<TensorMerge> {
       kSyncProperties<Settings>);
 
   Status prepare(const Settings& settings) {
-    const auto dimension = dimension_of(settings);
+    const auto dimension = parse_dimension(settings);
     if (!dimension) return dimension.error();
     if (GST_STATE(element()) <= GST_STATE_READY) take_settings(&followed_);
     return ok();
   }
   static bool is_followed(std::string_view name) { return name == "mode" || name == "option"; }
   Status check_change(const char*, const Settings& wanted) const {
-    const auto dimension = dimension_of(wanted);
+    const auto dimension = parse_dimension(wanted);
     return dimension ? ok() : Status(dimension.error());
   }
 
@@ -92,7 +92,7 @@ class TensorMerge : public SyncElement<TensorMerge> {
     GstBuffer* deciding = inputs.frames[inputs.metadata_pad].buffer.get();
     gst_buffer_copy_into(out->get(), deciding, GST_BUFFER_COPY_TIMESTAMPS, 0,
                          static_cast<gsize>(-1));
-    gst::set_source_maps(out->get(), maps_of(deciding));
+    gst::set_source_maps(out->get(), keep_maps(deciding));
     return out;
   }
 
@@ -101,7 +101,7 @@ class TensorMerge : public SyncElement<TensorMerge> {
   BufferLimit buffer_limit_{kInfo.factory_name};
 
  private:
-  static Result<size_t> dimension_of(const Settings& settings) {
+  static Result<size_t> parse_dimension(const Settings& settings) {
     if (!equal_ignoring_case(strip(settings.mode), "linear"))
       return Error{.code = Code::MODE_UNKNOWN,
                    .what = "mode is not known",
@@ -119,7 +119,7 @@ class TensorMerge : public SyncElement<TensorMerge> {
   }
 
   Status plan(const Settings& settings, const std::vector<TensorSpec>& tensors, FrameSpec* out) {
-    const auto dimension = dimension_of(settings);
+    const auto dimension = parse_dimension(settings);
     if (!dimension) return dimension.error();
     auto plan = Concatenation::plan(tensors, *dimension);
     if (!plan) return plan.error();
@@ -151,7 +151,7 @@ class TensorMerge : public SyncElement<TensorMerge> {
   }
 
   // Pixels stay in place unless the merge is along a dimension of the picture.
-  std::vector<SourceMap> maps_of(GstBuffer* deciding) const {
+  std::vector<SourceMap> keep_maps(GstBuffer* deciding) const {
     const auto maps = gst::source_maps(deciding);
     const bool moved = std::any_of(maps.begin(), maps.end(), [this](const SourceMap& map) {
       return map.x_dimension == dimension_ || map.y_dimension == dimension_;

@@ -39,7 +39,7 @@ TEST(TensorMerge, ConcatenatesTensorsAlongEachDimension) {
     merge.play();
     merge.push_all({numbers(1), numbers(11)}, 40);
     ASSERT_EQ(merge.buffers().size(), 1u) << line.option;
-    EXPECT_EQ(memories_of(merge.buffers()[0].get()), std::vector<Bytes>{line.out}) << line.option;
+    EXPECT_EQ(read_memories(merge.buffers()[0].get()), std::vector<Bytes>{line.out}) << line.option;
     EXPECT_EQ(merge.caps(), std::string("other/tensors, format=(string)static, num_tensors=(int)1, "
                                         "dimensions=(string)") +
                                 line.dims + ", types=(string)uint8, framerate=(fraction)30/1");
@@ -58,7 +58,7 @@ TEST(TensorMerge, AcceptsManyPads) {
   }
   merge.play();
   merge.push_all(frames, 0);
-  EXPECT_EQ(memories_of(merge.buffers().at(0).get()), std::vector<Bytes>{expected});
+  EXPECT_EQ(read_memories(merge.buffers().at(0).get()), std::vector<Bytes>{expected});
 }
 
 TEST(TensorMerge, PairsByOrderByDefault) {
@@ -83,7 +83,7 @@ TEST(TensorMerge, SlowestDropsFramesThatAreTooOld) {
   EXPECT_EQ(merge.push(0, Bytes{30}, 30), GST_FLOW_OK);
   colour.get();
   ASSERT_EQ(merge.buffers().size(), 1u);
-  EXPECT_EQ(memories_of(merge.buffers()[0].get()), (std::vector<Bytes>{{30, 29}}));
+  EXPECT_EQ(read_memories(merge.buffers()[0].get()), (std::vector<Bytes>{{30, 29}}));
   EXPECT_EQ(GST_BUFFER_PTS(merge.buffers()[0].get()), 29u);
   EXPECT_EQ(merge.stat("dropped-policy"), 1u);
 }
@@ -102,7 +102,7 @@ TEST(TensorMerge, KeepsTheSourceMapIfPixelsKeepTheirPlace) {
     ManyInputs merge(channels ? "tensor_merge option=0" : "tensor_merge option=1");
     merge.add(caps("2:3").c_str());
     merge.play();
-    auto in = buffer_of({numbers(1)}, 0);
+    auto in = make_buffer({numbers(1)}, 0);
     gst::set_source_maps(in.get(), {picture_as_it_is(64, 48, false)});
     EXPECT_EQ(merge.push(0, in), GST_FLOW_OK);
     EXPECT_EQ(gst::source_maps(merge.buffers().at(0).get()).size(), channels ? 1u : 0u);
@@ -113,7 +113,7 @@ TEST(TensorMerge, CopiesTimesAndNothingElse) {
   ManyInputs merge("tensor_merge");
   merge.add(caps("1").c_str());
   merge.play();
-  auto in = buffer_of({{1}}, 50);
+  auto in = make_buffer({{1}}, 50);
   GST_BUFFER_DTS(in.get()) = 40;
   GST_BUFFER_DURATION(in.get()) = 5;
   GST_BUFFER_FLAG_SET(in.get(), GST_BUFFER_FLAG_MARKER);

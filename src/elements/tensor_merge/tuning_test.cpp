@@ -84,7 +84,7 @@ TEST(MergePropertyChange, OutputThatDownstreamRejectsIsRejected) {
   EXPECT_SAYS(merge.warning(), "2:2");
   EXPECT_EQ(option(merge), "0");
   ASSERT_EQ(merge.buffers().size(), 2u);
-  EXPECT_EQ(memories_of(merge.buffers()[1].get()), (std::vector<Bytes>{{5, 6, 7, 8}}));
+  EXPECT_EQ(read_memories(merge.buffers()[1].get()), (std::vector<Bytes>{{5, 6, 7, 8}}));
   EXPECT_EQ(merge.error(), "");
 }
 

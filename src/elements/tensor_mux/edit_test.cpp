@@ -75,7 +75,7 @@ class Edited {
           gst_bus_pop_filtered(bus.get(), GST_MESSAGE_ERROR));
       if (!message) break;
       if (GST_MESSAGE_SRC(message.get()) != GST_OBJECT_CAST(mux_.get())) continue;
-      error_ = test::text_of(message.get());
+      error_ = test::get_text(message.get());
     }
     return error_;
   }

@@ -23,7 +23,7 @@ TEST(TensorMuxGaps, AreReportedIfAFrameWaitsForAPadWithOnlyGaps) {
     EXPECT_SAYS(warning, "fix: max-wait=");
     EXPECT_EQ(mux.push(1, Bytes{2}, 60), GST_FLOW_OK) << "it kept waiting";
     EXPECT_EQ(push.get(), GST_FLOW_OK);
-    EXPECT_EQ(memories_of(mux.buffers().at(0).get()), (std::vector<Bytes>{{1}, {2}})) << mode;
+    EXPECT_EQ(read_memories(mux.buffers().at(0).get()), (std::vector<Bytes>{{1}, {2}})) << mode;
   }
 }
 

@@ -26,7 +26,7 @@ TEST(TensorMuxLatePad, OldFramesDoNotWaitForTheOthers) {
   EXPECT_EQ(mux.push(0, Bytes{4}, 4), GST_FLOW_OK);
   EXPECT_EQ(push.get(), GST_FLOW_OK);
   ASSERT_EQ(mux.buffers().size(), 5u);
-  EXPECT_EQ(memories_of(mux.buffers()[4].get()), (std::vector<Bytes>{{4}, {14}}));
+  EXPECT_EQ(read_memories(mux.buffers()[4].get()), (std::vector<Bytes>{{4}, {14}}));
   mux.stop();
   EXPECT_EQ(mux.stat("received"), 9u);
   EXPECT_EQ(mux.stat("consumed"), 6u);
@@ -44,7 +44,7 @@ TEST(TensorMuxLatePad, AFrameOfTheLastTimeWaits) {
   mux.wait_for_stat("held", 1);
   EXPECT_EQ(mux.push(0, Bytes{3}, 7), GST_FLOW_OK);
   EXPECT_EQ(push.get(), GST_FLOW_OK);
-  EXPECT_EQ(memories_of(mux.buffers().at(1).get()), (std::vector<Bytes>{{3}, {2}}));
+  EXPECT_EQ(read_memories(mux.buffers().at(1).get()), (std::vector<Bytes>{{3}, {2}}));
 }
 
 }  // namespace late_pad_test

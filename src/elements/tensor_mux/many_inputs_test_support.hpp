@@ -16,15 +16,15 @@ namespace weir::test {
 using gst::Ref;
 using test::Bytes;
 
-inline Ref<GstBuffer> buffer_of(const std::vector<Bytes>& memories, GstClockTime pts) {
+inline Ref<GstBuffer> make_buffer(const std::vector<Bytes>& memories, GstClockTime pts) {
   auto buffer = Ref<GstBuffer>::adopt(gst_buffer_new());
   for (const Bytes& bytes : memories)
-    gst_buffer_append_memory(buffer.get(), test::memory_of(bytes));
+    gst_buffer_append_memory(buffer.get(), test::make_memory(bytes));
   GST_BUFFER_PTS(buffer.get()) = pts;
   return buffer;
 }
 
-inline std::vector<Bytes> memories_of(GstBuffer* buffer) {
+inline std::vector<Bytes> read_memories(GstBuffer* buffer) {
   std::vector<Bytes> out;
   for (guint i = 0; i < gst_buffer_n_memory(buffer); ++i)
     out.push_back(test::content(gst_buffer_peek_memory(buffer, i)));
@@ -87,7 +87,7 @@ class ManyInputs {
     return gst_pad_push(inputs_[input].pad.get(), buffer.release());
   }
   GstFlowReturn push(size_t input, const Bytes& bytes, GstClockTime pts) {
-    return push(input, buffer_of({bytes}, pts));
+    return push(input, make_buffer({bytes}, pts));
   }
   // The same on its own thread.
   std::future<GstFlowReturn> push_later(size_t input, Ref<GstBuffer> buffer) {
@@ -95,7 +95,7 @@ class ManyInputs {
                       [this, input, buffer]() mutable { return push(input, std::move(buffer)); });
   }
   std::future<GstFlowReturn> push_later(size_t input, const Bytes& bytes, GstClockTime pts) {
-    return push_later(input, buffer_of({bytes}, pts));
+    return push_later(input, make_buffer({bytes}, pts));
   }
   // Pushes one buffer on each of the first inputs; all flow returns must be `flow`.
   void push_all(const std::vector<Bytes>& frames, GstClockTime pts,
@@ -111,8 +111,8 @@ class ManyInputs {
     }
   }
 
-  GstPad* sink_of(size_t input) const { return inputs_[input].sink.get(); }
-  GstPad* source_of(size_t input) const { return inputs_[input].pad.get(); }
+  GstPad* get_sink(size_t input) const { return inputs_[input].sink.get(); }
+  GstPad* get_source(size_t input) const { return inputs_[input].pad.get(); }
   GstPad* sink() const { return sink_.get(); }
   GstElement* element() const { return element_.get(); }
 

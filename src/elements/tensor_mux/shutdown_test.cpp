@@ -64,8 +64,8 @@ TEST(TensorMuxShutdown, PlaysAgainAfterEachState) {
     mux.play();
     EXPECT_EQ(mux.stat("received"), 0u);
     for (size_t i = 0; i < 2; ++i) {
-      gst_pad_set_active(mux.source_of(i), FALSE);
-      gst_pad_set_active(mux.source_of(i), TRUE);
+      gst_pad_set_active(mux.get_source(i), FALSE);
+      gst_pad_set_active(mux.get_source(i), TRUE);
       mux.event(i, gst_event_new_stream_start("again"));
       mux.set_caps(i, caps_of_bytes(1).c_str());
     }
@@ -88,7 +88,7 @@ TEST(TensorMuxShutdown, RemovalWakesTheThreadOfThePad) {
 TEST(TensorMuxShutdown, DeactivationWakesTheThreadOfThePad) {
   Two mux("tensor_mux");
   auto push = mux.waiting();
-  gst_pad_set_active(mux.sink_of(0), FALSE);
+  gst_pad_set_active(mux.get_sink(0), FALSE);
   EXPECT_EQ(push.get(), GST_FLOW_FLUSHING);
 }
 
@@ -175,7 +175,7 @@ TEST(TensorMuxShutdown, RefreshContinuesUntilTheLastPadEnds) {
   mux.push_all({{1}, {2}}, 0);
   mux.event(1, gst_event_new_eos());
   EXPECT_EQ(mux.push(0, Bytes{3}, 10), GST_FLOW_OK);
-  EXPECT_EQ(memories_of(mux.buffers().at(1).get()), (std::vector<Bytes>{{3}, {2}}));
+  EXPECT_EQ(read_memories(mux.buffers().at(1).get()), (std::vector<Bytes>{{3}, {2}}));
   EXPECT_TRUE(mux.events(GST_EVENT_EOS).empty());
   mux.event(0, gst_event_new_eos());
   EXPECT_EQ(mux.events(GST_EVENT_EOS).size(), 1u);
@@ -187,7 +187,7 @@ TEST(TensorMuxShutdown, RefreshDoesNotWaitOnceAllPadsHaveFrames) {
   mux.push_all({{1}, {2}}, 0);
   for (uint8_t i = 0; i < 5; ++i) EXPECT_EQ(mux.push(0, Bytes{i}, 10 + i), GST_FLOW_OK);
   EXPECT_EQ(mux.buffers().size(), 6u);
-  EXPECT_EQ(memories_of(mux.buffers().at(5).get()), (std::vector<Bytes>{{4}, {2}}));
+  EXPECT_EQ(read_memories(mux.buffers().at(5).get()), (std::vector<Bytes>{{4}, {2}}));
 }
 
 TEST(TensorMuxShutdown, MaxWaitLimitsTheWaitForASilentPad) {
@@ -199,7 +199,7 @@ TEST(TensorMuxShutdown, MaxWaitLimitsTheWaitForASilentPad) {
     for (uint8_t i = 0; i < 5; ++i) EXPECT_EQ(mux.push(0, Bytes{i}, 10 + i), GST_FLOW_OK) << mode;
     const auto out = mux.buffers();
     ASSERT_GE(out.size(), 5u) << mode;
-    EXPECT_EQ(memories_of(out.back().get()), (std::vector<Bytes>{{4}, {2}})) << mode;
+    EXPECT_EQ(read_memories(out.back().get()), (std::vector<Bytes>{{4}, {2}})) << mode;
     mux.expect_no_frame_lost();
   }
 }
@@ -214,7 +214,7 @@ TEST(TensorMuxShutdown, ASilentPadIsCountedAndCanReturn) {
   mux.wait_for_stat("received", 2);
   EXPECT_EQ(mux.push(0, Bytes{3}, 10), GST_FLOW_OK);
   push.get();
-  EXPECT_EQ(memories_of(mux.buffers().at(0).get()), (std::vector<Bytes>{{3}, {2}}));
+  EXPECT_EQ(read_memories(mux.buffers().at(0).get()), (std::vector<Bytes>{{3}, {2}}));
   mux.expect_no_frame_lost();
 }
 
@@ -227,7 +227,7 @@ TEST(TensorMuxShutdown, AGapReleasesTheOtherPads) {
   auto next = mux.push_later(0, Bytes{5}, 50);
   EXPECT_EQ(mux.push(1, Bytes{6}, 50), GST_FLOW_OK);
   EXPECT_EQ(next.get(), GST_FLOW_OK);
-  EXPECT_EQ(memories_of(mux.buffers().at(0).get()), (std::vector<Bytes>{{5}, {6}}));
+  EXPECT_EQ(read_memories(mux.buffers().at(0).get()), (std::vector<Bytes>{{5}, {6}}));
   mux.expect_no_frame_lost();
 }
 
@@ -246,7 +246,7 @@ TEST(TensorMuxShutdown, MaxWaitLimitsTheWaitForAPadWithOnlyGaps) {
     EXPECT_EQ(mux.push(0, Bytes{7}, 60), GST_FLOW_OK) << mode;
     EXPECT_EQ(back.get(), GST_FLOW_OK) << mode;
     ASSERT_EQ(mux.buffers().size(), 1u) << mode;
-    EXPECT_EQ(memories_of(mux.buffers()[0].get()), (std::vector<Bytes>{{7}, {8}})) << mode;
+    EXPECT_EQ(read_memories(mux.buffers()[0].get()), (std::vector<Bytes>{{7}, {8}})) << mode;
     mux.expect_no_frame_lost();
   }
 }
@@ -292,8 +292,8 @@ TEST(TensorMuxShutdown, AnswersLatencyFromTheLiveInputs) {
   static const Latency latencies[] = {{TRUE, 10, 100}, {FALSE, 500, 600}, {TRUE, 20, 60}};
   mux.add(caps_of_bytes(1).c_str());
   for (size_t i = 0; i < 3; ++i) {
-    gst_pad_set_element_private(mux.source_of(i), const_cast<Latency*>(&latencies[i]));
-    gst_pad_set_query_function(mux.source_of(i), [](GstPad* pad, GstObject*, GstQuery* query) {
+    gst_pad_set_element_private(mux.get_source(i), const_cast<Latency*>(&latencies[i]));
+    gst_pad_set_query_function(mux.get_source(i), [](GstPad* pad, GstObject*, GstQuery* query) {
       const auto* a = static_cast<const Latency*>(gst_pad_get_element_private(pad));
       gst_query_set_latency(query, a->live, a->min, a->max);
       return gboolean{TRUE};
@@ -317,7 +317,7 @@ TEST(TensorMuxShutdown, AllowsALateDownstreamLink) {
   EXPECT_EQ(mux.push(0, Bytes{3}, 10), GST_FLOW_NOT_LINKED);
   gst_pad_link(source.get(), mux.sink());
   EXPECT_EQ(mux.push(1, Bytes{4}, 20), GST_FLOW_OK);
-  EXPECT_EQ(memories_of(mux.buffers().at(1).get()), (std::vector<Bytes>{{3}, {4}}));
+  EXPECT_EQ(read_memories(mux.buffers().at(1).get()), (std::vector<Bytes>{{3}, {4}}));
 }
 
 TEST(TensorMuxShutdown, DownstreamErrorsReachEveryPad) {
@@ -389,7 +389,7 @@ TEST(TensorMuxShutdown, EndsTheFlushOfAReleasedPadAfterItsStart) {
   mux.push_all({{1}, {2}}, 0);
   mux.add(caps_of_bytes(1).c_str());
   const auto source = Ref<GstPad>::adopt(gst_element_get_static_pad(mux.element(), "src"));
-  const auto sink = Ref<GstPad>::share(mux.sink_of(2));
+  const auto sink = Ref<GstPad>::share(mux.get_sink(2));
   std::future<void> flush, release;
   HeldEvent start(source.get(), GST_EVENT_FLUSH_START);
   flush = std::async(std::launch::async,
@@ -414,7 +414,7 @@ TEST(TensorMuxShutdown, SurvivesAFlushWhileThePadIsReleased) {
   Two mux("tensor_mux");
   for (uint8_t round = 0; round < 100; ++round) {
     mux.add(caps_of_bytes(1).c_str());
-    const auto sink = Ref<GstPad>::share(mux.sink_of(2 + round));
+    const auto sink = Ref<GstPad>::share(mux.get_sink(2 + round));
     std::atomic<int> ready = 0;
     const auto meet = [&ready] {
       ++ready;

@@ -60,7 +60,7 @@ inline Result<SyncChoice> sync_choice(const SyncSettings& settings, sync::Mode f
   const auto mode = sync::parse_mode(settings.sync_mode);
   out.options.mode = mode ? *mode : fallback;
   if (!mode) {
-    const std::string usual(sync::name_of(fallback));
+    const std::string usual(sync::to_string(fallback));
     Error error = mode.error();
     error.what += "; " + usual + " is used";
     if (error.fix.empty()) error.fix = "sync-mode=" + usual;

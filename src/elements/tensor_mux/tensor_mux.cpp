@@ -41,7 +41,7 @@ class TensorMux : public SyncElement<TensorMux> {
       if (input->format != Format::Static) out.format = Format::Flexible;
       out.rate.numerator = std::min(out.rate.numerator, input->rate.numerator);
       out.rate.denominator = std::min(out.rate.denominator, input->rate.denominator);
-      const auto tensors = tensors_of(*input);
+      const auto tensors = count_tensors(*input);
       if (before && tensors) append_roles(input->roles, *tensors, *before, &out.roles);
       before = before && tensors ? std::optional(*before + *tensors) : std::nullopt;
       out.tensors.insert(out.tensors.end(), input->tensors.begin(), input->tensors.end());
@@ -83,7 +83,7 @@ class TensorMux : public SyncElement<TensorMux> {
                          GST_BUFFER_COPY_METADATA, 0, static_cast<gsize>(-1));
     if (auto status = gst::append_tensors(pieces, out.get(), &ledger_); !status)
       return status.error();
-    if (auto maps = maps_of(inputs, counts); !maps.empty())
+    if (auto maps = join_maps(inputs, counts); !maps.empty())
       gst::set_source_maps(out.get(), std::move(maps));
     return out;
   }
@@ -93,14 +93,14 @@ class TensorMux : public SyncElement<TensorMux> {
 
  private:
   // The number of tensors in a frame. Flexible streams say it if they are results.
-  static std::optional<size_t> tensors_of(const FrameSpec& input) {
+  static std::optional<size_t> count_tensors(const FrameSpec& input) {
     if (input.format == Format::Static) return input.tensors.size();
     return input.roles.empty() ? std::nullopt : std::optional(input.roles.size());
   }
 
   // One source map per tensor if every input has them; else those of the deciding frame stay.
-  static std::vector<SourceMap> maps_of(const gst::Inputs& inputs,
-                                        const std::vector<size_t>& counts) {
+  static std::vector<SourceMap> join_maps(const gst::Inputs& inputs,
+                                          const std::vector<size_t>& counts) {
     std::vector<SourceMap> out;
     for (size_t input = 0; input < inputs.frames.size(); ++input) {
       GstBuffer* const buffer = inputs.frames[input].buffer.get();

@@ -23,7 +23,7 @@ Bytes chunk(const Bytes& payload) {
   out.insert(out.end(), payload.begin(), payload.end());
   return out;
 }
-std::span<const std::byte> bytes_of(const Bytes& bytes) {
+std::span<const std::byte> to_span(const Bytes& bytes) {
   return {reinterpret_cast<const std::byte*>(bytes.data()), bytes.size()};
 }
 
@@ -35,10 +35,10 @@ TEST(TensorMux, CombinesStaticTensorsWithoutACopy) {
       "types=(string)\"uint8,int16\",framerate=(fraction)15/2");
   mux.play();
   auto first = mux.push_later(0, filled(6, 7), 100);
-  EXPECT_EQ(mux.push(1, buffer_of({filled(2, 8), filled(2, 9)}, 100)), GST_FLOW_OK);
+  EXPECT_EQ(mux.push(1, make_buffer({filled(2, 8), filled(2, 9)}, 100)), GST_FLOW_OK);
   EXPECT_EQ(first.get(), GST_FLOW_OK);
   ASSERT_EQ(mux.buffers().size(), 1u);
-  EXPECT_EQ(memories_of(mux.buffers()[0].get()),
+  EXPECT_EQ(read_memories(mux.buffers()[0].get()),
             (std::vector<Bytes>{filled(6, 7), filled(2, 8), filled(2, 9)}));
   EXPECT_EQ(mux.caps(),
             "other/tensors, format=(string)static, num_tensors=(int)3, "
@@ -53,7 +53,7 @@ TEST(TensorMux, SharesTheMemoriesOfItsInputs) {
   ManyInputs mux("tensor_mux");
   mux.add(caps_of_bytes(4).c_str());
   mux.play();
-  auto in = buffer_of({filled(4, 1)}, 0);
+  auto in = make_buffer({filled(4, 1)}, 0);
   GstMemory* memory = gst_buffer_peek_memory(in.get(), 0);
   EXPECT_EQ(mux.push(0, in), GST_FLOW_OK);
   EXPECT_EQ(gst_buffer_peek_memory(mux.buffers()[0].get(), 0), memory);
@@ -63,7 +63,7 @@ TEST(TensorMux, StartsItsOwnStreamInOrder) {
   ManyInputs mux("tensor_mux");
   mux.add(caps_of_bytes(1).c_str());
   mux.play();
-  auto in = buffer_of({filled(1, 1)}, 500);
+  auto in = make_buffer({filled(1, 1)}, 500);
   GST_BUFFER_DTS(in.get()) = 400;
   GST_BUFFER_DURATION(in.get()) = 33;
   mux.push(0, in);
@@ -92,7 +92,7 @@ TEST(TensorMux, CopiesTimeAndMetadataOfTheDecidingFrame) {
   mux.add(caps_of_bytes(1).c_str());
   mux.add(caps_of_bytes(1).c_str());
   mux.play();
-  auto early = buffer_of({filled(1, 1)}, 10), late = buffer_of({filled(1, 2)}, 20);
+  auto early = make_buffer({filled(1, 1)}, 10), late = make_buffer({filled(1, 2)}, 20);
   GST_BUFFER_DURATION(early.get()) = 1;
   GST_BUFFER_DURATION(late.get()) = 2;
   GST_BUFFER_OFFSET(late.get()) = 77;
@@ -112,7 +112,7 @@ TEST(TensorMux, KeepsTheSourceMapOfEachTensor) {
   mux.add(caps_of_bytes(1).c_str());
   mux.add(caps_of_bytes(1).c_str());
   mux.play();
-  auto a = buffer_of({filled(1, 1)}, 0), b = buffer_of({filled(1, 2)}, 0);
+  auto a = make_buffer({filled(1, 1)}, 0), b = make_buffer({filled(1, 2)}, 0);
   gst::set_source_maps(a.get(), {picture_as_it_is(64, 48, false)});
   gst::set_source_maps(b.get(), {picture_as_it_is(32, 24, true)});
   auto first = mux.push_later(0, a);
@@ -129,12 +129,12 @@ TEST(TensorMux, NumbersItsPadsInTheOrderOfRequests) {
   mux.add(caps_of_bytes(1).c_str(), "sink_1");
   mux.add(caps_of_bytes(2).c_str(), "sink_0");
   mux.add(caps_of_bytes(3).c_str());
-  EXPECT_STREQ(GST_PAD_NAME(mux.sink_of(0)), "sink_1");
-  EXPECT_STREQ(GST_PAD_NAME(mux.sink_of(1)), "sink_0");
-  EXPECT_STREQ(GST_PAD_NAME(mux.sink_of(2)), "sink_2");
+  EXPECT_STREQ(GST_PAD_NAME(mux.get_sink(0)), "sink_1");
+  EXPECT_STREQ(GST_PAD_NAME(mux.get_sink(1)), "sink_0");
+  EXPECT_STREQ(GST_PAD_NAME(mux.get_sink(2)), "sink_2");
   mux.play();
   mux.push_all({filled(1, 1), filled(2, 2), filled(3, 3)}, 0);
-  EXPECT_EQ(memories_of(mux.buffers()[0].get()),
+  EXPECT_EQ(read_memories(mux.buffers()[0].get()),
             (std::vector<Bytes>{filled(1, 1), filled(2, 2), filled(3, 3)}));
 }
 
@@ -148,7 +148,7 @@ TEST(TensorMux, PacksTensorsBeyondTheSixteenth) {
     }
     mux.play();
     mux.push_all(frames, 5);
-    const auto out = memories_of(mux.buffers().at(0).get());
+    const auto out = read_memories(mux.buffers().at(0).get());
     ASSERT_EQ(out.size(), 16u);
     for (size_t i = 0; i < 15; ++i) EXPECT_EQ(out[i], frames[i]);
     if (count == 16) {
@@ -156,7 +156,7 @@ TEST(TensorMux, PacksTensorsBeyondTheSixteenth) {
       EXPECT_EQ(mux.stat("bytes-copied"), 0u);
       continue;
     }
-    const auto ranges = read_packed_tensors(bytes_of(out[15]), Format::Static);
+    const auto ranges = read_packed_tensors(to_span(out[15]), Format::Static);
     ASSERT_TRUE(ranges);
     ASSERT_EQ(ranges->size(), count - 15);
     uint64_t copied = 0;
@@ -184,11 +184,11 @@ TEST(TensorMux, UnpacksPackedFrames) {
   auto first = outer.push_later(0, filled(3, 99), 5);
   EXPECT_EQ(outer.push(1, inner.buffers().at(0)), GST_FLOW_OK);
   first.get();
-  const auto out = memories_of(outer.buffers().at(0).get());
+  const auto out = read_memories(outer.buffers().at(0).get());
   ASSERT_EQ(out.size(), 16u);
   EXPECT_EQ(out[0], filled(3, 99));
   EXPECT_EQ(out[1], frames[0]);
-  const auto ranges = read_packed_tensors(bytes_of(out[15]), Format::Static);
+  const auto ranges = read_packed_tensors(to_span(out[15]), Format::Static);
   ASSERT_TRUE(ranges);
   ASSERT_EQ(ranges->size(), 4u);
   for (size_t i = 0; i < 4; ++i) EXPECT_EQ(out[15][(*ranges)[i].offset], 14 + i);
@@ -202,7 +202,7 @@ TEST(TensorMux, OneFlexibleInputMakesTheOutputFlexible) {
   auto first = mux.push_later(0, filled(4, 1), 0);
   EXPECT_EQ(mux.push(1, chunk(filled(3, 2)), 0), GST_FLOW_OK);
   first.get();
-  EXPECT_EQ(memories_of(mux.buffers().at(0).get()),
+  EXPECT_EQ(read_memories(mux.buffers().at(0).get()),
             (std::vector<Bytes>{chunk(filled(4, 1)), chunk(filled(3, 2))}));
   EXPECT_SAYS(mux.caps(), "format=(string)flexible");
   EXPECT_EQ(mux.stat("bytes-copied"), 4u);
@@ -213,7 +213,7 @@ TEST(TensorMux, AddsHeadersForAPeerThatNeedsThem) {
   mux.add(caps_of_bytes(4).c_str());
   mux.play();
   EXPECT_EQ(mux.push(0, filled(4, 1), 0), GST_FLOW_OK);
-  EXPECT_EQ(memories_of(mux.buffers().at(0).get()), (std::vector<Bytes>{chunk(filled(4, 1))}));
+  EXPECT_EQ(read_memories(mux.buffers().at(0).get()), (std::vector<Bytes>{chunk(filled(4, 1))}));
 }
 
 TEST(TensorMux, SplitsAMemoryOfSeveralChunks) {
@@ -224,7 +224,7 @@ TEST(TensorMux, SplitsAMemoryOfSeveralChunks) {
   const Bytes second = chunk(filled(5, 2));
   both.insert(both.end(), second.begin(), second.end());
   EXPECT_EQ(mux.push(0, both, 0), GST_FLOW_OK);
-  EXPECT_EQ(memories_of(mux.buffers().at(0).get()),
+  EXPECT_EQ(read_memories(mux.buffers().at(0).get()),
             (std::vector<Bytes>{chunk(filled(3, 1)), second}));
   EXPECT_EQ(mux.stat("bytes-copied"), 0u);
 }
@@ -236,7 +236,7 @@ TEST(TensorMux, SplitsOneMemoryOfSeveralStaticTensors) {
       "types=(string)\"uint8,uint8\",framerate=(fraction)30/1");
   mux.play();
   EXPECT_EQ(mux.push(0, {1, 2, 3}, 0), GST_FLOW_OK);
-  EXPECT_EQ(memories_of(mux.buffers().at(0).get()), (std::vector<Bytes>{{1, 2}, {3}}));
+  EXPECT_EQ(read_memories(mux.buffers().at(0).get()), (std::vector<Bytes>{{1, 2}, {3}}));
 }
 
 TEST(TensorMux, CopiesPartsOfMemoryThatCannotBeShared) {
@@ -245,10 +245,10 @@ TEST(TensorMux, CopiesPartsOfMemoryThatCannotBeShared) {
       "other/tensors,format=static,num_tensors=2,dimensions=(string)\"2,3\","
       "types=(string)\"uint8,uint8\",framerate=(fraction)30/1");
   mux.play();
-  auto in = buffer_of({{1, 2, 3, 4, 5}}, 0);
+  auto in = make_buffer({{1, 2, 3, 4, 5}}, 0);
   GST_MINI_OBJECT_FLAG_SET(gst_buffer_peek_memory(in.get(), 0), GST_MEMORY_FLAG_NO_SHARE);
   EXPECT_EQ(mux.push(0, std::move(in)), GST_FLOW_OK);
-  EXPECT_EQ(memories_of(mux.buffers().at(0).get()), (std::vector<Bytes>{{1, 2}, {3, 4, 5}}));
+  EXPECT_EQ(read_memories(mux.buffers().at(0).get()), (std::vector<Bytes>{{1, 2}, {3, 4, 5}}));
   EXPECT_EQ(mux.stat("bytes-copied"), 5u);
 }
 
@@ -260,7 +260,7 @@ TEST(TensorMux, FollowsChangedCaps) {
   mux.push_all({{1}, {2}}, 0);
   mux.set_caps(1, caps_of_bytes(2).c_str());
   mux.push_all({{3}, {4, 5}}, 10);
-  EXPECT_EQ(memories_of(mux.buffers().at(1).get()), (std::vector<Bytes>{{3}, {4, 5}}));
+  EXPECT_EQ(read_memories(mux.buffers().at(1).get()), (std::vector<Bytes>{{3}, {4, 5}}));
   EXPECT_EQ(mux.events(GST_EVENT_CAPS).size(), 2u);
   EXPECT_SAYS(mux.caps(), "1\\,2");
 }
@@ -279,8 +279,8 @@ TEST(TensorMux, PadsCanBeAddedAndReleasedWhilePlaying) {
   mux.wait_for_stat("pushed", 3);
   const auto out = mux.buffers();
   ASSERT_EQ(out.size(), 3u);
-  EXPECT_EQ(memories_of(out[1].get()), (std::vector<Bytes>{{2}, {3, 4}}));
-  EXPECT_EQ(memories_of(out[2].get()), (std::vector<Bytes>{{5}}));
+  EXPECT_EQ(read_memories(out[1].get()), (std::vector<Bytes>{{2}, {3, 4}}));
+  EXPECT_EQ(read_memories(out[2].get()), (std::vector<Bytes>{{5}}));
   EXPECT_EQ(mux.stat("held"), 0u);
 }
 

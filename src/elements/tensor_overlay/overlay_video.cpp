@@ -44,7 +44,7 @@ Result<OverlayVideo> OverlayVideo::make(const GstCaps* caps, draw::ClassNames na
   GstVideoInfo video;
   if (!gst_video_info_from_caps(&video, caps))
     return Error{.code = Code::FORMAT_UNSUPPORTED, .what = "the video caps cannot be read"};
-  const auto picture = picture_of(with_known_matrix(video));
+  const auto picture = make_picture(with_known_matrix(video));
   if (!picture) return overlay_error(picture.error());
   OverlayVideo out(video, *picture);
   if (painter)

@@ -126,7 +126,7 @@ TEST(OverlayColors, AreThoseOfTracksIfAskedFor) {
   const auto gray = [](draw::Rgb c) {
     preprocess::Picture picture;
     picture.format = *preprocess::picture_format("GRAY8");
-    return draw::samples_of(picture, c)[0];
+    return draw::to_samples(picture, c)[0];
   };
   const auto class_gray = gray(draw::class_color(0)), track_gray = gray(draw::class_color(7));
   ASSERT_NE(class_gray, track_gray);

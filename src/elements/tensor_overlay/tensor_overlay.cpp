@@ -28,7 +28,7 @@ namespace {
 class BufferCopies {
  public:
   // Copies all bytes into one memory, with times, flags and metas. OUT_OF_MEMORY, MAPPING_FAILED.
-  Result<gst::Ref<GstBuffer>> copy_of(GstBuffer* buffer);
+  Result<gst::Ref<GstBuffer>> make_copy(GstBuffer* buffer);
   void clear() { pool_ = {}; }
 
  private:
@@ -61,7 +61,7 @@ Status BufferCopies::set_size(size_t bytes) {
   return ok();
 }
 
-Result<gst::Ref<GstBuffer>> BufferCopies::copy_of(GstBuffer* buffer) {
+Result<gst::Ref<GstBuffer>> BufferCopies::make_copy(GstBuffer* buffer) {
   const size_t bytes = gst_buffer_get_size(buffer);
   if (auto status = set_size(bytes); !status) return status.error();
   auto out = pool_.acquire();
@@ -226,7 +226,7 @@ class TensorOverlay : public gst::PairedTransform<TensorOverlay, ResultsPad> {
     }
     follow_trails();
     if (!found_ || found_->empty() || gst::can_be_written(in)) return GST_FLOW_OK;
-    auto copy = copies_.copy_of(in);
+    auto copy = copies_.make_copy(in);
     if (!copy) return failed(copy.error());
     ledger_.copied(gst_buffer_get_size(in));
     ++pictures_copied_;
@@ -240,7 +240,7 @@ class TensorOverlay : public gst::PairedTransform<TensorOverlay, ResultsPad> {
         gst::post_warning(element(), *no_text_);
         no_text_.reset();
       }
-      use_names_of(*found);
+      use_names(*found);
       const auto drawn = video_->draw(*found, style_, &trails_, buffer, &ledger_);
       if (!drawn) return failed(drawn.error());
       ++pictures_drawn_;
@@ -289,7 +289,7 @@ class TensorOverlay : public gst::PairedTransform<TensorOverlay, ResultsPad> {
   }
 
   // The names that came with the results count where the user gives none.
-  void use_names_of(const draw::Detections& found) {
+  void use_names(const draw::Detections& found) {
     if (!names_.empty() || found.names == names_drawn_) return;
     names_drawn_ = found.names;
     video_->set_names(names_drawn_ ? *names_drawn_ : draw::ClassNames());

@@ -168,7 +168,7 @@ TEST(TensorOverlay, AcceptsOtherSizesAndFormatsWhilePlaying) {
   EXPECT_EQ(b.picture(kSmall, 0), small_with({{1, 1, 7, 6}}));
   gst_harness_set_src_caps_str(b.pictures.get(), video("GRAY8", 4, 4).c_str());
   const auto gray =
-      draw::samples_of({*preprocess::picture_format("GRAY8")}, draw::class_color(0))[0];
+      draw::to_samples({*preprocess::picture_format("GRAY8")}, draw::class_color(0))[0];
   Bytes expected(16, gray);  // columns 1 and 2 are line, 3 is inside; row 0 and column 0 are not
   for (size_t i = 0; i < 4; ++i) expected[i] = expected[4 * i] = 0;
   expected[15] = 0;
@@ -271,7 +271,7 @@ TEST(TensorOverlay, DrawsIntoAPictureOfSeveralMemories) {
     b.push({1, 1, 7, 6, 1, 0}, 0);
     GstBuffer* in = gst_buffer_new();
     for (const size_t bytes : {size_t{25}, size_t{1}, kSmall - 26})
-      gst_buffer_append_memory(in, memory_of(Bytes(bytes)));
+      gst_buffer_append_memory(in, make_memory(Bytes(bytes)));
     gsize offsets[GST_VIDEO_MAX_PLANES] = {0};
     gint strides[GST_VIDEO_MAX_PLANES] = {24};
     if (with_meta)

@@ -25,7 +25,7 @@ Result<BatchPool> BatchPool::make(const TensorSpec& part, uint32_t max) {
   return out;
 }
 
-TensorSpec BatchPool::batch_of(size_t parts) const {
+TensorSpec BatchPool::make_batch(size_t parts) const {
   TensorSpec out = part_;
   out.shape[3] = static_cast<uint32_t>(parts);
   return out;
@@ -38,7 +38,7 @@ size_t BatchPool::retained(size_t room) const {
 }
 
 Status BatchPool::renew(size_t room) {
-  auto pool = gst::FramePool::make({batch_of(room)}, max_ > 0 ? Format::Static : Format::Flexible,
+  auto pool = gst::FramePool::make({make_batch(room)}, max_ > 0 ? Format::Static : Format::Flexible,
                                    MediaType::Tensor, allocation_, retained(room));
   if (!pool) return pool.error();
   allocated_before_ += pool_.stats().allocated;
@@ -65,7 +65,7 @@ Result<gst::Ref<GstBuffer>> BatchPool::acquire(size_t parts, const BufferLimit& 
   auto buffer = pool_.acquire(limit);
   if (!buffer || max_ > 0) return buffer;
   TensorHeader header;
-  header.spec = batch_of(parts);
+  header.spec = make_batch(parts);
   GstMemory* memory = gst_buffer_peek_memory(buffer->get(), 0);
   gst_memory_resize(memory, 0, kTensorHeaderBytes + parts * *part_.bytes());
   const gst::MappedMemory map(memory, GST_MAP_WRITE);

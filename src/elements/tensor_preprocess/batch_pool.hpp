@@ -23,7 +23,7 @@ class BatchPool {
  private:
   Status renew(size_t room);
   size_t retained(size_t room) const;
-  TensorSpec batch_of(size_t parts) const;
+  TensorSpec make_batch(size_t parts) const;
 
   TensorSpec part_;
   uint32_t max_ = 0;

@@ -82,7 +82,7 @@ double number_at(const Output& out, ElementType type, size_t index) {
 }
 
 // The difference of one pixel level, in values of the tensor.
-double step_of(const weir::card::ImageInput& input) {
+double get_step(const weir::card::ImageInput& input) {
   double step = input.scale.empty() ? 1 : 0;
   for (const double scale : input.scale) step = std::max(step, std::fabs(scale));
   return step;
@@ -119,10 +119,10 @@ TEST(ClassicChain, IsWithinOneStepWhereItRoundsBetween) {
     ASSERT_FALSE(classic.bytes.empty());
     ASSERT_EQ(one.bytes.size(), classic.bytes.size());
     // The classic chain rounded its pixels by up to half a level.
-    const size_t count = one.bytes.size() / weir::size_of(card.input.type);
+    const size_t count = one.bytes.size() / weir::element_size(card.input.type);
     for (size_t i = 0; i < count; ++i)
       ASSERT_NEAR(number_at(one, card.input.type, i), number_at(classic, card.input.type, i),
-                  1.5 * step_of(card.input));
+                  1.5 * get_step(card.input));
   }
 }
 

@@ -76,8 +76,8 @@ TEST(Crop, OutsideThePictureIsRejected) {
     auto h = harness("width=2 height=1", video("GRAY8", 4, 3));
     EXPECT_FALSE(pushed<uint8_t>(h, frame(ramp(12))).empty());
     set_crop(h, outside);
-    const auto text =
-        error_of(h, [&] { EXPECT_EQ(gst_harness_push(h.get(), frame(ramp(12))), GST_FLOW_ERROR); });
+    const auto text = get_error(
+        h, [&] { EXPECT_EQ(gst_harness_push(h.get(), frame(ramp(12))), GST_FLOW_ERROR); });
     EXPECT_SAYS(text, "the crop exceeds the picture");
     EXPECT_SAYS(text, "needed: a part of 4x3");
     EXPECT_EQ(stat(h, "dropped-error"), 1u);
@@ -89,7 +89,7 @@ TEST(Crop, ThatIsUnreadableIsReportedWithItsPosition) {
   auto h = harness("width=2 height=1", video("GRAY8", 4, 3));
   set_crop(h, "1:2:0:3");
   const auto text =
-      error_of(h, [&] { EXPECT_EQ(gst_harness_push(h.get(), frame(ramp(12))), GST_FLOW_ERROR); });
+      get_error(h, [&] { EXPECT_EQ(gst_harness_push(h.get(), frame(ramp(12))), GST_FLOW_ERROR); });
   EXPECT_SAYS(text, "crop cannot be read");
   EXPECT_SAYS(text, "at character 5:\n    1:2:0:3\n        ^");
 }

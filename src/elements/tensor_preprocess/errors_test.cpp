@@ -12,7 +12,7 @@ namespace tensor_preprocess_errors_test {
 
 TEST(TensorPreprocess, RejectsACropBeyondThePicture) {
   auto h = harness("width=2 height=1", video("GRAY8", 4, 3));
-  const auto text = error_of(h, [&] {
+  const auto text = get_error(h, [&] {
     GstBuffer* in = frame(ramp(12));
     crop(in, 3, 0, 2, 1);
     EXPECT_EQ(gst_harness_push(h.get(), in), GST_FLOW_ERROR);
@@ -25,7 +25,7 @@ TEST(TensorPreprocess, RejectsACropBeyondThePicture) {
 TEST(TensorPreprocess, RejectsAFrameThatIsTooShort) {
   auto h = harness("width=2 height=1", video("RGB", 4, 3));
   const auto text =
-      error_of(h, [&] { EXPECT_EQ(gst_harness_push(h.get(), frame(ramp(35))), GST_FLOW_ERROR); });
+      get_error(h, [&] { EXPECT_EQ(gst_harness_push(h.get(), frame(ramp(35))), GST_FLOW_ERROR); });
   EXPECT_SAYS(text, "WEIR-2004");
   EXPECT_SAYS(text, "offered: 35 bytes");
   EXPECT_EQ(stat(h, "received"), 1u);
@@ -36,7 +36,7 @@ TEST(TensorPreprocess, RejectsAFrameThatIsTooShort) {
 TEST(TensorPreprocess, RejectsInvalidMetadata) {
   for (const auto& meta : invalid_video_metas(4, 3)) {
     auto h = harness("width=2 height=3", video("RGB", 4, 3));
-    const auto text = error_of(h, [&] {
+    const auto text = get_error(h, [&] {
       EXPECT_EQ(gst_harness_push(h.get(), with_invalid_meta(frame(ramp(36)), 4, 3, meta)),
                 GST_FLOW_ERROR);
     });
@@ -91,7 +91,7 @@ TEST(TensorPreprocess, ReportsTheFirstDifferenceToDownstreamCaps) {
 
 TEST(TensorPreprocess, ReportsAnUnsupportedFormat) {
   Harness h{gst_harness_new_parse("tensor_preprocess width=4 height=4")};
-  const auto text = error_of(h, [&] {
+  const auto text = get_error(h, [&] {
     gst_harness_set_src_caps_str(h.get(), video("Y42B", 4, 4).c_str());
     EXPECT_EQ(gst_harness_push(h.get(), frame(ramp(32))), GST_FLOW_NOT_NEGOTIATED);
   });
@@ -105,7 +105,7 @@ TEST(TensorPreprocess, ReportsAnUnsupportedFormat) {
 TEST(TensorPreprocess, RejectsAnUnsupportedFormatMidStream) {
   auto h = harness("width=4 height=4", video("RGB", 4, 4));
   EXPECT_EQ(pushed<uint8_t>(h, frame(ramp(48))), ramp(48));
-  const auto text = error_of(h, [&] {
+  const auto text = get_error(h, [&] {
     gst_harness_set_src_caps_str(h.get(), video("v210", 4, 4).c_str());
     EXPECT_EQ(gst_harness_push(h.get(), frame(ramp(512))), GST_FLOW_NOT_NEGOTIATED);
   });
@@ -154,7 +154,7 @@ TEST(TensorPreprocess, RejectsDeviceMemory) {
     EXPECT_SAYS(text, fix);
     auto h = harness("width=4 height=4", video("RGB", 4, 4));
     EXPECT_EQ(pushed<uint8_t>(h, frame(ramp(48))), ramp(48));
-    EXPECT_EQ(error_of(h, [&] { gst_harness_set_src_caps_str(h.get(), caps.c_str()); }), text);
+    EXPECT_EQ(get_error(h, [&] { gst_harness_set_src_caps_str(h.get(), caps.c_str()); }), text);
   }
 }
 

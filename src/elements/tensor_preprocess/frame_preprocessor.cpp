@@ -18,7 +18,7 @@ FramePreprocessor::FramePreprocessor(const GstVideoInfo& video, std::vector<Plan
 
 Result<std::unique_ptr<FramePreprocessor>> FramePreprocessor::make(
     std::vector<Preparation> preparations, const GstVideoInfo& video, size_t threads) {
-  auto picture = picture_of(video);
+  auto picture = make_picture(video);
   if (!picture) return picture.error();
   std::vector<TensorSpec> tensors;
   std::vector<Plan> plans;
@@ -78,7 +78,7 @@ Status FramePreprocessor::adapt(GstBuffer* in) {
 
 std::vector<SourceMap> FramePreprocessor::source_maps() const {
   std::vector<SourceMap> out;
-  for (const Plan& plan : plans_) out.push_back(preprocess::source_map_of(plan.preparation()));
+  for (const Plan& plan : plans_) out.push_back(preprocess::make_source_map(plan.preparation()));
   return out;
 }
 

@@ -14,7 +14,7 @@ namespace weir {
 
 class FramePreprocessor : public PictureWork {
  public:
-  // One tensor per preparation; `video` describes the source. Errors: picture_of(), Plan::make(),
+  // One tensor per preparation; `video` describes the source. Errors: make_picture(), Plan::make(),
   // FramePool::make().
   static Result<std::unique_ptr<FramePreprocessor>> make(
       std::vector<preprocess::Preparation> preparations, const GstVideoInfo& video, size_t threads);

@@ -60,7 +60,7 @@ TEST(PreprocessMemory, NeedsNoCopyForAnEngineWithRequirements) {
 
 TEST(PreprocessMemory, OfFlexibleBatchesIsPooled) {
   auto h = harness("regions=meta width=2 height=1", video("GRAY8", 4, 3));
-  const auto frames_of = [&](const std::vector<size_t>& counts) {
+  const auto push_frames = [&](const std::vector<size_t>& counts) {
     for (const size_t count : counts) {
       ASSERT_EQ(gst_harness_push(h.get(), with_regions(count)), GST_FLOW_OK);
       const auto out = Ref<GstBuffer>::adopt(gst_harness_pull(h.get()));
@@ -71,14 +71,14 @@ TEST(PreprocessMemory, OfFlexibleBatchesIsPooled) {
       EXPECT_EQ(header->spec.shape[3], count);
     }
   };
-  frames_of({5, 8, 6, 8, 5, 7});
+  push_frames({5, 8, 6, 8, 5, 7});
   EXPECT_EQ(stat(h, "pool-allocated"), 1u);
-  frames_of({9, 16, 3, 10});
+  push_frames({9, 16, 3, 10});
   EXPECT_EQ(stat(h, "pool-allocated"), 2u);
   // Many frames in a row need far fewer: the large buffers are replaced, once.
-  frames_of(std::vector<size_t>(64, 1));
+  push_frames(std::vector<size_t>(64, 1));
   EXPECT_EQ(stat(h, "pool-allocated"), 3u);
-  frames_of(std::vector<size_t>(200, 1));
+  push_frames(std::vector<size_t>(200, 1));
   EXPECT_EQ(stat(h, "pool-allocated"), 3u);
 }
 

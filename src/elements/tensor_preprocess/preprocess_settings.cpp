@@ -12,7 +12,7 @@ std::optional<Value> chosen(Choice choice) {
 
 }  // namespace
 
-Result<std::optional<preprocess::Rect>> crop_of(const PreprocessSettings& s) {
+Result<std::optional<preprocess::Rect>> parse_crop(const PreprocessSettings& s) {
   if (s.crop.empty()) return std::optional<preprocess::Rect>();
   const auto crop = preprocess::parse_crop(s.crop);
   if (!crop) return crop.error();
@@ -88,7 +88,7 @@ Status read_numbers(const PreprocessSettings& s, preprocess::Request* request) {
 
 }  // namespace
 
-Result<preprocess::Request> request_of(const PreprocessSettings& s) {
+Result<preprocess::Request> make_request(const PreprocessSettings& s) {
   preprocess::Request request;
   request.width = s.width;
   request.height = s.height;

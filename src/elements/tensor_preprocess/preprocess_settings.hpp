@@ -152,9 +152,9 @@ inline constexpr std::tuple kPreprocessProperties{
 };
 
 // Parses the property crop; nullopt = the whole picture. OPTION_SYNTAX with the position.
-Result<std::optional<preprocess::Rect>> crop_of(const PreprocessSettings& settings);
+Result<std::optional<preprocess::Rect>> parse_crop(const PreprocessSettings& settings);
 // Errors: OPTION_VALUE for mutually exclusive properties, OPTION_SYNTAX and TYPE_SYNTAX with the
 // position, those of card::read() and with_card().
-Result<preprocess::Request> request_of(const PreprocessSettings& settings);
+Result<preprocess::Request> make_request(const PreprocessSettings& settings);
 
 }  // namespace weir

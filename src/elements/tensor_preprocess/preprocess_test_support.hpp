@@ -12,7 +12,7 @@ namespace weir::preprocess_test {
 using namespace weir::test;
 
 inline Harness harness(const std::string& properties, const std::string& caps) {
-  return harness_of("tensor_preprocess " + properties, caps);
+  return make_harness("tensor_preprocess " + properties, caps);
 }
 template <class T>
 std::vector<T> pushed(const Harness& h, GstBuffer* in) {
@@ -22,7 +22,7 @@ std::vector<T> pushed(const Harness& h, GstBuffer* in) {
   return values<T>(out.get());
 }
 inline Unique<GstStructure, gst_structure_free> stats(const Harness& h) {
-  return test::stats(element_of(h, "tensor_preprocess").get());
+  return test::stats(find_element(h, "tensor_preprocess").get());
 }
 inline uint64_t stat(const Harness& h, const char* name) {
   return test::stat(h, "tensor_preprocess", name);
@@ -40,14 +40,14 @@ std::string text_of_message(const Harness& h, GstMessageType type, F&& run) {
   return text;
 }
 template <class F>
-std::string error_of(const Harness& h, F&& run) {
+std::string get_error(const Harness& h, F&& run) {
   return text_of_message(h, GST_MESSAGE_ERROR, std::forward<F>(run));
 }
 inline std::string error_with_caps(const std::string& properties, const std::string& caps,
                                    const char* downstream = nullptr) {
   Harness h{gst_harness_new_parse(("tensor_preprocess " + properties).c_str())};
   if (downstream) gst_harness_set_sink_caps_str(h.get(), downstream);
-  return error_of(h, [&] { gst_harness_set_src_caps_str(h.get(), caps.c_str()); });
+  return get_error(h, [&] { gst_harness_set_src_caps_str(h.get(), caps.c_str()); });
 }
 inline std::string error_of_start(const std::string& properties) {
   return start_error("tensor_preprocess " + properties);

@@ -25,7 +25,7 @@ Result<std::unique_ptr<RegionPreprocessor>> RegionPreprocessor::make(Preparation
                                                                      const GstVideoInfo& video,
                                                                      const RegionOptions& options,
                                                                      size_t threads) {
-  auto picture = picture_of(video);
+  auto picture = make_picture(video);
   if (!picture) return picture.error();
   preparation.source = *picture;
   auto pool = BatchPool::make(preparation.tensor(), options.max);
@@ -124,7 +124,7 @@ Status RegionPreprocessor::run(GstBuffer* in, GstBuffer* out) {
 std::vector<SourceMap> RegionPreprocessor::source_maps() const {
   std::vector<SourceMap> out;
   for (size_t i = 0; i < regions_.size(); ++i) {
-    out.push_back(preprocess::source_map_of(plans_[i].preparation()));
+    out.push_back(preprocess::make_source_map(plans_[i].preparation()));
     out.back().row = regions_[i].row;
   }
   return out;

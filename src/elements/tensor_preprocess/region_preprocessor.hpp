@@ -29,7 +29,7 @@ struct RegionOptions {
 // are counted.
 class RegionPreprocessor : public PictureWork {
  public:
-  // Errors: picture_of(), Plan::make(), FramePool::make().
+  // Errors: make_picture(), Plan::make(), FramePool::make().
   static Result<std::unique_ptr<RegionPreprocessor>> make(preprocess::Preparation preparation,
                                                           const GstVideoInfo& video,
                                                           const RegionOptions& options,

@@ -171,7 +171,7 @@ TEST(RegionsPad, RejectsInvalidBoxes) {
   for (const char* tensor : {"dimensions=(string)\"5:2\",types=(string)uint32",
                              "dimensions=(string)\"4:2\",types=(string)int32"}) {
     auto b = both("");
-    const auto text = error_of(b.pictures, [&] {
+    const auto text = get_error(b.pictures, [&] {
       gst_harness_set_src_caps_str(
           b.regions.get(),
           (std::string("other/tensors,format=static,num_tensors=1,framerate=10/1,") + tensor)
@@ -181,7 +181,7 @@ TEST(RegionsPad, RejectsInvalidBoxes) {
     EXPECT_SAYS(text, "x, y, width and height of each box");
   }
   auto b = both("");
-  const auto text = error_of(b.pictures, [&] {
+  const auto text = get_error(b.pictures, [&] {
     EXPECT_EQ(gst_harness_push(b.regions.get(), boxes<uint32_t>({1, 2}, 0)), GST_FLOW_ERROR);
   });
   EXPECT_SAYS(text, "WEIR-");

@@ -20,16 +20,16 @@ GstBuffer* with_boxes(GstBuffer* in, const std::vector<Box>& boxes) {
     gst_buffer_add_video_region_of_interest_meta(in, "face", b.x, b.y, b.width, b.height);
   return in;
 }
-Ref<GstBuffer> out_of(const Harness& h, GstBuffer* in) {
+Ref<GstBuffer> push_and_pull(const Harness& h, GstBuffer* in) {
   EXPECT_EQ(gst_harness_push(h.get(), in), GST_FLOW_OK);
   return Ref<GstBuffer>::adopt(gst_harness_try_pull(h.get()));
 }
-Bytes bytes_of(GstBuffer* buffer, size_t from = 0) {
+Bytes read_bytes(GstBuffer* buffer, size_t from = 0) {
   const Mapped map(buffer, GST_MAP_READ);
   const auto span = map.as<const uint8_t>().subspan(from);
   return {span.begin(), span.end()};
 }
-std::optional<TensorSpec> header_of(GstBuffer* buffer) {
+std::optional<TensorSpec> read_header(GstBuffer* buffer) {
   const Mapped map(buffer, GST_MAP_READ);
   const auto header = read_tensor_chunk(std::as_bytes(map.as<const uint8_t>()));
   if (!header) return std::nullopt;
@@ -56,8 +56,8 @@ TEST(Regions, MatchTheirPartsConvertedSeparately) {
       // The number varies by frame: plans adapt to other regions.
       for (const size_t count : {2u, 5u, 1u, 4u, 5u}) {
         const size_t first = 5 - count;
-        const auto out = out_of(h, with_boxes(frame(ramp(frame_bytes(format, 64, 36))),
-                                              {boxes + first, boxes + first + count}));
+        const auto out = push_and_pull(h, with_boxes(frame(ramp(frame_bytes(format, 64, 36))),
+                                                     {boxes + first, boxes + first + count}));
         ASSERT_TRUE(out);
         Bytes wanted;
         for (size_t i = first; i < 5; ++i)
@@ -65,8 +65,8 @@ TEST(Regions, MatchTheirPartsConvertedSeparately) {
                single(size, caps, frame(ramp(frame_bytes(format, 64, 36))), boxes[i]))
             wanted.push_back(byte);
         ASSERT_FALSE(wanted.empty());
-        EXPECT_EQ(bytes_of(out.get(), kTensorHeaderBytes), wanted) << format << more << count;
-        const auto spec = header_of(out.get());
+        EXPECT_EQ(read_bytes(out.get(), kTensorHeaderBytes), wanted) << format << more << count;
+        const auto spec = read_header(out.get());
         ASSERT_TRUE(spec);
         EXPECT_EQ(spec->shape[3], count);
         EXPECT_EQ(spec->shape[0], more.find("NCHW") == std::string::npos ? 3u : 7u);
@@ -78,7 +78,7 @@ TEST(Regions, MatchTheirPartsConvertedSeparately) {
 
 TEST(Regions, HaveTheirSourceMapsInOrder) {
   auto h = harness("regions=meta width=10 height=4", video("GRAY8", 64, 36));
-  const auto out = out_of(
+  const auto out = push_and_pull(
       h, with_boxes(frame(ramp(64 * 36)), {{30, 20, 20, 8}, {60, 30, 100, 100}, {1, 2, 5, 8}}));
   ASSERT_TRUE(out);
   const auto maps = gst::source_maps(out.get());
@@ -95,15 +95,15 @@ TEST(Regions, HaveTheirSourceMapsInOrder) {
 
 TEST(Regions, OutsideThePictureAreClippedOrSkippedAndCounted) {
   auto h = harness("regions=meta width=2 height=1 channel-order=GRAY", video("GRAY8", 4, 3));
-  const auto out = out_of(h, with_boxes(frame(ramp(12)), {{4, 0, 1, 1},
-                                                          {0, 3, 2, 1},
-                                                          {1, 1, 0, 1},
-                                                          {kMax, kMax, kMax, kMax},
-                                                          {2, 2, kMax, kMax},
-                                                          {kMax, 0, 3, 3},
-                                                          {1, 0, 2, 1}}));
+  const auto out = push_and_pull(h, with_boxes(frame(ramp(12)), {{4, 0, 1, 1},
+                                                                 {0, 3, 2, 1},
+                                                                 {1, 1, 0, 1},
+                                                                 {kMax, kMax, kMax, kMax},
+                                                                 {2, 2, kMax, kMax},
+                                                                 {kMax, 0, 3, 3},
+                                                                 {1, 0, 2, 1}}));
   ASSERT_TRUE(out);
-  EXPECT_EQ(bytes_of(out.get(), kTensorHeaderBytes), (Bytes{10, 11, 1, 2}));
+  EXPECT_EQ(read_bytes(out.get(), kTensorHeaderBytes), (Bytes{10, 11, 1, 2}));
   EXPECT_EQ(stat(h, "regions"), 2u);
   EXPECT_EQ(stat(h, "regions-empty"), 5u);
   EXPECT_EQ(stat(h, "regions-beyond-limit"), 0u);
@@ -114,12 +114,12 @@ TEST(Regions, KeepTheirProportionsWithPaddingOutsideThePicture) {
       "regions=meta clip-regions=false method=nearest padding-value=7 width=4 height=2 "
       "channel-order=GRAY",
       video("GRAY8", 4, 3));
-  const auto out = out_of(
+  const auto out = push_and_pull(
       h, with_boxes(
              frame(ramp(12)),
              {{2, 2, 4, 2}, {0, 0, 4, 2}, {4, 0, 1, 1}, {kMax, kMax, kMax, kMax}, {3, 0, 2, 4}}));
   ASSERT_TRUE(out);
-  EXPECT_EQ(bytes_of(out.get(), kTensorHeaderBytes),
+  EXPECT_EQ(read_bytes(out.get(), kTensorHeaderBytes),
             (Bytes{10, 11, 7, 7, 7, 7, 7, 7, 0, 1, 2, 3, 4, 5, 6, 7, 3, 3, 7, 7, 7, 7, 7, 7}))
       << "the middle of the last row is at 3, just below the picture";
   EXPECT_EQ(stat(h, "regions"), 3u);
@@ -138,20 +138,20 @@ TEST(Regions, ArePaddedOutsideTheCropOfThePicture) {
               video("GRAY8", 4, 3));
   GstBuffer* in = with_boxes(frame(ramp(12)), {{0, 1, 2, 1}, {3, 2, 2, 1}});
   crop(in, 1, 1, 3, 2);
-  const auto out = out_of(h, in);
+  const auto out = push_and_pull(h, in);
   ASSERT_TRUE(out);
-  EXPECT_EQ(bytes_of(out.get(), kTensorHeaderBytes), (Bytes{7, 5, 11, 7}));
+  EXPECT_EQ(read_bytes(out.get(), kTensorHeaderBytes), (Bytes{7, 5, 11, 7}));
 }
 
 TEST(Regions, AreRelativeToThePictureInMemory) {
   auto h = harness("regions=meta width=2 height=1 channel-order=GRAY", video("GRAY8", 4, 3));
   GstBuffer* in = with_boxes(frame(ramp(12)), {{0, 0, 3, 2}, {0, 0, 1, 1}});
   crop(in, 1, 1, 3, 2);
-  const auto out = out_of(h, in);
+  const auto out = push_and_pull(h, in);
   ASSERT_TRUE(out);
-  EXPECT_EQ(bytes_of(out.get(), kTensorHeaderBytes), (Bytes{5, 6}));
+  EXPECT_EQ(read_bytes(out.get(), kTensorHeaderBytes), (Bytes{5, 6}));
   EXPECT_EQ(stat(h, "regions-empty"), 1u);
-  const auto text = error_of(h, [&] {
+  const auto text = get_error(h, [&] {
     GstBuffer* bad = with_boxes(frame(ramp(12)), {{0, 0, 1, 1}});
     crop(bad, 3, 0, 2, 1);
     EXPECT_EQ(gst_harness_push(h.get(), bad), GST_FLOW_ERROR);
@@ -166,7 +166,7 @@ TEST(Regions, WithoutEntriesAreACountedGap) {
     GstBuffer* in = with_boxes(frame(ramp(36)), {{4, 0, 1, 1}});
     GST_BUFFER_PTS(in) = 5 * GST_SECOND;
     GST_BUFFER_DURATION(in) = GST_SECOND;
-    EXPECT_FALSE(out_of(h, in));
+    EXPECT_FALSE(push_and_pull(h, in));
     bool gap = false;
     while (const auto event = Ref<GstEvent>::adopt(gst_harness_try_pull_event(h.get()))) {
       if (GST_EVENT_TYPE(event.get()) != GST_EVENT_GAP) continue;
@@ -177,12 +177,12 @@ TEST(Regions, WithoutEntriesAreACountedGap) {
       gap = true;
     }
     EXPECT_TRUE(gap);
-    EXPECT_FALSE(out_of(h, frame(ramp(36))));  // without a time: no GAP, no error
+    EXPECT_FALSE(push_and_pull(h, frame(ramp(36))));  // without a time: no GAP, no error
     EXPECT_EQ(stat(h, "received"), 2u);
     EXPECT_EQ(stat(h, "dropped-policy"), 2u);
     EXPECT_EQ(stat(h, "held"), 0u);
     EXPECT_EQ(stat(h, "regions-empty"), 1u);
-    EXPECT_TRUE(out_of(h, with_boxes(frame(ramp(36)), {{0, 0, 1, 1}})));
+    EXPECT_TRUE(push_and_pull(h, with_boxes(frame(ramp(36)), {{0, 0, 1, 1}})));
     EXPECT_EQ(stat(h, "pushed"), 1u);
   }
 }
@@ -197,18 +197,19 @@ TEST(Regions, AreAsManyAsTheFrameHas) {
     boxes.push_back(box);
     for (guint x = 0; x < 3; ++x) wanted.push_back(static_cast<uint8_t>(box.y * 60 + box.x + x));
   }
-  const auto out = out_of(h, with_boxes(frame(ramp(3600)), boxes));
+  const auto out = push_and_pull(h, with_boxes(frame(ramp(3600)), boxes));
   ASSERT_TRUE(out);
-  EXPECT_EQ(bytes_of(out.get(), kTensorHeaderBytes), wanted);
+  EXPECT_EQ(read_bytes(out.get(), kTensorHeaderBytes), wanted);
   EXPECT_EQ(gst::source_maps(out.get()).size(), 300u);
-  EXPECT_EQ(header_of(out.get())->to_string(), "uint8 1:3:1:300");
+  EXPECT_EQ(read_header(out.get())->to_string(), "uint8 1:3:1:300");
 }
 
 TEST(Regions, HaveALimit) {
   auto h = harness("regions=meta width=1 height=1", video("GRAY8", 4, 3));
-  const auto out = out_of(h, with_boxes(frame(ramp(12)), std::vector<Box>(4100, Box{1, 1, 1, 1})));
+  const auto out =
+      push_and_pull(h, with_boxes(frame(ramp(12)), std::vector<Box>(4100, Box{1, 1, 1, 1})));
   ASSERT_TRUE(out);
-  EXPECT_EQ(header_of(out.get())->shape[3], 4096u);
+  EXPECT_EQ(read_header(out.get())->shape[3], 4096u);
   EXPECT_EQ(stat(h, "regions-beyond-limit"), 4u);
 }
 
@@ -222,9 +223,9 @@ TEST(Regions, FillAStaticBatch) {
       {0, 0, 2, 1}, {1, 0, 2, 1}, {2, 0, 2, 1}, {0, 1, 2, 1}, {0, 2, 2, 1}};
   for (size_t i = 0; i < 4; ++i) {
     const auto out =
-        out_of(h, with_boxes(frame(ramp(12)), {boxes.begin(), boxes.begin() + counts[i]}));
+        push_and_pull(h, with_boxes(frame(ramp(12)), {boxes.begin(), boxes.begin() + counts[i]}));
     ASSERT_TRUE(out);
-    EXPECT_EQ(bytes_of(out.get()), cases[i]);
+    EXPECT_EQ(read_bytes(out.get()), cases[i]);
     EXPECT_EQ(gst::source_maps(out.get()).size(), std::min<size_t>(counts[i], 3));
   }
   EXPECT_SAYS(caps_text(h), "format=(string)static");
@@ -240,7 +241,7 @@ TEST(Regions, TakeTheSizeOfAStaticBatchFromDownstream) {
                                 "other/tensors,format=static,num_tensors=1,dimensions=(string)"
                                 "4:3:3:2,types=(string)float32,framerate=10/1");
   gst_harness_set_src_caps_str(h.get(), video("RGB", 8, 6).c_str());
-  const auto out = out_of(h, with_boxes(frame(ramp(144)), {{0, 0, 8, 6}}));
+  const auto out = push_and_pull(h, with_boxes(frame(ramp(144)), {{0, 0, 8, 6}}));
   ASSERT_TRUE(out);
   EXPECT_EQ(gst_buffer_get_size(out.get()), 4u * 3 * 3 * 2 * 4);
 }
@@ -265,7 +266,7 @@ TEST(Regions, RejectInvalidCombinations) {
 
 TEST(Regions, OfAFrameThatIsTooShortAreRejected) {
   auto h = harness("regions=meta width=2 height=1", video("RGB", 4, 3));
-  const auto text = error_of(h, [&] {
+  const auto text = get_error(h, [&] {
     EXPECT_EQ(gst_harness_push(h.get(), with_boxes(frame(ramp(35)), {{0, 0, 1, 1}})),
               GST_FLOW_ERROR);
   });

@@ -50,7 +50,7 @@ class TensorPreprocess : public gst::CountedTransform<TensorPreprocess> {
     property_changed("card");  // the file may have changed
     const auto request = current();
     if (!request) return request.error();
-    if (const auto crop = crop_of(settings()); !crop) return crop.error();
+    if (const auto crop = parse_crop(settings()); !crop) return crop.error();
     return check_regions_pad();
   }
 
@@ -189,7 +189,7 @@ class TensorPreprocess : public gst::CountedTransform<TensorPreprocess> {
   }
 
   gboolean decide_allocation(GstQuery* query) {
-    allocation_ = gst::allocation_of(query, allocation_);
+    allocation_ = gst::parse_allocation(query, allocation_);
     if (work_)
       if (const Status status = work_->allocate_as(allocation_); !status)
         return gst::post_error(element(), status.error()), FALSE;
@@ -202,7 +202,7 @@ class TensorPreprocess : public gst::CountedTransform<TensorPreprocess> {
       return GST_FLOW_NOT_NEGOTIATED;
     }
     if (crop_changed_.exchange(false)) {
-      const auto crop = crop_of(settings());
+      const auto crop = parse_crop(settings());
       if (!crop) return failed(crop.error());
       work_->set_crop(*crop);
     }
@@ -298,7 +298,7 @@ class TensorPreprocess : public gst::CountedTransform<TensorPreprocess> {
 
   // Reads the card at the first use and after each change of a property.
   Result<Request> current() const {
-    return *request_.get([this] { return request_of(settings()); });
+    return *request_.get([this] { return make_request(settings()); });
   }
 
   Status configure(GstCaps* in, GstCaps* out) {
@@ -310,7 +310,7 @@ class TensorPreprocess : public gst::CountedTransform<TensorPreprocess> {
     if (!preparations) return preparations.error();
     const auto output = gst::fixed_spec_from_caps(out);
     if (!output) return output.error();
-    const FrameSpec ours{Format::Static, preprocess::tensors_of(*request, *preparations),
+    const FrameSpec ours{Format::Static, preprocess::make_output_specs(*request, *preparations),
                          output->rate};
     if (auto difference = first_difference(ours.tensors, output->tensors);
         !difference.empty() && !is_flexible(*request))

@@ -73,7 +73,7 @@ Ref<GstCaps> closed(GstPad* source, Ref<GstCaps> open, const Result<Request>& re
   if (!spec) return open;
   const auto preparations = preprocess::resolve_frame(*request, spec->tensors);
   if (!preparations) return open;
-  spec->tensors = preprocess::tensors_of(*request, *preparations);
+  spec->tensors = preprocess::make_output_specs(*request, *preparations);
   const auto caps = gst::possible_caps(source, *spec, one.get());
   auto meet = Ref<GstCaps>::adopt(gst_caps_intersect(one.get(), caps.get()));
   return gst_caps_is_empty(meet.get()) ? std::move(open) : std::move(meet);

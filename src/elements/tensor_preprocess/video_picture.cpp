@@ -25,7 +25,7 @@ Status check_meta(const GstVideoInfo& video, const GstVideoMeta& meta, size_t by
 
 }  // namespace
 
-Result<preprocess::Picture> picture_of(const GstVideoInfo& video) {
+Result<preprocess::Picture> make_picture(const GstVideoInfo& video) {
   auto format = preprocess::picture_format(GST_VIDEO_INFO_NAME(&video));
   if (!format) return format.error();
   preprocess::Picture out;

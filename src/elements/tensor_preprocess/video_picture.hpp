@@ -12,7 +12,7 @@
 namespace weir {
 
 // FORMAT_UNSUPPORTED: an unsupported format or colour matrix.
-Result<preprocess::Picture> picture_of(const GstVideoInfo& video);
+Result<preprocess::Picture> make_picture(const GstVideoInfo& video);
 
 // The position of a buffer's picture, from GstVideoMeta and GstVideoCropMeta, or else the caps.
 struct PictureSize {

@@ -144,7 +144,7 @@ class TensorRate : public gst::CountedTransform<TensorRate> {
   GstFlowReturn transform_ip(GstBuffer* in) {
     ++in_;
     if (!rate_) return pass(in);
-    const auto time = time_of(in);
+    const auto time = get_time(in);
     if (!time || (rate_->held() && *time < *rate_->held())) {
       refuse(time);
       return GST_BASE_TRANSFORM_FLOW_DROPPED;
@@ -212,7 +212,7 @@ class TensorRate : public gst::CountedTransform<TensorRate> {
   }
 
   // Across all segments so far. A frame without a timestamp starts at the end of the previous one.
-  std::optional<uint64_t> time_of(GstBuffer* buffer) const {
+  std::optional<uint64_t> get_time(GstBuffer* buffer) const {
     if (GST_BUFFER_PTS_IS_VALID(buffer)) return sum(GST_BUFFER_PTS(buffer), segment_base());
     return end_of_held_frame();
   }

@@ -12,11 +12,11 @@ constexpr char kRate[] = "tensor_rate";
 constexpr GstClockTime kMs = GST_MSECOND;
 
 Harness rate(const std::string& properties, const std::string& in = "10/1") {
-  return harness_of("tensor_rate " + properties, tensors("uint8", "1", in));
+  return make_harness("tensor_rate " + properties, tensors("uint8", "1", in));
 }
 uint64_t counter(const Harness& h, const char* name) {
   guint64 value = 0;
-  g_object_get(element_of(h, kRate).get(), name, &value, nullptr);
+  g_object_get(find_element(h, kRate).get(), name, &value, nullptr);
   return value;
 }
 void push(const Harness& h, uint8_t value, GstClockTime time, GstClockTime duration = 100 * kMs) {
@@ -231,10 +231,11 @@ TEST(TensorRate, StopsFillingAGapAtAFlush) {
   struct Flush {
     int buffers = 0;
     GstPad* sink;
-  } flush{0,
-          Ref<GstPad>::adopt(gst_element_get_static_pad(element_of(h, kRate).get(), "sink")).get()};
+  } flush{
+      0,
+      Ref<GstPad>::adopt(gst_element_get_static_pad(find_element(h, kRate).get(), "sink")).get()};
   const auto source =
-      Ref<GstPad>::adopt(gst_element_get_static_pad(element_of(h, kRate).get(), "src"));
+      Ref<GstPad>::adopt(gst_element_get_static_pad(find_element(h, kRate).get(), "src"));
   const auto probe = +[](GstPad*, GstPadProbeInfo*, gpointer data) {
     auto* f = static_cast<Flush*>(data);
     if (++f->buffers == 10) gst_pad_send_event(f->sink, gst_event_new_flush_start());
@@ -308,7 +309,7 @@ TEST(TensorRate, IgnoresAnUnreadableFramerateAndReportsThePosition) {
 TEST(TensorRate, AppliesAnotherFramerateWhilePlaying) {
   auto h = rate("framerate=5/1");
   push(h, 0, 0);
-  g_object_set(element_of(h, kRate).get(), "framerate", "20/1", nullptr);
+  g_object_set(find_element(h, kRate).get(), "framerate", "20/1", nullptr);
   push(h, 1, 100 * kMs);
   push(h, 2, 200 * kMs);
   EXPECT_SAYS(caps_text(h), "framerate=(fraction)20/1");
@@ -318,7 +319,7 @@ TEST(TensorRate, AppliesAnotherFramerateWhilePlaying) {
 TEST(TensorRate, NotifiesWhenNotSilent) {
   auto h = rate("framerate=5/1 silent=false");
   int drops = 0;
-  g_signal_connect(element_of(h, kRate).get(), "notify::drop",
+  g_signal_connect(find_element(h, kRate).get(), "notify::drop",
                    G_CALLBACK(+[](GObject*, GParamSpec*, int* n) { ++*n; }), &drops);
   for (uint8_t i = 0; i < 5; ++i) push(h, i, i * 100 * kMs);
   EXPECT_EQ(drops, 2);
@@ -335,7 +336,7 @@ TEST(TensorRate, CarriesOneToTwentyTensors) {
     std::string types = "uint8", dims = "2";
     for (size_t i = 1; i < count; ++i)
       types += ",uint8", dims += ",2:1:1:1:1:1:1:1:1:1:1:1:1:1:1:1";
-    auto h = harness_of("tensor_rate framerate=20/1", tensors(types, dims, "10/1"));
+    auto h = make_harness("tensor_rate framerate=20/1", tensors(types, dims, "10/1"));
     const Bytes bytes = ramp(2 * count);
     for (uint64_t i = 0; i < 2; ++i)
       ASSERT_EQ(gst_harness_push(h.get(), frame(bytes, i * 100 * kMs)), GST_FLOW_OK);

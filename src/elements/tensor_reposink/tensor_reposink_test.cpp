@@ -14,9 +14,9 @@ constexpr char kByte[] = "other/tensor,dimension=(string)2,type=(string)uint8,fr
 std::string slot(int index) {
   return "tensor_reposink slot-index=" + std::to_string(index);
 }
-Harness source_of(int index, const char* caps = kByte) {
-  Harness h = harness_of("tensor_reposrc slot-index=" + std::to_string(index) + " caps=\"" +
-                         std::string(caps) + "\"");
+Harness make_source(int index, const char* caps = kByte) {
+  Harness h = make_harness("tensor_reposrc slot-index=" + std::to_string(index) + " caps=\"" +
+                           std::string(caps) + "\"");
   gst_harness_play(h.get());
   return h;
 }
@@ -52,11 +52,11 @@ TEST(TensorReposink, StartsWithTheDocumentedValues) {
 }
 
 TEST(TensorReposink, SharesTheFrameWithItsMetadata) {
-  const Harness sink = harness_of(slot(0), kByte);
+  const Harness sink = make_harness(slot(0), kByte);
   GstBuffer* in = frame(Bytes{1, 2}, 5 * GST_SECOND, GST_SECOND);
   const GstMemory* memory = gst_buffer_peek_memory(in, 0);
   EXPECT_EQ(gst_harness_push(sink.get(), in), GST_FLOW_OK);
-  const Harness source = source_of(0);
+  const Harness source = make_source(0);
   EXPECT_EQ(pulled(source), (Bytes{0, 0}));
   const auto out = Ref<GstBuffer>::adopt(gst_harness_pull(source.get()));
   EXPECT_EQ(gst_buffer_peek_memory(out.get(), 0), memory);
@@ -68,12 +68,12 @@ TEST(TensorReposink, SharesTheFrameWithItsMetadata) {
 }
 
 TEST(TensorReposink, HoldsOneFrameUntilItIsReadAndThenCountsItConsumed) {
-  const Harness sink = harness_of(slot(0), kByte);
+  const Harness sink = make_harness(slot(0), kByte);
   EXPECT_EQ(gst_harness_push(sink.get(), frame(Bytes{1, 1})), GST_FLOW_OK);
   EXPECT_EQ(stat(sink, "tensor_reposink", "received"), 1u);
   EXPECT_EQ(stat(sink, "tensor_reposink", "held"), 1u);
   auto second = pushing(sink, {2, 2});
-  const Harness source = source_of(0);
+  const Harness source = make_source(0);
   EXPECT_EQ(pulled(source), (Bytes{0, 0}));
   EXPECT_EQ(pulled(source), (Bytes{1, 1}));
   EXPECT_EQ(second.get(), GST_FLOW_OK);
@@ -84,7 +84,7 @@ TEST(TensorReposink, HoldsOneFrameUntilItIsReadAndThenCountsItConsumed) {
 
 // A wrong slot-index: the source reads from another slot.
 TEST(TensorReposink, WarnsThatNoSourceReadsItsFrames) {
-  const Harness sink = harness_of(slot(4), kByte);
+  const Harness sink = make_harness(slot(4), kByte);
   Errors errors(sink);
   gst_harness_push(sink.get(), frame(Bytes{1, 1}));
   auto second = pushing(sink, {2, 2});
@@ -94,14 +94,14 @@ TEST(TensorReposink, WarnsThatNoSourceReadsItsFrames) {
   EXPECT_SAYS(warning, "WEIR-5001: a loop has only one end");
   EXPECT_SAYS(warning, "no tensor_reposrc slot-index=4");
   EXPECT_SAYS(warning, "fix: tensor_reposrc slot-index=4");
-  const Harness source = source_of(4);
+  const Harness source = make_source(4);
   EXPECT_EQ(pulled(source), (Bytes{0, 0}));
   EXPECT_EQ(pulled(source), (Bytes{1, 1}));
   EXPECT_EQ(second.get(), GST_FLOW_OK) << "it kept waiting";
 }
 
 TEST(TensorReposink, AWaitEndsWithTheElement) {
-  const Harness sink = harness_of(slot(0), kByte);
+  const Harness sink = make_harness(slot(0), kByte);
   gst_harness_push(sink.get(), frame(Bytes{1, 1}));
   auto second = pushing(sink, {2, 2});
   gst_element_set_state(sink->element, GST_STATE_READY);
@@ -111,7 +111,7 @@ TEST(TensorReposink, AWaitEndsWithTheElement) {
 }
 
 TEST(TensorReposink, AWaitSurvivesAPause) {
-  const Harness sink = harness_of(slot(0), kByte);
+  const Harness sink = make_harness(slot(0), kByte);
   gst_harness_push(sink.get(), frame(Bytes{1, 1}));
   auto second = pushing(sink, {2, 2});
   wait_for_stat(sink, "tensor_reposink", "received", 2);
@@ -121,7 +121,7 @@ TEST(TensorReposink, AWaitSurvivesAPause) {
     std::this_thread::yield();
     EXPECT_EQ(gst_element_set_state(sink->element, GST_STATE_PLAYING), GST_STATE_CHANGE_SUCCESS);
   }
-  const Harness source = source_of(0);
+  const Harness source = make_source(0);
   EXPECT_EQ(pulled(source), (Bytes{0, 0}));
   EXPECT_EQ(pulled(source), (Bytes{1, 1}));
   EXPECT_EQ(pulled(source), (Bytes{2, 2}));
@@ -129,22 +129,22 @@ TEST(TensorReposink, AWaitSurvivesAPause) {
 }
 
 TEST(TensorReposink, StoresFramesInPaused) {
-  const Harness sink = harness_of(slot(0), kByte);
+  const Harness sink = make_harness(slot(0), kByte);
   for (const GstState first : {GST_STATE_READY, GST_STATE_PLAYING}) {
     gst_element_set_state(sink->element, first);
     EXPECT_EQ(gst_element_set_state(sink->element, GST_STATE_PAUSED), GST_STATE_CHANGE_SUCCESS)
         << "it does not block preroll";
     gst_harness_set_src_caps_str(sink.get(), kByte);
     EXPECT_EQ(gst_harness_push(sink.get(), frame(Bytes{1, 1})), GST_FLOW_OK);
-    const Harness source = source_of(0);
+    const Harness source = make_source(0);
     EXPECT_EQ(pulled(source), (Bytes{0, 0}));
     EXPECT_EQ(pulled(source), (Bytes{1, 1}));
   }
 }
 
 TEST(TensorReposink, AFlushEndsTheWaitDropsTheFrameAndRestartsTheLoop) {
-  const Harness sink = harness_of(slot(0), kByte);
-  const Harness source = source_of(0);
+  const Harness sink = make_harness(slot(0), kByte);
+  const Harness source = make_source(0);
   EXPECT_EQ(pulled(source), (Bytes{0, 0}));
   gst_harness_push_event(sink.get(), gst_event_new_flush_start());
   EXPECT_EQ(gst_harness_push(sink.get(), frame(Bytes{3, 3})), GST_FLOW_FLUSHING);
@@ -153,7 +153,7 @@ TEST(TensorReposink, AFlushEndsTheWaitDropsTheFrameAndRestartsTheLoop) {
 }
 
 TEST(TensorReposink, AFlushCountsDroppedFrames) {
-  const Harness sink = harness_of(slot(0), kByte);
+  const Harness sink = make_harness(slot(0), kByte);
   gst_harness_push(sink.get(), frame(Bytes{1, 1}));
   auto second = pushing(sink, {2, 2});
   gst_harness_push_event(sink.get(), gst_event_new_flush_start());
@@ -165,8 +165,8 @@ TEST(TensorReposink, AFlushCountsDroppedFrames) {
 }
 
 TEST(TensorReposink, EosEndsTheSource) {
-  const Harness sink = harness_of(slot(0), kByte);
-  const Harness source = source_of(0);
+  const Harness sink = make_harness(slot(0), kByte);
+  const Harness source = make_source(0);
   gst_harness_push(sink.get(), frame(Bytes{1, 1}));
   gst_harness_push_event(sink.get(), gst_event_new_eos());
   EXPECT_EQ(pulled(source), (Bytes{0, 0}));
@@ -175,8 +175,8 @@ TEST(TensorReposink, EosEndsTheSource) {
 }
 
 TEST(TensorReposink, AcceptsEosInPaused) {
-  const Harness sink = harness_of(slot(0), kByte);
-  const Harness source = source_of(0);
+  const Harness sink = make_harness(slot(0), kByte);
+  const Harness source = make_source(0);
   gst_element_set_state(sink->element, GST_STATE_PAUSED);
   EXPECT_TRUE(gst_harness_push_event(sink.get(), gst_event_new_eos()));
   EXPECT_EQ(pulled(source), (Bytes{0, 0}));
@@ -184,9 +184,9 @@ TEST(TensorReposink, AcceptsEosInPaused) {
 }
 
 TEST(TensorReposink, DropsAndCountsFramesAfterTheSourceEnded) {
-  const Harness sink = harness_of(slot(0), kByte);
+  const Harness sink = make_harness(slot(0), kByte);
   const Harness source =
-      harness_of(std::string("tensor_reposrc slot-index=0 num-buffers=1 caps=\"") + kByte + "\"");
+      make_harness(std::string("tensor_reposrc slot-index=0 num-buffers=1 caps=\"") + kByte + "\"");
   gst_harness_play(source.get());
   EXPECT_EQ(pulled(source), (Bytes{0, 0}));
   EXPECT_TRUE(ends(source));
@@ -196,12 +196,12 @@ TEST(TensorReposink, DropsAndCountsFramesAfterTheSourceEnded) {
 }
 
 TEST(TensorReposink, ANewSlotIndexMovesTheWait) {
-  const Harness sink = harness_of(slot(1), kByte);
-  const Harness source = source_of(2);
+  const Harness sink = make_harness(slot(1), kByte);
+  const Harness source = make_source(2);
   EXPECT_EQ(pulled(source), (Bytes{0, 0}));
   gst_harness_push(sink.get(), frame(Bytes{1, 1}));
   auto second = pushing(sink, {2, 2});
-  g_object_set(element_of(sink, "tensor_reposink").get(), "slot-index", 2u, nullptr);
+  g_object_set(find_element(sink, "tensor_reposink").get(), "slot-index", 2u, nullptr);
   EXPECT_EQ(pulled(source), (Bytes{2, 2})) << "the first one was dropped with slot 1";
   EXPECT_EQ(second.get(), GST_FLOW_OK);
   EXPECT_EQ(stat(sink, "tensor_reposink", "dropped-eos"), 1u);
@@ -209,7 +209,7 @@ TEST(TensorReposink, ANewSlotIndexMovesTheWait) {
 
 TEST(TensorReposink, ReportsAFrameOfTheWrongSize) {
   for (const size_t bytes : {size_t{0}, size_t{1}, size_t{3}}) {
-    const Harness sink = harness_of(slot(0), kByte);
+    const Harness sink = make_harness(slot(0), kByte);
     Errors errors(sink);
     EXPECT_EQ(gst_harness_push(sink.get(), frame(Bytes(bytes))), GST_FLOW_ERROR);
     const std::string text = errors.next();
@@ -227,12 +227,12 @@ TEST(TensorReposink, ReportsIncompleteCaps) {
 }
 
 TEST(TensorReposink, RejectsSparseTensors) {
-  const Harness sink = harness_of(slot(0), "other/tensors,format=sparse,framerate=30/1");
+  const Harness sink = make_harness(slot(0), "other/tensors,format=sparse,framerate=30/1");
   EXPECT_EQ(gst_harness_push(sink.get(), frame(Bytes{1, 2})), GST_FLOW_NOT_NEGOTIATED);
 }
 
 TEST(TensorReposink, ReportsFlexibleFramesWithoutHeaders) {
-  const Harness sink = harness_of(slot(0), "other/tensors,format=flexible,framerate=30/1");
+  const Harness sink = make_harness(slot(0), "other/tensors,format=flexible,framerate=30/1");
   Errors errors(sink);
   EXPECT_EQ(gst_harness_push(sink.get(), frame(Bytes{1, 2})), GST_FLOW_ERROR);
   EXPECT_SAYS(errors.next(), "WEIR-2005: a memory is too short for a tensor header");

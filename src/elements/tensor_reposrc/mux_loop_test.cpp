@@ -60,24 +60,24 @@ TEST(MuxLoop, CanBeShutDownWhileWaiting) {
   }
 }
 
-std::string warning_of(const std::string& launch) {
+std::string get_warning(const std::string& launch) {
   PlayedPipeline p(launch);
   const auto bus = Ref<GstBus>::adopt(gst_element_get_bus(p.get()));
   gst_element_set_state(p.get(), GST_STATE_PLAYING);
   const auto message = Ref<GstMessage>::adopt(gst_bus_timed_pop_filtered(
       bus.get(), kPatience, GstMessageType(GST_MESSAGE_WARNING | GST_MESSAGE_EOS)));
   if (!message) return "hangs";
-  return GST_MESSAGE_TYPE(message.get()) == GST_MESSAGE_EOS ? "" : text_of(message.get());
+  return GST_MESSAGE_TYPE(message.get()) == GST_MESSAGE_EOS ? "" : get_text(message.get());
 }
 
 TEST(MuxLoop, WarnsAboutAnUnsuitableSyncMode) {
-  const std::string text = warning_of(loop("sync-mode=slowest", "queue ! "));
+  const std::string text = get_warning(loop("sync-mode=slowest", "queue ! "));
   EXPECT_SAYS(text, "WEIR-5001");
   EXPECT_SAYS(text, "a loop goes through mux, which synchronises by timestamps");
   EXPECT_SAYS(text, "offered: sync-mode=slowest");
   EXPECT_SAYS(text, "fix: name=mux sync-mode=nosync");
-  EXPECT_SAYS(warning_of(loop("sync-mode=refresh")), "never end");
-  EXPECT_EQ(warning_of(loop("sync-mode=nosync")), "");
+  EXPECT_SAYS(get_warning(loop("sync-mode=refresh")), "never end");
+  EXPECT_EQ(get_warning(loop("sync-mode=nosync")), "");
 }
 
 }  // namespace mux_loop_test

@@ -9,6 +9,7 @@
 
 #include "core/records/result_frame.hpp"
 #include "elements/tensor_reposink/repository.hpp"
+#include "gstcpp/buffer/caps_text.hpp"
 #include "gstcpp/buffer/frame_pool.hpp"
 #include "gstcpp/buffer/result_output.hpp"
 #include "gstcpp/buffer/tensor_caps.hpp"
@@ -24,7 +25,7 @@ using gst::Ref;
 constexpr int kMaxElements = 64;  // a pipeline may contain loops
 
 // "" for an element that does not synchronise.
-std::string sync_mode_of(GstElement* element) {
+std::string get_sync_mode(GstElement* element) {
   const auto* spec = g_object_class_find_property(G_OBJECT_GET_CLASS(element), "sync-mode");
   if (!spec || spec->value_type != G_TYPE_STRING) return "";
   char* raw = nullptr;
@@ -54,7 +55,7 @@ std::optional<Error> unfit_sync_mode(GstPad* source) {
     if (!peer) break;
     const auto element = Ref<GstElement>::adopt(gst_pad_get_parent_element(peer.get()));
     if (!element) break;
-    if (const std::string mode = sync_mode_of(element.get()); !mode.empty()) {
+    if (const std::string mode = get_sync_mode(element.get()); !mode.empty()) {
       if (g_ascii_strcasecmp(mode.c_str(), "nosync") == 0) break;
       return unfit(element.get(), mode);
     }
@@ -73,10 +74,7 @@ constexpr char kSampleOfResults[] =
     "tensor_reposrc slot-index=0 caps='other/tensors,format=flexible,framerate=30/1,"
     "weir-columns=(string)\"x1,y1,x2,y2,score,class\"'";
 
-std::string text_of(const GstCaps* caps) {
-  const gst::UniqueText text{gst_caps_to_string(caps)};
-  return text.get();
-}
+using gst::to_string;
 
 Result<FrameSpec> spec_with_roles(const GstCaps* caps) {
   auto spec = gst::fixed_spec_from_caps(caps);
@@ -84,22 +82,22 @@ Result<FrameSpec> spec_with_roles(const GstCaps* caps) {
   return spec;
 }
 
-std::string text_of(const Fraction& rate) {
+std::string to_string(const Fraction& rate) {
   return std::to_string(rate.numerator) + "/" + std::to_string(rate.denominator);
 }
 
 // Returns "" when frames of `offered` match `needed`, regardless of the spelling of dimensions and
 // of other/tensor or other/tensors for one tensor. Columns are compared if both have them.
-std::string difference_of(const FrameSpec& offered, const FrameSpec& needed) {
+std::string describe_difference(const FrameSpec& offered, const FrameSpec& needed) {
   const auto differs = [](const char* field, std::string_view one, std::string_view other) {
     return std::string(field) + " is " + std::string(one) + ", needed is " + std::string(other);
   };
   if (offered.format != needed.format)
-    return differs("format", name_of(offered.format), name_of(needed.format));
+    return differs("format", to_string(offered.format), to_string(needed.format));
   std::string tensors = first_difference(offered.tensors, needed.tensors);
   if (!tensors.empty()) return tensors;
   if (!(offered.rate == needed.rate))
-    return differs("framerate", text_of(offered.rate), text_of(needed.rate));
+    return differs("framerate", to_string(offered.rate), to_string(needed.rate));
   if (offered.roles.empty() || needed.roles.empty()) return "";
   const std::string columns = columns_text(offered.roles), wanted = columns_text(needed.roles);
   return columns == wanted ? "" : differs("weir-columns", columns, wanted);
@@ -289,14 +287,14 @@ class TensorReposrc : public gst::Element<TensorReposrc, gst::PushSource> {
     if (format != Format::Flexible)
       return Error{.code = Code::FORMAT_UNSUPPORTED,
                    .what = "a loop carries static or flexible tensors only",
-                   .offered = text_of(caps),
+                   .offered = to_string(caps),
                    .needed = "format=static, or format=flexible with weir-columns",
                    .fix = kSampleCaps};
     const ResultRoles roles = gst::roles_from_caps(caps);
     if (roles.empty())
       return Error{.code = Code::FORMAT_UNSUPPORTED,
                    .what = "the caps do not describe the first frame of the loop",
-                   .offered = text_of(caps),
+                   .offered = to_string(caps),
                    .needed =
                        "format=static, or for flexible tensors weir-columns: the first frame "
                        "then has one row of zeros",
@@ -344,7 +342,7 @@ class TensorReposrc : public gst::Element<TensorReposrc, gst::PushSource> {
   // Applies the property caps, set while frames flow, at the first frame that matches them.
   void follow_caps(const FrameSpec& frame) {
     const auto spec = spec_with_roles(settings().caps.get());
-    if (!spec || !difference_of(frame, *spec).empty()) return;
+    if (!spec || !describe_difference(frame, *spec).empty()) return;
     follow_settings(&followed_, [&](const Settings& wanted) -> Status {
       if (auto status = gst::check_downstream(pad(), wanted.caps.get(), "another caps="); !status)
         return status;
@@ -359,15 +357,15 @@ class TensorReposrc : public gst::Element<TensorReposrc, gst::PushSource> {
     const auto spec = spec_with_roles(caps.get());
     if (!spec) return spec.error();
     if (is_written()) follow_caps(*spec);
-    const std::string difference = difference_of(*spec, spec_);
+    const std::string difference = describe_difference(*spec, spec_);
     if (!difference.empty())
       return Error{.code = Code::SPEC_MISMATCH,
                    .what = "the frames of the tensor_reposink do not match the property caps",
-                   .offered = text_of(caps.get()),
-                   .needed = text_of(caps_.get()),
+                   .offered = to_string(caps.get()),
+                   .needed = to_string(caps_.get()),
                    .difference = difference,
                    .fix = "tensor_reposrc slot-index=" + std::to_string(settings().slot_index) +
-                          " caps=\"" + text_of(caps.get()) + "\""};
+                          " caps=\"" + to_string(caps.get()) + "\""};
     checked_ = caps;
     roles_ = spec->roles.empty() ? spec_.roles : spec->roles;
     return ok();

@@ -30,7 +30,7 @@ std::string source(const std::string& caps, const std::string& more = "slot-inde
   return "tensor_reposrc " + more + " caps=" + quoted(caps);
 }
 Harness playing(const std::string& launch) {
-  Harness h = harness_of(launch);
+  Harness h = make_harness(launch);
   gst_harness_play(h.get());
   return h;
 }
@@ -43,11 +43,11 @@ bool ends(const Harness& h) {
   return false;
 }
 // The error of a source with `needed` whose sink receives a frame of `offered`; "" if none.
-std::string mismatch_of(const std::string& offered, const std::string& needed, size_t bytes) {
-  const Harness h = harness_of(source(needed));
+std::string get_mismatch(const std::string& offered, const std::string& needed, size_t bytes) {
+  const Harness h = make_harness(source(needed));
   Errors errors(h);
   gst_harness_play(h.get());
-  const Harness sink = harness_of("tensor_reposink", offered);
+  const Harness sink = make_harness("tensor_reposink", offered);
   EXPECT_EQ(gst_harness_push(sink.get(), frame(ramp(bytes))), GST_FLOW_OK);
   gst_harness_push_event(sink.get(), gst_event_new_eos());
   EXPECT_TRUE(ends(h));
@@ -57,9 +57,9 @@ std::string mismatch_of(const std::string& offered, const std::string& needed, s
 TEST(TensorReposrc, FollowsCapsThatAreSetWhilePlaying) {
   const Harness h = playing(source(tensor("uint8", "2"), "slot-index=40"));
   EXPECT_EQ(gst_buffer_get_size(pulled(h).get()), 2u) << "zeros";
-  const auto element = element_of(h, "tensor_reposrc");
+  const auto element = find_element(h, "tensor_reposrc");
   Errors messages(h);
-  const Harness sink = harness_of("tensor_reposink slot-index=40", tensor("uint8", "2"));
+  const Harness sink = make_harness("tensor_reposink slot-index=40", tensor("uint8", "2"));
   const auto wanted = Ref<GstCaps>::adopt(gst_caps_from_string(tensor("uint8", "3").c_str()));
   g_object_set(element.get(), "caps", wanted.get(), nullptr);
   gst_harness_push(sink.get(), frame(ramp(2)));
@@ -78,15 +78,15 @@ TEST(TensorReposrc, FollowsCapsThatAreSetWhilePlaying) {
 }
 
 TEST(TensorReposrc, CapsThatDownstreamRejectsAreRejectedAndRestored) {
-  const Harness h = harness_of(source(tensor("uint8", "2"), "slot-index=41") +
-                               " ! capsfilter caps=other/tensor,dimension=(string)2");
+  const Harness h = make_harness(source(tensor("uint8", "2"), "slot-index=41") +
+                                 " ! capsfilter caps=other/tensor,dimension=(string)2");
   Errors messages(h);
   gst_harness_play(h.get());
   EXPECT_TRUE(pulled(h));
-  const auto element = element_of(h, "tensor_reposrc");
+  const auto element = find_element(h, "tensor_reposrc");
   const auto wanted = Ref<GstCaps>::adopt(gst_caps_from_string(tensor("uint8", "3").c_str()));
   g_object_set(element.get(), "caps", wanted.get(), nullptr);
-  const Harness sink = harness_of("tensor_reposink slot-index=41", tensor("uint8", "3"));
+  const Harness sink = make_harness("tensor_reposink slot-index=41", tensor("uint8", "3"));
   gst_harness_push(sink.get(), frame(ramp(3)));
   EXPECT_TRUE(ends(h));
   EXPECT_SAYS(messages.next(), "the frames of the tensor_reposink do not match the property caps");
@@ -194,7 +194,7 @@ GstBuffer* empty_results(const std::string& columns) {
   results::write_empty(parse_roles(columns, ""), [&](size_t bytes) {
     return std::as_writable_bytes(std::span(memories.emplace_back(bytes)));
   });
-  for (const Bytes& bytes : memories) gst_buffer_append_memory(out, memory_of(bytes));
+  for (const Bytes& bytes : memories) gst_buffer_append_memory(out, make_memory(bytes));
   return out;
 }
 
@@ -209,10 +209,10 @@ TEST(TensorReposrc, ReportsFlexibleCapsWhoseFirstFrameIsNotKnown) {
 
 TEST(TensorReposrc, ReportsResultsThatDoNotFit) {
   const auto error_of_frames = [](const std::string& offered, GstBuffer* buffer) {
-    const Harness h = harness_of(source(of_results("score,class")));
+    const Harness h = make_harness(source(of_results("score,class")));
     Errors errors(h);
     gst_harness_play(h.get());
-    const Harness sink = harness_of("tensor_reposink", offered);
+    const Harness sink = make_harness("tensor_reposink", offered);
     EXPECT_EQ(gst_harness_push(sink.get(), buffer), GST_FLOW_OK);
     gst_harness_push_event(sink.get(), gst_event_new_eos());
     EXPECT_TRUE(ends(h));
@@ -246,7 +246,7 @@ TEST(TensorReposrc, SendsTheFieldsOfTheFrames) {
                                        GstBuffer* buffer) {
     const Harness h = playing(source(property));
     EXPECT_TRUE(pulled(h));
-    const Harness sink = harness_of("tensor_reposink", frames);
+    const Harness sink = make_harness("tensor_reposink", frames);
     gst_harness_push(sink.get(), buffer);
     EXPECT_TRUE(pulled(h));
     return caps_text(h);
@@ -264,7 +264,7 @@ TEST(TensorReposrc, SendsTheFieldsOfTheFrames) {
   EXPECT_EQ(fields_after_a_frame(rows, rows, frame(ramp(8))).find("weir-"), std::string::npos);
 }
 
-std::map<std::string, std::vector<std::string>> labels_of(const Harness& h) {
+std::map<std::string, std::vector<std::string>> get_labels(const Harness& h) {
   std::map<std::string, std::vector<std::string>> out;
   const auto pad = Ref<GstPad>::adopt(gst_element_get_static_pad(h->element, "src"));
   gst_pad_sticky_events_foreach(
@@ -280,15 +280,15 @@ std::map<std::string, std::vector<std::string>> labels_of(const Harness& h) {
 
 TEST(TensorReposrc, SendsTheLabelsOfTheFrames) {
   const Harness h = playing(source(of_results("score,class")));
-  const Harness sink = harness_of("tensor_reposink", of_results("score,class"));
+  const Harness sink = make_harness("tensor_reposink", of_results("score,class"));
   const auto labels_after = [&](std::vector<gst::LabelsOfSource> events) {
     for (const auto& event : events)
       gst_harness_push_event(sink.get(), gst::make_labels_event(event).release());
     gst_harness_push(sink.get(), empty_results("score,class"));
     EXPECT_TRUE(pulled(h));
-    return labels_of(h);
+    return get_labels(h);
   };
-  using Labels = decltype(labels_of(h));
+  using Labels = decltype(get_labels(h));
   EXPECT_TRUE(pulled(h));
   EXPECT_EQ(labels_after({}), Labels{});
   EXPECT_EQ(labels_after({{"net", {"cat"}}, {"other", {"red"}}}),
@@ -301,43 +301,43 @@ TEST(TensorReposrc, SendsTheLabelsOfTheFrames) {
 }
 
 TEST(TensorReposrc, LabelsTravelWithTheFrameThatFollowsThem) {
-  const Harness sink = harness_of("tensor_reposink", of_results("score,class"));
+  const Harness sink = make_harness("tensor_reposink", of_results("score,class"));
   gst_harness_push(sink.get(), empty_results("score,class"));
   gst_harness_push_event(sink.get(), gst::make_labels_event({"net", {"cat"}}).release());
   const Harness h = playing(source(of_results("score,class")));
   EXPECT_TRUE(pulled(h));
   EXPECT_TRUE(pulled(h));
-  EXPECT_TRUE(labels_of(h).empty());
+  EXPECT_TRUE(get_labels(h).empty());
 }
 
 TEST(TensorReposrc, AcceptsEqualTensorsInAnySpelling) {
-  EXPECT_EQ(mismatch_of(tensor("float32", "2"), kFloats, 8), "");
-  EXPECT_EQ(mismatch_of(tensor("float32", "2:1"), tensors("float32", "2"), 8), "");
-  EXPECT_EQ(mismatch_of(tensors("float32", "2:1:1"), tensor("float32", "2"), 8), "");
+  EXPECT_EQ(get_mismatch(tensor("float32", "2"), kFloats, 8), "");
+  EXPECT_EQ(get_mismatch(tensor("float32", "2:1"), tensors("float32", "2"), 8), "");
+  EXPECT_EQ(get_mismatch(tensors("float32", "2:1:1"), tensor("float32", "2"), 8), "");
 }
 
 TEST(TensorReposrc, ReportsBothCapsOfFramesThatDoNotFit) {
-  const std::string text = mismatch_of(tensor("uint8", "3:1:1:1"), kFloats, 3);
+  const std::string text = get_mismatch(tensor("uint8", "3:1:1:1"), kFloats, 3);
   EXPECT_SAYS(text, "WEIR-2001");
   EXPECT_SAYS(text, "dimension=(string)3:1:1:1, type=(string)uint8");
   EXPECT_SAYS(text, "dimension=(string)2:1:1:1, type=(string)float32");
   EXPECT_SAYS(text, "tensor 0: type is uint8, needed is float32");
   EXPECT_SAYS(text, "fix: tensor_reposrc slot-index=0 caps=\"other/tensor, dimension=(string)3");
-  EXPECT_SAYS(mismatch_of(tensor("float32", "3:1:1:1"), kFloats, 12), "tensor 0: ");
-  EXPECT_SAYS(mismatch_of(tensors("float32,float32", "2,2"), kFloats, 16), "first difference: ");
+  EXPECT_SAYS(get_mismatch(tensor("float32", "3:1:1:1"), kFloats, 12), "tensor 0: ");
+  EXPECT_SAYS(get_mismatch(tensors("float32,float32", "2,2"), kFloats, 16), "first difference: ");
 }
 
 TEST(TensorReposrc, ReportsAFrameRateThatDoesNotFit) {
-  const std::string text = mismatch_of(tensor("float32", "2:1:1:1", "15/1"), kFloats, 8);
+  const std::string text = get_mismatch(tensor("float32", "2:1:1:1", "15/1"), kFloats, 8);
   EXPECT_SAYS(text, "framerate is 15/1, needed is 30/1");
-  EXPECT_EQ(mismatch_of(tensor("float32", "2:1:1:1", "60/2"), kFloats, 8), "");
+  EXPECT_EQ(get_mismatch(tensor("float32", "2:1:1:1", "60/2"), kFloats, 8), "");
 }
 
 TEST(TensorReposrc, ChecksCapsThatChangeLater) {
-  const Harness h = harness_of(source(kFloats));
+  const Harness h = make_harness(source(kFloats));
   Errors errors(h);
   gst_harness_play(h.get());
-  const Harness sink = harness_of("tensor_reposink", kFloats);
+  const Harness sink = make_harness("tensor_reposink", kFloats);
   gst_harness_push(sink.get(), frame(ramp(8)));
   EXPECT_TRUE(pulled(h));
   EXPECT_EQ(content(pulled(h).get()), ramp(8));
@@ -353,14 +353,14 @@ TEST(TensorReposrc, ChecksCapsThatChangeLater) {
 TEST(TensorReposrc, ANewSlotIndexMovesTheWait) {
   const Harness h = playing(source(kFloats));
   EXPECT_TRUE(pulled(h));
-  const Harness sink = harness_of("tensor_reposink slot-index=5", kFloats);
+  const Harness sink = make_harness("tensor_reposink slot-index=5", kFloats);
   gst_harness_push(sink.get(), frame(ramp(8)));
-  g_object_set(element_of(h, "tensor_reposrc").get(), "slot-index", 5u, nullptr);
+  g_object_set(find_element(h, "tensor_reposrc").get(), "slot-index", 5u, nullptr);
   EXPECT_EQ(content(pulled(h).get()), ramp(8));
 }
 
 TEST(TensorReposrc, WarnsThatNoSinkSendsFrames) {
-  const Harness h = harness_of(source(kFloats, "slot-index=6"));
+  const Harness h = make_harness(source(kFloats, "slot-index=6"));
   Errors errors(h);
   gst_harness_play(h.get());
   EXPECT_TRUE(pulled(h));
@@ -369,16 +369,16 @@ TEST(TensorReposrc, WarnsThatNoSinkSendsFrames) {
       becomes_true([&] { return !(warning = errors.next_warning()).empty(); }, "a warning"));
   EXPECT_SAYS(warning, "WEIR-5001: a loop has only one end");
   EXPECT_SAYS(warning, "fix: tensor_reposink slot-index=6");
-  const Harness sink = harness_of("tensor_reposink slot-index=6", kFloats);
+  const Harness sink = make_harness("tensor_reposink slot-index=6", kFloats);
   gst_harness_push(sink.get(), frame(ramp(8)));
   EXPECT_EQ(content(pulled(h).get()), ramp(8)) << "it kept waiting";
 }
 
 TEST(TensorReposrc, WarnsThatAnotherSourceReadsItsSlot) {
-  const Harness first = harness_of(source(kFloats, "slot-index=6"));
+  const Harness first = make_harness(source(kFloats, "slot-index=6"));
   Errors of_first(first);
   gst_harness_play(first.get());
-  const Harness second = harness_of(source(kFloats, "slot-index=6"));
+  const Harness second = make_harness(source(kFloats, "slot-index=6"));
   Errors of_second(second);
   gst_harness_play(second.get());
   const std::string warning = of_second.next_warning();
@@ -406,7 +406,7 @@ TEST(TensorReposrc, EndsOnAnEosEvent) {
 TEST(TensorReposrc, AnswersLatencyAndForwardsNoQos) {
   const Harness h = playing(source(kFloats));
   EXPECT_TRUE(pulled(h));
-  const Harness sink = harness_of("tensor_reposink", kFloats);
+  const Harness sink = make_harness("tensor_reposink", kFloats);
   const Unique<GstQuery, gst_query_unref> query(gst_query_new_latency());
   EXPECT_TRUE(gst_pad_peer_query(h->sinkpad, query.get()));
   gboolean live = TRUE;

@@ -45,7 +45,7 @@ TEST(TensorSparseDec, RestoresEveryTypeRankAndNumberOfTensors) {
       for (size_t k = 0; k < (i + 2) * sizes[kind]; ++k)
         all.push_back(random() % 3 ? 0 : static_cast<uint8_t>(1 + random() % 100));
     }
-    auto h = harness_of(kBoth, tensors(type_list, dims));
+    auto h = make_harness(kBoth, tensors(type_list, dims));
     auto out = Ref<GstBuffer>::adopt(gst_harness_push_and_pull(h.get(), frame(all, 5, 6)));
     ASSERT_TRUE(out) << count;
     EXPECT_EQ(GST_BUFFER_PTS(out.get()), 5u);
@@ -66,7 +66,7 @@ TEST(TensorSparseDec, RestoresEveryTypeRankAndNumberOfTensors) {
 }
 
 TEST(TensorSparseDec, FindsSeveralTensorsInOneMemory) {
-  auto h = harness_of(kDec, kSparse);
+  auto h = make_harness(kDec, kSparse);
   const Bytes one{0, 3, 0}, two{9, 0};
   ASSERT_EQ(push(h, chunk(one, "3:1") + chunk(two, "2")), GST_FLOW_OK);
   auto out = Ref<GstBuffer>::adopt(gst_harness_pull(h.get()));
@@ -76,15 +76,15 @@ TEST(TensorSparseDec, FindsSeveralTensorsInOneMemory) {
 }
 
 TEST(TensorSparseDec, KeepsTheClient) {
-  auto h = harness_of(kDec, kSparse);
+  auto h = make_harness(kDec, kSparse);
   GstBuffer* in = frame(chunk({1}, "1"));
   ASSERT_TRUE(weir::gst::set_client(in, 42));
   auto out = Ref<GstBuffer>::adopt(gst_harness_push_and_pull(h.get(), in));
-  EXPECT_EQ(weir::gst::client_of(out.get()), 42);
+  EXPECT_EQ(weir::gst::get_client_id(out.get()), 42);
 }
 
 TEST(TensorSparseDec, SendsCapsBeforeLaterEvents) {
-  auto h = harness_of(kDec, kSparse);
+  auto h = make_harness(kDec, kSparse);
   gst_harness_push_event(h.get(), gst_event_new_tag(gst_tag_list_new_empty()));
   ASSERT_EQ(push(h, chunk({1}, "1")), GST_FLOW_OK);
   std::vector<std::string> order;
@@ -97,7 +97,7 @@ TEST(TensorSparseDec, SendsCapsBeforeLaterEvents) {
 
 // Of many events before the first frame, the newest of each type are kept, in order.
 TEST(TensorSparseDec, KeepsABoundedNumberOfEventsUntilItSendsCaps) {
-  auto h = harness_of(kDec, kSparse);
+  auto h = make_harness(kDec, kSparse);
   gst_harness_push_event(h.get(), gst_event_new_tag(gst_tag_list_new_empty()));
   constexpr GstClockTime kGaps = 1000;
   for (GstClockTime i = 0; i < kGaps; ++i) gst_harness_push_event(h.get(), gst_event_new_gap(i, 1));
@@ -120,7 +120,7 @@ TEST(TensorSparseDec, KeepsABoundedNumberOfEventsUntilItSendsCaps) {
 }
 
 TEST(TensorSparseDec, EndsAStreamWithoutFrames) {
-  auto h = harness_of(kDec, kSparse);
+  auto h = make_harness(kDec, kSparse);
   gst_harness_push_event(h.get(), gst_event_new_eos());
   bool ended = false;
   while (GstEvent* event = gst_harness_try_pull_event(h.get())) {
@@ -131,7 +131,7 @@ TEST(TensorSparseDec, EndsAStreamWithoutFrames) {
 }
 
 TEST(TensorSparseDec, SendsNewCapsWhenTheTensorsChange) {
-  auto h = harness_of(kDec, kSparse);
+  auto h = make_harness(kDec, kSparse);
   ASSERT_EQ(push(h, chunk({1, 0}, "2")), GST_FLOW_OK);
   EXPECT_SAYS(caps_text(h), "dimensions=(string)2,");
   ASSERT_EQ(push(h, chunk({0, 0, 4}, "3")), GST_FLOW_OK);
@@ -142,7 +142,7 @@ TEST(TensorSparseDec, SendsNewCapsWhenTheTensorsChange) {
 }
 
 TEST(TensorSparseDec, ChecksFramesAgainstFixedDownstreamCaps) {
-  auto h = harness_of(kDec);
+  auto h = make_harness(kDec);
   Errors errors(h);
   gst_harness_set_sink_caps_str(h.get(), tensors("uint8", "2:1:1:1", "10/1").c_str());
   gst_harness_set_src_caps_str(h.get(), kSparse);
@@ -176,7 +176,7 @@ TEST(TensorSparseDec, ReportsInvalidHeaders) {
                  {134, 9, "a sparse tensor has a bad index"},
                  {134, 1, "a sparse tensor has a bad index"}};
   for (const auto& header : headers) {
-    auto h = harness_of(kDec, kSparse);
+    auto h = make_harness(kDec, kSparse);
     Errors errors(h);
     Bytes bytes = chunk({0, 7, 0, 9, 0}, "5");
     std::memcpy(bytes.data() + header.at, &header.value, 4);
@@ -189,7 +189,7 @@ TEST(TensorSparseDec, ReportsInvalidHeaders) {
 }
 
 TEST(TensorSparseDec, RejectsTensorsThatAreNotSparse) {
-  auto h = harness_of(kDec, kSparse);
+  auto h = make_harness(kDec, kSparse);
   Errors errors(h);
   Bytes bytes = chunk({0, 0, 0, 0, 0}, "5");
   bytes[76] = 1;  // flexible
@@ -200,7 +200,7 @@ TEST(TensorSparseDec, RejectsTensorsThatAreNotSparse) {
 TEST(TensorSparseDec, RejectsTruncatedMemory) {
   const Bytes whole = chunk({0, 7, 0, 9, 0}, "5");
   for (size_t size = 1; size < whole.size(); size += 13) {
-    auto h = harness_of(kDec, kSparse);
+    auto h = make_harness(kDec, kSparse);
     Errors errors(h);
     EXPECT_EQ(push(h, Bytes(whole.begin(), whole.begin() + static_cast<std::ptrdiff_t>(size))),
               GST_FLOW_ERROR);

@@ -42,7 +42,7 @@ Bytes memory(GstBuffer* buffer, guint index) {
 }
 
 TEST(TensorSparseEnc, WritesHeaderValuesAndIndices) {
-  auto h = harness_of(kEnc, tensors("uint8", "3:2:1"));
+  auto h = make_harness(kEnc, tensors("uint8", "3:2:1"));
   const Bytes dense{0, 7, 0, 0, 0, 255};
   auto out = Ref<GstBuffer>::adopt(gst_harness_push_and_pull(h.get(), frame(dense, 11, 22)));
   EXPECT_EQ(content(out.get()), chunk(dense, {3, 2, 1}));
@@ -55,11 +55,11 @@ TEST(TensorSparseEnc, WritesHeaderValuesAndIndices) {
 }
 
 TEST(TensorSparseEnc, KeepsTheClient) {
-  auto h = harness_of(kEnc, tensors("uint8", "1"));
+  auto h = make_harness(kEnc, tensors("uint8", "1"));
   GstBuffer* in = frame(Bytes{1});
   ASSERT_TRUE(weir::gst::set_client(in, 42));
   auto out = Ref<GstBuffer>::adopt(gst_harness_push_and_pull(h.get(), in));
-  EXPECT_EQ(weir::gst::client_of(out.get()), 42);
+  EXPECT_EQ(weir::gst::get_client_id(out.get()), 42);
 }
 
 // 1 to 20 tensors of different sizes: of more than 16, the 16th and later ones are packed.
@@ -76,7 +76,7 @@ TEST(TensorSparseEnc, AcceptsOneToTwentyTensors) {
       all.insert(all.end(), dense.begin(), dense.end());
       expected.push_back(chunk(dense, {static_cast<uint32_t>(i + 1)}));
     }
-    auto h = harness_of(kEnc, tensors(types, dims));
+    auto h = make_harness(kEnc, tensors(types, dims));
     // All in one memory, split by the caps.
     auto out = Ref<GstBuffer>::adopt(gst_harness_push_and_pull(h.get(), frame(all)));
     ASSERT_TRUE(out) << count;
@@ -95,7 +95,7 @@ TEST(TensorSparseEnc, AcceptsOneToTwentyTensors) {
 }
 
 TEST(TensorSparseEnc, UsesTheRateThatDownstreamFixes) {
-  auto h = harness_of(kEnc);
+  auto h = make_harness(kEnc);
   gst_harness_set_sink_caps_str(h.get(), "other/tensors,format=sparse,framerate=5/1");
   gst_harness_set_src_caps_str(h.get(), tensors("uint8", "2").c_str());
   gst_buffer_unref(gst_harness_push_and_pull(h.get(), frame(Bytes(2))));
@@ -103,7 +103,7 @@ TEST(TensorSparseEnc, UsesTheRateThatDownstreamFixes) {
 }
 
 TEST(TensorSparseEnc, FollowsChangedCaps) {
-  auto h = harness_of(kEnc, tensors("uint8", "2"));
+  auto h = make_harness(kEnc, tensors("uint8", "2"));
   gst_buffer_unref(gst_harness_push_and_pull(h.get(), frame(Bytes(2))));
   gst_harness_set_src_caps_str(h.get(), tensors("uint8", "4").c_str());
   auto out = Ref<GstBuffer>::adopt(gst_harness_push_and_pull(h.get(), frame(Bytes{0, 0, 0, 1})));
@@ -111,7 +111,7 @@ TEST(TensorSparseEnc, FollowsChangedCaps) {
 }
 
 TEST(TensorSparseEnc, RejectsAFrameOfTheWrongSize) {
-  auto h = harness_of(kEnc, tensors("uint8", "4"));
+  auto h = make_harness(kEnc, tensors("uint8", "4"));
   Errors errors(h);
   EXPECT_EQ(gst_harness_push(h.get(), frame(Bytes(3))), GST_FLOW_ERROR);
   const std::string error = errors.next();
@@ -122,7 +122,7 @@ TEST(TensorSparseEnc, RejectsAFrameOfTheWrongSize) {
 }
 
 TEST(TensorSparseEnc, ReportsADownstreamThatRejectsSparseTensors) {
-  auto h = harness_of(kEnc);
+  auto h = make_harness(kEnc);
   Errors errors(h);
   gst_harness_set_sink_caps_str(h.get(), tensors("uint8", "4").c_str());
   gst_harness_set_src_caps_str(h.get(), tensors("uint8", "4").c_str());

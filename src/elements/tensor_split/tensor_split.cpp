@@ -56,18 +56,18 @@ class TensorSplit : public gst::OneToMany<TensorSplit> {
   };
 
   Status prepare(const Settings& settings) {
-    auto request = request_of(settings);
+    auto request = make_request(settings);
     if (!request) return request.error();
     request_ = *std::move(request);
     return ok();
   }
   Status check_change(const char*, const Settings& wanted) const {
-    const auto request = request_of(wanted);
+    const auto request = make_request(wanted);
     return request ? ok() : Status(request.error());
   }
   // Pads without a segment stay, but get no more buffers.
   Status follow(const Settings& settings) {
-    auto request = request_of(settings);
+    auto request = make_request(settings);
     if (!request) return request.error();
     const auto plan = plan_split(*request, input_);
     if (!plan) return plan.error();
@@ -80,7 +80,7 @@ class TensorSplit : public gst::OneToMany<TensorSplit> {
     outputs_.unsettle();
     return configure(FrameSpec(spec_));
   }
-  static Result<SplitRequest> request_of(const Settings& settings) {
+  static Result<SplitRequest> make_request(const Settings& settings) {
     auto segments = parse_segments(settings.tensorseg);
     if (!segments) return segments.error();
     auto picks = parse_index_list("tensorpick", settings.tensorpick, kPickSeparators);
@@ -115,7 +115,7 @@ class TensorSplit : public gst::OneToMany<TensorSplit> {
         routed.flow = outputs_.pass_over(&output);
         continue;
       }
-      auto frame = frame_of(buffer.get(), &branches_[i], &output);
+      auto frame = make_frame(buffer.get(), &branches_[i], &output);
       if (!frame) return frame.error();
       routed.flow = push(&output, *std::move(frame));
       if (gst::SometimesPads::stops(routed.flow)) break;
@@ -133,8 +133,8 @@ class TensorSplit : public gst::OneToMany<TensorSplit> {
     gst::FramePool pool;  // for a segment that is not contiguous
   };
 
-  Result<Ref<GstBuffer>> frame_of(GstBuffer* in, Branch* branch,
-                                  gst::SometimesPads::Output* output) {
+  Result<Ref<GstBuffer>> make_frame(GstBuffer* in, Branch* branch,
+                                    gst::SometimesPads::Output* output) {
     if (const auto settled = outputs_.settle(output, branch->spec); !settled)
       return settled.error();
     auto frame = branch->segment.dense() ? shared(in, *branch) : gathered(in, branch);
@@ -142,8 +142,9 @@ class TensorSplit : public gst::OneToMany<TensorSplit> {
     const auto maps = gst::source_maps(in);
     const auto of = gst::maps_of(in);
     if (!maps.empty())
-      gst::set_source_maps(frame->get(),
-                           maps_of(branch->segment, input_, maps, of == gst::MapsOf::Regions), of);
+      gst::set_source_maps(
+          frame->get(), make_source_maps(branch->segment, input_, maps, of == gst::MapsOf::Regions),
+          of);
     return frame;
   }
 

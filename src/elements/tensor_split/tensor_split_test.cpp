@@ -23,7 +23,7 @@ std::vector<std::string> names(std::initializer_list<const char*> list) {
 TEST(TensorSplit, SharesConsecutiveSegments) {
   Branches split("tensor_split tensorseg=2:3,4;1:2/6:1:1");
   split.caps(one("2:3:3"));
-  GstBuffer* in = frame_of({ramp(18)});
+  GstBuffer* in = make_frame({ramp(18)});
   GST_BUFFER_PTS(in) = 7;
   GST_BUFFER_DURATION(in) = 3;
   GstMemory* memory = gst_buffer_peek_memory(in, 0);
@@ -51,7 +51,7 @@ TEST(TensorSplit, SharesConsecutiveSegments) {
 TEST(TensorSplit, PicksSegmentsInTheirOrderWithTheirOwnDimensions) {
   Branches split("tensor_split tensorseg=1:2,2:2,3:2 tensorpick=2.0");
   split.caps(one("6:2", "int16"));
-  ASSERT_EQ(split.push(frame_of({ramp(24)})), GST_FLOW_OK);
+  ASSERT_EQ(split.push(make_frame({ramp(24)})), GST_FLOW_OK);
   EXPECT_EQ(split.added(), names({"src_0", "src_1"}));
   const Bytes all = ramp(24);
   EXPECT_EQ(content(split.take("src_0").get(), 0), Bytes(all.begin(), all.begin() + 4));
@@ -73,7 +73,7 @@ TEST(TensorSplit, OfEveryTypeAndRank) {
       Branches split("tensor_split tensorseg=" + segments[0] + "," + segments[1]);
       split.caps(one(dims + "5", types[t]));
       const Bytes all = ramp(5 * sizes[t]);
-      ASSERT_EQ(split.push(frame_of({all})), GST_FLOW_OK);
+      ASSERT_EQ(split.push(make_frame({all})), GST_FLOW_OK);
       const auto middle = all.begin() + static_cast<std::ptrdiff_t>(2 * sizes[t]);
       EXPECT_EQ(content(split.take("src_0").get(), 0), Bytes(all.begin(), middle));
       EXPECT_EQ(content(split.take("src_1").get(), 0), Bytes(middle, all.end()));
@@ -86,7 +86,7 @@ TEST(TensorSplit, FollowsThePeer) {
   Branches split("tensor_split tensorseg=1,2",
                  {{"src_0", "other/tensor"}, {"src_1", "other/tensors,dimensions=2:1:1:1"}});
   split.caps("other/tensor,dimension=(string)3,type=(string)uint8,framerate=30/1");
-  ASSERT_EQ(split.push(frame_of({{1, 2, 3}})), GST_FLOW_OK);
+  ASSERT_EQ(split.push(make_frame({{1, 2, 3}})), GST_FLOW_OK);
   EXPECT_SAYS(split.branch("src_0").caps(), "other/tensor, dimension=(string)1,");
   EXPECT_SAYS(split.branch("src_1").caps(), "dimensions=(string)2:1:1:1");
 }
@@ -95,7 +95,7 @@ TEST(TensorSplitDimension, SeparatesInterleavedChannels) {
   Branches split("tensor_split split-dim=0 tensorseg=1,2");
   split.caps(one("3:4:2"));
   for (int round = 0; round < 3; ++round) {
-    ASSERT_EQ(split.push(frame_of({ramp(24)})), GST_FLOW_OK);
+    ASSERT_EQ(split.push(make_frame({ramp(24)})), GST_FLOW_OK);
     Bytes first, others;
     for (uint8_t i = 0; i < 24; ++i) (i % 3 == 0 ? first : others).push_back(i);
     EXPECT_EQ(content(split.take("src_0").get(), 0), first);
@@ -108,7 +108,7 @@ TEST(TensorSplitDimension, SeparatesInterleavedChannels) {
 TEST(TensorSplitDimension, SplitsAMiddleDimensionIntoEqualParts) {
   Branches split("tensor_split split-dim=1 split-parts=2 tensorpick=1");
   split.caps(one("2:4:3", "int16"));
-  ASSERT_EQ(split.push(frame_of({ramp(48)})), GST_FLOW_OK);
+  ASSERT_EQ(split.push(make_frame({ramp(48)})), GST_FLOW_OK);
   Bytes expected;
   for (uint8_t row = 0; row < 3; ++row)
     for (uint8_t b = 8; b < 16; ++b) expected.push_back(static_cast<uint8_t>(16 * row + b));
@@ -119,7 +119,7 @@ TEST(TensorSplitDimension, SplitsAMiddleDimensionIntoEqualParts) {
 TEST(TensorSplitDimension, SharesAlongTheOutermost) {
   Branches split("tensor_split split-dim=2 tensorseg=1,2");
   split.caps(one("3:4:3:1"));
-  ASSERT_EQ(split.push(frame_of({ramp(36)})), GST_FLOW_OK);
+  ASSERT_EQ(split.push(make_frame({ramp(36)})), GST_FLOW_OK);
   EXPECT_EQ(content(split.take("src_0").get(), 0), ramp(12));
   EXPECT_SAYS(split.branch("src_1").caps(), "dimensions=(string)3:4:2:1");
   EXPECT_EQ(split.stat("bytes-copied"), 0u);
@@ -128,21 +128,21 @@ TEST(TensorSplitDimension, SharesAlongTheOutermost) {
 TEST(TensorSplitDimension, CopiesNothingForPadsThatAreNotLinked) {
   Branches split("tensor_split split-dim=0 split-parts=3", {}, {"src_0", "src_2"});
   split.caps(one("3:4"));
-  ASSERT_EQ(split.push(frame_of({ramp(12)})), GST_FLOW_OK);
+  ASSERT_EQ(split.push(make_frame({ramp(12)})), GST_FLOW_OK);
   EXPECT_EQ(content(split.take("src_1").get(), 0), (Bytes{1, 4, 7, 10}));
   EXPECT_EQ(split.stat("bytes-copied"), 4u);
   EXPECT_EQ(split.stat("pushed"), 1u);
 
   Branches none("tensor_split split-dim=0 split-parts=3", {}, {"src_0", "src_1", "src_2"});
   none.caps(one("3:4"));
-  EXPECT_EQ(none.push(frame_of({ramp(12)})), GST_FLOW_NOT_LINKED);
+  EXPECT_EQ(none.push(make_frame({ramp(12)})), GST_FLOW_NOT_LINKED);
   none.expect_balance();
 }
 
 TEST(TensorSplitDimension, CountsMergedBytes) {
   Branches split("tensor_split split-dim=0 split-parts=2 tensorpick=0");
   split.caps(one("2:2"));
-  ASSERT_EQ(split.push(frame_of({{0, 1, 2}, {3}})), GST_FLOW_OK);
+  ASSERT_EQ(split.push(make_frame({{0, 1, 2}, {3}})), GST_FLOW_OK);
   EXPECT_EQ(content(split.take("src_0").get(), 0), (Bytes{0, 2}));
   EXPECT_EQ(split.stat("bytes-copied"), 2 + 4u);
 }
@@ -150,7 +150,7 @@ TEST(TensorSplitDimension, CountsMergedBytes) {
 TEST(TensorSplit, AdjustsTheSourceMapToThePart) {
   Branches split("tensor_split tensorseg=3:8:2,3:8:4");
   split.caps(one("3:8:6"));
-  GstBuffer* in = frame_of({ramp(144)});
+  GstBuffer* in = make_frame({ramp(144)});
   gst::set_source_maps(in, {picture_as_it_is(8, 6, false)});
   ASSERT_EQ(split.push(in), GST_FLOW_OK);
   const auto upper = split.take("src_0"), lower = split.take("src_1");
@@ -160,7 +160,7 @@ TEST(TensorSplit, AdjustsTheSourceMapToThePart) {
 
   Branches flat("tensor_split tensorseg=144");
   flat.caps(one("3:8:6"));
-  in = frame_of({ramp(144)});
+  in = make_frame({ramp(144)});
   gst::set_source_maps(in, {picture_as_it_is(8, 6, false)});
   ASSERT_EQ(flat.push(in), GST_FLOW_OK);
   EXPECT_TRUE(gst::source_maps(flat.take("src_0").get()).empty()) << "it no longer has x and y";
@@ -170,7 +170,7 @@ TEST(TensorSplit, KeepsRegionsOfABatchWithTheirSegment) {
   for (const char* dimension : {"3", "2"}) {
     Branches split(std::string("tensor_split tensorseg=1,2 split-dim=") + dimension);
     split.caps(one("3:4:3:3"));
-    GstBuffer* in = frame_of({ramp(108)});
+    GstBuffer* in = make_frame({ramp(108)});
     std::vector<SourceMap> maps(3, picture_as_it_is(4, 3, false));
     for (size_t i = 0; i < 3; ++i) maps[i].x0 = static_cast<double>(10 * i);
     gst::set_source_maps(in, maps, gst::MapsOf::Regions);
@@ -188,9 +188,9 @@ TEST(TensorSplit, KeepsRegionsOfABatchWithTheirSegment) {
 TEST(TensorSplit, FollowsChangedCaps) {
   Branches split("tensor_split split-dim=0 split-parts=2");
   split.caps(one("2:1"));
-  ASSERT_EQ(split.push(frame_of({{1, 2}})), GST_FLOW_OK);
+  ASSERT_EQ(split.push(make_frame({{1, 2}})), GST_FLOW_OK);
   split.caps(one("4:1"));
-  ASSERT_EQ(split.push(frame_of({{1, 2, 3, 4}})), GST_FLOW_OK);
+  ASSERT_EQ(split.push(make_frame({{1, 2, 3, 4}})), GST_FLOW_OK);
   EXPECT_EQ(content(split.branch("src_1").buffers.back().get(), 0), (Bytes{3, 4}));
   EXPECT_SAYS(split.branch("src_1").caps(), "dimensions=(string)2:1");
   split.expect_balance();
@@ -200,7 +200,7 @@ TEST(TensorSplitRejects, AStreamWithoutSegmentsAtItsFirstFrame) {
   Branches split("tensor_split");
   split.caps(one("3:4"));
   EXPECT_EQ(split.error(), "");
-  EXPECT_EQ(split.push(frame_of({ramp(12)})), GST_FLOW_ERROR);
+  EXPECT_EQ(split.push(make_frame({ramp(12)})), GST_FLOW_ERROR);
   const std::string error = split.error();
   EXPECT_SAYS(error, "WEIR-1004: tensor_split needs the segments");
   EXPECT_SAYS(error, "fix: tensor_split tensorseg=3:4");
@@ -213,7 +213,7 @@ std::string caps_refused(const std::string& properties, const std::string& caps)
   EXPECT_TRUE(split.started());
   split.caps(caps);
   EXPECT_EQ(split.error(), "") << "caps may be those of a placeholder";
-  EXPECT_LE(split.push(frame_of({ramp(12)})), GST_FLOW_NOT_NEGOTIATED);
+  EXPECT_LE(split.push(make_frame({ramp(12)})), GST_FLOW_NOT_NEGOTIATED);
   return split.error();
 }
 
@@ -222,7 +222,7 @@ TEST(TensorSplit, AcceptsUnsuitableCapsUntilTheFirstFrame) {
   split.caps(one("1"));
   EXPECT_EQ(split.error(), "");
   split.caps(one("3:4"));
-  EXPECT_EQ(split.push(frame_of({ramp(12)})), GST_FLOW_OK);
+  EXPECT_EQ(split.push(make_frame({ramp(12)})), GST_FLOW_OK);
   EXPECT_EQ(split.added().size(), 2u);
 }
 
@@ -252,9 +252,9 @@ TEST(TensorSplitRejects, TyposAtTheStart) {
 TEST(TensorSplitRejects, BuffersThatAreTooSmall) {
   Branches split("tensor_split tensorseg=3:1,3:3");
   split.caps(one("3:4"));
-  EXPECT_EQ(split.push(frame_of({ramp(11)})), GST_FLOW_ERROR);
+  EXPECT_EQ(split.push(make_frame({ramp(11)})), GST_FLOW_ERROR);
   EXPECT_SAYS(split.error(), "WEIR-2004");
-  EXPECT_EQ(split.push(frame_of({ramp(5), ramp(6)})), GST_FLOW_ERROR);
+  EXPECT_EQ(split.push(make_frame({ramp(5), ramp(6)})), GST_FLOW_ERROR);
   EXPECT_SAYS(split.error(), "11 bytes in 2 memories");
   EXPECT_EQ(split.stat("dropped-error"), 2u);
   split.expect_balance();
@@ -263,7 +263,7 @@ TEST(TensorSplitRejects, BuffersThatAreTooSmall) {
 TEST(TensorSplit, WarnsAboutDataInNoSegment) {
   Branches split("tensor_split tensorseg=3:1");
   split.caps(one("3:4"));
-  ASSERT_EQ(split.push(frame_of({ramp(12)})), GST_FLOW_OK);
+  ASSERT_EQ(split.push(make_frame({ramp(12)})), GST_FLOW_OK);
   EXPECT_EQ(content(split.take("src_0").get(), 0), ramp(3));
   EXPECT_SAYS(split.warning(), "WEIR-1004: a part of the tensor is not covered by any segment");
 }

@@ -15,16 +15,16 @@ std::string read(const Branches& split, const char* property) {
 TEST(SplitPropertyChange, NewSegmentsApplyToTheNextFrame) {
   Branches split("tensor_split tensorseg=1,3");
   split.caps(test::tensors("uint8", "4"));
-  ASSERT_EQ(split.push(frame_of({{1, 2, 3, 4}})), GST_FLOW_OK);
+  ASSERT_EQ(split.push(make_frame({{1, 2, 3, 4}})), GST_FLOW_OK);
   EXPECT_EQ(content(split.take("src_0").get(), 0), Bytes{1});
   EXPECT_EQ(content(split.take("src_1").get(), 0), (Bytes{2, 3, 4}));
   g_object_set(split.element(), "tensorseg", "2,2", nullptr);
-  ASSERT_EQ(split.push(frame_of({{1, 2, 3, 4}})), GST_FLOW_OK);
+  ASSERT_EQ(split.push(make_frame({{1, 2, 3, 4}})), GST_FLOW_OK);
   EXPECT_EQ(content(split.take("src_0").get(), 0), (Bytes{1, 2}));
   EXPECT_EQ(content(split.take("src_1").get(), 0), (Bytes{3, 4}));
   EXPECT_SAYS(split.branch("src_0").caps(), "dimensions=(string)2");
   g_object_set(split.element(), "tensorpick", "1", nullptr);
-  ASSERT_EQ(split.push(frame_of({{1, 2, 3, 4}})), GST_FLOW_OK);
+  ASSERT_EQ(split.push(make_frame({{1, 2, 3, 4}})), GST_FLOW_OK);
   EXPECT_EQ(content(split.take("src_0").get(), 0), (Bytes{3, 4}));
   EXPECT_TRUE(split.branch("src_1").buffers.empty());
 }
@@ -32,13 +32,13 @@ TEST(SplitPropertyChange, NewSegmentsApplyToTheNextFrame) {
 TEST(SplitPropertyChange, InvalidSegmentsAreRejectedAndRestored) {
   Branches split("tensor_split tensorseg=1,3");
   split.caps(test::tensors("uint8", "4"));
-  ASSERT_EQ(split.push(frame_of({{1, 2, 3, 4}})), GST_FLOW_OK);
+  ASSERT_EQ(split.push(make_frame({{1, 2, 3, 4}})), GST_FLOW_OK);
   split.take("src_0");
   g_object_set(split.element(), "tensorseg", "a:b", nullptr);
   EXPECT_EQ(read(split, "tensorseg"), "1,3");
   EXPECT_SAYS(split.warning(), "WEIR-1");
   g_object_set(split.element(), "tensorseg", "3,3", nullptr);
-  ASSERT_EQ(split.push(frame_of({{1, 2, 3, 4}})), GST_FLOW_OK);
+  ASSERT_EQ(split.push(make_frame({{1, 2, 3, 4}})), GST_FLOW_OK);
   EXPECT_SAYS(split.warning(), "WEIR-");
   EXPECT_EQ(read(split, "tensorseg"), "1,3");
   EXPECT_EQ(content(split.take("src_0").get(), 0), Bytes{1});
@@ -63,15 +63,15 @@ TEST(SplitPropertyChange, PropertiesFixedWhilePlayingAreRejectedWithAWarning) {
 TEST(SplitPropertyChange, ASecondWriteCompletesTheFirst) {
   Branches split("tensor_split tensorseg=1,3 tensorpick=1");
   split.caps(test::tensors("uint8", "4"));
-  ASSERT_EQ(split.push(frame_of({{1, 2, 3, 4}})), GST_FLOW_OK);
+  ASSERT_EQ(split.push(make_frame({{1, 2, 3, 4}})), GST_FLOW_OK);
   EXPECT_EQ(content(split.take("src_0").get(), 0), (Bytes{2, 3, 4}));
   g_object_set(split.element(), "tensorseg", "4", nullptr);
-  ASSERT_EQ(split.push(frame_of({{1, 2, 3, 4}})), GST_FLOW_OK);
+  ASSERT_EQ(split.push(make_frame({{1, 2, 3, 4}})), GST_FLOW_OK);
   EXPECT_EQ(content(split.take("src_0").get(), 0), (Bytes{2, 3, 4}));
   EXPECT_SAYS(split.warning(), "tensorpick names a segment that does not exist");
   EXPECT_EQ(read(split, "tensorseg"), "1,3");
   g_object_set(split.element(), "tensorpick", "0", nullptr);
-  ASSERT_EQ(split.push(frame_of({{1, 2, 3, 4}})), GST_FLOW_OK);
+  ASSERT_EQ(split.push(make_frame({{1, 2, 3, 4}})), GST_FLOW_OK);
   EXPECT_EQ(content(split.take("src_0").get(), 0), (Bytes{1, 2, 3, 4}));
   EXPECT_EQ(read(split, "tensorseg"), "4");
   EXPECT_EQ(read(split, "tensorpick"), "0");
@@ -82,10 +82,10 @@ TEST(SplitPropertyChange, OutputThatDownstreamRejectsIsRejected) {
   Branches split("tensor_split tensorseg=1,3",
                  {{"src_1", "other/tensors,format=static,num_tensors=1,dimensions=(string)3"}});
   split.caps(test::tensors("uint8", "4"));
-  ASSERT_EQ(split.push(frame_of({{1, 2, 3, 4}})), GST_FLOW_OK);
+  ASSERT_EQ(split.push(make_frame({{1, 2, 3, 4}})), GST_FLOW_OK);
   split.take("src_1");
   g_object_set(split.element(), "tensorseg", "2,2", nullptr);
-  ASSERT_EQ(split.push(frame_of({{1, 2, 3, 4}})), GST_FLOW_OK);
+  ASSERT_EQ(split.push(make_frame({{1, 2, 3, 4}})), GST_FLOW_OK);
   EXPECT_SAYS(split.warning(),
               "WEIR-2001: the element downstream of src_1 does not accept its output");
   EXPECT_EQ(read(split, "tensorseg"), "1,3");

@@ -45,7 +45,7 @@ struct Both {
   }
 };
 
-std::vector<GstVideoRegionOfInterestMeta*> metas_of(GstBuffer* buffer) {
+std::vector<GstVideoRegionOfInterestMeta*> get_metas(GstBuffer* buffer) {
   std::vector<GstVideoRegionOfInterestMeta*> out;
   gpointer state = nullptr;
   while (GstMeta* meta = gst_buffer_iterate_meta_filtered(
@@ -73,7 +73,7 @@ TEST(TensorToRoi, AttachesARegionForEachObject) {
   const Both both("labels=" + labels, results(kColumns, "12:2"));
   ASSERT_EQ(both.push_results(kTwo, 0), GST_FLOW_OK);
   const auto out = both.picture(0);
-  const auto metas = metas_of(out.get());
+  const auto metas = get_metas(out.get());
   ASSERT_EQ(metas.size(), 2u);
   const auto* dog = metas[0];
   EXPECT_STREQ(g_quark_to_string(dog->roi_type), "dog");
@@ -102,7 +102,7 @@ TEST(TensorToRoi, IdsAreAboveThoseOfRegionsThatAreThere) {
   GstBuffer* buffer = frame(Bytes(64 * 48));
   gst_buffer_add_video_region_of_interest_meta(buffer, "other", 0, 0, 4, 4)->id = 41;
   const auto out = both.picture(0, buffer);
-  const auto metas = metas_of(out.get());
+  const auto metas = get_metas(out.get());
   ASSERT_EQ(metas.size(), 3u);
   EXPECT_EQ(metas[1]->id, 42);
   EXPECT_EQ(metas[2]->parent_id, 42);
@@ -118,7 +118,7 @@ TEST(TensorToRoi, NamesRegionsByTheLabelsOfTheStream) {
   send({"yolo", {"cat", "dog"}});
   ASSERT_EQ(both.push_results(kTwo, 0), GST_FLOW_OK);
   const auto out = both.picture(0);
-  const auto metas = metas_of(out.get());
+  const auto metas = get_metas(out.get());
   ASSERT_EQ(metas.size(), 2u);
   EXPECT_STREQ(g_quark_to_string(metas[0]->roi_type), "dog");
   EXPECT_STREQ(g_quark_to_string(metas[1]->roi_type), "cat");
@@ -131,10 +131,10 @@ TEST(TensorToRoi, LabelsAndTextsBecomeParametersOfTheirRegion) {
                                                0.5f, 3, 0, 0.5f, 3, -1,  //
                                                0.25f, 0},
                             0);
-  gst_buffer_append_memory(buffer, memory_of({'a', 'b', 0xFF, 0}));
+  gst_buffer_append_memory(buffer, make_memory({'a', 'b', 0xFF, 0}));
   ASSERT_EQ(gst_harness_push(both.results_in.get(), buffer), GST_FLOW_OK);
   const auto out = both.picture(0);
-  const auto metas = metas_of(out.get());
+  const auto metas = get_metas(out.get());
   ASSERT_EQ(metas.size(), 1u);
   EXPECT_EQ(number(metas[0], "classification", "label_id"), 3);
   EXPECT_EQ(number(metas[0], "text", "confidence"), 0.25);
@@ -151,7 +151,7 @@ TEST(TensorToRoi, RegionsLieInsideThePicture) {
                               0),
             GST_FLOW_OK);
   const auto out = both.picture(0);
-  const auto metas = metas_of(out.get());
+  const auto metas = get_metas(out.get());
   ASSERT_EQ(metas.size(), 2u);
   EXPECT_EQ(metas[0]->x + metas[0]->w, 3u);
   EXPECT_EQ(metas[1]->w, 4u);
@@ -164,17 +164,17 @@ TEST(TensorToRoi, SharedBuffersAreNotChanged) {
   ASSERT_EQ(both.push_results(kTwo, 0), GST_FLOW_OK);
   const auto kept = Ref<GstBuffer>::adopt(frame(Bytes(64 * 48), 0));
   const auto out = both.picture(0, gst_buffer_ref(kept.get()));
-  EXPECT_TRUE(metas_of(kept.get()).empty());
-  EXPECT_EQ(metas_of(out.get()).size(), 2u);
+  EXPECT_TRUE(get_metas(kept.get()).empty());
+  EXPECT_EQ(get_metas(out.get()).size(), 2u);
   EXPECT_EQ(gst_buffer_peek_memory(out.get(), 0), gst_buffer_peek_memory(kept.get(), 0));
 }
 
 TEST(TensorToRoi, PicturesWithoutResultsOfTheirTimePassAsTheyAre) {
   const Both both("max-wait=0", results(kColumns, "12:2"));
   ASSERT_EQ(both.push_results(kTwo, 5), GST_FLOW_OK);
-  EXPECT_TRUE(metas_of(both.picture(0).get()).empty());
-  EXPECT_EQ(metas_of(both.picture(5).get()).size(), 2u);
-  EXPECT_TRUE(metas_of(both.picture(6).get()).empty());
+  EXPECT_TRUE(get_metas(both.picture(0).get()).empty());
+  EXPECT_EQ(get_metas(both.picture(5).get()).size(), 2u);
+  EXPECT_TRUE(get_metas(both.picture(6).get()).empty());
   EXPECT_EQ(stat(both.element.get(), "results-used"), 1u);
   EXPECT_EQ(stat(both.element.get(), "received"), 3u);
   EXPECT_EQ(stat(both.element.get(), "consumed"), 3u);
@@ -194,7 +194,7 @@ TEST(TensorToRoi, FromRoiReadsBackTheSameRows) {
   const Both both("", results(kColumns, "12:2"));
   ASSERT_EQ(both.push_results(kTwo, 0), GST_FLOW_OK);
   const auto with_regions = both.picture(0);
-  const auto h = harness_of("tensor_from_roi keypoints=1", video("GRAY8", 64, 48));
+  const auto h = make_harness("tensor_from_roi keypoints=1", video("GRAY8", 64, 48));
   auto out =
       Ref<GstBuffer>::adopt(gst_harness_push_and_pull(h.get(), gst_buffer_ref(with_regions.get())));
   ASSERT_TRUE(out);

@@ -220,7 +220,7 @@ class TensorTracker : public gst::CountedTransform<TensorTracker> {
 
   // The running time of the frame in seconds; without timestamp, that of the frame rate (30
   // frames per second if there is none) after the last frame.
-  double time_of(GstBuffer* in) const {
+  double get_time(GstBuffer* in) const {
     const auto running =
         gst_segment_to_running_time(&self()->segment, GST_FORMAT_TIME, GST_BUFFER_PTS(in));
     if (GST_CLOCK_TIME_IS_VALID(running)) return static_cast<double>(running) / GST_SECOND;
@@ -243,7 +243,7 @@ class TensorTracker : public gst::CountedTransform<TensorTracker> {
       if (auto status = read_rows(i, s.classes); !status) return status;
     if (s.embeddings >= 0 && !tensors.empty())
       if (auto status = read_embeddings(static_cast<size_t>(s.embeddings)); !status) return status;
-    time_ = time_of(in);
+    time_ = get_time(in);
     const auto& numbers = tracker_.follow(boxes_, time_,
                                           {.mode = s.mode,
                                            .high = s.high,

@@ -33,7 +33,7 @@ Floats pushed(const Harness& h, GstBuffer* in) {
 }
 
 TEST(TensorTracker, AddsTheColumnAndKeepsTheOthers) {
-  const auto h = harness_of("tensor_tracker min-hits=1", kRows);
+  const auto h = make_harness("tensor_tracker min-hits=1", kRows);
   const Floats in{10, 10, 30, 40, 0.9f, 3, -1, 77};
   EXPECT_EQ(pushed(h, row(in, 0)), (Floats{10, 10, 30, 40, 0.9f, 3, -1, 77, 1}));
   EXPECT_EQ(pushed(h, row(in, GST_SECOND / 10)), (Floats{10, 10, 30, 40, 0.9f, 3, -1, 77, 1}));
@@ -42,14 +42,14 @@ TEST(TensorTracker, AddsTheColumnAndKeepsTheOthers) {
 }
 
 TEST(TensorTracker, BackgroundAndChildrenHaveNoTrack) {
-  const auto h = harness_of("tensor_tracker min-hits=1", kRows);
+  const auto h = make_harness("tensor_tracker min-hits=1", kRows);
   EXPECT_EQ(pushed(h, row(Floats(8, 0), 0)), Floats(9, 0));
   const Floats child{10, 10, 30, 40, 0.9f, 3, 0, 77};
   EXPECT_EQ(pushed(h, row(child, GST_SECOND / 10)).back(), 0);
 }
 
 TEST(TensorTracker, FramesWithoutTimesAreFollowed) {
-  const auto h = harness_of("tensor_tracker", kRows);
+  const auto h = make_harness("tensor_tracker", kRows);
   const Floats in{10, 10, 30, 40, 0.9f, 3, -1, 77};
   EXPECT_EQ(pushed(h, row(in, GST_CLOCK_TIME_NONE)).back(), 0);  // min-hits is 2
   EXPECT_EQ(pushed(h, row(in, GST_CLOCK_TIME_NONE)).back(), 1);
@@ -65,7 +65,7 @@ TEST(TensorTracker, RefusesStreamsWithoutBoxes) {
 }
 
 TEST(TensorTracker, BoxesThatAreNotFiniteHaveNoTrack) {
-  const auto h = harness_of("tensor_tracker min-hits=1", kRows);
+  const auto h = make_harness("tensor_tracker min-hits=1", kRows);
   const float infinite = std::numeric_limits<float>::infinity();
   EXPECT_EQ(pushed(h, row({10, 10, infinite, 40, 0.9f, 3, -1, 77}, 0)).back(), 0);
 }
@@ -81,7 +81,7 @@ TEST(TensorTracker, PlainFlexibleRowsAreRefusedWithBothWays) {
 }
 
 TEST(TensorTracker, ALowScoreAboveTheHighOneStopsAStreamThatPlays) {
-  const auto h = harness_of("tensor_tracker", kRows);
+  const auto h = make_harness("tensor_tracker", kRows);
   const Floats in{10, 10, 30, 40, 0.9f, 3, -1, 77};
   pushed(h, row(in, 0));
   gst_harness_set(h.get(), "tensor_tracker", "low", 0.75, nullptr);
@@ -90,12 +90,12 @@ TEST(TensorTracker, ALowScoreAboveTheHighOneStopsAStreamThatPlays) {
 }
 
 TEST(TensorTracker, EqualLowAndHighScoresAreAllowed) {
-  const auto h = harness_of("tensor_tracker min-hits=1 low=0.5 high=0.5", kRows);
+  const auto h = make_harness("tensor_tracker min-hits=1 low=0.5 high=0.5", kRows);
   EXPECT_EQ(pushed(h, row({10, 10, 30, 40, 0.9f, 3, -1, 77}, 0)).back(), 1);
 }
 
 TEST(TensorTracker, TimesThatRepeatAreNoMotionAndThoseThatGoBackForget) {
-  const auto h = harness_of("tensor_tracker min-hits=1", kRows);
+  const auto h = make_harness("tensor_tracker min-hits=1", kRows);
   const auto number_at = [&](GstClockTime time) {
     return pushed(h, row({10, 10, 30, 40, 0.9f, 3, -1, 77}, time)).back();
   };
@@ -109,7 +109,7 @@ TEST(TensorTracker, TimesThatRepeatAreNoMotionAndThoseThatGoBackForget) {
 }
 
 TEST(TensorTracker, FramesWithoutResultsAreAGap) {
-  const auto h = harness_of("tensor_tracker min-hits=1", kRows);
+  const auto h = make_harness("tensor_tracker min-hits=1", kRows);
   const Floats in{10, 10, 30, 40, 0.9f, 3, -1, 77};
   EXPECT_EQ(pushed(h, row(in, 0)).back(), 1);
   for (int i = 1; i < 5; ++i)
@@ -119,7 +119,7 @@ TEST(TensorTracker, FramesWithoutResultsAreAGap) {
 }
 
 TEST(TensorTracker, LabelsPass) {
-  const auto h = harness_of("tensor_tracker", kRows);
+  const auto h = make_harness("tensor_tracker", kRows);
   gst_harness_push_event(h.get(), gst::make_labels_event({"net", {"person"}}).release());
   std::vector<std::string> found;
   while (auto event = Ref<GstEvent>::adopt(gst_harness_try_pull_event(h.get())))
@@ -152,7 +152,7 @@ float last_number(GstMemory* memory) {
 
 // Two detectors, masks and texts: each keeps its place, its map and its memory.
 TEST(TensorTracker, MasksTextsAndSeveralRowsKeepTheirPlaces) {
-  const auto h = harness_of(
+  const auto h = make_harness(
       "tensor_tracker min-hits=1",
       "other/tensors,format=flexible,framerate=10/1,weir-source=(string)\"a\\;a\\;a\\;b\","
       "weir-columns=(string)\"x1,y1,x2,y2,score;masks;text;x1,y1,x2,y2,score,track\"");
@@ -197,7 +197,7 @@ const Floats kMoved{102, 0, 142, 80, 0.9f, 110, 0, 150, 80, 0.9f};  // they chan
 
 TEST(TensorTracker, EmbeddingsSeparateObjects) {
   for (const bool has_embeddings : {true, false}) {
-    const auto h = harness_of(
+    const auto h = make_harness(
         has_embeddings ? "tensor_tracker min-hits=1 embeddings=1" : "tensor_tracker min-hits=1",
         kTwo);
     const auto last = [&](const Floats& vectors, const Floats& rows, GstClockTime time) {
@@ -222,9 +222,9 @@ TEST(TensorTracker, EmbeddingsThatAreNotAVectorForEachRowAreRefused) {
         Case{"tensor_tracker embeddings=1", "3:1", 3, "offered: float32 3:1 for 2 rows"},
         Case{"tensor_tracker embeddings=0", "3:2", 6, "tensor 0 is not a vector for each row"},
         Case{"tensor_tracker embeddings=2", "3:2", 6, "offered: 2 tensors"}}) {
-    const auto h = harness_of(element, kTwo);
+    const auto h = make_harness(element, kTwo);
     const auto bus = Ref<GstBus>::adopt(gst_bus_new());
-    const auto tracker = element_of(h, "tensor_tracker");
+    const auto tracker = find_element(h, "tensor_tracker");
     gst_element_set_bus(tracker.get(), bus.get());
     EXPECT_EQ(gst_harness_push(h.get(), rows_and_vectors(dimensions, Floats(numbers, 1), kPair, 0)),
               GST_FLOW_ERROR);
@@ -241,9 +241,9 @@ TEST(TensorTracker, EmbeddingsThatAreNotAVectorForEachRowAreRefused) {
 }
 
 TEST(TensorTracker, RowsThatAreNotTheColumnsStopTheStream) {
-  const auto h = harness_of("tensor_tracker",
-                            "other/tensors,format=flexible,framerate=10/1,"
-                            "weir-columns=(string)\"x1,y1,x2,y2,score\"");
+  const auto h = make_harness("tensor_tracker",
+                              "other/tensors,format=flexible,framerate=10/1,"
+                              "weir-columns=(string)\"x1,y1,x2,y2,score\"");
   GstBuffer* in = gst_buffer_new();
   gst_buffer_append_memory(in, chunk("7:1", Floats(7, 1)));
   EXPECT_EQ(gst_harness_push(h.get(), in), GST_FLOW_ERROR);

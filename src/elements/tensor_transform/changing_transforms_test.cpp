@@ -12,8 +12,8 @@ namespace changing_transforms_test {
 using weir::chain_test::Bytes;
 using weir::chain_test::Chain;
 using weir::chain_test::Frame;
-using weir::chain_test::frame_of;
 using weir::chain_test::random_frame;
+using weir::chain_test::read_frame;
 using weir::chain_test::transform;
 using weir::gst::MappedMemory;
 using weir::gst::Ref;
@@ -61,7 +61,7 @@ TEST(ChangingTransforms, AProbeBetweenGetsTheResultOfTheFirst) {
   chain.add_probe(
       "a", "src",
       [](GstPad*, GstPadProbeInfo* info, gpointer into) {
-        static_cast<std::vector<Frame>*>(into)->push_back(frame_of(buffer_in(info)));
+        static_cast<std::vector<Frame>*>(into)->push_back(read_frame(buffer_in(info)));
         return GST_PAD_PROBE_OK;
       },
       &seen);
@@ -117,7 +117,7 @@ TEST(ChangingTransforms, DivisionsInAMappedFrameCountAtTheFirst) {
   chain.add_probe(
       "a", "src",
       [](GstPad*, GstPadProbeInfo* info, gpointer) {
-        frame_of(buffer_in(info));
+        read_frame(buffer_in(info));
         return GST_PAD_PROBE_OK;
       },
       nullptr);
@@ -232,7 +232,7 @@ TEST(ChangingTransforms, AnInsertedTeeGivesBothBranchesTheResult) {
   ASSERT_TRUE(gst_element_sync_state_with_parent(tee));
   EXPECT_EQ(chain.result(in)[0], limited(added(in[0])));
   GstSample* sample = gst_app_sink_pull_sample(GST_APP_SINK(branch));
-  EXPECT_EQ(frame_of(gst_sample_get_buffer(sample))[0], added(in[0]));
+  EXPECT_EQ(read_frame(gst_sample_get_buffer(sample))[0], added(in[0]));
   gst_sample_unref(sample);
   EXPECT_EQ(chain.stat("a", "deferred-frames"), 1u);
 }
@@ -285,7 +285,7 @@ TEST(ChangingTransforms, AFrameThatAProbeKeptOutlivesTheElements) {
     EXPECT_EQ(chain.result(in)[0], limited(added(in[0])));
     EXPECT_EQ(chain.stat("b", "fused-frames"), 1u);
   }
-  EXPECT_EQ(frame_of(kept.get())[0], added(in[0]));
+  EXPECT_EQ(read_frame(kept.get())[0], added(in[0]));
 }
 
 // A whole pipeline with an appsink "sink".
@@ -305,7 +305,7 @@ class Pipeline {
     const auto sink = element("sink");
     std::vector<Frame> frames;
     while (GstSample* sample = gst_app_sink_pull_sample(GST_APP_SINK(sink.get()))) {
-      frames.push_back(frame_of(gst_sample_get_buffer(sample)));
+      frames.push_back(read_frame(gst_sample_get_buffer(sample)));
       gst_sample_unref(sample);
     }
     return frames;

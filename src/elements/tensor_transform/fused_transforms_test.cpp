@@ -8,8 +8,8 @@ namespace fused_transforms_test {
 
 using weir::chain_test::Chain;
 using weir::chain_test::Frame;
-using weir::chain_test::frame_of;
 using weir::chain_test::random_frame;
+using weir::chain_test::read_frame;
 using weir::chain_test::transform;
 
 constexpr char kPixels[] = "other/tensor,dimension=(string)3:100,type=uint8,framerate=30/1";
@@ -175,7 +175,7 @@ TEST(FusedTransforms, RejectAFrameOfTheWrongSizeInTheFirstElement) {
 
 TEST(FusedTransforms, KeepTimeFlagsAndMetadata) {
   Chain chain(transform("a", kCast) + " ! " + transform("b", kScale), kPixels);
-  GstBuffer* in = weir::chain_test::buffer_of(random_frame({300}, 1));
+  GstBuffer* in = weir::chain_test::make_buffer(random_frame({300}, 1));
   GST_BUFFER_PTS(in) = 7;
   GST_BUFFER_DURATION(in) = 8;
   GST_BUFFER_FLAG_SET(in, GST_BUFFER_FLAG_MARKER);
@@ -195,7 +195,7 @@ TEST(FusedTransforms, KeepTimeFlagsAndMetadata) {
 
 TEST(FusedTransforms, ReleaseTheInputAfterTheFrame) {
   Chain chain(transform("a", kCast) + " ! " + transform("b", kScale), kPixels);
-  GstBuffer* in = weir::chain_test::buffer_of(random_frame({300}, 1));
+  GstBuffer* in = weir::chain_test::make_buffer(random_frame({300}, 1));
   int gone = 0;
   gst_mini_object_weak_ref(
       GST_MINI_OBJECT_CAST(in), [](gpointer count, GstMiniObject*) { ++*static_cast<int*>(count); },
@@ -237,27 +237,27 @@ class FusedInPlace : public testing::Test {
 };
 
 TEST_F(FusedInPlace, IfTheMemoryHasNoOtherOwner) {
-  GstBuffer* in = weir::chain_test::buffer_of(in_);
+  GstBuffer* in = weir::chain_test::make_buffer(in_);
   const gpointer memory = address(in);
   const auto out = result(in);
   EXPECT_EQ(address(out.get()), memory);
-  EXPECT_EQ(frame_of(out.get()), expected_);
+  EXPECT_EQ(read_frame(out.get()), expected_);
   EXPECT_EQ(chain_.stat("b", "pool-allocated"), 0u);
 }
 
 TEST_F(FusedInPlace, NotIfTheInputIsHeld) {
-  const auto in = weir::gst::Ref<GstBuffer>::adopt(weir::chain_test::buffer_of(in_));
+  const auto in = weir::gst::Ref<GstBuffer>::adopt(weir::chain_test::make_buffer(in_));
   const auto out = result(gst_buffer_ref(in.get()));
   EXPECT_NE(address(out.get()), address(in.get()));
-  EXPECT_EQ(frame_of(out.get()), expected_);
-  EXPECT_EQ(frame_of(in.get()), in_);
+  EXPECT_EQ(read_frame(out.get()), expected_);
+  EXPECT_EQ(read_frame(in.get()), in_);
 }
 
 TEST_F(FusedInPlace, NotIfAnotherBufferSharesTheMemory) {
-  const auto other = weir::gst::Ref<GstBuffer>::adopt(weir::chain_test::buffer_of(in_));
+  const auto other = weir::gst::Ref<GstBuffer>::adopt(weir::chain_test::make_buffer(in_));
   const auto out = result(gst_buffer_copy(other.get()));
-  EXPECT_EQ(frame_of(out.get()), expected_);
-  EXPECT_EQ(frame_of(other.get()), in_);
+  EXPECT_EQ(read_frame(out.get()), expected_);
+  EXPECT_EQ(read_frame(other.get()), in_);
 }
 
 TEST_F(FusedInPlace, NotInReadOnlyMemory) {
@@ -265,7 +265,7 @@ TEST_F(FusedInPlace, NotInReadOnlyMemory) {
   GstBuffer* in =
       gst_buffer_new_wrapped_full(GST_MEMORY_FLAG_READONLY, const_cast<std::byte*>(bytes.data()),
                                   300, 0, 300, nullptr, nullptr);
-  EXPECT_EQ(frame_of(result(in).get()), (Frame{{300, std::byte{36}}}));
+  EXPECT_EQ(read_frame(result(in).get()), (Frame{{300, std::byte{36}}}));
   EXPECT_EQ(bytes, (std::vector<std::byte>(300, std::byte{5})));
 }
 
@@ -279,15 +279,15 @@ TEST_F(FusedInPlace, NotIfAProbeKeepsTheIntermediateFrame) {
         return GST_PAD_PROBE_OK;
       },
       &kept);
-  const auto out = result(weir::chain_test::buffer_of(in_));
-  EXPECT_EQ(frame_of(out.get()), expected_);
+  const auto out = result(weir::chain_test::make_buffer(in_));
+  EXPECT_EQ(read_frame(out.get()), expected_);
   for (size_t i = 0; i < 300; ++i)
-    ASSERT_EQ(std::to_integer<int>(frame_of(kept.get())[0][i]),
+    ASSERT_EQ(std::to_integer<int>(read_frame(kept.get())[0][i]),
               std::min(std::to_integer<int>(in_[0][i]) + 7, 255));
 }
 
 TEST_F(FusedInPlace, WithTheTimesAndMetadataOfTheIntermediateFrame) {
-  GstBuffer* in = weir::chain_test::buffer_of(in_);
+  GstBuffer* in = weir::chain_test::make_buffer(in_);
   GST_BUFFER_PTS(in) = 7;
   GstCaps* clock = gst_caps_new_empty_simple("timestamp/x-test");
   gst_buffer_add_reference_timestamp_meta(in, clock, 9, GST_CLOCK_TIME_NONE);
@@ -316,7 +316,7 @@ TEST(FusedTransforms, ASingleOneDoesNotChangeReadOnlyMemory) {
       gst_buffer_new_wrapped_full(GST_MEMORY_FLAG_READONLY, const_cast<std::byte*>(bytes.data()),
                                   300, 0, 300, nullptr, nullptr);
   ASSERT_EQ(gst_harness_push(chain.harness(), in), GST_FLOW_OK);
-  EXPECT_EQ(frame_of(chain.pull().get()), (Frame{{300, std::byte{12}}}));
+  EXPECT_EQ(read_frame(chain.pull().get()), (Frame{{300, std::byte{12}}}));
   EXPECT_EQ(bytes, (std::vector<std::byte>(300, std::byte{5})));
 }
 
@@ -325,7 +325,7 @@ TEST(FusedTransforms, SeveralTensorsAndStepsRunInPlace) {
                   transform("c", "mode=clamp option=9:99"),
               many(3));
   const auto frame = random_frame({3, 6, 9}, 1);
-  GstBuffer* in = weir::chain_test::buffer_of(frame);
+  GstBuffer* in = weir::chain_test::make_buffer(frame);
   const gpointer memories[] = {address(in), address(in, 1), address(in, 2)};
   ASSERT_EQ(gst_harness_push(chain.harness(), in), GST_FLOW_OK);
   const auto out = chain.pull();
@@ -333,14 +333,14 @@ TEST(FusedTransforms, SeveralTensorsAndStepsRunInPlace) {
   for (auto& bytes : expected)
     for (auto& byte : bytes)
       byte = static_cast<std::byte>(std::clamp(std::to_integer<int>(byte), 9, 99));
-  EXPECT_EQ(frame_of(out.get()), expected);
+  EXPECT_EQ(read_frame(out.get()), expected);
   for (guint i = 0; i < 3; ++i) EXPECT_EQ(address(out.get(), i), memories[i]);
   EXPECT_EQ(chain.stat("c", "fused-frames"), 1u);
 }
 
 TEST(FusedTransforms, AChangeOfSizeIsNotInPlace) {
   Chain chain(transform("a", kAdd) + " ! " + transform("b", kCast), kPixels);
-  GstBuffer* in = weir::chain_test::buffer_of(random_frame({300}, 1));
+  GstBuffer* in = weir::chain_test::make_buffer(random_frame({300}, 1));
   ASSERT_EQ(gst_harness_push(chain.harness(), in), GST_FLOW_OK);
   EXPECT_EQ(gst_buffer_get_size(chain.pull().get()), 1200u);
   EXPECT_EQ(chain.stat("b", "pool-allocated"), 1u);

@@ -19,8 +19,8 @@ std::string output_type(GstElement* element) {
 }
 
 TEST(TensorTransformSettings, StatsCanBeReadDuringARestart) {
-  auto h = harness_of("tensor_transform mode=typecast option=uint8", kFloats);
-  const auto element = element_of(h, "tensor_transform");
+  auto h = make_harness("tensor_transform mode=typecast option=uint8", kFloats);
+  const auto element = find_element(h, "tensor_transform");
   std::atomic<uint64_t> max = 0;
   SecondThread reader([&] { max = std::max(max.load(), stat(element.get(), "pool-allocated")); });
   for (int round = 0; round < 100; ++round) {
@@ -30,10 +30,10 @@ TEST(TensorTransformSettings, StatsCanBeReadDuringARestart) {
 }
 
 TEST(TensorTransformSettings, StatsStillShowThePoolAfterTheEnd) {
-  auto h = harness_of("tensor_transform mode=typecast option=uint8", kFloats);
+  auto h = make_harness("tensor_transform mode=typecast option=uint8", kFloats);
   gst_buffer_unref(gst_harness_push_and_pull(h.get(), frame(std::vector<float>(4))));
   EXPECT_EQ(stat(h, "tensor_transform", "pool-allocated"), 1u);
-  gst_element_set_state(element_of(h, "tensor_transform").get(), GST_STATE_READY);
+  gst_element_set_state(find_element(h, "tensor_transform").get(), GST_STATE_READY);
   EXPECT_EQ(stat(h, "tensor_transform", "pool-allocated"), 1u);
 }
 

@@ -33,7 +33,7 @@ const std::string kInput = tensor("3:4:4:1") + ",type=uint8,framerate=30/1";
 TEST(SpelledDimensions, EachModeAcceptsTheSpellingOfACapsfilter) {
   for (const Case& c : kCases)
     for (const char* spelling : c.spellings) {
-      auto h = harness_of(with_capsfilter(c, tensor(spelling)), kInput);
+      auto h = make_harness(with_capsfilter(c, tensor(spelling)), kInput);
       Errors errors(h);
       EXPECT_EQ(gst_harness_push(h.get(), frame(Bytes(48))), GST_FLOW_OK)
           << c.mode << errors.next();
@@ -42,7 +42,7 @@ TEST(SpelledDimensions, EachModeAcceptsTheSpellingOfACapsfilter) {
 }
 
 TEST(SpelledDimensions, ListsKeepTheSpellingOfACapsfilter) {
-  auto h = harness_of(
+  auto h = make_harness(
       "tensor_transform mode=typecast option=int16 ! capsfilter "
       "caps=\"other/tensors,format=static,dimensions=(string)\\\"3:4:1:1,5\\\"\"",
       tensors("uint8,uint8", "3:4,5:1"));
@@ -55,7 +55,7 @@ TEST(SpelledDimensions, ListsKeepTheSpellingOfACapsfilter) {
 TEST(SpelledDimensions, ACapsQueryUsesTheSpellingOfItsFilter) {
   for (const Case& c : kCases)
     for (const char* in : {"3:4:4", "3:4:4:1", "3:4:4:1:1"}) {
-      const auto h = harness_of(with_capsfilter(c, tensor(c.spellings.front())));
+      const auto h = make_harness(with_capsfilter(c, tensor(c.spellings.front())));
       const auto filter = Ref<GstCaps>::adopt(gst_caps_from_string(tensor(in).c_str()));
       const auto caps = Ref<GstCaps>::adopt(gst_pad_peer_query_caps(h->srcpad, filter.get()));
       EXPECT_FALSE(gst_caps_is_empty(caps.get())) << c.mode << " after " << in;
@@ -63,10 +63,10 @@ TEST(SpelledDimensions, ACapsQueryUsesTheSpellingOfItsFilter) {
 }
 
 TEST(SpelledDimensions, TwoTransformsKeepTheSpellingOfTwoCapsfilters) {
-  auto h = harness_of("capsfilter caps=\"" + tensor("3:4:4") + "\" ! " +
-                          with_capsfilter(kCases[0], tensor("3:4:4:1")) + " ! " +
-                          with_capsfilter(kCases[4], tensor("4:4:3")),
-                      tensor("3:4:4") + ",type=uint8,framerate=30/1");
+  auto h = make_harness("capsfilter caps=\"" + tensor("3:4:4") + "\" ! " +
+                            with_capsfilter(kCases[0], tensor("3:4:4:1")) + " ! " +
+                            with_capsfilter(kCases[4], tensor("4:4:3")),
+                        tensor("3:4:4") + ",type=uint8,framerate=30/1");
   EXPECT_EQ(gst_harness_push(h.get(), frame(Bytes(48))), GST_FLOW_OK);
   EXPECT_SAYS(caps_text(h), "dimension=(string)4:4:3,");
 }
@@ -74,7 +74,7 @@ TEST(SpelledDimensions, TwoTransformsKeepTheSpellingOfTwoCapsfilters) {
 TEST(SpelledDimensions, AnotherDimensionIsRejected) {
   for (const Case& c : kCases)
     for (const std::string more : {":2", ":1:2"}) {
-      auto h = harness_of(with_capsfilter(c, tensor(c.spellings.front() + more)));
+      auto h = make_harness(with_capsfilter(c, tensor(c.spellings.front() + more)));
       Errors errors(h);
       gst_harness_set_src_caps_str(h.get(), kInput.c_str());
       EXPECT_EQ(gst_harness_push(h.get(), frame(Bytes(48))), GST_FLOW_NOT_NEGOTIATED) << c.mode;
@@ -86,7 +86,7 @@ TEST(SpelledDimensions, AnotherDimensionIsRejected) {
 TEST(SpelledDimensions, AQueryForAnotherDimensionReturnsEmptyCaps) {
   for (const Case& c : kCases) {
     if (std::string(c.mode).starts_with("padding")) continue;  // accepts any dimensions
-    const auto h = harness_of(with_capsfilter(c, tensor(c.spellings.front())));
+    const auto h = make_harness(with_capsfilter(c, tensor(c.spellings.front())));
     const auto filter = Ref<GstCaps>::adopt(gst_caps_from_string(tensor("3:4:4:2").c_str()));
     const auto caps = Ref<GstCaps>::adopt(gst_pad_peer_query_caps(h->srcpad, filter.get()));
     EXPECT_TRUE(gst_caps_is_empty(caps.get())) << c.mode;

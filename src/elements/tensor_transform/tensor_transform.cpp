@@ -92,7 +92,7 @@ class TensorTransform : public gst::CountedTransform<TensorTransform> {
     options_.reset();
   }
   Status check_change(const char* name, const Settings& wanted) const {
-    return check_change_of(name, wanted);
+    return check_option_change(name, wanted);
   }
 
   // GstBaseTransform passes no filter for the caps of a stream, and compares the result with the
@@ -121,7 +121,7 @@ class TensorTransform : public gst::CountedTransform<TensorTransform> {
       return parent_class()->query(self(), direction, query);
     GstCaps* filter = nullptr;
     gst_query_parse_caps(query, &filter);
-    gst_query_set_caps_result(query, caps_of(direction, filter).get());
+    gst_query_set_caps_result(query, transform_template(direction, filter).get());
     return TRUE;
   }
 
@@ -185,7 +185,7 @@ class TensorTransform : public gst::CountedTransform<TensorTransform> {
   gboolean decide_allocation(GstQuery* query) {
     if (transformer_)
       if (const Status status =
-              transformer_->allocate_as(gst::allocation_of(query, transformer_->allocation()));
+              transformer_->allocate_as(gst::parse_allocation(query, transformer_->allocation()));
           !status)
         return gst::post_error(element(), status.error()), FALSE;
     if (transformer_ && transformer_->can_fuse())
@@ -255,10 +255,10 @@ class TensorTransform : public gst::CountedTransform<TensorTransform> {
 
   // The caps of a pad. GstBaseTransform would prefer caps that need no change: with a type change
   // these are flexible ones, and a static stream would become flexible.
-  Ref<GstCaps> caps_of(GstPadDirection direction, GstCaps* filter) {
+  Ref<GstCaps> transform_template(GstPadDirection direction, GstCaps* filter) {
     GstPad *pad = GST_BASE_TRANSFORM_SINK_PAD(self()), *other = GST_BASE_TRANSFORM_SRC_PAD(self());
     if (direction == GST_PAD_SRC) std::swap(pad, other);
-    const auto template_of = [](GstPad* of) {
+    const auto get_template = [](GstPad* of) {
       return Ref<GstCaps>::adopt(gst_pad_get_pad_template_caps(of));
     };
     const auto meet = [](const Ref<GstCaps>& a, const Ref<GstCaps>& b) {
@@ -267,15 +267,15 @@ class TensorTransform : public gst::CountedTransform<TensorTransform> {
     };
     Ref<GstCaps> wanted;
     if (filter) {
-      const auto here = meet(Ref<GstCaps>::share(filter), template_of(pad));
+      const auto here = meet(Ref<GstCaps>::share(filter), get_template(pad));
       wanted = gst::without_dimensions(
-          meet(converted(direction, here.get(), nullptr), template_of(other)));
+          meet(converted(direction, here.get(), nullptr), get_template(other)));
     }
-    const auto there =
-        meet(Ref<GstCaps>::adopt(gst_pad_peer_query_caps(other, wanted.get())), template_of(other));
+    const auto there = meet(Ref<GstCaps>::adopt(gst_pad_peer_query_caps(other, wanted.get())),
+                            get_template(other));
     auto caps =
         meet(Ref<GstCaps>::adopt(transform_caps(GST_PAD_DIRECTION(other), there.get(), filter)),
-             template_of(pad));
+             get_template(pad));
     if (filter) return caps;
     // A capsfilter compares this result as text. Its spelling of the dimensions is known only from
     // its caps event, which is compared by dimensions.

@@ -10,7 +10,7 @@ namespace tensor_transform_test {
 using namespace weir::test;
 
 Harness harness(const std::string& properties, const char* caps) {
-  return harness_of("tensor_transform " + properties, caps);
+  return make_harness("tensor_transform " + properties, caps);
 }
 constexpr char kBytes[] = "other/tensor,dimension=(string)3:2,type=uint8,framerate=30/1";
 
@@ -127,12 +127,12 @@ TEST(TensorTransform, RejectsABufferOfTheWrongSize) {
   EXPECT_EQ(gst_harness_push(h.get(), frame(std::vector<uint8_t>{1, 2})), GST_FLOW_ERROR);
 }
 
-std::string error_of(const std::string& properties) {
+std::string get_error(const std::string& properties) {
   return start_error("tensor_transform " + properties);
 }
 
 TEST(TensorTransform, ReportsThePositionOfATypo) {
-  const std::string text = error_of("mode=arithmetic option=typecast:float32,ad:1");
+  const std::string text = get_error("mode=arithmetic option=typecast:float32,ad:1");
   EXPECT_SAYS(text, "WEIR-1001");
   EXPECT_SAYS(text, "at character 18");
 }
@@ -145,7 +145,7 @@ TEST(TensorTransform, RejectsUnreadableOptions) {
         "mode=dimchg option=0", "mode=stand option=mean", "mode=clamp option=1",
         "mode=padding option=lft:1", "mode=transpose option=0:0:1:3", "mode=transpose option=1:2",
         "mode=transpose option=x", "mode=typecast option=int8 apply=x"})
-    EXPECT_SAYS(error_of(properties), "WEIR-1001") << properties;
+    EXPECT_SAYS(get_error(properties), "WEIR-1001") << properties;
 }
 
 }  // namespace tensor_transform_test

@@ -18,7 +18,7 @@ using Bytes = std::vector<std::byte>;
 // One memory for each tensor of a frame.
 using Frame = std::vector<Bytes>;
 
-inline GstBuffer* buffer_of(const Frame& frame) {
+inline GstBuffer* make_buffer(const Frame& frame) {
   GstBuffer* buffer = gst_buffer_new();
   for (const auto& bytes : frame) {
     GstMemory* memory = gst_allocator_alloc(nullptr, bytes.size(), nullptr);
@@ -31,7 +31,7 @@ inline GstBuffer* buffer_of(const Frame& frame) {
   return buffer;
 }
 
-inline Frame frame_of(GstBuffer* buffer) {
+inline Frame read_frame(GstBuffer* buffer) {
   Frame frame;
   for (guint i = 0; i < gst_buffer_n_memory(buffer); ++i) {
     const gst::MappedMemory map(gst_buffer_peek_memory(buffer, i), GST_MAP_READ);
@@ -65,13 +65,13 @@ class Chain {
 
   GstHarness* harness() const { return harness_.get(); }
   GstFlowReturn push(const Frame& frame) {
-    return gst_harness_push(harness_.get(), buffer_of(frame));
+    return gst_harness_push(harness_.get(), make_buffer(frame));
   }
   Ref<GstBuffer> pull() { return Ref<GstBuffer>::adopt(gst_harness_pull(harness_.get())); }
   Frame result(const Frame& frame) {
     EXPECT_EQ(push(frame), GST_FLOW_OK);
     const auto out = pull();
-    return out ? frame_of(out.get()) : Frame{};
+    return out ? read_frame(out.get()) : Frame{};
   }
   void caps(const std::string& caps) { gst_harness_set_src_caps_str(harness_.get(), caps.c_str()); }
 
@@ -92,7 +92,8 @@ class Chain {
     std::string text;
     while (auto message =
                Ref<GstMessage>::adopt(gst_bus_pop_filtered(bus_.get(), GST_MESSAGE_ERROR))) {
-      text = std::string(GST_MESSAGE_SRC_NAME(message.get())) + ": " + test::text_of(message.get());
+      text =
+          std::string(GST_MESSAGE_SRC_NAME(message.get())) + ": " + test::get_text(message.get());
     }
     return text;
   }

@@ -45,7 +45,7 @@ Result<TransformOptions> parse_options(const TransformSettings& s) {
   return TransformOptions{s, *std::move(operation), *std::move(choice)};
 }
 
-Status check_change_of(const char* name, const TransformSettings& wanted) {
+Status check_option_change(const char* name, const TransformSettings& wanted) {
   const auto options = parse_options(wanted);
   if (options || !is_set(wanted) || std::strcmp(name, "mode") == 0) return ok();
   if (std::strcmp(name, "option") == 0)

@@ -34,6 +34,6 @@ Result<TransformOptions> parse_options(const TransformSettings& settings);
 
 // Whether the property `name` may change to its value in `wanted`. Mode and option are set one
 // after the other: only values that fit no mode are rejected.
-Status check_change_of(const char* name, const TransformSettings& wanted);
+Status check_option_change(const char* name, const TransformSettings& wanted);
 
 }  // namespace weir

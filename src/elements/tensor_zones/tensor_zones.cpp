@@ -80,7 +80,7 @@ Result<bool> WatchedZones::follow(const std::string& path) {
 void post_zone_event(GstElement* element, const zone::Event& event, const zone::Zone& zone,
                      const std::vector<std::string>* labels, GstClockTime running_time) {
   GstStructure* out =
-      gst_structure_new("weir-zone-event", "event", G_TYPE_STRING, zone::name_of(event.kind),
+      gst_structure_new("weir-zone-event", "event", G_TYPE_STRING, zone::to_string(event.kind),
                         "zone", G_TYPE_STRING, zone.name.c_str(), "track", G_TYPE_UINT, event.track,
                         "running-time", G_TYPE_UINT64, running_time, nullptr);
   if (event.class_index != zone::kNoClass) {
@@ -298,7 +298,7 @@ class TensorZones : public gst::CountedTransform<TensorZones> {
     for (const auto& view : reader_.tensors()) tensors.push_back({view.spec, view.payload});
     if (auto status = zoned_->read(tensors, &sightings_); !status) return status;
     const GstClockTime time = gst::running_time(self()->segment, GST_BUFFER_PTS(in));
-    warn_of(time);
+    warn_once(time);
     counter_.update(GST_CLOCK_TIME_IS_VALID(time) ? static_cast<int64_t>(time) : zone::kNoTime,
                     sightings_);
     post_events(time);
@@ -319,7 +319,7 @@ class TensorZones : public gst::CountedTransform<TensorZones> {
                  .fix = "tensor_demux tensorpick=... upstream of tensor_zones"};
   }
 
-  void warn_of(GstClockTime time) {
+  void warn_once(GstClockTime time) {
     const auto has_track = [](const zone::Sighting& one) { return one.track > 0; };
     constexpr uint32_t kFrames = 30;
     if (std::any_of(sightings_.begin(), sightings_.end(), has_track))
@@ -338,7 +338,7 @@ class TensorZones : public gst::CountedTransform<TensorZones> {
     events_ += counter_.events().size();
     if (!now_.post_messages) return;
     for (const zone::Event& event : counter_.events()) {
-      const auto labels = labels_.find(zoned_->source_of(event.group));
+      const auto labels = labels_.find(zoned_->get_source(event.group));
       post_zone_event(element(), event, counter_.zones()->zones[event.zone],
                       labels == labels_.end() ? nullptr : &labels->second, time);
     }

@@ -76,7 +76,7 @@ std::vector<std::string> messages(GstBus* bus) {
 
 TEST_F(TensorZones, JoinsTheRowsAndTheJson) {
   write(kYard);
-  const auto h = harness_of(json_launch(), kCaps);
+  const auto h = make_harness(json_launch(), kCaps);
   EXPECT_EQ(
       line(h, object(50, 150, 7), 0),
       R"({"version":1,"time":0,"source":"yolo","detections":[{"box":[45,130,55,150],"score":1,)"
@@ -95,7 +95,7 @@ TEST_F(TensorZones, JoinsTheRowsAndTheJson) {
 
 TEST_F(TensorZones, TheStreamIsFlexibleWithTheColumnsOfZones) {
   write(kYard);
-  const auto h = harness_of(launch("zones-per-object=2 source=mine"), kCaps);
+  const auto h = make_harness(launch("zones-per-object=2 source=mine"), kCaps);
   const auto out =
       Ref<GstBuffer>::adopt(gst_harness_push_and_pull(h.get(), frame(object(50, 50, 7), 3, 9)));
   EXPECT_EQ(GST_BUFFER_PTS(out.get()), 3u);
@@ -111,9 +111,9 @@ TEST_F(TensorZones, TheStreamIsFlexibleWithTheColumnsOfZones) {
 
 TEST_F(TensorZones, MasksAndOtherTensorsPassByReference) {
   write(kYard);
-  const auto h = harness_of(launch(),
-                            "other/tensors,format=flexible,framerate=10/1,"
-                            "weir-columns=(string)\"x1,y1,x2,y2,track;class-map\"");
+  const auto h = make_harness(launch(),
+                              "other/tensors,format=flexible,framerate=10/1,"
+                              "weir-columns=(string)\"x1,y1,x2,y2,track;class-map\"");
   const auto chunk = [](ElementType type, const std::string& dimensions, size_t bytes) {
     TensorHeader header;
     header.spec = {.type = type, .shape = Shape::parse(dimensions), .name = {}};
@@ -145,10 +145,10 @@ TEST_F(TensorZones, MasksAndOtherTensorsPassByReference) {
 
 TEST_F(TensorZones, EventsAreMessages) {
   write(kGate);
-  const auto h = harness_of(launch(), kCaps);
+  const auto h = make_harness(launch(), kCaps);
   gst_harness_push_event(h.get(), gst::make_labels_event({"yolo", {"person", "car"}}).release());
   const auto bus = Ref<GstBus>::adopt(gst_bus_new());
-  const auto element = element_of(h, "tensor_zones");
+  const auto element = find_element(h, "tensor_zones");
   gst_element_set_bus(element.get(), bus.get());
   for (int i = 0; i < 3; ++i)
     line(h, object(50, 40 + 10.0f * static_cast<float>(i), 7, 1),
@@ -165,9 +165,9 @@ TEST_F(TensorZones, EventsAreMessages) {
 
 TEST_F(TensorZones, MessagesCanBeSwitchedOff) {
   write(kYard);
-  const auto h = harness_of(launch("post-messages=false"), kCaps);
+  const auto h = make_harness(launch("post-messages=false"), kCaps);
   const auto bus = Ref<GstBus>::adopt(gst_bus_new());
-  const auto element = element_of(h, "tensor_zones");
+  const auto element = find_element(h, "tensor_zones");
   gst_element_set_bus(element.get(), bus.get());
   line(h, object(50, 50, 7), 0);
   EXPECT_TRUE(messages(bus.get()).empty());
@@ -177,7 +177,7 @@ TEST_F(TensorZones, MessagesCanBeSwitchedOff) {
 
 TEST_F(TensorZones, SendsNamesAndZonesDownstream) {
   write(kYard);
-  const auto h = harness_of(launch(), kCaps);
+  const auto h = make_harness(launch(), kCaps);
   line(h, object(50, 50, 7), 0);
   std::vector<std::string> found;
   while (auto event = Ref<GstEvent>::adopt(gst_harness_try_pull_event(h.get()))) {
@@ -191,7 +191,7 @@ TEST_F(TensorZones, SendsNamesAndZonesDownstream) {
 
 TEST_F(TensorZones, AFileThatChangesIsReadBetweenFrames) {
   write(kYard);
-  const auto h = harness_of(json_launch(), kCaps);
+  const auto h = make_harness(json_launch(), kCaps);
   EXPECT_SAYS(line(h, object(50, 40, 7), 0), R"("zones":[{"name":"yard","inside":1)");
   write(kGate);
   const std::string text = line(h, object(50, 60, 7), GST_SECOND / 10);
@@ -203,8 +203,8 @@ TEST_F(TensorZones, AFileThatChangesIsReadBetweenFrames) {
 
 TEST_F(TensorZones, ADamagedFileKeepsTheZonesAndWarnsOnce) {
   write(kYard);
-  const auto h = harness_of(json_launch(), kCaps);
-  const auto element = element_of(h, "tensor_zones");
+  const auto h = make_harness(json_launch(), kCaps);
+  const auto element = find_element(h, "tensor_zones");
   Errors errors(element.get());
   line(h, object(50, 40, 7), 0);
   write(R"({"version":1,"zones":[{"name":"yard","polygon":[[0,0],[1,)");
@@ -227,8 +227,8 @@ TEST_F(TensorZones, ThePropertyMayNameAnotherFileWhilePlaying) {
   write(kYard);
   const std::string gate = folder_ / "gate.json";
   std::ofstream(gate) << kGate;
-  const auto h = harness_of(json_launch(), kCaps);
-  const auto element = element_of(h, "tensor_zones");
+  const auto h = make_harness(json_launch(), kCaps);
+  const auto element = find_element(h, "tensor_zones");
   Errors errors(element.get());
   line(h, object(50, 40, 7), 0);
   g_object_set(element.get(), "zones", (folder_ / "none.json").c_str(), nullptr);
@@ -256,7 +256,7 @@ TEST_F(TensorZones, RefusesResultsWithoutTracks) {
 
 TEST_F(TensorZones, RefusesFramesThatDoNotFitTheColumns) {
   write(kYard);
-  const auto h = harness_of(launch(), results("x1,y1,x2,y2,track", "7:1"));
+  const auto h = make_harness(launch(), results("x1,y1,x2,y2,track", "7:1"));
   Errors errors(h);
   EXPECT_EQ(gst_harness_push(h.get(), frame(object(50, 50, 7), 0)), GST_FLOW_ERROR);
   EXPECT_SAYS(errors.next(), "needed: float32 5:N, rows of the columns");
@@ -265,8 +265,8 @@ TEST_F(TensorZones, RefusesFramesThatDoNotFitTheColumns) {
 
 TEST_F(TensorZones, WarnsOnceOfObjectsWithoutATrack) {
   write(kYard);
-  const auto h = harness_of(json_launch(), kCaps);
-  const auto element = element_of(h, "tensor_zones");
+  const auto h = make_harness(json_launch(), kCaps);
+  const auto element = find_element(h, "tensor_zones");
   Errors errors(element.get());
   const auto push = [&](int frames, float track) {
     for (int i = 0; i < frames; ++i) line(h, object(50, 50, track), 0);
@@ -283,8 +283,8 @@ TEST_F(TensorZones, WarnsOnceOfObjectsWithoutATrack) {
 
 TEST_F(TensorZones, DoesNotWarnWhereSomeObjectsAreFollowed) {
   write(kYard);
-  const auto h = harness_of(json_launch(), kCaps);
-  const auto element = element_of(h, "tensor_zones");
+  const auto h = make_harness(json_launch(), kCaps);
+  const auto element = find_element(h, "tensor_zones");
   Errors errors(element.get());
   line(h, object(50, 50, 7), 0);
   for (int i = 0; i < 60; ++i) line(h, object(50, 50, 0), 0);
@@ -294,8 +294,8 @@ TEST_F(TensorZones, DoesNotWarnWhereSomeObjectsAreFollowed) {
 
 TEST_F(TensorZones, ATimeThatGoesBackEndsTracksWithAWarning) {
   write(kYard);
-  const auto h = harness_of(json_launch(), kCaps);
-  const auto element = element_of(h, "tensor_zones");
+  const auto h = make_harness(json_launch(), kCaps);
+  const auto element = find_element(h, "tensor_zones");
   Errors errors(element.get());
   line(h, object(50, 50, 7), 5 * GST_SECOND);
   const auto text = line(h, object(50, 50, 7), 2 * GST_SECOND);
@@ -309,8 +309,8 @@ TEST_F(TensorZones, ATimeThatGoesBackEndsTracksWithAWarning) {
 
 TEST_F(TensorZones, ATimeThatJumpsAheadEndsTracksWithoutAWarning) {
   write(kYard);
-  const auto h = harness_of(json_launch(), kCaps);
-  const auto element = element_of(h, "tensor_zones");
+  const auto h = make_harness(json_launch(), kCaps);
+  const auto element = find_element(h, "tensor_zones");
   Errors errors(element.get());
   line(h, object(50, 50, 7), 0);
   line(h, object(50, 50, 7), GST_SECOND / 2);
@@ -324,8 +324,8 @@ TEST_F(TensorZones, ATimeThatJumpsAheadEndsTracksWithoutAWarning) {
 
 TEST_F(TensorZones, ARepeatedTimeCountsCrossingsWithoutSpeedsOrAWarning) {
   write(kGate);
-  const auto h = harness_of(json_launch(), kCaps);
-  const auto element = element_of(h, "tensor_zones");
+  const auto h = make_harness(json_launch(), kCaps);
+  const auto element = find_element(h, "tensor_zones");
   Errors errors(element.get());
   line(h, object(50, 40, 7), GST_SECOND);
   const auto text = line(h, object(50, 60, 7), GST_SECOND);
@@ -337,7 +337,7 @@ TEST_F(TensorZones, ARepeatedTimeCountsCrossingsWithoutSpeedsOrAWarning) {
 
 TEST_F(TensorZones, WhoTremblesOnALineIsCountedOnce) {
   write(kGate);
-  const auto h = harness_of(json_launch(), kCaps);
+  const auto h = make_harness(json_launch(), kCaps);
   std::string text;
   for (int i = 0; i < 20; ++i)
     text = line(h, object(50, i == 0 ? 40.0f : 49.0f + static_cast<float>(i % 2) * 2, 7),
@@ -357,8 +357,8 @@ TEST_F(TensorZones, RefusesResultsThatHaveZonesAlready) {
 
 TEST_F(TensorZones, FramesWithoutTimesAreCountedWithAWarning) {
   write(kGate);
-  const auto h = harness_of(json_launch(), kCaps);
-  const auto element = element_of(h, "tensor_zones");
+  const auto h = make_harness(json_launch(), kCaps);
+  const auto element = find_element(h, "tensor_zones");
   Errors errors(element.get());
   line(h, object(50, 40, 7));
   EXPECT_SAYS(line(h, object(50, 60, 7)), R"("forward":1)");
@@ -368,7 +368,7 @@ TEST_F(TensorZones, FramesWithoutTimesAreCountedWithAWarning) {
 
 TEST_F(TensorZones, AFlushEndsTracksAndKeepsCounts) {
   write(kYard);
-  const auto h = harness_of(json_launch(), kCaps);
+  const auto h = make_harness(json_launch(), kCaps);
   line(h, object(50, 50, 7), 5 * GST_SECOND);
   gst_harness_push_event(h.get(), gst_event_new_flush_start());
   gst_harness_push_event(h.get(), gst_event_new_flush_stop(TRUE));
@@ -380,7 +380,7 @@ TEST_F(TensorZones, AFlushEndsTracksAndKeepsCounts) {
 
 TEST_F(TensorZones, FramesWithoutResultsAreCountedToo) {
   write(kYard);
-  const auto h = harness_of(json_launch(), kCaps);
+  const auto h = make_harness(json_launch(), kCaps);
   EXPECT_SAYS(line(h, std::vector<float>(7), 0), R"("detections":[],"zones":[{"name":"yard")");
   EXPECT_SAYS(line(h, object(50, 50, 7), 0), R"("inside":1)");
   EXPECT_SAYS(line(h, std::vector<float>(7), 2 * GST_SECOND), R"("events":[{"event":"leave")");
@@ -392,7 +392,7 @@ TEST_F(TensorZones, TenThousandZonesWork) {
     zones += (i ? "," : "") + std::string(R"({"name":")") + std::to_string(i) +
              R"(","polygon":[[0,0],[100,0],[100,100],[0,100]]})";
   write("{\"version\":1,\"zones\":[" + zones + "]}");
-  const auto h = harness_of(json_launch(), kCaps);
+  const auto h = make_harness(json_launch(), kCaps);
   EXPECT_SAYS(line(h, object(50, 50, 7), 0), R"("zones":[{"name":"0","inside":1)");
   EXPECT_EQ(stat(h, "tensor_zones", "zones"), 10000u);
   EXPECT_EQ(stat(h, "tensor_zones", "beyond-limit"), 9900u);

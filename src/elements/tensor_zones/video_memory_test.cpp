@@ -42,12 +42,12 @@ class VideoMemory : public testing::Test {
 };
 
 TEST_F(VideoMemory, IsNeitherMappedNorCopiedBesideABranchThatCounts) {
-  const auto h = harness_of(
+  const auto h = make_harness(
       "tee name=both both. ! fakesink name=video sync=false async=false "
       "both. ! tensor_from_roi ! tensor_tracker ! tensor_zones zones=" +
           path_.string(),
       video("GRAY8", kWidth, kHeight));
-  const auto sink = element_of(h, "fakesink");
+  const auto sink = find_element(h, "fakesink");
   for (int i = 0; i < kFrames; ++i) {
     auto in = picture(i);
     GstMemory* const memory = gst_buffer_peek_memory(in.get(), 0);
@@ -70,7 +70,7 @@ TEST_F(VideoMemory, IsNeitherMappedNorCopiedBesideABranchThatCounts) {
 
 // What the test above counts is seen where an element reads the picture.
 TEST_F(VideoMemory, IsMappedByAnElementThatReadsIt) {
-  const auto h = harness_of("tensor_converter", video("GRAY8", kWidth, kHeight));
+  const auto h = make_harness("tensor_converter", video("GRAY8", kWidth, kHeight));
   const auto out = Ref<GstBuffer>::adopt(gst_harness_push_and_pull(h.get(), picture(0).release()));
   ASSERT_TRUE(out);
   EXPECT_EQ(content(out.get()).at(0), 9);

@@ -17,7 +17,7 @@ void PrintTo(const Change& change, std::ostream* out) {
   *out << change.element << " " << change.name;
 }
 
-const Subject& subject_of(const Change& change) {
+const Subject& find_subject(const Change& change) {
   for (const auto& subject : subjects())
     if (subject.name == change.element) return subject;
   ADD_FAILURE() << change.element;
@@ -28,7 +28,7 @@ class ChangedCaps : public testing::TestWithParam<Change> {};
 
 TEST_P(ChangedCaps, AreAcceptedOrReported) {
   const Change& change = GetParam();
-  const Subject& subject = subject_of(change);
+  const Subject& subject = find_subject(change);
   Bench bench(subject);
   ASSERT_EQ(bench.start(subject.caps), "");
   EXPECT_EQ(bench.push(subject.good_frame()), "");
@@ -106,17 +106,17 @@ std::vector<Change> changes() {
   all.push_back({"decoder_video", "no_picture", tensors("2:4:4", "uint8"), 0, "WEIR-2"});
   return all;
 }
-std::string name_of(const testing::TestParamInfo<Change>& info) {
+std::string make_test_name(const testing::TestParamInfo<Change>& info) {
   return info.param.element + "_" + info.param.name;
 }
-INSTANTIATE_TEST_SUITE_P(All, ChangedCaps, testing::ValuesIn(changes()), name_of);
+INSTANTIATE_TEST_SUITE_P(All, ChangedCaps, testing::ValuesIn(changes()), make_test_name);
 
 // Sources retry rejected caps several times.
 class RejectedCaps : public testing::TestWithParam<Change> {};
 
 TEST_P(RejectedCaps, AreReportedOnceUntilSomethingChanges) {
   const Change& change = GetParam();
-  const Subject& subject = subject_of(change);
+  const Subject& subject = find_subject(change);
   constexpr const char* kNoError = "rejected the caps";
   Bench bench(subject);
   ASSERT_EQ(bench.start(subject.caps), "");
@@ -136,6 +136,6 @@ std::vector<Change> refusals() {
   std::erase_if(all, [](const Change& change) { return change.refused[0] == 0; });
   return all;
 }
-INSTANTIATE_TEST_SUITE_P(All, RejectedCaps, testing::ValuesIn(refusals()), name_of);
+INSTANTIATE_TEST_SUITE_P(All, RejectedCaps, testing::ValuesIn(refusals()), make_test_name);
 
 }  // namespace bad_caps_test

@@ -159,7 +159,7 @@ class Bench {
     gst_element_set_bus(element, bus_.get());
     g_signal_connect(element, "pad-added", G_CALLBACK(on_pad), this);
     const auto source = Ref<GstPad>::adopt(gst_element_get_static_pad(element, "src"));
-    if (source) take_all_of(source.get());
+    if (source) pull_all(source.get());
   }
   static Ref<GstPad> sink_pad(GstElement* element, const std::string& name) {
     if (!element) return {};  // only the source
@@ -167,7 +167,7 @@ class Bench {
     if (!pad) pad = Ref<GstPad>::adopt(gst_element_request_pad_simple(element, name.c_str()));
     return pad;
   }
-  void take_all_of(GstPad* source) {
+  void pull_all(GstPad* source) {
     auto end = test::lone_pad(gst_pad_new_from_static_template(&kAnything, "end"));
     gst_pad_set_element_private(end.get(), this);
     gst_pad_set_chain_function(end.get(), take);
@@ -176,7 +176,7 @@ class Bench {
     ends_.push_back(std::move(end));
   }
   static void on_pad(GstElement*, GstPad* pad, gpointer self) {
-    if (GST_PAD_IS_SRC(pad)) static_cast<Bench*>(self)->take_all_of(pad);
+    if (GST_PAD_IS_SRC(pad)) static_cast<Bench*>(self)->pull_all(pad);
   }
 
   GstStateChangeReturn set_state(GstState state) {
@@ -223,7 +223,7 @@ class Bench {
     if (stat("dropped") == 0) return "";
     const auto message = Ref<GstMessage>::adopt(
         gst_bus_timed_pop_filtered(bus_.get(), 10 * GST_SECOND, GST_MESSAGE_ERROR));
-    return test::text_of(message.get());
+    return test::get_text(message.get());
   }
 
   static GstBusSyncReply on_message(GstBus*, GstMessage* message, gpointer self) {
@@ -247,7 +247,7 @@ class Bench {
   }
   std::string message_text(GstMessageType type, const char* otherwise) {
     const auto message = Ref<GstMessage>::adopt(gst_bus_pop_filtered(bus_.get(), type));
-    return message ? test::text_of(message.get()) : otherwise;
+    return message ? test::get_text(message.get()) : otherwise;
   }
 
   const Subject subject_;

@@ -24,9 +24,9 @@ inline Bytes content(GstBuffer* buffer, guint index) {
   return content(gst_buffer_peek_memory(buffer, index));
 }
 // One memory per tensor.
-inline GstBuffer* frame_of(const std::vector<Bytes>& tensors) {
+inline GstBuffer* make_frame(const std::vector<Bytes>& tensors) {
   GstBuffer* buffer = gst_buffer_new();
-  for (const auto& bytes : tensors) gst_buffer_append_memory(buffer, test::memory_of(bytes));
+  for (const auto& bytes : tensors) gst_buffer_append_memory(buffer, test::make_memory(bytes));
   return buffer;
 }
 inline constexpr char kFlexibleBranch[] = "other/tensors,format=flexible,framerate=30/1";

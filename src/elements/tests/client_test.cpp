@@ -36,7 +36,7 @@ TEST_P(ClientMeta, IsForwarded) {
     ASSERT_TRUE(weir::gst::set_client(in, client));
     const auto out = Ref<GstBuffer>::adopt(gst_harness_push_and_pull(h.get(), in));
     ASSERT_TRUE(out);
-    EXPECT_EQ(weir::gst::client_of(out.get()), client);
+    EXPECT_EQ(weir::gst::get_client_id(out.get()), client);
   }
 }
 INSTANTIATE_TEST_SUITE_P(

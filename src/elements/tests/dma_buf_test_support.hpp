@@ -23,7 +23,7 @@ namespace weir::testing_memory {
 constexpr size_t kPage = 4096;
 
 // A memory file that starts with these bytes; the caller owns it.
-inline int file_of(const std::vector<uint8_t>& bytes) {
+inline int make_file(const std::vector<uint8_t>& bytes) {
   const int file = memfd_create("weir-test", MFD_CLOEXEC);
   EXPECT_EQ(write(file, bytes.data(), bytes.size()), static_cast<ssize_t>(bytes.size()));
   return file;
@@ -60,7 +60,7 @@ inline int dma_buf_page() {
 }
 
 // A DMA-BUF that starts with these bytes.
-inline int dma_buf_of(const std::vector<uint8_t>& bytes) {
+inline int make_dma_buf(const std::vector<uint8_t>& bytes) {
   const int file = dma_buf_page();
   dma_buf_sync access{DMA_BUF_SYNC_START | DMA_BUF_SYNC_WRITE};
   EXPECT_EQ(ioctl(file, DMA_BUF_IOCTL_SYNC, &access), 0);

@@ -69,7 +69,7 @@ inline GstEvent* time_segment() {
   return gst_event_new_segment(&segment);
 }
 
-inline GstMemory* memory_of(const Bytes& bytes) {
+inline GstMemory* make_memory(const Bytes& bytes) {
   GstMemory* memory = gst_allocator_alloc(nullptr, bytes.size(), nullptr);
   const gst::MappedMemory map(memory, GST_MAP_WRITE);
   std::copy(bytes.begin(), bytes.end(), reinterpret_cast<uint8_t*>(map.bytes().data()));
@@ -111,11 +111,11 @@ inline Unique<GError, g_error_free> error_in(GstMessage* message) {
   return Unique<GError, g_error_free>(error);
 }
 // Its text; "" if there is none.
-inline std::string text_of(GstMessage* message) {
+inline std::string get_text(GstMessage* message) {
   return message ? error_in(message)->message : "";
 }
 inline std::string take_message(GstBus* bus, GstMessageType type) {
-  return text_of(Ref<GstMessage>::adopt(gst_bus_pop_filtered(bus, type)).get());
+  return get_text(Ref<GstMessage>::adopt(gst_bus_pop_filtered(bus, type)).get());
 }
 
 }  // namespace weir::test

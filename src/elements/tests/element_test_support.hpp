@@ -15,7 +15,7 @@ using gst::Mapped;
 using Harness = Unique<GstHarness, gst_harness_teardown>;
 
 // Elements between two test pads. An empty text sends no caps.
-inline Harness harness_of(const std::string& launch, const std::string& caps = "") {
+inline Harness make_harness(const std::string& launch, const std::string& caps = "") {
   Harness h{gst_harness_new_parse(launch.c_str())};
   if (!caps.empty()) gst_harness_set_src_caps_str(h.get(), caps.c_str());
   return h;
@@ -57,14 +57,14 @@ inline std::string caps_text(const Harness& h) {
   return current_caps(h->sinkpad);
 }
 
-inline Ref<GstElement> element_of(const Harness& h, const char* factory) {
+inline Ref<GstElement> find_element(const Harness& h, const char* factory) {
   return Ref<GstElement>::adopt(gst_harness_find_element(h.get(), factory));
 }
 inline uint64_t stat(const Harness& h, const char* factory, const char* name) {
-  return stat(element_of(h, factory).get(), name);
+  return stat(find_element(h, factory).get(), name);
 }
 inline bool wait_for_stat(const Harness& h, const char* factory, const char* name, uint64_t value) {
-  return wait_for_stat(element_of(h, factory).get(), name, value);
+  return wait_for_stat(find_element(h, factory).get(), name, value);
 }
 
 // A separate bus for an element, or for the element of a harness, within a scope.

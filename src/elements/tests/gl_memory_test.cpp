@@ -116,7 +116,7 @@ TEST_F(GlMemory, IsMappedForAnEngine) {
   const std::string model = testing::TempDir() + "weir-gl-memory.bin";
   std::ofstream(model) << "the engine ignores the frame";
   const auto h =
-      harness_of("tensor_filter framework=fake model=" + model, tensors("float32", "4:128:1:1"));
+      make_harness("tensor_filter framework=fake model=" + model, tensors("float32", "4:128:1:1"));
   for (const auto& in : frames) {
     EXPECT_TRUE(is_in_texture(in.get()));
     const Bytes bytes = content(in.get());

@@ -36,7 +36,7 @@ std::string short_path(const char* file) {
 }
 
 // False if the file has no test.
-bool add_tests_of(const std::string& file, std::string* filter) {
+bool add_tests(const std::string& file, std::string* filter) {
   const auto size = filter->size();
   const auto& tests = *testing::UnitTest::GetInstance();
   for (int i = 0; i < tests.total_test_suite_count(); ++i) {
@@ -57,7 +57,7 @@ int main(int argc, char** argv) {
   std::string filter;
   for (int i = 1; i < argc; ++i) {
     const auto file = short_path(argv[i]);
-    if (file.ends_with("_test.cpp") && !add_tests_of(file, &filter)) {
+    if (file.ends_with("_test.cpp") && !add_tests(file, &filter)) {
       std::fprintf(stderr, "%s: no tests of this file\n", argv[i]);
       return 1;
     }

@@ -13,14 +13,14 @@ using Memories = std::vector<Bytes>;
 
 class ManyTensors : public ::testing::TestWithParam<Sweep> {
  protected:
-  std::vector<size_t> all() const { return range_of(0, GetParam().count); }
-  Memories memories() const { return memories_of(GetParam(), all()); }
-  std::string caps() const { return caps_of(GetParam(), all()); }
+  std::vector<size_t> all() const { return make_range(0, GetParam().count); }
+  Memories memories() const { return make_memories(GetParam(), all()); }
+  std::string caps() const { return make_caps(GetParam(), all()); }
   // Of tensors copied into a packed memory.
   uint64_t packed_bytes(const std::vector<size_t>& tensors) const {
     uint64_t out = 0;
     for (size_t i = 15; tensors.size() > 16 && i < tensors.size(); ++i)
-      out += tensor_of(GetParam(), tensors[i]).size();
+      out += make_tensor(GetParam(), tensors[i]).size();
     return out;
   }
 };
@@ -32,20 +32,20 @@ TEST_P(ManyTensors, TensorMuxCombinesThem) {
   for (const size_t cut : {size_t{1}, count - 1}) {
     if (count == 1 && cut == 0) continue;
     ManyInputs mux("tensor_mux");
-    Memories first = memories_of(GetParam(), range_of(0, cut)), second;
-    mux.add(caps_of(GetParam(), range_of(0, cut)).c_str());
+    Memories first = make_memories(GetParam(), make_range(0, cut)), second;
+    mux.add(make_caps(GetParam(), make_range(0, cut)).c_str());
     if (count > cut) {
-      second = memories_of(GetParam(), range_of(cut, count));
-      mux.add(caps_of(GetParam(), range_of(cut, count)).c_str());
+      second = make_memories(GetParam(), make_range(cut, count));
+      mux.add(make_caps(GetParam(), make_range(cut, count)).c_str());
     }
     mux.play();
-    auto push = mux.push_later(0, buffer_of(first, 40));
+    auto push = mux.push_later(0, make_buffer(first, 40));
     if (count > cut) {
-      EXPECT_EQ(mux.push(1, buffer_of(second, 40)), GST_FLOW_OK);
+      EXPECT_EQ(mux.push(1, make_buffer(second, 40)), GST_FLOW_OK);
     }
     EXPECT_EQ(push.get(), GST_FLOW_OK) << mux.error();
     ASSERT_EQ(mux.buffers().size(), 1u);
-    EXPECT_EQ(memories_of(mux.buffers()[0].get()), memories()) << "cut at " << cut;
+    EXPECT_EQ(read_memories(mux.buffers()[0].get()), memories()) << "cut at " << cut;
     const auto expected = Ref<GstCaps>::adopt(gst_caps_from_string(caps().c_str()));
     const auto got = Ref<GstCaps>::adopt(gst_caps_from_string(mux.caps().c_str()));
     EXPECT_TRUE(gst_caps_is_equal(got.get(), expected.get())) << mux.caps();
@@ -56,11 +56,11 @@ TEST_P(ManyTensors, TensorMuxCombinesThem) {
 TEST_P(ManyTensors, TensorDemuxSeparatesThem) {
   Branches demux("tensor_demux");
   demux.caps(caps());
-  ASSERT_EQ(demux.push(frame_of(memories())), GST_FLOW_OK) << demux.error();
+  ASSERT_EQ(demux.push(make_frame(memories())), GST_FLOW_OK) << demux.error();
   for (const size_t i : all()) {
     const auto out = demux.take("src_" + std::to_string(i));
     ASSERT_TRUE(out);
-    EXPECT_EQ(memories_of(out.get()), Memories{tensor_of(GetParam(), i)});
+    EXPECT_EQ(read_memories(out.get()), Memories{make_tensor(GetParam(), i)});
   }
   EXPECT_EQ(demux.added().size(), GetParam().count);
   EXPECT_EQ(demux.stat("bytes-copied"), 0u);
@@ -69,18 +69,18 @@ TEST_P(ManyTensors, TensorDemuxSeparatesThem) {
 // Compares the last value of the last tensor, and picks all tensors in reverse order.
 TEST_P(ManyStaticTensors, TensorIfComparesAndPicks) {
   const size_t last = GetParam().count - 1;
-  const auto dimensions = dimensions_of(GetParam(), last);
+  const auto dimensions = make_dimensions(GetParam(), last);
   const std::string at = join(dimensions, ":", [](uint32_t d) { return std::to_string(d - 1); });
   std::vector<size_t> turned;
   for (size_t i = last + 1; i-- > 0;) turned.push_back(i);
   const std::string picked = join(turned, ",", [](size_t i) { return std::to_string(i); });
-  const unsigned number = number_at(last, elements_of(dimensions) - 1);
+  const unsigned number = number_at(last, count_elements(dimensions) - 1);
   for (const unsigned supplied : {number, number + 1}) {
     Branches element("tensor_if compared-value-option=" + at + "," + std::to_string(last) +
                      " operator=EQ supplied-value=" + std::to_string(supplied) +
                      " then=TENSORPICK then-option=" + picked);
     element.caps(caps());
-    GstBuffer* const in = frame_of(memories());
+    GstBuffer* const in = make_frame(memories());
     ASSERT_EQ(element.push(in), GST_FLOW_OK) << element.error();
     const bool holds = supplied == number;
     ASSERT_TRUE(element.has(holds ? "src_0" : "src_1"));
@@ -91,14 +91,15 @@ TEST_P(ManyStaticTensors, TensorIfComparesAndPicks) {
       EXPECT_EQ(element.stat("bytes-copied"), 0u);
       continue;
     }
-    EXPECT_EQ(memories_of(out.get()), memories_of(GetParam(), turned));
+    EXPECT_EQ(read_memories(out.get()), make_memories(GetParam(), turned));
     EXPECT_SAYS(element.branch("src_0").caps(), "num_tensors=(int)" + std::to_string(last + 1));
     EXPECT_EQ(element.stat("bytes-copied"), packed_bytes(turned));
   }
 }
 
 TEST_P(ManyStaticTensors, TensorIfComputesTheAverageOfTheLast) {
-  const size_t last = GetParam().count - 1, elements = elements_of(dimensions_of(GetParam(), last));
+  const size_t last = GetParam().count - 1,
+               elements = count_elements(make_dimensions(GetParam(), last));
   unsigned sum = 0;
   for (size_t i = 0; i < elements; ++i) sum += number_at(last, i);
   // Integers below and above the mean: truncated to an integer, it is the lower one.
@@ -108,7 +109,7 @@ TEST_P(ManyStaticTensors, TensorIfComputesTheAverageOfTheLast) {
     Branches element("tensor_if compared-value=TENSOR_AVERAGE_VALUE compared-value-option=" +
                      std::to_string(last) + " operator=RANGE_INCLUSIVE supplied-value=" + range);
     element.caps(caps());
-    ASSERT_EQ(element.push(frame_of(memories())), GST_FLOW_OK) << element.error();
+    ASSERT_EQ(element.push(make_frame(memories())), GST_FLOW_OK) << element.error();
     EXPECT_TRUE(element.has(way)) << range;
     EXPECT_EQ(element.added().size(), 1u);
     EXPECT_EQ(element.stat("bytes-copied"), 0u);
@@ -117,7 +118,7 @@ TEST_P(ManyStaticTensors, TensorIfComputesTheAverageOfTheLast) {
 
 // Regions are cut out of the first tensor; its dimensions above the second are ignored.
 TEST_P(ManyTensors, TensorCropCropsTheFirst) {
-  auto dimensions = dimensions_of(GetParam(), 0);
+  auto dimensions = make_dimensions(GetParam(), 0);
   dimensions.resize(std::max<size_t>(dimensions.size(), 3), 1);
   const size_t channels = dimensions[0], width = dimensions[1], height = dimensions[2];
   const std::vector<uint32_t> regions{0, 0, 2, 2, 1, 0, 1, 2, 0, 1, 2, 1};
@@ -129,7 +130,7 @@ TEST_P(ManyTensors, TensorCropCropsTheFirst) {
     Bytes out;
     append_word(&out, 0xfeedcced, 4);
     append_word(&out, 0xDE001000, 4);
-    append_word(&out, numbers_of(0).code, 4);
+    append_word(&out, get_numbers(0).code, 4);
     append_dimensions(&out,
                       {static_cast<uint32_t>(channels), static_cast<uint32_t>(right - regions[r]),
                        static_cast<uint32_t>(bottom - regions[r + 1]), 1});
@@ -157,11 +158,11 @@ TEST_P(ManyTensors, TensorCropCropsTheFirst) {
   crop.add(caps().c_str(), "raw");
   crop.add("other/tensors,format=flexible,framerate=30/1", "info");
   crop.play();
-  auto raw = crop.push_later(0, buffer_of(memories(), 0));
+  auto raw = crop.push_later(0, make_buffer(memories(), 0));
   EXPECT_EQ(crop.push(1, info, 0), GST_FLOW_OK);
   EXPECT_EQ(raw.get(), GST_FLOW_OK) << crop.error();
   ASSERT_EQ(crop.buffers().size(), 1u);
-  EXPECT_EQ(memories_of(crop.buffers()[0].get()), expected);
+  EXPECT_EQ(read_memories(crop.buffers()[0].get()), expected);
 }
 
 // A buffer has 16 memories at most.
@@ -171,14 +172,14 @@ TEST_P(ManyTensors, OctetStreamContainsTheirBytes) {
   decoder.play();
   Memories expected(std::min<size_t>(GetParam().count, 16));
   for (const size_t i : all()) {
-    const Bytes payload = payload_of(GetParam(), i);
+    const Bytes payload = make_payload(GetParam(), i);
     Bytes& memory = expected[std::min<size_t>(i, 15)];
     memory.insert(memory.end(), payload.begin(), payload.end());
   }
   for (int frame = 0; frame < 2; ++frame)
-    ASSERT_EQ(decoder.push(0, buffer_of(memories(), 0)), GST_FLOW_OK) << decoder.error();
+    ASSERT_EQ(decoder.push(0, make_buffer(memories(), 0)), GST_FLOW_OK) << decoder.error();
   ASSERT_EQ(decoder.buffers().size(), 2u);
-  for (const auto& buffer : decoder.buffers()) EXPECT_EQ(memories_of(buffer.get()), expected);
+  for (const auto& buffer : decoder.buffers()) EXPECT_EQ(read_memories(buffer.get()), expected);
   const size_t copied = GetParam().count > 16 ? expected[15].size() : 0;
   EXPECT_EQ(decoder.stat("bytes-copied"), 2 * copied);
 }
@@ -193,11 +194,11 @@ TEST_P(ManyTensors, PassThroughElementsDoNotChangeThem) {
     element.add(caps().c_str(), pad);
     element.play();
     for (const GstClockTime time : {0, 100})
-      ASSERT_EQ(element.push(0, buffer_of(memories(), time * GST_MSECOND)), GST_FLOW_OK)
+      ASSERT_EQ(element.push(0, make_buffer(memories(), time * GST_MSECOND)), GST_FLOW_OK)
           << line << element.error();
     const auto out = element.buffers();
     ASSERT_GE(out.size(), 2u) << line;
-    for (const auto& buffer : out) EXPECT_EQ(memories_of(buffer.get()), memories()) << line;
+    for (const auto& buffer : out) EXPECT_EQ(read_memories(buffer.get()), memories()) << line;
     EXPECT_EQ(element.stat("bytes-copied"), 0u) << line;
   }
 }
@@ -212,32 +213,32 @@ TEST_P(ManyTensors, TensorTransformTransformsAllOrSome) {
     transform.add(caps().c_str(), "sink");
     transform.play();
     for (int frame = 0; frame < 2; ++frame)
-      ASSERT_EQ(transform.push(0, buffer_of(memories(), 0)), GST_FLOW_OK) << transform.error();
+      ASSERT_EQ(transform.push(0, make_buffer(memories(), 0)), GST_FLOW_OK) << transform.error();
     Memories expected = memories();
     for (size_t i = 0, at = 19224; i <= last; ++i) {
       const bool packed = last >= 16 && i >= 15;
       const size_t begin = (packed ? at : 0) + (GetParam().flexible ? 128 : 0);
-      const Numbers& numbers = numbers_of(i);
-      const size_t elements = elements_of(dimensions_of(GetParam(), i));
+      const Numbers& numbers = get_numbers(i);
+      const size_t elements = count_elements(make_dimensions(GetParam(), i));
       for (size_t e = 0; e < elements && (!some || i == 0 || i == last); ++e)
         numbers.write(number_at(i, e) + 1,
                       expected[packed ? 15 : i].data() + begin + e * numbers.bytes);
-      if (packed) at += tensor_of(GetParam(), i).size();
+      if (packed) at += make_tensor(GetParam(), i).size();
     }
     ASSERT_EQ(transform.buffers().size(), 2u);
     for (const auto& buffer : transform.buffers())
-      EXPECT_EQ(memories_of(buffer.get()), expected) << line;
+      EXPECT_EQ(read_memories(buffer.get()), expected) << line;
   }
 }
 
 // First zeros of the number and size that the caps give, then what the sink received.
 TEST_P(ManyStaticTensors, ALoopCarriesThem) {
-  const auto sink = test::harness_of("tensor_reposink", caps());
-  auto source = test::harness_of("tensor_reposrc slot-index=0");
+  const auto sink = test::make_harness("tensor_reposink", caps());
+  auto source = test::make_harness("tensor_reposrc slot-index=0");
   const auto wanted = Ref<GstCaps>::adopt(gst_caps_from_string(caps().c_str()));
-  g_object_set(test::element_of(source, "tensor_reposrc").get(), "caps", wanted.get(), nullptr);
+  g_object_set(test::find_element(source, "tensor_reposrc").get(), "caps", wanted.get(), nullptr);
   gst_harness_play(source.get());
-  ASSERT_EQ(gst_harness_push(sink.get(), frame_of(memories())), GST_FLOW_OK);
+  ASSERT_EQ(gst_harness_push(sink.get(), make_frame(memories())), GST_FLOW_OK);
   const auto zeros = Ref<GstBuffer>::adopt(gst_harness_pull(source.get()));
   const auto frame = Ref<GstBuffer>::adopt(gst_harness_pull(source.get()));
   ASSERT_TRUE(zeros && frame);
@@ -246,16 +247,17 @@ TEST_P(ManyStaticTensors, ALoopCarriesThem) {
     const bool packed = GetParam().count > 16 && i == 15;
     std::fill(expected[i].begin() + (packed ? 19224 : 0), expected[i].end(), uint8_t{0});
   }
-  EXPECT_EQ(memories_of(zeros.get()), expected);
-  EXPECT_EQ(memories_of(frame.get()), memories());
+  EXPECT_EQ(read_memories(zeros.get()), expected);
+  EXPECT_EQ(read_memories(frame.get()), memories());
 }
 
-std::string name_of(const ::testing::TestParamInfo<Sweep>& info) {
+std::string make_test_name(const ::testing::TestParamInfo<Sweep>& info) {
   return std::to_string(info.param.count) + "FromRank" + std::to_string(info.param.first_rank) +
          (info.param.flexible ? "Flexible" : "");
 }
-INSTANTIATE_TEST_SUITE_P(Sweep, ManyTensors, ::testing::ValuesIn(sweep()), name_of);
-INSTANTIATE_TEST_SUITE_P(Sweep, ManyStaticTensors, ::testing::ValuesIn(sweep(false)), name_of);
+INSTANTIATE_TEST_SUITE_P(Sweep, ManyTensors, ::testing::ValuesIn(sweep()), make_test_name);
+INSTANTIATE_TEST_SUITE_P(Sweep, ManyStaticTensors, ::testing::ValuesIn(sweep(false)),
+                         make_test_name);
 
 }  // namespace many_tensors_test
 }  // namespace weir::test

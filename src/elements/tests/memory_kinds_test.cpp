@@ -15,7 +15,7 @@ namespace memory_kinds_test {
 using namespace weir::testing_bad_input;
 using namespace weir::testing_memory;
 
-GstBuffer* buffer_of(GstMemory* memory) {
+GstBuffer* make_buffer(GstMemory* memory) {
   GstBuffer* buffer = gst_buffer_new();
   gst_buffer_append_memory(buffer, memory);
   return buffer;
@@ -33,7 +33,7 @@ GstBuffer* system_memory(const std::vector<uint8_t>& bytes) {
 }
 // The element's output for four such frames, and how many bytes it copies for them.
 template <class Make>
-std::pair<std::vector<uint8_t>, uint64_t> made_of(const Subject& subject, Make&& make) {
+std::pair<std::vector<uint8_t>, uint64_t> make_output(const Subject& subject, Make&& make) {
   Bench bench(subject.line);
   EXPECT_EQ(bench.start(subject.caps), "");
   bench.keep_bytes();
@@ -54,8 +54,8 @@ class MemoryKind : public EachElement {};
 TEST_P(MemoryKind, WithItsOwnMapFunctionIsReadThroughIt) {
   const Subject& subject = GetParam();
   DeviceAllocator device(Refuses::Nothing);
-  const auto make = [&](const auto& bytes) { return buffer_of(device.holding(bytes)); };
-  EXPECT_EQ(made_of(subject, make), made_of(subject, system_memory));
+  const auto make = [&](const auto& bytes) { return make_buffer(device.holding(bytes)); };
+  EXPECT_EQ(make_output(subject, make), make_output(subject, system_memory));
   EXPECT_EQ(device.mapped(), 0) << "nothing stays mapped";
 }
 
@@ -65,7 +65,7 @@ TEST_P(MemoryKind, ThatCannotBeMappedIsReported) {
     DeviceAllocator device(Refuses::Everything, flags);
     Bench bench(subject.line);
     ASSERT_EQ(bench.start(subject.caps), "");
-    const std::string error = bench.push(buffer_of(device.holding(ramp(subject.bytes))));
+    const std::string error = bench.push(make_buffer(device.holding(ramp(subject.bytes))));
     EXPECT_EQ(error.empty(), passes_on(subject)) << error;
     EXPECT_SAYS(error, passes_on(subject) ? "" : "WEIR-2007: ");
     expect_sound_again(bench, subject, bench.stat("received"));
@@ -77,7 +77,7 @@ TEST_P(MemoryKind, ThatCannotBeMappedAndIsSharedIsReported) {
   DeviceAllocator device(Refuses::Everything);
   Bench bench(subject.line);
   ASSERT_EQ(bench.start(subject.caps), "");
-  const auto held = Ref<GstBuffer>::adopt(buffer_of(device.holding(ramp(subject.bytes))));
+  const auto held = Ref<GstBuffer>::adopt(make_buffer(device.holding(ramp(subject.bytes))));
   const std::string error = bench.push(gst_buffer_ref(held.get()));
   const std::string name = subject.name;
   if (name != "sink" && name != "overlay" && name != "to_roi" && name != "from_roi") {
@@ -93,7 +93,7 @@ TEST_P(MemoryKind, ThatIsReadOnlyIsNeverWritten) {
     Bench bench(subject.line);
     ASSERT_EQ(bench.start(subject.caps), "");
     for (int i = 0; i < 2; ++i)
-      EXPECT_EQ(bench.push(buffer_of(device.holding(ramp(subject.bytes)))), "") << i;
+      EXPECT_EQ(bench.push(make_buffer(device.holding(ramp(subject.bytes)))), "") << i;
     expect_sound_again(bench, subject, 2);
   }
 }
@@ -102,10 +102,10 @@ TEST_P(MemoryKind, ThatIsAFileIsRead) {
   const Subject& subject = GetParam();
   const auto allocator = Ref<GstAllocator>::adopt(gst_fd_allocator_new());
   const auto make = [&](const auto& bytes) {
-    return buffer_of(gst_fd_allocator_alloc(allocator.get(), file_of(bytes), bytes.size(),
-                                            GST_FD_MEMORY_FLAG_NONE));
+    return make_buffer(gst_fd_allocator_alloc(allocator.get(), make_file(bytes), bytes.size(),
+                                              GST_FD_MEMORY_FLAG_NONE));
   };
-  EXPECT_EQ(made_of(subject, make), made_of(subject, system_memory));
+  EXPECT_EQ(make_output(subject, make), make_output(subject, system_memory));
 }
 
 // A memory file replaces the device's: GstDmaBuf maps it with the same calls.
@@ -114,9 +114,9 @@ TEST_P(MemoryKind, ThatIsADmaBufIsReadBetweenSyncs) {
   const auto allocator = Ref<GstAllocator>::adopt(gst_dmabuf_allocator_new());
   SyncWatch syncs;
   const auto make = [&](const auto& bytes) {
-    return buffer_of(gst_dmabuf_allocator_alloc(allocator.get(), file_of(bytes), bytes.size()));
+    return make_buffer(gst_dmabuf_allocator_alloc(allocator.get(), make_file(bytes), bytes.size()));
   };
-  EXPECT_EQ(made_of(subject, make), made_of(subject, system_memory));
+  EXPECT_EQ(make_output(subject, make), make_output(subject, system_memory));
   // Frames passed on unread are mapped only by the bench: once per output.
   EXPECT_GE(syncs.begun(), passes_on(subject) ? 0 : 4);
   EXPECT_EQ(syncs.ended(), syncs.begun());
@@ -129,11 +129,11 @@ TEST_P(MemoryKind, ThatIsARealDmaBufIsReadBetweenSyncs) {
   const auto allocator = Ref<GstAllocator>::adopt(gst_dmabuf_allocator_new());
   SyncWatch syncs;
   const auto make = [&](const auto& bytes) {
-    GstMemory* memory = gst_dmabuf_allocator_alloc(allocator.get(), dma_buf_of(bytes), kPage);
+    GstMemory* memory = gst_dmabuf_allocator_alloc(allocator.get(), make_dma_buf(bytes), kPage);
     gst_memory_resize(memory, 0, bytes.size());
-    return buffer_of(memory);
+    return make_buffer(memory);
   };
-  EXPECT_EQ(made_of(subject, make), made_of(subject, system_memory));
+  EXPECT_EQ(make_output(subject, make), make_output(subject, system_memory));
   EXPECT_GE(syncs.begun(), passes_on(subject) ? 0 : 4);
   EXPECT_EQ(syncs.ended(), syncs.begun());
   EXPECT_EQ(syncs.refused(), 0);
@@ -142,15 +142,15 @@ TEST_P(MemoryKind, ThatIsARealDmaBufIsReadBetweenSyncs) {
 TEST(MemoryKindOfPaddedRows, IsReadOrReported) {
   const Subject subject{"converter", "tensor_converter", video("RGB", 5, 4), 64};
   DeviceAllocator device(Refuses::Nothing), refusing(Refuses::Everything);
-  const auto make = [&](const auto& bytes) { return buffer_of(device.holding(bytes)); };
-  const auto rows = made_of(subject, make);
+  const auto make = [&](const auto& bytes) { return make_buffer(device.holding(bytes)); };
+  const auto rows = make_output(subject, make);
   EXPECT_EQ(rows.first.size(), 4 * 60u);
   EXPECT_EQ(rows.second, 4 * 60u);
-  EXPECT_EQ(rows, made_of(subject, system_memory));
+  EXPECT_EQ(rows, make_output(subject, system_memory));
   EXPECT_EQ(device.mapped(), 0);
   Bench bench(subject.line);
   ASSERT_EQ(bench.start(subject.caps), "");
-  EXPECT_SAYS(bench.push(buffer_of(refusing.holding(ramp(64)))), "WEIR-2007: ");
+  EXPECT_SAYS(bench.push(make_buffer(refusing.holding(ramp(64)))), "WEIR-2007: ");
   expect_sound_again(bench, subject, 1);
 }
 

@@ -96,7 +96,7 @@ Outcome sparse_encoder() {
 
 // A tensor that `apply` excludes is copied to get a header.
 Outcome transform_of_another_tensor() {
-  const auto h = weir::test::harness_of(
+  const auto h = weir::test::make_harness(
       "tensor_transform mode=arithmetic option=add:1 apply=1 max-buffer-size=0");
   weir::test::Errors errors(h);
   gst_harness_set_sink_caps_str(h.get(), "other/tensors,format=flexible,framerate=30/1");
@@ -142,7 +142,7 @@ Outcome cropped() {
   std::vector<uint32_t> regions;
   for (int i = 0; i < 16; ++i) regions.insert(regions.end(), {0, 0, 8192, 8192});
   return both_pushed(crop, zero_pages(size_t{8192} * 8192),
-                     weir::test::frame(weir::test::info_of(regions)));
+                     weir::test::frame(weir::test::make_info(regions)));
 }
 
 // A picture with other owners is copied before it is drawn into.
@@ -197,7 +197,7 @@ Outcome loop_start() {
   const auto bus = Ref<GstBus>::adopt(gst_element_get_bus(pipeline.get()));
   const auto message = Ref<GstMessage>::adopt(
       gst_bus_timed_pop_filtered(bus.get(), 60 * GST_SECOND, GST_MESSAGE_ERROR));
-  Outcome out{weir::test::text_of(message.get()), ""};
+  Outcome out{weir::test::get_text(message.get()), ""};
   gst_element_set_state(pipeline.get(), GST_STATE_NULL);
   return out;
 }
@@ -331,9 +331,9 @@ class MaxBufferSize : public testing::TestWithParam<Limited> {};
 // the property is raised.
 TEST_P(MaxBufferSize, IsCheckedForEachFrame) {
   const Limited& limited = GetParam();
-  const auto h = weir::test::harness_of(limited.line, limited.caps);
+  const auto h = weir::test::make_harness(limited.line, limited.caps);
   weir::test::Errors errors(h);
-  const auto element = weir::test::element_of(h, limited.factory);
+  const auto element = weir::test::find_element(h, limited.factory);
   const auto set_limit = [&](const std::string& bytes) {
     gst_util_set_object_arg(G_OBJECT(element.get()), "max-buffer-size", bytes.c_str());
   };
@@ -365,7 +365,7 @@ INSTANTIATE_TEST_SUITE_P(
 // 512 bytes of headers describe 4 GiB.
 TEST(MaxBufferSize, RejectsASparseFrameThatExpandsBeyondIt) {
   const auto h =
-      weir::test::harness_of("tensor_sparse_dec", "other/tensors,format=sparse,framerate=30/1");
+      weir::test::make_harness("tensor_sparse_dec", "other/tensors,format=sparse,framerate=30/1");
   weir::test::Errors errors(h);
   std::vector<uint32_t> one(32), all;
   one[0] = 0xFEEDCCED, one[1] = 0xDE001000, one[2] = 5, one[3] = 1u << 30;
@@ -380,9 +380,9 @@ TEST(MaxBufferSize, RejectsOverlappingRegionsBeyondIt) {
   const auto regions = [](size_t count) {
     std::vector<uint32_t> out;
     for (size_t i = 0; i < count; ++i) out.insert(out.end(), {0, 0, 5, 4});
-    return weir::test::info_of(out);
+    return weir::test::make_info(out);
   };
-  auto first = crop.push_later(0, weir::test::buffer_of({weir::test::picture()}, 100));
+  auto first = crop.push_later(0, weir::test::make_buffer({weir::test::picture()}, 100));
   crop.push(1, regions(6), 100);
   first.get();
   EXPECT_SAYS(crop.error(), "offered: 1008 bytes\n  needed: at most 1000 bytes\n");

@@ -60,7 +60,7 @@ class PlayedPipeline {
     const auto message = Ref<GstMessage>::adopt(gst_bus_timed_pop_filtered(
         bus_.get(), kPatience, GstMessageType(GST_MESSAGE_EOS | GST_MESSAGE_ERROR)));
     if (!message) return "hangs";
-    return GST_MESSAGE_TYPE(message.get()) == GST_MESSAGE_EOS ? "" : text_of(message.get());
+    return GST_MESSAGE_TYPE(message.get()) == GST_MESSAGE_EOS ? "" : get_text(message.get());
   }
   std::string plays_to_its_end() const {
     gst_element_set_state(get(), GST_STATE_PLAYING);

@@ -17,7 +17,7 @@ std::string with_fields(const std::string& caps, const std::string& columns,
 const std::string kTwo = tensors("float32,uint8", "6:2,3");  // rows and a table
 const std::string kResults = with_fields(kTwo, "x1,y1,x2,y2,score,class;masks", "yolo;yolo");
 GstBuffer* frame_of_two() {
-  return weir::test::buffer_of({Bytes(48), Bytes(3)}, 0).release();
+  return weir::test::make_buffer({Bytes(48), Bytes(3)}, 0).release();
 }
 
 // The roles of the output's caps: "columns|source" of each tensor.
@@ -58,7 +58,7 @@ TEST(ResultCaps, PassElementsThatDoNotChangeFrames) {
 TEST(ResultCaps, OfFlexibleStreamsPassTensorRate) {
   const std::string caps =
       with_fields("other/tensors,format=flexible,framerate=30/1", "score,class", "net");
-  const auto h = harness_of("tensor_rate framerate=15/1", caps);
+  const auto h = make_harness("tensor_rate framerate=15/1", caps);
   EXPECT_EQ(roles(caps_text(h)), (Roles{"score,class|net"}));
 }
 
@@ -90,7 +90,7 @@ Stream results_of_two() {
   return {kResults, Ref<GstBuffer>::adopt(frame_of_two())};
 }
 Stream plain() {
-  return {tensors("uint8,uint8", "2,2"), weir::test::buffer_of({Bytes(2), Bytes(2)}, 0)};
+  return {tensors("uint8,uint8", "2,2"), weir::test::make_buffer({Bytes(2), Bytes(2)}, 0)};
 }
 Stream flexible(const std::string& columns, const std::string& source) {
   std::vector<Bytes> memories;
@@ -100,7 +100,7 @@ Stream flexible(const std::string& columns, const std::string& source) {
   }));
   const std::string caps = "other/tensors,format=flexible,framerate=30/1";
   return {columns.empty() ? caps : with_fields(caps, columns, source),
-          weir::test::buffer_of(memories, 0)};
+          weir::test::make_buffer(memories, 0)};
 }
 Roles joined(const std::vector<Stream>& streams) {
   weir::test::ManyInputs mux("tensor_mux");

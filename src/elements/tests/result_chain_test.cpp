@@ -79,7 +79,7 @@ class Chain {
     if (!sample) return {{"none: " + take_message(bus_.get(), GST_MESSAGE_ERROR)}, {}};
     GstBuffer* const buffer = gst_sample_get_buffer(sample.get());
     GstCaps* const caps = gst_sample_get_caps(sample.get());
-    return {rows_of(buffer, caps, 0), rows_of(buffer, caps, 1)};
+    return {read_rows(buffer, caps, 0), read_rows(buffer, caps, 1)};
   }
 
  private:

@@ -34,7 +34,7 @@ struct Frame {
   std::vector<float> scores;
   uint8_t mask = 0;
 };
-Ref<GstBuffer> buffer_of(const Frame& frame, GstClockTime time) {
+Ref<GstBuffer> make_buffer(const Frame& frame, GstClockTime time) {
   std::vector<float> rows;
   for (size_t i = 0; i < frame.scores.size(); ++i) {
     const auto at = static_cast<float>(i);
@@ -44,10 +44,11 @@ Ref<GstBuffer> buffer_of(const Frame& frame, GstClockTime time) {
   const Bytes masks(size_t{2} * count, frame.mask);
   auto out = Ref<GstBuffer>::adopt(gst_buffer_new());
   gst_buffer_append_memory(
-      out.get(), memory_of(with_header(ElementType::Float32, Shape{kLength, count}, rows.data(),
-                                       rows.size() * sizeof(float))));
-  gst_buffer_append_memory(out.get(), memory_of(with_header(ElementType::UInt8, Shape{2, 1, count},
-                                                            masks.data(), masks.size())));
+      out.get(), make_memory(with_header(ElementType::Float32, Shape{kLength, count}, rows.data(),
+                                         rows.size() * sizeof(float))));
+  gst_buffer_append_memory(
+      out.get(),
+      make_memory(with_header(ElementType::UInt8, Shape{2, 1, count}, masks.data(), masks.size())));
   GST_BUFFER_PTS(out.get()) = time;
   GST_BUFFER_DURATION(out.get()) = 100 * GST_MSECOND;
   return out;
@@ -87,7 +88,7 @@ class Streams {
     g_signal_emit_by_name(input(index).get(), "push-buffer", buffer.get(), &flow);
   }
   void push(size_t index, const std::vector<Frame>& frames) {
-    for (const Frame& frame : frames) push(index, buffer_of(frame, time_++ * 100 * GST_MSECOND));
+    for (const Frame& frame : frames) push(index, make_buffer(frame, time_++ * 100 * GST_MSECOND));
   }
   void end(size_t index) {
     GstFlowReturn flow = GST_FLOW_OK;
@@ -196,8 +197,8 @@ TEST(ResultStream, IsJoinedByTensorMux) {
   Streams streams(
       std::string("appsrc name=in0 ! m. appsrc name=in1 ! m. tensor_mux name=m ! ") + kOut,
       {kBoxes, results_caps(std::string(kBoxColumns) + ";masks", "ssd;ssd")});
-  streams.push(0, buffer_of({{0.5f}, 1}, 0));
-  streams.push(1, buffer_of({{0.25f, 0.125f}, 2}, 0));
+  streams.push(0, make_buffer({{0.5f}, 1}, 0));
+  streams.push(1, make_buffer({{0.25f, 0.125f}, 2}, 0));
   EXPECT_EQ(streams.next(),
             (Texts{rows("0.5", 1), masks(1, 1), rows("0.25 0.125", 2, "ssd"), masks(2, 2, "ssd")}));
 }
@@ -205,9 +206,9 @@ TEST(ResultStream, IsJoinedByTensorMux) {
 TEST(ResultStream, ComesFromTheActiveBranchOfJoin) {
   Streams streams(std::string("appsrc name=in0 ! j. appsrc name=in1 ! j. join name=j ! ") + kOut,
                   {kBoxes, kBoxes});
-  streams.push(0, buffer_of({{0.5f}, 1}, 0));
+  streams.push(0, make_buffer({{0.5f}, 1}, 0));
   EXPECT_EQ(streams.next(), (Texts{rows("0.5", 1), masks(1, 1)}));
-  streams.push(1, buffer_of({{0.25f}, 2}, 100 * GST_MSECOND));
+  streams.push(1, make_buffer({{0.25f}, 2}, 100 * GST_MSECOND));
   EXPECT_EQ(streams.next(), (Texts{rows("0.25", 1), masks(2, 1)}));
 }
 
@@ -219,13 +220,13 @@ TEST(ResultStream, KeepsItsFieldsThroughTensorCrop) {
                   {results_caps(kBoxColumns, "yolo"), kFlexible});
   const std::vector<float> numbers{1, 2, 3, 4, 0.5f, 1, 5, 6, 7, 8, 0.25f, 2};
   auto raw = Ref<GstBuffer>::adopt(gst_buffer_new());
-  gst_buffer_append_memory(
-      raw.get(), memory_of(with_header(ElementType::Float32, Shape{1, 6, 2}, numbers.data(), 48)));
+  gst_buffer_append_memory(raw.get(), make_memory(with_header(ElementType::Float32, Shape{1, 6, 2},
+                                                              numbers.data(), 48)));
   GST_BUFFER_PTS(raw.get()) = 0;
   const uint32_t second_row[]{0, 1, 6, 1};
   auto info = Ref<GstBuffer>::adopt(gst_buffer_new());
   gst_buffer_append_memory(
-      info.get(), memory_of(with_header(ElementType::UInt32, Shape{4, 1}, second_row, 16)));
+      info.get(), make_memory(with_header(ElementType::UInt32, Shape{4, 1}, second_row, 16)));
   GST_BUFFER_PTS(info.get()) = 0;
   streams.push(0, raw);
   streams.push(1, info);

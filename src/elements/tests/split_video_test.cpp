@@ -33,7 +33,7 @@ GstBuffer* picture(const Layout& layout, const Bytes& bytes, const std::vector<s
   size_t begin = 0;
   const auto append = [&](size_t end) {
     const auto at = [&](size_t n) { return bytes.begin() + static_cast<std::ptrdiff_t>(n); };
-    gst_buffer_append_memory(buffer, weir::test::memory_of(Bytes(at(begin), at(end))));
+    gst_buffer_append_memory(buffer, weir::test::make_memory(Bytes(at(begin), at(end))));
     begin = end;
   };
   for (const size_t cut : cuts) append(cut);
@@ -49,7 +49,7 @@ GstBuffer* picture(const Layout& layout, const Bytes& bytes, const std::vector<s
 class SplitVideo : public testing::TestWithParam<Layout> {
  protected:
   // The element's output for the picture split at `cuts`.
-  static Bytes made_of(const std::string& line, const std::vector<size_t>& cuts) {
+  static Bytes make_output(const std::string& line, const std::vector<size_t>& cuts) {
     const Layout& layout = GetParam();
     Bench bench(line);
     EXPECT_EQ(bench.start(video(gst_video_format_to_string(layout.format),
@@ -62,11 +62,11 @@ class SplitVideo : public testing::TestWithParam<Layout> {
   }
   static void expect_same_for_every_cut(const std::string& line, const Bytes& expected) {
     const size_t bytes = GetParam().bytes;
-    EXPECT_EQ(made_of(line, {}), expected) << line;
+    EXPECT_EQ(make_output(line, {}), expected) << line;
     for (size_t cut = 1; cut < bytes; ++cut)
-      EXPECT_EQ(made_of(line, {cut}), expected) << line << ", cut at " << cut;
+      EXPECT_EQ(make_output(line, {cut}), expected) << line << ", cut at " << cut;
     for (size_t cut = 1; cut + 1 < bytes; cut += 3)
-      EXPECT_EQ(made_of(line, {cut, cut + 1}), expected) << line << ", cuts at " << cut;
+      EXPECT_EQ(make_output(line, {cut, cut + 1}), expected) << line << ", cuts at " << cut;
   }
 };
 
@@ -76,13 +76,14 @@ const Layout kBottomUp{"bottom_up", GST_VIDEO_FORMAT_RGB, 5, 4, {48}, {-16}, 64}
 const Layout kPlanes{"planes", GST_VIDEO_FORMAT_RGBP, 5, 3, {2, 30, 58}, {8, 8, 8}, 84};
 const Layout kNv12{"nv12", GST_VIDEO_FORMAT_NV12, 6, 4, {0, 32}, {8, 8}, 48};
 
-std::string name_of(const testing::TestParamInfo<Layout>& info) {
+std::string make_test_name(const testing::TestParamInfo<Layout>& info) {
   return info.param.name;
 }
 
 class ConvertedSplitVideo : public SplitVideo {};
 INSTANTIATE_TEST_SUITE_P(All, ConvertedSplitVideo,
-                         testing::Values(kRgb, kNoPaddingAtTheEnd, kBottomUp, kPlanes), name_of);
+                         testing::Values(kRgb, kNoPaddingAtTheEnd, kBottomUp, kPlanes),
+                         make_test_name);
 
 // The tensor holds the rows without padding, plane after plane.
 TEST_P(ConvertedSplitVideo, HasEachRow) {
@@ -99,11 +100,12 @@ TEST_P(ConvertedSplitVideo, HasEachRow) {
 
 class PreparedSplitVideo : public SplitVideo {};
 INSTANTIATE_TEST_SUITE_P(All, PreparedSplitVideo,
-                         testing::Values(kRgb, kNoPaddingAtTheEnd, kBottomUp, kNv12), name_of);
+                         testing::Values(kRgb, kNoPaddingAtTheEnd, kBottomUp, kNv12),
+                         make_test_name);
 
 TEST_P(PreparedSplitVideo, GivesTheSameTensorAsOneMemory) {
   const std::string line = "tensor_preprocess width=4 height=4 method=nearest";
-  const Bytes expected = made_of(line, {});
+  const Bytes expected = make_output(line, {});
   ASSERT_FALSE(expected.empty());
   expect_same_for_every_cut(line, expected);
 }
@@ -116,8 +118,8 @@ TEST(SplitVideoWithoutMetadata, IsConvertedWhole) {
     const Bytes bytes = ramp(64);
     const auto middle = bytes.begin() + static_cast<std::ptrdiff_t>(cut);
     GstBuffer* in = gst_buffer_new();
-    gst_buffer_append_memory(in, weir::test::memory_of(Bytes(bytes.begin(), middle)));
-    gst_buffer_append_memory(in, weir::test::memory_of(Bytes(middle, bytes.end())));
+    gst_buffer_append_memory(in, weir::test::make_memory(Bytes(bytes.begin(), middle)));
+    gst_buffer_append_memory(in, weir::test::make_memory(Bytes(middle, bytes.end())));
     ASSERT_EQ(bench.push(in), "");
     Bytes expected;
     for (int row = 0; row < 4; ++row)

@@ -12,7 +12,9 @@ namespace weir::test {
 class Tuned {
  public:
   Tuned(const char* factory, const std::string& line, const std::string& caps)
-      : harness(harness_of(line, caps)), element(element_of(harness, factory)), messages(harness) {}
+      : harness(make_harness(line, caps)),
+        element(find_element(harness, factory)),
+        messages(harness) {}
 
   void set(const char* property, const char* value) {
     gst_util_set_object_arg(G_OBJECT(element.get()), property, value);

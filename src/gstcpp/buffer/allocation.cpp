@@ -60,7 +60,7 @@ Result<Ref<GstBuffer>> allocate_buffer(size_t bytes, const Allocation& allocatio
   return buffer;
 }
 
-Allocation allocation_of(GstQuery* query, const Allocation& unasked) {
+Allocation parse_allocation(GstQuery* query, const Allocation& unasked) {
   const guint preferences = gst_query_get_n_allocation_params(query);
   if (preferences == 0) return unasked;
   Allocation out;
@@ -87,7 +87,7 @@ Ref<GstQuery> ask_peer(GstPad* source, GstCaps* caps, const Ledger& ledger) {
 Allocation wanted_by_peer(GstPad* source, GstCaps* caps, const Ledger& ledger,
                           const Allocation& unasked) {
   const auto query = ask_peer(source, caps, ledger);
-  return query ? allocation_of(query.get(), unasked) : unasked;
+  return query ? parse_allocation(query.get(), unasked) : unasked;
 }
 
 void offer(GstQuery* query, const Allocation& allocation) {

@@ -32,11 +32,11 @@ Result<Ref<GstBuffer>> allocate_buffer(size_t bytes, const Allocation& allocatio
 
 // Returns the largest values that an answered query requests, at least the defaults; `unasked` when
 // it requests none.
-Allocation allocation_of(GstQuery* query, const Allocation& unasked = {});
+Allocation parse_allocation(GstQuery* query, const Allocation& unasked = {});
 // Sends an ALLOCATION query with `caps` to the peer of `source`; null when it is not answered.
 // Streaming thread. Once frames flow (see `ledger`) the query enters no other thread.
 Ref<GstQuery> ask_peer(GstPad* source, GstCaps* caps, const Ledger& ledger);
-// allocation_of() the query that the peer handled; `unasked` if it did not.
+// parse_allocation() the query that the peer handled; `unasked` if it did not.
 Allocation wanted_by_peer(GstPad* source, GstCaps* caps, const Ledger& ledger,
                           const Allocation& unasked = {});
 // Adds `allocation` to a query.

@@ -29,7 +29,7 @@ int number(const Enumeration& from) noexcept {
 }
 
 // The C struct ends its dimensions at the first 0.
-Result<TensorSpec> spec_of(const GstTensorInfo& info, const std::string& who, size_t index) {
+Result<TensorSpec> to_spec(const GstTensorInfo& info, const std::string& who, size_t index) {
   const std::string place = "tensor " + std::to_string(index) + ": ";
   const int type = number(info.type);
   if (type < 0 || type >= _NNS_END)
@@ -86,7 +86,7 @@ Result<FrameSpec> CTensors::spec(const std::string& who) const {
     return nonsense(who, std::to_string(count) + " tensors, `extra` is NULL",
                     "`extra` with room for 240");
   for (size_t i = 0; i < count; ++i) {
-    auto spec = spec_of(i < kOwn ? config_.info.info[i] : config_.info.extra[i - kOwn], who, i);
+    auto spec = to_spec(i < kOwn ? config_.info.info[i] : config_.info.extra[i - kOwn], who, i);
     if (!spec) return spec.error();
     out.tensors.push_back(*std::move(spec));
   }

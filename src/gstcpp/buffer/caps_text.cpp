@@ -24,6 +24,11 @@ Error not_parsed(const char* what, const std::string& text, const char* fix) {
 
 }  // namespace
 
+std::string to_string(const GstCaps* caps) {
+  const UniqueText text{gst_caps_to_string(caps)};
+  return text.get();
+}
+
 Result<Ref<GstCaps>> caps_from_text(const std::string& text) {
   if (auto status = check_caps_text(text, is_plain_type); !status) return status.error();
   auto caps = Ref<GstCaps>::adopt(gst_caps_from_string(text.c_str()));

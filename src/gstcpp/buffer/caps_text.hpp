@@ -1,4 +1,4 @@
-// Reads caps and structures from text that a peer, a module, a script or a file wrote.
+// Converts caps and structures from and to text.
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #pragma once
 #include <gst/gst.h>
@@ -18,5 +18,8 @@ using UniqueStructure = Unique<GstStructure, gst_structure_free>;
 Result<Ref<GstCaps>> caps_from_text(const std::string& text);
 // The same for one structure, for example a parameter of a region.
 Result<UniqueStructure> structure_from_text(const std::string& text);
+
+// Returns the text of gst_caps_to_string().
+std::string to_string(const GstCaps* caps);
 
 }  // namespace weir::gst

@@ -21,12 +21,12 @@ Error too_many(size_t count) {
                .needed = "at most 256"};
 }
 
-size_t size_of(GstMemory* memory) {
+size_t get_size(GstMemory* memory) {
   return gst_memory_get_sizes(memory, nullptr, nullptr);
 }
 
-size_t size_of(const BufferPart& part) {
-  return part.memory ? size_of(part.memory.get()) : part.bytes.size();
+size_t get_size(const BufferPart& part) {
+  return part.memory ? get_size(part.memory.get()) : part.bytes.size();
 }
 
 // How many of `count` tensors or parts have a memory of their own.
@@ -81,7 +81,7 @@ Status append_packed(std::span<const TensorSpec> specs, std::span<const uint64_t
 
 // Keeps the source maps of the chosen tensors when the buffer has one per tensor. A single map, or
 // maps of regions, apply to every tensor and stay.
-void keep_maps_of(std::span<const size_t> chosen, size_t tensors, GstBuffer* buffer) {
+void keep_chosen_maps(std::span<const size_t> chosen, size_t tensors, GstBuffer* buffer) {
   const auto maps = source_maps(buffer);
   if (maps_of(buffer) != MapsOf::Tensors || tensors < 2 || maps.size() != tensors) return;
   std::vector<SourceMap> kept;
@@ -142,7 +142,7 @@ Status append_tensors(std::span<TensorPiece> pieces, GstBuffer* buffer, uint64_t
   std::vector<uint64_t> sizes;
   for (const TensorPiece& piece : pieces.subspan(alone)) {
     specs.push_back(piece.spec);
-    sizes.push_back(size_of(piece.memory.get()));
+    sizes.push_back(get_size(piece.memory.get()));
   }
   const auto fill = [&](size_t n, std::span<std::byte> bytes) {
     return copy(pieces[n].memory.get(), bytes);
@@ -182,11 +182,11 @@ Status append_joined(std::span<const BufferPart> parts, GstBuffer* out,
     return ok();
   }
   size_t total = 0;
-  for (const auto& part : parts) total += size_of(part);
+  for (const auto& part : parts) total += get_size(part);
   return append_written(allocate(total), out, [&](std::span<std::byte> bytes) -> Status {
     for (const auto& part : parts) {
       if (auto status = copy(part, bytes); !status) return status;
-      bytes = bytes.subspan(size_of(part));
+      bytes = bytes.subspan(get_size(part));
     }
     return ok();
   });
@@ -296,7 +296,7 @@ Result<Ref<GstBuffer>> pick_tensors(GstBuffer* in, const FrameLayout& layout,
       return status.error();
     *copied += std::accumulate(sizes.begin(), sizes.end(), uint64_t{0});
   }
-  keep_maps_of(chosen, places.size(), out.get());
+  keep_chosen_maps(chosen, places.size(), out.get());
   return out;
 }
 
@@ -316,7 +316,7 @@ Result<Ref<GstBuffer>> copy_tensors(GstBuffer* in, const FrameLayout& layout,
     *copied += places[chosen[i]].size;
   }
   writer.unmap();
-  keep_maps_of(chosen, places.size(), out.get());
+  keep_chosen_maps(chosen, places.size(), out.get());
   return out;
 }
 

@@ -35,11 +35,11 @@ struct PoolClass {
 };
 gpointer pool_parent_class = nullptr;
 
-PoolState& state_of(gpointer pool) {
+PoolState& get_state(gpointer pool) {
   return *static_cast<Pool*>(pool)->state;
 }
 
-size_t header_bytes_of(Format format) {
+size_t count_header_bytes(Format format) {
   return format == Format::Static ? 0 : kTensorHeaderBytes;
 }
 
@@ -51,19 +51,19 @@ std::span<const TensorSpec> packed_part(const std::vector<TensorSpec>& tensors) 
 Result<Ref<GstMemory>> packed_memory(const PoolState& s) {
   size_t total = kPackedHeaderBytes;
   for (const auto& spec : packed_part(s.tensors))
-    total += header_bytes_of(s.format) + *spec.bytes();
+    total += count_header_bytes(s.format) + *spec.bytes();
   return allocate_memory(total, s.allocation);
 }
 
 GstFlowReturn alloc_buffer(GstBufferPool* pool, GstBuffer** out, GstBufferPoolAcquireParams*) {
-  PoolState& s = state_of(pool);
+  PoolState& s = get_state(pool);
   auto buffer = Ref<GstBuffer>::adopt(gst_buffer_new());
   const bool packed = s.tensors.size() > kMemoryLimit;
   const size_t alone = packed ? kMemoryLimit - 1 : s.tensors.size();
   for (size_t i = 0; i < alone + (packed ? 1 : 0); ++i) {
-    auto memory =
-        i < alone ? allocate_memory(header_bytes_of(s.format) + *s.tensors[i].bytes(), s.allocation)
-                  : packed_memory(s);
+    auto memory = i < alone ? allocate_memory(count_header_bytes(s.format) + *s.tensors[i].bytes(),
+                                              s.allocation)
+                            : packed_memory(s);
     if (!memory) return GST_FLOW_ERROR;
     gst_buffer_append_memory(buffer.get(), memory->release());
   }
@@ -78,7 +78,7 @@ GstFlowReturn alloc_buffer(GstBufferPool* pool, GstBuffer** out, GstBufferPoolAc
 
 GstFlowReturn acquire_from_pool(GstBufferPool* pool, GstBuffer** out,
                                 GstBufferPoolAcquireParams* p) {
-  PoolState& s = state_of(pool);
+  PoolState& s = get_state(pool);
   {
     std::lock_guard lock(s.mutex);
     if (!s.free_buffers.empty()) {
@@ -103,7 +103,7 @@ bool has_all_bytes(const PoolState& s, GstBuffer* buffer) {
 }
 
 void release_to_pool(GstBufferPool* pool, GstBuffer* buffer) {
-  PoolState& s = state_of(pool);
+  PoolState& s = get_state(pool);
   const bool intact = !GST_BUFFER_FLAG_IS_SET(buffer, GST_BUFFER_FLAG_TAG_MEMORY) &&
                       gst_buffer_is_all_memory_writable(buffer) && has_all_bytes(s, buffer);
   {
@@ -123,7 +123,7 @@ gboolean start(GstBufferPool*) {
 gboolean stop(GstBufferPool* pool) {
   std::vector<GstBuffer*> buffers;
   {
-    PoolState& s = state_of(pool);
+    PoolState& s = get_state(pool);
     std::lock_guard lock(s.mutex);
     buffers.swap(s.free_buffers);
   }
@@ -180,15 +180,15 @@ Result<FramePool> FramePool::make(std::vector<TensorSpec> tensors, Format format
                    .what = "a tensor is too big",
                    .offered = spec.to_string(),
                    .needed = "at most 1 TiB"};
-    total += *bytes + header_bytes_of(format);
+    total += *bytes + count_header_bytes(format);
   }
   FramePool out;
   out.tensors_ = tensors;
-  out.header_bytes_ = header_bytes_of(format);
+  out.header_bytes_ = count_header_bytes(format);
   out.media_ = media;
   auto* object = static_cast<GstBufferPool*>(g_object_new(pool_type(), nullptr));
   out.pool_ = Ref<GstBufferPool>::adopt(static_cast<GstBufferPool*>(gst_object_ref_sink(object)));
-  PoolState& s = state_of(object);
+  PoolState& s = get_state(object);
   s.tensors = std::move(tensors);
   s.format = format;
   s.allocation = std::move(allocation);
@@ -206,12 +206,12 @@ Result<FramePool> FramePool::make(std::vector<TensorSpec> tensors, Format format
 Result<Ref<GstBuffer>> FramePool::acquire() {
   GstBuffer* buffer = nullptr;
   if (gst_buffer_pool_acquire_buffer(pool_.get(), &buffer, nullptr) != GST_FLOW_OK)
-    return memory_ran_out(state_of(pool_.get()).total_bytes);
+    return memory_ran_out(get_state(pool_.get()).total_bytes);
   return Ref<GstBuffer>::adopt(buffer);
 }
 
 Result<Ref<GstBuffer>> FramePool::acquire(const BufferLimit& limit) {
-  if (auto status = limit.check(state_of(pool_.get()).total_bytes); !status) return status.error();
+  if (auto status = limit.check(get_state(pool_.get()).total_bytes); !status) return status.error();
   return acquire();
 }
 
@@ -253,7 +253,7 @@ Status FramePool::Writer::map(const FramePool& pool, GstBuffer* buffer, Format f
 
 FramePoolStats FramePool::stats() const {
   if (!pool_) return {};
-  const PoolState& s = state_of(pool_.get());
+  const PoolState& s = get_state(pool_.get());
   std::lock_guard lock(s.mutex);
   return {s.allocated, s.free_buffers.size()};
 }

@@ -19,7 +19,7 @@ struct Extent {
   int64_t begin = 0, end = 0;
 };
 
-Extent extent_of(const GstVideoFormatInfo& format, const GstVideoMeta& meta, guint plane) {
+Extent get_extent(const GstVideoFormatInfo& format, const GstVideoMeta& meta, guint plane) {
   const int64_t stride = meta.stride[plane], width = meta.width, height = meta.height;
   int64_t rows = 0, row_bytes = 0;
   for (guint c = 0; c < GST_VIDEO_FORMAT_INFO_N_COMPONENTS(&format); ++c) {
@@ -40,7 +40,7 @@ Extent extent_of(const GstVideoFormatInfo& format, const GstVideoMeta& meta, gui
 bool spans_memories(const GstVideoInfo& video, GstBuffer* buffer, const GstVideoMeta& meta) {
   const auto size = static_cast<int64_t>(gst_buffer_get_size(buffer));
   for (guint plane = 0; plane < meta.n_planes; ++plane) {
-    const auto [begin, end] = extent_of(*video.finfo, meta, plane);
+    const auto [begin, end] = get_extent(*video.finfo, meta, plane);
     const int64_t from = std::clamp<int64_t>(begin, 0, size), to = std::min(end, size);
     guint index = 0, memories = 0;
     gsize skip = 0;

@@ -24,7 +24,7 @@ Result<Ref<GstMemory>> copy_bytes(GstBuffer* buffer, size_t offset, size_t size)
 
 }  // namespace
 
-Result<Ref<GstMemory>> part_of(GstMemory* memory, size_t offset, size_t size, uint64_t* copied) {
+Result<Ref<GstMemory>> make_part(GstMemory* memory, size_t offset, size_t size, uint64_t* copied) {
   if (offset == 0 && size == gst_memory_get_sizes(memory, nullptr, nullptr))
     return Ref<GstMemory>::share(memory);
   const auto from = static_cast<gssize>(offset), length = static_cast<gssize>(size);
@@ -49,7 +49,7 @@ Result<Ref<GstMemory>> share_bytes(GstBuffer* buffer, size_t offset, size_t size
   if (!gst_buffer_find_memory(buffer, offset, size, &index, &length, &skip))
     return memory_not_mapped();
   GstMemory* const memory = gst_buffer_peek_memory(buffer, index);
-  if (length == 1 && !GST_MEMORY_IS_NO_SHARE(memory)) return part_of(memory, skip, size, copied);
+  if (length == 1 && !GST_MEMORY_IS_NO_SHARE(memory)) return make_part(memory, skip, size, copied);
   auto copy = copy_bytes(buffer, offset, size);
   if (copy) *copied += size;
   return copy;

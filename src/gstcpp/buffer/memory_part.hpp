@@ -13,7 +13,7 @@ namespace weir::gst {
 
 // Shares the part if the memory allows it, otherwise copies it and adds its bytes to `copied`. The
 // whole range returns the memory itself. Errors: MAPPING_FAILED, OUT_OF_MEMORY.
-Result<Ref<GstMemory>> part_of(GstMemory* memory, size_t offset, size_t size, uint64_t* copied);
+Result<Ref<GstMemory>> make_part(GstMemory* memory, size_t offset, size_t size, uint64_t* copied);
 
 // The same for bytes of a buffer, which may span several memories: then they are copied, and so
 // is a whole memory that cannot be shared.

@@ -33,7 +33,7 @@ GstClockTime reference_time(GstBuffer* buffer, const char* media_type) {
 }
 
 // The clock's time of the buffer's running time.
-GstClockTime realtime_of(GstBuffer* buffer, const GstSegment& segment, GstElement* element) {
+GstClockTime get_realtime(GstBuffer* buffer, const GstSegment& segment, GstElement* element) {
   const auto clock = Ref<GstClock>::adopt(gst_element_get_clock(element));
   if (!clock || !GST_IS_SYSTEM_CLOCK(clock.get())) return GST_CLOCK_TIME_NONE;
   GstClockType type = GST_CLOCK_TYPE_MONOTONIC;
@@ -50,14 +50,14 @@ GstClockTime realtime_of(GstBuffer* buffer, const GstSegment& segment, GstElemen
 
 }  // namespace
 
-int64_t unix_time_of(GstBuffer* buffer, const GstSegment& segment, GstElement* element) {
+int64_t get_unix_time(GstBuffer* buffer, const GstSegment& segment, GstElement* element) {
   GstClockTime time = reference_time(buffer, "timestamp/x-unix");
   if (!GST_CLOCK_TIME_IS_VALID(time)) {
     time = reference_time(buffer, "timestamp/x-ntp");
     if (GST_CLOCK_TIME_IS_VALID(time))
       time = time >= kNtpAtUnixEpoch ? time - kNtpAtUnixEpoch : GST_CLOCK_TIME_NONE;
   }
-  if (!GST_CLOCK_TIME_IS_VALID(time)) time = realtime_of(buffer, segment, element);
+  if (!GST_CLOCK_TIME_IS_VALID(time)) time = get_realtime(buffer, segment, element);
   return time <= static_cast<GstClockTime>(INT64_MAX) ? static_cast<int64_t>(time) : -1;
 }
 
@@ -75,7 +75,7 @@ weir_tensor byte_tensor(const MappedMemory& memory) {
   return tensor;
 }
 
-Result<Ref<GstMemory>> memory_of(infer::ConvertedTensor& tensor, Ledger* ledger) {
+Result<Ref<GstMemory>> make_memory(infer::ConvertedTensor& tensor, Ledger* ledger) {
   const auto bytes = static_cast<size_t>(tensor.memory().bytes);
   if (tensor.memory().release) {
     const weir_tensor taken = tensor.take();

@@ -23,13 +23,13 @@ int64_t abi_time(GstClockTime time);
 // Nanoseconds since 1970 UTC, -1 = unknown: by the buffer's GstReferenceTimestampMeta of the caps
 // timestamp/x-unix or timestamp/x-ntp; else by the element's clock if that is a system clock of
 // type realtime.
-int64_t unix_time_of(GstBuffer* buffer, const GstSegment& segment, GstElement* element);
+int64_t get_unix_time(GstBuffer* buffer, const GstSegment& segment, GstElement* element);
 // A one-dimensional uint8 tensor over mapped memory, which must stay mapped while it is in use.
 weir_tensor byte_tensor(const MappedMemory& memory);
 // Wraps the memory of a tensor that a converter made. Memory without a release function belongs to
 // the converter and is copied; `ledger` (may be null) counts the copy. Errors: OUT_OF_MEMORY,
 // MAPPING_FAILED.
-Result<Ref<GstMemory>> memory_of(infer::ConvertedTensor& tensor, Ledger* ledger);
+Result<Ref<GstMemory>> make_memory(infer::ConvertedTensor& tensor, Ledger* ledger);
 // Parses the caps that a decoder gave as text and adds the frame rate if it is valid.
 // CALLBACK_FAILED when the text is not caps, or is EMPTY or ANY.
 Result<Ref<GstCaps>> caps_of_decoder(const std::string& text, const Fraction& rate);

@@ -39,21 +39,21 @@ const GstMetaInfo* info() {
   return registered;
 }
 
-QueryMeta* meta_of(GstBuffer* buffer) noexcept {
+QueryMeta* find_meta(GstBuffer* buffer) noexcept {
   GstMeta* meta = info() ? gst_buffer_get_meta(buffer, api_type()) : nullptr;
   return meta && meta->info == info() ? reinterpret_cast<QueryMeta*>(meta) : nullptr;
 }
 
 }  // namespace
 
-std::optional<gint64> client_of(GstBuffer* buffer) noexcept {
-  const QueryMeta* meta = meta_of(buffer);
+std::optional<gint64> get_client_id(GstBuffer* buffer) noexcept {
+  const QueryMeta* meta = find_meta(buffer);
   return meta ? std::optional(meta->client) : std::nullopt;
 }
 
 bool set_client(GstBuffer* buffer, gint64 client) noexcept {
   if (!info()) return false;
-  QueryMeta* meta = meta_of(buffer);
+  QueryMeta* meta = find_meta(buffer);
   if (!meta) meta = reinterpret_cast<QueryMeta*>(gst_buffer_add_meta(buffer, info(), nullptr));
   if (!meta) return false;
   meta->client = client;

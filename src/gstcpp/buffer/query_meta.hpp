@@ -14,7 +14,7 @@ namespace weir::gst {
 
 // The client's number. Elements that keep frames per client treat buffers without a meta as client
 // 0's.
-std::optional<gint64> client_of(GstBuffer* buffer) noexcept;
+std::optional<gint64> get_client_id(GstBuffer* buffer) noexcept;
 
 // Sets or replaces the client of a writable buffer. False when another plug-in registered the names
 // for a different structure.

@@ -47,7 +47,7 @@ void set_numbers(GstStructure* structure, const char* field, std::span<const dou
   gst_structure_take_value(structure, field, &array);
 }
 
-std::vector<double> numbers_of(const GstStructure* structure, const char* field) {
+std::vector<double> get_numbers(const GstStructure* structure, const char* field) {
   std::vector<double> out;
   const GValue* array = structure ? gst_structure_get_value(structure, field) : nullptr;
   if (!array || !GST_VALUE_HOLDS_ARRAY(array)) return out;
@@ -59,14 +59,14 @@ std::vector<double> numbers_of(const GstStructure* structure, const char* field)
   return out;
 }
 
-std::optional<double> number_of(const GstStructure* structure, const char* field) {
+std::optional<double> get_number(const GstStructure* structure, const char* field) {
   double out = 0;
   if (!structure || !gst_structure_get_double(structure, field, &out) || !std::isfinite(out))
     return std::nullopt;
   return out;
 }
 
-std::optional<int> integer_of(const GstStructure* structure, const char* field) {
+std::optional<int> get_integer(const GstStructure* structure, const char* field) {
   int out = 0;
   if (!structure || !gst_structure_get_int(structure, field, &out)) return std::nullopt;
   return out;
@@ -89,9 +89,9 @@ void add_weir_parameter(Meta* meta, const PictureRegion& region) {
 }
 
 // The box in the picture: of `weir`; of `detection` where that is in the rectangle; the rectangle.
-Box box_of(const Meta* meta, const GstStructure* weir, const GstStructure* detection,
-           uint32_t width, uint32_t height) {
-  const auto part = numbers_of(weir, "box");
+Box read_box(const Meta* meta, const GstStructure* weir, const GstStructure* detection,
+             uint32_t width, uint32_t height) {
+  const auto part = get_numbers(weir, "box");
   if (part.size() == 4)
     return {static_cast<float>(meta->x + part[0] * meta->w),
             static_cast<float>(meta->y + part[1] * meta->h),
@@ -100,8 +100,8 @@ Box box_of(const Meta* meta, const GstStructure* weir, const GstStructure* detec
   const Box rectangle{static_cast<float>(meta->x), static_cast<float>(meta->y),
                       static_cast<float>(double(meta->x) + meta->w),
                       static_cast<float>(double(meta->y) + meta->h)};
-  const auto x1 = number_of(detection, "x_min"), y1 = number_of(detection, "y_min");
-  const auto x2 = number_of(detection, "x_max"), y2 = number_of(detection, "y_max");
+  const auto x1 = get_number(detection, "x_min"), y1 = get_number(detection, "y_min");
+  const auto x2 = get_number(detection, "x_max"), y2 = get_number(detection, "y_max");
   if (!x1 || !y1 || !x2 || !y2) return rectangle;
   const Box exact{static_cast<float>(*x1 * width), static_cast<float>(*y1 * height),
                   static_cast<float>(*x2 * width), static_cast<float>(*y2 * height)};
@@ -113,20 +113,20 @@ Box box_of(const Meta* meta, const GstStructure* weir, const GstStructure* detec
              : rectangle;
 }
 
-PictureRegion region_of(Meta* meta, uint32_t width, uint32_t height) {
+PictureRegion make_region(Meta* meta, uint32_t width, uint32_t height) {
   const GstStructure* detection = gst_video_region_of_interest_meta_get_param(meta, "detection");
   const GstStructure* object = gst_video_region_of_interest_meta_get_param(meta, "object_id");
   const GstStructure* weir = gst_video_region_of_interest_meta_get_param(meta, "weir");
   PictureRegion out;
   const char* label = g_quark_to_string(meta->roi_type);
   out.label = label ? label : "";
-  out.box = box_of(meta, weir, detection, width, height);
-  const auto confidence = number_of(detection, "confidence");
-  out.score = static_cast<float>(confidence.value_or(number_of(detection, "score").value_or(1)));
-  out.class_index = std::max(integer_of(detection, "label_id").value_or(-1), -1);
-  out.track = static_cast<uint32_t>(std::max(integer_of(object, "id").value_or(0), 0));
-  out.rotation = static_cast<float>(number_of(weir, "rotation").value_or(0));
-  const auto points = numbers_of(weir, "keypoints");
+  out.box = read_box(meta, weir, detection, width, height);
+  const auto confidence = get_number(detection, "confidence");
+  out.score = static_cast<float>(confidence.value_or(get_number(detection, "score").value_or(1)));
+  out.class_index = std::max(get_integer(detection, "label_id").value_or(-1), -1);
+  out.track = static_cast<uint32_t>(std::max(get_integer(object, "id").value_or(0), 0));
+  out.rotation = static_cast<float>(get_number(weir, "rotation").value_or(0));
+  const auto points = get_numbers(weir, "keypoints");
   for (size_t i = 0; i + 3 <= points.size(); i += 3)
     out.points.push_back({static_cast<float>(meta->x + points[i] * meta->w),
                           static_cast<float>(meta->y + points[i + 1] * meta->h),
@@ -190,7 +190,7 @@ void add_region_text(Meta* region, const std::string& text, float score, const s
                         double{score}, "model_name", G_TYPE_STRING, model.c_str(), nullptr));
 }
 
-std::vector<PictureRegion> regions_of(GstBuffer* buffer, uint32_t width, uint32_t height) {
+std::vector<PictureRegion> get_regions(GstBuffer* buffer, uint32_t width, uint32_t height) {
   std::vector<PictureRegion> out;
   std::vector<int> parents;
   std::map<int, int32_t> number_of_id;
@@ -201,7 +201,7 @@ std::vector<PictureRegion> regions_of(GstBuffer* buffer, uint32_t width, uint32_
     if (meta->w == 0 || meta->h == 0) continue;
     number_of_id.emplace(meta->id, static_cast<int32_t>(out.size()));
     parents.push_back(meta->parent_id);
-    out.push_back(region_of(meta, width, height));
+    out.push_back(make_region(meta, width, height));
   }
   // The id 0 is that of regions without one.
   for (size_t i = 0; i < out.size(); ++i) {

@@ -43,6 +43,6 @@ void add_region_text(GstVideoRegionOfInterestMeta* region, const std::string& te
                      const std::string& model);
 
 // The regions of a buffer in the order of their metas.
-std::vector<PictureRegion> regions_of(GstBuffer* buffer, uint32_t width, uint32_t height);
+std::vector<PictureRegion> get_regions(GstBuffer* buffer, uint32_t width, uint32_t height);
 
 }  // namespace weir::gst

@@ -16,7 +16,7 @@ namespace {
 
 enum class Name { Tensor, Tensors };
 
-Fraction rate_of(const GstStructure* s) {
+Fraction get_rate(const GstStructure* s) {
   Fraction rate;
   gst_structure_get_fraction(s, "framerate", &rate.numerator, &rate.denominator);
   return rate;
@@ -44,7 +44,7 @@ Status read_lists(const GstStructure* s, const char* dims_field, const char* typ
   return ok();
 }
 
-Format format_of(const GstStructure* s) {
+Format get_format(const GstStructure* s) {
   if (const char* text = gst_structure_get_string(s, "format")) return parse_format(text);
   if (gst_structure_has_field(s, "format"))
     return Format::End;  // a list in caps that are not fixed
@@ -174,7 +174,7 @@ Ref<GstCaps> with_name(Name name, const FrameSpec& spec, const GstCaps* peer) {
 
 Ref<GstCaps> with_format(Format format, const Fraction& rate) {
   GstStructure* s = gst_structure_new("other/tensors", "format", G_TYPE_STRING,
-                                      std::string(name_of(format)).c_str(), nullptr);
+                                      std::string(to_string(format)).c_str(), nullptr);
   set_rate(s, rate);
   auto caps = Ref<GstCaps>::adopt(gst_caps_new_empty());
   gst_caps_append_structure(caps.get(), s);
@@ -182,7 +182,7 @@ Ref<GstCaps> with_format(Format format, const Fraction& rate) {
 }
 
 // The number of tensors that the caps set; 0 if they do not.
-Result<size_t> count_of(const GstStructure* s) {
+Result<size_t> parse_count(const GstStructure* s) {
   int count = 0;
   if (!gst_structure_get_int(s, "num_tensors", &count)) return size_t{0};
   if (count < 1 || count > int{kTensorLimit})
@@ -201,7 +201,7 @@ Result<FrameSpec> spec_from_caps(const GstCaps* caps) {
         .code = Code::NOT_NEGOTIATED, .what = "the caps are empty", .needed = "other/tensors"};
   const GstStructure* s = gst_caps_get_structure(caps, 0);
   FrameSpec spec;
-  spec.rate = rate_of(s);
+  spec.rate = get_rate(s);
   if (gst_structure_has_name(s, "other/tensor")) {
     spec.format = Format::Static;
     spec.tensors.resize(1);
@@ -220,9 +220,9 @@ Result<FrameSpec> spec_from_caps(const GstCaps* caps) {
                  .offered = gst_structure_get_name(s),
                  .needed = "other/tensor or other/tensors",
                  .fix = "tensor_converter"};
-  spec.format = format_of(s);
+  spec.format = get_format(s);
   if (spec.format != Format::Static) return spec;
-  const auto count = count_of(s);
+  const auto count = parse_count(s);
   if (!count) return count.error();
   spec.tensors.resize(*count);
   if (auto status = read_lists(s, "dimensions", "types", &spec); !status) return status.error();
@@ -340,7 +340,7 @@ bool were_accepted_or_reported(GstPad* source_pad, GstCaps* caps) {
 }  // namespace
 
 std::string caps_to_paste(const FrameSpec& spec) {
-  std::string out = "other/tensors,format=" + std::string(name_of(spec.format));
+  std::string out = "other/tensors,format=" + std::string(to_string(spec.format));
   if (spec.format != Format::Static) return out;
   return out + ",dimensions=(string)\"" + join_shapes(spec.tensors) + "\",types=(string)\"" +
          join_types(spec.tensors) + "\"";

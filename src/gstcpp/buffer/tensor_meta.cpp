@@ -50,19 +50,19 @@ const GstMetaInfo* tensor_meta_info() {
   return registered;
 }
 
-TensorMeta* tensor_meta_of(GstBuffer* buffer) noexcept {
+TensorMeta* find_tensor_meta(GstBuffer* buffer) noexcept {
   return reinterpret_cast<TensorMeta*>(gst_buffer_get_meta(buffer, tensor_meta_api()));
 }
 
 }  // namespace
 
 std::span<const SourceMap> source_maps(GstBuffer* buffer) noexcept {
-  const TensorMeta* meta = tensor_meta_of(buffer);
+  const TensorMeta* meta = find_tensor_meta(buffer);
   return meta ? std::span<const SourceMap>(meta->maps) : std::span<const SourceMap>();
 }
 
 MapsOf maps_of(GstBuffer* buffer) noexcept {
-  const TensorMeta* meta = tensor_meta_of(buffer);
+  const TensorMeta* meta = find_tensor_meta(buffer);
   return meta ? meta->of : MapsOf::Tensors;
 }
 
@@ -81,7 +81,7 @@ void FrameMaps::fill(GstBuffer* buffer, std::span<const size_t> chosen, weir_fra
 }
 
 void set_source_maps(GstBuffer* buffer, std::vector<SourceMap> maps, MapsOf of) {
-  TensorMeta* meta = tensor_meta_of(buffer);
+  TensorMeta* meta = find_tensor_meta(buffer);
   if (maps.empty()) {
     if (meta) gst_buffer_remove_meta(buffer, &meta->meta);
     return;

@@ -50,25 +50,25 @@ struct BaseTransform {
     static const auto submit = k->submit_input_buffer;
     static const auto query = k->query;
     k->sink_event = [](Instance* self, GstEvent* e) {
-      if (GST_EVENT_TYPE(e) == GST_EVENT_CAPS) keep_queries_of<Impl>(self);
+      if (GST_EVENT_TYPE(e) == GST_EVENT_CAPS) keep_queries<Impl>(self);
       CapsTrial trial(GST_ELEMENT_CAST(self), e);
       return trial.ended(event(self, e));
     };
     k->submit_input_buffer = [](Instance* self, gboolean discont, GstBuffer* buffer) {
       Element<Impl, BaseTransform>::log_buffer(self, buffer);
-      if (GST_PAD_NEEDS_RECONFIGURE(GST_BASE_TRANSFORM_SRC_PAD(self))) keep_queries_of<Impl>(self);
+      if (GST_PAD_NEEDS_RECONFIGURE(GST_BASE_TRANSFORM_SRC_PAD(self))) keep_queries<Impl>(self);
       return submit(self, discont, buffer);
     };
     k->query = [](Instance* self, GstPadDirection direction, GstQuery* q) {
-      if (GST_QUERY_TYPE(q) == GST_QUERY_ALLOCATION) keep_queries_of<Impl>(self);
+      if (GST_QUERY_TYPE(q) == GST_QUERY_ALLOCATION) keep_queries<Impl>(self);
       const CapsTrial trial(GST_ELEMENT_CAST(self), q);
       return query(self, direction, q);
     };
   }
   // Installed only once frames flow: a probe costs each frame as much as a push.
   template <class Impl>
-  static void keep_queries_of(Instance* self) {
-    const Ledger* ledger = Element<Impl, BaseTransform>::ledger_of(self);
+  static void keep_queries(Instance* self) {
+    const Ledger* ledger = Element<Impl, BaseTransform>::get_ledger(self);
     if (ledger && frames_flow(*ledger))
       keep_queries_on_own_thread(GST_BASE_TRANSFORM_SRC_PAD(self), ledger);
   }

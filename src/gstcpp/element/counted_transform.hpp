@@ -9,7 +9,7 @@
 namespace weir::gst {
 
 // Why a frame was lost when GstBaseTransform's submit_input_buffer() returned `flow`.
-inline DropReason drop_reason_of(GstFlowReturn flow) {
+inline DropReason to_drop_reason(GstFlowReturn flow) {
   switch (static_cast<int>(flow)) {
     case GST_BASE_TRANSFORM_FLOW_DROPPED:
       return DropReason::Qos;
@@ -28,7 +28,7 @@ class CountedTransform : public Element<Impl, BaseTransform> {
   GstFlowReturn submit_input_buffer(gboolean discont, GstBuffer* buffer) {
     ledger_.received();
     const auto flow = this->parent_class()->submit_input_buffer(this->self(), discont, buffer);
-    if (flow != GST_FLOW_OK) ledger_.dropped(drop_reason_of(flow));
+    if (flow != GST_FLOW_OK) ledger_.dropped(to_drop_reason(flow));
     return flow;
   }
 

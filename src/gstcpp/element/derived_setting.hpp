@@ -11,7 +11,7 @@ namespace weir::gst {
 // Lock order: this lock, then the settings lock.
 //
 //   Result<Request> current() const {
-//     return *request_.get([this] { return request_of(settings()); });
+//     return *request_.get([this] { return make_request(settings()); });
 //   }
 //   void property_changed(const char*) { request_.reset(); }
 template <class T>

@@ -12,7 +12,7 @@ namespace weir::gst {
 namespace {
 
 // The layout of the installed documents is that of the repository, so that their links work.
-std::string address_of(const std::string& page) {
+std::string make_address(const std::string& page) {
   constexpr std::string_view kAddress = WEIR_DOC_URL;
   if (!kAddress.empty()) return std::string(kAddress) + "/" + page;
   const std::string file = std::string(config::installed_documents()) + "/" + page;
@@ -21,7 +21,7 @@ std::string address_of(const std::string& page) {
 }
 
 // The folder of a plug-in's elements.
-std::string_view folder_of(std::string_view element) {
+std::string_view get_folder(std::string_view element) {
   if (element.ends_with("_grpc")) return "src/net-elements/";
   for (const std::string_view start : {"edge", "mqtt", "tensor_query_"})
     if (element.starts_with(start)) return "src/edge/";
@@ -31,11 +31,11 @@ std::string_view folder_of(std::string_view element) {
 }  // namespace
 
 const char* documentation_link(const char* page) {
-  return g_intern_string(address_of(page).c_str());
+  return g_intern_string(make_address(page).c_str());
 }
 
 void set_documentation_link(GstElementClass* element, const char* factory_name) {
-  const std::string page = std::string(folder_of(factory_name)) + factory_name + "/README.md";
+  const std::string page = std::string(get_folder(factory_name)) + factory_name + "/README.md";
   gst_element_class_add_static_metadata(element, GST_ELEMENT_METADATA_DOC_URI,
                                         documentation_link(page.c_str()));
 }

@@ -110,7 +110,7 @@ class Element {
     return gst_element_register(plugin, Impl::kInfo.factory_name, GST_RANK_NONE, type());
   }
 
-  static const Ledger* ledger_of(gpointer o) {
+  static const Ledger* get_ledger(gpointer o) {
     const Impl* impl = of(o);
     return impl ? &impl->ledger_ : nullptr;
   }
@@ -349,7 +349,7 @@ class Element {
     return structure;
   }
 
-  static GstStateChangeReturn change_state_of(GstElement* element, GstStateChange change) {
+  static GstStateChangeReturn on_change_state(GstElement* element, GstStateChange change) {
     if (change == GST_STATE_CHANGE_READY_TO_PAUSED) forget_refusal(element);
     if constexpr (requires { &Impl::change_state; })
       return guarded<GstStateChangeReturn>(
@@ -396,7 +396,7 @@ class Element {
       for (auto& pad : Impl::kPads) gst_element_class_add_static_pad_template(element, &pad);
     if constexpr (requires { Impl::install_signals(G_TYPE_FROM_CLASS(k)); })
       Impl::install_signals(G_TYPE_FROM_CLASS(k));
-    element->change_state = change_state_of;
+    element->change_state = on_change_state;
     if constexpr (requires { &Impl::send_event; }) bind<&Impl::send_event>(element->send_event);
     if constexpr (requires { &Impl::request_new_pad; }) {
       bind<&Impl::request_new_pad>(element->request_new_pad);

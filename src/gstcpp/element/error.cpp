@@ -14,7 +14,7 @@ struct Domain {
   int code;
 };
 
-Domain domain_of(Code code) {
+Domain to_domain(Code code) {
   switch (static_cast<int>(code) / 1000) {
     case 1:
       return {GST_LIBRARY_ERROR, GST_LIBRARY_ERROR_SETTINGS};
@@ -36,7 +36,7 @@ Domain domain_of(Code code) {
   }
 }
 
-GstStructure* details_of(const Error& error) {
+GstStructure* make_details(const Error& error) {
   const std::string id = "WEIR-" + std::to_string(static_cast<int>(error.code));
   return gst_structure_new("weir-error", "code", G_TYPE_UINT, static_cast<guint>(error.code), "id",
                            G_TYPE_STRING, id.c_str(), "what", G_TYPE_STRING,
@@ -75,19 +75,19 @@ bool was_refused_so(GstElement* element, const std::string& text) {
 }
 
 void post(GstElement* element, GstMessageType type, const Error& error) {
-  const Domain domain = domain_of(error.code);
+  const Domain domain = to_domain(error.code);
   const std::string text = error.message();
   if (type == GST_MESSAGE_ERROR) ++errors_posted;
   if (type == GST_MESSAGE_ERROR && element == trying_caps && was_refused_so(element, text)) {
-    GST_CAT_DEBUG_OBJECT(category_of(element), element, "caps rejected again: %s", text.c_str());
+    GST_CAT_DEBUG_OBJECT(get_category(element), element, "caps rejected again: %s", text.c_str());
     return;
   }
-  GST_CAT_LEVEL_LOG(category_of(element),
+  GST_CAT_LEVEL_LOG(get_category(element),
                     type == GST_MESSAGE_ERROR ? GST_LEVEL_ERROR : GST_LEVEL_WARNING, element, "%s",
                     text.c_str());
   gst_element_message_full_with_details(element, type, domain.quark, domain.code,
                                         g_strdup(text.c_str()), nullptr, __FILE__, __func__,
-                                        __LINE__, details_of(error));
+                                        __LINE__, make_details(error));
 }
 
 }  // namespace
@@ -102,7 +102,7 @@ CapsTrial::CapsTrial(GstElement* element, GstEvent* event)
   if (!element_) return;
   GstCaps* caps = nullptr;
   gst_event_parse_caps(event, &caps);
-  GST_CAT_INFO_OBJECT(category_of(element), element, "input caps %" GST_PTR_FORMAT,
+  GST_CAT_INFO_OBJECT(get_category(element), element, "input caps %" GST_PTR_FORMAT,
                       static_cast<void*>(caps));
 }
 
@@ -112,7 +112,7 @@ CapsTrial::~CapsTrial() {
 
 gboolean CapsTrial::ended(gboolean taken) {
   if (element_)
-    GST_CAT_DEBUG_OBJECT(category_of(element_), element_, "caps are %s",
+    GST_CAT_DEBUG_OBJECT(get_category(element_), element_, "caps are %s",
                          taken ? "accepted" : "rejected");
   if (element_ && taken) forget_refusal(element_);
   return taken;

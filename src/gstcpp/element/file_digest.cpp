@@ -10,7 +10,7 @@
 
 namespace weir::gst {
 
-std::string sha256_of(const std::string& path) {
+std::string compute_sha256(const std::string& path) {
   const Unique<GChecksum, g_checksum_free> sum(g_checksum_new(G_CHECKSUM_SHA256));
   std::ifstream file(path, std::ios::binary);
   std::vector<char> block(1 << 16);

@@ -6,6 +6,6 @@
 namespace weir::gst {
 
 // 64 lower-case hexadecimal digits. A file that cannot be read has the digest of an empty one.
-std::string sha256_of(const std::string& path);
+std::string compute_sha256(const std::string& path);
 
 }  // namespace weir::gst

@@ -12,7 +12,7 @@ GstStructure* to_structure(const LedgerSnapshot& s) {
       s.dropped_total(), "bytes-copied", G_TYPE_UINT64, s.bytes_copied, "integer-divisions-by-zero",
       G_TYPE_UINT64, s.integer_divisions_by_zero, nullptr);
   for (size_t i = 0; i < kDropReasons; ++i) {
-    const std::string name = "dropped-" + std::string(name_of(static_cast<DropReason>(i)));
+    const std::string name = "dropped-" + std::string(to_string(static_cast<DropReason>(i)));
     gst_structure_set(out, name.c_str(), G_TYPE_UINT64, s.dropped[i], nullptr);
   }
   return out;

@@ -18,7 +18,7 @@ GQuark category_quark() {
   return quark;
 }
 
-GstDebugLevel level_of(int level) {
+GstDebugLevel to_debug_level(int level) {
   switch (level) {
     case WEIR_LOG_ERROR:
       return GST_LEVEL_ERROR;
@@ -53,7 +53,7 @@ void set_category(GType type, GstDebugCategory* category) {
   g_type_set_qdata(type, category_quark(), category);
 }
 
-GstDebugCategory* category_of(GstElement* element) {
+GstDebugCategory* get_category(GstElement* element) {
   auto* category =
       static_cast<GstDebugCategory*>(g_type_get_qdata(G_OBJECT_TYPE(element), category_quark()));
   return category ? category : library_category();
@@ -62,12 +62,12 @@ GstDebugCategory* category_of(GstElement* element) {
 void log_output_caps(GstPad* source_pad, const GstCaps* caps) {
   const auto element = Ref<GstElement>::adopt(gst_pad_get_parent_element(source_pad));
   if (!element) return;
-  GST_CAT_INFO_OBJECT(category_of(element.get()), source_pad, "output caps %" GST_PTR_FORMAT,
+  GST_CAT_INFO_OBJECT(get_category(element.get()), source_pad, "output caps %" GST_PTR_FORMAT,
                       static_cast<const void*>(caps));
 }
 
 void log_module_line(int level, const char* module, const char* line) {
-  const GstDebugLevel gst_level = level_of(level);
+  const GstDebugLevel gst_level = to_debug_level(level);
   // No category shows this level: skips the search for the category.
   if (level > WEIR_LOG_WARNING && gst_level > _gst_debug_min) return;
   const std::string escaped = printable_text(line);

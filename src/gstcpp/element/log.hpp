@@ -10,10 +10,10 @@ namespace weir::gst {
 GstDebugCategory* debug_category(const char* name, const char* description);
 // "weir": for log lines of no particular element or module.
 GstDebugCategory* library_category();
-// Registers the category of an element type for category_of(); null: none.
+// Registers the category of an element type for get_category(); null: none.
 void set_category(GType type, GstDebugCategory* category);
 // The category of the element's type; "weir" if it has none.
-GstDebugCategory* category_of(GstElement* element);
+GstDebugCategory* get_category(GstElement* element);
 
 // Logs, at INFO in the category of the pad's element, the new caps of its stream.
 void log_output_caps(GstPad* source_pad, const GstCaps* caps);

@@ -78,11 +78,11 @@ TEST(ModuleLog, WritesHiddenWarningsToStandardError) {
 TEST(ElementLog, UsesTheLibraryCategoryForTypesWithoutCategory) {
   GstElement* const element = gst_element_factory_make("bin", nullptr);
   ASSERT_TRUE(element);
-  EXPECT_STREQ(gst_debug_category_get_name(category_of(element)), "weir");
+  EXPECT_STREQ(gst_debug_category_get_name(get_category(element)), "weir");
   set_category(G_OBJECT_TYPE(element), debug_category("test-bin", "a test"));
-  EXPECT_STREQ(gst_debug_category_get_name(category_of(element)), "test-bin");
+  EXPECT_STREQ(gst_debug_category_get_name(get_category(element)), "test-bin");
   set_category(G_OBJECT_TYPE(element), nullptr);  // the type lives as long as the process
-  EXPECT_STREQ(gst_debug_category_get_name(category_of(element)), "weir");
+  EXPECT_STREQ(gst_debug_category_get_name(get_category(element)), "weir");
   gst_object_unref(element);
 }
 

@@ -34,10 +34,10 @@ class Array {
   GValue value_ = G_VALUE_INIT;
 };
 
-GstStructure* structure_of(const ModelTensor& tensor) {
+GstStructure* make_structure(const ModelTensor& tensor) {
   const bool known = tensor.type != ElementType::End;
   GstStructure* out = gst_structure_new(
-      "tensor", "type", G_TYPE_STRING, known ? std::string(name_of(tensor.type)).c_str() : "",
+      "tensor", "type", G_TYPE_STRING, known ? std::string(to_string(tensor.type)).c_str() : "",
       "name", G_TYPE_STRING, tensor.name.c_str(), "scale", G_TYPE_DOUBLE, double{tensor.scale},
       "zero-point", G_TYPE_INT, int{tensor.zero_point}, nullptr);
   Array shape;
@@ -51,12 +51,13 @@ void set_tensors(GstStructure* event, const char* field, const std::vector<Model
   Array list;
   for (const ModelTensor& tensor : tensors)
     list.add(GST_TYPE_STRUCTURE,
-             [&](GValue* value) { g_value_take_boxed(value, structure_of(tensor)); });
+             [&](GValue* value) { g_value_take_boxed(value, make_structure(tensor)); });
   list.move_to(event, field);
 }
 
 // The text of a field, which may be missing; nullopt if it is none or too long.
-std::optional<std::string> text_of(const GstStructure* structure, const char* field, size_t max) {
+std::optional<std::string> get_string(const GstStructure* structure, const char* field,
+                                      size_t max) {
   if (!gst_structure_has_field(structure, field)) return std::string();
   const char* text = gst_structure_get_string(structure, field);
   if (!text || strnlen(text, max + 1) > max) return std::nullopt;
@@ -64,18 +65,18 @@ std::optional<std::string> text_of(const GstStructure* structure, const char* fi
 }
 
 // The items of an array; null if the field is no array of at most `max`.
-const GValue* array_of(const GstStructure* structure, const char* field, guint max) {
+const GValue* get_array(const GstStructure* structure, const char* field, guint max) {
   const GValue* value = gst_structure_get_value(structure, field);
   const bool valid =
       value && GST_VALUE_HOLDS_ARRAY(value) && gst_value_array_get_size(value) <= max;
   return valid ? value : nullptr;
 }
 
-std::optional<ModelTensor> tensor_of(const GstStructure* structure) {
+std::optional<ModelTensor> parse_tensor(const GstStructure* structure) {
   ModelTensor out;
-  const auto type = text_of(structure, "type", kMaxNameLength);
-  auto name = text_of(structure, "name", kMaxNameLength);
-  const GValue* shape = array_of(structure, "shape", kRankLimit);
+  const auto type = get_string(structure, "type", kMaxNameLength);
+  auto name = get_string(structure, "name", kMaxNameLength);
+  const GValue* shape = get_array(structure, "shape", kRankLimit);
   double scale = 0;
   int zero_point = 0;
   if (!type || !name || !shape || !gst_structure_get_double(structure, "scale", &scale) ||
@@ -97,15 +98,16 @@ std::optional<ModelTensor> tensor_of(const GstStructure* structure) {
   return out;
 }
 
-std::optional<std::vector<ModelTensor>> tensors_of(const GstStructure* event, const char* field) {
-  const GValue* list = array_of(event, field, kTensorLimit);
+std::optional<std::vector<ModelTensor>> parse_tensors(const GstStructure* event,
+                                                      const char* field) {
+  const GValue* list = get_array(event, field, kTensorLimit);
   if (!list) return std::nullopt;
   std::vector<ModelTensor> out;
   for (guint i = 0; i < gst_value_array_get_size(list); ++i) {
     const GValue* item = gst_value_array_get_value(list, i);
     if (!GST_VALUE_HOLDS_STRUCTURE(item)) return std::nullopt;
     const GstStructure* structure = gst_value_get_structure(item);
-    auto tensor = structure ? tensor_of(structure) : std::nullopt;
+    auto tensor = structure ? parse_tensor(structure) : std::nullopt;
     if (!tensor) return std::nullopt;
     out.push_back(*std::move(tensor));
   }
@@ -134,9 +136,9 @@ std::optional<DescribedModel> parse_model_event(GstEvent* event) {
   guint version = 0;
   if (!gst_structure_get_uint(structure, "version", &version) || version != kModelVersion)
     return std::nullopt;
-  auto inputs = tensors_of(structure, "inputs"), outputs = tensors_of(structure, "outputs");
-  auto path = text_of(structure, "path", kMaxTextBytes);
-  auto metadata = text_of(structure, "metadata", kMaxTextBytes);
+  auto inputs = parse_tensors(structure, "inputs"), outputs = parse_tensors(structure, "outputs");
+  auto path = get_string(structure, "path", kMaxTextBytes);
+  auto metadata = get_string(structure, "metadata", kMaxTextBytes);
   if (!inputs || !outputs || !path || !metadata) return std::nullopt;
   return DescribedModel{*std::move(inputs), *std::move(outputs), *std::move(path),
                         *std::move(metadata)};

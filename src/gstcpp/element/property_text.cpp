@@ -13,21 +13,21 @@ namespace weir::gst {
 namespace {
 
 std::string value_not_accepted(GstElement* element, const GParamSpec* spec) {
-  return kind_of(element) + " does not accept this value for " + spec->name;
+  return get_factory_name(element) + " does not accept this value for " + spec->name;
 }
 
-std::vector<std::string> nicks_of(const GEnumClass* type) {
+std::vector<std::string> list_nicks(const GEnumClass* type) {
   std::vector<std::string> out;
   for (guint i = 0; i < type->n_values; ++i) out.emplace_back(type->values[i].value_nick);
   return out;
 }
-std::vector<std::string> nicks_of(const GFlagsClass* type) {
+std::vector<std::string> list_nicks(const GFlagsClass* type) {
   std::vector<std::string> out;
   for (guint i = 0; i < type->n_values; ++i) out.emplace_back(type->values[i].value_nick);
   return out;
 }
 
-std::vector<std::string> names_of(GstElement* element) {
+std::vector<std::string> list_properties(GstElement* element) {
   std::vector<std::string> out;
   guint count = 0;
   const Unique<GParamSpec*, g_free> all(
@@ -65,15 +65,15 @@ std::string needed_text(GParamSpec* spec) {
 // The nearest valid value, "" if none is near.
 std::string nearest_value(GParamSpec* spec, const std::string& text) {
   if (G_IS_PARAM_SPEC_ENUM(spec))
-    return nearest(text, nicks_of(G_PARAM_SPEC_ENUM(spec)->enum_class));
+    return nearest(text, list_nicks(G_PARAM_SPEC_ENUM(spec)->enum_class));
   if (G_IS_PARAM_SPEC_FLAGS(spec))
-    return nearest(text, nicks_of(G_PARAM_SPEC_FLAGS(spec)->flags_class));
+    return nearest(text, list_nicks(G_PARAM_SPEC_FLAGS(spec)->flags_class));
   return "";
 }
 
 }  // namespace
 
-std::string kind_of(GstElement* element) {
+std::string get_factory_name(GstElement* element) {
   GstElementFactory* factory = gst_element_get_factory(element);
   return factory ? gst_plugin_feature_get_name(GST_PLUGIN_FEATURE(factory))
                  : G_OBJECT_TYPE_NAME(element);
@@ -82,21 +82,22 @@ std::string kind_of(GstElement* element) {
 Result<GParamSpec*> find_property(GstElement* element, const std::string& property) {
   auto* type = G_OBJECT_GET_CLASS(element);
   if (auto* spec = g_object_class_find_property(type, property.c_str())) return spec;
-  return not_one_of(kind_of(element) + " has no such property", property, names_of(element));
+  return not_one_of(get_factory_name(element) + " has no such property", property,
+                    list_properties(element));
 }
 
 Error refused_value(GstElement* element, GParamSpec* spec, const std::string& text) {
   Error out{.code = Code::OPTION_VALUE, .what = value_not_accepted(element, spec), .offered = text};
   if (G_IS_PARAM_SPEC_ENUM(spec)) {
-    out = not_one_of(out.what, text, nicks_of(G_PARAM_SPEC_ENUM(spec)->enum_class));
+    out = not_one_of(out.what, text, list_nicks(G_PARAM_SPEC_ENUM(spec)->enum_class));
   } else if (G_IS_PARAM_SPEC_FLAGS(spec)) {
-    const auto nicks = nicks_of(G_PARAM_SPEC_FLAGS(spec)->flags_class);
+    const auto nicks = list_nicks(G_PARAM_SPEC_FLAGS(spec)->flags_class);
     out = not_one_of(out.what, text, nicks);
     out.needed += "; join several with +";
   } else {
     out.needed = needed_text(spec);
   }
-  out.fix = "gst-inspect-1.0 " + kind_of(element);
+  out.fix = "gst-inspect-1.0 " + get_factory_name(element);
   return out;
 }
 
@@ -124,9 +125,9 @@ std::optional<RefusedProperty> refused_property(const GError& error) {
   const auto spec = find_property(element.get(), property);
   if (!spec) {
     Error missing = spec.error();
-    missing.fix = "gst-inspect-1.0 " + kind_of(element.get());
+    missing.fix = "gst-inspect-1.0 " + get_factory_name(element.get());
     return RefusedProperty{property, std::nullopt, std::move(missing),
-                           nearest(property, names_of(element.get()))};
+                           nearest(property, list_properties(element.get()))};
   }
   if (unknown) return std::nullopt;
   const std::string value(parts[5].substr(0, parts[5].rfind('"')));

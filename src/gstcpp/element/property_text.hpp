@@ -23,7 +23,7 @@ class Value {
 };
 
 // The factory name of the element, for example "valve".
-std::string kind_of(GstElement* element);
+std::string get_factory_name(GstElement* element);
 
 // OPTION_VALUE, listing the valid names, when there is no such property.
 Result<GParamSpec*> find_property(GstElement* element, const std::string& property);

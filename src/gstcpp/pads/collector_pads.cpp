@@ -18,11 +18,11 @@ static_assert(sync::kNotLinked == GST_FLOW_NOT_LINKED && sync::kFlushing == GST_
               sync::kEnded == GST_FLOW_EOS && sync::kRefused == GST_FLOW_ERROR &&
               sync::kOk == GST_FLOW_OK);
 
-sync::Stamp stamp_of(GstClockTime time) {
+sync::Stamp to_stamp(GstClockTime time) {
   return GST_CLOCK_TIME_IS_VALID(time) ? sync::Stamp(time) : sync::Stamp();
 }
 
-std::string name_of(GstPad* pad) {
+std::string get_name(GstPad* pad) {
   const UniqueText text{gst_pad_get_name(pad)};
   return text.get();
 }
@@ -159,15 +159,15 @@ void CollectorPads::add_stats(GstStructure* stats) const {
 GstFlowReturn CollectorPads::chain(Pad& pad, Ref<GstBuffer> buffer) {
   pad.fed_by = g_thread_self();
   if (!pad.spec) {
-    refused(buffer_before_caps("other/tensors,format=static,num_tensors=1,...", name_of(pad.pad)));
+    refused(buffer_before_caps("other/tensors,format=static,num_tensors=1,...", get_name(pad.pad)));
     ledger_->received();
     ledger_->dropped(DropReason::Error);
     return GST_FLOW_NOT_NEGOTIATED;
   }
-  const sync::Stamp time = stamp_of(GST_BUFFER_PTS(buffer.get()));
+  const sync::Stamp time = to_stamp(GST_BUFFER_PTS(buffer.get()));
   sync::Stamp running_time;
   if (time && pad.segment.format == GST_FORMAT_TIME)
-    running_time = stamp_of(gst_segment_to_running_time(&pad.segment, GST_FORMAT_TIME, *time));
+    running_time = to_stamp(gst_segment_to_running_time(&pad.segment, GST_FORMAT_TIME, *time));
   watch_time(pad, time);
   const uint64_t bytes = gst_buffer_get_size(buffer.get());
   const int flow =
@@ -181,7 +181,7 @@ void CollectorPads::watch_time(Pad& pad, const sync::Stamp& time) {
   const sync::Stamp last = std::exchange(pad.last_time, time);
   if (!last || *time >= *last || time_reported_.exchange(true)) return;
   Error error = backwards_time(*time, *last, backwards_);
-  error.offered += " on " + name_of(pad.pad);
+  error.offered += " on " + get_name(pad.pad);
   post_warning(element_, error);
 }
 
@@ -211,7 +211,7 @@ Status CollectorPads::negotiate(const Inputs& inputs) {
   return ok();
 }
 
-Result<Ref<GstBuffer>> CollectorPads::made_of(const Inputs& inputs) {
+Result<Ref<GstBuffer>> CollectorPads::make_output(const Inputs& inputs) {
   if (auto status = negotiate(inputs); !status) return status.error();
   return combiner_->combine(inputs);
 }
@@ -219,7 +219,7 @@ Result<Ref<GstBuffer>> CollectorPads::made_of(const Inputs& inputs) {
 int CollectorPads::emit(Inputs inputs) {
   return guarded<GstFlowReturn>(element_, [&]() -> GstFlowReturn {
     begin_stream();
-    auto buffer = made_of(inputs);
+    auto buffer = make_output(inputs);
     if (!buffer) {
       ledger_->lost(DropReason::Error, inputs.used_first);
       post_error(element_, buffer.error());
@@ -231,8 +231,8 @@ int CollectorPads::emit(Inputs inputs) {
     }
     GstBuffer* out = buffer->get();
     if (!combiner_->gives_time()) GST_BUFFER_PTS(out) = inputs.time;
-    const sync::Stamp pts = stamp_of(GST_BUFFER_PTS(out));
-    const sync::Stamp start = GST_BUFFER_DTS_IS_VALID(out) ? stamp_of(GST_BUFFER_DTS(out)) : pts;
+    const sync::Stamp pts = to_stamp(GST_BUFFER_PTS(out));
+    const sync::Stamp start = GST_BUFFER_DTS_IS_VALID(out) ? to_stamp(GST_BUFFER_DTS(out)) : pts;
     if (segment_due_.exchange(false))
       begin_segment(start.value_or(0), pts.value_or(0),
                     inputs.frames[inputs.metadata_pad].running_time);
@@ -263,7 +263,7 @@ void CollectorPads::refused(const Error& error) {
   post_error(element_, error);
 }
 
-CollectorPads::Pad* CollectorPads::pad_of(sync::QueueId queue) {
+CollectorPads::Pad* CollectorPads::find_pad(sync::QueueId queue) {
   const auto it =
       std::find_if(pads_.begin(), pads_.end(), [queue](auto& p) { return p->queue == queue; });
   return it == pads_.end() ? nullptr : it->get();
@@ -274,9 +274,9 @@ Status CollectorPads::may_wait(sync::QueueId waiting, const std::vector<sync::Qu
   std::vector<Ref<GstPad>> others;
   {
     std::lock_guard lock(pads_mutex_);
-    if (const Pad* pad = pad_of(waiting)) own = Ref<GstPad>::share(pad->pad);
+    if (const Pad* pad = find_pad(waiting)) own = Ref<GstPad>::share(pad->pad);
     for (const auto queue : empty)
-      if (const Pad* pad = pad_of(queue); pad && queue != waiting) {
+      if (const Pad* pad = find_pad(queue); pad && queue != waiting) {
         GThread* thread = pad->fed_by;
         if (!thread || thread == g_thread_self()) others.push_back(Ref<GstPad>::share(pad->pad));
       }
@@ -291,9 +291,9 @@ CollectorPads::WaitNames CollectorPads::wait_names(sync::QueueId waiting,
   WaitNames out;
   std::vector<std::string> names;
   std::lock_guard lock(pads_mutex_);
-  if (const Pad* pad = pad_of(waiting)) out.waiting = name_of(pad->pad);
+  if (const Pad* pad = find_pad(waiting)) out.waiting = get_name(pad->pad);
   for (const auto queue : others)
-    if (const Pad* pad = pad_of(queue)) names.push_back(name_of(pad->pad));
+    if (const Pad* pad = find_pad(queue)) names.push_back(get_name(pad->pad));
   out.others = join(names, ", ");
   return out;
 }

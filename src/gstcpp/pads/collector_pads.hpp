@@ -104,8 +104,8 @@ class CollectorPads final : private sync::Consumer<Input> {
   void begin_segment(uint64_t start, uint64_t time, std::optional<uint64_t> running_time);
   void push_gap(const Inputs& inputs);
   Status negotiate(const Inputs& inputs);
-  Result<Ref<GstBuffer>> made_of(const Inputs& inputs);
-  Pad* pad_of(sync::QueueId queue);
+  Result<Ref<GstBuffer>> make_output(const Inputs& inputs);
+  Pad* find_pad(sync::QueueId queue);
   std::vector<Ref<GstPad>> sink_pads();
 
   static GstFlowReturn on_chain(GstPad*, GstObject*, GstBuffer*);

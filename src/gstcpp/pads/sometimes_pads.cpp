@@ -4,6 +4,7 @@
 
 #include <string>
 
+#include "gstcpp/buffer/caps_text.hpp"
 #include "gstcpp/buffer/tensor_caps.hpp"
 #include "gstcpp/element/log.hpp"
 #include "gstcpp/element/model_event.hpp"
@@ -11,16 +12,11 @@
 namespace weir::gst {
 namespace {
 
-std::string text_of(const GstCaps* caps) {
-  const UniqueText text{gst_caps_to_string(caps)};
-  return text.get();
-}
-
 Error mismatch(GstPad* pad, const PeerCaps& peer, const FrameSpec& spec, const GstCaps* caps) {
   const UniqueText name{gst_object_get_name(GST_OBJECT_CAST(pad))};
   return downstream_mismatch(
       name.get(), peer.caps.get(),
-      caps ? text_of(caps) : spec.to_string() + ", " + std::string(name_of(spec.format)),
+      caps ? to_string(caps) : spec.to_string() + ", " + std::string(to_string(spec.format)),
       "insert a tensor_transform or tensor_converter, or change the capsfilter");
 }
 

@@ -8,7 +8,7 @@
 namespace weir::gst {
 namespace {
 
-std::string name_of(gpointer object) {
+std::string get_name(gpointer object) {
   const UniqueText text{gst_object_get_name(GST_OBJECT_CAST(object))};
   return text ? text.get() : "";
 }
@@ -19,7 +19,7 @@ struct Walk {
 
   void source(GstPad* pad) {
     const auto parent = Ref<GstElement>::adopt(gst_pad_get_parent_element(pad));
-    if (parent) feed.path.push_back(name_of(parent.get()));
+    if (parent) feed.path.push_back(get_name(parent.get()));
     const bool task = has_task(pad);
     if (task) return feed.threads.push_back(Ref<GstPad>::share(pad));
     const auto sinks = linked_inside(pad);
@@ -123,7 +123,7 @@ void mark_waits_for_all(GstElement* element) {
   g_object_set_qdata(G_OBJECT(element), waits_for_all_quark(), element);
 }
 
-Feed feed_of(GstPad* sink) {
+Feed find_feed(GstPad* sink) {
   Walk walk;
   walk.up(sink);
   return walk.feed;
@@ -133,7 +133,7 @@ std::optional<Ref<GstPad>> queue_filled_by(const Ref<GstPad>& thread, GstPad* si
   constexpr size_t kMaxQueues = 16;
   Ref<GstPad> queue;
   for (size_t i = 0; i <= kMaxQueues; ++i) {
-    const auto feed = feed_of(queue ? queue.get() : sink);
+    const auto feed = find_feed(queue ? queue.get() : sink);
     if (!feed.known || feed.threads.size() != 1) return std::nullopt;
     if (feed.threads[0] == thread) return queue;
     const auto inputs = linked_inside(feed.threads[0].get());
@@ -145,13 +145,13 @@ std::optional<Ref<GstPad>> queue_filled_by(const Ref<GstPad>& thread, GstPad* si
 
 Status can_be_fed(GstElement* element, GstPad* sink) {
   Start start{element, {}, {}};
-  return start.is_fed(sink) ? ok() : Status(loop(name_of(element), name_of(sink)));
+  return start.is_fed(sink) ? ok() : Status(loop(get_name(element), get_name(sink)));
 }
 
 Status can_wait(GstElement* element, GstPad* waiting, GstPad* empty) {
-  const std::string name = name_of(element), first = name_of(waiting), second = name_of(empty);
-  const Feed other = feed_of(empty);
-  const Feed own = feed_of(waiting);
+  const std::string name = get_name(element), first = get_name(waiting), second = get_name(empty);
+  const Feed other = find_feed(empty);
+  const Feed own = find_feed(waiting);
   const bool one_thread = own.known && other.known && own.threads.size() == 1 &&
                           other.threads.size() == 1 &&
                           own.threads[0].get() == other.threads[0].get();

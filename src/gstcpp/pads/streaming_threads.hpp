@@ -18,7 +18,7 @@ struct Feed {
   bool known = true;                 // false when a source without a task is among them
 };
 // Walks upstream to the pads whose tasks push, including queues.
-Feed feed_of(GstPad* sink);
+Feed find_feed(GstPad* sink);
 // The sink pad of the queue through which `thread` alone feeds `sink`, the first one where there
 // are several in a row; null if there is none. nullopt if other threads feed `sink` too.
 std::optional<Ref<GstPad>> queue_filled_by(const Ref<GstPad>& thread, GstPad* sink);

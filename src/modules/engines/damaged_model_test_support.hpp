@@ -35,7 +35,7 @@ inline bool inputs_fit(const OpenEngine& model, double max) {
   double bytes = 0;
   for (const auto& info : model.inputs()) {
     double elements = 8;
-    for (const int64_t extent : shape_of(info)) elements *= std::max(1.0, std::abs(double(extent)));
+    for (const int64_t extent : to_shape(info)) elements *= std::max(1.0, std::abs(double(extent)));
     bytes += elements;
   }
   return bytes <= max;
@@ -74,7 +74,7 @@ inline DamageCounts run_damaged(const weir_engine& engine, const std::vector<std
     ++counts.ran;
     for (const auto& output : *outputs) {
       int64_t elements = 1;
-      for (const int64_t extent : shape_of(output.info)) {
+      for (const int64_t extent : to_shape(output.info)) {
         EXPECT_GE(extent, 0) << version;
         elements *= extent;
       }

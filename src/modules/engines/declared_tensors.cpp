@@ -59,7 +59,7 @@ Status take_into(std::vector<DeclaredTensor>* tensors, std::string_view kind,
     } else if (list[i].empty()) {
       continue;
     } else if (kind == "type") {
-      const auto type = type_of(list[i]);
+      const auto type = parse_type(list[i]);
       if (!type)
         return Error{.code = Code::TYPE_SYNTAX,
                      .what = "the element type of a model's tensor is unknown",
@@ -79,7 +79,7 @@ Status take_into(std::vector<DeclaredTensor>* tensors, std::string_view kind,
 
 }  // namespace
 
-std::optional<uint32_t> type_of(std::string_view name) {
+std::optional<uint32_t> parse_type(std::string_view name) {
   for (uint32_t type = 0; type < WEIR_TYPE_END; ++type)
     if (equals_ignoring_case(name, type_name(type))) return type;
   return std::nullopt;

@@ -34,6 +34,6 @@ class DeclaredTensors {
 // Formats dimensions innermost first, as in caps: "3:224:224:1".
 std::string dimension_text(const std::vector<int64_t>& shape);
 // The type with this name; empty when there is none.
-std::optional<uint32_t> type_of(std::string_view name);
+std::optional<uint32_t> parse_type(std::string_view name);
 
 }  // namespace weir::engine

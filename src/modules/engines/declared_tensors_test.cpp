@@ -58,8 +58,8 @@ TEST(DeclaredTensors, TextsThatCannotBeReadAreRejected) {
 TEST(DeclaredTensors, DimensionsAreWrittenInnermostFirst) {
   EXPECT_EQ(dimension_text({1, 224, 224, 3}), "3:224:224:1");
   EXPECT_EQ(dimension_text({}), "1");
-  EXPECT_EQ(type_of("FLOAT16"), uint32_t{WEIR_FLOAT16});
-  EXPECT_FALSE(type_of("float"));
+  EXPECT_EQ(parse_type("FLOAT16"), uint32_t{WEIR_FLOAT16});
+  EXPECT_FALSE(parse_type("float"));
 }
 
 }  // namespace declared_tensors_test

@@ -23,14 +23,14 @@ inline void expect_order_and_names(OpenEngine& model) {
 
 // Model: one input and one output with rows of three float32; the stream sets the number of rows.
 inline void expect_rows_of_the_stream(OpenEngine& model) {
-  EXPECT_EQ(text_of(model.inputs()[0]), "float32[-1, 3]");
+  EXPECT_EQ(to_string(model.inputs()[0]), "float32[-1, 3]");
   EXPECT_EQ(model.inputs()[0].batch_axis, 0u);
   const auto out = model.resolve({make_tensor(WEIR_FLOAT32, {7, 3}).info});
   ASSERT_TRUE(out) << out.error().message();
-  EXPECT_EQ(text_of((*out)[0]), "float32[7, 3]");
+  EXPECT_EQ(to_string((*out)[0]), "float32[7, 3]");
   const auto open_still = model.resolve(model.inputs());
   ASSERT_TRUE(open_still) << open_still.error().message();
-  EXPECT_EQ(text_of((*open_still)[0]), "float32[-1, 3]");
+  EXPECT_EQ(to_string((*open_still)[0]), "float32[-1, 3]");
 }
 
 // Model: y = -x of any length. Four threads open it, and each runs its own session.

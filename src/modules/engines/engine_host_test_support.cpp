@@ -84,7 +84,7 @@ const void* extension(const char* id) {
 const weir_host kHost{sizeof(weir_host), WEIR_ABI_MAJOR, WEIR_ABI_MINOR, fail,    log,
                       allocate,          nullptr,        nullptr,        nullptr, extension};
 
-Status status_of(int result, const weir_error& error) {
+Status to_status(int result, const weir_error& error) {
   if (result >= 0) return ok();
   if (static_cast<int>(error.error.code) != -result)
     return Error{.code = Code::INTERNAL,
@@ -252,15 +252,15 @@ TestTensor make_tensor(uint32_t type, const std::vector<int64_t>& shape, const v
   return out;
 }
 
-std::vector<int64_t> shape_of(const weir_tensor_info& info) {
+std::vector<int64_t> to_shape(const weir_tensor_info& info) {
   if (info.rank > WEIR_RANK_LIMIT) return {};
   return {info.shape, info.shape + info.rank};
 }
 
-std::string text_of(const weir_tensor_info& info) {
+std::string to_string(const weir_tensor_info& info) {
   std::string out = engine::describe(info);
   out = out.substr(0, out.find(' ')) + "[";
-  return out + join(shape_of(info), ", ", [](int64_t extent) { return std::to_string(extent); }) +
+  return out + join(to_shape(info), ", ", [](int64_t extent) { return std::to_string(extent); }) +
          "]";
 }
 
@@ -279,13 +279,13 @@ Result<std::unique_ptr<OpenEngine>> OpenEngine::open(const weir_engine& engine,
   request.n_options = static_cast<uint32_t>(pairs.size());
   request.threads = threads;
   weir_error error;
-  if (auto status = status_of(engine.open(&request, &out->model_, &error), error); !status)
+  if (auto status = to_status(engine.open(&request, &out->model_, &error), error); !status)
     return status.error();
   out->info_.struct_size = sizeof out->info_;
-  if (auto status = status_of(engine.info(out->model_, &out->info_, &error), error); !status)
+  if (auto status = to_status(engine.info(out->model_, &out->info_, &error), error); !status)
     return status.error();
   const int result = engine.session_new(out->model_, nullptr, 0, &out->session_, &error);
-  if (auto status = status_of(result, error); !status) return status.error();
+  if (auto status = to_status(result, error); !status) return status.error();
   return out;
 }
 
@@ -300,18 +300,18 @@ Result<std::vector<weir_tensor_info>> OpenEngine::resolve(
   weir_error error;
   const int result = engine_.resolve(session_, inputs.data(), static_cast<uint32_t>(inputs.size()),
                                      out.data(), static_cast<uint32_t>(out.size()), &error);
-  if (auto status = status_of(result, error); !status) return status.error();
+  if (auto status = to_status(result, error); !status) return status.error();
   return out;
 }
 
 Status OpenEngine::invoke(const weir_frame& in, weir_frame& out) {
   weir_error error;
-  return status_of(engine_.invoke(session_, &in, &out, &error), error);
+  return to_status(engine_.invoke(session_, &in, &out, &error), error);
 }
 
 Status OpenEngine::control(int op) {
   weir_error error;
-  return status_of(engine_.control(session_, op, nullptr, &error), error);
+  return to_status(engine_.control(session_, op, nullptr, &error), error);
 }
 
 Result<std::vector<TestTensor>> OpenEngine::invoke(const std::vector<TestTensor>& inputs) {
@@ -374,7 +374,7 @@ OneToOne::OneToOne(const std::vector<int64_t>& shape, std::span<float> x,
   out.bytes = out.capacity = y.size_bytes();
 }
 
-Code OneToOne::code_of(OpenEngine& model) {
+Code OneToOne::get_code(OpenEngine& model) {
   const Status status = through(model);
   return status ? Code::INTERNAL : status.error().code;
 }
@@ -382,7 +382,7 @@ Code OneToOne::code_of(OpenEngine& model) {
 std::vector<TestTensor> zero_inputs(const OpenEngine& model) {
   std::vector<TestTensor> out;
   for (const auto& info : model.inputs()) {
-    auto shape = shape_of(info);
+    auto shape = to_shape(info);
     for (auto& extent : shape) extent = extent < 0 ? 1 : extent;
     out.push_back(make_tensor(info.type, shape));
   }

@@ -87,8 +87,8 @@ TestTensor make_tensor(uint32_t type, const std::vector<int64_t>& shape,
                        const std::vector<T>& values) {
   return make_tensor(type, shape, values.data(), values.size() * sizeof(T));
 }
-std::vector<int64_t> shape_of(const weir_tensor_info& info);
-std::string text_of(const weir_tensor_info& info);  // "float32[1, 224, 224, 3]"; -1 stays -1
+std::vector<int64_t> to_shape(const weir_tensor_info& info);
+std::string to_string(const weir_tensor_info& info);  // "float32[1, 224, 224, 3]"; -1 stays -1
 
 // A model with one session, used only through the C table.
 class OpenEngine {
@@ -142,7 +142,7 @@ struct OneToOne {
   OneToOne& operator=(const OneToOne&) = delete;
 
   Status through(OpenEngine& model) { return model.invoke(in_frame, out_frame); }
-  Code code_of(OpenEngine& model);  // INTERNAL on success
+  Code get_code(OpenEngine& model);  // INTERNAL on success
 
   weir_tensor in{}, out{};
   weir_frame in_frame{}, out_frame{};

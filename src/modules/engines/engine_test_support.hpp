@@ -38,7 +38,7 @@ class EngineTest : public ::testing::Test {
     if (!model) ADD_FAILURE() << model.error().message();
     return model ? *std::move(model) : nullptr;
   }
-  Error error_of(const std::vector<std::byte>& bytes, const Options& options = {}) {
+  Error get_error(const std::vector<std::byte>& bytes, const Options& options = {}) {
     const auto model = open(bytes, options);
     return model ? Error{.code = Code::INTERNAL, .what = "it opened"} : model.error();
   }

@@ -15,7 +15,7 @@
 namespace weir::engine {
 namespace environment_variable_test {
 
-std::string value_of(const char* name) {
+std::string get_value(const char* name) {
   const char* value = std::getenv(name);
   return value ? value : "not set";
 }
@@ -39,8 +39,8 @@ TEST(EnvironmentVariable, IsSetWithoutChangingTheOldEnvironment) {
   }();
   std::string name;
   add_environment_variable(fresh("2", &name));
-  EXPECT_EQ(value_of(name.c_str()), "2");
-  EXPECT_EQ(value_of("WEIR_TEST_OF_GLIBC"), "1");
+  EXPECT_EQ(get_value(name.c_str()), "2");
+  EXPECT_EQ(get_value("WEIR_TEST_OF_GLIBC"), "1");
   EXPECT_NE(environ, old) << "readers of the old environment would see it change";
   for (size_t i = 0; i < entries.size(); ++i) EXPECT_EQ(old[i], entries[i]);
   EXPECT_EQ(old[entries.size()], nullptr);
@@ -50,7 +50,7 @@ TEST(EnvironmentVariable, ThatIsSetStays) {
   setenv("WEIR_TEST_SET", "mine", 1);
   char** const old = environ;
   add_environment_variable("WEIR_TEST_SET=other");
-  EXPECT_EQ(value_of("WEIR_TEST_SET"), "mine");
+  EXPECT_EQ(get_value("WEIR_TEST_SET"), "mine");
   EXPECT_EQ(environ, old);
 }
 
@@ -58,9 +58,9 @@ TEST(EnvironmentVariable, CanBeChangedAndRemovedByTheProgram) {
   std::string name;
   add_environment_variable(fresh("1", &name));
   setenv(name.c_str(), "2", 1);
-  EXPECT_EQ(value_of(name.c_str()), "2");
+  EXPECT_EQ(get_value(name.c_str()), "2");
   unsetenv(name.c_str());
-  EXPECT_EQ(value_of(name.c_str()), "not set");
+  EXPECT_EQ(get_value(name.c_str()), "not set");
 }
 
 TEST(EnvironmentVariable, CanBeSetWhileThreadsReadOthers) {
@@ -70,14 +70,14 @@ TEST(EnvironmentVariable, CanBeSetWhileThreadsReadOthers) {
   std::vector<std::thread> readers;
   for (int i = 0; i < 3; ++i)
     readers.emplace_back([&] {
-      while (!done) wrong += value_of("WEIR_TEST_READ") != "always";
+      while (!done) wrong += get_value("WEIR_TEST_READ") != "always";
     });
   std::string name;
   for (int i = 0; i < 200; ++i) add_environment_variable(fresh(std::to_string(i), &name));
   done = true;
   for (auto& reader : readers) reader.join();
   EXPECT_EQ(wrong, 0);
-  EXPECT_EQ(value_of(name.c_str()), "199");
+  EXPECT_EQ(get_value(name.c_str()), "199");
 }
 
 }  // namespace environment_variable_test

@@ -24,7 +24,7 @@ Result<ModelBytes> read(const std::vector<std::string>& paths) {
   return read_model(request);
 }
 
-Code code_of(const Result<ModelBytes>& result) {
+Code get_code(const Result<ModelBytes>& result) {
   return result ? Code::INTERNAL : result.error().code;
 }
 
@@ -49,19 +49,19 @@ TEST(ModelBytes, CanBelongToTheCaller) {
 }
 
 TEST(ModelBytes, AMissingFileAFolderAndADeviceAreRejected) {
-  EXPECT_EQ(code_of(read({"/no/such/file"})), Code::MODEL_NOT_FOUND);
-  EXPECT_EQ(code_of(read({"/tmp"})), Code::MODEL_NOT_FOUND);
-  EXPECT_EQ(code_of(read({"/dev/zero"})), Code::MODEL_NOT_FOUND);
+  EXPECT_EQ(get_code(read({"/no/such/file"})), Code::MODEL_NOT_FOUND);
+  EXPECT_EQ(get_code(read({"/tmp"})), Code::MODEL_NOT_FOUND);
+  EXPECT_EQ(get_code(read({"/dev/zero"})), Code::MODEL_NOT_FOUND);
 }
 
 TEST(ModelBytes, AnEmptyFileIsRejected) {
   const engine_test::TemporaryFolder folder;
-  EXPECT_EQ(code_of(read({folder.write("empty", {})})), Code::MODEL_INVALID);
+  EXPECT_EQ(get_code(read({folder.write("empty", {})})), Code::MODEL_INVALID);
 }
 
 TEST(ModelBytes, ExactlyOneModelIsNeeded) {
-  EXPECT_EQ(code_of(read({})), Code::SPEC_MISMATCH);
-  EXPECT_EQ(code_of(read({"a", "b"})), Code::SPEC_MISMATCH);
+  EXPECT_EQ(get_code(read({})), Code::SPEC_MISMATCH);
+  EXPECT_EQ(get_code(read({"a", "b"})), Code::SPEC_MISMATCH);
 }
 
 // A sparse file of `size` bytes: it uses no disk space and reads as zeros.
@@ -128,7 +128,7 @@ TEST(ModelBytes, AFileTruncatedDuringReadingIsRejected) {
 TEST(ModelBytes, AFifoWithoutAWriterIsRejectedAtOnce) {
   const engine_test::TemporaryFolder folder;
   ASSERT_EQ(mkfifo(folder.path("fifo").c_str(), 0600), 0);
-  EXPECT_EQ(code_of(read({folder.path("fifo")})), Code::MODEL_NOT_FOUND);
+  EXPECT_EQ(get_code(read({folder.path("fifo")})), Code::MODEL_NOT_FOUND);
 }
 
 TEST(ModelSource, ReturnsTheBytesOfASmallFileThatItKeptAfterTheFileHasChanged) {

@@ -125,7 +125,7 @@ Status check_memory(const weir_tensor& tensor, size_t index, const char* role) {
   return ok();
 }
 
-std::span<weir_tensor> tensors_of(const weir_frame& frame) noexcept {
+std::span<weir_tensor> get_tensors(const weir_frame& frame) noexcept {
   return {frame.tensors, frame.tensors ? frame.n_tensors : 0};
 }
 

@@ -30,7 +30,7 @@ Status check_infos(std::span<const weir_tensor_info> model, std::span<const weir
 // Only an output may have null data.
 Status check_memory(const weir_tensor& tensor, size_t index, const char* role);
 
-std::span<weir_tensor> tensors_of(const weir_frame& frame) noexcept;
+std::span<weir_tensor> get_tensors(const weir_frame& frame) noexcept;
 
 // SPEC_MISMATCH unless there are as many tensors as the model has.
 Status check_count(std::span<const weir_tensor_info> model, size_t given, const char* role);

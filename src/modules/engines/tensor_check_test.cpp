@@ -20,7 +20,7 @@ weir_tensor_info shaped(uint32_t type, const std::vector<int64_t>& shape) {
   return info;
 }
 
-Code code_of(const Status& status) {
+Code get_code(const Status& status) {
   return status ? Code::INTERNAL : status.error().code;
 }
 
@@ -85,19 +85,19 @@ TEST(TensorCheck, MemoryMustBeDenseHostMemoryOfTheRightSize) {
   tensor.stride[1] = 1;
   EXPECT_TRUE(check_memory(tensor, 0, "input"));
   tensor.stride[0] = 4;
-  EXPECT_EQ(code_of(check_memory(tensor, 0, "input")), Code::FORMAT_UNSUPPORTED);
+  EXPECT_EQ(get_code(check_memory(tensor, 0, "input")), Code::FORMAT_UNSUPPORTED);
   tensor.stride[0] = 3;
   tensor.bytes = 5;
-  EXPECT_EQ(code_of(check_memory(tensor, 0, "input")), Code::FRAME_SIZE);
+  EXPECT_EQ(get_code(check_memory(tensor, 0, "input")), Code::FRAME_SIZE);
   tensor.bytes = 6;
   tensor.data = nullptr;
-  EXPECT_EQ(code_of(check_memory(tensor, 0, "input")), Code::FRAME_SIZE);
+  EXPECT_EQ(get_code(check_memory(tensor, 0, "input")), Code::FRAME_SIZE);
   tensor.data = data;
   tensor.memory_kind = WEIR_MEMORY_CUDA;
-  EXPECT_EQ(code_of(check_memory(tensor, 0, "input")), Code::FORMAT_UNSUPPORTED);
+  EXPECT_EQ(get_code(check_memory(tensor, 0, "input")), Code::FORMAT_UNSUPPORTED);
 }
 
-weir_tensor tensor_of(const weir_tensor_info& info, void* data) {
+weir_tensor make_tensor(const weir_tensor_info& info, void* data) {
   weir_tensor out{};
   out.info = info;
   out.data = data;
@@ -109,8 +109,8 @@ TEST(TensorCheck, FramesNeedTheModelsNumberOfTensorsAndTheirMemory) {
   uint8_t data[6]{};
   const std::vector<weir_tensor_info> model{shaped(WEIR_UINT8, {-1, 3}),
                                             shaped(WEIR_TYPE_END, {2})};
-  std::vector<weir_tensor> given{tensor_of(shaped(WEIR_UINT8, {2, 3}), data),
-                                 tensor_of(shaped(WEIR_INT16, {2}), data)};
+  std::vector<weir_tensor> given{make_tensor(shaped(WEIR_UINT8, {2, 3}), data),
+                                 make_tensor(shaped(WEIR_INT16, {2}), data)};
   EXPECT_TRUE(check_inputs(model, given)) << "the model takes any type for its second input";
   EXPECT_TRUE(check_outputs(model, given));
   const auto count = check_inputs(model, std::span(given).first(1));
@@ -120,12 +120,12 @@ TEST(TensorCheck, FramesNeedTheModelsNumberOfTensorsAndTheirMemory) {
   EXPECT_EQ(check_outputs(model, {}).error().what, "the number of outputs does not fit the model");
   given[1].info.rank = 2;
   EXPECT_EQ(check_inputs(model, given).error().difference, "rank 2 instead of 1");
-  given[1] = tensor_of(shaped(WEIR_INT16, {2}), data);
+  given[1] = make_tensor(shaped(WEIR_INT16, {2}), data);
   given[1].bytes = 3;
-  EXPECT_EQ(code_of(check_inputs(model, given)), Code::FRAME_SIZE);
-  EXPECT_EQ(code_of(check_outputs(model, given)), Code::FRAME_SIZE);
+  EXPECT_EQ(get_code(check_inputs(model, given)), Code::FRAME_SIZE);
+  EXPECT_EQ(get_code(check_outputs(model, given)), Code::FRAME_SIZE);
   given[1].data = nullptr;
-  EXPECT_EQ(code_of(check_inputs(model, given)), Code::FRAME_SIZE);
+  EXPECT_EQ(get_code(check_inputs(model, given)), Code::FRAME_SIZE);
   EXPECT_TRUE(check_outputs(model, given)) << "an output without memory gets some";
 }
 
@@ -153,7 +153,7 @@ class WriteOutput : public ::testing::Test {
 TEST_F(WriteOutput, FillsGivenMemory) {
   const uint8_t from[4]{1, 2, 3, 4};
   uint8_t to[4]{};
-  auto tensor = tensor_of(shaped(WEIR_UINT8, {4}), to);
+  auto tensor = make_tensor(shaped(WEIR_UINT8, {4}), to);
   ASSERT_TRUE(write_output(shaped(WEIR_UINT8, {2, 2}), from, 0, &tensor));
   EXPECT_TRUE(std::equal(from, from + 4, to));
   EXPECT_EQ(tensor.info.rank, 1u) << "the host's description stays";
@@ -173,16 +173,16 @@ TEST_F(WriteOutput, AllocatesFromTheHostWithoutMemory) {
 TEST_F(WriteOutput, RejectsAWrongSizeOrTypeAndMissingMemory) {
   const uint8_t from[4]{};
   uint8_t to[4]{};
-  auto tensor = tensor_of(shaped(WEIR_UINT8, {4}), to);
+  auto tensor = make_tensor(shaped(WEIR_UINT8, {4}), to);
   const auto size = write_output(shaped(WEIR_UINT8, {3}), from, 5, &tensor);
   ASSERT_FALSE(size);
   EXPECT_EQ(size.error().code, Code::INVOKE_FAILED);
   EXPECT_EQ(size.error().offered, "uint8 3");
   EXPECT_EQ(size.error().needed, "uint8 4");
   EXPECT_EQ(size.error().difference, "output 5");
-  EXPECT_EQ(code_of(write_output(shaped(WEIR_INT32, {1}), from, 0, &tensor)), Code::INVOKE_FAILED);
+  EXPECT_EQ(get_code(write_output(shaped(WEIR_INT32, {1}), from, 0, &tensor)), Code::INVOKE_FAILED);
   weir_tensor none{};
-  EXPECT_EQ(code_of(write_output(shaped(WEIR_UINT8, {101}), from, 0, &none)), Code::OUT_OF_MEMORY);
+  EXPECT_EQ(get_code(write_output(shaped(WEIR_UINT8, {101}), from, 0, &none)), Code::OUT_OF_MEMORY);
 }
 
 }  // namespace tensor_check_test

@@ -24,27 +24,27 @@ void FrameScript::throw_exception(Code code) {
 }
 
 template <class ArrayOf>
-Object FrameScript::list_of(const weir_frame& frame, ArrayOf&& array_of) const {
+Object FrameScript::make_list(const weir_frame& frame, ArrayOf&& make_array) const {
   Object arrays = Object::adopt(api_.PyList_New(frame.n_tensors));
   if (!arrays) throw_exception(Code::OUT_OF_MEMORY);
   for (uint32_t i = 0; i < frame.n_tensors; ++i) {
-    Object array = array_of(frame.tensors[i]);
+    Object array = make_array(frame.tensors[i]);
     if (!array) throw_exception(Code::OUT_OF_MEMORY);
     api_.PyList_SetItem(arrays.get(), i, array.release());
   }
   return arrays;
 }
 
-Object FrameScript::elements_of(const weir_frame& frame, const Object& owner) const {
-  return list_of(frame, [&](const weir_tensor& tensor) {
+Object FrameScript::make_arrays(const weir_frame& frame, const Object& owner) const {
+  return make_list(frame, [&](const weir_tensor& tensor) {
     const auto count = tensor.bytes / element_bytes(tensor.info.type);
     return numpy_.view(tensor.info.type, tensor.data, static_cast<int64_t>(count), owner);
   });
 }
 
-Object FrameScript::bytes_of(const weir_frame& frame, const Object& owner) const {
+Object FrameScript::make_byte_arrays(const weir_frame& frame, const Object& owner) const {
   static char nothing = 0;
-  return list_of(frame, [&](const weir_tensor& tensor) {
+  return make_list(frame, [&](const weir_tensor& tensor) {
     return numpy_.view(WEIR_UINT8, tensor.bytes > 0 ? tensor.data : &nothing,
                        static_cast<int64_t>(tensor.bytes), owner);
   });

@@ -55,8 +55,8 @@ class FrameScript {
   Object instance() const { return Object::share(script_.get()); }
   // Under Locked: a list of arrays over the tensors, as elements or as bytes. `owner`:
   // with_frame().
-  Object elements_of(const weir_frame& frame, const Object& owner) const;
-  Object bytes_of(const weir_frame& frame, const Object& owner) const;
+  Object make_arrays(const weir_frame& frame, const Object& owner) const;
+  Object make_byte_arrays(const weir_frame& frame, const Object& owner) const;
 
   const PythonApi& api() const noexcept { return api_; }
   // Throws Python's pending exception.
@@ -64,7 +64,7 @@ class FrameScript {
 
  private:
   template <class ArrayOf>
-  Object list_of(const weir_frame& frame, ArrayOf&& array_of) const;
+  Object make_list(const weir_frame& frame, ArrayOf&& make_array) const;
   void release(FrameHold* hold);
 
   const PythonApi& api_;

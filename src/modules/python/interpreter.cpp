@@ -56,7 +56,7 @@ Object called(PyObject* callable, std::vector<Object> arguments) {
 }
 
 // Returns the dict of one of our modules, borrowed; null with the exception set on failure.
-PyObject* names_of(const char* name, const char* source) {
+PyObject* load_names(const char* name, const char* source) {
   PyObject* module = api.PyImport_AddModule(name);
   PyObject* names = module ? api.PyModule_GetDict(module) : nullptr;
   if (!names || api.PyDict_GetItemString(names, "weir_is_ready")) return names;
@@ -118,7 +118,7 @@ Object::~Object() {
 }
 
 Result<PyObject*> module_of_ours(const char* name, const char* source) {
-  PyObject* names = names_of(name, source);
+  PyObject* names = load_names(name, source);
   if (!names) return take_exception(Code::INTERNAL);
   return names;
 }
@@ -134,7 +134,7 @@ Result<Object> call(PyObject* names, const char* function, std::vector<Object> a
   return result;
 }
 
-Object text_of(std::string_view text) {
+Object make_text(std::string_view text) {
   return Object::adopt(
       api.PyUnicode_FromStringAndSize(text.data(), static_cast<ptrdiff_t>(text.size())));
 }
@@ -152,7 +152,7 @@ Error take_exception(Code code) {
   api.PyErr_NormalizeException(&kind, &value, &trace);
   std::vector<Object> parts;
   for (PyObject* part : {kind, value, trace}) parts.push_back(none_if_null(part));
-  PyObject* names = names_of("weir_exceptions", kExceptions);
+  PyObject* names = load_names("weir_exceptions", kExceptions);
   PyObject* describe = names ? api.PyDict_GetItemString(names, "describe") : nullptr;
   const Object words = describe ? called(describe, std::move(parts)) : Object();
   if (!words) {

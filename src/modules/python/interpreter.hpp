@@ -58,7 +58,7 @@ Result<PyObject*> module_of_ours(const char* name, const char* source);  // borr
 Result<Object> call(PyObject* names, const char* function, std::vector<Object> arguments,
                     Code code);
 
-Object text_of(std::string_view text);
+Object make_text(std::string_view text);
 
 inline constexpr int kSimpleBuffer = 0;             // PyBUF_SIMPLE
 inline constexpr int kDenseWithFormat = 0x4 | 0x8;  // PyBUF_FORMAT | PyBUF_ND

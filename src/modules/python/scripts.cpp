@@ -62,7 +62,7 @@ def whole(number):
 def is_a(kind, value):
     return issubclass(type(value), kind)
 
-def tensor_of(shape):
+def to_tensor(shape):
     dtype = numpy.dtype(shape.getType())
     if dtype not in TYPES:
         raise TypeError(f"{dtype} is not a tensor type, which is one of {', '.join(map(str, TYPES))}")
@@ -93,8 +93,8 @@ Result<Object> load_script(const std::string& path, const char* class_name,
   const auto names = script_names();
   if (!names) return names.error();
   std::vector<Object> all;
-  all.push_back(text_of(path));
-  all.push_back(text_of(class_name));
+  all.push_back(make_text(path));
+  all.push_back(make_text(class_name));
   for (auto& argument : arguments) all.push_back(std::move(argument));
   auto loaded = call(*names, "load", std::move(all), Code::MODULE_REFUSED);
   if (loaded) return loaded;

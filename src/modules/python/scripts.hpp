@@ -14,7 +14,7 @@ namespace weir::python {
 Result<Object> load_script(const std::string& path, const char* class_name,
                            std::vector<Object> arguments);
 
-// Returns our Python module's dict. Its tensor_of(shape) calls getType() and getDims() of an object
+// Returns our Python module's dict. Its to_tensor(shape) calls getType() and getDims() of an object
 // such as TensorShape, and returns (type number of abi.h, dimensions without trailing zeros) or
 // raises. It calls each method once, because a script may return something else the next time. Call
 // under Locked.

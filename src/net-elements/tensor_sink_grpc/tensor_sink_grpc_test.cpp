@@ -11,21 +11,21 @@ namespace tensor_sink_grpc_test {
 constexpr char kSink[] = "tensor_sink_grpc", kSource[] = "tensor_src_grpc";
 
 Harness served_source(const std::string& options = "") {
-  Harness h = harness_of("tensor_src_grpc port=0 " + options);
+  Harness h = make_harness("tensor_src_grpc port=0 " + options);
   gst_harness_play(h.get());
   return h;
 }
 Harness served_sink(const std::string& options = "") {
-  return harness_of("tensor_sink_grpc server=true port=0 sync=false " + options, kSixBytes);
+  return make_harness("tensor_sink_grpc server=true port=0 sync=false " + options, kSixBytes);
 }
-Harness source_of(const Harness& sink, const std::string& options = "") {
-  Harness h = harness_of("tensor_src_grpc server=false " + options + port_of(sink, kSink));
+Harness make_source(const Harness& sink, const std::string& options = "") {
+  Harness h = make_harness("tensor_src_grpc server=false " + options + get_port(sink, kSink));
   gst_harness_play(h.get());
   return h;
 }
 // A port of this machine on which nothing listens.
 std::string free_port() {
-  return port_of(served_source(), kSource);
+  return get_port(served_source(), kSource);
 }
 
 class TensorSinkGrpc : public ::testing::TestWithParam<const char*> {
@@ -37,7 +37,7 @@ INSTANTIATE_TEST_SUITE_P(Schemas, TensorSinkGrpc, ::testing::Values("protobuf", 
 TEST_P(TensorSinkGrpc, SendsEachFrameToAServer) {
   const Harness source = served_source(idl_);
   const Harness sink =
-      harness_of("tensor_sink_grpc sync=false" + idl_ + port_of(source, kSource), kSixBytes);
+      make_harness("tensor_sink_grpc sync=false" + idl_ + get_port(source, kSource), kSixBytes);
   for (uint8_t i = 0; i < 3; ++i)
     EXPECT_EQ(gst_harness_push(sink.get(), six_bytes(i)), GST_FLOW_OK);
   for (uint8_t i = 0; i < 3; ++i) {
@@ -50,14 +50,14 @@ TEST_P(TensorSinkGrpc, SendsEachFrameToAServer) {
   EXPECT_SAYS(caps, "types=(string)\"uint8\\,uint8\"");
   EXPECT_SAYS(caps, "framerate=(fraction)5/1");
   guint out = 0;
-  g_object_get(element_of(sink, kSink).get(), "out", &out, nullptr);
+  g_object_get(find_element(sink, kSink).get(), "out", &out, nullptr);
   EXPECT_EQ(out, 3u);
   EXPECT_EQ(stat(sink, kSink, "held"), 0u);
 }
 
 TEST_P(TensorSinkGrpc, ServesEachFrameToEachClient) {
   const Harness sink = served_sink(idl_);
-  const Harness one = source_of(sink, idl_), other = source_of(sink, idl_);
+  const Harness one = make_source(sink, idl_), other = make_source(sink, idl_);
   ASSERT_TRUE(wait_for_stat(sink, kSink, "peers", 2));
   for (uint8_t i = 0; i < 5; ++i)
     EXPECT_EQ(gst_harness_push(sink.get(), six_bytes(i)), GST_FLOW_OK);
@@ -70,7 +70,7 @@ TEST_P(TensorSinkGrpc, ServesEachFrameToEachClient) {
 
 TEST_P(TensorSinkGrpc, ItsEosIsThatOfItsClients) {
   const Harness sink = served_sink(idl_);
-  const Harness source = source_of(sink, idl_);
+  const Harness source = make_source(sink, idl_);
   gst_harness_push(sink.get(), six_bytes(1));
   EXPECT_TRUE(gst_harness_push_event(sink.get(), gst_event_new_eos()));
   EXPECT_EQ(pulled_bytes(source)[0], 1u) << "what was queued is sent first";
@@ -80,7 +80,7 @@ TEST_P(TensorSinkGrpc, ItsEosIsThatOfItsClients) {
 TEST(TensorSinkGrpcAlone, SendsWhatIsQueuedBeforeTheEnd) {
   const Harness source = served_source("queue=100");
   const Harness sink =
-      harness_of("tensor_sink_grpc sync=false" + port_of(source, kSource), kSixBytes);
+      make_harness("tensor_sink_grpc sync=false" + get_port(source, kSource), kSixBytes);
   for (int i = 0; i < 50; ++i) gst_harness_push(sink.get(), six_bytes(0));
   EXPECT_TRUE(gst_harness_push_event(sink.get(), gst_event_new_eos()));
   EXPECT_EQ(stat(sink, kSink, "messages-sent"), 50u);
@@ -99,8 +99,8 @@ void end_and_flush(const Harness& sink) {
 
 TEST(TensorSinkGrpcAlone, SendsToItsServerAgainAfterTheEndAndAFlush) {
   const Harness source = served_source();
-  const Harness sink = harness_of(
-      "tensor_sink_grpc sync=false blocking=false" + port_of(source, kSource), kSixBytes);
+  const Harness sink = make_harness(
+      "tensor_sink_grpc sync=false blocking=false" + get_port(source, kSource), kSixBytes);
   for (const uint8_t first : {1, 7}) {
     EXPECT_EQ(gst_harness_push(sink.get(), six_bytes(first)), GST_FLOW_OK);
     ASSERT_EQ(stat(sink, kSink, "dropped-policy"), 0u);
@@ -112,7 +112,7 @@ TEST(TensorSinkGrpcAlone, SendsToItsServerAgainAfterTheEndAndAFlush) {
 TEST(TensorSinkGrpcAlone, ServesNewClientsAfterTheEndAndAFlush) {
   const Harness sink = served_sink();
   for (const uint8_t first : {1, 7}) {
-    const Harness source = source_of(sink);
+    const Harness source = make_source(sink);
     ASSERT_TRUE(wait_for_stat(sink, kSink, "peers", 1));
     EXPECT_EQ(gst_harness_push(sink.get(), six_bytes(first)), GST_FLOW_OK);
     EXPECT_EQ(pulled_bytes(source)[0], first);
@@ -123,7 +123,7 @@ TEST(TensorSinkGrpcAlone, ServesNewClientsAfterTheEndAndAFlush) {
 
 TEST(TensorSinkGrpcAlone, WithoutBlockingDropsWhatNoServerTakes) {
   const Harness sink =
-      harness_of("tensor_sink_grpc sync=false blocking=false queue=2" + free_port(), kSixBytes);
+      make_harness("tensor_sink_grpc sync=false blocking=false queue=2" + free_port(), kSixBytes);
   for (int i = 0; i < 5; ++i) EXPECT_EQ(gst_harness_push(sink.get(), six_bytes(0)), GST_FLOW_OK);
   EXPECT_EQ(stat(sink, kSink, "dropped-policy"), 3u);
   EXPECT_EQ(stat(sink, kSink, "consumed"), 2u);
@@ -131,24 +131,24 @@ TEST(TensorSinkGrpcAlone, WithoutBlockingDropsWhatNoServerTakes) {
 
 TEST(TensorSinkGrpcAlone, SendsToAServerThatComesLater) {
   const std::string port = free_port();
-  const Harness sink = harness_of("tensor_sink_grpc sync=false" + port, kSixBytes);
+  const Harness sink = make_harness("tensor_sink_grpc sync=false" + port, kSixBytes);
   EXPECT_EQ(gst_harness_push(sink.get(), six_bytes(7)), GST_FLOW_OK);
-  const Harness source = harness_of("tensor_src_grpc" + port);
+  const Harness source = make_harness("tensor_src_grpc" + port);
   gst_harness_play(source.get());
   EXPECT_EQ(pulled_bytes(source)[0], 7u);
 }
 
 TEST(TensorSinkGrpcAlone, ConnectsAgain) {
   const std::string port = free_port();
-  Harness first = harness_of("tensor_src_grpc" + port);
+  Harness first = make_harness("tensor_src_grpc" + port);
   gst_harness_play(first.get());
-  const Harness sink = harness_of("tensor_sink_grpc sync=false" + port, kSixBytes);
+  const Harness sink = make_harness("tensor_sink_grpc sync=false" + port, kSixBytes);
   gst_harness_push(sink.get(), six_bytes(1));
   EXPECT_EQ(pulled_bytes(first)[0], 1u);
   ASSERT_TRUE(wait_for_stat(sink, kSink, "messages-sent", 1));
   first.reset();
   ASSERT_TRUE(wait_for_stat(sink, kSink, "peers", 0));
-  const Harness second = harness_of("tensor_src_grpc" + port);
+  const Harness second = make_harness("tensor_src_grpc" + port);
   gst_harness_play(second.get());
   gst_harness_push(sink.get(), six_bytes(2));
   EXPECT_EQ(pulled_bytes(second)[0], 2u);
@@ -156,7 +156,7 @@ TEST(TensorSinkGrpcAlone, ConnectsAgain) {
 }
 
 TEST(TensorSinkGrpcAlone, WarnsOnceThatNoServerAnswers) {
-  const Harness sink = harness_of("tensor_sink_grpc sync=false" + free_port());
+  const Harness sink = make_harness("tensor_sink_grpc sync=false" + free_port());
   Errors errors(sink);
   std::string warning;
   ASSERT_TRUE(
@@ -169,7 +169,7 @@ TEST(TensorSinkGrpcAlone, WarnsOnceThatNoServerAnswers) {
 TEST(TensorSinkGrpcAlone, ReportsAServerOfAnotherSchema) {
   const Harness source = served_source("idl=flatbuf");
   const Harness sink =
-      harness_of("tensor_sink_grpc sync=false" + port_of(source, kSource), kSixBytes);
+      make_harness("tensor_sink_grpc sync=false" + get_port(source, kSource), kSixBytes);
   Errors errors(sink);
   std::string error;
   ASSERT_TRUE(becomes_true(
@@ -187,7 +187,7 @@ TEST(TensorSinkGrpcAlone, ReportsAFrameThatIsTooLarge) {
   const std::string caps =
       "other/tensor,dimension=(string)2000,type=(string)uint8,framerate=(fraction)0/1";
   const Harness sink =
-      harness_of("tensor_sink_grpc sync=false max-message=1024" + free_port(), caps);
+      make_harness("tensor_sink_grpc sync=false max-message=1024" + free_port(), caps);
   Errors errors(sink);
   EXPECT_EQ(gst_harness_push(sink.get(), frame(Bytes(2000))), GST_FLOW_ERROR);
   const std::string error = errors.next();
@@ -203,7 +203,7 @@ TEST(TensorSinkGrpcAlone, ReportsPropertiesThatCannotBeUsed) {
   EXPECT_SAYS(schema, "offered: idl=capnproto");
   EXPECT_SAYS(schema, "needed: protobuf or flatbuf");
   const Harness source = served_source();
-  const std::string port = start_error("tensor_sink_grpc server=true" + port_of(source, kSource));
+  const std::string port = start_error("tensor_sink_grpc server=true" + get_port(source, kSource));
   EXPECT_SAYS(port, "WEIR-1004: the server cannot listen on this address");
   EXPECT_SAYS(port, "fix: port=0");
   EXPECT_SAYS(start_error("tensor_sink_grpc server=true host=no.such.name.invalid"), "WEIR-1004");
@@ -223,16 +223,16 @@ TEST(TensorSinkGrpcAlone, StopsWhileItWaitsForAServer) {
 
 TEST(TensorSinkGrpcAlone, PausingWhileItWaitsForRoomLosesAndRepeatsNothing) {
   const std::string port = free_port();
-  const Harness sink = harness_of("tensor_sink_grpc sync=false queue=1" + port, kSixBytes);
+  const Harness sink = make_harness("tensor_sink_grpc sync=false queue=1" + port, kSixBytes);
   EXPECT_EQ(gst_harness_push(sink.get(), six_bytes(1)), GST_FLOW_OK);
   std::thread writer([&] { EXPECT_EQ(gst_harness_push(sink.get(), six_bytes(2)), GST_FLOW_OK); });
   EXPECT_TRUE(wait_for_stat(sink, kSink, "received", 2));
-  const auto element = element_of(sink, kSink);
+  const auto element = find_element(sink, kSink);
   for (int i = 0; i < 200; ++i) {  // some before the thread that waits has woken
     gst_element_set_state(element.get(), GST_STATE_PAUSED);
     gst_element_set_state(element.get(), GST_STATE_PLAYING);
   }
-  const Harness source = harness_of("tensor_src_grpc" + port);
+  const Harness source = make_harness("tensor_src_grpc" + port);
   gst_harness_play(source.get());
   writer.join();
   EXPECT_EQ(pulled_bytes(source), Bytes({1, 2, 3, 4, 5, 6}));
@@ -242,7 +242,7 @@ TEST(TensorSinkGrpcAlone, PausingWhileItWaitsForRoomLosesAndRepeatsNothing) {
 
 TEST(TensorSinkGrpcAlone, ServesOnlyWhomItAllows) {
   const Harness sink = served_sink("allow=192.0.2.0/24");
-  const Harness source = harness_of("tensor_src_grpc server=false" + port_of(sink, kSink));
+  const Harness source = make_harness("tensor_src_grpc server=false" + get_port(sink, kSink));
   Errors errors(source);
   gst_harness_play(source.get());
   std::string error;

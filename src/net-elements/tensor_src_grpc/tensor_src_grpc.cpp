@@ -94,7 +94,7 @@ class TensorSrcGrpc : public GrpcElement<TensorSrcGrpc, gst::PushSource, Incomin
           break;
       }
       ledger_.received();
-      auto buffer = frame_of(taken.message);
+      auto buffer = make_frame(taken.message);
       if (buffer) {
         ledger_.consumed_and_pushed();
         *out = buffer->release();
@@ -132,7 +132,7 @@ class TensorSrcGrpc : public GrpcElement<TensorSrcGrpc, gst::PushSource, Incomin
     return true;
   }
 
-  Result<Ref<GstBuffer>> frame_of(const net::IncomingMessage& message) {
+  Result<Ref<GstBuffer>> make_frame(const net::IncomingMessage& message) {
     if (auto status = codec_->parse(whole(message.chunks), &message_); !status)
       return status.error();
     if (message_.format != messages::kStatic)
@@ -141,7 +141,7 @@ class TensorSrcGrpc : public GrpcElement<TensorSrcGrpc, gst::PushSource, Incomin
                    .offered = "format 1 (flexible)",
                    .needed = "format 0 (static)",
                    .fix = "other/tensors,format=static upstream of the sender"};
-    if (auto status = follow(spec_of(message_)); !status) return status.error();
+    if (auto status = follow(to_spec(message_)); !status) return status.error();
     auto buffer = pool_.acquire(buffer_limit_);
     if (!buffer) return buffer.error();
     gst::FramePool::Writer writer;
@@ -164,7 +164,7 @@ class TensorSrcGrpc : public GrpcElement<TensorSrcGrpc, gst::PushSource, Incomin
     return joined_;
   }
 
-  static FrameSpec spec_of(const messages::TensorMessage& message) {
+  static FrameSpec to_spec(const messages::TensorMessage& message) {
     FrameSpec out{.format = Format::Static, .tensors = {}, .rate = {0, 1}};
     if (message.has_rate()) out.rate = {message.rate_n, message.rate_d};
     for (const auto& tensor : message.tensors)

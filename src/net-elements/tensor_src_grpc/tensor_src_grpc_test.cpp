@@ -9,11 +9,11 @@ namespace tensor_src_grpc_test {
 constexpr char kSink[] = "tensor_sink_grpc", kSource[] = "tensor_src_grpc";
 
 Harness sink_to(const Harness& source, const std::string& caps) {
-  return harness_of("tensor_sink_grpc sync=false" + port_of(source, kSource), caps);
+  return make_harness("tensor_sink_grpc sync=false" + get_port(source, kSource), caps);
 }
 
 TEST(TensorSrcGrpc, FramesHaveTheRunningTimeOfTheirArrival) {
-  const Harness source = harness_of("tensor_src_grpc port=0");
+  const Harness source = make_harness("tensor_src_grpc port=0");
   gst_harness_use_testclock(source.get());
   gst_harness_play(source.get());
   const GstClockTime base = gst_element_get_base_time(source->element);
@@ -28,7 +28,7 @@ TEST(TensorSrcGrpc, FramesHaveTheRunningTimeOfTheirArrival) {
 }
 
 TEST(TensorSrcGrpc, CapsChangeWithTheMessages) {
-  const Harness source = harness_of("tensor_src_grpc port=0");
+  const Harness source = make_harness("tensor_src_grpc port=0");
   gst_harness_play(source.get());
   const Harness sink = sink_to(
       source, "other/tensor,dimension=(string)4:2,type=(string)int16,framerate=(fraction)0/1");
@@ -43,7 +43,7 @@ TEST(TensorSrcGrpc, CapsChangeWithTheMessages) {
 }
 
 TEST(TensorSrcGrpc, RefusesTheClientWhoseCapsDownstreamRejects) {
-  const Harness source = harness_of("tensor_src_grpc port=0");
+  const Harness source = make_harness("tensor_src_grpc port=0");
   gst_harness_set_sink_caps_str(source.get(), kSixBytes.c_str());
   gst_harness_play(source.get());
   const Harness bad = sink_to(
@@ -68,7 +68,7 @@ TEST(TensorSrcGrpc, RefusesTheClientWhoseCapsDownstreamRejects) {
 }
 
 TEST(TensorSrcGrpc, SeveralClientsSendToOneStream) {
-  const Harness source = harness_of("tensor_src_grpc port=0");
+  const Harness source = make_harness("tensor_src_grpc port=0");
   gst_harness_play(source.get());
   const Harness one = sink_to(source, kSixBytes), other = sink_to(source, kSixBytes);
   for (int i = 0; i < 4; ++i) {
@@ -81,18 +81,18 @@ TEST(TensorSrcGrpc, SeveralClientsSendToOneStream) {
 }
 
 TEST(TensorSrcGrpc, EndsAfterNumBuffers) {
-  const Harness source = harness_of("tensor_src_grpc port=0 num-buffers=2");
+  const Harness source = make_harness("tensor_src_grpc port=0 num-buffers=2");
   gst_harness_play(source.get());
   const Harness sink = sink_to(source, kSixBytes);
   for (int i = 0; i < 2; ++i) gst_harness_push(sink.get(), six_bytes(0));
   EXPECT_TRUE(ends(source));
   guint out = 0;
-  g_object_get(element_of(source, kSource).get(), "out", &out, nullptr);
+  g_object_get(find_element(source, kSource).get(), "out", &out, nullptr);
   EXPECT_EQ(out, 2u);
 }
 
 TEST(TensorSrcGrpc, TheEndOfAClientIsNotTheEndOfTheServer) {
-  const Harness source = harness_of("tensor_src_grpc port=0");
+  const Harness source = make_harness("tensor_src_grpc port=0");
   gst_harness_play(source.get());
   {
     const Harness first = sink_to(source, kSixBytes);

@@ -45,8 +45,8 @@ Status check_security(const ServerAddress& address, const Security& security) {
   return ok();
 }
 
-Result<std::shared_ptr<grpc::ChannelCredentials>> credentials_of(const ServerAddress& address,
-                                                                 const Security& security) {
+Result<std::shared_ptr<grpc::ChannelCredentials>> make_credentials(const ServerAddress& address,
+                                                                   const Security& security) {
   if (!address.encrypted) return grpc::InsecureChannelCredentials();
   grpc::SslCredentialsOptions options;
   const struct {
@@ -66,7 +66,7 @@ Result<std::shared_ptr<grpc::ChannelCredentials>> credentials_of(const ServerAdd
 }
 
 // The first of the file; "" without a file.
-Result<std::string> token_of(const Security& security) {
+Result<std::string> read_token(const Security& security) {
   if (security.token_file.empty()) return std::string();
   auto text = read_security_file(security.token_file, "option", "token-file");
   if (!text) return text.error();
@@ -75,7 +75,7 @@ Result<std::string> token_of(const Security& security) {
   return std::move(tokens.sendable.front());
 }
 
-Reply reply_of(const grpc::Status& status, const grpc::ByteBuffer& message) {
+Reply make_reply(const grpc::Status& status, const grpc::ByteBuffer& message) {
   Reply out;
   out.status = static_cast<int>(status.error_code());
   out.message = status.error_message();
@@ -117,7 +117,7 @@ class GrpcLink final : public Link {
                          std::chrono::duration_cast<std::chrono::system_clock::duration>(left));
     if (!token_.empty()) context.AddMetadata("authorization", "Bearer " + token_);
     grpc::CompletionQueue queue;
-    const grpc::ByteBuffer message = message_of(request, memory);
+    const grpc::ByteBuffer message = make_message(request, memory);
     const auto rpc =
         stub_.PrepareUnaryCall(&context, std::string(kService) + method, message, &queue);
     rpc->StartCall();
@@ -127,7 +127,7 @@ class GrpcLink final : public Link {
     void* tag = nullptr;
     bool done = false;
     queue.Next(&tag, &done);
-    return reply_of(status, response);
+    return make_reply(status, response);
   }
 
   grpc::GenericStub stub_;
@@ -139,9 +139,9 @@ class GrpcLink final : public Link {
 Result<std::unique_ptr<Link>> Link::open(const ServerAddress& address, const Security& security,
                                          size_t max_bytes) {
   if (auto status = check_security(address, security); !status) return status.error();
-  auto credentials = credentials_of(address, security);
+  auto credentials = make_credentials(address, security);
   if (!credentials) return credentials.error();
-  auto token = token_of(security);
+  auto token = read_token(security);
   if (!token) return token.error();
   grpc::ChannelArguments arguments = channel_arguments(max_bytes);
   if (address.target.rfind("dns:", 0) == 0) arguments.SetLoadBalancingPolicyName("round_robin");

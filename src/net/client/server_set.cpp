@@ -168,7 +168,7 @@ ServerSet::Attempt ServerSet::attempt(const Taken& taken, const MakeRequest& mak
   out->reply = link(taken.server).call("ModelInfer", *pieces, memory, taken.deadline);
   ended.took = Clock::now() - begin;
   ended.bytes_received = out->reply.chunks.size();
-  ended.outcome = out->outcome = outcome_of(out->reply.status);
+  ended.outcome = out->outcome = to_outcome(out->reply.status);
   if (out->outcome != Outcome::Answered) return ended;
   if (const auto status = accept(*out, &ended.times); !status) return refuse(status.error());
   return ended;

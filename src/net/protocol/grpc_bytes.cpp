@@ -7,7 +7,8 @@ namespace weir::net {
 namespace {
 
 // Keeps the caller's memory until gRPC has sent it.
-grpc::Slice slice_of(std::span<const std::byte> bytes, const std::shared_ptr<const void>& memory) {
+grpc::Slice make_slice(std::span<const std::byte> bytes,
+                       const std::shared_ptr<const void>& memory) {
   auto* keep = new std::shared_ptr<const void>(memory);
   return grpc::Slice(
       const_cast<std::byte*>(bytes.data()), bytes.size(),
@@ -16,14 +17,14 @@ grpc::Slice slice_of(std::span<const std::byte> bytes, const std::shared_ptr<con
 
 }  // namespace
 
-grpc::ByteBuffer message_of(const Pieces& pieces, const std::shared_ptr<const void>& memory) {
+grpc::ByteBuffer make_message(const Pieces& pieces, const std::shared_ptr<const void>& memory) {
   std::vector<grpc::Slice> slices;
   slices.reserve(pieces.size());
   for (const auto& piece : pieces) {
     if (!piece.own.empty())
       slices.emplace_back(piece.own);
     else if (!piece.borrowed.empty())
-      slices.push_back(slice_of(piece.borrowed, memory));
+      slices.push_back(make_slice(piece.borrowed, memory));
   }
   return {slices.data(), slices.size()};
 }

@@ -18,7 +18,7 @@ struct ReceivedMessage {
 
 // The pieces as one message. What they borrow is sent from where it is; `memory` is held until gRPC
 // has released the last of it.
-grpc::ByteBuffer message_of(const Pieces& pieces, const std::shared_ptr<const void>& memory);
+grpc::ByteBuffer make_message(const Pieces& pieces, const std::shared_ptr<const void>& memory);
 // nullopt when gRPC cannot read the buffer.
 std::optional<ReceivedMessage> received(const grpc::ByteBuffer& message);
 

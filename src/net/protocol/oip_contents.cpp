@@ -31,7 +31,7 @@ struct NumberRange {
   int64_t min, max;
 };
 
-NumberRange range_of(const OipType& type) {
+NumberRange get_range(const OipType& type) {
   const auto bits = static_cast<uint32_t>(element_bytes(type.type) * 8);
   if (type.content_field == 1) return NumberRange{0, 1};
   if (type.content_field == 2) return NumberRange{-(1LL << (bits - 1)), (1LL << (bits - 1)) - 1};
@@ -43,7 +43,7 @@ NumberRange range_of(const OipType& type) {
 class NumberWriter {
  public:
   NumberWriter(const OipType& type, std::span<std::byte> to)
-      : bytes_(element_bytes(type.type)), range_(range_of(type)), to_(to) {}
+      : bytes_(element_bytes(type.type)), range_(get_range(type)), to_(to) {}
   bool put(uint64_t value) {
     if (used_ + bytes_ > to_.size()) return false;
     const auto number = static_cast<int64_t>(value);

@@ -25,7 +25,7 @@ const OipType* oip_type(std::string_view name) noexcept {
   return found == kTypes.end() ? nullptr : &*found;
 }
 
-const OipType* oip_type_of(uint32_t type) noexcept {
+const OipType* find_oip_type(uint32_t type) noexcept {
   const auto found = std::find_if(kTypes.begin(), kTypes.end(),
                                   [type](const auto& known) { return known.type == type; });
   return found == kTypes.end() ? nullptr : &*found;

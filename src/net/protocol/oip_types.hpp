@@ -18,6 +18,6 @@ struct OipType {
 // uint8.
 const OipType* oip_type(std::string_view name) noexcept;
 // Returns the type with which a stream's tensor is sent; null for WEIR_TYPE_END.
-const OipType* oip_type_of(uint32_t type) noexcept;
+const OipType* find_oip_type(uint32_t type) noexcept;
 
 }  // namespace weir::net

@@ -27,7 +27,7 @@ enum class CallStatus {
 };
 
 // `status`: a status code of gRPC.
-constexpr Outcome outcome_of(int status) noexcept {
+constexpr Outcome to_outcome(int status) noexcept {
   switch (status) {
     case 0:
       return Outcome::Answered;

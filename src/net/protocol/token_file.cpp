@@ -24,7 +24,7 @@ bool same_file(const struct stat& one, const struct stat& other) {
          one.st_mtim.tv_sec == other.st_mtim.tv_sec && one.st_mtim.tv_nsec == other.st_mtim.tv_nsec;
 }
 
-std::vector<std::string_view> lines_of(std::string_view text) {
+std::vector<std::string_view> split_lines(std::string_view text) {
   std::vector<std::string_view> out;
   for (size_t begin = 0; begin < text.size();) {
     const size_t end = std::min(text.find('\n', begin), text.size());
@@ -85,7 +85,7 @@ bool is_header_value(std::string_view text) {
 
 Tokens parse_tokens(std::string_view text, const std::string& path, const char* setting) {
   Tokens out{.sendable = {}, .status = ok()};
-  const auto lines = lines_of(text);
+  const auto lines = split_lines(text);
   for (size_t i = 0; i < lines.size(); ++i) {
     if (lines[i].empty()) continue;
     if (auto status = check_token(lines[i], path, i + 1, setting); !status)

@@ -83,7 +83,7 @@ Error unusable_address(const ListenOptions& options) {
 
 using BioPtr = std::unique_ptr<BIO, decltype(&BIO_free_all)>;
 
-BioPtr bio_of(const std::string& text) {
+BioPtr make_bio(const std::string& text) {
   return {BIO_new_mem_buf(text.data(), static_cast<int>(text.size())), BIO_free_all};
 }
 
@@ -91,9 +91,9 @@ BioPtr bio_of(const std::string& text) {
 Status check_pair(const ServerSecurity& security, const std::string& cert, const std::string& key) {
   const auto no_password = +[](char*, int, int, void*) { return 0; };
   const std::unique_ptr<X509, decltype(&X509_free)> certificate(
-      PEM_read_bio_X509(bio_of(cert).get(), nullptr, no_password, nullptr), X509_free);
+      PEM_read_bio_X509(make_bio(cert).get(), nullptr, no_password, nullptr), X509_free);
   const std::unique_ptr<EVP_PKEY, decltype(&EVP_PKEY_free)> secret(
-      PEM_read_bio_PrivateKey(bio_of(key).get(), nullptr, no_password, nullptr), EVP_PKEY_free);
+      PEM_read_bio_PrivateKey(make_bio(key).get(), nullptr, no_password, nullptr), EVP_PKEY_free);
   if (certificate && secret && X509_check_private_key(certificate.get(), secret.get()) == 1)
     return ok();
   return Error{

@@ -28,7 +28,7 @@ enum Question : uint32_t {
 // ServerReflectionResponse.message_response.
 enum Response : uint32_t { kFile = 4, kExtensions = 5, kServiceList = 6, kError = 7 };
 
-Chunks chunks_of(std::string_view bytes) {
+Chunks split_chunks(std::string_view bytes) {
   return Chunks({std::as_bytes(std::span(bytes))});
 }
 
@@ -65,7 +65,7 @@ const Reflection& Reflection::of_this_server() {
 }
 
 Reflection::Reflection(std::string_view files) {
-  const Chunks chunks = chunks_of(files);
+  const Chunks chunks = split_chunks(files);
   FieldReader reader(chunks, {0, chunks.size()});
   for (Field field; reader.next(&field);)
     if (field.number == 1)

@@ -61,7 +61,7 @@ bool same_type(const TensorText& offered, const TensorText& needed) {
 }
 
 // The bytes of a tensor of the model, whose shape has no open dimension.
-size_t bytes_of(const TensorText& tensor) {
+size_t count_bytes(const TensorText& tensor) {
   const auto* type = oip_type(tensor.datatype);
   size_t out = type ? element_bytes(type->type) : 0;
   for (const int64_t extent : tensor.shape) out *= static_cast<size_t>(extent);
@@ -70,7 +70,7 @@ size_t bytes_of(const TensorText& tensor) {
 
 Status check_raw(const InferTensor& input, const TensorText& needed, const ModelMetadata& model) {
   if (!input.raw || needed.datatype == "BYTES") return ok();
-  const size_t offered = input.raw->size(), bytes = bytes_of(needed);
+  const size_t offered = input.raw->size(), bytes = count_bytes(needed);
   if (offered == bytes) return ok();
   return mismatch(model, std::to_string(offered) + " bytes for " + describe(input),
                   std::to_string(bytes) + " bytes for " + describe(needed));

@@ -12,21 +12,21 @@ using SystemClock = std::chrono::system_clock;
 // A client that opens a stream and sends nothing gives back its place.
 constexpr std::chrono::seconds kMessageWait{5};
 
-std::string text_of(const grpc::string_ref& text) {
+std::string to_string(const grpc::string_ref& text) {
   return {text.data(), text.size()};
 }
 
-std::string metadata_of(const grpc::CallbackServerContext& context, const char* key) {
+std::string get_metadata(const grpc::CallbackServerContext& context, const char* key) {
   const auto found = context.client_metadata().find(key);
-  return found == context.client_metadata().end() ? "" : text_of(found->second);
+  return found == context.client_metadata().end() ? "" : to_string(found->second);
 }
 
-std::string trace_parent_of(const grpc::CallbackServerContext& context) {
-  std::string text = metadata_of(context, "traceparent");
+std::string get_trace_parent(const grpc::CallbackServerContext& context) {
+  std::string text = get_metadata(context, "traceparent");
   return is_trace_parent(text) ? text : "";
 }
 
-Call::Clock::time_point deadline_of(const grpc::CallbackServerContext& context) {
+Call::Clock::time_point get_deadline(const grpc::CallbackServerContext& context) {
   const auto left = context.deadline() - SystemClock::now();
   if (left > std::chrono::hours(24 * 365)) return Call::Clock::time_point::max();
   return Call::Clock::now() + std::chrono::duration_cast<Call::Clock::duration>(left);
@@ -46,8 +46,8 @@ class GrpcCall final : public Call {
       : reactor_(reactor), state_(std::move(state)), is_stream_(reactor->is_stream()) {
     method_ = reactor->context().method();
     peer_ = reactor->peer();
-    trace_parent_ = trace_parent_of(reactor->context());
-    deadline_ = deadline_of(reactor->context());
+    trace_parent_ = get_trace_parent(reactor->context());
+    deadline_ = get_deadline(reactor->context());
     request_ = std::move(request.chunks);
     memory_ = std::move(request.memory);
   }
@@ -63,15 +63,15 @@ class GrpcCall final : public Call {
     return state_->ended;
   }
   bool respond(const Pieces& pieces, const std::shared_ptr<const void>& memory) override {
-    if (!is_stream_) return end(grpc::Status::OK, message_of(pieces, memory));
+    if (!is_stream_) return end(grpc::Status::OK, make_message(pieces, memory));
     if (std::exchange(answered_, true)) return false;
-    reactor_->respond_to_message(message_of(pieces, memory));
+    reactor_->respond_to_message(make_message(pieces, memory));
     return true;
   }
   bool send(const Pieces& pieces) override {
     std::lock_guard lock(state_->mutex);
     if (state_->ended || !is_stream_) return false;
-    reactor_->send(message_of(pieces, nullptr));
+    reactor_->send(make_message(pieces, nullptr));
     return true;
   }
   bool fail(CallStatus status, const std::string& message) override {
@@ -100,13 +100,13 @@ ServerRules::ServerRules(const ListenOptions& options, std::unique_ptr<TokenFile
       handler(std::move(handle)) {}
 
 std::optional<grpc::Status> ServerRules::check(const grpc::CallbackServerContext& context) const {
-  if (tokens && !tokens->allows(metadata_of(context, "authorization")))
+  if (tokens && !tokens->allows(get_metadata(context, "authorization")))
     return grpc::Status(grpc::StatusCode::UNAUTHENTICATED,
                         "a token is needed: metadata authorization: Bearer TOKEN");
   if (peers.empty()) return std::nullopt;
   const auto auth = context.auth_context();
   for (const auto& name : auth->FindPropertyValues(GRPC_X509_SAN_PROPERTY_NAME))
-    if (std::find(peers.begin(), peers.end(), text_of(name)) != peers.end()) return std::nullopt;
+    if (std::find(peers.begin(), peers.end(), to_string(name)) != peers.end()) return std::nullopt;
   return grpc::Status(grpc::StatusCode::PERMISSION_DENIED,
                       "no name of the client's certificate is allowed (tls-peers)");
 }
@@ -196,7 +196,7 @@ bool ServerReactor::end(ServerReactor* reactor, const std::shared_ptr<CallState>
     }
   }
   reactor->leave(response ? response->Length() : 0);
-  const std::string trace_parent = trace_parent_of(*reactor->context_);
+  const std::string trace_parent = get_trace_parent(*reactor->context_);
   if (reactor->admitted_ && !trace_parent.empty())
     reactor->context_->AddTrailingMetadata("traceparent", trace_parent);
   if (!response) {

@@ -91,7 +91,7 @@ class SendingCall final : public ClientCall, public OutgoingStream {
     release();
   }
   void write(const OutgoingMessage& message) override {
-    message_ = message_of({{{}, message.bytes}}, message.memory);
+    message_ = make_message({{{}, message.bytes}}, message.memory);
     StartWrite(&message_);
   }
   void end() override { StartWritesDone(); }
@@ -107,7 +107,7 @@ class ReceivingCall final : public ClientCall, public IncomingStream {
   ReceivingCall(IncomingFrames* frames, const TensorServiceOptions& options)
       : frames_(frames),
         peer_(address_text(options)),
-        request_(message_of({{options.empty, {}}}, nullptr)) {}
+        request_(make_message({{options.empty, {}}}, nullptr)) {}
   void begin() override {
     StartWriteLast(&request_, {});
     frames_->join(this);
@@ -210,7 +210,7 @@ class Client final : public TensorEndpoint {
       return false;
     }
     if (status.ok()) return outgoing_->wait_until_needed();
-    if (outcome_of(static_cast<int>(status.error_code())) == Outcome::Lost) {
+    if (to_outcome(static_cast<int>(status.error_code())) == Outcome::Lost) {
       warn(status.error_message());
       return true;
     }

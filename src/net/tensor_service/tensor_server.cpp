@@ -22,12 +22,12 @@ constexpr int kMaxMetadataBytes = 16 << 10, kHandshakeMs = 2000, kIdleMs = 300'0
 constexpr int kUnreadBytes = 64 << 10;            // that a client may send before a read
 constexpr size_t kMaxMemory = size_t{512} << 20;  // for what is received and not taken
 
-grpc::ByteBuffer message_of(const std::string& bytes) {
-  return net::message_of({{bytes, {}}}, nullptr);
+grpc::ByteBuffer make_message(const std::string& bytes) {
+  return net::make_message({{bytes, {}}}, nullptr);
 }
 
 // "::1" for "ipv6:%5B::1%5D:52844"
-std::string host_of(const std::string& peer) {
+std::string parse_host(const std::string& peer) {
   const size_t begin = peer.find(':') + 1, end = peer.rfind(':');
   std::string host = peer.substr(begin, end > begin ? end - begin : std::string::npos);
   if (host.rfind("%5B", 0) == 0) return host.substr(3, host.rfind("%5D") - 3);
@@ -91,7 +91,7 @@ class SendingCall final : public ServedCall, public OutgoingStream {
   }
 
   void write(const OutgoingMessage& message) override {
-    message_ = net::message_of({{{}, message.bytes}}, message.memory);
+    message_ = net::make_message({{{}, message.bytes}}, message.memory);
     StartWrite(&message_);
   }
   void end() override { finish(grpc::Status::OK); }
@@ -113,7 +113,7 @@ class ReceivingCall final : public ServedCall, public IncomingStream {
  public:
   ReceivingCall(grpc::GenericCallbackServerContext* context, Admission* admission,
                 IncomingFrames* frames, const std::string& empty)
-      : ServedCall(context, admission), frames_(frames), response_(message_of(empty)) {
+      : ServedCall(context, admission), frames_(frames), response_(make_message(empty)) {
     if (enter() && !frames_->join(this))
       finish({grpc::StatusCode::UNAVAILABLE, "the stream of the receiver has ended"});
   }
@@ -216,7 +216,7 @@ class Server final : public TensorEndpoint, grpc::CallbackGenericService {
     if (context->method() != method_)
       return new RefusedCall(
           {grpc::StatusCode::UNIMPLEMENTED, "this server has the method " + method_ + " only"});
-    if (allows_ && !allows_(host_of(context->peer())))
+    if (allows_ && !allows_(parse_host(context->peer())))
       return new RefusedCall(
           {grpc::StatusCode::PERMISSION_DENIED, "this server does not allow your address (allow)"});
     if (outgoing_) return new SendingCall(context, &admission_, outgoing_);

@@ -109,7 +109,7 @@ class RawClient {
     if (listening) listener_ = *std::move(listening);
   }
 
-  uint16_t port() const { return port_of(listener_.get()); }
+  uint16_t port() const { return get_port(listener_.get()); }
   // Reads the greeting; its text.
   std::string greeting() {
     const auto message = a.message(form_);

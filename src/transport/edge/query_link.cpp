@@ -164,7 +164,7 @@ Status QueryLink::read_greeting(const io::Deadline& deadline) {
 // Returns the address as the server sees it, which cannot connect to "any address".
 wire::HostAddress QueryLink::listener_address() const {
   const bool is_any = options_.host.empty() || options_.host == "0.0.0.0";
-  return {is_any ? own_address(requests_->socket()) : options_.host, port_of(listener_.get())};
+  return {is_any ? own_address(requests_->socket()) : options_.host, get_port(listener_.get())};
 }
 
 Status QueryLink::send_host_info() {
@@ -182,7 +182,7 @@ Status QueryLink::send_host_info() {
 // From the address that the client connected to. A server of this machine that is reached under
 // another address than the loopback one may use that.
 bool QueryLink::is_of_server(int socket) const {
-  const std::string server = peer_of(requests_->socket()), peer = peer_of(socket);
+  const std::string server = get_peer(requests_->socket()), peer = get_peer(socket);
   const bool is_here = own_address(requests_->socket()) == server;
   return peer == server || (is_here && is_loopback(peer) && !is_loopback(server));
 }

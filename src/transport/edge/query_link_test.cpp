@@ -53,7 +53,7 @@ class EdgeQuery : public ::testing::Test {
   static Result<QueryLink::Received> receive(QueryLink* link) {
     return link->receive(io::deadline_in(60s));
   }
-  static std::vector<Bytes> bytes_of(const QueryResponse& response) {
+  static std::vector<Bytes> get_bytes(const QueryResponse& response) {
     std::vector<Bytes> out;
     for (const auto& memory : response.memories) out.push_back(wire::test::copy_of(memory.bytes()));
     return out;
@@ -104,7 +104,7 @@ TEST_F(EdgeQuery, FramesGoOutAndResponsesComeBackInEachForm) {
       send(link.get(), frame, i);
       const auto received = receive(link.get());
       ASSERT_TRUE(received && received->response);
-      EXPECT_EQ(bytes_of(*received->response), frame);
+      EXPECT_EQ(get_bytes(*received->response), frame);
       EXPECT_FALSE(received->response->number);
     }
   }
@@ -181,7 +181,7 @@ TEST_F(EdgeQuery, AsManyMemoriesAsTheFormHas) {
     ASSERT_TRUE(link);
     const std::vector<Bytes> frame(max, from_text("m"));
     send(link.get(), frame);
-    EXPECT_EQ(bytes_of(*receive(link.get())->response), frame);
+    EXPECT_EQ(get_bytes(*receive(link.get())->response), frame);
     const Bytes byte(1);
     EXPECT_REFUSED(link->make_request(std::vector<std::span<const std::byte>>(max + 1, byte), 1),
                    LIMIT_EXCEEDED, std::to_string(max + 1));
@@ -206,7 +206,7 @@ TEST_F(EdgeQuery, AServerThatWritesBeforeItReadsDoesNotBlock) {
   send(link.get(), {from_text("a")});
   send(link.get(), {Bytes(kLarge)}, 1);
   for (int i = 0; i < 2; ++i)
-    EXPECT_EQ(bytes_of(*receive(link.get())->response).at(0).size(), kLarge) << i;
+    EXPECT_EQ(get_bytes(*receive(link.get())->response).at(0).size(), kLarge) << i;
 }
 
 // Class 1.
@@ -266,7 +266,7 @@ TEST_F(EdgeQuery, OtherCommandsAfterTheHandshakeAreIgnored) {
   send(link.get(), {from_text("x")});
   const auto received = receive(link.get());
   ASSERT_TRUE(received && received->response);
-  EXPECT_EQ(bytes_of(*received->response), std::vector<Bytes>{from_text("x")});
+  EXPECT_EQ(get_bytes(*received->response), std::vector<Bytes>{from_text("x")});
 }
 
 // Class 4.
@@ -456,8 +456,8 @@ TEST_F(EdgeQuery, ResponsesThatCameBeforeTheEndAreNotLost) {
   ASSERT_TRUE(link);
   send(link.get(), {from_text("a")});
   send(link.get(), {from_text("b")}, 1);
-  EXPECT_EQ(bytes_of(*receive(link.get())->response), std::vector<Bytes>{from_text("a")});
-  EXPECT_EQ(bytes_of(*receive(link.get())->response), std::vector<Bytes>{from_text("b")});
+  EXPECT_EQ(get_bytes(*receive(link.get())->response), std::vector<Bytes>{from_text("a")});
+  EXPECT_EQ(get_bytes(*receive(link.get())->response), std::vector<Bytes>{from_text("b")});
   EXPECT_EQ(receive(link.get())->end, LinkEnd::Refused);
 }
 TEST_F(EdgeQuery, TheServerGetsErrorAtTheEnd) {

@@ -28,7 +28,7 @@ Result<std::unique_ptr<QueryListener>> QueryListener::open(ListenerOptions optio
   auto listener = listen_on(options.host, options.port);
   if (!listener) return listener.error();
   std::unique_ptr<QueryListener> out(new QueryListener(std::move(options)));
-  out->port_ = port_of(listener->get());
+  out->port_ = get_port(listener->get());
   out->listener_ = *std::move(listener);
   out->start();
   return out;

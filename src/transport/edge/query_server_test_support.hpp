@@ -53,7 +53,7 @@ class ScriptedServer {
   ScriptedServer(const ScriptedServer&) = delete;
   ScriptedServer& operator=(const ScriptedServer&) = delete;
 
-  uint16_t port() const { return port_of(listener_.get()); }
+  uint16_t port() const { return get_port(listener_.get()); }
   bool has_ended() const { return has_ended_; }
   // The address that the client gave; for scripts, or after has_ended().
   std::string announced() const { return announced_; }

@@ -20,7 +20,7 @@ constexpr wire::MessageLimits kHandshakeLimits{
     .message_bytes = 4096, .text_bytes = 1024, .metadata_bytes = 1024};
 constexpr char kClientId[] = "client_id", kSequence[] = "weir.seq";
 
-std::string text_of(const Error& error) {
+std::string to_string(const Error& error) {
   return error.what + ": " + error.offered;
 }
 
@@ -32,7 +32,7 @@ ServedClient::ServedClient(Descriptor a, int64_t id, const ClientOptions& option
     : id_(id),
       options_(options),
       a_(std::move(a), wire::Side::ServerOnA, kHandshakeLimits, options.form, 0),
-      address_(peer_of(a_.socket())),
+      address_(get_peer(a_.socket())),
       form_(options.form.value_or(HeaderForm::Bytes2088)),
       counters_(std::move(counters)),
       wake_(std::move(wake)) {}
@@ -106,13 +106,13 @@ ServedClient::Input ServedClient::read(const pollfd* events) {
 }
 
 ServedClient::Refusal ServedClient::take(Result<Step> step, std::shared_ptr<Request>* request) {
-  if (!step) return text_of(step.error());
+  if (!step) return to_string(step.error());
   if (step->read == MessageConnection::Read::Closed || step->action == wire::Action::Close)
     set_gone();
   if (step->action == wire::Action::ReadHostInfo) return host_info(step->message);
   if (step->action != wire::Action::ReadFrame) return std::nullopt;
   const auto metadata = wire::EdgeMetadata::parse(step->message.metadata.bytes());
-  if (!metadata) return text_of(metadata.error());
+  if (!metadata) return to_string(metadata.error());
   if (step->message.memories.empty()) return "a frame without memories";
   *request = std::make_shared<Request>(id_, std::move(step->message.memories),
                                        std::string(metadata->find(kSequence).value_or("")), load_,
@@ -135,18 +135,18 @@ ServedClient::Refusal ServedClient::host_info(const wire::EdgeMessage& message) 
   if (!options_.form && form_ == HeaderForm::Bytes160)
     return "it uses headers of 160 bytes (property wire-version=0.2.2)";
   const auto text = wire::text_of_memory(message.memories[0].bytes());
-  if (!text) return text_of(text.error());
+  if (!text) return to_string(text.error());
   auto announced = wire::parse_host_address(*text);
-  if (!announced) return text_of(announced.error());
+  if (!announced) return to_string(announced.error());
   // A name is not looked up: it means the machine that the connection comes from.
   if (!is_address(announced->host)) announced->host = address_;
   std::vector<std::string> allowed;
   if (options_.allows_callback && options_.allows_callback(announced->host))
     allowed.push_back(announced->host);
   const auto target = wire::callback_address(*announced, address_, allowed);
-  if (!target) return text_of(target.error());
+  if (!target) return to_string(target.error());
   auto connection = start_connection(*target);
-  if (!connection) return text_of(connection.error());
+  if (!connection) return to_string(connection.error());
   b_ = std::make_unique<MessageConnection>(*std::move(connection), wire::Side::ServerOnB,
                                            kHandshakeLimits, form_, 0);
   state_ = State::Connecting;

@@ -49,7 +49,7 @@ class StreamPublisher : public transport::PollServer<SubscriberLink> {
   static Result<std::unique_ptr<StreamPublisher>> open(PublisherOptions options);
   ~StreamPublisher() override;
 
-  uint16_t port() const noexcept { return port_of(listener_.get()); }
+  uint16_t port() const noexcept { return get_port(listener_.get()); }
   // Announces the caps to the subscribers that wait for them, and to later ones. Until then, a
   // subscriber that connects gets no CAPABILITY. OPTION_VALUE, LIMIT_EXCEEDED: no text of the
   // protocol.

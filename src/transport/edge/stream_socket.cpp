@@ -24,7 +24,8 @@ struct FreeAddresses {
 using Addresses = std::unique_ptr<addrinfo, FreeAddresses>;
 
 // The IPv4 addresses of a name; `reason` if there is none.
-Addresses addresses_of(const std::string& host, uint32_t port, bool listens, std::string* reason) {
+Addresses find_addresses(const std::string& host, uint32_t port, bool listens,
+                         std::string* reason) {
   addrinfo hints{};
   hints.ai_family = AF_INET;
   hints.ai_socktype = SOCK_STREAM;
@@ -84,7 +85,7 @@ Result<Descriptor> listen_on(const std::string& host, uint32_t port) {
                  .fix = "host=localhost port=0, which uses a free port"};
   };
   std::string reason;
-  const auto addresses = addresses_of(host, port, true, &reason);
+  const auto addresses = find_addresses(host, port, true, &reason);
   if (!addresses) return failed(reason);
   Descriptor out = make_socket();
   const int yes = 1;  // a restarted publisher takes its port again at once
@@ -95,7 +96,7 @@ Result<Descriptor> listen_on(const std::string& host, uint32_t port) {
   return out;
 }
 
-uint16_t port_of(int socket) noexcept {
+uint16_t get_port(int socket) noexcept {
   sockaddr_in address{};
   socklen_t size = sizeof address;
   if (getsockname(socket, reinterpret_cast<sockaddr*>(&address), &size) != 0) return 0;
@@ -108,7 +109,7 @@ Descriptor accept_from(int listener) noexcept {
   return out;
 }
 
-std::string peer_of(int socket) {
+std::string get_peer(int socket) {
   sockaddr_in address{};
   socklen_t size = sizeof address;
   char text[INET_ADDRSTRLEN] = "?";
@@ -120,7 +121,7 @@ std::string peer_of(int socket) {
 Result<Descriptor> connect_to(const std::string& host, uint32_t port, const io::Deadline& deadline,
                               int cancel) {
   std::string reason;
-  const auto addresses = addresses_of(host, port, false, &reason);
+  const auto addresses = find_addresses(host, port, false, &reason);
   for (const addrinfo* at = addresses.get(); at; at = at->ai_next) {
     Descriptor out = make_socket();
     if (!out) break;

@@ -16,11 +16,11 @@ using io::Descriptor;
 // Listens on an address of this machine; port 0 takes a free one. OPTION_VALUE if it cannot.
 Result<Descriptor> listen_on(const std::string& host, uint32_t port);
 // The port that a socket has at this end; 0 if it is unknown.
-uint16_t port_of(int socket) noexcept;
+uint16_t get_port(int socket) noexcept;
 // The next connection that waits; no descriptor if there is none.
 Descriptor accept_from(int listener) noexcept;
 // The IPv4 address of the other end, as text.
-std::string peer_of(int socket);
+std::string get_peer(int socket);
 
 // A number by which a server or publisher knows a peer. Random, so that it cannot be guessed, and
 // positive: 62 bits.

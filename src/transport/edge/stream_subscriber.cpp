@@ -72,7 +72,7 @@ Result<bool> StreamSubscriber::greet(const io::Deadline& deadline, int cancel) {
 
 Status StreamSubscriber::send_host_info(int64_t client_id) {
   // The publisher never connects there.
-  const wire::HostAddress own{"127.0.0.1", std::max<uint16_t>(port_of(connection_->socket()), 1)};
+  const wire::HostAddress own{"127.0.0.1", std::max<uint16_t>(get_port(connection_->socket()), 1)};
   const auto message =
       wire::text_message(*connection_->form(), wire::Command::HostInfo, client_id, own.to_string());
   if (!message) return message.error();

@@ -315,7 +315,7 @@ class HostilePublisher : public ::testing::Test {
     });
     Error out{.code = Code::INTERNAL, .what = "no error"};
     {
-      auto subscriber = StreamSubscriber::connect("localhost", port_of(listener->get()),
+      auto subscriber = StreamSubscriber::connect("localhost", get_port(listener->get()),
                                                   {.message_bytes = 1 << 20});
       if (!subscriber) out = subscriber.error();
       while (subscriber) {
@@ -370,7 +370,7 @@ TEST_F(HostilePublisher, SaysNothing) {
 TEST_F(HostilePublisher, AFloodOfMessagesDoesNotHoldUpTheStop) {
   const auto listener = listen_on("localhost", 0);
   ASSERT_TRUE(listener);
-  auto made = StreamSubscriber::open("localhost", port_of(listener->get()), {},
+  auto made = StreamSubscriber::open("localhost", get_port(listener->get()), {},
                                      std::chrono::seconds(60), -1);
   ASSERT_TRUE(made);
   pollfd watched{listener->get(), POLLIN, 0};
@@ -394,7 +394,7 @@ TEST(EdgeSocket, AddressesThatCannotBeUsed) {
   EXPECT_REFUSED(listen_on("203.0.113.1", 0), OPTION_VALUE, "203.0.113.1:0");
   const auto first = listen_on("localhost", 0);
   ASSERT_TRUE(first);
-  EXPECT_REFUSED(listen_on("localhost", port_of(first->get())), OPTION_VALUE, "in use");
+  EXPECT_REFUSED(listen_on("localhost", get_port(first->get())), OPTION_VALUE, "in use");
   EXPECT_REFUSED(StreamSubscriber::connect("no-such-host.invalid", 1, {}), SERVER_UNREACHABLE,
                  "no-such-host.invalid:1");
 }

@@ -20,7 +20,7 @@ SubscriberLink::SubscriberLink(Descriptor socket, wire::HeaderForm form, int64_t
     : connection_(std::move(socket), wire::Side::Publisher, kLimits, {}, 0),
       form_(form),
       client_id_(client_id),
-      address_(peer_of(connection_.socket())) {}
+      address_(get_peer(connection_.socket())) {}
 
 io::Deadline SubscriberLink::patience(const QueueLimits& limits) const {
   if (state_ == State::Waiting) return std::nullopt;
@@ -30,7 +30,7 @@ io::Deadline SubscriberLink::patience(const QueueLimits& limits) const {
 }
 
 void SubscriberLink::set_client_id(std::vector<std::byte>* header) const {
-  std::memcpy(header->data() + wire::layout_of(form_).client_id_offset, &client_id_,
+  std::memcpy(header->data() + wire::get_layout(form_).client_id_offset, &client_id_,
               sizeof client_id_);
 }
 
@@ -74,8 +74,9 @@ std::optional<std::string> SubscriberLink::take(const Input& input) {
   if (state_ == State::Waiting) return "it sent HOST_INFO before the publisher sent CAPABILITY";
   const auto form = *connection_.form();
   if (form != form_)
-    return "it uses headers of " + std::to_string(wire::layout_of(form).bytes) + " bytes, not of " +
-           std::to_string(wire::layout_of(form_).bytes) + " (property wire-version)";
+    return "it uses headers of " + std::to_string(wire::get_layout(form).bytes) +
+           " bytes, not of " + std::to_string(wire::get_layout(form_).bytes) +
+           " (property wire-version)";
   state_ = State::Subscribed;
   return std::nullopt;
 }

@@ -73,10 +73,10 @@ class HostileReader : public ::testing::Test {
     EXPECT_TRUE(becomes_true([&] { return !reason().empty(); }, "the reason"));
     EXPECT_SAYS(reason(), words);
     auto good = subscriber_at(folder_.file());
-    EXPECT_EQ(publish(*publisher_, frame_of(*publisher_, 3)), Publisher::Outcome::Sent);
+    EXPECT_EQ(publish(*publisher_, make_frame(*publisher_, 3)), Publisher::Outcome::Sent);
     const auto event = good.receive();
     ASSERT_TRUE(event && event->frame);
-    EXPECT_TRUE(is_frame_of(*event->frame, 3));
+    EXPECT_TRUE(is_made_frame(*event->frame, 3));
   }
   std::string reason() {
     const std::lock_guard lock(mutex_);
@@ -120,7 +120,7 @@ TEST_F(HostileReader, AReleaseTwice) {
   RawReader reader(folder_.file());
   reader.hello();
   ASSERT_TRUE(readers_become(*publisher_, 1));
-  publish(*publisher_, frame_of(*publisher_, 1));
+  publish(*publisher_, make_frame(*publisher_, 1));
   reader.send(Kind::Release, uint64_t{1});
   reader.send(Kind::Release, uint64_t{1});
   expect_refused(&reader, "released frame 1,");
@@ -177,14 +177,14 @@ TEST_F(HostileReader, AnotherUser) {
   open();
   ASSERT_EQ(chmod(std::filesystem::path(folder_.file()).parent_path().c_str(), 0777), 0);
   ASSERT_EQ(chmod(folder_.file().c_str(), 0777), 0);
-  EXPECT_EQ(exit_of(other), 0);
+  EXPECT_EQ(wait_for_exit(other), 0);
   EXPECT_TRUE(becomes_true([&] { return publisher_->counts().refused == 1; }, "the refusal"));
   EXPECT_TRUE(becomes_true([&] { return !reason().empty(); }, "the reason"));
   EXPECT_SAYS(reason(), "user 65534");
 }
 
 // A memfd of one page with these seals.
-Descriptor memory_of(int seals, off_t bytes = 4096) {
+Descriptor make_memory(int seals, off_t bytes = 4096) {
   Descriptor out(memfd_create("test", MFD_CLOEXEC | MFD_ALLOW_SEALING));
   EXPECT_EQ(ftruncate(out.get(), bytes), 0);
   EXPECT_EQ(fcntl(out.get(), F_ADD_SEALS, seals), 0);
@@ -236,7 +236,7 @@ class HostileWriter : public ::testing::Test {
     message.put(call);
     send_packet(socket_.get(), message.finish(), descriptor.get());
   }
-  void send_good_block(uint64_t id = 1) { send_block({id, 4096}, memory_of(F_SEAL_SHRINK)); }
+  void send_good_block(uint64_t id = 1) { send_block({id, 4096}, make_memory(F_SEAL_SHRINK)); }
   static FrameHead head(uint64_t number, uint32_t pieces = 1, uint32_t metas = 0) {
     return {number, {}, pieces, metas};
   }
@@ -254,7 +254,7 @@ TEST_F(HostileWriter, NoHandshake) {
 }
 
 TEST_F(HostileWriter, ABlockThatCanShrink) {
-  const auto error = error_after([&] { send_block({1, 4096}, memory_of(F_SEAL_GROW)); });
+  const auto error = error_after([&] { send_block({1, 4096}, make_memory(F_SEAL_GROW)); });
   EXPECT_EQ(error.code, Code::PEER_MESSAGE_INVALID);
   EXPECT_SAYS(error.message(), "not sealed against shrinking");
 }
@@ -272,19 +272,19 @@ TEST_F(HostileWriter, ABlockWithoutADescriptor) {
 }
 TEST_F(HostileWriter, ABlockLargerThanItsMemory) {
   EXPECT_SAYS(error_after([&] {
-                send_block({1, 8192}, memory_of(F_SEAL_SHRINK));
+                send_block({1, 8192}, make_memory(F_SEAL_SHRINK));
               }).message(),
               "4096 bytes as one of 8192");
 }
 TEST_F(HostileWriter, ABlockOfNoBytes) {
   EXPECT_SAYS(error_after([&] {
-                send_block({1, 0}, memory_of(F_SEAL_SHRINK));
+                send_block({1, 0}, make_memory(F_SEAL_SHRINK));
               }).message(),
               "4096 bytes as one of 0");
 }
 TEST_F(HostileWriter, ABlockBeyondAllMemory) {
   EXPECT_SAYS(error_after([&] {
-                send_block({1, UINT64_MAX}, memory_of(F_SEAL_SHRINK));
+                send_block({1, UINT64_MAX}, make_memory(F_SEAL_SHRINK));
               }).message(),
               "blocks of more than");
 }

@@ -23,7 +23,7 @@ Error unusable(const std::string& path, const std::string& reason) {
                .fix = "path=/tmp/weir-stream"};
 }
 
-Result<sockaddr_un> address_of(const std::string& path) {
+Result<sockaddr_un> make_address(const std::string& path) {
   sockaddr_un out{};
   out.sun_family = AF_UNIX;
   if (path.empty()) return unusable(path, "it is empty");
@@ -56,7 +56,7 @@ Status remove_stale(const std::string& path, const sockaddr_un& address) {
 }
 
 // The only descriptor of a message; several are closed, and `cut` is set.
-Descriptor descriptor_of(msghdr* head, bool* cut) {
+Descriptor get_descriptor(msghdr* head, bool* cut) {
   Descriptor out;
   for (cmsghdr* along = CMSG_FIRSTHDR(head); along; along = CMSG_NXTHDR(head, along)) {
     if (along->cmsg_level != SOL_SOCKET || along->cmsg_type != SCM_RIGHTS) continue;
@@ -74,7 +74,7 @@ Descriptor descriptor_of(msghdr* head, bool* cut) {
 }  // namespace
 
 Result<Listener> Listener::open(const std::string& path) {
-  const auto address = address_of(path);
+  const auto address = make_address(path);
   if (!address) return address.error();
   Listener out;
   out.socket_ = make_socket();
@@ -103,7 +103,7 @@ Descriptor Listener::accept() const {
 }
 
 Result<Descriptor> connect_to(const std::string& path) {
-  const auto address = address_of(path);
+  const auto address = make_address(path);
   if (!address) return address.error();
   Descriptor out = make_socket();
   if (!out) return unusable(path, std::strerror(errno));
@@ -166,7 +166,7 @@ Transfer receive_packet(int socket, std::span<std::byte> into, Packet* out) noex
   if (got == 0) return Transfer::Closed;
   *out = {};
   out->cut = (head.msg_flags & (MSG_TRUNC | MSG_CTRUNC)) != 0;
-  out->descriptor = descriptor_of(&head, &out->cut);
+  out->descriptor = get_descriptor(&head, &out->cut);
   out->bytes = into.first(static_cast<size_t>(got));
   return Transfer::Done;
 }

@@ -11,7 +11,7 @@ namespace local_stream_test {
 using Outcome = Publisher::Outcome;
 using EventKind = StreamEvent::Kind;
 
-std::vector<std::byte> bytes_of(std::string_view text) {
+std::vector<std::byte> to_bytes(std::string_view text) {
   std::vector<std::byte> out(text.size());
   std::memcpy(out.data(), text.data(), text.size());
   return out;
@@ -28,8 +28,8 @@ TEST(LocalStream, DeliversCapsFramesTimesMetasAndTheEnd) {
   const auto publisher = publisher_at(folder.file());
   auto subscriber = subscriber_at(folder.file());
   ASSERT_TRUE(publisher->set_caps("other/tensors"));
-  auto frame = frame_of(*publisher, 7);
-  frame.metas = bytes_of("metas");
+  auto frame = make_frame(*publisher, 7);
+  frame.metas = to_bytes("metas");
   EXPECT_EQ(publish(*publisher, frame), Outcome::Sent);
   EXPECT_EQ(publisher->end(), Outcome::Sent);
 
@@ -38,9 +38,9 @@ TEST(LocalStream, DeliversCapsFramesTimesMetasAndTheEnd) {
   EXPECT_EQ(caps.caps, "other/tensors");
   const auto got = next(&subscriber);
   ASSERT_EQ(got.kind, EventKind::Frame);
-  EXPECT_TRUE(is_frame_of(*got.frame, 7));
+  EXPECT_TRUE(is_made_frame(*got.frame, 7));
   EXPECT_EQ(got.frame->times, frame.times);
-  EXPECT_EQ(got.frame->metas, bytes_of("metas"));
+  EXPECT_EQ(got.frame->metas, to_bytes("metas"));
   EXPECT_EQ(next(&subscriber).kind, EventKind::End);
 }
 
@@ -48,7 +48,7 @@ TEST(LocalStream, MapsTheWritersMemoryInsteadOfCopyingIt) {
   const Folder folder;
   const auto publisher = publisher_at(folder.file());
   auto subscriber = subscriber_at(folder.file());
-  const auto frame = frame_of(*publisher, 1);
+  const auto frame = make_frame(*publisher, 1);
   publish(*publisher, frame);
   const auto got = next(&subscriber);
   ASSERT_EQ(got.kind, EventKind::Frame);
@@ -62,9 +62,9 @@ TEST(LocalStream, SendsEachBlockOnce) {
   auto subscriber = subscriber_at(folder.file());
   const size_t before = open_descriptors();
   for (uint64_t i = 1; i <= 100; ++i) {
-    publish(*publisher, frame_of(*publisher, i));
+    publish(*publisher, make_frame(*publisher, i));
     const auto got = next(&subscriber);
-    ASSERT_TRUE(got.frame && is_frame_of(*got.frame, i)) << i;
+    ASSERT_TRUE(got.frame && is_made_frame(*got.frame, i)) << i;
   }
   // At most 4 frames are held and 1 is written: their blocks have a descriptor each. What the
   // reader maps has none.
@@ -75,18 +75,18 @@ TEST(LocalStream, WaitsForAReaderThatHoldsAllItMay) {
   const Folder folder;
   const auto publisher = publisher_at(folder.file(), 2);
   auto subscriber = subscriber_at(folder.file());
-  publish(*publisher, frame_of(*publisher, 1));
-  publish(*publisher, frame_of(*publisher, 2));
+  publish(*publisher, make_frame(*publisher, 1));
+  publish(*publisher, make_frame(*publisher, 2));
   std::atomic<bool> third{false};
   std::thread writer([&] {
-    EXPECT_EQ(publish(*publisher, frame_of(*publisher, 3)), Outcome::Sent);
+    EXPECT_EQ(publish(*publisher, make_frame(*publisher, 3)), Outcome::Sent);
     third = true;
   });
   auto first = next(&subscriber);
   const auto second = next(&subscriber);
   EXPECT_FALSE(third);
   first.frame.reset();
-  EXPECT_TRUE(is_frame_of(*next(&subscriber).frame, 3));
+  EXPECT_TRUE(is_made_frame(*next(&subscriber).frame, 3));
   writer.join();
   EXPECT_TRUE(third);
   EXPECT_EQ(publisher->counts().missed, 0u);
@@ -99,14 +99,14 @@ TEST(LocalStream, WithDropAFullReaderMissesFramesAndOthersDoNot) {
   auto fast = subscriber_at(folder.file());
   std::vector<StreamEvent> held;
   for (uint64_t i = 1; i <= 10; ++i) {
-    ASSERT_TRUE(
-        becomes_true([&] { return publish(*publisher, frame_of(*publisher, i)) == Outcome::Sent; },
-                     "room for the fast reader"));
-    ASSERT_TRUE(is_frame_of(*next(&fast).frame, i));
+    ASSERT_TRUE(becomes_true(
+        [&] { return publish(*publisher, make_frame(*publisher, i)) == Outcome::Sent; },
+        "room for the fast reader"));
+    ASSERT_TRUE(is_made_frame(*next(&fast).frame, i));
     if (i <= 2) held.push_back(next(&slow));
   }
-  EXPECT_TRUE(is_frame_of(*held[0].frame, 1));
-  EXPECT_TRUE(is_frame_of(*held[1].frame, 2));
+  EXPECT_TRUE(is_made_frame(*held[0].frame, 1));
+  EXPECT_TRUE(is_made_frame(*held[1].frame, 2));
   EXPECT_GE(publisher->counts().missed, 8u);
 }
 
@@ -114,9 +114,9 @@ TEST(LocalStream, AnInterruptionEndsWaiting) {
   const Folder folder;
   const auto publisher = publisher_at(folder.file(), 1);
   const auto subscriber = subscriber_at(folder.file());
-  publish(*publisher, frame_of(*publisher, 1));
+  publish(*publisher, make_frame(*publisher, 1));
   std::thread writer(
-      [&] { EXPECT_EQ(publish(*publisher, frame_of(*publisher, 2)), Outcome::Interrupted); });
+      [&] { EXPECT_EQ(publish(*publisher, make_frame(*publisher, 2)), Outcome::Interrupted); });
   publisher->interrupt();
   writer.join();
   EXPECT_EQ(publisher->wait_for_release(), Publisher::Release::Interrupted);
@@ -126,7 +126,7 @@ TEST(LocalStream, AnInterruptionEndsWaiting) {
 TEST(LocalStream, FramesWithoutReadersGoNowhere) {
   const Folder folder;
   const auto publisher = publisher_at(folder.file());
-  EXPECT_EQ(publish(*publisher, frame_of(*publisher, 1)), Outcome::NoReader);
+  EXPECT_EQ(publish(*publisher, make_frame(*publisher, 1)), Outcome::NoReader);
   EXPECT_FALSE(publisher->wait_for_reader(io::deadline_in(std::chrono::milliseconds(1))));
 }
 
@@ -146,13 +146,13 @@ TEST(LocalStream, CapsChangeBetweenFrames) {
   const auto publisher = publisher_at(folder.file());
   auto subscriber = subscriber_at(folder.file());
   ASSERT_TRUE(publisher->set_caps("a"));
-  publish(*publisher, frame_of(*publisher, 1, 100));
+  publish(*publisher, make_frame(*publisher, 1, 100));
   ASSERT_TRUE(publisher->set_caps("b"));
-  publish(*publisher, frame_of(*publisher, 2, 300000));
+  publish(*publisher, make_frame(*publisher, 2, 300000));
   EXPECT_EQ(next(&subscriber).caps, "a");
-  EXPECT_TRUE(is_frame_of(*next(&subscriber).frame, 1, 100));
+  EXPECT_TRUE(is_made_frame(*next(&subscriber).frame, 1, 100));
   EXPECT_EQ(next(&subscriber).caps, "b");
-  EXPECT_TRUE(is_frame_of(*next(&subscriber).frame, 2, 300000));
+  EXPECT_TRUE(is_made_frame(*next(&subscriber).frame, 2, 300000));
 }
 
 TEST(LocalStream, CapsThatAreTooLongAreRefused) {
@@ -165,20 +165,20 @@ TEST(LocalStream, LongMetasTravelInAMemory) {
   const Folder folder;
   const auto publisher = publisher_at(folder.file());
   auto subscriber = subscriber_at(folder.file());
-  auto frame = frame_of(*publisher, 1);
-  frame.memories.push_back(frame_of(*publisher, 9, 100000).memories[0]);
+  auto frame = make_frame(*publisher, 1);
+  frame.memories.push_back(make_frame(*publisher, 9, 100000).memories[0]);
   frame.metas_are_memory = true;
   publish(*publisher, frame);
   const auto got = next(&subscriber);
-  EXPECT_TRUE(is_frame_of(*got.frame, 1));
+  EXPECT_TRUE(is_made_frame(*got.frame, 1));
   ASSERT_EQ(got.frame->metas.size(), 100000u);
-  EXPECT_EQ(got.frame->metas[70000], byte_of(9, 70000));
+  EXPECT_EQ(got.frame->metas[70000], make_byte(9, 70000));
 }
 
 TEST(LocalStream, AFrameThatIsHeldOutlivesItsReader) {
   const Folder folder;
   const auto publisher = publisher_at(folder.file());
-  auto frame = frame_of(*publisher, 1);
+  auto frame = make_frame(*publisher, 1);
   const std::weak_ptr<const void> owner = frame.owner;
   StreamEvent got;
   {
@@ -189,7 +189,7 @@ TEST(LocalStream, AFrameThatIsHeldOutlivesItsReader) {
   frame = {};
   ASSERT_TRUE(readers_become(*publisher, 0));
   EXPECT_FALSE(owner.expired());
-  EXPECT_TRUE(is_frame_of(*got.frame, 1));
+  EXPECT_TRUE(is_made_frame(*got.frame, 1));
   got = {};
   EXPECT_TRUE(becomes_true([&] { return owner.expired(); }, "the release"));
 }
@@ -200,7 +200,7 @@ TEST(LocalStream, BlocksThatAreGoneAreForgotten) {
   auto subscriber = subscriber_at(folder.file());
   // Every size needs blocks of its own, more than the arena retains and a reader accepts.
   for (uint64_t i = 1; i <= 700; ++i) {
-    auto frame = frame_of(*publisher, i, 64);
+    auto frame = make_frame(*publisher, i, 64);
     const auto large = publisher->arena()->allocate(4096 * (1 + (i * 37) % 701));
     ASSERT_TRUE(large);
     std::memcpy(large->data(), frame.memories[0].block->data(), 64);
@@ -208,7 +208,7 @@ TEST(LocalStream, BlocksThatAreGoneAreForgotten) {
     frame.owner = large;
     ASSERT_EQ(publish(*publisher, frame), Outcome::Sent);
     const auto got = next(&subscriber);
-    ASSERT_TRUE(got.frame && is_frame_of(*got.frame, i, 64)) << i;
+    ASSERT_TRUE(got.frame && is_made_frame(*got.frame, i, 64)) << i;
   }
 }
 
@@ -225,7 +225,8 @@ int read_all(const std::string& path, int times) {
     if (event->kind == EventKind::End) return right;
     if (event->kind != EventKind::Frame) continue;
     bool is_right = true;
-    for (int i = 0; i < times; ++i) is_right = is_right && is_frame_of(*event->frame, seed, 100000);
+    for (int i = 0; i < times; ++i)
+      is_right = is_right && is_made_frame(*event->frame, seed, 100000);
     right += is_right ? 1 : 0;
     ++seed;
   }
@@ -239,10 +240,10 @@ TEST(LocalStreamBetweenProcesses, BytesArriveInThreeReadersOfDifferentSpeeds) {
   const auto publisher = publisher_at(folder.file(), 3);
   ASSERT_TRUE(readers_become(*publisher, 3));
   for (uint64_t i = 1; i <= 100; ++i) {
-    ASSERT_EQ(publish(*publisher, frame_of(*publisher, i, 100000)), Outcome::Sent);
+    ASSERT_EQ(publish(*publisher, make_frame(*publisher, i, 100000)), Outcome::Sent);
   }
   publisher->end();
-  for (const pid_t reader : readers) EXPECT_EQ(exit_of(reader), 100);
+  for (const pid_t reader : readers) EXPECT_EQ(wait_for_exit(reader), 100);
 }
 
 TEST(LocalStreamBetweenProcesses, AKilledReaderReturnsItsFrames) {
@@ -256,16 +257,16 @@ TEST(LocalStreamBetweenProcesses, AKilledReaderReturnsItsFrames) {
   ASSERT_TRUE(readers_become(*publisher, 1));
   std::vector<std::weak_ptr<const void>> owners;
   for (uint64_t i = 1; i <= 2; ++i) {
-    const auto frame = frame_of(*publisher, i);
+    const auto frame = make_frame(*publisher, i);
     owners.push_back(frame.owner);
     EXPECT_EQ(publish(*publisher, frame), Outcome::Sent);
   }
   std::thread writer([&] {  // waits for the reader that is full, until it dies
-    EXPECT_EQ(publish(*publisher, frame_of(*publisher, 3)), Outcome::NoReader);
+    EXPECT_EQ(publish(*publisher, make_frame(*publisher, 3)), Outcome::NoReader);
   });
   kill(reader, SIGKILL);
   writer.join();
-  EXPECT_EQ(exit_of(reader), 1000 + SIGKILL);
+  EXPECT_EQ(wait_for_exit(reader), 1000 + SIGKILL);
   for (const auto& owner : owners)
     EXPECT_TRUE(becomes_true([&] { return owner.expired(); }, "a frame of the dead reader"));
 }
@@ -275,7 +276,7 @@ TEST(LocalStreamBetweenProcesses, AReaderKeepsItsFramesWhenTheWriterIsKilled) {
   const pid_t writer = process([&] {
     const auto publisher = publisher_at(folder.file());
     publisher->wait_for_reader(std::nullopt);
-    publish(*publisher, frame_of(*publisher, 5));
+    publish(*publisher, make_frame(*publisher, 5));
     for (;;) pause();
     return 0;
   });
@@ -283,16 +284,16 @@ TEST(LocalStreamBetweenProcesses, AReaderKeepsItsFramesWhenTheWriterIsKilled) {
   ASSERT_TRUE(subscriber);
   const auto event = next(&*subscriber);
   kill(writer, SIGKILL);
-  exit_of(writer);
+  wait_for_exit(writer);
   EXPECT_EQ(next(&*subscriber).kind, EventKind::Lost);
   ASSERT_EQ(event.kind, EventKind::Frame);
-  EXPECT_TRUE(is_frame_of(*event.frame, 5));
+  EXPECT_TRUE(is_made_frame(*event.frame, 5));
   // Its socket file is stale: another writer takes its place.
   const auto publisher = publisher_at(folder.file());
   ASSERT_TRUE(publisher);
   auto again = subscriber_at(folder.file());
-  publish(*publisher, frame_of(*publisher, 6));
-  EXPECT_TRUE(is_frame_of(*next(&again).frame, 6));
+  publish(*publisher, make_frame(*publisher, 6));
+  EXPECT_TRUE(is_made_frame(*next(&again).frame, 6));
 }
 
 size_t resident_kilobytes() {
@@ -307,8 +308,8 @@ TEST(LocalStream, DescriptorsAndMemoryStayOverAThousandReconnections) {
   const auto publisher = publisher_at(folder.file());
   const auto round = [&](uint64_t i) {
     auto subscriber = subscriber_at(folder.file());
-    ASSERT_EQ(publish(*publisher, frame_of(*publisher, i, 200000)), Outcome::Sent);
-    ASSERT_TRUE(is_frame_of(*next(&subscriber).frame, i, 200000));
+    ASSERT_EQ(publish(*publisher, make_frame(*publisher, i, 200000)), Outcome::Sent);
+    ASSERT_TRUE(is_made_frame(*next(&subscriber).frame, i, 200000));
   };
   for (uint64_t i = 1; i <= 50; ++i) round(i);
   ASSERT_TRUE(readers_become(*publisher, 0));

@@ -46,16 +46,16 @@ inline std::unique_ptr<Publisher> publisher_at(const std::string& path, uint32_t
   return out ? *std::move(out) : nullptr;
 }
 
-inline std::byte byte_of(uint64_t seed, size_t i) {
+inline std::byte make_byte(uint64_t seed, size_t i) {
   return static_cast<std::byte>((seed * 2654435761U + i * 40503U) >> 7);
 }
 
 // A frame of one memory in the publisher's arena, with bytes that depend on `seed`.
-inline LocalFrame frame_of(const Publisher& publisher, uint64_t seed, size_t bytes = 4096) {
+inline LocalFrame make_frame(const Publisher& publisher, uint64_t seed, size_t bytes = 4096) {
   const auto block = publisher.arena()->allocate(bytes);
   LocalFrame out;
   if (!block) return out;
-  for (size_t i = 0; i < bytes; ++i) block->data()[i] = byte_of(seed, i);
+  for (size_t i = 0; i < bytes; ++i) block->data()[i] = make_byte(seed, i);
   const auto place = publisher.arena()->find(block->data(), bytes);
   out.times = {.pts = seed,
                .dts = seed + 1,
@@ -72,10 +72,10 @@ inline Publisher::Outcome publish(Publisher& publisher, LocalFrame frame) {
   return publisher.publish(&frame);
 }
 
-inline bool is_frame_of(const ReceivedFrame& frame, uint64_t seed, size_t bytes = 4096) {
+inline bool is_made_frame(const ReceivedFrame& frame, uint64_t seed, size_t bytes = 4096) {
   if (frame.memories.size() != 1 || frame.memories[0].size() != bytes) return false;
   for (size_t i = 0; i < bytes; ++i)
-    if (frame.memories[0][i] != byte_of(seed, i)) return false;
+    if (frame.memories[0][i] != make_byte(seed, i)) return false;
   return frame.times.pts == seed;
 }
 
@@ -112,7 +112,7 @@ pid_t process(const Body& body) {
   prctl(PR_SET_PDEATHSIG, SIGKILL);
   _exit(body());
 }
-inline int exit_of(pid_t child) {
+inline int wait_for_exit(pid_t child) {
   int status = -1;
   waitpid(child, &status, 0);
   return WIFEXITED(status) ? WEXITSTATUS(status) : 1000 + WTERMSIG(status);

@@ -15,7 +15,7 @@ namespace weir::transport {
 namespace {
 
 // The address of this machine on a connected socket, or "".
-std::string local_address_of(int socket) {
+std::string get_local_address(int socket) {
   sockaddr_storage storage{};
   socklen_t length = sizeof storage;
   auto* address = reinterpret_cast<sockaddr*>(&storage);
@@ -204,7 +204,7 @@ bool BrokerClient::Impl::is_connected() const {
 }
 
 std::string BrokerClient::Impl::local_address() const {
-  return is_connected() ? local_address_of(mosquitto_socket(client_.get())) : "";
+  return is_connected() ? get_local_address(mosquitto_socket(client_.get())) : "";
 }
 
 BrokerCounts BrokerClient::Impl::counts() const {

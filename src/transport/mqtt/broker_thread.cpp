@@ -25,8 +25,8 @@ std::string address_text(GInetAddress* address) {
 }
 
 // Addresses as text, in the order of the resolver; empty with `*reason` if there are none.
-std::vector<std::string> addresses_of(const std::string& host, GCancellable* cancellable,
-                                      std::string* reason) {
+std::vector<std::string> find_addresses(const std::string& host, GCancellable* cancellable,
+                                        std::string* reason) {
   GError* error = nullptr;
   const std::unique_ptr<GResolver, decltype(&g_object_unref)> resolver(g_resolver_get_default(),
                                                                        g_object_unref);
@@ -122,7 +122,7 @@ void BrokerClient::Impl::run() {
 
 bool BrokerClient::Impl::connect() {
   std::string reason = "no address";
-  const auto addresses = addresses_of(options_.host, lookup_.get(), &reason);
+  const auto addresses = find_addresses(options_.host, lookup_.get(), &reason);
   error_.reset();
   // Certificates are verified against the name, so with TLS the library has to look it up again.
   // Not blocking, it tries the first address only.

@@ -6,7 +6,7 @@
 #include <stdio.h>
 #include <string.h>
 
-static guint64 stat_of(GstElement* filter, const char* name) {
+static guint64 get_stat(GstElement* filter, const char* name) {
   GstStructure* stats = NULL;
   guint64 value = 0;
   g_object_get(filter, "stats", &stats, NULL);
@@ -16,8 +16,8 @@ static guint64 stat_of(GstElement* filter, const char* name) {
 }
 
 static void say(GstElement* filter, const char* done) {
-  printf("%s: held %u, pushed %u\n", done, (unsigned)stat_of(filter, "held"),
-         (unsigned)stat_of(filter, "pushed"));
+  printf("%s: held %u, pushed %u\n", done, (unsigned)get_stat(filter, "held"),
+         (unsigned)get_stat(filter, "pushed"));
 }
 
 static void begin(GstPad* pad) {

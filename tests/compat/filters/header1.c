@@ -26,8 +26,9 @@ static int is(const GstTensorFilterProperties* prop, const char* word) {
   return prop->custom_properties && strcmp(prop->custom_properties, word) == 0;
 }
 
-static int info_of(const GstTensorFilterFramework* self, const GstTensorFilterProperties* prop,
-                   void* priv, GstTensorFilterFrameworkInfo* info) {
+static int get_model_info(const GstTensorFilterFramework* self,
+                          const GstTensorFilterProperties* prop, void* priv,
+                          GstTensorFilterFrameworkInfo* info) {
   (void)self;
   (void)priv;
   memset(info, 0, sizeof *info);
@@ -171,7 +172,7 @@ __attribute__((constructor)) static void add(void) {
   framework.open = begin;
   framework.close = end;
   framework.invoke = invoke;
-  framework.getFrameworkInfo = info_of;
+  framework.getFrameworkInfo = get_model_info;
   framework.getModelInfo = model;
   framework.eventHandler = event;
   nnstreamer_filter_probe(&framework);

@@ -36,21 +36,21 @@ static int says(gchar* text, const char* one, const char* other) {
   return both;
 }
 
-static GstStructure* structure_of(const char* text) {
+static GstStructure* make_structure(const char* text) {
   GstStructure* structure = gst_structure_from_string(text, NULL);
   if (!structure) fprintf(stderr, "no structure: %s\n", text);
   return structure;
 }
 
-static media_type media_of(const char* text) {
-  GstStructure* structure = structure_of(text);
+static media_type parse_media(const char* text) {
+  GstStructure* structure = make_structure(text);
   const media_type type = gst_structure_get_media_type(structure);
   gst_structure_free(structure);
   return type;
 }
 
 static gboolean is_stream(const char* text) {
-  GstStructure* structure = structure_of(text);
+  GstStructure* structure = make_structure(text);
   const gboolean result = gst_structure_is_tensor_stream(structure);
   gst_structure_free(structure);
   return result;
@@ -74,19 +74,19 @@ static void check_media(void) {
   CHECK(!is_stream("other/flatbuf-tensor"));
   CHECK(!is_stream("video/x-raw"));
   CHECK(!gst_structure_is_tensor_stream(NULL));
-  CHECK(media_of("video/x-raw, width=(int)4") == _NNS_VIDEO);
-  CHECK(media_of("audio/x-raw") == _NNS_AUDIO);
-  CHECK(media_of("text/x-raw") == _NNS_TEXT);
-  CHECK(media_of("application/octet-stream") == _NNS_OCTET);
-  CHECK(media_of("other/tensor") == _NNS_TENSOR);
-  CHECK(media_of("other/tensors") == _NNS_TENSOR);
-  CHECK(media_of("image/png") == _NNS_MEDIA_INVALID);
-  CHECK(media_of("other/flexbuf") == _NNS_MEDIA_INVALID);
+  CHECK(parse_media("video/x-raw, width=(int)4") == _NNS_VIDEO);
+  CHECK(parse_media("audio/x-raw") == _NNS_AUDIO);
+  CHECK(parse_media("text/x-raw") == _NNS_TEXT);
+  CHECK(parse_media("application/octet-stream") == _NNS_OCTET);
+  CHECK(parse_media("other/tensor") == _NNS_TENSOR);
+  CHECK(parse_media("other/tensors") == _NNS_TENSOR);
+  CHECK(parse_media("image/png") == _NNS_MEDIA_INVALID);
+  CHECK(parse_media("other/flexbuf") == _NNS_MEDIA_INVALID);
   CHECK(gst_structure_get_media_type(NULL) == _NNS_MEDIA_INVALID);
 }
 
-static gboolean config_of(const char* text, GstTensorsConfig* config) {
-  GstStructure* structure = structure_of(text);
+static gboolean make_config(const char* text, GstTensorsConfig* config) {
+  GstStructure* structure = make_structure(text);
   const gboolean result = gst_tensors_config_from_structure(config, structure);
   gst_structure_free(structure);
   return result;
@@ -101,10 +101,10 @@ static void check_config(void) {
   GstTensorsConfig config;
   make_garbage(&config);
   CHECK(
-      config_of("other/tensors, format=(string)static, num_tensors=(int)2, "
-                "dimensions=(string)\"3:4,5\", types=(string)\"uint8,float32\", "
-                "framerate=(fraction)30/1",
-                &config));
+      make_config("other/tensors, format=(string)static, num_tensors=(int)2, "
+                  "dimensions=(string)\"3:4,5\", types=(string)\"uint8,float32\", "
+                  "framerate=(fraction)30/1",
+                  &config));
   CHECK(config.info.num_tensors == 2);
   CHECK(config.info.format == _NNS_TENSOR_FORMAT_STATIC);
   CHECK(config.info.info[0].type == _NNS_UINT8 && config.info.info[1].type == _NNS_FLOAT32);
@@ -114,17 +114,17 @@ static void check_config(void) {
   CHECK(says(gst_tensors_config_to_string(&config), "static", "30/1"));
   gst_tensors_config_free(&config);
 
-  CHECK(config_of("other/tensor, dimension=(string)3:4, type=(string)int8", &config));
+  CHECK(make_config("other/tensor, dimension=(string)3:4, type=(string)int8", &config));
   CHECK(config.info.num_tensors == 1 && config.info.info[0].type == _NNS_INT8);
   CHECK(config.rate_d == -1);
   gst_tensors_config_free(&config);
 
-  CHECK(config_of("other/tensors, format=(string)flexible, framerate=(fraction)0/1", &config));
+  CHECK(make_config("other/tensors, format=(string)flexible, framerate=(fraction)0/1", &config));
   CHECK(config.info.format == _NNS_TENSOR_FORMAT_FLEXIBLE && config.rate_n == 0);
   gst_tensors_config_free(&config);
 
   make_garbage(&config);
-  CHECK(!config_of("video/x-raw", &config));
+  CHECK(!make_config("video/x-raw", &config));
   gst_tensors_config_free(&config);
   make_garbage(&config);
   CHECK(!gst_tensors_config_from_structure(&config, NULL));

@@ -131,7 +131,7 @@ static int decodes(const Tuning* tuning) {
   return strstr(tuning->line, "tensor_decoder") != NULL;
 }
 
-static GstElement* pipeline_of(const Tuning* tuning, Count* count) {
+static GstElement* make_pipeline(const Tuning* tuning, Count* count) {
   gchar* line = g_strconcat(tuning->line,
                             decodes(tuning) ? " ! fakesink signal-handoffs=true" : " ! tensor_sink",
                             " name=out sync=false", NULL);
@@ -161,7 +161,7 @@ static int messages_on(GstElement* pipeline, int* warnings) {
 }
 
 /* "" without a fault. */
-static const char* fault_of(const Tuning* tuning) {
+static const char* find_fault(const Tuning* tuning) {
   Count count = {{0}, {0}, 0};
   GstElement *pipeline, *element;
   gchar *before, *after;
@@ -169,7 +169,7 @@ static const char* fault_of(const Tuning* tuning) {
   int warnings;
   g_mutex_init(&count.mutex);
   g_cond_init(&count.changed);
-  pipeline = pipeline_of(tuning, &count);
+  pipeline = make_pipeline(tuning, &count);
   element = gst_bin_get_by_name(GST_BIN(pipeline), "it");
   gst_element_set_state(pipeline, GST_STATE_PLAYING);
   if (!wait_for(&count, 2)) fault = "no frame came";
@@ -213,7 +213,7 @@ int main(int argc, char** argv) {
   gst_tensors_info_parse_types_string(&info, "uint8");
   if (NNS_custom_easy_register("same", same, NULL, &info, &info) != 0) return 1;
   gst_tensors_info_free(&info);
-  for (i = 0; i < G_N_ELEMENTS(kTunings); ++i) failed += *fault_of(&kTunings[i]) != '\0';
+  for (i = 0; i < G_N_ELEMENTS(kTunings); ++i) failed += *find_fault(&kTunings[i]) != '\0';
   NNS_custom_easy_unregister("same");
   if (!failed) printf("as wanted\n");
   return failed != 0;

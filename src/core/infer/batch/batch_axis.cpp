@@ -12,8 +12,8 @@ namespace {
 using Infos = std::vector<weir_tensor_info>;
 
 // Innermost first as in caps, '?' for an open extent.
-std::string text_of(const weir_tensor_info& info) {
-  std::string out(info.type < WEIR_TYPE_END ? name_of(static_cast<ElementType>(info.type))
+std::string to_string(const weir_tensor_info& info) {
+  std::string out(info.type < WEIR_TYPE_END ? to_string(static_cast<ElementType>(info.type))
                                             : "any type");
   if (info.rank == WEIR_RANK_UNKNOWN) return out + " of any dimension";
   out += ' ';
@@ -23,8 +23,8 @@ std::string text_of(const weir_tensor_info& info) {
   return out;
 }
 
-std::string text_of(const Infos& inputs, const Infos& outputs) {
-  const auto text = [](const weir_tensor_info& info) { return text_of(info); };
+std::string to_string(const Infos& inputs, const Infos& outputs) {
+  const auto text = [](const weir_tensor_info& info) { return to_string(info); };
   return "in " + join(inputs, ", ", text) + "; out " + join(outputs, ", ", text);
 }
 
@@ -38,7 +38,7 @@ Error unsupported(std::string what, const Infos& inputs, const Infos& outputs, s
                   std::string difference, std::string fix) {
   return Error{.code = Code::BATCH_UNSUPPORTED,
                .what = std::move(what),
-               .offered = text_of(inputs, outputs),
+               .offered = to_string(inputs, outputs),
                .needed = "a first axis that is open, or of length " + std::to_string(batch_size) +
                          ", in every input and output",
                .difference = std::move(difference),
@@ -53,7 +53,7 @@ struct Axis {
   int64_t length = 0;
   std::string missing;  // the reason if there is none
 };
-Axis axis_of(const weir_tensor_info& info, bool input) {
+Axis find_axis(const weir_tensor_info& info, bool input) {
   const bool is_declared = info.batch_axis != WEIR_NO_BATCH_AXIS;
   if (info.rank == WEIR_RANK_UNKNOWN && !input) return {0, -1, ""};
   if (info.rank == WEIR_RANK_UNKNOWN) return {0, 0, "its number of dimensions is unknown"};
@@ -107,7 +107,7 @@ Result<BatchAxes> find_batch_axes(uint32_t flags, const Infos& inputs, const Inf
   std::string difference;
   const auto look = [&](const char* role, const Infos& infos, std::vector<uint32_t>* found) {
     for (size_t i = 0; i < infos.size(); ++i) {
-      const Axis axis = axis_of(infos[i], &infos == &inputs);
+      const Axis axis = find_axis(infos[i], &infos == &inputs);
       found->push_back(axis.axis);
       const bool fits = axis.length == -1 || axis.length == wanted;
       axes.fixed = axes.fixed || axis.length == wanted;
@@ -166,8 +166,9 @@ Result<BatchShapes> shapes_of_batch(const BatchAxes& axes, size_t batch_size, co
     if (!known((*all)[i]) || !known(out.outputs[i]))
       return refused(*all, who + ": its size is unknown before the invoke");
     if (!scales(out.outputs[i], (*all)[i], axes.outputs[i], batch_size))
-      return refused(*all, who + ": " + text_of((*all)[i]) + " for " + std::to_string(batch_size) +
-                               " frames, " + text_of(out.outputs[i]) + " for one");
+      return refused(*all, who + ": " + to_string((*all)[i]) + " for " +
+                               std::to_string(batch_size) + " frames, " +
+                               to_string(out.outputs[i]) + " for one");
   }
   return out;
 }

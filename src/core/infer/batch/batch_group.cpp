@@ -4,7 +4,7 @@
 namespace weir::infer {
 namespace {
 
-std::string key_of(size_t batch_size, const std::vector<weir_tensor_info>& frame) {
+std::string make_key(size_t batch_size, const std::vector<weir_tensor_info>& frame) {
   std::string out = std::to_string(batch_size);
   for (const auto& info : frame) {
     out += ';' + std::to_string(info.type);
@@ -20,7 +20,7 @@ Result<std::shared_ptr<BatchGroup>> BatchGroups::find(size_t batch_size,
                                                       const Make& make) {
   std::lock_guard lock(mutex_);
   std::erase_if(groups_, [](const auto& entry) { return entry.second.expired(); });
-  auto& slot = groups_[key_of(batch_size, frame)];
+  auto& slot = groups_[make_key(batch_size, frame)];
   if (auto there = slot.lock()) return there;
   auto made = make();
   if (made) slot = *made;

@@ -27,7 +27,7 @@ struct BatchLayout {
   // `frame`: the tensor of one frame, with all extents known.
   static BatchLayout of(const weir_tensor_info& frame, uint32_t axis) noexcept {
     BatchLayout out;
-    out.part_bytes = size_of(static_cast<ElementType>(frame.type));
+    out.part_bytes = element_size(static_cast<ElementType>(frame.type));
     for (uint32_t i = 0; i < frame.rank; ++i)
       (i < axis ? out.parts : out.part_bytes) *= static_cast<size_t>(frame.shape[i]);
     return out;

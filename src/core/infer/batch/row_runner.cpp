@@ -10,7 +10,7 @@
 namespace weir::infer {
 namespace {
 
-std::span<weir_tensor> tensors_of(const weir_frame& frame) {
+std::span<weir_tensor> get_tensors(const weir_frame& frame) {
   return {frame.tensors, frame.n_tensors};
 }
 
@@ -98,7 +98,7 @@ Status check_rows(uint32_t flags, const std::vector<weir_tensor_info>& inputs,
 // Parts of equal size, except the last, which has the remaining rows.
 size_t RowRunner::rows_of_a_part(const weir_frame& in, size_t rows, size_t alignment) const {
   size_t step = 1;  // rows between two aligned rows
-  for (const weir_tensor& tensor : tensors_of(in)) {
+  for (const weir_tensor& tensor : get_tensors(in)) {
     const size_t row = tensor.bytes / rows;
     step = std::lcm(step, alignment / std::gcd(row, alignment));
   }

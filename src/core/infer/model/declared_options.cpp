@@ -44,20 +44,20 @@ struct OptionNames {
 
 OptionNames option_names(const weir_engine& engine) {
   OptionNames out;
-  const char* const options = function_of(engine, &weir_engine::options_json);
+  const char* const options = get_function(engine, &weir_engine::options_json);
   if (!options) return out;
   const auto list = nlohmann::json::parse(options, nullptr, false);
   if (!list.is_array()) return out;
-  const auto text_of = [](const auto& option, const char* member) {
+  const auto get_text = [](const auto& option, const char* member) {
     const auto found = option.is_object() ? option.find(member) : option.end();
     return option.is_object() && found != option.end() && found->is_string()
                ? std::optional(found->template get<std::string>())
                : std::nullopt;
   };
   for (const auto& option : list)
-    if (const auto name = text_of(option, "name")) {
+    if (const auto name = get_text(option, "name")) {
       out.all.insert(*name);
-      if (const auto setting = text_of(option, "setting"))
+      if (const auto setting = get_text(option, "setting"))
         out.settings.emplace_back(*name, *setting);
     }
   return out;
@@ -82,7 +82,7 @@ std::string unknown(const Error& fault, const std::string& group, const std::str
                     (unread ? fault.offered + " cannot be read: " + fault.difference : fault.what);
   if (!unread && !fault.offered.empty()) out += " (" + fault.offered + ")";
   if (!unread && !fault.difference.empty()) out += ", " + fault.difference;
-  return out + "; correct that file, or set the variable " + config::variable_of(group, key);
+  return out + "; correct that file, or set the variable " + config::variable_name(group, key);
 }
 
 // Adds the settings of weir.ini for options that the user did not set. If the file is invalid, the
@@ -117,8 +117,8 @@ std::vector<std::pair<std::string, std::string>> options_for(const weir_engine& 
   return out;
 }
 
-std::vector<std::pair<std::string, std::string>> identity_of(const weir_engine& engine,
-                                                             const OpenOptions& options) {
+std::vector<std::pair<std::string, std::string>> get_identity(const weir_engine& engine,
+                                                              const OpenOptions& options) {
   OpenOptions lasting = options;
   std::erase_if(lasting.declared, [](const auto& option) {
     return option.first == "latency" || option.first == "throughput" || option.first == "suspend" ||

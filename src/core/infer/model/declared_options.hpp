@@ -17,8 +17,8 @@ std::vector<std::pair<std::string, std::string>> options_for(const weir_engine& 
                                                              const OpenOptions& options);
 
 // The same without options that do not affect the model: statistics and suspension time.
-std::vector<std::pair<std::string, std::string>> identity_of(const weir_engine& engine,
-                                                             const OpenOptions& options);
+std::vector<std::pair<std::string, std::string>> get_identity(const weir_engine& engine,
+                                                              const OpenOptions& options);
 
 // options_json with everything that tensor_filter declares, for engines that forward it.
 extern const char kAllDeclared[];

@@ -78,7 +78,7 @@ TEST(DeclaredOptions, ASettingOfTheInstallationIsTheDefault) {
   EXPECT_EQ(options_for(engine_with(kWithSetting), options), Pairs{});
   const Installation says("yes");
   EXPECT_EQ(options_for(engine_with(kWithSetting), options), (Pairs{{"Links", "yes"}}));
-  EXPECT_EQ(identity_of(engine_with(kWithSetting), options), (Pairs{{"Links", "yes"}}))
+  EXPECT_EQ(get_identity(engine_with(kWithSetting), options), (Pairs{{"Links", "yes"}}))
       << "models that differ in it are not shared";
   options.options = {{"links", "no"}};
   EXPECT_EQ(options_for(engine_with(kWithSetting), options), (Pairs{{"links", "no"}}));

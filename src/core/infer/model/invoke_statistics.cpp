@@ -13,7 +13,7 @@ namespace {
 
 constexpr uint64_t kWindow = 1000;
 
-size_t bucket_of(uint64_t ns) noexcept {
+size_t find_bucket(uint64_t ns) noexcept {
   if (ns < 8) return static_cast<size_t>(ns);
   const int exponent = static_cast<int>(std::bit_width(ns)) - 1;
   return static_cast<size_t>((exponent - 2) * 8) + ((ns >> (exponent - 3)) & 7u);
@@ -34,7 +34,7 @@ void InvokeStatistics::record(std::chrono::nanoseconds duration) noexcept {
   std::lock_guard lock(mutex_);
   last_ns_ = ns;
   total_ns_ += ns;
-  ++histogram_[std::min(bucket_of(ns), kBuckets - 1)];
+  ++histogram_[std::min(find_bucket(ns), kBuckets - 1)];
   if (count_++ == 0) return;
   recent_[(count_ - 2) % recent_.size()] = ns;
   ++window_count_;

@@ -56,7 +56,7 @@ Status check_tensors(const std::vector<weir_tensor_info>& tensors) {
   return ok();
 }
 
-const weir_engine_servers* servers_of(const weir_engine& engine) {
+const weir_engine_servers* get_servers(const weir_engine& engine) {
   if (!engine.extension) return nullptr;
   const auto* calls =
       static_cast<const weir_engine_servers*>(engine.extension(WEIR_ENGINE_SERVERS));
@@ -100,7 +100,7 @@ Result<std::shared_ptr<Model>> Model::open(const weir_engine& engine, const Open
 Model::Model(const weir_engine& engine, weir_model* handle, OpenOptions options)
     : engine_(engine),
       handle_(handle),
-      servers_(servers_of(engine)),
+      servers_(get_servers(engine)),
       options_(std::move(options)) {}
 
 Status Model::read_info() {
@@ -218,7 +218,7 @@ Status Session::control(weir_control op) {
 }
 
 bool Session::is_asynchronous() const noexcept {
-  return function_of(model_->engine(), &weir_engine::submit) &&
+  return get_function(model_->engine(), &weir_engine::submit) &&
          (model_->info().flags & WEIR_MODEL_ASYNC) != 0;
 }
 
@@ -239,7 +239,8 @@ Result<bool> Session::submit(const weir_frame& in,
 }
 
 void Session::cancel(weir_request* request) const {
-  if (const auto call = function_of(model_->engine(), &weir_engine::cancel)) call(handle_, request);
+  if (const auto call = get_function(model_->engine(), &weir_engine::cancel))
+    call(handle_, request);
 }
 
 size_t Session::abandon() {

@@ -19,16 +19,17 @@ struct Declared {
 
 std::vector<Declared> declarations(const weir_engine& engine) {
   std::vector<Declared> out;
-  const char* const json = function_of(engine, &weir_engine::options_json);
+  const char* const json = get_function(engine, &weir_engine::options_json);
   const auto list = nlohmann::json::parse(json ? json : "[]", nullptr, false);
   if (!list.is_array()) return out;
-  const auto text_of = [](const nlohmann::json& option, const char* member) {
+  const auto get_text = [](const nlohmann::json& option, const char* member) {
     const auto found = option.find(member);
     return found != option.end() && found->is_string() ? found->get<std::string>() : "";
   };
   for (const auto& option : list)
     if (option.is_object())
-      out.push_back({text_of(option, "name"), text_of(option, "type"), text_of(option, "default")});
+      out.push_back(
+          {get_text(option, "name"), get_text(option, "type"), get_text(option, "default")});
   return out;
 }
 

@@ -38,7 +38,7 @@ constexpr std::chrono::milliseconds kPatience{1000};
 
 bool ModelSource::same_as(const ModelSource& other) const {
   return engine && engine == other.engine && options.accelerator == other.options.accelerator &&
-         sorted(identity_of(*engine, options)) == sorted(identity_of(*engine, other.options)) &&
+         sorted(get_identity(*engine, options)) == sorted(get_identity(*engine, other.options)) &&
          resolved(options.paths) == resolved(other.options.paths);
 }
 

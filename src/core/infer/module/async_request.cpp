@@ -26,10 +26,10 @@ namespace {
 
 using Request = Requests::Request;
 
-uintptr_t number_of(const weir_request* request) {
+uintptr_t to_number(const weir_request* request) {
   return reinterpret_cast<uintptr_t>(request);
 }
-weir_request* handle_of(uintptr_t number) {
+weir_request* to_handle(uintptr_t number) {
   // NOLINTNEXTLINE(performance-no-int-to-ptr): a handle of the C ABI, never dereferenced
   return reinterpret_cast<weir_request*>(number);
 }
@@ -152,12 +152,12 @@ weir_request* Requests::open(std::shared_ptr<RequestReceiver> receiver) {
   if (state_->refuses) return nullptr;
   const uintptr_t number = Registry::instance().add(request);
   state_->requests.emplace(number, std::move(request));
-  return handle_of(number);
+  return to_handle(number);
 }
 
 bool Requests::begun(weir_request* handle) {
   std::lock_guard lock(state_->mutex);
-  const auto at = state_->requests.find(number_of(handle));
+  const auto at = state_->requests.find(to_number(handle));
   if (at == state_->requests.end()) return false;
   at->second->known = true;
   return at->second->cancelled;
@@ -168,12 +168,12 @@ bool Requests::withdraw(weir_request* handle) {
   bool waiting = false;
   {
     std::lock_guard lock(state_->mutex);
-    const auto at = state_->requests.find(number_of(handle));
+    const auto at = state_->requests.find(to_number(handle));
     if (at == state_->requests.end()) return false;
     request = at->second;
     waiting = !std::exchange(request->finished, true);
   }
-  forget(number_of(handle), *request);
+  forget(to_number(handle), *request);
   return waiting;
 }
 
@@ -184,7 +184,7 @@ Requests::Abandoned Requests::abandon() {
   for (auto& [number, request] : state_->requests) {
     if (!std::exchange(request->finished, true)) ++out.count;
     if (!request->cancelled.exchange(true) && request->known)
-      out.cancel.push_back(handle_of(number));
+      out.cancel.push_back(to_handle(number));
   }
   state_->changed.notify_all();
   return out;
@@ -231,7 +231,7 @@ size_t Requests::in_flight() const {
 }
 
 void complete_request(weir_request* handle, int status, weir_frame* frame, bool more) noexcept {
-  const auto request = Registry::instance().find(number_of(handle));
+  const auto request = Registry::instance().find(to_number(handle));
   if (!request) return release_memory(frame);
   const bool is_short = status == 0 && frame && !has_tensors(*frame);
   const bool is_final = status < 0 || !more || is_short;
@@ -246,17 +246,17 @@ void complete_request(weir_request* handle, int status, weir_frame* frame, bool 
       receiver->end(status);
     leave(*request->state);
   }
-  if (!more) forget(number_of(handle), *request);
+  if (!more) forget(to_number(handle), *request);
   release_memory(frame);
 }
 
 weir_error* error_of_request(weir_request* handle) noexcept {
-  const auto request = Registry::instance().find(number_of(handle));
+  const auto request = Registry::instance().find(to_number(handle));
   return request ? &request->error : nullptr;  // valid until the engine ends the request
 }
 
 bool is_cancelled(const weir_request* handle) noexcept {
-  const auto request = Registry::instance().find(number_of(handle));
+  const auto request = Registry::instance().find(to_number(handle));
   return !request || request->cancelled;
 }
 

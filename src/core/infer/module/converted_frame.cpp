@@ -56,7 +56,7 @@ Status ConverterRoom::check_memory(const TensorSpec& spec, const weir_tensor& te
   return ok();
 }
 
-Result<TensorSpec> spec_of(const std::string& who, const weir_tensor_info& info) {
+Result<TensorSpec> to_spec(const std::string& who, const weir_tensor_info& info) {
   const auto refused = [&who](const std::string& offered) {
     return fault(
         who, " describes an invalid tensor", offered,
@@ -113,7 +113,7 @@ Result<ConvertedFrame> ConverterRoom::checked(int result, weir_error* error, boo
     return fault(who_, " produced no tensors, or more than there is room for",
                  std::to_string(count), "1 to 256, within the given capacity");
   for (size_t i = 0; i < count; ++i) {
-    const auto spec = spec_of(who_, tensors_[i].info);
+    const auto spec = to_spec(who_, tensors_[i].info);
     if (!spec) return spec.error();
     if (auto status = check_memory(*spec, tensors_[i], is_flexible); !status) return status.error();
     out.tensors.emplace_back(*spec, std::exchange(tensors_[i], weir_tensor{}));

@@ -44,7 +44,7 @@ struct ConvertedFrame {
 
 // Converts the tensor description of the converter `who`. CALLBACK_FAILED if it is unknown or
 // exceeds the limits.
-Result<TensorSpec> spec_of(const std::string& who, const weir_tensor_info& info);
+Result<TensorSpec> to_spec(const std::string& who, const weir_tensor_info& info);
 
 // The output arrays that a converter fills. One frame at a time.
 class ConverterRoom {

@@ -9,14 +9,14 @@
 namespace weir::infer {
 namespace {
 
-std::string name_of(const weir_converter_type& type) {
+std::string get_name(const weir_converter_type& type) {
   return "the converter " + std::string(type.name);
 }
 
 class ModuleConverter final : public Converter {
  public:
   ModuleConverter(const weir_converter_type& type, weir_converter* handle)
-      : who_(name_of(type)),
+      : who_(get_name(type)),
         type_(type),
         handle_(handle),
         rate_(extension<weir_converter_rate>(type, WEIR_CONVERTER_RATE)),
@@ -40,7 +40,7 @@ class ModuleConverter final : public Converter {
     std::vector<TensorSpec> specs;
     for (uint32_t i = 0; i < count; ++i) {
       if (open_parts(infos[i])) return std::vector<TensorSpec>{};
-      const auto spec = spec_of(who_, infos[i]);
+      const auto spec = to_spec(who_, infos[i]);
       if (!spec) return spec.error();
       specs.push_back(*spec);
     }
@@ -108,13 +108,13 @@ Result<std::unique_ptr<Converter>> Converter::open(const weir_converter_type& ty
   weir_converter* handle = nullptr;
   const int result =
       type.open(pairs.data(), static_cast<uint32_t>(pairs.size()), nullptr, &handle, &error);
-  if (result < 0) return take_error(&error, result, name_of(type) + " cannot be opened");
+  if (result < 0) return take_error(&error, result, get_name(type) + " cannot be opened");
   if (!handle)
     return Error{.code = Code::CALLBACK_FAILED,
-                 .what = name_of(type) + " cannot be opened",
+                 .what = get_name(type) + " cannot be opened",
                  .offered = "0 and no handle from its open",
                  .needed = "a handle, or a negative number",
-                 .fix = "correct " + name_of(type)};
+                 .fix = "correct " + get_name(type)};
   return std::unique_ptr<Converter>(std::make_unique<ModuleConverter>(type, handle));
 }
 

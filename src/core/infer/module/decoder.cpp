@@ -13,7 +13,7 @@ constexpr size_t kLabelsBeforeClasses = offsetof(weir_decoder_labels, classes);
 // The decoder's table of the extension `id`, of at least `kMin` bytes; null if it does not have
 // it.
 template <class Table, size_t kMin = sizeof(Table)>
-const Table* extension_of(const weir_decoder_type& type, const char* id) {
+const Table* find_extension(const weir_decoder_type& type, const char* id) {
   const bool extensible =
       type.struct_size >= offsetof(weir_decoder_type, extension) + sizeof type.extension;
   if (!extensible || !type.extension) return nullptr;
@@ -37,11 +37,12 @@ std::vector<std::string> option_names(const weir_decoder_type& type) {
 Decoder::Decoder(const weir_decoder_type& type, weir_decoder* handle)
     : type_(type),
       handle_(handle),
-      stream_(extension_of<weir_decoder_stream>(type, WEIR_DECODER_STREAM)),
-      model_(extension_of<weir_decoder_model>(type, WEIR_DECODER_MODEL)),
-      caps_(extension_of<weir_decoder_caps>(type, WEIR_DECODER_CAPS)),
-      times_(extension_of<weir_decoder_times>(type, WEIR_DECODER_TIMES)),
-      labels_(extension_of<weir_decoder_labels, kLabelsBeforeClasses>(type, WEIR_DECODER_LABELS)) {}
+      stream_(find_extension<weir_decoder_stream>(type, WEIR_DECODER_STREAM)),
+      model_(find_extension<weir_decoder_model>(type, WEIR_DECODER_MODEL)),
+      caps_(find_extension<weir_decoder_caps>(type, WEIR_DECODER_CAPS)),
+      times_(find_extension<weir_decoder_times>(type, WEIR_DECODER_TIMES)),
+      labels_(
+          find_extension<weir_decoder_labels, kLabelsBeforeClasses>(type, WEIR_DECODER_LABELS)) {}
 
 void Decoder::set_model(const weir_stream_model* model) noexcept {
   if (uses_model()) model_->set_model(handle_, model);

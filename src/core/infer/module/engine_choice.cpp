@@ -17,7 +17,7 @@ namespace {
 namespace fs = std::filesystem;
 using Names = std::vector<std::string>;
 
-std::string extension_of(const std::string& path) {
+std::string get_extension(const std::string& path) {
   const size_t dot = path.rfind('.');
   return dot == std::string::npos ? "" : lower(path.substr(dot + 1));
 }
@@ -43,7 +43,7 @@ Error unknown(const std::string& path) {
 }
 
 std::optional<std::string> engine_of_two(std::span<const std::string> paths) {
-  const std::set<std::string> both{extension_of(paths[0]), extension_of(paths[1])};
+  const std::set<std::string> both{get_extension(paths[0]), get_extension(paths[1])};
   if (both == std::set<std::string>{"so", "nb"}) return "vivante";
   if (both == std::set<std::string>{"caffemodel", "prototxt"}) return "caffe";
   if (both == std::set<std::string>{"weights", "cfg"}) return "darknet";
@@ -76,12 +76,14 @@ class Chooser {
       const std::string place = setting.key + " (" + setting.origin + ")";
       const Names list = engines_in(setting.value);
       if (list.empty()) continue;
-      if (auto found = first_of(list, "first installed engine of " + place)) return found;
+      if (auto found = find_first_installed(list, "first installed engine of " + place))
+        return found;
       why += (why.empty() ? "none of " : "; none of ") + place + " is installed";
       if (wanted.empty()) wanted = list;
     }
     const auto preferred = preferred_engines(extension_);
-    if (auto found = first_of(Names(preferred.begin(), preferred.end()), why)) return found;
+    if (auto found = find_first_installed(Names(preferred.begin(), preferred.end()), why))
+      return found;
     if (const KnownEngine* known = known_engine_for(extension_))
       return choice(std::string(known->name), why);
     // No other engine matches: the error for the first preference has the install command.
@@ -101,7 +103,7 @@ class Chooser {
   }
 
  private:
-  std::optional<EngineChoice> first_of(const Names& list, const std::string& why) {
+  std::optional<EngineChoice> find_first_installed(const Names& list, const std::string& why) {
     claimed_.insert(claimed_.end(), list.begin(), list.end());
     const auto found =
         std::find_if(list.begin(), list.end(), [&](const auto& n) { return is_installed(n); });
@@ -154,7 +156,7 @@ Result<EngineChoice> choose_engine(std::span<const std::string> paths,
       return EngineChoice{*engine, "by the names of the model's files", {}};
   if (paths.size() != 1)
     return no_engine_for(paths.empty() ? "no model" : paths[0] + " and others");
-  const std::string extension = extension_of(paths[0]);
+  const std::string extension = get_extension(paths[0]);
   if (extension.empty()) return unknown(paths[0]);
   Chooser chooser(installed, extension);
   auto chosen = chooser.choose(priorities(extension, configuration, nnstreamer));

@@ -19,7 +19,7 @@ config::Configuration configured(const std::string& key = "", const std::string&
   return config::Configuration([=](const char* name) -> const char* {
     static thread_local std::string kept;
     if (std::string(name) == "WEIR_CONFIG") return "";
-    if (key.empty() || config::variable_of("filter", key) != name) return nullptr;
+    if (key.empty() || config::variable_name("filter", key) != name) return nullptr;
     kept = value;
     return kept.c_str();
   });

@@ -7,7 +7,7 @@ namespace weir::infer {
 
 Status give_order(const weir_engine& engine, weir_session* session, int order,
                   const weir_option* option) {
-  const auto control = function_of(engine, &weir_engine::control);
+  const auto control = get_function(engine, &weir_engine::control);
   if (!control)
     return Error{.code = Code::MODEL_UNSUPPORTED,
                  .what = "the engine has no control function",

@@ -8,7 +8,7 @@ namespace weir::infer {
 
 // A function of the engine's table; null if it is not set or the table ends before it.
 template <typename Function>
-Function function_of(const weir_engine& engine, Function weir_engine::*member) noexcept {
+Function get_function(const weir_engine& engine, Function weir_engine::*member) noexcept {
   static constexpr weir_engine kTable{};
   const auto* const begin = reinterpret_cast<const char*>(&kTable);
   const auto* const end = reinterpret_cast<const char*>(&(kTable.*member) + 1);

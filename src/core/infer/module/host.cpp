@@ -12,6 +12,7 @@
 #include "core/infer/module/held_frame.hpp"
 #include "core/infer/module/module_library.hpp"
 #include "core/process/process_object.hpp"
+#include "core/text/text.hpp"
 #include "weir/abi.h"
 
 namespace weir::infer {
@@ -28,12 +29,8 @@ std::atomic<LogFunction>& log_function() {
   return log.function;
 }
 
-std::string text_of(const char* text) {
-  return text ? text : "";
-}
-
 // The code of a module's return value, which may be any int.
-int code_of(int result) {
+int to_code(int result) {
   return result == INT_MIN ? WEIR_INTERNAL : std::abs(result);
 }
 bool is_known(int code) {
@@ -44,14 +41,14 @@ bool is_known(int code) {
 
 int fail(weir_error* error, int code, const char* what, const char* offered, const char* needed,
          const char* difference, const char* fix) {
-  code = code_of(code);
+  code = to_code(code);
   if (error) {
     error->error = Error{.code = static_cast<Code>(code),
-                         .what = text_of(what),
-                         .offered = text_of(offered),
-                         .needed = text_of(needed),
-                         .difference = text_of(difference),
-                         .fix = text_of(fix)};
+                         .what = or_empty(what),
+                         .offered = or_empty(offered),
+                         .needed = or_empty(needed),
+                         .difference = or_empty(difference),
+                         .fix = or_empty(fix)};
     error->set = true;
   }
   return -code;
@@ -76,7 +73,7 @@ int allocate(void*, uint32_t memory_kind, uint64_t bytes, uint32_t alignment, we
 }
 
 int sink_set_caps(weir_sink* sink, const char* caps, weir_error* error) {
-  const Status status = sink->set_caps(text_of(caps));
+  const Status status = sink->set_caps(or_empty(caps));
   if (status) return WEIR_OK;
   if (error) *error = weir_error{status.error(), true};
   return -static_cast<int>(status.error().code);
@@ -95,7 +92,7 @@ const weir_sink_calls kSinkCalls{sizeof(weir_sink_calls), sink_set_caps, sink_re
                                  sink_share_input};
 
 int find_engine(const char* name, const weir_engine** out, weir_error* error) {
-  const auto found = ModuleLibrary::instance().engine(text_of(name));
+  const auto found = ModuleLibrary::instance().engine(or_empty(name));
   *out = found ? *found : nullptr;
   if (found) return WEIR_OK;
   if (error) *error = weir_error{found.error(), true};
@@ -136,8 +133,8 @@ void set_log_function(LogFunction function) noexcept {
 
 Error take_error(weir_error* error, int result, const std::string& fallback) {
   if (error->set) return std::move(error->error);
-  if (is_known(code_of(result)))
-    return Error{.code = static_cast<Code>(code_of(result)), .what = fallback};
+  if (is_known(to_code(result)))
+    return Error{.code = static_cast<Code>(to_code(result)), .what = fallback};
   return Error{.code = Code::CALLBACK_FAILED,
                .what = fallback,
                .offered = "it returned " + std::to_string(result),

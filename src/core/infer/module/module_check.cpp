@@ -7,7 +7,7 @@
 namespace weir::infer {
 namespace {
 
-std::string version_of(uint16_t major) {
+std::string format_version(uint16_t major) {
   return "ABI version " + std::to_string(major);
 }
 
@@ -20,8 +20,8 @@ Status check_head(const Table& table, const char* kind, size_t needed, const std
         std::string(kind) + " with a table of " + std::to_string(table.struct_size) + " bytes",
         "at least " + std::to_string(needed));
   if (table.abi_major != WEIR_ABI_MAJOR)
-    return module_refused(path, std::string(kind) + " of " + version_of(table.abi_major),
-                          version_of(WEIR_ABI_MAJOR));
+    return module_refused(path, std::string(kind) + " of " + format_version(table.abi_major),
+                          format_version(WEIR_ABI_MAJOR));
   if (!table.name || !*table.name)
     return module_refused(path, std::string(kind) + " without a name", "a name");
   return ok();
@@ -81,7 +81,7 @@ Status check_module(const weir_module* module, const std::string& path) {
     return module_refused(path, "weir_module_entry returned NULL",
                           "its tables; the reason is in the log");
   if (module->abi_major != WEIR_ABI_MAJOR)
-    return module_refused(path, version_of(module->abi_major), version_of(WEIR_ABI_MAJOR));
+    return module_refused(path, format_version(module->abi_major), format_version(WEIR_ABI_MAJOR));
   if (module->struct_size < offsetof(weir_module, trainers))
     return module_refused(path, "a table of " + std::to_string(module->struct_size) + " bytes",
                           "at least " + std::to_string(offsetof(weir_module, trainers)));

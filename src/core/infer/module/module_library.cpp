@@ -319,9 +319,9 @@ std::vector<const weir_converter_type*> ModuleLibrary::converters() {
   return out;
 }
 
-std::vector<std::string> accelerators_of(const weir_engine& engine) {
+std::vector<std::string> list_accelerators(const weir_engine& engine) {
   std::vector<std::string> out;
-  const auto extension = function_of(engine, &weir_engine::extension);
+  const auto extension = get_function(engine, &weir_engine::extension);
   if (!extension) return out;
   const auto* list = static_cast<const char*>(extension("weir.accelerators/1"));
   for (const auto name : split(list ? list : "", ","))

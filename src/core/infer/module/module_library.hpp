@@ -74,6 +74,6 @@ class ModuleLibrary {
 // The accelerators that the engine supports ("weir.accelerators/1": a comma-separated list of names
 // of docs/compatibility/filter.md 4.4, its automatic choice first); empty if it does not report
 // them.
-std::vector<std::string> accelerators_of(const weir_engine& engine);
+std::vector<std::string> list_accelerators(const weir_engine& engine);
 
 }  // namespace weir::infer

@@ -6,7 +6,7 @@
 #include "machine/usable_cores.hpp"
 
 namespace weir::infer {
-int share_of(const ThreadUse& own, const std::vector<ThreadUse>& others, int cores) noexcept {
+int split_cores(const ThreadUse& own, const std::vector<ThreadUse>& others, int cores) noexcept {
   if (own.threads > 0) return own.threads;
   if (others.empty() && own.workers == 1) return 0;
   int sharing = own.workers, left = cores;
@@ -33,14 +33,14 @@ ThreadBudget::Claim ThreadBudget::claim(const ThreadUse& use) {
   return out;
 }
 
-int ThreadBudget::threads_of(const Claim& claim) {
+int ThreadBudget::count_threads(const Claim& claim) {
   if (!claim.entry_) return 0;
   std::vector<ThreadUse> others;
   std::lock_guard lock(mutex_);
   for (const auto& weak : entries_)
     if (const auto entry = weak.lock(); entry && entry != claim.entry_)
       others.push_back(entry->use);
-  return share_of(claim.entry_->use, others, cores_);
+  return split_cores(claim.entry_->use, others, cores_);
 }
 
 }  // namespace weir::infer

@@ -15,7 +15,7 @@ struct ThreadUse {
 
 // Threads for each worker of `own` such that it and all `others` together use at most `cores`; at
 // least 1. 0 = the engine may choose, since it is alone and runs one frame at a time.
-int share_of(const ThreadUse& own, const std::vector<ThreadUse>& others, int cores) noexcept;
+int split_cores(const ThreadUse& own, const std::vector<ThreadUse>& others, int cores) noexcept;
 
 class ThreadBudget {
   struct Entry;
@@ -36,7 +36,7 @@ class ThreadBudget {
   };
   Claim claim(const ThreadUse& use);
   // The threads of the claim, given all current claims.
-  int threads_of(const Claim& claim);
+  int count_threads(const Claim& claim);
 
  private:
   struct Entry {

@@ -8,45 +8,45 @@ namespace weir::infer {
 namespace thread_budget_test {
 
 TEST(ThreadBudget, LeavesTheChoiceToTheEngineOfALoneModel) {
-  EXPECT_EQ(share_of({1, 0}, {}, 8), 0);
+  EXPECT_EQ(split_cores({1, 0}, {}, 8), 0);
 }
 
 TEST(ThreadBudget, DividesTheCoresAmongWorkers) {
-  EXPECT_EQ(share_of({2, 0}, {}, 8), 4);
-  EXPECT_EQ(share_of({3, 0}, {}, 8), 2);
-  EXPECT_EQ(share_of({9, 0}, {}, 8), 1) << "never none";
+  EXPECT_EQ(split_cores({2, 0}, {}, 8), 4);
+  EXPECT_EQ(split_cores({3, 0}, {}, 8), 2);
+  EXPECT_EQ(split_cores({9, 0}, {}, 8), 1) << "never none";
 }
 
 TEST(ThreadBudget, DividesTheCoresAmongModels) {
-  EXPECT_EQ(share_of({1, 0}, {{1, 0}}, 8), 4);
-  EXPECT_EQ(share_of({1, 0}, {{2, 0}, {1, 0}}, 8), 2);
+  EXPECT_EQ(split_cores({1, 0}, {{1, 0}}, 8), 4);
+  EXPECT_EQ(split_cores({1, 0}, {{2, 0}, {1, 0}}, 8), 2);
 }
 
 TEST(ThreadBudget, SubtractsThreadsOfOthers) {
-  EXPECT_EQ(share_of({1, 0}, {{2, 3}}, 8), 2);
-  EXPECT_EQ(share_of({1, 0}, {{1, 100}}, 8), 1);
-  EXPECT_EQ(share_of({2, 0}, {{1, 4}, {1, 0}}, 10), 2);
+  EXPECT_EQ(split_cores({1, 0}, {{2, 3}}, 8), 2);
+  EXPECT_EQ(split_cores({1, 0}, {{1, 100}}, 8), 1);
+  EXPECT_EQ(split_cores({2, 0}, {{1, 4}, {1, 0}}, 10), 2);
 }
 
 TEST(ThreadBudget, GrantsTheRequestedThreads) {
-  EXPECT_EQ(share_of({4, 5}, {{1, 0}}, 8), 5);
+  EXPECT_EQ(split_cores({4, 5}, {{1, 0}}, 8), 5);
 }
 
 TEST(ThreadBudget, ForgetsEndedClaims) {
   ThreadBudget budget(8);
   const auto one = budget.claim({1, 0});
-  EXPECT_EQ(budget.threads_of(one), 0);
+  EXPECT_EQ(budget.count_threads(one), 0);
   {
     const auto two = budget.claim({3, 0});
-    EXPECT_EQ(budget.threads_of(one), 2);
-    EXPECT_EQ(budget.threads_of(two), 2);
+    EXPECT_EQ(budget.count_threads(one), 2);
+    EXPECT_EQ(budget.count_threads(two), 2);
   }
-  EXPECT_EQ(budget.threads_of(one), 0);
+  EXPECT_EQ(budget.count_threads(one), 0);
 }
 
 TEST(ThreadBudget, IgnoresAnEmptyClaim) {
   ThreadBudget budget(8);
-  EXPECT_EQ(budget.threads_of({}), 0);
+  EXPECT_EQ(budget.count_threads({}), 0);
 }
 
 TEST(ThreadBudget, NeverGrantsMoreThanTheCores) {
@@ -57,7 +57,7 @@ TEST(ThreadBudget, NeverGrantsMoreThanTheCores) {
         std::vector<ThreadBudget::Claim> claims;
         for (int i = 0; i < models; ++i) claims.push_back(budget.claim({workers, 0}));
         int sum = 0;
-        for (const auto& claim : claims) sum += workers * budget.threads_of(claim);
+        for (const auto& claim : claims) sum += workers * budget.count_threads(claim);
         EXPECT_LE(sum, std::max(cores, models * workers)) << cores << " " << models;
       }
 }

@@ -22,9 +22,9 @@ Bytes finish(FlatBufferBuilder* builder, flatbuffers::Offset<schema::Tensors> ro
   builder->Finish(root);
   return {builder->GetBufferPointer(), builder->GetBufferPointer() + builder->GetSize()};
 }
-Bytes message_of(const std::vector<Given>& tensors, std::optional<int32_t> count = {},
-                 std::optional<schema::frame_rate> rate = schema::frame_rate(30, 1),
-                 int32_t format = 0) {
+Bytes make_message(const std::vector<Given>& tensors, std::optional<int32_t> count = {},
+                   std::optional<schema::frame_rate> rate = schema::frame_rate(30, 1),
+                   int32_t format = 0) {
   FlatBufferBuilder builder;
   std::vector<flatbuffers::Offset<schema::Tensor>> all;
   for (const auto& given : tensors) all.push_back(add(given, &builder));
@@ -39,7 +39,7 @@ TEST(FlatbufConverter, SharesTheBytesOfTheMessage) {
   EXPECT_TRUE(reader.configure("other/flatbuf-tensor,framerate=30/1").empty())
       << "the first frame decides";
   const auto made =
-      reader.read(message_of({{}, {{1, 2}, {1, 2, 3, 4}, schema::Tensor_type::NNS_INT16}}));
+      reader.read(make_message({{}, {{1, 2}, {1, 2, 3, 4}, schema::Tensor_type::NNS_INT16}}));
   EXPECT_EQ(made.error, "");
   EXPECT_EQ(made.specs, (std::vector<std::string>{"uint8 3", "int16 1:2"}));
   EXPECT_EQ(made.bytes, std::vector<Bytes>({{7, 8, 9}, {1, 2, 3, 4}}));
@@ -49,7 +49,7 @@ TEST(FlatbufConverter, SharesTheBytesOfTheMessage) {
 
 TEST(FlatbufConverter, TakesAMessageWithoutRateOrWithDimensionsUpTo16) {
   const auto made = MessageReader("flatbuf").read(
-      message_of({{{3, 1, 1, 1, 1, 1, 1, 1, 1, 1, 1, 1, 1, 1, 1, 1}}}, {}, std::nullopt));
+      make_message({{{3, 1, 1, 1, 1, 1, 1, 1, 1, 1, 1, 1, 1, 1, 1, 1}}}, {}, std::nullopt));
   EXPECT_EQ(made.error, "");
   EXPECT_EQ(made.specs, std::vector<std::string>{"uint8 3:1:1:1:1:1:1:1:1:1:1:1:1:1:1:1"});
   EXPECT_EQ(made.rate, "");
@@ -57,7 +57,7 @@ TEST(FlatbufConverter, TakesAMessageWithoutRateOrWithDimensionsUpTo16) {
 
 TEST(FlatbufConverter, CopiesWhatIsNotAligned) {
   for (size_t shift = 0; shift < 8; ++shift) {
-    const auto made = MessageReader("flatbuf").read(message_of({{}}), shift);
+    const auto made = MessageReader("flatbuf").read(make_message({{}}), shift);
     EXPECT_EQ(made.error, "");
     EXPECT_EQ(made.bytes, std::vector<Bytes>({{7, 8, 9}}));
     EXPECT_EQ(made.shared, std::vector<bool>{shift == 0}) << shift;
@@ -66,12 +66,13 @@ TEST(FlatbufConverter, CopiesWhatIsNotAligned) {
 
 TEST(FlatbufConverter, KeepsTheHeadersOfFlexibleTensors) {
   const Bytes chunk = with_header({ElementType::UInt8, Shape{3}, ""}, {7, 8, 9});
-  const auto made = MessageReader("flatbuf").read(message_of({{{3}, chunk}}, {}, std::nullopt, 1));
+  const auto made =
+      MessageReader("flatbuf").read(make_message({{{3}, chunk}}, {}, std::nullopt, 1));
   EXPECT_EQ(made.error, "");
   EXPECT_TRUE(made.is_flexible);
   EXPECT_EQ(made.bytes, std::vector<Bytes>({chunk}));
   const Bytes sparse = with_header({ElementType::UInt8, Shape{3}, ""}, {7, 8, 9}, Format::Sparse);
-  EXPECT_NE(MessageReader("flatbuf").read(message_of({{{3}, sparse}}, {}, std::nullopt, 1)).error,
+  EXPECT_NE(MessageReader("flatbuf").read(make_message({{{3}, sparse}}, {}, std::nullopt, 1)).error,
             "");
 }
 
@@ -84,18 +85,18 @@ TEST(FlatbufConverter, NamesWhatIsDamaged) {
   EXPECT_SAYS(error(Bytes(64, 0xFF)), "its tables cannot be read");
   FlatBufferBuilder empty;
   EXPECT_SAYS(error(finish(&empty, schema::CreateTensors(empty))), "it has no tensors");
-  EXPECT_SAYS(error(message_of({{}}, 2)), "the number of tensors that it declares");
-  EXPECT_SAYS(error(message_of({{}}, INT32_MIN)),
+  EXPECT_SAYS(error(make_message({{}}, 2)), "the number of tensors that it declares");
+  EXPECT_SAYS(error(make_message({{}}, INT32_MIN)),
               "WEIR-2006: a flatbuf message has too many tensors");
-  EXPECT_SAYS(error(message_of({{std::vector<uint32_t>(17, 1)}})),
+  EXPECT_SAYS(error(make_message({{std::vector<uint32_t>(17, 1)}})),
               "a tensor has too many dimensions\n  offered: 17");
-  EXPECT_SAYS(error(message_of({{{3}, {7}}})), "offered: 1 bytes\n  needed: 3 bytes for uint8 3");
-  EXPECT_SAYS(error(message_of({{{3}, {7}, schema::Tensor_type::NNS_END}})),
+  EXPECT_SAYS(error(make_message({{{3}, {7}}})), "offered: 1 bytes\n  needed: 3 bytes for uint8 3");
+  EXPECT_SAYS(error(make_message({{{3}, {7}, schema::Tensor_type::NNS_END}})),
               "no known element type");
-  EXPECT_SAYS(error(message_of(std::vector<Given>(257))), "WEIR-2006");
-  EXPECT_SAYS(error(message_of({{}}, {}, schema::frame_rate(1, 0))), "an invalid frame rate");
-  EXPECT_SAYS(error(message_of({{}}, {}, std::nullopt, 3)), "an unknown format");
-  EXPECT_EQ(error(message_of({{}})), "") << "and goes on";
+  EXPECT_SAYS(error(make_message(std::vector<Given>(257))), "WEIR-2006");
+  EXPECT_SAYS(error(make_message({{}}, {}, schema::frame_rate(1, 0))), "an invalid frame rate");
+  EXPECT_SAYS(error(make_message({{}}, {}, std::nullopt, 3)), "an unknown format");
+  EXPECT_EQ(error(make_message({{}})), "") << "and goes on";
 }
 
 TEST(FlatbufConverter, RefusesTensorsThatShareTheirBytes) {

@@ -24,8 +24,8 @@ void add_tensor(Builder& builder, const std::string& key, const std::vector<uint
     builder.Blob(data);
   });
 }
-Bytes message_of(size_t count, int64_t declared, int64_t format = 0,
-                 const Bytes& data = {7, 8, 9}) {
+Bytes make_message(size_t count, int64_t declared, int64_t format = 0,
+                   const Bytes& data = {7, 8, 9}) {
   return built([&](Builder& b) {
     b.Int("num_tensors", declared);
     b.Int("rate_n", 30);
@@ -47,7 +47,7 @@ TEST(FlexbufConverter, SharesTheBytesOfTheMessage) {
   MessageReader reader("flexbuf");
   EXPECT_TRUE(reader.configure("other/flexbuf,framerate=30/1").empty())
       << "the first frame decides";
-  const auto made = reader.read(message_of(1, 1));
+  const auto made = reader.read(make_message(1, 1));
   EXPECT_EQ(made.error, "");
   EXPECT_EQ(made.specs, std::vector<std::string>{"uint8 3"});
   EXPECT_EQ(made.bytes, std::vector<Bytes>({{7, 8, 9}}));
@@ -131,7 +131,7 @@ TEST(FlexbufConverter, SkipsKeysThatItDoesNotKnow) {
 
 TEST(FlexbufConverter, KeepsTheHeadersOfFlexibleTensors) {
   const Bytes chunk = with_header({ElementType::UInt8, Shape{3}, ""}, {7, 8, 9});
-  const auto made = MessageReader("flexbuf").read(message_of(1, 1, 1, chunk));
+  const auto made = MessageReader("flexbuf").read(make_message(1, 1, 1, chunk));
   EXPECT_EQ(made.error, "");
   EXPECT_TRUE(made.is_flexible);
   EXPECT_EQ(made.bytes, std::vector<Bytes>({chunk}));
@@ -143,13 +143,13 @@ TEST(FlexbufConverter, NamesWhatIsDamaged) {
   EXPECT_SAYS(error({1, 2}), "WEIR-2005: a flexbuf message is damaged: its map cannot be read");
   EXPECT_SAYS(error({5, 4, 1}), "its map cannot be read\n  offered: 3 bytes");  // an int
   EXPECT_SAYS(error(Bytes(64, 0xFF)), "its map cannot be read");
-  EXPECT_SAYS(error(message_of(1, 2)), "the number of tensors that it declares");
-  EXPECT_SAYS(error(message_of(1, -1)), "WEIR-2006");
-  EXPECT_SAYS(error(message_of(0, 0)), "the number of tensors that it declares");
-  EXPECT_SAYS(error(message_of(257, 257)), "WEIR-2006: a flexbuf message has too many tensors");
-  EXPECT_SAYS(error(message_of(1, int64_t{1} << 40)), "num_tensors cannot be read");
-  EXPECT_SAYS(error(message_of(1, 1, 9)), "an unknown format");
-  EXPECT_SAYS(error(message_of(1, 1, 0, {7})), "offered: 1 bytes");
+  EXPECT_SAYS(error(make_message(1, 2)), "the number of tensors that it declares");
+  EXPECT_SAYS(error(make_message(1, -1)), "WEIR-2006");
+  EXPECT_SAYS(error(make_message(0, 0)), "the number of tensors that it declares");
+  EXPECT_SAYS(error(make_message(257, 257)), "WEIR-2006: a flexbuf message has too many tensors");
+  EXPECT_SAYS(error(make_message(1, int64_t{1} << 40)), "num_tensors cannot be read");
+  EXPECT_SAYS(error(make_message(1, 1, 9)), "an unknown format");
+  EXPECT_SAYS(error(make_message(1, 1, 0, {7})), "offered: 1 bytes");
   EXPECT_SAYS(error(message_with([](Builder& b) { b.Int(1); })), "tensor_0 cannot be read");
   EXPECT_SAYS(
       error(message_with([](Builder& b) { b.Vector([&] { b.Int(1), b.Int(2), b.Int(3); }); })),
@@ -159,7 +159,7 @@ TEST(FlexbufConverter, NamesWhatIsDamaged) {
                 add_tensor(b, "tensor_1", {3}, 5, {7, 8, 9});
               })),
               "its tensors are not numbered from 0");
-  EXPECT_EQ(error(message_of(1, 1)), "") << "and goes on";
+  EXPECT_EQ(error(make_message(1, 1)), "") << "and goes on";
 }
 
 // The verifier of FlexBuffers 2.0.8 accepts it: it looks for a byte that is not zero.

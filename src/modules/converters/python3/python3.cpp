@@ -15,13 +15,13 @@ using weir::python::PyObject;
 constexpr char kConverting[] = R"py(
 import gc
 import numpy
-from weir_scripts import DTYPES, is_a, tensor_of
+from weir_scripts import DTYPES, is_a, to_tensor
 
 def collect():
     gc.collect()
 
-def bytes_of(index, shape, array):
-    kind, dims = tensor_of(shape)
+def check_array(index, shape, array):
+    kind, dims = to_tensor(shape)
     dtype = DTYPES[kind]
     if not is_a(numpy.ndarray, array):
         raise TypeError(f"array {index} is not a NumPy array but {type(array).__name__}")
@@ -47,14 +47,14 @@ def convert(script, arrays):
         raise ValueError("convert returns no tensors: at least one TensorShape with its array")
     if len(shapes) != len(arrays):
         raise ValueError(f"{len(shapes)} TensorShapes for {len(arrays)} arrays")
-    tensors = tuple(bytes_of(i, *pair) for i, pair in enumerate(zip(shapes, arrays)))
+    tensors = tuple(check_array(i, *pair) for i, pair in enumerate(zip(shapes, arrays)))
     rate_n, rate_d = int(rate_n), int(rate_d)
     if not (0 <= rate_n < 1 << 31 and 1 <= rate_d < 1 << 31):
         raise ValueError(f"{rate_n}/{rate_d} is not a frame rate, which is 0/1 or more")
     return rate_n, rate_d, tensors
 )py";
 
-std::string path_of(const weir::Options& options) {
+std::string get_path(const weir::Options& options) {
   const auto path = options.get("script");
   if (!path)
     throw weir::Failure({.code = weir::Code::OPTION_VALUE,
@@ -67,14 +67,15 @@ std::string path_of(const weir::Options& options) {
 class Script {
  public:
   explicit Script(const weir::Options& options)
-      : script_({"CustomConverter", "convert", "weir_converting", kConverting}, path_of(options)) {}
+      : script_({"CustomConverter", "convert", "weir_converting", kConverting}, get_path(options)) {
+  }
 
   std::vector<weir_tensor_info> configure(std::string_view) { return {}; }
 
   bool convert(const weir_frame& frame, weir::ConverterOutput& output) {
     script_.with_frame([&](const Object& owner) {
       const Object made =
-          script_.call("convert", script_.instance(), script_.bytes_of(frame, owner));
+          script_.call("convert", script_.instance(), script_.make_byte_arrays(frame, owner));
       fill(made.get(), output);
     });
     return true;

@@ -256,20 +256,20 @@ INSTANTIATE_TEST_SUITE_P(
               "a frame has too many tensors"}));
 
 TEST_F(Python3, ReportsWhatIsWrongWithAScript) {
-  const auto error_of = [](const std::string& path) {
+  const auto get_error = [](const std::string& path) {
     const auto opened = open_path(path);
     return opened ? "" : opened.error().message();
   };
-  EXPECT_SAYS(error_of("/nonexistent/x.py"), "WEIR-4001: the script does not exist");
-  EXPECT_SAYS(error_of(testing::TempDir()), "WEIR-4001: the script does not exist");
-  EXPECT_SAYS(error_of(script("weir_empty", "")), "the script has no class CustomConverter");
-  EXPECT_SAYS(error_of(script("weir_syntax", "class:\n")), "WEIR-3007: the script failed");
-  EXPECT_SAYS(error_of(script("weir_syntax", "class:\n")), "SyntaxError");
-  EXPECT_SAYS(error_of(script("weir_import", "import weir_that_is_not_there\n")),
+  EXPECT_SAYS(get_error("/nonexistent/x.py"), "WEIR-4001: the script does not exist");
+  EXPECT_SAYS(get_error(testing::TempDir()), "WEIR-4001: the script does not exist");
+  EXPECT_SAYS(get_error(script("weir_empty", "")), "the script has no class CustomConverter");
+  EXPECT_SAYS(get_error(script("weir_syntax", "class:\n")), "WEIR-3007: the script failed");
+  EXPECT_SAYS(get_error(script("weir_syntax", "class:\n")), "SyntaxError");
+  EXPECT_SAYS(get_error(script("weir_import", "import weir_that_is_not_there\n")),
               "No module named 'weir_that_is_not_there'");
-  EXPECT_SAYS(
-      error_of(script("weir_init", "class CustomConverter:\n  def __init__(self, x):\n    pass\n")),
-      "missing 1 required positional argument");
+  EXPECT_SAYS(get_error(script("weir_init",
+                               "class CustomConverter:\n  def __init__(self, x):\n    pass\n")),
+              "missing 1 required positional argument");
 }
 
 // Runs in a child process because the Python library is loaded once per process.

@@ -60,7 +60,7 @@ class DirectVideo {
            .needed = "a static stream",
            .fix = "other/"
                   "tensors,format=static,num_tensors=1,dimensions=(string)3:640:480,types=uint8"});
-    const Layout layout = layout_of(inputs[0]);
+    const Layout layout = find_layout(inputs[0]);
     output.set_caps("video/x-raw,format=(string)" + std::string(layout.format->name) +
                     ",width=(int)" + std::to_string(layout.width) + ",height=(int)" +
                     std::to_string(layout.height) +
@@ -74,7 +74,7 @@ class DirectVideo {
                      .what = "mode=direct_video got a frame without tensors",
                      .needed = "one picture"});
     const weir_tensor& tensor = frame.tensors[0];
-    const Layout layout = layout_of(tensor.info);
+    const Layout layout = find_layout(tensor.info);
     warn_if_not_as_wanted(*layout.format);
     const size_t row =
         static_cast<size_t>(layout.width * layout.format->channels) * layout.format->bytes;
@@ -103,7 +103,7 @@ class DirectVideo {
     int64_t width, height;
   };
 
-  Layout layout_of(const weir_tensor_info& info) const {
+  Layout find_layout(const weir_tensor_info& info) const {
     const int64_t channels = weir::dimension(info, 0);
     const size_t bytes = weir::element_bytes(info.type);
     const auto fits = [&](const Format& f) { return f.channels == channels && f.bytes == bytes; };

@@ -15,7 +15,7 @@ const schema::Tensors* read(const WrittenMessage& made) {
   EXPECT_TRUE(schema::VerifyTensorsBuffer(verifier));
   return schema::GetTensors(made.bytes.data());
 }
-Bytes bytes_of(const schema::Tensor* tensor) {
+Bytes get_bytes(const schema::Tensor* tensor) {
   return {tensor->data()->begin(), tensor->data()->end()};
 }
 
@@ -37,9 +37,9 @@ TEST(FlatbufDecoder, WritesTablesThatFlatBuffersReads) {
   for (uint32_t i = 0; i < 16; ++i)
     EXPECT_EQ(first->dimension()->Get(i), i == 0 ? 3u : i == 1 ? 2u : 0u);
   EXPECT_EQ(first->name()->str(), "");
-  EXPECT_EQ(bytes_of(first), (Bytes{1, 2, 3, 4, 5, 6}));
+  EXPECT_EQ(get_bytes(first), (Bytes{1, 2, 3, 4, 5, 6}));
   EXPECT_EQ(root->tensor()->Get(1)->type(), schema::Tensor_type::NNS_FLOAT16);
-  EXPECT_EQ(bytes_of(root->tensor()->Get(1)), (Bytes{7, 8}));
+  EXPECT_EQ(get_bytes(root->tensor()->Get(1)), (Bytes{7, 8}));
 }
 
 TEST(FlatbufDecoder, BeginsEachTensorAtAMultipleOf64Bytes) {
@@ -56,7 +56,7 @@ TEST(FlatbufDecoder, WritesFlexibleTensorsWithTheirHeader) {
                                   {{ElementType::UInt8, {2}, Bytes(130, 6)}});
   const auto* root = read(made);
   EXPECT_EQ(root->format(), schema::Tensor_format::NNS_TENSOR_FORMAT_FLEXIBLE);
-  EXPECT_EQ(bytes_of(root->tensor()->Get(0)), Bytes(130, 6));
+  EXPECT_EQ(get_bytes(root->tensor()->Get(0)), Bytes(130, 6));
 }
 
 }  // namespace flatbuf_test

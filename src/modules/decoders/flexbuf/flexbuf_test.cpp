@@ -13,7 +13,7 @@ flexbuffers::Map read(const WrittenMessage& made) {
   EXPECT_TRUE(flexbuffers::VerifyBuffer(made.bytes.data(), made.bytes.size(), &tracker));
   return flexbuffers::GetRoot(made.bytes).AsMap();
 }
-Bytes bytes_of(const flexbuffers::Vector& tensor) {
+Bytes get_bytes(const flexbuffers::Vector& tensor) {
   const auto blob = tensor[3].AsBlob();
   return {blob.data(), blob.data() + blob.size()};
 }
@@ -42,9 +42,9 @@ TEST(FlexbufDecoder, WritesAMapThatFlexBuffersReads) {
   ASSERT_EQ(dimensions.size(), 16u) << "always";
   for (size_t i = 0; i < 16; ++i)
     EXPECT_EQ(dimensions[i].AsUInt32(), i == 0 ? 3u : i == 1 ? 2u : 0u);
-  EXPECT_EQ(bytes_of(first), (Bytes{1, 2, 3, 4, 5, 6}));
+  EXPECT_EQ(get_bytes(first), (Bytes{1, 2, 3, 4, 5, 6}));
   EXPECT_EQ(second[1].AsInt32(), 10);
-  EXPECT_EQ(bytes_of(second), (Bytes{7, 8}));
+  EXPECT_EQ(get_bytes(second), (Bytes{7, 8}));
 }
 
 TEST(FlexbufDecoder, FindsEachOfManyTensorsByItsKey) {
@@ -53,7 +53,7 @@ TEST(FlexbufDecoder, FindsEachOfManyTensorsByItsKey) {
   const auto made = write_message("flexbuf", {0, 1}, Format::Static, inputs);
   const auto map = read(made);
   for (uint8_t i = 0; i < 120; ++i)  // keys are sorted as text: tensor_10 before tensor_2
-    EXPECT_EQ(bytes_of(map["tensor_" + std::to_string(i)].AsVector()), Bytes{i});
+    EXPECT_EQ(get_bytes(map["tensor_" + std::to_string(i)].AsVector()), Bytes{i});
 }
 
 TEST(FlexbufDecoder, WritesLargeAndFlexibleTensors) {
@@ -63,8 +63,8 @@ TEST(FlexbufDecoder, WritesLargeAndFlexibleTensors) {
       {{ElementType::UInt8, {(1 << 20) - 128}, large}, {ElementType::UInt8, {2}, Bytes(130, 6)}});
   const auto map = read(made);
   EXPECT_EQ(map["format"].AsInt32(), 1);
-  EXPECT_EQ(bytes_of(map["tensor_0"].AsVector()), large);
-  EXPECT_EQ(bytes_of(map["tensor_1"].AsVector()), Bytes(130, 6));
+  EXPECT_EQ(get_bytes(map["tensor_0"].AsVector()), large);
+  EXPECT_EQ(get_bytes(map["tensor_1"].AsVector()), Bytes(130, 6));
   for (const char* key : {"tensor_0", "tensor_1"})
     EXPECT_EQ((map[key].AsVector()[3].AsBlob().data() - made.bytes.data()) % 64, 0);
 }

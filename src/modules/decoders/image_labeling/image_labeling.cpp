@@ -47,7 +47,7 @@ size_t first_maximum<Half>(const void* data, size_t count) {
   return best;
 }
 
-size_t first_maximum_of(uint32_t type, const void* data, size_t count) {
+size_t find_first_maximum(uint32_t type, const void* data, size_t count) {
   switch (type) {
     case WEIR_INT32:
       return first_maximum<int32_t>(data, count);
@@ -107,7 +107,7 @@ class ImageLabeling {
                      .what = "the frame does not have the size of its shape",
                      .offered = std::to_string(scores.bytes) + " bytes",
                      .needed = weir::describe(scores.info)});
-    const size_t index = first_maximum_of(scores.info.type, scores.data, count);
+    const size_t index = find_first_maximum(scores.info.type, scores.data, count);
     if (index >= labels_.size() || labels_[index].empty())
       throw Failure({.code = Code::LABELS_INVALID,
                      .what = "class " + std::to_string(index) + " has no label",

@@ -41,7 +41,7 @@ def decode(script, arrays, infos, rate_n, rate_d):
     return made
 )py";
 
-std::string path_of(const weir::Options& options) {
+std::string get_path(const weir::Options& options) {
   const auto path = options.get("option1");
   if (!path || path->empty())
     throw weir::Failure({.code = weir::Code::OPTION_VALUE,
@@ -54,7 +54,7 @@ std::string path_of(const weir::Options& options) {
 class Script {
  public:
   explicit Script(const weir::Options& options)
-      : script_({"CustomDecoder", "decode", "weir_decoding", kDecoding}, path_of(options)) {}
+      : script_({"CustomDecoder", "decode", "weir_decoding", kDecoding}, get_path(options)) {}
 
   void set_stream(const weir::DecoderStream& stream) noexcept { stream_ = stream; }
 
@@ -74,8 +74,8 @@ class Script {
   bool decode(const weir_frame& frame, weir::DecoderOutput& output) {
     script_.with_frame([&](const Object& owner) {
       const Object made =
-          script_.call("decode", script_.instance(), script_.elements_of(frame, owner),
-                       infos_of(frame), number(stream_.rate_n), number(stream_.rate_d));
+          script_.call("decode", script_.instance(), script_.make_arrays(frame, owner),
+                       make_infos(frame), number(stream_.rate_n), number(stream_.rate_d));
       write(made.get(), output);
     });
     return true;
@@ -87,7 +87,7 @@ class Script {
   }
 
   // A list [type, dimensions innermost first...] for each tensor.
-  Object infos_of(const weir_frame& frame) const {
+  Object make_infos(const weir_frame& frame) const {
     Object infos = Object::adopt(api_.PyList_New(frame.n_tensors));
     for (uint32_t i = 0; infos && i < frame.n_tensors; ++i) {
       const auto& info = frame.tensors[i].info;

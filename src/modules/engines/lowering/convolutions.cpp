@@ -68,7 +68,7 @@ Result<Rounding> operator_rounding(const LoweredGraph& graph, const TfliteGraphO
   if (!std::isnormal(multiplier)) return refuse("scales that cannot be multiplied").error();
   int64_t largest = 0;
   for (const int64_t each : bias) largest = std::max(largest, std::abs(each));
-  return rounding_of(multiplier, out->zero_point, largest);
+  return make_rounding(multiplier, out->zero_point, largest);
 }
 
 std::string bias_name(LoweredGraph& graph, const std::vector<int32_t>& bias, float added) {
@@ -143,9 +143,9 @@ Status convolution(LoweredGraph& graph, const TfliteGraphOperator& op, Window wi
   const auto pads = window.pads(input, output);
   if (!pads) return pads.error();
   if (output.shape[3] != kind.channels) return refuse("more channels than there are weights");
-  auto weights = weights_of(graph, op.inputs[1], kind.channel_axis, kind.channels);
+  auto weights = read_weights(graph, op.inputs[1], kind.channel_axis, kind.channels);
   if (!weights) return weights.error();
-  auto bias = bias_of(graph, op, 2, kind.channels);
+  auto bias = read_bias(graph, op, 2, kind.channels);
   if (!bias) return bias.error();
   const auto data = graph.value(op.inputs[0]);
   if (!data) return data.error();
@@ -232,9 +232,9 @@ Status lower_fully_connected(LoweredGraph& graph, const TfliteGraphOperator& op)
   const int64_t given = elements(graph.tensor(op.inputs[0]).shape);
   if (given % filter[1] != 0 || elements(output) != given / filter[1] * filter[0])
     return refuse("an input or output that does not fit the weights");
-  auto weights = weights_of(graph, op.inputs[1], 0, filter[0]);
+  auto weights = read_weights(graph, op.inputs[1], 0, filter[0]);
   if (!weights) return weights.error();
-  auto bias = bias_of(graph, op, 2, filter[0]);
+  auto bias = read_bias(graph, op, 2, filter[0]);
   if (!bias) return bias.error();
   const auto data = graph.value(op.inputs[0]);
   if (!data) return data.error();
@@ -300,9 +300,9 @@ Status lower_transposed_convolution(LoweredGraph& graph, const TfliteGraphOperat
   made.shape = output;
   given.shape = input;
   if (const auto fits = window.pads(made, given); !fits) return fits.error();
-  const auto weights = weights_of(graph, op.inputs[1], 0, filter[0]);
+  const auto weights = read_weights(graph, op.inputs[1], 0, filter[0]);
   if (!weights) return weights.error();
-  const auto bias = bias_of(graph, op, 3, filter[0]);
+  const auto bias = read_bias(graph, op, 3, filter[0]);
   if (!bias) return bias.error();
   const auto in = graph.quantization(op.inputs[2]), out = graph.quantization(op.outputs[0]);
   if (!in) return in.error();
@@ -313,11 +313,11 @@ Status lower_transposed_convolution(LoweredGraph& graph, const TfliteGraphOperat
   const Extents shape{filter[0], filter[1], filter[2], filter[3]};
   std::vector<float> real(weights->data.size());
   const size_t each = real.size() / static_cast<size_t>(filter[0]);
-  const auto scale_of = [&](size_t channel) {
+  const auto get_scale = [&](size_t channel) {
     return weights->scale[weights->scale.size() == 1 ? 0 : channel];
   };
   for (size_t i = 0; i < real.size(); ++i)
-    real[i] = scale_of(i / each) *
+    real[i] = get_scale(i / each) *
               static_cast<float>(static_cast<uint8_t>(weights->data[i]) - int{weights->zero_point});
   const Extents inputs_first{filter[3], filter[0], filter[1], filter[2]};
   std::vector<std::string> inputs{
@@ -328,7 +328,7 @@ Status lower_transposed_convolution(LoweredGraph& graph, const TfliteGraphOperat
       graph.floats(inputs_first, transposed(real.data(), shape, {3, 0, 1, 2}))};
   std::vector<float> added(bias->size());
   for (size_t i = 0; i < added.size(); ++i)
-    added[i] = in->scale * scale_of(i) * static_cast<float>((*bias)[i]);
+    added[i] = in->scale * get_scale(i) * static_cast<float>((*bias)[i]);
   inputs.push_back(graph.floats({&filter[0], 1}, added));
   const std::string product = graph.fresh();
   graph.node("ConvTranspose", "", inputs, product, transposed_attributes(window, input, output));

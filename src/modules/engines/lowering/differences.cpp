@@ -18,7 +18,7 @@ struct Multiplier {
   int64_t mantissa = 0;
   int exponent = 0;
 };
-Multiplier multiplier_of(double real) {
+Multiplier make_multiplier(double real) {
   Multiplier out;
   out.mantissa = static_cast<int64_t>(std::round(std::ldexp(std::frexp(real, &out.exponent), 31)));
   if (out.mantissa == int64_t{1} << 31) out.mantissa /= 2, ++out.exponent;
@@ -41,7 +41,7 @@ int64_t shifted_right(int64_t value, int by) {
 Result<std::string> common_scale(LoweredGraph& graph, int32_t index, double real, int sign) {
   const auto q = graph.quantization(index);
   if (!q) return q.error();
-  const auto multiplier = multiplier_of(real);
+  const auto multiplier = make_multiplier(real);
   std::string table;
   for (int value = 0; value < kValues; ++value) {
     const int64_t shifted = int64_t{value - q->zero_point} << kLeftShift;
@@ -59,7 +59,7 @@ Result<std::string> common_scale(LoweredGraph& graph, int32_t index, double real
 
 // In double precision, whose error in the product is far below a half.
 std::string rounded(LoweredGraph& graph, const std::string& sum, double real) {
-  const auto multiplier = multiplier_of(real);
+  const auto multiplier = make_multiplier(real);
   const auto factor = std::ldexp(static_cast<double>(multiplier.mantissa), -31);
   const auto real_sum = graph.made(
       "Cast", {sum}, OnnxAttributes().number("to", static_cast<int64_t>(OnnxElement::kDouble)));

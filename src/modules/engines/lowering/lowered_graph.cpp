@@ -23,7 +23,7 @@ std::string tensor_text(const TfliteGraphTensor& tensor) {
   return "tensor " + tensor.name + ", element type " + std::to_string(int(tensor.type));
 }
 
-std::optional<OnnxElement> element_of(TfliteType type) {
+std::optional<OnnxElement> to_onnx_element(TfliteType type) {
   switch (type) {
     case TfliteType::kFloat32:
       return OnnxElement::kFloat;
@@ -87,7 +87,7 @@ std::string LoweredGraph::port_name(int32_t index) {
 
 void LoweredGraph::write_port(bool input, int32_t index, const std::string& name) {
   const auto& port = tensor(index);
-  const auto type = *element_of(port.type);
+  const auto type = *to_onnx_element(port.type);
   if (input)
     writer_.input(name, type, port.shape);
   else
@@ -95,7 +95,7 @@ void LoweredGraph::write_port(bool input, int32_t index, const std::string& name
 }
 
 Status LoweredGraph::check_port(int32_t index) const {
-  if (!element_of(tensor(index).type))
+  if (!to_onnx_element(tensor(index).type))
     return not_lowered("an input or output of the model is of a type that is not lowered",
                        tensor_text(tensor(index)), "8-bit, int32, int64 or float32");
   if (tensor(index).type == TfliteType::kInt8)
@@ -154,7 +154,7 @@ Status LoweredGraph::end() {
 Result<std::string> LoweredGraph::value(int32_t index) {
   if (const auto known = names_.find(index); known != names_.end()) return known->second;
   const auto& found = tensor(index);
-  const auto type = element_of(found.type);
+  const auto type = to_onnx_element(found.type);
   if (!type || found.variable)
     return not_lowered("a tensor is of a type that is not lowered", tensor_text(found),
                        "8-bit, int32, int64 or float32");

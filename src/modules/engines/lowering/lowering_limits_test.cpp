@@ -32,7 +32,7 @@ enum : int32_t {
   kUnpack = 88
 };
 
-Error error_of(const TfliteBuilder& model) {
+Error get_error(const TfliteBuilder& model) {
   const auto bytes = model.bytes();
   const auto lowered = engine::lower_tflite(bytes);
   return lowered ? Error{.code = Code::INTERNAL, .what = "it is lowered"} : lowered.error();
@@ -53,7 +53,7 @@ TEST(LoweringLimits, PaddingWhoseSumOverflowsIsRejected) {
     auto model = with_input({2});
     model.constant<int64_t>("p", kTfInt64, {1, 2}, pads);
     with_output(model, {0}).node(kPad, {"x", "p"}, {"y"});
-    const Error error = error_of(model);
+    const Error error = get_error(model);
     EXPECT_EQ(error.code, Code::MODEL_UNSUPPORTED);
     EXPECT_SAYS(error.message(), "padding that does not give the output's shape");
   }
@@ -64,7 +64,8 @@ TEST(LoweringLimits, ZeroPointsOfWeightsAreRejected) {
     auto model = with_input({1, 2});
     model.constant<int8_t>("w", kTfInt8, {1, 2}, {1, 2}).quantized({{0.5f}, {zero}});
     with_output(model, {1, 1}).node(kOpFullyConnected, {"x", "w", ""}, {"y"});
-    EXPECT_SAYS(error_of(model).message(), "zero points of weights that differ or are out of range")
+    EXPECT_SAYS(get_error(model).message(),
+                "zero points of weights that differ or are out of range")
         << zero;
   }
 }
@@ -74,7 +75,7 @@ TEST(LoweringLimits, ZeroPointsOfTensorsAreRejected) {
     TfliteBuilder model;
     model.input("x", kTfInt8, {2}).quantized({{0.5f}, {zero}});
     with_output(model, {2}).node(kOpReshape, {"x"}, {"y"});
-    EXPECT_SAYS(error_of(model).message(), "a zero point is out of range") << zero;
+    EXPECT_SAYS(get_error(model).message(), "a zero point is out of range") << zero;
   }
 }
 
@@ -102,7 +103,7 @@ TEST(LoweringLimits, OptionsAtTheEndsOfTheirTypeAreRejectedOrLowered) {
         if (tried.weights) inputs.insert(inputs.end(), {"w", ""});
         with_output(model, {1, 3, 3, 1}).node(tried.op, inputs, {"y"});
         model.options(tried.options, FlatValue::table(fields));
-        EXPECT_FALSE(error_of(model).what.empty()) << tried.op << ' ' << at;
+        EXPECT_FALSE(get_error(model).what.empty()) << tried.op << ' ' << at;
       }
 }
 
@@ -114,7 +115,7 @@ TEST(LoweringLimits, SlicesAtTheEndsOfTheirTypeAreRejectedOrLowered) {
         for (const auto& [name, value] : {std::pair{"b", begin}, {"e", end}, {"s", step}})
           model.constant<int64_t>(name, kTfInt64, {1}, {value});
         with_output(model, {5}).node(kStridedSlice, {"x", "b", "e", "s"}, {"y"});
-        EXPECT_FALSE(error_of(model).what.empty());
+        EXPECT_FALSE(get_error(model).what.empty());
       }
 }
 
@@ -124,7 +125,7 @@ TEST(LoweringLimits, AnAxisAtTheEndsOfItsTypeIsRejected) {
     model.constant<int64_t>("a", kTfInt64, {1}, {axis})
         .output("y", kTfInt64, {1})
         .node(kArgMax, {"x", "a"}, {"y"});
-    EXPECT_SAYS(error_of(model).message(), "an axis that does not exist");
+    EXPECT_SAYS(get_error(model).message(), "an axis that does not exist");
   }
 }
 
@@ -138,7 +139,7 @@ TEST(LoweringLimits, ExtentsOfAnEmptyTensorAreRejected) {
         int32_t{kOpReshape}, int32_t{kOpFullyConnected}}) {
     auto tried = model;
     tried.node(op, {"x", "w"}, {"y"});
-    EXPECT_EQ(error_of(tried).code, Code::MODEL_UNSUPPORTED) << op;
+    EXPECT_EQ(get_error(tried).code, Code::MODEL_UNSUPPORTED) << op;
   }
 }
 

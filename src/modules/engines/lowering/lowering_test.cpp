@@ -28,7 +28,7 @@ TEST_F(Lowering, IsOffByDefault) {
 }
 
 TEST_F(Lowering, AnUnknownRunnerIsRejectedWithAMessage) {
-  const auto error = error_of(tflite_negation().bytes(), {{"Lowering", "tvm"}});
+  const auto error = get_error(tflite_negation().bytes(), {{"Lowering", "tvm"}});
   EXPECT_EQ(error.code, Code::OPTION_VALUE);
   EXPECT_EQ(error.what, "the option Lowering has a value that cannot be used");
   EXPECT_EQ(error.offered, "Lowering:tvm");
@@ -38,7 +38,7 @@ TEST_F(Lowering, AnUnknownRunnerIsRejectedWithAMessage) {
 
 TEST_F(Lowering, AMissingOnnxRuntimeIsAnErrorThatNamesIt) {
   let_find("onnxruntime", nullptr);
-  const auto error = error_of(tflite_negation().bytes(), kLowered);
+  const auto error = get_error(tflite_negation().bytes(), kLowered);
   EXPECT_EQ(error.code, Code::ENGINE_UNKNOWN);
   EXPECT_EQ(error.offered, "onnxruntime");
 }
@@ -106,7 +106,7 @@ TEST_F(Lowering, OnnxRuntimeRejectsAndNamesOperatorsThatAreNotLowered) {
 TEST_F(Lowering, ADamagedFileIsRejectedAsWithoutLowering) {
   auto bytes = tflite_negation().bytes();
   bytes.resize(bytes.size() / 2);
-  const auto error = error_of(bytes, kLowered);
+  const auto error = get_error(bytes, kLowered);
   EXPECT_EQ(error.code, Code::MODEL_INVALID);
   EXPECT_SAYS(error.offered, "model.bin");
 }

@@ -65,7 +65,7 @@ class LoweringTest : public EngineTest {
     size_t count = 0, differing = 0, beyond = 0;
     for (size_t i = 0; i < found->size(); ++i) {
       const auto &a = (*expected)[i], &b = (*found)[i];
-      ASSERT_EQ(text_of(a.info), text_of(b.info));
+      ASSERT_EQ(to_string(a.info), to_string(b.info));
       ASSERT_EQ(a.bytes.size(), b.bytes.size());
       size_t best_a = 0, best_b = 0;
       for (size_t at = 0; at < a.bytes.size(); ++at) {

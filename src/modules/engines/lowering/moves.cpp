@@ -18,7 +18,7 @@ struct Ends {
   std::string in, out;  // value names
 };
 // For operators whose first input and output have the same type.
-Result<Ends> ends_of(LoweredGraph& graph, const TfliteGraphOperator& op) {
+Result<Ends> get_ends(LoweredGraph& graph, const TfliteGraphOperator& op) {
   if (graph.tensor(op.inputs[0]).type != graph.tensor(op.outputs[0]).type)
     return refuse("an output whose type differs from the input's").error();
   auto in = graph.value(op.inputs[0]);
@@ -32,7 +32,7 @@ Result<Ends> ends_of(LoweredGraph& graph, const TfliteGraphOperator& op) {
 
 Status lower_reshape(LoweredGraph& graph, const TfliteGraphOperator& op) {
   if (auto status = check_counts(op, 1, 2); !status) return status;
-  const auto ends = ends_of(graph, op);
+  const auto ends = get_ends(graph, op);
   if (!ends) return ends.error();
   const auto& output = graph.tensor(op.outputs[0]);
   if (elements(output) != elements(graph.tensor(op.inputs[0])) || elements(output) == 0)
@@ -105,7 +105,7 @@ Status lower_concatenation(LoweredGraph& graph, const TfliteGraphOperator& op) {
 
 Status lower_pad(LoweredGraph& graph, const TfliteGraphOperator& op) {
   if (auto status = check_counts(op, 2, 2); !status) return status;
-  const auto ends = ends_of(graph, op);
+  const auto ends = get_ends(graph, op);
   if (!ends) return ends.error();
   const bool is_real = graph.tensor(op.outputs[0]).type == TfliteType::kFloat32;
   std::string padding = graph.scale(0);
@@ -141,8 +141,8 @@ struct Range {
 };
 // Returns the range of an axis that the masks of StridedSliceOptions (begin 0, end 1, shrink_axis
 // 4) and the numbers give.
-Range range_of(const TfliteGraphOperator& op, size_t axis, int64_t extent, int64_t begin,
-               int64_t end) {
+Range make_range(const TfliteGraphOperator& op, size_t axis, int64_t extent, int64_t begin,
+                 int64_t end) {
   const auto is_masked = [&](uint32_t field) {
     return (op.options.scalar<int32_t>(field, 0) >> axis & 1) != 0;
   };
@@ -158,7 +158,7 @@ Range range_of(const TfliteGraphOperator& op, size_t axis, int64_t extent, int64
 
 Status lower_strided_slice(LoweredGraph& graph, const TfliteGraphOperator& op) {
   if (auto status = check_counts(op, 4, 4); !status) return status;
-  const auto ends = ends_of(graph, op);
+  const auto ends = get_ends(graph, op);
   if (!ends) return ends.error();
   const auto begin = graph.integers(op.inputs[1]), end = graph.integers(op.inputs[2]),
              step = graph.integers(op.inputs[3]);
@@ -175,7 +175,7 @@ Status lower_strided_slice(LoweredGraph& graph, const TfliteGraphOperator& op) {
   for (size_t i = 0; i < rank; ++i) {
     const int64_t extent = input.shape[i], stride = (*step)[i];
     if (stride < 1) return refuse("a step below 1");
-    const Range range = range_of(op, i, extent, (*begin)[i], (*end)[i]);
+    const Range range = make_range(op, i, extent, (*begin)[i], (*end)[i]);
     if (range.to <= range.from || range.to > extent) return refuse("a slice of no elements");
     from[i] = range.from, to[i] = range.to;
     axes[i] = static_cast<int64_t>(i);
@@ -204,9 +204,9 @@ struct Resizing {
   }
 };
 // `first`: the index of the field align_corners; half_pixel_centers is the next field.
-Result<Resizing> resizing_of(LoweredGraph& graph, const TfliteGraphOperator& op, uint32_t first) {
+Result<Resizing> read_resizing(LoweredGraph& graph, const TfliteGraphOperator& op, uint32_t first) {
   if (auto status = check_counts(op, 2, 2); !status) return status.error();
-  const auto ends = ends_of(graph, op);
+  const auto ends = get_ends(graph, op);
   if (!ends) return ends.error();
   const auto size = graph.integers(op.inputs[1]);
   if (!size) return size.error();
@@ -222,7 +222,7 @@ Result<Resizing> resizing_of(LoweredGraph& graph, const TfliteGraphOperator& op,
 }  // namespace
 
 Status lower_nearest_neighbour(LoweredGraph& graph, const TfliteGraphOperator& op) {
-  const auto found = resizing_of(graph, op, 0);
+  const auto found = read_resizing(graph, op, 0);
   if (!found) return found.error();
   graph.node(
       "Resize", "", {found->ends.in, "", "", found->size}, found->ends.out,
@@ -233,7 +233,7 @@ Status lower_nearest_neighbour(LoweredGraph& graph, const TfliteGraphOperator& o
 
 // Computed in floats, because TensorFlow Lite and XNNPACK round differently from each other.
 Status lower_bilinear(LoweredGraph& graph, const TfliteGraphOperator& op) {
-  const auto found = resizing_of(graph, op, 2);
+  const auto found = read_resizing(graph, op, 2);
   if (!found) return found.error();
   if (!graph.is_8bit(op.inputs[0])) return refuse("a picture whose values are not 8-bit");
   const auto in = graph.quantization(op.inputs[0]), out = graph.quantization(op.outputs[0]);

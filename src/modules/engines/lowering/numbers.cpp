@@ -24,7 +24,7 @@ OnnxAttributes to(OnnxElement type) {
 }
 
 // The limits of a fused activation; infinite without one.
-Result<std::array<float, 2>> limits_of(int8_t activation) {
+Result<std::array<float, 2>> get_limits(int8_t activation) {
   constexpr float kFar = std::numeric_limits<float>::infinity();
   switch (static_cast<Activation>(activation)) {
     case Activation::kNone:
@@ -57,7 +57,7 @@ Status plain_binary(LoweredGraph& graph, const TfliteGraphOperator& op, std::str
              out = graph.value(op.outputs[0]);
   for (const auto* each : {&a, &b, &out})
     if (!*each) return each->error();
-  const auto limits = limits_of(op.options.scalar<int8_t>(0, 0));
+  const auto limits = get_limits(op.options.scalar<int8_t>(0, 0));
   if (!limits) return limits.error();
   const bool cut = *limits != std::array{-std::numeric_limits<float>::infinity(),
                                          std::numeric_limits<float>::infinity()};

@@ -18,7 +18,7 @@ uint8_t quantized(float real, const Quantization& q) {
   return static_cast<uint8_t>(std::clamp(value, 0.0f, 255.0f));
 }
 
-Result<Limits> limits_of(int8_t activation, const Quantization& q) {
+Result<Limits> get_limits(int8_t activation, const Quantization& q) {
   switch (static_cast<Activation>(activation)) {
     case Activation::kNone:
       return Limits{};
@@ -60,7 +60,7 @@ Status node_with_activation(LoweredGraph& graph, std::string_view op, std::strin
   if (!q) return q.error();
   const auto name = graph.value(output);
   if (!name) return name.error();
-  const auto limits = limits_of(activation, *q);
+  const auto limits = get_limits(activation, *q);
   if (!limits) return limits.error();
   const std::string computed = limits->cut() ? graph.fresh() : *name;
   graph.node(op, domain, inputs, computed, attributes);

@@ -54,7 +54,7 @@ class LoweredPlainOperators : public LoweringTest {
     }
     EXPECT_EQ(expected->size(), found->size());
     for (size_t i = 0; i < std::min(found->size(), expected->size()); ++i) {
-      EXPECT_EQ(text_of((*expected)[i].info), text_of((*found)[i].info)) << i;
+      EXPECT_EQ(to_string((*expected)[i].info), to_string((*found)[i].info)) << i;
       EXPECT_EQ((*expected)[i].bytes, (*found)[i].bytes) << i;
     }
     return *found;

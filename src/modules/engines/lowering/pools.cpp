@@ -13,7 +13,7 @@ struct Pool {
   int8_t activation;
 };
 
-Result<Pool> pool_of(LoweredGraph& graph, const TfliteGraphOperator& op) {
+Result<Pool> read_pool(LoweredGraph& graph, const TfliteGraphOperator& op) {
   if (auto status = check_counts(op, 1, 1); !status) return status.error();
   Pool out{Window::of(op.options), {}, {}, op.options.scalar<int8_t>(5, 0)};
   out.window.size = {op.options.scalar<int32_t>(4, 0), op.options.scalar<int32_t>(3, 0)};
@@ -38,7 +38,7 @@ OnnxAttributes permutation(const std::array<int64_t, 4>& axes) {
 // TensorFlow Lite rounds half away from zero, for uint8 up. A mean of n integers is a half or
 // differs from it by at least 1/n, so adding a quarter of that rounds halves correctly.
 Status lower_average_pool(LoweredGraph& graph, const TfliteGraphOperator& op) {
-  const auto pool = pool_of(graph, op);
+  const auto pool = read_pool(graph, op);
   if (!pool) return pool.error();
   if (!graph.is_8bit(op.inputs[0])) return refuse("a pool over values that are not 8-bit");
   const auto& input = graph.tensor(op.inputs[0]).shape;
@@ -70,7 +70,7 @@ Status lower_average_pool(LoweredGraph& graph, const TfliteGraphOperator& op) {
 }
 
 Status lower_max_pool(LoweredGraph& graph, const TfliteGraphOperator& op) {
-  const auto pool = pool_of(graph, op);
+  const auto pool = read_pool(graph, op);
   if (!pool) return pool.error();
   if (!graph.is_8bit(op.inputs[0])) return refuse("a pool over values that are not 8-bit");
   return node_with_activation(graph, "NhwcMaxPool", kMicrosoft, {pool->data}, op.outputs[0],

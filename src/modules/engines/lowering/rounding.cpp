@@ -65,7 +65,7 @@ int differing_steps(const Sums& sums, uint8_t zero_point, float added, float sca
 
 }  // namespace
 
-Rounding rounding_of(double multiplier, uint8_t zero_point, int64_t largest_bias) {
+Rounding make_rounding(double multiplier, uint8_t zero_point, int64_t largest_bias) {
   const float grain = grain_for(largest_bias + 1);
   const auto sums = first_sums(multiplier, zero_point);
   const auto exact = static_cast<float>(1 / multiplier);

@@ -17,6 +17,6 @@ struct Rounding {
 // near 1 / multiplier, each with the middle of the possible offsets. The offset is a multiple of
 // 1/256, or of more for a bias above 65536: it is added to the bias, and their sum must be exact as
 // a float.
-Rounding rounding_of(double multiplier, uint8_t zero_point, int64_t largest_bias = 0);
+Rounding make_rounding(double multiplier, uint8_t zero_point, int64_t largest_bias = 0);
 
 }  // namespace weir::engine

@@ -12,7 +12,7 @@ namespace weir::engine {
 namespace rounding_test {
 
 // The multiplier as 31 bits and a shift; rounds twice, half up.
-int value_of(int64_t sum, double multiplier, int zero_point) {
+int round_twice(int64_t sum, double multiplier, int zero_point) {
   int exponent = 0;
   const auto mantissa =
       static_cast<int64_t>(std::round(std::ldexp(std::frexp(multiplier, &exponent), 31)));
@@ -22,7 +22,7 @@ int value_of(int64_t sum, double multiplier, int zero_point) {
   return static_cast<int>(std::clamp<int64_t>(((first + half) >> right) + zero_point, 0, 255));
 }
 
-int value_of(int64_t sum, const Rounding& rounding, int zero_point) {
+int round_twice(int64_t sum, const Rounding& rounding, int zero_point) {
   const float real = (static_cast<float>(sum) + rounding.added) / rounding.scale;
   return static_cast<int>(
       std::clamp(std::nearbyint(real) + static_cast<float>(zero_point), 0.0f, 255.0f));
@@ -32,7 +32,7 @@ int64_t differing_sums(double multiplier, uint8_t zero_point, const Rounding& ro
   const auto reach = static_cast<int64_t>(260 / multiplier);
   int64_t out = 0;
   for (int64_t sum = -reach; sum <= reach; ++sum)
-    out += value_of(sum, multiplier, zero_point) != value_of(sum, rounding, zero_point);
+    out += round_twice(sum, multiplier, zero_point) != round_twice(sum, rounding, zero_point);
   return out;
 }
 
@@ -44,7 +44,7 @@ TEST(Rounding, EqualsTensorFlowLiteForEverySum) {
   for (int i = 0; i < kLayers; ++i) {
     const double multiplier = std::exp2(exponent(random));
     const auto zero_point = static_cast<uint8_t>(i % 3 == 0 ? 0 : random() % 256);
-    const auto rounding = rounding_of(multiplier, zero_point);
+    const auto rounding = make_rounding(multiplier, zero_point);
     const auto differing = differing_sums(multiplier, zero_point, rounding);
     // A differing step starts exactly one sum early or late.
     EXPECT_LE(differing, rounding.differing) << multiplier;
@@ -57,13 +57,13 @@ TEST(Rounding, EqualsTensorFlowLiteForEverySum) {
 TEST(Rounding, OnceOnlyIsNotEnough) {
   const Rounding once{0, static_cast<float>(1 / 0.3437), 0};
   EXPECT_GT(differing_sums(0.3437, 0, once), 50);
-  EXPECT_EQ(differing_sums(0.3437, 0, rounding_of(0.3437, 0)), 0);
+  EXPECT_EQ(differing_sums(0.3437, 0, make_rounding(0.3437, 0)), 0);
 }
 
 // A layer of PoseNet: 167331 + 0.8086 is not exact as a float, so a step started one sum late.
 TEST(Rounding, WhatIsAddedToALargeBiasIsNotRoundedAway) {
   for (const int64_t bias : {0, 65000, 70000, 167331, 300000, 1000000}) {
-    const auto rounding = rounding_of(0.00482966558, 0, bias);
+    const auto rounding = make_rounding(0.00482966558, 0, bias);
     for (const int64_t with : {bias, -bias}) {
       const double sum = static_cast<double>(with) + static_cast<double>(rounding.added);
       EXPECT_EQ(static_cast<double>(static_cast<float>(sum)), sum) << with;

@@ -9,8 +9,8 @@
 namespace weir::engine {
 
 // `channel_axis`: the axis of length `channels` along which scales may differ.
-Result<Weights> weights_of(const LoweredGraph& graph, int32_t index, int32_t channel_axis,
-                           int64_t channels) {
+Result<Weights> read_weights(const LoweredGraph& graph, int32_t index, int32_t channel_axis,
+                             int64_t channels) {
   const auto& tensor = graph.tensor(index);
   if (!graph.is_8bit(index) || tensor.data.empty() || tensor.scale.empty())
     return refuse("weights that are not quantised constants").error();
@@ -35,8 +35,8 @@ Result<Weights> weights_of(const LoweredGraph& graph, int32_t index, int32_t cha
 }
 
 // Zeros without a bias.
-Result<std::vector<int32_t>> bias_of(const LoweredGraph& graph, const TfliteGraphOperator& op,
-                                     size_t at, int64_t channels) {
+Result<std::vector<int32_t>> read_bias(const LoweredGraph& graph, const TfliteGraphOperator& op,
+                                       size_t at, int64_t channels) {
   std::vector<int32_t> out(static_cast<size_t>(channels));
   if (op.inputs.size() <= at || op.inputs[at] < 0) return out;
   const auto& tensor = graph.tensor(op.inputs[at]);

@@ -20,10 +20,10 @@ struct Weights {
 
 // In the file's order. `channel_axis`: the axis of length `channels` along which scales may differ.
 // MODEL_UNSUPPORTED for anything but a quantised constant.
-Result<Weights> weights_of(const LoweredGraph& graph, int32_t index, int32_t channel_axis,
-                           int64_t channels);
+Result<Weights> read_weights(const LoweredGraph& graph, int32_t index, int32_t channel_axis,
+                             int64_t channels);
 // The bias in input `at`; zeros when there is none.
-Result<std::vector<int32_t>> bias_of(const LoweredGraph& graph, const TfliteGraphOperator& op,
-                                     size_t at, int64_t channels);
+Result<std::vector<int32_t>> read_bias(const LoweredGraph& graph, const TfliteGraphOperator& op,
+                                       size_t at, int64_t channels);
 
 }  // namespace weir::engine

@@ -25,7 +25,7 @@ struct Version {
   double number = 0;
 };
 
-Version version_of(const LuaApi& api) {
+Version find_version(const LuaApi& api) {
   lua_State* state = api.luaL_newstate();
   if (!state) return {};
   Version out;
@@ -66,7 +66,7 @@ Result<std::unique_ptr<const LuaApi>> load() {
   if (dladdr(reinterpret_cast<void*>(api->luaL_newstate), &place) && place.dli_fname)
     api->path = place.dli_fname;
   constexpr double kMin = 20100;
-  const Version version = version_of(*api);
+  const Version version = find_version(*api);
   if (version.number < kMin) {
     Error error =
         not_installed("the LuaJIT on this machine cannot be used",

@@ -14,7 +14,7 @@ namespace lua_libraries_test {
 class LuaLibraries : public LuaTest {
  protected:
   std::string file(const std::string& name, const std::string& text) {
-    return folder_.write(name, bytes_of(text));
+    return folder_.write(name, to_bytes(text));
   }
 };
 

@@ -231,7 +231,7 @@ TEST_F(LuaRejects, FreedMemoryDoesNotCount) {
 TEST_F(LuaRejects, ToRunWithoutMemoryAndRecovers) {
   const auto text = script_text("for i = 1, #x do y[i] = -x[i] end", "float32", "float32", 1 << 22);
   expect_errors_without_memory(
-      {*engine(), folder_.write("model.lua", bytes_of(text)), {1 << 22}, folder_.path("")});
+      {*engine(), folder_.write("model.lua", to_bytes(text)), {1 << 22}, folder_.path("")});
 }
 
 TEST_F(LuaRejects, InputsThatDoNotFit) {

@@ -54,14 +54,14 @@ Status LuaRunner::resolve(std::span<const weir_tensor_info> in, std::span<weir_t
 }
 
 Status LuaRunner::take_inputs(const weir_frame& in) {
-  const auto tensors = tensors_of(in);
+  const auto tensors = get_tensors(in);
   if (auto status = check_inputs(model_.inputs(), tensors); !status) return status;
   for (size_t i = 0; i < tensors.size(); ++i) fill(&inputs_[i], tensors[i], true);
   return ok();
 }
 
 Status LuaRunner::take_outputs(weir_frame& out) {
-  const auto tensors = tensors_of(out);
+  const auto tensors = get_tensors(out);
   if (auto status = check_count(model_.outputs(), tensors.size(), "output"); !status) return status;
   for (size_t i = 0; i < tensors.size(); ++i) {
     const auto& info = model_.outputs()[i];

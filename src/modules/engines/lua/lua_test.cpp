@@ -23,8 +23,8 @@ function nnstreamer_invoke()
 end
 )lua");
   ASSERT_NE(model, nullptr);
-  EXPECT_EQ(text_of(model->inputs()[0]), "uint8[2, 3]");
-  EXPECT_EQ(text_of(model->outputs()[0]), "float32[2, 3]");
+  EXPECT_EQ(to_string(model->inputs()[0]), "uint8[2, 3]");
+  EXPECT_EQ(to_string(model->outputs()[0]), "float32[2, 3]");
   for (uint8_t k = 0; k < 3; ++k) {
     const auto y = model->invoke({make_tensor<uint8_t>(WEIR_UINT8, {2, 3}, {0, 1, 2, 3, 254, k})});
     ASSERT_TRUE(y) << y.error().message();
@@ -44,8 +44,8 @@ function nnstreamer_invoke()
 end
 )lua");
   ASSERT_NE(model, nullptr);
-  EXPECT_EQ(text_of(model->inputs()[1]), "float64[3, 1, 1]");
-  EXPECT_EQ(text_of(model->outputs()[2]), "float32[1, 1, 1, 3]");
+  EXPECT_EQ(to_string(model->inputs()[1]), "float64[3, 1, 1]");
+  EXPECT_EQ(to_string(model->outputs()[2]), "float32[1, 1, 1, 3]");
   const auto out = model->invoke({make_tensor<int16_t>(WEIR_INT16, {2}, {-5, 7}),
                                   make_tensor<double>(WEIR_FLOAT64, {3, 1, 1}, {0.5, -2, 1e6})});
   ASSERT_TRUE(out) << out.error().message();
@@ -61,7 +61,7 @@ outputTensorsInfo = {num = 1, dim = {{1}}, type = {'uint8'}}
 function nnstreamer_invoke() end
 )lua");
   ASSERT_NE(model, nullptr);
-  EXPECT_EQ(text_of(model->inputs()[0]), "uint8[2, 3]");
+  EXPECT_EQ(to_string(model->inputs()[0]), "uint8[2, 3]");
 }
 
 // The results of assigning 1.75, -1.75, 300.5 and 2^31 + 5: truncated to a whole number, then taken
@@ -85,7 +85,7 @@ class LuaIntegers : public LuaTest {
     for (uint32_t type = 0; type < WEIR_TYPE_END; ++type) {
       weir_tensor_info info{};
       info.type = type;
-      if (text_of(info).starts_with(name() + "[")) return type;
+      if (to_string(info).starts_with(name() + "[")) return type;
     }
     return WEIR_TYPE_END;
   }
@@ -312,7 +312,7 @@ TEST_F(Lua, TheModelCanBeTheScriptText) {
 
 TEST_F(Lua, SessionsHaveTheirOwnGlobalsAndRunConcurrently) {
   const auto path = folder_.write(
-      "count.lua", bytes_of("count = 0\n" + script_text("count = count + 1  y[1] = count")));
+      "count.lua", to_bytes("count = 0\n" + script_text("count = count + 1  y[1] = count")));
   std::vector<std::thread> threads;
   std::vector<float> last(4);
   for (auto& seen : last)

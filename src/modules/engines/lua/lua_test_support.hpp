@@ -22,19 +22,19 @@ inline std::string script_text(const std::string& body, const std::string& in = 
 
 class LuaTest : public EngineTest {
  protected:
-  static std::vector<std::byte> bytes_of(const std::string& text) {
+  static std::vector<std::byte> to_bytes(const std::string& text) {
     const auto* bytes = reinterpret_cast<const std::byte*>(text.data());
     return {bytes, bytes + text.size()};
   }
   std::unique_ptr<OpenEngine> script(const std::string& text, const Options& options = {}) {
-    return opened(bytes_of(text), options);
+    return opened(to_bytes(text), options);
   }
   Error refusal(const std::string& text, const Options& options = {}) {
-    return error_of(bytes_of(text), options);
+    return get_error(to_bytes(text), options);
   }
   // The error of the first frame: four zeros of float32.
   Error failure(const std::string& body, const Options& options = {}) {
-    const auto model = open(bytes_of(script_text(body)), options);
+    const auto model = open(to_bytes(script_text(body)), options);
     if (!model) return model.error();
     const auto out = (*model)->invoke({make_tensor(WEIR_FLOAT32, {4})});
     return out ? Error{.code = Code::INTERNAL, .what = "it ran"} : out.error();

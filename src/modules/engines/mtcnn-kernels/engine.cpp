@@ -23,7 +23,7 @@ void check(const weir::Status& status) {
 }
 
 // Mixed: 8 bits for P-Net, which only proposes regions; float32 for the nets that decide on a face.
-Precision precision_of(const weir::Options& options, const NetworkPlan& plan) {
+Precision parse_precision(const weir::Options& options, const NetworkPlan& plan) {
   const auto text = options.get("Precision").value_or("float32");
   if (text == "float32") return Precision::Float32;
   if (text == "int8") return Precision::Int8;
@@ -31,7 +31,7 @@ Precision precision_of(const weir::Options& options, const NetworkPlan& plan) {
   throw Failure(weir::engine::bad_option("Precision", text, "float32, mixed or int8", "int8"));
 }
 
-weir::engine::ModelBytes bytes_of(const weir::OpenRequest& request) {
+weir::engine::ModelBytes get_bytes(const weir::OpenRequest& request) {
   weir_open named{};
   named.struct_size = sizeof named;
   named.paths = request.paths.data();
@@ -39,8 +39,8 @@ weir::engine::ModelBytes bytes_of(const weir::OpenRequest& request) {
   return weir::value_or_throw(weir::engine::read_model(named));
 }
 
-Network network_of(const weir::OpenRequest& request) {
-  const auto model = bytes_of(request);
+Network make_network(const weir::OpenRequest& request) {
+  const auto model = get_bytes(request);
   return weir::value_or_throw(read_network(model.bytes, model.name()));
 }
 
@@ -50,7 +50,7 @@ class Engine {
     {"name": "Precision", "type": "float32|mixed|int8", "default": "float32",
      "help": "int8 is faster on CPUs with VNNI and detects faint faces less reliably; mixed: only P-Net uses int8"}])";
 
-  explicit Engine(const weir::OpenRequest& request) : Engine(network_of(request), request) {}
+  explicit Engine(const weir::OpenRequest& request) : Engine(make_network(request), request) {}
 
   std::span<const weir_tensor_info> inputs() const { return {&input_, 1}; }
   std::span<const weir_tensor_info> outputs() const { return outputs_; }
@@ -74,7 +74,7 @@ class Engine {
     std::vector<weir_tensor_info> infos(outputs_.size());
     resolve({&in[0].info, 1}, infos);
     std::vector<float*> data;
-    for (size_t i = 0; i < out.size(); ++i) data.push_back(memory_of(&out[i], infos[i], i));
+    for (size_t i = 0; i < out.size(); ++i) data.push_back(get_memory(&out[i], infos[i], i));
     const auto* shape = in[0].info.shape;
     runner_->run(weir::elements<const uint8_t>(in[0]).data(), static_cast<size_t>(shape[0]),
                  static_cast<size_t>(shape[2]), static_cast<size_t>(shape[1]), data.data());
@@ -83,7 +83,8 @@ class Engine {
 
  private:
   Engine(const Network& network, const weir::OpenRequest& request)
-      : plan_(*network.plan), runner_(make_runner(network, precision_of(request.options, plan_))) {
+      : plan_(*network.plan),
+        runner_(make_runner(network, parse_precision(request.options, plan_))) {
     const int64_t side = plan_.dense ? int64_t{plan_.side} : -1;
     input_ = weir::tensor_info("picture", WEIR_UINT8, {-1, side, side, 3});
     static constexpr const char* kNames[] = {"prob", "reg", "landmark"};
@@ -104,7 +105,7 @@ class Engine {
     return runner_->map_size(static_cast<size_t>(shape[2]), static_cast<size_t>(shape[1]));
   }
 
-  static float* memory_of(weir_tensor* tensor, const weir_tensor_info& info, size_t index) {
+  static float* get_memory(weir_tensor* tensor, const weir_tensor_info& info, size_t index) {
     const size_t bytes = weir::engine::tensor_bytes(info).value_or(0);
     if (!tensor->data) weir::allocate(tensor, info, bytes);
     if (tensor->bytes != bytes)

@@ -11,7 +11,7 @@ namespace engine_test {
 using weir::Code;
 using weir::engine_test::make_tensor;
 using weir::engine_test::OpenEngine;
-using weir::engine_test::text_of;
+using weir::engine_test::to_string;
 
 class KernelsEngine : public ::testing::Test {
  protected:
@@ -36,14 +36,14 @@ TEST_F(KernelsEngine, ReportsItsTensors) {
   EXPECT_STREQ(weir::engine_test::engine()->name, "mtcnn-kernels");
   const auto proposal = opened(0), landmarks = opened(2);
   ASSERT_TRUE(proposal && landmarks);
-  EXPECT_EQ(text_of(proposal->inputs()[0]), "uint8[-1, -1, -1, 3]");
-  EXPECT_EQ(text_of(proposal->outputs()[1]), "float32[-1, -1, -1, 4]");
-  EXPECT_EQ(text_of(landmarks->inputs()[0]), "uint8[-1, 48, 48, 3]");
+  EXPECT_EQ(to_string(proposal->inputs()[0]), "uint8[-1, -1, -1, 3]");
+  EXPECT_EQ(to_string(proposal->outputs()[1]), "float32[-1, -1, -1, 4]");
+  EXPECT_EQ(to_string(landmarks->inputs()[0]), "uint8[-1, 48, 48, 3]");
   EXPECT_EQ(landmarks->outputs().size(), 3u);
-  EXPECT_EQ(text_of(landmarks->outputs()[2]), "float32[-1, 10]");
+  EXPECT_EQ(to_string(landmarks->outputs()[2]), "float32[-1, 10]");
   const auto resolved = proposal->resolve({make_tensor(WEIR_UINT8, {1, 17, 13, 3}).info});
   ASSERT_TRUE(resolved) << resolved.error().message();
-  EXPECT_EQ(text_of((*resolved)[0]), "float32[1, 4, 2, 2]");
+  EXPECT_EQ(to_string((*resolved)[0]), "float32[1, 4, 2, 2]");
 }
 
 TEST_F(KernelsEngine, AgreesWithPlainLoopsInBothPrecisions) {
@@ -55,11 +55,11 @@ TEST_F(KernelsEngine, AgreesWithPlainLoopsInBothPrecisions) {
   const auto out = model->invoke({in});
   ASSERT_TRUE(out) << out.error().message();
   const auto wanted = test::plain_run(network_plans()[1], &pixels[24 * 24 * 3], 24, 24);
-  EXPECT_EQ(text_of((*out)[1].info), "float32[2, 4]");
+  EXPECT_EQ(to_string((*out)[1].info), "float32[2, 4]");
   for (size_t i = 0; i < 4; ++i) EXPECT_NEAR((*out)[1].values<float>()[4 + i], wanted[1][i], 1e-4);
   const auto rough = bytes->invoke({in});
   ASSERT_TRUE(rough) << rough.error().message();
-  EXPECT_EQ(text_of((*rough)[0].info), "float32[2, 2]");
+  EXPECT_EQ(to_string((*rough)[0].info), "float32[2, 2]");
 }
 
 TEST_F(KernelsEngine, MixedUsesEightBitsForTheProposalNetworkOnly) {
@@ -87,7 +87,7 @@ TEST_F(KernelsEngine, AnEmptyBatchReturnsNoRows) {
   ASSERT_TRUE(model);
   const auto out = model->invoke({make_tensor(WEIR_UINT8, {0, 24, 24, 3})});
   ASSERT_TRUE(out) << out.error().message();
-  EXPECT_EQ(text_of((*out)[1].info), "float32[0, 4]");
+  EXPECT_EQ(to_string((*out)[1].info), "float32[0, 4]");
 }
 
 TEST_F(KernelsEngine, RejectsOtherTensors) {

@@ -58,14 +58,14 @@ void PackedLayer<float>::apply(const float* const* rows, size_t in_step, size_t 
 
 PackedLayer<uint8_t>::PackedLayer(const Layer& layer, const Scale& in, const Scale& out)
     : kernel_(layer.kernel),
-      quads_((layer.kernel * step_of<uint8_t>(layer.inputs) + 3) / 4),
+      quads_((layer.kernel * get_step<uint8_t>(layer.inputs) + 3) / 4),
       outputs_(layer.outputs),
       weights_(kernel_ * quads_ * 4 * padded(outputs_)),
       scale_(padded(outputs_)),
       bias_(padded(outputs_)),
       slope_(slopes(layer)),
       zero_(out.zero) {
-  const size_t count = numbers_of_output(layer), step = step_of<uint8_t>(layer.inputs);
+  const size_t count = numbers_of_output(layer), step = get_step<uint8_t>(layer.inputs);
   for (size_t o = 0; o < outputs_; ++o) {
     const float* weights = &layer.weights[o * count];
     float max = 0;

@@ -19,7 +19,7 @@ inline constexpr Scale kPixels{1.f / 128, 127.5f};
 
 // Values per pixel, as a kernel reads them.
 template <class Number>
-constexpr size_t step_of(size_t channels) {
+constexpr size_t get_step(size_t channels) {
   return sizeof(Number) == 1 && channels > 3 ? (channels + 3) / 4 * 4 : channels;
 }
 

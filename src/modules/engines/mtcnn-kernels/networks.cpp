@@ -57,7 +57,7 @@ class Reader {
   weir::Result<Network> read() {
     std::vector<std::string> words;
     for (const auto& node : graph_.nodes)
-      if (std::string word = name_of(node); !word.empty()) words.push_back(std::move(word));
+      if (std::string word = get_name(node); !word.empty()) words.push_back(std::move(word));
     const std::string found = weir::join(words, " ");
     for (const auto& plan : kPlans)
       if (operators(plan) == found) return read(plan);
@@ -68,7 +68,7 @@ class Reader {
   }
 
  private:
-  static std::string name_of(const OnnxNode& node) {
+  static std::string get_name(const OnnxNode& node) {
     if (node.type == "Gemm" || node.type == "MatMul") return "Dense";
     return node.type == "Conv" || node.type == "PRelu" || node.type == "MaxPool" ? node.type : "";
   }
@@ -108,10 +108,10 @@ class Reader {
              const std::vector<int64_t>& needed) {
     if (fault_) return;
     fault_ = unsupported(std::string("weights of ") + plan_->name + " have a different shape",
-                         name_ + ": " + (offered ? text_of(*offered) : "none"), text_of(needed),
-                         of + " " + std::to_string(convolutions_at_));
+                         name_ + ": " + (offered ? format_shape(*offered) : "none"),
+                         format_shape(needed), of + " " + std::to_string(convolutions_at_));
   }
-  static std::string text_of(const std::vector<int64_t>& shape) {
+  static std::string format_shape(const std::vector<int64_t>& shape) {
     std::string out = "[";
     out += weir::join(shape, ", ", [](int64_t extent) { return std::to_string(extent); });
     return out + "]";
@@ -138,14 +138,14 @@ class Reader {
     const auto weights =
         product ? numbers(node, 1, {inputs, outputs}) : numbers(node, 1, {outputs, inputs});
     Layer out{1, inputs, outputs, std::vector<float>(weights.size()), {}, {}};
-    out.bias = product ? numbers(adder_of(*node), 1, {outputs}) : numbers(node, 2, {outputs});
+    out.bias = product ? numbers(find_adder(*node), 1, {outputs}) : numbers(node, 2, {outputs});
     for (size_t o = 0; o < outputs; ++o)
       for (size_t i = 0; i < inputs; ++i)
         out.weights[o * inputs + place(i)] =
             product ? weights[i * outputs + o] : weights[o * inputs + i];
     return out;
   }
-  const OnnxNode* adder_of(const OnnxNode& product) {
+  const OnnxNode* find_adder(const OnnxNode& product) {
     for (const auto& node : graph_.nodes)
       if (node.type == "Add" && !node.inputs.empty() && node.inputs[0] == product.output)
         return &node;

@@ -13,7 +13,7 @@ namespace {
 using weir::engine::ProtobufReader;
 using Bytes = std::span<const std::byte>;
 
-std::string text_of(const ProtobufReader::Field& field) {
+std::string get_text(const ProtobufReader::Field& field) {
   return std::string(field.text());
 }
 
@@ -39,7 +39,7 @@ bool append_whole(const ProtobufReader::Field& field, std::vector<int64_t>* out)
 }
 
 // Whether so many bytes are the float32 elements of a tensor of this shape.
-bool is_size_of(const std::vector<int64_t>& shape, uint64_t bytes) {
+bool has_size(const std::vector<int64_t>& shape, uint64_t bytes) {
   if (bytes % sizeof(float) != 0) return false;
   uint64_t count = bytes / sizeof(float);
   for (const int64_t extent : shape) {  // divides, because the product can overflow
@@ -60,11 +60,11 @@ bool read_tensor(Bytes bytes, OnnxGraph* out) {
   for (ProtobufReader::Field field; reader.next(&field);) {
     if (field.number == 1 && !append_whole(field, &tensor.shape)) return false;
     if (field.number == 2) type = field.value;
-    if (field.number == 8) name = text_of(field);
+    if (field.number == 8) name = get_text(field);
     if (field.delimited && (field.number == 4 || field.number == 9)) data = field.bytes;
   }
   if (type != kFloat || !reader.good()) return reader.good();
-  if (!is_size_of(tensor.shape, data.size())) return false;
+  if (!has_size(tensor.shape, data.size())) return false;
   tensor.numbers.resize(data.size() / sizeof(float));
   std::memcpy(tensor.numbers.data(), data.data(), data.size());
   const bool are_finite = std::all_of(tensor.numbers.begin(), tensor.numbers.end(),
@@ -79,7 +79,7 @@ bool read_order(Bytes bytes, std::string* order) {
   std::string name;
   std::vector<int64_t> axes;
   for (ProtobufReader::Field field; reader.next(&field);) {
-    if (field.number == 1) name = text_of(field);
+    if (field.number == 1) name = get_text(field);
     if (field.number == 8 && !append_whole(field, &axes)) return false;
   }
   if (name == "perm")
@@ -93,9 +93,9 @@ bool read_node(Bytes bytes, OnnxGraph* out) {
   OnnxNode node;
   std::string order;
   for (ProtobufReader::Field field; reader.next(&field);) {
-    if (field.number == 1) node.inputs.push_back(text_of(field));
-    if (field.number == 2 && node.output.empty()) node.output = text_of(field);
-    if (field.number == 4) node.type = text_of(field);
+    if (field.number == 1) node.inputs.push_back(get_text(field));
+    if (field.number == 2 && node.output.empty()) node.output = get_text(field);
+    if (field.number == 4) node.type = get_text(field);
     if (field.number == 5 && field.delimited && !read_order(field.bytes, &order)) return false;
   }
   if (node.type == "Transpose") node.type += "_" + order;

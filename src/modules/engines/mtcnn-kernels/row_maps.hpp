@@ -72,7 +72,7 @@ RowMaps<Number>::RowMaps(const Network& network) : scale_(kPixels) {
     stage.pools = true;
     stage.kernel = plans[i].pool;
     stage.stride = 2;
-    stage.step = step_of<Number>(stage.channels);
+    stage.step = get_step<Number>(stage.channels);
     stages_.push_back(std::move(stage));
   }
 }

@@ -80,7 +80,7 @@ TEST(Runner, FramesOfDifferentSizesAreIndependent) {
 
 // With 8 bits, each weight adds at most half a unit of error to a sum, which is rounded at the end.
 TEST(Layers, EightBitsDifferOnlyByRounding) {
-  const size_t inputs = 10, outputs = 17, pixels = 5, step = step_of<uint8_t>(inputs);
+  const size_t inputs = 10, outputs = 17, pixels = 5, step = get_step<uint8_t>(inputs);
   std::mt19937 random(5);
   Layer layer{3,
               inputs,
@@ -134,7 +134,7 @@ TEST(Runner, EightBitsScoreNearlyLikeFloats) {
   }
 }
 
-weir::Error error_of(const std::vector<std::byte>& file) {
+weir::Error get_error(const std::vector<std::byte>& file) {
   const auto network = read_network(file, "pnet.onnx");
   return network ? weir::Error{.code = weir::Code::INTERNAL, .what = "it was read"}
                  : network.error();
@@ -143,7 +143,7 @@ weir::Error error_of(const std::vector<std::byte>& file) {
 TEST(NetworkFile, TruncatedIsDamaged) {
   const auto whole = network_file(network_plans()[0], false);
   for (size_t size = 0; size < whole.size(); size += 97) {
-    const auto error = error_of({whole.begin(), whole.begin() + static_cast<ptrdiff_t>(size)});
+    const auto error = get_error({whole.begin(), whole.begin() + static_cast<ptrdiff_t>(size)});
     EXPECT_EQ(error.code, weir::Code::MODEL_INVALID) << size;
     EXPECT_EQ(error.what, "the file of a network is damaged");
     EXPECT_EQ(error.offered, "pnet.onnx, " + std::to_string(size) + " bytes");
@@ -151,11 +151,11 @@ TEST(NetworkFile, TruncatedIsDamaged) {
 }
 
 TEST(NetworkFile, OfAnotherNetworkIsDescribedByItsLayers) {
-  const auto error = error_of(weir::engine_test::OnnxBuilder()
-                                  .node("Conv", {"x", "w"}, {"y"})
-                                  .node("Relu", {"y"}, {"z"})
-                                  .node("MaxPool", {"z"}, {"out"})
-                                  .bytes());
+  const auto error = get_error(weir::engine_test::OnnxBuilder()
+                                   .node("Conv", {"x", "w"}, {"y"})
+                                   .node("Relu", {"y"}, {"z"})
+                                   .node("MaxPool", {"z"}, {"out"})
+                                   .bytes());
   EXPECT_EQ(error.code, weir::Code::MODEL_UNSUPPORTED);
   EXPECT_EQ(error.what, "this is not one of MTCNN's networks");
   EXPECT_EQ(error.offered, "pnet.onnx: Conv MaxPool");
@@ -167,7 +167,7 @@ TEST(NetworkFile, WithWeightsOfADifferentShapeIsRejected) {
   const uint32_t heads[] = {2, 4};
   const ConvolutionPlan wider[] = {{3, 3, 10, 2, {}}, {3, 10, 16, 0, {}}, {3, 16, 40, 0, {}}};
   const NetworkPlan plan{"wider", 12, wider, 40, 0, {}, heads};
-  const auto error = error_of(network_file(plan, false));
+  const auto error = get_error(network_file(plan, false));
   EXPECT_EQ(error.code, weir::Code::MODEL_UNSUPPORTED);
   EXPECT_EQ(error.what, "weights of P-Net have a different shape");
   EXPECT_EQ(error.offered, "pnet.onnx: [40, 16, 3, 3]");
@@ -179,15 +179,15 @@ TEST(NetworkFile, WithMissingOrInvalidWeightsIsRejected) {
   for (const char* op :
        {"Conv", "PRelu", "MaxPool", "Conv", "PRelu", "Conv", "PRelu", "Conv", "Conv"})
     empty.node(op, {"x", "w", "b"}, {"x"});
-  const auto none = error_of(empty.bytes());
+  const auto none = get_error(empty.bytes());
   EXPECT_EQ(none.what, "weights of P-Net have a different shape");
   EXPECT_EQ(none.offered, "pnet.onnx: none");
   EXPECT_EQ(none.needed, "[10, 3, 3, 3]");
   empty.constant("w", {10, 3, 3, 3}, std::vector<float>(270, NAN));
-  EXPECT_EQ(error_of(empty.bytes()).code, weir::Code::MODEL_INVALID);
+  EXPECT_EQ(get_error(empty.bytes()).code, weir::Code::MODEL_INVALID);
   weir::engine_test::OnnxBuilder few;
   few.constant("w", {10, 3, 3, 3}, std::vector<float>(200, 1.f));
-  EXPECT_EQ(error_of(few.bytes()).code, weir::Code::MODEL_INVALID);
+  EXPECT_EQ(get_error(few.bytes()).code, weir::Code::MODEL_INVALID);
 }
 
 }  // namespace runner_test

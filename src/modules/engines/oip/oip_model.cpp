@@ -46,7 +46,7 @@ Error differs(const net::ServerAddress& address, const std::string& offered,
           .fix = "name servers of the same model in model="};
 }
 
-std::vector<weir_tensor_info> infos_of(const std::vector<OipTensor>& tensors) {
+std::vector<weir_tensor_info> to_infos(const std::vector<OipTensor>& tensors) {
   std::vector<weir_tensor_info> out;
   out.reserve(tensors.size());
   for (const auto& tensor : tensors) out.push_back(tensor.info());
@@ -112,8 +112,8 @@ Status OipModel::connect(const weir_open& request) {
   described_.resize(servers.size());
   has_times_ = std::vector<std::atomic<bool>>(servers.size());
   if (auto status = read_signature(servers); !status) return status;
-  inputs_ = infos_of(signature_.inputs);
-  outputs_ = infos_of(signature_.outputs);
+  inputs_ = to_infos(signature_.inputs);
+  outputs_ = to_infos(signature_.outputs);
   const bool batches =
       !inputs_.empty() && std::all_of(inputs_.begin(), inputs_.end(), is_open_batch) &&
       !outputs_.empty() && std::all_of(outputs_.begin(), outputs_.end(), is_open_batch);
@@ -163,7 +163,7 @@ Result<OipSignature> OipModel::fetch(const ServerSet::Server& server,
   const auto declared = OipSignature::from(options_.declared);
   if (reply.status == static_cast<int>(CallStatus::Unimplemented) && !declared.inputs.empty())
     return declared;
-  const auto outcome = net::outcome_of(reply.status);
+  const auto outcome = net::to_outcome(reply.status);
   if (outcome == Outcome::Refused) return refused(server, reply);
   if (outcome != Outcome::Answered) return unreachable(server, reply);
   const auto metadata = net::parse_model_metadata(reply.chunks);

@@ -34,7 +34,7 @@ class OipModel {
   // Sends a frame and waits for its end. `server` gets the index of the server that answered.
   net::Outcome request(const weir_frame& in, const weir_frame& out, size_t* server) const;
   // Valid as long as the model.
-  const char* address_of(size_t server) const { return servers_->address(server).text.c_str(); }
+  const char* get_address(size_t server) const { return servers_->address(server).text.c_str(); }
 
  private:
   explicit OipModel(OipOptions options) : options_(std::move(options)) {}
@@ -74,7 +74,7 @@ class OipSession {
   Status resolve(std::span<const weir_tensor_info> in, std::span<weir_tensor_info> out) const;
   // 0, or a weir_no_result.
   int invoke(const weir_frame& in, weir_frame& out);
-  const char* answered_by() const { return answered_ ? model_.address_of(*answered_) : nullptr; }
+  const char* answered_by() const { return answered_ ? model_.get_address(*answered_) : nullptr; }
 
  private:
   const OipModel& model_;

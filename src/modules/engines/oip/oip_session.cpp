@@ -94,7 +94,7 @@ Status take_outputs(const net::Reply& reply, const std::vector<OipTensor>& expec
   const auto response = net::parse_infer_response(reply.chunks);
   if (!response) return response.error();
   *times = response->times;
-  const auto tensors = tensors_of(frame);
+  const auto tensors = get_tensors(frame);
   if (tensors.size() != expected.size())
     return Error{.code = Code::INTERNAL, .what = "a frame has a different number of outputs"};
   std::vector<Taken> taken;
@@ -142,7 +142,7 @@ std::shared_ptr<const void> hold(const weir_frame& in) {
 
 HeldInputs hold_inputs(const weir_frame& in) {
   HeldInputs out;
-  for (const auto& tensor : tensors_of(in))
+  for (const auto& tensor : get_tensors(in))
     out.tensors.push_back({static_cast<const std::byte*>(tensor.data), tensor.bytes});
   out.memory = hold(in);
   if (out.memory) return out;
@@ -156,7 +156,7 @@ HeldInputs hold_inputs(const weir_frame& in) {
   return out;
 }
 
-net::Link::Clock::time_point expiry_of(const weir_frame& in) {
+net::Link::Clock::time_point get_expiry(const weir_frame& in) {
   using Clock = net::Link::Clock;
   const bool has = in.struct_size >= offsetof(weir_frame, expires) + sizeof in.expires;
   if (!has || in.expires <= 0) return Clock::time_point::max();
@@ -164,7 +164,7 @@ net::Link::Clock::time_point expiry_of(const weir_frame& in) {
 }
 
 // What invoke returns.
-int result_of(Outcome outcome) {
+int to_result(Outcome outcome) {
   switch (outcome) {
     case Outcome::Answered:
       return WEIR_OK;
@@ -177,7 +177,7 @@ int result_of(Outcome outcome) {
   }
 }
 
-const char* name_of(Outcome outcome) {
+const char* to_string(Outcome outcome) {
   switch (outcome) {
     case Outcome::Answered:
       return "answered";
@@ -196,7 +196,7 @@ net::ServerSet::Ended OipModel::send(const weir_frame& in, const weir_frame& out
                                      net::Contents contents) const {
   const auto held = hold_inputs(in);
   uint64_t copied = held.copied, received = 0;
-  const auto tensors = tensors_of(in);
+  const auto tensors = get_tensors(in);
   const std::vector<int64_t> ones(WEIR_RANK_LIMIT, 1);
   std::vector<net::RequestTensor> inputs;
   for (size_t i = 0; i < tensors.size(); ++i) {
@@ -212,7 +212,7 @@ net::ServerSet::Ended OipModel::send(const weir_frame& in, const weir_frame& out
         return net::encode_infer_request(address.model, address.version, inputs, contents,
                                          has_times_[server], &copied);
       },
-      held.memory, expiry_of(in),
+      held.memory, get_expiry(in),
       [&](const auto& arrived, auto* times) {
         return take_outputs(arrived.reply, signature_.outputs, out, &received, times);
       });
@@ -248,7 +248,7 @@ void OipModel::report(const net::ServerSet::Ended& ended) const {
   }
   const std::string server =
       ended.tried ? servers_->address(ended.server).text : "no server that could be tried";
-  log(WEIR_LOG_WARNING, std::string("a request is ") + name_of(ended.outcome) + ": " + server +
+  log(WEIR_LOG_WARNING, std::string("a request is ") + to_string(ended.outcome) + ": " + server +
                             (ended.reply.message.empty() ? "" : ": " + ended.reply.message));
 }
 
@@ -264,12 +264,12 @@ Status OipSession::resolve(std::span<const weir_tensor_info> in,
 }
 
 int OipSession::invoke(const weir_frame& in, weir_frame& out) {
-  if (auto status = check_inputs(model_.inputs(), tensors_of(in)); !status)
+  if (auto status = check_inputs(model_.inputs(), get_tensors(in)); !status)
     throw Failure(status.error());
   size_t server = 0;
   const auto outcome = model_.request(in, out, &server);
   answered_ = outcome == Outcome::Answered ? std::optional(server) : std::nullopt;
-  return result_of(outcome);
+  return to_result(outcome);
 }
 
 }  // namespace weir::engine

@@ -31,7 +31,7 @@ Result<OipTensor> tensor_from(const net::TensorText& text) {
 std::vector<OipTensor> tensors_from(const std::vector<DeclaredTensor>& declared) {
   std::vector<OipTensor> out;
   for (const auto& tensor : declared) {
-    const auto* type = net::oip_type_of(tensor.type);
+    const auto* type = net::find_oip_type(tensor.type);
     if (!type || !tensor.has_shape) return {};
     out.push_back({.name = tensor.name,
                    .datatype = std::string(type->name),

@@ -28,7 +28,7 @@ TEST(Oip, NegotiatesAndComputes) {
   ASSERT_EQ(engine.error().what, "");
   ASSERT_EQ(engine.info().n_inputs, 1u);
   EXPECT_STREQ(engine.info().inputs[0].name, "x");
-  EXPECT_EQ(text_of(engine.info().inputs[0]), "float32[-1, 4]");
+  EXPECT_EQ(to_string(engine.info().inputs[0]), "float32[-1, 4]");
   EXPECT_EQ(engine.info().inputs[0].batch_axis, 0u);
   const auto result = engine.invoke(floats());
   ASSERT_EQ(result.code, 0);
@@ -83,7 +83,7 @@ TEST(Oip, SendsBytesAsOneElement) {
   for (const auto* contents : {"raw", "typed"}) {
     PythonServer server({"--type", "BYTES", "--shape", "1"});
     OipEngine engine({server.address()}, {{"contents", contents}});
-    EXPECT_EQ(text_of(engine.info().inputs[0]), "uint8[-1]");
+    EXPECT_EQ(to_string(engine.info().inputs[0]), "uint8[-1]");
     const auto result = engine.invoke(make_tensor(WEIR_UINT8, {3}, std::vector<uint8_t>{1, 2, 3}));
     ASSERT_EQ(result.code, 0) << contents;
     EXPECT_EQ(as<uint8_t>(result.bytes), (std::vector<uint8_t>{3, 2, 1}));

@@ -172,7 +172,7 @@ class OipEngine {
     weir_error error;
     result.code = engine_.invoke(session_, &in_frame, &out_frame, &error);
     result.error = error.error;
-    result.shape = shape_of(out.info);
+    result.shape = to_shape(out.info);
     if (out.release) {
       const auto* data = static_cast<const std::byte*>(out.data);
       result.bytes.assign(data, data + out.bytes);

@@ -30,7 +30,7 @@ TEST_F(OnnxRuntimeModels, AllOpenWithTheListedTensorsAndRun) {
     for (size_t i = 0; i < listed.inputs.size(); ++i) {
       const auto info = model->inputs()[i];
       EXPECT_EQ(info.name, listed.inputs[i].name);
-      EXPECT_EQ(text_of(info), listed.inputs[i].text());
+      EXPECT_EQ(to_string(info), listed.inputs[i].text());
       std::vector<int64_t> shape;
       for (const auto& extent : listed.inputs[i].shape)
         shape.push_back(kSizes.contains(extent) ? kSizes.at(extent) : std::stoll(extent));
@@ -43,9 +43,9 @@ TEST_F(OnnxRuntimeModels, AllOpenWithTheListedTensorsAndRun) {
       EXPECT_EQ(model->outputs()[i].name, listed.outputs[i].name);
       const auto expected = listed.outputs[i].text(kSizes);
       if (expected.find("-1") == std::string::npos)
-        EXPECT_EQ(text_of((*outputs)[i].info), expected);
+        EXPECT_EQ(to_string((*outputs)[i].info), expected);
       else
-        EXPECT_LACKS(text_of((*outputs)[i].info), "-1");
+        EXPECT_LACKS(to_string((*outputs)[i].info), "-1");
     }
   }
 }
@@ -85,8 +85,8 @@ TEST_F(OnnxRuntimeModels, PnetFollowsTheSizeOfThePicture) {
     const auto map = [](int64_t side) { return (side - 2 + 1) / 2 - 4; };
     const auto out = model->resolve({make_tensor(WEIR_FLOAT32, {1, 3, h, w}).info});
     ASSERT_TRUE(out) << out.error().message();
-    EXPECT_EQ(shape_of((*out)[0]), (std::vector<int64_t>{1, 2, map(h), map(w)}));
-    EXPECT_EQ(shape_of((*out)[1]), (std::vector<int64_t>{1, 4, map(h), map(w)}));
+    EXPECT_EQ(to_shape((*out)[0]), (std::vector<int64_t>{1, 2, map(h), map(w)}));
+    EXPECT_EQ(to_shape((*out)[1]), (std::vector<int64_t>{1, 4, map(h), map(w)}));
     const auto run = model->invoke({make_tensor(WEIR_FLOAT32, {1, 3, h, w})});
     ASSERT_TRUE(run) << run.error().message();
     const auto p = (*run)[0].values<float>();
@@ -159,7 +159,7 @@ TEST_F(OnnxRuntimeModels, PointHistoryAcceptsAScalarAsItsSecondInput) {
   const auto rows = make_tensor(WEIR_FLOAT32, {3, 32});
   const auto out = model->invoke({rows, make_tensor<float>(WEIR_FLOAT32, {}, {0.5f})});
   ASSERT_TRUE(out) << out.error().message();
-  EXPECT_EQ(text_of((*out)[0].info), "int64[3]");
+  EXPECT_EQ(to_string((*out)[0].info), "int64[3]");
   for (const auto id : (*out)[0].values<int64_t>()) EXPECT_TRUE(id >= 0 && id < 4) << id;
   // A rank-1 tensor of one element is not a scalar.
   EXPECT_FALSE(model->invoke({rows, make_tensor<float>(WEIR_FLOAT32, {1}, {0.5f})}));

@@ -38,13 +38,13 @@ TEST_F(OnnxRuntimeRejects, AFolder) {
 }
 
 TEST_F(OnnxRuntimeRejects, AnEmptyFile) {
-  EXPECT_EQ(error_of({}).code, Code::MODEL_INVALID);
+  EXPECT_EQ(get_error({}).code, Code::MODEL_INVALID);
 }
 
 TEST_F(OnnxRuntimeRejects, ATruncatedModel) {
   const auto whole = negation().bytes();
   for (size_t size = 1; size < whole.size(); ++size) {
-    const Error error = error_of({whole.begin(), whole.begin() + static_cast<ptrdiff_t>(size)});
+    const Error error = get_error({whole.begin(), whole.begin() + static_cast<ptrdiff_t>(size)});
     // A file cut between two fields is well-formed but incomplete.
     EXPECT_TRUE(error.code == Code::MODEL_INVALID || error.code == Code::MODEL_UNSUPPORTED)
         << size << ": " << error.message();
@@ -56,7 +56,7 @@ TEST_F(OnnxRuntimeRejects, ATruncatedRealModel) {
   if (path.empty()) GTEST_SKIP() << "../shared/models/classification/mnist.onnx is not there";
   const auto whole = read_bytes(path);
   for (const size_t size : {whole.size() - 1, whole.size() / 2, whole.size() / 10, size_t{100}}) {
-    const Error error = error_of({whole.begin(), whole.begin() + static_cast<ptrdiff_t>(size)});
+    const Error error = get_error({whole.begin(), whole.begin() + static_cast<ptrdiff_t>(size)});
     EXPECT_EQ(error.code, Code::MODEL_INVALID) << size << ": " << error.message();
   }
 }
@@ -65,51 +65,51 @@ TEST_F(OnnxRuntimeRejects, FilesThatAreNotAModel) {
   std::vector<std::byte> noise(4096);
   uint32_t state = 1;
   for (auto& byte : noise) byte = std::byte((state = state * 1664525 + 1013904223) >> 24);
-  EXPECT_EQ(error_of(noise).code, Code::MODEL_INVALID);
-  EXPECT_EQ(error_of(std::vector<std::byte>(4096)).code, Code::MODEL_INVALID);
-  const Error error = error_of({std::byte('P'), std::byte('N'), std::byte('G')});
+  EXPECT_EQ(get_error(noise).code, Code::MODEL_INVALID);
+  EXPECT_EQ(get_error(std::vector<std::byte>(4096)).code, Code::MODEL_INVALID);
+  const Error error = get_error({std::byte('P'), std::byte('N'), std::byte('G')});
   EXPECT_EQ(error.code, Code::MODEL_INVALID);
   EXPECT_SAYS(error.message(), "not an ONNX model");
 }
 
 TEST_F(OnnxRuntimeRejects, AnUnknownOperatorByItsName) {
-  const Error error = error_of(OnnxBuilder()
-                                   .input("x", kFloat, {"2"})
-                                   .output("y", kFloat, {"2"})
-                                   .node("Frobnicate", {"x"}, {"y"}, "com.example")
-                                   .also_uses("com.example")
-                                   .bytes());
+  const Error error = get_error(OnnxBuilder()
+                                    .input("x", kFloat, {"2"})
+                                    .output("y", kFloat, {"2"})
+                                    .node("Frobnicate", {"x"}, {"y"}, "com.example")
+                                    .also_uses("com.example")
+                                    .bytes());
   EXPECT_EQ(error.code, Code::MODEL_UNSUPPORTED) << error.message();
   EXPECT_SAYS(error.message(), "Frobnicate");
 }
 
 TEST_F(OnnxRuntimeRejects, AnOperatorWithoutAKernelForItsType) {
-  const Error error = error_of(OnnxBuilder()
-                                   .input("x", kUint64, {"2"})
-                                   .output("y", kUint64, {"2"})
-                                   .node("Relu", {"x"}, {"y"})
-                                   .bytes());
+  const Error error = get_error(OnnxBuilder()
+                                    .input("x", kUint64, {"2"})
+                                    .output("y", kUint64, {"2"})
+                                    .node("Relu", {"x"}, {"y"})
+                                    .bytes());
   EXPECT_TRUE(error.code == Code::MODEL_UNSUPPORTED || error.code == Code::MODEL_INVALID);
   EXPECT_SAYS(error.message(), "Relu");
 }
 
 TEST_F(OnnxRuntimeRejects, TensorsOfText) {
-  const Error error = error_of(OnnxBuilder()
-                                   .input("words", kString, {"2"})
-                                   .output("y", kString, {"2"})
-                                   .node("Identity", {"words"}, {"y"})
-                                   .bytes());
+  const Error error = get_error(OnnxBuilder()
+                                    .input("words", kString, {"2"})
+                                    .output("y", kString, {"2"})
+                                    .node("Identity", {"words"}, {"y"})
+                                    .bytes());
   EXPECT_EQ(error.code, Code::MODEL_UNSUPPORTED);
   EXPECT_SAYS(error.message(), "words");
   EXPECT_SAYS(error.message(), "string");
 }
 
 TEST_F(OnnxRuntimeRejects, Sequences) {
-  const Error error = error_of(OnnxBuilder()
-                                   .input("x", kFloat, {"2"})
-                                   .sequence_output("y", kFloat)
-                                   .node("SequenceConstruct", {"x"}, {"y"})
-                                   .bytes());
+  const Error error = get_error(OnnxBuilder()
+                                    .input("x", kFloat, {"2"})
+                                    .sequence_output("y", kFloat)
+                                    .node("SequenceConstruct", {"x"}, {"y"})
+                                    .bytes());
   EXPECT_EQ(error.code, Code::MODEL_UNSUPPORTED) << error.message();
 }
 
@@ -119,7 +119,7 @@ TEST_F(OnnxRuntimeRejects, InvalidOptionValues) {
                                                       {"NumThreads", "2x"},
                                                       {"GraphOptimization", "most"},
                                                       {"Spinning", "maybe"}}) {
-    const Error error = error_of(negation().bytes(), {{key, value}});
+    const Error error = get_error(negation().bytes(), {{key, value}});
     EXPECT_EQ(error.code, Code::OPTION_VALUE) << key << value;
     EXPECT_SAYS(error.offered, value);
     EXPECT_FALSE(error.fix.empty());
@@ -135,14 +135,14 @@ TEST_F(OnnxRuntimeRejects, ADryRunAboveTheLimitForAnyCaps) {
   ASSERT_NE(model, nullptr);
   const auto small = model->resolve({make_tensor(WEIR_FLOAT32, {7}).info});
   ASSERT_TRUE(small) << small.error().message();
-  EXPECT_EQ(text_of((*small)[0]), "float32[7]");
+  EXPECT_EQ(to_string((*small)[0]), "float32[7]");
   weir_tensor_info huge = make_tensor(WEIR_FLOAT32, {1}).info;
   huge.shape[0] = int64_t{1} << 40;
   const uint64_t before = peak_resident_bytes();
   take_log();
   const auto open = model->resolve({huge});
   ASSERT_TRUE(open) << open.error().message();
-  EXPECT_EQ(text_of((*open)[0]), "float32[-1]") << "the first frame decides";
+  EXPECT_EQ(to_string((*open)[0]), "float32[-1]") << "the first frame decides";
   const auto lines = take_log();
   ASSERT_EQ(lines.size(), 1u);
   EXPECT_SAYS(lines[0], "the inputs are too large for a dry run");
@@ -188,7 +188,7 @@ TEST_F(OnnxRuntimeRejects, InconsistentFrames) {
   OneToOne frames({2, 3}, x, {2, 3}, y);
   weir_tensor &in = frames.in, &out = frames.out;
   ASSERT_TRUE(frames.through(*model));
-  const auto code = [&] { return frames.code_of(*model); };
+  const auto code = [&] { return frames.get_code(*model); };
   in.bytes = 20;
   EXPECT_EQ(code(), Code::FRAME_SIZE);
   in.bytes = 24;

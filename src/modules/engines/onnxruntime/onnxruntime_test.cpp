@@ -37,7 +37,7 @@ TEST_P(OnnxRuntimeTypes, PassThroughUnchanged) {
   const auto y = (*model)->invoke({x});
   ASSERT_TRUE(y) << y.error().message();
   EXPECT_EQ((*y)[0].info.type, GetParam().weir);
-  EXPECT_EQ(shape_of((*y)[0].info), (std::vector<int64_t>{3, 2}));
+  EXPECT_EQ(to_shape((*y)[0].info), (std::vector<int64_t>{3, 2}));
   const size_t size = x.bytes.size() / 6;
   for (size_t row = 0; row < 2; ++row)
     for (size_t column = 0; column < 3; ++column)
@@ -143,7 +143,7 @@ TEST_F(OnnxRuntime, OpenDimensionsWithoutANameComeFromARunOnZeros) {
   const auto out = (*model)->resolve(
       {make_tensor(WEIR_FLOAT32, {2, 3}).info, make_tensor(WEIR_FLOAT32, {5, 3}).info});
   ASSERT_TRUE(out) << out.error().message();
-  EXPECT_EQ(text_of((*out)[0]), "float32[7, 3]");
+  EXPECT_EQ(to_string((*out)[0]), "float32[7, 3]");
   EXPECT_EQ((*model)->inputs()[0].batch_axis, WEIR_NO_BATCH_AXIS);
 }
 
@@ -160,7 +160,7 @@ TEST_F(OnnxRuntime, ShapesThatDependOnDataStayOpenAndAreAllocatedByTheEngine) {
     ASSERT_TRUE(y) << y.error().message();
     EXPECT_EQ((*model)->engine_allocated(), 1u);
     EXPECT_EQ((*y)[0].values<int64_t>(), expected);
-    EXPECT_EQ(shape_of((*y)[0].info), (std::vector<int64_t>{1, int64_t(expected.size())}));
+    EXPECT_EQ(to_shape((*y)[0].info), (std::vector<int64_t>{1, int64_t(expected.size())}));
   }
 }
 
@@ -175,7 +175,7 @@ TEST_F(OnnxRuntime, AnOutputWithoutAShapeHasUnknownRank) {
   const auto y = (*model)->invoke({make_tensor<float>(WEIR_FLOAT32, {2, 3}, {1, 2, 3, 4, 5, 6}),
                                    make_tensor<int64_t>(WEIR_INT64, {3}, {3, 1, 2})});
   ASSERT_TRUE(y) << y.error().message();
-  EXPECT_EQ(shape_of((*y)[0].info), (std::vector<int64_t>{3, 1, 2}));
+  EXPECT_EQ(to_shape((*y)[0].info), (std::vector<int64_t>{3, 1, 2}));
 }
 
 // The memory of an input that the model passes through must not be handed over as an output.

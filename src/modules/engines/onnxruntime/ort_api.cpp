@@ -10,7 +10,7 @@
 namespace weir::engine {
 namespace {
 
-weir_log_level level_of(OrtLoggingLevel severity) {
+weir_log_level to_level(OrtLoggingLevel severity) {
   switch (severity) {
     case ORT_LOGGING_LEVEL_FATAL:
     case ORT_LOGGING_LEVEL_ERROR:
@@ -30,7 +30,7 @@ thread_local FoldedWarnings* folded = nullptr;
 // debugging.
 void ORT_API_CALL forward_log(void*, OrtLoggingLevel severity, const char*, const char*,
                               const char* place, const char* message) {
-  const auto level = level_of(severity);
+  const auto level = to_level(severity);
   if (level == WEIR_LOG_WARNING && folded && folded->folds(place ? place : "")) return;
   log(level == WEIR_LOG_ERROR ? WEIR_LOG_INFO : level, message ? message : "");
 }

@@ -72,7 +72,7 @@ Result<OrtRunner::Value> OrtRunner::wrap(void* data, const weir_tensor_info& inf
 
 Status OrtRunner::bind_inputs(const weir_frame& in) {
   const auto& ports = model_.inputs();
-  const auto given = tensors_of(in);
+  const auto given = get_tensors(in);
   if (auto status = check_inputs(ports.infos, given); !status) return status;
   for (size_t i = 0; i < given.size(); ++i) {
     const weir_tensor& tensor = given[i];
@@ -94,7 +94,7 @@ Status OrtRunner::bind_inputs(const weir_frame& in) {
 
 Status OrtRunner::bind_outputs(const weir_frame& out) {
   const auto& ports = model_.outputs();
-  const auto given = tensors_of(out);
+  const auto given = get_tensors(out);
   if (auto status = check_outputs(ports.infos, given); !status) return status;
   for (size_t i = 0; i < given.size(); ++i) {
     const weir_tensor& tensor = given[i];
@@ -122,7 +122,7 @@ Status OrtRunner::run() {
   return bad ? Status(invoke_error(bad)) : ok();
 }
 
-Status OrtRunner::shape_of(const OrtValue* value, weir_tensor_info* info) const {
+Status OrtRunner::get_shape(const OrtValue* value, weir_tensor_info* info) const {
   OrtTensorTypeAndShapeInfo* raw = nullptr;
   if (auto bad = take(api_, api_.GetTensorTypeAndShape(value, &raw))) return invoke_error(bad);
   const OrtOwner<OrtTensorTypeAndShapeInfo> type(raw, api_.ReleaseTensorTypeAndShapeInfo);
@@ -145,9 +145,9 @@ Status OrtRunner::hand_over(const weir_frame& in, size_t index, weir_tensor* ten
     return ok();
   }
   tensor->info = model_.outputs().infos[index];
-  if (auto status = shape_of(outputs_[index].get(), &tensor->info); !status) return status;
+  if (auto status = get_shape(outputs_[index].get(), &tensor->info); !status) return status;
   tensor->bytes = tensor->capacity = tensor_bytes(tensor->info).value_or(0);
-  const auto given = tensors_of(in);
+  const auto given = get_tensors(in);
   if (std::any_of(given.begin(), given.end(),
                   [data](const weir_tensor& input) { return is_within(data, input); })) {
     return write_output(weir_tensor_info(tensor->info), data, index, tensor);

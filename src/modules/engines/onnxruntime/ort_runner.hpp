@@ -35,7 +35,7 @@ class OrtRunner {
   void unbind() noexcept;
   Result<Value> wrap(void* data, const weir_tensor_info& info, uint64_t bytes,
                      ONNXTensorElementDataType type) const;
-  Status shape_of(const OrtValue* value, weir_tensor_info* info) const;
+  Status get_shape(const OrtValue* value, weir_tensor_info* info) const;
   // Runs on zeros of these shapes and stores the outputs' shapes in `out`.
   Status dry_run(std::span<const weir_tensor_info> in, std::span<weir_tensor_info> out);
 

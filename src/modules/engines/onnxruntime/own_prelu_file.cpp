@@ -25,7 +25,7 @@ void part(std::vector<std::byte>* out, uint32_t field, Bytes content) {
   begin_part(out, field, content.size());
   out->insert(out->end(), content.begin(), content.end());
 }
-Bytes bytes_of(std::string_view text) {
+Bytes to_bytes(std::string_view text) {
   return std::as_bytes(std::span(text.data(), text.size()));
 }
 
@@ -69,7 +69,7 @@ class Graph {
         if (one.are_slopes()) slopes_.insert(one.name);
       }
       // An input with the same name may override a constant.
-      if (field.number == 11) inputs_.insert(name_of(field.bytes));
+      if (field.number == 11) inputs_.insert(get_name(field.bytes));
     }
     good_ = reader.good();
   }
@@ -86,7 +86,7 @@ class Graph {
       if (field.number == 1 && is_ours(field.bytes)) {
         changes = true;
         std::vector<std::byte> node(field.bytes.begin(), field.bytes.end());
-        part(&node, 7, bytes_of("weir"));
+        part(&node, 7, to_bytes("weir"));
         part(&out, 1, node);
       } else {
         part(&out, field.number, field.bytes);
@@ -97,7 +97,7 @@ class Graph {
   }
 
  private:
-  static std::string name_of(Bytes value) {
+  static std::string get_name(Bytes value) {
     ProtobufReader reader(value);
     std::string name;
     for (ProtobufReader::Field field; reader.next(&field);)
@@ -163,7 +163,7 @@ std::optional<std::vector<std::byte>> with_own_prelu(Bytes file) {
   }
   if (!reader.good() || !changes) return std::nullopt;
   std::vector<std::byte> operators;  // OperatorSetIdProto: domain 1, version 2
-  part(&operators, 1, bytes_of("weir"));
+  part(&operators, 1, to_bytes("weir"));
   varint(&operators, 2 << 3);
   varint(&operators, 1);
   part(&out, 8, operators);

@@ -83,7 +83,7 @@ TEST_F(OwnPrelu, CanWorkInPlaceBetweenOtherOperators) {
 TEST_F(OwnPrelu, KeepsOpenSizesOpenWithoutAWarning) {
   auto opened = EngineTest::open(model({"n", "2", "w"}, {2, 1}, {0.5f, 1.f}).bytes(), {});
   ASSERT_TRUE(opened) << opened.error().message();
-  EXPECT_EQ(shape_of((*opened)->outputs()[0]), (std::vector<int64_t>{-1, 2, -1}));
+  EXPECT_EQ(to_shape((*opened)->outputs()[0]), (std::vector<int64_t>{-1, 2, -1}));
   take_log();
   for (const int64_t length : {3, 4})
     ASSERT_TRUE((*opened)->invoke({make_tensor(WEIR_FLOAT32, {1, 2, length})}));

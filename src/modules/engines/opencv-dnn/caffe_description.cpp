@@ -17,7 +17,7 @@ Error damaged(const std::string& offered) {
                .fix = "download the .caffemodel again"};
 }
 
-DeclaredTensor input_of(std::string name, std::vector<int64_t> shape) {
+DeclaredTensor make_input(std::string name, std::vector<int64_t> shape) {
   DeclaredTensor out;
   out.name = std::move(name);
   out.type = WEIR_FLOAT32;
@@ -41,7 +41,7 @@ void old_inputs(const TextMessage& net, DnnDescription* out) {
     else if (dims.size() >= 4 * index + 4)
       shape.assign(dims.begin() + static_cast<ptrdiff_t>(4 * index),
                    dims.begin() + static_cast<ptrdiff_t>(4 * index + 4));
-    out->inputs.push_back(input_of(field.value, std::move(shape)));
+    out->inputs.push_back(make_input(field.value, std::move(shape)));
     ++index;
   }
 }
@@ -55,7 +55,7 @@ void layer_inputs(const TextMessage& layer, DnnDescription* out) {
   size_t index = 0;
   for (const auto& field : layer.fields) {
     if (field.name != "top") continue;
-    out->inputs.push_back(input_of(field.value, shapes[std::min(index, shapes.size() - 1)]));
+    out->inputs.push_back(make_input(field.value, shapes[std::min(index, shapes.size() - 1)]));
     ++index;
   }
 }

@@ -57,7 +57,7 @@ decltype(ModelLimits::check_head) weights_head() {
   return dnn_engine.format == DnnFormat::Caffe ? check_caffe_head : nullptr;
 }
 
-Result<std::vector<std::byte>> bytes_of(const std::string& path, const ModelLimits& limits = {}) {
+Result<std::vector<std::byte>> read_bytes(const std::string& path, const ModelLimits& limits = {}) {
   const char* paths[] = {path.c_str()};
   weir_open one{};
   one.struct_size = sizeof one;
@@ -85,7 +85,7 @@ Result<Paths> with_other(Paths paths, const std::string& all) {
   return paths;
 }
 
-Result<Paths> paths_of(const weir_open& request) {
+Result<Paths> find_paths(const weir_open& request) {
   Paths out;
   std::vector<std::string> given;
   for (uint32_t i = 0; request.paths && i < request.n_models; ++i)
@@ -118,16 +118,16 @@ Result<DnnDescription> described(const DnnFiles& files) {
 // One file is enough if the other has the same path with its own extension. Checks everything that
 // can be checked before OpenCV reads the files.
 Result<DnnSource> read_dnn_files(const weir_open& request) {
-  const auto paths = paths_of(request);
+  const auto paths = find_paths(request);
   if (!paths) return paths.error();
   DnnSource out;
   out.files.format = dnn_engine.format;
   out.files.name = paths->weights;
-  auto weights = bytes_of(paths->weights, {.check_head = weights_head()});
+  auto weights = read_bytes(paths->weights, {.check_head = weights_head()});
   if (!weights) return weights.error();
   out.files.weights = *std::move(weights);
   if (!paths->description.empty()) {
-    auto description = bytes_of(paths->description);
+    auto description = read_bytes(paths->description);
     if (!description) return description.error();
     out.files.description = *std::move(description);
   }
@@ -163,14 +163,14 @@ std::string node_name(const std::string& name) {
   return dnn_engine.format == DnnFormat::Tensorflow ? name.substr(0, name.find(':')) : name;
 }
 
-weir_tensor_info info_of(const DeclaredTensor& tensor) {
+weir_tensor_info to_info(const DeclaredTensor& tensor) {
   weir_tensor_info info = open_tensor_info();
   info.type = tensor.type == WEIR_TYPE_END ? uint32_t{WEIR_FLOAT32} : tensor.type;
   if (tensor.has_shape) set_shape(&info, tensor.shape.begin(), tensor.shape.size());
   return info;
 }
 
-std::vector<std::string> names_of(const std::vector<DeclaredTensor>& tensors) {
+std::vector<std::string> get_names(const std::vector<DeclaredTensor>& tensors) {
   std::vector<std::string> out;
   out.reserve(tensors.size());
   for (const auto& tensor : tensors) out.push_back(tensor.name);
@@ -180,7 +180,7 @@ std::vector<std::string> names_of(const std::vector<DeclaredTensor>& tensors) {
 // The network's inputs: those that the user names, in that order, then the others.
 Result<std::vector<DeclaredTensor>> inputs_in_order(std::vector<DeclaredTensor> inputs,
                                                     const std::vector<DeclaredTensor>& declared) {
-  const auto known = names_of(inputs);
+  const auto known = get_names(inputs);
   auto rest = inputs.begin();
   for (const auto& tensor : declared) {
     if (tensor.name.empty()) continue;
@@ -201,8 +201,8 @@ void override_with(const DeclaredTensor& declared, DeclaredTensor* tensor) {
 }
 
 // The layer that has the output of the node `name`: OpenCV leaves out nodes that only pass it on.
-Result<std::string> layer_of(const std::string& name, const DnnDescription& description,
-                             const std::vector<std::string>& layers) {
+Result<std::string> find_layer(const std::string& name, const DnnDescription& description,
+                               const std::vector<std::string>& layers) {
   std::string out = name;
   const auto is_layer = [&] {
     return std::find(layers.begin(), layers.end(), out) != layers.end();
@@ -282,13 +282,13 @@ Status DnnModel::read_inputs(const DnnDescription& description) {
     return Error{
         .code = Code::SPEC_MISMATCH,
         .what = "the network has a different number of inputs",
-        .offered = std::to_string(chosen->size()) + ": " + list(names_of(description.inputs)),
+        .offered = std::to_string(chosen->size()) + ": " + list(get_names(description.inputs)),
         .needed = std::to_string(std::max<size_t>(declared.size(), 1)),
         .difference = "number of tensors"};
   for (size_t i = 0; i < declared.size(); ++i) override_with(declared[i], &(*chosen)[i]);
-  input_names_ = names_of(*chosen);
+  input_names_ = get_names(*chosen);
   for (size_t i = 0; i < chosen->size(); ++i) {
-    inputs_.push_back(info_of((*chosen)[i]));
+    inputs_.push_back(to_info((*chosen)[i]));
     inputs_[i].name = input_names_[i].c_str();
     if (inputs_[i].rank == 4) inputs_[i].layout = nhwc_ ? WEIR_LAYOUT_NHWC : WEIR_LAYOUT_NCHW;
   }
@@ -299,7 +299,7 @@ Status DnnModel::name_outputs(const DnnDescription& description) {
   const auto layers = net_->layers();
   for (const auto& output : declared_.outputs()) {
     if (output.name.empty()) continue;
-    auto name = layer_of(node_name(output.name), description, layers);
+    auto name = find_layer(node_name(output.name), description, layers);
     if (!name) return name.error();
     output_names_.push_back(*std::move(name));
   }

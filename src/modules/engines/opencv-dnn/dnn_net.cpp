@@ -21,7 +21,7 @@ std::string first_line(const std::string& text) {
   return text.substr(start, std::min(text.find('\n', start), text.size()) - start);
 }
 
-std::string reason_of(const cv::Exception& e) {
+std::string get_reason(const cv::Exception& e) {
   std::string out = first_line(e.err);
   if (e.code == cv::Error::StsAssert) out = "condition not met: " + out;
   return e.func.empty() ? out : out + " (in " + e.func + ")";
@@ -33,7 +33,7 @@ auto caught(Body&& body, Say&& say) -> decltype(body()) {
     return body();
   } catch (const cv::Exception& e) {
     if (e.code == cv::Error::StsNoMem) throw std::bad_alloc();
-    return say(reason_of(e));
+    return say(get_reason(e));
   } catch (const std::bad_alloc&) {
     throw;
   } catch (const std::exception& e) {

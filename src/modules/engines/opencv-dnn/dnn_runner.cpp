@@ -35,7 +35,7 @@ Status DnnRunner::resolve(std::span<const weir_tensor_info> in, std::span<weir_t
 }
 
 Status DnnRunner::invoke(const weir_frame& in, weir_frame& out) {
-  const auto inputs = tensors_of(in), outputs = tensors_of(out);
+  const auto inputs = get_tensors(in), outputs = get_tensors(out);
   if (auto status = check_inputs(model_.inputs(), inputs); !status) return status;
   if (auto status = check_outputs(model_.outputs(), outputs); !status) return status;
   const auto made = model_.run(inputs);

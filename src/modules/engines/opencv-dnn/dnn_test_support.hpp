@@ -52,7 +52,7 @@ class DnnTest : public ::testing::Test {
     if (!out) ADD_FAILURE() << out.error().message();
     return out ? *std::move(out) : std::vector<TestTensor>{};
   }
-  static Error error_of(const Result<std::unique_ptr<OpenEngine>>& model) {
+  static Error get_error(const Result<std::unique_ptr<OpenEngine>>& model) {
     return model ? Error{.code = Code::INTERNAL, .what = "it opened"} : model.error();
   }
 

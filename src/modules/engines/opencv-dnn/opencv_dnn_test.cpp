@@ -16,10 +16,10 @@ class OpencvDnn : public DnnTest {};
 TEST_F(OpencvDnn, CaffeComputesAProduct) {
   const auto model = open_caffe(kProduct, product_weights());
   ASSERT_TRUE(model) << model.error().message();
-  EXPECT_EQ(text_of((*model)->inputs()[0]), "float32[1, 3]");
+  EXPECT_EQ(to_string((*model)->inputs()[0]), "float32[1, 3]");
   EXPECT_STREQ((*model)->inputs()[0].name, "data");
   EXPECT_STREQ((*model)->outputs()[0].name, "fc");
-  EXPECT_EQ(text_of((*model)->outputs()[0]), "float32[1, 2]");
+  EXPECT_EQ(to_string((*model)->outputs()[0]), "float32[1, 2]");
   const auto out = invoke(model, {floats({1, 3}, {1, 0, -1})});
   ASSERT_EQ(out.size(), 1u);
   EXPECT_EQ(out[0].values<float>(), (std::vector<float>{8, 18}));
@@ -37,7 +37,7 @@ TEST_F(OpencvDnn, TheUserChangesTheInputsSizeAndType) {
   const auto model =
       open_caffe(kProduct, product_weights(), {{"input", "3:2"}, {"inputtype", "uint8"}});
   ASSERT_TRUE(model) << model.error().message();
-  EXPECT_EQ(text_of((*model)->inputs()[0]), "uint8[2, 3]");
+  EXPECT_EQ(to_string((*model)->inputs()[0]), "uint8[2, 3]");
   const std::vector<uint8_t> bytes{1, 1, 1, 200, 0, 0};
   const auto out = invoke(model, {make_tensor<uint8_t>(WEIR_UINT8, {2, 3}, bytes)});
   ASSERT_EQ(out.size(), 1u);
@@ -78,11 +78,11 @@ TEST_F(OpencvDnn, TensorflowComputesAProductOfAnyBatch) {
              TensorflowNode("y", "BiasAdd", {"xw", "c"}).type("T")});
   const auto model = open_tensorflow(net, {{"inputname", "x:0"}, {"outputname", "y:0"}});
   ASSERT_TRUE(model) << model.error().message();
-  EXPECT_EQ(text_of((*model)->inputs()[0]), "float32[-1, 3]");
+  EXPECT_EQ(to_string((*model)->inputs()[0]), "float32[-1, 3]");
   EXPECT_STREQ((*model)->outputs()[0].name, "xw") << "OpenCV adds the bias in the product";
   const auto shapes = (*model)->resolve({make_tensor(WEIR_FLOAT32, {2, 3}).info});
   ASSERT_TRUE(shapes) << shapes.error().message();
-  EXPECT_EQ(text_of((*shapes)[0]), "float32[2, 2]");
+  EXPECT_EQ(to_string((*shapes)[0]), "float32[2, 2]");
   const auto out = invoke(model, {floats({2, 3}, {1, 0, -1, 1, 1, 1})});
   ASSERT_EQ(out.size(), 1u);
   EXPECT_EQ(out[0].values<float>(), (std::vector<float>{8, 18, 16, 35}));
@@ -106,7 +106,7 @@ TEST_F(OpencvDnn, TensorflowsPicturesStayInItsOrder) {
   const auto model = open_tensorflow(net);
   ASSERT_TRUE(model) << model.error().message();
   EXPECT_EQ((*model)->inputs()[0].layout, uint32_t{WEIR_LAYOUT_NHWC});
-  EXPECT_EQ(text_of((*model)->outputs()[0]), "float32[1, 3, 4, 3]");
+  EXPECT_EQ(to_string((*model)->outputs()[0]), "float32[1, 3, 4, 3]");
   const auto out = invoke(model, {floats({1, kRows, kColumns, kIn}, pixels)});
   ASSERT_EQ(out.size(), 1u);
   const auto got = out[0].values<float>();
@@ -131,10 +131,10 @@ TEST_F(OpencvDnn, DarknetComputesAConvolution) {
       "[convolutional]\nfilters=1\nsize=1\nstride=1\npad=0\nactivation=linear\n";
   const auto model = open_darknet(cfg, darknet_weights({0.5f, 2, -1}));
   ASSERT_TRUE(model) << model.error().message();
-  EXPECT_EQ(text_of((*model)->inputs()[0]), "float32[1, 2, 2, 3]");
+  EXPECT_EQ(to_string((*model)->inputs()[0]), "float32[1, 2, 2, 3]");
   const auto out = invoke(model, {floats({1, 2, 2, 3}, {1, 2, 3, 4, 5, 6, 1, 1, 1, 2, 2, 2})});
   ASSERT_EQ(out.size(), 1u);
-  EXPECT_EQ(text_of(out[0].info), "float32[1, 1, 2, 3]");
+  EXPECT_EQ(to_string(out[0].info), "float32[1, 1, 2, 3]");
   EXPECT_EQ(out[0].values<float>(), (std::vector<float>{1.5f, 3.5f, 5.5f, 6.5f, 8.5f, 10.5f}));
 }
 
@@ -147,7 +147,7 @@ TEST_F(OpencvDnn, MnistReadsTheNine) {
   const auto model = OpenEngine::open(engine("tensorflow"), path);  // owns the names
   const auto out = invoke(model, {floats({1, 784}, pixels)});
   ASSERT_EQ(out.size(), 1u);
-  EXPECT_EQ(text_of(out[0].info), "float32[1, 10]");
+  EXPECT_EQ(to_string(out[0].info), "float32[1, 10]");
   EXPECT_EQ(argmax(out[0].values<float>()), 9u);
 }
 
@@ -157,7 +157,7 @@ TEST_F(OpencvDnn, PnetFollowsTheSizeThatTheUserSets) {
   if (path.empty()) GTEST_SKIP() << "../shared/models/face/mtcnn is not there";
   const auto model = OpenEngine::open(engine("caffe"), path, {{"input", "51:37:3:1"}});
   ASSERT_TRUE(model) << model.error().message();
-  EXPECT_EQ(text_of((*model)->outputs()[0]), "float32[1, 4, 14, 21]");
+  EXPECT_EQ(to_string((*model)->outputs()[0]), "float32[1, 4, 14, 21]");
   const auto out = invoke(model, {make_tensor(WEIR_FLOAT32, {1, 3, 37, 51})});
   ASSERT_EQ(out.size(), 2u);
   const auto p = out[1].values<float>();

@@ -143,7 +143,7 @@ void mark_pictures(const std::vector<Node>& nodes, DnnDescription* out) {
   }
 }
 
-Result<DeclaredTensor> input_of(const Node& node) {
+Result<DeclaredTensor> make_input(const Node& node) {
   const auto type = type_of_number(node.type);
   if (!type)
     return Error{
@@ -177,7 +177,7 @@ Result<DnnDescription> describe_tensorflow(std::span<const std::byte> graph) {
     out.nodes.insert(node.name);
     out.operators.insert(node.op);
     if (!node.op.starts_with("Placeholder")) continue;
-    auto input = input_of(node);
+    auto input = make_input(node);
     if (!input) return input.error();
     out.inputs.push_back(*std::move(input));
   }

@@ -35,30 +35,30 @@ class Python3Changing : public Python3 {
 
 TEST_F(Python3Changing, AListThatIteratesOverFewerArraysThanItHasIsRejected) {
   auto filter = opened(returning("fewer", "return listed()"));
-  EXPECT_SAYS(filter.error_of({floats({1, 2, 3, 4})}),
+  EXPECT_SAYS(filter.get_error({floats({1, 2, 3, 4})}),
               "invoke returned 0 arrays, needed are 1: float32 4");
 }
 
 TEST_F(Python3Changing, AListThatIteratesOverMoreArraysThanItHasIsRejected) {
   auto filter = opened(returning("more", "return listed(*input_array, *input_array)"));
-  EXPECT_SAYS(filter.error_of({floats({1, 2, 3, 4})}),
+  EXPECT_SAYS(filter.get_error({floats({1, 2, 3, 4})}),
               "invoke returned 2 arrays, needed are 1: float32 4");
 }
 
 TEST_F(Python3Changing, AnArrayThatReportsAnotherSizeIsRejected) {
   auto filter = opened(returning("size", "return [np.zeros(2, np.float32).view(Array)]"));
-  EXPECT_SAYS(filter.error_of({floats({1, 2, 3, 4})}),
+  EXPECT_SAYS(filter.get_error({floats({1, 2, 3, 4})}),
               "output 0 has 8 bytes, shape (2,), needed are 16: float32 4");
 }
 
 TEST_F(Python3Changing, AnArrayThatReportsAnotherTypeIsRejected) {
   auto filter = opened(returning("type", "return [np.zeros(2, np.float64).view(Array)]"));
-  EXPECT_SAYS(filter.error_of({floats({1, 2, 3, 4})}), "output 0 is an array of float64");
+  EXPECT_SAYS(filter.get_error({floats({1, 2, 3, 4})}), "output 0 is an array of float64");
 }
 
 TEST_F(Python3Changing, AnObjectThatReportsToBeAnArrayIsRejected) {
   auto filter = opened(returning("impostor", "return [Impostor(16)]"));
-  EXPECT_SAYS(filter.error_of({floats({1, 2, 3, 4})}),
+  EXPECT_SAYS(filter.get_error({floats({1, 2, 3, 4})}),
               "output 0 is not a NumPy array but Impostor, needed is float32 4");
 }
 
@@ -72,7 +72,7 @@ TEST_F(Python3Changing, AnObjectThatEmptiesTheListWhileItIsReadIsRejected) {
                                  "        return np.ndarray\n"
                                  "    made.append(Emptying())\n"
                                  "    return made"));
-  EXPECT_SAYS(filter.error_of({floats({1, 2, 3, 4})}), "output 0 is not a NumPy array");
+  EXPECT_SAYS(filter.get_error({floats({1, 2, 3, 4})}), "output 0 is not a NumPy array");
 }
 
 TEST_F(Python3Changing, AListOfShapesThatIteratesOverTooManyIsRejected) {

@@ -17,8 +17,8 @@ TEST_F(Python3, ReportsWhereAScriptFails) {
 
 TEST_F(Python3, ContinuesAfterAFailedFrame) {
   auto filter = opened(invoking("assert input_array[0][0] < 9\nreturn input_array"));
-  EXPECT_SAYS(filter.error_of({floats({9, 0, 0, 0})}), "AssertionError");
-  EXPECT_EQ(filter.error_of({floats({8, 0, 0, 0})}), "");
+  EXPECT_SAYS(filter.get_error({floats({9, 0, 0, 0})}), "AssertionError");
+  EXPECT_EQ(filter.get_error({floats({8, 0, 0, 0})}), "");
 }
 
 struct Fault {
@@ -76,7 +76,7 @@ TEST_F(Python3, MustNotKeepItsInput) {
                             "self.kept = lambda: input_array\nreturn input_array"}) {
     auto filter = opened(invoking(lines));
     for (int i = 0; i < 2; ++i)
-      EXPECT_SAYS(filter.error_of({floats({1, 2, 3, 4})}), "fix: array.copy()") << lines;
+      EXPECT_SAYS(filter.get_error({floats({1, 2, 3, 4})}), "fix: array.copy()") << lines;
   }
   EXPECT_EQ(invoke_error("self.kept = input_array[0].copy()\nreturn input_array"), "");
   EXPECT_EQ(invoke_error("loop = [input_array]\nloop.append(loop)\nreturn input_array"), "")
@@ -87,8 +87,8 @@ TEST_F(Python3, CanRaiseAnExceptionThatHoldsTheFrame) {
   auto filter =
       opened(invoking("try:\n  raise ValueError(input_array)\nexcept ValueError as e:\n"
                       "  raise RuntimeError('second') from e"));
-  EXPECT_SAYS(filter.error_of({floats({1, 2, 3, 4})}), "RuntimeError: second");
-  EXPECT_SAYS(filter.error_of({floats({1, 2, 3, 4})}), "RuntimeError: second")
+  EXPECT_SAYS(filter.get_error({floats({1, 2, 3, 4})}), "RuntimeError: second");
+  EXPECT_SAYS(filter.get_error({floats({1, 2, 3, 4})}), "RuntimeError: second")
       << "the exception is gone, and the arrays with it";
 }
 
@@ -181,7 +181,7 @@ TEST_F(Python3, ReportsWhatIsWrongWithItsArguments) {
     auto filter =
         opened(write("told" + std::to_string(++number),
                      kHead + "  def setInputDim(self, dims):\n    " + lines + "\n" + kInvoke));
-    return filter.error_of({floats({1, 2})});
+    return filter.get_error({floats({1, 2})});
   };
   EXPECT_SAYS(error("raise ValueError('too small')"),
               "WEIR-2001: the script failed: ValueError: too small");

@@ -46,7 +46,7 @@ TEST_F(Python3, ReportsItsTensorsAndReturnsOthers) {
   EXPECT_EQ(std::vector<int64_t>(out.shape, out.shape + out.rank), (std::vector<int64_t>{1, 2, 3}));
   Bytes picture(24);
   for (size_t i = 0; i < picture.size(); ++i) picture[i] = static_cast<uint8_t>(i);
-  const auto made = filter.invoke({values_of(WEIR_UINT8, picture, {1, 2, 4, 3})});
+  const auto made = filter.invoke({make_values(WEIR_UINT8, picture, {1, 2, 4, 3})});
   ASSERT_TRUE(made) << made.error().message();
   EXPECT_EQ((*made)[0].as<uint8_t>(), (Bytes{0, 1, 2, 6, 7, 8}));
   EXPECT_EQ((*made)[1].as<double>(), (std::vector<double>{11.5}));
@@ -66,8 +66,8 @@ TEST_F(Python3, ReceivesItsInputsAndReportsItsOutputs) {
                   "    return [input_array[0].reshape(2, 3).sum(axis=0) + input_array[1][0]]\n"));
   EXPECT_TRUE(filter.model().inputs().empty());
   EXPECT_TRUE(filter.model().outputs().empty());
-  const auto made = filter.invoke({values_of<float>(WEIR_FLOAT32, {1, 2, 3, 4, 5, 6}, {2, 3}),
-                                   values_of<int16_t>(WEIR_INT16, {10})});
+  const auto made = filter.invoke({make_values<float>(WEIR_FLOAT32, {1, 2, 3, 4, 5, 6}, {2, 3}),
+                                   make_values<int16_t>(WEIR_INT16, {10})});
   ASSERT_TRUE(made) << made.error().message();
   ASSERT_EQ(made->size(), 1u);
   EXPECT_EQ((*made)[0].as<float>(), (Floats{15, 17, 19}));
@@ -80,7 +80,8 @@ TEST_F(Python3, SupportsEveryType) {
                                          "    return [np.array([a.itemsize, 7], a.dtype)]\n"));
   constexpr size_t kBytes[WEIR_TYPE_END] = {4, 4, 2, 2, 1, 1, 8, 4, 8, 8, 2};
   for (int type = 0; type < WEIR_TYPE_END; ++type) {
-    Values in{info_of(static_cast<weir_type>(type), {2}), std::vector<std::byte>(2 * kBytes[type])};
+    Values in{make_info(static_cast<weir_type>(type), {2}),
+              std::vector<std::byte>(2 * kBytes[type])};
     const auto made = filter.invoke({in});
     ASSERT_TRUE(made) << made.error().message();
     EXPECT_EQ((*made)[0].info.type, static_cast<uint32_t>(type));
@@ -108,7 +109,7 @@ TEST_F(Python3, HasTheShapeClassThatUsersKnow) {
                     "    import nnstreamer_python, weir\n"
                     "    assert weir.TensorShape([1]).dims[0] == 1\n"
                     "    return input_array\n");
-  EXPECT_EQ(opened(path).error_of({floats({1, 2, 3, 4})}), "");
+  EXPECT_EQ(opened(path).get_error({floats({1, 2, 3, 4})}), "");
 }
 
 TEST_F(Python3, ShapesCopyTheirLists) {
@@ -128,7 +129,7 @@ TEST_F(Python3, ShapesCopyTheirLists) {
                          "      def __len__(self): return 16\n"
                          "    assert TensorShape(Listed([3])).dims == [3] + [0] * 15\n"
                          "    return input_array\n");
-  EXPECT_EQ(opened(path).error_of({floats({1, 2, 3, 4})}), "");
+  EXPECT_EQ(opened(path).get_error({floats({1, 2, 3, 4})}), "");
 }
 
 TEST_F(Python3, BothArgumentsOfAShapeAreOptional) {
@@ -141,7 +142,7 @@ TEST_F(Python3, BothArgumentsOfAShapeAreOptional) {
                       "    assert TensorShape([4], type='float64').getType() == np.float64\n"
                       "    assert TensorShape(dims=[4]).dims[0] == 4\n"
                       "    return input_array\n");
-  EXPECT_EQ(opened(path).error_of({floats({1, 2, 3, 4})}), "");
+  EXPECT_EQ(opened(path).get_error({floats({1, 2, 3, 4})}), "");
 }
 
 TEST_F(Python3, ReadsTheFrameWithoutACopy) {
@@ -324,7 +325,7 @@ TEST_F(Python3, PassesItsArguments) {
                           "  def invoke(self, input_array): pass\n");
   const auto error_of_arguments = [&](const std::string& custom) {
     auto filter = opened(path, custom);
-    return filter.error_of({floats({1})});
+    return filter.get_error({floats({1})});
   };
   EXPECT_SAYS(error_of_arguments("one"), "ValueError: one");
   EXPECT_SAYS(error_of_arguments("640 480 x=2.5"), "ValueError: 640|480|x=2.5");
@@ -359,7 +360,7 @@ TEST_F(Python3, LetsThreadsOfTheScriptRunBetweenFrames) {
                      "    if not self.go.is_set():\n      self.go.set()\n      return input_array\n"
                      "    self.done.wait()\n"
                      "    return [input_array[0] + np.float32(1)]\n"));
-  EXPECT_EQ(filter.error_of({floats({1, 2, 3, 4})}), "");
+  EXPECT_EQ(filter.get_error({floats({1, 2, 3, 4})}), "");
   const auto made = filter.invoke({floats({1, 2, 3, 4})});
   ASSERT_TRUE(made);
   EXPECT_EQ((*made)[0].as<float>(), (Floats{2, 3, 4, 5}));

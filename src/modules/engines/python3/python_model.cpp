@@ -11,7 +11,7 @@ namespace {
 constexpr char kFilterNames[] = R"py(
 import gc, sys
 import numpy
-from weir_scripts import DTYPES, TensorShape, is_a, tensor_of
+from weir_scripts import DTYPES, TensorShape, is_a, to_tensor
 
 MOST_TENSORS = 256
 
@@ -29,7 +29,7 @@ def takes_input_shapes(script):
     raise AttributeError("the class CustomFilter has neither setInputDim(self, input_dims) nor both "
                          "getInputDim(self) and getOutputDim(self)")
 
-def tensors_of(method, shapes):
+def to_tensors(method, shapes):
     if not is_a((list, tuple), shapes):
         raise TypeError(f"{method} must return a list of TensorShape, not {type(shapes).__name__}")
     shapes = list(shapes)  # read once: a subclass may have another length the next time
@@ -39,14 +39,14 @@ def tensors_of(method, shapes):
         if not (has(shape, "getDims") and has(shape, "getType")):
             raise TypeError(f"{method}: entry {i} of its list is not a TensorShape but "
                             f"{type(shape).__name__}")
-    return tuple(tensor_of(shape) for shape in shapes)
+    return tuple(to_tensor(shape) for shape in shapes)
 
 def declared_by(script, method):
-    return tensors_of(method, getattr(script, method)())
+    return to_tensors(method, getattr(script, method)())
 
 def set_inputs(script, *tensors):
     shapes = [TensorShape(list(dims), DTYPES[number]) for number, dims in tensors]
-    return tensors_of("setInputDim", script.setInputDim(shapes))
+    return to_tensors("setInputDim", script.setInputDim(shapes))
 
 def describe(tensor):
     number, dims = tensor
@@ -109,7 +109,7 @@ std::vector<Object> split_arguments(std::string_view text) {
   std::vector<Object> words;
   while (!text.empty()) {
     const size_t end = std::min(text.find(' '), text.size());
-    words.push_back(python::text_of(text.substr(0, end)));
+    words.push_back(python::make_text(text.substr(0, end)));
     text.remove_prefix(std::min(end + 1, text.size()));
   }
   return words;
@@ -220,10 +220,10 @@ Result<Object> PythonModel::call(const char* function, std::vector<Object> argum
 Result<PythonModel::Infos> PythonModel::declared_by(const char* method) {
   std::vector<Object> arguments;
   arguments.push_back(Object::share(script_.get()));
-  arguments.push_back(python::text_of(method));
+  arguments.push_back(python::make_text(method));
   const auto tensors = call("declared_by", std::move(arguments), Code::MODULE_REFUSED);
   if (!tensors) return tensors.error();
-  return infos_of(*tensors);
+  return to_infos(*tensors);
 }
 
 Result<PythonModel::Infos> PythonModel::set_inputs(std::span<const weir_tensor_info> inputs) {
@@ -232,7 +232,7 @@ Result<PythonModel::Infos> PythonModel::set_inputs(std::span<const weir_tensor_i
   add_tensors(inputs, &arguments);
   const auto tensors = call("set_inputs", std::move(arguments), Code::SPEC_MISMATCH);
   if (!tensors) return tensors.error();
-  return infos_of(*tensors);
+  return to_infos(*tensors);
 }
 
 Result<Object> PythonModel::invoke(Object arrays) {
@@ -257,7 +257,7 @@ void PythonModel::collect_garbage() const {
   if (const auto done = call("collect", {}, Code::INVOKE_FAILED); !done) return;
 }
 
-Object PythonModel::tensor_of(const weir_tensor_info& info) const {
+Object PythonModel::make_tensor(const weir_tensor_info& info) const {
   Object dims = Object::adopt(api_.PyTuple_New(info.rank));
   for (uint32_t i = 0; dims && i < info.rank; ++i)
     api_.PyTuple_SetItem(dims.get(), i, api_.PyLong_FromLongLong(dimension(info, i)));
@@ -270,11 +270,11 @@ Object PythonModel::tensor_of(const weir_tensor_info& info) const {
 
 void PythonModel::add_tensors(std::span<const weir_tensor_info> infos,
                               std::vector<Object>* arguments) const {
-  for (const auto& info : infos) arguments->push_back(tensor_of(info));
+  for (const auto& info : infos) arguments->push_back(make_tensor(info));
 }
 
-// `tensors` is ((type, dimensions innermost first), ...), already checked by tensors_of().
-Result<PythonModel::Infos> PythonModel::infos_of(const Object& tensors) const {
+// `tensors` is ((type, dimensions innermost first), ...), already checked by to_tensors().
+Result<PythonModel::Infos> PythonModel::to_infos(const Object& tensors) const {
   Infos infos(static_cast<size_t>(api_.PyTuple_Size(tensors.get())));
   for (size_t t = 0; t < infos.size(); ++t) {
     auto& info = infos[t] = open_tensor_info();

@@ -52,8 +52,8 @@ class PythonModel {
   Result<python::Object> call(const char* function, std::vector<python::Object> arguments,
                               Code code) const;
   long long count(const char* function, python::PyObject* object) const;
-  python::Object tensor_of(const weir_tensor_info& info) const;
-  Result<Infos> infos_of(const python::Object& tensors) const;
+  python::Object make_tensor(const weir_tensor_info& info) const;
+  Result<Infos> to_infos(const python::Object& tensors) const;
   void add_tensors(std::span<const weir_tensor_info> infos,
                    std::vector<python::Object>* arguments) const;
 

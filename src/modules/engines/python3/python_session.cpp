@@ -17,7 +17,7 @@ using python::Object;
 using python::PyObject;
 
 // The format characters of Python's module struct, by kind; the machine determines their size.
-std::string_view formats_of(uint32_t type) {
+std::string_view get_formats(uint32_t type) {
   switch (type) {
     case WEIR_INT8:
     case WEIR_INT16:
@@ -34,9 +34,9 @@ std::string_view formats_of(uint32_t type) {
   }
 }
 
-bool is_of(const Buffer& buffer, uint32_t type) {
+bool has_type(const Buffer& buffer, uint32_t type) {
   return buffer.format && buffer.format[0] && !buffer.format[1] &&
-         formats_of(type).find(buffer.format[0]) != std::string_view::npos &&
+         get_formats(type).find(buffer.format[0]) != std::string_view::npos &&
          buffer.item_size == static_cast<ptrdiff_t>(element_bytes(type));
 }
 
@@ -104,14 +104,14 @@ Status PythonSession::invoke(const weir_frame& in, weir_frame& out) {
 }
 
 Status PythonSession::run(const weir_frame& in, weir_frame& out, const Object& owner) {
-  auto arrays = arrays_of(in, owner);
+  auto arrays = make_arrays(in, owner);
   if (!arrays) return arrays.error();
   const auto made = model_.invoke(*std::move(arrays));
   if (!made) return made.error();
   return write(*made, out);
 }
 
-Result<Object> PythonSession::arrays_of(const weir_frame& in, const Object& owner) const {
+Result<Object> PythonSession::make_arrays(const weir_frame& in, const Object& owner) const {
   Object list = Object::adopt(api_.PyList_New(in.n_tensors));
   for (uint32_t i = 0; list && i < in.n_tensors; ++i) {
     const auto& tensor = in.tensors[i];
@@ -158,7 +158,7 @@ Result<bool> PythonSession::write(const Object& array, bool ours, size_t index,
   if (!is_array(array)) return false;
   const HeldBuffer buffer(array.get(), kDenseWithFormat);
   const uint64_t needed = tensor_bytes(info).value_or(0);
-  if (!buffer || !is_of(*buffer, info.type) || static_cast<uint64_t>(buffer->size) != needed)
+  if (!buffer || !has_type(*buffer, info.type) || static_cast<uint64_t>(buffer->size) != needed)
     return false;
   void* const data = buffer->bytes;
   if (!tensor->data && ours && hand_over(array, data, tensor)) {

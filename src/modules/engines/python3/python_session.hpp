@@ -24,7 +24,7 @@ class PythonSession {
  private:
   explicit PythonSession(PythonModel& model);
   Status run(const weir_frame& in, weir_frame& out, const python::Object& owner);
-  Result<python::Object> arrays_of(const weir_frame& in, const python::Object& owner) const;
+  Result<python::Object> make_arrays(const weir_frame& in, const python::Object& owner) const;
   Status write(const python::Object& made, weir_frame& out) const;
   // `ours`: only we refer to the list that holds the array.
   Result<bool> write(const python::Object& array, bool ours, size_t index,

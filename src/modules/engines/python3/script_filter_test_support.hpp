@@ -16,7 +16,7 @@
 
 namespace weir::python_test {
 
-inline weir_tensor_info info_of(weir_type type, std::vector<int64_t> shape) {
+inline weir_tensor_info make_info(weir_type type, std::vector<int64_t> shape) {
   weir_tensor_info info{};
   info.type = type;
   info.rank = static_cast<uint32_t>(shape.size());
@@ -38,14 +38,14 @@ struct Values {
   }
 };
 template <class T>
-Values values_of(weir_type type, const std::vector<T>& values, std::vector<int64_t> shape = {}) {
+Values make_values(weir_type type, const std::vector<T>& values, std::vector<int64_t> shape = {}) {
   if (shape.empty()) shape = {static_cast<int64_t>(values.size())};
-  Values out{info_of(type, shape), std::vector<std::byte>(values.size() * sizeof(T))};
+  Values out{make_info(type, shape), std::vector<std::byte>(values.size() * sizeof(T))};
   std::memcpy(out.bytes.data(), values.data(), out.bytes.size());
   return out;
 }
 inline Values floats(const std::vector<float>& values) {
-  return values_of(WEIR_FLOAT32, values);
+  return make_values(WEIR_FLOAT32, values);
 }
 
 class Filter {
@@ -89,7 +89,7 @@ class Filter {
     std::vector<Values> made(resolved->size());
     for (size_t i = 0; i < out.size(); ++i) {
       made[i].info = out[i].info = (*resolved)[i];
-      made[i].bytes.resize(bytes_of((*resolved)[i]));
+      made[i].bytes.resize(count_bytes((*resolved)[i]));
       if (own) continue;
       out[i].data = made[i].bytes.data();
       out[i].bytes = out[i].capacity = made[i].bytes.size();
@@ -116,13 +116,13 @@ class Filter {
   }
   // The addresses of the outputs of the last invoke that the engine allocated.
   const std::vector<uint64_t>& places() const { return places_; }
-  std::string error_of(const std::vector<Values>& inputs) {
+  std::string get_error(const std::vector<Values>& inputs) {
     const auto made = invoke(inputs);
     return made ? "" : made.error().message();
   }
 
  private:
-  static size_t bytes_of(const weir_tensor_info& info) {
+  static size_t count_bytes(const weir_tensor_info& info) {
     constexpr size_t kBytes[WEIR_TYPE_END] = {4, 4, 2, 2, 1, 1, 8, 4, 8, 8, 2};
     size_t bytes = kBytes[info.type];
     for (uint32_t i = 0; i < info.rank; ++i) bytes *= static_cast<size_t>(info.shape[i]);
@@ -174,7 +174,7 @@ class Python3 : public testing::Test {
     return filter ? "" : filter.error().message();
   }
   std::string invoke_error(const std::string& lines) const {
-    return opened(invoking(lines)).error_of({floats({1, 2, 3, 4})});
+    return opened(invoking(lines)).get_error({floats({1, 2, 3, 4})});
   }
 
   // The first lines of scripts.

@@ -38,7 +38,7 @@ TEST_F(PytorchModels, LenetReadsTheNine) {
   const std::vector<uint8_t> bytes(pixels.begin(), pixels.end());
   const auto out = invoke(model, {make_tensor<uint8_t>(WEIR_UINT8, {1, 28, 28, 1}, bytes)});
   ASSERT_EQ(out.size(), 1u);
-  EXPECT_EQ(text_of(out[0].info), "uint8[1, 10]");
+  EXPECT_EQ(to_string(out[0].info), "uint8[1, 10]");
   const auto scores = out[0].values<uint8_t>();
   EXPECT_EQ(scores[9], 254);  // MANIFEST
   for (size_t i = 0; i < 9; ++i) EXPECT_LE(scores[i], 1) << i;
@@ -95,7 +95,7 @@ TEST_F(PytorchModels, SamplesOfTwoInputs) {
   const auto x = wave({3, 4}), h = wave({3, 4});
   auto out = invoke(opened(two), {x, h});
   ASSERT_EQ(out.size(), 2u);
-  EXPECT_EQ(text_of(out[1].info), "float32[3, 4]");
+  EXPECT_EQ(to_string(out[1].info), "float32[3, 4]");
   const auto xs = x.values<float>(), a = out[0].values<float>(), b = out[1].values<float>();
   for (size_t i = 0; i < xs.size(); ++i) {
     EXPECT_EQ(a[i], xs[i] + 1);
@@ -104,7 +104,7 @@ TEST_F(PytorchModels, SamplesOfTwoInputs) {
   const auto cube = wave({4, 4, 4, 4, 4});
   out = invoke(opened(one), {cube, cube});
   ASSERT_EQ(out.size(), 1u);
-  EXPECT_EQ(text_of(out[0].info), "float32[4, 4, 4, 4, 4]");
+  EXPECT_EQ(to_string(out[0].info), "float32[4, 4, 4, 4, 4]");
   const auto values = cube.values<float>(), sums = out[0].values<float>();
   for (size_t i = 0; i < values.size(); ++i) EXPECT_EQ(sums[i], values[i] + values[i]);
 }
@@ -116,14 +116,14 @@ TEST_F(PytorchModels, PnetFollowsTheSizeOfThePicture) {
   if (path.empty()) GTEST_SKIP() << "../shared/models/face/mtcnn is not there";
   const auto model = opened(path);
   ASSERT_NE(model, nullptr);
-  EXPECT_EQ(text_of(model->inputs()[0]), "float32[-1, 3, -1, -1]");
+  EXPECT_EQ(to_string(model->inputs()[0]), "float32[-1, 3, -1, -1]");
   for (const auto& [h, w] :
        std::vector<std::pair<int64_t, int64_t>>{{12, 12}, {13, 17}, {37, 51}, {64, 64}}) {
     const auto map = [](int64_t side) { return (side - 2 + 1) / 2 - 4; };
     const auto shapes = model->resolve({make_tensor(WEIR_FLOAT32, {1, 3, h, w}).info});
     ASSERT_TRUE(shapes) << shapes.error().message();
-    EXPECT_EQ(shape_of((*shapes)[0]), (std::vector<int64_t>{1, 2, map(h), map(w)}));
-    EXPECT_EQ(shape_of((*shapes)[1]), (std::vector<int64_t>{1, 4, map(h), map(w)}));
+    EXPECT_EQ(to_shape((*shapes)[0]), (std::vector<int64_t>{1, 2, map(h), map(w)}));
+    EXPECT_EQ(to_shape((*shapes)[1]), (std::vector<int64_t>{1, 4, map(h), map(w)}));
     const auto out = invoke(model, {wave({1, 3, h, w})});
     const auto p = out[0].values<float>();
     const size_t cells = p.size() / 2;

@@ -9,10 +9,10 @@ namespace pytorch_refusals_test {
 
 class PytorchRejects : public EngineTest {
  protected:
-  Error error_of(const std::string& methods, const Options& options = {}) {
-    return EngineTest::error_of(torchscript(methods), options);
+  Error get_error(const std::string& methods, const Options& options = {}) {
+    return EngineTest::get_error(torchscript(methods), options);
   }
-  Error error_of_entries(const ZipEntries& entries) { return EngineTest::error_of(zip(entries)); }
+  Error error_of_entries(const ZipEntries& entries) { return EngineTest::get_error(zip(entries)); }
 };
 
 const char* const kIdentity = "def forward(self, x: Tensor) -> Tensor:\n  return torch.neg(x)";
@@ -28,7 +28,7 @@ TEST_F(PytorchRejects, ATruncatedModel) {
   const auto whole = torchscript(kIdentity);
   for (size_t size = 0; size < whole.size(); ++size) {
     const Error error =
-        EngineTest::error_of({whole.begin(), whole.begin() + static_cast<ptrdiff_t>(size)});
+        EngineTest::get_error({whole.begin(), whole.begin() + static_cast<ptrdiff_t>(size)});
     EXPECT_EQ(error.code, Code::MODEL_INVALID) << size << ": " << error.message();
   }
 }
@@ -49,41 +49,41 @@ TEST_F(PytorchRejects, AnEntryWithAWrongChecksum) {
   const size_t at = whole.find("torch.neg");
   ASSERT_NE(at, std::string::npos);
   bytes[at] = std::byte{'T'};
-  const Error error = EngineTest::error_of(bytes);
+  const Error error = EngineTest::get_error(bytes);
   EXPECT_EQ(error.code, Code::MODEL_INVALID);
   EXPECT_SAYS(error.offered, "code/__torch__.py has a wrong checksum");
 }
 
 TEST_F(PytorchRejects, AnOperatorThatLibtorchLacksByItsName) {
   const Error error =
-      error_of("def forward(self, x: Tensor) -> Tensor:\n  return ops.torchvision.nms(x, x, 0.5)");
+      get_error("def forward(self, x: Tensor) -> Tensor:\n  return ops.torchvision.nms(x, x, 0.5)");
   EXPECT_EQ(error.code, Code::MODEL_UNSUPPORTED) << error.message();
   EXPECT_SAYS(error.offered, "torchvision::nms");
 }
 
 TEST_F(PytorchRejects, AFileOfANewerPyTorch) {
-  const Error error = EngineTest::error_of(torchscript(kIdentity, "9999"));
+  const Error error = EngineTest::get_error(torchscript(kIdentity, "9999"));
   EXPECT_EQ(error.code, Code::MODEL_UNSUPPORTED) << error.message();
   EXPECT_SAYS(error.what, "newer PyTorch");
   EXPECT_SAYS(error.offered, "9999");
 }
 
 TEST_F(PytorchRejects, CodeThatIsNotTorchScript) {
-  const Error error = error_of("def forward(self, x: Tensor) -> Tensor:\n  return )");
+  const Error error = get_error("def forward(self, x: Tensor) -> Tensor:\n  return )");
   EXPECT_EQ(error.code, Code::MODEL_INVALID) << error.message();
   EXPECT_LT(error.message().size(), 600u) << "one line of libtorch's pages";
 }
 
 TEST_F(PytorchRejects, InputsAndOutputsThatAreNotTensors) {
-  const Error input = error_of(
+  const Error input = get_error(
       "def forward(self, x: Tensor, y: List[Tensor]) -> Tensor:\n  return torch.add(x, y[0])");
   EXPECT_EQ(input.code, Code::MODEL_UNSUPPORTED) << input.message();
   EXPECT_SAYS(input.what, "input y");
   EXPECT_SAYS(input.offered, "List[Tensor]");
-  const Error output = error_of("def forward(self, x: Tensor) -> int:\n  return torch.dim(x)");
+  const Error output = get_error("def forward(self, x: Tensor) -> int:\n  return torch.dim(x)");
   EXPECT_EQ(output.code, Code::MODEL_UNSUPPORTED) << output.message();
   EXPECT_SAYS(output.offered, "int");
-  const Error none = error_of("def other(self, x: Tensor) -> Tensor:\n  return x");
+  const Error none = get_error("def other(self, x: Tensor) -> Tensor:\n  return x");
   EXPECT_EQ(none.code, Code::MODEL_UNSUPPORTED) << none.message();
   EXPECT_SAYS(none.what, "forward");
 }
@@ -98,7 +98,7 @@ TEST_F(PytorchRejects, UnsuitableShapesWithLibtorchsMessage) {
   ASSERT_NE(model, nullptr);
   const auto good = model->resolve({make_tensor(WEIR_FLOAT32, {2, 3}).info});
   ASSERT_TRUE(good) << good.error().message();
-  EXPECT_EQ(text_of((*good)[0]), "float32[2, 5]");
+  EXPECT_EQ(to_string((*good)[0]), "float32[2, 5]");
   const auto bad = model->resolve({make_tensor(WEIR_FLOAT32, {2, 4}).info});
   ASSERT_FALSE(bad);
   EXPECT_EQ(bad.error().code, Code::SPEC_MISMATCH);
@@ -211,14 +211,14 @@ TEST_F(PytorchRejects, ToRunWithoutMemoryAndRecovers) {
 TEST_F(PytorchRejects, InvalidOptionValues) {
   for (const auto& [key, value] : Options{
            {"NumThreads", "0"}, {"NumThreads", "many"}, {"Freeze", "maybe"}, {"Optimize", "2"}}) {
-    const Error error = error_of(kIdentity, {{key, value}});
+    const Error error = get_error(kIdentity, {{key, value}});
     EXPECT_EQ(error.code, Code::OPTION_VALUE) << key << value;
     EXPECT_SAYS(error.offered, value);
     EXPECT_FALSE(error.fix.empty());
   }
-  EXPECT_EQ(error_of(kIdentity, {{"input", "3:x"}}).code, Code::DIMENSION_SYNTAX);
-  EXPECT_EQ(error_of(kIdentity, {{"inputtype", "float"}}).code, Code::TYPE_SYNTAX);
-  const Error two = error_of(kIdentity, {{"input", "3,4"}});
+  EXPECT_EQ(get_error(kIdentity, {{"input", "3:x"}}).code, Code::DIMENSION_SYNTAX);
+  EXPECT_EQ(get_error(kIdentity, {{"inputtype", "float"}}).code, Code::TYPE_SYNTAX);
+  const Error two = get_error(kIdentity, {{"input", "3,4"}});
   EXPECT_EQ(two.code, Code::SPEC_MISMATCH) << two.message();
   EXPECT_SAYS(two.what, "number of inputs");
 }
@@ -230,7 +230,7 @@ TEST_F(PytorchRejects, InconsistentFrames) {
   OneToOne frames({2, 3}, x, {2, 3}, y);
   weir_tensor &in = frames.in, &out = frames.out;
   ASSERT_TRUE(frames.through(*model));
-  const auto code = [&] { return frames.code_of(*model); };
+  const auto code = [&] { return frames.get_code(*model); };
   in.bytes = 20;
   EXPECT_EQ(code(), Code::FRAME_SIZE);
   in.bytes = 24;

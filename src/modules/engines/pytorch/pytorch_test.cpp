@@ -46,7 +46,7 @@ TEST_F(Pytorch, AModelWithoutAShapeUsesTheStreams) {
   EXPECT_STREQ(model->inputs()[0].name, "x");
   const auto shapes = model->resolve({make_tensor(WEIR_FLOAT32, {2, 3}).info});
   ASSERT_TRUE(shapes) << shapes.error().message();
-  EXPECT_EQ(text_of((*shapes)[0]), "float32[2, 3]");
+  EXPECT_EQ(to_string((*shapes)[0]), "float32[2, 3]");
   const auto out = invoke(model, {floats({2, 3}, {1, 2, 3, 4, 5, 6})});
   ASSERT_EQ(out.size(), 1u);
   EXPECT_EQ(out[0].values<float>(), (std::vector<float>{2, 4, 6, 8, 10, 12}));
@@ -60,7 +60,7 @@ TEST_F(Pytorch, EveryElementTypeOfLibtorchIsSupported) {
     for (size_t i = 0; i < input.bytes.size(); ++i) input.bytes[i] = std::byte(i + 1);
     const auto out = invoke(model, {input});
     ASSERT_EQ(out.size(), 1u);
-    EXPECT_EQ(text_of(out[0].info), text_of(input.info));
+    EXPECT_EQ(to_string(out[0].info), to_string(input.info));
     EXPECT_EQ(out[0].bytes, input.bytes);
   }
 }
@@ -88,7 +88,7 @@ TEST_F(Pytorch, ADryRunFindsTheLengthOfAListForTheUsersInput) {
   const auto model = opened(kChunks, {{"input", "2:6"}, {"inputtype", "float32"}});
   ASSERT_NE(model, nullptr);
   EXPECT_EQ(model->outputs().size(), 3u);
-  EXPECT_EQ(text_of(model->inputs()[0]), "float32[6, 2]");
+  EXPECT_EQ(to_string(model->inputs()[0]), "float32[6, 2]");
   const auto out = invoke(model, {floats({6, 2}, {0, 1, 2, 3, 4, 5, 6, 7, 8, 9, 10, 11})});
   ASSERT_EQ(out.size(), 3u);
   EXPECT_EQ(out[1].values<float>(), (std::vector<float>{4, 5, 6, 7}));
@@ -98,7 +98,7 @@ TEST_F(Pytorch, ADryRunFindsTheLengthOfAListForTheUsersInput) {
 }
 
 TEST_F(Pytorch, AListOfUnknownLengthIsRejectedWithAFix) {
-  const Error error = error_of(torchscript(kChunks));
+  const Error error = get_error(torchscript(kChunks));
   EXPECT_EQ(error.code, Code::SPEC_MISMATCH) << error.message();
   EXPECT_SAYS(error.what, "the number of outputs is decided at run time");
   EXPECT_SAYS(error.fix, "framework=pytorch");
@@ -109,7 +109,7 @@ TEST_F(Pytorch, BoolsBecomeBytes) {
   const auto model = opened("def forward(self, x: Tensor) -> Tensor:\n  return torch.gt(x, 0)");
   const auto out = invoke(model, {floats({3}, {-1, 0, 1})});
   ASSERT_EQ(out.size(), 1u);
-  EXPECT_EQ(text_of(out[0].info), "uint8[3]");
+  EXPECT_EQ(to_string(out[0].info), "uint8[3]");
   EXPECT_EQ(out[0].values<uint8_t>(), (std::vector<uint8_t>{0, 0, 1}));
 }
 
@@ -127,7 +127,7 @@ TEST_F(Pytorch, ATransposedViewIsMadeDense) {
       opened("def forward(self, x: Tensor) -> Tensor:\n  return torch.transpose(x, 0, 1)");
   const auto out = invoke(model, {floats({2, 3}, {1, 2, 3, 4, 5, 6})});
   ASSERT_EQ(out.size(), 1u);
-  EXPECT_EQ(text_of(out[0].info), "float32[3, 2]");
+  EXPECT_EQ(to_string(out[0].info), "float32[3, 2]");
   EXPECT_EQ(out[0].values<float>(), (std::vector<float>{1, 4, 2, 5, 3, 6}));
 }
 
@@ -138,7 +138,7 @@ TEST_F(Pytorch, WeightsOfAConvolutionDefineTheInput) {
       "  w = torch.ones([4, 3, 1, 1])\n"
       "  return torch.conv2d(x, w, None, [1, 1], [0, 0], [1, 1], 1)");
   ASSERT_NE(model, nullptr);
-  EXPECT_EQ(text_of(model->inputs()[0]), "float32[-1, 3, -1, -1]");
+  EXPECT_EQ(to_string(model->inputs()[0]), "float32[-1, 3, -1, -1]");
   EXPECT_EQ(model->inputs()[0].layout, uint32_t{WEIR_LAYOUT_NCHW});
 }
 
@@ -160,7 +160,7 @@ TEST_F(Pytorch, ASizeThatDependsOnDataIsReportedPerFrame) {
   EXPECT_TRUE(model->info().flags & WEIR_MODEL_DYNAMIC_OUTPUT);
   const auto shapes = model->resolve({make_tensor(WEIR_FLOAT32, {4}).info});
   ASSERT_TRUE(shapes) << shapes.error().message();
-  EXPECT_EQ(text_of((*shapes)[0]), "int64[-1, -1]");
+  EXPECT_EQ(to_string((*shapes)[0]), "int64[-1, -1]");
   const auto out = invoke(model, {floats({4}, {0, 7, 0, 9})});
   ASSERT_EQ(out.size(), 1u);
   EXPECT_EQ(out[0].values<int64_t>(), (std::vector<int64_t>{1, 3}));

@@ -209,14 +209,14 @@ Status check_entries(std::istream* stream, std::span<const CompressedEntry> entr
 }
 
 // An inlined copy; the module runs its own graph.
-std::shared_ptr<torch::jit::Graph> graph_of(const torch::jit::Module& module) {
+std::shared_ptr<torch::jit::Graph> get_graph(const torch::jit::Module& module) {
   auto graph = module.get_method("forward").graph()->copy();
   torch::jit::Inline(*graph);
   return graph;
 }
 
 Status read_interface(const torch::jit::Module& module, TorchFacts* facts) {
-  const auto graph = graph_of(module);
+  const auto graph = get_graph(module);
   const auto& arguments = module.get_method("forward").function().getSchema().arguments();
   facts->work = TorchWorkReader::read(*graph);
   GraphReader reader(*graph, facts);
@@ -237,7 +237,7 @@ Status read_interface(const torch::jit::Module& module, TorchFacts* facts) {
 }
 
 // The inputs of forward(): over the memory of `in`, or copies of it.
-Result<std::vector<IValue>> values_of(std::span<const weir_tensor> in, bool copied) {
+Result<std::vector<IValue>> to_values(std::span<const weir_tensor> in, bool copied) {
   std::vector<IValue> values;
   values.reserve(in.size() + 1);
   for (const auto& tensor : in) {
@@ -265,7 +265,7 @@ Result<std::vector<IValue>> dry_run_values(const std::shared_ptr<DryRunInputs>& 
   return values;
 }
 
-Result<std::vector<weir_tensor_info>> infos_of(const std::vector<at::Tensor>& tensors) {
+Result<std::vector<weir_tensor_info>> to_infos(const std::vector<at::Tensor>& tensors) {
   std::vector<weir_tensor_info> out;
   for (const auto& tensor : tensors) {
     auto info = torch_info(tensor);
@@ -332,7 +332,7 @@ Result<std::unique_ptr<TorchProgram>> TorchProgram::load(
           return error;
         }
         if (freeze && optimize) module = torch::jit::optimize_for_inference(module);
-        parts->facts.writes_inputs = writes_any_input(graph_of(module));
+        parts->facts.writes_inputs = writes_any_input(get_graph(module));
         parts->method = module.get_method("forward");
         return std::unique_ptr<TorchProgram>(new TorchProgram(std::move(parts)));
       },
@@ -357,7 +357,7 @@ Result<std::vector<weir_tensor_info>> TorchProgram::dry_run(
           if (!values) return values.error();
           const auto tensors = parts_->forward(*std::move(values), threads);
           if (!tensors) return tensors.error();
-          return infos_of(*tensors);
+          return to_infos(*tensors);
         },
         [](std::string_view text) -> Infos { return torch_run_error(text); });
   };
@@ -371,7 +371,7 @@ Status TorchProgram::run(std::span<const weir_tensor> in, std::span<weir_tensor>
                          int threads) const {
   return caught(
       [&]() -> Status {
-        auto values = values_of(in, parts_->facts.writes_inputs || parts_->facts.keeps_inputs);
+        auto values = to_values(in, parts_->facts.writes_inputs || parts_->facts.keeps_inputs);
         if (!values) return values.error();
         auto tensors = parts_->forward(*std::move(values), threads);
         if (!tensors) return tensors.error();

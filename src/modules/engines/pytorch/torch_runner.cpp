@@ -45,7 +45,7 @@ Status TorchRunner::resolve(std::span<const weir_tensor_info> in, std::span<weir
 }
 
 Status TorchRunner::invoke(const weir_frame& in, weir_frame& out) {
-  const auto inputs = tensors_of(in), outputs = tensors_of(out);
+  const auto inputs = get_tensors(in), outputs = get_tensors(out);
   if (auto status = check_inputs(model_.inputs(), inputs); !status) return status;
   if (auto status = check_outputs(model_.outputs(), outputs); !status) return status;
   return model_.program().run(inputs, outputs, model_.threads());

@@ -13,7 +13,7 @@ struct Value {
 };
 
 // Nullopt: the shape is open.
-std::optional<Value> value_of(const weir_tensor_info& info) {
+std::optional<Value> make_value(const weir_tensor_info& info) {
   if (info.rank > WEIR_RANK_LIMIT) return std::nullopt;  // WEIR_RANK_UNKNOWN is too
   Value out{1, 1};
   for (uint32_t i = 0; i < info.rank; ++i) {
@@ -25,7 +25,7 @@ std::optional<Value> value_of(const weir_tensor_info& info) {
 }
 
 // What a step reads: all of its inputs together, or the largest one.
-Value input_of(const TorchWork::Step& step, const std::vector<Value>& values) {
+Value get_input(const TorchWork::Step& step, const std::vector<Value>& values) {
   Value in;
   for (const uint32_t from : step.from) {
     const Value& part = values[from];
@@ -46,14 +46,14 @@ Work TorchWork::estimate(std::span<const weir_tensor_info> inputs) const {
   std::vector<Value> values;
   double batch = 1;
   for (const auto& info : inputs) {
-    const auto value = value_of(info);
+    const auto value = make_value(info);
     if (!value) return {};
     if (values.empty() && info.rank > 2) batch = static_cast<double>(info.shape[0]);
     values.push_back(*value);
   }
   Work work;
   for (const Step& step : steps_) {
-    const Value in = input_of(step, values);
+    const Value in = get_input(step, values);
     Value out{in.numbers * step.growth, step.channels > 0 ? step.channels : in.channels};
     if (step.positions > 0)
       out.numbers = std::min(in.numbers, batch * out.channels * step.positions);

@@ -36,7 +36,7 @@ TEST_F(TensorflowLiteModels, AllOpenWithTheListedTensorsAndRun) {
         std::memcpy(input.bytes.data(), &kSoundRate, sizeof kSoundRate);
     const auto outputs = model->invoke(inputs);
     ASSERT_TRUE(outputs) << outputs.error().message();
-    for (const auto& output : *outputs) EXPECT_LACKS(text_of(output.info), "-1");
+    for (const auto& output : *outputs) EXPECT_LACKS(to_string(output.info), "-1");
   }
 }
 

@@ -32,7 +32,7 @@ TEST_F(TensorflowLiteRejects, AModelThatDoesNotExist) {
 TEST_F(TensorflowLiteRejects, FilesThatAreNotAModel) {
   for (const std::string text : {"", "x", "not a model at all", "12345678TFL3"}) {
     const auto* bytes = reinterpret_cast<const std::byte*>(text.data());
-    const Error error = error_of({bytes, bytes + text.size()});
+    const Error error = get_error({bytes, bytes + text.size()});
     EXPECT_EQ(error.code, Code::MODEL_INVALID) << text;
     EXPECT_SAYS(error.message(), "model.bin");
   }
@@ -41,7 +41,7 @@ TEST_F(TensorflowLiteRejects, FilesThatAreNotAModel) {
 TEST_F(TensorflowLiteRejects, ATruncatedModel) {
   const auto whole = reshaping(kTfFloat);
   for (size_t size = 0; size + 4 < whole.size(); ++size)
-    EXPECT_EQ(error_of({whole.begin(), whole.begin() + static_cast<ptrdiff_t>(size)}).code,
+    EXPECT_EQ(get_error({whole.begin(), whole.begin() + static_cast<ptrdiff_t>(size)}).code,
               Code::MODEL_INVALID)
         << size;
 }
@@ -68,17 +68,17 @@ TEST_F(TensorflowLiteRejects, HandlesEachChangedByte) {
 }
 
 TEST_F(TensorflowLiteRejects, OperatorsThatItLacks) {
-  const Error error = error_of(TfliteBuilder()
-                                   .input("x", kTfFloat, {2})
-                                   .output("y", kTfFloat, {2})
-                                   .node(kOpCustom, {"x"}, {"y"}, "MyOperator")
-                                   .bytes());
+  const Error error = get_error(TfliteBuilder()
+                                    .input("x", kTfFloat, {2})
+                                    .output("y", kTfFloat, {2})
+                                    .node(kOpCustom, {"x"}, {"y"}, "MyOperator")
+                                    .bytes());
   EXPECT_EQ(error.code, Code::MODEL_UNSUPPORTED) << error.message();
   EXPECT_SAYS(error.message(), "MyOperator");
 }
 
 TEST_F(TensorflowLiteRejects, Strings) {
-  const Error error = error_of(reshaping(kTfString));
+  const Error error = get_error(reshaping(kTfString));
   EXPECT_TRUE(error.code == Code::MODEL_UNSUPPORTED || error.code == Code::MODEL_INVALID)
       << error.message();
 }
@@ -100,7 +100,7 @@ TEST_F(TensorflowLiteRejects, InputsThatDoNotFit) {
 
 TEST_F(TensorflowLiteRejects, ThreadsThatAreNotANumber) {
   for (const char* value : {"0", "-1", "two", ""}) {
-    const Error error = error_of(tflite_negation().bytes(), {{"NumThreads", value}});
+    const Error error = get_error(tflite_negation().bytes(), {{"NumThreads", value}});
     EXPECT_EQ(error.code, Code::OPTION_VALUE) << value;
     EXPECT_SAYS(error.message(), "NumThreads");
   }

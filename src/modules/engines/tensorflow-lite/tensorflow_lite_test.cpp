@@ -37,7 +37,7 @@ TEST_P(TensorflowLiteTypes, PassThroughUnchanged) {
   const auto y = (*model)->invoke({x});
   ASSERT_TRUE(y) << y.error().message();
   EXPECT_EQ((*y)[0].info.type, GetParam().weir);
-  EXPECT_EQ(shape_of((*y)[0].info), (std::vector<int64_t>{3, 2}));
+  EXPECT_EQ(to_shape((*y)[0].info), (std::vector<int64_t>{3, 2}));
   EXPECT_EQ((*y)[0].bytes, x.bytes);
 }
 INSTANTIATE_TEST_SUITE_P(
@@ -142,13 +142,13 @@ TEST_F(TensorflowLite, OpenDimensionsAreMinusOneAndFollowTheStream) {
 TEST_F(TensorflowLite, AFixedShapeIsResizedAndBackAgain) {
   auto model = open(tflite_negation({2, 3}));
   ASSERT_TRUE(model) << model.error().message();
-  EXPECT_EQ(text_of((*model)->inputs()[0]), "float32[2, 3]");
+  EXPECT_EQ(to_string((*model)->inputs()[0]), "float32[2, 3]");
   EXPECT_EQ((*model)->inputs()[0].batch_axis, WEIR_NO_BATCH_AXIS);
   for (const int64_t rows : {2, 5, 1, 2, 300}) {
     const std::vector<float> x(static_cast<size_t>(rows) * 3, static_cast<float>(rows));
     const auto y = (*model)->invoke({make_tensor<float>(WEIR_FLOAT32, {rows, 3}, x)});
     ASSERT_TRUE(y) << y.error().message();
-    EXPECT_EQ(shape_of((*y)[0].info), (std::vector<int64_t>{rows, 3}));
+    EXPECT_EQ(to_shape((*y)[0].info), (std::vector<int64_t>{rows, 3}));
     EXPECT_EQ((*y)[0].values<float>(), std::vector<float>(x.size(), -static_cast<float>(rows)));
   }
 }
@@ -156,10 +156,10 @@ TEST_F(TensorflowLite, AFixedShapeIsResizedAndBackAgain) {
 TEST_F(TensorflowLite, AFixedShapeIsOpenIfTheUserRequestsIt) {
   auto model = EngineTest::open(tflite_negation({2, 3}).bytes(), {{"resize", "true"}});
   ASSERT_TRUE(model) << model.error().message();
-  EXPECT_EQ(text_of((*model)->inputs()[0]), "float32[-1, -1]");
+  EXPECT_EQ(to_string((*model)->inputs()[0]), "float32[-1, -1]");
   const auto shapes = (*model)->resolve({make_tensor(WEIR_FLOAT32, {4, 5}).info});
   ASSERT_TRUE(shapes) << shapes.error().message();
-  EXPECT_EQ(text_of((*shapes)[0]), "float32[4, 5]");
+  EXPECT_EQ(to_string((*shapes)[0]), "float32[4, 5]");
   EXPECT_FALSE((*model)->resolve({make_tensor(WEIR_FLOAT32, {4}).info})) << "the rank stays";
   const auto refused = EngineTest::open(tflite_negation({2, 3}).bytes(), {{"Resize", "perhaps"}});
   ASSERT_FALSE(refused);
@@ -194,7 +194,7 @@ TEST_F(TensorflowLite, ShapesThatDependOnDataStayOpenAndAreAllocatedByTheEngine)
     ASSERT_TRUE(y) << y.error().message();
     EXPECT_EQ((*model)->engine_allocated(), 1u);
     EXPECT_EQ((*y)[0].values<int64_t>(), expected);
-    EXPECT_EQ(shape_of((*y)[0].info), (std::vector<int64_t>{int64_t(expected.size()), 1}));
+    EXPECT_EQ(to_shape((*y)[0].info), (std::vector<int64_t>{int64_t(expected.size()), 1}));
   }
 }
 

@@ -64,7 +64,7 @@ class TfliteBuilder {
   template <class T>
   TfliteBuilder& constant(const std::string& name, int8_t type, const std::vector<int32_t>& shape,
                           const std::vector<T>& values) {
-    return add_constant(name, type, shape, FlatValue::vector(bytes_of(values)));
+    return add_constant(name, type, shape, FlatValue::vector(to_bytes(values)));
   }
   // Applies to the tensor that was added last.
   TfliteBuilder& quantized(const TfliteQuantization& quantization);
@@ -95,7 +95,7 @@ class TfliteBuilder {
     FlatValue options;
   };
   template <class T>
-  static std::vector<uint8_t> bytes_of(const std::vector<T>& values) {
+  static std::vector<uint8_t> to_bytes(const std::vector<T>& values) {
     const auto* first = reinterpret_cast<const uint8_t*>(values.data());
     return {first, first + values.size() * sizeof(T)};
   }

@@ -61,7 +61,7 @@ void open_dimensions(const TfLiteTensor& tensor, weir_tensor_info* info) {
 }
 
 // TensorFlow puts channels last; models converted from elsewhere have them before the rows.
-uint32_t layout_of(const weir_tensor_info& info) {
+uint32_t find_layout(const weir_tensor_info& info) {
   const auto colours = [](int64_t extent) { return extent == 1 || extent == 3 || extent == 4; };
   if (info.rank != 4) return WEIR_LAYOUT_ANY;
   if (colours(info.shape[3])) return WEIR_LAYOUT_NHWC;
@@ -168,7 +168,7 @@ Result<weir_tensor_info> TfliteModel::read_tensor(const TfLiteTensor& tensor, bo
   open_dimensions(tensor, &*info);
   if (options_.resize || (!is_input && is_unallocated(tensor)))
     std::fill_n(info->shape, info->rank, -1);
-  if (is_input) info->layout = layout_of(*info);
+  if (is_input) info->layout = find_layout(*info);
   names_.emplace_back(tensor.name ? tensor.name : "");
   info->name = names_.back().c_str();
   return info;

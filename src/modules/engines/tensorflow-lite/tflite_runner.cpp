@@ -152,7 +152,7 @@ Status TfliteRunner::fit(std::span<const weir_tensor> inputs) {
 }
 
 Status TfliteRunner::invoke(const weir_frame& in, weir_frame& out) {
-  const auto inputs = tensors_of(in), outputs = tensors_of(out);
+  const auto inputs = get_tensors(in), outputs = get_tensors(out);
   if (auto status = check_count(model_.inputs(), inputs.size(), "input"); !status) return status;
   if (auto status = check_outputs(model_.outputs(), outputs); !status) return status;
   if (auto status = fit(inputs); !status) return status;

@@ -17,7 +17,7 @@ std::vector<To> list(const FlatVector& values) {
   return out;
 }
 
-TfliteGraphTensor tensor_of(const FlatTable& table, const FlatVector& buffers) {
+TfliteGraphTensor read_tensor(const FlatTable& table, const FlatVector& buffers) {
   TfliteGraphTensor out;
   out.name = table.string(3).text();
   out.type = static_cast<TfliteType>(table.scalar<uint8_t>(1, 0));
@@ -32,7 +32,7 @@ TfliteGraphTensor tensor_of(const FlatTable& table, const FlatVector& buffers) {
   return out;
 }
 
-TfliteGraphOperator operator_of(const FlatTable& table, const FlatVector& codes) {
+TfliteGraphOperator read_operator(const FlatTable& table, const FlatVector& codes) {
   const FlatTable code = codes.table(table.scalar<uint32_t>(0, 0));
   TfliteGraphOperator out;
   out.code = std::max<int32_t>(code.scalar<int8_t>(0, 0), code.scalar<int32_t>(3, 0));
@@ -54,9 +54,9 @@ Result<TfliteGraph> read_tflite_graph(std::span<const std::byte> bytes) {
   const FlatVector tensors = graph.vector(0, 4), operators = graph.vector(3, 4);
   const FlatVector buffers = model.vector(4, 4), codes = model.vector(1, 4);
   for (uint32_t i = 0; i < tensors.size(); ++i)
-    out.tensors.push_back(tensor_of(tensors.table(i), buffers));
+    out.tensors.push_back(read_tensor(tensors.table(i), buffers));
   for (uint32_t i = 0; i < operators.size(); ++i)
-    out.operators.push_back(operator_of(operators.table(i), codes));
+    out.operators.push_back(read_operator(operators.table(i), codes));
   out.inputs = list<int32_t>(graph.vector(1, 4));
   out.outputs = list<int32_t>(graph.vector(2, 4));
   return out;

@@ -40,7 +40,7 @@ void read_input(const FlatTable& input, std::map<std::string, std::string>* out)
   }
 }
 
-std::string label_file_of(const FlatTable& output) {
+std::string find_label_file(const FlatTable& output) {
   const FlatVector files = output.vector(6, 4);
   for (uint32_t i = 0; i < files.size(); ++i) {
     const FlatTable file = files.table(i);
@@ -112,7 +112,7 @@ std::map<std::string, std::string> tflite_properties(std::span<const std::byte> 
   const FlatTable graph = graphs.table(0);
   const FlatVector inputs = graph.vector(2, 4), outputs = graph.vector(3, 4);
   if (inputs.size() > 0) read_input(inputs.table(0), &out);
-  const std::string labels = outputs.size() > 0 ? label_file_of(outputs.table(0)) : "";
+  const std::string labels = outputs.size() > 0 ? find_label_file(outputs.table(0)) : "";
   if (flat.damaged()) return {};
   if (!labels.empty())
     if (const std::string content = Archive(file).entry(labels); !content.empty())

@@ -64,7 +64,7 @@ bool sparsity_fits(const FlatTable& table, const Shape& shape) {
 }
 
 // Empty when the tensor would exceed the limit.
-std::optional<uint64_t> bytes_of(uint8_t type, const Shape& shape) {
+std::optional<uint64_t> count_bytes(uint8_t type, const Shape& shape) {
   uint64_t bytes = std::max<uint64_t>(kElementBytes[type], 1);
   for (const int32_t extent : shape) {
     if (extent < 0) return std::nullopt;
@@ -102,7 +102,7 @@ Result<TfliteTensor> check_tflite_tensor(FlatFile* file, const FlatTable& tensor
     return damage("a tensor with two ranks");
   Shape shape;
   for (uint32_t i = 0; i < extents.size(); ++i) shape.push_back(extents.scalar<int32_t>(i));
-  const auto bytes = bytes_of(type, shape);
+  const auto bytes = count_bytes(type, shape);
   if (!bytes) return damage("a tensor with an impossible shape");
   const FlatTable sparsity = tensor.table(6);
   const uint32_t stored = buffers[buffer].size();

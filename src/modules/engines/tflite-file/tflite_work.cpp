@@ -27,7 +27,7 @@ const TfliteGraphTensor* tensor_at(const TfliteGraph& graph, const std::vector<i
 }
 
 // The product of the extents; empty when one is open.
-std::optional<double> numbers_of(const TfliteGraphTensor& tensor) {
+std::optional<double> count_numbers(const TfliteGraphTensor& tensor) {
   double numbers = 1;
   for (const int64_t extent : tensor.shape) {
     if (extent <= 0) return std::nullopt;
@@ -53,7 +53,7 @@ Work tflite_work(const TfliteGraph& graph) {
     const auto* output = tensor_at(graph, node.outputs, 0);
     if (!weights || !output || weights->shape.empty()) continue;
     if (!is_counted(weights->type)) continue;
-    const auto read = numbers_of(*weights), made = numbers_of(*output);
+    const auto read = count_numbers(*weights), made = count_numbers(*output);
     if (!read || !made) continue;
     work.multiplications += *made * for_each_output(node.code, *weights, *read);
     work.weights += *read;
