@@ -71,7 +71,7 @@ void rate() {
 }
 
 // `percent` of the bytes, at random positions, are not zero.
-void sparse(unsigned percent, double most_there, double most_back) {
+void sparse(unsigned percent, double max_there, double max_back) {
   constexpr int kTimes = 50;
   const weir::TensorSpec spec{weir::ElementType::UInt8, weir::Shape{kFrame}, ""};
   std::mt19937 random(1);
@@ -97,8 +97,8 @@ void sparse(unsigned percent, double most_there, double most_back) {
                             }},
                            kRounds);
   const std::string name = "sparse, " + std::to_string(percent) + " % of 640x480x3 not zero: ";
-  weir::bench::report(name + "from dense", "a copy", costs[1].cpu / costs[0].cpu, "x", most_there);
-  weir::bench::report(name + "to dense", "a copy", costs[2].cpu / costs[0].cpu, "x", most_back);
+  weir::bench::report(name + "from dense", "a copy", costs[1].cpu / costs[0].cpu, "x", max_there);
+  weir::bench::report(name + "to dense", "a copy", costs[2].cpu / costs[0].cpu, "x", max_back);
 }
 
 }  // namespace

@@ -9,7 +9,7 @@
 #include <vector>
 
 #include "core/heads/families.hpp"
-#include "core/results/select.hpp"
+#include "core/results/object_selection.hpp"
 #include "rounds.hpp"
 
 namespace {
@@ -46,7 +46,7 @@ void measure(const std::string& name, bool cells_are_inner, int rounds) {
   const TensorSpec output{ElementType::Float32,
                           cells_are_inner ? Shape{kCells, kValues, 1} : Shape{kValues, kCells, 1},
                           {}};
-  const heads::ModelFacts model{
+  const heads::ModelSignature model{
       .outputs = {{output}}, .input = kInput, .metadata = {}, .labels = kClasses};
   const auto head = heads::recognise(model, heads::kDetection).open(model, {.threshold = 0.25f});
   weir_tensor tensor{};

@@ -21,7 +21,7 @@ namespace {
 namespace fs = std::filesystem;
 using namespace std::chrono_literals;
 // Whatever takes longer ends the program: a message of QoS 0 that was dropped never comes.
-constexpr auto kPatience = 30s;
+constexpr auto kTimeout = 30s;
 constexpr int kInFlight = 8;
 
 [[noreturn]] void fail(const std::string& what) {
@@ -53,7 +53,7 @@ class Broker {
         execlp(program, program, "-c", settings.c_str(), nullptr);
       _exit(127);
     }
-    const auto end = Clock::now() + kPatience;
+    const auto end = Clock::now() + kTimeout;
     while (!is_listening()) {
       if (waitpid(process_, nullptr, WNOHANG) != 0)
         fail("mosquitto does not start: apt-get install mosquitto");
@@ -90,7 +90,7 @@ class Stream {
   void wait(uint64_t less) {
     std::unique_lock lock(mutex_);
     const auto enough = [&] { return arrived_ + less * receivers_ >= sent_ * receivers_; };
-    if (!changed_.wait_for(lock, kPatience, enough))
+    if (!changed_.wait_for(lock, kTimeout, enough))
       fail(name_ + ": of " + std::to_string(sent_ * receivers_) + " messages " +
            std::to_string(arrived_) + " arrived");
   }
@@ -144,7 +144,7 @@ class BareStream : public Stream {
       if (i > 0) check(mosquitto_subscribe(client, nullptr, "bare", 2), "subscribe");
     }
     std::unique_lock lock(start_);
-    if (!ready_.wait_for(lock, kPatience, [&] { return subscribed_ == receivers; }))
+    if (!ready_.wait_for(lock, kTimeout, [&] { return subscribed_ == receivers; }))
       fail("the broker does not answer");
   }
   ~BareStream() override {

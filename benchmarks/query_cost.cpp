@@ -8,9 +8,9 @@
 #include <cstring>
 #include <memory>
 
+#include "core/wire/edge_capability.hpp"
 #include "core/wire/edge_header.hpp"
 #include "core/wire/edge_metadata.hpp"
-#include "core/wire/edge_texts.hpp"
 #include "element_stage.hpp"
 #include "served_line.hpp"
 #include "server_process.hpp"
@@ -23,7 +23,7 @@ using io::Descriptor;
 using Bytes = std::vector<std::byte>;
 
 constexpr auto kForm = wire::HeaderForm::Bytes2088;
-constexpr size_t kHeader = wire::kLargestHeaderBytes;
+constexpr size_t kHeader = wire::kMaxHeaderBytes;
 // The header, and client_id and weir.seq with about as many digits as they have.
 constexpr size_t kAround = kHeader + 48;
 

@@ -46,7 +46,7 @@ void fill(GstBuffer* buffer, int frame, std::mt19937* random) {
 double growth_of_a_day() {
   constexpr int kHour = 25 * 3600, kDay = 24 * kHour;
   weir::track::Tracker tracker;
-  std::vector<weir::track::TrackedBox> boxes;
+  std::vector<weir::track::Observation> boxes;
   std::mt19937 random(1);
   size_t after_an_hour = 0;
   for (int frame = 0; frame < kDay; ++frame) {

@@ -135,9 +135,9 @@ struct BenchOptions {
   std::vector<int> batches;          // empty: 1 and 4
   std::string custom;                // options of the engine; "": its defaults and choices
   TensorOptions tensors;
-  std::string card;       // path of a card; "": the model's own
-  double seconds = 1;     // measuring time per case
-  double patience = 120;  // seconds for everything else in a round of a case
+  std::string card;      // path of a card; "": the model's own
+  double seconds = 1;    // measuring time per case
+  double timeout = 120;  // seconds for everything else in a round of a case
   bool json = false;
 };
 // Measures every engine, thread count and batch size that the model supports and prints the fastest
@@ -149,7 +149,7 @@ struct BenchCaseOptions {
   std::string model, engine, custom;
   TensorOptions tensors;
   int threads = 1, batch = 1, descriptor = 1;
-  double seconds = 1, patience = 120;
+  double seconds = 1, timeout = 120;
 };
 int bench_case(const BenchCaseOptions& options);
 

@@ -113,7 +113,7 @@ void add_bench(CLI::App* app, BenchOptions* bench) {
       ->type_name("FILE");
   command->add_option("--seconds", bench->seconds, "Seconds to measure each case; default: 1")
       ->check(in_range(kMinSeconds, kMaxSeconds));
-  command->add_option("--timeout", bench->patience, "Seconds to load and warm up; default: 120")
+  command->add_option("--timeout", bench->timeout, "Seconds to load and warm up; default: 120")
       ->check(in_range(1.0, kMaxSeconds));
   command->add_flag("--json", bench->json, "Print JSON");
 }

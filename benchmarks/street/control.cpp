@@ -66,7 +66,7 @@ class Street {
   street::Detector detector_;
   std::istream* const inputs_;
   weir::track::Tracker tracker_;
-  std::vector<weir::track::TrackedBox> boxes_;
+  std::vector<weir::track::Observation> boxes_;
   weir::zone::ZoneCounter counter_;
   std::vector<weir::zone::Sighting> sightings_;
 };

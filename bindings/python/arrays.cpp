@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #include "arrays.hpp"
 
-#include "raised.hpp"
+#include "exceptions.hpp"
 
 namespace weir::bindings {
 namespace {

@@ -8,7 +8,7 @@
 #include <memory>
 
 #include "arrays.hpp"
-#include "raised.hpp"
+#include "exceptions.hpp"
 #include "weir/model.hpp"
 
 namespace weir::bindings {

@@ -2,10 +2,10 @@
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #include <pybind11/pybind11.h>
 
+#include "exceptions.hpp"
 #include "frame_binding.hpp"
 #include "model_binding.hpp"
 #include "pipeline_binding.hpp"
-#include "raised.hpp"
 
 PYBIND11_MODULE(_weir, module) {
   module.attr("VERSION") = WEIR_PYTHON_VERSION;

@@ -11,7 +11,7 @@
 #include <memory>
 
 #include "arrays.hpp"
-#include "raised.hpp"
+#include "exceptions.hpp"
 #include "weir/pipeline.hpp"
 
 namespace weir::bindings {

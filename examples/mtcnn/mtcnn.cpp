@@ -6,7 +6,7 @@
 #include <filesystem>
 #include <optional>
 
-#include "copied.hpp"
+#include "copied_bytes.hpp"
 #include "faces_text.hpp"
 #include "line.hpp"
 #include "stage_times.hpp"

@@ -10,7 +10,7 @@ struct LastError {
 };
 thread_local LastError last_error;
 
-ml_error_e number_of(Code code) noexcept {
+ml_error_e to_ml_code(Code code) noexcept {
   switch (code) {
     case Code::OUT_OF_MEMORY:
       return ML_ERROR_OUT_OF_MEMORY;
@@ -44,7 +44,7 @@ int fail(const Error& error) noexcept {
 }
 
 Refusal refusal(const Error& error) {
-  return Refusal{number_of(error.code), error};
+  return Refusal{to_ml_code(error.code), error};
 }
 
 int fail(const Refusal& refusal) noexcept {

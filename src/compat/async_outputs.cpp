@@ -144,7 +144,7 @@ void AsyncOutputs::give_on(GstTensorMemory* output, const Described& now,
   for (size_t i = 0; i < count; ++i) {
     weir_tensor_info info = now.infos[i];
     info.name = nullptr;
-    if (!output[i].data || output[i].size != bytes_of(info))
+    if (!output[i].data || output[i].size != count_bytes(info))
       throw other_size(filter_.name(), i, output[i], info);
     if (gives_) {
       give(filter, &output[i], info, &tensors.all[i]);

@@ -1,8 +1,8 @@
 // A converter descriptor that calls a converter module.
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #include "compat/builtin.hpp"
+#include "compat/descriptor_slots.hpp"
 #include "compat/guard.hpp"
-#include "compat/slots.hpp"
 #include "compat/spec.hpp"
 #include "core/infer/module/converter.hpp"
 #include "core/infer/module/module_library.hpp"

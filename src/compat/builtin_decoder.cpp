@@ -6,8 +6,8 @@
 #include <optional>
 
 #include "compat/builtin.hpp"
+#include "compat/descriptor_slots.hpp"
 #include "compat/guard.hpp"
-#include "compat/slots.hpp"
 #include "compat/spec.hpp"
 #include "core/infer/module/decoder.hpp"
 #include "core/infer/module/module_library.hpp"
@@ -67,9 +67,9 @@ class Sink final : public weir_sink {
   std::list<gst::MappedMemory> maps_;   // of reserved parts, until finish()
 };
 
-class OpenDecoder {
+class BuiltinDecoder {
  public:
-  explicit OpenDecoder(const weir_decoder_type& type) : type_(type) {}
+  explicit BuiltinDecoder(const weir_decoder_type& type) : type_(type) {}
 
   // Takes effect at the next stream or frame: the decoder is reopened.
   void set_option(size_t index, const char* value) {
@@ -124,8 +124,8 @@ class OpenDecoder {
   std::optional<FrameSpec> configured_;
 };
 
-OpenDecoder* opened_decoder(void** priv) {
-  return static_cast<OpenDecoder*>(*priv);
+BuiltinDecoder* opened_decoder(void** priv) {
+  return static_cast<BuiltinDecoder*>(*priv);
 }
 
 // Returns whether it is between init() and exit(); otherwise logs a warning.
@@ -173,8 +173,8 @@ Result<std::vector<weir_tensor>> make_tensors(const FrameSpec& spec, const GstTe
 
 void leave(void** priv) {
   if (!priv) return;
-  const std::unique_ptr<OpenDecoder> owner(
-      static_cast<OpenDecoder*>(std::exchange(*priv, nullptr)));
+  const std::unique_ptr<BuiltinDecoder> owner(
+      static_cast<BuiltinDecoder*>(std::exchange(*priv, nullptr)));
 }
 
 int set_option(void** priv, int number, const char* value) {
@@ -222,7 +222,7 @@ struct DecoderFunctions {
     decoder.init = [](void** priv) -> int {
       if (!given("init", {priv})) return FALSE;
       return or_else("init", FALSE, [&] {
-        *priv = new OpenDecoder(decoder_slots().type(Number));
+        *priv = new BuiltinDecoder(decoder_slots().type(Number));
         return TRUE;
       });
     };

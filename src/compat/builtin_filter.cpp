@@ -6,8 +6,8 @@
 #include <memory>
 
 #include "compat/builtin.hpp"
+#include "compat/descriptor_slots.hpp"
 #include "compat/guard.hpp"
-#include "compat/slots.hpp"
 #include "compat/tensors.hpp"
 #include "core/direct/direct_model.hpp"
 #include "core/infer/module/accelerator.hpp"
@@ -24,11 +24,11 @@ using Pairs = std::vector<std::pair<std::string, std::string>>;
 
 Slots<Framework, weir_engine>& filter_slots();
 
-struct OpenModel {
+struct BuiltinModel {
   std::unique_ptr<direct::DirectModel> model;
 };
-OpenModel* opened_filter(void* priv) {
-  return static_cast<OpenModel*>(priv);
+BuiltinModel* opened_filter(void* priv) {
+  return static_cast<BuiltinModel*>(priv);
 }
 
 // Declares tensors as tensor_filter's properties would.
@@ -106,14 +106,14 @@ int open(const weir_engine& engine, const GstTensorFilterProperties* prop, void*
                          .needed = "the path of a model file"});
     auto model = direct::DirectModel::open(engine, request);
     if (!model) return no("open", model.error());
-    *priv = new OpenModel{*std::move(model)};
+    *priv = new BuiltinModel{*std::move(model)};
     return 0;
   });
 }
 
 void close(const GstTensorFilterProperties*, void** priv) {
   if (!priv) return;
-  const std::unique_ptr<OpenModel> owner(opened_filter(std::exchange(*priv, nullptr)));
+  const std::unique_ptr<BuiltinModel> owner(opened_filter(std::exchange(*priv, nullptr)));
 }
 
 // Open extents of the model are 1 until the caller sets them.
@@ -270,7 +270,7 @@ int handle_event(const Framework* self, const GstTensorFilterProperties* prop, v
     void* reopened = nullptr;
     const int result = open(engine_of_slot(self), &properties, &reopened);
     if (result < 0) return result;
-    const std::unique_ptr<OpenModel> old(opened_filter(reopened));
+    const std::unique_ptr<BuiltinModel> old(opened_filter(reopened));
     std::swap(old->model, opened_filter(priv)->model);
     return 0;
   });

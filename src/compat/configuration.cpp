@@ -7,7 +7,7 @@
 #include "compat/guard.hpp"
 #include "compat/spec.hpp"
 #include "core/config/ini.hpp"
-#include "core/infer/module/configured.hpp"
+#include "core/infer/module/load_configuration.hpp"
 #include "core/infer/module/module_library.hpp"
 #include "nnstreamer_plugin_api_filter.h"
 #include "nnstreamer_plugin_api_util.h"

@@ -24,7 +24,7 @@ FilterModel::FilterModel(std::shared_ptr<OpenFilter> filter)
     : filter_(std::move(filter)),
       dynamic_(filter_->properties().dynamic()),
       allocates_(filter_->allocates()) {
-  TensorsInfo in, out;
+  OwnedTensorsInfo in, out;
   const auto known = filter_->get_info(in.get(), out.get());
   if (known.inputs && (*in).format == _NNS_TENSOR_FORMAT_STATIC) {
     inputs_ = described(*in, filter_->name(), "input");
@@ -70,7 +70,7 @@ void FilterModel::describe_outputs(std::span<const weir_tensor_info> in) {
     properties.configure_outputs(outputs_.infos);
     return;
   }
-  TensorsInfo offered, out;
+  OwnedTensorsInfo offered, out;
   offered.assign(in);
   const int result = filter_->set_inputs(offered.get(), out.get());
   if (result < 0) {

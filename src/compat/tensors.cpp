@@ -70,14 +70,14 @@ void assign(const weir_tensor_info& from, GstTensorInfo* to) {
 
 }  // namespace
 
-TensorsInfo::TensorsInfo() noexcept {
+OwnedTensorsInfo::OwnedTensorsInfo() noexcept {
   gst_tensors_info_init(&info_);
 }
-TensorsInfo::~TensorsInfo() {
+OwnedTensorsInfo::~OwnedTensorsInfo() {
   g_free(info_.extra);
 }
 
-void TensorsInfo::assign(std::span<const weir_tensor_info> tensors) {
+void OwnedTensorsInfo::assign(std::span<const weir_tensor_info> tensors) {
   compat::assign(tensors, &info_);
   for (size_t i = 0; i < tensors.size(); ++i) {
     auto* tensor = tensor_at(info_, i);

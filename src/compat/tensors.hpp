@@ -14,12 +14,12 @@ namespace weir::compat {
 
 // Owns a GstTensorsInfo. Names that a callback writes are copied and not freed, because their
 // ownership is unknown.
-class TensorsInfo {
+class OwnedTensorsInfo {
  public:
-  TensorsInfo() noexcept;
-  ~TensorsInfo();
-  TensorsInfo(const TensorsInfo&) = delete;
-  TensorsInfo& operator=(const TensorsInfo&) = delete;
+  OwnedTensorsInfo() noexcept;
+  ~OwnedTensorsInfo();
+  OwnedTensorsInfo(const OwnedTensorsInfo&) = delete;
+  OwnedTensorsInfo& operator=(const OwnedTensorsInfo&) = delete;
 
   GstTensorsInfo* get() noexcept { return &info_; }
   const GstTensorsInfo& operator*() const noexcept { return info_; }

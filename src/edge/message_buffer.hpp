@@ -6,7 +6,7 @@
 #include <vector>
 
 #include "core/tensor/frame_spec.hpp"
-#include "core/wire/message_reader.hpp"
+#include "core/wire/edge_message_reader.hpp"
 #include "gstcpp/element/ref.hpp"
 #include "weir/result.hpp"
 

@@ -3,7 +3,7 @@
 
 #include <new>
 
-#include "gstcpp/buffer/request_end.hpp"
+#include "gstcpp/buffer/request_expiry.hpp"
 
 namespace weir {
 namespace {

@@ -15,7 +15,7 @@ bool set_request(GstBuffer* buffer, std::shared_ptr<QueryRequest> request);
 // Null for a buffer without a request.
 std::shared_ptr<QueryRequest> get_request(GstBuffer* buffer);
 // Whether the element that the buffer enters may drop it when the client no longer waits
-// (gstcpp/buffer/request_end.hpp).
+// (gstcpp/buffer/request_expiry.hpp).
 void allow_drop(GstBuffer* buffer, bool allowed);
 
 }  // namespace weir

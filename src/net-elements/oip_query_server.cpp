@@ -6,7 +6,7 @@
 #include <mutex>
 #include <utility>
 
-#include "core/process/kept_address.hpp"
+#include "core/process/listener_lease.hpp"
 #include "core/tensor/frame_spec.hpp"
 #include "core/tensor/tensor_header.hpp"
 #include "edge/query_server.hpp"
@@ -339,7 +339,7 @@ std::shared_ptr<const void> keep(const std::string& address) {
 }  // namespace
 
 void register_oip_query_server() {
-  process::keep_address() = keep;
+  process::lease_listener() = keep;
   query_protocols().oip = open;
 }
 

@@ -9,8 +9,8 @@
 #include <string>
 #include <vector>
 
+#include "core/wire/edge_message_reader.hpp"
 #include "core/wire/edge_metadata.hpp"
-#include "core/wire/message_reader.hpp"
 #include "core/wire/mqtt_frame.hpp"
 #include "core/wire/mqtt_header.hpp"
 
@@ -120,7 +120,7 @@ void encode_mqtt_header(const Json& fields) {
 }
 
 void decode_messages(std::span<const std::byte> bytes, size_t piece) {
-  MessageReader reader(kLimits);
+  EdgeMessageReader reader(kLimits);
   while (!bytes.empty()) {
     const size_t taken = get_or_exit(reader.feed(bytes.first(std::min(piece, bytes.size()))));
     bytes = bytes.subspan(taken);

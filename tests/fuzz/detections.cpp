@@ -63,7 +63,7 @@ void draw_on_picture(const draw::Detections& detections, FuzzInput* input) {
 
 void read_boxes(const TensorSpec& spec, std::span<const std::byte> bytes) {
   if (!preprocess::check_boxes(spec)) return;
-  std::vector<preprocess::Box> boxes;
+  std::vector<preprocess::Roi> boxes;
   preprocess::read_boxes(spec, bytes, &boxes);
   for (const auto& box : boxes) {
     const preprocess::Rect whole{7, 9, 640, 480};

@@ -2,10 +2,10 @@
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #include <vector>
 
+#include "core/wire/edge_capability.hpp"
 #include "core/wire/edge_conversation.hpp"
+#include "core/wire/edge_message_reader.hpp"
 #include "core/wire/edge_metadata.hpp"
-#include "core/wire/edge_texts.hpp"
-#include "core/wire/message_reader.hpp"
 #include "fuzz_input.hpp"
 
 namespace {
@@ -86,7 +86,7 @@ Bytes written(HeaderForm form, const EdgeMessage& message) {
   return out;
 }
 
-void take_messages(MessageReader* reader, Conversation* conversation, Outcome* out) {
+void take_messages(EdgeMessageReader* reader, Conversation* conversation, Outcome* out) {
   const auto message = reader->take();
   const bool has_text =
       message.command == Command::HostInfo || message.command == Command::Capability;
@@ -102,7 +102,7 @@ void take_messages(MessageReader* reader, Conversation* conversation, Outcome* o
 
 Outcome read_all(std::span<const std::byte> bytes, size_t piece, std::optional<HeaderForm> form,
                  Side side) {
-  MessageReader reader(kLimits, form);
+  EdgeMessageReader reader(kLimits, form);
   Conversation conversation(side);
   Outcome out;
   while (!bytes.empty()) {

@@ -6,7 +6,7 @@
 
 #include "core/convert/converter_mode.hpp"
 #include "core/filter/combination.hpp"
-#include "core/filter/layout.hpp"
+#include "core/filter/layout_list.hpp"
 #include "core/infer/module/accelerator.hpp"
 #include "core/preprocess/request.hpp"
 #include "core/rate/frame_rate.hpp"
@@ -51,7 +51,7 @@ void check_types(std::string_view text) {
 }
 
 void check_window(FuzzInput* input) {
-  window::Request request;
+  window::WindowRequest request;
   for (uint32_t* frames : {&request.frames_in, &request.frames_out})
     *frames = std::max<uint32_t>(1, input->flag() ? input->take<uint32_t>() : input->byte());
   request.frames_flush = input->flag() ? input->take<uint32_t>() : input->byte();

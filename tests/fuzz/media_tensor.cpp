@@ -4,7 +4,7 @@
 #include <array>
 
 #include "core/convert/audio_tensor.hpp"
-#include "core/convert/gathered_tensor.hpp"
+#include "core/convert/stacked_tensor.hpp"
 #include "core/convert/video_tensor.hpp"
 #include "fuzz_input.hpp"
 
@@ -47,7 +47,7 @@ void check_gathered(FuzzInput* input) {
   if (!frame.valid() || !frame.bytes()) return;
   const uint32_t frames = number(input);
   if (frames == 0) return;
-  const auto gathered = weir::gathered_tensor(frame, frames);
+  const auto gathered = weir::stacked_tensor(frame, frames);
   if (!gathered) return require(!gathered.error().what.empty(), "an error has a text");
   require(multiplies_to(*frame.bytes(), frames, gathered->bytes().value_or(0)),
           "frames fill the tensor");

@@ -34,7 +34,7 @@ Preparation preparation_from(FuzzInput* in) {
   p.source.width = side(in);
   p.source.height = side(in);
   p.source.matrix = static_cast<ColorMatrix>(in->byte() % 3);
-  p.source.range = static_cast<Range>(in->byte() % 2);
+  p.source.range = static_cast<ColorRange>(in->byte() % 2);
   p.source.cosited_columns = in->byte() % 2;
   p.source.cosited_rows = in->byte() % 2;
   if (in->byte() % 2) p.crop = Rect{side(in), side(in), side(in), side(in)};
@@ -68,7 +68,7 @@ extern "C" int LLVMFuzzerTestOneInput(const uint8_t* data, size_t size) {
   if (in.byte() % 2) p.region = Box{edge(&in), edge(&in), edge(&in), edge(&in)};
   const auto numbers = parse_numbers("mean", in.text());
   const auto quantisation = parse_quantisation(in.text());
-  const auto plan = Plan::make(p);
+  const auto plan = PreprocessPlan::make(p);
   if (!plan) {
     require(!plan.error().what.empty(), "an error has a text");
     return 0;

@@ -30,7 +30,7 @@ void add(MessageWriter* writer, std::string* out) {
   out->append(reinterpret_cast<const char*>(bytes.data()), bytes.size());
 }
 
-weir_tensor_info info_of(uint32_t type, int64_t extent) {
+weir_tensor_info make_info(uint32_t type, int64_t extent) {
   weir_tensor_info info{};
   info.type = type;
   info.rank = 1;
@@ -40,7 +40,7 @@ weir_tensor_info info_of(uint32_t type, int64_t extent) {
 }
 
 void add_model(std::string* out) {
-  weir_tensor_info input = info_of(WEIR_UINT8, -1), output = info_of(WEIR_UINT64, 2);
+  weir_tensor_info input = make_info(WEIR_UINT8, -1), output = make_info(WEIR_UINT64, 2);
   weir_model_info info{};
   info.struct_size = sizeof info;
   info.n_inputs = info.n_outputs = 1;
@@ -81,10 +81,10 @@ void invoke(Worker* worker, const SharedArena& arena) {
   weir_tensor input{}, outputs[2]{};
   input.data = bytes.data();
   input.bytes = input.capacity = bytes.size();
-  input.info = info_of(WEIR_UINT8, 100);
+  input.info = make_info(WEIR_UINT8, 100);
   outputs[0].data = sums;
   outputs[0].bytes = outputs[0].capacity = sizeof sums;
-  outputs[0].info = outputs[1].info = info_of(WEIR_UINT64, 2);
+  outputs[0].info = outputs[1].info = make_info(WEIR_UINT64, 2);
   weir_frame in{}, out{};
   in.struct_size = out.struct_size = sizeof in;
   in.n_tensors = 1;
@@ -120,8 +120,8 @@ extern "C" int LLVMFuzzerTestOneInput(const uint8_t* data, size_t size) {
     return 0;
   }
   const auto arena = SharedArena::make(0);
-  auto in = info_of(WEIR_UINT8, 100);
-  auto out = info_of(WEIR_UINT64, -1);
+  auto in = make_info(WEIR_UINT8, 100);
+  auto out = make_info(WEIR_UINT64, -1);
   const auto resolved = (*worker)->resolve({&in, 1}, {&out, 1});
   if (resolved)
     require(out.rank <= WEIR_RANK_LIMIT || out.rank == WEIR_RANK_UNKNOWN, "a rank is legal");

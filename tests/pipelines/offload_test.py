@@ -57,7 +57,7 @@ class Played(unittest.TestCase):
     def test_boxes_continue_when_a_server_is_killed(self):
         with tempfile.TemporaryDirectory() as folder:
             boxes = pathlib.Path(folder) / "boxes.jsonl"
-            done = run("--model", MODEL, "--repeat", 2, "--kill-after", 5, "--longest-gap", 30, "--boxes", boxes, CLIP)
+            done = run("--model", MODEL, "--repeat", 2, "--kill-after", 5, "--max-gap", 30, "--boxes", boxes, CLIP)
             self.assertIn("is killed after 5 frames with results", done.stdout, done.stderr)
             self.assertEqual(done.returncode, 0, done.stdout + done.stderr)
             frames = [json.loads(line) for line in boxes.read_text().splitlines()]

@@ -23,14 +23,14 @@ int fail(const std::string& error) {
   return 1;
 }
 
-std::string dimensions_of(const weir::TensorShape& shape) {
+std::string format_dimensions(const weir::TensorShape& shape) {
   std::string out;
   for (auto extent = shape.rbegin(); extent != shape.rend(); ++extent)
     out += (out.empty() ? "" : ":") + std::to_string(*extent);
   return out.empty() ? "1" : out;
 }
 
-nlohmann::json json_of(const weir::ResultRow& row) {
+nlohmann::json to_json(const weir::ResultRow& row) {
   nlohmann::json out{{"score", row.score()}, {"class", row.class_index()}};
   if (row.has_box()) {
     const weir::Box box = row.box();
@@ -42,11 +42,11 @@ nlohmann::json json_of(const weir::ResultRow& row) {
   return out;
 }
 
-nlohmann::json json_of(ResultsRun& run) {
+nlohmann::json to_json(ResultsRun& run) {
   nlohmann::json rows = nlohmann::json::array();
   for (size_t i = 0; i < run.n_rows(); ++i) {
     if (run.row(i).is_background()) continue;
-    rows.push_back(json_of(run.row(i)));
+    rows.push_back(to_json(run.row(i)));
     for (const auto& tensor : run.results) {
       if (tensor.columns.kind != WEIR_RESULT_TEXT) continue;
       const char* text = reinterpret_cast<const char*>(tensor.payload.data());
@@ -82,7 +82,7 @@ int main(int argc, char** argv) {
     const auto described = output.info();
     const auto* data = reinterpret_cast<const uint8_t*>(output.bytes().data());
     tensors.emplace_back(static_cast<weir::ElementType>(described.type),
-                         dimensions_of(described.shape),
+                         format_dimensions(described.shape),
                          weir::decoders::Bytes(data, data + output.bytes().size()));
     facts.names.push_back(described.name);
     facts.scales.push_back(described.scale);
@@ -97,6 +97,6 @@ int main(int argc, char** argv) {
   ResultsRun run(argv[2], options);
   if (run.configure(tensors, &facts)) run.decode(tensors);
   if (!run.error.empty()) return fail(run.error);
-  std::cout << json_of(run) << "\n";
+  std::cout << to_json(run) << "\n";
   return 0;
 }

@@ -12,13 +12,13 @@
 #include "core/infer/model/model.hpp"
 #include "core/infer/module/model_file.hpp"
 #include "core/infer/module/module_library.hpp"
-#include "doctor/machine_facts.hpp"
+#include "doctor/machine_info.hpp"
 #include "evaluate/progress_bar.hpp"
 #include "inspect/command_error.hpp"
 #include "inspect/launch_line.hpp"
-#include "inspect/made_up_inputs.hpp"
 #include "inspect/model_card.hpp"
 #include "inspect/model_paths.hpp"
+#include "inspect/synthetic_inputs.hpp"
 #include "models/catalogue.hpp"
 #include "report.hpp"
 #include "weir/join.hpp"
@@ -59,7 +59,7 @@ bool has_no_effect(const BenchOptions& options, const BenchCase& one, const Meas
   return one.custom != options.custom && measured.lowering.starts_with(kNotLowered);
 }
 
-Refusal no_effect(const BenchCase& one, const Measured& measured) {
+UnusableEngine no_effect(const BenchCase& one, const Measured& measured) {
   return {one.engine + ", " + one.custom,
           {.code = Code::MODEL_UNSUPPORTED,
            .what = "the option changes nothing for this model",
@@ -95,7 +95,7 @@ BenchCaseOptions make_request(const BenchOptions& options, const BenchCase& one)
   request.threads = one.threads;
   request.batch = one.batch;
   request.seconds = options.seconds / kRounds;
-  request.patience = options.patience;
+  request.timeout = options.timeout;
   return request;
 }
 
@@ -267,7 +267,7 @@ std::string indented(const std::string& text) {
 
 void print_text(const BenchOptions& options, const BenchPlan& plan,
                 const std::vector<const BenchCase*>& ordered, const LaunchLine& line) {
-  const auto machine = machine_facts();
+  const auto machine = get_machine_info();
   std::printf("Model   %s\nCPU     %s, %d %s\n\n", options.model.c_str(), machine.processor.c_str(),
               machine.cores, machine.cores == 1 ? "core" : "cores");
   std::vector<std::vector<std::string>> rows{{"engine", "threads", "batch", "options",
@@ -296,7 +296,7 @@ void print_text(const BenchOptions& options, const BenchPlan& plan,
 
 void print_json(const BenchOptions& options, const BenchPlan& plan,
                 const std::vector<const BenchCase*>& ordered, const LaunchLine& line) {
-  const auto machine = machine_facts();
+  const auto machine = get_machine_info();
   Json out{{"model", options.model},
            {"cpu", {{"name", machine.processor}, {"cores", machine.cores}}},
            {"cases", Json::array()},

@@ -16,9 +16,9 @@
 #include "core/infer/model/model.hpp"
 #include "core/infer/module/module_library.hpp"
 #include "doctor/engine_options.hpp"
-#include "inspect/made_up_inputs.hpp"
 #include "inspect/model_description.hpp"
 #include "inspect/model_paths.hpp"
+#include "inspect/synthetic_inputs.hpp"
 #include "report.hpp"
 #include "weir/module.hpp"
 
@@ -116,7 +116,7 @@ class Case {
     for (const auto& info : *infos) {
       add(&inputs_, info, std::max<uint32_t>(needs.alignment, kAlignment), needs.input_padding);
       inputs_.back().flags = WEIR_TENSOR_READONLY;
-      fill_with_made_up_data(info, inputs_.back().data, random);
+      fill_with_random_data(info, inputs_.back().data, random);
     }
     for (const auto& info : *resolved) {
       open_.push_back(!is_fixed(info));

@@ -8,7 +8,7 @@
 #include "core/infer/module/host.hpp"
 #include "core/infer/module/module_library.hpp"
 #include "core/text/text.hpp"
-#include "doctor/engine_facts.hpp"
+#include "doctor/engine_info.hpp"
 #include "doctor/engine_options.hpp"
 #include "inspect/command_error.hpp"
 #include "inspect/model_paths.hpp"
@@ -91,14 +91,14 @@ void add_named(const BenchOptions& options, BenchPlan* plan) {
   }
 }
 
-Error not_installed(const EngineFact& fact) {
+Error not_installed(const EngineInfo& fact) {
   return {.code = Code::ENGINE_NOT_INSTALLED,
           .what = "the engine's library is not installed",
           .offered = fact.problem,
           .fix = fact.install};
 }
 
-void add_if_suitable(const BenchOptions& options, const std::string& path, const EngineFact& fact,
+void add_if_suitable(const BenchOptions& options, const std::string& path, const EngineInfo& fact,
                      BenchPlan* plan) {
   const bool usable = fact.state == EngineState::Usable;
   const auto engine = infer::ModuleLibrary::instance().engine(fact.name);
@@ -115,7 +115,7 @@ void add_if_suitable(const BenchOptions& options, const std::string& path, const
 }
 
 void add_all(const BenchOptions& options, const std::string& path, BenchPlan* plan) {
-  for (const auto& fact : engine_facts())
+  for (const auto& fact : list_engines())
     if (fact.state != EngineState::NotAvailable) add_if_suitable(options, path, fact, plan);
 }
 

@@ -30,15 +30,15 @@ struct BenchCase {
   bool is_dropped = false;       // not reported either: its options have no effect
 };
 
-struct Refusal {
+struct UnusableEngine {
   std::string cases;  // an engine, or one with these options
   Error error;
 };
 
 struct BenchPlan {
   std::vector<BenchCase> cases;
-  std::vector<Refusal> refused;        // engines for such a file that are unusable
-  std::vector<std::string> unrelated;  // usable engines for other files
+  std::vector<UnusableEngine> refused;  // engines for such a file that are unusable
+  std::vector<std::string> unrelated;   // usable engines for other files
 };
 
 // Opens modules but no model. MODEL_NOT_FOUND without a model.

@@ -119,7 +119,7 @@ Result<Measured> run_case(const BenchCaseOptions& options) {
   std::string text;
   const auto until =
       Clock::now() +
-      std::chrono::milliseconds(static_cast<int64_t>((options.patience + options.seconds) * 1e3));
+      std::chrono::milliseconds(static_cast<int64_t>((options.timeout + options.seconds) * 1e3));
   const bool in_time = read_all(reading.get(), until, &text);
   if (!in_time) kill(*process, SIGKILL);
   int status = 0;
@@ -129,8 +129,8 @@ Result<Measured> run_case(const BenchCaseOptions& options) {
         .code = Code::WORKER_TIMEOUT,
         .what = "a measurement took too long and was stopped",
         .offered =
-            "more than " + std::to_string(static_cast<int>(options.patience)) + " s above its time",
-        .fix = "weir bench --timeout " + std::to_string(static_cast<int>(options.patience * 10))};
+            "more than " + std::to_string(static_cast<int>(options.timeout)) + " s above its time",
+        .fix = "weir bench --timeout " + std::to_string(static_cast<int>(options.timeout * 10))};
   const Json report = Json::parse(text, nullptr, false);
   if (!report.is_object())
     return Error{.code = Code::WORKER_ENDED,

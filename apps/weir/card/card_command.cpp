@@ -1,4 +1,4 @@
-// Opens the model and writes the template of core/card/find.hpp.
+// Opens the model and writes the template of core/card/find_card.hpp.
 // SPDX-License-Identifier: LGPL-2.1-or-later
 
 #include <algorithm>
@@ -8,7 +8,7 @@
 #include <filesystem>
 
 #include "commands.hpp"
-#include "core/card/find.hpp"
+#include "core/card/find_card.hpp"
 #include "core/infer/model/model.hpp"
 #include "core/infer/module/module_library.hpp"
 #include "core/text/shell_quote.hpp"

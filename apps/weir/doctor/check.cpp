@@ -11,7 +11,7 @@
 #include "core/infer/module/module_library.hpp"
 #include "core/subplugin/loader.hpp"
 #include "doctor/engine_options.hpp"
-#include "doctor/plugin_facts.hpp"
+#include "doctor/plugin_info.hpp"
 #include "nnstreamer/nnstreamer_version.h"
 #include "report.hpp"
 #include "weir/join.hpp"
@@ -109,7 +109,7 @@ void print_subplugins(Kind kind, const char* heading) {
 }  // namespace
 
 int check() {
-  const PluginFacts plugin = plugin_facts();
+  const PluginInfo plugin = get_plugin_info();
   if (!plugin.found) {
     Error error{.code = Code::FILE_NOT_FOUND,
                 .what = "GStreamer does not find the plug-in with the tensor elements",

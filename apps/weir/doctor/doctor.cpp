@@ -17,11 +17,11 @@
 #include "core/config/nnstreamer.hpp"
 #include "core/infer/module/module_library.hpp"
 #include "core/subplugin/loader.hpp"
-#include "doctor/engine_facts.hpp"
-#include "doctor/machine_facts.hpp"
-#include "doctor/plugin_facts.hpp"
+#include "doctor/engine_info.hpp"
+#include "doctor/forked_load.hpp"
+#include "doctor/machine_info.hpp"
+#include "doctor/plugin_info.hpp"
 #include "doctor/summary.hpp"
-#include "doctor/trial.hpp"
 #include "report.hpp"
 #include "weir/join.hpp"
 
@@ -197,7 +197,7 @@ void read_version(void* library, LibraryFact* out) {
 }
 
 // Whether the plug-in for streams between devices is there, and was built without MQTT.
-bool is_built_without_mqtt(const PluginFacts& plugins) {
+bool is_built_without_mqtt(const PluginInfo& plugins) {
   const auto has = [&](const char* name) {
     return std::any_of(plugins.elements.begin(), plugins.elements.end(), [&](const auto& element) {
       return element.plugin == "weiredge" && element.name == name;
@@ -206,7 +206,7 @@ bool is_built_without_mqtt(const PluginFacts& plugins) {
   return has("edgesink") && !has("mqttsink");
 }
 
-std::vector<LibraryFact> library_facts(const PluginFacts& plugins) {
+std::vector<LibraryFact> library_facts(const PluginInfo& plugins) {
   LibraryFact out{.name = "libmosquitto",
                   .state = "usable",
                   .version = "",
@@ -273,13 +273,13 @@ void print_sub_plugins() {
 }
 
 // How many elements each plug-in provides.
-std::map<std::string, size_t> count_elements(const PluginFacts& facts) {
+std::map<std::string, size_t> count_elements(const PluginInfo& facts) {
   std::map<std::string, size_t> out;
   for (const auto& element : facts.elements) ++out[element.plugin];
   return out;
 }
 
-Json to_json(const PluginFacts& facts) {
+Json to_json(const PluginInfo& facts) {
   Json elements = Json::array();
   for (const auto& element : facts.elements)
     elements.push_back({{"name", element.name},
@@ -306,7 +306,7 @@ Json to_json(const PluginFacts& facts) {
           {"conflicts", conflicts}};
 }
 
-Json to_json(const EngineFact& fact) {
+Json to_json(const EngineInfo& fact) {
   return {{"name", fact.name},
           {"state", to_string(fact.state)},
           {"version", fact.version},
@@ -318,7 +318,7 @@ Json to_json(const EngineFact& fact) {
           {"install", fact.install}};
 }
 
-void print_plugin(const PluginFacts& facts) {
+void print_plugin(const PluginInfo& facts) {
   std::printf("\nPlug-in\n  %s\n", facts.found ? facts.file.c_str() : "not found");
   if (facts.elements.empty()) return;
   std::vector<std::vector<std::string>> rows{{"element", "plug-in", "file"}};
@@ -327,7 +327,7 @@ void print_plugin(const PluginFacts& facts) {
   std::printf("\nElements\n%s", table(rows, "  ").c_str());
 }
 
-Json to_json(const MachineFacts& facts) {
+Json to_json(const MachineInfo& facts) {
   return {{"processor", facts.processor},
           {"cores", facts.cores},
           {"gpus", facts.gpus},
@@ -387,13 +387,13 @@ void print_folders() {
     std::printf("  %s\n", folder.c_str());
 }
 
-std::string describe_place(const EngineFact& engine) {
+std::string describe_place(const EngineInfo& engine) {
   if (!engine.library.empty()) return engine.library;
   if (!engine.file.empty()) return engine.file;
   return engine.state == EngineState::Usable ? "built in" : "";
 }
 
-void print_engines(const std::vector<EngineFact>& engines) {
+void print_engines(const std::vector<EngineInfo>& engines) {
   std::vector<std::vector<std::string>> rows{{"engine", "state", "version", "files", "place"}};
   std::vector<std::string> unavailable;
   for (const auto& engine : engines) {
@@ -413,8 +413,8 @@ void print_engines(const std::vector<EngineFact>& engines) {
 }  // namespace
 
 int doctor(const DoctorOptions& options) {
-  const PluginFacts plugin = plugin_facts();
-  const auto engines = engine_facts();
+  const PluginInfo plugin = get_plugin_info();
+  const auto engines = list_engines();
   const auto libraries = library_facts(plugin);
   const auto decoders = decoder_facts();
   const auto converters = converter_facts();
@@ -422,7 +422,7 @@ int doctor(const DoctorOptions& options) {
   const auto nnstreamer = config::NnstreamerConfiguration::load();
   Json document{{"version", config::kVersion}, {"usable", plugin.found}};
   document.update(to_json(plugin));
-  document["machine"] = to_json(machine_facts());
+  document["machine"] = to_json(get_machine_info());
   document["configuration"] = to_json(configuration);
   document["nnstreamer"] = to_json(nnstreamer, configuration);
   document["module_path"] = infer::ModuleLibrary::search_path();

@@ -42,7 +42,7 @@ Json to_json(const Evaluated& one) {
   return out;
 }
 
-std::string score_rows(const Comparison& comparison) {
+std::string score_rows(const EvaluationComparison& comparison) {
   const auto& first = comparison.evaluated[0];
   const bool is_pair = comparison.evaluated.size() > 1;
   Rows rows{{"score", is_pair ? "A" : "value", "95 %"}};
@@ -67,7 +67,7 @@ std::string score_rows(const Comparison& comparison) {
   return table(rows, "");
 }
 
-std::string part_rows(const Comparison& comparison) {
+std::string part_rows(const EvaluationComparison& comparison) {
   constexpr size_t kMaxParts = 25;
   const Evaluation& first = comparison.evaluated[0].evaluation;
   if (first.parts.size() < 2) return "";
@@ -110,7 +110,7 @@ std::string pictures_text(size_t pictures) {
   return std::to_string(pictures) + (pictures == 1 ? " picture" : " pictures");
 }
 
-void add_intervals(Comparison* comparison) {
+void add_intervals(EvaluationComparison* comparison) {
   auto& all = comparison->evaluated;
   const size_t units = all[0].evaluation.units, scores = all[0].evaluation.headline;
   if (units < 2 || comparison->draws == 0) return;
@@ -136,7 +136,7 @@ void add_intervals(Comparison* comparison) {
   comparison->differences = part(2);
 }
 
-std::string verdict(const Comparison& comparison) {
+std::string verdict(const EvaluationComparison& comparison) {
   const auto& first = comparison.evaluated[0].evaluation.scores[0];
   const double difference = comparison.evaluated[1].evaluation.scores[0].value - first.value;
   if (comparison.differences.empty() || std::isnan(comparison.differences[0].low))
@@ -151,7 +151,7 @@ std::string verdict(const Comparison& comparison) {
          interval_text(comparison.differences[0]) + ".";
 }
 
-Json to_json(const Comparison& comparison) {
+Json to_json(const EvaluationComparison& comparison) {
   const Evaluation& first = comparison.evaluated[0].evaluation;
   Json out{{"folder", comparison.folder},     {"metric", first.metric},
            {"pictures", comparison.pictures}, {"units", first.units},
@@ -174,7 +174,7 @@ Json to_json(const Comparison& comparison) {
   return out;
 }
 
-std::string to_text(const Comparison& comparison) {
+std::string to_text(const EvaluationComparison& comparison) {
   const Evaluation& first = comparison.evaluated[0].evaluation;
   std::string out = first.metric + " of " + pictures_text(comparison.pictures);
   if (first.unit_name != "pictures")

@@ -17,7 +17,7 @@ struct Evaluated {
   std::vector<evaluate::Interval> intervals{};  // of the headline scores; empty: too few units
 };
 
-struct Comparison {
+struct EvaluationComparison {
   std::string folder{};
   size_t pictures = 0;
   uint64_t draws = 0, seed = 0;
@@ -27,20 +27,20 @@ struct Comparison {
 };
 
 // Fills in the intervals, with the same draws for both. They need at least two units.
-void add_intervals(Comparison* comparison);
+void add_intervals(EvaluationComparison* comparison);
 
-Json to_json(const Comparison& comparison);
-std::string to_text(const Comparison& comparison);
+Json to_json(const EvaluationComparison& comparison);
+std::string to_text(const EvaluationComparison& comparison);
 // "-" for scores that are not defined; counts without decimals.
 std::string number_text(double value);
 // "0.412 to 0.455"
 std::string interval_text(const evaluate::Interval& interval);
 std::string pictures_text(size_t pictures);  // "3 pictures"
 // What the difference of the first score shows. Precondition: two evaluations.
-std::string verdict(const Comparison& comparison);
+std::string verdict(const EvaluationComparison& comparison);
 
 // The page of `weir evaluate --page`: one self-contained HTML file with the worst pictures. Decodes
 // the pictures of the worst examples again. One that cannot be shown is left out.
-std::string evaluation_page(const Comparison& comparison);
+std::string evaluation_page(const EvaluationComparison& comparison);
 
 }  // namespace weir::app

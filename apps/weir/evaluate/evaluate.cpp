@@ -72,7 +72,8 @@ Result<Played> played(const EvaluateOptions& options, const std::string& model, 
 
 class Evaluating {
  public:
-  Evaluating(const EvaluateOptions& options, const LabelledFolder& folder, Comparison* out)
+  Evaluating(const EvaluateOptions& options, const LabelledFolder& folder,
+             EvaluationComparison* out)
       : options_(options), folder_(folder), out_(*out) {
     for (const Error& warning : folder.warnings) warn(warning);
   }
@@ -129,7 +130,7 @@ class Evaluating {
 
   const EvaluateOptions& options_;
   const LabelledFolder& folder_;
-  Comparison& out_;
+  EvaluationComparison& out_;
   ProgressBar* bar_ = nullptr;
 };
 
@@ -149,7 +150,8 @@ int evaluate(const EvaluateOptions& options) {
   // Before minutes of work: an existing page is replaced only at the end.
   if (!options.page.empty() && !std::ofstream(options.page, std::ios::app))
     return report(cannot_write(options.page), options.json);
-  Comparison comparison{.folder = options.folder, .draws = options.draws, .seed = options.seed};
+  EvaluationComparison comparison{
+      .folder = options.folder, .draws = options.draws, .seed = options.seed};
   Evaluating evaluating(options, *folder, &comparison);
   if (auto status = evaluating.run(options.model); !status)
     return report(status.error(), options.json);

@@ -175,7 +175,7 @@ std::string letter(size_t index) {
   return index == 0 ? "A" : "B";
 }
 
-std::string score_table(const Comparison& comparison) {
+std::string score_table(const EvaluationComparison& comparison) {
   const bool is_pair = comparison.evaluated.size() > 1;
   Rows rows{{"score"}};
   for (size_t e = 0; e < comparison.evaluated.size(); ++e) {
@@ -201,7 +201,7 @@ std::string score_table(const Comparison& comparison) {
   return html_table(rows, "scores");
 }
 
-std::string part_table(const Comparison& comparison) {
+std::string part_table(const EvaluationComparison& comparison) {
   const Evaluation& first = comparison.evaluated[0].evaluation;
   if (first.parts.empty()) return "";
   const bool is_pair = comparison.evaluated.size() > 1;
@@ -255,7 +255,7 @@ double precision_at(const Evaluation& evaluation, size_t recall) {
 }
 
 // Precision over recall at an overlap of 0.5.
-std::string curve_chart(const Comparison& comparison) {
+std::string curve_chart(const EvaluationComparison& comparison) {
   if (comparison.evaluated[0].evaluation.curves.empty()) return "";
   std::string out = "<h2>Precision over recall</h2>\n<svg id=\"curves\" width=\"" +
                     std::to_string(kChartWidth + 2 * kChartEdge) + "\" height=\"" +
@@ -309,17 +309,17 @@ std::string examples(const Evaluated& one, const std::string& title) {
   return out;
 }
 
-std::string warnings(const Comparison& comparison) {
+std::string warnings(const EvaluationComparison& comparison) {
   std::string out;
   for (const Error& warning : comparison.warnings)
     out += "<li><b class=\"bad\">warning</b> " + escaped(warning.what) + ": " +
            escaped(warning.offered) + "</li>\n";
-  return out.empty() ? "" : "<ul class=\"complaints\">\n" + out + "</ul>\n";
+  return out.empty() ? "" : "<ul class=\"diagnostics\">\n" + out + "</ul>\n";
 }
 
 }  // namespace
 
-std::string evaluation_page(const Comparison& comparison) {
+std::string evaluation_page(const EvaluationComparison& comparison) {
   const bool is_pair = comparison.evaluated.size() > 1;
   const Evaluation& first = comparison.evaluated[0].evaluation;
   std::string out = page_begin("Evaluation", kEvaluationStyle) +

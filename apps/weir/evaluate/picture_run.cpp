@@ -9,22 +9,22 @@
 #include <optional>
 
 #include "evaluate/folder_files.hpp"
-#include "run/complaints.hpp"
+#include "run/diagnostics.hpp"
 
 namespace weir::app {
 namespace {
 
 constexpr char kSource[] = "weir-evaluate-pictures", kSink[] = "weir-evaluate-results",
                kDecoder[] = "weir-evaluate-json";
-constexpr GstClockTime kPatience = 20 * GST_MSECOND;  // between looks at the bus
+constexpr GstClockTime kBusInterval = 20 * GST_MSECOND;  // between looks at the bus
 
 // An error of an element as those of the command. Those of GStreamer's own elements have no code.
-Error to_error(const Complaint& complaint) {
-  Error out = complaint.error;
-  out.what = complaint.element + ": " + out.what;
-  if (complaint.has_code) return out;
+Error to_error(const Diagnostic& diagnostic) {
+  Error out = diagnostic.error;
+  out.what = diagnostic.element + ": " + out.what;
+  if (diagnostic.has_code) return out;
   out.code = Code::FORMAT_UNSUPPORTED;
-  out.difference = complaint.debug;
+  out.difference = diagnostic.debug;
   return out;
 }
 
@@ -52,7 +52,7 @@ class PictureRun {
       if (auto status = push(i); !status) return status;
     gst_app_src_end_of_stream(GST_APP_SRC(source_.get()));
     while (!gst_app_sink_is_eos(GST_APP_SINK(sink_.get())))
-      if (auto status = pull(kPatience); !status) return status;
+      if (auto status = pull(kBusInterval); !status) return status;
     if (auto status = look_at_bus(); !status) return status;
     return check_complete();
   }
@@ -67,7 +67,7 @@ class PictureRun {
   Status push(size_t index) {
     constexpr guint64 kMaxAhead = 4;
     while (gst_app_src_get_current_level_buffers(GST_APP_SRC(source_.get())) >= kMaxAhead)
-      if (auto status = pull(kPatience); !status) return status;
+      if (auto status = pull(kBusInterval); !status) return status;
     const auto picture = decode_picture(sequence_.pictures[index].path);
     Status accepted = picture ? handlers_.accept(index, *picture) : picture.error();
     if (!accepted) {
@@ -100,13 +100,13 @@ class PictureRun {
     return caps;
   }
 
-  // All results that are there, or after `patience`.
-  Status pull(GstClockTime patience) {
+  // All results that are there, or after `timeout`.
+  Status pull(GstClockTime timeout) {
     while (true) {
       const gst::Unique<GstSample, gst_sample_unref> sample(
-          gst_app_sink_try_pull_sample(GST_APP_SINK(sink_.get()), patience));
+          gst_app_sink_try_pull_sample(GST_APP_SINK(sink_.get()), timeout));
       if (!sample) return look_at_bus();
-      patience = 0;
+      timeout = 0;
       if (auto status = take(gst_sample_get_buffer(sample.get())); !status) return status;
     }
   }
@@ -137,20 +137,20 @@ class PictureRun {
   }
 
   Status look_at_bus() {
-    std::vector<Complaint> errors;
+    std::vector<Diagnostic> errors;
     const auto kinds = static_cast<GstMessageType>(GST_MESSAGE_ERROR | GST_MESSAGE_WARNING);
     while (GstMessage* message = gst_bus_pop_filtered(bus_.get(), kinds)) {
-      const Complaint complaint = complaint_of(message);
+      const Diagnostic diagnostic = parse_diagnostic(message);
       if (GST_MESSAGE_TYPE(message) == GST_MESSAGE_ERROR)
-        errors.push_back(complaint);
+        errors.push_back(diagnostic);
       else
-        handlers_.warn(to_error(complaint));
+        handlers_.warn(to_error(diagnostic));
       gst_message_unref(message);
     }
     if (errors.empty()) return ok();
     // Others follow from those of Weir's elements.
-    for (const Complaint& complaint : errors)
-      if (complaint.has_code) return to_error(complaint);
+    for (const Diagnostic& diagnostic : errors)
+      if (diagnostic.has_code) return to_error(diagnostic);
     return to_error(errors.front());
   }
 

@@ -2,7 +2,7 @@
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #pragma once
 #include "core/card/card.hpp"
-#include "core/card/find.hpp"
+#include "core/card/find_card.hpp"
 #include "core/infer/model/model.hpp"
 #include "report.hpp"
 
@@ -10,9 +10,9 @@ namespace weir::app {
 
 // Whether an input has the shape of a picture, which a card describes.
 bool has_pictures(const infer::Model& model);
-// What core/card/find.hpp needs of an open model.
+// What core/card/find_card.hpp needs of an open model.
 card::Search card_search(const std::string& model_path, const infer::Model& model);
-// Finds the card as core/card/find.hpp does. Computes the model's digest.
+// Finds the card as core/card/find_card.hpp does. Computes the model's digest.
 Result<card::Card> make_card(const std::string& model_path, const infer::Model& model);
 
 // {"name", "path", "task", "decoder", "labels", "preparation"}; the last is the elements between a

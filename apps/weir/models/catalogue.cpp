@@ -7,7 +7,7 @@
 #include <fstream>
 #include <iterator>
 
-#include "core/card/find.hpp"
+#include "core/card/find_card.hpp"
 #include "core/text/shell_quote.hpp"
 #include "core/text/text.hpp"
 #include "machine/environment.hpp"

@@ -9,7 +9,7 @@
 #include <optional>
 #include <string_view>
 
-#include "core/trace/layout.hpp"
+#include "core/trace/graph_layout.hpp"
 #include "gstcpp/buffer/caps_text.hpp"
 #include "run/html.hpp"
 
@@ -96,7 +96,7 @@ std::string coordinate(double value) {
 // Where the places of a layout are drawn.
 class Page {
  public:
-  explicit Page(const trace::Layout& layout) {
+  explicit Page(const trace::GraphLayout& layout) {
     const size_t lines = (layout.columns + kColumns - 1) / kColumns;
     first_row_.assign(lines, layout.rows);
     std::vector<double> end_row(lines, 0);
@@ -199,7 +199,7 @@ std::string box(double x, double y, const Json& trace, const Json& element,
 // The gutters between lines, in which each arrow has a track and a place for its label.
 class Gutters {
  public:
-  void add(const trace::Layout& layout, const trace::Route& route) {
+  void add(const trace::GraphLayout& layout, const trace::Route& route) {
     const trace::Place* at = &layout.boxes[route.from];
     const auto reach = [&](const trace::Place& place) {
       if (const auto gutter = between(*at, place)) ++arrows_[*gutter];
@@ -304,7 +304,7 @@ std::string label(double x, double y, const std::string& text) {
 }
 
 // `aside`: how far it is moved down, where two elements have several links.
-std::string arrow(const Page& page, Gutters* gutters, const trace::Layout& layout,
+std::string arrow(const Page& page, Gutters* gutters, const trace::GraphLayout& layout,
                   const trace::Route& route, double aside, const Json& link) {
   Arrow drawn(page, gutters, layout.boxes[route.from], aside);
   for (const trace::Place& place : route.through) drawn.through(place);
@@ -355,7 +355,7 @@ std::string graph_picture(const Json& trace, const std::vector<size_t>& shown,
     arrows.emplace_back(from->second, to->second);
     links.push_back(&link);
   }
-  const trace::Layout layout = trace::lay_out(shown.size(), arrows);
+  const trace::GraphLayout layout = trace::lay_out(shown.size(), arrows);
   const Page page(layout);
   const std::string width = coordinate(page.width()), height = coordinate(page.height());
   std::string out = zoom_buttons() + "<div class=\"wide\"><svg id=\"graph\" role=\"img\" width=\"" +

@@ -97,7 +97,7 @@ body { font: 15px/1.45 system-ui, sans-serif; color: var(--text); background: va
 h1 { font-size: 1.5em; margin-bottom: .2em; } h2 { font-size: 1.15em; margin-top: 2em; } h3 { font-size: 1em; }
 pre { background: var(--box); padding: .8em 1em; border-radius: 6px; white-space: pre-wrap; overflow-wrap: anywhere; }
 .wide { overflow-x: auto; } p.note { color: var(--dim); max-width: 60em; }
-.bad { color: var(--bad); } ul.complaints li { overflow-wrap: anywhere; }
+.bad { color: var(--bad); } ul.diagnostics li { overflow-wrap: anywhere; }
 table { border-collapse: collapse; font-size: 13px; font-variant-numeric: tabular-nums; }
 th, td { text-align: right; padding: .25em .7em .25em 0; border-bottom: 1px solid var(--line); white-space: nowrap; }
 th { color: var(--dim); font-weight: 600; } th.text, td.text { text-align: left; }

@@ -116,7 +116,8 @@ void PipelineRun::drain_bus() {
 }
 
 void PipelineRun::on_error(GstMessage* message) {
-  if (errors_.empty() || !is_failed_state_change(message)) errors_.push_back(complaint_of(message));
+  if (errors_.empty() || !is_failed_state_change(message))
+    errors_.push_back(parse_diagnostic(message));
   finish(RunEnd::Error);
 }
 
@@ -126,7 +127,7 @@ void PipelineRun::on_message(GstMessage* message) {
       on_error(message);
       break;
     case GST_MESSAGE_WARNING:
-      warnings_.push_back(complaint_of(message));
+      warnings_.push_back(parse_diagnostic(message));
       if (events_.warning) events_.warning(warnings_.back());
       break;
     case GST_MESSAGE_EOS:

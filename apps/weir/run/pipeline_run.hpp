@@ -10,7 +10,7 @@
 #include <vector>
 
 #include "gstcpp/element/ref.hpp"
-#include "run/complaints.hpp"
+#include "run/diagnostics.hpp"
 #include "run/sink_counter.hpp"
 
 namespace weir::app {
@@ -23,7 +23,7 @@ class PipelineRun;
 struct RunEvents {
   std::function<void(const PipelineRun&)> progress;  // periodically
   std::function<void(const std::string&)> notice;    // a line to show at once
-  std::function<void(const Complaint&)> warning;     // of an element, when it posts it
+  std::function<void(const Diagnostic&)> warning;    // of an element, when it posts it
   std::function<void()> playing;                     // each time the pipeline has come to PLAYING
   std::function<void()> stopping;                    // once, before frames in flight are waited for
 };
@@ -55,8 +55,8 @@ class PipelineRun {
   double frame_rate() const;        // frames after the first per second, of the busiest sink
   // How much of the stream has been played, 0 to 1; nullopt where its length is not known.
   std::optional<double> played() const;
-  const std::vector<Complaint>& errors() const noexcept { return errors_; }
-  const std::vector<Complaint>& warnings() const noexcept { return warnings_; }
+  const std::vector<Diagnostic>& errors() const noexcept { return errors_; }
+  const std::vector<Diagnostic>& warnings() const noexcept { return warnings_; }
 
  private:
   void on_message(GstMessage* message);
@@ -71,7 +71,7 @@ class PipelineRun {
   gst::Ref<GstElement> pipeline_;
   std::unique_ptr<SinkCounter> sinks_;
   gst::Unique<GMainLoop, g_main_loop_unref> loop_;
-  std::vector<Complaint> errors_, warnings_;
+  std::vector<Diagnostic> errors_, warnings_;
   RunEvents events_;
   gint64 started_ = 0, ended_ = 0;  // monotonic microseconds
   int signals_ = 0;

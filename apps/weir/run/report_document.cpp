@@ -9,8 +9,8 @@
 #include "core/config/install_paths.hpp"
 #include "core/infer/module/module_library.hpp"
 #include "core/trace/verdict.hpp"
-#include "doctor/engine_facts.hpp"
-#include "doctor/machine_facts.hpp"
+#include "doctor/engine_info.hpp"
+#include "doctor/machine_info.hpp"
 #include "gstcpp/element/elements.hpp"
 #include "gstcpp/element/property_text.hpp"
 #include "run/element_properties.hpp"
@@ -50,7 +50,7 @@ Json engine_versions(GstElement* pipeline) {
 }
 
 Json host() {
-  const MachineFacts machine = machine_facts();
+  const MachineInfo machine = get_machine_info();
   utsname system{};
   const bool is_known = uname(&system) == 0;
   const auto now = gst::Unique<GDateTime, g_date_time_unref>(g_date_time_new_now_utc());

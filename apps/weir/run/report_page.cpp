@@ -5,7 +5,7 @@
 #include <algorithm>
 
 #include "core/config/install_paths.hpp"
-#include "core/trace/layout.hpp"
+#include "core/trace/graph_layout.hpp"
 #include "run/html.hpp"
 #include "run/ledger_table.hpp"
 #include "weir/join.hpp"
@@ -119,7 +119,7 @@ std::string drops(const Json& stats) {
   return join(out, ", ");
 }
 
-std::string complaints(const Json& list, const char* kind) {
+std::string diagnostics(const Json& list, const char* kind) {
   std::string out;
   for (const Json& item : list) {
     out += "<li><b class=\"bad\">" + std::string(kind) + "</b> ";
@@ -174,8 +174,8 @@ std::string head(const Json& document) {
            " records are missing, so figures below are too small.</b>";
   out += "</p>\n";
   const std::string entries =
-      complaints(outcome["errors"], "error") + complaints(outcome["warnings"], "warning");
-  if (!entries.empty()) out += "<ul class=\"complaints\">" + entries + "</ul>\n";
+      diagnostics(outcome["errors"], "error") + diagnostics(outcome["warnings"], "warning");
+  if (!entries.empty()) out += "<ul class=\"diagnostics\">" + entries + "</ul>\n";
   return out + "<pre id=\"pipeline\">" + escaped(document["pipeline"].get<std::string>()) +
          "</pre>\n" + host_line(document);
 }

@@ -18,8 +18,8 @@
 #include "commands.hpp"
 #include "launch/pipeline_text.hpp"
 #include "report.hpp"
-#include "run/complaints.hpp"
 #include "run/crash_hint.hpp"
+#include "run/diagnostics.hpp"
 #include "run/ledger_table.hpp"
 #include "run/pipeline_run.hpp"
 #include "run/report_document.hpp"
@@ -79,12 +79,12 @@ class TraceSession {
   gst::Ref<GstObject> tracer_;
 };
 
-const char* get_unit(const SinkFigures& figures) {
-  return figures.is_frames ? "frames" : "buffers";
+const char* get_unit(const SinkStatistics& statistics) {
+  return statistics.is_frames ? "frames" : "buffers";
 }
 
-std::string count_text(const SinkFigures& figures) {
-  return std::to_string(figures.count) + " " + get_unit(figures);
+std::string count_text(const SinkStatistics& statistics) {
+  return std::to_string(statistics.count) + " " + get_unit(statistics);
 }
 
 std::string decimals(const char* format, double number) {
@@ -163,21 +163,21 @@ int to_exit_status(RunEnd end) {
   return end == RunEnd::Error ? kExitError : kExitInterrupted;
 }
 
-Json to_json(const std::vector<Complaint>& complaints) {
+Json to_json(const std::vector<Diagnostic>& diagnostics) {
   Json out = Json::array();
-  for (const auto& complaint : complaints) {
-    const Error& error = complaint.error;
-    Json item{{"element", complaint.element}, {"what", error.what}};
+  for (const auto& diagnostic : diagnostics) {
+    const Error& error = diagnostic.error;
+    Json item{{"element", diagnostic.element}, {"what", error.what}};
     const auto add = [&item](const char* name, const std::string& text) {
       if (!text.empty()) item[name] = text;
     };
-    add("path", complaint.path);
-    add("id", get_id(complaint));
+    add("path", diagnostic.path);
+    add("id", get_id(diagnostic));
     add("offered", error.offered);
     add("needed", error.needed);
     add("difference", error.difference);
     add("fix", error.fix);
-    add("debug", complaint.debug);
+    add("debug", diagnostic.debug);
     out.push_back(std::move(item));
   }
   return out;
@@ -192,7 +192,7 @@ void print_text(const PipelineRun& run, RunEnd end) {
         run.seconds_to_start());
   else
     std::printf("%s without a frame\n", get_verb(end));
-  const auto sinks = run.sinks().figures();
+  const auto sinks = run.sinks().statistics();
   if (sinks.size() > 1)
     for (const auto& sink : sinks)
       std::printf("  %s: %s\n", printable_text(sink.name).c_str(), count_text(sink).c_str());
@@ -212,7 +212,7 @@ Json outcome(const PipelineRun& run, RunEnd end) {
            {"seconds_to_start", run.seconds_to_start()},
            {"frame_rate", run.frame_rate()}};
   out["sinks"] = Json::array();
-  for (const auto& sink : run.sinks().figures()) {
+  for (const auto& sink : run.sinks().statistics()) {
     out[get_unit(sink)] = out[get_unit(sink)].get<uint64_t>() + sink.count;
     out["sinks"].push_back({{"name", sink.name}, {get_unit(sink), sink.count}});
   }
@@ -274,7 +274,7 @@ RunEnd play(const RunOptions& options, ServiceNotifier* service, PipelineRun* pi
   if (!options.quiet) events.progress = [&line](const PipelineRun& run) { line.show(run); };
   events.notice = [&line](const std::string& text) { line.say(text); };
   if (!options.json)
-    events.warning = [&line](const Complaint& warning) {
+    events.warning = [&line](const Diagnostic& warning) {
       line.clear();
       print_warning(warning);
     };

@@ -95,8 +95,8 @@ GstPadProbeReturn SinkCounter::on_data(GstPad* pad, GstPadProbeInfo* info, gpoin
   return GST_PAD_PROBE_OK;
 }
 
-std::vector<SinkFigures> SinkCounter::figures() const {
-  std::vector<SinkFigures> out;
+std::vector<SinkStatistics> SinkCounter::statistics() const {
+  std::vector<SinkStatistics> out;
   std::lock_guard lock(mutex_);
   for (const auto& sink : counts_) {
     const bool is_frames = sink->kind != Kind::Buffers;
@@ -106,11 +106,11 @@ std::vector<SinkFigures> SinkCounter::figures() const {
   return out;
 }
 
-SinkFigures SinkCounter::total() const {
-  const auto all = figures();
-  SinkFigures out;
+SinkStatistics SinkCounter::total() const {
+  const auto all = statistics();
+  SinkStatistics out;
   const auto has = [&all](bool frames) {
-    return std::any_of(all.begin(), all.end(), [frames](const SinkFigures& one) {
+    return std::any_of(all.begin(), all.end(), [frames](const SinkStatistics& one) {
       return one.is_frames == frames && one.count > 0;
     });
   };
@@ -123,7 +123,7 @@ SinkFigures SinkCounter::total() const {
 uint64_t SinkCounter::busiest() const {
   const bool is_frames = total().is_frames;
   uint64_t max = 0;
-  for (const auto& one : figures())
+  for (const auto& one : statistics())
     if (one.is_frames == is_frames) max = std::max(max, one.count);
   return max;
 }

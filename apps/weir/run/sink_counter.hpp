@@ -16,7 +16,7 @@
 
 namespace weir::app {
 
-struct SinkFigures {
+struct SinkStatistics {
   std::string name;  // of the sink or the muxer
   uint64_t count = 0;
   bool is_frames = false;  // of video or tensors; else buffers
@@ -32,9 +32,9 @@ class SinkCounter {
   SinkCounter(const SinkCounter&) = delete;
   SinkCounter& operator=(const SinkCounter&) = delete;
 
-  std::vector<SinkFigures> figures() const;
+  std::vector<SinkStatistics> statistics() const;
   // Over all sinks: the frames if any has frames, else the buffers.
-  SinkFigures total() const;
+  SinkStatistics total() const;
   // Counts the frames of the sink with the most, by the same rule.
   uint64_t busiest() const;
   // Monotonic time in microseconds of the first buffer at any sink; 0 = none yet.

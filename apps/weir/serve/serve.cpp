@@ -13,10 +13,10 @@
 
 #include "commands.hpp"
 #include "core/config/install_paths.hpp"
-#include "core/process/kept_address.hpp"
+#include "core/process/listener_lease.hpp"
 #include "core/text/shell_quote.hpp"
 #include "report.hpp"
-#include "run/complaints.hpp"
+#include "run/diagnostics.hpp"
 #include "run/ledger_table.hpp"
 #include "serve/metrics_server.hpp"
 #include "serve/serve_run.hpp"
@@ -55,7 +55,7 @@ std::string metric_name(std::string name) {
 }
 
 // `labels`: without braces.
-void add_figure(const std::string& name, const Json& value, std::string labels,
+void add_metric(const std::string& name, const Json& value, std::string labels,
                 std::map<std::string, Metric>* metrics) {
   constexpr std::string_view kDropped = "dropped-", kMicroseconds = "-us";
   constexpr double kMicrosecond = 1e-6;
@@ -84,7 +84,7 @@ void add_figure(const std::string& name, const Json& value, std::string labels,
 // `ledgers`: as of ledgers(); elements are named MODEL-source, MODEL-filter and MODEL-sink. Each
 // number of their stats is a metric with the labels model and element:
 // weir_received_total{model="resnet", element="tensor_filter"} 3. Durations are in seconds.
-std::string figures_page(const Json& ledgers) {
+std::string metrics_page(const Json& ledgers) {
   std::map<std::string, Metric> metrics;
   for (const Json& ledger : ledgers) {
     const std::string name = ledger["name"], element = ledger["element"];
@@ -93,7 +93,7 @@ std::string figures_page(const Json& ledgers) {
         "model=\"" + escaped_label(model) + "\",element=\"" + escaped_label(element) + "\"";
     for (const auto& [key, value] : ledger["stats"].items())
       if ((value.is_number() || value.is_boolean()) && key != "dropped")
-        add_figure(key, value, labels, &metrics);
+        add_metric(key, value, labels, &metrics);
   }
   std::string out =
       "# HELP weir_build_info The version of Weir\n# TYPE weir_build_info gauge\n"
@@ -141,16 +141,16 @@ std::string address_text(const ServeOptions& options, const ListenAddress& addre
 // Clients of a model that is restarted are answered meanwhile.
 std::shared_ptr<const void> keep_listening(ListenAddress address, unsigned port) {
   if (address.unix_path.empty()) address.port = std::to_string(port);
-  const auto keep = process::keep_address().load();
+  const auto keep = process::lease_listener().load();
   return keep ? keep(address.text()) : nullptr;
 }
 
 // The port is a property of the element, and here a part of --listen.
-std::vector<Complaint> with_option(std::vector<Complaint> errors, ListenAddress address) {
+std::vector<Diagnostic> with_option(std::vector<Diagnostic> errors, ListenAddress address) {
   address.port = "0";
-  for (auto& complaint : errors)
-    if (complaint.error.fix.starts_with("port=0"))
-      complaint.error.fix = "--listen " + shell_word(address.text()) + ", which uses a free port";
+  for (auto& diagnostic : errors)
+    if (diagnostic.error.fix.starts_with("port=0"))
+      diagnostic.error.fix = "--listen " + shell_word(address.text()) + ", which uses a free port";
   return errors;
 }
 
@@ -170,7 +170,7 @@ Result<std::unique_ptr<MetricsServer>> open_metrics(const ServeOptions& options,
                                                     const ServeRun& run) {
   const auto address = ListenAddress::parse(options.metrics, "--metrics");
   if (!address) return address.error();
-  auto server = MetricsServer::open(*address, [&run] { return figures_page(run.figures()); });
+  auto server = MetricsServer::open(*address, [&run] { return metrics_page(run.statistics()); });
   if (server) {
     ListenAddress shown = *address;
     shown.port = std::to_string((*server)->port());
@@ -210,7 +210,7 @@ int serve(const ServeOptions& options) {
   }
   std::fflush(stdout);
   const int status = run.play();
-  const std::string ledger = ledger_table(run.figures());
+  const std::string ledger = ledger_table(run.statistics());
   if (!ledger.empty()) std::printf("\nLedger\n%s", ledger.c_str());
   return status;
 }

@@ -51,11 +51,11 @@ void set_port(const ServedPipeline& served, unsigned port) {
 }
 
 // Why a pipeline did not start.
-std::vector<Complaint> get_errors(const ServedPipeline& served) {
+std::vector<Diagnostic> get_errors(const ServedPipeline& served) {
   const auto bus = gst::Ref<GstBus>::adopt(gst_element_get_bus(served.pipeline.get()));
-  std::vector<Complaint> out;
+  std::vector<Diagnostic> out;
   while (GstMessage* message = gst_bus_pop_filtered(bus.get(), GST_MESSAGE_ERROR)) {
-    out.push_back(complaint_of(message));
+    out.push_back(parse_diagnostic(message));
     gst_message_unref(message);
   }
   if (out.empty())
@@ -80,7 +80,7 @@ ServeRun::~ServeRun() {
   }
 }
 
-std::vector<Complaint> ServeRun::start() {
+std::vector<Diagnostic> ServeRun::start() {
   for (const auto& served : served_) {
     GstElement* pipeline = served->what.pipeline.get();
     const auto bus = gst::Ref<GstBus>::adopt(gst_element_get_bus(pipeline));
@@ -121,11 +121,11 @@ int ServeRun::play() {
 void ServeRun::on_message(Served* served, GstMessage* message) {
   switch (GST_MESSAGE_TYPE(message)) {
     case GST_MESSAGE_ERROR:
-      print_errors({complaint_of(message)});
+      print_errors({parse_diagnostic(message)});
       if (served->restart == 0) restart(served);
       break;
     case GST_MESSAGE_WARNING:
-      print_warning(complaint_of(message));
+      print_warning(parse_diagnostic(message));
       break;
     case GST_MESSAGE_EOS:
       served->ended = true;
@@ -217,7 +217,7 @@ Json ServeRun::describe_tensors(size_t pipeline) const {
   return out;
 }
 
-Json ServeRun::figures() const {
+Json ServeRun::statistics() const {
   Json out = Json::array();
   for (const auto& served : served_)
     for (const Json& ledger : ledgers(served->what.pipeline.get())) out.push_back(ledger);

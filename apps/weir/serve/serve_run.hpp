@@ -9,7 +9,7 @@
 
 #include "gstcpp/element/ref.hpp"
 #include "report.hpp"
-#include "run/complaints.hpp"
+#include "run/diagnostics.hpp"
 #include "serve/served_models.hpp"
 
 namespace weir::app {
@@ -28,7 +28,7 @@ class ServeRun {
   ServeRun& operator=(const ServeRun&) = delete;
 
   // Starts all pipelines and handles signals from then on. Returns the errors; empty = all play.
-  std::vector<Complaint> start();
+  std::vector<Diagnostic> start();
   // Blocks until a signal. The first SIGINT or SIGTERM ends the streams after the requests that
   // they have; the second one, or ten seconds, ends them at once. A model whose pipeline fails is
   // started again after a second, and if it fails soon again after twice as long as before, up to
@@ -37,8 +37,8 @@ class ServeRun {
 
   // "input float32 3:224:224:1", as the filter reports them after start().
   Json describe_tensors(size_t pipeline) const;
-  // Returns the figures of all pipelines, as ledgers() does.
-  Json figures() const;
+  // Returns the statistics of all pipelines, as ledgers() does.
+  Json statistics() const;
   // The port that a source listens on.
   unsigned port() const;
   size_t size() const noexcept { return served_.size(); }

@@ -5,7 +5,7 @@
 #include "commands.hpp"
 #include "core/text/shell_quote.hpp"
 #include "report.hpp"
-#include "run/complaints.hpp"
+#include "run/diagnostics.hpp"
 #include "run/pipeline_run.hpp"
 #include "try/try_model.hpp"
 #include "try/try_pipeline.hpp"

@@ -10,8 +10,8 @@
 #include <string_view>
 
 #include "core/card/card.hpp"
-#include "core/card/find.hpp"
-#include "core/decoders/model_facts.hpp"
+#include "core/card/find_card.hpp"
+#include "core/decoders/stream_model.hpp"
 #include "core/heads/families.hpp"
 #include "core/infer/model/model.hpp"
 #include "core/infer/module/model_file.hpp"
@@ -21,7 +21,7 @@
 #include "inspect/command_error.hpp"
 #include "inspect/model_card.hpp"
 #include "models/catalogue.hpp"
-#include "try/usual_pixels.hpp"
+#include "try/default_preprocessing.hpp"
 #include "weir/join.hpp"
 #include "weir/label_file.hpp"
 
@@ -111,13 +111,15 @@ struct Reading {
 
 // Those that names or metadata make certain, if any; else those of rows and points, whose shapes
 // say more than the shapes of maps and lists of scores do.
-std::vector<Reading> likely(const std::vector<Reading>& readings, const heads::ModelFacts& facts) {
+std::vector<Reading> likely(const std::vector<Reading>& readings,
+                            const heads::ModelSignature& facts) {
   const auto chosen = [&](auto is_chosen) {
     std::vector<Reading> out;
     std::copy_if(readings.begin(), readings.end(), std::back_inserter(out), is_chosen);
     return out;
   };
-  auto out = chosen([&](const Reading& r) { return r.family->fit(facts) == heads::Fit::Certain; });
+  auto out =
+      chosen([&](const Reading& r) { return r.family->fit(facts) == heads::Match::Certain; });
   if (out.empty())
     out = chosen([](const Reading& r) {
       const uint32_t tasks = r.family->tasks;
@@ -134,7 +136,7 @@ std::string make_option(const Reading& reading, const std::vector<Reading>& all)
   return is_only_one ? "--mode " + reading.mode : "--head " + std::string(reading.family->name);
 }
 
-Error several(const std::vector<Reading>& readings, const heads::ModelFacts& facts) {
+Error several(const std::vector<Reading>& readings, const heads::ModelSignature& facts) {
   return {
       .code = Code::SPEC_MISMATCH,
       .what =
@@ -146,7 +148,7 @@ Error several(const std::vector<Reading>& readings, const heads::ModelFacts& fac
       .fix = join(readings, " or ", [&](const Reading& r) { return make_option(r, readings); })};
 }
 
-Error unknown_outputs(const heads::ModelFacts& facts) {
+Error unknown_outputs(const heads::ModelSignature& facts) {
   return {.code = Code::SPEC_MISMATCH,
           .what = "no known head fits these outputs",
           .offered = facts.describe_outputs(),
@@ -156,7 +158,7 @@ Error unknown_outputs(const heads::ModelFacts& facts) {
 }
 
 // The families that can read the outputs, each with the first mode that shows it.
-std::vector<Reading> list_readings(const heads::ModelFacts& facts, uint32_t tasks) {
+std::vector<Reading> list_readings(const heads::ModelSignature& facts, uint32_t tasks) {
   std::vector<Reading> out;
   for (const auto& [name, task] : kModes) {
     if (!(tasks & task)) continue;
@@ -190,7 +192,7 @@ Result<uint32_t> parse_tasks(const std::string& mode) {
 }
 
 // The mode and family for the model's outputs. `mode` and `head` are the user's, or "".
-Result<Reading> find_reading(const heads::ModelFacts& facts, const std::string& mode,
+Result<Reading> find_reading(const heads::ModelSignature& facts, const std::string& mode,
                              const std::string& head, std::vector<std::string>* notes) {
   const auto tasks = parse_tasks(mode);
   if (!tasks) return tasks.error();
@@ -207,7 +209,7 @@ Result<Reading> find_reading(const heads::ModelFacts& facts, const std::string& 
   if (best.empty()) return unknown_outputs(facts);
   std::vector<Reading> others = readings;
   std::erase_if(others, [&](const Reading& other) { return other.family == best[0].family; });
-  if (!others.empty() && best[0].family->fit(facts) != heads::Fit::Certain)
+  if (!others.empty() && best[0].family->fit(facts) != heads::Match::Certain)
     notes->push_back("also possible: " + join(others, ", ", [&](const Reading& other) {
                        return make_option(other, readings);
                      }));
@@ -311,7 +313,8 @@ Status prepare(const Result<card::Card>& card, const infer::Model& model, const 
   }
   std::string note;
   const auto& inputs = model.inputs();
-  const auto pixels = inputs.size() == 1 ? usual_pixels(family, inputs[0], &note) : std::nullopt;
+  const auto pixels =
+      inputs.size() == 1 ? default_image_input(family, inputs[0], &note) : std::nullopt;
   if (!pixels) return card.error();
   out->preparation = preprocess_properties(*pixels);
   out->notes.push_back(note);

@@ -71,9 +71,9 @@ std::string needed_file(const DecoderOption& option) {
 }
 
 // Reads the value of one option. Texts of files get the folder of the card.
-class OptionReader {
+class DecoderOptionReader {
  public:
-  OptionReader(const DecoderMode& mode, const fs::path& folder, std::string scheme)
+  DecoderOptionReader(const DecoderMode& mode, const fs::path& folder, std::string scheme)
       : mode_(mode), folder_(folder), scheme_(std::move(scheme)) {}
 
   // Returns nullopt, and what is needed, for a value that the option cannot have.
@@ -205,7 +205,7 @@ std::vector<std::pair<std::string, std::string>> decoder_options_from(Fields* fi
   const DecoderMode* mode = find_decoder_mode(mode_name);
   if (!mode && !given->empty()) fields->fail("decoder_options", "a decoder that has these options");
   if (!mode) return out;
-  OptionReader reader(*mode, folder, get_text(*given, "option1"));
+  DecoderOptionReader reader(*mode, folder, get_text(*given, "option1"));
   for (const auto& [name, json] : given->items()) {
     const bool is_custom = name == "custom" && !mode->is_numbered();
     const DecoderOption* option = mode->option(name);
@@ -235,7 +235,7 @@ void read_padding(Fields* fields, ImageInput* input) {
     input->padding = padding->get<uint8_t>();
   else
     fields->fail("padding", "a pixel value from 0 to 255");
-  if (input->resize != Resize::Letterbox) fields->fail("padding", "\"resize\": \"letterbox\"");
+  if (input->resize != Fit::Letterbox) fields->fail("padding", "\"resize\": \"letterbox\"");
 }
 
 // Returns extents of 0 if one of them is faulty.
@@ -289,10 +289,9 @@ ImageInput input_from(const Json& json, const std::string& where, Faults* faults
   input.color = fields.one_of<Color>(
       "color", {{"RGB", Color::Rgb}, {"BGR", Color::Bgr}, {"GRAY8", Color::Gray}}, Color::Rgb,
       true);
-  input.resize = fields.one_of<Resize>(
-      "resize",
-      {{"stretch", Resize::Stretch}, {"crop", Resize::Crop}, {"letterbox", Resize::Letterbox}},
-      Resize::Stretch, false);
+  input.resize = fields.one_of<Fit>(
+      "resize", {{"stretch", Fit::Stretch}, {"crop", Fit::Crop}, {"letterbox", Fit::Letterbox}},
+      Fit::Stretch, false);
   read_padding(&fields, &input);
   input.mean = floats_from(&fields, "mean");
   input.scale = floats_from(&fields, "scale");

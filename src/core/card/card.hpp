@@ -19,7 +19,7 @@ enum class Layout { Nhwc, Nchw };
 enum class Color { Gray, Rgb, Bgr };
 // Crop: the largest centred part with the model's proportions. Letterbox: the whole picture in its
 // own proportions, with a border around it.
-enum class Resize { Stretch, Crop, Letterbox };
+enum class Fit { Stretch, Crop, Letterbox };
 
 // An input picture of the model. Number = (pixel - mean) * scale, per channel or for all.
 struct ImageInput {
@@ -30,7 +30,7 @@ struct ImageInput {
   Color color = Color::Rgb;
   std::vector<double> mean;   // empty = 0; one number, or one for each channel
   std::vector<double> scale;  // empty = 1
-  Resize resize = Resize::Stretch;
+  Fit resize = Fit::Stretch;
   uint8_t padding = 0;  // pixel value of the border of a letterbox
 
   int64_t width() const noexcept;

@@ -60,7 +60,7 @@ TEST(Card, ReadsALetterboxAndTheDecodersOptions) {
   json["decoder_options"] = {{"custom", "head:yolox"}, {"threshold", "0.3"}};
   const auto card = parsed(json);
   ASSERT_TRUE(card) << card.error().message();
-  EXPECT_EQ(card->inputs[0].resize, Resize::Letterbox);
+  EXPECT_EQ(card->inputs[0].resize, Fit::Letterbox);
   EXPECT_EQ(card->inputs[0].padding, 114);
   const std::vector<std::pair<std::string, std::string>> options{{"custom", "head:yolox"},
                                                                  {"threshold", "0.3"}};

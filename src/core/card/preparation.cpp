@@ -77,13 +77,13 @@ std::string letterbox(const ImageInput& input) {
 }  // namespace
 
 std::string preparation(const ImageInput& input) {
-  if (input.resize == Resize::Letterbox) return letterbox(input);
+  if (input.resize == Fit::Letterbox) return letterbox(input);
   const char* format = input.color == Color::Gray  ? "GRAY8"
                        : input.color == Color::Rgb ? "RGB"
                                                    : "BGR";
   const std::string width = std::to_string(input.width()), height = std::to_string(input.height());
   std::string out = "videoconvert ! ";
-  if (input.resize == Resize::Crop)
+  if (input.resize == Fit::Crop)
     out += "aspectratiocrop aspect-ratio=" + width + "/" + height + " ! ";
   out += std::string("videoscale add-borders=false ! video/x-raw,format=") + format +
          ",width=" + width + ",height=" + height + ",pixel-aspect-ratio=1/1 ! tensor_converter" +

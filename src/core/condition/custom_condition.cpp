@@ -3,7 +3,7 @@
 
 #include <span>
 
-#include "core/infer/module/called.hpp"
+#include "core/infer/module/guarded_call.hpp"
 #include "core/infer/module/host.hpp"
 #include "core/process/process_object.hpp"
 #include "core/text/text.hpp"
@@ -66,7 +66,7 @@ Result<std::optional<bool>> CustomCondition::decide(const weir_frame& frame) {
   if (!entry_) return unknown_condition(name_);
   weir_error error;
   int decision = 0;
-  const auto result = infer::called(*entry_->gate, who_, "return host->fail(...)", [&] {
+  const auto result = infer::call_guarded(*entry_->gate, who_, "return host->fail(...)", [&] {
     return entry_->function(&infer::host(), &frame, &decision, entry_->data, &error);
   });
   if (!result) return result.error();

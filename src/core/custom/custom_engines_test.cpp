@@ -6,7 +6,7 @@
 #include <filesystem>
 #include <fstream>
 
-#include "core/custom/other_process.hpp"
+#include "core/custom/process_bound.hpp"
 #include "core/infer/model/model.hpp"
 #include "core/infer/module/host.hpp"
 #include "core/infer/module/module_library.hpp"

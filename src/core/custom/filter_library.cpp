@@ -11,8 +11,8 @@
 #include <optional>
 
 #include "core/config/install_paths.hpp"
-#include "core/infer/module/configured.hpp"
 #include "core/infer/module/host.hpp"
+#include "core/infer/module/load_configuration.hpp"
 #include "core/infer/module/model_file.hpp"
 #include "core/infer/module/module_check.hpp"
 #include "core/process/process_object.hpp"

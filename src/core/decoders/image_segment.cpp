@@ -161,16 +161,16 @@ class ImageSegment {
   }
 
   void paint_depths(std::span<const float> values, std::span<draw::Rgba> pixels) {
-    const auto greatest = detection::greatest_depth(values);
-    if (greatest.not_finite) throw not_finite(values[*greatest.not_finite], *greatest.not_finite);
-    if (greatest.value == 0) {
+    const auto max = detection::max_depth(values);
+    if (max.not_finite) throw not_finite(values[*max.not_finite], *max.not_finite);
+    if (max.value == 0) {
       std::fill(pixels.begin(), pixels.end(), draw::kTransparent);
       return;
     }
     std::array<uint8_t, kPart> grays;
     for (size_t first = 0; first < pixels.size(); first += kPart) {
       const auto part = std::span(grays).first(std::min(kPart, pixels.size() - first));
-      detection::grays_from_depths(values.subspan(first, part.size()), greatest.value, part);
+      detection::grays_from_depths(values.subspan(first, part.size()), max.value, part);
       draw::paint_grays(part, pixels.subspan(first, part.size()));
     }
   }

@@ -6,7 +6,7 @@
 #include <cstring>
 #include <limits>
 
-#include "core/decoders/model_facts.hpp"
+#include "core/decoders/stream_model.hpp"
 #include "core/records/record_writer.hpp"
 #include "weir/decoder.hpp"
 

@@ -11,13 +11,13 @@
 #include <string>
 #include <vector>
 
-#include "core/decoders/model_facts.hpp"
 #include "core/decoders/option_text.hpp"
+#include "core/decoders/stream_model.hpp"
 #include "core/detection/candidate.hpp"
 #include "core/heads/families.hpp"
+#include "core/results/object_selection.hpp"
+#include "core/results/picture_coordinates.hpp"
 #include "core/results/results_writer.hpp"
-#include "core/results/select.hpp"
-#include "core/results/to_picture.hpp"
 #include "core/text/shell_quote.hpp"
 #include "core/text/text.hpp"
 #include "weir/decoder.hpp"
@@ -66,7 +66,7 @@ std::optional<float> read_part(const Options& options, const std::string& option
   return value;
 }
 
-size_t read_most_results(const Options& options, size_t otherwise) {
+size_t read_max_results(const Options& options, size_t otherwise) {
   const auto text = options.get("max-results");
   if (!text || text->empty()) return otherwise;
   size_t value = 0;
@@ -123,7 +123,7 @@ ResultsSettings read_results_settings(const Options& options) {
   ResultsSettings out;
   out.threshold = read_part(options, "threshold", "threshold=0.5");
   out.iou = read_part(options, "iou", "iou=0.45").value_or(out.iou);
-  out.max_results = read_most_results(options, out.max_results);
+  out.max_results = read_max_results(options, out.max_results);
   constexpr std::string_view kNumbers[] = {"threshold", "iou", "max-results", "input"};
   for (const weir_option& option : options.all()) {
     if (!option.key || !option.value || !*option.value) continue;
@@ -165,18 +165,18 @@ std::string results_options_json(uint32_t tasks) {
 using results::Features;
 using results::FrameResults;
 
-results::Rivals rivals_of(heads::Suppression suppression) {
+results::SuppressionScope to_rivals(heads::Suppression suppression) {
   switch (suppression) {
     case heads::Suppression::None:
-      return results::Rivals::None;
+      return results::SuppressionScope::None;
     case heads::Suppression::ByClass:
-      return results::Rivals::SameClass;
+      return results::SuppressionScope::SameClass;
     case heads::Suppression::AnyClass:
-      return results::Rivals::AnyClass;
+      return results::SuppressionScope::AnyClass;
     case heads::Suppression::Rotated:
-      return results::Rivals::SameClassRotated;
+      return results::SuppressionScope::SameClassRotated;
   }
-  return results::Rivals::SameClass;
+  return results::SuppressionScope::SameClass;
 }
 
 // A mode whose heads have one of the bits `tasks` (heads::Task).
@@ -200,7 +200,7 @@ class ResultsDecoder {
     if (has_classes)
       for (const std::string& label : class_labels()) label_texts_.push_back(label.c_str());
     output.set_caps(
-        results::caps_of(features_, settings_.name.empty() ? model_.name() : settings_.name));
+        results::make_caps(features_, settings_.name.empty() ? model_.name() : settings_.name));
   }
 
   bool decode(const weir_frame& frame, DecoderOutput& output) {
@@ -218,7 +218,7 @@ class ResultsDecoder {
 
  private:
   // The outputs of one picture, or of a batch of them.
-  void open_first(const heads::ModelFacts& facts) {
+  void open_first(const heads::ModelSignature& facts) {
     try {
       open_head(facts);
     } catch (const Failure& first) {
@@ -231,7 +231,7 @@ class ResultsDecoder {
       }
     }
   }
-  void open_head(heads::ModelFacts facts) {
+  void open_head(heads::ModelSignature facts) {
     const heads::Family& family = named_ ? *named_ : heads::recognise(facts, tasks_);
     head_ = heads::open_head(family, facts,
                              {.threshold = settings_.threshold.value_or(family.threshold),
@@ -253,14 +253,14 @@ class ResultsDecoder {
     detection::PictureSize input = facts_.input;
     if (map) input = {map->width, map->height};
     const auto kept =
-        results::select(head_->find(values_, input), {.rivals = rivals_of(head_->suppression()),
+        results::select(head_->find(values_, input), {.rivals = to_rivals(head_->suppression()),
                                                       .max_overlap = settings_.iou,
                                                       .max_objects = settings_.max_results,
                                                       .classes = classes_});
     const bool is_rotated = head_->suppression() == heads::Suppression::Rotated;
     part_.clear();
     for (const auto& candidate : kept)
-      part_.objects.push_back(results::object_of(candidate, is_rotated));
+      part_.objects.push_back(results::make_object(candidate, is_rotated));
     part_.points_per_object = features_.points_per_object;
     head_->complete(values_, kept, input, &part_);
     if (!map) return;
@@ -275,8 +275,8 @@ class ResultsDecoder {
     if (features_ == before) return;
     throw Failure({.code = Code::SPEC_MISMATCH,
                    .what = "the kind of results changed within the stream",
-                   .offered = results::columns_of(features_),
-                   .needed = results::columns_of(before),
+                   .offered = results::make_columns(features_),
+                   .needed = results::make_columns(before),
                    .fix = "one tensor_decoder for each model"});
   }
 
@@ -284,7 +284,7 @@ class ResultsDecoder {
   ResultsSettings settings_;
   const heads::Family* named_ = nullptr;  // null: recognised
   StreamModel model_;
-  heads::ModelFacts facts_;  // that head_ was opened for
+  heads::ModelSignature facts_;  // that head_ was opened for
   std::unique_ptr<heads::Head> head_;
   Features features_;
   std::vector<int32_t> classes_;
@@ -300,7 +300,7 @@ class ModeDecoder final : public ResultsDecoder {
 };
 
 template <uint32_t kTasks>
-const weir_decoder_type* table_of(const char* mode) {
+const weir_decoder_type* get_table(const char* mode) {
   static const std::string options = results_options_json(kTasks);
   static const weir_decoder_type table =
       decoder_table<ModeDecoder<kTasks>>(mode, "", options.c_str());
@@ -311,12 +311,12 @@ const weir_decoder_type* table_of(const char* mode) {
 
 std::span<const weir_decoder_type* const> results_decoders() {
   static const weir_decoder_type* const tables[] = {
-      table_of<heads::kDetection>("detection"),
-      table_of<heads::kClassification>("classification"),
-      table_of<heads::kSegmentation>("segmentation"),
-      table_of<heads::kPose>("pose"),
-      table_of<heads::kDepth>("depth"),
-      table_of<heads::kText>("text")};
+      get_table<heads::kDetection>("detection"),
+      get_table<heads::kClassification>("classification"),
+      get_table<heads::kSegmentation>("segmentation"),
+      get_table<heads::kPose>("pose"),
+      get_table<heads::kDepth>("depth"),
+      get_table<heads::kText>("text")};
   return tables;
 }
 

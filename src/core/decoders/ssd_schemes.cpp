@@ -189,8 +189,8 @@ class Palm final : public BoxScheme {
     detection::PalmAnchorOptions anchors;
     const std::vector<uint32_t> usual = anchors.strides;
     const size_t layers = read_count(parts[1], "number of layers", kMaxLayers, usual.size());
-    anchors.min_scale = read_number(options_, parts[2], "least scale", anchors.min_scale);
-    anchors.max_scale = read_number(options_, parts[3], "greatest scale", anchors.max_scale);
+    anchors.min_scale = read_number(options_, parts[2], "minimum scale", anchors.min_scale);
+    anchors.max_scale = read_number(options_, parts[3], "maximum scale", anchors.max_scale);
     anchors.x_offset = read_number(options_, parts[4], "x offset", anchors.x_offset);
     anchors.y_offset = read_number(options_, parts[5], "y offset", anchors.y_offset);
     anchors.strides.clear();

@@ -49,7 +49,7 @@ std::optional<size_t> classes_from_numbers(std::span<const float> numbers, size_
   return std::nullopt;
 }
 
-GreatestDepth greatest_depth(std::span<const float> depths) noexcept {
+MaxDepth max_depth(std::span<const float> depths) noexcept {
   constexpr size_t kParts = 16;  // independent maxima, so that the loop is vectorised
   constexpr float kFinite = std::numeric_limits<float>::max();
   float parts[kParts] = {};
@@ -62,7 +62,7 @@ GreatestDepth greatest_depth(std::span<const float> depths) noexcept {
   for (; i + kParts <= depths.size(); i += kParts)
     for (size_t part = 0; part < kParts; ++part) add(part, depths[i + part]);
   for (; i < depths.size(); ++i) add(0, depths[i]);
-  GreatestDepth out{.value = *std::max_element(parts, parts + kParts)};
+  MaxDepth out{.value = *std::max_element(parts, parts + kParts)};
   if (std::any_of(odd, odd + kParts, [](uint32_t found) { return found != 0; }))
     out.not_finite = std::find_if_not(depths.begin(), depths.end(),
                                       [](float depth) { return std::isfinite(depth); }) -
@@ -70,10 +70,9 @@ GreatestDepth greatest_depth(std::span<const float> depths) noexcept {
   return out;
 }
 
-void grays_from_depths(std::span<const float> depths, float greatest,
-                       std::span<uint8_t> out) noexcept {
+void grays_from_depths(std::span<const float> depths, float max, std::span<uint8_t> out) noexcept {
   for (size_t i = 0; i < depths.size(); ++i) {
-    const float scaled = depths[i] / greatest * 255;
+    const float scaled = depths[i] / max * 255;
     out[i] = static_cast<uint8_t>(static_cast<int32_t>(scaled > 0 ? scaled : 0));
   }
 }

@@ -9,7 +9,7 @@
 namespace weir::detection {
 
 // All functions work pixel by pixel, so that a caller may pass a picture in parts, except for
-// classes_from_planes and greatest_depth, which need all of it.
+// classes_from_planes and max_depth, which need all of it.
 
 // The class of each pixel is that of its greatest score if this is above `threshold`, otherwise 0.
 // `scores` holds `classes` numbers for each element of `out`. The first of equal scores wins;
@@ -27,15 +27,14 @@ void classes_from_planes(std::span<const float> scores, size_t classes, std::spa
 std::optional<size_t> classes_from_numbers(std::span<const float> numbers, size_t classes,
                                            std::span<uint16_t> out) noexcept;
 
-struct GreatestDepth {
+struct MaxDepth {
   float value = 0;                     // 0 if no value is above 0
   std::optional<size_t> not_finite{};  // the index of the first value that is NaN or infinite
 };
-GreatestDepth greatest_depth(std::span<const float> depths) noexcept;
+MaxDepth max_depth(std::span<const float> depths) noexcept;
 
-// Scales depths from 0 to `greatest`, which is above 0, to 0 to 255, rounding down. Depths below 0
+// Scales depths from 0 to `max`, which is above 0, to 0 to 255, rounding down. Depths below 0
 // become 0.
-void grays_from_depths(std::span<const float> depths, float greatest,
-                       std::span<uint8_t> out) noexcept;
+void grays_from_depths(std::span<const float> depths, float max, std::span<uint8_t> out) noexcept;
 
 }  // namespace weir::detection

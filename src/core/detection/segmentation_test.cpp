@@ -76,30 +76,30 @@ TEST(ClassesFromNumbers, NamesTheFirstValueThatIsNoClass) {
   }
 }
 
-TEST(GreatestDepth, IsTheGreatestOfAllValues) {
+TEST(MaxDepth, IsTheGreatestOfAllValues) {
   for (const size_t count : {1u, 15u, 16u, 17u, 100u})
     for (size_t place = 0; place < count; ++place) {
       std::vector<float> depths(count, 0.25f);
       depths[place] = 7.5f;
-      const auto found = greatest_depth(depths);
+      const auto found = max_depth(depths);
       EXPECT_EQ(found.value, 7.5f) << place << " of " << count;
       EXPECT_FALSE(found.not_finite);
     }
 }
 
-TEST(GreatestDepth, Is0WithoutAPositiveValue) {
-  EXPECT_EQ(greatest_depth({}).value, 0);
-  EXPECT_EQ(greatest_depth(std::vector<float>{0, 0}).value, 0);
-  EXPECT_EQ(greatest_depth(std::vector<float>{-1, -2}).value, 0);
+TEST(MaxDepth, Is0WithoutAPositiveValue) {
+  EXPECT_EQ(max_depth({}).value, 0);
+  EXPECT_EQ(max_depth(std::vector<float>{0, 0}).value, 0);
+  EXPECT_EQ(max_depth(std::vector<float>{-1, -2}).value, 0);
 }
 
-TEST(GreatestDepth, NamesTheFirstValueThatIsNotFinite) {
+TEST(MaxDepth, NamesTheFirstValueThatIsNotFinite) {
   for (const float odd : {NAN, INFINITY, -INFINITY})
     for (const size_t place : {0u, 5u, 16u, 36u}) {
       std::vector<float> depths(40, 1);
       depths[place] = odd;
       depths[39] = odd;
-      EXPECT_EQ(greatest_depth(depths).not_finite, place) << odd;
+      EXPECT_EQ(max_depth(depths).not_finite, place) << odd;
     }
 }
 
@@ -126,7 +126,7 @@ TEST(GraysFromDepths, AgreesWithNumPy) {
   std::vector<float> depths(24);
   for (size_t i = 0; i < depths.size(); ++i) depths[i] = static_cast<float>(i * 37 % 101) / 8;
   std::vector<uint8_t> out(depths.size());
-  grays_from_depths(depths, greatest_depth(depths).value, out);
+  grays_from_depths(depths, max_depth(depths).value, out);
   EXPECT_EQ(out, (std::vector<uint8_t>{0,   97, 194, 26,  123, 220, 52,  149, 247, 78, 176, 7, 105,
                                        202, 34, 131, 228, 60,  157, 255, 86,  184, 15, 113}));
 }

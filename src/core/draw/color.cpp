@@ -9,7 +9,7 @@ namespace {
 
 using preprocess::ColorMatrix;
 using preprocess::ColorModel;
-using preprocess::Range;
+using preprocess::ColorRange;
 
 uint8_t to_byte(double value) {
   return static_cast<uint8_t>(std::clamp(std::floor(value + 0.5), 0.0, 255.0));
@@ -19,8 +19,8 @@ double luma(const Rgb& c, double red, double blue) {
   return (red * c.red + (1 - red - blue) * c.green + blue * c.blue) / 255;
 }
 
-uint8_t luma_sample(double luma, Range range) {
-  return to_byte(range == Range::Full ? 255 * luma : 16 + 219 * luma);
+uint8_t luma_sample(double luma, ColorRange range) {
+  return to_byte(range == ColorRange::Full ? 255 * luma : 16 + 219 * luma);
 }
 
 // The weights of red and blue in luma.
@@ -71,7 +71,7 @@ std::array<uint8_t, 3> to_samples(const preprocess::Picture& picture, Rgb c) noe
     return {luma_sample(luma(c, 0.299, 0.114), picture.range), 0, 0};
   const auto [red, blue] = weights(picture.matrix);
   const double y = luma(c, red, blue);
-  const double scale = picture.range == Range::Full ? 255 : 224;
+  const double scale = picture.range == ColorRange::Full ? 255 : 224;
   return {luma_sample(y, picture.range),
           to_byte(128 + scale * (c.blue / 255. - y) / (2 - 2 * blue)),
           to_byte(128 + scale * (c.red / 255. - y) / (2 - 2 * red))};

@@ -14,7 +14,7 @@ namespace color_test {
 using Samples = std::array<uint8_t, 3>;
 
 preprocess::Picture picture(const char* format, preprocess::ColorMatrix matrix,
-                            preprocess::Range range) {
+                            preprocess::ColorRange range) {
   preprocess::Picture out;
   out.format = *preprocess::picture_format(format);
   out.matrix = matrix;
@@ -25,7 +25,7 @@ preprocess::Picture picture(const char* format, preprocess::ColorMatrix matrix,
 // The values that BT.601, BT.709 and BT.2020 list for the primaries.
 TEST(DrawColor, IsThatOfTheStandardsInLimitedRange) {
   using preprocess::ColorMatrix;
-  const auto limited = preprocess::Range::Limited;
+  const auto limited = preprocess::ColorRange::Limited;
   const auto of = [&](ColorMatrix matrix, Rgb c) {
     return to_samples(picture("NV12", matrix, limited), c);
   };
@@ -42,21 +42,22 @@ TEST(DrawColor, IsThatOfTheStandardsInLimitedRange) {
 }
 
 TEST(DrawColor, UsesTheWholeRangeWhereThePictureDoes) {
-  const auto full = preprocess::Range::Full;
+  const auto full = preprocess::ColorRange::Full;
   const auto nv12 = picture("NV12", preprocess::ColorMatrix::Bt601, full);
   EXPECT_EQ(to_samples(nv12, {255, 0, 0}), (Samples{76, 85, 255}));
   EXPECT_EQ(to_samples(nv12, {255, 255, 255}), (Samples{255, 128, 128}));
   const auto gray = picture("GRAY8", preprocess::ColorMatrix::Bt709, full);
   EXPECT_EQ(to_samples(gray, {0, 255, 0})[0], 150);
-  const auto studio = picture("GRAY8", preprocess::ColorMatrix::Bt709, preprocess::Range::Limited);
+  const auto studio =
+      picture("GRAY8", preprocess::ColorMatrix::Bt709, preprocess::ColorRange::Limited);
   EXPECT_EQ(to_samples(studio, {255, 255, 255})[0], 235);
 }
 
 TEST(DrawColor, IsPlacedInEachFormatWhereItsComponentsAre) {
   const Rgb color{1, 2, 3};
   const auto first_pixel = [&](const char* format) {
-    const auto paint =
-        make_paint(picture(format, preprocess::ColorMatrix::Bt601, preprocess::Range::Full), color);
+    const auto paint = make_paint(
+        picture(format, preprocess::ColorMatrix::Bt601, preprocess::ColorRange::Full), color);
     return std::vector<uint8_t>(paint.planes[0].begin(), paint.planes[0].begin() + 4);
   };
   EXPECT_EQ(first_pixel("RGB"), (std::vector<uint8_t>{1, 2, 3, 1}));

@@ -28,7 +28,7 @@ struct TestPicture {
     picture.format = *preprocess::picture_format(format);
     picture.width = width;
     picture.height = height;
-    picture.range = preprocess::Range::Limited;
+    picture.range = preprocess::ColorRange::Limited;
     for (const preprocess::Component& component : components()) {
       const size_t rows = component.halved_rows ? (height + 1) / 2 : height;
       const size_t stride =

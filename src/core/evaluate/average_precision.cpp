@@ -65,7 +65,7 @@ struct AveragePrecision::Matcher {
       if (object.category == category) found.push_back(&object);
     std::stable_sort(found.begin(), found.end(),
                      [](const auto* a, const auto* b) { return a->score > b->score; });
-    if (found.size() > owner.most_found_) found.resize(owner.most_found_);
+    if (found.size() > owner.max_found_) found.resize(owner.max_found_);
     for (const auto* object : found) {
       auto& row = similarities.emplace_back();
       for (const auto* other : truth) row.push_back(similarity(*object, *other));
@@ -148,7 +148,7 @@ std::set<size_t> list_categories(const PictureObjects& picture) {
 
 AveragePrecision::AveragePrecision(std::span<const PictureObjects> pictures, size_t categories,
                                    const PrecisionSettings& settings)
-    : has_key_points_(!settings.deviations.empty()), most_found_(has_key_points_ ? 20 : 100) {
+    : has_key_points_(!settings.deviations.empty()), max_found_(has_key_points_ ? 20 : 100) {
   slices_.resize(kRanges, std::vector<Slice>(categories));
   for (size_t p = 0; p < pictures.size(); ++p) {
     for (const size_t c : list_categories(pictures[p])) {
@@ -226,7 +226,7 @@ AveragePrecision::Mean AveragePrecision::mean(size_t range, size_t first_thresho
 Scores AveragePrecision::headline(Times times) const {
   std::array<double, kSimilarityThresholds> precisions{};
   for (size_t t = 0; t < kSimilarityThresholds; ++t)
-    precisions[t] = mean(kAll, t, t + 1, most_found_, times).precision;
+    precisions[t] = mean(kAll, t, t + 1, max_found_, times).precision;
   // Each threshold has the same categories, so the mean of the means is the mean of all.
   const double sum = std::accumulate(precisions.begin(), precisions.end(), 0.0);
   return {{"AP", sum / kSimilarityThresholds},
@@ -239,10 +239,10 @@ Scores AveragePrecision::scores() const {
   const auto all = [&](size_t range, uint32_t max) {
     return mean(range, 0, kSimilarityThresholds, max, {});
   };
-  const Mean small = all(kSmall, most_found_), medium = all(kMedium, most_found_),
-             large = all(kLarge, most_found_), any = all(kAll, most_found_);
+  const Mean small = all(kSmall, max_found_), medium = all(kMedium, max_found_),
+             large = all(kLarge, max_found_), any = all(kAll, max_found_);
   if (has_key_points_) {
-    const auto recall_at = [&](size_t t) { return mean(kAll, t, t + 1, most_found_, {}).recall; };
+    const auto recall_at = [&](size_t t) { return mean(kAll, t, t + 1, max_found_, {}).recall; };
     out.insert(out.end(), {{"AP medium", medium.precision},
                            {"AP large", large.precision},
                            {"AR", any.recall},
@@ -267,7 +267,7 @@ Scores AveragePrecision::scores() const {
 double AveragePrecision::of_category(size_t category) const {
   double sum = 0;
   for (size_t t = 0; t < kSimilarityThresholds; ++t) {
-    const Curve one = curve(slices_[kAll][category], t, most_found_, {});
+    const Curve one = curve(slices_[kAll][category], t, max_found_, {});
     if (!one.is_defined) return kUndefined;
     sum += std::accumulate(one.precision.begin(), one.precision.end(), 0.0) / kRecalls;
   }
@@ -275,7 +275,7 @@ double AveragePrecision::of_category(size_t category) const {
 }
 
 std::array<double, kRecalls> AveragePrecision::curve_of_category(size_t category) const {
-  return curve(slices_[kAll][category], kHalf, most_found_, {}).precision;
+  return curve(slices_[kAll][category], kHalf, max_found_, {}).precision;
 }
 
 }  // namespace weir::evaluate

@@ -69,7 +69,7 @@ class AveragePrecision {
             Times times) const;
 
   bool has_key_points_ = false;
-  uint32_t most_found_ = 100;               // of a category in a picture
+  uint32_t max_found_ = 100;                // of a category in a picture
   std::vector<std::vector<Slice>> slices_;  // by range of areas, then by category
 };
 

@@ -8,7 +8,7 @@
 
 #include "core/config/ini.hpp"
 #include "core/evaluate/similarity.hpp"
-#include "core/evaluate/track_numbers.hpp"
+#include "core/evaluate/track_indices.hpp"
 #include "core/text/text.hpp"
 #include "core/track/assignment.hpp"
 

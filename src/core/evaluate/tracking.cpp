@@ -8,7 +8,7 @@
 #include <optional>
 #include <unordered_map>
 
-#include "core/evaluate/track_numbers.hpp"
+#include "core/evaluate/track_indices.hpp"
 
 namespace weir::evaluate {
 namespace {
@@ -20,7 +20,7 @@ struct Track {
 };
 
 // The matches of a frame: those of the frame before that still fit, and the best others.
-std::vector<std::optional<size_t>> match(const NumberedFrame& frame,
+std::vector<std::optional<size_t>> match(const IndexedFrame& frame,
                                          const std::vector<Track>& tracks) {
   constexpr double kKept = 1000;  // more than any sum of overlaps in a frame
   track::Matrix values(frame.truth.size(), frame.found.size());
@@ -37,7 +37,7 @@ std::vector<std::optional<size_t>> match(const NumberedFrame& frame,
   return out;
 }
 
-void count_frame(const NumberedFrame& frame, std::vector<Track>* tracks, ClearCounts* counts) {
+void count_frame(const IndexedFrame& frame, std::vector<Track>* tracks, ClearCounts* counts) {
   const auto matches = match(frame, *tracks);
   double matched = 0;
   const std::vector<Track> before = *tracks;
@@ -65,7 +65,7 @@ double hota_threshold_at(size_t index) noexcept {
 }
 
 // Adds for each pair of boxes of a frame how much of the overlaps of both is the pair's own.
-void add_agreement(const NumberedFrame& frame, track::Matrix* out) {
+void add_agreement(const IndexedFrame& frame, track::Matrix* out) {
   std::vector<double> of_truth(frame.truth.size()), of_found(frame.found.size());
   for (size_t t = 0; t < frame.truth.size(); ++t)
     for (size_t f = 0; f < frame.found.size(); ++f) {
@@ -81,9 +81,9 @@ void add_agreement(const NumberedFrame& frame, track::Matrix* out) {
 }
 
 // How well each track of the truth and each found one agree, by the overlaps of all their boxes.
-track::Matrix agreement(const NumberedSequence& numbered) {
+track::Matrix agreement(const IndexedSequence& numbered) {
   track::Matrix out(numbered.truth_lengths.size(), numbered.found_lengths.size());
-  for (const NumberedFrame& frame : numbered.frames) add_agreement(frame, &out);
+  for (const IndexedFrame& frame : numbered.frames) add_agreement(frame, &out);
   for (size_t t = 0; t < out.rows(); ++t)
     for (size_t f = 0; f < out.columns(); ++f) {
       const double lengths =
@@ -94,7 +94,7 @@ track::Matrix agreement(const NumberedSequence& numbered) {
 }
 
 // Matches the boxes of a frame. Tracks that agree over the whole sequence are preferred.
-std::vector<std::optional<size_t>> match(const NumberedFrame& frame,
+std::vector<std::optional<size_t>> match(const IndexedFrame& frame,
                                          const track::Matrix& agreements) {
   track::Matrix values(frame.truth.size(), frame.found.size());
   for (size_t t = 0; t < frame.truth.size(); ++t)
@@ -141,10 +141,10 @@ Scores headline(const TrackingCounts& counts) {
 
 ClearCounts clear_counts(const Sequence& sequence) {
   constexpr double kMostly = 0.8, kHardly = 0.2;
-  const NumberedSequence numbered = number_tracks(sequence);
+  const IndexedSequence numbered = index_tracks(sequence);
   std::vector<Track> tracks(numbered.truth_lengths.size());
   ClearCounts out;
-  for (const NumberedFrame& frame : numbered.frames) count_frame(frame, &tracks, &out);
+  for (const IndexedFrame& frame : numbered.frames) count_frame(frame, &tracks, &out);
   out.tracks = static_cast<double>(tracks.size());
   for (size_t t = 0; t < tracks.size(); ++t) {
     const double part =
@@ -156,10 +156,10 @@ ClearCounts clear_counts(const Sequence& sequence) {
 }
 
 std::vector<size_t> errors_of_frames(const Sequence& sequence) {
-  const NumberedSequence numbered = number_tracks(sequence);
+  const IndexedSequence numbered = index_tracks(sequence);
   std::vector<Track> tracks(numbered.truth_lengths.size());
   std::vector<size_t> out;
-  for (const NumberedFrame& frame : numbered.frames) {
+  for (const IndexedFrame& frame : numbered.frames) {
     ClearCounts counts;
     count_frame(frame, &tracks, &counts);
     out.push_back(static_cast<size_t>(counts.missed + counts.false_found + counts.switches));
@@ -168,9 +168,9 @@ std::vector<size_t> errors_of_frames(const Sequence& sequence) {
 }
 
 IdentityCounts identity_counts(const Sequence& sequence) {
-  const NumberedSequence numbered = number_tracks(sequence);
+  const IndexedSequence numbered = index_tracks(sequence);
   track::Matrix common(numbered.truth_lengths.size(), numbered.found_lengths.size());
-  for (const NumberedFrame& frame : numbered.frames)
+  for (const IndexedFrame& frame : numbered.frames)
     for (size_t t = 0; t < frame.truth.size(); ++t)
       for (size_t f = 0; f < frame.found.size(); ++f)
         if (frame.overlaps.at(t, f) >= kMinOverlap) ++common.at(frame.truth[t], frame.found[f]);
@@ -187,12 +187,12 @@ IdentityCounts identity_counts(const Sequence& sequence) {
 }
 
 std::array<HotaCounts, kHotaThresholds> hota_counts(const Sequence& sequence) {
-  const NumberedSequence numbered = number_tracks(sequence);
+  const IndexedSequence numbered = index_tracks(sequence);
   const track::Matrix agreements = agreement(numbered);
   const size_t columns = agreements.columns();
   std::array<HotaCounts, kHotaThresholds> out{};
   std::unordered_map<size_t, PairCounts> pairs;  // by truth * columns + found
-  for (const NumberedFrame& frame : numbered.frames) {
+  for (const IndexedFrame& frame : numbered.frames) {
     for (HotaCounts& counts : out) {
       counts.missed += static_cast<double>(frame.truth.size());
       counts.false_found += static_cast<double>(frame.found.size());

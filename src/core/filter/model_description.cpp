@@ -4,7 +4,7 @@
 #include <algorithm>
 #include <span>
 
-#include "core/filter/layout.hpp"
+#include "core/filter/layout_list.hpp"
 #include "weir/join.hpp"
 
 namespace weir {

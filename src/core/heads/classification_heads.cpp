@@ -18,7 +18,7 @@ using detection::PictureSize;
 struct Steps {
   float first = 0, count = 1;
 };
-Steps get_steps(const OutputFacts& output) {
+Steps get_steps(const OutputSignature& output) {
   if (output.is_quantised) return {};
   if (output.type == ElementType::UInt8) return {0, 255};
   if (output.type == ElementType::Int8) return {-128, 255};
@@ -27,7 +27,7 @@ Steps get_steps(const OutputFacts& output) {
 
 class Classifier final : public Head {
  public:
-  Classifier(const OutputFacts& output, ScoreKind kind, float threshold)
+  Classifier(const OutputSignature& output, ScoreKind kind, float threshold)
       : classes_(element_count(output)),
         steps_(get_steps(output)),
         kind_(kind),
@@ -66,12 +66,12 @@ class Classifier final : public Head {
  private:
   // Logits that are not numbers count as those of impossible classes.
   void apply_softmax() {
-    float greatest = -INFINITY;
+    float max = -INFINITY;
     for (const float score : scores_)
-      if (std::isfinite(score)) greatest = std::max(greatest, score);
+      if (std::isfinite(score)) max = std::max(max, score);
     double sum = 0;
     for (float& score : scores_) {
-      score = std::isfinite(score) ? std::exp(score - greatest) : 0.0f;
+      score = std::isfinite(score) ? std::exp(score - max) : 0.0f;
       sum += score;
     }
     if (sum > 0)
@@ -86,7 +86,7 @@ class Classifier final : public Head {
 };
 
 // One output of at least two numbers in one dimension.
-bool is_list(const ModelFacts& model) {
+bool is_list(const ModelSignature& model) {
   if (model.outputs.size() != 1) return false;
   const Shape& shape = model.outputs[0].shape;
   size_t extents = 0;
@@ -103,8 +103,8 @@ const Family kClassifier{
     .outputs = "1 tensor CLASSES, logits or probabilities",
     .custom = "scores",
     .threshold = 0.1f,
-    .fit = [](const ModelFacts& model) { return is_list(model) ? Fit::Possible : Fit::No; },
-    .open = [](const ModelFacts& model, const HeadOptions& options) -> std::unique_ptr<Head> {
+    .fit = [](const ModelSignature& model) { return is_list(model) ? Match::Possible : Match::No; },
+    .open = [](const ModelSignature& model, const HeadOptions& options) -> std::unique_ptr<Head> {
       if (!is_list(model)) throw wrong_outputs(model, kClassifier);
       return std::make_unique<Classifier>(model.outputs[0], score_kind(options), options.threshold);
     }};

@@ -52,17 +52,17 @@ class EndToEnd final : public Head {
 };
 
 // One output of rows of this length; the rows of a batch of one picture.
-bool has_rows(const ModelFacts& model, const Columns& columns) {
+bool has_rows(const ModelSignature& model, const Columns& columns) {
   if (model.outputs.size() != 1) return false;
   const Shape& shape = model.outputs[0].shape;
   const auto count = shape.count();
   return shape[0] == columns.length && shape.min_rank() <= 3 && count && *count > 0;
 }
-Fit fit_rows(const ModelFacts& model, const Columns& columns) {
-  if (!has_rows(model, columns)) return Fit::No;
-  return *model.outputs[0].shape.count() / columns.length <= kMaxRows ? Fit::Possible : Fit::No;
+Match fit_rows(const ModelSignature& model, const Columns& columns) {
+  if (!has_rows(model, columns)) return Match::No;
+  return *model.outputs[0].shape.count() / columns.length <= kMaxRows ? Match::Possible : Match::No;
 }
-std::unique_ptr<Head> open_rows(const ModelFacts& model, const HeadOptions& options,
+std::unique_ptr<Head> open_rows(const ModelSignature& model, const HeadOptions& options,
                                 const Family& family, const Columns& columns) {
   if (!has_rows(model, columns)) throw wrong_outputs(model, family);
   return std::make_unique<EndToEnd>(columns, model.input, unit_setting(options), options.threshold);
@@ -91,7 +91,7 @@ struct Queries {
   bool are_together() const noexcept { return scores_output == boxes_output; }
 };
 
-std::optional<Queries> find_queries(const ModelFacts& model) {
+std::optional<Queries> find_queries(const ModelSignature& model) {
   if (model.outputs.size() != 2) return std::nullopt;
   // Four classes and boxes have the same shape: names decide, then the usual order.
   const bool is_swapped =
@@ -111,7 +111,7 @@ std::optional<Queries> find_queries(const ModelFacts& model) {
 }
 
 // Rows of boxes and scores, as Ultralytics exports RT-DETR.
-std::optional<Queries> find_joined_queries(const ModelFacts& model) {
+std::optional<Queries> find_joined_queries(const ModelSignature& model) {
   if (model.outputs.size() != 1 || model.outputs[0].shape.min_rank() != 2) return std::nullopt;
   const Shape& shape = model.outputs[0].shape;
   if (shape[0] <= kDetrBox || shape[1] > kMaxQueries) return std::nullopt;
@@ -176,10 +176,10 @@ class Detr final : public QueryHead {
   bool choose(std::span<const float> row, Candidate* candidate) const override {
     const auto classes = row.first(row.size() - 1);
     const float best = detection::best_score(classes);
-    const float greatest = std::max(best, row.back());
+    const float max = std::max(best, row.back());
     double sum = 0;
-    for (const float logit : row) sum += std::exp(static_cast<double>(logit) - greatest);
-    candidate->score = static_cast<float>(std::exp(static_cast<double>(best) - greatest) / sum);
+    for (const float logit : row) sum += std::exp(static_cast<double>(logit) - max);
+    candidate->score = static_cast<float>(std::exp(static_cast<double>(best) - max) / sum);
     candidate->class_index = detection::class_with(classes, best);
     return reaches(candidate->score);
   }
@@ -212,35 +212,35 @@ class RtDetr final : public QueryHead {
   ScoreKind kind_;  // logits, once one was seen
 };
 
-Fit fit_detr(const ModelFacts& model) {
+Match fit_detr(const ModelSignature& model) {
   const auto queries = find_queries(model);
-  if (!queries || queries->classes < 2) return Fit::No;
-  if (model.labels > 0 && model.labels == queries->classes) return Fit::Possible;
+  if (!queries || queries->classes < 2) return Match::No;
+  if (model.labels > 0 && model.labels == queries->classes) return Match::Possible;
   const bool is_usual =
       model.labels > 0 ? model.labels + 1 == queries->classes : queries->classes == kCocoOfDetr;
-  return is_usual ? Fit::Certain : Fit::Possible;
+  return is_usual ? Match::Certain : Match::Possible;
 }
 
-Fit fit_rt_detr(const ModelFacts& model) {
+Match fit_rt_detr(const ModelSignature& model) {
   if (const auto queries = find_queries(model)) {
     const bool is_usual =
         model.labels > 0 ? model.labels == queries->classes : queries->classes == kCoco;
-    return is_usual ? Fit::Certain : Fit::Possible;
+    return is_usual ? Match::Certain : Match::Possible;
   }
   constexpr size_t kUsualQueries = 300;
   const auto joined = find_joined_queries(model);
   // Rows of 6 numbers are more likely x1, y1, x2, y2, score, class.
   const bool is_likely = joined && (joined->classes > 2 || model.labels == joined->classes);
-  return is_likely && joined->count == kUsualQueries ? Fit::Possible : Fit::No;
+  return is_likely && joined->count == kUsualQueries ? Match::Possible : Match::No;
 }
 
-std::unique_ptr<Head> open_detr(const ModelFacts& model, const HeadOptions& options) {
+std::unique_ptr<Head> open_detr(const ModelSignature& model, const HeadOptions& options) {
   const auto queries = find_queries(model);
   if (!queries || queries->classes < 2) throw wrong_outputs(model, kDetr);
   return std::make_unique<Detr>(*queries, model.input, options.threshold);
 }
 
-std::unique_ptr<Head> open_rt_detr(const ModelFacts& model, const HeadOptions& options) {
+std::unique_ptr<Head> open_rt_detr(const ModelSignature& model, const HeadOptions& options) {
   auto queries = find_queries(model);
   if (!queries) queries = find_joined_queries(model);
   if (!queries) throw wrong_outputs(model, kRtDetr);
@@ -253,22 +253,22 @@ struct Roles {
 };
 
 // Whether the output at `boxes` has one box for each number of the outputs `a` and `b`.
-bool are_boxes(const OutputFacts& boxes, const OutputFacts& a, const OutputFacts& b) {
+bool are_boxes(const OutputSignature& boxes, const OutputSignature& a, const OutputSignature& b) {
   const uint32_t count = std::max(boxes.shape[1], 1u);
-  const auto is_list = [count](const OutputFacts& output) {
+  const auto is_list = [count](const OutputSignature& output) {
     return output.shape.min_rank() == 1 && output.shape[0] == count;
   };
   return boxes.shape[0] == kDetrBox && boxes.shape.min_rank() <= 2 && is_list(a) && is_list(b);
 }
 
 // Whether the names make `labels` the labels and `scores` the scores.
-bool are_named(const OutputFacts& labels, const OutputFacts& scores) {
+bool are_named(const OutputSignature& labels, const OutputSignature& scores) {
   return has_name_with(scores, "score") || has_name_with(labels, "label") ||
          has_name_with(labels, "class");
 }
 
 // Labels are integers where scores are not; else the names decide.
-std::optional<Roles> roles_around(const ModelFacts& model, size_t boxes) {
+std::optional<Roles> roles_around(const ModelSignature& model, size_t boxes) {
   const size_t first = boxes == 0 ? 1 : 0, second = boxes == 2 ? 1 : 2;
   const auto &a = model.outputs[first], &b = model.outputs[second];
   if (!are_boxes(model.outputs[boxes], a, b)) return std::nullopt;
@@ -279,7 +279,7 @@ std::optional<Roles> roles_around(const ModelFacts& model, size_t boxes) {
   return std::nullopt;
 }
 
-std::optional<Roles> find_roles(const ModelFacts& model) {
+std::optional<Roles> find_roles(const ModelSignature& model) {
   if (model.outputs.size() != 3) return std::nullopt;
   for (size_t boxes = 0; boxes < 3; ++boxes)
     if (const auto roles = roles_around(model, boxes)) return roles;
@@ -315,11 +315,11 @@ class LabelsBoxesScores final : public Head {
   CornerBoxes boxes_;
 };
 
-Fit fit_labels_boxes_scores(const ModelFacts& model) {
-  return find_roles(model) ? Fit::Possible : Fit::No;
+Match fit_labels_boxes_scores(const ModelSignature& model) {
+  return find_roles(model) ? Match::Possible : Match::No;
 }
 
-std::unique_ptr<Head> open_labels_boxes_scores(const ModelFacts& model,
+std::unique_ptr<Head> open_labels_boxes_scores(const ModelSignature& model,
                                                const HeadOptions& options) {
   const auto roles = find_roles(model);
   if (!roles) throw wrong_outputs(model, kLabelsBoxesScores);
@@ -337,9 +337,9 @@ const Family kYolov10{
     .outputs = "1 tensor 6:N of x1, y1, x2, y2, score, class",
     .custom = "unit",
     .threshold = 0.25f,
-    .fit = [](const ModelFacts& model) { return fit_rows(model, kYolov10Columns); },
+    .fit = [](const ModelSignature& model) { return fit_rows(model, kYolov10Columns); },
     .open =
-        [](const ModelFacts& model, const HeadOptions& options) {
+        [](const ModelSignature& model, const HeadOptions& options) {
           return open_rows(model, options, kYolov10, kYolov10Columns);
         }};
 
@@ -350,9 +350,9 @@ const Family kYolov7EndToEnd{
     .outputs = "1 tensor 7:N of picture, x1, y1, x2, y2, class, score",
     .custom = "unit",
     .threshold = 0.25f,
-    .fit = [](const ModelFacts& model) { return fit_rows(model, kYolov7Columns); },
+    .fit = [](const ModelSignature& model) { return fit_rows(model, kYolov7Columns); },
     .open =
-        [](const ModelFacts& model, const HeadOptions& options) {
+        [](const ModelSignature& model, const HeadOptions& options) {
           return open_rows(model, options, kYolov7EndToEnd, kYolov7Columns);
         }};
 
@@ -363,9 +363,9 @@ const Family kDetectionOutput{
     .outputs = "1 tensor 7:N of picture, class, score, x1, y1, x2, y2",
     .custom = "unit",
     .threshold = 0.5f,
-    .fit = [](const ModelFacts& model) { return fit_rows(model, kOutputColumns); },
+    .fit = [](const ModelSignature& model) { return fit_rows(model, kOutputColumns); },
     .open =
-        [](const ModelFacts& model, const HeadOptions& options) {
+        [](const ModelSignature& model, const HeadOptions& options) {
           return open_rows(model, options, kDetectionOutput, kOutputColumns);
         }};
 

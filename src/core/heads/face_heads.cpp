@@ -31,12 +31,12 @@ struct YunetGrid {
 };
 
 // The outputs by grid; empty if they are not those of YuNet.
-std::vector<YunetGrid> yunet_grids(const ModelFacts& model) {
+std::vector<YunetGrid> yunet_grids(const ModelSignature& model) {
   if (model.outputs.size() != kYunetOutputs) return {};
   std::map<size_t, YunetGrid, std::greater<>> by_cells;
   size_t boxes = 0, points = 0;
   for (size_t i = 0; i < model.outputs.size(); ++i) {
-    const OutputFacts& output = model.outputs[i];
+    const OutputSignature& output = model.outputs[i];
     if (const size_t rows = matrix_rows(output, 4); rows > 0)
       by_cells[rows].box = i, ++boxes;
     else if (const size_t with_points = matrix_rows(output, 2 * kYunetPoints); with_points > 0)
@@ -124,13 +124,13 @@ class Yunet final : public Head {
   float threshold_;
 };
 
-Fit fit_yunet(const ModelFacts& model) {
-  if (yunet_grids(model).empty()) return Fit::No;
-  return any_name_has(model, "cls_8") && any_name_has(model, "kps_8") ? Fit::Certain
-                                                                      : Fit::Possible;
+Match fit_yunet(const ModelSignature& model) {
+  if (yunet_grids(model).empty()) return Match::No;
+  return any_name_has(model, "cls_8") && any_name_has(model, "kps_8") ? Match::Certain
+                                                                      : Match::Possible;
 }
 
-std::unique_ptr<Head> open_yunet(const ModelFacts& model, const HeadOptions& options) {
+std::unique_ptr<Head> open_yunet(const ModelSignature& model, const HeadOptions& options) {
   auto grids = yunet_grids(model);
   if (grids.empty()) throw wrong_outputs(model, kYunet);
   return std::make_unique<Yunet>(std::move(grids), options.threshold);
@@ -187,7 +187,7 @@ struct UltrafaceOutputs {
 };
 
 // The published sizes of the input count where it is not known.
-std::optional<UltrafaceOutputs> ultraface_outputs(const ModelFacts& model) {
+std::optional<UltrafaceOutputs> ultraface_outputs(const ModelSignature& model) {
   if (model.outputs.size() != 2) return std::nullopt;
   for (const size_t boxes : {0u, 1u}) {
     const size_t count = matrix_rows(model.outputs[boxes], 4);
@@ -249,22 +249,22 @@ class Ultraface final : public Head {
 
 // Only the model with decoded boxes names its outputs. The number of priors of a known input is as
 // good a sign as a name, for both kinds of boxes.
-bool is_named(const ModelFacts& model) {
+bool is_named(const ModelSignature& model) {
   return any_name_has(model, "scores") && any_name_has(model, "boxes");
 }
 
-Fit fit_ultraface(const ModelFacts& model) {
-  if (!ultraface_outputs(model)) return Fit::No;
-  return is_named(model) || model.input.width > 0 ? Fit::Certain : Fit::Possible;
+Match fit_ultraface(const ModelSignature& model) {
+  if (!ultraface_outputs(model)) return Match::No;
+  return is_named(model) || model.input.width > 0 ? Match::Certain : Match::Possible;
 }
 
-Fit fit_ultraface_raw(const ModelFacts& model) {
-  if (!ultraface_outputs(model)) return Fit::No;
-  return !is_named(model) && model.input.width > 0 ? Fit::Certain : Fit::Possible;
+Match fit_ultraface_raw(const ModelSignature& model) {
+  if (!ultraface_outputs(model)) return Match::No;
+  return !is_named(model) && model.input.width > 0 ? Match::Certain : Match::Possible;
 }
 
 template <bool kIsRaw>
-std::unique_ptr<Head> open_ultraface(const ModelFacts& model, const HeadOptions& options) {
+std::unique_ptr<Head> open_ultraface(const ModelSignature& model, const HeadOptions& options) {
   const auto outputs = ultraface_outputs(model);
   if (!outputs) throw wrong_outputs(model, kIsRaw ? kUltrafaceRaw : kUltraface);
   return std::make_unique<Ultraface>(*outputs, options.threshold, kIsRaw);

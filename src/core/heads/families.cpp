@@ -72,9 +72,9 @@ std::string list_names(const std::vector<const Family*>& families, const char* b
               [before](const Family* family) { return before + std::string(family->name); });
 }
 
-void check_sizes(const ModelFacts& model) {
+void check_sizes(const ModelSignature& model) {
   constexpr uint64_t kMaxElements = uint64_t{1} << 31;
-  for (const OutputFacts& output : model.outputs) {
+  for (const OutputSignature& output : model.outputs) {
     const auto count = output.shape.valid() ? output.shape.count() : std::optional<uint64_t>(0);
     if (count && *count > 0 && *count <= kMaxElements) continue;
     throw Failure({.code = Code::SPEC_MISMATCH,
@@ -84,7 +84,7 @@ void check_sizes(const ModelFacts& model) {
   }
 }
 
-Error nothing_fits(const ModelFacts& model, const std::vector<const Family*>& families) {
+Error nothing_fits(const ModelSignature& model, const std::vector<const Family*>& families) {
   return {.code = Code::SPEC_MISMATCH,
           .what = "no head of this mode fits these outputs",
           .offered = model.describe_outputs(),
@@ -99,8 +99,8 @@ Error nothing_fits(const ModelFacts& model, const std::vector<const Family*>& fa
 
 }  // namespace
 
-std::string ModelFacts::describe_outputs() const {
-  return join(outputs, ", ", [](const OutputFacts& output) {
+std::string ModelSignature::describe_outputs() const {
+  return join(outputs, ", ", [](const OutputSignature& output) {
     const auto text = output.to_string();
     return output.name.empty() ? text : text + " '" + output.name + "'";
   });
@@ -127,24 +127,24 @@ const Family& family_named(std::string_view name, uint32_t tasks) {
                  .fix = close.empty() ? "" : "custom=head:" + close});
 }
 
-std::unique_ptr<Head> open_head(const Family& family, const ModelFacts& model,
+std::unique_ptr<Head> open_head(const Family& family, const ModelSignature& model,
                                 const HeadOptions& options) {
   check_sizes(model);
   return family.open(model, options);
 }
 
-std::vector<const Family*> fitting(const ModelFacts& model, uint32_t tasks) {
+std::vector<const Family*> fitting(const ModelSignature& model, uint32_t tasks) {
   check_sizes(model);
   std::vector<const Family*> possible, certain;
   for (const Family* family : list_families(tasks)) {
-    const Fit fit = family->fit(model);
-    if (fit != Fit::No) possible.push_back(family);
-    if (fit == Fit::Certain) certain.push_back(family);
+    const Match fit = family->fit(model);
+    if (fit != Match::No) possible.push_back(family);
+    if (fit == Match::Certain) certain.push_back(family);
   }
   return certain.empty() ? possible : certain;
 }
 
-const Family& recognise(const ModelFacts& model, uint32_t tasks) {
+const Family& recognise(const ModelSignature& model, uint32_t tasks) {
   const auto found = fitting(model, tasks);
   if (found.empty()) throw Failure(nothing_fits(model, list_families(tasks)));
   if (found.size() == 1) return *found[0];

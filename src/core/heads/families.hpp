@@ -14,15 +14,15 @@ const Family& family_named(std::string_view name, uint32_t tasks);
 
 // The families with one of `tasks` that fit the model: those that are certain, else those that are
 // possible. Throws Failure (SPEC_MISMATCH) for outputs that open_head() refuses by their size.
-std::vector<const Family*> fitting(const ModelFacts& model, uint32_t tasks);
+std::vector<const Family*> fitting(const ModelSignature& model, uint32_t tasks);
 
 // The only family of fitting(). Throws Failure (SPEC_MISMATCH): none fits, with what families of
 // these tasks need; several fit, with custom=head: for each.
-const Family& recognise(const ModelFacts& model, uint32_t tasks);
+const Family& recognise(const ModelSignature& model, uint32_t tasks);
 
 // Opens a head of this family. Throws Failure (SPEC_MISMATCH) for outputs without a size or with
 // more than 2^31 elements, and what the family's open() throws.
-std::unique_ptr<Head> open_head(const Family& family, const ModelFacts& model,
+std::unique_ptr<Head> open_head(const Family& family, const ModelSignature& model,
                                 const HeadOptions& options);
 
 // The families.

@@ -31,7 +31,7 @@ TEST(Families, AreFoundByNameAndAliasInAnyCase) {
 
 TEST(Families, NoModelOfAnyFamilyHasNoOutputs) {
   for (const Family* family : all_families()) {
-    EXPECT_EQ(family->fit({}), Fit::No) << family->name;
+    EXPECT_EQ(family->fit({}), Match::No) << family->name;
     EXPECT_THROW(family->open({}, {}), Failure) << family->name;
   }
 }
@@ -41,9 +41,9 @@ TEST(Families, NoneOpensExtentsOfZeroOrBeyondMemory) {
   for (const Shape& shape :
        {Shape{}, Shape{0}, Shape{0, 17}, Shape{17, 0, 9}, Shape{kMax, kMax, kMax}})
     for (const size_t count : {1u, 2u, 3u, 12u}) {
-      const ModelFacts model{
+      const ModelSignature model{
           .outputs = {count,
-                      OutputFacts{{.type = ElementType::Float32, .shape = shape, .name = {}}}},
+                      OutputSignature{{.type = ElementType::Float32, .shape = shape, .name = {}}}},
           .input = {320, 240},
           .metadata = {},
           .labels = 2};

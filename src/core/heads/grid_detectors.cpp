@@ -38,7 +38,7 @@ struct Grid {
   size_t columns = 0, rows = 0, values = 0;
 };
 
-std::optional<Grid> find_grid(const ModelFacts& model) {
+std::optional<Grid> find_grid(const ModelSignature& model) {
   if (model.outputs.size() != 1) return std::nullopt;
   const Shape& shape = model.outputs[0].shape;
   if (shape.min_rank() != 3 || shape[2] <= kBeforeClasses) return std::nullopt;
@@ -98,23 +98,23 @@ class FastestDet final : public Head {
   std::vector<detection::ScoredCell> best_;
 };
 
-PictureSize fastest_det_input(const ModelFacts& model, const Grid& grid) {
+PictureSize fastest_det_input(const ModelSignature& model, const Grid& grid) {
   if (model.input.width > 0) return model.input;
   return {static_cast<uint32_t>(grid.columns) * kFastestDetStride,
           static_cast<uint32_t>(grid.rows) * kFastestDetStride};
 }
 
-Fit fit_fastest_det(const ModelFacts& model) {
+Match fit_fastest_det(const ModelSignature& model) {
   const auto grid = find_grid(model);
-  if (!grid) return Fit::No;
+  if (!grid) return Match::No;
   const PictureSize input = fastest_det_input(model, *grid);
   return grid->columns * kFastestDetStride == input.width &&
                  grid->rows * kFastestDetStride == input.height
-             ? Fit::Possible
-             : Fit::No;
+             ? Match::Possible
+             : Match::No;
 }
 
-std::unique_ptr<Head> open_fastest_det(const ModelFacts& model, const HeadOptions& options) {
+std::unique_ptr<Head> open_fastest_det(const ModelSignature& model, const HeadOptions& options) {
   const auto grid = find_grid(model);
   if (!grid) throw wrong_outputs(model, kFastestDet);
   return std::make_unique<FastestDet>(*grid, fastest_det_input(model, *grid), options.threshold);
@@ -129,7 +129,7 @@ struct NanoDetOutput {
   size_t classes = 0;
 };
 
-std::optional<NanoDetOutput> find_nano_det(const ModelFacts& model) {
+std::optional<NanoDetOutput> find_nano_det(const ModelSignature& model) {
   if (model.outputs.size() != 1) return std::nullopt;
   const auto layout = find_dense_layout(model.outputs[0].shape, model.input);
   if (!layout || layout->anchors != 1 || layout->values <= kDistances) return std::nullopt;
@@ -184,11 +184,10 @@ class NanoDet final : public Head {
  private:
   // The mean of the bins, weighted by the softmax of their logits.
   float distance(std::span<const float> numbers, size_t cell, size_t first) const {
-    float greatest = -INFINITY, sum = 0, weighted = 0;
-    for (size_t i = 0; i < kBins; ++i)
-      greatest = std::max(greatest, numbers[scores_.at(cell, first + i)]);
+    float max = -INFINITY, sum = 0, weighted = 0;
+    for (size_t i = 0; i < kBins; ++i) max = std::max(max, numbers[scores_.at(cell, first + i)]);
     for (size_t i = 0; i < kBins; ++i) {
-      const float weight = std::exp(numbers[scores_.at(cell, first + i)] - greatest);
+      const float weight = std::exp(numbers[scores_.at(cell, first + i)] - max);
       sum += weight;
       weighted += weight * static_cast<float>(i);
     }
@@ -203,17 +202,17 @@ class NanoDet final : public Head {
   std::vector<detection::ScoredCell> found_;
 };
 
-Fit fit_nano_det(const ModelFacts& model) {
+Match fit_nano_det(const ModelSignature& model) {
   const auto output = find_nano_det(model);
-  if (!output || !metadata(model, "task").empty()) return Fit::No;
+  if (!output || !metadata(model, "task").empty()) return Match::No;
   const bool is_usual = !output->layout.rows_are_inner && output->classes == kCocoClasses;
-  if (model.labels > 0 ? model.labels == output->classes : is_usual) return Fit::Certain;
+  if (model.labels > 0 ? model.labels == output->classes : is_usual) return Match::Certain;
   // Four or more classes beside 32 numbers for the edges also fit other families; without a sign
   // of NanoDet they are more likely.
-  return Fit::No;
+  return Match::No;
 }
 
-std::unique_ptr<Head> open_nano_det(const ModelFacts& model, const HeadOptions& options) {
+std::unique_ptr<Head> open_nano_det(const ModelSignature& model, const HeadOptions& options) {
   const auto output = find_nano_det(model);
   if (!output) throw wrong_outputs(model, kNanoDet);
   return std::make_unique<NanoDet>(*output, options.threshold);

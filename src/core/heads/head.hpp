@@ -23,13 +23,13 @@
 namespace weir::heads {
 
 // One output of a model.
-struct OutputFacts : TensorSpec {
+struct OutputSignature : TensorSpec {
   bool is_quantised = false;
 };
 
 // What is known of a model before its first frame.
-struct ModelFacts {
-  std::vector<OutputFacts> outputs;             // in the order of the stream
+struct ModelSignature {
+  std::vector<OutputSignature> outputs;         // in the order of the stream
   detection::PictureSize input;                 // of its input picture; 0 x 0 = unknown
   std::map<std::string, std::string> metadata;  // of the model file
   size_t labels = 0;                            // names of classes that are given; 0 = none
@@ -87,7 +87,7 @@ enum Task : uint32_t {
   kText = 32
 };
 
-enum class Fit {
+enum class Match {
   No,
   Possible,  // shapes and types fit
   Certain    // names or metadata of the model say so too
@@ -101,9 +101,9 @@ struct Family {
   std::string_view outputs;  // of models of this family, for people
   std::string_view custom;   // settings that it declares, separated by commas
   float threshold;           // default of the least score
-  Fit (*fit)(const ModelFacts&);
+  Match (*fit)(const ModelSignature&);
   // Throws Failure (SPEC_MISMATCH, OPTION_VALUE) for outputs or settings that it cannot use.
-  std::unique_ptr<Head> (*open)(const ModelFacts&, const HeadOptions&);
+  std::unique_ptr<Head> (*open)(const ModelSignature&, const HeadOptions&);
 };
 
 }  // namespace weir::heads

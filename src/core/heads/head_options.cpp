@@ -70,7 +70,7 @@ bool are_logits(std::span<const float> scores) noexcept {
                      [](float score) { return score < -kRounding || score > 1 + kRounding; });
 }
 
-Failure wrong_outputs(const ModelFacts& model, const Family& family) {
+Failure wrong_outputs(const ModelSignature& model, const Family& family) {
   return Failure({.code = Code::SPEC_MISMATCH,
                   .what = "the outputs are not those of the head " + std::string(family.name),
                   .offered = model.outputs.empty() ? "no outputs" : model.describe_outputs(),
@@ -86,7 +86,7 @@ bool is_integer(ElementType type) noexcept {
          type != ElementType::Float64;
 }
 
-std::string_view metadata(const ModelFacts& model, const std::string& key) {
+std::string_view metadata(const ModelSignature& model, const std::string& key) {
   const auto found = model.metadata.find(key);
   return found == model.metadata.end() ? std::string_view() : std::string_view(found->second);
 }

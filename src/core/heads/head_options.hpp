@@ -33,11 +33,11 @@ ScoreKind score_kind(const HeadOptions& options);  // custom=scores:logits|proba
 bool are_logits(std::span<const float> scores) noexcept;
 
 // The error for outputs that a family cannot read.
-Failure wrong_outputs(const ModelFacts& model, const Family& family);
+Failure wrong_outputs(const ModelSignature& model, const Family& family);
 
 bool is_integer(ElementType type) noexcept;
 
 // An entry of the model's metadata; "" if there is none.
-std::string_view metadata(const ModelFacts& model, const std::string& key);
+std::string_view metadata(const ModelSignature& model, const std::string& key);
 
 }  // namespace weir::heads

@@ -18,7 +18,7 @@ using Floats = std::vector<float>;
 
 // An output with its numbers, of any element type. Dimensions as in caps.
 struct TestOutput {
-  OutputFacts facts;
+  OutputSignature facts;
   std::vector<std::byte> bytes;
   float scale = 0;
   int32_t zero_point = 0;
@@ -95,8 +95,8 @@ struct HeadSetup {
   float threshold = 0.25f;
 };
 
-inline ModelFacts facts_of(const std::vector<TestOutput>& outputs, const HeadSetup& setup) {
-  ModelFacts out{
+inline ModelSignature facts_of(const std::vector<TestOutput>& outputs, const HeadSetup& setup) {
+  ModelSignature out{
       .outputs = {}, .input = setup.input, .metadata = setup.metadata, .labels = setup.labels};
   for (const auto& output : outputs) out.outputs.push_back(output.facts);
   return out;
@@ -113,7 +113,7 @@ struct HeadResult {
 inline HeadResult run_head(const std::vector<TestOutput>& outputs, const HeadSetup& setup = {}) {
   HeadResult out;
   try {
-    const ModelFacts facts = facts_of(outputs, setup);
+    const ModelSignature facts = facts_of(outputs, setup);
     const Family& family =
         setup.head.empty() ? recognise(facts, setup.tasks) : family_named(setup.head, setup.tasks);
     out.family = family.name;

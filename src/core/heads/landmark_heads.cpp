@@ -53,18 +53,19 @@ struct LandmarkLayout {
 
 // The outputs in the published order. Converters number them (Identity, Identity_1, ...) and may
 // store them in another order.
-std::vector<size_t> published_order(const ModelFacts& model) {
+std::vector<size_t> published_order(const ModelSignature& model) {
   std::vector<size_t> order(model.outputs.size());
   for (size_t i = 0; i < order.size(); ++i) order[i] = i;
   const auto& outputs = model.outputs;
-  if (std::all_of(outputs.begin(), outputs.end(),
-                  [](const OutputFacts& output) { return output.name.starts_with("Identity"); }))
+  if (std::all_of(outputs.begin(), outputs.end(), [](const OutputSignature& output) {
+        return output.name.starts_with("Identity");
+      }))
     std::stable_sort(order.begin(), order.end(),
                      [&](size_t a, size_t b) { return outputs[a].name < outputs[b].name; });
   return order;
 }
 
-std::optional<LandmarkLayout> find_layout(const Network& network, const ModelFacts& model) {
+std::optional<LandmarkLayout> find_layout(const Network& network, const ModelSignature& model) {
   const auto order = published_order(model);
   std::vector<size_t> numbers;
   for (const size_t i : order)
@@ -72,7 +73,7 @@ std::optional<LandmarkLayout> find_layout(const Network& network, const ModelFac
   if (numbers.empty()) return std::nullopt;
   for (const PointTensor& form : network.forms)
     for (const size_t i : order) {
-      const OutputFacts& output = model.outputs[i];
+      const OutputSignature& output = model.outputs[i];
       const size_t count = form.points * form.values;
       if (element_count(output) != count || has_name_with(output, "world")) continue;
       const bool has_side = network.has_side && numbers.size() > 1;
@@ -114,12 +115,12 @@ class LandmarkHead final : public PointsHead {
 };
 
 template <const Network& (*kNetwork)()>
-Fit fit(const ModelFacts& model) {
-  return find_layout(kNetwork(), model) ? Fit::Possible : Fit::No;
+Match fit(const ModelSignature& model) {
+  return find_layout(kNetwork(), model) ? Match::Possible : Match::No;
 }
 
 template <const Network& (*kNetwork)()>
-std::unique_ptr<Head> open(const ModelFacts& model, const HeadOptions& options) {
+std::unique_ptr<Head> open(const ModelSignature& model, const HeadOptions& options) {
   const auto layout = find_layout(kNetwork(), model);
   if (!layout) throw wrong_outputs(model, *kNetwork().family);
   return std::make_unique<LandmarkHead>(kNetwork(), *layout, options.threshold);

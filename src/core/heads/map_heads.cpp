@@ -35,7 +35,7 @@ bool has_aspect(uint32_t width, uint32_t height, PictureSize input) {
 
 // The dimension of classes is the one that leaves a picture of the input's aspect; the smaller one
 // where both do.
-std::optional<Pixels> find_pixels(const ModelFacts& model) {
+std::optional<Pixels> find_pixels(const ModelSignature& model) {
   if (model.outputs.size() != 1) return std::nullopt;
   const Shape& shape = model.outputs[0].shape;
   if (shape.min_rank() < 2 || shape.min_rank() > 3) return std::nullopt;
@@ -114,7 +114,7 @@ class DeepLab final : public MapHead {
   float threshold_;
 };
 
-class ClassMap final : public MapHead {
+class ClassMapHead final : public MapHead {
  public:
   using MapHead::MapHead;
 
@@ -134,36 +134,36 @@ class ClassMap final : public MapHead {
 };
 
 // One number a pixel: classes if it is an integer without a scale, a score otherwise.
-bool is_class_map(const OutputFacts& output, const Pixels& pixels) {
+bool is_class_map(const OutputSignature& output, const Pixels& pixels) {
   return pixels.classes == 1 && is_integer(output.type) && !output.is_quantised;
 }
 
-Fit fit_deep_lab(const ModelFacts& model) {
+Match fit_deep_lab(const ModelSignature& model) {
   const auto pixels = find_pixels(model);
-  return pixels && !is_class_map(model.outputs[0], *pixels) ? Fit::Possible : Fit::No;
+  return pixels && !is_class_map(model.outputs[0], *pixels) ? Match::Possible : Match::No;
 }
 
-Fit fit_class_map(const ModelFacts& model) {
+Match fit_class_map(const ModelSignature& model) {
   const auto pixels = find_pixels(model);
-  return pixels && is_class_map(model.outputs[0], *pixels) ? Fit::Possible : Fit::No;
+  return pixels && is_class_map(model.outputs[0], *pixels) ? Match::Possible : Match::No;
 }
 
-std::unique_ptr<Head> open_deep_lab(const ModelFacts& model, const HeadOptions& options) {
+std::unique_ptr<Head> open_deep_lab(const ModelSignature& model, const HeadOptions& options) {
   const auto pixels = find_pixels(model);
   if (!pixels) throw wrong_outputs(model, kDeepLab);
   return std::make_unique<DeepLab>(*pixels, score_kind(options), options.threshold);
 }
 
-std::unique_ptr<Head> open_class_map(const ModelFacts& model, const HeadOptions&) {
+std::unique_ptr<Head> open_class_map(const ModelSignature& model, const HeadOptions&) {
   const auto pixels = find_pixels(model);
   if (!pixels || pixels->classes != 1) throw wrong_outputs(model, kClassMap);
-  return std::make_unique<ClassMap>(*pixels);
+  return std::make_unique<ClassMapHead>(*pixels);
 }
 
 using detection::PictureSize;
 
 // Dimensions of 1 are left out: W:H, 1:W:H and W:H:1 are the same.
-std::optional<PictureSize> find_map(const ModelFacts& model) {
+std::optional<PictureSize> find_map(const ModelSignature& model) {
   if (model.outputs.size() != 1) return std::nullopt;
   const Shape& shape = model.outputs[0].shape;
   std::vector<uint32_t> extents;
@@ -227,12 +227,12 @@ const Family kDepthMap{
     .custom = "",
     .threshold = 0,
     .fit =
-        [](const ModelFacts& model) {
-          if (!find_map(model)) return Fit::No;
+        [](const ModelSignature& model) {
+          if (!find_map(model)) return Match::No;
           const bool is_named = any_name_has(model, "depth") && !any_name_has(model, "depthwise");
-          return is_named ? Fit::Certain : Fit::Possible;
+          return is_named ? Match::Certain : Match::Possible;
         },
-    .open = [](const ModelFacts& model, const HeadOptions&) -> std::unique_ptr<Head> {
+    .open = [](const ModelSignature& model, const HeadOptions&) -> std::unique_ptr<Head> {
       const auto map = find_map(model);
       if (!map) throw wrong_outputs(model, kDepthMap);
       return std::make_unique<DepthMap>(*map);

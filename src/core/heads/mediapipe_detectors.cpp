@@ -95,7 +95,7 @@ const Variant* find_variant(const Detector& detector, size_t anchors, PictureSiz
   return found;
 }
 
-std::optional<DetectorLayout> find_layout(const Detector& detector, const ModelFacts& model) {
+std::optional<DetectorLayout> find_layout(const Detector& detector, const ModelSignature& model) {
   if (model.outputs.size() != 2) return std::nullopt;
   for (const size_t boxes : {0u, 1u}) {
     const size_t count = matrix_rows(model.outputs[boxes], kMediapipeBox + 2 * detector.points);
@@ -212,18 +212,18 @@ class AnchorHead final : public Head {
 };
 
 // MediaPipe's names of both outputs.
-bool has_published_names(const ModelFacts& model) {
+bool has_published_names(const ModelSignature& model) {
   return any_name_has(model, "regressors") && any_name_has(model, "classificators");
 }
 
 template <const Detector& (*kDetector)()>
-Fit fit(const ModelFacts& model) {
-  if (!find_layout(kDetector(), model)) return Fit::No;
-  return has_published_names(model) ? Fit::Certain : Fit::Possible;
+Match fit(const ModelSignature& model) {
+  if (!find_layout(kDetector(), model)) return Match::No;
+  return has_published_names(model) ? Match::Certain : Match::Possible;
 }
 
 template <const Detector& (*kDetector)()>
-std::unique_ptr<Head> open(const ModelFacts& model, const HeadOptions& options) {
+std::unique_ptr<Head> open(const ModelSignature& model, const HeadOptions& options) {
   const auto layout = find_layout(kDetector(), model);
   if (!layout) throw wrong_outputs(model, *kDetector().family);
   return std::make_unique<AnchorHead>(kDetector(), *layout, options.threshold);

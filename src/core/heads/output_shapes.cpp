@@ -8,11 +8,11 @@
 
 namespace weir::heads {
 
-size_t element_count(const OutputFacts& output) noexcept {
+size_t element_count(const OutputSignature& output) noexcept {
   return static_cast<size_t>(output.shape.count().value_or(0));
 }
 
-size_t matrix_rows(const OutputFacts& output, size_t columns) noexcept {
+size_t matrix_rows(const OutputSignature& output, size_t columns) noexcept {
   const Shape& shape = output.shape;
   const size_t count = element_count(output);
   if (columns == 0 || count == 0) return 0;
@@ -21,13 +21,13 @@ size_t matrix_rows(const OutputFacts& output, size_t columns) noexcept {
   return shape[0] == columns && shape[1] == rows ? rows : 0;
 }
 
-bool has_name_with(const OutputFacts& output, std::string_view part) {
+bool has_name_with(const OutputSignature& output, std::string_view part) {
   return lower(output.name).find(lower(part)) != std::string::npos;
 }
 
-bool any_name_has(const ModelFacts& model, std::string_view part) {
+bool any_name_has(const ModelSignature& model, std::string_view part) {
   return std::any_of(model.outputs.begin(), model.outputs.end(),
-                     [&](const OutputFacts& output) { return has_name_with(output, part); });
+                     [&](const OutputSignature& output) { return has_name_with(output, part); });
 }
 
 void need_input_size(detection::PictureSize input) {

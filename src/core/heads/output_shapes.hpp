@@ -10,12 +10,12 @@ namespace weir::heads {
 
 // The rows of an output COLUMNS:ROWS; a matrix of one column may also be written ROWS. 0 if the
 // output has another shape.
-size_t matrix_rows(const OutputFacts& output, size_t columns) noexcept;
+size_t matrix_rows(const OutputSignature& output, size_t columns) noexcept;
 // Number of elements; 0 if it is not known.
-size_t element_count(const OutputFacts& output) noexcept;
+size_t element_count(const OutputSignature& output) noexcept;
 // Whether an output's name contains `part`, in any case.
-bool has_name_with(const OutputFacts& output, std::string_view part);
-bool any_name_has(const ModelFacts& model, std::string_view part);
+bool has_name_with(const OutputSignature& output, std::string_view part);
+bool any_name_has(const ModelSignature& model, std::string_view part);
 
 // Throws Failure (SPEC_MISMATCH) if the size of the model's input is not known.
 void need_input_size(detection::PictureSize input);

@@ -73,24 +73,24 @@ class Multipose final : public PointsHead {
   std::vector<results::KeyPoint> points_;
 };
 
-bool is_movenet(const ModelFacts& model) {
+bool is_movenet(const ModelSignature& model) {
   return model.outputs.size() == 1 && matrix_rows(model.outputs[0], kPointValues) == kPoints;
 }
-size_t count_persons(const ModelFacts& model) {
+size_t count_persons(const ModelSignature& model) {
   return model.outputs.size() == 1 ? matrix_rows(model.outputs[0], kPersonValues) : 0;
 }
 
-Fit fit_movenet(const ModelFacts& model) {
-  return is_movenet(model) ? Fit::Possible : Fit::No;
+Match fit_movenet(const ModelSignature& model) {
+  return is_movenet(model) ? Match::Possible : Match::No;
 }
-Fit fit_multipose(const ModelFacts& model) {
-  return count_persons(model) > 0 ? Fit::Possible : Fit::No;
+Match fit_multipose(const ModelSignature& model) {
+  return count_persons(model) > 0 ? Match::Possible : Match::No;
 }
-std::unique_ptr<Head> open_movenet(const ModelFacts& model, const HeadOptions& options) {
+std::unique_ptr<Head> open_movenet(const ModelSignature& model, const HeadOptions& options) {
   if (!is_movenet(model)) throw wrong_outputs(model, kMovenet);
   return std::make_unique<Movenet>(options.threshold);
 }
-std::unique_ptr<Head> open_multipose(const ModelFacts& model, const HeadOptions& options) {
+std::unique_ptr<Head> open_multipose(const ModelSignature& model, const HeadOptions& options) {
   const size_t persons = count_persons(model);
   if (persons == 0) throw wrong_outputs(model, kMovenetMultipose);
   return std::make_unique<Multipose>(persons, options.threshold);
@@ -110,7 +110,7 @@ struct PoseNetLayout {
 };
 
 // The outputs VALUES:width:height, in their order.
-std::vector<size_t> find_grids(const ModelFacts& model, size_t values, size_t width,
+std::vector<size_t> find_grids(const ModelSignature& model, size_t values, size_t width,
                                size_t height) {
   std::vector<size_t> found;
   for (size_t i = 0; i < model.outputs.size(); ++i) {
@@ -124,7 +124,7 @@ std::vector<size_t> find_grids(const ModelFacts& model, size_t values, size_t wi
 }
 
 // Where output `heat` has the heat maps; nullopt if it cannot have them.
-std::optional<PoseNetLayout> layout_around(const ModelFacts& model, size_t heat) {
+std::optional<PoseNetLayout> layout_around(const ModelSignature& model, size_t heat) {
   const Shape& shape = model.outputs[heat].shape;
   if (shape[0] != kPoseNetPoints || shape[1] < 2 || shape[2] < 2) return std::nullopt;
   const auto grids = [&](size_t values) { return find_grids(model, values, shape[1], shape[2]); };
@@ -145,7 +145,7 @@ std::optional<PoseNetLayout> layout_around(const ModelFacts& model, size_t heat)
   return layout;
 }
 
-std::optional<PoseNetLayout> posenet_layout(const ModelFacts& model) {
+std::optional<PoseNetLayout> posenet_layout(const ModelSignature& model) {
   for (size_t i = 0; i < model.outputs.size(); ++i)
     if (const auto layout = layout_around(model, i)) return layout;
   return std::nullopt;
@@ -207,13 +207,13 @@ class Posenet final : public PointsHead {
   float threshold_;
 };
 
-Fit fit_posenet(const ModelFacts& model) {
-  if (!posenet_layout(model)) return Fit::No;
-  return any_name_has(model, "heatmap") && any_name_has(model, "offset") ? Fit::Certain
-                                                                         : Fit::Possible;
+Match fit_posenet(const ModelSignature& model) {
+  if (!posenet_layout(model)) return Match::No;
+  return any_name_has(model, "heatmap") && any_name_has(model, "offset") ? Match::Certain
+                                                                         : Match::Possible;
 }
 
-std::unique_ptr<Head> open_posenet(const ModelFacts& model, const HeadOptions& options) {
+std::unique_ptr<Head> open_posenet(const ModelSignature& model, const HeadOptions& options) {
   const auto layout = posenet_layout(model);
   if (!layout) throw wrong_outputs(model, kPosenet);
   return std::make_unique<Posenet>(*layout, options.threshold);
@@ -241,7 +241,7 @@ bool is_plausible(const Layout& layout, PictureSize input) {
 }
 
 // Planar maps if both orders are plausible.
-std::optional<Layout> find_layout(const ModelFacts& model) {
+std::optional<Layout> find_layout(const ModelSignature& model) {
   if (model.outputs.size() != 1) return std::nullopt;
   const Shape& shape = model.outputs[0].shape;
   if (shape.min_rank() > 3 || shape.rank() < 3) return std::nullopt;
@@ -306,18 +306,18 @@ class HeatMaps final : public PointsHead {
   std::vector<results::KeyPoint> points_;
 };
 
-Fit fit(const ModelFacts& model) {
+Match fit(const ModelSignature& model) {
   const auto layout = find_layout(model);
-  if (!layout) return Fit::No;
+  if (!layout) return Match::No;
   // Maps of the input's own size are masks, scores of classes or depths; grids of larger cells are
   // those of detectors.
   constexpr size_t kMinCell = 2, kMaxCell = 8;
   const bool has_cells = model.input.width == 0 || (layout->width * kMinCell <= model.input.width &&
                                                     layout->width * kMaxCell >= model.input.width);
-  return has_cells ? Fit::Possible : Fit::No;
+  return has_cells ? Match::Possible : Match::No;
 }
 
-std::unique_ptr<Head> open(const ModelFacts& model, const HeadOptions& options) {
+std::unique_ptr<Head> open(const ModelSignature& model, const HeadOptions& options) {
   const auto layout = find_layout(model);
   if (!layout) throw wrong_outputs(model, kHeatMaps);
   return std::make_unique<HeatMaps>(*layout, options.threshold);

@@ -96,7 +96,7 @@ TEST(Recognition, GridsOfDetectorsAndScoresOfPixelsAreNoHeatMaps) {
 }
 
 TEST(Recognition, ListsTheFamiliesThatFit) {
-  ModelFacts facts;
+  ModelSignature facts;
   facts.input = k640;
   const auto names = [&](const char* shape, uint32_t tasks) {
     facts.outputs = {{{.type = ElementType::Float32, .shape = Shape::parse(shape), .name = {}}}};

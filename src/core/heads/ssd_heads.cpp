@@ -34,7 +34,7 @@ std::vector<uint32_t> get_extents(const Shape& shape) {
   return out;
 }
 
-std::optional<RawOutputs> find_raw(const ModelFacts& model) {
+std::optional<RawOutputs> find_raw(const ModelSignature& model) {
   if (model.outputs.size() != 2) return std::nullopt;
   for (const size_t boxes : {0u, 1u}) {
     const auto box = get_extents(model.outputs[boxes].shape);
@@ -46,7 +46,7 @@ std::optional<RawOutputs> find_raw(const ModelFacts& model) {
 }
 
 // SSD MobileNet of 300 x 300 pixels is the only common one whose input size is not stated.
-PictureSize get_input_size(const ModelFacts& model) {
+PictureSize get_input_size(const ModelSignature& model) {
   return model.input.width > 0 ? model.input : PictureSize{300, 300};
 }
 
@@ -108,14 +108,14 @@ class Ssd final : public Head {
   std::vector<float> logits_;
 };
 
-Fit fit_ssd(const ModelFacts& model) {
+Match fit_ssd(const ModelSignature& model) {
   const auto raw = find_raw(model);
-  if (!raw || raw->classes < 2) return Fit::No;
-  return detection::ssd_anchor_count(get_input_size(model)) == raw->anchors ? Fit::Certain
-                                                                            : Fit::No;
+  if (!raw || raw->classes < 2) return Match::No;
+  return detection::ssd_anchor_count(get_input_size(model)) == raw->anchors ? Match::Certain
+                                                                            : Match::No;
 }
 
-detection::BoxPriors make_priors(const ModelFacts& model, const HeadOptions& options,
+detection::BoxPriors make_priors(const ModelSignature& model, const HeadOptions& options,
                                  const RawOutputs& raw) {
   const auto file = options.custom.find("priors");
   if (file == options.custom.end()) {
@@ -150,7 +150,7 @@ detection::SsdScales parse_scales(const HeadOptions& options) {
   return {numbers[0], numbers[1], numbers[2], numbers[3]};
 }
 
-std::unique_ptr<Head> open_ssd(const ModelFacts& model, const HeadOptions& options) {
+std::unique_ptr<Head> open_ssd(const ModelSignature& model, const HeadOptions& options) {
   const auto raw = find_raw(model);
   if (!raw || raw->classes < 2) throw wrong_outputs(model, kSsd);
   const bool has_background_label = model.labels + 1 != raw->classes;
@@ -168,7 +168,7 @@ struct Postprocessed {
 };
 
 // The output that has boxes, where only one has.
-std::optional<size_t> find_boxes(const ModelFacts& model) {
+std::optional<size_t> find_boxes(const ModelSignature& model) {
   std::optional<size_t> boxes;
   for (size_t i = 0; i < model.outputs.size(); ++i) {
     const Shape& shape = model.outputs[i].shape;
@@ -180,7 +180,7 @@ std::optional<size_t> find_boxes(const ModelFacts& model) {
 }
 
 // Finds the outputs by their shapes alone. The layer's own order is boxes, classes, scores, count.
-std::optional<Postprocessed> find_by_shapes(const ModelFacts& model) {
+std::optional<Postprocessed> find_by_shapes(const ModelSignature& model) {
   constexpr size_t kOutputs = 4;
   if (model.outputs.size() != kOutputs) return std::nullopt;
   const auto boxes = find_boxes(model);
@@ -198,7 +198,7 @@ std::optional<Postprocessed> find_by_shapes(const ModelFacts& model) {
       .boxes = *boxes, .count = counts[0], .classes = lists[0], .scores = lists[1]};
 }
 
-std::optional<Postprocessed> find_postprocessed(const ModelFacts& model) {
+std::optional<Postprocessed> find_postprocessed(const ModelSignature& model) {
   auto out = find_by_shapes(model);
   if (!out) return std::nullopt;
   const std::array lists{out->classes, out->scores};
@@ -258,12 +258,13 @@ class SsdPostprocess final : public Head {
   CornerBoxes boxes_;
 };
 
-Fit fit_ssd_postprocess(const ModelFacts& model) {
+Match fit_ssd_postprocess(const ModelSignature& model) {
   const auto outputs = find_postprocessed(model);
-  return !outputs ? Fit::No : outputs->is_certain ? Fit::Certain : Fit::Possible;
+  return !outputs ? Match::No : outputs->is_certain ? Match::Certain : Match::Possible;
 }
 
-std::unique_ptr<Head> open_ssd_postprocess(const ModelFacts& model, const HeadOptions& options) {
+std::unique_ptr<Head> open_ssd_postprocess(const ModelSignature& model,
+                                           const HeadOptions& options) {
   const auto outputs = find_postprocessed(model);
   if (!outputs) throw wrong_outputs(model, kSsdPostprocess);
   // TensorFlow's own detectors count classes from 1.

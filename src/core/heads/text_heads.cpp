@@ -24,7 +24,7 @@ struct MapSize {
 
 // The size of the only output if it is one map of the input's proportions. Text networks accept
 // multiples of 32 pixels.
-std::optional<MapSize> find_map_size(const ModelFacts& model) {
+std::optional<MapSize> find_map_size(const ModelSignature& model) {
   if (model.outputs.size() != 1 || model.outputs[0].shape.min_rank() > 2) return std::nullopt;
   const size_t width = model.outputs[0].shape[0], height = model.outputs[0].shape[1];
   if (width < 2 || height < 2) return std::nullopt;
@@ -78,12 +78,12 @@ class Db final : public Head {
   detection::TextRegionOptions options_;
 };
 
-Fit fit_db(const ModelFacts& model) {
-  if (!find_map_size(model)) return Fit::No;
-  return any_name_has(model, "sigmoid") ? Fit::Certain : Fit::Possible;
+Match fit_db(const ModelSignature& model) {
+  if (!find_map_size(model)) return Match::No;
+  return any_name_has(model, "sigmoid") ? Match::Certain : Match::Possible;
 }
 
-std::unique_ptr<Head> open_db(const ModelFacts& model, const HeadOptions& options) {
+std::unique_ptr<Head> open_db(const ModelSignature& model, const HeadOptions& options) {
   const auto map = find_map_size(model);
   if (!map) throw wrong_outputs(model, kDb);
   constexpr float kMaxGrowth = 10;
@@ -105,7 +105,7 @@ struct StepsLayout {
 };
 
 // CLASSES:STEPS, or CLASSES:1:STEPS where a batch is the middle dimension.
-std::optional<StepsLayout> find_steps(const ModelFacts& model) {
+std::optional<StepsLayout> find_steps(const ModelSignature& model) {
   const bool is_map = model.input.width > 0 && find_map_size(model);
   if (model.outputs.size() != 1 || is_map) return std::nullopt;
   const Shape& shape = model.outputs[0].shape;
@@ -174,15 +174,15 @@ bool has_characters(const StepsLayout& layout, size_t characters) {
   return layout.classes == characters + 1 || layout.classes == characters + 2;
 }
 
-Fit fit_ctc(const ModelFacts& model) {
+Match fit_ctc(const ModelSignature& model) {
   const auto layout = find_steps(model);
-  if (!layout) return Fit::No;
+  if (!layout) return Match::No;
   const bool is_named = any_name_has(model, "softmax");
-  return is_named || (model.labels > 0 && has_characters(*layout, model.labels)) ? Fit::Certain
-                                                                                 : Fit::Possible;
+  return is_named || (model.labels > 0 && has_characters(*layout, model.labels)) ? Match::Certain
+                                                                                 : Match::Possible;
 }
 
-std::unique_ptr<Head> open_ctc(const ModelFacts& model, const HeadOptions& options) {
+std::unique_ptr<Head> open_ctc(const ModelSignature& model, const HeadOptions& options) {
   const auto layout = find_steps(model);
   if (!layout) throw wrong_outputs(model, kCtc);
   std::vector<std::string> characters = options.labels;

@@ -17,7 +17,7 @@ using detection::Candidates;
 using detection::PictureSize;
 
 constexpr size_t kFixed = 5, kAnchors = 3;  // numbers before the classes; anchors of a cell
-constexpr uint32_t kLargestStride = 32;     // pixels of a cell of the smallest grid
+constexpr uint32_t kMaxStride = 32;         // pixels of a cell of the smallest grid
 constexpr char kExample[] = "10/13/16/30/33/23/30/61/62/45/59/119/116/90/156/198/373/326";
 
 // Width and height of the anchors in pixels, of the grid of the smallest cells first.
@@ -55,7 +55,7 @@ std::optional<YoloGrid> find_grid(const Shape& shape, size_t output) {
 }
 
 // Two or three grids, each of half the size of the one before; empty if they are not.
-std::vector<YoloGrid> find_grids(const ModelFacts& model) {
+std::vector<YoloGrid> find_grids(const ModelSignature& model) {
   std::vector<YoloGrid> grids;
   if (model.outputs.size() < 2 || model.outputs.size() > 3) return {};
   for (size_t i = 0; i < model.outputs.size(); ++i) {
@@ -177,18 +177,18 @@ class YoloGrids final : public Head {
   float threshold_;
 };
 
-Fit fit_grids(const ModelFacts& model) {
+Match fit_grids(const ModelSignature& model) {
   const auto grids = find_grids(model);
-  if (grids.empty()) return Fit::No;
+  if (grids.empty()) return Match::No;
   const YoloGrid& smallest = grids.back();
   const bool has_size = model.input.width > 0;
-  return !has_size || (smallest.columns * kLargestStride == model.input.width &&
-                       smallest.rows * kLargestStride == model.input.height)
-             ? Fit::Possible
-             : Fit::No;
+  return !has_size || (smallest.columns * kMaxStride == model.input.width &&
+                       smallest.rows * kMaxStride == model.input.height)
+             ? Match::Possible
+             : Match::No;
 }
 
-std::unique_ptr<Head> open_grids(const ModelFacts& model, const HeadOptions& options,
+std::unique_ptr<Head> open_grids(const ModelSignature& model, const HeadOptions& options,
                                  const Family& family, Version version, Anchors usual) {
   auto grids = find_grids(model);
   if (grids.empty()) throw wrong_outputs(model, family);
@@ -202,16 +202,16 @@ std::unique_ptr<Head> open_grids(const ModelFacts& model, const HeadOptions& opt
                             "of the smallest cells first",
                         kExample);
   const PictureSize input =
-      model.input.width > 0
-          ? model.input
-          : PictureSize{static_cast<uint32_t>(grids.back().columns) * kLargestStride,
-                        static_cast<uint32_t>(grids.back().rows) * kLargestStride};
+      model.input.width > 0 ? model.input
+                            : PictureSize{static_cast<uint32_t>(grids.back().columns) * kMaxStride,
+                                          static_cast<uint32_t>(grids.back().rows) * kMaxStride};
   return std::make_unique<YoloGrids>(std::move(grids), std::move(anchors), input, version,
                                      score_kind(options), options.threshold);
 }
 
 constexpr Family make_family(std::string_view name, std::string_view aliases,
-                             std::unique_ptr<Head> (*open)(const ModelFacts&, const HeadOptions&)) {
+                             std::unique_ptr<Head> (*open)(const ModelSignature&,
+                                                           const HeadOptions&)) {
   return {.name = name,
           .aliases = aliases,
           .tasks = kDetection,
@@ -225,17 +225,17 @@ constexpr Family make_family(std::string_view name, std::string_view aliases,
 }  // namespace
 
 const Family kYolov3Grids =
-    make_family("yolov3-grids", "yolov4-grids", [](const ModelFacts& m, const HeadOptions& o) {
+    make_family("yolov3-grids", "yolov4-grids", [](const ModelSignature& m, const HeadOptions& o) {
       return open_grids(m, o, kYolov3Grids, Version::Three, kOfVersion3And5);
     });
 
 const Family kYolov5Grids =
-    make_family("yolov5-grids", "", [](const ModelFacts& m, const HeadOptions& o) {
+    make_family("yolov5-grids", "", [](const ModelSignature& m, const HeadOptions& o) {
       return open_grids(m, o, kYolov5Grids, Version::FiveOrSeven, kOfVersion3And5);
     });
 
 const Family kYolov7Grids =
-    make_family("yolov7-grids", "", [](const ModelFacts& m, const HeadOptions& o) {
+    make_family("yolov7-grids", "", [](const ModelSignature& m, const HeadOptions& o) {
       return open_grids(m, o, kYolov7Grids, Version::FiveOrSeven, kOfVersion7);
     });
 

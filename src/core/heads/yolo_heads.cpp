@@ -48,7 +48,7 @@ std::optional<PrototypeFacts> find_prototypes(const Shape& shape, size_t output,
 }
 
 template <class FindLayout>
-std::optional<YoloOutputs> find_outputs(const ModelFacts& model, bool has_prototypes,
+std::optional<YoloOutputs> find_outputs(const ModelSignature& model, bool has_prototypes,
                                         FindLayout find_layout) {
   if (model.outputs.size() != (has_prototypes ? 2 : 1)) return std::nullopt;
   for (size_t i = 0; i < model.outputs.size(); ++i) {
@@ -64,7 +64,7 @@ std::optional<YoloOutputs> find_outputs(const ModelFacts& model, bool has_protot
 }
 
 // nullopt if the outputs are not one of rows with `anchors` a cell, with or without prototypes.
-std::optional<YoloOutputs> find_yolo_outputs(const ModelFacts& model, size_t anchors,
+std::optional<YoloOutputs> find_yolo_outputs(const ModelSignature& model, size_t anchors,
                                              bool has_prototypes) {
   return find_outputs(
       model, has_prototypes,
@@ -76,18 +76,18 @@ std::optional<YoloOutputs> find_yolo_outputs(const ModelFacts& model, size_t anc
 }
 
 // For a family that the user named: rows whose number no grid explains too.
-std::optional<YoloOutputs> any_yolo_outputs(const ModelFacts& model, bool has_prototypes) {
+std::optional<YoloOutputs> any_yolo_outputs(const ModelSignature& model, bool has_prototypes) {
   return find_outputs(model, has_prototypes, any_dense_layout);
 }
 
 // Whether the model's metadata says that it is for `task` (detect, segment, pose, obb, as
 // Ultralytics writes it); nullopt if it reports nothing.
-std::optional<bool> is_for_task(const ModelFacts& model, std::string_view task) {
+std::optional<bool> is_for_task(const ModelSignature& model, std::string_view task) {
   const auto stated = metadata(model, "task");
   return stated.empty() ? std::nullopt : std::optional(equal_ignoring_case(stated, task));
 }
 
-std::optional<PointShape> point_shape(const ModelFacts& model) {
+std::optional<PointShape> point_shape(const ModelSignature& model) {
   std::string_view text = strip(metadata(model, "kpt_shape"));
   if (!text.starts_with('[') || !text.ends_with(']')) return std::nullopt;
   const auto parts = split(text.substr(1, text.size() - 2), ",");
@@ -102,50 +102,51 @@ constexpr size_t kWithObjectness = kBoxValues + 1, kAngle = 1;
 constexpr size_t kCocoPoints = size_t{3} * 17, kDotaClasses = 15;
 
 // `usual`: what decides if neither metadata nor labels do.
-Fit make_fit(const ModelFacts& model, std::string_view task, size_t classes, bool usual) {
-  if (const auto is_for = is_for_task(model, task)) return *is_for ? Fit::Certain : Fit::No;
-  if (model.labels > 0 && model.labels == classes) return Fit::Certain;
-  return usual ? Fit::Certain : Fit::Possible;
+Match make_fit(const ModelSignature& model, std::string_view task, size_t classes, bool usual) {
+  if (const auto is_for = is_for_task(model, task)) return *is_for ? Match::Certain : Match::No;
+  if (model.labels > 0 && model.labels == classes) return Match::Certain;
+  return usual ? Match::Certain : Match::Possible;
 }
 
 // Whether the labels fit a reading of the row other than box and classes.
-bool labels_name_another(const ModelFacts& model, size_t values) {
+bool labels_name_another(const ModelSignature& model, size_t values) {
   return model.labels > 0 && (model.labels + kWithObjectness == values ||
                               model.labels + kBoxValues + kCocoPoints == values);
 }
 
-Fit fit_yolov8(const ModelFacts& model) {
+Match fit_yolov8(const ModelSignature& model) {
   const auto outputs = find_yolo_outputs(model, 1, false);
-  if (!outputs || outputs->layout.values <= kBoxValues) return Fit::No;
+  if (!outputs || outputs->layout.values <= kBoxValues) return Match::No;
   const size_t classes = outputs->layout.values - kBoxValues;
   const bool is_usual = outputs->layout.rows_are_inner || classes == kCocoClasses;
   return make_fit(model, "detect", classes,
                   is_usual && !labels_name_another(model, outputs->layout.values));
 }
 
-Fit fit_yolov8_obb(const ModelFacts& model) {
+Match fit_yolov8_obb(const ModelSignature& model) {
   const auto outputs = find_yolo_outputs(model, 1, false);
-  if (!outputs || outputs->layout.values <= kBoxValues + kAngle) return Fit::No;
+  if (!outputs || outputs->layout.values <= kBoxValues + kAngle) return Match::No;
   const size_t classes = outputs->layout.values - kBoxValues - kAngle;
   const bool is_usual = model.labels == 0 && classes == kDotaClasses;
-  const Fit fit = make_fit(model, "obb", classes, is_usual);
+  const Match fit = make_fit(model, "obb", classes, is_usual);
   // Labels cannot tell an angle from an objectness; the order of dimensions can.
   const bool is_named = is_for_task(model, "obb").has_value();
-  return fit == Fit::Certain && !is_named && !outputs->layout.rows_are_inner ? Fit::Possible : fit;
+  return fit == Match::Certain && !is_named && !outputs->layout.rows_are_inner ? Match::Possible
+                                                                               : fit;
 }
 
-Fit fit_yolox(const ModelFacts& model) {
+Match fit_yolox(const ModelSignature& model) {
   const auto outputs = find_yolo_outputs(model, 1, false);
-  if (!outputs || outputs->layout.values <= kWithObjectness) return Fit::No;
-  if (!metadata(model, "task").empty()) return Fit::No;
+  if (!outputs || outputs->layout.values <= kWithObjectness) return Match::No;
+  if (!metadata(model, "task").empty()) return Match::No;
   const size_t classes = outputs->layout.values - kWithObjectness;
-  const Fit fit = make_fit(model, "", classes, model.labels == 0 && classes == kCocoClasses);
-  const bool are_labels = model.labels > 0 && fit == Fit::Certain;
-  return are_labels && outputs->layout.rows_are_inner ? Fit::Possible : fit;
+  const Match fit = make_fit(model, "", classes, model.labels == 0 && classes == kCocoClasses);
+  const bool are_labels = model.labels > 0 && fit == Match::Certain;
+  return are_labels && outputs->layout.rows_are_inner ? Match::Possible : fit;
 }
 
 // Numbers of key points in a row; nullopt if they do not fit.
-std::optional<PointShape> points_in(const ModelFacts& model, size_t values) {
+std::optional<PointShape> points_in(const ModelSignature& model, size_t values) {
   if (const auto shape = point_shape(model))
     return shape->points * shape->length + kBoxValues < values ? shape : std::nullopt;
   for (const size_t classes : {model.labels, size_t{1}}) {
@@ -156,38 +157,38 @@ std::optional<PointShape> points_in(const ModelFacts& model, size_t values) {
   return std::nullopt;
 }
 
-Fit fit_yolov8_pose(const ModelFacts& model) {
+Match fit_yolov8_pose(const ModelSignature& model) {
   const auto outputs = find_yolo_outputs(model, 1, false);
-  if (!outputs) return Fit::No;
+  if (!outputs) return Match::No;
   const auto shape = points_in(model, outputs->layout.values);
-  if (!shape) return Fit::No;
-  if (const auto is_for = is_for_task(model, "pose")) return *is_for ? Fit::Certain : Fit::No;
+  if (!shape) return Match::No;
+  if (const auto is_for = is_for_task(model, "pose")) return *is_for ? Match::Certain : Match::No;
   const size_t numbers = shape->points * shape->length;
   const size_t classes = outputs->layout.values - kBoxValues - numbers;
   const bool are_labels = model.labels == 0 || model.labels == classes;
-  return numbers == kCocoPoints && are_labels ? Fit::Certain : Fit::Possible;
+  return numbers == kCocoPoints && are_labels ? Match::Certain : Match::Possible;
 }
 
-Fit fit_yolov5(const ModelFacts& model) {
+Match fit_yolov5(const ModelSignature& model) {
   const auto outputs = find_yolo_outputs(model, 3, false);
-  return outputs && outputs->layout.values > kWithObjectness ? Fit::Possible : Fit::No;
+  return outputs && outputs->layout.values > kWithObjectness ? Match::Possible : Match::No;
 }
 
 // Rows with weights of prototypes.
-Fit fit_segmentation(const ModelFacts& model, size_t anchors, size_t fixed) {
+Match fit_segmentation(const ModelSignature& model, size_t anchors, size_t fixed) {
   const auto outputs = find_yolo_outputs(model, anchors, true);
-  return outputs && outputs->layout.values > fixed + outputs->prototypes->count ? Fit::Possible
-                                                                                : Fit::No;
+  return outputs && outputs->layout.values > fixed + outputs->prototypes->count ? Match::Possible
+                                                                                : Match::No;
 }
-Fit fit_yolov8_segmentation(const ModelFacts& model) {
+Match fit_yolov8_segmentation(const ModelSignature& model) {
   return fit_segmentation(model, 1, kBoxValues);
 }
-Fit fit_yolov5_segmentation(const ModelFacts& model) {
+Match fit_yolov5_segmentation(const ModelSignature& model) {
   return fit_segmentation(model, 3, kWithObjectness);
 }
 
 // The outputs, with the exact layout where there is one.
-YoloOutputs get_outputs(const ModelFacts& model, const Family& family, size_t anchors,
+YoloOutputs get_outputs(const ModelSignature& model, const Family& family, size_t anchors,
                         bool has_prototypes) {
   auto outputs = find_yolo_outputs(model, anchors, has_prototypes);
   if (!outputs) outputs = any_yolo_outputs(model, has_prototypes);
@@ -196,7 +197,7 @@ YoloOutputs get_outputs(const ModelFacts& model, const Family& family, size_t an
 }
 
 // `extra`: numbers of a row after the classes.
-std::unique_ptr<Head> open(const ModelFacts& model, const HeadOptions& options,
+std::unique_ptr<Head> open(const ModelSignature& model, const HeadOptions& options,
                            const Family& family, const YoloOutputs& outputs, DenseSpec spec,
                            size_t extra) {
   const size_t before = kBoxValues + (spec.has_objectness ? 1 : 0);
@@ -209,16 +210,16 @@ std::unique_ptr<Head> open(const ModelFacts& model, const HeadOptions& options,
   return std::make_unique<DenseHead>(std::move(spec), options.threshold);
 }
 
-std::unique_ptr<Head> open_yolov8(const ModelFacts& model, const HeadOptions& options) {
+std::unique_ptr<Head> open_yolov8(const ModelSignature& model, const HeadOptions& options) {
   return open(model, options, kYolov8, get_outputs(model, kYolov8, 1, false), {}, 0);
 }
 
-std::unique_ptr<Head> open_yolov8_obb(const ModelFacts& model, const HeadOptions& options) {
+std::unique_ptr<Head> open_yolov8_obb(const ModelSignature& model, const HeadOptions& options) {
   return open(model, options, kYolov8Obb, get_outputs(model, kYolov8Obb, 1, false),
               {.has_angle = true}, kAngle);
 }
 
-std::unique_ptr<Head> open_yolov8_pose(const ModelFacts& model, const HeadOptions& options) {
+std::unique_ptr<Head> open_yolov8_pose(const ModelSignature& model, const HeadOptions& options) {
   const YoloOutputs outputs = get_outputs(model, kYolov8Pose, 1, false);
   std::optional<PointShape> shape;
   if (const auto points = number_setting(options, "keypoints", 1, 1024)) {
@@ -238,25 +239,25 @@ std::unique_ptr<Head> open_yolov8_pose(const ModelFacts& model, const HeadOption
               shape->points * shape->length);
 }
 
-std::unique_ptr<Head> open_yolov8_segmentation(const ModelFacts& model,
+std::unique_ptr<Head> open_yolov8_segmentation(const ModelSignature& model,
                                                const HeadOptions& options) {
   const YoloOutputs outputs = get_outputs(model, kYolov8Segmentation, 1, true);
   return open(model, options, kYolov8Segmentation, outputs, {}, outputs.prototypes->count);
 }
 
-std::unique_ptr<Head> open_yolov5(const ModelFacts& model, const HeadOptions& options) {
+std::unique_ptr<Head> open_yolov5(const ModelSignature& model, const HeadOptions& options) {
   return open(model, options, kYolov5, get_outputs(model, kYolov5, 3, false),
               {.has_objectness = true}, 0);
 }
 
-std::unique_ptr<Head> open_yolov5_segmentation(const ModelFacts& model,
+std::unique_ptr<Head> open_yolov5_segmentation(const ModelSignature& model,
                                                const HeadOptions& options) {
   const YoloOutputs outputs = get_outputs(model, kYolov5Segmentation, 3, true);
   return open(model, options, kYolov5Segmentation, outputs, {.has_objectness = true},
               outputs.prototypes->count);
 }
 
-std::unique_ptr<Head> open_yolox(const ModelFacts& model, const HeadOptions& options) {
+std::unique_ptr<Head> open_yolox(const ModelSignature& model, const HeadOptions& options) {
   const auto word = word_setting(options, "unit", {"pixels", "picture", "cells"});
   constexpr Unit kUnits[] = {Unit::Pixels, Unit::Picture, Unit::Cells};
   return open(model, options, kYolox, get_outputs(model, kYolox, 1, false),

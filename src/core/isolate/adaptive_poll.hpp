@@ -18,7 +18,7 @@ class AdaptivePoll {
   void took(Duration wait) noexcept {
     usual_ += (std::clamp(wait, Duration::zero(), 2 * kMax) - usual_) / kWeight;
   }
-  Duration patience() const noexcept {
+  Duration poll_time() const noexcept {
     return usual_ < kMax ? std::max(2 * usual_, kMin) : Duration::zero();
   }
 

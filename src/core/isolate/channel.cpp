@@ -120,7 +120,7 @@ Passage Channel::receive(const io::Deadline& deadline, Message* out) {
   MessageHead head{};
   out->descriptor = {};
   const auto head_bytes = std::as_writable_bytes(std::span(&head, 1));
-  const auto began = std::chrono::steady_clock::now(), look_until = began + usual_.patience();
+  const auto began = std::chrono::steady_clock::now(), look_until = began + usual_.poll_time();
   if (const auto p = receive_bytes(head_bytes, deadline, look_until, &out->descriptor);
       p != Passage::Done)
     return p;

@@ -7,7 +7,7 @@
 #include <new>
 #include <string_view>
 
-#include "core/custom/other_process.hpp"
+#include "core/custom/process_bound.hpp"
 #include "core/infer/module/host.hpp"
 #include "core/isolate/crash_file.hpp"
 #include "core/isolate/supervisor.hpp"
@@ -33,7 +33,7 @@ struct IsolatedModel {
   Isolation isolation;
   WorkerSettings settings;
   std::unique_ptr<Supervisor> first;  // until a session takes it
-  std::shared_ptr<const ModelFacts> facts;
+  std::shared_ptr<const WorkerModelInfo> facts;
   std::shared_ptr<SharedArena> arena;
   std::atomic<uint32_t> threads{0}, spins{0};  // of the engine in the process; any thread
 
@@ -207,7 +207,7 @@ int open_model(const weir_open* request, weir_model** out, weir_error* error) {
 }
 
 int info(weir_model* handle, weir_model_info* out, weir_error*) {
-  const ModelFacts& facts = *to_model(handle).facts;
+  const WorkerModelInfo& facts = *to_model(handle).facts;
   *out = facts.info;
   out->struct_size = sizeof *out;
   constexpr uint32_t kStay =

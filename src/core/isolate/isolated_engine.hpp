@@ -6,8 +6,8 @@
 
 #include "core/infer/model/model.hpp"
 #include "core/isolate/isolation.hpp"
-#include "core/isolate/model_facts.hpp"
 #include "core/isolate/shared_arena.hpp"
+#include "core/isolate/worker_model_info.hpp"
 
 namespace weir::isolate {
 

@@ -4,7 +4,7 @@
 
 #include <gtest/gtest.h>
 
-#include "core/isolate/model_facts.hpp"
+#include "core/isolate/worker_model_info.hpp"
 
 namespace weir::isolate {
 namespace message_test {
@@ -64,7 +64,7 @@ TEST(Message, IsInvalidIfACountExceedsTheLimit) {
   EXPECT_FALSE(reader.complete());
 }
 
-ModelFacts described(const std::vector<weir_tensor_info>& tensors) {
+WorkerModelInfo described(const std::vector<weir_tensor_info>& tensors) {
   weir_model_info info{};
   info.n_inputs = info.n_outputs = static_cast<uint32_t>(tensors.size());
   info.inputs = info.outputs = tensors.data();
@@ -74,7 +74,7 @@ ModelFacts described(const std::vector<weir_tensor_info>& tensors) {
   writer.begin(Kind::Opened);
   put_model("fake", {}, info, &writer);
   MessageReader reader(body(&writer));
-  auto facts = ModelFacts::take(&reader);
+  auto facts = WorkerModelInfo::take(&reader);
   EXPECT_TRUE(reader.complete());
   return facts;
 }
@@ -89,8 +89,8 @@ weir_tensor_info tensor(const char* name) {
   return out;
 }
 
-TEST(ModelFacts, RoundTripWithTheirNames) {
-  const ModelFacts facts = described({tensor("x"), tensor(nullptr), tensor("")});
+TEST(WorkerModelInfo, RoundTripWithTheirNames) {
+  const WorkerModelInfo facts = described({tensor("x"), tensor(nullptr), tensor("")});
   EXPECT_EQ(facts.engine, "fake");
   EXPECT_EQ(facts.info.alignment, 64u);
   EXPECT_EQ(facts.metadata_json, "{}");
@@ -102,14 +102,14 @@ TEST(ModelFacts, RoundTripWithTheirNames) {
   EXPECT_EQ(facts.outputs.list()[0].shape[1], 4);
 }
 
-TEST(ModelFacts, HaveTheAcceleratorAndItsWarning) {
+TEST(WorkerModelInfo, HaveTheAcceleratorAndItsWarning) {
   const Error warning{.code = Code::OPTION_VALUE, .what = "no gpu", .fix = "true:cpu"};
   for (const AcceleratorChoice& choice : {AcceleratorChoice{"cpu", warning}, {"", {}}}) {
     MessageWriter writer;
     writer.begin(Kind::Opened);
     put_model("fake", choice, {}, &writer);
     MessageReader reader(body(&writer));
-    const auto facts = ModelFacts::take(&reader);
+    const auto facts = WorkerModelInfo::take(&reader);
     EXPECT_TRUE(reader.complete());
     EXPECT_EQ(facts.accelerator.used, choice.used);
     ASSERT_EQ(facts.accelerator.warning.has_value(), choice.warning.has_value());
@@ -119,7 +119,7 @@ TEST(ModelFacts, HaveTheAcceleratorAndItsWarning) {
   }
 }
 
-TEST(ModelFacts, AreTheSameWhateverTheNames) {
+TEST(WorkerModelInfo, AreTheSameWhateverTheNames) {
   auto other = tensor("y");
   EXPECT_TRUE(same_tensors(described({tensor("x")}), described({other})));
   other.shape[1] = 5;
@@ -129,7 +129,7 @@ TEST(ModelFacts, AreTheSameWhateverTheNames) {
 
 // Every truncation and every changed byte: reads stay within bounds (checked by the sanitizers),
 // and truncations are detected.
-TEST(ModelFacts, RejectDamage) {
+TEST(WorkerModelInfo, RejectDamage) {
   const std::vector<weir_tensor_info> tensors{tensor("input"), tensor("other")};
   weir_model_info info{};
   info.n_inputs = info.n_outputs = 2;
@@ -140,7 +140,7 @@ TEST(ModelFacts, RejectDamage) {
   const auto whole = body(&writer);
   for (size_t size = 0; size < whole.size(); ++size) {
     MessageReader reader(whole.first(size));
-    ModelFacts::take(&reader);
+    WorkerModelInfo::take(&reader);
     EXPECT_FALSE(reader.complete()) << size;
   }
   std::vector<std::byte> damaged(whole.begin(), whole.end());
@@ -148,7 +148,7 @@ TEST(ModelFacts, RejectDamage) {
     const auto kept = byte;
     byte = std::byte{0xFF};
     MessageReader reader(damaged);
-    const auto facts = ModelFacts::take(&reader);
+    const auto facts = WorkerModelInfo::take(&reader);
     EXPECT_LE(facts.inputs.list().size(), size_t{WEIR_TENSOR_LIMIT});
     byte = kept;
   }

@@ -30,7 +30,7 @@ class Supervisor {
   // Reports that the worker returned by ready() has ended.
   void ended();
   // The model description, common to all its workers.
-  const std::shared_ptr<const ModelFacts>& facts() const noexcept { return facts_; }
+  const std::shared_ptr<const WorkerModelInfo>& facts() const noexcept { return facts_; }
   // Stores an order for all later workers.
   void remember(int op, const weir_option& option);
 
@@ -48,8 +48,8 @@ class Supervisor {
   const WorkerSettings settings_;
   const OnCrash on_crash_;
   const std::shared_ptr<Monitor> monitor_;
-  io::Descriptor cancel_;                    // an eventfd, readable when this object is destroyed
-  std::shared_ptr<const ModelFacts> facts_;  // written before start() returns
+  io::Descriptor cancel_;  // an eventfd, readable when this object is destroyed
+  std::shared_ptr<const WorkerModelInfo> facts_;  // written before start() returns
 
   std::mutex mutex_;  // guards the rest
   std::condition_variable changed_;

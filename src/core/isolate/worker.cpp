@@ -51,7 +51,7 @@ Status Worker::open(int cancel) {
   if (auto status = ask(Kind::Opened, until, "while it opened the model"); !status)
     return alive_ ? status : Status(about_model(status.error()));
   MessageReader opened(response_.body);
-  facts_ = std::make_shared<const ModelFacts>(ModelFacts::take(&opened));
+  facts_ = std::make_shared<const WorkerModelInfo>(WorkerModelInfo::take(&opened));
   if (!opened.complete())
     return invalid_message("while it opened the model", "an incomplete model description");
   channel_.set_cancel(-1);

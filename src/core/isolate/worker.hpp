@@ -9,8 +9,8 @@
 #include "core/isolate/calls.hpp"
 #include "core/isolate/channel.hpp"
 #include "core/isolate/confinement.hpp"
-#include "core/isolate/model_facts.hpp"
 #include "core/isolate/shared_arena.hpp"
+#include "core/isolate/worker_model_info.hpp"
 #include "core/isolate/worker_process.hpp"
 #include "weir/abi.h"
 
@@ -36,7 +36,7 @@ class Worker {
   // Gives a live worker up to two seconds to close its model.
   ~Worker();
 
-  const std::shared_ptr<const ModelFacts>& facts() const noexcept { return facts_; }
+  const std::shared_ptr<const WorkerModelInfo>& facts() const noexcept { return facts_; }
   const Confinement& confinement() const noexcept { return confinement_; }
   bool alive() const noexcept { return alive_; }
   // Returns what the last resolve() gave; threads is 0 if the engine does not report it.
@@ -81,7 +81,7 @@ class Worker {
   const WorkerSettings settings_;
   std::unique_ptr<WorkerProcess> process_;
   Channel channel_;
-  std::shared_ptr<const ModelFacts> facts_;
+  std::shared_ptr<const WorkerModelInfo> facts_;
   weir_execution execution_{sizeof(weir_execution), 0, 0};
   Confinement confinement_;
   bool alive_ = true;

@@ -115,9 +115,9 @@ void WorkerProcess::kill() noexcept {
   if (process_ && !end_) pidfd_send_signal(process_.get(), SIGKILL, nullptr, 0);
 }
 
-std::optional<std::string> WorkerProcess::wait(std::chrono::milliseconds patience) {
+std::optional<std::string> WorkerProcess::wait(std::chrono::milliseconds timeout) {
   if (end_) return end_;
-  const io::Deadline until = io::deadline_in(patience);
+  const io::Deadline until = io::deadline_in(timeout);
   pollfd watched{process_.get(), POLLIN, 0};
   int ready = 0;
   do {

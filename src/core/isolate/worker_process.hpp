@@ -32,8 +32,8 @@ class WorkerProcess {
   pid_t id() const noexcept { return id_; }
 
   void kill() noexcept;
-  // "signal 11 (Segmentation fault)", "exit(3)"; nullopt: still running after `patience`.
-  std::optional<std::string> wait(std::chrono::milliseconds patience);
+  // "signal 11 (Segmentation fault)", "exit(3)"; nullopt: still running after `timeout`.
+  std::optional<std::string> wait(std::chrono::milliseconds timeout);
 
  private:
   WorkerProcess() = default;

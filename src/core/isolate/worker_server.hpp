@@ -10,8 +10,8 @@
 #include "core/isolate/calls.hpp"
 #include "core/isolate/channel.hpp"
 #include "core/isolate/confinement.hpp"
-#include "core/isolate/model_facts.hpp"
 #include "core/isolate/shared_block.hpp"
+#include "core/isolate/worker_model_info.hpp"
 
 namespace weir::isolate {
 

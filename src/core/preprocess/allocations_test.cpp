@@ -62,12 +62,12 @@ TEST(Runner, AllocatesForTheFirstFramesOnly) {
       p.width = 64;
       p.height = 16;
       p.resize = Resize::Area;
-      std::vector<Plan> plans;
+      std::vector<PreprocessPlan> plans;
       std::vector<std::vector<std::byte>> out(kRegions);
       std::vector<Job> jobs;
       for (uint32_t i = 0; i < kRegions; ++i) {
         p.crop = Rect{16 * i, 0, 512, 256};
-        plans.push_back(*Plan::make(p));
+        plans.push_back(*PreprocessPlan::make(p));
         out[i].resize(*p.tensor().bytes());
       }
       for (uint32_t i = 0; i < kRegions; ++i) jobs.push_back({&plans[i], out[i]});

@@ -19,7 +19,7 @@ Number number_at(std::span<const std::byte> bytes, size_t index) {
   return out;
 }
 
-Box make_box(const float (&n)[kNumbers]) {
+Roi make_box(const float (&n)[kNumbers]) {
   constexpr double kFar = 1e12;  // pixels; larger coordinates make no difference
   for (const float number : n)
     if (!std::isfinite(number)) return {};
@@ -61,7 +61,7 @@ Status check_boxes(const TensorSpec& spec) {
                .fix = "tensor_transform mode=typecast option=float32"};
 }
 
-void read_boxes(const TensorSpec& spec, std::span<const std::byte> bytes, std::vector<Box>* out) {
+void read_boxes(const TensorSpec& spec, std::span<const std::byte> bytes, std::vector<Roi>* out) {
   out->clear();
   const size_t count = bytes.size() / (kNumbers * 4);
   for (size_t b = 0; b < count; ++b) {
@@ -89,7 +89,7 @@ Status check_result_rows(const TensorSpec& spec, const weir_result_columns& colu
 }
 
 void read_result_boxes(const weir_result_columns& columns, std::span<const std::byte> bytes,
-                       uint64_t first_row, std::vector<Box>* out) {
+                       uint64_t first_row, std::vector<Roi>* out) {
   if (columns.box < 0) return;
   const size_t rows = bytes.size() / (size_t{columns.length} * sizeof(float));
   std::vector<float> numbers(columns.length);
@@ -106,7 +106,7 @@ void read_result_boxes(const weir_result_columns& columns, std::span<const std::
   }
 }
 
-Rect common_part(const Rect& whole, const Box& box) noexcept {
+Rect common_part(const Rect& whole, const Roi& box) noexcept {
   const auto [x, width] = common(whole.x, whole.width, box.x, box.width);
   const auto [y, height] = common(whole.y, whole.height, box.y, box.height);
   return {x, y, width, height};

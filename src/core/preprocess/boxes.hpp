@@ -16,7 +16,7 @@ namespace weir::preprocess {
 Status check_boxes(const TensorSpec& spec);
 // Precondition: check_boxes(). `bytes` are the tensor's and may have any alignment. Edges are
 // rounded to whole pixels. A box that is not finite or has no area becomes empty (width 0).
-void read_boxes(const TensorSpec& spec, std::span<const std::byte> bytes, std::vector<Box>* out);
+void read_boxes(const TensorSpec& spec, std::span<const std::byte> bytes, std::vector<Roi>* out);
 
 // The boxes of result rows (weir/results.h) with these columns. SPEC_MISMATCH unless the tensor is
 // float32 L:N with the L of the columns.
@@ -24,9 +24,9 @@ Status check_result_rows(const TensorSpec& spec, const weir_result_columns& colu
 // Precondition: check_result_rows(). Appends the box of each row, numbered from `first_row`, except
 // background; of a rotated box, the upright one around it. Rows without a box give none.
 void read_result_boxes(const weir_result_columns& columns, std::span<const std::byte> bytes,
-                       uint64_t first_row, std::vector<Box>* out);
+                       uint64_t first_row, std::vector<Roi>* out);
 
 // The intersection of the box with `whole`; sides of 0 if there is none.
-Rect common_part(const Rect& whole, const Box& box) noexcept;
+Rect common_part(const Rect& whole, const Roi& box) noexcept;
 
 }  // namespace weir::preprocess

@@ -12,19 +12,19 @@ namespace weir::preprocess {
 namespace boxes_test {
 
 template <class Number>
-std::vector<Box> read(ElementType type, const std::vector<Number>& numbers) {
+std::vector<Roi> read(ElementType type, const std::vector<Number>& numbers) {
   const TensorSpec spec{type, {4, static_cast<uint32_t>(numbers.size() / 4)}, ""};
   EXPECT_TRUE(check_boxes(spec));
-  std::vector<Box> out;
+  std::vector<Roi> out;
   read_boxes(spec, std::as_bytes(std::span(numbers)), &out);
   return out;
 }
 
 TEST(Boxes, AreReadFromBothTypes) {
   EXPECT_EQ(read<uint32_t>(ElementType::UInt32, {1, 2, 3, 4, 4294967295u, 0, 4294967295u, 9}),
-            (std::vector<Box>{{1, 2, 3, 4}, {4294967295, 0, 4294967295, 9}}));
+            (std::vector<Roi>{{1, 2, 3, 4}, {4294967295, 0, 4294967295, 9}}));
   EXPECT_EQ(read<float>(ElementType::Float32, {-1.4f, 2.6f, 3, 1.5f, 0.2f, 0, 0.2f, 5}),
-            (std::vector<Box>{{-1, 3, 3, 1}, {}}));
+            (std::vector<Roi>{{-1, 3, 3, 1}, {}}));
 }
 
 TEST(Boxes, NotANumberIsEmptyAndLargeBoxesAreClipped) {
@@ -34,7 +34,7 @@ TEST(Boxes, NotANumberIsEmptyAndLargeBoxesAreClipped) {
       ElementType::Float32, {kNan, 0, 1, 1,  0,      kInf,   1,     1,     0,      0, -kInf,   1,
                              0,    0, 2, -3, -3e38f, -3e38f, 3e38f, 3e38f, -3e38f, 0, 3.2e38f, 1});
   ASSERT_EQ(boxes.size(), 6u);
-  for (size_t i = 0; i < 4; ++i) EXPECT_EQ(boxes[i], Box{}) << i;
+  for (size_t i = 0; i < 4; ++i) EXPECT_EQ(boxes[i], Roi{}) << i;
   const Rect picture{2, 3, 10, 20};
   EXPECT_EQ(common_part(picture, boxes[4]).width, 0u);
   EXPECT_EQ(common_part(picture, boxes[5]), (Rect{2, 3, 10, 0}));
@@ -66,27 +66,27 @@ weir_result_columns columns_of(const char* text) {
   EXPECT_TRUE(weir_results_parse(text, 0, &out)) << text;
   return out;
 }
-std::vector<Box> of_rows(const char* columns, const std::vector<float>& numbers,
+std::vector<Roi> of_rows(const char* columns, const std::vector<float>& numbers,
                          uint64_t first_row = 0) {
-  std::vector<Box> out;
+  std::vector<Roi> out;
   read_result_boxes(columns_of(columns), std::as_bytes(std::span(numbers)), first_row, &out);
   return out;
 }
 
 TEST(ResultBoxes, HaveTheNumbersOfTheirRows) {
   EXPECT_EQ(of_rows("score,x1,y1,x2,y2", {0.5f, 1, 2, 4, 8, 0, 1, 1, 9, 9, 0.1f, -3, 0, 3, 1}),
-            (std::vector<Box>{{1, 2, 3, 6, 1}, {-3, 0, 6, 1, 3}}))
+            (std::vector<Roi>{{1, 2, 3, 6, 1}, {-3, 0, 6, 1, 3}}))
       << "the second row is background";
-  EXPECT_EQ(of_rows("x1,y1,x2,y2", {1, 2, 4, 8}, 7), (std::vector<Box>{{1, 2, 3, 6, 8}}));
+  EXPECT_EQ(of_rows("x1,y1,x2,y2", {1, 2, 4, 8}, 7), (std::vector<Roi>{{1, 2, 3, 6, 8}}));
 }
 
 TEST(ResultBoxes, OfRotatedObjectsAreUpright) {
   const float quarter = 1.57079633f;
   EXPECT_EQ(of_rows("x1,y1,x2,y2,rotation", {10, 10, 30, 14, quarter}),
-            (std::vector<Box>{{18, 2, 4, 20, 1}}));
+            (std::vector<Roi>{{18, 2, 4, 20, 1}}));
   constexpr float kNan = std::numeric_limits<float>::quiet_NaN();
   EXPECT_EQ(of_rows("x1,y1,x2,y2,rotation", {10, 10, 30, 14, kNan}),
-            (std::vector<Box>{{10, 10, 20, 4, 1}}));
+            (std::vector<Roi>{{10, 10, 20, 4, 1}}));
 }
 
 TEST(ResultBoxes, ThatAreNoneAreEmptyOrLeftOut) {
@@ -95,7 +95,7 @@ TEST(ResultBoxes, ThatAreNoneAreEmptyOrLeftOut) {
   EXPECT_TRUE(of_rows("x1,y1,x2,y2,score", {0, 0, 1, 1, kNan}).empty());
   const auto boxes = of_rows("x1,y1,x2,y2", {kNan, 0, 1, 1, 5, 5, 5, 9, 5, 5, 4, 9});
   ASSERT_EQ(boxes.size(), 3u) << "regions that show nothing are counted later";
-  for (const Box& box : boxes) EXPECT_EQ(box.width, 0);
+  for (const Roi& box : boxes) EXPECT_EQ(box.width, 0);
   EXPECT_TRUE(of_rows("x1,y1,x2,y2", {1, 2, 3}).empty()) << "less than a row";
 }
 

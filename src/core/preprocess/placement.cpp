@@ -59,7 +59,7 @@ Clipped clip(int64_t begin, uint32_t length, uint32_t at, uint32_t targets, uint
 
 }  // namespace
 
-Placement place(const Preparation& p, const Rect& picture, const Box& region) noexcept {
+Placement place(const Preparation& p, const Rect& picture, const Roi& region) noexcept {
   constexpr int64_t kMax = int64_t{1} << 31;
   Placement out{picture, Rect{0, 0, p.width, p.height}};
   if (region.width < 1 || region.height < 1 || region.width > kMax || region.height > kMax) {
@@ -92,7 +92,7 @@ Placement place(const Preparation& p) noexcept {
   return out;
 }
 
-Status check_region(const Preparation& p, const Rect& picture, const Box& region) {
+Status check_region(const Preparation& p, const Rect& picture, const Roi& region) {
   if (place(p, picture, region).content.width > 0) return ok();
   const auto text = [](const auto& part) {
     return std::to_string(part.width) + "x" + std::to_string(part.height) + " at " +

@@ -20,10 +20,10 @@ struct Placement {
 // centre.
 Placement place(const Preparation& preparation) noexcept;
 // The same, for `region` of `picture` instead of the preparation's own.
-Placement place(const Preparation& preparation, const Rect& picture, const Box& region) noexcept;
+Placement place(const Preparation& preparation, const Rect& picture, const Roi& region) noexcept;
 
 // OPTION_VALUE if the region shows no part of the picture.
-Status check_region(const Preparation& preparation, const Rect& picture, const Box& region);
+Status check_region(const Preparation& preparation, const Rect& picture, const Roi& region);
 
 // Maps tensor coordinates to coordinates of the source picture.
 SourceMap make_source_map(const Preparation& preparation) noexcept;

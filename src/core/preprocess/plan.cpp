@@ -167,30 +167,30 @@ class PlanRun {
   const bool floats_;  // the tensor is float32 and aligned for it
 };
 
-Result<Plan> Plan::make(Preparation preparation) {
+Result<PreprocessPlan> PreprocessPlan::make(Preparation preparation) {
   if (auto status = check(preparation); !status) return status.error();
   const Rect all{0, 0, preparation.source.width, preparation.source.height};
   if (const auto& region = preparation.region)
     if (auto status = check_region(preparation, preparation.crop.value_or(all), *region); !status)
       return status.error();
-  return Plan(std::make_shared<PlanTables>(std::move(preparation)));
+  return PreprocessPlan(std::make_shared<PlanTables>(std::move(preparation)));
 }
 
-const Preparation& Plan::preparation() const noexcept {
+const Preparation& PreprocessPlan::preparation() const noexcept {
   return tables_->preparation;
 }
-const Placement& Plan::placement() const noexcept {
+const Placement& PreprocessPlan::placement() const noexcept {
   return tables_->placement;
 }
 
-Status Plan::set_crop(const Rect& crop) {
+Status PreprocessPlan::set_crop(const Rect& crop) {
   if (auto status = check_crop(preparation().source, crop); !status) return status;
   if (tables_.use_count() > 1) tables_ = std::make_shared<PlanTables>(*tables_);
   tables_->set_crop(crop);
   return ok();
 }
 
-Status Plan::set_region(const Rect& picture, const Box& region) {
+Status PreprocessPlan::set_region(const Rect& picture, const Roi& region) {
   if (auto status = check_crop(preparation().source, picture); !status) return status;
   if (auto status = check_region(preparation(), picture, region); !status) return status;
   if (tables_.use_count() > 1) tables_ = std::make_shared<PlanTables>(*tables_);
@@ -198,13 +198,13 @@ Status Plan::set_region(const Rect& picture, const Box& region) {
   return ok();
 }
 
-Workspace Plan::workspace() const {
+Workspace PreprocessPlan::workspace() const {
   Workspace w;
   grow(&w);
   return w;
 }
 
-void Plan::grow(Workspace* w) const {
+void PreprocessPlan::grow(Workspace* w) const {
   const auto at_least = [](auto* memory, size_t size) {
     if (memory->size() < size) memory->resize(size);
   };
@@ -220,8 +220,9 @@ void Plan::grow(Workspace* w) const {
   for (auto& numbers : w->numbers) at_least(&numbers, count * sizeof(float));
 }
 
-Status Plan::run_rows(const Planes& planes, std::span<std::byte> out, uint32_t first,
-                      uint32_t count, Workspace* workspace, const RowOptions& options) const {
+Status PreprocessPlan::run_rows(const Planes& planes, std::span<std::byte> out, uint32_t first,
+                                uint32_t count, Workspace* workspace,
+                                const RowOptions& options) const {
   PlanRun run(*tables_, planes, out, workspace, options);
   if (!options.checked)
     if (auto status = run.check(); !status) return status;

@@ -1,6 +1,6 @@
-// Plan: a Preparation with its tables; runs over frames without allocating memory.
+// PreprocessPlan: a Preparation with its tables; runs over frames without allocating memory.
 //
-//   auto plan = preprocess::Plan::make(preparation);
+//   auto plan = preprocess::PreprocessPlan::make(preparation);
 //   auto workspace = plan->workspace();
 //   plan->run(planes, tensor_bytes, &workspace);
 // SPDX-License-Identifier: LGPL-2.1-or-later
@@ -32,7 +32,7 @@ class Workspace {
 
  private:
   friend class PlanRun;
-  friend class Plan;
+  friend class PreprocessPlan;
   RowMemory<float> blended;
   std::vector<RowMemory<float>> components;
   std::vector<RowMemory<std::byte>> numbers;
@@ -49,10 +49,10 @@ struct RowOptions {
 struct PlanTables;
 
 // Copies share the tables until a copy gets another crop; it then makes its own.
-class Plan {
+class PreprocessPlan {
  public:
   // Returns the errors of check(preparation).
-  static Result<Plan> make(Preparation preparation);
+  static Result<PreprocessPlan> make(Preparation preparation);
 
   const Preparation& preparation() const noexcept;
   const Placement& placement() const noexcept;
@@ -64,7 +64,7 @@ class Plan {
   Status set_crop(const Rect& crop);
   // Selects a region, which may exceed the part `picture`. OPTION_VALUE if the tensor would show
   // nothing of that part (place()).
-  Status set_region(const Rect& picture, const Box& region);
+  Status set_region(const Rect& picture, const Roi& region);
 
   // Writes the rows [first, first + count) of the tensor. `out` is the whole tensor, at any
   // alignment. FRAME_SIZE if a plane is shorter than the picture or `out` differs from the tensor's
@@ -76,7 +76,7 @@ class Plan {
   }
 
  private:
-  explicit Plan(std::shared_ptr<PlanTables> tables) : tables_(std::move(tables)) {}
+  explicit PreprocessPlan(std::shared_ptr<PlanTables> tables) : tables_(std::move(tables)) {}
   std::shared_ptr<PlanTables> tables_;
 };
 

@@ -26,7 +26,8 @@ Preparation of_area(const Pixels& pixels, uint32_t width, uint32_t height) {
 }
 
 // One job for each plan, writing to the tensor of the same index.
-std::vector<Job> jobs_of(const std::vector<Plan>& plans, std::vector<std::vector<float>>* out) {
+std::vector<Job> jobs_of(const std::vector<PreprocessPlan>& plans,
+                         std::vector<std::vector<float>>* out) {
   std::vector<Job> jobs;
   for (size_t i = 0; i < plans.size(); ++i)
     jobs.push_back({&plans[i], std::as_writable_bytes(std::span((*out)[i]))});
@@ -84,13 +85,13 @@ TEST(PlanPyramid, RandomLayersAndPartsOfPicturesAgree) {
     pixels.picture.cosited_columns = any(0, 1);
     pixels.picture.cosited_rows = any(0, 1);
     std::vector<Preparation> layers;
-    std::vector<Plan> plans;
+    std::vector<PreprocessPlan> plans;
     std::vector<std::vector<float>> out;
     for (uint32_t left = any(1, 4); left > 0; --left) {
       const uint32_t factor = 2u << any(0, 5);
       layers.push_back(of_area(pixels, std::max(1u, any(0, 3) > 0 ? width / factor : any(1, 20)),
                                std::max(1u, any(0, 1) > 0 ? height / factor : any(1, 20))));
-      plans.push_back(*Plan::make(layers.back()));
+      plans.push_back(*PreprocessPlan::make(layers.back()));
       out.emplace_back(layers.back().channels() * layers.back().width * layers.back().height);
     }
     const auto jobs = jobs_of(plans, &out);

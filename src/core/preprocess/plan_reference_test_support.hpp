@@ -129,7 +129,7 @@ inline double resized(const ComponentWeights& weights, const Pixels& pixels, siz
 // R, G and B, or three times gray, 0..255.
 inline std::array<double, 3> rgb(const Preparation& p, const std::array<double, 3>& s) {
   if (p.source.format.model == ColorModel::Rgb) return s;
-  const bool full = p.source.range == Range::Full;
+  const bool full = p.source.range == ColorRange::Full;
   const double luma = full ? s[0] : (s[0] - 16) * 255 / 219;
   const auto limit = [](double v) { return std::clamp(v, 0.0, 255.0); };
   if (p.source.format.model == ColorModel::Gray) return {limit(luma), limit(luma), limit(luma)};
@@ -188,7 +188,7 @@ inline std::vector<double> reference(const Preparation& p, const Pixels& pixels)
 
 template <class T>
 std::vector<T> run(const Preparation& preparation, const Pixels& pixels) {
-  const auto plan = Plan::make(preparation);
+  const auto plan = PreprocessPlan::make(preparation);
   if (!plan) return {};
   std::vector<T> out(preparation.channels() * preparation.width * preparation.height);
   auto workspace = plan->workspace();

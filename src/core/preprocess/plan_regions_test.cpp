@@ -66,7 +66,7 @@ TEST(RegionPlacement, LetterboxesTheWholeRegionNotItsVisiblePart) {
 
 TEST(RegionPlacement, MapsBackToTheRegionOutsideThePicture) {
   auto p = of_gray(100, 100, 20, 10);
-  for (const Box& box : {Box{-10, 5, 40, 40}, Box{80, -30, 60, 50}, Box{3, 4, 5, 6}}) {
+  for (const Roi& box : {Roi{-10, 5, 40, 40}, Roi{80, -30, 60, 50}, Roi{3, 4, 5, 6}}) {
     p.region = box;
     const auto map = make_source_map(p);
     const Point begin = map.to_source({0, 0}), end = map.to_source({20, 10});
@@ -80,10 +80,10 @@ TEST(RegionPlacement, MapsBackToTheRegionOutsideThePicture) {
 TEST(RegionPlacement, OutsideThePictureIsAnError) {
   const auto p = of_gray(100, 100, 10, 10);
   constexpr int64_t kFar = int64_t{1} << 62;
-  for (const Box& box :
-       {Box{100, 0, 10, 10}, Box{-10, 0, 10, 10}, Box{0, 100, 10, 10}, Box{0, 0, 0, 5},
-        Box{0, 0, 5, -1}, Box{-39, 0, 40, 40}, Box{kFar, 0, 10, 10}, Box{-kFar, 0, 10, 10},
-        Box{0, 0, kFar, 10}, Box{-kFar, -kFar, kFar, kFar}}) {
+  for (const Roi& box :
+       {Roi{100, 0, 10, 10}, Roi{-10, 0, 10, 10}, Roi{0, 100, 10, 10}, Roi{0, 0, 0, 5},
+        Roi{0, 0, 5, -1}, Roi{-39, 0, 40, 40}, Roi{kFar, 0, 10, 10}, Roi{-kFar, 0, 10, 10},
+        Roi{0, 0, kFar, 10}, Roi{-kFar, -kFar, kFar, kFar}}) {
     EXPECT_EQ(place(p, kHundred, box).content.width, 0u) << box.x << " " << box.width;
     const Status status = check_region(p, kHundred, box);
     ASSERT_FALSE(status);
@@ -93,8 +93,8 @@ TEST(RegionPlacement, OutsideThePictureIsAnError) {
   }
   EXPECT_TRUE(check_region(p, kHundred, {-38, 0, 40, 40})) << "a middle is at 0";
   auto own = p;
-  own.region = Box{200, 200, 5, 5};
-  EXPECT_FALSE(Plan::make(own));
+  own.region = Roi{200, 200, 5, 5};
+  EXPECT_FALSE(PreprocessPlan::make(own));
 }
 
 TEST(RegionPlan, AgreesWithTheFormulas) {
@@ -106,7 +106,7 @@ TEST(RegionPlan, AgreesWithTheFormulas) {
                                         "I420", "YV12", "YUY2",  "UYVY"};
     const Pixels pixels(kFormats[below(5)], 1 + below(40), 1 + below(40), random(), below(5));
     auto p = preparation(pixels.picture, 1 + below(50), 1 + below(30));
-    p.source.range = static_cast<Range>(below(2));
+    p.source.range = static_cast<ColorRange>(below(2));
     p.source.cosited_columns = below(2);
     p.source.cosited_rows = below(2);
     p.resize = static_cast<Resize>(below(3));
@@ -114,7 +114,7 @@ TEST(RegionPlan, AgreesWithTheFormulas) {
     p.layout = static_cast<Layout>(below(2));
     p.padding = below(256);
     const auto side = [&] { return static_cast<int64_t>(below(80)) - 40; };
-    p.region = Box{side(), side(), 1 + below(90), 1 + below(90)};
+    p.region = Roi{side(), side(), 1 + below(90), 1 + below(90)};
     const Rect all{0, 0, p.source.width, p.source.height};
     if (!check_region(p, all, *p.region)) continue;
     outside += place(p).content != Rect{0, 0, p.width, p.height};
@@ -137,7 +137,7 @@ TEST(RegionPlan, EqualsAPictureOnACanvas) {
   for (uint32_t y = 0; y < kSide; ++y)
     std::memcpy(canvas.memory.data() + (y + kEdge) * kCanvas + kEdge,
                 pixels.memory.data() + y * kSide, kSide);
-  for (const Box& box : {Box{-20, 10, 48, 24}, Box{25, -12, 32, 32}, Box{-30, -30, 100, 100}}) {
+  for (const Roi& box : {Roi{-20, 10, 48, 24}, Roi{25, -12, 32, 32}, Roi{-30, -30, 100, 100}}) {
     auto p = preparation(pixels.picture, 24, 16), q = preparation(canvas.picture, 24, 16);
     p.padding = 9;
     p.region = box;
@@ -170,12 +170,12 @@ TEST(RegionPlan, FramesAreIndependent) {
   const Rect all{0, 0, 61, 47};
   auto p = preparation(pixels.picture, 20, 12);
   p.padding = 77;
-  auto plan = Plan::make(p);
+  auto plan = PreprocessPlan::make(p);
   Workspace workspace;
   std::mt19937 random(11);
   const auto side = [&] { return static_cast<int64_t>(random() % 100) - 50; };
   for (int i = 0; i < 60; ++i) {
-    const Box box{side(), side(), 51 + side(), 51 + side()};
+    const Roi box{side(), side(), 51 + side(), 51 + side()};
     auto fresh = p;
     if (i % 3 == 0) {
       fresh.crop = Rect{3, 4, 5u + static_cast<uint32_t>(i % 50), 30};

@@ -29,10 +29,10 @@ LumaWeights luma_weights(ColorMatrix matrix) noexcept {
 }
 
 // The colour matrix solved for R'G'B', including the range of luma and chroma.
-void set_matrix(ColorMatrix matrix, Range range, ColorTransform* out) {
+void set_matrix(ColorMatrix matrix, ColorRange range, ColorTransform* out) {
   const auto [kr, kb] = luma_weights(matrix);
   const double kg = 1 - kr - kb;
-  const bool full = range == Range::Full;
+  const bool full = range == ColorRange::Full;
   const double luma = full ? 1 : 255.0 / 219, chroma = full ? 1 : 255.0 / 224;
   const double black = full ? 0 : 16;
   const double red = 2 * (1 - kr) * chroma, blue = 2 * (1 - kb) * chroma;
@@ -131,7 +131,7 @@ void PlanTables::lay_colors() {
   colors.samples = std::max(colors.channels, components.size());
   if (components.size() == 1) {
     component_of_sample.fill(0);
-    colors.computed = p.source.range == Range::Limited;
+    colors.computed = p.source.range == ColorRange::Limited;
     const float luma = 255.0f / 219;
     for (size_t r = 0; r < 3; ++r) colors.of[r][0] = luma, colors.add[r] = -16 * luma;
     return;
@@ -150,7 +150,7 @@ void PlanTables::lay_colors() {
   }
 }
 
-void PlanTables::set_region(const Rect& picture, const Box& region) {
+void PlanTables::set_region(const Rect& picture, const Roi& region) {
   preparation.crop = picture;
   preparation.region = region;
   if (padding.empty()) padding = padding_rows(preparation, numbers);

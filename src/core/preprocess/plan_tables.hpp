@@ -38,7 +38,7 @@ struct PlanTables {
   // crop.
   void set_crop(const Rect& crop);
   // The same for a region. Precondition: place() shows a part of it.
-  void set_region(const Rect& picture, const Box& region);
+  void set_region(const Rect& picture, const Roi& region);
 
   Preparation preparation;
   Placement placement;

@@ -36,7 +36,7 @@ void expect_near(const std::vector<float>& got, const std::vector<double>& wante
 }
 
 // The accuracy that preparation.hpp promises, in steps of 255.
-double most_off(const Preparation& p) {
+double max_error(const Preparation& p) {
   if (p.resize == Resize::Nearest) return 0.001;
   return 1.0 / 256;
 }
@@ -46,7 +46,7 @@ constexpr const char* kFormats[] = {"RGB",  "BGR",  "RGBx", "BGRx", "xRGB",  "xB
                                     "NV21", "I420", "YV12", "YUY2", "UYVY"};
 constexpr Resize kResizes[] = {Resize::Nearest, Resize::Bilinear, Resize::Area};
 
-TEST(Plan, ResizesEachFormatLikeTheFormulas) {
+TEST(PreprocessPlan, ResizesEachFormatLikeTheFormulas) {
   for (const char* format : kFormats)
     for (const Resize resize : kResizes) {
       SCOPED_TRACE(std::string(format) + " " + std::to_string(static_cast<int>(resize)));
@@ -54,12 +54,12 @@ TEST(Plan, ResizesEachFormatLikeTheFormulas) {
       for (const auto& [width, height] : {std::pair{11u, 7u}, {29u, 17u}, {45u, 20u}, {60u, 5u}}) {
         auto p = preparation(pixels, width, height);
         p.resize = resize;
-        expect_near(run<float>(p, pixels), reference(p, pixels), most_off(p));
+        expect_near(run<float>(p, pixels), reference(p, pixels), max_error(p));
       }
     }
 }
 
-TEST(Plan, AppliesANewCropLikeANewPlan) {
+TEST(PreprocessPlan, AppliesANewCropLikeANewPlan) {
   std::mt19937 random(11);
   const auto below = [&](uint32_t bound) { return static_cast<uint32_t>(random() % bound); };
   for (const char* format :
@@ -70,8 +70,9 @@ TEST(Plan, AppliesANewCropLikeANewPlan) {
         auto p = preparation(pixels, 40, 12);
         p.resize = resize;
         p.fit = fit;
-        auto plan = Plan::make(p);
-        const Plan before = *plan;  // shares the tables until set_crop() and must keep them
+        auto plan = PreprocessPlan::make(p);
+        const PreprocessPlan before =
+            *plan;  // shares the tables until set_crop() and must keep them
         Workspace workspace;
         for (int i = 0; i < 20; ++i) {
           const uint32_t x = below(61), y = below(47);
@@ -90,7 +91,7 @@ TEST(Plan, AppliesANewCropLikeANewPlan) {
       }
 }
 
-TEST(Plan, ResizesAnyPartLikeTheFormulas) {
+TEST(PreprocessPlan, ResizesAnyPartLikeTheFormulas) {
   std::mt19937 random(7);
   const auto below = [&](uint32_t bound) { return static_cast<uint32_t>(random() % bound); };
   for (int i = 0; i < 200; ++i) {
@@ -98,7 +99,7 @@ TEST(Plan, ResizesAnyPartLikeTheFormulas) {
     const Pixels pixels(kFormats[below(13)], 1 + below(40), 1 + below(40), random(), below(5));
     auto p = preparation(pixels, 1 + below(70), 1 + below(40));
     p.source.matrix = static_cast<ColorMatrix>(below(3));
-    p.source.range = static_cast<Range>(below(2));
+    p.source.range = static_cast<ColorRange>(below(2));
     p.source.cosited_columns = below(2);
     p.source.cosited_rows = below(2);
     p.resize = kResizes[below(3)];
@@ -110,27 +111,29 @@ TEST(Plan, ResizesAnyPartLikeTheFormulas) {
     p.crop = Rect{part.x, part.y, 1 + below(p.source.width - part.x),
                   1 + below(p.source.height - part.y)};
     const auto numbers = reference(p, pixels);
-    for_each_target([&] { expect_near(run<float>(p, pixels), numbers, most_off(p)); });
+    for_each_target([&] { expect_near(run<float>(p, pixels), numbers, max_error(p)); });
   }
 }
 
 // Luma of four samples and chroma of two, and rows longer than a vector.
-TEST(Plan, MixesComponentsOfDifferentGrids) {
+TEST(PreprocessPlan, MixesComponentsOfDifferentGrids) {
   for (const char* format : {"NV12", "NV21", "I420", "YV12", "YUY2", "UYVY"}) {
     const Pixels pixels(format, 40, 32, 5, 3);
     auto p = preparation(pixels, 8, 8);
     p.resize = Resize::Area;
     p.crop = Rect{2, 0, 32, 32};
-    for_each_target([&] { expect_near(run<float>(p, pixels), reference(p, pixels), most_off(p)); });
+    for_each_target(
+        [&] { expect_near(run<float>(p, pixels), reference(p, pixels), max_error(p)); });
   }
   for (const char* format : {"GRAY8", "RGBx", "NV12"}) {
     const Pixels pixels(format, 230, 9, 5, 3);
     const auto p = preparation(pixels, 70, 4);
-    for_each_target([&] { expect_near(run<float>(p, pixels), reference(p, pixels), most_off(p)); });
+    for_each_target(
+        [&] { expect_near(run<float>(p, pixels), reference(p, pixels), max_error(p)); });
   }
 }
 
-TEST(Plan, KeepsPixelsOfTheSameSize) {
+TEST(PreprocessPlan, KeepsPixelsOfTheSameSize) {
   const Pixels pixels("BGRx", 45, 9, 3);
   for (const Resize resize : kResizes) {
     auto p = preparation(pixels, 45, 9, ElementType::UInt8);
@@ -145,7 +148,7 @@ TEST(Plan, KeepsPixelsOfTheSameSize) {
   }
 }
 
-TEST(Plan, ComputesNumbersAsFloatsDo) {
+TEST(PreprocessPlan, ComputesNumbersAsFloatsDo) {
   const Pixels pixels("RGB", 33, 4);
   auto p = preparation(pixels, 33, 4);
   p.layout = Layout::Nchw;
@@ -160,7 +163,7 @@ TEST(Plan, ComputesNumbersAsFloatsDo) {
   }
 }
 
-TEST(Plan, AveragesBlocks) {
+TEST(PreprocessPlan, AveragesBlocks) {
   const Pixels pixels("GRAY8", 8, 4);
   auto p = preparation(pixels, 4, 2);
   p.order = ChannelOrder::Gray;
@@ -175,7 +178,7 @@ TEST(Plan, AveragesBlocks) {
   }
 }
 
-TEST(Plan, WritesEachElementType) {
+TEST(PreprocessPlan, WritesEachElementType) {
   const Pixels pixels("RGB", 40, 6, 2);
   auto p = preparation(pixels, 21, 9);
   p.mean = {127.5};
@@ -195,7 +198,7 @@ TEST(Plan, WritesEachElementType) {
   });
 }
 
-TEST(Plan, QuantisesAndSaturates) {
+TEST(PreprocessPlan, QuantisesAndSaturates) {
   const Pixels pixels("RGB", 16, 16);
   auto p = preparation(pixels, 16, 16, ElementType::Int8);
   p.mean = {127.5};
@@ -210,7 +213,7 @@ TEST(Plan, QuantisesAndSaturates) {
   EXPECT_EQ(*std::min_element(out.begin(), out.end()), -128);
 }
 
-TEST(Plan, PadsWithThePixelValueInEachLayout) {
+TEST(PreprocessPlan, PadsWithThePixelValueInEachLayout) {
   const Pixels pixels("RGB", 20, 10);
   for (const Layout layout : {Layout::Nhwc, Layout::Nchw}) {
     auto p = preparation(pixels, 16, 16);
@@ -228,7 +231,7 @@ TEST(Plan, PadsWithThePixelValueInEachLayout) {
   }
 }
 
-TEST(Plan, ReadsRowsUpsideDown) {
+TEST(PreprocessPlan, ReadsRowsUpsideDown) {
   Pixels pixels("GRAY8", 5, 3);
   auto p = preparation(pixels, 5, 3, ElementType::UInt8);
   p.order = ChannelOrder::Gray;
@@ -240,12 +243,12 @@ TEST(Plan, ReadsRowsUpsideDown) {
   for (size_t i = 0; i < 15; ++i) EXPECT_EQ(flipped[i], upright[(2 - i / 5) * 5 + i % 5]);
 }
 
-TEST(Plan, RunsTheRequestedRows) {
+TEST(PreprocessPlan, RunsTheRequestedRows) {
   const Pixels pixels("I420", 30, 20);
   auto p = preparation(pixels, 13, 12, ElementType::UInt8);
   p.fit = Fit::Letterbox;
   const auto whole = run<uint8_t>(p, pixels);
-  const auto plan = Plan::make(p);
+  const auto plan = PreprocessPlan::make(p);
   std::vector<uint8_t> out(whole.size(), 77);
   auto workspace = plan->workspace();
   const auto bytes = std::as_writable_bytes(std::span(out));
@@ -258,7 +261,7 @@ TEST(Plan, RunsTheRequestedRows) {
 }
 
 // Rows start and end anywhere within a vector; nothing but the tensor is written.
-TEST(Plan, WritesTheSameNumbersWithStreamingStores) {
+TEST(PreprocessPlan, WritesTheSameNumbersWithStreamingStores) {
   for (const uint32_t width : {1u, 3u, 15u, 16u, 33u, 64u, 127u})
     for (const Layout layout : {Layout::Nchw, Layout::Nhwc})
       for (const size_t shift : {size_t{0}, size_t{4}, size_t{5}}) {
@@ -266,7 +269,7 @@ TEST(Plan, WritesTheSameNumbersWithStreamingStores) {
         auto p = preparation(pixels, width, 7);
         p.layout = layout;
         p.fit = shift == 4 ? Fit::Letterbox : Fit::Stretch;
-        const auto plan = Plan::make(p);
+        const auto plan = PreprocessPlan::make(p);
         ASSERT_TRUE(plan);
         auto workspace = plan->workspace();
         const size_t bytes = *p.tensor().bytes();
@@ -284,10 +287,10 @@ TEST(Plan, WritesTheSameNumbersWithStreamingStores) {
       }
 }
 
-TEST(Plan, RejectsMemoryThatIsTooShort) {
+TEST(PreprocessPlan, RejectsMemoryThatIsTooShort) {
   for (const char* format : {"RGB", "NV12", "NV21", "I420", "YV12", "YUY2", "UYVY"}) {
     Pixels pixels(format, 30, 20);
-    const auto plan = Plan::make(preparation(pixels, 8, 8));
+    const auto plan = PreprocessPlan::make(preparation(pixels, 8, 8));
     auto workspace = plan->workspace();
     std::vector<std::byte> out(8 * 8 * 3 * 4);
     EXPECT_TRUE(plan->run(pixels.planes, out, &workspace));
@@ -316,7 +319,7 @@ struct Refused {
   void (*spoil)(Preparation*);
 };
 
-TEST(Plan, RejectsImpossibleRequests) {
+TEST(PreprocessPlan, RejectsImpossibleRequests) {
   const Refused cases[] = {
       {"size of the tensor is unknown", [](auto* p) { p->width = 0; }},
       {"the tensor is too large", [](auto* p) { p->height = 65537; }},
@@ -368,7 +371,7 @@ TEST(Plan, RejectsImpossibleRequests) {
   for (const auto& [words, spoil] : cases) {
     auto p = preparation(pixels, 8, 8);
     spoil(&p);
-    const auto plan = Plan::make(p);
+    const auto plan = PreprocessPlan::make(p);
     ASSERT_FALSE(plan) << words;
     EXPECT_SAYS(plan.error().message(), words);
   }

@@ -32,7 +32,7 @@
 namespace weir::preprocess {
 
 enum class ColorMatrix : uint8_t { Bt601, Bt709, Bt2020 };
-enum class Range : uint8_t { Limited, Full };  // luma 16..235 and chroma 16..240, or 0..255
+enum class ColorRange : uint8_t { Limited, Full };  // luma 16..235 and chroma 16..240, or 0..255
 
 enum class Resize : int32_t { Nearest, Bilinear, Area };
 enum class Fit : int32_t {
@@ -47,7 +47,7 @@ struct Picture {
   PictureFormat format;
   uint32_t width = 0, height = 0;
   ColorMatrix matrix = ColorMatrix::Bt601;  // of Y'CbCr
-  Range range = Range::Full;                // of Y'CbCr and gray
+  ColorRange range = ColorRange::Full;      // of Y'CbCr and gray
   bool cosited_columns = false, cosited_rows = false;
 };
 
@@ -57,10 +57,10 @@ struct Rect {
 };
 
 // In pixels of the source picture; may exceed it.
-struct Box {
+struct Roi {
   int64_t x = 0, y = 0, width = 0, height = 0;
   uint64_t row = 0;  // of the results that it comes from, plus 1; 0 = not known
-  bool operator==(const Box&) const = default;
+  bool operator==(const Roi&) const = default;
 };
 
 struct Quantisation {
@@ -73,7 +73,7 @@ struct Preparation {
   std::optional<Rect> crop;  // the part of the picture that is used; none = all of it
   // Resized instead of `crop`; it may exceed that part, and everything outside it becomes padding.
   // Target pixels with their centre within the part use only pixels of the part.
-  std::optional<Box> region;
+  std::optional<Roi> region;
   uint32_t width = 0, height = 0;
   Resize resize = Resize::Bilinear;
   Fit fit = Fit::Stretch;

@@ -93,13 +93,13 @@ ChannelOrder to_order(card::Color color) noexcept {
   return ChannelOrder::Rgb;
 }
 
-Fit to_fit(card::Resize resize) noexcept {
+Fit to_fit(card::Fit resize) noexcept {
   switch (resize) {
-    case card::Resize::Crop:
+    case card::Fit::Crop:
       return Fit::CentreCrop;
-    case card::Resize::Letterbox:
+    case card::Fit::Letterbox:
       return Fit::Letterbox;
-    case card::Resize::Stretch:
+    case card::Fit::Stretch:
       break;
   }
   return Fit::Stretch;

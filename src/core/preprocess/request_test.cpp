@@ -90,7 +90,7 @@ card::Card card_with(std::vector<int64_t> shape, card::Layout layout, card::Colo
   input.color = color;
   input.mean = {127.5};
   input.scale = {0.5};
-  input.resize = card::Resize::Crop;
+  input.resize = card::Fit::Crop;
   card::Card card;
   card.inputs = {input};
   return card;

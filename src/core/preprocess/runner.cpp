@@ -20,7 +20,7 @@ bool are_large(std::span<const Job> jobs) {
 struct Rows {
   uint32_t first, count;
 };
-Rows split_rows(const Plan& plan, uint64_t part, uint64_t parts) {
+Rows split_rows(const PreprocessPlan& plan, uint64_t part, uint64_t parts) {
   const uint64_t height = plan.preparation().height;
   const auto first = static_cast<uint32_t>(height * part / parts);
   return {first, static_cast<uint32_t>(height * (part + 1) / parts) - first};

@@ -15,7 +15,7 @@ inline constexpr size_t kThreadLimit = 64;
 
 // A plan and the tensor that it writes to.
 struct Job {
-  const Plan* plan = nullptr;
+  const PreprocessPlan* plan = nullptr;
   std::span<std::byte> out;
 };
 
@@ -29,8 +29,8 @@ class Runner {
   Runner& operator=(const Runner&) = delete;
   ~Runner();
 
-  // All jobs read one picture. Returns the errors of Plan::run_rows(); on error nothing is written.
-  // Allocates only for plans that are larger than all earlier ones.
+  // All jobs read one picture. Returns the errors of PreprocessPlan::run_rows(); on error nothing
+  // is written. Allocates only for plans that are larger than all earlier ones.
   Status run(const Planes& planes, std::span<const Job> jobs);
 
  private:

@@ -21,7 +21,8 @@ Preparation preparation(const Pixels& pixels, uint32_t width, uint32_t height) {
   return p;
 }
 
-Status run(Runner* runner, const Plan& plan, const Planes& planes, std::span<std::byte> out) {
+Status run(Runner* runner, const PreprocessPlan& plan, const Planes& planes,
+           std::span<std::byte> out) {
   const Job job{&plan, out};
   return runner->run(planes, {&job, 1});
 }
@@ -33,7 +34,7 @@ TEST(Runner, GivesTheSameFromAnyNumberOfThreads) {
     const auto wanted = testing::run<uint8_t>(p, pixels);
     ASSERT_FALSE(wanted.empty());
     for (const size_t threads : {0u, 1u, 2u, 3u, 5u}) {
-      const Plan plan = *Plan::make(p);
+      const PreprocessPlan plan = *PreprocessPlan::make(p);
       Runner runner(threads);
       for (int frame = 0; frame < 50; ++frame) {
         std::vector<uint8_t> out(wanted.size());
@@ -54,7 +55,7 @@ TEST(Runner, WritesAdjacentFloats) {
     p.layout = layout;
     const auto wanted = testing::run<float>(p, pixels);
     ASSERT_FALSE(wanted.empty());
-    const Plan plan = *Plan::make(p);
+    const PreprocessPlan plan = *PreprocessPlan::make(p);
     Runner runner(4);
     for (int frame = 0; frame < 50; ++frame) {
       std::vector<float> out(wanted.size());
@@ -73,7 +74,7 @@ TEST(Runner, UsesStreamingStoresForLargeTensors) {
   const auto wanted = testing::run<float>(p, pixels);
   ASSERT_GE(wanted.size() * sizeof(float), size_t{16} << 20);
   for (const size_t threads : {1u, 3u}) {
-    const Plan plan = *Plan::make(p);
+    const PreprocessPlan plan = *PreprocessPlan::make(p);
     Runner runner(threads);
     std::vector<float> out(wanted.size());
     ASSERT_TRUE(run(&runner, plan, pixels.planes, std::as_writable_bytes(std::span(out))));
@@ -89,18 +90,18 @@ TEST(Runner, AcceptsPicturesOfADifferentFormat) {
     p.resize = Resize::Area;
     const auto wanted = testing::run<uint8_t>(p, pixels);
     std::vector<uint8_t> out(wanted.size());
-    ASSERT_TRUE(
-        run(&runner, *Plan::make(p), pixels.planes, std::as_writable_bytes(std::span(out))));
+    ASSERT_TRUE(run(&runner, *PreprocessPlan::make(p), pixels.planes,
+                    std::as_writable_bytes(std::span(out))));
     EXPECT_EQ(out, wanted) << format;
   }
 }
 
 TEST(Runner, RunsSeveralPlansOverOnePicture) {
   const Pixels pixels("NV12", 90, 50, 2);
-  std::vector<Plan> plans;
+  std::vector<PreprocessPlan> plans;
   std::vector<std::vector<uint8_t>> out, wanted;
   for (const uint32_t side : {70u, 8u, 1u}) {
-    plans.push_back(*Plan::make(preparation(pixels, side, side + 1)));
+    plans.push_back(*PreprocessPlan::make(preparation(pixels, side, side + 1)));
     wanted.push_back(testing::run<uint8_t>(plans.back().preparation(), pixels));
   }
   for (const size_t threads : {1u, 3u}) {
@@ -124,7 +125,7 @@ TEST(Runner, RunsSeveralPlansOverOnePicture) {
 TEST(Runner, ReportsAnErrorOnceAndContinues) {
   const Pixels pixels("RGB", 40, 30);
   for (const size_t threads : {1u, 4u}) {
-    const Plan plan = *Plan::make(preparation(pixels, 8, 8));
+    const PreprocessPlan plan = *PreprocessPlan::make(preparation(pixels, 8, 8));
     Runner runner(threads);
     std::vector<std::byte> out(3 * 8 * 8);
     auto planes = pixels.planes;

@@ -6,7 +6,7 @@
 #include <cstring>
 
 #include "core/records/map_summary.hpp"
-#include "core/results/to_picture.hpp"
+#include "core/results/picture_coordinates.hpp"
 
 namespace weir::records {
 namespace {
@@ -129,7 +129,7 @@ draw::ClassMap make_levels(const DepthView& view, std::span<const SourceMap> map
   constexpr double kLevels = 255;
   const SourceMap* map = find_map(view.tensor, maps);
   const DepthRange range = range_of_depths(view, map ? std::optional(*map) : std::nullopt);
-  const double span = double{range.greatest} - range.min;
+  const double span = double{range.max} - range.min;
   draw::ClassMap out =
       map_over({view.width, view.height}, view.tensor, maps, drawn, [&](size_t i) -> uint16_t {
         const double depth = view.at(i);

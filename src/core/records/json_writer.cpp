@@ -326,7 +326,7 @@ class FrameWriter {
       out_ += "{\"least\":";
       append_number(range.min, &out_);
       out_ += ",\"greatest\":";
-      append_number(range.greatest, &out_);
+      append_number(range.max, &out_);
       out_ += ",\"mean\":";
       append_number(static_cast<float>(range.mean), &out_);
       if (reader_.sources().size() > 1) write_source(depths.source);

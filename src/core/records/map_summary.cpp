@@ -49,7 +49,7 @@ DepthRange range_of_depths(const DepthView& depths, const std::optional<SourceMa
     const float depth = depths.at(i);
     if (!std::isfinite(depth)) return;
     out.min = count == 0 ? depth : std::min(out.min, depth);
-    out.greatest = count == 0 ? depth : std::max(out.greatest, depth);
+    out.max = count == 0 ? depth : std::max(out.max, depth);
     sum += depth;
     ++count;
   });

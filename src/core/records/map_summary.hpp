@@ -18,7 +18,7 @@ std::vector<ClassPart> parts_of_classes(const ClassMapView& classes,
                                         const std::optional<SourceMap>& map);
 
 struct DepthRange {
-  float min = 0, greatest = 0;
+  float min = 0, max = 0;
   double mean = 0;
 };
 // Statistics of the cells in the picture, as above; numbers that are not finite do not count. All 0

@@ -66,7 +66,7 @@ TEST(MapSummary, DepthsHaveARangeAndAMean) {
   const ReadFrame frame("depth", TestFrame().floats("3:2", {1, 2, 3, 4, -5, 7}));
   const auto range = range_of_depths(frame.depths[0], std::nullopt);
   EXPECT_EQ(range.min, -5);
-  EXPECT_EQ(range.greatest, 7);
+  EXPECT_EQ(range.max, 7);
   EXPECT_DOUBLE_EQ(range.mean, 2);
 }
 
@@ -79,10 +79,10 @@ TEST(MapSummary, DepthsThatAreNotFiniteOrNotInThePictureDoNotCount) {
                                                             -99, 0, 0, 0}));
   const auto range = range_of_depths(frame.depths[0], letterbox());
   EXPECT_EQ(range.min, 1);
-  EXPECT_EQ(range.greatest, 3);
+  EXPECT_EQ(range.max, 3);
   EXPECT_DOUBLE_EQ(range.mean, 15.0 / 6);
   const ReadFrame none("depth", TestFrame().floats("1:1", {nan}));
-  EXPECT_EQ(range_of_depths(none.depths[0], std::nullopt).greatest, 0);
+  EXPECT_EQ(range_of_depths(none.depths[0], std::nullopt).max, 0);
 }
 
 }  // namespace map_summary_test

@@ -145,7 +145,7 @@ void FrameResults::clear() noexcept {
   depth.clear();
 }
 
-std::string columns_of(const Features& features) {
+std::string make_columns(const Features& features) {
   std::string out = features.has_boxes ? kBoxColumns : kPlainColumns;
   if (features.points_per_object > 0) out += ",xys:" + std::to_string(features.points_per_object);
   for_each_table(features, [&](const char* name) { out += std::string(";") + name; });
@@ -158,13 +158,13 @@ size_t tensor_count(const Features& features) {
   return count;
 }
 
-std::string caps_of(const Features& features, const std::string& source) {
+std::string make_caps(const Features& features, const std::string& source) {
   std::string name = source;
   // The separator of the list, and what ends a quoted text.
   std::replace_if(
       name.begin(), name.end(), [](char c) { return c == ';' || c == '"' || c == '\\'; }, '_');
   const std::string sources = join(std::vector(tensor_count(features), name), ";");
-  return "other/tensors,format=(string)flexible,weir-columns=(string)\"" + columns_of(features) +
+  return "other/tensors,format=(string)flexible,weir-columns=(string)\"" + make_columns(features) +
          "\",weir-source=(string)\"" + sources + "\"";
 }
 

@@ -12,11 +12,11 @@ namespace weir::results {
 
 // The weir-columns text of a stream with these features. Rows come first, then the tables that
 // belong to them, then class-map and depth.
-std::string columns_of(const Features& features);
+std::string make_columns(const Features& features);
 // Number of tensors of a frame.
 size_t tensor_count(const Features& features);
 // The caps of the stream without a framerate. `source` is the name of the model.
-std::string caps_of(const Features& features, const std::string& source);
+std::string make_caps(const Features& features, const std::string& source);
 
 // Returns writable memory of this many bytes for the next tensor.
 using Reserve = std::function<std::span<std::byte>(size_t bytes)>;

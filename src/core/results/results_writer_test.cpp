@@ -61,7 +61,7 @@ TEST(ResultsWriter, ColumnsDescribeTheRows) {
   for (const bool boxes : {false, true})
     for (const size_t points : {0, 1, 17}) {
       const Features features{.has_boxes = boxes, .points_per_object = points};
-      const auto columns = result_columns(columns_of(features), 0);
+      const auto columns = result_columns(make_columns(features), 0);
       ASSERT_TRUE(columns);
       FrameResults results;
       results.objects = {{.box = {1, 2, 3, 4}, .score = 0.5f, .class_index = 9, .parent = 3}};
@@ -99,7 +99,7 @@ TEST(ResultsWriter, WritesTheTablesInTheOrderOfTheColumns) {
                           .has_texts = true,
                           .has_class_map = true,
                           .has_depth = true};
-  EXPECT_EQ(columns_of(features), "score,class,track,parent;masks;scores;text;class-map;depth");
+  EXPECT_EQ(make_columns(features), "score,class,track,parent;masks;scores;text;class-map;depth");
   FrameResults results;
   results.objects = {{.score = 1}, {.score = 0.5f}};
   results.mask_width = 2, results.mask_height = 1;
@@ -127,7 +127,7 @@ TEST(ResultsWriter, WritesTheTablesInTheOrderOfTheColumns) {
 }
 
 TEST(ResultsWriter, CapsNameColumnsAndSource) {
-  EXPECT_EQ(caps_of({.has_masks = true}, "yolo;\"x\""),
+  EXPECT_EQ(make_caps({.has_masks = true}, "yolo;\"x\""),
             "other/tensors,format=(string)flexible,weir-columns=(string)"
             "\"x1,y1,x2,y2,score,class,track,parent,rotation;masks\","
             "weir-source=(string)\"yolo__x_;yolo__x_\"");

@@ -10,8 +10,8 @@
 #include <set>
 
 #include "core/config/install_paths.hpp"
-#include "core/infer/module/configured.hpp"
 #include "core/infer/module/host.hpp"
+#include "core/infer/module/load_configuration.hpp"
 #include "core/infer/module/module_check.hpp"
 #include "core/process/process_object.hpp"
 #include "core/text/shell_quote.hpp"

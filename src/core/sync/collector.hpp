@@ -376,10 +376,10 @@ class Collector {
       if (queues_.mark_missing(since, max_wait_, Clock::now())) wake_all();
     --waiting_;
   }
-  // False: nothing changed within `patience`, so the wait may never end.
-  bool waited_for_change(Lock& lock, Clock::duration patience) {
+  // False: nothing changed within `timeout`, so the wait may never end.
+  bool waited_for_change(Lock& lock, Clock::duration timeout) {
     const uint64_t before = changes_;
-    return changed_.wait_for(lock, patience, [&] { return changes_ != before; });
+    return changed_.wait_for(lock, timeout, [&] { return changes_ != before; });
   }
   void wait_for_change(Lock& lock, QueueId id) {
     if (silence_reported_) return changed_.wait(lock);

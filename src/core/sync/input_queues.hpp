@@ -155,23 +155,23 @@ class InputQueues {
   }
 
   // Marks queues as missing, until something arrives, if both they and `since` (a head's arrival)
-  // are older than `patience`. Returns true if a queue was newly marked.
-  bool mark_missing(Clock::time_point since, Clock::duration patience, Clock::time_point now) {
+  // are older than `timeout`. Returns true if a queue was newly marked.
+  bool mark_missing(Clock::time_point since, Clock::duration timeout, Clock::time_point now) {
     bool found = false;
     for (InputQueue& queue : queues_) {
       if (queue.head || queue.ended || queue.missing) continue;
-      if (deadline_after(std::max(since, queue.empty_since), patience) > now) continue;
+      if (deadline_after(std::max(since, queue.empty_since), timeout) > now) continue;
       queue.missing = found = true;
       ++counts_.missed;
     }
     return found;
   }
   std::optional<Clock::time_point> next_deadline(Clock::time_point since,
-                                                 Clock::duration patience) const {
+                                                 Clock::duration timeout) const {
     std::optional<Clock::time_point> out;
     for (const InputQueue& queue : queues_) {
       if (queue.head || queue.ended || queue.missing) continue;
-      const auto at = deadline_after(std::max(since, queue.empty_since), patience);
+      const auto at = deadline_after(std::max(since, queue.empty_since), timeout);
       if (!out || at < *out) out = at;
     }
     return out;

@@ -51,13 +51,13 @@ class SharedOutput {
                                                                 : Access::Switched;
   }
   // Waits until the input is closed, is no longer active, or `over` returns true, but at most
-  // `patience`. Returns true after a time-out. Calls `over` with the lock held after each
+  // `timeout`. Returns true after a time-out. Calls `over` with the lock held after each
   // release().
   template <class Over>
-  bool stays_active(const Input& input, std::chrono::steady_clock::duration patience, Over&& over) {
+  bool stays_active(const Input& input, std::chrono::steady_clock::duration timeout, Over&& over) {
     std::unique_lock lock(mutex_);
     return !changed_.wait_for(
-        lock, patience, [&] { return !is_open(input) || !(active_now() == input) || over(); });
+        lock, timeout, [&] { return !is_open(input) || !(active_now() == input) || over(); });
   }
   // Calls the `over` of those that wait in stays_active().
   void wake() {

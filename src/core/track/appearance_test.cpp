@@ -46,7 +46,7 @@ TEST(Appearance, VectorsWithoutADirectionAreUnknown) {
   EXPECT_EQ(a.distance(Vector{0, inf}), 2);
 }
 
-TrackedBox at(float x, const Vector& looks) {
+Observation at(float x, const Vector& looks) {
   return {{x, 0, x + 40, 80}, 0.9f, 0, looks};
 }
 
@@ -55,8 +55,8 @@ Numbers after_a_change_of_places(const Vector& one, const Vector& other) {
   Tracker tracker;
   const Options options{.min_hits = 1};
   for (int i = 0; i < 10; ++i)
-    tracker.follow(std::vector<TrackedBox>{at(100, one), at(112, other)}, i / 30.0, options);
-  return tracker.follow(std::vector<TrackedBox>{at(102, other), at(110, one)}, 0.33, options);
+    tracker.follow(std::vector<Observation>{at(100, one), at(112, other)}, i / 30.0, options);
+  return tracker.follow(std::vector<Observation>{at(102, other), at(110, one)}, 0.33, options);
 }
 
 TEST(Tracker, AppearanceSeparatesObjectsThatChangedPlaces) {
@@ -70,10 +70,10 @@ TEST(Tracker, AppearanceFindsALostObjectThatItsBoxDoesNotOverlap) {
     const Options options{.min_hits = 1};
     const Vector looks{1, 0}, others{0, 1};
     for (int i = 0; i < 10; ++i)
-      tracker.follow(std::vector<TrackedBox>{at(100, looks)}, i / 30.0, options);
-    const auto found = std::vector<TrackedBox>{at(145, is_same ? looks : others)};
+      tracker.follow(std::vector<Observation>{at(100, looks)}, i / 30.0, options);
+    const auto found = std::vector<Observation>{at(145, is_same ? looks : others)};
     EXPECT_EQ(tracker.follow(found, 1.0, options), Numbers{is_same ? 1u : 2u});
-    const auto far = std::vector<TrackedBox>{at(2000, looks)};  // beyond the gate of the motion
+    const auto far = std::vector<Observation>{at(2000, looks)};  // beyond the gate of the motion
     EXPECT_EQ(tracker.follow(far, 1.03, options), Numbers{is_same ? 2u : 3u});
   }
 }

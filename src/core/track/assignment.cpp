@@ -90,7 +90,7 @@ class ShortestPaths {
   std::vector<size_t> row_of_;
 };
 
-using Pairs = std::vector<Candidate>;
+using Pairs = std::vector<PairCost>;
 
 // Positions of the distinct values of `numbers`.
 std::vector<uint32_t> distinct(std::vector<uint32_t> numbers) {
@@ -155,7 +155,7 @@ std::vector<std::optional<size_t>> best_assignment(const Matrix& values) {
   return out;
 }
 
-std::vector<Candidate> assign(std::span<const Candidate> candidates) {
+std::vector<PairCost> assign(std::span<const PairCost> candidates) {
   uint32_t n_rows = 0, n_columns = 0;
   for (const auto& c : candidates)
     n_rows = std::max(n_rows, c.row + 1), n_columns = std::max(n_columns, c.column + 1);

@@ -33,7 +33,7 @@ std::vector<std::optional<size_t>> best_assignment(const Matrix& values);
 // Pairs tracks with boxes so that the sum of the pairs' costs is least.
 
 // A pair that may be formed; the lower the cost the better. Costs are finite and at most 1.
-struct Candidate {
+struct PairCost {
   uint32_t row = 0, column = 0;
   float cost = 0;
 };
@@ -45,6 +45,6 @@ inline constexpr size_t kOptimalLimit = 256;
 // Returns the chosen pairs; each row and each column is in at most one. As many pairs are formed as
 // the least sum of costs allows, where leaving a row without a pair costs 1. Rows that compete for
 // no column are solved apart (O(n^2 * m) for n rows and m columns that do).
-std::vector<Candidate> assign(std::span<const Candidate> candidates);
+std::vector<PairCost> assign(std::span<const PairCost> candidates);
 
 }  // namespace weir::track

@@ -15,10 +15,10 @@ constexpr double kStepsPerSecond = 30;
 constexpr float kLowMatch = 0.5f;  // boxes of a low score must overlap more, as in ByteTrack's code
 constexpr double kGate = 9.4877;   // 95 % of chi-squared with four degrees of freedom (DeepSORT)
 constexpr float kLostHeight = 1.3f;  // most change of the height of an object that was lost
-constexpr float kLargest = 1e9f;     // edges beyond it are no pixels of a picture
+constexpr float kMaxEdge = 1e9f;     // edges beyond it are no pixels of a picture
 
 bool can_follow(const Box& b) {
-  const auto is_edge = [](float edge) { return std::abs(edge) <= kLargest; };  // false for NaN
+  const auto is_edge = [](float edge) { return std::abs(edge) <= kMaxEdge; };  // false for NaN
   return is_edge(b.x1) && is_edge(b.y1) && is_edge(b.x2) && is_edge(b.y2) && b.area() > 0;
 }
 bool is_of_like_height(const Box& a, const Box& b) {
@@ -29,7 +29,7 @@ bool is_of_like_height(const Box& a, const Box& b) {
 
 // BoT-SORT's equations 12 and 13: half of the cosine distance, if it is less and the boxes overlap
 // by at least a half.
-float Tracker::compute_cost(const Appearance& appearance, const TrackedBox& box,
+float Tracker::compute_cost(const Appearance& appearance, const Observation& box,
                             float common) const {
   constexpr float kMinOverlap = 0.5f;
   const float place = 1 - common;
@@ -59,7 +59,7 @@ void Tracker::predict(double seconds, const Options& options) {
 }
 
 // Moves all tracks by the motion that those of the last frame have in common.
-void Tracker::follow_camera(std::span<const TrackedBox> boxes, const Options& options) {
+void Tracker::follow_camera(std::span<const Observation> boxes, const Options& options) {
   std::vector<Box> predicted, found;
   for (const auto& t : tracks_)
     if (!t.is_lost && t.number != 0) predicted.push_back(t.predicted);
@@ -83,7 +83,7 @@ struct Tracker::OpenBoxes {
 };
 
 template <class UseBox>
-Tracker::OpenBoxes Tracker::open_boxes(std::span<const TrackedBox> boxes, UseBox use_box) const {
+Tracker::OpenBoxes Tracker::open_boxes(std::span<const Observation> boxes, UseBox use_box) const {
   OpenBoxes out;
   for (uint32_t i = 0; i < boxes.size(); ++i) {
     if (track_of_[i] != -1 || !can_follow(boxes[i].box) || !use_box(boxes[i])) continue;
@@ -96,9 +96,9 @@ Tracker::OpenBoxes Tracker::open_boxes(std::span<const TrackedBox> boxes, UseBox
 }
 
 // The boxes that overlap `box` of track `number` by at least `min`.
-void Tracker::add_candidates(std::span<const TrackedBox> boxes, const OpenBoxes& open,
+void Tracker::add_candidates(std::span<const Observation> boxes, const OpenBoxes& open,
                              uint32_t number, const Box& box, float min,
-                             std::vector<Candidate>* out) const {
+                             std::vector<PairCost>* out) const {
   auto at = std::lower_bound(open.order.begin(), open.order.end(), box.x1 - open.widest,
                              [&](uint32_t i, float x) { return boxes[i].box.x1 < x; });
   for (; at != open.order.end() && boxes[*at].box.x1 < box.x2; ++at) {
@@ -112,10 +112,10 @@ void Tracker::add_candidates(std::span<const TrackedBox> boxes, const OpenBoxes&
 }
 
 template <class UseTrack, class UseBox>
-void Tracker::match(std::span<const TrackedBox> boxes, Place place, float min, UseTrack use_track,
+void Tracker::match(std::span<const Observation> boxes, Place place, float min, UseTrack use_track,
                     UseBox use_box) {
   const OpenBoxes open = open_boxes(boxes, use_box);
-  std::vector<Candidate> candidates;
+  std::vector<PairCost> candidates;
   for (uint32_t t = 0; t < tracks_.size(); ++t) {
     const Track& track = tracks_[t];
     if (track.is_matched || !use_track(track)) continue;
@@ -130,10 +130,10 @@ void Tracker::match(std::span<const TrackedBox> boxes, Place place, float min, U
 
 // Numbered tracks without a box take the one that looks most like them, of those that the
 // prediction allows: DeepSORT (arXiv 1703.07402), equations 1 to 4.
-void Tracker::match_appearance(std::span<const TrackedBox> boxes, const Options& options) {
-  std::vector<Candidate> candidates;
+void Tracker::match_appearance(std::span<const Observation> boxes, const Options& options) {
+  std::vector<PairCost> candidates;
   for (uint32_t b = 0; b < boxes.size(); ++b) {
-    const TrackedBox& box = boxes[b];
+    const Observation& box = boxes[b];
     if (track_of_[b] != -1 || box.appearance.empty() || !can_follow(box.box) ||
         !(box.score >= options.high))
       continue;
@@ -151,7 +151,7 @@ void Tracker::match_appearance(std::span<const TrackedBox> boxes, const Options&
   }
 }
 
-void Tracker::begin_tracks(std::span<const TrackedBox> boxes, const Options& options) {
+void Tracker::begin_tracks(std::span<const Observation> boxes, const Options& options) {
   for (size_t i = 0; i < boxes.size(); ++i) {
     if (track_of_[i] != -1 || !can_follow(boxes[i].box) || !(boxes[i].score >= options.high))
       continue;
@@ -201,15 +201,15 @@ void Tracker::finish_tracks() {
     });
 }
 
-const std::vector<uint32_t>& Tracker::follow(std::span<const TrackedBox> boxes, double seconds,
+const std::vector<uint32_t>& Tracker::follow(std::span<const Observation> boxes, double seconds,
                                              const Options& options) {
   must_keep_height_ = options.mode == Mode::ByteTrack;
   max_distance_ = options.appearance;
   predict(seconds, options);
   if (options.mode == Mode::ByteTrack && options.camera_motion) follow_camera(boxes, options);
   track_of_.assign(boxes.size(), -1);
-  const auto is_high = [&](const TrackedBox& b) { return b.score >= options.high; };
-  const auto is_low = [&](const TrackedBox& b) {
+  const auto is_high = [&](const Observation& b) { return b.score >= options.high; };
+  const auto is_low = [&](const Observation& b) {
     return b.score >= options.low && b.score < options.high;
   };
   const auto is_numbered = [](const Track& t) { return t.number != 0; };

@@ -14,7 +14,7 @@
 
 namespace weir::track {
 
-struct TrackedBox {
+struct Observation {
   Box box{};
   float score = 1;
   int64_t group = 0;                    // boxes of different groups are different objects
@@ -48,7 +48,7 @@ class Tracker {
   // The number of each box, in their order; 0 = none. `seconds` is the time of the frame: equal
   // times are no motion; a time before the last one forgets all tracks. Boxes without area or that
   // are not finite have no number. Valid until the next call.
-  const std::vector<uint32_t>& follow(std::span<const TrackedBox> boxes, double seconds,
+  const std::vector<uint32_t>& follow(std::span<const Observation> boxes, double seconds,
                                       const Options& options);
   void forget() noexcept;  // all tracks; their numbers are not given again
   size_t tracks() const noexcept { return tracks_.size(); }
@@ -67,18 +67,18 @@ class Tracker {
   enum class Place { Predicted, Last };
   struct OpenBoxes;
 
-  float compute_cost(const Appearance& appearance, const TrackedBox& box, float common) const;
+  float compute_cost(const Appearance& appearance, const Observation& box, float common) const;
   void predict(double seconds, const Options& options);
-  void follow_camera(std::span<const TrackedBox> boxes, const Options& options);
+  void follow_camera(std::span<const Observation> boxes, const Options& options);
   template <class UseBox>
-  OpenBoxes open_boxes(std::span<const TrackedBox> boxes, UseBox use_box) const;
-  void add_candidates(std::span<const TrackedBox> boxes, const OpenBoxes& open, uint32_t number,
-                      const Box& box, float min, std::vector<Candidate>* out) const;
+  OpenBoxes open_boxes(std::span<const Observation> boxes, UseBox use_box) const;
+  void add_candidates(std::span<const Observation> boxes, const OpenBoxes& open, uint32_t number,
+                      const Box& box, float min, std::vector<PairCost>* out) const;
   template <class UseTrack, class UseBox>
-  void match(std::span<const TrackedBox> boxes, Place place, float min, UseTrack use_track,
+  void match(std::span<const Observation> boxes, Place place, float min, UseTrack use_track,
              UseBox use_box);
-  void match_appearance(std::span<const TrackedBox> boxes, const Options& options);
-  void begin_tracks(std::span<const TrackedBox> boxes, const Options& options);
+  void match_appearance(std::span<const Observation> boxes, const Options& options);
+  void begin_tracks(std::span<const Observation> boxes, const Options& options);
   void finish_tracks();
   uint32_t next_number();
 

@@ -14,14 +14,14 @@
 namespace weir::track {
 namespace tracker_test {
 
-TrackedBox at(float x, float y, float score = 0.9f, int64_t group = 0) {
+Observation at(float x, float y, float score = 0.9f, int64_t group = 0) {
   return {{x, y, x + 40, y + 80}, score, group};
 }
-using Boxes = std::vector<TrackedBox>;
+using Boxes = std::vector<Observation>;
 using Numbers = std::vector<uint32_t>;
 
 TEST(Assignment, TakesTheLeastSumNotTheLeastPair) {
-  const std::vector<Candidate> all{{0, 0, 0.1f}, {0, 1, 0.2f}, {1, 0, 0.3f}, {1, 1, 0.9f}};
+  const std::vector<PairCost> all{{0, 0, 0.1f}, {0, 1, 0.2f}, {1, 0, 0.3f}, {1, 1, 0.9f}};
   float sum = 0;
   for (const auto& pair : assign(all)) sum += pair.cost;
   EXPECT_FLOAT_EQ(sum, 0.5f);  // 0-1 and 1-0; greedy takes 0-0 and 1-1, 1.0
@@ -31,7 +31,7 @@ TEST(Assignment, IsTheBestOfAllPermutations) {
   std::mt19937 random(1);
   std::uniform_real_distribution<float> cost(0, 1);
   for (int round = 0; round < 50; ++round) {
-    std::vector<Candidate> all;
+    std::vector<PairCost> all;
     float costs[5][5];
     for (uint32_t i = 0; i < 5; ++i)
       for (uint32_t j = 0; j < 5; ++j) all.push_back({i, j, costs[i][j] = cost(random)});
@@ -119,7 +119,7 @@ TEST(Tracker, ALostTrackMovesWithTheCamera) {
 
 // A box half as high in the place of one that was lost, such as that of a person behind it.
 TEST(Tracker, ALostTrackTakesNoBoxOfAnotherHeight) {
-  const TrackedBox half{{0, 0, 40, 40}, 0.9f, 0};
+  const Observation half{{0, 0, 40, 40}, 0.9f, 0};
   for (const Mode mode : {Mode::ByteTrack, Mode::Iou}) {
     Tracker tracker;
     const Options options{.mode = mode, .min_hits = 1};

@@ -360,7 +360,7 @@ TEST(Arithmetic, ShortInputCountsOnlyPresentElements) {
 TEST(Arithmetic, PlansCanBeCopiedAndUsedTogether) {
   const TensorSpec spec{ElementType::UInt8, {3}, ""};
   const auto made = test::plan_of(Mode::Arithmetic, "add:1", spec, true);
-  const Plan copy = made;
+  const TransformPlan copy = made;
   const std::vector<uint8_t> in{1, 2, 3};
   std::vector<uint8_t> a(3), b(3);
   made.apply(test::bytes_of(in), std::as_writable_bytes(std::span(a)));

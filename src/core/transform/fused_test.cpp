@@ -10,7 +10,7 @@ struct Stage {
   const char* option;
 };
 
-std::vector<std::byte> applied(const Plan& plan, const std::vector<std::byte>& in,
+std::vector<std::byte> applied(const TransformPlan& plan, const std::vector<std::byte>& in,
                                Counters* counters) {
   std::vector<std::byte> out(*plan.output().bytes());
   const auto counted = plan.apply(in, out);

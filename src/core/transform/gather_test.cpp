@@ -15,7 +15,7 @@ Bytes random_bytes(size_t size, uint32_t seed) {
   for (auto& byte : out) byte = static_cast<std::byte>(random());
   return out;
 }
-Bytes applied(const Plan& plan, const Bytes& in) {
+Bytes applied(const TransformPlan& plan, const Bytes& in) {
   Bytes out(*plan.output().bytes());
   plan.apply(in, out);
   return out;

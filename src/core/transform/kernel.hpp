@@ -1,4 +1,4 @@
-// Kernel: the work that a Plan runs; one subclass per kind of work.
+// Kernel: the work that a TransformPlan runs; one subclass per kind of work.
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #pragma once
 #include <cstddef>

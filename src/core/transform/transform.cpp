@@ -96,23 +96,23 @@ std::optional<TemplateSpec> input_candidates(const Operation& operation, const T
   return std::visit([&](const auto& op) { return find_input(op, out); }, operation.what);
 }
 
-Result<Plan> plan(const Operation& operation, const TensorSpec& in, bool accelerate) {
+Result<TransformPlan> plan(const Operation& operation, const TensorSpec& in, bool accelerate) {
   auto out = output_spec(operation, in);
   if (!out) return std::move(out).error();
   auto kernel =
       std::visit([&](const auto& op) { return make_kernel(op, in, accelerate); }, operation.what);
-  return Plan(in, *std::move(out), std::move(kernel));
+  return TransformPlan(in, *std::move(out), std::move(kernel));
 }
 
-std::optional<Plan> fused(const Plan& first, const Plan& second) {
+std::optional<TransformPlan> fused(const TransformPlan& first, const TransformPlan& second) {
   auto kernel = make_fused_kernel({first.kernel_, first.input_.type, first.output_.type},
                                   {second.kernel_, second.input_.type, second.output_.type},
                                   static_cast<size_t>(first.output_.shape.count().value_or(0)));
   if (!kernel) return std::nullopt;
-  return Plan(first.input_, second.output_, std::move(kernel));
+  return TransformPlan(first.input_, second.output_, std::move(kernel));
 }
 
-Result<Plan> gather_plan(const TensorSpec& tensor, const StridedLayout& layout) {
+Result<TransformPlan> gather_plan(const TensorSpec& tensor, const StridedLayout& layout) {
   if (auto status = check(tensor); !status) return std::move(status).error();
   const auto extent = find_extent(tensor, layout);
   if (!extent)
@@ -126,24 +126,25 @@ Result<Plan> gather_plan(const TensorSpec& tensor, const StridedLayout& layout) 
                  .what = "a tensor with strides spans too many bytes",
                  .offered = std::to_string(*extent) + " bytes",
                  .needed = "less than 4 GiB"};
-  return Plan({ElementType::UInt8, Shape{static_cast<uint32_t>(*extent)}, tensor.name}, tensor,
-              std::make_shared<GatherKernel>(make_runs(tensor, layout)));
+  return TransformPlan({ElementType::UInt8, Shape{static_cast<uint32_t>(*extent)}, tensor.name},
+                       tensor, std::make_shared<GatherKernel>(make_runs(tensor, layout)));
 }
 
-bool Plan::in_place_possible() const noexcept {
+bool TransformPlan::in_place_possible() const noexcept {
   return kernel_->in_place_possible();
 }
-bool Plan::is_copy() const noexcept {
+bool TransformPlan::is_copy() const noexcept {
   return kernel_->is_copy();
 }
-bool Plan::is_gather() const noexcept {
+bool TransformPlan::is_gather() const noexcept {
   return kernel_->is_gather();
 }
-bool Plan::is_element_wise() const noexcept {
+bool TransformPlan::is_element_wise() const noexcept {
   return kernel_->period() > 0;
 }
 
-Counters Plan::apply(std::span<const std::byte> in, std::span<std::byte> out) const noexcept {
+Counters TransformPlan::apply(std::span<const std::byte> in,
+                              std::span<std::byte> out) const noexcept {
   return kernel_->run(in, out);
 }
 

@@ -120,9 +120,9 @@ struct Counters {
 class Kernel;  // one subclass per kind of work, inside core/transform
 
 // An immutable recipe for one tensor. Copies share it.
-class Plan {
+class TransformPlan {
  public:
-  Plan(TensorSpec input, TensorSpec output, std::shared_ptr<const Kernel> kernel) noexcept
+  TransformPlan(TensorSpec input, TensorSpec output, std::shared_ptr<const Kernel> kernel) noexcept
       : input_(std::move(input)), output_(std::move(output)), kernel_(std::move(kernel)) {}
 
   const TensorSpec& input() const noexcept { return input_; }
@@ -141,7 +141,8 @@ class Plan {
   Counters apply(std::span<const std::byte> in, std::span<std::byte> out) const noexcept;
 
  private:
-  friend std::optional<Plan> fused(const Plan& first, const Plan& second);
+  friend std::optional<TransformPlan> fused(const TransformPlan& first,
+                                            const TransformPlan& second);
   TensorSpec input_, output_;
   std::shared_ptr<const Kernel> kernel_;
 };
@@ -149,15 +150,15 @@ class Plan {
 // One plan that does `first` and then `second` in a single pass over memory; nullopt if one of them
 // needs more of the tensor at a time than a block in the cache. Arithmetic steps after a conversion
 // become one chain, as if they were one option. Precondition: second.input() is first.output().
-std::optional<Plan> fused(const Plan& first, const Plan& second);
+std::optional<TransformPlan> fused(const TransformPlan& first, const TransformPlan& second);
 
 // Copies a tensor with gaps to dense memory. The plan's input is bytes, as many as the layout
 // spans. fused() with element-wise work, or with several such plans, it remains one pass.
 // SPEC_MISMATCH if the layout does not fit the tensor, LIMIT_EXCEEDED if it spans 4 GiB or more.
-Result<Plan> gather_plan(const TensorSpec& tensor, const StridedLayout& layout);
+Result<TransformPlan> gather_plan(const TensorSpec& tensor, const StridedLayout& layout);
 
 // accelerate = false uses the plain scalar path. The results are bit-identical, except that the
 // vector path quiets a signalling float16 NaN in a channel without steps.
-Result<Plan> plan(const Operation& operation, const TensorSpec& in, bool accelerate);
+Result<TransformPlan> plan(const Operation& operation, const TensorSpec& in, bool accelerate);
 
 }  // namespace weir::transform

@@ -41,7 +41,8 @@ ElementType type_of() {
   return ElementType::End;
 }
 
-inline Plan plan_of(Mode mode, std::string_view option, const TensorSpec& in, bool accelerate) {
+inline TransformPlan plan_of(Mode mode, std::string_view option, const TensorSpec& in,
+                             bool accelerate) {
   auto operation = parse(mode, option);
   EXPECT_TRUE(operation) << option << ": " << operation.error().message();
   auto result = plan(*operation, in, accelerate);

@@ -14,7 +14,7 @@ std::string option(const char* name, uint64_t value) {
   return std::string(name) + "=" + std::to_string(value);
 }
 
-Error not_a_multiple(const Request& r, size_t tensor, const TensorSpec& spec) {
+Error not_a_multiple(const WindowRequest& r, size_t tensor, const TensorSpec& spec) {
   const uint32_t extent = spec.shape[r.dimension];
   return Error{.code = Code::OPTION_VALUE,
                .what = "a buffer does not contain frames-in frames",
@@ -27,7 +27,7 @@ Error not_a_multiple(const Request& r, size_t tensor, const TensorSpec& spec) {
                .fix = option("frames-in", std::gcd(extent, r.frames_in))};
 }
 
-Error cannot_flush(const Request& r, uint64_t max) {
+Error cannot_flush(const WindowRequest& r, uint64_t max) {
   return Error{.code = Code::OPTION_VALUE,
                .what = "frames-flush exceeds the number of frames in a full window",
                .offered = option("frames-flush", r.frames_flush) + ", with " +
@@ -38,7 +38,7 @@ Error cannot_flush(const Request& r, uint64_t max) {
                .fix = option("frames-flush", max)};
 }
 
-Error too_big(const TensorSpec& spec, const Request& r) {
+Error too_big(const TensorSpec& spec, const WindowRequest& r) {
   return Error{.code = Code::LIMIT_EXCEEDED,
                .what = "a window is too large for a tensor",
                .offered = spec.to_string() + " with " + option("frames-out", r.frames_out),
@@ -47,7 +47,7 @@ Error too_big(const TensorSpec& spec, const Request& r) {
 }
 
 // The tensor of a window as written in caps.
-Result<TensorSpec> make_output(const Request& r, size_t index, const TensorSpec& spec) {
+Result<TensorSpec> make_output(const WindowRequest& r, size_t index, const TensorSpec& spec) {
   TensorSpec out = spec;
   uint32_t& extent = out.shape[r.dimension];
   if (extent == 0) return out;
@@ -59,8 +59,8 @@ Result<TensorSpec> make_output(const Request& r, size_t index, const TensorSpec&
   return out;
 }
 
-Layout make_layout(const Request& r, const TensorSpec& spec) {
-  Layout layout;
+WindowLayout make_layout(const WindowRequest& r, const TensorSpec& spec) {
+  WindowLayout layout;
   layout.frame_bytes = static_cast<size_t>(*spec.bytes() / r.frames_in);
   layout.block_bytes = layout.frame_bytes;
   if (!r.concatenate || r.frames_out <= 1 || r.dimension >= spec.shape.rank()) return layout;
@@ -71,7 +71,7 @@ Layout make_layout(const Request& r, const TensorSpec& spec) {
 }
 
 // The tensor of the window's real size when caps cannot express it.
-Result<TensorSpec> make_memory_spec(const Request& r, size_t index, const TensorSpec& spec) {
+Result<TensorSpec> make_memory_spec(const WindowRequest& r, size_t index, const TensorSpec& spec) {
   const uint64_t count = *spec.shape.count();
   if (count % r.frames_in != 0) {
     Error error = not_a_multiple(r, index, spec);
@@ -88,7 +88,7 @@ Result<TensorSpec> make_memory_spec(const Request& r, size_t index, const Tensor
   return out;
 }
 
-Status add_tensor(const Request& r, size_t index, const TensorSpec& spec, Plan* plan) {
+Status add_tensor(const WindowRequest& r, size_t index, const TensorSpec& spec, WindowPlan* plan) {
   if (!spec.bytes()) return too_big(spec, r);
   auto out = make_output(r, index, spec);
   if (!out) return out.error();
@@ -112,15 +112,15 @@ void copy_blocks(const std::byte* from, std::byte* to, size_t count, size_t stri
 
 }  // namespace
 
-uint64_t Plan::buffers_waited() const noexcept {
+uint64_t WindowPlan::buffers_waited() const noexcept {
   if (passes_through) return 0;
   // Offset of a window's start within its first buffer, at most.
   const uint64_t latest_begin = in - std::gcd(in, step);
   return (latest_begin + out - 1) / in;
 }
 
-Result<Plan> plan(const Request& r, const std::vector<TensorSpec>& input) {
-  Plan plan;
+Result<WindowPlan> plan(const WindowRequest& r, const std::vector<TensorSpec>& input) {
+  WindowPlan plan;
   plan.in = r.frames_in;
   plan.out = r.frames_out;
   plan.step = r.frames_flush > 0 ? r.frames_flush : r.frames_out;
@@ -132,8 +132,8 @@ Result<Plan> plan(const Request& r, const std::vector<TensorSpec>& input) {
   return plan;
 }
 
-void place(const Layout& layout, uint64_t index, uint64_t frames, std::span<const std::byte> frame,
-           std::span<std::byte> out) noexcept {
+void place(const WindowLayout& layout, uint64_t index, uint64_t frames,
+           std::span<const std::byte> frame, std::span<std::byte> out) noexcept {
   const size_t block = layout.block_bytes, count = layout.frame_bytes / block;
   const size_t stride = block * static_cast<size_t>(frames);
   const std::byte* from = frame.data();

@@ -12,7 +12,7 @@
 
 namespace weir::window {
 
-struct Request {
+struct WindowRequest {
   uint32_t frames_in = 1, frames_out = 1;  // at least 1
   uint32_t frames_flush = 0;               // frames from one window to the next; 0 = frames_out
   uint32_t dimension = 15;                 // along which frames are counted and concatenated
@@ -21,18 +21,18 @@ struct Request {
 
 // How the frames of one tensor are laid out in a window: blocks of block_bytes of each frame in
 // turn. block_bytes == frame_bytes if whole frames follow each other.
-struct Layout {
+struct WindowLayout {
   size_t frame_bytes = 0;
   size_t block_bytes = 0;
   bool is_plain() const noexcept { return block_bytes == frame_bytes; }
 };
 
-struct Plan {
+struct WindowPlan {
   uint64_t in = 1, out = 1, step = 1;  // frames
   bool passes_through = false;         // each buffer is a window
   std::vector<TensorSpec> output;      // as written in caps
-  std::vector<TensorSpec> memory;  // with the real size of windows: `output` unless size_differs
-  std::vector<Layout> layouts;     // one for each tensor
+  std::vector<TensorSpec> memory;     // with the real size of windows: `output` unless size_differs
+  std::vector<WindowLayout> layouts;  // one for each tensor
   // `dimension` exceeds the rank of these tensors, so caps cannot express the number of frames.
   bool size_differs = false;
 
@@ -45,11 +45,11 @@ struct Plan {
 
 // OPTION_VALUE if the dimension is not a multiple of frames_in, frames_flush cannot be reached
 // ("cannot flush"), or a tensor cannot be cut; LIMIT_EXCEEDED if the output is too large.
-Result<Plan> plan(const Request& request, const std::vector<TensorSpec>& input);
+Result<WindowPlan> plan(const WindowRequest& request, const std::vector<TensorSpec>& input);
 
 // Copies frame `index` of `frames` of a window to its place in `out`.
-void place(const Layout& layout, uint64_t index, uint64_t frames, std::span<const std::byte> frame,
-           std::span<std::byte> out) noexcept;
+void place(const WindowLayout& layout, uint64_t index, uint64_t frames,
+           std::span<const std::byte> frame, std::span<std::byte> out) noexcept;
 
 // The duration in nanoseconds of `frames` frames at `rate`, rounded down once. 0 if the rate is
 // unknown or 0.

@@ -15,7 +15,7 @@ using Bytes = std::vector<std::byte>;
 TensorSpec spec(const char* dims, ElementType type = ElementType::UInt8) {
   return {type, Shape::parse(dims), ""};
 }
-Error error_of(const Request& request, const std::vector<TensorSpec>& input) {
+Error error_of(const WindowRequest& request, const std::vector<TensorSpec>& input) {
   const auto result = plan(request, input);
   EXPECT_FALSE(result);
   return result ? Error{} : result.error();
@@ -113,7 +113,7 @@ TEST(Window, WaitsForAsManyBuffersAsItSpans) {
 
 // A tensor of random rank whose elements are numbered.
 struct Case {
-  Request request;
+  WindowRequest request;
   TensorSpec input;
 };
 Case random_case(std::mt19937* random) {
@@ -157,7 +157,7 @@ TEST(Window, IsAConcatenationCoordinateByCoordinate) {
     const auto p = plan(c.request, {c.input});
     ASSERT_TRUE(p) << p.error().message();
     const size_t size = element_size(c.input.type);
-    const Layout& layout = p->layouts[0];
+    const WindowLayout& layout = p->layouts[0];
     std::vector<uint64_t> stream(layout.frame_bytes / size * p->out);
     for (auto& value : stream) value = random() % 65536;
     Bytes out(*p->output[0].bytes());
@@ -180,7 +180,7 @@ TEST(Window, IsAConcatenationCoordinateByCoordinate) {
 
 TEST(Window, PlacesBlocksOfEverySize) {
   for (const size_t block : {1, 2, 3, 4, 5, 7, 8, 12, 16, 24}) {
-    const Layout layout{block * 3, block};
+    const WindowLayout layout{block * 3, block};
     Bytes a(layout.frame_bytes), b(layout.frame_bytes), out(2 * layout.frame_bytes), expected;
     for (size_t i = 0; i < a.size(); ++i) a[i] = std::byte(i), b[i] = std::byte(100 + i);
     for (size_t k = 0; k < 3; ++k)

@@ -8,7 +8,7 @@
 #include <string_view>
 #include <vector>
 
-#include "core/wire/edge_texts.hpp"
+#include "core/wire/edge_capability.hpp"
 #include "weir/result.hpp"
 
 namespace weir::wire {

@@ -15,7 +15,7 @@ namespace weir::wire {
 inline constexpr uint32_t kEdgeMagic = 0xfeedfeed;
 // The top 16 bits of every version key.
 inline constexpr uint16_t kVersionTag = 0xefdd;
-inline constexpr size_t kLargestHeaderBytes = 2088;
+inline constexpr size_t kMaxHeaderBytes = 2088;
 
 // Named by the bytes of the header.
 enum class HeaderForm : uint8_t {

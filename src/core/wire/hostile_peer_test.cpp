@@ -5,10 +5,10 @@
 
 #include <algorithm>
 
+#include "core/wire/edge_capability.hpp"
 #include "core/wire/edge_conversation.hpp"
+#include "core/wire/edge_message_reader.hpp"
 #include "core/wire/edge_metadata.hpp"
-#include "core/wire/edge_texts.hpp"
-#include "core/wire/message_reader.hpp"
 #include "core/wire/mqtt_frame.hpp"
 #include "core/wire/wire_test_support.hpp"
 #include "says.hpp"
@@ -32,7 +32,7 @@ std::vector<Bytes> golden_messages() {
 }
 
 Result<size_t> feed_all(const Bytes& bytes) {
-  return MessageReader(kLimits).feed(bytes);
+  return EdgeMessageReader(kLimits).feed(bytes);
 }
 
 // Class 1.
@@ -40,7 +40,7 @@ TEST(HostilePeer, MayCloseAfterAnyByte) {
   for (const auto& message : golden_messages())
     for (size_t size = 1; size < message.size(); ++size) {
       SCOPED_TRACE(size);
-      MessageReader reader(kLimits);
+      EdgeMessageReader reader(kLimits);
       const auto taken = reader.feed(std::span(message).first(size));
       ASSERT_TRUE(taken) << taken.error().message();
       ASSERT_FALSE(reader.complete());
@@ -56,7 +56,7 @@ TEST(HostilePeer, MaySendAnyByte) {
       for (int bit = 0; bit < 8; ++bit) {
         auto damaged = message;
         damaged[at] ^= static_cast<std::byte>(1 << bit);
-        MessageReader reader(kLimits);
+        EdgeMessageReader reader(kLimits);
         const auto taken = reader.feed(damaged);
         if (!taken) {
           EXPECT_EQ(taken.error().code, Code::PEER_MESSAGE_INVALID);
@@ -114,7 +114,7 @@ TEST(HostilePeer, MayDeclareSizesBeyondTheLimits) {
 
 // Class 2.
 TEST(HostilePeer, GetsNoMemoryForSizesThatItDoesNotSend) {
-  MessageReader reader(kLimits);
+  EdgeMessageReader reader(kLimits);
   ASSERT_TRUE(reader.feed(with_bytes(golden_transfer_data(), 32, "00 00 00 03 00 00 00 00")));
   // 48 MiB are declared.
   EXPECT_LE(reader.space().size(), size_t{64} << 10);
@@ -130,7 +130,7 @@ TEST(HostilePeer, MayDeclareAMemoryOfNoBytes) {
 TEST(HostilePeer, MaySendATextWithoutNul) {
   auto message = golden_host_info();
   message.back() = std::byte{'9'};
-  MessageReader reader(kLimits);
+  EdgeMessageReader reader(kLimits);
   ASSERT_TRUE(reader.feed(message));
   EXPECT_REFUSED(text_of_memory(reader.take().memories.at(0).bytes()), PEER_MESSAGE_INVALID,
                  "a text of a peer has no end\n  offered: \"127.0.0.1:41019\"");

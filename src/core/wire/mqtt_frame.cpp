@@ -69,7 +69,7 @@ Status check_limits(std::span<const std::byte> payload, const MessageLimits& lim
                       std::to_string(payload.size()) + " bytes without the magic number 0xeddaedda",
                       "a message of edgesink connect-type=MQTT",
                       "check topic, and which programs publish to it");
-  const uint64_t max = limits.message_bytes + kLargestHeaderBytes;
+  const uint64_t max = limits.message_bytes + kMaxHeaderBytes;
   if (payload.size() > max)
     return peer_error("an MQTT message is larger than allowed",
                       std::to_string(payload.size()) + " bytes",

@@ -10,8 +10,8 @@
 #include <string_view>
 #include <vector>
 
+#include "core/wire/edge_capability.hpp"
 #include "core/wire/edge_header.hpp"
-#include "core/wire/edge_texts.hpp"
 #include "weir/result.hpp"
 
 namespace weir::wire {

@@ -8,7 +8,7 @@
 #include <string_view>
 #include <vector>
 
-#include "core/wire/message_reader.hpp"
+#include "core/wire/edge_message_reader.hpp"
 
 namespace weir::wire::test {
 

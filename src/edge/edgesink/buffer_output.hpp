@@ -11,7 +11,7 @@
 
 namespace weir {
 namespace local {
-struct PublisherOptions;
+struct LocalPublisherOptions;
 }
 
 // set_caps(), publish() and end() are called by the streaming thread, everything else by any.
@@ -49,6 +49,6 @@ class BufferOutput {
 
 // Listens for other processes, which get the buffers in shared memory. Errors: those of
 // local::Publisher::open().
-Result<std::unique_ptr<BufferOutput>> open_local_output(local::PublisherOptions options);
+Result<std::unique_ptr<BufferOutput>> open_local_output(local::LocalPublisherOptions options);
 
 }  // namespace weir

@@ -80,7 +80,7 @@ Error not_readable() {
 LocalOutput::LocalOutput(std::unique_ptr<local::Publisher> publisher)
     : publisher_(std::move(publisher)), allocator_(gst::shared_allocator(publisher_->arena())) {}
 
-Result<std::unique_ptr<BufferOutput>> open_local_output(local::PublisherOptions options) {
+Result<std::unique_ptr<BufferOutput>> open_local_output(local::LocalPublisherOptions options) {
   auto publisher = local::Publisher::open(std::move(options));
   if (!publisher) return publisher.error();
   return std::unique_ptr<BufferOutput>(new LocalOutput(*std::move(publisher)));

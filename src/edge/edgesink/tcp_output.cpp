@@ -12,7 +12,7 @@ constexpr auto kMaxFlush = std::chrono::seconds(10);
 
 }  // namespace
 
-Result<std::unique_ptr<TcpOutput>> TcpOutput::open(edge::PublisherOptions options) {
+Result<std::unique_ptr<TcpOutput>> TcpOutput::open(edge::StreamPublisherOptions options) {
   auto publisher = edge::StreamPublisher::open(std::move(options));
   if (!publisher) return publisher.error();
   return std::unique_ptr<TcpOutput>(new TcpOutput(*std::move(publisher)));

@@ -12,7 +12,7 @@ namespace weir {
 class TcpOutput : public BufferOutput {
  public:
   // Listens. Errors: those of edge::StreamPublisher::open().
-  static Result<std::unique_ptr<TcpOutput>> open(edge::PublisherOptions options);
+  static Result<std::unique_ptr<TcpOutput>> open(edge::StreamPublisherOptions options);
 
   uint16_t port() const noexcept { return publisher_->port(); }
   Status set_caps(GstCaps* caps) override;

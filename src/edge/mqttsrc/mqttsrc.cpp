@@ -25,7 +25,7 @@ constexpr char kOnePublisher[] = "set sub-topic to the topic of one publisher";
 enum class Invalid { Message, Caps };
 
 // One memory for each size; all of them keep the payload.
-void append_memories(GstBuffer* buffer, Payload payload, const ReceivedFrame& frame) {
+void append_memories(GstBuffer* buffer, Payload payload, const MqttFrameHeader& frame) {
   auto* owned = new Payload(std::move(payload));
   GstMemory* whole = gst_memory_new_wrapped(
       GST_MEMORY_FLAG_READONLY, owned->data(), owned->size(), 0, owned->size(), owned,
@@ -163,7 +163,7 @@ class MqttSrc : public MqttElement<MqttSrc, gst::PushSource> {
   }
 
   // Nullopt, counted, for a message that is not pushed.
-  std::optional<ReceivedFrame> read(const MqttMessage& message) {
+  std::optional<MqttFrameHeader> read(const MqttMessage& message) {
     const int64_t now = transport::unix_time();
     update_base_epoch(now);
     auto frame = active_.is_v5() ? frame_from_properties(message, base_epoch_)
@@ -207,7 +207,7 @@ class MqttSrc : public MqttElement<MqttSrc, gst::PushSource> {
     GST_CAT_DEBUG_OBJECT(category(), self(), "%s", error.message().c_str());
   }
   // Each publisher numbers its messages; a new base epoch is a new stream.
-  void count_gap(const std::string& topic, const ReceivedFrame& frame) {
+  void count_gap(const std::string& topic, const MqttFrameHeader& frame) {
     if (!frame.sequence) return;
     constexpr size_t kMaxStreams = 1024;
     if (next_.size() >= kMaxStreams) next_.clear();
@@ -246,7 +246,7 @@ class MqttSrc : public MqttElement<MqttSrc, gst::PushSource> {
     return false;
   }
 
-  static GstBuffer* make_buffer(MqttMessage message, const ReceivedFrame& frame) {
+  static GstBuffer* make_buffer(MqttMessage message, const MqttFrameHeader& frame) {
     GstBuffer* buffer = gst_buffer_new();
     append_memories(buffer, std::move(message.payload), frame);
     GST_BUFFER_PTS(buffer) = frame.pts.value_or(GST_CLOCK_TIME_NONE);

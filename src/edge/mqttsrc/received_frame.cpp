@@ -33,7 +33,7 @@ Status read_property(const transport::MqttProperties& properties, const char* na
   return ok();
 }
 
-Status read_sizes(const transport::MqttMessage& message, ReceivedFrame* out) {
+Status read_sizes(const transport::MqttMessage& message, MqttFrameHeader* out) {
   const auto text = message.properties.find("sizes");
   if (!text) {
     out->sizes = {message.payload.size()};
@@ -52,7 +52,7 @@ Status read_sizes(const transport::MqttMessage& message, ReceivedFrame* out) {
   return left == 0 ? ok() : Status(property_error("sizes", *text));
 }
 
-void set_times(const wire::MqttHeader& header, int64_t own_base_epoch, ReceivedFrame* out) {
+void set_times(const wire::MqttHeader& header, int64_t own_base_epoch, MqttFrameHeader* out) {
   const auto times = wire::times_of_receiver(header, own_base_epoch);
   out->on_time = times.has_value();
   out->duration = header.duration;
@@ -63,29 +63,29 @@ void set_times(const wire::MqttHeader& header, int64_t own_base_epoch, ReceivedF
 
 }  // namespace
 
-Result<ReceivedFrame> frame_from_header(const transport::MqttMessage& message,
-                                        int64_t own_base_epoch) {
+Result<MqttFrameHeader> frame_from_header(const transport::MqttMessage& message,
+                                          int64_t own_base_epoch) {
   const auto header = wire::parse_mqtt_header(message.payload);
   if (!header) return header.error();
   const auto memories = wire::mqtt_memories(*header, message.payload);
   if (!memories) return memories.error();
-  ReceivedFrame out{.caps = header->caps,
-                    .offset = wire::kMqttHeaderBytes,
-                    .base_epoch = header->base_time_epoch,
-                    .sent_epoch = header->sent_time_epoch};
+  MqttFrameHeader out{.caps = header->caps,
+                      .offset = wire::kMqttHeaderBytes,
+                      .base_epoch = header->base_time_epoch,
+                      .sent_epoch = header->sent_time_epoch};
   for (const auto& memory : *memories) out.sizes.push_back(memory.size());
   set_times(*header, own_base_epoch, &out);
   return out;
 }
 
-Result<ReceivedFrame> frame_from_properties(const transport::MqttMessage& message,
-                                            int64_t own_base_epoch) {
+Result<MqttFrameHeader> frame_from_properties(const transport::MqttMessage& message,
+                                              int64_t own_base_epoch) {
   const auto& properties = message.properties;
   const auto caps = properties.find("caps");
   if (!caps)
     return wire::peer_error("an MQTT 5 message has no caps", "no user property caps",
                             "the properties that mqttsink protocol=5 sends");
-  ReceivedFrame out{.caps = std::string(*caps)};
+  MqttFrameHeader out{.caps = std::string(*caps)};
   std::optional<int64_t> base, sent;
   wire::MqttHeader header;
   for (const Status& status :

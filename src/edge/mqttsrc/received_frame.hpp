@@ -11,7 +11,7 @@
 
 namespace weir {
 
-struct ReceivedFrame {
+struct MqttFrameHeader {
   std::string caps{};
   size_t offset = 0;            // of the first memory in the payload
   std::vector<size_t> sizes{};  // of the memories, which are consecutive
@@ -22,11 +22,11 @@ struct ReceivedFrame {
 };
 
 // The header of 1024 bytes. PEER_MESSAGE_INVALID as of wire::parse_mqtt_header().
-Result<ReceivedFrame> frame_from_header(const transport::MqttMessage& message,
-                                        int64_t own_base_epoch);
+Result<MqttFrameHeader> frame_from_header(const transport::MqttMessage& message,
+                                          int64_t own_base_epoch);
 // The user properties of MQTT 5. PEER_MESSAGE_INVALID without `caps`, for numbers that cannot be
 // read, and for sizes that are not those of the payload. Without epochs the times stay as they are.
-Result<ReceivedFrame> frame_from_properties(const transport::MqttMessage& message,
-                                            int64_t own_base_epoch);
+Result<MqttFrameHeader> frame_from_properties(const transport::MqttMessage& message,
+                                              int64_t own_base_epoch);
 
 }  // namespace weir

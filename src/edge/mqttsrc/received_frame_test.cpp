@@ -16,7 +16,7 @@ transport::MqttMessage message(std::vector<std::pair<std::string, std::string>> 
   return out;
 }
 
-TEST(ReceivedFrame, MovesTimesByTheBaseEpochs) {
+TEST(MqttFrameHeader, MovesTimesByTheBaseEpochs) {
   const auto frame = frame_from_properties(message({{"caps", "a/b"},
                                                     {"pts", "5"},
                                                     {"base-epoch", "110"},
@@ -28,7 +28,7 @@ TEST(ReceivedFrame, MovesTimesByTheBaseEpochs) {
   EXPECT_EQ(frame->sizes, (std::vector<size_t>{2, 4}));
 }
 
-TEST(ReceivedFrame, RejectsPropertiesThatCannotBeRead) {
+TEST(MqttFrameHeader, RejectsPropertiesThatCannotBeRead) {
   EXPECT_REFUSED(frame_from_properties(message({}), 0), PEER_MESSAGE_INVALID, "has no caps");
   for (const char* name : {"pts", "dur", "seq", "base-epoch", "sent-epoch", "sizes"})
     EXPECT_REFUSED(frame_from_properties(message({{"caps", "a/b"}, {name, "x"}}), 0),

@@ -7,7 +7,7 @@
 #include <string>
 #include <utility>
 
-#include "core/wire/edge_texts.hpp"
+#include "core/wire/edge_capability.hpp"
 #include "core/wire/peer_error.hpp"
 #include "edge/broker_login.hpp"
 #include "edge/edge_broker.hpp"

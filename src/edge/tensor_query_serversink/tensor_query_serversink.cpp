@@ -2,9 +2,9 @@
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #include <algorithm>
 
+#include "edge/query_server_registry.hpp"
 #include "edge/request_meta.hpp"
 #include "edge/request_watch.hpp"
-#include "edge/served_pairs.hpp"
 #include "edge/serversrc_settings.hpp"
 #include "gstcpp/element/base_classes.hpp"
 
@@ -64,7 +64,7 @@ class TensorQueryServersink : public gst::Element<TensorQueryServersink, gst::Ba
 
   Status set_caps(GstCaps* caps) {
     const uint32_t id = settings().id;
-    auto server = server_of_pair(id);
+    auto server = find_server(id);
     if (!server)
       return Error{.code = Code::OPTION_VALUE,
                    .what = "no tensor_query_serversrc has the same id",
@@ -116,7 +116,7 @@ class TensorQueryServersink : public gst::Element<TensorQueryServersink, gst::Ba
     return server_->respond(request, buffer, copied);
   }
   bool follow_server() {
-    const auto server = server_of_pair(settings().id);
+    const auto server = find_server(settings().id);
     if (!server_ || !server || server == server_) return true;
     const auto status = set_current_caps();
     if (!status) gst::post_error(element(), status.error());

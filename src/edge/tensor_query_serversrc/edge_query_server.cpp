@@ -30,7 +30,7 @@ edge::ListenerOptions listener_options(const ServersrcSettings& s,
   edge::ListenerOptions out{
       .host = s.host,
       .port = s.port,
-      .client = {.max_message_bytes = s.max_message, .patience = std::chrono::seconds(s.timeout)},
+      .client = {.max_message_bytes = s.max_message, .timeout = std::chrono::seconds(s.timeout)},
       .max_requests = s.max_requests,
       .max_address_bytes = s.max_bytes_in_flight,
       .max_clients = s.max_connections,

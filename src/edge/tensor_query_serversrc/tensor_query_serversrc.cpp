@@ -4,9 +4,9 @@
 
 #include "edge/edge_broker.hpp"
 #include "edge/query_server.hpp"
+#include "edge/query_server_registry.hpp"
 #include "edge/request_meta.hpp"
 #include "edge/request_watch.hpp"
-#include "edge/served_pairs.hpp"
 #include "edge/serversrc_settings.hpp"
 #include "edge/tensor_query_serversrc/edge_query_server.hpp"
 #include "gstcpp/buffer/query_meta.hpp"
@@ -143,9 +143,9 @@ class TensorQueryServersrc : public gst::Element<TensorQueryServersrc, gst::Push
     id_ = s.id;
     wanted_port_ = s.port;
     ledger_.reset();
-    if (auto status = add_pair(id_, *server); !status) return status;
+    if (auto status = register_server(id_, *server); !status) return status;
     if (auto status = (*server)->publish(); !status) {
-      remove_pair(id_, **server);
+      unregister_server(id_, **server);
       return status;
     }
     if (const uint32_t port = (*server)->port(); port != 0)
@@ -195,7 +195,7 @@ class TensorQueryServersrc : public gst::Element<TensorQueryServersrc, gst::Push
     if (!server_) return TRUE;
     change_settings([&](Settings& shown) { shown.port = wanted_port_; });
     server_->stop();
-    remove_pair(id_, *server_);
+    unregister_server(id_, *server_);
     GST_CAT_INFO_OBJECT(category(), self(), "%s", server_->summary().c_str());
     return TRUE;
   }

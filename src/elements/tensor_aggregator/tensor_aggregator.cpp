@@ -271,7 +271,7 @@ class TensorAggregator : public gst::PlainFilter<TensorAggregator> {
   gst::BackwardsTimes times_;
   gst::PerClient<WindowStream> clients_{[this] { return WindowStream(setup_); },
                                         [this](WindowStream& s) { remove_client(&s); }};
-  gst::FollowedSettings<Settings> followed_;  // the settings of setup_
+  gst::LiveSettings<Settings> followed_;  // the settings of setup_
   gst::PlaceholderWait placeholder_;
   // Any thread:
   std::atomic<GstClockTime> latency_{0};

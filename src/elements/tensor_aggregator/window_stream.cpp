@@ -32,7 +32,7 @@ WindowStream::WindowStream(std::shared_ptr<WindowSetup> setup) : setup_(std::mov
   for (const auto& layout : plan.layouts) {
     strips_.push_back(layout.is_plain() ? WindowStrip(layout.frame_bytes, plan.out)
                                         : WindowStrip());
-    blocks_.push_back(layout.is_plain() ? nullptr : BlockPool::make(layout.frame_bytes * plan.out));
+    blocks_.push_back(layout.is_plain() ? nullptr : StripPool::make(layout.frame_bytes * plan.out));
   }
 }
 
@@ -163,7 +163,7 @@ Result<Ref<GstBuffer>> WindowStream::assembled(uint64_t begin, uint64_t* copied)
   const auto& plan = setup_->plan;
   auto out = Ref<GstBuffer>::adopt(gst_buffer_new());
   for (size_t i = 0; i < plan.layouts.size(); ++i) {
-    const window::Layout& layout = plan.layouts[i];
+    const window::WindowLayout& layout = plan.layouts[i];
     const size_t bytes = layout.frame_bytes * static_cast<size_t>(plan.out);
     auto part = layout.is_plain() ? part_of_input(i, begin, copied) : Ref<GstMemory>();
     if (!part) return part.error();
@@ -173,7 +173,7 @@ Result<Ref<GstBuffer>> WindowStream::assembled(uint64_t begin, uint64_t* copied)
           begin, [&](uint64_t frame) { return get_frame(i, frame); }, copied);
     if (!memory) {
       auto block =
-          blocks_.empty() || !blocks_[i] ? BlockPool::make(bytes)->take() : blocks_[i]->take();
+          blocks_.empty() || !blocks_[i] ? StripPool::make(bytes)->take() : blocks_[i]->take();
       place_all(i, begin, {block.get(), bytes}, copied);
       memory = part_of_block(std::move(block), 0, bytes);
     }

@@ -20,7 +20,7 @@ namespace weir {
 // Shared by all clients.
 struct WindowSetup {
   FrameSpec input;
-  window::Plan plan;
+  window::WindowPlan plan;
   size_t dimension = 15;
   uint64_t window_bytes = 0;
   gst::FramePool pool;  // of plan.memory
@@ -71,7 +71,7 @@ class WindowStream {
 
   std::shared_ptr<WindowSetup> setup_;
   std::vector<WindowStrip> strips_;                 // by tensor; only if windows overlap
-  std::vector<std::shared_ptr<BlockPool>> blocks_;  // by tensor; only for interleaved ones
+  std::vector<std::shared_ptr<StripPool>> blocks_;  // by tensor; only for interleaved ones
   std::deque<std::unique_ptr<Arrived>> waiting_;
   std::unique_ptr<Arrived> spare_;  // keeps its vectors for the next buffer
   uint64_t first_ = 0;              // index of the oldest waiting buffer

@@ -17,19 +17,19 @@ constexpr size_t kWantedBytes = size_t{64} << 20;
 
 }  // namespace
 
-BlockPool::BlockPool(size_t bytes, size_t retain) : bytes_(bytes), retain_(retain) {
+StripPool::StripPool(size_t bytes, size_t retain) : bytes_(bytes), retain_(retain) {
   free_.reserve(retain);
 }
 
-std::shared_ptr<BlockPool> BlockPool::make(size_t bytes, size_t retain) {
-  return std::shared_ptr<BlockPool>(new BlockPool(bytes, retain));
+std::shared_ptr<StripPool> StripPool::make(size_t bytes, size_t retain) {
+  return std::shared_ptr<StripPool>(new StripPool(bytes, retain));
 }
 
-BlockPool::~BlockPool() {
+StripPool::~StripPool() {
   for (std::byte* block : free_) ::operator delete(block, kAlignment);
 }
 
-std::shared_ptr<std::byte> BlockPool::take() {
+std::shared_ptr<std::byte> StripPool::take() {
   std::byte* block = nullptr;
   {
     std::lock_guard lock(mutex_);
@@ -43,7 +43,7 @@ std::shared_ptr<std::byte> BlockPool::take() {
   return {block, [pool = shared_from_this()](std::byte* b) { pool->give_back(b); }};
 }
 
-void BlockPool::give_back(std::byte* block) noexcept {
+void StripPool::give_back(std::byte* block) noexcept {
   {
     std::lock_guard lock(mutex_);
     if (free_.size() < retain_) {
@@ -67,7 +67,7 @@ WindowStrip::WindowStrip(size_t frame_bytes, uint64_t frames)
     : frame_bytes_(frame_bytes), frames_(frames) {
   const size_t window = std::max<size_t>(frame_bytes * static_cast<size_t>(frames), 1);
   capacity_ = frames * std::clamp<uint64_t>(kWantedBytes / window, kMinWindows, kMaxWindows);
-  pool_ = BlockPool::make(frame_bytes * static_cast<size_t>(capacity_));
+  pool_ = StripPool::make(frame_bytes * static_cast<size_t>(capacity_));
 }
 
 GstMemory* WindowStrip::window(uint64_t begin, const ReadFrame& frame, uint64_t* copied) {

@@ -13,22 +13,22 @@
 
 namespace weir {
 
-// BlockPool: blocks of memory that buffers share, reused when the last of them is released.
+// StripPool: blocks of memory that buffers share, reused when the last of them is released.
 
-class BlockPool : public std::enable_shared_from_this<BlockPool> {
+class StripPool : public std::enable_shared_from_this<StripPool> {
  public:
   // Size of each block in bytes; blocks are aligned to 64 bytes.
-  static std::shared_ptr<BlockPool> make(size_t bytes, size_t retain = 2);
-  ~BlockPool();
-  BlockPool(const BlockPool&) = delete;
-  BlockPool& operator=(const BlockPool&) = delete;
+  static std::shared_ptr<StripPool> make(size_t bytes, size_t retain = 2);
+  ~StripPool();
+  StripPool(const StripPool&) = delete;
+  StripPool& operator=(const StripPool&) = delete;
 
   // The bytes are uninitialised. Throws bad_alloc.
   std::shared_ptr<std::byte> take();
   size_t bytes() const noexcept { return bytes_; }
 
  private:
-  BlockPool(size_t bytes, size_t retain);
+  StripPool(size_t bytes, size_t retain);
   void give_back(std::byte* block) noexcept;
 
   const size_t bytes_, retain_;
@@ -58,7 +58,7 @@ class WindowStrip {
   size_t frame_bytes_ = 0;
   uint64_t frames_ = 0;
   uint64_t capacity_ = 0;  // frames
-  std::shared_ptr<BlockPool> pool_;
+  std::shared_ptr<StripPool> pool_;
   std::shared_ptr<std::byte> block_;
   uint64_t begin_ = 0, end_ = 0;  // the range of frames in the block
 };

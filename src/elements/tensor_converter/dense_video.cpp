@@ -89,7 +89,7 @@ gst::Ref<GstBuffer> DenseVideo::make_view(GstBuffer* buffer) {
   if (!view_ || layout->offset != view_layout_.offset || layout->strides != view_layout_.strides) {
     auto plan = transform::gather_plan(frame_tensor(), *layout);
     if (!plan) return {};  // copy_rows reports the error
-    view_ = std::make_shared<const transform::Plan>(*std::move(plan));
+    view_ = std::make_shared<const transform::TransformPlan>(*std::move(plan));
     view_layout_ = *layout;
   }
   if (gst_buffer_get_size(buffer) < view_->input().bytes()) return {};

@@ -48,7 +48,7 @@ class DenseVideo {
   gst::Allocation allocation_;
   std::shared_ptr<gst::DeferredCounts> counts_;  // null: no views
   uint64_t computed_before_ = 0;
-  std::shared_ptr<const transform::Plan> view_;  // of frames with view_layout_
+  std::shared_ptr<const transform::TransformPlan> view_;  // of frames with view_layout_
   StridedLayout view_layout_;
   gst::FramePool pool_;  // made for the first copy
 };

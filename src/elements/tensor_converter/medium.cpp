@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #include "elements/tensor_converter/medium.hpp"
 
-#include "core/convert/gathered_tensor.hpp"
+#include "core/convert/stacked_tensor.hpp"
 #include "core/tensor/placeholder.hpp"
 
 namespace weir {
@@ -38,7 +38,7 @@ Status gather(uint32_t frames_per_tensor, std::vector<TensorSpec>* tensors) {
                             " tensors, frames-per-tensor=" + std::to_string(frames_per_tensor),
                  .needed = "one tensor, or frames-per-tensor=1",
                  .fix = "tensor_converter frames-per-tensor=1"};
-  auto all = gathered_tensor(tensors->front(), frames_per_tensor);
+  auto all = stacked_tensor(tensors->front(), frames_per_tensor);
   if (!all) return all.error();
   tensors->front() = *std::move(all);
   return ok();

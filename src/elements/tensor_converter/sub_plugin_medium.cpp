@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #include "elements/tensor_converter/sub_plugin_medium.hpp"
 
-#include "core/infer/module/called.hpp"
+#include "core/infer/module/guarded_call.hpp"
 #include "core/subplugin/loader.hpp"
 
 namespace weir {
@@ -24,7 +24,7 @@ Ref<GstCaps> make_caps(const NNStreamerExternalConverter& type) {
   gst::CTensors config;
   const std::string who = std::string("the converter ") + type.name;
   const auto returned =
-      infer::called(who, "return caps", [&] { return type.query_caps(config.get()); });
+      infer::call_guarded(who, "return caps", [&] { return type.query_caps(config.get()); });
   if (!returned) {
     subplugin::log_once(who, "its query_caps threw an exception (" + returned.error().offered +
                                  "); the converter is skipped");
@@ -102,8 +102,9 @@ Result<std::unique_ptr<Medium>> SubPluginMedium::open(const NNStreamerExternalCo
     if (!type.open)
       return failed(medium->name_, "does not accept a script", *script,
                     "a converter with the function open");
-    const auto result = infer::called(medium->name_, "return a number below 0",
-                                      [&] { return type.open(script->c_str(), &medium->data_); });
+    const auto result = infer::call_guarded(medium->name_, "return a number below 0", [&] {
+      return type.open(script->c_str(), &medium->data_);
+    });
     if (!result) return result.error();
     if (*result < 0)
       return failed(medium->name_, "cannot open the script",
@@ -116,8 +117,8 @@ Result<std::unique_ptr<Medium>> SubPluginMedium::open(const NNStreamerExternalCo
 Result<FrameSpec> SubPluginMedium::first_spec(const GstCaps* caps) const {
   if (!type_) return FrameSpec{Format::Static, {{ElementType::UInt8, Shape{1, 1, 1, 1}, ""}}, {}};
   gst::CTensors config;
-  const auto accepted = infer::called(name_, "return FALSE",
-                                      [&] { return type_->get_out_config(caps, config.get()); });
+  const auto accepted = infer::call_guarded(
+      name_, "return FALSE", [&] { return type_->get_out_config(caps, config.get()); });
   if (!accepted) return accepted.error();
   if (!*accepted) {
     const gst::UniqueText text{gst_caps_to_string(caps)};
@@ -151,7 +152,7 @@ Result<StreamPlan> SubPluginMedium::configure(const GstCaps* caps, const Prefere
 
 Result<Ref<GstBuffer>> SubPluginMedium::convert(GstBuffer* in, GstTensorsConfig* config) {
   LentBuffer lent(in);
-  const auto made = infer::called(*gate_, name_, "return NULL", [&] {
+  const auto made = infer::call_guarded(*gate_, name_, "return NULL", [&] {
     return type_ ? type_->convert(lent.get(), config, data_) : function_(lent.get(), data_, config);
   });
   auto taken = lent.take(made ? *made : nullptr);

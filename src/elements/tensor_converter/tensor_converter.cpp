@@ -335,7 +335,7 @@ class TensorConverter : public gst::Element<TensorConverter, gst::PlainElement> 
   GstPad* sink_ = nullptr;    // owned by the element
   GstPad* source_ = nullptr;  // owned by the element
   // Streaming thread only:
-  gst::FollowedSettings<Settings> followed_;  // the settings of stream_
+  gst::LiveSettings<Settings> followed_;  // the settings of stream_
   bool set_timestamp_ = true;
   gst::BackwardsTimes times_;
   GstSegment segment_{};

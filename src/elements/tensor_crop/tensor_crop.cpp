@@ -192,7 +192,7 @@ class TensorCrop : public gst::Element<TensorCrop, gst::PlainElement>, public gs
       std::vector<std::byte> header(kTensorHeaderBytes);
       write_header(plan->output(), header);
       views.push_back({Ref<GstBuffer>::share(raw), memory,
-                       std::make_shared<const transform::Plan>(*std::move(plan)),
+                       std::make_shared<const transform::TransformPlan>(*std::move(plan)),
                        std::move(header)});
     }
     auto out = make_buffer(std::move(views));

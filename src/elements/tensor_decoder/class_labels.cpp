@@ -3,7 +3,7 @@
 
 #include <utility>
 
-#include "core/card/find.hpp"
+#include "core/card/find_card.hpp"
 #include "gstcpp/element/file_digest.hpp"
 
 namespace weir {

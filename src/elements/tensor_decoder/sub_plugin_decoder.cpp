@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #include "elements/tensor_decoder/sub_plugin_decoder.hpp"
 
-#include "core/infer/module/called.hpp"
+#include "core/infer/module/guarded_call.hpp"
 #include "core/subplugin/table.hpp"
 #include "gstcpp/buffer/c_tensors.hpp"
 
@@ -97,7 +97,7 @@ Result<bool> SubPluginDecoder::decode(const FrameSpec& input, GstBuffer*,
   gst::CTensors config(of_frame(input, reader));
   const auto memories = gst::c_memories(reader);
   std::lock_guard lock(mutex_);
-  const auto flow = infer::called(name_, "return a flow below 0", [&] {
+  const auto flow = infer::call_guarded(name_, "return a flow below 0", [&] {
     return type_.decode(&priv_, config.get(), memories.data(), out);
   });
   if (!flow) return flow.error();
@@ -131,7 +131,7 @@ Result<bool> CustomCodeDecoder::decode(const FrameSpec& input, GstBuffer*,
                                        const BufferLimit&, Ledger*) {
   gst::CTensors config(of_frame(input, reader));
   const auto memories = gst::c_memories(reader);
-  const auto flow = infer::called(*gate_, who_, "return a number below 0", [&] {
+  const auto flow = infer::call_guarded(*gate_, who_, "return a number below 0", [&] {
     return function_(memories.data(), config.get(), data_, out);
   });
   if (!flow) return flow.error();

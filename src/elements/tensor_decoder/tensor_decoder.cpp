@@ -421,7 +421,7 @@ class TensorDecoder : public gst::CountedTransform<TensorDecoder> {
   gst::EarlyEvents early_;                       // what came after them
   gst::FrameLayout reader_;                      // streaming thread
   gst::PropertyFile config_file_;
-  gst::FollowedSettings<Settings> followed_;  // the settings of decoder_; streaming thread
+  gst::LiveSettings<Settings> followed_;  // the settings of decoder_; streaming thread
 };
 
 }  // namespace

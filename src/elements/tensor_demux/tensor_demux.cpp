@@ -110,7 +110,7 @@ class TensorDemux : public gst::OneToMany<TensorDemux> {
   }
 
   Settings settings_;
-  gst::FollowedSettings<Settings> followed_;  // streaming thread
+  gst::LiveSettings<Settings> followed_;  // streaming thread
 
  private:
   // The tensors of one pad.

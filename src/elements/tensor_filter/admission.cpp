@@ -51,30 +51,30 @@ int64_t monotonic_deadline(GstElement* element, GstClockTime deadline) noexcept 
   return monotonic_at(deadline, now, monotonic.count());
 }
 
-void Admission::reset(const FilterSettings& settings) noexcept {
+void FrameAdmission::reset(const FilterSettings& settings) noexcept {
   restart();
   throttle_.reset();
   may_warn_ = settings.when_busy == WhenBusyChoice::Unset;
 }
 
-void Admission::restart() noexcept {
+void FrameAdmission::restart() noexcept {
   earliest_ = GST_CLOCK_TIME_NONE;
   throttle_.restart();
   gst_segment_init(&segment_, GST_FORMAT_UNDEFINED);
   lag_.reset();
 }
 
-void Admission::set_segment(GstEvent* segment) noexcept {
+void FrameAdmission::set_segment(GstEvent* segment) noexcept {
   gst_event_copy_segment(segment, &segment_);
   lag_.reset();
 }
 
-void Admission::configure(const FilterSettings& settings) noexcept {
+void FrameAdmission::configure(const FilterSettings& settings) noexcept {
   qos_ = settings.qos;
   deadline_ = settings.deadline;
 }
 
-Admission::QosResult Admission::handle_qos(GstEvent* qos) noexcept {
+FrameAdmission::QosResult FrameAdmission::handle_qos(GstEvent* qos) noexcept {
   GstQOSType type;
   gdouble proportion;
   GstClockTimeDiff diff;
@@ -89,12 +89,12 @@ Admission::QosResult Admission::handle_qos(GstEvent* qos) noexcept {
   return QosResult::Lateness;
 }
 
-GstClockTime Admission::running_time(GstBuffer* buffer) const noexcept {
+GstClockTime FrameAdmission::running_time(GstBuffer* buffer) const noexcept {
   if (segment_.format != GST_FORMAT_TIME) return GST_CLOCK_TIME_NONE;
   return gst_segment_to_running_time(&segment_, GST_FORMAT_TIME, GST_BUFFER_PTS(buffer));
 }
 
-void Admission::warn_if_late(GstBuffer* buffer) {
+void FrameAdmission::warn_if_late(GstBuffer* buffer) {
   if (!may_warn_ || segment_.format != GST_FORMAT_TIME) return;
   const GstClockTime due = running_time(buffer);
   const auto clock = gst::Ref<GstClock>::adopt(gst_element_get_clock(element_));
@@ -112,7 +112,7 @@ void Admission::warn_if_late(GstBuffer* buffer) {
   may_warn_ = false;
 }
 
-bool Admission::is_live(GstClockTime* latency) const {
+bool FrameAdmission::is_live(GstClockTime* latency) const {
   const gst::Unique<GstQuery, gst_query_unref> query(gst_query_new_latency());
   gboolean live = FALSE;
   if (!gst_pad_peer_query(sink_, query.get())) return false;
@@ -120,14 +120,14 @@ bool Admission::is_live(GstClockTime* latency) const {
   return live;
 }
 
-bool Admission::is_late(GstBuffer* buffer) const noexcept {
+bool FrameAdmission::is_late(GstBuffer* buffer) const noexcept {
   const GstClockTime earliest = earliest_;
   if (!GST_CLOCK_TIME_IS_VALID(earliest) || !qos_) return false;
   const auto running = running_time(buffer);
   return GST_CLOCK_TIME_IS_VALID(running) && running <= earliest;
 }
 
-bool Admission::is_throttled(GstBuffer* buffer) noexcept {
+bool FrameAdmission::is_throttled(GstBuffer* buffer) noexcept {
   if (!GST_BUFFER_PTS_IS_VALID(buffer)) return false;
   const uint64_t latency = throttle_.limited() ? statistics_->latency_ns().value_or(0) : 0;
   std::optional<uint64_t> duration;
@@ -145,13 +145,13 @@ bool Admission::is_throttled(GstBuffer* buffer) noexcept {
   return true;
 }
 
-std::optional<DropReason> Admission::drop_reason(GstBuffer* buffer) noexcept {
+std::optional<DropReason> FrameAdmission::drop_reason(GstBuffer* buffer) noexcept {
   // Throttling counts all frames, so it comes first.
   const bool drops = is_throttled(buffer) || is_late(buffer);
   return drops ? std::optional(DropReason::Qos) : std::nullopt;
 }
 
-GstClockTime Admission::get_deadline(GstBuffer* buffer) const noexcept {
+GstClockTime FrameAdmission::get_deadline(GstBuffer* buffer) const noexcept {
   const GstClockTime after = deadline_, running = after ? running_time(buffer) : 0;
   const bool ends =
       after > 0 && GST_CLOCK_TIME_IS_VALID(running) && running < GST_CLOCK_TIME_NONE - after;

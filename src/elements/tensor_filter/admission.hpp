@@ -1,6 +1,6 @@
-// Admission: decides which frames tensor_filter processes and which it drops before an invoke, and
-// warns when a live stream falls behind. Deadlines: the running time after which the result of a
-// frame is useless.
+// FrameAdmission: decides which frames tensor_filter processes and which it drops before an invoke,
+// and warns when a live stream falls behind. Deadlines: the running time after which the result of
+// a frame is useless.
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #pragma once
 #include <gst/gst.h>
@@ -25,10 +25,10 @@ int64_t monotonic_at(GstClockTime deadline, GstClockTime now, int64_t monotonic)
 // The deadline by CLOCK_MONOTONIC, for engines that wait; 0 = none, or there is no clock.
 int64_t monotonic_deadline(GstElement* element, GstClockTime deadline) noexcept;
 
-class Admission {
+class FrameAdmission {
  public:
   // `statistics` is borrowed.
-  explicit Admission(const infer::InvokeStatistics* statistics) : statistics_(statistics) {}
+  explicit FrameAdmission(const infer::InvokeStatistics* statistics) : statistics_(statistics) {}
   void set_element(GstElement* element, GstPad* sink) noexcept {
     element_ = element;
     sink_ = sink;

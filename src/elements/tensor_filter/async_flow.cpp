@@ -27,7 +27,7 @@ class AsyncFlow final : public FrameFlow {
           TimerQueue::instance(), limit, [this, limit] { return fail_on_timeout(limit); });
   }
 
-  Status begin(std::shared_ptr<const OpenModel> model, Plan plan) override {
+  Status begin(std::shared_ptr<const OpenModel> model, SharedFilterPlan plan) override {
     model_ = std::move(model);
     plan_ = std::move(plan);
     if (const auto followed = follow_model(true); !followed) return followed.error();
@@ -212,7 +212,7 @@ class AsyncFlow final : public FrameFlow {
   }
 
   std::shared_ptr<const OpenModel> model_;  // streaming thread, like plan_; null before caps
-  Plan plan_;
+  SharedFilterPlan plan_;
   mutable std::mutex mutex_;  // guards use_ against concurrent flushes
   // Held between frames: the engine may answer at any time.
   std::shared_ptr<const Use> use_;

@@ -9,7 +9,7 @@
 #include "elements/tensor_filter/frame_flow.hpp"
 #include "elements/tensor_filter/model_report.hpp"
 #include "elements/tensor_filter/output_frame.hpp"
-#include "gstcpp/buffer/request_end.hpp"
+#include "gstcpp/buffer/request_expiry.hpp"
 
 namespace weir {
 namespace {
@@ -22,7 +22,7 @@ class BatchFlow final : public FrameFlow {
         timeout_(int64_t(settings.batch_timeout)) {}
   ~BatchFlow() override { leave(); }
 
-  Status begin(std::shared_ptr<const OpenModel> model, Plan plan) override {
+  Status begin(std::shared_ptr<const OpenModel> model, SharedFilterPlan plan) override {
     leave();
     const auto group = plan->batch;
     pairs_ = std::make_shared<Pairs>(std::move(model), std::move(plan), &output_);
@@ -97,7 +97,7 @@ class BatchFlow final : public FrameFlow {
   using Share = infer::HeldBytes::Share;
   using Stream = infer::BatchCollector::Stream;
   struct Pair {
-    Pair(const OpenModel* model, const Plan& plan, FilterOutput* output)
+    Pair(const OpenModel* model, const SharedFilterPlan& plan, FilterOutput* output)
         : in(model, plan, 0, output->ledger()), out(output->ledger(), output->pool_allocated()) {}
     InputFrame in;
     OutputFrame out;
@@ -106,7 +106,7 @@ class BatchFlow final : public FrameFlow {
   // Reused frames: several are in progress at the same time.
   class Pairs {
    public:
-    Pairs(std::shared_ptr<const OpenModel> model, Plan plan, FilterOutput* output)
+    Pairs(std::shared_ptr<const OpenModel> model, SharedFilterPlan plan, FilterOutput* output)
         : model_(std::move(model)), plan_(std::move(plan)), output_(output) {}
 
     Result<std::unique_ptr<Pair>> take() {
@@ -131,7 +131,7 @@ class BatchFlow final : public FrameFlow {
 
    private:
     const std::shared_ptr<const OpenModel> model_;
-    const Plan plan_;
+    const SharedFilterPlan plan_;
     FilterOutput* const output_;
     std::mutex mutex_;  // guards free_
     std::vector<std::unique_ptr<Pair>> free_;

@@ -6,7 +6,7 @@
 
 #include "core/filter/model_description.hpp"
 #include "core/infer/model/warm_up.hpp"
-#include "elements/tensor_filter/model_source.hpp"
+#include "elements/tensor_filter/model_config.hpp"
 #include "gstcpp/element/log.hpp"
 
 namespace weir {
@@ -72,7 +72,7 @@ Result<std::unique_ptr<Fallback>> Fallback::open(const FilterSettings& settings)
   FilterSettings own;
   own.model = settings.fallback;
   own.threads = settings.threads;
-  const auto source = model_source(own, nullptr, nullptr);
+  const auto source = make_model_config(own, nullptr, nullptr);
   if (!source) return source.error();
   auto lease = infer::ModelLease::create(std::make_shared<infer::SharedModel>("", *source), 1);
   if (!lease) return lease.error();

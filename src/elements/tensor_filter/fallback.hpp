@@ -15,7 +15,7 @@
 #include <string>
 #include <vector>
 
-#include "core/filter/spare_time.hpp"
+#include "core/filter/fallback_budget.hpp"
 #include "core/infer/model/shared_model.hpp"
 #include "core/ledger/ledger.hpp"
 #include "elements/tensor_filter/filter_settings.hpp"
@@ -66,8 +66,8 @@ class Fallback {
   const std::unique_ptr<infer::ModelLease> lease_;
   std::atomic<uint64_t> frames_{0};
   std::atomic<bool> is_active_{false};  // the last result came from this model
-  SpareTime spare_;
-  std::mutex mutex_;  // guards the rest, and serialises the invokes and SpareTime::add()
+  FallbackBudget spare_;
+  std::mutex mutex_;  // guards the rest, and serialises the invokes and FallbackBudget::add()
   Shapes resolved_;   // the inputs for which the session is resolved
 };
 

@@ -5,10 +5,10 @@
 #include <string_view>
 #include <tuple>
 
-#include "core/filter/layout.hpp"
+#include "core/filter/layout_list.hpp"
 #include "elements/tensor_filter/filter_settings.hpp"
 #include "elements/tensor_filter/model_report.hpp"
-#include "gstcpp/element/followed_settings.hpp"
+#include "gstcpp/element/live_settings.hpp"
 #include "gstcpp/element/property.hpp"
 
 namespace weir::gst {

@@ -13,7 +13,7 @@ namespace weir {
 class FrameFlow {
  public:
   using Owner = FilterOutput::Owner;
-  using Plan = std::shared_ptr<const FilterPlan>;
+  using SharedFilterPlan = std::shared_ptr<const FilterPlan>;
   // Makes the flow of a stream that starts; each stream has its own.
   static std::unique_ptr<FrameFlow> make(const Owner& owner, const FilterSettings& settings);
   virtual ~FrameFlow() = default;
@@ -21,7 +21,7 @@ class FrameFlow {
   FrameFlow& operator=(const FrameFlow&) = delete;
 
   // Streaming thread: the frames that follow are processed by `model` with `plan`.
-  virtual Status begin(std::shared_ptr<const OpenModel> model, Plan plan) = 0;
+  virtual Status begin(std::shared_ptr<const OpenModel> model, SharedFilterPlan plan) = 0;
   // Streaming thread: processes a frame that the ledger counts as received. If another thread
   // processes it, the returned flow is that of earlier frames. `deadline`: the running time after
   // which an invoke is useless, or none.

@@ -16,8 +16,8 @@ namespace weir {
 class FrameInvoker {
  public:
   // For one worker of the model; one thread at a time. `output` is borrowed.
-  FrameInvoker(std::shared_ptr<const OpenModel> model, size_t worker, const InputFrame::Plan& plan,
-               FilterOutput* output)
+  FrameInvoker(std::shared_ptr<const OpenModel> model, size_t worker,
+               const InputFrame::SharedFilterPlan& plan, FilterOutput* output)
       : model_(std::move(model)),
         session_(worker * plan->rows.threads),
         element_(output->element()),

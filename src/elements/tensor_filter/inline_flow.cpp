@@ -11,7 +11,7 @@ class InlineFlow final : public FrameFlow {
   InlineFlow(const Owner& owner, const FilterSettings& settings)
       : FrameFlow(owner, settings, 1, false) {}
 
-  Status begin(std::shared_ptr<const OpenModel> model, Plan plan) override {
+  Status begin(std::shared_ptr<const OpenModel> model, SharedFilterPlan plan) override {
     auto invoker = std::make_unique<FrameInvoker>(std::move(model), 0, std::move(plan), &output_);
     if (auto status = invoker->prepare(); !status) return status;
     invoker_ = std::move(invoker);

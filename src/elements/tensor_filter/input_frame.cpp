@@ -25,7 +25,8 @@ struct HeldBuffer {
 
 }  // namespace
 
-InputFrame::InputFrame(const OpenModel* model, Plan plan, size_t session, Ledger* ledger)
+InputFrame::InputFrame(const OpenModel* model, SharedFilterPlan plan, size_t session,
+                       Ledger* ledger)
     : model_(model), plan_(std::move(plan)), session_(session), ledger_(ledger) {
   describe();
 }

@@ -18,9 +18,9 @@ namespace weir {
 // Reads one buffer at a time and reuses its memory for the next. One thread at a time.
 class InputFrame final : public infer::FrameOwner {
  public:
-  using Plan = std::shared_ptr<const FilterPlan>;
+  using SharedFilterPlan = std::shared_ptr<const FilterPlan>;
   // All pointers are borrowed. `session`: resolves the shapes of flexible streams.
-  InputFrame(const OpenModel* model, Plan plan, size_t session, Ledger* ledger);
+  InputFrame(const OpenModel* model, SharedFilterPlan plan, size_t session, Ledger* ledger);
   InputFrame(const InputFrame&) = delete;
   InputFrame& operator=(const InputFrame&) = delete;
 
@@ -33,7 +33,7 @@ class InputFrame final : public infer::FrameOwner {
   void clear() noexcept { reader_.clear(); }
 
   // The plan of the last frame: a new one if its headers gave other shapes.
-  const Plan& plan() const noexcept { return plan_; }
+  const SharedFilterPlan& plan() const noexcept { return plan_; }
   GstBuffer* buffer() const noexcept { return buffer_; }
   // The tensors of the stream, and those that are inputs of the model.
   const std::vector<gst::TensorPlace>& views() const noexcept { return reader_.tensors(); }
@@ -52,7 +52,7 @@ class InputFrame final : public infer::FrameOwner {
                                 size_t padding, size_t* capacity);
 
   const OpenModel* model_;
-  Plan plan_;
+  SharedFilterPlan plan_;
   const size_t session_;
   Ledger* ledger_;
   GstBuffer* buffer_ = nullptr;

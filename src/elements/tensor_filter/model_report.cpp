@@ -7,11 +7,11 @@
 #include <array>
 #include <utility>
 
-#include "core/card/find.hpp"
+#include "core/card/find_card.hpp"
 #include "core/infer/module/module_library.hpp"
 #include "core/text/shell_quote.hpp"
 #include "elements/tensor_filter/filter_properties.hpp"
-#include "elements/tensor_filter/model_source.hpp"
+#include "elements/tensor_filter/model_config.hpp"
 #include "elements/tensor_filter/open_model.hpp"
 #include "gstcpp/element/file_digest.hpp"
 #include "weir/abi.h"

@@ -8,7 +8,7 @@
 #include <string>
 #include <vector>
 
-#include "core/filter/layout.hpp"
+#include "core/filter/layout_list.hpp"
 #include "core/filter/model_description.hpp"
 #include "core/infer/model/invoke_statistics.hpp"
 #include "core/infer/model/model.hpp"

@@ -6,8 +6,8 @@
 
 #include "core/custom/custom_easy.hpp"
 #include "core/isolate/isolated_engine.hpp"
+#include "elements/tensor_filter/model_config.hpp"
 #include "elements/tensor_filter/model_report.hpp"
-#include "elements/tensor_filter/model_source.hpp"
 #include "gstcpp/buffer/allocation.hpp"
 
 namespace weir {
@@ -168,16 +168,16 @@ Status OpenModel::open_lease(const FilterSettings& s, std::vector<Error>* warnin
     fallback_ = *std::move(fallback);
   }
   std::optional<Error> warning;
-  auto source = model_source(s, monitor_, &warning);
+  auto source = make_model_config(s, monitor_, &warning);
   if (!source) return source.error();
   add(warning, warnings);
   Status status = open_lease(*source, s, warnings);
   if (status || !fallback_ || status.error().code != Code::SERVER_UNREACHABLE) return status;
-  source = model_source(fallback_->declare_tensors(s), monitor_, nullptr);
+  source = make_model_config(fallback_->declare_tensors(s), monitor_, nullptr);
   return source ? open_lease(*source, s, warnings) : Status(source.error());
 }
 
-Status OpenModel::open_lease(const infer::ModelSource& source, const FilterSettings& s,
+Status OpenModel::open_lease(const infer::ModelConfig& source, const FilterSettings& s,
                              std::vector<Error>* warnings) {
   const auto found = infer::ModelTable::instance().find(shared_key(s, warnings), source);
   add(found.not_shared, warnings);
@@ -328,7 +328,7 @@ Result<DescribedModel> OpenModel::described(const FilterPlan& plan) const {
 }
 
 Status OpenModel::replace(const FilterSettings& settings) const {
-  const auto source = model_source(settings, monitor_, nullptr);
+  const auto source = make_model_config(settings, monitor_, nullptr);
   if (!source) return source.error();
   return lease_->shared()->replace(*source);
 }

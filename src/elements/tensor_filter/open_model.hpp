@@ -93,7 +93,7 @@ class OpenModel {
 
  private:
   Status open_lease(const FilterSettings& settings, std::vector<Error>* warnings);
-  Status open_lease(const infer::ModelSource& source, const FilterSettings& settings,
+  Status open_lease(const infer::ModelConfig& source, const FilterSettings& settings,
                     std::vector<Error>* warnings);
   Result<ModelTensors> read_tensors(const infer::Model& model, const FilterSettings& settings);
   Status fit_inputs(const std::vector<TensorSpec>& stream, FilterPlan* plan) const;

@@ -71,7 +71,7 @@ bool same_shape(const weir_tensor_info& a, const weir_tensor_info& b) noexcept {
          std::equal(a.shape, a.shape + std::min<uint32_t>(a.rank, WEIR_RANK_LIMIT), b.shape);
 }
 
-void OutputFrame::describe(Plan plan) {
+void OutputFrame::describe(SharedFilterPlan plan) {
   plan_ = std::move(plan);
   tensors_ = frame_tensors(plan_->model_outputs);
   described_ = tensors_;
@@ -81,7 +81,7 @@ void OutputFrame::describe(Plan plan) {
   frame_.tensors = tensors_.data();
 }
 
-Status OutputFrame::prepare(Plan plan) {
+Status OutputFrame::prepare(SharedFilterPlan plan) {
   describe(std::move(plan));
   pool_ = {};
   // Batches have their own memory; the pool is needed only for packed tensors.

@@ -22,7 +22,7 @@ bool same_shape(const weir_tensor_info& a, const weir_tensor_info& b) noexcept;
 // at a time.
 class OutputFrame {
  public:
-  using Plan = InputFrame::Plan;
+  using SharedFilterPlan = InputFrame::SharedFilterPlan;
   using Made = Result<gst::Ref<GstBuffer>>;
   // Both are borrowed; stats show `pool_allocated`.
   OutputFrame(Ledger* ledger, std::atomic<uint64_t>* pool_allocated)
@@ -32,10 +32,10 @@ class OutputFrame {
   OutputFrame& operator=(const OutputFrame&) = delete;
 
   // Makes the pool. A stream with fixed output sizes then allocates nothing per frame.
-  Status prepare(Plan plan);
+  Status prepare(SharedFilterPlan plan);
   // The same, sharing the pool of `other` for its plan.
   void prepare_beside(const OutputFrame& other);
-  const Plan& plan() const noexcept { return plan_; }
+  const SharedFilterPlan& plan() const noexcept { return plan_; }
 
   // Prepares frame() for an engine that writes next: pooled memory, or none if the engine
   // allocates.
@@ -54,7 +54,7 @@ class OutputFrame {
   void clear() noexcept;
 
  private:
-  void describe(Plan plan);
+  void describe(SharedFilterPlan plan);
   Status acquire_memory();
   Status check_given_memory() const;
   Made pack(std::span<const weir_tensor> outputs);
@@ -73,7 +73,7 @@ class OutputFrame {
 
   Ledger* ledger_;
   std::atomic<uint64_t>* pool_allocated_;
-  Plan plan_;
+  SharedFilterPlan plan_;
   gst::FramePool pool_;
   gst::Ref<GstBuffer> pooled_;  // must outlive writer_
   gst::FramePool::Writer writer_;

@@ -7,7 +7,7 @@
 #include "elements/tensor_filter/admission.hpp"
 #include "elements/tensor_filter/filter_properties.hpp"
 #include "elements/tensor_filter/frame_flow.hpp"
-#include "elements/tensor_filter/model_source.hpp"
+#include "elements/tensor_filter/model_config.hpp"
 #include "elements/tensor_filter/running_flow.hpp"
 #include "elements/tensor_filter/running_model.hpp"
 #include "gstcpp/buffer/tensor_caps.hpp"
@@ -213,7 +213,7 @@ class TensorFilter final : public gst::Element<TensorFilter, gst::PlainElement>,
 
   gboolean on_source_event(GstPad* pad, GstEvent* event) {
     if (GST_EVENT_TYPE(event) == GST_EVENT_QOS &&
-        admission_.handle_qos(event) == Admission::QosResult::Throttle) {
+        admission_.handle_qos(event) == FrameAdmission::QosResult::Throttle) {
       gst_event_unref(event);
       change_settings([](Settings& s) { s.latency = 1; });
       return TRUE;
@@ -473,10 +473,10 @@ class TensorFilter final : public gst::Element<TensorFilter, gst::PlainElement>,
   FilterThreads threads_;
   std::atomic<int> engine_threads_{0};
   Settings in_force_;  // of model_; used by the streaming thread, or while not streaming
-  gst::FollowedSettings<Settings> followed_;  // likewise
+  gst::LiveSettings<Settings> followed_;  // likewise
   gst::PropertyFile config_file_;
   RunningFlow flow_;
-  Admission admission_{&statistics_};
+  FrameAdmission admission_{&statistics_};
   gst::PlaceholderWait placeholder_;
   // The model of the last model event; streaming thread.
   std::shared_ptr<const OpenModel> described_;

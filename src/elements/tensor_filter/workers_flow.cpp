@@ -6,7 +6,7 @@
 
 #include "elements/tensor_filter/frame_flow.hpp"
 #include "elements/tensor_filter/frame_invoker.hpp"
-#include "gstcpp/buffer/request_end.hpp"
+#include "gstcpp/buffer/request_expiry.hpp"
 #include "gstcpp/element/element.hpp"
 
 namespace weir {
@@ -21,7 +21,7 @@ class WorkersFlow final : public FrameFlow {
         pool_(std::make_shared<Pool>(
             limits, [this](size_t worker, Job job) { run(worker, std::move(job)); })) {}
 
-  Status begin(std::shared_ptr<const OpenModel> model, Plan plan) override {
+  Status begin(std::shared_ptr<const OpenModel> model, SharedFilterPlan plan) override {
     const auto& rate = plan->input.rate;
     frame_duration_ = rate.numerator > 0
                           ? gst_util_uint64_scale(GST_SECOND, rate.denominator, rate.numerator)

@@ -116,7 +116,7 @@ class TensorIf : public gst::OneToMany<TensorIf> {
   }
 
   Settings settings_;
-  gst::FollowedSettings<Settings> followed_;  // streaming thread
+  gst::LiveSettings<Settings> followed_;  // streaming thread
 
  private:
   void use(IfPlan plan) {

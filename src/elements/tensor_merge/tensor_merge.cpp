@@ -161,7 +161,7 @@ class TensorMerge : public SyncElement<TensorMerge> {
   }
 
   // Used by the thread that makes an output.
-  gst::FollowedSettings<Settings> followed_;  // the settings of plan_
+  gst::LiveSettings<Settings> followed_;  // the settings of plan_
   Concatenation plan_;
   size_t dimension_ = 0;  // used by plan_
   gst::FramePool pool_;

@@ -59,7 +59,7 @@ Result<draw::Drawn> OverlayVideo::draw(const draw::Detections& detections, const
   MappedPicture mapped;
   if (auto status = mapped.map(video_, buffer, GST_MAP_READWRITE); !status) return status.error();
   ledger->copied(mapped.bytes_copied());
-  const PictureSize size = size_of_picture(video_, buffer);
+  const CroppedPicture size = size_of_picture(video_, buffer);
   picture_.width = size.width;
   picture_.height = size.height;
   draw::Planes planes;

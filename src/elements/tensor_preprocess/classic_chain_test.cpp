@@ -60,7 +60,7 @@ std::vector<ReadCard> cards() {
     if (!path.ends_with(".card.json")) continue;
     const auto card = weir::card::read(path);
     // A letterbox has no classic chain.
-    if (card && card->inputs[0].resize != weir::card::Resize::Letterbox)
+    if (card && card->inputs[0].resize != weir::card::Fit::Letterbox)
       out.push_back({path, card->inputs[0]});
   }
   return out;

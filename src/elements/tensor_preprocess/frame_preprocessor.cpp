@@ -5,10 +5,10 @@
 
 namespace weir {
 
-using preprocess::Plan;
 using preprocess::Preparation;
+using preprocess::PreprocessPlan;
 
-FramePreprocessor::FramePreprocessor(const GstVideoInfo& video, std::vector<Plan> plans,
+FramePreprocessor::FramePreprocessor(const GstVideoInfo& video, std::vector<PreprocessPlan> plans,
                                      gst::FramePool pool, size_t threads)
     : video_(video),
       size_{plans[0].preparation().source.width, plans[0].preparation().source.height, {}},
@@ -21,11 +21,11 @@ Result<std::unique_ptr<FramePreprocessor>> FramePreprocessor::make(
   auto picture = make_picture(video);
   if (!picture) return picture.error();
   std::vector<TensorSpec> tensors;
-  std::vector<Plan> plans;
+  std::vector<PreprocessPlan> plans;
   for (Preparation& preparation : preparations) {
     preparation.source = *picture;
     tensors.push_back(preparation.tensor());
-    auto plan = Plan::make(std::move(preparation));
+    auto plan = PreprocessPlan::make(std::move(preparation));
     if (!plan) return plan.error();
     plans.push_back(*std::move(plan));
   }
@@ -51,23 +51,23 @@ Result<gst::Ref<GstBuffer>> FramePreprocessor::acquire(GstBuffer*, const BufferL
 
 // Remakes the plans for another picture size; an existing plan adapts to another crop.
 Status FramePreprocessor::adapt(GstBuffer* in) {
-  PictureSize size = size_of_picture(video_, in);
+  CroppedPicture size = size_of_picture(video_, in);
   if (auto status = narrow(&size, crop_); !status) return status;
   if (size == size_) return ok();
   if (size.width == size_.width && size.height == size_.height) {
     const preprocess::Rect whole{0, 0, size.width, size.height};
-    for (Plan& plan : plans_)
+    for (PreprocessPlan& plan : plans_)
       if (auto status = plan.set_crop(size.crop.value_or(whole)); !status) return status;
     size_ = size;
     return ok();
   }
-  std::vector<Plan> plans;
-  for (const Plan& before : plans_) {
+  std::vector<PreprocessPlan> plans;
+  for (const PreprocessPlan& before : plans_) {
     Preparation preparation = before.preparation();
     preparation.source.width = size.width;
     preparation.source.height = size.height;
     preparation.crop = size.crop;
-    auto plan = Plan::make(std::move(preparation));
+    auto plan = PreprocessPlan::make(std::move(preparation));
     if (!plan) return plan.error();
     plans.push_back(*std::move(plan));
   }
@@ -78,7 +78,8 @@ Status FramePreprocessor::adapt(GstBuffer* in) {
 
 std::vector<SourceMap> FramePreprocessor::source_maps() const {
   std::vector<SourceMap> out;
-  for (const Plan& plan : plans_) out.push_back(preprocess::make_source_map(plan.preparation()));
+  for (const PreprocessPlan& plan : plans_)
+    out.push_back(preprocess::make_source_map(plan.preparation()));
   return out;
 }
 

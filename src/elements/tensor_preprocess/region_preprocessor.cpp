@@ -9,11 +9,11 @@
 
 namespace weir {
 
-using preprocess::Plan;
 using preprocess::Preparation;
+using preprocess::PreprocessPlan;
 using preprocess::Rect;
 
-RegionPreprocessor::RegionPreprocessor(const GstVideoInfo& video, Plan whole,
+RegionPreprocessor::RegionPreprocessor(const GstVideoInfo& video, PreprocessPlan whole,
                                        const RegionOptions& options, BatchPool pool, size_t threads)
     : video_(video),
       whole_(std::move(whole)),
@@ -30,19 +30,19 @@ Result<std::unique_ptr<RegionPreprocessor>> RegionPreprocessor::make(Preparation
   preparation.source = *picture;
   auto pool = BatchPool::make(preparation.tensor(), options.max);
   if (!pool) return pool.error();
-  auto plan = Plan::make(std::move(preparation));
+  auto plan = PreprocessPlan::make(std::move(preparation));
   if (!plan) return plan.error();
   return std::unique_ptr<RegionPreprocessor>(
       new RegionPreprocessor(video, *std::move(plan), options, *std::move(pool), threads));
 }
 
-Status RegionPreprocessor::adapt(const PictureSize& size) {
+Status RegionPreprocessor::adapt(const CroppedPicture& size) {
   const preprocess::Picture& source = whole_.preparation().source;
   if (source.width != size.width || source.height != size.height) {
     Preparation preparation = whole_.preparation();
     preparation.source.width = size.width;
     preparation.source.height = size.height;
-    auto plan = Plan::make(std::move(preparation));
+    auto plan = PreprocessPlan::make(std::move(preparation));
     if (!plan) return plan.error();
     whole_ = *std::move(plan);
     plans_.clear();
@@ -56,12 +56,12 @@ void RegionPreprocessor::find_regions(GstBuffer* in, const Rect& picture) {
   picture_ = picture;
   regions_.clear();
   counts_ = {};
-  const auto shows_nothing = [&](const preprocess::Box& box) {
+  const auto shows_nothing = [&](const preprocess::Roi& box) {
     if (!options_.clip) return !preprocess::check_region(whole_.preparation(), picture, box);
     const Rect part = preprocess::common_part(picture, box);
     return part.width == 0 || part.height == 0;
   };
-  const auto add = [&](const preprocess::Box& box) {
+  const auto add = [&](const preprocess::Roi& box) {
     if (shows_nothing(box))
       ++counts_.empty;
     else if (regions_.size() == max)
@@ -70,7 +70,7 @@ void RegionPreprocessor::find_regions(GstBuffer* in, const Rect& picture) {
       regions_.push_back(box);
   };
   if (boxes_) {
-    for (const preprocess::Box& box : *boxes_) add(box);
+    for (const preprocess::Roi& box : *boxes_) add(box);
   } else {
     gpointer state = nullptr;
     while (const GstMeta* meta = gst_buffer_iterate_meta_filtered(
@@ -94,7 +94,7 @@ Status RegionPreprocessor::make_plans() {
 }
 
 Result<gst::Ref<GstBuffer>> RegionPreprocessor::acquire(GstBuffer* in, const BufferLimit& limit) {
-  PictureSize size = size_of_picture(video_, in);
+  CroppedPicture size = size_of_picture(video_, in);
   if (auto status = narrow(&size, crop_); !status) return status.error();
   if (auto status = adapt(size); !status) return status.error();
   find_regions(in, size.crop.value_or(Rect{0, 0, size.width, size.height}));

@@ -29,7 +29,7 @@ struct RegionOptions {
 // are counted.
 class RegionPreprocessor : public PictureWork {
  public:
-  // Errors: make_picture(), Plan::make(), FramePool::make().
+  // Errors: make_picture(), PreprocessPlan::make(), FramePool::make().
   static Result<std::unique_ptr<RegionPreprocessor>> make(preprocess::Preparation preparation,
                                                           const GstVideoInfo& video,
                                                           const RegionOptions& options,
@@ -38,7 +38,7 @@ class RegionPreprocessor : public PictureWork {
   Status allocate_as(const gst::Allocation& allocation) override {
     return pool_.allocate_as(allocation);
   }
-  void set_boxes(std::vector<preprocess::Box> boxes) override { boxes_ = std::move(boxes); }
+  void set_boxes(std::vector<preprocess::Roi> boxes) override { boxes_ = std::move(boxes); }
   Result<gst::Ref<GstBuffer>> acquire(GstBuffer* in, const BufferLimit& limit) override;
   Status run(GstBuffer* in, GstBuffer* out) override;
   std::vector<SourceMap> source_maps() const override;
@@ -47,25 +47,25 @@ class RegionPreprocessor : public PictureWork {
   uint64_t allocated() const override { return pool_.allocated(); }
 
  private:
-  RegionPreprocessor(const GstVideoInfo& video, preprocess::Plan whole,
+  RegionPreprocessor(const GstVideoInfo& video, preprocess::PreprocessPlan whole,
                      const RegionOptions& options, BatchPool pool, size_t threads);
-  Status adapt(const PictureSize& size);
+  Status adapt(const CroppedPicture& size);
   void find_regions(GstBuffer* in, const preprocess::Rect& picture);
   Status make_plans();
   size_t region_bytes() const noexcept { return *whole_.preparation().tensor().bytes(); }
 
   GstVideoInfo video_;
-  preprocess::Plan whole_;  // without a crop
+  preprocess::PreprocessPlan whole_;  // without a crop
   RegionOptions options_;
-  std::optional<std::vector<preprocess::Box>> boxes_;
+  std::optional<std::vector<preprocess::Roi>> boxes_;
   BatchPool pool_;
   preprocess::Runner runner_;
   RegionCounts counts_;
   // The current frame's regions; reused. Each index keeps its plan, which adapts to each frame's
   // region.
   preprocess::Rect picture_;
-  std::vector<preprocess::Box> regions_;
-  std::vector<preprocess::Plan> plans_;
+  std::vector<preprocess::Roi> regions_;
+  std::vector<preprocess::PreprocessPlan> plans_;
   std::vector<preprocess::Job> jobs_;
 };
 

@@ -58,7 +58,7 @@ Status RegionsPad::accept_results(const FrameSpec& spec) {
 }
 
 Status RegionsPad::read_results(const std::vector<gst::TensorPlace>& tensors,
-                                std::vector<preprocess::Box>* boxes) const {
+                                std::vector<preprocess::Roi>* boxes) const {
   uint64_t row = 0;
   for (size_t i = 0; i < std::min(tensors.size(), columns_.size()); ++i) {
     if (columns_[i].kind != WEIR_RESULT_ROWS) continue;
@@ -73,7 +73,7 @@ Status RegionsPad::read_results(const std::vector<gst::TensorPlace>& tensors,
 // A frame without tensors has no boxes. Boxes without a time match no picture; before the first
 // picture they count as unused.
 Status RegionsPad::push(GstBuffer*, const std::vector<gst::TensorPlace>& tensors, int64_t time) {
-  std::vector<preprocess::Box> boxes;
+  std::vector<preprocess::Roi> boxes;
   if (!columns_.empty()) {
     if (auto status = read_results(tensors, &boxes); !status) return status;
     queue_.push(time, std::move(boxes));
@@ -89,7 +89,7 @@ Status RegionsPad::push(GstBuffer*, const std::vector<gst::TensorPlace>& tensors
 }
 
 sync::TimedOutcome RegionsPad::take(GstClockTime time, GstClockTime max,
-                                    std::vector<preprocess::Box>* out) {
+                                    std::vector<preprocess::Roi>* out) {
   constexpr GstClockTime kMax = GstClockTime{24} * 3600 * GST_SECOND;
   const std::chrono::nanoseconds wait(std::min(max, kMax));
   return queue_.take(static_cast<int64_t>(time), wait, out);

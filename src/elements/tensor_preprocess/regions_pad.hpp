@@ -18,14 +18,14 @@ class RegionsPad final : public gst::TimedTensors {
   void stop() { queue_.flush(true); }
 
   // Streaming thread of the pictures; `time` is a running time.
-  sync::TimedOutcome take(GstClockTime time, GstClockTime max, std::vector<preprocess::Box>* out);
+  sync::TimedOutcome take(GstClockTime time, GstClockTime max, std::vector<preprocess::Roi>* out);
   void flush_pictures(bool on) { queue_.flush(on); }
   uint64_t unused() const { return queue_.unused(); }
 
  private:
   Status accept_results(const FrameSpec& spec);
   Status read_results(const std::vector<gst::TensorPlace>& tensors,
-                      std::vector<preprocess::Box>* boxes) const;
+                      std::vector<preprocess::Roi>* boxes) const;
   Status accept(const FrameSpec& spec) override;
   Status push(GstBuffer* buffer, const std::vector<gst::TensorPlace>& tensors,
               int64_t time) override;
@@ -33,7 +33,7 @@ class RegionsPad final : public gst::TimedTensors {
   void flush(bool on) override;
 
   std::vector<weir_result_columns> columns_;  // of the tensors of results; empty: plain boxes
-  sync::TimedQueue<std::vector<preprocess::Box>> queue_;
+  sync::TimedQueue<std::vector<preprocess::Roi>> queue_;
 };
 
 }  // namespace weir

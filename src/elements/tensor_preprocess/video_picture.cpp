@@ -36,7 +36,7 @@ Result<preprocess::Picture> make_picture(const GstVideoInfo& video) {
   const bool yuv = out.format.model == ColorModel::Yuv;
   const bool limited = colors.range == GST_VIDEO_COLOR_RANGE_16_235 ||
                        (yuv && colors.range == GST_VIDEO_COLOR_RANGE_UNKNOWN);
-  out.range = limited ? preprocess::Range::Limited : preprocess::Range::Full;
+  out.range = limited ? preprocess::ColorRange::Limited : preprocess::ColorRange::Full;
   const auto site = GST_VIDEO_INFO_CHROMA_SITE(&video);
   out.cosited_columns = (site & GST_VIDEO_CHROMA_SITE_H_COSITED) != 0;
   out.cosited_rows = (site & GST_VIDEO_CHROMA_SITE_V_COSITED) != 0;
@@ -62,10 +62,10 @@ Result<preprocess::Picture> make_picture(const GstVideoInfo& video) {
   }
 }
 
-PictureSize size_of_picture(const GstVideoInfo& video, GstBuffer* buffer) {
-  PictureSize out{static_cast<uint32_t>(GST_VIDEO_INFO_WIDTH(&video)),
-                  static_cast<uint32_t>(GST_VIDEO_INFO_HEIGHT(&video)),
-                  {}};
+CroppedPicture size_of_picture(const GstVideoInfo& video, GstBuffer* buffer) {
+  CroppedPicture out{static_cast<uint32_t>(GST_VIDEO_INFO_WIDTH(&video)),
+                     static_cast<uint32_t>(GST_VIDEO_INFO_HEIGHT(&video)),
+                     {}};
   const GstVideoCropMeta* crop = gst_buffer_get_video_crop_meta(buffer);
   if (!crop) return out;
   out.crop = preprocess::Rect{crop->x, crop->y, crop->width, crop->height};
@@ -77,7 +77,7 @@ PictureSize size_of_picture(const GstVideoInfo& video, GstBuffer* buffer) {
   return out;
 }
 
-Status narrow(PictureSize* picture, const std::optional<preprocess::Rect>& part) {
+Status narrow(CroppedPicture* picture, const std::optional<preprocess::Rect>& part) {
   if (!part) return ok();
   const auto whole =
       picture->crop.value_or(preprocess::Rect{0, 0, picture->width, picture->height});

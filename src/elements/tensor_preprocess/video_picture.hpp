@@ -15,14 +15,14 @@ namespace weir {
 Result<preprocess::Picture> make_picture(const GstVideoInfo& video);
 
 // The position of a buffer's picture, from GstVideoMeta and GstVideoCropMeta, or else the caps.
-struct PictureSize {
+struct CroppedPicture {
   uint32_t width = 0, height = 0;
   std::optional<preprocess::Rect> crop;
-  bool operator==(const PictureSize&) const = default;
+  bool operator==(const CroppedPicture&) const = default;
 };
-PictureSize size_of_picture(const GstVideoInfo& video, GstBuffer* buffer);
+CroppedPicture size_of_picture(const GstVideoInfo& video, GstBuffer* buffer);
 // Crops the picture, or its existing crop, to `part`. OPTION_VALUE: `part` is outside.
-Status narrow(PictureSize* picture, const std::optional<preprocess::Rect>& part);
+Status narrow(CroppedPicture* picture, const std::optional<preprocess::Rect>& part);
 
 // A buffer's planes, mapped for the lifetime of the object.
 class MappedPicture {

@@ -65,7 +65,7 @@ std::string get_warning(const std::string& launch) {
   const auto bus = Ref<GstBus>::adopt(gst_element_get_bus(p.get()));
   gst_element_set_state(p.get(), GST_STATE_PLAYING);
   const auto message = Ref<GstMessage>::adopt(gst_bus_timed_pop_filtered(
-      bus.get(), kPatience, GstMessageType(GST_MESSAGE_WARNING | GST_MESSAGE_EOS)));
+      bus.get(), kTimeout, GstMessageType(GST_MESSAGE_WARNING | GST_MESSAGE_EOS)));
   if (!message) return "hangs";
   return GST_MESSAGE_TYPE(message.get()) == GST_MESSAGE_EOS ? "" : get_text(message.get());
 }

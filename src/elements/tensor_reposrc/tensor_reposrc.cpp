@@ -400,7 +400,7 @@ class TensorReposrc : public gst::Element<TensorReposrc, gst::PushSource> {
                                gst::post_warning(element(), lone_end("tensor_reposink", slot));
                              }}};
   // Set in start(), then streaming thread only.
-  gst::FollowedSettings<Settings> followed_;  // the settings of caps_
+  gst::LiveSettings<Settings> followed_;  // the settings of caps_
   bool fresh_ = true;
   Ref<GstCaps> caps_;     // the property
   Ref<GstCaps> checked_;  // frame caps known to match caps_

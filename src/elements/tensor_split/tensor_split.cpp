@@ -124,7 +124,7 @@ class TensorSplit : public gst::OneToMany<TensorSplit> {
   }
 
   Settings settings_;
-  gst::FollowedSettings<Settings> followed_;  // streaming thread
+  gst::LiveSettings<Settings> followed_;  // streaming thread
 
  private:
   struct Branch {

@@ -364,7 +364,7 @@ class TensorTracker : public gst::CountedTransform<TensorTracker> {
   double time_ = 0;
   std::vector<std::vector<float>> rows_;  // of each tensor; kept for their memory
   std::vector<float> vectors_;
-  std::vector<track::TrackedBox> boxes_;
+  std::vector<track::Observation> boxes_;
   std::vector<Place> places_;
   std::atomic<uint64_t> tracks_{0}, given_{0};
 };

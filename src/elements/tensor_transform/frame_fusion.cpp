@@ -42,7 +42,8 @@ bool FrameTransformer::fuse(Cached& cached, gst::DeferredSource* source) {
   if (cached.before != source->plan) {
     auto both = transform::fused(*source->plan, *cached.plan);
     cached.before = source->plan;
-    cached.both = both ? std::make_shared<const transform::Plan>(*std::move(both)) : nullptr;
+    cached.both =
+        both ? std::make_shared<const transform::TransformPlan>(*std::move(both)) : nullptr;
   }
   if (!cached.both) return false;
   source->plan = cached.both;

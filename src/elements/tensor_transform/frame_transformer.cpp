@@ -7,7 +7,7 @@
 #include <numeric>
 #include <utility>
 
-#include "core/transform/picture.hpp"
+#include "core/transform/transformed_source_map.hpp"
 #include "gstcpp/buffer/frame_builder.hpp"
 #include "gstcpp/buffer/frame_errors.hpp"
 #include "gstcpp/buffer/memory_part.hpp"
@@ -51,7 +51,7 @@ Result<FrameTransformer::Cached*> FrameTransformer::plan_for(size_t index, const
   auto plan = transform::plan(operation_, spec, accelerate_);
   if (!plan) return plan.error();
   cached.emplace(Cached{spec, *std::move(out),
-                        std::make_shared<const transform::Plan>(*std::move(plan)), nullptr,
+                        std::make_shared<const transform::TransformPlan>(*std::move(plan)), nullptr,
                         nullptr});
   return &*cached;
 }
@@ -66,7 +66,7 @@ Status FrameTransformer::check_choice(size_t tensors, const char* of) const {
   return ok();
 }
 
-void FrameTransformer::apply(const transform::Plan& plan, std::span<const std::byte> in,
+void FrameTransformer::apply(const transform::TransformPlan& plan, std::span<const std::byte> in,
                              std::span<std::byte> out, Ledger* ledger) {
   const auto counters = plan.apply(in, out);
   if (counters.divisions_by_zero > 0) ledger->divided_by_zero(counters.divisions_by_zero);
@@ -153,7 +153,8 @@ void FrameTransformer::move_pictures(GstBuffer* out) const {
     moved.resize(tensors_, moved[0]);
   // If only some tensors of regions are transformed, their maps differ: the first tensor's is kept.
   for (size_t i = 0; i < moved.size(); ++i)
-    if (chosen(choice_, regions ? 0 : i)) moved[i] = transform::moved(operation_, moved[i]);
+    if (chosen(choice_, regions ? 0 : i))
+      moved[i] = transform::transform_source_map(operation_, moved[i]);
   gst::set_source_maps(out, std::move(moved), of);
 }
 

@@ -67,7 +67,7 @@ class FrameTransformer {
 
  private:
   void move_pictures(GstBuffer* out) const;
-  using SharedPlan = std::shared_ptr<const transform::Plan>;
+  using SharedPlan = std::shared_ptr<const transform::TransformPlan>;
   struct Cached {
     TensorSpec input;
     TensorSpec output;
@@ -77,7 +77,7 @@ class FrameTransformer {
   Status make_pool(std::vector<TensorSpec> outputs);
   // Whether `of`, which has that many tensors, has those that the user chose.
   Status check_choice(size_t tensors, const char* of) const;
-  static void apply(const transform::Plan& plan, std::span<const std::byte> in,
+  static void apply(const transform::TransformPlan& plan, std::span<const std::byte> in,
                     std::span<std::byte> out, Ledger* ledger);
   Result<Cached*> plan_for(size_t index, const TensorSpec& spec);
   // Finds sources with the combined work of the upstream element and this one; empty if there are

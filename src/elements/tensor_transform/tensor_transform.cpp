@@ -437,9 +437,9 @@ class TensorTransform : public gst::CountedTransform<TensorTransform> {
   }
 
   gst::DerivedSetting<Result<Options>> options_;
-  mutable std::mutex good_mutex_;             // guards good_
-  SharedOptions good_;                        // loaded_, for queries
-  gst::FollowedSettings<Settings> followed_;  // the settings of loaded_; streaming thread
+  mutable std::mutex good_mutex_;         // guards good_
+  SharedOptions good_;                    // loaded_, for queries
+  gst::LiveSettings<Settings> followed_;  // the settings of loaded_; streaming thread
   // Streaming thread: caps arrived without a mode; the events after them.
   bool waiting_ = false;
   gst::EarlyEvents early_;

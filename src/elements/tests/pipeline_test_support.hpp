@@ -14,7 +14,7 @@
 
 namespace weir::test {
 
-constexpr GstClockTime kPatience = 60 * GST_SECOND;  // nothing takes that long: it hangs
+constexpr GstClockTime kTimeout = 60 * GST_SECOND;  // nothing takes that long: it hangs
 
 class PlayedPipeline {
  public:
@@ -52,13 +52,13 @@ class PlayedPipeline {
   // Whether a state is reached in time.
   bool reaches(GstState state) const {
     if (gst_element_set_state(get(), state) == GST_STATE_CHANGE_FAILURE) return false;
-    const auto change = gst_element_get_state(get(), nullptr, nullptr, kPatience);
+    const auto change = gst_element_get_state(get(), nullptr, nullptr, kTimeout);
     return change == GST_STATE_CHANGE_SUCCESS || change == GST_STATE_CHANGE_NO_PREROLL;
   }
   // The first error; "" when the stream ended, "hangs" on a timeout.
   std::string outcome() const {
     const auto message = Ref<GstMessage>::adopt(gst_bus_timed_pop_filtered(
-        bus_.get(), kPatience, GstMessageType(GST_MESSAGE_EOS | GST_MESSAGE_ERROR)));
+        bus_.get(), kTimeout, GstMessageType(GST_MESSAGE_EOS | GST_MESSAGE_ERROR)));
     if (!message) return "hangs";
     return GST_MESSAGE_TYPE(message.get()) == GST_MESSAGE_EOS ? "" : get_text(message.get());
   }

@@ -27,7 +27,7 @@ struct DeferredCounts {
 struct DeferredSource {
   Ref<GstBuffer> buffer;  // must no longer be written
   guint memory = 0;       // index of the memory that is the plan's input
-  std::shared_ptr<const transform::Plan> plan;
+  std::shared_ptr<const transform::TransformPlan> plan;
   std::vector<std::byte> header = {};  // of a flexible stream; precedes the plan's output
 };
 

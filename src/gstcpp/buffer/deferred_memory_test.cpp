@@ -42,9 +42,9 @@ class DeferredMemory : public testing::Test {
   uint64_t computed() const { return counts_->computed; }
 
   Bytes in_ = Bytes(kCount, std::byte{5}), expected_ = Bytes(kCount, std::byte{12});
-  std::shared_ptr<const weir::transform::Plan> plan_ = [] {
+  std::shared_ptr<const weir::transform::TransformPlan> plan_ = [] {
     const auto operation = weir::transform::parse(weir::transform::Mode::Arithmetic, "add:7,div:0");
-    return std::make_shared<const weir::transform::Plan>(
+    return std::make_shared<const weir::transform::TransformPlan>(
         *weir::transform::plan(*operation, {weir::ElementType::UInt8, {kCount}, ""}, true));
   }();
   std::shared_ptr<DeferredCounts> counts_ = std::make_shared<DeferredCounts>();

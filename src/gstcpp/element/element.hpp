@@ -25,8 +25,8 @@
 #include "core/limit/buffer_limit.hpp"
 #include "gstcpp/element/documentation.hpp"
 #include "gstcpp/element/error.hpp"
-#include "gstcpp/element/followed_settings.hpp"
 #include "gstcpp/element/ledger_stats.hpp"
+#include "gstcpp/element/live_settings.hpp"
 #include "gstcpp/element/log.hpp"
 #include "gstcpp/element/property.hpp"
 #include "weir/result.hpp"
@@ -178,7 +178,7 @@ class Element {
 
   // Makes the current properties the settings in effect at the start of a stream.
   template <class Settings>
-  Settings take_settings(FollowedSettings<Settings>* followed) {
+  Settings take_settings(LiveSettings<Settings>* followed) {
     std::lock_guard lock(settings_mutex_);
     is_written_ = false;
     written_.reset();
@@ -190,7 +190,7 @@ class Element {
   // whether the stream can continue with them and applies them. Rejected values read back as
   // before, and a warning is posted. True when the settings in effect changed.
   template <class Settings, class Judge>
-  bool follow_settings(FollowedSettings<Settings>* followed, Judge&& judge) {
+  bool follow_settings(LiveSettings<Settings>* followed, Judge&& judge) {
     if (!is_written_) return false;
     is_written_ = false;  // before take_written(): a write from here on is judged next time
     const auto [now, written] = take_written();

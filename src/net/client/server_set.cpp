@@ -52,20 +52,20 @@ RequestCounts ServerSet::counts() const {
   return counts_;
 }
 
-ServerFigures ServerSet::figures(size_t server) const {
+ServerStatistics ServerSet::statistics(size_t server) const {
   std::lock_guard lock(mutex_);
   const State& state = states_[server];
-  ServerFigures out{.ended = state.ended,
-                    .bytes_sent = state.bytes_sent,
-                    .bytes_received = state.bytes_received,
-                    .in_flight = state.in_flight,
-                    .circuit = state.circuit.state(),
-                    .p50 = state.latencies.percentile(50),
-                    .p95 = state.latencies.percentile(95),
-                    .p99 = state.latencies.percentile(99),
-                    .clock = state.clock.estimate(),
-                    .queue_us = {},
-                    .compute_us = {}};
+  ServerStatistics out{.ended = state.ended,
+                       .bytes_sent = state.bytes_sent,
+                       .bytes_received = state.bytes_received,
+                       .in_flight = state.in_flight,
+                       .circuit = state.circuit.state(),
+                       .p50 = state.latencies.percentile(50),
+                       .p95 = state.latencies.percentile(95),
+                       .p99 = state.latencies.percentile(99),
+                       .clock = state.clock.estimate(),
+                       .queue_us = {},
+                       .compute_us = {}};
   if (state.timed > 0) {
     out.queue_us = static_cast<int64_t>(state.queue_us / state.timed);
     out.compute_us = static_cast<int64_t>(state.compute_us / state.timed);

@@ -28,7 +28,7 @@ struct RequestLimits {
 };
 
 // What the requests to one server came to. Attempts that have ended are counted by their outcome.
-struct ServerFigures {
+struct ServerStatistics {
   std::array<uint64_t, 4> ended{};  // by Outcome
   uint64_t bytes_sent = 0, bytes_received = 0;
   size_t in_flight = 0;
@@ -86,7 +86,7 @@ class ServerSet {
   Ended request(const MakeRequest& make, const std::shared_ptr<const void>& memory,
                 Clock::time_point expires, const Accept& accept);
   RequestCounts counts() const;
-  ServerFigures figures(size_t server) const;
+  ServerStatistics statistics(size_t server) const;
 
  private:
   struct State {

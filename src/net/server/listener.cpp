@@ -10,9 +10,9 @@
 
 #include <algorithm>
 
+#include "net/server/keepalive.hpp"
 #include "net/server/server_call.hpp"
 #include "net/server/server_security.hpp"
-#include "net/server/vanished_clients.hpp"
 
 namespace weir::net {
 namespace {
@@ -62,7 +62,7 @@ void set_limits(grpc::ServerBuilder* builder, const ListenOptions& options) {
   // What a client may send before its message is read. gRPC's probing would let it grow.
   builder->AddChannelArgument(GRPC_ARG_HTTP2_BDP_PROBE, 0);
   builder->AddChannelArgument(GRPC_ARG_HTTP2_STREAM_LOOKAHEAD_BYTES, kUnreadBytes);
-  end_vanished_clients(builder);
+  set_keepalive(builder);
   set_quota(builder, options);
   // Above the limit, so that calls beyond it are refused at once instead of waiting.
   if (options.max_requests != 0)

@@ -10,7 +10,7 @@
 
 #include "net/protocol/grpc_bytes.hpp"
 #include "net/server/admission.hpp"
-#include "net/server/vanished_clients.hpp"
+#include "net/server/keepalive.hpp"
 #include "net/tensor_service/tensor_endpoints.hpp"
 
 namespace weir::net {
@@ -173,7 +173,7 @@ void set_limits(grpc::ServerBuilder* builder, const TensorServiceOptions& option
                    {GRPC_ARG_HTTP2_STREAM_LOOKAHEAD_BYTES, kUnreadBytes},
                    {GRPC_ARG_MAX_CONCURRENT_STREAMS, static_cast<int>(kLimits.streams) * 2}};
   for (const auto& argument : arguments) builder->AddChannelArgument(argument.name, argument.value);
-  end_vanished_clients(builder);
+  set_keepalive(builder);
 }
 
 class Server final : public TensorEndpoint, grpc::CallbackGenericService {

@@ -133,11 +133,11 @@ TEST(SubscriberLinkTime, TheWaitForCapsIsNotASlowHandshake) {
   const Descriptor peer(sockets[1]);
   SubscriberLink link(Descriptor{sockets[0]}, wire::HeaderForm::Bytes2088, 1);
   link.wait_for_greeting();
-  EXPECT_FALSE(link.patience({}));
+  EXPECT_FALSE(link.removal_deadline({}));
   const auto before = std::chrono::steady_clock::now();
   link.queue_greeting(Bytes(2088));
-  ASSERT_TRUE(link.patience({}));
-  EXPECT_GE(*link.patience({}), before + 2s);
+  ASSERT_TRUE(link.removal_deadline({}));
+  EXPECT_GE(*link.removal_deadline({}), before + 2s);
 }
 
 }  // namespace early_subscriber_test

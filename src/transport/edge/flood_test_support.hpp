@@ -10,7 +10,7 @@
 #include <thread>
 
 #include "becomes.hpp"
-#include "core/wire/edge_texts.hpp"
+#include "core/wire/edge_capability.hpp"
 #include "core/wire/wire_test_support.hpp"
 
 namespace weir::edge::test {

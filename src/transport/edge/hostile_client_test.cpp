@@ -87,7 +87,7 @@ TEST_F(HostileClient, Class2SizesWhoseSumWraps) {
 }
 
 TEST_F(HostileClient, Class2SizesThatAreNeverSent) {
-  open({.client = {.max_message_bytes = 64 << 20, .patience = milliseconds(300)}});
+  open({.client = {.max_message_bytes = 64 << 20, .timeout = milliseconds(300)}});
   auto peer = connected();
   peer.a.send(start_of(with_bytes(wire::test::golden_transfer_data(), 32, "00 00 00 02"), 2088));
   expect_refused(peer, "it paused within a message for 300 ms (property timeout)");
@@ -241,7 +241,7 @@ TEST_F(HostileClient, Class6AFloodOfMessagesStallsNoOtherAndNoStop) {
 
 TEST_F(HostileClient, Class6ClientsWaitForTheCapsOnlySoLong) {
   auto made = QueryListener::open({.host = "localhost",
-                                   .client = {.patience = milliseconds(100)},
+                                   .client = {.timeout = milliseconds(100)},
                                    .refused = [this](const Error& error) {
                                      const std::lock_guard lock(mutex_);
                                      reasons_ += error.message();
@@ -255,7 +255,7 @@ TEST_F(HostileClient, Class6ClientsWaitForTheCapsOnlySoLong) {
 }
 
 TEST_F(HostileClient, Class7APeerThatDoesNotReadStallsNoOtherAndIsRemoved) {
-  open({.client = {.patience = milliseconds(2000)}});
+  open({.client = {.timeout = milliseconds(2000)}});
   auto slow = connected();
   slow.request({from_text("a")});
   const auto owner = std::make_shared<Bytes>(32 << 20);

@@ -9,7 +9,7 @@
 
 #include "core/io/deadline.hpp"
 #include "core/wire/edge_conversation.hpp"
-#include "core/wire/message_reader.hpp"
+#include "core/wire/edge_message_reader.hpp"
 #include "transport/edge/stream_socket.hpp"
 
 namespace weir::edge {
@@ -68,7 +68,7 @@ class MessageConnection {
   Result<std::optional<Read>> receive(size_t* turn);
 
   Descriptor socket_;
-  std::optional<wire::MessageReader> reader_;
+  std::optional<wire::EdgeMessageReader> reader_;
   wire::Conversation conversation_;
   std::vector<std::byte> ahead_;
   size_t begin_ = 0, end_ = 0;

@@ -70,7 +70,7 @@ class RawEnd {
     return out;
   }
   wire::EdgeMessage message(HeaderForm form) const {
-    wire::MessageReader reader({}, form);
+    wire::EdgeMessageReader reader({}, form);
     while (!reader.complete()) {
       if (!is_readable(socket_.get())) break;
       const auto room = reader.space();

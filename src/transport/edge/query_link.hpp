@@ -11,8 +11,8 @@
 #include <vector>
 
 #include "core/io/deadline.hpp"
-#include "core/wire/edge_texts.hpp"
-#include "core/wire/message_reader.hpp"
+#include "core/wire/edge_capability.hpp"
+#include "core/wire/edge_message_reader.hpp"
 #include "transport/edge/message_connection.hpp"
 #include "transport/edge/stream_socket.hpp"
 

@@ -4,7 +4,7 @@
 #include <algorithm>
 #include <utility>
 
-#include "core/wire/edge_texts.hpp"
+#include "core/wire/edge_capability.hpp"
 
 namespace weir::edge {
 namespace {

@@ -15,9 +15,9 @@
 #include <utility>
 #include <vector>
 
+#include "core/wire/edge_capability.hpp"
+#include "core/wire/edge_message_reader.hpp"
 #include "core/wire/edge_metadata.hpp"
-#include "core/wire/edge_texts.hpp"
-#include "core/wire/message_reader.hpp"
 #include "core/wire/wire_test_support.hpp"
 #include "transport/edge/stream_socket.hpp"
 #include "transport/wake_event.hpp"
@@ -182,7 +182,7 @@ class ScriptedServer {
   struct Stopped {};  // by the end of the test
   transport::WakeEvent stop_;
   Descriptor listener_;
-  std::optional<wire::MessageReader> reader_;
+  std::optional<wire::EdgeMessageReader> reader_;
   std::string announced_;
   std::atomic<bool> has_ended_{false};
   std::thread thread_;

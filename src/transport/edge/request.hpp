@@ -8,7 +8,7 @@
 #include <utility>
 #include <vector>
 
-#include "core/wire/message_reader.hpp"
+#include "core/wire/edge_message_reader.hpp"
 #include "transport/query_request.hpp"
 #include "transport/wake_event.hpp"
 

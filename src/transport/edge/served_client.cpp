@@ -5,8 +5,8 @@
 
 #include <utility>
 
+#include "core/wire/edge_capability.hpp"
 #include "core/wire/edge_metadata.hpp"
-#include "core/wire/edge_texts.hpp"
 
 namespace weir::edge {
 namespace {
@@ -44,16 +44,16 @@ void ServedClient::set_gone() noexcept {
 
 io::Deadline ServedClient::deadline() const {
   if (state_ == State::Greeted || state_ == State::Connecting) return since_ + kHandshakeTime;
-  if (options_.patience.count() == 0) return std::nullopt;
-  if (state_ == State::Waiting) return io::deadline_in(options_.patience, 1, since_);
+  if (options_.timeout.count() == 0) return std::nullopt;
+  if (state_ == State::Waiting) return io::deadline_in(options_.timeout, 1, since_);
   if (const auto& since = responses_.waiting_since())
-    return io::deadline_in(options_.patience, 1, *since);
-  if (reading_ && a_.partial_bytes() > 0) return io::deadline_in(options_.patience, 1, last_bytes_);
+    return io::deadline_in(options_.timeout, 1, *since);
+  if (reading_ && a_.partial_bytes() > 0) return io::deadline_in(options_.timeout, 1, last_bytes_);
   return std::nullopt;
 }
 
 std::string ServedClient::reason_of_deadline() const {
-  const std::string time = std::to_string(options_.patience.count()) + " ms (property timeout)";
+  const std::string time = std::to_string(options_.timeout.count()) + " ms (property timeout)";
   switch (state_) {
     case State::Waiting:
       return "the caps of the answers are not known within " + time;

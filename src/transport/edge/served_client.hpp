@@ -24,7 +24,7 @@ struct ClientOptions {
   QueueLimits responses{};
   // How long a client may wait for the greeting, pause within a message, and not read its
   // responses; 0 = no limit.
-  std::chrono::milliseconds patience{10000};
+  std::chrono::milliseconds timeout{10000};
   // Whether the responses of a client may go to this other IPv4 address; empty: they may not.
   std::function<bool(const std::string& address)> allows_callback{};
 };

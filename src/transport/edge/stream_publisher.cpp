@@ -4,7 +4,7 @@
 #include <algorithm>
 #include <utility>
 
-#include "core/wire/edge_texts.hpp"
+#include "core/wire/edge_capability.hpp"
 
 namespace weir::edge {
 namespace {
@@ -18,7 +18,7 @@ Error refused_subscriber(const std::string& address, const std::string& reason) 
 
 }  // namespace
 
-Result<std::unique_ptr<StreamPublisher>> StreamPublisher::open(PublisherOptions options) {
+Result<std::unique_ptr<StreamPublisher>> StreamPublisher::open(StreamPublisherOptions options) {
   auto listener = listen_on(options.host, options.port);
   if (!listener) return listener.error();
   std::unique_ptr<StreamPublisher> out(new StreamPublisher(std::move(options)));
@@ -116,7 +116,7 @@ bool StreamPublisher::wait_for_subscriber(const io::Deadline& deadline) {
   return wait(&lock, deadline, [this] { return count_subscribers() > 0; });
 }
 
-PublisherCounts StreamPublisher::counts() const {
+StreamPublisherCounts StreamPublisher::counts() const {
   const std::lock_guard lock(mutex_);
   return {count_subscribers(), refused_count_, missed_, count(SubscriberLink::State::Waiting)};
 }
@@ -152,7 +152,7 @@ io::Deadline StreamPublisher::watch(const Clients& links, std::vector<pollfd>* w
   for (const auto& link : links) {
     const auto events = static_cast<short>(link->can_send() ? POLLIN | POLLOUT : POLLIN);
     watched->push_back({link->socket(), events, 0});
-    next = io::earlier(next, link->patience(options_.queue));
+    next = io::earlier(next, link->removal_deadline(options_.queue));
   }
   return next;
 }
@@ -161,7 +161,7 @@ void StreamPublisher::attend(const Client& link, const pollfd*, SubscriberLink::
   link->send();
   if (link->is_gone()) return;
   auto reason = link->take(input);
-  if (!reason && io::is_over(link->patience(options_.queue)))
+  if (!reason && io::is_over(link->removal_deadline(options_.queue)))
     reason = "it does not complete the handshake, or does not read";
   if (reason) refuse(link.get(), refused_subscriber(link->address(), *reason));
 }

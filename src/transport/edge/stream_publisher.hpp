@@ -22,7 +22,7 @@ struct Outage {
   uint64_t missed = 0;  // frames since it connected
 };
 
-struct PublisherOptions {
+struct StreamPublisherOptions {
   std::string host;
   uint32_t port = 0;  // 0 = a free one
   wire::HeaderForm form = wire::HeaderForm::Bytes2088;
@@ -34,7 +34,7 @@ struct PublisherOptions {
   std::function<void(const Outage&)> fallen_behind{};
 };
 
-struct PublisherCounts {
+struct StreamPublisherCounts {
   uint32_t subscribers = 0;
   uint64_t refused = 0;  // connections that were closed because of what they are or sent
   uint64_t missed = 0;   // frames that were not sent to a subscriber, over all of them
@@ -46,7 +46,7 @@ struct PublisherCounts {
 class StreamPublisher : public transport::PollServer<SubscriberLink> {
  public:
   // Listens. Errors: those of listen_on().
-  static Result<std::unique_ptr<StreamPublisher>> open(PublisherOptions options);
+  static Result<std::unique_ptr<StreamPublisher>> open(StreamPublisherOptions options);
   ~StreamPublisher() override;
 
   uint16_t port() const noexcept { return get_port(listener_.get()); }
@@ -68,10 +68,10 @@ class StreamPublisher : public transport::PollServer<SubscriberLink> {
   bool flush(const io::Deadline& deadline);
 
   bool wait_for_subscriber(const io::Deadline& deadline);
-  PublisherCounts counts() const;
+  StreamPublisherCounts counts() const;
 
  private:
-  explicit StreamPublisher(PublisherOptions options)
+  explicit StreamPublisher(StreamPublisherOptions options)
       : PollServer(options.refused), options_(std::move(options)) {}
   Outcome queue(const std::shared_ptr<const SharedMessage>& message, std::vector<Outage>* outages);
   uint32_t count(SubscriberLink::State state) const;
@@ -83,7 +83,7 @@ class StreamPublisher : public transport::PollServer<SubscriberLink> {
   io::Deadline watch(const Clients& links, std::vector<pollfd>* watched) override;
   void attend(const Client& link, const pollfd* events, SubscriberLink::Input input) override;
 
-  const PublisherOptions options_;
+  const StreamPublisherOptions options_;
   Descriptor listener_;
   // Guarded by the mutex.
   std::vector<std::byte> greeting_;

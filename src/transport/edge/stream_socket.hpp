@@ -6,7 +6,7 @@
 
 #include "core/io/deadline.hpp"
 #include "core/io/descriptor.hpp"
-#include "core/wire/edge_texts.hpp"
+#include "core/wire/edge_capability.hpp"
 #include "weir/result.hpp"
 
 namespace weir::edge {

@@ -5,7 +5,7 @@
 
 #include <algorithm>
 
-#include "core/wire/edge_texts.hpp"
+#include "core/wire/edge_capability.hpp"
 #include "core/wire/peer_error.hpp"
 
 namespace weir::edge {

@@ -8,7 +8,7 @@
 #include <vector>
 
 #include "core/io/deadline.hpp"
-#include "core/wire/message_reader.hpp"
+#include "core/wire/edge_message_reader.hpp"
 #include "transport/edge/message_connection.hpp"
 
 namespace weir::edge {

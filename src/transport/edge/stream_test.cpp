@@ -11,7 +11,7 @@
 #include <thread>
 
 #include "becomes.hpp"
-#include "core/wire/edge_texts.hpp"
+#include "core/wire/edge_capability.hpp"
 #include "core/wire/wire_test_support.hpp"
 #include "says.hpp"
 #include "transport/edge/flood_test_support.hpp"

@@ -22,7 +22,7 @@ SubscriberLink::SubscriberLink(Descriptor socket, wire::HeaderForm form, int64_t
       client_id_(client_id),
       address_(get_peer(connection_.socket())) {}
 
-io::Deadline SubscriberLink::patience(const QueueLimits& limits) const {
+io::Deadline SubscriberLink::removal_deadline(const QueueLimits& limits) const {
   if (state_ == State::Waiting) return std::nullopt;
   if (state_ == State::Greeting) return greeted_ + kLinkHandshakeTime;
   const auto& full_since = frames_.full_since();

@@ -44,7 +44,7 @@ class SubscriberLink {
     return state_ == State::Subscribed || (state_ == State::Greeting && has_waited_);
   }
   // When the peer is to be removed unless it greets or reads; nullopt: it need not do anything.
-  io::Deadline patience(const QueueLimits& limits) const;
+  io::Deadline removal_deadline(const QueueLimits& limits) const;
 
   // `message`: a CAPABILITY. The time for the handshake begins.
   void queue_greeting(std::vector<std::byte> message);

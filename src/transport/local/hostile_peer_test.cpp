@@ -230,7 +230,7 @@ class HostileWriter : public ::testing::Test {
     (message.put(parts), ...);
     send_packet(socket_.get(), message.finish());
   }
-  void send_block(const BlockCall& call, const Descriptor& descriptor) {
+  void send_block(const BlockMessage& call, const Descriptor& descriptor) {
     MessageWriter message;
     message.begin(Kind::Block);
     message.put(call);
@@ -266,7 +266,7 @@ TEST_F(HostileWriter, ABlockOfAnOrdinaryFile) {
 }
 TEST_F(HostileWriter, ABlockWithoutADescriptor) {
   EXPECT_SAYS(error_after([&] {
-                send(Kind::Block, BlockCall{1, 4096});
+                send(Kind::Block, BlockMessage{1, 4096});
               }).message(),
               "without a descriptor");
 }

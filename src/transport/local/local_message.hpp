@@ -27,7 +27,7 @@ enum class Kind : uint32_t {
   Leave,      // send no more frames; those held are released as before
   // From the writer.
   Welcome,  // Greeting, u32: frames that the reader may hold
-  Block,    // BlockCall, with a descriptor
+  Block,    // BlockMessage, with a descriptor
   Forget,   // id of a block that no later frame uses
   Caps,     // text
   Frame,    // FrameHead, Piece for each memory, metas
@@ -37,7 +37,7 @@ enum class Kind : uint32_t {
 struct Greeting {
   uint32_t magic, protocol;
 };
-struct BlockCall {
+struct BlockMessage {
   uint64_t id, bytes;
 };
 

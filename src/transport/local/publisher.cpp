@@ -21,12 +21,12 @@ Error refusal(const std::string& path, std::string reason) {
 
 }  // namespace
 
-Publisher::Publisher(PublisherOptions options)
+Publisher::Publisher(LocalPublisherOptions options)
     : PollServer(options.refused),
       options_(std::move(options)),
       arena_(isolate::SharedArena::make(kFrameAlignmentPadding)) {}
 
-Result<std::unique_ptr<Publisher>> Publisher::open(PublisherOptions options) {
+Result<std::unique_ptr<Publisher>> Publisher::open(LocalPublisherOptions options) {
   auto listener = Listener::open(options.path);
   if (!listener) return listener.error();
   std::unique_ptr<Publisher> out(new Publisher(std::move(options)));
@@ -117,7 +117,7 @@ Publisher::Release Publisher::wait_for_release() {
   return interrupted_ ? Release::Interrupted : Release::Released;
 }
 
-PublisherCounts Publisher::counts() const {
+LocalPublisherCounts Publisher::counts() const {
   const std::lock_guard lock(mutex_);
   return {static_cast<uint32_t>(active().size()), refused_count_, missed_};
 }

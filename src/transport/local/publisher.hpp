@@ -16,7 +16,7 @@
 
 namespace weir::local {
 
-struct PublisherOptions {
+struct LocalPublisherOptions {
   std::string path;
   uint32_t max_held = 16;     // frames that a reader has received and not released
   bool drop = false;          // a reader that holds so many misses frames; else publish() waits
@@ -24,7 +24,7 @@ struct PublisherOptions {
   std::function<void(const Error&)> refused;  // called for each reader that is refused; any thread
 };
 
-struct PublisherCounts {
+struct LocalPublisherCounts {
   uint32_t readers = 0;
   uint64_t refused = 0;  // connections that were closed because of what they are or sent
   uint64_t missed = 0;   // frames that were not sent to a reader, over all readers
@@ -34,7 +34,7 @@ struct PublisherCounts {
 class Publisher : public transport::PollServer<ReaderLink> {
  public:
   // Listens on the path. Errors: those of Listener::open().
-  static Result<std::unique_ptr<Publisher>> open(PublisherOptions options);
+  static Result<std::unique_ptr<Publisher>> open(LocalPublisherOptions options);
   ~Publisher() override;
 
   // Memory allocated here can be published without a copy.
@@ -54,10 +54,10 @@ class Publisher : public transport::PollServer<ReaderLink> {
   // Waits until a reader may have released a frame.
   enum class Release { Released, NoneHeld, Interrupted };
   Release wait_for_release();
-  PublisherCounts counts() const;
+  LocalPublisherCounts counts() const;
 
  private:
-  explicit Publisher(PublisherOptions options);
+  explicit Publisher(LocalPublisherOptions options);
   int listening() const override { return listener_.get(); }
   Descriptor accept() override { return listener_.accept(); }
   void add(Descriptor socket) override;
@@ -75,7 +75,7 @@ class Publisher : public transport::PollServer<ReaderLink> {
   Outcome deliver(Lock* lock, const Client& reader, const Delivery& delivery);
   Outcome deliver_to_all(Lock* lock, const Delivery& delivery);
 
-  const PublisherOptions options_;
+  const LocalPublisherOptions options_;
   const std::shared_ptr<isolate::SharedArena> arena_;
   Listener listener_;
   Garbage garbage_;  // of the server's thread

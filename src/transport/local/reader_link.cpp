@@ -57,7 +57,7 @@ bool ReaderLink::share(const std::shared_ptr<isolate::SharedBlock>& block) {
   if (blocks_.contains(block->id())) return true;
   if (!forget_gone_blocks()) return false;
   writer_.begin(Kind::Block);
-  writer_.put(BlockCall{block->id(), block->bytes()});
+  writer_.put(BlockMessage{block->id(), block->bytes()});
   if (!send(writer_.finish(), block->descriptor())) return false;
   blocks_.emplace(block->id(), block);
   return true;

@@ -175,7 +175,7 @@ Subscriber::Handled Subscriber::handle(Packet* packet) {
 }
 
 Status Subscriber::add_block(isolate::MessageReader* body, const Descriptor& descriptor) {
-  const auto call = body->take<BlockCall>();
+  const auto call = body->take<BlockMessage>();
   if (!body->complete()) return bad_writer("a block message of the wrong size");
   if (blocks_.contains(call.id)) return bad_writer("block " + std::to_string(call.id) + " twice");
   if (blocks_.size() >= kMaxBlocks)

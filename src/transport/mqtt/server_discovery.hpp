@@ -9,7 +9,7 @@
 
 #include "core/io/deadline.hpp"
 #include "core/wire/announced_servers.hpp"
-#include "core/wire/edge_texts.hpp"
+#include "core/wire/edge_capability.hpp"
 #include "transport/mqtt/broker_client.hpp"
 #include "transport/wake_event.hpp"
 

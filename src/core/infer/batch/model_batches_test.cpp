@@ -27,8 +27,8 @@ class ModelBatchesTest : public ::testing::Test {
     EXPECT_EQ(seen.open_sessions, 0);
     EXPECT_EQ(seen.clashes, 0);
   }
-  ModelSource source(const std::string& text) {
-    ModelSource out;
+  ModelConfig source(const std::string& text) {
+    ModelConfig out;
     out.engine = &engine_;
     out.options.paths = {files_.write(text + ".sum", text)};
     return out;

@@ -6,8 +6,8 @@
 #include <nlohmann/json.hpp>
 #include <set>
 
-#include "core/infer/module/configured.hpp"
 #include "core/infer/module/engine_functions.hpp"
+#include "core/infer/module/load_configuration.hpp"
 #include "core/text/text.hpp"
 
 namespace weir::infer {

@@ -10,12 +10,12 @@ ModelTable& ModelTable::instance() {
   return table;
 }
 
-ModelTable::Found ModelTable::find(const std::string& key, const ModelSource& source) {
+ModelTable::Found ModelTable::find(const std::string& key, const ModelConfig& source) {
   if (key.empty()) return {std::make_shared<SharedModel>("", source), std::nullopt};
   std::lock_guard lock(mutex_);
   std::erase_if(models_, [](const auto& entry) { return entry.second.expired(); });
   if (const auto there = models_[key].lock()) {
-    const ModelSource present = there->source();
+    const ModelConfig present = there->source();
     if (present.same_as(source)) return {there, std::nullopt};
     return {std::make_shared<SharedModel>("", source),
             Error{.code = Code::MODEL_DIFFERS,

@@ -23,7 +23,7 @@ class ModelTable {
   };
   // Returns the model under this key if its source is the same, otherwise an exclusive one; always
   // an exclusive one for the key "". Opens nothing; ModelLease::create does.
-  Found find(const std::string& key, const ModelSource& source);
+  Found find(const std::string& key, const ModelConfig& source);
 
  private:
   std::mutex mutex_;  // guards models_

@@ -12,8 +12,8 @@ namespace model_table_test {
 
 class ModelTableTest : public ::testing::Test {
  protected:
-  ModelSource source(const std::string& path) {
-    ModelSource out;
+  ModelConfig source(const std::string& path) {
+    ModelConfig out;
     out.engine = &engine_;
     out.options.paths = {path};
     return out;

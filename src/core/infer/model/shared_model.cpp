@@ -32,17 +32,17 @@ std::vector<std::pair<std::string, std::string>> sorted(
 
 // How long a replacement waits for frames in progress, so that the old model is closed on its
 // thread and not on a streaming thread.
-constexpr std::chrono::milliseconds kPatience{1000};
+constexpr std::chrono::milliseconds kDrainTimeout{1000};
 
 }  // namespace
 
-bool ModelSource::same_as(const ModelSource& other) const {
+bool ModelConfig::same_as(const ModelConfig& other) const {
   return engine && engine == other.engine && options.accelerator == other.options.accelerator &&
          sorted(get_identity(*engine, options)) == sorted(get_identity(*engine, other.options)) &&
          resolved(options.paths) == resolved(other.options.paths);
 }
 
-std::string ModelSource::to_string() const {
+std::string ModelConfig::to_string() const {
   std::string out = "model=" + join(options.paths, ",");
   if (engine && engine->name) out += std::string(" framework=") + engine->name;
   for (const auto& [key, value] : options.options)
@@ -54,7 +54,7 @@ std::string ModelSource::to_string() const {
   return out;
 }
 
-ModelSource SharedModel::source() const {
+ModelConfig SharedModel::source() const {
   std::lock_guard lock(mutex_);
   return source_;
 }
@@ -83,7 +83,7 @@ Status SharedModel::open() {
 }
 
 Result<std::shared_ptr<Model>> SharedModel::ensure_open() {
-  ModelSource source;
+  ModelConfig source;
   {
     std::lock_guard lock(mutex_);
     if (model_) return model_;
@@ -99,14 +99,14 @@ Result<std::shared_ptr<Model>> SharedModel::ensure_open() {
   return model;
 }
 
-Result<std::shared_ptr<Model>> SharedModel::open_candidate(const ModelSource& source) const {
+Result<std::shared_ptr<Model>> SharedModel::open_candidate(const ModelConfig& source) const {
   auto model = Model::open(*source.engine, source.options);
   if (!model) return model.error();
   if (auto status = check_same(**model, source); !status) return status.error();
   return model;
 }
 
-Status SharedModel::check_same(const Model& candidate, const ModelSource& source) const {
+Status SharedModel::check_same(const Model& candidate, const ModelConfig& source) const {
   const auto inputs = model_tensors(candidate.inputs()),
              outputs = model_tensors(candidate.outputs());
   std::lock_guard lock(mutex_);
@@ -170,7 +170,7 @@ std::vector<std::shared_ptr<ModelLease::Sessions>> SharedModel::switch_sessions(
   return old_sets;
 }
 
-Status SharedModel::replace(const ModelSource& source) {
+Status SharedModel::replace(const ModelConfig& source) {
   std::lock_guard opening(opening_);
   auto model = open_candidate(source);
   if (!model) return model.error();
@@ -196,7 +196,7 @@ Status SharedModel::replace(const ModelSource& source) {
     prepared.push_back({required->use, required->shapes.version, *std::move(set)});
   }
   for (const auto& set : old_sets)
-    if (set) set->wait_until_free(kPatience);
+    if (set) set->wait_until_free(kDrainTimeout);
   close_if_unused();
   return ok();
 }

@@ -24,12 +24,12 @@
 namespace weir::infer {
 
 // Identifies a model: models with the same source are the same.
-struct ModelSource {
+struct ModelConfig {
   const weir_engine* engine = nullptr;
   OpenOptions options;
   // Compares engine, resolved file paths, options in any order and accelerator. Ignores the number
   // of threads, which the first user chooses.
-  bool same_as(const ModelSource& other) const;
+  bool same_as(const ModelConfig& other) const;
   std::string to_string() const;  // "model.tflite, framework=tensorflow-lite"
 };
 
@@ -137,14 +137,14 @@ class ModelLease {
 class SharedModel : public std::enable_shared_from_this<SharedModel> {
  public:
   // Opens nothing. `key` is "" for a model that is not shared.
-  SharedModel(std::string key, ModelSource source)
+  SharedModel(std::string key, ModelConfig source)
       : key_(std::move(key)), source_(std::move(source)) {}
 
   // Opens the model unless it is open. Errors of the engine; MODEL_DIFFERS if the files contain
   // another model than when they were first opened.
   Status open();
   const std::string& key() const noexcept { return key_; }
-  ModelSource source() const;
+  ModelConfig source() const;
   // The number of leases, except those that batches hold for others.
   size_t users() const;
   uint64_t reloads() const;
@@ -156,7 +156,7 @@ class SharedModel : public std::enable_shared_from_this<SharedModel> {
   // frames in progress keep the old one. The same model may be reopened. On an error nothing
   // changes: MODEL_DIFFERS if inputs or outputs differ, otherwise errors of the engine. Call it on
   // any thread, but not within a frame.
-  Status replace(const ModelSource& source);
+  Status replace(const ModelConfig& source);
 
   // An object attached to the model while it has users, one per type:
   //   shared->attached<Collector>([&] { return std::make_shared<Collector>(...); })
@@ -173,8 +173,8 @@ class SharedModel : public std::enable_shared_from_this<SharedModel> {
  private:
   friend class ModelLease;
   Result<std::shared_ptr<Model>> ensure_open();  // opening_ is held
-  Result<std::shared_ptr<Model>> open_candidate(const ModelSource& source) const;
-  Status check_same(const Model& candidate, const ModelSource& source) const;
+  Result<std::shared_ptr<Model>> open_candidate(const ModelConfig& source) const;
+  Status check_same(const Model& candidate, const ModelConfig& source) const;
   struct Replacement;
   struct Requirement;
   std::optional<Requirement> next_requirement(std::vector<Replacement>* prepared,
@@ -187,7 +187,7 @@ class SharedModel : public std::enable_shared_from_this<SharedModel> {
   const std::string key_;
   std::mutex opening_;        // held while a model is opened or replaced
   mutable std::mutex mutex_;  // guards the rest except attached_
-  ModelSource source_;
+  ModelConfig source_;
   std::shared_ptr<Model> model_;  // null: closed
   std::vector<ModelTensor> inputs_, outputs_;
   bool known_ = false;  // inputs_ and outputs_ come from a model that was open

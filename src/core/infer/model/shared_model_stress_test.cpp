@@ -19,7 +19,7 @@ class SharedModelStress : public ::testing::Test {
     seen.max_working = 0;
     engine_ = sum_engine::make_engine();
     for (int add = 1; add <= 2; ++add) {
-      ModelSource s;
+      ModelConfig s;
       s.engine = &engine_;
       s.options.paths = {files_.write(std::to_string(add), std::to_string(add) + " 4")};
       sources_.push_back(s);
@@ -49,7 +49,7 @@ class SharedModelStress : public ::testing::Test {
 
   sum_engine::Files files_;
   weir_engine engine_{};
-  std::vector<ModelSource> sources_;
+  std::vector<ModelConfig> sources_;
 };
 
 TEST_F(SharedModelStress, EveryFrameHasOneModelAndTheSwitchIsExact) {

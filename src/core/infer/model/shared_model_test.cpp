@@ -29,8 +29,8 @@ class SharedModelTest : public ::testing::Test {
     EXPECT_EQ(seen.open_sessions, 0);
     EXPECT_EQ(seen.clashes, 0);
   }
-  ModelSource source(const std::string& path) {
-    ModelSource out;
+  ModelConfig source(const std::string& path) {
+    ModelConfig out;
     out.engine = &engine_;
     out.options.paths = {path};
     return out;

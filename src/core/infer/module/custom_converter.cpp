@@ -3,8 +3,8 @@
 
 #include <optional>
 
-#include "core/infer/module/called.hpp"
 #include "core/infer/module/custom_converter.hpp"
+#include "core/infer/module/guarded_call.hpp"
 #include "core/infer/module/named_functions.hpp"
 #include "core/process/process_object.hpp"
 
@@ -43,7 +43,7 @@ class CustomConverter final : public Converter {
     }
     weir_error error;
     weir_frame* out = room_.prepare(in);
-    const auto result = called(*function_->gate, who_, "return host->fail(...)", [&] {
+    const auto result = call_guarded(*function_->gate, who_, "return host->fail(...)", [&] {
       return function_->function(&host(), caps_.c_str(), &in, out, function_->data, &error);
     });
     if (!result) return room_.discard(result.error());

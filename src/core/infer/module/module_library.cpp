@@ -9,10 +9,10 @@
 #include <set>
 
 #include "core/config/install_paths.hpp"
-#include "core/infer/module/configured.hpp"
 #include "core/infer/module/engine_functions.hpp"
 #include "core/infer/module/host.hpp"
 #include "core/infer/module/known_engines.hpp"
+#include "core/infer/module/load_configuration.hpp"
 #include "core/infer/module/module_check.hpp"
 #include "core/text/text.hpp"
 #include "weir/join.hpp"

@@ -14,13 +14,13 @@ bool fits(const PoolLimits& limits, const PoolLoad& load, uint64_t bytes) noexce
 
 }  // namespace
 
-Verdict judge(const PoolLimits& limits, const PoolLoad& load, uint64_t bytes) noexcept {
-  if (fits(limits, load, bytes)) return Verdict::Take;
-  if (limits.when_busy == WhenBusy::Block) return Verdict::Wait;
+BusyDecision judge(const PoolLimits& limits, const PoolLoad& load, uint64_t bytes) noexcept {
+  if (fits(limits, load, bytes)) return BusyDecision::Take;
+  if (limits.when_busy == WhenBusy::Block) return BusyDecision::Wait;
   const bool in_their_place =
       load.waiting > 0 && fits(limits, {load.working, 0, load.working_bytes, 0}, bytes);
-  return limits.when_busy == WhenBusy::DropOld && in_their_place ? Verdict::DropOldest
-                                                                 : Verdict::DropNew;
+  return limits.when_busy == WhenBusy::DropOld && in_their_place ? BusyDecision::DropOldest
+                                                                 : BusyDecision::DropNew;
 }
 
 }  // namespace weir::infer

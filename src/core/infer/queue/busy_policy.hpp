@@ -31,7 +31,7 @@ struct PoolLoad {
   uint64_t working_bytes = 0, waiting_bytes = 0;
 };
 
-enum class Verdict {
+enum class BusyDecision {
   Take,
   Wait,        // until a job is done
   DropNew,     // the new frame
@@ -40,6 +40,6 @@ enum class Verdict {
 
 // Judges a frame of `bytes`. A frame above the limit is accepted when nothing else is held. A
 // queued frame is not dropped for one that would not fit in its place.
-Verdict judge(const PoolLimits& limits, const PoolLoad& load, uint64_t bytes) noexcept;
+BusyDecision judge(const PoolLimits& limits, const PoolLoad& load, uint64_t bytes) noexcept;
 
 }  // namespace weir::infer

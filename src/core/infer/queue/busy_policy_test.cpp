@@ -10,55 +10,55 @@
 namespace weir::infer {
 namespace busy_policy_test {
 
-Verdict of(WhenBusy when_busy, const PoolLoad& load, uint64_t bytes = 1, uint64_t limit = 0) {
+BusyDecision of(WhenBusy when_busy, const PoolLoad& load, uint64_t bytes = 1, uint64_t limit = 0) {
   return judge({2, when_busy, limit}, load, bytes);
 }
 
 TEST(BusyPolicy, AcceptsFramesWhileAWorkerIsFree) {
   for (const auto when_busy : {WhenBusy::Block, WhenBusy::DropNew, WhenBusy::DropOld}) {
-    EXPECT_EQ(of(when_busy, {0, 0, 0, 0}), Verdict::Take);
-    EXPECT_EQ(of(when_busy, {1, 0, 9, 0}), Verdict::Take);
-    EXPECT_EQ(of(when_busy, {0, 1, 0, 9}), Verdict::Take) << "given, and not begun yet";
+    EXPECT_EQ(of(when_busy, {0, 0, 0, 0}), BusyDecision::Take);
+    EXPECT_EQ(of(when_busy, {1, 0, 9, 0}), BusyDecision::Take);
+    EXPECT_EQ(of(when_busy, {0, 1, 0, 9}), BusyDecision::Take) << "given, and not begun yet";
   }
 }
 
 TEST(BusyPolicy, LetsOneFrameForEachWorkerWaitWhereItBlocks) {
-  EXPECT_EQ(of(WhenBusy::Block, {2, 1, 0, 0}), Verdict::Take);
-  EXPECT_EQ(of(WhenBusy::Block, {2, 2, 0, 0}), Verdict::Wait);
+  EXPECT_EQ(of(WhenBusy::Block, {2, 1, 0, 0}), BusyDecision::Take);
+  EXPECT_EQ(of(WhenBusy::Block, {2, 2, 0, 0}), BusyDecision::Wait);
 }
 
 TEST(BusyPolicy, DropsTheNewWhenEveryWorkerIsBusy) {
-  EXPECT_EQ(of(WhenBusy::DropNew, {2, 0, 0, 0}), Verdict::DropNew);
-  EXPECT_EQ(of(WhenBusy::DropNew, {1, 1, 0, 0}), Verdict::DropNew);
+  EXPECT_EQ(of(WhenBusy::DropNew, {2, 0, 0, 0}), BusyDecision::DropNew);
+  EXPECT_EQ(of(WhenBusy::DropNew, {1, 1, 0, 0}), BusyDecision::DropNew);
 }
 
 TEST(BusyPolicy, LetsTheNewestWaitInPlaceOfTheOlder) {
-  EXPECT_EQ(of(WhenBusy::DropOld, {2, 0, 0, 0}), Verdict::Take);
-  EXPECT_EQ(of(WhenBusy::DropOld, {2, 1, 0, 0}), Verdict::DropOldest);
+  EXPECT_EQ(of(WhenBusy::DropOld, {2, 0, 0, 0}), BusyDecision::Take);
+  EXPECT_EQ(of(WhenBusy::DropOld, {2, 1, 0, 0}), BusyDecision::DropOldest);
 }
 
 TEST(BusyPolicy, HoldsNoMoreBytesThanAllowed) {
-  EXPECT_EQ(of(WhenBusy::Block, {1, 0, 60, 0}, 40, 100), Verdict::Take);
-  EXPECT_EQ(of(WhenBusy::Block, {1, 0, 60, 0}, 41, 100), Verdict::Wait);
-  EXPECT_EQ(of(WhenBusy::DropNew, {1, 0, 60, 0}, 41, 100), Verdict::DropNew);
-  EXPECT_EQ(of(WhenBusy::DropOld, {1, 1, 30, 60}, 41, 100), Verdict::DropOldest);
+  EXPECT_EQ(of(WhenBusy::Block, {1, 0, 60, 0}, 40, 100), BusyDecision::Take);
+  EXPECT_EQ(of(WhenBusy::Block, {1, 0, 60, 0}, 41, 100), BusyDecision::Wait);
+  EXPECT_EQ(of(WhenBusy::DropNew, {1, 0, 60, 0}, 41, 100), BusyDecision::DropNew);
+  EXPECT_EQ(of(WhenBusy::DropOld, {1, 1, 30, 60}, 41, 100), BusyDecision::DropOldest);
 }
 
 TEST(BusyPolicy, AcceptsAFrameAboveTheBoundWhenItHoldsNothingElse) {
-  EXPECT_EQ(of(WhenBusy::Block, {}, 101, 100), Verdict::Take);
-  EXPECT_EQ(of(WhenBusy::Block, {1, 0, 1, 0}, 101, 100), Verdict::Wait);
-  EXPECT_EQ(of(WhenBusy::Block, {1, 0, 101, 0}, 1, 100), Verdict::Wait);
+  EXPECT_EQ(of(WhenBusy::Block, {}, 101, 100), BusyDecision::Take);
+  EXPECT_EQ(of(WhenBusy::Block, {1, 0, 1, 0}, 101, 100), BusyDecision::Wait);
+  EXPECT_EQ(of(WhenBusy::Block, {1, 0, 101, 0}, 1, 100), BusyDecision::Wait);
 }
 
 TEST(BusyPolicy, DropsNoWaitingFrameForOneThatCannotBeAccepted) {
-  EXPECT_EQ(of(WhenBusy::DropOld, {1, 1, 60, 10}, 50, 100), Verdict::DropNew);
-  EXPECT_EQ(of(WhenBusy::DropOld, {1, 0, 60, 0}, 50, 100), Verdict::DropNew);
+  EXPECT_EQ(of(WhenBusy::DropOld, {1, 1, 60, 10}, 50, 100), BusyDecision::DropNew);
+  EXPECT_EQ(of(WhenBusy::DropOld, {1, 0, 60, 0}, 50, 100), BusyDecision::DropNew);
 }
 
 TEST(BusyPolicy, AddsUpSizesThatDoNotFitANumber) {
   constexpr uint64_t kMax = UINT64_MAX;
-  EXPECT_EQ(of(WhenBusy::Block, {1, 0, 10, 0}, kMax, 100), Verdict::Wait);
-  EXPECT_EQ(of(WhenBusy::Block, {1, 0, kMax, 0}, 1, 100), Verdict::Wait);
+  EXPECT_EQ(of(WhenBusy::Block, {1, 0, 10, 0}, kMax, 100), BusyDecision::Wait);
+  EXPECT_EQ(of(WhenBusy::Block, {1, 0, kMax, 0}, 1, 100), BusyDecision::Wait);
 }
 
 // Frames come and go at random: limits hold, waiting is always allowed, judging again ends.
@@ -81,16 +81,16 @@ TEST(BusyPolicy, KeepsItsInvariantsUnderAnyLoad) {
         waiting.erase(waiting.begin());
       }
       const uint64_t bytes = 1 + below(120);
-      Verdict verdict = judge(limits, load(), bytes);
-      while (verdict == Verdict::DropOldest) {
+      BusyDecision verdict = judge(limits, load(), bytes);
+      while (verdict == BusyDecision::DropOldest) {
         ASSERT_FALSE(waiting.empty());
         waiting.erase(waiting.begin());
         verdict = judge(limits, load(), bytes);
-        ASSERT_NE(verdict, Verdict::DropNew) << "the older one was dropped for nothing";
+        ASSERT_NE(verdict, BusyDecision::DropNew) << "the older one was dropped for nothing";
       }
       const bool blocks = limits.when_busy == WhenBusy::Block;
-      ASSERT_NE(verdict, blocks ? Verdict::DropNew : Verdict::Wait);
-      if (verdict == Verdict::Take) waiting.push_back(bytes);
+      ASSERT_NE(verdict, blocks ? BusyDecision::DropNew : BusyDecision::Wait);
+      if (verdict == BusyDecision::Take) waiting.push_back(bytes);
       ASSERT_LE(load().working + load().waiting, limits.workers + limits.ahead());
       const uint64_t held = load().working_bytes + load().waiting_bytes;
       if (limits.bytes && working.size() + waiting.size() > 1) {

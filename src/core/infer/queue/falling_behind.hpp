@@ -10,11 +10,11 @@ class FallingBehind {
  public:
   using Duration = std::chrono::nanoseconds;
   static constexpr Duration kLate = std::chrono::seconds(1);
-  static constexpr Duration kPatience = std::chrono::seconds(2);
+  static constexpr Duration kMinDuration = std::chrono::seconds(2);
 
   // Records a frame that arrived at `now`, `lag` after its own time. Returns true if all frames
-  // were later than kLate for kPatience and the last lag is not below the first, which excludes a
-  // slow start that is being caught up.
+  // were later than kLate for kMinDuration and the last lag is not below the first, which excludes
+  // a slow start that is being caught up.
   bool observe(Duration now, Duration lag) noexcept {
     if (lag < kLate) {
       late_ = false;
@@ -25,7 +25,7 @@ class FallingBehind {
       since_ = now;
       lag_then_ = lag;
     }
-    if (now - since_ < kPatience) return false;
+    if (now - since_ < kMinDuration) return false;
     const bool later = lag >= lag_then_;
     since_ = now;
     lag_then_ = lag;

@@ -65,13 +65,13 @@ class WorkerPool {
     std::unique_lock lock(mutex_);
     Room room;
     while (!flushing_) {
-      const Verdict verdict = judge(limits_, load_, bytes);
-      if (verdict == Verdict::DropNew) return room;
-      if (verdict == Verdict::Take) {
+      const BusyDecision verdict = judge(limits_, load_, bytes);
+      if (verdict == BusyDecision::DropNew) return room;
+      if (verdict == BusyDecision::Take) {
         room.granted = true;
         return room;
       }
-      if (verdict == Verdict::DropOldest)
+      if (verdict == BusyDecision::DropOldest)
         room.dropped.push_back(take_oldest().job);
       else
         work_or_wait(lock);

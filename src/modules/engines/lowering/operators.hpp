@@ -21,7 +21,7 @@ Status lower_convolution(LoweredGraph& graph, const TfliteGraphOperator& op);
 Status lower_depthwise_convolution(LoweredGraph& graph, const TfliteGraphOperator& op);
 Status lower_transposed_convolution(LoweredGraph& graph, const TfliteGraphOperator& op);
 Status lower_fully_connected(LoweredGraph& graph, const TfliteGraphOperator& op);
-// pools.cpp
+// pooling.cpp
 Status lower_average_pool(LoweredGraph& graph, const TfliteGraphOperator& op);
 Status lower_max_pool(LoweredGraph& graph, const TfliteGraphOperator& op);
 // elementwise.cpp
@@ -31,21 +31,21 @@ Status lower_logistic(LoweredGraph& graph, const TfliteGraphOperator& op);
 Status lower_softmax(LoweredGraph& graph, const TfliteGraphOperator& op);
 Status lower_quantize(LoweredGraph& graph, const TfliteGraphOperator& op);
 Status lower_dequantize(LoweredGraph& graph, const TfliteGraphOperator& op);
-// differences.cpp
+// subtract.cpp
 Status lower_subtract(LoweredGraph& graph, const TfliteGraphOperator& op);
-// moves.cpp: operators that move values without computing
+// data_movement.cpp: operators that move values without computing
 Status lower_reshape(LoweredGraph& graph, const TfliteGraphOperator& op);
 Status lower_concatenation(LoweredGraph& graph, const TfliteGraphOperator& op);
 Status lower_pad(LoweredGraph& graph, const TfliteGraphOperator& op);
 Status lower_strided_slice(LoweredGraph& graph, const TfliteGraphOperator& op);
 Status lower_nearest_neighbour(LoweredGraph& graph, const TfliteGraphOperator& op);
 Status lower_bilinear(LoweredGraph& graph, const TfliteGraphOperator& op);
-// picks.cpp
+// gather.cpp
 Status lower_gather(LoweredGraph& graph, const TfliteGraphOperator& op);
 Status lower_gather_nd(LoweredGraph& graph, const TfliteGraphOperator& op);
 Status lower_pack(LoweredGraph& graph, const TfliteGraphOperator& op);
 Status lower_unpack(LoweredGraph& graph, const TfliteGraphOperator& op);
-// numbers.cpp
+// unquantised_operators.cpp
 Status lower_arg_max(LoweredGraph& graph, const TfliteGraphOperator& op);
 Status lower_cast(LoweredGraph& graph, const TfliteGraphOperator& op);
 Status lower_divide(LoweredGraph& graph, const TfliteGraphOperator& op);

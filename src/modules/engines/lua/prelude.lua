@@ -13,7 +13,7 @@ local names = {'int32', 'uint32', 'int16', 'uint16', 'int8', 'uint8', 'float64',
                'uint64', 'float16'}
 local c_types = {'int32_t', 'uint32_t', 'int16_t', 'uint16_t', 'int8_t', 'uint8_t', 'double', 'float',
                  'int64_t', 'uint64_t', 'uint16_t'}
-local least_tensors, most_tensors, most_dimensions, most_elements = 1, 256, 16, 2147483647
+local min_tensors, max_tensors, max_dimensions, max_elements = 1, 256, 16, 2147483647
 local int64 = typeof('int64_t')
 half_to_float = cast('float (*)(uint16_t)', half_to_float)
 float_to_half = cast('uint16_t (*)(float)', float_to_half)
@@ -210,18 +210,18 @@ local function read_dimensions(field, given)
   local rank = #given
   local list = copy(given, rank)
   while rank > 1 and list[rank] == 0 do rank = rank - 1 end
-  if rank == 0 or rank > most_dimensions then
+  if rank == 0 or rank > max_dimensions then
     fault(field .. ' has a number of dimensions that no tensor has', tostring(rank), '1 to 16')
   end
   local out, elements = {}, 1
   for i = rank, 1, -1 do
-    if not whole(list[i], 1, most_elements) then
+    if not whole(list[i], 1, max_elements) then
       fault(format('%s[%d] is not a dimension', field, i), show(list[i]), 'an integer of at least 1')
     end
     elements = elements * list[i]
     out[#out + 1] = list[i]
   end
-  if elements > most_elements then
+  if elements > max_elements then
     fault(field .. ' is too large for a script', format('%.0f elements', elements), 'at most 2147483647')
   end
   return out
@@ -241,7 +241,7 @@ local function read_tensors(name)
           name .. " = {num = 1, dim = {{3, 224, 224, 1}}, type = {'uint8'}}")
   end
   local num = info.num
-  if not whole(num, least_tensors, most_tensors) then
+  if not whole(num, min_tensors, max_tensors) then
     fault(name .. '.num is not a number of tensors', show(num), 'an integer from 1 to 256')
   end
   local lists = {}

@@ -247,23 +247,25 @@ std::vector<weir_server> OipModel::servers() const {
   };
   std::vector<weir_server> out;
   for (size_t i = 0; i < servers_->size(); ++i) {
-    const auto figures = servers_->figures(i);
-    const auto ended = [&](Outcome outcome) { return figures.ended[static_cast<size_t>(outcome)]; };
-    const auto clock = figures.clock.value_or(net::ClockOffset::Estimate{0, -1});
+    const auto statistics = servers_->statistics(i);
+    const auto ended = [&](Outcome outcome) {
+      return statistics.ended[static_cast<size_t>(outcome)];
+    };
+    const auto clock = statistics.clock.value_or(net::ClockOffset::Estimate{0, -1});
     out.push_back({.address = servers_->address(i).text.c_str(),
-                   .circuit = static_cast<int32_t>(figures.circuit),
-                   .in_flight = static_cast<uint32_t>(figures.in_flight),
+                   .circuit = static_cast<int32_t>(statistics.circuit),
+                   .in_flight = static_cast<uint32_t>(statistics.in_flight),
                    .answered = ended(Outcome::Answered),
                    .late = ended(Outcome::Late),
                    .refused = ended(Outcome::Refused),
                    .lost = ended(Outcome::Lost),
-                   .bytes_sent = figures.bytes_sent,
-                   .bytes_received = figures.bytes_received,
-                   .p50_us = us(figures.p50),
-                   .p95_us = us(figures.p95),
-                   .p99_us = us(figures.p99),
-                   .queue_us = figures.queue_us.value_or(-1),
-                   .compute_us = figures.compute_us.value_or(-1),
+                   .bytes_sent = statistics.bytes_sent,
+                   .bytes_received = statistics.bytes_received,
+                   .p50_us = us(statistics.p50),
+                   .p95_us = us(statistics.p95),
+                   .p99_us = us(statistics.p99),
+                   .queue_us = statistics.queue_us.value_or(-1),
+                   .compute_us = statistics.compute_us.value_or(-1),
                    .clock_offset_ns = clock.offset,
                    .clock_error_ns = clock.error});
   }

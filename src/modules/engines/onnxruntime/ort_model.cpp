@@ -4,7 +4,7 @@
 #include <algorithm>
 #include <optional>
 
-#include "lowering/lowered_facts.hpp"
+#include "lowering/lowered_model_info.hpp"
 #include "model_bytes.hpp"
 #include "model_source.hpp"
 #include "onnxruntime/ort_metadata.hpp"

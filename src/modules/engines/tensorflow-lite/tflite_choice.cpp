@@ -5,7 +5,7 @@
 #include <nlohmann/json.hpp>
 #include <vector>
 
-#include "lowering/lowered_facts.hpp"
+#include "lowering/lowered_model_info.hpp"
 #include "lowering/lowering.hpp"
 #include "model_bytes.hpp"
 #include "tflite-file/tflite_file.hpp"

@@ -18,18 +18,18 @@ bool mentions(const std::string& text, std::initializer_list<const char*> words)
   return false;
 }
 
-Error load_error(const std::string& complaints) {
-  if (mentions(complaints,
+Error load_error(const std::string& reported_errors) {
+  if (mentions(reported_errors,
                {"unresolved custom op", "Didn't find op", "Op builtin_code out of range",
                 "Registration failed", "unsupported data type", "Flex ops"}))
     return Error{.code = Code::MODEL_UNSUPPORTED,
                  .what = "the model needs something that TensorFlow Lite lacks",
-                 .offered = complaints,
+                 .offered = reported_errors,
                  .needed = "builtin operators of TensorFlow Lite 2.9",
                  .fix = "convert the model with builtin operators only"};
   return Error{.code = Code::MODEL_INVALID,
                .what = "TensorFlow Lite cannot load the model",
-               .offered = complaints.empty() ? "no reason given" : complaints,
+               .offered = reported_errors.empty() ? "no reason given" : reported_errors,
                .needed = "a model that it can run",
                .fix = "download or export the model again, then check it with weir inspect MODEL"};
 }
@@ -44,8 +44,9 @@ TfliteInterpreter::TfliteInterpreter(const TfliteApi& api)
 void TfliteInterpreter::report(void* self, const char* format, va_list arguments) {
   char line[512];
   if (std::vsnprintf(line, sizeof line, format, arguments) < 0) return;
-  auto& complaints = static_cast<TfliteInterpreter*>(self)->complaints_;
-  if (complaints.size() < 4096) complaints += (complaints.empty() ? "" : "; ") + std::string(line);
+  auto& reported_errors = static_cast<TfliteInterpreter*>(self)->reported_errors_;
+  if (reported_errors.size() < 4096)
+    reported_errors += (reported_errors.empty() ? "" : "; ") + std::string(line);
 }
 
 Result<std::unique_ptr<TfliteInterpreter>> TfliteInterpreter::create(
@@ -58,7 +59,7 @@ Result<std::unique_ptr<TfliteInterpreter>> TfliteInterpreter::create(
     const auto status = out->build(model, options, true, shapes);
     if (status) return out;
     if (status.error().code == Code::OUT_OF_MEMORY) return status.error();
-    log(WEIR_LOG_INFO, "XNNPACK does not accept this model: " + out->complaints_);
+    log(WEIR_LOG_INFO, "XNNPACK does not accept this model: " + out->reported_errors_);
     out.reset(new TfliteInterpreter(api));
   }
   if (auto status = out->build(model, options, false, shapes); !status) return status.error();
@@ -73,17 +74,17 @@ Status TfliteInterpreter::build(const TfLiteModel* model, const TfliteOptions& o
   api_.options_set_num_threads(settings.get(), options.threads);
   api_.options_set_error_reporter(settings.get(), report, this);
   interpreter_.reset(api_.interpreter_create(model, settings.get()));
-  if (!interpreter_) return load_error(complaints_);
+  if (!interpreter_) return load_error(reported_errors_);
   if (auto status = resize(shapes); !status) return status;
   if (delegate && options.threads > 1)
     if (auto status = check_thread_limit(options.threads - 1); !status) return status;
-  if (delegate && !delegate_graph(options.threads)) return load_error(complaints_);
+  if (delegate && !delegate_graph(options.threads)) return load_error(reported_errors_);
   if (api_.allocate_tensors(interpreter_.get()) == kTfLiteOk) return ok();
-  Error error = load_error(complaints_);
+  Error error = load_error(reported_errors_);
   if (!shapes.empty()) {
     error.code = Code::SPEC_MISMATCH;
     error.what = "the model does not work with inputs of these shapes";
-    error.offered = describe(shapes) + ": " + complaints_;
+    error.offered = describe(shapes) + ": " + reported_errors_;
     error.needed = "shapes that all its layers accept";
     error.fix.clear();
   }
@@ -98,7 +99,7 @@ Status TfliteInterpreter::resize(std::span<const weir_tensor_info> shapes) {
                           static_cast<int32_t>(extents.size())) != kTfLiteOk)
       return Error{.code = Code::SPEC_MISMATCH,
                    .what = "the model does not accept an input of this shape",
-                   .offered = describe(info) + ": " + complaints_};
+                   .offered = describe(info) + ": " + reported_errors_};
   }
   return ok();
 }
@@ -125,11 +126,11 @@ const TfLiteTensor* TfliteInterpreter::output(size_t index) const {
 }
 
 Status TfliteInterpreter::invoke() {
-  complaints_.clear();
+  reported_errors_.clear();
   if (api_.invoke(interpreter_.get()) == kTfLiteOk) return ok();
   return Error{.code = Code::INVOKE_FAILED,
                .what = "TensorFlow Lite failed on a frame",
-               .offered = complaints_};
+               .offered = reported_errors_};
 }
 
 void TfliteInterpreter::reset_state() {

@@ -45,8 +45,8 @@ class TfliteInterpreter {
   static void report(void* self, const char* format, va_list arguments);
 
   const TfliteApi& api_;
-  std::string complaints_;  // messages of the library since it was cleared
-  Delegate delegate_;       // must outlive the interpreter
+  std::string reported_errors_;  // messages of the library since it was cleared
+  Delegate delegate_;            // must outlive the interpreter
   Interpreter interpreter_;
 };
 

@@ -1,0 +1,225 @@
+// The table of usual pixels. Runs a model once to learn the shapes of its outputs.
+// SPDX-License-Identifier: LGPL-2.1-or-later
+#include "try/default_preprocessing.hpp"
+
+#include <algorithm>
+
+#include "core/tensor/element_type.hpp"
+#include "weir/model.hpp"
+#include "weir/module.hpp"
+
+namespace weir::app {
+namespace {
+
+// The side of a picture where a model leaves it open, as published models have it.
+constexpr int64_t kOpenSide = 640;
+
+bool is_open(const weir_tensor_info& info) {
+  return info.rank > WEIR_RANK_LIMIT ||
+         std::any_of(info.shape, info.shape + info.rank, [](int64_t extent) { return extent < 1; });
+}
+
+void choose_open_sides(weir_tensor_info* info) {
+  for (uint32_t i = 0; i < info->rank; ++i)
+    if (info->shape[i] < 1) info->shape[i] = i == 0 && info->rank == 4 ? 1 : kOpenSide;
+}
+
+enum class PixelScale {
+  Bytes,     // 0 to 255
+  Unit,      // 0 to 1
+  Signed,    // -1 to 1
+  ImageNet,  // 0 to 1, less the mean of ImageNet, divided by its deviation
+  Centred    // (pixel - 127) / 128
+};
+
+struct Usual {
+  std::string_view begin;  // of the family's name
+  PixelScale numbers;
+  card::Fit resize;
+  card::Color color = card::Color::Rgb;
+  uint8_t padding = 0;
+};
+
+// How the authors' own code prepares pictures. The first row that fits counts.
+constexpr Usual kUsual[] = {
+    {"yolox", PixelScale::Bytes, card::Fit::Letterbox, card::Color::Bgr, 114},
+    {"yolo", PixelScale::Unit, card::Fit::Letterbox, card::Color::Rgb, 114},
+    {"fastestdet", PixelScale::Unit, card::Fit::Stretch, card::Color::Bgr},
+    {"ssd", PixelScale::Signed, card::Fit::Stretch},
+    {"detr", PixelScale::ImageNet, card::Fit::Stretch},
+    {"rtdetr", PixelScale::Unit, card::Fit::Stretch},
+    {"yunet", PixelScale::Bytes, card::Fit::Letterbox, card::Color::Bgr},
+    {"ultraface", PixelScale::Centred, card::Fit::Stretch},
+    {"blazeface", PixelScale::Signed, card::Fit::Letterbox},
+    {"palm", PixelScale::Unit, card::Fit::Letterbox},
+    {"blazepose-detection", PixelScale::Signed, card::Fit::Letterbox},
+    {"blazepose", PixelScale::Unit, card::Fit::Letterbox},
+    {"hand", PixelScale::Unit, card::Fit::Letterbox},
+    {"face-landmarks", PixelScale::Unit, card::Fit::Letterbox},
+    {"movenet", PixelScale::Bytes, card::Fit::Letterbox},
+    {"posenet", PixelScale::Signed, card::Fit::Stretch},
+    {"deeplab", PixelScale::Signed, card::Fit::Stretch},
+    {"db", PixelScale::ImageNet, card::Fit::Letterbox, card::Color::Bgr},
+    {"ctc", PixelScale::Signed, card::Fit::Letterbox, card::Color::Bgr, 127},
+    {"", PixelScale::ImageNet, card::Fit::Stretch}};
+
+const Usual& find_usual(std::string_view family) {
+  for (const Usual& usual : kUsual)
+    if (family.starts_with(usual.begin)) return usual;
+  return kUsual[std::size(kUsual) - 1];
+}
+
+void set_pixel_scale(PixelScale numbers, card::ImageInput* input) {
+  switch (numbers) {
+    case PixelScale::Bytes:
+      return;
+    case PixelScale::Unit:
+      input->scale = {1 / 255.0};
+      return;
+    case PixelScale::Signed:
+      input->mean = {127.5}, input->scale = {1 / 127.5};
+      return;
+    case PixelScale::Centred:
+      input->mean = {127}, input->scale = {1 / 128.0};
+      return;
+    case PixelScale::ImageNet:
+      input->mean = {123.675, 116.28, 103.53};
+      input->scale = {1 / 58.395, 1 / 57.12, 1 / 57.375};
+      return;
+  }
+}
+
+const char* to_string(PixelScale numbers) {
+  switch (numbers) {
+    case PixelScale::Bytes:
+      return "0 to 255";
+    case PixelScale::Unit:
+      return "0 to 1";
+    case PixelScale::Signed:
+      return "-1 to 1";
+    case PixelScale::Centred:
+      return "(pixel - 127) / 128";
+    case PixelScale::ImageNet:
+      return "the mean and deviation of ImageNet";
+  }
+  return "";
+}
+
+bool are_channels(int64_t extent) {
+  return extent == 1 || extent == 3;
+}
+
+std::string number_text(double value) {
+  char text[32];
+  std::snprintf(text, sizeof text, "%.9g", value);
+  return text;
+}
+
+void add_list(const char* name, const std::vector<double>& values, Properties* out) {
+  if (!values.empty()) out->emplace_back(name, join(values, ",", number_text));
+}
+
+const char* to_string(card::Color color) {
+  if (color == card::Color::Bgr) return "BGR";
+  return color == card::Color::Gray ? "gray" : "RGB";
+}
+
+bool is_byte(const card::ImageInput& input) {
+  return input.type == ElementType::UInt8 || input.type == ElementType::Int8;
+}
+
+std::string assumption(const card::ImageInput& input, PixelScale numbers) {
+  return std::string("assumed: pixels as ") + (is_byte(input) ? "bytes" : to_string(numbers)) +
+         ", " + to_string(input.color) +
+         (input.resize == card::Fit::Letterbox ? ", letterboxed" : ", stretched") +
+         ", as models of this kind usually are. If the results are wrong, write a card "
+         "(docs/cards.md)";
+}
+
+}  // namespace
+
+std::optional<card::ImageInput> default_image_input(std::string_view family,
+                                                    const weir_tensor_info& info,
+                                                    std::string* note) {
+  if (info.rank != 3 && info.rank != 4) return std::nullopt;
+  const int64_t* const shape = info.shape + (info.rank - 3);
+  const bool is_packed = are_channels(shape[2]);
+  if (!is_packed && !are_channels(shape[0])) return std::nullopt;
+  const Usual& usual = find_usual(family);
+  card::ImageInput out;
+  out.name = info.name ? info.name : "";
+  out.type = info.type < WEIR_TYPE_END ? static_cast<ElementType>(info.type) : ElementType::Float32;
+  out.layout = is_packed ? card::Layout::Nhwc : card::Layout::Nchw;
+  out.shape = {1, shape[0], shape[1], shape[2]};
+  for (int64_t& extent : out.shape)
+    if (extent <= 0) extent = kOpenSide;
+  out.color = out.channels() == 1 ? card::Color::Gray : usual.color;
+  out.resize = usual.resize;
+  out.padding = usual.padding;
+  // Whole numbers are those of the pixels.
+  if (!is_byte(out) && !(out.channels() == 1 && usual.numbers == PixelScale::ImageNet))
+    set_pixel_scale(usual.numbers, &out);
+  if (out.type == ElementType::Int8) out.mean = {128}, out.scale = {1};
+  *note = assumption(out, usual.numbers);
+  return out;
+}
+
+Properties preprocess_properties(const card::ImageInput& input) {
+  Properties out{{"width", std::to_string(input.width())},
+                 {"height", std::to_string(input.height())}};
+  if (input.resize == card::Fit::Letterbox) {
+    out.emplace_back("fit", "letterbox");
+    out.emplace_back("padding-value", std::to_string(input.padding));
+  }
+  if (input.resize == card::Fit::Crop) out.emplace_back("fit", "centre-crop");
+  if (input.color == card::Color::Bgr) out.emplace_back("channel-order", "BGR");
+  if (input.color == card::Color::Gray) out.emplace_back("channel-order", "GRAY");
+  if (input.layout == card::Layout::Nchw) out.emplace_back("layout", "NCHW");
+  add_list("mean", input.mean, &out);
+  add_list("scale", input.scale, &out);
+  out.emplace_back("type", to_string(input.type));
+  return out;
+}
+
+std::vector<weir_tensor_info> sized_inputs(const infer::Model& model,
+                                           const std::vector<int64_t>& shape) {
+  auto out = model.inputs();
+  for (auto& info : out) {
+    if (info.rank > WEIR_RANK_LIMIT) continue;
+    if (&info == out.data() && shape.size() == info.rank)
+      std::copy(shape.begin(), shape.end(), info.shape);
+    else
+      choose_open_sides(&info);
+  }
+  return out;
+}
+
+std::vector<weir_tensor_info> sized_outputs(const infer::Model& model, const std::string& path,
+                                            const std::vector<weir_tensor_info>& inputs) {
+  auto out = model.outputs();
+  if (std::none_of(out.begin(), out.end(), is_open)) return out;
+  if (std::any_of(inputs.begin(), inputs.end(), is_open)) return out;
+  auto runs = Model::open(path);
+  if (!runs) return out;
+  std::vector<std::vector<std::byte>> zeros;
+  std::vector<TensorView> views;
+  std::vector<TensorShape> shapes;
+  for (const auto& info : inputs) {
+    size_t bytes = element_size(static_cast<ElementType>(info.type));
+    for (uint32_t i = 0; i < info.rank; ++i) bytes *= static_cast<size_t>(info.shape[i]);
+    zeros.emplace_back(bytes);
+    shapes.emplace_back(info.shape, info.shape + info.rank);
+    views.emplace_back(zeros.back().data(), bytes, info.type, shapes.back());
+  }
+  if (!runs->reshape(shapes)) return out;
+  const auto outputs = runs->invoke(views);
+  if (!outputs || outputs->size() != out.size()) return out;
+  for (size_t i = 0; i < out.size(); ++i) {
+    const auto info = (*outputs)[i].info();
+    out[i].rank = static_cast<uint32_t>(info.shape.size());
+    std::copy(info.shape.begin(), info.shape.end(), out[i].shape);
+  }
+  return out;
+}
+
+}  // namespace weir::app

@@ -1,0 +1,169 @@
+// SPDX-License-Identifier: LGPL-2.1-or-later
+#include "core/card/find_card.hpp"
+
+#include <algorithm>
+#include <filesystem>
+#include <fstream>
+#include <nlohmann/json.hpp>
+
+#include "core/config/install_paths.hpp"
+#include "core/text/text.hpp"
+#include "machine/environment.hpp"
+
+namespace weir::card {
+namespace {
+
+namespace fs = std::filesystem;
+
+constexpr uintmax_t kMaxLabelBytes = uintmax_t{16} << 20;
+
+std::vector<std::string> cards_in(const std::string& folder) {
+  std::vector<std::string> out;
+  std::error_code ignored;
+  for (const auto& entry : fs::directory_iterator(folder, ignored))
+    if (entry.path().filename().string().ends_with(".card.json"))
+      out.push_back(entry.path().string());
+  std::sort(out.begin(), out.end());
+  return out;
+}
+
+std::string layout_name(Layout layout) {
+  return layout == Layout::Nhwc ? "NHWC" : "NCHW";
+}
+
+const char* color_name(Color color) {
+  return color == Color::Gray ? "GRAY8" : color == Color::Rgb ? "RGB" : "BGR";
+}
+
+// `says_pixels`: the model's metadata say how the pixels are prepared.
+nlohmann::ordered_json input_to_fill_in(const ImageInput& input, bool says_pixels) {
+  nlohmann::ordered_json out{{"name", input.name},
+                             {"type", to_string(input.type)},
+                             {"shape", input.shape},
+                             {"layout", layout_name(input.layout)}};
+  const bool is_gray = input.channels() == 1;
+  out["color"] = says_pixels ? color_name(input.color) : is_gray ? "GRAY8" : "RGB or BGR?";
+  out["mean"] = {"?"};
+  out["scale"] = {"?"};
+  if (says_pixels) out["mean"] = input.mean;
+  if (says_pixels) out["scale"] = input.scale;
+  out["resize"] = "stretch, crop or letterbox?";
+  return out;
+}
+
+Result<Card> read_beside(const fs::path& beside, const Search& search) {
+  auto card = read(beside.string());
+  if (!card || card->sha256 == search.sha256()) return card;
+  return Error{.code = Code::CARD_INVALID,
+               .what = "the card next to the model belongs to a different file",
+               .offered = beside.string() + ": sha256 " + card->sha256,
+               .needed = "sha256 " + search.sha256(),
+               .fix = "download the model again, or correct sha256 in the card"};
+}
+
+Card card_from_model(const Search& search) {
+  Card card;
+  card.name = card.model = fs::path(search.model).filename().string();
+  card.sha256 = search.sha256();
+  card.inputs = search.from_model;
+  card.labels.names = search.labels_from_model;
+  if (!card.labels.names.empty()) card.decoder = "image_labeling";
+  return card;
+}
+
+}  // namespace
+
+std::vector<std::string> card_folders() {
+  std::vector<std::string> out;
+  if (const char* text = environment_variable("WEIR_CARD_PATH"))
+    for (const auto part : split(text, ":"))
+      if (!part.empty()) out.emplace_back(part);
+  out.emplace_back(config::kInstalledCards);
+  return out;
+}
+
+std::string card_to_fill_in(const Search& search) {
+  nlohmann::ordered_json card{{"name", fs::path(search.model).stem().string()},
+                              {"model", fs::path(search.model).filename().string()},
+                              {"sha256", search.sha256()},
+                              {"task", "?"}};
+  const bool says_pixels = !search.from_model.empty();
+  for (const auto& input : says_pixels ? search.from_model : search.inputs)
+    card["inputs"].push_back(input_to_fill_in(input, says_pixels));
+  for (const auto& output : search.outputs)
+    card["outputs"].push_back(
+        {{"name", output.name}, {"type", output.type}, {"shape", output.shape}, {"meaning", "?"}});
+  card["labels"] = {{"file", "labels.txt?"}};
+  if (!search.labels_from_model.empty()) card["labels"] = search.labels_from_model;
+  card["decoder"] = "image_labeling?";
+  card["provenance"] = {{"source", "?"}, {"licence", "?"}};
+  return card.dump(2, ' ', false, nlohmann::ordered_json::error_handler_t::replace);
+}
+
+Result<Card> find(const Search& search) {
+  const fs::path beside = fs::path(search.model).replace_extension(".card.json");
+  std::error_code ignored;
+  if (fs::exists(beside, ignored)) return read_beside(beside, search);
+  for (const auto& folder : search.folders)
+    for (const auto& path : cards_in(folder)) {
+      auto card = read(path);
+      if (!card) return card;
+      if (card->sha256 == search.sha256()) return card;
+    }
+  if (!search.from_model.empty()) return card_from_model(search);
+  return Error{
+      .code = Code::CARD_MISSING,
+      .what = "no model card describes how the pixels must be prepared",
+      .offered = search.model,
+      .needed = beside.string() + ", or a card with the model's digest in " + search.folders.back(),
+      .fix = "fill in this card:\n" + card_to_fill_in(search)};
+}
+
+std::vector<std::string> labels_by_name(const std::string& model,
+                                        const std::function<std::string()>& sha256,
+                                        const std::vector<std::string>& folders) {
+  std::vector<std::string> paths{fs::path(model).replace_extension(".card.json").string()};
+  for (const auto& folder : folders)
+    for (auto& path : cards_in(folder)) paths.push_back(std::move(path));
+  for (const auto& path : paths) {
+    const auto card = read(path);
+    if (!card || card->model != fs::path(model).filename() || card->sha256 != sha256()) continue;
+    const auto labels = read_labels(*card, model, folders);
+    return labels ? *labels : std::vector<std::string>();
+  }
+  return {};
+}
+
+Result<std::vector<std::string>> read_labels(const Card& card, const std::string& model_path,
+                                             const std::vector<std::string>& folders) {
+  if (card.labels.file.empty()) return card.labels.names;
+  std::vector<fs::path> places{fs::path(model_path).parent_path(),
+                               fs::path(card.path).parent_path()};
+  places.insert(places.end(), folders.begin(), folders.end());
+  for (const auto& place : places) {
+    std::error_code ignored;
+    const fs::path path = place / card.labels.file;
+    if (!fs::is_regular_file(path, ignored)) continue;
+    if (fs::file_size(path, ignored) > kMaxLabelBytes)
+      return Error{.code = Code::LABELS_INVALID,
+                   .what = "the label file that the card names is too large",
+                   .offered = path.string(),
+                   .needed = "at most 16 MiB"};
+    std::ifstream file(path);
+    std::vector<std::string> labels;
+    for (std::string line; std::getline(file, line);) {
+      if (line.ends_with('\r')) line.pop_back();
+      labels.push_back(line);
+    }
+    const auto skip = static_cast<std::ptrdiff_t>(std::min(card.labels.skip, labels.size()));
+    labels.erase(labels.begin(), labels.begin() + skip);
+    if (!labels.empty()) return labels;
+  }
+  return Error{
+      .code = Code::LABELS_INVALID,
+      .what = "the label file that the card names does not exist, or is empty",
+      .offered = card.labels.file,
+      .needed = "a file with one label on each line, next to the model: " + places[0].string()};
+}
+
+}  // namespace weir::card
