@@ -10,14 +10,15 @@
 
 #include "core/heads/families.hpp"
 #include "core/results/object_selection.hpp"
+#include "core/tensor/geometry.hpp"
 #include "rounds.hpp"
 
 namespace {
 
-using weir::detection::PictureSize;
+using weir::Size;
 
 constexpr size_t kCells = 8400, kClasses = 80, kValues = 4 + kClasses, kObjects = 100;
-constexpr PictureSize kInput{640, 640};
+constexpr Size kInput{640, 640};
 constexpr int kFrames = 20;
 
 // kObjects boxes that do not overlap, each found by one cell; other scores are below 0.2.

@@ -8,6 +8,7 @@
 
 #include "core/draw/overlay.hpp"
 #include "core/preprocess/boxes.hpp"
+#include "core/tensor/geometry.hpp"
 #include "fuzz_input.hpp"
 
 namespace {
@@ -66,7 +67,7 @@ void read_boxes(const TensorSpec& spec, std::span<const std::byte> bytes) {
   std::vector<preprocess::Roi> boxes;
   preprocess::read_boxes(spec, bytes, &boxes);
   for (const auto& box : boxes) {
-    const preprocess::Rect whole{7, 9, 640, 480};
+    const Rect whole{7, 9, 640, 480};
     const auto part = preprocess::common_part(whole, box);
     require(part.x >= 7 && uint64_t{part.x} + part.width <= 647 && part.y >= 9 &&
                 uint64_t{part.y} + part.height <= 489,

@@ -37,7 +37,7 @@ Preparation preparation_from(FuzzInput* in) {
   p.source.range = static_cast<ColorRange>(in->byte() % 2);
   p.source.cosited_columns = in->byte() % 2;
   p.source.cosited_rows = in->byte() % 2;
-  if (in->byte() % 2) p.crop = Rect{side(in), side(in), side(in), side(in)};
+  if (in->byte() % 2) p.crop = weir::Rect{side(in), side(in), side(in), side(in)};
   p.width = side(in);
   p.height = side(in);
   p.resize = static_cast<Resize>(in->byte() % 3);
@@ -65,7 +65,7 @@ extern "C" int LLVMFuzzerTestOneInput(const uint8_t* data, size_t size) {
     plane = {memories.back(), in.take<uint16_t>(),
              static_cast<ptrdiff_t>(in.take<uint16_t>()) - 4096};
   }
-  if (in.byte() % 2) p.region = Box{edge(&in), edge(&in), edge(&in), edge(&in)};
+  if (in.byte() % 2) p.region = Roi{edge(&in), edge(&in), edge(&in), edge(&in)};
   const auto numbers = parse_numbers("mean", in.text());
   const auto quantisation = parse_quantisation(in.text());
   const auto plan = PreprocessPlan::make(p);

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #include "core/crop/regions.hpp"
+#include "core/tensor/geometry.hpp"
 
 #include <algorithm>
 #include <cmath>
@@ -36,7 +37,7 @@ Regions read_regions(const TensorSpec& spec, std::span<const std::byte> payload,
   visit_type(spec.type, [&](auto type) {
     using T = typename decltype(type)::type;
     for (size_t i = 0; i + 4 <= payload.size() / sizeof(T); i += 4) {
-      Region region;
+      Rect region;
       clip(number<T>(payload, i), number<T>(payload, i + 2), width, &region.x, &region.width);
       clip(number<T>(payload, i + 1), number<T>(payload, i + 3), height, &region.y, &region.height);
       if (region.width == 0 || region.height == 0)
@@ -50,18 +51,18 @@ Regions read_regions(const TensorSpec& spec, std::span<const std::byte> payload,
   return out;
 }
 
-TensorSpec make_part_spec(const TensorSpec& whole, const Region& region) {
+TensorSpec make_part_spec(const TensorSpec& whole, const Rect& region) {
   return {whole.type, Shape{dim(whole.shape, 0), region.width, region.height, 1}, ""};
 }
 
-StridedLayout make_layout(const TensorSpec& whole, const Region& region) {
+StridedLayout make_layout(const TensorSpec& whole, const Rect& region) {
   const auto element = static_cast<int64_t>(element_size(whole.type));
   const int64_t pixel = element * dim(whole.shape, 0), line = pixel * dim(whole.shape, 1);
   return {static_cast<uint64_t>(region.y * line + region.x * pixel),
           {element, pixel, line, region.height * line}};
 }
 
-void cut(const TensorSpec& whole, std::span<const std::byte> in, const Region& region,
+void cut(const TensorSpec& whole, std::span<const std::byte> in, const Rect& region,
          std::span<std::byte> out) {
   const size_t pixel = element_size(whole.type) * dim(whole.shape, 0);
   const size_t line = pixel * dim(whole.shape, 1), part = pixel * region.width;

@@ -7,18 +7,14 @@
 #include <vector>
 
 #include "core/tensor/frame_spec.hpp"
+#include "core/tensor/geometry.hpp"
 #include "core/tensor/strided_layout.hpp"
 
 namespace weir {
 
-struct Region {
-  uint32_t x = 0, y = 0, width = 0, height = 0;
-  bool operator==(const Region&) const = default;
-};
-
 struct Regions {
-  std::vector<Region> inside;  // at most kTensorLimit
-  uint64_t empty = 0;          // entirely outside, or not a finite number
+  std::vector<Rect> inside;  // at most kTensorLimit
+  uint64_t empty = 0;        // entirely outside, or not a finite number
   uint64_t beyond_limit = 0;
 };
 // Reads groups of four numbers of any type (x, y, width, height), clipped to `width` x `height`.
@@ -28,11 +24,11 @@ Regions read_regions(const TensorSpec& spec, std::span<const std::byte> payload,
 
 // The part of a tensor channels:width:height. Omits dimensions from the fourth on; missing ones are
 // 1.
-TensorSpec make_part_spec(const TensorSpec& whole, const Region& region);
+TensorSpec make_part_spec(const TensorSpec& whole, const Rect& region);
 // The part's layout in the memory of the whole tensor. Precondition: the region is inside.
-StridedLayout make_layout(const TensorSpec& whole, const Region& region);
+StridedLayout make_layout(const TensorSpec& whole, const Rect& region);
 // Copies the part. Preconditions: the region is inside; `in` and `out` have the sizes of the specs.
-void cut(const TensorSpec& whole, std::span<const std::byte> in, const Region& region,
+void cut(const TensorSpec& whole, std::span<const std::byte> in, const Rect& region,
          std::span<std::byte> out);
 
 }  // namespace weir

@@ -1,6 +1,7 @@
 // Clips regions of each element type, and compares cuts with a model by coordinates.
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #include "core/crop/regions.hpp"
+#include "core/tensor/geometry.hpp"
 
 #include <gtest/gtest.h>
 
@@ -29,7 +30,7 @@ TEST(Regions, AreReadFromEveryType) {
       using T = typename decltype(type)::type;
       const std::vector<T> numbers{T(1), T(2), T(30), T(4), T(5), T(6), T(7), T(8)};
       EXPECT_EQ(read(numbers, static_cast<ElementType>(t)).inside,
-                (std::vector<Region>{{1, 2, 30, 4}, {5, 6, 7, 8}}))
+                (std::vector<Rect>{{1, 2, 30, 4}, {5, 6, 7, 8}}))
           << to_string(static_cast<ElementType>(t));
     });
 }
@@ -37,13 +38,13 @@ TEST(Regions, AreReadFromEveryType) {
 TEST(Regions, AreClippedToTheTensor) {
   const std::vector<uint32_t> numbers{90, 40, 20, 20, 100, 0, 5, 5, 0, 0, 4000000000u, 4000000000u};
   const Regions got = read(numbers, ElementType::UInt32);
-  EXPECT_EQ(got.inside, (std::vector<Region>{{90, 40, 10, 10}, {0, 0, 100, 50}}));
+  EXPECT_EQ(got.inside, (std::vector<Rect>{{90, 40, 10, 10}, {0, 0, 100, 50}}));
   EXPECT_EQ(got.empty, 1u);
 }
 
 TEST(Regions, ThatBeginOutsideKeepTheirPartInside) {
   EXPECT_EQ(read(std::vector<int16_t>{-5, -1, 20, 3}, ElementType::Int16).inside,
-            (std::vector<Region>{{0, 0, 15, 2}}));
+            (std::vector<Rect>{{0, 0, 15, 2}}));
   EXPECT_EQ(read(std::vector<int8_t>{-20, 0, 20, 3}, ElementType::Int8).empty, 1u);
   EXPECT_EQ(read(std::vector<int8_t>{5, 5, -3, 3}, ElementType::Int8).empty, 1u);
 }
@@ -54,7 +55,7 @@ TEST(Regions, NotANumberMakesARegionEmpty) {
       read(std::vector<float>{nan, 0, 5, 5, 0, 0, inf, 5, 0, -inf, 5, 5, 1.9F, 2, 3, 4},
            ElementType::Float32);
   EXPECT_EQ(got.empty, 3u);
-  EXPECT_EQ(got.inside, (std::vector<Region>{{1, 2, 3, 4}}));
+  EXPECT_EQ(got.inside, (std::vector<Rect>{{1, 2, 3, 4}}));
 }
 
 TEST(Regions, MoreThanAFrameHoldsAreCounted) {
@@ -70,7 +71,7 @@ TEST(Regions, AnIncompleteGroupIsIgnored) {
   Bytes bytes(7);
   std::memcpy(bytes.data(), numbers.data(), 7);
   EXPECT_EQ(read_regions({ElementType::UInt8, Shape{7}, ""}, bytes, 100, 50).inside,
-            (std::vector<Region>{{1, 2, 3, 4}}));
+            (std::vector<Rect>{{1, 2, 3, 4}}));
 }
 
 TEST(Regions, CutsAgreeWithTheCoordinates) {
@@ -82,7 +83,7 @@ TEST(Regions, CutsAgreeWithTheCoordinates) {
     const TensorSpec whole{type, Shape{channels, width, height}, ""};
     Bytes in(static_cast<size_t>(*whole.bytes()));
     for (auto& b : in) b = static_cast<std::byte>(random());
-    Region r;
+    Rect r;
     r.x = random() % width, r.y = random() % height;
     r.width = 1 + random() % (width - r.x), r.height = 1 + random() % (height - r.y);
     const TensorSpec part = make_part_spec(whole, r);

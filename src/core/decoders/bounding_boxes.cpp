@@ -13,6 +13,7 @@
 #include "core/detection/centroid_tracker.hpp"
 #include "core/detection/pixel_box.hpp"
 #include "core/draw/rgba_frame.hpp"
+#include "core/tensor/geometry.hpp"
 #include "weir/decoder.hpp"
 #include "weir/label_file.hpp"
 
@@ -21,7 +22,7 @@ namespace {
 
 // The box has its centre at x, y; its corners are scaled from `input` to `output` and truncated to
 // whole pixels.
-void draw_rotated(const detection::PixelBox& box, detection::PictureSize input, draw::Size output,
+void draw_rotated(const detection::PixelBox& box, Size input, Size output,
                   draw::RgbaFrame* frame) noexcept {
   struct Point {
     double x, y;
@@ -76,8 +77,8 @@ class BoundingBoxes {
     scheme.name = text("option1");
     scheme.parameters = text("option3");
     check_scheme(scheme.name);
-    const FrameSize output = read_size(options, "option4", "the size of the output");
-    const FrameSize input = read_size(options, "option5", "the size of the model's input");
+    const Size output = read_size(options, "option4", "the size of the output");
+    const Size input = read_size(options, "option5", "the size of the model's input");
     size_ = {output.width, output.height};
     scheme.input = input_ = {input.width, input.height};
     if (const std::string path = text("option2"); !path.empty()) {
@@ -107,7 +108,7 @@ class BoundingBoxes {
     const detection::PixelBoxes boxes = scheme_->find(tensors);
     if (tracks_) numbers_ = tracker_.follow(boxes);
     if (logs_) log(boxes);
-    draw::RgbaFrame canvas(output.reserve(size_.rgba_bytes()), size_);
+    draw::RgbaFrame canvas(output.reserve(draw::rgba_bytes(size_)), size_);
     canvas.clear();
     for (size_t i = 0; i < boxes.size(); ++i) draw_box(boxes[i], i, canvas);
     return true;
@@ -193,8 +194,8 @@ class BoundingBoxes {
     }
   }
 
-  draw::Size size_;
-  detection::PictureSize input_;
+  Size size_;
+  Size input_;
   std::vector<std::string> labels_;
   bool tracks_ = false, logs_ = false;
   std::unique_ptr<BoxScheme> scheme_;

@@ -8,6 +8,7 @@
 #include <vector>
 
 #include "core/detection/pixel_box.hpp"
+#include "core/tensor/geometry.hpp"
 #include "weir/module.hpp"
 
 namespace weir::decoders {
@@ -17,7 +18,7 @@ struct SchemeOptions {
   std::string name;              // as in option1
   std::string parameters;        // option3
   std::optional<size_t> labels;  // lines of the label file; nullopt without one
-  detection::PictureSize input;
+  Size input;
   const char* selected_by = "option1";  // the property whose value is `name`
 
   // Names the scheme in errors: "option1=yolov5".

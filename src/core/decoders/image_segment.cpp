@@ -10,6 +10,7 @@
 #include "core/decoders/tensor_values.hpp"
 #include "core/detection/segmentation.hpp"
 #include "core/draw/rgba_frame.hpp"
+#include "core/tensor/geometry.hpp"
 #include "core/text/error_text.hpp"
 #include "core/text/text.hpp"
 #include "weir/decoder.hpp"
@@ -92,7 +93,7 @@ class ImageSegment {
     const weir_tensor& tensor = frame.tensors[0];
     size_ = get_size(tensor.info);
     const std::span<const float> values = values_.read(tensor);
-    const std::span<std::byte> bytes = output.reserve(size_.rgba_bytes());
+    const std::span<std::byte> bytes = output.reserve(draw::rgba_bytes(size_));
     const std::span pixels(reinterpret_cast<draw::Rgba*>(bytes.data()),
                            size_t{size_.width} * size_.height);
     if (scheme_ == Scheme::Depths)
@@ -113,7 +114,7 @@ class ImageSegment {
     return (values > 0 ? std::to_string(values) + ":" : "") + "257:257";
   }
 
-  draw::Size get_size(const weir_tensor_info& info) const {
+  Size get_size(const weir_tensor_info& info) const {
     const size_t values = values_per_pixel();
     const uint32_t first = values > 0 ? 1 : 0;
     const int64_t width = dimension(info, first), height = dimension(info, first + 1);
@@ -203,7 +204,7 @@ class ImageSegment {
   Scheme scheme_;
   size_t classes_;  // including the background
   std::vector<draw::Rgba> colors_;
-  draw::Size size_;
+  Size size_;
   TensorValues values_;
 };
 

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #include "core/decoders/option_text.hpp"
+#include "core/tensor/geometry.hpp"
 
 #include "core/text/text.hpp"
 
@@ -10,7 +11,7 @@ constexpr uint64_t kMaxSide = 32767;  // pixels
 
 }  // namespace
 
-FrameSize read_size(const Options& options, const char* option, const char* meaning) {
+Size read_size(const Options& options, const char* option, const char* meaning) {
   const std::string text(options.get(option).value_or(""));
   const auto failure = [&](Code code, const char* what) {
     return Failure({.code = code,

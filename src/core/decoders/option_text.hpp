@@ -5,18 +5,14 @@
 #include <string>
 #include <string_view>
 
+#include "core/tensor/geometry.hpp"
 #include "weir/module.hpp"
 
 namespace weir::decoders {
 
-struct FrameSize {
-  uint32_t width = 0, height = 0;  // pixels, at least 1
-  bool operator==(const FrameSize&) const = default;
-};
-
-// Reads "W:H". `meaning` is the option's purpose for errors: "the size of the output". A missing or
-// empty option is an error too.
-FrameSize read_size(const Options& options, const char* option, const char* meaning);
+// Reads "W:H", pixels of at least 1. `meaning` is the option's purpose for errors: "the size of the
+// output". A missing or empty option is an error too.
+Size read_size(const Options& options, const char* option, const char* meaning);
 // Reads "0" or "1"; false if the option is missing or empty.
 bool read_switch(const Options& options, const char* option);
 

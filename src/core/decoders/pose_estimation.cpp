@@ -9,6 +9,7 @@
 #include "core/decoders/option_text.hpp"
 #include "core/decoders/tensor_values.hpp"
 #include "core/detection/pose.hpp"
+#include "core/tensor/geometry.hpp"
 #include "core/text/error_text.hpp"
 #include "core/text/text.hpp"
 #include "weir/decoder.hpp"
@@ -75,7 +76,7 @@ class PoseEstimation {
     const auto offsets = has_offsets_ ? offsets_.read(tensors[1]) : std::span<const float>();
     for (size_t i = 0; i < peaks_.size(); ++i)
       joints_[i] = has_offsets_ ? joint_with_offset(i, grid, offsets) : joint_of_cell(peaks_[i]);
-    draw::RgbaFrame canvas(output.reserve(output_.rgba_bytes()), output_);
+    draw::RgbaFrame canvas(output.reserve(draw::rgba_bytes(output_)), output_);
     canvas.clear();
     draw::draw_skeleton(canvas, joints_, body_.bones, draw::kWhite);
     draw::draw_names(canvas, joints_, body_.names, draw::kWhite);
@@ -174,8 +175,8 @@ class PoseEstimation {
   }
 
   bool has_offsets_;
-  draw::Size output_;
-  detection::PictureSize input_;
+  Size output_;
+  Size input_;
   KeyPoints body_;
   std::string body_text_;  // where the key points come from
   TensorValues maps_, offsets_;

@@ -18,6 +18,7 @@
 #include "core/results/object_selection.hpp"
 #include "core/results/picture_coordinates.hpp"
 #include "core/results/results_writer.hpp"
+#include "core/tensor/geometry.hpp"
 #include "core/text/shell_quote.hpp"
 #include "core/text/text.hpp"
 #include "weir/decoder.hpp"
@@ -35,7 +36,7 @@ struct ResultsSettings {
   std::vector<std::string> labels;
   std::vector<std::string> classes;  // names or numbers, as the user wrote them; empty = all
   std::string head;                  // "" = recognised
-  detection::PictureSize input;      // of the model; 0 x 0 = from the stream
+  Size input;                        // of the model; 0 x 0 = from the stream
   std::string name;                  // weir-source; "" = the model's file
   std::map<std::string, std::string> custom;  // of the head
 
@@ -132,7 +133,7 @@ ResultsSettings read_results_settings(const Options& options) {
       set_text(option.key, option.value, &out);
   }
   if (options.get("input")) {
-    const FrameSize size = read_size(options, "input", "the size of the model's input");
+    const Size size = read_size(options, "input", "the size of the model's input");
     out.input = {size.width, size.height};
   }
   return out;
@@ -250,7 +251,7 @@ class ResultsDecoder {
     follow_shapes(tensors);
     const auto described = model_.with_quantisation(tensors);
     values_.begin(described);
-    detection::PictureSize input = facts_.input;
+    Size input = facts_.input;
     if (map) input = {map->width, map->height};
     const auto kept =
         results::select(head_->find(values_, input), {.rivals = to_rivals(head_->suppression()),

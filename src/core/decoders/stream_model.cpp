@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #include "core/decoders/stream_model.hpp"
+#include "core/tensor/geometry.hpp"
 
 #include <algorithm>
 #include <filesystem>
@@ -93,23 +94,21 @@ void StreamModel::set(const weir_stream_model* model) noexcept try {
 }
 
 // C:W:H or W:H:C, innermost first, by the dimension that can be a number of channels.
-detection::PictureSize StreamModel::input_size() const noexcept {
+Size StreamModel::input_size() const noexcept {
   if (inputs_.empty() || inputs_[0].shape.size() < 3) return {};
   const auto& shape = inputs_[0].shape;
   const auto at = [&](size_t from_inner) { return shape[shape.size() - 1 - from_inner]; };
   const auto size = [](int64_t width, int64_t height) {
     const bool known = width > 0 && height > 0 && width <= 65536 && height <= 65536;
-    return known
-               ? detection::PictureSize{static_cast<uint32_t>(width), static_cast<uint32_t>(height)}
-               : detection::PictureSize{};
+    return known ? Size{static_cast<uint32_t>(width), static_cast<uint32_t>(height)} : Size{};
   };
   const bool is_planar = at(2) == 1 || at(2) == 3 || at(2) == 4;
   const bool is_packed = at(0) == 1 || at(0) == 3 || at(0) == 4;
   return is_planar && !is_packed ? size(at(0), at(1)) : is_packed ? size(at(1), at(2)) : size(0, 0);
 }
 
-ModelSignature StreamModel::facts(std::span<const weir_tensor_info> tensors,
-                                  detection::PictureSize input, size_t labels) const {
+ModelSignature StreamModel::facts(std::span<const weir_tensor_info> tensors, Size input,
+                                  size_t labels) const {
   ModelSignature out;
   out.metadata = metadata_;
   out.labels = labels > 0 ? labels : labels_.size();
@@ -132,8 +131,8 @@ ModelSignature StreamModel::facts(std::span<const weir_tensor_info> tensors,
   return out;
 }
 
-ModelSignature StreamModel::facts(std::span<const weir_tensor> tensors,
-                                  detection::PictureSize input, size_t labels) const {
+ModelSignature StreamModel::facts(std::span<const weir_tensor> tensors, Size input,
+                                  size_t labels) const {
   std::vector<weir_tensor_info> infos;
   for (const weir_tensor& tensor : tensors) infos.push_back(tensor.info);
   return facts(infos, input, labels);

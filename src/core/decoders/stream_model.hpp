@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "core/heads/head.hpp"
+#include "core/tensor/geometry.hpp"
 #include "core/tensor/model_tensor.hpp"
 #include "weir/abi.h"
 #include "weir/source_map.hpp"
@@ -25,16 +26,16 @@ class StreamModel {
 
   // Facts of a stream with these tensors. Without tensors (a flexible stream before its first
   // frame) those of the model; throws Failure (SPEC_MISMATCH) if the model is not known either.
-  heads::ModelSignature facts(std::span<const weir_tensor_info> tensors,
-                              detection::PictureSize input, size_t labels) const;
-  heads::ModelSignature facts(std::span<const weir_tensor> tensors, detection::PictureSize input,
+  heads::ModelSignature facts(std::span<const weir_tensor_info> tensors, Size input,
+                              size_t labels) const;
+  heads::ModelSignature facts(std::span<const weir_tensor> tensors, Size input,
                               size_t labels) const;
   // The tensors with the model's quantisation where their element type is the model's. Valid until
   // the next call.
   std::span<const weir_tensor> with_quantisation(std::span<const weir_tensor> tensors);
 
  private:
-  detection::PictureSize input_size() const noexcept;
+  Size input_size() const noexcept;
 
   std::vector<ModelTensor> inputs_, outputs_;
   std::map<std::string, std::string> metadata_;

@@ -7,6 +7,7 @@
 
 #include "core/decoders/box_scheme.hpp"
 #include "core/decoders/option_text.hpp"
+#include "core/tensor/geometry.hpp"
 #include "core/tensor/tensor_header.hpp"
 #include "core/text/text.hpp"
 #include "weir/decoder.hpp"
@@ -48,7 +49,7 @@ size_t count_labels(const Options& options) {
                  .fix = "option2=/path/to/labels.txt"});
 }
 
-detection::PictureSize read_input_size(const Options& options) {
+Size read_input_size(const Options& options) {
   if (options.get("option4").value_or("").empty()) return {300, 300};
   const auto size = read_size(options, "option4", "the size of the model's input");
   return {size.width, size.height};

@@ -6,6 +6,7 @@
 #include "core/decoders/tensor_values.hpp"
 #include "core/detection/box_layouts.hpp"
 #include "core/detection/pixel_box.hpp"
+#include "core/tensor/geometry.hpp"
 
 namespace weir::decoders {
 namespace {
@@ -24,7 +25,7 @@ struct Version {
   size_t anchors;  // of each cell
   bool is_oriented;
   detection::Candidates (*decode)(std::span<const float> rows, size_t classes, float threshold,
-                                  detection::YoloUnit unit, detection::PictureSize picture);
+                                  detection::YoloUnit unit, Size picture);
 };
 constexpr Version kV5{5, 3, false, detection::decode_yolov5};
 constexpr Version kV8{4, 1, false, detection::decode_yolov8};

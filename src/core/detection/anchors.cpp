@@ -8,6 +8,7 @@
 #include <string>
 
 #include "core/detection/best_class.hpp"
+#include "core/tensor/geometry.hpp"
 #include "core/text/text.hpp"
 
 namespace weir::detection {
@@ -89,7 +90,7 @@ std::vector<AnchorSize> make_sizes(uint32_t grid) {
 
 // Calls `visit` with the number, the columns and the rows of each grid.
 template <class Visit>
-void for_each_grid(PictureSize input, Visit visit) {
+void for_each_grid(Size input, Visit visit) {
   uint32_t columns = input.width / kFirstStride + (input.width % kFirstStride > 0 ? 1 : 0);
   uint32_t rows = input.height / kFirstStride + (input.height % kFirstStride > 0 ? 1 : 0);
   for (uint32_t grid = 0; grid < kGrids; ++grid) {
@@ -144,7 +145,7 @@ Result<BoxPriors> parse_box_priors(std::string_view text) {
 }
 
 Candidates decode(const SsdHead& head, const BoxPriors& priors, const SsdScales& scales,
-                  float threshold, PictureSize picture, SsdClass choice) {
+                  float threshold, Size picture, SsdClass choice) {
   const auto picture_width = static_cast<float>(picture.width);
   const auto picture_height = static_cast<float>(picture.height);
   const float min = logit(threshold);
@@ -169,7 +170,7 @@ Candidates decode(const SsdHead& head, const BoxPriors& priors, const SsdScales&
   return found;
 }
 
-size_t ssd_anchor_count(PictureSize input) noexcept {
+size_t ssd_anchor_count(Size input) noexcept {
   constexpr size_t kOfFirst = 3, kOfOthers = 6;
   size_t count = 0;
   for_each_grid(input, [&](uint32_t grid, uint32_t columns, uint32_t rows) {
@@ -178,7 +179,7 @@ size_t ssd_anchor_count(PictureSize input) noexcept {
   return count;
 }
 
-BoxPriors make_ssd_anchors(PictureSize input) {
+BoxPriors make_ssd_anchors(Size input) {
   BoxPriors out;
   for_each_grid(input, [&](uint32_t grid, uint32_t columns, uint32_t rows) {
     const auto sizes = make_sizes(grid);
@@ -208,7 +209,7 @@ std::vector<Anchor> make_palm_anchors(const PalmAnchorOptions& options) {
 }
 
 Candidates decode_palms(std::span<const float> boxes, std::span<const float> scores,
-                        std::span<const Anchor> anchors, float threshold, PictureSize picture) {
+                        std::span<const Anchor> anchors, float threshold, Size picture) {
   constexpr float kMaxRaw = 100;
   const auto picture_width = static_cast<float>(picture.width);
   const auto picture_height = static_cast<float>(picture.height);

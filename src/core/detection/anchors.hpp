@@ -8,6 +8,7 @@
 #include <vector>
 
 #include "core/detection/candidate.hpp"
+#include "core/tensor/geometry.hpp"
 #include "weir/result.hpp"
 
 namespace weir::detection {
@@ -45,16 +46,16 @@ enum class SsdClass {
 // Boxes that are not finite are left out. Preconditions: as many boxes as anchors and at least as
 // many priors; classes > 0.
 Candidates decode(const SsdHead& head, const BoxPriors& priors, const SsdScales& scales,
-                  float threshold, PictureSize picture, SsdClass choice = SsdClass::Best);
+                  float threshold, Size picture, SsdClass choice = SsdClass::Best);
 
 // The anchors of SSD MobileNet, from the description of the network (Liu et al., 2016).
 
 // Six grids of ceil(input / 16) cells and half as many each, rounded up; scales from 0.2 to 0.95.
 // Each cell has 6 anchors of the ratios 1, 2, 1/2, 3, 1/3 and 1, those of the first grid 3. Grids,
 // rows, columns, then anchors.
-BoxPriors make_ssd_anchors(PictureSize input);
+BoxPriors make_ssd_anchors(Size input);
 // Their number.
-size_t ssd_anchor_count(PictureSize input) noexcept;
+size_t ssd_anchor_count(Size input) noexcept;
 
 // MediaPipe's palm detector: its anchors and its head, which is relative to them.
 
@@ -80,6 +81,6 @@ inline constexpr size_t kPalmRow = 18;  // y, x, height, width, then 7 key point
 // that are not finite are left out. Preconditions: kPalmRow values in `boxes` for each score, and
 // at least as many anchors.
 Candidates decode_palms(std::span<const float> boxes, std::span<const float> scores,
-                        std::span<const Anchor> anchors, float threshold, PictureSize picture);
+                        std::span<const Anchor> anchors, float threshold, Size picture);
 
 }  // namespace weir::detection

@@ -4,6 +4,7 @@
 #include <algorithm>
 
 #include "core/detection/best_class.hpp"
+#include "core/tensor/geometry.hpp"
 
 namespace weir::detection {
 namespace {
@@ -11,7 +12,7 @@ namespace {
 constexpr size_t kFixed = 4;
 
 Candidates decode_rows(std::span<const float> rows, size_t classes, bool is_oriented,
-                       float threshold, YoloUnit unit, PictureSize picture) {
+                       float threshold, YoloUnit unit, Size picture) {
   const size_t length = kFixed + classes + (is_oriented ? 1 : 0);
   const bool scales = unit == YoloUnit::Picture;
   const float to_x = scales ? static_cast<float>(picture.width) : 1;
@@ -39,7 +40,7 @@ Candidates decode_rows(std::span<const float> rows, size_t classes, bool is_orie
 }  // namespace
 
 Candidates decode_yolov5(std::span<const float> rows, size_t classes, float threshold,
-                         YoloUnit unit, PictureSize picture) {
+                         YoloUnit unit, Size picture) {
   constexpr size_t kFixed = 5;
   const size_t length = kFixed + classes;
   const bool scales = unit == YoloUnit::Picture;
@@ -64,7 +65,7 @@ Candidates decode_yolov5(std::span<const float> rows, size_t classes, float thre
   return found;
 }
 
-size_t yolo_rows(PictureSize picture, size_t anchors) noexcept {
+size_t yolo_rows(Size picture, size_t anchors) noexcept {
   size_t cells = 0;
   for (const size_t stride : {32, 16, 8})
     cells += (picture.width / stride) * (picture.height / stride);
@@ -72,16 +73,16 @@ size_t yolo_rows(PictureSize picture, size_t anchors) noexcept {
 }
 
 Candidates decode_yolov8(std::span<const float> rows, size_t classes, float threshold,
-                         YoloUnit unit, PictureSize picture) {
+                         YoloUnit unit, Size picture) {
   return decode_rows(rows, classes, false, threshold, unit, picture);
 }
 
 Candidates decode_yolov8_obb(std::span<const float> rows, size_t classes, float threshold,
-                             YoloUnit unit, PictureSize picture) {
+                             YoloUnit unit, Size picture) {
   return decode_rows(rows, classes, true, threshold, unit, picture);
 }
 
-Candidates decode_yolov10(std::span<const float> rows, float threshold, PictureSize picture) {
+Candidates decode_yolov10(std::span<const float> rows, float threshold, Size picture) {
   const auto width = static_cast<float>(picture.width), height = static_cast<float>(picture.height);
   Candidates found;
   for (size_t i = 0; i < rows.size() / kYolov10Row; ++i) {
@@ -102,7 +103,7 @@ Candidates decode_yolov10(std::span<const float> rows, float threshold, PictureS
   return found;
 }
 
-Candidates decode_openvino(std::span<const float> records, float threshold, PictureSize picture) {
+Candidates decode_openvino(std::span<const float> records, float threshold, Size picture) {
   const auto width = static_cast<float>(picture.width), height = static_cast<float>(picture.height);
   Candidates found;
   for (size_t i = 0; i < records.size() / kOpenvinoRecord; ++i) {
@@ -123,7 +124,7 @@ Candidates decode_openvino(std::span<const float> records, float threshold, Pict
   return found;
 }
 
-Candidates decode(const PostprocessedSsd& head, float threshold, PictureSize picture) {
+Candidates decode(const PostprocessedSsd& head, float threshold, Size picture) {
   const auto width = static_cast<float>(picture.width), height = static_cast<float>(picture.height);
   const auto part = [](float value) { return std::clamp(value, 0.f, 1.f); };
   const size_t rows =

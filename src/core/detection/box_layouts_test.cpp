@@ -8,11 +8,12 @@
 
 #include "core/detection/best_class.hpp"
 #include "core/detection/box_layouts.hpp"
+#include "core/tensor/geometry.hpp"
 
 namespace weir::detection {
 namespace box_layouts_test {
 
-constexpr PictureSize kPicture{640, 320};
+constexpr Size kPicture{640, 320};
 const float kNan = std::nanf(""), kInfinity = INFINITY;
 
 TEST(BestClass, IsTheFirstGreatestNumber) {

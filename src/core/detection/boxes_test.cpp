@@ -10,11 +10,12 @@
 
 #include "core/detection/centroid_tracker.hpp"
 #include "core/detection/pixel_box.hpp"
+#include "core/tensor/geometry.hpp"
 
 namespace weir::detection {
 namespace boxes_test {
 
-constexpr PictureSize kPicture{100, 50};
+constexpr Size kPicture{100, 50};
 
 PixelBox box(int32_t x, int32_t y, int32_t width, int32_t height, float probability = 0.5f) {
   return {x, y, width, height, 0, probability, 0};

@@ -7,12 +7,6 @@
 
 namespace weir::detection {
 
-// The size of the model's input picture.
-struct PictureSize {
-  uint32_t width = 0, height = 0;  // pixels
-  bool operator==(const PictureSize&) const = default;
-};
-
 struct Candidate {
   // Pixels of the model's input: top left corner and size. Neither is clamped to the picture.
   float x = 0, y = 0, width = 0, height = 0;

@@ -6,6 +6,7 @@
 #include <memory>
 
 #include "core/detection/box_grid.hpp"
+#include "core/tensor/geometry.hpp"
 
 namespace weir::detection {
 namespace {
@@ -83,7 +84,7 @@ PixelBoxes suppress_by(PixelBoxes boxes, float threshold) {
 
 }  // namespace
 
-PixelBox to_pixels(const Candidate& candidate, Limits limits, PictureSize picture) noexcept {
+PixelBox to_pixels(const Candidate& candidate, Limits limits, Size picture) noexcept {
   PixelBox box{truncated(candidate.x),
                truncated(candidate.y),
                truncated(candidate.width),
@@ -100,7 +101,7 @@ PixelBox to_pixels(const Candidate& candidate, Limits limits, PictureSize pictur
   return box;
 }
 
-PixelBoxes to_pixels(std::span<const Candidate> candidates, Limits limits, PictureSize picture) {
+PixelBoxes to_pixels(std::span<const Candidate> candidates, Limits limits, Size picture) {
   PixelBoxes boxes;
   boxes.reserve(candidates.size());
   for (const Candidate& candidate : candidates)

@@ -6,6 +6,7 @@
 #include <vector>
 
 #include "core/detection/candidate.hpp"
+#include "core/tensor/geometry.hpp"
 
 namespace weir::detection {
 
@@ -27,8 +28,8 @@ enum class Limits {
 };
 
 // Truncates towards zero; values beyond 32 bits become the nearest that fits. Precondition: finite.
-PixelBox to_pixels(const Candidate& candidate, Limits limits, PictureSize picture) noexcept;
-PixelBoxes to_pixels(std::span<const Candidate> candidates, Limits limits, PictureSize picture);
+PixelBox to_pixels(const Candidate& candidate, Limits limits, Size picture) noexcept;
+PixelBoxes to_pixels(std::span<const Candidate> candidates, Limits limits, Size picture);
 
 // Intersection over union with an inclusive intersection; above 1 for equal boxes, 0 where the
 // quotient is negative.

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #include "core/detection/pose.hpp"
+#include "core/tensor/geometry.hpp"
 
 #include <algorithm>
 #include <cmath>
@@ -70,8 +71,7 @@ void find_peaks(std::span<const float> maps, const HeatGrid& grid, Heat heat,
 }
 
 PosePoint position_with_offset(const HeatPeak& peak, const HeatGrid& grid,
-                               std::span<const float> offsets, size_t index,
-                               PictureSize input) noexcept {
+                               std::span<const float> offsets, size_t index, Size input) noexcept {
   const float* offset = offsets.data() + (peak.row * grid.width + peak.column) * 2 * grid.points;
   const auto place = [](uint32_t cell, size_t cells, uint32_t pixels) {
     return static_cast<float>(cell) / static_cast<float>(cells - 1) * static_cast<float>(pixels);

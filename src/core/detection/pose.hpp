@@ -6,6 +6,7 @@
 #include <span>
 
 #include "core/detection/candidate.hpp"
+#include "core/tensor/geometry.hpp"
 
 namespace weir::detection {
 
@@ -45,7 +46,6 @@ struct PosePoint {
 // `offsets` has twice as many values per cell as the heat map: all y, then all x. The result is not
 // finite if the offset is not. Precondition: the grid has at least 2 columns and 2 rows.
 PosePoint position_with_offset(const HeatPeak& peak, const HeatGrid& grid,
-                               std::span<const float> offsets, size_t index,
-                               PictureSize input) noexcept;
+                               std::span<const float> offsets, size_t index, Size input) noexcept;
 
 }  // namespace weir::detection

@@ -1,6 +1,7 @@
 // Tests of heat maps and offsets, with expected values in closed form and from NumPy.
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #include "core/detection/pose.hpp"
+#include "core/tensor/geometry.hpp"
 
 #include <gtest/gtest.h>
 
@@ -82,7 +83,7 @@ TEST(PositionWithOffset, SpreadsTheCellsOverTheInputAndAddsTheOffset) {
   offsets[cell + 1] = -1.5f;  // y of key point 1
   offsets[cell + 2] = 2;      // x of key point 0
   offsets[cell + 3] = -9;     // x of key point 1
-  const PictureSize input{321, 240};
+  const Size input{321, 240};
   EXPECT_EQ(position_with_offset({4, 1, 1}, grid, offsets, 0, input), (PosePoint{323, 127}));
   EXPECT_EQ(position_with_offset({4, 1, 1}, grid, offsets, 1, input), (PosePoint{312, 118.5f}));
   EXPECT_EQ(position_with_offset({0, 0, 1}, grid, offsets, 0, input), (PosePoint{0, 0}));

@@ -13,6 +13,7 @@
 #include <span>
 #include <string_view>
 #include <vector>
+#include "core/tensor/geometry.hpp"
 
 namespace weir::draw {
 
@@ -25,18 +26,15 @@ static_assert(sizeof(Rgba) == 4 && alignof(Rgba) == 1);
 
 inline constexpr Rgba kTransparent{}, kRed{255, 0, 0, 255}, kWhite{255, 255, 255, 255};
 
-// A size of `width` x `height` pixels.
-struct Size {
-  uint32_t width = 0, height = 0;
-  size_t rgba_bytes() const noexcept { return sizeof(Rgba) * width * height; }
-  bool operator==(const Size&) const = default;
-};
+inline size_t rgba_bytes(Size size) noexcept {
+  return sizeof(Rgba) * size.width * size.height;
+}
 
 // Every function clips at the edges of the frame, and its cost depends on the pixels in the frame
 // only: coordinates may be anything.
 class RgbaFrame {
  public:
-  // Borrows `bytes`. Precondition: they are size.rgba_bytes() long and aligned to 4.
+  // Borrows `bytes`. Precondition: they are rgba_bytes(size) long and aligned to 4.
   RgbaFrame(std::span<std::byte> bytes, Size size) noexcept
       : pixels_(reinterpret_cast<uint32_t*>(bytes.data())),
         width_(size.width),

@@ -10,6 +10,7 @@
 
 #include "core/draw/glyphs.hpp"
 #include "core/draw/rgba_frame.hpp"
+#include "core/tensor/geometry.hpp"
 
 namespace weir::draw {
 namespace rgba_frame_test {
@@ -19,7 +20,7 @@ constexpr int64_t kHigh = std::numeric_limits<int32_t>::max();
 
 struct TestFrame {
   explicit TestFrame(Size frame_size)
-      : size(frame_size), bytes(frame_size.rgba_bytes()), frame(bytes, frame_size) {}
+      : size(frame_size), bytes(draw::rgba_bytes(frame_size)), frame(bytes, frame_size) {}
   TestFrame(const TestFrame&) = delete;
   TestFrame& operator=(const TestFrame&) = delete;
   Rgba at(int64_t x, int64_t y) const {

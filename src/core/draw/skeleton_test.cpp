@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "core/draw/glyphs.hpp"
+#include "core/tensor/geometry.hpp"
 
 namespace weir::draw {
 namespace skeleton_test {
@@ -16,7 +17,7 @@ using Rows = std::vector<std::string>;
 // A frame of its own, as rows of text: '#' white, '.' transparent, '?' anything else.
 struct Drawing {
   Drawing(uint32_t width, uint32_t height)
-      : size{width, height}, bytes(size.rgba_bytes()), frame(bytes, size) {
+      : size{width, height}, bytes(draw::rgba_bytes(size)), frame(bytes, size) {
     frame.clear();
   }
   Rows rows() const {

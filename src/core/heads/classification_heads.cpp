@@ -7,12 +7,12 @@
 
 #include "core/heads/coordinates.hpp"
 #include "core/heads/output_shapes.hpp"
+#include "core/tensor/geometry.hpp"
 
 namespace weir::heads {
 namespace {
 
 using detection::Candidates;
-using detection::PictureSize;
 
 // What an 8-bit output of an unknown quantisation is divided by: 1 is its greatest value.
 struct Steps {
@@ -40,7 +40,7 @@ class Classifier final : public Head {
     return {.has_boxes = false, .has_class_scores = true};
   }
 
-  Candidates find(OutputValues& outputs, PictureSize) override {
+  Candidates find(OutputValues& outputs, Size) override {
     const auto numbers = outputs.read(0);
     scores_.assign(numbers.begin(), numbers.end());
     if (steps_.count != 1)
@@ -56,7 +56,7 @@ class Classifier final : public Head {
     return found;
   }
 
-  void complete(OutputValues&, std::span<const detection::Candidate> kept, PictureSize,
+  void complete(OutputValues&, std::span<const detection::Candidate> kept, Size,
                 results::FrameResults* results) override {
     results->n_classes = scores_.size();
     for (size_t i = 0; i < kept.size(); ++i)

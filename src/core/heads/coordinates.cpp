@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #include "core/heads/coordinates.hpp"
+#include "core/tensor/geometry.hpp"
 
 #include <cmath>
 #include <utility>
@@ -33,7 +34,7 @@ void CornerBoxes::add(std::span<const float, 4> box, float score, float class_in
   found_.push_back(candidate);
 }
 
-detection::Candidates CornerBoxes::take(detection::PictureSize input) {
+detection::Candidates CornerBoxes::take(Size input) {
   const Unit unit = unit_ == Unit::Automatic ? numbers_.unit() : unit_;
   if (unit == Unit::Picture && !found_.empty()) {
     require_size(input);
@@ -46,7 +47,7 @@ detection::Candidates CornerBoxes::take(detection::PictureSize input) {
   return std::exchange(found_, {});
 }
 
-void require_size(detection::PictureSize input) {
+void require_size(Size input) {
   if (input.width > 0) return;
   throw Failure({.code = Code::SPEC_MISMATCH,
                  .what = "the size of the model's input is not known",

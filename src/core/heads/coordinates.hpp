@@ -4,6 +4,7 @@
 #include <span>
 
 #include "core/heads/head_options.hpp"
+#include "core/tensor/geometry.hpp"
 
 namespace weir::heads {
 
@@ -40,7 +41,7 @@ class CornerBoxes {
   // x2, y2. `class_index` below 0 is left out too.
   void add(std::span<const float, 4> box, float score, float class_index, size_t row);
   // The objects since begin(), in pixels of the model's input.
-  detection::Candidates take(detection::PictureSize input);
+  detection::Candidates take(Size input);
 
  private:
   Unit unit_;
@@ -53,6 +54,6 @@ class CornerBoxes {
 bool reaches(float score, float threshold) noexcept;
 
 // Throws Failure (SPEC_MISMATCH) if coordinates are parts of a picture whose size is not known.
-void require_size(detection::PictureSize input);
+void require_size(Size input);
 
 }  // namespace weir::heads

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #include "core/heads/dense_head.hpp"
+#include "core/tensor/geometry.hpp"
 
 #include <algorithm>
 #include <cmath>
@@ -9,7 +10,6 @@ namespace {
 
 using detection::Candidate;
 using detection::Candidates;
-using detection::PictureSize;
 
 constexpr size_t kBox = 4;
 constexpr size_t kSamples = 64;  // cells that are looked at to find the unit
@@ -34,7 +34,7 @@ Suppression DenseHead::suppression() const noexcept {
   return spec_.has_angle ? Suppression::Rotated : Suppression::ByClass;
 }
 
-PictureSize DenseHead::known(PictureSize input) const noexcept {
+Size DenseHead::known(Size input) const noexcept {
   return input.width > 0 ? input : spec_.layout.input;
 }
 
@@ -47,7 +47,7 @@ std::span<const float> DenseHead::read(OutputValues& outputs) const {
                  .needed = std::to_string(scores_.cells * scores_.values)});
 }
 
-std::span<const CellPlace> DenseHead::places(PictureSize input) {
+std::span<const CellPlace> DenseHead::places(Size input) {
   if (input != placed_ || places_.empty()) {
     places_ = cell_places(spec_.layout, input);
     placed_ = input;
@@ -56,7 +56,7 @@ std::span<const CellPlace> DenseHead::places(PictureSize input) {
 }
 
 // Which reading of the centres is nearest to the cells they belong to. Cells of zeros say nothing.
-Unit DenseHead::unit_of_grid(std::span<const float> numbers, PictureSize input) {
+Unit DenseHead::unit_of_grid(std::span<const float> numbers, Size input) {
   const auto where = places(input);
   double pixels = 0, parts = 0, cells = 0;  // distances
   const auto add = [&](size_t cell) {
@@ -78,7 +78,7 @@ Unit DenseHead::unit_of_grid(std::span<const float> numbers, PictureSize input) 
                                          : Unit::Pixels;
 }
 
-Unit DenseHead::choose_unit(std::span<const float> numbers, PictureSize input) {
+Unit DenseHead::choose_unit(std::span<const float> numbers, Size input) {
   if (spec_.unit != Unit::Automatic) return spec_.unit;
   if (spec_.may_be_cells && !places(input).empty()) return unit_of_grid(numbers, input);
   UnitOfNumbers unit;
@@ -115,8 +115,8 @@ Candidate DenseHead::make_candidate(const detection::ScoredCell& found,
           .angle = spec_.has_angle ? number(scores_.values - 1) : 0};
 }
 
-Candidates DenseHead::find(OutputValues& outputs, PictureSize frame_input) {
-  const PictureSize input = known(frame_input);
+Candidates DenseHead::find(OutputValues& outputs, Size frame_input) {
+  const Size input = known(frame_input);
   const auto numbers = read(outputs);
   found_.clear();
   detection::find_scored_cells(numbers, scores_, threshold_, &found_);
@@ -138,8 +138,8 @@ Candidates DenseHead::find(OutputValues& outputs, PictureSize frame_input) {
   return candidates;
 }
 
-void DenseHead::complete(OutputValues& outputs, std::span<const Candidate> kept,
-                         PictureSize frame_input, results::FrameResults* results) {
+void DenseHead::complete(OutputValues& outputs, std::span<const Candidate> kept, Size frame_input,
+                         results::FrameResults* results) {
   if (kept.empty()) return;
   const auto numbers = read(outputs);
   if (spec_.points > 0) add_points(numbers, kept, results);
@@ -164,7 +164,7 @@ void DenseHead::add_points(std::span<const float> numbers, std::span<const Candi
 
 // All masks have the size of the largest box in cells of the prototypes.
 void DenseHead::add_masks(OutputValues& outputs, std::span<const float> numbers,
-                          std::span<const Candidate> kept, PictureSize input,
+                          std::span<const Candidate> kept, Size input,
                           results::FrameResults* results) {
   const PrototypeFacts& facts = *spec_.prototypes;
   require_size(input);

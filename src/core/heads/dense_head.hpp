@@ -7,6 +7,7 @@
 #include "core/detection/instance_masks.hpp"
 #include "core/heads/coordinates.hpp"
 #include "core/heads/dense_layout.hpp"
+#include "core/tensor/geometry.hpp"
 
 namespace weir::heads {
 
@@ -37,24 +38,24 @@ class DenseHead final : public Head {
   results::Features features() const override;
   Suppression suppression() const noexcept override;
   size_t classes() const noexcept override { return spec_.classes; }
-  detection::Candidates find(OutputValues& outputs, detection::PictureSize input) override;
-  void complete(OutputValues& outputs, std::span<const detection::Candidate> kept,
-                detection::PictureSize input, results::FrameResults* results) override;
+  detection::Candidates find(OutputValues& outputs, Size input) override;
+  void complete(OutputValues& outputs, std::span<const detection::Candidate> kept, Size input,
+                results::FrameResults* results) override;
 
  private:
   struct Scale {
     float x = 1, y = 1;
   };
-  detection::PictureSize known(detection::PictureSize input) const noexcept;
-  Unit choose_unit(std::span<const float> numbers, detection::PictureSize input);
-  Unit unit_of_grid(std::span<const float> numbers, detection::PictureSize input);
+  Size known(Size input) const noexcept;
+  Unit choose_unit(std::span<const float> numbers, Size input);
+  Unit unit_of_grid(std::span<const float> numbers, Size input);
   void add_points(std::span<const float> numbers, std::span<const detection::Candidate> kept,
                   results::FrameResults* results) const;
   void add_masks(OutputValues& outputs, std::span<const float> numbers,
-                 std::span<const detection::Candidate> kept, detection::PictureSize input,
+                 std::span<const detection::Candidate> kept, Size input,
                  results::FrameResults* results);
   std::span<const float> read(OutputValues& outputs) const;
-  std::span<const CellPlace> places(detection::PictureSize input);
+  std::span<const CellPlace> places(Size input);
   // `where` is empty unless the numbers are relative to cells.
   detection::Candidate make_candidate(const detection::ScoredCell& found,
                                       std::span<const float> numbers,
@@ -65,8 +66,8 @@ class DenseHead final : public Head {
   float threshold_;
   std::vector<detection::ScoredCell> found_;
   std::vector<CellPlace> places_;
-  detection::PictureSize placed_{};  // the input that places_ are of
-  Scale scale_;                      // of the coordinates of the last frame, to pixels
+  Size placed_{};  // the input that places_ are of
+  Scale scale_;    // of the coordinates of the last frame, to pixels
   detection::InstanceMasks masks_;
 };
 

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #include "core/heads/dense_layout.hpp"
+#include "core/tensor/geometry.hpp"
 
 #include <cmath>
 #include <initializer_list>
@@ -7,7 +8,6 @@
 namespace weir::heads {
 namespace {
 
-using detection::PictureSize;
 using Strides = std::initializer_list<uint32_t>;
 
 // Grids of models: the usual ones, small models, models for small objects and for large pictures.
@@ -18,7 +18,7 @@ uint32_t cells_along(uint32_t side, uint32_t stride) {
   return side / stride + (side % stride > 0 ? 1 : 0);
 }
 
-size_t count_cells(PictureSize input, std::span<const uint32_t> strides) {
+size_t count_cells(Size input, std::span<const uint32_t> strides) {
   size_t cells = 0;
   for (const uint32_t stride : strides)
     cells += size_t{cells_along(input.width, stride)} * cells_along(input.height, stride);
@@ -26,7 +26,7 @@ size_t count_cells(PictureSize input, std::span<const uint32_t> strides) {
 }
 
 // The square picture with this many cells.
-PictureSize square_with(size_t cells, Strides strides) {
+Size square_with(size_t cells, Strides strides) {
   const uint32_t largest = strides.end()[-1];
   size_t cells_of_a_block = 0;  // of a square of the largest stride
   for (const uint32_t stride : strides)
@@ -45,14 +45,13 @@ DenseLayout make_layout(const Shape& shape, size_t row_dimension) {
           .rows_are_inner = row_dimension == 0};
 }
 
-std::optional<DenseLayout> with_strides(const Shape& shape, size_t row_dimension,
-                                        PictureSize input) {
+std::optional<DenseLayout> with_strides(const Shape& shape, size_t row_dimension, Size input) {
   DenseLayout layout = make_layout(shape, row_dimension);
   for (const Strides& strides : kStrides)
     for (const size_t anchors : {1u, 3u}) {
       if (layout.rows % anchors != 0) continue;
       const size_t cells = layout.rows / anchors;
-      const PictureSize size = input.width > 0 ? input : square_with(cells, strides);
+      const Size size = input.width > 0 ? input : square_with(cells, strides);
       if (size.width == 0 || count_cells(size, {strides.begin(), strides.end()}) != cells) continue;
       layout.anchors = anchors;
       layout.strides = strides;
@@ -64,7 +63,7 @@ std::optional<DenseLayout> with_strides(const Shape& shape, size_t row_dimension
 
 }  // namespace
 
-std::optional<DenseLayout> find_dense_layout(const Shape& shape, PictureSize input) {
+std::optional<DenseLayout> find_dense_layout(const Shape& shape, Size input) {
   if (shape.min_rank() != 2) return std::nullopt;
   const size_t larger = shape[0] > shape[1] ? 0 : 1;
   for (const size_t dimension : {larger, 1 - larger})
@@ -72,7 +71,7 @@ std::optional<DenseLayout> find_dense_layout(const Shape& shape, PictureSize inp
   return std::nullopt;
 }
 
-std::optional<DenseLayout> any_dense_layout(const Shape& shape, PictureSize input) {
+std::optional<DenseLayout> any_dense_layout(const Shape& shape, Size input) {
   if (shape.min_rank() > 2) return std::nullopt;
   if (auto layout = find_dense_layout(shape, input)) return layout;
   if (shape.rank() < 2) return std::nullopt;
@@ -81,7 +80,7 @@ std::optional<DenseLayout> any_dense_layout(const Shape& shape, PictureSize inpu
   return layout;
 }
 
-std::vector<CellPlace> cell_places(const DenseLayout& layout, PictureSize input) {
+std::vector<CellPlace> cell_places(const DenseLayout& layout, Size input) {
   std::vector<CellPlace> out;
   if (input.width == 0) input = layout.input;
   if (count_cells(input, layout.strides) * layout.anchors != layout.rows) return out;

@@ -8,12 +8,12 @@
 #include "core/heads/coordinates.hpp"
 #include "core/heads/families.hpp"
 #include "core/heads/output_shapes.hpp"
+#include "core/tensor/geometry.hpp"
 
 namespace weir::heads {
 namespace {
 
 using detection::Candidates;
-using detection::PictureSize;
 
 constexpr size_t kMaxRows = 1000;  // that fit() takes for rows of objects
 
@@ -28,12 +28,12 @@ constexpr Columns kOutputColumns{.length = 7, .box = 3, .score = 2, .class_index
 
 class EndToEnd final : public Head {
  public:
-  EndToEnd(const Columns& columns, PictureSize input, Unit unit, float threshold)
+  EndToEnd(const Columns& columns, Size input, Unit unit, float threshold)
       : columns_(columns), input_(input), boxes_(unit, threshold) {}
 
   results::Features features() const override { return {}; }
 
-  Candidates find(OutputValues& outputs, PictureSize input) override {
+  Candidates find(OutputValues& outputs, Size input) override {
     const auto numbers = outputs.read(0);
     boxes_.begin();
     for (size_t i = 0; i < numbers.size() / columns_.length; ++i) {
@@ -47,7 +47,7 @@ class EndToEnd final : public Head {
 
  private:
   const Columns& columns_;
-  PictureSize input_;
+  Size input_;
   CornerBoxes boxes_;
 };
 
@@ -70,12 +70,11 @@ std::unique_ptr<Head> open_rows(const ModelSignature& model, const HeadOptions& 
 
 using detection::Candidate;
 using detection::Candidates;
-using detection::PictureSize;
 
 constexpr size_t kMaxQueries = 1000, kDetrBox = 4, kCoco = 80, kCocoOfDetr = 92;
 
 // Centre and size, 0 to 1 across the picture.
-Candidate make_candidate(std::span<const float> box, PictureSize input) {
+Candidate make_candidate(std::span<const float> box, Size input) {
   const auto width = static_cast<float>(input.width), height = static_cast<float>(input.height);
   return {.x = (box[0] - box[2] / 2) * width,
           .y = (box[1] - box[3] / 2) * height,
@@ -120,13 +119,13 @@ std::optional<Queries> find_joined_queries(const ModelSignature& model) {
 
 class QueryHead : public Head {
  public:
-  QueryHead(const Queries& queries, PictureSize input, float threshold)
+  QueryHead(const Queries& queries, Size input, float threshold)
       : queries_(queries), input_(input), threshold_(threshold) {}
 
   results::Features features() const override { return {}; }
 
-  Candidates find(OutputValues& outputs, PictureSize frame_input) override {
-    const PictureSize input = frame_input.width > 0 ? frame_input : input_;
+  Candidates find(OutputValues& outputs, Size frame_input) override {
+    const Size input = frame_input.width > 0 ? frame_input : input_;
     require_size(input);
     const auto scores = outputs.read(queries_.scores_output);
     const auto boxes = outputs.read(queries_.boxes_output);
@@ -163,7 +162,7 @@ class QueryHead : public Head {
   }
 
   Queries queries_;
-  PictureSize input_;
+  Size input_;
   float threshold_;
 };
 
@@ -187,7 +186,7 @@ class Detr final : public QueryHead {
 
 class RtDetr final : public QueryHead {
  public:
-  RtDetr(const Queries& queries, PictureSize input, float threshold, ScoreKind kind)
+  RtDetr(const Queries& queries, Size input, float threshold, ScoreKind kind)
       : QueryHead(queries, input, threshold),
         first_(queries.are_together() ? kDetrBox : 0),
         length_(queries.row_length),
@@ -288,8 +287,7 @@ std::optional<Roles> find_roles(const ModelSignature& model) {
 
 class LabelsBoxesScores final : public Head {
  public:
-  LabelsBoxesScores(const Roles& roles, PictureSize input, Unit unit, int64_t first_class,
-                    float threshold)
+  LabelsBoxesScores(const Roles& roles, Size input, Unit unit, int64_t first_class, float threshold)
       : roles_(roles),
         input_(input),
         first_class_(static_cast<float>(first_class)),
@@ -297,7 +295,7 @@ class LabelsBoxesScores final : public Head {
 
   results::Features features() const override { return {}; }
 
-  Candidates find(OutputValues& outputs, PictureSize input) override {
+  Candidates find(OutputValues& outputs, Size input) override {
     const auto labels = outputs.read_raw(roles_.labels);
     const auto boxes = outputs.read(roles_.boxes), scores = outputs.read(roles_.scores);
     const size_t count = std::min({labels.size(), scores.size(), boxes.size() / kDetrBox});
@@ -310,7 +308,7 @@ class LabelsBoxesScores final : public Head {
 
  private:
   Roles roles_;
-  PictureSize input_;
+  Size input_;
   float first_class_;
   CornerBoxes boxes_;
 };

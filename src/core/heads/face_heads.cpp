@@ -9,13 +9,13 @@
 #include "core/heads/head_options.hpp"
 #include "core/heads/output_shapes.hpp"
 #include "core/heads/points_head.hpp"
+#include "core/tensor/geometry.hpp"
 
 namespace weir::heads {
 namespace {
 
 using detection::Candidate;
 using detection::Candidates;
-using detection::PictureSize;
 
 // YuNet: Wu, Peng, Yu, "YuNet: A Tiny Millisecond-level Face Detector", 2023.
 
@@ -63,7 +63,7 @@ class Yunet final : public Head {
   results::Features features() const override { return {.points_per_object = kYunetPoints}; }
   Suppression suppression() const noexcept override { return Suppression::AnyClass; }
 
-  Candidates find(OutputValues& outputs, PictureSize input) override {
+  Candidates find(OutputValues& outputs, Size input) override {
     need_input_size(input);
     Candidates found;
     uint32_t row = 0;
@@ -90,7 +90,7 @@ class Yunet final : public Head {
     return found;
   }
 
-  void complete(OutputValues& outputs, std::span<const Candidate> kept, PictureSize input,
+  void complete(OutputValues& outputs, std::span<const Candidate> kept, Size input,
                 results::FrameResults* results) override {
     for (const Candidate& candidate : kept) {
       size_t cell = candidate.row;
@@ -108,7 +108,7 @@ class Yunet final : public Head {
   }
 
  private:
-  static size_t count_columns(const YunetGrid& grid, PictureSize input) {
+  static size_t count_columns(const YunetGrid& grid, Size input) {
     const size_t columns = input.width / grid.stride, rows = input.height / grid.stride;
     if (columns * rows == grid.cells) return columns;
     throw Failure({.code = Code::SPEC_MISMATCH,
@@ -153,7 +153,7 @@ uint32_t face_cells_along(uint32_t pixels, uint32_t stride) {
   return pixels / stride + (pixels % stride != 0 ? 1 : 0);
 }
 
-size_t prior_count(PictureSize input) {
+size_t prior_count(Size input) {
   size_t count = 0;
   for (const auto& [stride, sides] : prior_layers())
     count += size_t{face_cells_along(input.width, stride)} *
@@ -165,7 +165,7 @@ struct Prior {
   float x, y, width, height;  // centre and size, as parts of the picture
 };
 
-std::vector<Prior> make_priors(PictureSize input) {
+std::vector<Prior> make_priors(Size input) {
   const auto part = [](float value) { return std::clamp(value, 0.0f, 1.0f); };
   const auto picture_width = static_cast<float>(input.width);
   const auto picture_height = static_cast<float>(input.height);
@@ -183,7 +183,7 @@ std::vector<Prior> make_priors(PictureSize input) {
 
 struct UltrafaceOutputs {
   size_t scores, boxes, count;
-  PictureSize input;
+  Size input;
 };
 
 // The published sizes of the input count where it is not known.
@@ -192,7 +192,7 @@ std::optional<UltrafaceOutputs> ultraface_outputs(const ModelSignature& model) {
   for (const size_t boxes : {0u, 1u}) {
     const size_t count = matrix_rows(model.outputs[boxes], 4);
     if (count == 0 || matrix_rows(model.outputs[1 - boxes], 2) != count) continue;
-    for (const PictureSize input : {model.input, PictureSize{320, 240}, PictureSize{640, 480}}) {
+    for (const Size input : {model.input, Size{320, 240}, Size{640, 480}}) {
       if (prior_count(input) == count) return UltrafaceOutputs{1 - boxes, boxes, count, input};
       if (model.input.width > 0) break;
     }
@@ -210,7 +210,7 @@ class Ultraface final : public Head {
   results::Features features() const override { return {}; }
   Suppression suppression() const noexcept override { return Suppression::AnyClass; }
 
-  Candidates find(OutputValues& outputs, PictureSize input) override {
+  Candidates find(OutputValues& outputs, Size input) override {
     if (input.width == 0) input = outputs_.input;
     const auto scores = outputs.read(outputs_.scores);
     Candidates found;

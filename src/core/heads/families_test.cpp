@@ -7,6 +7,7 @@
 #include <set>
 
 #include "core/heads/head_test_support.hpp"
+#include "core/tensor/geometry.hpp"
 #include "core/text/text.hpp"
 
 namespace weir::heads {
@@ -80,7 +81,7 @@ TEST(Families, ReadAnyOutputsOrRefuseThem) {
     for (const Family* family : all_families()) {
       HeadSetup setup{.head = std::string(family->name),
                       .tasks = family->tasks,
-                      .input = below(2) ? detection::PictureSize{64, 64} : detection::PictureSize{},
+                      .input = below(2) ? Size{64, 64} : Size{},
                       .labels = below(8),
                       .threshold = static_cast<float>(below(3)) / 4};
       const HeadResult result = run_head(outputs, setup);

@@ -8,13 +8,13 @@
 #include "core/detection/dense_scores.hpp"
 #include "core/heads/coordinates.hpp"
 #include "core/heads/dense_layout.hpp"
+#include "core/tensor/geometry.hpp"
 
 namespace weir::heads {
 namespace {
 
 using detection::Candidate;
 using detection::Candidates;
-using detection::PictureSize;
 
 constexpr size_t kCocoClasses = 80;
 
@@ -47,15 +47,15 @@ std::optional<Grid> find_grid(const ModelSignature& model) {
 
 class FastestDet final : public Head {
  public:
-  FastestDet(const Grid& grid, PictureSize input, float threshold)
+  FastestDet(const Grid& grid, Size input, float threshold)
       : grid_(grid), input_(input), threshold_(threshold) {}
 
   results::Features features() const override { return {}; }
   Suppression suppression() const noexcept override { return Suppression::ByClass; }
   size_t classes() const noexcept override { return grid_.values - kBeforeClasses; }
 
-  Candidates find(OutputValues& outputs, PictureSize frame_input) override {
-    const PictureSize input = frame_input.width > 0 ? frame_input : input_;
+  Candidates find(OutputValues& outputs, Size frame_input) override {
+    const Size input = frame_input.width > 0 ? frame_input : input_;
     const auto numbers = outputs.read(0);
     const size_t cells = grid_.columns * grid_.rows;
     if (numbers.size() != cells * grid_.values)
@@ -93,12 +93,12 @@ class FastestDet final : public Head {
 
  private:
   Grid grid_;
-  PictureSize input_;
+  Size input_;
   float threshold_;
   std::vector<detection::ScoredCell> best_;
 };
 
-PictureSize fastest_det_input(const ModelSignature& model, const Grid& grid) {
+Size fastest_det_input(const ModelSignature& model, const Grid& grid) {
   if (model.input.width > 0) return model.input;
   return {static_cast<uint32_t>(grid.columns) * kFastestDetStride,
           static_cast<uint32_t>(grid.rows) * kFastestDetStride};
@@ -107,7 +107,7 @@ PictureSize fastest_det_input(const ModelSignature& model, const Grid& grid) {
 Match fit_fastest_det(const ModelSignature& model) {
   const auto grid = find_grid(model);
   if (!grid) return Match::No;
-  const PictureSize input = fastest_det_input(model, *grid);
+  const Size input = fastest_det_input(model, *grid);
   return grid->columns * kFastestDetStride == input.width &&
                  grid->rows * kFastestDetStride == input.height
              ? Match::Possible
@@ -154,7 +154,7 @@ class NanoDet final : public Head {
   Suppression suppression() const noexcept override { return Suppression::ByClass; }
   size_t classes() const noexcept override { return scores_.classes; }
 
-  Candidates find(OutputValues& outputs, PictureSize) override {
+  Candidates find(OutputValues& outputs, Size) override {
     const auto numbers = outputs.read(0);
     if (numbers.size() != scores_.cells * scores_.values)
       throw other_size(numbers.size(), scores_.cells * scores_.values);

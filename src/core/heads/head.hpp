@@ -18,6 +18,7 @@
 #include "core/heads/output_values.hpp"
 #include "core/results/frame_results.hpp"
 #include "core/tensor/frame_spec.hpp"
+#include "core/tensor/geometry.hpp"
 #include "weir/module.hpp"
 
 namespace weir::heads {
@@ -30,7 +31,7 @@ struct OutputSignature : TensorSpec {
 // What is known of a model before its first frame.
 struct ModelSignature {
   std::vector<OutputSignature> outputs;         // in the order of the stream
-  detection::PictureSize input;                 // of its input picture; 0 x 0 = unknown
+  Size input;                                   // of its input picture; 0 x 0 = unknown
   std::map<std::string, std::string> metadata;  // of the model file
   size_t labels = 0;                            // names of classes that are given; 0 = none
 
@@ -68,11 +69,11 @@ class Head {
   // pixels of the model's input, with `row` set so that complete() finds their other values.
   // Candidates that are not finite are left out. Throws Failure (SPEC_MISMATCH) when shapes differ
   // from those it was opened for. Heads whose results are not objects return none.
-  virtual detection::Candidates find(OutputValues& outputs, detection::PictureSize input) = 0;
+  virtual detection::Candidates find(OutputValues& outputs, Size input) = 0;
   // Adds what belongs to the candidates that were kept, in their order: key points (pixels of the
   // model's input), masks, class scores, texts; and maps. `results->objects` stand already.
   virtual void complete(OutputValues& outputs, std::span<const detection::Candidate> kept,
-                        detection::PictureSize input, results::FrameResults* results) {
+                        Size input, results::FrameResults* results) {
     (void)outputs, (void)kept, (void)input, (void)results;
   }
 };

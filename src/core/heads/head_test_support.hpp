@@ -10,6 +10,7 @@
 #include <random>
 
 #include "core/heads/families.hpp"
+#include "core/tensor/geometry.hpp"
 #include "says.hpp"
 
 namespace weir::heads {
@@ -88,8 +89,8 @@ struct TestOutput {
 struct HeadSetup {
   std::string head{};  // "" = recognised
   uint32_t tasks = kDetection;
-  detection::PictureSize input{64, 64};  // 0 x 0: not known
-  detection::PictureSize frame{};        // of the frame's source map; 0 x 0: none
+  Size input{64, 64};  // 0 x 0: not known
+  Size frame{};        // of the frame's source map; 0 x 0: none
   size_t labels = 0;
   std::map<std::string, std::string> metadata{}, custom{};
   float threshold = 0.25f;

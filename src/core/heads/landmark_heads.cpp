@@ -10,12 +10,12 @@
 #include "core/heads/head_options.hpp"
 #include "core/heads/output_shapes.hpp"
 #include "core/heads/points_head.hpp"
+#include "core/tensor/geometry.hpp"
 
 namespace weir::heads {
 namespace {
 
 using detection::Candidates;
-using detection::PictureSize;
 
 // One form of the tensor of points.
 struct PointTensor {
@@ -91,7 +91,7 @@ class LandmarkHead final : public PointsHead {
         layout_(layout),
         threshold_(threshold) {}
 
-  Candidates find(OutputValues& outputs, PictureSize) override {
+  Candidates find(OutputValues& outputs, Size) override {
     begin();
     const float presence = outputs.read(layout_.presence)[0];
     const float score = network_.presence_is_logit ? sigmoid(presence) : to_probability(presence);

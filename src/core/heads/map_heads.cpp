@@ -8,13 +8,13 @@
 #include "core/heads/families.hpp"
 #include "core/heads/head_options.hpp"
 #include "core/heads/output_shapes.hpp"
+#include "core/tensor/geometry.hpp"
 
 namespace weir::heads {
 namespace {
 
 using detection::Candidate;
 using detection::Candidates;
-using detection::PictureSize;
 
 constexpr uint32_t kMaxClasses = 65536;
 
@@ -24,7 +24,7 @@ struct Pixels {
   bool are_packed = false;  // all scores of a pixel together: C:W:H
 };
 
-bool has_aspect(uint32_t width, uint32_t height, PictureSize input) {
+bool has_aspect(uint32_t width, uint32_t height, Size input) {
   if (width < 2 || height < 2) return false;
   if (input.width == 0) return true;
   // Grids are rounded to whole cells.
@@ -69,8 +69,8 @@ class MapHead : public Head {
  public:
   explicit MapHead(const Pixels& pixels) : pixels_(pixels) {}
   results::Features features() const override { return {.has_class_map = true}; }
-  Candidates find(OutputValues&, PictureSize) override { return {}; }
-  void complete(OutputValues& outputs, std::span<const Candidate>, PictureSize,
+  Candidates find(OutputValues&, Size) override { return {}; }
+  void complete(OutputValues& outputs, std::span<const Candidate>, Size,
                 results::FrameResults* results) override {
     const auto numbers = read(outputs);
     check_size(numbers, pixels_);
@@ -160,25 +160,23 @@ std::unique_ptr<Head> open_class_map(const ModelSignature& model, const HeadOpti
   return std::make_unique<ClassMapHead>(*pixels);
 }
 
-using detection::PictureSize;
-
 // Dimensions of 1 are left out: W:H, 1:W:H and W:H:1 are the same.
-std::optional<PictureSize> find_map(const ModelSignature& model) {
+std::optional<Size> find_map(const ModelSignature& model) {
   if (model.outputs.size() != 1) return std::nullopt;
   const Shape& shape = model.outputs[0].shape;
   std::vector<uint32_t> extents;
   for (size_t i = 0; i < shape.rank(); ++i)
     if (shape[i] > 1) extents.push_back(shape[i]);
   if (extents.size() != 2) return std::nullopt;
-  return PictureSize{extents[0], extents[1]};
+  return Size{extents[0], extents[1]};
 }
 
 class DepthMap final : public Head {
  public:
-  explicit DepthMap(PictureSize map) : map_(map) {}
+  explicit DepthMap(Size map) : map_(map) {}
   results::Features features() const override { return {.has_depth = true}; }
-  detection::Candidates find(OutputValues&, PictureSize) override { return {}; }
-  void complete(OutputValues& outputs, std::span<const detection::Candidate>, PictureSize,
+  detection::Candidates find(OutputValues&, Size) override { return {}; }
+  void complete(OutputValues& outputs, std::span<const detection::Candidate>, Size,
                 results::FrameResults* results) override {
     const auto numbers = outputs.read(0);
     if (numbers.size() != size_t{map_.width} * map_.height)
@@ -196,7 +194,7 @@ class DepthMap final : public Head {
   }
 
  private:
-  PictureSize map_;
+  Size map_;
 };
 
 }  // namespace

@@ -1,6 +1,7 @@
 // Tests of classifiers, segmentation and depth networks.
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #include "core/heads/head_test_support.hpp"
+#include "core/tensor/geometry.hpp"
 
 namespace weir::heads {
 namespace map_heads_test {
@@ -80,8 +81,8 @@ TEST(Classifier, RefusesOtherOutputs) {
       "the outputs are not those of the head classifier");
 }
 
-HeadResult segment(const TestOutput& output, detection::PictureSize input = {8, 4},
-                   std::string head = "", std::map<std::string, std::string> custom = {}) {
+HeadResult segment(const TestOutput& output, Size input = {8, 4}, std::string head = "",
+                   std::map<std::string, std::string> custom = {}) {
   return run_head({output}, {.head = std::move(head),
                              .tasks = kSegmentation,
                              .input = input,

@@ -11,13 +11,13 @@
 #include "core/heads/head_options.hpp"
 #include "core/heads/output_shapes.hpp"
 #include "core/heads/points_head.hpp"
+#include "core/tensor/geometry.hpp"
 
 namespace weir::heads {
 namespace {
 
 using detection::Candidate;
 using detection::Candidates;
-using detection::PictureSize;
 
 constexpr size_t kMediapipeBox = 4;
 
@@ -86,11 +86,11 @@ struct DetectorLayout {
 
 // Returns the variant with as many anchors whose input is the model's, or else the first with as
 // many.
-const Variant* find_variant(const Detector& detector, size_t anchors, PictureSize input) {
+const Variant* find_variant(const Detector& detector, size_t anchors, Size input) {
   const Variant* found = nullptr;
   for (const Variant& variant : detector.variants) {
     if (variant.anchors() != anchors) continue;
-    if (!found || input == PictureSize{variant.input, variant.input}) found = &variant;
+    if (!found || input == Size{variant.input, variant.input}) found = &variant;
   }
   return found;
 }
@@ -138,7 +138,7 @@ class AnchorHead final : public Head {
   Suppression suppression() const noexcept override { return Suppression::AnyClass; }
   bool has_rotation() const noexcept override { return detector_.region != Region::Upright; }
 
-  Candidates find(OutputValues& outputs, PictureSize input) override {
+  Candidates find(OutputValues& outputs, Size input) override {
     input = known(input);
     const auto scores = outputs.read(layout_.scores);
     Candidates found;
@@ -164,7 +164,7 @@ class AnchorHead final : public Head {
     return found;
   }
 
-  void complete(OutputValues& outputs, std::span<const Candidate> kept, PictureSize input,
+  void complete(OutputValues& outputs, std::span<const Candidate> kept, Size input,
                 results::FrameResults* results) override {
     input = known(input);
     for (size_t i = 0; i < kept.size(); ++i) {
@@ -179,9 +179,9 @@ class AnchorHead final : public Head {
   }
 
  private:
-  PictureSize known(PictureSize input) const noexcept {
+  Size known(Size input) const noexcept {
     const uint32_t side = layout_.variant->input;
-    return input.width > 0 && input.height > 0 ? input : PictureSize{side, side};
+    return input.width > 0 && input.height > 0 ? input : Size{side, side};
   }
   // The network's values are pixels of the published input.
   float scale(uint32_t pixels) const noexcept {
@@ -190,7 +190,7 @@ class AnchorHead final : public Head {
   const float* get_values(OutputValues& outputs, size_t anchor) const {
     return outputs.read(layout_.boxes).data() + (kMediapipeBox + 2 * detector_.points) * anchor;
   }
-  results::KeyPoint point_at(size_t anchor, const float* values, PictureSize input) const noexcept {
+  results::KeyPoint point_at(size_t anchor, const float* values, Size input) const noexcept {
     return {anchors_[anchor].x * static_cast<float>(input.width) + values[0] * scale(input.width),
             anchors_[anchor].y * static_cast<float>(input.height) + values[1] * scale(input.height),
             1};

@@ -5,6 +5,7 @@
 #include <fstream>
 
 #include "core/heads/head_test_support.hpp"
+#include "core/tensor/geometry.hpp"
 
 namespace weir::heads {
 namespace object_heads_test {
@@ -354,7 +355,7 @@ TEST(GridDetectors, FastestDetGivesBoxesRelativeToItsCells) {
     row[4] = inverse((object.y2 - object.y1) / 64);
     row[5 + static_cast<size_t>(object.class_index)] = object.score;  // p^0.6 * p^0.4 = p
   }
-  for (const detection::PictureSize input : {detection::PictureSize{64, 64}, {}}) {
+  for (const Size input : {Size{64, 64}, {}}) {
     const TestOutput output("4:4:11:1", transposed(rows, kLength));
     const auto result = run_head({output}, {.input = input, .threshold = 0.5f});
     EXPECT_EQ(result.family, "fastestdet") << result.error;

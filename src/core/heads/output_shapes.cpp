@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #include "core/heads/output_shapes.hpp"
+#include "core/tensor/geometry.hpp"
 
 #include <algorithm>
 #include <cmath>
@@ -30,7 +31,7 @@ bool any_name_has(const ModelSignature& model, std::string_view part) {
                      [&](const OutputSignature& output) { return has_name_with(output, part); });
 }
 
-void need_input_size(detection::PictureSize input) {
+void need_input_size(Size input) {
   if (input.width > 0 && input.height > 0) return;
   throw Failure({.code = Code::SPEC_MISMATCH,
                  .what = "the size of the model's input is not known",

@@ -5,6 +5,7 @@
 #include <string_view>
 
 #include "core/heads/head.hpp"
+#include "core/tensor/geometry.hpp"
 
 namespace weir::heads {
 
@@ -18,7 +19,7 @@ bool has_name_with(const OutputSignature& output, std::string_view part);
 bool any_name_has(const ModelSignature& model, std::string_view part);
 
 // Throws Failure (SPEC_MISMATCH) if the size of the model's input is not known.
-void need_input_size(detection::PictureSize input);
+void need_input_size(Size input);
 
 // A probability from a value that may be anything: 0 for NaN.
 float to_probability(float value) noexcept;

@@ -6,6 +6,7 @@
 #include <cmath>
 
 #include "core/heads/output_shapes.hpp"
+#include "core/tensor/geometry.hpp"
 
 namespace weir::heads {
 namespace {
@@ -54,8 +55,8 @@ void PointsHead::add(std::span<const results::KeyPoint> points, const Box& box, 
   points_.insert(points_.end(), points.begin(), points.end());
 }
 
-void PointsHead::complete(OutputValues&, std::span<const detection::Candidate> kept,
-                          detection::PictureSize, results::FrameResults* results) {
+void PointsHead::complete(OutputValues&, std::span<const detection::Candidate> kept, Size,
+                          results::FrameResults* results) {
   for (const auto& candidate : kept) {
     const auto first = points_.begin() + static_cast<ptrdiff_t>(candidate.row * points_per_object_);
     results->points.insert(results->points.end(), first,

@@ -5,6 +5,7 @@
 #include <vector>
 
 #include "core/heads/head.hpp"
+#include "core/tensor/geometry.hpp"
 
 namespace weir::heads {
 
@@ -16,8 +17,8 @@ class PointsHead : public Head {
  public:
   explicit PointsHead(size_t points_per_object) : points_per_object_(points_per_object) {}
   results::Features features() const override { return {.points_per_object = points_per_object_}; }
-  void complete(OutputValues& outputs, std::span<const detection::Candidate> kept,
-                detection::PictureSize input, results::FrameResults* results) override;
+  void complete(OutputValues& outputs, std::span<const detection::Candidate> kept, Size input,
+                results::FrameResults* results) override;
 
  protected:
   size_t points_per_object() const noexcept { return points_per_object_; }

@@ -8,18 +8,18 @@
 #include "core/heads/head_options.hpp"
 #include "core/heads/output_shapes.hpp"
 #include "core/heads/points_head.hpp"
+#include "core/tensor/geometry.hpp"
 
 namespace weir::heads {
 namespace {
 
 using detection::Candidates;
-using detection::PictureSize;
 
 constexpr size_t kPoints = 17, kPointValues = 3;
 constexpr size_t kPersonValues = kPoints * kPointValues + 5;  // then a box and its score
 
 // Fills `points` and returns their mean score.
-float read_points(const float* values, PictureSize input, std::vector<results::KeyPoint>* points) {
+float read_points(const float* values, Size input, std::vector<results::KeyPoint>* points) {
   points->clear();
   float sum = 0;
   for (size_t i = 0; i < kPoints; ++i, values += kPointValues) {
@@ -34,7 +34,7 @@ class Movenet final : public PointsHead {
  public:
   explicit Movenet(float threshold) : PointsHead(kPoints), threshold_(threshold) {}
 
-  Candidates find(OutputValues& outputs, PictureSize input) override {
+  Candidates find(OutputValues& outputs, Size input) override {
     need_input_size(input);
     begin();
     const float score = read_points(outputs.read(0).data(), input, &points_);
@@ -52,7 +52,7 @@ class Multipose final : public PointsHead {
   Multipose(size_t persons, float threshold)
       : PointsHead(kPoints), persons_(persons), threshold_(threshold) {}
 
-  Candidates find(OutputValues& outputs, PictureSize input) override {
+  Candidates find(OutputValues& outputs, Size input) override {
     need_input_size(input);
     begin();
     const auto width = static_cast<float>(input.width), height = static_cast<float>(input.height);
@@ -99,7 +99,6 @@ std::unique_ptr<Head> open_multipose(const ModelSignature& model, const HeadOpti
 using detection::Candidates;
 using detection::kPoseNetEdges;
 using detection::kPoseNetPoints;
-using detection::PictureSize;
 using detection::PoseNetMaps;
 
 struct PoseNetLayout {
@@ -156,7 +155,7 @@ class Posenet final : public PointsHead {
   Posenet(const PoseNetLayout& layout, float threshold)
       : PointsHead(kPoseNetPoints), layout_(layout), threshold_(threshold) {}
 
-  Candidates find(OutputValues& outputs, PictureSize input) override {
+  Candidates find(OutputValues& outputs, Size input) override {
     need_input_size(input);
     const PoseNetMaps maps = read_maps(outputs, input);
     begin();
@@ -169,7 +168,7 @@ class Posenet final : public PointsHead {
   }
 
  private:
-  PoseNetMaps read_maps(OutputValues& outputs, PictureSize input) const {
+  PoseNetMaps read_maps(OutputValues& outputs, Size input) const {
     // The first and the last cells are at the first and the last pixels.
     const auto stride = [](uint32_t pixels, size_t cells) {
       return pixels > 1 ? static_cast<float>(pixels - 1) / static_cast<float>(cells - 1) : 1.0f;
@@ -220,7 +219,6 @@ std::unique_ptr<Head> open_posenet(const ModelSignature& model, const HeadOption
 }
 
 using detection::Candidates;
-using detection::PictureSize;
 
 struct Layout {
   size_t points, width, height;
@@ -231,7 +229,7 @@ constexpr size_t kMinSide = 8, kMaxPoints = 512;
 
 // Whether the cells of such maps are squares of the input. One map of the input's own size is a
 // mask or a depth.
-bool is_plausible(const Layout& layout, PictureSize input) {
+bool is_plausible(const Layout& layout, Size input) {
   if (layout.width < kMinSide || layout.height < kMinSide || layout.points > kMaxPoints)
     return false;
   if (input.width == 0 || input.height == 0)
@@ -258,7 +256,7 @@ class HeatMaps final : public PointsHead {
   HeatMaps(const Layout& layout, float threshold)
       : PointsHead(layout.points), layout_(layout), threshold_(threshold) {}
 
-  Candidates find(OutputValues& outputs, PictureSize input) override {
+  Candidates find(OutputValues& outputs, Size input) override {
     need_input_size(input);
     const auto maps = outputs.read(0);
     const float scale_x = static_cast<float>(input.width) / static_cast<float>(layout_.width);

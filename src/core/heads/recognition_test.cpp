@@ -1,11 +1,12 @@
 // Tests of which family is recognised by what is known of a model, and of the errors where two fit.
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #include "core/heads/head_test_support.hpp"
+#include "core/tensor/geometry.hpp"
 
 namespace weir::heads {
 namespace recognition_test {
 
-constexpr detection::PictureSize k640{640, 640};
+constexpr Size k640{640, 640};
 
 TestOutput zeros(const char* shape, const char* name = "") {
   return TestOutput(shape, Floats(static_cast<size_t>(Shape::parse(shape).count().value_or(0))),

@@ -9,13 +9,13 @@
 #include "core/detection/anchors.hpp"
 #include "core/heads/coordinates.hpp"
 #include "core/heads/output_shapes.hpp"
+#include "core/tensor/geometry.hpp"
 #include "core/text/text_file.hpp"
 
 namespace weir::heads {
 namespace {
 
 using detection::Candidates;
-using detection::PictureSize;
 
 constexpr size_t kSsdBox = 4;
 
@@ -46,13 +46,13 @@ std::optional<RawOutputs> find_raw(const ModelSignature& model) {
 }
 
 // SSD MobileNet of 300 x 300 pixels is the only common one whose input size is not stated.
-PictureSize get_input_size(const ModelSignature& model) {
-  return model.input.width > 0 ? model.input : PictureSize{300, 300};
+Size get_input_size(const ModelSignature& model) {
+  return model.input.width > 0 ? model.input : Size{300, 300};
 }
 
 class Ssd final : public Head {
  public:
-  Ssd(const RawOutputs& raw, PictureSize input, detection::BoxPriors priors,
+  Ssd(const RawOutputs& raw, Size input, detection::BoxPriors priors,
       const detection::SsdScales& scales, ScoreKind kind, bool has_background_label,
       float threshold)
       : raw_(raw),
@@ -68,7 +68,7 @@ class Ssd final : public Head {
   size_t classes() const noexcept override { return raw_.classes - 1; }
   Suppression suppression() const noexcept override { return Suppression::ByClass; }
 
-  Candidates find(OutputValues& outputs, PictureSize input) override {
+  Candidates find(OutputValues& outputs, Size input) override {
     const auto boxes = outputs.read(raw_.boxes);
     auto scores = outputs.read(raw_.scores);
     if (boxes.size() != raw_.anchors * kSsdBox || scores.size() != raw_.anchors * raw_.classes)
@@ -99,7 +99,7 @@ class Ssd final : public Head {
   }
 
   RawOutputs raw_;
-  PictureSize input_;
+  Size input_;
   detection::BoxPriors priors_;
   detection::SsdScales scales_;
   ScoreKind kind_;  // logits, once one was seen
@@ -213,8 +213,7 @@ std::optional<Postprocessed> find_postprocessed(const ModelSignature& model) {
 
 class SsdPostprocess final : public Head {
  public:
-  SsdPostprocess(const Postprocessed& outputs, PictureSize input, float first_class,
-                 float threshold)
+  SsdPostprocess(const Postprocessed& outputs, Size input, float first_class, float threshold)
       : outputs_(outputs),
         input_(input),
         first_class_(first_class),
@@ -222,7 +221,7 @@ class SsdPostprocess final : public Head {
 
   results::Features features() const override { return {}; }
 
-  Candidates find(OutputValues& outputs, PictureSize input) override {
+  Candidates find(OutputValues& outputs, Size input) override {
     const auto boxes = outputs.read(outputs_.boxes);
     auto classes = outputs.read(outputs_.classes), scores = outputs.read(outputs_.scores);
     const float stated = outputs.read(outputs_.count)[0];
@@ -253,7 +252,7 @@ class SsdPostprocess final : public Head {
   }
 
   Postprocessed outputs_;
-  PictureSize input_;
+  Size input_;
   float first_class_;
   CornerBoxes boxes_;
 };

@@ -9,6 +9,7 @@
 #include "core/detection/text_regions.hpp"
 #include "core/heads/head_options.hpp"
 #include "core/heads/output_shapes.hpp"
+#include "core/tensor/geometry.hpp"
 #include "core/text/text.hpp"
 
 namespace weir::heads {
@@ -16,7 +17,6 @@ namespace {
 
 using detection::Candidate;
 using detection::Candidates;
-using detection::PictureSize;
 
 struct MapSize {
   size_t width = 0, height = 0;
@@ -28,7 +28,7 @@ std::optional<MapSize> find_map_size(const ModelSignature& model) {
   if (model.outputs.size() != 1 || model.outputs[0].shape.min_rank() > 2) return std::nullopt;
   const size_t width = model.outputs[0].shape[0], height = model.outputs[0].shape[1];
   if (width < 2 || height < 2) return std::nullopt;
-  const PictureSize input = model.input;
+  const Size input = model.input;
   const bool fits = input.width > 0 && input.height > 0
                         ? input.width % width == 0 && input.width / width * height == input.height
                         : width % 32 == 0 && height % 32 == 0;
@@ -56,7 +56,7 @@ class Db final : public Head {
   results::Features features() const override { return {}; }
   bool has_rotation() const noexcept override { return true; }
 
-  Candidates find(OutputValues& outputs, PictureSize input) override {
+  Candidates find(OutputValues& outputs, Size input) override {
     const float scale =
         input.width > 0 ? static_cast<float>(input.width) / static_cast<float>(map_.width) : 1.0f;
     Candidates found;
@@ -123,7 +123,7 @@ class Ctc final : public Head {
 
   results::Features features() const override { return {.has_boxes = false, .has_texts = true}; }
 
-  Candidates find(OutputValues& outputs, PictureSize) override {
+  Candidates find(OutputValues& outputs, Size) override {
     const auto all = outputs.read(0);
     text_.clear();
     float sum = 0;
@@ -146,7 +146,7 @@ class Ctc final : public Head {
     return {{.score = score, .class_index = 0}};
   }
 
-  void complete(OutputValues&, std::span<const Candidate> kept, PictureSize,
+  void complete(OutputValues&, std::span<const Candidate> kept, Size,
                 results::FrameResults* results) override {
     if (!kept.empty()) results->texts.push_back(text_);
   }

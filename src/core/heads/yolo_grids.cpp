@@ -8,13 +8,13 @@
 #include <numeric>
 
 #include "core/heads/coordinates.hpp"
+#include "core/tensor/geometry.hpp"
 
 namespace weir::heads {
 namespace {
 
 using detection::Candidate;
 using detection::Candidates;
-using detection::PictureSize;
 
 constexpr size_t kFixed = 5, kAnchors = 3;  // numbers before the classes; anchors of a cell
 constexpr uint32_t kMaxStride = 32;         // pixels of a cell of the smallest grid
@@ -82,8 +82,8 @@ float yolo_sigmoid(float x) noexcept {
 
 class YoloGrids final : public Head {
  public:
-  YoloGrids(std::vector<YoloGrid> grids, std::vector<float> anchors, PictureSize input,
-            Version version, ScoreKind kind, float threshold)
+  YoloGrids(std::vector<YoloGrid> grids, std::vector<float> anchors, Size input, Version version,
+            ScoreKind kind, float threshold)
       : grids_(std::move(grids)),
         anchors_(std::move(anchors)),
         input_(input),
@@ -95,8 +95,8 @@ class YoloGrids final : public Head {
   Suppression suppression() const noexcept override { return Suppression::ByClass; }
   size_t classes() const noexcept override { return grids_.front().values - kFixed; }
 
-  Candidates find(OutputValues& outputs, PictureSize frame_input) override {
-    const PictureSize input = frame_input.width > 0 ? frame_input : input_;
+  Candidates find(OutputValues& outputs, Size frame_input) override {
+    const Size input = frame_input.width > 0 ? frame_input : input_;
     for (const YoloGrid& grid : grids_) {
       const auto numbers = outputs.read(grid.output);
       if (numbers.size() != grid.count())
@@ -123,7 +123,7 @@ class YoloGrids final : public Head {
   }
 
   void add(const YoloGrid& grid, std::span<const float> numbers, size_t anchor,
-           std::span<const float> size, PictureSize input, uint32_t* row, Candidates* found) const {
+           std::span<const float> size, Size input, uint32_t* row, Candidates* found) const {
     for (size_t y = 0; y < grid.rows; ++y)
       for (size_t x = 0; x < grid.columns; ++x, ++*row) {
         const auto number = [&](size_t value) { return numbers[grid.at(anchor, y, x, value)]; };
@@ -171,7 +171,7 @@ class YoloGrids final : public Head {
 
   std::vector<YoloGrid> grids_;
   std::vector<float> anchors_;
-  PictureSize input_;
+  Size input_;
   Version version_;
   ScoreKind kind_;  // logits, once one was seen
   float threshold_;
@@ -201,10 +201,10 @@ std::unique_ptr<Head> open_grids(const ModelSignature& model, const HeadOptions&
                             " numbers: width/height of 3 anchors of each grid in pixels, the grid "
                             "of the smallest cells first",
                         kExample);
-  const PictureSize input =
-      model.input.width > 0 ? model.input
-                            : PictureSize{static_cast<uint32_t>(grids.back().columns) * kMaxStride,
-                                          static_cast<uint32_t>(grids.back().rows) * kMaxStride};
+  const Size input = model.input.width > 0
+                         ? model.input
+                         : Size{static_cast<uint32_t>(grids.back().columns) * kMaxStride,
+                                static_cast<uint32_t>(grids.back().rows) * kMaxStride};
   return std::make_unique<YoloGrids>(std::move(grids), std::move(anchors), input, version,
                                      score_kind(options), options.threshold);
 }

@@ -5,6 +5,7 @@
 #include <numeric>
 
 #include "core/heads/head_test_support.hpp"
+#include "core/tensor/geometry.hpp"
 
 namespace weir::heads {
 namespace yolo_grids_test {
@@ -79,7 +80,7 @@ TEST(YoloGrids, BoxesAreRelativeToCellsAndAnchors) {
   for (const char* head : {"yolov3-grids", "yolov5-grids", "yolov7-grids"})
     for (const Order order : {Order::Planar, Order::Packed, Order::Rows}) {
       auto outputs = encode(head, order, false);
-      for (const detection::PictureSize input : {detection::PictureSize{128, 64}, {}}) {
+      for (const Size input : {Size{128, 64}, {}}) {
         const auto result = run_head(outputs, {.head = head, .input = input});
         EXPECT_EQ(result.error, "") << head;
         expect_found(result.found, kObjects, 2e-3f);

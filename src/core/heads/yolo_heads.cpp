@@ -12,6 +12,7 @@
 
 #include "core/heads/dense_head.hpp"
 #include "core/heads/families.hpp"
+#include "core/tensor/geometry.hpp"
 #include "core/text/text.hpp"
 
 namespace weir::heads {
@@ -33,8 +34,7 @@ struct PointShape {
 
 // Prototypes have the input's aspect, usually a quarter of its width and height. Without an input
 // size they are square.
-std::optional<PrototypeFacts> find_prototypes(const Shape& shape, size_t output,
-                                              detection::PictureSize input) {
+std::optional<PrototypeFacts> find_prototypes(const Shape& shape, size_t output, Size input) {
   if (shape.min_rank() != 3) return std::nullopt;
   const auto is_grid = [&](uint32_t width, uint32_t height, uint32_t count) {
     if (input.width == 0) return width == height && count < width;
@@ -66,13 +66,12 @@ std::optional<YoloOutputs> find_outputs(const ModelSignature& model, bool has_pr
 // nullopt if the outputs are not one of rows with `anchors` a cell, with or without prototypes.
 std::optional<YoloOutputs> find_yolo_outputs(const ModelSignature& model, size_t anchors,
                                              bool has_prototypes) {
-  return find_outputs(
-      model, has_prototypes,
-      [&](const Shape& shape, detection::PictureSize input) -> std::optional<DenseLayout> {
-        auto layout = find_dense_layout(shape, input);
-        if (layout && layout->anchors == anchors) return layout;
-        return std::nullopt;
-      });
+  return find_outputs(model, has_prototypes,
+                      [&](const Shape& shape, Size input) -> std::optional<DenseLayout> {
+                        auto layout = find_dense_layout(shape, input);
+                        if (layout && layout->anchors == anchors) return layout;
+                        return std::nullopt;
+                      });
 }
 
 // For a family that the user named: rows whose number no grid explains too.

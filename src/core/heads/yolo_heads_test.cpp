@@ -3,6 +3,7 @@
 #include "core/heads/families.hpp"
 
 #include "core/heads/head_test_support.hpp"
+#include "core/tensor/geometry.hpp"
 
 namespace weir::heads {
 namespace yolo_heads_test {
@@ -10,7 +11,7 @@ namespace yolo_heads_test {
 constexpr size_t kClasses = 6;
 // A picture of 64 x 64 pixels has 64 + 16 + 4 cells of 8, 16 and 32 pixels, row after row.
 constexpr size_t kCells = 84;
-constexpr detection::PictureSize kInput{64, 64};
+constexpr Size kInput{64, 64};
 const float kNan = NAN;
 
 struct Cell {
@@ -79,7 +80,7 @@ Floats encode(const std::vector<Placed>& placed, Coding coding, bool has_objectn
   return out;
 }
 
-HeadSetup setup_of(const char* head, detection::PictureSize input = kInput) {
+HeadSetup setup_of(const char* head, Size input = kInput) {
   return {.head = head, .input = input};
 }
 

@@ -27,6 +27,7 @@
 
 #include "core/preprocess/picture_format.hpp"
 #include "core/tensor/frame_spec.hpp"
+#include "core/tensor/geometry.hpp"
 #include "weir/result.hpp"
 
 namespace weir::preprocess {
@@ -49,11 +50,6 @@ struct Picture {
   ColorMatrix matrix = ColorMatrix::Bt601;  // of Y'CbCr
   ColorRange range = ColorRange::Full;      // of Y'CbCr and gray
   bool cosited_columns = false, cosited_rows = false;
-};
-
-struct Rect {
-  uint32_t x = 0, y = 0, width = 0, height = 0;
-  bool operator==(const Rect&) const = default;
 };
 
 // In pixels of the source picture; may exceed it.

@@ -9,13 +9,10 @@
 
 #include "core/card/card.hpp"
 #include "core/preprocess/preparation.hpp"
+#include "core/tensor/geometry.hpp"
 
 namespace weir::preprocess {
 
-struct Size {
-  uint32_t width = 0, height = 0;
-  bool operator==(const Size&) const = default;
-};
 inline constexpr size_t kLayerLimit = 16;  // layers of a pyramid
 
 struct Request {

@@ -7,6 +7,7 @@
 
 #include "core/records/map_summary.hpp"
 #include "core/results/picture_coordinates.hpp"
+#include "core/tensor/geometry.hpp"
 
 namespace weir::records {
 namespace {
@@ -85,7 +86,7 @@ const SourceMap* find_map(size_t tensor, std::span<const SourceMap> maps) {
 // A grid over the part of the picture that tensor `tensor` covers, upright: `get_value` gives the
 // value of an element; outside of the tensor it is 0.
 template <class ValueOf>
-draw::ClassMap map_over(results::GridSize size, size_t tensor, std::span<const SourceMap> maps,
+draw::ClassMap map_over(Size size, size_t tensor, std::span<const SourceMap> maps,
                         const draw::Detections& drawn, const ValueOf& get_value) {
   draw::ClassMap out;
   out.x2 = drawn.picture_width > 0 ? drawn.picture_width : kWhole;

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #include "core/results/picture_coordinates.hpp"
+#include "core/tensor/geometry.hpp"
 
 #include <algorithm>
 #include <cmath>
@@ -10,7 +11,7 @@ namespace weir::results {
 namespace {
 
 // Returns as many elements along each side as the turned grid has in that direction.
-GridSize rotated_size(const SourceMap& map, GridSize grid) noexcept {
+Size rotated_size(const SourceMap& map, Size grid) noexcept {
   const double length = std::hypot(map.xx, map.yx);
   if (!(length > 0) || !std::isfinite(length)) return grid;
   const double along = std::abs(map.xx) / length, across = std::abs(map.yx) / length;
@@ -21,7 +22,7 @@ GridSize rotated_size(const SourceMap& map, GridSize grid) noexcept {
 }
 
 // The probability between the centres of a mask's elements; those at the edge beyond them.
-uint8_t value_at(const uint8_t* mask, GridSize size, const Point& place) noexcept {
+uint8_t value_at(const uint8_t* mask, Size size, const Point& place) noexcept {
   const double x = std::clamp(place.x - 0.5, 0., size.width - 1.);
   const double y = std::clamp(place.y - 0.5, 0., size.height - 1.);
   const auto left = static_cast<size_t>(x), top = static_cast<size_t>(y);
@@ -37,10 +38,10 @@ uint8_t value_at(const uint8_t* mask, GridSize size, const Point& place) noexcep
 
 // Masks over the upright boxes around the objects' boxes, which are those of the tensor.
 void turn_masks(const SourceMap& map, FrameResults* results) {
-  const GridSize before{results->mask_width, results->mask_height};
+  const Size before{results->mask_width, results->mask_height};
   const size_t bytes = size_t{before.width} * before.height;
   std::vector<uint8_t> turned;
-  GridSize after = before;
+  Size after = before;
   for (size_t i = 0; i < results->objects.size(); ++i) {
     const RotatedGrid grid(map, results->objects[i].box, before);
     const uint8_t* const mask = results->masks.data() + i * bytes;
@@ -92,7 +93,7 @@ Box upright_box(const SourceMap& map, const Box& box) noexcept {
           static_cast<float>(bottom)};
 }
 
-RotatedGrid::RotatedGrid(const SourceMap& map, const Box& box, GridSize grid) noexcept
+RotatedGrid::RotatedGrid(const SourceMap& map, const Box& box, Size grid) noexcept
     : map_(map),
       box_(box),
       upright_(upright_box(map, box)),

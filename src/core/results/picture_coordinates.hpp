@@ -7,6 +7,7 @@
 
 #include "core/detection/candidate.hpp"
 #include "core/results/frame_results.hpp"
+#include "core/tensor/geometry.hpp"
 #include "weir/detection.hpp"
 #include "weir/source_map.hpp"
 
@@ -14,11 +15,6 @@ namespace weir::results {
 
 // RotatedGrid: where the elements of a mask or class map come from if the tensor's pixels are
 // turned or mirrored in the source picture.
-
-struct GridSize {
-  uint32_t width = 0, height = 0;
-  bool operator==(const GridSize&) const = default;
-};
 
 // Whether rows of the tensor are rows of the picture, in the same direction: grids stay as they
 // are.
@@ -32,10 +28,10 @@ Box upright_box(const SourceMap& map, const Box& box) noexcept;
 class RotatedGrid {
  public:
   // Precondition: both sizes of `grid` are above 0.
-  RotatedGrid(const SourceMap& map, const Box& box, GridSize grid) noexcept;
+  RotatedGrid(const SourceMap& map, const Box& box, Size grid) noexcept;
 
   const Box& box() const noexcept { return upright_; }  // in the picture
-  GridSize size() const noexcept { return size_; }
+  Size size() const noexcept { return size_; }
   // The place of an element's centre in the original grid, whose first element spans 0 to 1.
   // nullopt outside of it.
   std::optional<Point> find_point(uint32_t column, uint32_t row) const noexcept;
@@ -43,7 +39,7 @@ class RotatedGrid {
  private:
   SourceMap map_;
   Box box_, upright_;
-  GridSize grid_, size_;
+  Size grid_, size_;
 };
 
 // Moves objects from the coordinates of a model's input to those of the source picture.

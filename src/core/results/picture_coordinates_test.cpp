@@ -7,6 +7,7 @@
 #include <numeric>
 
 #include "core/results/picture_coordinates.hpp"
+#include "core/tensor/geometry.hpp"
 
 namespace weir::results {
 namespace picture_coordinates_test {
@@ -36,7 +37,7 @@ FrameResults moved(const SourceMap& map, bool is_rotated = false) {
   move_to_picture(map, is_rotated, &results);
   return results;
 }
-GridSize size_of(const FrameResults& results) {
+Size size_of(const FrameResults& results) {
   return {results.mask_width, results.mask_height};
 }
 using Values = std::vector<uint8_t>;
@@ -44,13 +45,13 @@ using Values = std::vector<uint8_t>;
 TEST(TurnedMask, StaysWithoutATurn) {
   const FrameResults results = moved(turn(0, 2));
   EXPECT_EQ(results.masks, kMask);
-  EXPECT_EQ(size_of(results), (GridSize{3, 2}));
+  EXPECT_EQ(size_of(results), (Size{3, 2}));
 }
 
 TEST(TurnedMask, TurnsByQuarters) {
   const FrameResults quarter =
       moved(turn(90));  // the first column becomes the first row, from the right
-  EXPECT_EQ(size_of(quarter), (GridSize{2, 3}));
+  EXPECT_EQ(size_of(quarter), (Size{2, 3}));
   EXPECT_EQ(quarter.masks, (Values{4, 1,  //
                                    5, 2,  //
                                    6, 3}));
@@ -59,10 +60,10 @@ TEST(TurnedMask, TurnsByQuarters) {
   EXPECT_NEAR(quarter.objects[0].box.x2, -40, 1e-4);
   EXPECT_NEAR(quarter.objects[0].box.y2, 40, 1e-4);
   const FrameResults half = moved(turn(180, 3));
-  EXPECT_EQ(size_of(half), (GridSize{3, 2}));
+  EXPECT_EQ(size_of(half), (Size{3, 2}));
   EXPECT_EQ(half.masks, (Values{6, 5, 4, 3, 2, 1}));
   const FrameResults back = moved(turn(270));
-  EXPECT_EQ(size_of(back), (GridSize{2, 3}));
+  EXPECT_EQ(size_of(back), (Size{2, 3}));
   EXPECT_EQ(back.masks, (Values{3, 6, 2, 5, 1, 4}));
 }
 
@@ -88,7 +89,7 @@ TEST(TurnedMask, FillsADiamondAtFortyFiveDegrees) {
   results.mask_width = results.mask_height = 64;
   results.masks.assign(size_t{2} * 64 * 64, 200);
   move_to_picture(turn(45), false, &results);
-  EXPECT_EQ(size_of(results), (GridSize{91, 91})) << "64 times the square root of 2";
+  EXPECT_EQ(size_of(results), (Size{91, 91})) << "64 times the square root of 2";
   ASSERT_EQ(results.masks.size(), size_t{2} * 91 * 91);
   const auto value = [&](size_t object, size_t column, size_t row) {
     return int{results.masks[(object * 91 + row) * 91 + column]};

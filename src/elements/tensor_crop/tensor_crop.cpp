@@ -6,6 +6,7 @@
 #include <optional>
 
 #include "core/crop/regions.hpp"
+#include "core/tensor/geometry.hpp"
 #include "core/tensor/packed_tensors.hpp"
 #include "core/tensor/tensor_header.hpp"
 #include "gstcpp/buffer/allocation.hpp"
@@ -25,7 +26,7 @@ namespace {
 using gst::Ref;
 
 // The source map of a part of a tensor along dimensions 1 and 2.
-SourceMap map_of_part(const SourceMap& map, const Region& region) {
+SourceMap map_of_part(const SourceMap& map, const Rect& region) {
   const auto along = [](uint8_t dimension, uint32_t one, uint32_t two, uint32_t other) {
     return dimension == 1 ? one : dimension == 2 ? two : other;
   };
@@ -162,9 +163,9 @@ class TensorCrop : public gst::Element<TensorCrop, gst::PlainElement>, public gs
 
   // The size of a buffer with the regions and their headers. Regions may overlap, so the sum may be
   // any multiple of the input tensor.
-  static uint64_t output_bytes(const TensorSpec& whole, const std::vector<Region>& regions) {
+  static uint64_t output_bytes(const TensorSpec& whole, const std::vector<Rect>& regions) {
     uint64_t bytes = 0;
-    for (const Region& region : regions)
+    for (const Rect& region : regions)
       bytes += kTensorHeaderBytes + *make_part_spec(whole, region).bytes();
     return bytes;
   }
@@ -179,12 +180,12 @@ class TensorCrop : public gst::Element<TensorCrop, gst::PlainElement>, public gs
   // Deferred memory for a downstream element that accepts it; null when the frame must be copied.
   // If deferred memory is being mapped, copying into pooled buffers is faster.
   Ref<GstBuffer> make_views(GstBuffer* raw, const gst::TensorPlace& whole,
-                            const std::vector<Region>& regions) {
+                            const std::vector<Rect>& regions) {
     if (!views_wanted_ || counts_->computed != computed_before_ || whole.memory < 0) return {};
     const auto memory = static_cast<guint>(whole.memory);
     if (!gst_memory_is_type(gst_buffer_peek_memory(raw, memory), GST_ALLOCATOR_SYSMEM)) return {};
     std::vector<gst::DeferredSource> views;
-    for (const Region& region : regions) {
+    for (const Rect& region : regions) {
       auto layout = make_layout(whole.spec, region);
       layout.offset += whole.header_bytes;
       auto plan = transform::gather_plan(make_part_spec(whole.spec, region), layout);
@@ -228,9 +229,9 @@ class TensorCrop : public gst::Element<TensorCrop, gst::PlainElement>, public gs
 
   // Uses a pool if the regions have the same sizes as in the previous frame.
   Result<Ref<GstBuffer>> make_copies(const gst::TensorPlace& whole,
-                                     const std::vector<Region>& regions) {
+                                     const std::vector<Rect>& regions) {
     std::vector<TensorSpec> specs;
-    for (const Region& region : regions) {
+    for (const Rect& region : regions) {
       specs.push_back(make_part_spec(whole.spec, region));
       ledger_.copied(*specs.back().bytes());
     }
@@ -243,7 +244,7 @@ class TensorCrop : public gst::Element<TensorCrop, gst::PlainElement>, public gs
   }
 
   Result<Ref<GstBuffer>> allocated(const gst::TensorPlace& whole,
-                                   const std::vector<Region>& regions) {
+                                   const std::vector<Rect>& regions) {
     std::vector<uint64_t> sizes;
     for (const TensorSpec& spec : last_specs_) sizes.push_back(kTensorHeaderBytes + *spec.bytes());
     auto out = Ref<GstBuffer>::adopt(gst_buffer_new());
@@ -257,7 +258,7 @@ class TensorCrop : public gst::Element<TensorCrop, gst::PlainElement>, public gs
     return out;
   }
 
-  Result<Ref<GstBuffer>> pooled(const gst::TensorPlace& whole, const std::vector<Region>& regions) {
+  Result<Ref<GstBuffer>> pooled(const gst::TensorPlace& whole, const std::vector<Rect>& regions) {
     if (!pool_) {
       auto pool =
           gst::FramePool::make(last_specs_, Format::Flexible, MediaType::Tensor, allocation_);
@@ -300,7 +301,7 @@ class TensorCrop : public gst::Element<TensorCrop, gst::PlainElement>, public gs
     const auto maps = gst::source_maps(raw);
     std::vector<SourceMap> out;
     if (maps.empty()) return out;
-    for (const Region& region : regions.inside) out.push_back(map_of_part(maps[0], region));
+    for (const Rect& region : regions.inside) out.push_back(map_of_part(maps[0], region));
     return out;
   }
 

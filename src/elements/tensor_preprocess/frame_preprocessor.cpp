@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #include "elements/tensor_preprocess/frame_preprocessor.hpp"
 
+#include "core/tensor/geometry.hpp"
 #include "gstcpp/buffer/frame_errors.hpp"
 
 namespace weir {
@@ -55,7 +56,7 @@ Status FramePreprocessor::adapt(GstBuffer* in) {
   if (auto status = narrow(&size, crop_); !status) return status;
   if (size == size_) return ok();
   if (size.width == size_.width && size.height == size_.height) {
-    const preprocess::Rect whole{0, 0, size.width, size.height};
+    const Rect whole{0, 0, size.width, size.height};
     for (PreprocessPlan& plan : plans_)
       if (auto status = plan.set_crop(size.crop.value_or(whole)); !status) return status;
     size_ = size;

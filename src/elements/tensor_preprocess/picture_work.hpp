@@ -9,6 +9,7 @@
 
 #include "core/limit/buffer_limit.hpp"
 #include "core/preprocess/boxes.hpp"
+#include "core/tensor/geometry.hpp"
 #include "gstcpp/buffer/allocation.hpp"
 #include "gstcpp/buffer/tensor_meta.hpp"
 #include "gstcpp/element/ref.hpp"
@@ -27,7 +28,7 @@ class PictureWork {
   // Sets the allocation of the following buffers. LIMIT_EXCEEDED.
   virtual Status allocate_as(const gst::Allocation& allocation) = 0;
   // Sets the part of the following pictures that is used; nullopt = the whole picture.
-  void set_crop(const std::optional<preprocess::Rect>& crop) { crop_ = crop; }
+  void set_crop(const std::optional<Rect>& crop) { crop_ = crop; }
   // Sets the boxes of the next picture, replacing those of its metadata.
   virtual void set_boxes(std::vector<preprocess::Roi>) {}
   // Returns a buffer for the output of run(); without memory if `in` has no output. OUT_OF_MEMORY,
@@ -45,7 +46,7 @@ class PictureWork {
 
  protected:
   uint64_t copied_ = 0;
-  std::optional<preprocess::Rect> crop_;
+  std::optional<Rect> crop_;
 };
 
 }  // namespace weir

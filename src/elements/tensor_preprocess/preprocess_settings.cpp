@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #include "elements/tensor_preprocess/preprocess_settings.hpp"
+#include "core/tensor/geometry.hpp"
 
 namespace weir {
 namespace {
@@ -12,8 +13,8 @@ std::optional<Value> chosen(Choice choice) {
 
 }  // namespace
 
-Result<std::optional<preprocess::Rect>> parse_crop(const PreprocessSettings& s) {
-  if (s.crop.empty()) return std::optional<preprocess::Rect>();
+Result<std::optional<Rect>> parse_crop(const PreprocessSettings& s) {
+  if (s.crop.empty()) return std::optional<Rect>();
   const auto crop = preprocess::parse_crop(s.crop);
   if (!crop) return crop.error();
   return std::optional(*crop);

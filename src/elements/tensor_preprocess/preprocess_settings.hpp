@@ -7,6 +7,7 @@
 
 #include "core/preprocess/request.hpp"
 #include "core/preprocess/runner.hpp"
+#include "core/tensor/geometry.hpp"
 #include "elements/tensor_preprocess/region_preprocessor.hpp"
 #include "gstcpp/element/property.hpp"
 
@@ -152,7 +153,7 @@ inline constexpr std::tuple kPreprocessProperties{
 };
 
 // Parses the property crop; nullopt = the whole picture. OPTION_SYNTAX with the position.
-Result<std::optional<preprocess::Rect>> parse_crop(const PreprocessSettings& settings);
+Result<std::optional<Rect>> parse_crop(const PreprocessSettings& settings);
 // Errors: OPTION_VALUE for mutually exclusive properties, OPTION_SYNTAX and TYPE_SYNTAX with the
 // position, those of card::read() and with_card().
 Result<preprocess::Request> make_request(const PreprocessSettings& settings);

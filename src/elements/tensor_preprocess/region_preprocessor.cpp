@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <cstring>
 
+#include "core/tensor/geometry.hpp"
 #include "core/tensor/tensor_header.hpp"
 #include "gstcpp/buffer/frame_errors.hpp"
 
@@ -11,7 +12,6 @@ namespace weir {
 
 using preprocess::Preparation;
 using preprocess::PreprocessPlan;
-using preprocess::Rect;
 
 RegionPreprocessor::RegionPreprocessor(const GstVideoInfo& video, PreprocessPlan whole,
                                        const RegionOptions& options, BatchPool pool, size_t threads)

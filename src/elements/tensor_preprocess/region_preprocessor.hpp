@@ -7,6 +7,7 @@
 #include <memory>
 
 #include "core/preprocess/runner.hpp"
+#include "core/tensor/geometry.hpp"
 #include "elements/tensor_preprocess/batch_pool.hpp"
 #include "elements/tensor_preprocess/picture_work.hpp"
 #include "elements/tensor_preprocess/video_picture.hpp"
@@ -50,7 +51,7 @@ class RegionPreprocessor : public PictureWork {
   RegionPreprocessor(const GstVideoInfo& video, preprocess::PreprocessPlan whole,
                      const RegionOptions& options, BatchPool pool, size_t threads);
   Status adapt(const CroppedPicture& size);
-  void find_regions(GstBuffer* in, const preprocess::Rect& picture);
+  void find_regions(GstBuffer* in, const Rect& picture);
   Status make_plans();
   size_t region_bytes() const noexcept { return *whole_.preparation().tensor().bytes(); }
 
@@ -63,7 +64,7 @@ class RegionPreprocessor : public PictureWork {
   RegionCounts counts_;
   // The current frame's regions; reused. Each index keeps its plan, which adapts to each frame's
   // region.
-  preprocess::Rect picture_;
+  Rect picture_;
   std::vector<preprocess::Roi> regions_;
   std::vector<preprocess::PreprocessPlan> plans_;
   std::vector<preprocess::Job> jobs_;

@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <string>
 
+#include "core/tensor/geometry.hpp"
 #include "gstcpp/buffer/mapped_video.hpp"
 
 namespace weir {
@@ -68,7 +69,7 @@ CroppedPicture size_of_picture(const GstVideoInfo& video, GstBuffer* buffer) {
                      {}};
   const GstVideoCropMeta* crop = gst_buffer_get_video_crop_meta(buffer);
   if (!crop) return out;
-  out.crop = preprocess::Rect{crop->x, crop->y, crop->width, crop->height};
+  out.crop = Rect{crop->x, crop->y, crop->width, crop->height};
   // The crop is relative to the picture in memory, which may be larger than the caps.
   if (const GstVideoMeta* meta = gst_buffer_get_video_meta(buffer)) {
     out.width = meta->width;
@@ -77,10 +78,9 @@ CroppedPicture size_of_picture(const GstVideoInfo& video, GstBuffer* buffer) {
   return out;
 }
 
-Status narrow(CroppedPicture* picture, const std::optional<preprocess::Rect>& part) {
+Status narrow(CroppedPicture* picture, const std::optional<Rect>& part) {
   if (!part) return ok();
-  const auto whole =
-      picture->crop.value_or(preprocess::Rect{0, 0, picture->width, picture->height});
+  const auto whole = picture->crop.value_or(Rect{0, 0, picture->width, picture->height});
   preprocess::Picture seen;
   seen.width = whole.width;
   seen.height = whole.height;

@@ -6,6 +6,7 @@
 #include <span>
 
 #include "core/preprocess/plan.hpp"
+#include "core/tensor/geometry.hpp"
 #include "gstcpp/buffer/mapped_video.hpp"
 #include "weir/result.hpp"
 
@@ -17,12 +18,12 @@ Result<preprocess::Picture> make_picture(const GstVideoInfo& video);
 // The position of a buffer's picture, from GstVideoMeta and GstVideoCropMeta, or else the caps.
 struct CroppedPicture {
   uint32_t width = 0, height = 0;
-  std::optional<preprocess::Rect> crop;
+  std::optional<Rect> crop;
   bool operator==(const CroppedPicture&) const = default;
 };
 CroppedPicture size_of_picture(const GstVideoInfo& video, GstBuffer* buffer);
 // Crops the picture, or its existing crop, to `part`. OPTION_VALUE: `part` is outside.
-Status narrow(CroppedPicture* picture, const std::optional<preprocess::Rect>& part);
+Status narrow(CroppedPicture* picture, const std::optional<Rect>& part);
 
 // A buffer's planes, mapped for the lifetime of the object.
 class MappedPicture {

@@ -12,6 +12,7 @@
 #include <optional>
 #include <span>
 
+#include "core/tensor/geometry.hpp"
 #include "gstcpp/element/ref.hpp"
 
 namespace weir::gst {
@@ -19,13 +20,8 @@ namespace {
 
 using Meta = GstVideoRegionOfInterestMeta;
 
-struct Rectangle {
-  uint32_t x = 0, y = 0, width = 0, height = 0;
-  bool operator==(const Rectangle&) const = default;
-};
-
 // Empty for a box outside.
-Rectangle around(const Box& box, uint32_t width, uint32_t height) {
+Rect around(const Box& box, uint32_t width, uint32_t height) {
   const auto within = [](double edge, uint32_t max) {
     return static_cast<uint32_t>(std::clamp(edge, 0.0, static_cast<double>(max)));
   };
@@ -149,7 +145,7 @@ int next_region_id(GstBuffer* buffer) {
 
 Meta* add_region(GstBuffer* buffer, const PictureRegion& region, uint32_t width, uint32_t height,
                  int id, int parent_id) {
-  const Rectangle at = around(region.box, width, height);
+  const Rect at = around(region.box, width, height);
   if (at.width == 0 || at.height == 0) return nullptr;
   const char* label = region.label.empty() ? "object" : region.label.c_str();
   Meta* meta = gst_buffer_add_video_region_of_interest_meta_id(buffer, g_quark_from_string(label),
