@@ -2,9 +2,12 @@
 #include "core/track/assignment.hpp"
 
 #include <algorithm>
+#include <functional>
 #include <limits>
 #include <map>
 #include <numeric>
+#include <queue>
+#include <utility>
 
 namespace weir::track {
 namespace {
@@ -118,24 +121,119 @@ void greedy(Pairs pairs, Pairs* out) {
   }
 }
 
+// The same for few pairs of many: the work grows with the pairs, not with rows times columns. A row
+// may stay without a column, at cost 1.
+class SparsePaths {
+ public:
+  SparsePaths(size_t rows, size_t columns)
+      : edges_(rows),
+        row_price_(rows),
+        column_price_(columns),
+        column_of_(rows, kNone),
+        row_of_(columns, kNone),
+        distance_(columns, kInfinite),
+        before_(columns),
+        is_done_(columns) {}
+
+  void allow(size_t row, size_t column, double cost) { edges_[row].push_back({column, cost}); }
+
+  // The column of each row, kNone for rows without one.
+  const std::vector<size_t>& solve() {
+    for (size_t row = 0; row < edges_.size(); ++row) add(row);
+    return column_of_;
+  }
+
+ private:
+  static constexpr double kInfinite = std::numeric_limits<double>::infinity(), kUnpaired = 1;
+  struct Edge {
+    size_t column;
+    double cost;
+  };
+  struct End {
+    double distance = kInfinite;
+    size_t row = kNone, column = kNone;  // no column: the row stays without one
+  };
+  using Reached = std::pair<double, size_t>;  // distance, column; the nearest is the top
+  using Queue = std::priority_queue<Reached, std::vector<Reached>, std::greater<>>;
+
+  // Shortens paths by way of `row`, which is `from` away.
+  void extend(size_t row, double from, Queue* queue, End* end) {
+    for (const Edge& edge : edges_[row]) {
+      if (is_done_[edge.column]) continue;
+      const double length = from + edge.cost - row_price_[row] - column_price_[edge.column];
+      if (length >= distance_[edge.column]) continue;
+      if (distance_[edge.column] == kInfinite) reached_.push_back(edge.column);
+      distance_[edge.column] = length;
+      before_[edge.column] = row;
+      queue->push({length, edge.column});
+    }
+    const double length = from + kUnpaired - row_price_[row];
+    if (length < end->distance) *end = {length, row, kNone};
+  }
+
+  End shortest_path(size_t new_row) {
+    Queue queue;
+    End end;
+    extend(new_row, 0, &queue, &end);
+    while (!queue.empty() && queue.top().first < end.distance) {
+      const auto [distance, column] = queue.top();
+      queue.pop();
+      if (is_done_[column]) continue;
+      if (row_of_[column] == kNone) return {distance, before_[column], column};
+      is_done_[column] = true;
+      extend(row_of_[column], distance, &queue, &end);
+    }
+    return end;
+  }
+
+  void add(size_t new_row) {
+    row_price_[new_row] = kUnpaired;
+    for (const Edge& edge : edges_[new_row])
+      row_price_[new_row] = std::min(row_price_[new_row], edge.cost - column_price_[edge.column]);
+    const End end = shortest_path(new_row);
+    row_price_[new_row] += end.distance;
+    for (const size_t column : reached_) {
+      if (is_done_[column]) {
+        row_price_[row_of_[column]] += end.distance - distance_[column];
+        column_price_[column] -= end.distance - distance_[column];
+      }
+      distance_[column] = kInfinite;
+      is_done_[column] = false;
+    }
+    reached_.clear();
+    size_t column = end.column;
+    for (size_t row = end.row;; row = before_[column]) {
+      std::swap(column, column_of_[row]);
+      if (column_of_[row] != kNone) row_of_[column_of_[row]] = row;
+      if (row == new_row) return;
+    }
+  }
+
+  std::vector<std::vector<Edge>> edges_;  // of each row
+  std::vector<double> row_price_, column_price_;
+  std::vector<size_t> column_of_, row_of_;
+  // Of one path:
+  std::vector<double> distance_;
+  std::vector<size_t> before_;  // the row by which a column is reached
+  std::vector<bool> is_done_;
+  std::vector<size_t> reached_;
+};
+
 void solve(const Pairs& pairs, Pairs* out) {
   std::vector<uint32_t> rows, columns;
   for (const auto& p : pairs) rows.push_back(p.row), columns.push_back(p.column);
   rows = distinct(std::move(rows)), columns = distinct(std::move(columns));
   if (std::min(rows.size(), columns.size()) > kOptimalLimit) return greedy(pairs, out);
-  // Row i has a column of its own after the true ones, at cost 1, which leaves it without a pair.
-  constexpr double kForbidden = 1e6;
-  const size_t n = rows.size(), real = columns.size();
-  Matrix gains(n, real + n);
-  for (size_t i = 0; i < n; ++i)
-    for (size_t j = 0; j < real + n; ++j) gains.at(i, j) = j == real + i ? -1 : -kForbidden;
+  const bool is_transposed = rows.size() > columns.size();
+  SparsePaths paths(std::min(rows.size(), columns.size()), std::max(rows.size(), columns.size()));
+  const auto place = [&](const PairCost& pair) {
+    const size_t row = find_place(rows, pair.row), column = find_place(columns, pair.column);
+    return is_transposed ? std::pair(column, row) : std::pair(row, column);
+  };
+  for (const auto& p : pairs) paths.allow(place(p).first, place(p).second, double{p.cost});
+  const auto& assigned_columns = paths.solve();
   for (const auto& p : pairs)
-    gains.at(find_place(rows, p.row), find_place(columns, p.column)) = -double{p.cost};
-  const auto assigned_columns = best_assignment(gains);
-  for (size_t i = 0; i < n; ++i)
-    if (assigned_columns[i] && *assigned_columns[i] < real)
-      out->push_back({rows[i], columns[*assigned_columns[i]],
-                      static_cast<float>(-gains.at(i, *assigned_columns[i]))});
+    if (assigned_columns[place(p).first] == place(p).second) out->push_back(p);
 }
 
 }  // namespace

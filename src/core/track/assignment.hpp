@@ -44,7 +44,8 @@ inline constexpr size_t kOptimalLimit = 256;
 
 // Returns the chosen pairs; each row and each column is in at most one. As many pairs are formed as
 // the least sum of costs allows, where leaving a row without a pair costs 1. Rows that compete for
-// no column are solved apart (O(n^2 * m) for n rows and m columns that do).
+// no column are solved apart; of those that do, the time grows with the smaller side times the
+// pairs.
 std::vector<PairCost> assign(std::span<const PairCost> candidates);
 
 }  // namespace weir::track

@@ -18,7 +18,8 @@ double square(double x) {
   return x * x;
 }
 
-constexpr size_t kMaxBoxes = 32;  // that are looked at, so that crowds cost no more
+// Boxes that are looked at, and offsets of each, so that crowds cost no more.
+constexpr size_t kMaxBoxes = 32, kMaxOffsets = 64;
 constexpr size_t kMinAgreeing = 3;
 constexpr float kReach = 1.0f;      // of the box's height: the farthest offset
 constexpr float kTolerance = 0.1f;  // of the box's height: offsets that are nearly the same
@@ -34,10 +35,12 @@ bool is_like(float a, float b) {
   return a <= b * kSizeRatio && b <= a * kSizeRatio;
 }
 
+// The offsets of each predicted box to those of nearly its size, the shortest ones.
 std::vector<Offset> compute_offsets(std::span<const Box> predicted, std::span<const Box> boxes) {
   std::vector<Offset> out;
   for (size_t i = 0; i < predicted.size(); ++i) {
     const Box& p = predicted[i];
+    const size_t first = out.size();
     for (const Box& b : boxes) {
       const float x = (b.x1 + b.x2 - p.x1 - p.x2) / 2, y = (b.y1 + b.y2 - p.y1 - p.y2) / 2;
       const float reach = kReach * p.height();
@@ -45,6 +48,13 @@ std::vector<Offset> compute_offsets(std::span<const Box> predicted, std::span<co
       if (is_like(b.width(), p.width()) && is_like(b.height(), p.height()))
         out.push_back({i, x, y, kTolerance * p.height()});
     }
+    if (out.size() - first <= kMaxOffsets) continue;
+    const auto begin = out.begin() + static_cast<std::ptrdiff_t>(first);
+    const auto end = begin + static_cast<std::ptrdiff_t>(kMaxOffsets);
+    std::nth_element(begin, end, out.end(), [](const Offset& a, const Offset& b) {
+      return std::max(std::abs(a.x), std::abs(a.y)) < std::max(std::abs(b.x), std::abs(b.y));
+    });
+    out.erase(end, out.end());
   }
   return out;
 }

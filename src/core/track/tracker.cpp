@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <tuple>
 
 #include "core/track/motion.hpp"
 #include "weir/results.h"
@@ -17,12 +18,29 @@ constexpr double kGate = 9.4877;   // 95 % of chi-squared with four degrees of f
 constexpr float kLostHeight = 1.3f;  // most change of the height of an object that was lost
 constexpr float kMaxEdge = 1e9f;     // edges beyond it are no pixels of a picture
 
+// A frame costs time and memory in proportion to its boxes, even if all of them overlap: a track is
+// compared with the boxes whose left edges are nearest, and only its best candidates are assigned.
+constexpr size_t kMaxCompared = 1024, kMaxCandidates = 64;
+
+constexpr int64_t kWithoutTrack = -1, kBeyondLimit = -2;  // in track_of_
+
 bool can_follow(const Box& b) {
   const auto is_edge = [](float edge) { return std::abs(edge) <= kMaxEdge; };  // false for NaN
   return is_edge(b.x1) && is_edge(b.y1) && is_edge(b.x2) && is_edge(b.y2) && b.area() > 0;
 }
 bool is_of_like_height(const Box& a, const Box& b) {
   return a.height() <= b.height() * kLostHeight && b.height() <= a.height() * kLostHeight;
+}
+
+// Removes all but the candidates of the lowest costs, of those from `first` on.
+void keep_best_candidates(size_t first, std::vector<PairCost>* all) {
+  if (all->size() - first <= kMaxCandidates) return;
+  const auto begin = all->begin() + static_cast<std::ptrdiff_t>(first);
+  const auto end = begin + static_cast<std::ptrdiff_t>(kMaxCandidates);
+  std::nth_element(begin, end, all->end(), [](const PairCost& a, const PairCost& b) {
+    return std::tie(a.cost, a.row, a.column) < std::tie(b.cost, b.row, b.column);
+  });
+  all->erase(end, all->end());
 }
 
 }  // namespace
@@ -76,9 +94,31 @@ void Tracker::follow_camera(std::span<const Observation> boxes, const Options& o
   }
 }
 
-// Boxes without a track by their left edge, so that only those nearby are compared.
+// Leaves out the boxes of the lowest scores where there are too many.
+size_t Tracker::leave_out_surplus(std::span<const Observation> boxes, float low) {
+  std::vector<uint32_t> usable;
+  for (uint32_t i = 0; i < boxes.size(); ++i)
+    if (boxes[i].score >= low && can_follow(boxes[i].box)) usable.push_back(i);
+  if (usable.size() <= kBoxLimit) return 0;
+  const auto end = usable.begin() + static_cast<std::ptrdiff_t>(kBoxLimit);
+  std::nth_element(usable.begin(), end, usable.end(), [&](uint32_t a, uint32_t b) {
+    return std::tie(boxes[b].score, a) < std::tie(boxes[a].score, b);
+  });
+  for (auto at = end; at != usable.end(); ++at) track_of_[*at] = kBeyondLimit;
+  return usable.size() - kBoxLimit;
+}
+
+// Boxes without a track by their group and left edge, so that only those nearby are compared.
 struct Tracker::OpenBoxes {
-  std::vector<uint32_t> order;
+  struct Entry {
+    int64_t group;
+    float left;
+    uint32_t box;
+    bool operator<(const Entry& other) const noexcept {
+      return std::tie(group, left, box) < std::tie(other.group, other.left, other.box);
+    }
+  };
+  std::vector<Entry> order;
   float widest = 0;
 };
 
@@ -86,12 +126,12 @@ template <class UseBox>
 Tracker::OpenBoxes Tracker::open_boxes(std::span<const Observation> boxes, UseBox use_box) const {
   OpenBoxes out;
   for (uint32_t i = 0; i < boxes.size(); ++i) {
-    if (track_of_[i] != -1 || !can_follow(boxes[i].box) || !use_box(boxes[i])) continue;
-    out.order.push_back(i);
-    out.widest = std::max(out.widest, boxes[i].box.width());
+    const Observation& box = boxes[i];
+    if (track_of_[i] != kWithoutTrack || !can_follow(box.box) || !use_box(box)) continue;
+    out.order.push_back({box.group, box.box.x1, i});
+    out.widest = std::max(out.widest, box.box.width());
   }
-  std::stable_sort(out.order.begin(), out.order.end(),
-                   [&](uint32_t a, uint32_t b) { return boxes[a].box.x1 < boxes[b].box.x1; });
+  std::sort(out.order.begin(), out.order.end());
   return out;
 }
 
@@ -99,16 +139,28 @@ Tracker::OpenBoxes Tracker::open_boxes(std::span<const Observation> boxes, UseBo
 void Tracker::add_candidates(std::span<const Observation> boxes, const OpenBoxes& open,
                              uint32_t number, const Box& box, float min,
                              std::vector<PairCost>* out) const {
-  auto at = std::lower_bound(open.order.begin(), open.order.end(), box.x1 - open.widest,
-                             [&](uint32_t i, float x) { return boxes[i].box.x1 < x; });
-  for (; at != open.order.end() && boxes[*at].box.x1 < box.x2; ++at) {
-    if (boxes[*at].group != tracks_[number].group) continue;
-    if (must_keep_height_ && tracks_[number].is_lost && !is_of_like_height(box, boxes[*at].box))
-      continue;
-    const float common = overlap(box, boxes[*at].box);
+  const Track& track = tracks_[number];
+  const size_t first = out->size();
+  const auto compare = [&](uint32_t at) {
+    const Observation& other = boxes[at];
+    if (must_keep_height_ && track.is_lost && !is_of_like_height(box, other.box)) return;
+    const float common = overlap(box, other.box);
     if (common > 0 && common >= min)
-      out->push_back({number, *at, compute_cost(tracks_[number].appearance, boxes[*at], common)});
+      out->push_back({number, at, compute_cost(track.appearance, other, common)});
+  };
+  const auto begin = open.order.begin(), end = open.order.end();
+  auto right = std::lower_bound(begin, end, OpenBoxes::Entry{track.group, box.x1, 0});
+  auto left = right;  // entries to compare are at right, and before left
+  for (size_t compared = 0; compared < kMaxCompared; ++compared) {
+    const bool has_right = right != end && right->group == track.group && right->left < box.x2;
+    const bool has_left = left != begin && std::prev(left)->group == track.group &&
+                          std::prev(left)->left >= box.x1 - open.widest;
+    if (!has_right && !has_left) break;
+    const bool goes_right =
+        !has_left || (has_right && right->left - box.x1 <= box.x1 - std::prev(left)->left);
+    compare(goes_right ? (right++)->box : (--left)->box);
   }
+  keep_best_candidates(first, out);
 }
 
 template <class UseTrack, class UseBox>
@@ -134,15 +186,20 @@ void Tracker::match_appearance(std::span<const Observation> boxes, const Options
   std::vector<PairCost> candidates;
   for (uint32_t b = 0; b < boxes.size(); ++b) {
     const Observation& box = boxes[b];
-    if (track_of_[b] != -1 || box.appearance.empty() || !can_follow(box.box) ||
+    if (track_of_[b] != kWithoutTrack || box.appearance.empty() || !can_follow(box.box) ||
         !(box.score >= options.high))
       continue;
+    std::vector<PairCost> near;
     for (uint32_t t = 0; t < tracks_.size(); ++t) {
       const Track& track = tracks_[t];
       if (track.is_matched || track.number == 0 || track.group != box.group) continue;
-      const float distance = track.appearance.distance(box.appearance);
-      if (distance <= options.appearance && track.motion.distance(box.box) <= kGate)
-        candidates.push_back({t, b, distance});
+      const auto distance = static_cast<float>(track.motion.distance(box.box));
+      if (distance <= kGate) near.push_back({t, b, distance});
+    }
+    keep_best_candidates(0, &near);
+    for (PairCost& candidate : near) {
+      candidate.cost = tracks_[candidate.row].appearance.distance(box.appearance);
+      if (candidate.cost <= options.appearance) candidates.push_back(candidate);
     }
   }
   for (const auto& pair : assign(candidates)) {
@@ -153,7 +210,8 @@ void Tracker::match_appearance(std::span<const Observation> boxes, const Options
 
 void Tracker::begin_tracks(std::span<const Observation> boxes, const Options& options) {
   for (size_t i = 0; i < boxes.size(); ++i) {
-    if (track_of_[i] != -1 || !can_follow(boxes[i].box) || !(boxes[i].score >= options.high))
+    if (track_of_[i] != kWithoutTrack || !can_follow(boxes[i].box) ||
+        !(boxes[i].score >= options.high))
       continue;
     track_of_[i] = static_cast<int64_t>(tracks_.size());
     tracks_.push_back({.motion = BoxMotion(boxes[i].box),
@@ -206,8 +264,9 @@ const std::vector<uint32_t>& Tracker::follow(std::span<const Observation> boxes,
   must_keep_height_ = options.mode == Mode::ByteTrack;
   max_distance_ = options.appearance;
   predict(seconds, options);
+  track_of_.assign(boxes.size(), kWithoutTrack);
+  left_out_ = leave_out_surplus(boxes, std::min(options.low, options.high));
   if (options.mode == Mode::ByteTrack && options.camera_motion) follow_camera(boxes, options);
-  track_of_.assign(boxes.size(), -1);
   const auto is_high = [&](const Observation& b) { return b.score >= options.high; };
   const auto is_low = [&](const Observation& b) {
     return b.score >= options.low && b.score < options.high;

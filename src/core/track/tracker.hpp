@@ -44,6 +44,8 @@ class Tracker {
  public:
   // Lost tracks beyond this many are forgotten, those lost for the longest time first.
   static constexpr size_t kLostLimit = 4096;
+  // Boxes of a frame beyond this many have no number: those of the lowest scores.
+  static constexpr size_t kBoxLimit = 10000;
 
   // The number of each box, in their order; 0 = none. `seconds` is the time of the frame: equal
   // times are no motion; a time before the last one forgets all tracks. Boxes without area or that
@@ -53,6 +55,9 @@ class Tracker {
   void forget() noexcept;  // all tracks; their numbers are not given again
   size_t tracks() const noexcept { return tracks_.size(); }
   uint64_t numbers_given() const noexcept { return given_; }
+  size_t left_out() const noexcept {
+    return left_out_;
+  }  // boxes of the last frame beyond the limit
 
  private:
   struct Track {
@@ -70,6 +75,7 @@ class Tracker {
   float compute_cost(const Appearance& appearance, const Observation& box, float common) const;
   void predict(double seconds, const Options& options);
   void follow_camera(std::span<const Observation> boxes, const Options& options);
+  size_t leave_out_surplus(std::span<const Observation> boxes, float low);
   template <class UseBox>
   OpenBoxes open_boxes(std::span<const Observation> boxes, UseBox use_box) const;
   void add_candidates(std::span<const Observation> boxes, const OpenBoxes& open, uint32_t number,
@@ -84,7 +90,8 @@ class Tracker {
 
   std::vector<Track> tracks_;
   std::vector<uint32_t> numbers_;
-  std::vector<int64_t> track_of_;  // of each box; -1 = none
+  std::vector<int64_t> track_of_;  // of each box; negative = none
+  size_t left_out_ = 0;
   double now_ = 0;
   bool has_time_ = false;
   float max_distance_ = 0;

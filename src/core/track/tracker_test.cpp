@@ -6,6 +6,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <ctime>
 #include <limits>
 #include <random>
 
@@ -46,6 +47,42 @@ TEST(Assignment, IsTheBestOfAllPermutations) {
     } while (std::next_permutation(order, order + 5));
     EXPECT_NEAR(sum, best, 1e-4f);
   }
+}
+
+// Leaving a row without a pair costs 1, as a column of its own does.
+double best_cost(const std::vector<PairCost>& all, uint32_t rows, uint32_t columns) {
+  Matrix gains(rows, size_t{columns} + rows);
+  for (size_t r = 0; r < rows; ++r)
+    for (size_t c = 0; c < size_t{columns} + rows; ++c)
+      gains.at(r, c) = c == columns + r ? -1 : -99;
+  for (const auto& pair : all) gains.at(pair.row, pair.column) = -double{pair.cost};
+  const auto column_of = best_assignment(gains);
+  double sum = 0;
+  for (size_t r = 0; r < rows; ++r) sum -= gains.at(r, column_of[r].value());
+  return sum;
+}
+
+TEST(Assignment, OfSomeOfAllPairsIsAsGoodAsThatOfAMatrix) {
+  std::mt19937 random(3);
+  std::uniform_real_distribution<float> cost(0, 1);
+  for (const auto& [rows, columns] : {std::pair{40u, 40u}, {60u, 7u}, {7u, 60u}, {300u, 20u}})
+    for (int percent : {5, 20, 100}) {
+      std::vector<PairCost> all;
+      for (uint32_t i = 0; i < rows; ++i)
+        for (uint32_t j = 0; j < columns; ++j)
+          if (static_cast<int>(random() % 100) < percent) all.push_back({i, j, cost(random)});
+      double sum = rows;
+      std::vector<uint32_t> used_rows, used_columns;
+      for (const auto& pair : assign(all)) {
+        sum += double{pair.cost} - 1;
+        used_rows.push_back(pair.row), used_columns.push_back(pair.column);
+      }
+      EXPECT_NEAR(sum, best_cost(all, rows, columns), 1e-4) << rows << 'x' << columns;
+      for (auto* used : {&used_rows, &used_columns}) {
+        std::sort(used->begin(), used->end());
+        EXPECT_EQ(std::adjacent_find(used->begin(), used->end()), used->end());
+      }
+    }
 }
 
 TEST(Tracker, NumbersStayThroughACrossing) {
@@ -173,6 +210,63 @@ TEST(Tracker, TenThousandBoxesAreFollowed) {
   const Options at_once{.min_hits = 1};
   const Numbers first = tracker.follow(boxes, 0, at_once);
   EXPECT_EQ(tracker.follow(boxes, 0.03, at_once), first);
+}
+
+// Of boxes of one size, moved by up to `spread` pixels.
+Boxes crowd(size_t count, float spread, std::mt19937* random) {
+  std::uniform_real_distribution<float> place(0, spread);
+  Boxes out;
+  for (size_t i = 0; i < count; ++i) {
+    const float x = place(*random), y = place(*random);
+    out.push_back({{x, y, x + 100, y + 100}});
+  }
+  return out;
+}
+double processor_seconds() {
+  return static_cast<double>(std::clock()) / CLOCKS_PER_SEC;
+}
+
+// Frames may come from another machine.
+TEST(Tracker, ACrowdOfOverlappingBoxesCostsLittleMoreThanTheirOverlaps) {
+  constexpr size_t kBoxes = 1000, kFrames = 3;
+  std::mt19937 random(4);
+  for (const float spread : {0.0f, 30.0f}) {
+    Tracker tracker;
+    const Boxes boxes = crowd(kBoxes, spread, &random);
+    float sum = 0;
+    const double begin = processor_seconds();
+    for (size_t frame = 0; frame < kFrames; ++frame)
+      for (const auto& a : boxes)
+        for (const auto& b : boxes) sum += overlap(a.box, b.box);
+    const double middle = processor_seconds();
+    for (size_t frame = 0; frame < kFrames; ++frame)
+      tracker.follow(boxes, static_cast<double>(frame) / 30, {});
+    const double of_overlaps = middle - begin, of_tracker = processor_seconds() - middle;
+    EXPECT_GT(sum, 0);
+    EXPECT_LT(of_tracker, 150 * of_overlaps) << spread;
+  }
+}
+
+TEST(Tracker, NumbersStayInACrowdOfOverlappingBoxes) {
+  Tracker tracker;
+  std::mt19937 random(5);
+  const Boxes boxes = crowd(1000, 40, &random);
+  const Numbers first = tracker.follow(boxes, 0, {.min_hits = 1});
+  EXPECT_EQ(tracker.follow(boxes, 1 / 30.0, {.min_hits = 1}), first);
+}
+
+TEST(Tracker, BoxesBeyondTheLimitHaveNoNumber) {
+  Tracker tracker;
+  std::mt19937 random(6);
+  Boxes boxes = crowd(3 * Tracker::kBoxLimit, 40, &random);
+  for (size_t i = 0; i < boxes.size(); ++i) boxes[i].score = i % 3 == 1 ? 0.9f : 0.6f;
+  boxes.push_back(at(0, 0, 0.01f));  // is below `low`
+  const Numbers& numbers = tracker.follow(boxes, 0, {.min_hits = 1});
+  EXPECT_EQ(tracker.left_out(), 2 * Tracker::kBoxLimit);
+  EXPECT_EQ(tracker.tracks(), Tracker::kBoxLimit);
+  for (size_t i = 0; i < boxes.size(); ++i) ASSERT_EQ(numbers[i] != 0, i % 3 == 1) << i;
+  tracker.follow(Boxes{at(0, 0)}, 1, {});
+  EXPECT_EQ(tracker.left_out(), 0u);
 }
 
 TEST(Tracker, ChurnLeavesABoundedNumberOfTracks) {

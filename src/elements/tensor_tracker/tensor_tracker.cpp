@@ -5,6 +5,7 @@
 #include <cmath>
 #include <cstring>
 #include <sstream>
+#include <utility>
 
 #include "core/tensor/tensor_header.hpp"
 #include "core/track/tracker.hpp"
@@ -12,6 +13,7 @@
 #include "gstcpp/buffer/frame_layout.hpp"
 #include "gstcpp/buffer/tensor_caps.hpp"
 #include "gstcpp/element/counted_transform.hpp"
+#include "gstcpp/element/error.hpp"
 #include "weir/results.hpp"
 
 namespace weir {
@@ -134,6 +136,7 @@ class TensorTracker : public gst::CountedTransform<TensorTracker> {
     tracker_ = {};
     time_ = 0;
     tracks_ = given_ = 0;
+    has_warned_ = false;
     return ok();
   }
 
@@ -218,6 +221,18 @@ class TensorTracker : public gst::CountedTransform<TensorTracker> {
     return gst::with_roles(std::move(caps), output_roles(in, nullptr));
   }
 
+  void warn_of_left_out() {
+    if (std::exchange(has_warned_, true)) return;
+    constexpr size_t kLimit = track::Tracker::kBoxLimit;
+    gst::post_warning(element(),
+                      {.code = Code::LIMIT_EXCEEDED,
+                       .what = "a frame has more boxes than tensor_tracker follows; those of the "
+                               "lowest scores get no number",
+                       .offered = std::to_string(tracker_.left_out() + kLimit) + " boxes",
+                       .needed = "at most " + std::to_string(kLimit),
+                       .fix = "tensor_tracker low=0.5 ignores boxes with lower scores"});
+  }
+
   // The running time of the frame in seconds; without timestamp, that of the frame rate (30
   // frames per second if there is none) after the last frame.
   double get_time(GstBuffer* in) const {
@@ -255,6 +270,7 @@ class TensorTracker : public gst::CountedTransform<TensorTracker> {
                                            .min_hits = s.min_hits});
     for (size_t i = 0; i < numbers.size(); ++i)
       rows_[places_[i].tensor][places_[i].index] = static_cast<float>(numbers[i]);
+    if (tracker_.left_out() > 0) warn_of_left_out();
     tracks_ = tracker_.tracks();
     given_ = tracker_.numbers_given();
     return append(&pieces, out);
@@ -362,6 +378,7 @@ class TensorTracker : public gst::CountedTransform<TensorTracker> {
   gst::FrameLayout reader_;
   track::Tracker tracker_;
   double time_ = 0;
+  bool has_warned_ = false;
   std::vector<std::vector<float>> rows_;  // of each tensor; kept for their memory
   std::vector<float> vectors_;
   std::vector<track::Observation> boxes_;

@@ -94,6 +94,27 @@ TEST(TensorTracker, EqualLowAndHighScoresAreAllowed) {
   EXPECT_EQ(pushed(h, row({10, 10, 30, 40, 0.9f, 3, -1, 77}, 0)).back(), 1);
 }
 
+// A frame of another machine may have any number of rows.
+TEST(TensorTracker, RowsBeyondTheLimitHaveNoTrackAndOneWarning) {
+  const auto h = make_harness("tensor_tracker min-hits=1", tensors("float32", "6:30000", "10/1"));
+  Errors errors(find_element(h, "tensor_tracker").get());
+  Floats rows;
+  for (int i = 0; i < 30000; ++i) {
+    const Floats one{0, 0, 100, 100, i % 3 == 0 ? 0.9f : 0.8f, 1};
+    rows.insert(rows.end(), one.begin(), one.end());
+  }
+  const Floats out = pushed(h, row(rows, 0));
+  int numbered = 0;
+  for (size_t i = 0; i < 30000; ++i) numbered += out[7 * i + 6] != 0 && i % 3 == 0;
+  EXPECT_EQ(numbered, 10000);
+  pushed(h, row(rows, GST_SECOND / 10));
+  const std::string warning = errors.next_warning();
+  EXPECT_SAYS(warning, "WEIR-2006: a frame has more boxes than tensor_tracker follows");
+  EXPECT_SAYS(warning, "30000 boxes");
+  EXPECT_SAYS(warning, "at most 10000");
+  EXPECT_EQ(errors.next_warning(), "");
+}
+
 TEST(TensorTracker, TimesThatRepeatAreNoMotionAndThoseThatGoBackForget) {
   const auto h = make_harness("tensor_tracker min-hits=1", kRows);
   const auto number_at = [&](GstClockTime time) {
