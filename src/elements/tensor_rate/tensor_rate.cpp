@@ -207,8 +207,12 @@ class TensorRate : public gst::CountedTransform<TensorRate> {
   Settings settings_;
 
  private:
+  // The numbers of other segments are no times.
+  bool has_time_segment() const {
+    return self()->segment.format == GST_FORMAT_TIME;
+  }
   uint64_t segment_base() const {
-    return self()->segment.base;
+    return has_time_segment() ? self()->segment.base : 0;
   }
 
   // Across all segments so far. A frame without a timestamp starts at the end of the previous one.
@@ -282,7 +286,7 @@ class TensorRate : public gst::CountedTransform<TensorRate> {
     const uint64_t stop = self()->segment.stop;
     auto end = end_of_held_frame();
     int max = 1;
-    if (GST_CLOCK_TIME_IS_VALID(stop) && reason == DropReason::Eos) {
+    if (has_time_segment() && GST_CLOCK_TIME_IS_VALID(stop) && reason == DropReason::Eos) {
       end = sum(stop, segment_base());
       max = kMaxCopies;
     }

@@ -168,6 +168,17 @@ TEST(TensorRate, FillsUpToTheEndOfTheSegment) {
   EXPECT_EQ(pull_all(long_one).size(), 25u);
 }
 
+TEST(TensorRate, TheEndOfASegmentOfBytesIsNoTime) {
+  auto h = rate("framerate=10/1", "0/1");
+  GstSegment segment;
+  gst_segment_init(&segment, GST_FORMAT_BYTES);
+  segment.stop = 500 * kMs;
+  gst_harness_push_event(h.get(), gst_event_new_segment(&segment));
+  push(h, 7, 0);
+  gst_harness_push_event(h.get(), gst_event_new_eos());
+  EXPECT_EQ(pull_all(h), (std::vector<Out>{{7, 0}}));
+}
+
 struct Gap {
   GstClockTime time, duration;
   bool operator==(const Gap&) const = default;

@@ -14,6 +14,7 @@
 #include "gstcpp/buffer/tensor_caps.hpp"
 #include "gstcpp/element/counted_transform.hpp"
 #include "gstcpp/element/error.hpp"
+#include "gstcpp/pads/timed_tensors.hpp"
 #include "weir/results.hpp"
 
 namespace weir {
@@ -233,11 +234,10 @@ class TensorTracker : public gst::CountedTransform<TensorTracker> {
                        .fix = "tensor_tracker low=0.5 ignores boxes with lower scores"});
   }
 
-  // The running time of the frame in seconds; without timestamp, that of the frame rate (30
-  // frames per second if there is none) after the last frame.
+  // The running time of the frame in seconds; without timestamp or a segment in time, that of the
+  // frame rate (30 frames per second if there is none) after the last frame.
   double get_time(GstBuffer* in) const {
-    const auto running =
-        gst_segment_to_running_time(&self()->segment, GST_FORMAT_TIME, GST_BUFFER_PTS(in));
+    const auto running = gst::running_time(self()->segment, GST_BUFFER_PTS(in));
     if (GST_CLOCK_TIME_IS_VALID(running)) return static_cast<double>(running) / GST_SECOND;
     const bool has_rate = input_.rate.valid() && input_.rate.numerator > 0;
     return time_ + (has_rate ? double(input_.rate.denominator) / input_.rate.numerator : 1.0 / 30);

@@ -72,6 +72,11 @@ class Bench {
     if (gst_pad_send_event(sink_.get(), gst_event_new_caps(caps.get()))) return "";
     return message_text(GST_MESSAGE_ERROR, "rejected the caps");
   }
+  void begin_segment(GstFormat format) {
+    GstSegment segment;
+    gst_segment_init(&segment, format);
+    gst_pad_send_event(sink_.get(), gst_event_new_segment(&segment));
+  }
   // Queries all pads about these caps; returns "" or the error that the element posted.
   std::string query(const std::string& text) {
     const auto caps = Ref<GstCaps>::adopt(gst_caps_from_string(text.c_str()));

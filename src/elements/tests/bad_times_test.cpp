@@ -34,6 +34,21 @@ TEST_P(BadTime, IsAcceptedAndCounted) {
   expect_sound_again(bench, subject, std::size(times));
 }
 
+// As from filesrc with a capsfilter; G_DEBUG=fatal-criticals.
+TEST_P(BadTime, InASegmentOfBytesIsAcceptedAndCounted) {
+  const Subject& subject = GetParam();
+  const GstClockTime times[] = {0, GST_CLOCK_TIME_NONE, GST_SECOND};
+  Bench bench(subject);
+  ASSERT_EQ(bench.start(subject.caps), "");
+  bench.begin_segment(GST_FORMAT_BYTES);
+  for (const GstClockTime time : times) {
+    GstBuffer* in = subject.good_frame();
+    GST_BUFFER_PTS(in) = time;
+    EXPECT_EQ(bench.push(in), "") << time;
+  }
+  expect_sound_again(bench, subject, std::size(times));
+}
+
 TEST_P(BadTime, OfAnExtremeFrameRateIsValid) {
   const Subject& subject = GetParam();
   if (subject.caps.find("framerate") == std::string::npos) return;  // audio uses its sample rate
