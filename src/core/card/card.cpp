@@ -17,6 +17,7 @@
 #include "core/card/decoder_modes.hpp"
 #include "core/card/fields.hpp"
 #include "core/config/installed_file.hpp"
+#include "core/text/json_depth.hpp"
 #include "core/text/shell_quote.hpp"
 #include "core/text/text.hpp"
 #include "core/text/text_file.hpp"
@@ -414,22 +415,17 @@ Result<Card> parse(std::string_view text, const std::string& place, const fs::pa
   if (text.size() > kBytesLimit)
     return invalid(place + ": " + std::to_string(text.size()) + " bytes",
                    "a card of at most 1 MiB");
-  // Deeper than any card: rejected while parsing, so that nesting costs no memory.
-  bool too_deep = false;
-  const auto bounded = [&too_deep](int depth, Json::parse_event_t, Json&) {
-    too_deep |= depth > kDepthLimit;
-    return !too_deep;
-  };
+  if (json_depth(text) > kDepthLimit)
+    return invalid(place + ": objects that are nested too deeply", "a card");
   Json json;
   try {
-    json = Json::parse(text, bounded);
+    json = Json::parse(text);
   } catch (const Json::parse_error& error) {
     return invalid(place + ": not JSON at byte " + std::to_string(error.byte), "JSON");
   } catch (const Json::exception&) {  // a number out of range
     return invalid(place + ": a number that is too large",
                    "JSON with numbers that fit into 64 bits");
   }
-  if (too_deep) return invalid(place + ": objects that are nested too deeply", "a card");
   Faults faults;
   Card card = card_from(json, place, folder, &faults);
   if (!faults.empty()) return invalid(faults);

@@ -9,9 +9,12 @@
 #include <set>
 
 #include "core/text/error_text.hpp"
+#include "core/text/json_depth.hpp"
 
 namespace weir::evaluate {
 namespace {
+
+constexpr int kDepthLimit = 64;  // polygons of objects are lists at depth 5
 
 using Json = nlohmann::json;
 
@@ -263,6 +266,13 @@ Error not_json(const std::string& path, std::string_view text, size_t byte,
 }  // namespace
 
 Result<CocoTruth> parse_coco_truth(const std::string& path, std::string_view text) {
+  if (json_depth(text) > kDepthLimit)
+    return Error{
+        .code = Code::LABELS_INVALID,
+        .what = "the annotation file is nested too deeply",
+        .offered = path,
+        .needed = "at most " + std::to_string(kDepthLimit) + " lists and objects in each other",
+        .fix = "--truth FILE uses another file"};
   try {
     const Json root = Json::parse(text);
     return Reader(path, root).read();

@@ -197,5 +197,22 @@ TEST(CocoTruthRefused, EntriesThatLackSomething) {
   EXPECT_SAYS(refused(json), "neither 0 nor 1");
 }
 
+// Printing, copying and comparing a value would exhaust the stack.
+TEST(CocoTruth, RefusesTextThatIsNestedTooDeeply) {
+  const auto with_flag = [](const std::string& flag) {
+    std::string text = example().dump();
+    const std::string place = "\"iscrowd\":1";
+    text.replace(text.find(place), place.size(), "\"iscrowd\":" + flag);
+    const auto truth = parse_coco_truth("truth.json", text);
+    return truth ? std::string() : truth.error().message();
+  };
+  const auto nested = [](size_t depth) {
+    return std::string(depth, '[') + std::string(depth, ']');
+  };
+  EXPECT_SAYS(with_flag(nested(300000)), "the annotation file is nested too deeply");
+  EXPECT_SAYS(with_flag(nested(62)), "the annotation file is nested too deeply");
+  EXPECT_SAYS(with_flag(nested(61)), "a flag that is neither 0 nor 1");
+}
+
 }  // namespace coco_truth_test
 }  // namespace weir::evaluate

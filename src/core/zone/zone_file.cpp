@@ -13,6 +13,7 @@
 #include <system_error>
 #include <unordered_map>
 
+#include "core/text/json_depth.hpp"
 #include "core/text/text.hpp"
 #include "weir/join.hpp"
 #include "weir/label_file.hpp"
@@ -226,24 +227,6 @@ class Parser {
   std::unordered_map<std::string, std::string> paths_;  // of each name
 };
 
-// How deeply lists and objects are nested: found before parsing, as the parser's own callback takes
-// quadratic time.
-int count_depth(std::string_view text) noexcept {
-  int depth = 0, deepest = 0;
-  bool is_string = false;
-  for (size_t i = 0; i < text.size(); ++i) {
-    if (is_string && text[i] == '\\')
-      ++i;
-    else if (text[i] == '"')
-      is_string = !is_string;
-    else if (!is_string && (text[i] == '[' || text[i] == '{'))
-      deepest = std::max(deepest, ++depth);
-    else if (!is_string && (text[i] == ']' || text[i] == '}'))
-      --depth;
-  }
-  return deepest;
-}
-
 Error not_readable(const std::string& path, const std::string& reason) {
   return Error{.code = Code::FILE_NOT_FOUND,
                .what = "the zones file cannot be read",
@@ -273,7 +256,7 @@ bool Zone::operator==(const Zone& other) const {
 
 Result<ZoneSet> parse_zones(std::string_view text, const std::string& place) {
   if (text.size() > kBytesLimit) return invalid(place, "it has more than 16 MiB");
-  if (count_depth(text) > kDepthLimit)
+  if (json_depth(text) > kDepthLimit)
     return invalid(place, "its lists and objects are nested too deeply");
   Json root;
   try {
