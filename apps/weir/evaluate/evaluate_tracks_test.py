@@ -3,6 +3,7 @@
 """weir evaluate: the scores of tracks against NumPy, and sequences that it refuses."""
 
 import json
+import shutil
 
 import numpy
 import reference_metrics as reference
@@ -54,6 +55,16 @@ class Tracks(Case):
                 found[90 + int(random.integers(3))] = tuple(int(n) for n in (*random.integers(1, 200, 2), 30, 30))
             frames.append(found)
         return truth, frames
+
+    def test_pictures_outside_of_the_folder_are_refused(self):
+        box = {1: (10, 10, 40, 50)}
+        for number, setting in enumerate(({"imDir": "../secret"}, {"imDir": str(self.folder / "secret")},
+                                          {"imDir": "img1/../.."}, {"imExt": "/../../secret/000001.png"})):
+            with self.subTest(**setting):
+                shutil.rmtree(self.folder / "set", ignore_errors=True)
+                write_picture(self.folder / "set" / "secret" / "000001.png", [])
+                self.add(f"sequence{number}", [box], [box], **setting)
+                self.refused(self.evaluate(), 1, "WEIR-4002", "the name of a picture points outside the folder", "seqinfo.ini")
 
     def test_are_those_of_numpy(self):
         for seed in (1, 2):
