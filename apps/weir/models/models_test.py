@@ -8,18 +8,27 @@ import http.server
 import json
 import os
 import shutil
+import ssl
+import subprocess
 import threading
 
 import tap_runner
-from weir_case import SOURCE, Case, weir
+from weir_case import COMMAND, SOURCE, Case, weir
 
 CATALOGUE = json.loads((SOURCE / "models" / "catalogue.json").read_text())
 CARDS = SOURCE / "models" / "cards"
 
 
 class Quiet(http.server.SimpleHTTPRequestHandler):
+    """Serves files; the handlers of a test come first."""
+    protocol_version = "HTTP/1.1"
+    handlers = {}
+
     def log_message(self, *_):
         pass
+
+    def do_GET(self):
+        self.handlers.get(self.path, lambda _: super(Quiet, self).do_GET())(self)
 
 
 class Catalogue(Case):
@@ -87,7 +96,9 @@ class Catalogue(Case):
         cards = self.folder / "cards"
         cards.mkdir()
         for text in ("", "[]", '{"models": [{"name": "x"}]}', '{"models": [{"name": "../x", "files": [{}]}]}',
-                     '{"models": [{"name": "x", "files": [{"name": "../y", "url": "http://x", "sha256": "%s"}]}]}' % ("0" * 64)):
+                     *('{"models": [{"name": "x", "files": [{"name": "%s", "url": "%s", "sha256": "%s", "bytes": %s}]}]}' %
+                       (name, url, "0" * 64, size)
+                       for name, url, size in (("../y", "https://x", 1), ("y", "http://x", 1), ("y", "https://x", 0)))):
             (self.folder / "catalogue.json").write_text(text)
             self.refused(self.run_models("list", cards=cards), 1, "WEIR-3009", "catalogue.json")
 
@@ -100,11 +111,21 @@ class Fetching(Case):
         served = self.folder / "served"
         served.mkdir()
         (served / "net.onnx").write_bytes(b"the model" * 1000)
-        server = http.server.ThreadingHTTPServer(("127.0.0.1", 0), functools.partial(Quiet, directory=str(served)))
+        pki = self.folder / "pki"
+        self.good(weir("pki", "init", pki))
+        self.good(weir("pki", "issue", "server", "--dir", pki, "--san", "127.0.0.1"))
+        self.authority = pki / "ca.pem"
+        context = ssl.SSLContext(ssl.PROTOCOL_TLS_SERVER)
+        context.load_cert_chain(pki / "server.pem", pki / "server.key")
+        self.handlers = {}
+        handler = type("Handler", (Quiet,), {"handlers": self.handlers})
+        server = http.server.ThreadingHTTPServer(("127.0.0.1", 0), functools.partial(handler, directory=str(served)))
+        server.daemon_threads = True
+        server.socket = context.wrap_socket(server.socket, server_side=True)
         threading.Thread(target=server.serve_forever, daemon=True).start()
         self.addCleanup(server.server_close)
         self.addCleanup(server.shutdown)
-        self.address = f"http://127.0.0.1:{server.server_port}"
+        self.address = f"https://127.0.0.1:{server.server_port}"
         self.served = served
 
     def catalogue_of(self, path="net.onnx", digest=None, size=9000):
@@ -116,9 +137,12 @@ class Fetching(Case):
              "files": [{"name": "net.onnx", "url": f"{self.address}/{path}", "sha256": digest, "bytes": size}]}]}))
         return cards
 
+    def environment(self, cards):
+        return {"no_proxy": "127.0.0.1", "CURL_CA_BUNDLE": str(self.authority), "WEIR_CARD_PATH": str(cards),
+                "WEIR_MODELS": str(self.folder / "models")}
+
     def get(self, cards, **environment):
-        environment = {"no_proxy": "127.0.0.1", **environment}
-        return weir("models", "get", "net", WEIR_CARD_PATH=str(cards), WEIR_MODELS=str(self.folder / "models"), **environment)
+        return weir("models", "get", "net", **{**self.environment(cards), **environment})
 
     def test_fetches_once_and_checks_the_digest(self):
         cards = self.catalogue_of()
@@ -143,6 +167,64 @@ class Fetching(Case):
         cards = self.catalogue_of(digest="0" * 64)
         self.refused(self.get(cards), 1, "WEIR-4011", "not the expected one", "sha256 " + hashlib.sha256(b"the model" * 1000).hexdigest())
         self.assertEqual(os.listdir(self.folder / "models" / "net"), [])
+
+    def test_an_answer_without_a_length_ends_at_the_size_of_the_catalogue(self):
+        sent = []
+
+        def endless(request):
+            request.send_response(200)
+            request.send_header("Transfer-Encoding", "chunked")
+            request.end_headers()
+            try:
+                while len(sent) < 500:
+                    request.wfile.write(b"100000\r\n" + b"x" * 0x100000 + b"\r\n")
+                    sent.append(1)
+                request.wfile.write(b"0\r\n\r\n")
+            except OSError:
+                pass
+            request.close_connection = True
+
+        self.handlers["/net.onnx"] = endless
+        self.refused(self.get(self.catalogue_of()), 1, "WEIR-4011", "the file is larger than the 9000 bytes of the catalogue", self.address)
+        self.assertLess(len(sent), 100)
+        self.assertEqual(os.listdir(self.folder / "models" / "net"), [])
+
+    def test_an_answer_that_leads_to_an_address_without_tls_is_refused(self):
+        def elsewhere(request):
+            request.send_response(302)
+            request.send_header("Location", self.address.replace("https", "http") + "/net.onnx")
+            request.send_header("Content-Length", "0")
+            request.end_headers()
+
+        self.handlers["/moved.onnx"] = elsewhere
+        self.refused(self.get(self.catalogue_of(path="moved.onnx")), 1, "WEIR-4011", "curl failed", '"http"')
+
+    def test_processes_that_fetch_the_same_model_wait_for_each_other(self):
+        requests, begun, may_end = [], threading.Event(), threading.Event()
+
+        def slow(request):
+            requests.append(request.path)
+            request.send_response(200)
+            request.send_header("Content-Length", "9000")
+            request.end_headers()
+            request.wfile.write(b"the model" * 500)
+            begun.set()
+            may_end.wait(60)
+            request.wfile.write(b"the model" * 500)
+
+        self.addCleanup(may_end.set)
+        self.handlers["/net.onnx"] = slow
+        environment = {**os.environ, **self.environment(self.catalogue_of())}
+        start = functools.partial(subprocess.Popen, [COMMAND, "models", "get", "net"], env=environment, text=True,
+                                  stdout=subprocess.PIPE, stderr=subprocess.PIPE)
+        with start() as first:
+            self.assertTrue(begun.wait(60))
+            with start() as second:
+                self.assertIn("waiting for another process", second.stderr.readline())
+                may_end.set()
+                self.assertIn("already downloaded", second.communicate(timeout=60)[0])
+            self.assertEqual(first.wait(60), 0)
+        self.assertEqual(requests, ["/net.onnx"])
 
     def test_a_missing_file_shows_what_curl_says(self):
         self.refused(self.get(self.catalogue_of(path="nothing.onnx")), 1, "WEIR-4011", "curl failed", "404", self.address,
