@@ -31,10 +31,12 @@ class SharedOutput {
     std::lock_guard lock(mutex_);
     if (!is_open(input)) open_.push_back(input);
   }
-  void close(const Input& input) {
+  // Returns true if the input uses the output at this time; then its thread comes back late.
+  bool close(const Input& input) {
     std::lock_guard lock(mutex_);
     std::erase(open_, input);
     changed_.notify_all();
+    return user_ == input;
   }
 
   // Waits until no other input uses the output. Returns false if the input is closed.
@@ -71,7 +73,7 @@ class SharedOutput {
   }
   void release() {
     std::lock_guard lock(mutex_);
-    in_use_ = false;
+    user_ = Input();
     changed_.notify_all();
   }
 
@@ -106,7 +108,7 @@ class SharedOutput {
     changed_.notify_all();
   }
 
-  // Removes the input, after close() and the end of its thread. Returns true if it was active.
+  // Removes the input, after close(). Returns true if it was active.
   bool remove(const Input& input) {
     std::lock_guard lock(mutex_);
     std::erase(open_, input);
@@ -153,11 +155,14 @@ class SharedOutput {
     const uint64_t ticket = next_ticket_++;
     if (is_open(input)) waiting_.push_back({ticket, input, as_active});
     const auto is_free = [&] {
-      return !in_use_ && flushing_ == Input() && waiting_.front().ticket == ticket;
+      return user_ == Input() && flushing_ == Input() && waiting_.front().ticket == ticket;
     };
     changed_.wait(lock, [&] { return !is_open(input) || is_free(); });
     std::erase_if(waiting_, [ticket](const Waiter& w) { return w.ticket == ticket; });
-    if (is_open(input)) return in_use_ = true;
+    if (is_open(input)) {
+      user_ = input;
+      return true;
+    }
     changed_.notify_all();  // the next waiter may be first now
     return false;
   }
@@ -171,8 +176,9 @@ class SharedOutput {
   std::vector<Waiter> waiting_;  // in order of arrival
   uint64_t next_ticket_ = 0;
   Input last_{}, flushing_{};  // last_: the input that pushed last
+  Input user_{};               // the input that uses the output
   bool skipped_ = false;       // last_ was skipped since it pushed
-  bool in_use_ = false, stops_flush_ = false;
+  bool stops_flush_ = false;
   std::optional<std::thread::id> sender_;  // the thread that sends FLUSH_START or FLUSH_STOP
 };
 

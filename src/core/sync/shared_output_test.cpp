@@ -115,12 +115,15 @@ TEST_F(SharedOutputTest, ASkippedInputIsSwitchedToAgain) {
 TEST_F(SharedOutputTest, ClosingAnInputWakesItsThread) {
   EXPECT_EQ(output.acquire_as_active(1), Access::Switched);
   auto second = acquire_later(2);
-  output.close(2);
+  EXPECT_FALSE(output.close(2)) << "it waits";
   EXPECT_EQ(second.get(), Access::Denied);
   EXPECT_EQ(output.acquire_as_active(2), Access::Denied) << "until it is opened";
   output.release();
   output.open(2);
   EXPECT_EQ(output.acquire_as_active(2), Access::Switched);
+  EXPECT_TRUE(output.close(2)) << "it uses the output";
+  output.release();
+  EXPECT_FALSE(output.close(2));
 }
 
 TEST_F(SharedOutputTest, AFlushWakesTheThreadOfItsInputOnly) {

@@ -79,7 +79,8 @@ class Join : public gst::Element<Join, gst::PlainElement> {
   }
   void release_pad(GstPad* pad) {
     const auto input = Ref<GstPad>::share(pad);
-    gst_pad_set_active(pad, FALSE);
+    // A thread that downstream blocks returns later, when the pad is gone.
+    if (!output_.close(input)) gst_pad_set_active(pad, FALSE);
     const bool was_active = output_.remove(input);  // from here on it cannot start a flush
     send_flush_stop(input);
     forget(pad);
@@ -220,7 +221,10 @@ class Join : public gst::Element<Join, gst::PlainElement> {
     if (mode != GST_PAD_MODE_PUSH) return FALSE;
     auto* join = static_cast<Join*>(gst_pad_get_element_private(pad));
     const auto input = Ref<GstPad>::share(pad);
-    active ? join->output_.open(input) : join->output_.close(input);
+    if (active)
+      join->output_.open(input);
+    else
+      join->output_.close(input);
     return TRUE;
   }
 

@@ -385,6 +385,23 @@ TEST_F(BlockedJoinTest, ReleasesABlockedBranch) {
   expect_that_first_is_delivered();
 }
 
+// In PAUSED, for example, downstream accepts no other frame.
+TEST_F(BlockedJoinTest, ReleasesTheBranchThatDownstreamBlocks) {
+  const auto sink = Ref<GstPad>::adopt(gst_pad_get_peer(blocking_));
+  const auto release = std::async(
+      std::launch::async, [&] { gst_element_release_request_pad(h_->element, sink.get()); });
+  const bool released = returns(release, "the release of the pad");
+  closed_->open();
+  ASSERT_TRUE(released);
+  EXPECT_EQ(first_.get(), GST_FLOW_OK) << "its frame is downstream";
+  EXPECT_EQ(second_.get(), GST_FLOW_OK);
+  EXPECT_EQ(pads(), 1u);
+  EXPECT_EQ(active(), "sink_1");
+  EXPECT_EQ(pulled(), (Bytes{1, 2}));
+  EXPECT_EQ(stat(h_->element, "held"), 0u);
+  EXPECT_NE(gst_pad_push(blocking_, frame(Bytes{3})), GST_FLOW_OK) << "the pad is gone";
+}
+
 TEST_F(BlockedJoinTest, FlushesABlockedBranch) {
   EXPECT_TRUE(gst_pad_push_event(waiting_, gst_event_new_flush_start()));
   expect_that_second_leaves();
