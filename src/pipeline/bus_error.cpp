@@ -38,12 +38,12 @@ std::string quoted(const std::string& message) {
 Error to_error(GstMessage* message) {
   const std::string element = GST_MESSAGE_SRC_NAME(message);
   auto posted = gst::read_posted_error(message);
-  if (!posted.ours)
+  if (!posted.known)
     return Error{.code = to_code(*posted.original),
                  .what = element + ": " + printable_text(posted.original->message),
                  .offered = printable_text(posted.debug)};
-  posted.ours->what = element + ": " + posted.ours->what;
-  return *std::move(posted.ours);
+  posted.known->what = element + ": " + posted.known->what;
+  return *std::move(posted.known);
 }
 
 Error parse_error(const GError& error, const char* text) {

@@ -3,6 +3,7 @@
 #include <gtest/gtest.h>
 
 #include <cmath>
+#include <fstream>
 #include <future>
 
 #include "pipeline_test_support.hpp"
@@ -199,8 +200,21 @@ TEST(PipelineControl, ErrorsOfElementsFailEveryCallUntilStop) {
 }
 
 TEST(PipelineControl, ErrorsOfForeignElementsHaveACode) {
-  Pipeline p = parse("filesrc location=/no/such/file name=f ! fakesink");
-  EXPECT_REFUSED(p.start(), FILE_NOT_FOUND, "f: Resource not found");
+  Pipeline p = parse("filesrc name=f ! fakesink");
+  EXPECT_REFUSED(p.start(), FILE_NOT_FOUND, "f: No file name specified for reading");
+}
+
+TEST(PipelineControl, ErrorsAboutFilesNameTheFileAndASimilarOne) {
+  const std::string folder = testing::TempDir();
+  std::ofstream(folder + "street.raw") << "x";
+  Pipeline p = parse("filesrc name=f location=" + folder + "stret.raw ! fakesink");
+  EXPECT_REFUSED(p.start(), FILE_NOT_FOUND,
+                 "f: the file does not exist\n  offered: location=" + folder +
+                     "stret.raw\n  needed: the path of a file\n"
+                     "  first difference: did you mean street.raw?\n  fix: location=" +
+                     folder + "street.raw");
+  Pipeline sink = parse("fakesrc num-buffers=1 ! filesink name=f location=" + folder + "none/out");
+  EXPECT_REFUSED(sink.start(), FILE_NOT_WRITTEN, "f: the folder of the file does not exist");
 }
 
 TEST(PipelineControl, RejectsReadingAFrameAsADifferentType) {

@@ -3,125 +3,15 @@
 
 #include <algorithm>
 #include <cstdio>
-#include <filesystem>
-#include <optional>
 #include <string_view>
 
 #include "colour.hpp"
-#include "core/text/shell_quote.hpp"
-#include "core/text/text.hpp"
 #include "gstcpp/element/posted_error.hpp"
 #include "run/element_properties.hpp"
 #include "weir/printable_text.hpp"
 
 namespace weir::app {
 namespace {
-
-namespace fs = std::filesystem;
-
-std::string_view get_factory(GstObject* object) {
-  if (!GST_IS_ELEMENT(object)) return "";
-  GstElementFactory* factory = gst_element_get_factory(GST_ELEMENT(object));
-  return factory ? GST_OBJECT_NAME(factory) : "";
-}
-
-std::string get_location(GstObject* element) {
-  char* text = nullptr;
-  g_object_get(element, "location", &text, nullptr);
-  std::string out = text ? text : "";
-  g_free(text);
-  return out;
-}
-
-std::string similar_file(const fs::path& path) {
-  std::error_code ignored;
-  std::vector<std::string> names;
-  for (const auto& entry :
-       fs::directory_iterator(path.has_parent_path() ? path.parent_path() : fs::path("."), ignored))
-    if (entry.is_regular_file(ignored)) names.push_back(entry.path().filename().string());
-  return nearest(path.filename().string(), names);
-}
-
-// Whether the user wrote it, and no bin such as uridecodebin made it.
-bool is_in_pipeline(GstObject* source) {
-  return GST_OBJECT_PARENT(source) && GST_IS_PIPELINE(GST_OBJECT_PARENT(source));
-}
-
-Error folder_error(Code code, const std::string& location) {
-  return Error{.code = code,
-               .what = "the location is a folder",
-               .offered = "location=" + location,
-               .needed = "the path of a file, such as " + (fs::path(location) / "NAME").string()};
-}
-
-std::optional<Error> source_error(GstObject* source, const std::string& location) {
-  std::error_code ignored;
-  if (fs::is_directory(location, ignored)) return folder_error(Code::FILE_NOT_FOUND, location);
-  if (fs::exists(location, ignored)) return std::nullopt;
-  Error out{.code = Code::FILE_NOT_FOUND,
-            .what = "the file does not exist",
-            .offered = "location=" + location,
-            .needed = "the path of a file"};
-  const std::string close = similar_file(location);
-  if (close.empty()) return out;
-  out.difference = "did you mean " + close + "?";
-  if (is_in_pipeline(source))
-    out.fix = "location=" + launch_value((fs::path(location).parent_path() / close).string());
-  return out;
-}
-
-std::optional<Error> sink_error(const std::string& location) {
-  std::error_code ignored;
-  const fs::path folder = fs::path(location).parent_path();
-  if (fs::is_directory(location, ignored)) return folder_error(Code::FILE_NOT_WRITTEN, location);
-  if (folder.empty() || fs::exists(folder, ignored)) return std::nullopt;
-  return Error{.code = Code::FILE_NOT_WRITTEN,
-               .what = "the folder of the file does not exist",
-               .offered = "location=" + location,
-               .needed = "a path in a folder that exists",
-               .fix = "mkdir -p " + shell_word(folder.string())};
-}
-
-// The file that an element's sink pad reads; "" if the stream comes from elsewhere.
-std::string find_input_file(GstObject* element) {
-  const auto pad =
-      gst::Ref<GstPad>::adopt(gst_element_get_static_pad(GST_ELEMENT(element), "sink"));
-  const gst::Unique<GstQuery, gst_query_unref> query(gst_query_new_uri());
-  if (!pad || !gst_pad_peer_query(pad.get(), query.get())) return "";
-  char* uri = nullptr;
-  gst_query_parse_uri(query.get(), &uri);
-  const gst::UniqueText owned(uri);
-  const gst::UniqueText path(uri ? g_filename_from_uri(uri, nullptr, nullptr) : nullptr);
-  return path ? path.get() : "";
-}
-
-std::optional<Error> format_error(GstObject* typefind) {
-  const std::string file = find_input_file(typefind);
-  if (file.empty()) return std::nullopt;
-  std::error_code failed;
-  const bool is_empty = fs::file_size(file, failed) == 0 && !failed;
-  return Error{.code = Code::FORMAT_UNSUPPORTED,
-               .what = is_empty ? "the file is empty" : "the format of the file is not known",
-               .offered = file,
-               .needed = "a picture, a video or a sound"};
-}
-
-// The file that is the reason for an error of GStreamer's elements: of a filesrc whose file does
-// not exist or is a folder, of a filesink whose file is a folder or lies in none that exists, and
-// of a typefind that does not know the format of a file.
-std::optional<Error> file_error(GstObject* element, const GError* error) {
-  if (!error || !element) return std::nullopt;
-  const auto factory = get_factory(element);
-  if (factory == "typefind" &&
-      (g_error_matches(error, GST_STREAM_ERROR, GST_STREAM_ERROR_TYPE_NOT_FOUND) ||
-       g_error_matches(error, GST_STREAM_ERROR, GST_STREAM_ERROR_WRONG_TYPE)))
-    return format_error(element);
-  if (error->domain != GST_RESOURCE_ERROR || (factory != "filesrc" && factory != "filesink"))
-    return std::nullopt;
-  const std::string location = get_location(element);
-  if (location.empty()) return std::nullopt;
-  return factory == "filesrc" ? source_error(element, location) : sink_error(location);
-}
 
 // Video sinks of X, GL and Wayland post this error when their window is closed.
 bool is_closed_window(GstObject* source, const GError* error) {
@@ -158,9 +48,9 @@ Diagnostic parse_diagnostic(GstMessage* message) {
   auto posted = gst::read_posted_error(message);
   const GError* original = posted.original.get();
   GstObject* source = GST_MESSAGE_SRC(message);
-  auto error = posted.ours ? std::move(posted.ours) : file_error(source, original);
-  const bool has_code = error.has_value();
-  return {.error = has_code ? *std::move(error) : Error{.what = original ? original->message : ""},
+  const bool has_code = posted.known.has_value();
+  return {.error = has_code ? *std::move(posted.known)
+                            : Error{.what = original ? original->message : ""},
           .has_code = has_code,
           .element = source ? GST_OBJECT_NAME(source) : "",
           .path = source ? get_path(source) : "",

@@ -18,8 +18,7 @@ struct Diagnostic {
   bool is_closed_window = false;  // the user closed the window of a video sink
 };
 
-// Precondition: a warning or an error. An error of GStreamer's elements about a file becomes
-// FILE_NOT_FOUND, FILE_NOT_WRITTEN or FORMAT_UNSUPPORTED, with the file and a similar name.
+// Precondition: a warning or an error. Errors about files as of gst::read_posted_error().
 Diagnostic parse_diagnostic(GstMessage* message);
 
 // "WEIR-2001"; "" without a code.
