@@ -11,7 +11,7 @@ namespace {
 
 // Never released: destructors must not call an interpreter that is finalising.
 struct Classes {
-  py::object error, code, spelling;
+  py::object error, code, spelling, warn;
 };
 Classes& classes() {
   static auto* const kept = new Classes;
@@ -26,24 +26,33 @@ py::object text(const std::string& part) {
       PyUnicode_DecodeUTF8(shown.data(), static_cast<Py_ssize_t>(shown.size()), "replace"));
 }
 
+// A weir.Error with the parts of `error`.
+py::object python_error(const Error& error) {
+  const auto& known = classes();
+  return known.error(known.code(static_cast<int>(error.code)), text(error.what),
+                     text(error.offered), text(error.needed), text(error.difference),
+                     text(error.fix), text(error.message()));
+}
+
 bool is_type(const std::string& name) {
   return std::find(std::begin(kTypeNames), std::end(kTypeNames), name) != std::end(kTypeNames);
 }
 
 }  // namespace
 
-void set_error(py::object error, py::object code, py::object spelling) {
-  classes() = {std::move(error), std::move(code), std::move(spelling)};
+void set_error(py::object error, py::object code, py::object spelling, py::object warn) {
+  classes() = {std::move(error), std::move(code), std::move(spelling), std::move(warn)};
 }
 
 void raise(const Error& error, const py::object& cause) {
-  const auto& [type, code, spelling] = classes();
-  const py::object value =
-      type(code(static_cast<int>(error.code)), text(error.what), text(error.offered),
-           text(error.needed), text(error.difference), text(error.fix), text(error.message()));
+  const py::object value = python_error(error);
   if (cause) PyException_SetCause(value.ptr(), py::object(cause).release().ptr());
-  PyErr_SetObject(type.ptr(), value.ptr());
+  PyErr_SetObject(classes().error.ptr(), value.ptr());
   throw py::error_already_set();
+}
+
+void warn(const Error& warning) {
+  classes().warn(python_error(warning));
 }
 
 void raise_of_model(Error error) {

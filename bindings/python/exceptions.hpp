@@ -11,15 +11,19 @@ namespace weir::bindings {
 
 namespace py = pybind11;
 
-// Sets the class weir.Error, the names of its codes, and the function that spells parts of a
-// model's errors as Python does; the package calls it once.
-void set_error(py::object error, py::object code, py::object spelling);
+// Sets the class weir.Error, the names of its codes, the function that spells parts of a model's
+// errors as Python does, and the one that issues a warning; the package calls it once.
+void set_error(py::object error, py::object code, py::object spelling, py::object warn);
 
 // Throws the error as a weir.Error, whose __cause__ is the exception `cause` unless that is null.
 // Call with the GIL held.
 [[noreturn]] void raise(const Error& error, const py::object& cause = {});
 // The same for an error of a model: its properties are spelled as arguments of weir.Model.
 [[noreturn]] void raise_of_model(Error error);
+
+// Issues a weir.PipelineWarning. Throws if the program's filter makes an exception of it. Call with
+// the GIL held.
+void warn(const Error& warning);
 
 template <class T>
 T value_or_raise(Result<T> result) {

@@ -81,11 +81,13 @@ class PipelineObject {
   void close() {
     unlocked([pipeline = std::move(pipeline_)]() mutable { pipeline.reset(); });
   }
-  // Calls the Pipeline without the GIL and raises its error.
+  // Calls the Pipeline without the GIL, issues its elements' warnings and raises its error.
   template <class Body>
   auto call(Body&& body) const {
     const auto pipeline = get();
     auto result = unlocked([&] { return body(*pipeline); });
+    while (const auto message = pipeline->read_message())
+      if (!message->is_error) warn(message->error);
     if (!result) raise(result.error(), get_cause(result.error()));
     if constexpr (requires { *result; }) return *std::move(result);
   }
@@ -193,7 +195,8 @@ constexpr const char* kPipeline =
             print(frame[0])
 
 `with` starts the pipeline and stops it at the end. An error that an element posts raises weir.Error in every later call, until
-stop(). Any thread can call these functions. Timeouts are in seconds; None waits without limit. Times of frames are in nanoseconds.)";
+stop(). A warning that an element posts becomes a weir.PipelineWarning in the same call or in the next one. Any thread can call
+these functions. Timeouts are in seconds; None waits without limit. Times of frames are in nanoseconds.)";
 
 }  // namespace
 

@@ -64,6 +64,18 @@ WEIR_EXPORT int weir_pipeline_get_state(weir_pipeline* pipeline);
  * pulled block their stream: see weir_pipeline_pull. */
 WEIR_EXPORT int weir_pipeline_wait(weir_pipeline* pipeline, int64_t timeout_ns, weir_error** error);
 
+enum weir_pipeline_message {
+  WEIR_PIPELINE_NO_MESSAGE = 0,
+  WEIR_PIPELINE_WARNING,
+  WEIR_PIPELINE_ERROR
+};
+/* Removes the oldest warning or error that an element posted and returns its kind, with *message
+ * for weir_error_free; WEIR_PIPELINE_NO_MESSAGE and NULL if none is left. Warnings say for example
+ * that a new value of a property is not used. The errors are all that were posted, also those after
+ * the one with which calls fail. The newest 64 messages are kept until they are read. */
+WEIR_EXPORT int weir_pipeline_read_message(weir_pipeline* pipeline, weir_error** message,
+                                           weir_error** error);
+
 /* Pushes a frame into the appsrc `name`; the bytes are copied. If the text sets the appsrc's caps,
  * the tensors must match them (SPEC_MISMATCH, FRAME_SIZE); media take one uint8 tensor with the
  * bytes of a frame. Otherwise the caps are static tensors derived from the types and shapes, which

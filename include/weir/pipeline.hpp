@@ -102,6 +102,12 @@ enum class PipelineState {
   Playing = WEIR_PIPELINE_PLAYING
 };
 
+// A warning or an error that an element posted. `error.what` starts with the name of the element.
+struct PipelineMessage {
+  bool is_error = false;
+  Error error;
+};
+
 class Pipeline;
 
 // Controls the valve element with this name.
@@ -164,6 +170,18 @@ class Pipeline {
     const int result = weir_pipeline_wait(handle(), ns(timeout), error.place());
     if (result < 0) return error.take(result);
     return result == WEIR_PIPELINE_DONE;
+  }
+
+  // Removes the oldest warning or error that an element posted and returns it; nullopt if none is
+  // left. Warnings say for example that a new value of a property is not used. The errors are all
+  // that were posted, also those after the one with which calls fail. The newest 64 messages are
+  // kept until they are read.
+  std::optional<PipelineMessage> read_message() {
+    CError message;
+    const int kind = weir_pipeline_read_message(handle(), message.place(), nullptr);
+    if (kind <= WEIR_PIPELINE_NO_MESSAGE) return std::nullopt;
+    return PipelineMessage{kind == WEIR_PIPELINE_ERROR,
+                           message.take(-weir_error_code(*message.place()))};
   }
 
   // Pushes a frame into the appsrc `name`; the elements are copied. If the text sets the appsrc's

@@ -7,7 +7,7 @@
 
 namespace weir::pipeline {
 
-// From an error message: Weir's own errors keep all parts, others are mapped by domain. `what`
+// From a warning or an error: Weir's own errors keep all parts, others are mapped by domain. `what`
 // contains the element's name.
 Error to_error(GstMessage* message);
 // From gst_parse_launch().

@@ -131,6 +131,17 @@ int weir_pipeline_wait(weir_pipeline* pipeline, int64_t timeout_ns, weir_error**
   });
 }
 
+int weir_pipeline_read_message(weir_pipeline* pipeline, weir_error** message, weir_error** error) {
+  return guarded(error, [&] {
+    if (!pipeline || !message) return keep(error, null_pointer("pipeline or message"));
+    *message = nullptr;
+    const auto read = pipeline->pipeline->read_message();
+    if (!read) return static_cast<int>(WEIR_PIPELINE_NO_MESSAGE);
+    (void)keep(message, read->error);
+    return static_cast<int>(read->is_error ? WEIR_PIPELINE_ERROR : WEIR_PIPELINE_WARNING);
+  });
+}
+
 int weir_pipeline_push(weir_pipeline* pipeline, const char* name, const weir_tensor* tensors,
                        uint32_t n_tensors, int64_t pts, int64_t duration, weir_error** error) {
   const auto push = [&](Pipeline& p) {

@@ -16,6 +16,8 @@ namespace {
 using Clock = std::chrono::steady_clock;
 using Time = std::optional<Clock::time_point>;
 
+constexpr size_t kMaxMessages = 64;  // documented in pipeline.h
+
 Time until(std::chrono::nanoseconds limit) {
   if (limit.count() < 0) return std::nullopt;
   return deadline_after(Clock::now(), limit);
@@ -129,7 +131,8 @@ void Pipeline::handle(GstMessage* message) {
   const bool is_own = GST_MESSAGE_SRC(message) == GST_OBJECT_CAST(pipeline_.get());
   switch (GST_MESSAGE_TYPE(message)) {
     case GST_MESSAGE_ERROR:
-      return took_error(to_error(message));
+    case GST_MESSAGE_WARNING:
+      return keep({GST_MESSAGE_TYPE(message) == GST_MESSAGE_ERROR, to_error(message)});
     case GST_MESSAGE_STATE_CHANGED:
       return is_own ? took_state(message) : void();
     case GST_MESSAGE_STREAM_STATUS:
@@ -159,13 +162,25 @@ void Pipeline::took_stream_status(GstMessage* message) {
   if (type == GST_STREAM_STATUS_TYPE_LEAVE) streaming_threads_.erase(std::this_thread::get_id());
 }
 
-void Pipeline::took_error(const Error& error) {
+void Pipeline::keep(Message message) {
+  const bool is_error = message.is_error;
   {
     std::lock_guard lock(mutex_);
-    if (!error_) error_ = error;
+    if (is_error && !error_) error_ = message.error;
+    if (messages_.size() == kMaxMessages) messages_.pop_front();
+    messages_.push_back(std::move(message));
     changed_.notify_all();
   }
+  if (!is_error) return;
   for (const auto& [name, sink] : sinks_) sink->queue().wake();
+}
+
+std::optional<Pipeline::Message> Pipeline::read_message() {
+  std::lock_guard lock(mutex_);
+  if (messages_.empty()) return std::nullopt;
+  std::optional<Message> oldest(std::move(messages_.front()));
+  messages_.pop_front();
+  return oldest;
 }
 
 void Pipeline::took_state(GstMessage* message) {

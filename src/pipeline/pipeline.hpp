@@ -5,6 +5,7 @@
 
 #include <atomic>
 #include <chrono>
+#include <deque>
 #include <functional>
 #include <map>
 #include <memory>
@@ -48,6 +49,14 @@ class Pipeline {
   // A negative limit means no limit.
   Result<WaitResult> wait(std::chrono::nanoseconds limit);
 
+  // A warning or an error that an element posted.
+  struct Message {
+    bool is_error = false;
+    Error error;
+  };
+  // Removes the oldest message and returns it; nullopt: none is left.
+  std::optional<Message> read_message();
+
   Status push(const std::string& name, std::span<const weir_tensor> tensors, int64_t pts,
               int64_t duration);
   Status end(const std::string& name);
@@ -73,7 +82,7 @@ class Pipeline {
   };
   static GstBusSyncReply on_message(GstBus* bus, GstMessage* message, gpointer link);
   void handle(GstMessage* message);
-  void took_error(const Error& error);
+  void keep(Message message);
   void took_state(GstMessage* message);
   void took_stream_status(GstMessage* message);
   bool is_own_thread() const;
@@ -99,7 +108,8 @@ class Pipeline {
   std::atomic<GstState> reported_state_ = GST_STATE_READY;
   mutable std::mutex mutex_;  // guards the rest
   std::condition_variable changed_;
-  std::optional<Error> error_;  // the first since start
+  std::optional<Error> error_;    // the first since start
+  std::deque<Message> messages_;  // not read; the newest
   bool ended_ = false;
   uint64_t stops_ = 0;                           // number of stop() calls
   std::set<std::thread::id> streaming_threads_;  // running threads

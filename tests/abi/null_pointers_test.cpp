@@ -114,6 +114,7 @@ TEST(NullPointers, OfLibweirAreErrors) {
 
 TEST(NullPointers, OfLibweirPipelineAreErrors) {
   weir_pipeline *p = nullptr, *other = nullptr;
+  weir_error* message = nullptr;
   ASSERT_EQ(
       weir_pipeline_parse("appsrc name=in ! valve name=v ! tensor_sink name=out", &p, nullptr),
       WEIR_OK);
@@ -139,6 +140,7 @@ TEST(NullPointers, OfLibweirPipelineAreErrors) {
   EXPECT_NULL_REFUSED(weir_pipeline_stop, p, kError);
   EXPECT_NULL_REFUSED(weir_pipeline_get_state, p);
   EXPECT_NULL_REFUSED(weir_pipeline_wait, p, int64_t{0}, kError);
+  EXPECT_NULL_REFUSED(weir_pipeline_read_message, p, &message, kError);
   EXPECT_NULL_REFUSED(weir_pipeline_push, p, "in", &tensor, 1u, int64_t{-1}, int64_t{-1}, kError);
   EXPECT_NULL_REFUSED(weir_pipeline_end, p, "in", kError);
   EXPECT_NULL_REFUSED(weir_pipeline_pull, p, "out", int64_t{0}, &frame, kError);

@@ -139,8 +139,12 @@ class Calls {
     switch (input_.below(12)) {
       case 0:
         return weir_pipeline_wait(pipeline(), timeout(), error);
-      case 1:
+      case 1: {
+        weir_error* message = nullptr;
+        weir_pipeline_read_message(pipeline(), &message, nullptr);
+        weir_error_free(message);
         return weir_pipeline_ended(pipeline(), text(kNames), error);
+      }
       case 2:
         return weir_pipeline_set(pipeline(), text(kNames), text(kProperties), text(kValues), error);
       case 3:

@@ -8,6 +8,7 @@
 #include <future>
 #include <thread>
 
+#include "becomes.hpp"
 #include "pipeline_test_support.hpp"
 #include "says.hpp"
 #include "weir/custom_condition.hpp"
@@ -203,6 +204,53 @@ TEST(Pipeline, AFunctionThatThrowsEndsTheStreamWithItsMessage) {
   ASSERT_TRUE(p.start());
   ASSERT_TRUE(p.push("in", span({1}), {.shape = {1}}));
   EXPECT_REFUSED(p.wait(kLong), CALLBACK_FAILED, "out: the callback for frames failed: no more");
+}
+
+TEST(Pipeline, ReturnsWarningsAsMessages) {
+  Pipeline p = started(
+      "appsrc name=in ! tensor_filter name=nn framework=fake model=/proc/self/comm ! "
+      "tensor_sink name=out");
+  EXPECT_FALSE(p.read_message());
+  ASSERT_TRUE(p.set("nn", "model", "/proc/self/stat"));
+  const auto warning = p.read_message();
+  ASSERT_TRUE(warning);
+  EXPECT_FALSE(warning->is_error);
+  EXPECT_EQ(warning->error.code, Code::OPTION_VALUE);
+  EXPECT_SAYS(warning->error.what, "nn: the model takes effect at the next start");
+  EXPECT_EQ(warning->error.offered, "model=/proc/self/stat");
+  EXPECT_FALSE(p.read_message());
+}
+
+TEST(Pipeline, KeepsTheNewestMessagesUntilTheyAreRead) {
+  Pipeline p = started(
+      "appsrc name=in ! tensor_filter name=nn framework=fake model=/proc/self/comm ! "
+      "tensor_sink name=out");
+  for (int i = 0; i < 70; ++i) ASSERT_TRUE(p.set("nn", "model", std::to_string(i)));
+  ASSERT_TRUE(p.stop());
+  for (int i = 6; i < 70; ++i) {
+    const auto message = p.read_message();
+    ASSERT_TRUE(message);
+    EXPECT_EQ(message->error.offered, "model=" + std::to_string(i));
+  }
+  EXPECT_FALSE(p.read_message());
+}
+
+TEST(Pipeline, ReturnsAllErrorsAsMessages) {
+  Pipeline p = started(
+      "appsrc name=in ! tensor_filter name=nn framework=fake model=/proc/self/comm ! "
+      "tensor_sink name=out");
+  const Values x{1, 2, 3, 4, 5};
+  ASSERT_TRUE(p.push("in", span(x), {.shape = {5}}));
+  const auto ended = p.wait(kLong);
+  ASSERT_FALSE(ended);
+  const auto first = p.read_message();
+  ASSERT_TRUE(first && first->is_error);
+  EXPECT_EQ(first->error.message(), ended.error().message());
+  EXPECT_SAYS(first->error.what, "nn: ");
+  std::optional<weir::PipelineMessage> second;
+  ASSERT_TRUE(becomes_true([&] { return (second = p.read_message()).has_value(); }, "a message"));
+  EXPECT_TRUE(second->is_error);
+  EXPECT_SAYS(second->error.what, "in: ");  // its stream ends with an error of its own
 }
 
 TEST(Pipeline, CanBeMovedAndDestroyedWhileFramesFlow) {

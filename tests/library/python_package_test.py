@@ -10,6 +10,7 @@ import sys
 import tempfile
 import threading
 import unittest
+import warnings
 
 import tap_runner
 from built_modules import has_engine
@@ -271,6 +272,21 @@ class Pipelines(Files):
             pipeline.push("in", np.zeros((1, 5), np.float32))
             error = self.error(pipeline.pull, "out", 60)
             self.assertEqual(error.code, weir.Code.SPEC_MISMATCH)
+
+    def test_warnings_of_elements_are_warnings(self):
+        with weir.Pipeline(LOOP.format(f"tensor_filter name=nn framework=fake model={self.any}")) as pipeline:
+            with self.assertWarnsRegex(weir.PipelineWarning, "WEIR-1004: nn: the model takes effect at the next start") as caught:
+                pipeline.set("nn", "model", "other.onnx")
+            self.assertEqual(caught.filename, __file__)
+            self.assertEqual(caught.warning.error.code, weir.Code.OPTION_VALUE)
+            self.assertEqual(caught.warning.error.offered, "model=other.onnx")
+            with warnings.catch_warnings():
+                warnings.simplefilter("error")
+                self.assertRaises(weir.PipelineWarning, pipeline.set, "nn", "model", "third.onnx")
+                pipeline.get("nn", "model")  # each warning once
+            with warnings.catch_warnings(record=True) as seen:
+                self.assertEqual(self.error(pipeline.set, "nn", "modle", "x").code, weir.Code.OPTION_VALUE)
+            self.assertEqual(seen, [])
 
     def test_a_script_of_the_pipeline_runs_in_the_same_interpreter(self):
         filters = f"tensor_filter model={SCRIPTS / 'passthrough.py'} ! queue ! tensor_filter model={SCRIPTS / 'passthrough.py'}"

@@ -47,15 +47,15 @@ except ImportError as missing:
     raise
 from ._weir import Frame, SourceMap, TensorInfo
 from .codes import Code
-from .error import Error, python_spelling
+from .error import Error, PipelineWarning, python_spelling, warn
 from .model import Model, Outputs
 from .pipeline import Pipeline
 from .tensor_shape import TensorShape
 
-__all__ = ["Code", "Error", "Frame", "Model", "Outputs", "Pipeline", "SourceMap", "TensorInfo", "TensorShape", "results"]
+__all__ = ["Code", "Error", "Frame", "Model", "Outputs", "Pipeline", "PipelineWarning", "SourceMap", "TensorInfo", "TensorShape", "results"]
 __version__ = _weir.VERSION
 
-for public in (Code, Error, Model, Outputs, Pipeline):
+for public in (Code, Error, Model, Outputs, Pipeline, PipelineWarning):
     public.__module__ = __name__  # as users write it, in tracebacks and help()
 del public
-_weir.set_error(Error, Code, python_spelling)
+_weir.set_error(Error, Code, python_spelling, warn)

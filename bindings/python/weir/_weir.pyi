@@ -16,7 +16,9 @@ _Array = numpy.typing.NDArray[typing.Any]
 _Path = typing.Union[str, os.PathLike[str]]
 _Arrays = typing.Any  # an array or a list of arrays, or what NumPy makes arrays of
 
-def set_error(error: type[Error], code: type[Code], spelling: typing.Callable[[str], str]) -> None: ...
+def set_error(
+    error: type[Error], code: type[Code], spelling: typing.Callable[[str], str], warn: typing.Callable[[Error], None]
+) -> None: ...
 
 class TensorInfo:
     @property

@@ -1,10 +1,11 @@
 # SPDX-License-Identifier: LGPL-2.1-or-later
-"""The exception that calls of Weir raise."""
+"""The exception that calls of Weir raise, and the warning of pipelines."""
 
 from __future__ import annotations
 
 import re
 import typing
+import warnings
 
 if typing.TYPE_CHECKING:
     from .codes import Code
@@ -39,6 +40,22 @@ class Error(Exception):
 
     def __repr__(self) -> str:
         return f"<weir.Error {getattr(self.code, 'name', self.code)}: {self.what}>"
+
+
+class PipelineWarning(RuntimeWarning):
+    """A warning that an element of a pipeline posted, such as that a new value of a property is not used.
+
+    Python's warnings module shows it, ignores it or makes an exception of it. error: its parts, as those of a weir.Error
+    """
+
+    def __init__(self, error: Error):
+        super().__init__(str(error))
+        self.error = error
+
+
+def warn(error: Error) -> None:
+    """Issues a weir.PipelineWarning at the line that called the pipeline."""
+    warnings.warn(PipelineWarning(error), stacklevel=2)
 
 
 def _shapes(match: re.Match[str]) -> str:
