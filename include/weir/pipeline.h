@@ -46,6 +46,12 @@ WEIR_EXPORT int weir_pipeline_parse(const char* text, weir_pipeline** pipeline, 
 WEIR_EXPORT int weir_pipeline_parse_allowed(const char* text, const char* const* allowed,
                                             uint32_t n_allowed, weir_pipeline** pipeline,
                                             weir_error** error);
+/* Makes a weir_pipeline of a GstPipeline in the state NULL, which the program has built with
+ * GStreamer; a floating reference is taken, otherwise one is added. Messages no longer come to its
+ * bus, but to weir_pipeline_read_message. */
+struct _GstElement;
+WEIR_EXPORT int weir_pipeline_adopt(struct _GstElement* element, weir_pipeline** pipeline,
+                                    weir_error** error);
 /* Stops and frees the pipeline; NULL: no effect. No frame or state function runs after it returns.
  * In a callback it returns immediately, and the stream stops when that callback has returned. */
 WEIR_EXPORT void weir_pipeline_free(weir_pipeline* pipeline);

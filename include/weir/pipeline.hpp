@@ -154,6 +154,17 @@ class Pipeline {
     return Pipeline(pipeline);
   }
 
+  // Makes a Pipeline of a GstPipeline in the state NULL, which the program has built with
+  // GStreamer; a floating reference is taken, otherwise one is added. Messages no longer come to
+  // its bus, but to read_message().
+  static Result<Pipeline> adopt(_GstElement* element) {
+    weir_pipeline* pipeline = nullptr;
+    CError error;
+    const int result = weir_pipeline_adopt(element, &pipeline, error.place());
+    if (result < 0) return error.take(result);
+    return Pipeline(pipeline);
+  }
+
   // Starts or resumes from a pause; returns before the first frame is through.
   Status start() { return call(weir_pipeline_start); }
   Status pause() { return call(weir_pipeline_pause); }

@@ -93,6 +93,17 @@ int weir_pipeline_parse_allowed(const char* text, const char* const* allowed, ui
   });
 }
 
+int weir_pipeline_adopt(GstElement* element, weir_pipeline** pipeline, weir_error** error) {
+  return guarded(error, [&] {
+    if (!element || !pipeline) return keep(error, null_pointer("element or pipeline"));
+    *pipeline = nullptr;
+    auto adopted = Pipeline::adopt(element);
+    if (!adopted) return keep(error, adopted.error());
+    *pipeline = std::make_unique<weir_pipeline>(weir_pipeline{*std::move(adopted)}).release();
+    return static_cast<int>(WEIR_OK);
+  });
+}
+
 void weir_pipeline_free(weir_pipeline* pipeline) {
   if (!pipeline) return;
   Pipeline::dispose(std::move(pipeline->pipeline));

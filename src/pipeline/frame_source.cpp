@@ -61,12 +61,17 @@ Error not_started() {
                .fix = "pipeline.start()"};
 }
 
-FrameSource::FrameSource(GstAppSrc* source)
-    : source_(gst::Ref<GstAppSrc>::share(source)),
-      caps_(gst::Ref<GstCaps>::adopt(gst_app_src_get_caps(source))),
-      caps_given_(caps_) {
+FrameSource::FrameSource(GstAppSrc* source) : source_(gst::Ref<GstAppSrc>::share(source)) {
   g_object_set(source, "format", GST_FORMAT_TIME, nullptr);
-  if (caps_) spec_ = parse_tensors(caps_.get());
+  read_caps();
+}
+
+void FrameSource::read_caps() {
+  auto caps = gst::Ref<GstCaps>::adopt(gst_app_src_get_caps(source_.get()));
+  if (caps.get() == caps_.get()) return;
+  caps_ = std::move(caps);
+  caps_given_ = caps_ && gst_caps_get_size(caps_.get()) > 0;  // not ANY and not EMPTY
+  spec_ = caps_given_ ? parse_tensors(caps_.get()) : FrameSpec{};
 }
 
 Status FrameSource::check_media(std::span<const weir_tensor> tensors) const {
@@ -89,13 +94,14 @@ Status FrameSource::check_media(std::span<const weir_tensor> tensors) const {
 Status FrameSource::write_caps(const std::vector<TensorSpec>& specs) {
   FrameSpec spec{Format::Static, specs, Fraction{0, 1}};
   if (caps_ && spec == spec_) return ok();
-  caps_ = gst::Ref<GstCaps>::adopt(gst_caps_new_simple(
+  const auto caps = gst::Ref<GstCaps>::adopt(gst_caps_new_simple(
       "other/tensors", "format", G_TYPE_STRING, "static", "num_tensors", G_TYPE_INT,
       static_cast<gint>(specs.size()), "dimensions", G_TYPE_STRING, join_shapes(specs).c_str(),
       "types", G_TYPE_STRING, join_types(specs).c_str(), "framerate", GST_TYPE_FRACTION, 0, 1,
       nullptr));
   spec_ = std::move(spec);
-  gst_app_src_set_caps(source_.get(), caps_.get());
+  gst_app_src_set_caps(source_.get(), caps.get());
+  caps_ = gst::Ref<GstCaps>::adopt(gst_app_src_get_caps(source_.get()));  // a copy
   return ok();
 }
 
@@ -131,6 +137,7 @@ Status FrameSource::to_status(GstFlowReturn flow) const {
 Status FrameSource::push(std::span<const weir_tensor> tensors, int64_t pts, int64_t duration) {
   std::unique_lock lock(mutex_);
   if (!started_) return not_started();
+  read_caps();
   std::vector<TensorSpec> specs;
   const bool media = caps_given_ && spec_.format == Format::End;
   if (auto status = media ? check_media(tensors) : agree(tensors, &specs); !status) return status;
@@ -152,6 +159,7 @@ void FrameSource::started() {
 void FrameSource::stopped() {
   std::lock_guard lock(mutex_);
   started_ = false;
+  read_caps();
   if (caps_given_ || !caps_) return;
   caps_ = {};
   source_ = replace(source_.get());

@@ -32,6 +32,7 @@ class FrameSource {
   void stopped();
 
  private:
+  void read_caps();  // which the program may have set
   Status agree(std::span<const weir_tensor> tensors, std::vector<TensorSpec>* specs);
   Status write_caps(const std::vector<TensorSpec>& specs);
   Status check_media(std::span<const weir_tensor> tensors) const;

@@ -62,6 +62,18 @@ Result<std::unique_ptr<Pipeline>> Pipeline::parse(const char* text) {
   return std::unique_ptr<Pipeline>(new Pipeline(std::move(element)));
 }
 
+Result<std::unique_ptr<Pipeline>> Pipeline::adopt(GstElement* pipeline) {
+  if (GST_IS_PIPELINE(pipeline) && GST_STATE(pipeline) == GST_STATE_NULL)
+    return std::unique_ptr<Pipeline>(
+        new Pipeline(gst::Ref<GstElement>::adopt(GST_ELEMENT(gst_object_ref_sink(pipeline)))));
+  return Error{.code = Code::OPTION_VALUE,
+               .what = "this object cannot be adopted as a pipeline",
+               .offered = std::string(G_OBJECT_TYPE_NAME(pipeline)) + " in the state " +
+                          gst_element_state_get_name(GST_STATE(pipeline)),
+               .needed = "a GstPipeline in the state NULL",
+               .fix = "gst_element_set_state (pipeline, GST_STATE_NULL)"};
+}
+
 Status Pipeline::restrict_to(AllowedElements allowed) {
   if (auto status = allowed.check(bin()); !status) return status;
   allowed_ = std::move(allowed);
@@ -138,11 +150,16 @@ void Pipeline::handle(GstMessage* message) {
     case GST_MESSAGE_STREAM_STATUS:
       return took_stream_status(message);
     case GST_MESSAGE_LATENCY:
-      // Asynchronous: it queries elements whose locks the posting thread may hold.
-      return gst_element_call_async(
-          pipeline_.get(),
-          [](GstElement* pipeline, gpointer) { gst_bin_recalculate_latency(GST_BIN(pipeline)); },
-          nullptr, nullptr);
+      return call_later([](Pipeline& p) { gst_bin_recalculate_latency(p.bin()); });
+    case GST_MESSAGE_CLOCK_LOST:
+      return call_later([](Pipeline& p) { p.select_clock(); });
+    case GST_MESSAGE_REQUEST_STATE: {  // of a sound server that pauses its clients, for example
+      GstState state = GST_STATE_NULL;
+      gst_message_parse_request_state(message, &state);
+      if (state == GST_STATE_PAUSED) call_later([](Pipeline& p) { p.follow(GST_STATE_PAUSED); });
+      if (state == GST_STATE_PLAYING) call_later([](Pipeline& p) { p.follow(GST_STATE_PLAYING); });
+      return;
+    }
     case GST_MESSAGE_EOS: {
       std::lock_guard lock(mutex_);
       ended_ = ended_ || is_own;
@@ -151,6 +168,35 @@ void Pipeline::handle(GstMessage* message) {
     default:
       return;
   }
+}
+
+// Calls the function on a thread of GStreamer: the posting thread may hold locks that it needs.
+void Pipeline::call_later(void (*function)(Pipeline&)) {
+  struct Call {
+    std::shared_ptr<BusLink> link;
+    void (*function)(Pipeline&);
+  };
+  gst_element_call_async(
+      pipeline_.get(),
+      [](GstElement*, gpointer data) {
+        const auto* call = static_cast<Call*>(data);
+        const infer::CallGate::Visit visit(call->link->gate);
+        if (visit) call->function(*call->link->pipeline);
+      },
+      new Call{link_, function}, [](gpointer data) { delete static_cast<Call*>(data); });
+}
+
+// GStreamer requires pausing and playing again.
+void Pipeline::select_clock() {
+  std::lock_guard changes(changes_);
+  if (stopped_ || GST_STATE_TARGET(pipeline_.get()) != GST_STATE_PLAYING) return;
+  for (const auto state : {GST_STATE_PAUSED, GST_STATE_PLAYING})
+    gst_element_set_state(pipeline_.get(), state);
+}
+
+void Pipeline::follow(GstState state) {
+  std::lock_guard changes(changes_);
+  if (!stopped_) gst_element_set_state(pipeline_.get(), state);
 }
 
 // Each streaming thread posts this when it starts and when it ends.

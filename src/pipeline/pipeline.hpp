@@ -30,6 +30,7 @@ enum class WaitResult { Done, TimePassed, Ended };  // weir_pipeline_result
 class Pipeline {
  public:
   static Result<std::unique_ptr<Pipeline>> parse(const char* text);
+  static Result<std::unique_ptr<Pipeline>> adopt(GstElement* pipeline);
   // Destroys the pipeline: on this thread, or on a new one if this is a streaming thread, which
   // cannot wait for itself. No callback starts after it has returned.
   static void dispose(std::unique_ptr<Pipeline> pipeline) noexcept;
@@ -83,6 +84,9 @@ class Pipeline {
   static GstBusSyncReply on_message(GstBus* bus, GstMessage* message, gpointer link);
   void handle(GstMessage* message);
   void keep(Message message);
+  void call_later(void (*function)(Pipeline&));
+  void select_clock();
+  void follow(GstState state);  // that an element asks for
   void took_state(GstMessage* message);
   void took_stream_status(GstMessage* message);
   bool is_own_thread() const;

@@ -129,6 +129,7 @@ TEST(NullPointers, OfLibweirPipelineAreErrors) {
   weir_source_map map{};
   char* text = nullptr;
   int32_t number = 0;
+  EXPECT_NULL_REFUSED(weir_pipeline_adopt, reinterpret_cast<_GstElement*>(&number), &other, kError);
   EXPECT_NULL_REFUSED(weir_pipeline_parse, "fakesrc ! fakesink", &other, kError);
   const char* allowed[] = {"fakesrc", "fakesink", nullptr};
   EXPECT_NULL_REFUSED(weir_pipeline_parse_allowed, "fakesrc ! fakesink", allowed, 2u, &other,

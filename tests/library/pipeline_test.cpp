@@ -2,6 +2,7 @@
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #include "weir/pipeline.hpp"
 
+#include <gst/gst.h>
 #include <gtest/gtest.h>
 
 #include <array>
@@ -151,6 +152,71 @@ TEST(Pipeline, PushesPicturesAndPullsBytes) {
   EXPECT_REFUSED(p.push("in", std::span<const uint8_t>(half)), FRAME_SIZE,
                  "a picture's size does not match");
   EXPECT_REFUSED(p.push("in", span({1, 2})), SPEC_MISMATCH, "one tensor of bytes");
+}
+
+TEST(Pipeline, FollowsTheCapsThatTheProgramSets) {
+  const std::string caps = "video/x-raw,format=GRAY8,height=2,framerate=10/1,width=";
+  Pipeline p =
+      started("appsrc name=in caps=" + caps + "4 ! tensor_converter ! tensor_sink name=out");
+  for (const size_t width : {4, 8, 12}) {
+    ASSERT_TRUE(p.set("in", "caps", caps + std::to_string(width)));
+    const std::vector<uint8_t> pixels(2 * width, 7), fewer(2 * width - 4);
+    EXPECT_REFUSED(p.push("in", std::span<const uint8_t>(fewer)), FRAME_SIZE,
+                   "needed: " + std::to_string(2 * width) + " bytes");
+    ASSERT_TRUE(p.push("in", std::span<const uint8_t>(pixels)));
+    const auto frame = p.pull("out", kLong);
+    ASSERT_TRUE(frame && *frame);
+    EXPECT_EQ((**frame)[0].bytes().size(), 2 * width);
+  }
+}
+
+TEST(Pipeline, AdoptsAPipelineOfGStreamer) {
+  ASSERT_TRUE(gst_init_check(nullptr, nullptr, nullptr));
+  GstElement* made = gst_parse_launch("appsrc name=in ! queue ! tensor_sink name=out", nullptr);
+  ASSERT_TRUE(made);
+  gst_object_ref(made);  // adopt() takes the floating reference
+  {
+    auto p = Pipeline::adopt(made);
+    ASSERT_TRUE(p) << p.error().message();
+    ASSERT_TRUE(p->start());
+    const Values x{1, 2};
+    ASSERT_TRUE(p->push("in", span(x), {.shape = {2}}));
+    EXPECT_EQ(pulled(*p, "out"), x);
+    EXPECT_REFUSED(Pipeline::adopt(made), OPTION_VALUE, "needed: a GstPipeline in the state NULL");
+  }
+  EXPECT_EQ(GST_STATE(made), GST_STATE_NULL);
+  gst_object_unref(made);
+}
+
+TEST(Pipeline, FollowsTheStateAndTheClockThatElementsAskFor) {
+  ASSERT_TRUE(gst_init_check(nullptr, nullptr, nullptr));
+  GstElement* made = gst_parse_launch("fakesrc is-live=true ! fakesink", nullptr);
+  ASSERT_TRUE(made);
+  auto p = Pipeline::adopt(made);
+  ASSERT_TRUE(p) << p.error().message();
+  const auto post = [made](GstMessage* message) { gst_element_post_message(made, message); };
+  const auto comes_to = [made](GstState wanted) {
+    const auto is_there = [made, wanted] {
+      GstState state = GST_STATE_NULL, next = GST_STATE_VOID_PENDING;
+      gst_element_get_state(made, &state, &next, 0);
+      return state == wanted && next == GST_STATE_VOID_PENDING;
+    };
+    return becomes_true(is_there, gst_element_state_get_name(wanted));
+  };
+  ASSERT_TRUE(p->start());
+  ASSERT_TRUE(comes_to(GST_STATE_PLAYING));
+  post(gst_message_new_request_state(GST_OBJECT(made), GST_STATE_PAUSED));
+  EXPECT_TRUE(comes_to(GST_STATE_PAUSED));
+  post(gst_message_new_request_state(GST_OBJECT(made), GST_STATE_PLAYING));
+  EXPECT_TRUE(comes_to(GST_STATE_PLAYING));
+  const auto before = gst_element_get_base_time(made);
+  post(gst_message_new_clock_lost(GST_OBJECT(made), GST_ELEMENT_CLOCK(made)));
+  EXPECT_TRUE(
+      becomes_true([&] { return gst_element_get_base_time(made) != before; }, "another base time"));
+  EXPECT_TRUE(comes_to(GST_STATE_PLAYING));
+  ASSERT_TRUE(p->stop());
+  post(gst_message_new_request_state(GST_OBJECT(made), GST_STATE_PLAYING));
+  EXPECT_EQ(GST_STATE(made), GST_STATE_NULL) << "a stopped pipeline stays stopped";
 }
 
 TEST(Pipeline, KeepsFramesUntilTheyArePulledAndLosesNone) {
