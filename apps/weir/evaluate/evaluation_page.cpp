@@ -3,7 +3,6 @@
 #include "evaluate/comparison.hpp"
 
 #include <glib.h>
-#include <gst/video/video.h>
 
 #include <algorithm>
 #include <cmath>
@@ -103,28 +102,19 @@ std::string make_svg(const std::vector<PictureMark>& shapes, double scale, Label
   return edges + "\n" + boxes + "\n" + texts;
 }
 
-// Mixes red into the wrong pixels of a copy.
+// Mixes red into the wrong pixels.
 void mark(const std::vector<bool>& wrong, DecodedPicture* picture) {
-  GstVideoInfo info;
-  GstVideoFrame frame;
-  auto copy = gst::Ref<GstBuffer>::adopt(gst_buffer_copy_deep(picture->buffer.get()));
-  if (wrong.size() != size_t{picture->width} * picture->height ||
-      !gst_video_info_from_caps(&info, picture->caps.get()) ||
-      !gst_video_frame_map(&frame, &info, copy.get(), GST_MAP_READWRITE))
-    return;
-  auto* pixels = static_cast<uint8_t*>(GST_VIDEO_FRAME_PLANE_DATA(&frame, 0));
-  const auto stride = static_cast<size_t>(GST_VIDEO_FRAME_PLANE_STRIDE(&frame, 0));
+  if (wrong.size() != size_t{picture->width} * picture->height) return;
+  const size_t stride = picture->pixels.size() / picture->height;
   constexpr size_t kStep = 3;
   for (uint32_t y = 0; y < picture->height; ++y)
     for (uint32_t x = 0; x < picture->width; ++x) {
       if (!wrong[size_t{y} * picture->width + x]) continue;
-      uint8_t* pixel = pixels + y * stride + kStep * x;
+      uint8_t* pixel = &picture->pixels[y * stride + kStep * x];
       pixel[0] = static_cast<uint8_t>((pixel[0] + 2 * 255) / 3);
       pixel[1] /= 3;
       pixel[2] /= 3;
     }
-  gst_video_frame_unmap(&frame);
-  picture->buffer = std::move(copy);
 }
 
 // A figure: the picture as JPEG in the page, with boxes and points as SVG over it. "" if the

@@ -162,8 +162,10 @@ Result<DecodedPicture> decode_picture(const std::string& path) {
   if (!caps || !gst_video_info_from_caps(&info, caps->get())) return unreadable(path, "no size");
   const auto pixels = (*frame)[0].bytes();
   if (pixels.size() < info.size) return unreadable(path, "no pixels");
-  return DecodedPicture{gst::Ref<GstBuffer>::adopt(gst_buffer_new_memdup(pixels.data(), info.size)),
-                        *caps, static_cast<uint32_t>(info.width),
+  const auto* first = reinterpret_cast<const uint8_t*>(pixels.data());
+  return DecodedPicture{{first, first + info.size},
+                        *caps,
+                        static_cast<uint32_t>(info.width),
                         static_cast<uint32_t>(info.height)};
 }
 
@@ -192,15 +194,13 @@ std::string small_jpeg(const DecodedPicture& picture, uint32_t max) {
     return std::to_string(std::max(1L, std::lround(pixels * scale)));
   };
   const gst::UniqueText caps(gst_caps_to_string(picture.caps.get()));
-  const gst::Mapped map(picture.buffer.get(), GST_MAP_READ);
   auto pipeline = Pipeline::parse(
       "appsrc name=source caps=\"" + std::string(caps.get()) +
       "\" ! videoscale ! videoconvert ! video/x-raw,width=" + scaled(picture.width) +
       ",height=" + scaled(picture.height) +
       ",pixel-aspect-ratio=1/1 ! jpegenc quality=85 ! appsink name=sink sync=false");
-  if (!map || !pipeline || !pipeline->start()) return "";
-  const std::span pixels(reinterpret_cast<const uint8_t*>(map.bytes().data()), map.bytes().size());
-  if (!pipeline->push("source", pixels) || !pipeline->end("source")) return "";
+  if (!pipeline || !pipeline->start()) return "";
+  if (!pipeline->push("source", std::span(picture.pixels)) || !pipeline->end("source")) return "";
   const auto frame = pipeline->pull("sink", std::chrono::minutes(1));
   if (!frame || !*frame) return "";
   const auto jpeg = (**frame)[0].bytes();

@@ -13,8 +13,8 @@
 namespace weir::app {
 
 struct DecodedPicture {
-  gst::Ref<GstBuffer> buffer;
-  gst::Ref<GstCaps> caps;  // video/x-raw,format=RGB
+  std::vector<uint8_t> pixels;  // RGB, rows as GStreamer aligns them
+  gst::Ref<GstCaps> caps;
   uint32_t width = 0, height = 0;
 };
 
