@@ -4,7 +4,10 @@
 #include <poll.h>
 
 #include <algorithm>
+#include <cerrno>
+#include <chrono>
 #include <condition_variable>
+#include <cstring>
 #include <exception>
 #include <functional>
 #include <memory>
@@ -82,7 +85,7 @@ class PollServer {
   // What the server's thread calls: with the lock, unless it says otherwise. The socket that
   // listens; -1: no peer is accepted now.
   virtual int listening() const = 0;
-  // No descriptor if no peer waits. Does not block.
+  // No descriptor if no peer waits, or for the reason in errno. Does not block.
   virtual io::Descriptor accept() = 0;
   virtual void add(io::Descriptor socket) = 0;
   // Adds kSockets of each client, and returns when one is to be attended to anyway.
@@ -102,6 +105,33 @@ class PollServer {
 
  private:
   static constexpr int kMaxAccepted = 64;  // in one turn
+  // Until the next attempt to accept a peer, or to serve any, after one failed.
+  static constexpr auto kPause = std::chrono::milliseconds(100);
+
+  static Error out_of_resources(std::string what, std::string reason) {
+    return Error{.code = Code::OUT_OF_MEMORY,
+                 .what = std::move(what),
+                 .offered = std::move(reason),
+                 .needed = "free memory and file descriptors (ulimit -n)"};
+  }
+  // A peer that waits while no descriptor is free makes the listener readable all the time.
+  void accept_peers() {
+    for (int i = 0; listening() >= 0 && i < kMaxAccepted; ++i) {
+      errno = 0;
+      io::Descriptor socket = accept();
+      const int reason = errno;
+      if (socket) {
+        accepts_at_ = std::nullopt;
+        add(std::move(socket));
+        continue;
+      }
+      if (reason != EMFILE && reason != ENFILE && reason != ENOBUFS && reason != ENOMEM) return;
+      if (!accepts_at_)
+        refusals_.push_back(out_of_resources("no peer can be accepted", std::strerror(reason)));
+      accepts_at_ = io::deadline_in(kPause);
+      return;
+    }
+  }
 
   bool serve_once() {  // false: it was stopped
     Clients clients;
@@ -111,8 +141,10 @@ class PollServer {
       const std::lock_guard lock(mutex_);
       if (stopping_) return false;
       clients = clients_;
-      watched.push_back({listening(), POLLIN, 0});
+      const bool waits = accepts_at_ && !io::is_over(accepts_at_);
+      watched.push_back({waits ? -1 : listening(), POLLIN, 0});
       next = watch(clients, &watched);
+      if (waits) next = io::earlier(next, accepts_at_);
     }
     poll(watched.data(), watched.size(), io::poll_timeout(next));
     if (watched[0].revents) wake_->clear();
@@ -124,11 +156,7 @@ class PollServer {
       const std::lock_guard lock(mutex_);
       for (size_t i = 0; i < clients.size(); ++i)
         if (!clients[i]->is_gone()) attend(clients[i], events(i), std::move(inputs[i]));
-      for (int i = 0; watched[1].revents && listening() >= 0 && i < kMaxAccepted; ++i) {
-        io::Descriptor socket = accept();
-        if (!socket) break;
-        add(std::move(socket));
-      }
+      if (watched[1].revents) accept_peers();
       end_turn();
       std::erase_if(clients_, [](const auto& client) { return client->is_gone(); });
       refusals.swap(refusals_);
@@ -140,21 +168,43 @@ class PollServer {
       for (const Error& error : refusals) refused_(error);
     return true;
   }
-  void serve() noexcept {
+  // Returns true when it was stopped; false when memory ran out, and then all peers are gone.
+  bool serve_many() noexcept {
     try {
       while (serve_once()) {
       }
-    } catch (const std::exception&) {  // the thread entry: memory ran out
-      Clients clients;
-      const std::lock_guard lock(mutex_);
-      for (const auto& client : clients_) client->set_gone();
-      clients.swap(clients_);
-      changed_.notify_all();
+      return true;
+    } catch (const std::exception& e) {
+      end_all();
+      report_end_of_all(e.what());
+      return false;
+    }
+  }
+  void end_all() noexcept {
+    Clients clients;  // destroyed without the lock
+    const std::lock_guard lock(mutex_);
+    for (const auto& client : clients_) client->set_gone();
+    clients.swap(clients_);
+    changed_.notify_all();
+  }
+  void report_end_of_all(const char* reason) noexcept {
+    try {
+      if (refused_) refused_(out_of_resources("all connections of a server were closed", reason));
+    } catch (const std::exception&) {  // there is no memory for the report either
+    }
+  }
+  // The thread entry. Peers that come later are served again.
+  void serve() noexcept {
+    while (!serve_many()) {
+      pollfd stopped{wake_->descriptor(), POLLIN, 0};
+      poll(&stopped, 1, io::poll_timeout(io::deadline_in(kPause)));
+      wake_->clear();
     }
   }
 
   const std::function<void(const Error&)> refused_;
   std::vector<Error> refusals_;  // to be reported
+  io::Deadline accepts_at_;      // after accept() failed
   bool stopping_ = false;
   std::thread thread_;
 };

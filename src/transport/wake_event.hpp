@@ -5,7 +5,9 @@
 #include <unistd.h>
 
 #include <atomic>
+#include <cerrno>
 #include <cstdint>
+#include <system_error>
 
 #include "core/io/descriptor.hpp"
 
@@ -14,6 +16,12 @@ namespace weir::transport {
 // Thread-safe.
 class WakeEvent {
  public:
+  // Throws std::system_error without a free descriptor: nothing could end a poll() then.
+  WakeEvent() {
+    if (!event_)
+      throw std::system_error(errno, std::generic_category(),
+                              "no file descriptor to wake a thread with (ulimit -n)");
+  }
   // Readable while set.
   int descriptor() const noexcept { return event_.get(); }
   void set() noexcept {
