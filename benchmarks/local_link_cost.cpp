@@ -261,7 +261,9 @@ double by_local_link() {
       const auto frame = take(&subscriber);
       send(publisher.get(), block);
     }
-    publisher->wait_for_release();
+    while (publisher->wait_for_release(publisher->releases()) ==
+           local::Publisher::Release::Released) {
+    }
   });
   const auto publisher = open("/there");
   auto subscriber = connected(folder + "/back");

@@ -94,8 +94,9 @@ Status LocalOutput::set_caps(GstCaps* caps) {
 Result<LocalOutput::Block> LocalOutput::allocate(size_t bytes) {
   using Release = local::Publisher::Release;
   for (;;) {
+    const uint64_t releases = publisher_->releases();
     if (Block block = publisher_->arena()->allocate(bytes)) return block;
-    switch (publisher_->wait_for_release()) {
+    switch (publisher_->wait_for_release(releases)) {
       case Release::Released:
         continue;
       case Release::Interrupted:

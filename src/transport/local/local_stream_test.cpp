@@ -1,6 +1,7 @@
 // Frames through a local stream: within a process, to other processes, with ends that die.
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #include <fstream>
+#include <future>
 #include <thread>
 
 #include "transport/local/local_stream_test_support.hpp"
@@ -119,8 +120,33 @@ TEST(LocalStream, AnInterruptionEndsWaiting) {
       [&] { EXPECT_EQ(publish(*publisher, make_frame(*publisher, 2)), Outcome::Interrupted); });
   publisher->interrupt();
   writer.join();
-  EXPECT_EQ(publisher->wait_for_release(), Publisher::Release::Interrupted);
+  EXPECT_EQ(publisher->wait_for_release(publisher->releases()), Publisher::Release::Interrupted);
   publisher->resume();
+}
+
+// A writer without memory waits for this. It is not there yet when the reader's message has come.
+TEST(LocalStream, AFrameIsReleasedWhenItsMemoryIsFree) {
+  const Folder folder;
+  const auto publisher = publisher_at(folder.file());
+  auto subscriber = subscriber_at(folder.file());
+  std::promise<void> freeing, may_free;
+  auto frame = make_frame(*publisher, 1);
+  const std::weak_ptr<const void> memory = frame.owner;
+  frame.owner =
+      std::shared_ptr<const void>(frame.owner.get(), [&, block = frame.owner](const void*) {
+        freeing.set_value();
+        may_free.get_future().wait();
+      });
+  const uint64_t releases = publisher->releases();
+  EXPECT_EQ(publisher->publish(&frame), Outcome::Sent);
+  frame = {};
+  next(&subscriber);  // and releases it
+  freeing.get_future().wait();
+  std::thread reader([&] { may_free.set_value(); });
+  EXPECT_EQ(publisher->wait_for_release(releases), Publisher::Release::Released);
+  EXPECT_TRUE(memory.expired());
+  reader.join();
+  EXPECT_EQ(publisher->wait_for_release(publisher->releases()), Publisher::Release::NoneHeld);
 }
 
 TEST(LocalStream, FramesWithoutReadersGoNowhere) {

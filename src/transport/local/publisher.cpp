@@ -108,13 +108,21 @@ bool Publisher::wait_for_reader(const io::Deadline& deadline) {
   return wait(&lock, deadline, [this] { return !active().empty(); });
 }
 
-Publisher::Release Publisher::wait_for_release() {
+uint64_t Publisher::releases() const {
+  const std::lock_guard lock(mutex_);
+  return releases_;
+}
+
+Publisher::Release Publisher::wait_for_release(uint64_t releases) {
   Lock lock(mutex_);
-  const auto holds = [](const auto& reader) { return reader->holds(); };
+  const auto none_held = [this] {
+    return !has_garbage_ && std::none_of(clients_.begin(), clients_.end(),
+                                         [](const auto& reader) { return reader->holds(); });
+  };
+  const auto released = [&] { return releases_ != releases; };
+  changed_.wait(lock, [&] { return interrupted_ || released() || none_held(); });
   if (interrupted_) return Release::Interrupted;
-  if (std::none_of(clients_.begin(), clients_.end(), holds)) return Release::NoneHeld;
-  changed_.wait(lock);
-  return interrupted_ ? Release::Interrupted : Release::Released;
+  return released() ? Release::Released : Release::NoneHeld;
 }
 
 LocalPublisherCounts Publisher::counts() const {
@@ -164,6 +172,17 @@ void Publisher::attend(const Client& reader, const pollfd* events, ReaderLink::I
 void Publisher::end_turn() {
   for (const auto& reader : clients_)
     if (reader->is_gone()) reader->release_all(&garbage_);
+  has_garbage_ = !garbage_.empty();
+}
+
+// Memory is free after this, not when a reader said so.
+void Publisher::release() {
+  if (garbage_.empty()) return;
+  garbage_.clear();
+  const std::lock_guard lock(mutex_);
+  ++releases_;
+  has_garbage_ = false;
+  changed_.notify_all();
 }
 
 }  // namespace weir::local

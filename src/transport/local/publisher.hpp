@@ -51,9 +51,12 @@ class Publisher : public transport::PollServer<ReaderLink> {
 
   // Waits until there is a reader; false after the deadline or an interruption.
   bool wait_for_reader(const io::Deadline& deadline);
-  // Waits until a reader may have released a frame.
+  // How often memory of frames that readers released has become free.
+  uint64_t releases() const;
+  // Waits until that has happened since `releases`, which was taken before there was too little
+  // memory.
   enum class Release { Released, NoneHeld, Interrupted };
-  Release wait_for_release();
+  Release wait_for_release(uint64_t releases);
   LocalPublisherCounts counts() const;
 
  private:
@@ -64,7 +67,7 @@ class Publisher : public transport::PollServer<ReaderLink> {
   io::Deadline watch(const Clients& readers, std::vector<pollfd>* watched) override;
   void attend(const Client& reader, const pollfd* events, ReaderLink::Input input) override;
   void end_turn() override;
-  void release() override { garbage_.clear(); }
+  void release() override;
   Clients active() const;
   // What to send to each reader, and whether it waits for a reader that holds `max_held` frames.
   struct Delivery {
@@ -81,8 +84,9 @@ class Publisher : public transport::PollServer<ReaderLink> {
   Garbage garbage_;  // of the server's thread
   // Guarded by the mutex.
   std::shared_ptr<const std::string> caps_;  // null before the first
-  uint64_t last_number_ = 0, missed_ = 0;
+  uint64_t last_number_ = 0, missed_ = 0, releases_ = 0;
   bool ended_ = false;
+  bool has_garbage_ = false;  // frames that no reader holds and whose memory is not free yet
 };
 
 }  // namespace weir::local
