@@ -239,6 +239,45 @@ TEST_F(HostileClient, Class6AFloodOfMessagesStallsNoOtherAndNoStop) {
   listener_->stop();
 }
 
+// Clients that are silent after the handshake keep their places only while nobody wants them.
+TEST_F(HostileClient, Class6SilentClientsDoNotHoldAllPlaces) {
+  open({.client = {.timeout = milliseconds(1500)}, .max_clients = 3});
+  auto honest = connected();
+  honest.request({from_text("a")});
+  respond_once();
+  honest.response();
+  auto silent = connected(), busy = connected();
+  busy.request({from_text("b")});
+  const auto request = listener_->take();
+  ASSERT_TRUE(clients_become(3));
+  const auto is_served = [&] {
+    const Bytes refused = wire::test::golden_error();
+    const Bytes first = client().a.receive(refused.size());
+    return first.size() == refused.size() && first != refused;
+  };
+  ASSERT_TRUE(becomes_true(is_served, "a place for another client"));
+  silent.a.rest();
+  EXPECT_TRUE(is_refused("it was silent for 1500 ms (property timeout), and another client came"));
+  EXPECT_EQ(respond(request), Sent::Queued);
+  EXPECT_EQ(busy.response(), (std::vector<Bytes>{from_text("b")}));
+  honest.request({from_text("a")});
+  respond_once();
+  honest.response();
+}
+
+TEST_F(HostileClient, Class6ClientsThatAskKeepTheirPlaces) {
+  constexpr milliseconds kTimeout{100};
+  open({.client = {.timeout = kTimeout}, .max_clients = 1});
+  auto first = connected();
+  first.request({from_text("a")});
+  const auto request = listener_->take();
+  const auto end = std::chrono::steady_clock::now() + 2 * kTimeout;
+  while (std::chrono::steady_clock::now() < end) client().a.rest();
+  EXPECT_TRUE(is_refused("1 clients are already connected (property max-connections)"));
+  EXPECT_EQ(respond(request), Sent::Queued);
+  EXPECT_EQ(first.response(), (std::vector<Bytes>{from_text("a")}));
+}
+
 TEST_F(HostileClient, Class6ClientsWaitForTheCapsOnlySoLong) {
   auto made = QueryListener::open({.host = "localhost",
                                    .client = {.timeout = milliseconds(100)},

@@ -168,19 +168,53 @@ ListenerCounts QueryListener::counts() const {
           static_cast<uint32_t>(waiting_.size())};
 }
 
+uint32_t QueryListener::count(const std::string& address) const {
+  return static_cast<uint32_t>(
+      std::count_if(clients_.begin(), clients_.end(), [&](const auto& client) {
+        return !client->is_gone() && (address.empty() || client->address() == address);
+      }));
+}
+
+bool QueryListener::is_full(const std::string& address) const {
+  const bool is_limited = address.empty() || !is_this_machine(address);
+  const uint32_t max = address.empty() ? options_.max_clients : options_.max_per_address;
+  return is_limited && max > 0 && count(address) >= max;
+}
+
+// Finds the client that has been silent for longest, before all others one that never asked.
+QueryListener::Client QueryListener::silent_client(const std::string& address) const {
+  const auto timeout = options_.client.timeout;
+  Client out;
+  if (timeout.count() == 0) return out;
+  for (const auto& client : clients_) {
+    const bool is_of_address = address.empty() || client->address() == address;
+    const auto since = client->silent_since();
+    if (!is_of_address || !since || !io::is_over(io::deadline_in(timeout, 1, *since))) continue;
+    const auto rank = [](const Client& of) {
+      return std::pair(of->has_sent_a_request(), of->silent_since());
+    };
+    if (!out || rank(client) < rank(out)) out = client;
+  }
+  return out;
+}
+
+void QueryListener::make_room(const std::string& address) {
+  for (const auto& limited : {address, std::string()}) {
+    if (!is_full(limited)) continue;
+    const auto client = silent_client(limited);
+    if (!client) return;  // the one that came is refused
+    refuse(client, "it was silent for " + std::to_string(options_.client.timeout.count()) +
+                       " ms (property timeout), and another client came");
+  }
+}
+
 std::string QueryListener::reason_to_refuse(const std::string& address) const {
-  if (options_.allowed && !options_.allowed(address))
-    return "the property allow does not contain its address";
-  if (options_.max_clients > 0 && clients_.size() >= options_.max_clients)
-    return std::to_string(clients_.size()) +
-           " clients are already connected (property max-connections)";
-  if (options_.max_per_address == 0 || is_this_machine(address)) return "";
-  const auto of_address = std::count_if(clients_.begin(), clients_.end(), [&](const auto& client) {
-    return client->address() == address;
-  });
-  if (static_cast<uint32_t>(of_address) < options_.max_per_address) return "";
-  return std::to_string(of_address) +
-         " clients with its address are already connected (property max-connections-per-address)";
+  if (is_full(""))
+    return std::to_string(count("")) + " clients are already connected (property max-connections)";
+  if (is_full(address))
+    return std::to_string(count(address)) +
+           " clients with its address are already connected (property max-connections-per-address)";
+  return "";
 }
 
 void QueryListener::refuse(const Client& client, const std::string& reason) {
@@ -200,6 +234,9 @@ void QueryListener::add(Descriptor socket) {
   while (find(id)) id = new_client_id();
   const auto client =
       std::make_shared<ServedClient>(std::move(socket), id, options_.client, requests_, wake_);
+  if (options_.allowed && !options_.allowed(client->address()))
+    return refuse(client, "the property allow does not contain its address");
+  make_room(client->address());
   if (const auto reason = reason_to_refuse(client->address()); !reason.empty())
     return refuse(client, reason);
   clients_.push_back(client);

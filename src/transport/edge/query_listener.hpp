@@ -24,7 +24,8 @@ struct ListenerOptions {
   // its sockets are not read until one ends. 0 = no limit.
   uint32_t max_requests = 8;
   uint64_t max_address_bytes = uint64_t{256} << 20;
-  // Connected clients; 0 = no limit. Those of this machine count for the first one only.
+  // Connected clients; 0 = no limit. Those of this machine count for the first one only. A client
+  // that is silent for `client.timeout` makes room for one that comes.
   uint32_t max_clients = 32, max_per_address = 4;
   std::function<bool(const std::string& address)> allowed{};  // empty: every address
   std::function<void(const Error&)>
@@ -88,6 +89,11 @@ class QueryListener : public transport::PollServer<ServedClient> {
   void attend(const Client& client, const pollfd* events, ServedClient::Input input) override;
   void end_turn() override;
   bool may_read(const Client& client, bool many_bytes) const;
+  // How many clients have a place, and whether all places are taken: of this address, "" = of all.
+  uint32_t count(const std::string& address) const;
+  bool is_full(const std::string& address) const;
+  void make_room(const std::string& address);
+  Client silent_client(const std::string& address) const;
   std::string reason_to_refuse(const std::string& address) const;
   void refuse(const Client& client, const std::string& reason);
   void greet(const Client& client);

@@ -3,6 +3,7 @@
 
 #include <sys/socket.h>
 
+#include <algorithm>
 #include <utility>
 
 #include "core/wire/edge_capability.hpp"
@@ -67,6 +68,13 @@ std::string ServedClient::reason_of_deadline() const {
   }
 }
 
+io::Deadline ServedClient::silent_since() const {
+  const bool is_silent = state_ == State::Ready && reading_ && load_->requests == 0 &&
+                         responses_.empty() && a_.partial_bytes() == 0;
+  if (!is_silent) return std::nullopt;
+  return std::max({since_, last_bytes_, answered_});
+}
+
 Status ServedClient::greet(const std::string& capability) {
   auto message =
       options_.form ? wire::text_message(*options_.form, wire::Command::Capability, id_, capability)
@@ -114,6 +122,7 @@ ServedClient::Refusal ServedClient::take(Result<Step> step, std::shared_ptr<Requ
   const auto metadata = wire::EdgeMetadata::parse(step->message.metadata.bytes());
   if (!metadata) return to_string(metadata.error());
   if (step->message.memories.empty()) return "a frame without memories";
+  has_sent_a_request_ = true;
   *request = std::make_shared<Request>(id_, std::move(step->message.memories),
                                        std::string(metadata->find(kSequence).value_or("")), load_,
                                        counters_, wake_);
@@ -193,6 +202,7 @@ Result<bool> ServedClient::queue_response(const std::vector<std::span<const std:
   message->memories = memories;
   message->memories.emplace_back(own->metadata);
   message->owner = own;
+  answered_ = Clock::now();
   return responses_.push(*std::move(bytes), std::move(message), options_.responses);
 }
 

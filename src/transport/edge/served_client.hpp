@@ -58,6 +58,10 @@ class ServedClient {
   io::Deadline deadline() const;
   // Why it is refused then.
   std::string reason_of_deadline() const;
+  // Since when it has sent nothing and waits for nothing; nullopt: it does, it is not read, or its
+  // handshake is not complete.
+  io::Deadline silent_since() const;
+  bool has_sent_a_request() const noexcept { return has_sent_a_request_; }
 
   // Announces the caps. Errors: those of wire::text_message().
   Status greet(const std::string& capability);
@@ -99,6 +103,8 @@ class ServedClient {
   std::chrono::steady_clock::time_point since_ = std::chrono::steady_clock::now();  // of the state
   wire::HeaderForm form_;
   SendQueue greeting_, responses_;
+  bool has_sent_a_request_ = false;
+  std::chrono::steady_clock::time_point answered_ = since_;
   // Of the thread that calls watch() and read().
   bool reading_ = true, reads_responses_ = false;
   std::chrono::steady_clock::time_point last_bytes_ = since_;
