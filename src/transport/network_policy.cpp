@@ -5,6 +5,7 @@
 
 #include <algorithm>
 #include <memory>
+#include <utility>
 #include <vector>
 
 #include "core/config/ini.hpp"
@@ -90,19 +91,25 @@ std::string Endpoint::to_string() const {
 bool is_allowed(std::string_view allow, std::string_view peer) {
   const auto entries = split_entries(allow);
   const std::string bare = without_brackets(peer);
-  return entries.empty() || std::any_of(entries.begin(), entries.end(),
-                                        [&](const auto& entry) { return names(entry, bare); });
+  return allow.empty() || std::any_of(entries.begin(), entries.end(),
+                                      [&](const auto& entry) { return names(entry, bare); });
 }
 
 Status check_allow_list(std::string_view allow) {
-  for (const auto& entry : split_entries(allow)) {
-    if (is_host_name(entry) || network_from_text(entry)) continue;
+  const auto unusable = [](const char* what, std::string offered) {
     return Error{.code = Code::OPTION_VALUE,
-                 .what = "an entry of the property allow cannot be read",
-                 .offered = entry,
+                 .what = what,
+                 .offered = std::move(offered),
                  .needed = "host names, addresses, and networks, separated by commas",
                  .fix = "allow=192.168.1.0/24,camera.local"};
-  }
+  };
+  const auto entries = split_entries(allow);
+  // As of allow="$CAMERA,$VIEWER" without the variables: not a list that names every peer.
+  if (!allow.empty() && entries.empty())
+    return unusable("the property allow has no entry", "allow=\"" + std::string(allow) + "\"");
+  for (const auto& entry : entries)
+    if (!is_host_name(entry) && !network_from_text(entry))
+      return unusable("an entry of the property allow cannot be read", entry);
   return ok();
 }
 

@@ -27,9 +27,10 @@ struct Endpoint {
 };
 
 // Whether `allow` names the peer: its entries, separated by commas, are host names, addresses, and
-// networks as 192.168.1.0/24. An empty list names every peer.
+// networks as 192.168.1.0/24. An empty text names every peer, a text without entries none.
 bool is_allowed(std::string_view allow, std::string_view peer);
-// OPTION_VALUE for an entry that is neither a host name, an address nor a network.
+// OPTION_VALUE for an entry that is neither a host name, an address nor a network, and for a text
+// that is not empty and has no entries.
 Status check_allow_list(std::string_view allow);
 
 // Protocols of Weir. CONNECTION_INSECURE for another machine without TLS and without `insecure`.

@@ -39,6 +39,8 @@ TEST(NetworkPolicy, AllowsThePeersOfAList) {
   EXPECT_FALSE(is_allowed("10.1.2.3", "10.1.2.33"));
   EXPECT_FALSE(is_allowed("camera.local", "camera.local.example"));
   EXPECT_FALSE(is_allowed("10.0.0.0/8", "broker.example"));
+  for (const char* without_entries : {",", " ", " , ,"})
+    EXPECT_FALSE(is_allowed(without_entries, "10.1.2.3")) << without_entries;
 }
 
 TEST(NetworkPolicy, RejectsEntriesThatNameNothing) {
@@ -47,6 +49,10 @@ TEST(NetworkPolicy, RejectsEntriesThatNameNothing) {
   EXPECT_REFUSED(check_allow_list("192.168.1.0/33"), OPTION_VALUE, "offered: 192.168.1.0/33");
   EXPECT_REFUSED(check_allow_list("a.example,192.168"), OPTION_VALUE, "offered: 192.168\n");
   EXPECT_REFUSED(check_allow_list("a b"), OPTION_VALUE, "fix: allow=192.168.1.0/24,camera.local");
+  for (const char* without_entries : {",", " ", " , ,"})
+    EXPECT_REFUSED(check_allow_list(without_entries), OPTION_VALUE,
+                   "the property allow has no entry");
+  EXPECT_SAYS(check_allow_list(",").error().message(), "offered: allow=\",\"");
 }
 
 TEST(NetworkPolicy, OwnProtocolsNeedTlsForOtherMachines) {
