@@ -45,6 +45,13 @@ std::optional<std::string_view> MqttProperties::find(std::string_view name) cons
   return std::nullopt;
 }
 
+size_t MqttProperties::bytes() const {
+  size_t out = content_type.size() + response_topic.size() + correlation_data.size() +
+               user.capacity() * sizeof user[0];
+  for (const auto& [name, value] : user) out += name.size() + value.size();
+  return out;
+}
+
 Status check_topic(std::string_view property, std::string_view topic) {
   if (is_text(topic) && topic.find_first_of("+#") == std::string_view::npos) return ok();
   return topic_error(property, topic,

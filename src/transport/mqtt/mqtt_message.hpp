@@ -25,6 +25,8 @@ struct MqttProperties {
 
   // The first user property of that name.
   std::optional<std::string_view> find(std::string_view name) const;
+  // The memory that they need.
+  size_t bytes() const;
 };
 
 // A received message.
@@ -33,6 +35,9 @@ struct MqttMessage {
   std::vector<std::byte> payload{};
   bool retained = false;
   MqttProperties properties{};
+
+  // The memory that it needs.
+  size_t bytes() const { return topic.size() + payload.size() + properties.bytes(); }
 };
 
 // A message to publish; the payload must live as long as the call.

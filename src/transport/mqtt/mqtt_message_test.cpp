@@ -39,7 +39,7 @@ TEST(MqttTopic, RejectsOthers) {
 }
 
 TEST(ReceiveQueue, DropsTheOldestBeyondItsLimits) {
-  ReceiveQueue queue(3, 100);
+  ReceiveQueue queue(3, 110);
   for (const char* topic : {"a", "b", "c", "d"}) queue.push(message(topic, 10));
   EXPECT_EQ(queue.dropped(), 1u);
   EXPECT_EQ(queue.pop(0ms)->topic, "b");
@@ -48,9 +48,39 @@ TEST(ReceiveQueue, DropsTheOldestBeyondItsLimits) {
   EXPECT_EQ(queue.pop(0ms)->topic, "d");
   EXPECT_EQ(queue.pop(0ms)->topic, "e");
   EXPECT_FALSE(queue.pop(0ms));
+}
+
+TEST(ReceiveQueue, DropsAMessageBeyondItsLimitsAlone) {
+  ReceiveQueue queue(3, 100);
+  queue.push(message("a", 10));
   queue.push(message("too large", 101));
-  EXPECT_EQ(queue.dropped(), 3u);
+  EXPECT_EQ(queue.dropped(), 1u);
+  EXPECT_EQ(queue.pop(0ms)->topic, "a");
   EXPECT_FALSE(queue.pop(0ms));
+}
+
+// A broker can send any number of user properties with a payload of one byte.
+TEST(ReceiveQueue, CountsTopicsAndPropertiesToo) {
+  const auto pushed = [](MqttMessage large) {
+    ReceiveQueue queue(3, 1000);
+    queue.push(std::move(large));
+    return queue.pop(0ms).has_value();
+  };
+  EXPECT_FALSE(pushed(message(std::string(1001, 'a'), 0)));
+  EXPECT_FALSE(pushed({.properties = {.content_type = std::string(1001, 'a')}}));
+  EXPECT_FALSE(pushed({.properties = {.response_topic = std::string(1001, 'a')}}));
+  EXPECT_FALSE(pushed({.properties = {.correlation_data = std::vector<std::byte>(1001)}}));
+  EXPECT_FALSE(pushed({.properties = {.user = {{std::string(501, 'a'), std::string(500, 'b')}}}}));
+  const std::vector<std::pair<std::string, std::string>> empty(100);
+  EXPECT_FALSE(pushed({.properties = {.user = empty}}));
+  EXPECT_TRUE(pushed({.properties = {.user = {{"caps", "other/tensors"}}}}));
+}
+
+TEST(ReceiveQueue, WaitsForTimesOfAnyLength) {
+  ReceiveQueue queue(3, 100);
+  std::thread sender([&] { queue.push(message("a", 1)); });
+  EXPECT_TRUE(queue.pop(std::chrono::milliseconds::max()));
+  sender.join();
 }
 
 TEST(ReceiveQueue, EndsWaitsWhenInterrupted) {

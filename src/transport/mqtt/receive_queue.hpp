@@ -17,7 +17,8 @@ class ReceiveQueue {
   ReceiveQueue(size_t max_messages, size_t max_bytes)
       : max_messages_(max_messages), max_bytes_(max_bytes) {}
 
-  // Drops the oldest messages, and counts them, where the new one would exceed the limits.
+  // Drops the oldest messages where the new one would exceed the limits, and only the new one if it
+  // exceeds them alone. Counts what it drops.
   void push(MqttMessage message);
   // Waits for a message. Nullopt after the time, and after interrupt().
   std::optional<MqttMessage> pop(std::chrono::milliseconds timeout);
