@@ -239,7 +239,7 @@ TEST_F(HostileClient, Class6AFloodOfMessagesStallsNoOtherAndNoStop) {
   listener_->stop();
 }
 
-// Clients that are silent after the handshake keep their places only while nobody wants them.
+// Clients that are silent after the handshake keep their places only while no other wants them.
 TEST_F(HostileClient, Class6SilentClientsDoNotHoldAllPlaces) {
   open({.client = {.timeout = milliseconds(1500)}, .max_clients = 3});
   auto honest = connected();
