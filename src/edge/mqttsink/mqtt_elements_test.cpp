@@ -143,6 +143,19 @@ TEST_F(MqttElements, AnswersRequests) {
   EXPECT_EQ(response->payload, bytes("bcde"));
   EXPECT_EQ(response->properties.correlation_data, bytes("number 7"));
   EXPECT_EQ(response->properties.find("traceparent"), "00-ab-cd-01");
+  EXPECT_TRUE(becomes_true([&] { return p.stat("sink", "consumed") == 1; }, "the answer"));
+  EXPECT_EQ(p.stat("sink", "answers-invalid"), 1u);
+  EXPECT_EQ(p.stat("sink", "dropped-error"), 1u);
+}
+
+TEST_F(MqttElements, WaitsWithoutALimitForTheLongestTimeout) {
+  PlayedPipeline p(source("sub-topic=t num-buffers=1 sub-timeout=9223372036854775807") +
+                   " ! tensor_sink name=out async=false");
+  ASSERT_TRUE(p.reaches(GST_STATE_PLAYING));
+  const auto peer = client();
+  const int64_t soon = transport::unix_time() + 60'000'000'000;
+  publish(*peer, message_of_page(kMqttCaps, soon, soon, 0));
+  EXPECT_EQ(p.outcome(), "");
 }
 
 TEST_F(MqttElements, ResumesAfterABrokerRestart) {

@@ -1,7 +1,9 @@
 // mqttsink: publishes each buffer, with its caps and times, to a topic of an MQTT broker.
 // SPDX-License-Identifier: LGPL-2.1-or-later
+#include <atomic>
 #include <cstring>
 
+#include "core/text/shell_quote.hpp"
 #include "core/wire/mqtt_header.hpp"
 #include "edge/mqtt_element.hpp"
 #include "edge/mqtt_meta.hpp"
@@ -117,6 +119,7 @@ class MqttSink : public MqttElement<MqttSink, gst::BaseSink> {
     if (!client) return client.error();
     ledger_.reset();
     outage_ = false;
+    invalid_responses_ = 0;
     set_client(*std::move(client));
     return ok();
   }
@@ -156,6 +159,10 @@ class MqttSink : public MqttElement<MqttSink, gst::BaseSink> {
     } else if (status.error().code == Code::BROKER_UNREACHABLE) {
       ledger_.dropped(DropReason::Lost);
       if (!std::exchange(outage_, true)) gst::post_warning(element(), status.error());
+    } else if (status.error().code == Code::PEER_MESSAGE_INVALID) {
+      ledger_.dropped(DropReason::Error);
+      ++invalid_responses_;
+      GST_CAT_WARNING_OBJECT(category(), self(), "%s", status.error().message().c_str());
     } else {
       ledger_.dropped(DropReason::Error);
       gst::post_error(element(), status.error());
@@ -176,7 +183,8 @@ class MqttSink : public MqttElement<MqttSink, gst::BaseSink> {
     const auto c = counts();
     gst_structure_set(stats, "connections", G_TYPE_UINT64, c.connections, "messages-published",
                       G_TYPE_UINT64, c.published, "messages-refused", G_TYPE_UINT64, c.refused,
-                      "messages-lost", G_TYPE_UINT64, c.lost, nullptr);
+                      "messages-lost", G_TYPE_UINT64, c.lost, "answers-invalid", G_TYPE_UINT64,
+                      invalid_responses_.load(), nullptr);
   }
 
   Settings settings_;
@@ -249,9 +257,10 @@ class MqttSink : public MqttElement<MqttSink, gst::BaseSink> {
       append(memories);
     if (memories.size() != 1) out.payload = payload_;
     if (is_response && !transport::check_topic("response-topic", out.topic)) {
-      ++invalid_responses_;
-      GST_CAT_WARNING_OBJECT(category(), self(), "a request has no valid response topic");
-      return ok();
+      return Error{.code = Code::PEER_MESSAGE_INVALID,
+                   .what = "an answer is dropped: its request has no valid response topic",
+                   .offered = quoted_text(out.topic),
+                   .needed = "a topic without the wildcards + and #"};
     }
     return client_->publish(out, wait_time());
   }
@@ -291,7 +300,8 @@ class MqttSink : public MqttElement<MqttSink, gst::BaseSink> {
   std::string caps_, media_type_;
   std::vector<std::byte> payload_;
   int64_t ntp_offset_ = 0;
-  uint64_t sequence_ = 0, invalid_responses_ = 0;
+  uint64_t sequence_ = 0;
+  std::atomic<uint64_t> invalid_responses_{0};  // to requests without a topic to send them to
   bool outage_ = false;
 };
 
