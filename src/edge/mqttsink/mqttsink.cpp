@@ -105,6 +105,9 @@ class MqttSink : public MqttElement<MqttSink, gst::BaseSink> {
     auto options = broker_options(active_);
     if (!options) return options.error();
     if (auto status = check_connection(element(), *options, active_); !status) return status;
+    options->on_invalid_packet = [this](const Error& error) {
+      gst::post_warning(element(), error);
+    };
     const auto gone = std::as_bytes(std::span("gone", 4));
     if (active_.is_v5())
       options->will = transport::MqttWill{

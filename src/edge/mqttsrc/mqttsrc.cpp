@@ -85,6 +85,9 @@ class MqttSrc : public MqttElement<MqttSrc, gst::PushSource> {
     auto options = broker_options(active_);
     if (!options) return options.error();
     if (auto status = check_connection(element(), *options, active_); !status) return status;
+    options->on_invalid_packet = [this](const Error& error) {
+      gst::post_warning(element(), error);
+    };
     auto client = BrokerClient::open(*std::move(options));
     if (!client) return client.error();
     if (auto status = (*client)->subscribe(*active_.sub_topic, active_.mqtt_qos); !status)

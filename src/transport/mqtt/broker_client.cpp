@@ -4,29 +4,12 @@
 #include <mqtt_protocol.h>
 #include <unistd.h>
 
-#include <arpa/inet.h>
-#include <netinet/in.h>
-#include <sys/socket.h>
 #include <random>
 
 #include "transport/mqtt/broker_connection.hpp"
 
 namespace weir::transport {
 namespace {
-
-// The address of this machine on a connected socket, or "".
-std::string get_local_address(int socket) {
-  sockaddr_storage storage{};
-  socklen_t length = sizeof storage;
-  auto* address = reinterpret_cast<sockaddr*>(&storage);
-  if (socket < 0 || getsockname(socket, address, &length) != 0) return "";
-  char text[INET6_ADDRSTRLEN] = "";
-  if (storage.ss_family == AF_INET)
-    inet_ntop(AF_INET, &reinterpret_cast<sockaddr_in*>(&storage)->sin_addr, text, sizeof text);
-  if (storage.ss_family == AF_INET6)
-    inet_ntop(AF_INET6, &reinterpret_cast<sockaddr_in6*>(&storage)->sin6_addr, text, sizeof text);
-  return text;
-}
 
 constexpr int kNotGranted = 128;  // and higher: the broker's reason
 
@@ -204,7 +187,8 @@ bool BrokerClient::Impl::is_connected() const {
 }
 
 std::string BrokerClient::Impl::local_address() const {
-  return is_connected() ? get_local_address(mosquitto_socket(client_.get())) : "";
+  std::lock_guard lock(mutex_);
+  return connected_ ? local_address_ : "";
 }
 
 BrokerCounts BrokerClient::Impl::counts() const {

@@ -2,6 +2,7 @@
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #pragma once
 #include <gio/gio.h>
+#include <poll.h>
 
 #include <atomic>
 #include <condition_variable>
@@ -9,6 +10,7 @@
 #include <thread>
 
 #include "transport/mqtt/broker_client.hpp"
+#include "transport/mqtt/checked_socket.hpp"
 #include "transport/mqtt/mosquitto_handle.hpp"
 #include "transport/mqtt/receive_queue.hpp"
 #include "transport/mqtt/sent_messages.hpp"
@@ -53,8 +55,14 @@ class BrokerClient::Impl {
   void run();
   bool connect();
   bool connect_to(const std::string& target, bool blocking, std::string* reason);
+  // The connection to the broker; -1 without one.
+  int socket() const;
+  // Begins to check what the broker of MQTT 5 sends. False while the connection is not there, and
+  // with error_ if it cannot be checked.
+  bool check_packets();
   bool try_connect(const std::string& target, bool blocking, std::string* reason);
   int step(int wait_ms);
+  int read(const pollfd& client, const pollfd& broker);
   bool should_read();
   void connected();
   void disconnected();
@@ -78,11 +86,14 @@ class BrokerClient::Impl {
   Clock::time_point paused_since_{};
   std::optional<Error> error_;  // of the last attempt to connect
   std::string tls_error_;       // in it, of OpenSSL
-  bool is_open_ = false;        // has been connected
+  bool has_reported_packet_ = false;
+  bool is_open_ = false;                    // has been connected
+  std::unique_ptr<CheckedSocket> checked_;  // of MQTT 5; null while there is no connection
 
   mutable std::mutex mutex_;  // guards the members below
   std::condition_variable changed_;
   bool connected_ = false, interrupted_ = false;
+  std::string local_address_;
   std::optional<Status> first_;
   SentMessages sent_;
   BrokerCounts counts_;

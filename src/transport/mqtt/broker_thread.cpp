@@ -3,7 +3,9 @@
 // Not mosquitto_loop(): its pselect() ends the process for a socket number of 1024 or more, and the
 // library's own thread waits at least a second before it connects again.
 // SPDX-License-Identifier: LGPL-2.1-or-later
+#include <arpa/inet.h>
 #include <mqtt_protocol.h>
+#include <netinet/in.h>
 #include <poll.h>
 #include <sys/socket.h>
 
@@ -12,6 +14,7 @@
 #include <cstring>
 #include <memory>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "transport/mqtt/broker_connection.hpp"
@@ -40,6 +43,20 @@ std::vector<std::string> find_addresses(const std::string& host, GCancellable* c
   return out;
 }
 
+// The address of this machine on a connected socket, or "".
+std::string local_address_of(int socket) {
+  sockaddr_storage storage{};
+  socklen_t length = sizeof storage;
+  auto* address = reinterpret_cast<sockaddr*>(&storage);
+  if (socket < 0 || getsockname(socket, address, &length) != 0) return "";
+  char text[INET6_ADDRSTRLEN] = "";
+  if (storage.ss_family == AF_INET)
+    inet_ntop(AF_INET, &reinterpret_cast<sockaddr_in*>(&storage)->sin_addr, text, sizeof text);
+  if (storage.ss_family == AF_INET6)
+    inet_ntop(AF_INET6, &reinterpret_cast<sockaddr_in6*>(&storage)->sin6_addr, text, sizeof text);
+  return text;
+}
+
 using namespace std::chrono_literals;
 constexpr auto kFirstDelay = 100ms, kLastDelay = 1000ms;
 constexpr int kIdleWaitMs = 500;  // so often the library looks after its keep-alive
@@ -53,6 +70,10 @@ std::string socket_error(int socket) {
   return strerror_r(error, text, sizeof text);
 }
 
+bool is_writable(int socket, int wait_ms) {
+  pollfd wait{.fd = socket, .events = POLLOUT, .revents = 0};
+  return poll(&wait, 1, wait_ms) > 0 && (wait.revents & POLLOUT);
+}
 bool has_failed(int socket) {
   pollfd wait{.fd = socket, .events = 0, .revents = 0};
   return poll(&wait, 1, 0) > 0 && (wait.revents & POLLERR);
@@ -157,6 +178,7 @@ bool BrokerClient::Impl::try_connect(const std::string& target, bool blocking,
                                      std::string* reason) {
   const auto end = Clock::now() + options_.connect_timeout;
   response_.reset();
+  checked_.reset();
   const auto function = blocking ? mosquitto_connect : mosquitto_connect_async;
   int result = function(client_.get(), target.c_str(), options_.port, options_.keep_alive);
   *reason = result == MOSQ_ERR_ERRNO ? std::strerror(errno) : mosquitto_strerror(result);
@@ -166,12 +188,15 @@ bool BrokerClient::Impl::try_connect(const std::string& target, bool blocking,
       *reason = "no answer within " + std::to_string(options_.connect_timeout.count()) + " ms";
       return false;
     }
-    const int socket = mosquitto_socket(client_.get());
-    if (has_failed(socket)) {
-      *reason = socket_error(socket);
+    if (has_failed(socket())) {
+      *reason = socket_error(socket());
       return false;
     }
-    const bool ended = has_ended(socket);
+    const bool ended = has_ended(socket());
+    if (!check_packets()) {
+      if (error_) return false;
+      continue;
+    }
     result = step(static_cast<int>(std::min<std::chrono::milliseconds>(left, 50ms).count()));
     if (result != MOSQ_ERR_SUCCESS && !response_) *reason = mosquitto_strerror(result);
     // OpenSSL takes the error of a refused connection from the socket, and the library waits on.
@@ -189,22 +214,56 @@ bool BrokerClient::Impl::try_connect(const std::string& target, bool blocking,
   return false;
 }
 
+int BrokerClient::Impl::socket() const {
+  return checked_ ? checked_->socket() : mosquitto_socket(client_.get());
+}
+
+bool BrokerClient::Impl::check_packets() {
+  if (checked_ || options_.version != MqttVersion::V5) return true;
+  if (!is_writable(socket(), 50)) return false;
+  auto checked = CheckedSocket::replace_socket_of(client_.get());
+  if (checked)
+    checked_ = *std::move(checked);
+  else
+    error_ = checked.error();
+  return checked_ != nullptr;
+}
+
 int BrokerClient::Impl::step(int wait_ms) {
   const int socket = mosquitto_socket(client_.get());
   if (socket < 0) return MOSQ_ERR_NO_CONN;
   const bool reads = should_read();
   pollfd waits[] = {{.fd = socket, .events = static_cast<short>(reads ? POLLIN : 0), .revents = 0},
-                    {.fd = wake_.descriptor(), .events = POLLIN, .revents = 0}};
+                    {.fd = wake_.descriptor(), .events = POLLIN, .revents = 0},
+                    {.fd = -1, .events = 0, .revents = 0}};
   if (mosquitto_want_write(client_.get())) waits[0].events |= POLLOUT;
-  const bool has_unread = reads && has_unread_tls_data(client_.get());
-  poll(waits, 2, has_unread ? 0 : wait_ms);
+  if (checked_)
+    waits[2] = {.fd = checked_->socket(), .events = checked_->events(reads), .revents = 0};
+  const bool has_unread =
+      reads && (has_unread_tls_data(client_.get()) || (checked_ && checked_->has_more()));
+  poll(waits, 3, has_unread ? 0 : wait_ms);
   if (waits[1].revents) wake_.clear();
-  int result = MOSQ_ERR_SUCCESS;
-  if (has_unread || waits[0].revents & (POLLIN | POLLHUP | POLLERR))
-    result = mosquitto_loop_read(client_.get(), 1);
+  if (has_unread) waits[0].revents |= POLLIN;
+  int result = read(waits[0], waits[2]);
   if (result == MOSQ_ERR_SUCCESS && mosquitto_want_write(client_.get()))
     result = mosquitto_loop_write(client_.get(), 1);
+  if (checked_ && !checked_->send() && result == MOSQ_ERR_SUCCESS) result = MOSQ_ERR_CONN_LOST;
   return result == MOSQ_ERR_SUCCESS ? mosquitto_loop_misc(client_.get()) : result;
+}
+
+int BrokerClient::Impl::read(const pollfd& client, const pollfd& broker) {
+  bool is_readable = client.revents & (POLLIN | POLLHUP | POLLERR);
+  if (checked_ && (is_readable || (broker.revents & ~POLLOUT))) {
+    const auto received = checked_->receive(broker.revents);
+    if (!received) {
+      error_ = received.error();
+      if (is_open_ && options_.on_invalid_packet && !std::exchange(has_reported_packet_, true))
+        options_.on_invalid_packet(*error_);
+      return MOSQ_ERR_MALFORMED_PACKET;
+    }
+    is_readable = is_readable || *received;
+  }
+  return is_readable ? mosquitto_loop_read(client_.get(), 1) : MOSQ_ERR_SUCCESS;
 }
 
 // Leaves messages of QoS 1 and 2 to the broker while the queue is half full, for as long as the
@@ -239,12 +298,14 @@ void BrokerClient::Impl::connected() {
   is_open_ = true;
   lock.lock();
   connected_ = true;
+  local_address_ = local_address_of(socket());
   ++counts_.connections;
   if (!first_) first_ = ok();
   changed_.notify_all();
 }
 
 void BrokerClient::Impl::disconnected() {
+  checked_.reset();
   std::lock_guard lock(mutex_);
   connected_ = false;
   counts_.lost += sent_.lose_unacknowledged();
@@ -256,6 +317,8 @@ void BrokerClient::Impl::say_goodbye() {
   const auto end = Clock::now() + kGoodbye;
   while (Clock::now() < end && step(10) == MOSQ_ERR_SUCCESS) {
   }
+  while (Clock::now() < end && checked_ && checked_->has_unsent())
+    if (is_writable(checked_->socket(), 10) && !checked_->send()) break;
 }
 
 void BrokerClient::Impl::wait_for_wake(std::chrono::milliseconds time) {

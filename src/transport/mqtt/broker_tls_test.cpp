@@ -11,10 +11,11 @@ namespace broker_tls_test {
 using namespace std::chrono_literals;
 using test::TestBroker;
 
-class BrokerTls : public test::BrokerTest {
+// With both versions of MQTT, because what MQTT 5 receives is checked after it is decrypted.
+class BrokerTls : public test::BrokerTest, public ::testing::WithParamInterface<MqttVersion> {
  protected:
   BrokerOptions options(const TestBroker& broker, const std::string& ca = "ca.pem") const {
-    BrokerOptions out;
+    BrokerOptions out = with_version();
     out.host = "localhost";
     out.port = broker.port();
     if (!ca.empty()) out.tls.ca = files_.file(ca);
@@ -26,9 +27,14 @@ class BrokerTls : public test::BrokerTest {
     out.tls.key = files_.file(name + ".key");
     return out;
   }
+  static BrokerOptions with_version() {
+    BrokerOptions out;
+    out.version = GetParam();
+    return out;
+  }
   static BrokerOptions with_key(const TestBroker& broker, const std::string& identity,
                                 const std::string& key) {
-    BrokerOptions out;
+    BrokerOptions out = with_version();
     out.port = broker.port();
     out.tls.psk = key;
     out.tls.psk_identity = identity;
@@ -36,7 +42,7 @@ class BrokerTls : public test::BrokerTest {
   }
   static BrokerOptions with_password(const TestBroker& broker, const std::string& user,
                                      const std::string& password) {
-    BrokerOptions out;
+    BrokerOptions out = with_version();
     out.port = broker.port();
     out.user = user;
     out.password = password;
@@ -47,8 +53,17 @@ class BrokerTls : public test::BrokerTest {
     const auto client = BrokerClient::open(options);
     ASSERT_TRUE(client) << client.error().message();
     ASSERT_TRUE((*client)->subscribe("t", 1));
-    ASSERT_TRUE((*client)->publish({.topic = "t", .qos = 1, .properties = {}}, 30s));
-    EXPECT_TRUE((*client)->receive(30s));
+    std::vector<std::byte> payload(100'000);
+    for (size_t i = 0; i < payload.size(); ++i) payload[i] = static_cast<std::byte>(i * i >> 4);
+    for (const size_t size : {size_t{0}, size_t{1}, payload.size()}) {
+      const auto part = std::span(payload).first(size);
+      ASSERT_TRUE(
+          (*client)->publish({.topic = "t", .payload = part, .qos = 1, .properties = {}}, 30s));
+      const auto received = (*client)->receive(30s);
+      ASSERT_TRUE(received);
+      EXPECT_TRUE(
+          std::equal(part.begin(), part.end(), received->payload.begin(), received->payload.end()));
+    }
   }
 
   const test::BrokerCertificates files_{};
@@ -63,34 +78,33 @@ void expect_refused(const BrokerOptions& options, const std::string& reason,
   EXPECT_SAYS(client.error().message(), remedy);
 }
 
-TEST_F(BrokerTls, AcceptsABrokerOfTheAuthority) {
+TEST_P(BrokerTls, AcceptsABrokerOfTheAuthority) {
   const TestBroker broker(files_.settings("broker"));
   expect_exchange(options(broker));
   BrokerOptions by_address = options(broker);
   by_address.host = "127.0.0.1";
-  by_address.version = MqttVersion::V5;
   expect_exchange(by_address);
 }
 
-TEST_F(BrokerTls, RejectsABrokerOfAnotherAuthority) {
+TEST_P(BrokerTls, RejectsABrokerOfAnotherAuthority) {
   const TestBroker broker(files_.settings("broker"));
   expect_refused(options(broker, "other.pem"), "was not signed by the authority in",
                  "fix: set tls-ca to the file of the authority");
 }
 
-TEST_F(BrokerTls, RejectsABrokerOfAnotherName) {
+TEST_P(BrokerTls, RejectsABrokerOfAnotherName) {
   const TestBroker broker(files_.settings("elsewhere"));
   expect_refused(options(broker), "its certificate is not for localhost",
                  "weir pki issue localhost");
 }
 
-TEST_F(BrokerTls, RejectsAnExpiredBroker) {
+TEST_P(BrokerTls, RejectsAnExpiredBroker) {
   const TestBroker broker(files_.settings("expired"));
   expect_refused(options(broker), "its certificate has expired",
                  "fix: issue a new certificate for the broker");
 }
 
-TEST_F(BrokerTls, RejectsABrokerWithoutTls) {
+TEST_P(BrokerTls, RejectsABrokerWithoutTls) {
   const TestBroker broker;
   const auto client = BrokerClient::open(options(broker));
   ASSERT_FALSE(client);
@@ -98,12 +112,12 @@ TEST_F(BrokerTls, RejectsABrokerWithoutTls) {
   EXPECT_SAYS(client.error().message(), "8883");  // the text depends on how the broker closes
 }
 
-TEST_F(BrokerTls, WithoutTlsABrokerThatNeedsItIsNotReached) {
+TEST_P(BrokerTls, WithoutTlsABrokerThatNeedsItIsNotReached) {
   const TestBroker broker(files_.settings("broker"));
   EXPECT_REFUSED(BrokerClient::open(options(broker, "")), BROKER_UNREACHABLE, "tls-ca");
 }
 
-TEST_F(BrokerTls, ABrokerThatNeedsCertificatesOfClients) {
+TEST_P(BrokerTls, ABrokerThatNeedsCertificatesOfClients) {
   const TestBroker broker(files_.settings("broker", "require_certificate true\n"));
   expect_exchange(with_certificate(broker, "client"));
   expect_refused(options(broker), "it probably needs a certificate of the client",
@@ -114,7 +128,7 @@ TEST_F(BrokerTls, ABrokerThatNeedsCertificatesOfClients) {
                  "an authority that the broker trusts");
 }
 
-TEST_F(BrokerTls, PreSharedKeys) {
+TEST_P(BrokerTls, PreSharedKeys) {
   const std::string keys = files_.text_file("keys", "camera:abcdef0123456789");
   const TestBroker broker("user root\nallow_anonymous true\npsk_hint weir\npsk_file " + keys +
                           "\n");
@@ -126,7 +140,7 @@ TEST_F(BrokerTls, PreSharedKeys) {
 }
 
 // localhost is ::1 first, where this broker does not listen.
-TEST_F(BrokerTls, ARefusedAddressIsLeftAtOnceForTheNext) {
+TEST_P(BrokerTls, ARefusedAddressIsLeftAtOnceForTheNext) {
   const std::string keys = files_.text_file("keys", "camera:abcdef0123456789");
   const TestBroker broker("user root\nallow_anonymous true\npsk_hint weir\npsk_file " + keys +
                           "\n");
@@ -138,7 +152,7 @@ TEST_F(BrokerTls, ARefusedAddressIsLeftAtOnceForTheNext) {
   EXPECT_LT(std::chrono::steady_clock::now() - began, 30s);
 }
 
-TEST_F(BrokerTls, Passwords) {
+TEST_P(BrokerTls, Passwords) {
   const std::string passwords = files_.file("passwords");
   test::Process made({"mosquitto_passwd", "-b", "-c", passwords, "camera", "secret"});
   ASSERT_EQ(made.wait(), 0);
@@ -149,7 +163,7 @@ TEST_F(BrokerTls, Passwords) {
     expect_refused(wrong, "does not accept the client", "fix: set user and password");
 }
 
-TEST_F(BrokerTls, ConnectsAgainWithTls) {
+TEST_P(BrokerTls, ConnectsAgainWithTls) {
   TestBroker broker(files_.settings("broker"));
   const auto client = BrokerClient::open(options(broker));
   ASSERT_TRUE(client);
@@ -158,6 +172,11 @@ TEST_F(BrokerTls, ConnectsAgainWithTls) {
   broker.start();
   EXPECT_TRUE(becomes_true([&] { return (*client)->is_connected(); }, "a connection"));
 }
+
+INSTANTIATE_TEST_SUITE_P(Version, BrokerTls, ::testing::Values(MqttVersion::V311, MqttVersion::V5),
+                         [](const auto& info) {
+                           return info.param == MqttVersion::V5 ? "Mqtt5" : "Mqtt311";
+                         });
 
 }  // namespace broker_tls_test
 }  // namespace weir::transport

@@ -91,6 +91,9 @@ struct BrokerOptions {
 
   // Takes messages in place of receive(), in the client's thread; must not block or throw.
   std::function<void(MqttMessage)> on_message{};
+  // Called in the client's thread for the first packet of the broker that ended a connection
+  // because it cannot be read (MQTT 5).
+  std::function<void(const Error&)> on_invalid_packet{};
 };
 
 // OPTION_VALUE for a topic to publish to that is empty, longer than 65535 bytes, not UTF-8 or

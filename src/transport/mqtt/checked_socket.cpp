@@ -1,0 +1,151 @@
+// SPDX-License-Identifier: LGPL-2.1-or-later
+#include "transport/mqtt/checked_socket.hpp"
+
+#include <fcntl.h>
+#include <openssl/ssl.h>
+#include <poll.h>
+#include <sys/ioctl.h>
+#include <sys/socket.h>
+#include <unistd.h>
+
+#include <array>
+#include <cerrno>
+#include <cstring>
+#include <string>
+#include <utility>
+
+#include "core/wire/peer_error.hpp"
+
+namespace weir::transport {
+namespace {
+
+constexpr size_t kBufferBytes = 65536;
+constexpr size_t kRecordHeader = 5;  // of TLS: type, version, size
+constexpr size_t kMaxEncryptedRecord = 16384 + 2048;
+
+SSL* tls_of(mosquitto* client) {
+  return static_cast<SSL*>(mosquitto_ssl_get(client));
+}
+
+bool would_wait() {
+  return errno == EAGAIN || errno == EWOULDBLOCK || errno == EINTR;
+}
+
+Error no_descriptor() {
+  return Error{.code = Code::OUT_OF_MEMORY,
+               .what = "the packets of the MQTT broker cannot be checked",
+               .offered = std::strerror(errno),
+               .needed = "three free file descriptors (ulimit -n)"};
+}
+
+}  // namespace
+
+Result<std::unique_ptr<CheckedSocket>> CheckedSocket::replace_socket_of(mosquitto* client) {
+  const int socket = mosquitto_socket(client);
+  const SSL* const ssl = tls_of(client);
+  if (ssl && SSL_has_pending(ssl))
+    return Error{.code = Code::BROKER_UNREACHABLE, .what = "the broker answered too early"};
+  std::array<int, 2> pair{};
+  if (socketpair(AF_UNIX, SOCK_STREAM | SOCK_CLOEXEC | SOCK_NONBLOCK, 0, pair.data()) != 0)
+    return no_descriptor();
+  const io::Descriptor outer(pair[0]);
+  io::Descriptor inner(pair[1]), broker(fcntl(socket, F_DUPFD_CLOEXEC, 0));
+  if (!broker || dup3(outer.get(), socket, O_CLOEXEC) < 0) return no_descriptor();
+  return std::unique_ptr<CheckedSocket>(
+      new CheckedSocket(client, std::move(broker), std::move(inner)));
+}
+
+CheckedSocket::CheckedSocket(mosquitto* client, io::Descriptor broker, io::Descriptor inner)
+    : client_(client),
+      broker_(std::move(broker)),
+      inner_(std::move(inner)),
+      buffer_(kBufferBytes) {}
+
+short CheckedSocket::events(bool reads) const {
+  const bool receives = reads && !is_closed_ && !has_more();
+  return static_cast<short>((receives ? POLLIN : 0) | (has_unsent() ? POLLOUT : 0));
+}
+
+Status CheckedSocket::fill() {
+  if (is_closed_ || has_more()) return ok();
+  received_.erase(received_.begin(), received_.begin() + static_cast<ptrdiff_t>(passed_));
+  passed_ = 0;
+  const ssize_t got = recv(broker_.get(), buffer_.data(), buffer_.size(), MSG_DONTWAIT);
+  is_closed_ = got == 0 || (got < 0 && !would_wait());
+  if (got <= 0) return ok();
+  const auto bytes = std::span(buffer_).first(static_cast<size_t>(got));
+  if (!tls_of(client_)) return filter_.feed(bytes, &received_);
+  received_.insert(received_.end(), bytes.begin(), bytes.end());
+  return ok();
+}
+
+// The bytes of the record that has begun to arrive; all bytes where it is none, which the client
+// finds out; 0 while its end is not there.
+size_t CheckedSocket::record_size() const {
+  const auto bytes = std::span(received_).subspan(passed_);
+  if (bytes.size() < kRecordHeader) return 0;
+  constexpr std::byte kMajorVersion{3};
+  const size_t size = std::to_integer<size_t>(bytes[3]) << 8 | std::to_integer<size_t>(bytes[4]);
+  if (bytes[1] != kMajorVersion || size > kMaxEncryptedRecord) return bytes.size();
+  return kRecordHeader + size <= bytes.size() ? kRecordHeader + size : 0;
+}
+
+size_t CheckedSocket::passable() const {
+  return tls_of(client_) ? record_size() : received_.size() - passed_;
+}
+
+// Whether it has not read the record before.
+bool CheckedSocket::is_client_busy() const {
+  SSL* const ssl = tls_of(client_);
+  int unread = 0;
+  return ssl && (SSL_pending(ssl) > 0 ||
+                 (ioctl(mosquitto_socket(client_), FIONREAD, &unread) == 0 && unread > 0));
+}
+
+Status CheckedSocket::check_record() {
+  SSL* const ssl = tls_of(client_);
+  is_established_ = is_established_ || SSL_is_init_finished(ssl);  // and stays: renegotiations
+  if (!is_established_) return ok();
+  const int size = SSL_peek(ssl, buffer_.data(), static_cast<int>(buffer_.size()));
+  if (size <= 0) return ok();  // the client sees that too
+  std::vector<std::byte> ignored;
+  auto status = filter_.feed(std::span(buffer_).first(static_cast<size_t>(size)), &ignored);
+  if (!status || filter_.stripped() == 0) return status;
+  return wire::peer_error("a message of the broker has too many properties",
+                          "more than " + std::to_string(wire::kMaxMqttPropertyBytes) + " bytes",
+                          "caps and times", "protocol=4, which is MQTT 3.1.1");
+}
+
+Result<bool> CheckedSocket::receive(int revents) {
+  if (is_client_busy()) return true;
+  if (revents & (POLLIN | POLLHUP | POLLERR))
+    if (auto status = fill(); !status) return status.error();
+  const size_t size = passable();
+  if (size == 0) {
+    if (is_closed_) shutdown(inner_.get(), SHUT_WR);
+    return is_closed_;
+  }
+  const ssize_t passed =
+      ::send(inner_.get(), received_.data() + passed_, size, MSG_DONTWAIT | MSG_NOSIGNAL);
+  if (passed > 0) passed_ += static_cast<size_t>(passed);
+  if (!tls_of(client_)) return true;
+  auto status = check_record();
+  return status ? Result<bool>(true) : Result<bool>(status.error());
+}
+
+bool CheckedSocket::send() {
+  for (;;) {
+    if (!has_unsent()) {
+      const ssize_t got = recv(inner_.get(), buffer_.data(), buffer_.size(), MSG_DONTWAIT);
+      if (got <= 0) return true;
+      unsent_.assign(buffer_.begin(), buffer_.begin() + got);
+      sent_ = 0;
+    }
+    const ssize_t sent = ::send(broker_.get(), unsent_.data() + sent_, unsent_.size() - sent_,
+                                MSG_DONTWAIT | MSG_NOSIGNAL);
+    if (sent < 0) return would_wait();
+    sent_ += static_cast<size_t>(sent);
+  }
+}
+
+}  // namespace weir::transport
