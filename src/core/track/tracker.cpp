@@ -143,9 +143,9 @@ void Tracker::add_candidates(std::span<const Observation> boxes, const OpenBoxes
   const size_t first = out->size();
   const auto compare = [&](uint32_t at) {
     const Observation& other = boxes[at];
-    if (must_keep_height_ && track.is_lost && !is_of_like_height(box, other.box)) return;
     const float common = overlap(box, other.box);
-    if (common > 0 && common >= min)
+    const bool must_be_like = must_keep_height_ && track.is_lost;
+    if (common > 0 && common >= min && (!must_be_like || is_of_like_height(box, other.box)))
       out->push_back({number, at, compute_cost(track.appearance, other, common)});
   };
   const auto begin = open.order.begin(), end = open.order.end();
@@ -180,6 +180,24 @@ void Tracker::match(std::span<const Observation> boxes, Place place, float min, 
   }
 }
 
+// The numbered tracks without a box that look like box `number`, of those that their predictions
+// allow.
+void Tracker::add_similar_tracks(const Observation& box, uint32_t number, float max,
+                                 std::vector<PairCost>* out) const {
+  std::vector<PairCost> near;
+  for (uint32_t t = 0; t < tracks_.size(); ++t) {
+    const Track& track = tracks_[t];
+    if (track.is_matched || track.number == 0 || track.group != box.group) continue;
+    const auto distance = static_cast<float>(track.motion.distance(box.box));
+    if (distance <= kGate) near.push_back({t, number, distance});
+  }
+  keep_best_candidates(0, &near);
+  for (PairCost& candidate : near) {
+    candidate.cost = tracks_[candidate.row].appearance.distance(box.appearance);
+    if (candidate.cost <= max) out->push_back(candidate);
+  }
+}
+
 // Numbered tracks without a box take the one that looks most like them, of those that the
 // prediction allows: DeepSORT (arXiv 1703.07402), equations 1 to 4.
 void Tracker::match_appearance(std::span<const Observation> boxes, const Options& options) {
@@ -189,18 +207,7 @@ void Tracker::match_appearance(std::span<const Observation> boxes, const Options
     if (track_of_[b] != kWithoutTrack || box.appearance.empty() || !can_follow(box.box) ||
         !(box.score >= options.high))
       continue;
-    std::vector<PairCost> near;
-    for (uint32_t t = 0; t < tracks_.size(); ++t) {
-      const Track& track = tracks_[t];
-      if (track.is_matched || track.number == 0 || track.group != box.group) continue;
-      const auto distance = static_cast<float>(track.motion.distance(box.box));
-      if (distance <= kGate) near.push_back({t, b, distance});
-    }
-    keep_best_candidates(0, &near);
-    for (PairCost& candidate : near) {
-      candidate.cost = tracks_[candidate.row].appearance.distance(box.appearance);
-      if (candidate.cost <= options.appearance) candidates.push_back(candidate);
-    }
+    add_similar_tracks(box, b, options.appearance, &candidates);
   }
   for (const auto& pair : assign(candidates)) {
     track_of_[pair.column] = pair.row;

@@ -83,6 +83,8 @@ class Tracker {
   template <class UseTrack, class UseBox>
   void match(std::span<const Observation> boxes, Place place, float min, UseTrack use_track,
              UseBox use_box);
+  void add_similar_tracks(const Observation& box, uint32_t number, float max,
+                          std::vector<PairCost>* out) const;
   void match_appearance(std::span<const Observation> boxes, const Options& options);
   void begin_tracks(std::span<const Observation> boxes, const Options& options);
   void finish_tracks();
