@@ -1,9 +1,11 @@
 // `weir serve`: models for clients that speak the Open Inference Protocol.
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #include <gst/gst.h>
+#include <sys/resource.h>
 
 #include <algorithm>
 #include <cstdio>
+#include <cstdlib>
 #include <map>
 #include <memory>
 #include <optional>
@@ -179,9 +181,18 @@ Result<std::unique_ptr<MetricsServer>> open_metrics(const ServeOptions& options,
   return server;
 }
 
+// Each connection needs two, and the usual soft limit is 1024.
+void allow_all_descriptors() {
+  rlimit limit{};
+  if (getrlimit(RLIMIT_NOFILE, &limit) != 0) return;
+  limit.rlim_cur = limit.rlim_max;
+  setrlimit(RLIMIT_NOFILE, &limit);
+}
+
 }  // namespace
 
 int serve(const ServeOptions& options) {
+  allow_all_descriptors();
   const auto address = ListenAddress::parse(options.listen, "--listen");
   if (!address) return report(address.error(), false);
   if (auto status = check_options(options, *address); !status) return report(status.error(), false);
@@ -212,6 +223,11 @@ int serve(const ServeOptions& options) {
   const int status = run.play();
   const std::string ledger = ledger_table(run.statistics());
   if (!ledger.empty()) std::printf("\nLedger\n%s", ledger.c_str());
+  if (!run.stop()) {
+    std::fputs("weir: a model did not end its request in time, which is aborted\n", stderr);
+    std::fflush(nullptr);
+    std::_Exit(status == kExitGood ? kExitError : status);
+  }
   return status;
 }
 

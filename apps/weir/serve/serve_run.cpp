@@ -4,8 +4,12 @@
 #include <glib-unix.h>
 
 #include <algorithm>
+#include <chrono>
+#include <condition_variable>
 #include <csignal>
 #include <cstdio>
+#include <mutex>
+#include <thread>
 
 #include "commands.hpp"
 #include "run/ledger_table.hpp"
@@ -13,7 +17,9 @@
 namespace weir::app {
 namespace {
 
-constexpr guint kFirstWaitMs = 1000, kMaxWaitMs = 30000, kEndMs = 10000;
+using Clock = std::chrono::steady_clock;
+constexpr guint kFirstWaitMs = 1000, kMaxWaitMs = 30000, kEndMs = 9000;
+constexpr std::chrono::seconds kStopWait{10}, kHastyWait{1};
 constexpr gint64 kSteadyUs = 60'000'000;  // after which a failure is a new one
 
 gst::Ref<GstElement> find_element(const ServedPipeline& served, const char* suffix) {
@@ -118,6 +124,33 @@ int ServeRun::play() {
   return status_;
 }
 
+bool ServeRun::stop() {
+  struct Stopping {
+    std::mutex mutex;  // guards the rest
+    std::condition_variable changed;
+    bool is_done = false;
+  };
+  const auto stopping = std::make_shared<Stopping>();
+  std::vector<gst::Ref<GstElement>> pipelines;
+  for (const auto& served : served_) pipelines.push_back(served->what.pipeline);
+  std::thread thread([stopping, pipelines = std::move(pipelines)] {
+    for (const auto& pipeline : pipelines) gst_element_set_state(pipeline.get(), GST_STATE_NULL);
+    const std::lock_guard lock(stopping->mutex);
+    stopping->is_done = true;
+    stopping->changed.notify_all();
+  });
+  if (signals_ == 0) stop_by_ = Clock::now() + kStopWait;
+  std::unique_lock lock(stopping->mutex);
+  const bool is_done =
+      stopping->changed.wait_until(lock, stop_by_, [&] { return stopping->is_done; });
+  lock.unlock();
+  if (is_done)
+    thread.join();
+  else
+    thread.detach();
+  return is_done;
+}
+
 void ServeRun::on_message(Served* served, GstMessage* message) {
   switch (GST_MESSAGE_TYPE(message)) {
     case GST_MESSAGE_ERROR:
@@ -182,9 +215,11 @@ void ServeRun::start_again(Served* served) {
 
 void ServeRun::on_signal() {
   if (++signals_ > 1) {
+    stop_by_ = Clock::now() + kHastyWait;
     end(kExitInterrupted);
     return;
   }
+  stop_by_ = Clock::now() + kStopWait;
   g_timeout_add_once(
       kEndMs, [](gpointer self) { static_cast<ServeRun*>(self)->end(kExitError); }, this);
   for (const auto& served : served_) {

@@ -3,6 +3,7 @@
 #pragma once
 #include <gst/gst.h>
 
+#include <chrono>
 #include <memory>
 #include <string>
 #include <vector>
@@ -30,10 +31,14 @@ class ServeRun {
   // Starts all pipelines and handles signals from then on. Returns the errors; empty = all play.
   std::vector<Diagnostic> start();
   // Blocks until a signal. The first SIGINT or SIGTERM ends the streams after the requests that
-  // they have; the second one, or ten seconds, ends them at once. A model whose pipeline fails is
+  // they have; the second one, or nine seconds, ends them at once. A model whose pipeline fails is
   // started again after a second, and if it fails soon again after twice as long as before, up to
   // half a minute. The exit status.
   int play();
+  // Stops all pipelines. False: a model still runs ten seconds after the first signal, or a second
+  // after the second one, and the process should end without it, because nothing can interrupt an
+  // invoke.
+  bool stop();
 
   // "input float32 3:224:224:1", as the filter reports them after start().
   Json describe_tensors(size_t pipeline) const;
@@ -65,6 +70,7 @@ class ServeRun {
   gst::Unique<GMainLoop, g_main_loop_unref> loop_;
   std::vector<guint> signal_sources_;
   int signals_ = 0, status_ = 0;
+  std::chrono::steady_clock::time_point stop_by_;
   unsigned port_ = 0;  // of all sources, once the first one listens
 };
 

@@ -276,6 +276,31 @@ class CustomFilter:
         out, errors = process.communicate(timeout=60)
         self.assertEqual((process.returncode, errors), (0, ""), out)
 
+    @unittest.skipUnless(HAS_GRPCIO and has_engine("python3"), "grpcio is not installed, or the engine python3 not built")
+    def test_a_model_that_does_not_end_keeps_no_server(self):
+        """It waits for a pipe that nobody writes. The signals: one, whose time is up, and two."""
+        for count in (1, 2):
+            with self.subTest(signals=count):
+                for name in ("begun", "gate"):
+                    (self.folder / name).unlink(missing_ok=True)
+                    os.mkfifo(self.folder / name)
+                hung = self.script("hung.py", "open(os.path.join(HERE, 'begun'), 'w').close(); open(os.path.join(HERE, 'gate')).close()")
+                process, _, address = self.serve(hung, line="input float32 4:1.* +output float32 4:1.*\n")
+                client, message = self.client(address, "hung"), request("hung", np.ones((1, 4), np.float32))
+                call = client.stub.ModelInfer.future(message, timeout=120)
+                with open(self.folder / "begun", encoding="ascii"):
+                    pass
+                process.send_signal(signal.SIGTERM)
+                while count == 2 and status_of(lambda: client.infer(message, timeout=1))[0] != "UNAVAILABLE":  # it has seen the first
+                    pass
+                if count == 2:
+                    process.send_signal(signal.SIGTERM)
+                out, errors = process.communicate(timeout=60)
+                self.assertIn("weir: a model did not end its request in time, which is aborted\n", errors)
+                self.assertIn("Ledger\n", out)
+                self.assertGreater(process.returncode, 0)
+                self.assertEqual(status_of(call.result)[0], "UNAVAILABLE")
+
     @unittest.skipUnless(HAS_GRPCIO, "grpcio is not installed")
     def test_clients_unload_and_load_models_where_that_is_allowed(self):
         process, _, address = self.serve(f"digits={MODEL}", "--model-control")
