@@ -8,7 +8,8 @@
 namespace weir::app {
 namespace {
 
-constexpr guint kSeconds = 5;  // for a client to send its request and to read the response
+constexpr guint kLimitMs = 5000;  // for a client to send its request and to read the response
+constexpr size_t kMaxOpen = 16;
 constexpr size_t kMaxRequestBytes = 8192;
 constexpr int kMaxWaiting = 16;
 
@@ -27,11 +28,35 @@ std::string respond(std::string_view request, const std::function<std::string()>
   return make_response("200 OK", "text/plain; version=0.0.4; charset=utf-8", page());
 }
 
+}  // namespace
+
 // One connection: collects a request, sends the response, and is deleted.
-struct Exchange {
-  std::function<std::string()> page;
+struct MetricsServer::Exchange {
+  explicit Exchange(std::shared_ptr<Shared> with) : shared(std::move(with)) {
+    shared->exchanges.push_back(this);
+    time_limit = g_timeout_add_once(
+        kLimitMs,
+        [](gpointer user) {
+          auto* self = static_cast<Exchange*>(user);
+          self->time_limit = 0;
+          self->cancel();
+        },
+        this);
+  }
+  ~Exchange() {
+    shared->exchanges.remove(this);
+    if (time_limit != 0) g_source_remove(time_limit);
+  }
+  Exchange(const Exchange&) = delete;
+  Exchange& operator=(const Exchange&) = delete;
+
+  // The callback of what is in progress deletes it.
+  void cancel() const { g_cancellable_cancel(end.get()); }
+
+  const std::shared_ptr<Shared> shared;
+  guint time_limit = 0;
+  const gst::Unique<GCancellable, g_object_unref> end{g_cancellable_new()};
   gst::Unique<GSocketConnection, g_object_unref> connection;
-  gst::Unique<GCancellable, g_object_unref> end;
   std::string request, response;
   std::array<char, kMaxRequestBytes> received{};
 
@@ -48,7 +73,7 @@ struct Exchange {
     const bool is_whole = self->request.find("\r\n\r\n") != std::string::npos;
     if (!is_whole && self->request.size() < kMaxRequestBytes) return read(self.release());
     self->response = is_whole
-                         ? respond(self->request, self->page)
+                         ? respond(self->request, self->shared->page)
                          : make_response("431 Request Header Fields Too Large", "text/plain", "");
     GOutputStream* out = g_io_stream_get_output_stream(G_IO_STREAM(self->connection.get()));
     const std::string& bytes = self->response;
@@ -62,21 +87,21 @@ struct Exchange {
   }
 };
 
-struct Incoming {
-  std::function<std::string()> page;
-  GCancellable* end;
-};
-
-gboolean on_incoming(GSocketService*, GSocketConnection* connection, GObject*, gpointer user) {
-  const auto* incoming = static_cast<const Incoming*>(user);
-  g_socket_set_timeout(g_socket_connection_get_socket(connection), kSeconds);
-  auto exchange = std::make_unique<Exchange>();
-  exchange->page = incoming->page;
+// The oldest connection makes room: it has had the most time.
+gboolean MetricsServer::on_incoming(GSocketService*, GSocketConnection* connection, GObject*,
+                                    gpointer user) {
+  const auto& shared = *static_cast<const std::shared_ptr<Shared>*>(user);
+  if (shared->exchanges.size() >= kMaxOpen) {
+    shared->exchanges.front()->cancel();
+    shared->exchanges.pop_front();
+  }
+  auto exchange = std::make_unique<Exchange>(shared);
   exchange->connection.reset(G_SOCKET_CONNECTION(g_object_ref(connection)));
-  exchange->end.reset(G_CANCELLABLE(g_object_ref(incoming->end)));
   Exchange::read(exchange.release());
   return TRUE;
 }
+
+namespace {
 
 Error not_listening(const ListenAddress& address, const std::string& reason) {
   return {.code = Code::SERVER_UNREACHABLE,
@@ -89,12 +114,14 @@ Error not_listening(const ListenAddress& address, const std::string& reason) {
 }  // namespace
 
 MetricsServer::MetricsServer(std::function<std::string()> page)
-    : page_(std::move(page)), service_(g_socket_service_new()), end_(g_cancellable_new()) {}
+    : shared_(std::make_shared<Shared>()), service_(g_socket_service_new()) {
+  shared_->page = std::move(page);
+}
 
 MetricsServer::~MetricsServer() {
   g_socket_service_stop(service_.get());
   g_socket_listener_close(G_SOCKET_LISTENER(service_.get()));
-  g_cancellable_cancel(end_.get());
+  for (const Exchange* exchange : shared_->exchanges) exchange->cancel();
 }
 
 Result<std::unique_ptr<MetricsServer>> MetricsServer::open(const ListenAddress& address,
@@ -127,8 +154,8 @@ Result<std::unique_ptr<MetricsServer>> MetricsServer::open(const ListenAddress& 
   g_object_unref(effective);
   g_signal_connect_data(
       out->service_.get(), "incoming", G_CALLBACK(on_incoming),
-      new Incoming{out->page_, out->end_.get()},
-      [](gpointer user, GClosure*) { delete static_cast<Incoming*>(user); },
+      new std::shared_ptr<Shared>(out->shared_),
+      [](gpointer user, GClosure*) { delete static_cast<std::shared_ptr<Shared>*>(user); },
       static_cast<GConnectFlags>(0));
   g_socket_service_start(out->service_.get());
   return out;

@@ -4,6 +4,7 @@
 #include <gio/gio.h>
 
 #include <functional>
+#include <list>
 #include <memory>
 #include <string>
 
@@ -13,7 +14,8 @@
 
 namespace weir::app {
 
-// Answers on the thread of the default main context, one request for each connection.
+// Answers on the thread of the default main context, one request for each connection. Of more than
+// 16 connections the oldest one is closed, and each one after five seconds.
 class MetricsServer {
  public:
   // `page` writes the body of each response. OPTION_VALUE for addresses that other machines reach;
@@ -29,9 +31,17 @@ class MetricsServer {
  private:
   explicit MetricsServer(std::function<std::string()> page);
 
-  const std::function<std::string()> page_;
+  struct Exchange;
+  // Until the last connection has ended.
+  struct Shared {
+    std::function<std::string()> page;
+    std::list<Exchange*> exchanges;  // the oldest first
+  };
+  static gboolean on_incoming(GSocketService*, GSocketConnection* connection, GObject*,
+                              gpointer user);
+
+  const std::shared_ptr<Shared> shared_;
   gst::Unique<GSocketService, g_object_unref> service_;
-  gst::Unique<GCancellable, g_object_unref> end_;
   uint16_t port_ = 0;
 };
 

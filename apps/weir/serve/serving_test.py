@@ -5,6 +5,7 @@
 import contextlib
 import os
 import re
+import select
 import shutil
 import signal
 import socket
@@ -278,7 +279,7 @@ class CustomFilter:
 
     @unittest.skipUnless(HAS_GRPCIO and has_engine("python3"), "grpcio is not installed, or the engine python3 not built")
     def test_a_model_that_does_not_end_keeps_no_server(self):
-        """It waits for a pipe that nobody writes. The signals: one, whose time is up, and two."""
+        """It waits for a pipe that has no writer. The signals: one, whose time is up, and two."""
         for count in (1, 2):
             with self.subTest(signals=count):
                 for name in ("begun", "gate"):
@@ -364,6 +365,23 @@ class CustomFilter:
                 urllib.request.urlopen(urllib.request.Request(address + path, method=method, data=b"" if method == "POST" else None), timeout=60)
             self.assertEqual(refused.exception.code, status)
             refused.exception.close()
+
+    def test_slow_readers_of_the_figures_block_no_other(self):
+        process, _, _ = self.serve(f"digits={MODEL}", "--metrics=127.0.0.1:0")
+        page = process.stdout.readline().split()[1]
+        port = int(re.search(r":(\d+)/", page)[1])
+        with contextlib.ExitStack() as opened:
+            slow = [opened.enter_context(socket.create_connection(("127.0.0.1", port), 10)) for _ in range(40)]
+            with urllib.request.urlopen(page, timeout=60) as response:
+                self.assertIn(b"weir_build_info", response.read())
+            self.assertLess(len(os.listdir(f"/proc/{process.pid}/fd")), 40)
+            for one in slow[:24]:
+                self.assertEqual(one.recv(1), b"")
+            begun, last = time.monotonic(), slow[-1]
+            with contextlib.suppress(OSError):  # its time is that of the whole request, not of each byte
+                while time.monotonic() < begun + 60 and not select.select([last], [], [], 0.5)[0]:
+                    last.sendall(b"G")
+            self.assertLess(time.monotonic(), begun + 60)
 
     def check_with_promtool(self, page):
         if not shutil.which("promtool"):
