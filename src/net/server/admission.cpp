@@ -5,17 +5,14 @@
 #include <utility>
 #include <vector>
 
+#include "net/server/peer_name.hpp"
+
 namespace weir::net {
 namespace {
 
 // Connections to a Unix socket all have the same name.
 bool is_one_connection(const std::string& peer) {
   return peer.rfind("unix:", 0) != 0;
-}
-
-// "ipv4:192.0.2.1" of "ipv4:192.0.2.1:50000".
-std::string parse_address(const std::string& peer) {
-  return is_one_connection(peer) ? peer.substr(0, peer.rfind(':')) : peer;
 }
 
 std::string in_mib(uint64_t bytes) {
@@ -27,7 +24,7 @@ std::string in_mib(uint64_t bytes) {
 std::optional<std::string> Admission::refusal(const std::string& peer, CallKind kind) const {
   const auto known = connections_.find(peer);
   if (known == connections_.end()) {
-    const auto address = addresses_.find(parse_address(peer));
+    const auto address = addresses_.find(peer_network(peer));
     if (limits_.connections != 0 && connections_.size() >= limits_.connections)
       return "the server serves " + std::to_string(limits_.connections) +
              " connections at a time (max-connections)";
@@ -63,7 +60,7 @@ std::optional<std::string> Admission::enter(const std::string& peer, CallKind ki
   std::lock_guard lock(mutex_);
   if (auto why = refusal(peer, kind)) return refused(*std::move(why));
   const auto [connection, added] = connections_.try_emplace(peer);
-  if (added) ++addresses_[parse_address(peer)].connections;
+  if (added) ++addresses_[peer_network(peer)].connections;
   ++(kind == CallKind::Stream ? connection->second.streams : connection->second.requests);
   return std::nullopt;
 }
@@ -78,13 +75,13 @@ void Admission::begin_response(const std::string& peer, CallKind kind, uint64_t 
   Connection& connection = connections_.find(peer)->second;
   --(kind == CallKind::Stream ? connection.streams : connection.requests);
   ++connection.responses;
-  Address& address = addresses_[parse_address(peer)];
+  Address& address = addresses_[peer_network(peer)];
   ++address.responses;
   if (is_one_connection(peer)) address.bytes += bytes;
 }
 
 void Admission::end_response(const std::string& peer, uint64_t bytes) {
-  const std::string name = parse_address(peer);
+  const std::string name = peer_network(peer);
   {
     std::lock_guard lock(mutex_);
     Address& address = addresses_[name];
@@ -112,7 +109,7 @@ void Admission::forget_if_unused(const std::string& name) {
 std::optional<std::string> Admission::read(const std::string& peer, const void* call, Start start) {
   if (is_one_connection(peer)) {
     std::lock_guard lock(mutex_);
-    Address& address = addresses_[parse_address(peer)];
+    Address& address = addresses_[peer_network(peer)];
     if (!address.waiting.empty() || !has_room(address)) {
       if (address.reading == 0 && address.responses == 0 && address.waiting.empty())
         return refused("the requests in progress of this address have " + in_mib(address.bytes) +
@@ -129,7 +126,7 @@ std::optional<std::string> Admission::read(const std::string& peer, const void* 
 
 bool Admission::forget(const std::string& peer, const void* call) {
   std::lock_guard lock(mutex_);
-  const auto address = addresses_.find(parse_address(peer));
+  const auto address = addresses_.find(peer_network(peer));
   if (address == addresses_.end()) return false;
   return std::erase_if(address->second.waiting,
                        [call](const auto& one) { return one.call == call; }) != 0;
@@ -137,7 +134,7 @@ bool Admission::forget(const std::string& peer, const void* call) {
 
 void Admission::received(const std::string& peer, uint64_t bytes) {
   if (!is_one_connection(peer)) return;
-  const std::string name = parse_address(peer);
+  const std::string name = peer_network(peer);
   {
     std::lock_guard lock(mutex_);
     Address& address = addresses_[name];
@@ -150,7 +147,7 @@ void Admission::received(const std::string& peer, uint64_t bytes) {
 
 void Admission::release(const std::string& peer, uint64_t bytes) {
   if (bytes == 0 || !is_one_connection(peer)) return;
-  const std::string name = parse_address(peer);
+  const std::string name = peer_network(peer);
   {
     std::lock_guard lock(mutex_);
     addresses_[name].bytes -= bytes;

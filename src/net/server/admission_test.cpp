@@ -34,6 +34,14 @@ class Admitting : public ::testing::Test {
   std::array<char, 16> calls_{};  // their addresses are the calls
 };
 
+TEST_F(Admitting, CountsTheNetworkOfAnIPv6Address) {
+  limit({.address_connections = 2});
+  EXPECT_EQ(enter("ipv6:%5B2001:db8:0:1::1%5D:1"), "");
+  EXPECT_EQ(enter("ipv6:%5B2001:db8:0:1:2::3%5D:1"), "");
+  EXPECT_SAYS(enter("ipv6:%5B2001:db8:0:1:ffff::%5D:1"), "max-connections-per-address");
+  EXPECT_EQ(enter("ipv6:%5B2001:db8:0:2::1%5D:1"), "");
+}
+
 TEST_F(Admitting, LimitsRequestsAndConnections) {
   limit({.requests = 2, .connections = 2, .address_connections = 0});
   EXPECT_EQ(enter("ipv4:1.1.1.1:1"), "");

@@ -10,6 +10,7 @@
 
 #include <algorithm>
 
+#include "net/server/grpc_connections.hpp"
 #include "net/server/keepalive.hpp"
 #include "net/server/server_call.hpp"
 #include "net/server/server_security.hpp"
@@ -52,7 +53,6 @@ void set_limits(grpc::ServerBuilder* builder, const ListenOptions& options) {
   // A compressed message could be far larger than what was received.
   builder->SetCompressionAlgorithmSupportStatus(GRPC_COMPRESS_DEFLATE, false);
   builder->SetCompressionAlgorithmSupportStatus(GRPC_COMPRESS_GZIP, false);
-  builder->AddChannelArgument(GRPC_ARG_ALLOW_REUSEPORT, 0);
   builder->AddChannelArgument(GRPC_ARG_MAX_METADATA_SIZE, kMaxMetadataBytes);
   builder->AddChannelArgument(GRPC_ARG_SERVER_HANDSHAKE_TIMEOUT_MS, kHandshakeMs);
   builder->AddChannelArgument(GRPC_ARG_MAX_CONNECTION_IDLE_MS,
@@ -64,21 +64,8 @@ void set_limits(grpc::ServerBuilder* builder, const ListenOptions& options) {
   builder->AddChannelArgument(GRPC_ARG_HTTP2_STREAM_LOOKAHEAD_BYTES, kUnreadBytes);
   set_keepalive(builder);
   set_quota(builder, options);
-  // Above the limit, so that calls beyond it are refused at once instead of waiting.
-  if (options.max_requests != 0)
-    builder->AddChannelArgument(
-        GRPC_ARG_MAX_CONCURRENT_STREAMS,
-        static_cast<int>(std::min(options.max_requests, 1u << 20) * 2 + 16));
-}
-
-Error unusable_address(const ListenOptions& options) {
-  const bool is_tcp = options.unix_path.empty();
-  return {.code = Code::OPTION_VALUE,
-          .what = "the server cannot listen on this address",
-          .offered = address_text(options),
-          .needed = is_tcp ? "an address of this machine, and a port that no other program uses"
-                           : "a path that no other server uses, in a folder that you can write to",
-          .fix = is_tcp ? "port=0, which uses a free port" : ""};
+  if (const uint32_t streams = max_streams(options); streams != 0)
+    builder->AddChannelArgument(GRPC_ARG_MAX_CONCURRENT_STREAMS, static_cast<int>(streams));
 }
 
 using BioPtr = std::unique_ptr<BIO, decltype(&BIO_free_all)>;
@@ -119,7 +106,7 @@ Result<std::shared_ptr<grpc::ServerCredentials>> server_credentials(
   if (!security.ca.empty())
     if (const auto ca = read_security_file(security.ca, "property", "tls-ca"); !ca)
       return ca.error();
-  // gRPC's experimental API, for files that change. Nothing else uses it.
+  // gRPC's experimental API, for files that change.
   grpc::experimental::TlsServerCredentialsOptions options(
       std::make_shared<grpc::experimental::FileWatcherCertificateProvider>(
           security.key, security.cert, security.ca, kLookAgainSeconds));
@@ -138,6 +125,7 @@ class GrpcListener final : public Listener {
   GrpcListener(const GrpcListener&) = delete;
   GrpcListener& operator=(const GrpcListener&) = delete;
   ~GrpcListener() override {
+    if (rules_.connections) rules_.connections->stop();
     if (server_) server_->Shutdown(SystemClock::now() + kEndOfCalls);
   }
 
@@ -147,23 +135,22 @@ class GrpcListener final : public Listener {
     grpc::ServerBuilder builder;
     set_limits(&builder, options);
     builder.RegisterCallbackGenericService(&service_);
-    int port = 0;
-    builder.AddListeningPort(address_text(options), *credentials, &port);
-    server_ = builder.BuildAndStart();
-    if (!server_ || port == 0) return unusable_address(options);
-    port_ = options.unix_path.empty() ? static_cast<uint32_t>(port) : 0;
+    auto connections = ConnectionAcceptor::listen(options);
+    if (!connections) return connections.error();
+    rules_.connections = *std::move(connections);
+    server_ = serve_connections(&builder, *credentials, rules_.connections.get());
+    if (!server_) return Error{.code = Code::OPTION_VALUE, .what = "gRPC did not start a server"};
     return ok();
   }
-  uint32_t port() const noexcept override { return port_; }
+  uint32_t port() const noexcept override { return rules_.connections->port(); }
   uint64_t refused() const noexcept override {
-    return rules_.not_allowed + rules_.admission.refused();
+    return rules_.not_allowed + rules_.admission.refused() + rules_.connections->refused();
   }
 
  private:
   ServerRules rules_;
   Service service_;
   std::unique_ptr<grpc::Server> server_;
-  uint32_t port_ = 0;
 };
 
 }  // namespace

@@ -36,8 +36,8 @@ struct ListenOptions {
   uint32_t max_connections = 32;                     // that have requests; 0 = no limit
   uint32_t max_address_connections = 4;              // of one address; 0 = no limit
   uint64_t max_address_bytes = uint64_t{256} << 20;  // of its requests in progress; 0 = no limit
-  // The time after which a connection without calls is closed, and a call whose response is not
-  // read ends.
+  // The time after which a connection without calls is closed, and a call ends whose message has
+  // not come or whose answer is not read.
   uint32_t idle_ms = 300'000;
   ServerSecurity security;
   bool model_control = false;  // clients may load and unload models; of ModelServer
@@ -51,7 +51,7 @@ bool is_stream_method(std::string_view method);
 class Listener {
  public:
   // Called on a thread of gRPC with each call whose request has arrived, and with each message of a
-  // stream, as a call of its own; must not block. A stream whose client sends nothing for five
+  // stream, as a call of its own; must not block. A call whose message does not come for ten
   // seconds ends.
   using Handler = std::function<void(std::shared_ptr<Call>)>;
   // CONNECTION_INSECURE for other machines without TLS; FILE_NOT_FOUND for files, and OPTION_VALUE
@@ -60,7 +60,8 @@ class Listener {
   // Waits until all calls have ended: end the calls that you hold first.
   virtual ~Listener() = default;
   virtual uint32_t port() const noexcept = 0;  // 0 for a Unix socket
-  // Calls that were refused before the handler: token, certificate, limits.
+  // Calls that were refused before the handler, and connections that were closed: token,
+  // certificate, limits.
   virtual uint64_t refused() const noexcept = 0;
 };
 

@@ -9,8 +9,10 @@ namespace weir::net {
 namespace {
 
 using SystemClock = std::chrono::system_clock;
-// A client that opens a stream and sends nothing gives back its place.
-constexpr std::chrono::seconds kMessageWait{5};
+// A client that begins a call and sends no message gives back its place. A large message may take
+// longer, while as many bytes come in this time.
+constexpr std::chrono::seconds kMessageWait{10};
+constexpr uint64_t kBytesInWait = 64 << 10;
 
 std::string to_string(const grpc::string_ref& text) {
   return {text.data(), text.size()};
@@ -96,7 +98,7 @@ ServerRules::ServerRules(const ListenOptions& options, std::unique_ptr<TokenFile
     : tokens(std::move(token_file)),
       peers(options.security.peers),
       admission(admission_limits(options)),
-      response_limit(options.idle_ms),
+      time_limit(options.idle_ms),
       handler(std::move(handle)) {}
 
 std::optional<grpc::Status> ServerRules::check(const grpc::CallbackServerContext& context) const {
@@ -116,6 +118,7 @@ ServerReactor::ServerReactor(grpc::GenericCallbackServerContext* context, Server
       rules_(rules),
       peer_(context->peer()),
       kind_(is_stream_method(context->method()) ? CallKind::Stream : CallKind::Request) {
+  rules->connections->call_began(peer_);
   if (auto refused = rules->check(*context)) {
     ++rules->not_allowed;
     refuse(*refused);
@@ -128,11 +131,13 @@ ServerReactor::ServerReactor(grpc::GenericCallbackServerContext* context, Server
 }
 
 void ServerReactor::read() {
-  if (is_stream()) end_later_without_message();
   const auto start = [this, state = state_, rules = rules_, peer = peer_] {
     {
       std::lock_guard lock(state->mutex);
-      if (!state->ended) return StartRead(&request_);
+      if (!state->ended) {
+        wait_for_message(Call::Clock::now());
+        return StartRead(&request_);
+      }
     }
     rules->admission.received(peer, 0);
   };
@@ -140,26 +145,29 @@ void ServerReactor::read() {
     refuse({grpc::StatusCode::RESOURCE_EXHAUSTED, *why});
 }
 
-void ServerReactor::end_later_without_message() {
-  std::lock_guard lock(state_->mutex);
-  if (state_->ended) return;
+// Runs under the lock of the state. Ends the call if its message does not come.
+void ServerReactor::wait_for_message(Call::Clock::time_point began) {
   patience_ = std::make_unique<grpc::Alarm>();
-  patience_->Set(SystemClock::now() + kMessageWait, [this, state = state_,
-                                                     received = messages_](bool expired) {
+  const auto late = [this, state = state_, rules = rules_, peer = peer_, began, had = messages_,
+                     bytes = rules_->connections->bytes_received(peer_)](bool expired) {
     {
-      std::lock_guard other_lock(state->mutex);
-      if (!expired || state->ended || messages_ != received) return;
+      std::lock_guard lock(state->mutex);
+      if (!expired || state->ended || messages_ != had) return;
+      const bool is_slow = rules->connections->bytes_received(peer) < bytes + kBytesInWait;
+      if (!is_slow && !is_stream() && Call::Clock::now() - began < rules->time_limit)
+        return wait_for_message(began);
     }
     end(this, state,
-        {grpc::StatusCode::DEADLINE_EXCEEDED, "no message came on the stream for five seconds"});
-  });
+        {grpc::StatusCode::DEADLINE_EXCEEDED, "the message of the call did not come in time"});
+  };
+  patience_->Set(SystemClock::now() + kMessageWait, late);
 }
 
 // Runs under the lock of the state, when the call ends: a client that reads nothing would keep its
 // response in memory.
 void ServerReactor::cancel_later_if_unread() {
   unread_ = std::make_unique<grpc::Alarm>();
-  unread_->Set(SystemClock::now() + rules_->response_limit,
+  unread_->Set(SystemClock::now() + rules_->time_limit,
                [context = context_, state = state_](bool expired) {
                  std::lock_guard lock(state->mutex);
                  if (expired && !state->done) context->TryCancel();
@@ -180,6 +188,7 @@ void ServerReactor::OnDone() {
     state_->done = true;
   }
   sent_.Clear();
+  rules_->connections->call_ended(peer_);
   if (admitted_) rules_->admission.end_response(peer_, bytes_);
   delete this;
 }
@@ -251,6 +260,7 @@ void ServerReactor::OnWriteDone(bool written) {
 
 void ServerReactor::OnReadDone(bool read) {
   const uint64_t bytes = read ? request_.Length() : 0;
+  if (read) rules_->connections->message_came(peer_);
   rules_->admission.received(peer_, bytes);
   const auto state = state_;  // this may be gone after the end
   bool ended = false, first = false;

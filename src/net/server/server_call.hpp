@@ -14,6 +14,7 @@
 
 #include "net/protocol/token_file.hpp"
 #include "net/server/admission.hpp"
+#include "net/server/connection_acceptor.hpp"
 #include "net/server/listener.hpp"
 
 namespace weir::net {
@@ -29,7 +30,8 @@ struct ServerRules {
   const std::unique_ptr<TokenFile> tokens;
   const std::vector<std::string> peers;
   Admission admission;
-  const std::chrono::milliseconds response_limit;  // until a client has read a response
+  std::unique_ptr<ConnectionAcceptor> connections;  // set before calls come
+  const std::chrono::milliseconds time_limit;       // of a message, and of reading an answer
   const Listener::Handler handler;
   std::atomic<uint64_t> not_allowed{0};
 };
@@ -67,7 +69,7 @@ class ServerReactor final : public grpc::ServerGenericBidiReactor {
  private:
   void refuse(const grpc::Status& status) { end(this, state_, status); }
   void read();
-  void end_later_without_message();
+  void wait_for_message(Call::Clock::time_point began);
   void cancel_later_if_unread();
   void leave(uint64_t response_bytes);
 
@@ -84,7 +86,7 @@ class ServerReactor final : public grpc::ServerGenericBidiReactor {
   uint64_t messages_ = 0;  // that were received
   std::optional<grpc::ByteBuffer> next_;
   std::optional<grpc::Status> last_;       // sent after the message that is being sent
-  std::unique_ptr<grpc::Alarm> patience_;  // for the next message of a stream
+  std::unique_ptr<grpc::Alarm> patience_;  // for the next message
   std::unique_ptr<grpc::Alarm> unread_;    // for a client that does not read its response
 };
 

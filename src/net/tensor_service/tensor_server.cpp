@@ -1,5 +1,6 @@
 // The server of TensorService, by gRPC's generic service, whose messages are bytes.
 // SPDX-License-Identifier: LGPL-2.1-or-later
+#include <grpcpp/alarm.h>
 #include <grpcpp/generic/async_generic_service.h>
 #include <grpcpp/grpcpp.h>
 #include <grpcpp/resource_quota.h>
@@ -10,13 +11,16 @@
 
 #include "net/protocol/grpc_bytes.hpp"
 #include "net/server/admission.hpp"
+#include "net/server/grpc_connections.hpp"
 #include "net/server/keepalive.hpp"
+#include "net/server/peer_name.hpp"
 #include "net/tensor_service/tensor_endpoints.hpp"
 
 namespace weir::net {
 namespace {
 
 constexpr std::chrono::milliseconds kEndOfCalls{500};
+constexpr std::chrono::seconds kRequestWait{10};  // of RecvTensors
 constexpr AdmissionLimits kLimits{.streams = 8, .connections = 32, .address_connections = 16};
 constexpr int kMaxMetadataBytes = 16 << 10, kHandshakeMs = 2000, kIdleMs = 300'000;
 constexpr int kUnreadBytes = 64 << 10;            // that a client may send before a read
@@ -26,23 +30,22 @@ grpc::ByteBuffer make_message(const std::string& bytes) {
   return net::make_message({{bytes, {}}}, nullptr);
 }
 
-// "::1" for "ipv6:%5B::1%5D:52844"
-std::string parse_host(const std::string& peer) {
-  const size_t begin = peer.find(':') + 1, end = peer.rfind(':');
-  std::string host = peer.substr(begin, end > begin ? end - begin : std::string::npos);
-  if (host.rfind("%5B", 0) == 0) return host.substr(3, host.rfind("%5D") - 3);
-  if (host.rfind('[', 0) == 0) return host.substr(1, host.rfind(']') - 1);
-  return host;
-}
+// What limits the clients.
+struct Guards {
+  Admission admission{kLimits};
+  std::unique_ptr<ConnectionAcceptor> connections;  // set before calls come
+};
 
 // A call: admitted or refused, and finished once. Exists until OnDone().
 class ServedCall : public grpc::ServerGenericBidiReactor {
  public:
-  ServedCall(grpc::GenericCallbackServerContext* context, Admission* admission)
-      : peer_(context->peer()), admission_(admission) {}
+  ServedCall(grpc::GenericCallbackServerContext* context, Guards* guards)
+      : peer_(context->peer()), guards_(guards) {
+    guards->connections->call_began(peer_);
+  }
 
   bool enter() {
-    auto why = admission_->enter(peer_, CallKind::Stream);
+    auto why = guards_->admission.enter(peer_, CallKind::Stream);
     admitted_ = !why;
     if (why) finish({grpc::StatusCode::RESOURCE_EXHAUSTED, *why});
     return admitted_;
@@ -51,32 +54,41 @@ class ServedCall : public grpc::ServerGenericBidiReactor {
     if (!finished_.exchange(true)) Finish(status);
   }
   void OnDone() override {
-    if (admitted_) admission_->leave(peer_, CallKind::Stream);
+    guards_->connections->call_ended(peer_);
+    if (admitted_) guards_->admission.leave(peer_, CallKind::Stream);
     delete this;
   }
 
  protected:
   const std::string peer_;
+  Guards* const guards_;
   std::atomic<bool> finished_{false};
 
  private:
-  Admission* const admission_;
   bool admitted_ = false;
 };
 
 // RecvTensors: the client sends Empty and receives a stream.
 class SendingCall final : public ServedCall, public OutgoingStream {
  public:
-  SendingCall(grpc::GenericCallbackServerContext* context, Admission* admission,
-              OutgoingFrames* frames)
-      : ServedCall(context, admission), frames_(frames) {
-    if (enter()) StartRead(&request_);
+  SendingCall(grpc::GenericCallbackServerContext* context, Guards* guards, OutgoingFrames* frames)
+      : ServedCall(context, guards), frames_(frames) {
+    if (!enter()) return;
+    patience_.Set(std::chrono::system_clock::now() + kRequestWait,
+                  [this, order = order_](bool expired) {
+                    const std::lock_guard lock(order->mutex);
+                    if (expired && !order->has_request && !order->is_gone)
+                      finish({grpc::StatusCode::DEADLINE_EXCEEDED,
+                              "the request of the call did not come for ten seconds"});
+                  });
+    StartRead(&request_);
   }
 
   void OnReadDone(bool read) override {
     if (!read) return finish({grpc::StatusCode::INVALID_ARGUMENT, "the call has no request"});
-    std::lock_guard lock(order_);
-    if (!gone_ && !frames_->join(this)) finish(grpc::Status::OK);
+    const std::lock_guard lock(order_->mutex);
+    order_->has_request = true;
+    if (!order_->is_gone && !frames_->join(this)) finish(grpc::Status::OK);
   }
   void OnWriteDone(bool written) override {
     if (written && frames_->written(this)) return;
@@ -84,8 +96,8 @@ class SendingCall final : public ServedCall, public OutgoingStream {
     finish(grpc::Status::CANCELLED);
   }
   void OnCancel() override {
-    std::lock_guard lock(order_);
-    gone_ = true;
+    const std::lock_guard lock(order_->mutex);
+    order_->is_gone = true;
     // A write in progress ends too: OnWriteDone() finishes the call.
     if (!frames_->leave(this)) finish(grpc::Status::CANCELLED);
   }
@@ -98,28 +110,39 @@ class SendingCall final : public ServedCall, public OutgoingStream {
 
   void OnDone() override {
     frames_->leave(this);
+    {
+      const std::lock_guard lock(order_->mutex);
+      order_->is_gone = true;
+    }
     ServedCall::OnDone();
   }
 
  private:
+  // Of joining and leaving. The alarm has it too: it may ring when the call is gone.
+  struct Order {
+    std::mutex mutex;  // guards the rest
+    bool has_request = false;
+    bool is_gone = false;  // the client gave up, or the call has ended
+  };
   OutgoingFrames* const frames_;
+  const std::shared_ptr<Order> order_ = std::make_shared<Order>();
   grpc::ByteBuffer request_, message_;
-  std::mutex order_;   // of joining and leaving; guards gone_
-  bool gone_ = false;  // the client gave up
+  grpc::Alarm patience_;  // for the request
 };
 
 // SendTensors: the client sends a stream and receives Empty.
 class ReceivingCall final : public ServedCall, public IncomingStream {
  public:
-  ReceivingCall(grpc::GenericCallbackServerContext* context, Admission* admission,
-                IncomingFrames* frames, const std::string& empty)
-      : ServedCall(context, admission), frames_(frames), response_(make_message(empty)) {
+  ReceivingCall(grpc::GenericCallbackServerContext* context, Guards* guards, IncomingFrames* frames,
+                const std::string& empty)
+      : ServedCall(context, guards), frames_(frames), response_(make_message(empty)) {
     if (enter() && !frames_->join(this))
       finish({grpc::StatusCode::UNAVAILABLE, "the stream of the receiver has ended"});
   }
 
   void OnReadDone(bool read) override {
     if (read) {
+      guards_->connections->message_came(peer_);
       auto message = received(message_);
       message_.Clear();
       if (message)
@@ -154,6 +177,17 @@ class RefusedCall final : public grpc::ServerGenericBidiReactor {
   void OnDone() override { delete this; }
 };
 
+ListenOptions listen_options(const TensorServiceOptions& options) {
+  ListenOptions out;
+  out.host = options.host;
+  out.port = options.port;
+  out.max_bytes = options.max_bytes;
+  out.max_requests = kLimits.streams;
+  out.max_connections = kLimits.connections;
+  out.max_address_connections = kLimits.address_connections;
+  return out;
+}
+
 void set_limits(grpc::ServerBuilder* builder, const TensorServiceOptions& options) {
   const int max = static_cast<int>(std::min<size_t>(options.max_bytes, INT32_MAX));
   builder->SetMaxReceiveMessageSize(max);
@@ -165,13 +199,13 @@ void set_limits(grpc::ServerBuilder* builder, const TensorServiceOptions& option
   const struct {
     const char* name;
     int value;
-  } arguments[] = {{GRPC_ARG_ALLOW_REUSEPORT, 0},
-                   {GRPC_ARG_MAX_METADATA_SIZE, kMaxMetadataBytes},
-                   {GRPC_ARG_SERVER_HANDSHAKE_TIMEOUT_MS, kHandshakeMs},
-                   {GRPC_ARG_MAX_CONNECTION_IDLE_MS, kIdleMs},
-                   {GRPC_ARG_HTTP2_BDP_PROBE, 0},
-                   {GRPC_ARG_HTTP2_STREAM_LOOKAHEAD_BYTES, kUnreadBytes},
-                   {GRPC_ARG_MAX_CONCURRENT_STREAMS, static_cast<int>(kLimits.streams) * 2}};
+  } arguments[] = {
+      {GRPC_ARG_MAX_METADATA_SIZE, kMaxMetadataBytes},
+      {GRPC_ARG_SERVER_HANDSHAKE_TIMEOUT_MS, kHandshakeMs},
+      {GRPC_ARG_MAX_CONNECTION_IDLE_MS, kIdleMs},
+      {GRPC_ARG_HTTP2_BDP_PROBE, 0},
+      {GRPC_ARG_HTTP2_STREAM_LOOKAHEAD_BYTES, kUnreadBytes},
+      {GRPC_ARG_MAX_CONCURRENT_STREAMS, static_cast<int>(max_streams(listen_options(options)))}};
   for (const auto& argument : arguments) builder->AddChannelArgument(argument.name, argument.value);
   set_keepalive(builder);
 }
@@ -183,12 +217,12 @@ class Server final : public TensorEndpoint, grpc::CallbackGenericService {
         incoming_(incoming),
         empty_(options.empty),
         method_(method_path(options, outgoing ? kRecvTensors : kSendTensors)),
-        admission_(kLimits),
         allows_(options.allows) {}
   Server(const Server&) = delete;
   Server& operator=(const Server&) = delete;
   ~Server() override {
     if (incoming_) incoming_->close();
+    if (guards_.connections) guards_.connections->stop();
     if (server_) server_->Shutdown(std::chrono::system_clock::now() + kEndOfCalls);
   }
 
@@ -196,19 +230,15 @@ class Server final : public TensorEndpoint, grpc::CallbackGenericService {
     grpc::ServerBuilder builder;
     set_limits(&builder, options);
     builder.RegisterCallbackGenericService(this);
-    int port = 0;
-    builder.AddListeningPort(address_text(options), grpc::InsecureServerCredentials(), &port);
-    server_ = builder.BuildAndStart();
-    if (!server_ || port == 0)
-      return Error{.code = Code::OPTION_VALUE,
-                   .what = "the server cannot listen on this address",
-                   .offered = address_text(options),
-                   .needed = "an address of this machine, and a port that no other program uses",
-                   .fix = "port=0, which uses a free port"};
-    port_ = static_cast<uint32_t>(port);
+    auto connections = ConnectionAcceptor::listen(listen_options(options));
+    if (!connections) return connections.error();
+    guards_.connections = *std::move(connections);
+    server_ =
+        serve_connections(&builder, grpc::InsecureServerCredentials(), guards_.connections.get());
+    if (!server_) return Error{.code = Code::OPTION_VALUE, .what = "gRPC did not start a server"};
     return ok();
   }
-  uint32_t port() const noexcept override { return port_; }
+  uint32_t port() const noexcept override { return guards_.connections->port(); }
 
  private:
   grpc::ServerGenericBidiReactor* CreateReactor(
@@ -216,20 +246,19 @@ class Server final : public TensorEndpoint, grpc::CallbackGenericService {
     if (context->method() != method_)
       return new RefusedCall(
           {grpc::StatusCode::UNIMPLEMENTED, "this server has the method " + method_ + " only"});
-    if (allows_ && !allows_(parse_host(context->peer())))
+    if (allows_ && !allows_(peer_host(context->peer())))
       return new RefusedCall(
           {grpc::StatusCode::PERMISSION_DENIED, "this server does not allow your address (allow)"});
-    if (outgoing_) return new SendingCall(context, &admission_, outgoing_);
-    return new ReceivingCall(context, &admission_, incoming_, empty_);
+    if (outgoing_) return new SendingCall(context, &guards_, outgoing_);
+    return new ReceivingCall(context, &guards_, incoming_, empty_);
   }
 
   OutgoingFrames* const outgoing_;
   IncomingFrames* const incoming_;
   const std::string empty_, method_;
-  Admission admission_;
+  Guards guards_;
   const std::function<bool(const std::string&)> allows_;
   std::unique_ptr<grpc::Server> server_;
-  uint32_t port_ = 0;
 };
 
 }  // namespace

@@ -1,0 +1,189 @@
+// Names of peers, and which connections a ConnectionAcceptor ends. In the place of gRPC: a test
+// that has the other descriptor of each connection.
+// SPDX-License-Identifier: LGPL-2.1-or-later
+#include <arpa/inet.h>
+#include <gtest/gtest.h>
+#include <netinet/in.h>
+#include <sys/socket.h>
+
+#include <condition_variable>
+#include <deque>
+
+#include "net/server/connection_acceptor.hpp"
+#include "net/server/peer_name.hpp"
+#include "says.hpp"
+
+namespace weir::net {
+namespace connection_acceptor_test {
+
+TEST(PeerName, HasTheHostAndWhatItsOwnerHasOneOf) {
+  EXPECT_EQ(peer_host("ipv4:192.0.2.1:50000"), "192.0.2.1");
+  EXPECT_EQ(peer_network("ipv4:192.0.2.1:50000"), "192.0.2.1");
+  EXPECT_EQ(peer_host("ipv6:%5B2001:db8::1%5D:50000"), "2001:db8::1");
+  EXPECT_EQ(peer_host("ipv6:[2001:db8::1]:50000"), "2001:db8::1");
+  EXPECT_EQ(peer_network("ipv6:%5B2001:db8:1:2:3:4:5:6%5D:50000"), "2001:db8:1:2::/64");
+  EXPECT_EQ(peer_network("ipv6:%5B2001:db8:1:2:ffff::%5D:7"), "2001:db8:1:2::/64");
+  EXPECT_EQ(peer_network("ipv6:%5B2001:db8:1:3::1%5D:7"), "2001:db8:1:3::/64");
+  EXPECT_EQ(peer_host("ipv6:%5Bfe80::1%252%5D:50000"), "fe80::1");
+  EXPECT_EQ(peer_host("unix:/run/weir"), "");
+  EXPECT_EQ(peer_network("unix:/run/weir"), "unix:");
+  EXPECT_EQ(plain_peer_name("ipv6:%5B::1%5D:50000"), "ipv6:::1:50000");
+  EXPECT_EQ(plain_peer_name("ipv4:127.0.0.1:50000"), "ipv4:127.0.0.1:50000");
+}
+
+class Accepting : public ::testing::Test {
+ protected:
+  void listen(const ListenOptions& options) {
+    auto made = ConnectionAcceptor::listen(options);
+    ASSERT_TRUE(made) << made.error().message();
+    acceptor_ = *std::move(made);
+    acceptor_->start([this](int socket) {
+      const std::lock_guard lock(mutex_);
+      accepted_.emplace_back(socket);
+      changed_.notify_all();
+    });
+  }
+  void TearDown() override { acceptor_.reset(); }
+
+  Socket connect(const char* from = "127.0.0.1") const {
+    Socket out(socket(AF_INET, SOCK_STREAM | SOCK_CLOEXEC, 0));
+    sockaddr_in address{};
+    address.sin_family = AF_INET;
+    inet_pton(AF_INET, from, &address.sin_addr);
+    EXPECT_EQ(bind(out.get(), reinterpret_cast<sockaddr*>(&address), sizeof address), 0);
+    address.sin_port = htons(static_cast<uint16_t>(acceptor_->port()));
+    inet_pton(AF_INET, "127.0.0.1", &address.sin_addr);
+    EXPECT_EQ(::connect(out.get(), reinterpret_cast<sockaddr*>(&address), sizeof address), 0);
+    return out;
+  }
+  // What gRPC would have got.
+  Socket accepted() {
+    std::unique_lock lock(mutex_);
+    changed_.wait(lock, [this] { return !accepted_.empty(); });
+    Socket out = std::move(accepted_.front());
+    accepted_.pop_front();
+    return out;
+  }
+  bool has_accepted() {
+    const std::lock_guard lock(mutex_);
+    return !accepted_.empty();
+  }
+  static bool ends(const Socket& socket) {
+    char byte = 0;
+    return read(socket.get(), &byte, 1) <= 0;
+  }
+
+  std::unique_ptr<ConnectionAcceptor> acceptor_;
+  std::mutex mutex_;  // guards the rest
+  std::condition_variable changed_;
+  std::deque<Socket> accepted_;
+};
+
+TEST_F(Accepting, LimitsWhatOneAddressHasOpenUntilOneEnds) {
+  ListenOptions options;
+  options.host = "127.0.0.1";
+  options.max_address_connections = 1;  // eight may be open
+  listen(options);
+  std::vector<Socket> clients, served;
+  for (int i = 0; i < 8; ++i) {
+    clients.push_back(connect());
+    served.push_back(accepted());
+  }
+  EXPECT_TRUE(ends(connect()));
+  const Socket other = connect("127.0.0.2");
+  served.push_back(accepted());
+  EXPECT_EQ(acceptor_->refused(), 1u);
+  shutdown(served[0].get(), SHUT_RDWR);  // as gRPC ends a connection
+  EXPECT_TRUE(ends(clients[0]));
+  while (!has_accepted()) connect();  // until the acceptor has seen the end
+}
+
+TEST_F(Accepting, EndsTheOldestWithoutACallWhenThereAreTooMany) {
+  ListenOptions options;
+  options.host = "127.0.0.1";
+  options.max_connections = 1;  // eight may be open
+  options.max_address_connections = 0;
+  listen(options);
+  std::vector<Socket> clients, served;
+  for (int i = 0; i < 8; ++i) {
+    clients.push_back(connect());
+    served.push_back(accepted());
+    if (i != 2) acceptor_->call_began(peer_name(served.back().get()));
+  }
+  const Socket one = connect();
+  const Socket one_served = accepted();
+  EXPECT_TRUE(ends(clients[2]));
+  acceptor_->call_began(peer_name(one_served.get()));
+  EXPECT_TRUE(ends(connect()));
+  EXPECT_EQ(acceptor_->refused(), 2u);
+}
+
+TEST_F(Accepting, EndsAConnectionWithTooManyCallsThatHaveNotEnded) {
+  ListenOptions options;
+  options.host = "127.0.0.1";
+  options.max_requests = 1;
+  listen(options);
+  const Socket client = connect(), other = connect();
+  const Socket served = accepted(), other_served = accepted();
+  const std::string peer = peer_name(served.get());
+  const uint32_t limit = 2 * max_streams(options);
+  for (uint32_t i = 0; i < 2 * limit; ++i) {  // those that end do not count
+    acceptor_->call_began(peer);
+    acceptor_->call_ended(peer);
+  }
+  for (uint32_t i = 0; i < limit; ++i) acceptor_->call_began(peer);
+  EXPECT_EQ(acceptor_->refused(), 0u);
+  acceptor_->call_began(peer);
+  EXPECT_TRUE(ends(client));
+  EXPECT_EQ(acceptor_->refused(), 1u);
+  EXPECT_TRUE(ends(connect())) << "its address must wait";
+  const Socket third = connect("127.0.0.2");
+  const Socket third_served = accepted();
+  EXPECT_EQ(write(other.get(), "x", 1), 1);
+  EXPECT_FALSE(ends(other_served));
+}
+
+TEST_F(Accepting, EndsAConnectionThatReceivesMoreThanItsMessages) {
+  ListenOptions options;
+  options.host = "127.0.0.1";
+  options.max_bytes = 1024;
+  listen(options);
+  const Socket client = connect();
+  const Socket served = accepted();
+  const std::string peer = peer_name(served.get());
+  std::vector<char> bytes(64 << 10);
+  acceptor_->call_began(peer);
+  bool is_open = true;
+  for (int i = 0; is_open && i < 4096; ++i) {
+    is_open = send(client.get(), bytes.data(), bytes.size(), MSG_NOSIGNAL) > 0;
+    for (size_t got = 0; is_open && got < bytes.size();) {
+      const ssize_t count = recv(served.get(), bytes.data(), bytes.size() - got, 0);
+      if (count == 0) is_open = false;
+      if (count > 0) got += static_cast<size_t>(count);
+    }
+  }
+  EXPECT_FALSE(is_open);
+}
+
+TEST_F(Accepting, ListensOnNamesAddressesAndPaths) {
+  const std::string path = testing::TempDir() + "weir-acceptor-" + std::to_string(getpid());
+  ListenOptions unix_options;
+  unix_options.unix_path = path;
+  const auto first = ConnectionAcceptor::listen(unix_options);
+  ASSERT_TRUE(first);
+  EXPECT_EQ((*first)->port(), 0u);
+  EXPECT_FALSE(ConnectionAcceptor::listen(unix_options)) << "another server has it";
+  ListenOptions options;
+  options.host = "localhost";
+  const auto named = ConnectionAcceptor::listen(options);
+  ASSERT_TRUE(named);
+  EXPECT_NE((*named)->port(), 0u);
+  options.port = (*named)->port();
+  const auto used = ConnectionAcceptor::listen(options);
+  EXPECT_REFUSED(used, OPTION_VALUE, "the server cannot listen on this address");
+  options.host = "no.such.host.invalid";
+  EXPECT_FALSE(ConnectionAcceptor::listen(options));
+}
+
+}  // namespace connection_acceptor_test
+}  // namespace weir::net

@@ -1,0 +1,17 @@
+// serve_connections(): a gRPC server for the connections of a ConnectionAcceptor.
+// SPDX-License-Identifier: LGPL-2.1-or-later
+#pragma once
+#include <grpcpp/grpcpp.h>
+
+#include <memory>
+
+#include "net/server/connection_acceptor.hpp"
+
+namespace weir::net {
+
+// Null if gRPC does not start it. Stop `connections` before the server.
+std::unique_ptr<grpc::Server> serve_connections(
+    grpc::ServerBuilder* builder, const std::shared_ptr<grpc::ServerCredentials>& credentials,
+    ConnectionAcceptor* connections);
+
+}  // namespace weir::net
