@@ -174,5 +174,29 @@ TEST(TensorMerge, RejectsABufferThatIsTooSmall) {
   EXPECT_SAYS(error, "3 bytes in memory 0 on pad 0");
 }
 
+// A seek may begin on another thread at any time; here it does when the caps reach downstream.
+TEST(TensorMerge, DropsAFrameIfAFlushBeginsDuringNegotiation) {
+  ManyInputs merge("tensor_merge mode=linear option=0");
+  merge.add(caps("2:3").c_str());
+  merge.play();
+  const auto flush = +[](GstPad*, GstPadProbeInfo* info, gpointer input) {
+    if (GST_EVENT_TYPE(GST_PAD_PROBE_INFO_EVENT(info)) == GST_EVENT_CAPS)
+      static_cast<ManyInputs*>(input)->event(0, gst_event_new_flush_start());
+    return GST_PAD_PROBE_OK;
+  };
+  const gulong probe =
+      gst_pad_add_probe(merge.sink(), GST_PAD_PROBE_TYPE_EVENT_DOWNSTREAM, flush, &merge, nullptr);
+  EXPECT_EQ(merge.push(0, numbers(1), 40), GST_FLOW_FLUSHING);
+  gst_pad_remove_probe(merge.sink(), probe);
+  EXPECT_EQ(merge.stat("dropped-flush"), 1u);
+  EXPECT_EQ(merge.stat("consumed"), 0u);
+  merge.event(0, gst_event_new_flush_stop(TRUE));
+  merge.event(0, time_segment());
+  EXPECT_EQ(merge.push(0, numbers(1), 40), GST_FLOW_OK);
+  ASSERT_EQ(merge.buffers().size(), 1u);
+  EXPECT_EQ(read_memories(merge.buffers()[0].get()), std::vector<Bytes>{numbers(1)});
+  EXPECT_EQ(merge.error(), "");
+}
+
 }  // namespace tensor_merge_test
 }  // namespace weir::test

@@ -203,7 +203,10 @@ Status CollectorPads::negotiate(const Inputs& inputs) {
   const bool changed = !old || !gst_caps_is_equal(old.get(), chosen.get());
   if (changed) {
     if (auto status = send_caps(source_, *combined, chosen.get()); !status) return status;
-    if (GST_PAD_IS_FLUSHING(source_)) return ok();
+    if (GST_PAD_IS_FLUSHING(source_)) {
+      specs_.clear();
+      return ok();
+    }
   }
   if (auto status = combiner_->configure(*output); !status) return status;
   specs_.clear();
@@ -211,15 +214,15 @@ Status CollectorPads::negotiate(const Inputs& inputs) {
   return ok();
 }
 
-Result<Ref<GstBuffer>> CollectorPads::make_output(const Inputs& inputs) {
-  if (auto status = negotiate(inputs); !status) return status.error();
-  return combiner_->combine(inputs);
-}
-
 int CollectorPads::emit(Inputs inputs) {
   return guarded<GstFlowReturn>(element_, [&]() -> GstFlowReturn {
     begin_stream();
-    auto buffer = make_output(inputs);
+    const Status negotiated = negotiate(inputs);
+    if (negotiated && specs_.empty()) {  // the combiner is not configured for these inputs
+      ledger_->lost(DropReason::Flush, inputs.used_first);
+      return GST_FLOW_FLUSHING;
+    }
+    auto buffer = negotiated ? combiner_->combine(inputs) : negotiated.error();
     if (!buffer) {
       ledger_->lost(DropReason::Error, inputs.used_first);
       post_error(element_, buffer.error());

@@ -103,8 +103,8 @@ class CollectorPads final : private sync::Consumer<Input> {
   // `time` is the PTS of the first output; its running time matches that of the input.
   void begin_segment(uint64_t start, uint64_t time, std::optional<uint64_t> running_time);
   void push_gap(const Inputs& inputs);
+  // Leaves specs_ empty if the output flushes.
   Status negotiate(const Inputs& inputs);
-  Result<Ref<GstBuffer>> make_output(const Inputs& inputs);
   Pad* find_pad(sync::QueueId queue);
   std::vector<Ref<GstPad>> sink_pads();
 
@@ -129,7 +129,7 @@ class CollectorPads final : private sync::Consumer<Input> {
   EarlyEvents pending_;   // sticky events until the stream starts
 
   // Used only by the thread that makes an output.
-  std::vector<std::shared_ptr<const FrameSpec>> specs_;  // made the source caps
+  std::vector<std::shared_ptr<const FrameSpec>> specs_;  // the combiner is configured for them
   std::atomic<bool> begun_{false}, segment_due_{true};
   std::atomic<bool> time_reported_{false};
 };
