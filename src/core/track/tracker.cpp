@@ -18,10 +18,6 @@ constexpr double kGate = 9.4877;   // 95 % of chi-squared with four degrees of f
 constexpr float kLostHeight = 1.3f;  // most change of the height of an object that was lost
 constexpr float kMaxEdge = 1e9f;     // edges beyond it are no pixels of a picture
 
-// A frame costs time and memory in proportion to its boxes, even if all of them overlap: a track is
-// compared with the boxes whose left edges are nearest, and only its best candidates are assigned.
-constexpr size_t kMaxCompared = 1024, kMaxCandidates = 64;
-
 constexpr int64_t kWithoutTrack = -1, kBeyondLimit = -2;  // in track_of_
 
 bool can_follow(const Box& b) {
@@ -34,9 +30,9 @@ bool is_of_like_height(const Box& a, const Box& b) {
 
 // Removes all but the candidates of the lowest costs, of those from `first` on.
 void keep_best_candidates(size_t first, std::vector<PairCost>* all) {
-  if (all->size() - first <= kMaxCandidates) return;
+  if (all->size() - first <= Tracker::kMaxCandidates) return;
   const auto begin = all->begin() + static_cast<std::ptrdiff_t>(first);
-  const auto end = begin + static_cast<std::ptrdiff_t>(kMaxCandidates);
+  const auto end = begin + static_cast<std::ptrdiff_t>(Tracker::kMaxCandidates);
   std::nth_element(begin, end, all->end(), [](const PairCost& a, const PairCost& b) {
     return std::tie(a.cost, a.row, a.column) < std::tie(b.cost, b.row, b.column);
   });
@@ -108,16 +104,18 @@ size_t Tracker::leave_out_surplus(std::span<const Observation> boxes, float low)
   return usable.size() - kBoxLimit;
 }
 
-// Boxes without a track by their group and left edge, so that only those nearby are compared.
+// A box or a track by its group and left edge, so that only those nearby are compared.
+struct Tracker::Entry {
+  int64_t group;
+  float left;
+  uint32_t number;  // of the box or the track
+  bool operator<(const Entry& other) const noexcept {
+    return std::tie(group, left, number) < std::tie(other.group, other.left, other.number);
+  }
+};
+
+// Boxes without a track.
 struct Tracker::OpenBoxes {
-  struct Entry {
-    int64_t group;
-    float left;
-    uint32_t box;
-    bool operator<(const Entry& other) const noexcept {
-      return std::tie(group, left, box) < std::tie(other.group, other.left, other.box);
-    }
-  };
   std::vector<Entry> order;
   float widest = 0;
 };
@@ -135,10 +133,21 @@ Tracker::OpenBoxes Tracker::open_boxes(std::span<const Observation> boxes, UseBo
   return out;
 }
 
+// The numbered tracks without a box.
+std::vector<Tracker::Entry> Tracker::open_tracks() const {
+  std::vector<Entry> out;
+  for (uint32_t t = 0; t < tracks_.size(); ++t) {
+    const Track& track = tracks_[t];
+    if (!track.is_matched && track.number != 0) out.push_back({track.group, track.predicted.x1, t});
+  }
+  std::sort(out.begin(), out.end());
+  return out;
+}
+
 // The boxes that overlap `box` of track `number` by at least `min`.
 void Tracker::add_candidates(std::span<const Observation> boxes, const OpenBoxes& open,
                              uint32_t number, const Box& box, float min,
-                             std::vector<PairCost>* out) const {
+                             std::vector<PairCost>* out) {
   const Track& track = tracks_[number];
   const size_t first = out->size();
   const auto compare = [&](uint32_t at) {
@@ -149,18 +158,27 @@ void Tracker::add_candidates(std::span<const Observation> boxes, const OpenBoxes
       out->push_back({number, at, compute_cost(track.appearance, other, common)});
   };
   const auto begin = open.order.begin(), end = open.order.end();
-  auto right = std::lower_bound(begin, end, OpenBoxes::Entry{track.group, box.x1, 0});
+  auto right = std::lower_bound(begin, end, Entry{track.group, box.x1, 0});
   auto left = right;  // entries to compare are at right, and before left
-  for (size_t compared = 0; compared < kMaxCompared; ++compared) {
+  for (size_t compared = 0; compared < kMaxCompared; ++compared, ++compared_) {
     const bool has_right = right != end && right->group == track.group && right->left < box.x2;
     const bool has_left = left != begin && std::prev(left)->group == track.group &&
                           std::prev(left)->left >= box.x1 - open.widest;
     if (!has_right && !has_left) break;
     const bool goes_right =
         !has_left || (has_right && right->left - box.x1 <= box.x1 - std::prev(left)->left);
-    compare(goes_right ? (right++)->box : (--left)->box);
+    compare(goes_right ? (right++)->number : (--left)->number);
   }
   keep_best_candidates(first, out);
+}
+
+// Gives tracks the boxes that fit best together.
+void Tracker::take(std::span<const PairCost> candidates) {
+  candidates_ += candidates.size();
+  for (const auto& pair : assign(candidates)) {
+    track_of_[pair.column] = pair.row;
+    tracks_[pair.row].is_matched = true;
+  }
 }
 
 template <class UseTrack, class UseBox>
@@ -174,22 +192,21 @@ void Tracker::match(std::span<const Observation> boxes, Place place, float min, 
     add_candidates(boxes, open, t, place == Place::Last ? track.last : track.predicted, min,
                    &candidates);
   }
-  for (const auto& pair : assign(candidates)) {
-    track_of_[pair.column] = pair.row;
-    tracks_[pair.row].is_matched = true;
-  }
+  take(candidates);
 }
 
-// The numbered tracks without a box that look like box `number`, of those that their predictions
-// allow.
-void Tracker::add_similar_tracks(const Observation& box, uint32_t number, float max,
-                                 std::vector<PairCost>* out) const {
+// The tracks of `open` that look like box `number`, of those that their predictions allow.
+void Tracker::add_similar_tracks(std::span<const Entry> open, const Observation& box,
+                                 uint32_t number, float max, std::vector<PairCost>* out) {
   std::vector<PairCost> near;
-  for (uint32_t t = 0; t < tracks_.size(); ++t) {
-    const Track& track = tracks_[t];
-    if (track.is_matched || track.number == 0 || track.group != box.group) continue;
-    const auto distance = static_cast<float>(track.motion.distance(box.box));
-    if (distance <= kGate) near.push_back({t, number, distance});
+  const auto middle = std::lower_bound(open.begin(), open.end(), Entry{box.group, box.box.x1, 0});
+  constexpr auto kReach = static_cast<std::ptrdiff_t>(kMaxCompared / 2);
+  const auto last = middle + std::min(open.end() - middle, kReach);
+  for (auto at = middle - std::min(middle - open.begin(), kReach); at != last; ++at) {
+    if (at->group != box.group) continue;
+    ++compared_;
+    const auto distance = static_cast<float>(tracks_[at->number].motion.distance(box.box));
+    if (distance <= kGate) near.push_back({at->number, number, distance});
   }
   keep_best_candidates(0, &near);
   for (PairCost& candidate : near) {
@@ -201,18 +218,17 @@ void Tracker::add_similar_tracks(const Observation& box, uint32_t number, float 
 // Numbered tracks without a box take the one that looks most like them, of those that the
 // prediction allows: DeepSORT (arXiv 1703.07402), equations 1 to 4.
 void Tracker::match_appearance(std::span<const Observation> boxes, const Options& options) {
+  const std::vector<Entry> open = open_tracks();
+  if (open.empty()) return;
   std::vector<PairCost> candidates;
   for (uint32_t b = 0; b < boxes.size(); ++b) {
     const Observation& box = boxes[b];
     if (track_of_[b] != kWithoutTrack || box.appearance.empty() || !can_follow(box.box) ||
         !(box.score >= options.high))
       continue;
-    add_similar_tracks(box, b, options.appearance, &candidates);
+    add_similar_tracks(open, box, b, options.appearance, &candidates);
   }
-  for (const auto& pair : assign(candidates)) {
-    track_of_[pair.column] = pair.row;
-    tracks_[pair.row].is_matched = true;
-  }
+  take(candidates);
 }
 
 void Tracker::begin_tracks(std::span<const Observation> boxes, const Options& options) {
@@ -270,6 +286,7 @@ const std::vector<uint32_t>& Tracker::follow(std::span<const Observation> boxes,
                                              const Options& options) {
   must_keep_height_ = options.mode == Mode::ByteTrack;
   max_distance_ = options.appearance;
+  compared_ = candidates_ = 0;
   predict(seconds, options);
   track_of_.assign(boxes.size(), kWithoutTrack);
   left_out_ = leave_out_surplus(boxes, std::min(options.low, options.high));

@@ -46,6 +46,9 @@ class Tracker {
   static constexpr size_t kLostLimit = 4096;
   // Boxes of a frame beyond this many have no number: those of the lowest scores.
   static constexpr size_t kBoxLimit = 10000;
+  // A track is compared with at most so many boxes at a time, and a box with so many tracks: those
+  // whose left edges are near. Of these, so many of the best may be assigned.
+  static constexpr size_t kMaxCompared = 1024, kMaxCandidates = 64;
 
   // The number of each box, in their order; 0 = none. `seconds` is the time of the frame: equal
   // times are no motion; a time before the last one forgets all tracks. Boxes without area or that
@@ -58,6 +61,9 @@ class Tracker {
   size_t left_out() const noexcept {
     return left_out_;
   }  // boxes of the last frame beyond the limit
+  // Pairs of a track and a box that the last frame compared, and those that could be assigned.
+  size_t compared() const noexcept { return compared_; }
+  size_t candidates() const noexcept { return candidates_; }
 
  private:
   struct Track {
@@ -70,6 +76,7 @@ class Tracker {
     bool is_lost = false, is_matched = false;
   };
   enum class Place { Predicted, Last };
+  struct Entry;
   struct OpenBoxes;
 
   float compute_cost(const Appearance& appearance, const Observation& box, float common) const;
@@ -78,13 +85,15 @@ class Tracker {
   size_t leave_out_surplus(std::span<const Observation> boxes, float low);
   template <class UseBox>
   OpenBoxes open_boxes(std::span<const Observation> boxes, UseBox use_box) const;
+  std::vector<Entry> open_tracks() const;
   void add_candidates(std::span<const Observation> boxes, const OpenBoxes& open, uint32_t number,
-                      const Box& box, float min, std::vector<PairCost>* out) const;
+                      const Box& box, float min, std::vector<PairCost>* out);
+  void take(std::span<const PairCost> candidates);
   template <class UseTrack, class UseBox>
   void match(std::span<const Observation> boxes, Place place, float min, UseTrack use_track,
              UseBox use_box);
-  void add_similar_tracks(const Observation& box, uint32_t number, float max,
-                          std::vector<PairCost>* out) const;
+  void add_similar_tracks(std::span<const Entry> open, const Observation& box, uint32_t number,
+                          float max, std::vector<PairCost>* out);
   void match_appearance(std::span<const Observation> boxes, const Options& options);
   void begin_tracks(std::span<const Observation> boxes, const Options& options);
   void finish_tracks();
@@ -93,7 +102,7 @@ class Tracker {
   std::vector<Track> tracks_;
   std::vector<uint32_t> numbers_;
   std::vector<int64_t> track_of_;  // of each box; negative = none
-  size_t left_out_ = 0;
+  size_t left_out_ = 0, compared_ = 0, candidates_ = 0;
   double now_ = 0;
   bool has_time_ = false;
   float max_distance_ = 0;

@@ -6,7 +6,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <ctime>
 #include <limits>
 #include <random>
 
@@ -222,29 +221,36 @@ Boxes crowd(size_t count, float spread, std::mt19937* random) {
   }
   return out;
 }
-double processor_seconds() {
-  return static_cast<double>(std::clock()) / CLOCKS_PER_SEC;
-}
 
 // Frames may come from another machine.
-TEST(Tracker, ACrowdOfOverlappingBoxesCostsLittleMoreThanTheirOverlaps) {
-  constexpr size_t kBoxes = 1000, kFrames = 3;
+TEST(Tracker, ACrowdOfOverlappingBoxesIsComparedInProportionToItsBoxes) {
+  constexpr size_t kBoxes = 3000, kTimes = 2;  // a track is matched once or twice
   std::mt19937 random(4);
   for (const float spread : {0.0f, 30.0f}) {
     Tracker tracker;
     const Boxes boxes = crowd(kBoxes, spread, &random);
-    float sum = 0;
-    const double begin = processor_seconds();
-    for (size_t frame = 0; frame < kFrames; ++frame)
-      for (const auto& a : boxes)
-        for (const auto& b : boxes) sum += overlap(a.box, b.box);
-    const double middle = processor_seconds();
-    for (size_t frame = 0; frame < kFrames; ++frame)
+    for (size_t frame = 0; frame < 3; ++frame) {
       tracker.follow(boxes, static_cast<double>(frame) / 30, {});
-    const double of_overlaps = middle - begin, of_tracker = processor_seconds() - middle;
-    EXPECT_GT(sum, 0);
-    EXPECT_LT(of_tracker, 150 * of_overlaps) << spread;
+      EXPECT_LE(tracker.compared(), kTimes * Tracker::kMaxCompared * kBoxes) << spread;
+      EXPECT_LE(tracker.candidates(), kTimes * Tracker::kMaxCandidates * kBoxes) << spread;
+    }
+    EXPECT_GE(tracker.compared(), kBoxes) << spread;
+    EXPECT_GE(tracker.candidates(), kBoxes) << spread;
   }
+}
+
+TEST(Tracker, ACrowdWithAppearancesIsComparedInProportionToItsBoxes) {
+  constexpr size_t kBoxes = 4000;
+  const std::vector<float> look{1, 0};
+  Tracker tracker;
+  Boxes boxes;
+  for (const float x : {0.0f, 1e6f}) {  // no box overlaps one of the first frame
+    boxes.assign(kBoxes, at(x, 0));
+    for (auto& box : boxes) box.appearance = look;
+    tracker.follow(boxes, x / 1e8, {.camera_motion = false, .min_hits = 1});
+  }
+  EXPECT_LE(tracker.compared(), Tracker::kMaxCompared * kBoxes);
+  EXPECT_GE(tracker.compared(), kBoxes) << "no appearance was compared";
 }
 
 TEST(Tracker, NumbersStayInACrowdOfOverlappingBoxes) {
