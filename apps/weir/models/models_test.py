@@ -226,6 +226,20 @@ class Fetching(Case):
             self.assertEqual(first.wait(60), 0)
         self.assertEqual(requests, ["/net.onnx"])
 
+    def test_a_package_ends_at_a_gibibyte(self):
+        programs = self.folder / "programs"
+        programs.mkdir()
+        npm = programs / "npm"
+        npm.write_text("#!/bin/sh\nLC_ALL=C exec truncate -s 1073741825 \"$4/package.tgz\"\n")
+        npm.chmod(0o755)
+        cards = self.catalogue_of()
+        catalogue = json.loads((self.folder / "catalogue.json").read_text())
+        file = catalogue["models"][0]["files"][0]
+        del file["url"]
+        file.update(npm="net@1.0.0", path="net.onnx")
+        (self.folder / "catalogue.json").write_text(json.dumps(catalogue))
+        self.refused(self.get(cards, PATH=f"{programs}:{os.environ['PATH']}"), 1, "WEIR-4011", "npm failed", "File too large", "net@1.0.0")
+
     def test_a_missing_file_shows_what_curl_says(self):
         self.refused(self.get(self.catalogue_of(path="nothing.onnx")), 1, "WEIR-4011", "curl failed", "404", self.address,
                      "fix: check the network, then repeat the command, or copy the file from another machine to "
