@@ -152,6 +152,7 @@ TEST(QueryClientFaults, AServerThatIsNotThereIsNamed) {
   EXPECT_SAYS(error, "the query server cannot be reached");
   EXPECT_SAYS(error, "localhost:" + std::to_string(port));
   EXPECT_SAYS(error, "in a pipeline that is playing");
+  EXPECT_SAYS(error, "reconnect=true, which waits for the tensor_query_serversrc");
 }
 
 TEST(QueryClientFaults, WithReconnectItWaitsForAServerThatComesLater) {

@@ -118,6 +118,7 @@ Result<std::unique_ptr<QueryLink>> QueryLink::connect(const QueryOptions& option
     error.what = "the query server cannot be reached";
     error.needed =
         "a tensor_query_serversrc that listens at this address, in a pipeline that is playing";
+    error.fix = "tensor_query_client reconnect=true, which waits for the tensor_query_serversrc";
     return error;
   }
   if (!socket) return socket.error();
