@@ -71,7 +71,7 @@ Error not_flexbuf(std::string what, size_t bytes) {
 }
 
 // "tensor_12" is 12.
-std::optional<uint32_t> index_of(std::string_view key) {
+std::optional<uint32_t> parse_tensor_index(std::string_view key) {
   constexpr std::string_view kPrefix = "tensor_";
   if (!key.starts_with(kPrefix)) return {};
   key.remove_prefix(kPrefix.size());
@@ -170,7 +170,7 @@ Status FlexbufMessage::parse(std::span<const std::byte> bytes, TensorMessage* me
     const auto key = entries->key_at(i);
     if (!key) return not_flexbuf("a key cannot be read", bytes.size());
     const FlexValue value = entries->at(i);
-    const auto index = index_of(*key);
+    const auto index = parse_tensor_index(*key);
     if (index && *index >= WEIR_TENSOR_LIMIT) return too_many_tensors(kName, uint64_t{*index} + 1);
     found += size_t{index.has_value()};
     if (!(index ? read_tensor(value, *index, message) : read_number(value, *key, &header)))

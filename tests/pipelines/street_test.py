@@ -101,7 +101,7 @@ class Bench(unittest.TestCase):
     def test_what_both_found(self):
         ours = [frame(0, [0, 0, 10, 10], inside=1), frame(0.04, [0, 0, 10, 10], [90, 0, 99, 9], inside=2)]
         theirs = [frame(0, [0, 0, 10, 10], inside=1), frame(0.04, [2, 0, 12, 10], inside=1, crossed=(0, 4))]
-        boxes, counts, gate = load_bench().verdicts_of(ours, theirs)
+        boxes, counts, gate = load_bench().get_verdicts(ours, theirs)
         self.assertEqual(boxes, "Boxes: 2 match and 1 are in one of both only; overlap 0.833 in the median, 50.0 % have at least 0.9, least 0.667.")
         self.assertEqual(counts, "Counts of all areas are equal in 50.0 % of the frames.")
         self.assertEqual(gate, "gate: 0 forward and 0 backward; the control has 0 and 4.")

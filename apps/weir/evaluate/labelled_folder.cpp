@@ -46,8 +46,8 @@ bool leads_out(const fs::path& name) {
   return name.is_absolute() || std::find(name.begin(), name.end(), "..") != name.end();
 }
 
-Error outside_of(const fs::path& folder, const std::string& truth, const std::string& name,
-                 std::string fix) {
+Error outside_error(const fs::path& folder, const std::string& truth, const std::string& name,
+                    std::string fix) {
   return {.code = Code::LABELS_INVALID,
           .what = "the name of a picture points outside the folder",
           .offered = truth + ": " + name,
@@ -90,7 +90,7 @@ Result<LabelledSequence> read_sequence(const fs::path& folder) {
   if (!info) return info.error();
   const fs::path first = fs::path(info->folder) / frame_name(1, info->extension);
   if (leads_out(first))
-    return outside_of(folder, info_path.string(), first.string(), "imDir=img1 and imExt=.jpg");
+    return outside_error(folder, info_path.string(), first.string(), "imDir=img1 and imExt=.jpg");
   const auto truth_text = read_file(truth_path);
   if (!truth_text) return truth_text.error();
   auto truth = evaluate::parse_mot_truth(truth_path.string(), *truth_text, *info);
@@ -147,7 +147,7 @@ Result<LabelledFolder> read_annotated(const fs::path& folder, const std::string&
   const auto places = places_of_pictures(folder);
   for (auto& picture : truth->pictures) {
     if (leads_out(picture.file))
-      return outside_of(folder, annotations, picture.file, "correct file_name");
+      return outside_error(folder, annotations, picture.file, "correct file_name");
     const auto place = std::find_if(places.begin(), places.end(), [&](const fs::path& where) {
       std::error_code ignored;
       return fs::is_regular_file(where / picture.file, ignored);

@@ -182,7 +182,7 @@ int64_t SharedClock::offset() const {
 SharedClock::Exactness SharedClock::exactness() const {
   std::optional<Response> response;
   {
-    std::lock_guard lock(mutex_);  // not while the clock is read: it may hold a lock at a response
+    std::lock_guard lock(mutex_);  // not while the clock is read: it may post with a lock held
     response = response_;
   }
   Exactness out{.offset = offset(), .round_trip = {}, .error = {}};

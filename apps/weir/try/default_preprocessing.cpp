@@ -1,4 +1,4 @@
-// The table of usual pixels. Runs a model once to learn the shapes of its outputs.
+// The table of default preprocessing. Runs a model once to learn the shapes of its outputs.
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #include "try/default_preprocessing.hpp"
 

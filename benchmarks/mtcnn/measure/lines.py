@@ -16,7 +16,7 @@ PARTS = {  # which program needs it: weir, control, ros; files of the example if
     "faces as text, times of the stages": ("faces_text.cpp faces_text.hpp stage_times.cpp stage_times.hpp", "weir control ros"),
     "the three networks as filters": ("filters.cpp filters.hpp", "weir"),
     "the pipeline's text, four formats": ("line.cpp line.hpp", "weir"),
-    "the program": ("mtcnn.cpp copied.cpp copied.hpp", "weir"),
+    "the program": ("mtcnn.cpp copied_bytes.cpp copied_bytes.hpp", "weir"),
     "networks, resizing, batches by hand": ("network.hpp stages.cpp stages.hpp", "control ros"),
     "pictures of a file": ("pictures.cpp pictures.hpp", "control ros"),
     "the loop": ("control.cpp", "control"),

@@ -1,4 +1,4 @@
-// TrackIndices tracks in the order in which they begin.
+// Numbers tracks in the order in which they begin.
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #include "core/evaluate/track_indices.hpp"
 

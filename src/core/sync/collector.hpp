@@ -16,18 +16,18 @@
 
 namespace weir::sync {
 
-inline constexpr Clock::duration kGapPatience = std::chrono::seconds(1);
-inline constexpr Clock::duration kSilencePatience = std::chrono::seconds(10);
+inline constexpr Clock::duration kGapTimeout = std::chrono::seconds(1);
+inline constexpr Clock::duration kSilenceTimeout = std::chrono::seconds(10);
 
 template <class Frame>
 class Collector {
  public:
-  Collector(Ledger* ledger, Consumer<Frame>* consumer, Clock::duration gap_patience = kGapPatience,
-            Clock::duration silence_patience = kSilencePatience)
+  Collector(Ledger* ledger, Consumer<Frame>* consumer, Clock::duration gap_timeout = kGapTimeout,
+            Clock::duration silence_timeout = kSilenceTimeout)
       : ledger_(ledger),
         consumer_(consumer),
-        gap_patience_(gap_patience),
-        silence_patience_(silence_patience),
+        gap_patience_(gap_timeout),
+        silence_patience_(silence_timeout),
         queues_(ledger) {}
 
   // `max_bytes` limits the bytes of all held frames, 0 = no limit; a single frame may exceed it.

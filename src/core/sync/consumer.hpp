@@ -25,7 +25,7 @@ struct Consumer {
   // `waiting` keeps waiting for `gaps`, which have received only gaps beyond its time for long.
   // Called at most once from start to stop.
   virtual void waits_for_gap_only_pads(QueueId waiting, const std::vector<QueueId>& gaps) = 0;
-  // `waiting` keeps waiting for `silent`, which have received nothing for kSilencePatience. Called
+  // `waiting` keeps waiting for `silent`, which have received nothing for kSilenceTimeout. Called
   // until it returns true: the user was warned.
   virtual bool waits_for_silent_pads(QueueId waiting, const std::vector<QueueId>& silent) = 0;
 };

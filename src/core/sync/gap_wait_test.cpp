@@ -113,7 +113,7 @@ TEST(WaitForSilentPads, IsReportedOnceAndTheWaitGoesOn) {
     Ledger ledger;
     Listener out;
     out.not_reported = 2;  // as while the element is paused
-    Collector<int> collector(&ledger, &out, kGapPatience, std::chrono::milliseconds(1));
+    Collector<int> collector(&ledger, &out, kGapTimeout, std::chrono::milliseconds(1));
     collector.configure({mode, {}, {}}, OnBackwardsTime::Pass, {});
     collector.start();
     const QueueId a = collector.add(), b = collector.add();
@@ -134,7 +134,7 @@ TEST(WaitForSilentPads, IsReportedOnceAndTheWaitGoesOn) {
 TEST(WaitForSilentPads, IsNotReportedWhereAFrameArrivesInTime) {
   Ledger ledger;
   Listener out;
-  Collector<int> collector(&ledger, &out, kGapPatience, std::chrono::hours(1));
+  Collector<int> collector(&ledger, &out, kGapTimeout, std::chrono::hours(1));
   collector.configure({Mode::Slowest, {}, {}}, OnBackwardsTime::Pass, {});
   collector.start();
   const QueueId a = collector.add(), b = collector.add();

@@ -33,7 +33,7 @@ void leave(Counts* counts) noexcept {
   ++counts->left, --counts->followed_inside;
 }
 
-size_t index_of(Reference reference) noexcept {
+size_t to_index(Reference reference) noexcept {
   return static_cast<size_t>(reference);
 }
 
@@ -198,20 +198,20 @@ void ZoneCounter::see(const Sighting& sighting) {
     track->at[i] = reference_point(sighting.box, sighting.rotation, static_cast<Reference>(i));
   track->frame = frame_;
   track->time = now_;
-  speed_ = compute_speed(track, track->at[index_of(Reference::Bottom)]);
+  speed_ = compute_speed(track, track->at[to_index(Reference::Bottom)]);
   for (uint32_t i = 0; i < bounds_.size(); ++i) {
     const Zone& zone = zones_->zones[i];
     if (zone.kind == Kind::Area)
       update_area(i, sighting, track);
     else if (!is_new)
-      update_line(i, from[index_of(zone.reference)], sighting, track);
+      update_line(i, from[to_index(zone.reference)], sighting, track);
   }
 }
 
 void ZoneCounter::update_area(uint32_t zone, const Sighting& sighting, Track* track) {
   const Zone& area = zones_->zones[zone];
   const Bounds& around = bounds_[zone];
-  const Point at = track->at[index_of(area.reference)];
+  const Point at = track->at[to_index(area.reference)];
   bool is_inside = at.x >= around.left && at.x <= around.right && at.y >= around.top &&
                    at.y <= around.bottom && contains(area.points, at);
   if (!is_inside && track->stays.empty()) return;
@@ -224,7 +224,7 @@ void ZoneCounter::update_area(uint32_t zone, const Sighting& sighting, Track* tr
 // `crossed`, and what they come to counts when the object is farther than the margin.
 void ZoneCounter::update_line(uint32_t zone, Point from, const Sighting& sighting, Track* track) {
   const Zone& line = zones_->zones[zone];
-  const Point a = line.points[0], b = line.points[1], to = track->at[index_of(line.reference)];
+  const Point a = line.points[0], b = line.points[1], to = track->at[to_index(line.reference)];
   const Crossing crossed = crossing(a, b, from, to);
   auto& lines = track->near_lines;
   const auto near = std::find_if(lines.begin(), lines.end(),

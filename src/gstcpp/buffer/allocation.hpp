@@ -36,7 +36,7 @@ Allocation parse_allocation(GstQuery* query, const Allocation& unasked = {});
 // Sends an ALLOCATION query with `caps` to the peer of `source`; null when it is not answered.
 // Streaming thread. Once frames flow (see `ledger`) the query enters no other thread.
 Ref<GstQuery> ask_peer(GstPad* source, GstCaps* caps, const Ledger& ledger);
-// parse_allocation() the query that the peer handled; `unasked` if it did not.
+// parse_allocation() of the query that the peer handled; `unasked` if it handled none.
 Allocation wanted_by_peer(GstPad* source, GstCaps* caps, const Ledger& ledger,
                           const Allocation& unasked = {});
 // Adds `allocation` to a query.

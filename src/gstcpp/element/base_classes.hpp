@@ -42,8 +42,8 @@ struct BaseTransform {
   }
 
  private:
-  // The base class sends the query after new caps, and before a buffer or an ALLOCATION result when
-  // its source pad needs to reconfigure.
+  // The base class sends the query after new caps, and when its source pad needs to reconfigure:
+  // before a buffer, or before it handles an ALLOCATION query.
   template <class Impl>
   static void keep_queries_on_own_thread_in(Class* k) {
     static const auto event = k->sink_event;

@@ -13,13 +13,13 @@ namespace {
 
 namespace fs = std::filesystem;
 
-std::string_view factory_of(GstObject* object) {
+std::string_view find_factory_name(GstObject* object) {
   if (!GST_IS_ELEMENT(object)) return "";
   GstElementFactory* factory = gst_element_get_factory(GST_ELEMENT(object));
   return factory ? GST_OBJECT_NAME(factory) : "";
 }
 
-std::string location_of(GstObject* element) {
+std::string read_location(GstObject* element) {
   char* text = nullptr;
   g_object_get(element, "location", &text, nullptr);
   std::string out = text ? text : "";
@@ -77,7 +77,7 @@ std::optional<Error> sink_error(const std::string& location) {
 }
 
 // The file that an element's sink pad reads; "" if the stream comes from elsewhere.
-std::string input_file_of(GstObject* element) {
+std::string find_input_file(GstObject* element) {
   const auto pad = Ref<GstPad>::adopt(gst_element_get_static_pad(GST_ELEMENT(element), "sink"));
   const Unique<GstQuery, gst_query_unref> query(gst_query_new_uri());
   if (!pad || !gst_pad_peer_query(pad.get(), query.get())) return "";
@@ -89,7 +89,7 @@ std::string input_file_of(GstObject* element) {
 }
 
 std::optional<Error> format_error(GstObject* typefind) {
-  const std::string file = input_file_of(typefind);
+  const std::string file = find_input_file(typefind);
   if (file.empty()) return std::nullopt;
   std::error_code failed;
   const bool is_empty = fs::file_size(file, failed) == 0 && !failed;
@@ -104,14 +104,14 @@ std::optional<Error> format_error(GstObject* typefind) {
 // of a typefind that does not know the format of a file.
 std::optional<Error> file_error(GstObject* element, const GError* error) {
   if (!error || !element) return std::nullopt;
-  const auto factory = factory_of(element);
+  const auto factory = find_factory_name(element);
   if (factory == "typefind" &&
       (g_error_matches(error, GST_STREAM_ERROR, GST_STREAM_ERROR_TYPE_NOT_FOUND) ||
        g_error_matches(error, GST_STREAM_ERROR, GST_STREAM_ERROR_WRONG_TYPE)))
     return format_error(element);
   if (error->domain != GST_RESOURCE_ERROR || (factory != "filesrc" && factory != "filesink"))
     return std::nullopt;
-  const std::string location = location_of(element);
+  const std::string location = read_location(element);
   if (location.empty()) return std::nullopt;
   return factory == "filesrc" ? source_error(element, location) : sink_error(location);
 }

@@ -319,7 +319,7 @@ bool CollectorPads::waits_for_silent_pads(sync::QueueId waiting,
   if (GST_STATE(element_) != GST_STATE_PLAYING) return false;  // live sources deliver nothing
   const auto [own, others] = wait_names(waiting, silent);
   if (own.empty() || others.empty()) return false;
-  const auto seconds = std::chrono::duration_cast<std::chrono::seconds>(sync::kSilencePatience);
+  const auto seconds = std::chrono::duration_cast<std::chrono::seconds>(sync::kSilenceTimeout);
   post_warning(element_, Error{.code = Code::GRAPH_STALLS,
                                .what = "a frame has waited " + std::to_string(seconds.count()) +
                                        " s for a pad that receives nothing",

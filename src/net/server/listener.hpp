@@ -37,7 +37,7 @@ struct ListenOptions {
   uint32_t max_address_connections = 4;              // of one address; 0 = no limit
   uint64_t max_address_bytes = uint64_t{256} << 20;  // of its requests in progress; 0 = no limit
   // The time after which a connection without calls is closed, and a call ends whose message has
-  // not come or whose answer is not read.
+  // not come or whose response is not read.
   uint32_t idle_ms = 300'000;
   ServerSecurity security;
   bool model_control = false;  // clients may load and unload models; of ModelServer

@@ -31,7 +31,7 @@ struct ServerRules {
   const std::vector<std::string> peers;
   Admission admission;
   std::unique_ptr<ConnectionAcceptor> connections;  // set before calls come
-  const std::chrono::milliseconds time_limit;       // of a message, and of reading an answer
+  const std::chrono::milliseconds time_limit;       // of a message, and of reading a response
   const Listener::Handler handler;
   std::atomic<uint64_t> not_allowed{0};
 };
