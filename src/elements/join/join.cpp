@@ -69,6 +69,7 @@ class Join : public gst::Element<Join, gst::PlainElement> {
     GST_PAD_SET_PROXY_ALLOCATION(pad);
     gst_pad_set_element_private(pad, this);
     gst_pad_set_activatemode_function(pad, on_activate);
+    forget(pad);  // a thread of a pad that had this address may have come back after its release
     gst_pad_set_active(pad, TRUE);
     if (!gst_element_add_pad(element(), pad)) {  // the name is taken
       output_.remove(Ref<GstPad>::adopt(GST_PAD_CAST(gst_object_ref_sink(pad))));
@@ -83,8 +84,8 @@ class Join : public gst::Element<Join, gst::PlainElement> {
     if (!output_.close(input)) gst_pad_set_active(pad, FALSE);
     const bool was_active = output_.remove(input);  // from here on it cannot start a flush
     send_flush_stop(input);
-    forget(pad);
     gst_element_remove_pad(element(), pad);
+    forget(pad);
     if (was_active) g_object_notify(G_OBJECT(self()), "active-pad");
     g_object_notify(G_OBJECT(self()), "n-pads");
   }

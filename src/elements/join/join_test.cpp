@@ -1,6 +1,7 @@
 // join driven by test pads: which branch is forwarded, repeated events, errors, and no deadlocks.
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #include <atomic>
+#include <functional>
 #include <future>
 #include <optional>
 #include <thread>
@@ -400,6 +401,38 @@ TEST_F(BlockedJoinTest, ReleasesTheBranchThatDownstreamBlocks) {
   EXPECT_EQ(pulled(), (Bytes{1, 2}));
   EXPECT_EQ(stat(h_->element, "held"), 0u);
   EXPECT_NE(gst_pad_push(blocking_, frame(Bytes{3})), GST_FLOW_OK) << "the pad is gone";
+}
+
+// The thread of a branch may come back while its pad is released. A new pad may get the address.
+TEST_F(BlockedJoinTest, APadAtTheAddressOfAReleasedOneHasNotEnded) {
+  auto old = Ref<GstPad>::adopt(gst_pad_get_peer(blocking_));
+  std::function<void()> come_back = [&] {
+    closed_->open();
+    EXPECT_EQ(first_.get(), GST_FLOW_OK);
+    EXPECT_TRUE(gst_pad_send_event(old.get(), gst_event_new_eos()));
+  };
+  g_signal_connect(old.get(), "unlinked", G_CALLBACK(+[](GstPad*, GstPad*, gpointer f) {
+                     (*static_cast<std::function<void()>*>(f))();
+                   }),
+                   &come_back);
+  gst_element_release_request_pad(h_->element, old.get());
+  EXPECT_EQ(second_.get(), GST_FLOW_OK);
+  const auto waiting = Ref<GstPad>::adopt(gst_pad_get_peer(waiting_));
+  gst_element_release_request_pad(h_->element, waiting.get());
+  GstPad* const third = branch("c");
+  events();
+  const GstPad* const address = old.get();
+  old = {};
+  std::vector<Ref<GstPad>> others;
+  auto sink = Ref<GstPad>::adopt(gst_element_request_pad_simple(h_->element, "sink_%u"));
+  while (sink.get() != address && others.size() < 100) {
+    gst_element_release_request_pad(h_->element, sink.get());
+    others.push_back(sink);
+    sink = Ref<GstPad>::adopt(gst_element_request_pad_simple(h_->element, "sink_%u"));
+  }
+  if (sink.get() != address) GTEST_SKIP() << "no pad got the address again";
+  EXPECT_TRUE(gst_pad_push_event(third, gst_event_new_eos()));
+  EXPECT_EQ(events(), Names{});
 }
 
 TEST_F(BlockedJoinTest, FlushesABlockedBranch) {
