@@ -189,6 +189,13 @@ void allow_all_descriptors() {
   setrlimit(RLIMIT_NOFILE, &limit);
 }
 
+// Ends the process, whose model still holds its thread.
+[[noreturn]] void abort_request(int status) {
+  std::fputs("weir: a model did not end its request in time, which is aborted\n", stderr);
+  std::fflush(stdout);  // only this one: a model may hold the lock of a file of its own
+  std::_Exit(status == kExitGood ? kExitError : status);
+}
+
 }  // namespace
 
 int serve(const ServeOptions& options) {
@@ -223,11 +230,7 @@ int serve(const ServeOptions& options) {
   const int status = run.play();
   const std::string ledger = ledger_table(run.statistics());
   if (!ledger.empty()) std::printf("\nLedger\n%s", ledger.c_str());
-  if (!run.stop()) {
-    std::fputs("weir: a model did not end its request in time, which is aborted\n", stderr);
-    std::fflush(nullptr);
-    std::_Exit(status == kExitGood ? kExitError : status);
-  }
+  if (!run.stop()) abort_request(status);
   return status;
 }
 
