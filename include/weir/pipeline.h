@@ -1,12 +1,13 @@
 /* Pipelines for programs: parse the text of gst-launch-1.0, push and pull frames, control elements
- * by their name=. The API exposes no GStreamer types. In C++: pipeline.hpp. Link with
- * libweir-pipeline (pkg-config weir-pipeline).
+ * by their name=. The API exposes no GStreamer types, except that weir_pipeline_adopt takes a
+ * GstPipeline. In C++: pipeline.hpp. Link with libweir-pipeline (pkg-config weir-pipeline).
  *
  * Functions that return int return 0 on success and -code (codes.h) on failure, with *error set to
  * an object for weir_error_free unless `error` is NULL; a value above 0 where documented. After an
- * element has posted an error on the bus, every call fails with it until weir_pipeline_stop.
- * Pointers must not be NULL unless documented; for a NULL pointer functions return
- * -WEIR_OPTION_VALUE, a count of 0, a time of -1, or "". Times are in ns, -1 = none.
+ * element has posted an error on the bus, every call fails with it until weir_pipeline_stop, except
+ * weir_pipeline_read_message. Pointers must not be NULL unless documented; for a NULL pointer
+ * functions return -WEIR_OPTION_VALUE, a count of 0, a time of -1, or "". Times are in ns, -1 =
+ * none.
  *
  * Any thread may call. A callback must not wait for itself: weir_pipeline_stop fails with CANCELLED
  * on every streaming thread of the pipeline (frame and state functions, custom filters, conditions,
@@ -47,8 +48,15 @@ WEIR_EXPORT int weir_pipeline_parse_allowed(const char* text, const char* const*
                                             uint32_t n_allowed, weir_pipeline** pipeline,
                                             weir_error** error);
 /* Makes a weir_pipeline of a GstPipeline in the state NULL, which the program has built with
- * GStreamer; a floating reference is taken, otherwise one is added. Messages no longer come to its
- * bus, but to weir_pipeline_read_message. */
+ * GStreamer; a floating reference is taken, otherwise one is added. OPTION_VALUE for another object
+ * or state, and for a pipeline that a weir_pipeline has adopted and that is not freed; no reference
+ * is taken then.
+ * Messages no longer come to the bus: warnings and errors come to weir_pipeline_read_message, all
+ * others are dropped, and a sync handler of the program is replaced. Each appsrc gets format=time.
+ * Weir pulls the frames of each appsink, with emit-signals=true, and of each tensor_sink: when 64
+ * frames wait for weir_pipeline_pull, a tensor_sink blocks. weir_pipeline_on_frame with a function
+ * that does nothing discards them. An appsrc whose caps were not set starts again, after
+ * weir_pipeline_stop, with the caps of its last frame until the next one. */
 struct _GstElement;
 WEIR_EXPORT int weir_pipeline_adopt(struct _GstElement* element, weir_pipeline** pipeline,
                                     weir_error** error);
@@ -61,7 +69,8 @@ WEIR_EXPORT int weir_pipeline_start(weir_pipeline* pipeline, weir_error** error)
 /* Returns immediately even when a sink's queue is full; that sink reaches the paused state with the
  * next weir_pipeline_pull. */
 WEIR_EXPORT int weir_pipeline_pause(weir_pipeline* pipeline, weir_error** error);
-/* Discards frames in the pipeline, frames not pulled, and errors. */
+/* Discards frames in the pipeline, frames not pulled, and the error with which calls fail. Messages
+ * stay for weir_pipeline_read_message. */
 WEIR_EXPORT int weir_pipeline_stop(weir_pipeline* pipeline, weir_error** error);
 /* Returns the weir_pipeline_state: the current state, or the target of a state change. */
 WEIR_EXPORT int weir_pipeline_get_state(weir_pipeline* pipeline);
@@ -78,7 +87,8 @@ enum weir_pipeline_message {
 /* Removes the oldest warning or error that an element posted and returns its kind, with *message
  * for weir_error_free; WEIR_PIPELINE_NO_MESSAGE and NULL if none is left. Warnings say for example
  * that a new value of a property is not used. The errors are all that were posted, also those after
- * the one with which calls fail. The newest 64 messages are kept until they are read. */
+ * the one with which calls fail. The newest 64 messages are kept until they are read, also over
+ * weir_pipeline_stop. Never fails with the error of the stream. */
 WEIR_EXPORT int weir_pipeline_read_message(weir_pipeline* pipeline, weir_error** message,
                                            weir_error** error);
 

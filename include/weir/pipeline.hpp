@@ -1,6 +1,6 @@
 // Pipelines for programs: parse the text of gst-launch-1.0, push and pull frames as typed spans,
-// control elements by their name=. The API exposes no GStreamer types. Wraps pipeline.h: link with
-// libweir-pipeline (pkg-config weir-pipeline).
+// control elements by their name=. The API exposes no GStreamer types, except that adopt() takes a
+// GstPipeline. Wraps pipeline.h: link with libweir-pipeline (pkg-config weir-pipeline).
 //
 //   auto made = weir::Pipeline::parse(
 //       "appsrc name=in ! tensor_filter model=m.onnx ! tensor_sink name=out");
@@ -10,11 +10,11 @@
 //   pipeline.push<float>("in", values, {.shape = {1, 4}});
 //   auto frame = pipeline.pull<float>("out", std::chrono::seconds(1));
 //
-// After an element has posted an error on the bus, every call fails with it until stop(). Any
-// thread may call. On a streaming thread, in on_frame or any other callback, stop() fails with
-// CANCELLED; in on_frame start(), pause() and wait() without a limit do too. The object may be
-// destroyed there: the stream stops when the callback has returned. A moved-from object may only be
-// assigned to or destroyed.
+// After an element has posted an error on the bus, every call fails with it until stop(), except
+// read_message(). Any thread may call. On a streaming thread, in on_frame or any other callback,
+// stop() fails with CANCELLED; in on_frame start(), pause() and wait() without a limit do too. The
+// object may be destroyed there: the stream stops when the callback has returned. A moved-from
+// object may only be assigned to or destroyed.
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #pragma once
 #include <charconv>
@@ -155,8 +155,10 @@ class Pipeline {
   }
 
   // Makes a Pipeline of a GstPipeline in the state NULL, which the program has built with
-  // GStreamer; a floating reference is taken, otherwise one is added. Messages no longer come to
-  // its bus, but to read_message().
+  // GStreamer; a floating reference is taken, otherwise one is added. OPTION_VALUE, without taking
+  // a reference, for another object or state, and for a pipeline that another Pipeline has adopted.
+  // Messages no longer come to its bus: warnings and errors come to read_message(), all others are
+  // dropped. weir_pipeline_adopt says what changes in appsrc, appsink and tensor_sink.
   static Result<Pipeline> adopt(_GstElement* element) {
     weir_pipeline* pipeline = nullptr;
     CError error;
@@ -168,7 +170,8 @@ class Pipeline {
   // Starts or resumes from a pause; returns before the first frame is through.
   Status start() { return call(weir_pipeline_start); }
   Status pause() { return call(weir_pipeline_pause); }
-  // Discards frames in the pipeline, frames not pulled, and errors. The destructor stops too.
+  // Discards frames in the pipeline, frames not pulled, and the error with which calls fail.
+  // Messages stay for read_message(). The destructor stops too.
   Status stop() { return call(weir_pipeline_stop); }
   // Returns the current state, or the target of a state change.
   PipelineState state() const {
@@ -186,7 +189,7 @@ class Pipeline {
   // Removes the oldest warning or error that an element posted and returns it; nullopt if none is
   // left. Warnings say for example that a new value of a property is not used. The errors are all
   // that were posted, also those after the one with which calls fail. The newest 64 messages are
-  // kept until they are read.
+  // kept until they are read, also over stop().
   std::optional<PipelineMessage> read_message() {
     CError message;
     const int kind = weir_pipeline_read_message(handle(), message.place(), nullptr);

@@ -61,7 +61,8 @@ Error not_started() {
                .fix = "pipeline.start()"};
 }
 
-FrameSource::FrameSource(GstAppSrc* source) : source_(gst::Ref<GstAppSrc>::share(source)) {
+FrameSource::FrameSource(GstAppSrc* source, bool is_replaceable)
+    : is_replaceable_(is_replaceable), source_(gst::Ref<GstAppSrc>::share(source)) {
   g_object_set(source, "format", GST_FORMAT_TIME, nullptr);
   read_caps();
 }
@@ -160,7 +161,7 @@ void FrameSource::stopped() {
   std::lock_guard lock(mutex_);
   started_ = false;
   read_caps();
-  if (caps_given_ || !caps_) return;
+  if (caps_given_ || !caps_ || !is_replaceable_) return;
   caps_ = {};
   source_ = replace(source_.get());
 }

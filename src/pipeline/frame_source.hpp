@@ -18,8 +18,8 @@ Error not_started();
 // Thread-safe.
 class FrameSource {
  public:
-  // Frame times are stream times: sets format=time.
-  explicit FrameSource(GstAppSrc* source);
+  // Frame times are stream times: sets format=time. `is_replaceable`: no one else holds the appsrc.
+  FrameSource(GstAppSrc* source, bool is_replaceable);
 
   // See weir_pipeline_push.
   Status push(std::span<const weir_tensor> tensors, int64_t pts, int64_t duration);
@@ -28,7 +28,8 @@ class FrameSource {
   // including one in progress.
   void started();
   // The pipeline has stopped, and frames may have other caps after the next start. If frames
-  // defined the caps, the appsrc is replaced, because it cannot clear its caps.
+  // defined the caps, a replaceable appsrc is replaced, because it cannot clear its caps. Others
+  // start with the caps of the last frame.
   void stopped();
 
  private:
@@ -40,6 +41,7 @@ class FrameSource {
 
   gst::Ref<GstAppSrc> source() const;
 
+  const bool is_replaceable_;
   mutable std::mutex mutex_;  // guards the rest; keeps caps and their frames together
   gst::Ref<GstAppSrc> source_;
   gst::Ref<GstCaps> caps_;

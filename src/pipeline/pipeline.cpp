@@ -17,6 +17,7 @@ using Clock = std::chrono::steady_clock;
 using Time = std::optional<Clock::time_point>;
 
 constexpr size_t kMaxMessages = 64;  // documented in pipeline.h
+constexpr char kAdopted[] = "weir-adopted";
 
 Time until(std::chrono::nanoseconds limit) {
   if (limit.count() < 0) return std::nullopt;
@@ -59,19 +60,29 @@ Result<std::unique_ptr<Pipeline>> Pipeline::parse(const char* text) {
     gst_bin_add(GST_BIN(whole.get()), element.get());
     element = std::move(whole);
   }
-  return std::unique_ptr<Pipeline>(new Pipeline(std::move(element)));
+  return std::unique_ptr<Pipeline>(new Pipeline(std::move(element), false));
 }
 
 Result<std::unique_ptr<Pipeline>> Pipeline::adopt(GstElement* pipeline) {
-  if (GST_IS_PIPELINE(pipeline) && GST_STATE(pipeline) == GST_STATE_NULL)
-    return std::unique_ptr<Pipeline>(
-        new Pipeline(gst::Ref<GstElement>::adopt(GST_ELEMENT(gst_object_ref_sink(pipeline)))));
-  return Error{.code = Code::OPTION_VALUE,
-               .what = "this object cannot be adopted as a pipeline",
-               .offered = std::string(G_OBJECT_TYPE_NAME(pipeline)) + " in the state " +
-                          gst_element_state_get_name(GST_STATE(pipeline)),
-               .needed = "a GstPipeline in the state NULL",
-               .fix = "gst_element_set_state (pipeline, GST_STATE_NULL)"};
+  const bool is_pipeline = GST_IS_PIPELINE(pipeline);
+  if (!is_pipeline || GST_STATE(pipeline) != GST_STATE_NULL)
+    return Error{.code = Code::OPTION_VALUE,
+                 .what = "this object cannot be adopted as a pipeline",
+                 .offered = std::string(G_OBJECT_TYPE_NAME(pipeline)) + " in the state " +
+                            gst_element_state_get_name(GST_STATE(pipeline)),
+                 .needed = "a GstPipeline in the state NULL",
+                 .fix = is_pipeline ? "gst_element_set_state (pipeline, GST_STATE_NULL)"
+                                    : "GstElement *pipeline = gst_pipeline_new (NULL); "
+                                      "gst_bin_add (GST_BIN (pipeline), element);"};
+  // Removed by the destructor. Two owners would take each other's messages and frames.
+  if (!g_object_replace_data(G_OBJECT(pipeline), kAdopted, nullptr, pipeline, nullptr, nullptr))
+    return Error{.code = Code::OPTION_VALUE,
+                 .what = "this pipeline is adopted already",
+                 .offered = GST_OBJECT_NAME(pipeline),
+                 .needed = "a GstPipeline that no weir_pipeline has adopted",
+                 .fix = "weir_pipeline_free(pipeline) before adopting it again"};
+  return std::unique_ptr<Pipeline>(
+      new Pipeline(gst::Ref<GstElement>::adopt(GST_ELEMENT(gst_object_ref_sink(pipeline))), true));
 }
 
 Status Pipeline::restrict_to(AllowedElements allowed) {
@@ -90,13 +101,14 @@ void Pipeline::on_added(GstBin*, GstBin*, GstElement* element, Pipeline* self) {
   }
 }
 
-Pipeline::Pipeline(gst::Ref<GstElement> pipeline)
+Pipeline::Pipeline(gst::Ref<GstElement> pipeline, bool is_adopted)
     : pipeline_(std::move(pipeline)), link_(std::make_shared<BusLink>()) {
   for (const auto& each : gst::elements_in(pipeline_.get())) {
     GstElement* element = each.get();
     const std::string kind = get_factory_name(element), name = GST_OBJECT_NAME(element);
     if (FrameSink::is_sink(kind)) sinks_[name] = std::make_unique<FrameSink>(each, callbacks_);
-    if (kind == "appsrc") sources_[name] = std::make_unique<FrameSource>(GST_APP_SRC(element));
+    if (kind == "appsrc")
+      sources_[name] = std::make_unique<FrameSource>(GST_APP_SRC(element), !is_adopted);
   }
   const auto bus = gst::Ref<GstBus>::adopt(gst_element_get_bus(pipeline_.get()));
   link_->pipeline = this;
@@ -112,6 +124,7 @@ Pipeline::~Pipeline() {
   gst_bus_set_sync_handler(bus.get(), nullptr, nullptr, nullptr);
   // A thread that posted earlier may be in the handler or about to enter it.
   link_->gate.close();
+  g_object_set_data(G_OBJECT(pipeline_.get()), kAdopted, nullptr);
 }
 
 void Pipeline::dispose(std::unique_ptr<Pipeline> pipeline) noexcept {

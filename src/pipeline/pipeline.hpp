@@ -75,7 +75,7 @@ class Pipeline {
   GstBin* bin() const noexcept { return GST_BIN(pipeline_.get()); }
 
  private:
-  explicit Pipeline(gst::Ref<GstElement> pipeline);
+  Pipeline(gst::Ref<GstElement> pipeline, bool is_adopted);
   // Refers from the bus to the pipeline. The bus keeps it alive while a message needs it.
   struct BusLink {
     infer::CallGate gate;

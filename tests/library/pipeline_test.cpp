@@ -188,6 +188,53 @@ TEST(Pipeline, AdoptsAPipelineOfGStreamer) {
   gst_object_unref(made);
 }
 
+TEST(Pipeline, AdoptsAPipelineOnceAtATime) {
+  ASSERT_TRUE(gst_init_check(nullptr, nullptr, nullptr));
+  GstElement* made = gst_parse_launch("appsrc name=in ! tensor_sink name=out", nullptr);
+  ASSERT_TRUE(made);
+  gst_object_ref_sink(made);
+  {
+    const auto first = Pipeline::adopt(made);
+    ASSERT_TRUE(first) << first.error().message();
+    EXPECT_REFUSED(Pipeline::adopt(made), OPTION_VALUE, "this pipeline is adopted already");
+  }
+  const auto again = Pipeline::adopt(made);
+  EXPECT_TRUE(again) << again.error().message();
+  gst_object_unref(made);
+}
+
+TEST(Pipeline, RefusesToAdoptABin) {
+  ASSERT_TRUE(gst_init_check(nullptr, nullptr, nullptr));
+  GstElement* bin = gst_bin_new(nullptr);
+  EXPECT_REFUSED(Pipeline::adopt(bin), OPTION_VALUE,
+                 "fix: GstElement *pipeline = gst_pipeline_new");
+  EXPECT_TRUE(g_object_is_floating(bin));
+  gst_object_unref(gst_object_ref_sink(bin));
+}
+
+// The program may hold pointers to its elements.
+TEST(Pipeline, KeepsTheElementsOfAnAdoptedPipeline) {
+  ASSERT_TRUE(gst_init_check(nullptr, nullptr, nullptr));
+  GstElement* made = gst_parse_launch("appsrc name=in ! tensor_sink name=out", nullptr);
+  ASSERT_TRUE(made);
+  GstElement* source = gst_bin_get_by_name(GST_BIN(made), "in");
+  {
+    auto p = Pipeline::adopt(made);
+    ASSERT_TRUE(p) << p.error().message();
+    const Values x{1, 2, 3, 4};
+    for (const TensorShape& shape : {TensorShape{4}, TensorShape{4}, TensorShape{2, 2}}) {
+      ASSERT_TRUE(p->start());
+      ASSERT_TRUE(p->push("in", span(x), {.shape = shape}));
+      const auto frame = p->pull<float>("out", kLong);
+      ASSERT_TRUE(frame && *frame);
+      EXPECT_EQ((**frame)[0].info().shape, shape);
+      ASSERT_TRUE(p->stop());
+      EXPECT_EQ(GST_OBJECT_PARENT(source), GST_OBJECT(made));
+    }
+  }
+  gst_object_unref(source);
+}
+
 TEST(Pipeline, FollowsTheStateAndTheClockThatElementsAskFor) {
   ASSERT_TRUE(gst_init_check(nullptr, nullptr, nullptr));
   GstElement* made = gst_parse_launch("fakesrc is-live=true ! fakesink", nullptr);
@@ -215,7 +262,13 @@ TEST(Pipeline, FollowsTheStateAndTheClockThatElementsAskFor) {
       becomes_true([&] { return gst_element_get_base_time(made) != before; }, "another base time"));
   EXPECT_TRUE(comes_to(GST_STATE_PLAYING));
   ASSERT_TRUE(p->stop());
+  // Requests are followed on another thread, which holds a reference until it is done.
+  const auto all_are_followed = [made] {
+    return becomes_true([made] { return GST_OBJECT_REFCOUNT_VALUE(made) == 1; }, "one reference");
+  };
+  ASSERT_TRUE(all_are_followed());
   post(gst_message_new_request_state(GST_OBJECT(made), GST_STATE_PLAYING));
+  ASSERT_TRUE(all_are_followed());
   EXPECT_EQ(GST_STATE(made), GST_STATE_NULL) << "a stopped pipeline stays stopped";
 }
 
