@@ -9,6 +9,7 @@
 #include <cmath>
 #include <functional>
 #include <memory>
+#include <type_traits>
 
 #include "arrays.hpp"
 #include "exceptions.hpp"
@@ -81,18 +82,39 @@ class PipelineObject {
   void close() {
     unlocked([pipeline = std::move(pipeline_)]() mutable { pipeline.reset(); });
   }
-  // Calls the Pipeline without the GIL, issues its elements' warnings and raises its error.
+  static void issue_warnings(Pipeline& pipeline) {
+    while (const auto message = pipeline.read_message())
+      if (!message->is_error) warn(message->error);
+  }
+  // Calls the Pipeline without the GIL and raises its error.
   template <class Body>
-  auto call(Body&& body) const {
+  auto call_without_warnings(Body&& body) const {
     const auto pipeline = get();
     auto result = unlocked([&] { return body(*pipeline); });
-    while (const auto message = pipeline->read_message())
-      if (!message->is_error) warn(message->error);
     if (!result) raise(result.error(), get_cause(result.error()));
     if constexpr (requires { *result; }) return *std::move(result);
   }
+  // Does the same, and issues the warnings of elements, which the program's filter may raise: an
+  // error goes first, and a result that cannot be had again needs call_without_warnings().
+  template <class Body>
+  auto call(Body&& body) const {
+    const auto pipeline = get();
+    if constexpr (std::is_same_v<decltype(body(*pipeline)), Status>) {
+      call_without_warnings(body);
+      issue_warnings(*pipeline);
+    } else {
+      auto result = call_without_warnings(body);
+      issue_warnings(*pipeline);
+      return result;
+    }
+  }
+  void stop() const {
+    const auto pipeline = get();
+    call_without_warnings([](Pipeline& p) { return p.stop(); });
+    *raised_ = {};
+    issue_warnings(*pipeline);
+  }
   const std::shared_ptr<RaisedInStream>& raised_in_stream() const { return raised_; }
-  void forget_raised() const { *raised_ = {}; }
 
  private:
   // Null unless a function of the program raised the exception that is this error.
@@ -146,8 +168,12 @@ bool wait(const Object& self, const Seconds& timeout) {
 std::optional<Frame> pull(const Object& self, const std::string& name, const Seconds& timeout) {
   std::optional<Frame> frame;
   interruptible(to_nanoseconds(timeout), [&](const auto& limit) {
-    frame = self.call([&](Pipeline& p) { return p.pull(name, limit); });
-    return frame || self.call([&](Pipeline& p) { return p.ended(name); });
+    const auto is_ended = [&](Pipeline& p) { return p.ended(name); };
+    // A warning that is raised after the pull would lose the frame. An error goes first.
+    const auto pipeline = self.get();
+    if (unlocked([&] { return is_ended(*pipeline); })) Object::issue_warnings(*pipeline);
+    frame = self.call_without_warnings([&](Pipeline& p) { return p.pull(name, limit); });
+    return frame || self.call_without_warnings(is_ended);
   });
   return frame;
 }
@@ -209,13 +235,8 @@ void bind_pipeline(py::module_& module) {
       .def(
           "pause", [](const Object& s) { s.call([](Pipeline& p) { return p.pause(); }); },
           "Pauses the pipeline; start() resumes it.")
-      .def(
-          "stop",
-          [](const Object& s) {
-            s.call([](Pipeline& p) { return p.stop(); });
-            s.forget_raised();
-          },
-          "Stops the pipeline. Discards its frames, frames that were not pulled, and its error.")
+      .def("stop", &Object::stop,
+           "Stops the pipeline. Discards its frames, frames that were not pulled, and its error.")
       .def("close", &Object::close, "Stops and frees the pipeline.")
       .def_property_readonly("closed", &Object::is_closed, "True after close()")
       .def_property_readonly("state", &state, "\"stopped\", \"paused\" or \"playing\"")

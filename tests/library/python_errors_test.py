@@ -1,7 +1,8 @@
 #!/usr/bin/python3
 # SPDX-License-Identifier: LGPL-2.1-or-later
-"""Tests of weir.Error: how it looks, that it can be pickled, and which exception it was raised from."""
+"""Tests of weir.Error and weir.PipelineWarning: how they look, where they come from, and which goes first."""
 
+import contextlib
 import copy
 import os
 import pathlib
@@ -12,6 +13,7 @@ import sys
 import tempfile
 import traceback
 import unittest
+import warnings
 
 import tap_runner
 
@@ -23,6 +25,9 @@ except ImportError as missing:
     sys.exit(0)
 
 LOOP = "appsrc name=in ! tensor_sink name=out"
+# Two warnings at each start, and one frame.
+WARNS = ("videotestsrc num-buffers=1 ! tensor_converter ! tensor_rate framerate=none ! tensor_rate framerate=none ! "
+         "tensor_sink name=out")
 PARTS = ("code", "what", "offered", "needed", "difference", "fix")
 
 
@@ -82,6 +87,76 @@ class Errors(unittest.TestCase):
             self.assertIsInstance(error_of(pipeline.wait, 60).__cause__, ZeroDivisionError)
             self.assertIsNone(error_of(pipeline.get, "in", "no-such-property").__cause__)
         self.assertIsNone(error_of(pipeline.push, "in", np.zeros(1, np.uint8)).__cause__)
+
+
+class RaisedWarnings(unittest.TestCase):
+    """Warnings as exceptions: a call raises the first one that no call has raised yet."""
+
+    def setUp(self):
+        filters = contextlib.ExitStack()
+        self.addCleanup(filters.close)
+        filters.enter_context(warnings.catch_warnings())
+        warnings.simplefilter("error", weir.PipelineWarning)
+        self.pipeline = weir.Pipeline(WARNS)
+        self.addCleanup(self.pipeline.close)
+
+    def start(self):
+        """The second warning waits for the next call."""
+        self.assertRaises(weir.PipelineWarning, self.pipeline.start)
+        self.assertEqual(self.pipeline.state, "playing")
+
+    def test_a_block_that_is_not_entered_leaves_the_pipeline_stopped(self):
+        with self.assertRaises(weir.PipelineWarning):
+            with self.pipeline:
+                self.fail("the block was entered")
+        self.assertEqual(self.pipeline.state, "stopped")
+
+    def test_no_frame_is_lost(self):
+        self.start()
+        self.assertRaises(weir.PipelineWarning, self.pipeline.pull, "out", 60)
+        self.assertEqual(len(self.pipeline.pull("out", 60)), 1)
+        self.assertIsNone(self.pipeline.pull("out", 60))
+
+    def test_an_error_goes_first(self):
+        self.start()
+        self.assertEqual(error_of(self.pipeline.get, "out", "no-such-property").code, weir.Code.OPTION_VALUE)
+        self.assertRaises(weir.PipelineWarning, self.pipeline.get, "out", "sync")
+
+    def test_the_exception_of_a_block_goes_first(self):
+        self.start()
+        with self.assertRaises(KeyError), contextlib.ExitStack() as block:
+            block.push(self.pipeline)  # does not start it again
+            raise KeyError("not hidden")
+        self.assertEqual(self.pipeline.state, "stopped")
+
+    def test_stop_raises_when_it_has_stopped(self):
+        self.start()
+        self.assertRaises(weir.PipelineWarning, self.pipeline.stop)
+        self.assertEqual(self.pipeline.state, "stopped")
+
+
+class ShownWarnings(unittest.TestCase):
+    def lines(self, use):
+        """The line in this file of each warning, counted from the first line of the function `use`."""
+        with warnings.catch_warnings(record=True) as seen:
+            warnings.simplefilter("always")
+            use(weir.Pipeline(WARNS))
+        self.assertEqual({warning.filename for warning in seen}, {__file__})
+        return [warning.lineno - use.__code__.co_firstlineno for warning in seen]
+
+    def test_name_the_line_that_iterates(self):
+        def use(pipeline):
+            for frame in pipeline.frames("out", timeout=60):
+                self.assertEqual(len(frame), 1)
+
+        self.assertEqual(self.lines(use), [1, 1])
+
+    def test_name_the_line_of_a_block(self):
+        def use(pipeline):
+            with pipeline:
+                pipeline.wait(60)
+
+        self.assertEqual(self.lines(use), [1, 1])
 
 
 class Package(unittest.TestCase):

@@ -4,6 +4,7 @@
 from __future__ import annotations
 
 import re
+import sys
 import typing
 import warnings
 
@@ -55,7 +56,10 @@ class PipelineWarning(RuntimeWarning):
 
 def warn(error: Error) -> None:
     """Issues a weir.PipelineWarning at the line that called the pipeline."""
-    warnings.warn(PipelineWarning(error), stacklevel=2)
+    level, frame = 2, sys._getframe(1)
+    while frame.f_back and frame.f_globals.get("__name__", "").startswith("weir."):
+        level, frame = level + 1, frame.f_back
+    warnings.warn(PipelineWarning(error), stacklevel=level)
 
 
 def _shapes(match: re.Match[str]) -> str:

@@ -5,12 +5,13 @@ from __future__ import annotations
 
 import atexit
 import json
+import sys
 import typing
 import weakref
 
 from . import _weir
 from ._weir import Frame
-from .error import Error
+from .error import Error, PipelineWarning
 
 _pipelines: weakref.WeakSet[Pipeline] = weakref.WeakSet()
 _SINKS = ("tensor_sink", "appsink")
@@ -35,17 +36,14 @@ class Pipeline(_weir.Pipeline):
         return self._frames(sink, timeout)
 
     def _frames(self, name: str, timeout: typing.Optional[float]) -> typing.Iterator[Frame]:
-        was_stopped = self.state == "stopped"
-        if was_stopped:
-            self.start()
-        try:
-            while (frame := self.pull(name, timeout)) is not None:
-                yield frame
-            if not self.ended(name):
-                raise TimeoutError(f"no frame came from {name} in {timeout} seconds")
-        finally:
-            if was_stopped and not self.closed:
-                self.stop()
+        if self.state == "stopped":
+            with self:
+                yield from self._frames(name, timeout)
+            return
+        while (frame := self.pull(name, timeout)) is not None:
+            yield frame
+        if not self.ended(name):
+            raise TimeoutError(f"no frame came from {name} in {timeout} seconds")
 
     def _only_sink(self) -> str:
         sinks = [name for name, kind in self.elements().items() if kind in _SINKS]
@@ -76,11 +74,21 @@ class Pipeline(_weir.Pipeline):
         return f"<weir.Pipeline {'closed' if self.closed else self.state}: {self.text}>"
 
     def __enter__(self) -> Pipeline:
-        self.start()
+        try:
+            self.start()
+        except BaseException:
+            self.__exit__(*sys.exc_info())
+            raise
         return self
 
-    def __exit__(self, *_raised: object) -> None:
-        self.stop()
+    def __exit__(self, kind: object, *_raised: object) -> None:
+        if self.closed:
+            return
+        try:
+            self.stop()
+        except PipelineWarning:
+            if kind is None:  # otherwise it would hide the exception of the block
+                raise
 
 
 @atexit.register
