@@ -93,6 +93,15 @@ class AveragePrecision(Coco):
         self.assertEqual(scores(self.evaluate("--json", "--limit", 1))["AP"], 1)
         self.assertLess(scores(self.evaluate("--json"))["AP"], 0.6)
 
+    def test_sinks_of_the_pipeline_do_not_stop_it(self):
+        """More pictures than a tensor_sink keeps for a program that pulls."""
+        for _ in range(70):
+            self.add([(0, 10, 10, 80, 80)], [[10, 10, 90, 90, 200, 0]])
+        self.write()
+        sinks = ("tee name=t ! queue ! videoconvert ! video/x-raw,format=GRAY8 ! tensor_converter ! tensor_sink "
+                 "t. ! queue ! appsink max-buffers=1 sync=false t. ! queue ! ")
+        self.assertEqual(scores(self.evaluate("--json", "--draws", 0, pipeline=sinks + BOXES))["AP"], 1)
+
     def test_labels_of_other_categories_are_left_out_with_a_warning(self):
         self.add([(0, 10, 10, 80, 80)], [[10, 10, 90, 90, 200, 0], [10, 10, 90, 90, 250, 7]])
         self.write()

@@ -7,6 +7,8 @@
 #include <optional>
 
 #include "evaluate/folder_files.hpp"
+#include "gstcpp/element/elements.hpp"
+#include "gstcpp/element/property_text.hpp"
 #include "weir/pipeline.hpp"
 
 namespace weir::app {
@@ -151,6 +153,17 @@ class PictureRun {
   size_t last_ = 0;  // picture with results
 };
 
+// Sinks in the text would block the stream when the queue of frames that no one pulls is full.
+Status discard_other_frames(Pipeline& pipeline, GstElement* bin) {
+  for (const auto& element : gst::elements_in(bin)) {
+    const std::string kind = gst::get_factory_name(element.get()),
+                      name = GST_OBJECT_NAME(element.get());
+    if ((kind != "tensor_sink" && kind != "appsink") || name == kSink) continue;
+    if (auto status = pipeline.on_frame(name, [](const Frame&) {}); !status) return status;
+  }
+  return ok();
+}
+
 }  // namespace
 
 Status play_pictures(const PipelineDescription& pipeline, const LabelledSequence& sequence,
@@ -164,6 +177,7 @@ Status play_pictures(const PipelineDescription& pipeline, const LabelledSequence
   if (!made) return made.error();
   auto adopted = Pipeline::adopt(made->get());
   if (!adopted) return adopted.error();
+  if (auto status = discard_other_frames(*adopted, made->get()); !status) return status;
   return PictureRun(*std::move(adopted), sequence, handlers).play();
 }
 
