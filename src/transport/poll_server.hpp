@@ -112,7 +112,10 @@ class PollServer {
     return Error{.code = Code::OUT_OF_MEMORY,
                  .what = std::move(what),
                  .offered = std::move(reason),
-                 .needed = "free memory and file descriptors (ulimit -n)"};
+                 .needed = "free memory and file descriptors",
+                 .fix =
+                     "ulimit -n $(ulimit -Hn), in the shell that starts the program, or fewer "
+                     "programs on this machine"};
   }
   // A peer that waits while no descriptor is free makes the listener readable all the time.
   void accept_peers() {
@@ -125,7 +128,10 @@ class PollServer {
         add(std::move(socket));
         continue;
       }
-      if (reason != EMFILE && reason != ENFILE && reason != ENOBUFS && reason != ENOMEM) return;
+      if (reason != EMFILE && reason != ENFILE && reason != ENOBUFS && reason != ENOMEM) {
+        accepts_at_ = std::nullopt;
+        return;
+      }
       if (!accepts_at_)
         refusals_.push_back(out_of_resources("no peer can be accepted", std::strerror(reason)));
       accepts_at_ = io::deadline_in(kPause);
@@ -181,10 +187,19 @@ class PollServer {
     }
   }
   void end_all() noexcept {
-    Clients clients;  // destroyed without the lock
+    Clients clients;
+    {
+      const std::lock_guard lock(mutex_);
+      for (const auto& client : clients_) client->set_gone();
+      try {
+        end_turn();
+      } catch (const std::exception&) {  // what it would take is released with the clients
+      }
+      clients.swap(clients_);
+    }
+    clients.clear();
+    release();
     const std::lock_guard lock(mutex_);
-    for (const auto& client : clients_) client->set_gone();
-    clients.swap(clients_);
     changed_.notify_all();
   }
   void report_end_of_all(const char* reason) noexcept {
@@ -193,9 +208,13 @@ class PollServer {
     } catch (const std::exception&) {  // there is no memory for the report either
     }
   }
+  bool is_stopping() const {
+    const std::lock_guard lock(mutex_);
+    return stopping_;
+  }
   // The thread entry. Peers that come later are served again.
   void serve() noexcept {
-    while (!serve_many()) {
+    while (!is_stopping() && !serve_many()) {
       pollfd stopped{wake_->descriptor(), POLLIN, 0};
       poll(&stopped, 1, io::poll_timeout(io::deadline_in(kPause)));
       wake_->clear();

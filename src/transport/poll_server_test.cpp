@@ -51,6 +51,11 @@ class TestServer : public PollServer<SilentPeer> {
     const std::lock_guard lock(mutex_);
     return attempts_;
   }
+  // Peers that have been removed.
+  size_t released() const {
+    const std::lock_guard lock(mutex_);
+    return released_;
+  }
   std::string reports() const {
     const std::lock_guard lock(reports_mutex_);
     return reports_;
@@ -74,6 +79,14 @@ class TestServer : public PollServer<SilentPeer> {
     return std::nullopt;
   }
   void attend(const Client&, const pollfd*, SilentPeer::Input) override {}
+  void end_turn() override {
+    for (const auto& client : clients_)
+      if (client->is_gone()) ++gone_;
+  }
+  void release() override {
+    const std::lock_guard lock(mutex_);
+    released_ += std::exchange(gone_, 0);
+  }
   void report(const Error& error) {
     const std::lock_guard lock(reports_mutex_);
     reports_ += error.message() + "\n";
@@ -81,7 +94,8 @@ class TestServer : public PollServer<SilentPeer> {
 
   WakeEvent readable_;
   std::atomic<int> accept_error_{0}, failing_turns_{0};
-  std::vector<Clock::time_point> attempts_;  // guarded by the server's mutex
+  size_t gone_ = 0, released_ = 0;           // guarded by the server's mutex
+  std::vector<Clock::time_point> attempts_;  // the same
   mutable std::mutex reports_mutex_;         // guards the rest
   std::string reports_;
 };
@@ -107,6 +121,23 @@ TEST(PollServer, PausesWhileNoDescriptorIsFreeAndAcceptsLater) {
   }
 }
 
+TEST(PollServer, ReportsTheNextTimeThatNoDescriptorIsFree) {
+  TestServer server;
+  const auto reports = [&](size_t number) {
+    return becomes_true(
+        [&] { return count(server.reports(), "no peer can be accepted") == number; },
+        [&] { return std::to_string(number) + " reports"; });
+  };
+  server.set_accept_error(EMFILE);
+  server.start();
+  ASSERT_TRUE(reports(1));
+  server.set_accept_error(EAGAIN);  // the peer has left
+  const size_t before = server.attempts().size();
+  ASSERT_TRUE(becomes_true([&] { return server.attempts().size() > before + 1; }, "attempts"));
+  server.set_accept_error(EMFILE);
+  EXPECT_TRUE(reports(2));
+}
+
 TEST(PollServer, ReportsThatMemoryRanOutAndServesAgain) {
   TestServer server;
   server.set_accept_error(0);
@@ -117,6 +148,7 @@ TEST(PollServer, ReportsThatMemoryRanOutAndServesAgain) {
                            [&] { return "two reports in " + server.reports(); }));
   EXPECT_EQ(count(server.reports(), "all connections of a server were closed"), 2u);
   EXPECT_EQ(server.clients(), 0u);
+  EXPECT_EQ(server.released(), 1u) << "as at the end of other turns";
   server.set_accept_error(0);
   EXPECT_TRUE(becomes_true([&] { return server.clients() == 1; }, "another client"));
 }
